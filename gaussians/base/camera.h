@@ -1,0 +1,40 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <string>
+
+namespace pliant {
+
+/// Pinhole camera.  Camera frame: x right, y down, z forward.  u = fx x/z + cx, v = fy y/z + cy, where pixel (i, j)
+/// has its centre at (i + 0.5, j + 0.5).
+struct Camera {
+  std::string name;   ///< stem of the photo, or of the path frame
+  std::string photo;  ///< file of the photo; empty when there is none
+  int width = 0, height = 0;
+  double fx = 0, fy = 0, cx = 0, cy = 0;
+  Eigen::Isometry3d cam_from_world = Eigen::Isometry3d::Identity();
+
+  /// Camera centre in the world.
+  Eigen::Vector3d centre() const { return -(cam_from_world.linear().transpose() * cam_from_world.translation()); }
+  /// Unit viewing direction in the world.
+  Eigen::Vector3d forward() const { return cam_from_world.linear().row(2).transpose(); }
+  /// Unit direction in the world of the ray through image point (u, v).
+  Eigen::Vector3d ray(double u, double v) const {
+    return (cam_from_world.linear().transpose() * Eigen::Vector3d((u - cx) / fx, (v - cy) / fy, 1.0)).normalized();
+  }
+  /// The same view with image size and intrinsics multiplied by `scale`.
+  Camera scaled(double scale) const {
+    Camera c = *this;
+    c.width = std::max(1, static_cast<int>(width * scale + 0.5)), c.height = std::max(1, static_cast<int>(height * scale + 0.5));
+    const double sx = static_cast<double>(c.width) / width, sy = static_cast<double>(c.height) / height;
+    c.fx *= sx, c.cx *= sx, c.fy *= sy, c.cy *= sy;
+    return c;
+  }
+};
+
+/// Camera at `eye` that looks at `target`, `up` pointing up in the picture.
+Camera look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, const Eigen::Vector3d& up, int width,
+               int height, double focal);
+
+}  // namespace pliant

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "gaussians/base/types.h"
+
+namespace pliant {
+
+/// N Gaussians with the parameters of 3DGS (Kerbl et al. 2023) in their stored spaces, in scene units.
+struct GaussianCloud {
+  std::vector<Vec3f> position;       ///< [N, 3]
+  std::vector<Vec4f> rotation;       ///< [N, 4] quaternion w, x, y, z; need not be normalised
+  std::vector<Vec3f> log_scale;      ///< [N, 3] natural logarithm of the standard deviations
+  std::vector<float> opacity_logit;  ///< [N]
+  std::vector<float> sh;             ///< [N, K, 3], K = (sh_degree + 1)^2; colour = 0.5 + sum of basis * sh
+  int sh_degree = 0;                 ///< 0..3
+
+  size_t size() const { return position.size(); }
+  int sh_count() const { return (sh_degree + 1) * (sh_degree + 1); }
+  float* sh_of(size_t i) { return sh.data() + i * sh_count() * 3; }
+  const float* sh_of(size_t i) const { return sh.data() + i * sh_count() * 3; }
+
+  void resize(size_t n);
+  /// Gaussians at `indices`, in that order.
+  GaussianCloud select(std::span<const int> indices) const;
+  /// Appends `other`; the lower SH degree is padded with zeros.
+  void append(const GaussianCloud& other);
+  Box bounds() const;
+};
+
+constexpr float kSh0 = 0.28209479177387814f;
+
+inline float sigmoid(float x) { return 1.0f / (1.0f + std::exp(-x)); }
+inline float logit(float p) { return std::log(p / (1.0f - p)); }
+
+/// Rotation matrix of a quaternion w, x, y, z of any length.
+template <class T>
+Mat3<T> rotation_matrix(const Eigen::Matrix<T, 4, 1>& wxyz) {
+  const Eigen::Matrix<T, 4, 1> q = wxyz / wxyz.norm();
+  const T w = q[0], x = q[1], y = q[2], z = q[3];
+  Mat3<T> R;
+  R << 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+       2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+       2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y);
+  return R;
+}
+
+/// Unit quaternion w, x, y, z of a rotation matrix; the only place where Eigen's x, y, z, w order is met.
+Vec4f quaternion_wxyz(const Mat3f& rotation);
+
+}  // namespace pliant

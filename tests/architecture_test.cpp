@@ -1,0 +1,93 @@
+// Includes flow one way: gaussians -> {segmentation, physics} -> fitting -> app.  Every #include of the sources is
+// compared with the table of permissions below, so that a shortcut across rooms turns the suite red.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Permission {
+  std::set<std::string> rooms;    // folders whose headers may be included, besides the folder itself
+  std::set<std::string> outside;  // first path component of third-party headers
+};
+
+const std::set<std::string> kEverywhere = {"Eigen", "omp.h"};
+
+const std::map<std::string, Permission> kTable = {
+    {"gaussians/base", {{}, {"nanoflann.hpp"}}},
+    {"gaussians/render", {{"gaussians/base"}, {}}},
+    {"gaussians/io", {{"gaussians/base"}, {"nlohmann", "opencv2"}}},
+    {"segmentation/lift", {{"gaussians/base", "gaussians/render", "gaussians/io"}, {"opencv2"}}},
+    {"segmentation/repair",
+     {{"gaussians/base", "gaussians/render", "gaussians/io", "segmentation/lift"}, {"opencv2"}}},
+    {"physics", {{"gaussians/base"}, {}}},
+    {"fitting/fields", {{"gaussians/base", "gaussians/render", "physics"}, {"torch"}}},
+    {"app/store", {{"gaussians/base", "gaussians/io", "segmentation/lift", "physics", "fitting/fields"}, {"hdf5.h"}}},
+};
+
+// The rooms of app that see every room below them.
+const std::set<std::string> kAppRooms = {"app", "app/commands", "app/pipeline", "app/demo", "app/evaluate"};
+
+std::string room_of(const fs::path& relative_folder) { return relative_folder.generic_string(); }
+
+bool is_standard_header(const std::string& header) { return header.find('.') == std::string::npos && header.find('/') == std::string::npos; }
+
+bool is_system_header(const std::string& header) {
+  static const std::set<std::string> allowed = {"unistd.h", "fcntl.h", "sys/stat.h", "sys/wait.h", "sys/resource.h", "signal.h"};
+  return allowed.count(header) > 0;
+}
+
+}  // namespace
+
+TEST(Architecture, EveryIncludeIsPermitted) {
+  const fs::path root = PLIANT_SOURCE_DIR;
+  const std::regex include(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
+  int files = 0;
+  for (const char* top : {"gaussians", "segmentation", "physics", "fitting", "app"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(root / top)) {
+      const std::string extension = entry.path().extension();
+      if (extension != ".h" && extension != ".cpp") continue;
+      ++files;
+      const std::string room = room_of(fs::relative(entry.path().parent_path(), root));
+      const bool app_room = kAppRooms.count(room) > 0;
+      ASSERT_TRUE(app_room || kTable.count(room)) << room << " has no line in the table of permissions";
+      std::ifstream in(entry.path());
+      for (std::string line; std::getline(in, line);) {
+        std::smatch match;
+        if (!std::regex_search(line, match, include)) continue;
+        const std::string header = match[2];
+        const std::string where = fs::relative(entry.path(), root).string() + ": " + line;
+        if (match[1] == "\"") {
+          const std::string target = room_of(fs::path(header).parent_path());
+          const bool allowed = target == room || app_room || kTable.at(room).rooms.count(target);
+          EXPECT_TRUE(allowed) << where << "\n  " << room << " may not include " << target;
+          if (app_room) EXPECT_TRUE(kTable.count(target) || kAppRooms.count(target)) << where;
+        } else if (!is_standard_header(header) && !is_system_header(header)) {
+          const std::string library = header.substr(0, header.find('/'));
+          const bool allowed = kEverywhere.count(library) || app_room || kTable.at(room).outside.count(library);
+          EXPECT_TRUE(allowed) << where << "\n  " << room << " may not use " << library;
+        }
+      }
+    }
+  }
+  EXPECT_GT(files, 10);
+}
+
+TEST(Architecture, TopLevelIsTheAgreedOne) {
+  const std::set<std::string> agreed = {"CMakeLists.txt", "segmentation", "gaussians", "physics", "fitting",
+                                        "app", "tests", "README.md", "LICENSE"};
+  for (const auto& entry : fs::directory_iterator(PLIANT_SOURCE_DIR)) {
+    const std::string name = entry.path().filename();
+    if (name[0] == '.' || name.rfind("build", 0) == 0) continue;
+    EXPECT_TRUE(agreed.count(name)) << name << " does not belong at the top level";
+  }
+}
