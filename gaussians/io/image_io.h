@@ -1,0 +1,18 @@
+#pragma once
+
+#include <filesystem>
+
+#include "gaussians/base/image.h"
+
+namespace pliant {
+
+/// Reads a photo as RGB in [0, 1], [H, W, 3].  Throws Error{kInput} naming the file.
+ImageF read_image(const std::filesystem::path& file);
+/// Writes RGB or grey, clamped to [0, 1] and rounded to 8 bit; the format follows the extension (png, jpg); atomic.
+void write_image(const std::filesystem::path& file, const ImageF& image);
+/// Reads an id picture: PNG with 8 or 16 bits and one channel (value = id), or RGB with id = R + 256 G + 65536 B.
+IdImage read_ids(const std::filesystem::path& file);
+/// Writes ids as 8-bit PNG when they fit, else 16-bit, else RGB.
+void write_ids(const std::filesystem::path& file, const IdImage& ids);
+
+}  // namespace pliant

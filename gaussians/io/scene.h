@@ -1,0 +1,72 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gaussians/base/camera.h"
+#include "gaussians/base/gaussian_cloud.h"
+#include "gaussians/io/ply.h"
+
+namespace pliant {
+
+/// Homogeneous elastic material: Young's modulus [Pa], Poisson's ratio, density [kg/m^3].
+struct MaterialValues {
+  std::optional<double> young, poisson, density;
+};
+
+/// A reference video that shows the object moving.
+struct VideoReference {
+  std::filesystem::path file;
+  std::string camera;  ///< name of the camera that took it
+  double fps = 0;
+};
+
+/// Contents of scene.json; every path is resolved against the folder of the file.
+/// Keys: splats, cameras, photos, masks, labels, video {file, camera, fps}, up [3], metres_per_unit, support (name of
+/// an id), object (name of the id that `run` takes when none is given), pinned [{box: [x0,y0,z0,x1,y1,z1]} |
+/// {sphere: [x,y,z,r]}], material {young, poisson, density}.
+struct SceneFile {
+  std::filesystem::path file, splats, cameras, photos, masks, labels;
+  std::optional<VideoReference> video;
+  std::optional<Eigen::Vector3d> up;
+  std::optional<double> metres_per_unit;
+  std::string support, object;
+  struct Region {
+    bool sphere = false;
+    Vec3f low, high;  ///< box corners; for a sphere `low` is the centre and high.x() the radius
+    bool contains(const Vec3f& x) const;
+  };
+  std::vector<Region> pinned;
+  MaterialValues material;
+};
+
+/// Parses scene.json; unknown keys are usage errors that name the nearest known key, impossible values (young <= 0,
+/// poisson outside (-1, 0.5), density <= 0, metres_per_unit <= 0) name the key and the value.
+SceneFile read_scene_file(const std::filesystem::path& file);
+
+/// A scene as the stages see it.
+struct Scene {
+  std::filesystem::path source;  ///< what the user named
+  SceneFile settings;
+  GaussianCloud cloud;
+  ReadReport report;
+  std::vector<Camera> cameras;      ///< from files, or an orbit
+  bool cameras_are_orbit = false;   ///< no cameras were found: the orbit's renders stand in for photos
+  Eigen::Vector3d up = {0, 0, 1};   ///< unit
+  std::string up_source;            ///< how `up` was found, a sentence
+  double metres_per_unit = 1;
+  std::vector<std::string> warnings;
+};
+
+/// Loads a splat file, a 3DGS model folder, or a folder with scene.json.  Cameras: scene file's, else
+/// transforms*.json beside the splats, else an orbit of `orbit_views` views.
+struct LoadOptions {
+  std::optional<Eigen::Vector3d> up;
+  std::optional<double> metres_per_unit;
+  int orbit_views = 24, orbit_width = 800, orbit_height = 600;
+};
+Scene load_scene(const std::filesystem::path& source, const LoadOptions& options = {});
+
+}  // namespace pliant

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "gaussians/base/camera.h"
+#include "gaussians/base/image.h"
+
+namespace pliant {
+
+/// Id masks of the photos.  Id 0 = unlabelled and ignored; ids are unlimited and need not be consecutive.
+struct MaskSet {
+  struct View {
+    int camera = -1;  ///< index into the scene's cameras
+    IdImage ids;      ///< size of that camera
+  };
+  std::vector<View> views;
+  std::map<uint32_t, std::string> names;  ///< from labels.json; ids without a name are "object_<id>"
+  std::vector<std::string> warnings;
+
+  std::vector<uint32_t> ids() const;  ///< all ids > 0 that occur, ascending
+  std::string name_of(uint32_t id) const;
+};
+
+/// Reads id pictures named like the cameras (`<stem>.png`).  Cameras without a mask are warned about; no mask at all,
+/// an unreadable picture or one of another size is an Error{kInput}.  `labels`: JSON object id -> name, may be empty.
+MaskSet load_masks(const std::filesystem::path& folder, const std::filesystem::path& labels,
+                   const std::vector<Camera>& cameras);
+
+}  // namespace pliant

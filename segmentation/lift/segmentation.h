@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "gaussians/base/types.h"
+
+namespace pliant {
+
+constexpr int kSemanticChannels = 16;
+
+/// The semantic attribute of every Gaussian and what follows from it (Sim Anything supplement, eq. 1).
+struct Segmentation {
+  std::vector<float> attribute;        ///< y [N, 16]
+  std::vector<float> classifier;       ///< [C, 16] weights, shared by all views
+  std::vector<float> classifier_bias;  ///< [C]
+  std::vector<uint32_t> class_id;      ///< [C] id of class c, ascending
+  std::vector<std::string> class_name; ///< [C]
+  std::vector<uint32_t> label;         ///< [N] most probable id
+  std::vector<float> confidence;       ///< [N] its probability
+  std::vector<uint8_t> seen;           ///< [N] 1 = some view sees it; 0 = label taken from neighbours
+};
+
+/// One row of objects.json.
+struct ObjectEntry {
+  uint32_t id = 0;
+  std::string name;
+  float score = 0;      ///< mean confidence
+  Box bounds;           ///< scene units, 2nd to 98th percentile of its Gaussians
+  size_t gaussians = 0;
+  int views = 0;        ///< mask views in which it occurs
+};
+std::vector<ObjectEntry> list_objects(const Segmentation& segmentation, const std::vector<Vec3f>& position);
+
+/// Class probabilities [C] of Gaussian i: softmax of the classifier applied to its attribute.
+std::vector<float> class_probabilities(const Segmentation& segmentation, size_t i);
+
+}  // namespace pliant
