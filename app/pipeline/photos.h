@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gaussians/base/image.h"
 #include "gaussians/io/scene.h"
 #include "segmentation/lift/segmentation.h"
 

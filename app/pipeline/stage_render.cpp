@@ -83,7 +83,10 @@ json run_render(const Context& context, RunDirectory& run, const Scene& scene, c
     const Box bounds = robust_bounds(stage.object);
     const Camera fixed = clip_camera(scene, options.camera, bounds);
     const int frames = static_cast<int>(stage.trajectory.frames.size());
-    const std::vector<Camera> path = arc_path(fixed, bounds.centre().cast<double>(), scene.up, frames);
+    // Photographed scenes are seen from one side only, so the moving camera swings; others are circled once.
+    OrbitPathOptions turn;
+    turn.frames = frames, turn.degrees = scene.cameras_are_orbit ? 360 : 25;
+    const std::vector<Camera> path = orbit_path(turn, fixed, bounds.centre().cast<double>(), scene.up);
 
     VideoWriter clip(run / "clip.mp4", stage.trajectory.fps, fixed.width, fixed.height);
     std::unique_ptr<VideoWriter> orbit;
