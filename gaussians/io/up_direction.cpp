@@ -11,9 +11,9 @@ namespace pliant {
 namespace {
 
 constexpr int kSamples = 8000, kHypotheses = 500;
-constexpr double kBand = 0.01;        // half thickness of a plane / robust diagonal of the cloud
-constexpr double kLeastShare = 0.125; // of the opacity in the plane
-constexpr double kMostBelow = 0.05;   // of what is outside the plane
+constexpr double kBand = 0.03;        // half thickness of a plane / robust diagonal of the cloud
+constexpr double kLeastShare = 0.2;    // of the opacity in the plane
+constexpr double kMostBelow = 0.10;   // of what is outside the plane
 constexpr double kUsualWorld = 0.5;   // bonus of planes that agree with -y, the usual up of reconstructed scenes
 
 struct Plane {
@@ -100,7 +100,7 @@ std::optional<UpDirection> up_of_support_plane(const GaussianCloud& cloud) {
     plane.offset = plane.normal.dot(a);
     judge(samples, band, plane);
     // A rough plane cuts into what stands on it, so the strict test comes after the fit.
-    if (plane.score > best.score && plane.below <= 3 * kMostBelow) best = plane;
+    if (plane.score > best.score && plane.below <= 2 * kMostBelow) best = plane;
   }
   if (best.score == 0) return std::nullopt;
   for (int k = 0; k < 5; ++k) best = refit(samples, band, best);

@@ -18,7 +18,7 @@ struct UpDirection {
 std::optional<UpDirection> up_of_cameras(const std::vector<Camera>& cameras);
 
 /// Normal of the plane that the cloud stands on: RANSAC (Fischler and Bolles 1981) over opacity-weighted positions,
-/// oriented so that what is not in the plane lies above it.  Empty unless the plane holds at least 1/8 of the
+/// oriented so that what is not in the plane lies above it.  Empty unless the plane holds at least 1/5 of the
 /// opacity and has nearly nothing below it.  Deterministic.
 std::optional<UpDirection> up_of_support_plane(const GaussianCloud& cloud);
 
