@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <exception>
+#include <memory>
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
@@ -10,6 +11,7 @@
 #include "physics/elasticity.h"
 #include "physics/material.h"
 #include "physics/pack.h"
+#include "physics/team.h"
 
 namespace pliant {
 namespace {
@@ -326,17 +328,47 @@ void Mpm<T>::collect_reports() {
 }
 
 template <class T>
-void Mpm<T>::step(T dt, const StepLoads<T>& loads) {
-#pragma omp parallel
+bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<void(int)>& prepare,
+                     const std::function<bool()>& check) {
+  constexpr int kParticlesPerThread = 1000;  // below this a thread costs more than it brings
+  const int useful = static_cast<int>(std::min<size_t>(record_.size() / kParticlesPerThread, 1024));
+  const int threads = std::clamp(omp_get_max_threads(), 1, std::max(1, useful));
+  std::exception_ptr error;
+  Queue scatter, update, gather;
+  bool going = true, good = true;
+  // What one thread does between steps.
+  const auto between = [&](int k) {
+    try {
+      if (k > 0) {
+        collect_reports();
+        good = finite_ && check();
+      }
+      going = good && k < count;
+      if (going) prepare(k);
+    } catch (...) {
+      error = std::current_exception(), going = false;
+    }
+    scatter.reset(), update.reset(), gather.reset();
+  };
+  std::unique_ptr<Barrier> barrier;
+#pragma omp parallel num_threads(threads)
   {
-#pragma omp for schedule(dynamic, 1)
-    for (int b = 0; b < grid_.particle_blocks(); ++b) scatter_block(b, dt, loads);
-#pragma omp for schedule(dynamic, 4)
-    for (int n = 0; n < grid_.node_blocks(); ++n) sum_node_block(n), update_node_block(n, dt, loads);
-#pragma omp for schedule(dynamic, 1)
-    for (int b = 0; b < grid_.particle_blocks(); ++b) gather_block(b, dt);
+#pragma omp single
+    barrier = std::make_unique<Barrier>(omp_get_num_threads());
+    for (int k = 0;; ++k) {
+      if (omp_get_thread_num() == 0) between(k);
+      barrier->wait();
+      if (!going) break;
+      for (int b; (b = scatter.take()) < grid_.particle_blocks();) scatter_block(b, dt, loads);
+      barrier->wait();
+      for (int n; (n = update.take()) < grid_.node_blocks();) sum_node_block(n), update_node_block(n, dt, loads);
+      barrier->wait();
+      for (int b; (b = gather.take()) < grid_.particle_blocks();) gather_block(b, dt);
+      barrier->wait();
+    }
   }
-  collect_reports();
+  if (error) std::rethrow_exception(error);
+  return good;
 }
 
 template <class T>

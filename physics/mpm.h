@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -63,9 +64,12 @@ class Mpm {
   /// Writes x, v, C, F in the order of the particles.
   void store(BasicSimulationState<T>& state) const;
 
-  void step(T dt, const StepLoads<T>& loads);
+  /// Takes up to `count` steps on all threads.  Before step k, prepare(k) sets the loads; check() after it returns
+  /// false to stop.  False when stopped or when a particle ceased to be finite.  Equal for any number of threads.
+  bool advance(int count, T dt, StepLoads<T>& loads, const std::function<void(int)>& prepare,
+               const std::function<bool()>& check);
 
-  /// The three parts of a step.
+  /// The three parts of a step, on one thread.
   void particles_to_grid(T dt, const StepLoads<T>& loads);
   void update_grid(T dt, const StepLoads<T>& loads);
   void grid_to_particles(T dt);

@@ -1,5 +1,6 @@
 #include "physics/region.h"
 
+#include <algorithm>
 #include <limits>
 
 namespace pliant {

@@ -90,6 +90,20 @@ Vec3d grid_origin(const BasicParticles<T>& particles, const std::vector<Interact
   return origin;
 }
 
+/// Median of each coordinate, which strays do not move.
+template <class T>
+Vec3d median(const std::vector<Vec3<T>>& points) {
+  Vec3d result;
+  std::vector<T> along(points.size());
+  for (int a = 0; a < 3; ++a) {
+    for (size_t i = 0; i < points.size(); ++i) along[i] = points[i][a];
+    const auto middle = along.begin() + static_cast<std::ptrdiff_t>(along.size() / 2);
+    std::nth_element(along.begin(), middle, along.end());
+    result[a] = static_cast<double>(*middle);
+  }
+  return result;
+}
+
 /// Advances one body frame by frame.
 template <class T>
 class Simulator {
@@ -122,12 +136,8 @@ class Simulator {
   void advance(BasicSimulationState<T>& state) {
     const double frame_time = 1 / options_.fps;
     double speed = 0;
-    Vec3d centre = Vec3d::Zero();
-    for (size_t i = 0; i < state.size(); ++i) {
-      speed = std::max(speed, static_cast<double>(state.v[i].norm()));
-      centre += state.x[i].template cast<double>();
-    }
-    centre /= static_cast<double>(state.size());
+    for (const Vec3<T>& v : state.v) speed = std::max(speed, static_cast<double>(v.norm()));
+    const Vec3d centre = median(state.x);
     const Vec3d reach = Vec3d::Constant(1.5 * diagonal_ + 2 * frame_time * speed);
     const double wanted = frame_time * (sound_speed_ + speed) / (options_.courant * dx_);
     int substeps = options_.substeps > 0 ? options_.substeps : std::max(1, static_cast<int>(std::ceil(wanted)));
@@ -159,14 +169,9 @@ class Simulator {
  private:
   bool run_frame(const BasicSimulationState<T>& state, double dt, int substeps) {
     const double start = state.frame / options_.fps;
-    const bool watch_courant = options_.substeps == 0;
-    for (int k = 0; k < substeps; ++k) {
-      schedule_.at(start + k * dt, dt, solver_, loads_);
-      solver_.step(static_cast<T>(dt), loads_);
-      if (!solver_.finite()) return false;
-      if (watch_courant && (sound_speed_ + solver_.max_speed()) * dt > options_.courant_cap * dx_) return false;
-    }
-    return true;
+    return solver_.advance(
+        substeps, static_cast<T>(dt), loads_, [&](int k) { schedule_.at(start + k * dt, dt, solver_, loads_); },
+        [&] { return (sound_speed_ + solver_.max_speed()) * dt <= options_.courant_cap * dx_; });
   }
 
   SimulateOptions options_;
