@@ -24,19 +24,25 @@ Isometry3d frame(const Vec3d& origin, const Vec3d& x, const Vec3d& y) {
   return pose;
 }
 
-/// Pot: outer wall, lip, inner wall and soil, as one profile.
-std::vector<Vector2d> pot_profile(double radius, double height, double soil, double stem_radius) {
-  const double foot = 0.74 * radius, wall = 0.006, lip = 0.018;
+constexpr double kPotWall = 0.006;  // m
+
+/// Outer wall, lip and inner wall down to the soil.
+std::vector<Vector2d> pot_profile(double radius, double height, double soil) {
+  const double foot = 0.74 * radius, lip = 0.018;
   return {{foot, 0},
           {radius - 0.005, height - lip},
           {radius, height - lip + 0.002},
           {radius, height - 0.003},
           {radius - 0.003, height},
-          {radius - wall + 0.002, height},
-          {radius - wall, height - 0.002},
-          {radius - wall, soil},
-          {0.5 * (radius - wall + stem_radius), soil + 0.004},
-          {stem_radius - 0.002, soil + 0.006}};
+          {radius - kPotWall + 0.002, height},
+          {radius - kPotWall, height - 0.002},
+          {radius - kPotWall, soil}};
+}
+
+/// Soil that rises a little towards the stem.
+std::vector<Vector2d> soil_profile(double radius, double soil, double stem_radius) {
+  const double outer = radius - kPotWall;
+  return {{outer, soil}, {0.5 * (outer + stem_radius), soil + 0.004}, {stem_radius - 0.002, soil + 0.006}};
 }
 
 /// Tapered stem that ends in a low dome.
@@ -117,7 +123,7 @@ double first_frequency(const Beam& beam, const ElasticSolid& solid) {
 }
 
 /// The stem as a beam; leaves and blossom ride on it with the mass of their part outside the stem.
-Beam beam_of(const Flower& flower, const SolidSamples& samples) {
+Beam beam_of(const Flower& flower, const FlowerSolid& samples) {
   Beam beam{flower.free_length, flower.base_diameter / 2, flower.tip_diameter / 2, {}};
   std::vector<Rider> riders(3);  // leaf on +x, leaf on -x, blossom with the dome of the stem
   for (size_t i = 0; i < samples.position.size(); ++i) {
@@ -141,7 +147,7 @@ Beam beam_of(const Flower& flower, const SolidSamples& samples) {
 
 FlowerPart Flower::part_at(const Vec3d& x) const {
   for (const FlowerPiece& piece : pieces)
-    if (piece.part != FlowerPart::kPot && piece.shape->inside(piece.flower_from_local.inverse() * x)) return piece.part;
+    if (piece.part != FlowerPart::kPot && piece.contains(x)) return piece.part;
   return FlowerPart::kNone;
 }
 
@@ -160,10 +166,13 @@ Flower make_flower(uint64_t seed) {
   auto stem_radius = [&](double z) { return f.base_diameter / 2 - taper * (z - f.pin_height); };
   const double bottom = f.soil_height - 0.35 * d, top = f.pin_height + f.free_length;
   auto add = [&](FlowerPart part, std::unique_ptr<Shape> shape, const Isometry3d& pose, int tone) {
-    f.pieces.push_back({part, std::move(shape), pose, tone});
+    const Vec3d centre = pose * shape->bound_centre();
+    const double radius = shape->bound_radius();
+    f.pieces.push_back({part, std::move(shape), pose, tone, centre, radius});
   };
   const Isometry3d upright = Isometry3d::Identity();
-  add(FlowerPart::kPot, make_lathe(pot_profile(f.pot_radius, pot_height, f.soil_height, stem_radius(f.soil_height))), upright, 0);
+  add(FlowerPart::kPot, make_lathe(pot_profile(f.pot_radius, pot_height, f.soil_height)), upright, 0);
+  add(FlowerPart::kPot, make_lathe(soil_profile(f.pot_radius, f.soil_height, stem_radius(f.soil_height))), upright, 1);
   add(FlowerPart::kStem, make_lathe(stem_profile(bottom, stem_radius(bottom), top, d / 2)), upright, 0);
 
   f.leaf_semi_axes = d * Vec3d(random.uniform(1.05, 1.15), 0.50, 0.31);
@@ -202,11 +211,11 @@ Flower make_flower(uint64_t seed) {
   return f;
 }
 
-SolidSamples sample_flower(const Flower& flower, double cell, double lowest, uint64_t seed) {
+FlowerSolid sample_flower(const Flower& flower, double cell, double lowest, uint64_t seed) {
   const Eigen::Vector3i low(static_cast<int>(std::floor(-flower.reach / cell)), static_cast<int>(std::floor(-flower.reach / cell)),
                             0);
   const int across = -2 * low.x(), layers = static_cast<int>(std::ceil((flower.height - lowest) / cell));
-  std::vector<SolidSamples> layer(std::max(0, layers));
+  std::vector<FlowerSolid> layer(std::max(0, layers));
   parallel_for(layers, [&](std::ptrdiff_t k) {
     for (int j = 0; j < across; ++j)
       for (int i = 0; i < across; ++i) {
@@ -218,9 +227,9 @@ SolidSamples sample_flower(const Flower& flower, double cell, double lowest, uin
         layer[k].position.push_back(x), layer[k].part.push_back(part);
       }
   });
-  SolidSamples samples;
+  FlowerSolid samples;
   samples.cell = cell;
-  for (const SolidSamples& l : layer) {
+  for (const FlowerSolid& l : layer) {
     samples.position.insert(samples.position.end(), l.position.begin(), l.position.end());
     samples.part.insert(samples.part.end(), l.part.begin(), l.part.end());
   }
@@ -230,7 +239,7 @@ SolidSamples sample_flower(const Flower& flower, double cell, double lowest, uin
 FlowerMechanics flower_mechanics(const Flower& flower) {
   FlowerMechanics m;
   const double d = flower.tip_diameter;
-  const SolidSamples above = sample_flower(flower, d / 20, flower.pin_height, 0);
+  const FlowerSolid above = sample_flower(flower, d / 20, flower.pin_height, 0);
   // The layer of three cells below the pinned plane belongs to the solid, so spacing and volume are found together.
   auto volume_with = [&](double cell) {
     const double r = flower.base_diameter / 2 + 1.5 * cell * (flower.base_diameter - d) / 2 / flower.free_length;

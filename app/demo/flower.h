@@ -18,6 +18,12 @@ struct FlowerPiece {
   std::shared_ptr<const Shape> shape;
   Eigen::Isometry3d flower_from_local = Eigen::Isometry3d::Identity();
   int tone = 0;  ///< which of the part's colours
+  Vec3d centre = Vec3d::Zero();  ///< of the ball around it, frame of the flower
+  double radius = 0;
+
+  bool contains(const Vec3d& x) const {
+    return (x - centre).squaredNorm() <= radius * radius && shape->inside(flower_from_local.inverse() * x);
+  }
 };
 
 /// Isotropic elastic solid [Pa, -, kg/m^3].
@@ -26,7 +32,7 @@ struct ElasticSolid {
 };
 
 /// Solid points of what moves, with the part that each belongs to; every point stands for cell^3.
-struct SolidSamples {
+struct FlowerSolid {
   std::vector<Vec3d> position;  ///< frame of the flower
   std::vector<FlowerPart> part;
   double cell = 0;              ///< [m]
@@ -56,7 +62,7 @@ struct Flower {
 Flower make_flower(uint64_t seed);
 
 /// Jittered points, one per cell of a regular grid, in the stem, the leaves and the blossom above z = lowest.
-SolidSamples sample_flower(const Flower& flower, double cell, double lowest, uint64_t seed);
+FlowerSolid sample_flower(const Flower& flower, double cell, double lowest, uint64_t seed);
 
 /// What the proportions promise to a simulation with N driving particles on a grid of spacing (8 V / N)^(1/3), where
 /// V is the solid above the plane three cells below the pinned one.

@@ -122,20 +122,24 @@ class Cuboid final : public Shape {
 
   SurfaceHit intersect(const Ray& ray, double t_min, double t_max) const override {
     double enter = -kNoHit, leave = kNoHit;
-    int axis = 0;
+    int enter_axis = 0, leave_axis = 0;
     for (int k = 0; k < 3; ++k) {
       if (ray.direction[k] == 0) {
         if (std::abs(ray.origin[k]) > half_[k]) return {};
         continue;
       }
       const double a = (-half_[k] - ray.origin[k]) / ray.direction[k], b = (half_[k] - ray.origin[k]) / ray.direction[k];
-      if (std::min(a, b) > enter) enter = std::min(a, b), axis = k;
-      leave = std::min(leave, std::max(a, b));
+      if (std::min(a, b) > enter) enter = std::min(a, b), enter_axis = k;
+      if (std::max(a, b) < leave) leave = std::max(a, b), leave_axis = k;
     }
-    if (enter > leave || enter <= t_min || enter >= t_max) return {};
+    if (enter > leave) return {};
+    const bool from_inside = enter <= t_min;
+    const double t = from_inside ? leave : enter;
+    if (t <= t_min || t >= t_max) return {};
+    const int axis = from_inside ? leave_axis : enter_axis;
     Vec3d normal = Vec3d::Zero();
-    normal[axis] = ray.direction[axis] > 0 ? -1 : 1;
-    return {enter, normal};
+    normal[axis] = (ray.direction[axis] > 0) == from_inside ? 1 : -1;
+    return {t, normal};
   }
   bool inside(const Vec3d& x) const override { return (x.cwiseAbs().array() <= half_.array()).all(); }
   std::vector<SurfacePoint> cover(double spacing, uint64_t seed) const override {
@@ -292,10 +296,11 @@ class Handle final : public Shape {
       return {};
     }
     double t = begin + 1e-9;
+    const double side = signed_distance(ray.origin + t * ray.direction) < 0 ? -1 : 1;
     for (int i = 0; i < 128 && t < end; ++i) {
       const Vec3d x = ray.origin + t * ray.direction;
-      const double distance = signed_distance(x);
-      if (distance < 1e-7) return distance < -1e-4 ? SurfaceHit{} : SurfaceHit{t, normal(x)};
+      const double distance = side * signed_distance(x);
+      if (distance < 1e-7) return {t, normal(x)};
       if (distance > 2 * (ring_ + tube_) && x.dot(ray.direction) > 0) break;
       t += distance;
     }

@@ -35,19 +35,22 @@ const Vec3d kMugs[] = {{0.80, 0.78, 0.72}, {0.34, 0.56, 0.74}, {0.70, 0.42, 0.34
 const Vec3d kWoods[] = {{0.66, 0.50, 0.34}, {0.58, 0.42, 0.30}, {0.72, 0.60, 0.44}};
 const Vec3d kGlazes[] = {{0.60, 0.68, 0.70}, {0.70, 0.66, 0.56}, {0.62, 0.70, 0.60}};
 
+const Vec3d kSoil(0.30, 0.21, 0.15);
+
 struct Spot {
   double x, y, radius;
 };
 
-/// A free place on the table beside or behind the flower, as seen from the front.
+/// A free place on the table, seen from the front beside the stem and not before a leaf.
 Spot free_spot(Random& random, const std::vector<Spot>& taken, const Spot& flower, double radius) {
   for (int tries = 0; tries < 100000; ++tries) {
-    const Spot spot{random.uniform(-0.42, 0.42), random.uniform(-0.30, kWallAt - radius - 0.03), radius};
-    const bool in_front = spot.y < flower.y + 0.05 && std::abs(spot.x - flower.x) < flower.radius + radius;
+    const Spot spot{random.uniform(-0.36, 0.36), random.uniform(-0.22, kWallAt - radius - 0.03), radius};
+    const double aside = std::abs(spot.x - flower.x);
+    const bool in_line = aside < 0.5 * flower.radius + radius || (spot.y < flower.y + 0.05 && aside < flower.radius + radius);
     const bool overlaps = std::any_of(taken.begin(), taken.end(), [&](const Spot& other) {
       return std::hypot(spot.x - other.x, spot.y - other.y) < spot.radius + other.radius + 0.03;
     });
-    if (!in_front && !overlaps) return spot;
+    if (!in_line && !overlaps) return spot;
   }
   CHECK_MSG(false, "no free place on the table");
   return {};
@@ -83,14 +86,16 @@ void Stage::add_flower(uint64_t seed) {
   const Vec3d green(random.uniform(0.20, 0.30), random.uniform(0.46, 0.56), random.uniform(0.18, 0.26));
   for (const FlowerPiece& piece : flower_.pieces) {
     Paint paint{Paint::Kind::kPlain, pot, pot, 0.012, seed * 64 + parts_.size()};
+    if (piece.part == FlowerPart::kPot && piece.tone == 1) paint.albedo = kSoil, paint.grain = 0.007;
     if (piece.part == FlowerPart::kStem) paint.albedo = 0.9 * green, paint.grain = 0.010;
     if (piece.part == FlowerPart::kLeaf) paint.albedo = green + Vec3d(0.02, 0.10, 0.0) * piece.tone, paint.grain = 0.010;
     if (piece.part == FlowerPart::kBlossom) {
-      paint.albedo = piece.tone == 0 ? Vec3d(0.90, 0.72, 0.22) : Vec3d(petal * (piece.tone == 1 ? 1.0 : 0.90));
+      const Vec3d heart = petal.y() > 0.6 ? Vec3d(0.48, 0.28, 0.14) : Vec3d(0.90, 0.72, 0.22);
+      paint.albedo = piece.tone == 0 ? heart : Vec3d(petal * (piece.tone == 1 ? 1.0 : 0.90));
       paint.grain = 0.009;
     }
     const Isometry3d pose = world_from_flower_ * piece.flower_from_local;
-    placed_.push_back({pose.inverse(), pose * piece.shape->bound_centre(), piece.shape->bound_radius()});
+    placed_.push_back({pose.inverse(), world_from_flower_ * piece.centre, piece.radius});
     parts_.push_back({piece.shape, pose, paint, kFlowerId, piece.part});
   }
 }
