@@ -6,17 +6,6 @@
 #include "gaussians/base/error.h"
 
 namespace pliant {
-namespace {
-
-std::vector<float> padded_sh(const GaussianCloud& cloud, int degree) {
-  const int from = cloud.sh_count() * 3, to = (degree + 1) * (degree + 1) * 3;
-  std::vector<float> sh(cloud.size() * to, 0.0f);
-  for (size_t i = 0; i < cloud.size(); ++i) std::copy_n(cloud.sh.data() + i * from, std::min(from, to), sh.data() + i * to);
-  return sh;
-}
-
-}  // namespace
-
 void GaussianCloud::resize(size_t n) {
   position.resize(n, Vec3f::Zero());
   rotation.resize(n, Vec4f(1, 0, 0, 0));
@@ -44,8 +33,8 @@ GaussianCloud GaussianCloud::select(std::span<const int> indices) const {
 
 void GaussianCloud::append(const GaussianCloud& other) {
   const int degree = std::max(sh_degree, other.sh_degree);
-  if (degree != sh_degree) sh = padded_sh(*this, degree), sh_degree = degree;
-  const std::vector<float> theirs = other.sh_degree == degree ? other.sh : padded_sh(other, degree);
+  if (degree != sh_degree) *this = with_sh_degree(*this, degree);
+  const std::vector<float> theirs = with_sh_degree(other, degree).sh;
   position.insert(position.end(), other.position.begin(), other.position.end());
   rotation.insert(rotation.end(), other.rotation.begin(), other.rotation.end());
   log_scale.insert(log_scale.end(), other.log_scale.begin(), other.log_scale.end());
@@ -57,6 +46,16 @@ Box GaussianCloud::bounds() const {
   Box box;
   for (const Vec3f& x : position) box.add(x);
   return box;
+}
+
+GaussianCloud with_sh_degree(const GaussianCloud& cloud, int degree) {
+  GaussianCloud out = cloud;
+  out.sh_degree = degree;
+  const int from = cloud.sh_count() * 3, to = out.sh_count() * 3;
+  out.sh.assign(cloud.size() * to, 0.0f);
+  for (size_t i = 0; i < cloud.size(); ++i)
+    std::copy_n(cloud.sh.data() + i * from, std::min(from, to), out.sh.data() + i * to);
+  return out;
 }
 
 Vec4f quaternion_wxyz(const Mat3f& rotation) {

@@ -29,6 +29,9 @@ struct GaussianCloud {
   Box bounds() const;
 };
 
+/// The cloud with spherical harmonics cut or padded with zeros to `degree`.
+GaussianCloud with_sh_degree(const GaussianCloud& cloud, int degree);
+
 constexpr float kSh0 = 0.28209479177387814f;
 
 inline float sigmoid(float x) { return 1.0f / (1.0f + std::exp(-x)); }

@@ -22,7 +22,8 @@ struct ReadReport {
 /// Throws Error{kInput} naming the file and the property.
 GaussianCloud read_ply(const std::filesystem::path& file, ReadReport* report = nullptr);
 
-/// Writes the canonical INRIA layout (binary little endian, f_rest channel-major), atomically.
-void write_ply(const std::filesystem::path& file, const GaussianCloud& cloud);
+/// Writes the canonical INRIA layout (binary little endian, f_rest channel-major), atomically.  `antialiased` adds the
+/// comment by which mip-splatting scenes are recognised.
+void write_ply(const std::filesystem::path& file, const GaussianCloud& cloud, bool antialiased = false);
 
 }  // namespace pliant

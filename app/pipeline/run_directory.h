@@ -1,0 +1,63 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/pipeline/progress.h"
+
+namespace pliant {
+
+/// Everything that decides the outcome of a stage, and what it writes.
+struct StageKey {
+  std::string name;
+  nlohmann::json options;                                ///< values that the user may set
+  std::map<std::string, std::filesystem::path> inputs;   ///< role -> file or folder, hashed by contents
+  std::vector<std::string> outputs;                      ///< relative to the run directory
+};
+
+/// A run directory and its run.json: the scene it belongs to, and per stage its options, input hashes, outputs,
+/// summary, wall time and peak memory.
+class RunDirectory {
+ public:
+  /// Creates `path` if needed.  An existing directory of another kind (files, but no run.json) is a usage error.
+  static RunDirectory create(const std::filesystem::path& path);
+  /// Opens an existing run directory; a usage error names what is missing.
+  static RunDirectory open(const std::filesystem::path& path);
+
+  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path operator/(const std::string& relative) const { return path_ / relative; }
+
+  /// The scene this directory was made from: {source, up, metres_per_unit}.
+  const nlohmann::json& scene() const { return manifest_["scene"]; }
+  /// Records the scene; another scene than the recorded one is a usage error unless `overwrite`.
+  void set_scene(const nlohmann::json& scene, bool overwrite);
+
+  /// Runs `body` unless a record with equal options and input hashes and all outputs exist.  A record that differs is
+  /// a usage error that names the difference, unless context.overwrite.  `body` returns the stage's summary.
+  /// Returns the summary, old or new.
+  nlohmann::json stage(const Context& context, const StageKey& key,
+                       const std::function<nlohmann::json()>& body);
+
+  /// Summary of a finished stage; a usage error says which command to run first.
+  const nlohmann::json& summary(const std::string& stage, const std::string& hint) const;
+  bool has(const std::string& stage) const;
+  const nlohmann::json& manifest() const { return manifest_; }
+  /// Provenance for files written by `stage`: version, seed, options and input hashes, no times.
+  std::string provenance(const Context& context, const StageKey& key) const;
+
+ private:
+  explicit RunDirectory(std::filesystem::path path);
+  void save() const;
+
+  std::filesystem::path path_;
+  nlohmann::json manifest_;
+};
+
+/// SHA-256 over a file, or over names and contents of all files of a folder in order.
+std::string hash_of_input(const std::filesystem::path& path);
+
+}  // namespace pliant

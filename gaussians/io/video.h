@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "gaussians/base/image.h"
+
+namespace pliant {
+
+/// Writes an H.264 yuv420p mp4 that browsers play.  Odd sizes lose their last row or column.  The file appears under
+/// its name when `close` returns; without `close` nothing is left behind.  Throws Error{kInput} when this OpenCV
+/// cannot write H.264.
+class VideoWriter {
+ public:
+  VideoWriter(const std::filesystem::path& file, double fps, int width, int height);
+  ~VideoWriter();
+  VideoWriter(const VideoWriter&) = delete;
+  VideoWriter& operator=(const VideoWriter&) = delete;
+
+  void write(const ImageF& rgb);  ///< [height, width, 3] in [0, 1]; clamped and rounded to 8 bit
+  void close();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace pliant

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "physics/region.h"
+#include "physics/samples.h"
+
+namespace pliant {
+
+/// The particles that MPM moves.  Every solid sample belongs to one of them.
+struct DrivingParticles {
+  std::vector<Vec3f> position;     ///< [N, 3] centroid of the samples, in their units
+  std::vector<float> volume;       ///< [N] sum over the samples
+  std::vector<int> sample_driver;  ///< [M] driver of each sample
+  float cell_size = 0;             ///< grid spacing dx = (8 V / N)^(1/3)
+
+  size_t size() const { return position.size(); }
+};
+
+struct DriverOptions {
+  int count = 8000;  ///< drivers; lowered to the number of samples when there are fewer
+  uint64_t seed = 0;
+  int iterations = 10;  ///< of Lloyd's algorithm
+};
+
+/// K-means of the samples, weighted by volume (Lloyd 1982), from centres drawn along a space-filling order.  No
+/// driver is empty.  Deterministic for a seed, for any number of threads.  Throws Error{kUsage} without samples.
+DrivingParticles kmeans_drivers(const DriverOptions& options, const SolidSamples& samples);
+
+/// What is simulated: samples that lie less than 3 cells inside every pinned region; deeper ones are rigid.
+struct SimulatedPart {
+  std::vector<int> kept;  ///< indices of the simulated samples, ascending
+  float cell_size = 0;    ///< dx of `count` drivers in the simulated volume
+  double volume = 0;      ///< simulated volume
+};
+
+/// dx follows from the simulated volume, which follows from dx; solved by iteration.  Regions are in the units of the
+/// samples.  Throws Error{kUsage} when nothing is left to simulate.
+SimulatedPart select_simulated(const SolidSamples& samples, std::span<const Region> pinned, int count);
+
+}  // namespace pliant

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "physics/region.h"
+
+namespace pliant {
+
+/// What a person or the world does to the body.
+enum class InteractionType {
+  kGravity,     ///< world gravity becomes `vector` [m/s^2] during the span
+  kPin,         ///< grid nodes in `region` stand still during the span
+  kPointForce,  ///< total force `vector` [N], spread evenly over the touched mass
+  kImpulse,     ///< total impulse `vector` [N s] at `start`, spread evenly over the touched mass
+  kGrab,        ///< damped spring between the centre of the touched mass and `path`
+  kGust,        ///< drag rate * (vector - v) per kilogram towards wind velocity `vector` [m/s]; rate 0: `vector` is an
+                ///< acceleration [m/s^2]
+  kGround,      ///< nothing passes below the plane (region.point, region.vector = normal); Coulomb friction
+};
+
+/// One row of an interaction script, in SI units and world axes.  The touched mass of a force, impulse, grab or gust
+/// is the driving particles whose rest position lies in `region`.
+struct Interaction {
+  InteractionType type = InteractionType::kPointForce;
+  double start = 0;                                            ///< s
+  double duration = std::numeric_limits<double>::infinity();   ///< s
+  Region region;
+  Vec3d vector = Vec3d::Zero();
+
+  /// Grab: where the centre of the touched mass is pulled; times in s since `start`, ascending, linear in between.
+  struct PathPoint {
+    double time;
+    Vec3d position;
+  };
+  std::vector<PathPoint> path;
+  double stiffness = 0;  ///< grab, N/m; 0 = (2 pi 10 Hz)^2 * mass of the body
+  double damping = 0;    ///< grab, N s/m; 0 = critical for the mass of the body
+  double max_force = std::numeric_limits<double>::infinity();  ///< grab, N
+
+  double rate = 0;      ///< gust, 1/s
+  double friction = 0;  ///< ground, Coulomb coefficient; infinity = sticky
+
+  double end() const { return start + duration; }
+};
+
+/// Name in interactions.json: gravity, pin, point_force, impulse, grab, gust, ground.
+const char* interaction_name(InteractionType type);
+/// All names, in the order of the enumeration.
+std::vector<std::string> interaction_names();
+
+/// Throws Error{kUsage} naming interaction `index` and its field: times finite and >= 0, vectors finite, a positive
+/// radius, a path with ascending times, a normal that is not zero.
+void validate_interaction(const Interaction& interaction, size_t index);
+
+}  // namespace pliant

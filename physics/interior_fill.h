@@ -1,0 +1,30 @@
+#pragma once
+
+#include "gaussians/base/gaussian_cloud.h"
+#include "physics/samples.h"
+
+namespace pliant {
+
+struct FillOptions {
+  int target_count = 40000;         ///< samples, approximately
+  float opacity_threshold = 0.02f;  ///< Gaussians below this opacity do not bound the solid
+  int max_cells = 128;              ///< cells along the longest side of the grid that finds the inside
+  uint64_t seed = 0;
+};
+
+struct FillSummary {
+  double volume = 0;         ///< units^3
+  size_t samples = 0;
+  size_t thin_samples = 0;   ///< samples of parts too thin to have an inside that the grid resolves
+  double thin_volume = 0;    ///< their volume, units^3
+  float cell = 0;            ///< side of the grid's cells, units
+};
+
+/// Fills an object that is known by the Gaussians on its surface with stratified samples.  Inside is where the
+/// generalised winding number of the splats, taken as oriented discs (Jacobson et al. 2013; Barill et al. 2018),
+/// exceeds 1/2, so that open bottoms do not leak; the volume is that of the inside fraction of cells.  Parts without
+/// an inside (leaves) are sampled along the Gaussians themselves with their thickness.  Deterministic for a seed.
+/// Throws Error{kUsage} when the object has no visible Gaussian.
+SolidSamples fill_interior(const FillOptions& options, const GaussianCloud& object, FillSummary* summary = nullptr);
+
+}  // namespace pliant

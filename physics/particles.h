@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "gaussians/base/types.h"
+
+namespace pliant {
+
+/// Elastic particles at rest; everything in SI units.
+template <class T>
+struct BasicParticles {
+  std::vector<Vec3<T>> position;  ///< [N, 3] at rest, m
+  std::vector<T> volume;          ///< [N] V0, m^3
+  std::vector<T> mass;            ///< [N] kg
+  std::vector<T> young;           ///< [N] E, Pa
+  std::vector<T> poisson;         ///< [N] nu
+  T cell_size = 0;                ///< grid spacing dx, m
+
+  size_t size() const { return position.size(); }
+  double total_mass() const;
+  double total_volume() const;
+};
+
+/// Everything that moves.  Saved and restored at a frame border, the simulation continues bit for bit.
+template <class T>
+struct BasicSimulationState {
+  double time = 0;       ///< s
+  int frame = 0;
+  int64_t substeps = 0;  ///< taken since time 0
+  std::vector<Vec3<T>> x, v;  ///< [N, 3] position m, velocity m/s
+  std::vector<Mat3<T>> C, F;  ///< [N, 3, 3] affine velocity field 1/s, deformation gradient
+
+  size_t size() const { return x.size(); }
+};
+
+using Particles = BasicParticles<float>;
+using SimulationState = BasicSimulationState<float>;
+
+/// At rest: x = position, v = C = 0, F = I, time 0.
+template <class T>
+BasicSimulationState<T> initial_state(const BasicParticles<T>& particles);
+
+extern template struct BasicParticles<float>;
+extern template struct BasicParticles<double>;
+extern template BasicSimulationState<float> initial_state(const BasicParticles<float>&);
+extern template BasicSimulationState<double> initial_state(const BasicParticles<double>&);
+
+}  // namespace pliant

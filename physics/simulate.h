@@ -1,0 +1,75 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "physics/interaction.h"
+#include "physics/particles.h"
+
+namespace pliant {
+
+struct SimulateOptions {
+  double fps = 30;
+  double duration = 3;       ///< s; frames = round(fps * duration)
+  double courant = 0.4;      ///< chosen (c + |v|) dt / dx, c = sqrt((lambda + 2 mu) / rho)
+  double courant_cap = 0.6;  ///< a frame in which it is exceeded is repeated with half the time step
+  int substeps = 0;          ///< per frame; 0 = from `courant`
+  Vec3d gravity = {0, 0, -9.81};  ///< m/s^2; see below
+  double damping_time = 0;    ///< s in which mass-proportional damping lowers an amplitude to 1/e; 0 = none
+  double viscosity_time = 0;  ///< s, Kelvin-Voigt: stress of strain + time * strain rate; 0 = none
+  double cell_size = 0;       ///< m; 0 = that of the particles
+  double settle_time = 0;     ///< s of damped settling before frame 0, for bodies that no pin holds
+  int max_retries = 4;        ///< halvings of the time step before a frame is given up
+};
+
+struct SimulateSummary {
+  int frames = 0;                      ///< computed in this call
+  std::vector<int> substeps_of_frame;  ///< [frames]
+  double min_dt = 0, max_dt = 0;       ///< s
+  double mass = 0;                     ///< kg
+  double cell_size = 0;                ///< m
+  double max_displacement = 0;         ///< m, largest distance of a particle from its rest position over all frames
+  double settle_displacement = 0;      ///< m, moved before frame 0
+  int64_t strays = 0;                  ///< times a particle was put back into the domain
+  int retries = 0;                     ///< frames repeated with a smaller time step
+  int64_t particle_substeps = 0;
+  double seconds = 0;                  ///< wall time of the solver
+  bool gravity_cancelled = false;      ///< a pin holds the body, whose captured shape is its equilibrium
+  std::vector<std::string> warnings;
+};
+
+template <class T>
+struct BasicSimulateResult {
+  BasicSimulationState<T> state;  ///< last frame
+  bool stopped = false;           ///< the sink asked to stop
+  SimulateSummary summary;
+};
+using SimulateResult = BasicSimulateResult<float>;
+
+/// Receives the state of each frame, from one thread; false stops the simulation.
+template <class T>
+using BasicFrameSink = std::function<bool(const BasicSimulationState<T>&)>;
+using FrameSink = BasicFrameSink<float>;
+
+/// MLS-MPM (Hu et al. 2018) with APIC (Jiang et al. 2015) and quadratic B-splines under `interactions`, from `start`
+/// to `duration`.  A start at frame 0 is settled and handed to the sink first; a later one continues.  Positions of
+/// the regions are those of the rest shape.
+/// Gravity: a captured shape is already loaded, so while a pin holds the body, what acts is the difference of the
+/// world's gravity from `options.gravity`; when the last pin ends the whole of it acts.
+/// Trajectories are equal bit for bit for any number of threads and across save and restore.
+/// Throws Error{kUsage} for impossible options, particles or interactions, Error{kNumerical} when a frame stays
+/// unstable after all retries (the sink then has every good frame).
+template <class T>
+BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParticles<T>& particles,
+                                const std::vector<Interaction>& interactions, BasicSimulationState<T> start,
+                                const BasicFrameSink<T>& sink = {});
+
+extern template BasicSimulateResult<float> simulate(const SimulateOptions&, const BasicParticles<float>&,
+                                                    const std::vector<Interaction>&, BasicSimulationState<float>,
+                                                    const BasicFrameSink<float>&);
+extern template BasicSimulateResult<double> simulate(const SimulateOptions&, const BasicParticles<double>&,
+                                                     const std::vector<Interaction>&, BasicSimulationState<double>,
+                                                     const BasicFrameSink<double>&);
+
+}  // namespace pliant
