@@ -95,9 +95,9 @@ TEST(Extract, SmallDisconnectedPartsAreFloaters) {
 
 TEST(Extract, GaussiansAtTheContactGoToTheSideOfThePlaneTheyLieOn) {
   MadeScene scene = made_scene(two_balls(), 1);
-  // Below the table under the rim of the hole, labelled ball; on the ball a little above the table, labelled table.
+  // Below the table under the ball, labelled ball; on the ball a little above the table, labelled table.
   const Vec3f c = scene.balls[0].centre;
-  add_disc(scene.cloud, Vec3f(c.x() + 0.24f, c.y(), -0.02f), Vec3f::UnitZ(), 0.02f, Vec3f::Ones());
+  add_disc(scene.cloud, Vec3f(c.x() + 0.03f, c.y(), -0.006f), Vec3f::UnitZ(), 0.02f, Vec3f::Ones());
   scene.truth.push_back(300);
   int raised = -1;
   for (size_t p = 0; p < scene.truth.size(); ++p)

@@ -61,10 +61,10 @@ inline MadeScene made_scene(const std::vector<MadeScene::Ball>& balls, int views
     }
   for (const auto& ball : balls) {
     const int n = static_cast<int>(4 * M_PI * ball.radius * ball.radius / (kStep * kStep));
-    for (int i = 0; i < n; ++i) {  // spiral of equal areas
+    for (int i = 0; i < n; ++i) {  // spiral of equal areas, a little inside so that the splats end at the ball
       const float z = 1 - (2 * i + 1.0f) / n, r = std::sqrt(1 - z * z), angle = 2.399963f * i;
       const Vec3f normal(r * std::cos(angle), r * std::sin(angle), z);
-      add_disc(scene.cloud, ball.centre + ball.radius * normal, normal, 0.6f * kStep, ball.colour);
+      add_disc(scene.cloud, ball.centre + (ball.radius - kStep) * normal, normal, 0.8f * kStep, ball.colour);
       scene.truth.push_back(ball.id);
     }
   }
