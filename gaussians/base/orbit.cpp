@@ -1,0 +1,107 @@
+#include "gaussians/base/orbit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+constexpr double kTail = 0.02;
+constexpr double kDegree = M_PI / 180;
+
+}  // namespace
+
+double weighted_percentile(std::span<const float> value, std::span<const float> weight, double fraction) {
+  CHECK(!value.empty() && (weight.empty() || weight.size() == value.size()));
+  std::vector<size_t> order(value.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return value[a] != value[b] ? value[a] < value[b] : a < b; });
+  double total = 0;
+  for (size_t i : order) total += weight.empty() ? 1.0 : weight[i];
+  double sum = 0;
+  for (size_t i : order) {
+    sum += weight.empty() ? 1.0 : weight[i];
+    if (sum >= fraction * total) return value[i];
+  }
+  return value[order.back()];
+}
+
+Framing robust_framing(const GaussianCloud& cloud, const Eigen::Vector3d& up) {
+  CHECK(cloud.size() > 0 && up.norm() > 0);
+  Framing framing;
+  const Eigen::Vector3d vertical = up.normalized();
+  // The horizontal axes follow the world axis that is least vertical, so that they do not jump with small tilts.
+  int least = 0;
+  vertical.cwiseAbs().minCoeff(&least);
+  const Eigen::Vector3d forward = vertical.cross(Eigen::Vector3d::Unit(least)).normalized();
+  framing.axes << forward.cross(vertical), forward, vertical;
+
+  std::vector<float> value(cloud.size()), weight(cloud.size());
+  for (size_t i = 0; i < cloud.size(); ++i) weight[i] = sigmoid(cloud.opacity_logit[i]);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec3f direction = framing.axes.col(axis).cast<float>();
+    for (size_t i = 0; i < cloud.size(); ++i) value[i] = direction.dot(cloud.position[i]);
+    framing.low[axis] = weighted_percentile(value, weight, kTail);
+    framing.high[axis] = weighted_percentile(value, weight, 1 - kTail);
+  }
+  return framing;
+}
+
+std::vector<Camera> orbit_cameras(const OrbitOptions& options, const GaussianCloud& cloud, const Eigen::Vector3d& up) {
+  CHECK(options.views > 0 && !options.elevations.empty());
+  const Framing framing = robust_framing(cloud, up);
+  const Eigen::Vector3d centre = framing.centre(), vertical = framing.axes.col(2);
+  const double focal = 0.5 * std::max(options.width, options.height) / std::tan(0.5 * options.field_of_view * kDegree);
+  std::vector<Eigen::Vector3d> direction(options.views);
+  for (int i = 0; i < options.views; ++i) {
+    const double azimuth = 2 * M_PI * i / options.views;
+    const double elevation = options.elevations[i % options.elevations.size()] * kDegree;
+    direction[i] = framing.axes * Eigen::Vector3d(std::cos(elevation) * std::sin(azimuth), -std::cos(elevation) * std::cos(azimuth),
+                                                  std::sin(elevation));
+  }
+  // A corner at offset p from the centre is inside the picture if |p . right| <= (distance + p . forward) * slope.
+  const double slope_x = 0.5 * options.width / focal, slope_y = 0.5 * options.height / focal;
+  double distance = 1e-3;
+  for (const Eigen::Vector3d& back : direction) {
+    const Camera camera = look_at(back, Eigen::Vector3d::Zero(), vertical, options.width, options.height, focal);
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Vector3d pick(corner & 1, (corner >> 1) & 1, corner >> 2);
+      const Eigen::Vector3d world = framing.axes * (framing.low + pick.cwiseProduct(framing.high - framing.low)) - centre;
+      const Eigen::Vector3d p = camera.cam_from_world.linear() * world;
+      distance = std::max({distance, std::abs(p.x()) / slope_x - p.z(), std::abs(p.y()) / slope_y - p.z()});
+    }
+  }
+  std::vector<Camera> cameras;
+  for (int i = 0; i < options.views; ++i) {
+    cameras.push_back(look_at(centre + options.margin * distance * direction[i], centre, vertical, options.width, options.height, focal));
+    char name[32];
+    std::snprintf(name, sizeof name, "orbit_%03d", i);
+    cameras.back().name = name;
+  }
+  return cameras;
+}
+
+std::vector<Camera> orbit_path(const OrbitPathOptions& options, const Camera& first, const Eigen::Vector3d& pivot,
+                               const Eigen::Vector3d& up) {
+  CHECK(options.frames > 0 && up.norm() > 0);
+  std::vector<Camera> path;
+  for (int i = 0; i < options.frames; ++i) {
+    const double phase = 2 * M_PI * i / options.frames;
+    const double angle = options.degrees >= 360 ? phase : options.degrees * kDegree * std::sin(phase);
+    const Eigen::Isometry3d turn = Eigen::Translation3d(pivot) * Eigen::AngleAxisd(-angle, up.normalized()) * Eigen::Translation3d(-pivot);
+    Camera camera = first;
+    camera.cam_from_world = first.cam_from_world * turn;
+    camera.photo.clear();
+    char name[32];
+    std::snprintf(name, sizeof name, "path_%04d", i);
+    camera.name = name;
+    path.push_back(camera);
+  }
+  return path;
+}
+
+}  // namespace pliant

@@ -1,0 +1,112 @@
+#include "gaussians/io/up_direction.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "gaussians/base/orbit.h"
+#include "gaussians/base/random.h"
+
+namespace pliant {
+namespace {
+
+constexpr int kSamples = 8000, kHypotheses = 500;
+constexpr double kBand = 0.03;        // half thickness of a plane / robust diagonal of the cloud
+constexpr double kLeastShare = 0.2;    // of the opacity in the plane
+constexpr double kMostBelow = 0.10;   // of what is outside the plane
+constexpr double kUsualWorld = 0.5;   // bonus of planes that agree with -y, the usual up of reconstructed scenes
+
+struct Plane {
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  double offset = 0;  // normal . x
+  double share = 0;   // of the samples inside the band
+  double below = 1;   // share of the samples outside the band that lie on the negative side
+  double score = 0;
+};
+
+/// Counts the samples in, above and below the plane and turns its normal so that most lie above.
+void judge(const std::vector<Eigen::Vector3d>& samples, double band, Plane& plane) {
+  int inside = 0, above = 0, below = 0;
+  for (const Eigen::Vector3d& x : samples) {
+    const double height = plane.normal.dot(x) - plane.offset;
+    ++(std::abs(height) <= band ? inside : height > 0 ? above : below);
+  }
+  if (below > above) plane.normal = -plane.normal, plane.offset = -plane.offset, std::swap(above, below);
+  plane.share = static_cast<double>(inside) / static_cast<double>(samples.size());
+  plane.below = above > 0 ? static_cast<double>(below) / (above + below) : 1.0;
+  plane.score = plane.share * (1 + kUsualWorld * std::max(0.0, -plane.normal.y()));
+}
+
+bool stands_on(const Plane& plane) { return plane.share >= kLeastShare && plane.below <= kMostBelow; }
+
+/// Least-squares plane through the samples inside the band.
+Plane refit(const std::vector<Eigen::Vector3d>& samples, double band, const Plane& plane) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  std::vector<const Eigen::Vector3d*> inside;
+  for (const Eigen::Vector3d& x : samples) {
+    if (std::abs(plane.normal.dot(x) - plane.offset) <= band) inside.push_back(&x), mean += x;
+  }
+  if (inside.size() < 3) return plane;
+  mean /= static_cast<double>(inside.size());
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d* x : inside) covariance += (*x - mean) * (*x - mean).transpose();
+  Plane fitted;
+  fitted.normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvectors().col(0);
+  fitted.offset = fitted.normal.dot(mean);
+  judge(samples, band, fitted);
+  return fitted;
+}
+
+/// Positions drawn in proportion to opacity.
+std::vector<Eigen::Vector3d> draw_samples(const GaussianCloud& cloud) {
+  std::vector<double> cumulative(cloud.size());
+  double total = 0;
+  for (size_t i = 0; i < cloud.size(); ++i) cumulative[i] = total += sigmoid(cloud.opacity_logit[i]);
+  std::vector<Eigen::Vector3d> samples;
+  Random random(0);
+  for (int k = 0; k < kSamples; ++k) {
+    const auto at = std::upper_bound(cumulative.begin(), cumulative.end(), random.uniform() * total);
+    const size_t i = std::min<size_t>(at - cumulative.begin(), cloud.size() - 1);
+    samples.push_back(cloud.position[i].cast<double>());
+  }
+  return samples;
+}
+
+}  // namespace
+
+std::optional<UpDirection> up_of_cameras(const std::vector<Camera>& cameras) {
+  if (cameras.size() < 3) return std::nullopt;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Camera& camera : cameras) mean -= camera.cam_from_world.linear().row(1).transpose();
+  mean /= static_cast<double>(cameras.size());
+  if (mean.norm() < 0.3) return std::nullopt;
+  return UpDirection{mean.normalized(), "mean up of the " + std::to_string(cameras.size()) + " cameras"};
+}
+
+std::optional<UpDirection> up_of_support_plane(const GaussianCloud& cloud) {
+  if (cloud.size() < 100) return std::nullopt;
+  const double band = kBand * robust_framing(cloud, Eigen::Vector3d(0, -1, 0)).diagonal();
+  const std::vector<Eigen::Vector3d> samples = draw_samples(cloud);
+  Plane best;
+  Random random(1);
+  for (int k = 0; k < kHypotheses; ++k) {
+    const Eigen::Vector3d& a = samples[random.below(samples.size())];
+    const Eigen::Vector3d& b = samples[random.below(samples.size())];
+    const Eigen::Vector3d& c = samples[random.below(samples.size())];
+    Plane plane;
+    plane.normal = (b - a).cross(c - a);
+    if (plane.normal.norm() < band * band) continue;
+    plane.normal.normalize();
+    plane.offset = plane.normal.dot(a);
+    judge(samples, band, plane);
+    // A rough plane cuts into what stands on it, so the strict test comes after the fit.
+    if (plane.score > best.score && plane.below <= 2 * kMostBelow) best = plane;
+  }
+  if (best.score == 0) return std::nullopt;
+  for (int k = 0; k < 5; ++k) best = refit(samples, band, best);
+  if (!stands_on(best)) return std::nullopt;
+  const int percent = static_cast<int>(std::lround(100 * best.share));
+  return UpDirection{best.normal, "normal of the support plane, which holds " + std::to_string(percent) + " % of the opacity"};
+}
+
+}  // namespace pliant

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gaussians/base/camera.h"
+#include "gaussians/base/gaussian_cloud.h"
+
+namespace pliant {
+
+struct UpDirection {
+  Eigen::Vector3d up = {0, -1, 0};  ///< unit
+  std::string source;               ///< how it was found, a sentence
+};
+
+/// Mean direction of the cameras' picture-up, for at least 3 cameras that agree roughly.
+std::optional<UpDirection> up_of_cameras(const std::vector<Camera>& cameras);
+
+/// Normal of the plane that the cloud stands on: RANSAC (Fischler and Bolles 1981) over opacity-weighted positions,
+/// oriented so that what is not in the plane lies above it.  Empty unless the plane holds at least 1/5 of the
+/// opacity and has nearly nothing below it.  Deterministic.
+std::optional<UpDirection> up_of_support_plane(const GaussianCloud& cloud);
+
+}  // namespace pliant
