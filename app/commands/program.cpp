@@ -3,6 +3,7 @@
 #include <omp.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <fstream>
@@ -81,7 +82,7 @@ CLI::Option* add_out(CLI::App& command, Program& program, const std::string& wha
 
 void add_overwrite(CLI::App& command, Program& program) {
   command.add_flag("--overwrite", program.overwrite, "Replace results that other options or inputs made");
-  command.add_flag("--resume", "Continue an earlier run; this is the default");
+  command.add_flag_function("--resume", [](int64_t) {}, "Continue an earlier run; this is the default");
 }
 
 int run_program(int argc, const char* const* argv) {

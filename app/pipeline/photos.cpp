@@ -23,23 +23,4 @@ ImageF photo_or_render(const Scene& scene, int index) {
   return render(scene.cloud, camera, options).color;
 }
 
-int representative_view(const std::vector<ObjectEntry>& objects, const Scene& scene) {
-  int best = 0, best_seen = -1;
-  for (size_t c = 0; c < scene.cameras.size(); ++c) {
-    const Camera& camera = scene.cameras[c];
-    int seen = 0;
-    for (const ObjectEntry& object : objects) {
-      for (int corner = 0; corner < 8; ++corner) {
-        const Box& b = object.bounds;
-        const Eigen::Vector3d x(corner & 1 ? b.low.x() : b.high.x(), corner & 2 ? b.low.y() : b.high.y(), corner & 4 ? b.low.z() : b.high.z());
-        const Eigen::Vector3d p = camera.cam_from_world * x;
-        const double u = camera.fx * p.x() / p.z() + camera.cx, v = camera.fy * p.y() / p.z() + camera.cy;
-        seen += p.z() > 0 && u >= 0 && u < camera.width && v >= 0 && v < camera.height;
-      }
-    }
-    if (seen > best_seen) best = static_cast<int>(c), best_seen = seen;
-  }
-  return best;
-}
-
 }  // namespace pliant

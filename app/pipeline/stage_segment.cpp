@@ -82,9 +82,8 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     const std::vector<ObjectEntry> objects = list_objects(segmentation, scene.cloud.position);
     write_segmentation(run / "segmentation.h5", segmentation, run.provenance(context, key));
     write_text(run / "objects.json", objects_json(objects, scene.metres_per_unit).dump(2) + "\n");
-    const int view = representative_view(objects, scene);
-    write_image(run / "objects.png",
-                objects_sheet(segmentation, objects, scene.cloud, scene.cameras[view], photo_or_render(scene, view)));
+    write_image(run / "objects.png", objects_sheet(segmentation, scene.cloud, scene.cameras,
+                                                   [&](int camera) { return photo_or_render(scene, camera); }));
     for (const ObjectEntry& object : objects)
       context.progress.say(fmt::format("segment: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name,
                                        object.gaussians, object.score));

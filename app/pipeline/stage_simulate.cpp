@@ -40,7 +40,9 @@ Body make_body(const RunDirectory& run, const std::string& folder, const Scene& 
   Body body;
   body.file = read_particles(run / (folder + "/particles.h5"));
   const ElasticSamples solid = uniform_field(body.file.solid_position.size(), *values.young, *values.poisson, *values.density);
-  write_material(run / (folder + "/material.h5"), {solid.young, solid.poisson, solid.density, "homogeneous"}, provenance);
+  MaterialFile stored;
+  stored.young = solid.young, stored.poisson = solid.poisson, stored.density = solid.density, stored.source = "homogeneous";
+  write_material(run / (folder + "/material.h5"), stored, provenance);
 
   for (size_t s = 0; s < body.file.solid_position.size(); ++s) {
     if (body.file.solid_driver[s] < 0) continue;
@@ -88,9 +90,10 @@ class FrameStore {
   fs::path folder_;
 };
 
-TrajectoryFile assemble(const FrameStore& frames, int count, const Body& body, const SimulateStage& stage, const Scene& scene) {
+TrajectoryFile assemble(const FrameStore& frames, int count, const Body& body, const std::string& object,
+                        const SimulateStage& stage, const Scene& scene) {
   TrajectoryFile out;
-  out.fps = stage.fps, out.metres_per_unit = scene.metres_per_unit, out.cell_size = body.file.cell_size;
+  out.object = object, out.fps = stage.fps, out.metres_per_unit = scene.metres_per_unit, out.cell_size = body.file.cell_size;
   const float units = static_cast<float>(1 / scene.metres_per_unit);
   for (int f = 0; f < count; ++f) {
     const SimulationState state = frames.frame(f);
@@ -141,8 +144,8 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
       const PushSize size = size_push(sizing, body.particles, body.pins, place.region, place.direction);
       rows = json::array({push_row(place, size.newtons, kPushStart, kPushDuration, scene.metres_per_unit)});
       push = {{"newtons", size.newtons}, {"expected_peak", size.peak_fraction}, {"trials", size.trials}};
-      context.progress.say(fmt::format("simulate: no interactions given: one push of {:.3g} N for {} s at the top, {:.0f} s into the clip's start",
-                                       size.newtons, kPushDuration, kPushStart));
+      context.progress.say(fmt::format("simulate: no interactions given: one push of {:.3g} N at the top, from {} s to {} s",
+                                       size.newtons, kPushStart, kPushStart + kPushDuration));
     } else {
       rows = json::parse(read_text(stage.interactions), nullptr, false);
     }
@@ -167,7 +170,7 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
       throw Error(Failure::kInterrupted, "simulate", "", "interrupted", "run the same command to continue");
     for (const std::string& warning : result.summary.warnings) context.progress.warn(warning);
 
-    const TrajectoryFile trajectory = assemble(frames, total + 1, body, stage, scene);
+    const TrajectoryFile trajectory = assemble(frames, total + 1, body, run.summary("extract", "")["name"], stage, scene);
     write_trajectory(run / (folder + "/trajectory.h5"), trajectory, provenance);
     frames.remove();
 
