@@ -20,7 +20,7 @@ namespace pliant {
 template <class Body>
 void parallel_for(std::ptrdiff_t n, Body&& body, int chunk = 1) {
   std::exception_ptr error;
-#pragma omp parallel for schedule(dynamic, chunk)
+#pragma omp parallel for schedule(dynamic, chunk) if (n > chunk)
   for (std::ptrdiff_t i = 0; i < n; ++i) {
     try {
       body(i);

@@ -15,15 +15,17 @@ namespace pliant {
 template <class Key>
 std::vector<uint32_t> sorted_order(std::span<const Key> keys) {
   constexpr int kBits = 11, kDigits = 1 << kBits;
-  constexpr std::ptrdiff_t kBlocks = 16;
-  const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(keys.size()), block = (n + kBlocks - 1) / kBlocks;
+  constexpr std::ptrdiff_t kSmallestBlock = 8192, kMostBlocks = 16;
+  const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(keys.size());
+  const std::ptrdiff_t block = std::max(kSmallestBlock, (n + kMostBlocks - 1) / kMostBlocks);
+  const std::ptrdiff_t blocks = (n + block - 1) / block;
   std::vector<uint32_t> order(n), next(n);
   std::vector<Key> key(keys.begin(), keys.end()), next_key(n);
   for (std::ptrdiff_t i = 0; i < n; ++i) order[i] = static_cast<uint32_t>(i);
-  std::vector<std::array<uint32_t, kDigits>> count(kBlocks);
+  std::vector<std::array<uint32_t, kDigits>> count(blocks);
   for (int shift = 0; shift < static_cast<int>(8 * sizeof(Key)); shift += kBits) {
     const auto digit = [&](std::ptrdiff_t i) { return static_cast<uint32_t>(key[i] >> shift) & (kDigits - 1); };
-    parallel_for(kBlocks, [&](std::ptrdiff_t b) {
+    parallel_for(blocks, [&](std::ptrdiff_t b) {
       count[b].fill(0);
       for (std::ptrdiff_t i = b * block; i < std::min(n, (b + 1) * block); ++i) ++count[b][digit(i)];
     });
@@ -38,7 +40,7 @@ std::vector<uint32_t> sorted_order(std::span<const Key> keys) {
       trivial |= start - before == static_cast<uint32_t>(n);
     }
     if (trivial) continue;
-    parallel_for(kBlocks, [&](std::ptrdiff_t b) {
+    parallel_for(blocks, [&](std::ptrdiff_t b) {
       for (std::ptrdiff_t i = b * block; i < std::min(n, (b + 1) * block); ++i) {
         const uint32_t to = count[b][digit(i)]++;
         next[to] = order[i], next_key[to] = key[i];

@@ -14,7 +14,8 @@ struct BindOptions {
 };
 
 /// Chooses the drivers of every Gaussian at rest: nearest ones that are connected to the nearest without crossing a
-/// gap wider than ~2 spacings, with smooth distance weights that sum to 1.
+/// gap wider than ~2 spacings, with smooth distance weights that sum to 1.  Call it as pliant::bind: std::vector
+/// arguments make a bare `bind` ambiguous with the standard library's.
 Binding bind(const BindOptions& options, std::span<const Vec3f> gaussians, std::span<const Vec3f> drivers);
 
 struct DeformOptions {

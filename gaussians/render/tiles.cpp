@@ -86,20 +86,22 @@ std::vector<uint32_t> front_to_back(const std::vector<Splat<T>>& splats) {
 // Lists of the tiles by counting: fixed blocks of splats are counted, then written in order.
 template <class T>
 void bin(TiledSplats<T>& tiled) {
-  constexpr std::ptrdiff_t kBlocks = 16;
-  const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(tiled.splats.size()), block = (n + kBlocks - 1) / kBlocks;
+  constexpr std::ptrdiff_t kSmallestBlock = 2048, kMostBlocks = 16;
+  const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(tiled.splats.size());
+  const std::ptrdiff_t block = std::max(kSmallestBlock, (n + kMostBlocks - 1) / kMostBlocks);
+  const std::ptrdiff_t blocks = (n + block - 1) / block;
   const int tiles = tiled.tiles();
-  std::vector<uint32_t> count(kBlocks * tiles, 0);
+  std::vector<uint32_t> count(blocks * tiles, 0);
   const auto for_block = [&](std::ptrdiff_t b, auto&& visit) {
     for (std::ptrdiff_t i = b * block; i < std::min(n, (b + 1) * block); ++i)
       for_each_tile(tiled, tiled.splats[i], [&](int tile) { visit(count[b * tiles + tile], i); });
   };
-  parallel_for(kBlocks, [&](std::ptrdiff_t b) { for_block(b, [](uint32_t& slot, std::ptrdiff_t) { ++slot; }); });
+  parallel_for(blocks, [&](std::ptrdiff_t b) { for_block(b, [](uint32_t& slot, std::ptrdiff_t) { ++slot; }); });
   tiled.tile_start.resize(tiles + 1);
   size_t total = 0;
   for (int tile = 0; tile < tiles; ++tile) {
     tiled.tile_start[tile] = static_cast<uint32_t>(total);
-    for (std::ptrdiff_t b = 0; b < kBlocks; ++b) {
+    for (std::ptrdiff_t b = 0; b < blocks; ++b) {
       const uint32_t here = count[b * tiles + tile];
       count[b * tiles + tile] = static_cast<uint32_t>(total), total += here;
     }
@@ -107,7 +109,7 @@ void bin(TiledSplats<T>& tiled) {
   CHECK_MSG(total < UINT32_MAX, "too many pairs of tile and splat");
   tiled.tile_start[tiles] = static_cast<uint32_t>(total);
   tiled.tile_splat.resize(total);
-  parallel_for(kBlocks, [&](std::ptrdiff_t b) {
+  parallel_for(blocks, [&](std::ptrdiff_t b) {
     for_block(b, [&](uint32_t& slot, std::ptrdiff_t i) { tiled.tile_splat[slot++] = static_cast<uint32_t>(i); });
   });
 }
