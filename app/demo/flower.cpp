@@ -165,7 +165,7 @@ Flower make_flower(uint64_t seed) {
   const double taper = (f.base_diameter - d) / 2 / f.free_length;
   auto stem_radius = [&](double z) { return f.base_diameter / 2 - taper * (z - f.pin_height); };
   const double bottom = f.soil_height - 0.35 * d, top = f.pin_height + f.free_length;
-  auto add = [&](FlowerPart part, std::unique_ptr<Shape> shape, const Isometry3d& pose, int tone) {
+  auto add = [&](FlowerPart part, std::unique_ptr<AnalyticShape> shape, const Isometry3d& pose, int tone) {
     const Vec3d centre = pose * shape->bound_centre();
     const double radius = shape->bound_radius();
     f.pieces.push_back({part, std::move(shape), pose, tone, centre, radius});

@@ -15,7 +15,7 @@ enum class FlowerPart : uint8_t { kNone = 0, kPot = 1, kStem = 2, kLeaf = 3, kBl
 /// A shape placed in the frame of the flower: origin on the table under the pot, z up, the blossom looks to -y.
 struct FlowerPiece {
   FlowerPart part = FlowerPart::kNone;
-  std::shared_ptr<const Shape> shape;
+  std::shared_ptr<const AnalyticShape> shape;
   Eigen::Isometry3d flower_from_local = Eigen::Isometry3d::Identity();
   int tone = 0;  ///< which of the part's colours
   Vec3d centre = Vec3d::Zero();  ///< of the ball around it, frame of the flower

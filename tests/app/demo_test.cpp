@@ -41,7 +41,7 @@ std::map<std::string, std::string> contents(const fs::path& folder) {
 
 struct NamedShape {
   const char* name;
-  std::unique_ptr<Shape> shape;
+  std::unique_ptr<AnalyticShape> shape;
   double area;
 };
 std::vector<NamedShape> shapes() {
@@ -85,7 +85,7 @@ TEST(DemoShapes, CoverHasOnePointPerSquareOfTheSpacingAndKeepsDistance) {
 }
 
 TEST(DemoShapes, MeshVerticesLieOnTheSurfaceAndTrianglesFaceOutwards) {
-  const std::unique_ptr<Shape> shape = make_ellipsoid({0.05, 0.03, 0.02});
+  const std::unique_ptr<AnalyticShape> shape = make_ellipsoid({0.05, 0.03, 0.02});
   const TriangleMesh mesh = shape->mesh(0.004);
   for (const Vec3d& x : mesh.vertex) EXPECT_NEAR(x.cwiseQuotient(Vec3d(0.05, 0.03, 0.02)).norm(), 1, 1e-12);
   double volume = 0;
