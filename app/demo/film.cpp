@@ -12,7 +12,7 @@ namespace pliant {
 namespace {
 
 using Eigen::Vector2d;
-constexpr double kEdge = 0.0014;  // m, of the mesh: less than a pixel
+constexpr double kEdge = 0.0016;  // m, of the mesh: less than a pixel
 
 /// Painted triangles of everything that moves, at rest in the world.
 struct PaintedMesh {

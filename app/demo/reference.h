@@ -13,9 +13,9 @@
 namespace pliant {
 
 struct ReferenceOptions {
-  int particles = 20000;           ///< about; the grid spacing follows as (8 V / N)^(1/3)
+  int particles = 14000;           ///< about; the grid spacing follows as (8 V / N)^(1/3)
   double seconds = 3, fps = 24;
-  double courant = 0.3;
+  double courant = 0.35;
   double damping_time = 1.6;       ///< s in which an amplitude falls to 1/e
   double travel = 0.055;           ///< wanted peak motion of the blossom [m]
   uint64_t seed = 1;
