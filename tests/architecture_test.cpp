@@ -31,7 +31,7 @@ const std::map<std::string, Permission> kTable = {
      {{"gaussians/base", "gaussians/render", "gaussians/io", "segmentation/lift"}, {"opencv2"}}},
     {"physics", {{"gaussians/base"}, {}}},
     {"fitting/fields", {{"gaussians/base", "gaussians/render", "physics"}, {"torch"}}},
-    {"app/store", {{"gaussians/base", "gaussians/io", "segmentation/lift", "physics", "fitting/fields"}, {"hdf5.h"}}},
+    {"app/store", {{"gaussians/base", "gaussians/io", "segmentation/lift", "physics", "fitting/fields"}, {"hdf5.h", "nlohmann"}}},
 };
 
 // The rooms of app that see every room below them.
