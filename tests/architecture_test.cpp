@@ -26,7 +26,7 @@ const std::map<std::string, Permission> kTable = {
     {"gaussians/base", {{}, {"nanoflann.hpp"}}},
     {"gaussians/render", {{"gaussians/base"}, {}}},
     {"gaussians/io", {{"gaussians/base"}, {"nlohmann", "opencv2"}}},
-    {"segmentation/lift", {{"gaussians/base", "gaussians/render", "gaussians/io"}, {"opencv2"}}},
+    {"segmentation/lift", {{"gaussians/base", "gaussians/render", "gaussians/io"}, {"nlohmann", "opencv2"}}},
     {"segmentation/repair",
      {{"gaussians/base", "gaussians/render", "gaussians/io", "segmentation/lift"}, {"opencv2"}}},
     {"physics", {{"gaussians/base"}, {}}},
