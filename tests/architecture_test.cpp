@@ -26,12 +26,12 @@ const std::map<std::string, Permission> kTable = {
     {"gaussians/base", {{}, {"nanoflann.hpp"}}},
     {"gaussians/render", {{"gaussians/base"}, {}}},
     {"gaussians/io", {{"gaussians/base"}, {"nlohmann", "opencv2"}}},
-    {"segmentation/lift", {{"gaussians/base", "gaussians/render", "gaussians/io"}, {"opencv2"}}},
+    {"segmentation/lift", {{"gaussians/base", "gaussians/render", "gaussians/io"}, {"nlohmann", "opencv2"}}},
     {"segmentation/repair",
      {{"gaussians/base", "gaussians/render", "gaussians/io", "segmentation/lift"}, {"opencv2"}}},
     {"physics", {{"gaussians/base"}, {}}},
     {"fitting/fields", {{"gaussians/base", "gaussians/render", "physics"}, {"torch"}}},
-    {"app/store", {{"gaussians/base", "gaussians/io", "segmentation/lift", "physics", "fitting/fields"}, {"hdf5.h"}}},
+    {"app/store", {{"gaussians/base", "gaussians/io", "segmentation/lift", "physics", "fitting/fields"}, {"hdf5.h", "nlohmann"}}},
 };
 
 // The rooms of app that see every room below them.

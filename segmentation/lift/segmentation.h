@@ -1,9 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "gaussians/base/camera.h"
+#include "gaussians/base/gaussian_cloud.h"
+#include "gaussians/base/image.h"
 #include "gaussians/base/types.h"
 
 namespace pliant {
@@ -17,6 +22,7 @@ struct Segmentation {
   std::vector<float> classifier_bias;  ///< [C]
   std::vector<uint32_t> class_id;      ///< [C] id of class c, ascending
   std::vector<std::string> class_name; ///< [C]
+  std::vector<int> class_views;        ///< [C] mask views in which the id occurs
   std::vector<uint32_t> label;         ///< [N] most probable id
   std::vector<float> confidence;       ///< [N] its probability
   std::vector<uint8_t> seen;           ///< [N] 1 = some view sees it; 0 = label taken from neighbours
@@ -35,5 +41,22 @@ std::vector<ObjectEntry> list_objects(const Segmentation& segmentation, const st
 
 /// Class probabilities [C] of Gaussian i: softmax of the classifier applied to its attribute.
 std::vector<float> class_probabilities(const Segmentation& segmentation, size_t i);
+
+/// Index of class `id`, -1 when there is none.
+int class_of_id(const Segmentation& segmentation, uint32_t id);
+
+/// Recomputes label and confidence from attribute and classifier.
+void update_labels(Segmentation& segmentation);
+
+/// The id picture of a view: the most probable class of the blended attribute S, 0 where accumulated opacity < 0.5.
+IdImage render_ids(const Segmentation& segmentation, const GaussianCloud& cloud, const Camera& camera);
+
+/// Intersection over union per id that occurs in the truth, summed over all pictures; unlabelled pixels of the truth
+/// are left out.
+struct IdAgreement {
+  std::map<uint32_t, double> iou;
+  double mean = 0;  ///< mIoU, mean over ids
+};
+IdAgreement id_agreement(std::span<const IdImage> predicted, std::span<const IdImage> truth);
 
 }  // namespace pliant

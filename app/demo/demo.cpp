@@ -1,0 +1,105 @@
+#include "app/demo/demo.h"
+
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/demo/photos.h"
+#include "app/demo/splats.h"
+#include "app/demo/stage.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files.h"
+#include "gaussians/io/image_io.h"
+#include "gaussians/io/ply.h"
+#include "gaussians/io/transforms.h"
+
+namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+/// The one Young's modulus that scene.json offers is this much too soft for the stem.
+constexpr double kYoungError = 3.5;
+
+double since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Lengths in the files are rounded to 0.01 mm, so that they read well.
+double rounded(double x) { return std::round(x * 1e5) / 1e5; }
+
+void check(const DemoOptions& options) {
+  auto require = [](bool good, const char* field, double value, const char* remedy) {
+    if (!good) throw usage_error("demo", field, "is " + std::to_string(value), remedy);
+  };
+  require(options.width >= 16, "width", options.width, "use 16 pixels or more");
+  require(options.height >= 16, "height", options.height, "use 16 pixels or more");
+  require(options.photos >= 1 && options.photos <= 1000, "photos", options.photos, "use 1 to 1000");
+  require(options.gaussians >= 100, "gaussians", options.gaussians, "use 100 or more");
+}
+
+void write_photos(const Stage& stage, const fs::path& out, const std::vector<Camera>& cameras) {
+  fs::create_directories(out / "photos");
+  fs::create_directories(out / "masks");
+  for (const Camera& camera : cameras) {
+    const Photo photo = take_photo(stage, camera);
+    write_image(camera.photo, photo.color);
+    write_ids(out / "masks" / (camera.name + ".png"), photo.ids);
+  }
+}
+
+Json scene_json(const DemoOptions& options, const Stage& stage) {
+  const auto [low, high] = stage.pinned_box();
+  const ElasticSolid& stem = stage.flower().stem;
+  Json scene;
+  scene["splats"] = "splats.ply";
+  scene["cameras"] = "transforms.json";
+  scene["photos"] = "photos";
+  scene["masks"] = "masks";
+  scene["labels"] = "labels.json";
+  if (options.video) {
+    scene["video"] = {{"file", "reference.mp4"}, {"camera", front_view_name(options.photos)}, {"fps", options.video_fps}};
+  }
+  scene["up"] = {0, 0, 1};
+  scene["metres_per_unit"] = 1.0;
+  scene["support"] = "table";
+  scene["object"] = "flower";
+  scene["pinned"] = {{{"box", {rounded(low.x()), rounded(low.y()), rounded(low.z()), rounded(high.x()), rounded(high.y()),
+                               rounded(high.z())}}}};
+  scene["material"] = {{"young", 100 * std::round(stem.young / kYoungError / 100)}, {"poisson", 0.3}, {"density", stem.density}};
+  return scene;
+}
+
+}  // namespace
+
+DemoSummary make_demo(const DemoOptions& options) {
+  check(options);
+  DemoSummary summary;
+  const fs::path& out = options.out;
+  fs::create_directories(out);
+  const Stage stage(options.seed);
+  std::vector<Camera> cameras = stage_cameras(stage, options.photos, options.width, options.height);
+  for (Camera& camera : cameras) camera.photo = (out / "photos" / (camera.name + ".png")).string();
+
+  auto start = std::chrono::steady_clock::now();
+  write_photos(stage, out, cameras);
+  write_transforms(out / "transforms.json", cameras);
+  summary.photos = static_cast<int>(cameras.size()), summary.photo_seconds = since(start);
+
+  start = std::chrono::steady_clock::now();
+  const StageSplats splats = make_splats(stage, cameras, options.gaussians, options.seed);
+  write_ply(out / "splats.ply", splats.cloud);
+  Json labels;
+  for (const auto& [id, name] : stage_names()) labels[std::to_string(id)] = name;
+  write_text(out / "labels.json", labels.dump(2) + "\n");
+  summary.gaussians = splats.cloud.size(), summary.splat_seconds = since(start);
+  for (const uint32_t id : splats.label) ++summary.gaussians_of[stage_names().at(id)];
+
+  write_text(out / "scene.json", scene_json(options, stage).dump(2) + "\n");
+  summary.mechanics = flower_mechanics(stage.flower());
+  summary.flower_height = stage.flower().height;
+  return summary;
+}
+
+}  // namespace pliant

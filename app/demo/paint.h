@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+
+#include "gaussians/base/types.h"
+
+namespace pliant {
+
+/// Texture of planks on the plane: boards along u in two tones with soft grain.  Periodic in u and v.
+constexpr double kPlankPeriodU = 0.24, kPlankPeriodV = 0.16;  // metres
+Vec3d planks(double u, double v, const Vec3d& wood);
+
+/// Texture of square tiles in two tones with grout lines.  Periodic in u and v.
+constexpr double kTilePeriod = 0.20;  // metres
+Vec3d tiles(double u, double v, const Vec3d& glaze);
+
+/// Smooth noise in [-1, 1] over space (values on a lattice, interpolated with a C1 polynomial); lattice step 1.
+double lattice_noise(const Vec3d& x, uint64_t seed);
+
+/// How a surface is painted; coordinates are those of its own frame at rest.
+struct Paint {
+  enum class Kind { kPlain, kPlanks, kTiles, kBands } kind = Kind::kPlain;
+  Vec3d albedo = Vec3d::Constant(0.5);
+  Vec3d accent = Vec3d::Constant(0.5);  ///< second tone of kBands
+  double grain = 0.012;                 ///< wavelength of the mottling [m]
+  uint64_t seed = 0;
+};
+
+/// Reflected colour of a point before shading, in [0, 1].  `normal` is in the same frame as x.
+Vec3d albedo_at(const Paint& paint, const Vec3d& x, const Vec3d& normal);
+
+/// Baked diffuse shade of a surface with this world normal: one lamp from the upper left in front, and an ambient part.
+double baked_shade(const Vec3d& world_normal);
+
+}  // namespace pliant

@@ -1,0 +1,344 @@
+#include "app/demo/shapes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "gaussians/base/random.h"
+
+namespace pliant {
+namespace {
+
+using Eigen::Vector2d;
+constexpr double kTwoPi = 2 * std::numbers::pi;
+
+/// Spreads points over a strip of rows: row k of `rows` has `count(k)` points, and each is placed by
+/// place(row parameter in (0, 1), column parameter in [0, 1)).  Rows are staggered by half a step and everything is
+/// jittered by a tenth of a step, so that no grid shows.
+template <class Count, class Place>
+void cover_rows(int rows, uint64_t seed, uint64_t stream, Count&& count, Place&& place) {
+  for (int k = 0; k < rows; ++k) {
+    const int n = count((k + 0.5) / rows);
+    for (int i = 0; i < n; ++i) {
+      Random random(seed, stream * 100003 + static_cast<uint64_t>(k), static_cast<uint64_t>(i));
+      const double row = (k + 0.5 + 0.2 * (random.uniform() - 0.5)) / rows;
+      const double column = (i + (k % 2 ? 0.25 : 0.75) + 0.2 * (random.uniform() - 0.5)) / n;
+      place(row, column);
+    }
+  }
+}
+
+int steps(double length, double spacing) { return std::max(1, static_cast<int>(std::lround(length / spacing))); }
+
+/// Triangles of a closed-around grid of rows x columns vertices.
+void connect_rows(TriangleMesh& mesh, int rows, int columns) {
+  for (int r = 0; r + 1 < rows; ++r)
+    for (int c = 0; c < columns; ++c) {
+      const int a = r * columns + c, b = r * columns + (c + 1) % columns;
+      mesh.triangle.emplace_back(a, b, a + columns);
+      mesh.triangle.emplace_back(b, b + columns, a + columns);
+    }
+}
+
+class Ellipsoid final : public Shape {
+ public:
+  explicit Ellipsoid(const Vec3d& semi) : semi_(semi) {}
+
+  SurfaceHit intersect(const Ray& ray, double t_min, double t_max) const override {
+    const Vec3d o = ray.origin.cwiseQuotient(semi_), d = ray.direction.cwiseQuotient(semi_);
+    const double a = d.squaredNorm(), b = o.dot(d), c = o.squaredNorm() - 1, under = b * b - a * c;
+    if (under < 0) return {};
+    const double root = std::sqrt(under);
+    for (const double t : {(-b - root) / a, (-b + root) / a})
+      if (t > t_min && t < t_max) return {t, normal(ray.origin + t * ray.direction)};
+    return {};
+  }
+  bool inside(const Vec3d& x) const override { return x.cwiseQuotient(semi_).squaredNorm() <= 1; }
+
+  // Rings around the longest direction x, at equal steps of arc length along the mean meridian.
+  std::vector<SurfacePoint> cover(double spacing, uint64_t seed) const override {
+    const std::vector<double> meridian = meridian_angles(256);
+    std::vector<SurfacePoint> points;
+    auto angle_at = [&](double row) {
+      const double at = row * (meridian.size() - 1);
+      const size_t i = std::min(static_cast<size_t>(at), meridian.size() - 2);
+      return meridian[i] + (at - i) * (meridian[i + 1] - meridian[i]);
+    };
+    cover_rows(
+        steps(meridian_length(), spacing), seed, 1,
+        [&](double row) { return steps(kTwoPi * 0.5 * (semi_.y() + semi_.z()) * std::sin(angle_at(row)), spacing); },
+        [&](double row, double column) { points.push_back(at(angle_at(row), kTwoPi * column)); });
+    return points;
+  }
+  TriangleMesh mesh(double spacing) const override {
+    const int rows = steps(meridian_length(), spacing) + 1, columns = std::max(8, steps(kTwoPi * semi_.tail<2>().maxCoeff(), spacing));
+    TriangleMesh mesh;
+    for (int r = 0; r < rows; ++r)
+      for (int c = 0; c < columns; ++c) {
+        const SurfacePoint p = at(std::numbers::pi * r / (rows - 1), kTwoPi * c / columns);
+        mesh.vertex.push_back(p.position), mesh.normal.push_back(p.normal);
+      }
+    connect_rows(mesh, rows, columns);
+    return mesh;
+  }
+  Vec3d bound_centre() const override { return Vec3d::Zero(); }
+  double bound_radius() const override { return semi_.maxCoeff(); }
+
+ private:
+  Vec3d normal(const Vec3d& x) const { return x.cwiseQuotient(semi_).cwiseQuotient(semi_).normalized(); }
+  SurfacePoint at(double polar, double around) const {
+    const Vec3d u(std::cos(polar), std::sin(polar) * std::cos(around), std::sin(polar) * std::sin(around));
+    const Vec3d x = semi_.cwiseProduct(u);
+    return {x, normal(x)};
+  }
+  double meridian_step(double polar) const {
+    return std::hypot(semi_.x() * std::sin(polar), 0.5 * (semi_.y() + semi_.z()) * std::cos(polar));
+  }
+  double meridian_length() const {
+    double length = 0;
+    for (int i = 0; i < 256; ++i) length += meridian_step((i + 0.5) * std::numbers::pi / 256) * std::numbers::pi / 256;
+    return length;
+  }
+  std::vector<double> meridian_angles(int n) const {
+    std::vector<double> angle = {0};
+    const double target = meridian_length() / n;
+    double covered = 0;
+    const int fine = 16 * n;
+    for (int i = 0; i < fine; ++i) {
+      covered += meridian_step((i + 0.5) * std::numbers::pi / fine) * std::numbers::pi / fine;
+      if (covered >= target * static_cast<double>(angle.size())) angle.push_back((i + 1) * std::numbers::pi / fine);
+    }
+    angle.push_back(std::numbers::pi);
+    return angle;
+  }
+
+  Vec3d semi_;
+};
+
+class Cuboid final : public Shape {
+ public:
+  explicit Cuboid(const Vec3d& half) : half_(half) {}
+
+  SurfaceHit intersect(const Ray& ray, double t_min, double t_max) const override {
+    double enter = -kNoHit, leave = kNoHit;
+    int enter_axis = 0, leave_axis = 0;
+    for (int k = 0; k < 3; ++k) {
+      if (ray.direction[k] == 0) {
+        if (std::abs(ray.origin[k]) > half_[k]) return {};
+        continue;
+      }
+      const double a = (-half_[k] - ray.origin[k]) / ray.direction[k], b = (half_[k] - ray.origin[k]) / ray.direction[k];
+      if (std::min(a, b) > enter) enter = std::min(a, b), enter_axis = k;
+      if (std::max(a, b) < leave) leave = std::max(a, b), leave_axis = k;
+    }
+    if (enter > leave) return {};
+    const bool from_inside = enter <= t_min;
+    const double t = from_inside ? leave : enter;
+    if (t <= t_min || t >= t_max) return {};
+    const int axis = from_inside ? leave_axis : enter_axis;
+    Vec3d normal = Vec3d::Zero();
+    normal[axis] = (ray.direction[axis] > 0) == from_inside ? 1 : -1;
+    return {t, normal};
+  }
+  bool inside(const Vec3d& x) const override { return (x.cwiseAbs().array() <= half_.array()).all(); }
+  std::vector<SurfacePoint> cover(double spacing, uint64_t seed) const override {
+    std::vector<SurfacePoint> points;
+    for (int face = 0; face < 6; ++face) {
+      const int k = face / 2, i = (k + 1) % 3, j = (k + 2) % 3;
+      cover_rows(
+          steps(2 * half_[i], spacing), seed, static_cast<uint64_t>(face + 1),
+          [&](double) { return steps(2 * half_[j], spacing); },
+          [&](double row, double column) {
+            SurfacePoint p{Vec3d::Zero(), Vec3d::Zero()};
+            p.normal[k] = face % 2 ? -1 : 1;
+            p.position[k] = half_[k] * p.normal[k];
+            p.position[i] = half_[i] * (2 * row - 1), p.position[j] = half_[j] * (2 * column - 1);
+            points.push_back(p);
+          });
+    }
+    return points;
+  }
+  Vec3d bound_centre() const override { return Vec3d::Zero(); }
+  double bound_radius() const override { return half_.norm(); }
+
+ private:
+  Vec3d half_;
+};
+
+class Lathe final : public Shape {
+ public:
+  explicit Lathe(std::vector<Vector2d> profile) : profile_(std::move(profile)) {
+    double low = kNoHit, high = -kNoHit;
+    for (const Vector2d& p : profile_) low = std::min(low, p.y()), high = std::max(high, p.y());
+    centre_ = Vec3d(0, 0, 0.5 * (low + high));
+    for (const Vector2d& p : profile_) radius_ = std::max(radius_, std::hypot(p.x(), p.y() - centre_.z()));
+  }
+
+  SurfaceHit intersect(const Ray& ray, double t_min, double t_max) const override {
+    SurfaceHit best;
+    best.t = t_max;
+    bool found = false;
+    for (size_t s = 0; s + 1 < profile_.size(); ++s) {
+      double roots[2];
+      const int count = crossings(s, ray, roots);
+      for (int i = 0; i < count; ++i) {
+        if (!(roots[i] > t_min && roots[i] < best.t)) continue;
+        best.t = roots[i], found = true;
+        const Vec3d x = ray.origin + best.t * ray.direction;
+        best.normal = around(outward(s), std::atan2(x.y(), x.x()));
+      }
+    }
+    return found ? best : SurfaceHit{};
+  }
+  // Inside the outer wall: the first part of the profile, along which z rises.
+  bool inside(const Vec3d& x) const override {
+    for (size_t s = 0; s + 1 < profile_.size(); ++s) {
+      const Vector2d a = profile_[s], b = profile_[s + 1];
+      if (b.y() <= a.y()) break;
+      if (x.z() < a.y() || x.z() > b.y()) continue;
+      return std::hypot(x.x(), x.y()) <= a.x() + (b.x() - a.x()) * (x.z() - a.y()) / (b.y() - a.y());
+    }
+    return false;
+  }
+  std::vector<SurfacePoint> cover(double spacing, uint64_t seed) const override {
+    std::vector<SurfacePoint> points;
+    for (size_t s = 0; s + 1 < profile_.size(); ++s) {
+      const Vector2d a = profile_[s], b = profile_[s + 1];
+      // Rows at equal shares of the length; a short segment gets one row with fewer points.
+      const double length = (b - a).norm();
+      const int rows = steps(length, spacing);
+      const double thin = std::min(1.0, length / spacing);
+      cover_rows(
+          rows, seed, s + 1,
+          [&](double row) { return steps(kTwoPi * (a.x() + row * (b.x() - a.x())) * thin, spacing); },
+          [&](double row, double column) { points.push_back(at(s, row, kTwoPi * column)); });
+    }
+    return points;
+  }
+  TriangleMesh mesh(double spacing) const override {
+    TriangleMesh mesh;
+    const int columns = std::max(8, steps(kTwoPi * radius_max(), spacing));
+    int rows = 0;
+    for (size_t s = 0; s + 1 < profile_.size(); ++s) {
+      const int pieces = steps((profile_[s + 1] - profile_[s]).norm(), spacing);
+      const int last = s + 2 == profile_.size() ? pieces : pieces - 1;
+      for (int r = 0; r <= last; ++r, ++rows)
+        for (int c = 0; c < columns; ++c) {
+          const SurfacePoint p = at(s, static_cast<double>(r) / pieces, kTwoPi * c / columns);
+          mesh.vertex.push_back(p.position), mesh.normal.push_back(p.normal);
+        }
+    }
+    connect_rows(mesh, rows, columns);
+    return mesh;
+  }
+  Vec3d bound_centre() const override { return centre_; }
+  double bound_radius() const override { return radius_; }
+
+ private:
+  static Vec3d around(const Vector2d& rz, double angle) {
+    return {rz.x() * std::cos(angle), rz.x() * std::sin(angle), rz.y()};
+  }
+  Vector2d outward(size_t s) const {
+    const Vector2d along = profile_[s + 1] - profile_[s];
+    return Vector2d(along.y(), -along.x()).normalized();
+  }
+  SurfacePoint at(size_t s, double share, double angle) const {
+    return {around(profile_[s] + share * (profile_[s + 1] - profile_[s]), angle), around(outward(s), angle)};
+  }
+  double radius_max() const {
+    double r = 0;
+    for (const Vector2d& p : profile_) r = std::max(r, p.x());
+    return r;
+  }
+
+  /// Ray parameters at which the ray crosses the band of segment s: a ring in a plane, or a cone
+  /// x^2 + y^2 = (r0 + k (z - z0))^2 between two heights.
+  int crossings(size_t s, const Ray& ray, double (&roots)[2]) const {
+    const Vector2d a = profile_[s], b = profile_[s + 1];
+    const Vec3d &o = ray.origin, &d = ray.direction;
+    if (std::abs(b.y() - a.y()) < 1e-12) {
+      if (d.z() == 0) return 0;
+      const double t = (a.y() - o.z()) / d.z(), r = std::hypot(o.x() + t * d.x(), o.y() + t * d.y());
+      roots[0] = t;
+      return r >= std::min(a.x(), b.x()) && r <= std::max(a.x(), b.x()) ? 1 : 0;
+    }
+    const double k = (b.x() - a.x()) / (b.y() - a.y()), r = a.x() + k * (o.z() - a.y());
+    const double qa = d.x() * d.x() + d.y() * d.y() - k * k * d.z() * d.z();
+    const double qb = o.x() * d.x() + o.y() * d.y() - k * d.z() * r, qc = o.x() * o.x() + o.y() * o.y() - r * r;
+    const double under = qb * qb - qa * qc;
+    if (under < 0 || std::abs(qa) < 1e-14) return 0;
+    int count = 0;
+    for (const double sign : {-1.0, 1.0}) {
+      const double t = (-qb + sign * std::sqrt(under)) / qa, z = o.z() + t * d.z();
+      const bool in_band = z >= std::min(a.y(), b.y()) && z <= std::max(a.y(), b.y());
+      if (in_band && r + k * t * d.z() >= 0) roots[count++] = t;
+    }
+    return count;
+  }
+
+  std::vector<Vector2d> profile_;
+  Vec3d centre_;
+  double radius_ = 0;
+};
+
+class Handle final : public Shape {
+ public:
+  Handle(double ring, double tube) : ring_(ring), tube_(tube) {}
+
+  // The distance to a torus is exact, so the ray advances by it (Hart 1996), inside the half space x >= 0.
+  SurfaceHit intersect(const Ray& ray, double t_min, double t_max) const override {
+    double begin = t_min, end = t_max;
+    if (ray.direction.x() != 0) {
+      const double wall = -ray.origin.x() / ray.direction.x();
+      ray.direction.x() > 0 ? begin = std::max(begin, wall) : end = std::min(end, wall);
+    } else if (ray.origin.x() < 0) {
+      return {};
+    }
+    double t = begin + 1e-9;
+    const double side = signed_distance(ray.origin + t * ray.direction) < 0 ? -1 : 1;
+    for (int i = 0; i < 128 && t < end; ++i) {
+      const Vec3d x = ray.origin + t * ray.direction;
+      const double distance = side * signed_distance(x);
+      if (distance < 1e-7) return {t, normal(x)};
+      if (distance > 2 * (ring_ + tube_) && x.dot(ray.direction) > 0) break;
+      t += distance;
+    }
+    return {};
+  }
+  bool inside(const Vec3d& x) const override { return x.x() >= 0 && signed_distance(x) <= 0; }
+  std::vector<SurfacePoint> cover(double spacing, uint64_t seed) const override {
+    std::vector<SurfacePoint> points;
+    cover_rows(
+        steps(std::numbers::pi * ring_, spacing), seed, 1, [&](double) { return steps(kTwoPi * tube_, spacing); },
+        [&](double row, double column) {
+          const double along = std::numbers::pi * (row - 0.5), turn = kTwoPi * column;
+          const Vec3d radial(std::cos(along), 0, std::sin(along));
+          const Vec3d n = std::cos(turn) * radial + std::sin(turn) * Vec3d::UnitY();
+          points.push_back({ring_ * radial + tube_ * n, n});
+        });
+    return points;
+  }
+  Vec3d bound_centre() const override { return Vec3d::Zero(); }
+  double bound_radius() const override { return ring_ + tube_; }
+
+ private:
+  double signed_distance(const Vec3d& x) const { return std::hypot(std::hypot(x.x(), x.z()) - ring_, x.y()) - tube_; }
+  Vec3d normal(const Vec3d& x) const {
+    const Vec3d radial = Vec3d(x.x(), 0, x.z()).normalized();
+    return (x - ring_ * radial).normalized();
+  }
+
+  double ring_, tube_;
+};
+
+}  // namespace
+
+std::unique_ptr<Shape> make_ellipsoid(const Vec3d& semi_axes) { return std::make_unique<Ellipsoid>(semi_axes); }
+std::unique_ptr<Shape> make_cuboid(const Vec3d& half) { return std::make_unique<Cuboid>(half); }
+std::unique_ptr<Shape> make_lathe(const std::vector<Eigen::Vector2d>& profile) { return std::make_unique<Lathe>(profile); }
+std::unique_ptr<Shape> make_handle(double ring_radius, double tube_radius) {
+  return std::make_unique<Handle>(ring_radius, tube_radius);
+}
+
+}  // namespace pliant

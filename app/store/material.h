@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "gaussians/base/types.h"
+
+namespace pliant {
+
+/// material.h5: elastic material of the solid samples of particles.h5.
+struct MaterialFile {
+  std::vector<float> young, poisson, density;  ///< [S] Pa, 1, kg/m^3
+  std::string source;                          ///< where the values come from, a phrase
+  std::vector<Vec3f> position;                 ///< [S, 3] scene units; empty: those of particles.h5 beside the file
+  std::vector<float> volume;                   ///< [S] units^3; empty like `position`
+};
+
+void write_material(const std::filesystem::path& file, const MaterialFile& material, const std::string& provenance_json);
+/// Positions and volumes that the file lacks are taken from particles.h5 beside it when there is one.
+/// Values must be possible: young > 0, -1 < poisson < 0.5, density > 0.
+MaterialFile read_material(const std::filesystem::path& file);
+
+}  // namespace pliant

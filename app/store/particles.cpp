@@ -1,0 +1,49 @@
+#include "app/store/particles.h"
+
+#include <nlohmann/json.hpp>
+
+#include "app/store/vectors.h"
+
+namespace fs = std::filesystem;
+
+namespace pliant {
+
+void write_particles(const fs::path& file, const ParticleFile& p, const std::string& provenance_json) {
+  const size_t solids = p.solid_position.size(), drivers = p.driving_position.size();
+  CHECK(p.solid_volume.size() == solids && p.solid_driver.size() == solids && p.driving_volume.size() == drivers);
+  write_hdf5(file, [&](Hdf5Writer& out) {
+    out.group("/solid"), out.group("/driving");
+    write_vectors(out, "/solid/position", p.solid_position);
+    out.dataset("/solid/volume", p.solid_volume.data(), {solids});
+    out.dataset("/solid/driver", p.solid_driver.data(), {solids});
+    write_vectors(out, "/driving/position", p.driving_position);
+    out.dataset("/driving/volume", p.driving_volume.data(), {drivers});
+    out.number("/", "cell_size", p.cell_size);
+    out.number("/", "metres_per_unit", p.metres_per_unit);
+    out.text("/", "pinned", p.pinned_json);
+    out.text("/", "provenance", provenance_json);
+  });
+}
+
+ParticleFile read_particles(const fs::path& file) {
+  const Hdf5Reader in(file);
+  ParticleFile p;
+  p.solid_position = read_vectors(in, "/solid/position");
+  p.solid_volume = read_finite(in, "/solid/volume", p.solid_position.size());
+  p.solid_driver = in.dataset<int32_t>("/solid/driver", {p.solid_position.size()});
+  p.driving_position = read_vectors(in, "/driving/position");
+  p.driving_volume = read_finite(in, "/driving/volume", p.driving_position.size());
+  p.cell_size = in.number("/", "cell_size");
+  p.metres_per_unit = in.number("/", "metres_per_unit");
+  p.pinned_json = in.text("/", "pinned");
+  for (int driver : p.solid_driver) {
+    if (driver < -1 || driver >= static_cast<int>(p.driving_position.size())) {
+      throw in.complaint("/solid/driver", "names driver " + std::to_string(driver) + " of " + std::to_string(p.driving_position.size()));
+    }
+  }
+  if (!(p.metres_per_unit > 0)) throw in.complaint("/@metres_per_unit", "is not positive");
+  if (!nlohmann::json::accept(p.pinned_json)) throw in.complaint("/@pinned", "is not JSON");
+  return p;
+}
+
+}  // namespace pliant

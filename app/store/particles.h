@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "gaussians/base/types.h"
+
+namespace pliant {
+
+/// particles.h5: the solid samples of an object and the driving particles that MPM moves, in scene units.
+struct ParticleFile {
+  std::vector<Vec3f> solid_position;    ///< [S, 3]
+  std::vector<float> solid_volume;      ///< [S] units^3
+  std::vector<int> solid_driver;        ///< [S] index into driving_*, -1 = rigid, not simulated
+  std::vector<Vec3f> driving_position;  ///< [M, 3] at rest
+  std::vector<float> driving_volume;    ///< [M] units^3
+  double cell_size = 0;                 ///< grid spacing, scene units
+  double metres_per_unit = 1;
+  std::string pinned_json = "[]";       ///< regions that hold the object, as in interactions.json
+};
+
+/// Groups /solid {position, volume, driver} and /driving {position, volume}.
+void write_particles(const std::filesystem::path& file, const ParticleFile& particles, const std::string& provenance_json);
+/// Also checks that values are finite and drivers exist.
+ParticleFile read_particles(const std::filesystem::path& file);
+
+}  // namespace pliant

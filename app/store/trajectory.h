@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "gaussians/base/types.h"
+
+namespace pliant {
+
+/// trajectory.h5, shaped like H5MD 1.1 (de Buyl et al. 2014): /particles/<object>/{position, velocity, F}/
+/// {value [T, M, ...], step [T], time [T]}, float32, one compressed chunk per frame.
+struct TrajectoryFile {
+  struct Frame {
+    double time = 0;                        ///< s
+    int64_t step = 0;                       ///< substeps since time 0
+    std::vector<Vec3f> position, velocity;  ///< [M, 3] scene units, m/s
+    std::vector<Mat3f> F;                   ///< [M, 3, 3]
+  };
+  std::string object = "object";  ///< name of the group
+  double fps = 0;
+  double metres_per_unit = 1;
+  double cell_size = 0;  ///< scene units
+  std::vector<Frame> frames;
+};
+
+void write_trajectory(const std::filesystem::path& file, const TrajectoryFile& trajectory, const std::string& provenance_json);
+/// Reads the object of that name; an empty name takes the only one.
+TrajectoryFile read_trajectory(const std::filesystem::path& file, const std::string& object = "");
+
+}  // namespace pliant

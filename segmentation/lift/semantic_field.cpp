@@ -1,0 +1,259 @@
+#include "segmentation/lift/semantic_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+
+#include "gaussians/base/adam.h"
+#include "gaussians/base/nearest.h"
+#include "gaussians/base/random.h"
+#include "segmentation/lift/semantic_loss.h"
+#include "segmentation/lift/vote.h"
+
+namespace pliant {
+namespace {
+
+/// Streams of random numbers, one per purpose.
+enum Stream : uint64_t { kPixels = 1, kStart, kOrder, kAnchors, kPoints, kCodes };
+
+/// A view that takes part: its chosen pixels, their classes, and W when it fits into memory.
+struct TrainingView {
+  int camera = -1;
+  std::vector<uint32_t> pixels;
+  std::vector<int> target;
+  CompactView weights;
+  bool cached = false;
+};
+
+std::vector<int> classes_of(const IdImage& ids, const std::vector<uint32_t>& class_id) {
+  std::vector<int> cls(ids.data.size(), -1);
+  for (size_t i = 0; i < cls.size(); ++i) {
+    if (ids.data[i] == 0) continue;
+    const auto it = std::lower_bound(class_id.begin(), class_id.end(), ids.data[i]);
+    cls[i] = static_cast<int>(it - class_id.begin());
+  }
+  return cls;
+}
+
+std::vector<int> count_views(const MaskSet& masks, const std::vector<uint32_t>& class_id) {
+  std::vector<int> views(class_id.size(), 0);
+  for (const MaskSet::View& view : masks.views) {
+    std::vector<uint8_t> met(class_id.size(), 0);
+    for (int c : classes_of(view.ids, class_id))
+      if (c >= 0) met[c] = 1;
+    for (size_t c = 0; c < met.size(); ++c) views[c] += met[c];
+  }
+  return views;
+}
+
+/// One labelled pixel per block, drawn evenly inside it.
+void choose_pixels(const IdImage& ids, const std::vector<int>& cls, int stride, Random random, TrainingView& view) {
+  for (int y0 = 0; y0 < ids.height; y0 += stride)
+    for (int x0 = 0; x0 < ids.width; x0 += stride) {
+      const int x = x0 + static_cast<int>(random.below(std::min(stride, ids.width - x0)));
+      const int y = y0 + static_cast<int>(random.below(std::min(stride, ids.height - y0)));
+      const uint32_t pixel = static_cast<uint32_t>(y) * ids.width + x;
+      if (cls[pixel] < 0) continue;
+      view.pixels.push_back(pixel);
+      view.target.push_back(cls[pixel]);
+    }
+}
+
+void start_from_noise(uint64_t seed, SemanticModel<float>& model) {
+  parallel_for(static_cast<std::ptrdiff_t>(model.attribute.size() / kSemanticChannels), [&](std::ptrdiff_t p) {
+    Random random(seed, p, kStart);
+    for (int k = 0; k < kSemanticChannels; ++k)
+      model.attribute[p * kSemanticChannels + k] = 0.3f * static_cast<float>(random.normal());
+  }, 1024);
+  Random random(seed, ~0ull, kStart);
+  for (float& w : model.classifier) w = static_cast<float>(random.uniform(-0.25, 0.25));
+}
+
+/// Neighbours [N, k] among at most max_points Gaussians, and the Gaussians that may be anchors.
+std::vector<int> grouping_graph(const SemanticOptions& options, const GaussianCloud& cloud, std::vector<int>& members) {
+  members.resize(cloud.size());
+  std::iota(members.begin(), members.end(), 0);
+  if (members.size() > options.max_points) {
+    Random random(options.seed, 0, kPoints);
+    for (size_t i = 0; i < options.max_points; ++i) std::swap(members[i], members[i + random.below(members.size() - i)]);
+    members.resize(options.max_points);
+    std::sort(members.begin(), members.end());
+  }
+  std::vector<Vec3f> points(members.size());
+  for (size_t i = 0; i < members.size(); ++i) points[i] = cloud.position[members[i]];
+  const int k = options.neighbours;
+  const std::vector<int> nearest = k_nearest(points, points, k + 1);
+  std::vector<int> graph(cloud.size() * k, -1);
+  for (size_t i = 0; i < members.size(); ++i) {
+    int found = 0;
+    for (int j = 0; j <= k && found < k; ++j) {
+      const int other = nearest[i * (k + 1) + j];
+      if (other >= 0 && other != static_cast<int>(i)) graph[static_cast<size_t>(members[i]) * k + found++] = members[other];
+    }
+  }
+  return graph;
+}
+
+/// Unseen Gaussians take the mean attribute of those of their nearest seen neighbours that share the commonest label;
+/// the classifier is linear, so the mean is decoded as that label.
+size_t spread_to_unseen(const GaussianCloud& cloud, const std::vector<uint8_t>& seen, SemanticModel<float>& model) {
+  constexpr int kNeighbours = 5;
+  std::vector<int> sources, gaps;
+  for (size_t p = 0; p < seen.size(); ++p) (seen[p] ? sources : gaps).push_back(static_cast<int>(p));
+  if (gaps.empty() || sources.empty()) return gaps.size();
+  std::vector<Vec3f> source_points(sources.size()), gap_points(gaps.size());
+  for (size_t i = 0; i < sources.size(); ++i) source_points[i] = cloud.position[sources[i]];
+  for (size_t i = 0; i < gaps.size(); ++i) gap_points[i] = cloud.position[gaps[i]];
+  const std::vector<int> nearest = k_nearest(source_points, gap_points, kNeighbours);
+  parallel_for(static_cast<std::ptrdiff_t>(gaps.size()), [&](std::ptrdiff_t g) {
+    std::vector<float> probability(model.classes), votes(model.classes, 0.0f);
+    int label[kNeighbours];
+    for (int j = 0; j < kNeighbours; ++j) {
+      const int s = nearest[g * kNeighbours + j];
+      if (s < 0) continue;
+      class_softmax(model, model.attribute.data() + static_cast<size_t>(sources[s]) * kSemanticChannels, probability.data());
+      label[j] = static_cast<int>(std::max_element(probability.begin(), probability.end()) - probability.begin());
+      votes[label[j]] += 1.0f + 0.01f / (1 + j);  // the nearest decides a tie
+    }
+    const int winner = static_cast<int>(std::max_element(votes.begin(), votes.end()) - votes.begin());
+    Eigen::Matrix<float, kSemanticChannels, 1> mean = Eigen::Matrix<float, kSemanticChannels, 1>::Zero();
+    int count = 0;
+    for (int j = 0; j < kNeighbours; ++j) {
+      const int s = nearest[g * kNeighbours + j];
+      if (s < 0 || label[j] != winner) continue;
+      mean += Eigen::Map<const decltype(mean)>(model.attribute.data() + static_cast<size_t>(sources[s]) * kSemanticChannels);
+      ++count;
+    }
+    Eigen::Map<decltype(mean)>(model.attribute.data() + static_cast<size_t>(gaps[g]) * kSemanticChannels) = mean / count;
+  }, 256);
+  return gaps.size();
+}
+
+/// Everything that the iterations share.
+class Fit {
+ public:
+  Fit(const SemanticOptions& options, const GaussianCloud& cloud, const std::vector<Camera>& cameras)
+      : options_(options), cloud_(cloud), cameras_(cameras) {}
+
+  /// Weights of every view once: votes over all pixels, rows of the chosen pixels into the cache.
+  void prepare(const MaskSet& masks, const std::vector<uint32_t>& class_id, ClassVotes& votes, SemanticSummary& summary) {
+    for (const MaskSet::View& mask : masks.views) {
+      TrainingView view;
+      view.camera = mask.camera;
+      const BlendWeights weights = blend_weights(cloud_, cameras_[mask.camera], options_.render);
+      const std::vector<int> cls = classes_of(mask.ids, class_id);
+      votes.add(weights, cls);
+      choose_pixels(mask.ids, cls, options_.pixel_stride, Random(options_.seed, mask.camera, kPixels), view);
+      if (view.pixels.empty()) continue;
+      if (options_.iterations > 0 && summary.cached_bytes < options_.memory_bytes) {
+        view.weights = compact_view(weights, view.pixels, cloud_.size());
+        view.cached = summary.cached_bytes + view.weights.bytes() <= options_.memory_bytes;
+        if (view.cached) {
+          summary.cached_bytes += view.weights.bytes(), summary.entries += view.weights.weight.size(), ++summary.cached_views;
+        } else {
+          view.weights = {};
+        }
+      }
+      views_.push_back(std::move(view));
+    }
+    summary.views = static_cast<int>(views_.size());
+  }
+
+  void optimise(SemanticModel<float>& model, SemanticSummary& summary, const SemanticProgress& progress) {
+    std::vector<int> members;
+    const std::vector<int> graph = grouping_graph(options_, cloud_, members);
+    SemanticModel<float> gradient;
+    gradient.resize(cloud_.size(), model.classes);
+    Adam<float> adam_y(model.attribute.size()), adam_w(model.classifier.size()), adam_b(model.bias.size());
+    std::vector<int> order(views_.size()), anchors(std::min<size_t>(options_.anchors, members.size()));
+    const int tail = std::max(1, options_.iterations / 10);
+    for (int it = 0; it < options_.iterations; ++it) {
+      const size_t turn = it % views_.size();
+      if (turn == 0) shuffle(order, it);
+      for (size_t a = 0; a < anchors.size(); ++a)
+        anchors[a] = members[Random(options_.seed, a, (uint64_t(it) << 8) + kAnchors).below(members.size())];
+      gradient.set_zero();
+      const TrainingView& view = views_[order[turn]];
+      const double cross_entropy =
+          view.cached ? semantic_loss_adjoint(view.weights, std::span<const int>(view.target), model, gradient)
+                      : semantic_loss_adjoint(compact_view(blend_weights(cloud_, cameras_[view.camera], options_.render),
+                                                           view.pixels, cloud_.size()),
+                                              std::span<const int>(view.target), model, gradient);
+      const double grouping = grouping_loss_adjoint<float>(anchors, graph, options_.neighbours,
+                                                           static_cast<float>(options_.kl_weight), model, gradient);
+      if (!std::isfinite(cross_entropy + grouping))
+        throw numerical_error("segment", "the loss is not finite at iteration " + std::to_string(it),
+                              "lower the learning rates");
+      // Cosine from the full rate to a tenth of it.
+      const double fall = 0.55 + 0.45 * std::cos(3.141592653589793 * it / options_.iterations);
+      adam_y.step(model.attribute, gradient.attribute, static_cast<float>(options_.attribute_rate * fall));
+      adam_w.step(model.classifier, gradient.classifier, static_cast<float>(options_.classifier_rate * fall));
+      adam_b.step(model.bias, gradient.bias, static_cast<float>(options_.classifier_rate * fall));
+      if (it >= options_.iterations - tail) summary.cross_entropy += cross_entropy / tail, summary.grouping += grouping / tail;
+      if (progress) progress(it + 1, options_.iterations, cross_entropy + grouping);
+    }
+  }
+
+ private:
+  void shuffle(std::vector<int>& order, int epoch) const {
+    std::iota(order.begin(), order.end(), 0);
+    Random random(options_.seed, epoch, kOrder);
+    for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
+  }
+
+  const SemanticOptions& options_;
+  const GaussianCloud& cloud_;
+  const std::vector<Camera>& cameras_;
+  std::vector<TrainingView> views_;
+};
+
+}  // namespace
+
+SemanticResult fit_semantic_field(const SemanticOptions& options, const GaussianCloud& cloud,
+                                  const std::vector<Camera>& cameras, const MaskSet& masks,
+                                  const SemanticProgress& progress) {
+  SemanticResult result;
+  Segmentation& segmentation = result.segmentation;
+  for (const MaskSet::View& view : masks.views) {
+    CHECK(view.camera >= 0 && view.camera < static_cast<int>(cameras.size()));
+    const Camera& camera = cameras[view.camera];
+    CHECK_MSG(view.ids.width == camera.width && view.ids.height == camera.height, camera.name);
+  }
+  MaskSet training;
+  std::copy_if(masks.views.begin(), masks.views.end(), std::back_inserter(training.views), [&](const MaskSet::View& view) {
+    return !std::count(options.held_out.begin(), options.held_out.end(), view.camera);
+  });
+  segmentation.class_id = training.ids();
+  for (uint32_t id : segmentation.class_id) segmentation.class_name.push_back(masks.name_of(id));
+  const int classes = static_cast<int>(segmentation.class_id.size());
+  segmentation.class_views = count_views(training, segmentation.class_id);
+
+  Fit fit(options, cloud, cameras);
+  ClassVotes votes(cloud.size());
+  fit.prepare(training, segmentation.class_id, votes, result.summary);
+  if (result.summary.views == 0)
+    throw input_error("masks", "", "no view that may be used holds an id above 0", "label at least one object");
+
+  SemanticModel<float> model;
+  constexpr float kSharpness = 8.0f;  // logit difference between a unanimous vote and none
+  if (options.start_from_vote) {
+    start_from_votes(votes, classes, kSharpness, options.seed + kCodes, model);
+  } else {
+    model.resize(cloud.size(), classes);
+    start_from_noise(options.seed, model);
+  }
+  segmentation.seen.resize(cloud.size());
+  for (size_t p = 0; p < cloud.size(); ++p) segmentation.seen[p] = votes.total(p) >= options.min_weight;
+  if (options.start_from_vote) spread_to_unseen(cloud, segmentation.seen, model);
+  if (options.iterations > 0) fit.optimise(model, result.summary, progress);
+  result.summary.unseen = spread_to_unseen(cloud, segmentation.seen, model);
+
+  segmentation.attribute = std::move(model.attribute);
+  segmentation.classifier = std::move(model.classifier);
+  segmentation.classifier_bias = std::move(model.bias);
+  update_labels(segmentation);
+  return result;
+}
+
+}  // namespace pliant

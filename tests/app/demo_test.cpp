@@ -1,0 +1,256 @@
+// The procedural scene: its shapes obey their own equations, its files agree with each other, and its proportions keep
+// what they promise to a simulation.
+
+#include "app/demo/demo.h"
+
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include <set>
+
+#include "app/demo/photos.h"
+#include "app/demo/splats.h"
+#include "app/demo/stage.h"
+#include "gaussians/base/nearest.h"
+#include "gaussians/io/files.h"
+#include "gaussians/io/image_io.h"
+#include "gaussians/io/ply.h"
+#include "gaussians/io/transforms.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+
+DemoOptions small(const fs::path& out, uint64_t seed = 1) {
+  DemoOptions options;
+  options.out = out, options.seed = seed;
+  options.width = 80, options.height = 60, options.photos = 8, options.gaussians = 4000, options.video = false;
+  return options;
+}
+
+/// Name and SHA-256 of every file below a folder, except the encoded video.
+std::map<std::string, std::string> contents(const fs::path& folder) {
+  std::map<std::string, std::string> sums;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file() && entry.path().extension() != ".mp4")
+      sums[fs::relative(entry.path(), folder).string()] = sha256_of_file(entry.path());
+  return sums;
+}
+
+struct NamedShape {
+  const char* name;
+  std::unique_ptr<Shape> shape;
+  double area;
+};
+std::vector<NamedShape> shapes() {
+  constexpr double kPi = 3.14159265358979323846;
+  std::vector<NamedShape> all;
+  all.push_back({"sphere", make_ellipsoid(Vec3d::Constant(0.05)), 4 * kPi * 0.05 * 0.05});
+  // Prolate spheroid: 2 pi b^2 (1 + a / (b e) asin e), e^2 = 1 - b^2 / a^2.
+  const double e = std::sqrt(1 - 0.02 * 0.02 / (0.05 * 0.05));
+  all.push_back({"spheroid", make_ellipsoid({0.05, 0.02, 0.02}), 2 * kPi * 4e-4 * (1 + 0.05 / (0.02 * e) * std::asin(e))});
+  all.push_back({"cuboid", make_cuboid({0.05, 0.04, 0.06}), 8 * (0.05 * 0.04 + 0.05 * 0.06 + 0.04 * 0.06)});
+  all.push_back({"frustum", make_lathe({{0.03, 0.0}, {0.05, 0.08}, {0.01, 0.08}}),
+                 kPi * (0.08 * std::hypot(0.02, 0.08) + 0.05 * 0.05 - 0.01 * 0.01)});
+  all.push_back({"handle", make_handle(0.03, 0.006), 2 * kPi * kPi * 0.03 * 0.006});
+  return all;
+}
+
+TEST(DemoShapes, RayAgainstTheNormalMeetsEachCoveringPointWithItsNormal) {
+  for (const NamedShape& s : shapes())
+    for (const SurfacePoint& p : s.shape->cover(0.006, 3)) {
+      const SurfaceHit from_inside = s.shape->intersect({p.position - 1e-3 * p.normal, p.normal}, 0, 1);
+      ASSERT_NEAR(from_inside.t, 1e-3, 2e-7) << s.name << " from inside";
+      const double away = 1e-3;
+      const SurfaceHit hit = s.shape->intersect({p.position + away * p.normal, -p.normal}, 0, 1);
+      ASSERT_NEAR(hit.t, away, 2e-7) << s.name << " at " << p.position.transpose();
+      ASSERT_GT(hit.normal.dot(p.normal), 1 - 1e-6) << s.name;
+      ASSERT_NEAR(p.normal.norm(), 1, 1e-12) << s.name;
+    }
+}
+
+TEST(DemoShapes, CoverHasOnePointPerSquareOfTheSpacingAndKeepsDistance) {
+  for (const NamedShape& s : shapes()) {
+    const double spacing = 0.002;
+    std::vector<Vec3f> points;
+    for (const SurfacePoint& p : s.shape->cover(spacing, 1)) points.push_back(p.position.cast<float>());
+    EXPECT_NEAR(points.size() * spacing * spacing / s.area, 1, 0.06) << s.name;
+    const std::vector<int> nearest = k_nearest(points, points, 2);
+    size_t crowded = 0;
+    for (size_t i = 0; i < points.size(); ++i) crowded += (points[i] - points[nearest[2 * i + 1]]).norm() < 0.4f * spacing;
+    EXPECT_LT(crowded, 0.02 * points.size()) << s.name;
+  }
+}
+
+TEST(DemoShapes, MeshVerticesLieOnTheSurfaceAndTrianglesFaceOutwards) {
+  const std::unique_ptr<Shape> shape = make_ellipsoid({0.05, 0.03, 0.02});
+  const TriangleMesh mesh = shape->mesh(0.004);
+  for (const Vec3d& x : mesh.vertex) EXPECT_NEAR(x.cwiseQuotient(Vec3d(0.05, 0.03, 0.02)).norm(), 1, 1e-12);
+  double volume = 0;
+  for (const Eigen::Vector3i& t : mesh.triangle) volume += mesh.vertex[t[0]].dot(mesh.vertex[t[1]].cross(mesh.vertex[t[2]])) / 6;
+  EXPECT_NEAR(std::abs(volume) / (4.0 / 3 * 3.14159265 * 0.05 * 0.03 * 0.02), 1, 0.02);
+}
+
+TEST(DemoPaint, PlanksAndTilesArePeriodic) {
+  const Vec3d tone(0.6, 0.5, 0.4);
+  for (int i = 0; i < 500; ++i) {
+    const double u = 0.0131 * i - 2, v = 0.0077 * i - 1;
+    for (const auto& [m, n] : {std::pair(1, 0), std::pair(0, 1), std::pair(-2, 3)}) {
+      EXPECT_LT((planks(u, v, tone) - planks(u + m * kPlankPeriodU, v + n * kPlankPeriodV, tone)).norm(), 1e-9);
+      EXPECT_LT((tiles(u, v, tone) - tiles(u + m * kTilePeriod, v + n * kTilePeriod, tone)).norm(), 1e-9);
+    }
+  }
+  EXPECT_GT((planks(0.03, 0.04, tone) - planks(0.03, 0.04 + kPlankPeriodV / 2, tone)).norm(), 0.01);
+}
+
+TEST(DemoStage, PhotoShowsThePaintedColourOfTheShapeItMeets) {
+  const Stage stage(1);
+  const Camera camera = stage_cameras(stage, 8, 80, 60)[3];
+  const Photo photo = take_photo(stage, camera);
+  int compared = 0;
+  for (const StagePart& part : stage.parts()) {
+    if (part.id != kBallId && part.flower_part != FlowerPart::kStem) continue;
+    const Vec3d middle = part.world_from_local * part.shape->bound_centre(), at = camera.cam_from_world * middle;
+    const int x = static_cast<int>(camera.fx * at.x() / at.z() + camera.cx), y = static_cast<int>(camera.fy * at.y() / at.z() + camera.cy);
+    const Ray ray{camera.centre(), camera.ray(x + 0.5, y + 0.5)};
+    const StageHit hit = stage.cast(ray);
+    if (stage.parts()[hit.part].shape != part.shape) continue;
+    EXPECT_EQ(photo.ids(x, y), part.id);
+    // The colour varies inside a pixel by a few per cent of mottling.
+    const Vec3d expected = stage.colour(ray, hit);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(photo.color(x, y, c), expected[c], 0.03);
+    ++compared;
+  }
+  EXPECT_GE(compared, 2);
+}
+
+TEST(DemoStage, ThingsStandOnTheTableWithoutTouchingForSeveralSeeds) {
+  for (uint64_t seed = 1; seed <= 5; ++seed) {
+    const Stage stage(seed);
+    for (const StagePart& a : stage.parts()) {
+      if (a.id == kTableId || a.id == kWallId) continue;
+      for (const SurfacePoint& p : a.shape->cover(0.01, seed)) {
+        const Vec3d x = a.world_from_local * p.position;
+        EXPECT_GT(x.z(), -1e-9) << "seed " << seed << " id " << a.id;
+        for (const StagePart& b : stage.parts())
+          EXPECT_FALSE(b.id != a.id && b.id != kTableId && b.shape->inside(b.world_from_local.inverse() * x)) << "seed " << seed;
+      }
+    }
+  }
+}
+
+TEST(DemoSplats, EveryGaussianIsTheFirstThingThatSomePhotoMeets) {
+  const Stage stage(2);
+  const std::vector<Camera> cameras = stage_cameras(stage, 8, 80, 60);
+  const StageSplats splats = make_splats(stage, cameras, 4000, 2);
+  EXPECT_NEAR(splats.cloud.size(), 4000, 400);
+  for (size_t i = 0; i < splats.cloud.size(); ++i) {
+    const Vec3d x = splats.cloud.position[i].cast<double>();
+    bool met = false;
+    for (const Camera& camera : cameras) {
+      const Vec3d eye = camera.centre();
+      const StageHit hit = stage.cast({eye, (x - eye).normalized()});
+      met = met || (hit.part >= 0 && std::abs(hit.t - (x - eye).norm()) < 1e-4);
+    }
+    ASSERT_TRUE(met) << "Gaussian " << i << " at " << x.transpose() << " id " << splats.label[i];
+  }
+}
+
+TEST(DemoSplats, NoneUnderObjectsAndNoneInsideThePotBelowTheSoil) {
+  const Stage stage(1);
+  const StageSplats splats = make_splats(stage, stage_cameras(stage, 12, 80, 60), 20000, 1);
+  const Flower& flower = stage.flower();
+  size_t table_near_pot = 0, in_pot = 0, below_floor = 0, under_box = 0;
+  for (size_t i = 0; i < splats.cloud.size(); ++i) {
+    const Vec3d x = stage.world_from_flower().inverse() * splats.cloud.position[i].cast<double>();
+    const double r = x.head<2>().norm();
+    table_near_pot += splats.label[i] == kTableId && r < 0.7 * flower.pot_radius;
+    in_pot += r < 0.7 * flower.pot_radius && x.z() < flower.soil_height - 0.001;
+    below_floor += x.z() < -0.03;
+    const Vec3d above = splats.cloud.position[i].cast<double>() + Vec3d(0, 0, 0.01);
+    for (const StagePart& part : stage.parts()) {
+      const bool box_on_table = part.id == kBoxId && splats.label[i] == kTableId;
+      under_box += box_on_table && part.shape->inside(part.world_from_local.inverse() * above);
+    }
+  }
+  EXPECT_EQ(table_near_pot, 0u);
+  EXPECT_EQ(in_pot, 0u);
+  EXPECT_EQ(below_floor, 0u);
+  EXPECT_EQ(under_box, 0u);
+}
+
+TEST(DemoFlower, ProportionsKeepTheirPromisesForSeveralSeeds) {
+  for (uint64_t seed = 1; seed <= 5; ++seed) {
+    const Flower flower = make_flower(seed);
+    const FlowerMechanics m = flower_mechanics(flower);
+    EXPECT_GE(m.stem_cells, 5) << "seed " << seed;
+    EXPECT_GE(m.leaf_cells, 3) << "seed " << seed;
+    EXPECT_GE(m.contrast, 8) << "seed " << seed;
+    EXPECT_GE(m.frequency, 1.5) << "seed " << seed;
+    EXPECT_LE(m.frequency, 2.5) << "seed " << seed;
+    EXPECT_LE(m.substeps_4k, 90) << "seed " << seed;
+    EXPECT_NEAR(m.cell_8k, std::cbrt(8 * m.volume / 8000), 1e-9);
+    EXPECT_NEAR(flower.height, 0.33, 0.03) << "seed " << seed;
+    // Only stem, leaves and blossom are above the pinned plane.
+    EXPECT_GT(flower.pin_height, flower.soil_height + 3 * m.cell_4k * 0.9);
+  }
+}
+
+TEST(DemoFlower, SampledVolumeConvergesToTheSolid) {
+  const Flower flower = make_flower(3);
+  const double coarse = sample_flower(flower, flower.tip_diameter / 12, flower.pin_height, 0).volume();
+  const double fine = sample_flower(flower, flower.tip_diameter / 30, flower.pin_height, 1).volume();
+  EXPECT_NEAR(coarse / fine, 1, 0.01);
+}
+
+TEST(Demo, FilesAreEqualForOneSeedAndAnyThreadCountAndDifferForAnother) {
+  TemporaryFolder folder;
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  make_demo(small(folder / "a"));
+  omp_set_num_threads(4);
+  make_demo(small(folder / "b"));
+  make_demo(small(folder / "c", 2));
+  omp_set_num_threads(threads);
+  const auto a = contents(folder / "a"), b = contents(folder / "b"), c = contents(folder / "c");
+  EXPECT_EQ(a, b);
+  ASSERT_EQ(a.size(), c.size());
+  for (const char* file : {"splats.ply", "transforms.json", "scene.json", "photos/view_003.png", "masks/view_003.png"})
+    EXPECT_NE(a.at(file), c.at(file)) << file;
+}
+
+TEST(Demo, FilesReadBackAsWhatTheSceneIs) {
+  TemporaryFolder folder;
+  const DemoSummary summary = make_demo(small(folder / "scene"));
+  EXPECT_EQ(read_ply(folder / "scene/splats.ply").size(), summary.gaussians);
+
+  const Stage stage(1);
+  const std::vector<Camera> expected = stage_cameras(stage, 8, 80, 60);
+  const std::vector<Camera> cameras = read_transforms(folder / "scene/transforms.json").cameras;
+  ASSERT_EQ(cameras.size(), expected.size());
+  std::set<uint32_t> ids;
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    EXPECT_EQ(cameras[i].name, expected[i].name);
+    EXPECT_LT((cameras[i].cam_from_world.matrix() - expected[i].cam_from_world.matrix()).norm(), 1e-9);
+    EXPECT_DOUBLE_EQ(cameras[i].fx, expected[i].fx);
+    EXPECT_EQ(cameras[i].width, 80);
+    const IdImage mask = read_ids(folder / "scene/masks" / (cameras[i].name + ".png"));
+    EXPECT_EQ(mask.width, 80);
+    ids.insert(mask.data.begin(), mask.data.end());
+    EXPECT_EQ(read_image(cameras[i].photo).height, 60);
+  }
+  ids.erase(0);
+  EXPECT_EQ(ids, (std::set<uint32_t>{1, 2, 3, 4, 5, 6}));
+}
+
+TEST(Demo, ImpossibleSizesAreUsageErrors) {
+  TemporaryFolder folder;
+  DemoOptions options = small(folder / "x");
+  options.width = 0;
+  expect_error(Failure::kUsage, {"width", "0"}, [&] { make_demo(options); });
+}
+
+}  // namespace
+}  // namespace pliant

@@ -1,0 +1,113 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "gaussians/base/camera.h"
+#include "gaussians/base/gaussian_cloud.h"
+#include "gaussians/base/random.h"
+#include "segmentation/lift/mask_set.h"
+
+namespace pliant {
+
+/// Small scenes with known truth: flat discs on a table z = 0 and on balls that rest on it, and cameras around them.
+struct MadeScene {
+  struct Ball {
+    Vec3f centre;
+    float radius;
+    uint32_t id;
+    Vec3f colour;
+  };
+  static constexpr uint32_t kTable = 3;
+  static constexpr float kHalf = 1.0f;  ///< the table spans [-kHalf, kHalf]^2
+
+  GaussianCloud cloud;
+  std::vector<uint32_t> truth;  ///< id of every Gaussian
+  std::vector<Ball> balls;
+  std::vector<Camera> cameras;
+};
+
+/// Appends a disc of standard deviation `sigma` with its short axis along `normal`.
+inline void add_disc(GaussianCloud& cloud, const Vec3f& x, const Vec3f& normal, float sigma, const Vec3f& colour) {
+  const size_t i = cloud.size();
+  cloud.resize(i + 1);
+  cloud.position[i] = x;
+  cloud.rotation[i] = quaternion_wxyz(Eigen::Quaternionf::FromTwoVectors(Vec3f::UnitZ(), normal).toRotationMatrix());
+  cloud.log_scale[i] = Vec3f(std::log(sigma), std::log(sigma), std::log(0.1f * sigma));
+  cloud.opacity_logit[i] = logit(0.95f);
+  for (int k = 0; k < 3; ++k) cloud.sh_of(i)[k] = (colour[k] - 0.5f) / kSh0;
+}
+
+/// Table colour at (x, y): planks along y, 0.25 wide.
+inline Vec3f plank_colour(float x, float) {
+  const float phase = x / 0.25f - std::floor(x / 0.25f);
+  return phase < 0.12f ? Vec3f(0.2f, 0.12f, 0.08f) : Vec3f(0.7f, 0.5f, 0.3f);
+}
+
+/// A table with balls; table Gaussians that no camera sees (under a ball) are left out, as in a real capture.
+inline MadeScene made_scene(const std::vector<MadeScene::Ball>& balls, int views = 10, int width = 120, int height = 90) {
+  MadeScene scene;
+  scene.balls = balls;
+  constexpr float kStep = 0.03f;
+  for (float x = -MadeScene::kHalf; x <= MadeScene::kHalf; x += kStep)
+    for (float y = -MadeScene::kHalf; y <= MadeScene::kHalf; y += kStep) {
+      bool hidden = false;
+      for (const auto& ball : balls) hidden = hidden || (Vec3f(x, y, 0) - Vec3f(ball.centre.x(), ball.centre.y(), 0)).norm() < 0.75f * ball.radius;
+      if (hidden) continue;
+      add_disc(scene.cloud, Vec3f(x, y, 0), Vec3f::UnitZ(), 0.6f * kStep, plank_colour(x, y));
+      scene.truth.push_back(MadeScene::kTable);
+    }
+  for (const auto& ball : balls) {
+    const int n = static_cast<int>(4 * M_PI * ball.radius * ball.radius / (kStep * kStep));
+    for (int i = 0; i < n; ++i) {  // spiral of equal areas, a little inside so that the splats end at the ball
+      const float z = 1 - (2 * i + 1.0f) / n, r = std::sqrt(1 - z * z), angle = 2.399963f * i;
+      const Vec3f normal(r * std::cos(angle), r * std::sin(angle), z);
+      add_disc(scene.cloud, ball.centre + (ball.radius - kStep) * normal, normal, 0.8f * kStep, ball.colour);
+      scene.truth.push_back(ball.id);
+    }
+  }
+  for (int v = 0; v < views; ++v) {
+    const double angle = 2 * M_PI * v / views, lift = v % 2 ? 0.9 : 1.6;
+    Camera camera = look_at({2.2 * std::cos(angle), 2.2 * std::sin(angle), lift}, {0, 0, 0.1}, {0, 0, 1}, width, height, width * 0.9);
+    camera.name = "view" + std::to_string(v);
+    scene.cameras.push_back(camera);
+  }
+  return scene;
+}
+
+/// Ids seen by a camera, by casting a ray through every pixel centre.
+inline IdImage cast_ids(const MadeScene& scene, const Camera& camera) {
+  IdImage ids(camera.width, camera.height, 1);
+  const Vec3d eye = camera.centre();
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      const Vec3d ray = camera.ray(x + 0.5, y + 0.5);
+      double nearest = INFINITY;
+      if (ray.z() < 0) {
+        const double t = -eye.z() / ray.z();
+        const Vec3d hit = eye + t * ray;
+        if (std::abs(hit.x()) < MadeScene::kHalf && std::abs(hit.y()) < MadeScene::kHalf) nearest = t, ids(x, y) = MadeScene::kTable;
+      }
+      for (const auto& ball : scene.balls) {
+        const Vec3d to = ball.centre.cast<double>() - eye;
+        const double along = to.dot(ray), miss = to.squaredNorm() - along * along, r2 = ball.radius * ball.radius;
+        if (miss < r2 && along - std::sqrt(r2 - miss) < nearest) nearest = along - std::sqrt(r2 - miss), ids(x, y) = ball.id;
+      }
+    }
+  return ids;
+}
+
+inline MaskSet cast_masks(const MadeScene& scene) {
+  MaskSet masks;
+  for (size_t c = 0; c < scene.cameras.size(); ++c) masks.views.push_back({static_cast<int>(c), cast_ids(scene, scene.cameras[c])});
+  return masks;
+}
+
+inline std::vector<MadeScene::Ball> two_balls() {
+  return {{Vec3f(-0.35f, 0.1f, 0.3f), 0.3f, 300, Vec3f(0.8f, 0.1f, 0.1f)},
+          {Vec3f(0.4f, -0.15f, 0.22f), 0.22f, 70000, Vec3f(0.1f, 0.3f, 0.8f)}};
+}
+
+}  // namespace pliant
