@@ -116,14 +116,12 @@ HOST_DEVICE V blend(V alpha, V& transmittance) {
     transmittance = after;
     return weight;
   }
-  const V zero{};
   const auto counts = alpha >= V{} + T(splat::kMinAlpha);
-  const auto stays_open = after >= V{} + T(splat::kMinTransmittance);
-  const V closed = transmittance > zero ? -transmittance : transmittance;
-  const V next = stays_open ? after : closed;
-  const V taken = stays_open ? weight : zero;
-  transmittance = counts ? next : transmittance;
-  return counts ? taken : zero;
+  const auto takes = counts & (after >= V{} + T(splat::kMinTransmittance));
+  const V closed = transmittance < -transmittance ? transmittance : -transmittance;
+  const V otherwise = counts ? closed : transmittance;
+  transmittance = takes ? after : otherwise;
+  return takes ? weight : V{};
 }
 
 }  // namespace pliant

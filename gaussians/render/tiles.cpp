@@ -48,7 +48,7 @@ struct Range {
 template <class T>
 Range pixels_between(T low, T high, int n) {
   const T first = std::ceil(low - T(0.5)), last = std::floor(high - T(0.5));
-  return {static_cast<int>(std::clamp(first, T(0), T(n))), static_cast<int>(std::clamp(last, T(-1), T(n - 1)))};
+  return {static_cast<int>(bounded(first, T(0), T(n))), static_cast<int>(bounded(last, T(-1), T(n - 1)))};
 }
 
 // Calls visit(tile) for every tile that the splat enters, by its horizontal extent within each row of tiles.
@@ -61,7 +61,7 @@ void for_each_tile(const TiledSplats<T>& tiled, const Splat<T>& s, Visit&& visit
   for (int row = rows.first / kTileSize; row <= rows.last / kTileSize; ++row) {
     const T low = T(std::max(rows.first, row * kTileSize)) + T(0.5) - s.v;
     const T high = T(std::min(rows.last, row * kTileSize + kTileSize - 1)) + T(0.5) - s.v;
-    const T dy_right = std::clamp(rightmost, low, high), dy_left = std::clamp(-rightmost, low, high);
+    const T dy_right = bounded(rightmost, low, high), dy_left = bounded(-rightmost, low, high);
     const auto half_width = [&](T dy) {
       return std::sqrt(std::max(T(0), s.variance_x * (s.reach - 2 * s.half_inverse_y * dy * dy))) + T(kMargin);
     };

@@ -10,9 +10,9 @@ namespace pliant {
 constexpr int kTileSize = 16;  ///< px; tiles start at the image's top left corner
 constexpr int kTilePixels = kTileSize * kTileSize;
 
-/// What blending needs of a projected Gaussian, in one cache line.
+/// What blending needs of a projected Gaussian; one cache line in float.
 template <class T>
-struct Splat {
+struct alignas(16 * sizeof(T)) Splat {
   T u, v, depth;        ///< mean (px), z in the camera frame
   T slope;              ///< covariance xy / yy: how the centre of a pixel row shifts with y
   T half_inverse_x;     ///< 1 / (2 variance_x)
