@@ -178,7 +178,7 @@ Flower make_flower(uint64_t seed) {
   f.leaf_semi_axes = d * Vec3d(random.uniform(0.96, 1.04), 0.50, 0.31);
   for (int side = 0; side < 2; ++side) {
     const double azimuth = (180 * side + random.uniform(-20, 20)) * kDegree, rise = random.uniform(30, 40) * kDegree;
-    const double height = f.pin_height + d * ((side ? 1.75 : 1.15) + random.uniform(-0.1, 0.1));
+    const double height = f.pin_height + d * ((side ? 1.55 : 1.05) + random.uniform(-0.1, 0.1));
     const Vec3d out(std::cos(azimuth), std::sin(azimuth), 0), along = std::cos(rise) * out + std::sin(rise) * Vec3d::UnitZ();
     const Vec3d root(0, 0, height);
     const Vec3d centre = root + along * (0.55 * stem_radius(height) + f.leaf_semi_axes.x());

@@ -255,8 +255,9 @@ TEST(DemoReference, FilmBeginsWithThePhotoAndMovesOnlyTheFlower) {
   EXPECT_LT(film.peak_metres() / stage.flower().height, 0.40);
   for (int y = 0; y < 90; ++y)
     for (int x = 0; x < 120; ++x)
-      if (photo.ids(x, y) == kBallId || photo.ids(x, y) == kMugId)
+      if (photo.ids(x, y) == kBallId || photo.ids(x, y) == kMugId) {
         for (int c = 0; c < 3; ++c) EXPECT_EQ(film.frames[0](x, y, c), film.frames[10](x, y, c));
+      }
 }
 
 TEST(DemoReference, MaterialOfTheSamplesDiffersEightfoldAndSceneFileIsFarOff) {
