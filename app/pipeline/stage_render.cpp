@@ -75,7 +75,7 @@ json run_render(const Context& context, RunDirectory& run, const Scene& scene, c
     stage.particles = read_particles(run / (folder + "/particles.h5"));
     stage.trajectory = read_trajectory(run / (folder + "/trajectory.h5"));
     stage.options.antialiased = scene.report.antialiased;
-    stage.binding = bind({}, stage.object.position, stage.particles.driving_position);
+    stage.binding = pliant::bind({}, stage.object.position, stage.particles.driving_position);
     hold_pinned(stage, scene, stage.binding);
     size_t moving = 0;
     for (size_t i = 0; i < stage.binding.size(); ++i) moving += stage.binding.driver[i * Binding::kCount] >= 0;
