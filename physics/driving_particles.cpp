@@ -132,8 +132,9 @@ void spread_thin_parts(uint64_t seed, DrivingParticles& drivers) {
     Mat3f axes;
     symmetric_eigen<float, 3>(spread, value, axes);
     drivers.rod[d] = value[1] < 0.1f * value[2];
-    // At full thickness the drivers themselves lie at different depths.
-    const float offset = 0.289f * (full - t);  // standard deviation of a uniform slab
+    // What the drivers' own depths lack of the variance of a uniform slab.
+    const float own = (drivers.rod[d] ? 0.5f * (value[0] + value[1]) : value[0]) / static_cast<float>(hits.size());
+    const float offset = std::sqrt(std::max(0.0f, full * full / 12 - own));
     Random random(seed, d, 2);
     const double u = random.uniform();
     if (drivers.rod[d]) {
