@@ -52,7 +52,8 @@ void blend_tile(const TiledSplats<T>& tiled, int tile, TileTransmittance<T>& tra
       if (!(squared > T(0))) continue;
       const T half_width = std::sqrt(squared) + kMargin, x = row.x0 - T(left) - T(0.5);
       const int from = static_cast<int>(bounded(x - half_width + 1, T(0), T(columns))) / kLanes<T>;
-      const int to = static_cast<int>(bounded(x + half_width, T(-kLanes<T>), T(columns - 1)) + T(kLanes<T>)) / kLanes<T>;
+      const int to =
+          static_cast<int>(bounded(x + half_width, T(-kLanes<T>), T(columns - 1)) + T(kLanes<T>)) / kLanes<T>;
       for (int p = from; p < to; ++p) {
         const int k = y * kPacksPerRow + p;
         V t = transmittance.pack[k];

@@ -28,8 +28,7 @@ template <class T, class Visit>
 void for_each_pixel(const TiledSplats<T>& tiled, int tile, Visit&& visit) {
   const int left = tile % tiled.tiles_x * kTileSize, top = tile / tiled.tiles_x * kTileSize;
   for (int y = top; y < std::min(top + kTileSize, tiled.height); ++y)
-    for (int x = left; x < std::min(left + kTileSize, tiled.width); ++x)
-      visit(x, y, (y - top) * kTileSize + x - left);
+    for (int x = left; x < std::min(left + kTileSize, tiled.width); ++x) visit(x, y, (y - top) * kTileSize + x - left);
 }
 
 // Colour, depth and extra channels of one tile; each further block of channels traverses the tile again.
@@ -64,7 +63,8 @@ Rendered<T> render_as(const GaussianCloud& cloud, const Camera& camera, const Re
                       std::span<const float> features, int channels) {
   CHECK(features.size() == cloud.size() * channels);
   const TiledSplats<T> tiled = tile_splats<T, kCutOffs>(cloud, camera, options.antialiased);
-  Rendered<T> out{{camera.width, camera.height, 3}, {camera.width, camera.height, 1}, {camera.width, camera.height, 1}, {}};
+  Rendered<T> out{
+      {camera.width, camera.height, 3}, {camera.width, camera.height, 1}, {camera.width, camera.height, 1}, {}};
   if (channels > 0) out.features = Image<T>(camera.width, camera.height, channels);
   parallel_for(tiled.tiles(), [&](std::ptrdiff_t tile) {
     render_tile<T, kCutOffs>(tiled, static_cast<int>(tile), options.background, features, channels, out);

@@ -121,7 +121,8 @@ TiledSplats<T> tile_splats(const GaussianCloud& cloud, const Camera& camera, boo
   CHECK(camera.width > 0 && camera.height > 0 && cloud.sh_degree >= 0 && cloud.sh_degree <= 3);
   TiledSplats<T> tiled;
   tiled.width = camera.width, tiled.height = camera.height;
-  tiled.tiles_x = (camera.width + kTileSize - 1) / kTileSize, tiled.tiles_y = (camera.height + kTileSize - 1) / kTileSize;
+  tiled.tiles_x = (camera.width + kTileSize - 1) / kTileSize,
+  tiled.tiles_y = (camera.height + kTileSize - 1) / kTileSize;
 
   const View<T> view = make_view<T>(camera);
   constexpr std::ptrdiff_t kBlock = 4096;
@@ -139,8 +140,8 @@ TiledSplats<T> tile_splats(const GaussianCloud& cloud, const Camera& camera, boo
 
   const std::vector<uint32_t> order = front_to_back(splats);
   tiled.splats.resize(splats.size());
-  parallel_for(static_cast<std::ptrdiff_t>(order.size()),
-               [&](std::ptrdiff_t i) { tiled.splats[i] = splats[order[i]]; }, 4096);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(order.size()), [&](std::ptrdiff_t i) { tiled.splats[i] = splats[order[i]]; }, 4096);
   bin(tiled);
   return tiled;
 }
