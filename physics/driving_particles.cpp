@@ -6,6 +6,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
+#include "gaussians/base/polar.h"
 #include "gaussians/base/portable.h"
 #include "gaussians/base/random.h"
 
@@ -75,7 +76,75 @@ void fill_empty(const SolidSamples& samples, DrivingParticles& drivers) {
   }
 }
 
-float cell_size_of(double volume, size_t count) { return static_cast<float>(std::cbrt(8 * volume / count)); }
+/// dx with eight drivers to a cell, thin samples counting as kThinCells dx thick: a fixed point, because dx says what
+/// is thin.
+template <class Keep>
+double cell_size_of(const SolidSamples& samples, size_t count, Keep&& keep) {
+  const auto volume_at = [&](double dx) {
+    double sum = 0;
+    for (size_t i = 0; i < samples.size(); ++i) {
+      if (!keep(i, dx)) continue;
+      const double t = samples.thickness.empty() ? 0 : samples.thickness[i];
+      sum += samples.volume[i] * (t > 0 ? std::max(1.0, kThinCells * dx / t) : 1.0);
+    }
+    return sum;
+  };
+  double dx = std::cbrt(8 * samples.total_volume() / count);
+  for (int iteration = 0; iteration < 100; ++iteration) {
+    const double next = std::cbrt(8 * volume_at(dx) / count);
+    const bool settled = std::abs(next - dx) <= 1e-7 * dx;
+    dx = next;
+    if (settled) break;
+  }
+  return dx;
+}
+
+/// Thickness of the drivers from their samples, thick where most of the volume is.
+void find_thickness(const SolidSamples& samples, DrivingParticles& drivers) {
+  const size_t n = drivers.size();
+  drivers.thickness.assign(n, 0.0f), drivers.rod.assign(n, 0);
+  if (samples.thickness.empty()) return;
+  std::vector<double> thin(n, 0), sum(n, 0);
+  for (size_t i = 0; i < samples.size(); ++i) {
+    if (!(samples.thickness[i] > 0)) continue;
+    const int d = drivers.sample_driver[i];
+    thin[d] += samples.volume[i], sum[d] += static_cast<double>(samples.volume[i]) * samples.thickness[i];
+  }
+  for (size_t d = 0; d < n; ++d)
+    if (thin[d] > 0.5 * drivers.volume[d]) drivers.thickness[d] = static_cast<float>(sum[d] / thin[d]);
+}
+
+/// Moves the drivers of thin parts off the middle, alternately to both sides of a sheet and to all sides of a rod.
+void spread_thin_parts(uint64_t seed, DrivingParticles& drivers) {
+  const float full = kThinCells * drivers.cell_size;
+  const std::vector<Vec3f> middle = drivers.position;
+  const NearestPoints tree(middle);
+  parallel_for(static_cast<std::ptrdiff_t>(drivers.size()), [&](std::ptrdiff_t d) {
+    const float t = drivers.thickness[d];
+    if (!(t > 0 && t < full)) return;
+    thread_local std::vector<NearestPoints::Hit> hits;
+    tree.query(middle[d], 10, hits);
+    Vec3f mean = Vec3f::Zero();
+    for (const auto& hit : hits) mean += middle[hit.index] / static_cast<float>(hits.size());
+    Mat3f spread = Mat3f::Zero();
+    for (const auto& hit : hits) spread += (middle[hit.index] - mean) * (middle[hit.index] - mean).transpose();
+    Vec3f value;
+    Mat3f axes;
+    symmetric_eigen<float, 3>(spread, value, axes);
+    drivers.rod[d] = value[1] < 0.1f * value[2];
+    // What the drivers' own depths lack of the variance of a uniform slab.
+    const float own = (drivers.rod[d] ? 0.5f * (value[0] + value[1]) : value[0]) / static_cast<float>(hits.size());
+    const float offset = std::sqrt(std::max(0.0f, full * full / 12 - own));
+    Random random(seed, d, 2);
+    const double u = random.uniform();
+    if (drivers.rod[d]) {
+      const float angle = static_cast<float>(6.283185307 * u);
+      drivers.position[d] += offset * 1.41421356f * (std::cos(angle) * axes.col(0) + std::sin(angle) * axes.col(1));
+    } else {
+      drivers.position[d] += (u < 0.5 ? -offset : offset) * axes.col(0);
+    }
+  }, 64);
+}
 
 }  // namespace
 
@@ -101,7 +170,9 @@ DrivingParticles kmeans_drivers(const DriverOptions& options, const SolidSamples
     fill_empty(samples, drivers);
     update_centres(samples, drivers);
   }
-  drivers.cell_size = cell_size_of(samples.total_volume(), n);
+  drivers.cell_size = static_cast<float>(cell_size_of(samples, n, [](size_t, double) { return true; }));
+  find_thickness(samples, drivers);
+  spread_thin_parts(options.seed, drivers);
   return drivers;
 }
 
@@ -120,22 +191,13 @@ SimulatedPart select_simulated(const SolidSamples& samples, std::span<const Regi
   if (!(outside > 0))
     throw usage_error("seed", "pinned", "covers the whole object", "shrink the pinned regions so that something can move");
 
-  // The kept volume grows with dx and dx with the kept volume: from above this falls to the largest fixed point.
+  // What is kept follows from dx and dx from what is kept.
+  const auto keep = [&](size_t i, double dx) { return depth[i] < kCellsInside * dx; };
+  const double dx = cell_size_of(samples, count, keep);
   SimulatedPart part;
-  double dx = cell_size_of(samples.total_volume(), count);
-  for (int iteration = 0; iteration < 100; ++iteration) {
-    part.volume = 0;
-    for (size_t i = 0; i < samples.size(); ++i)
-      if (depth[i] < kCellsInside * dx) part.volume += samples.volume[i];
-    const double next = cell_size_of(part.volume, count);
-    if (next == dx) break;
-    dx = next;
-  }
+  part.cell_size = static_cast<float>(dx);
   for (size_t i = 0; i < samples.size(); ++i)
-    if (depth[i] < kCellsInside * dx) part.kept.push_back(static_cast<int>(i));
-  part.volume = 0;
-  for (const int i : part.kept) part.volume += samples.volume[i];
-  part.cell_size = cell_size_of(part.volume, count);
+    if (keep(i, dx)) part.kept.push_back(static_cast<int>(i)), part.volume += samples.volume[i];
   return part;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -13,10 +14,16 @@ struct DrivingParticles {
   std::vector<Vec3f> position;     ///< [N, 3] centroid of the samples, in their units
   std::vector<float> volume;       ///< [N] sum over the samples
   std::vector<int> sample_driver;  ///< [M] driver of each sample
-  float cell_size = 0;             ///< grid spacing dx = (8 V / N)^(1/3)
+  std::vector<float> thickness;    ///< [N] of the sheet or rod a driver lies in; 0 = thick, or not known
+  std::vector<uint8_t> rod;        ///< [N] 1 = that part is a rod, 0 = a sheet
+  float cell_size = 0;             ///< grid spacing dx = (8 V / N)^(1/3), where thin parts count as kThinCells dx thick
 
   size_t size() const { return position.size(); }
 };
+
+/// Parts thinner than this many cells are simulated as if they were so thick, with their mass and their bending
+/// stiffness kept (E t^3 of a sheet, E t^4 of a rod).
+constexpr float kThinCells = 0.75f;
 
 struct DriverOptions {
   int count = 8000;  ///< drivers; lowered to the number of samples when there are fewer
@@ -25,7 +32,8 @@ struct DriverOptions {
 };
 
 /// K-means of the samples, weighted by volume (Lloyd 1982), from centres drawn along a space-filling order.  No
-/// driver is empty.  Deterministic for a seed, for any number of threads.  Throws Error{kUsage} without samples.
+/// driver is empty.  Drivers of parts thinner than kThinCells dx are spread across that thickness, so that the grid
+/// feels them bend.  Deterministic for a seed, for any number of threads.  Throws Error{kUsage} without samples.
 DrivingParticles kmeans_drivers(const DriverOptions& options, const SolidSamples& samples);
 
 /// What is simulated: samples that lie less than 3 cells inside every pinned region; deeper ones are rigid.

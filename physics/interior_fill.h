@@ -7,8 +7,9 @@ namespace pliant {
 
 struct FillOptions {
   int target_count = 40000;         ///< samples, approximately
-  float opacity_threshold = 0.02f;  ///< Gaussians below this opacity do not bound the solid
-  int max_cells = 128;              ///< cells along the longest side of the grid that finds the inside
+  float opacity_threshold = 0.1f;   ///< Gaussians below this opacity do not bound the solid
+  int max_cells = 256;              ///< finest cell: longest side / max_cells
+  int max_surfels = 50000;          ///< more Gaussians than this are thinned out
   uint64_t seed = 0;
 };
 

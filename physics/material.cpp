@@ -1,10 +1,16 @@
 #include "physics/material.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "gaussians/base/error.h"
 
 namespace pliant {
+namespace {
+
+constexpr double kThinnest = 0.05;  // of kThinCells dx; thinner parts stay so stiff that they come back
+
+}  // namespace
 
 ElasticSamples ElasticSamples::homogeneous(size_t count, double young, double poisson, double density) {
   validate_material("material", young, poisson, density);
@@ -67,10 +73,16 @@ BasicParticles<T> make_particles(const DrivingParticles& drivers, const SolidSam
   out.cell_size = static_cast<T>(drivers.cell_size * s);
   for (size_t d = 0; d < n; ++d) {
     CHECK_MSG(volume[d] > 0, "driving particle without volume");
+    double young = std::exp(log_young[d] / volume[d]), simulated = volume[d];
+    const double full = kThinCells * drivers.cell_size, t = drivers.thickness.empty() ? 0 : drivers.thickness[d];
+    if (t > 0 && t < full) {
+      const double ratio = std::max(t / full, kThinnest), area = drivers.rod[d] ? ratio * ratio : ratio;
+      simulated /= area, young *= area * ratio * ratio;
+    }
     out.position.push_back((drivers.position[d].cast<double>() * s).cast<T>());
-    out.volume.push_back(static_cast<T>(volume[d] * s3));
+    out.volume.push_back(static_cast<T>(simulated * s3));
     out.mass.push_back(static_cast<T>(mass[d] * s3));
-    out.young.push_back(static_cast<T>(std::exp(log_young[d] / volume[d])));
+    out.young.push_back(static_cast<T>(young));
     out.poisson.push_back(static_cast<T>(poisson[d] / volume[d]));
   }
   return out;

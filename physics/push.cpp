@@ -1,0 +1,99 @@
+#include "physics/push.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gaussians/base/error.h"
+#include "physics/driving_particles.h"
+
+namespace pliant {
+namespace {
+
+/// The same body with at most `count` particles, so that a trial is short: mass and volume are kept, and log E and nu
+/// are averaged by volume.
+Particles coarsen(const Particles& particles, int count) {
+  if (static_cast<int>(particles.size()) <= count) return particles;
+  SolidSamples samples;
+  samples.position = particles.position, samples.volume = particles.volume;
+  DriverOptions options;
+  options.count = count;
+  const DrivingParticles drivers = kmeans_drivers(options, samples);
+  const size_t n = drivers.size();
+  std::vector<double> volume(n), mass(n), log_young(n), poisson(n);
+  for (size_t i = 0; i < particles.size(); ++i) {
+    const int d = drivers.sample_driver[i];
+    const double v = particles.volume[i];
+    volume[d] += v, mass[d] += particles.mass[i];
+    log_young[d] += v * std::log(particles.young[i]), poisson[d] += v * particles.poisson[i];
+  }
+  Particles out;
+  out.position = drivers.position;
+  for (size_t d = 0; d < n; ++d) {
+    out.volume.push_back(static_cast<float>(volume[d])), out.mass.push_back(static_cast<float>(mass[d]));
+    out.young.push_back(static_cast<float>(std::exp(log_young[d] / volume[d])));
+    out.poisson.push_back(static_cast<float>(poisson[d] / volume[d]));
+  }
+  out.cell_size = static_cast<float>(particles.cell_size * std::cbrt(static_cast<double>(particles.size()) / n));
+  return out;
+}
+
+/// Region that surely holds particles of a coarser body: at least a cell in radius.
+Region widened(const Region& region, double cell) {
+  Region out = region;
+  if (out.kind == Region::Kind::kSphere) out.radius = std::max(out.radius, cell);
+  return out;
+}
+
+}  // namespace
+
+PushSize size_push(const PushOptions& options, const Particles& particles,
+                   const std::vector<Interaction>& interactions, const Region& region, const Vec3d& direction) {
+  const auto require = [](bool good, const char* field, double value, const char* remedy) {
+    if (!good) throw usage_error("push", field, "is " + std::to_string(value), remedy);
+  };
+  require(particles.size() > 0, "particles", 0, "seed the object first; it has no driving particle");
+  require(direction.norm() > 0 && direction.allFinite(), "direction", direction.norm(), "give a direction that is not zero");
+  require(options.fraction > 0 && options.fraction < 1, "fraction", options.fraction, "give a part of the height");
+  require(options.duration > 0 && std::isfinite(options.duration), "duration", options.duration, "give seconds");
+  require(options.trials > 0 && options.max_particles > 0, "trials", options.trials, "give a positive number");
+
+  const Particles body = coarsen(particles, options.max_particles);
+  double height = options.height;
+  if (!(height > 0)) {
+    double low = INFINITY, high = -INFINITY;
+    for (const Vec3f& x : particles.position) {
+      const double z = x.cast<double>().dot(options.up.normalized());
+      low = std::min(low, z), high = std::max(high, z);
+    }
+    height = high - low;
+  }
+  require(height > 0, "height", height, "give the height of the body in metres");
+
+  Interaction push;
+  push.type = InteractionType::kPointForce;
+  push.duration = options.duration, push.region = widened(region, body.cell_size);
+  SimulateOptions trial = options.simulate;
+  trial.duration = 2 * options.duration;  // a short push peaks after its end
+  trial.cell_size = 0, trial.settle_time = 0;
+
+  // A first force that would accelerate the body through the wanted way, were it free, and is small for a pinned one.
+  const double way = options.fraction * height;
+  PushSize size;
+  size.newtons = 0.1 * body.total_mass() * 2 * way / (options.duration * options.duration);
+  for (; size.trials < options.trials;) {
+    push.vector = size.newtons * direction.normalized();
+    std::vector<Interaction> script = interactions;
+    script.push_back(push);
+    const double peak = simulate<float>(trial, body, script, initial_state(body)).summary.max_displacement;
+    size.peak_fraction = peak / height;
+    ++size.trials;
+    require(peak > 0, "region", peak, "push where the body can move");
+    const double error = size.peak_fraction / options.fraction;
+    if (std::abs(error - 1) < 0.05 || size.trials == options.trials) break;
+    // Displacement grows with the force; large steps are taken in parts, because it does not grow in proportion.
+    size.newtons *= std::clamp(1 / error, 1e-3, 1e3);
+  }
+  return size;
+}
+
+}  // namespace pliant

@@ -1,0 +1,189 @@
+#include "physics/driving_particles.h"
+
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include <array>
+#include <set>
+
+#include "gaussians/base/error.h"
+#include "physics/material.h"
+#include "physics/simulate.h"
+#include "tests/physics/shapes.h"
+
+namespace pliant {
+namespace {
+
+SolidSamples stem() {
+  return testing::solid({0.1, 0.1, 0.6}, 0.01, [](const Vec3d& x) { return (x.head<2>() - Vec3d(0.05, 0.05, 0).head<2>()).norm() < 0.05; });
+}
+
+template <class F>
+int failure_of(F&& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return static_cast<int>(error.failure);
+  }
+  return 0;
+}
+
+TEST(KmeansDrivers, KeepVolumeAndCentreAndLeaveNoneEmpty) {
+  const SolidSamples samples = stem();
+  DriverOptions options;
+  for (const int count : {1, 7, 500, 3000, 1000000}) {
+    options.count = count;
+    const DrivingParticles drivers = kmeans_drivers(options, samples);
+    const size_t n = std::min(samples.size(), static_cast<size_t>(count));
+    ASSERT_EQ(drivers.size(), n);
+    EXPECT_EQ(std::set<int>(drivers.sample_driver.begin(), drivers.sample_driver.end()).size(), n);
+    double volume = 0;
+    Vec3d moment = Vec3d::Zero(), expected = Vec3d::Zero();
+    for (size_t d = 0; d < n; ++d) volume += drivers.volume[d], moment += drivers.volume[d] * drivers.position[d].cast<double>();
+    for (size_t i = 0; i < samples.size(); ++i) expected += samples.volume[i] * samples.position[i].cast<double>();
+    EXPECT_NEAR(volume / samples.total_volume(), 1, 1e-5);
+    EXPECT_LT((moment - expected).norm(), 1e-5 * expected.norm());
+    EXPECT_NEAR(std::pow(drivers.cell_size, 3) * n / 8 / samples.total_volume(), 1, 1e-5);
+  }
+}
+
+TEST(KmeansDrivers, SpreadEvenly) {
+  const SolidSamples samples = stem();
+  DriverOptions options;
+  options.count = 600;
+  const DrivingParticles drivers = kmeans_drivers(options, samples);
+  const double mean = samples.total_volume() / 600;
+  double variance = 0;
+  for (const float v : drivers.volume) variance += (v - mean) * (v - mean) / 600;
+  EXPECT_LT(std::sqrt(variance), 0.35 * mean);  // random centres: about 0.55
+}
+
+TEST(KmeansDrivers, AreEqualForAnyNumberOfThreads) {
+  const SolidSamples samples = stem();
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const DrivingParticles one = kmeans_drivers({400, 3, 5}, samples);
+  omp_set_num_threads(4);
+  const DrivingParticles four = kmeans_drivers({400, 3, 5}, samples);
+  omp_set_num_threads(threads);
+  EXPECT_TRUE(one.position == four.position && one.volume == four.volume && one.sample_driver == four.sample_driver);
+}
+
+/// Samples of a sheet in the plane z = 0 or of a rod along x.
+SolidSamples thin_part(bool rod, float thickness) {
+  SolidSamples samples;
+  const int across = rod ? 1 : 40;
+  for (int i = 0; i < 40 * 40 / across; ++i)
+    for (int j = 0; j < across; ++j) samples.position.emplace_back(0.01f * i, 0.01f * j, 0.0f);
+  samples.volume.assign(samples.size(), rod ? 0.01f * thickness * thickness : 1e-4f * thickness);
+  samples.thickness.assign(samples.size(), thickness);
+  samples.spacing = 0.01f;
+  return samples;
+}
+
+TEST(ThinParts, KeepMassAndBendingStiffness) {
+  for (const bool rod : {false, true}) {
+    const SolidSamples samples = thin_part(rod, 0.004f);
+    const DrivingParticles drivers = kmeans_drivers({200, 0, 10}, samples);
+    const double full = kThinCells * drivers.cell_size, ratio = 0.004 / full, area = rod ? ratio * ratio : ratio;
+    ASSERT_LT(ratio, 1);
+    const auto particles = make_particles<double>(drivers, samples, ElasticSamples::homogeneous(samples.size(), 1e7, 0.3, 900), 1);
+    EXPECT_NEAR(particles.total_mass() / (900 * samples.total_volume()), 1, 1e-5);
+    EXPECT_NEAR(particles.total_volume() / (samples.total_volume() / area), 1, 1e-5);
+    double out = 0, up = 0;
+    for (size_t d = 0; d < drivers.size(); ++d) {
+      EXPECT_EQ(drivers.rod[d], rod);
+      EXPECT_NEAR(particles.young[d] / (1e7 * area * ratio * ratio), 1, 1e-4);
+      const Vec3f& x = drivers.position[d];
+      out += (rod ? x.tail<2>().squaredNorm() : x.z() * x.z()) / drivers.size(), up += x.z() / drivers.size();
+    }
+    // The drivers lie on both sides of the middle with the spread of the full thickness.
+    EXPECT_NEAR(std::sqrt(out / (rod ? 2 : 1)), full / std::sqrt(12.0), 0.02 * full);
+    EXPECT_NEAR(up, 0, 0.1 * full);
+    // About eight drivers to a cell of the thickened part.
+    EXPECT_NEAR(particles.total_volume() / std::pow(particles.cell_size, 3) * 8 / drivers.size(), rod ? 1 / ratio : 1, 1.2 / ratio);
+  }
+}
+
+TEST(ThinParts, AThinSheetBendsLikeAPlate) {
+  // Sheet a third of a cell thick, clamped along one side, under a small constant acceleration.
+  const double thickness = 0.006, young = 3e7, density = 900, acceleration = 0.5, clamp = 0.1;
+  const SolidSamples samples = thin_part(false, thickness);
+  const DrivingParticles drivers = kmeans_drivers({600, 0, 10}, samples);
+  const Particles particles =
+      make_particles<float>(drivers, samples, ElasticSamples::homogeneous(samples.size(), young, 0.0, density), 1);
+  EXPECT_LT(thickness / drivers.cell_size, 0.3);
+  Interaction pin, gust;
+  pin.type = InteractionType::kPin, pin.region = Region::half_space(Vec3d(clamp, 0, 0), Vec3d(1, 0, 0));
+  gust.type = InteractionType::kGust, gust.vector = Vec3d(0, 0, acceleration);
+  SimulateOptions options;
+  options.duration = 1.0, options.damping_time = 0.15;
+  const auto result = simulate<float>(options, particles, {pin, gust}, initial_state(particles));
+  // Plate theory: w(x) = q / (24 D) (x^4 - 4 L x^3 + 6 L^2 x^2), q = rho t a, D = E t^3 / 12.
+  const double length = 0.395 - clamp, scale = density * acceleration * 12 / (24 * young * thickness * thickness);
+  double measured = 0, expected = 0;
+  for (size_t i = 0; i < particles.size(); ++i) {
+    const double x = particles.position[i].x() - clamp;
+    if (x < 0.5 * length) continue;
+    measured += result.state.x[i].z() - particles.position[i].z();
+    expected += scale * x * x * (x * x - 4 * length * x + 6 * length * length);
+  }
+  EXPECT_NEAR(measured / expected, 1, 0.15);
+}
+
+TEST(SelectSimulated, KeepsThreeCellsInsideThePinnedRegion) {
+  const SolidSamples samples = stem();
+  const Region pot = Region::half_space(Vec3d(0, 0, 0.4), Vec3d(0, 0, 1));
+  const SimulatedPart part = select_simulated(samples, std::vector<Region>{pot}, 1000);
+  EXPECT_NEAR(std::pow(part.cell_size, 3) * 1000 / 8, part.volume, 1e-4 * part.volume);
+  std::set<int> kept(part.kept.begin(), part.kept.end());
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const double depth = 0.4 - samples.position[i].z();
+    EXPECT_EQ(kept.count(static_cast<int>(i)) > 0, depth < 3 * part.cell_size) << depth / part.cell_size;
+  }
+  EXPECT_LT(kept.size(), samples.size());
+  EXPECT_EQ(select_simulated(samples, {}, 1000).kept.size(), samples.size());
+}
+
+TEST(SelectSimulated, NothingLeftIsAUsageError) {
+  const SolidSamples samples = stem();
+  EXPECT_EQ(failure_of([&] { select_simulated(samples, std::vector<Region>{Region::all()}, 100); }), 2);
+  EXPECT_EQ(failure_of([&] { select_simulated({}, {}, 100); }), 2);
+  EXPECT_EQ(failure_of([&] { kmeans_drivers({}, {}); }), 2);
+}
+
+TEST(Material, ParticlesCarrySumsAndLogarithmicMeans) {
+  SolidSamples samples;
+  samples.position = {{0, 0, 0}, {0.1f, 0, 0}, {5, 0, 0}};
+  samples.volume = {1, 3, 2};
+  DrivingParticles drivers;
+  drivers.position = {{0.075f, 0, 0}, {5, 0, 0}}, drivers.volume = {4, 2}, drivers.sample_driver = {0, 0, 1};
+  drivers.cell_size = 2;
+  const ElasticSamples material = {{1e4f, 1e6f, 5e5f}, {0.1f, 0.3f, 0.4f}, {500, 1500, 1000}};
+  const auto particles = make_particles<double>(drivers, samples, material, 0.1);
+  EXPECT_NEAR(particles.young[0], std::pow(10, (4 + 3 * 6) / 4.0), 1);
+  EXPECT_NEAR(particles.poisson[0], 0.25, 1e-7);
+  EXPECT_NEAR(particles.mass[0], (500 + 4500) * 1e-3, 1e-9);
+  EXPECT_NEAR(particles.volume[0], 4e-3, 1e-9);
+  EXPECT_NEAR(particles.cell_size, 0.2, 1e-7);
+  EXPECT_NEAR(particles.position[1].x(), 0.5, 1e-7);
+  EXPECT_NEAR(particles.mass[1], 2.0, 1e-9);
+}
+
+TEST(Material, ImpossibleValuesAreUsageErrors) {
+  EXPECT_EQ(failure_of([] { validate_material("m", 1e5, 0.3, 1000); }), 0);
+  for (const auto& [young, poisson, density] :
+       std::vector<std::array<double, 3>>{{-1, 0.3, 1000}, {0, 0.3, 1000}, {1e5, 0.5, 1000}, {1e5, -1, 1000},
+                                          {1e5, 0.3, 0}, {NAN, 0.3, 1000}, {1e5, NAN, 1000}, {1e5, 0.3, INFINITY}})
+    EXPECT_EQ(failure_of([&] { validate_material("m", young, poisson, density); }), 2) << young << poisson << density;
+  try {
+    validate_material("scene.json", -5, 0.3, 1000);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.where, "scene.json");
+    EXPECT_EQ(error.field, "young");
+    EXPECT_NE(error.problem.find("-5"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace pliant

@@ -1,0 +1,86 @@
+// Pushes of a uniform stem, ten times as long as thick, clamped at its foot.
+
+#include "physics/push.h"
+
+#include <gtest/gtest.h>
+
+#include "gaussians/base/error.h"
+#include "physics/driving_particles.h"
+#include "physics/material.h"
+#include "tests/physics/shapes.h"
+
+namespace pliant {
+namespace {
+
+constexpr double kWidth = 0.02, kLength = 0.2, kFoot = 0.03;  // m
+
+Particles stem(int count, double young = 3e5) {
+  const double middle = 0.5 * kWidth;
+  const SolidSamples samples = testing::solid({kWidth, kWidth, kLength + kFoot}, kWidth / 14, [&](const Vec3d& x) {
+    return std::hypot(x.x() - middle, x.y() - middle) < middle;
+  });
+  DriverOptions options;
+  options.count = count;
+  return make_particles<float>(kmeans_drivers(options, samples), samples,
+                               ElasticSamples::homogeneous(samples.size(), young, 0.3, 1000), 1.0);
+}
+
+Interaction clamp() {
+  Interaction pin;
+  pin.type = InteractionType::kPin, pin.region = Region::half_space(Vec3d(0, 0, kFoot), Vec3d(0, 0, 1));
+  return pin;
+}
+
+TEST(Push, TheSameNewtonsBendStemsOfAnyNumberOfParticlesAlike) {
+  const auto peak = [](int count) {
+    const Particles particles = stem(count);
+    EXPECT_NEAR(particles.total_mass() / (1000 * 3.14159265 / 4 * kWidth * kWidth * (kLength + kFoot)), 1, 0.02);
+    SimulateOptions options;
+    options.duration = 0.15;
+    Interaction push;
+    push.type = InteractionType::kPointForce, push.vector = Vec3d(0.01, 0, 0);
+    push.region = Region::box(Vec3d(-1, -1, kFoot + 0.8 * kLength), Vec3d(1, 1, 1));
+    return simulate<float>(options, particles, {clamp(), push}, initial_state(particles)).summary.max_displacement;
+  };
+  const double fine = peak(4000), coarse = peak(1500);
+  EXPECT_NEAR(coarse / fine, 1, 0.12) << fine << " " << coarse;
+}
+
+TEST(Push, IsSizedToTheStiffness) {
+  PushOptions options;
+  options.simulate.fps = 30;
+  options.duration = 0.2, options.fraction = 0.15, options.max_particles = 800;
+  const Region tip = Region::sphere(Vec3d(0.01, 0.01, kFoot + kLength), 0.02);
+  double newtons[2];
+  for (int k = 0; k < 2; ++k) {
+    const Particles particles = stem(1200, k ? 3e5 : 1e5);
+    const PushSize size = size_push(options, particles, {clamp()}, tip, Vec3d(2, 0, 0));
+    newtons[k] = size.newtons;
+    Interaction push;
+    push.type = InteractionType::kPointForce, push.region = tip, push.duration = options.duration;
+    push.vector = Vec3d(size.newtons, 0, 0);
+    SimulateOptions real = options.simulate;
+    real.duration = 0.3;
+    const double peak = simulate<float>(real, particles, {clamp(), push}, initial_state(particles)).summary.max_displacement;
+    EXPECT_NEAR(peak / (kLength + kFoot), options.fraction, 0.35 * options.fraction);
+    EXPECT_LE(size.trials, options.trials);
+  }
+  EXPECT_GT(newtons[1], 1.5 * newtons[0]);
+}
+
+TEST(Push, AMissedOrEmptyPushIsAUsageError) {
+  const Particles particles = stem(300);
+  const auto failure = [&](const Region& region, const Vec3d& direction) {
+    try {
+      size_push({}, particles, {clamp()}, region, direction);
+    } catch (const Error& error) {
+      return error.failure;
+    }
+    return Failure::kInterrupted;
+  };
+  EXPECT_EQ(failure(Region::sphere(Vec3d(9, 9, 9), 0.1), Vec3d(1, 0, 0)), Failure::kUsage);
+  EXPECT_EQ(failure(Region::all(), Vec3d::Zero()), Failure::kUsage);
+}
+
+}  // namespace
+}  // namespace pliant
