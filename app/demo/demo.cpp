@@ -1,17 +1,21 @@
 #include "app/demo/demo.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "app/demo/photos.h"
+#include "app/demo/reference.h"
 #include "app/demo/splats.h"
 #include "app/demo/stage.h"
+#include "app/demo/truth.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 #include "gaussians/io/image_io.h"
 #include "gaussians/io/ply.h"
 #include "gaussians/io/transforms.h"
+#include "gaussians/io/video.h"
 
 namespace pliant {
 namespace {
@@ -36,6 +40,9 @@ void check(const DemoOptions& options) {
   require(options.width >= 16, "width", options.width, "use 16 pixels or more");
   require(options.height >= 16, "height", options.height, "use 16 pixels or more");
   require(options.photos >= 1 && options.photos <= 1000, "photos", options.photos, "use 1 to 1000");
+  require(options.video_particles >= 1000, "video_particles", options.video_particles, "use 1000 or more");
+  require(options.video_seconds > 0, "video_seconds", options.video_seconds, "use a positive time");
+  require(options.video_fps > 0, "video_fps", options.video_fps, "use a positive rate");
   require(options.gaussians >= 100, "gaussians", options.gaussians, "use 100 or more");
 }
 
@@ -47,6 +54,25 @@ void write_photos(const Stage& stage, const fs::path& out, const std::vector<Cam
     write_image(camera.photo, photo.color);
     write_ids(out / "masks" / (camera.name + ".png"), photo.ids);
   }
+}
+
+void write_reference(const DemoOptions& options, const Stage& stage, const std::vector<Camera>& cameras, DemoSummary& summary) {
+  const std::string name = front_view_name(options.photos);
+  const Camera& camera = *std::find_if(cameras.begin(), cameras.end(), [&](const Camera& c) { return c.name == name; });
+  ReferenceOptions reference;
+  reference.particles = options.video_particles, reference.seed = options.seed;
+  reference.seconds = options.video_seconds, reference.fps = options.video_fps;
+  auto start = std::chrono::steady_clock::now();
+  const ReferenceMotion motion = simulate_reference(stage, reference);
+  summary.simulate_seconds = since(start), summary.push_newtons = motion.interactions.back().vector.norm();
+
+  start = std::chrono::steady_clock::now();
+  const ReferenceFilm film = film_reference(stage, motion, camera);
+  VideoWriter video(options.out / "reference.mp4", options.video_fps, camera.width, camera.height);
+  for (const ImageF& frame : film.frames) video.write(frame);
+  video.close();
+  write_truth(options.out / "truth", motion, film, camera, options.seed);
+  summary.peak_pixels = film.peak_pixels(), summary.peak_metres = film.peak_metres(), summary.film_seconds = since(start);
 }
 
 Json scene_json(const DemoOptions& options, const Stage& stage) {
@@ -96,6 +122,10 @@ DemoSummary make_demo(const DemoOptions& options) {
   summary.gaussians = splats.cloud.size(), summary.splat_seconds = since(start);
   for (const uint32_t id : splats.label) ++summary.gaussians_of[stage_names().at(id)];
 
+  write_truth(out / "truth", stage, splats, options.seed);
+  if (options.video) write_reference(options, stage, cameras, summary);
+
+  // Last, so that a scene file stands only beside a whole scene.
   write_text(out / "scene.json", scene_json(options, stage).dump(2) + "\n");
   summary.mechanics = flower_mechanics(stage.flower());
   summary.flower_height = stage.flower().height;

@@ -16,7 +16,7 @@ struct DemoOptions {
   int photos = 40;
   int gaussians = 100000;        ///< about
   bool video = true;             ///< simulate the known push and film it
-  int video_particles = 20000;   ///< of the reference simulation
+  int video_particles = 14000;   ///< of the reference simulation
   double video_seconds = 3, video_fps = 24;
 };
 

@@ -13,9 +13,9 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector2d;
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kFrequency = 1.9;                         // Hz
+constexpr double kFrequency = 2.2;                         // Hz
 constexpr double kPoisson = 0.28, kDensity = 700;          // -, kg/m^3
-constexpr double kLeafSoftness = 8.5, kBlossomSoftness = 16;  // Young's modulus of the stem over that of the part
+constexpr double kLeafSoftness = 8.2, kBlossomSoftness = 16;  // Young's modulus of the stem over that of the part
 
 Isometry3d frame(const Vec3d& origin, const Vec3d& x, const Vec3d& y) {
   Isometry3d pose = Isometry3d::Identity();
@@ -165,7 +165,7 @@ Flower make_flower(uint64_t seed) {
   const double taper = (f.base_diameter - d) / 2 / f.free_length;
   auto stem_radius = [&](double z) { return f.base_diameter / 2 - taper * (z - f.pin_height); };
   const double bottom = f.soil_height - 0.35 * d, top = f.pin_height + f.free_length;
-  auto add = [&](FlowerPart part, std::unique_ptr<Shape> shape, const Isometry3d& pose, int tone) {
+  auto add = [&](FlowerPart part, std::unique_ptr<AnalyticShape> shape, const Isometry3d& pose, int tone) {
     const Vec3d centre = pose * shape->bound_centre();
     const double radius = shape->bound_radius();
     f.pieces.push_back({part, std::move(shape), pose, tone, centre, radius});
@@ -175,10 +175,10 @@ Flower make_flower(uint64_t seed) {
   add(FlowerPart::kPot, make_lathe(soil_profile(f.pot_radius, f.soil_height, stem_radius(f.soil_height))), upright, 1);
   add(FlowerPart::kStem, make_lathe(stem_profile(bottom, stem_radius(bottom), top, d / 2)), upright, 0);
 
-  f.leaf_semi_axes = d * Vec3d(random.uniform(1.05, 1.15), 0.50, 0.31);
+  f.leaf_semi_axes = d * Vec3d(random.uniform(0.96, 1.04), 0.50, 0.31);
   for (int side = 0; side < 2; ++side) {
     const double azimuth = (180 * side + random.uniform(-20, 20)) * kDegree, rise = random.uniform(30, 40) * kDegree;
-    const double height = f.pin_height + d * ((side ? 1.75 : 1.15) + random.uniform(-0.1, 0.1));
+    const double height = f.pin_height + d * ((side ? 1.55 : 1.05) + random.uniform(-0.1, 0.1));
     const Vec3d out(std::cos(azimuth), std::sin(azimuth), 0), along = std::cos(rise) * out + std::sin(rise) * Vec3d::UnitZ();
     const Vec3d root(0, 0, height);
     const Vec3d centre = root + along * (0.55 * stem_radius(height) + f.leaf_semi_axes.x());

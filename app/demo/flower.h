@@ -15,7 +15,7 @@ enum class FlowerPart : uint8_t { kNone = 0, kPot = 1, kStem = 2, kLeaf = 3, kBl
 /// A shape placed in the frame of the flower: origin on the table under the pot, z up, the blossom looks to -y.
 struct FlowerPiece {
   FlowerPart part = FlowerPart::kNone;
-  std::shared_ptr<const Shape> shape;
+  std::shared_ptr<const AnalyticShape> shape;
   Eigen::Isometry3d flower_from_local = Eigen::Isometry3d::Identity();
   int tone = 0;  ///< which of the part's colours
   Vec3d centre = Vec3d::Zero();  ///< of the ball around it, frame of the flower
@@ -58,7 +58,8 @@ struct Flower {
   FlowerPart part_at(const Vec3d& x) const;
 };
 
-/// The flower of a seed, with Young's moduli chosen so that its first frequency is about 1.9 Hz.
+/// The flower of a seed, with Young's moduli chosen so that the stem with rigid riders swings at
+/// 2.2 Hz; the whole, whose leaves bend too, then swings near 1.9 Hz.
 Flower make_flower(uint64_t seed);
 
 /// Jittered points, one per cell of a regular grid, in the stem, the leaves and the blossom above z = lowest.
@@ -71,7 +72,7 @@ struct FlowerMechanics {
   double cell_8k = 0, cell_4k = 0;  ///< grid spacing [m]
   double stem_cells = 0;       ///< thinnest diameter of the stem in cells, 8000 particles
   double leaf_cells = 0;       ///< thickness of a leaf at its middle in cells, 8000 particles
-  double frequency = 0;        ///< first bending mode [Hz], Rayleigh quotient
+  double frequency = 0;        ///< bending mode of the stem that carries rigid leaves and blossom [Hz], Rayleigh quotient
   double substeps_4k = 0;      ///< per 1/30 s frame at dt = 0.4 dx / c, 4000 particles
   double contrast = 0;         ///< Young's modulus of the stem over the next stiffest part
   double compliance = 0;       ///< static deflection of the blossom per horizontal force there [m/N]

@@ -41,7 +41,7 @@ void connect_rows(TriangleMesh& mesh, int rows, int columns) {
     }
 }
 
-class Ellipsoid final : public Shape {
+class Ellipsoid final : public AnalyticShape {
  public:
   explicit Ellipsoid(const Vec3d& semi) : semi_(semi) {}
 
@@ -116,7 +116,7 @@ class Ellipsoid final : public Shape {
   Vec3d semi_;
 };
 
-class Cuboid final : public Shape {
+class Cuboid final : public AnalyticShape {
  public:
   explicit Cuboid(const Vec3d& half) : half_(half) {}
 
@@ -166,7 +166,7 @@ class Cuboid final : public Shape {
   Vec3d half_;
 };
 
-class Lathe final : public Shape {
+class Lathe final : public AnalyticShape {
  public:
   explicit Lathe(std::vector<Vector2d> profile) : profile_(std::move(profile)) {
     double low = kNoHit, high = -kNoHit;
@@ -282,7 +282,7 @@ class Lathe final : public Shape {
   double radius_ = 0;
 };
 
-class Handle final : public Shape {
+class Handle final : public AnalyticShape {
  public:
   Handle(double ring, double tube) : ring_(ring), tube_(tube) {}
 
@@ -334,10 +334,10 @@ class Handle final : public Shape {
 
 }  // namespace
 
-std::unique_ptr<Shape> make_ellipsoid(const Vec3d& semi_axes) { return std::make_unique<Ellipsoid>(semi_axes); }
-std::unique_ptr<Shape> make_cuboid(const Vec3d& half) { return std::make_unique<Cuboid>(half); }
-std::unique_ptr<Shape> make_lathe(const std::vector<Eigen::Vector2d>& profile) { return std::make_unique<Lathe>(profile); }
-std::unique_ptr<Shape> make_handle(double ring_radius, double tube_radius) {
+std::unique_ptr<AnalyticShape> make_ellipsoid(const Vec3d& semi_axes) { return std::make_unique<Ellipsoid>(semi_axes); }
+std::unique_ptr<AnalyticShape> make_cuboid(const Vec3d& half) { return std::make_unique<Cuboid>(half); }
+std::unique_ptr<AnalyticShape> make_lathe(const std::vector<Eigen::Vector2d>& profile) { return std::make_unique<Lathe>(profile); }
+std::unique_ptr<AnalyticShape> make_handle(double ring_radius, double tube_radius) {
   return std::make_unique<Handle>(ring_radius, tube_radius);
 }
 

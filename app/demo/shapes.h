@@ -34,9 +34,9 @@ struct TriangleMesh {
 };
 
 /// A surface with a direct ray intersection, in its own frame (metres).
-class Shape {
+class AnalyticShape {
  public:
-  virtual ~Shape() = default;
+  virtual ~AnalyticShape() = default;
   /// First crossing with t in (t_min, t_max).
   virtual SurfaceHit intersect(const Ray& ray, double t_min, double t_max) const = 0;
   virtual bool inside(const Vec3d& x) const = 0;
@@ -50,13 +50,13 @@ class Shape {
 };
 
 /// x^2/a^2 + y^2/b^2 + z^2/c^2 = 1.
-std::unique_ptr<Shape> make_ellipsoid(const Vec3d& semi_axes);
+std::unique_ptr<AnalyticShape> make_ellipsoid(const Vec3d& semi_axes);
 /// |x| <= half.
-std::unique_ptr<Shape> make_cuboid(const Vec3d& half);
+std::unique_ptr<AnalyticShape> make_cuboid(const Vec3d& half);
 /// Surface of revolution about z of the polyline (radius, z); to the right of its direction is outside.  It need not
 /// be closed at the bottom; `inside` is the region below the outer part of the profile.
-std::unique_ptr<Shape> make_lathe(const std::vector<Eigen::Vector2d>& profile);
+std::unique_ptr<AnalyticShape> make_lathe(const std::vector<Eigen::Vector2d>& profile);
 /// The half x >= 0 of a torus around the y axis: a handle.
-std::unique_ptr<Shape> make_handle(double ring_radius, double tube_radius);
+std::unique_ptr<AnalyticShape> make_handle(double ring_radius, double tube_radius);
 
 }  // namespace pliant

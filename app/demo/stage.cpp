@@ -74,7 +74,7 @@ Stage::Stage(uint64_t seed) : flower_(make_flower(seed)) {
   add_objects(seed);
 }
 
-void Stage::add(std::unique_ptr<Shape> shape, const Isometry3d& pose, const Paint& paint, uint32_t id) {
+void Stage::add(std::unique_ptr<AnalyticShape> shape, const Isometry3d& pose, const Paint& paint, uint32_t id) {
   placed_.push_back({pose.inverse(), pose * shape->bound_centre(), shape->bound_radius()});
   parts_.push_back({std::move(shape), pose, paint, id, FlowerPart::kNone});
 }

@@ -15,7 +15,7 @@ enum StageId : uint32_t { kFlowerId = 1, kBallId = 2, kBoxId = 3, kMugId = 4, kT
 
 /// A painted shape in the world.
 struct StagePart {
-  std::shared_ptr<const Shape> shape;
+  std::shared_ptr<const AnalyticShape> shape;
   Eigen::Isometry3d world_from_local = Eigen::Isometry3d::Identity();
   Paint paint;
   uint32_t id = 0;
@@ -55,7 +55,7 @@ class Stage {
   Vec3d colour(const Ray& ray, const StageHit& hit) const;
 
  private:
-  void add(std::unique_ptr<Shape> shape, const Eigen::Isometry3d& pose, const Paint& paint, uint32_t id);
+  void add(std::unique_ptr<AnalyticShape> shape, const Eigen::Isometry3d& pose, const Paint& paint, uint32_t id);
   void add_flower(uint64_t seed);
   void add_objects(uint64_t seed);
 

@@ -147,6 +147,10 @@ void Hdf5Writer::number(const std::string& object, const std::string& name, doub
   attribute(object, name, H5T_NATIVE_DOUBLE, space_of({}).get(), &value);
 }
 
+void Hdf5Writer::numbers(const std::string& object, const std::string& name, const std::vector<double>& values) {
+  attribute(object, name, H5T_NATIVE_DOUBLE, space_of({values.size()}).get(), values.data());
+}
+
 void Hdf5Writer::integers(const std::string& object, const std::string& name, const std::vector<int32_t>& values) {
   attribute(object, name, H5T_NATIVE_INT32, space_of({values.size()}).get(), values.data());
 }
@@ -284,18 +288,21 @@ std::string Hdf5Reader::text(const std::string& object, const std::string& name)
   return text.substr(0, text.find('\0'));
 }
 
-double Hdf5Reader::number(const std::string& object, const std::string& name) const {
+double Hdf5Reader::number(const std::string& object, const std::string& name) const { return numbers(object, name, 1)[0]; }
+
+std::vector<double> Hdf5Reader::numbers(const std::string& object, const std::string& name, size_t count) const {
   const std::string field = object + "@" + name;
   if (!has_attribute(object, name)) throw complaint(field, "is missing");
   const Hdf5Handle attribute(H5Aopen_by_name(id_.get(), object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   const Hdf5Handle type(H5Aget_type(attribute.get()), H5Tclose), space(H5Aget_space(attribute.get()), H5Sclose);
   const H5T_class_t kind = H5Tget_class(type.get());
-  double value = NAN;
-  if ((kind != H5T_FLOAT && kind != H5T_INTEGER) || H5Sget_simple_extent_npoints(space.get()) != 1 ||
-      H5Aread(attribute.get(), H5T_NATIVE_DOUBLE, &value) < 0 || !std::isfinite(value)) {
-    throw complaint(field, "is not a finite number");
-  }
-  return value;
+  std::vector<double> values(count, NAN);
+  bool good = (kind == H5T_FLOAT || kind == H5T_INTEGER) &&
+              H5Sget_simple_extent_npoints(space.get()) == static_cast<hssize_t>(count) &&
+              H5Aread(attribute.get(), H5T_NATIVE_DOUBLE, values.data()) >= 0;
+  for (double value : values) good = good && std::isfinite(value);
+  if (!good) throw complaint(field, "is not " + std::to_string(count) + " finite number(s)");
+  return values;
 }
 
 #define PLIANT_INSTANTIATE(T)                                                                                        \

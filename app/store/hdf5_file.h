@@ -56,6 +56,7 @@ class Hdf5Writer {
   void text(const std::string& object, const std::string& name, const std::string& value);
   void texts(const std::string& object, const std::string& name, const std::vector<std::string>& values);
   void number(const std::string& object, const std::string& name, double value);
+  void numbers(const std::string& object, const std::string& name, const std::vector<double>& values);
   void integers(const std::string& object, const std::string& name, const std::vector<int32_t>& values);
 
  private:
@@ -87,6 +88,7 @@ class Hdf5Reader {
   void slabs(const std::string& name, const Shape& expected, const std::function<void(size_t, const T*)>& use) const;
   std::string text(const std::string& object, const std::string& name) const;
   double number(const std::string& object, const std::string& name) const;
+  std::vector<double> numbers(const std::string& object, const std::string& name, size_t count) const;  ///< finite
   /// An Error{kInput} about `name`.
   class Error complaint(const std::string& name, const std::string& problem) const;
 

@@ -54,6 +54,7 @@ void write_trajectory(const fs::path& file, const TrajectoryFile& t, const std::
     });
     out.text(position + "/value", "unit", "scene unit"), out.text(velocity + "/value", "unit", "m s-1");
     out.number("/", "fps", t.fps), out.number("/", "metres_per_unit", t.metres_per_unit), out.number("/", "cell_size", t.cell_size);
+    if (!t.up.isZero()) out.numbers("/", "up", {t.up.x(), t.up.y(), t.up.z()});
     out.text("/", "provenance", provenance_json);
   });
 }
@@ -71,6 +72,7 @@ TrajectoryFile read_trajectory(const fs::path& file, const std::string& object) 
   t.fps = in.number("/", "fps"), t.metres_per_unit = in.number("/", "metres_per_unit"), t.cell_size = in.number("/", "cell_size");
   if (!(t.fps > 0)) throw in.complaint("/@fps", "is not positive");
   if (!(t.metres_per_unit > 0)) throw in.complaint("/@metres_per_unit", "is not positive");
+  if (in.has_attribute("/", "up")) t.up = Vec3d(in.numbers("/", "up", 3).data());
   const Shape shape = in.shape(root + "/position/value");
   if (shape.size() != 3) throw in.complaint(root + "/position/value", "is not of shape [T, M, 3]");
   const size_t frames = shape[0], particles = shape[1];

@@ -22,6 +22,7 @@ struct TrajectoryFile {
   double fps = 0;
   double metres_per_unit = 1;
   double cell_size = 0;  ///< scene units
+  Vec3d up = Vec3d::Zero();  ///< unit; zero = unknown
   std::vector<Frame> frames;
 };
 

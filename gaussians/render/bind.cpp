@@ -9,8 +9,8 @@
 namespace pliant {
 namespace {
 
-constexpr float kLink = 2.0f;   // drivers closer than this many spacings are connected
-constexpr int kHops = 3;        // and a driver is taken when it lies this many links from the nearest one
+constexpr float kLink = 2.0f;  // drivers closer than this many spacings are connected
+constexpr int kHops = 3;       // and a driver is taken when it lies this many links from the nearest one
 constexpr int kCandidates = 32;
 
 // Mean distance of a driver to its two nearest neighbours.
@@ -36,7 +36,8 @@ std::array<bool, kCandidates> reachable(std::span<const NearestPoints::Hit> hits
     for (size_t i = 0; i < hits.size(); ++i) {
       if (hops[i] != step) continue;
       for (size_t j = 0; j < hits.size(); ++j)
-        if (hops[j] < 0 && (drivers[hits[i].index] - drivers[hits[j].index]).squaredNorm() < link * link) hops[j] = step + 1;
+        if (hops[j] < 0 && (drivers[hits[i].index] - drivers[hits[j].index]).squaredNorm() < link * link)
+          hops[j] = step + 1;
     }
   }
   std::array<bool, kCandidates> out{};
@@ -54,30 +55,33 @@ Binding bind(const BindOptions& options, std::span<const Vec3f> gaussians, std::
   if (drivers.empty()) return out;
   const NearestPoints tree(drivers);
   const float spacing = options.spacing > 0 ? options.spacing : measured_spacing(drivers, tree);
-  parallel_for(static_cast<std::ptrdiff_t>(gaussians.size()), [&](std::ptrdiff_t g) {
-    if (!gaussians[g].allFinite()) return;
-    std::vector<NearestPoints::Hit> hits;
-    tree.query(gaussians[g], kCandidates, hits);
-    if (spacing > 0 && hits[0].distance > options.max_reach * spacing) return;
-    const auto connected = reachable(hits, drivers, kLink * spacing);
-    std::vector<NearestPoints::Hit> chosen;
-    for (size_t i = 0; i < hits.size() && chosen.size() <= static_cast<size_t>(options.neighbours); ++i)
-      if (connected[i] || i == 0) chosen.push_back(hits[i]);
-    // Weights fall to zero at the first driver that is left out, so that they do not jump where neighbours change.
-    const bool more = chosen.size() > static_cast<size_t>(options.neighbours);
-    const float cut = more ? chosen.back().distance : chosen.back().distance + std::max(spacing, 1e-12f);
-    if (more) chosen.pop_back();
-    float total = 0;
-    for (size_t k = 0; k < chosen.size(); ++k) {
-      const float q = chosen[k].distance / cut, w = (1 - q * q) * (1 - q * q);
-      out.driver[g * Binding::kCount + k] = chosen[k].index;
-      out.weight[g * Binding::kCount + k] = w, total += w;
-    }
-    for (size_t k = 0; k < chosen.size(); ++k) {
-      float& w = out.weight[g * Binding::kCount + k];
-      w = total > 1e-6f ? w / total : 1.0f / static_cast<float>(chosen.size());
-    }
-  }, 256);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(gaussians.size()),
+      [&](std::ptrdiff_t g) {
+        if (!gaussians[g].allFinite()) return;
+        std::vector<NearestPoints::Hit> hits;
+        tree.query(gaussians[g], kCandidates, hits);
+        if (spacing > 0 && hits[0].distance > options.max_reach * spacing) return;
+        const auto connected = reachable(hits, drivers, kLink * spacing);
+        std::vector<NearestPoints::Hit> chosen;
+        for (size_t i = 0; i < hits.size() && chosen.size() <= static_cast<size_t>(options.neighbours); ++i)
+          if (connected[i] || i == 0) chosen.push_back(hits[i]);
+        // Weights fall to zero at the first driver that is left out, so that they do not jump where neighbours change.
+        const bool more = chosen.size() > static_cast<size_t>(options.neighbours);
+        const float cut = more ? chosen.back().distance : chosen.back().distance + std::max(spacing, 1e-12f);
+        if (more) chosen.pop_back();
+        float total = 0;
+        for (size_t k = 0; k < chosen.size(); ++k) {
+          const float q = chosen[k].distance / cut, w = (1 - q * q) * (1 - q * q);
+          out.driver[g * Binding::kCount + k] = chosen[k].index;
+          out.weight[g * Binding::kCount + k] = w, total += w;
+        }
+        for (size_t k = 0; k < chosen.size(); ++k) {
+          float& w = out.weight[g * Binding::kCount + k];
+          w = total > 1e-6f ? w / total : 1.0f / static_cast<float>(chosen.size());
+        }
+      },
+      256);
   return out;
 }
 

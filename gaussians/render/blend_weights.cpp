@@ -6,10 +6,18 @@
 namespace pliant {
 namespace {
 
-struct Entry {
-  uint32_t pixel, gaussian;  // pixel of the image
-  float weight;
-};
+// Calls visit(slot, splat, weights) for every pack with a non-zero weight, front to back, tiles in parallel.  `slot` is
+// the position of its first pixel in an array [tiles][pixels of a tile].
+template <class Visit>
+void for_each_pack(const TiledSplats<float>& tiled, Visit&& visit) {
+  parallel_for(tiled.tiles(), [&](std::ptrdiff_t tile) {
+    TileTransmittance<float> transmittance;
+    blend_tile<float, true>(tiled, static_cast<int>(tile), transmittance,
+                            [&](const Splat<float>& s, int k, FloatPack weight) {
+                              visit(static_cast<size_t>(tile) * kTilePixels + k * kLanes<float>, s, weight);
+                            });
+  });
+}
 
 }  // namespace
 
@@ -17,38 +25,31 @@ BlendWeights blend_weights(const GaussianCloud& cloud, const Camera& camera, con
   const TiledSplats<float> tiled = tile_splats<float, true>(cloud, camera, options.antialiased);
   BlendWeights out;
   out.width = camera.width, out.height = camera.height;
-  std::vector<uint32_t> count(out.pixels(), 0);
-  std::vector<std::vector<Entry>> entries(tiled.tiles());
-  parallel_for(tiled.tiles(), [&](std::ptrdiff_t tile) {
-    const int left = static_cast<int>(tile) % tiled.tiles_x * kTileSize;
-    const int top = static_cast<int>(tile) / tiled.tiles_x * kTileSize;
-    TileTransmittance<float> transmittance;
-    blend_tile<float, true>(tiled, static_cast<int>(tile), transmittance, [&](const Splat<float>& s, int k, FloatPack weight) {
-      for (int lane = 0; lane < kLanes<float>; ++lane) {
-        if (!(weight[lane] > 0)) continue;
-        const int pixel = k * kLanes<float> + lane, x = left + pixel % kTileSize, y = top + pixel / kTileSize;
-        const uint32_t of_image = static_cast<uint32_t>(y * out.width + x);
-        entries[tile].push_back({of_image, s.index, weight[lane]});
-        ++count[of_image];
-      }
-    });
+  // Two traversals, to count and to write, are faster than one that stores entries until their place is known.
+  std::vector<uint32_t> next(static_cast<size_t>(tiled.tiles()) * kTilePixels, 0);
+  for_each_pack(tiled, [&](size_t slot, const Splat<float>&, FloatPack weight) {
+    for (int lane = 0; lane < kLanes<float>; ++lane) next[slot + lane] += weight[lane] > 0;
   });
-  out.row_start.resize(out.pixels() + 1);
+  out.row_start.reserve(out.pixels() + 1);
   size_t total = 0;
-  for (size_t pixel = 0; pixel < out.pixels(); ++pixel) {
-    out.row_start[pixel] = static_cast<uint32_t>(total);
-    total += count[pixel];
-    count[pixel] = out.row_start[pixel];
+  for (int y = 0; y < out.height; ++y) {
+    for (int x = 0; x < out.width; ++x) {
+      const size_t tile = static_cast<size_t>(y / kTileSize) * tiled.tiles_x + x / kTileSize;
+      uint32_t& slot = next[tile * kTilePixels + y % kTileSize * kTileSize + x % kTileSize];
+      const uint32_t count = slot;
+      out.row_start.push_back(slot = static_cast<uint32_t>(total));
+      total += count;
+    }
   }
   CHECK_MSG(total < UINT32_MAX, "too many blend weights in one view");
-  out.row_start[out.pixels()] = static_cast<uint32_t>(total);
+  out.row_start.push_back(static_cast<uint32_t>(total));
   out.gaussian.resize(total), out.weight.resize(total);
-  parallel_for(tiled.tiles(), [&](std::ptrdiff_t tile) {
-    for (const Entry& entry : entries[tile]) {
-      const uint32_t slot = count[entry.pixel]++;
-      out.gaussian[slot] = entry.gaussian, out.weight[slot] = entry.weight;
+  for_each_pack(tiled, [&](size_t slot, const Splat<float>& s, FloatPack weight) {
+    for (int lane = 0; lane < kLanes<float>; ++lane) {
+      if (!(weight[lane] > 0)) continue;
+      const uint32_t entry = next[slot + lane]++;
+      out.gaussian[entry] = s.index, out.weight[entry] = weight[lane];
     }
-    std::vector<Entry>().swap(entries[tile]);
   });
   return out;
 }

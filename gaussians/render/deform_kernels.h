@@ -50,9 +50,9 @@ HOST_DEVICE Mat3<T> limit_stretch(const Mat3<T>& F, T limit) {
   return s.U * sigma.asDiagonal() * s.V.transpose();
 }
 
-/// Refactors A into axes (a rotation) and lengths with A A^T = axes diag(lengths)^2 axes^T, by rotating pairs of columns
-/// until they are orthogonal (one-sided Jacobi, Hestenes 1958), which keeps the relative precision of small lengths.
-/// Columns that are orthogonal already keep their order and direction.
+/// Refactors A into axes (a rotation) and lengths with A A^T = axes diag(lengths)^2 axes^T, by rotating pairs of
+/// columns until they are orthogonal (one-sided Jacobi, Hestenes 1958), which keeps the relative precision of small
+/// lengths. Columns that are orthogonal already keep their order and direction.
 template <class T>
 HOST_DEVICE void principal_axes(Mat3<T> A, Mat3<T>& axes, Vec3<T>& length) {
   for (int sweep = 0; sweep < 10; ++sweep) {

@@ -25,6 +25,13 @@ inline bool any(Mask mask) {
   return (words[0] | words[1]) != 0;
 }
 
+/// Value kept within [low, high]; compiles to two instructions without a branch.
+template <class T>
+HOST_DEVICE inline T bounded(T value, T low, T high) {
+  value = value < high ? value : high;
+  return value > low ? value : low;
+}
+
 /// exp(x) for x <= 0 with a relative error below 4e-7: 2^n * 2^f, n whole, |f| <= 1/2, 2^f a polynomial (interpolated
 /// at Chebyshev nodes).  x below -87 counts as -87.
 inline FloatPack exp_nonpositive(FloatPack x) {

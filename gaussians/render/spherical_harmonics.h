@@ -76,7 +76,7 @@ class ShRotation {
  private:
   // Small integer directions whose B has a condition number below 9.
   static constexpr int kDirections2[5][3] = {{0, 2, -1}, {1, -2, -1}, {1, 2, 2}, {2, -1, 2}, {0, 0, 1}};
-  static constexpr int kDirections3[7][3] = {{1, 2, 2}, {2, -1, 0},  {1, 1, -1}, {1, -1, -1},
+  static constexpr int kDirections3[7][3] = {{1, 2, 2}, {2, -1, 0}, {1, 1, -1}, {1, -1, -1},
                                              {1, 1, 0}, {2, 0, -1}, {1, -2, 2}};
 
   template <int n>

@@ -9,21 +9,21 @@ namespace pliant {
 
 /// Constants of the reference 3DGS rasteriser; forward and reverse passes use the same ones.
 namespace splat {
-constexpr double kNear = 0.2;               ///< Gaussians nearer than this are not drawn (scene units)
-constexpr double kFrustumClamp = 1.3;       ///< the Jacobian is taken inside the frustum widened by this factor
-constexpr double kScreenVariance = 0.3;     ///< low-pass filter added to the 2D covariance (px^2)
+constexpr double kNear = 0.2;            ///< Gaussians nearer than this are not drawn (scene units)
+constexpr double kFrustumClamp = 1.3;    ///< the Jacobian is taken inside the frustum widened by this factor
+constexpr double kScreenVariance = 0.3;  ///< low-pass filter added to the 2D covariance (px^2)
 constexpr double kMaxAlpha = 0.99;
-constexpr double kMinAlpha = 1.0 / 255;     ///< smaller contributions are skipped
-constexpr double kMinTransmittance = 1e-4;  ///< blending ends before the transmittance falls below this
-constexpr double kMinCompensation = 2.5e-5; ///< smallest ratio of determinants in antialiased rendering
+constexpr double kMinAlpha = 1.0 / 255;      ///< smaller contributions are skipped
+constexpr double kMinTransmittance = 1e-4;   ///< blending ends before the transmittance falls below this
+constexpr double kMinCompensation = 2.5e-5;  ///< smallest ratio of determinants in antialiased rendering
 }  // namespace splat
 
 /// A camera as the kernels use it.
 template <class T>
 struct View {
-  Mat3<T> R;            ///< cam_from_world
-  Vec3<T> t, centre;    ///< translation of cam_from_world, camera centre in the world
-  T fx, fy, cx, cy;     ///< pixels
+  Mat3<T> R;                       ///< cam_from_world
+  Vec3<T> t, centre;               ///< translation of cam_from_world, camera centre in the world
+  T fx, fy, cx, cy;                ///< pixels
   T low_x, high_x, low_y, high_y;  ///< bounds of x/z and y/z at which the Jacobian is taken
   int width, height;
 };
@@ -116,14 +116,12 @@ HOST_DEVICE V blend(V alpha, V& transmittance) {
     transmittance = after;
     return weight;
   }
-  const V zero{};
   const auto counts = alpha >= V{} + T(splat::kMinAlpha);
-  const auto stays_open = after >= V{} + T(splat::kMinTransmittance);
-  const V closed = transmittance > zero ? -transmittance : transmittance;
-  const V next = stays_open ? after : closed;
-  const V taken = stays_open ? weight : zero;
-  transmittance = counts ? next : transmittance;
-  return counts ? taken : zero;
+  const auto takes = counts & (after >= V{} + T(splat::kMinTransmittance));
+  const V closed = transmittance < -transmittance ? transmittance : -transmittance;
+  const V otherwise = counts ? closed : transmittance;
+  transmittance = takes ? after : otherwise;
+  return takes ? weight : V{};
 }
 
 }  // namespace pliant

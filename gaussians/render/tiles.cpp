@@ -48,7 +48,7 @@ struct Range {
 template <class T>
 Range pixels_between(T low, T high, int n) {
   const T first = std::ceil(low - T(0.5)), last = std::floor(high - T(0.5));
-  return {static_cast<int>(std::clamp(first, T(0), T(n))), static_cast<int>(std::clamp(last, T(-1), T(n - 1)))};
+  return {static_cast<int>(bounded(first, T(0), T(n))), static_cast<int>(bounded(last, T(-1), T(n - 1)))};
 }
 
 // Calls visit(tile) for every tile that the splat enters, by its horizontal extent within each row of tiles.
@@ -61,7 +61,7 @@ void for_each_tile(const TiledSplats<T>& tiled, const Splat<T>& s, Visit&& visit
   for (int row = rows.first / kTileSize; row <= rows.last / kTileSize; ++row) {
     const T low = T(std::max(rows.first, row * kTileSize)) + T(0.5) - s.v;
     const T high = T(std::min(rows.last, row * kTileSize + kTileSize - 1)) + T(0.5) - s.v;
-    const T dy_right = std::clamp(rightmost, low, high), dy_left = std::clamp(-rightmost, low, high);
+    const T dy_right = bounded(rightmost, low, high), dy_left = bounded(-rightmost, low, high);
     const auto half_width = [&](T dy) {
       return std::sqrt(std::max(T(0), s.variance_x * (s.reach - 2 * s.half_inverse_y * dy * dy))) + T(kMargin);
     };
@@ -121,7 +121,8 @@ TiledSplats<T> tile_splats(const GaussianCloud& cloud, const Camera& camera, boo
   CHECK(camera.width > 0 && camera.height > 0 && cloud.sh_degree >= 0 && cloud.sh_degree <= 3);
   TiledSplats<T> tiled;
   tiled.width = camera.width, tiled.height = camera.height;
-  tiled.tiles_x = (camera.width + kTileSize - 1) / kTileSize, tiled.tiles_y = (camera.height + kTileSize - 1) / kTileSize;
+  tiled.tiles_x = (camera.width + kTileSize - 1) / kTileSize,
+  tiled.tiles_y = (camera.height + kTileSize - 1) / kTileSize;
 
   const View<T> view = make_view<T>(camera);
   constexpr std::ptrdiff_t kBlock = 4096;
@@ -139,8 +140,8 @@ TiledSplats<T> tile_splats(const GaussianCloud& cloud, const Camera& camera, boo
 
   const std::vector<uint32_t> order = front_to_back(splats);
   tiled.splats.resize(splats.size());
-  parallel_for(static_cast<std::ptrdiff_t>(order.size()),
-               [&](std::ptrdiff_t i) { tiled.splats[i] = splats[order[i]]; }, 4096);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(order.size()), [&](std::ptrdiff_t i) { tiled.splats[i] = splats[order[i]]; }, 4096);
   bin(tiled);
   return tiled;
 }

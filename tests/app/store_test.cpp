@@ -63,7 +63,7 @@ ParticleFile some_particles() {
 
 TrajectoryFile some_trajectory() {
   TrajectoryFile t;
-  t.object = "1_flower", t.fps = 24, t.metres_per_unit = 0.5, t.cell_size = 0.02;
+  t.object = "1_flower", t.fps = 24, t.metres_per_unit = 0.5, t.cell_size = 0.02, t.up = {0, 0.6, -0.8};
   for (int i = 0; i < 4; ++i) t.frames.push_back({i / 24.0, 10 * i, vectors(6), vectors(6), matrices(6)});
   return t;
 }
@@ -121,6 +121,7 @@ TEST(Store, TrajectorySurvivesInTheShapeOfH5md) {
   EXPECT_EQ(back.fps, 24);
   EXPECT_EQ(back.metres_per_unit, 0.5);
   EXPECT_EQ(back.cell_size, 0.02);
+  EXPECT_EQ(back.up, t.up);
   ASSERT_EQ(back.frames.size(), 4u);
   for (size_t i = 0; i < 4; ++i) {
     EXPECT_EQ(back.frames[i].time, t.frames[i].time);

@@ -78,8 +78,10 @@ ReferencePicture render_slowly(const GaussianCloud& cloud, const Camera& camera,
   for (size_t i = 0; i < cloud.size(); ++i)
     if (Drawn d; prepare(cloud, i, camera, antialiased, d)) drawn.push_back(d);
   std::stable_sort(drawn.begin(), drawn.end(), [](const Drawn& a, const Drawn& b) { return a.z < b.z; });
-  ReferencePicture out{{camera.width, camera.height, 3}, {camera.width, camera.height, 1},
-                       {camera.width, camera.height, 1}, {camera.width, camera.height, 1}};
+  ReferencePicture out{{camera.width, camera.height, 3},
+                       {camera.width, camera.height, 1},
+                       {camera.width, camera.height, 1},
+                       {camera.width, camera.height, 1}};
   for (int py = 0; py < camera.height; ++py) {
     for (int px = 0; px < camera.width; ++px) {
       double T = 1, depth = 0, previous_z = 0;

@@ -1,12 +1,11 @@
 // Laws of binding and deformation: rigid motions of the drivers move Gaussians exactly, cords do not spin, gaps are not
 // crossed, spherical harmonics turn with the Gaussian.
 
-#include "gaussians/render/deform.h"
-
 #include <gtest/gtest.h>
 
 #include "gaussians/base/portable.h"
 #include "gaussians/base/random.h"
+#include "gaussians/render/deform.h"
 #include "gaussians/render/deform_kernels.h"
 #include "gaussians/render/render.h"
 #include "gaussians/render/spherical_harmonics.h"
@@ -17,7 +16,9 @@ namespace {
 
 Mat3d random_rotation(uint64_t seed) {
   Random random(seed);
-  return Eigen::Quaterniond(random.normal(), random.normal(), random.normal(), random.normal()).normalized().toRotationMatrix();
+  return Eigen::Quaterniond(random.normal(), random.normal(), random.normal(), random.normal())
+      .normalized()
+      .toRotationMatrix();
 }
 
 GaussianCloud random_cloud(int n, int degree, uint64_t seed) {
@@ -111,7 +112,8 @@ TEST(Bind, DriversBeyondAGapAreNotTaken) {
   for (int sheet = 0; sheet < 2; ++sheet)
     for (int x = 0; x < 9; ++x)
       for (int y = 0; y < 9; ++y) drivers.push_back(Vec3f(0.1f * x, 0.1f * y, 0.25f * sheet));
-  const std::vector<Vec3f> gaussians = {{0.4f, 0.4f, 0.0f}, {0.42f, 0.37f, 0.11f}, {0.42f, 0.37f, 0.14f}, {0, 0, 0.12f}};
+  const std::vector<Vec3f> gaussians = {
+      {0.4f, 0.4f, 0.0f}, {0.42f, 0.37f, 0.11f}, {0.42f, 0.37f, 0.14f}, {0, 0, 0.12f}};
   const std::vector<int> sheet = {0, 0, 1, 0};
   BindOptions options;
   options.spacing = 0.1f;
@@ -124,7 +126,8 @@ TEST(Bind, DriversBeyondAGapAreNotTaken) {
 }
 
 TEST(Bind, GaussiansOutOfReachAndEmptyDriversStayUnbound) {
-  const std::vector<Vec3f> drivers = lattice(3, 0.1f), gaussians = {{0, 0, 0}, {0.1f, 0, 0.35f}, {0, 0, 5}, {NAN, 0, 0}};
+  const std::vector<Vec3f> drivers = lattice(3, 0.1f),
+                           gaussians = {{0, 0, 0}, {0.1f, 0, 0.35f}, {0, 0, 5}, {NAN, 0, 0}};
   const Binding binding = pliant::bind({}, gaussians, drivers);
   EXPECT_GE(binding.driver[0], 0);
   EXPECT_GE(binding.driver[8], 0);
@@ -136,7 +139,8 @@ TEST(Bind, GaussiansOutOfReachAndEmptyDriversStayUnbound) {
 }
 
 TEST(Bind, WeightsAreContinuousAlongAPath) {
-  const std::vector<Vec3f> drivers = moved(lattice(7, 0.1f), random_rotation(3).cast<float>(), Vec3f(0.013f, 0.027f, 0.008f));
+  const std::vector<Vec3f> drivers =
+      moved(lattice(7, 0.1f), random_rotation(3).cast<float>(), Vec3f(0.013f, 0.027f, 0.008f));
   std::vector<Vec3f> path;
   for (int i = 0; i <= 4000; ++i) path.push_back(Vec3f(-0.1f, -0.05f, 0.02f) + i / 4000.0f * Vec3f(0.2f, 0.11f, 0.05f));
   const Binding binding = pliant::bind({}, path, drivers);
@@ -144,7 +148,8 @@ TEST(Bind, WeightsAreContinuousAlongAPath) {
   for (size_t g = 0; g < path.size(); ++g) {
     std::fill(now.begin(), now.end(), 0.0f);
     for (int k = 0; k < Binding::kCount; ++k)
-      if (const int d = binding.driver[g * Binding::kCount + k]; d >= 0) now[d] = binding.weight[g * Binding::kCount + k];
+      if (const int d = binding.driver[g * Binding::kCount + k]; d >= 0)
+        now[d] = binding.weight[g * Binding::kCount + k];
     for (size_t d = 0; g > 0 && d < drivers.size(); ++d) {
       ASSERT_NEAR(now[d], before[d], 0.01f);
     }
@@ -201,7 +206,8 @@ TEST(Deform, DriversOnALineDoNotSpin) {
   for (int i = 0; i < 30; ++i) F.push_back(Eigen::AngleAxisf(-0.2f * 0.05f * i, Vec3f::UnitY()).toRotationMatrix());
   GaussianCloud rest = random_cloud(400, 0, 5);
   for (size_t i = 0; i < rest.size(); ++i)
-    rest.position[i] = Vec3f(0.2f + 2.0f * (rest.position[i][0] + 0.5f) * 0.5f, 0.04f * rest.position[i][1], 0.04f * rest.position[i][2]);
+    rest.position[i] = Vec3f(0.2f + 2.0f * (rest.position[i][0] + 0.5f) * 0.5f, 0.04f * rest.position[i][1],
+                             0.04f * rest.position[i][2]);
   const Binding binding = pliant::bind({}, rest.position, drivers);
   GaussianCloud out;
   deform({}, rest, binding, drivers, now, F, out);
@@ -248,7 +254,8 @@ TEST(Deform, MeanDisplacementMovesWithoutTurningPositions) {
   DeformOptions options;
   options.mean_displacement = true;
   GaussianCloud out;
-  deform(options, rest, pliant::bind({}, rest.position, drivers), drivers, now, std::vector<Mat3f>(drivers.size(), Mat3f::Identity()), out);
+  deform(options, rest, pliant::bind({}, rest.position, drivers), drivers, now,
+         std::vector<Mat3f>(drivers.size(), Mat3f::Identity()), out);
   for (size_t i = 0; i < rest.size(); ++i)
     EXPECT_LT((out.position[i] - rest.position[i] - Vec3f(0.1f, 0.2f, 0.3f)).norm(), 1e-6f);
 }
@@ -296,7 +303,8 @@ TEST(Deform, UnboundGaussiansStayBitEqualAndThreadsDoNotMatter) {
 TEST(Deform, CollapsedAndInvertedGradientsStayFinite) {
   const GaussianCloud rest = random_cloud(200, 1, 11);
   const std::vector<Vec3f> drivers = lattice(6, 0.2f);
-  for (const Mat3f& A : {Mat3f(Mat3f::Zero()), Mat3f(-Mat3f::Identity()), Mat3f(1e6f * Mat3f::Identity()), Mat3f(Mat3f::Ones())}) {
+  for (const Mat3f& A :
+       {Mat3f(Mat3f::Zero()), Mat3f(-Mat3f::Identity()), Mat3f(1e6f * Mat3f::Identity()), Mat3f(Mat3f::Ones())}) {
     GaussianCloud out;
     deform({}, rest, pliant::bind({}, rest.position, drivers), drivers, moved(drivers, A, Vec3f::Zero()),
            std::vector<Mat3f>(drivers.size(), A), out);

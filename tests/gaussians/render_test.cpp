@@ -57,8 +57,8 @@ Camera plain_camera(int width, int height, double focal) {
 }
 
 struct Comparison {
-  double worst = 0;   // away from close calls
-  int flips = 0;      // pixels that differ by more than the tolerance, all of them
+  double worst = 0;     // away from close calls
+  int flips = 0;        // pixels that differ by more than the tolerance, all of them
   int unexplained = 0;  // flips that are no close calls
 };
 
@@ -120,7 +120,8 @@ void expect_closed_form_of_one(double tolerance) {
   const double focal = 100, z = 2, scale = 0.1, opacity = 0.8;
   const Vec3f color(0.9f, 0.3f, 0.6f), background(0.1f, 0.2f, 0.3f);
   const Camera camera = plain_camera(40, 30, focal);
-  const GaussianCloud cloud = ball({0.05f, -0.03f, static_cast<float>(z)}, static_cast<float>(scale), static_cast<float>(opacity), color);
+  const GaussianCloud cloud =
+      ball({0.05f, -0.03f, static_cast<float>(z)}, static_cast<float>(scale), static_cast<float>(opacity), color);
   RenderOptions options;
   options.background = background;
   const Rendered<T> picture = render_as<T>(cloud, camera, options);
@@ -236,7 +237,8 @@ TEST(BlendWeights, RenderedChannelsAreTheWeightsTimesTheAttributes) {
       std::vector<double> sum(channels, 0.0);
       for (uint32_t e = W.row_start[pixel]; e < W.row_start[pixel + 1]; ++e) {
         total += W.weight[e];
-        for (int c = 0; c < channels; ++c) sum[c] += static_cast<double>(W.weight[e]) * y[size_t{W.gaussian[e]} * channels + c];
+        for (int c = 0; c < channels; ++c)
+          sum[c] += static_cast<double>(W.weight[e]) * y[size_t{W.gaussian[e]} * channels + c];
       }
       worst_alpha = std::max(worst_alpha, std::abs(total - picture.alpha.data[pixel]));
       for (int c = 0; c < channels; ++c)

@@ -1,0 +1,98 @@
+#include "app/demo/truth.h"
+
+#include <nlohmann/json.hpp>
+
+#include "app/store/material.h"
+#include "app/store/segmentation.h"
+#include "app/store/trajectory.h"
+#include "gaussians/io/files.h"
+
+namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+constexpr size_t kStoredParticles = 2500;
+
+std::string provenance(uint64_t seed) { return Json{{"maker", "pliant demo"}, {"version", PLIANT_VERSION}, {"seed", seed}}.dump(); }
+
+Json solid_json(const ElasticSolid& solid) {
+  return {{"young", solid.young}, {"poisson", solid.poisson}, {"density", solid.density}};
+}
+
+Json interaction_json(const Interaction& interaction) {
+  const Region& r = interaction.region;
+  Json json = {{"type", interaction_name(interaction.type)}};
+  if (interaction.type == InteractionType::kPin) {
+    json["region"]["box"] = {r.point.x(), r.point.y(), r.point.z(), r.vector.x(), r.vector.y(), r.vector.z()};
+  } else {
+    json["start"] = interaction.start, json["duration"] = interaction.duration;
+    json["region"]["sphere"] = {r.point.x(), r.point.y(), r.point.z(), r.radius};
+    json["vector"] = {interaction.vector.x(), interaction.vector.y(), interaction.vector.z()};
+  }
+  return json;
+}
+
+TrajectoryFile thinned(const ReferenceMotion& motion) {
+  const size_t step = std::max<size_t>(1, motion.samples.size() / kStoredParticles);
+  TrajectoryFile trajectory;
+  trajectory.object = "flower", trajectory.fps = motion.options.fps, trajectory.cell_size = motion.cell_size;
+  for (const SimulationState& state : motion.frames) {
+    TrajectoryFile::Frame frame;
+    frame.time = state.time, frame.step = state.substeps;
+    for (size_t i = 0; i < state.size(); i += step) {
+      frame.position.push_back(state.x[i]), frame.velocity.push_back(state.v[i]), frame.F.push_back(state.F[i]);
+    }
+    trajectory.frames.push_back(std::move(frame));
+  }
+  return trajectory;
+}
+
+}  // namespace
+
+void write_truth(const fs::path& folder, const Stage& stage, const StageSplats& splats, uint64_t seed) {
+  fs::create_directories(folder);
+  write_labels(folder / "labels.h5", {splats.label, stage_names()}, provenance(seed));
+  std::vector<uint32_t> parts;
+  for (const FlowerPart part : splats.flower_part) parts.push_back(static_cast<uint32_t>(part));
+  write_labels(folder / "flower_parts.h5", {parts, {{1, "pot"}, {2, "stem"}, {3, "leaf"}, {4, "blossom"}}}, provenance(seed));
+
+  const Flower& flower = stage.flower();
+  const FlowerMechanics m = flower_mechanics(flower);
+  Json json;
+  json["seed"] = seed;
+  json["solids"] = {{"stem", solid_json(flower.stem)}, {"leaf", solid_json(flower.leaf)}, {"blossom", solid_json(flower.blossom)}};
+  json["stem"] = {{"tip_diameter", flower.tip_diameter}, {"base_diameter", flower.base_diameter}, {"free_length", flower.free_length}};
+  json["height"] = flower.height, json["pin_height"] = flower.pin_height;
+  json["mechanics"] = {{"volume", m.volume},         {"cell_8k", m.cell_8k},       {"stem_cells_8k", m.stem_cells},
+                       {"leaf_cells_8k", m.leaf_cells}, {"frequency", m.frequency},   {"substeps_4k", m.substeps_4k},
+                       {"contrast", m.contrast},     {"compliance", m.compliance}};
+  write_text(folder / "flower.json", json.dump(2) + "\n");
+}
+
+void write_truth(const fs::path& folder, const ReferenceMotion& motion, const ReferenceFilm& film, const Camera& camera,
+                 uint64_t seed) {
+  fs::create_directories(folder);
+  const ElasticSamples& elastic = motion.material;
+  write_material(folder / "material.h5",
+                 {elastic.young, elastic.poisson, elastic.density, "truth of the demo scene", motion.samples.position,
+                  motion.samples.volume},
+                 provenance(seed));
+  Json interactions = Json::array();
+  for (const Interaction& interaction : motion.interactions) interactions.push_back(interaction_json(interaction));
+  write_text(folder / "interactions.json", interactions.dump(2) + "\n");
+  write_trajectory(folder / "trajectory.h5", thinned(motion), provenance(seed));
+
+  Json json;
+  json["camera"] = camera.name, json["fps"] = motion.options.fps;
+  json["particles"] = motion.samples.size(), json["cell_size"] = motion.cell_size;
+  json["damping_time"] = motion.options.damping_time, json["time_step"] = motion.summary.min_dt;
+  json["peak_pixels"] = film.peak_pixels(), json["peak_metres"] = film.peak_metres();
+  for (size_t f = 0; f < film.tip.size(); ++f) {
+    json["pixel"].push_back({film.pixel[f].x(), film.pixel[f].y()});
+    json["tip"].push_back({film.tip[f].x(), film.tip[f].y(), film.tip[f].z()});
+  }
+  write_text(folder / "video_motion.json", json.dump(2) + "\n");
+}
+
+}  // namespace pliant

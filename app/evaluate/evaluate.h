@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace pliant {
+
+/// PSNR [dB] and SSIM of two folders of pictures (or two pictures), paired by name without extension: mean, median
+/// and standard deviation over the pictures, and each of them.  The PSNR of identical pictures is null; averages
+/// leave them out.  Missing, extra or differently sized pictures are an Error{kInput}.
+nlohmann::json evaluate_images(const std::filesystem::path& prediction, const std::filesystem::path& truth);
+
+/// Two folders of id pictures, or two files with labels per Gaussian (segmentation.h5, labels.h5).  miou = mean over
+/// the ids in the truth of intersection / union summed over all pictures; pixels that the truth leaves unlabelled do
+/// not count; a missing picture counts as IoU 0 where the truth has ids.  Pictures also give boundary_miou (Cheng et
+/// al. 2021, 2 % of the diagonal).  When both sides have names (labels.json in the folder or beside it, names in the
+/// files), ids are matched by name.
+nlohmann::json evaluate_segmentation(const std::filesystem::path& prediction, const std::filesystem::path& truth);
+
+/// Two trajectory.h5.  Each true particle is compared with the predicted particle that is nearest at frame 0, by
+/// displacement since frame 0, at the true times.  Errors are relative to the object's height (its extent along up,
+/// or its largest extent when up is unknown).  Also the motion of the tip (top tenth; the tenth that moves most when
+/// up is unknown): displacement over time, peak, final / peak, dominant frequency [Hz] after the peak.
+nlohmann::json evaluate_trajectory(const std::filesystem::path& prediction, const std::filesystem::path& truth);
+
+/// Two material.h5: |log10(E / E true)| at every true sample from the nearest predicted one: mean, median,
+/// volume-weighted mean, largest; and its signed mean.  Mean absolute errors of Poisson's ratio and relative ones of
+/// density.
+nlohmann::json evaluate_material(const std::filesystem::path& prediction, const std::filesystem::path& truth);
+
+/// Checks conditions like "psnr>=30" (operators >= <= > < ==; keys of nested objects are joined by a dot) and returns
+/// a sentence for each that does not hold.  Unknown keys and unreadable conditions are an Error{kUsage}.
+std::vector<std::string> assert_metrics(const nlohmann::json& metrics, const std::vector<std::string>& conditions);
+
+}  // namespace pliant

@@ -1,0 +1,69 @@
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/evaluate/evaluate.h"
+#include "app/evaluate/metrics.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/image_io.h"
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace pliant {
+namespace {
+
+/// Names in `a` that `b` lacks, as an error about `folder`.
+void require_names(const std::map<std::string, fs::path>& a, const std::map<std::string, fs::path>& b, const fs::path& folder,
+                   const std::string& problem) {
+  std::string first;
+  int count = 0;
+  for (const auto& [name, file] : a) {
+    if (!b.count(name) && count++ == 0) first = name;
+  }
+  if (count > 0) {
+    throw input_error(folder.string(), first, problem + " (" + std::to_string(count) + " such pictures)",
+                      "both folders must hold pictures of the same names");
+  }
+}
+
+}  // namespace
+
+json evaluate_images(const fs::path& prediction, const fs::path& truth) {
+  std::map<std::string, fs::path> ours = pictures_of(prediction), theirs = pictures_of(truth);
+  // Two single pictures need not have the same name.
+  std::error_code ignored;
+  if (!fs::is_directory(prediction, ignored) && !fs::is_directory(truth, ignored)) {
+    ours = {{truth.stem().string(), prediction}};
+  }
+  require_names(theirs, ours, prediction, "lacks a picture of this name");
+  require_names(ours, theirs, truth, "lacks a picture of this name, which the prediction has");
+
+  json out = {{"kind", "images"}, {"pictures", theirs.size()},
+              {"protocol", {{"range", "8-bit values / 255"}, {"ssim", "11x11 Gaussian window, sigma 1.5, windows inside the picture"},
+                            {"psnr", "of the mean squared error over R, G and B"}}}};
+  std::vector<double> psnr, ssim, error;
+  int identical = 0;
+  for (const auto& [name, file] : theirs) {
+    const ImageF a = read_image(ours.at(name)), b = read_image(file);
+    if (a.width != b.width || a.height != b.height) {
+      throw input_error(ours.at(name).string(), "", "has " + std::to_string(a.width) + " x " + std::to_string(a.height) +
+                        " pixels but the truth has " + std::to_string(b.width) + " x " + std::to_string(b.height),
+                        "render at the size of the photos");
+    }
+    if (a.width < 11 || a.height < 11) throw input_error(file.string(), "", "is smaller than 11 x 11 pixels", "SSIM needs a larger picture");
+    const double mse = mean_squared_error(a, b);
+    json row = {{"identical", mse == 0}};
+    ssim.push_back(structural_similarity(a, b));
+    error.push_back(mse);
+    if (mse > 0) psnr.push_back(-10 * std::log10(mse)), row["psnr"] = psnr.back();
+    else ++identical, row["psnr"] = nullptr;
+    row["ssim"] = ssim.back();
+    out["per_image"][name] = std::move(row);
+  }
+  add_statistics(out, "psnr", psnr), add_statistics(out, "ssim", ssim), add_statistics(out, "mse", error);
+  out["identical"] = identical == static_cast<int>(theirs.size());
+  out["identical_pictures"] = identical;
+  return out;
+}
+
+}  // namespace pliant

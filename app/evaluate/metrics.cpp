@@ -1,0 +1,165 @@
+#include "app/evaluate/metrics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <nlohmann/json.hpp>
+
+#include "gaussians/base/error.h"
+#include "gaussians/base/portable.h"
+
+namespace fs = std::filesystem;
+
+namespace pliant {
+namespace {
+
+constexpr int kWindow = 11;
+
+/// Weighted means of `value(x, y)` over all windows inside a picture, [height - 10, width - 10].
+template <class Value>
+std::vector<double> window_means(int width, int height, Value&& value) {
+  double weight[kWindow], total = 0;
+  for (int k = 0; k < kWindow; ++k) total += weight[k] = std::exp(-0.5 * (k - 5) * (k - 5) / (1.5 * 1.5));
+  for (double& w : weight) w /= total;
+  const int columns = width - kWindow + 1, rows = height - kWindow + 1;
+  std::vector<double> along_x(static_cast<size_t>(columns) * height), means(static_cast<size_t>(columns) * rows);
+  parallel_for(height, [&](std::ptrdiff_t y) {
+    for (int x = 0; x < columns; ++x) {
+      double sum = 0;
+      for (int k = 0; k < kWindow; ++k) sum += weight[k] * value(x + k, static_cast<int>(y));
+      along_x[y * columns + x] = sum;
+    }
+  }, 16);
+  parallel_for(rows, [&](std::ptrdiff_t y) {
+    for (int x = 0; x < columns; ++x) {
+      double sum = 0;
+      for (int k = 0; k < kWindow; ++k) sum += weight[k] * along_x[(y + k) * columns + x];
+      means[y * columns + x] = sum;
+    }
+  }, 16);
+  return means;
+}
+
+/// Values without their least-squares line.
+std::vector<double> detrended(const std::vector<double>& values) {
+  const auto n = static_cast<double>(values.size());
+  double mean = 0, slope = 0, spread = 0;
+  for (double value : values) mean += value / n;
+  for (size_t i = 0; i < values.size(); ++i) {
+    const double t = static_cast<double>(i) - 0.5 * (n - 1);
+    slope += t * (values[i] - mean), spread += t * t;
+  }
+  std::vector<double> out;
+  for (size_t i = 0; i < values.size(); ++i) out.push_back(values[i] - mean - slope / spread * (static_cast<double>(i) - 0.5 * (n - 1)));
+  return out;
+}
+
+}  // namespace
+
+double mean_squared_error(const ImageF& a, const ImageF& b) {
+  CHECK(a.data.size() == b.data.size() && !a.data.empty());
+  const auto n = static_cast<std::ptrdiff_t>(a.data.size());
+  return ordered_sum(n, 0.0, [&](std::ptrdiff_t i) {
+    const double d = static_cast<double>(a.data[i]) - b.data[i];
+    return d * d;
+  }) / static_cast<double>(n);
+}
+
+double structural_similarity(const ImageF& a, const ImageF& b) {
+  CHECK(a.width == b.width && a.height == b.height && a.channels == b.channels && a.width >= kWindow && a.height >= kWindow);
+  constexpr double kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;
+  double total = 0;
+  for (int c = 0; c < a.channels; ++c) {
+    const auto means = [&](auto&& value) { return window_means(a.width, a.height, value); };
+    const std::vector<double> mu_a = means([&](int x, int y) { return double(a(x, y, c)); });
+    const std::vector<double> mu_b = means([&](int x, int y) { return double(b(x, y, c)); });
+    const std::vector<double> aa = means([&](int x, int y) { return double(a(x, y, c)) * a(x, y, c); });
+    const std::vector<double> bb = means([&](int x, int y) { return double(b(x, y, c)) * b(x, y, c); });
+    const std::vector<double> ab = means([&](int x, int y) { return double(a(x, y, c)) * b(x, y, c); });
+    const auto n = static_cast<std::ptrdiff_t>(mu_a.size());
+    total += ordered_sum(n, 0.0, [&](std::ptrdiff_t i) {
+      const double m = mu_a[i] * mu_b[i], squares = mu_a[i] * mu_a[i] + mu_b[i] * mu_b[i];
+      return (2 * m + kC1) * (2 * (ab[i] - m) + kC2) / ((squares + kC1) * (aa[i] + bb[i] - squares + kC2));
+    }) / static_cast<double>(n);
+  }
+  return total / a.channels;
+}
+
+double median(std::vector<double> values) {
+  CHECK(!values.empty());
+  std::sort(values.begin(), values.end());
+  const size_t half = values.size() / 2;
+  return values.size() % 2 ? values[half] : 0.5 * (values[half - 1] + values[half]);
+}
+
+void add_statistics(nlohmann::json& out, const std::string& name, const std::vector<double>& values) {
+  if (values.empty()) {
+    out[name] = out[name + "_median"] = out[name + "_std"] = nullptr;
+    return;
+  }
+  const auto n = static_cast<double>(values.size());
+  double mean = 0, variance = 0;
+  for (double value : values) mean += value / n;
+  for (double value : values) variance += (value - mean) * (value - mean) / n;
+  out[name] = mean, out[name + "_median"] = median(values), out[name + "_std"] = std::sqrt(variance);
+}
+
+std::map<std::string, fs::path> pictures_of(const fs::path& folder) {
+  std::error_code failed;
+  if (!fs::exists(folder, failed)) throw input_error(folder.string(), "", "does not exist", "check the name");
+  std::map<std::string, fs::path> pictures;
+  const auto add = [&](const fs::path& file) {
+    std::string extension = file.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+    const std::string name = file.stem().string();
+    if (name[0] == '.' || (extension != ".png" && extension != ".jpg" && extension != ".jpeg")) return;
+    if (!pictures.emplace(name, file).second) {
+      throw input_error(folder.string(), name, "names two pictures", "keep one of them");
+    }
+  };
+  if (fs::is_directory(folder, failed)) {
+    for (const auto& entry : fs::directory_iterator(folder)) add(entry.path());
+  } else {
+    add(folder);
+  }
+  if (pictures.empty()) throw input_error(folder.string(), "", "holds no picture", "name a folder of PNG or JPEG pictures");
+  return pictures;
+}
+
+double dominant_frequency(const std::vector<double>& values, double rate) {
+  if (values.size() < 4) return 0;
+  std::vector<double> signal = detrended(values);
+  const auto n = static_cast<double>(signal.size());
+  double largest = 0;
+  for (double value : signal) largest = std::max(largest, std::abs(value));
+  if (largest < 1e-12) return 0;
+  for (size_t i = 0; i < signal.size(); ++i) signal[i] *= 0.5 - 0.5 * std::cos(2 * M_PI * (static_cast<double>(i) + 0.5) / n);
+  const auto power = [&](double frequency) {
+    std::complex<double> sum = 0;
+    for (size_t i = 0; i < signal.size(); ++i) sum += signal[i] * std::polar(1.0, -2 * M_PI * frequency * static_cast<double>(i) / rate);
+    return std::norm(sum);
+  };
+  const double lowest = rate / n, step = lowest / 16;
+  double best = 0, strongest = 0;
+  for (double frequency = lowest; frequency <= 0.5 * rate; frequency += step) {
+    const double p = power(frequency);
+    if (p > strongest) strongest = p, best = frequency;
+  }
+  // The top of a parabola through the maximum and its neighbours.
+  const double left = power(best - step), right = power(best + step), curvature = left - 2 * strongest + right;
+  return curvature < 0 ? best + 0.5 * step * (left - right) / curvature : best;
+}
+
+double zero_crossing_frequency(const std::vector<double>& values, double rate) {
+  if (values.size() < 4) return 0;
+  const std::vector<double> signal = detrended(values);
+  std::vector<double> crossing;
+  for (size_t i = 1; i < signal.size(); ++i) {
+    const double a = signal[i - 1], b = signal[i];
+    if ((a < 0) != (b < 0)) crossing.push_back(static_cast<double>(i - 1) + a / (a - b));
+  }
+  if (crossing.size() < 2) return 0;
+  return 0.5 * static_cast<double>(crossing.size() - 1) * rate / (crossing.back() - crossing.front());
+}
+
+}  // namespace pliant

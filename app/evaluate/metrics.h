@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "gaussians/base/image.h"
+
+namespace pliant {
+
+/// Mean squared difference of all values of two equally large pictures.
+double mean_squared_error(const ImageF& a, const ImageF& b);
+
+/// Structural similarity (Wang et al. 2004): Gaussian window 11 x 11, sigma 1.5, K1 = 0.01, K2 = 0.03, values in [0, 1],
+/// mean over the channels and over all windows that lie inside the picture, which must be at least 11 x 11.
+double structural_similarity(const ImageF& a, const ImageF& b);
+
+/// {NAME: mean, NAME_median, NAME_std}; null without values.
+void add_statistics(nlohmann::json& out, const std::string& name, const std::vector<double>& values);
+double median(std::vector<double> values);
+
+/// Pictures of a folder by name without extension.  Two pictures of one name are an Error{kInput}.
+std::map<std::string, std::filesystem::path> pictures_of(const std::filesystem::path& folder);
+
+/// Frequency [Hz] of the strongest oscillation of evenly sampled values: linear trend removed, Hann window, maximum of
+/// the Fourier transform on a fine scan from one period in the record up to half the rate.  0 when nothing moves.
+double dominant_frequency(const std::vector<double>& values, double rate);
+/// Frequency [Hz] from the first to the last crossing of the mean, two crossings a period; 0 with fewer than 2.
+double zero_crossing_frequency(const std::vector<double>& values, double rate);
+
+}  // namespace pliant

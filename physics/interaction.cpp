@@ -1,0 +1,70 @@
+#include "physics/interaction.h"
+
+#include <cmath>
+
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+constexpr const char* kNames[] = {"gravity", "pin", "point_force", "impulse", "grab", "gust", "ground"};
+
+}  // namespace
+
+const char* interaction_name(InteractionType type) { return kNames[static_cast<int>(type)]; }
+
+std::vector<std::string> interaction_names() { return {std::begin(kNames), std::end(kNames)}; }
+
+void validate_interaction(const Interaction& interaction, size_t index) {
+  const std::string where =
+      "interaction " + std::to_string(index) + " (" + interaction_name(interaction.type) + ")";
+  const auto require = [&](bool good, const char* field, double value, const char* remedy) {
+    if (!good) throw usage_error(where, field, "is " + std::to_string(value), remedy);
+  };
+  const auto non_negative = [&](const char* field, double value, bool may_be_infinite) {
+    require(value >= 0 && (may_be_infinite || std::isfinite(value)), field, value, "give a number that is not negative");
+  };
+  const auto finite = [&](const char* field, const Vec3d& value) {
+    for (int a = 0; a < 3; ++a) require(std::isfinite(value[a]), field, value[a], "give three finite numbers");
+  };
+  non_negative("start", interaction.start, false);
+  non_negative("duration", interaction.duration, true);
+  finite("vector", interaction.vector);
+  non_negative("stiffness", interaction.stiffness, false);
+  non_negative("damping", interaction.damping, false);
+  require(interaction.max_force > 0, "max_force", interaction.max_force, "give a positive number of newtons");
+  non_negative("rate", interaction.rate, false);
+  non_negative("friction", interaction.friction, true);
+
+  const Region& region = interaction.region;
+  switch (region.kind) {
+    case Region::Kind::kAll: break;
+    case Region::Kind::kSphere:
+      finite("region", region.point);
+      require(region.radius > 0 && std::isfinite(region.radius), "radius", region.radius, "give a positive radius");
+      break;
+    case Region::Kind::kBox:
+      for (int a = 0; a < 3; ++a)
+        require(region.point[a] < region.vector[a], "region", region.point[a], "the low corner must lie below the high one");
+      break;
+    case Region::Kind::kHalfSpace:
+      finite("region", region.point);
+      require(region.vector.norm() > 0 && region.vector.allFinite(), "normal", region.vector.norm(),
+              "give a normal that is not zero");
+      break;
+  }
+  if (interaction.type == InteractionType::kGround && region.kind != Region::Kind::kHalfSpace)
+    throw usage_error(where, "region", "is not a plane", "give a point and a normal");
+  if (interaction.type == InteractionType::kGrab) {
+    if (interaction.path.empty()) throw usage_error(where, "path", "is empty", "give time-stamped points");
+    double last = -1;
+    for (const auto& point : interaction.path) {
+      require(std::isfinite(point.time) && point.time >= 0 && point.time > last, "path", point.time,
+              "times must be finite, not negative and ascending");
+      finite("path", point.position);
+      last = point.time;
+    }
+  }
+}
+
+}  // namespace pliant

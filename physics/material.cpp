@@ -1,0 +1,84 @@
+#include "physics/material.h"
+
+#include <cmath>
+
+#include "gaussians/base/error.h"
+
+namespace pliant {
+
+ElasticSamples ElasticSamples::homogeneous(size_t count, double young, double poisson, double density) {
+  validate_material("material", young, poisson, density);
+  return {std::vector<float>(count, static_cast<float>(young)), std::vector<float>(count, static_cast<float>(poisson)),
+          std::vector<float>(count, static_cast<float>(density))};
+}
+
+ElasticSamples ElasticSamples::select(std::span<const int> indices) const {
+  ElasticSamples out;
+  for (const int i : indices) {
+    CHECK(i >= 0 && static_cast<size_t>(i) < size());
+    out.young.push_back(young[i]), out.poisson.push_back(poisson[i]), out.density.push_back(density[i]);
+  }
+  return out;
+}
+
+void validate_material(const std::string& where, double young, double poisson, double density) {
+  const auto positive = [&](const char* field, double value, const char* remedy) {
+    if (!(value > 0) || !std::isfinite(value))
+      throw usage_error(where, field, "is " + std::to_string(value) + ", must be positive", remedy);
+  };
+  positive("young", young, "give Young's modulus in pascal, for example 1e6");
+  if (!(poisson > -1 && poisson < 0.5))
+    throw usage_error(where, "poisson", "is " + std::to_string(poisson) + ", must lie between -1 and 0.5",
+                      "give Poisson's ratio, for example 0.3; nearly incompressible is 0.45");
+  positive("density", density, "give the density in kg/m^3, for example 1000");
+}
+
+void validate_material(const std::string& where, const ElasticSamples& material) {
+  if (material.poisson.size() != material.size() || material.density.size() != material.size())
+    throw usage_error(where, "", "young, poisson and density differ in length", "give one value each per sample");
+  for (size_t i = 0; i < material.size(); ++i)
+    validate_material(where, material.young[i], material.poisson[i], material.density[i]);
+}
+
+template <class T>
+BasicParticles<T> make_particles(const DrivingParticles& drivers, const SolidSamples& samples,
+                                 const ElasticSamples& material, double metres_per_unit) {
+  validate_material("material", material);
+  if (!(metres_per_unit > 0) || !std::isfinite(metres_per_unit))
+    throw usage_error("scene", "metres_per_unit", "is " + std::to_string(metres_per_unit) + ", must be positive",
+                      "give the size of a scene unit in metres");
+  if (material.size() != samples.size() || drivers.sample_driver.size() != samples.size())
+    throw usage_error("material", "", "has " + std::to_string(material.size()) + " values for " +
+                                          std::to_string(samples.size()) + " samples",
+                      "use the material of these samples");
+  const size_t n = drivers.size();
+  const double s = metres_per_unit, s3 = s * s * s;
+  std::vector<double> volume(n), mass(n), log_young(n), poisson(n);
+  for (size_t k = 0; k < samples.size(); ++k) {
+    const int d = drivers.sample_driver[k];
+    CHECK(d >= 0 && static_cast<size_t>(d) < n);
+    const double v = samples.volume[k];
+    volume[d] += v;
+    mass[d] += v * material.density[k];
+    log_young[d] += v * std::log(static_cast<double>(material.young[k]));
+    poisson[d] += v * material.poisson[k];
+  }
+  BasicParticles<T> out;
+  out.cell_size = static_cast<T>(drivers.cell_size * s);
+  for (size_t d = 0; d < n; ++d) {
+    CHECK_MSG(volume[d] > 0, "driving particle without volume");
+    out.position.push_back((drivers.position[d].cast<double>() * s).cast<T>());
+    out.volume.push_back(static_cast<T>(volume[d] * s3));
+    out.mass.push_back(static_cast<T>(mass[d] * s3));
+    out.young.push_back(static_cast<T>(std::exp(log_young[d] / volume[d])));
+    out.poisson.push_back(static_cast<T>(poisson[d] / volume[d]));
+  }
+  return out;
+}
+
+template BasicParticles<float> make_particles(const DrivingParticles&, const SolidSamples&, const ElasticSamples&,
+                                              double);
+template BasicParticles<double> make_particles(const DrivingParticles&, const SolidSamples&, const ElasticSamples&,
+                                               double);
+
+}  // namespace pliant

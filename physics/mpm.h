@@ -1,0 +1,137 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "physics/block_grid.h"
+#include "physics/particles.h"
+#include "physics/region.h"
+
+namespace pliant {
+
+/// Acceleration a - drag * v of the particles whose load bits contain `bit`.
+template <class T>
+struct BodyLoad {
+  uint32_t bit = 0;
+  Vec3<T> acceleration = Vec3<T>::Zero();  ///< m/s^2
+  T drag = 0;                              ///< 1/s
+};
+
+/// Plane that nodes at or below it do not pass: (x - point) . normal <= 0.
+struct GroundPlane {
+  Vec3d point, normal;
+  double friction = 0;
+};
+
+/// What acts during one substep.
+template <class T>
+struct StepLoads {
+  Vec3<T> gravity = Vec3<T>::Zero();  ///< m/s^2, on every node
+  T velocity_scale = 1;               ///< exp(-2 dt / damping time)
+  T viscosity_time = 0;               ///< s, Kelvin-Voigt
+  std::vector<BodyLoad<T>> body;
+  std::vector<Region> pins;
+  std::vector<GroundPlane> grounds;
+};
+
+/// Mass, momentum and angular momentum about the origin.
+struct Totals {
+  double mass = 0;
+  Vec3d momentum = Vec3d::Zero(), angular = Vec3d::Zero();
+};
+
+/// One elastic body in moving least squares MPM (Hu et al. 2018) with APIC transfers (Jiang et al. 2015) on a
+/// block-sparse grid that follows the particles.  Nodes lie at origin + dx * integers.  One step is
+///   m_i = sum w m_p, (m v)_i = sum w m_p (v_p + C_p (x_i - x_p)) - dt sum V0 tau (4 / dx^2) w (x_i - x_p)
+///   v_i <- v_i + dt g, boundary conditions
+///   v_p = sum w v_i, C_p = (4 / dx^2) sum w v_i (x_i - x_p)^T, F <- (I + dt C) F, x <- x + dt v.
+template <class T>
+class Mpm {
+ public:
+  /// Nodes up to this many cells outside a pinned region stand still: a clamped node row acts about a quarter of a
+  /// cell behind itself, and rows are on average half a cell apart from the surface.
+  static constexpr double kPinReach = 0.75;
+
+  Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin);
+
+  /// Load bits of every particle, in the order of the particles.
+  void set_load_bits(const std::vector<uint32_t>& bits);
+
+  /// Takes over a state.  Particles that leave [low, high] are put back and counted.
+  void load(const BasicSimulationState<T>& state, const Vec3d& low, const Vec3d& high);
+  /// Writes x, v, C, F in the order of the particles.
+  void store(BasicSimulationState<T>& state) const;
+
+  /// Takes up to `count` steps on all threads.  Before step k, prepare(k) sets the loads; check() after it returns
+  /// false to stop.  False when stopped or when a particle ceased to be finite.  Equal for any number of threads.
+  bool advance(int count, T dt, StepLoads<T>& loads, const std::function<void(int)>& prepare,
+               const std::function<bool()>& check);
+
+  /// The three parts of a step, on one thread.
+  void particles_to_grid(T dt, const StepLoads<T>& loads);
+  void update_grid(T dt, const StepLoads<T>& loads);
+  void grid_to_particles(T dt);
+
+  bool finite() const { return finite_; }
+  double max_speed() const { return max_speed_; }  ///< m/s, after the last step
+  int64_t strays() const { return strays_; }
+
+  /// Centre of mass, mean velocity and mass of some particles, summed in the order given.
+  struct Motion {
+    Vec3d centre = Vec3d::Zero(), velocity = Vec3d::Zero();
+    double mass = 0;
+  };
+  Motion motion_of(std::span<const int> particles) const;
+
+  /// Of the nodes between particles_to_grid and update_grid (momenta) or after update_grid (velocities).
+  Totals grid_totals(bool velocities) const;
+  /// Of the particles, the affine part of APIC included.
+  Totals particle_totals() const;
+
+ private:
+  struct Record {
+    T x[3], v[3], C[9], F[9];  // C and F row-major
+    T mass, volume, mu, lambda;
+    uint32_t bits;
+    int index;
+  };
+  struct alignas(4 * sizeof(T)) Node {
+    T lane[4];  // momentum or velocity, mass
+  };
+  struct BlockReport {
+    BlockGrid::Coordinates low, high;
+    T max_speed_squared;
+    int strays;
+    bool moved, finite;
+  };
+
+  BlockGrid::Coordinates block_of(const T* x) const;
+  void sort_blocks();
+  void scatter_block(int b, T dt, const StepLoads<T>& loads);
+  void sum_node_block(int n);
+  void update_node_block(int n, T dt, const StepLoads<T>& loads);
+  void gather_block(int b, T dt);
+  void collect_reports();
+
+  T dx_, inverse_dx_;
+  Vec3<T> origin_;
+  Vec3<T> low_, high_;
+  std::vector<Record> rest_;     // in the order of the particles, only constants
+  std::vector<Record> record_;   // in block order at the time of load
+  std::vector<int> slot_;        // of particle i in record_
+  std::vector<BlockGrid::Coordinates> block_;
+  BlockGrid grid_;
+  std::vector<Node> patch_;      // [particle blocks, 6, 6, 6]
+  std::vector<Node> node_;       // [node blocks, 4, 4, 4]
+  std::vector<BlockReport> report_;
+  bool finite_ = true;
+  double max_speed_ = 0;
+  int64_t strays_ = 0;
+};
+
+extern template class Mpm<float>;
+extern template class Mpm<double>;
+
+}  // namespace pliant

@@ -1,0 +1,191 @@
+// Each interaction's law.
+
+#include "physics/interaction.h"
+
+#include <gtest/gtest.h>
+
+#include "physics/simulate.h"
+#include "tests/physics/shapes.h"
+
+namespace pliant {
+namespace {
+
+using State = BasicSimulationState<double>;
+
+struct Experiment {
+  BasicParticles<double> particles = testing::block<double>({0.04, 0.04, 0.06}, 0.01);
+  SimulateOptions options;
+  std::vector<State> states;
+
+  Experiment() { options.gravity.setZero(), options.fps = 40, options.duration = 0.5; }
+  BasicSimulateResult<double> go(const std::vector<Interaction>& script) {
+    states.clear();
+    return simulate<double>(options, particles, script, initial_state(particles),
+                            [&](const State& s) { return states.push_back(s), true; });
+  }
+  Vec3d momentum(const State& s) const {
+    Vec3d sum = Vec3d::Zero();
+    for (size_t i = 0; i < s.size(); ++i) sum += particles.mass[i] * s.v[i];
+    return sum;
+  }
+  Vec3d centre(const State& s, const Region& region = {}) const {
+    Vec3d sum = Vec3d::Zero();
+    double mass = 0;
+    for (size_t i = 0; i < s.size(); ++i) {
+      if (!region.contains(particles.position[i])) continue;
+      sum += particles.mass[i] * s.x[i], mass += particles.mass[i];
+    }
+    return sum / mass;
+  }
+};
+
+Interaction make(InteractionType type, const Vec3d& vector, double start = 0, double duration = INFINITY) {
+  Interaction it;
+  it.type = type, it.vector = vector, it.start = start, it.duration = duration;
+  return it;
+}
+
+Interaction ground(double z, double friction) {
+  Interaction it = make(InteractionType::kGround, Vec3d::Zero());
+  it.region = Region::half_space(Vec3d(0, 0, z), Vec3d(0, 0, 1)), it.friction = friction;
+  return it;
+}
+
+TEST(Interaction, PointForceGivesItsNewtonsTimesItsSeconds) {
+  Experiment run;
+  // Neither end falls on a border of a frame or substep.
+  Interaction push = make(InteractionType::kPointForce, Vec3d(0.02, -0.01, 0.005), 0.1037, 0.2311);
+  push.region = Region::sphere(Vec3d(0.02, 0.02, 0.06), 0.02);
+  run.go({push});
+  const Vec3d gained = run.momentum(run.states.back());
+  EXPECT_LT((gained - push.vector * push.duration).norm(), 1e-11 * gained.norm());
+  EXPECT_EQ(run.momentum(run.states[4]).norm(), 0);  // 0.1 s
+}
+
+TEST(Interaction, ImpulseGivesItsMomentumAtOnce) {
+  Experiment run;
+  Interaction hit = make(InteractionType::kImpulse, Vec3d(0.003, 0.001, 0), 0.11);
+  hit.region = Region::box(Vec3d(-1, -1, 0.04), Vec3d(1, 1, 1));
+  run.go({hit});
+  EXPECT_EQ(run.momentum(run.states[4]).norm(), 0);
+  EXPECT_LT((run.momentum(run.states[5]) - hit.vector).norm(), 1e-12 * hit.vector.norm());
+  EXPECT_LT((run.momentum(run.states.back()) - hit.vector).norm(), 1e-11 * hit.vector.norm());
+}
+
+TEST(Interaction, GustWithoutRateIsAnAcceleration) {
+  Experiment run;
+  run.go({make(InteractionType::kGust, Vec3d(1, 0, 2), 0, 0.3)});
+  const Vec3d expected = run.particles.total_mass() * 0.3 * Vec3d(1, 0, 2);
+  EXPECT_LT((run.momentum(run.states.back()) - expected).norm(), 1e-11 * expected.norm());
+}
+
+TEST(Interaction, GustApproachesTheWindExponentially) {
+  Experiment run;
+  Interaction wind = make(InteractionType::kGust, Vec3d(2, 0, 0));
+  wind.rate = 5;
+  run.options.substeps = 60;
+  run.go({wind});
+  for (const State& s : run.states) {
+    const Vec3d velocity = run.momentum(s) / run.particles.total_mass();
+    EXPECT_NEAR(velocity.x(), 2 * (1 - std::exp(-5 * s.time)), 3e-3) << s.time;
+  }
+}
+
+TEST(Interaction, GrabBringsTheCentreToItsTarget) {
+  Experiment run;
+  run.options.duration = 1.0;
+  run.particles = testing::block<double>({0.03, 0.03, 0.1}, 0.01, 1.0, 2e4);
+  Interaction pin = make(InteractionType::kPin, Vec3d::Zero());
+  pin.region = Region::half_space(Vec3d(0, 0, 0.02), Vec3d(0, 0, 1));
+  Interaction grab = make(InteractionType::kGrab, Vec3d::Zero());
+  grab.region = Region::sphere(Vec3d(0.015, 0.015, 0.1), 0.025);
+  const Vec3d rest = run.centre(initial_state(run.particles), grab.region), target = rest + Vec3d(0.02, 0.01, -0.003);
+  grab.path = {{0.0, rest}, {0.3, target}, {1.0, target}};
+  grab.stiffness = 2000, grab.damping = 20;
+  run.options.damping_time = 0.1;
+  run.go({pin, grab});
+  EXPECT_LT((run.centre(run.states.back(), grab.region) - target).norm(), 0.05 * (target - rest).norm());
+}
+
+TEST(Interaction, GrabIsCappedAndEndsWithItsPath) {
+  Experiment run;
+  Interaction grab = make(InteractionType::kGrab, Vec3d::Zero());
+  grab.region = Region::sphere(Vec3d(0.02, 0.02, 0.03), 0.02);
+  const Vec3d rest = run.centre(initial_state(run.particles), grab.region);
+  grab.path = {{0.0, rest + Vec3d(10, 0, 0)}, {0.2, rest + Vec3d(10, 0, 0)}};
+  grab.max_force = 0.05;
+  run.go({grab});
+  EXPECT_NEAR(run.momentum(run.states[8]).x(), 0.05 * 0.2, 1e-9);
+  EXPECT_NEAR(run.momentum(run.states.back()).x(), 0.05 * 0.2, 1e-9);
+}
+
+TEST(Interaction, GravityOfAPinnedBodyActsAsTheDifferenceFromItsRestLoad) {
+  Experiment run;
+  run.options.gravity = Vec3d(0, 0, -9.81);
+  Interaction pin = make(InteractionType::kPin, Vec3d::Zero());
+  pin.region = Region::half_space(Vec3d(0, 0, 0.02), Vec3d(0, 0, 1));
+  EXPECT_EQ(run.go({pin, make(InteractionType::kGravity, Vec3d(0, 0, -9.81))}).summary.max_displacement, 0);
+  EXPECT_GT(run.go({pin, make(InteractionType::kGravity, Vec3d::Zero())}).summary.max_displacement, 1e-4);
+  EXPECT_GT(run.centre(run.states.back()).z(), run.centre(run.states.front()).z());  // weightless: it stretches upwards
+}
+
+TEST(Interaction, GroundHoldsAFallingBody) {
+  Experiment run;
+  run.options.gravity = Vec3d(0, 0, -9.81);
+  run.options.duration = 1;
+  run.options.damping_time = 0.3;
+  run.go({ground(-0.02, 0.5)});
+  double lowest = 1;
+  for (const Vec3d& x : run.states.back().x) lowest = std::min(lowest, x.z());
+  EXPECT_GT(lowest, -0.021);
+  EXPECT_LT(lowest, -0.02 + 0.015);  // it rests on the plane, at most a grid cell and a half above it
+  EXPECT_LT(run.momentum(run.states.back()).norm() / run.particles.total_mass(), 0.02);
+}
+
+TEST(Interaction, FrictionStopsASlidingBodyAsCoulombSays) {
+  Experiment run;
+  run.options.gravity = Vec3d(0, 0, -9.81);
+  run.options.duration = 0.4;
+  run.particles = testing::block<double>({0.06, 0.06, 0.03}, 0.01, 1.0, 4e4);
+  Interaction hit = make(InteractionType::kImpulse, Vec3d(0.8 * run.particles.total_mass(), 0, 0), 0.15);
+  const auto speed_lost = [&](double friction) {
+    run.go({ground(0, friction), hit});
+    return (run.momentum(run.states[7]) - run.momentum(run.states[15])).x() / run.particles.total_mass();
+  };
+  const double seconds = 8 / run.options.fps;
+  EXPECT_NEAR(speed_lost(0), 0, 1e-10);
+  EXPECT_NEAR(speed_lost(0.2), 0.2 * 9.81 * seconds, 0.15 * 0.2 * 9.81 * seconds);
+  run.go({ground(0, INFINITY), hit});
+  EXPECT_LT(std::abs(run.momentum(run.states.back()).x()) / run.particles.total_mass(), 0.05);
+}
+
+TEST(Interaction, ASeparatingBodyLeavesTheGround) {
+  Experiment run;
+  run.options.gravity = Vec3d(0, 0, -9.81);
+  run.options.duration = 0.2;
+  const double mass = run.particles.total_mass();
+  run.go({ground(0, 1.0), make(InteractionType::kImpulse, Vec3d(0, 0, 2 * mass))});
+  EXPECT_NEAR(run.momentum(run.states.back()).z() / mass, 2 - 9.81 * 0.2, 1e-9);
+}
+
+TEST(Region, SignedDistancesAreThoseOfTheShapes) {
+  const Region sphere = Region::sphere(Vec3d(1, 0, 0), 0.5), box = Region::box(Vec3d(0, 0, 0), Vec3d(1, 2, 3)),
+               half = Region::half_space(Vec3d(0, 0, 1), Vec3d(0, 0, 2));
+  EXPECT_DOUBLE_EQ(sphere.signed_distance(Vec3d(3, 0, 0)), 1.5);
+  EXPECT_DOUBLE_EQ(sphere.signed_distance(Vec3d(1, 0, 0)), -0.5);
+  EXPECT_DOUBLE_EQ(box.signed_distance(Vec3d(0.5, 1, 1.5)), -0.5);
+  EXPECT_DOUBLE_EQ(box.signed_distance(Vec3d(4, 6, 1)), 5);
+  EXPECT_DOUBLE_EQ(half.signed_distance(Vec3d(7, 7, 0)), -1);
+  EXPECT_TRUE(Region::all().contains(Vec3d(1e9, 0, 0)));
+  EXPECT_DOUBLE_EQ(box.scaled(2).signed_distance(Vec3d(8, 12, 2)), 10);
+}
+
+TEST(Interaction, NamesFollowTheEnumeration) {
+  const auto names = interaction_names();
+  ASSERT_EQ(names.size(), 7u);
+  EXPECT_EQ(names[static_cast<int>(InteractionType::kGround)], "ground");
+  EXPECT_STREQ(interaction_name(InteractionType::kGrab), "grab");
+}
+
+}  // namespace
+}  // namespace pliant

@@ -1,0 +1,336 @@
+// Laws of whole simulations, mostly in double on the templates that run in float.
+
+#include "physics/simulate.h"
+
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include "gaussians/base/error.h"
+#include "physics/elasticity.h"
+#include "physics/material.h"
+#include "physics/mpm.h"
+#include "tests/physics/shapes.h"
+
+namespace pliant {
+namespace {
+
+using State = BasicSimulationState<double>;
+
+SimulateOptions options_of(double fps, double duration) {
+  SimulateOptions options;
+  options.fps = fps, options.duration = duration;
+  return options;
+}
+
+Interaction pin_below(double z, double duration = INFINITY) {
+  Interaction pin;
+  pin.type = InteractionType::kPin, pin.duration = duration;
+  pin.region = Region::half_space(Vec3d(0, 0, z), Vec3d(0, 0, 1));
+  return pin;
+}
+
+Interaction gust(const Vec3d& acceleration, double duration = INFINITY) {
+  Interaction it;
+  it.type = InteractionType::kGust, it.vector = acceleration, it.duration = duration;
+  return it;
+}
+
+double potential_energy(const BasicParticles<double>& p, const State& s) {
+  double sum = 0;
+  for (size_t i = 0; i < s.size(); ++i) {
+    const Lame<double> law = lame(p.young[i], p.poisson[i]);
+    sum += p.volume[i] * energy_density(Law::kFixedCorotated, s.F[i], law.mu, law.lambda);
+  }
+  return sum;
+}
+
+double kinetic_energy(const BasicParticles<double>& p, const State& s) {
+  double sum = 0;
+  for (size_t i = 0; i < s.size(); ++i)
+    sum += 0.5 * p.mass[i] * (s.v[i].squaredNorm() + 0.25 * p.cell_size * p.cell_size * s.C[i].squaredNorm());
+  return sum;
+}
+
+template <class T>
+bool equal(const BasicSimulationState<T>& a, const BasicSimulationState<T>& b) {
+  return a.time == b.time && a.frame == b.frame && a.substeps == b.substeps && a.x == b.x && a.v == b.v && a.C == b.C &&
+         a.F == b.F;
+}
+
+TEST(Simulate, FreeFallFollowsTheSumOfItsSteps) {
+  const auto particles = testing::block<double>({0.04, 0.04, 0.04}, 0.01);
+  State start = initial_state(particles);
+  const Vec3d v0(0.3, -0.1, 0.5), g(0.4, 0, -9.81);
+  for (auto& v : start.v) v = v0;
+  SimulateOptions options = options_of(50, 0.3);
+  options.gravity = g;
+  const auto result = simulate<double>(options, particles, {}, start, [&](const State& s) {
+    const double t = s.time;
+    for (size_t i = 0; i < s.size(); ++i) {
+      // Substeps differ between frames, so the closed form is summed frame by frame below; here only the velocity.
+      EXPECT_LT((s.v[i] - (v0 + g * t)).norm(), 1e-12);
+    }
+    return true;
+  });
+  // With one time step throughout, x = x0 + v0 t + g t (t + dt) / 2.
+  options.substeps = 40;
+  const double dt = 1 / options.fps / options.substeps;
+  const auto fixed = simulate<double>(options, particles, {}, start);
+  const double t = fixed.state.time;
+  EXPECT_DOUBLE_EQ(t, 0.3);
+  for (size_t i = 0; i < particles.size(); ++i) {
+    const Vec3d expected = particles.position[i] + v0 * t + 0.5 * t * (t + dt) * g;
+    ASSERT_LT((fixed.state.x[i] - expected).norm(), 1e-12);
+    ASSERT_LT((fixed.state.F[i] - Mat3d::Identity()).norm(), 1e-11);
+  }
+  EXPECT_EQ(result.summary.strays, 0);
+}
+
+TEST(Simulate, ConstantVelocityIsExact) {
+  const auto particles = testing::block<double>({0.03, 0.04, 0.05}, 0.01);
+  State start = initial_state(particles);
+  const Vec3d v0(0.7, -0.2, 0.1);
+  for (auto& v : start.v) v = v0;
+  SimulateOptions options = options_of(20, 0.5);
+  options.gravity.setZero();
+  const auto result = simulate<double>(options, particles, {}, start);
+  for (size_t i = 0; i < particles.size(); ++i) {
+    ASSERT_LT((result.state.x[i] - particles.position[i] - 0.5 * v0).norm(), 1e-12);
+    ASSERT_LT((result.state.v[i] - v0).norm(), 1e-12);
+  }
+}
+
+TEST(Simulate, RestStaysAtRest) {
+  const auto particles = testing::block<double>({0.03, 0.03, 0.08}, 0.01);
+  const auto pinned = simulate<double>(options_of(30, 0.5), particles, {pin_below(0.02)}, initial_state(particles));
+  EXPECT_EQ(pinned.summary.max_displacement, 0);
+  EXPECT_TRUE(pinned.summary.gravity_cancelled);
+  SimulateOptions weightless = options_of(30, 0.5);
+  weightless.gravity.setZero();
+  EXPECT_EQ(simulate<double>(weightless, particles, {}, initial_state(particles)).summary.max_displacement, 0);
+}
+
+TEST(Simulate, PinnedNodesHoldAndAReleasedPinFalls) {
+  const auto particles = testing::block<double>({0.03, 0.03, 0.09}, 0.01);
+  std::vector<State> states;
+  const auto keep = [&](const State& s) { return states.push_back(s), true; };
+  const double release = 0.2;
+  simulate<double>(options_of(50, 0.4), particles, {pin_below(0.03, release), gust(Vec3d(2, 0, 0), release)},
+                   initial_state(particles), keep);
+  double held = 0, top = 0;
+  for (size_t i = 0; i < particles.size(); ++i) {
+    const double moved = (states[10].x[i] - particles.position[i]).norm();
+    if (particles.position[i].z() < 0.02) held = std::max(held, moved);  // a stencil that only sees pinned nodes
+    top = std::max(top, moved);
+  }
+  EXPECT_EQ(held, 0);
+  EXPECT_GT(top, 1e-4);
+  // After the release the centre falls as a free body.
+  const auto centre_velocity = [&](const State& s) {
+    Vec3d sum = Vec3d::Zero();
+    for (const Vec3d& v : s.v) sum += v / static_cast<double>(s.size());
+    return sum;
+  };
+  const Vec3d fallen = centre_velocity(states[20]) - centre_velocity(states[10]);
+  EXPECT_LT((fallen - Vec3d(0, 0, -9.81 * 0.2)).norm(), 1e-10);
+}
+
+TEST(Simulate, AngularAndLinearMomentumOfAFreeBodyAreKept) {
+  const auto particles = testing::block<double>({0.03, 0.03, 0.06}, 0.01);
+  State start = initial_state(particles);
+  for (size_t i = 0; i < start.size(); ++i) start.v[i] = Vec3d(0, 3, 0).cross(start.x[i]) + Vec3d(0.1, 0.5 * start.x[i].z(), 0);
+  SimulateOptions options = options_of(30, 0.3);
+  options.gravity.setZero();
+  const auto totals = [&](const State& s) {
+    Totals t;
+    for (size_t i = 0; i < s.size(); ++i) {
+      const double m = particles.mass[i], inertia = 0.25 * m * 1e-4;
+      t.momentum += m * s.v[i];
+      const Mat3d& C = s.C[i];
+      t.angular += m * s.x[i].cross(s.v[i]) + inertia * Vec3d(C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1));
+    }
+    return t;
+  };
+  const auto result = simulate<double>(options, particles, {}, start);
+  const Totals before = totals(start), after = totals(result.state);
+  EXPECT_LT((after.momentum - before.momentum).norm(), 1e-11 * before.momentum.norm());
+  EXPECT_LT((after.angular - before.angular).norm(), 1e-11 * before.angular.norm());
+  EXPECT_GT(result.summary.max_displacement, 0.02);
+}
+
+TEST(Simulate, TimeCentredEnergyNeverGrows) {
+  const auto particles = testing::block<double>({0.03, 0.03, 0.08}, 0.01);
+  State start = initial_state(particles);
+  for (size_t i = 0; i < start.size(); ++i) start.v[i] = Vec3d(0.5 * start.x[i].z() / 0.08, 0, 0.2 * start.x[i].z() / 0.08);
+  // One substep a frame, so that every step is seen: 2e-4 s is a Courant number of 0.29.
+  SimulateOptions options = options_of(10000, 0.2);
+  options.substeps = 1;
+  double last_potential = 0, last_kinetic = -1, last = 0, first = 0, largest_rise = -1;
+  simulate<double>(options, particles, {pin_below(0.01)}, start, [&](const State& s) {
+    const double potential = potential_energy(particles, s), kinetic = kinetic_energy(particles, s);
+    if (s.frame > 1) {
+      // v lies half a step before x: PE_n + (KE_n + KE_n+1) / 2.
+      const double energy = last_potential + 0.5 * (last_kinetic + kinetic);
+      if (first == 0) first = energy, last = energy;
+      largest_rise = std::max(largest_rise, energy - last);
+      last = energy;
+    }
+    last_potential = potential, last_kinetic = kinetic;
+    return true;
+  });
+  EXPECT_LT(largest_rise, 1e-5 * first);
+  EXPECT_LT(last, first);
+  EXPECT_GT(last, 0.2 * first);
+}
+
+TEST(Simulate, TrajectoriesAreEqualForOneTwoAndFourThreads) {
+  const auto particles = testing::block<float>({0.05, 0.06, 0.18}, 0.01);  // large enough for four
+  std::vector<SimulationState> final;
+  const int threads = omp_get_max_threads();
+  for (const int n : {1, 2, 4}) {
+    omp_set_num_threads(n);
+    final.push_back(simulate<float>(options_of(30, 0.2), particles, {pin_below(0.02), gust(Vec3d(5, 1, 0))},
+                                    initial_state(particles)).state);
+  }
+  omp_set_num_threads(threads);
+  EXPECT_TRUE(equal(final[0], final[1]));
+  EXPECT_TRUE(equal(final[0], final[2]));
+}
+
+TEST(Simulate, ResumedRunsEqualUnbrokenOnes) {
+  const auto particles = testing::block<float>({0.04, 0.04, 0.1}, 0.01);
+  Interaction grab;
+  grab.type = InteractionType::kGrab, grab.region = Region::sphere(Vec3d(0.02, 0.02, 0.1), 0.02);
+  grab.path = {{0, Vec3d(0.02, 0.02, 0.09)}, {0.3, Vec3d(0.05, 0.02, 0.09)}};
+  const std::vector<Interaction> script = {pin_below(0.02), gust(Vec3d(5, 1, 0), 0.1), grab};
+  SimulationState saved;
+  const auto whole = simulate<float>(options_of(30, 0.4), particles, script, initial_state(particles),
+                                     [&](const SimulationState& s) {
+                                       if (s.frame == 5) saved = s;
+                                       return true;
+                                     });
+  const auto resumed = simulate<float>(options_of(30, 0.4), particles, script, saved);
+  EXPECT_TRUE(equal(whole.state, resumed.state));
+  EXPECT_EQ(resumed.summary.frames, whole.summary.frames - 5);
+}
+
+TEST(Simulate, TheSinkSeesEveryFrameAndCanStop) {
+  const auto particles = testing::block<float>({0.03, 0.03, 0.03}, 0.01);
+  int expected = 0;
+  auto result = simulate<float>(options_of(25, 0.4), particles, {}, initial_state(particles), [&](const SimulationState& s) {
+    EXPECT_EQ(s.frame, expected);
+    EXPECT_DOUBLE_EQ(s.time, expected / 25.0);
+    ++expected;
+    return true;
+  });
+  EXPECT_EQ(expected, 11);
+  EXPECT_FALSE(result.stopped);
+  result = simulate<float>(options_of(25, 0.4), particles, {}, initial_state(particles),
+                           [](const SimulationState& s) { return s.frame < 3; });
+  EXPECT_TRUE(result.stopped);
+  EXPECT_EQ(result.state.frame, 3);
+}
+
+TEST(Simulate, StraysAreClampedAndCounted) {
+  const auto particles = testing::block<double>({0.04, 0.04, 0.04}, 0.01);
+  State start = initial_state(particles);
+  start.x[7] = Vec3d(300, -20, 5);
+  SimulateOptions options = options_of(30, 0.1);
+  options.gravity.setZero();
+  const auto result = simulate<double>(options, particles, {}, start);
+  EXPECT_GT(result.summary.strays, 0);
+  EXPECT_LT(result.state.x[7].norm(), 20);
+  EXPECT_LT((result.state.x[9] - particles.position[9]).norm(), 1e-9);
+}
+
+TEST(Simulate, AnUnstableFrameIsRepeatedWithSmallerSteps) {
+  const auto particles = testing::block<double>({0.04, 0.04, 0.06}, 0.01);
+  SimulateOptions options = options_of(30, 0.2);
+  // c = 3.67 m/s needs 31 substeps a frame; 4 are unstable until they have been halved often enough.
+  options.substeps = 4;
+  const auto result = simulate<double>(options, particles, {pin_below(0.02), gust(Vec3d(3, 0, 0))}, initial_state(particles));
+  EXPECT_GT(result.summary.retries, 0);
+  options.substeps = 0;
+  const auto reference = simulate<double>(options, particles, {pin_below(0.02), gust(Vec3d(3, 0, 0))}, initial_state(particles));
+  EXPECT_EQ(reference.summary.retries, 0);
+  EXPECT_LT((result.state.x.back() - reference.state.x.back()).norm(), 0.01);
+}
+
+TEST(Simulate, AHopelessFrameIsANumericalFailureAfterTheLastGoodFrame) {
+  const auto particles = testing::block<double>({0.04, 0.04, 0.06}, 0.01);
+  Interaction blow;
+  blow.type = InteractionType::kPointForce, blow.vector = Vec3d(1e30, 0, 0), blow.start = 0.1;
+  blow.region = Region::sphere(Vec3d(0.02, 0.02, 0.05), 0.02);
+  int frames = -1;
+  try {
+    simulate<double>(options_of(30, 1), particles, {blow}, initial_state(particles), [&](const State& s) {
+      for (const Vec3d& x : s.x) EXPECT_TRUE(x.allFinite());
+      return frames = s.frame, true;
+    });
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.failure, Failure::kNumerical);
+    EXPECT_NE(std::string(error.what()).find("frame 4"), std::string::npos) << error.what();
+  }
+  EXPECT_EQ(frames, 3);
+}
+
+TEST(Simulate, AnOscillationDecaysInTheGivenTime) {
+  // First mode of a short bar along z, undamped and with two damping times; the ratio cancels the scheme's own loss.
+  const auto particles = testing::block<double>({0.03, 0.03, 0.08}, 0.01, 0.0);
+  State start = initial_state(particles);
+  for (size_t i = 0; i < start.size(); ++i) start.v[i].z() = 0.05 * std::sin(1.5707963 * start.x[i].z() / 0.08);
+  const auto amplitude = [&](double damping_time, double viscosity_time) {
+    SimulateOptions options = options_of(400, 0.3);
+    options.damping_time = damping_time, options.viscosity_time = viscosity_time;
+    options.substeps = 8;
+    double peak = 0;
+    simulate<double>(options, particles, {pin_below(0.0)}, start, [&](const State& s) {
+      if (s.time > 0.2) peak = std::max(peak, std::abs(s.x.back().z() - particles.position.back().z()));
+      return true;
+    });
+    return peak;
+  };
+  const double free = amplitude(0, 0);
+  EXPECT_NEAR(std::log(free / amplitude(0.1, 0)), 2.4, 0.4);  // about t / tau, the peak lying in 0.2 .. 0.3 s
+  const double weak = std::log(free / amplitude(0, 0.0005)), strong = std::log(free / amplitude(0, 0.001));
+  EXPECT_GT(weak, 0.1);
+  EXPECT_NEAR(strong / weak, 2, 0.25);  // the decay rate grows with the viscosity time
+}
+
+TEST(Simulate, ImpossibleInputIsAUsageError) {
+  const auto good = testing::block<double>({0.03, 0.03, 0.03}, 0.01);
+  const auto failure = [](auto&& call) {
+    try {
+      call();
+    } catch (const Error& error) {
+      return static_cast<int>(error.failure);
+    }
+    return 0;
+  };
+  const auto run = [&](const BasicParticles<double>& p, const SimulateOptions& o, std::vector<Interaction> script = {}) {
+    return failure([&] { simulate<double>(o, p, script, initial_state(p)); });
+  };
+  const SimulateOptions options = options_of(30, 0.1);
+  EXPECT_EQ(run(good, options), 0);
+  EXPECT_EQ(run({}, options), 2);
+  auto bad = good;
+  bad.young[3] = -1;
+  EXPECT_EQ(run(bad, options), 2);
+  bad = good, bad.poisson[3] = 0.5;
+  EXPECT_EQ(run(bad, options), 2);
+  bad = good, bad.mass[3] = 0;
+  EXPECT_EQ(run(bad, options), 2);
+  bad = good, bad.position[3].x() = NAN;
+  EXPECT_EQ(run(bad, options), 2);
+  for (const double fps : {0.0, -1.0, static_cast<double>(NAN)}) EXPECT_EQ(run(good, options_of(fps, 1)), 2);
+  EXPECT_EQ(run(good, options_of(30, -1)), 2);
+  Interaction miss = gust(Vec3d(1, 0, 0));
+  miss.region = Region::sphere(Vec3d(5, 5, 5), 0.1);
+  EXPECT_EQ(run(good, options, {miss}), 2);
+  Interaction backwards = gust(Vec3d(1, 0, 0), -1);
+  EXPECT_EQ(run(good, options, {backwards}), 2);
+}
+
+}  // namespace
+}  // namespace pliant
