@@ -35,7 +35,7 @@ void add_convert(CLI::App& app, Program& program) {
       GaussianCloud cloud = read_ply(from, &report);
       for (const std::string& warning : report.warnings) context.progress.warn(warning);
       if (*degree >= 0) cloud = with_sh_degree(cloud, *degree);
-      write_ply(to, cloud);
+      write_ply(to, cloud, report.antialiased);
       return {{"gaussians", cloud.size()}, {"dropped", report.dropped}, {"sh_degree", cloud.sh_degree}};
     };
   });

@@ -17,7 +17,7 @@ namespace {
 
 std::vector<Camera> chosen_cameras(const Scene& scene, const std::string& which) {
   if (which == "scene") return scene.cameras;
-  if (which == "orbit") return orbit_cameras({}, scene.cloud, scene.up);
+  if (which == "orbit") return scene.cameras_are_orbit ? scene.cameras : orbit_cameras({}, scene.cloud, scene.up);
   return read_transforms(which).cameras;
 }
 

@@ -68,8 +68,8 @@ json run_extract(const Context& context, RunDirectory& run, const Scene& scene, 
     const ExtractResult result = extract(options, scene.cloud, segmentation);
     const GaussianCloud object = scene.cloud.select(result.object);
     std::filesystem::create_directories(run / folder);
-    write_ply(run / (folder + "/object.ply"), object);
-    write_ply(run / "background.ply", scene.cloud.select(result.background));
+    write_ply(run / (folder + "/object.ply"), object, scene.report.antialiased);
+    write_ply(run / "background.ply", scene.cloud.select(result.background), scene.report.antialiased);
 
     const Framing framing = robust_framing(object, scene.up);
     const double height = framing.high.z() - framing.low.z();

@@ -1,6 +1,3 @@
-#include <fmt/format.h>
-
-#include "app/pipeline/photos.h"
 #include "app/pipeline/stages.h"
 #include "gaussians/io/image_io.h"
 #include "gaussians/io/ply.h"
@@ -17,19 +14,17 @@ json run_repair(const Context& context, RunDirectory& run, const Scene& scene, c
                      {"background_repaired.ply", "repair.png"}};
   return run.stage(context, key, [&]() -> json {
     const GaussianCloud background = read_ply(run / "background.ply"), object = read_ply(run / (folder + "/object.ply"));
-    RepairOptions options;
-    options.seed = context.seed;
-    options.render.antialiased = scene.report.antialiased;
-    options.up = scene.up.cast<float>();
-    std::vector<ImageF> photos;
-    for (size_t c = 0; c < scene.cameras.size(); ++c) photos.push_back(photo_or_render(scene, static_cast<int>(c)));
-    const RepairResult result = repair(options, background, object, scene.cameras, photos);
-    write_ply(run / "background_repaired.ply", result.background);
-    write_image(run / "repair.png", result.sheet);
-    context.progress.say(fmt::format("repair: {} hole pixels in {} views, {} after {} new Gaussians", result.summary.hole_pixels_before,
-                                     scene.cameras.size(), result.summary.hole_pixels_after, result.summary.added));
-    return {{"hole_pixels_before", result.summary.hole_pixels_before}, {"hole_pixels_after", result.summary.hole_pixels_after},
-            {"added", result.summary.added}};
+    context.progress.begin("repair", 100);
+    const RepairResult result = repair({}, background, object, scene.cameras,
+                                       [&](double done) { context.progress.done(static_cast<int>(100 * done)); });
+    context.progress.end();
+    write_ply(run / "background_repaired.ply", result.background, scene.report.antialiased);
+    write_image(run / "repair.png", repair_sheet(result, background, object, scene.cameras));
+    const RepairSummary& s = result.summary;
+    context.progress.say("repair: " + s.describe());
+    return {{"views", s.views}, {"hole_before", s.hole_before}, {"hole_after", s.hole_after}, {"planes", s.planes},
+            {"plane_gaussians", s.plane_gaussians}, {"view_gaussians", s.view_gaussians}, {"unobserved", s.unobserved},
+            {"outside_change", s.outside_change}};
   });
 }
 

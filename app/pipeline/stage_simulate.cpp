@@ -93,7 +93,7 @@ class FrameStore {
 TrajectoryFile assemble(const FrameStore& frames, int count, const Body& body, const std::string& object,
                         const SimulateStage& stage, const Scene& scene) {
   TrajectoryFile out;
-  out.object = object, out.fps = stage.fps, out.metres_per_unit = scene.metres_per_unit, out.cell_size = body.file.cell_size;
+  out.object = object, out.fps = stage.fps, out.metres_per_unit = scene.metres_per_unit, out.cell_size = body.file.cell_size, out.up = scene.up;
   const float units = static_cast<float>(1 / scene.metres_per_unit);
   for (int f = 0; f < count; ++f) {
     const SimulationState state = frames.frame(f);
