@@ -7,6 +7,7 @@
 #include "gaussians/base/orbit.h"
 #include "gaussians/io/scene.h"
 #include "gaussians/io/transforms.h"
+#include "gaussians/io/up_direction.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -131,6 +132,7 @@ json describe(const fs::path& path) {
     const GaussianCloud cloud = read_ply(path, &report);
     out["kind"] = "splats";
     out["splats"] = describe_splats(cloud, report);
+    if (const auto up = up_of_support_plane(cloud)) out["up"] = array_of(up->up), out["up_source"] = up->source;
     out["warnings"] = report.warnings;
   } else {
     throw input_error(path.string(), "", "is of a kind that is not known", "name a .ply, a transforms .json, or a scene folder");
