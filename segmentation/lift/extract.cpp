@@ -142,7 +142,7 @@ void settle_contact(const GaussianCloud& cloud, const Segmentation& segmentation
     int votes = 0;
     for (int j = 0; j < kAround; ++j)
       if (const int n = around[i * kAround + j]; n >= 0) votes += place[n] == Place::kObject;
-    if (votes >= 6) to_object.push_back(above[i]);
+    if (2 * votes > kAround) to_object.push_back(above[i]);
   }
   for (size_t i = 0; i < below.size(); ++i) {
     if (nearest[i] < 0 || (support_points[nearest[i]] - cloud.position[below[i]]).norm() > 3 * link) continue;

@@ -12,7 +12,7 @@
 
 namespace pliant {
 
-/// Small scenes with known truth: flat discs on a table z = 0 and on balls that rest on it, and cameras around them.
+/// Small scenes with known truth: flat discs on a table z = 0 and on balls sunk into it, and cameras around them.
 struct MadeScene {
   struct Ball {
     Vec3f centre;
@@ -46,7 +46,7 @@ inline Vec3f plank_colour(float x, float) {
   return phase < 0.12f ? Vec3f(0.2f, 0.12f, 0.08f) : Vec3f(0.7f, 0.5f, 0.3f);
 }
 
-/// A table with balls; table Gaussians that no camera sees (under a ball) are left out, as in a real capture.
+/// A table with balls; Gaussians that no camera sees (inside and under a ball) are left out, as in a real capture.
 inline MadeScene made_scene(const std::vector<MadeScene::Ball>& balls, int views = 10, int width = 120, int height = 90) {
   MadeScene scene;
   scene.balls = balls;
@@ -54,7 +54,7 @@ inline MadeScene made_scene(const std::vector<MadeScene::Ball>& balls, int views
   for (float x = -MadeScene::kHalf; x <= MadeScene::kHalf; x += kStep)
     for (float y = -MadeScene::kHalf; y <= MadeScene::kHalf; y += kStep) {
       bool hidden = false;
-      for (const auto& ball : balls) hidden = hidden || (Vec3f(x, y, 0) - Vec3f(ball.centre.x(), ball.centre.y(), 0)).norm() < 0.75f * ball.radius;
+      for (const auto& ball : balls) hidden = hidden || (Vec3f(x, y, 0) - ball.centre).norm() < ball.radius - kStep;
       if (hidden) continue;
       add_disc(scene.cloud, Vec3f(x, y, 0), Vec3f::UnitZ(), 0.6f * kStep, plank_colour(x, y));
       scene.truth.push_back(MadeScene::kTable);
@@ -64,6 +64,7 @@ inline MadeScene made_scene(const std::vector<MadeScene::Ball>& balls, int views
     for (int i = 0; i < n; ++i) {  // spiral of equal areas, a little inside so that the splats end at the ball
       const float z = 1 - (2 * i + 1.0f) / n, r = std::sqrt(1 - z * z), angle = 2.399963f * i;
       const Vec3f normal(r * std::cos(angle), r * std::sin(angle), z);
+      if (ball.centre.z() + ball.radius * z < 0) continue;
       add_disc(scene.cloud, ball.centre + (ball.radius - kStep) * normal, normal, 0.8f * kStep, ball.colour);
       scene.truth.push_back(ball.id);
     }
@@ -106,8 +107,8 @@ inline MaskSet cast_masks(const MadeScene& scene) {
 }
 
 inline std::vector<MadeScene::Ball> two_balls() {
-  return {{Vec3f(-0.35f, 0.1f, 0.3f), 0.3f, 300, Vec3f(0.8f, 0.1f, 0.1f)},
-          {Vec3f(0.4f, -0.15f, 0.22f), 0.22f, 70000, Vec3f(0.1f, 0.3f, 0.8f)}};
+  return {{Vec3f(-0.35f, 0.1f, 0.15f), 0.3f, 300, Vec3f(0.8f, 0.1f, 0.1f)},
+          {Vec3f(0.4f, -0.15f, 0.12f), 0.22f, 70000, Vec3f(0.1f, 0.3f, 0.8f)}};
 }
 
 }  // namespace pliant

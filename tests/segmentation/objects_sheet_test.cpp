@@ -30,7 +30,7 @@ TEST(ObjectsSheet, HoldsTheOverviewAndACropOfEveryObject) {
   const auto result = fit_semantic_field(options, scene.cloud, scene.cameras, cast_masks(scene));
   const ImageF sheet = objects_sheet(result.segmentation, scene.cloud, scene.cameras,
                                      [&](int camera) { return render(scene.cloud, scene.cameras[camera]).color; });
-  if (const char* file = std::getenv("PLIANT_TEST_SHEET")) write_image(file, sheet);
+  if (const char* folder = std::getenv("PLIANT_TEST_SHEETS")) write_image(std::filesystem::path(folder) / "objects.png", sheet);
   ASSERT_EQ(sheet.channels, 3);
   EXPECT_GE(sheet.width, 200);
   EXPECT_GE(sheet.height, 150 + 180);

@@ -1,0 +1,86 @@
+#include "segmentation/repair/hole.h"
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+#include "gaussians/base/error.h"
+#include "gaussians/render/blend_weights.h"
+
+namespace pliant {
+
+Observation observe(const HoleOptions& options, const GaussianCloud& background, const GaussianCloud& object,
+                    const std::vector<Camera>& cameras, const std::vector<int>& views) {
+  GaussianCloud scene = background;
+  scene.append(object);
+  Observation observation;
+  observation.view = views;
+  std::vector<double> total(background.size(), 0.0);
+  for (int camera : views) {
+    const BlendWeights W = blend_weights(scene, cameras[camera]);
+    ImageF seen(W.width, W.height, 1);
+    ImageU8 outside(W.width, W.height, 1);
+    for (size_t pixel = 0; pixel < W.pixels(); ++pixel) {
+      float alpha = 0;
+      for (uint32_t e = W.row_start[pixel]; e < W.row_start[pixel + 1]; ++e) {
+        alpha += W.weight[e];
+        if (W.gaussian[e] < background.size()) total[W.gaussian[e]] += W.weight[e];
+        else seen.data[pixel] += W.weight[e];
+      }
+      outside.data[pixel] = alpha < 0.5f;
+    }
+    observation.object.push_back(std::move(seen));
+    observation.outside.push_back(std::move(outside));
+    observation.ignored.push_back(ImageU8(W.width, W.height, 1));
+  }
+  observation.unobserved.resize(background.size());
+  for (size_t p = 0; p < total.size(); ++p) observation.unobserved[p] = total[p] < options.min_observed ? 1.0f : 0.0f;
+  return observation;
+}
+
+HoleView find_hole(const HoleOptions& options, const Observation& observation, size_t view, const GaussianCloud& background,
+                   const std::vector<Camera>& cameras) {
+  std::vector<float> unobserved = observation.unobserved;
+  CHECK(unobserved.size() <= background.size());
+  unobserved.resize(background.size(), 0.0f);
+  HoleView result;
+  result.picture = render(background, cameras[observation.view[view]], {}, unobserved, 1);
+  const ImageF& object = observation.object[view];
+  const ImageU8& outside = observation.outside[view];
+  const int width = object.width, height = object.height;
+  result.hole = result.open = ImageU8(width, height, 1);
+  for (size_t i = 0; i < object.data.size(); ++i)
+    result.hole.data[i] = !observation.ignored[view].data[i] && object.data[i] >= options.min_object &&
+                          (result.picture.alpha.data[i] < options.min_alpha ||
+                           result.picture.features.data[i] > options.max_unobserved);
+
+  // What is thinner than three pixels is the soft edge of a splat, not a hole.
+  cv::Mat hole(height, width, CV_8U, result.hole.data.data()), part;
+  cv::morphologyEx(hole, hole, cv::MORPH_OPEN, cv::Mat::ones(3, 3, CV_8U));
+  // Parts of the hole that reach the void beside the object: there the nearest pixel beside the object decides.
+  const int parts = cv::connectedComponents(hole, part, 8);
+  std::vector<uint8_t> part_open(parts, 0);
+  cv::Mat covered(height, width, CV_8U), distance, label;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      covered.at<uint8_t>(y, x) = object(x, y) >= options.min_object;
+      if (!result.hole(x, y)) continue;
+      for (int j = std::max(0, y - 1); j <= std::min(height - 1, y + 1); ++j)
+        for (int i = std::max(0, x - 1); i <= std::min(width - 1, x + 1); ++i)
+          if (outside(i, j)) part_open[part.at<int>(y, x)] = 1;
+    }
+  cv::distanceTransform(covered, distance, label, cv::DIST_L2, 5, cv::DIST_LABEL_PIXEL);
+  std::vector<uint8_t> label_outside(static_cast<size_t>(width) * height + 1, 0);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      if (!covered.at<uint8_t>(y, x)) label_outside[label.at<int>(y, x)] = outside(x, y);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      if (result.hole(x, y) && part_open[part.at<int>(y, x)]) {
+        result.open(x, y) = 1;
+        if (label_outside[label.at<int>(y, x)]) result.hole(x, y) = result.open(x, y) = 0;
+      }
+  for (uint8_t h : result.hole.data) result.pixels += h;
+  return result;
+}
+
+}  // namespace pliant

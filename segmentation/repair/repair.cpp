@@ -1,0 +1,145 @@
+#include "segmentation/repair/repair.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+
+#include "segmentation/repair/patch.h"
+#include "segmentation/repair/surfaces.h"
+
+namespace pliant {
+namespace {
+
+std::vector<int> evenly(size_t count, int most) {
+  const int n = std::min<int>(most, static_cast<int>(count));
+  std::vector<int> out(n);
+  for (int i = 0; i < n; ++i) out[i] = static_cast<int>(static_cast<size_t>(i) * count / n);
+  return out;
+}
+
+/// Mean absolute colour difference over pixels farther than 3 from the hole.
+float change_outside(const HoleView& before, const HoleView& after) {
+  const int width = before.hole.width, height = before.hole.height;
+  cv::Mat near, hole(height, width, CV_8U, const_cast<uint8_t*>(before.hole.data.data()));
+  cv::dilate(hole, near, cv::Mat::ones(7, 7, CV_8U));
+  double sum = 0;
+  size_t count = 0;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      if (near.at<uint8_t>(y, x)) continue;
+      for (int k = 0; k < 3; ++k) sum += std::abs(before.picture.color(x, y, k) - after.picture.color(x, y, k)), ++count;
+    }
+  return count ? static_cast<float>(sum / static_cast<double>(count)) : 0.0f;
+}
+
+}  // namespace
+
+size_t RepairSummary::before() const { return std::accumulate(hole_before.begin(), hole_before.end(), size_t(0)); }
+size_t RepairSummary::after() const { return std::accumulate(hole_after.begin(), hole_after.end(), size_t(0)); }
+
+std::string RepairSummary::describe() const {
+  char text[256];
+  std::snprintf(text, sizeof(text), "hole of %zu pixels in %zu views filled with %zu Gaussians on %zu planes and %zu placed view by view; %zu pixels left; %.1f s",
+                before(), views.size(), plane_gaussians, planes, view_gaussians, after(), seconds);
+  return text;
+}
+
+RepairResult repair(const RepairOptions& options, const GaussianCloud& background, const GaussianCloud& removed,
+                    const std::vector<Camera>& cameras, const std::function<void(double done)>& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  auto report = [&](double done) {
+    if (progress) progress(done);
+  };
+  RepairResult result;
+  RepairSummary& summary = result.summary;
+  result.background = background;
+  result.first_new = background.size();
+  if (background.size() == 0 || removed.size() == 0 || cameras.empty()) return result;
+
+  summary.views = evenly(cameras.size(), options.max_views);
+  Observation observation = observe(options.hole, background, removed, cameras, summary.views);
+  summary.unobserved = static_cast<size_t>(std::count(observation.unobserved.begin(), observation.unobserved.end(), 1.0f));
+  report(0.3);
+  const size_t views = summary.views.size();
+  std::vector<HoleView> before(views);
+  for (size_t v = 0; v < views; ++v) before[v] = find_hole(options.hole, observation, v, background, cameras);
+  report(0.5);
+
+  // Planes, all views at once.
+  const Surfaces surfaces = find_surfaces(before, observation, background, cameras, options.ring, options.max_planes);
+  std::vector<HoleGeometry> geometry;
+  for (size_t v = 0; v < views; ++v) {
+    geometry.push_back(place_hole(surfaces, before[v], cameras[summary.views[v]], options.ring));
+    for (int pixel : geometry[v].nowhere) observation.ignored[v].data[pixel] = 1, before[v].hole.data[pixel] = 0;
+    before[v].pixels -= geometry[v].nowhere.size();
+    summary.hole_before.push_back(before[v].pixels);
+  }
+  for (size_t k = 0; k < surfaces.plane.size(); ++k) {
+    const GaussianCloud patch = plane_patch(surfaces, static_cast<int>(k), before, geometry, observation, background, cameras, options.exemplar);
+    if (patch.size() == 0) continue;
+    result.background.append(patch);
+    summary.plane_gaussians += patch.size(), ++summary.planes;
+  }
+  report(0.7);
+
+  // What is left, one view after the other, largest hole first.
+  std::vector<HoleView> now(views);
+  for (size_t v = 0; v < views; ++v) now[v] = find_hole(options.hole, observation, v, result.background, cameras);
+  std::vector<size_t> order(views);
+  std::iota(order.begin(), order.end(), size_t(0));
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return now[a].pixels > now[b].pixels; });
+  bool added = false;
+  for (int turn = 0; turn < options.max_view_patches && turn < static_cast<int>(views); ++turn) {
+    const size_t v = order[turn];
+    if (added) now[v] = find_hole(options.hole, observation, v, result.background, cameras);
+    if (now[v].pixels < options.min_pixels) continue;
+    const GaussianCloud patch = view_patch(now[v], cameras[summary.views[v]], options.exemplar);
+    result.background.append(patch);
+    summary.view_gaussians += patch.size();
+    added = added || patch.size() > 0;
+  }
+  report(0.85);
+  for (size_t v = 0; v < views; ++v) {
+    if (added) now[v] = find_hole(options.hole, observation, v, result.background, cameras);
+    summary.hole_after.push_back(now[v].pixels);
+    summary.outside_change = std::max(summary.outside_change, change_outside(before[v], now[v]));
+  }
+  summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  report(1);
+  return result;
+}
+
+ImageF repair_sheet(const RepairResult& result, const GaussianCloud& background, const GaussianCloud& removed,
+                    const std::vector<Camera>& cameras) {
+  const RepairSummary& summary = result.summary;
+  std::vector<size_t> order(summary.hole_before.size());
+  std::iota(order.begin(), order.end(), size_t(0));
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return summary.hole_before[a] > summary.hole_before[b]; });
+  // The largest hole, then views spread over the rest so that the sides of the hole are shown too.
+  std::vector<size_t> chosen;
+  for (size_t k = 0; k < 4 && k < order.size(); ++k) chosen.push_back(order[k * order.size() / std::min<size_t>(4, order.size())]);
+  if (chosen.empty()) return ImageF(1, 1, 3);
+  GaussianCloud scene = background;
+  scene.append(removed);
+  constexpr int kGap = 6;
+  const Camera& first = cameras[summary.views[chosen[0]]];
+  ImageF sheet(3 * (first.width + kGap) + kGap, static_cast<int>(chosen.size()) * (first.height + kGap) + kGap, 3, 0.1f);
+  for (size_t row = 0; row < chosen.size(); ++row) {
+    Camera camera = cameras[summary.views[chosen[row]]];
+    if (camera.width != first.width || camera.height != first.height)
+      camera = camera.scaled(std::min(static_cast<double>(first.width) / camera.width, static_cast<double>(first.height) / camera.height));
+    const GaussianCloud* clouds[3] = {&scene, &background, &result.background};
+    for (int column = 0; column < 3; ++column) {
+      const ImageF picture = render(*clouds[column], camera).color;
+      for (int y = 0; y < std::min(picture.height, first.height); ++y)
+        std::copy_n(picture.at(0, y), 3 * std::min(picture.width, first.width),
+                    sheet.at(kGap + column * (first.width + kGap), kGap + static_cast<int>(row) * (first.height + kGap) + y));
+    }
+  }
+  return sheet;
+}
+
+}  // namespace pliant

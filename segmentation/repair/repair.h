@@ -1,0 +1,50 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "segmentation/repair/exemplar.h"
+#include "segmentation/repair/hole.h"
+
+namespace pliant {
+
+/// Filling of the hole that an extracted object leaves.
+struct RepairOptions {
+  HoleOptions hole;
+  int max_views = 24;        ///< evenly chosen cameras that are looked at
+  int ring = 14;             ///< width [pixels] of a hole's surroundings from which surfaces are taken
+  int max_planes = 4;
+  int max_view_patches = 6;  ///< views that may be filled one by one after the planes
+  size_t min_pixels = 12;    ///< holes smaller than this are left to the rasteriser's soft edges
+  ExemplarOptions exemplar;
+};
+
+struct RepairSummary {
+  std::vector<int> views;            ///< cameras that were looked at
+  std::vector<size_t> hole_before, hole_after;  ///< pixels per view
+  size_t planes = 0, plane_gaussians = 0, view_gaussians = 0;
+  size_t unobserved = 0;             ///< background Gaussians that no view saw while the object was there
+  float outside_change = 0;          ///< largest mean colour change of a view outside its hole (3 pixels grown)
+  double seconds = 0;
+  size_t before() const;
+  size_t after() const;
+  std::string describe() const;      ///< one sentence
+};
+
+struct RepairResult {
+  GaussianCloud background;   ///< the given background, untouched, followed by the new Gaussians
+  size_t first_new = 0;
+  RepairSummary summary;
+};
+
+/// Fills the hole (design: pixels whose accumulated opacity falls below 0.9 after removal or whose front was never
+/// observed, where the object was seen).  Surfaces around the hole are continued as planes with their own texture,
+/// what is left is filled view by view, largest hole first.  Only appends Gaussians.
+RepairResult repair(const RepairOptions& options, const GaussianCloud& background, const GaussianCloud& removed,
+                    const std::vector<Camera>& cameras, const std::function<void(double done)>& progress = {});
+
+/// Before/after sheet: for up to four views with the largest holes, with the object, without it, repaired.
+ImageF repair_sheet(const RepairResult& result, const GaussianCloud& background, const GaussianCloud& removed,
+                    const std::vector<Camera>& cameras);
+
+}  // namespace pliant
