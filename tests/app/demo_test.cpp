@@ -285,16 +285,19 @@ TEST(DemoReference, MaterialOfTheSamplesDiffersEightfoldAndSceneFileIsFarOff) {
 TEST(Demo, FilesAreEqualForOneSeedAndAnyThreadCountAndDifferForAnother) {
   TemporaryFolder folder;
   const int threads = omp_get_max_threads();
-  omp_set_num_threads(1);
-  make_demo(small(folder / "a"));
-  omp_set_num_threads(4);
-  make_demo(small(folder / "b"));
-  make_demo(small(folder / "c", 2));
+  auto make = [&](const char* name, uint64_t seed, int thread_count) {
+    DemoOptions options = small(folder / name, seed);
+    options.video = true, options.video_particles = 1000, options.video_seconds = 0.25;
+    omp_set_num_threads(thread_count);
+    make_demo(options);
+  };
+  make("a", 1, 1), make("b", 1, 4), make("c", 2, 2);
   omp_set_num_threads(threads);
   const auto a = contents(folder / "a"), b = contents(folder / "b"), c = contents(folder / "c");
   EXPECT_EQ(a, b);
   ASSERT_EQ(a.size(), c.size());
-  for (const char* file : {"splats.ply", "transforms.json", "scene.json", "photos/view_003.png", "masks/view_003.png"})
+  for (const char* file : {"splats.ply", "transforms.json", "scene.json", "photos/view_003.png", "masks/view_003.png",
+                           "truth/trajectory.h5"})
     EXPECT_NE(a.at(file), c.at(file)) << file;
 }
 
