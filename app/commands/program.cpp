@@ -1,24 +1,133 @@
 #include "app/commands/program.h"
 
-#include <CLI/CLI.hpp>
-#include <cstdio>
+#include <omp.h>
+#include <signal.h>
 
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <opencv2/core.hpp>
+
+#include "app/commands/command.h"
 #include "gaussians/base/error.h"
+#include "gaussians/io/files.h"
 
 namespace pliant {
+namespace {
+
+volatile std::sig_atomic_t interrupt_requested = 0;
+
+/// The first signal asks the running stage to stop at its next safe point, the second one ends the program.
+void request_interrupt(int signal) {
+  if (interrupt_requested) std::_Exit(128 + signal);
+  interrupt_requested = 1;
+}
+
+/// Turns the JSON object of --config FILE into options placed before the user's own, which therefore win.
+std::vector<std::string> expand_config(int argc, const char* const* argv) {
+  std::vector<std::string> arguments(argv + 1, argv + argc);
+  for (size_t i = 0; i < arguments.size(); ++i) {
+    std::string file;
+    if (arguments[i].rfind("--config=", 0) == 0) file = arguments[i].substr(9);
+    else if (arguments[i] == "--config" && i + 1 < arguments.size()) file = arguments[i + 1];
+    if (file.empty()) continue;
+    const nlohmann::json config = nlohmann::json::parse(read_text(file), nullptr, false);
+    if (!config.is_object())
+      throw usage_error(file, "", "is not a JSON object", "write {\"young\": 20000, \"fps\": 30}");
+    std::vector<std::string> options;
+    for (const auto& [key, value] : config.items()) {
+      const std::string flag = "--" + key;
+      bool given = false;
+      for (const std::string& argument : arguments) given |= argument == flag || argument.rfind(flag + "=", 0) == 0;
+      if (given) continue;
+      const nlohmann::json list = value.is_array() ? value : nlohmann::json::array({value});
+      for (const nlohmann::json& item : list) {
+        if (item.is_boolean() && !item.get<bool>()) continue;
+        options.push_back(flag);
+        if (!item.is_boolean()) options.push_back(item.is_string() ? item.get<std::string>() : item.dump());
+      }
+    }
+    arguments.erase(arguments.begin() + i, arguments.begin() + i + (arguments[i] == "--config" ? 2 : 1));
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    break;
+  }
+  return arguments;
+}
+
+/// Adds the nearest known option to CLI11's message about an unknown one.
+std::string with_nearest_option(const CLI::App& app, const std::string& message) {
+  const size_t at = message.rfind("--");
+  if (message.find("not expected") == std::string::npos || at == std::string::npos) return message;
+  const CLI::App* command = app.get_subcommands().empty() ? &app : app.get_subcommands().front();
+  std::vector<std::string> known;
+  for (const CLI::Option* option : command->get_options())
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  return message + "; did you mean " + nearest_name(message.substr(at), known) + "?";
+}
+
+}  // namespace
+
+void add_common(CLI::App& command, Program& program) {
+  command.add_option("--seed", program.seed, "Seed of every random choice")->capture_default_str();
+  command.add_option("--threads", program.threads, "Threads to use; 0 = all cores")->check(CLI::NonNegativeNumber);
+  command.add_flag("--quiet", program.quiet, "No messages but warnings and errors");
+  command.add_flag("--json", program.json, "Print the result as JSON on standard output");
+  command.add_option("--config", "JSON object with option names and values; the command line wins");
+}
+
+CLI::Option* add_out(CLI::App& command, Program& program, const std::string& what) {
+  return command.add_option("--out", program.out, what);
+}
+
+void add_overwrite(CLI::App& command, Program& program) {
+  command.add_flag("--overwrite", program.overwrite, "Replace results that other options or inputs made");
+  command.add_flag_function("--resume", [](int64_t) {}, "Continue an earlier run; this is the default");
+}
 
 int run_program(int argc, const char* const* argv) {
-  CLI::App program("Gaussian splats in, an object you can grab out.", "pliant");
-  program.set_version_flag("--version", PLIANT_VERSION);
+  CLI::App app("Gaussian splats in, an object you can grab out.", "pliant");
+  app.set_version_flag("--version", PLIANT_VERSION);
+  app.require_subcommand(1);
+  Program program;
+  for (auto* add : {add_run, add_demo, add_info, add_convert, add_segment, add_extract, add_repair, add_seed,
+                    add_simulate, add_render, add_evaluate})
+    add(app, program);
   try {
-    program.parse(argc, argv);
+    if (argc < 2) {
+      std::fprintf(stderr, "%s", app.help().c_str());
+      return static_cast<int>(Failure::kUsage);
+    }
+    std::vector<std::string> arguments = expand_config(argc, argv);
+    std::reverse(arguments.begin(), arguments.end());
+    app.parse(arguments);
+
+    struct sigaction action = {};
+    action.sa_handler = request_interrupt;
+    sigaction(SIGINT, &action, nullptr);
+    sigaction(SIGTERM, &action, nullptr);
+    if (program.threads > 0) omp_set_num_threads(program.threads);
+    cv::setNumThreads(omp_get_max_threads());
+    cv::setRNGSeed(static_cast<int>(program.seed));
+
+    Progress progress(program.quiet);
+    Context context{progress, [] { return interrupt_requested != 0; }, program.seed, omp_get_max_threads(), program.overwrite};
+    const nlohmann::json result = program.action(context);
+    if (program.json) std::printf("%s\n", result.dump(2).c_str());
     return 0;
   } catch (const CLI::ParseError& error) {
-    const int code = program.exit(error);
-    return code == 0 ? 0 : static_cast<int>(Failure::kUsage);
+    if (error.get_exit_code() == 0) return app.exit(error);
+    std::fprintf(stderr, "pliant: %s\nRun with --help for the options.\n", with_nearest_option(app, error.what()).c_str());
+    return static_cast<int>(Failure::kUsage);
   } catch (const Error& error) {
     std::fprintf(stderr, "pliant: %s\n", error.what());
     return static_cast<int>(error.failure);
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "pliant: out of memory\n");
+    return 1;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "pliant: %s\n", error.what());
+    return 1;
   }
 }
 

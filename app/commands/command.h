@@ -1,0 +1,41 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "app/pipeline/progress.h"
+
+namespace pliant {
+
+/// Options that every command takes, and what the chosen command will do.
+struct Program {
+  std::string out;
+  uint64_t seed = 1;
+  int threads = 0;
+  bool quiet = false, json = false, overwrite = false;
+
+  /// Set by the chosen command; returns what --json prints.
+  std::function<nlohmann::json(Context&)> action;
+};
+
+/// Adds --seed, --threads, --quiet, --json, --config to a command, and --out and --overwrite where they apply.
+void add_common(CLI::App& command, Program& program);
+CLI::Option* add_out(CLI::App& command, Program& program, const std::string& what);
+void add_overwrite(CLI::App& command, Program& program);
+
+// One function per command, each in the file of its name.
+void add_demo(CLI::App& app, Program& program);
+void add_run(CLI::App& app, Program& program);
+void add_info(CLI::App& app, Program& program);
+void add_convert(CLI::App& app, Program& program);
+void add_segment(CLI::App& app, Program& program);
+void add_extract(CLI::App& app, Program& program);
+void add_repair(CLI::App& app, Program& program);
+void add_seed(CLI::App& app, Program& program);
+void add_simulate(CLI::App& app, Program& program);
+void add_render(CLI::App& app, Program& program);
+void add_evaluate(CLI::App& app, Program& program);
+
+}  // namespace pliant

@@ -1,0 +1,68 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "app/commands/command.h"
+#include "app/demo/demo.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files.h"
+
+namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// Makes the scene in a temporary folder that is renamed when whole.  A folder made with equal options is kept; one
+/// made with other options is a usage error unless the user asks to overwrite.
+json make_demo_once(Context& context, DemoOptions options) {
+  const fs::path out = options.out;
+  const json wanted = {{"pliant", PLIANT_VERSION},        {"seed", options.seed},   {"gaussians", options.gaussians},
+                       {"photos", options.photos},        {"width", options.width}, {"height", options.height},
+                       {"video", options.video}};
+  if (fs::exists(out) && !(fs::is_directory(out) && fs::is_empty(out))) {
+    const fs::path record = out / "demo.json";
+    if (fs::exists(record) && json::parse(read_text(record), nullptr, false) == wanted) {
+      context.progress.say("demo: unchanged, kept");
+      return wanted;
+    }
+    if (!fs::exists(record) || !context.overwrite)
+      throw usage_error("--out", out.string(), fs::exists(record) ? "holds a demo made with other options" : "holds other files",
+                        fs::exists(record) ? "give --overwrite, or another folder" : "give a new folder");
+  }
+  if (out.has_parent_path()) fs::create_directories(out.parent_path());
+  const fs::path partial = out.string() + ".partial";
+  fs::remove_all(partial);
+  options.out = partial;
+  const DemoSummary summary = make_demo(options);
+  write_text(partial / "demo.json", wanted.dump(2) + "\n");
+  fs::remove_all(out);
+  fs::rename(partial, out);
+  context.progress.say(fmt::format("demo: {} Gaussians, {} photos in {}", summary.gaussians, summary.photos, out.string()));
+  return wanted;
+}
+
+}  // namespace
+
+void add_demo(CLI::App& app, Program& program) {
+  CLI::App* command = app.add_subcommand("demo", "Make a procedural scene: splats, photos, masks, a reference video, truth/");
+  auto options = std::make_shared<DemoOptions>();
+  auto kind = std::make_shared<std::string>("potted-flower");
+  command->add_option("--kind", *kind, "Which scene")->check(CLI::IsMember({"potted-flower"}))->capture_default_str();
+  command->add_option("--gaussians", options->gaussians, "Gaussians of the scene")->check(CLI::Range(2000, 5000000))->capture_default_str();
+  command->add_option("--photos", options->photos, "Photos")->check(CLI::Range(2, 1000))->capture_default_str();
+  command->add_option("--width", options->width, "Width of the photos [px]")->check(CLI::Range(16, 8000))->capture_default_str();
+  command->add_option("--height", options->height, "Height of the photos [px]")->check(CLI::Range(16, 8000))->capture_default_str();
+  command->add_flag("!--no-video", options->video, "Leave out the reference video and its simulation");
+  add_out(*command, program, "Folder of the scene")->required();
+  add_overwrite(*command, program);
+  add_common(*command, program);
+  command->callback([=, &program] {
+    program.action = [=, &program](Context& context) {
+      options->out = program.out, options->seed = program.seed;
+      return make_demo_once(context, *options);
+    };
+  });
+}
+
+}  // namespace pliant

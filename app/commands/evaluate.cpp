@@ -1,0 +1,48 @@
+#include <cstdio>
+
+#include "app/commands/command.h"
+#include "app/evaluate/evaluate.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files.h"
+
+namespace pliant {
+
+void add_evaluate(CLI::App& app, Program& program) {
+  CLI::App* command = app.add_subcommand("evaluate", "Compare results with the truth");
+  command->require_subcommand(1);
+  struct Kind {
+    const char* name;
+    const char* description;
+    nlohmann::json (*evaluate)(const std::filesystem::path&, const std::filesystem::path&);
+  };
+  for (const Kind& kind : {Kind{"images", "PSNR and SSIM of two folders of pictures", evaluate_images},
+                           Kind{"segmentation", "mIoU of two folders of id pictures, or of two labellings", evaluate_segmentation},
+                           Kind{"trajectory", "Position error, tip motion and frequency of two trajectory.h5", evaluate_trajectory},
+                           Kind{"material", "log10 error of two material fields", evaluate_material}}) {
+    CLI::App* sub = command->add_subcommand(kind.name, kind.description);
+    auto pred = std::make_shared<std::string>(), truth = std::make_shared<std::string>();
+    auto asserts = std::make_shared<std::vector<std::string>>();
+    sub->add_option("PRED", *pred, "What was computed")->required();
+    sub->add_option("TRUTH", *truth, "What it should be")->required();
+    sub->add_option("--assert", *asserts, "Fail unless this holds, for example psnr>=30; may be repeated");
+    add_out(*sub, program, "Also write the JSON to this file");
+    add_common(*sub, program);
+    sub->callback([=, &program] {
+      program.action = [=, &program](Context&) {
+        nlohmann::json result = kind.evaluate(*pred, *truth);
+        if (!program.out.empty()) write_text(program.out, result.dump(2) + "\n");
+        if (!program.json) std::printf("%s\n", result.dump(2).c_str());
+        const std::vector<std::string> failed = assert_metrics(result, *asserts);
+        if (!failed.empty()) {
+          if (program.json) std::printf("%s\n", result.dump(2).c_str());
+          std::string all;
+          for (const std::string& sentence : failed) all += (all.empty() ? "" : "; ") + sentence;
+          throw Error(Failure::kInput, "evaluate", kind.name, all, "");
+        }
+        return result;
+      };
+    });
+  }
+}
+
+}  // namespace pliant

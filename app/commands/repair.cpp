@@ -1,0 +1,10 @@
+#include "app/commands/stage_options.h"
+
+namespace pliant {
+
+void add_repair(CLI::App& app, Program& program) {
+  add_stage_command<RepairStage>(app, program, "repair", "Fill the hole that the object left in the background", nullptr,
+                                 run_repair);
+}
+
+}  // namespace pliant

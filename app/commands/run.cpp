@@ -1,0 +1,51 @@
+#include <fmt/format.h>
+
+#include "app/commands/stage_options.h"
+
+namespace pliant {
+namespace {
+
+struct RunOptions {
+  SceneOptions scene;
+  SegmentStage segment;
+  ExtractStage extract;
+  SeedStage seed;
+  SimulateStage simulate;
+  RenderStage render;
+};
+
+nlohmann::json run_all(Context& context, const std::string& out, const RunOptions& options) {
+  RunDirectory run = RunDirectory::create(out);
+  const Scene scene = attach_scene(context, run, options.scene.source, options.scene.load_options());
+  check_material(scene, options.simulate.material);
+  run_segment(context, run, scene, options.segment);
+  run_extract(context, run, scene, options.extract);
+  run_repair(context, run, scene, {});
+  run_seed(context, run, scene, options.seed);
+  run_simulate(context, run, scene, options.simulate);
+  run_render(context, run, scene, options.render);
+  write_report(run, scene, options.scene.source);
+  context.progress.say(fmt::format("clip: {}\nreport: {}", (run / "clip.mp4").string(), (run / "report.html").string()));
+  return run.manifest();
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, Program& program) {
+  CLI::App* command = app.add_subcommand("run", "Everything: from a scene to a clip of an object that moves");
+  auto options = std::make_shared<RunOptions>();
+  add_scene_options(*command, options->scene);
+  add_out(*command, program, "Run directory to make or continue")->required();
+  add_segment_options(*command, options->segment);
+  add_extract_options(*command, options->extract);
+  add_seed_options(*command, options->seed);
+  add_simulate_options(*command, options->simulate);
+  add_render_options(*command, options->render);
+  add_overwrite(*command, program);
+  add_common(*command, program);
+  command->callback([options, &program] {
+    program.action = [options, &program](Context& context) { return run_all(context, program.out, *options); };
+  });
+}
+
+}  // namespace pliant

@@ -1,0 +1,10 @@
+#include "app/commands/stage_options.h"
+
+namespace pliant {
+
+void add_simulate(CLI::App& app, Program& program) {
+  add_stage_command<SimulateStage>(app, program, "simulate", "Move the object under forces (MLS-MPM)",
+                                   add_simulate_options, run_simulate);
+}
+
+}  // namespace pliant

@@ -1,0 +1,97 @@
+#include "app/commands/stage_options.h"
+
+#include "gaussians/base/error.h"
+
+namespace pliant {
+
+LoadOptions SceneOptions::load_options() const {
+  LoadOptions options;
+  if (!up.empty()) {
+    const Eigen::Vector3d direction(up[0], up[1], up[2]);
+    if (!(direction.norm() > 0)) throw usage_error("--up", "", "has no length", "give a direction such as 0 0 1");
+    options.up = direction.normalized();
+  }
+  if (metres_per_unit != 0) options.metres_per_unit = metres_per_unit;
+  options.orbit_views = orbit_views;
+  return options;
+}
+
+void add_scene_options(CLI::App& command, SceneOptions& options) {
+  command.add_option("SCENE", options.source, "Splat file, 3DGS model folder, or folder with a scene.json")->required();
+  command.add_option("--up", options.up, "Up direction x y z (default: estimated, and printed)")->expected(3)->delimiter(',');
+  command.add_option("--metres-per-unit", options.metres_per_unit, "Length of one scene unit [m]")->check(CLI::PositiveNumber);
+  command.add_option("--orbit-views", options.orbit_views, "Views of the orbit when the scene has no cameras")
+      ->check(CLI::Range(4, 1000))
+      ->capture_default_str();
+}
+
+void add_segment_options(CLI::App& command, SegmentStage& stage) {
+  command.add_option("--masks", stage.masks, "Folder of id pictures named like the photos (default: the scene file's)");
+  command.add_option_function<std::string>(
+      "--aabb", [&stage](const std::string& text) { stage.aabb = parse_numbers("--aabb", text, 6); },
+      "Select what lies in a box x0,y0,z0,x1,y1,z1 [scene units]");
+  command.add_option_function<std::string>(
+      "--sphere", [&stage](const std::string& text) { stage.sphere = parse_numbers("--sphere", text, 4); },
+      "Select what lies in a sphere x,y,z,r [scene units]");
+  command.add_option("--segment-iterations", stage.iterations, "Steps of the semantic optimisation; 0 = vote only")
+      ->check(CLI::NonNegativeNumber);
+  command.add_flag("--hold-out", stage.hold_out, "Leave every 8th photo out of the optimisation, for evaluation");
+  command.add_flag("!--no-vote", stage.start_from_vote, "Start the semantic attribute at random, not from the vote");
+}
+
+void add_extract_options(CLI::App& command, ExtractStage& stage) {
+  command.add_option("--object", stage.object, "Id or name of the object (default: the scene file's, or the only one)");
+  command.add_option("--threshold", stage.threshold, "Least probability of the object's Gaussians")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+}
+
+void add_seed_options(CLI::App& command, SeedStage& stage) {
+  command.add_option("--particles", stage.particles, "Driving particles; the grid follows from them")
+      ->check(CLI::Range(200, 10000000))
+      ->capture_default_str();
+  command.add_option("--pin-below", stage.pin_below, "Hold what lies below this height along up [scene units]");
+  command.add_flag("!--no-pin-contact", stage.pin_contact, "Do not hold the object where it touches its support");
+}
+
+void add_simulate_options(CLI::App& command, SimulateStage& stage) {
+  command.add_option("--interactions", stage.interactions, "JSON array of forces (default: one push sized to the stiffness)");
+  command.add_option("--young", stage.material.young, "Young's modulus [Pa]");
+  command.add_option("--poisson", stage.material.poisson, "Poisson's ratio, -1 < nu < 0.5");
+  command.add_option("--density", stage.material.density, "Density [kg/m^3]");
+  command.add_option("--fps", stage.fps, "Frames a second")->check(CLI::Range(1.0, 1000.0))->capture_default_str();
+  command.add_option("--duration", stage.duration, "Length of the clip [s]")->check(CLI::Range(0.01, 3600.0))->capture_default_str();
+  command.add_option("--damping-time", stage.damping_time, "Motion decays as exp(-t / this) [s]; 0 = undamped")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command.add_option("--push", stage.push, "Peak deflection of the automatic push, share of the object's height")
+      ->check(CLI::Range(0.001, 1.0))
+      ->capture_default_str();
+  command.add_flag("!--no-gravity", stage.gravity, "No gravity");
+}
+
+void add_render_options(CLI::App& command, RenderStage& stage) {
+  command.add_option("--camera", stage.camera, "Camera of clip.mp4 (default: the video's, else one that sees the object well)");
+  command.add_flag("!--no-orbit", stage.orbit, "Leave out clip_orbit.mp4");
+}
+
+std::vector<double> parse_numbers(const std::string& option, const std::string& text, size_t count) {
+  std::vector<double> values;
+  size_t begin = 0;
+  while (begin <= text.size()) {
+    const size_t end = std::min(text.find(',', begin), text.size());
+    const std::string word = text.substr(begin, end - begin);
+    char* stop = nullptr;
+    const double value = std::strtod(word.c_str(), &stop);
+    if (word.empty() || *stop != 0 || !std::isfinite(value))
+      throw CLI::ValidationError(option, "'" + word + "' in '" + text + "' is not a number");
+    values.push_back(value);
+    begin = end + 1;
+  }
+  if (values.size() != count)
+    throw CLI::ValidationError(option, "'" + text + "' has " + std::to_string(values.size()) + " numbers, " +
+                                           std::to_string(count) + " are needed");
+  return values;
+}
+
+}  // namespace pliant

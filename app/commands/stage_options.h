@@ -1,0 +1,52 @@
+#pragma once
+
+#include <memory>
+
+#include "app/commands/command.h"
+#include "app/pipeline/stages.h"
+
+namespace pliant {
+
+/// The scene argument and how to read it; shared by every command that starts from a scene.
+struct SceneOptions {
+  std::string source;
+  std::vector<double> up;
+  double metres_per_unit = 0;
+  int orbit_views = 24;
+
+  LoadOptions load_options() const;
+};
+void add_scene_options(CLI::App& command, SceneOptions& options);
+
+/// Exactly `count` numbers separated by commas; a CLI::ValidationError names the option and the bad word.
+std::vector<double> parse_numbers(const std::string& option, const std::string& text, size_t count);
+
+// Options of one stage, shared by its own command and by `run`.
+void add_segment_options(CLI::App& command, SegmentStage& stage);
+void add_extract_options(CLI::App& command, ExtractStage& stage);
+void add_seed_options(CLI::App& command, SeedStage& stage);
+void add_simulate_options(CLI::App& command, SimulateStage& stage);
+void add_render_options(CLI::App& command, RenderStage& stage);
+
+/// A command that works on an existing run directory: `pliant NAME DIR [options]`.
+template <class Stage>
+void add_stage_command(CLI::App& app, Program& program, const std::string& name, const std::string& description,
+                       void (*add_options)(CLI::App&, Stage&),
+                       nlohmann::json (*run_stage)(const Context&, RunDirectory&, const Scene&, const Stage&)) {
+  CLI::App* command = app.add_subcommand(name, description);
+  auto directory = std::make_shared<std::string>();
+  auto stage = std::make_shared<Stage>();
+  command->add_option("DIR", *directory, "Run directory")->required();
+  if (add_options) add_options(*command, *stage);
+  add_overwrite(*command, program);
+  add_common(*command, program);
+  command->callback([=, &program] {
+    program.action = [=](Context& context) {
+      RunDirectory run = RunDirectory::open(*directory);
+      const Scene scene = load_run_scene(run);
+      return run_stage(context, run, scene, *stage);
+    };
+  });
+}
+
+}  // namespace pliant

@@ -1,0 +1,172 @@
+#include "app/pipeline/interactions.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "gaussians/base/error.h"
+#include "gaussians/io/files.h"
+
+namespace pliant {
+using nlohmann::json;
+
+namespace {
+
+std::vector<double> numbers(const json& value, size_t count, const std::string& where, const std::string& field) {
+  bool good = value.is_array() && value.size() == count;
+  for (size_t i = 0; good && i < count; ++i) good = value[i].is_number();
+  if (!good)
+    throw usage_error(where, field, "is " + value.dump(), fmt::format("give a list of {} numbers", count));
+  return value.get<std::vector<double>>();
+}
+
+Vec3d vector_of(const json& value, const std::string& where, const std::string& field) {
+  const std::vector<double> v = numbers(value, 3, where, field);
+  return {v[0], v[1], v[2]};
+}
+
+double number(const json& row, const std::string& key, double otherwise, const std::string& where) {
+  if (!row.contains(key)) return otherwise;
+  if (!row[key].is_number()) throw usage_error(where, key, "is " + row[key].dump(), "give a number");
+  return row[key].get<double>();
+}
+
+const json& required(const json& row, const std::string& key, const std::string& where) {
+  if (!row.contains(key)) throw usage_error(where, key, "is missing", "add \"" + key + "\"");
+  return row[key];
+}
+
+/// Keys that each type understands, besides type, start and duration.
+const std::map<std::string, std::vector<std::string>>& keys_of_type() {
+  static const std::map<std::string, std::vector<std::string>> keys = {
+      {"gravity", {"acceleration"}},
+      {"pin", {"region"}},
+      {"point_force", {"region", "force"}},
+      {"impulse", {"region", "impulse"}},
+      {"grab", {"region", "path", "stiffness", "damping", "max_force"}},
+      {"gust", {"region", "wind", "drag", "acceleration"}},
+      {"ground", {"point", "normal", "friction"}}};
+  return keys;
+}
+
+void refuse_unknown_keys(const json& row, std::vector<std::string> known, const std::string& where) {
+  known.insert(known.end(), {"type", "start", "duration"});
+  for (const auto& [key, value] : row.items())
+    if (std::find(known.begin(), known.end(), key) == known.end())
+      throw usage_error(where, key, "is not a key of this type", "did you mean '" + nearest_name(key, known) + "'?");
+}
+
+Interaction parse_row(const json& row, const InteractionFrame& frame, const std::string& where) {
+  if (!row.is_object() || !row.contains("type") || !row["type"].is_string())
+    throw usage_error(where, "type", "is missing", "give one of " + fmt::format("{}", fmt::join(interaction_names(), ", ")));
+  const std::string type = row["type"];
+  const std::vector<std::string> names = interaction_names();
+  const auto at = std::find(names.begin(), names.end(), type);
+  if (at == names.end())
+    throw usage_error(where, "type", "'" + type + "' is unknown", "did you mean '" + nearest_name(type, names) + "'?");
+  refuse_unknown_keys(row, keys_of_type().at(type), where);
+
+  Interaction out;
+  out.type = static_cast<InteractionType>(at - names.begin());
+  out.start = number(row, "start", 0, where);
+  out.duration = number(row, "duration", INFINITY, where);
+  const double metres = frame.metres_per_unit;
+  if (row.contains("region")) out.region = parse_region(row["region"], frame, where).scaled(metres);
+  switch (out.type) {
+    case InteractionType::kGravity: out.vector = vector_of(required(row, "acceleration", where), where, "acceleration"); break;
+    case InteractionType::kPin: required(row, "region", where); break;
+    case InteractionType::kPointForce:
+      required(row, "region", where);
+      out.vector = vector_of(required(row, "force", where), where, "force");
+      break;
+    case InteractionType::kImpulse:
+      required(row, "region", where);
+      out.vector = vector_of(required(row, "impulse", where), where, "impulse");
+      break;
+    case InteractionType::kGrab: {
+      required(row, "region", where);
+      const json& path = required(row, "path", where);
+      if (!path.is_array() || path.empty())
+        throw usage_error(where, "path", "is " + path.dump(), "give [[t, x, y, z], ...]");
+      for (const json& point : path) {
+        const std::vector<double> p = numbers(point, 4, where, "path");
+        out.path.push_back({p[0], metres * Vec3d(p[1], p[2], p[3])});
+      }
+      out.stiffness = number(row, "stiffness", 0, where);
+      out.damping = number(row, "damping", 0, where);
+      out.max_force = number(row, "max_force", INFINITY, where);
+      break;
+    }
+    case InteractionType::kGust:
+      if (row.contains("wind") == row.contains("acceleration"))
+        throw usage_error(where, "wind", "needs exactly one of wind and acceleration", "give \"wind\": [m/s] and \"drag\", or \"acceleration\": [m/s^2]");
+      out.vector = row.contains("wind") ? vector_of(row["wind"], where, "wind") : vector_of(row["acceleration"], where, "acceleration");
+      out.rate = row.contains("wind") ? number(row, "drag", 1.0, where) : 0.0;
+      if (row.contains("wind") && !(out.rate > 0)) throw usage_error(where, "drag", "is not positive", "give a rate in 1/s");
+      break;
+    case InteractionType::kGround: {
+      const Vec3d point = row.contains("point") ? Vec3d(metres * vector_of(row["point"], where, "point")) : Vec3d::Zero();
+      const Vec3d normal = row.contains("normal") ? vector_of(row["normal"], where, "normal") : frame.up;
+      if (!(normal.norm() > 0)) throw usage_error(where, "normal", "has no length", "give a direction such as [0, 0, 1]");
+      out.region = Region::half_space(point, normal.normalized());
+      out.friction = number(row, "friction", 0.5, where);
+      break;
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+Region parse_region(const json& value, const InteractionFrame& frame, const std::string& where) {
+  if (value == "all") return Region::all();
+  if (!value.is_object() || value.size() != 1)
+    throw usage_error(where, "region", "is " + value.dump(), "give {\"sphere\": [x,y,z,r]}, {\"box\": [...]}, {\"below\": h} or \"all\"");
+  const std::string kind = value.begin().key();
+  const json& data = value.begin().value();
+  if (kind == "sphere") {
+    const std::vector<double> s = numbers(data, 4, where, "region.sphere");
+    if (!(s[3] > 0)) throw usage_error(where, "region.sphere", "has radius " + std::to_string(s[3]), "give a positive radius");
+    return Region::sphere({s[0], s[1], s[2]}, s[3]);
+  }
+  if (kind == "box") {
+    const std::vector<double> b = numbers(data, 6, where, "region.box");
+    for (int k = 0; k < 3; ++k)
+      if (!(b[k] < b[k + 3])) throw usage_error(where, "region.box", data.dump() + " is empty", "give x0,y0,z0 below x1,y1,z1");
+    return Region::box({b[0], b[1], b[2]}, {b[3], b[4], b[5]});
+  }
+  if (kind == "below") {
+    if (!data.is_number()) throw usage_error(where, "region.below", "is " + data.dump(), "give a height along up");
+    return Region::half_space(frame.up * data.get<double>(), frame.up);
+  }
+  throw usage_error(where, "region", "'" + kind + "' is unknown",
+                    "did you mean '" + nearest_name(kind, {"sphere", "box", "below"}) + "'?");
+}
+
+json region_to_json(const Region& region) {
+  const Vec3d& p = region.point;
+  const Vec3d& v = region.vector;
+  switch (region.kind) {
+    case Region::Kind::kSphere: return {{"sphere", {p.x(), p.y(), p.z(), region.radius}}};
+    case Region::Kind::kBox: return {{"box", {p.x(), p.y(), p.z(), v.x(), v.y(), v.z()}}};
+    case Region::Kind::kHalfSpace: return {{"below", p.dot(v)}};
+    case Region::Kind::kAll: break;
+  }
+  return "all";
+}
+
+std::vector<Interaction> parse_interactions(const std::string& text, const InteractionFrame& frame, const std::string& file) {
+  const json rows = json::parse(text, nullptr, false);
+  if (rows.is_discarded()) throw usage_error(file, "", "is not valid JSON", "write an array of {\"type\": ...}");
+  if (!rows.is_array()) throw usage_error(file, "", "is not an array", "write [{\"type\": ...}, ...]");
+  std::vector<Interaction> out;
+  for (size_t i = 0; i < rows.size(); ++i) {
+    out.push_back(parse_row(rows[i], frame, fmt::format("{}[{}]", file, i)));
+    validate_interaction(out.back(), i);
+  }
+  return out;
+}
+
+}  // namespace pliant

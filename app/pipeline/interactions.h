@@ -1,0 +1,33 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "physics/interaction.h"
+
+namespace pliant {
+
+/// What positions, radii and directions in an interaction file are measured in.
+struct InteractionFrame {
+  double metres_per_unit = 1;
+  Vec3d up = {0, 0, 1};
+};
+
+/// Region from JSON: {"sphere": [x,y,z,r]}, {"box": [x0,y0,z0,x1,y1,z1]}, {"below": h} (height along up), or "all";
+/// in scene units.  `where` names the file and the row in messages.
+Region parse_region(const nlohmann::json& value, const InteractionFrame& frame, const std::string& where);
+nlohmann::json region_to_json(const Region& region);
+
+/// interactions.json: an array of rows, in scene units and SI:
+///   {type: gravity, acceleration: [m/s^2]}
+///   {type: pin, region}
+///   {type: point_force, region, force: [N], start, duration}
+///   {type: impulse, region, impulse: [N s], start}
+///   {type: grab, region, path: [[t, x, y, z], ...], start, duration, stiffness N/m, damping N s/m, max_force N}
+///   {type: gust, region, wind: [m/s], drag 1/s | acceleration: [m/s^2], start, duration}
+///   {type: ground, point, normal, friction}
+/// Positions come back in metres.  Unknown types and keys are usage errors with the nearest known name.
+std::vector<Interaction> parse_interactions(const std::string& text, const InteractionFrame& frame, const std::string& file);
+
+}  // namespace pliant

@@ -1,0 +1,100 @@
+#include <fmt/format.h>
+
+#include "app/pipeline/interactions.h"
+#include "app/pipeline/stages.h"
+#include "app/store/particles.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files.h"
+#include "gaussians/io/ply.h"
+#include "physics/driving_particles.h"
+#include "physics/interior_fill.h"
+
+namespace pliant {
+using nlohmann::json;
+
+namespace {
+
+constexpr int kSamplesPerDriver = 8;
+
+/// What holds the object, in scene units: the scene file's regions, --pin-below, and the contact with the support.
+std::vector<Region> pinned_regions(const Context& context, const Scene& scene, const SeedStage& stage, const json& extract) {
+  std::vector<Region> pins;
+  for (const SceneFile::Region& region : scene.settings.pinned) {
+    const Vec3d low = region.low.cast<double>();
+    pins.push_back(region.sphere ? Region::sphere(low, region.high.x()) : Region::box(low, region.high.cast<double>()));
+  }
+  if (stage.pin_below) pins.push_back(Region::half_space(scene.up * *stage.pin_below, scene.up));
+  if (stage.pin_contact && !stage.pin_below && extract.contains("contact")) {
+    const json& contact = extract["contact"];
+    const Vec3d point(contact["point"][0], contact["point"][1], contact["point"][2]);
+    const Vec3d normal(contact["normal"][0], contact["normal"][1], contact["normal"][2]);
+    pins.push_back(Region::half_space(point + normal * contact["band"].get<double>(), normal));
+    context.progress.say(fmt::format("seed: held where it touches '{}'", contact["support"].get<std::string>()));
+  }
+  return pins;
+}
+
+/// Dense samples of the solid, refined until the simulated part has enough of them for every driver.
+SolidSamples sample_solid(const FillOptions& first, const GaussianCloud& object, const std::vector<Region>& pins,
+                          int drivers, FillSummary& summary, SimulatedPart& part) {
+  FillOptions options = first;
+  SolidSamples samples = fill_interior(options, object, &summary);
+  part = select_simulated(samples, pins, drivers);
+  const double wanted = static_cast<double>(kSamplesPerDriver) * drivers;
+  if (part.kept.size() < 0.8 * wanted) {
+    const double grow = std::min(wanted / part.kept.size(), 4e6 / options.target_count);
+    options.target_count = static_cast<int>(options.target_count * grow);
+    samples = fill_interior(options, object, &summary);
+    part = select_simulated(samples, pins, drivers);
+  }
+  return samples;
+}
+
+}  // namespace
+
+json run_seed(const Context& context, RunDirectory& run, const Scene& scene, const SeedStage& stage) {
+  const std::string folder = object_folder(run);
+  const json extract = run.summary("extract", "run `pliant extract` first");
+  const std::vector<Region> pins = pinned_regions(context, scene, stage, extract);
+  json pin_rows = json::array();
+  for (const Region& pin : pins) pin_rows.push_back(region_to_json(pin));
+
+  const StageKey key{"seed",
+                     {{"particles", stage.particles}, {"pins", pin_rows}, {"metres_per_unit", scene.metres_per_unit}},
+                     {{"object", run / (folder + "/object.ply")}},
+                     {folder + "/particles.h5"}};
+  return run.stage(context, key, [&]() -> json {
+    const GaussianCloud object = read_ply(run / (folder + "/object.ply"));
+    FillOptions fill;
+    fill.seed = context.seed;
+    fill.target_count = kSamplesPerDriver * stage.particles;
+    FillSummary filled;
+    SimulatedPart part;
+    const SolidSamples samples = sample_solid(fill, object, pins, stage.particles, filled, part);
+
+    DriverOptions options;
+    options.count = stage.particles, options.seed = context.seed;
+    const DrivingParticles drivers = kmeans_drivers(options, samples.select(part.kept));
+
+    ParticleFile file;
+    file.solid_position = samples.position, file.solid_volume = samples.volume;
+    file.solid_driver.assign(samples.size(), -1);
+    for (size_t k = 0; k < part.kept.size(); ++k) file.solid_driver[part.kept[k]] = drivers.sample_driver[k];
+    file.driving_position = drivers.position, file.driving_volume = drivers.volume;
+    file.cell_size = drivers.cell_size, file.metres_per_unit = scene.metres_per_unit;
+    file.pinned_json = pin_rows.dump();
+    write_particles(run / (folder + "/particles.h5"), file, run.provenance(context, key));
+
+    const double cube = scene.metres_per_unit * scene.metres_per_unit * scene.metres_per_unit;
+    context.progress.say(fmt::format("seed: {} driving particles, cells of {:.4g} units, {:.4g} litres simulated of {:.4g}",
+                                     drivers.size(), drivers.cell_size, 1000 * part.volume * cube, 1000 * filled.volume * cube));
+    if (filled.thin_volume > 0.5 * filled.volume)
+      context.progress.warn("more than half of the object is thinner than the filling grid resolves; its stiffness is approximate");
+    if (pins.empty()) context.progress.warn("nothing holds the object; it will fall (--pin-below, or pinned regions in scene.json)");
+    return {{"samples", samples.size()}, {"drivers", drivers.size()}, {"cell_size", drivers.cell_size},
+            {"volume", filled.volume}, {"simulated_volume", part.volume}, {"thin_samples", filled.thin_samples},
+            {"pinned", pin_rows}};
+  });
+}
+
+}  // namespace pliant

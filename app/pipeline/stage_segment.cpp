@@ -1,0 +1,95 @@
+#include <fmt/format.h>
+
+#include "app/pipeline/photos.h"
+#include "app/pipeline/stages.h"
+#include "app/store/segmentation.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files.h"
+#include "gaussians/io/image_io.h"
+#include "segmentation/lift/objects_sheet.h"
+#include "segmentation/lift/selection.h"
+#include "segmentation/lift/semantic_field.h"
+
+namespace pliant {
+using nlohmann::json;
+
+namespace {
+
+std::optional<SelectionShape> selection_of(const SegmentStage& stage) {
+  if (!stage.aabb.empty() && !stage.sphere.empty())
+    throw usage_error("--sphere", "", "was given together with --aabb", "give one of them");
+  if (!stage.aabb.empty()) return SelectionShape::from_aabb(stage.aabb);
+  if (!stage.sphere.empty()) return SelectionShape::from_sphere(stage.sphere);
+  return std::nullopt;
+}
+
+json box_to_json(const Box& box) {
+  return {{"low", {box.low.x(), box.low.y(), box.low.z()}}, {"high", {box.high.x(), box.high.y(), box.high.z()}}};
+}
+
+json objects_json(const std::vector<ObjectEntry>& objects, double metres_per_unit) {
+  json rows = json::array();
+  for (const ObjectEntry& object : objects) {
+    Box metres{object.bounds.low * static_cast<float>(metres_per_unit), object.bounds.high * static_cast<float>(metres_per_unit)};
+    rows.push_back({{"id", object.id}, {"name", object.name}, {"score", object.score}, {"gaussians", object.gaussians},
+                    {"views", object.views}, {"bounds", box_to_json(object.bounds)}, {"bounds_m", box_to_json(metres)}});
+  }
+  return rows;
+}
+
+}  // namespace
+
+json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage) {
+  const std::optional<SelectionShape> selection = selection_of(stage);
+  const std::filesystem::path masks_folder = stage.masks.empty() ? scene.settings.masks : std::filesystem::path(stage.masks);
+  if (!selection && masks_folder.empty())
+    throw usage_error("segment", "--masks", "are not known for this scene",
+                      "give --masks FOLDER, or select the object with --aabb x0,y0,z0,x1,y1,z1 or --sphere x,y,z,r");
+
+  SemanticOptions options;
+  options.start_from_vote = stage.start_from_vote;
+  if (stage.iterations) options.iterations = *stage.iterations;
+  options.seed = context.seed;
+  options.render.antialiased = scene.report.antialiased;
+  if (stage.hold_out)
+    for (int c = 0; c < static_cast<int>(scene.cameras.size()); c += 8) options.held_out.push_back(c);
+
+  StageKey key{"segment",
+               {{"aabb", stage.aabb}, {"sphere", stage.sphere}, {"vote", stage.start_from_vote},
+                {"iterations", options.iterations}, {"held_out", options.held_out},
+                {"up", {scene.up.x(), scene.up.y(), scene.up.z()}}, {"metres_per_unit", scene.metres_per_unit}},
+               {{"splats", scene.settings.splats}},
+               {"segmentation.h5", "objects.json", "objects.png"}};
+  if (!scene.settings.cameras.empty()) key.inputs["cameras"] = scene.settings.cameras;
+  if (!selection) key.inputs["masks"] = masks_folder;
+
+  return run.stage(context, key, [&]() -> json {
+    const MaskSet masks = selection ? selection_masks(*selection, scene.cloud, scene.cameras)
+                                    : load_masks(masks_folder, scene.settings.labels, scene.cameras);
+    for (const std::string& warning : masks.warnings) context.progress.warn(warning);
+
+    context.progress.begin("segment", options.iterations);
+    SemanticResult result = fit_semantic_field(options, scene.cloud, scene.cameras, masks,
+                                               [&](int done, int, double) { context.progress.done(done); });
+    context.progress.end();
+    Segmentation& segmentation = result.segmentation;
+    size_t restricted = 0;
+    if (selection) {
+      restricted = restrict_to_selection(*selection, scene.cloud, segmentation);
+      if (restricted > 0)
+        context.progress.say(fmt::format("segment: {} Gaussians outside the selection were given back to the rest", restricted));
+    }
+    const std::vector<ObjectEntry> objects = list_objects(segmentation, scene.cloud.position);
+    write_segmentation(run / "segmentation.h5", segmentation, run.provenance(context, key));
+    write_text(run / "objects.json", objects_json(objects, scene.metres_per_unit).dump(2) + "\n");
+    write_image(run / "objects.png", objects_sheet(segmentation, scene.cloud, scene.cameras,
+                                                   [&](int camera) { return photo_or_render(scene, camera); }));
+    for (const ObjectEntry& object : objects)
+      context.progress.say(fmt::format("segment: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name,
+                                       object.gaussians, object.score));
+    return {{"objects", objects.size()}, {"unseen", result.summary.unseen}, {"cross_entropy", result.summary.cross_entropy},
+            {"grouping", result.summary.grouping}, {"views", result.summary.views}, {"outside_selection", restricted}};
+  });
+}
+
+}  // namespace pliant

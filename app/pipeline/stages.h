@@ -1,0 +1,77 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/pipeline/run_directory.h"
+#include "gaussians/io/scene.h"
+
+namespace pliant {
+
+/// Loads the scene that a run directory was made from.
+Scene load_run_scene(const RunDirectory& run);
+/// Records `source` in the run directory and loads it.
+Scene attach_scene(const Context& context, RunDirectory& run, const std::filesystem::path& source,
+                   const LoadOptions& options);
+
+/// The material that simulate will use: command line over scene file.  A usage error names what is missing or
+/// impossible, before any work is done.
+MaterialValues check_material(const Scene& scene, const MaterialValues& command_line);
+
+/// segment: masks or a selection -> semantic attribute -> segmentation.h5, objects.json, objects.png.
+struct SegmentStage {
+  std::string masks;                 ///< folder; empty = the scene file's
+  std::vector<double> aabb, sphere;  ///< a selection instead of masks: x0,y0,z0,x1,y1,z1 or x,y,z,r (scene units)
+  bool start_from_vote = true;
+  std::optional<int> iterations;     ///< of the optimisation; 0 = vote only
+  bool hold_out = false;             ///< leave every 8th photo out of the optimisation, for evaluation
+};
+nlohmann::json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage);
+
+/// extract: one object -> objects/<id>_<name>/object.ply, background.ply.
+struct ExtractStage {
+  std::string object;  ///< id or name; empty = the scene file's, else the only one
+  double threshold = 0.5;
+};
+nlohmann::json run_extract(const Context& context, RunDirectory& run, const Scene& scene, const ExtractStage& stage);
+
+/// repair: the hole that the object left -> background_repaired.ply, repair.png.
+struct RepairStage {};
+nlohmann::json run_repair(const Context& context, RunDirectory& run, const Scene& scene, const RepairStage& stage);
+
+/// seed: solid samples and driving particles -> objects/.../particles.h5.
+struct SeedStage {
+  int particles = 8000;
+  std::optional<double> pin_below;  ///< height along up, scene units
+  bool pin_contact = true;          ///< pin where the object touches its support
+};
+nlohmann::json run_seed(const Context& context, RunDirectory& run, const Scene& scene, const SeedStage& stage);
+
+/// simulate: material and interactions -> material.h5, interactions.json, trajectory.h5.
+struct SimulateStage {
+  std::string interactions;  ///< file; empty = one push sized to the stiffness
+  MaterialValues material;   ///< command line's
+  double fps = 30, duration = 4;
+  double damping_time = 1;   ///< amplitude of motion decays as exp(-t / damping_time) [s]; 0 = none
+  double push = 0.15;        ///< peak deflection of the automatic push, share of the object's height
+  bool gravity = true;
+};
+nlohmann::json run_simulate(const Context& context, RunDirectory& run, const Scene& scene, const SimulateStage& stage);
+
+/// render: clip.mp4 from a fixed camera, clip_orbit.mp4 from a moving one.
+struct RenderStage {
+  std::string camera;  ///< name of the fixed camera; empty = the video's, else one that sees the object well
+  bool orbit = true;
+};
+nlohmann::json run_render(const Context& context, RunDirectory& run, const Scene& scene, const RenderStage& stage);
+
+/// report: report.html, self-contained.
+void write_report(const RunDirectory& run, const Scene& scene, const std::string& command);
+
+/// Folder of the extracted object, relative to the run directory.
+std::string object_folder(const RunDirectory& run);
+
+}  // namespace pliant

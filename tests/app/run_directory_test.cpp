@@ -1,0 +1,95 @@
+// A stage runs once for equal options and inputs, refuses other options unless asked to overwrite, and is done again
+// when a file of the run directory itself changed.
+
+#include "app/pipeline/run_directory.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "gaussians/base/error.h"
+#include "gaussians/io/files.h"
+
+namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+
+class RunDirectoryTest : public ::testing::Test {
+ protected:
+  RunDirectoryTest() : folder_(fs::temp_directory_path() / ("pliant_run_" + std::to_string(getpid()))) {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    write_text(input_ = folder_ / "input.txt", "one");
+  }
+  ~RunDirectoryTest() override { fs::remove_all(folder_); }
+
+  int run(const nlohmann::json& options, bool overwrite = false) {
+    RunDirectory directory = RunDirectory::create(folder_ / "run");
+    Progress progress(true);
+    const Context context{progress, [] { return false; }, 1, 1, overwrite};
+    const StageKey key{"work", options, {{"input", input_}}, {"out.txt"}};
+    const auto summary = directory.stage(context, key, [&] {
+      write_text(directory / "out.txt", "done");
+      return nlohmann::json{{"calls", ++calls_}};
+    });
+    return summary["calls"];
+  }
+
+  fs::path folder_, input_;
+  int calls_ = 0;
+};
+
+TEST_F(RunDirectoryTest, EqualOptionsAndInputsRunOnce) {
+  EXPECT_EQ(run({{"a", 1}}), 1);
+  EXPECT_EQ(run({{"a", 1}}), 1);
+  EXPECT_EQ(calls_, 1);
+}
+
+TEST_F(RunDirectoryTest, AMissingOutputIsMadeAgain) {
+  run({{"a", 1}});
+  fs::remove(folder_ / "run" / "out.txt");
+  EXPECT_EQ(run({{"a", 1}}), 2);
+}
+
+TEST_F(RunDirectoryTest, AnotherOptionIsRefusedByNameUnlessOverwriting) {
+  run({{"young", 1.0}});
+  try {
+    run({{"young", 2.0}});
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.failure, Failure::kUsage);
+    EXPECT_NE(std::string(error.what()).find("young"), std::string::npos);
+  }
+  EXPECT_EQ(run({{"young", 2.0}}, true), 2);
+}
+
+TEST_F(RunDirectoryTest, AnotherInputOfTheUserIsRefused) {
+  run({});
+  write_text(input_, "two");
+  EXPECT_THROW(run({}), Error);
+}
+
+TEST_F(RunDirectoryTest, AChangedFileOfTheRunItselfIsFollowed) {
+  input_ = folder_ / "run" / "inner.txt";
+  fs::create_directories(folder_ / "run");
+  RunDirectory::create(folder_ / "run").set_scene("scene", false);
+  write_text(input_, "one");
+  EXPECT_EQ(run({}), 1);
+  write_text(input_, "two");
+  EXPECT_EQ(run({}), 2);
+}
+
+TEST_F(RunDirectoryTest, AFolderWithOtherFilesIsNotTaken) {
+  EXPECT_THROW(RunDirectory::create(folder_), Error);
+  EXPECT_THROW(RunDirectory::open(folder_), Error);
+}
+
+TEST_F(RunDirectoryTest, AnotherSceneIsRefused) {
+  RunDirectory directory = RunDirectory::create(folder_ / "run");
+  directory.set_scene({{"source", "a"}}, false);
+  EXPECT_NO_THROW(directory.set_scene({{"source", "a"}}, false));
+  EXPECT_THROW(directory.set_scene({{"source", "b"}}, false), Error);
+}
+
+}  // namespace
+}  // namespace pliant
