@@ -1,6 +1,7 @@
 #include "physics/interior_fill.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -91,7 +92,7 @@ void sample_inside(const std::vector<Cell>& cells, const WindingNumber& winding,
 }
 
 /// Surfels that bound no inside: the winding number is near 1 on neither side.
-std::vector<Surfel> find_sheets(const std::vector<Surfel>& surfels, const WindingNumber& winding) {
+std::vector<uint8_t> find_sheets(const std::vector<Surfel>& surfels, const WindingNumber& winding) {
   std::vector<uint8_t> thin(surfels.size());
   parallel_for(static_cast<std::ptrdiff_t>(surfels.size()), [&](std::ptrdiff_t i) {
     const Surfel& s = surfels[i];
@@ -101,10 +102,28 @@ std::vector<Surfel> find_sheets(const std::vector<Surfel>& surfels, const Windin
         largest = std::max(largest, winding.at(s.position + side * step * std::sqrt(s.area) * s.normal));
     thin[i] = largest < kEnclosing;
   }, 64);
-  std::vector<Surfel> sheets;
+  return thin;
+}
+
+/// Adds surfels of which no solid sample lies near, so that no part of the object is left without samples.
+void add_uncovered(const std::vector<Surfel>& surfels, const SolidSamples& solid, std::vector<uint8_t>& thin) {
+  if (solid.size() == 0) {
+    std::fill(thin.begin(), thin.end(), 1);
+    return;
+  }
+  const NearestPoints tree(solid.position);
+  parallel_for(static_cast<std::ptrdiff_t>(surfels.size()), [&](std::ptrdiff_t i) {
+    thread_local std::vector<NearestPoints::Hit> hits;
+    tree.query(surfels[i].position, 1, hits);
+    if (hits[0].distance > std::max(2 * solid.spacing, std::sqrt(surfels[i].area))) thin[i] = 1;
+  }, 256);
+}
+
+std::vector<Surfel> select(const std::vector<Surfel>& surfels, const std::vector<uint8_t>& chosen) {
+  std::vector<Surfel> out;
   for (size_t i = 0; i < surfels.size(); ++i)
-    if (thin[i]) sheets.push_back(surfels[i]);
-  return sheets;
+    if (chosen[i]) out.push_back(surfels[i]);
+  return out;
 }
 
 float sheet_thickness(const Surfel& s) { return std::max(s.thickness, 0.05f * std::sqrt(s.sheet_area)); }
@@ -161,7 +180,7 @@ SolidSamples fill_interior(const FillOptions& options, const GaussianCloud& obje
   if (surfels.empty())
     throw usage_error("seed", "object", "has no visible Gaussian", "select an object whose Gaussians are opaque");
   const WindingNumber winding(surfels);
-  const std::vector<Surfel> sheets = find_sheets(surfels, winding);
+  std::vector<uint8_t> thin = find_sheets(surfels, winding);
 
   std::vector<Vec3f> surface;
   std::vector<float> spacing;
@@ -175,7 +194,7 @@ SolidSamples fill_interior(const FillOptions& options, const GaussianCloud& obje
   const float longest = std::max(box.size().maxCoeff(), 1e-6f) + 2 * margin;
   const Vec3f low = box.low - Vec3f::Constant(margin);
   double sheet_volume = 0;
-  for (const Surfel& s : sheets) sheet_volume += static_cast<double>(s.sheet_area) * sheet_thickness(s);
+  for (const Surfel& s : select(surfels, thin)) sheet_volume += static_cast<double>(s.sheet_area) * sheet_thickness(s);
 
   // A coarse pass measures the volume, from which the cells of the wanted number of samples follow.
   const auto fill = [&](float h) {
@@ -191,7 +210,8 @@ SolidSamples fill_interior(const FillOptions& options, const GaussianCloud& obje
   samples.spacing = h;
   measure_thickness(surfels, surface, samples);
   const size_t solid = samples.size();
-  sample_sheets(sheets, low, h, samples);
+  add_uncovered(surfels, samples, thin);
+  sample_sheets(select(surfels, thin), low, h, samples);
   if (samples.size() == 0)
     throw usage_error("seed", "object", "has no volume", "select an object with more than a few Gaussians");
   if (summary) {

@@ -13,6 +13,7 @@ namespace {
 
 constexpr int kNeighbours = 10;
 constexpr float kPi = 3.14159265f;
+constexpr float kReach = 2;  // standard deviations to which a Gaussian is surface
 
 /// Opaque discs in a uniform grid, for short visibility queries.
 class DiscGrid {
@@ -170,16 +171,18 @@ std::vector<Surfel> make_surfels(const SurfelOptions& options, const GaussianClo
     if (value[0] > kFlat * value[1]) symmetric_eigen<float, 3>(own + spread, value, axes);
     Surfel& s = surfels[i];
     s.position = position[i], s.normal = axes.col(0);
-    s.thickness = std::sqrt(12 * s.normal.dot((own + spread) * s.normal));
-    // Discs of this radius cover a surface that is sampled at random.
-    radius[i] = hits.size() > 1 ? 0.7f * hits.back().distance : std::sqrt(value[2]);
+    // Discs of this radius cover a surface that is sampled at random; none reaches far beyond its own Gaussian.
+    radius[i] = kReach * std::sqrt(covariance[i].trace());
+    if (hits.size() > 1) radius[i] = std::min(radius[i], 0.7f * hits.back().distance);
   }, 256);
   orient(surfels, radius);
 
   parallel_for(n, [&](std::ptrdiff_t i) {
     thread_local std::vector<NearestPoints::Hit> hits;
     tree.query(position[i], 3 * kNeighbours, hits);
-    const float own_disc = kPi * radius[i] * radius[i];
+    // sigma_1 sigma_2 of a flat Gaussian, from the second invariant of its covariance.
+    const Mat3f& S = covariance[i];
+    const float footprint = kPi * kReach * kReach * std::sqrt(0.5f * std::max(0.0f, S.trace() * S.trace() - S.squaredNorm()));
     const auto area_of = [&](auto&& counts) {
       int found = 0;
       float reach = 0;
@@ -188,9 +191,19 @@ std::vector<Surfel> make_surfels(const SurfelOptions& options, const GaussianClo
         ++found, reach = hit.distance;
         if (found == kNeighbours) break;
       }
-      return found > 0 ? kPi * reach * reach / found : own_disc;
+      return found > 0 ? std::min(footprint, kPi * reach * reach / found) : footprint;
     };
     surfels[i].area = area_of([&](const Surfel& s) { return s.one_sided() && s.normal.dot(surfels[i].normal) > 0.2f; });
+    // Only what lies on the Gaussian itself belongs to its layer.
+    const Vec3f& normal = surfels[i].normal;
+    float depth = 0;
+    int count = 0;
+    for (const auto& hit : hits) {
+      if (hit.distance > radius[i] || std::abs(surfels[hit.index].normal.dot(normal)) < 0.7f) continue;
+      const float d = normal.dot(position[hit.index] - position[i]);
+      depth += d * d, ++count;
+    }
+    surfels[i].thickness = std::sqrt(12 * (normal.dot(S * normal) + depth / static_cast<float>(std::max(count, 1))));
     surfels[i].sheet_area = area_of([&](const Surfel& s) { return std::abs(s.normal.dot(surfels[i].normal)) > 0.2f; });
   }, 256);
   return surfels;
