@@ -83,9 +83,10 @@ SolidSamples thin_part(bool rod, float thickness) {
 
 TEST(ThinParts, KeepMassAndBendingStiffness) {
   for (const bool rod : {false, true}) {
-    const SolidSamples samples = thin_part(rod, 0.004f);
+    const double thickness = rod ? 0.03 : 0.004;
+    const SolidSamples samples = thin_part(rod, static_cast<float>(thickness));
     const DrivingParticles drivers = kmeans_drivers({200, 0, 10}, samples);
-    const double full = kThinCells * drivers.cell_size, ratio = 0.004 / full, area = rod ? ratio * ratio : ratio;
+    const double full = kThinCells * drivers.cell_size, ratio = thickness / full, area = rod ? ratio * ratio : ratio;
     ASSERT_LT(ratio, 1);
     const auto particles = make_particles<double>(drivers, samples, ElasticSamples::homogeneous(samples.size(), 1e7, 0.3, 900), 1);
     EXPECT_NEAR(particles.total_mass() / (900 * samples.total_volume()), 1, 1e-5);
