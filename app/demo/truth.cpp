@@ -28,7 +28,7 @@ Json interaction_json(const Interaction& interaction) {
   } else {
     json["start"] = interaction.start, json["duration"] = interaction.duration;
     json["region"]["sphere"] = {r.point.x(), r.point.y(), r.point.z(), r.radius};
-    json["vector"] = {interaction.vector.x(), interaction.vector.y(), interaction.vector.z()};
+    json["force"] = {interaction.vector.x(), interaction.vector.y(), interaction.vector.z()};
   }
   return json;
 }

@@ -79,7 +79,8 @@ json run_extract(const Context& context, RunDirectory& run, const Scene& scene, 
                     {"candidates", result.summary.candidates}, {"below_probability", result.summary.below_probability},
                     {"outliers", result.summary.outliers}, {"floaters", result.summary.floaters},
                     {"dropped", result.summary.dropped}, {"contact_to_support", result.summary.contact_to_support},
-                    {"contact_to_object", result.summary.contact_to_object}};
+                    {"contact_to_object", result.summary.contact_to_object},
+                    {"enclosed", result.summary.enclosed}};
     if (result.contact.found) {
       std::string support = "support";
       for (size_t c = 0; c < segmentation.class_id.size(); ++c)

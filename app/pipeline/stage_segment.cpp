@@ -6,6 +6,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 #include "gaussians/io/image_io.h"
+#include "segmentation/lift/islands.h"
 #include "segmentation/lift/objects_sheet.h"
 #include "segmentation/lift/selection.h"
 #include "segmentation/lift/semantic_field.h"
@@ -73,6 +74,8 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
                                                [&](int done, int, double) { context.progress.done(done); });
     context.progress.end();
     Segmentation& segmentation = result.segmentation;
+    const size_t merged = merge_islands({}, scene.cloud, segmentation);
+    if (merged > 0) context.progress.say(fmt::format("segment: {} Gaussians in small islands took the label around them", merged));
     size_t restricted = 0;
     if (selection) {
       restricted = restrict_to_selection(*selection, scene.cloud, segmentation);
@@ -88,7 +91,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
       context.progress.say(fmt::format("segment: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name,
                                        object.gaussians, object.score));
     return {{"objects", objects.size()}, {"unseen", result.summary.unseen}, {"cross_entropy", result.summary.cross_entropy},
-            {"grouping", result.summary.grouping}, {"views", result.summary.views}, {"outside_selection", restricted}};
+            {"grouping", result.summary.grouping}, {"views", result.summary.views}, {"merged_islands", merged}, {"outside_selection", restricted}};
   });
 }
 

@@ -121,36 +121,64 @@ uint32_t find_support(const GaussianCloud& cloud, const Segmentation& segmentati
 void settle_contact(const GaussianCloud& cloud, const Segmentation& segmentation, uint32_t support_id, float link,
                     const ContactRegion& contact, std::vector<Place>& place, ExtractSummary& summary) {
   const float tolerance = std::max(2 * contact.thickness, 0.005f * contact.size), band = 0.1f * contact.size;
-  std::vector<int> support;
+  std::vector<int> support, below, above;
   for (int p : indices_of(place, Place::kBackground))
     if (segmentation.label[p] == support_id) support.push_back(p);
-  std::vector<int> below, above;
   for (size_t p = 0; p < place.size(); ++p) {
     const float h = contact.height(cloud.position[p]);
     if (place[p] == Place::kObject && h < -tolerance && h > -band) below.push_back(static_cast<int>(p));
   }
+  // A flat support has nothing above its plane, so there whatever touches the object belongs to it, from neighbour to
+  // neighbour; on rough ground only what lies in the middle of the object does.
+  const bool flat = contact.thickness < 0.01f * contact.size;
   for (int p : support) {
     const float h = contact.height(cloud.position[p]);
-    if (h > tolerance && h < band) above.push_back(p);
+    if (h > tolerance && (flat || h < band)) above.push_back(p);
   }
   const std::vector<Vec3f> support_points = positions(cloud, support), all(cloud.position.begin(), cloud.position.end());
   const std::vector<int> nearest = k_nearest(support_points, positions(cloud, below), 1);
   constexpr int kAround = 9;
   const std::vector<int> around = k_nearest(all, positions(cloud, above), kAround);
-  std::vector<int> to_object;
-  for (size_t i = 0; i < above.size(); ++i) {
-    int votes = 0;
-    for (int j = 0; j < kAround; ++j)
-      if (const int n = around[i * kAround + j]; n >= 0) votes += place[n] == Place::kObject;
-    if (2 * votes > kAround) to_object.push_back(above[i]);
+  const int needed = flat ? 2 : kAround / 2 + 1, rounds = flat ? 100 : 1;
+  for (int round = 0; round < rounds; ++round) {
+    std::vector<int> to_object;
+    for (size_t i = 0; i < above.size(); ++i) {
+      int votes = 0;
+      for (int j = 0; j < kAround; ++j)
+        if (const int n = around[i * kAround + j]; n >= 0) votes += place[n] == Place::kObject;
+      if (place[above[i]] == Place::kBackground && votes >= needed) to_object.push_back(above[i]);
+    }
+    if (to_object.empty()) break;
+    for (int p : to_object) place[p] = Place::kObject;
+    summary.contact_to_object += to_object.size();
   }
   for (size_t i = 0; i < below.size(); ++i) {
     if (nearest[i] < 0 || (support_points[nearest[i]] - cloud.position[below[i]]).norm() > 3 * link) continue;
     place[below[i]] = Place::kBackground;
     ++summary.contact_to_support;
   }
-  for (int p : to_object) place[p] = Place::kObject;
-  summary.contact_to_object = to_object.size();
+}
+
+/// Background Gaussians most of whose neighbours are the object's belong to it: specks that would stay behind in the air
+/// when it moves.  Repeated until nothing changes.
+size_t take_enclosed(const GaussianCloud& cloud, std::vector<Place>& place) {
+  constexpr int kAround = 10, kRounds = 20;  // the nearest one is the Gaussian itself
+  const std::vector<int> around = k_nearest(cloud.position, cloud.position, kAround);
+  size_t taken = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<size_t> enclosed;
+    for (size_t p = 0; p < place.size(); ++p) {
+      if (place[p] != Place::kBackground) continue;
+      int votes = 0;
+      for (int j = 0; j < kAround; ++j)
+        if (const int n = around[p * kAround + j]; n >= 0) votes += place[n] == Place::kObject;
+      if (2 * votes > kAround) enclosed.push_back(p);
+    }
+    for (size_t p : enclosed) place[p] = Place::kObject;
+    taken += enclosed.size();
+    if (enclosed.empty()) break;
+  }
+  return taken;
 }
 
 }  // namespace
@@ -159,7 +187,7 @@ std::string ExtractSummary::describe() const {
   return std::to_string(candidates) + " candidates; taken away: " + std::to_string(below_probability) + " below the probability threshold, " +
          std::to_string(outliers) + " outliers, " + std::to_string(floaters) + " floaters (" + std::to_string(dropped) +
          " of both dropped), " + std::to_string(contact_to_support) + " to the support; " + std::to_string(contact_to_object) +
-         " taken from the support";
+         " taken from the support, " + std::to_string(enclosed) + " from among its own";
 }
 
 ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud, const Segmentation& segmentation) {
@@ -227,6 +255,7 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
     settle_contact(cloud, segmentation, summary.support, link, result.contact, place, summary);
     result.contact = contact_region(cloud.select(indices_of(place, Place::kObject)), support_cloud, options.up);
   }
+  if (options.enclosed) summary.enclosed = take_enclosed(cloud, place);
   result.object = indices_of(place, Place::kObject);
   result.background = indices_of(place, Place::kBackground);
   result.dropped = indices_of(place, Place::kDropped);

@@ -17,6 +17,7 @@ struct ExtractOptions {
   float probability = 0.5f;          ///< least class probability of the object's Gaussians
   int outlier_neighbours = 8;        ///< mean distance to so many neighbours ...
   float outlier_sigma = 3;           ///< ... above mean + so many standard deviations is an outlier
+  bool enclosed = true;              ///< background among the object's Gaussians is given to it
   float floater_share = 0.02f;       ///< connected parts below this share of the largest part are floaters
 };
 
@@ -29,6 +30,7 @@ struct ExtractSummary {
   size_t dropped = 0;             ///< of the last two, those with no background near: in neither result
   size_t contact_to_support = 0;  ///< below the contact plane: given to the support
   size_t contact_to_object = 0;   ///< labelled support, but above the plane and among the object's: given to it
+  size_t enclosed = 0;            ///< background by the rules above, but with mostly the object around: given to it
   uint32_t support = 0;           ///< id of the support, 0 = none found
   std::string describe() const;   ///< one sentence
 };

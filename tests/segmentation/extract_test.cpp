@@ -4,6 +4,7 @@
 
 #include <numeric>
 
+#include "segmentation/lift/islands.h"
 #include "segmentation/lift/vote.h"
 #include "tests/segmentation/made_scene.h"
 #include "tests/temporary_folder.h"
@@ -55,10 +56,30 @@ TEST(Extract, ProbabilityBelowTheThresholdStaysInTheBackground) {
     for (int k = 0; k < kSemanticChannels; ++k) segmentation.attribute[p * kSemanticChannels + k] *= 0.03f;
   update_labels(segmentation);
   ExtractOptions options;
-  options.object = 300;
+  options.object = 300, options.enclosed = false;
   const ExtractResult result = extract(options, scene.cloud, segmentation);
   EXPECT_EQ(result.summary.below_probability, 3u);
   for (int p : doubtful) EXPECT_TRUE(std::binary_search(result.background.begin(), result.background.end(), p));
+
+  // They lie on the ball among its other Gaussians, so the last rule takes them along.
+  options.enclosed = true;
+  const ExtractResult whole = extract(options, scene.cloud, segmentation);
+  EXPECT_EQ(whole.summary.enclosed, 3u);
+  for (int p : doubtful) EXPECT_TRUE(std::binary_search(whole.object.begin(), whole.object.end(), p));
+}
+
+TEST(Islands, APatchOfAnotherLabelOnABallIsMergedAndARealBallIsNot) {
+  const MadeScene scene = made_scene(two_balls(), 1);
+  std::vector<uint32_t> label = scene.truth;
+  // The side of the ball away from the table's middle is labelled as the table, which it does not touch.
+  size_t patch = 0;
+  for (size_t p = 0; p < label.size(); ++p)
+    if (scene.truth[p] == 300 && scene.cloud.position[p].z() > 0.8f * scene.balls[0].radius + scene.balls[0].centre.z()) label[p] = MadeScene::kTable, ++patch;
+  ASSERT_GT(patch, 3u);
+  Segmentation segmentation = certain(label, kIds);
+  EXPECT_EQ(merge_islands({}, scene.cloud, segmentation), patch);
+  EXPECT_EQ(segmentation.label, scene.truth);
+  EXPECT_EQ(merge_islands({}, scene.cloud, segmentation), 0u);
 }
 
 TEST(Extract, OutliersInTheAirAreDroppedAndThoseInTheTableStayThere) {
