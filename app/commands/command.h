@@ -15,6 +15,7 @@ struct Program {
   uint64_t seed = 1;
   int threads = 0;
   bool quiet = false, json = false, overwrite = false;
+  std::string command_line;  ///< as typed, for the report
 
   /// Set by the chosen command; returns what --json prints.
   std::function<nlohmann::json(Context&)> action;

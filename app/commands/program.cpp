@@ -90,6 +90,7 @@ int run_program(int argc, const char* const* argv) {
   app.set_version_flag("--version", PLIANT_VERSION);
   app.require_subcommand(1);
   Program program;
+  for (int i = 0; i < argc; ++i) program.command_line += (i ? " " : "") + std::string(argv[i]);
   for (auto* add : {add_run, add_demo, add_info, add_convert, add_segment, add_extract, add_repair, add_seed,
                     add_simulate, add_render, add_evaluate})
     add(app, program);

@@ -14,8 +14,8 @@ struct RunOptions {
   RenderStage render;
 };
 
-nlohmann::json run_all(Context& context, const std::string& out, const RunOptions& options) {
-  RunDirectory run = RunDirectory::create(out);
+nlohmann::json run_all(Context& context, const Program& program, const RunOptions& options) {
+  RunDirectory run = RunDirectory::create(program.out);
   const Scene scene = attach_scene(context, run, options.scene.source, options.scene.load_options());
   check_material(scene, options.simulate.material);
   run_segment(context, run, scene, options.segment);
@@ -24,7 +24,7 @@ nlohmann::json run_all(Context& context, const std::string& out, const RunOption
   run_seed(context, run, scene, options.seed);
   run_simulate(context, run, scene, options.simulate);
   run_render(context, run, scene, options.render);
-  write_report(run, scene, options.scene.source);
+  write_report(run, scene, program.command_line);
   context.progress.say(fmt::format("clip: {}\nreport: {}", (run / "clip.mp4").string(), (run / "report.html").string()));
   return run.manifest();
 }
@@ -44,7 +44,7 @@ void add_run(CLI::App& app, Program& program) {
   add_overwrite(*command, program);
   add_common(*command, program);
   command->callback([options, &program] {
-    program.action = [options, &program](Context& context) { return run_all(context, program.out, *options); };
+    program.action = [options, &program](Context& context) { return run_all(context, program, *options); };
   });
 }
 
