@@ -24,16 +24,18 @@ struct DrivingParticles {
 /// Parts thinner than this many cells are simulated as if they were so thick, with their mass and their bending
 /// stiffness kept (E t^3 of a sheet, E t^4 of a rod).
 constexpr float kThinCells = 0.75f;
+/// Thinner parts than this share of it stay so stiff that they spring back.
+constexpr double kThinnestPart = 0.05;
 
 struct DriverOptions {
-  int count = 8000;  ///< drivers; lowered to the number of samples when there are fewer
+  int count = 8000;  ///< clusters; lowered to the number of samples when there are fewer
   uint64_t seed = 0;
   int iterations = 10;  ///< of Lloyd's algorithm
 };
 
 /// K-means of the samples, weighted by volume (Lloyd 1982), from centres drawn along a space-filling order.  No
-/// driver is empty.  Drivers of parts thinner than kThinCells dx are spread across that thickness, so that the grid
-/// feels them bend.  Deterministic for a seed, for any number of threads.  Throws Error{kUsage} without samples.
+/// driver is empty.  Drivers of parts thinner than kThinCells dx are spread across that thickness, three for one in
+/// rods, so that the grid feels them bend.  Deterministic for a seed, for any number of threads.  Throws Error{kUsage} without samples.
 DrivingParticles kmeans_drivers(const DriverOptions& options, const SolidSamples& samples);
 
 /// What is simulated: samples that lie less than 3 cells inside every pinned region; deeper ones are rigid.

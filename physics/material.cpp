@@ -6,12 +6,6 @@
 #include "gaussians/base/error.h"
 
 namespace pliant {
-namespace {
-
-constexpr double kThinnest = 0.05;  // of kThinCells dx; thinner parts stay so stiff that they come back
-
-}  // namespace
-
 ElasticSamples ElasticSamples::homogeneous(size_t count, double young, double poisson, double density) {
   validate_material("material", young, poisson, density);
   return {std::vector<float>(count, static_cast<float>(young)), std::vector<float>(count, static_cast<float>(poisson)),
@@ -76,7 +70,7 @@ BasicParticles<T> make_particles(const DrivingParticles& drivers, const SolidSam
     double young = std::exp(log_young[d] / volume[d]), simulated = volume[d];
     const double full = kThinCells * drivers.cell_size, t = drivers.thickness.empty() ? 0 : drivers.thickness[d];
     if (t > 0 && t < full) {
-      const double ratio = std::max(t / full, kThinnest), area = drivers.rod[d] ? ratio * ratio : ratio;
+      const double ratio = std::max(t / full, kThinnestPart), area = drivers.rod[d] ? ratio * ratio : ratio;
       simulated /= area, young *= area * ratio * ratio;
     }
     out.position.push_back((drivers.position[d].cast<double>() * s).cast<T>());

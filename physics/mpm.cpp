@@ -23,6 +23,15 @@ inline Pack<T>& pack_at(T* lanes) {
   return *reinterpret_cast<Pack<T>*>(lanes);
 }
 
+/// sum += increment without losing what is below the last digit of sum (Kahan 1965): a slow strain of many small
+/// substeps would otherwise stand still in single precision, and the body would creep.
+template <class T>
+inline void accumulate(T& sum, T& rest, T increment) {
+  const T whole = increment + rest, next = sum + whole;
+  rest = whole - (next - sum);
+  sum = next;
+}
+
 }  // namespace
 
 template <class T>
@@ -290,13 +299,14 @@ void Mpm<T>::gather_block(int b, T dt) {
       r.v[a] = v[a];
       r.C[3 * a] = c_scale * bx[a], r.C[3 * a + 1] = c_scale * by[a], r.C[3 * a + 2] = c_scale * bz[a];
     }
-    T F[9];
+    T dF[9];
     for (int a = 0; a < 3; ++a)
-      for (int c = 0; c < 3; ++c) {
-        F[3 * a + c] = r.F[3 * a + c] +
-                       dt * (r.C[3 * a] * r.F[c] + r.C[3 * a + 1] * r.F[3 + c] + r.C[3 * a + 2] * r.F[6 + c]);
-      }
-    for (int k = 0; k < 9; ++k) r.F[k] = F[k], size += F[k] * F[k];
+      for (int c = 0; c < 3; ++c)
+        dF[3 * a + c] = dt * (r.C[3 * a] * r.F[c] + r.C[3 * a + 1] * r.F[3 + c] + r.C[3 * a + 2] * r.F[6 + c]);
+    for (int k = 0; k < 9; ++k) {
+      accumulate(r.F[k], r.F_rest[k], dF[k]);
+      size += r.F[k] * r.F[k];
+    }
     const T speed = r.v[0] * r.v[0] + r.v[1] * r.v[1] + r.v[2] * r.v[2];
     report.max_speed_squared = std::max(report.max_speed_squared, speed);
     if (!(size + speed < T(1e18))) {  // also false for NaN; such a frame is given up
@@ -304,9 +314,11 @@ void Mpm<T>::gather_block(int b, T dt) {
       continue;
     }
     for (int a = 0; a < 3; ++a) {
-      const T moved = r.x[a] + dt * r.v[a], inside = std::min(std::max(moved, low_[a]), high_[a]);
-      if (inside != moved) r.v[a] = 0, ++report.strays;
-      r.x[a] = inside;
+      accumulate(r.x[a], r.x_rest[a], dt * r.v[a]);
+      const T inside = std::min(std::max(r.x[a], low_[a]), high_[a]);
+      if (inside == r.x[a]) continue;
+      r.x[a] = inside, r.x_rest[a] = 0, r.v[a] = 0;
+      ++report.strays;
     }
     const BlockGrid::Coordinates block = block_of(r.x);
     report.moved |= !(block == block_[index]);

@@ -93,6 +93,7 @@ class Mpm {
  private:
   struct Record {
     T x[3], v[3], C[9], F[9];  // C and F row-major
+    T x_rest[3], F_rest[9];    // what rounding cut off from x and F, see `accumulate`
     T mass, volume, mu, lambda;
     uint32_t bits;
     int index;

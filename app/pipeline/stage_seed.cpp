@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "app/pipeline/interactions.h"
 #include "app/pipeline/stages.h"
 #include "app/store/particles.h"
@@ -81,6 +83,7 @@ json run_seed(const Context& context, RunDirectory& run, const Scene& scene, con
     file.solid_driver.assign(samples.size(), -1);
     for (size_t k = 0; k < part.kept.size(); ++k) file.solid_driver[part.kept[k]] = drivers.sample_driver[k];
     file.driving_position = drivers.position, file.driving_volume = drivers.volume;
+    file.driving_thickness = drivers.thickness, file.driving_rod = drivers.rod;
     file.cell_size = drivers.cell_size, file.metres_per_unit = scene.metres_per_unit;
     file.pinned_json = pin_rows.dump();
     write_particles(run / (folder + "/particles.h5"), file, run.provenance(context, key));
@@ -88,11 +91,15 @@ json run_seed(const Context& context, RunDirectory& run, const Scene& scene, con
     const double cube = scene.metres_per_unit * scene.metres_per_unit * scene.metres_per_unit;
     context.progress.say(fmt::format("seed: {} driving particles, cells of {:.4g} units, {:.4g} litres simulated of {:.4g}",
                                      drivers.size(), drivers.cell_size, 1000 * part.volume * cube, 1000 * filled.volume * cube));
-    if (filled.thin_volume > 0.5 * filled.volume)
-      context.progress.warn("more than half of the object is thinner than the filling grid resolves; its stiffness is approximate");
+    const size_t thin = static_cast<size_t>(std::count_if(drivers.thickness.begin(), drivers.thickness.end(), [&](float t) {
+      return t > 0 && t < kThinCells * drivers.cell_size;
+    }));
+    if (thin > 0)
+      context.progress.warn(fmt::format("{} of {} driving particles lie in parts thinner than {} cells; they move with their mass and an "
+                                        "equivalent stiffness (--particles makes cells smaller)", thin, drivers.size(), kThinCells));
     if (pins.empty()) context.progress.warn("nothing holds the object; it will fall (--pin-below, or pinned regions in scene.json)");
     return {{"samples", samples.size()}, {"drivers", drivers.size()}, {"cell_size", drivers.cell_size},
-            {"volume", filled.volume}, {"simulated_volume", part.volume}, {"thin_samples", filled.thin_samples},
+            {"volume", filled.volume}, {"simulated_volume", part.volume}, {"thin_samples", filled.thin_samples}, {"thin_drivers", thin},
             {"pinned", pin_rows}};
   });
 }

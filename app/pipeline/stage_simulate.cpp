@@ -54,6 +54,7 @@ Body make_body(const RunDirectory& run, const std::string& folder, const Scene& 
     body.material.density.push_back(solid.density[s]);
   }
   body.drivers.position = body.file.driving_position, body.drivers.volume = body.file.driving_volume;
+  body.drivers.thickness = body.file.driving_thickness, body.drivers.rod = body.file.driving_rod;
   body.drivers.cell_size = body.file.cell_size;
   body.particles = make_particles<float>(body.drivers, body.samples, body.material, scene.metres_per_unit);
 

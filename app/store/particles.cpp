@@ -11,6 +11,9 @@ namespace pliant {
 void write_particles(const fs::path& file, const ParticleFile& p, const std::string& provenance_json) {
   const size_t solids = p.solid_position.size(), drivers = p.driving_position.size();
   CHECK(p.solid_volume.size() == solids && p.solid_driver.size() == solids && p.driving_volume.size() == drivers);
+  CHECK(p.driving_thickness.size() == p.driving_rod.size() && (p.driving_rod.empty() || p.driving_rod.size() == drivers));
+  const std::vector<float> thickness = p.driving_rod.empty() ? std::vector<float>(drivers, 0.0f) : p.driving_thickness;
+  const std::vector<uint8_t> rod = p.driving_rod.empty() ? std::vector<uint8_t>(drivers, 0) : p.driving_rod;
   write_hdf5(file, [&](Hdf5Writer& out) {
     out.group("/solid"), out.group("/driving");
     write_vectors(out, "/solid/position", p.solid_position);
@@ -18,6 +21,8 @@ void write_particles(const fs::path& file, const ParticleFile& p, const std::str
     out.dataset("/solid/driver", p.solid_driver.data(), {solids});
     write_vectors(out, "/driving/position", p.driving_position);
     out.dataset("/driving/volume", p.driving_volume.data(), {drivers});
+    out.dataset("/driving/thickness", thickness.data(), {drivers});
+    out.dataset("/driving/rod", rod.data(), {drivers});
     out.number("/", "cell_size", p.cell_size);
     out.number("/", "metres_per_unit", p.metres_per_unit);
     out.text("/", "pinned", p.pinned_json);
@@ -33,6 +38,8 @@ ParticleFile read_particles(const fs::path& file) {
   p.solid_driver = in.dataset<int32_t>("/solid/driver", {p.solid_position.size()});
   p.driving_position = read_vectors(in, "/driving/position");
   p.driving_volume = read_finite(in, "/driving/volume", p.driving_position.size());
+  p.driving_thickness = read_finite(in, "/driving/thickness", p.driving_position.size());
+  p.driving_rod = in.dataset<uint8_t>("/driving/rod", {p.driving_position.size()});
   p.cell_size = in.number("/", "cell_size");
   p.metres_per_unit = in.number("/", "metres_per_unit");
   p.pinned_json = in.text("/", "pinned");

@@ -118,7 +118,8 @@ uint32_t find_support(const GaussianCloud& cloud, const Segmentation& segmentati
 
 /// Settles Gaussians near the contact plane: the object's below it go to the support where the support is close, the
 /// support's above it that lie among the object's go to the object.
-void settle_contact(const GaussianCloud& cloud, const Segmentation& segmentation, uint32_t support_id, float link,
+/// A support that the scene names is a surface; one that was only found may be the rest of the world.
+void settle_contact(const GaussianCloud& cloud, const Segmentation& segmentation, uint32_t support_id, bool named, float link,
                     const ContactRegion& contact, std::vector<Place>& place, ExtractSummary& summary) {
   const float tolerance = std::max(2 * contact.thickness, 0.005f * contact.size), band = 0.1f * contact.size;
   std::vector<int> support, below, above;
@@ -130,7 +131,7 @@ void settle_contact(const GaussianCloud& cloud, const Segmentation& segmentation
   }
   // A flat support has nothing above its plane, so there whatever touches the object belongs to it, from neighbour to
   // neighbour; on rough ground only what lies in the middle of the object does.
-  const bool flat = contact.thickness < 0.01f * contact.size;
+  const bool flat = named && contact.thickness < 0.01f * contact.size;
   for (int p : support) {
     const float h = contact.height(cloud.position[p]);
     if (h > tolerance && (flat || h < band)) above.push_back(p);
@@ -252,7 +253,7 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
   const GaussianCloud support_cloud = cloud.select(support);
   result.contact = contact_region(cloud.select(members), support_cloud, options.up);
   if (result.contact.found) {
-    settle_contact(cloud, segmentation, summary.support, link, result.contact, place, summary);
+    settle_contact(cloud, segmentation, summary.support, options.support != 0, link, result.contact, place, summary);
     result.contact = contact_region(cloud.select(indices_of(place, Place::kObject)), support_cloud, options.up);
   }
   if (options.enclosed) summary.enclosed = take_enclosed(cloud, place);

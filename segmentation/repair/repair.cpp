@@ -35,6 +35,36 @@ float change_outside(const HoleView& before, const HoleView& after) {
   return count ? static_cast<float>(sum / static_cast<double>(count)) : 0.0f;
 }
 
+/// The Gaussians of `patch` that no view sees outside its hole: nothing may be added in front of what is there, nor
+/// where there was nothing.
+GaussianCloud inside_holes(const GaussianCloud& patch, const std::vector<HoleView>& views, const std::vector<int>& camera_of,
+                           const std::vector<Camera>& cameras) {
+  constexpr int kSoftEdge = 2;       // pixels around a hole that belong to its blurred border
+  constexpr double kInFront = 0.98;  // of the depth of what is there
+  std::vector<uint8_t> seen(patch.size(), 0);
+  for (size_t v = 0; v < views.size(); ++v) {
+    const HoleView& view = views[v];
+    const Camera& camera = cameras[camera_of[v]];
+    cv::Mat near, hole(view.hole.height, view.hole.width, CV_8U, const_cast<uint8_t*>(view.hole.data.data()));
+    cv::dilate(hole, near, cv::Mat::ones(2 * kSoftEdge + 1, 2 * kSoftEdge + 1, CV_8U));
+    for (size_t i = 0; i < patch.size(); ++i) {
+      const Eigen::Vector3d x = camera.cam_from_world * patch.position[i].cast<double>();
+      if (x.z() <= 0) continue;
+      const double u = camera.fx * x.x() / x.z() + camera.cx, w = camera.fy * x.y() / x.z() + camera.cy;
+      if (u < 0 || w < 0 || u >= camera.width || w >= camera.height) continue;
+      const int px = static_cast<int>(u), py = static_cast<int>(w);
+      if (near.at<uint8_t>(py, px)) continue;
+      const float alpha = view.picture.alpha(px, py);
+      const bool behind = alpha > 0.5f && x.z() > kInFront * view.picture.depth(px, py) / alpha;
+      seen[i] |= !behind;
+    }
+  }
+  std::vector<int> kept;
+  for (size_t i = 0; i < patch.size(); ++i)
+    if (!seen[i]) kept.push_back(static_cast<int>(i));
+  return patch.select(kept);
+}
+
 }  // namespace
 
 size_t RepairSummary::before() const { return std::accumulate(hole_before.begin(), hole_before.end(), size_t(0)); }
@@ -78,7 +108,9 @@ RepairResult repair(const RepairOptions& options, const GaussianCloud& backgroun
     summary.hole_before.push_back(before[v].pixels);
   }
   for (size_t k = 0; k < surfaces.plane.size(); ++k) {
-    const GaussianCloud patch = plane_patch(surfaces, static_cast<int>(k), before, geometry, observation, background, cameras, options.exemplar);
+    const GaussianCloud patch =
+        inside_holes(plane_patch(surfaces, static_cast<int>(k), before, geometry, observation, background, cameras, options.exemplar),
+                     before, summary.views, cameras);
     if (patch.size() == 0) continue;
     result.background.append(patch);
     summary.plane_gaussians += patch.size(), ++summary.planes;
@@ -96,7 +128,8 @@ RepairResult repair(const RepairOptions& options, const GaussianCloud& backgroun
     const size_t v = order[turn];
     if (added) now[v] = find_hole(options.hole, observation, v, result.background, cameras);
     if (now[v].pixels < options.min_pixels) continue;
-    const GaussianCloud patch = view_patch(now[v], cameras[summary.views[v]], options.exemplar);
+    const GaussianCloud patch =
+        inside_holes(view_patch(now[v], cameras[summary.views[v]], options.exemplar), before, summary.views, cameras);
     result.background.append(patch);
     summary.view_gaussians += patch.size();
     added = added || patch.size() > 0;
