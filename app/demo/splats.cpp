@@ -79,7 +79,7 @@ void append(const Stage& stage, const std::vector<Camera>& cameras, const std::v
             StageSplats& out) {
   const size_t begin = out.cloud.size();
   out.cloud.resize(begin + discs.size());
-  out.label.resize(begin + discs.size()), out.flower_part.resize(begin + discs.size());
+  out.surface.resize(begin + discs.size()), out.label.resize(begin + discs.size()), out.flower_part.resize(begin + discs.size());
   const double sigma = kInPlane * spacing;
   parallel_for(
       static_cast<std::ptrdiff_t>(discs.size()),
@@ -91,6 +91,7 @@ void append(const Stage& stage, const std::vector<Camera>& cameras, const std::v
         axes.col(2) = part.world_from_local.linear() * p.normal;
         axes.col(0) = axes.col(2).unitOrthogonal(), axes.col(1) = axes.col(2).cross(axes.col(0));
         const Vec3d surface = part.world_from_local * p.position;
+        out.surface[i] = surface.cast<float>();
         out.cloud.position[i] = (surface - inset * pixel_size(cameras, surface) * axes.col(2)).cast<float>();
         out.cloud.rotation[i] = quaternion_wxyz(axes.cast<float>());
         const float in_plane = static_cast<float>(std::log(sigma));
