@@ -9,6 +9,7 @@
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/random.h"
 #include "segmentation/lift/semantic_loss.h"
+#include "segmentation/lift/spread.h"
 #include "segmentation/lift/vote.h"
 
 namespace pliant {
@@ -34,6 +35,55 @@ std::vector<int> classes_of(const IdImage& ids, const std::vector<uint32_t>& cla
     cls[i] = static_cast<int>(it - class_id.begin());
   }
   return cls;
+}
+
+/// Mean depth of every pixel, 0 where nothing is.
+std::vector<float> depth_of(const BlendWeights& weights, const GaussianCloud& cloud, const Camera& camera) {
+  std::vector<float> depth(weights.pixels(), 0.0f);
+  const Vec3f forward = camera.forward().cast<float>(), eye = camera.centre().cast<float>();
+  parallel_for(static_cast<std::ptrdiff_t>(depth.size()), [&](std::ptrdiff_t i) {
+    float sum = 0, total = 0;
+    for (uint32_t e = weights.row_start[i]; e < weights.row_start[i + 1]; ++e) {
+      sum += weights.weight[e] * forward.dot(cloud.position[weights.gaussian[e]] - eye);
+      total += weights.weight[e];
+    }
+    if (total > 0) depth[i] = sum / total;
+  }, 2048);
+  return depth;
+}
+
+/// Classes with the uncertain pixels of silhouettes set to -1: splats are blurred by the rasteriser's low-pass and
+/// stick out of the silhouette, where they would learn the label of what is behind.  A pixel is uncertain when within
+/// `border` pixels another id or none lies across a jump in depth (a surface seen flatter than 1 : 4 counts as one);
+/// where an id is so thin that nothing certain of it is near, it is kept.
+std::vector<int> without_silhouettes(const std::vector<int>& cls, const std::vector<float>& depth, const Camera& camera, int border) {
+  if (border <= 0) return cls;
+  const int width = camera.width, height = camera.height;
+  const float jump = static_cast<float>(4 * border / camera.fx);  // over the depth
+  auto any_near = [&](int x, int y, int radius, auto&& test) {
+    for (int j = std::max(0, y - radius); j <= std::min(height - 1, y + radius); ++j)
+      for (int i = std::max(0, x - radius); i <= std::min(width - 1, x + radius); ++i)
+        if (test(static_cast<size_t>(j) * width + i)) return true;
+    return false;
+  };
+  std::vector<uint8_t> uncertain(cls.size(), 0);
+  parallel_for(height, [&](std::ptrdiff_t y) {
+    for (int x = 0; x < width; ++x) {
+      const size_t own = y * width + x;
+      uncertain[own] = cls[own] >= 0 && any_near(x, static_cast<int>(y), border, [&](size_t i) {
+        return cls[i] != cls[own] && std::abs(depth[i] - depth[own]) > jump * std::min(depth[i], depth[own]);
+      });
+    }
+  }, 16);
+  std::vector<int> kept = cls;
+  parallel_for(height, [&](std::ptrdiff_t y) {
+    for (int x = 0; x < width; ++x) {
+      const size_t own = y * width + x;
+      if (uncertain[own] && any_near(x, static_cast<int>(y), 2 * border, [&](size_t i) { return cls[i] == cls[own] && !uncertain[i]; }))
+        kept[own] = -1;
+    }
+  }, 16);
+  return kept;
 }
 
 std::vector<int> count_views(const MaskSet& masks, const std::vector<uint32_t>& class_id) {
@@ -95,41 +145,6 @@ std::vector<int> grouping_graph(const SemanticOptions& options, const GaussianCl
   return graph;
 }
 
-/// Unseen Gaussians take the mean attribute of those of their nearest seen neighbours that share the commonest label;
-/// the classifier is linear, so the mean is decoded as that label.
-size_t spread_to_unseen(const GaussianCloud& cloud, const std::vector<uint8_t>& seen, SemanticModel<float>& model) {
-  constexpr int kNeighbours = 5;
-  std::vector<int> sources, gaps;
-  for (size_t p = 0; p < seen.size(); ++p) (seen[p] ? sources : gaps).push_back(static_cast<int>(p));
-  if (gaps.empty() || sources.empty()) return gaps.size();
-  std::vector<Vec3f> source_points(sources.size()), gap_points(gaps.size());
-  for (size_t i = 0; i < sources.size(); ++i) source_points[i] = cloud.position[sources[i]];
-  for (size_t i = 0; i < gaps.size(); ++i) gap_points[i] = cloud.position[gaps[i]];
-  const std::vector<int> nearest = k_nearest(source_points, gap_points, kNeighbours);
-  parallel_for(static_cast<std::ptrdiff_t>(gaps.size()), [&](std::ptrdiff_t g) {
-    std::vector<float> probability(model.classes), votes(model.classes, 0.0f);
-    int label[kNeighbours];
-    for (int j = 0; j < kNeighbours; ++j) {
-      const int s = nearest[g * kNeighbours + j];
-      if (s < 0) continue;
-      class_softmax(model, model.attribute.data() + static_cast<size_t>(sources[s]) * kSemanticChannels, probability.data());
-      label[j] = static_cast<int>(std::max_element(probability.begin(), probability.end()) - probability.begin());
-      votes[label[j]] += 1.0f + 0.01f / (1 + j);  // the nearest decides a tie
-    }
-    const int winner = static_cast<int>(std::max_element(votes.begin(), votes.end()) - votes.begin());
-    Eigen::Matrix<float, kSemanticChannels, 1> mean = Eigen::Matrix<float, kSemanticChannels, 1>::Zero();
-    int count = 0;
-    for (int j = 0; j < kNeighbours; ++j) {
-      const int s = nearest[g * kNeighbours + j];
-      if (s < 0 || label[j] != winner) continue;
-      mean += Eigen::Map<const decltype(mean)>(model.attribute.data() + static_cast<size_t>(sources[s]) * kSemanticChannels);
-      ++count;
-    }
-    Eigen::Map<decltype(mean)>(model.attribute.data() + static_cast<size_t>(gaps[g]) * kSemanticChannels) = mean / count;
-  }, 256);
-  return gaps.size();
-}
-
 /// Everything that the iterations share.
 class Fit {
  public:
@@ -138,11 +153,15 @@ class Fit {
 
   /// Weights of every view once: votes over all pixels, rows of the chosen pixels into the cache.
   void prepare(const MaskSet& masks, const std::vector<uint32_t>& class_id, ClassVotes& votes, SemanticSummary& summary) {
+    total_.assign(cloud_.size(), 0.0f);
     for (const MaskSet::View& mask : masks.views) {
       TrainingView view;
       view.camera = mask.camera;
       const BlendWeights weights = blend_weights(cloud_, cameras_[mask.camera], options_.render);
-      const std::vector<int> cls = classes_of(mask.ids, class_id);
+      for (size_t e = 0; e < weights.weight.size(); ++e) total_[weights.gaussian[e]] += weights.weight[e];
+      const Camera& camera = cameras_[mask.camera];
+      const std::vector<int> cls =
+          without_silhouettes(classes_of(mask.ids, class_id), depth_of(weights, cloud_, camera), camera, options_.border);
       votes.add(weights, cls);
       choose_pixels(mask.ids, cls, options_.pixel_stride, Random(options_.seed, mask.camera, kPixels), view);
       if (view.pixels.empty()) continue;
@@ -158,6 +177,11 @@ class Fit {
       views_.push_back(std::move(view));
     }
     summary.views = static_cast<int>(views_.size());
+  }
+
+  /// Whether enough of what the views show of Gaussian p, with blend weight `certain` on certain pixels, can be trusted.
+  bool seen(size_t p, float certain) const {
+    return certain >= options_.min_weight && certain >= options_.min_certain * total_[p];
   }
 
   void optimise(SemanticModel<float>& model, SemanticSummary& summary, const SemanticProgress& progress) {
@@ -206,6 +230,7 @@ class Fit {
   const GaussianCloud& cloud_;
   const std::vector<Camera>& cameras_;
   std::vector<TrainingView> views_;
+  std::vector<float> total_;  ///< [N] blend weight over all pixels of all views
 };
 
 }  // namespace
@@ -244,10 +269,12 @@ SemanticResult fit_semantic_field(const SemanticOptions& options, const Gaussian
     start_from_noise(options.seed, model);
   }
   segmentation.seen.resize(cloud.size());
-  for (size_t p = 0; p < cloud.size(); ++p) segmentation.seen[p] = votes.total(p) >= options.min_weight;
-  if (options.start_from_vote) spread_to_unseen(cloud, segmentation.seen, model);
+  for (size_t p = 0; p < cloud.size(); ++p) segmentation.seen[p] = fit.seen(p, votes.total(p));
+  const std::vector<int> source = nearest_seen(cloud.position, segmentation.seen);
+  if (options.start_from_vote) copy_attributes(source, model.attribute);
   if (options.iterations > 0) fit.optimise(model, result.summary, progress);
-  result.summary.unseen = spread_to_unseen(cloud, segmentation.seen, model);
+  copy_attributes(source, model.attribute);
+  result.summary.unseen = static_cast<size_t>(std::count(segmentation.seen.begin(), segmentation.seen.end(), 0));
 
   segmentation.attribute = std::move(model.attribute);
   segmentation.classifier = std::move(model.classifier);

@@ -13,14 +13,16 @@ namespace pliant {
 /// Optimisation of the semantic attribute with frozen geometry.
 struct SemanticOptions {
   bool start_from_vote = true;     ///< else y and classifier start from random numbers
-  int iterations = 200;            ///< one view each; 0 = vote only
-  double attribute_rate = 0.02;    ///< Adam's learning rate of y ...
-  double classifier_rate = 0.005;  ///< ... and of the classifier; both fall to a tenth along a cosine
+  int iterations = 150;            ///< one view each; 0 = vote only
+  double attribute_rate = 0.01;    ///< Adam's learning rate of y ...
+  double classifier_rate = 0.01;   ///< ... and of the classifier; both fall to a tenth along a cosine
   double kl_weight = 2.0;          ///< weight of the grouping term
   int neighbours = 5, anchors = 1000;
   size_t max_points = 200000;      ///< the grouping term acts on at most so many Gaussians
   int pixel_stride = 2;            ///< one pixel per stride x stride block is used for optimisation; votes use all
-  float min_weight = 0.05f;        ///< Gaussians with less blend weight over all views [pixels] count as unseen
+  int border = 2;                  ///< pixels so near to another id across a silhouette are not learnt from
+  float min_weight = 0.05f;        ///< Gaussians with less blend weight over all views [pixels] count as unseen,
+  float min_certain = 0.5f;        ///< and those with less than this share of it on certain pixels
   size_t memory_bytes = size_t(2) << 30;  ///< cache for blend weights; views beyond it are recomputed when needed
   std::vector<int> held_out;       ///< cameras whose masks are never looked at
   uint64_t seed = 0;

@@ -61,12 +61,15 @@ ImageF divided_by_alpha(const RenderResult& picture) {
   return color;
 }
 
-ImageU8 eroded(const ImageU8& mask) {
-  ImageU8 out(mask.width, mask.height, 1);
-  const cv::Mat from(mask.height, mask.width, CV_8U, const_cast<uint8_t*>(mask.data.data()));
-  cv::Mat to(mask.height, mask.width, CV_8U, out.data.data());
-  cv::erode(from, to, cv::Mat::ones(3, 3, CV_8U));
-  return out;
+/// What may be copied: opaque enough for its colour to be known, and not at the fading rim of the hole.
+ImageU8 source_mask(const RenderResult& picture, const ImageU8& target) {
+  const int width = target.width, height = target.height;
+  ImageU8 known(width, height, 1);
+  for (size_t i = 0; i < known.data.size(); ++i) known.data[i] = picture.alpha.data[i] > 0.8f;
+  cv::Mat mask(height, width, CV_8U, known.data.data()), rim;
+  cv::dilate(cv::Mat(height, width, CV_8U, const_cast<uint8_t*>(target.data.data())), rim, cv::Mat::ones(3, 3, CV_8U));
+  mask.setTo(0, rim);
+  return known;
 }
 
 }  // namespace
@@ -113,7 +116,7 @@ GaussianCloud plane_patch(const Surfaces& surfaces, int index, const std::vector
   float texel = 0.9f * median(footprint);
   const float span = std::max(ru[1] - ru[0], rv[1] - rv[0]);
   constexpr int kLargest = 320;  // texels across hole and surroundings
-  const float margin = std::max(0.8f * span, 40 * texel);
+  const float margin = std::max(1.2f * span, 40 * texel);
   texel = std::max(texel, (span + 2 * margin) / kLargest);
   const Vec2f low(ru[0] - margin, rv[0] - margin);
   const int width = static_cast<int>((ru[1] - ru[0] + 2 * margin) / texel) + 1;
@@ -149,10 +152,9 @@ GaussianCloud plane_patch(const Surfaces& surfaces, int index, const std::vector
   const RenderResult picture = render(flat_colored(background, members, front.centre().cast<float>()), camera);
 
   // Texels that a view sees through its hole.
-  ImageU8 target(width, height, 1), known(width, height, 1);
+  ImageU8 target(width, height, 1);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
-      known(x, y) = picture.alpha(x, y) > 0.95f;
       if (picture.alpha(x, y) > 0.97f || !surfaces.plane[index].holds(on_plane(x, y))) continue;
       const Vec3d world = on_plane(x, y).cast<double>();
       for (size_t v = 0; v < views.size() && !target(x, y); ++v) {
@@ -168,7 +170,7 @@ GaussianCloud plane_patch(const Surfaces& surfaces, int index, const std::vector
   cv::Mat mask(height, width, CV_8U, target.data.data());
   cv::morphologyEx(mask, mask, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
   cv::dilate(mask, mask, cv::Mat::ones(3, 3, CV_8U));
-  const ImageF filled = exemplar_fill(options, divided_by_alpha(picture), eroded(known), target);
+  const ImageF filled = exemplar_fill(options, divided_by_alpha(picture), source_mask(picture, target), target);
 
   GaussianCloud patch;
   const Neighbourhood around = neighbourhood(background, members);
@@ -185,9 +187,8 @@ GaussianCloud plane_patch(const Surfaces& surfaces, int index, const std::vector
 GaussianCloud view_patch(const HoleView& view, const Camera& camera, const ExemplarOptions& options) {
   const int width = view.hole.width, height = view.hole.height;
   // Colour: the picture itself is the source.
-  ImageU8 known(width, height, 1);
-  for (size_t i = 0; i < known.data.size(); ++i) known.data[i] = !view.hole.data[i] && view.picture.alpha.data[i] > 0.95f;
-  const ImageF filled = exemplar_fill(options, divided_by_alpha(view.picture), eroded(known), view.hole);
+  const ImageU8 known = source_mask(view.picture, view.hole);
+  const ImageF filled = exemplar_fill(options, divided_by_alpha(view.picture), known, view.hole);
 
   // Depth: the surroundings' inverse depths weighted by inverse squared distance in the picture.
   std::vector<std::pair<Vec2f, float>> ring;
@@ -206,12 +207,17 @@ GaussianCloud view_patch(const HoleView& view, const Camera& camera, const Exemp
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       if (!view.hole(x, y)) continue;
-      double sum = 0, total = 0;
+      // Weighted quantile on the far side: what an object hid is behind it, and a mean between two surfaces is neither.
+      std::vector<std::pair<float, double>> candidates;  // inverse depth, weight
+      double total = 0, below = 0;
       for (size_t i = 0; i < ring.size(); i += step) {
-        const double d2 = (ring[i].first - Vec2f(x, y)).squaredNorm(), w = 1 / (d2 * d2);
-        sum += w * ring[i].second, total += w;
+        const double d2 = (ring[i].first - Vec2f(x, y)).squaredNorm();
+        candidates.emplace_back(ring[i].second, 1 / (d2 * d2)), total += 1 / (d2 * d2);
       }
-      double z = total / sum;
+      std::sort(candidates.begin(), candidates.end());
+      size_t pick = 0;
+      while (pick + 1 < candidates.size() && (below += candidates[pick].second) < 0.35 * total) ++pick;
+      double z = 1 / candidates[pick].first;
       if (view.picture.features(x, y) > 0.5f * view.picture.alpha(x, y) && view.picture.alpha(x, y) > 0.1f)
         z = std::min(z, 0.98 * view.picture.depth(x, y) / view.picture.alpha(x, y));
       const Vec3d at((x + 0.5 - camera.cx) / camera.fx * z, (y + 0.5 - camera.cy) / camera.fy * z, z);

@@ -13,8 +13,8 @@ GaussianCloud plane_patch(const Surfaces& surfaces, int plane, const std::vector
                           const GaussianCloud& background, const std::vector<Camera>& cameras,
                           const ExemplarOptions& options);
 
-/// Gaussians for what planes did not cover in one view: colour filled in the picture itself, depth interpolated
-/// from the hole's surroundings (inverse distance), in front of anything that nobody observed.
+/// Gaussians for what planes did not cover in one view: colour filled in the picture itself, depth from the
+/// hole's surroundings (a quantile on their far side, weighted by distance), in front of anything that nobody observed.
 GaussianCloud view_patch(const HoleView& view, const Camera& camera, const ExemplarOptions& options);
 
 }  // namespace pliant

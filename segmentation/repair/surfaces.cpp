@@ -168,8 +168,10 @@ HoleGeometry place_hole(const Surfaces& surfaces, const HoleView& view, const Ca
         else if (nearest < 0 || away[k].at<float>(y, x) < away[nearest].at<float>(y, x)) nearest = k;
       }
       const int pixel = y * width + x;
-      if (nearest < 0 && view.open(x, y)) geometry.nowhere.push_back(pixel);
-      if (nearest < 0 || nearest == planes) continue;
+      if (nearest < 0 || nearest == planes) {
+        if (view.open(x, y)) geometry.nowhere.push_back(pixel);
+        continue;
+      }
       int chosen = nearest;
       for (int k = 0; k < planes; ++k)
         if (count[k] && k != nearest && t[k] < t[chosen] && corner(nearest, k)) chosen = k;

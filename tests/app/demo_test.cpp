@@ -153,7 +153,7 @@ TEST(DemoSplats, EveryGaussianIsTheFirstThingThatSomePhotoMeets) {
   const StageSplats splats = make_splats(stage, cameras, 4000, 2);
   EXPECT_NEAR(splats.cloud.size(), 4000, 400);
   for (size_t i = 0; i < splats.cloud.size(); ++i) {
-    const Vec3d x = splats.cloud.position[i].cast<double>();
+    const Vec3d x = splats.surface[i].cast<double>();
     bool met = false;
     for (const Camera& camera : cameras) {
       const Vec3d eye = camera.centre();
@@ -170,12 +170,12 @@ TEST(DemoSplats, NoneUnderObjectsAndNoneInsideThePotBelowTheSoil) {
   const Flower& flower = stage.flower();
   size_t table_near_pot = 0, in_pot = 0, below_floor = 0, under_box = 0;
   for (size_t i = 0; i < splats.cloud.size(); ++i) {
-    const Vec3d x = stage.world_from_flower().inverse() * splats.cloud.position[i].cast<double>();
+    const Vec3d x = stage.world_from_flower().inverse() * splats.surface[i].cast<double>();
     const double r = x.head<2>().norm();
     table_near_pot += splats.label[i] == kTableId && r < 0.7 * flower.pot_radius;
     in_pot += r < 0.7 * flower.pot_radius && x.z() < flower.soil_height - 0.001;
     below_floor += x.z() < -0.03;
-    const Vec3d above = splats.cloud.position[i].cast<double>() + Vec3d(0, 0, 0.01);
+    const Vec3d above = splats.surface[i].cast<double>() + Vec3d(0, 0, 0.01);
     for (const StagePart& part : stage.parts()) {
       const bool box_on_table = part.id == kBoxId && splats.label[i] == kTableId;
       under_box += box_on_table && part.shape->inside(part.world_from_local.inverse() * above);

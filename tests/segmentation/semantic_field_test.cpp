@@ -64,6 +64,37 @@ TEST(SemanticField, VoteAloneAndPolishedAgreeWithTheTruth) {
   EXPECT_GE(polished, vote - 0.003);
 }
 
+TEST(SemanticField, SplatsThatStickOutOfTheSilhouetteDoNotTakeTheLabelBehindThem) {
+  MadeScene scene = made_scene({{Vec3f(0, 0, 0.5f), 0.3f, 300, Vec3f(0.8f, 0.1f, 0.1f)}});  // a ball in the air
+  scene.cameras.clear();  // from one side, so that what lies at the silhouette is met there only
+  for (int v = 0; v < 6; ++v) scene.cameras.push_back(look_at({2.2, -0.8 + 0.32 * v, 1.1}, {0, 0, 0.1}, {0, 0, 1}, 160, 120, 144));
+  std::vector<int> kept;
+  std::vector<uint32_t> truth;
+  for (size_t p = 0; p < scene.truth.size(); ++p) {
+    bool visible = scene.truth[p] == MadeScene::kTable;
+    if (!visible) {
+      const Vec3f normal = (scene.cloud.position[p] - scene.balls[0].centre).normalized();
+      for (const Camera& camera : scene.cameras)
+        visible = visible || normal.dot((camera.centre().cast<float>() - scene.cloud.position[p]).normalized()) > -0.1f;
+      scene.cloud.position[p] += 0.02f * normal;
+    }
+    if (visible) kept.push_back(static_cast<int>(p)), truth.push_back(scene.truth[p]);
+  }
+  scene.cloud = scene.cloud.select(kept), scene.truth = truth;
+  const MaskSet masks = cast_masks(scene);
+  auto lost = [&](int border) {  // Gaussians of balls labelled table
+    SemanticOptions options;
+    options.iterations = 0, options.border = border;
+    const auto labels = fit_semantic_field(options, scene.cloud, scene.cameras, masks).segmentation.label;
+    size_t count = 0;
+    for (size_t p = 0; p < labels.size(); ++p) count += scene.truth[p] != MadeScene::kTable && labels[p] == MadeScene::kTable;
+    return count;
+  };
+  const size_t without = lost(0), with = lost(2);
+  EXPECT_GT(without, 20u);
+  EXPECT_LT(3 * with, without);
+}
+
 TEST(SemanticField, OrderOfTheViewsDoesNotMatterForTheVote) {
   const MadeScene scene = made_scene(two_balls());
   MaskSet masks = cast_masks(scene);
