@@ -1,6 +1,6 @@
 // The semantic attribute, extraction and repair on the demo scene:
-//   semantic_field_study SCENE_FOLDER [OUT_FOLDER]
-// SCENE_FOLDER is made when it does not exist.  mIoU is on every 8th photo, which is never optimised on; "missing"
+//   semantic_field_study SCENE_FOLDER [OUT_FOLDER [SEED]]
+// SCENE_FOLDER is made with that seed when it does not exist.  mIoU is on every 8th photo, which is never optimised on; "missing"
 // erases 20 % of the masks (an id in a photo).  Prints JSON; pictures go to OUT_FOLDER.
 
 #include <chrono>
@@ -97,11 +97,12 @@ double luminance_deviation(const RepairResult& result, const GaussianCloud& back
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 2) return std::fprintf(stderr, "usage: %s SCENE_FOLDER [OUT_FOLDER]\n", argv[0]), 2;
+  if (argc < 2) return std::fprintf(stderr, "usage: %s SCENE_FOLDER [OUT_FOLDER [SEED]]\n", argv[0]), 2;
   const std::filesystem::path folder = argv[1], out = argc > 2 ? argv[2] : ".";
   if (!std::filesystem::exists(folder)) {
     DemoOptions demo;
     demo.out = folder, demo.video = false;
+    if (argc > 3) demo.seed = std::stoull(argv[3]);
     make_demo(demo);
   }
   std::filesystem::create_directories(out);
@@ -129,8 +130,10 @@ int main(int argc, char** argv) {
 
   ExtractOptions extract_options;
   extract_options.up = scene.up.cast<float>();
-  for (size_t c = 0; c < segmentation.class_id.size(); ++c)
+  for (size_t c = 0; c < segmentation.class_id.size(); ++c) {
     if (segmentation.class_name[c] == scene.settings.object) extract_options.object = segmentation.class_id[c];
+    if (segmentation.class_name[c] == scene.settings.support) extract_options.support = segmentation.class_id[c];
+  }
   start = now();
   const ExtractResult parts = extract(extract_options, scene.cloud, segmentation);
   json["extract"] = {{"seconds", now() - start}, {"object", parts.object.size()}, {"summary", parts.summary.describe()},
