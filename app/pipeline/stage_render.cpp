@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <functional>
+
 #include "app/pipeline/clip_camera.h"
 #include "app/pipeline/interactions.h"
 #include "app/pipeline/stages.h"
@@ -88,22 +90,22 @@ json run_render(const Context& context, RunDirectory& run, const Scene& scene, c
     turn.frames = frames, turn.degrees = scene.cameras_are_orbit ? 360 : 25;
     const std::vector<Camera> path = orbit_path(turn, fixed, bounds.centre().cast<double>(), scene.up);
 
-    VideoWriter clip(run / "clip.mp4", stage.trajectory.fps, fixed.width, fixed.height);
-    std::unique_ptr<VideoWriter> orbit;
-    if (options.orbit) orbit = std::make_unique<VideoWriter>(run / "clip_orbit.mp4", stage.trajectory.fps, fixed.width, fixed.height);
     std::vector<ImageF> moments;
-    context.progress.begin("render", frames);
-    for (int f = 0; f < frames; ++f) {
-      if (context.interrupted()) throw Error(Failure::kInterrupted, "render", "", "interrupted", "run the same command to continue");
-      const ImageF picture = picture_of_frame(stage, stage.trajectory.frames[f], fixed);
-      clip.write(picture);
-      if (orbit) orbit->write(picture_of_frame(stage, stage.trajectory.frames[f], path[f]));
-      if (static_cast<int>(moments.size()) < 8 && f >= static_cast<int>(moments.size()) * frames / 8) moments.push_back(picture);
-      context.progress.done(f + 1);
-    }
+    context.progress.begin("render", options.orbit ? 2 * frames : frames);
+    const auto film = [&](const std::string& file, int done, const std::function<const Camera&(int)>& camera) {
+      VideoWriter clip(run / file, stage.trajectory.fps, fixed.width, fixed.height);
+      for (int f = 0; f < frames; ++f) {
+        if (context.interrupted()) throw Error(Failure::kInterrupted, "render", "", "interrupted", "run the same command to continue");
+        const ImageF picture = picture_of_frame(stage, stage.trajectory.frames[f], camera(f));
+        clip.write(picture);
+        if (static_cast<int>(moments.size()) < 8 && f >= static_cast<int>(moments.size()) * frames / 8) moments.push_back(picture);
+        context.progress.done(done + f + 1);
+      }
+      clip.close();
+    };
+    film("clip.mp4", 0, [&](int) -> const Camera& { return fixed; });
+    if (options.orbit) film("clip_orbit.mp4", frames, [&](int f) -> const Camera& { return path[f]; });
     context.progress.end();
-    clip.close();
-    if (orbit) orbit->close();
     write_contact_sheet(run / "clip_frames.png", moments);
     return {{"frames", frames}, {"camera", fixed.name}, {"width", fixed.width}, {"height", fixed.height},
             {"fps", stage.trajectory.fps}, {"moving_gaussians", moving}, {"object_gaussians", stage.object.size()}};

@@ -7,9 +7,9 @@
 
 namespace pliant {
 
-/// Writes an H.264 yuv420p mp4 that browsers play.  Odd sizes lose their last row or column.  The file appears under
-/// its name when `close` returns; without `close` nothing is left behind.  Throws Error{kInput} when this OpenCV
-/// cannot write H.264.
+/// Writes an H.264 yuv420p mp4 that browsers play, through the `ffmpeg` program: constant quality, one encoder thread,
+/// so that equal frames give equal files.  Odd sizes lose their last row or column.  The file appears under its name
+/// when `close` returns; without `close` nothing is left behind.  Throws Error{kInput} when ffmpeg is missing or fails.
 class VideoWriter {
  public:
   VideoWriter(const std::filesystem::path& file, double fps, int width, int height);
