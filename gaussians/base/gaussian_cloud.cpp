@@ -6,13 +6,6 @@
 #include "gaussians/base/error.h"
 
 namespace pliant {
-void GaussianCloud::resize(size_t n) {
-  position.resize(n, Vec3f::Zero());
-  rotation.resize(n, Vec4f(1, 0, 0, 0));
-  log_scale.resize(n, Vec3f::Zero());
-  opacity_logit.resize(n, 0.0f);
-  sh.resize(n * sh_count() * 3, 0.0f);
-}
 
 GaussianCloud GaussianCloud::select(std::span<const int> indices) const {
   GaussianCloud out;

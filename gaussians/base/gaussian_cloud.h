@@ -7,27 +7,56 @@
 
 namespace pliant {
 
-/// N Gaussians with the parameters of 3DGS (Kerbl et al. 2023) in their stored spaces, in scene units.
-struct GaussianCloud {
-  std::vector<Vec3f> position;       ///< [N, 3]
-  std::vector<Vec4f> rotation;       ///< [N, 4] quaternion w, x, y, z; need not be normalised
-  std::vector<Vec3f> log_scale;      ///< [N, 3] natural logarithm of the standard deviations
-  std::vector<float> opacity_logit;  ///< [N]
-  std::vector<float> sh;             ///< [N, K, 3], K = (sh_degree + 1)^2; colour = 0.5 + sum of basis * sh
-  int sh_degree = 0;                 ///< 0..3
+/// N Gaussians with the parameters of 3DGS (Kerbl et al. 2023) in their stored spaces, in scene units.  The derivative
+/// of a scalar with respect to a cloud has the same shape and is kept in the same type.
+template <class T>
+struct CloudOf {
+  std::vector<Vec3<T>> position;                 ///< [N, 3]
+  std::vector<Eigen::Matrix<T, 4, 1>> rotation;  ///< [N, 4] quaternion w, x, y, z; need not be normalised
+  std::vector<Vec3<T>> log_scale;                ///< [N, 3] natural logarithm of the standard deviations
+  std::vector<T> opacity_logit;                  ///< [N]
+  std::vector<T> sh;                             ///< [N, K, 3], K = (sh_degree + 1)^2; colour = 0.5 + sum of basis * sh
+  int sh_degree = 0;                             ///< 0..3
 
   size_t size() const { return position.size(); }
   int sh_count() const { return (sh_degree + 1) * (sh_degree + 1); }
-  float* sh_of(size_t i) { return sh.data() + i * sh_count() * 3; }
-  const float* sh_of(size_t i) const { return sh.data() + i * sh_count() * 3; }
+  T* sh_of(size_t i) { return sh.data() + i * sh_count() * 3; }
+  const T* sh_of(size_t i) const { return sh.data() + i * sh_count() * 3; }
 
-  void resize(size_t n);
+  /// New Gaussians lie at the origin, unrotated, with all other parameters zero.
+  void resize(size_t n) {
+    position.resize(n, Vec3<T>::Zero());
+    rotation.resize(n, Eigen::Matrix<T, 4, 1>(1, 0, 0, 0));
+    log_scale.resize(n, Vec3<T>::Zero());
+    opacity_logit.resize(n, T(0));
+    sh.resize(n * sh_count() * 3, T(0));
+  }
+};
+
+/// The cloud as it is kept, read and written.
+struct GaussianCloud : CloudOf<float> {
   /// Gaussians at `indices`, in that order.
   GaussianCloud select(std::span<const int> indices) const;
   /// Appends `other`; the lower SH degree is padded with zeros.
   void append(const GaussianCloud& other);
   Box bounds() const;
 };
+
+/// The same parameters in another precision.
+template <class T, class S>
+CloudOf<T> cloud_cast(const CloudOf<S>& cloud) {
+  CloudOf<T> out;
+  out.sh_degree = cloud.sh_degree;
+  out.resize(cloud.size());
+  for (size_t i = 0; i < cloud.size(); ++i) {
+    out.position[i] = cloud.position[i].template cast<T>();
+    out.rotation[i] = cloud.rotation[i].template cast<T>();
+    out.log_scale[i] = cloud.log_scale[i].template cast<T>();
+    out.opacity_logit[i] = static_cast<T>(cloud.opacity_logit[i]);
+  }
+  for (size_t k = 0; k < cloud.sh.size(); ++k) out.sh[k] = static_cast<T>(cloud.sh[k]);
+  return out;
+}
 
 /// The cloud with spherical harmonics cut or padded with zeros to `degree`.
 GaussianCloud with_sh_degree(const GaussianCloud& cloud, int degree);
