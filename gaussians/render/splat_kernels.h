@@ -3,20 +3,9 @@
 #include "gaussians/base/camera.h"
 #include "gaussians/base/gaussian_cloud.h"
 #include "gaussians/base/portable.h"
-#include "gaussians/render/pack.h"
+#include "gaussians/render/splat.h"
 
 namespace pliant {
-
-/// Constants of the reference 3DGS rasteriser; forward and reverse passes use the same ones.
-namespace splat {
-constexpr double kNear = 0.2;            ///< Gaussians nearer than this are not drawn (scene units)
-constexpr double kFrustumClamp = 1.3;    ///< the Jacobian is taken inside the frustum widened by this factor
-constexpr double kScreenVariance = 0.3;  ///< low-pass filter added to the 2D covariance (px^2)
-constexpr double kMaxAlpha = 0.99;
-constexpr double kMinAlpha = 1.0 / 255;      ///< smaller contributions are skipped
-constexpr double kMinTransmittance = 1e-4;   ///< blending ends before the transmittance falls below this
-constexpr double kMinCompensation = 2.5e-5;  ///< smallest ratio of determinants in antialiased rendering
-}  // namespace splat
 
 /// A camera as the kernels use it.
 template <class T>
@@ -59,6 +48,27 @@ HOST_DEVICE Mat3<T> covariance_factor(const Eigen::Matrix<T, 4, 1>& wxyz, const 
   return R * log_scale.array().exp().matrix().asDiagonal();
 }
 
+/// Derivatives of A = covariance_factor(wxyz, log_scale), written: through R(q / |q|) and through the scales.
+template <class T>
+HOST_DEVICE void covariance_factor_adjoint(const Eigen::Matrix<T, 4, 1>& wxyz, const Vec3<T>& log_scale,
+                                           const Mat3<T>& A, const Mat3<T>& adj_A, Eigen::Matrix<T, 4, 1>& adj_wxyz,
+                                           Vec3<T>& adj_log_scale) {
+  adj_log_scale = A.cwiseProduct(adj_A).colwise().sum().transpose();
+  adj_wxyz.setZero();
+  const T norm = wxyz.norm();
+  if (norm == T(0)) return;
+  const Mat3<T> G = adj_A * log_scale.array().exp().matrix().asDiagonal();
+  const Eigen::Matrix<T, 4, 1> q = wxyz / norm;
+  const T w = q[0], x = q[1], y = q[2], z = q[3];
+  Eigen::Matrix<T, 4, 1> adj_q;
+  adj_q[0] = x * (G(2, 1) - G(1, 2)) + y * (G(0, 2) - G(2, 0)) + z * (G(1, 0) - G(0, 1));
+  adj_q[1] = y * (G(0, 1) + G(1, 0)) + z * (G(0, 2) + G(2, 0)) + w * (G(2, 1) - G(1, 2)) - 2 * x * (G(1, 1) + G(2, 2));
+  adj_q[2] = x * (G(0, 1) + G(1, 0)) + z * (G(1, 2) + G(2, 1)) + w * (G(0, 2) - G(2, 0)) - 2 * y * (G(0, 0) + G(2, 2));
+  adj_q[3] = x * (G(0, 2) + G(2, 0)) + y * (G(1, 2) + G(2, 1)) + w * (G(1, 0) - G(0, 1)) - 2 * z * (G(0, 0) + G(1, 1));
+  // 2 dR/dq is tangent already up to the part along q, which the normalisation takes away.
+  adj_wxyz = T(2) * (adj_q - q * q.dot(adj_q)) / norm;
+}
+
 /// Elliptical weighted average projection (Zwicker et al. 2001, eq. 31): covariance2D = J W A (J W A)^T with the
 /// Jacobian J of the pinhole projection at the mean.  False when the Gaussian is not drawn: nearer than kNear, or not
 /// finite.  The determinant is summed from non-negative terms (Binet and Cauchy), so that thin splats keep theirs.
@@ -83,45 +93,86 @@ HOST_DEVICE bool project(const View<T>& view, const Vec3<T>& position, const Mat
   return std::isfinite(out.u + out.v + out.depth + out.determinant / out.yy);
 }
 
-/// What a splat adds to one row of pixels: alpha = opacity exp(power - half_inverse_x (x - x0)^2).  The quadratic form
-/// is completed to squares, -(1/2) d^T covariance^-1 d = power - half_inverse_x (x - x0)^2, which is never positive.
+/// Derivatives with respect to the camera, as free entries of R, t and centre.
 template <class T>
-struct SplatRow {
-  T x0, power;
+struct ViewGradient {
+  Mat3<T> R = Mat3<T>::Zero();
+  Vec3<T> t = Vec3<T>::Zero(), centre = Vec3<T>::Zero();
+
+  ViewGradient& operator+=(const ViewGradient& other) {
+    R += other.R, t += other.t, centre += other.centre;
+    return *this;
+  }
 };
 
+/// Derivatives for those of the footprint `f`, given in `adj` field by field: adds to adj_position, adj_A and adj_view.
 template <class T>
-HOST_DEVICE SplatRow<T> splat_row(T u, T v, T slope, T half_inverse_y, T y) {
-  const T dy = y - v;
-  return {u + slope * dy, -half_inverse_y * dy * dy};
-}
+HOST_DEVICE void project_adjoint(const View<T>& view, const Vec3<T>& position, const Mat3<T>& A, const Footprint<T>& f,
+                                 const Footprint<T>& adj, Vec3<T>& adj_position, Mat3<T>& adj_A,
+                                 ViewGradient<T>& adj_view) {
+  const Vec3<T> p = view.R * position + view.t;
+  const T x = p[0] / p[2], y = p[1] / p[2];
+  const bool inside_x = x >= view.low_x && x <= view.high_x, inside_y = y >= view.low_y && y <= view.high_y;
+  const T clamped_x = inside_x ? x : x < view.low_x ? view.low_x : view.high_x;
+  const T clamped_y = inside_y ? y : y < view.low_y ? view.low_y : view.high_y;
+  const T scale_x = view.fx / p[2], scale_y = view.fy / p[2];
+  const Vec3<T> rx = (view.R.row(0) - clamped_x * view.R.row(2)).transpose();
+  const Vec3<T> ry = (view.R.row(1) - clamped_y * view.R.row(2)).transpose();
+  const Vec3<T> jx = rx * scale_x, jy = ry * scale_y;
+  const Vec3<T> mx = A.transpose() * jx, my = A.transpose() * jy, n = mx.cross(my);
 
-/// Alpha at pixel centres x; V is T or a pack of T.
-template <bool kCutOffs, class V, class T>
-HOST_DEVICE V splat_alpha(T opacity, T half_inverse_x, const SplatRow<T>& row, V x) {
-  const V e = x - row.x0;
-  const V alpha = opacity * exp_nonpositive(row.power - half_inverse_x * e * e);
-  if constexpr (!kCutOffs) return alpha;
-  const V limit = V{} + T(splat::kMaxAlpha);
-  return alpha < limit ? alpha : limit;
-}
-
-/// Blend weight of the next splat, alpha * transmittance, and the transmittance after it.  A pixel whose transmittance
-/// would fall below the limit takes nothing more; it is marked by the negative of its transmittance.
-template <bool kCutOffs, class T, class V>
-HOST_DEVICE V blend(V alpha, V& transmittance) {
-  const V after = transmittance * (T(1) - alpha);
-  const V weight = alpha * transmittance;
-  if constexpr (!kCutOffs) {
-    transmittance = after;
-    return weight;
+  // compensation^2 = sharp / determinant, determinant = sharp + blur (|mx|^2 + |my|^2) + blur^2, sharp = |mx x my|^2.
+  const T blur = T(splat::kScreenVariance), sharp = n.squaredNorm(), ratio = sharp / f.determinant;
+  T adj_sharp = 0, adj_determinant = adj.determinant;
+  if (ratio > T(splat::kMinCompensation)) {
+    const T adj_ratio = adj.compensation / (2 * f.compensation);
+    adj_sharp += adj_ratio / f.determinant;
+    adj_determinant -= adj_ratio * ratio / f.determinant;
   }
-  const auto counts = alpha >= V{} + T(splat::kMinAlpha);
-  const auto takes = counts & (after >= V{} + T(splat::kMinTransmittance));
-  const V closed = transmittance < -transmittance ? transmittance : -transmittance;
-  const V otherwise = counts ? closed : transmittance;
-  transmittance = takes ? after : otherwise;
-  return takes ? weight : V{};
+  adj_sharp += adj_determinant;
+  const T adj_xx = adj.xx + blur * adj_determinant, adj_yy = adj.yy + blur * adj_determinant;
+  const Vec3<T> adj_mx = 2 * adj_xx * mx + adj.xy * my + 2 * adj_sharp * my.cross(n);
+  const Vec3<T> adj_my = 2 * adj_yy * my + adj.xy * mx + 2 * adj_sharp * n.cross(mx);
+  adj_A += jx * adj_mx.transpose() + jy * adj_my.transpose();
+
+  const Vec3<T> adj_jx = A * adj_mx, adj_jy = A * adj_my;
+  adj_view.R.row(0) += scale_x * adj_jx.transpose();
+  adj_view.R.row(1) += scale_y * adj_jy.transpose();
+  adj_view.R.row(2) -= (clamped_x * scale_x * adj_jx + clamped_y * scale_y * adj_jy).transpose();
+  T adj_x = view.fx * adj.u, adj_y = view.fy * adj.v;
+  if (inside_x) adj_x -= scale_x * adj_jx.dot(view.R.row(2));
+  if (inside_y) adj_y -= scale_y * adj_jy.dot(view.R.row(2));
+  const T adj_z = adj.depth - (adj_jx.dot(jx) + adj_jy.dot(jy) + adj_x * x + adj_y * y) / p[2];
+  const Vec3<T> adj_p(adj_x / p[2], adj_y / p[2], adj_z);
+  adj_position += view.R.transpose() * adj_p;
+  adj_view.R += adj_p * position.transpose();
+  adj_view.t += adj_p;
+}
+
+/// Derivatives with respect to the world covariance, as a symmetric matrix: only the two rows of the Jacobian enter.
+template <class T>
+HOST_DEVICE Mat3<T> project_adjoint_covariance(const View<T>& view, const Vec3<T>& position, const Footprint<T>& f,
+                                               const Footprint<T>& adj) {
+  const Vec3<T> p = view.R * position + view.t;
+  const T x = p[0] / p[2], y = p[1] / p[2];
+  const T clamped_x = x < view.low_x ? view.low_x : x > view.high_x ? view.high_x : x;
+  const T clamped_y = y < view.low_y ? view.low_y : y > view.high_y ? view.high_y : y;
+  const Vec3<T> jx = (view.R.row(0) - clamped_x * view.R.row(2)).transpose() * (view.fx / p[2]);
+  const Vec3<T> jy = (view.R.row(1) - clamped_y * view.R.row(2)).transpose() * (view.fy / p[2]);
+  const T blur = T(splat::kScreenVariance), xx = f.xx - blur, yy = f.yy - blur;
+  const T ratio = (xx * yy - f.xy * f.xy) / f.determinant;
+  T adj_sharp = 0, adj_determinant = adj.determinant;
+  if (f.compensation * f.compensation > T(splat::kMinCompensation)) {
+    const T adj_ratio = adj.compensation / (2 * f.compensation);
+    adj_sharp += adj_ratio / f.determinant;
+    adj_determinant -= adj_ratio * ratio / f.determinant;
+  }
+  adj_sharp += adj_determinant;
+  const T adj_xx = adj.xx + blur * adj_determinant + adj_sharp * yy;
+  const T adj_yy = adj.yy + blur * adj_determinant + adj_sharp * xx;
+  const T adj_xy = T(0.5) * adj.xy - adj_sharp * f.xy;
+  const Mat3<T> cross = jx * jy.transpose();
+  return adj_xx * jx * jx.transpose() + adj_yy * jy * jy.transpose() + adj_xy * (cross + cross.transpose());
 }
 
 }  // namespace pliant

@@ -1,0 +1,293 @@
+#pragma once
+
+#include "gaussians/render/blend.h"
+#include "gaussians/render/pack.h"
+
+// Blending of one tile, forward and reverse.  A tile is 4 columns of blocks, 4 px wide and kLanes / 4 px high; the
+// pixels of a block are the lanes of one pack.
+
+namespace pliant::PLIANT_ISA {
+
+constexpr int kBlockRows = kLanes / 4, kBlocks = kTilePixels / kLanes;
+
+/// The bits of all rows of a block gathered at its first row.
+inline uint64_t blocks_of(uint64_t rows) {
+  for (int r = 1; r < kBlockRows; r *= 2) rows |= rows >> (4 * r);
+  constexpr uint64_t kFirstRows = kBlockRows == 1 ? ~0ull : kBlockRows == 2 ? 0x0f0f0f0f0f0f0f0full : 0x000f000f000f000full;
+  return rows & kFirstRows;
+}
+inline int block_of(int bit) { return (bit >> 2) / kBlockRows * 4 + (bit & 3); }
+
+/// Calls visit(block, lane, pixel) for every pixel of a tile, pixels row by row.
+template <class Visit>
+inline void for_each_lane(Visit&& visit) {
+  for (int pixel = 0; pixel < kTilePixels; ++pixel) {
+    const int x = pixel % kTileSize, y = pixel / kTileSize;
+    visit(y / kBlockRows * 4 + x / 4, y % kBlockRows * 4 + x % 4, pixel);
+  }
+}
+
+/// Transmittance of the pixels of a tile; negative once a pixel takes nothing more.
+template <class T>
+struct TileState {
+  Pack<T> transmittance[kBlocks];
+  Pack<T> centre_x[4], centre_y[kTileSize / kBlockRows];  ///< of the pixels, from the tile's corner
+
+  explicit TileState(const TileInput<T>& in, bool cut_offs) {
+    for_each_lane([&](int block, int lane, int pixel) {
+      const int x = pixel % kTileSize, y = pixel / kTileSize;
+      const bool inside = x < in.columns && y < in.rows;
+      transmittance[block][lane] = inside ? T(1) : cut_offs ? T(-1) : T(0);
+      centre_x[x / 4][lane] = T(x) + T(0.5);
+      centre_y[y / kBlockRows][lane] = T(y) + T(0.5);
+    });
+  }
+};
+
+/// What one splat does to the pixels of one block.
+template <class T>
+struct Contribution {
+  Pack<T> e, d;           ///< offsets from the mean, see Splat
+  Pack<T> alpha;          ///< 0 where it is below the smallest alpha
+  Pack<T> transmittance;  ///< in front of the splat
+  Pack<T> weight;         ///< alpha * transmittance; 0 where the pixel takes nothing more
+  Mask<T> smooth;         ///< whether alpha still follows the splat: it counts, and is not held at the largest alpha
+};
+
+/// Alpha and weight of a splat in one block, and the transmittance behind it.
+template <class T, bool kCutOffs>
+inline Contribution<T> contribute(const Splat<T>& s, Pack<T> dx, Pack<T> d, Pack<T>& transmittance) {
+  using V = Pack<T>;
+  Contribution<T> c;
+  c.d = d;
+  c.e = fma(V{} - s.slope, d, dx);
+  const V across = s.precision_y * d, along = s.precision_x * c.e;
+  const V exponent = fma(-along, c.e, fma(-across, d, V{} + s.log2_opacity));
+  c.transmittance = transmittance;
+  if constexpr (kCutOffs) {
+    const V full = exp2_nonpositive(exponent), most = V{} + T(splat::kMaxAlpha);
+    c.alpha = lower(full, most);
+    const Mask<T> counts = c.alpha >= V{} + T(splat::kMinAlpha);
+    c.alpha = where(counts, c.alpha);
+    const V after = fma(-c.alpha, transmittance, transmittance);
+    const Mask<T> takes = after >= V{} + T(splat::kMinTransmittance);
+    c.weight = where(takes, c.alpha * transmittance);
+    c.smooth = counts & takes & (full < most);
+    // A pixel that takes nothing more is marked by the sign of its transmittance.
+    const V closed = transmittance < -transmittance ? transmittance : -transmittance;
+    transmittance = takes ? after : closed;
+  } else {
+    c.alpha = exp2_nonpositive(exponent);
+    c.weight = c.alpha * transmittance;
+    c.smooth = V{} == V{};
+    transmittance = transmittance - c.weight;
+  }
+  return c;
+}
+
+/// Front-to-back traversal of one tile, the one place where blend weights are made.  For each entry that meets a pixel
+/// which still takes something: visitor.begin(splat), visitor.add(block, contribution) for its blocks,
+/// visitor.end(entry); for the others visitor.skip(entry).
+template <class T, bool kCutOffs, class Visitor>
+inline void traverse(const TileInput<T>& in, TileState<T>& state, Visitor& visitor) {
+  constexpr size_t kAhead = 8;
+  uint64_t open = blocks_of(~0ull);
+  size_t i = 0;
+  for (; i < in.count && open; ++i) {
+    const TileEntry entry = in.entries[i];
+    if (i + kAhead < in.count) __builtin_prefetch(&in.splats[in.entries[i + kAhead].splat]);
+    uint64_t blocks = blocks_of(entry.blocks) & open;
+    if (!blocks) {
+      visitor.skip(entry);
+      continue;
+    }
+    const Splat<T> s = in.splats[entry.splat];
+    const T u = s.u - T(in.left), v = s.v - T(in.top);
+    visitor.begin(s);
+    do {
+      const int bit = __builtin_ctzll(blocks), block = block_of(bit);
+      blocks &= blocks - 1;
+      Pack<T>& transmittance = state.transmittance[block];
+      visitor.add(block, contribute<T, kCutOffs>(s, state.centre_x[bit & 3] - u,
+                                                 state.centre_y[(bit >> 2) / kBlockRows] - v, transmittance));
+      if (kCutOffs && all_negative(transmittance)) open &= ~(1ull << bit);
+    } while (blocks);
+    visitor.end(entry);
+  }
+  for (; i < in.count; ++i) visitor.skip(in.entries[i]);
+}
+
+/// Sums over the splats of colour, depth and extra channels.  kChannels < 0: their number is known only at run time.
+template <class T, int kChannels>
+struct Blend {
+  const TileInput<T>& in;
+  T* sums;
+  Pack<T> (*sum)[4];
+  Pack<T>* feature_sum;  // [kBlocks][channels]
+  Pack<T> value[4];
+  const T* feature = nullptr;
+
+  int channels() const { return kChannels < 0 ? in.channels : kChannels; }
+
+  void begin(const Splat<T>& s) {
+    for (int c = 0; c < 3; ++c) value[c] = Pack<T>{} + s.color[c];
+    value[3] = Pack<T>{} + s.depth;
+    if (kChannels) feature = in.features + static_cast<size_t>(s.index) * in.stride;
+  }
+  void add(int block, const Contribution<T>& c) {
+    for (int k = 0; k < 4; ++k) sum[block][k] = fma(c.weight, value[k], sum[block][k]);
+    Pack<T>* to = feature_sum + block * channels();
+    for (int k = 0; k < channels(); ++k) to[k] = fma(c.weight, Pack<T>{} + feature[k], to[k]);
+  }
+  void end(const TileEntry&) {}
+  void skip(const TileEntry&) {}
+};
+
+template <class T, bool kCutOffs, int kChannels>
+void blend_channels(const TileInput<T>& in, T* transmittance, T* sums) {
+  TileState<T> state(in, kCutOffs);
+  Pack<T> sum[kBlocks][4] = {}, feature_sum[kChannels < 0 ? kBlocks * kMostChannelsAtOnce : kBlocks * kChannels + 1] = {};
+  Blend<T, kChannels> visitor{in, sums, sum, feature_sum, {}};
+  traverse<T, kCutOffs>(in, state, visitor);
+  for_each_lane([&](int block, int lane, int pixel) {
+    const T left_over = state.transmittance[block][lane];
+    transmittance[pixel] = left_over < 0 ? -left_over : left_over;
+    for (int k = 0; k < 4; ++k) sums[k * kTilePixels + pixel] = sum[block][k][lane];
+    for (int k = 0; k < in.channels; ++k)
+      sums[(4 + k) * kTilePixels + pixel] = feature_sum[block * in.channels + k][lane];
+  });
+}
+
+template <class T, bool kCutOffs>
+void blend(const TileInput<T>& in, T* transmittance, T* sums) {
+  if (in.channels == 0) return blend_channels<T, kCutOffs, 0>(in, transmittance, sums);
+  if (in.channels == kMostChannelsAtOnce)
+    return blend_channels<T, kCutOffs, kMostChannelsAtOnce>(in, transmittance, sums);
+  blend_channels<T, kCutOffs, -1>(in, transmittance, sums);
+}
+
+/// Derivatives by the same traversal, front to back.  With g the derivative of a pixel's blended values, c_i those of a
+/// splat and T_i the transmittance in front of it,
+///   dL/dalpha_i = T_i (c_i . g) - rest_i / (1 - alpha_i),  rest_i = sum over what lies behind of weight (c . g),
+/// and rest starts as the whole sum, known from the blended values; ds = alpha dL/dalpha = dL/d ln(alpha).
+template <class T, int kChannels>
+struct BlendAdjoint {
+  const TileInput<T>& in;
+  const Pack<T>* adj;  // [kBlocks][4 + channels]
+  Pack<T>* rest;       // [kBlocks]
+  Pack<T>* feature_sum;
+  T* pair_gradient;
+  size_t pair_stride;
+  Pack<T> moment[6] = {}, sum[4] = {};
+  Pack<T> value[4] = {};
+  const T* feature = nullptr;
+
+  int channels() const { return kChannels < 0 ? in.channels : kChannels; }
+
+  void begin(const Splat<T>& s) {
+    for (int c = 0; c < 3; ++c) value[c] = Pack<T>{} + s.color[c];
+    value[3] = Pack<T>{} + s.depth;
+    for (Pack<T>& m : moment) m = Pack<T>{};
+    for (Pack<T>& v : sum) v = Pack<T>{};
+    if (!kChannels) return;
+    feature = in.features + static_cast<size_t>(s.index) * in.stride;
+    for (int k = 0; k < channels(); ++k) feature_sum[k] = Pack<T>{};
+  }
+  void add(int block, const Contribution<T>& c) {
+    const Pack<T>* g = adj + block * (4 + channels());
+    Pack<T> along = value[0] * g[0];
+    for (int k = 1; k < 4; ++k) along = fma(value[k], g[k], along);
+    for (int k = 0; k < 4; ++k) sum[k] = fma(c.weight, g[k], sum[k]);
+    for (int k = 0; k < channels(); ++k) {
+      along = fma(Pack<T>{} + feature[k], g[4 + k], along);
+      feature_sum[k] = fma(c.weight, g[4 + k], feature_sum[k]);
+    }
+    const Pack<T> behind = fma(-c.weight, along, rest[block]);
+    rest[block] = behind;
+    const Pack<T> slope = c.transmittance * along - behind / (T(1) - c.alpha);
+    const Pack<T> s = where(c.smooth, c.alpha * slope), se = s * c.e, sd = s * c.d;
+    moment[kMoment] += s, moment[kMomentE] += se, moment[kMomentD] += sd;
+    moment[kMomentEE] = fma(se, c.e, moment[kMomentEE]);
+    moment[kMomentED] = fma(se, c.d, moment[kMomentED]);
+    moment[kMomentDD] = fma(sd, c.d, moment[kMomentDD]);
+  }
+  void end(const TileEntry& entry) {
+    T* to = pair_gradient + entry.pair * pair_stride;
+    Pack<T> all[kPairSlots];
+    for (int k = 0; k < 6; ++k) all[k] = moment[k];
+    for (int k = 0; k < 4; ++k) all[kAdjColor + k] = sum[k];
+    sum_lanes(all, kPairSlots, to);
+    sum_lanes(feature_sum, channels(), to + kAdjFeature);
+  }
+  void skip(const TileEntry& entry) {
+    T* to = pair_gradient + entry.pair * pair_stride;
+    for (int k = 0; k < kPairSlots + channels(); ++k) to[k] = T(0);
+  }
+};
+
+template <class T, bool kCutOffs, int kChannels>
+void blend_adjoint_channels(const TileInput<T>& in, const T* adj_sums, const T* rest, T* pair_gradient,
+                            size_t pair_stride, T* scratch) {
+  TileState<T> state(in, kCutOffs);
+  const int values = 4 + in.channels;
+  Pack<T>* adj = reinterpret_cast<Pack<T>*>(scratch);
+  Pack<T>* feature_sum = adj + values * kBlocks;
+  Pack<T> rest_of[kBlocks];
+  for_each_lane([&](int block, int lane, int pixel) {
+    rest_of[block][lane] = rest[pixel];
+    for (int k = 0; k < values; ++k) adj[block * values + k][lane] = adj_sums[k * kTilePixels + pixel];
+  });
+  BlendAdjoint<T, kChannels> visitor{in, adj, rest_of, feature_sum, pair_gradient, pair_stride};
+  traverse<T, kCutOffs>(in, state, visitor);
+}
+
+template <class T, bool kCutOffs>
+void blend_adjoint(const TileInput<T>& in, const T* adj_sums, const T* rest, T* pair_gradient, size_t pair_stride,
+                   T* scratch) {
+  const auto run = in.channels == 0                     ? blend_adjoint_channels<T, kCutOffs, 0>
+                   : in.channels == kMostChannelsAtOnce ? blend_adjoint_channels<T, kCutOffs, kMostChannelsAtOnce>
+                                                        : blend_adjoint_channels<T, kCutOffs, -1>;
+  run(in, adj_sums, rest, pair_gradient, pair_stride, scratch);
+}
+
+/// Numbers of non-zero weights, or the weights themselves.
+template <class T, class Take>
+struct EachWeight {
+  Take take;
+  uint32_t index = 0;
+
+  void begin(const Splat<T>& s) { index = s.index; }
+  void add(int block, const Contribution<T>& c) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (!(c.weight[lane] > 0)) continue;
+      const int y = block / 4 * kBlockRows + lane / 4, x = block % 4 * 4 + lane % 4;
+      take(y * kTileSize + x, index, c.weight[lane]);
+    }
+  }
+  void end(const TileEntry&) {}
+  void skip(const TileEntry&) {}
+};
+
+template <class T, bool kCutOffs, class Take>
+inline void for_each_weight(const TileInput<T>& in, Take take) {
+  TileState<T> state(in, kCutOffs);
+  EachWeight<T, Take> visitor{take};
+  traverse<T, kCutOffs>(in, state, visitor);
+}
+
+template <class T, bool kCutOffs>
+void count_weights(const TileInput<T>& in, uint32_t* count) {
+  for_each_weight<T, kCutOffs>(in, [=](int pixel, uint32_t, T) { ++count[pixel]; });
+}
+
+template <class T, bool kCutOffs>
+void write_weights(const TileInput<T>& in, const uint32_t* first, uint32_t* gaussian, T* weight) {
+  uint32_t next[kTilePixels];
+  for (int pixel = 0; pixel < kTilePixels; ++pixel) next[pixel] = first[pixel];
+  for_each_weight<T, kCutOffs>(in, [&](int pixel, uint32_t index, T w) {
+    const uint32_t entry = next[pixel]++;
+    gaussian[entry] = index, weight[entry] = w;
+  });
+}
+
+}  // namespace pliant::PLIANT_ISA
