@@ -18,13 +18,18 @@ inline uint64_t blocks_of(uint64_t rows) {
 }
 inline int block_of(int bit) { return (bit >> 2) / kBlockRows * 4 + (bit & 3); }
 
-/// Calls visit(block, lane, pixel) for every pixel of a tile, pixels row by row.
-template <class Visit>
-inline void for_each_lane(Visit&& visit) {
-  for (int pixel = 0; pixel < kTilePixels; ++pixel) {
-    const int x = pixel % kTileSize, y = pixel / kTileSize;
-    visit(y / kBlockRows * 4 + x / 4, y % kBlockRows * 4 + x % 4, pixel);
-  }
+/// One attribute of a tile between pixels, row by row, and lanes.
+template <class T>
+inline void lanes_from_pixels(const T* pixels, int block, Pack<T>& pack) {
+  const T* from = pixels + block / 4 * kBlockRows * kTileSize + block % 4 * 4;
+  for (int r = 0; r < kBlockRows; ++r)
+    __builtin_memcpy(reinterpret_cast<char*>(&pack) + r * 4 * sizeof(T), from + r * kTileSize, 4 * sizeof(T));
+}
+template <class T>
+inline void pixels_from_lanes(const Pack<T>& pack, int block, T* pixels) {
+  T* to = pixels + block / 4 * kBlockRows * kTileSize + block % 4 * 4;
+  for (int r = 0; r < kBlockRows; ++r)
+    __builtin_memcpy(to + r * kTileSize, reinterpret_cast<const char*>(&pack) + r * 4 * sizeof(T), 4 * sizeof(T));
 }
 
 /// Transmittance of the pixels of a tile; negative once a pixel takes nothing more.
@@ -34,13 +39,15 @@ struct TileState {
   Pack<T> centre_x[4], centre_y[kTileSize / kBlockRows];  ///< of the pixels, from the tile's corner
 
   explicit TileState(const TileInput<T>& in, bool cut_offs) {
-    for_each_lane([&](int block, int lane, int pixel) {
-      const int x = pixel % kTileSize, y = pixel / kTileSize;
-      const bool inside = x < in.columns && y < in.rows;
-      transmittance[block][lane] = inside ? T(1) : cut_offs ? T(-1) : T(0);
-      centre_x[x / 4][lane] = T(x) + T(0.5);
-      centre_y[y / kBlockRows][lane] = T(y) + T(0.5);
-    });
+    for (int lane = 0; lane < kLanes; ++lane) {
+      for (int i = 0; i < 4; ++i) centre_x[i][lane] = T(4 * i + lane % 4) + T(0.5);
+      for (int i = 0; i < kTileSize / kBlockRows; ++i) centre_y[i][lane] = T(kBlockRows * i + lane / 4) + T(0.5);
+    }
+    const Pack<T> open = Pack<T>{} + T(1), outside = Pack<T>{} + (cut_offs ? T(-1) : T(0));
+    for (int block = 0; block < kBlocks; ++block) {
+      const Mask<T> inside = (centre_x[block % 4] < T(in.columns)) & (centre_y[block / 4] < T(in.rows));
+      transmittance[block] = inside ? open : outside;
+    }
   }
 };
 
@@ -121,10 +128,9 @@ inline void traverse(const TileInput<T>& in, TileState<T>& state, Visitor& visit
 template <class T, int kChannels>
 struct Blend {
   const TileInput<T>& in;
-  T* sums;
   Pack<T> (*sum)[4];
   Pack<T>* feature_sum;  // [kBlocks][channels]
-  Pack<T> value[4];
+  Pack<T> value[4] = {};
   const T* feature = nullptr;
 
   int channels() const { return kChannels < 0 ? in.channels : kChannels; }
@@ -147,15 +153,15 @@ template <class T, bool kCutOffs, int kChannels>
 void blend_channels(const TileInput<T>& in, T* transmittance, T* sums) {
   TileState<T> state(in, kCutOffs);
   Pack<T> sum[kBlocks][4] = {}, feature_sum[kChannels < 0 ? kBlocks * kMostChannelsAtOnce : kBlocks * kChannels + 1] = {};
-  Blend<T, kChannels> visitor{in, sums, sum, feature_sum, {}};
+  Blend<T, kChannels> visitor{in, sum, feature_sum};
   traverse<T, kCutOffs>(in, state, visitor);
-  for_each_lane([&](int block, int lane, int pixel) {
-    const T left_over = state.transmittance[block][lane];
-    transmittance[pixel] = left_over < 0 ? -left_over : left_over;
-    for (int k = 0; k < 4; ++k) sums[k * kTilePixels + pixel] = sum[block][k][lane];
+  for (int block = 0; block < kBlocks; ++block) {
+    const Pack<T> left_over = state.transmittance[block];
+    pixels_from_lanes<T>(higher(left_over, -left_over), block, transmittance);
+    for (int k = 0; k < 4; ++k) pixels_from_lanes<T>(sum[block][k], block, sums + k * kTilePixels);
     for (int k = 0; k < in.channels; ++k)
-      sums[(4 + k) * kTilePixels + pixel] = feature_sum[block * in.channels + k][lane];
-  });
+      pixels_from_lanes<T>(feature_sum[block * in.channels + k], block, sums + (4 + k) * kTilePixels);
+  }
 }
 
 template <class T, bool kCutOffs>
@@ -233,10 +239,11 @@ void blend_adjoint_channels(const TileInput<T>& in, const T* adj_sums, const T* 
   Pack<T>* adj = reinterpret_cast<Pack<T>*>(scratch);
   Pack<T>* feature_sum = adj + values * kBlocks;
   Pack<T> rest_of[kBlocks];
-  for_each_lane([&](int block, int lane, int pixel) {
-    rest_of[block][lane] = rest[pixel];
-    for (int k = 0; k < values; ++k) adj[block * values + k][lane] = adj_sums[k * kTilePixels + pixel];
-  });
+  for (int block = 0; block < kBlocks; ++block) {
+    lanes_from_pixels<T>(rest, block, rest_of[block]);
+    for (int k = 0; k < values; ++k)
+      lanes_from_pixels<T>(adj_sums + k * kTilePixels, block, adj[block * values + k]);
+  }
   BlendAdjoint<T, kChannels> visitor{in, adj, rest_of, feature_sum, pair_gradient, pair_stride};
   traverse<T, kCutOffs>(in, state, visitor);
 }

@@ -69,20 +69,40 @@ HOST_DEVICE void covariance_factor_adjoint(const Eigen::Matrix<T, 4, 1>& wxyz, c
   adj_wxyz = T(2) * (adj_q - q * q.dot(adj_q)) / norm;
 }
 
+/// A point in the camera frame and the rows of the pinhole projection's Jacobian in world axes, taken at x/z and y/z
+/// held inside the widened frustum.
+template <class T>
+struct ProjectedPoint {
+  Vec3<T> p;                 ///< in the camera frame
+  T x, y;                    ///< p_x / p_z, p_y / p_z
+  bool inside_x, inside_y;   ///< whether the bounds leave x and y as they are
+  T held_x, held_y;
+  Vec3<T> jx, jy;            ///< du/dposition, dv/dposition
+};
+
+template <class T>
+HOST_DEVICE ProjectedPoint<T> project_point(const View<T>& view, const Vec3<T>& position) {
+  ProjectedPoint<T> at;
+  at.p = view.R * position + view.t;
+  at.x = at.p[0] / at.p[2], at.y = at.p[1] / at.p[2];
+  at.inside_x = at.x >= view.low_x && at.x <= view.high_x;
+  at.inside_y = at.y >= view.low_y && at.y <= view.high_y;
+  at.held_x = at.inside_x ? at.x : at.x < view.low_x ? view.low_x : view.high_x;
+  at.held_y = at.inside_y ? at.y : at.y < view.low_y ? view.low_y : view.high_y;
+  at.jx = (view.R.row(0) - at.held_x * view.R.row(2)).transpose() * (view.fx / at.p[2]);
+  at.jy = (view.R.row(1) - at.held_y * view.R.row(2)).transpose() * (view.fy / at.p[2]);
+  return at;
+}
+
 /// Elliptical weighted average projection (Zwicker et al. 2001, eq. 31): covariance2D = J W A (J W A)^T with the
 /// Jacobian J of the pinhole projection at the mean.  False when the Gaussian is not drawn: nearer than kNear, or not
 /// finite.  The determinant is summed from non-negative terms (Binet and Cauchy), so that thin splats keep theirs.
 template <class T>
 HOST_DEVICE bool project(const View<T>& view, const Vec3<T>& position, const Mat3<T>& A, Footprint<T>& out) {
-  const Vec3<T> p = view.R * position + view.t;
-  if (!(p[2] > T(splat::kNear))) return false;
-  const T x = p[0] / p[2], y = p[1] / p[2];
-  out.u = view.fx * x + view.cx, out.v = view.fy * y + view.cy, out.depth = p[2];
-  const T clamped_x = x < view.low_x ? view.low_x : x > view.high_x ? view.high_x : x;
-  const T clamped_y = y < view.low_y ? view.low_y : y > view.high_y ? view.high_y : y;
-  const Vec3<T> jx = (view.R.row(0) - clamped_x * view.R.row(2)).transpose() * (view.fx / p[2]);
-  const Vec3<T> jy = (view.R.row(1) - clamped_y * view.R.row(2)).transpose() * (view.fy / p[2]);
-  const Vec3<T> mx = A.transpose() * jx, my = A.transpose() * jy;
+  const ProjectedPoint<T> at = project_point(view, position);
+  if (!(at.p[2] > T(splat::kNear))) return false;
+  out.u = view.fx * at.x + view.cx, out.v = view.fy * at.y + view.cy, out.depth = at.p[2];
+  const Vec3<T> mx = A.transpose() * at.jx, my = A.transpose() * at.jy;
   const T blur = T(splat::kScreenVariance), sharp = mx.cross(my).squaredNorm();
   const T xx = mx.squaredNorm(), yy = my.squaredNorm();
   out.xx = xx + blur, out.yy = yy + blur, out.xy = mx.dot(my);
@@ -105,74 +125,65 @@ struct ViewGradient {
   }
 };
 
+/// Derivatives with respect to |mx|^2, |my|^2, mx . my and |mx x my|^2, where mx and my are the rows of J W A.
+template <class T>
+struct RowGradient {
+  T xx, yy, xy, sharp;
+};
+
+/// They follow from compensation^2 = sharp / determinant and determinant = sharp + blur (|mx|^2 + |my|^2) + blur^2.
+template <class T>
+HOST_DEVICE RowGradient<T> footprint_adjoint(T sharp, const Footprint<T>& f, const Footprint<T>& adj) {
+  T adj_sharp = 0, adj_determinant = adj.determinant;
+  const T ratio = sharp / f.determinant;
+  if (ratio > T(splat::kMinCompensation)) {
+    const T adj_ratio = adj.compensation / (2 * f.compensation);
+    adj_sharp = adj_ratio / f.determinant;
+    adj_determinant -= adj_ratio * ratio / f.determinant;
+  }
+  const T blur = T(splat::kScreenVariance);
+  return {adj.xx + blur * adj_determinant, adj.yy + blur * adj_determinant, adj.xy, adj_sharp + adj_determinant};
+}
+
 /// Derivatives for those of the footprint `f`, given in `adj` field by field: adds to adj_position, adj_A and adj_view.
 template <class T>
 HOST_DEVICE void project_adjoint(const View<T>& view, const Vec3<T>& position, const Mat3<T>& A, const Footprint<T>& f,
                                  const Footprint<T>& adj, Vec3<T>& adj_position, Mat3<T>& adj_A,
                                  ViewGradient<T>& adj_view) {
-  const Vec3<T> p = view.R * position + view.t;
-  const T x = p[0] / p[2], y = p[1] / p[2];
-  const bool inside_x = x >= view.low_x && x <= view.high_x, inside_y = y >= view.low_y && y <= view.high_y;
-  const T clamped_x = inside_x ? x : x < view.low_x ? view.low_x : view.high_x;
-  const T clamped_y = inside_y ? y : y < view.low_y ? view.low_y : view.high_y;
-  const T scale_x = view.fx / p[2], scale_y = view.fy / p[2];
-  const Vec3<T> rx = (view.R.row(0) - clamped_x * view.R.row(2)).transpose();
-  const Vec3<T> ry = (view.R.row(1) - clamped_y * view.R.row(2)).transpose();
-  const Vec3<T> jx = rx * scale_x, jy = ry * scale_y;
-  const Vec3<T> mx = A.transpose() * jx, my = A.transpose() * jy, n = mx.cross(my);
+  const ProjectedPoint<T> at = project_point(view, position);
+  const Vec3<T> mx = A.transpose() * at.jx, my = A.transpose() * at.jy, n = mx.cross(my);
+  const RowGradient<T> row = footprint_adjoint(n.squaredNorm(), f, adj);
+  const Vec3<T> adj_mx = 2 * row.xx * mx + row.xy * my + 2 * row.sharp * my.cross(n);
+  const Vec3<T> adj_my = 2 * row.yy * my + row.xy * mx + 2 * row.sharp * n.cross(mx);
+  adj_A += at.jx * adj_mx.transpose() + at.jy * adj_my.transpose();
 
-  // compensation^2 = sharp / determinant, determinant = sharp + blur (|mx|^2 + |my|^2) + blur^2, sharp = |mx x my|^2.
-  const T blur = T(splat::kScreenVariance), sharp = n.squaredNorm(), ratio = sharp / f.determinant;
-  T adj_sharp = 0, adj_determinant = adj.determinant;
-  if (ratio > T(splat::kMinCompensation)) {
-    const T adj_ratio = adj.compensation / (2 * f.compensation);
-    adj_sharp += adj_ratio / f.determinant;
-    adj_determinant -= adj_ratio * ratio / f.determinant;
-  }
-  adj_sharp += adj_determinant;
-  const T adj_xx = adj.xx + blur * adj_determinant, adj_yy = adj.yy + blur * adj_determinant;
-  const Vec3<T> adj_mx = 2 * adj_xx * mx + adj.xy * my + 2 * adj_sharp * my.cross(n);
-  const Vec3<T> adj_my = 2 * adj_yy * my + adj.xy * mx + 2 * adj_sharp * n.cross(mx);
-  adj_A += jx * adj_mx.transpose() + jy * adj_my.transpose();
-
+  const T scale_x = view.fx / at.p[2], scale_y = view.fy / at.p[2];
   const Vec3<T> adj_jx = A * adj_mx, adj_jy = A * adj_my;
   adj_view.R.row(0) += scale_x * adj_jx.transpose();
   adj_view.R.row(1) += scale_y * adj_jy.transpose();
-  adj_view.R.row(2) -= (clamped_x * scale_x * adj_jx + clamped_y * scale_y * adj_jy).transpose();
+  adj_view.R.row(2) -= (at.held_x * scale_x * adj_jx + at.held_y * scale_y * adj_jy).transpose();
   T adj_x = view.fx * adj.u, adj_y = view.fy * adj.v;
-  if (inside_x) adj_x -= scale_x * adj_jx.dot(view.R.row(2));
-  if (inside_y) adj_y -= scale_y * adj_jy.dot(view.R.row(2));
-  const T adj_z = adj.depth - (adj_jx.dot(jx) + adj_jy.dot(jy) + adj_x * x + adj_y * y) / p[2];
-  const Vec3<T> adj_p(adj_x / p[2], adj_y / p[2], adj_z);
+  if (at.inside_x) adj_x -= scale_x * view.R.row(2).dot(adj_jx);
+  if (at.inside_y) adj_y -= scale_y * view.R.row(2).dot(adj_jy);
+  const T adj_z = adj.depth - (adj_jx.dot(at.jx) + adj_jy.dot(at.jy) + adj_x * at.x + adj_y * at.y) / at.p[2];
+  const Vec3<T> adj_p(adj_x / at.p[2], adj_y / at.p[2], adj_z);
   adj_position += view.R.transpose() * adj_p;
   adj_view.R += adj_p * position.transpose();
   adj_view.t += adj_p;
 }
 
-/// Derivatives with respect to the world covariance, as a symmetric matrix: only the two rows of the Jacobian enter.
+/// Derivatives with respect to the covariance in the world, a symmetric matrix.
 template <class T>
-HOST_DEVICE Mat3<T> project_adjoint_covariance(const View<T>& view, const Vec3<T>& position, const Footprint<T>& f,
-                                               const Footprint<T>& adj) {
-  const Vec3<T> p = view.R * position + view.t;
-  const T x = p[0] / p[2], y = p[1] / p[2];
-  const T clamped_x = x < view.low_x ? view.low_x : x > view.high_x ? view.high_x : x;
-  const T clamped_y = y < view.low_y ? view.low_y : y > view.high_y ? view.high_y : y;
-  const Vec3<T> jx = (view.R.row(0) - clamped_x * view.R.row(2)).transpose() * (view.fx / p[2]);
-  const Vec3<T> jy = (view.R.row(1) - clamped_y * view.R.row(2)).transpose() * (view.fy / p[2]);
-  const T blur = T(splat::kScreenVariance), xx = f.xx - blur, yy = f.yy - blur;
-  const T ratio = (xx * yy - f.xy * f.xy) / f.determinant;
-  T adj_sharp = 0, adj_determinant = adj.determinant;
-  if (f.compensation * f.compensation > T(splat::kMinCompensation)) {
-    const T adj_ratio = adj.compensation / (2 * f.compensation);
-    adj_sharp += adj_ratio / f.determinant;
-    adj_determinant -= adj_ratio * ratio / f.determinant;
-  }
-  adj_sharp += adj_determinant;
-  const T adj_xx = adj.xx + blur * adj_determinant + adj_sharp * yy;
-  const T adj_yy = adj.yy + blur * adj_determinant + adj_sharp * xx;
-  const T adj_xy = T(0.5) * adj.xy - adj_sharp * f.xy;
-  const Mat3<T> cross = jx * jy.transpose();
-  return adj_xx * jx * jx.transpose() + adj_yy * jy * jy.transpose() + adj_xy * (cross + cross.transpose());
+HOST_DEVICE Mat3<T> project_adjoint_covariance(const View<T>& view, const Vec3<T>& position, const Mat3<T>& A,
+                                               const Footprint<T>& f, const Footprint<T>& adj) {
+  const ProjectedPoint<T> at = project_point(view, position);
+  const Vec3<T> mx = A.transpose() * at.jx, my = A.transpose() * at.jy;
+  const RowGradient<T> row = footprint_adjoint(mx.cross(my).squaredNorm(), f, adj);
+  // |mx x my|^2 = |mx|^2 |my|^2 - (mx . my)^2.
+  const T adj_xx = row.xx + row.sharp * my.squaredNorm(), adj_yy = row.yy + row.sharp * mx.squaredNorm();
+  const T adj_xy = T(0.5) * row.xy - row.sharp * mx.dot(my);
+  const Mat3<T> cross = at.jx * at.jy.transpose();
+  return adj_xx * at.jx * at.jx.transpose() + adj_yy * at.jy * at.jy.transpose() + adj_xy * (cross + cross.transpose());
 }
 
 }  // namespace pliant
