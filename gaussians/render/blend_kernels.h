@@ -63,7 +63,7 @@ struct Contribution {
 
 /// Alpha and weight of a splat in one block, and the transmittance behind it.
 template <class T, bool kCutOffs>
-inline Contribution<T> contribute(const Splat<T>& s, Pack<T> dx, Pack<T> d, Pack<T>& transmittance) {
+INLINE Contribution<T> contribute(const Splat<T>& s, Pack<T> dx, Pack<T> d, Pack<T>& transmittance) {
   using V = Pack<T>;
   Contribution<T> c;
   c.d = d;
@@ -93,10 +93,10 @@ inline Contribution<T> contribute(const Splat<T>& s, Pack<T> dx, Pack<T> d, Pack
 }
 
 /// Front-to-back traversal of one tile, the one place where blend weights are made.  For each entry that meets a pixel
-/// which still takes something: visitor.begin(splat), visitor.add(block, contribution) for its blocks,
-/// visitor.end(entry); for the others visitor.skip(entry).
+/// which still takes something: local = visitor.begin(splat), visitor.add(local, block, contribution) for its blocks,
+/// visitor.end(local, entry); for the others visitor.skip(entry).  Entries are numbered within the tile.
 template <class T, bool kCutOffs, class Visitor>
-inline void traverse(const TileInput<T>& in, TileState<T>& state, Visitor& visitor) {
+INLINE void traverse(const TileInput<T>& in, TileState<T>& state, Visitor& visitor) {
   constexpr size_t kAhead = 8;
   uint64_t open = blocks_of(~0ull);
   size_t i = 0;
@@ -105,23 +105,35 @@ inline void traverse(const TileInput<T>& in, TileState<T>& state, Visitor& visit
     if (i + kAhead < in.count) __builtin_prefetch(&in.splats[in.entries[i + kAhead].splat]);
     uint64_t blocks = blocks_of(entry.blocks) & open;
     if (!blocks) {
-      visitor.skip(entry);
+      visitor.skip(i);
       continue;
     }
     const Splat<T> s = in.splats[entry.splat];
     const T u = s.u - T(in.left), v = s.v - T(in.top);
-    visitor.begin(s);
+    auto local = visitor.begin(s);
     do {
       const int bit = __builtin_ctzll(blocks), block = block_of(bit);
       blocks &= blocks - 1;
       Pack<T>& transmittance = state.transmittance[block];
-      visitor.add(block, contribute<T, kCutOffs>(s, state.centre_x[bit & 3] - u,
-                                                 state.centre_y[(bit >> 2) / kBlockRows] - v, transmittance));
+      visitor.add(local, block, contribute<T, kCutOffs>(s, state.centre_x[bit & 3] - u,
+                                                        state.centre_y[(bit >> 2) / kBlockRows] - v, transmittance));
       if (kCutOffs && all_negative(transmittance)) open &= ~(1ull << bit);
     } while (blocks);
-    visitor.end(entry);
+    visitor.end(local, i);
   }
-  for (; i < in.count; ++i) visitor.skip(in.entries[i]);
+  for (; i < in.count; ++i) visitor.skip(i);
+}
+
+/// The attributes of a splat, each in all lanes.
+template <class T>
+struct Values {
+  Pack<T> base[4];
+  const T* feature;
+};
+template <class T>
+INLINE Values<T> values_of(const TileInput<T>& in, const Splat<T>& s) {
+  return {{Pack<T>{} + s.color[0], Pack<T>{} + s.color[1], Pack<T>{} + s.color[2], Pack<T>{} + s.depth},
+          in.features + static_cast<size_t>(s.index) * in.stride};
 }
 
 /// Sums over the splats of colour, depth and extra channels.  kChannels < 0: their number is known only at run time.
@@ -130,23 +142,16 @@ struct Blend {
   const TileInput<T>& in;
   Pack<T> (*sum)[4];
   Pack<T>* feature_sum;  // [kBlocks][channels]
-  Pack<T> value[4] = {};
-  const T* feature = nullptr;
 
-  int channels() const { return kChannels < 0 ? in.channels : kChannels; }
-
-  void begin(const Splat<T>& s) {
-    for (int c = 0; c < 3; ++c) value[c] = Pack<T>{} + s.color[c];
-    value[3] = Pack<T>{} + s.depth;
-    if (kChannels) feature = in.features + static_cast<size_t>(s.index) * in.stride;
+  INLINE Values<T> begin(const Splat<T>& s) { return values_of(in, s); }
+  INLINE void add(const Values<T>& value, int block, const Contribution<T>& c) {
+    for (int k = 0; k < 4; ++k) sum[block][k] = fma(c.weight, value.base[k], sum[block][k]);
+    const int channels = kChannels < 0 ? in.channels : kChannels;
+    Pack<T>* to = feature_sum + block * channels;
+    for (int k = 0; k < channels; ++k) to[k] = fma(c.weight, Pack<T>{} + value.feature[k], to[k]);
   }
-  void add(int block, const Contribution<T>& c) {
-    for (int k = 0; k < 4; ++k) sum[block][k] = fma(c.weight, value[k], sum[block][k]);
-    Pack<T>* to = feature_sum + block * channels();
-    for (int k = 0; k < channels(); ++k) to[k] = fma(c.weight, Pack<T>{} + feature[k], to[k]);
-  }
-  void end(const TileEntry&) {}
-  void skip(const TileEntry&) {}
+  INLINE void end(const Values<T>&, size_t) {}
+  INLINE void skip(size_t) {}
 };
 
 template <class T, bool kCutOffs, int kChannels>
@@ -184,49 +189,46 @@ struct BlendAdjoint {
   Pack<T>* feature_sum;
   T* pair_gradient;
   size_t pair_stride;
-  Pack<T> moment[6] = {}, sum[4] = {};
-  Pack<T> value[4] = {};
-  const T* feature = nullptr;
 
-  int channels() const { return kChannels < 0 ? in.channels : kChannels; }
+  struct Local {
+    Values<T> value;
+    Pack<T> moment[6], sum[4];
+  };
 
-  void begin(const Splat<T>& s) {
-    for (int c = 0; c < 3; ++c) value[c] = Pack<T>{} + s.color[c];
-    value[3] = Pack<T>{} + s.depth;
-    for (Pack<T>& m : moment) m = Pack<T>{};
-    for (Pack<T>& v : sum) v = Pack<T>{};
-    if (!kChannels) return;
-    feature = in.features + static_cast<size_t>(s.index) * in.stride;
+  INLINE int channels() const { return kChannels < 0 ? in.channels : kChannels; }
+
+  INLINE Local begin(const Splat<T>& s) {
     for (int k = 0; k < channels(); ++k) feature_sum[k] = Pack<T>{};
+    return {values_of(in, s), {}, {}};
   }
-  void add(int block, const Contribution<T>& c) {
+  INLINE void add(Local& at, int block, const Contribution<T>& c) {
     const Pack<T>* g = adj + block * (4 + channels());
-    Pack<T> along = value[0] * g[0];
-    for (int k = 1; k < 4; ++k) along = fma(value[k], g[k], along);
-    for (int k = 0; k < 4; ++k) sum[k] = fma(c.weight, g[k], sum[k]);
+    Pack<T> along = at.value.base[0] * g[0];
+    for (int k = 1; k < 4; ++k) along = fma(at.value.base[k], g[k], along);
+    for (int k = 0; k < 4; ++k) at.sum[k] = fma(c.weight, g[k], at.sum[k]);
     for (int k = 0; k < channels(); ++k) {
-      along = fma(Pack<T>{} + feature[k], g[4 + k], along);
+      along = fma(Pack<T>{} + at.value.feature[k], g[4 + k], along);
       feature_sum[k] = fma(c.weight, g[4 + k], feature_sum[k]);
     }
     const Pack<T> behind = fma(-c.weight, along, rest[block]);
     rest[block] = behind;
     const Pack<T> slope = c.transmittance * along - behind / (T(1) - c.alpha);
     const Pack<T> s = where(c.smooth, c.alpha * slope), se = s * c.e, sd = s * c.d;
-    moment[kMoment] += s, moment[kMomentE] += se, moment[kMomentD] += sd;
-    moment[kMomentEE] = fma(se, c.e, moment[kMomentEE]);
-    moment[kMomentED] = fma(se, c.d, moment[kMomentED]);
-    moment[kMomentDD] = fma(sd, c.d, moment[kMomentDD]);
+    at.moment[kMoment] += s, at.moment[kMomentE] += se, at.moment[kMomentD] += sd;
+    at.moment[kMomentEE] = fma(se, c.e, at.moment[kMomentEE]);
+    at.moment[kMomentED] = fma(se, c.d, at.moment[kMomentED]);
+    at.moment[kMomentDD] = fma(sd, c.d, at.moment[kMomentDD]);
   }
-  void end(const TileEntry& entry) {
-    T* to = pair_gradient + entry.pair * pair_stride;
+  INLINE void end(const Local& at, size_t entry) {
+    T* to = pair_gradient + entry * pair_stride;
     Pack<T> all[kPairSlots];
-    for (int k = 0; k < 6; ++k) all[k] = moment[k];
-    for (int k = 0; k < 4; ++k) all[kAdjColor + k] = sum[k];
+    for (int k = 0; k < 6; ++k) all[k] = at.moment[k];
+    for (int k = 0; k < 4; ++k) all[kAdjColor + k] = at.sum[k];
     sum_lanes(all, kPairSlots, to);
     sum_lanes(feature_sum, channels(), to + kAdjFeature);
   }
-  void skip(const TileEntry& entry) {
-    T* to = pair_gradient + entry.pair * pair_stride;
+  INLINE void skip(size_t entry) {
+    T* to = pair_gradient + entry * pair_stride;
     for (int k = 0; k < kPairSlots + channels(); ++k) to[k] = T(0);
   }
 };
@@ -257,22 +259,21 @@ void blend_adjoint(const TileInput<T>& in, const T* adj_sums, const T* rest, T* 
   run(in, adj_sums, rest, pair_gradient, pair_stride, scratch);
 }
 
-/// Numbers of non-zero weights, or the weights themselves.
+/// Calls take(pixel, Gaussian, weight) for every non-zero weight.
 template <class T, class Take>
 struct EachWeight {
   Take take;
-  uint32_t index = 0;
 
-  void begin(const Splat<T>& s) { index = s.index; }
-  void add(int block, const Contribution<T>& c) {
+  INLINE uint32_t begin(const Splat<T>& s) { return s.index; }
+  INLINE void add(uint32_t index, int block, const Contribution<T>& c) {
     for (int lane = 0; lane < kLanes; ++lane) {
       if (!(c.weight[lane] > 0)) continue;
       const int y = block / 4 * kBlockRows + lane / 4, x = block % 4 * 4 + lane % 4;
       take(y * kTileSize + x, index, c.weight[lane]);
     }
   }
-  void end(const TileEntry&) {}
-  void skip(const TileEntry&) {}
+  INLINE void end(uint32_t, size_t) {}
+  INLINE void skip(size_t) {}
 };
 
 template <class T, bool kCutOffs, class Take>

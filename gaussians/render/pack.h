@@ -10,6 +10,9 @@
 #include <immintrin.h>
 #endif
 
+/// Inlined in any case: the accumulators of a loop then stay in registers.
+#define INLINE __attribute__((always_inline)) inline
+
 namespace pliant::PLIANT_ISA {
 
 /// Pixels that are computed on together, 4 wide; one register of floats (GCC and Clang vector extension).
@@ -65,6 +68,24 @@ inline bool all_negative(V v) {
   return all;
 }
 
+inline float square_root(float x) { return __builtin_sqrtf(x); }
+inline double square_root(double x) { return __builtin_sqrt(x); }
+template <class V>
+inline V square_root(V v) {
+  for (int i = 0; i < kLanes; ++i) v[i] = square_root(v[i]);
+  return v;
+}
+/// Whole numbers, cut towards zero.
+inline Mask<float> whole(Pack<float> v) { return __builtin_convertvector(v, Mask<float>); }
+inline Mask<double> whole(Pack<double> v) { return __builtin_convertvector(v, Mask<double>); }
+/// Lanes of whole numbers joined by "or"; 32 bits.
+template <class M>
+inline uint32_t or_lanes(M m) {
+  uint32_t all = 0;
+  for (int i = 0; i < kLanes; ++i) all |= static_cast<uint32_t>(m[i]);
+  return all;
+}
+
 /// out[i] = sum of the lanes of v[i], added in a fixed order.
 template <class T>
 inline void sum_lanes(const Pack<T>* v, int count, T* out) {
@@ -81,6 +102,19 @@ inline void sum_lanes(const Pack<T>* v, int count, T* out) {
 inline FloatPack fma(FloatPack a, FloatPack b, FloatPack c) { return _mm256_fmadd_ps(a, b, c); }
 inline FloatPack lower(FloatPack a, FloatPack b) { return _mm256_min_ps(a, b); }
 inline FloatPack higher(FloatPack a, FloatPack b) { return _mm256_max_ps(a, b); }
+inline Mask<float> lower(Mask<float> a, Mask<float> b) {
+  return reinterpret_cast<Mask<float>>(_mm256_min_epi32(reinterpret_cast<__m256i>(a), reinterpret_cast<__m256i>(b)));
+}
+inline Mask<float> higher(Mask<float> a, Mask<float> b) {
+  return reinterpret_cast<Mask<float>>(_mm256_max_epi32(reinterpret_cast<__m256i>(a), reinterpret_cast<__m256i>(b)));
+}
+inline FloatPack square_root(FloatPack v) { return _mm256_sqrt_ps(v); }
+inline uint32_t or_lanes(Mask<float> m) {
+  const __m256i v = reinterpret_cast<__m256i>(m);
+  const __m128i half = _mm_or_si128(_mm256_castsi256_si128(v), _mm256_extracti128_si256(v, 1));
+  const __m128i quarter = _mm_or_si128(half, _mm_unpackhi_epi64(half, half));
+  return static_cast<uint32_t>(_mm_cvtsi128_si32(quarter) | _mm_extract_epi32(quarter, 1));
+}
 inline bool all_negative(FloatPack v) { return _mm256_movemask_ps(v) == 0xff; }
 inline void sum_lanes(const FloatPack* v, int count, float* out) {
   for (; count > 0; count -= 8, v += 8, out += 8) {

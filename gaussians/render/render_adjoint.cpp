@@ -63,6 +63,7 @@ template <class T>
 ViewGradient<T> gather_gaussians(const CloudOf<T>& cloud, const View<T>& view, bool antialiased,
                                  const ProjectedSplats<T>& projected, const TileLists& lists, const T* pair_gradient,
                                  size_t pair_stride, int channels, RenderGradient<T>& out) {
+  constexpr uint32_t kAhead = 32;
   const int slots = kPairSlots + channels;
   return ordered_sum(static_cast<std::ptrdiff_t>(projected.splats.size()), ViewGradient<T>(), [&](std::ptrdiff_t s) {
     const uint32_t begin = lists.first_pair[s], end = lists.first_pair[s + 1], i = projected.splats[s].index;
@@ -70,7 +71,10 @@ ViewGradient<T> gather_gaussians(const CloudOf<T>& cloud, const View<T>& view, b
     T sums[kPairSlots] = {};
     T* features = out.features.data() + static_cast<size_t>(i) * channels;
     for (uint32_t pair = begin; pair < end; ++pair) {
-      const T* from = pair_gradient + pair * pair_stride;
+      // Entries of a splat lie far apart; those that come up are asked for in time.
+      if (pair + kAhead < lists.entry_of_pair.size())
+        __builtin_prefetch(pair_gradient + lists.entry_of_pair[pair + kAhead] * pair_stride);
+      const T* from = pair_gradient + lists.entry_of_pair[pair] * pair_stride;
       for (int k = 0; k < kPairSlots; ++k) sums[k] += from[k];
       for (int k = kPairSlots; k < slots; ++k) features[k - kPairSlots] += from[k];
     }
@@ -122,7 +126,7 @@ RenderGradient<T> render_adjoint_as(const CloudOf<T>& cloud, const Camera& camer
   const ProjectedSplats<T>& projected = tape ? tape->projected : made;
   const BlendKernels<T>& kernels = blend_kernels<T, kCutOffs>(options.instruction_set);
   const View<T> view = make_view<T>(camera);
-  const size_t stride = (kPairSlots + blended + 7) / 8 * 8;
+  const size_t stride = kPairSlots + blended;
   ViewGradient<T> adj_view;
   for (int band = 0; band + 1 < static_cast<int>(projected.bands.size()); ++band) {
     TileLists binned;
@@ -141,7 +145,8 @@ RenderGradient<T> render_adjoint_as(const CloudOf<T>& cloud, const Camera& camer
       TileInput<T> used = in;
       used.channels = blended;
       background[tile] = gather_tile(used, picture, adj, adj_sums, rest);
-      kernels.blend_adjoint(used, adj_sums, rest, pair_gradient.get(), stride, rest + kTilePixels);
+      kernels.blend_adjoint(used, adj_sums, rest, pair_gradient.get() + lists.start[tile] * stride, stride,
+                            rest + kTilePixels);
     });
     for (const Vec3<T>& b : background) out.background += b;
     adj_view += gather_gaussians(cloud, view, options.antialiased, projected, lists, pair_gradient.get(), stride,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 namespace pliant {
@@ -39,7 +40,6 @@ struct alignas(16 * sizeof(T)) Splat {
 struct TileEntry {
   uint64_t blocks;  ///< bit 4 y + x / 4: the splat can change one of the pixels x..x+3 of row y of the tile
   uint32_t splat;   ///< position among the projected splats
-  uint32_t pair;    ///< position among the pairs of splat and tile, those of one splat side by side
 };
 
 /// Slots of the derivatives that one pair of splat and tile hands on: moments of s = dL/d ln(alpha) summed over pixels,

@@ -132,14 +132,16 @@ TileLists bin_splats(const ProjectedSplats<T>& projected, int band, InstructionS
   }
   CHECK_MSG(total < UINT32_MAX, "too many pairs of tile and splat");
   out.start[tiles] = static_cast<uint32_t>(total);
-  out.entries.resize(total);
+  out.entries.resize(total), out.entry_of_pair.resize(total);
   parallel_for(blocks, [&](std::ptrdiff_t b) {
     uint32_t splat = UINT32_MAX, pair = 0;
     for (size_t k = 0; k < found[b]; ++k) {
       const TilePair& p = pairs[b][k];
       pair = p.splat == splat ? pair + 1 : first_pair[p.splat];
       splat = p.splat;
-      out.entries[count[b * tiles + p.tile]++] = {p.blocks, p.splat, pair};
+      const uint32_t entry = count[b * tiles + p.tile]++;
+      out.entries[entry] = {p.blocks, p.splat};
+      out.entry_of_pair[pair] = entry;
     }
     pairs[b].reset();
   });

@@ -24,7 +24,8 @@ struct TileLists {
   int first_tile = 0, last_tile = 0;
   std::vector<uint32_t> start;       ///< [tiles of the band + 1]
   std::vector<TileEntry> entries;    ///< of a tile front to back
-  std::vector<uint32_t> first_pair;  ///< [splats + 1] pairs of a splat, ascending tiles
+  std::vector<uint32_t> first_pair;  ///< [splats + 1] where the pairs of a splat begin
+  std::vector<uint32_t> entry_of_pair;  ///< entries of a splat, ascending tiles
 };
 
 /// Most pairs of splat and tile that are held at a time, unless one tile alone has more: 48 bytes each while they are
