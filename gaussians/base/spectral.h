@@ -16,9 +16,9 @@ HOST_DEVICE T quotient(T numerator, T denominator, T limit, T scale) {
 
 }  // namespace spectral_detail
 
-/// Change dG of G = U diag(f(sigma)) V^T for a change dF of F = U diag(sigma) V^T, where f is isotropic (permuting sigma
-/// permutes f).  f [3], slope(i, j) = d f_i / d sigma_j.  With A = U^T dF V the pair (i, j) of U^T dG V is
-/// (f_i - f_j) / (sigma_i - sigma_j) times the symmetric part of A plus (f_i + f_j) / (sigma_i + sigma_j) times the
+/// Change dG of G = U diag(f(sigma)) V^T for a change dF of F = U diag(sigma) V^T, where f is isotropic (permuting
+/// sigma permutes f).  f [3], slope(i, j) = d f_i / d sigma_j.  With A = U^T dF V the pair (i, j) of U^T dG V is (f_i -
+/// f_j) / (sigma_i - sigma_j) times the symmetric part of A plus (f_i + f_j) / (sigma_i + sigma_j) times the
 /// antisymmetric part (Stomakhin et al. 2012, section 4); where singular values are equal the quotients are derivatives
 /// of f, so U and V themselves, which are not smooth there, are never differentiated.  A negative sigma is served as
 /// well; where sigma_i + sigma_j = 0 the map is smooth only if f_i + f_j = 0 too, and otherwise the result is bounded.

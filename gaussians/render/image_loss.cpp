@@ -27,26 +27,32 @@ struct Column {
 };
 
 // One set of functions per scalar: attributes of this kind do not apply to templates.
-#define PLIANT_ROW_FUNCTIONS(T)                                                                                     \
-  FOR_EACH_INSTRUCTION_SET void column_moments(const Column<T>& x, const Column<T>& y, std::ptrdiff_t n,            \
-                                               const Moments<T>& out) {                                            \
-    ssim_rows::column_moments(x.row, y.row, n, out);                                                                \
-  }                                                                                                                 \
-  FOR_EACH_INSTRUCTION_SET void dissimilarity(const Moments<T>& in, const T* weight, std::ptrdiff_t n, int c,       \
-                                              T* out, const Moments<T>* adj) {                                     \
-    if (adj && c == 3) ssim_rows::dissimilarity_adjoint(in, weight, n, 3, out, *adj);                               \
-    else if (adj) ssim_rows::dissimilarity_adjoint(in, weight, n, c, out, *adj);                                    \
-    else if (c == 3) ssim_rows::dissimilarity(in, weight, n, 3, out);                                               \
-    else ssim_rows::dissimilarity(in, weight, n, c, out);                                                           \
-  }                                                                                                                 \
-  FOR_EACH_INSTRUCTION_SET void row_means(const Moments<T>& in, std::ptrdiff_t n, int c, const Moments<T>& out) {   \
-    if (c == 3) ssim_rows::row_means(in, n, 3, out);                                                                \
-    else ssim_rows::row_means(in, n, c, out);                                                                       \
-  }                                                                                                                 \
-  FOR_EACH_INSTRUCTION_SET void gather_adjoint(const Column<T>& x_mean, const Column<T>& squares,                   \
-                                               const Column<T>& product, const T* x, const T* y, const T* weight,  \
-                                               T scale_ssim, T scale_l1, std::ptrdiff_t n, T* adj) {                \
-    ssim_rows::gather_adjoint(x_mean.row, squares.row, product.row, x, y, weight, scale_ssim, scale_l1, n, adj);    \
+#define PLIANT_ROW_FUNCTIONS(T)                                                                                       \
+  FOR_EACH_INSTRUCTION_SET void column_moments(const Column<T>& x, const Column<T>& y, std::ptrdiff_t n,              \
+                                               const Moments<T>& out) {                                               \
+    ssim_rows::column_moments(x.row, y.row, n, out);                                                                  \
+  }                                                                                                                   \
+  FOR_EACH_INSTRUCTION_SET void dissimilarity(const Moments<T>& in, const T* weight, std::ptrdiff_t n, int c, T* out, \
+                                              const Moments<T>* adj) {                                                \
+    if (adj && c == 3)                                                                                                \
+      ssim_rows::dissimilarity_adjoint(in, weight, n, 3, out, *adj);                                                  \
+    else if (adj)                                                                                                     \
+      ssim_rows::dissimilarity_adjoint(in, weight, n, c, out, *adj);                                                  \
+    else if (c == 3)                                                                                                  \
+      ssim_rows::dissimilarity(in, weight, n, 3, out);                                                                \
+    else                                                                                                              \
+      ssim_rows::dissimilarity(in, weight, n, c, out);                                                                \
+  }                                                                                                                   \
+  FOR_EACH_INSTRUCTION_SET void row_means(const Moments<T>& in, std::ptrdiff_t n, int c, const Moments<T>& out) {     \
+    if (c == 3)                                                                                                       \
+      ssim_rows::row_means(in, n, 3, out);                                                                            \
+    else                                                                                                              \
+      ssim_rows::row_means(in, n, c, out);                                                                            \
+  }                                                                                                                   \
+  FOR_EACH_INSTRUCTION_SET void gather_adjoint(const Column<T>& x_mean, const Column<T>& squares,                     \
+                                               const Column<T>& product, const T* x, const T* y, const T* weight,     \
+                                               T scale_ssim, T scale_l1, std::ptrdiff_t n, T* adj) {                  \
+    ssim_rows::gather_adjoint(x_mean.row, squares.row, product.row, x, y, weight, scale_ssim, scale_l1, n, adj);      \
   }
 PLIANT_ROW_FUNCTIONS(float)
 PLIANT_ROW_FUNCTIONS(double)
@@ -99,11 +105,14 @@ struct Pair {
       total = static_cast<double>(a.width - border) * (a.height - border) * a.channels;
     } else {
       std::vector<double> rows(a.height);
-      parallel_for(a.height, [&](std::ptrdiff_t y) {
-        std::vector<T> w(row_size());
-        fill_weights(static_cast<int>(y), w.data());
-        rows[y] = sum_of_row(row_size(), [&](std::ptrdiff_t i) { return static_cast<double>(w[i]); });
-      }, 16);
+      parallel_for(
+          a.height,
+          [&](std::ptrdiff_t y) {
+            std::vector<T> w(row_size());
+            fill_weights(static_cast<int>(y), w.data());
+            rows[y] = sum_of_row(row_size(), [&](std::ptrdiff_t i) { return static_cast<double>(w[i]); });
+          },
+          16);
       for (const double row : rows) total += row;
     }
     return total > 0 ? 1 / total : 0;
@@ -113,14 +122,17 @@ struct Pair {
   template <class Term>
   double mean(Term&& term) const {
     std::vector<double> rows(a.height);
-    parallel_for(a.height, [&](std::ptrdiff_t y) {
-      std::vector<T> w(row_size());
-      fill_weights(static_cast<int>(y), w.data());
-      const T *p = a.at(0, static_cast<int>(y)), *q = b.at(0, static_cast<int>(y));
-      rows[y] = sum_of_row(row_size(), [&](std::ptrdiff_t i) {
-        return static_cast<double>(w[i]) * term(static_cast<double>(p[i]) - static_cast<double>(q[i]));
-      });
-    }, 16);
+    parallel_for(
+        a.height,
+        [&](std::ptrdiff_t y) {
+          std::vector<T> w(row_size());
+          fill_weights(static_cast<int>(y), w.data());
+          const T *p = a.at(0, static_cast<int>(y)), *q = b.at(0, static_cast<int>(y));
+          rows[y] = sum_of_row(row_size(), [&](std::ptrdiff_t i) {
+            return static_cast<double>(w[i]) * term(static_cast<double>(p[i]) - static_cast<double>(q[i]));
+          });
+        },
+        16);
     double total = 0;
     for (const double row : rows) total += row;
     return total * inverse_total();
@@ -131,13 +143,16 @@ struct Pair {
   void pointwise_adjoint(double scale, Image<T>& adj_a, Term&& term) const {
     resize_like_a(adj_a);
     const T factor = static_cast<T>(scale * inverse_total());
-    parallel_for(a.height, [&](std::ptrdiff_t y) {
-      std::vector<T> w(row_size());
-      fill_weights(static_cast<int>(y), w.data());
-      const T *p = a.at(0, static_cast<int>(y)), *q = b.at(0, static_cast<int>(y));
-      T* adj = adj_a.at(0, static_cast<int>(y));
-      for (std::ptrdiff_t i = 0; i < row_size(); ++i) adj[i] = factor * w[i] * term(p[i] - q[i]);
-    }, 16);
+    parallel_for(
+        a.height,
+        [&](std::ptrdiff_t y) {
+          std::vector<T> w(row_size());
+          fill_weights(static_cast<int>(y), w.data());
+          const T *p = a.at(0, static_cast<int>(y)), *q = b.at(0, static_cast<int>(y));
+          T* adj = adj_a.at(0, static_cast<int>(y));
+          for (std::ptrdiff_t i = 0; i < row_size(); ++i) adj[i] = factor * w[i] * term(p[i] - q[i]);
+        },
+        16);
   }
 
   void resize_like_a(Image<T>& image) const {
@@ -184,8 +199,8 @@ class RowWorkspace {
     Column<T> column[3];
     for (int k = 0; k < 3; ++k)
       for (int j = 0; j < kWindow; ++j) column[k].row[j] = ring(y + j - kRadius, k);
-    gather_adjoint(column[0], column[1], column[2], pair_.a.at(0, y), pair_.b.at(0, y), ring(y, 3), scale_ssim, scale_l1,
-                   n_, adj);
+    gather_adjoint(column[0], column[1], column[2], pair_.a.at(0, y), pair_.b.at(0, y), ring(y, 3), scale_ssim,
+                   scale_l1, n_, adj);
   }
 
  private:
@@ -220,8 +235,8 @@ class RowWorkspace {
   Moments<T> moments_, adj_;
 };
 
-/// L1 and D-SSIM; with `adj_a` also the derivative of adj_l1 * L1 + adj_dssim * D-SSIM.  Blocks of rows are independent:
-/// each computes the derivatives with respect to means of 5 further rows on either side anew.
+/// L1 and D-SSIM; with `adj_a` also the derivative of adj_l1 * L1 + adj_dssim * D-SSIM.  Blocks of rows are
+/// independent: each computes the derivatives with respect to means of 5 further rows on either side anew.
 template <class T>
 PhotometricLoss both_losses(const Pair<T>& pair, double adj_l1 = 0, double adj_dssim = 0, Image<T>* adj_a = nullptr) {
   constexpr int kBlockRows = 50;
@@ -302,15 +317,15 @@ PhotometricLoss photometric_loss_adjoint(const PhotometricOptions& options, cons
   return loss;
 }
 
-#define PLIANT_INSTANTIATE(T)                                                                                      \
-  template double l1_loss<T>(const Image<T>&, const Image<T>&, const Image<T>&);                                   \
-  template void l1_loss_adjoint<T>(const Image<T>&, const Image<T>&, const Image<T>&, double, Image<T>&);          \
-  template double mse_loss<T>(const Image<T>&, const Image<T>&, const Image<T>&);                                  \
-  template void mse_loss_adjoint<T>(const Image<T>&, const Image<T>&, const Image<T>&, double, Image<T>&);         \
-  template double ssim<T>(const Image<T>&, const Image<T>&, const Image<T>&, SsimWindows);                         \
+#define PLIANT_INSTANTIATE(T)                                                                                       \
+  template double l1_loss<T>(const Image<T>&, const Image<T>&, const Image<T>&);                                    \
+  template void l1_loss_adjoint<T>(const Image<T>&, const Image<T>&, const Image<T>&, double, Image<T>&);           \
+  template double mse_loss<T>(const Image<T>&, const Image<T>&, const Image<T>&);                                   \
+  template void mse_loss_adjoint<T>(const Image<T>&, const Image<T>&, const Image<T>&, double, Image<T>&);          \
+  template double ssim<T>(const Image<T>&, const Image<T>&, const Image<T>&, SsimWindows);                          \
   template void ssim_adjoint<T>(const Image<T>&, const Image<T>&, const Image<T>&, SsimWindows, double, Image<T>&); \
-  template PhotometricLoss photometric_loss<T>(const PhotometricOptions&, const Image<T>&, const Image<T>&,        \
-                                               const Image<T>&);                                                   \
+  template PhotometricLoss photometric_loss<T>(const PhotometricOptions&, const Image<T>&, const Image<T>&,         \
+                                               const Image<T>&);                                                    \
   template PhotometricLoss photometric_loss_adjoint<T>(const PhotometricOptions&, const Image<T>&, const Image<T>&, \
                                                        const Image<T>&, double, Image<T>&);
 PLIANT_INSTANTIATE(float)

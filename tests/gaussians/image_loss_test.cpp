@@ -129,7 +129,8 @@ TEST(ImageLoss, WeightsLeavePixelsOut) {
 }
 
 TEST(ImageLoss, CombinedLossIsTheSumOfItsParts) {
-  const ImageD a = noise<double>(40, 33, 3, 10), b = noise<double>(40, 33, 3, 11), weight = noise<double>(40, 33, 1, 12);
+  const ImageD a = noise<double>(40, 33, 3, 10), b = noise<double>(40, 33, 3, 11),
+               weight = noise<double>(40, 33, 1, 12);
   const PhotometricOptions options{0.7, 0.4};
   ImageD adj, adj_l1, adj_ssim;
   const PhotometricLoss loss = photometric_loss_adjoint(options, a, b, weight, 3, adj);
@@ -167,14 +168,13 @@ TEST_P(LossAdjoint, AgreesWithDifferences) {
   options.inputs = 150;
   options.step = 0.005;
   const auto check = [&](auto&& f, auto&& adjoint) {
-    const AdjointCheck result = check_adjoint(
-        [&](const Values& x) { return Values{f(image(x))}; },
-        [&](const Values& x, const Values& y) {
-          ImageD adj_a;
-          adjoint(image(x), y[0], adj_a);
-          return adj_a.data;
-        },
-        start.data, options);
+    const AdjointCheck result = check_adjoint([&](const Values& x) { return Values{f(image(x))}; },
+                                              [&](const Values& x, const Values& y) {
+                                                ImageD adj_a;
+                                                adjoint(image(x), y[0], adj_a);
+                                                return adj_a.data;
+                                              },
+                                              start.data, options);
     EXPECT_LT(result.worst, 1e-6) << result.message;
     return result.worst;
   };
@@ -182,15 +182,20 @@ TEST_P(LossAdjoint, AgreesWithDifferences) {
         [&](const ImageD& a, double y, ImageD& adj) { l1_loss_adjoint(a, b, weight, y, adj); });
   check([&](const ImageD& a) { return mse_loss(a, b, weight); },
         [&](const ImageD& a, double y, ImageD& adj) { mse_loss_adjoint(a, b, weight, y, adj); });
-  double worst = check([&](const ImageD& a) { return ssim(a, b); },
-        [&](const ImageD& a, double y, ImageD& adj) { ssim_adjoint(a, b, {}, SsimWindows::kEveryPixel, y, adj); });
+  double worst =
+      check([&](const ImageD& a) { return ssim(a, b); },
+            [&](const ImageD& a, double y, ImageD& adj) { ssim_adjoint(a, b, {}, SsimWindows::kEveryPixel, y, adj); });
   worst = std::max(worst, check([&](const ImageD& a) { return photometric_loss({}, a, b, weight).total; },
-        [&](const ImageD& a, double y, ImageD& adj) { photometric_loss_adjoint({}, a, b, weight, y, adj); }));
+                                [&](const ImageD& a, double y, ImageD& adj) {
+                                  photometric_loss_adjoint({}, a, b, weight, y, adj);
+                                }));
   if (width >= 11 && height >= 11) {
     worst = std::max(worst, check([&](const ImageD& a) { return ssim(a, b, weight, SsimWindows::kInside); },
-          [&](const ImageD& a, double y, ImageD& adj) { ssim_adjoint(a, b, weight, SsimWindows::kInside, y, adj); }));
+                                  [&](const ImageD& a, double y, ImageD& adj) {
+                                    ssim_adjoint(a, b, weight, SsimWindows::kInside, y, adj);
+                                  }));
   }
-  RecordProperty("worst_relative_error", std::to_string(worst));
+  RecordProperty("worst_relative_error", testing::PrintToString(worst));
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, LossAdjoint,
@@ -200,7 +205,8 @@ INSTANTIATE_TEST_SUITE_P(Sizes, LossAdjoint,
                          [](const auto& info) { return info.param.name; });
 
 TEST(ImageLoss, EqualBitForBitForOneToFourThreads) {
-  const ImageF a = noise<float>(97, 211, 3, 16), b = noise<float>(97, 211, 3, 17), weight = noise<float>(97, 211, 1, 18);
+  const ImageF a = noise<float>(97, 211, 3, 16), b = noise<float>(97, 211, 3, 17),
+               weight = noise<float>(97, 211, 1, 18);
   const int before = omp_get_max_threads();
   ImageF first, adj;
   std::vector<double> values;

@@ -37,20 +37,22 @@ struct Map {
 
 const std::vector<Map>& maps() {
   static const std::vector<Map> all = {
-      {"F F^T F", [](const Vec3d& s, Vec3d& f, Mat3d& J) {
-         f = s.array().cube(), J = Vec3d(3 * s.array().square()).asDiagonal();
-       },
+      {"F F^T F",
+       [](const Vec3d& s, Vec3d& f, Mat3d& J) { f = s.array().cube(), J = Vec3d(3 * s.array().square()).asDiagonal(); },
        [](const Mat3d& F) -> Mat3d { return F * F.transpose() * F; }},
-      {"|F|^2 F", [](const Vec3d& s, Vec3d& f, Mat3d& J) {
+      {"|F|^2 F",
+       [](const Vec3d& s, Vec3d& f, Mat3d& J) {
          f = s.squaredNorm() * s, J = s.squaredNorm() * Mat3d::Identity() + 2 * s * s.transpose();
        },
        [](const Mat3d& F) -> Mat3d { return F.squaredNorm() * F; }},
-      {"cofactor", [](const Vec3d& s, Vec3d& f, Mat3d& J) {
+      {"cofactor",
+       [](const Vec3d& s, Vec3d& f, Mat3d& J) {
          f = Vec3d(s[1] * s[2], s[0] * s[2], s[0] * s[1]);
          J << 0, s[2], s[1], s[2], 0, s[0], s[1], s[0], 0;
        },
        [](const Mat3d& F) -> Mat3d { return cofactor(F); }},
-      {"neo-Hookean stress", [](const Vec3d& s, Vec3d& f, Mat3d& J) {
+      {"neo-Hookean stress",
+       [](const Vec3d& s, Vec3d& f, Mat3d& J) {
          const double l = std::log(s.prod());
          const Vec3d r = s.cwiseInverse();
          f = 0.7 * (s - r) + 1.3 * l * r;
@@ -62,13 +64,13 @@ const std::vector<Map>& maps() {
          return 0.7 * (F - inverse) + 1.3 * std::log(F.determinant()) * inverse;
        },
        true},
-      {"Hencky strain", [](const Vec3d& s, Vec3d& f, Mat3d& J) {
-         f = s.array().log(), J = s.cwiseInverse().asDiagonal();
-       },
-       nullptr, true},
+      {"Hencky strain",
+       [](const Vec3d& s, Vec3d& f, Mat3d& J) { f = s.array().log(), J = s.cwiseInverse().asDiagonal(); }, nullptr,
+       true},
       {"polar rotation", [](const Vec3d&, Vec3d& f, Mat3d& J) { f.setOnes(), J.setZero(); },
        [](const Mat3d& F) -> Mat3d { return polar_rotation<double>(F); }, true},
-      {"an asymmetric coupling", [](const Vec3d& s, Vec3d& f, Mat3d& J) {
+      {"an asymmetric coupling",
+       [](const Vec3d& s, Vec3d& f, Mat3d& J) {
          // f_i = s_i^2 sum s: J is not symmetric, so that a forgotten transpose shows.
          f = s.array().square() * s.sum();
          J = Mat3d(Vec3d(2 * s * s.sum()).asDiagonal()) + Vec3d(s.array().square()) * Vec3d::Ones().transpose();
@@ -125,7 +127,13 @@ TEST(Spectral, AdjointAgreesWithDifferencesWhereSingularValuesAreNearlyEqual) {
 }
 
 TEST(Spectral, AdjointAgreesWithDifferencesForZeroAndNegativeSingularValues) {
-  check_all({{-0.3, 0.8, 1.2}, {-0.5, 0.5, 1.1}, {-0.5, 0.5 + 1e-9, 1.1}, {-0.5, 0.5, 0.5}, {0, 0.6, 1}, {0, 0, 1}, {0, 0, 0}},
+  check_all({{-0.3, 0.8, 1.2},
+             {-0.5, 0.5, 1.1},
+             {-0.5, 0.5 + 1e-9, 1.1},
+             {-0.5, 0.5, 0.5},
+             {0, 0.6, 1},
+             {0, 0, 1},
+             {0, 0, 0}},
             false);
 }
 
@@ -136,7 +144,8 @@ TEST(Spectral, DerivativeAndAdjointAreTransposesOfEachOther) {
   for (uint64_t seed = 0; seed < 20; ++seed) {
     Random random(seed);
     Mat3d F, dF, adj;
-    for (int k = 0; k < 9; ++k) F.data()[k] = random.normal(), dF.data()[k] = random.normal(), adj.data()[k] = random.normal();
+    for (int k = 0; k < 9; ++k)
+      F.data()[k] = random.normal(), dF.data()[k] = random.normal(), adj.data()[k] = random.normal();
     const Svd<double> s = svd(F);
     map.f(s.sigma, f, J);
     const double left = spectral_derivative<double>(s, f, J, dF).cwiseProduct(adj).sum();
@@ -158,12 +167,12 @@ TEST(Polar, AdjointAgreesWithDifferencesAtEqualAndNearlyEqualStretches) {
                              Vec3d(1, 1 + 1e-9, 1 - 1e-9), Vec3d(0.05, 0.05, 1)}) {
     AdjointCheckOptions options;
     options.step = 2e-3;
-    const AdjointCheck result = check_adjoint(
-        [](const Values& x) { return values(polar_rotation<double>(matrix(x))); },
-        [](const Values& x, const Values& y) {
-          return values(polar_rotation_derivative<double>(polar<double>(matrix(x)), matrix(y)));
-        },
-        values(with_sigma(sigma, 3)), options);
+    const AdjointCheck result =
+        check_adjoint([](const Values& x) { return values(polar_rotation<double>(matrix(x))); },
+                      [](const Values& x, const Values& y) {
+                        return values(polar_rotation_derivative<double>(polar<double>(matrix(x)), matrix(y)));
+                      },
+                      values(with_sigma(sigma, 3)), options);
     EXPECT_LT(result.worst, 1e-8) << sigma.transpose() << ": " << result.message;
   }
 }
