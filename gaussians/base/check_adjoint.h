@@ -12,8 +12,8 @@
 namespace pliant {
 
 struct AdjointCheckOptions {
-  double step = 0.01;         ///< largest step, times max(1, |x_i|); the function must be smooth within it
-  int unit_cotangents = 64;   ///< outputs tried one by one; beyond that many, a sample of so many
+  double step = 0.01;        ///< largest step, times max(1, |x_i|); the function must be smooth within it
+  int unit_cotangents = 64;  ///< outputs tried one by one; beyond that many, a sample of so many
   int random_cotangents = 4;
   int inputs = 1 << 30;       ///< inputs tried one by one; beyond that many, a sample of so many
   int random_directions = 2;  ///< directions in which all inputs change together
@@ -145,8 +145,7 @@ AdjointCheck check_adjoint(Function&& f, Adjoint&& adjoint, const std::vector<do
       const double analytic = along(gradients[k], probe.step), numeric = probe.numeric[k];
       double squares = 0;  // the entry itself, or what the entries along a direction add up to without cancelling
       for (size_t i = 0; i < n; ++i) squares += std::pow(gradients[k][i] * probe.step[i], 2);
-      const double scale =
-          std::max({std::sqrt(squares), std::abs(numeric), 1e-2 * largest[k], 1e-4 * overall, 1e-300});
+      const double scale = std::max({std::sqrt(squares), std::abs(numeric), 1e-2 * largest[k], 1e-4 * overall, 1e-300});
       double error = std::abs(analytic - numeric) / scale;
       if (!std::isfinite(error)) error = INFINITY;
       if (!(error > 1.01 * result.worst)) continue;  // of about equal ones the first, which is the simplest

@@ -119,6 +119,21 @@ class ShRotation {
     if (degree >= 3) rotate_band<7>(R, kDirections3, inverse3_, sh + 27);
   }
 
+  /// Adds to adj_R the derivative with respect to R (its nine entries taken as independent) from those with respect to
+  /// the rotated coefficients.  sh: the coefficients before they are rotated.
+  template <class S>
+  HOST_DEVICE void apply_adjoint(const Mat3<T>& R, int degree, const S* sh, const T* adj_rotated,
+                                 Mat3<T>& adj_R) const {
+    if (degree >= 1) {
+      for (int c = 0; c < 3; ++c) {
+        const Vec3<T> u(T(-sh[9 + c]), T(-sh[3 + c]), T(sh[6 + c]));
+        adj_R += Vec3<T>(-adj_rotated[9 + c], -adj_rotated[3 + c], adj_rotated[6 + c]) * u.transpose();
+      }
+    }
+    if (degree >= 2) rotate_band_adjoint<5>(R, kDirections2, inverse2_, sh + 12, adj_rotated + 12, adj_R);
+    if (degree >= 3) rotate_band_adjoint<7>(R, kDirections3, inverse3_, sh + 27, adj_rotated + 27, adj_R);
+  }
+
  private:
   // Small integer directions whose B has a condition number below 9.
   static constexpr int kDirections2[5][3] = {{0, 2, -1}, {1, -2, -1}, {1, 2, 2}, {2, -1, 2}, {0, 0, 1}};
@@ -156,6 +171,24 @@ class ShRotation {
         for (int k = 0; k < n; ++k) sum += inverse(j, k) * value[k][c];
         sh[3 * j + c] = S(sum);
       }
+    }
+  }
+
+  template <int n, class S>
+  HOST_DEVICE static void rotate_band_adjoint(const Mat3<T>& R, const int (&directions)[n][3],
+                                              const Eigen::Matrix<T, n, n>& inverse, const S* sh, const T* adj_rotated,
+                                              Mat3<T>& adj_R) {
+    constexpr int degree = (n - 1) / 2;
+    for (int k = 0; k < n; ++k) {
+      Vec3<T> adj_value = Vec3<T>::Zero(), adj_back;
+      for (int j = 0; j < n; ++j)
+        for (int c = 0; c < 3; ++c) adj_value[c] += inverse(j, k) * adj_rotated[3 * j + c];
+      T adj_basis[kMaxShCount] = {};
+      for (int j = 0; j < n; ++j)
+        for (int c = 0; c < 3; ++c) adj_basis[degree * degree + j] += adj_value[c] * T(sh[3 * j + c]);
+      const Vec3<T> d = Vec3<T>(T(directions[k][0]), T(directions[k][1]), T(directions[k][2])).normalized();
+      sh_basis_adjoint<T>(degree, R.transpose() * d, adj_basis, adj_back);
+      adj_R += d * adj_back.transpose();
     }
   }
 

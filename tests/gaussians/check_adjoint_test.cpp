@@ -11,15 +11,12 @@ using Values = std::vector<double>;
 constexpr double kTolerance = 1e-6;
 
 // y = (x0 x1, exp(x1) sin(x2), x0^3 / x2): an asymmetric 3 x 3 Jacobian.
-Values product(const Values& x) {
-  return {x[0] * x[1], std::exp(x[1]) * std::sin(x[2]), x[0] * x[0] * x[0] / x[2]};
-}
+Values product(const Values& x) { return {x[0] * x[1], std::exp(x[1]) * std::sin(x[2]), x[0] * x[0] * x[0] / x[2]}; }
 
 void jacobian(const Values& x, double J[3][3]) {
   const double e = std::exp(x[1]), q = x[0] * x[0];
-  const double rows[3][3] = {{x[1], x[0], 0},
-                             {0, e * std::sin(x[2]), e * std::cos(x[2])},
-                             {3 * q / x[2], 0, -q * x[0] / (x[2] * x[2])}};
+  const double rows[3][3] = {
+      {x[1], x[0], 0}, {0, e * std::sin(x[2]), e * std::cos(x[2])}, {3 * q / x[2], 0, -q * x[0] / (x[2] * x[2])}};
   std::copy(&rows[0][0], &rows[0][0] + 9, &J[0][0]);
 }
 
