@@ -16,6 +16,7 @@ struct RenderOptions {
   Vec3f background = Vec3f::Zero();
   bool antialiased = false;  ///< opacity compensation for scenes trained with mip-splatting (Yu et al. 2024)
   InstructionSet instruction_set = best_instruction_set();
+  size_t most_pairs = kMostPairs;  ///< of splat and tile, held at a time
 };
 
 template <class T>
@@ -36,7 +37,7 @@ struct RenderTape {
 
 /// Picture of `cloud` from `camera`.  `features` [N, channels] are blended like colour, without a background.
 /// Equal bit for bit for any number of threads.  Memory: see project_splats and kMostPairs; linear in the Gaussians in
-/// view and in the pairs of splat and tile, of which at most kMostPairs are held.
+/// view and in the pairs of splat and tile, of which at most `most_pairs` are held.
 RenderResult render(const CloudOf<float>& cloud, const Camera& camera, const RenderOptions& options = {},
                     std::span<const float> features = {}, int channels = 0, RenderTape<float>* tape = nullptr);
 

@@ -122,7 +122,7 @@ RenderGradient<T> render_adjoint_as(const CloudOf<T>& cloud, const Camera& camer
   if (covariance) out.covariance.assign(cloud.size(), Mat3<T>::Zero());
 
   ProjectedSplats<T> made;
-  if (!tape) made = project_splats<T, kCutOffs>(cloud, camera, options.antialiased);
+  if (!tape) made = project_splats<T, kCutOffs>(cloud, camera, options.antialiased, options.most_pairs);
   const ProjectedSplats<T>& projected = tape ? tape->projected : made;
   const BlendKernels<T>& kernels = blend_kernels<T, kCutOffs>(options.instruction_set);
   const View<T> view = make_view<T>(camera);

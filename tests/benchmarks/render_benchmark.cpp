@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <map>
 
+#include "gaussians/base/memory.h"
 #include "gaussians/base/random.h"
 #include "gaussians/render/blend_weights.h"
 #include "gaussians/render/render.h"
@@ -115,4 +116,10 @@ BENCHMARK(forward_backward)->Apply(sizes);
 }  // namespace
 }  // namespace pliant
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+  pliant::keep_freed_memory();
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}
