@@ -183,32 +183,34 @@ void blend(const TileInput<T>& in, T* transmittance, T* sums) {
 /// and rest starts as the whole sum, known from the blended values; ds = alpha dL/dalpha = dL/d ln(alpha).
 template <class T, int kChannels>
 struct BlendAdjoint {
+  static constexpr int kAtOnce = 8;
   const TileInput<T>& in;
   const Pack<T>* adj;  // [kBlocks][4 + channels]
   Pack<T>* rest;       // [kBlocks]
-  Pack<T>* feature_sum;
   T* pair_gradient;
   size_t pair_stride;
 
   struct Local {
     Values<T> value;
     Pack<T> moment[6], sum[4];
+    int blocks;  // so far; their weights wait for the sums of the extra channels
   };
+  Pack<T> weight[kBlocks];
+  int block_of_weight[kBlocks];
 
   INLINE int channels() const { return kChannels < 0 ? in.channels : kChannels; }
 
   INLINE Local begin(const Splat<T>& s) {
-    for (int k = 0; k < channels(); ++k) feature_sum[k] = Pack<T>{};
-    return {values_of(in, s), {}, {}};
+    return {values_of(in, s), {}, {}, 0};
   }
   INLINE void add(Local& at, int block, const Contribution<T>& c) {
     const Pack<T>* g = adj + block * (4 + channels());
     Pack<T> along = at.value.base[0] * g[0];
     for (int k = 1; k < 4; ++k) along = fma(at.value.base[k], g[k], along);
     for (int k = 0; k < 4; ++k) at.sum[k] = fma(c.weight, g[k], at.sum[k]);
-    for (int k = 0; k < channels(); ++k) {
-      along = fma(Pack<T>{} + at.value.feature[k], g[4 + k], along);
-      feature_sum[k] = fma(c.weight, g[4 + k], feature_sum[k]);
+    if (kChannels != 0) {
+      along += along_features(at.value.feature, g + 4);
+      weight[at.blocks] = c.weight, block_of_weight[at.blocks++] = block;
     }
     const Pack<T> behind = fma(-c.weight, along, rest[block]);
     rest[block] = behind;
@@ -225,11 +227,36 @@ struct BlendAdjoint {
     for (int k = 0; k < 6; ++k) all[k] = at.moment[k];
     for (int k = 0; k < 4; ++k) all[kAdjColor + k] = at.sum[k];
     sum_lanes(all, kPairSlots, to);
-    sum_lanes(feature_sum, channels(), to + kAdjFeature);
+    for (int first = 0; first < channels(); first += kAtOnce) sum_features(at, first, to + kAdjFeature + first);
   }
   INLINE void skip(size_t entry) {
     T* to = pair_gradient + entry * pair_stride;
     for (int k = 0; k < kPairSlots + channels(); ++k) to[k] = T(0);
+  }
+
+  // Scalar product of the extra channels with their derivatives, in four chains that run side by side.
+  INLINE Pack<T> along_features(const T* feature, const Pack<T>* g) const {
+    Pack<T> part[4] = {};
+    int k = 0;
+    for (; k + 4 <= channels(); k += 4)
+      for (int j = 0; j < 4; ++j) part[j] = fma(Pack<T>{} + feature[k + j], g[k + j], part[j]);
+    for (; k < channels(); ++k) part[0] = fma(Pack<T>{} + feature[k], g[k], part[0]);
+    return (part[0] + part[1]) + (part[2] + part[3]);
+  }
+  // Derivatives of a few extra channels, as many as fit the registers, over all blocks of a splat.
+  INLINE void sum_features(const Local& at, int first, T* to) const {
+    const int count = channels() - first < kAtOnce ? channels() - first : kAtOnce;
+    Pack<T> part[kAtOnce] = {};
+    for (int i = 0; i < at.blocks; ++i) {
+      const Pack<T> w = weight[i];
+      const Pack<T>* g = adj + block_of_weight[i] * (4 + channels()) + 4 + first;
+      if (count == kAtOnce) {
+        for (int k = 0; k < kAtOnce; ++k) part[k] = fma(w, g[k], part[k]);
+      } else {
+        for (int k = 0; k < count; ++k) part[k] = fma(w, g[k], part[k]);
+      }
+    }
+    sum_lanes(part, count, to);
   }
 };
 
@@ -239,14 +266,13 @@ void blend_adjoint_channels(const TileInput<T>& in, const T* adj_sums, const T* 
   TileState<T> state(in, kCutOffs);
   const int values = 4 + in.channels;
   Pack<T>* adj = reinterpret_cast<Pack<T>*>(scratch);
-  Pack<T>* feature_sum = adj + values * kBlocks;
   Pack<T> rest_of[kBlocks];
   for (int block = 0; block < kBlocks; ++block) {
     lanes_from_pixels<T>(rest, block, rest_of[block]);
     for (int k = 0; k < values; ++k)
       lanes_from_pixels<T>(adj_sums + k * kTilePixels, block, adj[block * values + k]);
   }
-  BlendAdjoint<T, kChannels> visitor{in, adj, rest_of, feature_sum, pair_gradient, pair_stride};
+  BlendAdjoint<T, kChannels> visitor{in, adj, rest_of, pair_gradient, pair_stride, {}, {}};
   traverse<T, kCutOffs>(in, state, visitor);
 }
 
