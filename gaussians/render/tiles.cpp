@@ -7,7 +7,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/radix_sort.h"
-#include "gaussians/render/gaussian_splat.h"
+#include "gaussians/render/project_input.h"
 
 namespace pliant {
 namespace {
@@ -60,7 +60,8 @@ std::vector<int> cut_bands(const ProjectedSplats<T>& projected, size_t most) {
 }  // namespace
 
 template <class T, bool kCutOffs>
-ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera, bool antialiased, size_t most_pairs) {
+ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera, bool antialiased, size_t most_pairs,
+                                  InstructionSet set) {
   CHECK(camera.width > 0 && camera.height > 0 && cloud.sh_degree >= 0 && cloud.sh_degree <= 3);
   ProjectedSplats<T> out;
   out.width = camera.width, out.height = camera.height;
@@ -72,11 +73,10 @@ ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera,
   const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(cloud.size()), blocks = (n + kBlock - 1) / kBlock;
   std::vector<std::vector<Splat<T>>> visible(blocks);
   parallel_for(blocks, [&](std::ptrdiff_t b) {
-    Splat<T> s;
-    const std::ptrdiff_t end = std::min(n, (b + 1) * kBlock);
-    visible[b].reserve(end - b * kBlock);
-    for (std::ptrdiff_t i = b * kBlock; i < end; ++i)
-      if (gaussian_splat<T, kCutOffs>(cloud, static_cast<uint32_t>(i), view, antialiased, s)) visible[b].push_back(s);
+    const std::ptrdiff_t begin = b * kBlock, end = std::min(n, begin + kBlock);
+    visible[b].resize(end - begin);
+    visible[b].resize(blend_kernels<T, kCutOffs>(set).project(
+        {cloud_input(cloud), view, antialiased, static_cast<size_t>(begin), static_cast<size_t>(end)}, visible[b].data()));
   });
   std::vector<size_t> start(blocks + 1, 0);
   for (std::ptrdiff_t b = 0; b < blocks; ++b) start[b + 1] = start[b] + visible[b].size();
@@ -148,9 +148,12 @@ TileLists bin_splats(const ProjectedSplats<T>& projected, int band, InstructionS
   return out;
 }
 
-template ProjectedSplats<float> project_splats<float, true>(const CloudOf<float>&, const Camera&, bool, size_t);
-template ProjectedSplats<double> project_splats<double, true>(const CloudOf<double>&, const Camera&, bool, size_t);
-template ProjectedSplats<double> project_splats<double, false>(const CloudOf<double>&, const Camera&, bool, size_t);
+template ProjectedSplats<float> project_splats<float, true>(const CloudOf<float>&, const Camera&, bool, size_t,
+                                                              InstructionSet);
+template ProjectedSplats<double> project_splats<double, true>(const CloudOf<double>&, const Camera&, bool, size_t,
+                                                              InstructionSet);
+template ProjectedSplats<double> project_splats<double, false>(const CloudOf<double>&, const Camera&, bool, size_t,
+                                                              InstructionSet);
 template TileLists bin_splats<float, true>(const ProjectedSplats<float>&, int, InstructionSet);
 template TileLists bin_splats<double, true>(const ProjectedSplats<double>&, int, InstructionSet);
 template TileLists bin_splats<double, false>(const ProjectedSplats<double>&, int, InstructionSet);

@@ -2,9 +2,11 @@
 
 #include <vector>
 
+#include "gaussians/base/camera.h"
+#include "gaussians/base/gaussian_cloud.h"
 #include "gaussians/base/instruction_set.h"
+#include "gaussians/base/portable.h"
 #include "gaussians/render/blend.h"
-#include "gaussians/render/splat_kernels.h"
 
 namespace pliant {
 
@@ -36,7 +38,7 @@ constexpr size_t kMostPairs = size_t{8} << 20;
 /// left out.  Memory: 68 bytes per Gaussian in view in float, twice that for a moment.
 template <class T, bool kCutOffs>
 ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera, bool antialiased,
-                                  size_t most_pairs);
+                                  size_t most_pairs, InstructionSet set = best_instruction_set());
 
 /// A splat enters exactly the tiles in which the ellipse alpha >= 1/255 covers part of a pixel row (the reference enters
 /// all tiles that a 3 sigma square touches, which can miss the rim between 3 and 3.33 sigma of nearly opaque splats).
