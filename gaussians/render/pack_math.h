@@ -32,8 +32,8 @@ inline DoublePack exponential(DoublePack x) {
   return x;
 }
 
-/// log2(x) with a relative error below 2e-7 in float, for normal x > 0: x = 2^n m with m between sqrt(1/2) and sqrt(2),
-/// log2(m) = 2 / ln(2) artanh((m - 1) / (m + 1)) by its series.
+/// log2(x) with a relative error below 2.5e-7 in float, for normal x > 0: x = 2^n m with m between sqrt(1/2) and
+/// sqrt(2), log2(m) = 2 / ln(2) artanh((m - 1) / (m + 1)) by its series.
 inline FloatPack logarithm2(FloatPack x) {
   constexpr float kScale = 2.88539008f, kScaleRest = 3.85192598e-08f;  // 2 / ln(2)
   const Mask<float> bits = reinterpret_cast<Mask<float>>(x), n = (bits - 0x3f3504f3) >> 23;

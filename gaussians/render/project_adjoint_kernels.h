@@ -76,9 +76,9 @@ INLINE void add_covariance(const Footprint<T>& f, const FootprintGradient<T>& ad
   const auto entry = [](Pack<T> x, Pack<T> a, Pack<T> y, Pack<T> b) { return fma(x, a, y * b); };
   const Pack<T> xy_of = entry(f.jx.x, a.y, f.jy.x, b.y), xz_of = entry(f.jx.x, a.z, f.jy.x, b.z);
   const Pack<T> yz_of = entry(f.jx.y, a.z, f.jy.y, b.z);
-  const Pack<T> all[9] = {entry(f.jx.x, a.x, f.jy.x, b.x), xy_of, xz_of,
-                          xy_of, entry(f.jx.y, a.y, f.jy.y, b.y), yz_of,
-                          xz_of, yz_of, entry(f.jx.z, a.z, f.jy.z, b.z)};
+  const Pack<T> all[9] = {entry(f.jx.x, a.x, f.jy.x, b.x), xy_of, xz_of, xy_of,
+                          entry(f.jx.y, a.y, f.jy.y, b.y), yz_of, xz_of, yz_of,
+                          entry(f.jx.z, a.z, f.jy.z, b.z)};
   add_rows(all, rows, 9, to);
 }
 

@@ -30,7 +30,7 @@ template <class T>
 CloudInput<T> cloud_input(const CloudOf<T>& cloud) {
   static_assert(sizeof(Vec3<T>) == 3 * sizeof(T) && sizeof(Eigen::Matrix<T, 4, 1>) == 4 * sizeof(T));
   const auto numbers = [](const auto& rows) { return reinterpret_cast<const T*>(rows.data()); };
-  return {numbers(cloud.position),  numbers(cloud.rotation), numbers(cloud.log_scale),
+  return {numbers(cloud.position),    numbers(cloud.rotation), numbers(cloud.log_scale),
           cloud.opacity_logit.data(), cloud.sh.data(),         cloud.sh_degree};
 }
 

@@ -76,15 +76,15 @@ INLINE void rotation_adjoint(const Rotation<T>& at, const PackMatrix<T>& G, Pack
 /// Projected Gaussian: mean in pixels (the centre of pixel (i, j) is (i + 0.5, j + 0.5)), and 2D covariance.
 template <class T>
 struct Footprint {
-  Pack3<T> p;                     ///< in the camera frame
-  Pack<T> x, y, u, v;             ///< p_x / p_z, p_y / p_z, and in pixels
-  Mask<T> inside_x, inside_y;     ///< whether x and y lie in the widened frustum
-  Pack<T> held_x, held_y;         ///< held inside it
-  Pack<T> scale_x, scale_y;       ///< fx / p_z, fy / p_z
-  Pack3<T> jx, jy;                ///< du/dposition, dv/dposition in world axes, at held_x and held_y
-  Pack3<T> mx, my, normal;        ///< A^T jx, A^T jy with covariance A A^T, and their cross product
-  Pack<T> xx, xy, yy;             ///< covariance including the low-pass filter (px^2)
-  Pack<T> sharp, determinant;     ///< determinant without and with the filter
+  Pack3<T> p;                  ///< in the camera frame
+  Pack<T> x, y, u, v;          ///< p_x / p_z, p_y / p_z, and in pixels
+  Mask<T> inside_x, inside_y;  ///< whether x and y lie in the widened frustum
+  Pack<T> held_x, held_y;      ///< held inside it
+  Pack<T> scale_x, scale_y;    ///< fx / p_z, fy / p_z
+  Pack3<T> jx, jy;             ///< du/dposition, dv/dposition in world axes, at held_x and held_y
+  Pack3<T> mx, my, normal;     ///< A^T jx, A^T jy with covariance A A^T, and their cross product
+  Pack<T> xx, xy, yy;          ///< covariance including the low-pass filter (px^2)
+  Pack<T> sharp, determinant;  ///< determinant without and with the filter
 };
 
 /// Elliptical weighted average projection (Zwicker et al. 2001, eq. 31) with A = R diag(scale) and the Jacobian of the
@@ -137,7 +137,8 @@ INLINE void tile_range(Pack<T> low, Pack<T> high, int tiles, Mask<T>& first, Mas
 template <class T, bool kCutOffs>
 INLINE Splat<T>* project_lanes(const ProjectInput<T>& in, const WideView<T>& view, const Rows& rows, Splat<T>* out) {
   using V = Pack<T>;
-  constexpr T kMargin = T(0.02), kReachMargin = T(2e-3), kLog2Of255 = T(7.994353436858858), kLog2E = T(1.4426950408889634);
+  constexpr T kMargin = T(0.02), kReachMargin = T(2e-3), kLog2Of255 = T(7.994353436858858),
+              kLog2E = T(1.4426950408889634);
   const Pack3<T> position = load_vectors(in.cloud.position, rows), p = view.R * position + view.t;
   Mask<T> seen = used_lanes<T>(rows) & (p.z > V{} + T(splat::kNear));
   if (!lane_bits(seen)) return out;
@@ -171,16 +172,19 @@ INLINE Splat<T>* project_lanes(const ProjectInput<T>& in, const WideView<T>& vie
   seen &= finite(color[0] + color[1] + color[2]);
 
   const V inverse_yy = T(1) / f.yy, half = V{} + kLog2E / 2;
-  const V field[10] = {f.u, f.v, p.z, f.xy * inverse_yy, half * (f.yy / f.determinant), half * inverse_yy,
-                       log2_opacity, color[0], color[1], color[2]};
+  const V field[10] = {
+      f.u,          f.v,      p.z,      f.xy * inverse_yy, half * (f.yy / f.determinant), half * inverse_yy,
+      log2_opacity, color[0], color[1], color[2]};
   Mask<T> tile[4];
   tile_range<T>(low_x, high_x, (in.view.width + kTileSize - 1) / kTileSize, tile[0], tile[1]);
   tile_range<T>(low_y, high_y, (in.view.height + kTileSize - 1) / kTileSize, tile[2], tile[3]);
   for (uint32_t left = lane_bits(seen); left; left &= left - 1, ++out) {
     const int i = __builtin_ctz(left);
     const auto at = [&](int k) { return static_cast<uint16_t>(tile[k][i]); };
-    *out = {field[0][i], field[1][i], field[2][i], field[3][i], field[4][i], field[5][i], field[6][i],
-            {field[7][i], field[8][i], field[9][i]}, rows.of[i], at(0), at(1), at(2), at(3)};
+    *out = {field[0][i], field[1][i], field[2][i], field[3][i],
+            field[4][i], field[5][i], field[6][i], {field[7][i], field[8][i], field[9][i]},
+            rows.of[i],  at(0),       at(1),       at(2),
+            at(3)};
   }
   return out;
 }

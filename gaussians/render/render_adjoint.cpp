@@ -82,9 +82,11 @@ ViewGradient<T> gather_gaussians(const BlendKernels<T>& kernels, ProjectAdjointI
         T sum[kPairSlots] = {};
         T* features = out.features.data() + static_cast<size_t>(i) * channels;
         for (uint32_t pair = begin; pair < end; ++pair) {
-          // Entries of a splat lie far apart; those that come up are asked for in time.
-          if (pair + kAhead < lists.entry_of_pair.size())
-            __builtin_prefetch(pair_gradient + lists.entry_of_pair[pair + kAhead] * pair_stride);
+          // Entries of a splat lie far apart; those that come up are asked for in time, with both ends.
+          if (pair + kAhead < lists.entry_of_pair.size()) {
+            const T* ahead = pair_gradient + lists.entry_of_pair[pair + kAhead] * pair_stride;
+            __builtin_prefetch(ahead), __builtin_prefetch(ahead + kPairSlots - 1);
+          }
           const T* from = pair_gradient + lists.entry_of_pair[pair] * pair_stride;
           for (int k = 0; k < kPairSlots; ++k) sum[k] += from[k];
           for (int k = 0; k < channels; ++k) features[k] += from[kPairSlots + k];

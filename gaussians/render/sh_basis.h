@@ -59,8 +59,8 @@ SH_INLINE void sh_basis_adjoint(int degree, V x, V y, V z, const V* adj_basis, V
               k4 * (4 * zz - 3 * xx - yy) * b[13] + 2 * k14 * x * z - 3 * k3 * (xx - yy) * b[15];
   adj_d[1] += -3 * k3 * (xx - yy) * b[9] + k10 * x * z - k4 * (4 * zz - xx - 3 * yy) * b[11] - 6 * k12 * y * z +
               2 * k4 * x * y * b[13] - 2 * k14 * y * z + 6 * k3 * x * y * b[15];
-  adj_d[2] += k10 * x * y - 8 * k4 * y * z * b[11] + 3 * k12 * (2 * zz - xx - yy) - 8 * k4 * x * z * b[13] +
-              k14 * (xx - yy);
+  adj_d[2] +=
+      k10 * x * y - 8 * k4 * y * z * b[11] + 3 * k12 * (2 * zz - xx - yy) - 8 * k4 * x * z * b[13] + k14 * (xx - yy);
 }
 
 /// Colour seen along the unit direction (x, y, z) from the camera to the Gaussian: max(0, 0.5 + sum of basis * sh),
@@ -76,8 +76,8 @@ SH_INLINE void sh_color(int degree, const S* sh, V x, V y, V z, V* color) {
   for (int c = 0; c < 3; ++c) color[c] = V{} > color[c] ? V{} : color[c];
 }
 
-/// Writes adj_sh [(degree + 1)^2, 3] and adj_d [3], the derivatives with respect to the coefficients and to the direction
-/// (its three components taken as independent).  Nothing flows through a colour that is clamped at 0.
+/// Writes adj_sh [(degree + 1)^2, 3] and adj_d [3], the derivatives with respect to the coefficients and to the
+/// direction (its three components taken as independent).  Nothing flows through a colour that is clamped at 0.
 template <class T, class V, class S>
 SH_INLINE void sh_color_adjoint(int degree, const S* sh, V x, V y, V z, const V* adj_color, V* adj_sh, V* adj_d) {
   V basis[kMaxShCount], adj_basis[kMaxShCount] = {}, flow[3];

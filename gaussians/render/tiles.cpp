@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <memory>
+#include <numeric>
 #include <type_traits>
 
 #include "gaussians/base/error.h"
@@ -12,14 +13,9 @@
 namespace pliant {
 namespace {
 
+// The bits of positive numbers ascend with their value.
 template <class T>
-std::vector<uint32_t> front_to_back(const std::vector<Splat<T>>& splats) {
-  using Key = std::conditional_t<sizeof(T) == 4, uint32_t, uint64_t>;
-  std::vector<Key> depth(splats.size());
-  // The bits of positive numbers ascend with their value.
-  for (size_t i = 0; i < splats.size(); ++i) depth[i] = std::bit_cast<Key>(splats[i].depth);
-  return sorted_order<Key>(depth);
-}
+using DepthKey = std::conditional_t<sizeof(T) == 4, uint32_t, uint64_t>;
 
 // Tiles that the bounding box of a splat touches in the rows of tiles [low, high].
 template <class T>
@@ -28,11 +24,9 @@ size_t touched_tiles(const Splat<T>& s, int low, int high) {
   return static_cast<size_t>(std::max(rows, 0)) * (s.last_column - s.first_column + 1);
 }
 
-// Cuts the tiles into bands of at most `most` touched tiles, from the number of bounding boxes on each tile.
+// Cuts the tiles into bands of at most `most` touched tiles out of `total`, from the number of bounding boxes on each.
 template <class T>
-std::vector<int> cut_bands(const ProjectedSplats<T>& projected, size_t most) {
-  size_t total = 0;
-  for (const Splat<T>& s : projected.splats) total += touched_tiles(s, 0, projected.tiles_y - 1);
+std::vector<int> cut_bands(const ProjectedSplats<T>& projected, size_t total, size_t most) {
   if (total <= most) return {0, projected.tiles()};
   // Corners of the boxes; their sum over all tiles before a tile, in both directions, is the count there.
   const int stride = projected.tiles_x + 1;
@@ -71,22 +65,27 @@ ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera,
   const View<T> view = make_view<T>(camera);
   constexpr std::ptrdiff_t kBlock = 4096;
   const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(cloud.size()), blocks = (n + kBlock - 1) / kBlock;
-  std::vector<std::vector<Splat<T>>> visible(blocks);
+  std::vector<std::unique_ptr<Splat<T>[]>> visible(blocks);
+  std::vector<size_t> start(blocks + 1, 0), touched(blocks, 0);
   parallel_for(blocks, [&](std::ptrdiff_t b) {
-    const std::ptrdiff_t begin = b * kBlock, end = std::min(n, begin + kBlock);
-    visible[b].resize(end - begin);
-    visible[b].resize(blend_kernels<T, kCutOffs>(set).project(
-        {cloud_input(cloud), view, antialiased, static_cast<size_t>(begin), static_cast<size_t>(end)}, visible[b].data()));
+    const size_t begin = b * kBlock, end = std::min(n, (b + 1) * kBlock);
+    visible[b].reset(new Splat<T>[end - begin]);
+    const ProjectInput<T> input{cloud_input(cloud), view, antialiased, begin, end};
+    start[b + 1] = blend_kernels<T, kCutOffs>(set).project(input, visible[b].get());
   });
-  std::vector<size_t> start(blocks + 1, 0);
-  for (std::ptrdiff_t b = 0; b < blocks; ++b) start[b + 1] = start[b] + visible[b].size();
+  for (std::ptrdiff_t b = 0; b < blocks; ++b) start[b + 1] += start[b];
   out.splats.resize(start[blocks]);
+  std::vector<DepthKey<T>> depth(start[blocks]);
   parallel_for(blocks, [&](std::ptrdiff_t b) {
-    std::copy(visible[b].begin(), visible[b].end(), out.splats.begin() + start[b]);
-    visible[b] = {};
+    for (size_t i = start[b]; i < start[b + 1]; ++i) {
+      const Splat<T>& s = out.splats[i] = visible[b][i - start[b]];
+      depth[i] = std::bit_cast<DepthKey<T>>(s.depth);
+      touched[b] += touched_tiles(s, 0, out.tiles_y - 1);
+    }
+    visible[b].reset();
   });
-  out.order = front_to_back(out.splats);
-  out.bands = cut_bands(out, most_pairs);
+  out.order = sorted_order<DepthKey<T>>(depth);
+  out.bands = cut_bands(out, std::accumulate(touched.begin(), touched.end(), size_t{0}), most_pairs);
   return out;
 }
 

@@ -58,7 +58,7 @@ TEST(PackMath, LogarithmAgreesWithTheCLibrary) {
     }
     check(near_one), check(any);
   }
-  EXPECT_LT(worst, 2e-7);
+  EXPECT_LT(worst, 2.5e-7);
   std::printf("worst relative error of log2: %.2g\n", worst);
 }
 
@@ -102,9 +102,9 @@ class Projection : public testing::TestWithParam<InstructionSet> {
     g.resize(cloud.size());
     for (auto& q : g.rotation) q.setZero();
     std::vector<Mat3f> covariance(cloud.size(), Mat3f::Zero());
-    kernels().project_adjoint({cloud_input(cloud), make_view<float>(test_camera()), true, index.data(), sums.data(),
-                               index.size()},
-                              cloud_gradient(g, covariance), view);
+    kernels().project_adjoint(
+        {cloud_input(cloud), make_view<float>(test_camera()), true, index.data(), sums.data(), index.size()},
+        cloud_gradient(g, covariance), view);
     std::vector<std::vector<float>> rows(cloud.size());
     for (size_t i = 0; i < cloud.size(); ++i) {
       const auto append = [&](const float* from, int n) { rows[i].insert(rows[i].end(), from, from + n); };
