@@ -124,7 +124,7 @@ INLINE Direction<T> direction(const Pack3<T>& ray) {
   return {inverse * ray, inverse};
 }
 
-/// Tiles [first, last] along one axis of pixels low..high, tile by tile of the picture.
+/// Tiles [first, last] along one axis of pixels low..high, held to the `tiles` of the picture.
 template <class T>
 INLINE void tile_range(Pack<T> low, Pack<T> high, int tiles, Mask<T>& first, Mask<T>& last) {
   const Pack<T> zero{}, end = zero + T(tiles * kTileSize);
@@ -137,8 +137,8 @@ INLINE void tile_range(Pack<T> low, Pack<T> high, int tiles, Mask<T>& first, Mas
 template <class T, bool kCutOffs>
 INLINE Splat<T>* project_lanes(const ProjectInput<T>& in, const WideView<T>& view, const Rows& rows, Splat<T>* out) {
   using V = Pack<T>;
-  constexpr T kMargin = T(0.02), kReachMargin = T(2e-3), kLog2Of255 = T(7.994353436858858),
-              kLog2E = T(1.4426950408889634);
+  constexpr T kMargin = T(0.02), kReachMargin = T(2e-3);
+  constexpr T kLog2Of255 = T(7.994353436858858), kLog2E = T(1.4426950408889634);
   const Pack3<T> position = load_vectors(in.cloud.position, rows), p = view.R * position + view.t;
   Mask<T> seen = used_lanes<T>(rows) & (p.z > V{} + T(splat::kNear));
   if (!lane_bits(seen)) return out;

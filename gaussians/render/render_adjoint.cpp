@@ -85,7 +85,7 @@ ViewGradient<T> gather_gaussians(const BlendKernels<T>& kernels, ProjectAdjointI
           // Entries of a splat lie far apart; those that come up are asked for in time, with both ends.
           if (pair + kAhead < lists.entry_of_pair.size()) {
             const T* ahead = pair_gradient + lists.entry_of_pair[pair + kAhead] * pair_stride;
-            __builtin_prefetch(ahead), __builtin_prefetch(ahead + kPairSlots - 1);
+            __builtin_prefetch(ahead), __builtin_prefetch(ahead + pair_stride - 1);
           }
           const T* from = pair_gradient + lists.entry_of_pair[pair] * pair_stride;
           for (int k = 0; k < kPairSlots; ++k) sum[k] += from[k];
@@ -136,7 +136,9 @@ RenderGradient<T> render_adjoint_as(const CloudOf<T>& cloud, const Camera& camer
   if (covariance) out.covariance.assign(cloud.size(), Mat3<T>::Zero());
 
   ProjectedSplats<T> made;
-  if (!tape) made = project_splats<T, kCutOffs>(cloud, camera, options.antialiased, options.most_pairs, options.instruction_set);
+  if (!tape) {
+    made = project_splats<T, kCutOffs>(cloud, camera, options.antialiased, options.most_pairs, options.instruction_set);
+  }
   const ProjectedSplats<T>& projected = tape ? tape->projected : made;
   const BlendKernels<T>& kernels = blend_kernels<T, kCutOffs>(options.instruction_set);
   const View<T> view = make_view<T>(camera);
@@ -163,8 +165,8 @@ RenderGradient<T> render_adjoint_as(const CloudOf<T>& cloud, const Camera& camer
                             rest + kTilePixels);
     });
     for (const Vec3<T>& b : background) out.background += b;
-    adj_view += gather_gaussians(kernels, {cloud_input(cloud), view, options.antialiased, nullptr, nullptr, 0}, projected,
-                                 lists, pair_gradient.get(), stride, blended, out);
+    adj_view += gather_gaussians(kernels, {cloud_input(cloud), view, options.antialiased, nullptr, nullptr, 0},
+                                 projected, lists, pair_gradient.get(), stride, blended, out);
   }
   set_pose(view, adj_view, out);
   return out;
