@@ -6,7 +6,8 @@
 namespace pliant {
 
 BlendWeights blend_weights(const GaussianCloud& cloud, const Camera& camera, const RenderOptions& options) {
-  const ProjectedSplats<float> projected = project_splats<float, true>(cloud, camera, options.antialiased, options.most_pairs);
+  const ProjectedSplats<float> projected = project_splats<float, true>(
+      cloud, camera, options.antialiased, options.most_pairs, options.instruction_set);
   const BlendKernels<float>& kernels = blend_kernels<float, true>(options.instruction_set);
   BlendWeights out;
   out.width = camera.width, out.height = camera.height;
