@@ -68,6 +68,7 @@ void add_simulate_options(CLI::App& command, SimulateStage& stage) {
       ->check(CLI::Range(0.001, 1.0))
       ->capture_default_str();
   command.add_flag("!--no-gravity", stage.gravity, "No gravity");
+  command.add_flag("!--no-floor", stage.floor, "Let the object pass through the plane that it rests on");
 }
 
 void add_render_options(CLI::App& command, RenderStage& stage) {
