@@ -3,7 +3,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 
 namespace pliant {
@@ -31,15 +30,15 @@ void write_json(const std::filesystem::path& file, const nlohmann::json& value) 
   write_text(file, value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
-JsonObject::JsonObject(const nlohmann::json& value, std::string file, std::string field)
-    : value_(&value), file_(std::move(file)), field_(std::move(field)) {
-  if (!value.is_object()) throw usage_error(file_, field_, "is " + shortened(value), "it must be an object {...}");
+JsonObject::JsonObject(const nlohmann::json& value, std::string file, std::string field, Failure failure)
+    : value_(&value), file_(std::move(file)), field_(std::move(field)), failure_(failure) {
+  if (!value.is_object()) throw Error(failure_, file_, field_, "is " + shortened(value), "it must be an object {...}");
 }
 
 bool JsonObject::has(const std::string& key) const { return value_->contains(key); }
 
 Error JsonObject::complaint(const std::string& key, const std::string& problem, const std::string& remedy) const {
-  return usage_error(file_, path_of(key), problem, remedy);
+  return {failure_, file_, path_of(key), problem, remedy};
 }
 
 const nlohmann::json& JsonObject::at(const std::string& key) const {
@@ -80,7 +79,7 @@ std::vector<double> JsonObject::numbers(const std::string& key, size_t count) co
   return numbers;
 }
 
-JsonObject JsonObject::object(const std::string& key) const { return {at(key), file_, path_of(key)}; }
+JsonObject JsonObject::object(const std::string& key) const { return {at(key), file_, path_of(key), failure_}; }
 
 void JsonObject::refuse_unknown(const std::vector<std::string>& known) const {
   for (const auto& [key, value] : value_->items()) {
