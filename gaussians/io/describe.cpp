@@ -129,7 +129,8 @@ json describe(const fs::path& path, std::optional<int> level) {
     const GaussianCloud cloud = read_splats(splats, &report, level.value_or(kFinestLevel));
     out["kind"] = "splats";
     out["splats"] = describe_splats(cloud, report);
-    if (const auto up = up_of_support_plane(cloud)) out["up"] = array_of(up->up), out["up_source"] = up->source;
+    const UpDirection up = cloud.size() > 0 ? up_of_cloud(cloud) : UpDirection{};
+    out["up"] = array_of(up.up), out["up_source"] = up.source;
     out["warnings"] = report.warnings;
   } else if (!cameras.empty()) {
     const CameraFile file = read_cameras(cameras);

@@ -7,8 +7,7 @@
 
 namespace pliant {
 
-/// What splats, cameras or a scene (folder or scene.json) of any format are: format, counts, bounds, opacities, up (of
-/// splats only when a support plane is evident), cameras, settings, warnings.  `level` chooses the level of detail of a
+/// What splats, cameras or a scene (folder or scene.json) of any format are: format, counts, bounds, opacities, up, cameras, settings, warnings.  `level` chooses the level of detail of a
 /// streamed SOG.  Throws Error{kInput} for anything else.
 nlohmann::json describe(const std::filesystem::path& path, std::optional<int> level = {});
 

@@ -92,8 +92,7 @@ void choose_up(const LoadOptions& options, Scene& scene) {
     return;
   }
   std::optional<UpDirection> found = up_of_cameras(scene.cameras);
-  if (!found) found = up_of_support_plane(scene.cloud);
-  if (!found) found = UpDirection{{0, -1, 0}, "-y, the usual up of reconstructed scenes, because no support plane is evident"};
+  if (!found) found = up_of_cloud(scene.cloud);
   scene.up = found->up, scene.up_source = found->source;
 }
 

@@ -40,8 +40,11 @@ Source source_in_folder(const fs::path& meta, std::vector<fs::path>& files) {
   const fs::path folder = meta.parent_path();
   Source source;
   source.name = meta.string();
-  for (const auto& entry : fs::directory_iterator(folder.empty() ? fs::path(".") : folder)) {
-    if (entry.is_regular_file()) source.file_bytes += entry.file_size();
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(folder.empty() ? fs::path(".") : folder, failed)) {
+    if (!entry.is_regular_file(failed)) continue;
+    const uint64_t size = entry.file_size(failed);
+    if (!failed) source.file_bytes += size;
   }
   source.read = [meta, folder, &files](const std::string& name, uint64_t most) {
     // Names lead nowhere but into the folder.
