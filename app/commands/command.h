@@ -37,6 +37,7 @@ void add_repair(CLI::App& app, Program& program);
 void add_seed(CLI::App& app, Program& program);
 void add_simulate(CLI::App& app, Program& program);
 void add_render(CLI::App& app, Program& program);
+void add_export(CLI::App& app, Program& program);
 void add_evaluate(CLI::App& app, Program& program);
 
 }  // namespace pliant

@@ -1,16 +1,25 @@
-#include <cmath>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "app/evaluate/evaluate.h"
 #include "app/evaluate/metrics.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/image_io.h"
+#include "gaussians/render/image_loss.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace pliant {
 namespace {
+
+/// Picture in double: SSIM of flat areas is a ratio of small differences.
+Image<double> read_picture(const fs::path& file) {
+  const ImageF image = read_image(file);
+  Image<double> out(image.width, image.height, image.channels);
+  std::copy(image.data.begin(), image.data.end(), out.data.begin());
+  return out;
+}
 
 /// Names in `a` that `b` lacks, as an error about `folder`.
 void require_names(const std::map<std::string, fs::path>& a, const std::map<std::string, fs::path>& b, const fs::path& folder,
@@ -44,18 +53,18 @@ json evaluate_images(const fs::path& prediction, const fs::path& truth) {
   std::vector<double> psnr, ssim, error;
   int identical = 0;
   for (const auto& [name, file] : theirs) {
-    const ImageF a = read_image(ours.at(name)), b = read_image(file);
+    const Image<double> a = read_picture(ours.at(name)), b = read_picture(file);
     if (a.width != b.width || a.height != b.height) {
       throw input_error(ours.at(name).string(), "", "has " + std::to_string(a.width) + " x " + std::to_string(a.height) +
                         " pixels but the truth has " + std::to_string(b.width) + " x " + std::to_string(b.height),
                         "render at the size of the photos");
     }
     if (a.width < 11 || a.height < 11) throw input_error(file.string(), "", "is smaller than 11 x 11 pixels", "SSIM needs a larger picture");
-    const double mse = mean_squared_error(a, b);
+    const double mse = mse_loss(a, b);
     json row = {{"identical", mse == 0}};
-    ssim.push_back(structural_similarity(a, b));
+    ssim.push_back(pliant::ssim(a, b, {}, SsimWindows::kInside));
     error.push_back(mse);
-    if (mse > 0) psnr.push_back(-10 * std::log10(mse)), row["psnr"] = psnr.back();
+    if (mse > 0) psnr.push_back(psnr_of_mse(mse)), row["psnr"] = psnr.back();
     else ++identical, row["psnr"] = nullptr;
     row["ssim"] = ssim.back();
     out["per_image"][name] = std::move(row);

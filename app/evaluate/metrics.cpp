@@ -6,39 +6,11 @@
 #include <nlohmann/json.hpp>
 
 #include "gaussians/base/error.h"
-#include "gaussians/base/portable.h"
 
 namespace fs = std::filesystem;
 
 namespace pliant {
 namespace {
-
-constexpr int kWindow = 11;
-
-/// Weighted means of `value(x, y)` over all windows inside a picture, [height - 10, width - 10].
-template <class Value>
-std::vector<double> window_means(int width, int height, Value&& value) {
-  double weight[kWindow], total = 0;
-  for (int k = 0; k < kWindow; ++k) total += weight[k] = std::exp(-0.5 * (k - 5) * (k - 5) / (1.5 * 1.5));
-  for (double& w : weight) w /= total;
-  const int columns = width - kWindow + 1, rows = height - kWindow + 1;
-  std::vector<double> along_x(static_cast<size_t>(columns) * height), means(static_cast<size_t>(columns) * rows);
-  parallel_for(height, [&](std::ptrdiff_t y) {
-    for (int x = 0; x < columns; ++x) {
-      double sum = 0;
-      for (int k = 0; k < kWindow; ++k) sum += weight[k] * value(x + k, static_cast<int>(y));
-      along_x[y * columns + x] = sum;
-    }
-  }, 16);
-  parallel_for(rows, [&](std::ptrdiff_t y) {
-    for (int x = 0; x < columns; ++x) {
-      double sum = 0;
-      for (int k = 0; k < kWindow; ++k) sum += weight[k] * along_x[(y + k) * columns + x];
-      means[y * columns + x] = sum;
-    }
-  }, 16);
-  return means;
-}
 
 /// Values without their least-squares line.
 std::vector<double> detrended(const std::vector<double>& values) {
@@ -55,35 +27,6 @@ std::vector<double> detrended(const std::vector<double>& values) {
 }
 
 }  // namespace
-
-double mean_squared_error(const ImageF& a, const ImageF& b) {
-  CHECK(a.data.size() == b.data.size() && !a.data.empty());
-  const auto n = static_cast<std::ptrdiff_t>(a.data.size());
-  return ordered_sum(n, 0.0, [&](std::ptrdiff_t i) {
-    const double d = static_cast<double>(a.data[i]) - b.data[i];
-    return d * d;
-  }) / static_cast<double>(n);
-}
-
-double structural_similarity(const ImageF& a, const ImageF& b) {
-  CHECK(a.width == b.width && a.height == b.height && a.channels == b.channels && a.width >= kWindow && a.height >= kWindow);
-  constexpr double kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;
-  double total = 0;
-  for (int c = 0; c < a.channels; ++c) {
-    const auto means = [&](auto&& value) { return window_means(a.width, a.height, value); };
-    const std::vector<double> mu_a = means([&](int x, int y) { return double(a(x, y, c)); });
-    const std::vector<double> mu_b = means([&](int x, int y) { return double(b(x, y, c)); });
-    const std::vector<double> aa = means([&](int x, int y) { return double(a(x, y, c)) * a(x, y, c); });
-    const std::vector<double> bb = means([&](int x, int y) { return double(b(x, y, c)) * b(x, y, c); });
-    const std::vector<double> ab = means([&](int x, int y) { return double(a(x, y, c)) * b(x, y, c); });
-    const auto n = static_cast<std::ptrdiff_t>(mu_a.size());
-    total += ordered_sum(n, 0.0, [&](std::ptrdiff_t i) {
-      const double m = mu_a[i] * mu_b[i], squares = mu_a[i] * mu_a[i] + mu_b[i] * mu_b[i];
-      return (2 * m + kC1) * (2 * (ab[i] - m) + kC2) / ((squares + kC1) * (aa[i] + bb[i] - squares + kC2));
-    }) / static_cast<double>(n);
-  }
-  return total / a.channels;
-}
 
 double median(std::vector<double> values) {
   CHECK(!values.empty());

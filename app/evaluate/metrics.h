@@ -6,16 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gaussians/base/image.h"
-
 namespace pliant {
-
-/// Mean squared difference of all values of two equally large pictures.
-double mean_squared_error(const ImageF& a, const ImageF& b);
-
-/// Structural similarity (Wang et al. 2004): Gaussian window 11 x 11, sigma 1.5, K1 = 0.01, K2 = 0.03, values in [0, 1],
-/// mean over the channels and over all windows that lie inside the picture, which must be at least 11 x 11.
-double structural_similarity(const ImageF& a, const ImageF& b);
 
 /// {NAME: mean, NAME_median, NAME_std}; null without values.
 void add_statistics(nlohmann::json& out, const std::string& name, const std::vector<double>& values);

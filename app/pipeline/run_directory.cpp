@@ -25,17 +25,6 @@ double peak_memory_megabytes() {
   return 0;
 }
 
-/// First difference between two objects, as a sentence; empty when they agree.
-std::string difference(const json& before, const json& now, const std::string& kind) {
-  for (const auto& [key, value] : now.items())
-    if (!before.contains(key) || before[key] != value)
-      return fmt::format("{} '{}' was {}, now {}", kind, key, before.contains(key) ? before[key].dump() : "absent",
-                         value.dump());
-  for (const auto& [key, value] : before.items())
-    if (!now.contains(key)) return fmt::format("{} '{}' was {}, now absent", kind, key, value.dump());
-  return "";
-}
-
 /// True when nothing but files inside the run directory changed since the record was made.
 bool only_own_files_differ(const fs::path& run, const StageKey& key, const json& record, const json& options,
                            const json& inputs) {
@@ -48,6 +37,16 @@ bool only_own_files_differ(const fs::path& run, const StageKey& key, const json&
 }
 
 }  // namespace
+
+std::string first_difference(const json& before, const json& now, const std::string& kind) {
+  for (const auto& [key, value] : now.items())
+    if (!before.contains(key) || before[key] != value)
+      return fmt::format("{} '{}' was {}, now {}", kind, key, before.contains(key) ? before[key].dump() : "absent",
+                         value.dump());
+  for (const auto& [key, value] : before.items())
+    if (!now.contains(key)) return fmt::format("{} '{}' was {}, now absent", kind, key, value.dump());
+  return "";
+}
 
 std::string hash_of_input(const fs::path& path) {
   if (!fs::is_directory(path)) return sha256_of_file(path);
@@ -93,7 +92,7 @@ void RunDirectory::save() const { write_text(path_ / "run.json", manifest_.dump(
 
 void RunDirectory::set_scene(const json& scene, bool overwrite) {
   if (!manifest_["scene"].is_null() && !overwrite) {
-    const std::string changed = difference(manifest_["scene"], scene, "scene");
+    const std::string changed = first_difference(manifest_["scene"], scene, "scene");
     if (!changed.empty())
       throw usage_error(path_.string(), "", changed, "give another --out, or --overwrite to start anew");
   }
@@ -124,8 +123,8 @@ json RunDirectory::stage(const Context& context, const StageKey& key, const std:
 
   if (has(key.name)) {
     const json& record = manifest_["stages"][key.name];
-    std::string changed = difference(record["options"], options, "option");
-    if (changed.empty()) changed = difference(record["inputs"], inputs, "input");
+    std::string changed = first_difference(record["options"], options, "option");
+    if (changed.empty()) changed = first_difference(record["inputs"], inputs, "input");
     const bool complete = std::all_of(key.outputs.begin(), key.outputs.end(),
                                       [&](const std::string& output) { return fs::exists(path_ / output); });
     if (changed.empty() && complete) {

@@ -57,6 +57,9 @@ class RunDirectory {
   nlohmann::json manifest_;
 };
 
+/// First difference between two JSON objects, as a sentence such as "option 'fps' was 30, now 12"; empty when they agree.
+std::string first_difference(const nlohmann::json& before, const nlohmann::json& now, const std::string& kind);
+
 /// SHA-256 over a file, or over names and contents of all files of a folder in order.
 std::string hash_of_input(const std::filesystem::path& path);
 

@@ -68,6 +68,14 @@ struct RenderStage {
 };
 nlohmann::json run_render(const Context& context, RunDirectory& run, const Scene& scene, const RenderStage& stage);
 
+/// export: numbered splat files of the moving scene, outside of the run directory.
+struct ExportStage {
+  std::string ply_sequence;  ///< folder; sequence.json there says what the files are
+  int every = 1;             ///< take every Nth frame of the trajectory
+  bool object_only = false;  ///< without the background
+};
+nlohmann::json run_export(const Context& context, RunDirectory& run, const Scene& scene, const ExportStage& stage);
+
 /// report: report.html, self-contained.
 void write_report(const RunDirectory& run, const Scene& scene, const std::string& command);
 

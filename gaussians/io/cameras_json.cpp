@@ -38,7 +38,9 @@ CameraFile read_cameras_json(const fs::path& file, const fs::path& photos) {
   CameraCollector collector(file);
   const fs::path folder = file.parent_path();
   for (size_t i = 0; i < json.size(); ++i) {
-    const JsonObject entry(json[i], file.string(), "[" + std::to_string(i) + "]", Failure::kInput);
+    std::string place = "[";
+    place.append(std::to_string(i)).append("]");
+    const JsonObject entry(json[i], file.string(), place, Failure::kInput);
     Camera camera;
     camera.cam_from_world = read_pose(entry);
     const double width = entry.number("width"), height = entry.number("height");

@@ -11,9 +11,44 @@
 namespace pliant {
 namespace {
 
-// A Gaussian grows or shrinks at most by this factor along an axis; beyond it, the picture would show the solver's
-// strain at single particles as needles.
-constexpr float kStretchLimit = 4;
+/// The drivers of one Gaussian, gathered.
+template <class T>
+struct Drivers {
+  int count = 0;
+  T weight[Binding::kCount];
+  Vec3<T> rest[Binding::kCount], now[Binding::kCount];
+  Mat3<T> F[Binding::kCount];
+
+  Drivers(const Binding& binding, std::ptrdiff_t g, std::span<const Vec3<T>> drivers_rest,
+          std::span<const Vec3<T>> drivers_now, std::span<const Mat3<T>> gradients) {
+    for (; count < Binding::kCount; ++count) {
+      const int d = binding.driver[g * Binding::kCount + count];
+      if (d < 0) break;
+      weight[count] = T(binding.weight[g * Binding::kCount + count]);
+      rest[count] = drivers_rest[d], now[count] = drivers_now[d], F[count] = gradients[d];
+    }
+  }
+  RigidFit<T> fit() const { return fit_rigid<T>(count, weight, rest, now, F); }
+};
+
+/// Places (Gaussian, k) of a binding by driver: those of driver d are slot[start[d]] .. slot[start[d + 1] - 1],
+/// ascending.
+struct SlotsByDriver {
+  std::vector<size_t> start;
+  std::vector<uint32_t> slot;
+
+  SlotsByDriver(const Binding& binding, size_t drivers) : start(drivers + 1, 0) {
+    const auto for_each_slot = [&](auto&& visit) {
+      for (size_t g = 0; g < binding.size(); ++g)
+        for (size_t s = g * Binding::kCount; s < (g + 1) * Binding::kCount && binding.driver[s] >= 0; ++s) visit(s);
+    };
+    for_each_slot([&](size_t s) { ++start[binding.driver[s] + 1]; });
+    for (size_t d = 0; d < drivers; ++d) start[d + 1] += start[d];
+    slot.resize(start[drivers]);
+    std::vector<size_t> next(start.begin(), start.end() - 1);
+    for_each_slot([&](size_t s) { slot[next[binding.driver[s]]++] = static_cast<uint32_t>(s); });
+  }
+};
 
 }  // namespace
 
@@ -27,33 +62,88 @@ void deform(const DeformOptions& options, const GaussianCloud& rest, const Bindi
   parallel_for(
       static_cast<std::ptrdiff_t>(rest.size()),
       [&](std::ptrdiff_t g) {
-        const int* driver = binding.driver.data() + g * Binding::kCount;
-        if (driver[0] < 0) return;
-        Vec3f from[Binding::kCount], to[Binding::kCount];
-        Mat3f gradient[Binding::kCount];
-        int count = 0;
-        for (; count < Binding::kCount && driver[count] >= 0; ++count) {
-          from[count] = drivers_rest[driver[count]], to[count] = drivers_now[driver[count]];
-          gradient[count] = F[driver[count]];
-        }
-        const RigidFit<float> fit = fit_rigid(count, binding.weight.data() + g * Binding::kCount, from, to, gradient);
-        const Vec3f& x = rest.position[g];
-        out.position[g] =
-            options.mean_displacement ? Vec3f(x + (fit.now - fit.rest)) : Vec3f(fit.R * (x - fit.rest) + fit.now);
+        const Drivers<float> drivers(binding, g, drivers_rest, drivers_now, F);
+        if (drivers.count == 0) return;
+        const RigidFit<float> fit = drivers.fit();
+        out.position[g] = carried_position(options, fit, rest.position[g]);
         if (options.stretch) {
           Mat3f axes;
           Vec3f length;
           principal_axes<float>(
-              limit_stretch(fit.F, kStretchLimit) * covariance_factor<float>(rest.rotation[g], rest.log_scale[g]), axes,
+              carried_frame(options, fit) * covariance_factor<float>(rest.rotation[g], rest.log_scale[g]), axes,
               length);
           out.rotation[g] = quaternion_wxyz(axes);
           for (int k = 0; k < 3; ++k) out.log_scale[g][k] = std::log(std::max(length[k], 1e-30f));
         } else {
-          out.rotation[g] = quaternion_wxyz(fit.R * covariance_factor<float>(rest.rotation[g], Vec3f::Zero()));
+          out.rotation[g] =
+              quaternion_wxyz(carried_frame(options, fit) * covariance_factor<float>(rest.rotation[g], Vec3f::Zero()));
         }
         sh_rotation.apply(fit.R, rest.sh_degree, out.sh_of(g));
       },
       256);
 }
+
+template <class T>
+DeformGradientOf<T> deform_adjoint(const DeformOptions& options, const CloudOf<T>& rest, const Binding& binding,
+                                   std::type_identity_t<std::span<const Vec3<T>>> drivers_rest,
+                                   std::type_identity_t<std::span<const Vec3<T>>> drivers_now,
+                                   std::type_identity_t<std::span<const Mat3<T>>> F,
+                                   std::type_identity_t<std::span<const Vec3<T>>> adj_position,
+                                   std::type_identity_t<std::span<const Mat3<T>>> adj_covariance,
+                                   std::type_identity_t<std::span<const T>> adj_sh) {
+  CHECK(binding.size() == rest.size() && adj_position.size() == rest.size() && adj_covariance.size() == rest.size());
+  CHECK(drivers_rest.size() == drivers_now.size() && F.size() == drivers_now.size());
+  CHECK(adj_sh.empty() || adj_sh.size() == rest.sh.size());
+
+  // Every Gaussian's derivative with respect to its fit; then every driver sums over the Gaussians that it moves.
+  struct Row {
+    RigidFitAdjoint<T> adj;
+    Vec3<T> rest;  // mean of the drivers
+  };
+  std::vector<Row> rows(rest.size());
+  const ShRotation<T> sh_rotation;
+  parallel_for(
+      static_cast<std::ptrdiff_t>(rest.size()),
+      [&](std::ptrdiff_t g) {
+        const Drivers<T> drivers(binding, g, drivers_rest, drivers_now, F);
+        if (drivers.count == 0) return;
+        const RigidFit<T> fit = drivers.fit();
+        const Mat3<T> A = covariance_factor<T>(rest.rotation[g], rest.log_scale[g]);
+        Mat3<T> adj_R = Mat3<T>::Zero(), adj_F;
+        Vec3<T> adj_now;
+        if (!adj_sh.empty()) {
+          sh_rotation.apply_adjoint(fit.R, rest.sh_degree, rest.sh_of(g), adj_sh.data() + g * rest.sh_count() * 3,
+                                    adj_R);
+        }
+        carried_adjoint<T>(options, fit, rest.position[g], A * A.transpose(), adj_position[g], adj_covariance[g], adj_R,
+                           adj_now, adj_F);
+        rows[g] = {fit_rigid_adjoint<T>(drivers.count, drivers.weight, drivers.rest, fit, adj_R, adj_now, adj_F),
+                   fit.rest};
+      },
+      256);
+
+  DeformGradientOf<T> gradient{std::vector<Vec3<T>>(F.size(), Vec3<T>::Zero()),
+                               std::vector<Mat3<T>>(F.size(), Mat3<T>::Zero())};
+  const SlotsByDriver slots(binding, F.size());
+  parallel_for(
+      static_cast<std::ptrdiff_t>(F.size()),
+      [&](std::ptrdiff_t d) {
+        for (size_t i = slots.start[d]; i < slots.start[d + 1]; ++i) {
+          const Row& row = rows[slots.slot[i] / Binding::kCount];
+          const T weight = T(binding.weight[slots.slot[i]]);
+          gradient.drivers_now[d] += weight * (row.adj.moment * (drivers_rest[d] - row.rest) + row.adj.now);
+          gradient.F[d] += weight * row.adj.F;
+        }
+      },
+      64);
+  return gradient;
+}
+
+#define PLIANT_INSTANTIATE(T)                                                                                      \
+  template DeformGradientOf<T> deform_adjoint<T>(                                                                  \
+      const DeformOptions&, const CloudOf<T>&, const Binding&, std::span<const Vec3<T>>, std::span<const Vec3<T>>, \
+      std::span<const Mat3<T>>, std::span<const Vec3<T>>, std::span<const Mat3<T>>, std::span<const T>);
+PLIANT_INSTANTIATE(float)
+PLIANT_INSTANTIATE(double)
 
 }  // namespace pliant

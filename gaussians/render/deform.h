@@ -1,6 +1,8 @@
 #pragma once
 
 #include <span>
+#include <type_traits>
+#include <vector>
 
 #include "gaussians/base/binding.h"
 #include "gaussians/base/gaussian_cloud.h"
@@ -8,9 +10,9 @@
 namespace pliant {
 
 struct BindOptions {
-  int neighbours = 8;         ///< drivers per Gaussian, at most Binding::kCount
-  float spacing = 0;          ///< mean distance of neighbouring drivers; 0 = measured
-  float max_reach = 3.0f;     ///< a Gaussian farther than this many spacings from every driver does not move
+  int neighbours = 8;      ///< drivers per Gaussian, at most Binding::kCount
+  float spacing = 0;       ///< mean distance of neighbouring drivers; 0 = measured
+  float max_reach = 3.0f;  ///< a Gaussian farther than this many spacings from every driver does not move
 };
 
 /// Chooses the drivers of every Gaussian at rest: nearest ones that are connected to the nearest without crossing a
@@ -29,5 +31,27 @@ struct DeformOptions {
 void deform(const DeformOptions& options, const GaussianCloud& rest, const Binding& binding,
             std::span<const Vec3f> drivers_rest, std::span<const Vec3f> drivers_now, std::span<const Mat3f> F,
             GaussianCloud& out);
+
+/// Derivatives with respect to what moves a cloud.
+template <class T>
+struct DeformGradientOf {
+  std::vector<Vec3<T>> drivers_now;  ///< [M, 3]
+  std::vector<Mat3<T>> F;            ///< [M]
+};
+using DeformGradient = DeformGradientOf<float>;
+
+/// Reverse of `deform`, from derivatives with respect to the deformed position [N, 3], covariance [N] and spherical
+/// harmonics (laid out as rest.sh, or empty).  Covariance stands for rotation and log_scale, on which pictures depend
+/// only through it; entry (i, j) of adj_covariance is the derivative with respect to entry (i, j).  Gaussians that do
+/// not move give nothing.  Memory: 128 bytes per Gaussian in float.  Equal bit for bit for any number of threads.
+/// Compiled for float and double.
+template <class T>
+DeformGradientOf<T> deform_adjoint(const DeformOptions& options, const CloudOf<T>& rest, const Binding& binding,
+                                   std::type_identity_t<std::span<const Vec3<T>>> drivers_rest,
+                                   std::type_identity_t<std::span<const Vec3<T>>> drivers_now,
+                                   std::type_identity_t<std::span<const Mat3<T>>> F,
+                                   std::type_identity_t<std::span<const Vec3<T>>> adj_position,
+                                   std::type_identity_t<std::span<const Mat3<T>>> adj_covariance,
+                                   std::type_identity_t<std::span<const T>> adj_sh);
 
 }  // namespace pliant

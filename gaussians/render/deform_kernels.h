@@ -1,6 +1,7 @@
 #pragma once
 
-#include "gaussians/base/polar.h"
+#include "gaussians/base/spectral.h"
+#include "gaussians/render/deform.h"
 
 namespace pliant {
 
@@ -10,6 +11,8 @@ struct RigidFit {
   Mat3<T> R;
   Vec3<T> rest, now;  ///< weighted means of the drivers
   Mat3<T> F;          ///< weighted mean of their deformation gradients
+  Mat3<T> H;          ///< R is the polar factor of this
+  T spread;           ///< weighted mean squared distance of the drivers from `rest`
 };
 
 /// Share of the drivers' own rotation in the fit; it decides what the positions leave open (the twist of a cord).
@@ -20,34 +23,107 @@ constexpr double kTwistShare = 0.1;
 template <class T>
 HOST_DEVICE RigidFit<T> fit_rigid(int count, const T* weight, const Vec3<T>* rest, const Vec3<T>* now,
                                   const Mat3<T>* F) {
-  RigidFit<T> fit{Mat3<T>::Zero(), Vec3<T>::Zero(), Vec3<T>::Zero(), Mat3<T>::Zero()};
+  RigidFit<T> fit{Mat3<T>::Zero(), Vec3<T>::Zero(), Vec3<T>::Zero(), Mat3<T>::Zero(), Mat3<T>::Zero(), T(0)};
   for (int j = 0; j < count; ++j) {
     fit.rest += weight[j] * rest[j], fit.now += weight[j] * now[j];
     fit.F += weight[j] * F[j];
   }
-  Mat3<T> H = Mat3<T>::Zero();
-  T spread = 0;
   for (int j = 0; j < count; ++j) {
     const Vec3<T> from = rest[j] - fit.rest;
-    H += weight[j] * (now[j] - fit.now) * from.transpose();
-    spread += weight[j] * from.squaredNorm();
+    fit.H += weight[j] * (now[j] - fit.now) * from.transpose();
+    fit.spread += weight[j] * from.squaredNorm();
   }
-  fit.R = spread > T(0) ? polar_rotation<T>(H / spread + T(kTwistShare) * fit.F) : polar_rotation<T>(fit.F);
+  if (fit.spread > T(0))
+    fit.H = fit.H / fit.spread + T(kTwistShare) * fit.F;
+  else
+    fit.H = fit.F;
+  fit.R = polar_rotation<T>(fit.H);
   return fit;
+}
+
+/// Derivatives with respect to the drivers of a fit: weight_j (moment (rest_j - fit.rest) + now) for the position of
+/// driver j, weight_j F for its deformation gradient.
+template <class T>
+struct RigidFitAdjoint {
+  Mat3<T> moment, F;
+  Vec3<T> now;
+};
+
+/// From derivatives with respect to R, now and F of the fit.
+template <class T>
+HOST_DEVICE RigidFitAdjoint<T> fit_rigid_adjoint(int count, const T* weight, const Vec3<T>* rest,
+                                                 const RigidFit<T>& fit, const Mat3<T>& adj_R, const Vec3<T>& adj_now,
+                                                 const Mat3<T>& adj_F) {
+  // The map from a change of H to one of R is its own adjoint.
+  const Mat3<T> RtH = fit.R.transpose() * fit.H;
+  const Mat3<T> adj_H = polar_rotation_derivative<T>({fit.R, T(0.5) * (RtH + RtH.transpose())}, adj_R);
+  if (!(fit.spread > T(0))) return {Mat3<T>::Zero(), adj_F + adj_H, adj_now};
+  RigidFitAdjoint<T> adj{adj_H / fit.spread, adj_F + T(kTwistShare) * adj_H, adj_now};
+  // What `now` does in H; it vanishes up to rounding, because the weights sum to 1.
+  for (int j = 0; j < count; ++j) adj.now -= weight[j] * (adj.moment * (rest[j] - fit.rest));
+  return adj;
+}
+
+/// Whether the principal stretches of F surely lie within [1 / limit, limit], without an SVD: |F|^2 and |F^-1|^2 are
+/// at most limit^2.
+template <class T>
+HOST_DEVICE bool stretch_is_moderate(const Mat3<T>& F, T limit) {
+  const Mat3<T> C = cofactor(F);
+  const T determinant = F.col(0).dot(C.col(0)), most = limit * limit;
+  return determinant > T(0) && F.squaredNorm() <= most && C.squaredNorm() <= most * determinant * determinant;
 }
 
 /// F with its principal stretches kept within [1 / limit, limit] and inversions undone.
 template <class T>
 HOST_DEVICE Mat3<T> limit_stretch(const Mat3<T>& F, T limit) {
-  // Every singular value lies within the limits when |F|^2 and |F^-1|^2 are at most limit^2.
-  const Mat3<T> C = cofactor(F);
-  const T determinant = F.col(0).dot(C.col(0));
-  const T most = limit * limit;
-  if (determinant > T(0) && F.squaredNorm() <= most && C.squaredNorm() <= most * determinant * determinant) return F;
+  if (stretch_is_moderate(F, limit)) return F;
   const Svd<T> s = svd(F);
-  Vec3<T> sigma;
-  for (int i = 0; i < 3; ++i) sigma[i] = s.sigma[i] < 1 / limit ? 1 / limit : s.sigma[i] > limit ? limit : s.sigma[i];
-  return s.U * sigma.asDiagonal() * s.V.transpose();
+  return s.U * s.sigma.cwiseMax(1 / limit).cwiseMin(limit).asDiagonal() * s.V.transpose();
+}
+
+/// Derivative with respect to F; stretches beyond the limits take none.
+template <class T>
+HOST_DEVICE Mat3<T> limit_stretch_adjoint(const Mat3<T>& F, T limit, const Mat3<T>& adj_limited) {
+  if (stretch_is_moderate(F, limit)) return adj_limited;
+  const Svd<T> s = svd(F);
+  const Vec3<T> limited = s.sigma.cwiseMax(1 / limit).cwiseMin(limit);
+  Vec3<T> slope;
+  for (int i = 0; i < 3; ++i) slope[i] = T(limited[i] == s.sigma[i]);
+  return spectral_adjoint<T>(s, limited, slope.asDiagonal(), adj_limited);
+}
+
+/// A Gaussian grows or shrinks at most by this factor along an axis; beyond it, the picture would show the solver's
+/// strain at single particles as needles.
+constexpr double kStretchLimit = 4;
+
+/// Position of a Gaussian that lies at x at rest.
+template <class T>
+HOST_DEVICE Vec3<T> carried_position(const DeformOptions& options, const RigidFit<T>& fit, const Vec3<T>& x) {
+  if (options.mean_displacement) return x + (fit.now - fit.rest);
+  return fit.R * (x - fit.rest) + fit.now;
+}
+
+/// Matrix that takes the covariance at rest along: covariance = M covariance_rest M^T.
+template <class T>
+HOST_DEVICE Mat3<T> carried_frame(const DeformOptions& options, const RigidFit<T>& fit) {
+  return options.stretch ? limit_stretch<T>(fit.F, T(kStretchLimit)) : fit.R;
+}
+
+/// Derivatives with respect to a fit of the carried position and covariance; adj_R is taken as it comes, which is where
+/// that of rotated spherical harmonics goes, and added to.  adj_covariance: d L / d covariance, entry by entry.
+template <class T>
+HOST_DEVICE void carried_adjoint(const DeformOptions& options, const RigidFit<T>& fit, const Vec3<T>& x,
+                                 const Mat3<T>& covariance_rest, const Vec3<T>& adj_position,
+                                 const Mat3<T>& adj_covariance, Mat3<T>& adj_R, Vec3<T>& adj_now, Mat3<T>& adj_F) {
+  adj_now = adj_position;
+  if (!options.mean_displacement) adj_R += adj_position * (x - fit.rest).transpose();
+  const Mat3<T> M = carried_frame(options, fit);
+  const Mat3<T> adj_M = (adj_covariance + adj_covariance.transpose()) * M * covariance_rest;
+  adj_F.setZero();
+  if (options.stretch)
+    adj_F = limit_stretch_adjoint<T>(fit.F, T(kStretchLimit), adj_M);
+  else
+    adj_R += adj_M;
 }
 
 /// Refactors A into axes (a rotation) and lengths with A A^T = axes diag(lengths)^2 axes^T, by rotating pairs of

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "gaussians/base/camera.h"
 #include "gaussians/base/gaussian_cloud.h"
 #include "gaussians/base/image.h"
+#include "gaussians/base/instruction_set.h"
+#include "gaussians/render/tiles.h"
 
 namespace pliant {
 
@@ -12,18 +15,49 @@ namespace pliant {
 struct RenderOptions {
   Vec3f background = Vec3f::Zero();
   bool antialiased = false;  ///< opacity compensation for scenes trained with mip-splatting (Yu et al. 2024)
+  InstructionSet instruction_set = best_instruction_set();
+  size_t most_pairs = kMostPairs;  ///< of splat and tile, held at a time
 };
 
-struct RenderResult {
-  ImageF color;     ///< [H, W, 3] including the background; not clamped
-  ImageF depth;     ///< [H, W, 1] sum of blend weight * z; divide by alpha for the mean depth (scene units)
-  ImageF alpha;     ///< [H, W, 1] accumulated opacity, 1 - final transmittance
-  ImageF features;  ///< [H, W, C] blended extra channels; empty when there are none
+template <class T>
+struct Rendered {
+  Image<T> color;     ///< [H, W, 3] including the background; not clamped
+  Image<T> depth;     ///< [H, W, 1] sum of blend weight * z; divide by alpha for the mean depth (scene units)
+  Image<T> alpha;     ///< [H, W, 1] accumulated opacity, 1 - final transmittance
+  Image<T> features;  ///< [H, W, C] blended extra channels; empty when there are none
+};
+using RenderResult = Rendered<float>;
+
+/// What a picture leaves for its derivatives, so that they need not project and bin again.
+template <class T>
+struct RenderTape {
+  ProjectedSplats<T> projected;
+  std::optional<TileLists> lists;  ///< only when the picture is made in one band
 };
 
 /// Picture of `cloud` from `camera`.  `features` [N, channels] are blended like colour, without a background.
-/// Equal bit for bit for any number of threads.
-RenderResult render(const GaussianCloud& cloud, const Camera& camera, const RenderOptions& options = {},
-                    std::span<const float> features = {}, int channels = 0);
+/// Equal bit for bit for any number of threads.  Memory: see project_splats and kMostPairs; linear in the Gaussians in
+/// view and in the pairs of splat and tile, of which at most `most_pairs` are held.
+RenderResult render(const CloudOf<float>& cloud, const Camera& camera, const RenderOptions& options = {},
+                    std::span<const float> features = {}, int channels = 0, RenderTape<float>* tape = nullptr);
+
+/// Derivatives of a scalar with respect to everything that makes a picture.
+template <class T>
+struct RenderGradient {
+  CloudOf<T> cloud;
+  std::vector<T> features;                      ///< [N, channels]
+  Vec3<T> background = Vec3<T>::Zero();
+  Vec3<T> rotation = Vec3<T>::Zero();           ///< of the camera: cam_from_world <- (exp([rotation]), translation) cam_from_world
+  Vec3<T> translation = Vec3<T>::Zero();
+  std::vector<Mat3<T>> covariance;              ///< [N] when asked for: what rotation and log_scale say, as one symmetric matrix
+};
+
+/// Derivatives of a scalar L of the picture, given dL/dpicture in `adj`, whose empty images count as zero.  `picture` is
+/// the result of `render` for the same arguments, `tape` what it left (or null).  Equal bit for bit for any number of
+/// threads.  Memory: 4 (10 + channels) bytes, rounded up to 32, per pair of splat and tile in a band.
+RenderGradient<float> render_adjoint(const CloudOf<float>& cloud, const Camera& camera, const RenderOptions& options,
+                                     std::span<const float> features, int channels, const RenderResult& picture,
+                                     const RenderResult& adj, const RenderTape<float>* tape = nullptr,
+                                     bool covariance = false);
 
 }  // namespace pliant

@@ -4,17 +4,18 @@
 
 namespace pliant {
 
-/// `RenderResult` in the scalar T.
-template <class T>
-struct Rendered {
-  Image<T> color, depth, alpha, features;
-};
-
-/// The pipeline of `render` in the scalar T, from the same float parameters.  kCutOffs = false leaves out the limit on
-/// alpha, the smallest alpha and the early end, which makes the picture a smooth function of the parameters.
+/// `render` in the scalar T.  kCutOffs = false leaves out the limit on alpha, the smallest alpha and the early end,
+/// which makes the picture a smooth function of the parameters.
 /// Compiled for <float, true>, <double, true> and <double, false>.
 template <class T, bool kCutOffs = true>
-Rendered<T> render_as(const GaussianCloud& cloud, const Camera& camera, const RenderOptions& options = {},
-                      std::span<const float> features = {}, int channels = 0);
+Rendered<T> render_as(const CloudOf<T>& cloud, const Camera& camera, const RenderOptions& options = {},
+                      std::span<const T> features = {}, int channels = 0, RenderTape<T>* tape = nullptr);
+
+/// `render_adjoint` in the scalar T.
+template <class T, bool kCutOffs = true>
+RenderGradient<T> render_adjoint_as(const CloudOf<T>& cloud, const Camera& camera, const RenderOptions& options,
+                                    std::span<const T> features, int channels, const Rendered<T>& picture,
+                                    const Rendered<T>& adj, const RenderTape<T>* tape = nullptr,
+                                    bool covariance = false);
 
 }  // namespace pliant

@@ -3,20 +3,9 @@
 #include "gaussians/base/camera.h"
 #include "gaussians/base/gaussian_cloud.h"
 #include "gaussians/base/portable.h"
-#include "gaussians/render/pack.h"
+#include "gaussians/render/splat.h"
 
 namespace pliant {
-
-/// Constants of the reference 3DGS rasteriser; forward and reverse passes use the same ones.
-namespace splat {
-constexpr double kNear = 0.2;            ///< Gaussians nearer than this are not drawn (scene units)
-constexpr double kFrustumClamp = 1.3;    ///< the Jacobian is taken inside the frustum widened by this factor
-constexpr double kScreenVariance = 0.3;  ///< low-pass filter added to the 2D covariance (px^2)
-constexpr double kMaxAlpha = 0.99;
-constexpr double kMinAlpha = 1.0 / 255;      ///< smaller contributions are skipped
-constexpr double kMinTransmittance = 1e-4;   ///< blending ends before the transmittance falls below this
-constexpr double kMinCompensation = 2.5e-5;  ///< smallest ratio of determinants in antialiased rendering
-}  // namespace splat
 
 /// A camera as the kernels use it.
 template <class T>
@@ -59,20 +48,61 @@ HOST_DEVICE Mat3<T> covariance_factor(const Eigen::Matrix<T, 4, 1>& wxyz, const 
   return R * log_scale.array().exp().matrix().asDiagonal();
 }
 
+/// Derivatives of A = covariance_factor(wxyz, log_scale), written: through R(q / |q|) and through the scales.
+template <class T>
+HOST_DEVICE void covariance_factor_adjoint(const Eigen::Matrix<T, 4, 1>& wxyz, const Vec3<T>& log_scale,
+                                           const Mat3<T>& A, const Mat3<T>& adj_A, Eigen::Matrix<T, 4, 1>& adj_wxyz,
+                                           Vec3<T>& adj_log_scale) {
+  adj_log_scale = A.cwiseProduct(adj_A).colwise().sum().transpose();
+  adj_wxyz.setZero();
+  const T norm = wxyz.norm();
+  if (norm == T(0)) return;
+  const Mat3<T> G = adj_A * log_scale.array().exp().matrix().asDiagonal();
+  const Eigen::Matrix<T, 4, 1> q = wxyz / norm;
+  const T w = q[0], x = q[1], y = q[2], z = q[3];
+  Eigen::Matrix<T, 4, 1> adj_q;
+  adj_q[0] = x * (G(2, 1) - G(1, 2)) + y * (G(0, 2) - G(2, 0)) + z * (G(1, 0) - G(0, 1));
+  adj_q[1] = y * (G(0, 1) + G(1, 0)) + z * (G(0, 2) + G(2, 0)) + w * (G(2, 1) - G(1, 2)) - 2 * x * (G(1, 1) + G(2, 2));
+  adj_q[2] = x * (G(0, 1) + G(1, 0)) + z * (G(1, 2) + G(2, 1)) + w * (G(0, 2) - G(2, 0)) - 2 * y * (G(0, 0) + G(2, 2));
+  adj_q[3] = x * (G(0, 2) + G(2, 0)) + y * (G(1, 2) + G(2, 1)) + w * (G(1, 0) - G(0, 1)) - 2 * z * (G(0, 0) + G(1, 1));
+  // 2 dR/dq is tangent already up to the part along q, which the normalisation takes away.
+  adj_wxyz = T(2) * (adj_q - q * q.dot(adj_q)) / norm;
+}
+
+/// A point in the camera frame and the rows of the pinhole projection's Jacobian in world axes, taken at x/z and y/z
+/// held inside the widened frustum.
+template <class T>
+struct ProjectedPoint {
+  Vec3<T> p;                 ///< in the camera frame
+  T x, y;                    ///< p_x / p_z, p_y / p_z
+  bool inside_x, inside_y;   ///< whether the bounds leave x and y as they are
+  T held_x, held_y;
+  Vec3<T> jx, jy;            ///< du/dposition, dv/dposition
+};
+
+template <class T>
+HOST_DEVICE ProjectedPoint<T> project_point(const View<T>& view, const Vec3<T>& position) {
+  ProjectedPoint<T> at;
+  at.p = view.R * position + view.t;
+  at.x = at.p[0] / at.p[2], at.y = at.p[1] / at.p[2];
+  at.inside_x = at.x >= view.low_x && at.x <= view.high_x;
+  at.inside_y = at.y >= view.low_y && at.y <= view.high_y;
+  at.held_x = at.inside_x ? at.x : at.x < view.low_x ? view.low_x : view.high_x;
+  at.held_y = at.inside_y ? at.y : at.y < view.low_y ? view.low_y : view.high_y;
+  at.jx = (view.R.row(0) - at.held_x * view.R.row(2)).transpose() * (view.fx / at.p[2]);
+  at.jy = (view.R.row(1) - at.held_y * view.R.row(2)).transpose() * (view.fy / at.p[2]);
+  return at;
+}
+
 /// Elliptical weighted average projection (Zwicker et al. 2001, eq. 31): covariance2D = J W A (J W A)^T with the
 /// Jacobian J of the pinhole projection at the mean.  False when the Gaussian is not drawn: nearer than kNear, or not
 /// finite.  The determinant is summed from non-negative terms (Binet and Cauchy), so that thin splats keep theirs.
 template <class T>
 HOST_DEVICE bool project(const View<T>& view, const Vec3<T>& position, const Mat3<T>& A, Footprint<T>& out) {
-  const Vec3<T> p = view.R * position + view.t;
-  if (!(p[2] > T(splat::kNear))) return false;
-  const T x = p[0] / p[2], y = p[1] / p[2];
-  out.u = view.fx * x + view.cx, out.v = view.fy * y + view.cy, out.depth = p[2];
-  const T clamped_x = x < view.low_x ? view.low_x : x > view.high_x ? view.high_x : x;
-  const T clamped_y = y < view.low_y ? view.low_y : y > view.high_y ? view.high_y : y;
-  const Vec3<T> jx = (view.R.row(0) - clamped_x * view.R.row(2)).transpose() * (view.fx / p[2]);
-  const Vec3<T> jy = (view.R.row(1) - clamped_y * view.R.row(2)).transpose() * (view.fy / p[2]);
-  const Vec3<T> mx = A.transpose() * jx, my = A.transpose() * jy;
+  const ProjectedPoint<T> at = project_point(view, position);
+  if (!(at.p[2] > T(splat::kNear))) return false;
+  out.u = view.fx * at.x + view.cx, out.v = view.fy * at.y + view.cy, out.depth = at.p[2];
+  const Vec3<T> mx = A.transpose() * at.jx, my = A.transpose() * at.jy;
   const T blur = T(splat::kScreenVariance), sharp = mx.cross(my).squaredNorm();
   const T xx = mx.squaredNorm(), yy = my.squaredNorm();
   out.xx = xx + blur, out.yy = yy + blur, out.xy = mx.dot(my);
@@ -83,45 +113,77 @@ HOST_DEVICE bool project(const View<T>& view, const Vec3<T>& position, const Mat
   return std::isfinite(out.u + out.v + out.depth + out.determinant / out.yy);
 }
 
-/// What a splat adds to one row of pixels: alpha = opacity exp(power - half_inverse_x (x - x0)^2).  The quadratic form
-/// is completed to squares, -(1/2) d^T covariance^-1 d = power - half_inverse_x (x - x0)^2, which is never positive.
+/// Derivatives with respect to the camera, as free entries of R, t and centre.
 template <class T>
-struct SplatRow {
-  T x0, power;
+struct ViewGradient {
+  Mat3<T> R = Mat3<T>::Zero();
+  Vec3<T> t = Vec3<T>::Zero(), centre = Vec3<T>::Zero();
+
+  ViewGradient& operator+=(const ViewGradient& other) {
+    R += other.R, t += other.t, centre += other.centre;
+    return *this;
+  }
 };
 
+/// Derivatives with respect to |mx|^2, |my|^2, mx . my and |mx x my|^2, where mx and my are the rows of J W A.
 template <class T>
-HOST_DEVICE SplatRow<T> splat_row(T u, T v, T slope, T half_inverse_y, T y) {
-  const T dy = y - v;
-  return {u + slope * dy, -half_inverse_y * dy * dy};
-}
+struct RowGradient {
+  T xx, yy, xy, sharp;
+};
 
-/// Alpha at pixel centres x; V is T or a pack of T.
-template <bool kCutOffs, class V, class T>
-HOST_DEVICE V splat_alpha(T opacity, T half_inverse_x, const SplatRow<T>& row, V x) {
-  const V e = x - row.x0;
-  const V alpha = opacity * exp_nonpositive(row.power - half_inverse_x * e * e);
-  if constexpr (!kCutOffs) return alpha;
-  const V limit = V{} + T(splat::kMaxAlpha);
-  return alpha < limit ? alpha : limit;
-}
-
-/// Blend weight of the next splat, alpha * transmittance, and the transmittance after it.  A pixel whose transmittance
-/// would fall below the limit takes nothing more; it is marked by the negative of its transmittance.
-template <bool kCutOffs, class T, class V>
-HOST_DEVICE V blend(V alpha, V& transmittance) {
-  const V after = transmittance * (T(1) - alpha);
-  const V weight = alpha * transmittance;
-  if constexpr (!kCutOffs) {
-    transmittance = after;
-    return weight;
+/// They follow from compensation^2 = sharp / determinant and determinant = sharp + blur (|mx|^2 + |my|^2) + blur^2.
+template <class T>
+HOST_DEVICE RowGradient<T> footprint_adjoint(T sharp, const Footprint<T>& f, const Footprint<T>& adj) {
+  T adj_sharp = 0, adj_determinant = adj.determinant;
+  const T ratio = sharp / f.determinant;
+  if (ratio > T(splat::kMinCompensation)) {
+    const T adj_ratio = adj.compensation / (2 * f.compensation);
+    adj_sharp = adj_ratio / f.determinant;
+    adj_determinant -= adj_ratio * ratio / f.determinant;
   }
-  const auto counts = alpha >= V{} + T(splat::kMinAlpha);
-  const auto takes = counts & (after >= V{} + T(splat::kMinTransmittance));
-  const V closed = transmittance < -transmittance ? transmittance : -transmittance;
-  const V otherwise = counts ? closed : transmittance;
-  transmittance = takes ? after : otherwise;
-  return takes ? weight : V{};
+  const T blur = T(splat::kScreenVariance);
+  return {adj.xx + blur * adj_determinant, adj.yy + blur * adj_determinant, adj.xy, adj_sharp + adj_determinant};
+}
+
+/// Derivatives for those of the footprint `f`, given in `adj` field by field: adds to adj_position, adj_A and adj_view.
+template <class T>
+HOST_DEVICE void project_adjoint(const View<T>& view, const Vec3<T>& position, const Mat3<T>& A, const Footprint<T>& f,
+                                 const Footprint<T>& adj, Vec3<T>& adj_position, Mat3<T>& adj_A,
+                                 ViewGradient<T>& adj_view) {
+  const ProjectedPoint<T> at = project_point(view, position);
+  const Vec3<T> mx = A.transpose() * at.jx, my = A.transpose() * at.jy, n = mx.cross(my);
+  const RowGradient<T> row = footprint_adjoint(n.squaredNorm(), f, adj);
+  const Vec3<T> adj_mx = 2 * row.xx * mx + row.xy * my + 2 * row.sharp * my.cross(n);
+  const Vec3<T> adj_my = 2 * row.yy * my + row.xy * mx + 2 * row.sharp * n.cross(mx);
+  adj_A += at.jx * adj_mx.transpose() + at.jy * adj_my.transpose();
+
+  const T scale_x = view.fx / at.p[2], scale_y = view.fy / at.p[2];
+  const Vec3<T> adj_jx = A * adj_mx, adj_jy = A * adj_my;
+  adj_view.R.row(0) += scale_x * adj_jx.transpose();
+  adj_view.R.row(1) += scale_y * adj_jy.transpose();
+  adj_view.R.row(2) -= (at.held_x * scale_x * adj_jx + at.held_y * scale_y * adj_jy).transpose();
+  T adj_x = view.fx * adj.u, adj_y = view.fy * adj.v;
+  if (at.inside_x) adj_x -= scale_x * view.R.row(2).dot(adj_jx);
+  if (at.inside_y) adj_y -= scale_y * view.R.row(2).dot(adj_jy);
+  const T adj_z = adj.depth - (adj_jx.dot(at.jx) + adj_jy.dot(at.jy) + adj_x * at.x + adj_y * at.y) / at.p[2];
+  const Vec3<T> adj_p(adj_x / at.p[2], adj_y / at.p[2], adj_z);
+  adj_position += view.R.transpose() * adj_p;
+  adj_view.R += adj_p * position.transpose();
+  adj_view.t += adj_p;
+}
+
+/// Derivatives with respect to the covariance in the world, a symmetric matrix.
+template <class T>
+HOST_DEVICE Mat3<T> project_adjoint_covariance(const View<T>& view, const Vec3<T>& position, const Mat3<T>& A,
+                                               const Footprint<T>& f, const Footprint<T>& adj) {
+  const ProjectedPoint<T> at = project_point(view, position);
+  const Vec3<T> mx = A.transpose() * at.jx, my = A.transpose() * at.jy;
+  const RowGradient<T> row = footprint_adjoint(mx.cross(my).squaredNorm(), f, adj);
+  // |mx x my|^2 = |mx|^2 |my|^2 - (mx . my)^2.
+  const T adj_xx = row.xx + row.sharp * my.squaredNorm(), adj_yy = row.yy + row.sharp * mx.squaredNorm();
+  const T adj_xy = T(0.5) * row.xy - row.sharp * mx.dot(my);
+  const Mat3<T> cross = at.jx * at.jy.transpose();
+  return adj_xx * at.jx * at.jx.transpose() + adj_yy * at.jy * at.jy.transpose() + adj_xy * (cross + cross.transpose());
 }
 
 }  // namespace pliant

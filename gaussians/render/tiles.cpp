@@ -2,77 +2,15 @@
 
 #include <algorithm>
 #include <bit>
-#include <numeric>
+#include <memory>
 #include <type_traits>
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/radix_sort.h"
-#include "gaussians/render/spherical_harmonics.h"
+#include "gaussians/render/gaussian_splat.h"
 
 namespace pliant {
 namespace {
-
-// Spans are widened by this much so that rounding cannot drop a pixel; the exact test on alpha decides.
-constexpr double kMargin = 0.01, kReachMargin = 1e-3;
-
-template <class T, bool kCutOffs>
-bool make_splat(const GaussianCloud& cloud, uint32_t i, const View<T>& view, bool antialiased, Splat<T>& out) {
-  Footprint<T> f;
-  const Mat3<T> A = covariance_factor<T>(cloud.rotation[i].cast<T>(), cloud.log_scale[i].cast<T>());
-  const Vec3<T> position = cloud.position[i].cast<T>();
-  if (!project(view, position, A, f)) return false;
-  out.opacity = 1 / (1 + std::exp(-T(cloud.opacity_logit[i])));
-  if (antialiased) out.opacity *= f.compensation;
-  if (!(out.opacity >= (kCutOffs ? T(splat::kMinAlpha) : T(0)))) return false;
-  out.u = f.u, out.v = f.v, out.depth = f.depth;
-  out.slope = f.xy / f.yy;
-  out.variance_x = f.determinant / f.yy;
-  out.half_inverse_x = T(0.5) / out.variance_x;
-  out.half_inverse_y = T(0.5) / f.yy;
-  out.reach = kCutOffs ? 2 * std::log(out.opacity / T(splat::kMinAlpha)) + T(kReachMargin) : T(1e20);
-  out.half_height = std::sqrt(out.reach * f.yy) + T(kMargin);
-  if (out.v + out.half_height < 0 || out.v - out.half_height > T(view.height)) return false;
-  const T half_width = std::sqrt(out.reach * f.xx) + T(kMargin);
-  if (out.u + half_width < 0 || out.u - half_width > T(view.width)) return false;
-  const Vec3<T> color = sh_color<T>(cloud.sh_degree, cloud.sh_of(i), (position - view.centre).normalized());
-  for (int c = 0; c < 3; ++c) out.color[c] = color[c];
-  out.index = i;
-  return std::isfinite(color.sum());
-}
-
-// Range of whole numbers i with i + 0.5 in [low, high], cut to [0, n).
-struct Range {
-  int first, last;
-  bool empty() const { return first > last; }
-};
-template <class T>
-Range pixels_between(T low, T high, int n) {
-  const T first = std::ceil(low - T(0.5)), last = std::floor(high - T(0.5));
-  return {static_cast<int>(bounded(first, T(0), T(n))), static_cast<int>(bounded(last, T(-1), T(n - 1)))};
-}
-
-// Calls visit(tile) for every tile that the splat enters, by its horizontal extent within each row of tiles.
-template <class T, class Visit>
-void for_each_tile(const TiledSplats<T>& tiled, const Splat<T>& s, Visit&& visit) {
-  const Range rows = pixels_between(s.v - s.half_height, s.v + s.half_height, tiled.height);
-  if (rows.empty()) return;
-  const T yy = T(0.5) / s.half_inverse_y, xx = s.variance_x + s.slope * s.slope * yy;
-  const T rightmost = s.slope * yy * std::sqrt(s.reach / xx);  // dy at which the ellipse reaches farthest right
-  for (int row = rows.first / kTileSize; row <= rows.last / kTileSize; ++row) {
-    const T low = T(std::max(rows.first, row * kTileSize)) + T(0.5) - s.v;
-    const T high = T(std::min(rows.last, row * kTileSize + kTileSize - 1)) + T(0.5) - s.v;
-    const T dy_right = bounded(rightmost, low, high), dy_left = bounded(-rightmost, low, high);
-    const auto half_width = [&](T dy) {
-      return std::sqrt(std::max(T(0), s.variance_x * (s.reach - 2 * s.half_inverse_y * dy * dy))) + T(kMargin);
-    };
-    const T left = s.u + s.slope * dy_left - half_width(dy_left);
-    const T right = s.u + s.slope * dy_right + half_width(dy_right);
-    const Range columns = pixels_between(left, right, tiled.width);
-    if (columns.empty()) continue;
-    for (int column = columns.first / kTileSize; column <= columns.last / kTileSize; ++column)
-      visit(row * tiled.tiles_x + column);
-  }
-}
 
 template <class T>
 std::vector<uint32_t> front_to_back(const std::vector<Splat<T>>& splats) {
@@ -83,46 +21,51 @@ std::vector<uint32_t> front_to_back(const std::vector<Splat<T>>& splats) {
   return sorted_order<Key>(depth);
 }
 
-// Lists of the tiles by counting: fixed blocks of splats are counted, then written in order.
+// Tiles that the bounding box of a splat touches in the rows of tiles [low, high].
 template <class T>
-void bin(TiledSplats<T>& tiled) {
-  constexpr std::ptrdiff_t kSmallestBlock = 2048, kMostBlocks = 16;
-  const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(tiled.splats.size());
-  const std::ptrdiff_t block = std::max(kSmallestBlock, (n + kMostBlocks - 1) / kMostBlocks);
-  const std::ptrdiff_t blocks = (n + block - 1) / block;
-  const int tiles = tiled.tiles();
-  std::vector<uint32_t> count(blocks * tiles, 0);
-  const auto for_block = [&](std::ptrdiff_t b, auto&& visit) {
-    for (std::ptrdiff_t i = b * block; i < std::min(n, (b + 1) * block); ++i)
-      for_each_tile(tiled, tiled.splats[i], [&](int tile) { visit(count[b * tiles + tile], i); });
-  };
-  parallel_for(blocks, [&](std::ptrdiff_t b) { for_block(b, [](uint32_t& slot, std::ptrdiff_t) { ++slot; }); });
-  tiled.tile_start.resize(tiles + 1);
+size_t touched_tiles(const Splat<T>& s, int low, int high) {
+  const int rows = std::min<int>(s.last_row, high) - std::max<int>(s.first_row, low) + 1;
+  return static_cast<size_t>(std::max(rows, 0)) * (s.last_column - s.first_column + 1);
+}
+
+// Cuts the tiles into bands of at most `most` touched tiles, from the number of bounding boxes on each tile.
+template <class T>
+std::vector<int> cut_bands(const ProjectedSplats<T>& projected, size_t most) {
   size_t total = 0;
-  for (int tile = 0; tile < tiles; ++tile) {
-    tiled.tile_start[tile] = static_cast<uint32_t>(total);
-    for (std::ptrdiff_t b = 0; b < blocks; ++b) {
-      const uint32_t here = count[b * tiles + tile];
-      count[b * tiles + tile] = static_cast<uint32_t>(total), total += here;
-    }
+  for (const Splat<T>& s : projected.splats) total += touched_tiles(s, 0, projected.tiles_y - 1);
+  if (total <= most) return {0, projected.tiles()};
+  // Corners of the boxes; their sum over all tiles before a tile, in both directions, is the count there.
+  const int stride = projected.tiles_x + 1;
+  std::vector<int64_t> corner(static_cast<size_t>(stride) * (projected.tiles_y + 1), 0);
+  for (const Splat<T>& s : projected.splats) {
+    ++corner[s.first_row * stride + s.first_column], --corner[s.first_row * stride + s.last_column + 1];
+    --corner[(s.last_row + 1) * stride + s.first_column], ++corner[(s.last_row + 1) * stride + s.last_column + 1];
   }
-  CHECK_MSG(total < UINT32_MAX, "too many pairs of tile and splat");
-  tiled.tile_start[tiles] = static_cast<uint32_t>(total);
-  tiled.tile_splat.resize(total);
-  parallel_for(blocks, [&](std::ptrdiff_t b) {
-    for_block(b, [&](uint32_t& slot, std::ptrdiff_t i) { tiled.tile_splat[slot++] = static_cast<uint32_t>(i); });
-  });
+  std::vector<int> bands = {0};
+  std::vector<int64_t> above(projected.tiles_x, 0);
+  size_t in_band = 0;
+  int64_t along = 0;
+  for (int tile = 0; tile < projected.tiles(); ++tile) {
+    const int row = tile / projected.tiles_x, column = tile % projected.tiles_x;
+    above[column] += corner[row * stride + column];
+    along = (column > 0 ? along : 0) + above[column];
+    const size_t here = static_cast<size_t>(along);
+    if (in_band > 0 && in_band + here > most) bands.push_back(tile), in_band = 0;
+    in_band += here;
+  }
+  bands.push_back(projected.tiles());
+  return bands;
 }
 
 }  // namespace
 
 template <class T, bool kCutOffs>
-TiledSplats<T> tile_splats(const GaussianCloud& cloud, const Camera& camera, bool antialiased) {
+ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera, bool antialiased, size_t most_pairs) {
   CHECK(camera.width > 0 && camera.height > 0 && cloud.sh_degree >= 0 && cloud.sh_degree <= 3);
-  TiledSplats<T> tiled;
-  tiled.width = camera.width, tiled.height = camera.height;
-  tiled.tiles_x = (camera.width + kTileSize - 1) / kTileSize,
-  tiled.tiles_y = (camera.height + kTileSize - 1) / kTileSize;
+  ProjectedSplats<T> out;
+  out.width = camera.width, out.height = camera.height;
+  out.tiles_x = (camera.width + kTileSize - 1) / kTileSize, out.tiles_y = (camera.height + kTileSize - 1) / kTileSize;
+  CHECK_MSG(out.tiles_x < 65536 && out.tiles_y < 65536, "picture too large");
 
   const View<T> view = make_view<T>(camera);
   constexpr std::ptrdiff_t kBlock = 4096;
@@ -130,24 +73,86 @@ TiledSplats<T> tile_splats(const GaussianCloud& cloud, const Camera& camera, boo
   std::vector<std::vector<Splat<T>>> visible(blocks);
   parallel_for(blocks, [&](std::ptrdiff_t b) {
     Splat<T> s;
-    for (std::ptrdiff_t i = b * kBlock; i < std::min(n, (b + 1) * kBlock); ++i)
-      if (make_splat<T, kCutOffs>(cloud, static_cast<uint32_t>(i), view, antialiased, s)) visible[b].push_back(s);
+    const std::ptrdiff_t end = std::min(n, (b + 1) * kBlock);
+    visible[b].reserve(end - b * kBlock);
+    for (std::ptrdiff_t i = b * kBlock; i < end; ++i)
+      if (gaussian_splat<T, kCutOffs>(cloud, static_cast<uint32_t>(i), view, antialiased, s)) visible[b].push_back(s);
   });
-  std::vector<Splat<T>> splats;
-  splats.reserve(std::accumulate(visible.begin(), visible.end(), size_t{0},
-                                 [](size_t sum, const auto& v) { return sum + v.size(); }));
-  for (const auto& v : visible) splats.insert(splats.end(), v.begin(), v.end());
-
-  const std::vector<uint32_t> order = front_to_back(splats);
-  tiled.splats.resize(splats.size());
-  parallel_for(
-      static_cast<std::ptrdiff_t>(order.size()), [&](std::ptrdiff_t i) { tiled.splats[i] = splats[order[i]]; }, 4096);
-  bin(tiled);
-  return tiled;
+  std::vector<size_t> start(blocks + 1, 0);
+  for (std::ptrdiff_t b = 0; b < blocks; ++b) start[b + 1] = start[b] + visible[b].size();
+  out.splats.resize(start[blocks]);
+  parallel_for(blocks, [&](std::ptrdiff_t b) {
+    std::copy(visible[b].begin(), visible[b].end(), out.splats.begin() + start[b]);
+    visible[b] = {};
+  });
+  out.order = front_to_back(out.splats);
+  out.bands = cut_bands(out, most_pairs);
+  return out;
 }
 
-template TiledSplats<float> tile_splats<float, true>(const GaussianCloud&, const Camera&, bool);
-template TiledSplats<double> tile_splats<double, true>(const GaussianCloud&, const Camera&, bool);
-template TiledSplats<double> tile_splats<double, false>(const GaussianCloud&, const Camera&, bool);
+template <class T, bool kCutOffs>
+TileLists bin_splats(const ProjectedSplats<T>& projected, int band, InstructionSet set) {
+  constexpr std::ptrdiff_t kSmallestBlock = 2048, kMostBlocks = 16;
+  TileLists out;
+  out.first_tile = projected.bands[band], out.last_tile = projected.bands[band + 1];
+  const int low = out.first_tile / projected.tiles_x, high = (out.last_tile - 1) / projected.tiles_x;
+  const int tiles = out.last_tile - out.first_tile;
+  const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(projected.order.size());
+  const std::ptrdiff_t block = std::max(kSmallestBlock, (n + kMostBlocks - 1) / kMostBlocks);
+  const std::ptrdiff_t blocks = (n + block - 1) / block;
+
+  // Each block of splats, in order of depth, finds its pairs; they are then dealt out to the tiles in that order.
+  std::vector<std::unique_ptr<TilePair[]>> pairs(blocks);
+  std::vector<size_t> found(blocks);
+  std::vector<uint32_t> count(blocks * tiles, 0);
+  std::vector<uint32_t>& first_pair = out.first_pair;
+  first_pair.assign(n + 1, 0);
+  parallel_for(blocks, [&](std::ptrdiff_t b) {
+    const size_t begin = b * block, end = std::min(n, (b + 1) * block);
+    size_t room = 0;
+    for (size_t i = begin; i < end; ++i) room += touched_tiles(projected.splats[projected.order[i]], low, high);
+    pairs[b].reset(new TilePair[room + 1]);
+    const BinInput<T> input{projected.splats.data(), projected.order.data(), begin, end, projected.width,
+                            projected.height, projected.tiles_x, out.first_tile, out.last_tile};
+    found[b] = blend_kernels<T, kCutOffs>(set).bin(input, pairs[b].get(), count.data() + b * tiles, first_pair.data());
+  });
+  uint32_t before = 0;
+  for (uint32_t& first : first_pair) {
+    const uint32_t here = first;
+    first = before, before += here;
+  }
+  out.start.resize(tiles + 1);
+  size_t total = 0;
+  for (int tile = 0; tile < tiles; ++tile) {
+    out.start[tile] = static_cast<uint32_t>(total);
+    for (std::ptrdiff_t b = 0; b < blocks; ++b) {
+      const uint32_t here = count[b * tiles + tile];
+      count[b * tiles + tile] = static_cast<uint32_t>(total), total += here;
+    }
+  }
+  CHECK_MSG(total < UINT32_MAX, "too many pairs of tile and splat");
+  out.start[tiles] = static_cast<uint32_t>(total);
+  out.entries.resize(total), out.entry_of_pair.resize(total);
+  parallel_for(blocks, [&](std::ptrdiff_t b) {
+    uint32_t splat = UINT32_MAX, pair = 0;
+    for (size_t k = 0; k < found[b]; ++k) {
+      const TilePair& p = pairs[b][k];
+      pair = p.splat == splat ? pair + 1 : first_pair[p.splat];
+      splat = p.splat;
+      const uint32_t entry = count[b * tiles + p.tile]++;
+      out.entries[entry] = {p.blocks, p.splat};
+      out.entry_of_pair[pair] = entry;
+    }
+    pairs[b].reset();
+  });
+  return out;
+}
+
+template ProjectedSplats<float> project_splats<float, true>(const CloudOf<float>&, const Camera&, bool, size_t);
+template ProjectedSplats<double> project_splats<double, true>(const CloudOf<double>&, const Camera&, bool, size_t);
+template ProjectedSplats<double> project_splats<double, false>(const CloudOf<double>&, const Camera&, bool, size_t);
+template TileLists bin_splats<float, true>(const ProjectedSplats<float>&, int, InstructionSet);
+template TileLists bin_splats<double, true>(const ProjectedSplats<double>&, int, InstructionSet);
+template TileLists bin_splats<double, false>(const ProjectedSplats<double>&, int, InstructionSet);
 
 }  // namespace pliant

@@ -1,46 +1,47 @@
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
+#include "gaussians/base/instruction_set.h"
+#include "gaussians/render/blend.h"
 #include "gaussians/render/splat_kernels.h"
 
 namespace pliant {
 
-constexpr int kTileSize = 16;  ///< px; tiles start at the image's top left corner
-constexpr int kTilePixels = kTileSize * kTileSize;
-
-/// What blending needs of a projected Gaussian; one cache line in float.
+/// Splats of one picture in front-to-back order.
 template <class T>
-struct alignas(16 * sizeof(T)) Splat {
-  T u, v, depth;     ///< mean (px), z in the camera frame
-  T slope;           ///< covariance xy / yy: how the centre of a pixel row shifts with y
-  T half_inverse_x;  ///< 1 / (2 variance_x)
-  T half_inverse_y;  ///< 1 / (2 yy)
-  T variance_x;      ///< variance of x at a given y, determinant / yy
-  T half_height;     ///< half extent in y (px) of the pixels that it can change
-  T reach;           ///< squared Mahalanobis distance at which alpha falls below 1/255, slightly widened
-  T opacity;
-  T color[3];
-  uint32_t index;  ///< of the Gaussian in its cloud
-};
-
-/// Splats in front-to-back order and, for every tile, those that can change one of its pixels.
-template <class T>
-struct TiledSplats {
+struct ProjectedSplats {
   int width = 0, height = 0, tiles_x = 0, tiles_y = 0;
-  std::vector<Splat<T>> splats;      ///< ascending depth; equal depths in the order of the cloud
-  std::vector<uint32_t> tile_start;  ///< [tiles + 1]
-  std::vector<uint32_t> tile_splat;  ///< positions in `splats`, ascending within a tile
+  std::vector<Splat<T>> splats;  ///< those that may be seen, in the order of the cloud
+  std::vector<uint32_t> order;   ///< positions in `splats`, ascending depth; equal depths in the order of the cloud
+  std::vector<int> bands;        ///< tiles [bands[b], bands[b + 1]) are binned together, which bounds the memory
 
   int tiles() const { return tiles_x * tiles_y; }
 };
 
-/// Projects, culls, sorts and bins.  A splat enters exactly the tiles in which the ellipse alpha >= 1/255 covers a
-/// pixel row's span (the reference enters all tiles that a 3 sigma square touches, which can miss the rim between 3
-/// and 3.33 sigma of nearly opaque splats).  Without cut-offs every splat enters every tile. Gaussians that are not
-/// finite after projection (NaN, overflowing scales) are left out.
+/// For every tile of a band the splats that can change one of its pixels.
+struct TileLists {
+  int first_tile = 0, last_tile = 0;
+  std::vector<uint32_t> start;       ///< [tiles of the band + 1]
+  std::vector<TileEntry> entries;    ///< of a tile front to back
+  std::vector<uint32_t> first_pair;  ///< [splats + 1] where the pairs of a splat begin
+  std::vector<uint32_t> entry_of_pair;  ///< entries of a splat, ascending tiles
+};
+
+/// Most pairs of splat and tile that are held at a time, unless one tile alone has more: 48 bytes each while they are
+/// made, 16 after.  A picture whose splats overlap more tiles is made in several bands.
+constexpr size_t kMostPairs = size_t{8} << 20;
+
+/// Projects, culls and sorts by depth.  Gaussians that are not finite after projection (NaN, overflowing scales) are
+/// left out.  Memory: 68 bytes per Gaussian in view in float, twice that for a moment.
 template <class T, bool kCutOffs>
-TiledSplats<T> tile_splats(const GaussianCloud& cloud, const Camera& camera, bool antialiased);
+ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera, bool antialiased,
+                                  size_t most_pairs);
+
+/// A splat enters exactly the tiles in which the ellipse alpha >= 1/255 covers part of a pixel row (the reference enters
+/// all tiles that a 3 sigma square touches, which can miss the rim between 3 and 3.33 sigma of nearly opaque splats).
+/// Without cut-offs every splat enters every tile.
+template <class T, bool kCutOffs>
+TileLists bin_splats(const ProjectedSplats<T>& projected, int band, InstructionSet set);
 
 }  // namespace pliant

@@ -48,19 +48,24 @@ TEST(EvaluateImages, IdenticalPicturesHaveNoPsnrAndSsimOne) {
   EXPECT_TRUE(assert_metrics(out, {"psnr>=60", "ssim >= 0.999"}).empty());
 }
 
-TEST(Ssim, OfTwoConstantPicturesIsTheLuminanceTerm) {
-  const ImageF a(20, 20, 3, 0.3f), b(20, 20, 3, 0.6f);
-  const double c1 = 1e-4, x = 0.3f, y = 0.6f;
-  EXPECT_NEAR(structural_similarity(a, b), (2 * x * y + c1) / (x * x + y * y + c1), 1e-9);
+TEST(EvaluateImages, SsimOfTwoConstantPicturesIsTheLuminanceTerm) {
+  const TemporaryFolder folder;
+  write_image(folder / "truth/v.png", ImageF(20, 20, 3, 0.2f)), write_image(folder / "pred/v.png", ImageF(20, 20, 3, 0.6f));
+  const json out = evaluate_images(folder / "pred", folder / "truth");
+  const double c1 = 1e-4, x = 51.0 / 255, y = 153.0 / 255;
+  EXPECT_NEAR(out["ssim"].get<double>(), (2 * x * y + c1) / (x * x + y * y + c1), 1e-6);
 }
 
-TEST(Ssim, OfANegativeIsNegativeAndBlurLowersIt) {
+TEST(EvaluateImages, SsimOfANegativeIsNegativeAndLossOfContrastLowersIt) {
+  const TemporaryFolder folder;
   const ImageF a = noise(60, 50, 2);
   ImageF negative = a, half = a;
   for (size_t i = 0; i < a.data.size(); ++i) negative.data[i] = 239.0f / 255 - a.data[i], half.data[i] = 0.5f * a.data[i] + 0.23f;
-  EXPECT_LT(structural_similarity(a, negative), -0.5);
-  EXPECT_LT(structural_similarity(a, half), 0.9);
-  EXPECT_GT(structural_similarity(a, half), 0.5);
+  write_image(folder / "truth.png", a), write_image(folder / "negative.png", negative), write_image(folder / "half.png", half);
+  EXPECT_LT(evaluate_images(folder / "negative.png", folder / "truth.png")["ssim"].get<double>(), -0.5);
+  const double ssim_of_half = evaluate_images(folder / "half.png", folder / "truth.png")["ssim"];
+  EXPECT_LT(ssim_of_half, 0.9);
+  EXPECT_GT(ssim_of_half, 0.5);
 }
 
 TEST(EvaluateImages, MissingExtraSmallAndDifferentlySizedPicturesAreErrors) {

@@ -84,7 +84,7 @@ Comparison compare(const Rendered<T>& picture, const ReferencePicture& reference
 void expect_agreement(const GaussianCloud& cloud, const Camera& camera, const RenderOptions& options) {
   const ReferencePicture reference = render_slowly(cloud, camera, options.background, options.antialiased);
   const Comparison single = compare(render_as<float>(cloud, camera, options), reference, 2e-4);
-  const Comparison twice = compare(render_as<double>(cloud, camera, options), reference, 1e-9);
+  const Comparison twice = compare(render_as<double>(cloud_cast<double>(cloud), camera, options), reference, 1e-9);
   const int pixels = camera.width * camera.height;
   std::printf("float: worst %.2e, flips %d of %d; double: worst %.2e, flips %d\n", single.worst, single.flips, pixels,
               twice.worst, twice.flips);
@@ -124,7 +124,7 @@ void expect_closed_form_of_one(double tolerance) {
       ball({0.05f, -0.03f, static_cast<float>(z)}, static_cast<float>(scale), static_cast<float>(opacity), color);
   RenderOptions options;
   options.background = background;
-  const Rendered<T> picture = render_as<T>(cloud, camera, options);
+  const Rendered<T> picture = render_as<T>(cloud_cast<T>(cloud), camera, options);
   const double u = focal * 0.05f / z + 20, v = focal * -0.03f / z + 15;
   // J = f/z [1 0 -x/z; 0 1 -y/z]; for a ball the covariance is s^2 J J^T + 0.3 I.
   const double s = std::exp(static_cast<double>(cloud.log_scale[0][0])), k = s * s * focal * focal / (z * z);
@@ -154,7 +154,7 @@ void expect_closed_form_of_two(double tolerance) {
   const Vec3f far_color(0.1f, 0.9f, 0.4f), near_color(0.8f, 0.2f, 0.5f);
   GaussianCloud cloud = ball({0, 0, 3}, 0.2f, 0.9f, far_color);
   cloud.append(ball({0, 0, 1.5f}, 0.1f, 0.6f, near_color));
-  const Rendered<T> picture = render_as<T>(cloud, camera);
+  const Rendered<T> picture = render_as<T>(cloud_cast<T>(cloud), camera);
   const auto alpha = [&](int i, double z, double dx, double dy) {
     const double s = std::exp(static_cast<double>(cloud.log_scale[i][0])) * 60 / z;
     const double o = 1 / (1 + std::exp(-static_cast<double>(cloud.opacity_logit[i])));
@@ -177,7 +177,7 @@ TEST(Render, TwoGaussiansAreTheirClosedFormInFloat) { expect_closed_form_of_two<
 TEST(Render, WithoutCutOffsThePictureIsSmoothAndUncut) {
   const Camera camera = plain_camera(64, 16, 60);
   const GaussianCloud cloud = ball({0, 0, 2}, 0.05f, 0.999f, {1, 1, 1});
-  const Rendered<double> cut = render_as<double>(cloud, camera), uncut = render_as<double, false>(cloud, camera);
+  const Rendered<double> cut = render_as<double>(cloud_cast<double>(cloud), camera), uncut = render_as<double, false>(cloud_cast<double>(cloud), camera);
   EXPECT_EQ(cut.alpha(25, 8), 0);
   EXPECT_GT(uncut.alpha(25, 8), 1e-6);
   EXPECT_LT(uncut.alpha(25, 8), 1.0 / 255);

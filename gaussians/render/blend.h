@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstddef>
+
+#include "gaussians/base/instruction_set.h"
+#include "gaussians/render/splat.h"
+
+namespace pliant {
+
+/// One tile as the kernels see it.  Only plain data crosses into the files of an instruction set.
+template <class T>
+struct TileInput {
+  const Splat<T>* splats;
+  const TileEntry* entries;  ///< of this tile, front to back
+  size_t count;
+  int left, top, columns, rows;  ///< first pixel, and how many of its pixels lie in the image
+  const T* features;             ///< [N, stride] by the index of the Gaussian; `channels` of each row are blended
+  int stride, channels;
+};
+
+/// What binning reads and writes: pairs of the splats order[begin..end) with the tiles [first_tile, last_tile).
+template <class T>
+struct BinInput {
+  const Splat<T>* splats;
+  const uint32_t* order;
+  size_t begin, end;
+  int width, height, tiles_x, first_tile, last_tile;
+};
+struct TilePair {
+  uint64_t blocks;
+  uint32_t splat, tile;  ///< tile counted from first_tile
+};
+
+/// The loops that depend on the instruction set.  Pixel arrays are [kTilePixels], row by row.
+template <class T>
+struct BlendKernels {
+  /// Writes the pairs in which a splat can change a pixel, splat by splat, and counts those of each tile
+  /// [last_tile - first_tile] and of each splat [by position].  Returns their number; `pairs` has room for every tile
+  /// that a bounding box touches.
+  size_t (*bin)(const BinInput<T>&, TilePair* pairs, uint32_t* count_of_tile, uint32_t* count_of_splat);
+
+  /// sums [4 + channels][kTilePixels]: red, green, blue, depth and the extra channels blended front to back;
+  /// transmittance [kTilePixels]: what is left for the background.
+  void (*blend)(const TileInput<T>&, T* transmittance, T* sums);
+
+  /// Reverse of `blend`.  adj_sums [4 + channels][kTilePixels]; rest [kTilePixels]: the scalar product of the blended
+  /// values with their derivatives, including what the transmittance left over contributes.  Writes kPairSlots +
+  /// channels derivatives of each entry at pair_gradient + entry * pair_stride.  scratch [(6 + channels) kTilePixels].
+  void (*blend_adjoint)(const TileInput<T>&, const T* adj_sums, const T* rest, T* pair_gradient, size_t pair_stride,
+                        T* scratch);
+
+  /// Number of non-zero blend weights of each pixel.
+  void (*count_weights)(const TileInput<T>&, uint32_t* count);
+  /// Writes them, each pixel's front to back from next[pixel] on.
+  void (*write_weights)(const TileInput<T>&, const uint32_t* next, uint32_t* gaussian, T* weight);
+};
+
+template <class T, bool kCutOffs>
+const BlendKernels<T>& blend_kernels(InstructionSet set);
+
+namespace baseline {
+template <class T, bool kCutOffs>
+const BlendKernels<T>& blend_kernels();
+}
+namespace avx2 {
+template <class T, bool kCutOffs>
+const BlendKernels<T>& blend_kernels();
+}
+
+}  // namespace pliant

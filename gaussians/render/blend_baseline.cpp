@@ -1,0 +1,2 @@
+#define PLIANT_ISA baseline
+#include "gaussians/render/blend_table.h"

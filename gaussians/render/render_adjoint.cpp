@@ -1,0 +1,178 @@
+#include <memory>
+
+#include "gaussians/base/error.h"
+#include "gaussians/render/gaussian_splat.h"
+#include "gaussians/render/render_as.h"
+#include "gaussians/render/tile_input.h"
+
+namespace pliant {
+namespace {
+
+// Memory for the kernels, aligned to a cache line.
+template <class T>
+class Scratch {
+ public:
+  explicit Scratch(size_t count) : memory_(count * sizeof(T) + kLine) {}
+  T* data() {
+    const auto address = reinterpret_cast<uintptr_t>(memory_.data());
+    return reinterpret_cast<T*>((address + kLine - 1) / kLine * kLine);
+  }
+
+ private:
+  static constexpr size_t kLine = 64;
+  std::vector<std::byte> memory_;
+};
+
+// Derivatives of the blended values of a tile, and per pixel their scalar product with the values; returns what the
+// tile's pixels say about the background.
+template <class T>
+Vec3<T> gather_tile(const TileInput<T>& in, const Rendered<T>& picture, const Rendered<T>& adj, T* adj_sums, T* rest) {
+  Vec3<T> background = Vec3<T>::Zero();
+  std::fill_n(adj_sums, (4 + in.channels) * kTilePixels, T(0));
+  std::fill_n(rest, kTilePixels, T(0));
+  for_each_pixel(in, [&](int x, int y, int pixel) {
+    const T left_over = 1 - picture.alpha(x, y);
+    T sum = 0;
+    if (!adj.color.empty()) {
+      for (int c = 0; c < 3; ++c) {
+        const T g = adj.color(x, y, c);
+        adj_sums[c * kTilePixels + pixel] = g;
+        sum += g * picture.color(x, y, c);
+        background[c] += left_over * g;
+      }
+    }
+    if (!adj.depth.empty()) {
+      adj_sums[3 * kTilePixels + pixel] = adj.depth(x, y);
+      sum += adj.depth(x, y) * picture.depth(x, y);
+    }
+    if (!adj.alpha.empty()) sum -= left_over * adj.alpha(x, y);
+    if (!adj.features.empty()) {
+      const T *g = adj.features.at(x, y), *value = picture.features.at(x, y);
+      for (int c = 0; c < in.channels; ++c) {
+        adj_sums[(4 + c) * kTilePixels + pixel] = g[c];
+        sum += g[c] * value[c];
+      }
+    }
+    rest[pixel] = sum;
+  });
+  return background;
+}
+
+// From derivatives of splats, summed over their pairs, to those of Gaussians; returns the camera's part.
+template <class T>
+ViewGradient<T> gather_gaussians(const CloudOf<T>& cloud, const View<T>& view, bool antialiased,
+                                 const ProjectedSplats<T>& projected, const TileLists& lists, const T* pair_gradient,
+                                 size_t pair_stride, int channels, RenderGradient<T>& out) {
+  constexpr uint32_t kAhead = 32;
+  const int slots = kPairSlots + channels;
+  return ordered_sum(static_cast<std::ptrdiff_t>(projected.splats.size()), ViewGradient<T>(), [&](std::ptrdiff_t s) {
+    const uint32_t begin = lists.first_pair[s], end = lists.first_pair[s + 1], i = projected.splats[s].index;
+    if (begin == end) return ViewGradient<T>();
+    T sums[kPairSlots] = {};
+    T* features = out.features.data() + static_cast<size_t>(i) * channels;
+    for (uint32_t pair = begin; pair < end; ++pair) {
+      // Entries of a splat lie far apart; those that come up are asked for in time.
+      if (pair + kAhead < lists.entry_of_pair.size())
+        __builtin_prefetch(pair_gradient + lists.entry_of_pair[pair + kAhead] * pair_stride);
+      const T* from = pair_gradient + lists.entry_of_pair[pair] * pair_stride;
+      for (int k = 0; k < kPairSlots; ++k) sums[k] += from[k];
+      for (int k = kPairSlots; k < slots; ++k) features[k - kPairSlots] += from[k];
+    }
+    const GaussianGradient<T> g = gaussian_splat_adjoint(cloud, i, view, antialiased, sums);
+    out.cloud.position[i] += g.position;
+    out.cloud.rotation[i] += g.rotation;
+    out.cloud.log_scale[i] += g.log_scale;
+    out.cloud.opacity_logit[i] += g.opacity_logit;
+    T* sh = out.cloud.sh_of(i);
+    for (int k = 0; k < 3 * cloud.sh_count(); ++k) sh[k] += g.sh[k];
+    if (!out.covariance.empty()) out.covariance[i] += g.covariance;
+    return g.view;
+  });
+}
+
+// Free entries of R, t and centre = -R^T t to a turn and a shift of cam_from_world from the left.
+template <class T>
+void set_pose(const View<T>& view, ViewGradient<T> adj, RenderGradient<T>& out) {
+  adj.t -= view.R * adj.centre;
+  adj.R -= view.t * adj.centre.transpose();
+  const Mat3<T> G = adj.R * view.R.transpose() + adj.t * view.t.transpose();
+  out.rotation = Vec3<T>(G(2, 1) - G(1, 2), G(0, 2) - G(2, 0), G(1, 0) - G(0, 1));
+  out.translation = adj.t;
+}
+
+}  // namespace
+
+template <class T, bool kCutOffs>
+RenderGradient<T> render_adjoint_as(const CloudOf<T>& cloud, const Camera& camera, const RenderOptions& options,
+                                    std::span<const T> features, int channels, const Rendered<T>& picture,
+                                    const Rendered<T>& adj, const RenderTape<T>* tape, bool covariance) {
+  CHECK(features.size() == cloud.size() * channels);
+  CHECK(picture.color.width == camera.width && picture.color.height == camera.height);
+  for (const Image<T>* image : {&adj.color, &adj.depth, &adj.alpha, &adj.features})
+    CHECK(image->empty() || (image->width == camera.width && image->height == camera.height));
+  CHECK(adj.features.empty() || adj.features.channels == channels);
+  // Without derivatives of the features their values do not matter.
+  const int blended = adj.features.empty() ? 0 : channels;
+
+  RenderGradient<T> out;
+  out.cloud.sh_degree = cloud.sh_degree;
+  out.cloud.resize(cloud.size());
+  for (auto& q : out.cloud.rotation) q.setZero();
+  out.features.assign(features.size(), T(0));
+  if (covariance) out.covariance.assign(cloud.size(), Mat3<T>::Zero());
+
+  ProjectedSplats<T> made;
+  if (!tape) made = project_splats<T, kCutOffs>(cloud, camera, options.antialiased, options.most_pairs);
+  const ProjectedSplats<T>& projected = tape ? tape->projected : made;
+  const BlendKernels<T>& kernels = blend_kernels<T, kCutOffs>(options.instruction_set);
+  const View<T> view = make_view<T>(camera);
+  const size_t stride = kPairSlots + blended;
+  ViewGradient<T> adj_view;
+  for (int band = 0; band + 1 < static_cast<int>(projected.bands.size()); ++band) {
+    TileLists binned;
+    if (!tape || !tape->lists) binned = bin_splats<T, kCutOffs>(projected, band, options.instruction_set);
+    const TileLists& lists = tape && tape->lists ? *tape->lists : binned;
+    const std::unique_ptr<T[]> pair_gradient(new T[lists.entries.size() * stride]);
+    const int tiles = lists.last_tile - lists.first_tile;
+    std::vector<Vec3<T>> background(tiles);
+    parallel_for(tiles, [&](std::ptrdiff_t tile) {
+      thread_local std::unique_ptr<Scratch<T>> scratch;
+      thread_local int room = -1;
+      if (room < blended) scratch = std::make_unique<Scratch<T>>((11 + 2 * blended) * kTilePixels), room = blended;
+      T* adj_sums = scratch->data();
+      T* rest = adj_sums + (4 + blended) * kTilePixels;
+      const TileInput<T> in = tile_input(projected, lists, static_cast<int>(tile), features, channels);
+      TileInput<T> used = in;
+      used.channels = blended;
+      background[tile] = gather_tile(used, picture, adj, adj_sums, rest);
+      kernels.blend_adjoint(used, adj_sums, rest, pair_gradient.get() + lists.start[tile] * stride, stride,
+                            rest + kTilePixels);
+    });
+    for (const Vec3<T>& b : background) out.background += b;
+    adj_view += gather_gaussians(cloud, view, options.antialiased, projected, lists, pair_gradient.get(), stride,
+                                 blended, out);
+  }
+  set_pose(view, adj_view, out);
+  return out;
+}
+
+template RenderGradient<float> render_adjoint_as<float, true>(const CloudOf<float>&, const Camera&,
+                                                              const RenderOptions&, std::span<const float>, int,
+                                                              const Rendered<float>&, const Rendered<float>&,
+                                                              const RenderTape<float>*, bool);
+template RenderGradient<double> render_adjoint_as<double, true>(const CloudOf<double>&, const Camera&,
+                                                                const RenderOptions&, std::span<const double>, int,
+                                                                const Rendered<double>&, const Rendered<double>&,
+                                                                const RenderTape<double>*, bool);
+template RenderGradient<double> render_adjoint_as<double, false>(const CloudOf<double>&, const Camera&,
+                                                                 const RenderOptions&, std::span<const double>, int,
+                                                                 const Rendered<double>&, const Rendered<double>&,
+                                                                 const RenderTape<double>*, bool);
+
+RenderGradient<float> render_adjoint(const CloudOf<float>& cloud, const Camera& camera, const RenderOptions& options,
+                                     std::span<const float> features, int channels, const RenderResult& picture,
+                                     const RenderResult& adj, const RenderTape<float>* tape, bool covariance) {
+  return render_adjoint_as<float>(cloud, camera, options, features, channels, picture, adj, tape, covariance);
+}
+
+}  // namespace pliant
