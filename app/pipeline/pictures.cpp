@@ -39,7 +39,7 @@ ImageF depth_picture(const RenderResult& result) {
 nlohmann::json render_pictures(const Context& context, const Scene& scene, const PictureOptions& options,
                                const fs::path& out) {
   const std::vector<Camera> cameras = chosen_cameras(scene, options.cameras);
-  if (cameras.empty()) throw usage_error("--cameras", options.cameras, "has no camera", "give 'orbit' or a transforms.json");
+  if (cameras.empty()) throw usage_error("--cameras", options.cameras, "has no camera", "give 'orbit' or a camera file");
   RenderOptions render_options;
   render_options.background = Vec3f(options.background[0], options.background[1], options.background[2]);
   render_options.antialiased = options.antialiased || scene.report.antialiased;
