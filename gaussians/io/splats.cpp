@@ -94,7 +94,10 @@ std::vector<std::string> write_splats(const fs::path& file, const GaussianCloud&
   if (extension == ".ply") {
     write_ply(file, cloud, antialiased);
   } else if (extension == ".spz") {
-    write_spz(file, cloud, antialiased);
+    const size_t clamped = write_spz(file, cloud, antialiased);
+    if (clamped > 0) {
+      lost.push_back(file.string() + ": " + std::to_string(clamped) + " Gaussians are flatter or more colourful than .spz can hold; they are clamped");
+    }
   } else if (extension == ".splat") {
     write_splat(file, cloud);
     if (cloud.sh_degree > 0) lost.push_back(file.string() + ": .splat has no harmonics: colours no longer depend on the direction of view");

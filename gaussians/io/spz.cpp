@@ -65,8 +65,31 @@ Header checked(const Header& header, uint64_t file_bytes, const std::string& fil
   return header;
 }
 
+/// The half turn that takes the file's axes to those of 3DGS PLY (right, down, front); -1 = none.  An extension may
+/// name the axes; otherwise they are right, up, back.
+int half_turn_of(std::string_view extensions, const std::string& file) {
+  constexpr uint32_t kCoordinates = 0xADBE0003;
+  struct Record {
+    uint32_t type, bytes;
+  };
+  ByteReader in(extensions, file);
+  while (in.left() >= sizeof(Record)) {
+    const auto record = in.take<Record>("extension");
+    const std::string_view payload = in.take_bytes(record.bytes, "extension");
+    if (record.type != kCoordinates) continue;
+    switch (const auto axes = ByteReader(payload, file).take<uint32_t>("coordinate system")) {
+      case 0: case 4: return 0;  // not said; right, up, back
+      case 1: return 1;          // left, down, back
+      case 6: return -1;         // right, down, front
+      case 7: return 2;          // left, up, front
+      default: throw input_error(file, "coordinate system", "is " + std::to_string(axes), "LDB, RUB, RDF and LUF are read: 1, 4, 6 and 7");
+    }
+  }
+  return 0;
+}
+
 /// Attributes of versions 1 to 3, one behind the other.
-std::string read_legacy(std::string_view bytes, const std::string& file, Header& header) {
+std::string read_legacy(std::string_view bytes, const std::string& file, Header& header, std::string& extensions) {
   if (bytes.substr(0, 4) == "NGSP") {
     ByteReader in(bytes, file);
     header = checked(in.take<Header>("header"), bytes.size(), file);
@@ -78,19 +101,20 @@ std::string read_legacy(std::string_view bytes, const std::string& file, Header&
   header = checked(header, bytes.size(), file);
   std::string raw(header.count * row_bytes(header), '\0');
   in.read(raw, "numPoints");
-  in.rest(header.flags & kExtensions ? kMostExtension : 0, "numPoints");
+  extensions = in.rest(header.flags & kExtensions ? kMostExtension : 0, "numPoints");
   return raw;
 }
 
 /// Attributes of version 4, one behind the other.
-std::string read_streams(std::string_view bytes, const std::string& file, Header& header) {
+std::string read_streams(std::string_view bytes, const std::string& file, Header& header, std::string& extensions) {
   ByteReader in(bytes, file);
   header = checked(in.take<Header>("header"), bytes.size(), file);
   const auto table = in.take<TableField>("header");
   if (table.offset < 32) {
     throw input_error(file, "tocByteOffset", "is " + std::to_string(table.offset), "it must be behind the header of 32 bytes");
   }
-  in.take_bytes(table.offset - 32, "tocByteOffset");  // extensions
+  const std::string_view between = in.take_bytes(table.offset - 32, "tocByteOffset");
+  if (header.flags & kExtensions) extensions = between;
   const auto width = widths(header);
   const auto expected = static_cast<int>(std::count_if(width.begin(), width.end(), [](uint64_t w) { return w > 0; }));
   if (header.streams != expected) {
@@ -165,7 +189,11 @@ uint32_t pack_rotation(const Vec4f& wxyz) {
   return word;
 }
 
-uint8_t pack(float value) { return static_cast<uint8_t>(std::clamp(std::lround(value), 0l, 255l)); }
+/// The nearest byte; `clamped` is set where that is farther off than half a step.
+uint8_t pack(float value, bool& clamped) {
+  clamped = clamped || value < -0.5f || value > 255.5f;
+  return static_cast<uint8_t>(std::clamp(std::lround(value), 0l, 255l));
+}
 
 }  // namespace
 
@@ -173,7 +201,8 @@ GaussianCloud read_spz(const std::filesystem::path& file, ReadReport* report) {
   const std::string bytes = read_text(file), name = file.string();
   Header header;
   const bool streams = bytes.size() >= 8 && bytes.compare(0, 4, "NGSP") == 0 && static_cast<uint8_t>(bytes[4]) >= 4;
-  const std::string raw = streams ? read_streams(bytes, name, header) : read_legacy(bytes, name, header);
+  std::string extensions;
+  const std::string raw = streams ? read_streams(bytes, name, header, extensions) : read_legacy(bytes, name, header, extensions);
 
   const auto width = widths(header);
   const uint8_t* at[kAttributes];
@@ -199,14 +228,13 @@ GaussianCloud read_spz(const std::filesystem::path& file, ReadReport* report) {
   found.files = {file};
   found.antialiased = header.flags & kAntialiased;
   GaussianCloud cloud = builder.finish(found);
-  turn_half(cloud, 0);
+  if (const int axis = half_turn_of(extensions, name); axis >= 0) turn_half(cloud, axis);
   if (header.sh_degree > 3) found.warnings.push_back("harmonics of degree 4 are left out");
-  if (header.flags & kExtensions) found.warnings.push_back("extensions of the file are left out");
   if (report) *report = std::move(found);
   return cloud;
 }
 
-void write_spz(const std::filesystem::path& file, const GaussianCloud& cloud, bool antialiased) {
+size_t write_spz(const std::filesystem::path& file, const GaussianCloud& cloud, bool antialiased) {
   GaussianCloud turned = cloud;
   turn_half(turned, 0);
   float extent = 1e-6f;
@@ -221,18 +249,23 @@ void write_spz(const std::filesystem::path& file, const GaussianCloud& cloud, bo
     throw input_error(file.string(), "positions", "reach " + std::to_string(extent) + " units", "the format holds up to 8388606: write a PLY");
   }
   std::string raw[kAttributes];
+  size_t clamped_count = 0;
   for (size_t i = 0; i < turned.size(); ++i) {
+    bool clamped = false;
     const float* sh = turned.sh_of(i);
     for (int k = 0; k < 3; ++k) {
       const auto fixed = static_cast<uint32_t>(std::lround(std::ldexp(turned.position[i][k], header.fractional_bits)));
       for (int byte = 0; byte < 3; ++byte) raw[kPositions].push_back(static_cast<char>(fixed >> 8 * byte));
-      raw[kScales].push_back(static_cast<char>(pack((turned.log_scale[i][k] + 10.0f) * 16.0f)));
-      raw[kColours].push_back(static_cast<char>(pack((sh[k] * kColourScale + 0.5f) * 255.0f)));
+      raw[kScales].push_back(static_cast<char>(pack((turned.log_scale[i][k] + 10.0f) * 16.0f, clamped)));
+      raw[kColours].push_back(static_cast<char>(pack((sh[k] * kColourScale + 0.5f) * 255.0f, clamped)));
     }
     raw[kAlphas].push_back(static_cast<char>(byte_of(sigmoid(turned.opacity_logit[i]))));
     const uint32_t rotation = pack_rotation(turned.rotation[i]);
     raw[kRotations].append(reinterpret_cast<const char*>(&rotation), 4);
-    for (int k = 0; k < 3 * rest_count(turned.sh_degree); ++k) raw[kHarmonics].push_back(static_cast<char>(pack(sh[3 + k] * 128.0f + 128.0f)));
+    for (int k = 0; k < 3 * rest_count(turned.sh_degree); ++k) {
+      raw[kHarmonics].push_back(static_cast<char>(pack(sh[3 + k] * 128.0f + 128.0f, clamped)));
+    }
+    clamped_count += clamped;
   }
   header.streams = cloud.sh_degree > 0 ? 6 : 5;
   std::string table, streams;
@@ -246,6 +279,7 @@ void write_spz(const std::filesystem::path& file, const GaussianCloud& cloud, bo
   std::string bytes(reinterpret_cast<const char*>(&header), sizeof header);
   bytes.append(reinterpret_cast<const char*>(&field), sizeof field);
   write_text(file, bytes + table + streams);
+  return clamped_count;
 }
 
 }  // namespace pliant

@@ -36,7 +36,7 @@ inline GaussianCloud some_gaussians(int n, int degree, uint64_t seed = 5) {
 inline double largest_angle(const GaussianCloud& a, const GaussianCloud& b) {
   double largest = 0;
   for (size_t i = 0; i < a.size(); ++i) {
-    const double cosine = std::abs(a.rotation[i].normalized().dot(b.rotation[i].normalized()));
+    const double cosine = std::abs(a.rotation[i].cast<double>().normalized().dot(b.rotation[i].cast<double>().normalized()));
     largest = std::max(largest, 2 * std::acos(std::min(cosine, 1.0)));
   }
   return largest;

@@ -118,6 +118,38 @@ TEST(Spz, EveryOlderVersionIsReadWithAndWithoutGzip) {
   }
 }
 
+TEST(Spz, AnExtensionMayNameTheAxes) {
+  const TemporaryFolder folder;
+  const struct {
+    uint32_t axes;
+    Vec3f first;
+  } cases[] = {{4, {1, -2, -3}}, {0, {1, -2, -3}}, {6, {1, 2, 3}}, {7, {-1, -2, 3}}, {1, {-1, 2, -3}}};
+  for (const auto& one : cases) {
+    std::string raw = legacy_spz(3);
+    raw[14] = 2;
+    put(raw, 0xADBE0002u), put(raw, uint32_t(12)), raw += std::string(12, '\0');  // another extension
+    put(raw, 0xADBE0003u), put(raw, uint32_t(4)), put(raw, one.axes);
+    EXPECT_EQ(read_spz(folder.file("a.spz", gzip(raw))).position[0], one.first / 4096) << one.axes;
+  }
+  std::string raw = legacy_spz(3);
+  raw[14] = 2;
+  put(raw, 0xADBE0003u), put(raw, uint32_t(4)), put(raw, uint32_t(3));
+  expect_error(Failure::kInput, {"a.spz", "coordinate system", "3"}, [&] { read_spz(folder.file("a.spz", gzip(raw))); });
+  std::memset(&raw[raw.size() - 8], 0x7f, 4);
+  expect_error(Failure::kInput, {"a.spz", "extension", "truncated"}, [&] { read_spz(folder.file("a.spz", gzip(raw))); });
+}
+
+TEST(Spz, WhatIsOutsideItsRangesIsClampedAndCounted) {
+  const TemporaryFolder folder;
+  GaussianCloud cloud = some_gaussians(4, 1);
+  cloud.log_scale[1][0] = -14, cloud.sh_of(2)[5] = 3, cloud.sh_of(3)[0] = -9;
+  EXPECT_EQ(write_spz(folder / "a.spz", cloud), 3u);
+  const GaussianCloud back = read_spz(folder / "a.spz");
+  EXPECT_EQ(back.log_scale[1][0], -10);
+  EXPECT_EQ(back.sh_of(2)[5], 1);  // -1 in the axes of the file
+  EXPECT_EQ(write_splats(folder / "a.spz", cloud).size(), 1u);
+}
+
 TEST(Spz, HarmonicsOfDegreeFourAreCutWithAWarning) {
   const TemporaryFolder folder;
   std::string raw = "NGSP";
