@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gaussians/base/error.h"
-#include "gaussians/base/portable.h"
+#include "gaussians/render/image_pair.h"
 #include "gaussians/render/ssim_rows.h"
 
 // The row loops are compiled twice and chosen when the program is loaded.  Nothing is fused or reassociated, so both
@@ -18,6 +17,7 @@
 namespace pliant {
 namespace {
 
+static_assert(ssim_rows::kWindow == kSsimWindow);
 using ssim_rows::kMargin, ssim_rows::kRadius, ssim_rows::kWindow, ssim_rows::Moments;
 
 /// What one row of the picture needs: pixels of the 11 rows around it, or of their derivatives.
@@ -57,115 +57,11 @@ struct Column {
 PLIANT_ROW_FUNCTIONS(float)
 PLIANT_ROW_FUNCTIONS(double)
 
-/// Sum in eight interleaved parts, in an order that does not depend on the instruction set.
-template <class Value>
-double sum_of_row(std::ptrdiff_t n, Value&& value) {
-  double part[8] = {};
-  std::ptrdiff_t i = 0;
-  for (; i + 8 <= n; i += 8)
-    for (int k = 0; k < 8; ++k) part[k] += value(i + k);
-  for (; i < n; ++i) part[i % 8] += value(i);
-  return ((part[0] + part[1]) + (part[2] + part[3])) + ((part[4] + part[5]) + (part[6] + part[7]));
-}
-
-/// Two images and how much each of their values counts.
-template <class T>
-struct Pair {
-  const Image<T>&a, &b, &weight;
-  SsimWindows windows = SsimWindows::kEveryPixel;
-
-  Pair(const Image<T>& a, const Image<T>& b, const Image<T>& weight, SsimWindows windows = SsimWindows::kEveryPixel)
-      : a(a), b(b), weight(weight), windows(windows) {
-    CHECK_MSG(a.width == b.width && a.height == b.height && a.channels == b.channels, "images of the same size");
-    CHECK_MSG(!a.empty(), "images with pixels");
-    CHECK_MSG(weight.empty() || (weight.width == a.width && weight.height == a.height && weight.channels == 1),
-              "one weight per pixel");
-    CHECK_MSG(windows == SsimWindows::kEveryPixel || (a.width >= kWindow && a.height >= kWindow),
-              "images of at least 11 x 11 pixels");
-  }
-
-  std::ptrdiff_t row_size() const { return static_cast<std::ptrdiff_t>(a.width) * a.channels; }
-
-  /// Weights of the values of row y.
-  void fill_weights(int y, T* out) const {
-    const int border = windows == SsimWindows::kInside ? kRadius : 0;
-    const bool outside = y < border || y >= a.height - border;
-    for (int x = 0; x < a.width; ++x) {
-      const bool counts = !outside && x >= border && x < a.width - border;
-      const T w = counts ? (weight.empty() ? T(1) : weight(x, y)) : T(0);
-      for (int c = 0; c < a.channels; ++c) *out++ = w;
-    }
-  }
-
-  /// 1 / sum of all weights, 0 when there are none.
-  double inverse_total() const {
-    double total = 0;
-    if (weight.empty()) {
-      const int border = windows == SsimWindows::kInside ? kWindow - 1 : 0;
-      total = static_cast<double>(a.width - border) * (a.height - border) * a.channels;
-    } else {
-      std::vector<double> rows(a.height);
-      parallel_for(
-          a.height,
-          [&](std::ptrdiff_t y) {
-            std::vector<T> w(row_size());
-            fill_weights(static_cast<int>(y), w.data());
-            rows[y] = sum_of_row(row_size(), [&](std::ptrdiff_t i) { return static_cast<double>(w[i]); });
-          },
-          16);
-      for (const double row : rows) total += row;
-    }
-    return total > 0 ? 1 / total : 0;
-  }
-
-  /// Weighted mean of term(difference a - b) over all values.
-  template <class Term>
-  double mean(Term&& term) const {
-    std::vector<double> rows(a.height);
-    parallel_for(
-        a.height,
-        [&](std::ptrdiff_t y) {
-          std::vector<T> w(row_size());
-          fill_weights(static_cast<int>(y), w.data());
-          const T *p = a.at(0, static_cast<int>(y)), *q = b.at(0, static_cast<int>(y));
-          rows[y] = sum_of_row(row_size(), [&](std::ptrdiff_t i) {
-            return static_cast<double>(w[i]) * term(static_cast<double>(p[i]) - static_cast<double>(q[i]));
-          });
-        },
-        16);
-    double total = 0;
-    for (const double row : rows) total += row;
-    return total * inverse_total();
-  }
-
-  /// adj_a = scale * weight * term(difference a - b).
-  template <class Term>
-  void pointwise_adjoint(double scale, Image<T>& adj_a, Term&& term) const {
-    resize_like_a(adj_a);
-    const T factor = static_cast<T>(scale * inverse_total());
-    parallel_for(
-        a.height,
-        [&](std::ptrdiff_t y) {
-          std::vector<T> w(row_size());
-          fill_weights(static_cast<int>(y), w.data());
-          const T *p = a.at(0, static_cast<int>(y)), *q = b.at(0, static_cast<int>(y));
-          T* adj = adj_a.at(0, static_cast<int>(y));
-          for (std::ptrdiff_t i = 0; i < row_size(); ++i) adj[i] = factor * w[i] * term(p[i] - q[i]);
-        },
-        16);
-  }
-
-  void resize_like_a(Image<T>& image) const {
-    if (image.width == a.width && image.height == a.height && image.channels == a.channels) return;
-    image = Image<T>(a.width, a.height, a.channels);
-  }
-};
-
 /// Scratch rows of one thread while it works on a block of image rows.
 template <class T>
 class RowWorkspace {
  public:
-  RowWorkspace(const Pair<T>& pair, bool reverse) : pair_(pair), n_(pair.row_size()) {
+  RowWorkspace(const ImagePair<T>& pair, bool reverse) : pair_(pair), n_(pair.row_size()) {
     const std::ptrdiff_t margin = kMargin * pair.a.channels;
     stride_ = n_ + 2 * margin;
     // Rows 0..3 hold moments, 4..6 derivatives, 7 weights, 8 values, 9 zeros; then 11 x (3 derivatives, weights).
@@ -228,7 +124,7 @@ class RowWorkspace {
             sum_of_row(n_, [&](std::ptrdiff_t i) { return static_cast<double>(value[i]); })};
   }
 
-  const Pair<T>& pair_;
+  const ImagePair<T>& pair_;
   std::ptrdiff_t n_, stride_;
   std::vector<T> rows_;
   T* data_;
@@ -238,7 +134,8 @@ class RowWorkspace {
 /// L1 and D-SSIM; with `adj_a` also the derivative of adj_l1 * L1 + adj_dssim * D-SSIM.  Blocks of rows are
 /// independent: each computes the derivatives with respect to means of 5 further rows on either side anew.
 template <class T>
-PhotometricLoss both_losses(const Pair<T>& pair, double adj_l1 = 0, double adj_dssim = 0, Image<T>* adj_a = nullptr) {
+PhotometricLoss both_losses(const ImagePair<T>& pair, double adj_l1 = 0, double adj_dssim = 0,
+                            Image<T>* adj_a = nullptr) {
   constexpr int kBlockRows = 50;
   const int height = pair.a.height;
   const double inverse = pair.inverse_total();
@@ -269,41 +166,41 @@ PhotometricLoss both_losses(const Pair<T>& pair, double adj_l1 = 0, double adj_d
 
 template <class T>
 double l1_loss(const Image<T>& a, const Image<T>& b, const Image<T>& weight) {
-  return Pair<T>(a, b, weight).mean([](double d) { return std::abs(d); });
+  return ImagePair<T>(a, b, weight).mean([](double d) { return std::abs(d); });
 }
 
 template <class T>
 void l1_loss_adjoint(const Image<T>& a, const Image<T>& b, const Image<T>& weight, double adj_loss, Image<T>& adj_a) {
-  Pair<T>(a, b, weight).pointwise_adjoint(adj_loss, adj_a, [](T d) { return static_cast<T>((d > 0) - (d < 0)); });
+  ImagePair<T>(a, b, weight).pointwise_adjoint(adj_loss, adj_a, [](T d) { return static_cast<T>((d > 0) - (d < 0)); });
 }
 
 template <class T>
 double mse_loss(const Image<T>& a, const Image<T>& b, const Image<T>& weight) {
-  return Pair<T>(a, b, weight).mean([](double d) { return d * d; });
+  return ImagePair<T>(a, b, weight).mean([](double d) { return d * d; });
 }
 
 template <class T>
 void mse_loss_adjoint(const Image<T>& a, const Image<T>& b, const Image<T>& weight, double adj_loss, Image<T>& adj_a) {
-  Pair<T>(a, b, weight).pointwise_adjoint(adj_loss, adj_a, [](T d) { return 2 * d; });
+  ImagePair<T>(a, b, weight).pointwise_adjoint(adj_loss, adj_a, [](T d) { return 2 * d; });
 }
 
 double psnr_of_mse(double mse) { return mse > 0 ? -10 * std::log10(mse) : INFINITY; }
 
 template <class T>
 double ssim(const Image<T>& a, const Image<T>& b, const Image<T>& weight, SsimWindows windows) {
-  return 1 - both_losses(Pair<T>(a, b, weight, windows)).dssim;
+  return 1 - both_losses(ImagePair<T>(a, b, weight, windows)).dssim;
 }
 
 template <class T>
 void ssim_adjoint(const Image<T>& a, const Image<T>& b, const Image<T>& weight, SsimWindows windows, double adj_ssim,
                   Image<T>& adj_a) {
-  both_losses(Pair<T>(a, b, weight, windows), 0, -adj_ssim, &adj_a);
+  both_losses(ImagePair<T>(a, b, weight, windows), 0, -adj_ssim, &adj_a);
 }
 
 template <class T>
 PhotometricLoss photometric_loss(const PhotometricOptions& options, const Image<T>& a, const Image<T>& b,
                                  const Image<T>& weight) {
-  PhotometricLoss loss = both_losses(Pair<T>(a, b, weight));
+  PhotometricLoss loss = both_losses(ImagePair<T>(a, b, weight));
   loss.total = options.weight_l1 * loss.l1 + options.weight_dssim * loss.dssim;
   return loss;
 }
@@ -312,7 +209,7 @@ template <class T>
 PhotometricLoss photometric_loss_adjoint(const PhotometricOptions& options, const Image<T>& a, const Image<T>& b,
                                          const Image<T>& weight, double adj_total, Image<T>& adj_a) {
   PhotometricLoss loss =
-      both_losses(Pair<T>(a, b, weight), adj_total * options.weight_l1, adj_total * options.weight_dssim, &adj_a);
+      both_losses(ImagePair<T>(a, b, weight), adj_total * options.weight_l1, adj_total * options.weight_dssim, &adj_a);
   loss.total = options.weight_l1 * loss.l1 + options.weight_dssim * loss.dssim;
   return loss;
 }

@@ -5,87 +5,14 @@
 
 #include "gaussians/base/check_adjoint.h"
 #include "gaussians/base/portable.h"
-#include "gaussians/render/deform.h"
-#include "gaussians/render/deform_kernels.h"
-#include "gaussians/render/spherical_harmonics.h"
-#include "gaussians/render/splat_kernels.h"
+#include "gaussians/render/image_loss.h"
+#include "gaussians/render/render_as.h"
+#include "tests/gaussians/made_motion.h"
 
 namespace pliant {
 namespace {
 
-using Values = std::vector<double>;
-
-template <class M>
-void append(Values& out, const M& m) {
-  out.insert(out.end(), m.data(), m.data() + m.size());
-}
-
-Mat3d random_matrix(Random& random) {
-  Mat3d M;
-  for (int k = 0; k < 9; ++k) M.data()[k] = random.normal();
-  return M;
-}
-
-Mat3d random_rotation(Random& random) { return polar_rotation<double>(random_matrix(random)); }
-
-/// Drivers at rest, and where they are now.
-struct Motion {
-  const char* name;
-  std::vector<Vec3d> rest, now;
-  std::vector<Mat3d> F;
-
-  /// drivers_now, then F.
-  Values values() const {
-    Values x;
-    for (const Vec3d& v : now) append(x, v);
-    for (const Mat3d& M : F) append(x, M);
-    return x;
-  }
-  void set(const Values& x) {
-    for (size_t d = 0; d < rest.size(); ++d) {
-      now[d] = Eigen::Map<const Vec3d>(x.data() + 3 * d);
-      F[d] = Eigen::Map<const Mat3d>(x.data() + 3 * rest.size() + 9 * d);
-    }
-  }
-};
-
-Motion make_motion(const char* name, int count, bool on_a_line, const Mat3d& A, double noise) {
-  Motion m{name, {}, {}, {}};
-  for (int d = 0; d < count; ++d) {
-    Random random(21, d);
-    const Vec3d x(0.1 * d, random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3));
-    m.rest.push_back(on_a_line ? Vec3d(x[0], 0, 0) : x);
-    m.now.push_back(A * m.rest.back() + Vec3d(0.2, -0.1, 0.3) +
-                    noise * Vec3d(random.normal(), random.normal(), random.normal()));
-    m.F.push_back(A + noise * random_matrix(random));
-  }
-  return m;
-}
-
-std::vector<Motion> motions(int count) {
-  Random random(22);
-  const Mat3d R = random_rotation(random), S = random_rotation(random);
-  const Mat3d beyond = R * Vec3d(0.1, 1.3, 7).asDiagonal() * S.transpose();
-  const Mat3d blown = R * Vec3d(6, 6, 6).asDiagonal(), one_long = R * Vec3d(1, 1, 6).asDiagonal() * S.transpose();
-  const Mat3d inverted = R * Vec3d(-0.4, 1.2, 1.8).asDiagonal() * S.transpose();
-  return {make_motion("at rest", count, false, Mat3d::Identity(), 0),
-          make_motion("turned", count, false, R, 0),
-          make_motion("deformed", count, false, R, 0.1),
-          make_motion("stem at rest", count, true, Mat3d::Identity(), 0),
-          make_motion("bent stem", count, true, R, 0.02),
-          make_motion("stretched beyond the limit", count, false, beyond, 0.03),
-          make_motion("blown up alike", count, false, blown, 0),
-          make_motion("one stretch beyond the limit", count, false, one_long, 0),
-          make_motion("inverted", count, false, inverted, 0.01)};
-}
-
-Values weights(int count) {
-  Values w;
-  double total = 0;
-  for (int d = 0; d < count; ++d) total += w.emplace_back(Random(23, d).uniform(0.2, 1));
-  for (double& x : w) x /= total;
-  return w;
-}
+using namespace made_motion;
 
 AdjointCheckOptions small_steps() {
   AdjointCheckOptions options;
@@ -173,69 +100,7 @@ TEST(DeformAdjoint, RotationOfSphericalHarmonicsAgreesWithDifferences) {
   }
 }
 
-/// A few Gaussians, one of which does not move, bound to 12 drivers.
-struct Scene {
-  CloudOf<double> rest;
-  Binding binding;
-};
-
-Scene make_scene(int gaussians, int drivers, int degree) {
-  Scene scene;
-  scene.rest.sh_degree = degree;
-  scene.rest.resize(gaussians);
-  scene.binding.driver.assign(gaussians * Binding::kCount, -1);
-  scene.binding.weight.assign(gaussians * Binding::kCount, 0.0f);
-  for (int g = 0; g < gaussians; ++g) {
-    Random random(26, g);
-    for (int k = 0; k < 3; ++k) {
-      scene.rest.position[g][k] = random.uniform(-0.5, 1);
-      scene.rest.log_scale[g][k] = random.uniform(-2, 0);
-    }
-    for (int k = 0; k < 4; ++k) scene.rest.rotation[g][k] = random.normal();
-    for (int k = 0; k < scene.rest.sh_count() * 3; ++k) scene.rest.sh_of(g)[k] = random.normal();
-    if (g == 2) continue;
-    const int count = g == 1 ? 1 : 8;
-    const Values w = weights(count);
-    for (int k = 0; k < count; ++k) {
-      scene.binding.driver[g * Binding::kCount + k] = (5 * g + k) % drivers;
-      scene.binding.weight[g * Binding::kCount + k] = static_cast<float>(w[k]);
-    }
-  }
-  return scene;
-}
-
-/// Position, covariance and spherical harmonics of every Gaussian, by the same kernels as `deform`, in double.
-Values deformed(const DeformOptions& options, const Scene& scene, const Motion& m, bool with_sh) {
-  const ShRotation<double> rotation;
-  Values y;
-  for (size_t g = 0; g < scene.rest.size(); ++g) {
-    const Mat3d A = covariance_factor<double>(scene.rest.rotation[g], scene.rest.log_scale[g]);
-    Vec3d position = scene.rest.position[g];
-    Mat3d covariance = A * A.transpose();
-    Values sh(scene.rest.sh_of(g), scene.rest.sh_of(g) + scene.rest.sh_count() * 3);
-    double w[Binding::kCount];
-    Vec3d from[Binding::kCount], to[Binding::kCount];
-    Mat3d F[Binding::kCount];
-    int count = 0;
-    for (; count < Binding::kCount; ++count) {
-      const int d = scene.binding.driver[g * Binding::kCount + count];
-      if (d < 0) break;
-      w[count] = scene.binding.weight[g * Binding::kCount + count];
-      from[count] = m.rest[d], to[count] = m.now[d], F[count] = m.F[d];
-    }
-    if (count > 0) {
-      const RigidFit<double> fit = fit_rigid<double>(count, w, from, to, F);
-      const Mat3d M = carried_frame<double>(options, fit) * A;
-      position = carried_position<double>(options, fit, position), covariance = M * M.transpose();
-      rotation.apply(fit.R, scene.rest.sh_degree, sh.data());
-    }
-    append(y, position), append(y, covariance);
-    if (with_sh) append(y, sh);
-  }
-  return y;
-}
-
-/// Splits a cotangent of `deformed` and calls deform_adjoint.
+/// Splits a cotangent of what `flat` gives of a carried cloud and calls deform_adjoint.
 template <class T>
 DeformGradientOf<T> gradient_of(const DeformOptions& options, const Scene& scene, const Motion& m, const Values& y,
                                 bool with_sh) {
@@ -254,14 +119,6 @@ DeformGradientOf<T> gradient_of(const DeformOptions& options, const Scene& scene
   return deform_adjoint<T>(options, cloud_cast<T>(scene.rest), scene.binding, rest, now, F, position, covariance, sh);
 }
 
-template <class T>
-Values flat(const DeformGradientOf<T>& gradient) {
-  Values out;
-  for (const Vec3<T>& v : gradient.drivers_now) append(out, v);
-  for (const Mat3<T>& M : gradient.F) append(out, M);
-  return out;
-}
-
 class WholeDeform : public testing::TestWithParam<DeformOptions> {};
 
 TEST_P(WholeDeform, AdjointAgreesWithDifferencesOfEveryMotion) {
@@ -275,7 +132,7 @@ TEST_P(WholeDeform, AdjointAgreesWithDifferencesOfEveryMotion) {
       const AdjointCheck check = check_adjoint(
           [&](const Values& x) {
             m.set(x);
-            return deformed(options, scene, m, with_sh);
+            return flat(carried(options, scene, m), with_sh);
           },
           [&](const Values& x, const Values& y) {
             m.set(x);
@@ -293,7 +150,7 @@ TEST_P(WholeDeform, DoubleKernelsGiveWhatDeformGivesInFloat) {
   const DeformOptions options = GetParam();
   const Scene scene = make_scene(40, 12, 3);
   for (const Motion& m : motions(12)) {
-    const Values expected = deformed(options, scene, m, true);
+    const Values expected = flat(carried(options, scene, m), true);
     GaussianCloud rest, out;
     static_cast<CloudOf<float>&>(rest) = cloud_cast<float>(scene.rest);
     std::vector<Vec3f> from, to;
@@ -345,6 +202,44 @@ TEST(DeformAdjoint, CollapsedAndInvertedDriversGiveFiniteDerivatives) {
     const Motion m = make_motion("collapsed", 12, false, A, 0);
     for (const double value : flat(gradient_of<float>({}, scene, m, y, true))) ASSERT_TRUE(std::isfinite(value));
   }
+}
+
+// The whole way of a fit: drivers -> Gaussians -> picture -> loss against a photo, and back.  Colours stay off their
+// clamp and L1 is left out, because differences would cross their kinks.
+TEST(DeformAdjoint, LossOfAPictureOfMovedGaussiansAgreesWithDifferencesOfTheDrivers) {
+  Scene scene = make_scene(8, 12, 2);
+  for (size_t k = 0; k < scene.rest.sh.size(); ++k) scene.rest.sh[k] = 0.1 * scene.rest.sh[k] + (k % 27 < 3 ? 1 : 0);
+  const Camera camera = look_at({1.5, -3.5, 1.2}, {0.4, 0, 0.2}, {0, 0, 1}, 21, 16, 20);
+  const PhotometricOptions loss{0, 1};
+  const int before = omp_get_max_threads();
+  omp_set_num_threads(1);  // thousands of tiny pictures
+  const auto all = motions(12);
+  const Image<double> photo =
+      render_as<double, false>(carried({}, scene, make_motion("photo", 12, false, all[2].F[0], 0.05)), camera).color;
+  for (Motion m : {all[0], all[2], all[4], all[5]}) {
+    AdjointCheckOptions options = small_steps();
+    options.random_cotangents = 0, options.inputs = 60;
+    const AdjointCheck check = check_adjoint(
+        [&](const Values& x) {
+          m.set(x);
+          const Rendered<double> picture = render_as<double, false>(carried({}, scene, m), camera);
+          return Values{photometric_loss(loss, picture.color, photo).total};
+        },
+        [&](const Values& x, const Values& y) {
+          m.set(x);
+          const CloudOf<double> cloud = carried({}, scene, m);
+          const Rendered<double> picture = render_as<double, false>(cloud, camera);
+          Rendered<double> adj;
+          photometric_loss_adjoint(loss, picture.color, photo, {}, y[0], adj.color);
+          const RenderGradient<double> g =
+              render_adjoint_as<double, false>(cloud, camera, {}, {}, 0, picture, adj, nullptr, true);
+          return flat(deform_adjoint<double>({}, scene.rest, scene.binding, m.rest, m.now, m.F, g.cloud.position,
+                                             g.covariance, g.cloud.sh));
+        },
+        m.values(), options);
+    EXPECT_LT(check.worst, 1e-6) << m.name << ": " << check.message;
+  }
+  omp_set_num_threads(before);
 }
 
 }  // namespace
