@@ -10,6 +10,8 @@
 
 namespace pliant {
 
+/// Parses JSON of at most 500 levels.  Throws Error{kInput} naming `file`, `field` and the position of what is wrong.
+nlohmann::json parse_json(const std::string& text, const std::string& file, const std::string& field = "");
 /// Parses a JSON file.  Throws Error{kInput} naming the file and the position of what is wrong.
 nlohmann::json read_json(const std::filesystem::path& file);
 /// Writes indented JSON, atomically.

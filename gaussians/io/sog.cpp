@@ -68,7 +68,7 @@ Source source_in_folder(const fs::path& meta, std::vector<fs::path>& files) {
 class Sog {
  public:
   explicit Sog(const Source& source)
-      : source_(source), json_(parse(source.read("meta.json", kMostMeta), source.name)), meta_(json_, source.name, "", Failure::kInput) {
+      : source_(source), json_(parse_json(source.read("meta.json", kMostMeta), source.name, "meta.json")), meta_(json_, source.name, "", Failure::kInput) {
     if (!meta_.has("version")) {
       throw meta_.complaint("version", "is missing: this is SOG version 1", "convert it, for example with: splat-transform in.sog out.ply");
     }
@@ -108,14 +108,6 @@ class Sog {
   }
 
  private:
-  static nlohmann::json parse(const std::string& text, const std::string& file) {
-    try {
-      return nlohmann::json::parse(text);
-    } catch (const nlohmann::json::exception& error) {
-      throw input_error(file, "meta.json", std::string("is not valid JSON: ") + error.what(), "the file is damaged");
-    }
-  }
-
   /// A whole number from 0 to `most`.
   static size_t whole(const JsonObject& object, const std::string& key, uint64_t most) {
     const double value = object.number(key);

@@ -296,9 +296,11 @@ TEST(SogLevels, HostileTreesNameTheKey) {
   refused({{"/tree/children/0/lods/0/count", -1}}, {"count", "-1"});
   refused({{"/tree/children/0/lods/0/count", 31}}, {"promises 31", "holds 30"});
   refused({{"/tree/children", 5}}, {"tree.children"});
-  json deep = json::object();
+  json deep = json::object(), shallow = deep;
   for (int k = 0; k < 1000; ++k) deep = json{{"children", json::array({deep})}};
-  refused({{"/tree", deep}}, {"tree", "deeper"});
+  refused({{"/tree", deep}}, {"lod-meta.json", "nested deeper"});
+  for (int k = 0; k < 70; ++k) shallow = json{{"children", json::array({shallow})}};
+  refused({{"/tree", shallow}}, {"tree", "deeper than 64"});
   folder.file("lod/lod-meta.json", "{");
   expect_error(Failure::kInput, {"lod-meta.json", "JSON"}, [&] { read_splats(folder / "lod/lod-meta.json"); });
 }
