@@ -12,6 +12,8 @@
 namespace pliant {
 namespace {
 
+constexpr size_t kOutsideSamples = 3000;
+
 float median(std::vector<float> values) {
   if (values.empty()) return 0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -54,6 +56,10 @@ GaussianGraph gaussian_graph(const GaussianCloud& cloud, std::span<const uint8_t
     graph.nodes.push_back(static_cast<int>(p)), centres.push_back(cloud.position[p]);
     graph.lab.push_back(lab_of_rgb(rgb_of(cloud, p))), graph.opacity.push_back(sigmoid(cloud.opacity_logit[p]));
   }
+  const size_t step = std::max<size_t>(1, (cloud.size() - graph.nodes.size()) / kOutsideSamples);
+  for (size_t p = 0, outside = 0; p < cloud.size(); ++p)
+    if (!member[p] && outside++ % step == 0)
+      graph.outside_lab.push_back(lab_of_rgb(rgb_of(cloud, p))), graph.outside_opacity.push_back(sigmoid(cloud.opacity_logit[p]));
   const int k = neighbours + 1;  // the first one is the Gaussian itself or one at the same place
   const std::vector<int> near = k_nearest(cloud.position, centres, k);
 
@@ -111,6 +117,14 @@ void cut_graph(const GraphCutOptions& options, const GaussianGraph& graph, std::
         std::vector<float> weights;
         for (size_t i = 0; i < n; ++i)
           if (label[i] == side) colors.push_back(graph.lab[i]), weights.push_back(graph.opacity[i]);
+        if (side == 0 && options.outside > 0 && !graph.outside_lab.empty()) {
+          double inner = 0, outer = 0;
+          for (float w : weights) inner += w;
+          for (float w : graph.outside_opacity) outer += w;
+          const double factor = inner > 0 ? options.outside / (1 - options.outside) * inner / outer : 1.0;
+          colors.insert(colors.end(), graph.outside_lab.begin(), graph.outside_lab.end());
+          for (float w : graph.outside_opacity) weights.push_back(static_cast<float>(factor * w));
+        }
         models[side] = ColorModel::fit(options.model, colors, weights);
       }
       if (!models[0].empty() && !models[1].empty())

@@ -15,6 +15,8 @@ struct GaussianGraph {
   std::vector<CutEdge> border;       ///< a: place in `nodes`, b: Gaussian outside the graph
   std::vector<Vec3f> lab;            ///< of every node, see lab_of_rgb
   std::vector<float> opacity;        ///< of every node
+  std::vector<Vec3f> outside_lab;    ///< an even choice of what lies outside the graph
+  std::vector<float> outside_opacity;
   float spacing = 0;                 ///< median distance to the fifth neighbour (scene units)
 };
 
@@ -26,6 +28,7 @@ GaussianGraph gaussian_graph(const GaussianCloud& cloud, std::span<const uint8_t
 struct GraphCutOptions {
   float smoothness = 4;              ///< factor on the weights of edges
   float color = 1, color_clip = 4;   ///< weight and bound of the log ratio of the colour models
+  float outside = 0;                 ///< share of the background's colour model that what lies outside the graph makes
   int rounds = 5;                    ///< of colour models and cut; ends early when nothing moves
   ColorModelOptions model;
 };

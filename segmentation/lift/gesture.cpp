@@ -7,6 +7,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
+#include "segmentation/lift/contact.h"
 
 namespace pliant {
 namespace {
@@ -34,6 +35,7 @@ class Selector {
   void propose_around_seeds();
   void cut(const GraphCutOptions& cut_options, const Lift& lift);
   void keep_main_part();
+  void find_support();
   std::vector<WindowView> views_of_selection() const;
   void refine();
 
@@ -52,6 +54,7 @@ class Selector {
   GaussianGraph graph_;                // of the members
   std::vector<uint8_t> label_;         // [nodes]
   std::vector<float> evidence_;        // [nodes] of the last cut
+  std::vector<float> support_;         // [nodes] evidence from the plane that the object stands on
   Lift prompts_;                       // of the boxes' masks
   std::vector<SelectionRule> rule_;    // [N]
   GestureResult::Summary summary_;
@@ -145,6 +148,7 @@ std::vector<float> Selector::evidence_of(const Lift& lift) const {
     const int p = graph_.nodes[i];
     if (lift.total[p] > 0)
       evidence[i] = options_.evidence * std::min(1.0f, lift.total[p] / options_.confident) * (2 * lift.inside[p] / lift.total[p] - 1);
+    if (!support_.empty()) evidence[i] += support_[i];
     if (fixed_[p]) evidence[i] = fixed_[p] * kFixed;
   }
   return evidence;
@@ -167,6 +171,24 @@ void Selector::keep_main_part() {
   for (size_t i = 0; i < label_.size(); ++i) {
     if (!label_[i] || wanted[part[i]]) continue;
     label_[i] = 0, rule_[graph_.nodes[i]] = SelectionRule::kPart;
+  }
+}
+
+/// Evidence against what lies in the plane under the selection, or below it.
+void Selector::find_support() {
+  if (options_.support <= 0 || options_.up.isZero()) return;
+  const std::vector<float> membership = memberships();
+  std::vector<int> object, rest;
+  for (size_t p = 0; p < cloud_.size(); ++p)
+    if (cloud_.opacity_logit[p] > 0) (membership[p] > 0 ? object : rest).push_back(static_cast<int>(p));
+  const ContactRegion contact = contact_region(cloud_.select(object), cloud_.select(rest), options_.up);
+  if (getenv("DBG")) std::printf("contact %d h %.4f %.4f %.4f thick %.4f n %zu size %.3f band %.3f..%.3f point %.3f %.3f %.3f\n", contact.found, contact.normal.x(), contact.normal.y(), contact.normal.z(), contact.thickness, contact.plane_points, contact.size, contact.band_low, contact.band_high, contact.point.x(), contact.point.y(), contact.point.z());
+  if (!contact.found) return;
+  support_.resize(graph_.nodes.size());
+  const float reach = 1.5f * std::max(contact.thickness, 1e-9f);
+  for (size_t i = 0; i < support_.size(); ++i) {
+    const float h = std::max(0.0f, contact.height(cloud_.position[graph_.nodes[i]])) / reach;
+    support_[i] = -options_.support * std::exp(-0.5f * h * h);
   }
 }
 
@@ -246,13 +268,22 @@ std::vector<WindowView> Selector::views_of_selection() const {
 
 void Selector::refine() {
   const std::vector<WindowView> views = views_of_selection();
-  const std::vector<float> membership = memberships();
+  // What the selection so far says, and how much of it rests on the given views: two channels.
+  std::vector<float> membership(2 * cloud_.size(), 0.0f);
+  for (size_t p = 0; p < cloud_.size(); ++p) membership[2 * p + 1] = -1;
+  for (size_t i = 0; i < graph_.nodes.size(); ++i) {
+    const int p = graph_.nodes[i];
+    const float seen = gesture_.boxes.empty() ? 1.0f : std::min(1.0f, prompts_.total[p] / options_.confident);
+    membership[2 * p] = label_[i];
+    membership[2 * p + 1] = (label_[i] ? 1.0f : -1.0f) * (options_.unseen_prior + (1 - options_.unseen_prior) * seen);
+  }
   std::vector<Lift> lifts(views.size(), Lift(0));
   parallel_for(static_cast<std::ptrdiff_t>(views.size()), [&](std::ptrdiff_t v) {
     const WindowView& window = views[v];
-    const RenderResult picture = render(cloud_, window.camera, options_.render, membership, 1);
+    const RenderResult picture = render(cloud_, window.camera, options_.render, membership, 2);
     GrabCutInput input = input_of(window, picture);
-    const std::vector<float>& P = picture.features.data;
+    std::vector<float> P(picture.color.pixels()), sure(P.size());
+    for (size_t i = 0; i < P.size(); ++i) P[i] = picture.features.data[2 * i], sure[i] = picture.features.data[2 * i + 1];
     // Pixels farther than the band from the selection are background.
     const int band = options_.refine_band;
     std::vector<uint8_t> near(P.size(), 0);
@@ -266,7 +297,7 @@ void Selector::refine() {
     input.prior.resize(P.size()), input.start.resize(P.size());
     for (size_t i = 0; i < P.size(); ++i) {
       if (!near[i] && input.seed[i] == PixelSeed::kUnknown) input.seed[i] = PixelSeed::kBackground;
-      input.prior[i] = options_.refine_prior * (2 * P[i] - 1), input.start[i] = P[i] > 0.5f;
+      input.prior[i] = options_.refine_prior * (options_.unseen_prior < 1 ? sure[i] : 2 * P[i] - 1), input.start[i] = P[i] > 0.5f;
     }
     seed_strokes(window, input);
     GrabCutOptions picture_options = options_.picture;
@@ -310,10 +341,12 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
   for (size_t i = 0; i < label_.size(); ++i)
     if (!label_[i]) rule_[graph_.nodes[i]] = SelectionRule::kCut;
   keep_main_part();
+  find_support();
   const std::vector<uint8_t> first = label_;
   for (int round = 0; round < options_.refine_rounds; ++round) {
     if (std::none_of(label_.begin(), label_.end(), [](uint8_t l) { return l; })) break;
     refine();
+    if (round + 1 < options_.refine_rounds) find_support();
   }
 
   GestureResult result;
@@ -342,7 +375,8 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
 
 GestureOptions GestureOptions::prototype() {
   GestureOptions options;
-  options.empty_pixels = false;
+  options.empty_pixels = false, options.support = 0, options.unseen_prior = 1;
+  options.refine_rounds = 1, options.cut.outside = options.refine_cut.outside = 0;
   return options;
 }
 

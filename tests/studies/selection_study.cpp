@@ -158,6 +158,17 @@ struct Study {
   }
 };
 
+GestureOptions ours(const Study& study) {
+  GestureOptions options;
+  options.up = study.scene.up.cast<float>();
+  auto env=[&](const char*n,float&v){if(getenv(n))v=atof(getenv(n));};
+  float rounds=options.refine_rounds, empty=options.empty_pixels;
+  env("SUPPORT",options.support);env("UNSEEN",options.unseen_prior);env("ROUNDS",rounds);env("EMPTY",empty);env("OUTSIDE",options.cut.outside);options.refine_cut.outside=options.cut.outside;
+  env("PRIOR",options.refine_prior);env("GAMMA",options.picture.gamma);env("COLOR",options.refine_cut.color);
+  options.refine_rounds=rounds;options.empty_pixels=empty;
+  return options;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -182,16 +193,17 @@ int main(int argc, char** argv) {
                       json["min"].get<double>(), json["gaussians_iou"].get<double>(), result.summary.seconds, result.summary.describe().c_str());
           std::fflush(stdout);
         };
-        if (only != "ours")
+        if (only != "ours" && only != "boxes")
           report("prototype", select_by_gesture(GestureOptions::prototype(), gesture, {}, study.scene.cloud, study.scene.cameras));
         if (only == "prototype") continue;
-        GestureResult result = select_by_gesture({}, gesture, {}, study.scene.cloud, study.scene.cameras);
+        GestureResult result = select_by_gesture(ours(study), gesture, {}, study.scene.cloud, study.scene.cameras);
         report("ours", result);
+        if (only == "boxes") continue;
         for (int k = 1; k <= 2; ++k) {
           const StrokePrompt stroke = study.next_stroke(result);
           if (stroke.points.empty()) break;
           gesture.strokes.push_back(stroke);
-          result = select_by_gesture({}, gesture, {}, study.scene.cloud, study.scene.cameras);
+          result = select_by_gesture(ours(study), gesture, {}, study.scene.cloud, study.scene.cameras);
           const std::string method = "stroke" + std::to_string(k);
           report(method, result);
           rows[row][method]["stroke"] = {{"foreground", stroke.foreground}, {"camera", stroke.camera}, {"from", {stroke.points[0].x(), stroke.points[0].y()}},
