@@ -108,7 +108,7 @@ GrabCutInput Selector::input_of(const WindowView& window, const RenderResult& pi
   for (size_t i = 0; i < n; ++i) {
     const float* rgb = picture.color.data.data() + 3 * i;
     input.lab[i] = lab_of_rgb(Vec3f(rgb[0], rgb[1], rgb[2]));
-    if (options_.empty_pixels && picture.alpha.data[i] < kSolid) input.seed[i] = PixelSeed::kEmpty;
+    if (options_.empty_pixels && picture.alpha.data[i] < kSolid) input.seed[i] = options_.empty_pixels == 2 ? PixelSeed::kBackground : PixelSeed::kEmpty;
   }
   return input;
 }
@@ -375,7 +375,7 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
 
 GestureOptions GestureOptions::prototype() {
   GestureOptions options;
-  options.empty_pixels = false, options.support = 0, options.unseen_prior = 1;
+  options.empty_pixels = 0, options.support = 0, options.unseen_prior = 1;
   options.refine_rounds = 1, options.cut.outside = options.refine_cut.outside = 0;
   return options;
 }
