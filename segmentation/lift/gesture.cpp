@@ -15,7 +15,6 @@ namespace {
 constexpr float kFixed = 1e4f;       // evidence on Gaussians that a stroke covers
 constexpr float kStrokeShare = 0.5f; // of its visible weight that a fixed Gaussian has under the stroke
 constexpr float kStrokeWeight = 0.05f;  // px of it at least
-constexpr float kSolid = 0.5f;       // accumulated opacity of a pixel that shows something
 
 class Selector {
  public:
@@ -25,10 +24,6 @@ class Selector {
   GestureResult run(const std::optional<SelectionShape>& shape);
 
  private:
-  struct Picture {
-    ImageF color, alpha, membership;
-  };
-
   void find_members(const std::optional<SelectionShape>& shape);
   void fix_seeds();
   void look_at_boxes();
@@ -108,7 +103,6 @@ GrabCutInput Selector::input_of(const WindowView& window, const RenderResult& pi
   for (size_t i = 0; i < n; ++i) {
     const float* rgb = picture.color.data.data() + 3 * i;
     input.lab[i] = lab_of_rgb(Vec3f(rgb[0], rgb[1], rgb[2]));
-    if (options_.empty_pixels && picture.alpha.data[i] < kSolid) input.seed[i] = options_.empty_pixels == 2 ? PixelSeed::kBackground : PixelSeed::kEmpty;
   }
   return input;
 }
@@ -118,7 +112,7 @@ void Selector::seed_strokes(const WindowView& window, GrabCutInput& input) const
     if (stroke.camera != window.source) continue;
     const std::vector<uint8_t> under = stroke_pixels(window, stroke);
     for (size_t i = 0; i < under.size(); ++i)
-      if (under[i] && input.seed[i] != PixelSeed::kEmpty) input.seed[i] = stroke.foreground ? PixelSeed::kForeground : PixelSeed::kBackground;
+      if (under[i]) input.seed[i] = stroke.foreground ? PixelSeed::kForeground : PixelSeed::kBackground;
   }
 }
 
@@ -182,7 +176,6 @@ void Selector::find_support() {
   for (size_t p = 0; p < cloud_.size(); ++p)
     if (cloud_.opacity_logit[p] > 0) (membership[p] > 0 ? object : rest).push_back(static_cast<int>(p));
   const ContactRegion contact = contact_region(cloud_.select(object), cloud_.select(rest), options_.up);
-  if (getenv("DBG")) std::printf("contact %d h %.4f %.4f %.4f thick %.4f n %zu size %.3f band %.3f..%.3f point %.3f %.3f %.3f\n", contact.found, contact.normal.x(), contact.normal.y(), contact.normal.z(), contact.thickness, contact.plane_points, contact.size, contact.band_low, contact.band_high, contact.point.x(), contact.point.y(), contact.point.z());
   if (!contact.found) return;
   support_.resize(graph_.nodes.size());
   const float reach = 1.5f * std::max(contact.thickness, 1e-9f);
@@ -375,7 +368,7 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
 
 GestureOptions GestureOptions::prototype() {
   GestureOptions options;
-  options.empty_pixels = 0, options.support = 0, options.unseen_prior = 1;
+  options.support = 0, options.unseen_prior = 1;
   options.refine_rounds = 1, options.cut.outside = options.refine_cut.outside = 0;
   return options;
 }

@@ -27,11 +27,10 @@ struct GestureOptions {
   GraphCutOptions cut;
   float link = 0.02f;           ///< edges above this connect parts
   // Refinement: masks of more views, started from the selection so far.
-  int refine_rounds = 1, refine_views = 12, refine_window = 320, refine_band = 6, refine_iterations = 3;
+  int refine_rounds = 2, refine_views = 12, refine_window = 320, refine_band = 6, refine_iterations = 3;
   float refine_prior = 2;       ///< log odds in a picture of what the selection so far says
   GraphCutOptions refine_cut = {2, 0.5f, 4, 0, 2, {}};
   // Beyond the measured prototype.
-  int empty_pixels = 1;     ///< pixels that show nothing are known background and teach no colours
   float support = 3;            ///< log odds against what lies in or below the plane the object stands on
   float unseen_prior = 0.3f;    ///< share of refine_prior that holds for Gaussians on which the boxes' pictures say nothing
   Vec3f up = Vec3f::Zero();     ///< unit, of the scene; zero = unknown, no plane is looked for

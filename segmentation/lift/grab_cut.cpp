@@ -51,8 +51,7 @@ GrabCutResult grab_cut(const GrabCutOptions& options, const GrabCutInput& input)
   std::vector<float> gain(n);
   for (; result.iterations < options.iterations; ++result.iterations) {
     std::vector<Vec3f> colors[2];
-    for (size_t i = 0; i < n; ++i)
-      if (input.seed[i] != PixelSeed::kEmpty) colors[label[i]].push_back(input.lab[i]);
+    for (size_t i = 0; i < n; ++i) colors[label[i]].push_back(input.lab[i]);
     if (std::min(colors[0].size(), colors[1].size()) < kFewestPixels) break;
     for (int side = 0; side < 2; ++side) models[side] = ColorModel::fit(options.color, colors[side], {}, &models[side]);
     for (size_t i = 0; i < n; ++i) {

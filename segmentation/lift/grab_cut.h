@@ -10,8 +10,7 @@ namespace pliant {
 enum class PixelSeed : uint8_t {
   kUnknown,
   kForeground,
-  kBackground,
-  kEmpty  ///< background that shows nothing: its colour says nothing about the background
+  kBackground
 };
 
 struct GrabCutOptions {

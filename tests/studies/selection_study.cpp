@@ -161,11 +161,6 @@ struct Study {
 GestureOptions ours(const Study& study) {
   GestureOptions options;
   options.up = study.scene.up.cast<float>();
-  auto env=[&](const char*n,float&v){if(getenv(n))v=atof(getenv(n));};
-  float rounds=options.refine_rounds, empty=options.empty_pixels;
-  env("SUPPORT",options.support);env("UNSEEN",options.unseen_prior);env("ROUNDS",rounds);env("EMPTY",empty);env("OUTSIDE",options.cut.outside);options.refine_cut.outside=options.cut.outside;
-  env("PRIOR",options.refine_prior);env("GAMMA",options.picture.gamma);env("COLOR",options.refine_cut.color);
-  options.refine_rounds=rounds;options.empty_pixels=empty;
   return options;
 }
 
