@@ -46,6 +46,16 @@ void add_segment_options(CLI::App& command, SegmentStage& stage) {
   command.add_option_function<std::string>(
       "--sphere", [&stage](const std::string& text) { stage.sphere = parse_numbers("--sphere", text, 4); },
       "Select what lies in a sphere x,y,z,r [scene units]");
+  // A value may hold commas and must not be split; every option can be given more than once.
+  const auto texts = [&command](const std::string& name, std::vector<std::string>& values, const std::string& description) {
+    command.add_option(name, values, description)->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)->type_name("TEXT");
+  };
+  texts("--box", stage.boxes, "The object lies in this rectangle: V,x0,y0,x1,y1 (V: camera, pixels of its picture); one to three views");
+  texts("--click", stage.clicks, "What is at this pixel belongs to the object: V,x,y; can be repeated");
+  texts("--stroke", stage.strokes, "What is under this line belongs to the object (fg) or not (bg): fg|bg,V,x0,y0,x1,y1,...; can be repeated");
+  command.add_option("--stroke-width", stage.stroke_width, "Width of strokes and clicks [px]")
+      ->check(CLI::Range(1.0, 500.0))
+      ->capture_default_str();
   command.add_option("--segment-iterations", stage.iterations, "Steps of the semantic optimisation; 0 = vote only")
       ->check(CLI::NonNegativeNumber);
   command.add_flag("--hold-out", stage.hold_out, "Leave every 8th photo out of the optimisation, for evaluation");

@@ -9,6 +9,7 @@
 #include "segmentation/lift/islands.h"
 #include "segmentation/lift/objects_sheet.h"
 #include "segmentation/lift/selection.h"
+#include "segmentation/lift/selection_sheet.h"
 #include "segmentation/lift/semantic_field.h"
 
 namespace pliant {
@@ -22,6 +23,15 @@ std::optional<SelectionShape> selection_of(const SegmentStage& stage) {
   if (!stage.aabb.empty()) return SelectionShape::from_aabb(stage.aabb);
   if (!stage.sphere.empty()) return SelectionShape::from_sphere(stage.sphere);
   return std::nullopt;
+}
+
+Gesture gesture_of(const SegmentStage& stage, const std::vector<Camera>& cameras) {
+  Gesture gesture;
+  const float width = static_cast<float>(stage.stroke_width);
+  for (const std::string& text : stage.boxes) add_box(text, cameras, gesture);
+  for (const std::string& text : stage.clicks) add_click(text, cameras, width, gesture);
+  for (const std::string& text : stage.strokes) add_stroke(text, cameras, width, gesture);
+  return gesture;
 }
 
 json box_to_json(const Box& box) {
@@ -38,14 +48,33 @@ json objects_json(const std::vector<ObjectEntry>& objects, double metres_per_uni
   return rows;
 }
 
+/// Masks of what the gestures select, which `member` [N] tells; writes selection.png.
+MaskSet gesture_masks(const Context& context, const RunDirectory& run, const Scene& scene, const Gesture& gesture,
+                      const std::optional<SelectionShape>& shape, std::vector<uint8_t>& member) {
+  GestureOptions options;
+  options.seed = context.seed, options.up = scene.up.cast<float>();
+  options.render.antialiased = scene.report.antialiased;
+  context.progress.say(fmt::format("segment: selecting by {} boxes and {} strokes and clicks", gesture.boxes.size(), gesture.strokes.size()));
+  const GestureResult result = select_by_gesture(options, gesture, shape, scene.cloud, scene.cameras);
+  context.progress.say("segment: " + result.summary.describe() + fmt::format(" ({:.1f} s)", result.summary.seconds));
+  for (const std::string& warning : result.summary.warnings) context.progress.warn(warning);
+  write_image(run / "selection.png", selection_sheet(result, scene.cloud, scene.up, options.render));
+  member.resize(scene.cloud.size());
+  for (size_t p = 0; p < member.size(); ++p) member[p] = result.selected(p);
+  return member_masks(gesture.boxes.empty() ? "--click" : "--box", member, scene.cloud, scene.cameras);
+}
+
 }  // namespace
 
 json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage) {
   const std::optional<SelectionShape> selection = selection_of(stage);
+  const Gesture gesture = gesture_of(stage, scene.cameras);
+  const bool selecting = selection || !gesture.empty();
   const std::filesystem::path masks_folder = stage.masks.empty() ? scene.settings.masks : std::filesystem::path(stage.masks);
-  if (!selection && masks_folder.empty())
+  if (!selecting && masks_folder.empty())
     throw usage_error("segment", "--masks", "are not known for this scene",
-                      "give --masks FOLDER, or select the object with --aabb x0,y0,z0,x1,y1,z1 or --sphere x,y,z,r");
+                      "give --masks FOLDER, or select the object with --box V,x0,y0,x1,y1 (pixels of the pictures that `pliant render "
+                      "SCENE --out FOLDER` writes), --click, --aabb or --sphere");
 
   SemanticOptions options;
   options.start_from_vote = stage.start_from_vote;
@@ -56,7 +85,8 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     for (int c = 0; c < static_cast<int>(scene.cameras.size()); c += 8) options.held_out.push_back(c);
 
   StageKey key{"segment",
-               {{"aabb", stage.aabb}, {"sphere", stage.sphere}, {"vote", stage.start_from_vote},
+               {{"aabb", stage.aabb}, {"sphere", stage.sphere}, {"box", stage.boxes}, {"click", stage.clicks},
+                {"stroke", stage.strokes}, {"stroke_width", stage.stroke_width}, {"vote", stage.start_from_vote},
                 {"iterations", options.iterations}, {"held_out", options.held_out},
                 {"up", {scene.up.x(), scene.up.y(), scene.up.z()}}, {"metres_per_unit", scene.metres_per_unit}},
                {{"splats", scene.settings.splats}},
@@ -66,11 +96,14 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     if (file != scene.settings.splats) key.inputs["splats " + name.string()] = file;
   }
   if (!scene.settings.cameras.empty()) key.inputs["cameras"] = scene.settings.cameras;
-  if (!selection) key.inputs["masks"] = masks_folder;
+  if (!selecting) key.inputs["masks"] = masks_folder;
+  if (!gesture.empty()) key.outputs.push_back("selection.png");
 
   return run.stage(context, key, [&]() -> json {
-    const MaskSet masks = selection ? selection_masks(*selection, scene.cloud, scene.cameras)
-                                    : load_masks(masks_folder, scene.settings.labels, scene.cameras);
+    std::vector<uint8_t> member;  // of a selection by gesture
+    const MaskSet masks = !gesture.empty() ? gesture_masks(context, run, scene, gesture, selection, member)
+                          : selection      ? selection_masks(*selection, scene.cloud, scene.cameras)
+                                           : load_masks(masks_folder, scene.settings.labels, scene.cameras);
     for (const std::string& warning : masks.warnings) context.progress.warn(warning);
 
     context.progress.begin("segment", options.iterations);
@@ -81,8 +114,8 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     const size_t merged = merge_islands({}, scene.cloud, segmentation);
     if (merged > 0) context.progress.say(fmt::format("segment: {} Gaussians in small islands took the label around them", merged));
     size_t restricted = 0;
-    if (selection) {
-      restricted = restrict_to_selection(*selection, scene.cloud, segmentation);
+    if (selecting) {
+      restricted = !gesture.empty() ? restrict_to_members(member, segmentation) : restrict_to_selection(*selection, scene.cloud, segmentation);
       if (restricted > 0)
         context.progress.say(fmt::format("segment: {} Gaussians outside the selection were given back to the rest", restricted));
     }

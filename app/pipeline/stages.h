@@ -21,10 +21,13 @@ Scene attach_scene(const Context& context, RunDirectory& run, const std::filesys
 /// impossible, before any work is done.
 MaterialValues check_material(const Scene& scene, const MaterialValues& command_line);
 
-/// segment: masks or a selection -> semantic attribute -> segmentation.h5, objects.json, objects.png.
+/// segment: masks or a selection -> semantic attribute -> segmentation.h5, objects.json, objects.png; with gestures also
+/// selection.png.
 struct SegmentStage {
   std::string masks;                 ///< folder; empty = the scene file's
   std::vector<double> aabb, sphere;  ///< a selection instead of masks: x0,y0,z0,x1,y1,z1 or x,y,z,r (scene units)
+  std::vector<std::string> boxes, clicks, strokes;  ///< gestures, see segmentation/lift/gesture_prompts.h
+  double stroke_width = 8;           ///< of strokes and clicks, px
   bool start_from_vote = true;
   std::optional<int> iterations;     ///< of the optimisation; 0 = vote only
   bool hold_out = false;             ///< leave every 8th photo out of the optimisation, for evaluation

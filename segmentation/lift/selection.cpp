@@ -1,5 +1,6 @@
 #include "segmentation/lift/selection.h"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -49,24 +50,20 @@ bool SelectionShape::contains(const Vec3f& x, float margin) const {
   return (x.array() >= box.low.array() - margin).all() && (x.array() <= box.high.array() + margin).all();
 }
 
-MaskSet selection_masks(const SelectionShape& shape, const GaussianCloud& cloud, const std::vector<Camera>& cameras) {
+MaskSet member_masks(const std::string& option, std::span<const uint8_t> members, const GaussianCloud& cloud,
+                     const std::vector<Camera>& cameras) {
+  CHECK(members.size() == cloud.size());
   std::vector<float> member(cloud.size() * 2);
   size_t inside = 0;
   for (size_t p = 0; p < cloud.size(); ++p) {
-    const bool in = shape.contains(cloud.position[p]);
+    const bool in = members[p] != 0;
     inside += in;
     member[2 * p] = in, member[2 * p + 1] = !in;
-  }
-  const char* option = shape.sphere ? "--sphere" : "--aabb";
-  if (inside == 0) {
-    const Box bounds = cloud.bounds();
-    throw usage_error(option, "", "holds no Gaussian",
-                      "the scene spans " + text_of(bounds.low) + " to " + text_of(bounds.high) + ": `pliant info` prints it");
   }
   MaskSet masks;
   masks.names = {{SelectionShape::kObject, "object"}, {SelectionShape::kRest, "rest"}};
   if (inside == cloud.size())
-    masks.warnings.push_back(std::string(option) + " holds all " + std::to_string(inside) +
+    masks.warnings.push_back(option + " holds all " + std::to_string(inside) +
                              " Gaussians: the whole scene is the object and nothing is left as background");
   for (size_t c = 0; c < cameras.size(); ++c) {
     const RenderResult picture = render(cloud, cameras[c], {}, member, 2);
@@ -84,15 +81,34 @@ MaskSet selection_masks(const SelectionShape& shape, const GaussianCloud& cloud,
   return masks;
 }
 
+MaskSet selection_masks(const SelectionShape& shape, const GaussianCloud& cloud, const std::vector<Camera>& cameras) {
+  std::vector<uint8_t> member(cloud.size());
+  for (size_t p = 0; p < cloud.size(); ++p) member[p] = shape.contains(cloud.position[p]);
+  const char* option = shape.sphere ? "--sphere" : "--aabb";
+  if (std::count(member.begin(), member.end(), 1) == 0) {
+    const Box bounds = cloud.bounds();
+    throw usage_error(option, "", "holds no Gaussian",
+                      "the scene spans " + text_of(bounds.low) + " to " + text_of(bounds.high) + ": `pliant info` prints it");
+  }
+  return member_masks(option, member, cloud, cameras);
+}
+
 size_t restrict_to_selection(const SelectionShape& shape, const GaussianCloud& cloud, Segmentation& segmentation,
                              float margin) {
+  CHECK(segmentation.label.size() == cloud.size());
+  std::vector<uint8_t> keep(cloud.size());
+  for (size_t p = 0; p < cloud.size(); ++p) keep[p] = shape.contains(cloud.position[p], margin * shape.extent());
+  return restrict_to_members(keep, segmentation);
+}
+
+size_t restrict_to_members(std::span<const uint8_t> keep, Segmentation& segmentation) {
   constexpr int kY = kSemanticChannels;
   using Attribute = Eigen::Matrix<double, kY, 1>;
-  CHECK(segmentation.label.size() == cloud.size());
+  CHECK(segmentation.label.size() == keep.size());
   // The mean attribute of what is labelled rest is itself decoded as rest, because the classifier is linear.
   Attribute mean = Attribute::Zero();
   size_t rest = 0;
-  for (size_t p = 0; p < cloud.size(); ++p) {
+  for (size_t p = 0; p < keep.size(); ++p) {
     if (segmentation.label[p] != SelectionShape::kRest) continue;
     mean += Eigen::Map<const Eigen::Matrix<float, kY, 1>>(segmentation.attribute.data() + p * kY).cast<double>();
     ++rest;
@@ -100,8 +116,8 @@ size_t restrict_to_selection(const SelectionShape& shape, const GaussianCloud& c
   if (rest == 0) return 0;
   const Eigen::Matrix<float, kY, 1> attribute = (mean / static_cast<double>(rest)).cast<float>();
   size_t removed = 0;
-  for (size_t p = 0; p < cloud.size(); ++p) {
-    if (segmentation.label[p] != SelectionShape::kObject || shape.contains(cloud.position[p], margin * shape.extent())) continue;
+  for (size_t p = 0; p < keep.size(); ++p) {
+    if (segmentation.label[p] != SelectionShape::kObject || keep[p]) continue;
     Eigen::Map<Eigen::Matrix<float, kY, 1>>(segmentation.attribute.data() + p * kY) = attribute;
     ++removed;
   }

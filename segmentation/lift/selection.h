@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 
 #include "gaussians/base/camera.h"
@@ -26,6 +27,14 @@ struct SelectionShape {
   /// Diagonal of the box or diameter of the sphere.
   float extent() const { return sphere ? 2 * radius : box.size().norm(); }
 };
+
+/// Id masks of chosen Gaussians (`member` [N] != 0): 1 = object, 2 = rest, the one with the larger blended weight; 0 where
+/// accumulated opacity < 0.5.  `option` is named in errors.  Throws Error{kUsage} when no camera sees them.
+MaskSet member_masks(const std::string& option, std::span<const uint8_t> member, const GaussianCloud& cloud,
+                     const std::vector<Camera>& cameras);
+
+/// Gaussians labelled object whose `keep` [N] is 0 become rest.  Returns how many.
+size_t restrict_to_members(std::span<const uint8_t> keep, Segmentation& segmentation);
 
 /// Id masks of a geometric selection, so that it takes the same path as masks: Gaussians with their centre inside are
 /// "object", the others "rest"; a pixel gets the id with the larger blended weight, 0 where accumulated opacity < 0.5.
