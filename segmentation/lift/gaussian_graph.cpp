@@ -164,18 +164,19 @@ std::vector<int> connected_parts(const GaussianGraph& graph, const std::vector<u
   return part;
 }
 
-std::vector<int> order_from(const GaussianGraph& graph, const std::vector<int>& sources) {
+std::vector<int> order_from(const GaussianGraph& graph, const std::vector<int>& sources, std::vector<float>* lengths) {
   const Adjacency adjacency(graph);
   std::vector<float> length(graph.nodes.size(), INFINITY);
   using Step = std::pair<float, int>;
   std::priority_queue<Step, std::vector<Step>, std::greater<>> open;
   for (int s : sources) length[s] = 0, open.push({0.0f, s});
+  std::vector<uint8_t> taken(graph.nodes.size(), 0);
   std::vector<int> order;
   while (!open.empty()) {
     const auto [d, i] = open.top();
     open.pop();
-    if (d > length[i]) continue;
-    length[i] = -INFINITY;  // taken
+    if (taken[i]) continue;
+    taken[i] = 1;
     order.push_back(i);
     for (int e = adjacency.start[i]; e < adjacency.start[i + 1]; ++e) {
       if (!(adjacency.weight[e] > 1e-6f)) continue;
@@ -183,6 +184,7 @@ std::vector<int> order_from(const GaussianGraph& graph, const std::vector<int>& 
       if (next < length[adjacency.to[e]]) length[adjacency.to[e]] = next, open.push({next, adjacency.to[e]});
     }
   }
+  if (lengths) *lengths = std::move(length);
   return order;
 }
 

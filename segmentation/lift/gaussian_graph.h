@@ -42,8 +42,8 @@ void cut_graph(const GraphCutOptions& options, const GaussianGraph& graph, std::
 std::vector<int> connected_parts(const GaussianGraph& graph, const std::vector<uint8_t>& label, float link);
 
 /// Order of nodes by the length of the shortest path from `sources`, edge length 0.1 - log weight; nodes that no path
-/// reaches are left out.
-std::vector<int> order_from(const GaussianGraph& graph, const std::vector<int>& sources);
+/// reaches are left out.  `length` receives the paths [nodes], infinite for these.
+std::vector<int> order_from(const GaussianGraph& graph, const std::vector<int>& sources, std::vector<float>* length = nullptr);
 
 /// How many of the first nodes of `order` are cut off best: least ratio of the weight of edges that leave them to the weight
 /// of edges at them (conductance of a sweep cut; Andersen, Chung and Lang 2006).  At least `fewest`, at most half the nodes.

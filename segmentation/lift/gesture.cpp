@@ -26,6 +26,7 @@ class Selector {
  private:
   void find_members(const std::optional<SelectionShape>& shape);
   void fix_seeds();
+  void spread_seeds();
   void look_at_boxes();
   void propose_around_seeds();
   void cut(const GraphCutOptions& cut_options, const Lift& lift);
@@ -50,6 +51,7 @@ class Selector {
   std::vector<uint8_t> label_;         // [nodes]
   std::vector<float> evidence_;        // [nodes] of the last cut
   std::vector<float> support_;         // [nodes] evidence from the plane that the object stands on
+  std::vector<float> spread_;          // [nodes] -1..1, how strokes reach along the graph
   Lift prompts_;                       // of the boxes' masks
   std::vector<SelectionRule> rule_;    // [N]
   GestureResult::Summary summary_;
@@ -92,6 +94,23 @@ void Selector::fix_seeds() {
       summary_.warnings.push_back(std::string(stroke.points.size() == 1 ? "a click" : "a stroke") + " in '" + cameras_[stroke.camera].name +
                                   "' meets nothing that may belong to the object");
     summary_.seeds += found;
+  }
+}
+
+/// The nearer of the foreground's and the background's strokes, by exp(-(path / reach)^2 / 2).
+void Selector::spread_seeds() {
+  if (options_.stroke_reach <= 0 || gesture_.strokes.empty()) return;
+  spread_.assign(graph_.nodes.size(), 0.0f);
+  for (int8_t sign : {1, -1}) {
+    std::vector<int> sources;
+    for (size_t i = 0; i < graph_.nodes.size(); ++i)
+      if (fixed_[graph_.nodes[i]] == sign) sources.push_back(static_cast<int>(i));
+    std::vector<float> path;
+    order_from(graph_, sources, &path);
+    for (size_t i = 0; i < path.size(); ++i) {
+      const float far = path[i] / options_.stroke_reach, weight = std::exp(-0.5f * far * far);
+      if (weight > std::abs(spread_[i])) spread_[i] = sign * weight;
+    }
   }
 }
 
@@ -143,6 +162,7 @@ std::vector<float> Selector::evidence_of(const Lift& lift) const {
     if (lift.total[p] > 0)
       evidence[i] = options_.evidence * std::min(1.0f, lift.total[p] / options_.confident) * (2 * lift.inside[p] / lift.total[p] - 1);
     if (!support_.empty()) evidence[i] += support_[i];
+    if (!spread_.empty()) evidence[i] = (1 - std::abs(spread_[i])) * evidence[i] + options_.evidence * spread_[i];
     if (fixed_[p]) evidence[i] = fixed_[p] * kFixed;
   }
   return evidence;
@@ -320,6 +340,8 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
   if (graph_.nodes.empty())
     throw usage_error(gesture_.boxes.empty() ? "--click" : "--box", "", "leaves no Gaussian that could be selected",
                       "choose boxes that show the same object");
+  if (shape) graph_.border.clear();  // a shape may cut through the object, a box does not
+  spread_seeds();
   if (!gesture_.boxes.empty()) {
     look_at_boxes();
     const std::vector<float> evidence = evidence_of(prompts_);
@@ -368,7 +390,7 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
 
 GestureOptions GestureOptions::prototype() {
   GestureOptions options;
-  options.support = 0, options.unseen_prior = 1;
+  options.support = 0, options.stroke_reach = 0, options.unseen_prior = 1;
   options.refine_rounds = 1, options.cut.outside = options.refine_cut.outside = 0;
   return options;
 }

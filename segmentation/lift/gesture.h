@@ -33,6 +33,7 @@ struct GestureOptions {
   // Beyond the measured prototype.
   float support = 3;            ///< log odds against what lies in or below the plane the object stands on
   float unseen_prior = 0.3f;    ///< share of refine_prior that holds for Gaussians on which the boxes' pictures say nothing
+  float stroke_reach = 10;      ///< path in the graph over which a stroke outweighs the pictures; 0 = only what it covers
   Vec3f up = Vec3f::Zero();     ///< unit, of the scene; zero = unknown, no plane is looked for
   // The measured prototype, for comparison.
   static GestureOptions prototype();
@@ -65,7 +66,7 @@ struct GestureResult {
 /// Object behind boxes, clicks and strokes.  1. GrabCut in every box's window. 2. Masks become evidence on Gaussians through
 /// the blend weights; what lies outside a box's frustum (or outside `shape`) is background.  3. A minimum cut of the graph of
 /// Gaussians, largest part.  4. Masks of more of the scene's views, started from what is selected, and a second cut.  What
-/// strokes and clicks cover is fixed in pictures and in the graph.  Without a box, the parts of the graph nearest to what was
+/// strokes and clicks cover is fixed in pictures and in the graph, and they outweigh the pictures nearby along the graph.  Without a box, the parts of the graph nearest to what was
 /// clicked are the proposal.  Equal for any number of threads.  Throws Error{kUsage} when nothing is selected.
 GestureResult select_by_gesture(const GestureOptions& options, const Gesture& gesture, const std::optional<SelectionShape>& shape,
                                 const GaussianCloud& cloud, const std::vector<Camera>& cameras);
