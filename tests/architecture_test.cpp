@@ -27,7 +27,7 @@ const std::set<std::string> kEverywhere = {"Eigen", "omp.h"};
 const std::map<std::string, Permission> kTable = {
     {"gaussians/base", {{}, {"nanoflann.hpp"}}},
     {"gaussians/render", {{"gaussians/base"}, {"immintrin.h"}}},
-    {"gaussians/io", {{"gaussians/base"}, {"nlohmann", "opencv2"}}},
+    {"gaussians/io", {{"gaussians/base"}, {"nlohmann", "opencv2", "zlib.h", "zstd.h", "webp", "minizip"}}},
     {"segmentation/lift", {{"gaussians/base", "gaussians/render", "gaussians/io"}, {"nlohmann", "opencv2"}}},
     {"segmentation/repair",
      {{"gaussians/base", "gaussians/render", "gaussians/io", "segmentation/lift"}, {"opencv2"}}},

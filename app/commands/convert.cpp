@@ -1,42 +1,56 @@
 #include <filesystem>
 
-#include "app/commands/command.h"
+#include "app/commands/stage_options.h"
 #include "gaussians/base/error.h"
-#include "gaussians/io/ply.h"
-#include "gaussians/io/transforms.h"
+#include "gaussians/io/cameras.h"
+#include "gaussians/io/splats.h"
 
 namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ConvertOptions {
+  std::string in, out;
+  int degree = -1;
+  std::optional<int> level;
+};
+
+nlohmann::json convert_splats(const Context& context, const ConvertOptions& options) {
+  ReadReport report;
+  GaussianCloud cloud = read_splats(options.in, &report, options.level.value_or(kFinestLevel));
+  for (const std::string& warning : report.warnings) context.progress.warn(warning);
+  if (options.degree >= 0) cloud = with_sh_degree(cloud, options.degree);
+  for (const std::string& lost : write_splats(options.out, cloud, report.antialiased)) context.progress.warn(lost);
+  return {{"gaussians", cloud.size()}, {"dropped", report.dropped}, {"sh_degree", cloud.sh_degree}};
+}
+
+nlohmann::json convert_cameras(const Context& context, const ConvertOptions& options) {
+  const CameraFile file = read_cameras(options.in);
+  for (const std::string& warning : file.warnings) context.progress.warn(warning);
+  for (const std::string& lost : write_cameras(options.out, file.cameras)) context.progress.warn(lost);
+  return {{"cameras", file.cameras.size()}};
+}
+
+}  // namespace
 
 void add_convert(CLI::App& app, Program& program) {
-  CLI::App* command = app.add_subcommand("convert", "Splats to splats (.ply), cameras to cameras (.json)");
-  auto in = std::make_shared<std::string>(), out = std::make_shared<std::string>();
-  auto degree = std::make_shared<int>(-1);
-  command->add_option("IN", *in, "File to read")->required();
-  command->add_option("OUT", *out, "File to write; its extension says the format")->required();
-  command->add_option("--sh-degree", *degree, "Keep spherical harmonics up to this degree")->check(CLI::Range(0, 3));
+  CLI::App* command = app.add_subcommand("convert", "Splats to splats (.ply, .splat, .spz), cameras to cameras (.json)");
+  auto options = std::make_shared<ConvertOptions>();
+  command->add_option("IN", options->in, "Splats or cameras of any format")->required();
+  command->add_option("OUT", options->out, "File to write; its extension says the format")->required();
+  command->add_option("--sh-degree", options->degree, "Keep spherical harmonics up to this degree")->check(CLI::Range(0, 3));
+  add_level(*command, options->level);
   add_overwrite(*command, program);
   add_common(*command, program);
   command->callback([=, &program] {
-    program.action = [=, &program](Context& context) -> nlohmann::json {
-      const std::filesystem::path from = *in, to = *out;
-      if (std::filesystem::exists(to) && !context.overwrite)
-        throw usage_error(to.string(), "", "exists already", "give --overwrite, or another name");
-      if (from.extension() != to.extension())
-        throw usage_error(to.string(), "", "'" + from.extension().string() + "' cannot become '" + to.extension().string() + "'",
-                          "splats: .ply; cameras: transforms .json");
-      if (to.extension() == ".json") {
-        const std::vector<Camera> cameras = read_transforms(from).cameras;
-        write_transforms(to, cameras);
-        return {{"cameras", cameras.size()}};
-      }
-      if (to.extension() != ".ply")
-        throw usage_error(to.string(), "", "is of an unknown format", "splats: .ply; cameras: transforms .json");
-      ReadReport report;
-      GaussianCloud cloud = read_ply(from, &report);
-      for (const std::string& warning : report.warnings) context.progress.warn(warning);
-      if (*degree >= 0) cloud = with_sh_degree(cloud, *degree);
-      write_ply(to, cloud, report.antialiased);
-      return {{"gaussians", cloud.size()}, {"dropped", report.dropped}, {"sh_degree", cloud.sh_degree}};
+    program.action = [options](Context& context) -> nlohmann::json {
+      if (fs::exists(options->out) && !context.overwrite)
+        throw usage_error(options->out, "", "exists already", "give --overwrite, or another name");
+      const bool to_cameras = fs::path(options->out).extension() == ".json";
+      if (to_cameras && !splats_at(options->in).empty())
+        throw usage_error(options->out, "", "is a camera file but " + options->in + " holds splats", "splats become .ply, .splat or .spz");
+      return to_cameras ? convert_cameras(context, *options) : convert_splats(context, *options);
     };
   });
 }

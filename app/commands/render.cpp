@@ -15,7 +15,7 @@ void add_render(CLI::App& app, Program& program) {
   auto options = std::make_shared<Options>();
   add_scene_options(*command, options->scene);
   add_render_options(*command, options->stage);
-  command->add_option("--cameras", options->pictures.cameras, "Of a scene: 'scene', 'orbit', or a transforms.json")
+  command->add_option("--cameras", options->pictures.cameras, "Of a scene: 'scene', 'orbit', or a camera file")
       ->capture_default_str();
   command->add_option("--background", options->pictures.background, "Background colour r,g,b in 0..1")->expected(3)->delimiter(',');
   command->add_flag("--depth", options->pictures.depth, "Also write depth pictures (near = bright)");

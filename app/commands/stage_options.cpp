@@ -1,6 +1,7 @@
 #include "app/commands/stage_options.h"
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/splats.h"
 
 namespace pliant {
 
@@ -13,16 +14,28 @@ LoadOptions SceneOptions::load_options() const {
   }
   if (metres_per_unit != 0) options.metres_per_unit = metres_per_unit;
   options.orbit_views = orbit_views;
+  options.level = level;
   return options;
 }
 
 void add_scene_options(CLI::App& command, SceneOptions& options) {
   command.add_option("SCENE", options.source, "Splat file, 3DGS model folder, or folder with a scene.json")->required();
+  add_level(command, options.level);
   command.add_option("--up", options.up, "Up direction x y z (default: estimated, and printed)")->expected(3)->delimiter(',');
   command.add_option("--metres-per-unit", options.metres_per_unit, "Length of one scene unit [m]")->check(CLI::PositiveNumber);
   command.add_option("--orbit-views", options.orbit_views, "Views of the orbit when the scene has no cameras")
       ->check(CLI::Range(4, 1000))
       ->capture_default_str();
+}
+
+void add_level(CLI::App& command, std::optional<int>& level) {
+  command.add_option_function<std::string>(
+      "--level",
+      [&level](const std::string& text) {
+        level = text == "all" ? kAllLevels : static_cast<int>(parse_numbers("--level", text, 1)[0]);
+        if (*level < 0 && text != "all") throw CLI::ValidationError("--level", "'" + text + "' is negative");
+      },
+      "Level of detail of a streamed SOG, 0 = finest, or 'all' (default: the finest that is there)");
 }
 
 void add_segment_options(CLI::App& command, SegmentStage& stage) {
@@ -78,6 +91,7 @@ void add_simulate_options(CLI::App& command, SimulateStage& stage) {
       ->check(CLI::Range(0.001, 1.0))
       ->capture_default_str();
   command.add_flag("!--no-gravity", stage.gravity, "No gravity");
+  command.add_flag("!--no-floor", stage.floor, "Let the object pass through the plane that it rests on");
 }
 
 void add_render_options(CLI::App& command, RenderStage& stage) {

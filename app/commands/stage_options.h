@@ -13,10 +13,13 @@ struct SceneOptions {
   std::vector<double> up;
   double metres_per_unit = 0;
   int orbit_views = 24;
+  std::optional<int> level;
 
   LoadOptions load_options() const;
 };
 void add_scene_options(CLI::App& command, SceneOptions& options);
+/// --level N of a streamed SOG, or `all`.
+void add_level(CLI::App& command, std::optional<int>& level);
 
 /// Exactly `count` numbers separated by commas; a CLI::ValidationError names the option and the bad word.
 std::vector<double> parse_numbers(const std::string& option, const std::string& text, size_t count);

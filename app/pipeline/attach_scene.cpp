@@ -10,6 +10,7 @@ namespace {
 
 json recorded(const std::filesystem::path& source, const LoadOptions& options) {
   json record = {{"source", std::filesystem::weakly_canonical(source).string()}, {"orbit_views", options.orbit_views}};
+  if (options.level) record["level"] = *options.level;
   if (options.up) record["up"] = {options.up->x(), options.up->y(), options.up->z()};
   if (options.metres_per_unit) record["metres_per_unit"] = *options.metres_per_unit;
   return record;
@@ -33,6 +34,7 @@ Scene load_run_scene(const RunDirectory& run) {
   if (!record.is_object()) throw usage_error(run.path().string(), "scene", "is not recorded", "run `pliant segment SCENE --out DIR` first");
   LoadOptions options;
   options.orbit_views = record["orbit_views"];
+  if (record.contains("level")) options.level = record["level"].get<int>();
   if (record.contains("up")) options.up = Eigen::Vector3d(record["up"][0], record["up"][1], record["up"][2]);
   if (record.contains("metres_per_unit")) options.metres_per_unit = record["metres_per_unit"].get<double>();
   return load_scene(record["source"].get<std::string>(), options);

@@ -5,8 +5,8 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
+#include "gaussians/io/cameras.h"
 #include "gaussians/io/image_io.h"
-#include "gaussians/io/transforms.h"
 #include "gaussians/io/video.h"
 #include "gaussians/render/render.h"
 
@@ -18,7 +18,7 @@ namespace {
 std::vector<Camera> chosen_cameras(const Scene& scene, const std::string& which) {
   if (which == "scene") return scene.cameras;
   if (which == "orbit") return scene.cameras_are_orbit ? scene.cameras : orbit_cameras({}, scene.cloud, scene.up);
-  return read_transforms(which).cameras;
+  return read_cameras(which).cameras;
 }
 
 /// Mean depth mapped so that the nearest surface is white and the farthest dark; empty pixels are black.
@@ -39,7 +39,7 @@ ImageF depth_picture(const RenderResult& result) {
 nlohmann::json render_pictures(const Context& context, const Scene& scene, const PictureOptions& options,
                                const fs::path& out) {
   const std::vector<Camera> cameras = chosen_cameras(scene, options.cameras);
-  if (cameras.empty()) throw usage_error("--cameras", options.cameras, "has no camera", "give 'orbit' or a transforms.json");
+  if (cameras.empty()) throw usage_error("--cameras", options.cameras, "has no camera", "give 'orbit' or a camera file");
   RenderOptions render_options;
   render_options.background = Vec3f(options.background[0], options.background[1], options.background[2]);
   render_options.antialiased = options.antialiased || scene.report.antialiased;

@@ -91,6 +91,10 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
                 {"up", {scene.up.x(), scene.up.y(), scene.up.z()}}, {"metres_per_unit", scene.metres_per_unit}},
                {{"splats", scene.settings.splats}},
                {"segmentation.h5", "objects.json", "objects.png"}};
+  for (const std::filesystem::path& file : scene.report.files) {
+    const auto name = file.lexically_proximate(scene.settings.splats.parent_path());
+    if (file != scene.settings.splats) key.inputs["splats " + name.string()] = file;
+  }
   if (!scene.settings.cameras.empty()) key.inputs["cameras"] = scene.settings.cameras;
   if (!selecting) key.inputs["masks"] = masks_folder;
   if (!gesture.empty()) key.outputs.push_back("selection.png");

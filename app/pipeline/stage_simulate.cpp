@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "app/pipeline/clip_camera.h"
 #include "app/pipeline/default_push.h"
@@ -68,6 +69,24 @@ Body make_body(const RunDirectory& run, const std::string& folder, const Scene& 
   return body;
 }
 
+/// The plane that the object rests on, as a floor that nothing passes: the support's plane that `extract` found, where
+/// the interactions name no ground of their own.
+std::optional<Interaction> floor_of(const json& extract, const std::vector<Interaction>& interactions,
+                                    const Scene& scene) {
+  constexpr double kFriction = 0.5;
+  for (const Interaction& it : interactions)
+    if (it.type == InteractionType::kGround) return std::nullopt;
+  if (!extract.contains("contact")) return std::nullopt;
+  const json& contact = extract["contact"];
+  const auto vector = [&](const char* key) {
+    return Vec3d(contact[key][0].get<double>(), contact[key][1].get<double>(), contact[key][2].get<double>());
+  };
+  Interaction floor;
+  floor.type = InteractionType::kGround, floor.friction = kFriction;
+  floor.region = Region::half_space(vector("point"), vector("normal")).scaled(scene.metres_per_unit);
+  return floor;
+}
+
 /// Streams frames to DIR.partial and picks up after the last whole one when the same computation was interrupted.
 class FrameStore {
  public:
@@ -118,7 +137,8 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
 
   StageKey key{"simulate",
                {{"young", *values.young}, {"poisson", *values.poisson}, {"density", *values.density}, {"fps", stage.fps},
-                {"duration", stage.duration}, {"damping_time", stage.damping_time}, {"gravity", stage.gravity}},
+                {"duration", stage.duration}, {"damping_time", stage.damping_time}, {"gravity", stage.gravity},
+                {"floor", stage.floor}},
                {{"particles", run / (folder + "/particles.h5")}},
                {folder + "/trajectory.h5", folder + "/material.h5", "interactions.json"}};
   if (stage.interactions.empty()) key.options["push"] = stage.push;
@@ -127,7 +147,8 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
   return run.stage(context, key, [&]() -> json {
     const std::string provenance = run.provenance(context, key);
     Body body = make_body(run, folder, scene, values, provenance);
-    const double height = run.summary("extract", "")["height"].get<double>() * scene.metres_per_unit;
+    const json extract = run.summary("extract", "");
+    const double height = extract["height"].get<double>() * scene.metres_per_unit;
 
     SimulateOptions options;
     options.fps = stage.fps, options.duration = stage.duration, options.damping_time = stage.damping_time;
@@ -142,7 +163,9 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
       PushOptions sizing;
       sizing.simulate = options, sizing.up = scene.up, sizing.height = height;
       sizing.fraction = stage.push, sizing.duration = kPushDuration;
-      const PushSize size = size_push(sizing, body.particles, body.pins, place.region, place.direction);
+      std::vector<Interaction> held = body.pins;
+      if (const auto floor = stage.floor ? floor_of(extract, {}, scene) : std::nullopt) held.push_back(*floor);
+      const PushSize size = size_push(sizing, body.particles, held, place.region, place.direction);
       rows = json::array({push_row(place, size.newtons, kPushStart, kPushDuration, scene.metres_per_unit)});
       push = {{"newtons", size.newtons}, {"expected_peak", size.peak_fraction}, {"trials", size.trials}};
       context.progress.say(fmt::format("simulate: no interactions given: one push of {:.3g} N at the top, from {} s to {} s",
@@ -154,6 +177,12 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
     std::vector<Interaction> interactions =
         parse_interactions(script, {scene.metres_per_unit, scene.up}, stage.interactions.empty() ? "interactions.json" : stage.interactions);
     interactions.insert(interactions.end(), body.pins.begin(), body.pins.end());
+    const std::optional<Interaction> floor = stage.floor ? floor_of(extract, interactions, scene) : std::nullopt;
+    if (floor) {
+      interactions.push_back(*floor);
+      context.progress.say(fmt::format("simulate: nothing passes below the plane of '{}', friction {}",
+                                       extract["contact"]["support"].get<std::string>(), floor->friction));
+    }
     write_text(run / "interactions.json", script);
 
     FrameStore frames(run / (folder + "/trajectory.partial"), provenance);
@@ -182,7 +211,7 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
     return {{"frames", total}, {"mass_kg", s.mass}, {"cell_size_m", s.cell_size}, {"dt_min_s", s.min_dt}, {"dt_max_s", s.max_dt},
             {"substeps_max", s.substeps_of_frame.empty() ? 0 : *std::max_element(s.substeps_of_frame.begin(), s.substeps_of_frame.end())},
             {"strays", s.strays}, {"retries", s.retries}, {"gravity_cancelled", s.gravity_cancelled},
-            {"settle_displacement_m", s.settle_displacement}, {"push", push}, {"motion", motion}};
+            {"settle_displacement_m", s.settle_displacement}, {"push", push}, {"motion", motion}, {"floor", floor.has_value()}};
   });
 }
 

@@ -61,6 +61,7 @@ struct SimulateStage {
   double damping_time = 1;   ///< amplitude of motion decays as exp(-t / damping_time) [s]; 0 = none
   double push = 0.15;        ///< peak deflection of the automatic push, share of the object's height
   bool gravity = true;
+  bool floor = true;         ///< the plane of the support is a floor, unless the interactions have a ground
 };
 nlohmann::json run_simulate(const Context& context, RunDirectory& run, const Scene& scene, const SimulateStage& stage);
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <string>
 
 namespace pliant {
@@ -13,6 +14,8 @@ struct Camera {
   std::string photo;  ///< file of the photo; empty when there is none
   int width = 0, height = 0;
   double fx = 0, fy = 0, cx = 0, cy = 0;
+  /// Lens of the photo: k1, k2, p1, p2, k3, k4 of OpenCV.  Files keep it; the renderer draws the pinhole.
+  std::array<double, 6> distortion = {};
   Eigen::Isometry3d cam_from_world = Eigen::Isometry3d::Identity();
 
   /// Camera centre in the world.

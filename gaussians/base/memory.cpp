@@ -10,9 +10,8 @@ namespace pliant {
 
 void keep_freed_memory() {
 #if defined(__GLIBC__)
-  constexpr int kLargest = 1 << 30;  // a single block above this size is still mapped on its own
-  mallopt(M_MMAP_THRESHOLD, kLargest);
-  mallopt(M_TRIM_THRESHOLD, kLargest);
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
   mallopt(M_TOP_PAD, 16 << 20);
 #endif
 }

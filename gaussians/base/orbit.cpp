@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numeric>
+#include <tuple>
 
 #include "gaussians/base/error.h"
 
@@ -11,6 +12,8 @@ namespace pliant {
 namespace {
 
 constexpr double kTail = 0.02;
+constexpr double kMostGrowth = 0.25;   // of the box by area beyond the box by opacity / its extent
+constexpr float kLargestSize = 0.02f;  // of a standard deviation that counts / diagonal of the box by opacity
 constexpr double kDegree = M_PI / 180;
 
 }  // namespace
@@ -30,6 +33,47 @@ double weighted_percentile(std::span<const float> value, std::span<const float> 
   return value[order.back()];
 }
 
+namespace {
+
+/// 2 and 98 % percentiles of the positions along the axes.
+std::pair<Eigen::Vector3d, Eigen::Vector3d> percentile_box(const GaussianCloud& cloud, const Eigen::Matrix3d& axes,
+                                                           const std::vector<float>& weight) {
+  std::vector<float> value(cloud.size());
+  Eigen::Vector3d low, high;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec3f direction = axes.col(axis).cast<float>();
+    for (size_t i = 0; i < cloud.size(); ++i) value[i] = direction.dot(cloud.position[i]);
+    low[axis] = weighted_percentile(value, weight, kTail);
+    high[axis] = weighted_percentile(value, weight, 1 - kTail);
+  }
+  return {low, high};
+}
+
+std::vector<float> opacities(const GaussianCloud& cloud) {
+  std::vector<float> opacity(cloud.size());
+  for (size_t i = 0; i < cloud.size(); ++i) opacity[i] = sigmoid(cloud.opacity_logit[i]);
+  return opacity;
+}
+
+/// Opacity times the product of the two largest standard deviations, each at most `largest`.
+std::vector<float> areas(const GaussianCloud& cloud, float largest) {
+  std::vector<float> area = opacities(cloud);
+  for (size_t i = 0; i < cloud.size(); ++i) {
+    const Vec3f size = cloud.log_scale[i].array().exp().min(largest);
+    Eigen::Index least;
+    size.minCoeff(&least);
+    area[i] *= size[(least + 1) % 3] * size[(least + 2) % 3];
+  }
+  return area;
+}
+
+}  // namespace
+
+std::vector<float> visible_area(const GaussianCloud& cloud) {
+  const auto [low, high] = percentile_box(cloud, Eigen::Matrix3d::Identity(), opacities(cloud));
+  return areas(cloud, kLargestSize * static_cast<float>((high - low).norm()));
+}
+
 Framing robust_framing(const GaussianCloud& cloud, const Eigen::Vector3d& up) {
   CHECK(cloud.size() > 0 && up.norm() > 0);
   Framing framing;
@@ -40,14 +84,12 @@ Framing robust_framing(const GaussianCloud& cloud, const Eigen::Vector3d& up) {
   const Eigen::Vector3d forward = vertical.cross(Eigen::Vector3d::Unit(least)).normalized();
   framing.axes << forward.cross(vertical), forward, vertical;
 
-  std::vector<float> value(cloud.size()), weight(cloud.size());
-  for (size_t i = 0; i < cloud.size(); ++i) weight[i] = sigmoid(cloud.opacity_logit[i]);
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vec3f direction = framing.axes.col(axis).cast<float>();
-    for (size_t i = 0; i < cloud.size(); ++i) value[i] = direction.dot(cloud.position[i]);
-    framing.low[axis] = weighted_percentile(value, weight, kTail);
-    framing.high[axis] = weighted_percentile(value, weight, 1 - kTail);
-  }
+  std::tie(framing.low, framing.high) = percentile_box(cloud, framing.axes, opacities(cloud));
+  // Plain surfaces have few but large Gaussians, fine things many small ones: neither may be cut off.
+  const Eigen::Vector3d extent = framing.high - framing.low;
+  const auto [low, high] = percentile_box(cloud, framing.axes, areas(cloud, kLargestSize * static_cast<float>(extent.norm())));
+  framing.low = framing.low.cwiseMin(low.cwiseMax(framing.low - kMostGrowth * extent));
+  framing.high = framing.high.cwiseMax(high.cwiseMin(framing.high + kMostGrowth * extent));
   return framing;
 }
 

@@ -8,8 +8,9 @@
 
 namespace pliant {
 
-/// Box around what is seen of a cloud, with axes right, forward and up: `low` and `high` are opacity-weighted
-/// percentiles (2 and 98 %), so that floaters do not count.
+/// Box around what is seen of a cloud, with axes right, forward and up: `low` and `high` are percentiles (2 and 98 %),
+/// so that floaters do not count; the wider of those weighted by opacity and those weighted by visible area, the latter
+/// at most a quarter of the extent farther out.
 struct Framing {
   Eigen::Matrix3d axes;  ///< columns: two horizontal unit vectors and `up`
   Eigen::Vector3d low, high;  ///< corners in these axes
@@ -18,6 +19,9 @@ struct Framing {
   double diagonal() const { return (high - low).norm(); }
 };
 Framing robust_framing(const GaussianCloud& cloud, const Eigen::Vector3d& up);
+
+/// Opacity times the product of the two largest standard deviations, [N], these capped so that haze does not count.
+std::vector<float> visible_area(const GaussianCloud& cloud);
 
 struct OrbitOptions {
   int views = 24;

@@ -5,8 +5,9 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
+#include "gaussians/io/cameras.h"
 #include "gaussians/io/scene.h"
-#include "gaussians/io/transforms.h"
+#include "gaussians/io/splats.h"
 #include "gaussians/io/up_direction.h"
 
 namespace fs = std::filesystem;
@@ -30,6 +31,8 @@ json array_of(const Vector& v) {
 json describe_splats(const GaussianCloud& cloud, const ReadReport& report) {
   json out = {{"format", report.format},   {"gaussians", cloud.size()},          {"rows", report.rows},
               {"dropped", report.dropped}, {"sh_degree", cloud.sh_degree},       {"antialiased", report.antialiased}};
+  if (report.levels > 1) out["levels_of_detail"] = report.levels, out["level"] = report.level;
+  if (report.object_channels > 0) out["object_feature_channels"] = report.object_channels;
   if (cloud.size() == 0) return out;
   const Box bounds = cloud.bounds();
   out["bounds"] = {{"low", array_of(bounds.low)}, {"high", array_of(bounds.high)}};
@@ -70,6 +73,13 @@ json describe_cameras(const std::vector<Camera>& cameras) {
   }
   out["sizes"] = sizes, out["focal"] = {rounded(low), rounded(high)}, out["photos"] = photos;
   out["names"] = {cameras.front().name, cameras.back().name};
+  for (size_t k = 0; k < kDistortionNames.size(); ++k) {
+    const auto [least, most] = std::minmax_element(cameras.begin(), cameras.end(),
+                                                   [k](const Camera& a, const Camera& b) { return a.distortion[k] < b.distortion[k]; });
+    if (least->distortion[k] != 0 || most->distortion[k] != 0) {
+      out["distortion"][kDistortionNames[k]] = {rounded(least->distortion[k]), rounded(most->distortion[k])};
+    }
+  }
   return out;
 }
 
@@ -107,12 +117,32 @@ void add_lines(const json& value, const std::string& indent, std::string& text) 
 
 }  // namespace
 
-json describe(const fs::path& path) {
+json describe(const fs::path& path, std::optional<int> level) {
   std::error_code ignored;
   if (!fs::exists(path, ignored)) throw input_error(path.string(), "", "does not exist", "check the name");
   json out = {{"file", path.string()}};
-  if (fs::is_directory(path, ignored) || path.filename() == "scene.json") {
-    const Scene scene = load_scene(path);
+  const bool scene_file = path.filename() == "scene.json" || fs::exists(path / "scene.json", ignored);
+  const fs::path splats = scene_file ? fs::path() : splats_at(path);
+  const fs::path cameras = scene_file || !splats.empty() ? fs::path() : cameras_at(path);
+  if (!splats.empty()) {
+    ReadReport report;
+    const GaussianCloud cloud = read_splats(splats, &report, level.value_or(kFinestLevel));
+    out["kind"] = "splats";
+    out["splats"] = describe_splats(cloud, report);
+    const UpDirection up = cloud.size() > 0 ? up_of_cloud(cloud) : UpDirection{};
+    out["up"] = array_of(up.up), out["up_source"] = up.source;
+    out["warnings"] = report.warnings;
+  } else if (!cameras.empty()) {
+    const CameraFile file = read_cameras(cameras);
+    out["kind"] = "cameras";
+    out["cameras"] = describe_cameras(file.cameras);
+    out["cameras"]["format"] = file.format;
+    out["cameras"]["frames_in_file"] = file.frames;
+    out["warnings"] = file.warnings;
+  } else if (fs::is_directory(path, ignored) || scene_file) {
+    LoadOptions options;
+    options.level = level;
+    const Scene scene = load_scene(path, options);
     out["kind"] = "scene";
     out["splats"] = describe_splats(scene.cloud, scene.report);
     out["cameras"] = describe_cameras(scene.cameras);
@@ -121,21 +151,12 @@ json describe(const fs::path& path) {
     out["metres_per_unit"] = scene.metres_per_unit;
     out["settings"] = describe_settings(scene.settings);
     out["warnings"] = scene.warnings;
-  } else if (path.extension() == ".json") {
-    const CameraFile file = read_transforms(path);
-    out["kind"] = "cameras";
-    out["cameras"] = describe_cameras(file.cameras);
-    out["cameras"]["frames_in_file"] = file.frames;
-    out["warnings"] = file.warnings;
-  } else if (path.extension() == ".ply") {
-    ReadReport report;
-    const GaussianCloud cloud = read_ply(path, &report);
-    out["kind"] = "splats";
-    out["splats"] = describe_splats(cloud, report);
-    if (const auto up = up_of_support_plane(cloud)) out["up"] = array_of(up->up), out["up_source"] = up->source;
-    out["warnings"] = report.warnings;
+  } else if (const std::string extension = path.extension(); extension == ".ksplat" || extension == ".json") {
+    if (extension == ".json") read_cameras(path);
+    read_splats(path);
   } else {
-    throw input_error(path.string(), "", "is of a kind that is not known", "name a .ply, a transforms .json, or a scene folder");
+    throw input_error(path.string(), "", "is of a kind that is not known",
+                      "name splats (.ply, .splat, .spz, .sog, meta.json), cameras (.json, COLMAP, _par.txt), or a scene folder");
   }
   return out;
 }

@@ -2,13 +2,14 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 
 namespace pliant {
 
-/// What a splat file, a camera file (.json) or a scene (folder or scene.json) is: format, counts, bounds, opacities,
-/// up (of splats only when a support plane is evident), cameras, settings, warnings.  Throws Error{kInput} for anything else.
-nlohmann::json describe(const std::filesystem::path& path);
+/// What splats, cameras or a scene (folder or scene.json) of any format are: format, counts, bounds, opacities, up, cameras, settings, warnings.  `level` chooses the level of detail of a
+/// streamed SOG.  Throws Error{kInput} for anything else.
+nlohmann::json describe(const std::filesystem::path& path, std::optional<int> level = {});
 
 /// The same as indented lines for people.
 std::string description_text(const nlohmann::json& description);

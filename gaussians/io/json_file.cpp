@@ -1,9 +1,9 @@
 #include "gaussians/io/json_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 
 namespace pliant {
@@ -16,30 +16,49 @@ std::string shortened(const nlohmann::json& value) {
   return text.size() > 60 ? text.substr(0, 60) + "..." : text;
 }
 
+constexpr int kDeepest = 500;
+
+/// Largest depth of brackets outside strings.
+int depth_of(const std::string& text) {
+  int depth = 0, deepest = 0;
+  bool quoted = false;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '"') quoted = !quoted;
+    else if (quoted) i += c == '\\';
+    else if (c == '[' || c == '{') deepest = std::max(deepest, ++depth);
+    else if (c == ']' || c == '}') --depth;
+  }
+  return deepest;
+}
+
 }  // namespace
 
-nlohmann::json read_json(const std::filesystem::path& file) {
-  const std::string text = read_text(file);
+nlohmann::json parse_json(const std::string& text, const std::string& file, const std::string& field) {
+  // Each level costs far more memory than its bracket.
+  if (depth_of(text) > kDeepest) throw input_error(file, field, "is nested deeper than 500 levels", "the file is damaged");
   try {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::exception& error) {
-    throw input_error(file.string(), "", std::string("is not valid JSON: ") + error.what(), "correct the file");
+    throw input_error(file, field, std::string("is not valid JSON: ") + error.what(), "correct the file");
   }
 }
+
+nlohmann::json read_json(const std::filesystem::path& file) { return parse_json(read_text(file), file.string()); }
 
 void write_json(const std::filesystem::path& file, const nlohmann::json& value) {
   write_text(file, value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
-JsonObject::JsonObject(const nlohmann::json& value, std::string file, std::string field)
-    : value_(&value), file_(std::move(file)), field_(std::move(field)) {
-  if (!value.is_object()) throw usage_error(file_, field_, "is " + shortened(value), "it must be an object {...}");
+JsonObject::JsonObject(const nlohmann::json& value, std::string file, std::string field, Failure failure)
+    : value_(&value), file_(std::move(file)), field_(std::move(field)), failure_(failure) {
+  if (!value.is_object()) throw Error(failure_, file_, field_, "is " + shortened(value), "it must be an object {...}");
 }
 
 bool JsonObject::has(const std::string& key) const { return value_->contains(key); }
 
 Error JsonObject::complaint(const std::string& key, const std::string& problem, const std::string& remedy) const {
-  return usage_error(file_, path_of(key), problem, remedy);
+  return {failure_, file_, path_of(key), problem, remedy};
 }
 
 const nlohmann::json& JsonObject::at(const std::string& key) const {
@@ -80,7 +99,7 @@ std::vector<double> JsonObject::numbers(const std::string& key, size_t count) co
   return numbers;
 }
 
-JsonObject JsonObject::object(const std::string& key) const { return {at(key), file_, path_of(key)}; }
+JsonObject JsonObject::object(const std::string& key) const { return {at(key), file_, path_of(key), failure_}; }
 
 void JsonObject::refuse_unknown(const std::vector<std::string>& known) const {
   for (const auto& [key, value] : value_->items()) {

@@ -6,8 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "gaussians/base/error.h"
+
 namespace pliant {
 
+/// Parses JSON of at most 500 levels.  Throws Error{kInput} naming `file`, `field` and the position of what is wrong.
+nlohmann::json parse_json(const std::string& text, const std::string& file, const std::string& field = "");
 /// Parses a JSON file.  Throws Error{kInput} naming the file and the position of what is wrong.
 nlohmann::json read_json(const std::filesystem::path& file);
 /// Writes indented JSON, atomically.
@@ -17,7 +21,8 @@ void write_json(const std::filesystem::path& file, const nlohmann::json& value);
 /// object inside the file, empty for the top.
 class JsonObject {
  public:
-  JsonObject(const nlohmann::json& value, std::string file, std::string field = "");
+  /// `failure` is the kind of its complaints: usage for files that people write, input for those of other programs.
+  JsonObject(const nlohmann::json& value, std::string file, std::string field = "", Failure failure = Failure::kUsage);
 
   bool has(const std::string& key) const;
   double number(const std::string& key) const;  ///< finite
@@ -26,11 +31,12 @@ class JsonObject {
   std::vector<double> numbers(const std::string& key, size_t count) const;  ///< exactly `count`, finite
   const nlohmann::json& array(const std::string& key) const;
   JsonObject object(const std::string& key) const;
-  /// Throws Error{kUsage} naming the nearest known key when a key is not in `known`.
+  /// Throws an Error naming the nearest known key when a key is not in `known`.
   void refuse_unknown(const std::vector<std::string>& known) const;
 
-  /// An Error{kUsage} about the value of `key`.
-  class Error complaint(const std::string& key, const std::string& problem, const std::string& remedy) const;
+  /// An Error about the value of `key`.
+  Error complaint(const std::string& key, const std::string& problem, const std::string& remedy) const;
+  const std::string& file() const { return file_; }
   std::string path_of(const std::string& key) const { return field_.empty() ? key : field_ + "." + key; }
 
  private:
@@ -38,6 +44,7 @@ class JsonObject {
 
   const nlohmann::json* value_;
   std::string file_, field_;
+  Failure failure_;
 };
 
 }  // namespace pliant

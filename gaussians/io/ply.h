@@ -1,24 +1,15 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
-#include <vector>
 
 #include "gaussians/base/gaussian_cloud.h"
+#include "gaussians/io/read_report.h"
 
 namespace pliant {
 
-/// What was met while reading a splat file, in sentences for the user.
-struct ReadReport {
-  std::string format;                 ///< for example "3DGS PLY, SH degree 3"
-  size_t rows = 0;                    ///< records in the file
-  size_t dropped = 0;                 ///< rows with NaN or infinite values that were left out
-  bool antialiased = false;           ///< the file says that it was trained with mip-splatting
-  std::vector<std::string> warnings;
-};
-
 /// Reads a 3DGS PLY by property name (INRIA order and dialects: extra properties and elements, float/double/uchar
-/// types, missing normals, any SH degree 0..3, ascii or binary little endian, 2DGS without scale_2).
+/// types, missing normals, any SH degree 0..3, ascii or binary little endian, 2DGS without scale_2), Gaussian Grouping's
+/// obj_dc_*, or a compressed PLY (compressed_ply.h).
 /// Throws Error{kInput} naming the file and the property.
 GaussianCloud read_ply(const std::filesystem::path& file, ReadReport* report = nullptr);
 

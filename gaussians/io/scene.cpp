@@ -5,7 +5,8 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
-#include "gaussians/io/transforms.h"
+#include "gaussians/io/cameras.h"
+#include "gaussians/io/splats.h"
 #include "gaussians/io/up_direction.h"
 
 namespace fs = std::filesystem;
@@ -32,17 +33,24 @@ fs::path splats_of_model(const fs::path& folder) {
   return best;
 }
 
-/// transforms.json of a folder, else the first of its transforms*.json by name; empty when there is none.
-fs::path cameras_beside(const fs::path& folder) {
+/// The only splat file of a folder; empty when there is none or more than one.
+fs::path only_splats_in(const fs::path& folder) {
+  fs::path found;
   std::error_code ignored;
-  if (fs::is_regular_file(folder / "transforms.json", ignored)) return folder / "transforms.json";
-  std::vector<fs::path> found;
-  for (const auto& entry : fs::directory_iterator(folder.empty() ? fs::path(".") : folder, ignored)) {
-    const std::string name = entry.path().filename().string();
-    if (name.rfind("transforms", 0) == 0 && entry.path().extension() == ".json") found.push_back(entry.path());
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    if (!entry.is_regular_file(ignored) || splats_at(entry.path()).empty()) continue;
+    if (!found.empty()) return {};
+    found = entry.path();
   }
-  std::sort(found.begin(), found.end());
-  return found.empty() ? fs::path() : found.front();
+  return found;
+}
+
+/// Cameras beside the splats, or in the 3DGS model folder that they lie in.
+fs::path cameras_of_splats(const fs::path& splats) {
+  const fs::path folder = splats.parent_path();
+  const fs::path beside = cameras_in(folder);
+  if (!beside.empty() || folder.filename().string().rfind("iteration_", 0) != 0) return beside;
+  return cameras_in(folder / "../..").lexically_normal();
 }
 
 /// Fills in where splats and cameras are.
@@ -60,14 +68,16 @@ SceneFile locate(const fs::path& source) {
     scene = read_scene_file(source / "scene.json");
   } else {
     scene.splats = splats_of_model(source);
-    scene.cameras = cameras_beside(source);
+    if (scene.splats.empty()) scene.splats = splats_at(source);
+    if (scene.splats.empty()) scene.splats = only_splats_in(source);
+    scene.cameras = cameras_in(source);
     if (scene.splats.empty()) {
-      throw input_error(source.string(), "", "holds neither scene.json nor point_cloud/iteration_*/point_cloud.ply",
-                        "name a splat file (.ply), a 3DGS model folder, or a folder with scene.json");
+      throw input_error(source.string(), "", "holds no scene.json, no point_cloud/iteration_*/point_cloud.ply, and no or several splat files",
+                        "name a splat file, a 3DGS model folder, or a folder with scene.json");
     }
   }
   if (scene.splats.empty()) throw input_error(scene.file.string(), "splats", "is missing", "name the splat file");
-  if (scene.cameras.empty()) scene.cameras = cameras_beside(scene.splats.parent_path());
+  if (scene.cameras.empty()) scene.cameras = cameras_of_splats(scene.splats);
   return scene;
 }
 
@@ -82,8 +92,7 @@ void choose_up(const LoadOptions& options, Scene& scene) {
     return;
   }
   std::optional<UpDirection> found = up_of_cameras(scene.cameras);
-  if (!found) found = up_of_support_plane(scene.cloud);
-  if (!found) found = UpDirection{{0, -1, 0}, "-y, the usual up of reconstructed scenes, because no support plane is evident"};
+  if (!found) found = up_of_cloud(scene.cloud);
   scene.up = found->up, scene.up_source = found->source;
 }
 
@@ -93,16 +102,13 @@ Scene load_scene(const fs::path& source, const LoadOptions& options) {
   Scene scene;
   scene.source = source;
   scene.settings = locate(source);
-  if (scene.settings.splats.extension() != ".ply") {
-    throw input_error(scene.settings.splats.string(), "splats", "has an extension that is not read", "convert it to a 3DGS .ply");
-  }
-  scene.cloud = read_ply(scene.settings.splats, &scene.report);
+  scene.cloud = read_splats(scene.settings.splats, &scene.report, options.level.value_or(kFinestLevel));
   scene.warnings = scene.report.warnings;
   if (scene.cloud.size() == 0) {
-    throw input_error(scene.settings.splats.string(), "element vertex", "holds no usable Gaussian", "name a trained scene");
+    throw input_error(scene.settings.splats.string(), "", "holds no usable Gaussian", "name a trained scene");
   }
   if (!scene.settings.cameras.empty()) {
-    CameraFile file = read_transforms(scene.settings.cameras, scene.settings.photos);
+    CameraFile file = read_cameras(scene.settings.cameras, scene.settings.photos);
     scene.cameras = std::move(file.cameras);
     scene.warnings.insert(scene.warnings.end(), file.warnings.begin(), file.warnings.end());
   }

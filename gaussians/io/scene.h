@@ -8,6 +8,7 @@
 #include "gaussians/base/camera.h"
 #include "gaussians/base/gaussian_cloud.h"
 #include "gaussians/io/ply.h"
+#include "gaussians/io/read_report.h"
 
 namespace pliant {
 
@@ -60,9 +61,11 @@ struct Scene {
   std::vector<std::string> warnings;
 };
 
-/// Loads a splat file, a 3DGS model folder, or a folder with scene.json.  Cameras: scene file's, else
-/// transforms*.json beside the splats, else an orbit of `orbit_views` views.
+/// Loads splats of any format (splats.h), a 3DGS model folder, a folder with one splat file, or one with scene.json.
+/// Cameras: the scene file's, else those beside the splats or in the model folder (cameras.h), else an orbit of
+/// `orbit_views` views.
 struct LoadOptions {
+  std::optional<int> level;  ///< of detail of a streamed SOG, 0 = finest; default: the finest that is there
   std::optional<Eigen::Vector3d> up;
   std::optional<double> metres_per_unit;
   int orbit_views = 24, orbit_width = 800, orbit_height = 600;

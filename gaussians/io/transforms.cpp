@@ -1,8 +1,6 @@
 #include "gaussians/io/transforms.h"
 
-#include <Eigen/SVD>
 #include <cmath>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -14,22 +12,6 @@ namespace fs = std::filesystem;
 
 namespace pliant {
 namespace {
-
-const std::vector<std::string> kDistortion = {"k1", "k2", "k3", "k4", "p1", "p2"};
-
-/// The photo of a frame: below the folder of the file or in `photos`, suffix optional.  Empty when there is none.
-fs::path find_photo(const fs::path& folder, const fs::path& photos, const std::string& file_path) {
-  std::vector<fs::path> stems = {folder / file_path};
-  if (!photos.empty()) stems.insert(stems.begin(), {photos / file_path, photos / fs::path(file_path).filename()});
-  for (const fs::path& stem : stems) {
-    for (const char* suffix : {"", ".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"}) {
-      std::error_code ignored;
-      const fs::path candidate = stem.string() + suffix;
-      if (fs::is_regular_file(candidate, ignored)) return candidate.lexically_normal();
-    }
-  }
-  return {};
-}
 
 /// cam_from_world from the frame's world_from_cam with OpenGL axes.
 Eigen::Isometry3d read_pose(const JsonObject& frame) {
@@ -50,12 +32,7 @@ Eigen::Isometry3d read_pose(const JsonObject& frame) {
   if (!world_from_cam.allFinite()) throw refuse("holds values that are not finite");
   if ((world_from_cam.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-6) throw refuse("has another last row");
   Eigen::Matrix3d rotation = world_from_cam.topLeftCorner<3, 3>();
-  const double defect = (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (!(defect < 1e-2) || rotation.determinant() < 0) throw refuse("does not begin with a rotation");
-  if (defect > 1e-9) {
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    rotation = svd.matrixU() * svd.matrixV().transpose();
-  }
+  if (!make_rotation(rotation)) throw refuse("does not begin with a rotation");
   rotation.col(1) *= -1, rotation.col(2) *= -1;
   Eigen::Isometry3d cam_from_world = Eigen::Isometry3d::Identity();
   cam_from_world.linear() = rotation.transpose();
@@ -67,23 +44,13 @@ Eigen::Isometry3d read_pose(const JsonObject& frame) {
 class Reader {
  public:
   Reader(const fs::path& file, const fs::path& photos)
-      : file_(file), photos_(photos), json_(read_json(file)), top_(json_, file.string()) {}
+      : file_(file), photos_(photos), json_(read_json(file)), top_(json_, file.string()), collector_(file) {}
 
   CameraFile read() {
     const nlohmann::json& frames = top_.array("frames");
     if (frames.empty()) throw top_.complaint("frames", "is empty", "a camera file needs at least one frame");
     for (size_t i = 0; i < frames.size(); ++i) read_frame(frames[i], i);
-    result_.frames = static_cast<int>(frames.size());
-    keep_frames_with_photos();
-    make_names_unique();
-    match_size_of_photos();
-    if (!distorted_.empty()) {
-      std::string keys;
-      for (const std::string& key : distorted_) keys += (keys.empty() ? "" : ", ") + key;
-      result_.warnings.push_back(file_.string() + ": lens distortion (" + keys +
-                                 ") is ignored; undistort the photos for exact results");
-    }
-    return std::move(result_);
+    return collector_.finish("transforms.json", photo_width_ > 0);
   }
 
  private:
@@ -102,19 +69,16 @@ class Reader {
         throw object->complaint("camera_model", "is '" + model + "'", "only pinhole cameras are supported: undistort the photos");
       }
     }
-    for (const std::string& key : kDistortion) {
-      if (has(frame, key) && number(frame, key) != 0) distorted_.insert(key);
-    }
     Camera camera;
+    for (size_t k = 0; k < kDistortionNames.size(); ++k) {
+      if (has(frame, kDistortionNames[k])) camera.distortion[k] = number(frame, kDistortionNames[k]);
+    }
     const std::string file_path = frame.text("file_path");
     camera.cam_from_world = read_pose(frame);
-    camera.photo = find_photo(file_.parent_path(), photos_, file_path).string();
-    camera.name = fs::path(file_path).stem().string();
-    result_.photos_found += !camera.photo.empty();
+    camera.photo = find_photo(photos_, {file_.parent_path()}, file_path).string();
     read_size(frame, camera);
     read_intrinsics(frame, camera);
-    paths_.push_back(file_path);
-    result_.cameras.push_back(std::move(camera));
+    collector_.add(std::move(camera), file_path);
   }
 
   void read_size(const JsonObject& frame, Camera& camera) {
@@ -160,64 +124,10 @@ class Reader {
     if (!(camera.fy > 0)) throw frame.complaint("fl_y", "is " + std::to_string(camera.fy), "it must be positive");
   }
 
-  void keep_frames_with_photos() {
-    const int missing = result_.frames - result_.photos_found;
-    if (missing == 0) return;
-    if (result_.photos_found == 0) {
-      result_.warnings.push_back(file_.string() + ": none of the " + std::to_string(missing) +
-                                 " photos exists; the cameras are used without photos");
-      return;
-    }
-    std::vector<Camera> cameras;
-    std::vector<std::string> paths;
-    for (size_t i = 0; i < result_.cameras.size(); ++i) {
-      if (result_.cameras[i].photo.empty()) continue;
-      cameras.push_back(std::move(result_.cameras[i])), paths.push_back(paths_[i]);
-    }
-    result_.cameras = std::move(cameras), paths_ = std::move(paths);
-    result_.warnings.push_back(file_.string() + ": " + std::to_string(missing) + " of " +
-                               std::to_string(result_.frames) + " frames name photos that do not exist; they are left out");
-  }
-
-  /// Cameras are found by name, so equal stems (train/r_0, test/r_0) take their folders into the name.
-  void make_names_unique() {
-    std::map<std::string, int> uses;
-    for (const Camera& camera : result_.cameras) ++uses[camera.name];
-    std::set<std::string> taken;
-    for (size_t i = 0; i < result_.cameras.size(); ++i) {
-      std::string& name = result_.cameras[i].name;
-      if (uses[name] > 1) {
-        name = fs::path(paths_[i]).lexically_normal().replace_extension().generic_string();
-        for (char& c : name) c = c == '/' ? '_' : c;
-      }
-      if (name.empty() || !taken.insert(name).second) {
-        throw input_error(file_.string(), "file_path", "'" + paths_[i] + "' names two frames", "give each frame its own photo");
-      }
-    }
-  }
-
-  /// Photos that were scaled after the camera file was written: the cameras follow the first photo.
-  void match_size_of_photos() {
-    if (result_.cameras.empty() || result_.cameras[0].photo.empty() || photo_width_ > 0) return;
-    const ImageF photo = read_image(result_.cameras[0].photo);
-    const Camera first = result_.cameras[0];
-    if (photo.width == first.width && photo.height == first.height) return;
-    const double scale = static_cast<double>(photo.width) / first.width;
-    const std::string sizes = std::to_string(photo.width) + " x " + std::to_string(photo.height) + " pixels but the camera says " +
-                              std::to_string(first.width) + " x " + std::to_string(first.height);
-    if (std::abs(first.height * scale - photo.height) > 1.0) {
-      throw input_error(first.photo, "", "has " + sizes, "use the photos that the cameras belong to");
-    }
-    for (Camera& camera : result_.cameras) camera = camera.scaled(scale);
-    result_.warnings.push_back(first.photo + ": has " + sizes + "; the cameras are scaled to the photos");
-  }
-
   fs::path file_, photos_;
   nlohmann::json json_;
   JsonObject top_;
-  CameraFile result_;
-  std::vector<std::string> paths_;
-  std::set<std::string> distorted_;
+  CameraCollector collector_;
   int photo_width_ = 0, photo_height_ = 0;
 };
 
@@ -227,13 +137,19 @@ CameraFile read_transforms(const fs::path& file, const fs::path& photos) { retur
 
 void write_transforms(const fs::path& file, const std::vector<Camera>& cameras) {
   const auto intrinsics = [](const Camera& camera) {
-    return nlohmann::json{{"w", camera.width}, {"h", camera.height}, {"fl_x", camera.fx},
+    nlohmann::json out = {{"w", camera.width}, {"h", camera.height}, {"fl_x", camera.fx},
                           {"fl_y", camera.fy}, {"cx", camera.cx},    {"cy", camera.cy}};
+    for (size_t k = 0; k < kDistortionNames.size(); ++k) {
+      if (camera.distortion[k] != 0) out[kDistortionNames[k]] = camera.distortion[k];
+    }
+    return out;
   };
+  bool distorted = false;
+  for (const Camera& camera : cameras) distorted = distorted || camera.distortion != Camera().distortion;
   bool shared = !cameras.empty();
   for (const Camera& camera : cameras) shared = shared && intrinsics(camera) == intrinsics(cameras[0]);
   nlohmann::json out = shared ? intrinsics(cameras[0]) : nlohmann::json::object();
-  out["camera_model"] = "PINHOLE";
+  out["camera_model"] = distorted ? "OPENCV" : "PINHOLE";
   out["frames"] = nlohmann::json::array();
   const fs::path folder = fs::absolute(file).parent_path().lexically_normal();
   for (const Camera& camera : cameras) {

@@ -1,24 +1,16 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 #include <vector>
 
-#include "gaussians/base/camera.h"
+#include "gaussians/io/camera_file.h"
 
 namespace pliant {
-
-struct CameraFile {
-  std::vector<Camera> cameras;
-  int frames = 0;         ///< listed in the file
-  int photos_found = 0;   ///< of them on disk
-  std::vector<std::string> warnings;
-};
 
 /// Reads nerfstudio's transforms.json (intrinsics for all frames or per frame) or Blender's (camera_angle_x).
 /// The file's OpenGL axes (x right, y up, z back) are flipped here to ours; pixel centres are at (i + 0.5, j + 0.5)
 /// in both.  Photos are looked for beside the file and in `photos` (may be empty), with or without suffix.  Frames
-/// without a photo are left out when at least one frame has one.  Lens distortion is ignored with a warning.
+/// without a photo are left out when at least one frame has one.  Lens distortion is kept and warned about.
 /// Throws Error naming file, frame and key.
 CameraFile read_transforms(const std::filesystem::path& file, const std::filesystem::path& photos = {});
 

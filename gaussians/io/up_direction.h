@@ -19,7 +19,15 @@ std::optional<UpDirection> up_of_cameras(const std::vector<Camera>& cameras);
 
 /// Normal of the plane that the cloud stands on: RANSAC (Fischler and Bolles 1981) over opacity-weighted positions,
 /// oriented so that what is not in the plane lies above it.  Empty unless the plane holds at least 1/5 of the
-/// opacity and has nearly nothing below it.  Deterministic.
+/// opacity, has nearly nothing below it, and is either near the usual vertical (-y) or wider than what is above it.
+/// Deterministic.
 std::optional<UpDirection> up_of_support_plane(const GaussianCloud& cloud);
+
+/// For a thing without a ground: -y, the usual up of reconstructed scenes, unless the thing would stand clearly wider
+/// the other way round.
+UpDirection up_of_standing(const GaussianCloud& cloud);
+
+/// Up of a cloud without cameras: of its support plane, else as it stands.
+UpDirection up_of_cloud(const GaussianCloud& cloud);
 
 }  // namespace pliant

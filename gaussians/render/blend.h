@@ -7,6 +7,60 @@
 
 namespace pliant {
 
+/// A camera as the kernels use it.
+template <class T>
+struct View {
+  T R[3][3], t[3], centre[3];      ///< cam_from_world; camera centre in the world
+  T fx, fy, cx, cy;                ///< pixels
+  T low_x, high_x, low_y, high_y;  ///< bounds of x/z and y/z at which the Jacobian is taken
+  int width, height;
+};
+
+/// Derivatives with respect to the camera, as free entries of R, t and centre.
+template <class T>
+struct ViewGradient {
+  T R[3][3] = {}, t[3] = {}, centre[3] = {};
+
+  void operator+=(const ViewGradient& other) {
+    for (int i = 0; i < 3; ++i) {
+      for (int k = 0; k < 3; ++k) R[i][k] += other.R[i][k];
+      t[i] += other.t[i], centre[i] += other.centre[i];
+    }
+  }
+};
+
+/// The arrays of a cloud: position [N, 3], rotation [N, 4], log_scale [N, 3], opacity_logit [N], sh [N, K, 3].
+template <class T>
+struct CloudInput {
+  const T *position, *rotation, *log_scale, *opacity_logit, *sh;
+  int sh_degree;
+};
+/// Arrays of the same shapes, to which derivatives are added; covariance [N, 3, 3] or null.
+template <class T>
+struct CloudGradient {
+  T *position, *rotation, *log_scale, *opacity_logit, *sh, *covariance;
+};
+
+/// What projection reads: Gaussians [begin, end).
+template <class T>
+struct ProjectInput {
+  CloudInput<T> cloud;
+  View<T> view;
+  bool antialiased;
+  size_t begin, end;
+};
+/// Its reverse: for splats of the Gaussians index[0..count), no two the same, the sums over their pixels
+/// [count, kPairSlots].
+template <class T>
+struct ProjectAdjointInput {
+  CloudInput<T> cloud;
+  View<T> view;
+  bool antialiased;
+  const uint32_t* index;
+  const T* sums;
+  size_t count;
+};
+
 /// One tile as the kernels see it.  Only plain data crosses into the files of an instruction set.
 template <class T>
 struct TileInput {
@@ -34,6 +88,14 @@ struct TilePair {
 /// The loops that depend on the instruction set.  Pixel arrays are [kTilePixels], row by row.
 template <class T>
 struct BlendKernels {
+  /// Writes the splats of the Gaussians that can be seen, in their order, and returns their number; `splats` has room
+  /// for all.  Left out are those nearer than kNear, not finite, fainter than the smallest alpha, or outside the picture.
+  /// The tiles of a splat are those of the box around the ellipse alpha >= 1/255; without cut-offs all tiles.
+  size_t (*project)(const ProjectInput<T>&, Splat<T>* splats);
+
+  /// Adds the derivatives of Gaussians and camera.
+  void (*project_adjoint)(const ProjectAdjointInput<T>&, const CloudGradient<T>&, ViewGradient<T>&);
+
   /// Writes the pairs in which a splat can change a pixel, splat by splat, and counts those of each tile
   /// [last_tile - first_tile] and of each splat [by position].  Returns their number; `pairs` has room for every tile
   /// that a bounding box touches.

@@ -1,128 +1,10 @@
 #pragma once
 
-#include "gaussians/render/blend.h"
-#include "gaussians/render/pack.h"
+#include "gaussians/render/tile_traversal.h"
 
-// Blending of one tile, forward and reverse.  A tile is 4 columns of blocks, 4 px wide and kLanes / 4 px high; the
-// pixels of a block are the lanes of one pack.
+// Blending of one tile, forward and reverse, and its weights as numbers.
 
 namespace pliant::PLIANT_ISA {
-
-constexpr int kBlockRows = kLanes / 4, kBlocks = kTilePixels / kLanes;
-
-/// The bits of all rows of a block gathered at its first row.
-inline uint64_t blocks_of(uint64_t rows) {
-  for (int r = 1; r < kBlockRows; r *= 2) rows |= rows >> (4 * r);
-  constexpr uint64_t kFirstRows = kBlockRows == 1 ? ~0ull : kBlockRows == 2 ? 0x0f0f0f0f0f0f0f0full : 0x000f000f000f000full;
-  return rows & kFirstRows;
-}
-inline int block_of(int bit) { return (bit >> 2) / kBlockRows * 4 + (bit & 3); }
-
-/// One attribute of a tile between pixels, row by row, and lanes.
-template <class T>
-inline void lanes_from_pixels(const T* pixels, int block, Pack<T>& pack) {
-  const T* from = pixels + block / 4 * kBlockRows * kTileSize + block % 4 * 4;
-  for (int r = 0; r < kBlockRows; ++r)
-    __builtin_memcpy(reinterpret_cast<char*>(&pack) + r * 4 * sizeof(T), from + r * kTileSize, 4 * sizeof(T));
-}
-template <class T>
-inline void pixels_from_lanes(const Pack<T>& pack, int block, T* pixels) {
-  T* to = pixels + block / 4 * kBlockRows * kTileSize + block % 4 * 4;
-  for (int r = 0; r < kBlockRows; ++r)
-    __builtin_memcpy(to + r * kTileSize, reinterpret_cast<const char*>(&pack) + r * 4 * sizeof(T), 4 * sizeof(T));
-}
-
-/// Transmittance of the pixels of a tile; negative once a pixel takes nothing more.
-template <class T>
-struct TileState {
-  Pack<T> transmittance[kBlocks];
-  Pack<T> centre_x[4], centre_y[kTileSize / kBlockRows];  ///< of the pixels, from the tile's corner
-
-  explicit TileState(const TileInput<T>& in, bool cut_offs) {
-    for (int lane = 0; lane < kLanes; ++lane) {
-      for (int i = 0; i < 4; ++i) centre_x[i][lane] = T(4 * i + lane % 4) + T(0.5);
-      for (int i = 0; i < kTileSize / kBlockRows; ++i) centre_y[i][lane] = T(kBlockRows * i + lane / 4) + T(0.5);
-    }
-    const Pack<T> open = Pack<T>{} + T(1), outside = Pack<T>{} + (cut_offs ? T(-1) : T(0));
-    for (int block = 0; block < kBlocks; ++block) {
-      const Mask<T> inside = (centre_x[block % 4] < T(in.columns)) & (centre_y[block / 4] < T(in.rows));
-      transmittance[block] = inside ? open : outside;
-    }
-  }
-};
-
-/// What one splat does to the pixels of one block.
-template <class T>
-struct Contribution {
-  Pack<T> e, d;           ///< offsets from the mean, see Splat
-  Pack<T> alpha;          ///< 0 where it is below the smallest alpha
-  Pack<T> transmittance;  ///< in front of the splat
-  Pack<T> weight;         ///< alpha * transmittance; 0 where the pixel takes nothing more
-  Mask<T> smooth;         ///< whether alpha still follows the splat: it counts, and is not held at the largest alpha
-};
-
-/// Alpha and weight of a splat in one block, and the transmittance behind it.
-template <class T, bool kCutOffs>
-INLINE Contribution<T> contribute(const Splat<T>& s, Pack<T> dx, Pack<T> d, Pack<T>& transmittance) {
-  using V = Pack<T>;
-  Contribution<T> c;
-  c.d = d;
-  c.e = fma(V{} - s.slope, d, dx);
-  const V across = s.precision_y * d, along = s.precision_x * c.e;
-  const V exponent = fma(-along, c.e, fma(-across, d, V{} + s.log2_opacity));
-  c.transmittance = transmittance;
-  if constexpr (kCutOffs) {
-    const V full = exp2_nonpositive(exponent), most = V{} + T(splat::kMaxAlpha);
-    c.alpha = lower(full, most);
-    const Mask<T> counts = c.alpha >= V{} + T(splat::kMinAlpha);
-    c.alpha = where(counts, c.alpha);
-    const V after = fma(-c.alpha, transmittance, transmittance);
-    const Mask<T> takes = after >= V{} + T(splat::kMinTransmittance);
-    c.weight = where(takes, c.alpha * transmittance);
-    c.smooth = counts & takes & (full < most);
-    // A pixel that takes nothing more is marked by the sign of its transmittance.
-    const V closed = transmittance < -transmittance ? transmittance : -transmittance;
-    transmittance = takes ? after : closed;
-  } else {
-    c.alpha = exp2_nonpositive(exponent);
-    c.weight = c.alpha * transmittance;
-    c.smooth = V{} == V{};
-    transmittance = transmittance - c.weight;
-  }
-  return c;
-}
-
-/// Front-to-back traversal of one tile, the one place where blend weights are made.  For each entry that meets a pixel
-/// which still takes something: local = visitor.begin(splat), visitor.add(local, block, contribution) for its blocks,
-/// visitor.end(local, entry); for the others visitor.skip(entry).  Entries are numbered within the tile.
-template <class T, bool kCutOffs, class Visitor>
-INLINE void traverse(const TileInput<T>& in, TileState<T>& state, Visitor& visitor) {
-  constexpr size_t kAhead = 8;
-  uint64_t open = blocks_of(~0ull);
-  size_t i = 0;
-  for (; i < in.count && open; ++i) {
-    const TileEntry entry = in.entries[i];
-    if (i + kAhead < in.count) __builtin_prefetch(&in.splats[in.entries[i + kAhead].splat]);
-    uint64_t blocks = blocks_of(entry.blocks) & open;
-    if (!blocks) {
-      visitor.skip(i);
-      continue;
-    }
-    const Splat<T> s = in.splats[entry.splat];
-    const T u = s.u - T(in.left), v = s.v - T(in.top);
-    auto local = visitor.begin(s);
-    do {
-      const int bit = __builtin_ctzll(blocks), block = block_of(bit);
-      blocks &= blocks - 1;
-      Pack<T>& transmittance = state.transmittance[block];
-      visitor.add(local, block, contribute<T, kCutOffs>(s, state.centre_x[bit & 3] - u,
-                                                        state.centre_y[(bit >> 2) / kBlockRows] - v, transmittance));
-      if (kCutOffs && all_negative(transmittance)) open &= ~(1ull << bit);
-    } while (blocks);
-    visitor.end(local, i);
-  }
-  for (; i < in.count; ++i) visitor.skip(i);
-}
 
 /// The attributes of a splat, each in all lanes.
 template <class T>
@@ -132,34 +14,71 @@ struct Values {
 };
 template <class T>
 INLINE Values<T> values_of(const TileInput<T>& in, const Splat<T>& s) {
-  return {{Pack<T>{} + s.color[0], Pack<T>{} + s.color[1], Pack<T>{} + s.color[2], Pack<T>{} + s.depth},
+  return {{all<Pack<T>>(s.color[0]), all<Pack<T>>(s.color[1]), all<Pack<T>>(s.color[2]), all<Pack<T>>(s.depth)},
           in.features + static_cast<size_t>(s.index) * in.stride};
 }
 
 /// Sums over the splats of colour, depth and extra channels.  kChannels < 0: their number is known only at run time.
+/// Weights of a few splats wait until those of a block can be added while its sums are in registers.
 template <class T, int kChannels>
 struct Blend {
+  static constexpr int kBatch = kChannels == 0 ? 1 : 16, kAtOnce = 8;
   const TileInput<T>& in;
   Pack<T> (*sum)[4];
   Pack<T>* feature_sum;  // [kBlocks][channels]
+  Pack<T> weight[kBlocks][kBatch];
+  const T* feature[kBlocks][kBatch];
+  int waiting[kBlocks] = {};
+  int splats = 0;
 
-  INLINE Values<T> begin(const Splat<T>& s) { return values_of(in, s); }
+  INLINE Values<T> begin(const Splat<T>& s) {
+    const Values<T> value = values_of(in, s);
+    if (kChannels != 0) __builtin_prefetch(value.feature);
+    return value;
+  }
   INLINE void add(const Values<T>& value, int block, const Contribution<T>& c) {
     for (int k = 0; k < 4; ++k) sum[block][k] = fma(c.weight, value.base[k], sum[block][k]);
-    const int channels = kChannels < 0 ? in.channels : kChannels;
-    Pack<T>* to = feature_sum + block * channels;
-    for (int k = 0; k < channels; ++k) to[k] = fma(c.weight, Pack<T>{} + value.feature[k], to[k]);
+    if (kChannels == 0) return;
+    const int n = waiting[block]++;
+    weight[block][n] = c.weight, feature[block][n] = value.feature;
   }
-  INLINE void end(const Values<T>&, size_t) {}
+  INLINE void end(const Values<T>&, size_t) {
+    if (kChannels != 0 && ++splats == kBatch) add_features();
+  }
   INLINE void skip(size_t) {}
+
+  void add_features() {
+    const int channels = kChannels < 0 ? in.channels : kChannels;
+    for (int block = 0; block < kBlocks; ++block) {
+      if (waiting[block] == 0) continue;
+      int first = 0;
+      for (; first + kAtOnce <= channels; first += kAtOnce)
+        add_some<kAtOnce>(block, first, feature_sum + block * channels + first);
+      for (; first < channels; ++first) add_some<1>(block, first, feature_sum + block * channels + first);
+      waiting[block] = 0;
+    }
+    splats = 0;
+  }
+  template <int kCount>
+  INLINE void add_some(int block, int first, Pack<T>* to) const {
+    Pack<T> part[kCount];
+    for (int k = 0; k < kCount; ++k) part[k] = to[k];
+    for (int i = 0; i < waiting[block]; ++i) {
+      const Pack<T> w = weight[block][i];
+      const T* from = feature[block][i] + first;
+      for (int k = 0; k < kCount; ++k) part[k] = fma(w, all<Pack<T>>(from[k]), part[k]);
+    }
+    for (int k = 0; k < kCount; ++k) to[k] = part[k];
+  }
 };
 
 template <class T, bool kCutOffs, int kChannels>
 void blend_channels(const TileInput<T>& in, T* transmittance, T* sums) {
   TileState<T> state(in, kCutOffs);
   Pack<T> sum[kBlocks][4] = {}, feature_sum[kChannels < 0 ? kBlocks * kMostChannelsAtOnce : kBlocks * kChannels + 1] = {};
-  Blend<T, kChannels> visitor{in, sum, feature_sum};
+  Blend<T, kChannels> visitor{in, sum, feature_sum, {}, {}};
   traverse<T, kCutOffs>(in, state, visitor);
+  if (kChannels != 0) visitor.add_features();
   for (int block = 0; block < kBlocks; ++block) {
     const Pack<T> left_over = state.transmittance[block];
     pixels_from_lanes<T>(higher(left_over, -left_over), block, transmittance);
@@ -183,32 +102,34 @@ void blend(const TileInput<T>& in, T* transmittance, T* sums) {
 /// and rest starts as the whole sum, known from the blended values; ds = alpha dL/dalpha = dL/d ln(alpha).
 template <class T, int kChannels>
 struct BlendAdjoint {
+  static constexpr int kAtOnce = 8;
   const TileInput<T>& in;
   const Pack<T>* adj;  // [kBlocks][4 + channels]
   Pack<T>* rest;       // [kBlocks]
-  Pack<T>* feature_sum;
   T* pair_gradient;
   size_t pair_stride;
 
   struct Local {
     Values<T> value;
     Pack<T> moment[6], sum[4];
+    int blocks;  // so far; their weights wait for the sums of the extra channels
   };
+  Pack<T> weight[kBlocks];
+  int block_of_weight[kBlocks];
 
   INLINE int channels() const { return kChannels < 0 ? in.channels : kChannels; }
 
   INLINE Local begin(const Splat<T>& s) {
-    for (int k = 0; k < channels(); ++k) feature_sum[k] = Pack<T>{};
-    return {values_of(in, s), {}, {}};
+    return {values_of(in, s), {}, {}, 0};
   }
   INLINE void add(Local& at, int block, const Contribution<T>& c) {
     const Pack<T>* g = adj + block * (4 + channels());
     Pack<T> along = at.value.base[0] * g[0];
     for (int k = 1; k < 4; ++k) along = fma(at.value.base[k], g[k], along);
     for (int k = 0; k < 4; ++k) at.sum[k] = fma(c.weight, g[k], at.sum[k]);
-    for (int k = 0; k < channels(); ++k) {
-      along = fma(Pack<T>{} + at.value.feature[k], g[4 + k], along);
-      feature_sum[k] = fma(c.weight, g[4 + k], feature_sum[k]);
+    if (kChannels != 0) {
+      along += along_features(at.value.feature, g + 4);
+      weight[at.blocks] = c.weight, block_of_weight[at.blocks++] = block;
     }
     const Pack<T> behind = fma(-c.weight, along, rest[block]);
     rest[block] = behind;
@@ -225,11 +146,36 @@ struct BlendAdjoint {
     for (int k = 0; k < 6; ++k) all[k] = at.moment[k];
     for (int k = 0; k < 4; ++k) all[kAdjColor + k] = at.sum[k];
     sum_lanes(all, kPairSlots, to);
-    sum_lanes(feature_sum, channels(), to + kAdjFeature);
+    for (int first = 0; first < channels(); first += kAtOnce) sum_features(at, first, to + kAdjFeature + first);
   }
   INLINE void skip(size_t entry) {
     T* to = pair_gradient + entry * pair_stride;
     for (int k = 0; k < kPairSlots + channels(); ++k) to[k] = T(0);
+  }
+
+  // Scalar product of the extra channels with their derivatives, in four chains that run side by side.
+  INLINE Pack<T> along_features(const T* feature, const Pack<T>* g) const {
+    Pack<T> part[4] = {};
+    int k = 0;
+    for (; k + 4 <= channels(); k += 4)
+      for (int j = 0; j < 4; ++j) part[j] = fma(all<Pack<T>>(feature[k + j]), g[k + j], part[j]);
+    for (; k < channels(); ++k) part[0] = fma(all<Pack<T>>(feature[k]), g[k], part[0]);
+    return (part[0] + part[1]) + (part[2] + part[3]);
+  }
+  // Derivatives of a few extra channels, as many as fit the registers, over all blocks of a splat.
+  INLINE void sum_features(const Local& at, int first, T* to) const {
+    const int count = channels() - first < kAtOnce ? channels() - first : kAtOnce;
+    Pack<T> part[kAtOnce] = {};
+    for (int i = 0; i < at.blocks; ++i) {
+      const Pack<T> w = weight[i];
+      const Pack<T>* g = adj + block_of_weight[i] * (4 + channels()) + 4 + first;
+      if (count == kAtOnce) {
+        for (int k = 0; k < kAtOnce; ++k) part[k] = fma(w, g[k], part[k]);
+      } else {
+        for (int k = 0; k < count; ++k) part[k] = fma(w, g[k], part[k]);
+      }
+    }
+    sum_lanes(part, count, to);
   }
 };
 
@@ -239,14 +185,13 @@ void blend_adjoint_channels(const TileInput<T>& in, const T* adj_sums, const T* 
   TileState<T> state(in, kCutOffs);
   const int values = 4 + in.channels;
   Pack<T>* adj = reinterpret_cast<Pack<T>*>(scratch);
-  Pack<T>* feature_sum = adj + values * kBlocks;
   Pack<T> rest_of[kBlocks];
   for (int block = 0; block < kBlocks; ++block) {
     lanes_from_pixels<T>(rest, block, rest_of[block]);
     for (int k = 0; k < values; ++k)
       lanes_from_pixels<T>(adj_sums + k * kTilePixels, block, adj[block * values + k]);
   }
-  BlendAdjoint<T, kChannels> visitor{in, adj, rest_of, feature_sum, pair_gradient, pair_stride};
+  BlendAdjoint<T, kChannels> visitor{in, adj, rest_of, pair_gradient, pair_stride, {}, {}};
   traverse<T, kCutOffs>(in, state, visitor);
 }
 

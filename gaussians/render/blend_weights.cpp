@@ -6,13 +6,17 @@
 namespace pliant {
 
 BlendWeights blend_weights(const GaussianCloud& cloud, const Camera& camera, const RenderOptions& options) {
-  const ProjectedSplats<float> projected = project_splats<float, true>(cloud, camera, options.antialiased, options.most_pairs);
+  const ProjectedSplats<float> projected = project_splats<float, true>(
+      cloud, camera, options.antialiased, options.most_pairs, options.instruction_set);
   const BlendKernels<float>& kernels = blend_kernels<float, true>(options.instruction_set);
   BlendWeights out;
   out.width = camera.width, out.height = camera.height;
+  TileLists lists;
+  int binned = -1;  // the band that `lists` holds
   const auto for_each_tile = [&](auto&& visit) {
     for (int band = 0; band + 1 < static_cast<int>(projected.bands.size()); ++band) {
-      const TileLists lists = bin_splats<float, true>(projected, band, options.instruction_set);
+      if (band != binned) lists = bin_splats<float, true>(projected, band, options.instruction_set);
+      binned = band;
       parallel_for(lists.last_tile - lists.first_tile, [&](std::ptrdiff_t tile) {
         visit(lists.first_tile + tile, tile_input(projected, lists, static_cast<int>(tile)));
       });

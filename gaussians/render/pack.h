@@ -42,6 +42,11 @@ using Mask = typename PackOf<T>::Mask;
 using FloatPack = Pack<float>;
 using DoublePack = Pack<double>;
 
+/// x in every lane.  (Subtracting 0 changes no number, -0 included, so that only the copying remains.)
+template <class V, class T>
+inline V all(T x) {
+  return x - V{};
+}
 /// a b + c; rounded once where the instruction exists.
 template <class V>
 inline V fma(V a, V b, V c) {
@@ -136,14 +141,14 @@ inline void sum_lanes(const FloatPack* v, int count, float* out) {
 /// (interpolated at Chebyshev nodes).  x below -126 counts as -126.
 inline FloatPack exp2_nonpositive(FloatPack x) {
   constexpr float kShift = 12582912.0f;  // 1.5 * 2^23: adding it rounds to whole numbers in the low bits
-  x = higher(x, FloatPack{} - 126.0f);
+  x = higher(x, all<FloatPack>(-126.0f));
   const FloatPack shifted = x + kShift;
   const FloatPack f = x - (shifted - kShift);
-  FloatPack p = fma(f, FloatPack{} + 0.0013390863f, FloatPack{} + 0.009676032f);
-  p = fma(p, f, FloatPack{} + 0.05550357f);
-  p = fma(p, f, FloatPack{} + 0.24022107f);
-  p = fma(p, f, FloatPack{} + 0.69314719f);
-  p = fma(p, f, FloatPack{} + 1.0f);
+  FloatPack p = fma(f, all<FloatPack>(0.0013390863f), all<FloatPack>(0.009676032f));
+  p = fma(p, f, all<FloatPack>(0.05550357f));
+  p = fma(p, f, all<FloatPack>(0.24022107f));
+  p = fma(p, f, all<FloatPack>(0.69314719f));
+  p = fma(p, f, all<FloatPack>(1.0f));
   return reinterpret_cast<FloatPack>(reinterpret_cast<Mask<float>>(p) + (reinterpret_cast<Mask<float>>(shifted) << 23));
 }
 inline DoublePack exp2_nonpositive(DoublePack x) {

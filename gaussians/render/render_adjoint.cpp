@@ -1,7 +1,7 @@
 #include <memory>
 
 #include "gaussians/base/error.h"
-#include "gaussians/render/gaussian_splat.h"
+#include "gaussians/render/project_input.h"
 #include "gaussians/render/render_as.h"
 #include "gaussians/render/tile_input.h"
 
@@ -58,46 +58,60 @@ Vec3<T> gather_tile(const TileInput<T>& in, const Rendered<T>& picture, const Re
   return background;
 }
 
-// From derivatives of splats, summed over their pairs, to those of Gaussians; returns the camera's part.
+// Sums the derivatives of splats over their pairs, and turns them into those of Gaussians; returns the camera's part,
+// equal for any number of threads: fixed blocks of splats, added in order.
 template <class T>
-ViewGradient<T> gather_gaussians(const CloudOf<T>& cloud, const View<T>& view, bool antialiased,
+ViewGradient<T> gather_gaussians(const BlendKernels<T>& kernels, ProjectAdjointInput<T> input,
                                  const ProjectedSplats<T>& projected, const TileLists& lists, const T* pair_gradient,
                                  size_t pair_stride, int channels, RenderGradient<T>& out) {
+  constexpr std::ptrdiff_t kBlock = 4096, kAtOnce = 256;
   constexpr uint32_t kAhead = 32;
-  const int slots = kPairSlots + channels;
-  return ordered_sum(static_cast<std::ptrdiff_t>(projected.splats.size()), ViewGradient<T>(), [&](std::ptrdiff_t s) {
-    const uint32_t begin = lists.first_pair[s], end = lists.first_pair[s + 1], i = projected.splats[s].index;
-    if (begin == end) return ViewGradient<T>();
-    T sums[kPairSlots] = {};
-    T* features = out.features.data() + static_cast<size_t>(i) * channels;
-    for (uint32_t pair = begin; pair < end; ++pair) {
-      // Entries of a splat lie far apart; those that come up are asked for in time.
-      if (pair + kAhead < lists.entry_of_pair.size())
-        __builtin_prefetch(pair_gradient + lists.entry_of_pair[pair + kAhead] * pair_stride);
-      const T* from = pair_gradient + lists.entry_of_pair[pair] * pair_stride;
-      for (int k = 0; k < kPairSlots; ++k) sums[k] += from[k];
-      for (int k = kPairSlots; k < slots; ++k) features[k - kPairSlots] += from[k];
+  const CloudGradient<T> to = cloud_gradient(out.cloud, out.covariance);
+  const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(projected.splats.size()), blocks = (n + kBlock - 1) / kBlock;
+  std::vector<ViewGradient<T>> of_block(blocks);
+  parallel_for(blocks, [&](std::ptrdiff_t b) {
+    const std::ptrdiff_t last = std::min(n, (b + 1) * kBlock);
+    uint32_t index[kAtOnce];
+    T sums[kAtOnce * kPairSlots];
+    ProjectAdjointInput<T> in = input;
+    in.index = index, in.sums = sums;
+    for (std::ptrdiff_t s = b * kBlock; s < last;) {
+      for (in.count = 0; in.count < kAtOnce && s < last; ++s) {
+        const uint32_t begin = lists.first_pair[s], end = lists.first_pair[s + 1], i = projected.splats[s].index;
+        if (begin == end) continue;
+        T sum[kPairSlots] = {};
+        T* features = out.features.data() + static_cast<size_t>(i) * channels;
+        for (uint32_t pair = begin; pair < end; ++pair) {
+          // Entries of a splat lie far apart; those that come up are asked for in time, with both ends.
+          if (pair + kAhead < lists.entry_of_pair.size()) {
+            const T* ahead = pair_gradient + lists.entry_of_pair[pair + kAhead] * pair_stride;
+            __builtin_prefetch(ahead), __builtin_prefetch(ahead + pair_stride - 1);
+          }
+          const T* from = pair_gradient + lists.entry_of_pair[pair] * pair_stride;
+          for (int k = 0; k < kPairSlots; ++k) sum[k] += from[k];
+          for (int k = 0; k < channels; ++k) features[k] += from[kPairSlots + k];
+        }
+        std::copy_n(sum, kPairSlots, sums + in.count * kPairSlots);
+        index[in.count++] = i;
+      }
+      kernels.project_adjoint(in, to, of_block[b]);
     }
-    const GaussianGradient<T> g = gaussian_splat_adjoint(cloud, i, view, antialiased, sums);
-    out.cloud.position[i] += g.position;
-    out.cloud.rotation[i] += g.rotation;
-    out.cloud.log_scale[i] += g.log_scale;
-    out.cloud.opacity_logit[i] += g.opacity_logit;
-    T* sh = out.cloud.sh_of(i);
-    for (int k = 0; k < 3 * cloud.sh_count(); ++k) sh[k] += g.sh[k];
-    if (!out.covariance.empty()) out.covariance[i] += g.covariance;
-    return g.view;
   });
+  ViewGradient<T> total;
+  for (const ViewGradient<T>& g : of_block) total += g;
+  return total;
 }
 
 // Free entries of R, t and centre = -R^T t to a turn and a shift of cam_from_world from the left.
 template <class T>
-void set_pose(const View<T>& view, ViewGradient<T> adj, RenderGradient<T>& out) {
-  adj.t -= view.R * adj.centre;
-  adj.R -= view.t * adj.centre.transpose();
-  const Mat3<T> G = adj.R * view.R.transpose() + adj.t * view.t.transpose();
+void set_pose(const View<T>& view, const ViewGradient<T>& adj, RenderGradient<T>& out) {
+  using RowMajor = Eigen::Matrix<T, 3, 3, Eigen::RowMajor>;
+  using Vector = Eigen::Map<const Vec3<T>>;
+  const Eigen::Map<const RowMajor> R(view.R[0]), adj_R(adj.R[0]);
+  const Vector t(view.t), adj_t(adj.t), adj_centre(adj.centre);
+  out.translation = adj_t - R * adj_centre;
+  const Mat3<T> G = (adj_R - t * adj_centre.transpose()) * R.transpose() + out.translation * t.transpose();
   out.rotation = Vec3<T>(G(2, 1) - G(1, 2), G(0, 2) - G(2, 0), G(1, 0) - G(0, 1));
-  out.translation = adj.t;
 }
 
 }  // namespace
@@ -122,7 +136,9 @@ RenderGradient<T> render_adjoint_as(const CloudOf<T>& cloud, const Camera& camer
   if (covariance) out.covariance.assign(cloud.size(), Mat3<T>::Zero());
 
   ProjectedSplats<T> made;
-  if (!tape) made = project_splats<T, kCutOffs>(cloud, camera, options.antialiased, options.most_pairs);
+  if (!tape) {
+    made = project_splats<T, kCutOffs>(cloud, camera, options.antialiased, options.most_pairs, options.instruction_set);
+  }
   const ProjectedSplats<T>& projected = tape ? tape->projected : made;
   const BlendKernels<T>& kernels = blend_kernels<T, kCutOffs>(options.instruction_set);
   const View<T> view = make_view<T>(camera);
@@ -149,8 +165,8 @@ RenderGradient<T> render_adjoint_as(const CloudOf<T>& cloud, const Camera& camer
                             rest + kTilePixels);
     });
     for (const Vec3<T>& b : background) out.background += b;
-    adj_view += gather_gaussians(cloud, view, options.antialiased, projected, lists, pair_gradient.get(), stride,
-                                 blended, out);
+    adj_view += gather_gaussians(kernels, {cloud_input(cloud), view, options.antialiased, nullptr, nullptr, 0},
+                                 projected, lists, pair_gradient.get(), stride, blended, out);
   }
   set_pose(view, adj_view, out);
   return out;

@@ -4,94 +4,29 @@
 
 #include "gaussians/base/portable.h"
 #include "gaussians/base/types.h"
+#include "gaussians/render/sh_basis.h"
 
 namespace pliant {
 
-constexpr int kMaxShCount = 16;
-
-/// Real spherical harmonics of degree 0..3 at the unit direction d, [(degree + 1)^2], in the order and with the signs
-/// of 3DGS files.
+/// The formulas of sh_basis.h for one Gaussian; d is the unit direction from the camera to it.
 template <class T>
 HOST_DEVICE void sh_basis(int degree, const Vec3<T>& d, T* basis) {
-  basis[0] = T(0.28209479177387814);
-  if (degree < 1) return;
-  const T x = d[0], y = d[1], z = d[2];
-  const T k1 = T(0.4886025119029199);
-  basis[1] = -k1 * y, basis[2] = k1 * z, basis[3] = -k1 * x;
-  if (degree < 2) return;
-  const T xx = x * x, yy = y * y, zz = z * z, k2 = T(1.0925484305920792);
-  basis[4] = k2 * x * y;
-  basis[5] = -k2 * y * z;
-  basis[6] = T(0.31539156525252005) * (2 * zz - xx - yy);
-  basis[7] = -k2 * x * z;
-  basis[8] = T(0.5462742152960396) * (xx - yy);
-  if (degree < 3) return;
-  const T k3 = T(0.5900435899266435), k4 = T(0.4570457994644658);
-  basis[9] = -k3 * y * (3 * xx - yy);
-  basis[10] = T(2.890611442640554) * x * y * z;
-  basis[11] = -k4 * y * (4 * zz - xx - yy);
-  basis[12] = T(0.3731763325901154) * z * (2 * zz - 3 * xx - 3 * yy);
-  basis[13] = -k4 * x * (4 * zz - xx - yy);
-  basis[14] = T(1.445305721320277) * z * (xx - yy);
-  basis[15] = -k3 * x * (xx - 3 * yy);
+  sh_basis<T>(degree, d[0], d[1], d[2], basis);
 }
-
-/// adj_d = sum of adj_basis[k] d basis[k] / d d, with the three components of d taken as independent.
 template <class T>
 HOST_DEVICE void sh_basis_adjoint(int degree, const Vec3<T>& d, const T* adj_basis, Vec3<T>& adj_d) {
-  const T* b = adj_basis;
-  adj_d.setZero();
-  if (degree < 1) return;
-  const T x = d[0], y = d[1], z = d[2];
-  const T k1 = T(0.4886025119029199);
-  adj_d = k1 * Vec3<T>(-b[3], -b[1], b[2]);
-  if (degree < 2) return;
-  const T xx = x * x, yy = y * y, zz = z * z, k2 = T(1.0925484305920792);
-  const T zonal = T(0.31539156525252005) * b[6], k8 = T(0.5462742152960396) * b[8];
-  adj_d[0] += k2 * (y * b[4] - z * b[7]) + 2 * x * (k8 - zonal);
-  adj_d[1] += k2 * (x * b[4] - z * b[5]) - 2 * y * (k8 + zonal);
-  adj_d[2] += -k2 * (y * b[5] + x * b[7]) + 4 * z * zonal;
-  if (degree < 3) return;
-  const T k3 = T(0.5900435899266435), k4 = T(0.4570457994644658);
-  const T k10 = T(2.890611442640554) * b[10], k12 = T(0.3731763325901154) * b[12], k14 = T(1.445305721320277) * b[14];
-  adj_d[0] += -6 * k3 * x * y * b[9] + k10 * y * z + 2 * k4 * x * y * b[11] - 6 * k12 * x * z -
-              k4 * (4 * zz - 3 * xx - yy) * b[13] + 2 * k14 * x * z - 3 * k3 * (xx - yy) * b[15];
-  adj_d[1] += -3 * k3 * (xx - yy) * b[9] + k10 * x * z - k4 * (4 * zz - xx - 3 * yy) * b[11] - 6 * k12 * y * z +
-              2 * k4 * x * y * b[13] - 2 * k14 * y * z + 6 * k3 * x * y * b[15];
-  adj_d[2] += k10 * x * y - 8 * k4 * y * z * b[11] + 3 * k12 * (2 * zz - xx - yy) - 8 * k4 * x * z * b[13] +
-              k14 * (xx - yy);
+  sh_basis_adjoint<T>(degree, d[0], d[1], d[2], adj_basis, adj_d.data());
 }
-
-/// Colour seen along the unit direction d (from the camera to the Gaussian): max(0, 0.5 + sum of basis * sh).
-/// sh [(degree + 1)^2, 3].
 template <class T, class S>
 HOST_DEVICE Vec3<T> sh_color(int degree, const S* sh, const Vec3<T>& d) {
-  T basis[kMaxShCount];
-  sh_basis(degree, d, basis);
-  Vec3<T> color(T(0.5), T(0.5), T(0.5));
-  for (int k = 0; k < (degree + 1) * (degree + 1); ++k)
-    for (int c = 0; c < 3; ++c) color[c] += basis[k] * T(sh[3 * k + c]);
-  return color.cwiseMax(T(0));
+  Vec3<T> color;
+  sh_color<T>(degree, sh, d[0], d[1], d[2], color.data());
+  return color;
 }
-
-/// Writes adj_sh [(degree + 1)^2, 3] and adj_d, the derivatives with respect to the coefficients and to d (its three
-/// components taken as independent).  Nothing flows through a colour that is clamped at 0.
 template <class T, class S>
 HOST_DEVICE void sh_color_adjoint(int degree, const S* sh, const Vec3<T>& d, const Vec3<T>& adj_color, T* adj_sh,
                                   Vec3<T>& adj_d) {
-  T basis[kMaxShCount], adj_basis[kMaxShCount];
-  sh_basis(degree, d, basis);
-  const Vec3<T> color = sh_color(degree, sh, d);
-  Vec3<T> flow;
-  for (int c = 0; c < 3; ++c) flow[c] = color[c] > T(0) ? adj_color[c] : T(0);
-  for (int k = 0; k < (degree + 1) * (degree + 1); ++k) {
-    adj_basis[k] = T(0);
-    for (int c = 0; c < 3; ++c) {
-      adj_sh[3 * k + c] = basis[k] * flow[c];
-      adj_basis[k] += T(sh[3 * k + c]) * flow[c];
-    }
-  }
-  sh_basis_adjoint(degree, d, adj_basis, adj_d);
+  sh_color_adjoint<T>(degree, sh, d[0], d[1], d[2], adj_color.data(), adj_sh, adj_d.data());
 }
 
 /// Rotation of coefficients: the rotated function at d is the original at R^T d.  A band of degree l is fixed by its

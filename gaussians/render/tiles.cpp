@@ -3,23 +3,19 @@
 #include <algorithm>
 #include <bit>
 #include <memory>
+#include <numeric>
 #include <type_traits>
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/radix_sort.h"
-#include "gaussians/render/gaussian_splat.h"
+#include "gaussians/render/project_input.h"
 
 namespace pliant {
 namespace {
 
+// The bits of positive numbers ascend with their value.
 template <class T>
-std::vector<uint32_t> front_to_back(const std::vector<Splat<T>>& splats) {
-  using Key = std::conditional_t<sizeof(T) == 4, uint32_t, uint64_t>;
-  std::vector<Key> depth(splats.size());
-  // The bits of positive numbers ascend with their value.
-  for (size_t i = 0; i < splats.size(); ++i) depth[i] = std::bit_cast<Key>(splats[i].depth);
-  return sorted_order<Key>(depth);
-}
+using DepthKey = std::conditional_t<sizeof(T) == 4, uint32_t, uint64_t>;
 
 // Tiles that the bounding box of a splat touches in the rows of tiles [low, high].
 template <class T>
@@ -28,11 +24,9 @@ size_t touched_tiles(const Splat<T>& s, int low, int high) {
   return static_cast<size_t>(std::max(rows, 0)) * (s.last_column - s.first_column + 1);
 }
 
-// Cuts the tiles into bands of at most `most` touched tiles, from the number of bounding boxes on each tile.
+// Cuts the tiles into bands of at most `most` touched tiles out of `total`, from the number of bounding boxes on each.
 template <class T>
-std::vector<int> cut_bands(const ProjectedSplats<T>& projected, size_t most) {
-  size_t total = 0;
-  for (const Splat<T>& s : projected.splats) total += touched_tiles(s, 0, projected.tiles_y - 1);
+std::vector<int> cut_bands(const ProjectedSplats<T>& projected, size_t total, size_t most) {
   if (total <= most) return {0, projected.tiles()};
   // Corners of the boxes; their sum over all tiles before a tile, in both directions, is the count there.
   const int stride = projected.tiles_x + 1;
@@ -60,7 +54,8 @@ std::vector<int> cut_bands(const ProjectedSplats<T>& projected, size_t most) {
 }  // namespace
 
 template <class T, bool kCutOffs>
-ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera, bool antialiased, size_t most_pairs) {
+ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera, bool antialiased, size_t most_pairs,
+                                  InstructionSet set) {
   CHECK(camera.width > 0 && camera.height > 0 && cloud.sh_degree >= 0 && cloud.sh_degree <= 3);
   ProjectedSplats<T> out;
   out.width = camera.width, out.height = camera.height;
@@ -70,23 +65,27 @@ ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera,
   const View<T> view = make_view<T>(camera);
   constexpr std::ptrdiff_t kBlock = 4096;
   const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(cloud.size()), blocks = (n + kBlock - 1) / kBlock;
-  std::vector<std::vector<Splat<T>>> visible(blocks);
+  std::vector<std::unique_ptr<Splat<T>[]>> visible(blocks);
+  std::vector<size_t> start(blocks + 1, 0), touched(blocks, 0);
   parallel_for(blocks, [&](std::ptrdiff_t b) {
-    Splat<T> s;
-    const std::ptrdiff_t end = std::min(n, (b + 1) * kBlock);
-    visible[b].reserve(end - b * kBlock);
-    for (std::ptrdiff_t i = b * kBlock; i < end; ++i)
-      if (gaussian_splat<T, kCutOffs>(cloud, static_cast<uint32_t>(i), view, antialiased, s)) visible[b].push_back(s);
+    const size_t begin = b * kBlock, end = std::min(n, (b + 1) * kBlock);
+    visible[b].reset(new Splat<T>[end - begin]);
+    const ProjectInput<T> input{cloud_input(cloud), view, antialiased, begin, end};
+    start[b + 1] = blend_kernels<T, kCutOffs>(set).project(input, visible[b].get());
   });
-  std::vector<size_t> start(blocks + 1, 0);
-  for (std::ptrdiff_t b = 0; b < blocks; ++b) start[b + 1] = start[b] + visible[b].size();
+  for (std::ptrdiff_t b = 0; b < blocks; ++b) start[b + 1] += start[b];
   out.splats.resize(start[blocks]);
+  std::vector<DepthKey<T>> depth(start[blocks]);
   parallel_for(blocks, [&](std::ptrdiff_t b) {
-    std::copy(visible[b].begin(), visible[b].end(), out.splats.begin() + start[b]);
-    visible[b] = {};
+    for (size_t i = start[b]; i < start[b + 1]; ++i) {
+      const Splat<T>& s = out.splats[i] = visible[b][i - start[b]];
+      depth[i] = std::bit_cast<DepthKey<T>>(s.depth);
+      touched[b] += touched_tiles(s, 0, out.tiles_y - 1);
+    }
+    visible[b].reset();
   });
-  out.order = front_to_back(out.splats);
-  out.bands = cut_bands(out, most_pairs);
+  out.order = sorted_order<DepthKey<T>>(depth);
+  out.bands = cut_bands(out, std::accumulate(touched.begin(), touched.end(), size_t{0}), most_pairs);
   return out;
 }
 
@@ -148,9 +147,12 @@ TileLists bin_splats(const ProjectedSplats<T>& projected, int band, InstructionS
   return out;
 }
 
-template ProjectedSplats<float> project_splats<float, true>(const CloudOf<float>&, const Camera&, bool, size_t);
-template ProjectedSplats<double> project_splats<double, true>(const CloudOf<double>&, const Camera&, bool, size_t);
-template ProjectedSplats<double> project_splats<double, false>(const CloudOf<double>&, const Camera&, bool, size_t);
+template ProjectedSplats<float> project_splats<float, true>(const CloudOf<float>&, const Camera&, bool, size_t,
+                                                              InstructionSet);
+template ProjectedSplats<double> project_splats<double, true>(const CloudOf<double>&, const Camera&, bool, size_t,
+                                                              InstructionSet);
+template ProjectedSplats<double> project_splats<double, false>(const CloudOf<double>&, const Camera&, bool, size_t,
+                                                              InstructionSet);
 template TileLists bin_splats<float, true>(const ProjectedSplats<float>&, int, InstructionSet);
 template TileLists bin_splats<double, true>(const ProjectedSplats<double>&, int, InstructionSet);
 template TileLists bin_splats<double, false>(const ProjectedSplats<double>&, int, InstructionSet);

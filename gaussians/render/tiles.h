@@ -1,18 +1,38 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
+#include "gaussians/base/camera.h"
+#include "gaussians/base/gaussian_cloud.h"
 #include "gaussians/base/instruction_set.h"
+#include "gaussians/base/portable.h"
 #include "gaussians/render/blend.h"
-#include "gaussians/render/splat_kernels.h"
 
 namespace pliant {
+
+/// Memory that is not set to zero before it is written.
+template <class T>
+struct UnsetAllocator : std::allocator<T> {
+  template <class U>
+  struct rebind {
+    using other = UnsetAllocator<U>;
+  };
+  template <class U>
+  void construct(U* at) {
+    ::new (static_cast<void*>(at)) U;
+  }
+  template <class U, class... Args>
+  void construct(U* at, Args&&... args) {
+    ::new (static_cast<void*>(at)) U(std::forward<Args>(args)...);
+  }
+};
 
 /// Splats of one picture in front-to-back order.
 template <class T>
 struct ProjectedSplats {
   int width = 0, height = 0, tiles_x = 0, tiles_y = 0;
-  std::vector<Splat<T>> splats;  ///< those that may be seen, in the order of the cloud
+  std::vector<Splat<T>, UnsetAllocator<Splat<T>>> splats;  ///< those that may be seen, in the order of the cloud
   std::vector<uint32_t> order;   ///< positions in `splats`, ascending depth; equal depths in the order of the cloud
   std::vector<int> bands;        ///< tiles [bands[b], bands[b + 1]) are binned together, which bounds the memory
 
@@ -33,10 +53,10 @@ struct TileLists {
 constexpr size_t kMostPairs = size_t{8} << 20;
 
 /// Projects, culls and sorts by depth.  Gaussians that are not finite after projection (NaN, overflowing scales) are
-/// left out.  Memory: 68 bytes per Gaussian in view in float, twice that for a moment.
+/// left out.  Memory: 72 bytes per Gaussian in view in float, twice that for a moment.
 template <class T, bool kCutOffs>
 ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera, bool antialiased,
-                                  size_t most_pairs);
+                                  size_t most_pairs, InstructionSet set = best_instruction_set());
 
 /// A splat enters exactly the tiles in which the ellipse alpha >= 1/255 covers part of a pixel row (the reference enters
 /// all tiles that a 3 sigma square touches, which can miss the rim between 3 and 3.33 sigma of nearly opaque splats).

@@ -6,36 +6,24 @@
 #include <benchmark/benchmark.h>
 #include <omp.h>
 
-#include <cmath>
-#include <cstdio>
 #include <map>
 
 #include "gaussians/base/memory.h"
-#include "gaussians/base/random.h"
 #include "gaussians/render/blend_weights.h"
 #include "gaussians/render/render.h"
 #include "tests/benchmarks/machine_limits.h"
+#include "tests/benchmarks/random_cloud.h"
 
 namespace pliant {
 namespace {
 
-// Gaussians uniform in a cube of side 2.6, log-uniform anisotropic scales, random rotations, opacity U(0.05, 0.95),
-// colours without view dependence; the camera 4 away, focal length 1.1 widths.
-GaussianCloud random_cloud(int n) {
-  const double smallest = n <= 100'000 ? 0.004 : 0.002, largest = 5 * smallest;
-  GaussianCloud cloud;
-  cloud.resize(n);
-  for (int i = 0; i < n; ++i) {
-    Random random(1, i);
-    for (int k = 0; k < 3; ++k) {
-      cloud.position[i][k] = static_cast<float>(random.uniform(-1.3, 1.3));
-      cloud.log_scale[i][k] = static_cast<float>(random.uniform(std::log(smallest), std::log(largest)));
-    }
-    for (int k = 0; k < 4; ++k) cloud.rotation[i][k] = static_cast<float>(random.normal());
-    cloud.opacity_logit[i] = logit(static_cast<float>(random.uniform(0.05, 0.95)));
-    for (int k = 0; k < 3; ++k) cloud.sh_of(i)[k] = static_cast<float>(random.uniform(-1.7, 1.7));
-  }
-  return cloud;
+// 100k Gaussians with standard deviations of 0.004 to 0.020, or more of them of half the size; opacity 0.05 to 0.95; the
+// camera 4 away from a cube of side 2.6, focal length 1.1 widths.
+GaussianCloud cloud_of(int n) {
+  RandomCloudOptions options;
+  options.gaussians = n;
+  if (n > 100'000) options.smallest /= 2, options.largest /= 2;
+  return random_cloud(options);
 }
 
 struct Subject {
@@ -50,7 +38,7 @@ const Subject& subject(int n) {
   const auto [it, is_new] = all.try_emplace(n);
   Subject& s = it->second;
   if (is_new) {
-    s.cloud = random_cloud(n);
+    s.cloud = cloud_of(n);
     s.features.resize(static_cast<size_t>(n) * 16);
     for (size_t k = 0; k < s.features.size(); ++k) s.features[k] = static_cast<float>(Random(2, k).uniform(0, 1));
     s.blends = static_cast<double>(blend_weights(s.cloud, s.camera).weight.size());

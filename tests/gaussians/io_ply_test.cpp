@@ -185,7 +185,7 @@ TEST(Ply, HostileFilesNameFileAndFieldAndAllocateNothing) {
       {ascii.substr(0, ascii.size() - 60), {"property", "end early"}},
       {replaced(ascii, "vertex 2", "vertex 200000"), {"200000"}},
       {"ply\nformat binary_little_endian 1.0\nelement chunk 1\nproperty float min_x\nelement vertex 1\n"
-       "property uint packed_position\nend_header\n", {"compressed", "splat-transform"}},
+       "property uint packed_position\nend_header\n", {"element chunk", "1 rows"}},
       {"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n1 2 3\n",
        {"f_dc_0", "point cloud"}},
       {replaced(good, "element vertex", "element face 1000000\nproperty list uchar int i\nelement vertex"), {"face", "early"}},

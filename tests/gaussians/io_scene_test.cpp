@@ -58,6 +58,40 @@ TEST(UpDirection, OfASupportPlanePointsToWhatStandsOnIt) {
 
 TEST(UpDirection, IsNotGuessedFromARoundThing) { EXPECT_FALSE(up_of_support_plane(ball(3000, Vec3f::Zero(), 1))); }
 
+/// A cone on its base, its tip in the direction `sign` * y.
+GaussianCloud cone(float sign) {
+  GaussianCloud cloud;
+  cloud.resize(4000);
+  Random random(6);
+  for (Vec3f& x : cloud.position) {
+    const float height = 1 - std::cbrt(random.uniform(0, 1)), radius = 0.5f * (1 - height) * std::sqrt(random.uniform(0, 1));
+    const float angle = random.uniform(0, 2 * M_PI);
+    x = Vec3f(radius * std::cos(angle), sign * height, radius * std::sin(angle));
+  }
+  cloud.log_scale.assign(4000, Vec3f::Constant(-4)), cloud.opacity_logit.assign(4000, 2);
+  return cloud;
+}
+
+TEST(UpDirection, OfAThingWithoutAGroundIsTheEndOfYOnWhichItCouldStand) {
+  EXPECT_EQ(up_of_cloud(cone(1)).up, Eigen::Vector3d(0, 1, 0));
+  EXPECT_EQ(up_of_cloud(cone(-1)).up, Eigen::Vector3d(0, -1, 0));
+  EXPECT_EQ(up_of_cloud(ball(2000, {0, 0, 0}, 1)).up, Eigen::Vector3d(0, -1, 0));
+}
+
+/// A flat thing that stands upright: a board of 2 x 0.5 x 0.04 with a foot in front of it.
+TEST(UpDirection, IsNotTheNormalOfTheFlatSideOfAThing) {
+  GaussianCloud cloud;
+  cloud.resize(3300);
+  Random random(7);
+  for (size_t i = 0; i < cloud.size(); ++i) {
+    cloud.position[i] = i < 3000 ? Vec3f(random.uniform(-0.02, 0.02), random.uniform(-2, 0), random.uniform(-0.25, 0.25))
+                                 : Vec3f(random.uniform(0, 0.5), random.uniform(-0.1, 0), random.uniform(-0.25, 0.25));
+  }
+  cloud.log_scale.assign(cloud.size(), Vec3f::Constant(-4)), cloud.opacity_logit.assign(cloud.size(), 2);
+  EXPECT_FALSE(up_of_support_plane(cloud));
+  EXPECT_EQ(up_of_cloud(cloud).up, Eigen::Vector3d(0, -1, 0));
+}
+
 TEST(UpDirection, OfCamerasIsTheirMeanPictureUp) {
   std::vector<Camera> cameras;
   for (int i = 0; i < 8; ++i) {
@@ -167,7 +201,7 @@ TEST(Scene, WhatCannotBeLoadedIsNamed) {
   const TemporaryFolder folder;
   expect_error(Failure::kInput, {"nowhere", "does not exist"}, [&] { load_scene(folder / "nowhere"); });
   expect_error(Failure::kInput, {"scene.json", "point_cloud"}, [&] { load_scene(folder.path()); });
-  expect_error(Failure::kInput, {"a.spz", "extension"}, [&] { load_scene(folder.file("a.spz", "x")); });
+  expect_error(Failure::kInput, {"a.spz", "damaged"}, [&] { load_scene(folder.file("a.spz", "x")); });
   write_ply(folder / "empty.ply", GaussianCloud());
   expect_error(Failure::kInput, {"empty.ply", "no usable Gaussian"}, [&] { load_scene(folder / "empty.ply"); });
   folder.file("scene.json", "{}");

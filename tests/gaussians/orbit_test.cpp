@@ -37,6 +37,23 @@ TEST(Orbit, FramingIgnoresFloaters) {
   EXPECT_NEAR(framing.axes.determinant(), 1, 1e-12);
 }
 
+TEST(Orbit, FramingHoldsAPlainThingOfFewLargeGaussiansAndAFineOneOfManySmall) {
+  GaussianCloud cloud;
+  cloud.resize(10000 + 100);
+  Random random(2);
+  for (size_t i = 0; i < cloud.size(); ++i) {
+    const bool fine = i < 10000;
+    cloud.position[i] = Vec3f(random.uniform(0, 1), random.uniform(0, 1), fine ? random.uniform(0, 1) : random.uniform(-0.2, 0));
+    cloud.log_scale[i] = Vec3f::Constant(std::log(fine ? 0.002f : 0.03f)), cloud.opacity_logit[i] = 4;
+  }
+  const Framing framing = robust_framing(cloud, {0, 0, 1});
+  EXPECT_LT(framing.low[2], -0.18);
+  EXPECT_GT(framing.high[2], 0.97);
+  // Haze of the same total area, but far away, is followed for a quarter of the extent only.
+  for (size_t i = 10000; i < cloud.size(); ++i) cloud.position[i].z() -= 5;
+  EXPECT_GT(robust_framing(cloud, {0, 0, 1}).low[2], -0.3);
+}
+
 TEST(Orbit, EveryViewHoldsTheRobustBoxAndOneJustFits) {
   const GaussianCloud cloud = box_with_floaters(5000, 100);
   for (const Eigen::Vector3d& up : {Eigen::Vector3d(0, -1, 0), Eigen::Vector3d(0.1, 0.2, 1)}) {

@@ -5,8 +5,9 @@
 
 #include "gaussians/base/check_adjoint.h"
 #include "gaussians/base/portable.h"
-#include "gaussians/render/gaussian_splat.h"
+#include "gaussians/render/project_input.h"
 #include "gaussians/render/render_as.h"
+#include "gaussians/render/splat_kernels.h"
 
 namespace pliant {
 namespace {
@@ -171,21 +172,33 @@ TEST(RenderAdjoint, GaussiansOutsideTheFrustumWhoseJacobianIsHeldAgreeWithFinite
 }
 
 TEST(RenderAdjoint, CovarianceCarriesTheSameDerivativeAsItsFactor) {
-  const CloudOf<double> cloud = spread_cloud(40, 0, 0.03, 0.4);
-  const View<double> view = make_view<double>(test_camera(64, 48));
+  const CloudOf<double> cloud = spread_cloud(43, 0, 0.03, 0.4);
+  std::vector<uint32_t> index(cloud.size());
+  std::vector<double> sums;
   for (uint32_t i = 0; i < cloud.size(); ++i) {
-    double sums[kPairSlots];
-    for (int k = 0; k < kPairSlots; ++k) sums[k] = Random(5, i, k).normal();
-    const GaussianGradient<double> g = gaussian_splat_adjoint(cloud, i, view, true, sums);
+    index[i] = i;
+    for (int k = 0; k < kPairSlots; ++k) sums.push_back(Random(5, i, k).normal());
+  }
+  CloudOf<double> g;
+  g.resize(cloud.size());
+  for (auto& q : g.rotation) q.setZero();
+  std::vector<Mat3d> covariance(cloud.size(), Mat3d::Zero());
+  ViewGradient<double> view;
+  blend_kernels<double, false>(best_instruction_set())
+      .project_adjoint({cloud_input(cloud), make_view<double>(test_camera(64, 48)), true, index.data(), sums.data(),
+                        cloud.size()},
+                       cloud_gradient(g, covariance), view);
+  for (uint32_t i = 0; i < cloud.size(); ++i) {
     const Mat3d A = covariance_factor<double>(cloud.rotation[i], cloud.log_scale[i]);
     // Sigma = A A^T, so that dL/dA = 2 dL/dSigma A.
     Vec3d log_scale;
     Eigen::Vector4d rotation;
-    covariance_factor_adjoint<double>(cloud.rotation[i], cloud.log_scale[i], A, 2 * g.covariance * A, rotation,
+    covariance_factor_adjoint<double>(cloud.rotation[i], cloud.log_scale[i], A, 2 * covariance[i] * A, rotation,
                                       log_scale);
-    EXPECT_LT((log_scale - g.log_scale).norm(), 1e-10 * (1 + g.log_scale.norm()));
-    EXPECT_LT((rotation - g.rotation).norm(), 1e-10 * (1 + g.rotation.norm()));
-    EXPECT_LT((g.covariance - g.covariance.transpose()).norm(), 1e-12 * (1 + g.covariance.norm()));
+    EXPECT_LT((log_scale - g.log_scale[i]).norm(), 1e-10 * (1 + log_scale.norm()));
+    EXPECT_LT((rotation - g.rotation[i]).norm(), 1e-10 * (1 + rotation.norm()));
+    EXPECT_LT((covariance[i] - covariance[i].transpose()).norm(), 1e-12 * (1 + covariance[i].norm()));
+    EXPECT_GT(g.log_scale[i].norm(), 0);
   }
 }
 

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "gaussians/base/camera.h"
+
+namespace pliant {
+
+struct CameraFile {
+  std::vector<Camera> cameras;
+  std::string format;     ///< for example "COLMAP binary"
+  int frames = 0;         ///< listed in the file
+  int photos_found = 0;   ///< of them on disk
+  std::vector<std::filesystem::path> files;  ///< every camera file that was read
+  std::vector<std::string> warnings;
+};
+
+/// Names of Camera::distortion.
+extern const std::array<const char*, 6> kDistortionNames;
+
+/// The photo of a frame, suffix optional: in `photos` (may be empty) by its name with or without folders, else below
+/// one of `folders`.  Empty when there is none.
+std::filesystem::path find_photo(const std::filesystem::path& photos, const std::vector<std::filesystem::path>& folders,
+                                 const std::string& name);
+
+/// Replaces a matrix that is nearly a rotation by the nearest one; false when it is none (error 1e-2, or a mirror).
+bool make_rotation(Eigen::Matrix3d& matrix);
+
+/// What all camera files have in common once their frames are read, in the order of the file.
+class CameraCollector {
+ public:
+  explicit CameraCollector(std::filesystem::path file) : file_(std::move(file)) {}
+
+  /// A frame with the name that the file gives to its photo; camera.photo is its path on disk or empty, camera.name
+  /// becomes the stem.
+  void add(Camera camera, const std::string& photo_name);
+
+  /// Leaves out frames without a photo when at least one has one, makes names unique, scales the cameras to photos of
+  /// another size (unless `sizes_are_of_photos`), and warns about lens distortion.  Throws Error{kInput} for two frames
+  /// of one name and for photos of another shape.
+  CameraFile finish(const std::string& format, bool sizes_are_of_photos = false);
+
+ private:
+  void keep_frames_with_photos();
+  void make_names_unique();
+  void match_size_of_photos();
+  void warn_of_distortion();
+
+  std::filesystem::path file_;
+  CameraFile result_;
+  std::vector<std::string> names_;
+};
+
+}  // namespace pliant

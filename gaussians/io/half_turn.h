@@ -1,0 +1,11 @@
+#pragma once
+
+#include "gaussians/base/gaussian_cloud.h"
+
+namespace pliant {
+
+/// Turns the cloud by 180 degrees around a world axis (0 = x, 1 = y, 2 = z): positions, rotations and harmonics.  It
+/// is its own inverse, and it takes x right, y up, z back to x right, y down, z forward for the x axis.
+void turn_half(GaussianCloud& cloud, int axis);
+
+}  // namespace pliant

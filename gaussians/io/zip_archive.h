@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pliant {
+
+/// Reads files out of a zip archive.  Sizes, offsets and checksums are verified; entries whose data overlap are
+/// refused.  Throws Error{kInput} naming the archive and the entry.
+class ZipArchive {
+ public:
+  explicit ZipArchive(const std::filesystem::path& file);
+  ~ZipArchive();
+  ZipArchive(const ZipArchive&) = delete;
+
+  /// Contents of the entry, which may have at most `most` bytes.
+  std::string read(const std::string& entry, uint64_t most);
+
+ private:
+  std::string file_;
+  uint64_t file_bytes_ = 0;
+  void* zip_ = nullptr;
+  std::vector<std::pair<uint64_t, uint64_t>> taken_;  // begin and end of the data of the entries read
+};
+
+}  // namespace pliant
