@@ -33,7 +33,7 @@ struct GestureOptions {
   // Beyond the measured prototype.
   float support = 3;            ///< log odds against what lies in or below the plane the object stands on
   float unseen_prior = 0.3f;    ///< share of refine_prior that holds for Gaussians on which the boxes' pictures say nothing
-  float stroke_reach = 10;      ///< path in the graph over which a stroke outweighs the pictures; 0 = only what it covers
+  float stroke_reach = 2;       ///< path in the graph over which a stroke outweighs the pictures; 0 = only what it covers
   Vec3f up = Vec3f::Zero();     ///< unit, of the scene; zero = unknown, no plane is looked for
   // The measured prototype, for comparison.
   static GestureOptions prototype();

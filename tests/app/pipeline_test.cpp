@@ -77,6 +77,9 @@ TEST_F(PipelineTest, MistakesOfTheCommandLineExitWithTwo) {
   EXPECT_EQ(pliant({"run", scene, "--out", out, "--poisson", "0.5", "--quiet"}), 2);
   EXPECT_EQ(pliant({"run", scene, "--out", out, "--yuong", "5"}), 2);
   EXPECT_EQ(pliant({"run", scene, "--out", out, "--aabb", "1,2,3"}), 2);
+  EXPECT_EQ(pliant({"segment", scene, "--out", out, "--box", "nowhere,1,1,50,50", "--quiet"}), 2);
+  EXPECT_EQ(pliant({"segment", scene, "--out", out, "--click", "0,5", "--quiet"}), 2);
+  EXPECT_EQ(pliant({"segment", scene, "--out", out, "--stroke", "fg,0,1,1,2", "--quiet"}), 2);
   EXPECT_EQ(pliant({"extract", scene, "--object", "flower"}), 2);
   EXPECT_EQ(pliant({}), 2);
   EXPECT_EQ(pliant({"--version"}), 0);
