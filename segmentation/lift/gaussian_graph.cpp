@@ -80,7 +80,7 @@ GaussianGraph gaussian_graph(const GaussianCloud& cloud, std::span<const uint8_t
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   graph.spacing = median(fifth);
-  std::vector<float> difference(pairs.size()), weight(pairs.size());
+  std::vector<float> difference(pairs.size()), weight(pairs.size()), nearness(pairs.size());
   parallel_for(static_cast<std::ptrdiff_t>(pairs.size()), [&](std::ptrdiff_t e) {
     difference[e] = (rgb_of(cloud, graph.nodes[pairs[e].first]) - rgb_of(cloud, pairs[e].second)).squaredNorm();
   }, 4096);
@@ -89,13 +89,14 @@ GaussianGraph gaussian_graph(const GaussianCloud& cloud, std::span<const uint8_t
     const int p = graph.nodes[pairs[e].first], q = pairs[e].second;
     const float reach = std::exp(cloud.log_scale[p].maxCoeff()) + std::exp(cloud.log_scale[q].maxCoeff());
     const float d = (cloud.position[p] - cloud.position[q]).norm() / std::max({2 * graph.spacing, reach, 1e-12f});
-    weight[e] = std::exp(-std::min(0.25f * difference[e] / typical, 20.0f) - 0.5f * d * d) *
-                std::sqrt(sigmoid(cloud.opacity_logit[p]) * sigmoid(cloud.opacity_logit[q]));
+    nearness[e] = std::exp(-0.5f * d * d) * std::sqrt(sigmoid(cloud.opacity_logit[p]) * sigmoid(cloud.opacity_logit[q]));
+    weight[e] = std::exp(-std::min(0.25f * difference[e] / typical, 20.0f)) * nearness[e];
   }, 4096);
   for (size_t e = 0; e < pairs.size(); ++e) {
     const auto [i, q] = pairs[e];
-    if (place[q] >= 0) graph.edges.push_back({i, place[q], weight[e]});
-    else graph.border.push_back({i, q, weight[e]});
+    const bool inner = place[q] >= 0;
+    (inner ? graph.edges : graph.border).push_back({i, inner ? place[q] : q, weight[e]});
+    (inner ? graph.edge_nearness : graph.border_nearness).push_back(nearness[e]);
   }
   return graph;
 }
@@ -140,7 +141,8 @@ void cut_graph(const GraphCutOptions& options, const GaussianGraph& graph, std::
   }
 }
 
-std::vector<int> connected_parts(const GaussianGraph& graph, const std::vector<uint8_t>& label, float link) {
+std::vector<int> connected_parts(const GaussianGraph& graph, const std::vector<uint8_t>& label, float link,
+                                 bool nearness) {
   const size_t n = graph.nodes.size();
   std::vector<int> parent(n), part(n, -1);
   std::iota(parent.begin(), parent.end(), 0);
@@ -148,8 +150,11 @@ std::vector<int> connected_parts(const GaussianGraph& graph, const std::vector<u
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
   };
-  for (const CutEdge& e : graph.edges)
-    if (label[e.a] && label[e.b] && e.weight > link) parent[root(e.a)] = root(e.b);
+  for (size_t k = 0; k < graph.edges.size(); ++k) {
+    const CutEdge& e = graph.edges[k];
+    const float tie = nearness ? graph.edge_nearness[k] : e.weight;
+    if (label[e.a] && label[e.b] && tie > link) parent[root(e.a)] = root(e.b);
+  }
   std::vector<double> mass(n, 0);
   std::vector<int> roots;
   for (size_t i = 0; i < n; ++i)
@@ -162,6 +167,29 @@ std::vector<int> connected_parts(const GaussianGraph& graph, const std::vector<u
   for (size_t i = 0; i < n; ++i)
     if (label[i]) part[i] = number[root(static_cast<int>(i))];
   return part;
+}
+
+std::vector<int> enclosed_nodes(const GaussianGraph& graph, const std::vector<uint8_t>& label,
+                                const std::vector<uint8_t>& outside, float link, float least, float touch) {
+  const size_t n = graph.nodes.size();
+  CHECK(label.size() == n && outside.size() == n);
+  std::vector<uint8_t> away(n);
+  double object = 0;
+  for (size_t i = 0; i < n; ++i) away[i] = !label[i], object += label[i] ? graph.opacity[i] : 0;
+  const std::vector<int> part = connected_parts(graph, away, link, true);
+  std::vector<double> mass(n, 0), ties(n, 0);
+  for (size_t i = 0; i < n; ++i) {
+    if (part[i] < 0) continue;
+    mass[part[i]] += graph.opacity[i];
+    if (outside[i]) ties[part[i]] += graph.opacity[i];
+  }
+  for (size_t k = 0; k < graph.border.size(); ++k)
+    if (const int at = part[graph.border[k].a]; at >= 0) ties[at] += graph.border_nearness[k];
+  std::vector<int> found;
+  for (size_t i = 0; i < n; ++i)
+    if (const int at = part[i]; at >= 0 && mass[at] >= least * object && ties[at] < touch * mass[at])
+      found.push_back(static_cast<int>(i));
+  return found;
 }
 
 std::vector<int> order_from(const GaussianGraph& graph, const std::vector<int>& sources, std::vector<float>* lengths) {

@@ -13,6 +13,8 @@ struct GaussianGraph {
   std::vector<int> nodes;            ///< Gaussians of the graph, ascending
   std::vector<CutEdge> edges;        ///< between places in `nodes`; weights in [0, 1]
   std::vector<CutEdge> border;       ///< a: place in `nodes`, b: Gaussian outside the graph
+  std::vector<float> edge_nearness;  ///< [edges] the weight without its first factor, the likeness of colours
+  std::vector<float> border_nearness;  ///< [border]
   std::vector<Vec3f> lab;            ///< of every node, see lab_of_rgb
   std::vector<float> opacity;        ///< of every node
   std::vector<Vec3f> outside_lab;    ///< an even choice of what lies outside the graph
@@ -38,8 +40,15 @@ struct GraphCutOptions {
 void cut_graph(const GraphCutOptions& options, const GaussianGraph& graph, std::span<const float> evidence, std::vector<uint8_t>& label);
 
 /// Parts of label 1 that are connected over edges above `link`: [nodes] number of the part, -1 for label 0; part 0 is the one
-/// with the largest sum of opacity.
-std::vector<int> connected_parts(const GaussianGraph& graph, const std::vector<uint8_t>& label, float link);
+/// with the largest sum of opacity.  `nearness` = by nearness alone, whatever the colours.
+std::vector<int> connected_parts(const GaussianGraph& graph, const std::vector<uint8_t>& label, float link,
+                                 bool nearness = false);
+
+/// Nodes of label 0 that touch nothing but the object: parts, connected by nearness, that hold at least `least` of the
+/// object's opacity and whose ties to what lies outside the graph, or to nodes with `outside` != 0, are below `touch` of
+/// their own opacity.
+std::vector<int> enclosed_nodes(const GaussianGraph& graph, const std::vector<uint8_t>& label,
+                                const std::vector<uint8_t>& outside, float link, float least, float touch);
 
 /// Order of nodes by the length of the shortest path from `sources`, edge length 0.1 - log weight; nodes that no path
 /// reaches are left out.  `length` receives the paths [nodes], infinite for these.

@@ -32,6 +32,7 @@ class Selector {
   void cut(const GraphCutOptions& cut_options, const Lift& lift);
   void keep_main_part();
   void find_support();
+  void give_back_enclosed();
   std::vector<WindowView> views_of_selection() const;
   void refine();
 
@@ -205,6 +206,27 @@ void Selector::find_support() {
   }
 }
 
+/// Colours may carve a face out of a head: what is in the boxes and touches neither their border nor the plane of what
+/// lies outside them returns.
+void Selector::give_back_enclosed() {
+  constexpr float kTouch = 0.02f, kThick = 3;
+  std::vector<int> object, rest;
+  for (size_t i = 0; i < label_.size(); ++i)
+    if (label_[i]) object.push_back(graph_.nodes[i]);
+  for (size_t p = 0; p < cloud_.size(); ++p)
+    if (!member_[p] && cloud_.opacity_logit[p] > 0) rest.push_back(static_cast<int>(p));
+  ContactRegion ground;
+  if (!options_.up.isZero() && !rest.empty())
+    ground = contact_region(cloud_.select(object), cloud_.select(rest), options_.up);
+  std::vector<uint8_t> outside(label_.size(), 0);
+  for (size_t i = 0; i < label_.size(); ++i) {
+    const int p = graph_.nodes[i];
+    outside[i] = fixed_[p] < 0 || (ground.found && ground.height(cloud_.position[p]) < kThick * ground.thickness);
+  }
+  for (const int i : enclosed_nodes(graph_, label_, outside, options_.link, options_.enclosed, kTouch))
+    label_[i] = 1, ++summary_.enclosed;
+}
+
 void Selector::propose_around_seeds() {
   std::vector<int> sources;
   for (size_t i = 0; i < graph_.nodes.size(); ++i)
@@ -364,6 +386,9 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
     if (round + 1 < options_.refine_rounds) find_support();
   }
 
+  for (size_t i = 0; i < label_.size(); ++i) summary_.added += label_[i] && !first[i];
+  if (!gesture_.boxes.empty() && !shape) give_back_enclosed();
+
   GestureResult result;
   result.probability.assign(cloud_.size(), 0.0f);
   for (size_t i = 0; i < label_.size(); ++i) {
@@ -371,7 +396,7 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
     // Evidence alone decides how sure the label is, the cut which side it is on.
     const float sure = sigmoid(std::clamp(evidence_[i], -6.0f, 6.0f));
     result.probability[p] = label_[i] ? std::max(sure, 0.55f) : std::min(sure, 0.45f);
-    if (label_[i]) rule_[p] = SelectionRule::kKept, summary_.selected += 1, summary_.added += !first[i];
+    if (label_[i]) rule_[p] = SelectionRule::kKept, summary_.selected += 1;
   }
   if (summary_.selected == 0)
     throw usage_error(gesture_.boxes.empty() ? "--click" : "--box", "", "selects nothing",
@@ -391,7 +416,7 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
 GestureOptions GestureOptions::prototype() {
   GestureOptions options;
   options.support = 0, options.stroke_reach = 0, options.unseen_prior = 1;
-  options.refine_rounds = 1, options.cut.outside = options.refine_cut.outside = 0;
+  options.enclosed = 1, options.refine_rounds = 1, options.cut.outside = options.refine_cut.outside = 0;
   return options;
 }
 
@@ -399,8 +424,8 @@ std::string GestureResult::Summary::describe() const {
   char text[400];
   std::snprintf(text, sizeof(text),
                 "%zu Gaussians selected; outside the frusta %zu, removed by the cut %zu, as separate parts %zu, by the refinement over %zu views %zu "
-                "(which added %zu); %zu fixed by strokes and clicks",
-                selected, outside, cut, part, refine_views.size(), refined, added, seeds);
+                "(which added %zu); %zu enclosed by the object came back; %zu fixed by strokes and clicks",
+                selected, outside, cut, part, refine_views.size(), refined, added, enclosed, seeds);
   return text;
 }
 

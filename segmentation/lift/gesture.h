@@ -34,6 +34,8 @@ struct GestureOptions {
   float support = 3;            ///< log odds against what lies in or below the plane the object stands on
   float unseen_prior = 0.3f;    ///< share of refine_prior that holds for Gaussians on which the boxes' pictures say nothing
   float stroke_reach = 2;       ///< path in the graph over which a stroke outweighs the pictures; 0 = only what it covers
+  float enclosed = 0.005f;      ///< parts in the boxes that touch nothing but the object come back when they hold this share of
+                                ///< its opacity; 1 = never
   Vec3f up = Vec3f::Zero();     ///< unit, of the scene; zero = unknown, no plane is looked for
   // The measured prototype, for comparison.
   static GestureOptions prototype();
@@ -53,6 +55,7 @@ struct GestureResult {
   std::vector<SelectionRule> rule;   ///< [N]
   struct Summary {
     size_t selected = 0, outside = 0, cut = 0, part = 0, refined = 0, added = 0;  ///< Gaussians; added: by refinement
+    size_t enclosed = 0;             ///< Gaussians that came back, see GestureOptions::enclosed
     size_t seeds = 0;                ///< Gaussians fixed by strokes and clicks
     std::vector<int> refine_views;   ///< cameras
     double seconds = 0;
@@ -66,8 +69,9 @@ struct GestureResult {
 /// Object behind boxes, clicks and strokes.  1. GrabCut in every box's window. 2. Masks become evidence on Gaussians through
 /// the blend weights; what lies outside a box's frustum (or outside `shape`) is background.  3. A minimum cut of the graph of
 /// Gaussians, largest part.  4. Masks of more of the scene's views, started from what is selected, and a second cut.  What
-/// strokes and clicks cover is fixed in pictures and in the graph, and they outweigh the pictures nearby along the graph.  Without a box, the parts of the graph nearest to what was
-/// clicked are the proposal.  Equal for any number of threads.  Throws Error{kUsage} when nothing is selected.
+/// strokes and clicks cover is fixed in pictures and in the graph, and they outweigh the pictures nearby along the graph.
+/// 5. What lies in the boxes and touches nothing but the object is the object's, whatever its colour.  Without a box, the
+/// parts of the graph nearest to what was clicked are the proposal.  Equal for any number of threads.  Throws Error{kUsage} when nothing is selected.
 GestureResult select_by_gesture(const GestureOptions& options, const Gesture& gesture, const std::optional<SelectionShape>& shape,
                                 const GaussianCloud& cloud, const std::vector<Camera>& cameras);
 

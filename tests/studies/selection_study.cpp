@@ -168,7 +168,7 @@ GestureOptions ours(const Study& study) {
 
 int main(int argc, char** argv) {
   if (argc < 3) return std::fprintf(stderr, "usage: %s DATA_FOLDER OUT_FOLDER [FILTER [METHOD]]\n", argv[0]), 2;
-  const std::filesystem::path out = argv[2], here = std::filesystem::path(__FILE__).parent_path();
+  const std::filesystem::path out = argv[2], here = std::filesystem::path(PLIANT_SOURCE_DIR) / "tests/studies";
   const std::string filter = argc > 3 ? argv[3] : "", only = argc > 4 ? argv[4] : "";
   std::filesystem::create_directories(out);
   const auto truths = nlohmann::json::parse(std::ifstream(here / "selection_truth.json"));
