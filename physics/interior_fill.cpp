@@ -138,6 +138,7 @@ void sample_sheets(const std::vector<Surfel>& sheets, const Vec3f& low, float h,
   for (const Surfel& s : sheets) {
     const Vec3f u = (s.position - low) / h;
     const double volume = static_cast<double>(s.sheet_area) * sheet_thickness(s);
+    if (!(volume > 0)) continue;  // needles and Gaussians that coincide have no area
     Sum& sum = cells[{static_cast<int>(u.x()), static_cast<int>(u.y()), static_cast<int>(u.z())}];
     sum.position += volume * s.position.cast<double>(), sum.volume += volume, sum.area += s.sheet_area;
   }

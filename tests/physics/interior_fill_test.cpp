@@ -130,6 +130,20 @@ TEST(InteriorFill, AThinLeafIsNotInflated) {
   for (const float t : samples.thickness) EXPECT_NEAR(t, 0.0069, 0.002);
 }
 
+TEST(InteriorFill, GaussiansWithoutAreaGiveNoSampleThatIsNotFinite) {
+  GaussianCloud cloud = cylinder(0.1, 0.3, 800, true);
+  Splats needles(1e-30, 1e-30);  // far from the cylinder, each with no area, and many at one place
+  for (int i = 0; i < 40; ++i) needles.add(Vec3d(0.5, 0.5, i < 20 ? 0.1 : 0.1 + 0.005 * i), Vec3d(0, 0, 1));
+  cloud.append(needles.cloud);
+  SolidSamples samples;
+  fill(cloud, 2000, &samples);
+  ASSERT_GT(samples.size(), 500u);
+  for (size_t i = 0; i < samples.size(); ++i) {
+    EXPECT_TRUE(samples.position[i].allFinite()) << i;
+    EXPECT_GT(samples.volume[i], 0) << i;
+  }
+}
+
 TEST(InteriorFill, IsRepeatable) {
   const GaussianCloud cloud = cylinder(0.1, 0.3, 2000, true);
   SolidSamples a, b;
