@@ -86,6 +86,26 @@ TEST(MinCut, EqualsTheBruteForceMinimumOnTinyGraphs) {
   }
 }
 
+TEST(GaussianGraph, WhatTouchesNothingButTheObjectIsEnclosed) {
+  // Nodes 0..2 are the object; 3 and 4 hang on it and on each other, unlike it in colour.
+  GaussianGraph graph;
+  graph.nodes = {0, 1, 2, 3, 4};
+  graph.opacity.assign(5, 0.8f);
+  graph.edges = {{0, 1, 0.9f}, {1, 2, 0.9f}, {2, 3, 0.0f}, {3, 4, 0.0f}};
+  graph.edge_nearness = {0.9f, 0.9f, 0.9f, 0.9f};
+  const std::vector<uint8_t> label = {1, 1, 1, 0, 0}, nothing(5, 0);
+  const auto enclosed = [&](const std::vector<uint8_t>& outside, float least) {
+    return enclosed_nodes(graph, label, outside, 0.02f, least, 0.02f);
+  };
+  EXPECT_EQ(enclosed(nothing, 0.01f), (std::vector<int>{3, 4}));
+  EXPECT_TRUE(enclosed(nothing, 0.9f).empty()) << "too light";
+  EXPECT_TRUE(enclosed({0, 0, 0, 0, 1}, 0.01f).empty()) << "one of the pair is known to be outside";
+  graph.border = {{4, 17, 0.0f}}, graph.border_nearness = {0.5f};
+  EXPECT_TRUE(enclosed(nothing, 0.01f).empty()) << "tied to what lies outside the box";
+  graph.edge_nearness[3] = 0;
+  EXPECT_EQ(enclosed(nothing, 0.01f), (std::vector<int>{3})) << "4 is tied to the outside, but 3 no longer to 4";
+}
+
 TEST(GrabCut, FindsADiscOfAnotherColourInsideALooseBox) {
   GrabCutInput input;
   input.width = 60, input.height = 50;
