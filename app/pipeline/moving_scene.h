@@ -14,8 +14,8 @@ struct MovingScene {
   GaussianCloud object, background;  ///< at rest
   ParticleFile particles;
   TrajectoryFile trajectory;
-  Binding binding;            ///< object's Gaussians to driving particles; pinned ones follow none
-  bool antialiased = false;   ///< the scene was trained with mip-splatting
+  Binding binding;           ///< object's Gaussians to driving particles; pinned ones follow none
+  bool antialiased = false;  ///< the scene was trained with mip-splatting
 
   size_t moving() const;  ///< Gaussians that follow a particle
   GaussianCloud object_at(const TrajectoryFile::Frame& frame) const;

@@ -25,7 +25,8 @@ void remove_unfinished(const fs::path& folder) {
   std::vector<fs::path> unfinished;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    if (name[0] == '.' && name.find(".tmp") != std::string::npos && is_frame(name.substr(1))) unfinished.push_back(entry);
+    if (name[0] == '.' && name.find(".tmp") != std::string::npos && is_frame(name.substr(1)))
+      unfinished.push_back(entry);
   }
   for (const fs::path& file : unfinished) fs::remove(file);
 }
@@ -37,7 +38,8 @@ void claim_folder(const fs::path& folder, const json& record, bool overwrite) {
     throw usage_error("--ply-sequence", folder.string(), "is a file", "give a folder");
   std::error_code failed;
   fs::create_directories(folder, failed);
-  if (failed) throw usage_error("--ply-sequence", folder.string(), failed.message(), "give a folder that can be written");
+  if (failed)
+    throw usage_error("--ply-sequence", folder.string(), failed.message(), "give a folder that can be written");
 
   std::set<std::string> replaced;
   if (fs::exists(folder / kRecord)) {

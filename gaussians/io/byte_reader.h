@@ -34,7 +34,8 @@ class ByteReader {
   /// Text up to the next zero byte, which is passed over.
   std::string_view take_text(const std::string& field) {
     const size_t end = bytes_.find('\0', at_);
-    if (end == std::string_view::npos) throw input_error(file_, field, "the file ends inside it", "the file is truncated");
+    if (end == std::string_view::npos)
+      throw input_error(file_, field, "the file ends inside it", "the file is truncated");
     const std::string_view taken = bytes_.substr(at_, end - at_);
     at_ = end + 1;
     return taken;
@@ -44,8 +45,8 @@ class ByteReader {
   void expect(uint64_t count, uint64_t bytes_each, const std::string& field) const {
     if (count <= left() / bytes_each) return;
     throw input_error(file_, field,
-                      "is " + std::to_string(count) + " but only " + std::to_string(left()) + " bytes follow (room for " +
-                          std::to_string(left() / bytes_each) + ")",
+                      "is " + std::to_string(count) + " but only " + std::to_string(left()) +
+                          " bytes follow (room for " + std::to_string(left() / bytes_each) + ")",
                       "the file is truncated or its header is wrong");
   }
 

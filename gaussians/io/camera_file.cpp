@@ -87,7 +87,8 @@ void CameraCollector::make_names_unique() {
       for (char& c : name) c = c == '/' ? '_' : c;
     }
     if (name.empty() || !taken.insert(name).second) {
-      throw input_error(file_.string(), "file_path", "'" + names_[i] + "' names two frames", "give each frame its own photo");
+      throw input_error(file_.string(), "file_path", "'" + names_[i] + "' names two frames",
+                        "give each frame its own photo");
     }
   }
 }
@@ -99,8 +100,9 @@ void CameraCollector::match_size_of_photos() {
   const Camera first = result_.cameras[0];
   if (photo.width == first.width && photo.height == first.height) return;
   const double scale = static_cast<double>(photo.width) / first.width;
-  const std::string sizes = std::to_string(photo.width) + " x " + std::to_string(photo.height) + " pixels but the camera says " +
-                            std::to_string(first.width) + " x " + std::to_string(first.height);
+  const std::string sizes = std::to_string(photo.width) + " x " + std::to_string(photo.height) +
+                            " pixels but the camera says " + std::to_string(first.width) + " x " +
+                            std::to_string(first.height);
   if (std::abs(first.height * scale - photo.height) > 1.0) {
     throw input_error(first.photo, "", "has " + sizes, "use the photos that the cameras belong to");
   }

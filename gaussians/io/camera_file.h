@@ -11,9 +11,9 @@ namespace pliant {
 
 struct CameraFile {
   std::vector<Camera> cameras;
-  std::string format;     ///< for example "COLMAP binary"
-  int frames = 0;         ///< listed in the file
-  int photos_found = 0;   ///< of them on disk
+  std::string format;                        ///< for example "COLMAP binary"
+  int frames = 0;                            ///< listed in the file
+  int photos_found = 0;                      ///< of them on disk
   std::vector<std::filesystem::path> files;  ///< every camera file that was read
   std::vector<std::string> warnings;
 };

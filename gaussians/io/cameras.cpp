@@ -22,7 +22,9 @@ bool is_par_file(const fs::path& path) {
   return name.size() > ending.size() && name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
 }
 
-bool is_transforms_name(const fs::path& path) { return path.filename().string().rfind("transforms", 0) == 0 && path.extension() == ".json"; }
+bool is_transforms_name(const fs::path& path) {
+  return path.filename().string().rfind("transforms", 0) == 0 && path.extension() == ".json";
+}
 
 Format format_of_json(const fs::path& file) {
   try {
@@ -32,7 +34,9 @@ Format format_of_json(const fs::path& file) {
     return json.contains("frames") || is_transforms_name(file) ? Format::kTransforms : Format::kNone;
   } catch (const Error&) {
     // A damaged file is judged by its name, and its reader says what is wrong.
-    return is_transforms_name(file) ? Format::kTransforms : file.filename() == "cameras.json" ? Format::kCamerasJson : Format::kNone;
+    return is_transforms_name(file)            ? Format::kTransforms
+           : file.filename() == "cameras.json" ? Format::kCamerasJson
+                                               : Format::kNone;
   }
 }
 
@@ -79,26 +83,35 @@ CameraFile read_cameras(const fs::path& path, const fs::path& photos) {
   fs::path at = cameras_at(path);
   if (at.empty() && fs::is_directory(path, ignored)) at = cameras_in(path);
   switch (format_of(at)) {
-    case Format::kTransforms: return read_transforms(at, photos);
-    case Format::kCamerasJson: return read_cameras_json(at, photos);
-    case Format::kColmap: return read_colmap(at, photos);
-    case Format::kMiddlebury: return read_middlebury(at, photos);
-    case Format::kNone: break;
+    case Format::kTransforms:
+      return read_transforms(at, photos);
+    case Format::kCamerasJson:
+      return read_cameras_json(at, photos);
+    case Format::kColmap:
+      return read_colmap(at, photos);
+    case Format::kMiddlebury:
+      return read_middlebury(at, photos);
+    case Format::kNone:
+      break;
   }
   throw input_error(path.string(), "", "holds no cameras that are known",
                     "name a transforms.json, the cameras.json of 3DGS, a COLMAP model, or a Middlebury _par.txt");
 }
 
 std::vector<std::string> write_cameras(const fs::path& file, const std::vector<Camera>& cameras) {
-  if (file.extension() != ".json") throw usage_error(file.string(), "", "is of a format that is not written", "cameras: transforms.json or cameras.json");
+  if (file.extension() != ".json")
+    throw usage_error(file.string(), "", "is of a format that is not written",
+                      "cameras: transforms.json or cameras.json");
   if (file.filename() != "cameras.json") return write_transforms(file, cameras), std::vector<std::string>();
   std::vector<std::string> lost;
   bool centred = true, straight = true;
   for (const Camera& camera : cameras) {
-    centred = centred && std::abs(camera.cx - 0.5 * camera.width) < 1e-6 && std::abs(camera.cy - 0.5 * camera.height) < 1e-6;
+    centred =
+        centred && std::abs(camera.cx - 0.5 * camera.width) < 1e-6 && std::abs(camera.cy - 0.5 * camera.height) < 1e-6;
     straight = straight && camera.distortion == Camera().distortion;
   }
-  if (!centred) lost.push_back(file.string() + ": cameras.json has no principal point; readers take the middle of the picture");
+  if (!centred)
+    lost.push_back(file.string() + ": cameras.json has no principal point; readers take the middle of the picture");
   if (!straight) lost.push_back(file.string() + ": cameras.json has no lens distortion");
   write_cameras_json(file, cameras);
   return lost;

@@ -17,9 +17,11 @@ Eigen::Isometry3d read_pose(const JsonObject& entry) {
   Eigen::Matrix3d rotation;
   if (rows.size() != 3) throw entry.complaint("rotation", "has " + std::to_string(rows.size()) + " rows", remedy);
   for (int i = 0; i < 3; ++i) {
-    if (!rows[i].is_array() || rows[i].size() != 3) throw entry.complaint("rotation", "has a row that is not 3 numbers", remedy);
+    if (!rows[i].is_array() || rows[i].size() != 3)
+      throw entry.complaint("rotation", "has a row that is not 3 numbers", remedy);
     for (int j = 0; j < 3; ++j) {
-      if (!rows[i][j].is_number()) throw entry.complaint("rotation", "holds " + rows[i][j].dump().substr(0, 40), remedy);
+      if (!rows[i][j].is_number())
+        throw entry.complaint("rotation", "holds " + rows[i][j].dump().substr(0, 40), remedy);
       rotation(i, j) = rows[i][j];
     }
   }
@@ -34,7 +36,8 @@ Eigen::Isometry3d read_pose(const JsonObject& entry) {
 
 CameraFile read_cameras_json(const fs::path& file, const fs::path& photos) {
   const nlohmann::json json = read_json(file);
-  if (!json.is_array() || json.empty()) throw input_error(file.string(), "", "is no array of cameras", "name the cameras.json of a 3DGS model");
+  if (!json.is_array() || json.empty())
+    throw input_error(file.string(), "", "is no array of cameras", "name the cameras.json of a 3DGS model");
   CameraCollector collector(file);
   const fs::path folder = file.parent_path();
   for (size_t i = 0; i < json.size(); ++i) {
@@ -45,12 +48,14 @@ CameraFile read_cameras_json(const fs::path& file, const fs::path& photos) {
     camera.cam_from_world = read_pose(entry);
     const double width = entry.number("width"), height = entry.number("height");
     if (!(width >= 1 && width <= 65536 && height >= 1 && height <= 65536)) {
-      throw entry.complaint(width >= 1 && width <= 65536 ? "height" : "width", "is out of range", "sizes are 1 to 65536 pixels");
+      throw entry.complaint(width >= 1 && width <= 65536 ? "height" : "width", "is out of range",
+                            "sizes are 1 to 65536 pixels");
     }
     camera.width = static_cast<int>(width), camera.height = static_cast<int>(height);
     camera.fx = entry.number("fx"), camera.fy = entry.number("fy");
     for (const char* key : {"fx", "fy"}) {
-      if (!(entry.number(key) > 0)) throw entry.complaint(key, "is " + std::to_string(entry.number(key)), "it must be positive");
+      if (!(entry.number(key) > 0))
+        throw entry.complaint(key, "is " + std::to_string(entry.number(key)), "it must be positive");
     }
     camera.cx = 0.5 * camera.width, camera.cy = 0.5 * camera.height;
     const std::string name = entry.text("img_name");
@@ -71,8 +76,14 @@ void write_cameras_json(const fs::path& file, const std::vector<Camera>& cameras
     }
     const Eigen::Vector3d centre = world_from_cam.translation().array() + 0.0;
     const std::string name = camera.photo.empty() ? camera.name : fs::path(camera.photo).filename().string();
-    out.push_back({{"id", out.size()}, {"img_name", name}, {"width", camera.width}, {"height", camera.height},
-                   {"position", {centre[0], centre[1], centre[2]}}, {"rotation", rotation}, {"fx", camera.fx}, {"fy", camera.fy}});
+    out.push_back({{"id", out.size()},
+                   {"img_name", name},
+                   {"width", camera.width},
+                   {"height", camera.height},
+                   {"position", {centre[0], centre[1], centre[2]}},
+                   {"rotation", rotation},
+                   {"fx", camera.fx},
+                   {"fy", camera.fy}});
   }
   write_json(file, out);
 }

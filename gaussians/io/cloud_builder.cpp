@@ -29,8 +29,9 @@ bool CloudBuilder::add(const SplatRow& row, std::span<const float> object_featur
   ++rows_;
   const Vec3f log_scale = (row.log_scale.array() == -INFINITY).select(kSmallestLogScale, row.log_scale);
   const float opacity = row.opacity_logit == INFINITY ? kOpaqueLogit : row.opacity_logit;
-  bool good = row.position.allFinite() && row.position.cwiseAbs().maxCoeff() <= kLargestCoordinate && log_scale.allFinite() &&
-              log_scale.maxCoeff() <= kLargestLogScale && row.rotation.allFinite() && std::isfinite(opacity);
+  bool good = row.position.allFinite() && row.position.cwiseAbs().maxCoeff() <= kLargestCoordinate &&
+              log_scale.allFinite() && log_scale.maxCoeff() <= kLargestLogScale && row.rotation.allFinite() &&
+              std::isfinite(opacity);
   const int sh = cloud_.sh_count() * 3;
   for (int k = 0; k < sh; ++k) good = good && std::isfinite(row.sh[k]);
   for (float value : object_features) good = good && std::isfinite(value);
@@ -54,7 +55,8 @@ GaussianCloud CloudBuilder::finish(ReadReport& report) {
                               " Gaussians with NaN, infinite or absurd values were left out");
   }
   if (zero_rotations_ > 0) {
-    report.warnings.push_back(std::to_string(zero_rotations_) + " Gaussians have a zero quaternion; no rotation is used");
+    report.warnings.push_back(std::to_string(zero_rotations_) +
+                              " Gaussians have a zero quaternion; no rotation is used");
   }
   return std::move(cloud_);
 }

@@ -19,19 +19,29 @@ struct Model {
   bool supported;
 };
 constexpr Model kModels[] = {
-    {"SIMPLE_PINHOLE", 3, true}, {"PINHOLE", 4, true}, {"SIMPLE_RADIAL", 4, true}, {"RADIAL", 5, true},
-    {"OPENCV", 8, true}, {"OPENCV_FISHEYE", 8, false}, {"FULL_OPENCV", 12, false}, {"FOV", 5, false},
-    {"SIMPLE_RADIAL_FISHEYE", 4, false}, {"RADIAL_FISHEYE", 5, false}, {"THIN_PRISM_FISHEYE", 12, false},
+    {"SIMPLE_PINHOLE", 3, true},
+    {"PINHOLE", 4, true},
+    {"SIMPLE_RADIAL", 4, true},
+    {"RADIAL", 5, true},
+    {"OPENCV", 8, true},
+    {"OPENCV_FISHEYE", 8, false},
+    {"FULL_OPENCV", 12, false},
+    {"FOV", 5, false},
+    {"SIMPLE_RADIAL_FISHEYE", 4, false},
+    {"RADIAL_FISHEYE", 5, false},
+    {"THIN_PRISM_FISHEYE", 12, false},
 };
 
 /// The camera of one record, without a pose.
-Camera camera_of(const Model& model, uint64_t width, uint64_t height, const std::vector<double>& p, const std::string& file,
-                 const std::string& field) {
+Camera camera_of(const Model& model, uint64_t width, uint64_t height, const std::vector<double>& p,
+                 const std::string& file, const std::string& field) {
   if (width < 1 || width > 65536 || height < 1 || height > 65536) {
-    throw input_error(file, field, "has the size " + std::to_string(width) + " x " + std::to_string(height), "sizes are 1 to 65536 pixels");
+    throw input_error(file, field, "has the size " + std::to_string(width) + " x " + std::to_string(height),
+                      "sizes are 1 to 65536 pixels");
   }
   for (double value : p) {
-    if (!std::isfinite(value)) throw input_error(file, field, "holds values that are not finite", "the file is damaged");
+    if (!std::isfinite(value))
+      throw input_error(file, field, "holds values that are not finite", "the file is damaged");
   }
   Camera camera;
   camera.width = static_cast<int>(width), camera.height = static_cast<int>(height);
@@ -43,15 +53,18 @@ Camera camera_of(const Model& model, uint64_t width, uint64_t height, const std:
   camera.cx = p[at++], camera.cy = p[at++];
   for (size_t k = 0; at < p.size(); ++k) camera.distortion[k] = p[at++];
   if (!(camera.fx > 0 && camera.fy > 0)) {
-    throw input_error(file, field, "has the focal length " + std::to_string(std::min(camera.fx, camera.fy)), "it must be positive");
+    throw input_error(file, field, "has the focal length " + std::to_string(std::min(camera.fx, camera.fy)),
+                      "it must be positive");
   }
   return camera;
 }
 
-const Model& checked_model(const Model* model, const std::string& name, const std::string& file, const std::string& field) {
+const Model& checked_model(const Model* model, const std::string& name, const std::string& file,
+                           const std::string& field) {
   if (model && model->supported) return *model;
-  throw input_error(file, field, "has the camera model " + (model ? std::string(model->name) : name),
-                    "SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL and OPENCV are read; undistort first: colmap image_undistorter");
+  throw input_error(
+      file, field, "has the camera model " + (model ? std::string(model->name) : name),
+      "SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL and OPENCV are read; undistort first: colmap image_undistorter");
 }
 
 /// Pose and photo name of one record.
@@ -61,22 +74,26 @@ struct Pose {
   std::string photo;
 };
 
-void add_frame(const Pose& pose, const std::map<uint32_t, Camera>& cameras, const fs::path& folder, const fs::path& photos,
-               const std::string& file, const std::string& field, CameraCollector& collector) {
+void add_frame(const Pose& pose, const std::map<uint32_t, Camera>& cameras, const fs::path& folder,
+               const fs::path& photos, const std::string& file, const std::string& field, CameraCollector& collector) {
   const auto found = cameras.find(pose.camera);
   if (found == cameras.end()) {
-    throw input_error(file, field, "names the camera " + std::to_string(pose.camera) + ", which does not exist", "the files do not belong together");
+    throw input_error(file, field, "names the camera " + std::to_string(pose.camera) + ", which does not exist",
+                      "the files do not belong together");
   }
   Eigen::Quaterniond q(pose.q[0], pose.q[1], pose.q[2], pose.q[3]);
   const Eigen::Vector3d t(pose.t[0], pose.t[1], pose.t[2]);
   if (!q.coeffs().allFinite() || !(q.norm() > 1e-6) || !t.allFinite()) {
-    throw input_error(file, field, "has no pose: a zero quaternion or values that are not finite", "the file is damaged");
+    throw input_error(file, field, "has no pose: a zero quaternion or values that are not finite",
+                      "the file is damaged");
   }
   Camera camera = found->second;
   camera.cam_from_world.linear() = q.normalized().toRotationMatrix();
   camera.cam_from_world.translation() = t;
   const fs::path around = folder / "..", above = folder / "../..";
-  camera.photo = find_photo(photos, {folder / "images", around / "images", above / "images", folder, around, above}, pose.photo).string();
+  camera.photo =
+      find_photo(photos, {folder / "images", around / "images", above / "images", folder, around, above}, pose.photo)
+          .string();
   collector.add(std::move(camera), pose.photo);
 }
 
@@ -91,7 +108,8 @@ std::map<uint32_t, Camera> read_binary_cameras(const fs::path& path) {
     const std::string field = "camera " + std::to_string(id);
     const auto model_id = in.take<int32_t>(field);
     const bool known = model_id >= 0 && model_id < static_cast<int>(std::size(kModels));
-    const Model& model = checked_model(known ? &kModels[model_id] : nullptr, std::to_string(model_id), in.file(), field);
+    const Model& model =
+        checked_model(known ? &kModels[model_id] : nullptr, std::to_string(model_id), in.file(), field);
     const auto width = in.take<uint64_t>(field), height = in.take<uint64_t>(field);
     std::vector<double> parameters;
     for (int k = 0; k < model.parameters; ++k) parameters.push_back(in.take<double>(field));
@@ -145,7 +163,8 @@ std::map<uint32_t, Camera> read_text_cameras(const fs::path& path) {
     std::string name;
     uint64_t width, height;
     if (!(words >> id >> name >> width >> height)) {
-      throw input_error(path.string(), field, "is '" + line.substr(0, 60) + "'", "it must be: id, model, width, height, parameters");
+      throw input_error(path.string(), field, "is '" + line.substr(0, 60) + "'",
+                        "it must be: id, model, width, height, parameters");
     }
     const Model* found = nullptr;
     for (const Model& model : kModels) found = name == model.name ? &model : found;
@@ -153,7 +172,8 @@ std::map<uint32_t, Camera> read_text_cameras(const fs::path& path) {
     std::vector<double> parameters(static_cast<size_t>(model.parameters));
     for (double& value : parameters) {
       if (!(words >> value)) {
-        throw input_error(path.string(), field, "has too few parameters", name + " has " + std::to_string(model.parameters));
+        throw input_error(path.string(), field, "has too few parameters",
+                          name + " has " + std::to_string(model.parameters));
       }
     }
     if (!cameras.emplace(id, camera_of(model, width, height, parameters, path.string(), field)).second) {
@@ -178,7 +198,8 @@ void read_text_images(const fs::path& path, Use&& use) {
     for (double& value : pose.q) words >> value;
     for (double& value : pose.t) words >> value;
     if (!(words >> pose.camera >> std::ws) || !std::getline(words, pose.photo) || pose.photo.empty()) {
-      throw input_error(path.string(), field, "is '" + line.substr(0, 60) + "'", "it must be: id, qw, qx, qy, qz, tx, ty, tz, camera, name");
+      throw input_error(path.string(), field, "is '" + line.substr(0, 60) + "'",
+                        "it must be: id, qw, qx, qy, qz, tx, ty, tz, camera, name");
     }
     use(pose, field);
     next_line(in, points, number);
@@ -187,7 +208,8 @@ void read_text_images(const fs::path& path, Use&& use) {
 
 bool has_pair(const fs::path& folder, const std::string& extension) {
   std::error_code ignored;
-  return fs::is_regular_file(folder / ("cameras" + extension), ignored) && fs::is_regular_file(folder / ("images" + extension), ignored);
+  return fs::is_regular_file(folder / ("cameras" + extension), ignored) &&
+         fs::is_regular_file(folder / ("images" + extension), ignored);
 }
 
 }  // namespace
@@ -197,19 +219,23 @@ bool is_colmap(const fs::path& folder) { return has_pair(folder, ".bin") || has_
 CameraFile read_colmap(const fs::path& folder, const fs::path& photos) {
   const bool binary = has_pair(folder, ".bin");
   if (!binary && !has_pair(folder, ".txt")) {
-    throw input_error(folder.string(), "", "holds no cameras.bin and images.bin (or .txt)", "name a COLMAP model, for example sparse/0");
+    throw input_error(folder.string(), "", "holds no cameras.bin and images.bin (or .txt)",
+                      "name a COLMAP model, for example sparse/0");
   }
   const std::string extension = binary ? ".bin" : ".txt";
   const fs::path cameras_file = folder / ("cameras" + extension), images_file = folder / ("images" + extension);
-  const std::map<uint32_t, Camera> cameras = binary ? read_binary_cameras(cameras_file) : read_text_cameras(cameras_file);
+  const std::map<uint32_t, Camera> cameras =
+      binary ? read_binary_cameras(cameras_file) : read_text_cameras(cameras_file);
   CameraCollector collector(images_file);
   bool any = false;
   const auto use = [&](const Pose& pose, const std::string& field) {
     add_frame(pose, cameras, folder, photos, images_file.string(), field, collector);
     any = true;
   };
-  if (binary) read_binary_images(images_file, use);
-  else read_text_images(images_file, use);
+  if (binary)
+    read_binary_images(images_file, use);
+  else
+    read_text_images(images_file, use);
   if (!any) throw input_error(images_file.string(), "", "holds no image", "name a model with registered images");
   CameraFile result = collector.finish(binary ? "COLMAP binary" : "COLMAP text");
   result.files.push_back(cameras_file);

@@ -108,17 +108,19 @@ bool is_compressed_ply(const PlyHeader& header) {
   return header.find("chunk") && vertex && vertex->find("packed_position") >= 0;
 }
 
-GaussianCloud read_compressed_ply(std::istream& in, const PlyHeader& header, const std::filesystem::path& file, uint64_t size,
-                                  ReadReport* report) {
+GaussianCloud read_compressed_ply(std::istream& in, const PlyHeader& header, const std::filesystem::path& file,
+                                  uint64_t size, ReadReport* report) {
   const std::string name = file.string();
   const PlyElement &chunk = *header.find("chunk"), &vertex = *header.find("vertex");
   const PlyElement* sh = header.find("sh");
   if (vertex.count > INT32_MAX || chunk.count < (vertex.count + kChunk - 1) / kChunk) {
-    throw input_error(name, "element chunk", "has " + std::to_string(chunk.count) + " rows for " + std::to_string(vertex.count) + " Gaussians",
+    throw input_error(name, "element chunk",
+                      "has " + std::to_string(chunk.count) + " rows for " + std::to_string(vertex.count) + " Gaussians",
                       "every 256 Gaussians need one");
   }
   if (sh && sh->count != vertex.count) {
-    throw input_error(name, "element sh", "has " + std::to_string(sh->count) + " rows for " + std::to_string(vertex.count) + " Gaussians",
+    throw input_error(name, "element sh",
+                      "has " + std::to_string(sh->count) + " rows for " + std::to_string(vertex.count) + " Gaussians",
                       "both counts must be equal");
   }
   const int degree = sh ? degree_of(*sh, name) : 0;
@@ -126,10 +128,14 @@ GaussianCloud read_compressed_ply(std::istream& in, const PlyHeader& header, con
   std::string chunk_rows, vertex_rows, sh_rows;
   for (const PlyElement& element : header.elements) {
     PlyRows rows(in, header, element, name, size);
-    if (&element == &chunk) chunk_rows = rows.bytes();
-    else if (&element == &vertex) vertex_rows = rows.bytes();
-    else if (&element == sh) sh_rows = rows.bytes();
-    else rows.skip();
+    if (&element == &chunk)
+      chunk_rows = rows.bytes();
+    else if (&element == &vertex)
+      vertex_rows = rows.bytes();
+    else if (&element == sh)
+      sh_rows = rows.bytes();
+    else
+      rows.skip();
   }
   const Table chunks(chunk, std::move(chunk_rows), name), packed(vertex, std::move(vertex_rows), name);
   const Bounds positions(chunks, "", "xyz"), scales(chunks, "scale_", "xyz");
@@ -141,7 +147,8 @@ GaussianCloud read_compressed_ply(std::istream& in, const PlyHeader& header, con
   const int rest = (degree + 1) * (degree + 1) - 1;
   std::vector<size_t> harmonic;
   const Table harmonics(sh ? *sh : vertex, std::move(sh_rows), name);
-  for (int k = 0; k < 3 * rest; ++k) harmonic.push_back(harmonics.column("f_rest_" + std::to_string(k), PlyType::kUint8));
+  for (int k = 0; k < 3 * rest; ++k)
+    harmonic.push_back(harmonics.column("f_rest_" + std::to_string(k), PlyType::kUint8));
 
   CloudBuilder builder(degree, vertex.count);
   for (size_t i = 0; i < vertex.count; ++i) {
@@ -155,7 +162,8 @@ GaussianCloud read_compressed_ply(std::istream& in, const PlyHeader& header, con
     for (int c = 0; c < 3; ++c) row.sh[c] = sh_of_colour(colour[c]);
     row.opacity_logit = logit_of_byte(static_cast<uint8_t>(rgba));
     for (int k = 0; k < rest; ++k) {
-      for (int c = 0; c < 3; ++c) row.sh[3 + 3 * k + c] = unpack_harmonic(harmonics.value<uint8_t>(i, harmonic[c * rest + k]));
+      for (int c = 0; c < 3; ++c)
+        row.sh[3 + 3 * k + c] = unpack_harmonic(harmonics.value<uint8_t>(i, harmonic[c * rest + k]));
     }
     builder.add(row);
   }

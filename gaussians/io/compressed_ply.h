@@ -16,7 +16,7 @@ bool is_compressed_ply(const PlyHeader& header);
 /// positions and scales in 11-10-11 bits, rotations as the smallest three components in 10 bits each, colours and
 /// opacity in 8 bits, optional harmonics in 8 bits.  `size` is that of the whole file.
 /// Throws Error{kInput} naming the file and the element or property.
-GaussianCloud read_compressed_ply(std::istream& in, const PlyHeader& header, const std::filesystem::path& file, uint64_t size,
-                                  ReadReport* report);
+GaussianCloud read_compressed_ply(std::istream& in, const PlyHeader& header, const std::filesystem::path& file,
+                                  uint64_t size, ReadReport* report);
 
 }  // namespace pliant

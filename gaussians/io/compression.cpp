@@ -10,7 +10,7 @@
 namespace pliant {
 namespace {
 
-constexpr uint64_t kMostExpansion = 256;  // splat data shrink 2 to 20 times
+constexpr uint64_t kMostExpansion = 256;   // splat data shrink 2 to 20 times
 constexpr uint64_t kSmallScene = 1 << 20;  // bytes that need no justification
 constexpr int kZstdLevel = 12;
 
@@ -18,9 +18,10 @@ constexpr int kZstdLevel = 12;
 
 void check_expansion(uint64_t promised_bytes, uint64_t file_bytes, const std::string& file, const std::string& field) {
   if (promised_bytes <= kSmallScene || promised_bytes / kMostExpansion <= file_bytes) return;
-  throw input_error(file, field,
-                    "promises " + std::to_string(promised_bytes) + " bytes of data in a file of " + std::to_string(file_bytes),
-                    "the header is wrong, or the file is meant to exhaust the memory");
+  throw input_error(
+      file, field,
+      "promises " + std::to_string(promised_bytes) + " bytes of data in a file of " + std::to_string(file_bytes),
+      "the header is wrong, or the file is meant to exhaust the memory");
 }
 
 struct GzipReader::Stream {
@@ -59,9 +60,10 @@ size_t GzipReader::read_some(std::span<char> out, const std::string& field) {
 void GzipReader::read(std::span<char> out, const std::string& field) {
   const size_t done = read_some(out, field);
   if (done == out.size()) return;
-  throw input_error(file_, field,
-                    "the header promises " + std::to_string(out.size()) + " bytes but only " + std::to_string(done) + " follow",
-                    "the file is truncated or its header is wrong");
+  throw input_error(
+      file_, field,
+      "the header promises " + std::to_string(out.size()) + " bytes but only " + std::to_string(done) + " follow",
+      "the file is truncated or its header is wrong");
 }
 
 std::string GzipReader::rest(size_t most, const std::string& field) {
@@ -73,16 +75,18 @@ std::string GzipReader::rest(size_t most, const std::string& field) {
   return bytes;
 }
 
-void decompress_zstd(std::string_view compressed, std::span<char> out, const std::string& file, const std::string& field) {
+void decompress_zstd(std::string_view compressed, std::span<char> out, const std::string& file,
+                     const std::string& field) {
   const size_t done = ZSTD_decompress(out.data(), out.size(), compressed.data(), compressed.size());
   if (ZSTD_isError(done)) {
     throw input_error(file, field, std::string("the compressed data are damaged: ") + ZSTD_getErrorName(done),
                       "the file is truncated or damaged; fetch it again");
   }
   if (done == out.size()) return;
-  throw input_error(file, field,
-                    "the header promises " + std::to_string(out.size()) + " bytes but only " + std::to_string(done) + " follow",
-                    "the file is truncated or its header is wrong");
+  throw input_error(
+      file, field,
+      "the header promises " + std::to_string(out.size()) + " bytes but only " + std::to_string(done) + " follow",
+      "the file is truncated or its header is wrong");
 }
 
 std::string compress_zstd(std::string_view bytes) {

@@ -33,7 +33,8 @@ class GzipReader {
 };
 
 /// Decompresses one Zstandard frame that holds exactly out.size() bytes.
-void decompress_zstd(std::string_view compressed, std::span<char> out, const std::string& file, const std::string& field);
+void decompress_zstd(std::string_view compressed, std::span<char> out, const std::string& file,
+                     const std::string& field);
 std::string compress_zstd(std::string_view bytes);
 
 }  // namespace pliant

@@ -21,7 +21,8 @@ Camera camera_of(const double* v, const std::string& file, const std::string& fi
   for (int k = 0; k < 21; ++k) {
     if (!std::isfinite(v[k])) throw refuse("holds values that are not finite");
   }
-  if (v[6] != 0 || v[7] != 0 || v[8] != 1 || v[3] != 0 || std::abs(v[1]) > 1e-6 * std::abs(v[0])) throw refuse("has a K with skew or of another kind");
+  if (v[6] != 0 || v[7] != 0 || v[8] != 1 || v[3] != 0 || std::abs(v[1]) > 1e-6 * std::abs(v[0]))
+    throw refuse("has a K with skew or of another kind");
   if (!(v[0] > 0 && v[4] > 0)) throw refuse("has the focal length " + std::to_string(std::min(v[0], v[4])));
   Camera camera;
   camera.fx = v[0], camera.cx = v[2], camera.fy = v[4], camera.cy = v[5];
@@ -49,13 +50,16 @@ CameraFile read_middlebury(const fs::path& file, const fs::path& photos) {
   std::vector<std::pair<Camera, std::string>> frames;
   for (long long i = 0; i < count; ++i) {
     const std::string field = "line " + std::to_string(i + 2);
-    if (!std::getline(in, line)) throw input_error(name, field, "is missing", "line 1 promises " + std::to_string(count) + " photos");
+    if (!std::getline(in, line))
+      throw input_error(name, field, "is missing", "line 1 promises " + std::to_string(count) + " photos");
     std::istringstream words(line);
     std::string photo;
     double values[21];
     words >> photo;
     for (double& value : values) words >> value;
-    if (!words) throw input_error(name, field, "is '" + line.substr(0, 60) + "'", "it must be: name, K (9 numbers), R (9), t (3)");
+    if (!words)
+      throw input_error(name, field, "is '" + line.substr(0, 60) + "'",
+                        "it must be: name, K (9 numbers), R (9), t (3)");
     Camera camera = camera_of(values, name, field);
     camera.photo = find_photo(photos, {file.parent_path(), file.parent_path() / "images"}, photo).string();
     if (width == 0 && !camera.photo.empty()) {

@@ -13,7 +13,8 @@ constexpr size_t kBlockRows = 4096;
 
 PlyRows::PlyRows(std::istream& in, const PlyHeader& header, const PlyElement& element, std::string file, uint64_t size)
     : in_(in), element_(element), file_(std::move(file)), ascii_(header.ascii), size_(size) {
-  for (const PlyProperty& property : element.properties) offset_.push_back(row_bytes_), row_bytes_ += ply_size(property.type);
+  for (const PlyProperty& property : element.properties)
+    offset_.push_back(row_bytes_), row_bytes_ += ply_size(property.type);
 }
 
 void PlyRows::check_size() {
@@ -23,8 +24,8 @@ void PlyRows::check_size() {
   const uint64_t available = ascii_ ? left + 1 : left;
   if (row > 0 && element_.count > available / row) {
     throw input_error(file_, "element " + element_.name,
-                      "the header promises " + std::to_string(element_.count) + " rows but only " + std::to_string(left) +
-                          " bytes follow (room for " + std::to_string(available / row) + ")",
+                      "the header promises " + std::to_string(element_.count) + " rows but only " +
+                          std::to_string(left) + " bytes follow (room for " + std::to_string(available / row) + ")",
                       "the file is truncated or its header is wrong");
   }
 }
@@ -67,8 +68,10 @@ void PlyRows::for_each_row(const std::function<void(const float* values)>& use) 
       }
       const char* bytes = block.data() + (row % kBlockRows) * row_bytes_;
       for (size_t i = 0; i < values.size(); ++i) {
-        if (element_.properties[i].type == PlyType::kFloat) std::memcpy(&values[i], bytes + offset_[i], 4);
-        else values[i] = static_cast<float>(ply_value(element_.properties[i].type, bytes + offset_[i]));
+        if (element_.properties[i].type == PlyType::kFloat)
+          std::memcpy(&values[i], bytes + offset_[i], 4);
+        else
+          values[i] = static_cast<float>(ply_value(element_.properties[i].type, bytes + offset_[i]));
       }
     }
     use(values.data());

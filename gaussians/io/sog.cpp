@@ -18,11 +18,11 @@ namespace fs = std::filesystem;
 namespace pliant {
 namespace {
 
-constexpr uint64_t kMostMeta = 1 << 20;      // bytes of meta.json
-constexpr uint64_t kMostPalette = 65536;     // entries that 16 bits can name
-constexpr uint64_t kMostPerByte = 64;        // Gaussians for each byte of the files; real files have less than one
-constexpr uint64_t kSmallScene = 4096;       // Gaussians that need no justification
-constexpr int kPaletteColumns = 64;          // palette entries side by side in the picture
+constexpr uint64_t kMostMeta = 1 << 20;   // bytes of meta.json
+constexpr uint64_t kMostPalette = 65536;  // entries that 16 bits can name
+constexpr uint64_t kMostPerByte = 64;     // Gaussians for each byte of the files; real files have less than one
+constexpr uint64_t kSmallScene = 4096;    // Gaussians that need no justification
+constexpr int kPaletteColumns = 64;       // palette entries side by side in the picture
 
 /// The files of a SOG by name.
 struct Source {
@@ -33,7 +33,8 @@ struct Source {
 
 Source source_in_archive(const fs::path& file) {
   auto archive = std::make_shared<ZipArchive>(file);
-  return {file.string(), fs::file_size(file), [archive](const std::string& name, uint64_t most) { return archive->read(name, most); }};
+  return {file.string(), fs::file_size(file),
+          [archive](const std::string& name, uint64_t most) { return archive->read(name, most); }};
 }
 
 Source source_in_folder(const fs::path& meta, std::vector<fs::path>& files) {
@@ -49,13 +50,15 @@ Source source_in_folder(const fs::path& meta, std::vector<fs::path>& files) {
   source.read = [meta, folder, &files](const std::string& name, uint64_t most) {
     // Names lead nowhere but into the folder.
     if (name.empty() || fs::path(name).filename() != name || name == "..") {
-      throw input_error(meta.string(), "files", "names '" + name + "'", "names must be those of files in the same folder");
+      throw input_error(meta.string(), "files", "names '" + name + "'",
+                        "names must be those of files in the same folder");
     }
     const fs::path file = name == "meta.json" ? meta : folder / name;
     std::error_code failed;
     const uint64_t size = fs::file_size(file, failed);
     if (!failed && size > most) {
-      throw input_error(file.string(), "", "has " + std::to_string(size) + " bytes, at most " + std::to_string(most) + " are justified",
+      throw input_error(file.string(), "",
+                        "has " + std::to_string(size) + " bytes, at most " + std::to_string(most) + " are justified",
                         "the file is damaged");
     }
     if (std::find(files.begin(), files.end(), file) == files.end()) files.push_back(file);
@@ -68,11 +71,15 @@ Source source_in_folder(const fs::path& meta, std::vector<fs::path>& files) {
 class Sog {
  public:
   explicit Sog(const Source& source)
-      : source_(source), json_(parse_json(source.read("meta.json", kMostMeta), source.name, "meta.json")), meta_(json_, source.name, "", Failure::kInput) {
+      : source_(source),
+        json_(parse_json(source.read("meta.json", kMostMeta), source.name, "meta.json")),
+        meta_(json_, source.name, "", Failure::kInput) {
     if (!meta_.has("version")) {
-      throw meta_.complaint("version", "is missing: this is SOG version 1", "convert it, for example with: splat-transform in.sog out.ply");
+      throw meta_.complaint("version", "is missing: this is SOG version 1",
+                            "convert it, for example with: splat-transform in.sog out.ply");
     }
-    if (meta_.number("version") != 2) throw meta_.complaint("version", "is " + json_["version"].dump(), "version 2 is read");
+    if (meta_.number("version") != 2)
+      throw meta_.complaint("version", "is " + json_["version"].dump(), "version 2 is read");
     count_ = whole(meta_, "count", source_.file_bytes * kMostPerByte + kSmallScene);
     if (meta_.has("antialias") && json_["antialias"].is_boolean()) antialiased_ = json_["antialias"];
   }
@@ -111,9 +118,11 @@ class Sog {
   /// A whole number from 0 to `most`.
   static size_t whole(const JsonObject& object, const std::string& key, uint64_t most) {
     const double value = object.number(key);
-    if (!(value >= 0 && value <= static_cast<double>(std::min<uint64_t>(most, INT32_MAX)) && value == std::floor(value))) {
-      throw object.complaint(key, "is " + std::to_string(value),
-                             "it must be a whole number of at most " + std::to_string(most) + ", which the size of the files justifies");
+    if (!(value >= 0 && value <= static_cast<double>(std::min<uint64_t>(most, INT32_MAX)) &&
+          value == std::floor(value))) {
+      throw object.complaint(
+          key, "is " + std::to_string(value),
+          "it must be a whole number of at most " + std::to_string(most) + ", which the size of the files justifies");
     }
     return static_cast<size_t>(value);
   }
@@ -122,8 +131,10 @@ class Sog {
   ImageU8 picture(const JsonObject& keys, size_t index) {
     ImageU8 picture = decode(keys, index, 4 * count_ + 65536);
     if (picture.pixels() < count_) {
-      throw keys.complaint("files", "names a picture of " + std::to_string(picture.pixels()) + " pixels for " +
-                           std::to_string(count_) + " Gaussians", "the files do not belong together");
+      throw keys.complaint("files",
+                           "names a picture of " + std::to_string(picture.pixels()) + " pixels for " +
+                               std::to_string(count_) + " Gaussians",
+                           "the files do not belong together");
     }
     return picture;
   }
@@ -159,9 +170,11 @@ class Sog {
     labels_ = picture(keys, 1);
     const size_t rows = (palette_count_ + kPaletteColumns - 1) / kPaletteColumns;
     if (palette_.width != static_cast<int>(kPaletteColumns * rest) || palette_.height < static_cast<int>(rows)) {
-      throw keys.complaint("files", "names a palette of " + std::to_string(palette_.width) + " x " + std::to_string(palette_.height) + " pixels",
-                           std::to_string(palette_count_) + " entries of degree " + std::to_string(degree_) + " take " +
-                               std::to_string(kPaletteColumns * rest) + " x " + std::to_string(rows));
+      throw keys.complaint(
+          "files",
+          "names a palette of " + std::to_string(palette_.width) + " x " + std::to_string(palette_.height) + " pixels",
+          std::to_string(palette_count_) + " entries of degree " + std::to_string(degree_) + " take " +
+              std::to_string(kPaletteColumns * rest) + " x " + std::to_string(rows));
     }
   }
 
@@ -169,11 +182,13 @@ class Sog {
     const size_t label = labels_.data[4 * i] + 256u * labels_.data[4 * i + 1];
     if (label >= palette_count_) {
       throw input_error(source_.name, "shN.count",
-                        "is " + std::to_string(palette_count_) + " but Gaussian " + std::to_string(i) + " has the label " + std::to_string(label),
+                        "is " + std::to_string(palette_count_) + " but Gaussian " + std::to_string(i) +
+                            " has the label " + std::to_string(label),
                         "the files do not belong together");
     }
     const int rest = (degree_ + 1) * (degree_ + 1) - 1;
-    const uint8_t* entry = palette_.at(static_cast<int>(label % kPaletteColumns) * rest, static_cast<int>(label / kPaletteColumns));
+    const uint8_t* entry =
+        palette_.at(static_cast<int>(label % kPaletteColumns) * rest, static_cast<int>(label / kPaletteColumns));
     for (int k = 0; k < rest; ++k) {
       for (int c = 0; c < 3; ++c) row.sh[3 + 3 * k + c] = static_cast<float>(book_[entry[4 * k + c]]);
     }

@@ -12,8 +12,8 @@ namespace pliant {
 /// harmonics by a palette; all in lossless WebP pictures.  Throws Error{kInput} naming file, key and value.
 GaussianCloud read_sog(const std::filesystem::path& file, ReadReport* report = nullptr);
 
-constexpr int kAllLevels = -1;     ///< every level of detail, one over the other
-constexpr int kFinestLevel = -2;   ///< the finest level whose files are all there
+constexpr int kAllLevels = -1;    ///< every level of detail, one over the other
+constexpr int kFinestLevel = -2;  ///< the finest level whose files are all there
 
 /// Reads one level of detail of a streamed SOG, named by its lod-meta.json: 0 is the finest.  Level names that are
 /// absent are an error when they were asked for.

@@ -17,15 +17,19 @@ constexpr int kDeepestTree = 64;
 /// lod-meta.json: which SOG files make up each level of detail.
 class LevelFile {
  public:
-  explicit LevelFile(const fs::path& file) : file_(file), json_(read_json(file)), top_(json_, file.string(), "", Failure::kInput) {
-    if (top_.has("version") && top_.number("version") != 1) throw top_.complaint("version", "is " + json_["version"].dump(), "version 1 is read");
+  explicit LevelFile(const fs::path& file)
+      : file_(file), json_(read_json(file)), top_(json_, file.string(), "", Failure::kInput) {
+    if (top_.has("version") && top_.number("version") != 1)
+      throw top_.complaint("version", "is " + json_["version"].dump(), "version 1 is read");
     const double levels = top_.number("lodLevels");
-    if (!(levels >= 1 && levels <= kMostLevels)) throw complain("lodLevels", "is " + std::to_string(levels), "it must be from 1 to 64");
+    if (!(levels >= 1 && levels <= kMostLevels))
+      throw complain("lodLevels", "is " + std::to_string(levels), "it must be from 1 to 64");
     levels_ = static_cast<int>(levels);
     for (const nlohmann::json& name : top_.array("filenames")) {
       const fs::path path = name.is_string() ? fs::path(name.get<std::string>()).lexically_normal() : fs::path();
       if (path.empty() || path.is_absolute() || *path.begin() == "..") {
-        throw complain("filenames", "holds " + name.dump().substr(0, 60), "names must be those of files below the same folder");
+        throw complain("filenames", "holds " + name.dump().substr(0, 60),
+                       "names must be those of files below the same folder");
       }
       names_.push_back(file.parent_path() / path);
     }
@@ -57,7 +61,9 @@ class LevelFile {
     if (node.has("children")) {
       const nlohmann::json& children = node.array("children");
       for (size_t i = 0; i < children.size(); ++i) {
-        walk(JsonObject(children[i], file_.string(), node.path_of("children") + "[" + std::to_string(i) + "]", Failure::kInput), depth + 1);
+        walk(JsonObject(children[i], file_.string(), node.path_of("children") + "[" + std::to_string(i) + "]",
+                        Failure::kInput),
+             depth + 1);
       }
     }
     if (!node.has("lods")) return;
@@ -70,7 +76,8 @@ class LevelFile {
       if (!(index >= 0 && index < static_cast<double>(names_.size()) && index == std::floor(index))) {
         throw complain(entry.path_of("file"), "is " + std::to_string(index), "it must be a place in filenames");
       }
-      if (!(count >= 0 && count <= INT32_MAX)) throw complain(entry.path_of("count"), "is " + std::to_string(count), "it must be a count");
+      if (!(count >= 0 && count <= INT32_MAX))
+        throw complain(entry.path_of("count"), "is " + std::to_string(count), "it must be a count");
       promised_[level][static_cast<size_t>(index)] += static_cast<uint64_t>(count);
     }
   }
@@ -94,11 +101,15 @@ GaussianCloud read_sog_levels(const fs::path& file, int level, ReadReport* repor
     first = 0, last = levels.levels() - 1;
   } else if (level == kFinestLevel) {
     for (first = 0; first < levels.levels() && !levels.complete(first);) ++first;
-    if (first == levels.levels()) throw levels.complain("filenames", "no level has all its files", "fetch the folder again");
-    if (first > 0) found.warnings.push_back("levels of detail 0 to " + std::to_string(first - 1) + " have no files; level " + std::to_string(first) + " is read");
+    if (first == levels.levels())
+      throw levels.complain("filenames", "no level has all its files", "fetch the folder again");
+    if (first > 0)
+      found.warnings.push_back("levels of detail 0 to " + std::to_string(first - 1) + " have no files; level " +
+                               std::to_string(first) + " is read");
     last = first;
   } else if (level < 0 || level >= levels.levels()) {
-    throw levels.complain("lodLevels", "level " + std::to_string(level) + " was asked for", "levels 0 to " + std::to_string(levels.levels() - 1) + " exist");
+    throw levels.complain("lodLevels", "level " + std::to_string(level) + " was asked for",
+                          "levels 0 to " + std::to_string(levels.levels() - 1) + " exist");
   }
   GaussianCloud cloud;
   for (int at = first; at <= last; ++at) {
@@ -106,14 +117,17 @@ GaussianCloud read_sog_levels(const fs::path& file, int level, ReadReport* repor
       ReadReport part;
       const GaussianCloud chunk = read_sog(levels.name(index), &part);
       if (part.rows != promised) {
-        throw levels.complain("tree", "promises " + std::to_string(promised) + " Gaussians in " + levels.name(index).string() + ", which holds " +
-                              std::to_string(part.rows), "the files do not belong together");
+        throw levels.complain("tree",
+                              "promises " + std::to_string(promised) + " Gaussians in " + levels.name(index).string() +
+                                  ", which holds " + std::to_string(part.rows),
+                              "the files do not belong together");
       }
       cloud.append(chunk);
       found.rows += part.rows, found.dropped += part.dropped;
       found.antialiased = found.antialiased || part.antialiased;
       found.files.insert(found.files.end(), part.files.begin(), part.files.end());
-      for (const std::string& warning : part.warnings) found.warnings.push_back(levels.name(index).string() + ": " + warning);
+      for (const std::string& warning : part.warnings)
+        found.warnings.push_back(levels.name(index).string() + ": " + warning);
     }
   }
   found.levels = levels.levels(), found.level = level == kAllLevels ? kAllLevels : first;

@@ -19,7 +19,8 @@ enum class Format { kNone, kPly, kSplat, kSpz, kSog, kSogLevels, kKsplat };
 
 std::string lower_extension(const fs::path& path) {
   std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
   return extension;
 }
 
@@ -71,18 +72,25 @@ GaussianCloud read_splats(const fs::path& path, ReadReport* report, int level) {
   const fs::path file = splats_at(path);
   const Format format = format_of(file);
   if (format != Format::kSogLevels && level != kFinestLevel && level != 0) {
-    throw usage_error(path.string(), "--level", "is " + std::to_string(level), "only streamed SOG (lod-meta.json) has levels of detail");
+    throw usage_error(path.string(), "--level", "is " + std::to_string(level),
+                      "only streamed SOG (lod-meta.json) has levels of detail");
   }
   switch (format) {
-    case Format::kPly: return read_ply(file, report);
-    case Format::kSplat: return read_splat(file, report);
-    case Format::kSpz: return read_spz(file, report);
-    case Format::kSog: return read_sog(file, report);
-    case Format::kSogLevels: return read_sog_levels(file, level, report);
+    case Format::kPly:
+      return read_ply(file, report);
+    case Format::kSplat:
+      return read_splat(file, report);
+    case Format::kSpz:
+      return read_spz(file, report);
+    case Format::kSog:
+      return read_sog(file, report);
+    case Format::kSogLevels:
+      return read_sog_levels(file, level, report);
     case Format::kKsplat:
       throw input_error(file.string(), "", "is a .ksplat file, a format that is no longer developed",
                         "convert it, for example with: splat-transform in.ksplat out.ply");
-    case Format::kNone: break;
+    case Format::kNone:
+      break;
   }
   throw input_error(path.string(), "", "is no splat file that is known",
                     "name a .ply, .splat, .spz, .sog, or the meta.json or lod-meta.json of a SOG");
@@ -96,12 +104,15 @@ std::vector<std::string> write_splats(const fs::path& file, const GaussianCloud&
   } else if (extension == ".spz") {
     const size_t clamped = write_spz(file, cloud, antialiased);
     if (clamped > 0) {
-      lost.push_back(file.string() + ": " + std::to_string(clamped) + " Gaussians are flatter or more colourful than .spz can hold; they are clamped");
+      lost.push_back(file.string() + ": " + std::to_string(clamped) +
+                     " Gaussians are flatter or more colourful than .spz can hold; they are clamped");
     }
   } else if (extension == ".splat") {
     write_splat(file, cloud);
-    if (cloud.sh_degree > 0) lost.push_back(file.string() + ": .splat has no harmonics: colours no longer depend on the direction of view");
-    if (antialiased) lost.push_back(file.string() + ": .splat does not say that the scene was trained with mip-splatting");
+    if (cloud.sh_degree > 0)
+      lost.push_back(file.string() + ": .splat has no harmonics: colours no longer depend on the direction of view");
+    if (antialiased)
+      lost.push_back(file.string() + ": .splat does not say that the scene was trained with mip-splatting");
   } else {
     throw usage_error(file.string(), "", "is of a format that is not written", "splats: .ply, .splat or .spz");
   }

@@ -23,6 +23,7 @@ GaussianCloud read_splats(const std::filesystem::path& path, ReadReport* report 
 
 /// Writes the format of the extension (.ply, .splat, .spz), atomically.  Returns what the format could not hold, in
 /// sentences for the user.
-std::vector<std::string> write_splats(const std::filesystem::path& file, const GaussianCloud& cloud, bool antialiased = false);
+std::vector<std::string> write_splats(const std::filesystem::path& file, const GaussianCloud& cloud,
+                                      bool antialiased = false);
 
 }  // namespace pliant

@@ -18,9 +18,9 @@ constexpr uint32_t kNewest = 4;
 constexpr int kMostFractionalBits = 24;
 constexpr float kLargestFixed = 8388606.0f;  // of 24 bits with a sign
 constexpr uint8_t kAntialiased = 1, kExtensions = 2;
-constexpr float kColourScale = 0.15f;     // of the first harmonic
+constexpr float kColourScale = 0.15f;       // of the first harmonic
 constexpr size_t kMostExtension = 1 << 20;  // bytes behind the attributes of versions 1 to 3
-constexpr uint32_t kComponentMask = 511;  // of the magnitude of a component of a rotation
+constexpr uint32_t kComponentMask = 511;    // of the magnitude of a component of a rotation
 
 /// The fields that all versions share.
 struct Header {
@@ -57,9 +57,11 @@ Header checked(const Header& header, uint64_t file_bytes, const std::string& fil
   const auto refuse = [&](const std::string& field, uint32_t value, const std::string& remedy) {
     return input_error(file, field, "is " + std::to_string(value), remedy);
   };
-  if (header.version < 1 || header.version > kNewest) throw refuse("version", header.version, "versions 1 to 4 are read");
+  if (header.version < 1 || header.version > kNewest)
+    throw refuse("version", header.version, "versions 1 to 4 are read");
   if (header.sh_degree > 4) throw refuse("shDegree", header.sh_degree, "degrees 0 to 4 exist");
-  if (header.fractional_bits > kMostFractionalBits) throw refuse("fractionalBits", header.fractional_bits, "at most 24 are possible");
+  if (header.fractional_bits > kMostFractionalBits)
+    throw refuse("fractionalBits", header.fractional_bits, "at most 24 are possible");
   if (header.count > INT32_MAX) throw refuse("numPoints", header.count, "at most 2147483647 are supported");
   check_expansion(header.count * row_bytes(header), file_bytes, file, "numPoints");
   return header;
@@ -78,11 +80,18 @@ int half_turn_of(std::string_view extensions, const std::string& file) {
     const std::string_view payload = in.take_bytes(record.bytes, "extension");
     if (record.type != kCoordinates) continue;
     switch (const auto axes = ByteReader(payload, file).take<uint32_t>("coordinate system")) {
-      case 0: case 4: return 0;  // not said; right, up, back
-      case 1: return 1;          // left, down, back
-      case 6: return -1;         // right, down, front
-      case 7: return 2;          // left, up, front
-      default: throw input_error(file, "coordinate system", "is " + std::to_string(axes), "LDB, RUB, RDF and LUF are read: 1, 4, 6 and 7");
+      case 0:
+      case 4:
+        return 0;  // not said; right, up, back
+      case 1:
+        return 1;  // left, down, back
+      case 6:
+        return -1;  // right, down, front
+      case 7:
+        return 2;  // left, up, front
+      default:
+        throw input_error(file, "coordinate system", "is " + std::to_string(axes),
+                          "LDB, RUB, RDF and LUF are read: 1, 4, 6 and 7");
     }
   }
   return 0;
@@ -111,14 +120,16 @@ std::string read_streams(std::string_view bytes, const std::string& file, Header
   header = checked(in.take<Header>("header"), bytes.size(), file);
   const auto table = in.take<TableField>("header");
   if (table.offset < 32) {
-    throw input_error(file, "tocByteOffset", "is " + std::to_string(table.offset), "it must be behind the header of 32 bytes");
+    throw input_error(file, "tocByteOffset", "is " + std::to_string(table.offset),
+                      "it must be behind the header of 32 bytes");
   }
   const std::string_view between = in.take_bytes(table.offset - 32, "tocByteOffset");
   if (header.flags & kExtensions) extensions = between;
   const auto width = widths(header);
   const auto expected = static_cast<int>(std::count_if(width.begin(), width.end(), [](uint64_t w) { return w > 0; }));
   if (header.streams != expected) {
-    throw input_error(file, "numStreams", "is " + std::to_string(header.streams), "this SH degree has " + std::to_string(expected));
+    throw input_error(file, "numStreams", "is " + std::to_string(header.streams),
+                      "this SH degree has " + std::to_string(expected));
   }
   struct Sizes {
     uint64_t compressed, raw;
@@ -130,7 +141,8 @@ std::string read_streams(std::string_view bytes, const std::string& file, Header
   for (int k = 0; k < expected; ++k) {
     const uint64_t size = header.count * width[k];
     if (sizes[k].raw != size) {
-      throw input_error(file, kNames[k], "has " + std::to_string(sizes[k].raw) + " bytes, numPoints needs " + std::to_string(size),
+      throw input_error(file, kNames[k],
+                        "has " + std::to_string(sizes[k].raw) + " bytes, numPoints needs " + std::to_string(size),
                         "the header is wrong");
     }
     decompress_zstd(in.take_bytes(sizes[k].compressed, kNames[k]), rest.first(size), file, kNames[k]);
@@ -143,7 +155,8 @@ Vec3f unpack_position(const uint8_t* bytes, const Header& header) {
   Vec3f x;
   for (int k = 0; k < 3; ++k) {
     if (header.version == 1) {
-      x[k] = static_cast<float>(Eigen::numext::bit_cast<Eigen::half>(static_cast<uint16_t>(bytes[2 * k] | bytes[2 * k + 1] << 8)));
+      x[k] = static_cast<float>(
+          Eigen::numext::bit_cast<Eigen::half>(static_cast<uint16_t>(bytes[2 * k] | bytes[2 * k + 1] << 8)));
     } else {
       const uint32_t word = bytes[3 * k] | bytes[3 * k + 1] << 8 | static_cast<uint32_t>(bytes[3 * k + 2]) << 16;
       const int32_t fixed = static_cast<int32_t>(word << 8) >> 8;  // carries the sign
@@ -165,7 +178,8 @@ Vec4f unpack_rotation(const uint8_t* bytes, uint32_t version) {
     largest = static_cast<int>(word >> 30);
     for (int k = 3; k >= 0; --k) {
       if (k == largest) continue;
-      const float magnitude = static_cast<float>(M_SQRT1_2) * static_cast<float>(word & kComponentMask) / kComponentMask;
+      const float magnitude =
+          static_cast<float>(M_SQRT1_2) * static_cast<float>(word & kComponentMask) / kComponentMask;
       xyzw[k] = word & (kComponentMask + 1) ? -magnitude : magnitude;
       word >>= 10;
     }
@@ -183,7 +197,8 @@ uint32_t pack_rotation(const Vec4f& wxyz) {
   auto word = static_cast<uint32_t>(largest);
   for (int k = 0; k < 4; ++k) {
     if (k == largest) continue;
-    const auto magnitude = static_cast<uint32_t>(std::lround(std::abs(q[k]) * static_cast<float>(M_SQRT2) * kComponentMask));
+    const auto magnitude =
+        static_cast<uint32_t>(std::lround(std::abs(q[k]) * static_cast<float>(M_SQRT2) * kComponentMask));
     word = word << 10 | (q[k] < 0 ? kComponentMask + 1 : 0) | std::min(magnitude, kComponentMask);
   }
   return word;
@@ -202,7 +217,8 @@ GaussianCloud read_spz(const std::filesystem::path& file, ReadReport* report) {
   Header header;
   const bool streams = bytes.size() >= 8 && bytes.compare(0, 4, "NGSP") == 0 && static_cast<uint8_t>(bytes[4]) >= 4;
   std::string extensions;
-  const std::string raw = streams ? read_streams(bytes, name, header, extensions) : read_legacy(bytes, name, header, extensions);
+  const std::string raw =
+      streams ? read_streams(bytes, name, header, extensions) : read_legacy(bytes, name, header, extensions);
 
   const auto width = widths(header);
   const uint8_t* at[kAttributes];
@@ -220,7 +236,8 @@ GaussianCloud read_spz(const std::filesystem::path& file, ReadReport* report) {
       row.sh[k] = (static_cast<float>(at[kColours][3 * i + k]) / 255.0f - 0.5f) / kColourScale;
     }
     const uint8_t* harmonics = at[kHarmonics] + i * width[kHarmonics];
-    for (int k = 0; k < 3 * rest_count(degree); ++k) row.sh[3 + k] = (static_cast<float>(harmonics[k]) - 128.0f) / 128.0f;
+    for (int k = 0; k < 3 * rest_count(degree); ++k)
+      row.sh[3 + k] = (static_cast<float>(harmonics[k]) - 128.0f) / 128.0f;
     builder.add(row);
   }
   ReadReport found;
@@ -243,10 +260,12 @@ size_t write_spz(const std::filesystem::path& file, const GaussianCloud& cloud, 
   header.count = static_cast<uint32_t>(cloud.size());
   header.sh_degree = static_cast<uint8_t>(cloud.sh_degree);
   header.fractional_bits = kMostFractionalBits;
-  while (header.fractional_bits > 0 && std::ldexp(extent, header.fractional_bits) > kLargestFixed) --header.fractional_bits;
+  while (header.fractional_bits > 0 && std::ldexp(extent, header.fractional_bits) > kLargestFixed)
+    --header.fractional_bits;
   header.flags = antialiased ? kAntialiased : 0;
   if (std::ldexp(extent, header.fractional_bits) > kLargestFixed) {
-    throw input_error(file.string(), "positions", "reach " + std::to_string(extent) + " units", "the format holds up to 8388606: write a PLY");
+    throw input_error(file.string(), "positions", "reach " + std::to_string(extent) + " units",
+                      "the format holds up to 8388606: write a PLY");
   }
   std::string raw[kAttributes];
   size_t clamped_count = 0;

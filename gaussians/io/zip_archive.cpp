@@ -12,7 +12,9 @@ ZipArchive::ZipArchive(const std::filesystem::path& file) : file_(file.string())
   file_bytes_ = std::filesystem::file_size(file, failed);
   if (failed) throw input_error(file_, "", "cannot be read: " + failed.message(), "check the name");
   zip_ = unzOpen64(file_.c_str());
-  if (!zip_) throw input_error(file_, "", "is no zip archive or its directory is damaged", "the file is truncated or damaged; fetch it again");
+  if (!zip_)
+    throw input_error(file_, "", "is no zip archive or its directory is damaged",
+                      "the file is truncated or damaged; fetch it again");
 }
 
 ZipArchive::~ZipArchive() {
@@ -25,10 +27,12 @@ std::string ZipArchive::read(const std::string& entry, uint64_t most) {
   };
   unz_file_info64 info;
   if (unzLocateFile(zip_, entry.c_str(), 1) != UNZ_OK) throw refuse("is missing in the archive");
-  if (unzGetCurrentFileInfo64(zip_, &info, nullptr, 0, nullptr, 0, nullptr, 0) != UNZ_OK) throw refuse("has a damaged directory entry");
+  if (unzGetCurrentFileInfo64(zip_, &info, nullptr, 0, nullptr, 0, nullptr, 0) != UNZ_OK)
+    throw refuse("has a damaged directory entry");
   if (info.flag & 1) throw refuse("is encrypted");
   if (info.uncompressed_size > most) {
-    throw refuse("promises " + std::to_string(info.uncompressed_size) + " bytes, at most " + std::to_string(most) + " are justified");
+    throw refuse("promises " + std::to_string(info.uncompressed_size) + " bytes, at most " + std::to_string(most) +
+                 " are justified");
   }
   if (info.compressed_size > file_bytes_) throw refuse("is larger than the archive");
   check_expansion(info.uncompressed_size, file_bytes_, file_, entry);
@@ -48,7 +52,8 @@ std::string ZipArchive::read(const std::string& entry, uint64_t most) {
   std::string bytes(info.uncompressed_size, '\0');
   size_t done = 0;
   while (done < bytes.size()) {
-    const int count = unzReadCurrentFile(zip_, bytes.data() + done, static_cast<unsigned>(std::min<size_t>(bytes.size() - done, 1u << 30)));
+    const int count = unzReadCurrentFile(zip_, bytes.data() + done,
+                                         static_cast<unsigned>(std::min<size_t>(bytes.size() - done, 1u << 30)));
     if (count <= 0) break;
     done += static_cast<size_t>(count);
   }

@@ -46,7 +46,8 @@ inline uint64_t blocks_within(const RowSpans<T>& spans, int first) {
   for (int lane = 0; lane < kLanes; ++lane) place[lane] = 4 * lane;
   uint64_t blocks = 0;
   for (int p = 0; p < RowSpans<T>::kPacks; ++p) {
-    const M from = lower(higher(spans.from[p] - first, zero), four), to = lower(higher(spans.to[p] - first, zero), four);
+    const M from = lower(higher(spans.from[p] - first, zero), four),
+            to = lower(higher(spans.to[p] - first, zero), four);
     const M run = higher((one << to) - (one << from), zero);
     blocks |= static_cast<uint64_t>(or_lanes(run << place)) << (4 * kLanes * p);
   }

@@ -89,8 +89,8 @@ struct TilePair {
 template <class T>
 struct BlendKernels {
   /// Writes the splats of the Gaussians that can be seen, in their order, and returns their number; `splats` has room
-  /// for all.  Left out are those nearer than kNear, not finite, fainter than the smallest alpha, or outside the picture.
-  /// The tiles of a splat are those of the box around the ellipse alpha >= 1/255; without cut-offs all tiles.
+  /// for all.  Left out are those nearer than kNear, not finite, fainter than the smallest alpha, or outside the
+  /// picture. The tiles of a splat are those of the box around the ellipse alpha >= 1/255; without cut-offs all tiles.
   size_t (*project)(const ProjectInput<T>&, Splat<T>* splats);
 
   /// Adds the derivatives of Gaussians and camera.

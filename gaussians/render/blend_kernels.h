@@ -75,7 +75,8 @@ struct Blend {
 template <class T, bool kCutOffs, int kChannels>
 void blend_channels(const TileInput<T>& in, T* transmittance, T* sums) {
   TileState<T> state(in, kCutOffs);
-  Pack<T> sum[kBlocks][4] = {}, feature_sum[kChannels < 0 ? kBlocks * kMostChannelsAtOnce : kBlocks * kChannels + 1] = {};
+  Pack<T> sum[kBlocks][4] = {},
+          feature_sum[kChannels < 0 ? kBlocks * kMostChannelsAtOnce : kBlocks * kChannels + 1] = {};
   Blend<T, kChannels> visitor{in, sum, feature_sum, {}, {}};
   traverse<T, kCutOffs>(in, state, visitor);
   if (kChannels != 0) visitor.add_features();
@@ -119,9 +120,7 @@ struct BlendAdjoint {
 
   INLINE int channels() const { return kChannels < 0 ? in.channels : kChannels; }
 
-  INLINE Local begin(const Splat<T>& s) {
-    return {values_of(in, s), {}, {}, 0};
-  }
+  INLINE Local begin(const Splat<T>& s) { return {values_of(in, s), {}, {}, 0}; }
   INLINE void add(Local& at, int block, const Contribution<T>& c) {
     const Pack<T>* g = adj + block * (4 + channels());
     Pack<T> along = at.value.base[0] * g[0];
@@ -188,8 +187,7 @@ void blend_adjoint_channels(const TileInput<T>& in, const T* adj_sums, const T* 
   Pack<T> rest_of[kBlocks];
   for (int block = 0; block < kBlocks; ++block) {
     lanes_from_pixels<T>(rest, block, rest_of[block]);
-    for (int k = 0; k < values; ++k)
-      lanes_from_pixels<T>(adj_sums + k * kTilePixels, block, adj[block * values + k]);
+    for (int k = 0; k < values; ++k) lanes_from_pixels<T>(adj_sums + k * kTilePixels, block, adj[block * values + k]);
   }
   BlendAdjoint<T, kChannels> visitor{in, adj, rest_of, pair_gradient, pair_stride, {}, {}};
   traverse<T, kCutOffs>(in, state, visitor);

@@ -8,10 +8,9 @@ namespace pliant::PLIANT_ISA {
 
 template <class T, bool kCutOffs>
 const BlendKernels<T>& blend_kernels() {
-  static constexpr BlendKernels<T> kKernels = {project<T, kCutOffs>,       project_adjoint<T>,
-                                               bin<T, kCutOffs>,           blend<T, kCutOffs>,
-                                               blend_adjoint<T, kCutOffs>, count_weights<T, kCutOffs>,
-                                               write_weights<T, kCutOffs>};
+  static constexpr BlendKernels<T> kKernels = {
+      project<T, kCutOffs>,       project_adjoint<T>,         bin<T, kCutOffs>,          blend<T, kCutOffs>,
+      blend_adjoint<T, kCutOffs>, count_weights<T, kCutOffs>, write_weights<T, kCutOffs>};
   return kKernels;
 }
 

@@ -26,13 +26,13 @@ constexpr int kMostChannelsAtOnce = 16;  ///< extra channels of one forward trav
 /// splats from cancellation and the exponent from being positive.
 template <class T>
 struct alignas(16 * sizeof(T)) Splat {
-  T u, v, depth;     ///< mean (px), z in the camera frame
-  T slope;           ///< covariance xy / yy: how the centre of a pixel row shifts with y
-  T precision_x;     ///< log2(e) / (2 variance of x at a given y)
-  T precision_y;     ///< log2(e) / (2 yy)
+  T u, v, depth;  ///< mean (px), z in the camera frame
+  T slope;        ///< covariance xy / yy: how the centre of a pixel row shifts with y
+  T precision_x;  ///< log2(e) / (2 variance of x at a given y)
+  T precision_y;  ///< log2(e) / (2 yy)
   T log2_opacity;
   T color[3];
-  uint32_t index;    ///< of the Gaussian in its cloud
+  uint32_t index;                                           ///< of the Gaussian in its cloud
   uint16_t first_column, last_column, first_row, last_row;  ///< tiles that its bounding box touches
 };
 
@@ -45,15 +45,15 @@ struct TileEntry {
 /// Slots of the derivatives that one pair of splat and tile hands on: moments of s = dL/d ln(alpha) summed over pixels,
 /// and the derivatives of the blended attributes.
 enum PairSlot {
-  kMoment = 0,   ///< sum s
-  kMomentE,      ///< sum s e
-  kMomentD,      ///< sum s d
-  kMomentEE,     ///< sum s e e
-  kMomentED,     ///< sum s e d
-  kMomentDD,     ///< sum s d d
-  kAdjColor,     ///< three of them
+  kMoment = 0,  ///< sum s
+  kMomentE,     ///< sum s e
+  kMomentD,     ///< sum s d
+  kMomentEE,    ///< sum s e e
+  kMomentED,    ///< sum s e d
+  kMomentDD,    ///< sum s d d
+  kAdjColor,    ///< three of them
   kAdjDepth = kAdjColor + 3,
-  kAdjFeature,   ///< as many as there are extra channels
+  kAdjFeature,  ///< as many as there are extra channels
   kPairSlots = kAdjFeature
 };
 

@@ -13,10 +13,16 @@ TileInput<T> tile_input(const ProjectedSplats<T>& projected, const TileLists& li
                         std::span<const T> features = {}, int channels = 0) {
   const int left = (lists.first_tile + tile) % projected.tiles_x * kTileSize;
   const int top = (lists.first_tile + tile) / projected.tiles_x * kTileSize;
-  return {projected.splats.data(), lists.entries.data() + lists.start[tile],
-          lists.start[tile + 1] - lists.start[tile], left, top,
-          std::min(kTileSize, projected.width - left), std::min(kTileSize, projected.height - top),
-          features.data(), channels, channels};
+  return {projected.splats.data(),
+          lists.entries.data() + lists.start[tile],
+          lists.start[tile + 1] - lists.start[tile],
+          left,
+          top,
+          std::min(kTileSize, projected.width - left),
+          std::min(kTileSize, projected.height - top),
+          features.data(),
+          channels,
+          channels};
 }
 
 /// Calls visit(x, y, pixel of the tile) for every pixel of the tile that lies in the image.

@@ -3,8 +3,8 @@
 #include "gaussians/render/blend.h"
 #include "gaussians/render/pack.h"
 
-// Which pixels a splat meets, and what it does to them.  A tile is 4 columns of blocks, 4 px wide and kLanes / 4 px high; the
-// pixels of a block are the lanes of one pack.
+// Which pixels a splat meets, and what it does to them.  A tile is 4 columns of blocks, 4 px wide and kLanes / 4 px
+// high; the pixels of a block are the lanes of one pack.
 
 namespace pliant::PLIANT_ISA {
 
@@ -13,7 +13,9 @@ constexpr int kBlockRows = kLanes / 4, kBlocks = kTilePixels / kLanes;
 /// The bits of all rows of a block gathered at its first row.
 inline uint64_t blocks_of(uint64_t rows) {
   for (int r = 1; r < kBlockRows; r *= 2) rows |= rows >> (4 * r);
-  constexpr uint64_t kFirstRows = kBlockRows == 1 ? ~0ull : kBlockRows == 2 ? 0x0f0f0f0f0f0f0f0full : 0x000f000f000f000full;
+  constexpr uint64_t kFirstRows = kBlockRows == 1   ? ~0ull
+                                  : kBlockRows == 2 ? 0x0f0f0f0f0f0f0f0full
+                                                    : 0x000f000f000f000full;
   return rows & kFirstRows;
 }
 inline int block_of(int bit) { return (bit >> 2) / kBlockRows * 4 + (bit & 3); }
@@ -115,8 +117,9 @@ INLINE void traverse(const TileInput<T>& in, TileState<T>& state, Visitor& visit
       const int bit = __builtin_ctzll(blocks), block = block_of(bit);
       blocks &= blocks - 1;
       Pack<T>& transmittance = state.transmittance[block];
-      visitor.add(local, block, contribute<T, kCutOffs>(s, state.centre_x[bit & 3] - u,
-                                                        state.centre_y[(bit >> 2) / kBlockRows] - v, transmittance));
+      visitor.add(local, block,
+                  contribute<T, kCutOffs>(s, state.centre_x[bit & 3] - u, state.centre_y[(bit >> 2) / kBlockRows] - v,
+                                          transmittance));
       if (kCutOffs && all_negative(transmittance)) open &= ~(1ull << bit);
     } while (blocks);
     visitor.end(local, i);

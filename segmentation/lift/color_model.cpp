@@ -19,7 +19,8 @@ float linear_of_srgb(float c) {
 float lab_curve(float t) { return t > 0.008856f ? std::cbrt(t) : 7.787f * t + 16.0f / 116.0f; }
 
 /// Centres drawn one after another with probability proportional to the squared distance to those drawn before.
-std::vector<Vec3f> spread_centres(int count, std::span<const Vec3f> colors, std::span<const float> weights, uint64_t seed) {
+std::vector<Vec3f> spread_centres(int count, std::span<const Vec3f> colors, std::span<const float> weights,
+                                  uint64_t seed) {
   Random random(seed, colors.size());
   std::vector<double> chance(colors.size());
   std::vector<Vec3f> centres;
@@ -48,8 +49,8 @@ Vec3f lab_of_rgb(const Vec3f& rgb) {
   return Vec3f(1.16f * y - 0.16f, 5.0f * (x - y), 2.0f * (y - z));
 }
 
-ColorModel ColorModel::fit(const ColorModelOptions& options, std::span<const Vec3f> all, std::span<const float> all_weights,
-                           const ColorModel* start) {
+ColorModel ColorModel::fit(const ColorModelOptions& options, std::span<const Vec3f> all,
+                           std::span<const float> all_weights, const ColorModel* start) {
   CHECK(options.components > 0 && (all_weights.empty() || all_weights.size() == all.size()));
   ColorModel model;
   const size_t step = std::max<size_t>(1, (all.size() + options.most_samples - 1) / options.most_samples);
@@ -94,7 +95,8 @@ ColorModel ColorModel::fit(const ColorModelOptions& options, std::span<const Vec
       if (!(moments[k].weight > 1e-6 * total)) continue;  // a component that lost its colours keeps its place
       const Vec3d mean = moments[k].first / moments[k].weight;
       c.mean = mean.cast<float>();
-      c.covariance = (moments[k].second / moments[k].weight - mean * mean.transpose()).cast<float>() + options.ridge * Mat3f::Identity();
+      c.covariance = (moments[k].second / moments[k].weight - mean * mean.transpose()).cast<float>() +
+                     options.ridge * Mat3f::Identity();
     }
     model.prepare();
   }

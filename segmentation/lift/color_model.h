@@ -13,9 +13,9 @@ Vec3f lab_of_rgb(const Vec3f& rgb);
 
 struct ColorModelOptions {
   int components = 5;
-  float ridge = 1e-3f;        ///< added to the diagonal of every covariance, so that flat colours keep a width
-  int rounds = 8;             ///< of expectation and maximisation
-  size_t most_samples = 6000; ///< an even choice of the colours is fitted when there are more
+  float ridge = 1e-3f;         ///< added to the diagonal of every covariance, so that flat colours keep a width
+  int rounds = 8;              ///< of expectation and maximisation
+  size_t most_samples = 6000;  ///< an even choice of the colours is fitted when there are more
   uint64_t seed = 1;
 };
 
@@ -30,8 +30,8 @@ class ColorModel {
 
   /// Maximum likelihood by expectation and maximisation from centres drawn as k-means++ does (Arthur and Vassilvitskii
   /// 2007), or from `start` when it is not empty.  `weights` may be empty.  No colours give an empty model.
-  static ColorModel fit(const ColorModelOptions& options, std::span<const Vec3f> colors, std::span<const float> weights = {},
-                        const ColorModel* start = nullptr);
+  static ColorModel fit(const ColorModelOptions& options, std::span<const Vec3f> colors,
+                        std::span<const float> weights = {}, const ColorModel* start = nullptr);
 
   bool empty() const { return components_.empty(); }
   const std::vector<Component>& components() const { return components_; }
@@ -40,8 +40,8 @@ class ColorModel {
 
  private:
   struct Evaluated {
-    Mat3f whitening;    ///< L^-1 of covariance = L L^T
-    float log_factor;   ///< log of weight and normalisation
+    Mat3f whitening;   ///< L^-1 of covariance = L L^T
+    float log_factor;  ///< log of weight and normalisation
   };
   void prepare();
   float log_of_component(size_t k, const Vec3f& color) const;

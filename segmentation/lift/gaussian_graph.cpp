@@ -59,14 +59,16 @@ GaussianGraph gaussian_graph(const GaussianCloud& cloud, std::span<const uint8_t
   const size_t step = std::max<size_t>(1, (cloud.size() - graph.nodes.size()) / kOutsideSamples);
   for (size_t p = 0, outside = 0; p < cloud.size(); ++p)
     if (!member[p] && outside++ % step == 0)
-      graph.outside_lab.push_back(lab_of_rgb(rgb_of(cloud, p))), graph.outside_opacity.push_back(sigmoid(cloud.opacity_logit[p]));
+      graph.outside_lab.push_back(lab_of_rgb(rgb_of(cloud, p))),
+          graph.outside_opacity.push_back(sigmoid(cloud.opacity_logit[p]));
   const int k = neighbours + 1;  // the first one is the Gaussian itself or one at the same place
   const std::vector<int> near = k_nearest(cloud.position, centres, k);
 
   std::vector<float> fifth;
   std::vector<std::pair<int, int>> pairs;  // node, Gaussian
   for (size_t i = 0; i < graph.nodes.size(); ++i) {
-    if (const int p = near[i * k + std::min(5, neighbours)]; p >= 0) fifth.push_back((cloud.position[p] - centres[i]).norm());
+    if (const int p = near[i * k + std::min(5, neighbours)]; p >= 0)
+      fifth.push_back((cloud.position[p] - centres[i]).norm());
     for (int j = 0; j < k; ++j) {
       const int p = near[i * k + j];
       if (p < 0 || p == graph.nodes[i]) continue;
@@ -81,17 +83,24 @@ GaussianGraph gaussian_graph(const GaussianCloud& cloud, std::span<const uint8_t
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   graph.spacing = median(fifth);
   std::vector<float> difference(pairs.size()), weight(pairs.size()), nearness(pairs.size());
-  parallel_for(static_cast<std::ptrdiff_t>(pairs.size()), [&](std::ptrdiff_t e) {
-    difference[e] = (rgb_of(cloud, graph.nodes[pairs[e].first]) - rgb_of(cloud, pairs[e].second)).squaredNorm();
-  }, 4096);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(pairs.size()),
+      [&](std::ptrdiff_t e) {
+        difference[e] = (rgb_of(cloud, graph.nodes[pairs[e].first]) - rgb_of(cloud, pairs[e].second)).squaredNorm();
+      },
+      4096);
   const float typical = std::max(median(difference), 1e-8f);
-  parallel_for(static_cast<std::ptrdiff_t>(pairs.size()), [&](std::ptrdiff_t e) {
-    const int p = graph.nodes[pairs[e].first], q = pairs[e].second;
-    const float reach = std::exp(cloud.log_scale[p].maxCoeff()) + std::exp(cloud.log_scale[q].maxCoeff());
-    const float d = (cloud.position[p] - cloud.position[q]).norm() / std::max({2 * graph.spacing, reach, 1e-12f});
-    nearness[e] = std::exp(-0.5f * d * d) * std::sqrt(sigmoid(cloud.opacity_logit[p]) * sigmoid(cloud.opacity_logit[q]));
-    weight[e] = std::exp(-std::min(0.25f * difference[e] / typical, 20.0f)) * nearness[e];
-  }, 4096);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(pairs.size()),
+      [&](std::ptrdiff_t e) {
+        const int p = graph.nodes[pairs[e].first], q = pairs[e].second;
+        const float reach = std::exp(cloud.log_scale[p].maxCoeff()) + std::exp(cloud.log_scale[q].maxCoeff());
+        const float d = (cloud.position[p] - cloud.position[q]).norm() / std::max({2 * graph.spacing, reach, 1e-12f});
+        nearness[e] =
+            std::exp(-0.5f * d * d) * std::sqrt(sigmoid(cloud.opacity_logit[p]) * sigmoid(cloud.opacity_logit[q]));
+        weight[e] = std::exp(-std::min(0.25f * difference[e] / typical, 20.0f)) * nearness[e];
+      },
+      4096);
   for (size_t e = 0; e < pairs.size(); ++e) {
     const auto [i, q] = pairs[e];
     const bool inner = place[q] >= 0;
@@ -101,7 +110,8 @@ GaussianGraph gaussian_graph(const GaussianCloud& cloud, std::span<const uint8_t
   return graph;
 }
 
-void cut_graph(const GraphCutOptions& options, const GaussianGraph& graph, std::span<const float> evidence, std::vector<uint8_t>& label) {
+void cut_graph(const GraphCutOptions& options, const GaussianGraph& graph, std::span<const float> evidence,
+               std::vector<uint8_t>& label) {
   const size_t n = graph.nodes.size();
   CHECK(evidence.size() == n && label.size() == n);
   std::vector<CutEdge> edges = graph.edges;
@@ -129,10 +139,14 @@ void cut_graph(const GraphCutOptions& options, const GaussianGraph& graph, std::
         models[side] = ColorModel::fit(options.model, colors, weights);
       }
       if (!models[0].empty() && !models[1].empty())
-        parallel_for(static_cast<std::ptrdiff_t>(n), [&](std::ptrdiff_t i) {
-          const float ratio = models[1].log_density(graph.lab[i]) - models[0].log_density(graph.lab[i]);
-          gain[i] += options.color * std::clamp(ratio, -options.color_clip, options.color_clip) * std::min(1.0f, 2 * graph.opacity[i]);
-        }, 1024);
+        parallel_for(
+            static_cast<std::ptrdiff_t>(n),
+            [&](std::ptrdiff_t i) {
+              const float ratio = models[1].log_density(graph.lab[i]) - models[0].log_density(graph.lab[i]);
+              gain[i] += options.color * std::clamp(ratio, -options.color_clip, options.color_clip) *
+                         std::min(1.0f, 2 * graph.opacity[i]);
+            },
+            1024);
     }
     std::vector<uint8_t> next = min_cut(gain, edges);
     const bool same = next == label;

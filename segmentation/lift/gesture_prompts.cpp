@@ -39,9 +39,11 @@ struct Words {
       if (cameras[c].name == name) return static_cast<int>(c);
     char* stop = nullptr;
     const long number = std::strtol(name.c_str(), &stop, 10);
-    if (!name.empty() && *stop == 0 && number >= 0 && number < static_cast<long>(cameras.size())) return static_cast<int>(number);
+    if (!name.empty() && *stop == 0 && number >= 0 && number < static_cast<long>(cameras.size()))
+      return static_cast<int>(number);
     throw wrong("names the camera '" + name + "', which the scene does not have",
-                "give a number from 0 to " + std::to_string(cameras.size() - 1) + " or a name such as '" + cameras.front().name +
+                "give a number from 0 to " + std::to_string(cameras.size() - 1) + " or a name such as '" +
+                    cameras.front().name +
                     "'; `pliant render SCENE --out FOLDER` writes the pictures under these names");
   }
 
@@ -51,11 +53,13 @@ struct Words {
       const std::string& word = words[at + k];
       char* stop = nullptr;
       x[k] = std::strtof(word.c_str(), &stop);
-      if (word.empty() || *stop != 0 || !std::isfinite(x[k])) throw wrong_form("holds '" + word + "', which is not a number");
+      if (word.empty() || *stop != 0 || !std::isfinite(x[k]))
+        throw wrong_form("holds '" + word + "', which is not a number");
     }
     if (x.x() < 0 || x.y() < 0 || x.x() > static_cast<float>(camera.width) || x.y() > static_cast<float>(camera.height))
       throw wrong("has the point " + words[at] + "," + words[at + 1] + " outside the picture of '" + camera.name + "'",
-                  "that picture is " + std::to_string(camera.width) + " pixels wide and " + std::to_string(camera.height) + " high");
+                  "that picture is " + std::to_string(camera.width) + " pixels wide and " +
+                      std::to_string(camera.height) + " high");
     return x;
   }
 };
@@ -64,7 +68,8 @@ struct Words {
 
 void add_box(const std::string& text, const std::vector<Camera>& cameras, Gesture& gesture) {
   const Words words("--box", text, kBoxForm, cameras);
-  if (words.words.size() != 5) throw words.wrong_form("has " + std::to_string(words.words.size()) + " values, 5 are needed");
+  if (words.words.size() != 5)
+    throw words.wrong_form("has " + std::to_string(words.words.size()) + " values, 5 are needed");
   BoxPrompt box;
   box.camera = words.camera(0);
   const Vec2f a = words.point(1, cameras[box.camera]), b = words.point(3, cameras[box.camera]);
@@ -74,13 +79,15 @@ void add_box(const std::string& text, const std::vector<Camera>& cameras, Gestur
     throw words.wrong("is a box of less than 4 x 4 pixels", "give two opposite corners around the object");
   for (const BoxPrompt& other : gesture.boxes)
     if (other.camera == box.camera)
-      throw words.wrong("is a second box in the camera '" + cameras[box.camera].name + "'", "give one box a camera, around the whole object");
+      throw words.wrong("is a second box in the camera '" + cameras[box.camera].name + "'",
+                        "give one box a camera, around the whole object");
   gesture.boxes.push_back(box);
 }
 
 void add_click(const std::string& text, const std::vector<Camera>& cameras, float width, Gesture& gesture) {
   const Words words("--click", text, kClickForm, cameras);
-  if (words.words.size() != 3) throw words.wrong_form("has " + std::to_string(words.words.size()) + " values, 3 are needed");
+  if (words.words.size() != 3)
+    throw words.wrong_form("has " + std::to_string(words.words.size()) + " values, 3 are needed");
   StrokePrompt stroke;
   stroke.camera = words.camera(0), stroke.width = width;
   stroke.points = {words.point(1, cameras[stroke.camera])};
@@ -90,11 +97,13 @@ void add_click(const std::string& text, const std::vector<Camera>& cameras, floa
 void add_stroke(const std::string& text, const std::vector<Camera>& cameras, float width, Gesture& gesture) {
   const Words words("--stroke", text, kStrokeForm, cameras);
   if (words.words.size() < 6 || words.words.size() % 2 != 0)
-    throw words.wrong_form("has " + std::to_string(words.words.size()) + " values, 6 or a larger even number are needed");
+    throw words.wrong_form("has " + std::to_string(words.words.size()) +
+                           " values, 6 or a larger even number are needed");
   if (words.words[0] != "fg" && words.words[0] != "bg") throw words.wrong_form("begins with '" + words.words[0] + "'");
   StrokePrompt stroke;
   stroke.foreground = words.words[0] == "fg", stroke.width = width, stroke.camera = words.camera(1);
-  for (size_t at = 2; at < words.words.size(); at += 2) stroke.points.push_back(words.point(at, cameras[stroke.camera]));
+  for (size_t at = 2; at < words.words.size(); at += 2)
+    stroke.points.push_back(words.point(at, cameras[stroke.camera]));
   gesture.strokes.push_back(stroke);
 }
 

@@ -14,8 +14,8 @@ struct BoxPrompt {
   float x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 };
 
-/// What a person drew over a camera's picture: the surfaces under a polyline belong to the object, or do not.  A click is a
-/// stroke of one point.
+/// What a person drew over a camera's picture: the surfaces under a polyline belong to the object, or do not.  A click
+/// is a stroke of one point.
 struct StrokePrompt {
   int camera = -1;
   bool foreground = true;
@@ -30,11 +30,12 @@ struct Gesture {
   bool empty() const { return boxes.empty() && strokes.empty(); }
 };
 
-/// Prompts from the texts of the options.  Cameras are given by name or by number (from 0).  Throw Error{kUsage} naming the
-/// option, the text and what to give: an unknown camera, a wrong count of numbers, a point outside the picture, a box without
-/// area, a second box in one camera.
-void add_box(const std::string& text, const std::vector<Camera>& cameras, Gesture& gesture);     ///< --box V,x0,y0,x1,y1
-void add_click(const std::string& text, const std::vector<Camera>& cameras, float width, Gesture& gesture);  ///< --click V,x,y
+/// Prompts from the texts of the options.  Cameras are given by name or by number (from 0).  Throw Error{kUsage} naming
+/// the option, the text and what to give: an unknown camera, a wrong count of numbers, a point outside the picture, a
+/// box without area, a second box in one camera.
+void add_box(const std::string& text, const std::vector<Camera>& cameras, Gesture& gesture);  ///< --box V,x0,y0,x1,y1
+void add_click(const std::string& text, const std::vector<Camera>& cameras, float width,
+               Gesture& gesture);  ///< --click V,x,y
 /// --stroke fg|bg,V,x0,y0,x1,y1[,x2,y2...]
 void add_stroke(const std::string& text, const std::vector<Camera>& cameras, float width, Gesture& gesture);
 

@@ -9,8 +9,8 @@
 namespace pliant {
 namespace {
 
-constexpr float kHard = 1e4f;        // gain of a pixel whose label is given
-constexpr size_t kFewestPixels = 20; // a colour model needs more than a few
+constexpr float kHard = 1e4f;         // gain of a pixel whose label is given
+constexpr size_t kFewestPixels = 20;  // a colour model needs more than a few
 
 /// Edges to the right, below, and along both diagonals: gamma exp(-beta dLab^2) / distance, beta = 1 / (2 mean dLab^2).
 std::vector<CutEdge> picture_edges(const GrabCutInput& input, float gamma) {
@@ -44,7 +44,8 @@ GrabCutResult grab_cut(const GrabCutOptions& options, const GrabCutInput& input)
   std::vector<uint8_t>& label = result.foreground;
   label.resize(n);
   for (size_t i = 0; i < n; ++i)
-    label[i] = input.seed[i] == PixelSeed::kForeground || (input.seed[i] == PixelSeed::kUnknown && (input.start.empty() || input.start[i]));
+    label[i] = input.seed[i] == PixelSeed::kForeground ||
+               (input.seed[i] == PixelSeed::kUnknown && (input.start.empty() || input.start[i]));
 
   const std::vector<CutEdge> edges = picture_edges(input, options.gamma);
   ColorModel models[2];

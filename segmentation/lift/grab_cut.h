@@ -7,11 +7,7 @@
 namespace pliant {
 
 /// What is known about a pixel beforehand.
-enum class PixelSeed : uint8_t {
-  kUnknown,
-  kForeground,
-  kBackground
-};
+enum class PixelSeed : uint8_t { kUnknown, kForeground, kBackground };
 
 struct GrabCutOptions {
   ColorModelOptions color;
@@ -21,16 +17,16 @@ struct GrabCutOptions {
 
 struct GrabCutInput {
   int width = 0, height = 0;
-  std::vector<Vec3f> lab;        ///< [H * W] colours, see lab_of_rgb
-  std::vector<PixelSeed> seed;   ///< [H * W]
-  std::vector<float> prior;      ///< [H * W] log odds of foreground, or empty
-  std::vector<uint8_t> start;    ///< [H * W] first labels of unknown pixels, or empty: all foreground
+  std::vector<Vec3f> lab;       ///< [H * W] colours, see lab_of_rgb
+  std::vector<PixelSeed> seed;  ///< [H * W]
+  std::vector<float> prior;     ///< [H * W] log odds of foreground, or empty
+  std::vector<uint8_t> start;   ///< [H * W] first labels of unknown pixels, or empty: all foreground
 };
 
 struct GrabCutResult {
   std::vector<uint8_t> foreground;  ///< [H * W]
   int iterations = 0;
-  size_t pixels = 0;                ///< of the foreground
+  size_t pixels = 0;  ///< of the foreground
 };
 
 /// Foreground of a picture by turns of colour models and a minimum cut over 8 neighbours (Rother, Kolmogorov and Blake

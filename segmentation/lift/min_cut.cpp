@@ -22,7 +22,8 @@ std::vector<uint8_t> min_cut(std::span<const float> gain, std::span<const CutEdg
   for (float g : gain) graph.addTermWeights(graph.addVtx(), g > 0 ? whole(g) : 0, g < 0 ? whole(-g) : 0);
   bool connected = false;
   for (const CutEdge& edge : edges) {
-    CHECK(edge.weight >= 0 && edge.a >= 0 && edge.b >= 0 && edge.a < static_cast<int>(gain.size()) && edge.b < static_cast<int>(gain.size()));
+    CHECK(edge.weight >= 0 && edge.a >= 0 && edge.b >= 0 && edge.a < static_cast<int>(gain.size()) &&
+          edge.b < static_cast<int>(gain.size()));
     const int64_t capacity = whole(edge.weight);
     if (edge.a == edge.b || capacity == 0) continue;
     graph.addEdges(edge.a, edge.b, capacity, capacity), connected = true;

@@ -36,8 +36,10 @@ std::vector<uint8_t> stroke_pixels(const WindowView& window, const StrokePrompt&
     const Vec2f& next = stroke.points[std::min(k + 1, stroke.points.size() - 1)];
     const Vec2f d = window.to_window(next.x(), next.y()) - a;
     const Vec2f low = a.cwiseMin(a + d).array() - radius - 1, high = a.cwiseMax(a + d).array() + radius + 1;
-    for (int y = std::max(0, static_cast<int>(low.y())); y < std::min<int>(window.camera.height, static_cast<int>(high.y()) + 1); ++y)
-      for (int x = std::max(0, static_cast<int>(low.x())); x < std::min<int>(window.camera.width, static_cast<int>(high.x()) + 1); ++x) {
+    for (int y = std::max(0, static_cast<int>(low.y()));
+         y < std::min<int>(window.camera.height, static_cast<int>(high.y()) + 1); ++y)
+      for (int x = std::max(0, static_cast<int>(low.x()));
+           x < std::min<int>(window.camera.width, static_cast<int>(high.x()) + 1); ++x) {
         const Vec2f p(x + 0.5f, y + 0.5f);
         const float t = std::clamp((p - a).dot(d) / std::max(d.squaredNorm(), 1e-12f), 0.0f, 1.0f);
         if ((p - a - t * d).norm() <= radius) mask[static_cast<size_t>(y) * window.camera.width + x] = 1;
@@ -46,7 +48,8 @@ std::vector<uint8_t> stroke_pixels(const WindowView& window, const StrokePrompt&
   return mask;
 }
 
-void Lift::add(const GaussianCloud& cloud, const Camera& camera, const RenderOptions& options, const std::vector<uint8_t>& mask) {
+void Lift::add(const GaussianCloud& cloud, const Camera& camera, const RenderOptions& options,
+               const std::vector<uint8_t>& mask) {
   CHECK(inside.size() == cloud.size());
   const BlendWeights weights = blend_weights(cloud, camera, options);
   CHECK(mask.size() == weights.pixels());

@@ -15,18 +15,20 @@ struct PictureRect {
   double x0 = INFINITY, y0 = INFINITY, x1 = -INFINITY, y1 = -INFINITY;
 
   bool empty() const { return !(x0 < x1 && y0 < y1); }
-  void add(double x, double y) { x0 = std::min(x0, x), x1 = std::max(x1, x), y0 = std::min(y0, y), y1 = std::max(y1, y); }
+  void add(double x, double y) {
+    x0 = std::min(x0, x), x1 = std::max(x1, x), y0 = std::min(y0, y), y1 = std::max(y1, y);
+  }
   PictureRect grown(double share) const {
     const double dx = share * (x1 - x0), dy = share * (y1 - y0);
     return {x0 - dx, y0 - dy, x1 + dx, y1 + dy};
   }
 };
 
-/// A part of a camera's picture at a resolution of its own: selection looks at objects at the same size in pixels whatever
-/// share of the pictures they fill.
+/// A part of a camera's picture at a resolution of its own: selection looks at objects at the same size in pixels
+/// whatever share of the pictures they fill.
 struct WindowView {
-  int source = -1;            ///< camera of the scene
-  Camera camera;              ///< of the window
+  int source = -1;                   ///< camera of the scene
+  Camera camera;                     ///< of the window
   double x0 = 0, y0 = 0, scale = 1;  ///< window px = (picture px - (x0, y0)) * scale
 
   /// Longer side of the window: `longest` px.
@@ -45,7 +47,8 @@ struct Lift {
   std::vector<float> inside, total;  ///< [N] blend weight on pixels of the mask, on all pixels (px)
 
   explicit Lift(size_t gaussians) : inside(gaussians, 0.0f), total(gaussians, 0.0f) {}
-  void add(const GaussianCloud& cloud, const Camera& camera, const RenderOptions& options, const std::vector<uint8_t>& mask);
+  void add(const GaussianCloud& cloud, const Camera& camera, const RenderOptions& options,
+           const std::vector<uint8_t>& mask);
   void add(const Lift& other, float weight = 1);
 };
 

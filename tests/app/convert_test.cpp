@@ -62,7 +62,8 @@ TEST(Convert, CamerasBecomeTransformsOrCamerasJson) {
   EXPECT_EQ(cameras[1].fy, 51);
   EXPECT_EQ(cameras[1].distortion[0], 0.1);
   EXPECT_EQ(pliant({"convert", transforms, (folder / "cameras.json").string()}), 0);
-  EXPECT_TRUE(read_cameras(folder / "cameras.json").cameras[1].cam_from_world.isApprox(cameras[1].cam_from_world, 1e-9));
+  EXPECT_TRUE(
+      read_cameras(folder / "cameras.json").cameras[1].cam_from_world.isApprox(cameras[1].cam_from_world, 1e-9));
   EXPECT_EQ(pliant({"convert", transforms, (folder / "x.ply").string()}), 1);
   EXPECT_EQ(pliant({"info", (folder / "sparse/0").string(), transforms}), 0);
 }

@@ -59,7 +59,8 @@ class ExportTest : public testing::Test {
         for (float z = -0.3f; z < 0.31f; z += 0.1f) particles.driving_position.push_back({x, y, z});
     particles.driving_volume.assign(particles.driving_position.size(), 1e-3f);
     particles.solid_position = particles.driving_position, particles.solid_volume = particles.driving_volume;
-    for (size_t i = 0; i < particles.driving_position.size(); ++i) particles.solid_driver.push_back(static_cast<int>(i));
+    for (size_t i = 0; i < particles.driving_position.size(); ++i)
+      particles.solid_driver.push_back(static_cast<int>(i));
     particles.cell_size = 0.2;
     write_particles(folder / "run/objects/1_ball/particles.h5", particles, "{}");
     trajectory.object = "ball", trajectory.fps = 30, trajectory.cell_size = 0.2;

@@ -17,8 +17,8 @@
 namespace pliant {
 namespace {
 
-// 100k Gaussians with standard deviations of 0.004 to 0.020, or more of them of half the size; opacity 0.05 to 0.95; the
-// camera 4 away from a cube of side 2.6, focal length 1.1 widths.
+// 100k Gaussians with standard deviations of 0.004 to 0.020, or more of them of half the size; opacity 0.05 to 0.95;
+// the camera 4 away from a cube of side 2.6, focal length 1.1 widths.
 GaussianCloud cloud_of(int n) {
   RandomCloudOptions options;
   options.gaussians = n;

@@ -24,7 +24,8 @@ inline GaussianCloud some_gaussians(int n, int degree, uint64_t seed = 5) {
   cloud.resize(n);
   Random random(seed);
   for (int i = 0; i < n; ++i) {
-    for (int k = 0; k < 3; ++k) cloud.position[i][k] = random.uniform(-1.5, 2), cloud.log_scale[i][k] = random.uniform(-8, 1);
+    for (int k = 0; k < 3; ++k)
+      cloud.position[i][k] = random.uniform(-1.5, 2), cloud.log_scale[i][k] = random.uniform(-8, 1);
     for (int k = 0; k < 4; ++k) cloud.rotation[i][k] = random.normal();
     cloud.opacity_logit[i] = random.uniform(-4, 4);
     for (int k = 0; k < cloud.sh_count() * 3; ++k) cloud.sh_of(i)[k] = random.uniform(-0.9, 0.9);
@@ -36,7 +37,8 @@ inline GaussianCloud some_gaussians(int n, int degree, uint64_t seed = 5) {
 inline double largest_angle(const GaussianCloud& a, const GaussianCloud& b) {
   double largest = 0;
   for (size_t i = 0; i < a.size(); ++i) {
-    const double cosine = std::abs(a.rotation[i].cast<double>().normalized().dot(b.rotation[i].cast<double>().normalized()));
+    const double cosine =
+        std::abs(a.rotation[i].cast<double>().normalized().dot(b.rotation[i].cast<double>().normalized()));
     largest = std::max(largest, 2 * std::acos(std::min(cosine, 1.0)));
   }
   return largest;
@@ -85,7 +87,9 @@ inline std::filesystem::path write_zip(const std::filesystem::path& file, const 
   const zipFile zip = zipOpen(file.c_str(), APPEND_STATUS_CREATE);
   for (const auto& [name, bytes] : entries) {
     zip_fileinfo info = {};
-    EXPECT_EQ(zipOpenNewFileInZip(zip, name.c_str(), &info, nullptr, 0, nullptr, 0, nullptr, level ? Z_DEFLATED : 0, level), ZIP_OK);
+    EXPECT_EQ(
+        zipOpenNewFileInZip(zip, name.c_str(), &info, nullptr, 0, nullptr, 0, nullptr, level ? Z_DEFLATED : 0, level),
+        ZIP_OK);
     zipWriteInFileInZip(zip, bytes.data(), static_cast<unsigned>(bytes.size()));
     zipCloseFileInZip(zip);
   }
@@ -96,7 +100,8 @@ inline std::filesystem::path write_zip(const std::filesystem::path& file, const 
 /// Calls read(file) for the file cut at every `step`-th place and with every `step`-th byte changed; each call must end
 /// in success or an Error.  Returns how many raised an Error.
 template <class Read>
-int errors_of_damaged(const TemporaryFolder& folder, const std::string& name, const std::string& good, size_t step, Read&& read) {
+int errors_of_damaged(const TemporaryFolder& folder, const std::string& name, const std::string& good, size_t step,
+                      Read&& read) {
   int errors = 0;
   const auto attempt = [&](const std::string& bytes) {
     try {
@@ -122,9 +127,9 @@ int errors_of_damaged(const TemporaryFolder& folder, const std::string& name, co
 std::filesystem::path real_data();
 
 /// Skips the test, and says so, where a real file is absent.
-#define REQUIRE_REAL(path)                                                                         \
-  do {                                                                                             \
-    if (real_data().empty() || !std::filesystem::exists(path))                                     \
+#define REQUIRE_REAL(path)                                                                          \
+  do {                                                                                              \
+    if (real_data().empty() || !std::filesystem::exists(path))                                      \
       GTEST_SKIP() << "real scenes are absent: " << (path) << " (set PLIANT_DATA to their folder)"; \
   } while (false)
 

@@ -46,7 +46,8 @@ const ColmapModel kModels[] = {
 
 std::string binary_cameras(int model, const std::vector<double>& parameters) {
   std::string bytes;
-  put(bytes, uint64_t(1)), put(bytes, uint32_t(7)), put(bytes, int32_t(model)), put(bytes, uint64_t(640)), put(bytes, uint64_t(480));
+  put(bytes, uint64_t(1)), put(bytes, uint32_t(7)), put(bytes, int32_t(model)), put(bytes, uint64_t(640)),
+      put(bytes, uint64_t(480));
   for (double value : parameters) put(bytes, value);
   return bytes;
 }
@@ -80,8 +81,8 @@ std::string text_images(const std::vector<Camera>& cameras) {
     const Eigen::Quaterniond q(camera.cam_from_world.linear());
     const Eigen::Vector3d t = camera.cam_from_world.translation();
     char line[400];
-    std::snprintf(line, sizeof line, "%d %.17g %.17g %.17g %.17g %.17g %.17g %.17g 7 a/%s.png\n", ++id, q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z(),
-                  camera.name.c_str());
+    std::snprintf(line, sizeof line, "%d %.17g %.17g %.17g %.17g %.17g %.17g %.17g 7 a/%s.png\n", ++id, q.w(), q.x(),
+                  q.y(), q.z(), t.x(), t.y(), t.z(), camera.name.c_str());
     text += line + std::string(id == 2 ? "\n" : "1 2 -1 3 4 5\n");
   }
   return text;
@@ -146,8 +147,17 @@ TEST(Colmap, PhotosAreFoundInTheImagesFolderOfTheModel) {
 TEST(Colmap, HostileFilesNameFileRecordAndValue) {
   const TemporaryFolder folder;
   const std::string cameras = binary_cameras(1, kModels[1].parameters), images = binary_images(some_cameras());
-  const auto with = [](std::string bytes, size_t at, const std::string& change) { return bytes.replace(at, change.size(), change); };
-  const std::string many(8, '\x7f'), nan = [] { std::string b; put(b, double(NAN)); return b; }(), zeros(32, '\0');
+  const auto with = [](std::string bytes, size_t at, const std::string& change) {
+    return bytes.replace(at, change.size(), change);
+  };
+  const std::string many(8, '\x7f'),
+      nan =
+          [] {
+            std::string b;
+            put(b, double(NAN));
+            return b;
+          }(),
+      zeros(32, '\0');
   struct Case {
     std::string cameras, images;
     std::vector<std::string> words;
@@ -214,7 +224,8 @@ TEST(CamerasJson, RoundTripKeepsTheViewsAndSaysWhatIsLost) {
 
 TEST(CamerasJson, PositionAndRotationAreFromCameraToWorld) {
   const TemporaryFolder folder;
-  const CameraFile file = read_cameras(folder.file("any.json", R"([{"id": 0, "img_name": "a", "width": 10, "height": 8, "fx": 5, "fy": 6,
+  const CameraFile file =
+      read_cameras(folder.file("any.json", R"([{"id": 0, "img_name": "a", "width": 10, "height": 8, "fx": 5, "fy": 6,
     "position": [1, 2, 3], "rotation": [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]}])"));
   EXPECT_TRUE(file.cameras[0].centre().isApprox(Eigen::Vector3d(1, 2, 3)));
   EXPECT_TRUE(file.cameras[0].forward().isApprox(Eigen::Vector3d(1, 0, 0)));
@@ -249,12 +260,15 @@ std::string par_file(const std::vector<Camera>& cameras) {
   std::string text = std::to_string(cameras.size()) + "\n";
   for (const Camera& camera : cameras) {
     char line[200];
-    std::snprintf(line, sizeof line, "%s.png %.9f 0 %.9f 0 %.9f %.9f 0 0 1", camera.name.c_str(), camera.fx, camera.cx, camera.fy, camera.cy);
+    std::snprintf(line, sizeof line, "%s.png %.9f 0 %.9f 0 %.9f %.9f 0 0 1", camera.name.c_str(), camera.fx, camera.cx,
+                  camera.fy, camera.cy);
     text += line;
     for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) std::snprintf(line, sizeof line, " %.17g", camera.cam_from_world.linear()(i, j)), text += line;
+      for (int j = 0; j < 3; ++j)
+        std::snprintf(line, sizeof line, " %.17g", camera.cam_from_world.linear()(i, j)), text += line;
     }
-    for (int i = 0; i < 3; ++i) std::snprintf(line, sizeof line, " %.17g", camera.cam_from_world.translation()[i]), text += line;
+    for (int i = 0; i < 3; ++i)
+      std::snprintf(line, sizeof line, " %.17g", camera.cam_from_world.translation()[i]), text += line;
     text += "\n";
   }
   return text;

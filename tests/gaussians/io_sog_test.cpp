@@ -23,7 +23,9 @@ json codebook(double low, double high) {
   return values;
 }
 
-uint8_t place(double value, double low, double high) { return static_cast<uint8_t>(std::lround(255 * (value - low) / (high - low))); }
+uint8_t place(double value, double low, double high) {
+  return static_cast<uint8_t>(std::lround(255 * (value - low) / (high - low)));
+}
 
 double log_of(double x) { return std::copysign(std::log1p(std::abs(x)), x); }
 
@@ -33,7 +35,8 @@ Entries sog_files(const GaussianCloud& cloud) {
   const Box box = cloud.bounds();
   std::vector<uint8_t> low(4 * width * height, 255), high = low, quats = low, scales = low, sh0 = low, labels = low;
   json meta = {{"version", 2}, {"count", n}};
-  for (int k = 0; k < 3; ++k) meta["means"]["mins"].push_back(log_of(box.low[k])), meta["means"]["maxs"].push_back(log_of(box.high[k]));
+  for (int k = 0; k < 3; ++k)
+    meta["means"]["mins"].push_back(log_of(box.low[k])), meta["means"]["maxs"].push_back(log_of(box.high[k]));
   const int rest = cloud.sh_count() - 1;
   std::vector<uint8_t> palette(4 * 64 * std::max(rest, 1) * ((n + 63) / 64), 255);
   for (int i = 0; i < n; ++i) {
@@ -68,7 +71,8 @@ Entries sog_files(const GaussianCloud& cloud) {
   add("scales", "scales.webp", scales, width, height), meta["scales"]["codebook"] = codebook(-10, 2);
   add("sh0", "sh0.webp", sh0, width, height), meta["sh0"]["codebook"] = codebook(-1, 1);
   if (rest > 0) {
-    add("shN", "shN_centroids.webp", palette, 64 * rest, (n + 63) / 64), add("shN", "shN_labels.webp", labels, width, height);
+    add("shN", "shN_centroids.webp", palette, 64 * rest, (n + 63) / 64),
+        add("shN", "shN_labels.webp", labels, width, height);
     meta["shN"]["bands"] = cloud.sh_degree, meta["shN"]["count"] = n, meta["shN"]["codebook"] = codebook(-1, 1);
   }
   files.emplace_back("meta.json", meta.dump());
@@ -89,7 +93,8 @@ void expect_within_steps(const GaussianCloud& cloud, const GaussianCloud& back) 
   for (size_t i = 0; i < cloud.size(); ++i) {
     for (int k = 0; k < 3; ++k) {
       // The logarithm has slope 1 / (1 + |x|).
-      EXPECT_NEAR(back.position[i][k], cloud.position[i][k], 0.51 * 2.2 / 65535 * (1 + std::abs(cloud.position[i][k])) + 1e-6);
+      EXPECT_NEAR(back.position[i][k], cloud.position[i][k],
+                  0.51 * 2.2 / 65535 * (1 + std::abs(cloud.position[i][k])) + 1e-6);
       EXPECT_NEAR(back.log_scale[i][k], cloud.log_scale[i][k], 0.501 * 12 / 255);
     }
     EXPECT_NEAR(sigmoid(back.opacity_logit[i]), sigmoid(cloud.opacity_logit[i]), 0.501 / 255);
@@ -157,7 +162,8 @@ TEST(Sog, HostileMetaNamesFileAndKey) {
   content(files, "meta.json") = "{";
   expect_error(Failure::kInput, {"case.sog", "JSON"}, [&] { read_splats(write_zip(folder / "case.sog", files)); });
   content(files, "meta.json") = std::string(2 << 20, ' ');
-  expect_error(Failure::kInput, {"case.sog", "meta.json", "justified"}, [&] { read_splats(write_zip(folder / "case.sog", files, 9)); });
+  expect_error(Failure::kInput, {"case.sog", "meta.json", "justified"},
+               [&] { read_splats(write_zip(folder / "case.sog", files, 9)); });
 }
 
 TEST(Sog, HostilePicturesAreRefusedBeforeTheyAreDecoded) {
@@ -214,7 +220,8 @@ TEST(Sog, HostileArchivesAreRefused) {
   // Both names lead to the data of the first entry.
   std::string overlapping = bytes;
   const std::string header = bytes.substr(means, 46);
-  for (const auto& [begin, size] : {std::pair<size_t, size_t>{16, 12}, {42, 4}}) overlapping.replace(quats + begin, size, header.substr(begin, size));
+  for (const auto& [begin, size] : {std::pair<size_t, size_t>{16, 12}, {42, 4}})
+    overlapping.replace(quats + begin, size, header.substr(begin, size));
   refused(overlapping, {"case.sog", "quats.webp"});
   std::string damaged = bytes;
   damaged[bytes.find("RIFF", bytes.find("quats.webp")) + 30] ^= 1;
@@ -242,7 +249,9 @@ TEST(Sog, AnyDamageGivesAnErrorOrACloud) {
   const TemporaryFolder folder;
   write_zip(folder / "good.sog", sog_files(some_gaussians(9, 0)));
   const std::string good = read_text(folder / "good.sog");
-  EXPECT_GT(errors_of_damaged(folder, "case.sog", good, good.size() / 150, [](const fs::path& file) { read_sog(file); }), 100);
+  EXPECT_GT(
+      errors_of_damaged(folder, "case.sog", good, good.size() / 150, [](const fs::path& file) { read_sog(file); }),
+      100);
 }
 
 /// Two levels of detail: the first in two files of 30 and 20 Gaussians, the second in one of 10.
@@ -251,9 +260,11 @@ json two_levels(const TemporaryFolder& folder) {
   const int counts[] = {30, 20, 10};
   json meta = {{"lodLevels", 2}, {"tree", {{"children", json::array()}}}};
   for (int k = 0; k < 3; ++k) {
-    for (const auto& [name, bytes] : sog_files(some_gaussians(counts[k], 1, 10 + k))) folder.file(std::string("lod/") + names[k] + "/" + name, bytes);
+    for (const auto& [name, bytes] : sog_files(some_gaussians(counts[k], 1, 10 + k)))
+      folder.file(std::string("lod/") + names[k] + "/" + name, bytes);
     meta["filenames"].push_back(std::string(names[k]) + "/meta.json");
-    meta["tree"]["children"].push_back({{"lods", {{k < 2 ? "0" : "1", {{"file", k}, {"offset", 0}, {"count", counts[k]}}}}}});
+    meta["tree"]["children"].push_back(
+        {{"lods", {{k < 2 ? "0" : "1", {{"file", k}, {"offset", 0}, {"count", counts[k]}}}}}});
   }
   folder.file("lod/lod-meta.json", meta.dump());
   return meta;
@@ -305,21 +316,26 @@ TEST(SogLevels, HostileTreesNameTheKey) {
   expect_error(Failure::kInput, {"lod-meta.json", "JSON"}, [&] { read_splats(folder / "lod/lod-meta.json"); });
 }
 
-/// A compressed PLY of the cloud as SuperSplat writes it, every chunk with bounds [-2, 2] for positions, [-9, 2] for log
-/// scales and [-0.25, 1.25] for colours.
+/// A compressed PLY of the cloud as SuperSplat writes it, every chunk with bounds [-2, 2] for positions, [-9, 2] for
+/// log scales and [-0.25, 1.25] for colours.
 std::string compressed_ply(const GaussianCloud& cloud, bool coloured) {
   const size_t n = cloud.size(), chunks = (n + 255) / 256;
   const int rest = 3 * (cloud.sh_count() - 1);
   std::string text = "ply\nformat binary_little_endian 1.0\nelement chunk " + std::to_string(chunks) + "\n";
   std::vector<std::pair<std::string, float>> bounds;
-  for (const char* axis : {"x", "y", "z"}) bounds.push_back({std::string("min_") + axis, -2.0f}), bounds.push_back({std::string("max_") + axis, 2.0f});
-  for (const char* axis : {"x", "y", "z"}) bounds.push_back({std::string("min_scale_") + axis, -9.0f}), bounds.push_back({std::string("max_scale_") + axis, 2.0f});
+  for (const char* axis : {"x", "y", "z"})
+    bounds.push_back({std::string("min_") + axis, -2.0f}), bounds.push_back({std::string("max_") + axis, 2.0f});
+  for (const char* axis : {"x", "y", "z"})
+    bounds.push_back({std::string("min_scale_") + axis, -9.0f}),
+        bounds.push_back({std::string("max_scale_") + axis, 2.0f});
   if (coloured) {
-    for (const char* axis : {"r", "g", "b"}) bounds.push_back({std::string("min_") + axis, -0.25f}), bounds.push_back({std::string("max_") + axis, 1.25f});
+    for (const char* axis : {"r", "g", "b"})
+      bounds.push_back({std::string("min_") + axis, -0.25f}), bounds.push_back({std::string("max_") + axis, 1.25f});
   }
   for (const auto& [name, value] : bounds) text += "property float " + name + "\n";
   text += "element vertex " + std::to_string(n) + "\n";
-  for (const char* name : {"position", "rotation", "scale", "color"}) text += std::string("property uint packed_") + name + "\n";
+  for (const char* name : {"position", "rotation", "scale", "color"})
+    text += std::string("property uint packed_") + name + "\n";
   if (rest > 0) {
     text += "element sh " + std::to_string(n) + "\n";
     for (int k = 0; k < rest; ++k) text += "property uchar f_rest_" + std::to_string(k) + "\n";
@@ -328,7 +344,9 @@ std::string compressed_ply(const GaussianCloud& cloud, bool coloured) {
   for (size_t k = 0; k < chunks; ++k) {
     for (const auto& [name, value] : bounds) put(text, value);
   }
-  const auto bits = [](double share, int count) { return static_cast<uint32_t>(std::lround(share * ((1 << count) - 1))); };
+  const auto bits = [](double share, int count) {
+    return static_cast<uint32_t>(std::lround(share * ((1 << count) - 1)));
+  };
   for (size_t i = 0; i < n; ++i) {
     const Vec3f x = (cloud.position[i].array() + 2) / 4, s = (cloud.log_scale[i].array() + 9) / 11;
     put(text, bits(x[0], 11) << 21 | bits(x[1], 10) << 11 | bits(x[2], 11));
@@ -351,7 +369,9 @@ std::string compressed_ply(const GaussianCloud& cloud, bool coloured) {
   }
   for (size_t i = 0; i < n && rest > 0; ++i) {
     for (int c = 0; c < 3; ++c) {
-      for (int k = 0; k < rest / 3; ++k) text += static_cast<char>(std::clamp(std::lround((cloud.sh_of(i)[3 + 3 * k + c] / 8 + 0.5) * 256 - 0.5), 0l, 255l));
+      for (int k = 0; k < rest / 3; ++k)
+        text +=
+            static_cast<char>(std::clamp(std::lround((cloud.sh_of(i)[3 + 3 * k + c] / 8 + 0.5) * 256 - 0.5), 0l, 255l));
     }
   }
   return text;
@@ -373,7 +393,8 @@ TEST(CompressedPly, IsReadWithinItsStepsWithAndWithoutChunkColoursAndHarmonics) 
           EXPECT_NEAR(back.log_scale[i][k], cloud.log_scale[i][k], 0.501 * 11 / steps[k]);
           EXPECT_NEAR(back.sh_of(i)[k], cloud.sh_of(i)[k], 0.501 * (coloured ? 1.5 : 1.0) / 255 / kSh0);
         }
-        for (int k = 3; k < 3 * cloud.sh_count(); ++k) EXPECT_NEAR(back.sh_of(i)[k], cloud.sh_of(i)[k], 0.501 * 8 / 256);
+        for (int k = 3; k < 3 * cloud.sh_count(); ++k)
+          EXPECT_NEAR(back.sh_of(i)[k], cloud.sh_of(i)[k], 0.501 * 8 / 256);
         EXPECT_NEAR(sigmoid(back.opacity_logit[i]), sigmoid(cloud.opacity_logit[i]), 0.501 / 255);
       }
       EXPECT_LT(largest_angle(cloud, back), 2 * 2 * std::sqrt(3.0) * 0.5 * M_SQRT2 / 1023);
@@ -415,11 +436,13 @@ TEST(CompressedPly, HostileFilesNameFileAndElement) {
 TEST(Ply, ObjectFeaturesOfGaussianGroupingAreKept) {
   const TemporaryFolder folder;
   std::string text = "ply\nformat ascii 1.0\nelement vertex 3\n";
-  for (const char* name : {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "obj_dc_0", "obj_dc_1", "obj_dc_2", "opacity", "scale_0", "scale_1",
-                           "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"}) {
+  for (const char* name : {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "obj_dc_0", "obj_dc_1", "obj_dc_2", "opacity",
+                           "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"}) {
     text += std::string("property float ") + name + "\n";
   }
-  text += "end_header\n0 0 0 0 0 0 1 2 3 0 0 0 0 1 0 0 0\n0 0 0 0 0 0 4 nan 6 0 0 0 0 1 0 0 0\n0 0 0 0 0 0 7 8 9 0 0 0 0 1 0 0 0\n";
+  text +=
+      "end_header\n0 0 0 0 0 0 1 2 3 0 0 0 0 1 0 0 0\n0 0 0 0 0 0 4 nan 6 0 0 0 0 1 0 0 0\n0 0 0 0 0 0 7 8 9 0 0 0 0 1 "
+      "0 0 0\n";
   ReadReport report;
   EXPECT_EQ(read_ply(folder.file("a.ply", text), &report).size(), 2u);
   EXPECT_EQ(report.object_channels, 3);

@@ -1,4 +1,5 @@
-// .spz and .splat: round trips within the steps of the quantisers, every version read as it is specified, and hostile files.
+// .spz and .splat: round trips within the steps of the quantisers, every version read as it is specified, and hostile
+// files.
 
 #include <gtest/gtest.h>
 
@@ -25,12 +26,14 @@ std::string legacy_spz(uint32_t version) {
   for (int sign : {1, -1}) {
     for (int k = 1; k <= 3; ++k) {
       const int fixed = sign * k;
-      if (version == 1) put(bytes, Eigen::half(fixed / 4096.0f).x);
-      else bytes.append(reinterpret_cast<const char*>(&fixed), 3);
+      if (version == 1)
+        put(bytes, Eigen::half(fixed / 4096.0f).x);
+      else
+        bytes.append(reinterpret_cast<const char*>(&fixed), 3);
     }
   }
-  bytes += std::string("\x40\xc0", 2);                         // alpha
-  for (int k = 0; k < 6; ++k) bytes += static_cast<char>(100 + k);  // colours
+  bytes += std::string("\x40\xc0", 2);                                  // alpha
+  for (int k = 0; k < 6; ++k) bytes += static_cast<char>(100 + k);      // colours
   for (int k = 0; k < 6; ++k) bytes += static_cast<char>(80 + 16 * k);  // scales
   if (version < 3) {
     bytes += std::string("\xff\x80\x80\x80\x80\x80", 6);  // nearly a half turn around x, and none
@@ -134,9 +137,11 @@ TEST(Spz, AnExtensionMayNameTheAxes) {
   std::string raw = legacy_spz(3);
   raw[14] = 2;
   put(raw, 0xADBE0003u), put(raw, uint32_t(4)), put(raw, uint32_t(3));
-  expect_error(Failure::kInput, {"a.spz", "coordinate system", "3"}, [&] { read_spz(folder.file("a.spz", gzip(raw))); });
+  expect_error(Failure::kInput, {"a.spz", "coordinate system", "3"},
+               [&] { read_spz(folder.file("a.spz", gzip(raw))); });
   std::memset(&raw[raw.size() - 8], 0x7f, 4);
-  expect_error(Failure::kInput, {"a.spz", "extension", "truncated"}, [&] { read_spz(folder.file("a.spz", gzip(raw))); });
+  expect_error(Failure::kInput, {"a.spz", "extension", "truncated"},
+               [&] { read_spz(folder.file("a.spz", gzip(raw))); });
 }
 
 TEST(Spz, WhatIsOutsideItsRangesIsClampedAndCounted) {
@@ -166,7 +171,9 @@ TEST(Spz, HostileFilesNameFileAndFieldBeforeAnythingIsAllocated) {
   const TemporaryFolder folder;
   write_spz(folder / "good.spz", some_gaussians(50, 1));
   const std::string good = read_text(folder / "good.spz"), legacy = legacy_spz(3);
-  const auto with = [](std::string bytes, size_t at, const std::string& change) { return bytes.replace(at, change.size(), change); };
+  const auto with = [](std::string bytes, size_t at, const std::string& change) {
+    return bytes.replace(at, change.size(), change);
+  };
   std::string huge_count(4, '\xff');
   struct Case {
     std::string bytes;
@@ -224,7 +231,8 @@ TEST(Spz, ABombWhoseStreamsAreLongerThanTheTableSaysStopsAtTheTable) {
     put(bytes, uint64_t(stream.size())), put(bytes, size);
     streams += stream;
   }
-  expect_error(Failure::kInput, {"case.spz", "positions", "damaged"}, [&] { read_spz(folder.file("case.spz", bytes + streams)); });
+  expect_error(Failure::kInput, {"case.spz", "positions", "damaged"},
+               [&] { read_spz(folder.file("case.spz", bytes + streams)); });
 }
 
 TEST(Spz, AnyDamageGivesAnErrorOrACloud) {
@@ -232,7 +240,8 @@ TEST(Spz, AnyDamageGivesAnErrorOrACloud) {
   write_spz(folder / "good.spz", some_gaussians(4, 1));
   const std::string good = read_text(folder / "good.spz");
   EXPECT_GT(errors_of_damaged(folder, "case.spz", good, 3, [](const fs::path& file) { read_spz(file); }), 60);
-  EXPECT_GT(errors_of_damaged(folder, "case.spz", gzip(legacy_spz(2)), 2, [](const fs::path& file) { read_spz(file); }), 60);
+  EXPECT_GT(errors_of_damaged(folder, "case.spz", gzip(legacy_spz(2)), 2, [](const fs::path& file) { read_spz(file); }),
+            60);
 }
 
 TEST(Spz, AnEmptySceneAndAVeryLargeOneAreWritten) {
@@ -284,7 +293,8 @@ TEST(Splat, NanInfiniteAndAbsurdRowsAreLeftOutAndCounted) {
 TEST(Splat, FilesOfAnotherLengthAreRefused) {
   const TemporaryFolder folder;
   expect_error(Failure::kInput, {"a.splat", "0 bytes"}, [&] { read_splat(folder.file("a.splat", "")); });
-  expect_error(Failure::kInput, {"a.splat", "33 bytes", "multiple of 32"}, [&] { read_splat(folder.file("a.splat", std::string(33, 'x'))); });
+  expect_error(Failure::kInput, {"a.splat", "33 bytes", "multiple of 32"},
+               [&] { read_splat(folder.file("a.splat", std::string(33, 'x'))); });
   expect_error(Failure::kInput, {"none.splat"}, [&] { read_splat(folder / "none.splat"); });
 }
 
@@ -302,7 +312,8 @@ TEST(Splats, AreToldByContentThenByExtension) {
   read_splats(folder / "b.ply", &report);
   EXPECT_EQ(report.format, "spz version 4, SH degree 0");
   expect_error(Failure::kInput, {"a.txt", "no splat file"}, [&] { read_splats(folder.file("a.txt", "hello")); });
-  expect_error(Failure::kInput, {"a.ksplat", "splat-transform"}, [&] { read_splats(folder.file("a.ksplat", "hello")); });
+  expect_error(Failure::kInput, {"a.ksplat", "splat-transform"},
+               [&] { read_splats(folder.file("a.ksplat", "hello")); });
   expect_error(Failure::kUsage, {"--level", "3"}, [&] { read_splats(folder / "a.ply", nullptr, 3); });
   expect_error(Failure::kUsage, {"a.xyz", "not written"}, [&] { write_splats(folder / "a.xyz", cloud); });
 }

@@ -1,4 +1,5 @@
-// Real files: counts and bounds that are known of them, and the same scene in two formats.  Skipped where they are absent.
+// Real files: counts and bounds that are known of them, and the same scene in two formats.  Skipped where they are
+// absent.
 
 #include <gtest/gtest.h>
 

@@ -116,8 +116,7 @@ AdjointCheck check_picture(Inputs inputs, const Camera& camera, bool antialiased
     Inputs in = inputs.unpacked(x);
     const Camera now = moved(camera, in.rotation, in.translation);
     RenderTape<double> tape;
-    const Rendered<double> picture =
-        render_as<double, kCutOffs>(in.cloud, now, options, in.features, kChannels, &tape);
+    const Rendered<double> picture = render_as<double, kCutOffs>(in.cloud, now, options, in.features, kChannels, &tape);
     const RenderGradient<double> gradient = render_adjoint_as<double, kCutOffs>(
         in.cloud, now, options, in.features, kChannels, picture, unflattened(adj_y, picture), &tape);
     Values out = Inputs{gradient.cloud, gradient.features, gradient.rotation, gradient.translation}.packed();
@@ -185,9 +184,9 @@ TEST(RenderAdjoint, CovarianceCarriesTheSameDerivativeAsItsFactor) {
   std::vector<Mat3d> covariance(cloud.size(), Mat3d::Zero());
   ViewGradient<double> view;
   blend_kernels<double, false>(best_instruction_set())
-      .project_adjoint({cloud_input(cloud), make_view<double>(test_camera(64, 48)), true, index.data(), sums.data(),
-                        cloud.size()},
-                       cloud_gradient(g, covariance), view);
+      .project_adjoint(
+          {cloud_input(cloud), make_view<double>(test_camera(64, 48)), true, index.data(), sums.data(), cloud.size()},
+          cloud_gradient(g, covariance), view);
   for (uint32_t i = 0; i < cloud.size(); ++i) {
     const Mat3d A = covariance_factor<double>(cloud.rotation[i], cloud.log_scale[i]);
     // Sigma = A A^T, so that dL/dA = 2 dL/dSigma A.

@@ -120,7 +120,8 @@ TEST(GrabCut, FindsADiscOfAnotherColourInsideALooseBox) {
   const GrabCutResult result = grab_cut({}, input);
   size_t wrong = 0;
   for (int y = 0; y < 50; ++y)
-    for (int x = 0; x < 60; ++x) wrong += result.foreground[y * 60 + x] != ((x - 30) * (x - 30) + (y - 25) * (y - 25) < 144);
+    for (int x = 0; x < 60; ++x)
+      wrong += result.foreground[y * 60 + x] != ((x - 30) * (x - 30) + (y - 25) * (y - 25) < 144);
   EXPECT_LE(wrong, 6u);
 }
 
@@ -227,7 +228,8 @@ TEST_F(GestureTest, WhatAStrokeCoversIsFixed) {
   const GestureResult with = select(gesture);
   EXPECT_GT(with.summary.seeds, 0u);
   size_t table_selected = 0;
-  for (size_t p = 0; p < scene.truth.size(); ++p) table_selected += with.selected(p) && scene.truth[p] == MadeScene::kTable;
+  for (size_t p = 0; p < scene.truth.size(); ++p)
+    table_selected += with.selected(p) && scene.truth[p] == MadeScene::kTable;
   EXPECT_GT(table_selected, 0u);
 }
 
@@ -271,8 +273,9 @@ TEST_F(GestureTest, MalformedOptionsNameOptionValueAndRemedy) {
   Gesture gesture;
   const auto& cameras = scene.cameras;
   const std::pair<std::string, std::string> boxes[] = {
-      {"view99,1,1,20,20", "view99"}, {"99,1,1,20,20", "99"}, {"0,1,1,20,400", "outside"}, {"0,-5,1,20,40", "outside"},
-      {"0,10,10,10,40", "less than"}, {"0,10,10,40", "4 values"}, {"0,1,2,3,4,5", "6 values"}, {"0,1,x,30,40", "'x'"}, {"", "values"}};
+      {"view99,1,1,20,20", "view99"}, {"99,1,1,20,20", "99"},         {"0,1,1,20,400", "outside"},
+      {"0,-5,1,20,40", "outside"},    {"0,10,10,10,40", "less than"}, {"0,10,10,40", "4 values"},
+      {"0,1,2,3,4,5", "6 values"},    {"0,1,x,30,40", "'x'"},         {"", "values"}};
   for (const auto& [text, what] : boxes) {
     const std::string said = complaint([&] { add_box(text, cameras, gesture); });
     EXPECT_NE(said.find("--box"), std::string::npos) << text;

@@ -24,14 +24,16 @@ int main(int argc, char** argv) {
       position = std::max<double>(position, (a.position[i] - b.position[i]).cwiseAbs().maxCoeff());
       log_scale = std::max<double>(log_scale, (a.log_scale[i] - b.log_scale[i]).cwiseAbs().maxCoeff());
       opacity = std::max<double>(opacity, std::abs(sigmoid(a.opacity_logit[i]) - sigmoid(b.opacity_logit[i])));
-      const double cosine = std::abs(a.rotation[i].cast<double>().normalized().dot(b.rotation[i].cast<double>().normalized()));
+      const double cosine =
+          std::abs(a.rotation[i].cast<double>().normalized().dot(b.rotation[i].cast<double>().normalized()));
       angle = std::max(angle, 2 * std::acos(std::min(cosine, 1.0)));
       for (int k = 0; k < sh; ++k) {
         double& largest = k < 3 ? colour : harmonics;
         largest = std::max<double>(largest, std::abs(a.sh_of(i)[k] - b.sh_of(i)[k]));
       }
     }
-    out["largest"] = {{"position", position}, {"log_scale", log_scale}, {"opacity", opacity}, {"f_dc", colour}, {"f_rest", harmonics}, {"radians", angle}};
+    out["largest"] = {{"position", position}, {"log_scale", log_scale}, {"opacity", opacity},
+                      {"f_dc", colour},       {"f_rest", harmonics},    {"radians", angle}};
   }
   OrbitOptions options;
   options.views = 3, options.width = 400, options.height = 300;
@@ -39,7 +41,8 @@ int main(int argc, char** argv) {
     const ImageF x = render(a, camera, {}).color, y = render(b, camera, {}).color;
     double sum = 0;
     for (size_t k = 0; k < x.data.size(); ++k) sum += std::pow(x.data[k] - y.data[k], 2);
-    out["psnr"].push_back(sum > 0 ? nlohmann::json(-10 * std::log10(sum / static_cast<double>(x.data.size()))) : nlohmann::json("equal"));
+    out["psnr"].push_back(sum > 0 ? nlohmann::json(-10 * std::log10(sum / static_cast<double>(x.data.size())))
+                                  : nlohmann::json("equal"));
   }
   std::printf("%s\n", out.dump().c_str());
 }

@@ -35,7 +35,9 @@ Figures measure(const std::function<GaussianCloud()>& make, int width, int heigh
   const Camera camera = look_at({0, -4, 0}, {0, 0, 0}, {0, 0, 1}, width, height, 1.1 * width);
   Figures f{};
   f.cloud_mb = resident_mb();
-  const auto now = [] { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); };
+  const auto now = [] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  };
   const double start = now();
   RenderTape<float> tape;
   const RenderResult picture = render(cloud, camera, {}, {}, 0, &tape);
@@ -96,10 +98,22 @@ int main(int argc, char** argv) {
     return cloud;
   };
   const Case cases[] = {
-      {"two million at 1080p", 1920, 1080, [] { return random_cloud({2'000'000, 0.001, 0.005}); }},
-      {"100k that cover everything", 800, 800, [] { return random_cloud({100'000, 40, 50}); }},
-      {"100k faint ones that cover everything", 800, 800, [] { return random_cloud({100'000, 40, 50, 2.6, 0.004, 0.00401}); }},
-      {"100k at one point", 800, 800, [] { return random_cloud({100'000, 0.02, 0.05, 0}); }},
+      {"two million at 1080p", 1920, 1080,
+       [] {
+         return random_cloud({2'000'000, 0.001, 0.005});
+       }},
+      {"100k that cover everything", 800, 800,
+       [] {
+         return random_cloud({100'000, 40, 50});
+       }},
+      {"100k faint ones that cover everything", 800, 800,
+       [] {
+         return random_cloud({100'000, 40, 50, 2.6, 0.004, 0.00401});
+       }},
+      {"100k at one point", 800, 800,
+       [] {
+         return random_cloud({100'000, 0.02, 0.05, 0});
+       }},
       {"scales of 1e30, NaN, infinity", 800, 800, poisoned},
   };
   nlohmann::json out = nlohmann::json::array();
@@ -108,8 +122,12 @@ int main(int argc, char** argv) {
     std::printf("%-40s forward %7.2f s, +%5.0f MB; with derivatives %7.2f s, +%5.0f MB; %s\n", c.name, f.seconds,
                 f.forward_mb, f.seconds + f.adjoint_seconds, f.adjoint_mb, f.finite ? "finite" : "NOT FINITE");
     std::fflush(stdout);
-    out.push_back({{"case", c.name}, {"forward_s", f.seconds}, {"adjoint_s", f.adjoint_seconds},
-                   {"cloud_mb", f.cloud_mb}, {"forward_mb", f.forward_mb}, {"adjoint_mb", f.adjoint_mb},
+    out.push_back({{"case", c.name},
+                   {"forward_s", f.seconds},
+                   {"adjoint_s", f.adjoint_seconds},
+                   {"cloud_mb", f.cloud_mb},
+                   {"forward_mb", f.forward_mb},
+                   {"adjoint_mb", f.adjoint_mb},
                    {"finite", f.finite}});
   }
   write_json(argv[1], out);

@@ -1,10 +1,11 @@
 // Selection by gesture against objects given as primitives in numbers (selection_truth.json):
 //   selection_study DATA_FOLDER OUT_FOLDER [FILTER [METHOD]]
-// Boxes are those of the truth's pixels in cameras 0, 6 and 12 of the scene's orbit (0, 90, 180 degrees), loosened on every
-// side by a share of their size.  IoU: pixels with a rendered membership above 0.5, over 12 views of another orbit.
-// Strokes: twice, over the scene's cameras, the largest connected wrong region; from its deepest pixel a straight line in both
-// directions of its longer axis, as far as it stays inside by half the stroke's width (a click where that is nowhere).
-// FILTER: only rows whose name contains it; METHOD: prototype (the measured algorithm of the calibration) or ours.
+// Boxes are those of the truth's pixels in cameras 0, 6 and 12 of the scene's orbit (0, 90, 180 degrees), loosened on
+// every side by a share of their size.  IoU: pixels with a rendered membership above 0.5, over 12 views of another
+// orbit. Strokes: twice, over the scene's cameras, the largest connected wrong region; from its deepest pixel a
+// straight line in both directions of its longer axis, as far as it stays inside by half the stroke's width (a click
+// where that is nowhere). FILTER: only rows whose name contains it; METHOD: prototype (the measured algorithm of the
+// calibration) or ours.
 
 #include <algorithm>
 #include <cstdio>
@@ -49,7 +50,8 @@ struct Study {
   std::vector<Camera> held_out, small;  // small: the scene's cameras at half size, where strokes are placed
   std::vector<Mask> held_out_truth, small_truth;
 
-  Study(std::string scene_name, const std::filesystem::path& data, const nlohmann::json& entry) : name(std::move(scene_name)) {
+  Study(std::string scene_name, const std::filesystem::path& data, const nlohmann::json& entry)
+      : name(std::move(scene_name)) {
     LoadOptions load;
     const auto up = entry.at("up").get<std::vector<double>>();
     load.up = Eigen::Vector3d(up[0], up[1], up[2]);
@@ -76,7 +78,8 @@ struct Study {
       for (int y = 0; y < camera.height; ++y)
         for (int x = 0; x < camera.width; ++x)
           if (mask[static_cast<size_t>(y) * camera.width + x])
-            box.x0 = std::min<float>(box.x0, x), box.y0 = std::min<float>(box.y0, y), box.x1 = std::max<float>(box.x1, x + 1), box.y1 = std::max<float>(box.y1, y + 1);
+            box.x0 = std::min<float>(box.x0, x), box.y0 = std::min<float>(box.y0, y),
+            box.x1 = std::max<float>(box.x1, x + 1), box.y1 = std::max<float>(box.y1, y + 1);
       const float dx = loosen * (box.x1 - box.x0), dy = loosen * (box.y1 - box.y0);
       box.x0 = std::max(0.0f, box.x0 - dx), box.x1 = std::min<float>(camera.width, box.x1 + dx);
       box.y0 = std::max(0.0f, box.y0 - dy), box.y1 = std::min<float>(camera.height, box.y1 + dy);
@@ -85,7 +88,8 @@ struct Study {
     return gesture;
   }
 
-  /// Mean and least IoU; pictures of four views when `picture` is not empty: green = right, red = too much, blue = missing.
+  /// Mean and least IoU; pictures of four views when `picture` is not empty: green = right, red = too much, blue =
+  /// missing.
   Json measure(const GestureResult& result, const std::filesystem::path& picture) const {
     const std::vector<float> membership = membership_of(result);
     Json json;
@@ -94,7 +98,8 @@ struct Study {
     for (size_t v = 0; v < held_out.size(); ++v) {
       const Mask mask = rendered(scene.cloud, held_out[v], membership);
       size_t both = 0, either = 0;
-      for (size_t i = 0; i < mask.size(); ++i) both += mask[i] && held_out_truth[v][i], either += mask[i] || held_out_truth[v][i];
+      for (size_t i = 0; i < mask.size(); ++i)
+        both += mask[i] && held_out_truth[v][i], either += mask[i] || held_out_truth[v][i];
       const double iou = either ? static_cast<double>(both) / static_cast<double>(either) : 1;
       sum += iou, least = std::min(least, iou);
       if (v % 3 != 0 || picture.empty()) continue;
@@ -112,7 +117,8 @@ struct Study {
     }
     if (!picture.empty()) write_image(picture, sheet);
     size_t same = 0, any = 0;
-    for (size_t p = 0; p < truth.size(); ++p) same += truth[p] > 0 && membership[p] > 0, any += truth[p] > 0 || membership[p] > 0;
+    for (size_t p = 0; p < truth.size(); ++p)
+      same += truth[p] > 0 && membership[p] > 0, any += truth[p] > 0 || membership[p] > 0;
     json["mean"] = sum / static_cast<double>(held_out.size()), json["min"] = least;
     json["gaussians_iou"] = static_cast<double>(same) / static_cast<double>(any);
     json["seconds"] = result.summary.seconds, json["summary"] = result.summary.describe();
@@ -128,7 +134,8 @@ struct Study {
       const Mask mask = rendered(scene.cloud, small[c], membership);
       for (bool missing : {false, true}) {
         cv::Mat wrong(small[c].height, small[c].width, CV_8U), number, stats, centres;
-        for (size_t i = 0; i < mask.size(); ++i) wrong.data[i] = missing ? small_truth[c][i] && !mask[i] : mask[i] && !small_truth[c][i];
+        for (size_t i = 0; i < mask.size(); ++i)
+          wrong.data[i] = missing ? small_truth[c][i] && !mask[i] : mask[i] && !small_truth[c][i];
         const int count = cv::connectedComponentsWithStats(wrong, number, stats, centres);
         for (int k = 1; k < count; ++k) {
           if (stats.at<int>(k, cv::CC_STAT_AREA) <= largest) continue;
@@ -149,11 +156,15 @@ struct Study {
     const float reach = 0.25f * best.width;  // half the width, at half size
     for (double side : {-1.0, 1.0}) {
       double t = 0;
-      const auto at = [&](double s) { return cv::Point(cvRound(deepest.x + side * s * std::cos(angle)), cvRound(deepest.y + side * s * std::sin(angle))); };
+      const auto at = [&](double s) {
+        return cv::Point(cvRound(deepest.x + side * s * std::cos(angle)),
+                         cvRound(deepest.y + side * s * std::sin(angle)));
+      };
       while (cv::Rect(0, 0, depth.cols, depth.rows).contains(at(t + 1)) && depth.at<float>(at(t + 1)) > reach) ++t;
       best.points.push_back(Vec2f(2 * at(t).x + 1, 2 * at(t).y + 1));
     }
-    if ((best.points[0] - best.points[1]).norm() < 2) best.points.pop_back(), best.width = std::min<float>(best.width, 4 * depth.at<float>(deepest));
+    if ((best.points[0] - best.points[1]).norm() < 2)
+      best.points.pop_back(), best.width = std::min<float>(best.width, 4 * depth.at<float>(deepest));
     return best;
   }
 };
@@ -184,12 +195,14 @@ int main(int argc, char** argv) {
         Gesture gesture = study.boxes(count, 0.01 * loosen);
         auto report = [&](const std::string& method, const GestureResult& result) {
           const Json json = rows[row][method] = study.measure(result, out / (row + "_" + method + ".png"));
-          std::printf("%-16s %-10s mean %.3f min %.3f  3D %.3f  %.1f s  %s\n", row.c_str(), method.c_str(), json["mean"].get<double>(),
-                      json["min"].get<double>(), json["gaussians_iou"].get<double>(), result.summary.seconds, result.summary.describe().c_str());
+          std::printf("%-16s %-10s mean %.3f min %.3f  3D %.3f  %.1f s  %s\n", row.c_str(), method.c_str(),
+                      json["mean"].get<double>(), json["min"].get<double>(), json["gaussians_iou"].get<double>(),
+                      result.summary.seconds, result.summary.describe().c_str());
           std::fflush(stdout);
         };
         if (only != "ours" && only != "boxes")
-          report("prototype", select_by_gesture(GestureOptions::prototype(), gesture, {}, study.scene.cloud, study.scene.cameras));
+          report("prototype",
+                 select_by_gesture(GestureOptions::prototype(), gesture, {}, study.scene.cloud, study.scene.cameras));
         if (only == "prototype") continue;
         GestureResult result = select_by_gesture(ours(study), gesture, {}, study.scene.cloud, study.scene.cameras);
         report("ours", result);
@@ -201,7 +214,9 @@ int main(int argc, char** argv) {
           result = select_by_gesture(ours(study), gesture, {}, study.scene.cloud, study.scene.cameras);
           const std::string method = "stroke" + std::to_string(k);
           report(method, result);
-          rows[row][method]["stroke"] = {{"foreground", stroke.foreground}, {"camera", stroke.camera}, {"from", {stroke.points[0].x(), stroke.points[0].y()}},
+          rows[row][method]["stroke"] = {{"foreground", stroke.foreground},
+                                         {"camera", stroke.camera},
+                                         {"from", {stroke.points[0].x(), stroke.points[0].y()}},
                                          {"to", {stroke.points.back().x(), stroke.points.back().y()}}};
         }
       }

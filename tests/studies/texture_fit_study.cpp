@@ -109,9 +109,13 @@ int main(int argc, char** argv) {
   const ImageF photo = resized(read_image(photo_file), width);
   const Fit one = fit(photo, gaussians, iterations, 1), two = fit(photo, gaussians, iterations, 2);
   const bool equal = one.psnr == two.psnr && one.picture.data == two.picture.data;
-  nlohmann::json result = {{"gaussians", gaussians}, {"iterations", iterations}, {"size", {photo.width, photo.height}},
-                           {"seconds_1_thread", one.seconds}, {"seconds_2_threads", two.seconds},
-                           {"equal_bits_for_1_and_2_threads", equal}, {"psnr", one.psnr}};
+  nlohmann::json result = {{"gaussians", gaussians},
+                           {"iterations", iterations},
+                           {"size", {photo.width, photo.height}},
+                           {"seconds_1_thread", one.seconds},
+                           {"seconds_2_threads", two.seconds},
+                           {"equal_bits_for_1_and_2_threads", equal},
+                           {"psnr", one.psnr}};
   std::filesystem::create_directories(out_folder);
   write_image(out_folder + "/photo.png", photo);
   write_image(out_folder + "/fit.png", one.picture);
