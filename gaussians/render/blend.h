@@ -107,7 +107,7 @@ struct BlendKernels {
 
   /// Reverse of `blend`.  adj_sums [4 + channels][kTilePixels]; rest [kTilePixels]: the scalar product of the blended
   /// values with their derivatives, including what the transmittance left over contributes.  Writes kPairSlots +
-  /// channels derivatives of each entry at pair_gradient + entry * pair_stride.  scratch [(6 + channels) kTilePixels].
+  /// channels derivatives of each entry at pair_gradient + entry * pair_stride.  scratch [(4 + channels) kTilePixels].
   void (*blend_adjoint)(const TileInput<T>&, const T* adj_sums, const T* rest, T* pair_gradient, size_t pair_stride,
                         T* scratch);
 

@@ -54,7 +54,7 @@ struct RenderGradient {
 
 /// Derivatives of a scalar L of the picture, given dL/dpicture in `adj`, whose empty images count as zero.  `picture` is
 /// the result of `render` for the same arguments, `tape` what it left (or null).  Equal bit for bit for any number of
-/// threads.  Memory: 4 (10 + channels) bytes, rounded up to 32, per pair of splat and tile in a band.
+/// threads.  Memory: 4 (10 + channels) bytes per pair of splat and tile in a band.
 RenderGradient<float> render_adjoint(const CloudOf<float>& cloud, const Camera& camera, const RenderOptions& options,
                                      std::span<const float> features, int channels, const RenderResult& picture,
                                      const RenderResult& adj, const RenderTape<float>* tape = nullptr,

@@ -154,7 +154,7 @@ RenderGradient<T> render_adjoint_as(const CloudOf<T>& cloud, const Camera& camer
     parallel_for(tiles, [&](std::ptrdiff_t tile) {
       thread_local std::unique_ptr<Scratch<T>> scratch;
       thread_local int room = -1;
-      if (room < blended) scratch = std::make_unique<Scratch<T>>((11 + 2 * blended) * kTilePixels), room = blended;
+      if (room < blended) scratch = std::make_unique<Scratch<T>>((9 + 2 * blended) * kTilePixels), room = blended;
       T* adj_sums = scratch->data();
       T* rest = adj_sums + (4 + blended) * kTilePixels;
       const TileInput<T> in = tile_input(projected, lists, static_cast<int>(tile), features, channels);

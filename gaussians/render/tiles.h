@@ -48,8 +48,8 @@ struct TileLists {
   std::vector<uint32_t> entry_of_pair;  ///< entries of a splat, ascending tiles
 };
 
-/// Most pairs of splat and tile that are held at a time, unless one tile alone has more: 48 bytes each while they are
-/// made, 16 after.  A picture whose splats overlap more tiles is made in several bands.
+/// Most pairs of splat and tile that are held at a time, unless one tile alone has more: 36 bytes each while they are
+/// made, 20 after.  A picture whose splats overlap more tiles is made in several bands.
 constexpr size_t kMostPairs = size_t{8} << 20;
 
 /// Projects, culls and sorts by depth.  Gaussians that are not finite after projection (NaN, overflowing scales) are
