@@ -25,15 +25,22 @@ struct Permission {
 const std::set<std::string> kEverywhere = {"Eigen", "omp.h"};
 
 const std::map<std::string, Permission> kTable = {
-    {"gaussians/base", {{}, {"nanoflann.hpp"}}},
-    {"gaussians/render", {{"gaussians/base"}, {"immintrin.h"}}},
+    {"gaussians/base", {{}, {"nanoflann.hpp", "immintrin.h"}}},
+    {"gaussians/render", {{"gaussians/base"}, {}}},
     {"gaussians/io", {{"gaussians/base"}, {"nlohmann", "opencv2", "zlib.h", "zstd.h", "webp", "minizip"}}},
     {"segmentation/lift", {{"gaussians/base", "gaussians/render", "gaussians/io"}, {"nlohmann", "opencv2"}}},
     {"segmentation/repair",
      {{"gaussians/base", "gaussians/render", "gaussians/io", "segmentation/lift"}, {"opencv2"}}},
-    {"physics", {{"gaussians/base"}, {}}},
-    {"fitting/fields", {{"gaussians/base", "gaussians/render", "physics"}, {"torch"}}},
-    {"app/store", {{"gaussians/base", "gaussians/io", "segmentation/lift", "physics", "fitting/fields"}, {"hdf5.h", "nlohmann"}}},
+    {"physics/laws", {{"gaussians/base"}, {}}},
+    {"physics/mpm", {{"gaussians/base", "physics/laws"}, {}}},
+    {"physics/body", {{"gaussians/base", "physics/laws", "physics/mpm"}, {}}},
+    {"physics/simulate", {{"gaussians/base", "physics/laws", "physics/mpm", "physics/body"}, {}}},
+    {"fitting/fields",
+     {{"gaussians/base", "gaussians/render", "physics/laws", "physics/mpm", "physics/body", "physics/simulate"}, {"torch"}}},
+    {"app/store",
+     {{"gaussians/base", "gaussians/io", "segmentation/lift", "physics/laws", "physics/mpm", "physics/body",
+       "physics/simulate", "fitting/fields"},
+      {"hdf5.h", "nlohmann"}}},
 };
 
 // The rooms of app that see every room below them.

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "physics/particles.h"
+#include "physics/mpm/particles.h"
 
 namespace pliant {
 namespace {

@@ -5,10 +5,10 @@
 
 #include "app/demo/stage.h"
 #include "gaussians/base/image.h"
-#include "physics/interaction.h"
-#include "physics/material.h"
-#include "physics/samples.h"
-#include "physics/simulate.h"
+#include "physics/simulate/interaction.h"
+#include "physics/body/make_particles.h"
+#include "physics/body/samples.h"
+#include "physics/simulate/simulate.h"
 
 namespace pliant {
 

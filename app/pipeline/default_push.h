@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "gaussians/io/scene.h"
-#include "physics/push.h"
+#include "physics/simulate/push.h"
 
 namespace pliant {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/interaction.h"
+#include "physics/simulate/interaction.h"
 
 namespace pliant {
 

@@ -1,6 +1,6 @@
 #include "app/pipeline/stages.h"
 #include "gaussians/base/error.h"
-#include "physics/material.h"
+#include "physics/body/make_particles.h"
 
 namespace pliant {
 

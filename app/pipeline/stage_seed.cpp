@@ -8,8 +8,8 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 #include "gaussians/io/ply.h"
-#include "physics/driving_particles.h"
-#include "physics/interior_fill.h"
+#include "physics/body/driving_particles.h"
+#include "physics/body/interior_fill.h"
 
 namespace pliant {
 using nlohmann::json;

@@ -16,7 +16,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 #include "gaussians/io/ply.h"
-#include "physics/simulate.h"
+#include "physics/simulate/simulate.h"
 
 namespace pliant {
 namespace fs = std::filesystem;

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "physics/particles.h"
+#include "physics/mpm/particles.h"
 
 namespace pliant {
 

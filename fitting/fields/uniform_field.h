@@ -1,6 +1,6 @@
 #pragma once
 
-#include "physics/material.h"
+#include "physics/body/make_particles.h"
 
 namespace pliant {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "gaussians/render/pack.h"
+#include "gaussians/base/pack.h"
 
 // Rows of arrays [N, width] between memory and lanes, one row per lane.
 

@@ -10,7 +10,7 @@
 #include "gaussians/render/project_input.h"
 
 #define PLIANT_ISA project_test
-#include "gaussians/render/pack_math.h"
+#include "gaussians/base/pack_math.h"
 
 namespace pliant {
 namespace {

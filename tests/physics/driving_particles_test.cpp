@@ -1,4 +1,4 @@
-#include "physics/driving_particles.h"
+#include "physics/body/driving_particles.h"
 
 #include <gtest/gtest.h>
 #include <omp.h>
@@ -7,8 +7,8 @@
 #include <set>
 
 #include "gaussians/base/error.h"
-#include "physics/material.h"
-#include "physics/simulate.h"
+#include "physics/body/make_particles.h"
+#include "physics/simulate/simulate.h"
 #include "tests/physics/shapes.h"
 
 namespace pliant {

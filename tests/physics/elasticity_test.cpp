@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "gaussians/base/random.h"
-#include "physics/elasticity.h"
+#include "physics/laws/elasticity.h"
 
 namespace pliant {
 namespace {

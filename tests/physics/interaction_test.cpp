@@ -1,10 +1,10 @@
 // Each interaction's law.
 
-#include "physics/interaction.h"
+#include "physics/simulate/interaction.h"
 
 #include <gtest/gtest.h>
 
-#include "physics/simulate.h"
+#include "physics/simulate/simulate.h"
 #include "tests/physics/shapes.h"
 
 namespace pliant {

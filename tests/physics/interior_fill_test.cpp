@@ -1,6 +1,6 @@
 // Volumes of solids that are known only by flat Gaussians on their surface.
 
-#include "physics/interior_fill.h"
+#include "physics/body/interior_fill.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
 // Pushes of a uniform stem, ten times as long as thick, clamped at its foot.
 
-#include "physics/push.h"
+#include "physics/simulate/push.h"
 
 #include <gtest/gtest.h>
 
 #include "gaussians/base/error.h"
-#include "physics/driving_particles.h"
-#include "physics/material.h"
+#include "physics/body/driving_particles.h"
+#include "physics/body/make_particles.h"
 #include "tests/physics/shapes.h"
 
 namespace pliant {

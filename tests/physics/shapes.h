@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "gaussians/base/random.h"
-#include "physics/particles.h"
-#include "physics/samples.h"
+#include "physics/mpm/particles.h"
+#include "physics/body/samples.h"
 
 namespace pliant::testing {
 

@@ -1,14 +1,14 @@
 // Laws of whole simulations, mostly in double on the templates that run in float.
 
-#include "physics/simulate.h"
+#include "physics/simulate/simulate.h"
 
 #include <gtest/gtest.h>
 #include <omp.h>
 
 #include "gaussians/base/error.h"
-#include "physics/elasticity.h"
-#include "physics/material.h"
-#include "physics/mpm.h"
+#include "physics/laws/elasticity.h"
+#include "physics/body/make_particles.h"
+#include "physics/mpm/mpm.h"
 #include "tests/physics/shapes.h"
 
 namespace pliant {

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "physics/bspline.h"
-#include "physics/mpm.h"
+#include "physics/mpm/bspline.h"
+#include "physics/mpm/mpm.h"
 #include "tests/physics/shapes.h"
 
 namespace pliant {

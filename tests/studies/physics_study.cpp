@@ -11,9 +11,9 @@
 #include <cstdlib>
 #include <string>
 
-#include "physics/driving_particles.h"
-#include "physics/material.h"
-#include "physics/simulate.h"
+#include "physics/body/driving_particles.h"
+#include "physics/body/make_particles.h"
+#include "physics/simulate/simulate.h"
 #include "tests/physics/shapes.h"
 
 namespace pliant {

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "physics/region.h"
-#include "physics/samples.h"
+#include "physics/mpm/region.h"
+#include "physics/body/samples.h"
 
 namespace pliant {
 

@@ -1,4 +1,4 @@
-#include "physics/interior_fill.h"
+#include "physics/body/interior_fill.h"
 
 #include <algorithm>
 #include <array>
@@ -9,8 +9,8 @@
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/portable.h"
 #include "gaussians/base/random.h"
-#include "physics/surfels.h"
-#include "physics/winding_number.h"
+#include "physics/body/surfels.h"
+#include "physics/body/winding_number.h"
 
 namespace pliant {
 namespace {

@@ -1,4 +1,4 @@
-#include "physics/mpm.h"
+#include "physics/mpm/mpm.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,11 +7,11 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
-#include "physics/bspline.h"
-#include "physics/elasticity.h"
-#include "physics/material.h"
-#include "physics/pack.h"
-#include "physics/team.h"
+#include "physics/mpm/bspline.h"
+#include "physics/laws/elasticity.h"
+#include "physics/laws/material.h"
+#include "physics/laws/pack.h"
+#include "physics/mpm/team.h"
 
 namespace pliant {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "physics/surfels.h"
+#include "physics/body/surfels.h"
 
 namespace pliant {
 

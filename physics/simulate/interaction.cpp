@@ -1,4 +1,4 @@
-#include "physics/interaction.h"
+#include "physics/simulate/interaction.h"
 
 #include <cmath>
 

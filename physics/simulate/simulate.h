@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "physics/interaction.h"
-#include "physics/particles.h"
+#include "physics/simulate/interaction.h"
+#include "physics/mpm/particles.h"
 
 namespace pliant {
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "physics/simulate.h"
+#include "physics/simulate/simulate.h"
 
 namespace pliant {
 

@@ -1,4 +1,4 @@
-#include "physics/material.h"
+#include "physics/body/make_particles.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,18 +19,6 @@ ElasticSamples ElasticSamples::select(std::span<const int> indices) const {
     out.young.push_back(young[i]), out.poisson.push_back(poisson[i]), out.density.push_back(density[i]);
   }
   return out;
-}
-
-void validate_material(const std::string& where, double young, double poisson, double density) {
-  const auto positive = [&](const char* field, double value, const char* remedy) {
-    if (!(value > 0) || !std::isfinite(value))
-      throw usage_error(where, field, "is " + std::to_string(value) + ", must be positive", remedy);
-  };
-  positive("young", young, "give Young's modulus in pascal, for example 1e6");
-  if (!(poisson > -1 && poisson < 0.5))
-    throw usage_error(where, "poisson", "is " + std::to_string(poisson) + ", must lie between -1 and 0.5",
-                      "give Poisson's ratio, for example 0.3; nearly incompressible is 0.45");
-  positive("density", density, "give the density in kg/m^3, for example 1000");
 }
 
 void validate_material(const std::string& where, const ElasticSamples& material) {

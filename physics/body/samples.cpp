@@ -1,4 +1,4 @@
-#include "physics/samples.h"
+#include "physics/body/samples.h"
 
 #include "gaussians/base/error.h"
 

@@ -3,14 +3,13 @@
 #include <cmath>
 
 #include "gaussians/base/polar.h"
-#include "physics/pack.h"
+#include "physics/laws/material.h"
+#include "physics/laws/pack.h"
 
 namespace pliant {
 
-/// Constitutive laws.  F deformation gradient, J = det F, R rotation of F = R S, mu and lambda Lame parameters [Pa].
-enum class Law { kFixedCorotated };
-
-/// Energy density Psi(F) [J/m^3].  Fixed corotated (Stomakhin et al. 2012): mu |F - R|^2 + lambda/2 (J - 1)^2.
+/// Energy density Psi(F) [J/m^3], J = det F, R rotation of F = R S, mu and lambda Lame parameters [Pa].
+/// Fixed corotated (Stomakhin et al. 2012): mu |F - R|^2 + lambda/2 (J - 1)^2.
 template <class T>
 T energy_density(Law law, const Mat3<T>& F, T mu, T lambda) {
   switch (law) {
@@ -18,6 +17,7 @@ T energy_density(Law law, const Mat3<T>& F, T mu, T lambda) {
       const T J = F.determinant();
       return mu * (F - polar_rotation(F)).squaredNorm() + T(0.5) * lambda * (J - 1) * (J - 1);
     }
+    default: break;
   }
   return T(0);
 }
@@ -30,6 +30,7 @@ Mat3<T> first_piola(Law law, const Mat3<T>& F, T mu, T lambda) {
       const T J = F.determinant();
       return 2 * mu * (F - polar_rotation(F)) + lambda * (J - 1) * cofactor(F);
     }
+    default: break;
   }
   return Mat3<T>::Zero();
 }
@@ -61,6 +62,7 @@ void kirchhoff_stress(Law law, const T* F, T mu, T lambda, T* tau) {
       const Eigen::Matrix<T, 3, 3, Eigen::RowMajor> R = polar_rotation(matrix);
       fixed_corotated_stress(F, R.data(), matrix.determinant(), mu, lambda, tau);
     }
+    default: break;
   }
 }
 

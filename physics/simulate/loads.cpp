@@ -1,4 +1,4 @@
-#include "physics/loads.h"
+#include "physics/simulate/loads.h"
 
 #include <algorithm>
 #include <cmath>

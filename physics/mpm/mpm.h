@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "physics/block_grid.h"
-#include "physics/particles.h"
-#include "physics/region.h"
+#include "physics/mpm/block_grid.h"
+#include "physics/mpm/particles.h"
+#include "physics/mpm/region.h"
 
 namespace pliant {
 

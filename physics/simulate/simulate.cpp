@@ -1,4 +1,4 @@
-#include "physics/simulate.h"
+#include "physics/simulate/simulate.h"
 
 #include <algorithm>
 #include <chrono>
@@ -6,9 +6,9 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
-#include "physics/loads.h"
-#include "physics/material.h"
-#include "physics/mpm.h"
+#include "physics/simulate/loads.h"
+#include "physics/laws/material.h"
+#include "physics/mpm/mpm.h"
 
 namespace pliant {
 namespace {

@@ -3,9 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "physics/driving_particles.h"
-#include "physics/particles.h"
-#include "physics/samples.h"
+#include "physics/body/driving_particles.h"
+#include "physics/laws/material.h"
+#include "physics/mpm/particles.h"
+#include "physics/body/samples.h"
 
 namespace pliant {
 
@@ -20,19 +21,8 @@ struct ElasticSamples {
   ElasticSamples select(std::span<const int> indices) const;
 };
 
-/// Throws Error{kUsage} naming `where`, the field and the value unless E > 0, -1 < nu < 0.5 and rho > 0 (and finite).
-void validate_material(const std::string& where, double young, double poisson, double density);
+/// Throws Error{kUsage} naming `where`, the field and the value of the first sample that is impossible.
 void validate_material(const std::string& where, const ElasticSamples& material);
-
-/// First and second Lame parameter [Pa] of Young's modulus and Poisson's ratio.
-template <class T>
-struct Lame {
-  T lambda, mu;
-};
-template <class T>
-Lame<T> lame(T young, T poisson) {
-  return {young * poisson / ((1 + poisson) * (1 - 2 * poisson)), young / (2 * (1 + poisson))};
-}
 
 /// Particles of the solver, in SI units: a driver's volume and mass are the sums over its samples, log E and nu their
 /// volume-weighted means.  A driver thinner than w = kThinCells dx gets the volume of a part of thickness w and the

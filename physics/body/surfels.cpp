@@ -1,4 +1,4 @@
-#include "physics/surfels.h"
+#include "physics/body/surfels.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "gaussians/render/pack.h"
+#include "gaussians/base/pack.h"
 
 // Elementary functions, vectors and 3x3 matrices of packs.
 

@@ -1,4 +1,6 @@
-#include "physics/particles.h"
+#include "physics/mpm/particles.h"
+
+#include <algorithm>
 
 namespace pliant {
 
@@ -17,12 +19,18 @@ double BasicParticles<T>::total_volume() const {
 }
 
 template <class T>
+bool BasicParticles<T>::has_memory() const {
+  return std::any_of(materials.begin(), materials.end(), [](const Material& m) { return pliant::has_memory(m.law); });
+}
+
+template <class T>
 BasicSimulationState<T> initial_state(const BasicParticles<T>& particles) {
   BasicSimulationState<T> state;
   state.x = particles.position;
   state.v.assign(particles.size(), Vec3<T>::Zero());
   state.C.assign(particles.size(), Mat3<T>::Zero());
   state.F.assign(particles.size(), Mat3<T>::Identity());
+  if (particles.has_memory()) state.memory.assign(particles.size(), {});
   return state;
 }
 

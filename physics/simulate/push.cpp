@@ -1,10 +1,10 @@
-#include "physics/push.h"
+#include "physics/simulate/push.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "gaussians/base/error.h"
-#include "physics/driving_particles.h"
+#include "physics/body/driving_particles.h"
 
 namespace pliant {
 namespace {

@@ -1,4 +1,4 @@
-#include "physics/region.h"
+#include "physics/mpm/region.h"
 
 #include <algorithm>
 #include <limits>

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "physics/interaction.h"
-#include "physics/mpm.h"
-#include "physics/simulate.h"
+#include "physics/simulate/interaction.h"
+#include "physics/mpm/mpm.h"
+#include "physics/simulate/simulate.h"
 
 namespace pliant {
 

@@ -4,10 +4,11 @@
 #include <vector>
 
 #include "gaussians/base/types.h"
+#include "physics/laws/law.h"
 
 namespace pliant {
 
-/// Elastic particles at rest; everything in SI units.
+/// Particles at rest; everything in SI units.
 template <class T>
 struct BasicParticles {
   std::vector<Vec3<T>> position;  ///< [N, 3] at rest, m
@@ -17,7 +18,14 @@ struct BasicParticles {
   std::vector<T> poisson;         ///< [N] nu
   T cell_size = 0;                ///< grid spacing dx, m
 
+  std::vector<Material> materials = {Material{}};  ///< at least one
+  std::vector<uint16_t> material_index;            ///< [N] into `materials`; empty = all of the first
+  std::vector<uint16_t> object;                    ///< [N] bodies that touch but do not stick; empty = one body
+
   size_t size() const { return position.size(); }
+  const Material& material(size_t i) const { return materials[material_index.empty() ? 0 : material_index[i]]; }
+  /// Whether the law of any particle has a memory.
+  bool has_memory() const;
   double total_mass() const;
   double total_volume() const;
 };
@@ -29,7 +37,8 @@ struct BasicSimulationState {
   int frame = 0;
   int64_t substeps = 0;  ///< taken since time 0
   std::vector<Vec3<T>> x, v;  ///< [N, 3] position m, velocity m/s
-  std::vector<Mat3<T>> C, F;  ///< [N, 3, 3] affine velocity field 1/s, deformation gradient
+  std::vector<Mat3<T>> C, F;  ///< [N, 3, 3] affine velocity field 1/s, elastic deformation gradient
+  std::vector<LawMemory<T>> memory;  ///< [N], or empty when no law has a memory; F is then the whole deformation
 
   size_t size() const { return x.size(); }
 };
@@ -37,7 +46,7 @@ struct BasicSimulationState {
 using Particles = BasicParticles<float>;
 using SimulationState = BasicSimulationState<float>;
 
-/// At rest: x = position, v = C = 0, F = I, time 0.
+/// At rest: x = position, v = C = 0, F = I, no memory of anything, time 0.
 template <class T>
 BasicSimulationState<T> initial_state(const BasicParticles<T>& particles);
 

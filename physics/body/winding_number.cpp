@@ -1,4 +1,4 @@
-#include "physics/winding_number.h"
+#include "physics/body/winding_number.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "gaussians/base/gaussian_cloud.h"
-#include "physics/samples.h"
+#include "physics/body/samples.h"
 
 namespace pliant {
 

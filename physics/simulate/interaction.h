@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/region.h"
+#include "physics/mpm/region.h"
 
 namespace pliant {
 

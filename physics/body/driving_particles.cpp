@@ -1,4 +1,4 @@
-#include "physics/driving_particles.h"
+#include "physics/body/driving_particles.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "physics/block_grid.h"
+#include "physics/mpm/block_grid.h"
 
 #include "gaussians/base/error.h"
 

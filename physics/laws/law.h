@@ -1,0 +1,63 @@
+#pragma once
+
+#include "gaussians/base/types.h"
+#include "physics/laws/material.h"
+
+namespace pliant {
+
+/// A particle as its law sees it.
+template <class T>
+struct LawPoint {
+  const Material* material;
+  T mu, lambda;  ///< Lame parameters [Pa]
+};
+
+/// What a particle remembers besides its elastic deformation gradient F.
+template <class T>
+struct LawMemory {
+  Mat3<T> F_total = Mat3<T>::Identity();    ///< of elastic and permanent deformation together; what is drawn
+  Mat3<T> F_viscous = Mat3<T>::Identity();  ///< elastic part of the relaxing branch (viscoelastic)
+  T history = 0;  ///< plastic strain (metal, plasticine), volume gained (sand), log of the plastic volume (snow)
+};
+
+/// Derivatives of a scalar with respect to what a law reads.
+template <class T>
+struct LawGradient {
+  Mat3<T> F = Mat3<T>::Zero(), F_viscous = Mat3<T>::Zero();
+  T history = 0, mu = 0, lambda = 0;
+};
+
+/// Stored energy per rest volume, Psi [J/m^3].
+template <class T>
+T energy_density(const LawPoint<T>& point, const Mat3<T>& F, const LawMemory<T>& memory);
+
+/// Kirchhoff stress tau = (dPsi/dF) F^T [Pa], symmetric; the relaxing branch adds its own.
+template <class T>
+Mat3<T> kirchhoff_stress(const LawPoint<T>& point, const Mat3<T>& F, const LawMemory<T>& memory);
+template <class T>
+LawGradient<T> kirchhoff_stress_adjoint(const LawPoint<T>& point, const Mat3<T>& F, const LawMemory<T>& memory,
+                                        const Mat3<T>& adj_tau);
+
+/// Takes the trial state of a step of length dt, F = (I + dt C) F_n (F_viscous likewise), back to the yield surface.
+/// F_total is not touched.
+template <class T>
+void return_map(const LawPoint<T>& point, T dt, Mat3<T>& F, LawMemory<T>& memory);
+/// `adj` holds the derivatives with respect to the results (F, F_viscous, history); returned are those with respect to
+/// the trial state and to mu, lambda.
+template <class T>
+LawGradient<T> return_map_adjoint(const LawPoint<T>& point, T dt, const Mat3<T>& trial_F,
+                                  const LawMemory<T>& trial_memory, const LawGradient<T>& adj);
+
+/// Viscous stress tau = 2 shear D + bulk tr(D) I of the strain rate D = (C + C^T) / 2.
+template <class T>
+struct Viscosity {
+  T shear, bulk;  ///< Pa s
+};
+/// Kelvin-Voigt time times the Lame parameters; for a fluid its dynamic viscosity, free of volume change.
+template <class T>
+Viscosity<T> viscosity(const LawPoint<T>& point);
+
+/// Speed of the fastest elastic wave in the rest state [m/s], of all branches together.
+double sound_speed(const Material& material, double young, double poisson, double density);
+
+}  // namespace pliant
