@@ -7,10 +7,10 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
-#include "physics/mpm/bspline.h"
 #include "physics/laws/elasticity.h"
 #include "physics/laws/material.h"
 #include "physics/laws/pack.h"
+#include "physics/mpm/bspline.h"
 #include "physics/mpm/team.h"
 
 namespace pliant {
@@ -128,8 +128,8 @@ void Mpm<T>::sort_blocks() {
 template <class T>
 void Mpm<T>::scatter_block(int b, T dt, const StepLoads<T>& loads) {
   using P = Pack<T>;
-  Node* patch = patch_.data() + static_cast<size_t>(b) * BlockGrid::kPatchNodes;
-  std::fill_n(patch, BlockGrid::kPatchNodes, Node{});
+  Node<T>* patch = patch_.data() + static_cast<size_t>(b) * BlockGrid::kPatchNodes;
+  std::fill_n(patch, BlockGrid::kPatchNodes, Node<T>{});
   const T stress_scale = -dt * 4 * inverse_dx_;  // times V0 tau, per cell of distance
   const int end = grid_.begin(b + 1);
   for (int first = grid_.begin(b); first < end; first += kLanes) {
@@ -172,7 +172,7 @@ void Mpm<T>::scatter_block(int b, T dt, const StepLoads<T>& loads) {
           sz((r.x[2] - origin_[2]) * inverse_dx_);
       const P base = P{r.mass * v[0], r.mass * v[1], r.mass * v[2], r.mass} - along_x * sx.offset -
                      along_y * sy.offset - along_z * sz.offset;
-      Node* corner = patch + ((sx.base & 3) * kPatch + (sy.base & 3)) * kPatch + (sz.base & 3);
+      Node<T>* corner = patch + ((sx.base & 3) * kPatch + (sy.base & 3)) * kPatch + (sz.base & 3);
       for (int i = 0; i < 3; ++i) {
         const P plane = base + along_x * T(i);
         for (int j = 0; j < 3; ++j) {
@@ -190,19 +190,19 @@ void Mpm<T>::scatter_block(int b, T dt, const StepLoads<T>& loads) {
 
 template <class T>
 void Mpm<T>::sum_node_block(int n) {
-  Node* node = node_.data() + static_cast<size_t>(n) * BlockGrid::kNodes;
-  std::fill_n(node, BlockGrid::kNodes, Node{});
+  Node<T>* node = node_.data() + static_cast<size_t>(n) * BlockGrid::kNodes;
+  std::fill_n(node, BlockGrid::kNodes, Node<T>{});
   for (int o = 0; o < 8; ++o) {
     const int source = grid_.sources_of(n)[o];
     if (source < 0) continue;
     // The patch of a lower neighbour reaches two nodes deep into this block.
     const int ox = (o >> 2) * kSide, oy = (o >> 1 & 1) * kSide, oz = (o & 1) * kSide;
     const int ex = ox ? 2 : kSide, ey = oy ? 2 : kSide, ez = oz ? 2 : kSide;
-    Node* patch = patch_.data() + static_cast<size_t>(source) * BlockGrid::kPatchNodes;
+    Node<T>* patch = patch_.data() + static_cast<size_t>(source) * BlockGrid::kPatchNodes;
     for (int i = 0; i < ex; ++i)
       for (int j = 0; j < ey; ++j) {
-        Node* from = patch + ((i + ox) * kPatch + j + oy) * kPatch + oz;
-        Node* to = node + (i * kSide + j) * kSide;
+        Node<T>* from = patch + ((i + ox) * kPatch + j + oy) * kPatch + oz;
+        Node<T>* to = node + (i * kSide + j) * kSide;
         for (int k = 0; k < ez; ++k) pack_at<T>(to[k].lane) += pack_at<T>(from[k].lane);
       }
   }
@@ -210,7 +210,7 @@ void Mpm<T>::sum_node_block(int n) {
 
 template <class T>
 void Mpm<T>::update_node_block(int n, T dt, const StepLoads<T>& loads) {
-  Node* node = node_.data() + static_cast<size_t>(n) * BlockGrid::kNodes;
+  Node<T>* node = node_.data() + static_cast<size_t>(n) * BlockGrid::kNodes;
   const Pack<T> fall = {dt * loads.gravity[0], dt * loads.gravity[1], dt * loads.gravity[2], 0};
   for (int k = 0; k < BlockGrid::kNodes; ++k) {
     const T mass = node[k].lane[3];
@@ -219,39 +219,10 @@ void Mpm<T>::update_node_block(int n, T dt, const StepLoads<T>& loads) {
     v = (v * (1 / mass) + fall) * loads.velocity_scale;
     node[k].lane[3] = mass;
   }
-  if (loads.grounds.empty() && loads.pins.empty()) return;
-
   const BlockGrid::Coordinates& block = grid_.node_block(n);
   const double dx = dx_;
-  const Vec3d first = origin_.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z);
-  const auto position = [&](int k) -> Vec3d {
-    return first + dx * Vec3d(k / (kSide * kSide), k / kSide % kSide, k % kSide);
-  };
-  const Vec3d middle = first + Vec3d::Constant(0.5 * (kSide - 1) * dx);
-  const double half = 0.5 * (kSide - 1) * dx * 1.7320508075688772;
-
-  for (const GroundPlane& plane : loads.grounds) {
-    const double tolerance = 1e-3 * dx;
-    if ((middle - plane.point).dot(plane.normal) - half > tolerance) continue;
-    for (int k = 0; k < BlockGrid::kNodes; ++k) {
-      if ((position(k) - plane.point).dot(plane.normal) > tolerance) continue;
-      T* v = node[k].lane;
-      const Vec3d velocity(v[0], v[1], v[2]);
-      const double approach = -velocity.dot(plane.normal);
-      if (!(approach > 0)) continue;
-      const Vec3d slide = velocity + approach * plane.normal;
-      const double speed = slide.norm();
-      const double kept = speed > 0 ? std::max(0.0, 1 - plane.friction * approach / speed) : 0.0;
-      for (int a = 0; a < 3; ++a) v[a] = static_cast<T>(kept * slide[a]);
-    }
-  }
-  for (const Region& pin : loads.pins) {
-    const double reach = kPinReach * dx, distance = pin.signed_distance(middle);
-    if (distance - half > reach) continue;
-    const bool whole = distance + half <= reach;
-    for (int k = 0; k < BlockGrid::kNodes; ++k)
-      if (whole || pin.signed_distance(position(k)) <= reach) node[k].lane[0] = node[k].lane[1] = node[k].lane[2] = 0;
-  }
+  apply_node_conditions<T>(loads,
+                           {node, origin_.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z), dx});
 }
 
 template <class T>
@@ -259,7 +230,7 @@ void Mpm<T>::gather_block(int b, T dt) {
   using P = Pack<T>;
   P patch[BlockGrid::kPatchNodes];
   for (int o = 0; o < 8; ++o) {
-    Node* node = node_.data() + static_cast<size_t>(grid_.nodes_of(b)[o]) * BlockGrid::kNodes;
+    Node<T>* node = node_.data() + static_cast<size_t>(grid_.nodes_of(b)[o]) * BlockGrid::kNodes;
     const int ox = (o >> 2) * kSide, oy = (o >> 1 & 1) * kSide, oz = (o & 1) * kSide;
     const int ex = ox ? 2 : kSide, ey = oy ? 2 : kSide, ez = oz ? 2 : kSide;
     for (int i = 0; i < ex; ++i)
@@ -420,11 +391,11 @@ Totals Mpm<T>::grid_totals(bool velocities) const {
   for (int n = 0; n < grid_.node_blocks(); ++n) {
     const BlockGrid::Coordinates& block = grid_.node_block(n);
     for (int k = 0; k < BlockGrid::kNodes; ++k) {
-      const Node& node = node_[static_cast<size_t>(n) * BlockGrid::kNodes + k];
+      const Node<T>& node = node_[static_cast<size_t>(n) * BlockGrid::kNodes + k];
       const double mass = node.lane[3];
-      const Vec3d x = origin_.template cast<double>() +
-                      double(dx_) * Vec3d(kSide * block.x + k / (kSide * kSide), kSide * block.y + k / kSide % kSide,
-                                          kSide * block.z + k % kSide);
+      const Vec3d x = origin_.template cast<double>() + double(dx_) * Vec3d(kSide * block.x + k / (kSide * kSide),
+                                                                            kSide * block.y + k / kSide % kSide,
+                                                                            kSide * block.z + k % kSide);
       const Vec3d momentum = Vec3d(node.lane[0], node.lane[1], node.lane[2]) * (velocities ? mass : 1.0);
       totals.mass += mass, totals.momentum += momentum, totals.angular += x.cross(momentum);
     }

@@ -6,35 +6,11 @@
 #include <vector>
 
 #include "physics/mpm/block_grid.h"
+#include "physics/mpm/node_conditions.h"
 #include "physics/mpm/particles.h"
-#include "physics/mpm/region.h"
+#include "physics/mpm/step_loads.h"
 
 namespace pliant {
-
-/// Acceleration a - drag * v of the particles whose load bits contain `bit`.
-template <class T>
-struct BodyLoad {
-  uint32_t bit = 0;
-  Vec3<T> acceleration = Vec3<T>::Zero();  ///< m/s^2
-  T drag = 0;                              ///< 1/s
-};
-
-/// Plane that nodes at or below it do not pass: (x - point) . normal <= 0.
-struct GroundPlane {
-  Vec3d point, normal;
-  double friction = 0;
-};
-
-/// What acts during one substep.
-template <class T>
-struct StepLoads {
-  Vec3<T> gravity = Vec3<T>::Zero();  ///< m/s^2, on every node
-  T velocity_scale = 1;               ///< exp(-2 dt / damping time)
-  T viscosity_time = 0;               ///< s, Kelvin-Voigt
-  std::vector<BodyLoad<T>> body;
-  std::vector<Region> pins;
-  std::vector<GroundPlane> grounds;
-};
 
 /// Mass, momentum and angular momentum about the origin.
 struct Totals {
@@ -50,10 +26,6 @@ struct Totals {
 template <class T>
 class Mpm {
  public:
-  /// Nodes up to this many cells outside a pinned region stand still: a clamped node row acts about a quarter of a
-  /// cell behind itself, and rows are on average half a cell apart from the surface.
-  static constexpr double kPinReach = 0.75;
-
   Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin);
 
   /// Load bits of every particle, in the order of the particles.
@@ -98,9 +70,6 @@ class Mpm {
     uint32_t bits;
     int index;
   };
-  struct alignas(4 * sizeof(T)) Node {
-    T lane[4];  // momentum or velocity, mass
-  };
   struct BlockReport {
     BlockGrid::Coordinates low, high;
     T max_speed_squared;
@@ -124,8 +93,8 @@ class Mpm {
   std::vector<int> slot_;        // of particle i in record_
   std::vector<BlockGrid::Coordinates> block_;
   BlockGrid grid_;
-  std::vector<Node> patch_;      // [particle blocks, 6, 6, 6]
-  std::vector<Node> node_;       // [node blocks, 4, 4, 4]
+  std::vector<Node<T>> patch_;      // [particle blocks, 6, 6, 6]
+  std::vector<Node<T>> node_;       // [node blocks, 4, 4, 4]
   std::vector<BlockReport> report_;
   bool finite_ = true;
   double max_speed_ = 0;

@@ -56,7 +56,7 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
     for (size_t i = 0; i < particles.size(); ++i)
       nearest = std::min(nearest, it.region.signed_distance(particles.position[i].template cast<double>()));
     if (it.type == InteractionType::kPin) {
-      entry.reaches_body = nearest <= (Mpm<T>::kPinReach + 1.5) * dx;
+      entry.reaches_body = nearest <= (kPinReach + 1.5) * dx;
       if (!entry.reaches_body)
         warnings_.push_back(where + " holds nothing: the body is " + std::to_string(nearest) + " m away");
     }

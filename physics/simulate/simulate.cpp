@@ -68,7 +68,7 @@ Vec3d grid_origin(const BasicParticles<T>& particles, const std::vector<Interact
     origin[axis] = plane + std::round((origin[axis] - plane) / dx) * dx;
     aligned[axis] = true;
   };
-  constexpr double kClampOffset = Mpm<T>::kPinReach - 0.5;
+  constexpr double kClampOffset = kPinReach - 0.5;
   for (const Interaction& it : interactions) {
     const Region& r = it.region;
     const bool pin = it.type == InteractionType::kPin, ground = it.type == InteractionType::kGround;
