@@ -36,11 +36,11 @@ struct Body {
 };
 
 /// Reads the body, gives it its material and stores that on /solid.
-Body make_body(const RunDirectory& run, const std::string& folder, const Scene& scene, const MaterialValues& values,
+Body make_body(const RunDirectory& run, const std::string& folder, const Scene& scene, const ObjectMaterial& material,
                const std::string& provenance) {
   Body body;
   body.file = read_particles(run / (folder + "/particles.h5"));
-  const ElasticSamples solid = uniform_field(body.file.solid_position.size(), *values.young, *values.poisson, *values.density);
+  const ElasticSamples solid = uniform_field(body.file.solid_position.size(), material.young, material.poisson, material.density);
   MaterialFile stored;
   stored.young = solid.young, stored.poisson = solid.poisson, stored.density = solid.density, stored.source = "homogeneous";
   write_material(run / (folder + "/material.h5"), stored, provenance);
@@ -58,6 +58,7 @@ Body make_body(const RunDirectory& run, const std::string& folder, const Scene& 
   body.drivers.thickness = body.file.driving_thickness, body.drivers.rod = body.file.driving_rod;
   body.drivers.cell_size = body.file.cell_size;
   body.particles = make_particles<float>(body.drivers, body.samples, body.material, scene.metres_per_unit);
+  body.particles.materials = {material.material};
 
   const InteractionFrame frame{scene.metres_per_unit, scene.up};
   for (const json& row : json::parse(body.file.pinned_json)) {
@@ -110,6 +111,14 @@ class FrameStore {
   fs::path folder_;
 };
 
+/// What Gaussians follow: the whole deformation, the permanent part included.
+std::vector<Mat3f> drawn_deformation(const SimulationState& state) {
+  if (state.memory.empty()) return state.F;
+  std::vector<Mat3f> F;
+  for (const LawMemory<float>& memory : state.memory) F.push_back(memory.F_total);
+  return F;
+}
+
 TrajectoryFile assemble(const FrameStore& frames, int count, const Body& body, const std::string& object,
                         const SimulateStage& stage, const Scene& scene) {
   TrajectoryFile out;
@@ -119,7 +128,7 @@ TrajectoryFile assemble(const FrameStore& frames, int count, const Body& body, c
     const SimulationState state = frames.frame(f);
     TrajectoryFile::Frame frame;
     frame.time = state.time, frame.step = state.substeps;
-    frame.velocity = state.v, frame.F = state.F;
+    frame.velocity = state.v, frame.F = drawn_deformation(state);
     frame.position.reserve(state.x.size());
     for (const Vec3f& x : state.x) frame.position.push_back(units * x);
     out.frames.push_back(std::move(frame));
@@ -132,12 +141,11 @@ TrajectoryFile assemble(const FrameStore& frames, int count, const Body& body, c
 json run_simulate(const Context& context, RunDirectory& run, const Scene& scene, const SimulateStage& stage) {
   const std::string folder = object_folder(run);
   run.summary("seed", "run `pliant seed` first");
-  const MaterialValues values = check_material(scene, stage.material);
+  const ObjectMaterial material = check_material(scene, stage.material);
   const Camera camera = clip_camera(scene, "", robust_bounds(read_ply(run / (folder + "/object.ply"))));
 
   StageKey key{"simulate",
-               {{"young", *values.young}, {"poisson", *values.poisson}, {"density", *values.density}, {"fps", stage.fps},
-                {"duration", stage.duration}, {"damping_time", stage.damping_time}, {"gravity", stage.gravity},
+               {{"material", material_to_json(material)}, {"fps", stage.fps}, {"duration", stage.duration}, {"damping_time", stage.damping_time}, {"gravity", stage.gravity},
                 {"floor", stage.floor}},
                {{"particles", run / (folder + "/particles.h5")}},
                {folder + "/trajectory.h5", folder + "/material.h5", "interactions.json"}};
@@ -146,7 +154,7 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
 
   return run.stage(context, key, [&]() -> json {
     const std::string provenance = run.provenance(context, key);
-    Body body = make_body(run, folder, scene, values, provenance);
+    Body body = make_body(run, folder, scene, material, provenance);
     const json extract = run.summary("extract", "");
     const double height = extract["height"].get<double>() * scene.metres_per_unit;
 

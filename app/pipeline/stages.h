@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/pipeline/material.h"
 #include "app/pipeline/run_directory.h"
 #include "gaussians/io/scene.h"
 
@@ -16,10 +17,6 @@ Scene load_run_scene(const RunDirectory& run);
 /// Records `source` in the run directory and loads it.
 Scene attach_scene(const Context& context, RunDirectory& run, const std::filesystem::path& source,
                    const LoadOptions& options);
-
-/// The material that simulate will use: command line over scene file.  A usage error names what is missing or
-/// impossible, before any work is done.
-MaterialValues check_material(const Scene& scene, const MaterialValues& command_line);
 
 /// segment: masks or a selection -> semantic attribute -> segmentation.h5, objects.json, objects.png; with gestures also
 /// selection.png.
