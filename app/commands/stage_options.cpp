@@ -84,6 +84,8 @@ void add_simulate_options(CLI::App& command, SimulateStage& stage) {
   command.add_option("--young", stage.material.young, "Young's modulus [Pa]");
   command.add_option("--poisson", stage.material.poisson, "Poisson's ratio, -1 < nu < 0.5");
   command.add_option("--density", stage.material.density, "Density [kg/m^3]");
+  command.add_option("--compat", stage.compat, "With --physgaussian: repeat the known defects of that program")
+      ->check(CLI::IsMember({"physgaussian"}));
   command.add_option("--law", stage.material.law, "Constitutive law (default fixed_corotated)")->check(CLI::IsMember(law_names()));
   for (const MaterialConstant& constant : material_constants()) {
     std::string name = "--" + std::string(constant.name);
@@ -107,6 +109,16 @@ void add_simulate_options(CLI::App& command, SimulateStage& stage) {
 void add_render_options(CLI::App& command, RenderStage& stage) {
   command.add_option("--camera", stage.camera, "Camera of clip.mp4 (default: the video's, else one that sees the object well)");
   command.add_flag("!--no-orbit", stage.orbit, "Leave out clip_orbit.mp4");
+}
+
+void add_physgaussian(CLI::App& command, std::vector<std::string*> stages) {
+  command.add_option_function<std::string>(
+             "--physgaussian",
+             [stages](const std::string& file) {
+               for (std::string* stage : stages) *stage = file;
+             },
+             "Configuration of PhysGaussian (JSON): object, material, boundary conditions, time")
+      ->check(CLI::ExistingFile);
 }
 
 std::vector<double> parse_numbers(const std::string& option, const std::string& text, size_t count) {

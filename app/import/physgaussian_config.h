@@ -25,8 +25,8 @@ struct PhysGaussianConfig {
   int frame_num = 100;
 
   double opacity_threshold = 0.02, scale = 1;
-  std::vector<double> rotation_degree;          ///< one after the other about the axes below, about the origin
-  std::vector<int> rotation_axis;               ///< 0 x, 1 y, 2 z
+  std::vector<double> rotation_degree;            ///< one after the other about the axes below, about the origin
+  std::vector<int> rotation_axis;                 ///< 0 x, 1 y, 2 z
   std::optional<std::array<double, 6>> sim_area;  ///< x0, x1, y0, y1, z0, z1 after the rotations
 
   /// Box in simulation space with a material of its own.
@@ -48,7 +48,8 @@ struct PhysGaussianConfig {
   struct Boundary {
     BoundaryType type = BoundaryType::kBoundingBox;
     double start = 0, end = 1e3;  ///< s
-    Vec3d point = Vec3d::Ones(), half = Vec3d::Ones(), velocity = Vec3d::Zero(), force = Vec3d::Zero(), normal = Vec3d::Zero();
+    Vec3d point = Vec3d::Ones(), half = Vec3d::Ones(), velocity = Vec3d::Zero(), force = Vec3d::Zero(),
+          normal = Vec3d::Zero();
     bool reset = false;
     int num_dt = 1, num_layers = 50;
     std::string surface = "sticky";  ///< sticky, slip, separate, cut
@@ -71,12 +72,13 @@ struct PhysGaussianConfig {
     Vec3d centre = Vec3d::Ones(), up = Vec3d::UnitZ();
     int default_camera_index = 0;
     bool show_hint = false, move_camera = false;
-    std::optional<double> azimuth, elevation, radius;  ///< degrees, degrees, units
+    std::optional<double> azimuth, elevation, radius;                 ///< degrees, degrees, units
     double delta_azimuth = 0, delta_elevation = 0, delta_radius = 0;  ///< per frame
   };
   View view;
 
-  std::vector<std::string> notes;  ///< keys that PhysGaussian itself reads wrongly or ignores, and what was made of them
+  std::vector<std::string>
+      notes;  ///< keys that PhysGaussian itself reads wrongly or ignores, and what was made of them
 
   double cell_size() const { return grid_lim / n_grid; }
 };

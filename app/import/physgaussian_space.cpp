@@ -48,7 +48,8 @@ SimulationSpace simulation_space(const PhysGaussianConfig& config, const Gaussia
   }
   const double extent = (high - low).maxCoeff();
   if (!(extent > 0))
-    throw usage_error("physgaussian", "sim_area", "leaves no Gaussian above opacity_threshold " + std::to_string(config.opacity_threshold),
+    throw usage_error("physgaussian", "sim_area",
+                      "leaves no Gaussian above opacity_threshold " + std::to_string(config.opacity_threshold),
                       "sim_area is given after the rotations, in scene units");
   space.scale = config.scale / extent;
   space.offset = Vec3d::Ones() - space.scale * 0.5 * (low + high);

@@ -46,7 +46,8 @@ Vec3d velocity_change(const PhysGaussianConfig& c, const Boundary& b, const std:
   const double dx = c.cell_size();
   std::map<std::tuple<int, int, int>, int> count;
   const auto cell = [&](const Vec3d& x) {
-    return std::tuple(static_cast<int>(std::floor(x[0] / dx)), static_cast<int>(std::floor(x[1] / dx)), static_cast<int>(std::floor(x[2] / dx)));
+    return std::tuple(static_cast<int>(std::floor(x[0] / dx)), static_cast<int>(std::floor(x[1] / dx)),
+                      static_cast<int>(std::floor(x[2] / dx)));
   };
   for (const Vec3d& x : gaussians) ++count[cell(x)];
   double touched = 0, mass = 0;
@@ -58,7 +59,8 @@ Vec3d velocity_change(const PhysGaussianConfig& c, const Boundary& b, const std:
     ++touched, mass += density * dx * dx * dx / count[cell(x)];
   }
   if (touched == 0)
-    throw usage_error("boundary_conditions", "particle_impulse", "touches no Gaussian", "move or enlarge its box (simulation space)");
+    throw usage_error("boundary_conditions", "particle_impulse", "touches no Gaussian",
+                      "move or enlarge its box (simulation space)");
   return b.force * c.substep_dt * b.num_dt * touched / mass;
 }
 
@@ -66,17 +68,35 @@ class WorldBuilder {
  public:
   WorldBuilder(const PhysGaussianConfig& config, Compatibility compatibility, const Particles& particles,
                const std::vector<Vec3d>& gaussians, PhysGaussianWorld& world)
-      : c_(config), compat_(compatibility == Compatibility::kPhysGaussian), particles_(particles), gaussians_(gaussians), world_(world) {}
+      : c_(config),
+        compat_(compatibility == Compatibility::kPhysGaussian),
+        particles_(particles),
+        gaussians_(gaussians),
+        world_(world) {}
 
   void add(const Boundary& b) {
     switch (b.type) {
-      case BoundaryType::kCuboid: cuboid(b); break;
-      case BoundaryType::kImpulse: impulse(b); break;
-      case BoundaryType::kBoundingBox: bounding_box(b); break;
-      case BoundaryType::kTranslation: translation(b); break;
-      case BoundaryType::kRotation: rotation(b); break;
-      case BoundaryType::kSurface: surface(b); break;
-      case BoundaryType::kReleaseSequentially: release(b); break;
+      case BoundaryType::kCuboid:
+        cuboid(b);
+        break;
+      case BoundaryType::kImpulse:
+        impulse(b);
+        break;
+      case BoundaryType::kBoundingBox:
+        bounding_box(b);
+        break;
+      case BoundaryType::kTranslation:
+        translation(b);
+        break;
+      case BoundaryType::kRotation:
+        rotation(b);
+        break;
+      case BoundaryType::kSurface:
+        surface(b);
+        break;
+      case BoundaryType::kReleaseSequentially:
+        release(b);
+        break;
     }
   }
 
@@ -93,7 +113,8 @@ class WorldBuilder {
 
   void cuboid(const Boundary& b) {
     Interaction& it = push(InteractionType::kCollider, b);
-    it.contact = ContactKind::kSticky, it.region = Region::box(b.point - b.half, b.point + b.half), it.vector = b.velocity;
+    it.contact = ContactKind::kSticky, it.region = Region::box(b.point - b.half, b.point + b.half),
+    it.vector = b.velocity;
     if (!b.reset) return;
     if (compat_) {
       // The whole grid stands still for 15 steps.
@@ -112,13 +133,17 @@ class WorldBuilder {
     double mass = 0;
     for (size_t i = 0; i < particles_.size(); ++i)
       if (in_box(particles_.position[i].cast<double>(), b.point, b.half)) mass += particles_.mass[i];
-    if (!(mass > 0)) throw usage_error("boundary_conditions", "particle_impulse", "touches no particle", "move or enlarge its box (simulation space)");
+    if (!(mass > 0))
+      throw usage_error("boundary_conditions", "particle_impulse", "touches no particle",
+                        "move or enlarge its box (simulation space)");
     const Vec3d change = velocity_change(c_, b, gaussians_);
     Interaction& it = push(InteractionType::kPointForce, timed);
     it.region = Region::box(b.point - b.half, b.point + b.half);
     it.vector = mass * change / (b.num_dt * c_.substep_dt);
-    note(fmt::format("particle_impulse: PhysGaussian's force acts on every particle; the same change of velocity, {:.4g} m/s, is an impulse of {:.4g} N s here",
-                     change.norm(), mass * change.norm()));
+    note(
+        fmt::format("particle_impulse: PhysGaussian's force acts on every particle; the same change of velocity, "
+                    "{:.4g} m/s, is an impulse of {:.4g} N s here",
+                    change.norm(), mass * change.norm()));
   }
 
   void bounding_box(const Boundary& b) {
@@ -143,7 +168,9 @@ class WorldBuilder {
     Interaction& it = push(InteractionType::kCollider, b);
     it.region = Region::half_space(b.point, b.normal);
     it.friction = b.friction;
-    it.contact = b.surface == "sticky" ? ContactKind::kSticky : b.surface == "slip" ? ContactKind::kSlip : ContactKind::kSeparating;
+    it.contact = b.surface == "sticky" ? ContactKind::kSticky
+                 : b.surface == "slip" ? ContactKind::kSlip
+                                       : ContactKind::kSeparating;
     if (compat_) {
       it.contact = ContactKind::kSticky;
       note("surface_collider: every kind of surface is sticky, as in PhysGaussian");
@@ -156,7 +183,8 @@ class WorldBuilder {
   void release(const Boundary& b) {
     const int layers = compat_ ? 50 : b.num_layers;
     if (b.num_layers != 50)
-      note(fmt::format("release_particles_sequentially: {} layers {}", layers, compat_ ? "as PhysGaussian overrides it" : "as written; PhysGaussian always takes 50"));
+      note(fmt::format("release_particles_sequentially: {} layers {}", layers,
+                       compat_ ? "as PhysGaussian overrides it" : "as written; PhysGaussian always takes 50"));
     for (int k = 0; k < layers; ++k) {
       // Layer k and all after it are held until its time comes.
       Boundary timed = b;
@@ -184,7 +212,8 @@ void set_physgaussian_material(const PhysGaussianConfig& config, Compatibility c
   for (size_t i = 0; i < particles.size(); ++i) {
     double young = config.young, poisson = config.poisson, density = config.density;
     for (const auto& box : config.additional_material)
-      if (in_box(particles.position[i].cast<double>(), box.point, box.half)) young = box.young, poisson = box.poisson, density = box.density;
+      if (in_box(particles.position[i].cast<double>(), box.point, box.half))
+        young = box.young, poisson = box.poisson, density = box.density;
     particles.young[i] = static_cast<float>(young), particles.poisson[i] = static_cast<float>(poisson);
     particles.mass[i] = static_cast<float>(density) * particles.volume[i];
     const double mu = lame(young, poisson).mu;
@@ -203,25 +232,35 @@ PhysGaussianWorld physgaussian_world(const PhysGaussianConfig& config, Compatibi
   world.options.gravity = config.gravity;
   world.options.rpic_damping = config.rpic_damping / config.substep_dt;
   // A factor per substep, as a rate of decay in seconds.
-  if (config.grid_v_damping_scale < 1) world.options.damping_time = -2 * config.substep_dt / std::log(config.grid_v_damping_scale);
+  if (config.grid_v_damping_scale < 1)
+    world.options.damping_time = -2 * config.substep_dt / std::log(config.grid_v_damping_scale);
   double fastest = 0;
   for (size_t i = 0; i < particles.size(); ++i)
-    fastest = std::max(fastest, sound_speed(particles.material(i), particles.young[i], particles.poisson[i], particles.mass[i] / particles.volume[i]));
+    fastest = std::max(fastest, sound_speed(particles.material(i), particles.young[i], particles.poisson[i],
+                                            particles.mass[i] / particles.volume[i]));
   const double courant = fastest * config.substep_dt / config.cell_size();
   if (compat) {
     world.options.substeps = std::max(1, static_cast<int>(config.frame_dt / config.substep_dt));
     world.options.courant_cap = 1;
-    world.notes.push_back(fmt::format("substep_dt {:.3g} s is kept (Courant number {:.2g}); a frame that becomes unstable is repeated with half of it", config.substep_dt, courant));
+    world.notes.push_back(
+        fmt::format("substep_dt {:.3g} s is kept (Courant number {:.2g}); a frame that becomes unstable is repeated "
+                    "with half of it",
+                    config.substep_dt, courant));
   } else {
-    world.notes.push_back(fmt::format("substep_dt {:.3g} s (Courant number {:.2g}) is replaced by one for Courant number {}", config.substep_dt, courant, world.options.courant));
+    world.notes.push_back(
+        fmt::format("substep_dt {:.3g} s (Courant number {:.2g}) is replaced by one for Courant number {}",
+                    config.substep_dt, courant, world.options.courant));
   }
   if (compat && (config.material == "metal" || config.material == "foam"))
-    world.notes.push_back("the principal stress of " + config.material + " is multiplied by the stretch, as in PhysGaussian");
+    world.notes.push_back("the principal stress of " + config.material +
+                          " is multiplied by the stretch, as in PhysGaussian");
   if (config.material == "snow")
-    world.notes.push_back(compat ? "snow has no stress, as in PhysGaussian: particles fly freely" : "snow is that of Stomakhin et al. (2013); PhysGaussian's has no stress");
+    world.notes.push_back(compat ? "snow has no stress, as in PhysGaussian: particles fly freely"
+                                 : "snow is that of Stomakhin et al. (2013); PhysGaussian's has no stress");
   if (config.material == "plasticine")
     world.notes.push_back(compat ? "softening subtracts a strain from a stress, as in PhysGaussian, and hardly acts"
-                                 : "softening lowers the yield stress by 2 mu softening per unit of plastic strain; PhysGaussian subtracts the bare strain");
+                                 : "softening lowers the yield stress by 2 mu softening per unit of plastic strain; "
+                                   "PhysGaussian subtracts the bare strain");
   WorldBuilder builder(config, compatibility, particles, gaussians, world);
   for (const Boundary& b : config.boundaries) builder.add(b);
   return world;

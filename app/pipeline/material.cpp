@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "app/import/physgaussian_config.h"
+#include "app/pipeline/stages.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 
@@ -72,6 +74,12 @@ ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_
   for (const auto& [name, constant] : command_line.constants) set_constant(name, constant, out.material);
   validate_material("material", out.material);
   return out;
+}
+
+ObjectMaterial check_material(const Scene& scene, const SimulateStage& stage) {
+  if (stage.physgaussian.empty()) return check_material(scene, stage.material);
+  const PhysGaussianConfig config = read_physgaussian_config(stage.physgaussian);
+  return {config.young, config.poisson, config.density, {}};
 }
 
 nlohmann::json material_to_json(const ObjectMaterial& m) {
