@@ -25,6 +25,7 @@ BlockGrid::Coordinates coordinates_of(uint64_t key) {
 
 void BlockGrid::build(std::span<const Coordinates> block_of_particle) {
   // Blocks are numbered as they appear, then in ascending order of their keys.
+  ++version_;
   const size_t n = block_of_particle.size();
   std::vector<uint64_t> keys;
   std::vector<int> number(n), count;
@@ -62,6 +63,7 @@ void BlockGrid::build(std::span<const Coordinates> block_of_particle) {
 
 void BlockGrid::move(std::span<const Move> moves) {
   if (moves.empty()) return;
+  ++version_;
   // Sizes after the moves; blocks that appear get numbers beyond the present ones.
   const int old_blocks = particle_blocks();
   std::vector<int> size(old_blocks), target(moves.size());
@@ -118,7 +120,7 @@ void BlockGrid::move(std::span<const Move> moves) {
 }
 
 void BlockGrid::link(const std::vector<uint64_t>& sorted_keys) {
-  ++version_;
+  ++link_version_;
   const size_t blocks = sorted_keys.size();
   block_.clear(), node_block_.clear(), node_links_.clear();
   particle_links_.resize(blocks);

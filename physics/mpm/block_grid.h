@@ -53,8 +53,10 @@ class BlockGrid {
   int sibling(int n) const { return sibling_[n]; }
   /// Whether any node block has a sibling.
   bool has_siblings() const { return has_siblings_; }
-  /// Counts the changes of the set of blocks; numbers of blocks stay valid while it stays the same.
+  /// Counts the changes; equal grids of one owner have equal versions.
   int64_t version() const { return version_; }
+  /// Counts the changes of the set of blocks; their numbers stay valid while it stays the same.
+  int64_t link_version() const { return link_version_; }
 
  private:
   void link(const std::vector<uint64_t>& sorted_keys);
@@ -65,7 +67,7 @@ class BlockGrid {
   std::vector<int> sibling_;
   BlockTable block_table_, node_table_;
   bool has_siblings_ = false;
-  int64_t version_ = 0;
+  int64_t version_ = 0, link_version_ = 0;
 };
 
 }  // namespace pliant

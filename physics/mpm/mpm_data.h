@@ -1,30 +1,13 @@
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "gaussians/base/types.h"
 #include "physics/mpm/block_grid.h"
 #include "physics/mpm/node_conditions.h"
+#include "physics/mpm/particle_record.h"
 
 namespace pliant {
-
-/// A particle in memory.  Kernels read eight numbers of eight particles at a time, so x..lambda are groups of eight;
-/// matrices are row-major.
-template <class T>
-struct alignas(64) ParticleRecord {
-  T x[3], F[9];            ///< m; elastic deformation gradient
-  T mass, volume, mu, lambda;  ///< kg, m^3, Pa
-  T v[3], C[9];            ///< m/s, 1/s
-  T shear_viscosity, bulk_viscosity;  ///< Pa s
-  T damping_rate;          ///< 1/s of mass-proportional damping: v decays with exp(-rate t)
-  T stress_kind;           ///< see StressKind
-  T x_rest[3], F_rest[9];  ///< what rounding cut off from x and F
-  uint32_t bits;           ///< of the loads that act on it
-  int32_t index;           ///< in the order of the particles
-  uint16_t material, object;
-  uint32_t unused;
-};
 
 /// What a solver holds between steps, for passes over it in other files.
 template <class T>

@@ -31,7 +31,9 @@ void expect_consistent(const BlockGrid& grid, const std::vector<Coordinates>& bl
   std::set<int> seen;
   for (int b = 0; b < grid.particle_blocks(); ++b) {
     ASSERT_LT(grid.begin(b), grid.begin(b + 1));
-    if (b > 0) ASSERT_LT(key(grid.block(b - 1)), key(grid.block(b)));
+    if (b > 0) {
+      ASSERT_LT(key(grid.block(b - 1)), key(grid.block(b)));
+    }
     for (int s = grid.begin(b); s < grid.begin(b + 1); ++s) {
       ASSERT_EQ(block_of[grid.order()[s]], grid.block(b));
       seen.insert(grid.order()[s]);
