@@ -113,7 +113,7 @@ void Mpm<T>::collect_reports() {
     finite_ &= r.finite, strays_ += r.strays;
     speed = std::max(speed, r.max_speed_squared);
     for (int m = 0; m < r.moves && finite_; ++m) {
-      const int place = moved_[data_.grid.begin(b) + m];
+      const int begin = data_.grid.begin(b), place = begin + moved_[begin + m];
       moves.push_back({place, block_of(data_.record[data_.grid.order()[place]])});
     }
   }

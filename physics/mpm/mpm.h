@@ -87,7 +87,7 @@ class Mpm {
 
   MpmData<T> data_;
   std::vector<ParticleRecord<T>> rest_;  // in the order of the particles, only constants
-  std::vector<int> moved_;               // places in the order whose particles left their block, block by block
+  std::vector<int> moved_;               // places in their block of the particles that left it, block by block
   std::vector<GatherReport<T>> report_;  // of the last gather, per particle block
   const MpmKernels<T>* kernels_;
   StressKind uniform_;  // law of all particles if a kernel for it alone will do, else kGiven
