@@ -5,10 +5,11 @@
 #include <span>
 #include <vector>
 
-#include "physics/mpm/block_grid.h"
-#include "physics/mpm/node_conditions.h"
+#include "physics/mpm/kernels.h"
+#include "physics/mpm/mpm_data.h"
 #include "physics/mpm/particles.h"
 #include "physics/mpm/step_loads.h"
+#include "physics/mpm/step_tape.h"
 
 namespace pliant {
 
@@ -18,7 +19,7 @@ struct Totals {
   Vec3d momentum = Vec3d::Zero(), angular = Vec3d::Zero();
 };
 
-/// One elastic body in moving least squares MPM (Hu et al. 2018) with APIC transfers (Jiang et al. 2015) on a
+/// Elastic bodies in moving least squares MPM (Hu et al. 2018) with APIC transfers (Jiang et al. 2015) on a
 /// block-sparse grid that follows the particles.  Nodes lie at origin + dx * integers.  One step is
 ///   m_i = sum w m_p, (m v)_i = sum w m_p (v_p + C_p (x_i - x_p)) - dt sum V0 tau (4 / dx^2) w (x_i - x_p)
 ///   v_i <- v_i + dt g, boundary conditions
@@ -38,8 +39,14 @@ class Mpm {
 
   /// Takes up to `count` steps on all threads.  Before step k, prepare(k) sets the loads; check() after it returns
   /// false to stop.  False when stopped or when a particle ceased to be finite.  Equal for any number of threads.
+  /// What the steps read is added to `tape` if there is one.
   bool advance(int count, T dt, StepLoads<T>& loads, const std::function<void(int)>& prepare,
-               const std::function<bool()>& check);
+               const std::function<bool()>& check, StepTape<T>* tape = nullptr);
+
+  /// All that a continuation since the last `load` needs, bit for bit.
+  class Snapshot;
+  Snapshot save() const;
+  void restore(const Snapshot& snapshot);
 
   /// The three parts of a step, on one thread.
   void particles_to_grid(T dt, const StepLoads<T>& loads);
@@ -62,43 +69,43 @@ class Mpm {
   /// Of the particles, the affine part of APIC included.
   Totals particle_totals() const;
 
- private:
-  struct Record {
-    T x[3], v[3], C[9], F[9];  // C and F row-major
-    T x_rest[3], F_rest[9];    // what rounding cut off from x and F, see `accumulate`
-    T mass, volume, mu, lambda;
-    uint32_t bits;
-    int index;
-  };
-  struct BlockReport {
-    BlockGrid::Coordinates low, high;
-    T max_speed_squared;
-    int strays;
-    bool moved, finite;
-  };
+  /// Records, order, links and patches as they are now.
+  const MpmData<T>& data() const { return data_; }
 
-  BlockGrid::Coordinates block_of(const T* x) const;
-  void sort_blocks();
+ private:
+  BlockGrid::Coordinates block_of(const ParticleRecord<T>& r) const;
+  void fit_blocks();
+  void apply_body_loads(int b, T dt, const StepLoads<T>& loads);
   void scatter_block(int b, T dt, const StepLoads<T>& loads);
   void sum_node_block(int n);
   void update_node_block(int n, T dt, const StepLoads<T>& loads);
+  void apply_conditions(int n, const StepLoads<T>& loads);
   void gather_block(int b, T dt);
   void collect_reports();
+  void record_block(int b, TapeStep<T>& step) const;
+  void record_node_block(int n, TapeStep<T>& step) const;
 
-  T dx_, inverse_dx_;
-  Vec3<T> origin_;
-  Vec3<T> low_, high_;
-  std::vector<Record> rest_;     // in the order of the particles, only constants
-  std::vector<Record> record_;   // in block order at the time of load
-  std::vector<int> slot_;        // of particle i in record_
-  std::vector<BlockGrid::Coordinates> block_;
-  BlockGrid grid_;
-  std::vector<Node<T>> patch_;      // [particle blocks, 6, 6, 6]
-  std::vector<Node<T>> node_;       // [node blocks, 4, 4, 4]
-  std::vector<BlockReport> report_;
+  MpmData<T> data_;
+  std::vector<ParticleRecord<T>> rest_;  // in the order of the particles, only constants
+  std::vector<int> moved_;               // places in their block of the particles that left it, block by block
+  std::vector<GatherReport<T>> report_;  // of the last gather, per particle block
+  const MpmKernels<T>* kernels_;
+  StressKind uniform_;  // law of all particles if a kernel for it alone will do, else kGiven
   bool finite_ = true;
   double max_speed_ = 0;
   int64_t strays_ = 0;
+};
+
+template <class T>
+class Mpm<T>::Snapshot {
+ public:
+  size_t bytes() const { return record_.size() * (sizeof(ParticleRecord<T>) + 2 * sizeof(int)); }
+
+ private:
+  friend class Mpm;
+  std::vector<ParticleRecord<T>> record_;
+  std::vector<int> slot_;
+  BlockGrid grid_;
 };
 
 extern template class Mpm<float>;

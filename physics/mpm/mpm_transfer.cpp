@@ -1,0 +1,101 @@
+#include <algorithm>
+#include <cmath>
+
+#include "physics/mpm/mpm.h"
+
+namespace pliant {
+namespace {
+
+constexpr int kSide = BlockGrid::kSide;
+
+/// The stress of a law with nothing but Lame parameters, for any F.
+template <class T>
+void exact_stress(StressKind kind, const T* F, T mu, T lambda, T* tau) {
+  static const Material kMaterial[2] = {{.law = Law::kFixedCorotated}, {.law = Law::kNeoHookean}};
+  const LawPoint<T> point{&kMaterial[static_cast<int>(kind)], mu, lambda};
+  const Mat3<T> stress =
+      kirchhoff_stress<T>(point, Eigen::Map<const Eigen::Matrix<T, 3, 3, Eigen::RowMajor>>(F), LawMemory<T>{});
+  tau[0] = stress(0, 0), tau[1] = stress(1, 1), tau[2] = stress(2, 2);
+  tau[3] = stress(1, 2), tau[4] = stress(0, 2), tau[5] = stress(0, 1);
+}
+
+template <class T>
+ParticleRun<T> run_of(MpmData<T>& data, int b) {
+  const int begin = data.grid.begin(b);
+  return {data.record.data(), data.grid.order().data() + begin, data.grid.begin(b + 1) - begin,
+          {data.origin[0], data.origin[1], data.origin[2]}, data.dx, data.inverse_dx};
+}
+
+}  // namespace
+
+/// Accelerations of the loads that act on single particles.
+template <class T>
+void Mpm<T>::apply_body_loads(int b, T dt, const StepLoads<T>& loads) {
+  for (int s = data_.grid.begin(b); s < data_.grid.begin(b + 1); ++s) {
+    ParticleRecord<T>& r = data_.record[data_.grid.order()[s]];
+    if (r.bits == 0) continue;
+    T v[3] = {r.v[0], r.v[1], r.v[2]};
+    for (const BodyLoad<T>& load : loads.body) {
+      if ((r.bits & load.bit) == 0) continue;
+      for (int a = 0; a < 3; ++a) v[a] += dt * (load.acceleration[a] - load.drag * r.v[a]);
+    }
+    std::copy_n(v, 3, r.v);
+  }
+}
+
+template <class T>
+void Mpm<T>::scatter_block(int b, T dt, const StepLoads<T>& loads) {
+  if (!loads.body.empty()) apply_body_loads(b, dt, loads);
+  ScatterInput<T> in;
+  in.run = run_of(data_, b);
+  in.dt = dt, in.viscosity_time = loads.viscosity_time;
+  in.inertia_only = false;
+  in.given_stress = nullptr;
+  in.exact_stress = exact_stress<T>;
+  const bool uniform = uniform_ != StressKind::kGiven && !(loads.viscosity_time > T(0));
+  const int which = static_cast<int>(uniform ? uniform_ : StressKind::kGiven);
+  kernels_->scatter[which](in, data_.patch[static_cast<size_t>(b) * BlockGrid::kPatchNodes].lane);
+}
+
+template <class T>
+void Mpm<T>::sum_node_block(int n) {
+  const T* patch[8];
+  for (int o = 0; o < 8; ++o) {
+    const int source = data_.grid.sources_of(n)[o];
+    patch[o] = source < 0 ? nullptr : data_.patch[static_cast<size_t>(source) * BlockGrid::kPatchNodes].lane;
+  }
+  kernels_->sum_nodes(patch, data_.node[static_cast<size_t>(n) * BlockGrid::kNodes].lane);
+}
+
+template <class T>
+void Mpm<T>::update_node_block(int n, T dt, const StepLoads<T>& loads) {
+  const T fall[3] = {dt * loads.gravity[0], dt * loads.gravity[1], dt * loads.gravity[2]};
+  kernels_->update_nodes(data_.node[static_cast<size_t>(n) * BlockGrid::kNodes].lane, fall, loads.velocity_scale);
+}
+
+template <class T>
+void Mpm<T>::apply_conditions(int n, const StepLoads<T>& loads) {
+  const BlockGrid::Coordinates& block = data_.grid.node_block(n);
+  const double dx = data_.dx;
+  const Vec3d first = data_.origin.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z);
+  apply_node_conditions<T>(loads, {data_.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, first, dx});
+}
+
+template <class T>
+void Mpm<T>::gather_block(int b, T dt) {
+  GatherInput<T> in{};
+  in.run = run_of(data_, b);
+  in.dt = dt;
+  const BlockGrid::Coordinates& block = data_.grid.block(b);
+  const int coordinates[3] = {block.x, block.y, block.z};
+  for (int a = 0; a < 3; ++a) in.low[a] = data_.low[a], in.high[a] = data_.high[a], in.block[a] = coordinates[a];
+  for (int o = 0; o < 8; ++o)
+    in.node[o] = data_.node[static_cast<size_t>(data_.grid.nodes_of(b)[o]) * BlockGrid::kNodes].lane;
+  in.moved = moved_.data() + data_.grid.begin(b);
+  kernels_->gather(in, report_[b]);
+}
+
+template class Mpm<float>;
+template class Mpm<double>;
+
+}  // namespace pliant
