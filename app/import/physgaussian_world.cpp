@@ -34,7 +34,7 @@ Material material_of(const PhysGaussianConfig& c, Compatibility compatibility, d
   } else if (c.material == "snow") {
     m.law = Law::kSnow;
   } else if (c.material == "plasticine") {
-    m.law = Law::kPlasticine, m.yield_stress = uniaxial, m.hardening = -3 * mu * c.softening;
+    m.law = Law::kPlasticine, m.yield_stress = uniaxial, m.hardening = compatibility == Compatibility::kCorrected ? -3 * mu * c.softening : -1.5 * c.softening;
   }
   m.as_physgaussian = compatibility == Compatibility::kPhysGaussian;
   return m;
