@@ -11,6 +11,7 @@ void BlockGrid::build(const std::vector<Coordinates>& block_of_particle, const C
   CHECK(nx > 1 && ny > 1 && nz > 1 && nx * ny * nz < (int64_t{1} << 30));
   const int64_t cells = nx * ny * nz;
   const int n = static_cast<int>(block_of_particle.size());
+  ++version_;
 
   table_.assign(cells, 0);
   key_.resize(n);

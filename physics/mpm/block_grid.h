@@ -22,6 +22,9 @@ class BlockGrid {
   /// Sorts particles by block (stable) and links the blocks.  `low`, `high` bound the coordinates.
   void build(const std::vector<Coordinates>& block_of_particle, const Coordinates& low, const Coordinates& high);
 
+  /// Number of calls of `build`; equal grids of one owner have equal versions.
+  int version() const { return version_; }
+
   int particle_blocks() const { return static_cast<int>(particle_links_.size()); }
   int node_blocks() const { return static_cast<int>(node_links_.size()); }
 
@@ -35,6 +38,7 @@ class BlockGrid {
   const std::array<int, 8>& sources_of(int n) const { return node_links_[n]; }
 
  private:
+  int version_ = 0;
   std::vector<int> begin_, order_, key_, table_, node_table_;
   std::vector<Coordinates> node_block_;
   std::vector<std::array<int, 8>> particle_links_, node_links_;

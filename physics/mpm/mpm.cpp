@@ -312,7 +312,7 @@ void Mpm<T>::collect_reports() {
 
 template <class T>
 bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<void(int)>& prepare,
-                     const std::function<bool()>& check) {
+                     const std::function<bool()>& check, StepTape<T>* tape) {
   constexpr int kParticlesPerThread = 1000;  // below this a thread costs more than it brings
   const int useful = static_cast<int>(std::min<size_t>(record_.size() / kParticlesPerThread, 1024));
   const int threads = std::clamp(omp_get_max_threads(), 1, std::max(1, useful));
@@ -328,6 +328,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
       }
       going = good && k < count;
       if (going) prepare(k);
+      if (going && tape) tape->begin_step(dt, loads, grid_);
     } catch (...) {
       error = std::current_exception(), going = false;
     }
@@ -342,9 +343,16 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
       if (omp_get_thread_num() == 0) between(k);
       barrier->wait();
       if (!going) break;
-      for (int b; (b = scatter.take()) < grid_.particle_blocks();) scatter_block(b, dt, loads);
+      for (int b; (b = scatter.take()) < grid_.particle_blocks();) {
+        if (tape) record_block(b, tape->last());
+        scatter_block(b, dt, loads);
+      }
       barrier->wait();
-      for (int n; (n = update.take()) < grid_.node_blocks();) sum_node_block(n), update_node_block(n, dt, loads);
+      for (int n; (n = update.take()) < grid_.node_blocks();) {
+        sum_node_block(n);
+        if (tape) record_node_block(n, tape->last());
+        update_node_block(n, dt, loads);
+      }
       barrier->wait();
       for (int b; (b = gather.take()) < grid_.particle_blocks();) gather_block(b, dt);
       barrier->wait();
@@ -352,6 +360,36 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
   }
   if (error) std::rethrow_exception(error);
   return good;
+}
+
+template <class T>
+void Mpm<T>::record_block(int b, TapeStep<T>& step) const {
+  for (int s = grid_.begin(b); s < grid_.begin(b + 1); ++s) {
+    const Record& r = record_[grid_.order()[s]];
+    TapeParticle<T>& to = step.particle[s];
+    step.index[s] = r.index;
+    std::copy_n(r.x, 3, to.x), std::copy_n(r.v, 3, to.v), std::copy_n(r.C, 9, to.C), std::copy_n(r.F, 9, to.F);
+  }
+}
+
+template <class T>
+void Mpm<T>::record_node_block(int n, TapeStep<T>& step) const {
+  const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
+  std::copy_n(node_.data() + first, BlockGrid::kNodes, step.node.data() + first);
+}
+
+template <class T>
+typename Mpm<T>::Snapshot Mpm<T>::save() const {
+  Snapshot snapshot;
+  snapshot.record_ = record_, snapshot.block_ = block_;
+  return snapshot;
+}
+
+template <class T>
+void Mpm<T>::restore(const Snapshot& snapshot) {
+  CHECK(snapshot.record_.size() == rest_.size());
+  record_ = snapshot.record_, block_ = snapshot.block_;
+  sort_blocks();
 }
 
 template <class T>

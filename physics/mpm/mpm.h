@@ -9,6 +9,7 @@
 #include "physics/mpm/node_conditions.h"
 #include "physics/mpm/particles.h"
 #include "physics/mpm/step_loads.h"
+#include "physics/mpm/step_tape.h"
 
 namespace pliant {
 
@@ -38,8 +39,14 @@ class Mpm {
 
   /// Takes up to `count` steps on all threads.  Before step k, prepare(k) sets the loads; check() after it returns
   /// false to stop.  False when stopped or when a particle ceased to be finite.  Equal for any number of threads.
+  /// What the steps read is added to `tape` if there is one.
   bool advance(int count, T dt, StepLoads<T>& loads, const std::function<void(int)>& prepare,
-               const std::function<bool()>& check);
+               const std::function<bool()>& check, StepTape<T>* tape = nullptr);
+
+  /// All that a continuation since the last `load` needs, bit for bit.
+  class Snapshot;
+  Snapshot save() const;
+  void restore(const Snapshot& snapshot);
 
   /// The three parts of a step, on one thread.
   void particles_to_grid(T dt, const StepLoads<T>& loads);
@@ -84,6 +91,8 @@ class Mpm {
   void update_node_block(int n, T dt, const StepLoads<T>& loads);
   void gather_block(int b, T dt);
   void collect_reports();
+  void record_block(int b, TapeStep<T>& step) const;
+  void record_node_block(int n, TapeStep<T>& step) const;
 
   T dx_, inverse_dx_;
   Vec3<T> origin_;
@@ -99,6 +108,17 @@ class Mpm {
   bool finite_ = true;
   double max_speed_ = 0;
   int64_t strays_ = 0;
+};
+
+template <class T>
+class Mpm<T>::Snapshot {
+ public:
+  size_t bytes() const { return record_.size() * (sizeof(Record) + sizeof(BlockGrid::Coordinates)); }
+
+ private:
+  friend class Mpm;
+  std::vector<Record> record_;
+  std::vector<BlockGrid::Coordinates> block_;
 };
 
 extern template class Mpm<float>;

@@ -9,6 +9,8 @@
 
 namespace pliant {
 
+constexpr int kMaxSubstepsOfFrame = 1 << 20;
+
 struct SimulateOptions {
   double fps = 30;
   double duration = 3;       ///< s; frames = round(fps * duration)

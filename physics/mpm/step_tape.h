@@ -1,0 +1,55 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "physics/mpm/block_grid.h"
+#include "physics/mpm/node_conditions.h"
+#include "physics/mpm/step_loads.h"
+
+namespace pliant {
+
+/// A particle at the start of a step; C and F row-major.
+template <class T>
+struct TapeParticle {
+  T x[3], v[3], C[9], F[9];
+};
+
+/// What one step read, enough to go back through it.
+template <class T>
+struct TapeStep {
+  T dt;
+  StepLoads<T> loads;
+  std::shared_ptr<const BlockGrid> grid;  ///< shared by steps in which no particle changed its block
+  std::vector<TapeParticle<T>> particle;  ///< [N] at the start, in the order of the blocks
+  std::vector<int> index;                 ///< [N] their numbers
+  std::vector<Node<T>> node;              ///< [node blocks, 4, 4, 4] momentum and mass before the update
+};
+
+/// Steps in the order in which they were taken.  Memory is kept for the next run.
+template <class T>
+class StepTape {
+ public:
+  int size() const { return size_; }
+  const TapeStep<T>& operator[](int k) const { return step_[k]; }
+  void clear() { size_ = 0; }
+
+  /// Opens the next step; its particles, indices and nodes are filled in by the caller.
+  void begin_step(T dt, const StepLoads<T>& loads, const BlockGrid& grid) {
+    if (size_ == static_cast<int>(step_.size())) step_.emplace_back();
+    TapeStep<T>& step = step_[size_];
+    const bool same = size_ > 0 && step_[size_ - 1].grid->version() == grid.version();
+    step.grid = same ? step_[size_ - 1].grid : std::make_shared<const BlockGrid>(grid);
+    ++size_;
+    step.dt = dt, step.loads = loads;
+    step.particle.resize(grid.order().size()), step.index.resize(grid.order().size());
+    step.node.resize(static_cast<size_t>(grid.node_blocks()) * BlockGrid::kNodes);
+  }
+  TapeStep<T>& last() { return step_[size_ - 1]; }
+
+ private:
+  int size_ = 0;
+  std::vector<TapeStep<T>> step_;
+};
+
+}  // namespace pliant

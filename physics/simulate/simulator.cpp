@@ -1,0 +1,150 @@
+#include "physics/simulate/simulator.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gaussians/base/error.h"
+#include "physics/laws/material.h"
+
+namespace pliant {
+namespace {
+
+/// Origin of the grid: a row of nodes lies a quarter of a cell outside the flat faces of pinned regions that cut the
+/// body, because a clamp acts about that far behind the row; and on the ground.
+template <class T>
+Vec3d grid_origin(const BasicParticles<T>& particles, const std::vector<Interaction>& interactions, double dx) {
+  Vec3d low = Vec3d::Constant(INFINITY), high = Vec3d::Constant(-INFINITY);
+  for (const Vec3<T>& x : particles.position) {
+    low = low.cwiseMin(x.template cast<double>()), high = high.cwiseMax(x.template cast<double>());
+  }
+  Vec3d origin = 0.5 * (low + high);
+  bool aligned[3] = {false, false, false};
+  const auto align = [&](int axis, double plane) {
+    if (aligned[axis] || plane < low[axis] - dx || plane > high[axis] + dx) return;
+    // The lattice plane nearest to the middle, so that coordinates stay small.
+    origin[axis] = plane + std::round((origin[axis] - plane) / dx) * dx;
+    aligned[axis] = true;
+  };
+  constexpr double kClampOffset = kPinReach - 0.5;
+  for (const Interaction& it : interactions) {
+    const Region& r = it.region;
+    const bool pin = it.type == InteractionType::kPin, ground = it.type == InteractionType::kGround;
+    if (pin && r.kind == Region::Kind::kBox) {
+      for (int a = 0; a < 3; ++a) {
+        if (r.vector[a] < high[a]) align(a, r.vector[a] + kClampOffset * dx);
+        if (r.point[a] > low[a]) align(a, r.point[a] - kClampOffset * dx);
+      }
+    } else if ((pin || ground) && r.kind == Region::Kind::kHalfSpace) {
+      const Vec3d normal = r.vector.normalized();
+      int axis = 0;
+      normal.cwiseAbs().maxCoeff(&axis);
+      if (std::abs(normal[axis]) < 0.99) continue;
+      const Vec3d centre = 0.5 * (low + high);
+      const double plane = centre[axis] - (centre - r.point).dot(normal) / normal[axis];
+      align(axis, plane + (pin ? kClampOffset * dx / normal[axis] : 0.0));
+    }
+  }
+  return origin;
+}
+
+/// Median of each coordinate, which strays do not move.
+template <class T>
+Vec3d median(const std::vector<Vec3<T>>& points) {
+  Vec3d result;
+  std::vector<T> along(points.size());
+  for (int a = 0; a < 3; ++a) {
+    for (size_t i = 0; i < points.size(); ++i) along[i] = points[i][a];
+    const auto middle = along.begin() + static_cast<std::ptrdiff_t>(along.size() / 2);
+    std::nth_element(along.begin(), middle, along.end());
+    result[a] = static_cast<double>(*middle);
+  }
+  return result;
+}
+
+}  // namespace
+
+template <class T>
+Simulator<T>::Simulator(const SimulateOptions& options, const BasicParticles<T>& particles,
+                        const std::vector<Interaction>& interactions, SimulateSummary& summary)
+    : options_(options),
+      particles_(particles),
+      dx_(options.cell_size > 0 ? options.cell_size : static_cast<double>(particles.cell_size)),
+      schedule_(options, particles, interactions),
+      solver_(particles, dx_, grid_origin(particles, interactions, dx_)),
+      summary_(summary) {
+  solver_.set_load_bits(schedule_.bits());
+  Vec3<T> low = particles.position[0], high = low;
+  for (size_t i = 0; i < particles.size(); ++i) {
+    const Lame<double> law = lame<double>(particles.young[i], particles.poisson[i]);
+    const double density = static_cast<double>(particles.mass[i]) / particles.volume[i];
+    sound_speed_ = std::max(sound_speed_, std::sqrt((law.lambda + 2 * law.mu) / density));
+    low = low.cwiseMin(particles.position[i]), high = high.cwiseMax(particles.position[i]);
+  }
+  diagonal_ = std::max((high - low).template cast<double>().norm(), 8 * dx_);
+  // Explicit viscosity lowers the stable step of the shortest wave, whose damping ratio is xi.
+  const double xi = options.viscosity_time * sound_speed_ / dx_;
+  sound_speed_ /= std::sqrt(1 + xi * xi) - xi;
+}
+
+template <class T>
+double Simulator<T>::fastest(const BasicSimulationState<T>& state) const {
+  double speed = 0;
+  for (const Vec3<T>& v : state.v) speed = std::max(speed, static_cast<double>(v.norm()));
+  return speed;
+}
+
+template <class T>
+int Simulator<T>::substeps_of(const BasicSimulationState<T>& state) const {
+  if (options_.substeps > 0) return options_.substeps;
+  const double wanted = (sound_speed_ + fastest(state)) / (options_.fps * options_.courant * dx_);
+  return wanted < kMaxSubstepsOfFrame ? std::max(1, static_cast<int>(std::ceil(wanted))) : kMaxSubstepsOfFrame + 1;
+}
+
+template <class T>
+void Simulator<T>::advance(BasicSimulationState<T>& state) {
+  int substeps = substeps_of(state);
+  for (int attempt = 0;; ++attempt) {
+    if (attempt > options_.max_retries || substeps > kMaxSubstepsOfFrame)
+      throw numerical_error("simulate",
+                            "frame " + std::to_string(state.frame + 1) + " stays unstable with " +
+                                std::to_string(substeps) + " substeps",
+                            "lower the forces or Young's modulus, or use fewer driving particles");
+    begin_frame(state);
+    if (run(state, substeps, 0, substeps)) break;
+    substeps *= 2;
+    ++summary_.retries;
+  }
+  solver_.store(state);
+  ++state.frame;
+  state.time = state.frame / options_.fps;
+  state.substeps += substeps;
+
+  const double dt = time_step(substeps);
+  summary_.min_dt = summary_.frames ? std::min(summary_.min_dt, dt) : dt;
+  summary_.max_dt = std::max(summary_.max_dt, dt);
+  summary_.substeps_of_frame.push_back(substeps);
+  summary_.particle_substeps += static_cast<int64_t>(substeps) * static_cast<int64_t>(state.size());
+  summary_.strays += solver_.strays();
+  ++summary_.frames;
+}
+
+template <class T>
+void Simulator<T>::begin_frame(const BasicSimulationState<T>& state) {
+  const Vec3d centre = median(state.x);
+  const Vec3d reach = Vec3d::Constant(1.5 * diagonal_ + 2 / options_.fps * fastest(state));
+  solver_.load(state, centre - reach, centre + reach);
+}
+
+template <class T>
+bool Simulator<T>::run(const BasicSimulationState<T>& state, int substeps, int first, int last, StepTape<T>* tape) {
+  const double start = state.frame / options_.fps, dt = time_step(substeps);
+  return solver_.advance(
+      last - first, static_cast<T>(dt), loads_,
+      [&](int k) { schedule_.at(start + (first + k) * dt, dt, solver_, loads_); },
+      [&] { return (sound_speed_ + solver_.max_speed()) * dt <= options_.courant_cap * dx_; }, tape);
+}
+
+template class Simulator<float>;
+template class Simulator<double>;
+
+}  // namespace pliant

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <vector>
+
+#include "physics/mpm/mpm.h"
+#include "physics/simulate/loads.h"
+#include "physics/simulate/simulate.h"
+
+namespace pliant {
+
+/// Advances one body frame by frame: the inside of `simulate` and of roll-outs.
+template <class T>
+class Simulator {
+ public:
+  /// `particles` and `summary` must outlive this.
+  Simulator(const SimulateOptions& options, const BasicParticles<T>& particles,
+            const std::vector<Interaction>& interactions, SimulateSummary& summary);
+
+  const LoadSchedule<T>& schedule() const { return schedule_; }
+  Mpm<T>& solver() { return solver_; }
+
+  /// Substeps of the next frame: `options.substeps`, or what the Courant number asks for.
+  int substeps_of(const BasicSimulationState<T>& state) const;
+
+  /// Advances `state` by one frame, with a smaller time step again if it becomes unstable.
+  void advance(BasicSimulationState<T>& state);
+
+  /// Loads the start of a frame into the solver.
+  void begin_frame(const BasicSimulationState<T>& state);
+  /// Takes substeps [first, last) of `substeps` of the frame that starts at `state`; false when unstable.
+  bool run(const BasicSimulationState<T>& state, int substeps, int first, int last, StepTape<T>* tape = nullptr);
+  double time_step(int substeps) const { return 1 / options_.fps / substeps; }
+
+ private:
+  double fastest(const BasicSimulationState<T>& state) const;
+
+  SimulateOptions options_;
+  const BasicParticles<T>& particles_;
+  double dx_, diagonal_ = 0, sound_speed_ = 0;
+  LoadSchedule<T> schedule_;
+  Mpm<T> solver_;
+  StepLoads<T> loads_;
+  SimulateSummary& summary_;
+};
+
+extern template class Simulator<float>;
+extern template class Simulator<double>;
+
+}  // namespace pliant
