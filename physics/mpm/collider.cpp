@@ -1,6 +1,5 @@
 #include "physics/mpm/collider.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 

@@ -222,7 +222,8 @@ void Mpm<T>::update_node_block(int n, T dt, const StepLoads<T>& loads) {
   const BlockGrid::Coordinates& block = grid_.node_block(n);
   const double dx = dx_;
   apply_node_conditions<T>(loads,
-                           {node, origin_.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z), dx});
+                           {node, origin_.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z), dx},
+                           block_impulse_.data() + static_cast<size_t>(n) * collider_impulse_.size());
 }
 
 template <class T>
@@ -299,7 +300,14 @@ void Mpm<T>::gather_block(int b, T dt) {
 }
 
 template <class T>
+void Mpm<T>::clear_impulses(const StepLoads<T>& loads) {
+  collider_impulse_.assign(loads.colliders.size(), Vec3d::Zero());
+  block_impulse_.assign(grid_.node_blocks() * loads.colliders.size(), Vec3d::Zero());
+}
+
+template <class T>
 void Mpm<T>::collect_reports() {
+  for (size_t k = 0; k < block_impulse_.size(); ++k) collider_impulse_[k % collider_impulse_.size()] += block_impulse_[k];
   bool moved = false;
   T speed = 0;
   for (const BlockReport& r : report_) {
@@ -327,7 +335,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
         good = finite_ && check();
       }
       going = good && k < count;
-      if (going) prepare(k);
+      if (going) prepare(k), clear_impulses(loads);
       if (going && tape) tape->begin_step(dt, loads, grid_);
     } catch (...) {
       error = std::current_exception(), going = false;
@@ -400,6 +408,7 @@ void Mpm<T>::particles_to_grid(T dt, const StepLoads<T>& loads) {
 
 template <class T>
 void Mpm<T>::update_grid(T dt, const StepLoads<T>& loads) {
+  clear_impulses(loads);
   for (int n = 0; n < grid_.node_blocks(); ++n) update_node_block(n, dt, loads);
 }
 

@@ -56,6 +56,8 @@ class Mpm {
   bool finite() const { return finite_; }
   double max_speed() const { return max_speed_; }  ///< m/s, after the last step
   int64_t strays() const { return strays_; }
+  /// Momentum [N s] that each collider of the loads gave to the body in the last step.
+  const std::vector<Vec3d>& collider_impulse() const { return collider_impulse_; }
 
   /// Centre of mass, mean velocity and mass of some particles, summed in the order given.
   struct Motion {
@@ -91,6 +93,7 @@ class Mpm {
   void update_node_block(int n, T dt, const StepLoads<T>& loads);
   void gather_block(int b, T dt);
   void collect_reports();
+  void clear_impulses(const StepLoads<T>& loads);
   void record_block(int b, TapeStep<T>& step) const;
   void record_node_block(int n, TapeStep<T>& step) const;
 
@@ -105,6 +108,7 @@ class Mpm {
   std::vector<Node<T>> patch_;      // [particle blocks, 6, 6, 6]
   std::vector<Node<T>> node_;       // [node blocks, 4, 4, 4]
   std::vector<BlockReport> report_;
+  std::vector<Vec3d> block_impulse_, collider_impulse_;  // [node blocks, colliders], [colliders]
   bool finite_ = true;
   double max_speed_ = 0;
   int64_t strays_ = 0;

@@ -7,7 +7,9 @@ namespace pliant {
 namespace {
 
 constexpr double kTolerance = 1e-3;    // cells; a node on the surface counts as inside
-constexpr double kHeldShare = 0.25;    // of the mass at first contact that what sticks or slips may keep at least
+// Cells between the surfaces at which contact starts, which allows for edges and for the body's own compression.
+constexpr double kGap = 0.25;
+constexpr double kHeldShare = 0.25;  // of the mass at first contact, down to which what sticks or slips is held
 constexpr double kReachOfBlock = 0.5 * (BlockGrid::kSide - 1) * 1.7320508075688772;  // cells from its middle
 
 template <class T>
@@ -34,7 +36,7 @@ void for_touched_nodes(const StepLoads<T>& loads, const NodeBlock<T>& block, con
     const Vec3d x = block.position(k);
     const SignedDistanceGrid::Sample at = collider.surface(x);
     if (at.distance > reach(collider) * dx) continue;
-    if (full > 0 && mass < share * full * filled_share(at.distance / dx)) continue;
+    if (full > 0 && mass < share * full * filled_share(at.distance / dx - kGap)) continue;
     visit(k, at.normal, collider.velocity_at(x));
   }
 }

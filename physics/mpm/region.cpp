@@ -1,5 +1,6 @@
 #include "physics/mpm/region.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
