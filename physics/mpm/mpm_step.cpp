@@ -27,7 +27,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
         good = finite_ && check();
       }
       going = good && k < count;
-      if (going) prepare(k);
+      if (going) prepare(k), clear_impulses(loads);
       if (going && tape) tape->begin_step(dt, loads, data_.grid);
     } catch (...) {
       error = std::current_exception(), going = false;
@@ -100,6 +100,7 @@ void Mpm<T>::particles_to_grid(T dt, const StepLoads<T>& loads) {
 
 template <class T>
 void Mpm<T>::update_grid(T dt, const StepLoads<T>& loads) {
+  clear_impulses(loads);
   for (int n = 0; n < data_.grid.node_blocks(); ++n) update_node_block(n, dt, loads), apply_conditions(n, loads);
 }
 

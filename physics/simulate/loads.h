@@ -21,8 +21,13 @@ class LoadSchedule {
   const std::vector<std::string>& warnings() const { return warnings_; }
   /// Whether a pin that reaches the body is active at time t.
   bool pinned(double t) const;
-  /// Loads of the substep [t, t + dt]; a load that starts or ends inside it acts for its part of it.
-  void at(double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads) const;
+  /// Loads of the substep [t, t + dt]; a load that starts or ends inside it acts for its part of it.  Colliders carry
+  /// the number of their interaction as `source`; the momentum [N s] that the other interactions give to the body in
+  /// this substep is added to `impulse` [size()].
+  void at(double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads, std::vector<Vec3d>& impulse) const;
+  size_t size() const { return entries_.size(); }
+  /// Speed [m/s] of the fastest point of a collider near the body during [t, t + dt].
+  double collider_speed(double t, double dt) const;
 
  private:
   struct Entry {
@@ -30,14 +35,16 @@ class LoadSchedule {
     double end = 0;
     uint32_t bit = 0;
     double mass = 0;           // touched, kg
-    std::vector<int> touched;  // only of a grab
+    std::vector<int> touched;  // only of what depends on their motion
     bool reaches_body = false; // only of a pin
   };
 
-  void add_grab(const Entry& entry, double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads) const;
+  Vec3d add_grab(const Entry& entry, double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads) const;
+  Collider collider_at(const Entry& entry, double t, double dt) const;
 
   SimulateOptions options_;
-  double body_mass_ = 0;
+  double body_mass_ = 0, body_size_ = 0;
+  std::vector<double> density_;  // of each object
   std::vector<Entry> entries_;
   std::vector<uint32_t> bits_;
   std::vector<std::string> warnings_;
