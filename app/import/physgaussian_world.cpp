@@ -153,15 +153,32 @@ class WorldBuilder {
     it.region = Region::box(Vec3d::Constant(wall), Vec3d::Constant(c_.grid_lim - wall));
   }
 
+  /// How far earlier conditions have taken the same part, which is chosen by where it lies at rest.
+  Vec3d way_before(const Boundary& b) const {
+    Vec3d way = Vec3d::Zero();
+    for (const Boundary& other : c_.boundaries) {
+      if (other.type != b.type || other.point != b.point || other.half != b.half || other.start >= b.start) continue;
+      const double time = std::min(other.end, b.start) - other.start;
+      way += time * (b.type == BoundaryType::kRotation ? Vec3d(other.translation * other.normal) : other.velocity);
+    }
+    return way;
+  }
+  void note_nodes() { note("velocities that PhysGaussian gives to particles are given to the grid nodes of the part: set particles creep under load"); }
+
   void translation(const Boundary& b) {
-    Interaction& it = push(InteractionType::kMove, b);
-    it.region = Region::box(b.point - b.half, b.point + b.half), it.vector = b.velocity;
+    note_nodes();
+    Interaction& it = push(InteractionType::kCollider, b);
+    const Vec3d centre = b.point + way_before(b);
+    it.contact = ContactKind::kSticky, it.region = Region::box(centre - b.half, centre + b.half), it.vector = b.velocity;
   }
 
   void rotation(const Boundary& b) {
-    Interaction& it = push(InteractionType::kMove, b);
-    it.region = Region::cylinder(b.point - b.half_height * b.normal, b.point + b.half_height * b.normal, b.radius);
-    it.vector = b.translation * b.normal, it.angular_velocity = b.rotation * b.normal, it.pivot = b.point;
+    note_nodes();
+    Interaction& it = push(InteractionType::kCollider, b);
+    const Vec3d centre = b.point + way_before(b);
+    it.contact = ContactKind::kSticky;
+    it.region = Region::cylinder(centre - b.half_height * b.normal, centre + b.half_height * b.normal, b.radius);
+    it.vector = b.translation * b.normal, it.angular_velocity = b.rotation * b.normal, it.pivot = centre;
   }
 
   void surface(const Boundary& b) {
@@ -230,8 +247,9 @@ PhysGaussianWorld physgaussian_world(const PhysGaussianConfig& config, Compatibi
   const bool compat = compatibility == Compatibility::kPhysGaussian;
   world.options.fps = 1 / config.frame_dt, world.options.duration = config.frame_num * config.frame_dt;
   world.options.gravity = config.gravity;
-  world.options.rpic_damping = config.rpic_damping / config.substep_dt;
-  // A factor per substep, as a rate of decay in seconds.
+  world.options.pic = config.rpic_damping < -0.001;
+  // Factors per substep, as rates of decay in seconds.
+  if (config.rpic_damping > 0) world.options.strain_rate_damping = -std::log(1 - config.rpic_damping) / config.substep_dt;
   if (config.grid_v_damping_scale < 1)
     world.options.damping_time = -2 * config.substep_dt / std::log(config.grid_v_damping_scale);
   double fastest = 0;

@@ -5,7 +5,8 @@
 #include "app/import/physgaussian_world.h"
 #include "app/pipeline/stages.h"
 #include "app/store/particles.h"
-#include "physics/simulate/interaction.h"
+#include "physics/body/make_particles.h"
+#include "physics/simulate/simulate.h"
 
 namespace pliant {
 
