@@ -1,5 +1,6 @@
 #include "app/import/physgaussian_output.h"
 
+#include <Eigen/LU>
 #include <cstdio>
 
 #include "app/store/hdf5_file.h"
