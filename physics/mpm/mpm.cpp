@@ -318,6 +318,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
   const int threads = std::clamp(omp_get_max_threads(), 1, std::max(1, useful));
   std::exception_ptr error;
   Queue scatter, update, gather;
+  if (tape) tape->low = low_, tape->high = high_;
   bool going = true, good = true;
   // What one thread does between steps.
   const auto between = [&](int k) {

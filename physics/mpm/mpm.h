@@ -47,6 +47,13 @@ class Mpm {
   class Snapshot;
   Snapshot save() const;
   void restore(const Snapshot& snapshot);
+  /// Bytes of a snapshot, and of one step on a tape with the present blocks.
+  size_t snapshot_bytes() const { return record_.size() * (sizeof(Record) + sizeof(BlockGrid::Coordinates)); }
+  size_t tape_bytes() const {
+    return record_.size() * (sizeof(TapeParticle<T>) + sizeof(int)) + node_.size() * sizeof(Node<T>);
+  }
+  double cell_size() const { return dx_; }                          ///< m
+  Vec3d origin() const { return origin_.template cast<double>(); }  ///< m
 
   /// The three parts of a step, on one thread.
   void particles_to_grid(T dt, const StepLoads<T>& loads);
@@ -112,10 +119,6 @@ class Mpm {
 
 template <class T>
 class Mpm<T>::Snapshot {
- public:
-  size_t bytes() const { return record_.size() * (sizeof(Record) + sizeof(BlockGrid::Coordinates)); }
-
- private:
   friend class Mpm;
   std::vector<Record> record_;
   std::vector<BlockGrid::Coordinates> block_;

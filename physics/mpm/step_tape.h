@@ -20,7 +20,8 @@ template <class T>
 struct TapeStep {
   T dt;
   StepLoads<T> loads;
-  std::shared_ptr<const BlockGrid> grid;  ///< shared by steps in which no particle changed its block
+  std::shared_ptr<const BlockGrid> grid;  ///< shared by steps in which the set of blocks stayed the same
+  std::vector<int> begin;                 ///< [particle blocks + 1] first particle of each
   std::vector<TapeParticle<T>> particle;  ///< [N] at the start, in the order of the blocks
   std::vector<int> index;                 ///< [N] their numbers
   std::vector<Node<T>> node;              ///< [node blocks, 4, 4, 4] momentum and mass before the update
@@ -34,6 +35,8 @@ class StepTape {
   const TapeStep<T>& operator[](int k) const { return step_[k]; }
   void clear() { size_ = 0; }
 
+  Vec3<T> low, high;  ///< domain into which strays are put back, m
+
   /// Opens the next step; its particles, indices and nodes are filled in by the caller.
   void begin_step(T dt, const StepLoads<T>& loads, const BlockGrid& grid) {
     if (size_ == static_cast<int>(step_.size())) step_.emplace_back();
@@ -42,10 +45,19 @@ class StepTape {
     step.grid = same ? step_[size_ - 1].grid : std::make_shared<const BlockGrid>(grid);
     ++size_;
     step.dt = dt, step.loads = loads;
+    step.begin.resize(grid.particle_blocks() + 1);
+    for (int b = 0; b <= grid.particle_blocks(); ++b) step.begin[b] = grid.begin(b);
     step.particle.resize(grid.order().size()), step.index.resize(grid.order().size());
     step.node.resize(static_cast<size_t>(grid.node_blocks()) * BlockGrid::kNodes);
   }
   TapeStep<T>& last() { return step_[size_ - 1]; }
+
+  size_t bytes() const {
+    size_t sum = 0;
+    for (const TapeStep<T>& s : step_)
+      sum += s.particle.capacity() * (sizeof(TapeParticle<T>) + sizeof(int)) + s.node.capacity() * sizeof(Node<T>);
+    return sum;
+  }
 
  private:
   int size_ = 0;
