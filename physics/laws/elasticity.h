@@ -8,33 +8,6 @@
 
 namespace pliant {
 
-/// Energy density Psi(F) [J/m^3], J = det F, R rotation of F = R S, mu and lambda Lame parameters [Pa].
-/// Fixed corotated (Stomakhin et al. 2012): mu |F - R|^2 + lambda/2 (J - 1)^2.
-template <class T>
-T energy_density(Law law, const Mat3<T>& F, T mu, T lambda) {
-  switch (law) {
-    case Law::kFixedCorotated: {
-      const T J = F.determinant();
-      return mu * (F - polar_rotation(F)).squaredNorm() + T(0.5) * lambda * (J - 1) * (J - 1);
-    }
-    default: break;
-  }
-  return T(0);
-}
-
-/// First Piola-Kirchhoff stress P = dPsi/dF [Pa].  Fixed corotated: 2 mu (F - R) + lambda (J - 1) cof(F).
-template <class T>
-Mat3<T> first_piola(Law law, const Mat3<T>& F, T mu, T lambda) {
-  switch (law) {
-    case Law::kFixedCorotated: {
-      const T J = F.determinant();
-      return 2 * mu * (F - polar_rotation(F)) + lambda * (J - 1) * cofactor(F);
-    }
-    default: break;
-  }
-  return Mat3<T>::Zero();
-}
-
 /// tau = 2 mu (F - R) F^T + lambda (J - 1) J I as xx, yy, zz, yz, xz, xy, given R; F and R row-major.  S is a scalar or
 /// a pack of particles.
 template <class S>

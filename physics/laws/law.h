@@ -5,6 +5,10 @@
 
 namespace pliant {
 
+// Every function of this header takes any F (flat, inverted, 1e-8, 1e8) and gives finite results in float and double,
+// as long as the material passes `validate_material`.  What a law means, where it holds and where it comes from stands
+// in the file of its name.
+
 /// A particle as its law sees it.
 template <class T>
 struct LawPoint {

@@ -68,7 +68,8 @@ void validate_material(const std::string& where, const Material& m) {
       break;
     case Law::kFluid:
       not_negative("bulk_modulus", m.bulk_modulus);
-      positive("pressure_exponent", m.pressure_exponent);
+      require(m.pressure_exponent > 0 && m.pressure_exponent <= 20, where, "pressure_exponent", m.pressure_exponent,
+              "give a number up to 20, for example 7");
       not_negative("dynamic_viscosity", m.dynamic_viscosity);
       break;
     case Law::kViscoelastic:

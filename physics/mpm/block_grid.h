@@ -2,46 +2,72 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
+
+#include "physics/mpm/block_table.h"
 
 namespace pliant {
 
 /// Which 4 x 4 x 4 blocks of cells hold particles, and which blocks of nodes their stencils touch.  A particle whose
 /// lowest stencil node lies in block b touches nodes of b and of its seven upper neighbours only, so every block can
 /// scatter into a 6 x 6 x 6 patch of its own, and every node block sums at most eight patches in a fixed order.
+/// Objects share no blocks: where two touch, each has node blocks of its own at the same coordinates (`sibling`).
 class BlockGrid {
  public:
   static constexpr int kSide = 4, kNodes = kSide * kSide * kSide;
   static constexpr int kPatch = kSide + 2, kPatchNodes = kPatch * kPatch * kPatch;
+  static constexpr int kReach = 32000;  ///< coordinates lie between -kReach and kReach
 
   struct Coordinates {
     int x, y, z;
+    int object = 0;  ///< below 2^15
     bool operator==(const Coordinates&) const = default;
   };
+  /// A particle that changes its block.
+  struct Move {
+    int place;  ///< in order()
+    Coordinates to;
+  };
 
-  /// Sorts particles by block (stable) and links the blocks.  `low`, `high` bound the coordinates.
-  void build(const std::vector<Coordinates>& block_of_particle, const Coordinates& low, const Coordinates& high);
+  /// Sorts particles by block (stable) and links the blocks.
+  void build(std::span<const Coordinates> block_of_particle);
+  /// Takes particles to other blocks, where they follow those that stay; `moves` in ascending order of place.
+  void move(std::span<const Move> moves);
 
-  /// Number of calls of `build`; equal grids of one owner have equal versions.
-  int version() const { return version_; }
-
-  int particle_blocks() const { return static_cast<int>(particle_links_.size()); }
-  int node_blocks() const { return static_cast<int>(node_links_.size()); }
+  int particle_blocks() const { return static_cast<int>(block_.size()); }
+  int node_blocks() const { return static_cast<int>(node_block_.size()); }
 
   /// Particles of particle block b: order()[begin(b)] .. order()[begin(b + 1)].
   int begin(int b) const { return begin_[b]; }
   const std::vector<int>& order() const { return order_; }
+  std::vector<int>& order() { return order_; }  ///< particles of a block may be permuted
+  const Coordinates& block(int b) const { return block_[b]; }
   const Coordinates& node_block(int n) const { return node_block_[n]; }
   /// Node block that holds nodes [4 o, 4 o + 4) of block b's patch, o = offset bits x * 4 + y * 2 + z.
   const std::array<int, 8>& nodes_of(int b) const { return particle_links_[b]; }
   /// Particle block whose patch reaches into node block n with offset o, or -1.
   const std::array<int, 8>& sources_of(int n) const { return node_links_[n]; }
 
+  /// Next node block at the same coordinates, of another object; in a ring, so n itself where there is no other.
+  int sibling(int n) const { return sibling_[n]; }
+  /// Whether any node block has a sibling.
+  bool has_siblings() const { return has_siblings_; }
+  /// Counts the changes; equal grids of one owner have equal versions.
+  int64_t version() const { return version_; }
+  /// Counts the changes of the set of blocks; their numbers stay valid while it stays the same.
+  int64_t link_version() const { return link_version_; }
+
  private:
-  int version_ = 0;
-  std::vector<int> begin_, order_, key_, table_, node_table_;
-  std::vector<Coordinates> node_block_;
+  void link(const std::vector<uint64_t>& sorted_keys);
+
+  std::vector<int> begin_, order_, spare_order_;
+  std::vector<Coordinates> block_, node_block_;
   std::vector<std::array<int, 8>> particle_links_, node_links_;
+  std::vector<int> sibling_;
+  BlockTable block_table_, node_table_;
+  bool has_siblings_ = false;
+  int64_t version_ = 0, link_version_ = 0;
 };
 
 }  // namespace pliant

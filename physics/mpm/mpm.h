@@ -5,8 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "physics/mpm/block_grid.h"
-#include "physics/mpm/node_conditions.h"
+#include "physics/mpm/mpm_data.h"
 #include "physics/mpm/particles.h"
 #include "physics/mpm/step_loads.h"
 #include "physics/mpm/step_tape.h"
@@ -19,7 +18,7 @@ struct Totals {
   Vec3d momentum = Vec3d::Zero(), angular = Vec3d::Zero();
 };
 
-/// One elastic body in moving least squares MPM (Hu et al. 2018) with APIC transfers (Jiang et al. 2015) on a
+/// Elastic bodies in moving least squares MPM (Hu et al. 2018) with APIC transfers (Jiang et al. 2015) on a
 /// block-sparse grid that follows the particles.  Nodes lie at origin + dx * integers.  One step is
 ///   m_i = sum w m_p, (m v)_i = sum w m_p (v_p + C_p (x_i - x_p)) - dt sum V0 tau (4 / dx^2) w (x_i - x_p)
 ///   v_i <- v_i + dt g, boundary conditions
@@ -48,12 +47,10 @@ class Mpm {
   Snapshot save() const;
   void restore(const Snapshot& snapshot);
   /// Bytes of a snapshot, and of one step on a tape with the present blocks.
-  size_t snapshot_bytes() const { return record_.size() * (sizeof(Record) + sizeof(BlockGrid::Coordinates)); }
+  size_t snapshot_bytes() const { return data_.record.size() * (sizeof(ParticleRecord<T>) + 2 * sizeof(int)); }
   size_t tape_bytes() const {
-    return record_.size() * (sizeof(TapeParticle<T>) + sizeof(int)) + node_.size() * sizeof(Node<T>);
+    return data_.record.size() * (sizeof(TapeParticle<T>) + sizeof(int)) + data_.node.size() * sizeof(Node<T>);
   }
-  double cell_size() const { return dx_; }                          ///< m
-  Vec3d origin() const { return origin_.template cast<double>(); }  ///< m
 
   /// The three parts of a step, on one thread.
   void particles_to_grid(T dt, const StepLoads<T>& loads);
@@ -76,42 +73,31 @@ class Mpm {
   /// Of the particles, the affine part of APIC included.
   Totals particle_totals() const;
 
+  /// Records, order, links and patches as they are now.
+  const MpmData<T>& data() const { return data_; }
+
  private:
-  struct Record {
-    T x[3], v[3], C[9], F[9];  // C and F row-major
-    T x_rest[3], F_rest[9];    // what rounding cut off from x and F, see `accumulate`
-    T mass, volume, mu, lambda;
-    uint32_t bits;
-    int index;
-  };
   struct BlockReport {
-    BlockGrid::Coordinates low, high;
     T max_speed_squared;
-    int strays;
-    bool moved, finite;
+    int strays, moves;
+    bool finite;
   };
 
-  BlockGrid::Coordinates block_of(const T* x) const;
-  void sort_blocks();
+  BlockGrid::Coordinates block_of(const ParticleRecord<T>& r) const;
+  void fit_blocks();
   void scatter_block(int b, T dt, const StepLoads<T>& loads);
   void sum_node_block(int n);
   void update_node_block(int n, T dt, const StepLoads<T>& loads);
+  void apply_conditions(int n, const StepLoads<T>& loads);
   void gather_block(int b, T dt);
   void collect_reports();
   void record_block(int b, TapeStep<T>& step) const;
   void record_node_block(int n, TapeStep<T>& step) const;
 
-  T dx_, inverse_dx_;
-  Vec3<T> origin_;
-  Vec3<T> low_, high_;
-  std::vector<Record> rest_;     // in the order of the particles, only constants
-  std::vector<Record> record_;   // in block order at the time of load
-  std::vector<int> slot_;        // of particle i in record_
-  std::vector<BlockGrid::Coordinates> block_;
-  BlockGrid grid_;
-  std::vector<Node<T>> patch_;      // [particle blocks, 6, 6, 6]
-  std::vector<Node<T>> node_;       // [node blocks, 4, 4, 4]
-  std::vector<BlockReport> report_;
+  MpmData<T> data_;
+  std::vector<ParticleRecord<T>> rest_;  // in the order of the particles, only constants
+  std::vector<int> moved_;               // places in the order whose particles left their block, block by block
+  std::vector<BlockReport> report_;      // of the last gather, per particle block
   bool finite_ = true;
   double max_speed_ = 0;
   int64_t strays_ = 0;
@@ -120,8 +106,9 @@ class Mpm {
 template <class T>
 class Mpm<T>::Snapshot {
   friend class Mpm;
-  std::vector<Record> record_;
-  std::vector<BlockGrid::Coordinates> block_;
+  std::vector<ParticleRecord<T>> record_;
+  std::vector<int> slot_;
+  BlockGrid grid_;
 };
 
 extern template class Mpm<float>;

@@ -53,11 +53,11 @@ void collect_patch(const BlockGrid& grid, int b, const std::vector<Node<T>>& nod
 }  // namespace
 
 template <class T>
-StepAdjoint<T>::StepAdjoint(const BasicParticles<T>& particles, double dx, const Vec3d& origin,
+StepAdjoint<T>::StepAdjoint(const BasicParticles<T>& particles, const MpmData<T>& solver,
                             const std::vector<uint32_t>& bits)
-    : dx_(static_cast<T>(dx)),
-      inverse_dx_(static_cast<T>(1 / dx)),
-      origin_(origin.cast<T>()),
+    : dx_(solver.dx),
+      inverse_dx_(solver.inverse_dx),
+      origin_(solver.origin),
       kernels_(kernels<T>()),
       record_(particles.size()),
       slot_(particles.size()) {

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "physics/mpm/mpm_data.h"
 #include "physics/mpm/particles.h"
 #include "physics/mpm/step_adjoint_view.h"
 #include "physics/mpm/step_tape.h"
@@ -46,7 +47,8 @@ struct ParticleGradient {
 template <class T>
 class StepAdjoint {
  public:
-  StepAdjoint(const BasicParticles<T>& particles, double dx, const Vec3d& origin, const std::vector<uint32_t>& bits);
+  /// `solver` took the steps.
+  StepAdjoint(const BasicParticles<T>& particles, const MpmData<T>& solver, const std::vector<uint32_t>& bits);
 
   /// Sets the derivatives with respect to `state`, the state after the last step of `tape`.
   void load(const StateGradient<T>& gradient, const BasicSimulationState<T>& state, const StepTape<T>& tape);

@@ -41,7 +41,7 @@ class StepTape {
   void begin_step(T dt, const StepLoads<T>& loads, const BlockGrid& grid) {
     if (size_ == static_cast<int>(step_.size())) step_.emplace_back();
     TapeStep<T>& step = step_[size_];
-    const bool same = size_ > 0 && step_[size_ - 1].grid->version() == grid.version();
+    const bool same = size_ > 0 && step_[size_ - 1].grid->link_version() == grid.link_version();
     step.grid = same ? step_[size_ - 1].grid : std::make_shared<const BlockGrid>(grid);
     ++size_;
     step.dt = dt, step.loads = loads;

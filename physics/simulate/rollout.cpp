@@ -57,7 +57,7 @@ class Reverser {
         memory_(options.memory),
         substeps_(substeps),
         simulator_(options_, particles, interactions, summary_),
-        adjoint_(particles, simulator_.solver().cell_size(), simulator_.solver().origin(), simulator_.schedule().bits()),
+        adjoint_(particles, simulator_.solver().data(), simulator_.schedule().bits()),
         loads_(interactions.size()) {}
 
   /// From derivatives by `end` to those by `start`, one frame before it.

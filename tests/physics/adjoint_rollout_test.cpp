@@ -108,7 +108,7 @@ TEST(AdjointRollout, EqualsSimulateBitForBit) {
 TEST(AdjointRollout, EqualBitForBitForAnyNumberOfThreads) {
   Case c = on_the_ground(8);
   ASSERT_GE(c.particles.size(), 4000u);
-  c.options.simulate.fps = 250, c.options.simulate.duration = 0.008, c.options.simulate.substeps = 8;
+  c.options.simulate.fps = 500, c.options.simulate.duration = 0.004, c.options.simulate.substeps = 8;
   const int before = omp_get_max_threads();
   omp_set_num_threads(1);
   const RolloutGradient<double> one = c.gradient();

@@ -2,11 +2,12 @@
 
 #include "physics/simulate/simulate.h"
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 #include <omp.h>
 
 #include "gaussians/base/error.h"
-#include "physics/laws/elasticity.h"
+#include "physics/laws/law.h"
 #include "physics/body/make_particles.h"
 #include "physics/mpm/mpm.h"
 #include "tests/physics/shapes.h"
@@ -39,7 +40,8 @@ double potential_energy(const BasicParticles<double>& p, const State& s) {
   double sum = 0;
   for (size_t i = 0; i < s.size(); ++i) {
     const Lame<double> law = lame(p.young[i], p.poisson[i]);
-    sum += p.volume[i] * energy_density(Law::kFixedCorotated, s.F[i], law.mu, law.lambda);
+    const LawMemory<double> memory = s.memory.empty() ? LawMemory<double>{} : s.memory[i];
+    sum += p.volume[i] * energy_density({&p.material(i), law.mu, law.lambda}, s.F[i], memory);
   }
   return sum;
 }

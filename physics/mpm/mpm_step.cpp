@@ -1,0 +1,116 @@
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <memory>
+
+#include "gaussians/base/error.h"
+#include "gaussians/base/portable.h"
+#include "physics/mpm/mpm.h"
+#include "physics/mpm/team.h"
+
+namespace pliant {
+
+template <class T>
+bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<void(int)>& prepare,
+                     const std::function<bool()>& check, StepTape<T>* tape) {
+  constexpr int kParticlesPerThread = 1000;  // below this a thread costs more than it brings
+  const int useful = static_cast<int>(std::min<size_t>(data_.record.size() / kParticlesPerThread, 1024));
+  const int threads = std::clamp(omp_get_max_threads(), 1, std::max(1, useful));
+  std::exception_ptr error;
+  Queue scatter, update, gather;
+  if (tape) tape->low = data_.low, tape->high = data_.high;
+  bool going = true, good = true;
+  // What one thread does between steps.
+  const auto between = [&](int k) {
+    try {
+      if (k > 0) {
+        collect_reports();
+        good = finite_ && check();
+      }
+      going = good && k < count;
+      if (going) prepare(k);
+      if (going && tape) tape->begin_step(dt, loads, data_.grid);
+    } catch (...) {
+      error = std::current_exception(), going = false;
+    }
+    scatter.reset(), update.reset(), gather.reset();
+  };
+  std::unique_ptr<Barrier> barrier;
+#pragma omp parallel num_threads(threads)
+  {
+#pragma omp single
+    barrier = std::make_unique<Barrier>(omp_get_num_threads());
+    for (int k = 0;; ++k) {
+      if (omp_get_thread_num() == 0) between(k);
+      barrier->wait();
+      if (!going) break;
+      for (int b; (b = scatter.take()) < data_.grid.particle_blocks();) {
+        if (tape) record_block(b, tape->last());
+        scatter_block(b, dt, loads);
+      }
+      barrier->wait();
+      for (int n; (n = update.take()) < data_.grid.node_blocks();) {
+        sum_node_block(n);
+        if (tape) record_node_block(n, tape->last());
+        update_node_block(n, dt, loads), apply_conditions(n, loads);
+      }
+      barrier->wait();
+      for (int b; (b = gather.take()) < data_.grid.particle_blocks();) gather_block(b, dt);
+      barrier->wait();
+    }
+  }
+  if (error) std::rethrow_exception(error);
+  return good;
+}
+
+template <class T>
+void Mpm<T>::record_block(int b, TapeStep<T>& step) const {
+  for (int s = data_.grid.begin(b); s < data_.grid.begin(b + 1); ++s) {
+    const ParticleRecord<T>& r = data_.record[data_.grid.order()[s]];
+    TapeParticle<T>& to = step.particle[s];
+    step.index[s] = r.index;
+    std::copy_n(r.x, 3, to.x), std::copy_n(r.v, 3, to.v), std::copy_n(r.C, 9, to.C), std::copy_n(r.F, 9, to.F);
+  }
+}
+
+template <class T>
+void Mpm<T>::record_node_block(int n, TapeStep<T>& step) const {
+  const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
+  std::copy_n(data_.node.data() + first, BlockGrid::kNodes, step.node.data() + first);
+}
+
+template <class T>
+typename Mpm<T>::Snapshot Mpm<T>::save() const {
+  Snapshot snapshot;
+  snapshot.record_ = data_.record, snapshot.slot_ = data_.slot, snapshot.grid_ = data_.grid;
+  return snapshot;
+}
+
+template <class T>
+void Mpm<T>::restore(const Snapshot& snapshot) {
+  CHECK(snapshot.record_.size() == rest_.size());
+  data_.record = snapshot.record_, data_.slot = snapshot.slot_, data_.grid = snapshot.grid_;
+  fit_blocks();
+}
+
+template <class T>
+void Mpm<T>::particles_to_grid(T dt, const StepLoads<T>& loads) {
+  for (int b = 0; b < data_.grid.particle_blocks(); ++b) scatter_block(b, dt, loads);
+  for (int n = 0; n < data_.grid.node_blocks(); ++n) sum_node_block(n);
+}
+
+template <class T>
+void Mpm<T>::update_grid(T dt, const StepLoads<T>& loads) {
+  for (int n = 0; n < data_.grid.node_blocks(); ++n) update_node_block(n, dt, loads), apply_conditions(n, loads);
+}
+
+template <class T>
+void Mpm<T>::grid_to_particles(T dt) {
+  for (int b = 0; b < data_.grid.particle_blocks(); ++b) gather_block(b, dt);
+  collect_reports();
+}
+
+template class Mpm<float>;
+template class Mpm<double>;
+
+}  // namespace pliant

@@ -1,0 +1,100 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <tuple>
+
+#include "gaussians/base/random.h"
+#include "physics/mpm/block_grid.h"
+
+namespace pliant {
+namespace {
+
+using Coordinates = BlockGrid::Coordinates;
+using Key = std::tuple<int, int, int, int>;
+
+Key key(const Coordinates& c) { return {c.object, c.x, c.y, c.z}; }
+
+std::vector<Coordinates> random_blocks(int n, int objects, uint64_t seed) {
+  std::vector<Coordinates> block(n);
+  for (int i = 0; i < n; ++i) {
+    Random random(seed, i);
+    const auto along = [&] { return static_cast<int>(random.uniform(-3, 3)); };
+    block[i] = {along(), along(), along(), static_cast<int>(random.uniform(0, objects))};
+  }
+  return block;
+}
+
+/// Every particle lies in its block, blocks are sorted, and links lead there and back.
+void expect_consistent(const BlockGrid& grid, const std::vector<Coordinates>& block_of) {
+  std::set<int> seen;
+  for (int b = 0; b < grid.particle_blocks(); ++b) {
+    ASSERT_LT(grid.begin(b), grid.begin(b + 1));
+    if (b > 0) {
+      ASSERT_LT(key(grid.block(b - 1)), key(grid.block(b)));
+    }
+    for (int s = grid.begin(b); s < grid.begin(b + 1); ++s) {
+      ASSERT_EQ(block_of[grid.order()[s]], grid.block(b));
+      seen.insert(grid.order()[s]);
+    }
+    for (int o = 0; o < 8; ++o) {
+      const int n = grid.nodes_of(b)[o];
+      Coordinates expected = grid.block(b);
+      expected.x += o >> 2, expected.y += o >> 1 & 1, expected.z += o & 1;
+      ASSERT_EQ(grid.node_block(n), expected);
+      ASSERT_EQ(grid.sources_of(n)[o], b);
+    }
+  }
+  ASSERT_EQ(seen.size(), block_of.size());
+}
+
+TEST(BlockGrid, BlocksHoldTheirParticlesAndLinksLeadThereAndBack) {
+  const auto block_of = random_blocks(2000, 3, 1);
+  BlockGrid grid;
+  grid.build(block_of);
+  expect_consistent(grid, block_of);
+}
+
+TEST(BlockGrid, MovedParticlesLieWhereANewSortPutsThem) {
+  auto block_of = random_blocks(500, 2, 2);
+  BlockGrid grid;
+  grid.build(block_of);
+  for (int round = 0; round < 30; ++round) {
+    // Few moves keep the set of blocks, many change it.
+    std::vector<BlockGrid::Move> moves;
+    const double part = round % 3 == 0 ? 0.002 : 0.2;
+    for (int s = 0; s < 500; ++s) {
+      Random random(3 + round, s);
+      if (random.uniform() > part) continue;
+      Coordinates to = block_of[grid.order()[s]];
+      to.x += random.uniform() < 0.5 ? 1 : -1;
+      moves.push_back({s, to});
+    }
+    for (const auto& m : moves) block_of[grid.order()[m.place]] = m.to;
+    grid.move(moves);
+    expect_consistent(grid, block_of);
+  }
+}
+
+TEST(BlockGrid, SiblingsAreTheNodeBlocksOfAllObjectsAtTheSamePlace) {
+  BlockGrid grid;
+  grid.build(random_blocks(400, 4, 5));
+  EXPECT_TRUE(grid.has_siblings());
+  std::map<std::tuple<int, int, int>, std::set<int>> at;
+  for (int n = 0; n < grid.node_blocks(); ++n) {
+    const Coordinates& c = grid.node_block(n);
+    at[{c.x, c.y, c.z}].insert(n);
+  }
+  for (int n = 0; n < grid.node_blocks(); ++n) {
+    const Coordinates& c = grid.node_block(n);
+    std::set<int> ring = {n};
+    for (int k = grid.sibling(n); k != n; k = grid.sibling(k)) ASSERT_TRUE(ring.insert(k).second);
+    EXPECT_EQ(ring, (at[{c.x, c.y, c.z}]));
+  }
+  grid.build(random_blocks(400, 1, 5));
+  EXPECT_FALSE(grid.has_siblings());
+}
+
+}  // namespace
+}  // namespace pliant
