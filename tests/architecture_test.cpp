@@ -95,25 +95,27 @@ TEST(Architecture, EveryIncludeIsPermitted) {
 // the linker may keep the version that older processors cannot run.  So all functions of the files that are compiled
 // for an instruction set carry its namespace.
 TEST(Architecture, CodeForAnInstructionSetHasNoNamesThatOtherFilesShare) {
-  const std::string command = "nm -A -C --defined-only " PLIANT_RENDER_LIBRARY " 2>/dev/null";
-  FILE* pipe = popen(command.c_str(), "r");
-  ASSERT_NE(pipe, nullptr);
-  std::string listing;
-  char buffer[4096];
-  while (const size_t n = fread(buffer, 1, sizeof buffer, pipe)) listing.append(buffer, n);
-  if (pclose(pipe) != 0) GTEST_SKIP() << "nm is not installed";
-  std::istringstream lines(listing);
-  int functions = 0;
-  const std::regex symbol(R"(blend_(baseline|avx2)\.cpp\.o:\S+ ([A-Za-z]) (.*))");
-  for (std::string line; std::getline(lines, line);) {
-    std::smatch match;
-    if (!std::regex_search(line, match, symbol)) continue;
-    const std::string kind = match[2], name = match[3];
-    if (kind != "W" && kind != "V" && kind != "u" && kind != "T") continue;
-    ++functions;
-    EXPECT_NE(name.find("pliant::" + match[1].str() + "::"), std::string::npos) << line;
+  for (const char* library : {PLIANT_RENDER_LIBRARY, PLIANT_MPM_LIBRARY}) {
+    const std::string command = std::string("nm -A -C --defined-only ") + library + " 2>/dev/null";
+    FILE* pipe = popen(command.c_str(), "r");
+    ASSERT_NE(pipe, nullptr);
+    std::string listing;
+    char buffer[4096];
+    while (const size_t n = fread(buffer, 1, sizeof buffer, pipe)) listing.append(buffer, n);
+    if (pclose(pipe) != 0) GTEST_SKIP() << "nm is not installed";
+    std::istringstream lines(listing);
+    int functions = 0;
+    const std::regex symbol(R"(_(baseline|avx2)\.cpp\.o:\S+ ([A-Za-z]) (.*))");
+    for (std::string line; std::getline(lines, line);) {
+      std::smatch match;
+      if (!std::regex_search(line, match, symbol)) continue;
+      const std::string kind = match[2], name = match[3];
+      if (kind != "W" && kind != "V" && kind != "u" && kind != "T") continue;
+      ++functions;
+      EXPECT_NE(name.find("pliant::" + match[1].str() + "::"), std::string::npos) << line;
+    }
+    EXPECT_GT(functions, 10) << library;
   }
-  EXPECT_GT(functions, 10);
 }
 
 TEST(Architecture, TopLevelIsTheAgreedOne) {

@@ -6,9 +6,18 @@
 #include "gaussians/base/error.h"
 
 namespace pliant {
+namespace {
+
+StressKind stress_kind(Law law) {
+  if (law == Law::kFixedCorotated) return StressKind::kFixedCorotated;
+  return law == Law::kNeoHookean ? StressKind::kNeoHookean : StressKind::kGiven;
+}
+
+}  // namespace
 
 template <class T>
-Mpm<T>::Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin) : rest_(particles.size()) {
+Mpm<T>::Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin)
+    : rest_(particles.size()), kernels_(&mpm_kernels<T>(best_instruction_set())) {
   data_.dx = static_cast<T>(dx), data_.inverse_dx = static_cast<T>(1 / dx);
   data_.origin = origin.cast<T>();
   for (size_t i = 0; i < particles.size(); ++i) {
@@ -19,6 +28,10 @@ Mpm<T>::Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin) 
     r.index = static_cast<int>(i);
     r.material = particles.material_index.empty() ? 0 : particles.material_index[i];
     r.object = particles.object.empty() ? 0 : particles.object[i];
+    const StressKind kind = stress_kind(particles.material(i).law);
+    r.stress_kind = static_cast<T>(static_cast<int>(kind));
+    if (i == 0) uniform_ = kind;
+    if (kind != uniform_) uniform_ = StressKind::kGiven;
   }
 }
 
@@ -96,11 +109,11 @@ void Mpm<T>::collect_reports() {
   T speed = 0;
   std::vector<BlockGrid::Move> moves;
   for (int b = 0; b < data_.grid.particle_blocks(); ++b) {
-    const BlockReport& r = report_[b];
+    const GatherReport<T>& r = report_[b];
     finite_ &= r.finite, strays_ += r.strays;
     speed = std::max(speed, r.max_speed_squared);
     for (int m = 0; m < r.moves && finite_; ++m) {
-      const int place = moved_[data_.grid.begin(b) + m];
+      const int begin = data_.grid.begin(b), place = begin + moved_[begin + m];
       moves.push_back({place, block_of(data_.record[data_.grid.order()[place]])});
     }
   }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "physics/mpm/kernels.h"
 #include "physics/mpm/mpm_data.h"
 #include "physics/mpm/particles.h"
 #include "physics/mpm/step_loads.h"
@@ -77,14 +78,9 @@ class Mpm {
   const MpmData<T>& data() const { return data_; }
 
  private:
-  struct BlockReport {
-    T max_speed_squared;
-    int strays, moves;
-    bool finite;
-  };
-
   BlockGrid::Coordinates block_of(const ParticleRecord<T>& r) const;
   void fit_blocks();
+  void apply_body_loads(int b, T dt, const StepLoads<T>& loads);
   void scatter_block(int b, T dt, const StepLoads<T>& loads);
   void sum_node_block(int n);
   void update_node_block(int n, T dt, const StepLoads<T>& loads);
@@ -96,8 +92,10 @@ class Mpm {
 
   MpmData<T> data_;
   std::vector<ParticleRecord<T>> rest_;  // in the order of the particles, only constants
-  std::vector<int> moved_;               // places in the order whose particles left their block, block by block
-  std::vector<BlockReport> report_;      // of the last gather, per particle block
+  std::vector<int> moved_;               // places in their block of the particles that left it, block by block
+  std::vector<GatherReport<T>> report_;  // of the last gather, per particle block
+  const MpmKernels<T>* kernels_;
+  StressKind uniform_;  // law of all particles if a kernel for it alone will do, else kGiven
   bool finite_ = true;
   double max_speed_ = 0;
   int64_t strays_ = 0;

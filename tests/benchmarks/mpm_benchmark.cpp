@@ -1,0 +1,137 @@
+// Speed of the material point method on cubes of a stated recipe: particles at random places, 8 to a cell on average,
+// E = 1e5 Pa, nu = 0.3, rho = 1000 kg/m^3, falling freely; 10k in 32^3, 100k in 64^3, 1M in 128^3 cells.  Beside each
+// rate: nanoseconds per particle of the parts of a step on one thread, and the shares of the limits that the machine's
+// multiply-add peak and memory bandwidth, measured in the same run, set for that work.
+//
+//   mpm_benchmark --benchmark_repetitions=5 --benchmark_report_aggregates_only=true
+
+#include <benchmark/benchmark.h>
+#include <omp.h>
+
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <memory>
+
+#include "gaussians/base/memory.h"
+#include "gaussians/base/random.h"
+#include "physics/mpm/mpm.h"
+#include "tests/benchmarks/machine_limits.h"
+
+namespace pliant {
+namespace {
+
+// Least work of one particle in one step: operations with a fused one counting as two (weights twice 60, stress and
+// affine terms 110, scatter 351, gather 360, update 70), and bytes of its record read twice and written once.
+constexpr double kFlops = 950, kCorotatedFlops = 400, kBytes = 128 + 2 * 192;
+
+struct Subject {
+  BasicParticles<float> particles;
+  BasicSimulationState<float> state;
+  std::unique_ptr<Mpm<float>> solver;
+  StepLoads<float> loads;
+  float dt = 0;
+};
+
+Subject make_subject(int n, Law law) {
+  Subject s;
+  const int grid = n > 500'000 ? 128 : n > 50'000 ? 64 : 32;
+  const double dx = 1.0 / grid, side = dx * std::cbrt(n / 8.0);
+  BasicParticles<float>& p = s.particles;
+  p.materials[0].law = law;
+  for (int i = 0; i < n; ++i) {
+    Random random(1, i);
+    p.position.emplace_back(0.5 + side * random.uniform(-0.5, 0.5), 0.5 + side * random.uniform(-0.5, 0.5),
+                            0.5 + side * random.uniform(-0.5, 0.5));
+  }
+  const float volume = static_cast<float>(side * side * side / n);
+  p.volume.assign(n, volume), p.mass.assign(n, 1000 * volume);
+  p.young.assign(n, 1e5f), p.poisson.assign(n, 0.3f);
+  p.cell_size = static_cast<float>(dx);
+  s.state = initial_state(p);
+  s.loads.gravity = Vec3<float>(0, 0, -9.81f);
+  s.dt = 1e-4f * 64 / static_cast<float>(grid);
+  s.solver = std::make_unique<Mpm<float>>(p, dx, Vec3d::Zero());
+  s.solver->load(s.state, Vec3d::Constant(-10), Vec3d::Constant(10));
+  return s;
+}
+
+Subject& subject(int n, Law law) {
+  static std::map<std::pair<int, Law>, Subject> all;
+  const auto [it, is_new] = all.try_emplace({n, law});
+  if (is_new) it->second = make_subject(n, law);
+  return it->second;
+}
+
+const MachineLimits& limits(int threads) {
+  static std::map<int, MachineLimits> all;
+  const auto [it, is_new] = all.try_emplace(threads);
+  if (is_new) it->second = measure_machine(threads);
+  return it->second;
+}
+
+void advance(Subject& s, int steps) {
+  s.solver->advance(steps, s.dt, s.loads, [](int) {}, [] { return true; });
+}
+
+// Arguments: particles, law, threads.
+void step(benchmark::State& state) {
+  const int n = static_cast<int>(state.range(0)), threads = static_cast<int>(state.range(2));
+  const Law law = static_cast<Law>(state.range(1));
+  Subject& s = subject(n, law);
+  omp_set_num_threads(threads);
+  const int steps = std::max(2, 2'000'000 / n);
+  advance(s, steps);
+  for (auto _ : state) advance(s, steps);
+  const MachineLimits& machine = limits(threads);
+  const double done = static_cast<double>(n) * steps * static_cast<double>(state.iterations());
+  const double flops = kFlops + (law == Law::kFixedCorotated ? kCorotatedFlops : 0);
+  const auto rate = [&](double x) { return benchmark::Counter(x, benchmark::Counter::kIsRate); };
+  state.counters["Mp/s"] = rate(done * 1e-6);
+  state.counters["fma_share"] = rate(done * flops / (machine.fma_gflops * 1e9));
+  state.counters["byte_share"] = rate(done * kBytes / (machine.copy_gb_s * 1e9));
+  state.counters["fma_GF"] = machine.fma_gflops;
+  state.counters["copy_GB/s"] = machine.copy_gb_s;
+}
+
+void phases(benchmark::State& state) {
+  const int n = static_cast<int>(state.range(0));
+  Subject& s = subject(n, static_cast<Law>(state.range(1)));
+  omp_set_num_threads(1);
+  double seconds[3] = {};
+  const auto now = [] { return std::chrono::steady_clock::now(); };
+  const auto timed = [&](double& sum, auto&& part) {
+    const auto begin = now();
+    part();
+    sum += std::chrono::duration<double>(now() - begin).count();
+  };
+  for (auto _ : state) {
+    timed(seconds[0], [&] { s.solver->particles_to_grid(s.dt, s.loads); });
+    timed(seconds[1], [&] { s.solver->update_grid(s.dt, s.loads); });
+    timed(seconds[2], [&] { s.solver->grid_to_particles(s.dt); });
+  }
+  const double done = static_cast<double>(n) * static_cast<double>(state.iterations()) * 1e-9;
+  state.counters["scatter_ns"] = seconds[0] / done;
+  state.counters["nodes_ns"] = seconds[1] / done;
+  state.counters["gather_ns"] = seconds[2] / done;
+}
+
+void sizes(benchmark::internal::Benchmark* b, bool threads_too) {
+  for (int n : {10'000, 100'000, 1'000'000})
+    for (Law law : {Law::kNeoHookean, Law::kFixedCorotated})
+      for (int threads = 1; threads <= (threads_too ? 2 : 1); ++threads) b->Args({n, static_cast<int>(law), threads});
+  b->ArgNames({"particles", "law", "threads"})->Unit(benchmark::kMillisecond)->UseRealTime();
+}
+BENCHMARK(step)->Apply([](auto* b) { sizes(b, true); });
+BENCHMARK(phases)->Apply([](auto* b) { sizes(b, false); });
+
+}  // namespace
+}  // namespace pliant
+
+int main(int argc, char** argv) {
+  pliant::keep_freed_memory();
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}
