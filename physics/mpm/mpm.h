@@ -48,9 +48,13 @@ class Mpm {
   Snapshot save() const;
   void restore(const Snapshot& snapshot);
   /// Bytes of a snapshot, and of one step on a tape with the present blocks.
-  size_t snapshot_bytes() const { return data_.record.size() * (sizeof(ParticleRecord<T>) + 2 * sizeof(int)); }
+  size_t snapshot_bytes() const {
+    return data_.record.size() * (sizeof(ParticleRecord<T>) + 2 * sizeof(int)) +
+           data_.side.size() * (sizeof(LawSide<T>) + 6 * sizeof(T));
+  }
   size_t tape_bytes() const {
-    return data_.record.size() * (sizeof(TapeParticle<T>) + sizeof(int)) + data_.node.size() * sizeof(Node<T>);
+    return data_.record.size() * (sizeof(TapeParticle<T>) + sizeof(int)) + data_.node.size() * sizeof(Node<T>) +
+           data_.side.size() * (sizeof(LawMemory<T>) + 6 * sizeof(T));
   }
 
   /// The three parts of a step, on one thread.
@@ -78,8 +82,12 @@ class Mpm {
   const MpmData<T>& data() const { return data_; }
 
  private:
-  BlockGrid::Coordinates block_of(const ParticleRecord<T>& r) const;
+  BlockGrid::Coordinates block_of(const T* x, int object) const;
+  void load_record(int i, const BasicSimulationState<T>& state, ParticleRecord<T>& r);
   void fit_blocks();
+  void sort_cells(int b);
+  void apply_laws(int b, T dt);
+  void set_given_stress(const ParticleRecord<T>& r, const Mat3<T>& F);
   void apply_body_loads(int b, T dt, const StepLoads<T>& loads);
   void scatter_block(int b, T dt, const StepLoads<T>& loads);
   void sum_node_block(int n);
@@ -107,6 +115,8 @@ class Mpm<T>::Snapshot {
   std::vector<ParticleRecord<T>> record_;
   std::vector<int> slot_;
   BlockGrid grid_;
+  std::vector<LawSide<T>> side_;
+  std::vector<T> given_stress_;
 };
 
 extern template class Mpm<float>;
