@@ -1,75 +1,37 @@
 #include "physics/mpm/step_adjoint.h"
 
 #include <algorithm>
-#include <cmath>
 #include <exception>
 #include <memory>
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
-#include "physics/laws/pack.h"
-#include "physics/mpm/node_update_adjoint.h"
 #include "physics/mpm/team.h"
 
 namespace pliant {
-namespace adjoint_baseline {
-extern const AdjointKernels<float> kAdjointFloat;
-extern const AdjointKernels<double> kAdjointDouble;
-}  // namespace adjoint_baseline
-
-namespace {
-
-constexpr int kPatch = BlockGrid::kPatch, kSide = BlockGrid::kSide;
 
 template <class T>
-const AdjointKernels<T>& kernels();
-template <>
-const AdjointKernels<float>& kernels<float>() {
-  return adjoint_baseline::kAdjointFloat;
-}
-template <>
-const AdjointKernels<double>& kernels<double>() {
-  return adjoint_baseline::kAdjointDouble;
-}
-
-/// Rows of nodes that a patch shares with the node block at offset o: call(node in the patch, node in the block, count).
-template <class Call>
-void for_shared_rows(int o, Call&& call) {
-  const int ox = (o >> 2) * kSide, oy = (o >> 1 & 1) * kSide, oz = (o & 1) * kSide;
-  const int ex = ox ? 2 : kSide, ey = oy ? 2 : kSide, ez = oz ? 2 : kSide;
-  for (int i = 0; i < ex; ++i)
-    for (int j = 0; j < ey; ++j) call(((i + ox) * kPatch + j + oy) * kPatch + oz, (i * kSide + j) * kSide, ez);
-}
-
-/// The nodes of a particle block's patch, out of its eight node blocks.
-template <class T>
-void collect_patch(const BlockGrid& grid, int b, const std::vector<Node<T>>& nodes, Node<T>* patch) {
-  for (int o = 0; o < 8; ++o) {
-    const Node<T>* from = nodes.data() + static_cast<size_t>(grid.nodes_of(b)[o]) * BlockGrid::kNodes;
-    for_shared_rows(o, [&](int p, int n, int count) { std::copy_n(from + n, count, patch + p); });
-  }
-}
-
-}  // namespace
-
-template <class T>
-StepAdjoint<T>::StepAdjoint(const BasicParticles<T>& particles, const MpmData<T>& solver,
-                            const std::vector<uint32_t>& bits)
-    : dx_(solver.dx),
-      inverse_dx_(solver.inverse_dx),
-      origin_(solver.origin),
-      kernels_(kernels<T>()),
+StepAdjoint<T>::StepAdjoint(const BasicParticles<T>& particles, const MpmData<T>& solver)
+    : particles_(particles),
+      solver_(solver),
+      forward_(mpm_kernels<T>(best_instruction_set())),
+      kernels_(adjoint_kernels<T>(best_instruction_set())),
       record_(particles.size()),
       slot_(particles.size()) {
-  for (size_t i = 0; i < particles.size(); ++i) {
-    const Lame<T> law = lame(particles.young[i], particles.poisson[i]);
-    AdjointRecord<T>& r = record_[i];
-    r = {};
-    r.mass = particles.mass[i], r.volume = particles.volume[i], r.mu = law.mu, r.lambda = law.lambda;
-    r.bits = bits[i];
-    r.index = static_cast<int>(i);
-    slot_[i] = static_cast<int>(i);
+  for (size_t i = 0; i < record_.size(); ++i) {
+    record_[i] = {};
+    record_[i].index = slot_[i] = static_cast<int>(i);
   }
+}
+
+template <class T>
+void StepAdjoint<T>::set_constants(AdjointRecord<T>& r, const ParticleRecord<T>& of) const {
+  r.mass = of.mass, r.volume = of.volume, r.mu = of.mu, r.lambda = of.lambda;
+  r.shear_viscosity = of.shear_viscosity, r.bulk_viscosity = of.bulk_viscosity;
+  r.damping_rate = of.damping_rate, r.stress_kind = of.stress_kind;
+  r.bits = of.bits, r.material = of.material, r.side = of.side;
+  const Material& material = particles_.materials[of.material];
+  r.viscosity_time = material.law == Law::kFluid ? T(0) : static_cast<T>(material.viscosity_time);
 }
 
 template <class T>
@@ -81,26 +43,39 @@ void StepAdjoint<T>::load(const StateGradient<T>& gradient, const BasicSimulatio
   std::vector<AdjointRecord<T>> sorted(record_.size());
   for (size_t s = 0; s < record_.size(); ++s) sorted[s] = record_[slot_[last.index[s]]];
   record_ = std::move(sorted);
+  memory_.assign(solver_.side.size(), {});
+  uniform_ = static_cast<StressKind>(static_cast<int>(solver_.record[0].stress_kind));
   for (size_t s = 0; s < record_.size(); ++s) {
     AdjointRecord<T>& r = record_[s];
     const int i = r.index;
     slot_[i] = static_cast<int>(s);
-    r.put_back = 0;
+    set_constants(r, solver_.record[solver_.slot[i]]);
+    const bool plain = r.shear_viscosity == T(0) && r.bulk_viscosity == T(0) && r.damping_rate == T(0);
+    if (!plain || r.stress_kind != static_cast<T>(static_cast<int>(uniform_))) uniform_ = StressKind::kGiven;
+    int put_back = 0;
     for (int a = 0; a < 3; ++a) {
       r.x[a] = gradient.x[i][a], r.v[a] = gradient.v[i][a];
       r.v_after[a] = state.v[i][a];
-      r.put_back |= static_cast<uint32_t>(state.x[i][a] == tape.low[a] || state.x[i][a] == tape.high[a]) << a;
+      put_back |= (state.x[i][a] == tape.low[a] || state.x[i][a] == tape.high[a]) << a;
       for (int c = 0; c < 3; ++c) {
         r.C[3 * a + c] = gradient.C[i](a, c), r.F[3 * a + c] = gradient.F[i](a, c);
         r.C_after[3 * a + c] = state.C[i](a, c);
       }
     }
+    r.put_back = static_cast<T>(put_back);
+    if (gradient.memory.empty()) continue;
+    if (r.side >= 0) memory_[r.side] = gradient.memory[i];
+    // Without a memory the elastic part is the whole.
+    if (r.side >= 0 && has_memory(particles_.materials[r.material].law)) continue;
+    for (int k = 0; k < 9; ++k) r.F[k] += gradient.memory[i].F_total(k / 3, k % 3);
   }
 }
 
 template <class T>
 void StepAdjoint<T>::store(StateGradient<T>& gradient) const {
+  gradient.memory.assign(memory_.empty() ? 0 : record_.size(), {});
   for (const AdjointRecord<T>& r : record_) {
+    if (r.side >= 0 && has_memory(particles_.materials[r.material].law)) gradient.memory[r.index] = memory_[r.side];
     for (int a = 0; a < 3; ++a) {
       gradient.x[r.index][a] = r.x[a], gradient.v[r.index][a] = r.v[a];
       for (int c = 0; c < 3; ++c)
@@ -144,9 +119,13 @@ void StepAdjoint<T>::motion_adjoint(const TapeStep<T>& step, std::span<const int
 template <class T>
 ParticleGradient<T> StepAdjoint<T>::particle_gradient() const {
   const size_t n = record_.size();
-  ParticleGradient<T> result{std::vector<T>(n), std::vector<T>(n), std::vector<T>(n)};
-  for (const AdjointRecord<T>& r : record_)
+  ParticleGradient<T> result;
+  for (std::vector<T>* field : {&result.mass, &result.mu, &result.lambda, &result.viscosity_time, &result.damping_rate})
+    field->resize(n);
+  for (const AdjointRecord<T>& r : record_) {
     result.mass[r.index] = r.by_mass, result.mu[r.index] = r.by_mu, result.lambda[r.index] = r.by_lambda;
+    result.viscosity_time[r.index] = r.by_viscosity_time, result.damping_rate[r.index] = r.by_damping_rate;
+  }
   return result;
 }
 
@@ -157,107 +136,19 @@ size_t StepAdjoint<T>::bytes() const {
 }
 
 template <class T>
-AdjointView<T> StepAdjoint<T>::view_of(const StepTape<T>& tape, const TapeStep<T>& step) {
-  AdjointView<T> view{};
-  view.dt = step.dt, view.dx = dx_, view.inverse_dx = inverse_dx_, view.viscosity_time = step.loads.viscosity_time;
-  for (int a = 0; a < 3; ++a) view.origin[a] = origin_[a], view.low[a] = tape.low[a], view.high[a] = tape.high[a];
-  view.particle = step.particle.data(), view.index = step.index.data(), view.slot = slot_.data();
-  view.record = record_.data();
-  body_.clear();
-  for (const BodyLoad<T>& load : step.loads.body)
-    body_.push_back({load.bit, {load.acceleration[0], load.acceleration[1], load.acceleration[2]}, load.drag});
-  view.body = body_.data(), view.bodies = static_cast<int>(body_.size());
-  const BlockGrid& grid = *step.grid;
-  velocity_.resize(step.node.size()), adj_node_.resize(step.node.size());
-  patch_.resize(static_cast<size_t>(grid.particle_blocks()) * BlockGrid::kPatchNodes);
-  block_sums_.resize(static_cast<size_t>(grid.particle_blocks()) * kAdjointSums(view.bodies));
-  node_sums_.resize(grid.node_blocks());
-  return view;
-}
-
-template <class T>
-NodeBlock<T> StepAdjoint<T>::node_block(const BlockGrid& grid, std::vector<Node<T>>& nodes, int n) const {
-  const BlockGrid::Coordinates& block = grid.node_block(n);
-  const double dx = dx_;
-  return {nodes.data() + static_cast<size_t>(n) * BlockGrid::kNodes,
-          origin_.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z), dx};
-}
-
-template <class T>
-void StepAdjoint<T>::find_velocities(const TapeStep<T>& step, int n) {
-  const NodeBlock<T> block = node_block(*step.grid, velocity_, n);
-  node_velocities(step.dt, step.loads, step.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, block.node);
-  apply_node_conditions(step.loads, block);
-}
-
-template <class T>
-void StepAdjoint<T>::reverse_gather(const TapeStep<T>& step, const AdjointView<T>& view, int b) {
-  alignas(64) Node<T> velocity[BlockGrid::kPatchNodes];
-  collect_patch(*step.grid, b, velocity_, velocity);
-  Node<T>* patch = patch_.data() + static_cast<size_t>(b) * BlockGrid::kPatchNodes;
-  std::fill_n(patch, BlockGrid::kPatchNodes, Node<T>{});
-  kernels_.gather(view, step.begin[b], step.begin[b + 1], velocity, patch);
-}
-
-template <class T>
-void StepAdjoint<T>::reverse_update(const TapeStep<T>& step, int n) {
-  const NodeBlock<T> block = node_block(*step.grid, adj_node_, n);
-  std::fill_n(block.node, BlockGrid::kNodes, Node<T>{});
-  for (int o = 0; o < 8; ++o) {
-    const int source = step.grid->sources_of(n)[o];
-    if (source < 0) continue;
-    const Node<T>* patch = patch_.data() + static_cast<size_t>(source) * BlockGrid::kPatchNodes;
-    for_shared_rows(o, [&](int p, int to, int count) {
-      for (int k = 0; k < count; ++k)
-        reinterpret_cast<Pack<T>&>(block.node[to + k].lane) += reinterpret_cast<const Pack<T>&>(patch[p + k].lane);
-    });
-  }
-  node_sums_[n] = {};
-  reverse_node_update(step.dt, step.loads, block, step.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes,
-                      node_sums_[n]);
-}
-
-template <class T>
-void StepAdjoint<T>::reverse_scatter(const TapeStep<T>& step, const AdjointView<T>& view, int b) {
-  alignas(64) Node<T> patch[BlockGrid::kPatchNodes];
-  collect_patch(*step.grid, b, adj_node_, patch);
-  const int count = kAdjointSums(view.bodies);
-  double* sums = block_sums_.data() + static_cast<size_t>(b) * count;
-  std::fill_n(sums, count, 0.0);
-  kernels_.scatter(view, step.begin[b], step.begin[b + 1], patch, sums);
-}
-
-template <class T>
-StepLoadsGradient StepAdjoint<T>::sum_loads(const TapeStep<T>& step) const {
-  StepLoadsGradient sum;
-  for (const StepLoadsGradient& s : node_sums_) sum.gravity += s.gravity, sum.velocity_scale += s.velocity_scale;
-  const int count = kAdjointSums(static_cast<int>(step.loads.body.size()));
-  sum.body.resize(step.loads.body.size());
-  for (size_t first = 0; first < block_sums_.size(); first += count) {
-    const double* s = block_sums_.data() + first;
-    sum.viscosity_time += s[0];
-    for (size_t l = 0; l < sum.body.size(); ++l) {
-      sum.body[l].acceleration += Vec3d(s[1 + 4 * l], s[2 + 4 * l], s[3 + 4 * l]);
-      sum.body[l].drag += s[4 + 4 * l];
-    }
-  }
-  return sum;
-}
-
-template <class T>
 void StepAdjoint<T>::reverse(const StepTape<T>& tape, const std::function<void(int, const StepLoadsGradient&)>& loads) {
   constexpr int kParticlesPerThread = 1000;  // below this a thread costs more than it brings
   const int useful = static_cast<int>(std::min<size_t>(record_.size() / kParticlesPerThread, 1024));
   const int threads = std::clamp(omp_get_max_threads(), 1, std::max(1, useful));
   std::exception_ptr error;
   Queue forward, gather, update, scatter;
-  AdjointView<T> view;
   bool going = true;
+  // What one thread does between steps.
   const auto between = [&](int k) {
     try {
       if (k + 1 < tape.size()) loads(k + 1, sum_loads(tape[k + 1]));
       going = k >= 0;
-      if (going) view = view_of(tape, tape[k]);
+      if (going) begin_step(tape, tape[k]);
     } catch (...) {
       error = std::current_exception(), going = false;
     }
@@ -276,11 +167,11 @@ void StepAdjoint<T>::reverse(const StepTape<T>& tape, const std::function<void(i
       const int blocks = step.grid->particle_blocks(), node_blocks = step.grid->node_blocks();
       for (int n; (n = forward.take()) < node_blocks;) find_velocities(step, n);
       barrier->wait();
-      for (int b; (b = gather.take()) < blocks;) reverse_gather(step, view, b);
+      for (int b; (b = gather.take()) < blocks;) reverse_gather(step, b);
       barrier->wait();
       for (int n; (n = update.take()) < node_blocks;) reverse_update(step, n);
       barrier->wait();
-      for (int b; (b = scatter.take()) < blocks;) reverse_scatter(step, view, b);
+      for (int b; (b = scatter.take()) < blocks;) reverse_scatter(step, b);
       barrier->wait();
     }
   }

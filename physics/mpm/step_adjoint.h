@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "physics/mpm/kernels.h"
 #include "physics/mpm/mpm_data.h"
 #include "physics/mpm/particles.h"
 #include "physics/mpm/step_adjoint_view.h"
@@ -11,15 +12,23 @@
 
 namespace pliant {
 
+/// Derivatives of a scalar L with respect to what a particle remembers.
+template <class T>
+struct MemoryGradient {
+  Mat3<T> F_total = Mat3<T>::Zero(), F_viscous = Mat3<T>::Zero();
+  T history = 0;
+};
+
 /// Derivatives of a scalar L with respect to a state.
 template <class T>
 struct StateGradient {
   std::vector<Vec3<T>> x, v;  ///< [N, 3]
   std::vector<Mat3<T>> C, F;  ///< [N, 3, 3]
+  std::vector<MemoryGradient<T>> memory = {};  ///< [N] or empty = zero
 
   static StateGradient zero(size_t n) {
     return {std::vector<Vec3<T>>(n, Vec3<T>::Zero()), std::vector<Vec3<T>>(n, Vec3<T>::Zero()),
-            std::vector<Mat3<T>>(n, Mat3<T>::Zero()), std::vector<Mat3<T>>(n, Mat3<T>::Zero())};
+            std::vector<Mat3<T>>(n, Mat3<T>::Zero()), std::vector<Mat3<T>>(n, Mat3<T>::Zero()), {}};
   }
 };
 
@@ -30,15 +39,17 @@ struct StepLoadsGradient {
     double drag = 0;
   };
   Vec3d gravity = Vec3d::Zero();
-  double velocity_scale = 0, viscosity_time = 0;
+  double velocity_scale = 0;
   std::vector<Body> body;  ///< in the order of StepLoads::body
 };
 
 /// Derivatives of L with respect to the constants of the particles, over all steps gone back through.
 template <class T>
 struct ParticleGradient {
-  std::vector<T> mass;        ///< [N] at fixed volume
-  std::vector<T> mu, lambda;  ///< [N] Lame parameters
+  std::vector<T> mass;            ///< [N] at fixed volume
+  std::vector<T> mu, lambda;      ///< [N] Lame parameters
+  std::vector<T> viscosity_time;  ///< [N] Kelvin-Voigt, of the loads and of the material together
+  std::vector<T> damping_rate;    ///< [N] of the material
 };
 
 /// Goes back through recorded steps of `Mpm`: the exact derivative of each line of a step, by hand.  Sums are taken in
@@ -47,8 +58,8 @@ struct ParticleGradient {
 template <class T>
 class StepAdjoint {
  public:
-  /// `solver` took the steps.
-  StepAdjoint(const BasicParticles<T>& particles, const MpmData<T>& solver, const std::vector<uint32_t>& bits);
+  /// `solver` takes the steps; both must outlive this.
+  StepAdjoint(const BasicParticles<T>& particles, const MpmData<T>& solver);
 
   /// Sets the derivatives with respect to `state`, the state after the last step of `tape`.
   void load(const StateGradient<T>& gradient, const BasicSimulationState<T>& state, const StepTape<T>& tape);
@@ -71,25 +82,33 @@ class StepAdjoint {
   size_t bytes() const;
 
  private:
-  AdjointView<T> view_of(const StepTape<T>& tape, const TapeStep<T>& step);
+  void set_constants(AdjointRecord<T>& record, const ParticleRecord<T>& of) const;
+  void begin_step(const StepTape<T>& tape, const TapeStep<T>& step);
+  AdjointRun<T> run_of(const TapeStep<T>& step, int b) const;
+  NodeBlock<T> node_block(const TapeStep<T>& step, std::vector<Node<T>>& nodes, int n) const;
   void find_velocities(const TapeStep<T>& step, int n);
-  void reverse_gather(const TapeStep<T>& step, const AdjointView<T>& view, int b);
+  void reverse_return_maps(const TapeStep<T>& step, int b);
+  void reverse_gather(const TapeStep<T>& step, int b);
   void reverse_update(const TapeStep<T>& step, int n);
-  void reverse_scatter(const TapeStep<T>& step, const AdjointView<T>& view, int b);
+  void reverse_scatter(const TapeStep<T>& step, int b);
+  void reverse_given_stress(const TapeStep<T>& step, int b, const T* by_stress);
   StepLoadsGradient sum_loads(const TapeStep<T>& step) const;
-  NodeBlock<T> node_block(const BlockGrid& grid, std::vector<Node<T>>& nodes, int n) const;
 
-  T dx_, inverse_dx_;
-  Vec3<T> origin_;
+  const BasicParticles<T>& particles_;
+  const MpmData<T>& solver_;
+  const MpmKernels<T>& forward_;
   const AdjointKernels<T>& kernels_;
-  std::vector<AdjointRecord<T>> record_;  // in block order of the last step loaded
-  std::vector<int> slot_;                 // of particle i in record_
-  std::vector<int> place_;                // of particle i in the step of `motion_of`
-  std::vector<PlainBodyLoad<T>> body_;    // of the present step
-  std::vector<Node<T>> velocity_;         // [node blocks, 4, 4, 4] after the update
-  std::vector<Node<T>> patch_;            // [particle blocks, 6, 6, 6] derivatives by them
-  std::vector<Node<T>> adj_node_;         // [node blocks, 4, 4, 4] summed; then by momentum and mass
-  std::vector<double> block_sums_;        // [particle blocks, kAdjointSums]
+  StressKind uniform_;                     // law of all particles, or kGiven
+  std::vector<AdjointRecord<T>> record_;   // in block order of the last step loaded
+  std::vector<MemoryGradient<T>> memory_;  // by ParticleRecord::side
+  std::vector<int> slot_;                  // of particle i in record_
+  std::vector<int> place_;                 // of particle i in the step of `motion_of`
+  AdjointRun<T> run_;                      // what the blocks of the present step have in common
+  std::vector<PlainBodyLoad<T>> body_;     // of the present step
+  std::vector<Node<T>> velocity_;          // [node blocks, 4, 4, 4] after the update
+  std::vector<Node<T>> patch_;             // [particle blocks, 6, 6, 6] derivatives by them
+  std::vector<Node<T>> adj_node_;          // [node blocks, 4, 4, 4] summed; then by momentum and mass
+  std::vector<double> block_sums_;         // [particle blocks, body loads, 4]
   std::vector<StepLoadsGradient> node_sums_;  // [node blocks]
 };
 

@@ -1,2 +1,2 @@
-#define PLIANT_ISA adjoint_baseline
+#define PLIANT_ISA baseline
 #include "physics/mpm/step_adjoint_table.h"

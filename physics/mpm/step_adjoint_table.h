@@ -1,12 +1,19 @@
 #pragma once
 
-// Defines the kernels' table of one instruction set.
-
-#include "physics/mpm/step_adjoint_kernels.h"
+#include "physics/mpm/gather_adjoint_kernels.h"
+#include "physics/mpm/scatter_adjoint_kernels.h"
 
 namespace pliant::PLIANT_ISA {
 
-extern const AdjointKernels<float> kAdjointFloat = {reverse_gather<float>, reverse_scatter<float>};
-extern const AdjointKernels<double> kAdjointDouble = {reverse_gather<double>, reverse_scatter<double>};
+template <class T>
+const AdjointKernels<T>& adjoint_kernels() {
+  static constexpr AdjointKernels<T> kKernels = {
+      reverse_gather<T>,
+      {reverse_scatter_fixed_corotated<T>, reverse_scatter_neo_hookean<T>, reverse_scatter_any<T>}};
+  return kKernels;
+}
+
+template const AdjointKernels<float>& adjoint_kernels<float>();
+template const AdjointKernels<double>& adjoint_kernels<double>();
 
 }  // namespace pliant::PLIANT_ISA

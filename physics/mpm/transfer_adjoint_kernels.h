@@ -1,134 +1,170 @@
 #pragma once
 
-// Transfers of one particle in the reverse direction.  Included with PLIANT_ISA set to the namespace of the code.
+#include "physics/mpm/record_packs.h"
 
-#include "physics/laws/pack.h"
-#include "physics/mpm/block_grid.h"
-#include "physics/mpm/bspline.h"
+// Transfers of one particle in the reverse direction: gather and scatter change places, and the weights have slopes.
 
 namespace pliant::PLIANT_ISA {
 
-#define PLIANT_INLINE inline __attribute__((always_inline))
-
-/// Splines under a particle in a patch of 6 x 6 x 6 nodes, and the number of its lowest node.
+/// Splines of a pack of particles laid out for one lane at a time: weights along x, y, z, then their slopes per cell.
 template <class T>
-struct Stencil {
-  SplineWithSlope<T> x, y, z;
-  int corner;
+struct StencilLanes {
+  alignas(64) T weight[9][kLanes];
+  alignas(64) T slope[9][kLanes];
+  int corner[kLanes];
+  Pack<T> from_middle[3];  ///< particle minus middle node of its stencil, cells
 
-  PLIANT_INLINE Stencil(const T* position, const T* origin, T inverse_dx)
-      : x((position[0] - origin[0]) * inverse_dx),
-        y((position[1] - origin[1]) * inverse_dx),
-        z((position[2] - origin[2]) * inverse_dx),
-        corner(((x.base & 3) * BlockGrid::kPatch + (y.base & 3)) * BlockGrid::kPatch + (z.base & 3)) {}
+  INLINE void set(const Pack<T>* x, const T* origin, T inverse_dx) {
+    Mask<T> base[3];
+    for (int a = 0; a < 3; ++a) {
+      const SplinePack<T> s((x[a] - origin[a]) * inverse_dx);
+      base[a] = s.base;
+      from_middle[a] = s.offset - T(1);
+      for (int i = 0; i < 3; ++i) store(weight[3 * a + i], s.weight[i]);
+      store(slope[3 * a], s.offset - T(1.5));
+      store(slope[3 * a + 1], T(-2) * from_middle[a]);
+      store(slope[3 * a + 2], s.offset - T(0.5));
+    }
+    corners<T>(base[0], base[1], base[2], corner);
+  }
 };
 
-/// Node values that are affine in space: at the particle, and their change per cell.  As the result of a gather: the
-/// moments sum w a and sum w a (x_i - x_p) [cells].
+/// The nodes of one row along z, as two and one.
 template <class T>
-struct Affine {
-  Pack<T> value, along[3];
+struct NodeRow {
+  TwoNodes<T> two{};
+  OneNode<T> one{};
+
+  INLINE static NodeRow from(const T* node) { return {load<TwoNodes<T>>(node), load<OneNode<T>>(node + 8)}; }
+  INLINE NodeRow times(T w) const { return {two * w, one * w}; }
+  INLINE NodeRow times(const NodeRow& b) const { return {two * b.two, one * b.one}; }
+  INLINE void add(const NodeRow& b) { two += b.two, one += b.one; }
+  INLINE void add_scaled(const NodeRow& b, T w) {
+    two = fma(b.two, all<TwoNodes<T>>(w), two), one = fma(b.one, all<OneNode<T>>(w), one);
+  }
+  INLINE void add_product(const NodeRow& a, const NodeRow& b) { two = fma(a.two, b.two, two), one = fma(a.one, b.one, one); }
+  INLINE NodeRow minus(const NodeRow& b) const { return {two - b.two, one - b.one}; }
+  /// Sum of the three nodes.
+  INLINE OneNode<T> sum() const { return low_node<T>(two) + high_node<T>(two) + one; }
 };
 
+/// Three numbers along z, one per node of a row.
 template <class T>
-PLIANT_INLINE T sum_of_lanes(const Pack<T>& p) {
-  return (p[0] + p[1]) + (p[2] + p[3]);
+INLINE NodeRow<T> along_z(const T (*number)[kLanes], int lane) {
+  return {join<T>(all<OneNode<T>>(number[6][lane]), all<OneNode<T>>(number[7][lane])), all<OneNode<T>>(number[8][lane])};
 }
 
-/// Derivative of sum_i w_i p_i by the particle's position [cells], through the weights.
+/// Node values that are affine in space: value[0..3] at the lowest node of the stencil, then their steps along x, y, z.
 template <class T>
-struct Slopes {
-  Pack<T> x{}, y{}, z{};
-  Pack<T> plane, plane_y, plane_z;
+struct AffineRows {
+  NodeRow<T> plane, along_x, along_y;
 
-  PLIANT_INLINE void begin_plane() { plane = plane_y = plane_z = Pack<T>{}; }
-  PLIANT_INLINE void add_row(const Stencil<T>& s, int j, const Pack<T>& p0, const Pack<T>& p1, const Pack<T>& p2) {
-    const Pack<T> row = p0 * s.z.weight[0] + p1 * s.z.weight[1] + p2 * s.z.weight[2];
-    plane += row * s.y.weight[j];
-    plane_y += row * s.y.slope[j];
-    plane_z += (p0 * s.z.slope[0] + p1 * s.z.slope[1] + p2 * s.z.slope[2]) * s.y.weight[j];
-  }
-  PLIANT_INLINE void end_plane(const Stencil<T>& s, int i) {
-    x += plane * s.x.slope[i];
-    y += plane_y * s.x.weight[i];
-    z += plane_z * s.x.weight[i];
+  INLINE explicit AffineRows(const T* value) {
+    using One = OneNode<T>;
+    const One base = load<One>(value), X = load<One>(value + 4), Y = load<One>(value + 8), Z = load<One>(value + 12);
+    plane = {join<T>(base, base + Z), base + (Z + Z)};
+    along_x = {join<T>(X, X), X}, along_y = {join<T>(Y, Y), Y};
   }
 };
+
+/// Sums of node products p over a stencil with a slope in place of one of the three weights.
+template <class T>
+struct SlopeSums {
+  NodeRow<T> by_x, by_y, by_z;  // by_z waits for the slopes along z
+  NodeRow<T> weighted, sloped;  // of the present plane
+
+  INLINE void add_row(const NodeRow<T>& p, T weight_y, T slope_y, bool first) {
+    if (first) {
+      weighted = p.times(weight_y), sloped = p.times(slope_y);
+      return;
+    }
+    weighted.add_scaled(p, weight_y), sloped.add_scaled(p, slope_y);
+  }
+  INLINE void end_plane(T weight_x, T slope_x) {
+    by_x.add_scaled(weighted, slope_x), by_y.add_scaled(sloped, weight_x), by_z.add_scaled(weighted, weight_x);
+  }
+  /// Writes four numbers each, whose sums are the slopes along x, y, z.
+  INLINE void finish(const NodeRow<T>& weight_z, const NodeRow<T>& slope_z, T* out) const {
+    store(out, by_x.times(weight_z).sum());
+    store(out + 4, by_y.times(weight_z).sum());
+    store(out + 8, by_z.times(slope_z).sum());
+  }
+};
+
+/// patch_i += w_i h_i for an affine h, and the slopes of sum w u . h by the particle's position in cells, through w only;
+/// u the node values at `u_corner`.
+template <class T>
+INLINE void scatter_with_slopes(const StencilLanes<T>& s, int lane, const T* h, const T* u_corner, T* patch_corner,
+                                T* slopes) {
+  AffineRows<T> rows(h);
+  const NodeRow<T> weight_z = along_z<T>(s.weight, lane), slope_z = along_z<T>(s.slope, lane);
+  SlopeSums<T> sums;
+  for (int i = 0; i < 3; ++i) {
+    NodeRow<T> row = rows.plane;
+    const T weight_x = s.weight[i][lane];
+    for (int j = 0; j < 3; ++j) {
+      const int at = i * kPlane + j * kRow;
+      NodeRow<T> node = NodeRow<T>::from(patch_corner + at);
+      node.add_product(row, weight_z.times(weight_x * s.weight[3 + j][lane]));
+      store(patch_corner + at, node.two), store(patch_corner + at + 8, node.one);
+      sums.add_row(row.times(NodeRow<T>::from(u_corner + at)), s.weight[3 + j][lane], s.slope[3 + j][lane], j == 0);
+      row.add(rows.along_y);
+    }
+    sums.end_plane(weight_x, s.slope[i][lane]);
+    rows.plane.add(rows.along_x);
+  }
+  sums.finish(weight_z, slope_z, slopes);
+}
+
+/// Moments of the node values a at `corner` about the middle node: sum w a, sum w (i - 1) a, sum w (j - 1) a,
+/// sum w (k - 1) a to out[0..15], and the slopes of sum w a . q by the particle's position in cells, through w only, to
+/// out[16..27].
+template <class T>
+INLINE void gather_with_slopes(const StencilLanes<T>& s, int lane, const T* q, const T* corner, T* out) {
+  AffineRows<T> rows(q);
+  const NodeRow<T> weight_z = along_z<T>(s.weight, lane), slope_z = along_z<T>(s.slope, lane);
+  SlopeSums<T> sums;
+  NodeRow<T> value, along_x, along_y;
+  const T wy0 = s.weight[3][lane], wy1 = s.weight[4][lane], wy2 = s.weight[5][lane];
+  for (int i = 0; i < 3; ++i) {
+    NodeRow<T> row = rows.plane, plane, low;
+    for (int j = 0; j < 3; ++j) {
+      const NodeRow<T> a = NodeRow<T>::from(corner + i * kPlane + j * kRow);
+      const T weight = j == 0 ? wy0 : j == 1 ? wy1 : wy2;
+      sums.add_row(row.times(a), weight, s.slope[3 + j][lane], j == 0);
+      if (j == 0) plane = low = a.times(weight);
+      if (j == 1) plane.add_scaled(a, weight);
+      if (j == 2) {
+        const NodeRow<T> high = a.times(weight);
+        plane.add(high), low = high.minus(low);
+      }
+      row.add(rows.along_y);
+    }
+    const T weight_x = s.weight[i][lane];
+    sums.end_plane(weight_x, s.slope[i][lane]);
+    const NodeRow<T> part = plane.times(weight_x);
+    value.add(part);
+    if (i == 0) along_x = along_x.minus(part);
+    if (i == 2) along_x.add(part);
+    along_y.add_scaled(low, weight_x);
+    rows.plane.add(rows.along_x);
+  }
+  const NodeRow<T> weighted = value.times(weight_z);
+  store(out, weighted.sum());
+  store(out + 4, along_x.times(weight_z).sum());
+  store(out + 8, along_y.times(weight_z).sum());
+  store(out + 12, weighted.one - low_node<T>(weighted.two));
+  sums.finish(weight_z, slope_z, out + 16);
+}
 
 /// sum w u.
 template <class T>
-PLIANT_INLINE Pack<T> value_at_particle(const Stencil<T>& s, const Pack<T>* u) {
-  Pack<T> sum{};
+INLINE OneNode<T> value_at_particle(const StencilLanes<T>& s, int lane, const T* u_corner) {
+  NodeRow<T> sum;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
-      for (int k = 0; k < 3; ++k)
-        sum += u[s.corner + (i * BlockGrid::kPatch + j) * BlockGrid::kPatch + k] *
-               (s.x.weight[i] * s.y.weight[j] * s.z.weight[k]);
-  return sum;
-}
-
-/// patch_i += w_i h_i for an affine h.  `by_position` becomes the derivative of sum w u . h by the particle's position
-/// [cells] through w and h, u the values of nodes and u_p = sum w u.
-template <class T>
-PLIANT_INLINE void scatter_with_slopes(const Stencil<T>& s, const Affine<T>& h, const Pack<T>* u, const Pack<T>& u_p,
-                                       Pack<T>* patch, T* by_position) {
-  using P = Pack<T>;
-  constexpr int kPatch = BlockGrid::kPatch;
-  const P base = h.value - h.along[0] * s.x.offset - h.along[1] * s.y.offset - h.along[2] * s.z.offset;
-  Slopes<T> slopes;
-  for (int i = 0; i < 3; ++i) {
-    const P start = base + h.along[0] * T(i);
-    slopes.begin_plane();
-    for (int j = 0; j < 3; ++j) {
-      const P h0 = start + h.along[1] * T(j), h1 = h0 + h.along[2], h2 = h1 + h.along[2];
-      const int at = s.corner + (i * kPatch + j) * kPatch;
-      const T w = s.x.weight[i] * s.y.weight[j];
-      patch[at] += h0 * (w * s.z.weight[0]);
-      patch[at + 1] += h1 * (w * s.z.weight[1]);
-      patch[at + 2] += h2 * (w * s.z.weight[2]);
-      slopes.add_row(s, j, u[at] * h0, u[at + 1] * h1, u[at + 2] * h2);
-    }
-    slopes.end_plane(s, i);
-  }
-  by_position[0] = sum_of_lanes<T>(slopes.x - h.along[0] * u_p);
-  by_position[1] = sum_of_lanes<T>(slopes.y - h.along[1] * u_p);
-  by_position[2] = sum_of_lanes<T>(slopes.z - h.along[2] * u_p);
-}
-
-/// Moments of the node values a.  `by_position` becomes the derivative of sum w a . q by the particle's position
-/// [cells] through w and q, for an affine q.
-template <class T>
-PLIANT_INLINE Affine<T> gather_with_slopes(const Stencil<T>& s, const Affine<T>& q, const Pack<T>* patch,
-                                           T* by_position) {
-  using P = Pack<T>;
-  constexpr int kPatch = BlockGrid::kPatch;
-  const P base = q.value - q.along[0] * s.x.offset - q.along[1] * s.y.offset - q.along[2] * s.z.offset;
-  const T z0 = -s.z.offset * s.z.weight[0], z1 = (1 - s.z.offset) * s.z.weight[1], z2 = (2 - s.z.offset) * s.z.weight[2];
-  Slopes<T> slopes;
-  Affine<T> moments{};
-  for (int i = 0; i < 3; ++i) {
-    const P start = base + q.along[0] * T(i);
-    P plane{}, along_y{}, along_z{};
-    slopes.begin_plane();
-    for (int j = 0; j < 3; ++j) {
-      const P q0 = start + q.along[1] * T(j), q1 = q0 + q.along[2], q2 = q1 + q.along[2];
-      const P* a = patch + s.corner + (i * kPatch + j) * kPatch;
-      slopes.add_row(s, j, a[0] * q0, a[1] * q1, a[2] * q2);
-      const P row = a[0] * s.z.weight[0] + a[1] * s.z.weight[1] + a[2] * s.z.weight[2];
-      plane += row * s.y.weight[j];
-      along_y += row * (s.y.weight[j] * (T(j) - s.y.offset));
-      along_z += (a[0] * z0 + a[1] * z1 + a[2] * z2) * s.y.weight[j];
-    }
-    slopes.end_plane(s, i);
-    moments.value += plane * s.x.weight[i];
-    moments.along[0] += plane * (s.x.weight[i] * (T(i) - s.x.offset));
-    moments.along[1] += along_y * s.x.weight[i];
-    moments.along[2] += along_z * s.x.weight[i];
-  }
-  by_position[0] = sum_of_lanes<T>(slopes.x - q.along[0] * moments.value);
-  by_position[1] = sum_of_lanes<T>(slopes.y - q.along[1] * moments.value);
-  by_position[2] = sum_of_lanes<T>(slopes.z - q.along[2] * moments.value);
-  return moments;
+      sum.add_scaled(NodeRow<T>::from(u_corner + i * kPlane + j * kRow), s.weight[i][lane] * s.weight[3 + j][lane]);
+  return sum.times(along_z<T>(s.weight, lane)).sum();
 }
 
 }  // namespace pliant::PLIANT_ISA

@@ -43,7 +43,9 @@ void LoadSchedule<T>::at_adjoint(double t, double dt, const TapeStep<T>& step, c
         }
         break;
       case InteractionType::kPin:
-      case InteractionType::kGround: break;
+      case InteractionType::kGround:
+      case InteractionType::kCollider:
+      case InteractionType::kPoke: break;
     }
   }
   CHECK(next == by.body.size());
@@ -52,7 +54,6 @@ void LoadSchedule<T>::at_adjoint(double t, double dt, const TapeStep<T>& step, c
   if (options_.damping_time > 0)
     gradient.damping_time += by.velocity_scale * std::exp(-2 * dt / options_.damping_time) * 2 * dt /
                              (options_.damping_time * options_.damping_time);
-  gradient.viscosity_time += by.viscosity_time;
 }
 
 template <class T>

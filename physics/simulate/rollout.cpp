@@ -47,6 +47,22 @@ void add_young_and_poisson(const BasicParticles<T>& particles, const ParticleGra
   }
 }
 
+/// By the times of damping, of the options (all particles) and of the materials (their own).
+template <class T>
+void add_damping(const BasicParticles<T>& particles, const ParticleGradient<T>& by, RolloutGradient<T>& result) {
+  result.material.resize(particles.materials.size());
+  for (size_t i = 0; i < particles.size(); ++i) {
+    const size_t m = particles.material_index.empty() ? 0 : particles.material_index[i];
+    const Material& material = particles.materials[m];
+    result.viscosity_time += by.viscosity_time[i];
+    // The rate is 2 / time.
+    if (const double time = material.damping_time; time > 0)
+      result.material[m].damping_time -= 2 / (time * time) * by.damping_rate[i];
+    if (material.viscosity_time > 0 && material.law != Law::kFluid)
+      result.material[m].viscosity_time += by.viscosity_time[i];
+  }
+}
+
 /// Goes back through the frames of a roll-out.
 template <class T>
 class Reverser {
@@ -57,7 +73,7 @@ class Reverser {
         memory_(options.memory),
         substeps_(substeps),
         simulator_(options_, particles, interactions, summary_),
-        adjoint_(particles, simulator_.solver().data(), simulator_.schedule().bits()),
+        adjoint_(particles, simulator_.solver().data()),
         loads_(interactions.size()) {}
 
   /// From derivatives by `end` to those by `start`, one frame before it.
@@ -97,7 +113,9 @@ class Reverser {
     add_young_and_poisson(particles, by, result);
     result.interaction = loads_.vector;
     result.gravity = loads_.gravity;
-    result.damping_time = loads_.damping_time, result.viscosity_time = loads_.viscosity_time;
+    result.damping_time = loads_.damping_time;
+    add_damping(particles, by, result);
+    if (!(options_.viscosity_time > 0)) result.viscosity_time = 0;
     result.forward_seconds = forward_seconds_, result.reverse_seconds = reverse_seconds_;
     result.bytes = bytes_;
   }

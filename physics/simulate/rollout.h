@@ -25,12 +25,17 @@ struct Rollout {
 /// Derivatives of L by all that a roll-out starts from.
 template <class T>
 struct RolloutGradient {
-  StateGradient<T> start;         ///< x, v, C, F of the first state
+  struct Damping {
+    double damping_time = 0, viscosity_time = 0;  ///< 0 where they are off
+  };
+
+  StateGradient<T> start;         ///< x, v, C, F, memory of the first state
   std::vector<T> young, poisson;  ///< [N]
   std::vector<T> mass;            ///< [N] at fixed volume; by density: times the volume
   std::vector<Vec3d> interaction; ///< [interactions] by `vector`: force, impulse, acceleration, wind, gravity
   Vec3d gravity = Vec3d::Zero();  ///< of the options
   double damping_time = 0, viscosity_time = 0;  ///< of the options; 0 where they are off
+  std::vector<Damping> material;                ///< [materials]
 
   double forward_seconds = 0, reverse_seconds = 0;  ///< recomputation of states, and the way back
   size_t bytes = 0;                                 ///< largest memory of states, substeps and derivatives

@@ -67,6 +67,10 @@ struct RolloutCase {
     for (size_t k = 0; k < interactions.size(); ++k) by.interactions[k].vector = g.interaction[k];
     by.options.simulate.gravity = g.gravity;
     by.options.simulate.damping_time = g.damping_time, by.options.simulate.viscosity_time = g.viscosity_time;
+    for (size_t m = 0; m < particles.materials.size(); ++m) {
+      by.particles.materials[m].damping_time = g.material[m].damping_time;
+      by.particles.materials[m].viscosity_time = g.material[m].viscosity_time;
+    }
     const std::vector<double> scaled = by.get(kind);  // value / scale; the derivative wants times scale
     std::vector<double> result = scaled;
     for (size_t k = 0; k < result.size(); ++k) result[k] *= by.scales_[k] * by.scales_[k];
@@ -104,6 +108,8 @@ struct RolloutCase {
     if (kind == Input::kDamping) {
       visit(options.simulate.damping_time, 1);
       visit(options.simulate.viscosity_time, 1e-3);
+      Material& damped = particles.materials.back();
+      visit(damped.damping_time, 1), visit(damped.viscosity_time, 1e-3);
     }
     return numbers;
   }
@@ -115,6 +121,11 @@ RolloutCase<T> moving_block(double cells = 2.5) {
   RolloutCase<T> c;
   const double dx = 0.01;
   c.particles = block<T>(Vec3d::Constant(cells * dx), dx, 0.7, 2e4, 0.3, 1000);
+  // Two laws that the kernels know, one with damping of its own.
+  Material rubber;
+  rubber.law = Law::kNeoHookean, rubber.damping_time = 0.3, rubber.viscosity_time = 3e-4;
+  c.particles.materials = {Material{}, rubber};
+  for (size_t i = 0; i < c.particles.size(); ++i) c.particles.material_index.push_back(i % 3 == 0);
   c.start = initial_state(c.particles);
   for (size_t i = 0; i < c.particles.size(); ++i) {
     Random random(3, i);
@@ -127,18 +138,18 @@ RolloutCase<T> moving_block(double cells = 2.5) {
       c.start.F[i](k / 3, k % 3) += T(0.03 * random.normal());
     }
   }
-  c.options.simulate.fps = 100, c.options.simulate.duration = 0.03, c.options.simulate.substeps = 20;
+  c.options.simulate.fps = 200, c.options.simulate.duration = 0.015, c.options.simulate.substeps = 20;
   c.options.simulate.damping_time = 0.4, c.options.simulate.viscosity_time = 2e-4;
 
   const double size = cells * dx;
   Interaction it;
-  it.type = InteractionType::kPointForce, it.vector = {0.03, -0.02, 0.05}, it.duration = 0.0141;
+  it.type = InteractionType::kPointForce, it.vector = {0.03, -0.02, 0.05}, it.duration = 0.00705;
   it.region = Region::sphere({size, size, size}, 0.6 * size);
   c.interactions.push_back(it);
-  it.type = InteractionType::kImpulse, it.vector = {2e-3, 3e-3, -1e-3}, it.start = 0.0123;
+  it.type = InteractionType::kImpulse, it.vector = {2e-3, 3e-3, -1e-3}, it.start = 0.00615;
   it.region = Region::sphere({0, 0, size}, 0.5 * size);
   c.interactions.push_back(it);
-  it.type = InteractionType::kGust, it.vector = {1, 2, -0.5}, it.start = 0.004, it.rate = 5;
+  it.type = InteractionType::kGust, it.vector = {1, 2, -0.5}, it.start = 0.002, it.rate = 5;
   it.region = Region::all();
   c.interactions.push_back(it);
   it.vector = {-2, 1, 1}, it.start = 0, it.rate = 0;
@@ -146,7 +157,7 @@ RolloutCase<T> moving_block(double cells = 2.5) {
   c.interactions.push_back(it);
   it = {};
   it.type = InteractionType::kGrab, it.region = Region::sphere({0, size, size}, 0.5 * size);
-  it.path = {{0, {0, size, size}}, {0.02, {-0.3 * size, size, 1.2 * size}}, {1, {0, size, size}}};
+  it.path = {{0, {0, size, size}}, {0.01, {-0.3 * size, size, 1.2 * size}}, {1, {0, size, size}}};
   c.interactions.push_back(it);
   it.path[1].position[0] = size, it.max_force = 0.02, it.stiffness = 100, it.damping = 1;
   it.region = Region::sphere({0, 0, size}, 0.4 * size);
