@@ -43,7 +43,7 @@ const std::map<std::string, Permission> kTable = {
       {"hdf5.h", "nlohmann"}}},
     {"app/import",
      {{"gaussians/base", "gaussians/io", "physics/laws", "physics/mpm", "physics/body", "physics/simulate", "app/store"},
-      {"nlohmann"}}},
+      {"fmt", "nlohmann"}}},
 };
 
 // The rooms of app that see every room below them.
