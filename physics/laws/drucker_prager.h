@@ -6,10 +6,10 @@
 
 namespace pliant {
 
-/// Sand: |dev tau| <= -alpha tr(tau) in Kirchhoff stress, alpha = sqrt(2/3) 2 sin(phi) / (3 - sin(phi)), flow at constant
-/// volume; in tension the grains part freely (F becomes a rotation), and the volume that they gain (the history, as a
-/// logarithm) has to be pressed out again before they bear load (Klar et al. 2016, section 7 and the correction of
-/// Tampubolon et al. 2017).
+/// Sand: |dev tau| <= -alpha tr(tau) in Kirchhoff stress, alpha = sqrt(2/3) 2 sin(phi) / (3 - sin(phi)), flow at
+/// constant volume; in tension the grains part freely (F becomes a rotation), and the volume that they gain (the
+/// history, as a logarithm) has to be pressed out again before they bear load (Klar et al. 2016, section 7 and the
+/// correction of Tampubolon et al. 2017).
 /// Valid for dry grains without cohesion; the slope at which a deep bed slips is tan(theta) = 2 sqrt(3) sin(phi) /
 /// (3 - sin(phi)), steeper than phi.
 struct DruckerPrager {

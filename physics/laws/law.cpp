@@ -127,9 +127,8 @@ LawGradient<T> kirchhoff_stress_adjoint(const LawPoint<T>& point, const Mat3<T>&
 template <class T>
 void return_map(const LawPoint<T>& point, T dt, Mat3<T>& F, LawMemory<T>& memory) {
   const Material& m = *point.material;
-  with_return_map(m, dt, [&](const auto& map) {
-    principal_return_map(map, point.mu, point.lambda, F, memory.history);
-  });
+  with_return_map(m, dt,
+                  [&](const auto& map) { principal_return_map(map, point.mu, point.lambda, F, memory.history); });
   if (m.law == Law::kFluid) {
     F = Bounded<T>(F).F;
     Fluid<T>::return_map(F);
@@ -152,8 +151,9 @@ LawGradient<T> return_map_adjoint(const LawPoint<T>& point, T dt, const Mat3<T>&
   });
   if (m.law == Law::kFluid) g.F = Fluid<T>::return_map_adjoint(Bounded<T>(trial_F).F, adj.F);
   if (m.law == Law::kViscoelastic) {
-    g.F_viscous = principal_return_map_adjoint(relaxation(m, dt), T(0), T(0), trial_memory.F_viscous, T(0),
-                                               adj.F_viscous, T(0)).F;
+    g.F_viscous =
+        principal_return_map_adjoint(relaxation(m, dt), T(0), T(0), trial_memory.F_viscous, T(0), adj.F_viscous, T(0))
+            .F;
   }
   return g;
 }
@@ -178,14 +178,14 @@ double sound_speed(const Material& m, double young, double poisson, double densi
   return std::sqrt(modulus / density);
 }
 
-#define PLIANT_INSTANTIATE_LAW(T)                                                                            \
-  template T energy_density(const LawPoint<T>&, const Mat3<T>&, const LawMemory<T>&);                        \
-  template Mat3<T> kirchhoff_stress(const LawPoint<T>&, const Mat3<T>&, const LawMemory<T>&);                \
-  template LawGradient<T> kirchhoff_stress_adjoint(const LawPoint<T>&, const Mat3<T>&, const LawMemory<T>&,  \
-                                                   const Mat3<T>&);                                          \
-  template void return_map(const LawPoint<T>&, T, Mat3<T>&, LawMemory<T>&);                                  \
-  template LawGradient<T> return_map_adjoint(const LawPoint<T>&, T, const Mat3<T>&, const LawMemory<T>&,     \
-                                             const LawGradient<T>&);                                         \
+#define PLIANT_INSTANTIATE_LAW(T)                                                                           \
+  template T energy_density(const LawPoint<T>&, const Mat3<T>&, const LawMemory<T>&);                       \
+  template Mat3<T> kirchhoff_stress(const LawPoint<T>&, const Mat3<T>&, const LawMemory<T>&);               \
+  template LawGradient<T> kirchhoff_stress_adjoint(const LawPoint<T>&, const Mat3<T>&, const LawMemory<T>&, \
+                                                   const Mat3<T>&);                                         \
+  template void return_map(const LawPoint<T>&, T, Mat3<T>&, LawMemory<T>&);                                 \
+  template LawGradient<T> return_map_adjoint(const LawPoint<T>&, T, const Mat3<T>&, const LawMemory<T>&,    \
+                                             const LawGradient<T>&);                                        \
   template Viscosity<T> viscosity(const LawPoint<T>&);
 PLIANT_INSTANTIATE_LAW(float)
 PLIANT_INSTANTIATE_LAW(double)

@@ -6,11 +6,11 @@
 namespace pliant {
 
 /// Psi = mu/2 (|F|^2 - 3) - mu ln J + lambda/2 (ln J)^2 (Bonet and Wood 2008, eq. 6.27).
-/// Valid for rubber at any stretch that keeps its volume roughly; below J = 0.01 the logarithm goes on as its tangent,
+/// Valid for rubber at any stretch that keeps its volume roughly; below J = 0.001 the logarithm goes on as its tangent,
 /// so that flat and inverted states have finite energy and are pushed back.
 template <class T>
 struct NeoHookean {
-  static constexpr T kSmallestVolume = T(0.01);
+  static constexpr T kSmallestVolume = T(0.001);
   T mu, lambda;
 
   T energy(const Mat3<T>& F) const {

@@ -4,8 +4,8 @@
 
 namespace pliant {
 
-/// Metal and plasticine: |dev tau| <= sqrt(2/3) Y, Y = max(0, yield_stress + hardening eps_p), where yield_stress is the
-/// one of a uniaxial test and eps_p (the history) grows by sqrt(2/3) of the plastic strain's norm; radial return in
+/// Metal and plasticine: |dev tau| <= sqrt(2/3) Y, Y = max(0, yield_stress + hardening eps_p), where yield_stress is
+/// the one of a uniaxial test and eps_p (the history) grows by sqrt(2/3) of the plastic strain's norm; radial return in
 /// Hencky strain, exact for linear hardening (Wilkins 1964; Simo 1992), at constant volume.
 /// Valid for metals, clay and wax, whose flow does not depend on pressure or rate.  A negative hardening softens with
 /// plastic strain until Y = 0; from there on the body flows without resisting shear and keeps its volume elastically.
@@ -23,8 +23,8 @@ struct VonMises {
       if (strain.lifted) p.sigma = strain.stretches(S(1));
       return strain.lifted;
     }
-    // stress - 2 mu flow = root Y(history + root flow); where Y would pass zero, or falls faster than the elastic stress
-    // (so that there is no other answer), all of the deviator goes.
+    // stress - 2 mu flow = root Y(history + root flow); where Y would pass zero, or falls faster than the elastic
+    // stress (so that there is no other answer), all of the deviator goes.
     const S stiffness = S(2) * p.mu + S(2.0 / 3 * hardening);
     S flow = norm;
     if (stiffness > S(0)) {

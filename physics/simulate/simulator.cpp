@@ -75,15 +75,18 @@ Simulator<T>::Simulator(const SimulateOptions& options, const BasicParticles<T>&
   solver_.set_load_bits(schedule_.bits());
   Vec3<T> low = particles.position[0], high = low;
   for (size_t i = 0; i < particles.size(); ++i) {
-    const Lame<double> law = lame<double>(particles.young[i], particles.poisson[i]);
     const double density = static_cast<double>(particles.mass[i]) / particles.volume[i];
-    sound_speed_ = std::max(sound_speed_, std::sqrt((law.lambda + 2 * law.mu) / density));
+    const double c = sound_speed(particles.material(i), particles.young[i], particles.poisson[i], density);
+    const Lame<double> law = lame<double>(particles.young[i], particles.poisson[i]);
+    const Viscosity<double> viscous = viscosity(LawPoint<double>{&particles.material(i), law.mu, law.lambda});
+    // Explicit viscosity lowers the stable step of the shortest wave, whose damping ratio is xi.
+    const double modulus = density * c * c;
+    const double time = options.viscosity_time * (law.lambda + 2 * law.mu) + viscous.bulk + 2 * viscous.shear;
+    const double xi = time / modulus * c / dx_;
+    sound_speed_ = std::max(sound_speed_, c * (std::sqrt(1 + xi * xi) + xi));
     low = low.cwiseMin(particles.position[i]), high = high.cwiseMax(particles.position[i]);
   }
   diagonal_ = std::max((high - low).template cast<double>().norm(), 8 * dx_);
-  // Explicit viscosity lowers the stable step of the shortest wave, whose damping ratio is xi.
-  const double xi = options.viscosity_time * sound_speed_ / dx_;
-  sound_speed_ /= std::sqrt(1 + xi * xi) - xi;
 }
 
 template <class T>

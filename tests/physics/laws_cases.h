@@ -65,7 +65,7 @@ inline double smooth_margin(Law law, const Mat3d& F) {
   const double J = F.determinant();
   double margin = sigma[0] + sigma[1];  // the polar factor
   if (law == Law::kFluid) return std::min(std::abs(J - 1), std::abs(J - 0.1));
-  if (law == Law::kNeoHookean) return std::abs(J - 0.01);
+  if (law == Law::kNeoHookean) return std::abs(J - 0.001);
   return std::min(margin, (sigma.array() - 0.01).abs().minCoeff());
 }
 

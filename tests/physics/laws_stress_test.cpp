@@ -98,9 +98,14 @@ void expect_finite_everywhere(Law law) {
   const Material material = material_of(law);
   for (const T modulus : {T(1e2), T(1e11)}) {
     const LawPoint<T> point{&material, modulus, modulus};
-    std::vector<Mat3d> states = {Mat3d::Zero(), Mat3d::Ones(), -Mat3d::Identity(), Vec3d(1, 0, 0).asDiagonal(),
-                                 Vec3d(1, 1, 0).asDiagonal(), Vec3d(-1, 1, 1).asDiagonal(),
-                                 Vec3d(1e8, 1e-8, 1).asDiagonal(), Vec3d(1e8, 1e8, -1e8).asDiagonal(),
+    std::vector<Mat3d> states = {Mat3d::Zero(),
+                                 Mat3d::Ones(),
+                                 -Mat3d::Identity(),
+                                 Vec3d(1, 0, 0).asDiagonal(),
+                                 Vec3d(1, 1, 0).asDiagonal(),
+                                 Vec3d(-1, 1, 1).asDiagonal(),
+                                 Vec3d(1e8, 1e-8, 1).asDiagonal(),
+                                 Vec3d(1e8, 1e8, -1e8).asDiagonal(),
                                  1e-20 * Mat3d::Identity()};
     for (int i = 0; i < 20; ++i)
       for (const double size : {1e-8, 1.0, 1e8}) states.push_back(size * random_matrix(i, 2.0));
