@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/portable.h"
 
 namespace pliant {
 namespace {
@@ -20,19 +21,29 @@ Mpm<T>::Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin)
     : rest_(particles.size()), kernels_(&mpm_kernels<T>(best_instruction_set())) {
   data_.dx = static_cast<T>(dx), data_.inverse_dx = static_cast<T>(1 / dx);
   data_.origin = origin.cast<T>();
+  data_.materials = particles.materials;
+  int given = 0;
+  bool plain = true;
   for (size_t i = 0; i < particles.size(); ++i) {
     const Lame<T> law = lame(particles.young[i], particles.poisson[i]);
+    const Material& material = particles.material(i);
     ParticleRecord<T>& r = rest_[i];
     r = {};
     r.mass = particles.mass[i], r.volume = particles.volume[i], r.mu = law.mu, r.lambda = law.lambda;
     r.index = static_cast<int>(i);
     r.material = particles.material_index.empty() ? 0 : particles.material_index[i];
     r.object = particles.object.empty() ? 0 : particles.object[i];
-    const StressKind kind = stress_kind(particles.material(i).law);
+    const Viscosity<T> viscous = viscosity<T>({&material, law.mu, law.lambda});
+    r.shear_viscosity = viscous.shear, r.bulk_viscosity = viscous.bulk;
+    r.damping_rate = material.damping_time > 0 ? static_cast<T>(2 / material.damping_time) : T(0);
+    const StressKind kind = stress_kind(material.law);
     r.stress_kind = static_cast<T>(static_cast<int>(kind));
+    r.side = kind == StressKind::kGiven ? given++ : -1;
     if (i == 0) uniform_ = kind;
-    if (kind != uniform_) uniform_ = StressKind::kGiven;
+    plain &= kind == uniform_ && r.shear_viscosity == 0 && r.bulk_viscosity == 0 && r.damping_rate == 0;
   }
+  if (!plain) uniform_ = StressKind::kGiven;
+  data_.side.resize(given), data_.given_stress.resize(6 * static_cast<size_t>(given));
 }
 
 template <class T>
@@ -42,58 +53,75 @@ void Mpm<T>::set_load_bits(const std::vector<uint32_t>& bits) {
 }
 
 template <class T>
-BlockGrid::Coordinates Mpm<T>::block_of(const ParticleRecord<T>& r) const {
+BlockGrid::Coordinates Mpm<T>::block_of(const T* x, int object) const {
   const auto along = [&](int k) {
-    return static_cast<int>(std::floor((r.x[k] - data_.origin[k]) * data_.inverse_dx - T(0.5))) >> 2;
+    return static_cast<int>(std::floor((x[k] - data_.origin[k]) * data_.inverse_dx - T(0.5))) >> 2;
   };
   static_assert(BlockGrid::kSide == 4);
-  return {along(0), along(1), along(2), r.object};
+  return {along(0), along(1), along(2), object};
 }
 
 template <class T>
 void Mpm<T>::load(const BasicSimulationState<T>& state, const Vec3d& low, const Vec3d& high) {
   const size_t n = rest_.size();
-  CHECK(state.size() == n);
+  CHECK(state.size() == n && (state.memory.empty() || state.memory.size() == n));
   const Vec3d centre = data_.origin.template cast<double>();
   const Vec3d reach = Vec3d::Constant(static_cast<double>(data_.dx) * (BlockGrid::kSide * BlockGrid::kReach - 8));
   data_.low = low.cwiseMax(centre - reach).template cast<T>();
   data_.high = high.cwiseMin(centre + reach).template cast<T>();
-  strays_ = 0;
-  std::vector<ParticleRecord<T>> records(rest_);
   std::vector<BlockGrid::Coordinates> block(n);
+  strays_ = 0;
   for (size_t i = 0; i < n; ++i) {
-    ParticleRecord<T>& r = records[i];
-    for (int a = 0; a < 3; ++a) {
-      const T inside = std::clamp(state.x[i][a], data_.low[a], data_.high[a]);
-      strays_ += inside != state.x[i][a];
-      r.x[a] = inside, r.v[a] = state.v[i][a];
-      for (int b = 0; b < 3; ++b) r.C[3 * a + b] = state.C[i](a, b), r.F[3 * a + b] = state.F[i](a, b);
-    }
-    block[i] = block_of(r);
+    const Vec3<T> inside = state.x[i].cwiseMax(data_.low).cwiseMin(data_.high);
+    strays_ += (inside.array() != state.x[i].array()).count();
+    block[i] = block_of(inside.data(), rest_[i].object);
   }
   // Records lie in memory as the blocks are walked.
   data_.grid.build(block);
   data_.record.resize(n), data_.slot.resize(n);
-  for (size_t s = 0; s < n; ++s) {
-    int& i = data_.grid.order()[s];
-    data_.record[s] = records[i];
-    data_.slot[i] = static_cast<int>(s);
-    i = static_cast<int>(s);
-  }
+  constexpr std::ptrdiff_t kChunk = 4096;
+  parallel_for((static_cast<std::ptrdiff_t>(n) + kChunk - 1) / kChunk, [&](std::ptrdiff_t c) {
+    for (size_t s = c * kChunk; s < std::min<size_t>(n, (c + 1) * kChunk); ++s) {
+      int& i = data_.grid.order()[s];
+      load_record(i, state, data_.record[s]);
+      data_.slot[i] = static_cast<int>(s);
+      i = static_cast<int>(s);
+    }
+  });
   moved_.resize(n);
   fit_blocks();
   finite_ = true;
 }
 
 template <class T>
+void Mpm<T>::load_record(int i, const BasicSimulationState<T>& state, ParticleRecord<T>& r) {
+  r = rest_[i];
+  for (int a = 0; a < 3; ++a) {
+    r.x[a] = std::clamp(state.x[i][a], data_.low[a], data_.high[a]), r.v[a] = state.v[i][a];
+    for (int b = 0; b < 3; ++b) r.C[3 * a + b] = state.C[i](a, b), r.F[3 * a + b] = state.F[i](a, b);
+  }
+  if (r.side < 0) return;
+  data_.side[r.side] = {};
+  if (!state.memory.empty()) data_.side[r.side].memory = state.memory[i];
+  set_given_stress(r, state.F[i]);
+}
+
+template <class T>
 void Mpm<T>::store(BasicSimulationState<T>& state) const {
   const size_t n = data_.record.size();
   state.x.resize(n), state.v.resize(n), state.C.resize(n), state.F.resize(n);
+  const bool memory = std::any_of(data_.materials.begin(), data_.materials.end(),
+                                  [](const Material& m) { return has_memory(m.law); });
+  state.memory.resize(memory ? n : 0);
   for (const ParticleRecord<T>& r : data_.record) {
     for (int a = 0; a < 3; ++a) {
       state.x[r.index][a] = r.x[a], state.v[r.index][a] = r.v[a];
       for (int b = 0; b < 3; ++b) state.C[r.index](a, b) = r.C[3 * a + b], state.F[r.index](a, b) = r.F[3 * a + b];
     }
+    if (!memory) continue;
+    if (r.side >= 0) state.memory[r.index] = data_.side[r.side].memory;
+    // Without a memory nothing is permanent: the elastic part is the whole.
+    if (!has_memory(data_.materials[r.material].law)) state.memory[r.index].F_total = state.F[r.index];
   }
 }
 
@@ -109,12 +137,13 @@ void Mpm<T>::collect_reports() {
   T speed = 0;
   std::vector<BlockGrid::Move> moves;
   for (int b = 0; b < data_.grid.particle_blocks(); ++b) {
-    const GatherReport<T>& r = report_[b];
-    finite_ &= r.finite, strays_ += r.strays;
-    speed = std::max(speed, r.max_speed_squared);
-    for (int m = 0; m < r.moves && finite_; ++m) {
+    const GatherReport<T>& report = report_[b];
+    finite_ &= report.finite, strays_ += report.strays;
+    speed = std::max(speed, report.max_speed_squared);
+    for (int m = 0; m < report.moves && finite_; ++m) {
       const int begin = data_.grid.begin(b), place = begin + moved_[begin + m];
-      moves.push_back({place, block_of(data_.record[data_.grid.order()[place]])});
+      const ParticleRecord<T>& r = data_.record[data_.grid.order()[place]];
+      moves.push_back({place, block_of(r.x, r.object)});
     }
   }
   max_speed_ = std::sqrt(static_cast<double>(speed));

@@ -73,8 +73,12 @@ class Mpm {
   const MpmData<T>& data() const { return data_; }
 
  private:
-  BlockGrid::Coordinates block_of(const ParticleRecord<T>& r) const;
+  BlockGrid::Coordinates block_of(const T* x, int object) const;
+  void load_record(int i, const BasicSimulationState<T>& state, ParticleRecord<T>& r);
   void fit_blocks();
+  void sort_cells(int b);
+  void apply_laws(int b, T dt);
+  void set_given_stress(const ParticleRecord<T>& r, const Mat3<T>& F);
   void apply_body_loads(int b, T dt, const StepLoads<T>& loads);
   void scatter_block(int b, T dt, const StepLoads<T>& loads);
   void sum_node_block(int n);
@@ -99,13 +103,18 @@ class Mpm {
 template <class T>
 class Mpm<T>::Snapshot {
  public:
-  size_t bytes() const { return record_.size() * (sizeof(ParticleRecord<T>) + 2 * sizeof(int)); }
+  size_t bytes() const {
+    return record_.size() * (sizeof(ParticleRecord<T>) + 2 * sizeof(int)) +
+           side_.size() * (sizeof(LawSide<T>) + 6 * sizeof(T));
+  }
 
  private:
   friend class Mpm;
   std::vector<ParticleRecord<T>> record_;
   std::vector<int> slot_;
   BlockGrid grid_;
+  std::vector<LawSide<T>> side_;
+  std::vector<T> given_stress_;
 };
 
 extern template class Mpm<float>;

@@ -6,8 +6,16 @@
 #include "physics/mpm/block_grid.h"
 #include "physics/mpm/node_conditions.h"
 #include "physics/mpm/particle_record.h"
+#include "physics/mpm/particles.h"
 
 namespace pliant {
+
+/// What a particle remembers whose law is not one of the kernels'.
+template <class T>
+struct LawSide {
+  LawMemory<T> memory;
+  T total_rest[9];  ///< what rounding cut off from memory.F_total
+};
 
 /// What a solver holds between steps, for passes over it in other files.
 template <class T>
@@ -17,6 +25,9 @@ struct MpmData {
   std::vector<ParticleRecord<T>> record;
   std::vector<int> slot;        ///< of particle i in `record`
   BlockGrid grid;               ///< grid.order() holds slots
+  std::vector<Material> materials;
+  std::vector<LawSide<T>> side;  ///< by ParticleRecord::side
+  std::vector<T> given_stress;   ///< [side, 6] Kirchhoff stress xx, yy, zz, yz, xz, xy, Pa
   std::vector<Node<T>> patch;   ///< [particle blocks, 6, 6, 6], what a block scatters
   std::vector<Node<T>> node;    ///< [node blocks, 4, 4, 4], momentum and mass, after the update velocity and mass
 };

@@ -82,6 +82,7 @@ template <class T>
 typename Mpm<T>::Snapshot Mpm<T>::save() const {
   Snapshot snapshot;
   snapshot.record_ = data_.record, snapshot.slot_ = data_.slot, snapshot.grid_ = data_.grid;
+  snapshot.side_ = data_.side, snapshot.given_stress_ = data_.given_stress;
   return snapshot;
 }
 
@@ -89,6 +90,7 @@ template <class T>
 void Mpm<T>::restore(const Snapshot& snapshot) {
   CHECK(snapshot.record_.size() == rest_.size());
   data_.record = snapshot.record_, data_.slot = snapshot.slot_, data_.grid = snapshot.grid_;
+  data_.side = snapshot.side_, data_.given_stress = snapshot.given_stress_;
   fit_blocks();
 }
 

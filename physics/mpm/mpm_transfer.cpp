@@ -50,7 +50,7 @@ void Mpm<T>::scatter_block(int b, T dt, const StepLoads<T>& loads) {
   in.run = run_of(data_, b);
   in.dt = dt, in.viscosity_time = loads.viscosity_time;
   in.inertia_only = false;
-  in.given_stress = nullptr;
+  in.given_stress = data_.given_stress.data();
   in.exact_stress = exact_stress<T>;
   const bool uniform = uniform_ != StressKind::kGiven && !(loads.viscosity_time > T(0));
   const int which = static_cast<int>(uniform ? uniform_ : StressKind::kGiven);
@@ -93,6 +93,7 @@ void Mpm<T>::gather_block(int b, T dt) {
     in.node[o] = data_.node[static_cast<size_t>(data_.grid.nodes_of(b)[o]) * BlockGrid::kNodes].lane;
   in.moved = moved_.data() + data_.grid.begin(b);
   kernels_->gather(in, report_[b]);
+  if (!data_.side.empty()) apply_laws(b, dt);
 }
 
 template class Mpm<float>;

@@ -18,7 +18,7 @@ struct alignas(64) ParticleRecord {
   uint32_t bits;               ///< of the loads that act on it
   int32_t index;               ///< in the order of the particles
   uint16_t material, object;
-  uint32_t unused;
+  int32_t side;                ///< place among the particles whose stress is given, or -1
 };
 
 // Offsets of the groups.

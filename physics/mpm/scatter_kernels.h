@@ -30,7 +30,7 @@ INLINE void total_stress(const ScatterInput<T>& in, StressKind kind, const T* co
   const uint32_t given = lane_bits(kinds == all<Pack<T>>(static_cast<T>(static_cast<int>(StressKind::kGiven))));
   for (int l = 0; l < kLanes; ++l) {
     if ((given >> l & 1) == 0) continue;
-    const T* stress = in.given_stress + 6 * (reinterpret_cast<const ParticleRecord<T>*>(at[l]) - in.run.record);
+    const T* stress = in.given_stress + 6 * reinterpret_cast<const ParticleRecord<T>*>(at[l])->side;
     for (int k = 0; k < 6; ++k) tau[k][l] = stress[k];
   }
   // Kelvin-Voigt: the linear law applied to the strain rate.

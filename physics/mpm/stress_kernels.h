@@ -7,8 +7,8 @@
 
 namespace pliant::PLIANT_ISA {
 
-/// Below this determinant a deformation gradient is left to the exact function.
-constexpr float kLeastDeterminant = 1e-3f;
+/// Below this determinant a deformation gradient is left to the exact function: there the neo-Hookean logarithm ends.
+constexpr double kLeastDeterminant = 0.0101;
 
 /// Cofactors c of X and its determinant.
 template <class T>
@@ -62,9 +62,10 @@ INLINE uint32_t neo_hookean(const Pack<T>* F, Pack<T> mu, Pack<T> lambda, Pack<T
   };
   Pack<T> c[9];
   const Pack<T> J = cofactors<T>(F, c);
-  const auto safe = (J > all<Pack<T>>(T(kLeastDeterminant))) & finite(J);
+  const Pack<T> xx = row(0, 0), yy = row(1, 1), zz = row(2, 2);
+  const auto safe = (J > all<Pack<T>>(T(kLeastDeterminant))) & (xx + yy + zz < all<Pack<T>>(T(1e6)));
   const Pack<T> pressure = lambda * (T(0.693147180559945309) * logarithm2(J));
-  for (int i = 0; i < 3; ++i) tau[i] = fma(mu, row(i, i) - T(1), pressure);
+  tau[0] = fma(mu, xx - T(1), pressure), tau[1] = fma(mu, yy - T(1), pressure), tau[2] = fma(mu, zz - T(1), pressure);
   tau[3] = mu * row(1, 2), tau[4] = mu * row(0, 2), tau[5] = mu * row(0, 1);
   return lane_bits(~safe);
 }
