@@ -37,6 +37,8 @@ struct SimulateSummary {
   int retries = 0;                     ///< frames repeated with a smaller time step
   int64_t particle_substeps = 0;
   double seconds = 0;                  ///< wall time of the solver
+  /// [frames][interactions] momentum [N s] that each gave to the body; over the frame's length, its mean force [N].
+  std::vector<std::vector<Vec3d>> impulse_of_frame;
   bool gravity_cancelled = false;      ///< a pin holds the body, whose captured shape is its equilibrium
   std::vector<std::string> warnings;
 };
