@@ -325,6 +325,7 @@ inline Dent dent(const Substance& s, double pressure, double duration, double dx
 
 struct WaterColumn {
   double pressure_slope;  ///< of pressure over depth, relative to density times gravity
+  double mean_pressure;   ///< of all particles, relative to that at half the depth
   double height_change;   ///< relative, of the mean height of the particles
 };
 /// Water in a box with frictionless walls, `cells` deep, after `duration` s under gravity, which acts suddenly or has
@@ -343,21 +344,23 @@ inline WaterColumn water_column(int cells, double duration, bool suddenly) {
     const double pressure = water.density * g * (depth - p.position[i].z()), gamma = water.material.pressure_exponent;
     start.F[i] *= std::pow(1 + gamma * pressure / water.bulk(), -1 / (3 * gamma));
   }
-  double n = 0, z = 0, q = 0, zz = 0, zq = 0, height = 0, frames = 0;
+  double n = 0, z = 0, q = 0, zz = 0, zq = 0, height = 0, mean = 0, frames = 0;
   simulate<double>(run_options(100, duration), p, world, start, [&](const BodyState& now) {
     if (now.time < 0.5 * duration) return true;
     for (size_t i = 0; i < p.size(); ++i) {
       height += now.x[i].z() / static_cast<double>(p.size());
-      if (std::abs(now.x[i].z() - 0.5 * depth) > 0.3 * depth) continue;  // away from bottom and surface
       const double J = now.F[i].determinant();
       const double pressure = -kirchhoff_stress({&p.materials[0], 0, 0}, now.F[i], {}).trace() / 3 / J;
+      mean += pressure / static_cast<double>(p.size());
+      if (std::abs(now.x[i].z() - 0.5 * depth) > 0.3 * depth) continue;  // away from bottom and surface
       n += 1, z += now.x[i].z(), q += pressure, zz += now.x[i].z() * now.x[i].z(), zq += now.x[i].z() * pressure;
     }
     frames += 1;
     return true;
   });
   const double slope = (zq - z * q / n) / (zz - z * z / n);
-  return {-slope / (water.density * g), height / frames / (0.5 * depth) - 1};
+  return {-slope / (water.density * g), mean / frames / (0.5 * water.density * g * depth),
+          height / frames / (0.5 * depth) - 1};
 }
 
 /// Largest rise of PE_n + (KE_n + KE_n+1) / 2 of a free, spinning, strained block above any earlier value, relative to

@@ -160,6 +160,8 @@ void fluid() {
   const WaterColumn w = water_column(12, 2.0, true);
   report("water_pressure_slope", "relative to density g", w.pressure_slope, 1, "5 %",
          std::abs(w.pressure_slope - 1) <= 0.05);
+  report("water_mean_pressure", "relative to half the depth", w.mean_pressure, 1, "5 %",
+         std::abs(w.mean_pressure - 1) <= 0.05);
   report("water_height_change", "2 s", w.height_change, 0, "2 %", std::abs(w.height_change) <= 0.02);
 }
 
