@@ -65,7 +65,7 @@ Node<T>* block_of(std::vector<Node<T>>& nodes, int n) {
 template <class T>
 void StepAdjoint<T>::begin_step(const StepTape<T>& tape, const TapeStep<T>& step) {
   run_ = {};
-  run_.dt = step.dt, run_.viscosity_time = step.loads.viscosity_time;
+  run_.dt = step.dt, run_.flip = step.flip, run_.viscosity_time = step.loads.viscosity_time;
   run_.dx = solver_.dx, run_.inverse_dx = solver_.inverse_dx;
   for (int a = 0; a < 3; ++a)
     run_.origin[a] = solver_.origin[a], run_.low[a] = tape.low[a], run_.high[a] = tape.high[a];
@@ -80,6 +80,7 @@ void StepAdjoint<T>::begin_step(const StepTape<T>& tape, const TapeStep<T>& step
   patch_.resize(static_cast<size_t>(grid.particle_blocks()) * BlockGrid::kPatchNodes);
   block_sums_.resize(4 * body_.size() * grid.particle_blocks());
   node_sums_.resize(grid.node_blocks());
+  if (step.flip > T(0)) adj_old_node_.resize(step.node.size()), old_patch_.resize(patch_.size());
 }
 
 template <class T>
@@ -151,22 +152,36 @@ void StepAdjoint<T>::reverse_given_stress(const TapeStep<T>& step, int b, const 
 template <class T>
 void StepAdjoint<T>::reverse_gather(const TapeStep<T>& step, int b) {
   if (!memory_.empty()) reverse_return_maps(step, b);
-  alignas(64) Node<T> velocity[BlockGrid::kPatchNodes];
-  collect_patch(*step.grid, b, velocity_, velocity);
-  Node<T>* patch = patch_.data() + static_cast<size_t>(b) * BlockGrid::kPatchNodes;
-  std::fill_n(patch, BlockGrid::kPatchNodes, Node<T>{});
-  kernels_.gather(run_of(step, b), velocity->lane, patch->lane);
+  alignas(64) Node<T> velocity[2][BlockGrid::kPatchNodes];
+  const auto cleared = [&](std::vector<Node<T>>& patches) {
+    Node<T>* patch = patches.data() + static_cast<size_t>(b) * BlockGrid::kPatchNodes;
+    return std::fill_n(patch, BlockGrid::kPatchNodes, Node<T>{}), patch->lane;
+  };
+  collect_patch(*step.grid, b, velocity_, velocity[0]);
+  T* old_patch = nullptr;
+  if (step.flip > T(0)) {
+    collect_patch(*step.grid, b, step.old_node, velocity[1]);
+    old_patch = cleared(old_patch_);
+  }
+  kernels_.gather(run_of(step, b), velocity[0]->lane, cleared(patch_), velocity[1]->lane, old_patch);
 }
 
 template <class T>
 void StepAdjoint<T>::reverse_update(const TapeStep<T>& step, int n) {
-  const T* patch[8];
-  for (int o = 0; o < 8; ++o) {
-    const int source = step.grid->sources_of(n)[o];
-    patch[o] = source < 0 ? nullptr : patch_[static_cast<size_t>(source) * BlockGrid::kPatchNodes].lane;
-  }
+  const auto sum = [&](const std::vector<Node<T>>& patches, Node<T>* node) {
+    const T* patch[8];
+    for (int o = 0; o < 8; ++o) {
+      const int source = step.grid->sources_of(n)[o];
+      patch[o] = source < 0 ? nullptr : patches[static_cast<size_t>(source) * BlockGrid::kPatchNodes].lane;
+    }
+    forward_.sum_nodes(patch, node->lane);
+  };
   const NodeBlock<T> block = node_block(step, adj_node_, n);
-  forward_.sum_nodes(patch, block.node->lane);
+  sum(patch_, block.node);
+  if (step.flip > T(0)) {
+    sum(old_patch_, block_of(adj_old_node_, n));
+    reverse_node_average(step.old_node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, block_of(adj_old_node_, n));
+  }
   node_sums_[n] = {};
   reverse_node_update(forward_, step.dt, step.loads, block,
                       step.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, node_sums_[n]);
@@ -174,8 +189,9 @@ void StepAdjoint<T>::reverse_update(const TapeStep<T>& step, int n) {
 
 template <class T>
 void StepAdjoint<T>::reverse_scatter(const TapeStep<T>& step, int b) {
-  alignas(64) Node<T> patch[BlockGrid::kPatchNodes];
-  collect_patch(*step.grid, b, adj_node_, patch);
+  alignas(64) Node<T> patch[2][BlockGrid::kPatchNodes];
+  collect_patch(*step.grid, b, adj_node_, patch[0]);
+  if (step.flip > T(0)) collect_patch(*step.grid, b, adj_old_node_, patch[1]);
   AdjointRun<T> run = run_of(step, b);
   run.by_body = block_sums_.data() + static_cast<size_t>(b) * 4 * run.bodies;
   std::fill_n(run.by_body, 4 * run.bodies, 0.0);
@@ -188,7 +204,7 @@ void StepAdjoint<T>::reverse_scatter(const TapeStep<T>& step, int b) {
         std::copy_n(step.given_stress.data() + 6 * side, 6, stress.data() + 6 * s);
     run.given_stress = stress.data(), run.by_given_stress = by_stress.data();
   }
-  kernels_.scatter[static_cast<int>(uniform ? uniform_ : StressKind::kGiven)](run, patch->lane);
+  kernels_.scatter[static_cast<int>(uniform ? uniform_ : StressKind::kGiven)](run, patch[0]->lane, patch[1]->lane);
   if (!memory_.empty()) reverse_given_stress(step, b, by_stress.data());
 }
 
