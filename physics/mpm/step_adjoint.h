@@ -87,6 +87,7 @@ class StepAdjoint {
   AdjointRun<T> run_of(const TapeStep<T>& step, int b) const;
   NodeBlock<T> node_block(const TapeStep<T>& step, std::vector<Node<T>>& nodes, int n) const;
   void find_velocities(const TapeStep<T>& step, int n);
+  void reverse_affine_damping(const TapeStep<T>& step, int b, const Node<T>* velocity);
   void reverse_return_maps(const TapeStep<T>& step, int b);
   void reverse_gather(const TapeStep<T>& step, int b);
   void reverse_update(const TapeStep<T>& step, int n);

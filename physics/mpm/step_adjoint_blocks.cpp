@@ -1,6 +1,8 @@
 #include <algorithm>
 
+#include "gaussians/base/error.h"
 #include "physics/laws/law.h"
+#include "physics/mpm/bspline.h"
 #include "physics/mpm/node_update_adjoint.h"
 #include "physics/mpm/step_adjoint.h"
 
@@ -64,6 +66,8 @@ Node<T>* block_of(std::vector<Node<T>>& nodes, int n) {
 
 template <class T>
 void StepAdjoint<T>::begin_step(const StepTape<T>& tape, const TapeStep<T>& step) {
+  if (step.grid->has_siblings())
+    throw usage_error("roll-out", "object", "has bodies that touch", "fit one body at a time");
   run_ = {};
   run_.dt = step.dt, run_.flip = step.flip, run_.viscosity_time = step.loads.viscosity_time;
   run_.dx = solver_.dx, run_.inverse_dx = solver_.inverse_dx;
@@ -106,6 +110,29 @@ void StepAdjoint<T>::find_velocities(const TapeStep<T>& step, int n) {
   const Vec3<T> fall = step.dt * step.loads.gravity;
   forward_.update_nodes(block.node->lane, fall.data(), step.loads.velocity_scale);
   apply_node_conditions(step.loads, block);
+}
+
+/// The affine velocity of a particle is damped after it has been used, so what was used is found again from the nodes.
+template <class T>
+void StepAdjoint<T>::reverse_affine_damping(const TapeStep<T>& step, int b, const Node<T>* velocity) {
+  for (int s = step.begin[b]; s < step.begin[b + 1]; ++s) {
+    AdjointRecord<T>& r = record_[slot_[step.index[s]]];
+    const Mat3<T> by = Eigen::Map<const RowMajor<T>>(r.C);
+    Eigen::Map<RowMajor<T>>(r.C) = T(0.5) * (step.loads.strain_rate_kept * (by + by.transpose()) +
+                                             step.loads.spin_kept * (by - by.transpose()));
+    const T* x = step.particle[s].x;
+    const auto along = [&](int a) { return Spline<T>((x[a] - run_.origin[a]) * run_.inverse_dx); };
+    const Spline<T> sx = along(0), sy = along(1), sz = along(2);
+    Mat3<T> C = Mat3<T>::Zero();
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        for (int k = 0; k < 3; ++k) {
+          const T* v = velocity[(((sx.base & 3) + i) * kPatch + (sy.base & 3) + j) * kPatch + (sz.base & 3) + k].lane;
+          C += (4 * run_.inverse_dx * sx.weight[i] * sy.weight[j] * sz.weight[k]) * Vec3<T>(v[0], v[1], v[2]) *
+               Vec3<T>(T(i) - sx.offset, T(j) - sy.offset, T(k) - sz.offset).transpose();
+        }
+    Eigen::Map<RowMajor<T>>(r.C_after) = C;
+  }
 }
 
 /// F' and the memory come from (I + dt C') times what was, through the return map; see `Mpm::apply_laws`.
@@ -151,13 +178,14 @@ void StepAdjoint<T>::reverse_given_stress(const TapeStep<T>& step, int b, const 
 
 template <class T>
 void StepAdjoint<T>::reverse_gather(const TapeStep<T>& step, int b) {
-  if (!memory_.empty()) reverse_return_maps(step, b);
   alignas(64) Node<T> velocity[2][BlockGrid::kPatchNodes];
   const auto cleared = [&](std::vector<Node<T>>& patches) {
     Node<T>* patch = patches.data() + static_cast<size_t>(b) * BlockGrid::kPatchNodes;
     return std::fill_n(patch, BlockGrid::kPatchNodes, Node<T>{}), patch->lane;
   };
   collect_patch(*step.grid, b, velocity_, velocity[0]);
+  if (step.loads.strain_rate_kept != T(1) || step.loads.spin_kept != T(1)) reverse_affine_damping(step, b, velocity[0]);
+  if (!memory_.empty()) reverse_return_maps(step, b);
   T* old_patch = nullptr;
   if (step.flip > T(0)) {
     collect_patch(*step.grid, b, step.old_node, velocity[1]);
