@@ -49,6 +49,15 @@ class Mpm {
   class Snapshot;
   Snapshot save() const;
   void restore(const Snapshot& snapshot);
+  /// Bytes of a snapshot, and of one step on a tape with the present blocks.
+  size_t snapshot_bytes() const {
+    return data_.record.size() * (sizeof(ParticleRecord<T>) + 2 * sizeof(int)) +
+           data_.side.size() * (sizeof(LawSide<T>) + 6 * sizeof(T));
+  }
+  size_t tape_bytes() const {
+    return data_.record.size() * (sizeof(TapeParticle<T>) + sizeof(int)) + data_.node.size() * sizeof(Node<T>) +
+           data_.side.size() * (sizeof(LawMemory<T>) + 6 * sizeof(T));
+  }
 
   /// The three parts of a step, on one thread.
   void particles_to_grid(T dt, const StepLoads<T>& loads);
@@ -109,13 +118,6 @@ class Mpm {
 
 template <class T>
 class Mpm<T>::Snapshot {
- public:
-  size_t bytes() const {
-    return record_.size() * (sizeof(ParticleRecord<T>) + 2 * sizeof(int)) +
-           side_.size() * (sizeof(LawSide<T>) + 6 * sizeof(T));
-  }
-
- private:
   friend class Mpm;
   std::vector<ParticleRecord<T>> record_;
   std::vector<int> slot_;

@@ -19,6 +19,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
   const int threads = std::clamp(omp_get_max_threads(), 1, std::max(1, useful));
   std::exception_ptr error;
   Queue scatter, update, contact, conditions, gather;
+  if (tape) tape->low = data_.low, tape->high = data_.high;
   bool going = true, good = true;
   // What one thread does between steps.
   const auto between = [&](int k) {
@@ -29,7 +30,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
       }
       going = good && k < count;
       if (going) prepare(k), clear_impulses(loads);
-      if (going && tape) tape->begin_step(dt, loads, data_.grid);
+      if (going && tape) tape->begin_step(dt, loads, data_.grid, data_.side.size());
     } catch (...) {
       error = std::current_exception(), going = false;
     }
@@ -76,7 +77,10 @@ void Mpm<T>::record_block(int b, TapeStep<T>& step) const {
     const ParticleRecord<T>& r = data_.record[data_.grid.order()[s]];
     TapeParticle<T>& to = step.particle[s];
     step.index[s] = r.index;
-    std::copy_n(r.x, 3, to.x), std::copy_n(r.v, 3, to.v), std::copy_n(r.C, 9, to.C), std::copy_n(r.F, 9, to.F);
+    std::copy_n(r.x, 3, to.x), std::copy_n(r.F, 9, to.F), std::copy_n(r.v, 3, to.v), std::copy_n(r.C, 9, to.C);
+    if (r.side < 0) continue;
+    step.memory[r.side] = data_.side[r.side].memory;
+    std::copy_n(data_.given_stress.data() + 6 * r.side, 6, step.given_stress.data() + 6 * r.side);
   }
 }
 

@@ -4,29 +4,14 @@
 #include <cmath>
 
 #include "gaussians/base/error.h"
+#include "physics/simulate/grab_spring.h"
 
 namespace pliant {
 namespace {
 
-constexpr double kGrabFrequency = 10;  // Hz, of the body's mass on the default grab spring
-
 bool marks_particles(InteractionType type) {
   return type == InteractionType::kPointForce || type == InteractionType::kImpulse || type == InteractionType::kGrab ||
          type == InteractionType::kGust;
-}
-
-/// Part of [t, t + dt] that lies in [start, end].
-double overlap(double t, double dt, double start, double end) {
-  return std::clamp((std::min(t + dt, end) - std::max(t, start)) / dt, 0.0, 1.0);
-}
-
-Vec3d path_position(const std::vector<Interaction::PathPoint>& path, double time) {
-  size_t k = 0;
-  while (k < path.size() && path[k].time <= time) ++k;
-  if (k == 0) return path.front().position;
-  if (k == path.size()) return path.back().position;
-  const double s = (time - path[k - 1].time) / (path[k].time - path[k - 1].time);
-  return path[k - 1].position + s * (path[k].position - path[k - 1].position);
 }
 
 template <class T>
@@ -100,19 +85,9 @@ bool LoadSchedule<T>::pinned(double t) const {
 template <class T>
 Vec3d LoadSchedule<T>::add_grab(const Entry& entry, double t, double dt, const Mpm<T>& solver,
                                 StepLoads<T>& loads) const {
-  const Interaction& it = entry.interaction;
-  const double omega = 2 * 3.14159265358979324 * kGrabFrequency;
-  const double stiffness = it.stiffness > 0 ? it.stiffness : omega * omega * body_mass_;
-  const double damping = it.damping > 0 ? it.damping : 2 * std::sqrt(stiffness * body_mass_);
-  const Vec3d target = path_position(it.path, t + dt - it.start);
-  const Vec3d target_velocity = (target - path_position(it.path, t - it.start)) / dt;
+  const GrabSpring spring(entry.interaction, body_mass_, t, dt);
   const auto motion = solver.motion_of(entry.touched);
-  // Implicit in the velocity of the touched mass, so that the spring does not limit the time step.
-  Vec3d force = (stiffness * (target - motion.centre - dt * motion.velocity) +
-                 damping * (target_velocity - motion.velocity)) /
-                (1 + dt * (damping + dt * stiffness) / entry.mass);
-  const double newtons = force.norm();
-  if (newtons > it.max_force) force *= it.max_force / newtons;
+  const Vec3d force = spring.force(spring.unlimited(motion.centre, motion.velocity, entry.mass));
   add<T>(loads, entry.bit, force / entry.mass);
   return dt * force;
 }

@@ -5,9 +5,21 @@
 
 #include "physics/simulate/interaction.h"
 #include "physics/mpm/mpm.h"
+#include "physics/mpm/step_adjoint.h"
 #include "physics/simulate/simulate.h"
 
 namespace pliant {
+
+/// Derivatives of a scalar L with respect to what a schedule is made of.
+struct LoadsGradient {
+  std::vector<Vec3d> vector;         ///< [interactions] by Interaction::vector
+  std::vector<double> touched_mass;  ///< [interactions] by the touched mass
+  double body_mass = 0;
+  Vec3d gravity = Vec3d::Zero();     ///< by SimulateOptions::gravity
+  double damping_time = 0;
+
+  explicit LoadsGradient(size_t interactions) : vector(interactions, Vec3d::Zero()), touched_mass(interactions, 0.0) {}
+};
 
 /// Turns an interaction script into what acts during each substep.
 template <class T>
@@ -28,6 +40,12 @@ class LoadSchedule {
   size_t size() const { return entries_.size(); }
   /// Speed [m/s] of the fastest point of a collider near the body during [t, t + dt].
   double collider_speed(double t, double dt) const;
+  /// The way back of `at` for the recorded step [t, t + dt], from derivatives by its loads: adds to `gradient`, and to
+  /// the particles at the start of the step what they did to the loads.
+  void at_adjoint(double t, double dt, const TapeStep<T>& step, const StepLoadsGradient& by_loads,
+                  StepAdjoint<T>& particles, LoadsGradient& gradient) const;
+  /// Adds to by_mass [N] what the masses of the touched particles and of the body did.
+  void add_by_mass(const LoadsGradient& gradient, std::vector<T>& by_mass) const;
 
  private:
   struct Entry {
@@ -39,6 +57,8 @@ class LoadSchedule {
     bool reaches_body = false; // only of a pin
   };
 
+  void grab_adjoint(const Entry& entry, double t, double dt, const TapeStep<T>& step, const Vec3d& by_acceleration,
+                    StepAdjoint<T>& particles, size_t number, LoadsGradient& gradient) const;
   Vec3d add_grab(const Entry& entry, double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads) const;
   Collider collider_at(const Entry& entry, double t, double dt) const;
 
