@@ -22,7 +22,6 @@ struct BodyLoad {
   T spring = 0;                            ///< no unit
   Vec3<T> wind = Vec3<T>::Zero();          ///< w, m/s
   T pressure = 0;                          ///< kg/m^3, density of the air times drag coefficient / 2
-  int source = -1;                         ///< the caller's number for it
 };
 
 /// What a load reads of a particle.

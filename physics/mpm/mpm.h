@@ -76,6 +76,8 @@ class Mpm {
     double mass = 0;
   };
   Motion motion_of(std::span<const int> particles) const;
+  /// Moment of inertia [kg m^2] of some particles about the axis through `centre` along the unit vector `axis`.
+  double inertia_of(std::span<const int> particles, const Vec3d& centre, const Vec3d& axis) const;
 
   /// Of the nodes between particles_to_grid and update_grid (momenta) or after update_grid (velocities).
   Totals grid_totals(bool velocities) const;

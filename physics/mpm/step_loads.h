@@ -19,6 +19,8 @@ struct StepLoads {
   std::vector<Region> pins;
   std::vector<Collider> colliders;
   double object_friction = 0.5;  ///< Coulomb coefficient between bodies
+  std::vector<int> source;  ///< the caller's numbers for colliders, pins and body loads, in that order; see
+                            ///< Mpm::impulses
   std::vector<double> density;  ///< [objects] kg/m^3, mean of each body at rest: from it and a node's mass follows how
                                 ///< near the body's surface is; missing = contact as soon as a node has mass
 };
