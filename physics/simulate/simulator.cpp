@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "gaussians/base/error.h"
+#include "physics/body/surface_elements.h"
 #include "physics/laws/material.h"
 
 namespace pliant {
@@ -73,6 +74,7 @@ Simulator<T>::Simulator(const SimulateOptions& options, const BasicParticles<T>&
       solver_(particles, dx_, grid_origin(particles, interactions, dx_)),
       summary_(summary) {
   solver_.set_load_bits(schedule_.bits());
+  if (schedule_.has_wind()) solver_.set_exposure(surface_elements(particles, dx_));
   Vec3<T> low = particles.position[0], high = low;
   for (size_t i = 0; i < particles.size(); ++i) {
     const double density = static_cast<double>(particles.mass[i]) / particles.volume[i];
@@ -146,10 +148,9 @@ bool Simulator<T>::run(const BasicSimulationState<T>& state, int substeps, int f
   const double start = state.frame / options_.fps, dt = time_step(substeps);
   return solver_.advance(
       last - first, static_cast<T>(dt), loads_,
-      [&](int k) { schedule_.at(start + (first + k) * dt, dt, solver_, loads_, impulse_); },
+      [&](int k) { schedule_.at(start + (first + k) * dt, dt, solver_, loads_); },
       [&] {
-        for (size_t c = 0; c < loads_.colliders.size(); ++c)
-          impulse_[loads_.colliders[c].source] += solver_.collider_impulse()[c];
+        for (size_t l = 0; l < loads_.source.size(); ++l) impulse_[loads_.source[l]] += solver_.impulses()[l];
         return (sound_speed_ + solver_.max_speed()) * dt <= options_.courant_cap * dx_;
       },
       tape);
