@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "gaussians/base/error.h"
 #include "physics/laws/law.h"
 #include "physics/mpm/node_update_adjoint.h"
 #include "physics/mpm/step_adjoint.h"
@@ -64,6 +65,9 @@ Node<T>* block_of(std::vector<Node<T>>& nodes, int n) {
 
 template <class T>
 void StepAdjoint<T>::begin_step(const StepTape<T>& tape, const TapeStep<T>& step) {
+  if (step.grid->has_siblings())
+    throw usage_error("roll-out", "object", "bodies that touch each other have no derivative yet",
+                      "differentiate one body at a time");
   run_ = {};
   run_.dt = step.dt, run_.viscosity_time = step.loads.viscosity_time;
   run_.dx = solver_.dx, run_.inverse_dx = solver_.inverse_dx;
@@ -73,8 +77,9 @@ void StepAdjoint<T>::begin_step(const StepTape<T>& tape, const TapeStep<T>& step
   run_.exact_stress = exact_stress<T>, run_.exact_adjoint = exact_adjoint<T>;
   body_.clear();
   for (const BodyLoad<T>& load : step.loads.body)
-    body_.push_back({load.bit, {load.acceleration[0], load.acceleration[1], load.acceleration[2]}, load.drag});
+    body_.push_back({load.bit, {load.acceleration[0], load.acceleration[1], load.acceleration[2]}, load.drag, load.spring});
   run_.body = body_.data(), run_.bodies = static_cast<int>(body_.size());
+  run_.reference = solver_.reference.data()->data();
   const BlockGrid& grid = *step.grid;
   velocity_.resize(step.node.size()), adj_node_.resize(step.node.size());
   patch_.resize(static_cast<size_t>(grid.particle_blocks()) * BlockGrid::kPatchNodes);

@@ -9,6 +9,13 @@
 namespace pliant {
 namespace {
 
+// A pin from the start on.  A row of nodes that stands still would put the clamp wherever the rows happen to lie; so
+// particles up to kClampReach cells outside its surface are tied to their places by springs as stiff as the material
+// is over a cell, which act through the splines and know nothing of rows, and nodes stand still only deeper inside,
+// where next to no motion arrives.  The reach makes up for what the springs give: it was set by the first frequency of
+// a cantilever against finite elements.
+constexpr double kClampReach = 0.5, kClampSpring = 2, kClampDepth = 0.75;
+
 bool marks_particles(InteractionType type) {
   return type == InteractionType::kPointForce || type == InteractionType::kImpulse || type == InteractionType::kGrab ||
          type == InteractionType::kGust || type == InteractionType::kTorque || type == InteractionType::kWind;
@@ -35,7 +42,7 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
     bounds.add(particles.position[i].template cast<float>());
   }
   for (size_t o = 0; o < mass.size(); ++o) density_.push_back(volume[o] > 0 ? mass[o] / volume[o] : 0);
-  body_size_ = bounds.size().norm() + 4 * dx;
+  body_size_ = bounds.size().norm() + 4 * dx, cell_size_ = dx;
   int used_bits = 0;
   for (size_t k = 0; k < interactions.size(); ++k) {
     validate_interaction(interactions[k], k);
@@ -55,6 +62,13 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
       entry.reaches_body = nearest <= (kPinReach + 1.5) * dx;
       if (!entry.reaches_body)
         warnings_.push_back(where + " holds nothing: the body is " + std::to_string(nearest) + " m away");
+    }
+    if (it.type == InteractionType::kPin && it.start == 0 && used_bits < 32) {
+      for (size_t i = 0; i < particles.size(); ++i) {
+        if (it.region.signed_distance(particles.position[i].template cast<double>()) > kClampReach * dx) continue;
+        entry.sprung = true, bits_[i] |= uint32_t{1} << used_bits;
+      }
+      if (entry.sprung) entry.bit = uint32_t{1} << used_bits++;
     }
     if (it.type == InteractionType::kPoke) {
       const double miss = miss_of(it, particles);
@@ -184,7 +198,12 @@ void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>
         if (active) gravity = it.vector;
         break;
       case InteractionType::kPin:
-        if (active) loads.pins.push_back(it.region), pin_source.push_back(static_cast<int>(k));
+        if (!active) break;
+        pin_source.push_back(static_cast<int>(k));
+        loads.pins.push_back(entry.sprung ? it.region.grown(-(kPinReach + kClampDepth) * cell_size_) : it.region);
+        if (!entry.sprung) break;
+        loads.body.emplace_back();
+        loads.body.back().bit = entry.bit, loads.body.back().spring = static_cast<T>(kClampSpring);
         break;
       case InteractionType::kPointForce:
         if (part > 0) add<T>(loads, entry.bit, part / entry.mass * it.vector);

@@ -57,6 +57,7 @@ class LoadSchedule {
     double mass = 0;           // touched, kg
     std::vector<int> touched;  // only of what depends on their motion
     bool reaches_body = false; // only of a pin
+    bool sprung = false;       // only of a pin: held by springs behind its surface
   };
 
   void grab_adjoint(const Entry& entry, double t, double dt, const TapeStep<T>& step, const Vec3d& by_acceleration,
@@ -68,7 +69,7 @@ class LoadSchedule {
   Collider collider_at(const Entry& entry, double t, double dt) const;
 
   SimulateOptions options_;
-  double body_mass_ = 0, body_size_ = 0;
+  double body_mass_ = 0, body_size_ = 0, cell_size_ = 0;
   std::vector<double> density_;  // of each object
   std::vector<Entry> entries_;
   std::vector<uint32_t> bits_;

@@ -43,6 +43,8 @@ void LoadSchedule<T>::at_adjoint(double t, double dt, const TapeStep<T>& step, c
         }
         break;
       case InteractionType::kPin:
+        if (active && entry.sprung) ++next;
+        break;
       case InteractionType::kGround:
       case InteractionType::kCollider:
       case InteractionType::kPoke: break;

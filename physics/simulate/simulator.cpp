@@ -10,42 +10,13 @@
 namespace pliant {
 namespace {
 
-/// Origin of the grid: a row of nodes lies a quarter of a cell outside the flat faces of pinned regions that cut the
-/// body, because a clamp acts about that far behind the row; and on the ground.
+/// Origin of the grid: a multiple of dx near the middle of the body, so that coordinates stay small.
 template <class T>
-Vec3d grid_origin(const BasicParticles<T>& particles, const std::vector<Interaction>& interactions, double dx) {
+Vec3d grid_origin(const BasicParticles<T>& particles, double dx) {
   Vec3d low = Vec3d::Constant(INFINITY), high = Vec3d::Constant(-INFINITY);
-  for (const Vec3<T>& x : particles.position) {
+  for (const Vec3<T>& x : particles.position)
     low = low.cwiseMin(x.template cast<double>()), high = high.cwiseMax(x.template cast<double>());
-  }
-  Vec3d origin = 0.5 * (low + high);
-  bool aligned[3] = {false, false, false};
-  const auto align = [&](int axis, double plane) {
-    if (aligned[axis] || plane < low[axis] - dx || plane > high[axis] + dx) return;
-    // The lattice plane nearest to the middle, so that coordinates stay small.
-    origin[axis] = plane + std::round((origin[axis] - plane) / dx) * dx;
-    aligned[axis] = true;
-  };
-  constexpr double kClampOffset = kPinReach - 0.5;
-  for (const Interaction& it : interactions) {
-    const Region& r = it.region;
-    const bool pin = it.type == InteractionType::kPin, ground = it.type == InteractionType::kGround;
-    if (pin && r.kind == Region::Kind::kBox) {
-      for (int a = 0; a < 3; ++a) {
-        if (r.vector[a] < high[a]) align(a, r.vector[a] + kClampOffset * dx);
-        if (r.point[a] > low[a]) align(a, r.point[a] - kClampOffset * dx);
-      }
-    } else if ((pin || ground) && r.kind == Region::Kind::kHalfSpace) {
-      const Vec3d normal = r.vector.normalized();
-      int axis = 0;
-      normal.cwiseAbs().maxCoeff(&axis);
-      if (std::abs(normal[axis]) < 0.99) continue;
-      const Vec3d centre = 0.5 * (low + high);
-      const double plane = centre[axis] - (centre - r.point).dot(normal) / normal[axis];
-      align(axis, plane + (pin ? kClampOffset * dx / normal[axis] : 0.0));
-    }
-  }
-  return origin;
+  return dx * (0.5 / dx * (low + high)).array().round().matrix();
 }
 
 /// Median of each coordinate, which strays do not move.
@@ -71,7 +42,7 @@ Simulator<T>::Simulator(const SimulateOptions& options, const BasicParticles<T>&
       particles_(particles),
       dx_(options.cell_size > 0 ? options.cell_size : static_cast<double>(particles.cell_size)),
       schedule_(options, particles, interactions),
-      solver_(particles, dx_, grid_origin(particles, interactions, dx_)),
+      solver_(particles, dx_, grid_origin(particles, dx_)),
       summary_(summary) {
   solver_.set_load_bits(schedule_.bits());
   if (schedule_.has_wind()) solver_.set_exposure(surface_elements(particles, dx_));
