@@ -46,6 +46,15 @@ double remove_floaters(Cloud& cloud, int& floaters) {
   return spacing;
 }
 
+/// Turns normals to the side on which most viewpoints lie: that side has been seen.
+void face(Cloud& cloud, const std::vector<Vec3f>& viewpoints) {
+  for (Surfel& s : cloud.surfel) {
+    int balance = 0;
+    for (const Vec3f& eye : viewpoints) balance += (eye - s.position).dot(s.normal) > 0 ? 1 : -1;
+    if (balance < 0) s.normal = -s.normal;
+  }
+}
+
 /// Signed distance at x from the surfels `hits`, nearest first.
 double distance_at(const Vec3d& x, const Cloud& cloud, const std::vector<NearestPoints::Hit>& hits, double spacing,
                    double hole_radius) {
@@ -102,6 +111,7 @@ SceneDistanceResult make_scene_distance(const SceneDistanceOptions& options, std
   result.summary.surfel_spacing = spacing;
   if (cloud.position.empty()) return result;
 
+  face(cloud, options.viewpoints);
   const NearestPoints nearest(cloud.position);
   const double hole = options.hole_radius > 0 ? options.hole_radius : kHoleSpacings * spacing;
   const double limit = options.truncation * grid.spacing;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "physics/body/surfels.h"
 #include "physics/mpm/signed_distance_grid.h"
@@ -12,7 +13,9 @@ struct SceneDistanceOptions {
   double spacing = 0;     ///< of its nodes; 0 = longest side of the box / 64
   double truncation = 6;  ///< nodes; distances are cut off beyond this many
   int neighbours = 12;    ///< surfels whose planes are averaged
-  double hole_radius = 0;  ///< holes in the surface up to this radius are closed; 0 = 3 times the surfels' spacing
+  std::vector<Vec3f> viewpoints;  ///< places in the open, such as the cameras': a surfel's normal is turned to the side
+                                  ///< on which more of them lie; empty = normals stay
+  double hole_radius = 0;         ///< holes in the surface up to this radius are closed; 0 = 3 times the surfels' spacing
 };
 
 struct SceneDistanceSummary {

@@ -10,6 +10,7 @@
 namespace pliant {
 namespace {
 
+constexpr double kUneven = 0.15;  // per cell; less is noise of the particles' places, inside of the body
 constexpr double kFilled = 0.4;  // share of a cell from which on it counts as filled
 
 /// Numbers on the integer lattice, zero where none was stored.
@@ -52,6 +53,7 @@ std::vector<Vec3<T>> surface_elements(const BasicParticles<T>& particles, double
   std::vector<Vec3<T>> out(n, Vec3<T>::Zero());
   for (size_t i = 0; i < n; ++i) {
     Vec3d gradient = Vec3d::Zero();
+    double filled = 0;
     for_stencil(i, [&](const Spline<double>* s, int a, int b, int c) {
       const int o[3] = {a, b, c};
       double w[3], d[3];
@@ -60,10 +62,13 @@ std::vector<Vec3<T>> surface_elements(const BasicParticles<T>& particles, double
         const double slope[3] = {-(1.5 - u), 2 * (1 - u), u - 0.5};  // dN/dx; with 1 - u from the middle node
         w[k] = s[k].weight[o[k]], d[k] = slope[o[k]];
       }
-      gradient += share.get(s[0].base + a, s[1].base + b, s[2].base + c) *
-                  Vec3d(d[0] * w[1] * w[2], w[0] * d[1] * w[2], w[0] * w[1] * d[2]);
+      const double here = share.get(s[0].base + a, s[1].base + b, s[2].base + c);
+      filled += here * w[0] * w[1] * w[2];
+      gradient += here * Vec3d(d[0] * w[1] * w[2], w[0] * d[1] * w[2], w[0] * w[1] * d[2]);
     });
-    out[i] = (-2 * particles.volume[i] / dx * gradient).template cast<T>();
+    if (!(gradient.norm() > kUneven * filled)) continue;
+    // Across a face, gradient over share sums to ln 2: from 1 inside to 1/2 on the face; edges cancel out of it.
+    out[i] = (-particles.volume[i] / (dx * 0.693147180559945 * filled) * gradient).template cast<T>();
   }
   return out;
 }
@@ -96,7 +101,14 @@ std::vector<uint8_t> thin_parts(const std::vector<Vec3<T>>& position, const std:
     if (!whole) continue;
     for_cube(i, j, k, [&](int a, int b, int c) { thick.at(a, b, c) = 1; });
   }
-  for (size_t p = 0; p < n; ++p) thin[p] = thick.get(cell_of(p, 0), cell_of(p, 1), cell_of(p, 2)) == 0;
+  for (size_t p = 0; p < n; ++p) {
+    const int i = cell_of(p, 0), j = cell_of(p, 1), k = cell_of(p, 2);
+    bool is_thick = thick.get(i, j, k) > 0;
+    // A face that crosses a layer of cells leaves slivers, which belong to the cells beside them.
+    if (!is_thick && filled.get(i, j, k) < kFilled)
+      for_cube(i, j, k, [&](int a, int b, int c) { is_thick |= thick.get(a, b, c) > 0; });
+    thin[p] = !is_thick;
+  }
   return thin;
 }
 

