@@ -3,15 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
-#include <utility>
 
+#include "gaussians/base/nearest.h"
 #include "physics/mpm/bspline.h"
 
 namespace pliant {
 namespace {
 
 constexpr double kUneven = 0.15;  // per cell; less is noise of the particles' places, inside of the body
-constexpr double kFilled = 0.4;  // share of a cell from which on it counts as filled
+// Slope per cell over share from which on a particle is one of the outermost, about half a cell deep at most; cells
+// below them at which the middle of a thick part begins; and cells around that middle, to a corner of the part.
+constexpr double kOuter = 0.6, kDeep = 0.9, kAround = 2.6;
 
 /// Numbers on the integer lattice, zero where none was stored.
 class Lattice {
@@ -74,47 +76,35 @@ std::vector<Vec3<T>> surface_elements(const BasicParticles<T>& particles, double
 }
 
 template <class T>
-std::vector<uint8_t> thin_parts(const std::vector<Vec3<T>>& position, const std::vector<T>& volume, double dx) {
-  const size_t n = position.size();
-  std::vector<uint8_t> thin(n, 1);
-  if (n == 0) return thin;
-  // Cells are counted from the particles' lowest corner, so that an aligned body fills whole cells.
-  Vec3d low = Vec3d::Constant(INFINITY);
-  for (const Vec3<T>& x : position) low = low.cwiseMin(x.template cast<double>());
-  const double side = std::cbrt(static_cast<double>(volume[0]));
-  low -= Vec3d::Constant(0.5 * side);
-  const auto cell_of = [&](size_t i, int a) {
-    return static_cast<int>(std::clamp(std::floor((position[i][a] - low[a]) / dx), 0.0, 1e6));
-  };
-  Lattice filled, tried, thick;
-  for (size_t i = 0; i < n; ++i) filled.at(cell_of(i, 0), cell_of(i, 1), cell_of(i, 2)) += volume[i] / (dx * dx * dx);
-  const auto for_cube = [](int i, int j, int k, auto&& visit) {
-    for (int a = -1; a <= 1; ++a)
-      for (int b = -1; b <= 1; ++b)
-        for (int c = -1; c <= 1; ++c) visit(i + a, j + b, k + c);
-  };
-  for (size_t p = 0; p < n; ++p) {
-    const int i = cell_of(p, 0), j = cell_of(p, 1), k = cell_of(p, 2);
-    if (std::exchange(tried.at(i, j, k), 1) == 1) continue;
-    bool whole = true;
-    for_cube(i, j, k, [&](int a, int b, int c) { whole &= filled.get(a, b, c) >= kFilled; });
-    if (!whole) continue;
-    for_cube(i, j, k, [&](int a, int b, int c) { thick.at(a, b, c) = 1; });
+std::vector<uint8_t> thin_parts(const BasicParticles<T>& particles, double dx) {
+  // The outermost particles, those deep below them, and what lies around these.
+  const size_t n = particles.size();
+  const std::vector<Vec3<T>> elements = surface_elements(particles, dx);
+  std::vector<Vec3f> all, outer, deep;
+  for (size_t i = 0; i < n; ++i) {
+    all.push_back(particles.position[i].template cast<float>());
+    if (elements[i].norm() * dx * 0.693 > kOuter * particles.volume[i]) outer.push_back(all.back());
   }
-  for (size_t p = 0; p < n; ++p) {
-    const int i = cell_of(p, 0), j = cell_of(p, 1), k = cell_of(p, 2);
-    bool is_thick = thick.get(i, j, k) > 0;
-    // A face that crosses a layer of cells leaves slivers, which belong to the cells beside them.
-    if (!is_thick && filled.get(i, j, k) < kFilled)
-      for_cube(i, j, k, [&](int a, int b, int c) { is_thick |= thick.get(a, b, c) > 0; });
-    thin[p] = !is_thick;
+  if (outer.empty()) return std::vector<uint8_t>(n, 0);
+  std::vector<NearestPoints::Hit> hit;
+  const NearestPoints skin(outer);
+  for (const Vec3f& x : all) {
+    skin.query(x, 1, hit);
+    if (hit[0].distance >= kDeep * dx) deep.push_back(x);
+  }
+  if (deep.empty()) return std::vector<uint8_t>(n, 1);
+  std::vector<uint8_t> thin(n);
+  const NearestPoints core(deep);
+  for (size_t i = 0; i < n; ++i) {
+    core.query(all[i], 1, hit);
+    thin[i] = hit[0].distance > kAround * dx;
   }
   return thin;
 }
 
 template std::vector<Vec3<float>> surface_elements(const BasicParticles<float>&, double);
 template std::vector<Vec3<double>> surface_elements(const BasicParticles<double>&, double);
-template std::vector<uint8_t> thin_parts(const std::vector<Vec3<float>>&, const std::vector<float>&, double);
-template std::vector<uint8_t> thin_parts(const std::vector<Vec3<double>>&, const std::vector<double>&, double);
+template std::vector<uint8_t> thin_parts(const BasicParticles<float>&, double);
+template std::vector<uint8_t> thin_parts(const BasicParticles<double>&, double);
 
 }  // namespace pliant

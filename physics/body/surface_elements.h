@@ -12,8 +12,9 @@ namespace pliant {
 template <class T>
 std::vector<Vec3<T>> surface_elements(const BasicParticles<T>& particles, double dx);
 
-/// [N] 1 for particles in parts thinner than 3 cells: those that lie in no cube of 3 x 3 x 3 cells that are filled.
+/// [N] 1 for particles in parts thinner than 3 cells: those without a particle deep below the surface near them.  Plates
+/// of 2 cells are found and those of 3 are not; in between it depends on how the particles lie.
 template <class T>
-std::vector<uint8_t> thin_parts(const std::vector<Vec3<T>>& position, const std::vector<T>& volume, double dx);
+std::vector<uint8_t> thin_parts(const BasicParticles<T>& particles, double dx);
 
 }  // namespace pliant

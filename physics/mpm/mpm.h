@@ -99,7 +99,8 @@ class Mpm {
   void sum_node_block(int n);
   void update_node_block(int n, T dt, const StepLoads<T>& loads);
   void apply_conditions(int n, const StepLoads<T>& loads);
-  void gather_block(int b, T dt);
+  void gather_block(int b, T dt, const StepLoads<T>& loads);
+  void damp_affine(int b, T strain_rate_kept, T spin_kept);
   void collect_reports();
   void clear_impulses(const StepLoads<T>& loads);
   void record_block(int b, TapeStep<T>& step) const;

@@ -63,7 +63,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
         for (int n; (n = conditions.take()) < data_.grid.node_blocks();) apply_conditions(n, loads);
         barrier->wait();
       }
-      for (int b; (b = gather.take()) < data_.grid.particle_blocks();) gather_block(b, dt);
+      for (int b; (b = gather.take()) < data_.grid.particle_blocks();) gather_block(b, dt, loads);
       barrier->wait();
     }
   }
@@ -124,7 +124,7 @@ void Mpm<T>::update_grid(T dt, const StepLoads<T>& loads) {
 
 template <class T>
 void Mpm<T>::grid_to_particles(T dt) {
-  for (int b = 0; b < data_.grid.particle_blocks(); ++b) gather_block(b, dt);
+  for (int b = 0; b < data_.grid.particle_blocks(); ++b) gather_block(b, dt, {});
   collect_reports();
 }
 

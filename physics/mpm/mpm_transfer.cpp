@@ -91,8 +91,23 @@ void Mpm<T>::apply_conditions(int n, const StepLoads<T>& loads) {
       node_impulse_.data() + static_cast<size_t>(n) * (loads.colliders.size() + loads.pins.size()));
 }
 
+/// Damps the affine part of the particles' velocity.
 template <class T>
-void Mpm<T>::gather_block(int b, T dt) {
+void Mpm<T>::damp_affine(int b, T strain_rate_kept, T spin_kept) {
+  for (int s = data_.grid.begin(b); s < data_.grid.begin(b + 1); ++s) {
+    T* C = data_.record[data_.grid.order()[s]].C;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = i; j < 3; ++j) {
+        const T symmetric = strain_rate_kept * T(0.5) * (C[3 * i + j] + C[3 * j + i]);
+        const T spin = spin_kept * T(0.5) * (C[3 * i + j] - C[3 * j + i]);
+        C[3 * i + j] = symmetric + spin, C[3 * j + i] = symmetric - spin;
+      }
+    }
+  }
+}
+
+template <class T>
+void Mpm<T>::gather_block(int b, T dt, const StepLoads<T>& loads) {
   GatherInput<T> in{};
   in.run = run_of(data_, b);
   in.dt = dt;
@@ -104,6 +119,7 @@ void Mpm<T>::gather_block(int b, T dt) {
   in.moved = moved_.data() + data_.grid.begin(b);
   kernels_->gather(in, report_[b]);
   if (!data_.side.empty()) apply_laws(b, dt);
+  if (loads.strain_rate_kept != T(1) || loads.spin_kept != T(1)) damp_affine(b, loads.strain_rate_kept, loads.spin_kept);
 }
 
 template class Mpm<float>;

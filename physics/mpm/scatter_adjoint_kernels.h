@@ -101,15 +101,15 @@ INLINE void add_body_loads(const AdjointRun<T>& run, T* const* at, const Pack<T>
   const Pack<T> unit = unit_spring(run, constant);
   for (int l = 0; l < kLanes; ++l) {
     const uint32_t bits = reinterpret_cast<const AdjointRecord<T>*>(at[l])->bits;
-    const T* reference = run.reference + 3 * reinterpret_cast<const AdjointRecord<T>*>(at[l])->index;
+    const int place = 3 * reinterpret_cast<const AdjointRecord<T>*>(at[l])->index;
     const T start[3] = {v[0][l], v[1][l], v[2][l]};
     for (int b = 0; b < run.bodies; ++b) {
       const PlainBodyLoad<T>& load = run.body[b];
       if ((bits & load.bit) == 0) continue;
       kept[l] -= run.dt * load.drag;
-      for (int a = 0; a < 3; ++a)
-        v[a][l] += run.dt * (load.acceleration[a] - load.drag * start[a] -
-                             load.spring * unit[l] * (x[a][l] - reference[a]));
+      for (int a = 0; a < 3; ++a) v[a][l] += run.dt * (load.acceleration[a] - load.drag * start[a]);
+      if (load.spring == T(0)) continue;
+      for (int a = 0; a < 3; ++a) v[a][l] -= run.dt * load.spring * unit[l] * (x[a][l] - run.reference[place + a]);
     }
   }
 }
@@ -121,7 +121,7 @@ INLINE void add_by_body_loads(const AdjointRun<T>& run, int lanes, T* const* at,
   const Pack<T> unit = unit_spring(run, constant);
   for (int l = 0; l < lanes; ++l) {
     const uint32_t bits = reinterpret_cast<const AdjointRecord<T>*>(at[l])->bits;
-    const T* reference = run.reference + 3 * reinterpret_cast<const AdjointRecord<T>*>(at[l])->index;
+    const int place = 3 * reinterpret_cast<const AdjointRecord<T>*>(at[l])->index;
     for (int b = 0; b < run.bodies; ++b) {
       if ((bits & run.body[b].bit) == 0) continue;
       const T spring = run.body[b].spring;
@@ -129,8 +129,9 @@ INLINE void add_by_body_loads(const AdjointRun<T>& run, int lanes, T* const* at,
         const T by = run.dt * by_loaded_v[a][l];
         run.by_body[4 * b + a] += by;
         run.by_body[4 * b + 3] -= by * v[a][l];
+        if (spring == T(0)) continue;
         by_x[a][l] -= spring * unit[l] * by;
-        by_unit[l] -= spring * by * (x[a][l] - reference[a]);
+        by_unit[l] -= spring * by * (x[a][l] - run.reference[place + a]);
       }
     }
   }

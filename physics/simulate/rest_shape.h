@@ -22,7 +22,7 @@ struct RestShape {
 
 struct RestShapeOptions {
   SimulateOptions simulate;     ///< gravity and grid of the real run
-  double tolerance = 1e-3;      ///< largest residual / size of the body
+  double tolerance = 5e-4;      ///< largest residual / size of the body
   int max_iterations = 12;
   double max_seconds = 8;       ///< of settling per iteration
 };

@@ -63,7 +63,7 @@ double largest_displacement(const BasicParticles<T>& particles, const BasicSimul
 template <class T>
 std::string describe_thin_parts(const BasicParticles<T>& particles, double dx, SimulateSummary& summary) {
   constexpr double kWorthSaying = 0.01;
-  const std::vector<uint8_t> thin = thin_parts(particles.position, particles.volume, dx);
+  const std::vector<uint8_t> thin = thin_parts(particles, dx);
   double count = 0;
   for (size_t i = 0; i < thin.size(); ++i)
     if (thin[i]) ++count, summary.thin_bounds.add(particles.position[i].template cast<float>());

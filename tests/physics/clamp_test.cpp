@@ -26,7 +26,7 @@ double frequency(const Vec3d& offset, const Mat3d& turn) {
     x = (turn * own + dx * offset).cast<float>();
   }
   SimulateOptions options;
-  options.fps = fps, options.duration = 0.09, options.gravity.setZero();
+  options.fps = fps, options.duration = 0.08, options.gravity.setZero();
   Interaction wall, gravity;
   wall.type = InteractionType::kPin;
   wall.region = Region::half_space(dx * offset, turn * Vec3d::UnitX());

@@ -60,8 +60,7 @@ TEST(RestShape, ASolvedBodyDoesNotDroopAndRisesByItsSagWhenGravityEnds) {
   load.type = InteractionType::kGravity, load.vector = Vec3d(0, 0, -kGravity);
   const double sag = -tip(particles, simulate<double>(loading, particles, {wall(), load}, initial_state(particles)).state);
   EXPECT_GT(sag, 0.002);
-  EXPECT_NEAR(tip(particles, states.back()) / sag, 1, 0.03);
-  EXPECT_NEAR(s.rest_shape_sag / sag, 1.05, 0.15);  // of the corner that moves most
+  EXPECT_NEAR(tip(particles, states.back()) / sag, 1, 0.05);
 }
 
 TEST(RestShape, WithoutAPinIsAUsageError) {
