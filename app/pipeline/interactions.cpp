@@ -50,7 +50,9 @@ const std::map<std::string, std::vector<std::string>>& keys_of_type() {
       {"ground", {"point", "normal", "friction"}},
       {"collider",
        {"region", "contact", "friction", "container", "velocity", "angular_velocity", "pivot", "path"}},
-      {"poke", {"radius", "path", "friction"}}};
+      {"poke", {"radius", "path", "friction"}},
+      {"torque", {"region", "torque"}},
+      {"wind", {"region", "wind", "drag_coefficient", "air_density"}}};
   return keys;
 }
 
@@ -156,6 +158,15 @@ Interaction parse_row(const json& row, const InteractionFrame& frame, const std:
       out.region.kind = Region::Kind::kSphere, out.region.point = out.path.front().position;
       out.region.radius = metres * number(row, "radius", 0, where);
       out.friction = number(row, "friction", 0.5, where);
+      break;
+    case InteractionType::kTorque:
+      required(row, "region", where);
+      out.vector = vector_of(required(row, "torque", where), where, "torque");
+      break;
+    case InteractionType::kWind:
+      out.vector = vector_of(required(row, "wind", where), where, "wind");
+      out.drag_coefficient = number(row, "drag_coefficient", 1.0, where);
+      out.air_density = number(row, "air_density", 1.2, where);
       break;
   }
   return out;

@@ -154,4 +154,9 @@ void BlockGrid::link(const std::vector<uint64_t>& sorted_keys) {
   }
 }
 
+int BlockGrid::find_node_block(const Coordinates& at) const {
+  const bool inside = std::abs(at.x) < kReach && std::abs(at.y) < kReach && std::abs(at.z) < kReach;
+  return inside ? node_table_.find(key_of(at)) : -1;
+}
+
 }  // namespace pliant

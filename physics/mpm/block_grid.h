@@ -51,6 +51,8 @@ class BlockGrid {
 
   /// Next node block at the same coordinates, of another object; in a ring, so n itself where there is no other.
   int sibling(int n) const { return sibling_[n]; }
+  /// Node block of these coordinates, or -1.
+  int find_node_block(const Coordinates& at) const;
   /// Whether any node block has a sibling.
   bool has_siblings() const { return has_siblings_; }
   /// Counts the changes; equal grids of one owner have equal versions.

@@ -29,7 +29,6 @@ struct Collider {
   Vec3d velocity = Vec3d::Zero();      ///< m/s, of the point `pivot`
   Vec3d angular_velocity = Vec3d::Zero();  ///< rad/s
   Vec3d pivot = Vec3d::Zero();             ///< m, world
-  int source = -1;                         ///< the caller's number for it
 
   /// Places the shape where it is `elapsed` seconds after it lay in its own frame: turned about `pivot_at_start` by
   /// the angular velocity and moved by `way` [m].

@@ -22,6 +22,7 @@ Mpm<T>::Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin)
   data_.dx = static_cast<T>(dx), data_.inverse_dx = static_cast<T>(1 / dx);
   data_.origin = origin.cast<T>();
   data_.materials = particles.materials;
+  data_.reference = particles.position;
   int given = 0;
   bool plain = true;
   for (size_t i = 0; i < particles.size(); ++i) {
@@ -133,14 +134,26 @@ void Mpm<T>::fit_blocks() {
 }
 
 template <class T>
+void Mpm<T>::set_exposure(std::vector<Vec3<T>> exposure) {
+  CHECK(exposure.size() == rest_.size());
+  data_.exposure = std::move(exposure);
+}
+
+template <class T>
 void Mpm<T>::clear_impulses(const StepLoads<T>& loads) {
-  collider_impulse_.assign(loads.colliders.size(), Vec3d::Zero());
-  block_impulse_.assign(data_.grid.node_blocks() * loads.colliders.size(), Vec3d::Zero());
+  const size_t held = loads.colliders.size() + loads.pins.size(), loaded = loads.body.size();
+  impulse_.assign(held + loaded, Vec3d::Zero());
+  node_impulse_.assign(held * data_.grid.node_blocks(), Vec3d::Zero());
+  particle_impulse_.assign(loaded * data_.grid.particle_blocks(), Vec3d::Zero());
 }
 
 template <class T>
 void Mpm<T>::collect_reports() {
-  for (size_t k = 0; k < block_impulse_.size(); ++k) collider_impulse_[k % collider_impulse_.size()] += block_impulse_[k];
+  if (!node_impulse_.empty() || !particle_impulse_.empty()) {
+    const size_t held = node_impulse_.size() / data_.grid.node_blocks(), loaded = impulse_.size() - held;
+    for (size_t k = 0; k < node_impulse_.size(); ++k) impulse_[k % held] += node_impulse_[k];
+    for (size_t k = 0; k < particle_impulse_.size(); ++k) impulse_[held + k % loaded] += particle_impulse_[k];
+  }
   T speed = 0;
   std::vector<BlockGrid::Move> moves;
   for (int b = 0; b < data_.grid.particle_blocks(); ++b) {

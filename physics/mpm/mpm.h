@@ -31,6 +31,8 @@ class Mpm {
 
   /// Load bits of every particle, in the order of the particles.
   void set_load_bits(const std::vector<uint32_t>& bits);
+  /// Surface elements [m^2] of every particle at rest, which wind acts on.
+  void set_exposure(std::vector<Vec3<T>> exposure);
 
   /// Takes over a state.  Particles that leave [low, high] are put back and counted.
   void load(const BasicSimulationState<T>& state, const Vec3d& low, const Vec3d& high);
@@ -65,8 +67,8 @@ class Mpm {
   bool finite() const { return finite_; }
   double max_speed() const { return max_speed_; }  ///< m/s, after the last step
   int64_t strays() const { return strays_; }
-  /// Momentum [N s] that each collider of the loads gave to the body in the last step.
-  const std::vector<Vec3d>& collider_impulse() const { return collider_impulse_; }
+  /// Momentum [N s] that the colliders, then the pins, then the body loads gave to the body in the last step.
+  const std::vector<Vec3d>& impulses() const { return impulse_; }
 
   /// Centre of mass, mean velocity and mass of some particles, summed in the order given.
   struct Motion {
@@ -74,6 +76,8 @@ class Mpm {
     double mass = 0;
   };
   Motion motion_of(std::span<const int> particles) const;
+  /// Moment of inertia [kg m^2] of some particles about the axis through `centre` along the unit vector `axis`.
+  double inertia_of(std::span<const int> particles, const Vec3d& centre, const Vec3d& axis) const;
 
   /// Of the nodes between particles_to_grid and update_grid (momenta) or after update_grid (velocities).
   Totals grid_totals(bool velocities) const;
@@ -108,7 +112,8 @@ class Mpm {
   std::vector<GatherReport<T>> report_;  // of the last gather, per particle block
   const MpmKernels<T>* kernels_;
   StressKind uniform_;  // law of all particles if a kernel for it alone will do, else kGiven
-  std::vector<Vec3d> block_impulse_, collider_impulse_;  // [node blocks, colliders], [colliders]
+  std::vector<Vec3d> node_impulse_, particle_impulse_;  // [node blocks, colliders and pins], [particle blocks, loads]
+  std::vector<Vec3d> impulse_;                          // their sums
   bool finite_ = true;
   double max_speed_ = 0;
   int64_t strays_ = 0;

@@ -23,6 +23,7 @@ struct MpmData {
   T dx = 0, inverse_dx = 0;
   Vec3<T> origin, low, high;  ///< m; nodes lie at origin + dx * integers, particles in [low, high]
   std::vector<ParticleRecord<T>> record;
+  std::vector<Vec3<T>> reference, exposure;  ///< [N] in the order of the particles, see LoadedParticle
   std::vector<int> slot;        ///< of particle i in `record`
   BlockGrid grid;               ///< grid.order() holds slots
   std::vector<Material> materials;

@@ -6,6 +6,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
 #include "physics/mpm/mpm.h"
+#include "physics/mpm/object_contact.h"
 #include "physics/mpm/team.h"
 
 namespace pliant {
@@ -17,7 +18,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
   const int useful = static_cast<int>(std::min<size_t>(data_.record.size() / kParticlesPerThread, 1024));
   const int threads = std::clamp(omp_get_max_threads(), 1, std::max(1, useful));
   std::exception_ptr error;
-  Queue scatter, update, gather;
+  Queue scatter, update, contact, conditions, gather;
   if (tape) tape->low = data_.low, tape->high = data_.high;
   bool going = true, good = true;
   // What one thread does between steps.
@@ -33,7 +34,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
     } catch (...) {
       error = std::current_exception(), going = false;
     }
-    scatter.reset(), update.reset(), gather.reset();
+    scatter.reset(), update.reset(), contact.reset(), conditions.reset(), gather.reset();
   };
   std::unique_ptr<Barrier> barrier;
 #pragma omp parallel num_threads(threads)
@@ -52,9 +53,16 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
       for (int n; (n = update.take()) < data_.grid.node_blocks();) {
         sum_node_block(n);
         if (tape) record_node_block(n, tape->last());
-        update_node_block(n, dt, loads), apply_conditions(n, loads);
+        update_node_block(n, dt, loads);
+        if (!data_.grid.has_siblings()) apply_conditions(n, loads);
       }
       barrier->wait();
+      if (data_.grid.has_siblings()) {
+        for (int n; (n = contact.take()) < data_.grid.node_blocks();) apply_object_contact(loads, data_, n);
+        barrier->wait();
+        for (int n; (n = conditions.take()) < data_.grid.node_blocks();) apply_conditions(n, loads);
+        barrier->wait();
+      }
       for (int b; (b = gather.take()) < data_.grid.particle_blocks();) gather_block(b, dt, loads);
       barrier->wait();
     }
@@ -100,14 +108,18 @@ void Mpm<T>::restore(const Snapshot& snapshot) {
 
 template <class T>
 void Mpm<T>::particles_to_grid(T dt, const StepLoads<T>& loads) {
+  clear_impulses(loads);
   for (int b = 0; b < data_.grid.particle_blocks(); ++b) scatter_block(b, dt, loads);
   for (int n = 0; n < data_.grid.node_blocks(); ++n) sum_node_block(n);
 }
 
 template <class T>
 void Mpm<T>::update_grid(T dt, const StepLoads<T>& loads) {
-  clear_impulses(loads);
-  for (int n = 0; n < data_.grid.node_blocks(); ++n) update_node_block(n, dt, loads), apply_conditions(n, loads);
+  const int blocks = data_.grid.node_blocks();
+  for (int n = 0; n < blocks; ++n) update_node_block(n, dt, loads);
+  if (data_.grid.has_siblings())
+    for (int n = 0; n < blocks; ++n) apply_object_contact(loads, data_, n);
+  for (int n = 0; n < blocks; ++n) apply_conditions(n, loads);
 }
 
 template <class T>

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include <Eigen/Geometry>
 
 #include "physics/mpm/mpm.h"
@@ -21,6 +23,17 @@ typename Mpm<T>::Motion Mpm<T>::motion_of(std::span<const int> particles) const 
   }
   if (motion.mass > 0) motion.centre /= motion.mass, motion.velocity /= motion.mass;
   return motion;
+}
+
+template <class T>
+double Mpm<T>::inertia_of(std::span<const int> particles, const Vec3d& centre, const Vec3d& axis) const {
+  double sum = 0;
+  for (const int i : particles) {
+    const ParticleRecord<T>& r = data_.record[data_.slot[i]];
+    const Vec3d arm = Vec3d(r.x[0], r.x[1], r.x[2]) - centre;
+    sum += r.mass * (arm.squaredNorm() - std::pow(arm.dot(axis), 2));
+  }
+  return sum;
 }
 
 template <class T>

@@ -28,18 +28,26 @@ ParticleRun<T> run_of(MpmData<T>& data, int b) {
 
 }  // namespace
 
-/// Accelerations of the loads that act on single particles.
+/// What the loads give to single particles.
 template <class T>
 void Mpm<T>::apply_body_loads(int b, T dt, const StepLoads<T>& loads) {
   for (int s = data_.grid.begin(b); s < data_.grid.begin(b + 1); ++s) {
     ParticleRecord<T>& r = data_.record[data_.grid.order()[s]];
     if (r.bits == 0) continue;
-    T v[3] = {r.v[0], r.v[1], r.v[2]};
-    for (const BodyLoad<T>& load : loads.body) {
-      if ((r.bits & load.bit) == 0) continue;
-      for (int a = 0; a < 3; ++a) v[a] += dt * (load.acceleration[a] - load.drag * r.v[a]);
+    const LoadedParticle<T> p = {
+        {r.x[0], r.x[1], r.x[2]},
+        {r.v[0], r.v[1], r.v[2]},
+        data_.reference[r.index],
+        Eigen::Map<const Eigen::Matrix<T, 3, 3, Eigen::RowMajor>>(r.F),
+        data_.exposure.empty() ? Vec3<T>(Vec3<T>::Zero()) : data_.exposure[r.index],
+        r.mass,
+        (r.lambda + 2 * r.mu) * r.volume / r.mass * data_.inverse_dx * data_.inverse_dx};
+    for (size_t l = 0; l < loads.body.size(); ++l) {
+      if ((r.bits & loads.body[l].bit) == 0) continue;
+      const Vec3<T> gain = velocity_gain(loads.body[l], dt, p);
+      for (int a = 0; a < 3; ++a) r.v[a] += gain[a];
+      particle_impulse_[b * loads.body.size() + l] += static_cast<double>(r.mass) * gain.template cast<double>();
     }
-    std::copy_n(v, 3, r.v);
   }
 }
 
@@ -80,7 +88,7 @@ void Mpm<T>::apply_conditions(int n, const StepLoads<T>& loads) {
   const Vec3d first = data_.origin.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z);
   apply_node_conditions<T>(
       loads, {data_.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, first, dx, block.object},
-      block_impulse_.data() + static_cast<size_t>(n) * collider_impulse_.size());
+      node_impulse_.data() + static_cast<size_t>(n) * (loads.colliders.size() + loads.pins.size()));
 }
 
 /// Damps the affine part of the particles' velocity.

@@ -80,8 +80,12 @@ void apply_node_conditions(const StepLoads<T>& loads, const NodeBlock<T>& block,
       if (impulse) impulse[c] += block.node[k].lane[3] * (after - v);
     });
   }
-  for (const Region& pin : loads.pins)
-    for_pinned_nodes(block, pin, [&](int k) { set_velocity(block.node[k], Vec3d::Zero()); });
+  for (size_t p = 0; p < loads.pins.size(); ++p) {
+    for_pinned_nodes(block, loads.pins[p], [&](int k) {
+      if (impulse) impulse[loads.colliders.size() + p] -= block.node[k].lane[3] * velocity_of(block.node[k]);
+      set_velocity(block.node[k], Vec3d::Zero());
+    });
+  }
 }
 
 template <class T>

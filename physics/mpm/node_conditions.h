@@ -37,7 +37,8 @@ double filled_share(double distance);
 /// A node in or near a collider is held back only once it has the mass that a body touching the surface gives it: so
 /// contact begins when surfaces meet, wherever the nodes lie, and not a cell earlier.  What sticks or slips is
 /// held until three quarters of that mass are gone.
-/// `impulse`, if given, has room for one vector per collider, to which the momentum [N s] given to the nodes is added.
+/// `impulse`, if given, has room for one vector per collider and one per pin, to which the momentum [N s] given to the
+/// nodes is added.
 template <class T>
 void apply_node_conditions(const StepLoads<T>& loads, const NodeBlock<T>& block, Vec3d* impulse = nullptr);
 /// `block` holds the velocities from before; `adj` [64] the derivatives of a scalar with respect to the velocities

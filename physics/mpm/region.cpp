@@ -101,6 +101,22 @@ Vec3d Region::normal(const Vec3d& x) const {
   return Vec3d::UnitZ();
 }
 
+Region Region::grown(double distance) const {
+  Region r = *this;
+  switch (kind) {
+    case Kind::kAll: break;
+    case Kind::kSphere: r.radius += distance; break;
+    case Kind::kBox: r.point.array() -= distance, r.vector.array() += distance; break;
+    case Kind::kHalfSpace: r.point += distance * vector; break;
+    case Kind::kCylinder: {
+      const Vec3d along = distance * direction(vector - point, Vec3d::UnitZ());
+      r.point -= along, r.vector += along, r.radius += distance;
+      break;
+    }
+  }
+  return r;
+}
+
 Region Region::scaled(double factor) const {
   Region r = *this;
   r.point *= factor;

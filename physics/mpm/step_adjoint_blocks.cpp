@@ -77,8 +77,9 @@ void StepAdjoint<T>::begin_step(const StepTape<T>& tape, const TapeStep<T>& step
   run_.exact_stress = exact_stress<T>, run_.exact_adjoint = exact_adjoint<T>;
   body_.clear();
   for (const BodyLoad<T>& load : step.loads.body)
-    body_.push_back({load.bit, {load.acceleration[0], load.acceleration[1], load.acceleration[2]}, load.drag});
+    body_.push_back({load.bit, {load.acceleration[0], load.acceleration[1], load.acceleration[2]}, load.drag, load.spring});
   run_.body = body_.data(), run_.bodies = static_cast<int>(body_.size());
+  run_.reference = solver_.reference.data()->data();
   const BlockGrid& grid = *step.grid;
   velocity_.resize(step.node.size()), adj_node_.resize(step.node.size());
   patch_.resize(static_cast<size_t>(grid.particle_blocks()) * BlockGrid::kPatchNodes);

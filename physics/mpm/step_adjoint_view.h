@@ -33,7 +33,7 @@ constexpr int kAdjointPlace = 0, kAdjointVelocity = 12, kAdjointConstant = 24, k
 template <class T>
 struct PlainBodyLoad {
   uint32_t bit;
-  T acceleration[3], drag;
+  T acceleration[3], drag, spring;
 };
 
 /// Particles of one block in one step; only plain data crosses into the files of an instruction set.
@@ -48,6 +48,7 @@ struct AdjointRun {
   T flip;  ///< as in GatherInput
   const PlainBodyLoad<T>* body;
   int bodies;
+  const T* reference;     ///< [particles, 3] where they lay at rest
   const T* given_stress;  ///< [count, 6] of particles with StressKind::kGiven, as in ScatterInput
   T* by_given_stress;     ///< [count, 6] receives the derivatives by it
   double* by_body;        ///< [bodies, 4] receives the sums of the derivatives by acceleration and drag

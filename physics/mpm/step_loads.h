@@ -3,18 +3,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "physics/mpm/body_load.h"
 #include "physics/mpm/collider.h"
 #include "physics/mpm/region.h"
 
 namespace pliant {
-
-/// Acceleration a - drag * v of the particles whose load bits contain `bit`.
-template <class T>
-struct BodyLoad {
-  uint32_t bit = 0;
-  Vec3<T> acceleration = Vec3<T>::Zero();  ///< m/s^2
-  T drag = 0;                              ///< 1/s
-};
 
 /// What acts during one substep.
 template <class T>
@@ -26,6 +19,9 @@ struct StepLoads {
   std::vector<BodyLoad<T>> body;
   std::vector<Region> pins;
   std::vector<Collider> colliders;
+  double object_friction = 0.5;  ///< Coulomb coefficient between bodies
+  std::vector<int> source;  ///< the caller's numbers for colliders, pins and body loads, in that order; see
+                            ///< Mpm::impulses
   std::vector<double> density;  ///< [objects] kg/m^3, mean of each body at rest: from it and a node's mass follows how
                                 ///< near the body's surface is; missing = contact as soon as a node has mass
 };

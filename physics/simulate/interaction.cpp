@@ -7,7 +7,8 @@
 namespace pliant {
 namespace {
 
-constexpr const char* kNames[] = {"gravity", "pin", "point_force", "impulse", "grab", "gust", "ground", "collider", "poke"};
+constexpr const char* kNames[] = {"gravity", "pin", "point_force", "impulse", "grab", "gust", "ground", "collider", "poke",
+                                  "torque",  "wind"};
 
 }  // namespace
 
@@ -34,6 +35,8 @@ void validate_interaction(const Interaction& interaction, size_t index) {
   non_negative("damping", interaction.damping, false);
   require(interaction.max_force > 0, "max_force", interaction.max_force, "give a positive number of newtons");
   non_negative("rate", interaction.rate, false);
+  non_negative("drag_coefficient", interaction.drag_coefficient, false);
+  non_negative("air_density", interaction.air_density, false);
   non_negative("friction", interaction.friction, true);
   finite("angular_velocity", interaction.angular_velocity);
   finite("pivot", interaction.pivot);

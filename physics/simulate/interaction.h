@@ -22,6 +22,9 @@ enum class InteractionType {
   kCollider,    ///< obstacle of the shape `region` or `distance`, lying there at `start`; it moves along `path` or by
                 ///< `vector` [m/s], and turns by `angular_velocity` about `pivot`
   kPoke,        ///< finger of radius region.radius whose centre follows `path`; separating, with friction
+  kTorque,      ///< torque `vector` [N m] about the axis along it through the centre of the touched mass
+  kWind,        ///< wind of velocity `vector` [m/s] on the surface: drag air_density / 2 * drag_coefficient * A |u| u of
+                ///< each piece of area A (across the wind) that faces it, u the velocity of the air against the piece
 };
 
 /// One row of an interaction script, in SI units and world axes.  The touched mass of a force, impulse, grab or gust
@@ -45,6 +48,7 @@ struct Interaction {
   double max_force = std::numeric_limits<double>::infinity();  ///< grab, N
 
   double rate = 0;      ///< gust, 1/s
+  double drag_coefficient = 1, air_density = 1.2;  ///< wind; kg/m^3
   double friction = 0;  ///< ground, collider, poke: Coulomb coefficient; infinity = no sliding while pressed
 
   ContactKind contact = ContactKind::kSeparating;      ///< collider
@@ -56,7 +60,8 @@ struct Interaction {
   double end() const { return start + duration; }
 };
 
-/// Name in interactions.json: gravity, pin, point_force, impulse, grab, gust, ground, collider, poke.
+/// Name in interactions.json: gravity, pin, point_force, impulse, grab, gust, ground, collider, poke, torque,
+/// wind.
 const char* interaction_name(InteractionType type);
 /// All names, in the order of the enumeration.
 std::vector<std::string> interaction_names();

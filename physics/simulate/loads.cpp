@@ -9,9 +9,16 @@
 namespace pliant {
 namespace {
 
+// A pin from the start on.  A row of nodes that stands still would put the clamp wherever the rows happen to lie; so
+// particles up to kClampReach cells outside its surface are tied to their places by springs as stiff as the material
+// is over a cell, which act through the splines and know nothing of rows, and nodes stand still only deeper inside,
+// where next to no motion arrives.  The reach makes up for what the springs give: it was set by the first frequency of
+// a cantilever against finite elements.
+constexpr double kClampReach = 0.5, kClampSpring = 2, kClampDepth = 0.75;
+
 bool marks_particles(InteractionType type) {
   return type == InteractionType::kPointForce || type == InteractionType::kImpulse || type == InteractionType::kGrab ||
-         type == InteractionType::kGust;
+         type == InteractionType::kGust || type == InteractionType::kTorque || type == InteractionType::kWind;
 }
 
 template <class T>
@@ -35,7 +42,7 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
     bounds.add(particles.position[i].template cast<float>());
   }
   for (size_t o = 0; o < mass.size(); ++o) density_.push_back(volume[o] > 0 ? mass[o] / volume[o] : 0);
-  body_size_ = bounds.size().norm() + 4 * dx;
+  body_size_ = bounds.size().norm() + 4 * dx, cell_size_ = dx;
   int used_bits = 0;
   for (size_t k = 0; k < interactions.size(); ++k) {
     validate_interaction(interactions[k], k);
@@ -56,6 +63,18 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
       if (!entry.reaches_body)
         warnings_.push_back(where + " holds nothing: the body is " + std::to_string(nearest) + " m away");
     }
+    if (it.type == InteractionType::kPin && it.start == 0 && used_bits < 32) {
+      for (size_t i = 0; i < particles.size(); ++i) {
+        if (it.region.signed_distance(particles.position[i].template cast<double>()) > kClampReach * dx) continue;
+        entry.sprung = true, bits_[i] |= uint32_t{1} << used_bits;
+      }
+      if (entry.sprung) entry.bit = uint32_t{1} << used_bits++;
+    }
+    if (it.type == InteractionType::kPoke) {
+      const double miss = miss_of(it, particles);
+      if (miss > 0.5 * dx)
+        warnings_.push_back(where + " passes the body at rest at a distance of " + std::to_string(miss) + " m");
+    }
     if (marks_particles(it.type)) {
       if (nearest > 0)
         throw usage_error(where, "region",
@@ -68,7 +87,7 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
         if (!it.region.contains(particles.position[i].template cast<double>())) continue;
         bits_[i] |= entry.bit;
         entry.mass += particles.mass[i];
-        if (it.type == InteractionType::kGrab || it.rate > 0) entry.touched.push_back(static_cast<int>(i));
+        if (it.type == InteractionType::kGrab || it.type == InteractionType::kTorque) entry.touched.push_back(static_cast<int>(i));
       }
     }
     entries_.push_back(std::move(entry));
@@ -83,13 +102,45 @@ bool LoadSchedule<T>::pinned(double t) const {
 }
 
 template <class T>
-Vec3d LoadSchedule<T>::add_grab(const Entry& entry, double t, double dt, const Mpm<T>& solver,
-                                StepLoads<T>& loads) const {
+void LoadSchedule<T>::add_grab(const Entry& entry, double t, double dt, const Mpm<T>& solver,
+                               StepLoads<T>& loads) const {
   const GrabSpring spring(entry.interaction, body_mass_, t, dt);
   const auto motion = solver.motion_of(entry.touched);
   const Vec3d force = spring.force(spring.unlimited(motion.centre, motion.velocity, entry.mass));
   add<T>(loads, entry.bit, force / entry.mass);
-  return dt * force;
+}
+
+template <class T>
+void LoadSchedule<T>::add_torque(const Entry& entry, double part, const Mpm<T>& solver, StepLoads<T>& loads) const {
+  const Vec3d& torque = entry.interaction.vector;
+  const double size = torque.norm();
+  if (!(size > 0)) return;
+  const Vec3d centre = solver.motion_of(entry.touched).centre;
+  const double inertia = solver.inertia_of(entry.touched, centre, torque / size);
+  if (!(inertia > 0)) return;  // all on the axis
+  BodyLoad<T> load;
+  load.bit = entry.bit, load.angular = (part / inertia * torque).template cast<T>(), load.centre = centre.cast<T>();
+  loads.body.push_back(load);
+}
+
+template <class T>
+double LoadSchedule<T>::miss_of(const Interaction& poke, const BasicParticles<T>& particles) const {
+  double nearest = INFINITY;
+  for (const Vec3<T>& p : particles.position) {
+    const Vec3d x = p.template cast<double>();
+    for (size_t k = 0; k < poke.path.size(); ++k) {
+      const Vec3d from = poke.path[k].position, way = poke.path[std::min(k + 1, poke.path.size() - 1)].position - from;
+      const double s = way.squaredNorm() > 0 ? std::clamp((x - from).dot(way) / way.squaredNorm(), 0.0, 1.0) : 0.0;
+      nearest = std::min(nearest, (x - from - s * way).norm());
+    }
+  }
+  return nearest - poke.region.radius;
+}
+
+template <class T>
+bool LoadSchedule<T>::has_wind() const {
+  return std::any_of(entries_.begin(), entries_.end(),
+                     [](const Entry& e) { return e.interaction.type == InteractionType::kWind; });
 }
 
 template <class T>
@@ -131,11 +182,12 @@ double LoadSchedule<T>::collider_speed(double t, double dt) const {
 }
 
 template <class T>
-void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads,
-                         std::vector<Vec3d>& impulse) const {
+void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads) const {
   const double middle = t + 0.5 * dt;
   Vec3d gravity = options_.gravity;
   loads.body.clear(), loads.pins.clear(), loads.colliders.clear(), loads.density = density_;
+  loads.object_friction = options_.object_friction;
+  std::vector<int> collider_source, pin_source, body_source;
   for (size_t k = 0; k < entries_.size(); ++k) {
     const Entry& entry = entries_[k];
     const Interaction& it = entry.interaction;
@@ -146,28 +198,28 @@ void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>
         if (active) gravity = it.vector;
         break;
       case InteractionType::kPin:
-        if (active) loads.pins.push_back(it.region);
+        if (!active) break;
+        pin_source.push_back(static_cast<int>(k));
+        loads.pins.push_back(entry.sprung ? it.region.grown(-(kPinReach + kClampDepth) * cell_size_) : it.region);
+        if (!entry.sprung) break;
+        loads.body.emplace_back();
+        loads.body.back().bit = entry.bit, loads.body.back().spring = static_cast<T>(kClampSpring);
         break;
       case InteractionType::kPointForce:
         if (part > 0) add<T>(loads, entry.bit, part / entry.mass * it.vector);
-        impulse[k] += part * dt * it.vector;
         break;
       case InteractionType::kImpulse:
-        if (!(it.start >= t && it.start < t + dt)) break;
-        add<T>(loads, entry.bit, it.vector / (entry.mass * dt));
-        impulse[k] += it.vector;
+        if (it.start >= t && it.start < t + dt) add<T>(loads, entry.bit, it.vector / (entry.mass * dt));
         break;
       case InteractionType::kGrab:
-        if (active) impulse[k] += add_grab(entry, t, dt, solver, loads);
+        if (active) add_grab(entry, t, dt, solver, loads);
         break;
       case InteractionType::kGust:
         if (part > 0 && it.rate > 0) {
           const double drag = part * it.rate / (1 + part * dt * it.rate);
           add<T>(loads, entry.bit, drag * it.vector, drag);
-          impulse[k] += dt * drag * entry.mass * (it.vector - solver.motion_of(entry.touched).velocity);
         } else if (part > 0) {
           add<T>(loads, entry.bit, part * it.vector);
-          impulse[k] += dt * part * entry.mass * it.vector;
         }
         break;
       case InteractionType::kGround:
@@ -175,11 +227,24 @@ void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>
       case InteractionType::kPoke:
         if (!active) break;
         loads.colliders.push_back(collider_at(entry, t, dt));
-        loads.colliders.back().source = static_cast<int>(k);
+        collider_source.push_back(static_cast<int>(k));
+        break;
+      case InteractionType::kTorque:
+        if (part > 0) add_torque(entry, part, solver, loads);
+        break;
+      case InteractionType::kWind:
+        if (!(part > 0)) break;
+        loads.body.emplace_back();
+        loads.body.back().bit = entry.bit, loads.body.back().wind = it.vector.template cast<T>();
+        loads.body.back().pressure = static_cast<T>(part * 0.5 * it.air_density * it.drag_coefficient);
         break;
     }
+    body_source.resize(loads.body.size(), static_cast<int>(k));
   }
-  if (pinned(middle)) gravity -= options_.gravity;
+  loads.source = std::move(collider_source);
+  loads.source.insert(loads.source.end(), pin_source.begin(), pin_source.end());
+  loads.source.insert(loads.source.end(), body_source.begin(), body_source.end());
+  if (options_.rest_shape == RestShapeMode::kCaptured && pinned(middle)) gravity -= options_.gravity;
   loads.gravity = gravity.cast<T>();
   loads.velocity_scale = options_.damping_time > 0 ? static_cast<T>(std::exp(-2 * dt / options_.damping_time)) : T(1);
   loads.viscosity_time = static_cast<T>(options_.viscosity_time);

@@ -31,12 +31,14 @@ class LoadSchedule {
 
   const std::vector<uint32_t>& bits() const { return bits_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
+  const Interaction& operator[](size_t k) const { return entries_[k].interaction; }
+  /// Whether some interaction blows on the surface of the body.
+  bool has_wind() const;
   /// Whether a pin that reaches the body is active at time t.
   bool pinned(double t) const;
-  /// Loads of the substep [t, t + dt]; a load that starts or ends inside it acts for its part of it.  Colliders carry
-  /// the number of their interaction as `source`; the momentum [N s] that the other interactions give to the body in
-  /// this substep is added to `impulse` [size()].
-  void at(double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads, std::vector<Vec3d>& impulse) const;
+  /// Loads of the substep [t, t + dt]; a load that starts or ends inside it acts for its part of it.  `source` holds the
+  /// numbers of the interactions.
+  void at(double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads) const;
   size_t size() const { return entries_.size(); }
   /// Speed [m/s] of the fastest point of a collider near the body during [t, t + dt].
   double collider_speed(double t, double dt) const;
@@ -55,15 +57,19 @@ class LoadSchedule {
     double mass = 0;           // touched, kg
     std::vector<int> touched;  // only of what depends on their motion
     bool reaches_body = false; // only of a pin
+    bool sprung = false;       // only of a pin: held by springs behind its surface
   };
 
   void grab_adjoint(const Entry& entry, double t, double dt, const TapeStep<T>& step, const Vec3d& by_acceleration,
                     StepAdjoint<T>& particles, size_t number, LoadsGradient& gradient) const;
-  Vec3d add_grab(const Entry& entry, double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads) const;
+  void add_grab(const Entry& entry, double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads) const;
+  void add_torque(const Entry& entry, double part, const Mpm<T>& solver, StepLoads<T>& loads) const;
+  /// Distance [m] by which a finger misses the particles at rest.
+  double miss_of(const Interaction& poke, const BasicParticles<T>& particles) const;
   Collider collider_at(const Entry& entry, double t, double dt) const;
 
   SimulateOptions options_;
-  double body_mass_ = 0, body_size_ = 0;
+  double body_mass_ = 0, body_size_ = 0, cell_size_ = 0;
   std::vector<double> density_;  // of each object
   std::vector<Entry> entries_;
   std::vector<uint32_t> bits_;

@@ -43,14 +43,19 @@ void LoadSchedule<T>::at_adjoint(double t, double dt, const TapeStep<T>& step, c
         }
         break;
       case InteractionType::kPin:
+        if (active && entry.sprung) ++next;
+        break;
       case InteractionType::kGround:
       case InteractionType::kCollider:
       case InteractionType::kPoke: break;
+      case InteractionType::kTorque:
+      case InteractionType::kWind:
+        throw usage_error("roll-out", interaction_name(it.type), "has no derivative", "leave it out of what is fitted");
     }
   }
   CHECK(next == by.body.size());
   *gravity += by.gravity;
-  if (pinned(middle)) gradient.gravity -= by.gravity;
+  if (options_.rest_shape == RestShapeMode::kCaptured && pinned(middle)) gradient.gravity -= by.gravity;
   if (options_.damping_time > 0)
     gradient.damping_time += by.velocity_scale * std::exp(-2 * dt / options_.damping_time) * 2 * dt /
                              (options_.damping_time * options_.damping_time);

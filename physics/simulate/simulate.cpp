@@ -6,7 +6,10 @@
 
 #include "gaussians/base/error.h"
 #include "physics/laws/material.h"
+#include "physics/simulate/rest_shape.h"
+#include "physics/simulate/settle.h"
 #include "physics/simulate/simulator.h"
+#include "physics/body/surface_elements.h"
 
 namespace pliant {
 namespace {
@@ -56,22 +59,36 @@ double largest_displacement(const BasicParticles<T>& particles, const BasicSimul
   return largest;
 }
 
-/// Lets an unpinned body come to rest on the ground under gravity, strongly damped; then motion is set to zero.
+/// Sentence about parts that the grid is too coarse for, empty if there are next to none.
 template <class T>
-void settle(const SimulateOptions& options, const BasicParticles<T>& particles,
-            const std::vector<Interaction>& interactions, BasicSimulationState<T>& state) {
-  std::vector<Interaction> world;
-  for (const Interaction& it : interactions)
-    if (it.type == InteractionType::kGround && it.start == 0) world.push_back(it);
-  SimulateOptions damped = options;
-  damped.damping_time = options.settle_time / 8;
-  SimulateSummary ignored;
-  Simulator<T> simulator(damped, particles, world, ignored);
-  const int frames = static_cast<int>(std::ceil(options.settle_time * options.fps));
-  for (int f = 0; f < frames; ++f) simulator.advance(state);
-  std::fill(state.v.begin(), state.v.end(), Vec3<T>::Zero());
-  std::fill(state.C.begin(), state.C.end(), Mat3<T>::Zero());
-  state.time = 0, state.frame = 0, state.substeps = 0;
+std::string describe_thin_parts(const BasicParticles<T>& particles, double dx, SimulateSummary& summary) {
+  constexpr double kWorthSaying = 0.01;
+  const std::vector<uint8_t> thin = thin_parts(particles, dx);
+  double count = 0;
+  for (size_t i = 0; i < thin.size(); ++i)
+    if (thin[i]) ++count, summary.thin_bounds.add(particles.position[i].template cast<float>());
+  summary.thin_share = count / static_cast<double>(thin.size());
+  if (summary.thin_share < kWorthSaying) return "";
+  const auto text = [](const Vec3f& x) {
+    return "(" + std::to_string(x.x()) + ", " + std::to_string(x.y()) + ", " + std::to_string(x.z()) + ")";
+  };
+  return std::to_string(std::lround(100 * summary.thin_share)) + " % of the particles lie in parts thinner than 3 cells of " +
+         std::to_string(dx) + " m, between " + text(summary.thin_bounds.low) + " and " + text(summary.thin_bounds.high) +
+         " m; they bend too stiffly or too softly, more driving particles make the cells smaller";
+}
+
+/// Moving colliders and fingers that gave the body nothing.
+template <class T>
+void warn_of_misses(const LoadSchedule<T>& schedule, SimulateSummary& summary) {
+  for (size_t k = 0; k < schedule.size(); ++k) {
+    const Interaction& it = schedule[k];
+    const bool moves = it.type == InteractionType::kPoke || (it.type == InteractionType::kCollider &&
+                                                             (!it.path.empty() || it.vector.norm() > 0));
+    const bool touched = std::any_of(summary.impulse_of_frame.begin(), summary.impulse_of_frame.end(),
+                                     [&](const std::vector<Vec3d>& frame) { return !frame[k].isZero(0); });
+    if (moves && !touched && summary.frames > 0)
+      summary.warnings.push_back("interaction " + std::to_string(k) + " (" + interaction_name(it.type) + ") touched nothing");
+  }
 }
 
 }  // namespace
@@ -93,15 +110,34 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
   Simulator<T> simulator(options, particles, interactions, summary);
   summary.warnings = simulator.schedule().warnings();
   const bool pinned = simulator.schedule().pinned(0);
-  summary.gravity_cancelled = pinned && options.gravity.norm() > 0;
+  summary.gravity_cancelled =
+      pinned && options.rest_shape == RestShapeMode::kCaptured && options.gravity.norm() > 0;
   const auto deliver = [&] {
     summary.max_displacement = std::max(summary.max_displacement, largest_displacement(particles, result.state));
     result.stopped = sink && !sink(result.state);
   };
+  if (const std::string thin = describe_thin_parts(particles, summary.cell_size, summary); !thin.empty())
+    summary.warnings.push_back(thin);
   if (result.state.frame == 0) {
-    if (options.settle_time > 0 && !pinned) {
-      settle(options, particles, interactions, result.state);
-      summary.settle_displacement = largest_displacement(particles, result.state);
+    if (pinned && options.rest_shape == RestShapeMode::kSolve) {
+      RestShapeOptions solve;
+      solve.simulate = options;
+      RestShape<T> shape = solve_rest_shape(solve, particles, interactions);
+      result.state = std::move(shape.state);
+      summary.settle_seconds = shape.summary.seconds, summary.rest_shape_residual = shape.summary.residual;
+      summary.rest_shape_sag = shape.summary.sag, summary.rest_shape_iterations = shape.summary.iterations;
+      if (!shape.summary.converged)
+        summary.warnings.push_back("the unloaded shape was not found: at rest the body is " +
+                                   std::to_string(shape.summary.residual) + " m off the captured shape");
+    } else if (options.settle_time > 0 && !pinned) {
+      SimulateSummary ignored;
+      Simulator<T> resting(options, particles, resting_interactions(interactions), ignored);
+      const SettleSummary settled =
+          settle(resting, particles, options.settle_time, rest_speed(options, particles), result.state);
+      summary.settle_displacement = settled.displacement, summary.settle_seconds = settled.seconds;
+      if (!settled.at_rest)
+        summary.warnings.push_back("the body still moves with " + std::to_string(settled.speed) + " m/s after " +
+                                   std::to_string(settled.seconds) + " s of settling");
     }
     deliver();
   }
@@ -110,6 +146,7 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
     simulator.advance(result.state);
     deliver();
   }
+  warn_of_misses(simulator.schedule(), summary);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return result;
 }

@@ -11,6 +11,12 @@ namespace pliant {
 
 constexpr int kMaxSubstepsOfFrame = 1 << 20;
 
+/// What the captured shape of a body that a pin holds means.
+enum class RestShapeMode {
+  kCaptured,  ///< it is free of stress, and the gravity under which it was captured is cancelled
+  kSolve,     ///< it is in equilibrium under gravity: the unloaded shape is found, the body carries the pre-stress
+};
+
 struct SimulateOptions {
   double fps = 30;
   double duration = 3;       ///< s; frames = round(fps * duration)
@@ -24,7 +30,9 @@ struct SimulateOptions {
                                    ///< Jiang et al. 2015); infinity = at once
   bool pic = false;           ///< transfers without affine velocity (PIC); strongly damped, for comparison
   double cell_size = 0;       ///< m; 0 = that of the particles
-  double settle_time = 0;     ///< s of damped settling before frame 0, for bodies that no pin holds
+  double settle_time = 0;     ///< s, at most, of settling before frame 0, for bodies that no pin holds
+  RestShapeMode rest_shape = RestShapeMode::kCaptured;  ///< of bodies that a pin holds
+  double object_friction = 0.5;  ///< Coulomb coefficient between the objects of `particles`
   int max_retries = 4;        ///< halvings of the time step before a frame is given up
 };
 
@@ -36,6 +44,12 @@ struct SimulateSummary {
   double cell_size = 0;                ///< m
   double max_displacement = 0;         ///< m, largest distance of a particle from its rest position over all frames
   double settle_displacement = 0;      ///< m, moved before frame 0
+  double settle_seconds = 0;           ///< s, simulated before frame 0
+  double rest_shape_residual = 0;      ///< m, of the solved rest shape: captured shape against equilibrium
+  double rest_shape_sag = 0;           ///< m, captured against unloaded shape
+  int rest_shape_iterations = 0;
+  double thin_share = 0;               ///< of the particles, in parts thinner than 3 cells
+  Box thin_bounds;                     ///< m, of those
   int64_t strays = 0;                  ///< times a particle was put back into the domain
   int retries = 0;                     ///< frames repeated with a smaller time step
   int64_t particle_substeps = 0;
@@ -63,7 +77,8 @@ using FrameSink = BasicFrameSink<float>;
 /// to `duration`.  A start at frame 0 is settled and handed to the sink first; a later one continues.  Positions of
 /// the regions are those of the rest shape.
 /// Gravity: a captured shape is already loaded, so while a pin holds the body, what acts is the difference of the
-/// world's gravity from `options.gravity`; when the last pin ends the whole of it acts.
+/// world's gravity from `options.gravity`; when the last pin ends the whole of it acts.  With RestShapeMode::kSolve the
+/// whole of it acts always, on a body that starts with the stress that balances it.
 /// Trajectories are equal bit for bit for any number of threads and across save and restore.
 /// Throws Error{kUsage} for impossible options, particles or interactions, Error{kNumerical} when a frame stays
 /// unstable after all retries (the sink then has every good frame).

@@ -4,47 +4,19 @@
 #include <cmath>
 
 #include "gaussians/base/error.h"
+#include "physics/body/surface_elements.h"
 #include "physics/laws/material.h"
 
 namespace pliant {
 namespace {
 
-/// Origin of the grid: a row of nodes lies a quarter of a cell outside the flat faces of pinned regions that cut the
-/// body, because a clamp acts about that far behind the row; and on the ground.
+/// Origin of the grid: a multiple of dx near the middle of the body, so that coordinates stay small.
 template <class T>
-Vec3d grid_origin(const BasicParticles<T>& particles, const std::vector<Interaction>& interactions, double dx) {
+Vec3d grid_origin(const BasicParticles<T>& particles, double dx) {
   Vec3d low = Vec3d::Constant(INFINITY), high = Vec3d::Constant(-INFINITY);
-  for (const Vec3<T>& x : particles.position) {
+  for (const Vec3<T>& x : particles.position)
     low = low.cwiseMin(x.template cast<double>()), high = high.cwiseMax(x.template cast<double>());
-  }
-  Vec3d origin = 0.5 * (low + high);
-  bool aligned[3] = {false, false, false};
-  const auto align = [&](int axis, double plane) {
-    if (aligned[axis] || plane < low[axis] - dx || plane > high[axis] + dx) return;
-    // The lattice plane nearest to the middle, so that coordinates stay small.
-    origin[axis] = plane + std::round((origin[axis] - plane) / dx) * dx;
-    aligned[axis] = true;
-  };
-  constexpr double kClampOffset = kPinReach - 0.5;
-  for (const Interaction& it : interactions) {
-    const Region& r = it.region;
-    const bool pin = it.type == InteractionType::kPin, ground = it.type == InteractionType::kGround;
-    if (pin && r.kind == Region::Kind::kBox) {
-      for (int a = 0; a < 3; ++a) {
-        if (r.vector[a] < high[a]) align(a, r.vector[a] + kClampOffset * dx);
-        if (r.point[a] > low[a]) align(a, r.point[a] - kClampOffset * dx);
-      }
-    } else if ((pin || ground) && r.kind == Region::Kind::kHalfSpace) {
-      const Vec3d normal = r.vector.normalized();
-      int axis = 0;
-      normal.cwiseAbs().maxCoeff(&axis);
-      if (std::abs(normal[axis]) < 0.99) continue;
-      const Vec3d centre = 0.5 * (low + high);
-      const double plane = centre[axis] - (centre - r.point).dot(normal) / normal[axis];
-      align(axis, plane + (pin ? kClampOffset * dx / normal[axis] : 0.0));
-    }
-  }
-  return origin;
+  return dx * (0.5 / dx * (low + high)).array().round().matrix();
 }
 
 /// Median of each coordinate, which strays do not move.
@@ -70,9 +42,10 @@ Simulator<T>::Simulator(const SimulateOptions& options, const BasicParticles<T>&
       particles_(particles),
       dx_(options.cell_size > 0 ? options.cell_size : static_cast<double>(particles.cell_size)),
       schedule_(options, particles, interactions),
-      solver_(particles, dx_, grid_origin(particles, interactions, dx_)),
+      solver_(particles, dx_, grid_origin(particles, dx_)),
       summary_(summary) {
   solver_.set_load_bits(schedule_.bits());
+  if (schedule_.has_wind()) solver_.set_exposure(surface_elements(particles, dx_));
   Vec3<T> low = particles.position[0], high = low;
   for (size_t i = 0; i < particles.size(); ++i) {
     const double density = static_cast<double>(particles.mass[i]) / particles.volume[i];
@@ -146,10 +119,9 @@ bool Simulator<T>::run(const BasicSimulationState<T>& state, int substeps, int f
   const double start = state.frame / options_.fps, dt = time_step(substeps);
   return solver_.advance(
       last - first, static_cast<T>(dt), loads_,
-      [&](int k) { schedule_.at(start + (first + k) * dt, dt, solver_, loads_, impulse_); },
+      [&](int k) { schedule_.at(start + (first + k) * dt, dt, solver_, loads_); },
       [&] {
-        for (size_t c = 0; c < loads_.colliders.size(); ++c)
-          impulse_[loads_.colliders[c].source] += solver_.collider_impulse()[c];
+        for (size_t l = 0; l < loads_.source.size(); ++l) impulse_[loads_.source[l]] += solver_.impulses()[l];
         return (sound_speed_ + solver_.max_speed()) * dt <= options_.courant_cap * dx_;
       },
       tape);

@@ -75,6 +75,19 @@ TEST(Interactions, CollidersAndFingersAreScaledAndMove) {
   EXPECT_EQ(rows[1].friction, 0.1);
 }
 
+TEST(Interactions, TorqueAndWindAreSi) {
+  const auto rows = parse_interactions(
+      R"([{"type": "torque", "region": "all", "torque": [0, 0, 0.2], "duration": 1},
+          {"type": "wind", "wind": [3, 0, 0], "drag_coefficient": 0.5}])",
+      kHalfMetre, "push.json");
+  EXPECT_EQ(rows[0].vector, Vec3d(0, 0, 0.2));
+  EXPECT_EQ(rows[1].vector, Vec3d(3, 0, 0));
+  EXPECT_EQ(rows[1].drag_coefficient, 0.5);
+  EXPECT_EQ(rows[1].air_density, 1.2);
+  EXPECT_EQ(error_of(R"([{"type": "torque", "region": "all"}])").field, "torque");
+  EXPECT_EQ(error_of(R"([{"type": "wind", "wind": [1, 0, 0], "drag": 2}])").field, "drag");
+}
+
 TEST(Interactions, MistakesNameFileRowFieldAndRemedy) {
   const Error unknown_type = error_of(R"([{"type": "gravty"}])");
   EXPECT_EQ(unknown_type.failure, Failure::kUsage);

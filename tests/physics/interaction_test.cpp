@@ -169,6 +169,64 @@ TEST(Interaction, ASeparatingBodyLeavesTheGround) {
   EXPECT_NEAR(run.momentum(run.states.back()).z() / mass, 2 - 9.81 * 0.2, 1e-9);
 }
 
+TEST(Interaction, TorqueGivesAngularMomentumAndNoLinear) {
+  Experiment run;
+  run.options.duration = 0.2;
+  Interaction twist = make(InteractionType::kTorque, Vec3d(0, 0, 2e-4), 0, 0.1);
+  const auto result = run.go({twist});
+  const State& end = run.states.back();
+  const Vec3d centre = run.centre(end);
+  Vec3d angular = Vec3d::Zero();
+  for (size_t i = 0; i < end.size(); ++i) {
+    const Mat3d& C = end.C[i];
+    const double inertia = 0.25 * run.particles.mass[i] * 1e-4;
+    angular += run.particles.mass[i] * (end.x[i] - centre).cross(end.v[i]) +
+               inertia * Vec3d(C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1));
+  }
+  EXPECT_LT((angular - 0.1 * twist.vector).norm(), 0.01 * angular.norm());
+  EXPECT_LT(run.momentum(end).norm(), 1e-12);
+  EXPECT_GT(angular.z(), 1e-5);
+}
+
+TEST(Interaction, WindPressesOnTheAreaThatFacesIt) {
+  Experiment run;
+  run.options.duration = 0.1;
+  // A held wall of 4 x 6 cells: the impulse per second is density / 2 * drag * area * speed^2.
+  Interaction wind = make(InteractionType::kWind, Vec3d(8, 0, 0));
+  wind.drag_coefficient = 1.3;
+  Interaction hold = make(InteractionType::kPin, Vec3d::Zero());
+  hold.region = Region::box(Vec3d(-1, -1, -1), Vec3d(1, 1, 1));
+  const auto result = run.go({wind, hold});
+  const double area = 0.04 * 0.06, expected = 0.5 * 1.2 * 1.3 * area * 64;
+  Vec3d given = Vec3d::Zero();
+  for (const auto& frame : result.summary.impulse_of_frame) given += frame[0];
+  EXPECT_NEAR(given.x() / 0.1, expected, 0.12 * expected);
+  EXPECT_LT(std::hypot(given.y(), given.z()), 0.05 * given.x());
+  Vec3d held = Vec3d::Zero();
+  for (const auto& frame : result.summary.impulse_of_frame) held += frame[1];
+  EXPECT_LT((given + held).norm(), 1e-9 * given.norm());  // what holds the wall takes all of it
+  // A free body ends up at the speed of the wind, never above it.
+  Experiment loose;
+  loose.particles = testing::block<double>({0.04, 0.04, 0.06}, 0.01, 1.0, 1e3, 0.3, 2);
+  loose.options.duration = 1;
+  loose.go({wind});
+  const double speed = loose.momentum(loose.states.back()).x() / loose.particles.total_mass();
+  EXPECT_GT(speed, 5);
+  EXPECT_LT(speed, 8);
+}
+
+TEST(Interaction, AFingerThatTouchesNothingIsReportedWithItsDistance) {
+  Experiment run;
+  run.options.duration = 0.1;
+  Interaction poke = make(InteractionType::kPoke, Vec3d::Zero());
+  poke.region = Region::sphere(Vec3d::Zero(), 0.01);
+  poke.path = {{0, Vec3d(0.3, 0, 0)}, {0.1, Vec3d(0.2, 0, 0)}};
+  const auto warnings = run.go({poke}).summary.warnings;
+  ASSERT_EQ(warnings.size(), 2u);
+  EXPECT_NE(warnings[0].find("0.15"), std::string::npos) << warnings[0];
+  EXPECT_NE(warnings[1].find("touched nothing"), std::string::npos) << warnings[1];
+}
+
 TEST(Region, SignedDistancesAreThoseOfTheShapes) {
   const Region sphere = Region::sphere(Vec3d(1, 0, 0), 0.5), box = Region::box(Vec3d(0, 0, 0), Vec3d(1, 2, 3)),
                half = Region::half_space(Vec3d(0, 0, 1), Vec3d(0, 0, 2));
@@ -183,7 +241,7 @@ TEST(Region, SignedDistancesAreThoseOfTheShapes) {
 
 TEST(Interaction, NamesFollowTheEnumeration) {
   const auto names = interaction_names();
-  ASSERT_EQ(names.size(), 9u);
+  ASSERT_EQ(names.size(), 11u);
   EXPECT_EQ(names[static_cast<int>(InteractionType::kGround)], "ground");
   EXPECT_STREQ(interaction_name(InteractionType::kGrab), "grab");
 }

@@ -1,0 +1,67 @@
+#include "physics/simulate/rest_shape.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gaussians/base/error.h"
+#include "physics/simulate/settle.h"
+
+namespace pliant {
+
+template <class T>
+RestShape<T> solve_rest_shape(const RestShapeOptions& options, const BasicParticles<T>& particles,
+                              const std::vector<Interaction>& interactions) {
+  SimulateOptions loaded = options.simulate;
+  loaded.rest_shape = RestShapeMode::kSolve;  // all of gravity acts
+  SimulateSummary ignored;
+  Simulator<T> simulator(loaded, particles, resting_interactions(interactions), ignored);
+  if (!simulator.schedule().pinned(0))
+    throw usage_error("rest shape", "pin", "holds nothing at time 0", "pin the body, or let it settle instead");
+
+  const size_t n = particles.size();
+  Vec3<T> low = particles.position[0], high = low;
+  for (const Vec3<T>& x : particles.position) low = low.cwiseMin(x), high = high.cwiseMax(x);
+  const double size = static_cast<double>((high - low).norm());
+  // Settling has to be finer than the residual that is asked for.
+  const double speed = 0.2 * rest_speed(loaded, particles);
+
+  RestShape<T> best;
+  std::vector<Vec3<T>> unloaded = particles.position;
+  RestShapeSummary summary;
+  double damping = 1;
+  for (summary.iterations = 1; summary.iterations <= options.max_iterations; ++summary.iterations) {
+    BasicSimulationState<T> state = initial_state(particles);
+    state.x = unloaded;
+    const SettleSummary settled = settle(simulator, particles, options.max_seconds, speed, state);
+    summary.seconds += settled.seconds;
+    if (!settled.at_rest)
+      throw numerical_error("rest shape", "the body does not come to rest under gravity within " +
+                                              std::to_string(options.max_seconds) + " s",
+                            "give a stiffer material, or --gravity none");
+    double residual = 0;
+    for (size_t i = 0; i < n; ++i)
+      residual = std::max(residual, static_cast<double>((state.x[i] - particles.position[i]).norm()));
+    if (best.unloaded.empty() || residual < summary.residual) {
+      best.unloaded = unloaded, best.state = std::move(state);
+      summary.residual = residual;
+    } else {
+      damping *= 0.5;
+    }
+    summary.converged = summary.residual <= options.tolerance * size;
+    if (summary.converged) break;
+    for (size_t i = 0; i < n; ++i)
+      unloaded[i] = best.unloaded[i] - static_cast<T>(damping) * (best.state.x[i] - particles.position[i]);
+  }
+  summary.iterations = std::min(summary.iterations, options.max_iterations);
+  for (size_t i = 0; i < n; ++i)
+    summary.sag = std::max(summary.sag, static_cast<double>((best.unloaded[i] - particles.position[i]).norm()));
+  best.summary = summary;
+  return best;
+}
+
+template RestShape<float> solve_rest_shape(const RestShapeOptions&, const BasicParticles<float>&,
+                                           const std::vector<Interaction>&);
+template RestShape<double> solve_rest_shape(const RestShapeOptions&, const BasicParticles<double>&,
+                                            const std::vector<Interaction>&);
+
+}  // namespace pliant

@@ -1,0 +1,68 @@
+// The clamp of a cantilever: its first frequency does not depend on where the nodes of the grid lie.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "physics/simulate/simulate.h"
+#include "tests/physics/shapes.h"
+
+namespace pliant {
+namespace {
+
+constexpr double kHeight = 0.03, kLength = 0.1, kYoung = 263824, kPoisson = 0.4, kDensity = 1070;
+constexpr double kFiniteElements = 7.29;  // Hz, quadratic hexahedra, fully clamped
+
+/// First frequency of a beam of 6 x 6 cells that is clamped at x = 0, by the time until it first turns round after
+/// gravity is switched on; displaced by `offset` cells against the nodes and turned by `turn`.
+double frequency(const Vec3d& offset, const Mat3d& turn) {
+  constexpr double dx = kHeight / 6, foot = 3 * dx, fps = 400;
+  auto p = testing::fill_shape<float>({kLength + foot, kHeight, kHeight}, dx, 2, 0.0, kYoung, kPoisson, kDensity,
+                                      [](const Vec3d&) { return true; });
+  std::vector<double> weight;  // near the shape of the first mode
+  for (Vec3f& x : p.position) {
+    const Vec3d own = x.cast<double>() - Vec3d(foot, 0, 0);
+    weight.push_back(own.x() > 0 ? own.x() * own.x() : 0);
+    x = (turn * own + dx * offset).cast<float>();
+  }
+  SimulateOptions options;
+  options.fps = fps, options.duration = 0.08, options.gravity.setZero();
+  Interaction wall, gravity;
+  wall.type = InteractionType::kPin;
+  wall.region = Region::half_space(dx * offset, turn * Vec3d::UnitX());
+  gravity.type = InteractionType::kGravity, gravity.vector = turn * Vec3d(0, 0, -9.81);
+  std::vector<double> sag;
+  simulate<float>(options, p, {wall, gravity}, initial_state(p), [&](const SimulationState& s) {
+    double sum = 0;
+    for (size_t i = 0; i < s.size(); ++i)
+      sum -= weight[i] * (turn.transpose() * (s.x[i] - p.position[i]).cast<double>()).z();
+    sag.push_back(sum);
+    return true;
+  });
+  for (size_t k = 1; k + 1 < sag.size(); ++k) {
+    if (sag[k] < sag[k - 1] || sag[k] < sag[k + 1]) continue;
+    const double slope = 0.5 * (sag[k + 1] - sag[k - 1]), bend = sag[k + 1] - 2 * sag[k] + sag[k - 1];
+    return 0.5 * fps / (static_cast<double>(k) - slope / bend);
+  }
+  return 0;
+}
+
+TEST(Clamp, TheFrequencyOfACantileverDoesNotDependOnTheGrid) {
+  const Mat3d straight = Mat3d::Identity();
+  const Mat3d turned = Eigen::AngleAxisd(0.5, Vec3d(0.3, 1, 0.2).normalized()).toRotationMatrix();
+  double low = INFINITY, high = 0;
+  const auto measure = [&](const Vec3d& offset, const Mat3d& turn) {
+    const double f = frequency(offset, turn);
+    low = std::min(low, f), high = std::max(high, f);
+    std::printf("offset %.2f %.2f %.2f%s: %.3f Hz\n", offset.x(), offset.y(), offset.z(), &turn == &turned ? " turned" : "", f);
+  };
+  for (const double x : {0.0, 0.25, 0.5, 0.75}) measure(Vec3d(x, 0, 0), straight);
+  measure(Vec3d(0.4, 0.25, 0.6), straight);
+  measure(Vec3d(0.3, 0.1, 0.2), turned);
+  EXPECT_LT(high / low, 1.03);
+  EXPECT_NEAR(low / kFiniteElements, 1, 0.03);
+  EXPECT_NEAR(high / kFiniteElements, 1, 0.03);
+}
+
+}  // namespace
+}  // namespace pliant

@@ -1,0 +1,91 @@
+// Inverse statics and settling.
+
+#include "physics/simulate/rest_shape.h"
+
+#include <gtest/gtest.h>
+
+#include "gaussians/base/error.h"
+#include "tests/physics/shapes.h"
+
+namespace pliant {
+namespace {
+
+using State = BasicSimulationState<double>;
+constexpr double kGravity = 9.81, kLength = 0.08, kFoot = 0.03;
+
+/// A beam of 3 x 3 x 8 cells that hangs out along x from a wall at x = 0.
+BasicParticles<double> beam(double young) {
+  auto p = testing::block<double>({kLength + kFoot, 0.03, 0.03}, 0.01, 0.0, young);
+  for (Vec3d& x : p.position) x.x() -= kFoot;
+  return p;
+}
+
+Interaction wall() {
+  Interaction pin;
+  pin.type = InteractionType::kPin, pin.region = Region::half_space(Vec3d::Zero(), Vec3d::UnitX());
+  return pin;
+}
+
+double tip(const BasicParticles<double>& p, const State& s) {
+  double sum = 0, count = 0;
+  for (size_t i = 0; i < s.size(); ++i)
+    if (p.position[i].x() > kLength - 0.01) sum += s.x[i].z() - p.position[i].z(), ++count;
+  return sum / count;
+}
+
+TEST(RestShape, ASolvedBodyDoesNotDroopAndRisesByItsSagWhenGravityEnds) {
+  const auto particles = beam(2.4e5);
+  SimulateOptions options;
+  options.fps = 50, options.duration = 1, options.rest_shape = RestShapeMode::kSolve;
+  Interaction weightless;
+  weightless.type = InteractionType::kGravity, weightless.start = 0.4;  // to the vector zero
+  options.damping_time = 0.1;
+  std::vector<State> states;
+  const auto result = simulate<double>(options, particles, {wall(), weightless}, initial_state(particles),
+                                       [&](const State& s) { return states.push_back(s), true; });
+  const SimulateSummary& s = result.summary;
+  std::printf("rest shape: %d iterations, residual %.4f mm, sag %.3f mm, %.2f s settled\n", s.rest_shape_iterations,
+              1000 * s.rest_shape_residual, 1000 * s.rest_shape_sag, s.settle_seconds);
+  EXPECT_FALSE(s.gravity_cancelled);
+  EXPECT_LT(s.rest_shape_residual, 1e-3 * 0.12);
+  double drift = 0;
+  for (int f = 0; f <= 20; ++f)
+    for (size_t i = 0; i < particles.size(); ++i) drift = std::max(drift, (states[f].x[i] - particles.position[i]).norm());
+  EXPECT_LT(drift, 0.005 * kLength);
+
+  // The sag of the same beam when it is loaded from its unloaded shape.
+  SimulateOptions loading = options;
+  loading.rest_shape = RestShapeMode::kCaptured, loading.gravity.setZero();
+  Interaction load;
+  load.type = InteractionType::kGravity, load.vector = Vec3d(0, 0, -kGravity);
+  const double sag = -tip(particles, simulate<double>(loading, particles, {wall(), load}, initial_state(particles)).state);
+  EXPECT_GT(sag, 0.002);
+  EXPECT_NEAR(tip(particles, states.back()) / sag, 1, 0.05);
+}
+
+TEST(RestShape, WithoutAPinIsAUsageError) {
+  const auto particles = beam(6e4);
+  EXPECT_THROW(solve_rest_shape<double>({}, particles, {}), Error);
+}
+
+TEST(Settle, ADroppedBodyEndsAtRestSoonAndSaysHowFarItFell) {
+  auto particles = testing::block<double>({0.04, 0.04, 0.04}, 0.01, 1.0, 5e4);
+  for (Vec3d& x : particles.position) x.z() += 0.02;
+  Interaction ground;
+  ground.type = InteractionType::kGround, ground.friction = 0.5;
+  ground.region = Region::half_space(Vec3d::Zero(), Vec3d::UnitZ());
+  SimulateOptions options;
+  options.fps = 50, options.duration = 0.3, options.settle_time = 5;
+  std::vector<State> states;
+  const auto result = simulate<double>(options, particles, {ground}, initial_state(particles),
+                                       [&](const State& s) { return states.push_back(s), true; });
+  EXPECT_NEAR(result.summary.settle_displacement, 0.02, 0.006);
+  EXPECT_LT(result.summary.settle_seconds, 2);
+  EXPECT_TRUE(result.summary.warnings.empty()) << result.summary.warnings[0];
+  double moved = 0;
+  for (size_t i = 0; i < particles.size(); ++i) moved = std::max(moved, (states.back().x[i] - states[0].x[i]).norm());
+  EXPECT_LT(moved, 5e-4);
+}
+
+}  // namespace
+}  // namespace pliant
