@@ -62,7 +62,7 @@ INLINE void gather_run(const GatherInput<T>& in, GatherReport<T>& report) {
   Pack<T> fastest{};
   auto sound = fastest == fastest;
   const T c_scale = 4 * run.inverse_dx;
-  report = {T(0), 0, 0, true};
+  report = {T(0), run.count, 0, 0, true};
   for (int first = 0; first < run.count; first += kLanes) {
     prefetch(run, first, 3);
     T* at[kLanes];

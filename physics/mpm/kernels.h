@@ -47,7 +47,7 @@ struct GatherInput {
 template <class T>
 struct GatherReport {
   T max_speed_squared;
-  int strays, moves;
+  int particles, strays, moves;
   bool finite;
 };
 

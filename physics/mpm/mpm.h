@@ -7,6 +7,7 @@
 
 #include "physics/mpm/kernels.h"
 #include "physics/mpm/mpm_data.h"
+#include "physics/mpm/mpm_options.h"
 #include "physics/mpm/particles.h"
 #include "physics/mpm/step_loads.h"
 #include "physics/mpm/step_tape.h"
@@ -27,7 +28,7 @@ struct Totals {
 template <class T>
 class Mpm {
  public:
-  Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin);
+  Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin, const MpmOptions& options = {});
 
   /// Load bits of every particle, in the order of the particles.
   void set_load_bits(const std::vector<uint32_t>& bits);
@@ -56,6 +57,7 @@ class Mpm {
   bool finite() const { return finite_; }
   double max_speed() const { return max_speed_; }  ///< m/s, after the last step
   int64_t strays() const { return strays_; }
+  int64_t particle_updates() const { return updates_; }  ///< since construction; particles asleep are left out
 
   /// Centre of mass, mean velocity and mass of some particles, summed in the order given.
   struct Motion {
@@ -76,7 +78,18 @@ class Mpm {
   BlockGrid::Coordinates block_of(const T* x, int object) const;
   void load_record(int i, const BasicSimulationState<T>& state, ParticleRecord<T>& r);
   void fit_blocks();
+  void load_rest(const BasicSimulationState<T>& state);
+  void store_rest(BasicSimulationState<T>& state) const;
+  ParticleRun<T> run_of(int b);
   void sort_cells(int b);
+  void reorder_chunk(int chunk);
+  bool sleeping() const { return options_.sleep_speed > 0; }
+  void carry_rest();
+  void wake_on_change(const StepLoads<T>& loads);
+  bool scatter_can_wait(int b, T dt, const StepLoads<T>& loads);
+  void measure_motion(int n);
+  bool gather_can_wait(int b, T dt);
+  void watch_rest(int b, T dt);
   void apply_laws(int b, T dt);
   void set_given_stress(const ParticleRecord<T>& r, const Mat3<T>& F);
   void apply_body_loads(int b, T dt, const StepLoads<T>& loads);
@@ -95,6 +108,17 @@ class Mpm {
   std::vector<GatherReport<T>> report_;  // of the last gather, per particle block
   const MpmKernels<T>* kernels_;
   StressKind uniform_;  // law of all particles if a kernel for it alone will do, else kGiven
+  static constexpr int kReorderChunk = 2048, kStepsPerSort = 8;
+
+  MpmOptions options_;
+  std::vector<BlockRest<T>> rest_of_block_;
+  std::vector<NodeMotion<T>> node_motion_;
+  Vec3<T> last_gravity_;
+  size_t last_conditions_ = 0;
+  std::vector<ParticleRecord<T>> spare_record_;
+  std::vector<int> spare_order_;
+  std::vector<uint8_t> cell_;
+  int64_t moves_since_reorder_ = 0, steps_ = 0, updates_ = 0;
   bool finite_ = true;
   double max_speed_ = 0;
   int64_t strays_ = 0;
@@ -115,6 +139,8 @@ class Mpm<T>::Snapshot {
   BlockGrid grid_;
   std::vector<LawSide<T>> side_;
   std::vector<T> given_stress_;
+  std::vector<BlockRest<T>> rest_of_block_;
+  int64_t moves_since_reorder_, steps_;
 };
 
 extern template class Mpm<float>;

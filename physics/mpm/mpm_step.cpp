@@ -13,26 +13,34 @@ namespace pliant {
 template <class T>
 bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<void(int)>& prepare,
                      const std::function<bool()>& check, StepTape<T>* tape) {
+  CHECK_MSG(!tape || (options_.flip_time == 0 && !sleeping()), "only APIC without sleep can be recorded");
+  // Records are brought into the order of the blocks again when one in so many has changed its block.
+  constexpr int kMovesPerReorder = 8;
   constexpr int kParticlesPerThread = 1000;  // below this a thread costs more than it brings
   const int useful = static_cast<int>(std::min<size_t>(data_.record.size() / kParticlesPerThread, 1024));
   const int threads = std::clamp(omp_get_max_threads(), 1, std::max(1, useful));
   std::exception_ptr error;
-  Queue scatter, update, gather;
-  bool going = true, good = true;
+  Queue reorder, scatter, update, gather;
+  bool going = true, good = true, reordering = false;
+  const int chunks = static_cast<int>((data_.record.size() + kReorderChunk - 1) / kReorderChunk);
   // What one thread does between steps.
   const auto between = [&](int k) {
     try {
       if (k > 0) {
         collect_reports();
+        ++steps_;
         good = finite_ && check();
       }
       going = good && k < count;
       if (going) prepare(k);
+      if (going && sleeping()) wake_on_change(loads);
+      reordering = going && moves_since_reorder_ * kMovesPerReorder > static_cast<int64_t>(data_.record.size());
+      if (reordering) spare_record_.resize(data_.record.size());
       if (going && tape) tape->begin_step(dt, loads, data_.grid);
     } catch (...) {
       error = std::current_exception(), going = false;
     }
-    scatter.reset(), update.reset(), gather.reset();
+    scatter.reset(), update.reset(), gather.reset(), reorder.reset();
   };
   std::unique_ptr<Barrier> barrier;
 #pragma omp parallel num_threads(threads)
@@ -43,6 +51,12 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
       if (omp_get_thread_num() == 0) between(k);
       barrier->wait();
       if (!going) break;
+      if (reordering) {
+        for (int c; (c = reorder.take()) < chunks;) reorder_chunk(c);
+        barrier->wait();
+        if (omp_get_thread_num() == 0) data_.record.swap(spare_record_), moves_since_reorder_ = 0;
+        barrier->wait();
+      }
       for (int b; (b = scatter.take()) < data_.grid.particle_blocks();) {
         if (tape) record_block(b, tape->last());
         scatter_block(b, dt, loads);
@@ -52,6 +66,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
         sum_node_block(n);
         if (tape) record_node_block(n, tape->last());
         update_node_block(n, dt, loads), apply_conditions(n, loads);
+        if (sleeping()) measure_motion(n);
       }
       barrier->wait();
       for (int b; (b = gather.take()) < data_.grid.particle_blocks();) gather_block(b, dt);
@@ -83,6 +98,8 @@ typename Mpm<T>::Snapshot Mpm<T>::save() const {
   Snapshot snapshot;
   snapshot.record_ = data_.record, snapshot.slot_ = data_.slot, snapshot.grid_ = data_.grid;
   snapshot.side_ = data_.side, snapshot.given_stress_ = data_.given_stress;
+  snapshot.rest_of_block_ = rest_of_block_;
+  snapshot.moves_since_reorder_ = moves_since_reorder_, snapshot.steps_ = steps_;
   return snapshot;
 }
 
@@ -91,6 +108,8 @@ void Mpm<T>::restore(const Snapshot& snapshot) {
   CHECK(snapshot.record_.size() == rest_.size());
   data_.record = snapshot.record_, data_.slot = snapshot.slot_, data_.grid = snapshot.grid_;
   data_.side = snapshot.side_, data_.given_stress = snapshot.given_stress_;
+  rest_of_block_ = snapshot.rest_of_block_;
+  moves_since_reorder_ = snapshot.moves_since_reorder_, steps_ = snapshot.steps_;
   fit_blocks();
 }
 
@@ -102,13 +121,17 @@ void Mpm<T>::particles_to_grid(T dt, const StepLoads<T>& loads) {
 
 template <class T>
 void Mpm<T>::update_grid(T dt, const StepLoads<T>& loads) {
-  for (int n = 0; n < data_.grid.node_blocks(); ++n) update_node_block(n, dt, loads), apply_conditions(n, loads);
+  for (int n = 0; n < data_.grid.node_blocks(); ++n) {
+    update_node_block(n, dt, loads), apply_conditions(n, loads);
+    if (sleeping()) measure_motion(n);
+  }
 }
 
 template <class T>
 void Mpm<T>::grid_to_particles(T dt) {
   for (int b = 0; b < data_.grid.particle_blocks(); ++b) gather_block(b, dt);
   collect_reports();
+  ++steps_;
 }
 
 template class Mpm<float>;

@@ -92,7 +92,7 @@ INLINE void scatter_run(const ScatterInput<T>& in, StressKind kind, T* patch) {
     total_stress<T, kMixture>(in, kind, at, F, C, constant[2], constant[3], damping, tau);
     const Pack<T> s = stress_scale * volume;
     Pack<T> m = mass * run.dx, carried = mass;
-    if (kMixture == Mixture::kAny) {
+    if (kMixture == Mixture::kAny && !in.inertia_only) {
       const Pack<T> kept = exponential(-in.dt * damping[2]);
       m *= kept, carried *= kept;
     }
