@@ -47,7 +47,10 @@ const std::map<std::string, std::vector<std::string>>& keys_of_type() {
       {"impulse", {"region", "impulse"}},
       {"grab", {"region", "path", "stiffness", "damping", "max_force"}},
       {"gust", {"region", "wind", "drag", "acceleration"}},
-      {"ground", {"point", "normal", "friction"}}};
+      {"ground", {"point", "normal", "friction"}},
+      {"collider",
+       {"region", "contact", "friction", "container", "velocity", "angular_velocity", "pivot", "path"}},
+      {"poke", {"radius", "path", "friction"}}};
   return keys;
 }
 
@@ -56,6 +59,26 @@ void refuse_unknown_keys(const json& row, std::vector<std::string> known, const 
   for (const auto& [key, value] : row.items())
     if (std::find(known.begin(), known.end(), key) == known.end())
       throw usage_error(where, key, "is not a key of this type", "did you mean '" + nearest_name(key, known) + "'?");
+}
+
+std::vector<Interaction::PathPoint> parse_path(const json& path, double metres, const std::string& where) {
+  if (!path.is_array() || path.empty())
+    throw usage_error(where, "path", "is " + path.dump(), "give [[t, x, y, z], ...]");
+  std::vector<Interaction::PathPoint> out;
+  for (const json& point : path) {
+    const std::vector<double> p = numbers(point, 4, where, "path");
+    out.push_back({p[0], metres * Vec3d(p[1], p[2], p[3])});
+  }
+  return out;
+}
+
+ContactKind parse_contact(const json& value, const std::string& where) {
+  const std::vector<std::string> names = {"sticky", "slip", "separating"};
+  const std::string name = value.is_string() ? value.get<std::string>() : value.dump();
+  const auto at = std::find(names.begin(), names.end(), name);
+  if (at == names.end())
+    throw usage_error(where, "contact", "'" + name + "' is unknown", "did you mean '" + nearest_name(name, names) + "'?");
+  return static_cast<ContactKind>(at - names.begin());
 }
 
 Interaction parse_row(const json& row, const InteractionFrame& frame, const std::string& where) {
@@ -87,13 +110,7 @@ Interaction parse_row(const json& row, const InteractionFrame& frame, const std:
       break;
     case InteractionType::kGrab: {
       required(row, "region", where);
-      const json& path = required(row, "path", where);
-      if (!path.is_array() || path.empty())
-        throw usage_error(where, "path", "is " + path.dump(), "give [[t, x, y, z], ...]");
-      for (const json& point : path) {
-        const std::vector<double> p = numbers(point, 4, where, "path");
-        out.path.push_back({p[0], metres * Vec3d(p[1], p[2], p[3])});
-      }
+      out.path = parse_path(required(row, "path", where), metres, where);
       out.stiffness = number(row, "stiffness", 0, where);
       out.damping = number(row, "damping", 0, where);
       out.max_force = number(row, "max_force", INFINITY, where);
@@ -114,6 +131,32 @@ Interaction parse_row(const json& row, const InteractionFrame& frame, const std:
       out.friction = number(row, "friction", 0.5, where);
       break;
     }
+    case InteractionType::kCollider:
+      required(row, "region", where);
+      out.contact = row.contains("contact") ? parse_contact(row["contact"], where) : ContactKind::kSeparating;
+      out.friction = number(row, "friction", out.contact == ContactKind::kSeparating ? 0.5 : 0.0, where);
+      if (row.contains("container")) {
+        if (!row["container"].is_boolean())
+          throw usage_error(where, "container", "is " + row["container"].dump(), "give true or false");
+        out.container = row["container"].get<bool>();
+      }
+      if (row.contains("velocity") && row.contains("path"))
+        throw usage_error(where, "path", "is given beside velocity", "give one of them");
+      if (row.contains("velocity")) out.vector = vector_of(row["velocity"], where, "velocity");
+      if (row.contains("angular_velocity")) out.angular_velocity = vector_of(row["angular_velocity"], where, "angular_velocity");
+      if (row.contains("path")) {
+        out.path = parse_path(row["path"], metres, where);
+        out.pivot = out.path.front().position;
+      }
+      if (row.contains("pivot")) out.pivot = metres * vector_of(row["pivot"], where, "pivot");
+      break;
+    case InteractionType::kPoke:
+      required(row, "radius", where);
+      out.path = parse_path(required(row, "path", where), metres, where);
+      out.region.kind = Region::Kind::kSphere, out.region.point = out.path.front().position;
+      out.region.radius = metres * number(row, "radius", 0, where);
+      out.friction = number(row, "friction", 0.5, where);
+      break;
   }
   return out;
 }
@@ -123,7 +166,7 @@ Interaction parse_row(const json& row, const InteractionFrame& frame, const std:
 Region parse_region(const json& value, const InteractionFrame& frame, const std::string& where) {
   if (value == "all") return Region::all();
   if (!value.is_object() || value.size() != 1)
-    throw usage_error(where, "region", "is " + value.dump(), "give {\"sphere\": [x,y,z,r]}, {\"box\": [...]}, {\"below\": h} or \"all\"");
+    throw usage_error(where, "region", "is " + value.dump(), "give {\"sphere\": [x,y,z,r]}, {\"box\": [...]}, {\"below\": h}, {\"plane\": [...]}, {\"cylinder\": [...]} or \"all\"");
   const std::string kind = value.begin().key();
   const json& data = value.begin().value();
   if (kind == "sphere") {
@@ -141,8 +184,21 @@ Region parse_region(const json& value, const InteractionFrame& frame, const std:
     if (!data.is_number()) throw usage_error(where, "region.below", "is " + data.dump(), "give a height along up");
     return Region::half_space(frame.up * data.get<double>(), frame.up);
   }
+  if (kind == "plane") {
+    const std::vector<double> p = numbers(data, 6, where, "region.plane");
+    const Vec3d normal(p[3], p[4], p[5]);
+    if (!(normal.norm() > 0)) throw usage_error(where, "region.plane", "has a normal of no length", "give x,y,z of a point and of a normal");
+    return Region::half_space({p[0], p[1], p[2]}, normal);
+  }
+  if (kind == "cylinder") {
+    const std::vector<double> c = numbers(data, 7, where, "region.cylinder");
+    const Vec3d end(c[0], c[1], c[2]), other(c[3], c[4], c[5]);
+    if (!(c[6] > 0) || !((other - end).norm() > 0))
+      throw usage_error(where, "region.cylinder", data.dump() + " is empty", "give the two ends and a positive radius");
+    return Region::cylinder(end, other, c[6]);
+  }
   throw usage_error(where, "region", "'" + kind + "' is unknown",
-                    "did you mean '" + nearest_name(kind, {"sphere", "box", "below"}) + "'?");
+                    "did you mean '" + nearest_name(kind, {"sphere", "box", "below", "plane", "cylinder"}) + "'?");
 }
 
 json region_to_json(const Region& region) {
@@ -151,7 +207,8 @@ json region_to_json(const Region& region) {
   switch (region.kind) {
     case Region::Kind::kSphere: return {{"sphere", {p.x(), p.y(), p.z(), region.radius}}};
     case Region::Kind::kBox: return {{"box", {p.x(), p.y(), p.z(), v.x(), v.y(), v.z()}}};
-    case Region::Kind::kHalfSpace: return {{"below", p.dot(v)}};
+    case Region::Kind::kHalfSpace: return {{"plane", {p.x(), p.y(), p.z(), v.x(), v.y(), v.z()}}};
+    case Region::Kind::kCylinder: return {{"cylinder", {p.x(), p.y(), p.z(), v.x(), v.y(), v.z(), region.radius}}};
     case Region::Kind::kAll: break;
   }
   return "all";

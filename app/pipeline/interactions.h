@@ -14,8 +14,8 @@ struct InteractionFrame {
   Vec3d up = {0, 0, 1};
 };
 
-/// Region from JSON: {"sphere": [x,y,z,r]}, {"box": [x0,y0,z0,x1,y1,z1]}, {"below": h} (height along up), or "all";
-/// in scene units.  `where` names the file and the row in messages.
+/// Region from JSON: {"sphere": [x,y,z,r]}, {"box": [x0,y0,z0,x1,y1,z1]}, {"below": h} (height along up),
+/// {"plane": [x,y,z,nx,ny,nz]} (what lies behind it), {"cylinder": [x0,y0,z0,x1,y1,z1,r]}, or "all"; in scene units.  `where` names the file and the row in messages.
 Region parse_region(const nlohmann::json& value, const InteractionFrame& frame, const std::string& where);
 nlohmann::json region_to_json(const Region& region);
 
@@ -27,6 +27,9 @@ nlohmann::json region_to_json(const Region& region);
 ///   {type: grab, region, path: [[t, x, y, z], ...], start, duration, stiffness N/m, damping N s/m, max_force N}
 ///   {type: gust, region, wind: [m/s], drag 1/s | acceleration: [m/s^2], start, duration}
 ///   {type: ground, point, normal, friction}
+///   {type: collider, region, contact: sticky|slip|separating, friction, container: matter is inside the shape,
+///    velocity: [m/s] | path of `pivot`, angular_velocity: [rad/s] about `pivot`, start, duration}
+///   {type: poke, radius, path of the finger's centre, friction, start}
 /// Positions come back in metres.  Unknown types and keys are usage errors with the nearest known name.
 std::vector<Interaction> parse_interactions(const std::string& text, const InteractionFrame& frame, const std::string& file);
 

@@ -39,7 +39,7 @@ struct GatherInput {
   T low[3], high[3];  ///< m, bounds of the particles
   int block[3];       ///< coordinates of the block
   const T* node[8];   ///< velocities of the node blocks that the block's patch covers
-  T flip;             ///< part of FLIP in the new velocity, 0 = APIC
+  T flip;             ///< part kept of what the grid cannot represent of v and C, 0 = APIC
   const T* old_node[8];  ///< velocities before the step, where flip > 0
   int* moved;         ///< [count], receives the places in the run whose particles left the block
 };

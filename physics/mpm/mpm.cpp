@@ -138,7 +138,14 @@ void Mpm<T>::fit_blocks() {
 }
 
 template <class T>
+void Mpm<T>::clear_impulses(const StepLoads<T>& loads) {
+  collider_impulse_.assign(loads.colliders.size(), Vec3d::Zero());
+  block_impulse_.assign(data_.grid.node_blocks() * loads.colliders.size(), Vec3d::Zero());
+}
+
+template <class T>
 void Mpm<T>::collect_reports() {
+  for (size_t k = 0; k < block_impulse_.size(); ++k) collider_impulse_[k % collider_impulse_.size()] += block_impulse_[k];
   T speed = 0;
   std::vector<BlockGrid::Move> moves;
   for (int b = 0; b < data_.grid.particle_blocks(); ++b) {

@@ -48,6 +48,15 @@ class Mpm {
   class Snapshot;
   Snapshot save() const;
   void restore(const Snapshot& snapshot);
+  /// Bytes of a snapshot, and of one step on a tape with the present blocks.
+  size_t snapshot_bytes() const {
+    return data_.record.size() * (sizeof(ParticleRecord<T>) + 2 * sizeof(int)) +
+           data_.side.size() * (sizeof(LawSide<T>) + 6 * sizeof(T));
+  }
+  size_t tape_bytes() const {
+    return data_.record.size() * (sizeof(TapeParticle<T>) + sizeof(int)) + data_.node.size() * sizeof(Node<T>) +
+           data_.side.size() * (sizeof(LawMemory<T>) + 6 * sizeof(T));
+  }
 
   /// The three parts of a step, on one thread.
   void particles_to_grid(T dt, const StepLoads<T>& loads);
@@ -58,6 +67,8 @@ class Mpm {
   double max_speed() const { return max_speed_; }  ///< m/s, after the last step
   int64_t strays() const { return strays_; }
   int64_t particle_updates() const { return updates_; }  ///< since construction; particles asleep are left out
+  /// Momentum [N s] that each collider of the loads gave to the body in the last step.
+  const std::vector<Vec3d>& collider_impulse() const { return collider_impulse_; }
 
   /// Centre of mass, mean velocity and mass of some particles, summed in the order given.
   struct Motion {
@@ -99,6 +110,7 @@ class Mpm {
   void apply_conditions(int n, const StepLoads<T>& loads);
   void gather_block(int b, T dt);
   void collect_reports();
+  void clear_impulses(const StepLoads<T>& loads);
   void record_block(int b, TapeStep<T>& step) const;
   void record_node_block(int n, TapeStep<T>& step) const;
 
@@ -119,6 +131,7 @@ class Mpm {
   std::vector<int> spare_order_;
   std::vector<uint8_t> cell_;
   int64_t moves_since_reorder_ = 0, steps_ = 0, updates_ = 0;
+  std::vector<Vec3d> block_impulse_, collider_impulse_;  // [node blocks, colliders], [colliders]
   bool finite_ = true;
   double max_speed_ = 0;
   int64_t strays_ = 0;
@@ -126,13 +139,6 @@ class Mpm {
 
 template <class T>
 class Mpm<T>::Snapshot {
- public:
-  size_t bytes() const {
-    return record_.size() * (sizeof(ParticleRecord<T>) + 2 * sizeof(int)) +
-           side_.size() * (sizeof(LawSide<T>) + 6 * sizeof(T));
-  }
-
- private:
   friend class Mpm;
   std::vector<ParticleRecord<T>> record_;
   std::vector<int> slot_;

@@ -17,7 +17,7 @@ constexpr size_t kNoConditions = ~size_t{0};
 
 template <class T>
 size_t conditions(const StepLoads<T>& loads) {
-  return loads.pins.size() + (loads.grounds.size() << 16);
+  return loads.pins.size() + (loads.colliders.size() << 16);
 }
 
 }  // namespace

@@ -21,6 +21,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
   const int threads = std::clamp(omp_get_max_threads(), 1, std::max(1, useful));
   std::exception_ptr error;
   Queue reorder, scatter, update, gather;
+  if (tape) tape->low = data_.low, tape->high = data_.high;
   bool going = true, good = true, reordering = false;
   const int chunks = static_cast<int>((data_.record.size() + kReorderChunk - 1) / kReorderChunk);
   // What one thread does between steps.
@@ -32,11 +33,11 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
         good = finite_ && check();
       }
       going = good && k < count;
-      if (going) prepare(k);
+      if (going) prepare(k), clear_impulses(loads);
       if (going && sleeping()) wake_on_change(loads);
       reordering = going && moves_since_reorder_ * kMovesPerReorder > static_cast<int64_t>(data_.record.size());
       if (reordering) spare_record_.resize(data_.record.size());
-      if (going && tape) tape->begin_step(dt, loads, data_.grid);
+      if (going && tape) tape->begin_step(dt, loads, data_.grid, data_.side.size());
     } catch (...) {
       error = std::current_exception(), going = false;
     }
@@ -83,7 +84,10 @@ void Mpm<T>::record_block(int b, TapeStep<T>& step) const {
     const ParticleRecord<T>& r = data_.record[data_.grid.order()[s]];
     TapeParticle<T>& to = step.particle[s];
     step.index[s] = r.index;
-    std::copy_n(r.x, 3, to.x), std::copy_n(r.v, 3, to.v), std::copy_n(r.C, 9, to.C), std::copy_n(r.F, 9, to.F);
+    std::copy_n(r.x, 3, to.x), std::copy_n(r.F, 9, to.F), std::copy_n(r.v, 3, to.v), std::copy_n(r.C, 9, to.C);
+    if (r.side < 0) continue;
+    step.memory[r.side] = data_.side[r.side].memory;
+    std::copy_n(data_.given_stress.data() + 6 * r.side, 6, step.given_stress.data() + 6 * r.side);
   }
 }
 
@@ -121,6 +125,7 @@ void Mpm<T>::particles_to_grid(T dt, const StepLoads<T>& loads) {
 
 template <class T>
 void Mpm<T>::update_grid(T dt, const StepLoads<T>& loads) {
+  clear_impulses(loads);
   for (int n = 0; n < data_.grid.node_blocks(); ++n) {
     update_node_block(n, dt, loads), apply_conditions(n, loads);
     if (sleeping()) measure_motion(n);

@@ -92,7 +92,9 @@ void Mpm<T>::apply_conditions(int n, const StepLoads<T>& loads) {
   const BlockGrid::Coordinates& block = data_.grid.node_block(n);
   const double dx = data_.dx;
   const Vec3d first = data_.origin.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z);
-  apply_node_conditions<T>(loads, {data_.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, first, dx});
+  apply_node_conditions<T>(
+      loads, {data_.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, first, dx, block.object},
+      block_impulse_.data() + static_cast<size_t>(n) * collider_impulse_.size());
 }
 
 template <class T>

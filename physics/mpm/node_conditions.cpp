@@ -1,43 +1,117 @@
 #include "physics/mpm/node_conditions.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace pliant {
+namespace {
+
+constexpr double kTolerance = 1e-3;    // cells; a node on the surface counts as inside
+// Cells between the surfaces at which contact starts, which allows for edges and for the body's own compression.
+constexpr double kGap = 0.25;
+constexpr double kHeldShare = 0.25;  // of the mass at first contact, down to which what sticks or slips is held
+constexpr double kReachOfBlock = 0.5 * (BlockGrid::kSide - 1) * 1.7320508075688772;  // cells from its middle
 
 template <class T>
-void apply_node_conditions(const StepLoads<T>& loads, const NodeBlock<T>& block) {
-  if (loads.grounds.empty() && loads.pins.empty()) return;
-  constexpr int kSide = BlockGrid::kSide;
-  const double dx = block.dx, half = 0.5 * (kSide - 1) * dx * 1.7320508075688772;
-  const Vec3d middle = block.first + Vec3d::Constant(0.5 * (kSide - 1) * dx);
+Vec3d middle(const NodeBlock<T>& block) {
+  return block.first + Vec3d::Constant(0.5 * (BlockGrid::kSide - 1) * block.dx);
+}
 
-  for (const GroundPlane& plane : loads.grounds) {
-    const double tolerance = 1e-3 * dx;
-    if ((middle - plane.point).dot(plane.normal) - half > tolerance) continue;
-    for (int k = 0; k < BlockGrid::kNodes; ++k) {
-      if ((block.position(k) - plane.point).dot(plane.normal) > tolerance) continue;
-      T* v = block.node[k].lane;
-      const Vec3d velocity(v[0], v[1], v[2]);
-      const double approach = -velocity.dot(plane.normal);
-      if (!(approach > 0)) continue;
-      const Vec3d slide = velocity + approach * plane.normal;
-      const double speed = slide.norm();
-      const double kept = speed > 0 ? std::max(0.0, 1 - plane.friction * approach / speed) : 0.0;
-      for (int a = 0; a < 3; ++a) v[a] = static_cast<T>(kept * slide[a]);
-    }
-  }
-  for (const Region& pin : loads.pins) {
-    const double reach = kPinReach * dx, distance = pin.signed_distance(middle);
-    if (distance - half > reach) continue;
-    const bool whole = distance + half <= reach;
-    for (int k = 0; k < BlockGrid::kNodes; ++k) {
-      T* v = block.node[k].lane;
-      if (whole || pin.signed_distance(block.position(k)) <= reach) v[0] = v[1] = v[2] = 0;
-    }
+/// Cells outside the surface up to which nodes are held.
+double reach(const Collider& collider) {
+  return collider.kind == ContactKind::kSeparating ? kTolerance : kPinReach;
+}
+
+/// Calls visit(k, normal, velocity of the surface) for the nodes that the collider holds or pushes.
+template <class T, class Visit>
+void for_touched_nodes(const StepLoads<T>& loads, const NodeBlock<T>& block, const Collider& collider, Visit&& visit) {
+  const double dx = block.dx;
+  if (collider.surface(middle(block)).distance > (reach(collider) + kReachOfBlock) * dx) return;
+  const size_t object = static_cast<size_t>(block.object);
+  const double full = object < loads.density.size() ? loads.density[object] * dx * dx * dx : 0;
+  const double share = collider.kind == ContactKind::kSeparating ? 1 : kHeldShare;
+  for (int k = 0; k < BlockGrid::kNodes; ++k) {
+    const double mass = block.node[k].lane[3];
+    if (!(mass > 0)) continue;
+    const Vec3d x = block.position(k);
+    const SignedDistanceGrid::Sample at = collider.surface(x);
+    if (at.distance > reach(collider) * dx) continue;
+    if (full > 0 && mass < share * full * filled_share(at.distance / dx - kGap)) continue;
+    visit(k, at.normal, collider.velocity_at(x));
   }
 }
 
-template void apply_node_conditions(const StepLoads<float>&, const NodeBlock<float>&);
-template void apply_node_conditions(const StepLoads<double>&, const NodeBlock<double>&);
+template <class T, class Visit>
+void for_pinned_nodes(const NodeBlock<T>& block, const Region& pin, Visit&& visit) {
+  const double reach = kPinReach * block.dx, half = kReachOfBlock * block.dx;
+  const double distance = pin.signed_distance(middle(block));
+  if (distance - half > reach) return;
+  const bool whole = distance + half <= reach;
+  for (int k = 0; k < BlockGrid::kNodes; ++k)
+    if (whole || pin.signed_distance(block.position(k)) <= reach) visit(k);
+}
+
+template <class T>
+Vec3d velocity_of(const Node<T>& node) {
+  return {node.lane[0], node.lane[1], node.lane[2]};
+}
+
+template <class T>
+void set_velocity(Node<T>& node, const Vec3d& v) {
+  for (int a = 0; a < 3; ++a) node.lane[a] = static_cast<T>(v[a]);
+}
+
+}  // namespace
+
+double filled_share(double distance) {
+  // Integral of the quadratic B-spline from -distance to infinity.
+  const double s = std::abs(distance);
+  const double beyond = s >= 1.5 ? 0.0 : s >= 0.5 ? (1.5 - s) * (1.5 - s) * (1.5 - s) / 6 : 0.5 - s * (0.75 - s * s / 3);
+  return distance > 0 ? 1 - beyond : beyond;
+}
+
+template <class T>
+void apply_node_conditions(const StepLoads<T>& loads, const NodeBlock<T>& block, Vec3d* impulse) {
+  for (size_t c = 0; c < loads.colliders.size(); ++c) {
+    const Collider& collider = loads.colliders[c];
+    for_touched_nodes(loads, block, collider, [&](int k, const Vec3d& normal, const Vec3d& w) {
+      const Vec3d v = velocity_of(block.node[k]), after = velocity_after_contact(collider, normal, w, v);
+      set_velocity(block.node[k], after);
+      if (impulse) impulse[c] += block.node[k].lane[3] * (after - v);
+    });
+  }
+  for (const Region& pin : loads.pins)
+    for_pinned_nodes(block, pin, [&](int k) { set_velocity(block.node[k], Vec3d::Zero()); });
+}
+
+template <class T>
+void apply_node_conditions_adjoint(const StepLoads<T>& loads, const NodeBlock<T>& block, Node<T>* adj) {
+  for (const Region& pin : loads.pins)
+    for_pinned_nodes(block, pin, [&](int k) { set_velocity(adj[k], Vec3d::Zero()); });
+  // The velocities that each collider met, then backwards through them.
+  std::vector<std::array<Node<T>, BlockGrid::kNodes>> met(loads.colliders.size());
+  std::array<Node<T>, BlockGrid::kNodes> now;
+  std::copy_n(block.node, BlockGrid::kNodes, now.begin());
+  const NodeBlock<T> moving{now.data(), block.first, block.dx, block.object};
+  for (size_t c = 0; c < met.size(); ++c) {
+    const Collider& collider = loads.colliders[c];
+    met[c] = now;
+    for_touched_nodes(loads, moving, collider, [&](int k, const Vec3d& normal, const Vec3d& w) {
+      set_velocity(now[k], velocity_after_contact(collider, normal, w, velocity_of(now[k])));
+    });
+  }
+  for (size_t c = met.size(); c-- > 0;) {
+    const Collider& collider = loads.colliders[c];
+    for_touched_nodes(loads, moving, collider, [&](int k, const Vec3d& normal, const Vec3d& w) {
+      set_velocity(adj[k],
+                   velocity_after_contact_adjoint(collider, normal, w, velocity_of(met[c][k]), velocity_of(adj[k])));
+    });
+  }
+}
+
+template void apply_node_conditions(const StepLoads<float>&, const NodeBlock<float>&, Vec3d*);
+template void apply_node_conditions(const StepLoads<double>&, const NodeBlock<double>&, Vec3d*);
+template void apply_node_conditions_adjoint(const StepLoads<float>&, const NodeBlock<float>&, Node<float>*);
+template void apply_node_conditions_adjoint(const StepLoads<double>&, const NodeBlock<double>&, Node<double>*);
 
 }  // namespace pliant

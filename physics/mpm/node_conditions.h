@@ -15,8 +15,9 @@ struct alignas(4 * sizeof(T)) Node {
 template <class T>
 struct NodeBlock {
   Node<T>* node;
-  Vec3d first;  ///< m
-  double dx;    ///< m
+  Vec3d first;     ///< m
+  double dx;       ///< m
+  int object = 0;  ///< whose nodes they are
 
   Vec3d position(int k) const {
     constexpr int s = BlockGrid::kSide;
@@ -28,11 +29,25 @@ struct NodeBlock {
 /// cell behind itself, and rows are on average half a cell apart from the surface.
 constexpr double kPinReach = 0.75;
 
-/// Makes the velocities of a block's nodes obey the pins and obstacles of `loads`.
-template <class T>
-void apply_node_conditions(const StepLoads<T>& loads, const NodeBlock<T>& block);
+/// Share of a node's spline that lies in a half space, `distance` cells above whose face the node is: the mass of the
+/// node, over density dx^3, when the half space is full.
+double filled_share(double distance);
 
-extern template void apply_node_conditions(const StepLoads<float>&, const NodeBlock<float>&);
-extern template void apply_node_conditions(const StepLoads<double>&, const NodeBlock<double>&);
+/// Makes the velocities of a block's nodes obey the pins and colliders of `loads`; lane 3 is the mass.
+/// A node in or near a collider is held back only once it has the mass that a body touching the surface gives it: so
+/// contact begins when surfaces meet, wherever the nodes lie, and not a cell earlier.  What sticks or slips is
+/// held until three quarters of that mass are gone.
+/// `impulse`, if given, has room for one vector per collider, to which the momentum [N s] given to the nodes is added.
+template <class T>
+void apply_node_conditions(const StepLoads<T>& loads, const NodeBlock<T>& block, Vec3d* impulse = nullptr);
+/// `block` holds the velocities from before; `adj` [64] the derivatives of a scalar with respect to the velocities
+/// after the conditions, and on return with respect to those before.  Masses are taken as constant.
+template <class T>
+void apply_node_conditions_adjoint(const StepLoads<T>& loads, const NodeBlock<T>& block, Node<T>* adj);
+
+extern template void apply_node_conditions(const StepLoads<float>&, const NodeBlock<float>&, Vec3d*);
+extern template void apply_node_conditions(const StepLoads<double>&, const NodeBlock<double>&, Vec3d*);
+extern template void apply_node_conditions_adjoint(const StepLoads<float>&, const NodeBlock<float>&, Node<float>*);
+extern template void apply_node_conditions_adjoint(const StepLoads<double>&, const NodeBlock<double>&, Node<double>*);
 
 }  // namespace pliant

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "physics/mpm/collider.h"
 #include "physics/mpm/region.h"
 
 namespace pliant {
@@ -15,12 +16,6 @@ struct BodyLoad {
   T drag = 0;                              ///< 1/s
 };
 
-/// Plane that nodes at or below it do not pass: (x - point) . normal <= 0.
-struct GroundPlane {
-  Vec3d point, normal;
-  double friction = 0;
-};
-
 /// What acts during one substep.
 template <class T>
 struct StepLoads {
@@ -29,7 +24,9 @@ struct StepLoads {
   T viscosity_time = 0;               ///< s, Kelvin-Voigt
   std::vector<BodyLoad<T>> body;
   std::vector<Region> pins;
-  std::vector<GroundPlane> grounds;
+  std::vector<Collider> colliders;
+  std::vector<double> density;  ///< [objects] kg/m^3, mean of each body at rest: from it and a node's mass follows how
+                                ///< near the body's surface is; missing = contact as soon as a node has mass
 };
 
 }  // namespace pliant

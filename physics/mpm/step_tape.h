@@ -3,27 +3,26 @@
 #include <memory>
 #include <vector>
 
+#include "physics/laws/law.h"
 #include "physics/mpm/block_grid.h"
 #include "physics/mpm/node_conditions.h"
 #include "physics/mpm/step_loads.h"
+#include "physics/mpm/tape_particle.h"
 
 namespace pliant {
-
-/// A particle at the start of a step; C and F row-major.
-template <class T>
-struct TapeParticle {
-  T x[3], v[3], C[9], F[9];
-};
 
 /// What one step read, enough to go back through it.
 template <class T>
 struct TapeStep {
   T dt;
   StepLoads<T> loads;
-  std::shared_ptr<const BlockGrid> grid;  ///< shared by steps in which no particle changed its block
+  std::shared_ptr<const BlockGrid> grid;  ///< shared by steps in which the set of blocks stayed the same
+  std::vector<int> begin;                 ///< [particle blocks + 1] first particle of each
   std::vector<TapeParticle<T>> particle;  ///< [N] at the start, in the order of the blocks
   std::vector<int> index;                 ///< [N] their numbers
   std::vector<Node<T>> node;              ///< [node blocks, 4, 4, 4] momentum and mass before the update
+  std::vector<LawMemory<T>> memory;       ///< by ParticleRecord::side
+  std::vector<T> given_stress;            ///< [side, 6] as in MpmData
 };
 
 /// Steps in the order in which they were taken.  Memory is kept for the next run.
@@ -34,18 +33,31 @@ class StepTape {
   const TapeStep<T>& operator[](int k) const { return step_[k]; }
   void clear() { size_ = 0; }
 
+  Vec3<T> low, high;  ///< domain into which strays are put back, m
+
   /// Opens the next step; its particles, indices and nodes are filled in by the caller.
-  void begin_step(T dt, const StepLoads<T>& loads, const BlockGrid& grid) {
+  void begin_step(T dt, const StepLoads<T>& loads, const BlockGrid& grid, size_t sides) {
     if (size_ == static_cast<int>(step_.size())) step_.emplace_back();
     TapeStep<T>& step = step_[size_];
-    const bool same = size_ > 0 && step_[size_ - 1].grid->version() == grid.version();
+    const bool same = size_ > 0 && step_[size_ - 1].grid->link_version() == grid.link_version();
     step.grid = same ? step_[size_ - 1].grid : std::make_shared<const BlockGrid>(grid);
     ++size_;
     step.dt = dt, step.loads = loads;
+    step.begin.resize(grid.particle_blocks() + 1);
+    for (int b = 0; b <= grid.particle_blocks(); ++b) step.begin[b] = grid.begin(b);
     step.particle.resize(grid.order().size()), step.index.resize(grid.order().size());
+    step.memory.resize(sides), step.given_stress.resize(6 * sides);
     step.node.resize(static_cast<size_t>(grid.node_blocks()) * BlockGrid::kNodes);
   }
   TapeStep<T>& last() { return step_[size_ - 1]; }
+
+  size_t bytes() const {
+    size_t sum = 0;
+    for (const TapeStep<T>& s : step_)
+      sum += s.particle.capacity() * (sizeof(TapeParticle<T>) + sizeof(int)) + s.node.capacity() * sizeof(Node<T>) +
+             s.memory.capacity() * (sizeof(LawMemory<T>) + 6 * sizeof(T));
+    return sum;
+  }
 
  private:
   int size_ = 0;

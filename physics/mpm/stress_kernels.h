@@ -20,16 +20,16 @@ INLINE Pack<T> cofactors(const Pack<T>* X, Pack<T>* c) {
   return fma(X[2], c[2], fma(X[1], c[1], X[0] * c[0]));
 }
 
-/// tau = 2 mu (F - R) F^T + lambda (J - 1) J I, R by Newton's iteration X <- (X + X^-T) / 2 (Higham 1986).
+/// The rotation R of F = R S by Newton's iteration X <- (X + X^-T) / 2 (Higham 1986), and J = det F.
 template <class T>
-INLINE uint32_t fixed_corotated(const Pack<T>* F, Pack<T> mu, Pack<T> lambda, Pack<T>* tau) {
+INLINE uint32_t rotation(const Pack<T>* F, Pack<T>* X, Pack<T>& J) {
   // After a step all singular values are at least 1, so that det X - 1 bounds their distance from 1; the next step
   // squares and halves it.
   const T near = sizeof(T) == 4 ? T(3e-4) : T(1e-8);
   constexpr int kMostSteps = 8;
-  Pack<T> X[9], c[9];
+  Pack<T> c[9];
   for (int k = 0; k < 9; ++k) X[k] = F[k];
-  const Pack<T> J = cofactors<T>(X, c);
+  J = cofactors<T>(X, c);
   Pack<T> determinant = J;
   const auto safe = J > all<Pack<T>>(T(kLeastDeterminant));
   uint32_t far = lane_bits(~safe);
@@ -40,8 +40,14 @@ INLINE uint32_t fixed_corotated(const Pack<T>* F, Pack<T> mu, Pack<T> lambda, Pa
     determinant = cofactors<T>(X, c);
     far = lane_bits(safe & ~(determinant < all<Pack<T>>(T(1) + near)));
   }
+  return lane_bits(~safe) | far;
+}
+
+/// tau = 2 mu (F - R) F^T + lambda (J - 1) J I.
+template <class T>
+INLINE void fixed_corotated_of(const Pack<T>* F, const Pack<T>* R, Pack<T> J, Pack<T> mu, Pack<T> lambda, Pack<T>* tau) {
   Pack<T> D[9];
-  for (int k = 0; k < 9; ++k) D[k] = F[k] - X[k];
+  for (int k = 0; k < 9; ++k) D[k] = F[k] - R[k];
   const auto row = [&](int i, int j) {
     return fma(D[3 * i + 2], F[3 * j + 2], fma(D[3 * i + 1], F[3 * j + 1], D[3 * i] * F[3 * j]));
   };
@@ -51,7 +57,13 @@ INLINE uint32_t fixed_corotated(const Pack<T>* F, Pack<T> mu, Pack<T> lambda, Pa
   tau[3] = mu * (row(1, 2) + row(2, 1));
   tau[4] = mu * (row(0, 2) + row(2, 0));
   tau[5] = mu * (row(0, 1) + row(1, 0));
-  return lane_bits(~safe) | far;
+}
+template <class T>
+INLINE uint32_t fixed_corotated(const Pack<T>* F, Pack<T> mu, Pack<T> lambda, Pack<T>* tau) {
+  Pack<T> R[9], J;
+  const uint32_t unsafe = rotation<T>(F, R, J);
+  fixed_corotated_of<T>(F, R, J, mu, lambda, tau);
+  return unsafe;
 }
 
 /// tau = mu (F F^T - I) + lambda log(J) I.

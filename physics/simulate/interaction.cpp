@@ -7,7 +7,7 @@
 namespace pliant {
 namespace {
 
-constexpr const char* kNames[] = {"gravity", "pin", "point_force", "impulse", "grab", "gust", "ground"};
+constexpr const char* kNames[] = {"gravity", "pin", "point_force", "impulse", "grab", "gust", "ground", "collider", "poke"};
 
 }  // namespace
 
@@ -35,6 +35,8 @@ void validate_interaction(const Interaction& interaction, size_t index) {
   require(interaction.max_force > 0, "max_force", interaction.max_force, "give a positive number of newtons");
   non_negative("rate", interaction.rate, false);
   non_negative("friction", interaction.friction, true);
+  finite("angular_velocity", interaction.angular_velocity);
+  finite("pivot", interaction.pivot);
 
   const Region& region = interaction.region;
   switch (region.kind) {
@@ -52,18 +54,27 @@ void validate_interaction(const Interaction& interaction, size_t index) {
       require(region.vector.norm() > 0 && region.vector.allFinite(), "normal", region.vector.norm(),
               "give a normal that is not zero");
       break;
+    case Region::Kind::kCylinder:
+      finite("region", region.point);
+      finite("region", region.vector);
+      require(region.radius > 0 && std::isfinite(region.radius), "radius", region.radius, "give a positive radius");
+      require((region.vector - region.point).norm() > 0, "region", 0, "the ends of the cylinder must differ");
+      break;
   }
   if (interaction.type == InteractionType::kGround && region.kind != Region::Kind::kHalfSpace)
     throw usage_error(where, "region", "is not a plane", "give a point and a normal");
-  if (interaction.type == InteractionType::kGrab) {
-    if (interaction.path.empty()) throw usage_error(where, "path", "is empty", "give time-stamped points");
-    double last = -1;
-    for (const auto& point : interaction.path) {
-      require(std::isfinite(point.time) && point.time >= 0 && point.time > last, "path", point.time,
-              "times must be finite, not negative and ascending");
-      finite("path", point.position);
-      last = point.time;
-    }
+  if (interaction.type == InteractionType::kCollider && region.kind == Region::Kind::kAll && !interaction.distance)
+    throw usage_error(where, "region", "is everything", "give the shape of the collider");
+  if (interaction.type == InteractionType::kPoke && region.kind != Region::Kind::kSphere)
+    throw usage_error(where, "radius", "is missing", "give the radius of the finger");
+  const bool needs_path = interaction.type == InteractionType::kGrab || interaction.type == InteractionType::kPoke;
+  if (needs_path && interaction.path.empty()) throw usage_error(where, "path", "is empty", "give time-stamped points");
+  double last = -1;
+  for (const auto& point : interaction.path) {
+    require(std::isfinite(point.time) && point.time >= 0 && point.time > last, "path", point.time,
+            "times must be finite, not negative and ascending");
+    finite("path", point.position);
+    last = point.time;
   }
 }
 

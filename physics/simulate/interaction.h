@@ -1,10 +1,11 @@
 #pragma once
 
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "physics/mpm/region.h"
+#include "physics/mpm/collider.h"
 
 namespace pliant {
 
@@ -18,6 +19,9 @@ enum class InteractionType {
   kGust,        ///< drag rate * (vector - v) per kilogram towards wind velocity `vector` [m/s]; rate 0: `vector` is an
                 ///< acceleration [m/s^2]
   kGround,      ///< nothing passes below the plane (region.point, region.vector = normal); Coulomb friction
+  kCollider,    ///< obstacle of the shape `region` or `distance`, lying there at `start`; it moves along `path` or by
+                ///< `vector` [m/s], and turns by `angular_velocity` about `pivot`
+  kPoke,        ///< finger of radius region.radius whose centre follows `path`; separating, with friction
 };
 
 /// One row of an interaction script, in SI units and world axes.  The touched mass of a force, impulse, grab or gust
@@ -29,7 +33,8 @@ struct Interaction {
   Region region;
   Vec3d vector = Vec3d::Zero();
 
-  /// Grab: where the centre of the touched mass is pulled; times in s since `start`, ascending, linear in between.
+  /// Grab: where the centre of the touched mass is pulled; poke: where the finger is; collider: where `pivot` is.
+  /// Times in s since `start`, ascending, linear in between.
   struct PathPoint {
     double time;
     Vec3d position;
@@ -40,18 +45,24 @@ struct Interaction {
   double max_force = std::numeric_limits<double>::infinity();  ///< grab, N
 
   double rate = 0;      ///< gust, 1/s
-  double friction = 0;  ///< ground, Coulomb coefficient; infinity = sticky
+  double friction = 0;  ///< ground, collider, poke: Coulomb coefficient; infinity = no sliding while pressed
+
+  ContactKind contact = ContactKind::kSeparating;      ///< collider
+  bool container = false;                              ///< collider: matter is inside the shape
+  Vec3d angular_velocity = Vec3d::Zero();              ///< collider, rad/s
+  Vec3d pivot = Vec3d::Zero();                         ///< collider, m, at `start`
+  std::shared_ptr<const SignedDistanceGrid> distance;  ///< collider, instead of `region`
 
   double end() const { return start + duration; }
 };
 
-/// Name in interactions.json: gravity, pin, point_force, impulse, grab, gust, ground.
+/// Name in interactions.json: gravity, pin, point_force, impulse, grab, gust, ground, collider, poke.
 const char* interaction_name(InteractionType type);
 /// All names, in the order of the enumeration.
 std::vector<std::string> interaction_names();
 
 /// Throws Error{kUsage} naming interaction `index` and its field: times finite and >= 0, vectors finite, a positive
-/// radius, a path with ascending times, a normal that is not zero.
+/// radius, a cylinder with a length, a path with ascending times, a normal that is not zero, a collider with a shape.
 void validate_interaction(const Interaction& interaction, size_t index);
 
 }  // namespace pliant

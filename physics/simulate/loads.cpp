@@ -4,29 +4,14 @@
 #include <cmath>
 
 #include "gaussians/base/error.h"
+#include "physics/simulate/grab_spring.h"
 
 namespace pliant {
 namespace {
 
-constexpr double kGrabFrequency = 10;  // Hz, of the body's mass on the default grab spring
-
 bool marks_particles(InteractionType type) {
   return type == InteractionType::kPointForce || type == InteractionType::kImpulse || type == InteractionType::kGrab ||
          type == InteractionType::kGust;
-}
-
-/// Part of [t, t + dt] that lies in [start, end].
-double overlap(double t, double dt, double start, double end) {
-  return std::clamp((std::min(t + dt, end) - std::max(t, start)) / dt, 0.0, 1.0);
-}
-
-Vec3d path_position(const std::vector<Interaction::PathPoint>& path, double time) {
-  size_t k = 0;
-  while (k < path.size() && path[k].time <= time) ++k;
-  if (k == 0) return path.front().position;
-  if (k == path.size()) return path.back().position;
-  const double s = (time - path[k - 1].time) / (path[k].time - path[k - 1].time);
-  return path[k - 1].position + s * (path[k].position - path[k - 1].position);
 }
 
 template <class T>
@@ -41,6 +26,16 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
                               const std::vector<Interaction>& interactions)
     : options_(options), body_mass_(particles.total_mass()), bits_(particles.size(), 0) {
   const double dx = options.cell_size > 0 ? options.cell_size : static_cast<double>(particles.cell_size);
+  Box bounds;
+  std::vector<double> mass, volume;
+  for (size_t i = 0; i < particles.size(); ++i) {
+    const size_t object = particles.object.empty() ? 0 : particles.object[i];
+    if (mass.size() <= object) mass.resize(object + 1), volume.resize(object + 1);
+    mass[object] += particles.mass[i], volume[object] += particles.volume[i];
+    bounds.add(particles.position[i].template cast<float>());
+  }
+  for (size_t o = 0; o < mass.size(); ++o) density_.push_back(volume[o] > 0 ? mass[o] / volume[o] : 0);
+  body_size_ = bounds.size().norm() + 4 * dx;
   int used_bits = 0;
   for (size_t k = 0; k < interactions.size(); ++k) {
     validate_interaction(interactions[k], k);
@@ -49,7 +44,8 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
     Interaction& it = entry.interaction;
     if (it.region.kind == Region::Kind::kHalfSpace) it.region.vector.normalize();
     entry.end = it.end();
-    if (it.type == InteractionType::kGrab) entry.end = std::min(entry.end, it.start + it.path.back().time);
+    if (it.type == InteractionType::kGrab || it.type == InteractionType::kPoke)
+      entry.end = std::min(entry.end, it.start + it.path.back().time);
     const std::string where = "interaction " + std::to_string(k) + " (" + interaction_name(it.type) + ")";
 
     double nearest = INFINITY;
@@ -72,7 +68,7 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
         if (!it.region.contains(particles.position[i].template cast<double>())) continue;
         bits_[i] |= entry.bit;
         entry.mass += particles.mass[i];
-        if (it.type == InteractionType::kGrab) entry.touched.push_back(static_cast<int>(i));
+        if (it.type == InteractionType::kGrab || it.rate > 0) entry.touched.push_back(static_cast<int>(i));
       }
     }
     entries_.push_back(std::move(entry));
@@ -87,30 +83,61 @@ bool LoadSchedule<T>::pinned(double t) const {
 }
 
 template <class T>
-void LoadSchedule<T>::add_grab(const Entry& entry, double t, double dt, const Mpm<T>& solver,
-                               StepLoads<T>& loads) const {
-  const Interaction& it = entry.interaction;
-  const double omega = 2 * 3.14159265358979324 * kGrabFrequency;
-  const double stiffness = it.stiffness > 0 ? it.stiffness : omega * omega * body_mass_;
-  const double damping = it.damping > 0 ? it.damping : 2 * std::sqrt(stiffness * body_mass_);
-  const Vec3d target = path_position(it.path, t + dt - it.start);
-  const Vec3d target_velocity = (target - path_position(it.path, t - it.start)) / dt;
+Vec3d LoadSchedule<T>::add_grab(const Entry& entry, double t, double dt, const Mpm<T>& solver,
+                                StepLoads<T>& loads) const {
+  const GrabSpring spring(entry.interaction, body_mass_, t, dt);
   const auto motion = solver.motion_of(entry.touched);
-  // Implicit in the velocity of the touched mass, so that the spring does not limit the time step.
-  Vec3d force = (stiffness * (target - motion.centre - dt * motion.velocity) +
-                 damping * (target_velocity - motion.velocity)) /
-                (1 + dt * (damping + dt * stiffness) / entry.mass);
-  const double newtons = force.norm();
-  if (newtons > it.max_force) force *= it.max_force / newtons;
+  const Vec3d force = spring.force(spring.unlimited(motion.centre, motion.velocity, entry.mass));
   add<T>(loads, entry.bit, force / entry.mass);
+  return dt * force;
 }
 
 template <class T>
-void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads) const {
+Collider LoadSchedule<T>::collider_at(const Entry& entry, double t, double dt) const {
+  const Interaction& it = entry.interaction;
+  Collider collider;
+  collider.kind = it.contact, collider.friction = it.friction, collider.container = it.container;
+  collider.shape = it.region, collider.grid = it.distance;
+  if (it.type == InteractionType::kGround) return collider;
+  Vec3d pivot = it.pivot;
+  if (it.type == InteractionType::kPoke) collider.shape.point = pivot = it.path.front().position;
+  const double now = t - it.start, next = now + dt;
+  Vec3d way = now * it.vector;
+  collider.velocity = it.vector;
+  if (!it.path.empty()) {
+    way = path_position(it.path, now) - pivot;
+    collider.velocity = (path_position(it.path, next) - path_position(it.path, now)) / dt;
+  }
+  collider.angular_velocity = it.angular_velocity;
+  collider.move(pivot, way, now);
+  return collider;
+}
+
+template <class T>
+double LoadSchedule<T>::collider_speed(double t, double dt) const {
+  double fastest = 0;
+  for (const Entry& entry : entries_) {
+    const Interaction& it = entry.interaction;
+    const bool collides = it.type == InteractionType::kCollider || it.type == InteractionType::kPoke;
+    if (!collides || overlap(t, dt, it.start, entry.end) <= 0) continue;
+    double speed = it.vector.norm();
+    for (size_t k = 1; k < it.path.size(); ++k) {
+      if (it.start + it.path[k].time < t || it.start + it.path[k - 1].time > t + dt) continue;
+      speed = std::max(speed, (it.path[k].position - it.path[k - 1].position).norm() / (it.path[k].time - it.path[k - 1].time));
+    }
+    fastest = std::max(fastest, speed + it.angular_velocity.norm() * body_size_);
+  }
+  return fastest;
+}
+
+template <class T>
+void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads,
+                         std::vector<Vec3d>& impulse) const {
   const double middle = t + 0.5 * dt;
   Vec3d gravity = options_.gravity;
-  loads.body.clear(), loads.pins.clear(), loads.grounds.clear();
-  for (const Entry& entry : entries_) {
+  loads.body.clear(), loads.pins.clear(), loads.colliders.clear(), loads.density = density_;
+  for (size_t k = 0; k < entries_.size(); ++k) {
+    const Entry& entry = entries_[k];
     const Interaction& it = entry.interaction;
     const double part = overlap(t, dt, it.start, entry.end);
     const bool active = middle >= it.start && middle < entry.end;
@@ -123,23 +150,32 @@ void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>
         break;
       case InteractionType::kPointForce:
         if (part > 0) add<T>(loads, entry.bit, part / entry.mass * it.vector);
+        impulse[k] += part * dt * it.vector;
         break;
       case InteractionType::kImpulse:
-        if (it.start >= t && it.start < t + dt) add<T>(loads, entry.bit, it.vector / (entry.mass * dt));
+        if (!(it.start >= t && it.start < t + dt)) break;
+        add<T>(loads, entry.bit, it.vector / (entry.mass * dt));
+        impulse[k] += it.vector;
         break;
       case InteractionType::kGrab:
-        if (active) add_grab(entry, t, dt, solver, loads);
+        if (active) impulse[k] += add_grab(entry, t, dt, solver, loads);
         break;
       case InteractionType::kGust:
         if (part > 0 && it.rate > 0) {
           const double drag = part * it.rate / (1 + part * dt * it.rate);
           add<T>(loads, entry.bit, drag * it.vector, drag);
+          impulse[k] += dt * drag * entry.mass * (it.vector - solver.motion_of(entry.touched).velocity);
         } else if (part > 0) {
           add<T>(loads, entry.bit, part * it.vector);
+          impulse[k] += dt * part * entry.mass * it.vector;
         }
         break;
       case InteractionType::kGround:
-        if (active) loads.grounds.push_back({it.region.point, it.region.vector, it.friction});
+      case InteractionType::kCollider:
+      case InteractionType::kPoke:
+        if (!active) break;
+        loads.colliders.push_back(collider_at(entry, t, dt));
+        loads.colliders.back().source = static_cast<int>(k);
         break;
     }
   }

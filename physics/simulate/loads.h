@@ -5,9 +5,21 @@
 
 #include "physics/simulate/interaction.h"
 #include "physics/mpm/mpm.h"
+#include "physics/mpm/step_adjoint.h"
 #include "physics/simulate/simulate.h"
 
 namespace pliant {
+
+/// Derivatives of a scalar L with respect to what a schedule is made of.
+struct LoadsGradient {
+  std::vector<Vec3d> vector;         ///< [interactions] by Interaction::vector
+  std::vector<double> touched_mass;  ///< [interactions] by the touched mass
+  double body_mass = 0;
+  Vec3d gravity = Vec3d::Zero();     ///< by SimulateOptions::gravity
+  double damping_time = 0;
+
+  explicit LoadsGradient(size_t interactions) : vector(interactions, Vec3d::Zero()), touched_mass(interactions, 0.0) {}
+};
 
 /// Turns an interaction script into what acts during each substep.
 template <class T>
@@ -21,8 +33,19 @@ class LoadSchedule {
   const std::vector<std::string>& warnings() const { return warnings_; }
   /// Whether a pin that reaches the body is active at time t.
   bool pinned(double t) const;
-  /// Loads of the substep [t, t + dt]; a load that starts or ends inside it acts for its part of it.
-  void at(double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads) const;
+  /// Loads of the substep [t, t + dt]; a load that starts or ends inside it acts for its part of it.  Colliders carry
+  /// the number of their interaction as `source`; the momentum [N s] that the other interactions give to the body in
+  /// this substep is added to `impulse` [size()].
+  void at(double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads, std::vector<Vec3d>& impulse) const;
+  size_t size() const { return entries_.size(); }
+  /// Speed [m/s] of the fastest point of a collider near the body during [t, t + dt].
+  double collider_speed(double t, double dt) const;
+  /// The way back of `at` for the recorded step [t, t + dt], from derivatives by its loads: adds to `gradient`, and to
+  /// the particles at the start of the step what they did to the loads.
+  void at_adjoint(double t, double dt, const TapeStep<T>& step, const StepLoadsGradient& by_loads,
+                  StepAdjoint<T>& particles, LoadsGradient& gradient) const;
+  /// Adds to by_mass [N] what the masses of the touched particles and of the body did.
+  void add_by_mass(const LoadsGradient& gradient, std::vector<T>& by_mass) const;
 
  private:
   struct Entry {
@@ -30,14 +53,18 @@ class LoadSchedule {
     double end = 0;
     uint32_t bit = 0;
     double mass = 0;           // touched, kg
-    std::vector<int> touched;  // only of a grab
+    std::vector<int> touched;  // only of what depends on their motion
     bool reaches_body = false; // only of a pin
   };
 
-  void add_grab(const Entry& entry, double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads) const;
+  void grab_adjoint(const Entry& entry, double t, double dt, const TapeStep<T>& step, const Vec3d& by_acceleration,
+                    StepAdjoint<T>& particles, size_t number, LoadsGradient& gradient) const;
+  Vec3d add_grab(const Entry& entry, double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads) const;
+  Collider collider_at(const Entry& entry, double t, double dt) const;
 
   SimulateOptions options_;
-  double body_mass_ = 0;
+  double body_mass_ = 0, body_size_ = 0;
+  std::vector<double> density_;  // of each object
   std::vector<Entry> entries_;
   std::vector<uint32_t> bits_;
   std::vector<std::string> warnings_;

@@ -23,6 +23,8 @@ struct SimulateOptions {
   double cell_size = 0;       ///< m; 0 = that of the particles
   double settle_time = 0;     ///< s of damped settling before frame 0, for bodies that no pin holds
   int max_retries = 4;        ///< halvings of the time step before a frame is given up
+  double flip_time = 0;       ///< s, 0 = APIC; see MpmOptions
+  double sleep_speed = 0;     ///< m/s, 0 = off; see MpmOptions
 };
 
 struct SimulateSummary {
@@ -37,6 +39,8 @@ struct SimulateSummary {
   int retries = 0;                     ///< frames repeated with a smaller time step
   int64_t particle_substeps = 0;
   double seconds = 0;                  ///< wall time of the solver
+  /// [frames][interactions] momentum [N s] that each gave to the body; over the frame's length, its mean force [N].
+  std::vector<std::vector<Vec3d>> impulse_of_frame;
   bool gravity_cancelled = false;      ///< a pin holds the body, whose captured shape is its equilibrium
   std::vector<std::string> warnings;
 };

@@ -70,7 +70,8 @@ Simulator<T>::Simulator(const SimulateOptions& options, const BasicParticles<T>&
       particles_(particles),
       dx_(options.cell_size > 0 ? options.cell_size : static_cast<double>(particles.cell_size)),
       schedule_(options, particles, interactions),
-      solver_(particles, dx_, grid_origin(particles, interactions, dx_)),
+      solver_(particles, dx_, grid_origin(particles, interactions, dx_),
+              {.flip_time = options.flip_time, .sleep_speed = options.sleep_speed}),
       summary_(summary) {
   solver_.set_load_bits(schedule_.bits());
   Vec3<T> low = particles.position[0], high = low;
@@ -99,7 +100,8 @@ double Simulator<T>::fastest(const BasicSimulationState<T>& state) const {
 template <class T>
 int Simulator<T>::substeps_of(const BasicSimulationState<T>& state) const {
   if (options_.substeps > 0) return options_.substeps;
-  const double wanted = (sound_speed_ + fastest(state)) / (options_.fps * options_.courant * dx_);
+  const double speed = std::max(fastest(state), schedule_.collider_speed(state.frame / options_.fps, 1 / options_.fps));
+  const double wanted = (sound_speed_ + speed) / (options_.fps * options_.courant * dx_);
   return wanted < kMaxSubstepsOfFrame ? std::max(1, static_cast<int>(std::ceil(wanted))) : kMaxSubstepsOfFrame + 1;
 }
 
@@ -126,6 +128,7 @@ void Simulator<T>::advance(BasicSimulationState<T>& state) {
   summary_.min_dt = summary_.frames ? std::min(summary_.min_dt, dt) : dt;
   summary_.max_dt = std::max(summary_.max_dt, dt);
   summary_.substeps_of_frame.push_back(substeps);
+  summary_.impulse_of_frame.push_back(impulse_);
   summary_.particle_substeps += static_cast<int64_t>(substeps) * static_cast<int64_t>(state.size());
   summary_.strays += solver_.strays();
   ++summary_.frames;
@@ -136,6 +139,7 @@ void Simulator<T>::begin_frame(const BasicSimulationState<T>& state) {
   const Vec3d centre = median(state.x);
   const Vec3d reach = Vec3d::Constant(1.5 * diagonal_ + 2 / options_.fps * fastest(state));
   solver_.load(state, centre - reach, centre + reach);
+  impulse_.assign(schedule_.size(), Vec3d::Zero());
 }
 
 template <class T>
@@ -143,8 +147,13 @@ bool Simulator<T>::run(const BasicSimulationState<T>& state, int substeps, int f
   const double start = state.frame / options_.fps, dt = time_step(substeps);
   return solver_.advance(
       last - first, static_cast<T>(dt), loads_,
-      [&](int k) { schedule_.at(start + (first + k) * dt, dt, solver_, loads_); },
-      [&] { return (sound_speed_ + solver_.max_speed()) * dt <= options_.courant_cap * dx_; }, tape);
+      [&](int k) { schedule_.at(start + (first + k) * dt, dt, solver_, loads_, impulse_); },
+      [&] {
+        for (size_t c = 0; c < loads_.colliders.size(); ++c)
+          impulse_[loads_.colliders[c].source] += solver_.collider_impulse()[c];
+        return (sound_speed_ + solver_.max_speed()) * dt <= options_.courant_cap * dx_;
+      },
+      tape);
 }
 
 template class Simulator<float>;

@@ -41,6 +41,7 @@ class Simulator {
   Mpm<T> solver_;
   StepLoads<T> loads_;
   SimulateSummary& summary_;
+  std::vector<Vec3d> impulse_;  // [interactions] N s since the frame began
 };
 
 extern template class Simulator<float>;

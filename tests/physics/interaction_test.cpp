@@ -138,7 +138,7 @@ TEST(Interaction, GroundHoldsAFallingBody) {
   double lowest = 1;
   for (const Vec3d& x : run.states.back().x) lowest = std::min(lowest, x.z());
   EXPECT_GT(lowest, -0.021);
-  EXPECT_LT(lowest, -0.02 + 0.015);  // it rests on the plane, at most a grid cell and a half above it
+  EXPECT_LT(lowest, -0.02 + 0.003);  // it rests on the plane, and not a cell above it
   EXPECT_LT(run.momentum(run.states.back()).norm() / run.particles.total_mass(), 0.02);
 }
 
@@ -155,8 +155,9 @@ TEST(Interaction, FrictionStopsASlidingBodyAsCoulombSays) {
   const double seconds = 8 / run.options.fps;
   EXPECT_NEAR(speed_lost(0), 0, 1e-10);
   EXPECT_NEAR(speed_lost(0.2), 0.2 * 9.81 * seconds, 0.15 * 0.2 * 9.81 * seconds);
+  hit.vector *= 0.3 / 0.8;  // too weak to tip it over its front edge
   run.go({ground(0, INFINITY), hit});
-  EXPECT_LT(std::abs(run.momentum(run.states.back()).x()) / run.particles.total_mass(), 0.05);
+  EXPECT_LT(std::abs(run.momentum(run.states.back()).x()) / run.particles.total_mass(), 0.05 * 0.3 / 0.8);
 }
 
 TEST(Interaction, ASeparatingBodyLeavesTheGround) {
@@ -182,7 +183,7 @@ TEST(Region, SignedDistancesAreThoseOfTheShapes) {
 
 TEST(Interaction, NamesFollowTheEnumeration) {
   const auto names = interaction_names();
-  ASSERT_EQ(names.size(), 7u);
+  ASSERT_EQ(names.size(), 9u);
   EXPECT_EQ(names[static_cast<int>(InteractionType::kGround)], "ground");
   EXPECT_STREQ(interaction_name(InteractionType::kGrab), "grab");
 }

@@ -1,0 +1,96 @@
+#pragma once
+
+#include "physics/mpm/step_adjoint_view.h"
+#include "physics/mpm/transfer_adjoint_kernels.h"
+
+namespace pliant::PLIANT_ISA {
+
+/// Records of up to a pack's worth of particles, and what the tape says of them; spare lanes repeat the last one.
+template <class T>
+INLINE int point_at(const AdjointRun<T>& run, int first, const T** tape, T** record) {
+  const int left = run.count - first, lanes = left < kLanes ? left : kLanes;
+  for (int l = 0; l < kLanes; ++l) {
+    const int s = first + (l < lanes ? l : lanes - 1);
+    tape[l] = reinterpret_cast<const T*>(run.particle + s);
+    record[l] = reinterpret_cast<T*>(run.record + run.slot[run.index[s]]);
+  }
+  constexpr int kAhead = 2 * kLanes;
+  if (first + kAhead + kLanes <= run.count)
+    for (int l = 0; l < kLanes; ++l) {
+      const char* r = reinterpret_cast<const char*>(run.record + run.slot[run.index[first + kAhead + l]]);
+      for (unsigned k = 0; k < sizeof(AdjointRecord<T>); k += 64) __builtin_prefetch(r + k);
+    }
+  return lanes;
+}
+
+/// v' = sum w v_i, C' = 4 / dx^2 sum w v_i (x_i - x)^T, F' = (I + dt C') F, x' = x + dt v', backwards.
+template <class T>
+void reverse_gather(const AdjointRun<T>& run, const T* velocity, T* patch) {
+  StencilLanes<T> stencil;
+  alignas(64) T value[kLanes][16], slopes[kLanes][12];
+  T *value_at[kLanes], *slopes_at[kLanes];
+  for (int l = 0; l < kLanes; ++l) value_at[l] = value[l], slopes_at[l] = slopes[l];
+  const T dt = run.dt, c_scale = 4 * run.inverse_dx;
+  for (int first = 0; first < run.count; first += kLanes) {
+    const T* tape[kLanes];
+    T* at[kLanes];
+    const int lanes = point_at(run, first, tape, at);
+    Pack<T> place[12], by_place[12], by_motion[12], after[12], rest[4];
+    for (int k = 0; k < 12; k += 4) {
+      load_group<T>(tape, kTapePlace + k, place + k);
+      load_group<T>(at, kAdjointPlace + k, by_place + k);
+      load_group<T>(at, kAdjointVelocity + k, by_motion + k);
+      load_group<T>(at, kAdjointAfter + k, after + k);
+    }
+    load_group<T>(at, kAdjointRest, rest);
+    const Mask<T> put_back = whole(rest[2]);
+    const uint32_t any_put_back = lane_bits(put_back != 0);
+    if (__builtin_expect(any_put_back != 0, 0))
+      for (int a = 0; a < 3; ++a) {
+        const auto out = (put_back & (1 << a)) != 0;
+        by_place[a] = out ? Pack<T>{} : by_place[a], by_motion[a] = out ? Pack<T>{} : by_motion[a];
+      }
+    stencil.set(place, run.origin, run.inverse_dx);
+
+    const Pack<T>*F = place + 3, *C = after + 3;
+    Pack<T>*by_F = by_place + 3, *by_C = by_motion + 3;
+    Pack<T> g[3], G[9], new_F[9];
+    for (int a = 0; a < 3; ++a) {
+      g[a] = fma(all<Pack<T>>(dt), by_place[a], by_motion[a]);
+      for (int c = 0; c < 3; ++c) {
+        const Pack<T> FF = fma(by_F[3 * a + 2], F[3 * c + 2], fma(by_F[3 * a + 1], F[3 * c + 1], by_F[3 * a] * F[3 * c]));
+        G[3 * a + c] = c_scale * fma(all<Pack<T>>(dt), FF, by_C[3 * a + c]);
+        const Pack<T> CF = fma(C[6 + a], by_F[6 + c], fma(C[3 + a], by_F[3 + c], C[a] * by_F[c]));
+        new_F[3 * a + c] = fma(all<Pack<T>>(dt), CF, by_F[3 * a + c]);
+      }
+    }
+    Pack<T> base[3];
+    for (int b = 0; b < 3; ++b) {
+      base[b] = g[b];
+      for (int a = 0; a < 3; ++a) base[b] -= G[3 * b + a] * (stencil.from_middle[a] + T(1));
+    }
+    store_group<T>(value_at, 0, base[0], base[1], base[2], Pack<T>{});
+    for (int a = 0; a < 3; ++a) store_group<T>(value_at, 4 + 4 * a, G[a], G[3 + a], G[6 + a], Pack<T>{});
+    for (int l = 0; l < lanes; ++l)
+      scatter_with_slopes<T>(stencil, l, value[l], velocity + stencil.corner[l], patch + stencil.corner[l], slopes[l]);
+    for (int l = lanes; l < kLanes; ++l) __builtin_memcpy(slopes[l], slopes[lanes - 1], sizeof slopes[l]);
+    Pack<T> sums[12];
+    for (int k = 0; k < 12; k += 4) load_group<T>(slopes_at, k, sums + k);
+    // Velocity of a particle that was put back, as it was before.
+    for (uint32_t bits = any_put_back; bits != 0; bits &= bits - 1) {
+      const int l = __builtin_ctz(bits);
+      const OneNode<T> v = value_at_particle<T>(stencil, l, velocity + stencil.corner[l]);
+      for (int a = 0; a < 3; ++a) after[a][l] = v[a];
+    }
+    for (int a = 0; a < 3; ++a) {
+      const Pack<T> slope = (sums[4 * a] + sums[4 * a + 1]) + (sums[4 * a + 2] + sums[4 * a + 3]);
+      const Pack<T> moved = fma(G[6 + a], after[2], fma(G[3 + a], after[1], G[a] * after[0]));
+      by_place[a] = fma(all<Pack<T>>(run.inverse_dx), slope - moved, by_place[a]);
+    }
+    store_group<T>(at, kAdjointPlace, by_place[0], by_place[1], by_place[2], new_F[0]);
+    store_group<T>(at, kAdjointPlace + 4, new_F[1], new_F[2], new_F[3], new_F[4]);
+    store_group<T>(at, kAdjointPlace + 8, new_F[5], new_F[6], new_F[7], new_F[8]);
+  }
+}
+
+}  // namespace pliant::PLIANT_ISA

@@ -1,0 +1,48 @@
+#include "physics/mpm/node_update_adjoint.h"
+
+#include <algorithm>
+
+
+namespace pliant {
+template <class T>
+void reverse_node_update(const MpmKernels<T>& forward, T dt, const StepLoads<T>& loads, const NodeBlock<T>& adj, const Node<T>* sums,
+                         StepLoadsGradient& by_loads) {
+  if (!loads.colliders.empty() || !loads.pins.empty()) {
+    alignas(64) Node<T> before[BlockGrid::kNodes];
+    std::copy_n(sums, BlockGrid::kNodes, before);
+    const Vec3<T> fall = dt * loads.gravity;
+    forward.update_nodes(before->lane, fall.data(), loads.velocity_scale);
+    apply_node_conditions_adjoint(loads, NodeBlock<T>{before, adj.first, adj.dx, adj.object}, adj.node);
+  }
+  const T scale = loads.velocity_scale;
+  Vec3d by_gravity = Vec3d::Zero();
+  double by_scale = 0;
+  for (int k = 0; k < BlockGrid::kNodes; ++k) {
+    const T mass = sums[k].lane[3];
+    T* g = adj.node[k].lane;
+    if (!(mass > T(0))) {
+      g[0] = g[1] = g[2] = g[3] = 0;
+      continue;
+    }
+    const T inverse = 1 / mass;
+    T by_mass = 0;
+    for (int a = 0; a < 3; ++a) {
+      const T v = sums[k].lane[a] * inverse;
+      by_scale += g[a] * (v + dt * loads.gravity[a]);
+      g[a] *= scale;
+      by_gravity[a] += g[a];
+      g[a] *= inverse;
+      by_mass -= g[a] * v;
+    }
+    g[3] = by_mass;
+  }
+  by_loads.gravity += static_cast<double>(dt) * by_gravity;
+  by_loads.velocity_scale += by_scale;
+}
+
+template void reverse_node_update(const MpmKernels<float>&, float, const StepLoads<float>&, const NodeBlock<float>&,
+                                  const Node<float>*, StepLoadsGradient&);
+template void reverse_node_update(const MpmKernels<double>&, double, const StepLoads<double>&,
+                                  const NodeBlock<double>&, const Node<double>*, StepLoadsGradient&);
+
+}  // namespace pliant

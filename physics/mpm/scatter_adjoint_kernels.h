@@ -1,0 +1,256 @@
+#pragma once
+
+#include "physics/mpm/gather_adjoint_kernels.h"
+#include "physics/mpm/scatter_kernels.h"
+#include "physics/mpm/stress_adjoint_kernels.h"
+
+namespace pliant::PLIANT_ISA {
+
+/// Stress of a pack of particles, forwards and backwards; `kind` if all are of one law, else by lane.
+template <class T, Mixture kMixture>
+struct StressPack {
+  const AdjointRun<T>& run;
+  StressKind kind;
+  int first, lanes;
+  const Pack<T>*F, &mu, &lambda, &kinds;
+  Pack<T> R[9], shaped[2][9];  // F of each law, and the identity in the lanes of others
+  uint32_t unsafe[2] = {}, present[2] = {};
+
+  INLINE auto mine(StressKind law) const { return kinds == all<Pack<T>>(static_cast<T>(static_cast<int>(law))); }
+
+  INLINE uint32_t evaluate_law(StressKind law, const Pack<T>* f, Pack<T>* tau) {
+    if (law == StressKind::kNeoHookean) return neo_hookean<T>(f, mu, lambda, tau);
+    Pack<T> J;
+    const uint32_t bits = rotation<T>(f, R, J);
+    fixed_corotated_of<T>(f, R, J, mu, lambda, tau);
+    return bits;
+  }
+
+  INLINE void evaluate(Pack<T>* tau) {
+    if constexpr (kMixture == Mixture::kUniform) {
+      unsafe[0] = evaluate_law(kind, F, tau);
+      if (__builtin_expect(unsafe[0] != 0, 0)) repair_stress<T>(unsafe[0], kind, F, mu, lambda, run.exact_stress, tau);
+      return;
+    }
+    for (int k = 0; k < 6; ++k) tau[k] = Pack<T>{};
+    for (int law = 0; law < 2; ++law) {
+      const auto lane = mine(static_cast<StressKind>(law));
+      present[law] = lane_bits(lane);
+      if (present[law] == 0) continue;
+      Pack<T> part[6];
+      for (int k = 0; k < 9; ++k) shaped[law][k] = lane ? F[k] : all<Pack<T>>(T(k % 4 == 0));
+      unsafe[law] = evaluate_law(static_cast<StressKind>(law), shaped[law], part);
+      if (unsafe[law] != 0)
+        repair_stress<T>(unsafe[law], static_cast<StressKind>(law), shaped[law], mu, lambda, run.exact_stress, part);
+      for (int k = 0; k < 6; ++k) tau[k] = lane ? part[k] : tau[k];
+    }
+    for (int l = 0; l < kLanes; ++l) {
+      if ((present[0] | present[1]) >> l & 1) continue;
+      const T* stress = run.given_stress + 6 * (first + (l < lanes ? l : lanes - 1));
+      for (int k = 0; k < 6; ++k) tau[k][l] = stress[k];
+    }
+  }
+
+  INLINE void reverse_law(StressKind law, uint32_t unsafe_lanes, const Pack<T>* f, const Pack<T>* S,
+                          StressAdjointPack<T>& by) const {
+    unsafe_lanes |= law == StressKind::kNeoHookean ? neo_hookean_adjoint<T>(f, mu, lambda, S, by)
+                                                   : fixed_corotated_adjoint<T>(f, R, mu, lambda, S, by);
+    for (uint32_t bits = unsafe_lanes; __builtin_expect(bits != 0, 0); bits &= bits - 1) {
+      const int l = __builtin_ctz(bits);
+      T one_F[9], one_S[6], by_F[9], by_lame[2];
+      for (int k = 0; k < 9; ++k) one_F[k] = f[k][l];
+      for (int k = 0; k < 6; ++k) one_S[k] = S[k][l];
+      run.exact_adjoint(law, one_F, mu[l], lambda[l], one_S, by_F, by_lame);
+      for (int k = 0; k < 9; ++k) by.F[k][l] = by_F[k];
+      by.mu[l] = by_lame[0], by.lambda[l] = by_lame[1];
+    }
+  }
+
+  INLINE void reverse(const Pack<T>* S, StressAdjointPack<T>& by) const {
+    if constexpr (kMixture == Mixture::kUniform) {
+      reverse_law(kind, unsafe[0], F, S, by);
+      return;
+    }
+    for (int k = 0; k < 9; ++k) by.F[k] = Pack<T>{};
+    by.mu = by.lambda = Pack<T>{};
+    for (int law = 0; law < 2; ++law) {
+      if (present[law] == 0) continue;
+      StressAdjointPack<T> part;
+      reverse_law(static_cast<StressKind>(law), unsafe[law], shaped[law], S, part);
+      const auto lane = mine(static_cast<StressKind>(law));
+      for (int k = 0; k < 9; ++k) by.F[k] = lane ? part.F[k] : by.F[k];
+      by.mu = lane ? part.mu : by.mu, by.lambda = lane ? part.lambda : by.lambda;
+    }
+    for (int l = 0; l < lanes; ++l) {
+      if ((present[0] | present[1]) >> l & 1) continue;
+      for (int k = 0; k < 6; ++k) run.by_given_stress[6 * (first + l) + k] = S[k][l];
+    }
+  }
+};
+
+/// Body loads on a pack: v and the factor by which they keep it; see `Mpm::apply_body_loads`.
+template <class T>
+INLINE void add_body_loads(const AdjointRun<T>& run, T* const* at, Pack<T>* v, Pack<T>& kept) {
+  for (int l = 0; l < kLanes; ++l) {
+    const uint32_t bits = reinterpret_cast<const AdjointRecord<T>*>(at[l])->bits;
+    const T start[3] = {v[0][l], v[1][l], v[2][l]};
+    for (int b = 0; b < run.bodies; ++b) {
+      const PlainBodyLoad<T>& load = run.body[b];
+      if ((bits & load.bit) == 0) continue;
+      kept[l] -= run.dt * load.drag;
+      for (int a = 0; a < 3; ++a) v[a][l] += run.dt * (load.acceleration[a] - load.drag * start[a]);
+    }
+  }
+}
+template <class T>
+INLINE void add_by_body_loads(const AdjointRun<T>& run, int lanes, T* const* at, const Pack<T>* v,
+                              const Pack<T>* by_loaded_v) {
+  for (int l = 0; l < lanes; ++l) {
+    const uint32_t bits = reinterpret_cast<const AdjointRecord<T>*>(at[l])->bits;
+    for (int b = 0; b < run.bodies; ++b) {
+      if ((bits & run.body[b].bit) == 0) continue;
+      for (int a = 0; a < 3; ++a) {
+        const T by = run.dt * by_loaded_v[a][l];
+        run.by_body[4 * b + a] += by;
+        run.by_body[4 * b + 3] -= by * v[a][l];
+      }
+    }
+  }
+}
+
+/// m_i = sum w m, (m v)_i = sum w (m v + (m C - dt 4 / dx^2 V tau) (x_i - x)), backwards.
+template <class T, Mixture kMixture>
+INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const T* nodes) {
+  StencilLanes<T> stencil;
+  alignas(64) T value[kLanes][16], out[kLanes][28];
+  T *value_at[kLanes], *out_at[kLanes];
+  for (int l = 0; l < kLanes; ++l) value_at[l] = value[l], out_at[l] = out[l];
+  const T stress_scale = -run.dt * 4 * run.inverse_dx;
+  for (int first = 0; first < run.count; first += kLanes) {
+    const T* tape[kLanes];
+    T* at[kLanes];
+    const int lanes = point_at(run, first, tape, at);
+    Pack<T> place[12], motion[12], constant[4], damping[4];
+    for (int k = 0; k < 12; k += 4) {
+      load_group<T>(tape, kTapePlace + k, place + k);
+      load_group<T>(tape, kTapeVelocity + k, motion + k);
+    }
+    load_group<T>(at, kAdjointConstant, constant);
+    if (kMixture == Mixture::kAny) load_group<T>(at, kAdjointDamping, damping);
+    const Pack<T>*F = place + 3, *v = motion, *C = motion + 3, mass = constant[0], mu = constant[2],
+                *lambda = constant + 3;
+
+    // What was scattered, as in `scatter_run`.
+    StressPack<T, kMixture> stress{run, kind, first, lanes, F, constant[2], constant[3], damping[3], {}, {}};
+    Pack<T> tau[6], shear{}, bulk{};
+    stress.evaluate(tau);
+    const Pack<T> C_trace = C[0] + C[4] + C[8];
+    Pack<T> kept = all<Pack<T>>(T(1)), load_kept = kept, loaded_v[3] = {v[0], v[1], v[2]};
+    if constexpr (kMixture == Mixture::kAny) {
+      const Pack<T> time = all<Pack<T>>(run.viscosity_time);
+      shear = fma(time, mu, damping[0]), bulk = fma(time, *lambda, damping[1]);
+      for (int i = 0; i < 3; ++i) tau[i] += fma(shear + shear, C[4 * i], bulk * C_trace);
+      tau[3] += shear * (C[5] + C[7]), tau[4] += shear * (C[2] + C[6]), tau[5] += shear * (C[1] + C[3]);
+      kept = exponential(-run.dt * damping[2]);
+    }
+    if (run.bodies > 0) add_body_loads(run, at, loaded_v, load_kept);
+    const Pack<T> s = stress_scale * constant[1], m = mass * run.dx * kept, carried = mass * kept;
+    const int symmetric[9] = {0, 5, 4, 5, 1, 3, 4, 3, 2};
+    Pack<T> along[3][3];
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) along[a][b] = fma(m, C[3 * b + a], s * tau[symmetric[3 * a + b]]);
+    stencil.set(place, run.origin, run.inverse_dx);
+    Pack<T> base[3];
+    for (int b = 0; b < 3; ++b) {
+      base[b] = carried * loaded_v[b];
+      for (int a = 0; a < 3; ++a) base[b] -= along[a][b] * (stencil.from_middle[a] + T(1));
+    }
+    store_group<T>(value_at, 0, base[0], base[1], base[2], mass);
+    for (int a = 0; a < 3; ++a) store_group<T>(value_at, 4 + 4 * a, along[a][0], along[a][1], along[a][2], Pack<T>{});
+
+    for (int l = 0; l < lanes; ++l) gather_with_slopes<T>(stencil, l, value[l], nodes + stencil.corner[l], out[l]);
+    for (int l = lanes; l < kLanes; ++l) __builtin_memcpy(out[l], out[lanes - 1], sizeof out[l]);
+    Pack<T> sums[28];
+    for (int k = 0; k < 28; k += 4) load_group<T>(out_at, k, sums + k);
+
+    // Moments about the particle: by carried velocity, and [axis][component].
+    const Pack<T>* by_p = sums;
+    Pack<T> moment[3][3], by_x[3];
+    for (int a = 0; a < 3; ++a) {
+      Pack<T> slope = (sums[16 + 4 * a] + sums[17 + 4 * a]) + (sums[18 + 4 * a] + sums[19 + 4 * a]);
+      for (int b = 0; b < 3; ++b) {
+        moment[a][b] = sums[4 + 4 * a + b] - stencil.from_middle[a] * by_p[b];
+        slope -= along[a][b] * by_p[b];
+      }
+      by_x[a] = run.inverse_dx * slope;
+    }
+    Pack<T> by_carried{}, by_m{}, by_loaded_v[3], by_v[3], by_C[9], S[6];
+    for (int b = 0; b < 3; ++b) {
+      by_carried = fma(loaded_v[b], by_p[b], by_carried);
+      by_loaded_v[b] = carried * by_p[b], by_v[b] = by_loaded_v[b] * load_kept;
+      for (int a = 0; a < 3; ++a) {
+        by_m = fma(C[3 * b + a], moment[a][b], by_m);
+        by_C[3 * b + a] = m * moment[a][b];
+      }
+    }
+    if (run.bodies > 0) add_by_body_loads(run, lanes, at, v, by_loaded_v);
+    for (int i = 0; i < 3; ++i) S[i] = s * moment[i][i];
+    const Pack<T> half = T(0.5) * s;
+    S[3] = half * (moment[1][2] + moment[2][1]), S[4] = half * (moment[0][2] + moment[2][0]);
+    S[5] = half * (moment[0][1] + moment[1][0]);
+    StressAdjointPack<T> by;
+    stress.reverse(S, by);
+
+    const Pack<T> per_mass = fma(all<Pack<T>>(run.dx), by_m, by_carried);
+    Pack<T> total[4], rest[4];
+    load_group<T>(at, kAdjointSum, total);
+    load_group<T>(at, kAdjointRest, rest);
+    if constexpr (kMixture == Mixture::kAny) {
+      const Pack<T> S_trace = S[0] + S[1] + S[2], by_bulk = S_trace * C_trace;
+      Pack<T> by_shear = S[3] * (C[5] + C[7]) + S[4] * (C[2] + C[6]) + S[5] * (C[1] + C[3]);
+      for (int i = 0; i < 3; ++i) by_shear = fma(S[i], C[4 * i], by_shear);
+      by_shear += by_shear;
+      for (int k = 0; k < 9; ++k) by_C[k] = fma(shear + shear, S[symmetric[k]], by_C[k]);
+      for (int k = 0; k < 9; k += 4) by_C[k] = fma(bulk, S_trace, by_C[k]);
+      const Pack<T> time = run.viscosity_time + rest[1];
+      by.mu = fma(by_shear, time, by.mu), by.lambda = fma(by_bulk, time, by.lambda);
+      total[3] += fma(by_shear, mu, by_bulk * *lambda);
+      rest[0] -= run.dt * carried * per_mass;
+    }
+    total[0] += fma(kept, per_mass, by_p[3]), total[1] += by.mu, total[2] += by.lambda;
+    rest[2] = Pack<T>{};
+    for (int a = 0; a < 3; ++a) {
+      const auto out_of = (place[a] == all<Pack<T>>(run.low[a])) | (place[a] == all<Pack<T>>(run.high[a]));
+      rest[2] += where(out_of, all<Pack<T>>(T(1 << a)));
+    }
+
+    Pack<T> by_place[12];
+    for (int k = 0; k < 12; k += 4) load_group<T>(at, kAdjointPlace + k, by_place + k);
+    for (int a = 0; a < 3; ++a) by_place[a] += by_x[a];
+    for (int k = 0; k < 9; ++k) by_place[3 + k] += by.F[k];
+    for (int k = 0; k < 12; k += 4) {
+      store_group<T>(at, kAdjointPlace + k, by_place[k], by_place[k + 1], by_place[k + 2], by_place[k + 3]);
+      store_group<T>(at, kAdjointAfter + k, motion[k], motion[k + 1], motion[k + 2], motion[k + 3]);
+    }
+    store_group<T>(at, kAdjointVelocity, by_v[0], by_v[1], by_v[2], by_C[0]);
+    store_group<T>(at, kAdjointVelocity + 4, by_C[1], by_C[2], by_C[3], by_C[4]);
+    store_group<T>(at, kAdjointVelocity + 8, by_C[5], by_C[6], by_C[7], by_C[8]);
+    store_group<T>(at, kAdjointSum, total[0], total[1], total[2], total[3]);
+    store_group<T>(at, kAdjointRest, rest[0], rest[1], rest[2], rest[3]);
+  }
+}
+
+template <class T>
+void reverse_scatter_fixed_corotated(const AdjointRun<T>& run, const T* nodes) {
+  reverse_scatter_run<T, Mixture::kUniform>(run, StressKind::kFixedCorotated, nodes);
+}
+template <class T>
+void reverse_scatter_neo_hookean(const AdjointRun<T>& run, const T* nodes) {
+  reverse_scatter_run<T, Mixture::kUniform>(run, StressKind::kNeoHookean, nodes);
+}
+template <class T>
+void reverse_scatter_any(const AdjointRun<T>& run, const T* nodes) {
+  reverse_scatter_run<T, Mixture::kAny>(run, StressKind::kGiven, nodes);
+}
+
+}  // namespace pliant::PLIANT_ISA

@@ -1,0 +1,213 @@
+#include <algorithm>
+
+#include "physics/laws/law.h"
+#include "physics/mpm/node_update_adjoint.h"
+#include "physics/mpm/step_adjoint.h"
+
+namespace pliant {
+namespace {
+
+constexpr int kPatch = BlockGrid::kPatch, kSide = BlockGrid::kSide;
+
+template <class T>
+using RowMajor = Eigen::Matrix<T, 3, 3, Eigen::RowMajor>;
+
+template <class T>
+LawPoint<T> plain_point(StressKind kind, T mu, T lambda) {
+  static const Material kMaterial[2] = {{.law = Law::kFixedCorotated}, {.law = Law::kNeoHookean}};
+  return {&kMaterial[static_cast<int>(kind)], mu, lambda};
+}
+
+template <class T>
+void six_of(const Mat3<T>& m, T* six) {
+  six[0] = m(0, 0), six[1] = m(1, 1), six[2] = m(2, 2), six[3] = m(1, 2), six[4] = m(0, 2), six[5] = m(0, 1);
+}
+template <class T>
+Mat3<T> symmetric(const T* six) {
+  Mat3<T> m;
+  m << six[0], six[5], six[4], six[5], six[1], six[3], six[4], six[3], six[2];
+  return m;
+}
+
+template <class T>
+void exact_stress(StressKind kind, const T* F, T mu, T lambda, T* tau) {
+  six_of<T>(kirchhoff_stress<T>(plain_point(kind, mu, lambda), Eigen::Map<const RowMajor<T>>(F), LawMemory<T>{}), tau);
+}
+
+template <class T>
+void exact_adjoint(StressKind kind, const T* F, T mu, T lambda, const T* S, T* by_F, T* by_lame) {
+  const LawGradient<T> g = kirchhoff_stress_adjoint<T>(
+      plain_point(kind, mu, lambda), Eigen::Map<const RowMajor<T>>(F), LawMemory<T>{}, symmetric(S));
+  Eigen::Map<RowMajor<T>>{by_F} = g.F;
+  by_lame[0] = g.mu, by_lame[1] = g.lambda;
+}
+
+/// The nodes of a particle block's patch, out of its eight node blocks.
+template <class T>
+void collect_patch(const BlockGrid& grid, int b, const std::vector<Node<T>>& nodes, Node<T>* patch) {
+  for (int o = 0; o < 8; ++o) {
+    const Node<T>* from = nodes.data() + static_cast<size_t>(grid.nodes_of(b)[o]) * BlockGrid::kNodes;
+    const int ox = (o >> 2) * kSide, oy = (o >> 1 & 1) * kSide, oz = (o & 1) * kSide;
+    const int ex = ox ? 2 : kSide, ey = oy ? 2 : kSide, ez = oz ? 2 : kSide;
+    for (int i = 0; i < ex; ++i)
+      for (int j = 0; j < ey; ++j)
+        std::copy_n(from + (i * kSide + j) * kSide, ez, patch + ((i + ox) * kPatch + j + oy) * kPatch + oz);
+  }
+}
+
+template <class T>
+Node<T>* block_of(std::vector<Node<T>>& nodes, int n) {
+  return nodes.data() + static_cast<size_t>(n) * BlockGrid::kNodes;
+}
+
+}  // namespace
+
+template <class T>
+void StepAdjoint<T>::begin_step(const StepTape<T>& tape, const TapeStep<T>& step) {
+  run_ = {};
+  run_.dt = step.dt, run_.viscosity_time = step.loads.viscosity_time;
+  run_.dx = solver_.dx, run_.inverse_dx = solver_.inverse_dx;
+  for (int a = 0; a < 3; ++a)
+    run_.origin[a] = solver_.origin[a], run_.low[a] = tape.low[a], run_.high[a] = tape.high[a];
+  run_.slot = slot_.data(), run_.record = record_.data();
+  run_.exact_stress = exact_stress<T>, run_.exact_adjoint = exact_adjoint<T>;
+  body_.clear();
+  for (const BodyLoad<T>& load : step.loads.body)
+    body_.push_back({load.bit, {load.acceleration[0], load.acceleration[1], load.acceleration[2]}, load.drag});
+  run_.body = body_.data(), run_.bodies = static_cast<int>(body_.size());
+  const BlockGrid& grid = *step.grid;
+  velocity_.resize(step.node.size()), adj_node_.resize(step.node.size());
+  patch_.resize(static_cast<size_t>(grid.particle_blocks()) * BlockGrid::kPatchNodes);
+  block_sums_.resize(4 * body_.size() * grid.particle_blocks());
+  node_sums_.resize(grid.node_blocks());
+}
+
+template <class T>
+AdjointRun<T> StepAdjoint<T>::run_of(const TapeStep<T>& step, int b) const {
+  AdjointRun<T> run = run_;
+  run.particle = step.particle.data() + step.begin[b], run.index = step.index.data() + step.begin[b];
+  run.count = step.begin[b + 1] - step.begin[b];
+  return run;
+}
+
+template <class T>
+NodeBlock<T> StepAdjoint<T>::node_block(const TapeStep<T>& step, std::vector<Node<T>>& nodes, int n) const {
+  const BlockGrid::Coordinates& block = step.grid->node_block(n);
+  const double dx = solver_.dx;
+  return {block_of(nodes, n), solver_.origin.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z), dx,
+          block.object};
+}
+
+template <class T>
+void StepAdjoint<T>::find_velocities(const TapeStep<T>& step, int n) {
+  const NodeBlock<T> block = node_block(step, velocity_, n);
+  std::copy_n(step.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, BlockGrid::kNodes, block.node);
+  const Vec3<T> fall = step.dt * step.loads.gravity;
+  forward_.update_nodes(block.node->lane, fall.data(), step.loads.velocity_scale);
+  apply_node_conditions(step.loads, block);
+}
+
+/// F' and the memory come from (I + dt C') times what was, through the return map; see `Mpm::apply_laws`.
+template <class T>
+void StepAdjoint<T>::reverse_return_maps(const TapeStep<T>& step, int b) {
+  for (int s = step.begin[b]; s < step.begin[b + 1]; ++s) {
+    AdjointRecord<T>& r = record_[slot_[step.index[s]]];
+    if (r.side < 0) continue;
+    const LawPoint<T> point{&particles_.materials[r.material], r.mu, r.lambda};
+    if (!has_memory(point.material->law)) continue;
+    const LawMemory<T>& before = step.memory[r.side];
+    const Mat3<T> advance = Mat3<T>::Identity() + step.dt * Eigen::Map<const RowMajor<T>>(r.C_after);
+    const Mat3<T> trial_F = advance * Eigen::Map<const RowMajor<T>>(step.particle[s].F);
+    LawMemory<T> trial = before;
+    trial.F_viscous = advance * before.F_viscous;
+    MemoryGradient<T>& memory = memory_[r.side];
+    LawGradient<T> by;
+    by.F = Eigen::Map<const RowMajor<T>>(r.F), by.F_viscous = memory.F_viscous, by.history = memory.history;
+    by = return_map_adjoint(point, step.dt, trial_F, trial, by);
+    Eigen::Map<RowMajor<T>>(r.F) = by.F;
+    r.by_mu += by.mu, r.by_lambda += by.lambda;
+    Eigen::Map<RowMajor<T>>(r.C) += step.dt * (by.F_viscous * before.F_viscous.transpose() +
+                                               memory.F_total * before.F_total.transpose());
+    memory.F_viscous = advance.transpose() * by.F_viscous;
+    memory.F_total = advance.transpose() * memory.F_total.eval();
+    memory.history = by.history;
+  }
+}
+
+template <class T>
+void StepAdjoint<T>::reverse_given_stress(const TapeStep<T>& step, int b, const T* by_stress) {
+  for (int s = step.begin[b]; s < step.begin[b + 1]; ++s, by_stress += 6) {
+    AdjointRecord<T>& r = record_[slot_[step.index[s]]];
+    if (r.side < 0) continue;
+    const LawPoint<T> point{&particles_.materials[r.material], r.mu, r.lambda};
+    const LawGradient<T> by = kirchhoff_stress_adjoint<T>(
+        point, Eigen::Map<const RowMajor<T>>(step.particle[s].F), step.memory[r.side], symmetric(by_stress));
+    Eigen::Map<RowMajor<T>>(r.F) += by.F;
+    r.by_mu += by.mu, r.by_lambda += by.lambda;
+    memory_[r.side].F_viscous += by.F_viscous, memory_[r.side].history += by.history;
+  }
+}
+
+template <class T>
+void StepAdjoint<T>::reverse_gather(const TapeStep<T>& step, int b) {
+  if (!memory_.empty()) reverse_return_maps(step, b);
+  alignas(64) Node<T> velocity[BlockGrid::kPatchNodes];
+  collect_patch(*step.grid, b, velocity_, velocity);
+  Node<T>* patch = patch_.data() + static_cast<size_t>(b) * BlockGrid::kPatchNodes;
+  std::fill_n(patch, BlockGrid::kPatchNodes, Node<T>{});
+  kernels_.gather(run_of(step, b), velocity->lane, patch->lane);
+}
+
+template <class T>
+void StepAdjoint<T>::reverse_update(const TapeStep<T>& step, int n) {
+  const T* patch[8];
+  for (int o = 0; o < 8; ++o) {
+    const int source = step.grid->sources_of(n)[o];
+    patch[o] = source < 0 ? nullptr : patch_[static_cast<size_t>(source) * BlockGrid::kPatchNodes].lane;
+  }
+  const NodeBlock<T> block = node_block(step, adj_node_, n);
+  forward_.sum_nodes(patch, block.node->lane);
+  node_sums_[n] = {};
+  reverse_node_update(forward_, step.dt, step.loads, block,
+                      step.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, node_sums_[n]);
+}
+
+template <class T>
+void StepAdjoint<T>::reverse_scatter(const TapeStep<T>& step, int b) {
+  alignas(64) Node<T> patch[BlockGrid::kPatchNodes];
+  collect_patch(*step.grid, b, adj_node_, patch);
+  AdjointRun<T> run = run_of(step, b);
+  run.by_body = block_sums_.data() + static_cast<size_t>(b) * 4 * run.bodies;
+  std::fill_n(run.by_body, 4 * run.bodies, 0.0);
+  const bool uniform = uniform_ != StressKind::kGiven && !(step.loads.viscosity_time > T(0));
+  std::vector<T> stress, by_stress;
+  if (!memory_.empty()) {
+    stress.resize(6 * static_cast<size_t>(run.count)), by_stress.resize(stress.size());
+    for (int s = 0; s < run.count; ++s)
+      if (const int side = record_[slot_[run.index[s]]].side; side >= 0)
+        std::copy_n(step.given_stress.data() + 6 * side, 6, stress.data() + 6 * s);
+    run.given_stress = stress.data(), run.by_given_stress = by_stress.data();
+  }
+  kernels_.scatter[static_cast<int>(uniform ? uniform_ : StressKind::kGiven)](run, patch->lane);
+  if (!memory_.empty()) reverse_given_stress(step, b, by_stress.data());
+}
+
+template <class T>
+StepLoadsGradient StepAdjoint<T>::sum_loads(const TapeStep<T>& step) const {
+  StepLoadsGradient sum;
+  for (const StepLoadsGradient& s : node_sums_) sum.gravity += s.gravity, sum.velocity_scale += s.velocity_scale;
+  const size_t loads = step.loads.body.size();
+  sum.body.resize(loads);
+  for (size_t k = 0; k < block_sums_.size(); k += 4) {
+    const double* s = block_sums_.data() + k;
+    StepLoadsGradient::Body& body = sum.body[k / 4 % loads];
+    body.acceleration += Vec3d(s[0], s[1], s[2]);
+    body.drag += s[3];
+  }
+  return sum;
+}
+
+template class StepAdjoint<float>;
+template class StepAdjoint<double>;
+
+}  // namespace pliant

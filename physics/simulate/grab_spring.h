@@ -1,0 +1,52 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/simulate/interaction.h"
+
+namespace pliant {
+
+/// Part of [t, t + dt] that lies in [start, end].
+inline double overlap(double t, double dt, double start, double end) {
+  return std::clamp((std::min(t + dt, end) - std::max(t, start)) / dt, 0.0, 1.0);
+}
+
+/// Point of a path at a time since its start; linear in between, constant outside.
+inline Vec3d path_position(const std::vector<Interaction::PathPoint>& path, double time) {
+  size_t k = 0;
+  while (k < path.size() && path[k].time <= time) ++k;
+  if (k == 0) return path.front().position;
+  if (k == path.size()) return path.back().position;
+  const double s = (time - path[k - 1].time) / (path[k].time - path[k - 1].time);
+  return path[k - 1].position + s * (path[k].position - path[k - 1].position);
+}
+
+/// The damped spring of a grab during the substep [t, t + dt].
+struct GrabSpring {
+  static constexpr double kFrequency = 10;  ///< Hz, of the body's mass on the default spring
+  static constexpr double kOmega = 2 * 3.14159265358979324 * kFrequency;
+
+  double dt, stiffness, damping, max_force;
+  Vec3d target, target_velocity;
+
+  GrabSpring(const Interaction& it, double body_mass, double t, double step)
+      : dt(step),
+        stiffness(it.stiffness > 0 ? it.stiffness : kOmega * kOmega * body_mass),
+        damping(it.damping > 0 ? it.damping : 2 * std::sqrt(stiffness * body_mass)),
+        max_force(it.max_force),
+        target(path_position(it.path, t + dt - it.start)),
+        target_velocity((target - path_position(it.path, t - it.start)) / dt) {}
+
+  /// Implicit in the velocity of the touched mass, so that the spring does not limit the time step.
+  double denominator(double mass) const { return 1 + dt * (damping + dt * stiffness) / mass; }
+  Vec3d unlimited(const Vec3d& centre, const Vec3d& velocity, double mass) const {
+    return (stiffness * (target - centre - dt * velocity) + damping * (target_velocity - velocity)) / denominator(mass);
+  }
+  Vec3d force(const Vec3d& unlimited) const {
+    const double newtons = unlimited.norm();
+    return newtons > max_force ? Vec3d(unlimited * (max_force / newtons)) : unlimited;
+  }
+};
+
+}  // namespace pliant

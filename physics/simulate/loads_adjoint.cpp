@@ -1,0 +1,108 @@
+#include <cmath>
+
+#include "gaussians/base/error.h"
+#include "physics/simulate/grab_spring.h"
+#include "physics/simulate/loads.h"
+
+namespace pliant {
+
+template <class T>
+void LoadSchedule<T>::at_adjoint(double t, double dt, const TapeStep<T>& step, const StepLoadsGradient& by,
+                                 StepAdjoint<T>& particles, LoadsGradient& gradient) const {
+  const double middle = t + 0.5 * dt;
+  Vec3d* gravity = &gradient.gravity;
+  size_t next = 0;  // load of the step, in the order in which `at` adds them
+  for (size_t k = 0; k < entries_.size(); ++k) {
+    const Entry& entry = entries_[k];
+    const Interaction& it = entry.interaction;
+    const double part = overlap(t, dt, it.start, entry.end);
+    const bool active = middle >= it.start && middle < entry.end;
+    // An acceleration factor / M * vector of the touched mass M.
+    const auto force = [&](double factor) {
+      const Vec3d& a = by.body[next++].acceleration;
+      gradient.vector[k] += factor / entry.mass * a;
+      gradient.touched_mass[k] -= factor / (entry.mass * entry.mass) * a.dot(it.vector);
+    };
+    switch (it.type) {
+      case InteractionType::kGravity:
+        if (active) gravity = &gradient.vector[k];
+        break;
+      case InteractionType::kPointForce:
+        if (part > 0) force(part);
+        break;
+      case InteractionType::kImpulse:
+        if (it.start >= t && it.start < t + dt) force(1 / dt);
+        break;
+      case InteractionType::kGrab:
+        if (active) grab_adjoint(entry, t, dt, step, by.body[next++].acceleration, particles, k, gradient);
+        break;
+      case InteractionType::kGust:
+        if (part > 0) {
+          const double factor = it.rate > 0 ? part * it.rate / (1 + part * dt * it.rate) : part;
+          gradient.vector[k] += factor * by.body[next++].acceleration;
+        }
+        break;
+      case InteractionType::kPin:
+      case InteractionType::kGround:
+      case InteractionType::kCollider:
+      case InteractionType::kPoke: break;
+    }
+  }
+  CHECK(next == by.body.size());
+  *gravity += by.gravity;
+  if (pinned(middle)) gradient.gravity -= by.gravity;
+  if (options_.damping_time > 0)
+    gradient.damping_time += by.velocity_scale * std::exp(-2 * dt / options_.damping_time) * 2 * dt /
+                             (options_.damping_time * options_.damping_time);
+}
+
+template <class T>
+void LoadSchedule<T>::grab_adjoint(const Entry& entry, double t, double dt, const TapeStep<T>& step,
+                                   const Vec3d& by_acceleration, StepAdjoint<T>& particles, size_t number,
+                                   LoadsGradient& gradient) const {
+  const Interaction& it = entry.interaction;
+  const GrabSpring spring(it, body_mass_, t, dt);
+  const auto motion = particles.motion_of(step, entry.touched);
+  const double M = entry.mass, D = spring.denominator(M);
+  const Vec3d pull = spring.target - motion.centre - dt * motion.velocity;
+  const Vec3d slip = spring.target_velocity - motion.velocity;
+  const Vec3d unlimited = spring.unlimited(motion.centre, motion.velocity, M), force = spring.force(unlimited);
+
+  // acceleration = force / M
+  Vec3d by_force = by_acceleration / M;
+  double by_M = -by_acceleration.dot(force) / (M * M);
+  // force = unlimited, cut to the largest one along itself
+  if (const double newtons = unlimited.norm(); newtons > spring.max_force) {
+    const Vec3d n = unlimited / newtons;
+    by_force = spring.max_force / newtons * (by_force - by_force.dot(n) * n);
+  }
+  // unlimited = (stiffness pull + damping slip) / D, D = 1 + dt (damping + dt stiffness) / M
+  const Vec3d by_sum = by_force / D;
+  const double by_D = -by_force.dot(unlimited) / D;
+  double by_stiffness = by_sum.dot(pull) + by_D * dt * dt / M;
+  const double by_damping = by_sum.dot(slip) + by_D * dt / M;
+  by_M -= by_D * (D - 1) / M;
+  if (!(it.damping > 0)) {
+    by_stiffness += by_damping * std::sqrt(body_mass_ / spring.stiffness);
+    gradient.body_mass += by_damping * std::sqrt(spring.stiffness / body_mass_);
+  }
+  if (!(it.stiffness > 0)) gradient.body_mass += by_stiffness * GrabSpring::kOmega * GrabSpring::kOmega;
+  gradient.touched_mass[number] += by_M;
+  particles.motion_adjoint(step, entry.touched, motion, -spring.stiffness * by_sum,
+                           -(spring.stiffness * dt + spring.damping) * by_sum);
+}
+
+template <class T>
+void LoadSchedule<T>::add_by_mass(const LoadsGradient& gradient, std::vector<T>& by_mass) const {
+  for (size_t i = 0; i < by_mass.size(); ++i) {
+    double sum = gradient.body_mass;
+    for (size_t k = 0; k < entries_.size(); ++k)
+      if (entries_[k].bit & bits_[i]) sum += gradient.touched_mass[k];
+    by_mass[i] += static_cast<T>(sum);
+  }
+}
+
+template class LoadSchedule<float>;
+template class LoadSchedule<double>;
+
+}  // namespace pliant
