@@ -24,16 +24,4 @@ struct Spline {
   }
 };
 
-/// The same with derivatives of the weights by x, per cell.
-template <class T>
-struct SplineWithSlope : Spline<T> {
-  T slope[3];
-
-  HOST_DEVICE explicit SplineWithSlope(T x) : Spline<T>(x) {
-    slope[0] = this->offset - T(1.5);
-    slope[1] = T(2) - this->offset - this->offset;
-    slope[2] = this->offset - T(0.5);
-  }
-};
-
 }  // namespace pliant

@@ -73,7 +73,7 @@ void StepAdjoint<T>::load(const StateGradient<T>& gradient, const BasicSimulatio
 
 template <class T>
 void StepAdjoint<T>::store(StateGradient<T>& gradient) const {
-  gradient.memory.assign(memory_.empty() ? 0 : record_.size(), {});
+  gradient.memory.assign(particles_.has_memory() ? record_.size() : 0, {});
   for (const AdjointRecord<T>& r : record_) {
     if (r.side >= 0 && has_memory(particles_.materials[r.material].law)) gradient.memory[r.index] = memory_[r.side];
     for (int a = 0; a < 3; ++a) {

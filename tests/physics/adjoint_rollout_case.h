@@ -12,11 +12,11 @@
 namespace pliant::testing {
 
 /// Input `kind` of a roll-out as a list of numbers of order one.
-enum class Input { kX, kV, kC, kF, kYoung, kPoisson, kMass, kForces, kGravity, kDamping };
+enum class Input { kX, kV, kC, kF, kYoung, kPoisson, kMass, kForces, kGravity, kDamping, kMemory };
 inline const std::vector<std::pair<Input, std::string>> kInputs = {
     {Input::kX, "x"},       {Input::kV, "v"},           {Input::kC, "C"},       {Input::kF, "F"},
     {Input::kYoung, "E"},   {Input::kPoisson, "nu"},    {Input::kMass, "mass"}, {Input::kForces, "forces"},
-    {Input::kGravity, "g"}, {Input::kDamping, "damping"}};
+    {Input::kGravity, "g"}, {Input::kDamping, "damping"}, {Input::kMemory, "memory"}};
 
 template <class T>
 struct RolloutCase {
@@ -35,11 +35,16 @@ struct RolloutCase {
 
   /// L = sum over frames and particles of fixed random numbers times what moves.
   FrameCotangent<T> cotangent() const {
-    return [dx = double(particles.cell_size)](int frame, StateGradient<T>& g) {
+    return [dx = double(particles.cell_size), memory = particles.has_memory()](int frame, StateGradient<T>& g) {
+      if (memory) g.memory.resize(g.x.size());
       for (size_t i = 0; i < g.x.size(); ++i) {
         Random random(11, i, frame);
         for (int a = 0; a < 3; ++a) g.x[i][a] += T(random.normal() / dx), g.v[i][a] += T(random.normal());
         for (int k = 0; k < 9; ++k) g.C[i](k / 3, k % 3) += T(random.normal() * dx), g.F[i](k / 3, k % 3) += T(random.normal());
+        if (!memory) continue;
+        for (int k = 0; k < 9; ++k) g.memory[i].F_total(k / 3, k % 3) += T(random.normal());
+        for (int k = 0; k < 9; ++k) g.memory[i].F_viscous(k / 3, k % 3) += T(random.normal());
+        g.memory[i].history += T(random.normal());
       }
     };
   }
@@ -52,6 +57,10 @@ struct RolloutCase {
       for (size_t i = 0; i < g.x.size(); ++i)
         L += g.x[i].dot(s.x[i] - particles.position[i]) + g.v[i].dot(s.v[i]) + g.C[i].cwiseProduct(s.C[i]).sum() +
              g.F[i].cwiseProduct(s.F[i]).sum();
+      for (size_t i = 0; i < g.memory.size(); ++i)
+        L += g.memory[i].F_total.cwiseProduct(s.memory[i].F_total).sum() +
+             g.memory[i].F_viscous.cwiseProduct(s.memory[i].F_viscous).sum() +
+             g.memory[i].history * s.memory[i].history;
     }
     return L;
   }
@@ -63,6 +72,8 @@ struct RolloutCase {
   std::vector<double> part(const RolloutGradient<T>& g, Input kind) const {
     RolloutCase by = *this;  // derivatives in the places of the values
     by.start.x = g.start.x, by.start.v = g.start.v, by.start.C = g.start.C, by.start.F = g.start.F;
+    for (size_t i = 0; i < g.start.memory.size(); ++i)
+      by.start.memory[i] = {g.start.memory[i].F_total, g.start.memory[i].F_viscous, g.start.memory[i].history};
     by.particles.young = g.young, by.particles.poisson = g.poisson, by.particles.mass = g.mass;
     for (size_t k = 0; k < interactions.size(); ++k) by.interactions[k].vector = g.interaction[k];
     by.options.simulate.gravity = g.gravity;
@@ -95,6 +106,11 @@ struct RolloutCase {
         if (kind == Input::kV && k < 3) visit(start.v[i][k], 1);
         if (kind == Input::kC) visit(start.C[i](k / 3, k % 3), 1 / dx);
         if (kind == Input::kF) visit(start.F[i](k / 3, k % 3), 1);
+      }
+      if (kind == Input::kMemory && !start.memory.empty() && has_memory(particles.material(i).law)) {
+        for (int k = 0; k < 9; ++k) visit(start.memory[i].F_viscous(k / 3, k % 3), 1);
+        for (int k = 0; k < 9; ++k) visit(start.memory[i].F_total(k / 3, k % 3), 1);
+        visit(start.memory[i].history, 1);
       }
       if (kind == Input::kYoung) visit(particles.young[i], 1e4);
       if (kind == Input::kPoisson) visit(particles.poisson[i], 1);

@@ -28,6 +28,7 @@ AdjointCheck check(const Case& c, Input kind, const RolloutGradient<double>& gra
 void expect_gradient(const Case& c) {
   const RolloutGradient<double> gradient = c.gradient();
   for (const auto& [kind, name] : testing::kInputs) {
+    if (c.get(kind).empty()) continue;
     const AdjointCheck result = check(c, kind, gradient);
     EXPECT_LT(result.worst, 1e-5) << name << ": " << result.message;
   }
@@ -167,6 +168,7 @@ TEST(AdjointRollout, FloatAgreesWithDouble) {
   const RolloutGradient<double> a = c.gradient();
   const RolloutGradient<float> b = f.gradient();
   for (const auto& [kind, name] : testing::kInputs) {
+    if (c.get(kind).empty()) continue;
     const std::vector<double> u = c.part(a, kind), v = f.part(b, kind);
     double difference = 0, size = 0;
     for (size_t k = 0; k < u.size(); ++k) difference += (u[k] - v[k]) * (u[k] - v[k]), size += u[k] * u[k];
