@@ -41,6 +41,9 @@ const std::map<std::string, Permission> kTable = {
      {{"gaussians/base", "gaussians/io", "segmentation/lift", "physics/laws", "physics/mpm", "physics/body",
        "physics/simulate", "fitting/fields"},
       {"hdf5.h", "nlohmann"}}},
+    {"app/import",
+     {{"gaussians/base", "gaussians/io", "physics/laws", "physics/mpm", "physics/body", "physics/simulate", "app/store"},
+      {"fmt", "nlohmann"}}},
 };
 
 // The rooms of app that see every room below them.

@@ -17,7 +17,7 @@ struct RunOptions {
 nlohmann::json run_all(Context& context, const Program& program, const RunOptions& options) {
   RunDirectory run = RunDirectory::create(program.out);
   const Scene scene = attach_scene(context, run, options.scene.source, options.scene.load_options());
-  check_material(scene, options.simulate.material);
+  check_material(scene, options.simulate);
   run_segment(context, run, scene, options.segment);
   run_extract(context, run, scene, options.extract);
   run_repair(context, run, scene, {});
@@ -41,6 +41,7 @@ void add_run(CLI::App& app, Program& program) {
   add_seed_options(*command, options->seed);
   add_simulate_options(*command, options->simulate);
   add_render_options(*command, options->render);
+  add_physgaussian(*command, {&options->segment.physgaussian, &options->seed.physgaussian, &options->simulate.physgaussian});
   add_overwrite(*command, program);
   add_common(*command, program);
   command->callback([options, &program] {

@@ -1,9 +1,17 @@
 #include "app/commands/stage_options.h"
 
 namespace pliant {
+namespace {
+
+void add_options(CLI::App& command, SeedStage& stage) {
+  add_seed_options(command, stage);
+  add_physgaussian(command, {&stage.physgaussian});
+}
+
+}  // namespace
 
 void add_seed(CLI::App& app, Program& program) {
-  add_stage_command<SeedStage>(app, program, "seed", "Fill the object and place the driving particles", add_seed_options,
+  add_stage_command<SeedStage>(app, program, "seed", "Fill the object and place the driving particles", add_options,
                                run_seed);
 }
 

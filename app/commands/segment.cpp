@@ -12,6 +12,7 @@ void add_segment(CLI::App& app, Program& program) {
   auto options = std::make_shared<Options>();
   add_scene_options(*command, options->scene);
   add_segment_options(*command, options->stage);
+  add_physgaussian(*command, {&options->stage.physgaussian});
   add_out(*command, program, "Run directory to make or continue")->required();
   add_overwrite(*command, program);
   add_common(*command, program);

@@ -1,5 +1,7 @@
 #include "app/commands/stage_options.h"
 
+#include <algorithm>
+
 #include "gaussians/base/error.h"
 #include "gaussians/io/splats.h"
 
@@ -82,6 +84,16 @@ void add_simulate_options(CLI::App& command, SimulateStage& stage) {
   command.add_option("--young", stage.material.young, "Young's modulus [Pa]");
   command.add_option("--poisson", stage.material.poisson, "Poisson's ratio, -1 < nu < 0.5");
   command.add_option("--density", stage.material.density, "Density [kg/m^3]");
+  command.add_option("--compat", stage.compat, "With --physgaussian: repeat the known defects of that program")
+      ->check(CLI::IsMember({"physgaussian"}));
+  command.add_option("--law", stage.material.law, "Constitutive law (default fixed_corotated)")->check(CLI::IsMember(law_names()));
+  for (const MaterialConstant& constant : material_constants()) {
+    std::string name = "--" + std::string(constant.name);
+    std::replace(name.begin(), name.end(), '_', '-');
+    command.add_option_function<double>(
+               name, [&stage, &constant](double value) { stage.material.constants[constant.name] = value; }, constant.description)
+        ->group("Constants of the law");
+  }
   command.add_option("--fps", stage.fps, "Frames a second")->check(CLI::Range(1.0, 1000.0))->capture_default_str();
   command.add_option("--duration", stage.duration, "Length of the clip [s]")->check(CLI::Range(0.01, 3600.0))->capture_default_str();
   command.add_option("--damping-time", stage.damping_time, "Motion decays as exp(-t / this) [s]; 0 = undamped")
@@ -97,6 +109,16 @@ void add_simulate_options(CLI::App& command, SimulateStage& stage) {
 void add_render_options(CLI::App& command, RenderStage& stage) {
   command.add_option("--camera", stage.camera, "Camera of clip.mp4 (default: the video's, else one that sees the object well)");
   command.add_flag("!--no-orbit", stage.orbit, "Leave out clip_orbit.mp4");
+}
+
+void add_physgaussian(CLI::App& command, std::vector<std::string*> stages) {
+  command.add_option_function<std::string>(
+             "--physgaussian",
+             [stages](const std::string& file) {
+               for (std::string* stage : stages) *stage = file;
+             },
+             "Configuration of PhysGaussian (JSON): object, material, boundary conditions, time")
+      ->check(CLI::ExistingFile);
 }
 
 std::vector<double> parse_numbers(const std::string& option, const std::string& text, size_t count) {

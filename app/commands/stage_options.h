@@ -30,6 +30,8 @@ void add_extract_options(CLI::App& command, ExtractStage& stage);
 void add_seed_options(CLI::App& command, SeedStage& stage);
 void add_simulate_options(CLI::App& command, SimulateStage& stage);
 void add_render_options(CLI::App& command, RenderStage& stage);
+/// --physgaussian CONFIG of one or several stages.
+void add_physgaussian(CLI::App& command, std::vector<std::string*> stages);
 
 /// A command that works on an existing run directory: `pliant NAME DIR [options]`.
 template <class Stage>

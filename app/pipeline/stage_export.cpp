@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "app/import/physgaussian_output.h"
 #include "app/pipeline/moving_scene.h"
 #include "app/pipeline/stages.h"
 #include "gaussians/base/error.h"
@@ -67,11 +68,31 @@ void claim_folder(const fs::path& folder, const json& record, bool overwrite) {
   write_text(folder / kRecord, record.dump(2) + "\n");
 }
 
+/// The files that PhysGaussian writes of its particles, in the space of the simulation.
+json export_physgaussian(const Context& context, const RunDirectory& run, const ExportStage& stage) {
+  const fs::path folder = stage.physgaussian_output;
+  if (fs::exists(folder) && !(fs::is_directory(folder) && (fs::is_empty(folder) || context.overwrite)))
+    throw usage_error("--physgaussian-output", folder.string(), "exists", "give a new or an empty folder, or --overwrite");
+  const json space = run.summary("simulate", "run `pliant simulate` first")["space"];
+  SimulationSpace simulated;
+  simulated.scale = space["scale"];
+  for (int i = 0; i < 3; ++i) {
+    simulated.offset[i] = space["offset"][i];
+    for (int k = 0; k < 3; ++k) simulated.R(i, k) = space["rotation"][i][k];
+  }
+  const TrajectoryFile trajectory = read_trajectory(run / (object_folder(run) + "/trajectory.h5"));
+  write_physgaussian_output(folder, {}, trajectory, simulated);
+  context.progress.say(fmt::format("wrote {} frames of {} particles to {}", trajectory.frames.size(),
+                                   trajectory.frames[0].position.size(), (folder / "simulation_ply").string()));
+  return {{"folder", folder.string()}, {"frames", trajectory.frames.size()}};
+}
+
 }  // namespace
 
 json run_export(const Context& context, RunDirectory& run, const Scene& scene, const ExportStage& stage) {
-  if (stage.ply_sequence.empty())
-    throw usage_error("export", "", "does not know what to write", "give --ply-sequence FOLDER");
+  if (stage.ply_sequence.empty() == stage.physgaussian_output.empty())
+    throw usage_error("export", "", "needs exactly one thing to write", "give --ply-sequence FOLDER or --physgaussian-output FOLDER");
+  if (!stage.physgaussian_output.empty()) return export_physgaussian(context, run, stage);
   const auto inputs = moving_scene_files(run);
   const MovingScene moving = load_moving_scene(run, scene);
   const TrajectoryFile& trajectory = moving.trajectory;

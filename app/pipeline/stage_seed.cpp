@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "app/import/physgaussian_space.h"
 #include "app/pipeline/interactions.h"
 #include "app/pipeline/stages.h"
 #include "app/store/particles.h"
@@ -52,30 +53,47 @@ SolidSamples sample_solid(const FillOptions& first, const GaussianCloud& object,
   return samples;
 }
 
+/// Driving particles, eight to a cell, that fill the object with the cells of a configuration of PhysGaussian.
+int particles_of_configuration(const Context& context, const std::string& file, const GaussianCloud& object) {
+  constexpr int kMost = 2000000;
+  const PhysGaussianConfig config = read_physgaussian_config(file);
+  const double cell = config.cell_size() / simulation_space(config, object, physgaussian_members(config, object)).scale;
+  FillOptions options;
+  options.seed = context.seed;
+  FillSummary filled;
+  fill_interior(options, object, &filled);
+  const double wanted = 8 * filled.volume / (cell * cell * cell);
+  if (wanted > kMost) context.progress.warn(fmt::format("the configuration's cells ask for {:.3g} particles; {} are used", wanted, kMost));
+  return static_cast<int>(std::clamp<double>(wanted, 200, kMost));
+}
+
 }  // namespace
 
 json run_seed(const Context& context, RunDirectory& run, const Scene& scene, const SeedStage& stage) {
   const std::string folder = object_folder(run);
   const json extract = run.summary("extract", "run `pliant extract` first");
-  const std::vector<Region> pins = pinned_regions(context, scene, stage, extract);
+  const bool configured = !stage.physgaussian.empty();
+  const std::vector<Region> pins = configured ? std::vector<Region>{} : pinned_regions(context, scene, stage, extract);
   json pin_rows = json::array();
   for (const Region& pin : pins) pin_rows.push_back(region_to_json(pin));
 
-  const StageKey key{"seed",
+  StageKey key{"seed",
                      {{"particles", stage.particles}, {"pins", pin_rows}, {"metres_per_unit", scene.metres_per_unit}},
                      {{"object", run / (folder + "/object.ply")}},
                      {folder + "/particles.h5"}};
+  if (configured) key.inputs["physgaussian"] = stage.physgaussian;
   return run.stage(context, key, [&]() -> json {
     const GaussianCloud object = read_ply(run / (folder + "/object.ply"));
+    const int particles = configured ? particles_of_configuration(context, stage.physgaussian, object) : stage.particles;
     FillOptions fill;
     fill.seed = context.seed;
-    fill.target_count = kSamplesPerDriver * stage.particles;
+    fill.target_count = kSamplesPerDriver * particles;
     FillSummary filled;
     SimulatedPart part;
-    const SolidSamples samples = sample_solid(fill, object, pins, stage.particles, filled, part);
+    const SolidSamples samples = sample_solid(fill, object, pins, particles, filled, part);
 
     DriverOptions options;
-    options.count = stage.particles, options.seed = context.seed;
+    options.count = particles, options.seed = context.seed;
     const DrivingParticles drivers = kmeans_drivers(options, samples.select(part.kept));
 
     ParticleFile file;
@@ -97,7 +115,7 @@ json run_seed(const Context& context, RunDirectory& run, const Scene& scene, con
     if (thin > 0)
       context.progress.warn(fmt::format("{} of {} driving particles lie in parts thinner than {} cells; they move with their mass and an "
                                         "equivalent stiffness (--particles makes cells smaller)", thin, drivers.size(), kThinCells));
-    if (pins.empty()) context.progress.warn("nothing holds the object; it will fall (--pin-below, or pinned regions in scene.json)");
+    if (pins.empty() && !configured) context.progress.warn("nothing holds the object; it will fall (--pin-below, or pinned regions in scene.json)");
     return {{"samples", samples.size()}, {"drivers", drivers.size()}, {"cell_size", drivers.cell_size},
             {"volume", filled.volume}, {"simulated_volume", part.volume}, {"thin_samples", filled.thin_samples}, {"thin_drivers", thin},
             {"pinned", pin_rows}};

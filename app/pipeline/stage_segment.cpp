@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "app/import/physgaussian_space.h"
 #include "app/pipeline/photos.h"
 #include "app/pipeline/stages.h"
 #include "app/store/segmentation.h"
@@ -69,7 +70,10 @@ MaskSet gesture_masks(const Context& context, const RunDirectory& run, const Sce
 json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage) {
   const std::optional<SelectionShape> selection = selection_of(stage);
   const Gesture gesture = gesture_of(stage, scene.cameras);
-  const bool selecting = selection || !gesture.empty();
+  const bool configured = !stage.physgaussian.empty();
+  if (configured && (selection || !gesture.empty()))
+    throw usage_error("--physgaussian", stage.physgaussian, "was given together with a selection", "its sim_area selects the object");
+  const bool selecting = selection || !gesture.empty() || configured;
   const std::filesystem::path masks_folder = stage.masks.empty() ? scene.settings.masks : std::filesystem::path(stage.masks);
   if (!selecting && masks_folder.empty())
     throw usage_error("segment", "--masks", "are not known for this scene",
@@ -97,11 +101,14 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   }
   if (!scene.settings.cameras.empty()) key.inputs["cameras"] = scene.settings.cameras;
   if (!selecting) key.inputs["masks"] = masks_folder;
+  if (configured) key.inputs["physgaussian"] = stage.physgaussian;
   if (!gesture.empty()) key.outputs.push_back("selection.png");
 
   return run.stage(context, key, [&]() -> json {
-    std::vector<uint8_t> member;  // of a selection by gesture
-    const MaskSet masks = !gesture.empty() ? gesture_masks(context, run, scene, gesture, selection, member)
+    std::vector<uint8_t> member;  // of a selection by gesture or configuration
+    if (configured) member = physgaussian_members(read_physgaussian_config(stage.physgaussian), scene.cloud);
+    const MaskSet masks = configured       ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
+                          : !gesture.empty() ? gesture_masks(context, run, scene, gesture, selection, member)
                           : selection      ? selection_masks(*selection, scene.cloud, scene.cameras)
                                            : load_masks(masks_folder, scene.settings.labels, scene.cameras);
     for (const std::string& warning : masks.warnings) context.progress.warn(warning);
@@ -115,7 +122,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     if (merged > 0) context.progress.say(fmt::format("segment: {} Gaussians in small islands took the label around them", merged));
     size_t restricted = 0;
     if (selecting) {
-      restricted = !gesture.empty() ? restrict_to_members(member, segmentation) : restrict_to_selection(*selection, scene.cloud, segmentation);
+      restricted = !member.empty() ? restrict_to_members(member, segmentation) : restrict_to_selection(*selection, scene.cloud, segmentation);
       if (restricted > 0)
         context.progress.say(fmt::format("segment: {} Gaussians outside the selection were given back to the rest", restricted));
     }

@@ -1,21 +1,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 
-#include "app/pipeline/clip_camera.h"
-#include "app/pipeline/default_push.h"
-#include "app/pipeline/interactions.h"
 #include "app/pipeline/motion.h"
-#include "app/pipeline/stages.h"
+#include "app/pipeline/simulated_body.h"
 #include "app/store/frames.h"
-#include "app/store/material.h"
-#include "app/store/particles.h"
 #include "app/store/trajectory.h"
-#include "fitting/fields/uniform_field.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
-#include "gaussians/io/ply.h"
 #include "physics/simulate/simulate.h"
 
 namespace pliant {
@@ -23,69 +15,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace {
-
-constexpr double kPushStart = 0.3, kPushDuration = 0.3;  // s
-
-struct Body {
-  ParticleFile file;
-  SolidSamples samples;  // simulated ones, scene units
-  DrivingParticles drivers;
-  ElasticSamples material;
-  Particles particles;  // SI
-  std::vector<Interaction> pins;
-};
-
-/// Reads the body, gives it its material and stores that on /solid.
-Body make_body(const RunDirectory& run, const std::string& folder, const Scene& scene, const MaterialValues& values,
-               const std::string& provenance) {
-  Body body;
-  body.file = read_particles(run / (folder + "/particles.h5"));
-  const ElasticSamples solid = uniform_field(body.file.solid_position.size(), *values.young, *values.poisson, *values.density);
-  MaterialFile stored;
-  stored.young = solid.young, stored.poisson = solid.poisson, stored.density = solid.density, stored.source = "homogeneous";
-  write_material(run / (folder + "/material.h5"), stored, provenance);
-
-  for (size_t s = 0; s < body.file.solid_position.size(); ++s) {
-    if (body.file.solid_driver[s] < 0) continue;
-    body.samples.position.push_back(body.file.solid_position[s]);
-    body.samples.volume.push_back(body.file.solid_volume[s]);
-    body.drivers.sample_driver.push_back(body.file.solid_driver[s]);
-    body.material.young.push_back(solid.young[s]);
-    body.material.poisson.push_back(solid.poisson[s]);
-    body.material.density.push_back(solid.density[s]);
-  }
-  body.drivers.position = body.file.driving_position, body.drivers.volume = body.file.driving_volume;
-  body.drivers.thickness = body.file.driving_thickness, body.drivers.rod = body.file.driving_rod;
-  body.drivers.cell_size = body.file.cell_size;
-  body.particles = make_particles<float>(body.drivers, body.samples, body.material, scene.metres_per_unit);
-
-  const InteractionFrame frame{scene.metres_per_unit, scene.up};
-  for (const json& row : json::parse(body.file.pinned_json)) {
-    Interaction pin;
-    pin.type = InteractionType::kPin;
-    pin.region = parse_region(row, frame, "particles.h5").scaled(scene.metres_per_unit);
-    body.pins.push_back(pin);
-  }
-  return body;
-}
-
-/// The plane that the object rests on, as a floor that nothing passes: the support's plane that `extract` found, where
-/// the interactions name no ground of their own.
-std::optional<Interaction> floor_of(const json& extract, const std::vector<Interaction>& interactions,
-                                    const Scene& scene) {
-  constexpr double kFriction = 0.5;
-  for (const Interaction& it : interactions)
-    if (it.type == InteractionType::kGround) return std::nullopt;
-  if (!extract.contains("contact")) return std::nullopt;
-  const json& contact = extract["contact"];
-  const auto vector = [&](const char* key) {
-    return Vec3d(contact[key][0].get<double>(), contact[key][1].get<double>(), contact[key][2].get<double>());
-  };
-  Interaction floor;
-  floor.type = InteractionType::kGround, floor.friction = kFriction;
-  floor.region = Region::half_space(vector("point"), vector("normal")).scaled(scene.metres_per_unit);
-  return floor;
-}
 
 /// Streams frames to DIR.partial and picks up after the last whole one when the same computation was interrupted.
 class FrameStore {
@@ -110,21 +39,37 @@ class FrameStore {
   fs::path folder_;
 };
 
-TrajectoryFile assemble(const FrameStore& frames, int count, const Body& body, const std::string& object,
-                        const SimulateStage& stage, const Scene& scene) {
+/// What Gaussians follow: the whole deformation, the permanent part included.
+std::vector<Mat3f> drawn_deformation(const SimulationState& state) {
+  if (state.memory.empty()) return state.F;
+  std::vector<Mat3f> F;
+  for (const LawMemory<float>& memory : state.memory) F.push_back(memory.F_total);
+  return F;
+}
+
+TrajectoryFile assemble(const FrameStore& frames, int count, const SimulatedBody& body, const std::string& object, double fps,
+                        const Scene& scene) {
   TrajectoryFile out;
-  out.object = object, out.fps = stage.fps, out.metres_per_unit = scene.metres_per_unit, out.cell_size = body.file.cell_size, out.up = scene.up;
-  const float units = static_cast<float>(1 / scene.metres_per_unit);
+  out.object = object, out.fps = fps, out.metres_per_unit = body.space.scale, out.cell_size = body.particles.cell_size / body.space.scale;
+  out.up = scene.up;
+  const Mat3f R = body.space.R.cast<float>();
   for (int f = 0; f < count; ++f) {
     const SimulationState state = frames.frame(f);
     TrajectoryFile::Frame frame;
     frame.time = state.time, frame.step = state.substeps;
-    frame.velocity = state.v, frame.F = state.F;
-    frame.position.reserve(state.x.size());
-    for (const Vec3f& x : state.x) frame.position.push_back(units * x);
+    frame.F = drawn_deformation(state);
+    for (Mat3f& F : frame.F) F = R.transpose() * F * R;
+    for (const Vec3f& x : state.x) frame.position.push_back(body.space.to_scene(x.cast<double>()).cast<float>());
+    for (const Vec3f& v : state.v) frame.velocity.push_back(R.transpose() * v);
     out.frames.push_back(std::move(frame));
   }
   return out;
+}
+
+json space_to_json(const SimulationSpace& space) {
+  json rows = json::array();
+  for (int i = 0; i < 3; ++i) rows.push_back({space.R(i, 0), space.R(i, 1), space.R(i, 2)});
+  return {{"rotation", rows}, {"scale", space.scale}, {"offset", {space.offset.x(), space.offset.y(), space.offset.z()}}};
 }
 
 }  // namespace
@@ -132,64 +77,32 @@ TrajectoryFile assemble(const FrameStore& frames, int count, const Body& body, c
 json run_simulate(const Context& context, RunDirectory& run, const Scene& scene, const SimulateStage& stage) {
   const std::string folder = object_folder(run);
   run.summary("seed", "run `pliant seed` first");
-  const MaterialValues values = check_material(scene, stage.material);
-  const Camera camera = clip_camera(scene, "", robust_bounds(read_ply(run / (folder + "/object.ply"))));
+  const bool physgaussian = !stage.physgaussian.empty();
+  const ObjectMaterial material = check_material(scene, stage);
 
-  StageKey key{"simulate",
-               {{"young", *values.young}, {"poisson", *values.poisson}, {"density", *values.density}, {"fps", stage.fps},
-                {"duration", stage.duration}, {"damping_time", stage.damping_time}, {"gravity", stage.gravity},
-                {"floor", stage.floor}},
-               {{"particles", run / (folder + "/particles.h5")}},
+  StageKey key{"simulate", {{"material", material_to_json(material)}}, {{"particles", run / (folder + "/particles.h5")}},
                {folder + "/trajectory.h5", folder + "/material.h5", "interactions.json"}};
-  if (stage.interactions.empty()) key.options["push"] = stage.push;
-  else key.inputs["interactions"] = stage.interactions;
+  if (physgaussian) {
+    key.options["compat"] = stage.compat;
+    key.inputs["physgaussian"] = stage.physgaussian;
+  } else {
+    key.options.update({{"fps", stage.fps}, {"duration", stage.duration}, {"damping_time", stage.damping_time},
+                        {"gravity", stage.gravity}, {"floor", stage.floor}});
+    if (stage.interactions.empty()) key.options["push"] = stage.push;
+    else key.inputs["interactions"] = stage.interactions;
+  }
 
   return run.stage(context, key, [&]() -> json {
     const std::string provenance = run.provenance(context, key);
-    Body body = make_body(run, folder, scene, values, provenance);
-    const json extract = run.summary("extract", "");
-    const double height = extract["height"].get<double>() * scene.metres_per_unit;
-
-    SimulateOptions options;
-    options.fps = stage.fps, options.duration = stage.duration, options.damping_time = stage.damping_time;
-    options.gravity = stage.gravity ? Vec3d(-9.81 * scene.up) : Vec3d::Zero();
-
-    // Without a script: one sideways push at the top, as strong as the body's stiffness asks for.
-    json rows;
-    json push = nullptr;
-    if (stage.interactions.empty()) {
-      const Vec3d right = camera.cam_from_world.linear().row(0).transpose();
-      const PushPlace place = default_push_place(body.particles, scene.up, right);
-      PushOptions sizing;
-      sizing.simulate = options, sizing.up = scene.up, sizing.height = height;
-      sizing.fraction = stage.push, sizing.duration = kPushDuration;
-      std::vector<Interaction> held = body.pins;
-      if (const auto floor = stage.floor ? floor_of(extract, {}, scene) : std::nullopt) held.push_back(*floor);
-      const PushSize size = size_push(sizing, body.particles, held, place.region, place.direction);
-      rows = json::array({push_row(place, size.newtons, kPushStart, kPushDuration, scene.metres_per_unit)});
-      push = {{"newtons", size.newtons}, {"expected_peak", size.peak_fraction}, {"trials", size.trials}};
-      context.progress.say(fmt::format("simulate: no interactions given: one push of {:.3g} N at the top, from {} s to {} s",
-                                       size.newtons, kPushStart, kPushStart + kPushDuration));
-    } else {
-      rows = json::parse(read_text(stage.interactions), nullptr, false);
-    }
-    const std::string script = rows.is_discarded() ? read_text(stage.interactions) : rows.dump(2) + "\n";
-    std::vector<Interaction> interactions =
-        parse_interactions(script, {scene.metres_per_unit, scene.up}, stage.interactions.empty() ? "interactions.json" : stage.interactions);
-    interactions.insert(interactions.end(), body.pins.begin(), body.pins.end());
-    const std::optional<Interaction> floor = stage.floor ? floor_of(extract, interactions, scene) : std::nullopt;
-    if (floor) {
-      interactions.push_back(*floor);
-      context.progress.say(fmt::format("simulate: nothing passes below the plane of '{}', friction {}",
-                                       extract["contact"]["support"].get<std::string>(), floor->friction));
-    }
-    write_text(run / "interactions.json", script);
+    SimulatedBody body = make_body(run, folder, scene, material, provenance);
+    const SimulationPlan plan = physgaussian ? plan_physgaussian(context, run, stage, body) : plan_simulation(context, run, scene, stage, body);
+    write_text(run / "interactions.json", plan.script.dump(2) + "\n");
 
     FrameStore frames(run / (folder + "/trajectory.partial"), provenance);
     const SimulationState rest = initial_state(body.particles);
-    const int total = static_cast<int>(std::lround(stage.fps * stage.duration));
+    const int total = static_cast<int>(std::lround(plan.options.fps * plan.options.duration));
     context.progress.begin("simulate", total);
-    SimulateResult result = simulate<float>(options, body.particles, interactions, frames.resume(rest),
+    SimulateResult result = simulate<float>(plan.options, body.particles, plan.interactions, frames.resume(rest),
                                             [&](const SimulationState& state) {
                                               frames.add(state);
                                               context.progress.done(state.frame);
@@ -200,18 +113,20 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
       throw Error(Failure::kInterrupted, "simulate", "", "interrupted", "run the same command to continue");
     for (const std::string& warning : result.summary.warnings) context.progress.warn(warning);
 
-    const TrajectoryFile trajectory = assemble(frames, total + 1, body, run.summary("extract", "")["name"], stage, scene);
+    const json extract = run.summary("extract", "");
+    const TrajectoryFile trajectory = assemble(frames, total + 1, body, extract["name"], plan.options.fps, scene);
     write_trajectory(run / (folder + "/trajectory.h5"), trajectory, provenance);
     frames.remove();
 
     const SimulateSummary& s = result.summary;
-    const json motion = describe_motion(trajectory, body.file, scene.up, height / scene.metres_per_unit);
+    const json motion = describe_motion(trajectory, body.file, scene.up, extract["height"].get<double>());
     context.progress.say(fmt::format("simulate: tip moves {:.1f} % of the object's height and ends at {:.1f} %",
                                      100 * motion["tip_peak"].get<double>(), 100 * motion["tip_end"].get<double>()));
     return {{"frames", total}, {"mass_kg", s.mass}, {"cell_size_m", s.cell_size}, {"dt_min_s", s.min_dt}, {"dt_max_s", s.max_dt},
             {"substeps_max", s.substeps_of_frame.empty() ? 0 : *std::max_element(s.substeps_of_frame.begin(), s.substeps_of_frame.end())},
             {"strays", s.strays}, {"retries", s.retries}, {"gravity_cancelled", s.gravity_cancelled},
-            {"settle_displacement_m", s.settle_displacement}, {"push", push}, {"motion", motion}, {"floor", floor.has_value()}};
+            {"settle_displacement_m", s.settle_displacement}, {"push", plan.push}, {"motion", motion}, {"floor", plan.floor},
+            {"space", space_to_json(body.space)}};
   });
 }
 

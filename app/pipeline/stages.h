@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/pipeline/material.h"
 #include "app/pipeline/run_directory.h"
 #include "gaussians/io/scene.h"
 
@@ -17,10 +18,6 @@ Scene load_run_scene(const RunDirectory& run);
 Scene attach_scene(const Context& context, RunDirectory& run, const std::filesystem::path& source,
                    const LoadOptions& options);
 
-/// The material that simulate will use: command line over scene file.  A usage error names what is missing or
-/// impossible, before any work is done.
-MaterialValues check_material(const Scene& scene, const MaterialValues& command_line);
-
 /// segment: masks or a selection -> semantic attribute -> segmentation.h5, objects.json, objects.png; with gestures also
 /// selection.png.
 struct SegmentStage {
@@ -30,6 +27,7 @@ struct SegmentStage {
   double stroke_width = 8;           ///< of strokes and clicks, px
   bool start_from_vote = true;
   std::optional<int> iterations;     ///< of the optimisation; 0 = vote only
+  std::string physgaussian;          ///< file; the object is what this configuration of PhysGaussian simulates
   bool hold_out = false;             ///< leave every 8th photo out of the optimisation, for evaluation
 };
 nlohmann::json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage);
@@ -48,6 +46,7 @@ nlohmann::json run_repair(const Context& context, RunDirectory& run, const Scene
 /// seed: solid samples and driving particles -> objects/.../particles.h5.
 struct SeedStage {
   int particles = 8000;
+  std::string physgaussian;  ///< file; a configuration of PhysGaussian whose cells the particles fill
   std::optional<double> pin_below;  ///< height along up, scene units
   bool pin_contact = true;          ///< pin where the object touches its support
 };
@@ -56,6 +55,8 @@ nlohmann::json run_seed(const Context& context, RunDirectory& run, const Scene& 
 /// simulate: material and interactions -> material.h5, interactions.json, trajectory.h5.
 struct SimulateStage {
   std::string interactions;  ///< file; empty = one push sized to the stiffness
+  std::string physgaussian;  ///< file; a configuration of PhysGaussian instead of material, interactions, fps, ...
+  std::string compat;        ///< "physgaussian": its known defects are repeated
   MaterialValues material;   ///< command line's
   double fps = 30, duration = 4;
   double damping_time = 1;   ///< amplitude of motion decays as exp(-t / damping_time) [s]; 0 = none
@@ -63,6 +64,8 @@ struct SimulateStage {
   bool gravity = true;
   bool floor = true;         ///< the plane of the support is a floor, unless the interactions have a ground
 };
+/// The material that simulate will use, see material.h; with a configuration of PhysGaussian its own.
+ObjectMaterial check_material(const Scene& scene, const SimulateStage& stage);
 nlohmann::json run_simulate(const Context& context, RunDirectory& run, const Scene& scene, const SimulateStage& stage);
 
 /// render: clip.mp4 from a fixed camera, clip_orbit.mp4 from a moving one.
@@ -75,6 +78,7 @@ nlohmann::json run_render(const Context& context, RunDirectory& run, const Scene
 /// export: numbered splat files of the moving scene, outside of the run directory.
 struct ExportStage {
   std::string ply_sequence;  ///< folder; sequence.json there says what the files are
+  std::string physgaussian_output;  ///< folder for simulation_ply/sim_*.h5 and .ply
   int every = 1;             ///< take every Nth frame of the trajectory
   bool object_only = false;  ///< without the background
 };

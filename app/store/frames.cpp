@@ -14,18 +14,19 @@ namespace fs = std::filesystem;
 namespace pliant {
 namespace {
 
-constexpr char kMagic[8] = {'P', 'L', 'F', 'R', 'A', 'M', 'E', '1'};
+constexpr char kMagic[8] = {'P', 'L', 'F', 'R', 'A', 'M', 'E', '2'};
 constexpr size_t kFloats = 3 + 3 + 9 + 9;  // x, v, C, F of a particle
+static_assert(sizeof(LawMemory<float>) == (9 + 9 + 1) * sizeof(float));
 constexpr size_t kDigest = 64;
 
-/// What precedes the arrays x, v, C, F; the SHA-256 of everything before it ends the file.
+/// What precedes the arrays x, v, C, F and, where the laws have one, memory; the SHA-256 of everything before it ends the file.
 struct Header {
   char magic[8];
-  uint64_t particles;
+  uint64_t particles, memories;
   int64_t frame, substeps;
   double time;
 };
-static_assert(sizeof(Header) == 40 && std::is_trivially_copyable_v<Header>);
+static_assert(sizeof(Header) == 48 && std::is_trivially_copyable_v<Header>);
 
 fs::path file_of(const fs::path& folder, int frame) {
   char name[32];
@@ -50,11 +51,12 @@ void take(const char*& at, size_t count, std::vector<T>& values) {
 void write_frame(const fs::path& folder, const SimulationState& state) {
   const size_t n = state.size();
   CHECK(state.v.size() == n && state.C.size() == n && state.F.size() == n);
+  CHECK(state.memory.empty() || state.memory.size() == n);
   Header header{};
   std::memcpy(header.magic, kMagic, sizeof kMagic);
-  header.particles = n, header.frame = state.frame, header.substeps = state.substeps, header.time = state.time;
+  header.particles = n, header.memories = state.memory.size(), header.frame = state.frame, header.substeps = state.substeps, header.time = state.time;
   std::string bytes(reinterpret_cast<const char*>(&header), sizeof header);
-  put(bytes, state.x), put(bytes, state.v), put(bytes, state.C), put(bytes, state.F);
+  put(bytes, state.x), put(bytes, state.v), put(bytes, state.C), put(bytes, state.F), put(bytes, state.memory);
   bytes += sha256_of_text(bytes);
   write_text(file_of(folder, state.frame), bytes);
 }
@@ -70,8 +72,13 @@ SimulationState read_frame(const fs::path& folder, int frame) {
   std::memcpy(&header, bytes.data(), sizeof header);
   if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0) throw damaged("magic", "is not that of a frame");
   const size_t payload = bytes.size() - sizeof header - kDigest, row = kFloats * sizeof(float);
-  if (payload % row != 0 || payload / row != header.particles) {
-    throw damaged("particles", "promises " + std::to_string(header.particles) + " but there are bytes for " + std::to_string(payload / row));
+  const bool remembers = header.memories != 0;
+  if (remembers && header.memories != header.particles)
+    throw damaged("particles", "is " + std::to_string(header.particles) + " with memories of " + std::to_string(header.memories));
+  const size_t whole_row = row + (remembers ? sizeof(LawMemory<float>) : 0);
+  if (payload % whole_row != 0 || payload / whole_row != header.particles) {
+    throw damaged("particles", "promises " + std::to_string(header.particles) + " but there are bytes for " +
+                                   std::to_string(payload / whole_row));
   }
   if (header.frame != frame) throw damaged("frame", "is " + std::to_string(header.frame));
   const size_t end = bytes.size() - kDigest;
@@ -80,7 +87,7 @@ SimulationState read_frame(const fs::path& folder, int frame) {
   state.frame = frame, state.substeps = header.substeps, state.time = header.time;
   const char* at = bytes.data() + sizeof header;
   take(at, header.particles, state.x), take(at, header.particles, state.v);
-  take(at, header.particles, state.C), take(at, header.particles, state.F);
+  take(at, header.particles, state.C), take(at, header.particles, state.F), take(at, header.memories, state.memory);
   return state;
 }
 

@@ -99,6 +99,12 @@ std::vector<double> JsonObject::numbers(const std::string& key, size_t count) co
   return numbers;
 }
 
+std::vector<std::string> JsonObject::keys() const {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : value_->items()) keys.push_back(key);
+  return keys;
+}
+
 JsonObject JsonObject::object(const std::string& key) const { return {at(key), file_, path_of(key), failure_}; }
 
 void JsonObject::refuse_unknown(const std::vector<std::string>& known) const {

@@ -25,6 +25,7 @@ class JsonObject {
   JsonObject(const nlohmann::json& value, std::string file, std::string field = "", Failure failure = Failure::kUsage);
 
   bool has(const std::string& key) const;
+  std::vector<std::string> keys() const;
   double number(const std::string& key) const;  ///< finite
   double number(const std::string& key, double otherwise) const;
   std::string text(const std::string& key) const;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,9 +13,12 @@
 
 namespace pliant {
 
-/// Homogeneous elastic material: Young's modulus [Pa], Poisson's ratio, density [kg/m^3].
+/// Homogeneous material: Young's modulus [Pa], Poisson's ratio, density [kg/m^3]; the constitutive law's name and its
+/// constants, whose names the physics knows.
 struct MaterialValues {
   std::optional<double> young, poisson, density;
+  std::string law;
+  std::map<std::string, double> constants;
 };
 
 /// A reference video that shows the object moving.
@@ -27,7 +31,8 @@ struct VideoReference {
 /// Contents of scene.json; every path is resolved against the folder of the file.
 /// Keys: splats, cameras, photos, masks, labels, video {file, camera, fps}, up [3], metres_per_unit, support (name of
 /// an id), object (name of the id that `run` takes when none is given), pinned [{box: [x0,y0,z0,x1,y1,z1]} |
-/// {sphere: [x,y,z,r]}], material {young, poisson, density}.
+/// {sphere: [x,y,z,r]}], material {young, poisson, density, law,
+/// constants {name: value}}.
 struct SceneFile {
   std::filesystem::path file, splats, cameras, photos, masks, labels;
   std::optional<VideoReference> video;

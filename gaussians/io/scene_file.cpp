@@ -48,7 +48,7 @@ SceneFile::Region read_region(const JsonObject& object) {
 }
 
 MaterialValues read_material(const JsonObject& object) {
-  object.refuse_unknown({"young", "poisson", "density"});
+  object.refuse_unknown({"young", "poisson", "density", "law", "constants"});
   MaterialValues material;
   material.young = positive(object, "young");
   material.density = positive(object, "density");
@@ -58,6 +58,11 @@ MaterialValues read_material(const JsonObject& object) {
       throw object.complaint("poisson", "is " + std::to_string(poisson), "it must be above -1 and below 0.5");
     }
     material.poisson = poisson;
+  }
+  if (object.has("law")) material.law = object.text("law");
+  if (object.has("constants")) {
+    const JsonObject constants = object.object("constants");
+    for (const std::string& key : constants.keys()) material.constants[key] = constants.number(key);
   }
   return material;
 }

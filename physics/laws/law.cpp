@@ -7,6 +7,7 @@
 #include "physics/laws/fluid.h"
 #include "physics/laws/hencky.h"
 #include "physics/laws/neo_hookean.h"
+#include "physics/laws/physgaussian.h"
 #include "physics/laws/relaxation.h"
 #include "physics/laws/snow.h"
 #include "physics/laws/viscoplastic.h"
@@ -43,7 +44,12 @@ Fluid<T> fluid(const LawPoint<T>& point) {
 /// Calls visit with the stored energy of the elastic part as a law of F.
 template <class T, class Visit>
 auto with_elastic(const LawPoint<T>& point, const LawMemory<T>& memory, Visit&& visit) {
-  switch (point.material->law) {
+  const Law law = point.material->law;
+  if (point.material->as_physgaussian) {
+    if (law == Law::kSnow) return visit(Stressless<T>{});
+    if (law == Law::kMetal || law == Law::kFoam) return visit(StretchedHencky<T>{point.mu, point.lambda});
+  }
+  switch (law) {
     case Law::kFixedCorotated:
     case Law::kViscoelastic: break;
     case Law::kNeoHookean: return visit(NeoHookean<T>{point.mu, point.lambda});

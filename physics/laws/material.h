@@ -35,6 +35,8 @@ struct Material {
   double damping_time = 0;    ///< s in which mass-proportional damping lowers an amplitude to 1/e; 0 = none
   double viscosity_time = 0;  ///< s, Kelvin-Voigt: stress of strain + time * strain rate; 0 = none
 
+  bool as_physgaussian = false;  ///< repeats the stresses of its released code, see physgaussian.h; metal, foam, snow
+
   double yield_stress = 0;         ///< Pa in uniaxial tension; metal, foam, plasticine
   double hardening = 0;            ///< Pa per unit of plastic strain; metal (negative values only for plasticine)
   double plastic_viscosity = 0;    ///< Pa s; foam

@@ -63,8 +63,6 @@ struct MpmKernels {
   void (*update_nodes)(T* node, const T* fall, T scale);
   /// v, C from the nodes, F <- (I + dt C) F, x <- x + dt v.
   void (*gather)(const GatherInput<T>&, GatherReport<T>&);
-  /// Cell of each particle within its block, [count] below 64.
-  void (*cells)(const ParticleRun<T>&, uint8_t* cell);
   /// Kirchhoff stress tau [count, 6] of F [count, 9] by the law `kind`.
   void (*stress)(StressKind kind, int count, const T* F, const T* mu, const T* lambda,
                  void (*exact_stress)(StressKind, const T*, T, T, T*), T* tau);

@@ -88,10 +88,10 @@ void Mpm<T>::load(const BasicSimulationState<T>& state, const Vec3d& low, const 
       i = static_cast<int>(s);
     }
   });
-  moved_.resize(n), cell_.resize(n), spare_order_.resize(n);
+  moved_.resize(n);
   fit_blocks();
   if (sleeping()) load_rest(state);
-  steps_ = 0, moves_since_reorder_ = 0;
+  moves_since_reorder_ = 0;
   finite_ = true;
 }
 

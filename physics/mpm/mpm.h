@@ -92,7 +92,6 @@ class Mpm {
   void load_rest(const BasicSimulationState<T>& state);
   void store_rest(BasicSimulationState<T>& state) const;
   ParticleRun<T> run_of(int b);
-  void sort_cells(int b);
   void reorder_chunk(int chunk);
   bool sleeping() const { return options_.sleep_speed > 0; }
   void carry_rest();
@@ -108,7 +107,8 @@ class Mpm {
   void sum_node_block(int n);
   void update_node_block(int n, T dt, const StepLoads<T>& loads);
   void apply_conditions(int n, const StepLoads<T>& loads);
-  void gather_block(int b, T dt);
+  void gather_block(int b, T dt, const StepLoads<T>& loads);
+  void damp_affine(int b, T strain_rate_kept, T spin_kept);
   void collect_reports();
   void clear_impulses(const StepLoads<T>& loads);
   void record_block(int b, TapeStep<T>& step) const;
@@ -120,17 +120,16 @@ class Mpm {
   std::vector<GatherReport<T>> report_;  // of the last gather, per particle block
   const MpmKernels<T>* kernels_;
   StressKind uniform_;  // law of all particles if a kernel for it alone will do, else kGiven
-  static constexpr int kReorderChunk = 2048, kStepsPerSort = 8;
 
   MpmOptions options_;
-  std::vector<BlockRest<T>> rest_of_block_;
-  std::vector<NodeMotion<T>> node_motion_;
-  Vec3<T> last_gravity_;
+  std::vector<BlockRest<T>> rest_of_block_;   // [particle blocks], with sleep_speed only
+  std::vector<NodeMotion<T>> node_motion_;    // [node blocks], likewise
+  Vec3<T> last_gravity_ = Vec3<T>::Zero();    // of the last step, whose change wakes all
   size_t last_conditions_ = 0;
+
+  static constexpr int kReorderChunk = 2048;
   std::vector<ParticleRecord<T>> spare_record_;
-  std::vector<int> spare_order_;
-  std::vector<uint8_t> cell_;
-  int64_t moves_since_reorder_ = 0, steps_ = 0, updates_ = 0;
+  int64_t moves_since_reorder_ = 0, updates_ = 0;
   std::vector<Vec3d> block_impulse_, collider_impulse_;  // [node blocks, colliders], [colliders]
   bool finite_ = true;
   double max_speed_ = 0;
@@ -146,7 +145,7 @@ class Mpm<T>::Snapshot {
   std::vector<LawSide<T>> side_;
   std::vector<T> given_stress_;
   std::vector<BlockRest<T>> rest_of_block_;
-  int64_t moves_since_reorder_, steps_;
+  int64_t moves_since_reorder_;
 };
 
 extern template class Mpm<float>;

@@ -1,30 +1,10 @@
-// Particles of a cell follow one another, so that they find their nodes in registers and caches; blocks of records
-// follow one another in memory.
+// Records lie in memory in the order of the blocks, so that they are fetched ahead of their use.
 
 #include <algorithm>
 
 #include "physics/mpm/mpm.h"
 
 namespace pliant {
-
-template <class T>
-void Mpm<T>::sort_cells(int b) {
-  constexpr int kCells = BlockGrid::kNodes;
-  const int count = data_.grid.begin(b + 1) - data_.grid.begin(b);
-  int* order = data_.grid.order().data() + data_.grid.begin(b);
-  uint8_t* cell = cell_.data() + data_.grid.begin(b);
-  kernels_->cells(run_of(b), cell);
-  int next[kCells + 1] = {}, steps_down = 0;
-  for (int s = 0; s < count; ++s) {
-    ++next[cell[s] + 1];
-    steps_down += s > 0 && cell[s] < cell[s - 1];
-  }
-  if (steps_down * 16 < count) return;
-  for (int c = 0; c < kCells; ++c) next[c + 1] += next[c];
-  int* sorted = spare_order_.data() + data_.grid.begin(b);
-  for (int s = 0; s < count; ++s) sorted[next[cell[s]]++] = order[s];
-  std::copy_n(sorted, count, order);
-}
 
 template <class T>
 void Mpm<T>::reorder_chunk(int chunk) {

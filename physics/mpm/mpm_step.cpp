@@ -15,7 +15,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
                      const std::function<bool()>& check, StepTape<T>* tape) {
   CHECK_MSG(!tape || (options_.flip_time == 0 && !sleeping()), "only APIC without sleep can be recorded");
   // Records are brought into the order of the blocks again when one in so many has changed its block.
-  constexpr int kMovesPerReorder = 8;
+  constexpr int kMovesPerReorder = 64;
   constexpr int kParticlesPerThread = 1000;  // below this a thread costs more than it brings
   const int useful = static_cast<int>(std::min<size_t>(data_.record.size() / kParticlesPerThread, 1024));
   const int threads = std::clamp(omp_get_max_threads(), 1, std::max(1, useful));
@@ -29,7 +29,6 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
     try {
       if (k > 0) {
         collect_reports();
-        ++steps_;
         good = finite_ && check();
       }
       going = good && k < count;
@@ -70,7 +69,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
         if (sleeping()) measure_motion(n);
       }
       barrier->wait();
-      for (int b; (b = gather.take()) < data_.grid.particle_blocks();) gather_block(b, dt);
+      for (int b; (b = gather.take()) < data_.grid.particle_blocks();) gather_block(b, dt, loads);
       barrier->wait();
     }
   }
@@ -103,7 +102,7 @@ typename Mpm<T>::Snapshot Mpm<T>::save() const {
   snapshot.record_ = data_.record, snapshot.slot_ = data_.slot, snapshot.grid_ = data_.grid;
   snapshot.side_ = data_.side, snapshot.given_stress_ = data_.given_stress;
   snapshot.rest_of_block_ = rest_of_block_;
-  snapshot.moves_since_reorder_ = moves_since_reorder_, snapshot.steps_ = steps_;
+  snapshot.moves_since_reorder_ = moves_since_reorder_;
   return snapshot;
 }
 
@@ -113,7 +112,7 @@ void Mpm<T>::restore(const Snapshot& snapshot) {
   data_.record = snapshot.record_, data_.slot = snapshot.slot_, data_.grid = snapshot.grid_;
   data_.side = snapshot.side_, data_.given_stress = snapshot.given_stress_;
   rest_of_block_ = snapshot.rest_of_block_;
-  moves_since_reorder_ = snapshot.moves_since_reorder_, steps_ = snapshot.steps_;
+  moves_since_reorder_ = snapshot.moves_since_reorder_;
   fit_blocks();
 }
 
@@ -134,9 +133,8 @@ void Mpm<T>::update_grid(T dt, const StepLoads<T>& loads) {
 
 template <class T>
 void Mpm<T>::grid_to_particles(T dt) {
-  for (int b = 0; b < data_.grid.particle_blocks(); ++b) gather_block(b, dt);
+  for (int b = 0; b < data_.grid.particle_blocks(); ++b) gather_block(b, dt, {});
   collect_reports();
-  ++steps_;
 }
 
 template class Mpm<float>;

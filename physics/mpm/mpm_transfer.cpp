@@ -46,7 +46,6 @@ void Mpm<T>::apply_body_loads(int b, T dt, const StepLoads<T>& loads) {
 template <class T>
 void Mpm<T>::scatter_block(int b, T dt, const StepLoads<T>& loads) {
   if (sleeping() && scatter_can_wait(b, dt, loads)) return;
-  if (steps_ % kStepsPerSort == 0) sort_cells(b);
   if (!loads.body.empty()) apply_body_loads(b, dt, loads);
   ScatterInput<T> in;
   in.run = run_of(b);
@@ -97,8 +96,23 @@ void Mpm<T>::apply_conditions(int n, const StepLoads<T>& loads) {
       block_impulse_.data() + static_cast<size_t>(n) * collider_impulse_.size());
 }
 
+/// Damps the affine part of the particles' velocity.
 template <class T>
-void Mpm<T>::gather_block(int b, T dt) {
+void Mpm<T>::damp_affine(int b, T strain_rate_kept, T spin_kept) {
+  for (int s = data_.grid.begin(b); s < data_.grid.begin(b + 1); ++s) {
+    T* C = data_.record[data_.grid.order()[s]].C;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = i; j < 3; ++j) {
+        const T symmetric = strain_rate_kept * T(0.5) * (C[3 * i + j] + C[3 * j + i]);
+        const T spin = spin_kept * T(0.5) * (C[3 * i + j] - C[3 * j + i]);
+        C[3 * i + j] = symmetric + spin, C[3 * j + i] = symmetric - spin;
+      }
+    }
+  }
+}
+
+template <class T>
+void Mpm<T>::gather_block(int b, T dt, const StepLoads<T>& loads) {
   if (sleeping() && gather_can_wait(b, dt)) return;
   GatherInput<T> in{};
   in.run = run_of(b);
@@ -115,6 +129,7 @@ void Mpm<T>::gather_block(int b, T dt) {
   in.moved = moved_.data() + data_.grid.begin(b);
   kernels_->gather(in, report_[b]);
   if (!data_.side.empty()) apply_laws(b, dt);
+  if (loads.strain_rate_kept != T(1) || loads.spin_kept != T(1)) damp_affine(b, loads.strain_rate_kept, loads.spin_kept);
   if (sleeping()) watch_rest(b, dt);
 }
 

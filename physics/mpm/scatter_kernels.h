@@ -130,19 +130,4 @@ void scatter_any(const ScatterInput<T>& in, T* patch) {
   scatter_run<T, Mixture::kAny>(in, StressKind::kGiven, patch);
 }
 
-template <class T>
-void cells(const ParticleRun<T>& run, uint8_t* cell) {
-  for (int first = 0; first < run.count; first += kLanes) {
-    prefetch(run, first, 1);
-    T* at[kLanes];
-    const int lanes = point_at(run, first, at);
-    Pack<T> x[4];
-    load_group<T>(at, kPlaceGroup, x);
-    Mask<T> index{};
-    for (int a = 0; a < 3; ++a)
-      index = index * 4 + (stencil_base<T>((x[a] - run.origin[a]) * run.inverse_dx) & 3);
-    for (int l = 0; l < lanes; ++l) cell[first + l] = static_cast<uint8_t>(index[l]);
-  }
-}
-
 }  // namespace pliant::PLIANT_ISA

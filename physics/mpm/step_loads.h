@@ -22,6 +22,7 @@ struct StepLoads {
   Vec3<T> gravity = Vec3<T>::Zero();  ///< m/s^2, on every node
   T velocity_scale = 1;               ///< exp(-2 dt / damping time)
   T viscosity_time = 0;               ///< s, Kelvin-Voigt
+  T strain_rate_kept = 1, spin_kept = 1;  ///< part of the symmetric and of the other part of C that outlives the step
   std::vector<BodyLoad<T>> body;
   std::vector<Region> pins;
   std::vector<Collider> colliders;

@@ -183,6 +183,8 @@ void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>
   loads.gravity = gravity.cast<T>();
   loads.velocity_scale = options_.damping_time > 0 ? static_cast<T>(std::exp(-2 * dt / options_.damping_time)) : T(1);
   loads.viscosity_time = static_cast<T>(options_.viscosity_time);
+  loads.strain_rate_kept = options_.pic ? T(0) : static_cast<T>(std::exp(-dt * options_.strain_rate_damping));
+  loads.spin_kept = options_.pic ? T(0) : T(1);
 }
 
 template class LoadSchedule<float>;

@@ -20,6 +20,9 @@ struct SimulateOptions {
   Vec3d gravity = {0, 0, -9.81};  ///< m/s^2; see below
   double damping_time = 0;    ///< s in which mass-proportional damping lowers an amplitude to 1/e; 0 = none
   double viscosity_time = 0;  ///< s, Kelvin-Voigt: stress of strain + time * strain rate; 0 = none
+  double strain_rate_damping = 0;  ///< 1/s at which the symmetric part of the particles' affine velocity decays (RPIC,
+                                   ///< Jiang et al. 2015); infinity = at once
+  bool pic = false;           ///< transfers without affine velocity (PIC); strongly damped, for comparison
   double cell_size = 0;       ///< m; 0 = that of the particles
   double settle_time = 0;     ///< s of damped settling before frame 0, for bodies that no pin holds
   int max_retries = 4;        ///< halvings of the time step before a frame is given up

@@ -244,6 +244,8 @@ TEST(Frames, ContinueBitForBitAndAreCountedUpToTheFirstBadOne) {
     SimulationState state;
     state.frame = i, state.time = i / 30.0, state.substeps = 40 * i;
     state.x = vectors(9), state.v = vectors(9), state.C = matrices(9), state.F = matrices(9);
+    if (i % 2 == 0)
+      for (const Mat3f& F : matrices(9)) state.memory.push_back({F, F.transpose(), F(1, 2)});
     write_frame(folder / "partial", state);
     const SimulationState back = read_frame(folder / "partial", i);
     EXPECT_EQ(back.time, state.time);
@@ -252,6 +254,12 @@ TEST(Frames, ContinueBitForBitAndAreCountedUpToTheFirstBadOne) {
     EXPECT_EQ(back.v, state.v);
     EXPECT_EQ(back.C, state.C);
     EXPECT_EQ(back.F, state.F);
+    ASSERT_EQ(back.memory.size(), state.memory.size());
+    for (size_t k = 0; k < back.memory.size(); ++k) {
+      EXPECT_EQ(back.memory[k].F_total, state.memory[k].F_total);
+      EXPECT_EQ(back.memory[k].F_viscous, state.memory[k].F_viscous);
+      EXPECT_EQ(back.memory[k].history, state.memory[k].history);
+    }
   }
   EXPECT_EQ(last_frame(folder / "partial"), 3);
   const std::string good = read_text(folder / "partial/0002.bin");
@@ -262,7 +270,7 @@ TEST(Frames, ContinueBitForBitAndAreCountedUpToTheFirstBadOne) {
     EXPECT_EQ(last_frame(folder / "partial"), 1);
   };
   damaged("", {"truncated"});
-  damaged(good.substr(0, good.size() - 96), {"particles"});
+  damaged(good.substr(0, good.size() - 172), {"particles"});
   std::string changed = good;
   changed[200] ^= 1;
   damaged(changed, {"checksum"});
@@ -270,6 +278,8 @@ TEST(Frames, ContinueBitForBitAndAreCountedUpToTheFirstBadOne) {
   damaged(changed, {"magic"});
   changed = good, changed[15] = '\x7f';
   damaged(changed, {"particles"});
+  changed = good, changed[16] = 3;
+  damaged(changed, {"memories"});
   damaged(read_text(folder / "partial/0003.bin"), {"frame"});
   fs::remove(folder / "partial/0001.bin");
   EXPECT_EQ(last_frame(folder / "partial"), 0);

@@ -98,6 +98,26 @@ TEST_P(Adjoint, OfStress) {
   EXPECT_GE(checked, 60);
 }
 
+TEST(AsPhysGaussian, StressIsHenckysTimesTheStretchAndItsAdjointIsExact) {
+  for (const Law law : {Law::kMetal, Law::kFoam, Law::kSnow}) {
+    Material material = material_of(law);
+    material.as_physgaussian = true;
+    const LawPoint<double> point{&material, kMu, kLambda};
+    const Vec3d stretch(1.2, 0.9, 1.05), e = stretch.array().log().matrix();
+    const Mat3d tau = kirchhoff_stress(point, Mat3d(stretch.asDiagonal()), LawMemory<double>{});
+    for (int i = 0; i < 3; ++i) {
+      const double expected = law == Law::kSnow ? 0 : stretch[i] * (2 * kMu * e[i] + kLambda * e.sum());
+      EXPECT_NEAR(tau(i, i), expected, 1e-9 * kMu);
+    }
+    for (uint64_t i = 0; const Mat3d& F : smooth_states()) {
+      ++i;
+      if (law == Law::kSnow || smooth_margin(law, F) < 0.02) continue;
+      const AdjointCheck check = check_stress(material, inputs_of(F, random_matrix(i + 200, 0.15), 0));
+      EXPECT_LE(check.worst, 1e-6) << check.message << "\nstretches " << svd(F).sigma.transpose();
+    }
+  }
+}
+
 /// Trial states by their principal stretches, in every regime of the return map and clear of the borders between them.
 struct Trial {
   Vec3d sigma;

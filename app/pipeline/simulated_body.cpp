@@ -1,0 +1,153 @@
+#include "app/pipeline/simulated_body.h"
+
+#include <fmt/format.h>
+
+#include "app/pipeline/clip_camera.h"
+#include "app/pipeline/default_push.h"
+#include "app/pipeline/interactions.h"
+#include "app/store/material.h"
+#include "fitting/fields/uniform_field.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files.h"
+#include "gaussians/io/ply.h"
+
+namespace pliant {
+using nlohmann::json;
+
+namespace {
+
+constexpr double kPushStart = 0.3, kPushDuration = 0.3;  // s
+
+/// What `seed` says holds the object.
+std::vector<Interaction> pins_of(const ParticleFile& file, const Scene& scene) {
+  std::vector<Interaction> pins;
+  for (const json& row : json::parse(file.pinned_json)) {
+    Interaction pin;
+    pin.type = InteractionType::kPin;
+    pin.region = parse_region(row, {scene.metres_per_unit, scene.up}, "particles.h5").scaled(scene.metres_per_unit);
+    pins.push_back(pin);
+  }
+  return pins;
+}
+
+/// The plane that the object rests on, as a floor that nothing passes: the support's plane that `extract` found, where
+/// the interactions name no ground of their own.
+std::optional<Interaction> floor_of(const json& extract, const std::vector<Interaction>& interactions,
+                                    const Scene& scene) {
+  constexpr double kFriction = 0.5;
+  for (const Interaction& it : interactions)
+    if (it.type == InteractionType::kGround) return std::nullopt;
+  if (!extract.contains("contact")) return std::nullopt;
+  const json& contact = extract["contact"];
+  const auto vector = [&](const char* key) {
+    return Vec3d(contact[key][0].get<double>(), contact[key][1].get<double>(), contact[key][2].get<double>());
+  };
+  Interaction floor;
+  floor.type = InteractionType::kGround, floor.friction = kFriction;
+  floor.region = Region::half_space(vector("point"), vector("normal")).scaled(scene.metres_per_unit);
+  return floor;
+}
+
+/// Without a script: one sideways push at the top, as strong as the body's stiffness asks for.
+json sized_push(const Context& context, const SimulationPlan& plan, const RunDirectory& run, const Scene& scene,
+                const SimulateStage& stage, const SimulatedBody& body, std::vector<Interaction> held, json& push) {
+  const json extract = run.summary("extract", "");
+  const Camera camera = clip_camera(scene, "", robust_bounds(read_ply(run / (object_folder(run) + "/object.ply"))));
+  const Vec3d right = camera.cam_from_world.linear().row(0).transpose();
+  const PushPlace place = default_push_place(body.particles, scene.up, right);
+  PushOptions sizing;
+  sizing.simulate = plan.options, sizing.up = scene.up, sizing.height = extract["height"].get<double>() * scene.metres_per_unit;
+  sizing.fraction = stage.push, sizing.duration = kPushDuration;
+  if (const auto floor = stage.floor ? floor_of(extract, {}, scene) : std::nullopt) held.push_back(*floor);
+  const PushSize size = size_push(sizing, body.particles, held, place.region, place.direction);
+  push = {{"newtons", size.newtons}, {"expected_peak", size.peak_fraction}, {"trials", size.trials}};
+  context.progress.say(fmt::format("simulate: no interactions given: one push of {:.3g} N at the top, from {} s to {} s",
+                                   size.newtons, kPushStart, kPushStart + kPushDuration));
+  return json::array({push_row(place, size.newtons, kPushStart, kPushDuration, scene.metres_per_unit)});
+}
+
+}  // namespace
+
+SimulatedBody make_body(const RunDirectory& run, const std::string& folder, const Scene& scene, const ObjectMaterial& material,
+                        const std::string& provenance) {
+  SimulatedBody body;
+  body.file = read_particles(run / (folder + "/particles.h5"));
+  const ElasticSamples solid = uniform_field(body.file.solid_position.size(), material.young, material.poisson, material.density);
+  MaterialFile stored;
+  stored.young = solid.young, stored.poisson = solid.poisson, stored.density = solid.density, stored.source = "homogeneous";
+  write_material(run / (folder + "/material.h5"), stored, provenance);
+
+  ElasticSamples simulated;
+  for (size_t s = 0; s < body.file.solid_position.size(); ++s) {
+    if (body.file.solid_driver[s] < 0) continue;
+    body.samples.position.push_back(body.file.solid_position[s]);
+    body.samples.volume.push_back(body.file.solid_volume[s]);
+    body.drivers.sample_driver.push_back(body.file.solid_driver[s]);
+    simulated.young.push_back(solid.young[s]);
+    simulated.poisson.push_back(solid.poisson[s]);
+    simulated.density.push_back(solid.density[s]);
+  }
+  body.drivers.position = body.file.driving_position, body.drivers.volume = body.file.driving_volume;
+  body.drivers.thickness = body.file.driving_thickness, body.drivers.rod = body.file.driving_rod;
+  body.drivers.cell_size = body.file.cell_size;
+  body.particles = make_particles<float>(body.drivers, body.samples, simulated, scene.metres_per_unit);
+  body.particles.materials = {material.material};
+  body.space.scale = scene.metres_per_unit;
+  return body;
+}
+
+SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, const Scene& scene, const SimulateStage& stage,
+                               const SimulatedBody& body) {
+  SimulationPlan plan;
+  plan.options.fps = stage.fps, plan.options.duration = stage.duration, plan.options.damping_time = stage.damping_time;
+  plan.options.gravity = stage.gravity ? Vec3d(-9.81 * scene.up) : Vec3d::Zero();
+  const std::vector<Interaction> pins = pins_of(body.file, scene);
+  const std::string file = stage.interactions.empty() ? "interactions.json" : stage.interactions;
+  if (stage.interactions.empty()) {
+    plan.script = sized_push(context, plan, run, scene, stage, body, pins, plan.push);
+    plan.interactions = parse_interactions(plan.script.dump(), {scene.metres_per_unit, scene.up}, file);
+  } else {
+    const std::string text = read_text(stage.interactions);
+    plan.interactions = parse_interactions(text, {scene.metres_per_unit, scene.up}, file);
+    plan.script = json::parse(text);
+  }
+  plan.interactions.insert(plan.interactions.end(), pins.begin(), pins.end());
+  const json extract = run.summary("extract", "");
+  if (const auto floor = stage.floor ? floor_of(extract, plan.interactions, scene) : std::nullopt) {
+    plan.floor = true;
+    plan.interactions.push_back(*floor);
+    context.progress.say(fmt::format("simulate: nothing passes below the plane of '{}', friction {}",
+                                     extract["contact"]["support"].get<std::string>(), floor->friction));
+  }
+  return plan;
+}
+
+SimulationPlan plan_physgaussian(const Context& context, const RunDirectory& run, const SimulateStage& stage, SimulatedBody& body) {
+  const PhysGaussianConfig config = read_physgaussian_config(stage.physgaussian);
+  const Compatibility compatibility = stage.compat.empty() ? Compatibility::kCorrected : Compatibility::kPhysGaussian;
+  const GaussianCloud object = read_ply(run / (object_folder(run) + "/object.ply"));
+  const std::vector<uint8_t> members = physgaussian_members(config, object);
+  const SimulationSpace space = simulation_space(config, object, members);
+
+  // From metres of the scene into the configuration's space, whose unit stands for a metre.
+  const double ratio = space.scale / body.space.scale;
+  for (Vec3f& x : body.particles.position) x = space.from_scene(x.cast<double>() / body.space.scale).cast<float>();
+  for (float& volume : body.particles.volume) volume *= static_cast<float>(ratio * ratio * ratio);
+  body.particles.cell_size *= static_cast<float>(ratio);
+  body.space = space;
+  set_physgaussian_material(config, compatibility, body.particles);
+
+  std::vector<Vec3d> gaussians;
+  for (size_t i = 0; i < object.size(); ++i)
+    if (members[i]) gaussians.push_back(space.from_scene(object.position[i].cast<double>()));
+  const PhysGaussianWorld world = physgaussian_world(config, compatibility, body.particles, gaussians);
+  for (const std::string& note : world.notes) context.progress.say("physgaussian: " + note);
+  context.progress.say(fmt::format("physgaussian: cells of {:.4g} (configuration: {:.4g}), {} particles", body.particles.cell_size,
+                                   config.cell_size(), body.particles.size()));
+  SimulationPlan plan;
+  plan.options = world.options, plan.interactions = world.interactions;
+  plan.script = {{"physgaussian", json::parse(read_text(stage.physgaussian))}, {"notes", world.notes}};
+  return plan;
+}
+
+}  // namespace pliant

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <optional>
+
+#include "app/import/physgaussian_world.h"
+#include "app/pipeline/stages.h"
+#include "app/store/particles.h"
+#include "physics/body/make_particles.h"
+#include "physics/simulate/simulate.h"
+
+namespace pliant {
+
+/// The object as the solver takes it.
+struct SimulatedBody {
+  ParticleFile file;
+  SolidSamples samples;  ///< simulated ones, scene units
+  DrivingParticles drivers;
+  Particles particles;  ///< SI, in `space`
+  SimulationSpace space;
+};
+
+/// Reads particles.h5 of `folder`, gives it a homogeneous material and stores that on /solid of material.h5.
+SimulatedBody make_body(const RunDirectory& run, const std::string& folder, const Scene& scene, const ObjectMaterial& material,
+                        const std::string& provenance);
+
+/// What acts on it and for how long.
+struct SimulationPlan {
+  SimulateOptions options;
+  std::vector<Interaction> interactions;
+  nlohmann::json script;  ///< rows of interactions.json
+  nlohmann::json push;    ///< how the automatic push was sized, or null
+  bool floor = false;     ///< the support's plane was added
+};
+
+/// From the stage's options: an interaction script or one push sized to the stiffness, pins, the support's floor.
+SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, const Scene& scene, const SimulateStage& stage,
+                               const SimulatedBody& body);
+
+/// From a configuration of PhysGaussian; moves `body` into its simulation space and gives it its material.
+SimulationPlan plan_physgaussian(const Context& context, const RunDirectory& run, const SimulateStage& stage, SimulatedBody& body);
+
+}  // namespace pliant
