@@ -36,7 +36,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
       if (going && sleeping()) wake_on_change(loads);
       reordering = going && moves_since_reorder_ * kMovesPerReorder > static_cast<int64_t>(data_.record.size());
       if (reordering) spare_record_.resize(data_.record.size());
-      if (going && tape) tape->begin_step(dt, loads, data_.grid, data_.side.size());
+      if (going && tape) tape->begin_step(dt, loads, data_.grid, data_.side.size(), T(0));
     } catch (...) {
       error = std::current_exception(), going = false;
     }
