@@ -104,7 +104,6 @@ class MassPatch {
     const BlockGrid::Coordinates& at = data.grid.node_block(n);
     for (int o = 0; o < 27; ++o) {
       const int d[3] = {o / 9 - 1, o / 3 % 3 - 1, o % 3 - 1};
-      if (std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2]) != 1) continue;  // differences need the faces only
       const int neighbour = data.grid.find_node_block({at.x + d[0], at.y + d[1], at.z + d[2], at.object});
       block_[o] = neighbour < 0 ? nullptr : data.node.data() + static_cast<size_t>(neighbour) * BlockGrid::kNodes;
     }
@@ -116,10 +115,18 @@ class MassPatch {
     const Node<T>* block = block_[o];
     return block ? block[((i & 3) * kSide + (j & 3)) * kSide + (k & 3)].lane[3] : 0.0;
   }
-  /// Of the node's mass, per cell.
+  /// Of the node's mass, per cell; averaged across, or the places of single particles would make a surface bumpy.
   Vec3d gradient(int k) const {
     const int x = k / (kSide * kSide), y = k / kSide % kSide, z = k % kSide;
-    return 0.5 * Vec3d(at(x + 1, y, z) - at(x - 1, y, z), at(x, y + 1, z) - at(x, y - 1, z), at(x, y, z + 1) - at(x, y, z - 1));
+    constexpr double kAcross[3] = {0.25, 0.5, 0.25}, kAlong[3] = {-0.5, 0, 0.5};
+    Vec3d sum = Vec3d::Zero();
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b)
+        for (int c = 0; c < 3; ++c)
+          sum += at(x + a - 1, y + b - 1, z + c - 1) * Vec3d(kAlong[a] * kAcross[b] * kAcross[c],
+                                                             kAcross[a] * kAlong[b] * kAcross[c],
+                                                             kAcross[a] * kAcross[b] * kAlong[c]);
+    return sum;
   }
 
  private:

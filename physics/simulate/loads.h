@@ -10,6 +10,13 @@
 
 namespace pliant {
 
+/// A pin from the start on.  A row of nodes that stands still would put the clamp wherever the rows happen to lie; so
+/// particles up to kClampReach cells outside its surface are tied to their places by springs as stiff as the material
+/// is over a cell, which act through the splines and know nothing of rows, and nodes stand still only deeper inside,
+/// where next to no motion arrives.  The reach makes up for what the springs give: it was set by the first frequency of
+/// a cantilever against finite elements.
+constexpr double kClampReach = 0.5, kClampSpring = 2, kClampDepth = 0.75;
+
 /// Derivatives of a scalar L with respect to what a schedule is made of.
 struct LoadsGradient {
   std::vector<Vec3d> vector;         ///< [interactions] by Interaction::vector
