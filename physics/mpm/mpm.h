@@ -7,6 +7,7 @@
 
 #include "physics/mpm/kernels.h"
 #include "physics/mpm/mpm_data.h"
+#include "physics/mpm/mpm_options.h"
 #include "physics/mpm/particles.h"
 #include "physics/mpm/step_loads.h"
 #include "physics/mpm/step_tape.h"
@@ -27,7 +28,7 @@ struct Totals {
 template <class T>
 class Mpm {
  public:
-  Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin);
+  Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin, const MpmOptions& options = {});
 
   /// Load bits of every particle, in the order of the particles.
   void set_load_bits(const std::vector<uint32_t>& bits);
@@ -53,7 +54,7 @@ class Mpm {
            data_.side.size() * (sizeof(LawSide<T>) + 6 * sizeof(T));
   }
   size_t tape_bytes() const {
-    return data_.record.size() * (sizeof(TapeParticle<T>) + sizeof(int)) + data_.node.size() * sizeof(Node<T>) +
+    return data_.record.size() * (sizeof(TapeParticle<T>) + sizeof(int)) + (data_.node.size() + data_.old_node.size()) * sizeof(Node<T>) +
            data_.side.size() * (sizeof(LawMemory<T>) + 6 * sizeof(T));
   }
 
@@ -65,6 +66,7 @@ class Mpm {
   bool finite() const { return finite_; }
   double max_speed() const { return max_speed_; }  ///< m/s, after the last step
   int64_t strays() const { return strays_; }
+  int64_t particle_updates() const { return updates_; }  ///< since construction; particles asleep are left out
   /// Momentum [N s] that each collider of the loads gave to the body in the last step.
   const std::vector<Vec3d>& collider_impulse() const { return collider_impulse_; }
 
@@ -87,7 +89,17 @@ class Mpm {
   BlockGrid::Coordinates block_of(const T* x, int object) const;
   void load_record(int i, const BasicSimulationState<T>& state, ParticleRecord<T>& r);
   void fit_blocks();
-  void sort_cells(int b);
+  void load_rest(const BasicSimulationState<T>& state);
+  void store_rest(BasicSimulationState<T>& state) const;
+  ParticleRun<T> run_of(int b);
+  void reorder_chunk(int chunk);
+  bool sleeping() const { return options_.sleep_speed > 0; }
+  void carry_rest();
+  void wake_on_change(const StepLoads<T>& loads);
+  bool scatter_can_wait(int b, T dt, const StepLoads<T>& loads);
+  void measure_motion(int n);
+  bool gather_can_wait(int b, T dt);
+  void watch_rest(int b, T dt);
   void apply_laws(int b, T dt);
   void set_given_stress(const ParticleRecord<T>& r, const Mat3<T>& F);
   void apply_body_loads(int b, T dt, const StepLoads<T>& loads);
@@ -95,6 +107,7 @@ class Mpm {
   void sum_node_block(int n);
   void update_node_block(int n, T dt, const StepLoads<T>& loads);
   void apply_conditions(int n, const StepLoads<T>& loads);
+  T flip(T dt) const;
   void gather_block(int b, T dt, const StepLoads<T>& loads);
   void damp_affine(int b, T strain_rate_kept, T spin_kept);
   void collect_reports();
@@ -108,6 +121,16 @@ class Mpm {
   std::vector<GatherReport<T>> report_;  // of the last gather, per particle block
   const MpmKernels<T>* kernels_;
   StressKind uniform_;  // law of all particles if a kernel for it alone will do, else kGiven
+
+  MpmOptions options_;
+  std::vector<BlockRest<T>> rest_of_block_;   // [particle blocks], with sleep_speed only
+  std::vector<NodeMotion<T>> node_motion_;    // [node blocks], likewise
+  Vec3<T> last_gravity_ = Vec3<T>::Zero();    // of the last step, whose change wakes all
+  size_t last_conditions_ = 0;
+
+  static constexpr int kReorderChunk = 2048;
+  std::vector<ParticleRecord<T>> spare_record_;
+  int64_t moves_since_reorder_ = 0, updates_ = 0;
   std::vector<Vec3d> block_impulse_, collider_impulse_;  // [node blocks, colliders], [colliders]
   bool finite_ = true;
   double max_speed_ = 0;
@@ -122,6 +145,8 @@ class Mpm<T>::Snapshot {
   BlockGrid grid_;
   std::vector<LawSide<T>> side_;
   std::vector<T> given_stress_;
+  std::vector<BlockRest<T>> rest_of_block_;
+  int64_t moves_since_reorder_;
 };
 
 extern template class Mpm<float>;

@@ -45,7 +45,7 @@ struct RolloutGradient {
 template <class T>
 using FrameCotangent = std::function<void(int k, StateGradient<T>& gradient)>;
 
-/// `simulate` with a fixed time step, bit for bit, which keeps all frames.
+/// `simulate` with a fixed time step and nothing asleep, bit for bit, which keeps all frames.
 template <class T>
 Rollout<T> rollout(const RolloutOptions& options, const BasicParticles<T>& particles,
                    const std::vector<Interaction>& interactions, const BasicSimulationState<T>& start);

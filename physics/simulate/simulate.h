@@ -26,6 +26,8 @@ struct SimulateOptions {
   double cell_size = 0;       ///< m; 0 = that of the particles
   double settle_time = 0;     ///< s of damped settling before frame 0, for bodies that no pin holds
   int max_retries = 4;        ///< halvings of the time step before a frame is given up
+  double flip_time = 0;       ///< s, 0 = APIC; see MpmOptions
+  double sleep_speed = 0;     ///< m/s, 0 = off; see MpmOptions
 };
 
 struct SimulateSummary {

@@ -70,7 +70,8 @@ Simulator<T>::Simulator(const SimulateOptions& options, const BasicParticles<T>&
       particles_(particles),
       dx_(options.cell_size > 0 ? options.cell_size : static_cast<double>(particles.cell_size)),
       schedule_(options, particles, interactions),
-      solver_(particles, dx_, grid_origin(particles, interactions, dx_)),
+      solver_(particles, dx_, grid_origin(particles, interactions, dx_),
+              {.flip_time = options.flip_time, .sleep_speed = options.sleep_speed}),
       summary_(summary) {
   solver_.set_load_bits(schedule_.bits());
   Vec3<T> low = particles.position[0], high = low;
