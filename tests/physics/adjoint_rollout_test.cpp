@@ -82,7 +82,7 @@ TEST(AdjointRollout, GravityThatTakesTurnsReachesTheRightNumbers) {
 
 TEST(AdjointRollout, ABlendWithFlipAgreesWithDifferences) {
   Case c = on_the_ground(2);
-  c.options.simulate.duration = 0.01, c.options.simulate.substeps = 10, c.options.simulate.flip_time = 0.002;
+  c.options.simulate.duration = 0.01, c.options.simulate.flip_time = 0.002;
   expect_gradient(c);
 }
 
