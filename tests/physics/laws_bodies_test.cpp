@@ -64,16 +64,22 @@ TEST(LawBodies, ShearFlowOfAFluidDecaysByItsViscosity) {
   EXPECT_NEAR(shear_flow_decay_time(s, 0.01, 8) / expected, 1, 0.05);
 }
 
-TEST(LawBodies, MetalKeepsItsDentAndElasticBodiesDoNot) {
+Substance soft_metal(Law law) {
   Substance s;
-  s.material.law = Law::kMetal, s.material.yield_stress = 2e4;
+  s.material.law = law, s.material.yield_stress = 2e4;
   s.young = 2e6, s.density = 2000;
-  const Dent kept = dent(s, 1e5, 0.04, 0.02);
-  EXPECT_GT(kept.loaded, 0.004);
-  EXPECT_GT(kept.left, 0.5 * kept.loaded);
-  s.material.law = Law::kHencky;
-  const Dent gone = dent(s, 1e5, 0.04, 0.02);
-  EXPECT_LT(gone.left, 0.2 * gone.loaded);
+  return s;
+}
+
+TEST(LawBodies, MetalKeepsItsDent) {
+  const Dent d = dent(soft_metal(Law::kMetal), 1e5, 0.03, 0.02);
+  EXPECT_GT(d.loaded, 0.004);
+  EXPECT_GT(d.left, 0.5 * d.loaded);
+}
+
+TEST(LawBodies, AnElasticBodyLosesItsDent) {
+  const Dent d = dent(soft_metal(Law::kHencky), 1e5, 0.03, 0.02);
+  EXPECT_LT(d.left, 0.2 * d.loaded);
 }
 
 TEST(LawBodies, ASnowBallKeepsItsShape) {
