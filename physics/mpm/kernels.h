@@ -26,7 +26,7 @@ struct ScatterInput {
   ParticleRun<T> run;
   T dt;
   T viscosity_time;  ///< s, Kelvin-Voigt, for all particles
-  bool inertia_only;  ///< leaves out the impulses of the stress
+  bool inertia_only;  ///< leaves out the impulses of the stress, and damping
   const T* given_stress;  ///< [ParticleRecord::side, 6] xx, yy, zz, yz, xz, xy, Pa; with StressKind::kGiven
   /// Kirchhoff stress of one particle for any F, where the fast way is not safe (inverted, singular, very stretched).
   void (*exact_stress)(StressKind kind, const T* F, T mu, T lambda, T* tau);

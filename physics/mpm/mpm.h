@@ -56,7 +56,7 @@ class Mpm {
            data_.side.size() * (sizeof(LawSide<T>) + 6 * sizeof(T));
   }
   size_t tape_bytes() const {
-    return data_.record.size() * (sizeof(TapeParticle<T>) + sizeof(int)) + data_.node.size() * sizeof(Node<T>) +
+    return data_.record.size() * (sizeof(TapeParticle<T>) + sizeof(int)) + (data_.node.size() + data_.old_node.size()) * sizeof(Node<T>) +
            data_.side.size() * (sizeof(LawMemory<T>) + 6 * sizeof(T));
   }
 
@@ -112,6 +112,7 @@ class Mpm {
   void update_node_block(int n, T dt, const StepLoads<T>& loads);
   void apply_conditions(int n, const StepLoads<T>& loads);
   void condition_node_block(int n, const StepLoads<T>& loads);
+  T flip(T dt) const;
   void gather_block(int b, T dt, const StepLoads<T>& loads);
   void damp_affine(int b, T strain_rate_kept, T spin_kept);
   void collect_reports();

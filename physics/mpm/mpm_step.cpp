@@ -14,7 +14,7 @@ namespace pliant {
 template <class T>
 bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<void(int)>& prepare,
                      const std::function<bool()>& check, StepTape<T>* tape) {
-  CHECK_MSG(!tape || (options_.flip_time == 0 && !sleeping()), "only APIC without sleep can be recorded");
+  CHECK_MSG(!tape || !sleeping(), "steps in which something sleeps cannot be recorded");
   // Records are brought into the order of the blocks again when one in so many has changed its block.
   constexpr int kMovesPerReorder = 64;
   constexpr int kParticlesPerThread = 1000;  // below this a thread costs more than it brings
@@ -37,7 +37,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
       if (going && sleeping()) wake_on_change(loads);
       reordering = going && moves_since_reorder_ * kMovesPerReorder > static_cast<int64_t>(data_.record.size());
       if (reordering) spare_record_.resize(data_.record.size());
-      if (going && tape) tape->begin_step(dt, loads, data_.grid, data_.side.size(), T(0));
+      if (going && tape) tape->begin_step(dt, loads, data_.grid, data_.side.size(), flip(dt));
     } catch (...) {
       error = std::current_exception(), going = false;
     }
@@ -101,6 +101,7 @@ template <class T>
 void Mpm<T>::record_node_block(int n, TapeStep<T>& step) const {
   const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
   std::copy_n(data_.node.data() + first, BlockGrid::kNodes, step.node.data() + first);
+  if (step.flip > T(0)) std::copy_n(data_.old_node.data() + first, BlockGrid::kNodes, step.old_node.data() + first);
 }
 
 template <class T>

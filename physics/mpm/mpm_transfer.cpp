@@ -127,6 +127,11 @@ void Mpm<T>::damp_affine(int b, T strain_rate_kept, T spin_kept) {
 }
 
 template <class T>
+T Mpm<T>::flip(T dt) const {
+  return options_.flip_time > 0 ? static_cast<T>(std::exp(-static_cast<double>(dt) / options_.flip_time)) : T(0);
+}
+
+template <class T>
 void Mpm<T>::gather_block(int b, T dt, const StepLoads<T>& loads) {
   if (sleeping() && gather_can_wait(b, dt)) return;
   GatherInput<T> in{};
@@ -135,7 +140,7 @@ void Mpm<T>::gather_block(int b, T dt, const StepLoads<T>& loads) {
   const BlockGrid::Coordinates& block = data_.grid.block(b);
   const int coordinates[3] = {block.x, block.y, block.z};
   for (int a = 0; a < 3; ++a) in.low[a] = data_.low[a], in.high[a] = data_.high[a], in.block[a] = coordinates[a];
-  if (options_.flip_time > 0) in.flip = static_cast<T>(std::exp(-static_cast<double>(dt) / options_.flip_time));
+  in.flip = flip(dt);
   for (int o = 0; o < 8; ++o) {
     const size_t node = static_cast<size_t>(data_.grid.nodes_of(b)[o]) * BlockGrid::kNodes;
     in.node[o] = data_.node[node].lane;
