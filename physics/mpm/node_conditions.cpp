@@ -36,7 +36,12 @@ void for_touched_nodes(const StepLoads<T>& loads, const NodeBlock<T>& block, con
     const Vec3d x = block.position(k);
     const SignedDistanceGrid::Sample at = collider.surface(x);
     if (at.distance > reach(collider) * dx) continue;
-    if (full > 0 && mass < share * full * filled_share(at.distance / dx - kGap)) continue;
+    if (full > 0) {
+      // What the node could weigh at first contact; where two walls meet, a quarter of a node is room.
+      double room = 1;
+      for (const Collider& other : loads.colliders) room *= filled_share(other.surface(x).distance / dx - kGap);
+      if (mass < share * full * room) continue;
+    }
     visit(k, at.normal, collider.velocity_at(x));
   }
 }

@@ -19,6 +19,22 @@ void add(StepLoads<T>& loads, uint32_t bit, const Vec3d& acceleration, double dr
   loads.body.push_back({bit, acceleration.cast<T>(), static_cast<T>(drag)});
 }
 
+/// The inside of a box is bounded by six walls, each with a normal of its own: its corners hold as well.
+void add_collider(Collider collider, std::vector<Collider>& colliders) {
+  if (!collider.container || collider.grid || collider.shape.kind != Region::Kind::kBox) {
+    colliders.push_back(collider);
+    return;
+  }
+  const Region box = collider.shape;
+  collider.container = false;
+  for (int a = 0; a < 3; ++a) {
+    collider.shape = Region::half_space(box.point, Vec3d::Unit(a));
+    colliders.push_back(collider);
+    collider.shape = Region::half_space(box.vector, -Vec3d::Unit(a));
+    colliders.push_back(collider);
+  }
+}
+
 }  // namespace
 
 template <class T>
@@ -219,8 +235,8 @@ void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>
       case InteractionType::kCollider:
       case InteractionType::kPoke:
         if (!active) break;
-        loads.colliders.push_back(collider_at(entry, t, dt));
-        collider_source.push_back(static_cast<int>(k));
+        add_collider(collider_at(entry, t, dt), loads.colliders);
+        collider_source.resize(loads.colliders.size(), static_cast<int>(k));
         break;
       case InteractionType::kTorque:
         if (part > 0) add_torque(entry, part, solver, loads);

@@ -72,7 +72,9 @@ std::string describe_thin_parts(const BasicParticles<T>& particles, double dx, S
   summary.thin_share = count / static_cast<double>(thin.size());
   if (summary.thin_share < kWorthSaying) return "";
   const auto text = [](const Vec3f& x) {
-    return "(" + std::to_string(x.x()) + ", " + std::to_string(x.y()) + ", " + std::to_string(x.z()) + ")";
+    std::string words = "(";
+    for (int a = 0; a < 3; ++a) words += std::to_string(x[a]) + (a < 2 ? ", " : ")");
+    return words;
   };
   return std::to_string(std::lround(100 * summary.thin_share)) + " % of the particles lie in parts thinner than 3 cells of " +
          std::to_string(dx) + " m, between " + text(summary.thin_bounds.low) + " and " + text(summary.thin_bounds.high) +

@@ -207,7 +207,7 @@ struct Scatter {
     }
     if (any) {
       for (uint32_t l = 0; l < 2; ++l)
-        block.body.push_back({1u << l, {extra[1 + 4 * l], extra[2 + 4 * l], extra[3 + 4 * l]}, extra[4 + 4 * l]});
+        block.body.push_back({1u << l, {extra[1 + 4 * l], extra[2 + 4 * l], extra[3 + 4 * l]}, extra[4 + 4 * l], 0});
       block.run.viscosity_time = extra[0];
       block.run.body = block.body.data(), block.run.bodies = 2;
     }

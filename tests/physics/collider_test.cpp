@@ -308,6 +308,28 @@ TEST(ColliderLaw, ABallRollsOffASphereAndACylinderAndRestsOnABoxAndInAContainer)
   }
 }
 
+TEST(ColliderLaw, AFrictionlessBoxHoldsASoftBlockInItsCornersToo) {
+  // Side walls allow no strain across: the block sinks by rho g h^2 / (2 M) in the mean, M = lambda + 2 mu.
+  const double dx = 0.01, side = 0.06, young = 2e4, poisson = 0.3;
+  const auto particles = testing::block<double>({side, side, side}, dx, 1.0, young, poisson);
+  SimulateOptions options;
+  options.fps = 50, options.duration = 0.6, options.damping_time = 0.03;
+  Interaction walls;
+  walls.type = InteractionType::kCollider, walls.container = true, walls.friction = 0;
+  walls.region = Region::box(Vec3d::Zero(), Vec3d(side, side, 1));
+  const auto result = simulate<double>(options, particles, {walls}, initial_state(particles));
+  const Lame<double> l = lame(young, poisson);
+  const double sink = 1000 * kGravity * side * side / (2 * (l.lambda + 2 * l.mu));
+  double top = 0;
+  int count = 0;
+  for (size_t i = 0; i < particles.size(); ++i) {
+    const Vec3d x = result.state.x[i], above = Vec3d(side, side, 1) - x;
+    EXPECT_GT(std::min(x.minCoeff(), above.minCoeff()), -0.4 * dx) << x.transpose();
+    if (particles.position[i].z() > side - dx) top += particles.position[i].z() - x.z(), ++count;
+  }
+  EXPECT_LT(std::abs(top / count - sink), 0.4 * dx) << "sank " << top / count << " m, theory " << sink;
+}
+
 TEST(ColliderLaw, AMovingStickyBoxCarriesABodyAndGivesItTheImpulseItReports) {
   const auto particles = testing::block<double>({0.04, 0.04, 0.06}, 0.01, 1.0, 4e4);
   Interaction box = collider(Region::box(Vec3d(-0.02, -0.02, -0.03), Vec3d(0.06, 0.06, 0.01)), 0, ContactKind::kSticky);
