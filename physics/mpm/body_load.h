@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "gaussians/base/types.h"
+#include "gaussians/base/polar.h"
 
 namespace pliant {
 
@@ -33,18 +33,6 @@ struct LoadedParticle {
   T mass;            ///< kg
   T stiffness;       ///< 1/s^2, (lambda + 2 mu) / (rho dx^2)
 };
-
-/// Cofactor of F: takes surface elements at rest to those now.
-template <class T>
-Mat3<T> cofactor(const Mat3<T>& F) {
-  Mat3<T> c;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      const int a = (i + 1) % 3, b = (i + 2) % 3, p = (j + 1) % 3, q = (j + 2) % 3;
-      c(i, j) = F(a, p) * F(b, q) - F(a, q) * F(b, p);
-    }
-  return c;
-}
 
 /// Velocity that the load gives to the particle in a step of dt; wind is implicit in |w - v|.
 template <class T>

@@ -23,9 +23,11 @@ INLINE int point_at(const AdjointRun<T>& run, int first, const T** tape, T** rec
   return lanes;
 }
 
-/// v' = sum w v_i, C' = 4 / dx^2 sum w v_i (x_i - x)^T, F' = (I + dt C') F, x' = x + dt v', backwards.
-template <class T>
-void reverse_gather(const AdjointRun<T>& run, const T* velocity, T* patch) {
+/// PIC = sum w v_i, v' = PIC + flip (v - sum w v_i^old), C' = 4 / dx^2 sum w v_i (x_i - x)^T, F' = (I + dt C') F,
+/// x' = x + dt PIC, backwards; what the derivative by v gets directly is left in the place of that by v'.
+template <class T, bool kFlip>
+INLINE void reverse_gather_run(const AdjointRun<T>& run, const T* velocity, T* patch, const T* old_velocity,
+                               T* old_patch) {
   StencilLanes<T> stencil;
   alignas(64) T value[kLanes][16], slopes[kLanes][12];
   T *value_at[kLanes], *slopes_at[kLanes];
@@ -76,8 +78,8 @@ void reverse_gather(const AdjointRun<T>& run, const T* velocity, T* patch) {
     for (int l = lanes; l < kLanes; ++l) __builtin_memcpy(slopes[l], slopes[lanes - 1], sizeof slopes[l]);
     Pack<T> sums[12];
     for (int k = 0; k < 12; k += 4) load_group<T>(slopes_at, k, sums + k);
-    // Velocity of a particle that was put back, as it was before.
-    for (uint32_t bits = any_put_back; bits != 0; bits &= bits - 1) {
+    // PIC: of APIC particles it is v', unless they were put back.
+    for (uint32_t bits = kFlip ? (1u << kLanes) - 1 : any_put_back; bits != 0; bits &= bits - 1) {
       const int l = __builtin_ctz(bits);
       const OneNode<T> v = value_at_particle<T>(stencil, l, velocity + stencil.corner[l]);
       for (int a = 0; a < 3; ++a) after[a][l] = v[a];
@@ -87,10 +89,33 @@ void reverse_gather(const AdjointRun<T>& run, const T* velocity, T* patch) {
       const Pack<T> moved = fma(G[6 + a], after[2], fma(G[3 + a], after[1], G[a] * after[0]));
       by_place[a] = fma(all<Pack<T>>(run.inverse_dx), slope - moved, by_place[a]);
     }
+    if constexpr (kFlip) {
+      Pack<T> direct[3];
+      for (int a = 0; a < 3; ++a) direct[a] = run.flip * by_motion[a];
+      store_group<T>(value_at, 0, -direct[0], -direct[1], -direct[2], Pack<T>{});
+      for (int k = 4; k < 16; k += 4) store_group<T>(value_at, k, Pack<T>{}, Pack<T>{}, Pack<T>{}, Pack<T>{});
+      for (int l = 0; l < lanes; ++l)
+        scatter_with_slopes<T>(stencil, l, value[l], old_velocity + stencil.corner[l], old_patch + stencil.corner[l],
+                               slopes[l]);
+      for (int l = lanes; l < kLanes; ++l) __builtin_memcpy(slopes[l], slopes[lanes - 1], sizeof slopes[l]);
+      for (int a = 0; a < 3; ++a) {
+        load_group<T>(slopes_at, 4 * a, sums);
+        by_place[a] = fma(all<Pack<T>>(run.inverse_dx), (sums[0] + sums[1]) + (sums[2] + sums[3]), by_place[a]);
+      }
+      store_group<T>(at, kAdjointVelocity, direct[0], direct[1], direct[2], by_motion[3]);
+    }
     store_group<T>(at, kAdjointPlace, by_place[0], by_place[1], by_place[2], new_F[0]);
     store_group<T>(at, kAdjointPlace + 4, new_F[1], new_F[2], new_F[3], new_F[4]);
     store_group<T>(at, kAdjointPlace + 8, new_F[5], new_F[6], new_F[7], new_F[8]);
   }
+}
+
+template <class T>
+void reverse_gather(const AdjointRun<T>& run, const T* velocity, T* patch, const T* old_velocity, T* old_patch) {
+  if (run.flip > T(0))
+    reverse_gather_run<T, true>(run, velocity, patch, old_velocity, old_patch);
+  else
+    reverse_gather_run<T, false>(run, velocity, patch, nullptr, nullptr);
 }
 
 }  // namespace pliant::PLIANT_ISA

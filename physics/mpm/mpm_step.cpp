@@ -30,7 +30,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
       }
       going = good && k < count;
       if (going) prepare(k), clear_impulses(loads);
-      if (going && tape) tape->begin_step(dt, loads, data_.grid, data_.side.size());
+      if (going && tape) tape->begin_step(dt, loads, data_.grid, data_.side.size(), T(0));
     } catch (...) {
       error = std::current_exception(), going = false;
     }

@@ -40,6 +40,19 @@ void reverse_node_update(const MpmKernels<T>& forward, T dt, const StepLoads<T>&
   by_loads.velocity_scale += by_scale;
 }
 
+template <class T>
+void reverse_node_average(const Node<T>* velocity, Node<T>* adj) {
+  for (int k = 0; k < BlockGrid::kNodes; ++k) {
+    const T* v = velocity[k].lane;
+    T* g = adj[k].lane;
+    const T inverse = v[3] > T(0) ? 1 / v[3] : T(0);
+    for (int a = 0; a < 3; ++a) g[a] *= inverse;
+    g[3] = -(g[0] * v[0] + g[1] * v[1] + g[2] * v[2]);
+  }
+}
+
+template void reverse_node_average(const Node<float>*, Node<float>*);
+template void reverse_node_average(const Node<double>*, Node<double>*);
 template void reverse_node_update(const MpmKernels<float>&, float, const StepLoads<float>&, const NodeBlock<float>&,
                                   const Node<float>*, StepLoadsGradient&);
 template void reverse_node_update(const MpmKernels<double>&, double, const StepLoads<double>&,

@@ -137,13 +137,43 @@ INLINE void add_by_body_loads(const AdjointRun<T>& run, int lanes, T* const* at,
   }
 }
 
+/// What the nodes of a pack's stencils say of an affine field that was scattered to them: value[4] at the particles
+/// and its change along[axis][3] per cell.
+template <class T>
+struct ScatterSums {
+  Pack<T> by_value[4], by_along[3][3], by_x[3];  ///< derivatives; by_x in 1 / cell
+
+  INLINE ScatterSums(const StencilLanes<T>& stencil, int lanes, const Pack<T>* value, const Pack<T> (*along)[3],
+                     const T* nodes) {
+    alignas(64) T affine[kLanes][16], out[kLanes][28];
+    T *affine_at[kLanes], *out_at[kLanes];
+    for (int l = 0; l < kLanes; ++l) affine_at[l] = affine[l], out_at[l] = out[l];
+    Pack<T> base[3];
+    for (int b = 0; b < 3; ++b) {
+      base[b] = value[b];
+      for (int a = 0; a < 3; ++a) base[b] -= along[a][b] * (stencil.from_middle[a] + T(1));
+    }
+    store_group<T>(affine_at, 0, base[0], base[1], base[2], value[3]);
+    for (int a = 0; a < 3; ++a) store_group<T>(affine_at, 4 + 4 * a, along[a][0], along[a][1], along[a][2], Pack<T>{});
+    for (int l = 0; l < lanes; ++l) gather_with_slopes<T>(stencil, l, affine[l], nodes + stencil.corner[l], out[l]);
+    for (int l = lanes; l < kLanes; ++l) __builtin_memcpy(out[l], out[lanes - 1], sizeof out[l]);
+    Pack<T> sums[28];
+    for (int k = 0; k < 28; k += 4) load_group<T>(out_at, k, sums + k);
+    for (int b = 0; b < 4; ++b) by_value[b] = sums[b];
+    for (int a = 0; a < 3; ++a) {
+      by_x[a] = (sums[16 + 4 * a] + sums[17 + 4 * a]) + (sums[18 + 4 * a] + sums[19 + 4 * a]);
+      for (int b = 0; b < 3; ++b) {
+        by_along[a][b] = sums[4 + 4 * a + b] - stencil.from_middle[a] * sums[b];
+        by_x[a] -= along[a][b] * sums[b];
+      }
+    }
+  }
+};
+
 /// m_i = sum w m, (m v)_i = sum w (m v + (m C - dt 4 / dx^2 V tau) (x_i - x)), backwards.
 template <class T, Mixture kMixture>
-INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const T* nodes) {
+INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const T* nodes, const T* old_nodes) {
   StencilLanes<T> stencil;
-  alignas(64) T value[kLanes][16], out[kLanes][28];
-  T *value_at[kLanes], *out_at[kLanes];
-  for (int l = 0; l < kLanes; ++l) value_at[l] = value[l], out_at[l] = out[l];
   const T stress_scale = -run.dt * 4 * run.inverse_dx;
   for (int first = 0; first < run.count; first += kLanes) {
     const T* tape[kLanes];
@@ -179,45 +209,39 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b) along[a][b] = fma(m, C[3 * b + a], s * tau[symmetric[3 * a + b]]);
     stencil.set(place, run.origin, run.inverse_dx);
-    Pack<T> base[3];
-    for (int b = 0; b < 3; ++b) {
-      base[b] = carried * loaded_v[b];
-      for (int a = 0; a < 3; ++a) base[b] -= along[a][b] * (stencil.from_middle[a] + T(1));
-    }
-    store_group<T>(value_at, 0, base[0], base[1], base[2], mass);
-    for (int a = 0; a < 3; ++a) store_group<T>(value_at, 4 + 4 * a, along[a][0], along[a][1], along[a][2], Pack<T>{});
-
-    for (int l = 0; l < lanes; ++l) gather_with_slopes<T>(stencil, l, value[l], nodes + stencil.corner[l], out[l]);
-    for (int l = lanes; l < kLanes; ++l) __builtin_memcpy(out[l], out[lanes - 1], sizeof out[l]);
-    Pack<T> sums[28];
-    for (int k = 0; k < 28; k += 4) load_group<T>(out_at, k, sums + k);
-
-    // Moments about the particle: by carried velocity, and [axis][component].
-    const Pack<T>* by_p = sums;
-    Pack<T> moment[3][3], by_x[3];
-    for (int a = 0; a < 3; ++a) {
-      Pack<T> slope = (sums[16 + 4 * a] + sums[17 + 4 * a]) + (sums[18 + 4 * a] + sums[19 + 4 * a]);
-      for (int b = 0; b < 3; ++b) {
-        moment[a][b] = sums[4 + 4 * a + b] - stencil.from_middle[a] * by_p[b];
-        slope -= along[a][b] * by_p[b];
+    const Pack<T> value[4] = {carried * loaded_v[0], carried * loaded_v[1], carried * loaded_v[2], mass};
+    ScatterSums<T> sums(stencil, lanes, value, along, nodes);
+    Pack<T> S[6];
+    for (int i = 0; i < 3; ++i) S[i] = s * sums.by_along[i][i];
+    const Pack<T> half = T(0.5) * s;
+    S[3] = half * (sums.by_along[1][2] + sums.by_along[2][1]), S[4] = half * (sums.by_along[0][2] + sums.by_along[2][0]);
+    S[5] = half * (sums.by_along[0][1] + sums.by_along[1][0]);
+    Pack<T> direct[4] = {};  // by the loaded velocity itself
+    if (run.flip > T(0)) {
+      // The velocities before the step come from the same scatter without stress.
+      for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b) along[a][b] = m * C[3 * b + a];
+      const ScatterSums<T> old(stencil, lanes, value, along, old_nodes);
+      for (int b = 0; b < 4; ++b) sums.by_value[b] += old.by_value[b];
+      for (int a = 0; a < 3; ++a) {
+        sums.by_x[a] += old.by_x[a];
+        for (int b = 0; b < 3; ++b) sums.by_along[a][b] += old.by_along[a][b];
       }
-      by_x[a] = run.inverse_dx * slope;
+      load_group<T>(at, kAdjointVelocity, direct);
     }
-    Pack<T> by_carried{}, by_m{}, by_loaded_v[3], by_v[3], by_C[9], S[6];
+    const Pack<T>* by_p = sums.by_value;
+
+    Pack<T> by_carried{}, by_m{}, by_loaded_v[3], by_v[3], by_C[9];
     for (int b = 0; b < 3; ++b) {
       by_carried = fma(loaded_v[b], by_p[b], by_carried);
-      by_loaded_v[b] = carried * by_p[b], by_v[b] = by_loaded_v[b] * load_kept;
+      by_loaded_v[b] = fma(carried, by_p[b], direct[b]), by_v[b] = by_loaded_v[b] * load_kept;
       for (int a = 0; a < 3; ++a) {
-        by_m = fma(C[3 * b + a], moment[a][b], by_m);
-        by_C[3 * b + a] = m * moment[a][b];
+        by_m = fma(C[3 * b + a], sums.by_along[a][b], by_m);
+        by_C[3 * b + a] = m * sums.by_along[a][b];
       }
     }
-    Pack<T> by_unit{};
-    if (run.bodies > 0) add_by_body_loads(run, lanes, at, place, constant, v, by_loaded_v, by_x, by_unit);
-    for (int i = 0; i < 3; ++i) S[i] = s * moment[i][i];
-    const Pack<T> half = T(0.5) * s;
-    S[3] = half * (moment[1][2] + moment[2][1]), S[4] = half * (moment[0][2] + moment[2][0]);
-    S[5] = half * (moment[0][1] + moment[1][0]);
+    Pack<T> by_unit{}, by_spring[3] = {};
+    if (run.bodies > 0) add_by_body_loads(run, lanes, at, place, constant, v, by_loaded_v, by_spring, by_unit);
     StressAdjointPack<T> by;
     stress.reverse(S, by);
 
@@ -251,7 +275,7 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
 
     Pack<T> by_place[12];
     for (int k = 0; k < 12; k += 4) load_group<T>(at, kAdjointPlace + k, by_place + k);
-    for (int a = 0; a < 3; ++a) by_place[a] += by_x[a];
+    for (int a = 0; a < 3; ++a) by_place[a] += fma(all<Pack<T>>(run.inverse_dx), sums.by_x[a], by_spring[a]);
     for (int k = 0; k < 9; ++k) by_place[3 + k] += by.F[k];
     for (int k = 0; k < 12; k += 4) {
       store_group<T>(at, kAdjointPlace + k, by_place[k], by_place[k + 1], by_place[k + 2], by_place[k + 3]);
@@ -266,16 +290,16 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
 }
 
 template <class T>
-void reverse_scatter_fixed_corotated(const AdjointRun<T>& run, const T* nodes) {
-  reverse_scatter_run<T, Mixture::kUniform>(run, StressKind::kFixedCorotated, nodes);
+void reverse_scatter_fixed_corotated(const AdjointRun<T>& run, const T* nodes, const T* old_nodes) {
+  reverse_scatter_run<T, Mixture::kUniform>(run, StressKind::kFixedCorotated, nodes, old_nodes);
 }
 template <class T>
-void reverse_scatter_neo_hookean(const AdjointRun<T>& run, const T* nodes) {
-  reverse_scatter_run<T, Mixture::kUniform>(run, StressKind::kNeoHookean, nodes);
+void reverse_scatter_neo_hookean(const AdjointRun<T>& run, const T* nodes, const T* old_nodes) {
+  reverse_scatter_run<T, Mixture::kUniform>(run, StressKind::kNeoHookean, nodes, old_nodes);
 }
 template <class T>
-void reverse_scatter_any(const AdjointRun<T>& run, const T* nodes) {
-  reverse_scatter_run<T, Mixture::kAny>(run, StressKind::kGiven, nodes);
+void reverse_scatter_any(const AdjointRun<T>& run, const T* nodes, const T* old_nodes) {
+  reverse_scatter_run<T, Mixture::kAny>(run, StressKind::kGiven, nodes, old_nodes);
 }
 
 }  // namespace pliant::PLIANT_ISA

@@ -132,7 +132,8 @@ ParticleGradient<T> StepAdjoint<T>::particle_gradient() const {
 template <class T>
 size_t StepAdjoint<T>::bytes() const {
   return record_.capacity() * (sizeof(AdjointRecord<T>) + sizeof(int)) +
-         (velocity_.capacity() + adj_node_.capacity() + patch_.capacity()) * sizeof(Node<T>);
+         (velocity_.capacity() + adj_node_.capacity() + patch_.capacity() + old_patch_.capacity() +
+          adj_old_node_.capacity()) * sizeof(Node<T>);
 }
 
 template <class T>

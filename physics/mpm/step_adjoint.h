@@ -87,6 +87,7 @@ class StepAdjoint {
   AdjointRun<T> run_of(const TapeStep<T>& step, int b) const;
   NodeBlock<T> node_block(const TapeStep<T>& step, std::vector<Node<T>>& nodes, int n) const;
   void find_velocities(const TapeStep<T>& step, int n);
+  void reverse_affine_damping(const TapeStep<T>& step, int b, const Node<T>* velocity);
   void reverse_return_maps(const TapeStep<T>& step, int b);
   void reverse_gather(const TapeStep<T>& step, int b);
   void reverse_update(const TapeStep<T>& step, int n);
@@ -108,6 +109,7 @@ class StepAdjoint {
   std::vector<Node<T>> velocity_;          // [node blocks, 4, 4, 4] after the update
   std::vector<Node<T>> patch_;             // [particle blocks, 6, 6, 6] derivatives by them
   std::vector<Node<T>> adj_node_;          // [node blocks, 4, 4, 4] summed; then by momentum and mass
+  std::vector<Node<T>> old_patch_, adj_old_node_;  // the same for velocities before the step, where flip > 0
   std::vector<double> block_sums_;         // [particle blocks, body loads, 4]
   std::vector<StepLoadsGradient> node_sums_;  // [node blocks]
 };

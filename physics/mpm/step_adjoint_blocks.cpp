@@ -2,6 +2,7 @@
 
 #include "gaussians/base/error.h"
 #include "physics/laws/law.h"
+#include "physics/mpm/bspline.h"
 #include "physics/mpm/node_update_adjoint.h"
 #include "physics/mpm/step_adjoint.h"
 
@@ -66,10 +67,9 @@ Node<T>* block_of(std::vector<Node<T>>& nodes, int n) {
 template <class T>
 void StepAdjoint<T>::begin_step(const StepTape<T>& tape, const TapeStep<T>& step) {
   if (step.grid->has_siblings())
-    throw usage_error("roll-out", "object", "bodies that touch each other have no derivative yet",
-                      "differentiate one body at a time");
+    throw usage_error("roll-out", "object", "has bodies that touch", "fit one body at a time");
   run_ = {};
-  run_.dt = step.dt, run_.viscosity_time = step.loads.viscosity_time;
+  run_.dt = step.dt, run_.flip = step.flip, run_.viscosity_time = step.loads.viscosity_time;
   run_.dx = solver_.dx, run_.inverse_dx = solver_.inverse_dx;
   for (int a = 0; a < 3; ++a)
     run_.origin[a] = solver_.origin[a], run_.low[a] = tape.low[a], run_.high[a] = tape.high[a];
@@ -85,6 +85,7 @@ void StepAdjoint<T>::begin_step(const StepTape<T>& tape, const TapeStep<T>& step
   patch_.resize(static_cast<size_t>(grid.particle_blocks()) * BlockGrid::kPatchNodes);
   block_sums_.resize(4 * body_.size() * grid.particle_blocks());
   node_sums_.resize(grid.node_blocks());
+  if (step.flip > T(0)) adj_old_node_.resize(step.node.size()), old_patch_.resize(patch_.size());
 }
 
 template <class T>
@@ -110,6 +111,29 @@ void StepAdjoint<T>::find_velocities(const TapeStep<T>& step, int n) {
   const Vec3<T> fall = step.dt * step.loads.gravity;
   forward_.update_nodes(block.node->lane, fall.data(), step.loads.velocity_scale);
   apply_node_conditions(step.loads, block);
+}
+
+/// The affine velocity of a particle is damped after it has been used, so what was used is found again from the nodes.
+template <class T>
+void StepAdjoint<T>::reverse_affine_damping(const TapeStep<T>& step, int b, const Node<T>* velocity) {
+  for (int s = step.begin[b]; s < step.begin[b + 1]; ++s) {
+    AdjointRecord<T>& r = record_[slot_[step.index[s]]];
+    const Mat3<T> by = Eigen::Map<const RowMajor<T>>(r.C);
+    Eigen::Map<RowMajor<T>>(r.C) = T(0.5) * (step.loads.strain_rate_kept * (by + by.transpose()) +
+                                             step.loads.spin_kept * (by - by.transpose()));
+    const T* x = step.particle[s].x;
+    const auto along = [&](int a) { return Spline<T>((x[a] - run_.origin[a]) * run_.inverse_dx); };
+    const Spline<T> sx = along(0), sy = along(1), sz = along(2);
+    Mat3<T> C = Mat3<T>::Zero();
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        for (int k = 0; k < 3; ++k) {
+          const T* v = velocity[(((sx.base & 3) + i) * kPatch + (sy.base & 3) + j) * kPatch + (sz.base & 3) + k].lane;
+          C += (4 * run_.inverse_dx * sx.weight[i] * sy.weight[j] * sz.weight[k]) * Vec3<T>(v[0], v[1], v[2]) *
+               Vec3<T>(T(i) - sx.offset, T(j) - sy.offset, T(k) - sz.offset).transpose();
+        }
+    Eigen::Map<RowMajor<T>>(r.C_after) = C;
+  }
 }
 
 /// F' and the memory come from (I + dt C') times what was, through the return map; see `Mpm::apply_laws`.
@@ -155,23 +179,38 @@ void StepAdjoint<T>::reverse_given_stress(const TapeStep<T>& step, int b, const 
 
 template <class T>
 void StepAdjoint<T>::reverse_gather(const TapeStep<T>& step, int b) {
+  alignas(64) Node<T> velocity[2][BlockGrid::kPatchNodes];
+  const auto cleared = [&](std::vector<Node<T>>& patches) {
+    Node<T>* patch = patches.data() + static_cast<size_t>(b) * BlockGrid::kPatchNodes;
+    return std::fill_n(patch, BlockGrid::kPatchNodes, Node<T>{}), patch->lane;
+  };
+  collect_patch(*step.grid, b, velocity_, velocity[0]);
+  if (step.loads.strain_rate_kept != T(1) || step.loads.spin_kept != T(1)) reverse_affine_damping(step, b, velocity[0]);
   if (!memory_.empty()) reverse_return_maps(step, b);
-  alignas(64) Node<T> velocity[BlockGrid::kPatchNodes];
-  collect_patch(*step.grid, b, velocity_, velocity);
-  Node<T>* patch = patch_.data() + static_cast<size_t>(b) * BlockGrid::kPatchNodes;
-  std::fill_n(patch, BlockGrid::kPatchNodes, Node<T>{});
-  kernels_.gather(run_of(step, b), velocity->lane, patch->lane);
+  T* old_patch = nullptr;
+  if (step.flip > T(0)) {
+    collect_patch(*step.grid, b, step.old_node, velocity[1]);
+    old_patch = cleared(old_patch_);
+  }
+  kernels_.gather(run_of(step, b), velocity[0]->lane, cleared(patch_), velocity[1]->lane, old_patch);
 }
 
 template <class T>
 void StepAdjoint<T>::reverse_update(const TapeStep<T>& step, int n) {
-  const T* patch[8];
-  for (int o = 0; o < 8; ++o) {
-    const int source = step.grid->sources_of(n)[o];
-    patch[o] = source < 0 ? nullptr : patch_[static_cast<size_t>(source) * BlockGrid::kPatchNodes].lane;
-  }
+  const auto sum = [&](const std::vector<Node<T>>& patches, Node<T>* node) {
+    const T* patch[8];
+    for (int o = 0; o < 8; ++o) {
+      const int source = step.grid->sources_of(n)[o];
+      patch[o] = source < 0 ? nullptr : patches[static_cast<size_t>(source) * BlockGrid::kPatchNodes].lane;
+    }
+    forward_.sum_nodes(patch, node->lane);
+  };
   const NodeBlock<T> block = node_block(step, adj_node_, n);
-  forward_.sum_nodes(patch, block.node->lane);
+  sum(patch_, block.node);
+  if (step.flip > T(0)) {
+    sum(old_patch_, block_of(adj_old_node_, n));
+    reverse_node_average(step.old_node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, block_of(adj_old_node_, n));
+  }
   node_sums_[n] = {};
   reverse_node_update(forward_, step.dt, step.loads, block,
                       step.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, node_sums_[n]);
@@ -179,8 +218,9 @@ void StepAdjoint<T>::reverse_update(const TapeStep<T>& step, int n) {
 
 template <class T>
 void StepAdjoint<T>::reverse_scatter(const TapeStep<T>& step, int b) {
-  alignas(64) Node<T> patch[BlockGrid::kPatchNodes];
-  collect_patch(*step.grid, b, adj_node_, patch);
+  alignas(64) Node<T> patch[2][BlockGrid::kPatchNodes];
+  collect_patch(*step.grid, b, adj_node_, patch[0]);
+  if (step.flip > T(0)) collect_patch(*step.grid, b, adj_old_node_, patch[1]);
   AdjointRun<T> run = run_of(step, b);
   run.by_body = block_sums_.data() + static_cast<size_t>(b) * 4 * run.bodies;
   std::fill_n(run.by_body, 4 * run.bodies, 0.0);
@@ -193,7 +233,7 @@ void StepAdjoint<T>::reverse_scatter(const TapeStep<T>& step, int b) {
         std::copy_n(step.given_stress.data() + 6 * side, 6, stress.data() + 6 * s);
     run.given_stress = stress.data(), run.by_given_stress = by_stress.data();
   }
-  kernels_.scatter[static_cast<int>(uniform ? uniform_ : StressKind::kGiven)](run, patch->lane);
+  kernels_.scatter[static_cast<int>(uniform ? uniform_ : StressKind::kGiven)](run, patch[0]->lane, patch[1]->lane);
   if (!memory_.empty()) reverse_given_stress(step, b, by_stress.data());
 }
 

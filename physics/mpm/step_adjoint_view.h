@@ -45,6 +45,7 @@ struct AdjointRun {
   AdjointRecord<T>* record;
   int count;
   T dt, viscosity_time, origin[3], dx, inverse_dx, low[3], high[3];
+  T flip;  ///< as in GatherInput
   const PlainBodyLoad<T>* body;
   int bodies;
   const T* reference;     ///< [particles, 3] where they lay at rest
@@ -58,11 +59,12 @@ struct AdjointRun {
 
 template <class T>
 struct AdjointKernels {
-  /// Reverse of the gather: adds the derivatives by the node velocities `velocity` to `patch`, both [6, 6, 6] nodes.
-  void (*gather)(const AdjointRun<T>&, const T* velocity, T* patch);
-  /// Reverse of the scatter, from the derivatives `nodes` [6, 6, 6] by momentum and mass; by StressKind as in
-  /// `MpmKernels::scatter`.
-  void (*scatter[3])(const AdjointRun<T>&, const T* nodes);
+  /// Reverse of the gather: adds the derivatives by the node velocities `velocity` to `patch`, both [6, 6, 6] nodes;
+  /// with flip > 0 the same for the velocities before the step.
+  void (*gather)(const AdjointRun<T>&, const T* velocity, T* patch, const T* old_velocity, T* old_patch);
+  /// Reverse of the scatter, from the derivatives `nodes` [6, 6, 6] by momentum and mass, with flip > 0 also by those of
+  /// the inertia alone; by StressKind as in `MpmKernels::scatter`.
+  void (*scatter[3])(const AdjointRun<T>&, const T* nodes, const T* old_nodes);
 };
 
 template <class T>

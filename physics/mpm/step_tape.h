@@ -21,6 +21,8 @@ struct TapeStep {
   std::vector<TapeParticle<T>> particle;  ///< [N] at the start, in the order of the blocks
   std::vector<int> index;                 ///< [N] their numbers
   std::vector<Node<T>> node;              ///< [node blocks, 4, 4, 4] momentum and mass before the update
+  T flip = 0;                             ///< as in GatherInput
+  std::vector<Node<T>> old_node;          ///< [node blocks, 4, 4, 4] velocity before the step and mass, where flip > 0
   std::vector<LawMemory<T>> memory;       ///< by ParticleRecord::side
   std::vector<T> given_stress;            ///< [side, 6] as in MpmData
 };
@@ -36,25 +38,26 @@ class StepTape {
   Vec3<T> low, high;  ///< domain into which strays are put back, m
 
   /// Opens the next step; its particles, indices and nodes are filled in by the caller.
-  void begin_step(T dt, const StepLoads<T>& loads, const BlockGrid& grid, size_t sides) {
+  void begin_step(T dt, const StepLoads<T>& loads, const BlockGrid& grid, size_t sides, T flip) {
     if (size_ == static_cast<int>(step_.size())) step_.emplace_back();
     TapeStep<T>& step = step_[size_];
     const bool same = size_ > 0 && step_[size_ - 1].grid->link_version() == grid.link_version();
     step.grid = same ? step_[size_ - 1].grid : std::make_shared<const BlockGrid>(grid);
     ++size_;
-    step.dt = dt, step.loads = loads;
+    step.dt = dt, step.loads = loads, step.flip = flip;
     step.begin.resize(grid.particle_blocks() + 1);
     for (int b = 0; b <= grid.particle_blocks(); ++b) step.begin[b] = grid.begin(b);
     step.particle.resize(grid.order().size()), step.index.resize(grid.order().size());
     step.memory.resize(sides), step.given_stress.resize(6 * sides);
     step.node.resize(static_cast<size_t>(grid.node_blocks()) * BlockGrid::kNodes);
+    step.old_node.resize(flip > T(0) ? step.node.size() : 0);
   }
   TapeStep<T>& last() { return step_[size_ - 1]; }
 
   size_t bytes() const {
     size_t sum = 0;
     for (const TapeStep<T>& s : step_)
-      sum += s.particle.capacity() * (sizeof(TapeParticle<T>) + sizeof(int)) + s.node.capacity() * sizeof(Node<T>) +
+      sum += s.particle.capacity() * (sizeof(TapeParticle<T>) + sizeof(int)) + (s.node.capacity() + s.old_node.capacity()) * sizeof(Node<T>) +
              s.memory.capacity() * (sizeof(LawMemory<T>) + 6 * sizeof(T));
     return sum;
   }

@@ -1,6 +1,6 @@
 // Speed of the material point method on cubes of a stated recipe: particles at random places, 8 to a cell on average,
 // E = 1e5 Pa, nu = 0.3, rho = 1000 kg/m^3, falling freely; 10k in 32^3, 100k in 64^3, 1M in 128^3 cells.  Beside each
-// rate: nanoseconds per particle of the parts of a step on one thread, and the shares of the limits that the machine's
+// rate: nanoseconds per particle of the parts of a step on one thread, and forward and back, and the shares of the limits that the machine's
 // multiply-add peak and memory bandwidth, measured in the same run, set for that work.
 //
 //   mpm_benchmark --benchmark_repetitions=5 --benchmark_report_aggregates_only=true
@@ -16,6 +16,7 @@
 #include "gaussians/base/memory.h"
 #include "gaussians/base/random.h"
 #include "physics/mpm/mpm.h"
+#include "physics/mpm/step_adjoint.h"
 #include "tests/benchmarks/machine_limits.h"
 
 namespace pliant {
@@ -116,6 +117,45 @@ void phases(benchmark::State& state) {
   state.counters["gather_ns"] = seconds[2] / done;
 }
 
+// Steps forward, the same steps forward with a tape, and back along it; the rate is that of the last two together.
+void forward_and_reverse(benchmark::State& state) {
+  const int n = static_cast<int>(state.range(0)), threads = static_cast<int>(state.range(2));
+  Subject& s = subject(n, static_cast<Law>(state.range(1)));
+  omp_set_num_threads(threads);
+  const int steps = std::max(2, 400'000 / n);
+  StepAdjoint<float> adjoint(s.particles, s.solver->data());
+  StateGradient<float> gradient = StateGradient<float>::zero(n);
+  for (int i = 0; i < n; ++i)
+    for (int a = 0; a < 3; ++a) gradient.x[i][a] = static_cast<float>(Random(2, i, a).normal());
+  static StepTape<float> tape;
+  double seconds[3] = {};
+  const auto timed = [&](double& sum, auto&& part) {
+    const auto begin = std::chrono::steady_clock::now();
+    part();
+    sum += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  const auto record = [&] {
+    tape.clear();
+    s.solver->advance(steps, s.dt, s.loads, [](int) {}, [] { return true; }, &tape);
+  };
+  record();
+  for (auto _ : state) {
+    const double before = seconds[1] + seconds[2];
+    timed(seconds[0], [&] { advance(s, steps); });
+    timed(seconds[1], record);
+    s.solver->store(s.state);
+    adjoint.load(gradient, s.state, tape);
+    timed(seconds[2], [&] { adjoint.reverse(tape, [](int, const StepLoadsGradient&) {}); });
+    state.SetIterationTime(seconds[1] + seconds[2] - before);
+  }
+  const double done = static_cast<double>(n) * steps * static_cast<double>(state.iterations());
+  state.counters["Mp/s"] = done * 1e-6 / (seconds[1] + seconds[2]);
+  state.counters["forward_ns"] = seconds[0] / done * 1e9;
+  state.counters["with_tape_ns"] = seconds[1] / done * 1e9;
+  state.counters["reverse_ns"] = seconds[2] / done * 1e9;
+  state.counters["reverse/forward"] = seconds[2] / seconds[0];
+}
+
 void sizes(benchmark::internal::Benchmark* b, bool threads_too) {
   for (int n : {10'000, 100'000, 1'000'000})
     for (Law law : {Law::kNeoHookean, Law::kFixedCorotated})
@@ -123,6 +163,7 @@ void sizes(benchmark::internal::Benchmark* b, bool threads_too) {
   b->ArgNames({"particles", "law", "threads"})->Unit(benchmark::kMillisecond)->UseRealTime();
 }
 BENCHMARK(step)->Apply([](auto* b) { sizes(b, true); });
+BENCHMARK(forward_and_reverse)->Apply([](auto* b) { sizes(b, true), b->UseManualTime(); });
 BENCHMARK(phases)->Apply([](auto* b) { sizes(b, false); });
 
 }  // namespace

@@ -92,69 +92,89 @@ AdjointCheckOptions few() {
   return options;
 }
 
-// x, F [12] of each particle and the node velocities [216, 3]  ->  x, F, v, C [24] of each particle.
-List gather(const List& u) {
-  List out;
-  const double* node = u.data() + 12 * kCount;
-  for (int p = 0; p < kCount; ++p) {
-    const double* x = u.data() + 12 * p;
-    Vec3d v = Vec3d::Zero();
-    Mat3d C = Mat3d::Zero();
-    for_nodes(x, [&](int n, double w, const Vec3d& d) {
-      const Vec3d vi(node[3 * n], node[3 * n + 1], node[3 * n + 2]);
-      v += w * vi, C += 4 / kDx * w * vi * d.transpose();
-    });
-    const Row3 F = (Mat3d::Identity() + kDt * C) * Eigen::Map<const Row3>(x + 3), rows = C;
-    for (int a = 0; a < 3; ++a) out.push_back(x[a] + kDt * v[a]);
-    out.insert(out.end(), F.data(), F.data() + 9);
-    out.insert(out.end(), v.data(), v.data() + 3);
-    out.insert(out.end(), rows.data(), rows.data() + 9);
+// x, F, v [15] of each particle and the node velocities after and before the step [2, 216, 3]  ->  x, F, v, C [24] of
+// each particle.
+struct Gather {
+  double flip;
+  static constexpr int kStride = 15;
+
+  List operator()(const List& u) const {
+    List out;
+    const double *node = u.data() + kStride * kCount, *old = node + 3 * kPatchNodes;
+    for (int p = 0; p < kCount; ++p) {
+      const double* x = u.data() + kStride * p;
+      Vec3d pic = Vec3d::Zero(), before = pic;
+      Mat3d C = Mat3d::Zero();
+      for_nodes(x, [&](int n, double w, const Vec3d& d) {
+        const Vec3d vi = Eigen::Map<const Vec3d>(node + 3 * n);
+        pic += w * vi, C += 4 / kDx * w * vi * d.transpose();
+        before += w * Eigen::Map<const Vec3d>(old + 3 * n);
+      });
+      const Vec3d v = pic + flip * (Eigen::Map<const Vec3d>(x + 12) - before);
+      const Row3 F = (Mat3d::Identity() + kDt * C) * Eigen::Map<const Row3>(x + 3), rows = C;
+      for (int a = 0; a < 3; ++a) out.push_back(x[a] + kDt * pic[a]);
+      out.insert(out.end(), F.data(), F.data() + 9);
+      out.insert(out.end(), v.data(), v.data() + 3);
+      out.insert(out.end(), rows.data(), rows.data() + 9);
+    }
+    return out;
   }
-  return out;
-}
+
+  List adjoint(InstructionSet set, const List& u, const List& adj) const {
+    const List after = (*this)(u);
+    List tape;
+    for (int p = 0; p < kCount; ++p) {
+      tape.insert(tape.end(), u.begin() + kStride * p, u.begin() + kStride * p + 15);
+      tape.insert(tape.end(), 9, 0.0);
+    }
+    OneBlock block(tape, 24);
+    block.run.flip = flip;
+    for (int p = 0; p < kCount; ++p) {
+      std::copy_n(adj.data() + 24 * p, 24, block.at(p).x);
+      std::copy_n(after.data() + 24 * p + 12, 12, block.at(p).v_after);
+    }
+    alignas(64) double node[2][4 * kPatchNodes] = {}, by_node[2][4 * kPatchNodes] = {};
+    for (int k = 0; k < 6 * kPatchNodes; ++k)
+      node[k / (3 * kPatchNodes)][k / 3 % kPatchNodes * 4 + k % 3] = u[kStride * kCount + k];
+    adjoint_kernels<double>(set).gather(block.run, node[0], by_node[0], node[1], by_node[1]);
+    List by;
+    for (int p = 0; p < kCount; ++p) {
+      by.insert(by.end(), block.at(p).x, block.at(p).x + 12);
+      for (int a = 0; a < 3; ++a) by.push_back(flip > 0 ? block.at(p).v[a] : 0.0);
+    }
+    for (int k = 0; k < 6 * kPatchNodes; ++k)
+      by.push_back(by_node[k / (3 * kPatchNodes)][k / 3 % kPatchNodes * 4 + k % 3]);
+    return by;
+  }
+};
 
 TEST(AdjointKernels, GatherAgreesWithDifferences) {
   List u;
   const List particles = random_particles(0.3);
-  for (int p = 0; p < kCount; ++p) u.insert(u.end(), particles.begin() + 24 * p, particles.begin() + 24 * p + 12);
-  for (int k = 0; k < 3 * kPatchNodes; ++k) u.push_back(Random(6, k).normal());
-  for (const InstructionSet set : instruction_sets()) {
-    const auto adjoint = [&](const List& at, const List& adj) {
-      const List after = gather(at);
-      List spread;
-      for (int p = 0; p < kCount; ++p) {
-        spread.insert(spread.end(), at.begin() + 12 * p, at.begin() + 12 * p + 12);
-        spread.insert(spread.end(), 12, 0.0);
-      }
-      OneBlock block(spread, 24);
-      for (int p = 0; p < kCount; ++p) {
-        std::copy_n(adj.data() + 24 * p, 24, block.at(p).x);
-        std::copy_n(after.data() + 24 * p + 12, 12, block.at(p).v_after);
-      }
-      alignas(64) double node[4 * kPatchNodes] = {}, by_node[4 * kPatchNodes] = {};
-      for (int k = 0; k < 3 * kPatchNodes; ++k) node[k / 3 * 4 + k % 3] = at[12 * kCount + k];
-      adjoint_kernels<double>(set).gather(block.run, node, by_node);
-      List by;
-      for (int p = 0; p < kCount; ++p) by.insert(by.end(), block.at(p).x, block.at(p).x + 12);
-      for (int k = 0; k < 3 * kPatchNodes; ++k) by.push_back(by_node[k / 3 * 4 + k % 3]);
-      return by;
-    };
-    const AdjointCheck check = check_adjoint(gather, adjoint, u, few());
-    EXPECT_LT(check.worst, 1e-6) << name_of(set) << " " << check.message;
-  }
+  for (int p = 0; p < kCount; ++p) u.insert(u.end(), particles.begin() + 24 * p, particles.begin() + 24 * p + 15);
+  for (int k = 0; k < 6 * kPatchNodes; ++k) u.push_back(Random(6, k).normal());
+  AdjointCheckOptions options = few();
+  options.inputs = 100;
+  for (const InstructionSet set : instruction_sets())
+    for (const Gather gather : {Gather{0.0}, Gather{0.7}}) {
+      const AdjointCheck check = check_adjoint(
+          gather, [&](const List& at, const List& adj) { return gather.adjoint(set, at, adj); }, u, options);
+      EXPECT_LT(check.worst, 1e-6) << name_of(set) << " " << check.message;
+    }
 }
 
 // x, F, v, C, mass, mu, lambda, damping rate [28] of each particle, viscosity time, acceleration and drag of two body
-// loads  ->  momentum and mass of the nodes [216, 4].
+// loads  ->  momentum and mass of the nodes, with stress and of the inertia alone [2, 216, 4].
 struct Scatter {
   StressKind kind;
   bool any;  // with damping, viscosity and body loads
+  double flip = 0;
   static constexpr int kStride = 28;
 
   bool touched(int p, int load) const { return any && (p + load) % 2 == 0; }
 
   List operator()(const List& u) const {
-    List node(4 * kPatchNodes);
+    List node(8 * kPatchNodes);
     const double* extra = u.data() + kStride * kCount;
     for (int p = 0; p < kCount; ++p) {
       const double *x = u.data() + kStride * p, mass = x[24], mu = x[25], lambda = x[26];
@@ -171,9 +191,12 @@ struct Scatter {
           if (touched(p, l)) v += kDt * (Eigen::Map<const Vec3d>(extra + 1 + 4 * l) - extra[4 + 4 * l] * v0);
       }
       for_nodes(x, [&](int n, double w, const Vec3d& d) {
-        const Vec3d momentum = mass * kept * (v + kDx * C * d) - kDt * kVolume * 4 / kDx * tau * d;
-        for (int a = 0; a < 3; ++a) node[4 * n + a] += w * momentum[a];
-        node[4 * n + 3] += w * mass;
+        const Vec3d inertia = mass * kept * (v + kDx * C * d), force = -kDt * kVolume * 4 / kDx * tau * d;
+        for (int old = 0; old < (flip > 0 ? 2 : 1); ++old) {
+          double* to = node.data() + 4 * (n + old * kPatchNodes);
+          for (int a = 0; a < 3; ++a) to[a] += w * (inertia[a] + (old ? 0 : force[a]));
+          to[3] += w * mass;
+        }
       });
     }
     return node;
@@ -195,9 +218,10 @@ struct Scatter {
       block.run.viscosity_time = extra[0];
       block.run.body = block.body.data(), block.run.bodies = 2;
     }
-    alignas(64) double node[4 * kPatchNodes];
-    std::copy(adj.begin(), adj.end(), node);
-    adjoint_kernels<double>(set).scatter[any ? 2 : static_cast<int>(kind)](block.run, node);
+    alignas(64) double node[2][4 * kPatchNodes];
+    std::copy(adj.begin(), adj.end(), node[0]);
+    block.run.flip = flip;
+    adjoint_kernels<double>(set).scatter[any ? 2 : static_cast<int>(kind)](block.run, node[0], node[1]);
     List by;
     double by_time = 0;
     for (int p = 0; p < kCount; ++p) {
@@ -235,6 +259,11 @@ TEST(AdjointKernels, ScatterOfEachLawAgreesWithDifferences) {
 TEST(AdjointKernels, ScatterWithDampingViscosityAndLoadsAgreesWithDifferences) {
   check_scatter({StressKind::kFixedCorotated, true}, 0.1);
   check_scatter({StressKind::kNeoHookean, true}, 0.1);
+}
+
+TEST(AdjointKernels, ScatterForFlipAgreesWithDifferences) {
+  check_scatter({StressKind::kFixedCorotated, false, 0.7}, 0.1);
+  check_scatter({StressKind::kNeoHookean, true, 0.7}, 0.1);
 }
 
 TEST(AdjointKernels, ScatterOfStretchedAndInvertedParticlesAgreesWithDifferences) {

@@ -80,6 +80,19 @@ TEST(AdjointRollout, GravityThatTakesTurnsReachesTheRightNumbers) {
   }
 }
 
+TEST(AdjointRollout, DampedAffineVelocitiesAgreeWithDifferences) {
+  Case c = testing::moving_block<double>(2);
+  c.options.simulate.duration = 0.01, c.options.simulate.substeps = 10;
+  for (const bool pic : {false, true}) {
+    c.options.simulate.strain_rate_damping = 150, c.options.simulate.pic = pic;
+    const RolloutGradient<double> gradient = c.gradient();
+    for (const Input kind : {Input::kX, Input::kF, Input::kYoung}) {
+      const AdjointCheck result = check(c, kind, gradient, 1e-4);
+      EXPECT_LT(result.worst, 1e-5) << pic << " " << result.message;
+    }
+  }
+}
+
 TEST(AdjointRollout, TheCheckRefusesAGradientWithOneWrongEntry) {
   Case c = testing::moving_block<double>();
   c.options.simulate.duration = 0.005;
