@@ -19,7 +19,9 @@ nlohmann::json run_all(Context& context, const Program& program, const RunOption
   const Scene scene = attach_scene(context, run, options.scene.source, options.scene.load_options());
   check_material(scene, options.simulate);
   run_segment(context, run, scene, options.segment);
-  run_extract(context, run, scene, options.extract);
+  ExtractStage extract = options.extract;
+  if (extract.object.empty() && !options.segment.physgaussian.empty()) extract.object = "object";
+  run_extract(context, run, scene, extract);
   run_repair(context, run, scene, {});
   run_seed(context, run, scene, options.seed);
   run_simulate(context, run, scene, options.simulate);

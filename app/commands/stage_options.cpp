@@ -102,6 +102,17 @@ void add_simulate_options(CLI::App& command, SimulateStage& stage) {
   command.add_option("--push", stage.push, "Peak deflection of the automatic push, share of the object's height")
       ->check(CLI::Range(0.001, 1.0))
       ->capture_default_str();
+  command.add_option("--rest-shape", stage.rest_shape, "What the captured shape of a held object is: free of stress, or loaded by gravity (solve)")
+      ->check(CLI::IsMember({"captured", "solve"}))
+      ->capture_default_str();
+  command.add_option("--settle", stage.settle, "Longest time that an object which nothing holds gets to come to rest first [s]")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command.add_option("--sleep-speed", stage.sleep_speed, "Parts slower than this are not computed until something touches them [m/s]")
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--flip-time", stage.flip_time, "Transfer of low dissipation: particles keep what the grid cannot hold this long [s]; 0 = APIC")
+      ->check(CLI::NonNegativeNumber);
+  command.add_flag("--obstacles", stage.obstacles, "The rest of the scene's Gaussians are an obstacle");
   command.add_flag("!--no-gravity", stage.gravity, "No gravity");
   command.add_flag("!--no-floor", stage.floor, "Let the object pass through the plane that it rests on");
 }

@@ -10,6 +10,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 #include "gaussians/io/ply.h"
+#include "physics/body/scene_distance.h"
 
 namespace pliant {
 using nlohmann::json;
@@ -46,6 +47,32 @@ std::optional<Interaction> floor_of(const json& extract, const std::vector<Inter
   floor.type = InteractionType::kGround, floor.friction = kFriction;
   floor.region = Region::half_space(vector("point"), vector("normal")).scaled(scene.metres_per_unit);
   return floor;
+}
+
+/// The rest of the scene near the object as an obstacle.
+Interaction obstacle_of(const Context& context, const RunDirectory& run, const Scene& scene, const Particles& particles) {
+  constexpr double kFriction = 0.5;
+  constexpr float kMargin = 0.5f;  // of the object's size, on every side
+  const float units = static_cast<float>(1 / scene.metres_per_unit);
+  SceneDistanceOptions options;
+  for (const Vec3f& x : particles.position) options.box.add(x * units);
+  const Vec3f margin = Vec3f::Constant(kMargin * options.box.size().maxCoeff());
+  options.box.low -= margin, options.box.high += margin;
+  if (!scene.cameras_are_orbit)
+    for (const Camera& camera : scene.cameras) options.viewpoints.push_back(camera.centre().cast<float>());
+  const GaussianCloud background = read_ply(run / "background.ply");
+  std::vector<int> near;
+  for (size_t i = 0; i < background.size(); ++i)
+    if (options.box.contains(background.position[i])) near.push_back(static_cast<int>(i));
+  const SceneDistanceResult distance = make_scene_distance(options, make_surfels({}, background.select(near)));
+  if (distance.grid.value.empty())
+    throw usage_error("--obstacles", "", "finds nothing of the scene near the object", "leave it out");
+  context.progress.say(fmt::format("simulate: {} surface pieces of the rest of the scene are an obstacle, friction {}",
+                                   distance.summary.surfels, kFriction));
+  Interaction obstacle;
+  obstacle.type = InteractionType::kCollider, obstacle.friction = kFriction;
+  obstacle.distance = std::make_shared<SignedDistanceGrid>(scaled(distance.grid, scene.metres_per_unit));
+  return obstacle;
 }
 
 /// Without a script: one sideways push at the top, as strong as the body's stiffness asks for.
@@ -100,6 +127,8 @@ SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, 
                                const SimulatedBody& body) {
   SimulationPlan plan;
   plan.options.fps = stage.fps, plan.options.duration = stage.duration, plan.options.damping_time = stage.damping_time;
+  plan.options.rest_shape = stage.rest_shape == "solve" ? RestShapeMode::kSolve : RestShapeMode::kCaptured;
+  plan.options.settle_time = stage.settle, plan.options.sleep_speed = stage.sleep_speed, plan.options.flip_time = stage.flip_time;
   plan.options.gravity = stage.gravity ? Vec3d(-9.81 * scene.up) : Vec3d::Zero();
   const std::vector<Interaction> pins = pins_of(body.file, scene);
   const std::string file = stage.interactions.empty() ? "interactions.json" : stage.interactions;
@@ -112,8 +141,9 @@ SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, 
     plan.script = json::parse(text);
   }
   plan.interactions.insert(plan.interactions.end(), pins.begin(), pins.end());
+  if (stage.obstacles) plan.interactions.push_back(obstacle_of(context, run, scene, body.particles));
   const json extract = run.summary("extract", "");
-  if (const auto floor = stage.floor ? floor_of(extract, plan.interactions, scene) : std::nullopt) {
+  if (const auto floor = stage.floor && !stage.obstacles ? floor_of(extract, plan.interactions, scene) : std::nullopt) {
     plan.floor = true;
     plan.interactions.push_back(*floor);
     context.progress.say(fmt::format("simulate: nothing passes below the plane of '{}', friction {}",

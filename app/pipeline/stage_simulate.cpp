@@ -72,6 +72,22 @@ json space_to_json(const SimulationSpace& space) {
   return {{"rotation", rows}, {"scale", space.scale}, {"offset", {space.offset.x(), space.offset.y(), space.offset.z()}}};
 }
 
+json rest_shape_to_json(const SimulateSummary& s) {
+  return {{"iterations", s.rest_shape_iterations}, {"residual_m", s.rest_shape_residual}, {"sag_m", s.rest_shape_sag}};
+}
+
+/// Momentum that each interaction gave to the body, in the order of interactions.json and what was added to it.
+json impulses_to_json(const SimulateSummary& s) {
+  std::vector<Vec3d> sum;
+  for (const std::vector<Vec3d>& frame : s.impulse_of_frame) {
+    sum.resize(frame.size(), Vec3d::Zero());
+    for (size_t k = 0; k < frame.size(); ++k) sum[k] += frame[k];
+  }
+  json rows = json::array();
+  for (const Vec3d& v : sum) rows.push_back({v.x(), v.y(), v.z()});
+  return rows;
+}
+
 }  // namespace
 
 json run_simulate(const Context& context, RunDirectory& run, const Scene& scene, const SimulateStage& stage) {
@@ -87,7 +103,8 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
     key.inputs["physgaussian"] = stage.physgaussian;
   } else {
     key.options.update({{"fps", stage.fps}, {"duration", stage.duration}, {"damping_time", stage.damping_time},
-                        {"gravity", stage.gravity}, {"floor", stage.floor}});
+                        {"gravity", stage.gravity}, {"floor", stage.floor}, {"rest_shape", stage.rest_shape},
+                        {"settle", stage.settle}, {"sleep_speed", stage.sleep_speed}, {"flip_time", stage.flip_time}, {"obstacles", stage.obstacles}});
     if (stage.interactions.empty()) key.options["push"] = stage.push;
     else key.inputs["interactions"] = stage.interactions;
   }
@@ -125,7 +142,8 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
     return {{"frames", total}, {"mass_kg", s.mass}, {"cell_size_m", s.cell_size}, {"dt_min_s", s.min_dt}, {"dt_max_s", s.max_dt},
             {"substeps_max", s.substeps_of_frame.empty() ? 0 : *std::max_element(s.substeps_of_frame.begin(), s.substeps_of_frame.end())},
             {"strays", s.strays}, {"retries", s.retries}, {"gravity_cancelled", s.gravity_cancelled},
-            {"settle_displacement_m", s.settle_displacement}, {"push", plan.push}, {"motion", motion}, {"floor", plan.floor},
+            {"settle_displacement_m", s.settle_displacement}, {"rest_shape", rest_shape_to_json(s)}, {"thin_share", s.thin_share},
+            {"impulses_Ns", impulses_to_json(s)}, {"push", plan.push}, {"motion", motion}, {"floor", plan.floor},
             {"space", space_to_json(body.space)}};
   });
 }

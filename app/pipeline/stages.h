@@ -62,6 +62,11 @@ struct SimulateStage {
   double damping_time = 1;   ///< amplitude of motion decays as exp(-t / damping_time) [s]; 0 = none
   double push = 0.15;        ///< peak deflection of the automatic push, share of the object's height
   bool gravity = true;
+  std::string rest_shape = "captured";  ///< of a pinned body: captured (free of stress) or solve (loaded by gravity)
+  double settle = 2;         ///< s, at most, that an unpinned body gets to come to rest before frame 0; 0 = none
+  double sleep_speed = 0;    ///< m/s below which parts at rest are not computed; 0 = all are
+  double flip_time = 0;      ///< s in which particles lose what the grid cannot hold of their motion; 0 = at once (APIC)
+  bool obstacles = false;    ///< the rest of the scene's Gaussians are an obstacle
   bool floor = true;         ///< the plane of the support is a floor, unless the interactions have a ground
 };
 /// The material that simulate will use, see material.h; with a configuration of PhysGaussian its own.

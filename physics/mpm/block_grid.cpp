@@ -58,6 +58,7 @@ void BlockGrid::build(std::span<const Coordinates> block_of_particle) {
   }
   order_.resize(n);
   for (size_t i = 0; i < n; ++i) order_[cursor[number[i]]++] = static_cast<int>(i);
+  previous_.assign(keys.size(), -1);
   link(sorted_keys);
 }
 
@@ -92,8 +93,10 @@ void BlockGrid::move(std::span<const Move> moves) {
                           static_cast<int>(k));
     std::sort(kept.begin(), kept.end());
     std::vector<uint64_t> sorted_keys;
+    previous_.clear();
     for (const auto& [key, k] : kept) {
       sorted_keys.push_back(key);
+      previous_.push_back(k < old_blocks ? k : -1);
       next[k] = begin.back(), begin.push_back(begin.back() + size[k]);
     }
     link(sorted_keys);
@@ -118,6 +121,8 @@ void BlockGrid::move(std::span<const Move> moves) {
   order_.swap(spare_order_);
   begin_ = std::move(begin);
 }
+
+int BlockGrid::find(const Coordinates& c) const { return block_table_.find(key_of(c)); }
 
 void BlockGrid::link(const std::vector<uint64_t>& sorted_keys) {
   ++link_version_;

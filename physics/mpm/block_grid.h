@@ -43,6 +43,8 @@ class BlockGrid {
   const std::vector<int>& order() const { return order_; }
   std::vector<int>& order() { return order_; }  ///< particles of a block may be permuted
   const Coordinates& block(int b) const { return block_[b]; }
+  /// Number of the particle block at `c`, or -1.
+  int find(const Coordinates& c) const;
   const Coordinates& node_block(int n) const { return node_block_[n]; }
   /// Node block that holds nodes [4 o, 4 o + 4) of block b's patch, o = offset bits x * 4 + y * 2 + z.
   const std::array<int, 8>& nodes_of(int b) const { return particle_links_[b]; }
@@ -59,6 +61,8 @@ class BlockGrid {
   int64_t version() const { return version_; }
   /// Counts the changes of the set of blocks; their numbers stay valid while it stays the same.
   int64_t link_version() const { return link_version_; }
+  /// Number of particle block b before the set of blocks last changed by `move`, or -1.
+  int previous(int b) const { return previous_[b]; }
 
  private:
   void link(const std::vector<uint64_t>& sorted_keys);
@@ -66,7 +70,7 @@ class BlockGrid {
   std::vector<int> begin_, order_, spare_order_;
   std::vector<Coordinates> block_, node_block_;
   std::vector<std::array<int, 8>> particle_links_, node_links_;
-  std::vector<int> sibling_;
+  std::vector<int> sibling_, previous_;
   BlockTable block_table_, node_table_;
   bool has_siblings_ = false;
   int64_t version_ = 0, link_version_ = 0;

@@ -23,8 +23,9 @@ INLINE int point_at(const AdjointRun<T>& run, int first, const T** tape, T** rec
   return lanes;
 }
 
-/// PIC = sum w v_i, v' = PIC + flip (v - sum w v_i^old), C' = 4 / dx^2 sum w v_i (x_i - x)^T, F' = (I + dt C') F,
-/// x' = x + dt PIC, backwards; what the derivative by v gets directly is left in the place of that by v'.
+/// Of the grid: V = sum w v_i, A = 4 / dx^2 sum w v_i (x_i - x)^T, and V_old, A_old of the velocities before the step.
+/// v' = V + flip (v - V_old), C' = A + flip (C - A_old), F' = (I + dt A) F, x' = x + dt V, backwards; `C_after` holds A.
+/// What v and C get directly is left in the place of the derivatives by v' and C'.
 template <class T, bool kFlip>
 INLINE void reverse_gather_run(const AdjointRun<T>& run, const T* velocity, T* patch, const T* old_velocity,
                                T* old_patch) {
@@ -78,7 +79,7 @@ INLINE void reverse_gather_run(const AdjointRun<T>& run, const T* velocity, T* p
     for (int l = lanes; l < kLanes; ++l) __builtin_memcpy(slopes[l], slopes[lanes - 1], sizeof slopes[l]);
     Pack<T> sums[12];
     for (int k = 0; k < 12; k += 4) load_group<T>(slopes_at, k, sums + k);
-    // PIC: of APIC particles it is v', unless they were put back.
+    // V: of APIC particles it is v', unless they were put back.
     for (uint32_t bits = kFlip ? (1u << kLanes) - 1 : any_put_back; bits != 0; bits &= bits - 1) {
       const int l = __builtin_ctz(bits);
       const OneNode<T> v = value_at_particle<T>(stencil, l, velocity + stencil.corner[l]);
@@ -90,19 +91,35 @@ INLINE void reverse_gather_run(const AdjointRun<T>& run, const T* velocity, T* p
       by_place[a] = fma(all<Pack<T>>(run.inverse_dx), slope - moved, by_place[a]);
     }
     if constexpr (kFlip) {
-      Pack<T> direct[3];
-      for (int a = 0; a < 3; ++a) direct[a] = run.flip * by_motion[a];
-      store_group<T>(value_at, 0, -direct[0], -direct[1], -direct[2], Pack<T>{});
-      for (int k = 4; k < 16; k += 4) store_group<T>(value_at, k, Pack<T>{}, Pack<T>{}, Pack<T>{}, Pack<T>{});
-      for (int l = 0; l < lanes; ++l)
+      Pack<T> direct[12], along[3][3], old_v[3] = {};
+      for (int k = 0; k < 12; ++k) direct[k] = run.flip * by_motion[k];
+      for (int b = 0; b < 3; ++b) {
+        base[b] = -direct[b];
+        for (int a = 0; a < 3; ++a) {
+          along[a][b] = -c_scale * direct[3 + 3 * b + a];
+          base[b] -= along[a][b] * (stencil.from_middle[a] + T(1));
+        }
+      }
+      store_group<T>(value_at, 0, base[0], base[1], base[2], Pack<T>{});
+      for (int a = 0; a < 3; ++a) store_group<T>(value_at, 4 + 4 * a, along[a][0], along[a][1], along[a][2], Pack<T>{});
+      for (int l = 0; l < lanes; ++l) {
+        const OneNode<T> v = value_at_particle<T>(stencil, l, old_velocity + stencil.corner[l]);
+        for (int a = 0; a < 3; ++a) old_v[a][l] = v[a];
         scatter_with_slopes<T>(stencil, l, value[l], old_velocity + stencil.corner[l], old_patch + stencil.corner[l],
                                slopes[l]);
-      for (int l = lanes; l < kLanes; ++l) __builtin_memcpy(slopes[l], slopes[lanes - 1], sizeof slopes[l]);
+      }
+      for (int l = lanes; l < kLanes; ++l) {
+        __builtin_memcpy(slopes[l], slopes[lanes - 1], sizeof slopes[l]);
+        for (int a = 0; a < 3; ++a) old_v[a][l] = old_v[a][lanes - 1];
+      }
       for (int a = 0; a < 3; ++a) {
         load_group<T>(slopes_at, 4 * a, sums);
-        by_place[a] = fma(all<Pack<T>>(run.inverse_dx), (sums[0] + sums[1]) + (sums[2] + sums[3]), by_place[a]);
+        Pack<T> slope = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+        for (int b = 0; b < 3; ++b) slope -= along[a][b] * old_v[b];
+        by_place[a] = fma(all<Pack<T>>(run.inverse_dx), slope, by_place[a]);
       }
-      store_group<T>(at, kAdjointVelocity, direct[0], direct[1], direct[2], by_motion[3]);
+      for (int k = 0; k < 12; k += 4)
+        store_group<T>(at, kAdjointVelocity + k, direct[k], direct[k + 1], direct[k + 2], direct[k + 3]);
     }
     store_group<T>(at, kAdjointPlace, by_place[0], by_place[1], by_place[2], new_F[0]);
     store_group<T>(at, kAdjointPlace + 4, new_F[1], new_F[2], new_F[3], new_F[4]);

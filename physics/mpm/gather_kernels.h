@@ -46,6 +46,17 @@ INLINE void gather_one(const T* corner, const T (*weight)[kLanes], int lane, T* 
   store(out + 12, sum2 - low);
 }
 
+/// C of the moments that `gather_one` writes, taken about the particle, whose distance from the middle node is
+/// (x, y, z) cells.
+template <class T>
+INLINE void about_particle(const Pack<T>* sums, Pack<T> x, Pack<T> y, Pack<T> z, T scale, Pack<T>* C) {
+  for (int a = 0; a < 3; ++a) {
+    C[3 * a] = scale * (sums[4 + a] - x * sums[a]);
+    C[3 * a + 1] = scale * (sums[8 + a] - y * sums[a]);
+    C[3 * a + 2] = scale * (sums[12 + a] - z * sums[a]);
+  }
+}
+
 template <class T, bool kFlip>
 INLINE void gather_run(const GatherInput<T>& in, GatherReport<T>& report) {
   const ParticleRun<T>& run = in.run;
@@ -61,8 +72,7 @@ INLINE void gather_run(const GatherInput<T>& in, GatherReport<T>& report) {
   int corner[kLanes];
   Pack<T> fastest{};
   auto sound = fastest == fastest;
-  const T c_scale = 4 * run.inverse_dx;
-  report = {T(0), 0, 0, true};
+  report = {T(0), run.count, 0, 0, true};
   for (int first = 0; first < run.count; first += kLanes) {
     prefetch(run, first, 3);
     T* at[kLanes];
@@ -79,15 +89,10 @@ INLINE void gather_run(const GatherInput<T>& in, GatherReport<T>& report) {
     Pack<T> sums[16];
     for (int k = 0; k < 16; k += 4) load_group<T>(moment_at, k, sums + k);
 
-    // From the middle node to the particle.
-    const Pack<T>*v = sums, cx = sx.offset - T(1), cy = sy.offset - T(1), cz = sz.offset - T(1);
-    Pack<T> C[9], new_v[3];
-    for (int a = 0; a < 3; ++a) {
-      C[3 * a] = c_scale * (sums[4 + a] - cx * v[a]);
-      C[3 * a + 1] = c_scale * (sums[8 + a] - cy * v[a]);
-      C[3 * a + 2] = c_scale * (sums[12 + a] - cz * v[a]);
-      new_v[a] = v[a];
-    }
+    const Pack<T>* v = sums;
+    Pack<T> C[9], new_v[3] = {v[0], v[1], v[2]}, new_C[9];
+    about_particle<T>(sums, sx.offset - T(1), sy.offset - T(1), sz.offset - T(1), 4 * run.inverse_dx, C);
+    for (int k = 0; k < 9; ++k) new_C[k] = C[k];
     Pack<T> speed = fma(v[2], v[2], fma(v[1], v[1], v[0] * v[0]));
 
     for (int k = 4; k < 12; k += 4) load_group<T>(at, kPlaceGroup + k, place + k);
@@ -107,10 +112,13 @@ INLINE void gather_run(const GatherInput<T>& in, GatherReport<T>& report) {
     if constexpr (kFlip) {
       for (int l = 0; l < lanes; ++l) gather_one<T>(old_patch + corner[l], weight, l, moment[l]);
       for (int l = lanes; l < kLanes; ++l) __builtin_memcpy(moment[l], moment[lanes - 1], sizeof moment[l]);
-      Pack<T> old_sums[4], old_v[4];
-      load_group<T>(moment_at, 0, old_sums);
-      load_group<T>(at, kVelocityGroup, old_v);
-      for (int a = 0; a < 3; ++a) new_v[a] = fma(all<Pack<T>>(in.flip), old_v[a] - old_sums[a], v[a]);
+      Pack<T> old_sums[16], motion[12], old_C[9];
+      for (int k = 0; k < 16; k += 4) load_group<T>(moment_at, k, old_sums + k);
+      for (int k = 0; k < 12; k += 4) load_group<T>(at, kVelocityGroup + k, motion + k);
+      about_particle<T>(old_sums, sx.offset - T(1), sy.offset - T(1), sz.offset - T(1), 4 * run.inverse_dx, old_C);
+      const Pack<T> flip = all<Pack<T>>(in.flip);
+      for (int a = 0; a < 3; ++a) new_v[a] = fma(flip, motion[a] - old_sums[a], v[a]);
+      for (int k = 0; k < 9; ++k) new_C[k] = fma(flip, motion[3 + k] - old_C[k], C[k]);
       speed = higher(speed, fma(new_v[2], new_v[2], fma(new_v[1], new_v[1], new_v[0] * new_v[0])));
     }
     fastest = higher(fastest, speed);
@@ -131,9 +139,9 @@ INLINE void gather_run(const GatherInput<T>& in, GatherReport<T>& report) {
 
     for (int k = 0; k < 12; k += 4)
       store_group<T>(at, kPlaceGroup + k, place[k], place[k + 1], place[k + 2], place[k + 3]);
-    store_group<T>(at, kVelocityGroup, new_v[0], new_v[1], new_v[2], C[0]);
-    store_group<T>(at, kVelocityGroup + 4, C[1], C[2], C[3], C[4]);
-    store_group<T>(at, kVelocityGroup + 8, C[5], C[6], C[7], C[8]);
+    store_group<T>(at, kVelocityGroup, new_v[0], new_v[1], new_v[2], new_C[0]);
+    store_group<T>(at, kVelocityGroup + 4, new_C[1], new_C[2], new_C[3], new_C[4]);
+    store_group<T>(at, kVelocityGroup + 8, new_C[5], new_C[6], new_C[7], new_C[8]);
     for (int k = 0; k < 12; k += 4) store_group<T>(at, kRestGroup + k, rest[k], rest[k + 1], rest[k + 2], rest[k + 3]);
   }
   for (int l = 0; l < kLanes; ++l)

@@ -26,7 +26,7 @@ struct ScatterInput {
   ParticleRun<T> run;
   T dt;
   T viscosity_time;  ///< s, Kelvin-Voigt, for all particles
-  bool inertia_only;  ///< leaves out the impulses of the stress
+  bool inertia_only;  ///< leaves out the impulses of the stress, and damping
   const T* given_stress;  ///< [ParticleRecord::side, 6] xx, yy, zz, yz, xz, xy, Pa; with StressKind::kGiven
   /// Kirchhoff stress of one particle for any F, where the fast way is not safe (inverted, singular, very stretched).
   void (*exact_stress)(StressKind kind, const T* F, T mu, T lambda, T* tau);
@@ -39,7 +39,7 @@ struct GatherInput {
   T low[3], high[3];  ///< m, bounds of the particles
   int block[3];       ///< coordinates of the block
   const T* node[8];   ///< velocities of the node blocks that the block's patch covers
-  T flip;             ///< part of FLIP in the new velocity, 0 = APIC
+  T flip;             ///< part kept of what the grid cannot represent of v and C, 0 = APIC
   const T* old_node[8];  ///< velocities before the step, where flip > 0
   int* moved;         ///< [count], receives the places in the run whose particles left the block
 };
@@ -47,7 +47,7 @@ struct GatherInput {
 template <class T>
 struct GatherReport {
   T max_speed_squared;
-  int strays, moves;
+  int particles, strays, moves;
   bool finite;
 };
 
@@ -63,8 +63,6 @@ struct MpmKernels {
   void (*update_nodes)(T* node, const T* fall, T scale);
   /// v, C from the nodes, F <- (I + dt C) F, x <- x + dt v.
   void (*gather)(const GatherInput<T>&, GatherReport<T>&);
-  /// Cell of each particle within its block, [count] below 64.
-  void (*cells)(const ParticleRun<T>&, uint8_t* cell);
   /// Kirchhoff stress tau [count, 6] of F [count, 9] by the law `kind`.
   void (*stress)(StressKind kind, int count, const T* F, const T* mu, const T* lambda,
                  void (*exact_stress)(StressKind, const T*, T, T, T*), T* tau);

@@ -11,7 +11,6 @@ const MpmKernels<T>& mpm_kernels() {
                                              sum_nodes<T>,
                                              update_nodes<T>,
                                              gather<T>,
-                                             cells<T>,
                                              stress_of<T>};
   return kKernels;
 }

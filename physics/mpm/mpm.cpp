@@ -17,8 +17,8 @@ StressKind stress_kind(Law law) {
 }  // namespace
 
 template <class T>
-Mpm<T>::Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin)
-    : rest_(particles.size()), kernels_(&mpm_kernels<T>(best_instruction_set())) {
+Mpm<T>::Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin, const MpmOptions& options)
+    : rest_(particles.size()), kernels_(&mpm_kernels<T>(best_instruction_set())), options_(options) {
   data_.dx = static_cast<T>(dx), data_.inverse_dx = static_cast<T>(1 / dx);
   data_.origin = origin.cast<T>();
   data_.materials = particles.materials;
@@ -91,6 +91,8 @@ void Mpm<T>::load(const BasicSimulationState<T>& state, const Vec3d& low, const 
   });
   moved_.resize(n);
   fit_blocks();
+  if (sleeping()) load_rest(state);
+  moves_since_reorder_ = 0;
   finite_ = true;
 }
 
@@ -114,6 +116,7 @@ void Mpm<T>::store(BasicSimulationState<T>& state) const {
   const bool memory = std::any_of(data_.materials.begin(), data_.materials.end(),
                                   [](const Material& m) { return has_memory(m.law); });
   state.memory.resize(memory ? n : 0);
+  store_rest(state);
   for (const ParticleRecord<T>& r : data_.record) {
     for (int a = 0; a < 3; ++a) {
       state.x[r.index][a] = r.x[a], state.v[r.index][a] = r.v[a];
@@ -131,6 +134,8 @@ void Mpm<T>::fit_blocks() {
   data_.patch.resize(static_cast<size_t>(data_.grid.particle_blocks()) * BlockGrid::kPatchNodes);
   data_.node.resize(static_cast<size_t>(data_.grid.node_blocks()) * BlockGrid::kNodes);
   report_.resize(data_.grid.particle_blocks());
+  if (options_.flip_time > 0) data_.old_patch.resize(data_.patch.size()), data_.old_node.resize(data_.node.size());
+  if (sleeping()) node_motion_.resize(data_.grid.node_blocks());
 }
 
 template <class T>
@@ -158,7 +163,7 @@ void Mpm<T>::collect_reports() {
   std::vector<BlockGrid::Move> moves;
   for (int b = 0; b < data_.grid.particle_blocks(); ++b) {
     const GatherReport<T>& report = report_[b];
-    finite_ &= report.finite, strays_ += report.strays;
+    finite_ &= report.finite, strays_ += report.strays, updates_ += report.particles;
     speed = std::max(speed, report.max_speed_squared);
     for (int m = 0; m < report.moves && finite_; ++m) {
       const int begin = data_.grid.begin(b), place = begin + moved_[begin + m];
@@ -168,8 +173,15 @@ void Mpm<T>::collect_reports() {
   }
   max_speed_ = std::sqrt(static_cast<double>(speed));
   if (moves.empty() || !finite_) return;
+  moves_since_reorder_ += static_cast<int64_t>(moves.size());
+  const int64_t version = data_.grid.link_version();
   data_.grid.move(moves);
-  fit_blocks();
+  if (version != data_.grid.link_version()) {
+    fit_blocks();
+    if (sleeping()) carry_rest();
+  }
+  if (!sleeping()) return;
+  for (const BlockGrid::Move& m : moves) rest_of_block_[data_.grid.find(m.to)] = {};
 }
 
 template class Mpm<float>;

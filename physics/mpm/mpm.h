@@ -7,6 +7,7 @@
 
 #include "physics/mpm/kernels.h"
 #include "physics/mpm/mpm_data.h"
+#include "physics/mpm/mpm_options.h"
 #include "physics/mpm/particles.h"
 #include "physics/mpm/step_loads.h"
 #include "physics/mpm/step_tape.h"
@@ -27,7 +28,7 @@ struct Totals {
 template <class T>
 class Mpm {
  public:
-  Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin);
+  Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin, const MpmOptions& options = {});
 
   /// Load bits of every particle, in the order of the particles.
   void set_load_bits(const std::vector<uint32_t>& bits);
@@ -55,7 +56,7 @@ class Mpm {
            data_.side.size() * (sizeof(LawSide<T>) + 6 * sizeof(T));
   }
   size_t tape_bytes() const {
-    return data_.record.size() * (sizeof(TapeParticle<T>) + sizeof(int)) + data_.node.size() * sizeof(Node<T>) +
+    return data_.record.size() * (sizeof(TapeParticle<T>) + sizeof(int)) + (data_.node.size() + data_.old_node.size()) * sizeof(Node<T>) +
            data_.side.size() * (sizeof(LawMemory<T>) + 6 * sizeof(T));
   }
 
@@ -69,6 +70,7 @@ class Mpm {
   int64_t strays() const { return strays_; }
   /// Momentum [N s] that the colliders, then the pins, then the body loads gave to the body in the last step.
   const std::vector<Vec3d>& impulses() const { return impulse_; }
+  int64_t particle_updates() const { return updates_; }  ///< since construction; particles asleep are left out
 
   /// Centre of mass, mean velocity and mass of some particles, summed in the order given.
   struct Motion {
@@ -91,7 +93,17 @@ class Mpm {
   BlockGrid::Coordinates block_of(const T* x, int object) const;
   void load_record(int i, const BasicSimulationState<T>& state, ParticleRecord<T>& r);
   void fit_blocks();
-  void sort_cells(int b);
+  void load_rest(const BasicSimulationState<T>& state);
+  void store_rest(BasicSimulationState<T>& state) const;
+  ParticleRun<T> run_of(int b);
+  void reorder_chunk(int chunk);
+  bool sleeping() const { return options_.sleep_speed > 0; }
+  void carry_rest();
+  void wake_on_change(const StepLoads<T>& loads);
+  bool scatter_can_wait(int b, T dt, const StepLoads<T>& loads);
+  void measure_motion(int n);
+  bool gather_can_wait(int b, T dt);
+  void watch_rest(int b, T dt);
   void apply_laws(int b, T dt);
   void set_given_stress(const ParticleRecord<T>& r, const Mat3<T>& F);
   void apply_body_loads(int b, T dt, const StepLoads<T>& loads);
@@ -99,6 +111,8 @@ class Mpm {
   void sum_node_block(int n);
   void update_node_block(int n, T dt, const StepLoads<T>& loads);
   void apply_conditions(int n, const StepLoads<T>& loads);
+  void condition_node_block(int n, const StepLoads<T>& loads);
+  T flip(T dt) const;
   void gather_block(int b, T dt, const StepLoads<T>& loads);
   void damp_affine(int b, T strain_rate_kept, T spin_kept);
   void collect_reports();
@@ -114,6 +128,16 @@ class Mpm {
   StressKind uniform_;  // law of all particles if a kernel for it alone will do, else kGiven
   std::vector<Vec3d> node_impulse_, particle_impulse_;  // [node blocks, colliders and pins], [particle blocks, loads]
   std::vector<Vec3d> impulse_;                          // their sums
+
+  MpmOptions options_;
+  std::vector<BlockRest<T>> rest_of_block_;   // [particle blocks], with sleep_speed only
+  std::vector<NodeMotion<T>> node_motion_;    // [node blocks], likewise
+  Vec3<T> last_gravity_ = Vec3<T>::Zero();    // of the last step, whose change wakes all
+  size_t last_conditions_ = 0;
+
+  static constexpr int kReorderChunk = 2048;
+  std::vector<ParticleRecord<T>> spare_record_;
+  int64_t moves_since_reorder_ = 0, updates_ = 0;
   bool finite_ = true;
   double max_speed_ = 0;
   int64_t strays_ = 0;
@@ -127,6 +151,8 @@ class Mpm<T>::Snapshot {
   BlockGrid grid_;
   std::vector<LawSide<T>> side_;
   std::vector<T> given_stress_;
+  std::vector<BlockRest<T>> rest_of_block_;
+  int64_t moves_since_reorder_;
 };
 
 extern template class Mpm<float>;

@@ -17,6 +17,20 @@ struct LawSide {
   T total_rest[9];  ///< what rounding cut off from memory.F_total
 };
 
+/// What decides whether a block sleeps.
+template <class T>
+struct NodeMotion {
+  T speed_squared = 0, sum[3] = {};  ///< largest of, and sum over, the nodes of a block
+};
+template <class T>
+struct BlockRest {
+  T quiet_time = 0;        ///< s since something in the block or near it moved
+  T max_speed_squared = 0; ///< when it fell asleep
+  T patch_dt = 0;          ///< step for which the block's patch holds, 0 = none
+  bool asleep = false, settled = false;  ///< settled: `at_sleep` holds
+  NodeMotion<T> at_sleep[8];
+};
+
 /// What a solver holds between steps, for passes over it in other files.
 template <class T>
 struct MpmData {
@@ -31,6 +45,7 @@ struct MpmData {
   std::vector<T> given_stress;   ///< [side, 6] Kirchhoff stress xx, yy, zz, yz, xz, xy, Pa
   std::vector<Node<T>> patch;   ///< [particle blocks, 6, 6, 6], what a block scatters
   std::vector<Node<T>> node;    ///< [node blocks, 4, 4, 4], momentum and mass, after the update velocity and mass
+  std::vector<Node<T>> old_patch, old_node;  ///< the same without forces and loads; with MpmOptions::flip_time only
 };
 
 }  // namespace pliant

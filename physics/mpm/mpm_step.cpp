@@ -14,13 +14,17 @@ namespace pliant {
 template <class T>
 bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<void(int)>& prepare,
                      const std::function<bool()>& check, StepTape<T>* tape) {
+  CHECK_MSG(!tape || !sleeping(), "steps in which something sleeps cannot be recorded");
+  // Records are brought into the order of the blocks again when one in so many has changed its block.
+  constexpr int kMovesPerReorder = 64;
   constexpr int kParticlesPerThread = 1000;  // below this a thread costs more than it brings
   const int useful = static_cast<int>(std::min<size_t>(data_.record.size() / kParticlesPerThread, 1024));
   const int threads = std::clamp(omp_get_max_threads(), 1, std::max(1, useful));
   std::exception_ptr error;
-  Queue scatter, update, contact, conditions, gather;
+  Queue reorder, scatter, update, contact, conditions, gather;
   if (tape) tape->low = data_.low, tape->high = data_.high;
-  bool going = true, good = true;
+  bool going = true, good = true, reordering = false;
+  const int chunks = static_cast<int>((data_.record.size() + kReorderChunk - 1) / kReorderChunk);
   // What one thread does between steps.
   const auto between = [&](int k) {
     try {
@@ -30,11 +34,14 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
       }
       going = good && k < count;
       if (going) prepare(k), clear_impulses(loads);
-      if (going && tape) tape->begin_step(dt, loads, data_.grid, data_.side.size(), T(0));
+      if (going && sleeping()) wake_on_change(loads);
+      reordering = going && moves_since_reorder_ * kMovesPerReorder > static_cast<int64_t>(data_.record.size());
+      if (reordering) spare_record_.resize(data_.record.size());
+      if (going && tape) tape->begin_step(dt, loads, data_.grid, data_.side.size(), flip(dt));
     } catch (...) {
       error = std::current_exception(), going = false;
     }
-    scatter.reset(), update.reset(), contact.reset(), conditions.reset(), gather.reset();
+    scatter.reset(), update.reset(), contact.reset(), conditions.reset(), gather.reset(), reorder.reset();
   };
   std::unique_ptr<Barrier> barrier;
 #pragma omp parallel num_threads(threads)
@@ -45,6 +52,12 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
       if (omp_get_thread_num() == 0) between(k);
       barrier->wait();
       if (!going) break;
+      if (reordering) {
+        for (int c; (c = reorder.take()) < chunks;) reorder_chunk(c);
+        barrier->wait();
+        if (omp_get_thread_num() == 0) data_.record.swap(spare_record_), moves_since_reorder_ = 0;
+        barrier->wait();
+      }
       for (int b; (b = scatter.take()) < data_.grid.particle_blocks();) {
         if (tape) record_block(b, tape->last());
         scatter_block(b, dt, loads);
@@ -54,13 +67,13 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
         sum_node_block(n);
         if (tape) record_node_block(n, tape->last());
         update_node_block(n, dt, loads);
-        if (!data_.grid.has_siblings()) apply_conditions(n, loads);
+        if (!data_.grid.has_siblings()) condition_node_block(n, loads);
       }
       barrier->wait();
       if (data_.grid.has_siblings()) {
         for (int n; (n = contact.take()) < data_.grid.node_blocks();) apply_object_contact(loads, data_, n);
         barrier->wait();
-        for (int n; (n = conditions.take()) < data_.grid.node_blocks();) apply_conditions(n, loads);
+        for (int n; (n = conditions.take()) < data_.grid.node_blocks();) condition_node_block(n, loads);
         barrier->wait();
       }
       for (int b; (b = gather.take()) < data_.grid.particle_blocks();) gather_block(b, dt, loads);
@@ -88,6 +101,7 @@ template <class T>
 void Mpm<T>::record_node_block(int n, TapeStep<T>& step) const {
   const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
   std::copy_n(data_.node.data() + first, BlockGrid::kNodes, step.node.data() + first);
+  if (step.flip > T(0)) std::copy_n(data_.old_node.data() + first, BlockGrid::kNodes, step.old_node.data() + first);
 }
 
 template <class T>
@@ -95,6 +109,8 @@ typename Mpm<T>::Snapshot Mpm<T>::save() const {
   Snapshot snapshot;
   snapshot.record_ = data_.record, snapshot.slot_ = data_.slot, snapshot.grid_ = data_.grid;
   snapshot.side_ = data_.side, snapshot.given_stress_ = data_.given_stress;
+  snapshot.rest_of_block_ = rest_of_block_;
+  snapshot.moves_since_reorder_ = moves_since_reorder_;
   return snapshot;
 }
 
@@ -103,6 +119,8 @@ void Mpm<T>::restore(const Snapshot& snapshot) {
   CHECK(snapshot.record_.size() == rest_.size());
   data_.record = snapshot.record_, data_.slot = snapshot.slot_, data_.grid = snapshot.grid_;
   data_.side = snapshot.side_, data_.given_stress = snapshot.given_stress_;
+  rest_of_block_ = snapshot.rest_of_block_;
+  moves_since_reorder_ = snapshot.moves_since_reorder_;
   fit_blocks();
 }
 
@@ -119,7 +137,7 @@ void Mpm<T>::update_grid(T dt, const StepLoads<T>& loads) {
   for (int n = 0; n < blocks; ++n) update_node_block(n, dt, loads);
   if (data_.grid.has_siblings())
     for (int n = 0; n < blocks; ++n) apply_object_contact(loads, data_, n);
-  for (int n = 0; n < blocks; ++n) apply_conditions(n, loads);
+  for (int n = 0; n < blocks; ++n) condition_node_block(n, loads);
 }
 
 template <class T>

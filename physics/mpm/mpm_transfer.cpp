@@ -19,14 +19,14 @@ void exact_stress(StressKind kind, const T* F, T mu, T lambda, T* tau) {
   tau[3] = stress(1, 2), tau[4] = stress(0, 2), tau[5] = stress(0, 1);
 }
 
-template <class T>
-ParticleRun<T> run_of(MpmData<T>& data, int b) {
-  const int begin = data.grid.begin(b);
-  return {data.record.data(), data.grid.order().data() + begin, data.grid.begin(b + 1) - begin,
-          {data.origin[0], data.origin[1], data.origin[2]}, data.dx, data.inverse_dx};
-}
-
 }  // namespace
+
+template <class T>
+ParticleRun<T> Mpm<T>::run_of(int b) {
+  const int begin = data_.grid.begin(b);
+  return {data_.record.data(), data_.grid.order().data() + begin, data_.grid.begin(b + 1) - begin,
+          {data_.origin[0], data_.origin[1], data_.origin[2]}, data_.dx, data_.inverse_dx};
+}
 
 /// What the loads give to single particles.
 template <class T>
@@ -53,26 +53,39 @@ void Mpm<T>::apply_body_loads(int b, T dt, const StepLoads<T>& loads) {
 
 template <class T>
 void Mpm<T>::scatter_block(int b, T dt, const StepLoads<T>& loads) {
+  if (sleeping() && scatter_can_wait(b, dt, loads)) return;
   if (!loads.body.empty()) apply_body_loads(b, dt, loads);
   ScatterInput<T> in;
-  in.run = run_of(data_, b);
+  in.run = run_of(b);
   in.dt = dt, in.viscosity_time = loads.viscosity_time;
   in.inertia_only = false;
   in.given_stress = data_.given_stress.data();
   in.exact_stress = exact_stress<T>;
   const bool uniform = uniform_ != StressKind::kGiven && !(loads.viscosity_time > T(0));
   const int which = static_cast<int>(uniform ? uniform_ : StressKind::kGiven);
-  kernels_->scatter[which](in, data_.patch[static_cast<size_t>(b) * BlockGrid::kPatchNodes].lane);
+  const size_t patch = static_cast<size_t>(b) * BlockGrid::kPatchNodes;
+  kernels_->scatter[which](in, data_.patch[patch].lane);
+  if (!(options_.flip_time > 0)) return;
+  in.inertia_only = true;
+  kernels_->scatter[which](in, data_.old_patch[patch].lane);
 }
 
 template <class T>
 void Mpm<T>::sum_node_block(int n) {
-  const T* patch[8];
-  for (int o = 0; o < 8; ++o) {
-    const int source = data_.grid.sources_of(n)[o];
-    patch[o] = source < 0 ? nullptr : data_.patch[static_cast<size_t>(source) * BlockGrid::kPatchNodes].lane;
-  }
-  kernels_->sum_nodes(patch, data_.node[static_cast<size_t>(n) * BlockGrid::kNodes].lane);
+  const auto sum = [&](const std::vector<Node<T>>& patches, std::vector<Node<T>>& nodes) {
+    const T* patch[8];
+    for (int o = 0; o < 8; ++o) {
+      const int source = data_.grid.sources_of(n)[o];
+      patch[o] = source < 0 ? nullptr : patches[static_cast<size_t>(source) * BlockGrid::kPatchNodes].lane;
+    }
+    T* node = nodes[static_cast<size_t>(n) * BlockGrid::kNodes].lane;
+    kernels_->sum_nodes(patch, node);
+    return node;
+  };
+  sum(data_.patch, data_.node);
+  if (!(options_.flip_time > 0)) return;
+  const T none[3] = {};
+  kernels_->update_nodes(sum(data_.old_patch, data_.old_node), none, T(1));
 }
 
 template <class T>
@@ -91,6 +104,13 @@ void Mpm<T>::apply_conditions(int n, const StepLoads<T>& loads) {
       node_impulse_.data() + static_cast<size_t>(n) * (loads.colliders.size() + loads.pins.size()));
 }
 
+/// Conditions on the updated velocities of a block, and how they move for those who may sleep.
+template <class T>
+void Mpm<T>::condition_node_block(int n, const StepLoads<T>& loads) {
+  apply_conditions(n, loads);
+  if (sleeping()) measure_motion(n);
+}
+
 /// Damps the affine part of the particles' velocity.
 template <class T>
 void Mpm<T>::damp_affine(int b, T strain_rate_kept, T spin_kept) {
@@ -107,19 +127,30 @@ void Mpm<T>::damp_affine(int b, T strain_rate_kept, T spin_kept) {
 }
 
 template <class T>
+T Mpm<T>::flip(T dt) const {
+  return options_.flip_time > 0 ? static_cast<T>(std::exp(-static_cast<double>(dt) / options_.flip_time)) : T(0);
+}
+
+template <class T>
 void Mpm<T>::gather_block(int b, T dt, const StepLoads<T>& loads) {
+  if (sleeping() && gather_can_wait(b, dt)) return;
   GatherInput<T> in{};
-  in.run = run_of(data_, b);
+  in.run = run_of(b);
   in.dt = dt;
   const BlockGrid::Coordinates& block = data_.grid.block(b);
   const int coordinates[3] = {block.x, block.y, block.z};
   for (int a = 0; a < 3; ++a) in.low[a] = data_.low[a], in.high[a] = data_.high[a], in.block[a] = coordinates[a];
-  for (int o = 0; o < 8; ++o)
-    in.node[o] = data_.node[static_cast<size_t>(data_.grid.nodes_of(b)[o]) * BlockGrid::kNodes].lane;
+  in.flip = flip(dt);
+  for (int o = 0; o < 8; ++o) {
+    const size_t node = static_cast<size_t>(data_.grid.nodes_of(b)[o]) * BlockGrid::kNodes;
+    in.node[o] = data_.node[node].lane;
+    in.old_node[o] = in.flip > T(0) ? data_.old_node[node].lane : nullptr;
+  }
   in.moved = moved_.data() + data_.grid.begin(b);
   kernels_->gather(in, report_[b]);
   if (!data_.side.empty()) apply_laws(b, dt);
   if (loads.strain_rate_kept != T(1) || loads.spin_kept != T(1)) damp_affine(b, loads.strain_rate_kept, loads.spin_kept);
+  if (sleeping()) watch_rest(b, dt);
 }
 
 template class Mpm<float>;

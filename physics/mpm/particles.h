@@ -40,6 +40,8 @@ struct BasicSimulationState {
   std::vector<Mat3<T>> C, F;  ///< [N, 3, 3] affine velocity field 1/s, elastic deformation gradient
   std::vector<LawMemory<T>> memory;  ///< [N], or empty when no law has a memory; F is then the whole deformation
 
+  std::vector<T> quiet_time;  ///< [N] s for which the neighbourhood has been at rest; empty unless bodies may sleep
+
   size_t size() const { return x.size(); }
 };
 

@@ -216,36 +216,43 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
     const Pack<T> half = T(0.5) * s;
     S[3] = half * (sums.by_along[1][2] + sums.by_along[2][1]), S[4] = half * (sums.by_along[0][2] + sums.by_along[2][0]);
     S[5] = half * (sums.by_along[0][1] + sums.by_along[1][0]);
-    Pack<T> direct[4] = {};  // by the loaded velocity itself
-    if (run.flip > T(0)) {
-      // The velocities before the step come from the same scatter without stress.
-      for (int a = 0; a < 3; ++a)
-        for (int b = 0; b < 3; ++b) along[a][b] = m * C[3 * b + a];
-      const ScatterSums<T> old(stencil, lanes, value, along, old_nodes);
-      for (int b = 0; b < 4; ++b) sums.by_value[b] += old.by_value[b];
-      for (int a = 0; a < 3; ++a) {
-        sums.by_x[a] += old.by_x[a];
-        for (int b = 0; b < 3; ++b) sums.by_along[a][b] += old.by_along[a][b];
+    // Derivative by the factor of v and C, over that factor.
+    const auto by_factor = [&](const ScatterSums<T>& of) {
+      Pack<T> by_value{}, by_along{};
+      for (int b = 0; b < 3; ++b) {
+        by_value = fma(loaded_v[b], of.by_value[b], by_value);
+        for (int a = 0; a < 3; ++a) by_along = fma(C[3 * b + a], of.by_along[a][b], by_along);
       }
-      load_group<T>(at, kAdjointVelocity, direct);
-    }
-    const Pack<T>* by_p = sums.by_value;
-
-    Pack<T> by_carried{}, by_m{}, by_loaded_v[3], by_v[3], by_C[9];
+      return fma(all<Pack<T>>(run.dx), by_along, by_value);
+    };
+    const Pack<T> by_kept = by_factor(sums);
+    Pack<T> by_mass = fma(kept, by_kept, sums.by_value[3]), by_loaded_v[3], by_v[3], by_C[9];
     for (int b = 0; b < 3; ++b) {
-      by_carried = fma(loaded_v[b], by_p[b], by_carried);
-      by_loaded_v[b] = fma(carried, by_p[b], direct[b]), by_v[b] = by_loaded_v[b] * load_kept;
-      for (int a = 0; a < 3; ++a) {
-        by_m = fma(C[3 * b + a], sums.by_along[a][b], by_m);
-        by_C[3 * b + a] = m * sums.by_along[a][b];
+      by_loaded_v[b] = carried * sums.by_value[b];
+      for (int a = 0; a < 3; ++a) by_C[3 * b + a] = m * sums.by_along[a][b];
+    }
+    if (run.flip > T(0)) {
+      // The velocities before the step come from the same scatter without stress and damping.
+      const Pack<T> old_m = mass * run.dx, old_value[4] = {mass * loaded_v[0], mass * loaded_v[1], mass * loaded_v[2], mass};
+      for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b) along[a][b] = old_m * C[3 * b + a];
+      const ScatterSums<T> old(stencil, lanes, old_value, along, old_nodes);
+      by_mass += by_factor(old) + old.by_value[3];
+      Pack<T> direct[12];  // by the loaded velocity and by C themselves
+      for (int k = 0; k < 12; k += 4) load_group<T>(at, kAdjointVelocity + k, direct + k);
+      for (int b = 0; b < 3; ++b) {
+        sums.by_x[b] += old.by_x[b];
+        by_loaded_v[b] += fma(mass, old.by_value[b], direct[b]);
+        for (int a = 0; a < 3; ++a) by_C[3 * b + a] += fma(old_m, old.by_along[a][b], direct[3 + 3 * b + a]);
       }
     }
-    Pack<T> by_unit{}, by_spring[3] = {};
-    if (run.bodies > 0) add_by_body_loads(run, lanes, at, place, constant, v, by_loaded_v, by_spring, by_unit);
+    for (int b = 0; b < 3; ++b) by_v[b] = by_loaded_v[b] * load_kept;
+    Pack<T> by_unit{}, by_x[3];
+    for (int a = 0; a < 3; ++a) by_x[a] = run.inverse_dx * sums.by_x[a];
+    if (run.bodies > 0) add_by_body_loads(run, lanes, at, place, constant, v, by_loaded_v, by_x, by_unit);
     StressAdjointPack<T> by;
     stress.reverse(S, by);
 
-    const Pack<T> per_mass = fma(all<Pack<T>>(run.dx), by_m, by_carried);
     Pack<T> total[4], rest[4];
     load_group<T>(at, kAdjointSum, total);
     load_group<T>(at, kAdjointRest, rest);
@@ -259,9 +266,9 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
       const Pack<T> time = run.viscosity_time + rest[1];
       by.mu = fma(by_shear, time, by.mu), by.lambda = fma(by_bulk, time, by.lambda);
       total[3] += fma(by_shear, mu, by_bulk * *lambda);
-      rest[0] -= run.dt * carried * per_mass;
+      rest[0] -= run.dt * carried * by_kept;
     }
-    total[0] += fma(kept, per_mass, by_p[3]), total[1] += by.mu, total[2] += by.lambda;
+    total[0] += by_mass, total[1] += by.mu, total[2] += by.lambda;
     if (run.bodies > 0) {  // the spring constant is (lambda + 2 mu) V / (m dx^2)
       const Pack<T> by_modulus = by_unit * constant[1] / mass * (run.inverse_dx * run.inverse_dx);
       total[0] -= by_unit * unit_spring(run, constant) / mass;
@@ -275,7 +282,7 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
 
     Pack<T> by_place[12];
     for (int k = 0; k < 12; k += 4) load_group<T>(at, kAdjointPlace + k, by_place + k);
-    for (int a = 0; a < 3; ++a) by_place[a] += fma(all<Pack<T>>(run.inverse_dx), sums.by_x[a], by_spring[a]);
+    for (int a = 0; a < 3; ++a) by_place[a] += by_x[a];
     for (int k = 0; k < 9; ++k) by_place[3 + k] += by.F[k];
     for (int k = 0; k < 12; k += 4) {
       store_group<T>(at, kAdjointPlace + k, by_place[k], by_place[k + 1], by_place[k + 2], by_place[k + 3]);

@@ -92,7 +92,7 @@ INLINE void scatter_run(const ScatterInput<T>& in, StressKind kind, T* patch) {
     total_stress<T, kMixture>(in, kind, at, F, C, constant[2], constant[3], damping, tau);
     const Pack<T> s = stress_scale * volume;
     Pack<T> m = mass * run.dx, carried = mass;
-    if (kMixture == Mixture::kAny) {
+    if (kMixture == Mixture::kAny && !in.inertia_only) {
       const Pack<T> kept = exponential(-in.dt * damping[2]);
       m *= kept, carried *= kept;
     }
@@ -128,21 +128,6 @@ void scatter_neo_hookean(const ScatterInput<T>& in, T* patch) {
 template <class T>
 void scatter_any(const ScatterInput<T>& in, T* patch) {
   scatter_run<T, Mixture::kAny>(in, StressKind::kGiven, patch);
-}
-
-template <class T>
-void cells(const ParticleRun<T>& run, uint8_t* cell) {
-  for (int first = 0; first < run.count; first += kLanes) {
-    prefetch(run, first, 1);
-    T* at[kLanes];
-    const int lanes = point_at(run, first, at);
-    Pack<T> x[4];
-    load_group<T>(at, kPlaceGroup, x);
-    Mask<T> index{};
-    for (int a = 0; a < 3; ++a)
-      index = index * 4 + (stencil_base<T>((x[a] - run.origin[a]) * run.inverse_dx) & 3);
-    for (int l = 0; l < lanes; ++l) cell[first + l] = static_cast<uint8_t>(index[l]);
-  }
 }
 
 }  // namespace pliant::PLIANT_ISA

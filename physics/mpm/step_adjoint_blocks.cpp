@@ -68,6 +68,8 @@ template <class T>
 void StepAdjoint<T>::begin_step(const StepTape<T>& tape, const TapeStep<T>& step) {
   if (step.grid->has_siblings())
     throw usage_error("roll-out", "object", "has bodies that touch", "fit one body at a time");
+  if (step.flip > T(0) && particles_.has_memory())
+    throw usage_error("roll-out", "flip_time", "is set for a law with a memory", "use APIC, flip_time 0");
   run_ = {};
   run_.dt = step.dt, run_.flip = step.flip, run_.viscosity_time = step.loads.viscosity_time;
   run_.dx = solver_.dx, run_.inverse_dx = solver_.inverse_dx;
@@ -113,7 +115,8 @@ void StepAdjoint<T>::find_velocities(const TapeStep<T>& step, int n) {
   apply_node_conditions(step.loads, block);
 }
 
-/// The affine velocity of a particle is damped after it has been used, so what was used is found again from the nodes.
+/// The affine velocity that moved F is not that of the particle when it is damped afterwards or blended with the old
+/// one, so it is found again from the nodes.
 template <class T>
 void StepAdjoint<T>::reverse_affine_damping(const TapeStep<T>& step, int b, const Node<T>* velocity) {
   for (int s = step.begin[b]; s < step.begin[b + 1]; ++s) {
@@ -185,7 +188,8 @@ void StepAdjoint<T>::reverse_gather(const TapeStep<T>& step, int b) {
     return std::fill_n(patch, BlockGrid::kPatchNodes, Node<T>{}), patch->lane;
   };
   collect_patch(*step.grid, b, velocity_, velocity[0]);
-  if (step.loads.strain_rate_kept != T(1) || step.loads.spin_kept != T(1)) reverse_affine_damping(step, b, velocity[0]);
+  if (step.flip > T(0) || step.loads.strain_rate_kept != T(1) || step.loads.spin_kept != T(1))
+    reverse_affine_damping(step, b, velocity[0]);
   if (!memory_.empty()) reverse_return_maps(step, b);
   T* old_patch = nullptr;
   if (step.flip > T(0)) {

@@ -8,7 +8,7 @@
 namespace pliant::PLIANT_ISA {
 
 /// Below this determinant a deformation gradient is left to the exact function: there the neo-Hookean logarithm ends.
-constexpr double kLeastDeterminant = 0.0101;
+constexpr double kLeastDeterminant = 1.01e-3;
 
 /// Cofactors c of X and its determinant.
 template <class T>

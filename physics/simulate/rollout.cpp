@@ -19,6 +19,7 @@ SimulateOptions fixed_step(const RolloutOptions& options, int substeps) {
   SimulateOptions fixed = options.simulate;
   fixed.substeps = substeps;
   fixed.max_retries = 0;
+  fixed.sleep_speed = 0;
   return fixed;
 }
 

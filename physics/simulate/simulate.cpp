@@ -29,6 +29,8 @@ void validate(const SimulateOptions& options, const BasicParticles<T>& particles
           "give 0 to let the time step be chosen");
   require(options.damping_time >= 0, "damping_time", options.damping_time, "give seconds, 0 = none");
   require(options.viscosity_time >= 0, "viscosity_time", options.viscosity_time, "give seconds, 0 = none");
+  require(options.flip_time >= 0, "flip_time", options.flip_time, "give seconds, 0 = APIC");
+  require(options.sleep_speed >= 0, "sleep_speed", options.sleep_speed, "give metres per second, 0 = off");
   require(options.settle_time >= 0, "settle_time", options.settle_time, "give seconds, 0 = none");
   require(options.max_retries >= 0, "max_retries", options.max_retries, "give a number of halvings");
   require(options.gravity.allFinite(), "gravity", options.gravity.norm(), "give three finite numbers");

@@ -34,6 +34,8 @@ struct SimulateOptions {
   RestShapeMode rest_shape = RestShapeMode::kCaptured;  ///< of bodies that a pin holds
   double object_friction = 0.5;  ///< Coulomb coefficient between the objects of `particles`
   int max_retries = 4;        ///< halvings of the time step before a frame is given up
+  double flip_time = 0;       ///< s, 0 = APIC; see MpmOptions
+  double sleep_speed = 0;     ///< m/s, 0 = off; see MpmOptions
 };
 
 struct SimulateSummary {

@@ -42,7 +42,8 @@ Simulator<T>::Simulator(const SimulateOptions& options, const BasicParticles<T>&
       particles_(particles),
       dx_(options.cell_size > 0 ? options.cell_size : static_cast<double>(particles.cell_size)),
       schedule_(options, particles, interactions),
-      solver_(particles, dx_, grid_origin(particles, dx_)),
+      solver_(particles, dx_, grid_origin(particles, dx_),
+              {.flip_time = options.flip_time, .sleep_speed = options.sleep_speed}),
       summary_(summary) {
   solver_.set_load_bits(schedule_.bits());
   if (schedule_.has_wind()) solver_.set_exposure(surface_elements(particles, dx_));

@@ -92,11 +92,10 @@ AdjointCheckOptions few() {
   return options;
 }
 
-// x, F, v [15] of each particle and the node velocities after and before the step [2, 216, 3]  ->  x, F, v, C [24] of
-// each particle.
+// x, F, v, C [24] of each particle and the node velocities after and before the step [2, 216, 3]  ->  x, F, v, C [24].
 struct Gather {
   double flip;
-  static constexpr int kStride = 15;
+  static constexpr int kStride = 24;
 
   List operator()(const List& u) const {
     List out;
@@ -104,14 +103,15 @@ struct Gather {
     for (int p = 0; p < kCount; ++p) {
       const double* x = u.data() + kStride * p;
       Vec3d pic = Vec3d::Zero(), before = pic;
-      Mat3d C = Mat3d::Zero();
+      Mat3d C = Mat3d::Zero(), C_before = C;
       for_nodes(x, [&](int n, double w, const Vec3d& d) {
-        const Vec3d vi = Eigen::Map<const Vec3d>(node + 3 * n);
+        const Vec3d vi = Eigen::Map<const Vec3d>(node + 3 * n), old_vi = Eigen::Map<const Vec3d>(old + 3 * n);
         pic += w * vi, C += 4 / kDx * w * vi * d.transpose();
-        before += w * Eigen::Map<const Vec3d>(old + 3 * n);
+        before += w * old_vi, C_before += 4 / kDx * w * old_vi * d.transpose();
       });
       const Vec3d v = pic + flip * (Eigen::Map<const Vec3d>(x + 12) - before);
-      const Row3 F = (Mat3d::Identity() + kDt * C) * Eigen::Map<const Row3>(x + 3), rows = C;
+      const Row3 F = (Mat3d::Identity() + kDt * C) * Eigen::Map<const Row3>(x + 3);
+      const Row3 rows = C + flip * (Eigen::Map<const Row3>(x + 15) - C_before);
       for (int a = 0; a < 3; ++a) out.push_back(x[a] + kDt * pic[a]);
       out.insert(out.end(), F.data(), F.data() + 9);
       out.insert(out.end(), v.data(), v.data() + 3);
@@ -121,13 +121,8 @@ struct Gather {
   }
 
   List adjoint(InstructionSet set, const List& u, const List& adj) const {
-    const List after = (*this)(u);
-    List tape;
-    for (int p = 0; p < kCount; ++p) {
-      tape.insert(tape.end(), u.begin() + kStride * p, u.begin() + kStride * p + 15);
-      tape.insert(tape.end(), 9, 0.0);
-    }
-    OneBlock block(tape, 24);
+    const List after = Gather{0.0}(u);  // of the grid
+    OneBlock block(u, kStride);
     block.run.flip = flip;
     for (int p = 0; p < kCount; ++p) {
       std::copy_n(adj.data() + 24 * p, 24, block.at(p).x);
@@ -140,7 +135,7 @@ struct Gather {
     List by;
     for (int p = 0; p < kCount; ++p) {
       by.insert(by.end(), block.at(p).x, block.at(p).x + 12);
-      for (int a = 0; a < 3; ++a) by.push_back(flip > 0 ? block.at(p).v[a] : 0.0);
+      for (int k = 0; k < 12; ++k) by.push_back(flip > 0 ? block.at(p).v[k] : 0.0);
     }
     for (int k = 0; k < 6 * kPatchNodes; ++k)
       by.push_back(by_node[k / (3 * kPatchNodes)][k / 3 % kPatchNodes * 4 + k % 3]);
@@ -149,9 +144,7 @@ struct Gather {
 };
 
 TEST(AdjointKernels, GatherAgreesWithDifferences) {
-  List u;
-  const List particles = random_particles(0.3);
-  for (int p = 0; p < kCount; ++p) u.insert(u.end(), particles.begin() + 24 * p, particles.begin() + 24 * p + 15);
+  List u = random_particles(0.3);
   for (int k = 0; k < 6 * kPatchNodes; ++k) u.push_back(Random(6, k).normal());
   AdjointCheckOptions options = few();
   options.inputs = 100;
@@ -191,10 +184,10 @@ struct Scatter {
           if (touched(p, l)) v += kDt * (Eigen::Map<const Vec3d>(extra + 1 + 4 * l) - extra[4 + 4 * l] * v0);
       }
       for_nodes(x, [&](int n, double w, const Vec3d& d) {
-        const Vec3d inertia = mass * kept * (v + kDx * C * d), force = -kDt * kVolume * 4 / kDx * tau * d;
+        const Vec3d inertia = mass * (v + kDx * C * d), force = -kDt * kVolume * 4 / kDx * tau * d;
         for (int old = 0; old < (flip > 0 ? 2 : 1); ++old) {
           double* to = node.data() + 4 * (n + old * kPatchNodes);
-          for (int a = 0; a < 3; ++a) to[a] += w * (inertia[a] + (old ? 0 : force[a]));
+          for (int a = 0; a < 3; ++a) to[a] += w * (old ? inertia[a] : kept * inertia[a] + force[a]);
           to[3] += w * mass;
         }
       });

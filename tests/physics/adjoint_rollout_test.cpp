@@ -80,6 +80,12 @@ TEST(AdjointRollout, GravityThatTakesTurnsReachesTheRightNumbers) {
   }
 }
 
+TEST(AdjointRollout, ABlendWithFlipAgreesWithDifferences) {
+  Case c = on_the_ground(2);
+  c.options.simulate.duration = 0.01, c.options.simulate.flip_time = 0.002;
+  expect_gradient(c);
+}
+
 TEST(AdjointRollout, DampedAffineVelocitiesAgreeWithDifferences) {
   Case c = testing::moving_block<double>(2);
   c.options.simulate.duration = 0.01, c.options.simulate.substeps = 10;

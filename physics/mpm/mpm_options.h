@@ -1,0 +1,17 @@
+#pragma once
+
+namespace pliant {
+
+/// Choices of the solver that change what it computes.
+struct MpmOptions {
+  /// s; 0 = APIC, which loses in every step, however short, the part of v and C that the grid cannot represent.
+  /// Otherwise particles lose it within this time: new = grid + exp(-dt / flip_time) (old - grid's of the old), for v
+  /// as in FLIP (Brackbill and Ruppel 1986) and for C alike; x and F move with the grid's velocity.
+  double flip_time = 0;
+  /// m/s; 0 = off.  Blocks whose particles and nodes stay slower than this for `sleep_time` are not computed until
+  /// something near them moves or a load changes.
+  double sleep_speed = 0;
+  double sleep_time = 0.1;  ///< s
+};
+
+}  // namespace pliant
