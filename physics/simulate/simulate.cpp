@@ -113,6 +113,13 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
 
   Simulator<T> simulator(options, particles, interactions, summary);
   summary.warnings = simulator.schedule().warnings();
+  const bool viscous = options.viscosity_time > 0 ||
+                       std::any_of(particles.materials.begin(), particles.materials.end(), [](const Material& m) {
+                         return m.viscosity_time > 0 || (m.law == Law::kFluid && m.dynamic_viscosity > 0);
+                       });
+  if (options.flip_time > 0 && viscous)
+    summary.warnings.push_back("with flip_time, viscosity damps less than it says, because particles keep velocity gradients "
+                               "that the grid cannot hold; damping_time is exact");
   const bool pinned = simulator.schedule().pinned(0);
   summary.gravity_cancelled =
       pinned && options.rest_shape == RestShapeMode::kCaptured && options.gravity.norm() > 0;

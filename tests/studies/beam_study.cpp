@@ -1,8 +1,8 @@
 // The silicone beam 30 x 30 x 100 mm (E 263,824 Pa, rho 1070 kg/m^3) that is clamped at one end and let go under gravity.
 //   beam_study fem CELLS NU [swing]      static sag of the tip face and first frequency against finite elements
 //   beam_study slender CELLS OFFSET_X OFFSET_Y OFFSET_Z   beam of L = 10 h: how the answer depends on where the grid lies
-//   beam_study damping CELLS FLIP_TIME   amplitude after five periods without material damping
-//   beam_study capture CSV CELLS NU VISCOSITY_TIME FLIP_TIME OUT.png   against motion capture; overlay plot
+//   beam_study damping CELLS FLIP_TIME COURANT DAMPING_RATIO   decay of the first mode
+//   beam_study capture CSV CELLS NU DAMPING_TIME FLIP_TIME OUT.png   against motion capture; overlay plot
 // One JSON object per case.
 
 #include <algorithm>
@@ -37,7 +37,7 @@ struct BeamCase {
   int cells = 6;
   double poisson = 0.45, young = kYoung, length = kLength, height = kHeight, gravity = kGravity;
   double duration = 0.4, fps = 2000;
-  double viscosity_time = 0, damping_time = 0, flip_time = 0;
+  double viscosity_time = 0, damping_time = 0, flip_time = 0, courant = 0.4;
   Vec3d offset = Vec3d::Zero();  ///< of the beam against the grid, in cells
   double from = 1;               ///< mean over particles beyond this share of the length; 1 = half a cell at the tip
 };
@@ -50,7 +50,7 @@ Swing swing(const BeamCase& c) {
   for (Vec3f& x : p.position) x += shift;
   SimulateOptions options;
   options.gravity.setZero(), options.fps = c.fps, options.duration = c.duration;
-  options.viscosity_time = c.viscosity_time, options.damping_time = c.damping_time, options.flip_time = c.flip_time;
+  options.viscosity_time = c.viscosity_time, options.damping_time = c.damping_time, options.flip_time = c.flip_time, options.courant = c.courant;
   Interaction pin, load;
   pin.type = InteractionType::kPin, pin.region = Region::half_space(Vec3d(foot + c.offset.x() * dx, 0, 0), Vec3d(1, 0, 0));
   load.type = InteractionType::kGust, load.vector = Vec3d(0, 0, -c.gravity);
@@ -139,14 +139,15 @@ void slender(int cells, const Vec3d& offset) {
               cells, offset[0], offset[1], offset[2], f.frequency / frequency - 1, f.sag / sag - 1, f.decrement, s.seconds);
 }
 
-void damping(int cells, double flip_time) {
+void damping(int cells, double flip_time, double courant, double ratio) {
+  constexpr double kFirstMode = 2 * kPi * 7.3;  // rad/s
   BeamCase c;
-  c.flip_time = flip_time;
+  c.flip_time = flip_time, c.courant = courant, c.damping_time = ratio > 0 ? 1 / (ratio * kFirstMode) : 0;
   c.cells = cells, c.duration = 6 / 7.3;
   const Swing s = swing(c);
   const Fit f = fit(s);
-  std::printf("{\"study\": \"damping\", \"cells\": %d, \"flip_time\": %g, \"log_decrement\": %.4f, \"left_after_5_periods\": %.4f, \"seconds\": %.1f}\n",
-              cells, flip_time, f.decrement, std::exp(-5 * f.decrement), s.seconds);
+  std::printf("{\"study\": \"damping\", \"cells\": %d, \"flip_time\": %g, \"courant\": %g, \"damping_ratio\": %g, \"log_decrement\": %.4f, \"left_after_5_periods\": %.4f, \"seconds\": %.1f}\n",
+              cells, flip_time, courant, ratio, f.decrement, std::exp(-5 * f.decrement), s.seconds);
 }
 
 /// Mean sag of the tip's markers against those of the clamp, m, from the release on; 100 Hz.
@@ -198,7 +199,7 @@ void plot(const std::string& file, const std::vector<double>& capture, const Swi
   cv::imwrite(file, image);
 }
 
-void capture(const std::string& csv, int cells, double poisson, double viscosity_time, double flip_time, const std::string& picture) {
+void capture(const std::string& csv, int cells, double poisson, double damping_time, double flip_time, const std::string& picture) {
   const std::vector<double> measured = read_capture(csv);
   Swing real;
   real.tip = measured, real.fps = 100;
@@ -207,7 +208,7 @@ void capture(const std::string& csv, int cells, double poisson, double viscosity
   double sag = 0;
   for (size_t k = measured.size() - 40; k < measured.size(); ++k) sag += measured[k] / 40;
   BeamCase c;
-  c.cells = cells, c.poisson = poisson, c.viscosity_time = viscosity_time, c.flip_time = flip_time, c.duration = 2, c.fps = 1000, c.from = 0.95;
+  c.cells = cells, c.poisson = poisson, c.damping_time = damping_time, c.flip_time = flip_time, c.duration = 1.6, c.fps = 1000, c.from = 0.95;
   const Swing s = swing(c);
   Swing first = s;
   first.tip.resize(1200);
@@ -224,10 +225,10 @@ void capture(const std::string& csv, int cells, double poisson, double viscosity
     const double model = s.tip[i] + (t - i) * (s.tip[i + 1] - s.tip[i]);
     squares += (model - measured[k]) * (model - measured[k]), energy += (measured[k] - sag) * (measured[k] - sag);
   }
-  std::printf("{\"study\": \"capture\", \"cells\": %d, \"poisson\": %g, \"viscosity_time\": %g, \"flip_time\": %g, \"sag_mm\": %.4f, \"captured_sag_mm\": %.4f, "
+  std::printf("{\"study\": \"capture\", \"cells\": %d, \"poisson\": %g, \"damping_time\": %g, \"flip_time\": %g, \"sag_mm\": %.4f, \"captured_sag_mm\": %.4f, "
               "\"sag_error\": %.4f, \"frequency\": %.4f, \"captured_frequency\": %.4f, \"frequency_error\": %.4f, \"log_decrement\": %.4f, "
               "\"captured_log_decrement\": %.4f, \"residual_over_motion\": %.4f, \"seconds\": %.1f}\n",
-              cells, poisson, viscosity_time, flip_time, 1e3 * still, 1e3 * sag, still / sag - 1, f.frequency, f_real.frequency,
+              cells, poisson, damping_time, flip_time, 1e3 * still, 1e3 * sag, still / sag - 1, f.frequency, f_real.frequency,
               f.frequency / f_real.frequency - 1, f.decrement, f_real.decrement, std::sqrt(squares / energy), s.seconds);
   plot(picture, measured, s, shift);
 }
@@ -242,12 +243,12 @@ int main(int argc, char** argv) {
     fem(std::atoi(argv[2]), std::atof(argv[3]), argc == 4);
   } else if (study == "slender" && argc == 6) {
     slender(std::atoi(argv[2]), {std::atof(argv[3]), std::atof(argv[4]), std::atof(argv[5])});
-  } else if (study == "damping" && argc == 4) {
-    damping(std::atoi(argv[2]), std::atof(argv[3]));
+  } else if (study == "damping" && argc == 6) {
+    damping(std::atoi(argv[2]), std::atof(argv[3]), std::atof(argv[4]), std::atof(argv[5]));
   } else if (study == "capture" && argc == 8) {
     capture(argv[2], std::atoi(argv[3]), std::atof(argv[4]), std::atof(argv[5]), std::atof(argv[6]), argv[7]);
   } else {
-    std::fprintf(stderr, "usage: beam_study fem CELLS NU | slender CELLS OX OY OZ | damping CELLS FLIP_TIME | capture CSV CELLS NU VISCOSITY_TIME FLIP_TIME OUT.png\n");
+    std::fprintf(stderr, "usage: beam_study fem CELLS NU | slender CELLS OX OY OZ | damping CELLS FLIP_TIME COURANT DAMPING_RATIO | capture CSV CELLS NU DAMPING_TIME FLIP_TIME OUT.png\n");
     return 2;
   }
   return 0;
