@@ -136,6 +136,10 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
     frames.remove();
 
     const SimulateSummary& s = result.summary;
+    const double height = extract["height"].get<double>() * scene.metres_per_unit;
+    if (s.settle_displacement > 0.02 * height)
+      context.progress.warn(fmt::format("nothing holds the object: coming to rest moved it by {:.0f} % of its height before the first frame "
+                                        "(--settle 0 starts from the captured place)", 100 * s.settle_displacement / height));
     const json motion = describe_motion(trajectory, body.file, scene.up, extract["height"].get<double>());
     context.progress.say(fmt::format("simulate: tip moves {:.1f} % of the object's height and ends at {:.1f} %",
                                      100 * motion["tip_peak"].get<double>(), 100 * motion["tip_end"].get<double>()));
