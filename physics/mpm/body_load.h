@@ -1,7 +1,6 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
+#include <Eigen/Geometry>
 #include <cstdint>
 
 #include "gaussians/base/polar.h"
@@ -39,8 +38,7 @@ template <class T>
 Vec3<T> velocity_gain(const BodyLoad<T>& load, T dt, const LoadedParticle<T>& p) {
   const Vec3<T> arm = p.x - load.centre;
   Vec3<T> a = load.acceleration - load.drag * p.v - load.spring * p.stiffness * (p.x - p.reference);
-  a += Vec3<T>(load.angular[1] * arm[2] - load.angular[2] * arm[1], load.angular[2] * arm[0] - load.angular[0] * arm[2],
-               load.angular[0] * arm[1] - load.angular[1] * arm[0]);
+  a += load.angular.cross(arm);
   Vec3<T> gain = dt * a;
   if (load.pressure > T(0)) {
     const Vec3<T> u = load.wind - p.v;
@@ -53,33 +51,51 @@ Vec3<T> velocity_gain(const BodyLoad<T>& load, T dt, const LoadedParticle<T>& p)
   return gain;
 }
 
-/// Adds to `adj` (x, v, F) the derivatives of a scalar from that with respect to the gain.
+/// Derivatives of a scalar by what a load is made of, and by what it reads of a particle.
+struct BodyLoadGradient {
+  Vec3d acceleration = Vec3d::Zero(), angular = Vec3d::Zero(), centre = Vec3d::Zero(), wind = Vec3d::Zero();
+  double drag = 0;
+};
+template <class T>
+struct LoadedParticleGradient {
+  Vec3<T> x = Vec3<T>::Zero(), v = Vec3<T>::Zero();
+  Mat3<T> F = Mat3<T>::Zero();
+  T mass = 0, stiffness = 0;
+};
+
+/// Adds to `by` and `by_load` the derivatives of a scalar from that with respect to the gain.
 template <class T>
 void velocity_gain_adjoint(const BodyLoad<T>& load, T dt, const LoadedParticle<T>& p, const Vec3<T>& adj_gain,
-                           Vec3<T>& adj_x, Vec3<T>& adj_v, Mat3<T>& adj_F) {
-  const Vec3<T> adj_a = dt * adj_gain;
-  adj_v -= load.drag * adj_a;
-  adj_x -= load.spring * p.stiffness * adj_a;
-  // a = b x r: the transpose of the cross product is the product from the other side.
-  adj_x += Vec3<T>(adj_a[1] * load.angular[2] - adj_a[2] * load.angular[1],
-                   adj_a[2] * load.angular[0] - adj_a[0] * load.angular[2],
-                   adj_a[0] * load.angular[1] - adj_a[1] * load.angular[0]);
+                           LoadedParticleGradient<T>& by, BodyLoadGradient& by_load) {
+  const Vec3<T> adj_a = dt * adj_gain, stretch = p.x - p.reference, arm = p.x - load.centre;
+  by_load.acceleration += adj_a.template cast<double>();
+  by_load.drag -= static_cast<double>(adj_a.dot(p.v));
+  by.v -= load.drag * adj_a;
+  by.x -= load.spring * p.stiffness * adj_a;
+  by.stiffness -= load.spring * adj_a.dot(stretch);
+  // a = b x r: b gets r x adj, r gets adj x b.
+  const Vec3<T> adj_arm = adj_a.cross(load.angular);
+  by.x += adj_arm;
+  by_load.centre -= adj_arm.template cast<double>();
+  by_load.angular += arm.cross(adj_a).template cast<double>();
   if (!(load.pressure > T(0))) return;
   const Vec3<T> u = load.wind - p.v, element = cofactor(p.F) * p.exposure;
   const T against = -element.dot(u);
   if (!(against > T(0))) return;
   const T c = dt * load.pressure / p.mass, rate = c * against, share = rate / (1 + rate);
-  const T adj_against = adj_gain.dot(u) * c / ((1 + rate) * (1 + rate));
-  adj_v -= share * adj_gain;            // through u
-  adj_v += adj_against * element;       // through the area that faces it
+  const T adj_rate = adj_gain.dot(u) / ((1 + rate) * (1 + rate)), adj_against = adj_rate * c;
+  const Vec3<T> adj_u = share * adj_gain - adj_against * element;
+  by.v -= adj_u;
+  by_load.wind += adj_u.template cast<double>();
+  by.mass -= adj_rate * rate / p.mass;
   const Vec3<T> adj_element = -adj_against * u;
   const Vec3<T>& e = p.exposure;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
       const int a = (i + 1) % 3, b = (i + 2) % 3, k = (j + 1) % 3, q = (j + 2) % 3;
       const T w = adj_element[i] * e[j];
-      adj_F(a, k) += w * p.F(b, q), adj_F(b, q) += w * p.F(a, k);
-      adj_F(a, q) -= w * p.F(b, k), adj_F(b, k) -= w * p.F(a, q);
+      by.F(a, k) += w * p.F(b, q), by.F(b, q) += w * p.F(a, k);
+      by.F(a, q) -= w * p.F(b, k), by.F(b, k) -= w * p.F(a, q);
     }
 }
 

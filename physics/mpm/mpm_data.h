@@ -48,4 +48,17 @@ struct MpmData {
   std::vector<Node<T>> old_patch, old_node;  ///< the same without forces and loads; with MpmOptions::flip_time only
 };
 
+/// What loads read of particle `index`, in the fields that ParticleRecord and AdjointRecord share.
+template <class T, class Record>
+LoadedParticle<T> loaded_particle(const MpmData<T>& data, const Record& constants, const T* x, const T* v, const T* F) {
+  const auto& r = constants;
+  return {{x[0], x[1], x[2]},
+          {v[0], v[1], v[2]},
+          data.reference[r.index],
+          Eigen::Map<const Eigen::Matrix<T, 3, 3, Eigen::RowMajor>>(F),
+          data.exposure.empty() ? Vec3<T>(Vec3<T>::Zero()) : data.exposure[r.index],
+          r.mass,
+          (r.lambda + 2 * r.mu) * r.volume / r.mass * data.inverse_dx * data.inverse_dx};
+}
+
 }  // namespace pliant

@@ -34,14 +34,7 @@ void Mpm<T>::apply_body_loads(int b, T dt, const StepLoads<T>& loads) {
   for (int s = data_.grid.begin(b); s < data_.grid.begin(b + 1); ++s) {
     ParticleRecord<T>& r = data_.record[data_.grid.order()[s]];
     if (r.bits == 0) continue;
-    const LoadedParticle<T> p = {
-        {r.x[0], r.x[1], r.x[2]},
-        {r.v[0], r.v[1], r.v[2]},
-        data_.reference[r.index],
-        Eigen::Map<const Eigen::Matrix<T, 3, 3, Eigen::RowMajor>>(r.F),
-        data_.exposure.empty() ? Vec3<T>(Vec3<T>::Zero()) : data_.exposure[r.index],
-        r.mass,
-        (r.lambda + 2 * r.mu) * r.volume / r.mass * data_.inverse_dx * data_.inverse_dx};
+    const LoadedParticle<T> p = loaded_particle(data_, r, r.x, r.v, r.F);
     for (size_t l = 0; l < loads.body.size(); ++l) {
       if ((r.bits & loads.body[l].bit) == 0) continue;
       const Vec3<T> gain = velocity_gain(loads.body[l], dt, p);

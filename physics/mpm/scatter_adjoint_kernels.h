@@ -88,55 +88,6 @@ struct StressPack {
   }
 };
 
-/// Spring constant per mass [1/s^2] of a load with spring 1, for `constant` = mass, volume, mu, lambda.
-template <class T>
-INLINE Pack<T> unit_spring(const AdjointRun<T>& run, const Pack<T>* constant) {
-  return (constant[3] + constant[2] + constant[2]) * constant[1] / constant[0] * (run.inverse_dx * run.inverse_dx);
-}
-
-/// Body loads on a pack at x: v and the factor by which they keep it; see `Mpm::apply_body_loads`.
-template <class T>
-INLINE void add_body_loads(const AdjointRun<T>& run, T* const* at, const Pack<T>* x, const Pack<T>* constant,
-                           Pack<T>* v, Pack<T>& kept) {
-  const Pack<T> unit = unit_spring(run, constant);
-  for (int l = 0; l < kLanes; ++l) {
-    const uint32_t bits = reinterpret_cast<const AdjointRecord<T>*>(at[l])->bits;
-    const int place = 3 * reinterpret_cast<const AdjointRecord<T>*>(at[l])->index;
-    const T start[3] = {v[0][l], v[1][l], v[2][l]};
-    for (int b = 0; b < run.bodies; ++b) {
-      const PlainBodyLoad<T>& load = run.body[b];
-      if ((bits & load.bit) == 0) continue;
-      kept[l] -= run.dt * load.drag;
-      for (int a = 0; a < 3; ++a) v[a][l] += run.dt * (load.acceleration[a] - load.drag * start[a]);
-      if (load.spring == T(0)) continue;
-      for (int a = 0; a < 3; ++a) v[a][l] -= run.dt * load.spring * unit[l] * (x[a][l] - run.reference[place + a]);
-    }
-  }
-}
-/// `by_x` and `by_unit`, the derivatives by place and by the spring constant, are added to.
-template <class T>
-INLINE void add_by_body_loads(const AdjointRun<T>& run, int lanes, T* const* at, const Pack<T>* x,
-                              const Pack<T>* constant, const Pack<T>* v, const Pack<T>* by_loaded_v, Pack<T>* by_x,
-                              Pack<T>& by_unit) {
-  const Pack<T> unit = unit_spring(run, constant);
-  for (int l = 0; l < lanes; ++l) {
-    const uint32_t bits = reinterpret_cast<const AdjointRecord<T>*>(at[l])->bits;
-    const int place = 3 * reinterpret_cast<const AdjointRecord<T>*>(at[l])->index;
-    for (int b = 0; b < run.bodies; ++b) {
-      if ((bits & run.body[b].bit) == 0) continue;
-      const T spring = run.body[b].spring;
-      for (int a = 0; a < 3; ++a) {
-        const T by = run.dt * by_loaded_v[a][l];
-        run.by_body[4 * b + a] += by;
-        run.by_body[4 * b + 3] -= by * v[a][l];
-        if (spring == T(0)) continue;
-        by_x[a][l] -= spring * unit[l] * by;
-        by_unit[l] -= spring * by * (x[a][l] - run.reference[place + a]);
-      }
-    }
-  }
-}
-
 /// What the nodes of a pack's stencils say of an affine field that was scattered to them: value[4] at the particles
 /// and its change along[axis][3] per cell.
 template <class T>
@@ -194,7 +145,7 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
     Pack<T> tau[6], shear{}, bulk{};
     stress.evaluate(tau);
     const Pack<T> C_trace = C[0] + C[4] + C[8];
-    Pack<T> kept = all<Pack<T>>(T(1)), load_kept = kept, loaded_v[3] = {v[0], v[1], v[2]};
+    Pack<T> kept = all<Pack<T>>(T(1)), loaded_v[3] = {v[0], v[1], v[2]};
     if constexpr (kMixture == Mixture::kAny) {
       const Pack<T> time = all<Pack<T>>(run.viscosity_time);
       shear = fma(time, mu, damping[0]), bulk = fma(time, *lambda, damping[1]);
@@ -202,7 +153,9 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
       tau[3] += shear * (C[5] + C[7]), tau[4] += shear * (C[2] + C[6]), tau[5] += shear * (C[1] + C[3]);
       kept = exponential(-run.dt * damping[2]);
     }
-    if (run.bodies > 0) add_body_loads(run, at, place, constant, loaded_v, load_kept);
+    if (run.loaded_v)
+      for (int l = 0; l < kLanes; ++l)
+        for (int a = 0; a < 3; ++a) loaded_v[a][l] = run.loaded_v[3 * (first + (l < lanes ? l : lanes - 1)) + a];
     const Pack<T> s = stress_scale * constant[1], m = mass * run.dx * kept, carried = mass * kept;
     const int symmetric[9] = {0, 5, 4, 5, 1, 3, 4, 3, 2};
     Pack<T> along[3][3];
@@ -226,7 +179,7 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
       return fma(all<Pack<T>>(run.dx), by_along, by_value);
     };
     const Pack<T> by_kept = by_factor(sums);
-    Pack<T> by_mass = fma(kept, by_kept, sums.by_value[3]), by_loaded_v[3], by_v[3], by_C[9];
+    Pack<T> by_mass = fma(kept, by_kept, sums.by_value[3]), by_loaded_v[3], by_C[9];
     for (int b = 0; b < 3; ++b) {
       by_loaded_v[b] = carried * sums.by_value[b];
       for (int a = 0; a < 3; ++a) by_C[3 * b + a] = m * sums.by_along[a][b];
@@ -246,10 +199,6 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
         for (int a = 0; a < 3; ++a) by_C[3 * b + a] += fma(old_m, old.by_along[a][b], direct[3 + 3 * b + a]);
       }
     }
-    for (int b = 0; b < 3; ++b) by_v[b] = by_loaded_v[b] * load_kept;
-    Pack<T> by_unit{}, by_x[3];
-    for (int a = 0; a < 3; ++a) by_x[a] = run.inverse_dx * sums.by_x[a];
-    if (run.bodies > 0) add_by_body_loads(run, lanes, at, place, constant, v, by_loaded_v, by_x, by_unit);
     StressAdjointPack<T> by;
     stress.reverse(S, by);
 
@@ -269,11 +218,6 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
       rest[0] -= run.dt * carried * by_kept;
     }
     total[0] += by_mass, total[1] += by.mu, total[2] += by.lambda;
-    if (run.bodies > 0) {  // the spring constant is (lambda + 2 mu) V / (m dx^2)
-      const Pack<T> by_modulus = by_unit * constant[1] / mass * (run.inverse_dx * run.inverse_dx);
-      total[0] -= by_unit * unit_spring(run, constant) / mass;
-      total[1] += by_modulus + by_modulus, total[2] += by_modulus;
-    }
     rest[2] = Pack<T>{};
     for (int a = 0; a < 3; ++a) {
       const auto out_of = (place[a] == all<Pack<T>>(run.low[a])) | (place[a] == all<Pack<T>>(run.high[a]));
@@ -282,13 +226,13 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
 
     Pack<T> by_place[12];
     for (int k = 0; k < 12; k += 4) load_group<T>(at, kAdjointPlace + k, by_place + k);
-    for (int a = 0; a < 3; ++a) by_place[a] += by_x[a];
+    for (int a = 0; a < 3; ++a) by_place[a] = fma(all<Pack<T>>(run.inverse_dx), sums.by_x[a], by_place[a]);
     for (int k = 0; k < 9; ++k) by_place[3 + k] += by.F[k];
     for (int k = 0; k < 12; k += 4) {
       store_group<T>(at, kAdjointPlace + k, by_place[k], by_place[k + 1], by_place[k + 2], by_place[k + 3]);
       store_group<T>(at, kAdjointAfter + k, motion[k], motion[k + 1], motion[k + 2], motion[k + 3]);
     }
-    store_group<T>(at, kAdjointVelocity, by_v[0], by_v[1], by_v[2], by_C[0]);
+    store_group<T>(at, kAdjointVelocity, by_loaded_v[0], by_loaded_v[1], by_loaded_v[2], by_C[0]);
     store_group<T>(at, kAdjointVelocity + 4, by_C[1], by_C[2], by_C[3], by_C[4]);
     store_group<T>(at, kAdjointVelocity + 8, by_C[5], by_C[6], by_C[7], by_C[8]);
     store_group<T>(at, kAdjointSum, total[0], total[1], total[2], total[3]);

@@ -117,6 +117,34 @@ void StepAdjoint<T>::motion_adjoint(const TapeStep<T>& step, std::span<const int
 }
 
 template <class T>
+double StepAdjoint<T>::inertia_of(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre,
+                                  const Vec3d& axis) const {
+  double sum = 0;
+  for (const int i : particles) {
+    const T* x = step.particle[place_[i]].x;
+    sum += record_[slot_[i]].mass * (Vec3d(x[0], x[1], x[2]) - centre).cross(axis).squaredNorm();
+  }
+  return sum;
+}
+
+template <class T>
+Vec3d StepAdjoint<T>::inertia_adjoint(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre,
+                                      const Vec3d& axis, double by_inertia) {
+  // sum m (r^2 - (r . n)^2); about the centre of mass it does not change with the centre.
+  Vec3d by_axis = Vec3d::Zero();
+  for (const int i : particles) {
+    const T* x = step.particle[place_[i]].x;
+    AdjointRecord<T>& r = record_[slot_[i]];
+    const Vec3d arm = Vec3d(x[0], x[1], x[2]) - centre, across = arm - arm.dot(axis) * axis;
+    const double twice = 2 * by_inertia * r.mass;
+    for (int a = 0; a < 3; ++a) r.x[a] += static_cast<T>(twice * across[a]);
+    r.by_mass += static_cast<T>(by_inertia * across.squaredNorm());
+    by_axis -= twice * arm.dot(axis) * arm;
+  }
+  return by_axis;
+}
+
+template <class T>
 ParticleGradient<T> StepAdjoint<T>::particle_gradient() const {
   const size_t n = record_.size();
   ParticleGradient<T> result;

@@ -34,13 +34,9 @@ struct StateGradient {
 
 /// Derivatives of L with respect to what acts during one substep.
 struct StepLoadsGradient {
-  struct Body {
-    Vec3d acceleration = Vec3d::Zero();
-    double drag = 0;
-  };
   Vec3d gravity = Vec3d::Zero();
   double velocity_scale = 0;
-  std::vector<Body> body;  ///< in the order of StepLoads::body
+  std::vector<BodyLoadGradient> body;  ///< in the order of StepLoads::body
 };
 
 /// Derivatives of L with respect to the constants of the particles, over all steps gone back through.
@@ -69,7 +65,8 @@ class StepAdjoint {
   /// Derivatives with respect to the state before the first step.
   void store(StateGradient<T>& gradient) const;
 
-  /// Centre of mass and mean velocity of some particles at the start of a step.
+  /// Centre of mass and mean velocity of some particles at the start of a step; the functions below it want to be called
+  /// for the same step afterwards.
   struct Motion {
     Vec3d centre = Vec3d::Zero(), velocity = Vec3d::Zero();
     double mass = 0;
@@ -78,6 +75,10 @@ class StepAdjoint {
   /// The way back: adds to the derivatives by the particles at the start of the step, which was the last gone through.
   void motion_adjoint(const TapeStep<T>& step, std::span<const int> particles, const Motion& motion,
                       const Vec3d& by_centre, const Vec3d& by_velocity);
+  /// The same for `Mpm::inertia_of` about the centre of mass; returns the derivative by the axis.
+  Vec3d inertia_adjoint(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre,
+                        const Vec3d& axis, double by_inertia);
+  double inertia_of(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre, const Vec3d& axis) const;
   ParticleGradient<T> particle_gradient() const;
   size_t bytes() const;
 
@@ -92,6 +93,8 @@ class StepAdjoint {
   void reverse_gather(const TapeStep<T>& step, int b);
   void reverse_update(const TapeStep<T>& step, int n);
   void reverse_scatter(const TapeStep<T>& step, int b);
+  std::vector<T> loaded_velocities(const TapeStep<T>& step, int b) const;
+  void reverse_body_loads(const TapeStep<T>& step, int b);
   void reverse_given_stress(const TapeStep<T>& step, int b, const T* by_stress);
   StepLoadsGradient sum_loads(const TapeStep<T>& step) const;
 
@@ -105,12 +108,11 @@ class StepAdjoint {
   std::vector<int> slot_;                  // of particle i in record_
   std::vector<int> place_;                 // of particle i in the step of `motion_of`
   AdjointRun<T> run_;                      // what the blocks of the present step have in common
-  std::vector<PlainBodyLoad<T>> body_;     // of the present step
   std::vector<Node<T>> velocity_;          // [node blocks, 4, 4, 4] after the update
   std::vector<Node<T>> patch_;             // [particle blocks, 6, 6, 6] derivatives by them
   std::vector<Node<T>> adj_node_;          // [node blocks, 4, 4, 4] summed; then by momentum and mass
   std::vector<Node<T>> old_patch_, adj_old_node_;  // the same for velocities before the step, where flip > 0
-  std::vector<double> block_sums_;         // [particle blocks, body loads, 4]
+  std::vector<BodyLoadGradient> block_sums_;  // [particle blocks, body loads]
   std::vector<StepLoadsGradient> node_sums_;  // [node blocks]
 };
 

@@ -77,15 +77,10 @@ void StepAdjoint<T>::begin_step(const StepTape<T>& tape, const TapeStep<T>& step
     run_.origin[a] = solver_.origin[a], run_.low[a] = tape.low[a], run_.high[a] = tape.high[a];
   run_.slot = slot_.data(), run_.record = record_.data();
   run_.exact_stress = exact_stress<T>, run_.exact_adjoint = exact_adjoint<T>;
-  body_.clear();
-  for (const BodyLoad<T>& load : step.loads.body)
-    body_.push_back({load.bit, {load.acceleration[0], load.acceleration[1], load.acceleration[2]}, load.drag, load.spring});
-  run_.body = body_.data(), run_.bodies = static_cast<int>(body_.size());
-  run_.reference = solver_.reference.data()->data();
   const BlockGrid& grid = *step.grid;
   velocity_.resize(step.node.size()), adj_node_.resize(step.node.size());
   patch_.resize(static_cast<size_t>(grid.particle_blocks()) * BlockGrid::kPatchNodes);
-  block_sums_.resize(4 * body_.size() * grid.particle_blocks());
+  block_sums_.assign(step.loads.body.size() * grid.particle_blocks(), {});
   node_sums_.resize(grid.node_blocks());
   if (step.flip > T(0)) adj_old_node_.resize(step.node.size()), old_patch_.resize(patch_.size());
 }
@@ -166,6 +161,46 @@ void StepAdjoint<T>::reverse_return_maps(const TapeStep<T>& step, int b) {
   }
 }
 
+/// [count, 3] velocities with what the loads gave to single particles; see `Mpm::apply_body_loads`.
+template <class T>
+std::vector<T> StepAdjoint<T>::loaded_velocities(const TapeStep<T>& step, int b) const {
+  std::vector<T> velocity;
+  if (step.loads.body.empty()) return velocity;
+  for (int s = step.begin[b]; s < step.begin[b + 1]; ++s) {
+    const AdjointRecord<T>& r = record_[slot_[step.index[s]]];
+    const TapeParticle<T>& of = step.particle[s];
+    Vec3<T> v(of.v[0], of.v[1], of.v[2]);
+    if (r.bits != 0) {
+      const LoadedParticle<T> p = loaded_particle(solver_, r, of.x, of.v, of.F);
+      for (const BodyLoad<T>& load : step.loads.body)
+        if (r.bits & load.bit) v += velocity_gain(load, step.dt, p);
+    }
+    velocity.insert(velocity.end(), v.data(), v.data() + 3);
+  }
+  return velocity;
+}
+
+template <class T>
+void StepAdjoint<T>::reverse_body_loads(const TapeStep<T>& step, int b) {
+  BodyLoadGradient* by_load = block_sums_.data() + b * step.loads.body.size();
+  for (int s = step.begin[b]; s < step.begin[b + 1]; ++s) {
+    AdjointRecord<T>& r = record_[slot_[step.index[s]]];
+    if (r.bits == 0) continue;
+    const TapeParticle<T>& of = step.particle[s];
+    const LoadedParticle<T> p = loaded_particle(solver_, r, of.x, of.v, of.F);
+    const Vec3<T> by_gain(r.v[0], r.v[1], r.v[2]);
+    LoadedParticleGradient<T> by;
+    for (size_t l = 0; l < step.loads.body.size(); ++l)
+      if (r.bits & step.loads.body[l].bit) velocity_gain_adjoint(step.loads.body[l], step.dt, p, by_gain, by, by_load[l]);
+    for (int a = 0; a < 3; ++a) r.x[a] += by.x[a], r.v[a] += by.v[a];
+    Eigen::Map<RowMajor<T>>(r.F) += by.F;
+    // The stiffness is (lambda + 2 mu) V / (m dx^2).
+    const T by_modulus = by.stiffness * r.volume / r.mass * solver_.inverse_dx * solver_.inverse_dx;
+    r.by_mass += by.mass - by.stiffness * p.stiffness / r.mass;
+    r.by_mu += 2 * by_modulus, r.by_lambda += by_modulus;
+  }
+}
+
 template <class T>
 void StepAdjoint<T>::reverse_given_stress(const TapeStep<T>& step, int b, const T* by_stress) {
   for (int s = step.begin[b]; s < step.begin[b + 1]; ++s, by_stress += 6) {
@@ -226,8 +261,8 @@ void StepAdjoint<T>::reverse_scatter(const TapeStep<T>& step, int b) {
   collect_patch(*step.grid, b, adj_node_, patch[0]);
   if (step.flip > T(0)) collect_patch(*step.grid, b, adj_old_node_, patch[1]);
   AdjointRun<T> run = run_of(step, b);
-  run.by_body = block_sums_.data() + static_cast<size_t>(b) * 4 * run.bodies;
-  std::fill_n(run.by_body, 4 * run.bodies, 0.0);
+  const std::vector<T> loaded_v = loaded_velocities(step, b);
+  run.loaded_v = loaded_v.empty() ? nullptr : loaded_v.data();
   const bool uniform = uniform_ != StressKind::kGiven && !(step.loads.viscosity_time > T(0));
   std::vector<T> stress, by_stress;
   if (!memory_.empty()) {
@@ -239,6 +274,7 @@ void StepAdjoint<T>::reverse_scatter(const TapeStep<T>& step, int b) {
   }
   kernels_.scatter[static_cast<int>(uniform ? uniform_ : StressKind::kGiven)](run, patch[0]->lane, patch[1]->lane);
   if (!memory_.empty()) reverse_given_stress(step, b, by_stress.data());
+  if (!loaded_v.empty()) reverse_body_loads(step, b);
 }
 
 template <class T>
@@ -247,11 +283,11 @@ StepLoadsGradient StepAdjoint<T>::sum_loads(const TapeStep<T>& step) const {
   for (const StepLoadsGradient& s : node_sums_) sum.gravity += s.gravity, sum.velocity_scale += s.velocity_scale;
   const size_t loads = step.loads.body.size();
   sum.body.resize(loads);
-  for (size_t k = 0; k < block_sums_.size(); k += 4) {
-    const double* s = block_sums_.data() + k;
-    StepLoadsGradient::Body& body = sum.body[k / 4 % loads];
-    body.acceleration += Vec3d(s[0], s[1], s[2]);
-    body.drag += s[3];
+  for (size_t k = 0; k < block_sums_.size(); ++k) {
+    const BodyLoadGradient& s = block_sums_[k];
+    BodyLoadGradient& body = sum.body[k % loads];
+    body.acceleration += s.acceleration, body.angular += s.angular, body.centre += s.centre, body.wind += s.wind;
+    body.drag += s.drag;
   }
   return sum;
 }

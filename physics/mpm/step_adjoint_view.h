@@ -30,12 +30,6 @@ struct alignas(64) AdjointRecord {
 constexpr int kAdjointPlace = 0, kAdjointVelocity = 12, kAdjointConstant = 24, kAdjointDamping = 28, kAdjointSum = 32,
               kAdjointRest = 36, kAdjointAfter = 40;
 
-template <class T>
-struct PlainBodyLoad {
-  uint32_t bit;
-  T acceleration[3], drag, spring;
-};
-
 /// Particles of one block in one step; only plain data crosses into the files of an instruction set.
 template <class T>
 struct AdjointRun {
@@ -46,12 +40,9 @@ struct AdjointRun {
   int count;
   T dt, viscosity_time, origin[3], dx, inverse_dx, low[3], high[3];
   T flip;  ///< as in GatherInput
-  const PlainBodyLoad<T>* body;
-  int bodies;
-  const T* reference;     ///< [particles, 3] where they lay at rest
+  const T* loaded_v;      ///< [count, 3] velocities with what the body loads gave, or null without loads
   const T* given_stress;  ///< [count, 6] of particles with StressKind::kGiven, as in ScatterInput
   T* by_given_stress;     ///< [count, 6] receives the derivatives by it
-  double* by_body;        ///< [bodies, 4] receives the sums of the derivatives by acceleration and drag
   void (*exact_stress)(StressKind kind, const T* F, T mu, T lambda, T* tau);
   /// by_F [9], by_lame [2] of S = dL/dtau (one side of the off-diagonal), where the fast way is not safe.
   void (*exact_adjoint)(StressKind kind, const T* F, T mu, T lambda, const T* S, T* by_F, T* by_lame);
@@ -63,7 +54,7 @@ struct AdjointKernels {
   /// with flip > 0 the same for the velocities before the step.
   void (*gather)(const AdjointRun<T>&, const T* velocity, T* patch, const T* old_velocity, T* old_patch);
   /// Reverse of the scatter, from the derivatives `nodes` [6, 6, 6] by momentum and mass, with flip > 0 also by those of
-  /// the inertia alone; by StressKind as in `MpmKernels::scatter`.
+  /// the inertia alone; by StressKind as in `MpmKernels::scatter`.  Leaves the derivatives by the loaded velocity in v.
   void (*scatter[3])(const AdjointRun<T>&, const T* nodes, const T* old_nodes);
 };
 

@@ -49,8 +49,11 @@ void LoadSchedule<T>::at_adjoint(double t, double dt, const TapeStep<T>& step, c
       case InteractionType::kCollider:
       case InteractionType::kPoke: break;
       case InteractionType::kTorque:
+        if (part > 0 && torque_adjoint(entry, part, step, by.body, next, particles, gradient.vector[k])) ++next;
+        break;
       case InteractionType::kWind:
-        throw usage_error("roll-out", interaction_name(it.type), "has no derivative", "leave it out of what is fitted");
+        if (part > 0) gradient.vector[k] += by.body[next++].wind;
+        break;
     }
   }
   CHECK(next == by.body.size());
@@ -95,6 +98,26 @@ void LoadSchedule<T>::grab_adjoint(const Entry& entry, double t, double dt, cons
   gradient.touched_mass[number] += by_M;
   particles.motion_adjoint(step, entry.touched, motion, -spring.stiffness * by_sum,
                            -(spring.stiffness * dt + spring.damping) * by_sum);
+}
+
+template <class T>
+bool LoadSchedule<T>::torque_adjoint(const Entry& entry, double part, const TapeStep<T>& step,
+                                     const std::vector<BodyLoadGradient>& by_loads, size_t place,
+                                     StepAdjoint<T>& particles, Vec3d& by_torque) const {
+  const Vec3d& torque = entry.interaction.vector;
+  const double size = torque.norm();
+  if (!(size > 0)) return false;
+  const Vec3d axis = torque / size;
+  const auto motion = particles.motion_of(step, entry.touched);
+  const double inertia = particles.inertia_of(step, entry.touched, motion.centre, axis);
+  if (!(inertia > 0)) return false;
+  // angular = part / inertia * torque, about the centre of mass
+  const BodyLoadGradient& by = by_loads[place];
+  const double by_inertia = -part / (inertia * inertia) * torque.dot(by.angular);
+  const Vec3d by_axis = particles.inertia_adjoint(step, entry.touched, motion.centre, axis, by_inertia);
+  by_torque += part / inertia * by.angular + (by_axis - by_axis.dot(axis) * axis) / size;
+  particles.motion_adjoint(step, entry.touched, motion, by.centre, Vec3d::Zero());
+  return true;
 }
 
 template <class T>

@@ -68,8 +68,6 @@ struct OneBlock {
   std::vector<TapeParticle<double>> particle{kCount};
   std::vector<AdjointRecord<double>> record{kCount};
   std::vector<int> index = {0, 1, 2}, slot = {2, 0, 1};
-  List by_body = List(8);
-  std::vector<PlainBodyLoad<double>> body;
   AdjointRun<double> run{};
 
   explicit OneBlock(const List& u, size_t stride) {
@@ -81,7 +79,7 @@ struct OneBlock {
     run.particle = particle.data(), run.record = record.data(), run.index = index.data(), run.slot = slot.data();
     run.count = kCount, run.dt = kDt, run.dx = kDx, run.inverse_dx = 1 / kDx;
     for (int a = 0; a < 3; ++a) run.origin[a] = kOrigin[a], run.low[a] = -1e9, run.high[a] = 1e9;
-    run.exact_stress = exact_stress, run.exact_adjoint = exact_adjoint, run.by_body = by_body.data();
+    run.exact_stress = exact_stress, run.exact_adjoint = exact_adjoint;
   }
   AdjointRecord<double>& at(int p) { return record[slot[p]]; }
 };
@@ -156,15 +154,16 @@ TEST(AdjointKernels, GatherAgreesWithDifferences) {
     }
 }
 
-// x, F, v, C, mass, mu, lambda, damping rate [28] of each particle, viscosity time, acceleration and drag of two body
-// loads  ->  momentum and mass of the nodes, with stress and of the inertia alone [2, 216, 4].
+// x, F, v, C, mass, mu, lambda, damping rate [28] of each particle, viscosity time  ->  momentum and mass of the nodes,
+// with stress and of the inertia alone [2, 216, 4].
 struct Scatter {
   StressKind kind;
-  bool any;  // with damping, viscosity and body loads
+  bool any;  // with damping, viscosity and velocities that loads have changed
   double flip = 0;
   static constexpr int kStride = 28;
 
-  bool touched(int p, int load) const { return any && (p + load) % 2 == 0; }
+  /// What loads gave to particle p.
+  Vec3d gain(int p) const { return any ? Vec3d(0.3 * p, -0.2, 0.1) : Vec3d(Vec3d::Zero()); }
 
   List operator()(const List& u) const {
     List node(8 * kPatchNodes);
@@ -172,16 +171,13 @@ struct Scatter {
     for (int p = 0; p < kCount; ++p) {
       const double *x = u.data() + kStride * p, mass = x[24], mu = x[25], lambda = x[26];
       const Mat3d F = Eigen::Map<const Row3>(x + 3), C = Eigen::Map<const Row3>(x + 15);
-      const Vec3d v0 = Eigen::Map<const Vec3d>(x + 12);
+      const Vec3d v = Eigen::Map<const Vec3d>(x + 12) + gain(p);
       const Material material{.law = kind == StressKind::kNeoHookean ? Law::kNeoHookean : Law::kFixedCorotated};
       Mat3d tau = kirchhoff_stress<double>({&material, mu, lambda}, F, {});
-      Vec3d v = v0;
       double kept = 1;
       if (any) {
         tau += extra[0] * (mu * (C + C.transpose()) + lambda * C.trace() * Mat3d::Identity());
         kept = std::exp(-kDt * x[27]);
-        for (int l = 0; l < 2; ++l)
-          if (touched(p, l)) v += kDt * (Eigen::Map<const Vec3d>(extra + 1 + 4 * l) - extra[4 + 4 * l] * v0);
       }
       for_nodes(x, [&](int n, double w, const Vec3d& d) {
         const Vec3d inertia = mass * (v + kDx * C * d), force = -kDt * kVolume * 4 / kDx * tau * d;
@@ -198,18 +194,17 @@ struct Scatter {
   List adjoint(InstructionSet set, const List& u, const List& adj) const {
     const double* extra = u.data() + kStride * kCount;
     OneBlock block(u, kStride);
+    List loaded_v;
     for (int p = 0; p < kCount; ++p) {
       AdjointRecord<double>& r = block.at(p);
       const double* x = u.data() + kStride * p;
       r.mass = x[24], r.mu = x[25], r.lambda = x[26], r.damping_rate = any ? x[27] : 0;
       r.stress_kind = static_cast<double>(static_cast<int>(kind));
-      for (int l = 0; l < 2; ++l) r.bits |= touched(p, l) << l;
+      for (int a = 0; a < 3; ++a) loaded_v.push_back(x[12 + a] + gain(p)[a]);
     }
     if (any) {
-      for (uint32_t l = 0; l < 2; ++l)
-        block.body.push_back({1u << l, {extra[1 + 4 * l], extra[2 + 4 * l], extra[3 + 4 * l]}, extra[4 + 4 * l], 0});
       block.run.viscosity_time = extra[0];
-      block.run.body = block.body.data(), block.run.bodies = 2;
+      block.run.loaded_v = loaded_v.data();
     }
     alignas(64) double node[2][4 * kPatchNodes];
     std::copy(adj.begin(), adj.end(), node[0]);
@@ -224,7 +219,6 @@ struct Scatter {
       by_time += r.by_viscosity_time;
     }
     by.push_back(by_time);
-    by.insert(by.end(), block.by_body.begin(), block.by_body.end());
     return by;
   }
 };
@@ -236,7 +230,7 @@ void check_scatter(const Scatter& scatter, double spread) {
     u.insert(u.end(), particles.begin() + 24 * p, particles.begin() + 24 * p + 24);
     u.insert(u.end(), {1.5 - 0.3 * p, 2.0 + p, 3.0, 0.7});
   }
-  u.insert(u.end(), {0.05, 3, -2, 1, 0.4, -1, 2, 0.5, 0.8});
+  u.push_back(0.05);
   for (const InstructionSet set : instruction_sets()) {
     const AdjointCheck check = check_adjoint(
         scatter, [&](const List& at, const List& adj) { return scatter.adjoint(set, at, adj); }, u, few());

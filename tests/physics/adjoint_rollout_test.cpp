@@ -80,6 +80,36 @@ TEST(AdjointRollout, GravityThatTakesTurnsReachesTheRightNumbers) {
   }
 }
 
+TEST(AdjointRollout, SixtySubstepsUnderATorqueAgreeWithDifferences) {
+  Case c = testing::moving_block<double>();
+  Interaction it;
+  it.type = InteractionType::kTorque, it.vector = {1e-3, -2e-3, 1.5e-3}, it.region = Region::sphere({0.02, 0.02, 0.02}, 0.012);
+  it.start = 0.0012, it.duration = 0.01;
+  c.interactions = {it};
+  it.vector = {0, 0, 5e-4}, it.region = Region::all();
+  c.interactions.push_back(it);
+  // It turns the block at all.
+  Case free = c;
+  free.interactions.clear();
+  ASSERT_GT((rollout(c.options, c.particles, c.interactions, c.start).frames.back().v[0] -
+             rollout(free.options, free.particles, {}, free.start).frames.back().v[0]).norm(), 1e-2);
+  expect_gradient(c);
+}
+
+TEST(AdjointRollout, SixtySubstepsInTheWindAgreeWithDifferences) {
+  Case c = testing::moving_block<double>();
+  Interaction it;
+  it.type = InteractionType::kWind, it.vector = {8, -3, 2}, it.region = Region::all(), it.start = 0.0012, it.duration = 0.01;
+  it.air_density = 100;  // air alone moves too little to see
+  c.interactions = {it};
+  c.interactions.push_back(testing::pin_below(0.004));
+  Case free = c;
+  free.interactions.erase(free.interactions.begin());
+  ASSERT_GT((rollout(c.options, c.particles, c.interactions, c.start).frames.back().v[0] -
+             rollout(free.options, free.particles, free.interactions, free.start).frames.back().v[0]).norm(), 1e-2);
+  expect_gradient(c);
+}
+
 TEST(AdjointRollout, ABlendWithFlipAgreesWithDifferences) {
   Case c = on_the_ground(2);
   c.options.simulate.duration = 0.01, c.options.simulate.flip_time = 0.002;

@@ -16,11 +16,23 @@ TEST(BodyLoad, TheAdjointAgreesWithDifferences) {
   load.acceleration = Vec3d(1, 2, 3), load.drag = 0.7, load.angular = Vec3d(3, -1, 2), load.centre = Vec3d(0.1, 0.2, 0);
   load.spring = 1.5, load.wind = Vec3d(4, 1, 0), load.pressure = 0.6;
   LoadedParticle<double> p;
-  p.reference = Vec3d(0.2, 0.1, 0.1), p.exposure = Vec3d(-2, 0.3, 0.4), p.mass = 0.8, p.stiffness = 2;
-  std::vector<double> x = {0.3, -0.2, 0.5, 1, -0.5, 0.2, 1.1, 0.1, -0.2, 0.05, 0.9, 0.1, 0.2, -0.1, 1.05};
+  p.reference = Vec3d(0.2, 0.1, 0.1), p.exposure = Vec3d(-2, 0.3, 0.4);
+  // x, v, F, mass, stiffness; acceleration, angular, centre, wind, drag.
+  std::vector<double> all = {0.3, -0.2, 0.5, 1, -0.5, 0.2, 1.1, 0.1, -0.2, 0.05, 0.9, 0.1, 0.2, -0.1, 1.05, 0.8, 2};
+  const auto walk = [](auto& particle, auto& of_load, auto&& visit) {
+    for (int a = 0; a < 3; ++a) visit(particle.x[a]);
+    for (int a = 0; a < 3; ++a) visit(particle.v[a]);
+    for (int k = 0; k < 9; ++k) visit(particle.F(k / 3, k % 3));
+    visit(particle.mass), visit(particle.stiffness);
+    for (auto* v : {&of_load.acceleration, &of_load.angular, &of_load.centre, &of_load.wind})
+      for (int a = 0; a < 3; ++a) visit((*v)[a]);
+    visit(of_load.drag);
+  };
+  for (const auto* v : {&load.acceleration, &load.angular, &load.centre, &load.wind}) all.insert(all.end(), v->data(), v->data() + 3);
+  all.push_back(load.drag);
   const auto set = [&](const std::vector<double>& values) {
-    for (int a = 0; a < 3; ++a) p.x[a] = values[a], p.v[a] = values[3 + a];
-    for (int k = 0; k < 9; ++k) p.F(k / 3, k % 3) = values[6 + k];
+    size_t k = 0;
+    walk(p, load, [&](double& x) { x = values[k++]; });
   };
   const AdjointCheck check = check_adjoint(
       [&](const std::vector<double>& values) {
@@ -30,16 +42,14 @@ TEST(BodyLoad, TheAdjointAgreesWithDifferences) {
       },
       [&](const std::vector<double>& values, const std::vector<double>& adj) {
         set(values);
-        Vec3d adj_x = Vec3d::Zero(), adj_v = Vec3d::Zero();
-        Mat3d adj_F = Mat3d::Zero();
-        velocity_gain_adjoint(load, 0.3, p, Vec3d(adj[0], adj[1], adj[2]), adj_x, adj_v, adj_F);
+        LoadedParticleGradient<double> by;
+        BodyLoadGradient by_load;
+        velocity_gain_adjoint(load, 0.3, p, Vec3d(adj[0], adj[1], adj[2]), by, by_load);
         std::vector<double> out;
-        for (int a = 0; a < 3; ++a) out.push_back(adj_x[a]);
-        for (int a = 0; a < 3; ++a) out.push_back(adj_v[a]);
-        for (int k = 0; k < 9; ++k) out.push_back(adj_F(k / 3, k % 3));
+        walk(by, by_load, [&](double x) { out.push_back(x); });
         return out;
       },
-      x);
+      all);
   EXPECT_LT(check.worst, 1e-6) << check.message;
 }
 
