@@ -28,8 +28,12 @@ struct Camera {
   }
   /// The same view with image size and intrinsics multiplied by `scale`.
   Camera scaled(double scale) const {
+    return resized(std::max(1, static_cast<int>(width * scale + 0.5)), std::max(1, static_cast<int>(height * scale + 0.5)));
+  }
+  /// The same view in a picture of another size.
+  Camera resized(int new_width, int new_height) const {
     Camera c = *this;
-    c.width = std::max(1, static_cast<int>(width * scale + 0.5)), c.height = std::max(1, static_cast<int>(height * scale + 0.5));
+    c.width = new_width, c.height = new_height;
     const double sx = static_cast<double>(c.width) / width, sy = static_cast<double>(c.height) / height;
     c.fx *= sx, c.cx *= sx, c.fy *= sy, c.cy *= sy;
     return c;

@@ -28,6 +28,17 @@ fs::path find_photo(const fs::path& photos, const std::vector<fs::path>& folders
   return {};
 }
 
+bool read_photo_size(const std::string& photo, PhotoFit fit, int& width, int& height) {
+  try {
+    const ImageF picture = read_image(photo);
+    width = picture.width, height = picture.height;
+    return true;
+  } catch (const Error&) {
+    if (fit == PhotoFit::kFirstPhoto) throw;
+    return false;
+  }
+}
+
 bool make_rotation(Eigen::Matrix3d& matrix) {
   const double defect = (matrix.transpose() * matrix - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (!(defect < 1e-2) || matrix.determinant() < 0) return false;
@@ -51,8 +62,10 @@ CameraFile CameraCollector::finish(const std::string& format, bool sizes_are_of_
   result_.files = {file_};
   keep_frames_with_photos();
   make_names_unique();
-  if (!sizes_are_of_photos) match_size_of_photos();
-  warn_of_distortion();
+  if (fit_ == PhotoFit::kFirstPhoto) {
+    if (!sizes_are_of_photos) match_size_of_photos();
+    warn_of_distortion();
+  }
   return std::move(result_);
 }
 

@@ -18,6 +18,12 @@ struct CameraFile {
   std::vector<std::string> warnings;
 };
 
+/// What reading does where photos are not pictures of a pinhole camera of their own size.
+enum class PhotoFit {
+  kFirstPhoto,  ///< all cameras follow the size of the first photo; lens distortion is warned about
+  kEachPhoto,   ///< nothing: the caller fits every camera to its photo and undoes the lens
+};
+
 /// Names of Camera::distortion.
 extern const std::array<const char*, 6> kDistortionNames;
 
@@ -26,20 +32,24 @@ extern const std::array<const char*, 6> kDistortionNames;
 std::filesystem::path find_photo(const std::filesystem::path& photos, const std::vector<std::filesystem::path>& folders,
                                  const std::string& name);
 
+/// Size of a photo for files that do not tell it.  A photo that cannot be read is an Error{kInput}, or false when
+/// photos are judged one by one.
+bool read_photo_size(const std::string& photo, PhotoFit fit, int& width, int& height);
+
 /// Replaces a matrix that is nearly a rotation by the nearest one; false when it is none (error 1e-2, or a mirror).
 bool make_rotation(Eigen::Matrix3d& matrix);
 
 /// What all camera files have in common once their frames are read, in the order of the file.
 class CameraCollector {
  public:
-  explicit CameraCollector(std::filesystem::path file) : file_(std::move(file)) {}
+  CameraCollector(std::filesystem::path file, PhotoFit fit) : file_(std::move(file)), fit_(fit) {}
 
   /// A frame with the name that the file gives to its photo; camera.photo is its path on disk or empty, camera.name
   /// becomes the stem.
   void add(Camera camera, const std::string& photo_name);
 
   /// Leaves out frames without a photo when at least one has one, makes names unique, scales the cameras to photos of
-  /// another size (unless `sizes_are_of_photos`), and warns about lens distortion.  Throws Error{kInput} for two frames
+  /// another size (unless `sizes_are_of_photos`) and warns about lens distortion (both as PhotoFit says).  Throws Error{kInput} for two frames
   /// of one name and for photos of another shape.
   CameraFile finish(const std::string& format, bool sizes_are_of_photos = false);
 
@@ -50,6 +60,7 @@ class CameraCollector {
   void warn_of_distortion();
 
   std::filesystem::path file_;
+  PhotoFit fit_;
   CameraFile result_;
   std::vector<std::string> names_;
 };

@@ -77,20 +77,20 @@ fs::path cameras_in(const fs::path& folder) {
   return par.empty() ? fs::path() : par.front();
 }
 
-CameraFile read_cameras(const fs::path& path, const fs::path& photos) {
+CameraFile read_cameras(const fs::path& path, const fs::path& photos, PhotoFit fit) {
   std::error_code ignored;
   if (!fs::exists(path, ignored)) throw input_error(path.string(), "", "does not exist", "check the name");
   fs::path at = cameras_at(path);
   if (at.empty() && fs::is_directory(path, ignored)) at = cameras_in(path);
   switch (format_of(at)) {
     case Format::kTransforms:
-      return read_transforms(at, photos);
+      return read_transforms(at, photos, fit);
     case Format::kCamerasJson:
-      return read_cameras_json(at, photos);
+      return read_cameras_json(at, photos, fit);
     case Format::kColmap:
-      return read_colmap(at, photos);
+      return read_colmap(at, photos, fit);
     case Format::kMiddlebury:
-      return read_middlebury(at, photos);
+      return read_middlebury(at, photos, fit);
     case Format::kNone:
       break;
   }

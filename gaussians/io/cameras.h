@@ -16,7 +16,8 @@ std::filesystem::path cameras_at(const std::filesystem::path& path);
 std::filesystem::path cameras_in(const std::filesystem::path& folder);
 
 /// Reads cameras of any format, told by content.  Photos are looked for beside them and in `photos` (may be empty).
-CameraFile read_cameras(const std::filesystem::path& path, const std::filesystem::path& photos = {});
+CameraFile read_cameras(const std::filesystem::path& path, const std::filesystem::path& photos = {},
+                        PhotoFit fit = PhotoFit::kFirstPhoto);
 
 /// Writes transforms.json, or the cameras.json of 3DGS when the file has that name.  Atomic.  Returns what the format
 /// could not hold, in sentences for the user.

@@ -34,11 +34,11 @@ Eigen::Isometry3d read_pose(const JsonObject& entry) {
 
 }  // namespace
 
-CameraFile read_cameras_json(const fs::path& file, const fs::path& photos) {
+CameraFile read_cameras_json(const fs::path& file, const fs::path& photos, PhotoFit fit) {
   const nlohmann::json json = read_json(file);
   if (!json.is_array() || json.empty())
     throw input_error(file.string(), "", "is no array of cameras", "name the cameras.json of a 3DGS model");
-  CameraCollector collector(file);
+  CameraCollector collector(file, fit);
   const fs::path folder = file.parent_path();
   for (size_t i = 0; i < json.size(); ++i) {
     std::string place = "[";

@@ -13,6 +13,7 @@ bool is_colmap(const std::filesystem::path& folder);
 /// SIMPLE_RADIAL, RADIAL and OPENCV, others are refused.  Axes and pixel centres are ours.  Photos are looked for in
 /// `photos` (may be empty) and in the `images` folder of the model or of the folders around it.  Throws Error{kInput}
 /// naming file, record and value.
-CameraFile read_colmap(const std::filesystem::path& folder, const std::filesystem::path& photos = {});
+CameraFile read_colmap(const std::filesystem::path& folder, const std::filesystem::path& photos = {},
+                       PhotoFit fit = PhotoFit::kFirstPhoto);
 
 }  // namespace pliant

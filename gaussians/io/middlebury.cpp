@@ -5,7 +5,6 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
-#include "gaussians/io/image_io.h"
 
 namespace fs = std::filesystem;
 
@@ -35,7 +34,7 @@ Camera camera_of(const double* v, const std::string& file, const std::string& fi
 
 }  // namespace
 
-CameraFile read_middlebury(const fs::path& file, const fs::path& photos) {
+CameraFile read_middlebury(const fs::path& file, const fs::path& photos, PhotoFit fit) {
   const std::string text = read_text(file), name = file.string();
   std::istringstream in(text);
   std::string line;
@@ -45,7 +44,7 @@ CameraFile read_middlebury(const fs::path& file, const fs::path& photos) {
   if (!(first >> count) || count < 1 || static_cast<uint64_t>(count) > text.size() / kShortestLine) {
     throw input_error(name, "line 1", "is '" + line.substr(0, 60) + "'", "it must be the number of lines that follow");
   }
-  CameraCollector collector(file);
+  CameraCollector collector(file, fit);
   int width = 0, height = 0;
   std::vector<std::pair<Camera, std::string>> frames;
   for (long long i = 0; i < count; ++i) {
@@ -62,10 +61,7 @@ CameraFile read_middlebury(const fs::path& file, const fs::path& photos) {
                         "it must be: name, K (9 numbers), R (9), t (3)");
     Camera camera = camera_of(values, name, field);
     camera.photo = find_photo(photos, {file.parent_path(), file.parent_path() / "images"}, photo).string();
-    if (width == 0 && !camera.photo.empty()) {
-      const ImageF picture = read_image(camera.photo);
-      width = picture.width, height = picture.height;
-    }
+    if (width == 0 && !camera.photo.empty()) read_photo_size(camera.photo, fit, width, height);
     frames.emplace_back(std::move(camera), photo);
   }
   for (auto& [camera, photo] : frames) {

@@ -5,7 +5,6 @@
 #include <set>
 
 #include "gaussians/base/error.h"
-#include "gaussians/io/image_io.h"
 #include "gaussians/io/json_file.h"
 
 namespace fs = std::filesystem;
@@ -43,8 +42,8 @@ Eigen::Isometry3d read_pose(const JsonObject& frame) {
 /// Reads the frames of one file; values of a frame win over those of the whole file.
 class Reader {
  public:
-  Reader(const fs::path& file, const fs::path& photos)
-      : file_(file), photos_(photos), json_(read_json(file)), top_(json_, file.string()), collector_(file) {}
+  Reader(const fs::path& file, const fs::path& photos, PhotoFit fit)
+      : file_(file), photos_(photos), fit_(fit), json_(read_json(file)), top_(json_, file.string()), collector_(file, fit) {}
 
   CameraFile read() {
     const nlohmann::json& frames = top_.array("frames");
@@ -91,10 +90,7 @@ class Reader {
       return;
     }
     // Without sizes in the file the first photo tells them.
-    if (photo_width_ == 0 && !camera.photo.empty()) {
-      const ImageF photo = read_image(camera.photo);
-      photo_width_ = photo.width, photo_height_ = photo.height;
-    }
+    if (!size_was_sought_) find_size();
     camera.width = photo_width_, camera.height = photo_height_;
     if (camera.width == 0 && has(frame, "cx") && has(frame, "cy")) {
       camera.width = static_cast<int>(std::lround(std::clamp(2 * number(frame, "cx"), 0.0, 65536.0)));
@@ -102,6 +98,17 @@ class Reader {
     }
     if (camera.width < 1 || camera.height < 1) {
       throw frame.complaint("w", "is missing and the photo does not exist", "add w and h");
+    }
+  }
+
+  /// The size of the first photo that exists and can be read.
+  void find_size() {
+    size_was_sought_ = true;
+    size_t index = 0;
+    for (const nlohmann::json& value : top_.array("frames")) {
+      const JsonObject frame(value, file_.string(), "frames[" + std::to_string(index++) + "]");
+      const std::string photo = find_photo(photos_, {file_.parent_path()}, frame.text("file_path")).string();
+      if (!photo.empty() && read_photo_size(photo, fit_, photo_width_, photo_height_)) return;
     }
   }
 
@@ -125,15 +132,19 @@ class Reader {
   }
 
   fs::path file_, photos_;
+  PhotoFit fit_;
   nlohmann::json json_;
   JsonObject top_;
   CameraCollector collector_;
   int photo_width_ = 0, photo_height_ = 0;
+  bool size_was_sought_ = false;
 };
 
 }  // namespace
 
-CameraFile read_transforms(const fs::path& file, const fs::path& photos) { return Reader(file, photos).read(); }
+CameraFile read_transforms(const fs::path& file, const fs::path& photos, PhotoFit fit) {
+  return Reader(file, photos, fit).read();
+}
 
 void write_transforms(const fs::path& file, const std::vector<Camera>& cameras) {
   const auto intrinsics = [](const Camera& camera) {

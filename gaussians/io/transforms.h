@@ -12,7 +12,8 @@ namespace pliant {
 /// in both.  Photos are looked for beside the file and in `photos` (may be empty), with or without suffix.  Frames
 /// without a photo are left out when at least one frame has one.  Lens distortion is kept and warned about.
 /// Throws Error naming file, frame and key.
-CameraFile read_transforms(const std::filesystem::path& file, const std::filesystem::path& photos = {});
+CameraFile read_transforms(const std::filesystem::path& file, const std::filesystem::path& photos = {},
+                           PhotoFit fit = PhotoFit::kFirstPhoto);
 
 /// Writes nerfstudio's layout; photos are named relative to the folder of `file`.  Atomic.
 void write_transforms(const std::filesystem::path& file, const std::vector<Camera>& cameras);

@@ -12,10 +12,11 @@
 namespace pliant {
 
 struct TrainingPhoto {
-  Camera camera;          ///< pinhole without distortion, of the size of `pixels`
+  Camera camera;          ///< pinhole without distortion, of the size of `pixels`; `photo` is the file on disk
   ImageU8 pixels;         ///< [H, W, 3]
   ImageU8 weight;         ///< [H, W, 1] 255 = counts, 0 = the photo says nothing here; empty = all pixels count
   bool held_out = false;  ///< never trained on
+  bool changed = false;   ///< undistorted, scaled, turned or composited: no longer the file on disk
 };
 
 struct PhotoOptions {
@@ -25,9 +26,26 @@ struct PhotoOptions {
 };
 
 struct TrainingPhotos {
-  std::vector<TrainingPhoto> photos;
+  std::vector<TrainingPhoto> photos;  ///< in the order of their cameras' names
   bool changed = false;  ///< undistorted, scaled, turned or composited: no longer the files on disk
   std::vector<std::string> warnings;
 };
+
+/// Fewer photos do not determine a scene.
+constexpr int kFewestPhotos = 3;
+
+/// Reads the photos of `file`, which was read with PhotoFit::kEachPhoto, and makes each one the picture of a pinhole:
+///  - a camera of another size but the same shape is scaled to its photo; the pixels that cameras refer to are the
+///    stored ones unless only the picture turned by its EXIF orientation has the camera's shape;
+///  - alpha is put on the background; larger photos are scaled down by area average, intrinsics exactly with them;
+///  - the lens is undone by bicubic interpolation; the pinhole keeps the rectangle that the photo covers
+///    (make_undistortion), and pixels that it does not cover all the same have weight 0.
+/// Photos that cannot be used are left out with a warning.  Throws Error{kInput} when fewer than kFewestPhotos are left
+/// or none to train on.
+TrainingPhotos load_training_photos(const PhotoOptions& options, const CameraFile& file);
+
+/// Writes the photos that are no longer the files on disk as PNG to `folder`, named after their cameras, and returns
+/// the cameras of all photos with the files that show what was trained on.
+std::vector<Camera> write_training_photos(const std::filesystem::path& folder, const TrainingPhotos& photos);
 
 }  // namespace pliant

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "gaussians/base/camera.h"
+
+namespace pliant {
+
+/// One record of images.{bin,txt} of a COLMAP model.
+struct ColmapImage {
+  uint32_t id = 0, camera = 0;
+  double q[4], t[3];  ///< cam_from_world; q = w, x, y, z, not checked
+  std::string photo;
+  std::vector<Eigen::Vector2d> points;  ///< features in pixels, the centre of the first pixel at (0.5, 0.5)
+};
+
+/// Whether the folder holds the records as binary (".bin") or as text (".txt"); binary wins, "" = neither.
+std::string colmap_extension(const std::filesystem::path& folder);
+
+/// cameras.{bin,txt}: id -> camera without a pose.  Throws Error{kInput} naming file, record and value.
+std::map<uint32_t, Camera> read_colmap_cameras(const std::filesystem::path& file);
+
+/// `field` names the record in messages.
+using UseColmapImage = std::function<void(const ColmapImage&, const std::string& field)>;
+
+/// Calls `use` for the images of images.{bin,txt}; their features are read only `with_points`.
+void for_each_colmap_image(const std::filesystem::path& file, bool with_points, const UseColmapImage& use);
+
+/// The next line of a text model that is no comment, which may be empty; false at the end.  Counts lines in `number`.
+bool next_colmap_line(std::istringstream& in, std::string& line, int& number);
+
+}  // namespace pliant
