@@ -50,6 +50,12 @@ struct RenderGradient {
   Vec3<T> rotation = Vec3<T>::Zero();           ///< of the camera: cam_from_world <- (exp([rotation]), translation) cam_from_world
   Vec3<T> translation = Vec3<T>::Zero();
   std::vector<Mat3<T>> covariance;              ///< [N] when asked for: what rotation and log_scale say, as one symmetric matrix
+  std::vector<Eigen::Matrix<T, 2, 1>> screen;   ///< [N, 2] when asked for: of the projected mean (u, v) in pixels
+};
+
+/// Derivatives that are made only when asked for.
+struct GradientExtras {
+  bool covariance = false, screen = false;
 };
 
 /// Derivatives of a scalar L of the picture, given dL/dpicture in `adj`, whose empty images count as zero.  `picture` is
@@ -58,6 +64,6 @@ struct RenderGradient {
 RenderGradient<float> render_adjoint(const CloudOf<float>& cloud, const Camera& camera, const RenderOptions& options,
                                      std::span<const float> features, int channels, const RenderResult& picture,
                                      const RenderResult& adj, const RenderTape<float>* tape = nullptr,
-                                     bool covariance = false);
+                                     const GradientExtras& extras = {});
 
 }  // namespace pliant

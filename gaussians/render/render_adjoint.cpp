@@ -58,6 +58,14 @@ Vec3<T> gather_tile(const TileInput<T>& in, const Rendered<T>& picture, const Re
   return background;
 }
 
+// dL/d(u, v) of a splat from the moments of dL/d ln(alpha) over its pixels.
+template <class T>
+Eigen::Matrix<T, 2, 1> screen_gradient(const Splat<T>& splat, const T* sum) {
+  const T twice_ln2 = T(2 * 0.6931471805599453);
+  const T along_x = twice_ln2 * splat.precision_x * sum[kMomentE];
+  return {along_x, twice_ln2 * splat.precision_y * sum[kMomentD] - splat.slope * along_x};
+}
+
 // Sums the derivatives of splats over their pairs, and turns them into those of Gaussians; returns the camera's part,
 // equal for any number of threads: fixed blocks of splats, added in order.
 template <class T>
@@ -92,6 +100,7 @@ ViewGradient<T> gather_gaussians(const BlendKernels<T>& kernels, ProjectAdjointI
           for (int k = 0; k < channels; ++k) features[k] += from[kPairSlots + k];
         }
         std::copy_n(sum, kPairSlots, sums + in.count * kPairSlots);
+        if (!out.screen.empty()) out.screen[i] = screen_gradient(projected.splats[s], sum);
         index[in.count++] = i;
       }
       kernels.project_adjoint(in, to, of_block[b]);
@@ -119,7 +128,7 @@ void set_pose(const View<T>& view, const ViewGradient<T>& adj, RenderGradient<T>
 template <class T, bool kCutOffs>
 RenderGradient<T> render_adjoint_as(const CloudOf<T>& cloud, const Camera& camera, const RenderOptions& options,
                                     std::span<const T> features, int channels, const Rendered<T>& picture,
-                                    const Rendered<T>& adj, const RenderTape<T>* tape, bool covariance) {
+                                    const Rendered<T>& adj, const RenderTape<T>* tape, const GradientExtras& extras) {
   CHECK(features.size() == cloud.size() * channels);
   CHECK(picture.color.width == camera.width && picture.color.height == camera.height);
   for (const Image<T>* image : {&adj.color, &adj.depth, &adj.alpha, &adj.features})
@@ -133,7 +142,8 @@ RenderGradient<T> render_adjoint_as(const CloudOf<T>& cloud, const Camera& camer
   out.cloud.resize(cloud.size());
   for (auto& q : out.cloud.rotation) q.setZero();
   out.features.assign(features.size(), T(0));
-  if (covariance) out.covariance.assign(cloud.size(), Mat3<T>::Zero());
+  if (extras.covariance) out.covariance.assign(cloud.size(), Mat3<T>::Zero());
+  if (extras.screen) out.screen.assign(cloud.size(), Eigen::Matrix<T, 2, 1>::Zero());
 
   ProjectedSplats<T> made;
   if (!tape) {
@@ -175,20 +185,20 @@ RenderGradient<T> render_adjoint_as(const CloudOf<T>& cloud, const Camera& camer
 template RenderGradient<float> render_adjoint_as<float, true>(const CloudOf<float>&, const Camera&,
                                                               const RenderOptions&, std::span<const float>, int,
                                                               const Rendered<float>&, const Rendered<float>&,
-                                                              const RenderTape<float>*, bool);
+                                                              const RenderTape<float>*, const GradientExtras&);
 template RenderGradient<double> render_adjoint_as<double, true>(const CloudOf<double>&, const Camera&,
                                                                 const RenderOptions&, std::span<const double>, int,
                                                                 const Rendered<double>&, const Rendered<double>&,
-                                                                const RenderTape<double>*, bool);
+                                                                const RenderTape<double>*, const GradientExtras&);
 template RenderGradient<double> render_adjoint_as<double, false>(const CloudOf<double>&, const Camera&,
                                                                  const RenderOptions&, std::span<const double>, int,
                                                                  const Rendered<double>&, const Rendered<double>&,
-                                                                 const RenderTape<double>*, bool);
+                                                                 const RenderTape<double>*, const GradientExtras&);
 
 RenderGradient<float> render_adjoint(const CloudOf<float>& cloud, const Camera& camera, const RenderOptions& options,
                                      std::span<const float> features, int channels, const RenderResult& picture,
-                                     const RenderResult& adj, const RenderTape<float>* tape, bool covariance) {
-  return render_adjoint_as<float>(cloud, camera, options, features, channels, picture, adj, tape, covariance);
+                                     const RenderResult& adj, const RenderTape<float>* tape, const GradientExtras& extras) {
+  return render_adjoint_as<float>(cloud, camera, options, features, channels, picture, adj, tape, extras);
 }
 
 }  // namespace pliant

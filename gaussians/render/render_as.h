@@ -16,6 +16,6 @@ template <class T, bool kCutOffs = true>
 RenderGradient<T> render_adjoint_as(const CloudOf<T>& cloud, const Camera& camera, const RenderOptions& options,
                                     std::span<const T> features, int channels, const Rendered<T>& picture,
                                     const Rendered<T>& adj, const RenderTape<T>* tape = nullptr,
-                                    bool covariance = false);
+                                    const GradientExtras& extras = {});
 
 }  // namespace pliant

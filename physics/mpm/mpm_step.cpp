@@ -71,7 +71,8 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
       }
       barrier->wait();
       if (data_.grid.has_siblings()) {
-        for (int n; (n = contact.take()) < data_.grid.node_blocks();) apply_object_contact(loads, data_, n);
+        for (int n; (n = contact.take()) < data_.grid.node_blocks();)
+          apply_object_contact(loads, data_.grid, data_.dx, data_.node, n);
         barrier->wait();
         for (int n; (n = conditions.take()) < data_.grid.node_blocks();) condition_node_block(n, loads);
         barrier->wait();
@@ -136,7 +137,7 @@ void Mpm<T>::update_grid(T dt, const StepLoads<T>& loads) {
   const int blocks = data_.grid.node_blocks();
   for (int n = 0; n < blocks; ++n) update_node_block(n, dt, loads);
   if (data_.grid.has_siblings())
-    for (int n = 0; n < blocks; ++n) apply_object_contact(loads, data_, n);
+    for (int n = 0; n < blocks; ++n) apply_object_contact(loads, data_.grid, data_.dx, data_.node, n);
   for (int n = 0; n < blocks; ++n) condition_node_block(n, loads);
 }
 

@@ -1,25 +1,15 @@
 #include "physics/mpm/node_update_adjoint.h"
 
-#include <algorithm>
-
-
 namespace pliant {
+
 template <class T>
-void reverse_node_update(const MpmKernels<T>& forward, T dt, const StepLoads<T>& loads, const NodeBlock<T>& adj, const Node<T>* sums,
-                         StepLoadsGradient& by_loads) {
-  if (!loads.colliders.empty() || !loads.pins.empty()) {
-    alignas(64) Node<T> before[BlockGrid::kNodes];
-    std::copy_n(sums, BlockGrid::kNodes, before);
-    const Vec3<T> fall = dt * loads.gravity;
-    forward.update_nodes(before->lane, fall.data(), loads.velocity_scale);
-    apply_node_conditions_adjoint(loads, NodeBlock<T>{before, adj.first, adj.dx, adj.object}, adj.node);
-  }
+void reverse_node_update(T dt, const StepLoads<T>& loads, const Node<T>* sums, Node<T>* adj, StepLoadsGradient& by_loads) {
   const T scale = loads.velocity_scale;
   Vec3d by_gravity = Vec3d::Zero();
   double by_scale = 0;
   for (int k = 0; k < BlockGrid::kNodes; ++k) {
     const T mass = sums[k].lane[3];
-    T* g = adj.node[k].lane;
+    T* g = adj[k].lane;
     if (!(mass > T(0))) {
       g[0] = g[1] = g[2] = g[3] = 0;
       continue;
@@ -53,9 +43,8 @@ void reverse_node_average(const Node<T>* velocity, Node<T>* adj) {
 
 template void reverse_node_average(const Node<float>*, Node<float>*);
 template void reverse_node_average(const Node<double>*, Node<double>*);
-template void reverse_node_update(const MpmKernels<float>&, float, const StepLoads<float>&, const NodeBlock<float>&,
-                                  const Node<float>*, StepLoadsGradient&);
-template void reverse_node_update(const MpmKernels<double>&, double, const StepLoads<double>&,
-                                  const NodeBlock<double>&, const Node<double>*, StepLoadsGradient&);
+template void reverse_node_update(float, const StepLoads<float>&, const Node<float>*, Node<float>*, StepLoadsGradient&);
+template void reverse_node_update(double, const StepLoads<double>&, const Node<double>*, Node<double>*,
+                                  StepLoadsGradient&);
 
 }  // namespace pliant

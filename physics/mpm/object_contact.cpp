@@ -1,13 +1,9 @@
 #include "physics/mpm/object_contact.h"
 
-#include <algorithm>
-#include <cmath>
+#include "physics/mpm/contact_ring.h"
 
 namespace pliant {
 namespace {
-
-constexpr int kSide = BlockGrid::kSide;
-constexpr double kFullShare = 0.85;  // of a node's space that two touching bodies fill together
 
 /// What both directions of `exchange_impulse` compute from a pair.
 struct Meeting {
@@ -77,106 +73,89 @@ void exchange_impulse_adjoint(double friction, const NodePair& pair, NodePair& a
 
 namespace {
 
-/// Slope of the share of a node's space that a half space fills, per cell, where that share is `share`; see
-/// `filled_share`.
-double flat_slope(double share) {
-  const double s = std::min(share, 1 - share);
-  if (!(s > 0)) return 0;
-  if (s < 1.0 / 6) return 0.5 * std::cbrt(36 * s * s);
-  double distance = (0.5 - s) / 0.75;
-  distance = (0.5 - s + distance * distance * distance / 3) / 0.75;
-  return 0.75 - distance * distance;
-}
-
-/// The gradient of a body's share, weighted down where the body has an edge or corner: there the slope is less than
-/// that of a flat face, and the other body, if it is flat, knows the normal better.
-Vec3d trusted(const Vec3d& gradient, double share) {
-  const double slope = gradient.norm(), flat = flat_slope(share);
-  if (!(slope > 0) || !(flat > 0)) return gradient;
-  return std::pow(std::min(1.0, slope / flat), 16) * gradient;
-}
-
-/// Masses of one object's nodes in a block and one node around it.
 template <class T>
-class MassPatch {
- public:
-  MassPatch(const MpmData<T>& data, int n) {
-    const BlockGrid::Coordinates& at = data.grid.node_block(n);
-    for (int o = 0; o < 27; ++o) {
-      const int d[3] = {o / 9 - 1, o / 3 % 3 - 1, o % 3 - 1};
-      const int neighbour = data.grid.find_node_block({at.x + d[0], at.y + d[1], at.z + d[2], at.object});
-      block_[o] = neighbour < 0 ? nullptr : data.node.data() + static_cast<size_t>(neighbour) * BlockGrid::kNodes;
-    }
-    block_[13] = data.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes;
-  }
-  /// Of node (i, j, k), one of which may lie one outside of 0 .. 3.
-  double at(int i, int j, int k) const {
-    const int o = ((i + kSide) / kSide * 3 + (j + kSide) / kSide) * 3 + (k + kSide) / kSide;
-    const Node<T>* block = block_[o];
-    return block ? block[((i & 3) * kSide + (j & 3)) * kSide + (k & 3)].lane[3] : 0.0;
-  }
-  /// Of the node's mass, per cell; averaged across, or the places of single particles would make a surface bumpy.
-  Vec3d gradient(int k) const {
-    const int x = k / (kSide * kSide), y = k / kSide % kSide, z = k % kSide;
-    constexpr double kAcross[3] = {0.25, 0.5, 0.25}, kAlong[3] = {-0.5, 0, 0.5};
-    Vec3d sum = Vec3d::Zero();
-    for (int a = 0; a < 3; ++a)
-      for (int b = 0; b < 3; ++b)
-        for (int c = 0; c < 3; ++c)
-          sum += at(x + a - 1, y + b - 1, z + c - 1) * Vec3d(kAlong[a] * kAcross[b] * kAcross[c],
-                                                             kAcross[a] * kAlong[b] * kAcross[c],
-                                                             kAcross[a] * kAcross[b] * kAlong[c]);
-    return sum;
-  }
+Vec3d velocity_of(const Node<T>& node) {
+  return {node.lane[0], node.lane[1], node.lane[2]};
+}
 
- private:
-  const Node<T>* block_[27] = {};
-};
+template <class T>
+void set_velocity(Node<T>& node, const Vec3d& v) {
+  for (int c = 0; c < 3; ++c) node.lane[c] = static_cast<T>(v[c]);
+}
 
 }  // namespace
 
 template <class T>
-void apply_object_contact(const StepLoads<T>& loads, MpmData<T>& data, int n) {
-  std::vector<int> ring = {n};
-  for (int s = data.grid.sibling(n); s != n; s = data.grid.sibling(s)) {
-    if (s < n) return;
-    ring.push_back(s);
-  }
-  if (ring.size() < 2) return;
-  const auto object = [&](int s) { return data.grid.node_block(s).object; };
-  std::sort(ring.begin(), ring.end(), [&](int a, int b) { return object(a) < object(b); });
-  const double cell = static_cast<double>(data.dx) * data.dx * data.dx;
-  std::vector<double> full;  // mass of a node in the middle of each body; 0 = not known
-  for (const int s : ring) {
-    const size_t o = static_cast<size_t>(object(s));
-    full.push_back(o < loads.density.size() ? loads.density[o] * cell : 0.0);
-  }
-  for (size_t a = 0; a < ring.size(); ++a) {
-    for (size_t b = a + 1; b < ring.size(); ++b) {
-      Node<T>* node[2] = {data.node.data() + static_cast<size_t>(ring[a]) * BlockGrid::kNodes,
-                          data.node.data() + static_cast<size_t>(ring[b]) * BlockGrid::kNodes};
-      const MassPatch<T> patch[2] = {{data, ring[a]}, {data, ring[b]}};
-      const bool known = full[a] > 0 && full[b] > 0;
-      const double unit[2] = {known ? full[a] : 1, known ? full[b] : 1};
+void apply_object_contact(const StepLoads<T>& loads, const BlockGrid& grid, T dx, std::vector<Node<T>>& nodes, int n) {
+  const ContactRing<T> ring(loads, grid, dx, nodes, n);
+  for (int a = 0; a < ring.size(); ++a) {
+    for (int b = a + 1; b < ring.size(); ++b) {
       for (int k = 0; k < BlockGrid::kNodes; ++k) {
         NodePair pair;
-        for (int i = 0; i < 2; ++i) pair.mass[i] = node[i][k].lane[3];
-        if (!(pair.mass[0] > 0 && pair.mass[1] > 0)) continue;
-        if (known && pair.mass[0] / unit[0] + pair.mass[1] / unit[1] < kFullShare) continue;
-        for (int i = 0; i < 2; ++i) {
-          pair.velocity[i] = Vec3d(node[i][k].lane[0], node[i][k].lane[1], node[i][k].lane[2]);
-          pair.gradient[i] = patch[i].gradient(k) / unit[i];
-          if (known) pair.gradient[i] = trusted(pair.gradient[i], pair.mass[i] / unit[i]);
-        }
+        if (!ring.meet(a, b, k, pair)) continue;
+        Node<T>* node[2] = {&nodes[static_cast<size_t>(ring.block(a)) * BlockGrid::kNodes + k],
+                            &nodes[static_cast<size_t>(ring.block(b)) * BlockGrid::kNodes + k]};
+        for (int i = 0; i < 2; ++i) pair.velocity[i] = velocity_of(*node[i]);
         exchange_impulse(loads.object_friction, pair);
-        for (int i = 0; i < 2; ++i)
-          for (int c = 0; c < 3; ++c) node[i][k].lane[c] = static_cast<T>(pair.velocity[i][c]);
+        for (int i = 0; i < 2; ++i) set_velocity(*node[i], pair.velocity[i]);
       }
     }
   }
 }
 
-template void apply_object_contact(const StepLoads<float>&, MpmData<float>&, int);
-template void apply_object_contact(const StepLoads<double>&, MpmData<double>&, int);
+template <class T>
+void apply_object_contact_adjoint(const StepLoads<T>& loads, const BlockGrid& grid, T dx,
+                                  const std::vector<Node<T>>& before, int n, ContactGradient<T> adj) {
+  const ContactRing<T> ring(loads, grid, dx, before, n);
+  struct Met {
+    int body[2];
+    NodePair pair;
+  };
+  std::vector<Met> met;  // at one node, in the order in which they exchanged impulses
+  std::vector<Node<T>> now(ring.size());
+  for (int k = 0; k < BlockGrid::kNodes; ++k) {
+    const auto at = [&](int a) { return static_cast<size_t>(ring.block(a)) * BlockGrid::kNodes + k; };
+    for (int a = 0; a < ring.size(); ++a) now[a] = before[at(a)];
+    met.clear();
+    for (int a = 0; a < ring.size(); ++a)
+      for (int b = a + 1; b < ring.size(); ++b) {
+        NodePair pair;
+        if (!ring.meet(a, b, k, pair)) continue;
+        pair.velocity[0] = velocity_of(now[a]), pair.velocity[1] = velocity_of(now[b]);
+        met.push_back({{a, b}, pair});
+        exchange_impulse(loads.object_friction, pair);
+        set_velocity(now[a], pair.velocity[0]), set_velocity(now[b], pair.velocity[1]);
+      }
+    for (size_t m = met.size(); m-- > 0;) {
+      NodePair by{{0, 0}, {}, {Vec3d::Zero(), Vec3d::Zero()}};
+      Node<T>* by_node[2];
+      double* by_density[2];
+      for (int i = 0; i < 2; ++i) {
+        const size_t place = at(met[m].body[i]);
+        by.velocity[i] = velocity_of(adj.velocity[place]);
+        by_node[i] = &adj.mass[place], by_density[i] = &adj.density[ring.block(met[m].body[i])];
+      }
+      exchange_impulse_adjoint(loads.object_friction, met[m].pair, by);
+      for (int i = 0; i < 2; ++i) set_velocity(adj.velocity[at(met[m].body[i])], by.velocity[i]);
+      ring.meet_adjoint(met[m].body[0], met[m].body[1], k, by, by_node, by_density);
+    }
+  }
+}
+
+template <class T>
+void add_contact_masses(const BlockGrid& grid, const std::vector<Node<T>>& by_mass, int n, Node<T>* adj) {
+  const NodePatch<T> patch(grid, by_mass, n);
+  for (int k = 0; k < BlockGrid::kNodes; ++k)
+    adj[k].lane[3] += patch.node(k).lane[3] + static_cast<T>(patch.gradient_adjoint(k));
+}
+
+#define PLIANT_OBJECT_CONTACT(T)                                                                                   \
+  template void apply_object_contact(const StepLoads<T>&, const BlockGrid&, T, std::vector<Node<T>>&, int);        \
+  template void apply_object_contact_adjoint(const StepLoads<T>&, const BlockGrid&, T, const std::vector<Node<T>>&, \
+                                             int, ContactGradient<T>);                                             \
+  template void add_contact_masses(const BlockGrid&, const std::vector<Node<T>>&, int, Node<T>*);
+PLIANT_OBJECT_CONTACT(float)
+PLIANT_OBJECT_CONTACT(double)
+#undef PLIANT_OBJECT_CONTACT
 
 }  // namespace pliant

@@ -1,7 +1,8 @@
 #pragma once
 
-#include "physics/mpm/mpm_data.h"
-#include "physics/mpm/step_loads.h"
+#include <vector>
+
+#include "physics/mpm/node_conditions.h"
 
 namespace pliant {
 
@@ -24,9 +25,21 @@ void exchange_impulse_adjoint(double friction, const NodePair& pair, NodePair& a
 /// ring; a no-op unless n is the ring's lowest number.  Between the update of all nodes and the node conditions.  Two
 /// bodies touch at a node where they fill the space together but for a fifth of a cell.
 template <class T>
-void apply_object_contact(const StepLoads<T>& loads, MpmData<T>& data, int n);
+void apply_object_contact(const StepLoads<T>& loads, const BlockGrid& grid, T dx, std::vector<Node<T>>& nodes, int n);
 
-extern template void apply_object_contact(const StepLoads<float>&, MpmData<float>&, int);
-extern template void apply_object_contact(const StepLoads<double>&, MpmData<double>&, int);
+/// Derivatives in the reverse direction, for all node blocks.
+template <class T>
+struct ContactGradient {
+  std::vector<Node<T>>& velocity;  ///< by the velocities after; on return, by those before
+  std::vector<Node<T>>& mass;      ///< added to: by the gradient of the nodes' mass (lanes 0 .. 2) and by their mass
+  std::vector<double>& density;    ///< [node blocks] added to: by the density of the block's object
+};
+/// `before` holds velocities and masses before the contact.  Touches only what belongs to the ring of block n.
+template <class T>
+void apply_object_contact_adjoint(const StepLoads<T>& loads, const BlockGrid& grid, T dx,
+                                  const std::vector<Node<T>>& before, int n, ContactGradient<T> adj);
+/// After that was done for all blocks: adds to lane 3 of adj [64] the derivatives by the masses of block n.
+template <class T>
+void add_contact_masses(const BlockGrid& grid, const std::vector<Node<T>>& by_mass, int n, Node<T>* adj);
 
 }  // namespace pliant

@@ -6,6 +6,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
+#include "physics/mpm/object_contact.h"
 #include "physics/mpm/team.h"
 
 namespace pliant {
@@ -160,7 +161,8 @@ ParticleGradient<T> StepAdjoint<T>::particle_gradient() const {
 template <class T>
 size_t StepAdjoint<T>::bytes() const {
   return record_.capacity() * (sizeof(AdjointRecord<T>) + sizeof(int)) +
-         (velocity_.capacity() + adj_node_.capacity() + patch_.capacity() + old_patch_.capacity() +
+         (velocity_.capacity() + updated_.capacity() + before_contact_.capacity() + by_contact_mass_.capacity() +
+          adj_node_.capacity() + patch_.capacity() + old_patch_.capacity() +
           adj_old_node_.capacity()) * sizeof(Node<T>);
 }
 
@@ -170,7 +172,7 @@ void StepAdjoint<T>::reverse(const StepTape<T>& tape, const std::function<void(i
   const int useful = static_cast<int>(std::min<size_t>(record_.size() / kParticlesPerThread, 1024));
   const int threads = std::clamp(omp_get_max_threads(), 1, std::max(1, useful));
   std::exception_ptr error;
-  Queue forward, gather, update, scatter;
+  Queue forward, contact, conditions, gather, reverse_nodes, separate, update, scatter;
   bool going = true;
   // What one thread does between steps.
   const auto between = [&](int k) {
@@ -181,7 +183,8 @@ void StepAdjoint<T>::reverse(const StepTape<T>& tape, const std::function<void(i
     } catch (...) {
       error = std::current_exception(), going = false;
     }
-    forward.reset(), gather.reset(), update.reset(), scatter.reset();
+    for (Queue* queue : {&forward, &contact, &conditions, &gather, &reverse_nodes, &separate, &update, &scatter})
+      queue->reset();
   };
   std::unique_ptr<Barrier> barrier;
 #pragma omp parallel num_threads(threads)
@@ -194,12 +197,32 @@ void StepAdjoint<T>::reverse(const StepTape<T>& tape, const std::function<void(i
       if (!going) break;
       const TapeStep<T>& step = tape[k];
       const int blocks = step.grid->particle_blocks(), node_blocks = step.grid->node_blocks();
-      for (int n; (n = forward.take()) < node_blocks;) find_velocities(step, n);
+      const bool several = step.grid->has_siblings();
+      for (int n; (n = forward.take()) < node_blocks;) {
+        find_velocities(step, n);
+        if (!several) find_conditioned_velocities(step, n);
+      }
       barrier->wait();
+      if (several) {
+        for (int n; (n = contact.take()) < node_blocks;)
+          apply_object_contact(step.loads, *step.grid, solver_.dx, updated_, n);
+        barrier->wait();
+        for (int n; (n = conditions.take()) < node_blocks;) find_conditioned_velocities(step, n);
+        barrier->wait();
+      }
       for (int b; (b = gather.take()) < blocks;) reverse_gather(step, b);
       barrier->wait();
-      for (int n; (n = update.take()) < node_blocks;) reverse_update(step, n);
+      for (int n; (n = reverse_nodes.take()) < node_blocks;) {
+        reverse_conditions(step, n);
+        if (!several) reverse_update(step, n);
+      }
       barrier->wait();
+      if (several) {
+        for (int n; (n = separate.take()) < node_blocks;) reverse_contact(step, n);
+        barrier->wait();
+        for (int n; (n = update.take()) < node_blocks;) reverse_update(step, n);
+        barrier->wait();
+      }
       for (int b; (b = scatter.take()) < blocks;) reverse_scatter(step, b);
       barrier->wait();
     }

@@ -36,6 +36,7 @@ struct StateGradient {
 struct StepLoadsGradient {
   Vec3d gravity = Vec3d::Zero();
   double velocity_scale = 0;
+  std::vector<double> density;         ///< of each object, as far as any touch
   std::vector<BodyLoadGradient> body;  ///< in the order of StepLoads::body
 };
 
@@ -88,9 +89,12 @@ class StepAdjoint {
   AdjointRun<T> run_of(const TapeStep<T>& step, int b) const;
   NodeBlock<T> node_block(const TapeStep<T>& step, std::vector<Node<T>>& nodes, int n) const;
   void find_velocities(const TapeStep<T>& step, int n);
+  void find_conditioned_velocities(const TapeStep<T>& step, int n);
   void reverse_affine_damping(const TapeStep<T>& step, int b, const Node<T>* velocity);
   void reverse_return_maps(const TapeStep<T>& step, int b);
   void reverse_gather(const TapeStep<T>& step, int b);
+  void reverse_conditions(const TapeStep<T>& step, int n);
+  void reverse_contact(const TapeStep<T>& step, int n);
   void reverse_update(const TapeStep<T>& step, int n);
   void reverse_scatter(const TapeStep<T>& step, int b);
   std::vector<T> loaded_velocities(const TapeStep<T>& step, int b) const;
@@ -108,7 +112,11 @@ class StepAdjoint {
   std::vector<int> slot_;                  // of particle i in record_
   std::vector<int> place_;                 // of particle i in the step of `motion_of`
   AdjointRun<T> run_;                      // what the blocks of the present step have in common
-  std::vector<Node<T>> velocity_;          // [node blocks, 4, 4, 4] after the update
+  std::vector<Node<T>> velocity_;          // [node blocks, 4, 4, 4] after the conditions
+  std::vector<Node<T>> updated_;           // before the conditions
+  std::vector<Node<T>> before_contact_;    // before contact between objects, where there is any
+  std::vector<Node<T>> by_contact_mass_;   // see ContactGradient
+  std::vector<double> by_density_;         // [node blocks]
   std::vector<Node<T>> patch_;             // [particle blocks, 6, 6, 6] derivatives by them
   std::vector<Node<T>> adj_node_;          // [node blocks, 4, 4, 4] summed; then by momentum and mass
   std::vector<Node<T>> old_patch_, adj_old_node_;  // the same for velocities before the step, where flip > 0

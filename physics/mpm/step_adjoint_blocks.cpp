@@ -4,6 +4,7 @@
 #include "physics/laws/law.h"
 #include "physics/mpm/bspline.h"
 #include "physics/mpm/node_update_adjoint.h"
+#include "physics/mpm/object_contact.h"
 #include "physics/mpm/step_adjoint.h"
 
 namespace pliant {
@@ -66,8 +67,6 @@ Node<T>* block_of(std::vector<Node<T>>& nodes, int n) {
 
 template <class T>
 void StepAdjoint<T>::begin_step(const StepTape<T>& tape, const TapeStep<T>& step) {
-  if (step.grid->has_siblings())
-    throw usage_error("roll-out", "object", "has bodies that touch", "fit one body at a time");
   if (step.flip > T(0) && particles_.has_memory())
     throw usage_error("roll-out", "flip_time", "is set for a law with a memory", "use APIC, flip_time 0");
   run_ = {};
@@ -78,7 +77,10 @@ void StepAdjoint<T>::begin_step(const StepTape<T>& tape, const TapeStep<T>& step
   run_.slot = slot_.data(), run_.record = record_.data();
   run_.exact_stress = exact_stress<T>, run_.exact_adjoint = exact_adjoint<T>;
   const BlockGrid& grid = *step.grid;
-  velocity_.resize(step.node.size()), adj_node_.resize(step.node.size());
+  velocity_.resize(step.node.size()), updated_.resize(step.node.size()), adj_node_.resize(step.node.size());
+  by_density_.assign(grid.has_siblings() ? grid.node_blocks() : 0, 0.0);
+  if (grid.has_siblings())
+    before_contact_.resize(step.node.size()), by_contact_mass_.assign(step.node.size(), Node<T>{});
   patch_.resize(static_cast<size_t>(grid.particle_blocks()) * BlockGrid::kPatchNodes);
   block_sums_.assign(step.loads.body.size() * grid.particle_blocks(), {});
   node_sums_.resize(grid.node_blocks());
@@ -103,10 +105,17 @@ NodeBlock<T> StepAdjoint<T>::node_block(const TapeStep<T>& step, std::vector<Nod
 
 template <class T>
 void StepAdjoint<T>::find_velocities(const TapeStep<T>& step, int n) {
-  const NodeBlock<T> block = node_block(step, velocity_, n);
-  std::copy_n(step.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, BlockGrid::kNodes, block.node);
+  Node<T>* node = block_of(updated_, n);
+  std::copy_n(step.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, BlockGrid::kNodes, node);
   const Vec3<T> fall = step.dt * step.loads.gravity;
-  forward_.update_nodes(block.node->lane, fall.data(), step.loads.velocity_scale);
+  forward_.update_nodes(node->lane, fall.data(), step.loads.velocity_scale);
+  if (step.grid->has_siblings()) std::copy_n(node, BlockGrid::kNodes, block_of(before_contact_, n));
+}
+
+template <class T>
+void StepAdjoint<T>::find_conditioned_velocities(const TapeStep<T>& step, int n) {
+  const NodeBlock<T> block = node_block(step, velocity_, n);
+  std::copy_n(block_of(updated_, n), BlockGrid::kNodes, block.node);
   apply_node_conditions(step.loads, block);
 }
 
@@ -235,7 +244,7 @@ void StepAdjoint<T>::reverse_gather(const TapeStep<T>& step, int b) {
 }
 
 template <class T>
-void StepAdjoint<T>::reverse_update(const TapeStep<T>& step, int n) {
+void StepAdjoint<T>::reverse_conditions(const TapeStep<T>& step, int n) {
   const auto sum = [&](const std::vector<Node<T>>& patches, Node<T>* node) {
     const T* patch[8];
     for (int o = 0; o < 8; ++o) {
@@ -250,9 +259,23 @@ void StepAdjoint<T>::reverse_update(const TapeStep<T>& step, int n) {
     sum(old_patch_, block_of(adj_old_node_, n));
     reverse_node_average(step.old_node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, block_of(adj_old_node_, n));
   }
+  if (!step.loads.colliders.empty() || !step.loads.pins.empty())
+    apply_node_conditions_adjoint(step.loads, node_block(step, updated_, n), block.node);
+}
+
+template <class T>
+void StepAdjoint<T>::reverse_contact(const TapeStep<T>& step, int n) {
+  apply_object_contact_adjoint(step.loads, *step.grid, solver_.dx, before_contact_, n,
+                               {adj_node_, by_contact_mass_, by_density_});
+}
+
+template <class T>
+void StepAdjoint<T>::reverse_update(const TapeStep<T>& step, int n) {
+  Node<T>* adj = block_of(adj_node_, n);
   node_sums_[n] = {};
-  reverse_node_update(forward_, step.dt, step.loads, block,
-                      step.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, node_sums_[n]);
+  reverse_node_update(step.dt, step.loads, step.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, adj,
+                      node_sums_[n]);
+  if (step.grid->has_siblings()) add_contact_masses(*step.grid, by_contact_mass_, n, adj);
 }
 
 template <class T>
@@ -281,6 +304,11 @@ template <class T>
 StepLoadsGradient StepAdjoint<T>::sum_loads(const TapeStep<T>& step) const {
   StepLoadsGradient sum;
   for (const StepLoadsGradient& s : node_sums_) sum.gravity += s.gravity, sum.velocity_scale += s.velocity_scale;
+  for (int n = 0; n < static_cast<int>(by_density_.size()); ++n) {
+    const size_t object = static_cast<size_t>(step.grid->node_block(n).object);
+    if (sum.density.size() <= object) sum.density.resize(object + 1);
+    sum.density[object] += by_density_[n];
+  }
   const size_t loads = step.loads.body.size();
   sum.body.resize(loads);
   for (size_t k = 0; k < block_sums_.size(); ++k) {

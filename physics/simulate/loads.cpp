@@ -43,14 +43,14 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
     : options_(options), body_mass_(particles.total_mass()), bits_(particles.size(), 0) {
   const double dx = options.cell_size > 0 ? options.cell_size : static_cast<double>(particles.cell_size);
   Box bounds;
-  std::vector<double> mass, volume;
+  std::vector<double> mass;
   for (size_t i = 0; i < particles.size(); ++i) {
     const size_t object = particles.object.empty() ? 0 : particles.object[i];
-    if (mass.size() <= object) mass.resize(object + 1), volume.resize(object + 1);
-    mass[object] += particles.mass[i], volume[object] += particles.volume[i];
+    if (mass.size() <= object) mass.resize(object + 1), volume_.resize(object + 1);
+    mass[object] += particles.mass[i], volume_[object] += particles.volume[i];
     bounds.add(particles.position[i].template cast<float>());
   }
-  for (size_t o = 0; o < mass.size(); ++o) density_.push_back(volume[o] > 0 ? mass[o] / volume[o] : 0);
+  for (size_t o = 0; o < mass.size(); ++o) density_.push_back(volume_[o] > 0 ? mass[o] / volume_[o] : 0);
   body_size_ = bounds.size().norm() + 4 * dx, cell_size_ = dx;
   int used_bits = 0;
   for (size_t k = 0; k < interactions.size(); ++k) {

@@ -24,6 +24,7 @@ struct LoadsGradient {
   double body_mass = 0;
   Vec3d gravity = Vec3d::Zero();     ///< by SimulateOptions::gravity
   double damping_time = 0;
+  std::vector<double> density;       ///< [objects] by the mean density of each, as far as any touch
 
   explicit LoadsGradient(size_t interactions) : vector(interactions, Vec3d::Zero()), touched_mass(interactions, 0.0) {}
 };
@@ -53,8 +54,8 @@ class LoadSchedule {
   /// the particles at the start of the step what they did to the loads.
   void at_adjoint(double t, double dt, const TapeStep<T>& step, const StepLoadsGradient& by_loads,
                   StepAdjoint<T>& particles, LoadsGradient& gradient) const;
-  /// Adds to by_mass [N] what the masses of the touched particles and of the body did.
-  void add_by_mass(const LoadsGradient& gradient, std::vector<T>& by_mass) const;
+  /// Adds to by_mass [N] what the masses of the touched particles, of the body and of its objects did.
+  void add_by_mass(const BasicParticles<T>& particles, const LoadsGradient& gradient, std::vector<T>& by_mass) const;
 
  private:
   struct Entry {
@@ -81,7 +82,7 @@ class LoadSchedule {
 
   SimulateOptions options_;
   double body_mass_ = 0, body_size_ = 0, cell_size_ = 0;
-  std::vector<double> density_;  // of each object
+  std::vector<double> density_, volume_;  // of each object
   std::vector<Entry> entries_;
   std::vector<uint32_t> bits_;
   std::vector<std::string> warnings_;

@@ -57,6 +57,8 @@ void LoadSchedule<T>::at_adjoint(double t, double dt, const TapeStep<T>& step, c
     }
   }
   CHECK(next == by.body.size());
+  if (gradient.density.size() < by.density.size()) gradient.density.resize(by.density.size());
+  for (size_t o = 0; o < by.density.size(); ++o) gradient.density[o] += by.density[o];
   *gravity += by.gravity;
   if (options_.rest_shape == RestShapeMode::kCaptured && pinned(middle)) gradient.gravity -= by.gravity;
   if (options_.damping_time > 0)
@@ -121,9 +123,12 @@ bool LoadSchedule<T>::torque_adjoint(const Entry& entry, double part, const Tape
 }
 
 template <class T>
-void LoadSchedule<T>::add_by_mass(const LoadsGradient& gradient, std::vector<T>& by_mass) const {
+void LoadSchedule<T>::add_by_mass(const BasicParticles<T>& particles, const LoadsGradient& gradient,
+                                  std::vector<T>& by_mass) const {
   for (size_t i = 0; i < by_mass.size(); ++i) {
     double sum = gradient.body_mass;
+    const size_t object = particles.object.empty() ? 0 : particles.object[i];
+    if (object < gradient.density.size() && volume_[object] > 0) sum += gradient.density[object] / volume_[object];
     for (size_t k = 0; k < entries_.size(); ++k)
       if (entries_[k].bit & bits_[i]) sum += gradient.touched_mass[k];
     by_mass[i] += static_cast<T>(sum);

@@ -110,7 +110,7 @@ class Reverser {
   void finish(const BasicParticles<T>& particles, RolloutGradient<T>& result) const {
     const ParticleGradient<T> by = adjoint_.particle_gradient();
     result.mass = by.mass;
-    simulator_.schedule().add_by_mass(loads_, result.mass);
+    simulator_.schedule().add_by_mass(particles, loads_, result.mass);
     add_young_and_poisson(particles, by, result);
     result.interaction = loads_.vector;
     result.gravity = loads_.gravity;

@@ -232,7 +232,7 @@ TEST(DeformAdjoint, LossOfAPictureOfMovedGaussiansAgreesWithDifferencesOfTheDriv
           Rendered<double> adj;
           photometric_loss_adjoint(loss, picture.color, photo, {}, y[0], adj.color);
           const RenderGradient<double> g =
-              render_adjoint_as<double, false>(cloud, camera, {}, {}, 0, picture, adj, nullptr, true);
+              render_adjoint_as<double, false>(cloud, camera, {}, {}, 0, picture, adj, nullptr, {.covariance = true});
           return flat(deform_adjoint<double>({}, scene.rest, scene.binding, m.rest, m.now, m.F, g.cloud.position,
                                              g.covariance, g.cloud.sh));
         },

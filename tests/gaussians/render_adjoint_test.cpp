@@ -238,7 +238,7 @@ struct FloatScene {
   RenderGradient<float> gradient(const RenderOptions& options = {}) const {
     RenderTape<float> tape;
     const RenderResult picture = render(cloud, camera, options, features, kChannels, &tape);
-    return render_adjoint(cloud, camera, options, features, kChannels, picture, adj, &tape, true);
+    return render_adjoint(cloud, camera, options, features, kChannels, picture, adj, &tape, {.covariance = true});
   }
 };
 
@@ -260,6 +260,31 @@ double relative_difference(const std::vector<float>& a, const std::vector<float>
   for (size_t k = 0; k < a.size(); ++k)
     difference += std::pow(double(a[k]) - b[k], 2), size += std::pow(double(b[k]), 2);
   return std::sqrt(difference / size);
+}
+
+TEST(RenderAdjoint, ScreenGradientsSumUpToThatOfThePrincipalPoint) {
+  const CloudOf<double> cloud = spread_cloud(20, 1, 0.05, 0.4);
+  const Camera camera = test_camera(40, 32);
+  Rendered<double> adj;
+  adj.color = Image<double>(camera.width, camera.height, 3);
+  for (size_t k = 0; k < adj.color.data.size(); ++k) adj.color.data[k] = Random(5, k).normal();
+  const auto value = [&](double cx, double cy) {
+    Camera shifted = camera;
+    shifted.cx += cx, shifted.cy += cy;
+    const Rendered<double> picture = render_as<double, false>(cloud, shifted);
+    double sum = 0;
+    for (size_t k = 0; k < adj.color.data.size(); ++k) sum += adj.color.data[k] * picture.color.data[k];
+    return sum;
+  };
+  const Rendered<double> picture = render_as<double, false>(cloud, camera);
+  const RenderGradient<double> g =
+      render_adjoint_as<double, false>(cloud, camera, {}, {}, 0, picture, adj, nullptr, {.screen = true});
+  ASSERT_EQ(g.screen.size(), cloud.size());
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& of_one : g.screen) sum += of_one;
+  const double h = 1e-4;
+  EXPECT_NEAR(sum.x(), (value(h, 0) - value(-h, 0)) / (2 * h), 1e-6 * sum.norm());
+  EXPECT_NEAR(sum.y(), (value(0, h) - value(0, -h)) / (2 * h), 1e-6 * sum.norm());
 }
 
 TEST(RenderAdjoint, IsEqualBitForBitForAnyThreadCount) {

@@ -305,7 +305,13 @@ TEST(AdjointKernels, NodeUpdateWithPinsAndFrictionAgreesWithDifferences) {
       sums_of(at, sums);
       for (int k = 0; k < 3 * n; ++k) by[k / 3].lane[k % 3] = adj[k];
       StepLoadsGradient by_loads;
-      reverse_node_update(mpm_kernels<double>(set), kDt, loads_of(at), block_of(by), sums, by_loads);
+      const StepLoads<double> l = loads_of(at);
+      alignas(64) Node<double> updated[n];
+      std::copy_n(sums, n, updated);
+      const Vec3d fall = kDt * l.gravity;
+      mpm_kernels<double>(set).update_nodes(updated->lane, fall.data(), l.velocity_scale);
+      apply_node_conditions_adjoint(l, block_of(updated), by);
+      reverse_node_update(kDt, l, sums, by, by_loads);
       List out;
       for (const Node<double>& one : by) out.insert(out.end(), one.lane, one.lane + 4);
       out.insert(out.end(), by_loads.gravity.data(), by_loads.gravity.data() + 3);

@@ -110,6 +110,39 @@ TEST(AdjointRollout, SixtySubstepsInTheWindAgreeWithDifferences) {
   expect_gradient(c);
 }
 
+/// The upper half is an object of its own, or two side by side, and slides on the lower one, which it is pressed to.
+Case touching_objects(double cells, double friction, int objects = 2) {
+  Case c = testing::moving_block<double>(cells);
+  const double middle = 0.5 * cells * c.particles.cell_size;
+  for (size_t i = 0; i < c.particles.size(); ++i) {
+    const Vec3d& x = c.particles.position[i];
+    const int object = x.z() < middle ? 0 : x.x() < middle ? 1 : objects - 1;
+    c.particles.object.push_back(static_cast<uint16_t>(object));
+    c.start.v[i] += object == 0 ? Vec3d(0, 0, 0.2) : object == 1 ? Vec3d(0.3, 0.1, -0.4) : Vec3d(-0.2, 0.1, -0.5);
+  }
+  c.options.simulate.object_friction = friction;
+  return c;
+}
+
+void expect_gradient_of_contact(const Case& c) {
+  // Neither free of each other nor one body.
+  const auto end = [](const Case& of) { return rollout(of.options, of.particles, of.interactions, of.start).frames.back().v[0]; };
+  Case other = c;
+  other.options.simulate.object_friction = 0;
+  EXPECT_GT((end(c) - end(other)).norm(), 1e-3);
+  other.particles.object.clear();
+  EXPECT_GT((end(c) - end(other)).norm(), 1e-3);
+  expect_gradient(c);
+}
+
+TEST(AdjointRollout, SixtySubstepsOfTwoObjectsThatSlideOnEachOtherAgreeWithDifferences) {
+  expect_gradient_of_contact(touching_objects(2.5, 0.3));
+}
+
+TEST(AdjointRollout, SixtySubstepsOfThreeObjectsThatMeetAgreeWithDifferences) {
+  expect_gradient_of_contact(touching_objects(2.5, 2.0, 3));
+}
+
 TEST(AdjointRollout, ABlendWithFlipAgreesWithDifferences) {
   Case c = on_the_ground(2);
   c.options.simulate.duration = 0.01, c.options.simulate.flip_time = 0.002;
@@ -155,8 +188,8 @@ TEST(AdjointRollout, EqualsSimulateBitForBit) {
   EXPECT_EQ(k, r.frames.size());
 }
 
-TEST(AdjointRollout, EqualBitForBitForAnyNumberOfThreads) {
-  Case c = on_the_ground(8);
+/// Over 1 to 4 threads.
+void expect_equal_bits(Case c) {
   ASSERT_GE(c.particles.size(), 4000u);
   c.options.simulate.fps = 500, c.options.simulate.duration = 0.004, c.options.simulate.substeps = 8;
   const int before = omp_get_max_threads();
@@ -167,6 +200,18 @@ TEST(AdjointRollout, EqualBitForBitForAnyNumberOfThreads) {
     EXPECT_TRUE(equal(one, c.gradient())) << threads;
   }
   omp_set_num_threads(before);
+}
+
+TEST(AdjointRollout, EqualBitForBitForAnyNumberOfThreads) {
+  expect_equal_bits(on_the_ground(8));
+  Case c = touching_objects(8, 0.3);
+  Interaction it;
+  it.type = InteractionType::kTorque, it.vector = {0, 0, 1e-2}, it.region = Region::sphere({0.04, 0.04, 0.08}, 0.02);
+  c.interactions.push_back(it);
+  it = {};
+  it.type = InteractionType::kWind, it.vector = {8, -3, 2}, it.air_density = 100;
+  c.interactions.push_back(it);
+  expect_equal_bits(c);
 }
 
 TEST(AdjointRollout, RecomputedSubstepsGiveTheBitsOfStoredOnes) {
