@@ -168,6 +168,28 @@ std::string meaning(PoseConvention convention) {
   return {};
 }
 
+/// A sentence on how well the poses fit.  Throws when another reading fits clearly better, warns when none fits.
+std::string judged(const std::string& where, const PoseEvidence& evidence, const std::string& what,
+                   std::vector<std::string>& warnings) {
+  const PoseFit &given = evidence.fits.front(), &best = evidence.fits[static_cast<size_t>(evidence.best)];
+  const std::string checked = std::to_string(evidence.checked) + " " + what;
+  if (clearly_better(best, given)) {
+    throw input_error(where, "", "fits its photos as " + meaning(best.convention) + ", not as " +
+                      meaning(PoseConvention::kAsGiven) + ": of " + checked + " " + percent(best.share) +
+                      " agree (median error " + pixels(best.error) + ") instead of " + percent(given.share) +
+                      " (median error " + pixels(given.error) + ")",
+                      std::string("add --poses ") + name_of(best.convention) + ", or correct the file");
+  }
+  const std::string sentence = "poses agree with " + percent(given.share) + " of " + checked + " (median error " +
+                               pixels(given.error) + ")";
+  if (given.share < kFitting) {
+    warnings.push_back(where + ": " + sentence + ", and no other reading fits better (the best, " +
+                       name_of(best.convention) + ": " + percent(best.share) + ", " + pixels(best.error) +
+                       "); expect a blurred scene: photos and cameras may not belong together");
+  }
+  return sentence;
+}
+
 }  // namespace
 
 const char* name_of(PoseConvention convention) {
@@ -215,41 +237,34 @@ PoseReport check_poses(const PoseCheckOptions& options, const CameraFile& file, 
   check_places(where, cameras, report);
   check_principal_points(where, cameras);
 
-  report.by_points = points.observations.size() >= static_cast<size_t>(kFewestChecks);
-  std::vector<Match> matches;
-  if (!report.by_points) matches = match_neighbours(options, photos, cameras);
-  report.checked = static_cast<int>(report.by_points ? points.observations.size() : matches.size());
-  if (report.checked < kFewestChecks) {
-    report.sentence = "poses could not be checked: neighbouring photos share only " + std::to_string(report.checked) +
-                      " features";
-    report.warnings.push_back(where + ": " + report.sentence);
-    return report;
+  std::vector<std::string> sentences;
+  const auto judge = [&](PoseEvidence& evidence, int checked, const std::string& what, const auto& fit) {
+    evidence.checked = checked;
+    if (checked < kFewestChecks) return;
+    for (const PoseConvention convention : kPoseConventions) {
+      evidence.fits.push_back(fit(convention, apply_convention(convention, file.format, cameras)));
+    }
+    // The reading as given wins ties: some motions cannot tell readings apart, and then it does not matter.
+    evidence.best = std::max_element(evidence.fits.begin(), evidence.fits.end(), [](const PoseFit& a, const PoseFit& b) {
+                      return a.share < b.share;
+                    })->convention;
+    sentences.push_back(judged(where, evidence, what, report.warnings));
+  };
+  judge(report.points, static_cast<int>(points.observations.size()), "observations of points",
+        [&](PoseConvention convention, const std::vector<Camera>& read) {
+          return fit_to_points(options, convention, read, points);
+        });
+  const std::vector<Match> matches = match_neighbours(options, photos, cameras);
+  judge(report.matches, static_cast<int>(matches.size()), "feature matches",
+        [&](PoseConvention convention, const std::vector<Camera>& read) {
+          return fit_to_matches(options, convention, read, matches);
+        });
+  if (sentences.empty()) {
+    sentences.push_back("poses could not be checked: neighbouring photos share only " + std::to_string(matches.size()) +
+                        " features");
+    report.warnings.push_back(where + ": " + sentences.back());
   }
-  for (const PoseConvention convention : kPoseConventions) {
-    const std::vector<Camera> read = apply_convention(convention, file.format, cameras);
-    report.fits.push_back(report.by_points ? fit_to_points(options, convention, read, points)
-                                           : fit_to_matches(options, convention, read, matches));
-  }
-  // The reading as given wins ties: some motions cannot tell readings apart, and then it does not matter.
-  const PoseFit given = report.fits.front();
-  const PoseFit best = *std::max_element(report.fits.begin(), report.fits.end(),
-                                         [](const PoseFit& a, const PoseFit& b) { return a.share < b.share; });
-  const std::string what = report.by_points ? " observations of points" : " feature matches";
-  report.sentence = "poses agree with " + percent(given.share) + " of " + std::to_string(report.checked) + what +
-                    " (median error " + pixels(given.error) + ")";
-  if (clearly_better(best, given)) {
-    throw input_error(where, "", "fits its photos as " + meaning(best.convention) + ", not as " +
-                      meaning(PoseConvention::kAsGiven) + ": of " + std::to_string(report.checked) + what + " " +
-                      percent(best.share) + " agree (median error " + pixels(best.error) + ") instead of " +
-                      percent(given.share) + " (median error " + pixels(given.error) + ")",
-                      std::string("add --poses ") + name_of(best.convention) + ", or correct the file");
-  }
-  if (given.share < kFitting) {
-    report.warnings.push_back(where + ": " + report.sentence + ", and no other reading fits better (the best, " +
-                              name_of(best.convention) + ": " + percent(best.share) + ", " + pixels(best.error) +
-                              "); expect a blurred scene: photos and cameras may not belong together");
-  }
-  report.best = best.convention;
+  for (const std::string& sentence : sentences) report.sentence += (report.sentence.empty() ? "" : "; ") + sentence;
   return report;
 }
 
