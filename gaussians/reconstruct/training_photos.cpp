@@ -124,7 +124,10 @@ Loaded load_photo(const PhotoOptions& options, const Camera& camera, Lenses& len
   Photo stored = read_photo(camera.photo);
   if (!orient(stored, camera, loaded)) {
     loaded.problem = camera.photo + ": has " + size_text(stored.pixels.width, stored.pixels.height) +
-                     " pixels, but its camera is of another shape, " + size_text(camera.width, camera.height);
+                     " pixels, but its camera is of another shape, " + size_text(camera.width, camera.height) +
+                     (same_shape(camera, stored.pixels.height, stored.pixels.width)
+                          ? ": the photo was turned, or the camera's width and height are exchanged"
+                          : "");
     return loaded;
   }
   if (!stored.alpha.empty()) composite(options.background, stored), loaded.composited = true;
