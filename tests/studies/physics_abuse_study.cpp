@@ -84,7 +84,8 @@ std::string anonymous(const std::string& message) {
 int run(double minutes, uint64_t seed) {
   const auto begin = std::chrono::steady_clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
-  int runs = 0, finished = 0, numerical = 0, usage = 0, bad = 0;
+  constexpr double kLongest = 20;  // s, of one run
+  int runs = 0, finished = 0, cut = 0, numerical = 0, usage = 0, bad = 0;
   int64_t frames = 0;
   double early = 0, late = 0;
   std::map<std::string, int> messages;
@@ -102,14 +103,15 @@ int run(double minutes, uint64_t seed) {
     if (random.below(6) == 0) options.sleep_speed = power(random, -3, -1);
     if (random.below(6) == 0) options.viscosity_time = power(random, -6, -3);
     if (random.below(10) == 0) options.rest_shape = RestShapeMode::kSolve;
+    const double start = seconds();
     try {
-      simulate<float>(options, particles, script, initial_state(particles), [&](const SimulationState& s) {
+      const bool stopped = simulate<float>(options, particles, script, initial_state(particles), [&](const SimulationState& s) {
         bool good = true;
         for (size_t i = 0; i < s.size(); ++i) good &= s.x[i].allFinite() && s.v[i].allFinite() && s.F[i].allFinite();
         if (!good) ++bad, std::fprintf(stderr, "run %d frame %d is not finite\n", runs, s.frame);
-        return ++frames, good;
-      });
-      ++finished;
+        return ++frames, good && seconds() - start < kLongest;
+      }).stopped;
+      (stopped ? cut : finished) += 1;
     } catch (const Error& error) {
       (error.failure == Failure::kNumerical ? numerical : usage) += 1;
       ++messages[anonymous(error.what())];
@@ -121,9 +123,9 @@ int run(double minutes, uint64_t seed) {
   }
   for (const auto& [message, count] : messages) std::fprintf(stderr, "%6d  %s\n", count, message.c_str());
   const bool grew = early > 0 && late > 1.2 * early + 20;
-  std::printf("{\"runs\": %d, \"frames\": %lld, \"finished\": %d, \"numerical_errors\": %d, \"usage_errors\": %d, "
+  std::printf("{\"runs\": %d, \"frames\": %lld, \"finished\": %d, \"cut_short\": %d, \"numerical_errors\": %d, \"usage_errors\": %d, "
               "\"not_finite_or_untyped\": %d, \"resident_mb_after_200\": %.1f, \"resident_mb_at_end\": %.1f}\n",
-              runs, static_cast<long long>(frames), finished, numerical, usage, bad, early, late);
+              runs, static_cast<long long>(frames), finished, cut, numerical, usage, bad, early, late);
   return bad > 0 || grew;
 }
 
