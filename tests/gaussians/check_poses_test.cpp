@@ -4,18 +4,12 @@
 
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
-
 #include "gaussians/base/lens.h"
-#include "gaussians/io/cameras.h"
-#include "gaussians/io/json_file.h"
 #include "tests/gaussians/photo_files.h"
 #include "tests/gaussians/textured_scene.h"
 
 namespace pliant {
 namespace {
-
-const Eigen::Vector3d kFlip(1, -1, -1);
 
 TrainingPhotos with_cameras(TrainingPhotos photos, const std::vector<Camera>& cameras) {
   for (size_t i = 0; i < cameras.size(); ++i) photos.photos[i].camera = cameras[i];
@@ -133,6 +127,24 @@ TEST(CheckPoses, FindPhotosThatWereTurnedAfterTheirPointsWereFound) {
   }
   expect_error(Failure::kInput, {"upside down", "--poses turned", "feature matches"},
                [&] { check_poses({}, camera_file(truth), photos, observed_points(truth)); });
+}
+
+TEST(CheckPoses, WarnOfAnotherReadingWhenTheUserHasChosen) {
+  const std::vector<Camera> truth = arc_of_cameras(6), wrong = misread(PoseConvention::kFlipped, false, truth);
+  const PoseReport report = check_poses({.refuse = false}, camera_file(wrong),
+                                        with_cameras({std::vector<TrainingPhoto>(6), false, {}}, wrong), observed_points(truth));
+  EXPECT_EQ(report.points.best, PoseConvention::kFlipped);
+  ASSERT_EQ(report.warnings.size(), 1u);
+  EXPECT_NE(report.warnings[0].find("axes are flipped"), std::string::npos);
+}
+
+TEST(CheckPoses, WarnOfScenesInsideTheNearPlane) {
+  std::vector<Camera> cameras = arc_of_cameras(4);
+  TrainingPhotos photos = photos_of(textured_sheet(), cameras);
+  for (Camera& camera : cameras) camera.cam_from_world.translation() *= 0.05;
+  const PoseReport report = check_poses({}, camera_file(cameras), with_cameras(photos, cameras), {});
+  ASSERT_EQ(report.warnings.size(), 1u);
+  EXPECT_NE(report.warnings[0].find("nothing nearer than 0.2 is drawn"), std::string::npos) << report.warnings[0];
 }
 
 TEST(CheckPoses, WarnWhenNoReadingFits) {
