@@ -9,6 +9,7 @@ struct RunOptions {
   SceneOptions scene;
   SegmentStage segment;
   ExtractStage extract;
+  RepairStage repair;
   SeedStage seed;
   SimulateStage simulate;
   RenderStage render;
@@ -22,7 +23,7 @@ nlohmann::json run_all(Context& context, const Program& program, const RunOption
   ExtractStage extract = options.extract;
   if (extract.object.empty() && !options.segment.physgaussian.empty()) extract.object = "object";
   run_extract(context, run, scene, extract);
-  run_repair(context, run, scene, {});
+  run_repair(context, run, scene, options.repair);
   run_seed(context, run, scene, options.seed);
   run_simulate(context, run, scene, options.simulate);
   run_render(context, run, scene, options.render);
@@ -40,6 +41,7 @@ void add_run(CLI::App& app, Program& program) {
   add_out(*command, program, "Run directory to make or continue")->required();
   add_segment_options(*command, options->segment);
   add_extract_options(*command, options->extract);
+  add_repair_options(*command, options->repair);
   add_seed_options(*command, options->seed);
   add_simulate_options(*command, options->simulate);
   add_render_options(*command, options->render);

@@ -27,6 +27,7 @@ std::vector<double> parse_numbers(const std::string& option, const std::string& 
 // Options of one stage, shared by its own command and by `run`.
 void add_segment_options(CLI::App& command, SegmentStage& stage);
 void add_extract_options(CLI::App& command, ExtractStage& stage);
+void add_repair_options(CLI::App& command, RepairStage& stage);
 void add_seed_options(CLI::App& command, SeedStage& stage);
 void add_simulate_options(CLI::App& command, SimulateStage& stage);
 void add_render_options(CLI::App& command, RenderStage& stage);

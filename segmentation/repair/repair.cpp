@@ -1,6 +1,7 @@
 #include "segmentation/repair/repair.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -13,10 +14,19 @@
 namespace pliant {
 namespace {
 
-std::vector<int> evenly(size_t count, int most) {
-  const int n = std::min<int>(most, static_cast<int>(count));
+/// At most `most` cameras, evenly chosen from a sequence that does not depend on the order in which they are given.
+std::vector<int> choose_views(const std::vector<Camera>& cameras, int most) {
+  std::vector<int> sequence(cameras.size());
+  std::iota(sequence.begin(), sequence.end(), 0);
+  auto key = [&](int i) {
+    const Eigen::Isometry3d& m = cameras[i].cam_from_world;
+    const Vec3d eye = cameras[i].centre();
+    return std::array<double, 6>{eye.x(), eye.y(), eye.z(), m(2, 0), m(2, 1), m(2, 2)};
+  };
+  std::stable_sort(sequence.begin(), sequence.end(), [&](int a, int b) { return key(a) < key(b); });
+  const int n = std::min<int>(most, static_cast<int>(cameras.size()));
   std::vector<int> out(n);
-  for (int i = 0; i < n; ++i) out[i] = static_cast<int>(static_cast<size_t>(i) * count / n);
+  for (int i = 0; i < n; ++i) out[i] = sequence[static_cast<size_t>(i) * cameras.size() / n];
   return out;
 }
 
@@ -65,6 +75,24 @@ GaussianCloud inside_holes(const GaussianCloud& patch, const std::vector<HoleVie
   return patch.select(kept);
 }
 
+/// The plane on which the object stands: most of the hole is on it and the object reaches down to it.  -1 = none.
+int support_plane(const Surfaces& surfaces, const std::vector<HoleGeometry>& geometry, const GaussianCloud& object) {
+  std::vector<size_t> pixels(surfaces.plane.size(), 0);
+  for (const HoleGeometry& view : geometry)
+    for (int k : view.plane)
+      if (k >= 0) ++pixels[k];
+  int best = -1;
+  for (size_t k = 0; k < pixels.size(); ++k) {
+    if (pixels[k] == 0 || (best >= 0 && pixels[k] <= pixels[best])) continue;
+    std::vector<float> height;
+    for (const Vec3f& x : object.position) height.push_back(surfaces.plane[k].plane.normal.dot(x - surfaces.plane[k].plane.point));
+    std::sort(height.begin(), height.end());
+    const float low = height[height.size() / 50], high = height[height.size() - 1 - height.size() / 50];
+    if (std::abs(low) < 0.1f * (high - low)) best = static_cast<int>(k);
+  }
+  return best;
+}
+
 }  // namespace
 
 size_t RepairSummary::before() const { return std::accumulate(hole_before.begin(), hole_before.end(), size_t(0)); }
@@ -74,6 +102,16 @@ std::string RepairSummary::describe() const {
   char text[256];
   std::snprintf(text, sizeof(text), "hole of %zu pixels in %zu views filled with %zu Gaussians on %zu planes and %zu placed view by view; %zu pixels left; %.1f s",
                 before(), views.size(), plane_gaussians, planes, view_gaussians, after(), seconds);
+  return text;
+}
+
+std::string RepairSummary::describe_shadow() const {
+  char text[256] = "";
+  if (shadow == Shadow::Verdict::kPlain)
+    std::snprintf(text, sizeof(text), "contact shadow that leaves %.0f %% of the light beside the object: %s", 100 * shadow_darkest,
+                  shadow_lifted ? ("lifted from " + std::to_string(shadow_gaussians) + " Gaussians").c_str() : "kept, as asked");
+  else if (shadow == Shadow::Verdict::kDoubtful)
+    std::snprintf(text, sizeof(text), "the support is darker around the object, but %s: left as it is", shadow_doubt.c_str());
   return text;
 }
 
@@ -89,7 +127,7 @@ RepairResult repair(const RepairOptions& options, const GaussianCloud& backgroun
   result.first_new = background.size();
   if (background.size() == 0 || removed.size() == 0 || cameras.empty()) return result;
 
-  summary.views = evenly(cameras.size(), options.max_views);
+  summary.views = choose_views(cameras, options.max_views);
   Observation observation = observe(options.hole, background, removed, cameras, summary.views);
   summary.unobserved = static_cast<size_t>(std::count(observation.unobserved.begin(), observation.unobserved.end(), 1.0f));
   report(0.3);
@@ -107,10 +145,24 @@ RepairResult repair(const RepairOptions& options, const GaussianCloud& backgroun
     before[v].pixels -= geometry[v].nowhere.size();
     summary.hole_before.push_back(before[v].pixels);
   }
+  if (const int support = support_plane(surfaces, geometry, removed); support >= 0) {
+    const PlanePicture wide =
+        picture_plane({.margin = 2.0f, .most_texels = 240}, surfaces, support, before, geometry, observation, background, cameras);
+    const Shadow shadow = find_shadow(options.shadow, wide);
+    summary.shadow = shadow.verdict, summary.shadow_doubt = shadow.doubt, summary.shadow_darkest = shadow.darkest;
+    summary.shadow_lifted = options.repair_shadow && shadow.verdict == Shadow::Verdict::kPlain;
+    if (summary.shadow_lifted) {
+      summary.shadow_gaussians = lift_shadow(shadow, result.background);
+      for (size_t v = 0; v < views; ++v) before[v].picture = find_hole(options.hole, observation, v, result.background, cameras).picture;
+    }
+  }
+  const GaussianCloud lit = result.background;
   for (size_t k = 0; k < surfaces.plane.size(); ++k) {
+    const PlanePicture picture =
+        picture_plane({}, surfaces, static_cast<int>(k), before, geometry, observation, lit, cameras);
+    if (picture.empty()) continue;
     const GaussianCloud patch =
-        inside_holes(plane_patch(surfaces, static_cast<int>(k), before, geometry, observation, background, cameras, options.exemplar),
-                     before, summary.views, cameras);
+        inside_holes(plane_patch(picture, lit, options.exemplar), before, summary.views, cameras);
     if (patch.size() == 0) continue;
     result.background.append(patch);
     summary.plane_gaussians += patch.size(), ++summary.planes;

@@ -107,6 +107,56 @@ TEST(Repair, ClosesTheHoleWithoutTouchingTheBackground) {
   show(result, parts, scene.cameras, "ball");
 }
 
+void expect_equal(const GaussianCloud& a, const GaussianCloud& b, size_t count) {
+  ASSERT_GE(a.size(), count), ASSERT_GE(b.size(), count);
+  for (size_t p = 0; p < count; ++p) {
+    ASSERT_EQ(a.position[p], b.position[p]), ASSERT_EQ(a.rotation[p], b.rotation[p]), ASSERT_EQ(a.log_scale[p], b.log_scale[p]);
+    ASSERT_EQ(a.opacity_logit[p], b.opacity_logit[p]);
+    for (int k = 0; k < 3; ++k) ASSERT_EQ(a.sh_of(p)[k], b.sh_of(p)[k]);
+  }
+}
+
+TEST(Repair, NewGaussiansLieOnTheContinuedPlane) {
+  const MadeScene scene = made_scene(two_balls(), 8, 160, 120);
+  const Parts parts = without(scene, 300);
+  const RepairResult result = repair({}, parts.background, parts.object, scene.cameras);
+  ASSERT_GT(result.summary.plane_gaussians, 100u);
+  for (size_t p = result.first_new; p < result.first_new + result.summary.plane_gaussians; ++p) {
+    EXPECT_LT(std::abs(result.background.position[p].z()), 0.01f);
+    EXPECT_LT((result.background.position[p] - Vec3f(-0.35f, 0.1f, 0)).norm(), 0.35f);
+    EXPECT_GT(std::abs(rotation_matrix(result.background.rotation[p])(2, 2)), 0.999f);
+  }
+}
+
+TEST(Repair, WithoutAHoleNothingIsAddedOrChanged) {
+  MadeScene scene = made_scene({}, 8, 160, 120);  // the whole table, and a ball that floats above it
+  GaussianCloud ball;
+  for (int i = 0; i < 300; ++i) {
+    const float z = 1 - (2 * i + 1.0f) / 300, r = std::sqrt(1 - z * z), a = 2.399963f * i;
+    const Vec3f n(r * std::cos(a), r * std::sin(a), z);
+    add_disc(ball, Vec3f(0, 0, 0.4f) + 0.1f * n, n, 0.02f, Vec3f(0.9f, 0.1f, 0.1f));
+  }
+  const RepairResult result = repair({}, scene.cloud, ball, scene.cameras);
+  EXPECT_EQ(result.background.size(), scene.cloud.size());
+  EXPECT_EQ(result.summary.before(), 0u);
+  expect_equal(result.background, scene.cloud, scene.cloud.size());
+}
+
+TEST(Repair, TheOrderOfTheViewsDoesNotMatter) {
+  MadeScene scene = made_scene(two_balls(), 8, 160, 120);
+  const Parts parts = without(scene, 300);
+  for (const int most : {24, 5}) {
+    RepairOptions options;
+    options.max_views = most;
+    const RepairResult one = repair(options, parts.background, parts.object, scene.cameras);
+    std::vector<Camera> shuffled;
+    for (int v : {5, 2, 7, 0, 3, 6, 1, 4}) shuffled.push_back(scene.cameras[v]);
+    const RepairResult two = repair(options, parts.background, parts.object, shuffled);
+    ASSERT_EQ(one.background.size(), two.background.size());
+    expect_equal(one.background, two.background, one.background.size());
+  }
+}
+
 TEST(Repair, EqualBitForBitForAnyNumberOfThreads) {
   const MadeScene scene = made_scene(two_balls(), 4);
   const Parts parts = without(scene, 300);
