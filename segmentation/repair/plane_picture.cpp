@@ -134,12 +134,13 @@ PlanePicture picture_plane(const PlanePictureOptions& options, const Surfaces& s
   const int width = static_cast<int>((ru[1] - ru[0] + 2 * margin) / texel) + 1;
   const int height = static_cast<int>((rv[1] - rv[0] + 2 * margin) / texel) + 1;
 
-  // The plane's own Gaussians.  Those that nobody observed say nothing; what is filled goes a texel in front of them.
+  // The plane's own Gaussians.  Those that nobody observed say nothing.
+  std::vector<Vec2f> unobserved;
   for (size_t p = 0; p < background.size(); ++p) {
     const Vec2f at = picture.coordinates(background.position[p]);
     if (std::abs(plane.normal.dot(background.position[p] - plane.point)) <= 2 * surfaces.tolerance && at.minCoeff() > -20 &&
         at[0] < static_cast<float>(width + 20) && at[1] < static_cast<float>(height + 20)) {
-      if (p < observation.unobserved.size() && observation.unobserved[p] > 0) picture.lift = texel;
+      if (p < observation.unobserved.size() && observation.unobserved[p] > 0) unobserved.push_back(at);
       else picture.members.push_back(static_cast<int>(p));
     }
   }
@@ -159,6 +160,13 @@ PlanePicture picture_plane(const PlanePictureOptions& options, const Surfaces& s
   cv::Mat mask(height, width, CV_8U, picture.target.data.data());
   cv::morphologyEx(mask, mask, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
   cv::dilate(mask, mask, cv::Mat::ones(3, 3, CV_8U));
+  // What is filled goes a texel in front of what nobody observed; a few such Gaussians at the hole's rim do no harm.
+  cv::Mat inner;
+  cv::erode(mask, inner, cv::Mat::ones(9, 9, CV_8U));
+  for (const Vec2f& at : unobserved) {
+    const int x = static_cast<int>(std::floor(at[0])), y = static_cast<int>(std::floor(at[1]));
+    if (x >= 0 && y >= 0 && x < width && y < height && inner.at<uint8_t>(y, x)) picture.lift = texel;
+  }
   picture.color = divided_by_alpha(seen);
   picture.known = source_mask(seen, picture.target);
   return picture;

@@ -108,9 +108,11 @@ TEST(Repair, ClosesTheHoleWithoutTouchingTheBackground) {
 }
 
 void expect_equal(const GaussianCloud& a, const GaussianCloud& b, size_t count) {
-  ASSERT_GE(a.size(), count), ASSERT_GE(b.size(), count);
+  ASSERT_TRUE(a.size() >= count && b.size() >= count);
   for (size_t p = 0; p < count; ++p) {
-    ASSERT_EQ(a.position[p], b.position[p]), ASSERT_EQ(a.rotation[p], b.rotation[p]), ASSERT_EQ(a.log_scale[p], b.log_scale[p]);
+    ASSERT_EQ(a.position[p], b.position[p]);
+    ASSERT_EQ(a.rotation[p], b.rotation[p]);
+    ASSERT_EQ(a.log_scale[p], b.log_scale[p]);
     ASSERT_EQ(a.opacity_logit[p], b.opacity_logit[p]);
     for (int k = 0; k < 3; ++k) ASSERT_EQ(a.sh_of(p)[k], b.sh_of(p)[k]);
   }
