@@ -11,12 +11,12 @@ namespace pliant {
 struct PlanePicture {
   Vec3f corner = Vec3f::Zero(), normal = Vec3f::UnitZ(), u = Vec3f::UnitX(), v = Vec3f::UnitY();
   float texel = 0;           ///< size of a texel (scene units)
-  float lift = 0;            ///< height above the plane that clears what nobody observed
   std::vector<int> members;  ///< observed Gaussians of the background on the plane
   ImageF color;              ///< [H, W, 3] where members cover a texel
   ImageU8 covered;           ///< [H, W, 1] 1 = members are opaque here
   ImageU8 target;            ///< [H, W, 1] 1 = some view sees the texel through its hole; a texel wider than that
   ImageU8 known;             ///< [H, W, 1] 1 = the colour can be trusted, and is not at the rim of the target
+  ImageU8 raised;            ///< [H, W, 1] 1 = something that nobody observed lies here, to be covered
 
   bool empty() const { return color.empty(); }
   /// World position of picture coordinates; texel (i, j) has its centre at (i + 0.5, j + 0.5).
