@@ -19,7 +19,7 @@ struct RepairOptions {
   size_t min_pixels = 12;    ///< holes smaller than this are left to the rasteriser's soft edges
   ExemplarOptions exemplar;
   ShadowOptions shadow;
-  bool repair_shadow = true; ///< false: a contact shadow is reported, not lifted
+  bool repair_shadow = false; ///< false: a contact shadow is reported, not lifted
 };
 
 struct RepairSummary {
