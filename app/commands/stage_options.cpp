@@ -42,6 +42,10 @@ void add_level(CLI::App& command, std::optional<int>& level) {
 
 void add_segment_options(CLI::App& command, SegmentStage& stage) {
   command.add_option("--masks", stage.masks, "Folder of id pictures named like the photos (default: the scene file's)");
+  command.add_option("--associate", stage.associate, "Ids of the masks hold only inside a view and are matched by 3D overlap: "
+                     "auto (when they disagree between views), always, never")
+      ->check(CLI::IsMember({"auto", "always", "never"}))
+      ->capture_default_str();
   command.add_option_function<std::string>(
       "--aabb", [&stage](const std::string& text) { stage.aabb = parse_numbers("--aabb", text, 6); },
       "Select what lies in a box x0,y0,z0,x1,y1,z1 [scene units]");
@@ -60,7 +64,7 @@ void add_segment_options(CLI::App& command, SegmentStage& stage) {
       ->capture_default_str();
   command.add_option("--segment-iterations", stage.iterations, "Steps of the semantic optimisation; 0 = vote only")
       ->check(CLI::NonNegativeNumber);
-  command.add_flag("--hold-out", stage.hold_out, "Leave every 8th photo out of the optimisation, for evaluation");
+  command.add_flag("--hold-out", stage.hold_out, "Leave every 8th photo out of the optimisation and write its id picture to held_out/, for evaluation");
   command.add_flag("!--no-vote", stage.start_from_vote, "Start the semantic attribute at random, not from the vote");
 }
 

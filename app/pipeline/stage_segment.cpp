@@ -7,6 +7,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 #include "gaussians/io/image_io.h"
+#include "segmentation/lift/associate.h"
 #include "segmentation/lift/islands.h"
 #include "segmentation/lift/objects_sheet.h"
 #include "segmentation/lift/selection.h"
@@ -65,6 +66,25 @@ MaskSet gesture_masks(const Context& context, const RunDirectory& run, const Sce
   return member_masks(gesture.boxes.empty() ? "--click" : "--box", member, scene.cloud, scene.cameras);
 }
 
+/// Masks whose ids hold in all views.
+MaskSet associated_masks(const Context& context, const Scene& scene, const SegmentStage& stage, const SemanticOptions& semantic,
+                         MaskSet masks) {
+  if (stage.associate == "never") return masks;
+  AssociateOptions options;
+  options.held_out = semantic.held_out, options.footprint.render = semantic.render;
+  if (stage.associate == "auto") options.keep_above = 0.75;
+  AssociateResult result = associate(options, scene.cloud, scene.cameras, masks);
+  if (result.summary.associated) context.progress.say("segment: association: " + result.summary.describe());
+  return std::move(result.masks);
+}
+
+/// held_out/<camera>.png of the cameras that were not learnt from.
+void write_held_out(const RunDirectory& run, const Scene& scene, const SemanticOptions& options, const Segmentation& segmentation) {
+  if (!options.held_out.empty()) std::filesystem::create_directories(run / "held_out");
+  for (int camera : options.held_out)
+    write_ids(run / "held_out" / (scene.cameras[camera].name + ".png"), render_ids(segmentation, scene.cloud, scene.cameras[camera]));
+}
+
 }  // namespace
 
 json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage) {
@@ -90,7 +110,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
 
   StageKey key{"segment",
                {{"aabb", stage.aabb}, {"sphere", stage.sphere}, {"box", stage.boxes}, {"click", stage.clicks},
-                {"stroke", stage.strokes}, {"stroke_width", stage.stroke_width}, {"vote", stage.start_from_vote},
+                {"stroke", stage.strokes}, {"stroke_width", stage.stroke_width}, {"vote", stage.start_from_vote}, {"associate", stage.associate},
                 {"iterations", options.iterations}, {"held_out", options.held_out},
                 {"up", {scene.up.x(), scene.up.y(), scene.up.z()}}, {"metres_per_unit", scene.metres_per_unit}},
                {{"splats", scene.settings.splats}},
@@ -103,6 +123,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   if (!selecting) key.inputs["masks"] = masks_folder;
   if (configured) key.inputs["physgaussian"] = stage.physgaussian;
   if (!gesture.empty()) key.outputs.push_back("selection.png");
+  for (int camera : options.held_out) key.outputs.push_back("held_out/" + scene.cameras[camera].name + ".png");
 
   return run.stage(context, key, [&]() -> json {
     std::vector<uint8_t> member;  // of a selection by gesture or configuration
@@ -110,7 +131,8 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     const MaskSet masks = configured       ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
                           : !gesture.empty() ? gesture_masks(context, run, scene, gesture, selection, member)
                           : selection      ? selection_masks(*selection, scene.cloud, scene.cameras)
-                                           : load_masks(masks_folder, scene.settings.labels, scene.cameras);
+                                           : associated_masks(context, scene, stage, options,
+                                                              load_masks(masks_folder, scene.settings.labels, scene.cameras));
     for (const std::string& warning : masks.warnings) context.progress.warn(warning);
 
     context.progress.begin("segment", options.iterations);
@@ -131,6 +153,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     write_text(run / "objects.json", objects_json(objects, scene.metres_per_unit).dump(2) + "\n");
     write_image(run / "objects.png", objects_sheet(segmentation, scene.cloud, scene.cameras,
                                                    [&](int camera) { return photo_or_render(scene, camera); }));
+    write_held_out(run, scene, options, segmentation);
     for (const ObjectEntry& object : objects)
       context.progress.say(fmt::format("segment: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name,
                                        object.gaussians, object.score));

@@ -22,13 +22,14 @@ Scene attach_scene(const Context& context, RunDirectory& run, const std::filesys
 /// selection.png.
 struct SegmentStage {
   std::string masks;                 ///< folder; empty = the scene file's
+  std::string associate = "auto";    ///< ids of the masks: auto (grouped anew when they do not agree between views), always, never
   std::vector<double> aabb, sphere;  ///< a selection instead of masks: x0,y0,z0,x1,y1,z1 or x,y,z,r (scene units)
   std::vector<std::string> boxes, clicks, strokes;  ///< gestures, see segmentation/lift/gesture_prompts.h
   double stroke_width = 8;           ///< of strokes and clicks, px
   bool start_from_vote = true;
   std::optional<int> iterations;     ///< of the optimisation; 0 = vote only
   std::string physgaussian;          ///< file; the object is what this configuration of PhysGaussian simulates
-  bool hold_out = false;             ///< leave every 8th photo out of the optimisation, for evaluation
+  bool hold_out = false;             ///< leave every 8th photo out of the optimisation; held_out/ gets its id picture
 };
 nlohmann::json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage);
 
