@@ -29,7 +29,7 @@ const std::map<std::string, Permission> kTable = {
     {"gaussians/render", {{"gaussians/base"}, {}}},
     {"gaussians/io", {{"gaussians/base"}, {"nlohmann", "opencv2", "zlib.h", "zstd.h", "webp", "minizip"}}},
     {"gaussians/reconstruct", {{"gaussians/base", "gaussians/render", "gaussians/io"}, {"opencv2"}}},
-    {"segmentation/lift", {{"gaussians/base", "gaussians/render", "gaussians/io"}, {"nlohmann", "opencv2"}}},
+    {"segmentation/lift", {{"gaussians/base", "gaussians/render", "gaussians/io", "gaussians/reconstruct"}, {"nlohmann", "opencv2"}}},
     {"segmentation/repair",
      {{"gaussians/base", "gaussians/render", "gaussians/io", "segmentation/lift"}, {"opencv2"}}},
     {"physics/laws", {{"gaussians/base"}, {}}},

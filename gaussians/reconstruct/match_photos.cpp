@@ -40,6 +40,55 @@ struct Best {
   bool clear(double squared_ratio) const { return index >= 0 && distance < squared_ratio * second; }
 };
 
+/// Points of a picture by cells of a square grid, so that those near a line are found without looking at all.
+class FeatureGrid {
+ public:
+  explicit FeatureGrid(const std::vector<Vec2f>& points) : points_(points) {
+    for (const Vec2f& p : points) {
+      columns_ = std::max(columns_, cell(p.x()) + 1), rows_ = std::max(rows_, cell(p.y()) + 1);
+    }
+    first_.assign(static_cast<size_t>(columns_) * rows_ + 1, 0);
+    for (const Vec2f& p : points) ++first_[number(cell(p.x()), cell(p.y())) + 1];
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    members_.resize(points.size());
+    std::vector<int> next(first_.begin(), first_.end() - 1);
+    for (size_t i = 0; i < points.size(); ++i) {
+      members_[next[number(cell(points[i].x()), cell(points[i].y()))]++] = static_cast<int>(i);
+    }
+  }
+
+  /// The points within `band` of the line l.x u + l.y v + l.z = 0, whose normal is a unit vector.
+  void near_line(const Vec3f& l, float band, std::vector<int>& found) const {
+    found.clear();
+    const bool flat = std::abs(l.y()) > std::abs(l.x());  // nearer to horizontal: cells are walked along u
+    const int main = flat ? 0 : 1, other = 1 - main;
+    if (!(std::abs(l[other]) > 0)) return;
+    const int steps = flat ? columns_ : rows_, width = flat ? rows_ : columns_;
+    const float margin = band / std::abs(l[other]);
+    for (int step = 0; step < steps; ++step) {
+      const float a = -(l[main] * kCell * step + l.z()) / l[other], b = a - l[main] * kCell / l[other];
+      const float low = std::min(a, b) - margin, high = std::max(a, b) + margin;
+      if (!(high >= 0 && low < kCell * width)) continue;
+      for (int k = cell(low); k <= std::min(width - 1, cell(high)); ++k) {
+        const size_t n = flat ? number(step, k) : number(k, step);
+        for (int m = first_[n]; m < first_[n + 1]; ++m) {
+          const Vec2f& p = points_[members_[m]];
+          if (std::abs(l.x() * p.x() + l.y() * p.y() + l.z()) < band) found.push_back(members_[m]);
+        }
+      }
+    }
+  }
+
+ private:
+  static constexpr float kCell = 24;
+  static int cell(float x) { return static_cast<int>(std::clamp(x / kCell, 0.0f, 1e6f)); }
+  size_t number(int column, int row) const { return static_cast<size_t>(row) * columns_ + column; }
+
+  const std::vector<Vec2f>& points_;
+  int columns_ = 0, rows_ = 0;
+  std::vector<int> first_, members_;
+};
+
 }  // namespace
 
 PhotoFeatures find_features(const FeatureOptions& options, const TrainingPhoto& photo) {
@@ -55,7 +104,7 @@ PhotoFeatures find_features(const FeatureOptions& options, const TrainingPhoto& 
   const float across = static_cast<float>(pixels.width) / grey.cols, down = static_cast<float>(pixels.height) / grey.rows;
   std::vector<cv::KeyPoint> points;
   cv::Mat descriptors;
-  cv::SIFT::create(options.most)->detectAndCompute(grey, cv::noArray(), points, descriptors);
+  cv::SIFT::create(options.most, 3, options.contrast)->detectAndCompute(grey, cv::noArray(), points, descriptors);
   std::vector<int> order(points.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return points[a].response > points[b].response; });
@@ -143,35 +192,30 @@ double sampson_distance(const Mat3d& F, const Vec2f& u1, const Vec2f& u2) {
   return slope > 0 ? std::abs(b.dot(line2)) / std::sqrt(slope) : INFINITY;
 }
 
-std::vector<std::array<int, 2>> match_features(const MatchOptions& options, const PhotoFeatures& features1,
-                                               const PhotoFeatures& features2, const Mat3d* F) {
+std::vector<FeatureMatch> match_features(const MatchOptions& options, const PhotoFeatures& features1,
+                                         const PhotoFeatures& features2, const Mat3d* F) {
   const int n1 = static_cast<int>(features1.size()), n2 = static_cast<int>(features2.size());
   std::vector<Best> best1(n1), best2(n2);
-  std::vector<int> near;
+  std::vector<int> partners(n2);
+  std::iota(partners.begin(), partners.end(), 0);
+  const std::vector<Vec2f> none;
+  const FeatureGrid grid(F ? features2.pixel : none);
   for (int i = 0; i < n1; ++i) {
-    near.clear();
     if (F) {
       const Vec3d line = *F * Vec3d(features1.pixel[i].x(), features1.pixel[i].y(), 1);
-      const Eigen::Vector3f l = (line / std::max(line.head<2>().norm(), 1e-300)).cast<float>();
-      const float band = static_cast<float>(options.band);
-      for (int j = 0; j < n2; ++j) {
-        if (std::abs(l.x() * features2.pixel[j].x() + l.y() * features2.pixel[j].y() + l.z()) < band) near.push_back(j);
-      }
-    } else {
-      near.resize(n2);
-      std::iota(near.begin(), near.end(), 0);
+      grid.near_line((line / std::max(line.head<2>().norm(), 1e-300)).cast<float>(), static_cast<float>(options.band), partners);
     }
-    for (const int j : near) {
+    for (const int j : partners) {
       const int d = squared_distance(features1.descriptor[i], features2.descriptor[j]);
       best1[i].add(j, d), best2[j].add(i, d);
     }
   }
   const double squared_ratio = options.ratio * options.ratio;
-  std::vector<std::array<int, 2>> matches;
+  std::vector<FeatureMatch> matches;
   for (int i = 0; i < n1; ++i) {
     if (!best1[i].clear(squared_ratio)) continue;
     const Best& back = best2[best1[i].index];
-    if (back.index == i && back.clear(squared_ratio)) matches.push_back({i, best1[i].index});
+    if (back.index == i && back.clear(squared_ratio)) matches.push_back({i, best1[i].index, best1[i].distance});
   }
   return matches;
 }

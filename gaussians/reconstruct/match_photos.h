@@ -18,7 +18,8 @@ struct PhotoFeatures {
 };
 
 struct FeatureOptions {
-  int most = 3000;          ///< features per photo, the strongest
+  int most = 5000;          ///< features per photo, the strongest
+  double contrast = 0.015;  ///< smallest difference of Gaussians of a feature, of the range of colours
   int longest_side = 1200;  ///< px; features of larger photos are found in a smaller copy
 };
 
@@ -46,8 +47,13 @@ struct MatchOptions {
   double band = 0;     ///< px; with F, partners lie so near to their epipolar line; 0 = anywhere
 };
 
-/// Features of two photos that are each other's best partner.
-std::vector<std::array<int, 2>> match_features(const MatchOptions& options, const PhotoFeatures& features1,
-                                               const PhotoFeatures& features2, const Mat3d* F = nullptr);
+struct FeatureMatch {
+  int first, second;  ///< features
+  int distance;       ///< of their descriptors, squared
+};
+
+/// Features of two photos that are each other's best partner, in the order of the first.
+std::vector<FeatureMatch> match_features(const MatchOptions& options, const PhotoFeatures& features1,
+                                         const PhotoFeatures& features2, const Mat3d* F = nullptr);
 
 }  // namespace pliant

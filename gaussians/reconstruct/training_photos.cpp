@@ -100,18 +100,11 @@ void undo_lens(Lenses& lenses, TrainingPhoto& photo, Loaded& loaded) {
   if (photo.camera.distortion == Camera().distortion) return;
   const auto lens = lenses.of(photo.camera);
   const Camera& pinhole = lens->pinhole;
-  ImageU8 straight(pinhole.width, pinhole.height, 3);
-  cv::Mat target = view_of(straight);
-  cv::remap(view_of(photo.pixels), target, lens->map_x, lens->map_y, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+  photo.pixels = undistorted(*lens, photo.pixels);
   if (!lens->all_inside) {
-    photo.weight = ImageU8(pinhole.width, pinhole.height, 1, 255);
-    for (int y = 0; y < pinhole.height; ++y) {
-      for (int x = 0; x < pinhole.width; ++x) {
-        if (lens->map_x.at<float>(y, x) == -1) photo.weight(x, y) = 0;
-      }
-    }
+    photo.weight = ImageU8(pinhole.width, pinhole.height, 1);
+    for (size_t i = 0; i < lens->seen.size(); ++i) photo.weight.data[i] = lens->seen[i].allFinite() ? 255 : 0;
   }
-  photo.pixels = std::move(straight);
   photo.camera.width = pinhole.width, photo.camera.height = pinhole.height;
   photo.camera.fx = pinhole.fx, photo.camera.fy = pinhole.fy;
   photo.camera.cx = pinhole.cx, photo.camera.cy = pinhole.cy;
@@ -124,7 +117,10 @@ Loaded load_photo(const PhotoOptions& options, const Camera& camera, Lenses& len
   Photo stored = read_photo(camera.photo);
   if (!orient(stored, camera, loaded)) {
     loaded.problem = camera.photo + ": has " + size_text(stored.pixels.width, stored.pixels.height) +
-                     " pixels, but its camera is of another shape, " + size_text(camera.width, camera.height);
+                     " pixels, but its camera is of another shape, " + size_text(camera.width, camera.height) +
+                     (same_shape(camera, stored.pixels.height, stored.pixels.width)
+                          ? ": the photo was turned, or the camera's width and height are exchanged"
+                          : "");
     return loaded;
   }
   if (!stored.alpha.empty()) composite(options.background, stored), loaded.composited = true;

@@ -38,7 +38,7 @@ constexpr int kFewestPhotos = 3;
 ///  - a camera of another size but the same shape is scaled to its photo; the pixels that cameras refer to are the
 ///    stored ones unless only the picture turned by its EXIF orientation has the camera's shape;
 ///  - alpha is put on the background; larger photos are scaled down by area average, intrinsics exactly with them;
-///  - the lens is undone by bicubic interpolation; the pinhole keeps the rectangle that the photo covers
+///  - the lens is undone by Catmull-Rom interpolation; the pinhole keeps the rectangle that the photo covers
 ///    (make_undistortion), and pixels that it does not cover all the same have weight 0.
 /// Photos that cannot be used are left out with a warning.  Throws Error{kInput} when fewer than kFewestPhotos are left
 /// or none to train on.

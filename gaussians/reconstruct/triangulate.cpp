@@ -16,7 +16,6 @@ namespace {
 
 constexpr int kGaussNewtonSteps = 5;
 constexpr int kMostHypotheses = 30;  // pairs of sightings that are tried for a track
-constexpr size_t kLongestTrack = 400;
 
 struct Feature {
   int photo, index;
@@ -28,21 +27,32 @@ struct Point {
   std::vector<Feature> features;
 };
 
-/// Disjoint sets with the smallest member as representative.
-class Sets {
+/// Disjoint sets of features, none with two features of one photo; the smallest member represents a set.
+class Tracks {
  public:
-  explicit Sets(int n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
+  explicit Tracks(const std::vector<int>& photo_of) : parent_(photo_of.size()), photos_(photo_of.size()) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+    for (size_t i = 0; i < photo_of.size(); ++i) photos_[i] = {photo_of[i]};
+  }
   int find(int i) {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
   }
+  /// Joins two sets that have no photo in common.
   void unite(int i, int j) {
     i = find(i), j = find(j);
-    parent_[std::max(i, j)] = std::min(i, j);
+    if (i == j) return;
+    if (i > j) std::swap(i, j);
+    std::vector<int> both;
+    std::set_union(photos_[i].begin(), photos_[i].end(), photos_[j].begin(), photos_[j].end(), std::back_inserter(both));
+    if (both.size() != photos_[i].size() + photos_[j].size()) return;
+    parent_[j] = i, photos_[i] = std::move(both);
+    photos_[j] = {};
   }
 
  private:
   std::vector<int> parent_;
+  std::vector<std::vector<int>> photos_;  // of representatives, ascending
 };
 
 double squared_error(const Sighting& sighting, const Vec3d& point) {
@@ -94,55 +104,52 @@ class Triangulation {
     for (const PhotoFeatures& features : features_) first_.push_back(first_.back() + static_cast<int>(features.size()));
   }
 
-  /// Pairs of features, numbered through all photos.
-  std::vector<std::array<int, 2>> match_pairs() {
+  /// Matches of features that are numbered through all photos, the most certain first.
+  std::vector<FeatureMatch> match_pairs() {
     std::vector<Camera> cameras;
     for (size_t i = 0; i < used_.size(); ++i) cameras.push_back(photo(static_cast<int>(i)).camera);
     const std::vector<PhotoPair> pairs = overlapping_pairs(cameras, options_.neighbours);
     pairs_ = pairs.size();
-    std::vector<std::vector<std::array<int, 2>>> found(pairs.size());
+    std::vector<std::vector<FeatureMatch>> found(pairs.size());
     parallel_for(static_cast<std::ptrdiff_t>(pairs.size()), [&](std::ptrdiff_t p) {
       const auto [i, j] = pairs[p];
       const Mat3d F = fundamental_matrix(cameras[i], cameras[j]);
       MatchOptions options = options_.matches;
       options.band *= scale(j);
       found[p] = match_features(options, features_[i], features_[j], &F);
-      for (auto& [a, b] : found[p]) a += first_[i], b += first_[j];
+      for (FeatureMatch& m : found[p]) m.first += first_[i], m.second += first_[j];
     });
-    std::vector<std::array<int, 2>> matches;
+    std::vector<FeatureMatch> matches;
     for (const auto& some : found) matches.insert(matches.end(), some.begin(), some.end());
+    std::stable_sort(matches.begin(), matches.end(),
+                     [](const FeatureMatch& a, const FeatureMatch& b) { return a.distance < b.distance; });
     return matches;
   }
 
-  std::vector<std::vector<Feature>> merge(const std::vector<std::array<int, 2>>& matches) {
-    Sets sets(first_.back());
-    for (const auto& [a, b] : matches) sets.unite(a, b);
+  std::vector<std::vector<Feature>> merge(const std::vector<FeatureMatch>& matches) {
+    std::vector<int> photo_of;
+    for (size_t i = 0; i < features_.size(); ++i) photo_of.insert(photo_of.end(), features_[i].size(), static_cast<int>(i));
+    Tracks sets(photo_of);
+    for (const FeatureMatch& m : matches) sets.unite(m.first, m.second);
     std::map<int, std::vector<Feature>> members;
     for (size_t i = 0; i < features_.size(); ++i) {
       for (int k = first_[i]; k < first_[i + 1]; ++k) members[sets.find(k)].push_back({static_cast<int>(i), k - first_[i]});
     }
     std::vector<std::vector<Feature>> tracks;
     for (auto& [root, features] : members) {
-      // A longer chain is repeated texture that was strung together.
-      if (features.size() >= 2 && features.size() <= kLongestTrack) tracks.push_back(std::move(features));
+      if (static_cast<int>(features.size()) >= fewest_views_) tracks.push_back(std::move(features));
     }
     return tracks;
   }
 
   Sighting sighting(const Feature& f) const { return {&photo(f.photo).camera, features_[f.photo].pixel[f.index]}; }
 
-  /// The features that see `point`, in each photo the nearest one.
+  /// The features of the track that see `point`.
   std::vector<Feature> agreeing(const std::vector<Feature>& track, const Vec3d& point) const {
     std::vector<Feature> result;
-    double last_error = 0;
     for (const Feature& f : track) {
-      const double error = squared_error(sighting(f), point), most = options_.reprojection * scale(f.photo);
-      if (!(error < most * most)) continue;
-      if (!result.empty() && result.back().photo == f.photo) {
-        if (error >= last_error) continue;
-        result.pop_back();
-      }
-      result.push_back(f), last_error = error;
+      const double most = options_.reprojection * scale(f.photo);
+      if (squared_error(sighting(f), point) < most * most) result.push_back(f);
     }
     return result;
   }
@@ -156,7 +163,6 @@ class Triangulation {
       // Pair number k of the triangle j < i.
       const uint64_t k = pairs <= kMostHypotheses ? h : random.below(pairs);
       const auto i = static_cast<uint64_t>((1 + std::sqrt(1 + 8.0 * static_cast<double>(k))) / 2), j = k - i * (i - 1) / 2;
-      if (track[i].photo == track[j].photo) continue;
       Vec3d point;
       const Sighting two[] = {sighting(track[i]), sighting(track[j])};
       if (!triangulate_point(two, point)) continue;

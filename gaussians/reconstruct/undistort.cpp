@@ -29,6 +29,11 @@ Rectangle inner_rectangle(const Camera& camera) {
   return r;
 }
 
+/// Weights of the four neighbours of a point that lies `t` behind the second one (Catmull and Rom 1974).
+Vec4f catmull_rom(float t) {
+  return 0.5f * Vec4f(t * (-1 + t * (2 - t)), 2 + t * t * (-5 + 3 * t), t * (1 + t * (4 - 3 * t)), t * t * (t - 1));
+}
+
 }  // namespace
 
 Undistortion make_undistortion(const Camera& camera) {
@@ -47,22 +52,39 @@ Undistortion make_undistortion(const Camera& camera) {
   pinhole.cx = 0.5 - r.left * pinhole.fx, pinhole.cy = 0.5 - r.top * pinhole.fy;
   pinhole.width = static_cast<int>(across * shrink + 1e-6) + 1;
   pinhole.height = static_cast<int>(down * shrink + 1e-6) + 1;
-  result.map_x.create(pinhole.height, pinhole.width, CV_32F);
-  result.map_y.create(pinhole.height, pinhole.width, CV_32F);
+  result.seen.reserve(static_cast<size_t>(pinhole.width) * pinhole.height);
   for (int j = 0; j < pinhole.height; ++j) {
     for (int i = 0; i < pinhole.width; ++i) {
       const Eigen::Vector2d x((i + 0.5 - pinhole.cx) / pinhole.fx, (j + 0.5 - pinhole.cy) / pinhole.fy);
       Eigen::Matrix2d derivative;
       const Eigen::Vector2d bent = distort(camera.distortion, x, &derivative);
-      double u = bent.x() * camera.fx + camera.cx - 0.5, v = bent.y() * camera.fy + camera.cy - 0.5;
-      const bool inside = derivative.determinant() > 0 && u > -0.5 && v > -0.5 && u < camera.width - 0.5 &&
-                          v < camera.height - 0.5;
-      if (!inside) u = v = -1, result.all_inside = false;
-      result.map_x.at<float>(j, i) = static_cast<float>(u);
-      result.map_y.at<float>(j, i) = static_cast<float>(v);
+      const double u = bent.x() * camera.fx + camera.cx, v = bent.y() * camera.fy + camera.cy;
+      const bool inside = derivative.determinant() > 0 && u > 0 && v > 0 && u < camera.width && v < camera.height;
+      result.all_inside = result.all_inside && inside;
+      result.seen.push_back(inside ? Vec2f(static_cast<float>(u), static_cast<float>(v)) : Vec2f::Constant(NAN));
     }
   }
   return result;
+}
+
+ImageU8 undistorted(const Undistortion& lens, const ImageU8& photo) {
+  ImageU8 out(lens.pinhole.width, lens.pinhole.height, 3);
+  for (size_t i = 0; i < lens.seen.size(); ++i) {
+    const Vec2f at = lens.seen[i] - Vec2f::Constant(0.5f);
+    if (!at.allFinite()) continue;
+    const Vec2f corner = at.array().floor();
+    const Vec4f across = catmull_rom(at.x() - corner.x()), down = catmull_rom(at.y() - corner.y());
+    Vec3f sum = Vec3f::Zero();
+    for (int dy = 0; dy < 4; ++dy) {
+      const int y = std::clamp(static_cast<int>(corner.y()) - 1 + dy, 0, photo.height - 1);
+      for (int dx = 0; dx < 4; ++dx) {
+        const uint8_t* rgb = photo.at(std::clamp(static_cast<int>(corner.x()) - 1 + dx, 0, photo.width - 1), y);
+        sum += across[dx] * down[dy] * Vec3f(rgb[0], rgb[1], rgb[2]);
+      }
+    }
+    for (int c = 0; c < 3; ++c) out.data[3 * i + c] = static_cast<uint8_t>(std::clamp(sum[c], 0.0f, 255.0f) + 0.5f);
+  }
+  return out;
 }
 
 }  // namespace pliant

@@ -46,17 +46,16 @@ void add_outer(const T* dlogits, const T* s, int classes, T* classifier, T* bias
 
 double log_classes(int classes) { return classes > 1 ? std::log(static_cast<double>(classes)) : 1.0; }
 
-template <class T, class Weight>
-T cross_entropy(const SparseView<Weight>& W, std::span<const int> target, const SemanticModel<T>& model,
-                SemanticModel<T>* gradient) {
-  CHECK(target.size() == W.rows());
+/// Cross entropy of blended attributes S [rows, 16]; with `gradient` also dL/dS and what the classifier gets.
+template <class T>
+T blended_cross_entropy(std::span<const T> S, std::span<const int> target, const SemanticModel<T>& model, std::span<T> dS,
+                        SemanticModel<T>* gradient) {
+  CHECK(S.size() == target.size() * kY);
   const int C = model.classes;
-  const std::ptrdiff_t rows = static_cast<std::ptrdiff_t>(W.rows());
+  const std::ptrdiff_t rows = static_cast<std::ptrdiff_t>(target.size());
   const std::ptrdiff_t labelled = std::count_if(target.begin(), target.end(), [](int c) { return c >= 0; });
   if (labelled == 0) return T(0);
   const T scale = T(1 / (static_cast<double>(labelled) * log_classes(C)));
-  std::vector<T> S, dS(gradient ? W.rows() * kY : 0, T(0));
-  multiply<T>(W, model.attribute, S);
 
   // Fixed blocks of rows; their sums are added in order.
   constexpr std::ptrdiff_t kBlock = 1024;
@@ -84,7 +83,16 @@ T cross_entropy(const SparseView<Weight>& W, std::span<const int> target, const 
     for (size_t i = 0; i < part.classifier.size(); ++i) gradient->classifier[i] += part.classifier[i];
     for (int c = 0; c < C; ++c) gradient->bias[c] += part.bias[c];
   }
-  multiply_transposed<T>(W, dS, gradient->attribute);
+  return total;
+}
+
+template <class T, class Weight>
+T cross_entropy(const SparseView<Weight>& W, std::span<const int> target, const SemanticModel<T>& model,
+                SemanticModel<T>* gradient) {
+  std::vector<T> S, dS(gradient ? W.rows() * kY : 0, T(0));
+  multiply<T>(W, model.attribute, S);
+  const T total = blended_cross_entropy<T>(S, target, model, dS, gradient);
+  if (gradient) multiply_transposed<T>(W, dS, gradient->attribute);
   return total;
 }
 
@@ -171,6 +179,13 @@ T semantic_loss_adjoint(const SparseView<Weight>& W, std::span<const int> target
 }
 
 template <class T>
+T blended_semantic_loss_adjoint(std::span<const T> S, std::span<const int> target, const SemanticModel<T>& model,
+                                std::span<T> adj_S, SemanticModel<T>& gradient) {
+  CHECK(adj_S.size() == S.size());
+  return blended_cross_entropy<T>(S, target, model, adj_S, &gradient);
+}
+
+template <class T>
 T grouping_loss(std::span<const int> anchors, std::span<const int> neighbours, int k, T weight,
                 const SemanticModel<T>& model) {
   return grouping<T>(anchors, neighbours, k, weight, model, nullptr);
@@ -186,6 +201,8 @@ T grouping_loss_adjoint(std::span<const int> anchors, std::span<const int> neigh
   template T semantic_loss(const SparseView<Weight>&, std::span<const int>, const SemanticModel<T>&);            \
   template T semantic_loss_adjoint(const SparseView<Weight>&, std::span<const int>, const SemanticModel<T>&,     \
                                    SemanticModel<T>&);                                                           \
+  template T blended_semantic_loss_adjoint(std::span<const T>, std::span<const int>, const SemanticModel<T>&,    \
+                                           std::span<T>, SemanticModel<T>&);                                     \
   template struct SemanticModel<T>;                                                                              \
   template void class_softmax(const SemanticModel<T>&, const T*, T*);                                            \
   template T grouping_loss(std::span<const int>, std::span<const int>, int, T, const SemanticModel<T>&);         \

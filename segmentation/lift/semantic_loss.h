@@ -35,6 +35,12 @@ template <class T, class Weight>
 T semantic_loss_adjoint(const SparseView<Weight>& W, std::span<const int> target, const SemanticModel<T>& model,
                         SemanticModel<T>& gradient);
 
+/// The same loss of attributes S [rows, 16] that are blended already; writes dL/dS [rows, 16] where there is a class
+/// and adds the derivatives of classifier and bias.
+template <class T>
+T blended_semantic_loss_adjoint(std::span<const T> S, std::span<const int> target, const SemanticModel<T>& model,
+                                std::span<T> adj_S, SemanticModel<T>& gradient);
+
 /// Grouping term (Ye et al. 2024, eq. 5): weight / C times the mean over anchors and their neighbours of
 /// KL(P_anchor || P_neighbour) between class distributions.  `neighbours` [N, k] holds -1 where there are fewer.
 template <class T>

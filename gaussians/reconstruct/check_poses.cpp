@@ -1,0 +1,256 @@
+#include "gaussians/reconstruct/check_poses.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "gaussians/base/error.h"
+#include "gaussians/base/lens.h"
+#include "gaussians/base/portable.h"
+#include "gaussians/reconstruct/match_photos.h"
+
+namespace pliant {
+namespace {
+
+constexpr int kFewestChecks = 50;         // matches or observations below which nothing is said
+constexpr size_t kMostObservations = 20000;
+constexpr size_t kMostMatchesOfPair = 200;
+constexpr double kFitting = 0.4;          // share of agreement from which a reading is believed
+constexpr double kSmallestParallax = 0.2 * M_PI / 180;  // below it, noise decides which side of the camera a point is on
+constexpr double kFarOut = 1e3, kTooFarOut = 1e5;  // distance from the origin / distance between cameras
+
+struct Match {
+  int first, second;  // photos
+  Vec2f pixel1, pixel2;
+};
+
+double scale_of(const Camera& camera) { return std::max(camera.width, camera.height) / 1000.0; }
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+std::string pixels(double error) { return std::isfinite(error) ? number(error) + " px" : "infinite: behind the cameras"; }
+
+std::string percent(double share) { return std::to_string(static_cast<int>(std::lround(100 * share))) + " %"; }
+
+PoseFit fit_of(PoseConvention convention, std::vector<double> errors, double agreeing) {
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  return {convention, *middle, agreeing / static_cast<double>(errors.size())};
+}
+
+/// By how many pixels the points miss their observations.
+PoseFit fit_to_points(const PoseCheckOptions& options, PoseConvention convention, const std::vector<Camera>& cameras,
+                      const SparsePoints& points) {
+  std::vector<double> errors;
+  double agreeing = 0;
+  const size_t stride = 1 + points.observations.size() / kMostObservations;
+  for (size_t i = 0; i < points.observations.size(); i += stride) {
+    const auto& [point, camera, pixel] = points.observations[i];
+    const auto seen = project(cameras[camera], points.position[point].cast<double>());
+    errors.push_back(seen ? (*seen - pixel.cast<double>()).norm() : INFINITY);
+    agreeing += errors.back() < options.agreement * scale_of(cameras[camera]);
+  }
+  return fit_of(convention, std::move(errors), agreeing);
+}
+
+/// Whether the point in which two rays meet lies in front of both cameras, or the rays are too parallel to tell.
+bool may_be_in_front(const Camera& camera1, const Camera& camera2, const Match& match) {
+  const Eigen::Isometry3d relative = camera2.cam_from_world * camera1.cam_from_world.inverse();
+  const auto ray = [](const Camera& c, const Vec2f& u) { return Vec3d((u.x() - c.cx) / c.fx, (u.y() - c.cy) / c.fy, 1); };
+  const Vec3d x1 = relative.linear() * ray(camera1, match.pixel1), x2 = ray(camera2, match.pixel2);
+  const Vec3d normal = x2.cross(x1), t = relative.translation();
+  if (normal.norm() < kSmallestParallax * x1.norm() * x2.norm()) return true;
+  // z2 x2 = z1 R x1 + t, multiplied by x2 from the left.
+  const double z1 = -x2.cross(t).dot(normal) / normal.squaredNorm();
+  return z1 > 0 && (z1 * x1 + t).dot(x2) > 0;
+}
+
+/// By how many pixels feature matches miss their epipolar lines.
+PoseFit fit_to_matches(const PoseCheckOptions& options, PoseConvention convention, const std::vector<Camera>& cameras,
+                       const std::vector<Match>& matches) {
+  std::vector<double> errors;
+  double agreeing = 0;
+  for (const Match& match : matches) {
+    const Camera &camera1 = cameras[match.first], &camera2 = cameras[match.second];
+    const double distance = sampson_distance(fundamental_matrix(camera1, camera2), match.pixel1, match.pixel2);
+    errors.push_back(may_be_in_front(camera1, camera2, match) ? distance : INFINITY);
+    agreeing += errors.back() < options.agreement * scale_of(camera2);
+  }
+  return fit_of(convention, std::move(errors), agreeing);
+}
+
+/// Pairs of photos that probably overlap, however the poses are meant: neighbours of some photos by pose and by name.
+std::vector<PhotoPair> probable_pairs(int seeds, const std::vector<Camera>& cameras) {
+  const int n = static_cast<int>(cameras.size());
+  std::set<int> chosen;
+  for (int s = 0; s < std::min(seeds, n); ++s) chosen.insert(s * n / std::min(seeds, n));
+  std::set<std::pair<int, int>> pairs;
+  for (const PhotoPair& pair : overlapping_pairs(cameras, 3)) {
+    if (chosen.count(pair.first)) pairs.emplace(pair.first, pair.second);
+  }
+  for (const int i : chosen) {
+    for (int j = i + 1; j <= std::min(i + 2, n - 1); ++j) pairs.emplace(i, j);
+  }
+  std::vector<PhotoPair> result;
+  for (const auto& [i, j] : pairs) result.push_back({i, j});
+  return result;
+}
+
+std::vector<Match> match_neighbours(const PoseCheckOptions& options, const TrainingPhotos& photos,
+                                    const std::vector<Camera>& cameras) {
+  const std::vector<PhotoPair> pairs = probable_pairs(options.seeds, cameras);
+  std::set<int> used;
+  for (const auto& [i, j] : pairs) used.insert(i), used.insert(j);
+  const std::vector<int> order(used.begin(), used.end());
+  std::vector<PhotoFeatures> features(photos.photos.size());
+  const FeatureOptions feature_options = {.most = options.features, .longest_side = 1000};
+  parallel_for(static_cast<std::ptrdiff_t>(order.size()), [&](std::ptrdiff_t k) {
+    features[order[k]] = find_features(feature_options, photos.photos[order[k]]);
+  });
+  std::vector<std::vector<Match>> found(pairs.size());
+  parallel_for(static_cast<std::ptrdiff_t>(pairs.size()), [&](std::ptrdiff_t p) {
+    const auto [i, j] = pairs[p];
+    for (const FeatureMatch& m : match_features({}, features[i], features[j])) {
+      if (found[p].size() < kMostMatchesOfPair) found[p].push_back({i, j, features[i].pixel[m.first], features[j].pixel[m.second]});
+    }
+  });
+  std::vector<Match> matches;
+  for (const auto& some : found) matches.insert(matches.end(), some.begin(), some.end());
+  return matches;
+}
+
+/// What the places of the cameras alone forbid.
+void check_places(const std::string& where, const std::vector<Camera>& cameras, PoseReport& report) {
+  Vec3d low = Vec3d::Constant(INFINITY), high = -low;
+  for (const Camera& camera : cameras) low = low.cwiseMin(camera.centre()), high = high.cwiseMax(camera.centre());
+  const double spread = (high - low).norm(), distance = low.cwiseAbs().cwiseMax(high.cwiseAbs()).norm();
+  if (!std::isfinite(spread))
+    throw input_error(where, "", "has cameras at places that are not finite", "the file is damaged");
+  if (!(spread > 1e-9 * distance)) {
+    throw input_error(where, "", "has all " + std::to_string(cameras.size()) + " cameras at one point",
+                      "depth is only seen from different places: walk around the object while taking photos");
+  }
+  const std::string text = "has cameras " + number(spread) + " units apart but " + number(distance) +
+                           " units from the origin";
+  if (distance > kTooFarOut * spread)
+    throw input_error(where, "", text + ", which 32-bit numbers cannot tell apart", "subtract a common offset from all positions");
+  if (distance > kFarOut * spread)
+    report.warnings.push_back(where + ": " + text + "; 32-bit numbers lose precision: subtract a common offset");
+}
+
+void check_principal_points(const std::string& where, const std::vector<Camera>& cameras) {
+  for (const Camera& c : cameras) {
+    if (c.cx > 0 && c.cx < c.width && c.cy > 0 && c.cy < c.height) continue;
+    const bool swapped = c.cy > 0 && c.cy < c.width && c.cx > 0 && c.cx < c.height;
+    throw input_error(where, "cx, cy", "put the principal point of " + c.name + " to (" + number(c.cx) + ", " + number(c.cy) +
+                      "), outside its picture of " + std::to_string(c.width) + " x " + std::to_string(c.height),
+                      swapped ? "exchange cx and cy" : "the intrinsics belong to pictures of another size");
+  }
+}
+
+bool clearly_better(const PoseFit& other, const PoseFit& given) {
+  return other.share >= kFitting && other.share > given.share + 0.2 && other.share > 0.5 * (1 + given.share) - 0.15 &&
+         !(other.error > 0.5 * given.error);
+}
+
+std::string meaning(PoseConvention convention) {
+  switch (convention) {
+    case PoseConvention::kAsGiven: return "poses as the format defines them";
+    case PoseConvention::kInverse: return "inverse poses (camera to world and world to camera are exchanged)";
+    case PoseConvention::kFlipped: return "cameras whose y and z axes are flipped (OpenGL and OpenCV are exchanged)";
+    case PoseConvention::kInverseFlipped: return "inverse poses with flipped y and z axes";
+    case PoseConvention::kTurned: return "photos that lie upside down with regard to their cameras";
+  }
+  return {};
+}
+
+}  // namespace
+
+const char* name_of(PoseConvention convention) {
+  constexpr const char* kNames[] = {"as-given", "inverse", "flipped", "inverse-flipped", "turned"};
+  return kNames[static_cast<int>(convention)];
+}
+
+std::optional<PoseConvention> pose_convention_named(const std::string& name) {
+  for (const PoseConvention convention : kPoseConventions) {
+    if (name == name_of(convention)) return convention;
+  }
+  return std::nullopt;
+}
+
+std::vector<Camera> apply_convention(PoseConvention convention, const std::string& format, std::vector<Camera> cameras) {
+  const Eigen::DiagonalMatrix<double, 3> flip(1, -1, -1), turn(-1, -1, 1);
+  const auto turned_by = [](const Eigen::DiagonalMatrix<double, 3>& axes, Eigen::Isometry3d& pose) {
+    pose.linear() = (axes * pose.linear()).eval(), pose.translation() = (axes * pose.translation()).eval();
+  };
+  const bool inverse = convention == PoseConvention::kInverse || convention == PoseConvention::kInverseFlipped;
+  const bool flipped = convention == PoseConvention::kFlipped || convention == PoseConvention::kInverseFlipped;
+  // The reader of transforms.json has flipped the axes of what it took for cameras: to have the matrices as they are
+  // stored, that is undone first, and done again to what is the camera's side then.
+  const bool opengl = format == "transforms.json";
+  for (Camera& camera : cameras) {
+    Eigen::Isometry3d& pose = camera.cam_from_world;
+    if (inverse && opengl) turned_by(flip, pose);
+    if (inverse) pose = pose.inverse();
+    if (flipped != (inverse && opengl)) turned_by(flip, pose);
+    if (convention == PoseConvention::kTurned) {
+      turned_by(turn, pose);
+      camera.cx = camera.width - camera.cx, camera.cy = camera.height - camera.cy;
+      camera.distortion[2] *= -1, camera.distortion[3] *= -1;
+    }
+  }
+  return cameras;
+}
+
+PoseReport check_poses(const PoseCheckOptions& options, const CameraFile& file, const TrainingPhotos& photos,
+                       const SparsePoints& points) {
+  const std::string where = file.files.empty() ? "cameras" : file.files.front().string();
+  PoseReport report;
+  std::vector<Camera> cameras;
+  for (const TrainingPhoto& photo : photos.photos) cameras.push_back(photo.camera);
+  check_places(where, cameras, report);
+  check_principal_points(where, cameras);
+
+  report.by_points = points.observations.size() >= static_cast<size_t>(kFewestChecks);
+  std::vector<Match> matches;
+  if (!report.by_points) matches = match_neighbours(options, photos, cameras);
+  report.checked = static_cast<int>(report.by_points ? points.observations.size() : matches.size());
+  if (report.checked < kFewestChecks) {
+    report.sentence = "poses could not be checked: neighbouring photos share only " + std::to_string(report.checked) +
+                      " features";
+    report.warnings.push_back(where + ": " + report.sentence);
+    return report;
+  }
+  for (const PoseConvention convention : kPoseConventions) {
+    const std::vector<Camera> read = apply_convention(convention, file.format, cameras);
+    report.fits.push_back(report.by_points ? fit_to_points(options, convention, read, points)
+                                           : fit_to_matches(options, convention, read, matches));
+  }
+  // The reading as given wins ties: some motions cannot tell readings apart, and then it does not matter.
+  const PoseFit given = report.fits.front();
+  const PoseFit best = *std::max_element(report.fits.begin(), report.fits.end(),
+                                         [](const PoseFit& a, const PoseFit& b) { return a.share < b.share; });
+  const std::string what = report.by_points ? " observations of points" : " feature matches";
+  report.sentence = "poses agree with " + percent(given.share) + " of " + std::to_string(report.checked) + what +
+                    " (median error " + pixels(given.error) + ")";
+  if (clearly_better(best, given)) {
+    throw input_error(where, "", "fits its photos as " + meaning(best.convention) + ", not as " +
+                      meaning(PoseConvention::kAsGiven) + ": of " + std::to_string(report.checked) + what + " " +
+                      percent(best.share) + " agree (median error " + pixels(best.error) + ") instead of " +
+                      percent(given.share) + " (median error " + pixels(given.error) + ")",
+                      std::string("add --poses ") + name_of(best.convention) + ", or correct the file");
+  }
+  if (given.share < kFitting) {
+    report.warnings.push_back(where + ": " + report.sentence + ", and no other reading fits better (the best, " +
+                              name_of(best.convention) + ": " + percent(best.share) + ", " + pixels(best.error) +
+                              "); expect a blurred scene: photos and cameras may not belong together");
+  }
+  report.best = best.convention;
+  return report;
+}
+
+}  // namespace pliant
