@@ -80,6 +80,9 @@ void add_reconstruct_options(CLI::App& command, ReconstructStage& stage, const s
   command.add_option("--start", stage.start, "Where the Gaussians come from; auto: the first of points, triangulate, random that is to be had")
       ->check(CLI::IsMember({"auto", "points", "triangulate", "random"}))
       ->capture_default_str();
+  command.add_option("--poses", stage.poses, "How the file means its poses; auto: as given, unless the photos contradict")
+      ->check(CLI::IsMember({"auto", "as-given", "inverse", "flipped", "inverse-flipped", "turned"}))
+      ->capture_default_str();
   command.add_option("--photos", stage.photos, "Folder of the photos, when they are not beside the cameras");
   command.add_option("--checkpoint-every", stage.checkpoint_every, "Iterations between two checkpoints (default: about a minute)")
       ->check(CLI::PositiveNumber);

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/cameras.h"
 #include "gaussians/io/json_file.h"
+#include "gaussians/io/ply_header.h"
 #include "gaussians/io/splats.h"
 
 namespace pliant {
@@ -32,6 +34,17 @@ fs::path folder_of_photos(const fs::path& folder) {
   for (const char* name : {"images", "photos", "input"})
     if (photos_in(folder / name) > 0) return folder / name;
   return folder;
+}
+
+/// A PLY of points, such as nerfstudio's sparse_pc.ply, not of Gaussians.
+bool is_point_cloud(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string magic(3, ' ');
+  if (!in.read(magic.data(), 3) || magic != "ply") return false;
+  in.seekg(0);
+  const PlyHeader header = read_ply_header(in, file);
+  const PlyElement* vertex = header.find("vertex");
+  return vertex && vertex->find("x") >= 0 && vertex->find("opacity") < 0;
 }
 
 Error no_cameras(const fs::path& source) {
@@ -78,7 +91,8 @@ bool lacks_splats(const fs::path& source) {
   if (source.filename() == "scene.json") return read_scene_file(source).splats.empty();
   if (!fs::is_directory(source, ignored)) return splats_at(source).empty() && !cameras_at(source).empty();
   if (fs::is_regular_file(source / "scene.json", ignored)) return read_scene_file(source / "scene.json").splats.empty();
-  if (!splats_of_folder(source).empty()) return false;
+  const fs::path splats = splats_of_folder(source);
+  if (!splats.empty() && !is_point_cloud(splats)) return false;
   return !cameras_at(source).empty() || !cameras_in(source).empty() || photos_in(folder_of_photos(source)) > 0;
 }
 

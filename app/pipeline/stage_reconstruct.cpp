@@ -11,6 +11,7 @@
 #include "app/store/training.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/json_file.h"
+#include "gaussians/reconstruct/check_poses.h"
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -35,7 +36,7 @@ StageKey key_of(const PhotoSet& set, const CameraFile& cameras, const Reconstruc
                {{"gaussians", train.most_gaussians}, {"strategy", name_of(train.densification)}, {"sh_degree", train.sh_degree},
                 {"exposure", train.exposure}, {"antialiased", train.render.antialiased},
                 {"background", {background.x(), background.y(), background.z()}}, {"longest_side", stage.photo.longest_side},
-                {"hold_out", stage.photo.hold_out_every}, {"start", stage.start}},
+                {"hold_out", stage.photo.hold_out_every}, {"start", stage.start}, {"poses", stage.poses}},
                {},
                {"point_cloud", "scene.json", "cameras.json", "transforms.json", "results.json"}};
   if (train.seconds > 0) key.options["time"] = train.seconds;
@@ -43,6 +44,8 @@ StageKey key_of(const PhotoSet& set, const CameraFile& cameras, const Reconstruc
   for (const fs::path& file : cameras.files) key.inputs["cameras " + file.filename().string()] = file;
   for (const Camera& camera : cameras.cameras)
     if (!camera.photo.empty()) key.inputs["photo " + camera.name] = camera.photo;
+  const fs::path points = read_sparse_points(set.cameras, {}).file;
+  if (!points.empty()) key.inputs["points"] = points;
   if (!set.settings.file.empty()) key.inputs["scene.json"] = set.settings.file;
   if (!set.settings.masks.empty()) key.inputs["masks"] = set.settings.masks;
   return key;
@@ -58,7 +61,12 @@ std::optional<TrainingCheckpoint> unfinished(const Context& context, const fs::p
     std::string changed = first_difference(before["options"], now["options"], "option");
     if (changed.empty() && before["seed"] != now["seed"]) changed = fmt::format("option 'seed' was {}, now {}", before["seed"].dump(), now["seed"].dump());
     if (changed.empty()) changed = first_difference(before["inputs"], now["inputs"], "input");
-    if (changed.empty()) return read_training(file);
+    if (changed.empty()) {
+      TrainingCheckpoint checkpoint = read_training(file);
+      const json start = json::parse(checkpoint.start_json, nullptr, false);
+      if (!start.is_object() || !start.contains("warnings")) throw input_error(file.string(), "start", "is no record of a start", "");
+      return checkpoint;
+    }
     if (!context.overwrite)
       throw usage_error(file.string(), "", "is of an unfinished training whose " + changed,
                         "repeat that command to go on, give --overwrite to start anew, or another --out");
@@ -70,6 +78,19 @@ std::optional<TrainingCheckpoint> unfinished(const Context& context, const fs::p
   }
   fs::remove(file);
   return std::nullopt;
+}
+
+/// Points that belong to the cameras, once poses, photos and points are found to belong together.
+SparsePoints checked_points(const Context& context, const ReconstructStage& stage, const PhotoSet& set, const CameraFile& cameras,
+                            const TrainingPhotos& photos, json& start) {
+  std::vector<Camera> pinholes;
+  for (const TrainingPhoto& photo : photos.photos) pinholes.push_back(photo.camera);
+  SparsePoints points = read_sparse_points(set.cameras, pinholes);
+  const PoseReport report = check_poses({.refuse = stage.poses == "auto"}, cameras, photos, points);
+  context.progress.say("reconstruct: " + report.sentence);
+  for (const std::string& warning : report.warnings) context.progress.warn(warning);
+  start["poses"] = report.sentence, start["warnings"] = report.warnings;
+  return points;
 }
 
 json curve_json(const std::vector<CurvePoint>& curve) {
@@ -105,7 +126,9 @@ json results_json(const StageKey& key, const ReconstructStage& stage, const Trai
 json run_reconstruct(const Context& context, RunDirectory& run, const fs::path& source, const ReconstructStage& stage) {
   const auto begin = std::chrono::steady_clock::now();
   const PhotoSet set = find_photo_set(source, stage.photos);
-  const CameraFile cameras = read_photo_cameras(set);
+  CameraFile cameras = read_photo_cameras(set);
+  if (const auto convention = pose_convention_named(stage.poses))
+    cameras.cameras = apply_convention(*convention, cameras.format, std::move(cameras.cameras));
   const StageKey key = key_of(set, cameras, stage);
   const fs::path checkpoint = run / "checkpoint.h5";
 
@@ -128,12 +151,13 @@ json run_reconstruct(const Context& context, RunDirectory& run, const fs::path& 
     json start;
     std::optional<Trainer> trainer;
     if (earlier) {
-      start = json::parse(earlier->start_json, nullptr, false);
+      start = json::parse(earlier->start_json);
       context.progress.say(fmt::format("reconstruct: going on after iteration {}", earlier->state.iteration));
       trainer.emplace(options, photos, std::move(earlier->state));
     } else {
-      TrainingStart first = start_training(context, stage, set, photos);
-      start = std::move(first.description);
+      const SparsePoints points = checked_points(context, stage, set, cameras, photos, start);
+      TrainingStart first = start_training(context, stage, points, photos);
+      start.update(first.description);
       context.progress.say("reconstruct: start: " + start["sentence"].get<std::string>());
       trainer.emplace(options, photos, std::move(first.cloud));
     }
@@ -141,6 +165,7 @@ json run_reconstruct(const Context& context, RunDirectory& run, const fs::path& 
     const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     if (options.seconds > 0 && !earlier && spent > options.seconds / 2)
       context.progress.warn(fmt::format("reading the photos took {:.1f} s of {:.1f} s; the training gets half of the time all the same", spent, options.seconds));
+    for (const json& warning : start["warnings"]) warnings.push_back(warning);
     trainer->spend(options.seconds > 0 ? std::min(spent, options.seconds / 2) : spent);
 
     train_to_end(context, stage, photos, *trainer, run / "preview.png", [&](const TrainingState& state) {

@@ -27,6 +27,7 @@ struct ReconstructStage {
   TrainOptions train;             ///< train.render.background is also what photos with alpha are put on
   PhotoOptions photo;
   std::string start = "auto";     ///< auto, points, triangulate, random; see training_start.h
+  std::string poses = "auto";     ///< a reading of the poses, see check_poses.h; auto: as given, unless another fits better
   int checkpoint_every = 0;       ///< iterations; 0 = about every minute
 };
 nlohmann::json run_reconstruct(const Context& context, RunDirectory& run, const std::filesystem::path& source, const ReconstructStage& stage);

@@ -10,12 +10,6 @@
 namespace pliant {
 namespace {
 
-std::vector<Camera> cameras_of(const TrainingPhotos& photos) {
-  std::vector<Camera> cameras;
-  for (const TrainingPhoto& photo : photos.photos) cameras.push_back(photo.camera);
-  return cameras;
-}
-
 /// At most `count` of the points, evenly spread over their order.
 void thin_out(SparsePoints& points, size_t count) {
   const size_t n = points.position.size();
@@ -29,7 +23,7 @@ void thin_out(SparsePoints& points, size_t count) {
 
 }  // namespace
 
-TrainingStart start_training(const Context& context, const ReconstructStage& stage, const PhotoSet& set, const TrainingPhotos& photos) {
+TrainingStart start_training(const Context& context, const ReconstructStage& stage, SparsePoints points, const TrainingPhotos& photos) {
   const size_t budget = gaussian_budget(stage.train, photos);
   std::string reasons;  // why the kinds that were tried do not do
   const auto from_points = [&](const char* kind, SparsePoints points) -> TrainingStart {
@@ -50,20 +44,21 @@ TrainingStart start_training(const Context& context, const ReconstructStage& sta
   };
 
   if (stage.start == "auto" || stage.start == "points") {
-    SparsePoints points = read_sparse_points(set.cameras, cameras_of(photos));
     if (enough(points, "structure from motion")) return from_points("points", std::move(points));
     asked_for("points");
   }
   if (stage.start == "auto" || stage.start == "triangulate") {
     context.progress.say("reconstruct: matching features between the photos");
-    SparsePoints points = triangulate_photos({}, photos);
+    points = triangulate_photos({}, photos);
     if (enough(points, "triangulation")) return from_points("triangulate", std::move(points));
     asked_for("triangulate");
   }
   const size_t count = std::max<size_t>(1, budget / 4);
   std::string sentence = fmt::format("{} random Gaussians in the ball that the cameras look at", count);
   if (!reasons.empty()) sentence += " (" + reasons + ")";
-  return {random_cloud(cameras_of(photos), count, context.seed), {{"kind", "random"}, {"points", count}, {"sentence", sentence}}};
+  std::vector<Camera> cameras;
+  for (const TrainingPhoto& photo : photos.photos) cameras.push_back(photo.camera);
+  return {random_cloud(cameras, count, context.seed), {{"kind", "random"}, {"points", count}, {"sentence", sentence}}};
 }
 
 }  // namespace pliant

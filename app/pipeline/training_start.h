@@ -2,8 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/pipeline/photo_set.h"
 #include "app/pipeline/stages.h"
+#include "gaussians/io/sparse_points.h"
 
 namespace pliant {
 
@@ -16,9 +16,9 @@ struct TrainingStart {
 /// Fewer points are no start: random Gaussians are a better one.
 constexpr size_t kFewestStartPoints = 100;
 
-/// As stage.start says: the points of structure from motion that belong to the cameras, points triangulated from the
+/// As stage.start says: `points` of structure from motion, points triangulated from the
 /// photos, random ones, or (auto) the first of these that are enough.  A kind that was asked for and is not to be had is
 /// a usage error.
-TrainingStart start_training(const Context& context, const ReconstructStage& stage, const PhotoSet& set, const TrainingPhotos& photos);
+TrainingStart start_training(const Context& context, const ReconstructStage& stage, SparsePoints points, const TrainingPhotos& photos);
 
 }  // namespace pliant

@@ -146,6 +146,7 @@ void read_colmap_points(const fs::path& folder, const std::vector<Camera>& camer
     read_binary_points(file, tracks, points);
   else
     read_text_points(file, tracks, points);
+  points.file = file;
   points.source = std::to_string(points.position.size()) + " points of " + file.string();
 }
 
@@ -182,6 +183,7 @@ void read_ply_points(const fs::path& file, SparsePoints& points) {
     });
     break;
   }
+  points.file = file;
   points.source = std::to_string(points.position.size()) + " points of " + file.string();
 }
 

@@ -238,13 +238,14 @@ PoseReport check_poses(const PoseCheckOptions& options, const CameraFile& file, 
   report.sentence = "poses agree with " + percent(given.share) + " of " + std::to_string(report.checked) + what +
                     " (median error " + pixels(given.error) + ")";
   if (clearly_better(best, given)) {
-    throw input_error(where, "", "fits its photos as " + meaning(best.convention) + ", not as " +
-                      meaning(PoseConvention::kAsGiven) + ": of " + std::to_string(report.checked) + what + " " +
-                      percent(best.share) + " agree (median error " + pixels(best.error) + ") instead of " +
-                      percent(given.share) + " (median error " + pixels(given.error) + ")",
-                      std::string("add --poses ") + name_of(best.convention) + ", or correct the file");
-  }
-  if (given.share < kFitting) {
+    const std::string problem = "fits its photos as " + meaning(best.convention) + ", not as " +
+                                meaning(PoseConvention::kAsGiven) + ": of " + std::to_string(report.checked) + what + " " +
+                                percent(best.share) + " agree (median error " + pixels(best.error) + ") instead of " +
+                                percent(given.share) + " (median error " + pixels(given.error) + ")";
+    if (options.refuse)
+      throw input_error(where, "", problem, std::string("add --poses ") + name_of(best.convention) + ", or correct the file");
+    report.warnings.push_back(where + ": " + problem);
+  } else if (given.share < kFitting) {
     report.warnings.push_back(where + ": " + report.sentence + ", and no other reading fits better (the best, " +
                               name_of(best.convention) + ": " + percent(best.share) + ", " + pixels(best.error) +
                               "); expect a blurred scene: photos and cameras may not belong together");

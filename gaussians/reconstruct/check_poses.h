@@ -47,12 +47,14 @@ struct PoseReport {
 struct PoseCheckOptions {
   int seeds = 8;           ///< photos, spread evenly, whose neighbours are matched with them
   int features = 1500;     ///< per photo
+  bool refuse = true;      ///< another reading that fits clearly better is an error, else a warning
   double agreement = 3;    ///< px within which a match agrees, for photos of 1000 px, others in proportion
 };
 
 /// Looks whether poses, photos and points belong together.  `points.observations` (may be empty) refer to the cameras of
 /// `photos`; without them features of neighbouring photos are matched.  Throws Error{kInput} when all cameras are at one
-/// point, when coordinates are too large for their spread, and when another reading fits clearly better.
+/// point, when coordinates are too large for their spread, and (options.refuse) when another reading fits clearly
+/// better.
 PoseReport check_poses(const PoseCheckOptions& options, const CameraFile& file, const TrainingPhotos& photos,
                        const SparsePoints& points);
 
