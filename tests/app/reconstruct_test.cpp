@@ -2,6 +2,7 @@
 // bits, the source's scene.json lives on, budgets hold, and what cannot be done is said.
 
 #include <gtest/gtest.h>
+#include <omp.h>
 
 #include <algorithm>
 #include <chrono>
@@ -31,6 +32,16 @@ int pliant(std::vector<std::string> arguments) {
   for (const std::string& argument : arguments) argv.push_back(argument.c_str());
   return run_program(static_cast<int>(argv.size()), argv.data());
 }
+
+/// Pictures this small are not worth more than one thread.
+class Reconstruct : public ::testing::Test {
+ protected:
+  Reconstruct() : threads_(omp_get_max_threads()) { omp_set_num_threads(1); }
+  ~Reconstruct() override { omp_set_num_threads(threads_); }
+
+ private:
+  int threads_;
+};
 
 constexpr int kWidth = 80, kHeight = 60;
 
@@ -75,7 +86,7 @@ std::vector<std::string> command(const fs::path& photos, const fs::path& out, st
 
 json parsed(const fs::path& file) { return json::parse(read_text(file)); }
 
-TEST(Reconstruct, FindsAMadeSceneAgainFromItsPhotos) {
+TEST_F(Reconstruct, FindsAMadeSceneAgainFromItsPhotos) {
   const TemporaryFolder folder;
   make_photos(folder / "set");
   const fs::path out = folder / "scene";
@@ -109,11 +120,11 @@ TEST(Reconstruct, FindsAMadeSceneAgainFromItsPhotos) {
   EXPECT_EQ(pliant(command(folder / "set", out, {"--iterations", "601"})), 2);
 }
 
-/// Trains with the library; interrupted after so many questions about it (-1 = never).
+/// Trains with the library; interrupted after so many questions about it, two an iteration (-1 = never).
 bool train(const fs::path& photos, const fs::path& out, ReconstructStage stage, int questions, bool overwrite = false) {
   RunDirectory run = RunDirectory::create(out);
   Progress progress(true);
-  const Context context{progress, [&] { return questions >= 0 && questions-- == 0; }, 1, 1, overwrite};
+  const Context context{progress, [&, asked = 0]() mutable { return questions >= 0 && asked++ >= questions; }, 1, 1, overwrite};
   try {
     run_reconstruct(context, run, photos, stage);
     return true;
@@ -130,7 +141,7 @@ ReconstructStage short_stage() {
   return stage;
 }
 
-TEST(Reconstruct, AnInterruptedTrainingThatIsGoneOnWithEndsWithTheSameBits) {
+TEST_F(Reconstruct, AnInterruptedTrainingThatIsGoneOnWithEndsWithTheSameBits) {
   const TemporaryFolder folder;
   make_photos(folder / "set", 8);
   for (const Densification strategy : {Densification::kMcmc, Densification::kClassic}) {
@@ -153,7 +164,7 @@ TEST(Reconstruct, AnInterruptedTrainingThatIsGoneOnWithEndsWithTheSameBits) {
   }
 }
 
-TEST(Reconstruct, TheCheckpointOfOtherOptionsIsRefusedByNameUnlessOverwriting) {
+TEST_F(Reconstruct, TheCheckpointOfOtherOptionsIsRefusedByNameUnlessOverwriting) {
   const TemporaryFolder folder;
   make_photos(folder / "set", 8);
   ReconstructStage stage = short_stage();
@@ -172,7 +183,7 @@ TEST(Reconstruct, TheCheckpointOfOtherOptionsIsRefusedByNameUnlessOverwriting) {
   EXPECT_TRUE(train(folder / "set", folder / "scene", stage, -1, true));
 }
 
-TEST(Reconstruct, WhatTheScenesFileSaysLivesOn) {
+TEST_F(Reconstruct, WhatTheScenesFileSaysLivesOn) {
   const TemporaryFolder folder;
   make_photos(folder / "set", 6);
   const json said = {{"cameras", "transforms.json"}, {"photos", "photos"}, {"masks", "masks"}, {"labels", "labels.json"},
@@ -208,7 +219,7 @@ TEST(Reconstruct, WhatTheScenesFileSaysLivesOn) {
   }
 }
 
-TEST(Reconstruct, TimeIsHonoured) {
+TEST_F(Reconstruct, TimeIsHonoured) {
   const TemporaryFolder folder;
   make_photos(folder / "set", 8);
   const auto start = std::chrono::steady_clock::now();
@@ -221,7 +232,7 @@ TEST(Reconstruct, TimeIsHonoured) {
   EXPECT_LE(wall, 3.5);     // and writing the results
 }
 
-TEST(Reconstruct, PhotosWithoutCamerasAreToldHowToGetThem) {
+TEST_F(Reconstruct, PhotosWithoutCamerasAreToldHowToGetThem) {
   const TemporaryFolder folder;
   make_photos(folder / "set", 4);
   fs::remove(folder / "set/transforms.json");
@@ -233,7 +244,7 @@ TEST(Reconstruct, PhotosWithoutCamerasAreToldHowToGetThem) {
   EXPECT_EQ(pliant(command(folder / "absent", folder / "scene")), 1);
 }
 
-TEST(Reconstruct, TooFewPhotosAndImpossibleOptionsEndWithTheRightExitCode) {
+TEST_F(Reconstruct, TooFewPhotosAndImpossibleOptionsEndWithTheRightExitCode) {
   const TemporaryFolder folder;
   make_photos(folder / "one", 1);
   EXPECT_EQ(pliant(command(folder / "one", folder / "a")), 1);
