@@ -104,15 +104,15 @@ json results_json(const StageKey& key, const ReconstructStage& stage, const Trai
                   const std::vector<std::string>& warnings) {
   const std::vector<PhotoQuality> quality = held_out_quality(state.cloud, photos, stage.train.render);
   json rows = json::array();
-  double psnr = 0, ssim = 0;
+  double psnr = 0, ssim = 0, corrected = 0;
   for (const PhotoQuality& q : quality) {
-    rows.push_back({{"name", q.name}, {"psnr", q.psnr}, {"ssim", q.ssim}});
-    psnr += q.psnr / quality.size(), ssim += q.ssim / quality.size();
+    rows.push_back({{"name", q.name}, {"psnr", q.psnr}, {"ssim", q.ssim}, {"corrected_psnr", q.corrected_psnr}});
+    psnr += q.psnr / quality.size(), corrected += q.corrected_psnr / quality.size(), ssim += q.ssim / quality.size();
   }
   json results = {{"gaussians", state.cloud.size()}, {"iterations", state.iteration}, {"seconds", state.seconds}, {"start", start},
                   {"photos", photos.photos.size() - quality.size()}, {"held_out", rows}, {"curve", curve_json(state.curve)},
                   {"options", key.options}, {"warnings", warnings}, {"psnr", nullptr}, {"ssim", nullptr}};
-  if (!quality.empty()) results["psnr"] = psnr, results["ssim"] = ssim;
+  if (!quality.empty()) results["psnr"] = psnr, results["ssim"] = ssim, results["corrected_psnr"] = corrected;
   if (!state.exposure.empty()) {
     for (size_t i = 0; i < photos.photos.size(); ++i)
       results["exposure"][photos.photos[i].camera.name] =

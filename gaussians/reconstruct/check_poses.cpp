@@ -8,6 +8,7 @@
 #include "gaussians/base/lens.h"
 #include "gaussians/base/portable.h"
 #include "gaussians/reconstruct/match_photos.h"
+#include "gaussians/render/splat.h"
 
 namespace pliant {
 namespace {
@@ -57,16 +58,33 @@ PoseFit fit_to_points(const PoseCheckOptions& options, PoseConvention convention
   return fit_of(convention, std::move(errors), agreeing);
 }
 
-/// Whether the point in which two rays meet lies in front of both cameras, or the rays are too parallel to tell.
-bool may_be_in_front(const Camera& camera1, const Camera& camera2, const Match& match) {
+/// Depths of the point in which two rays meet; none when they are too parallel to tell.
+std::optional<Eigen::Vector2d> depths_of(const Camera& camera1, const Camera& camera2, const Match& match) {
   const Eigen::Isometry3d relative = camera2.cam_from_world * camera1.cam_from_world.inverse();
   const auto ray = [](const Camera& c, const Vec2f& u) { return Vec3d((u.x() - c.cx) / c.fx, (u.y() - c.cy) / c.fy, 1); };
   const Vec3d x1 = relative.linear() * ray(camera1, match.pixel1), x2 = ray(camera2, match.pixel2);
   const Vec3d normal = x2.cross(x1), t = relative.translation();
-  if (normal.norm() < kSmallestParallax * x1.norm() * x2.norm()) return true;
+  if (normal.norm() < kSmallestParallax * x1.norm() * x2.norm()) return std::nullopt;
   // z2 x2 = z1 R x1 + t, multiplied by x2 from the left.
   const double z1 = -x2.cross(t).dot(normal) / normal.squaredNorm();
-  return z1 > 0 && (z1 * x1 + t).dot(x2) > 0;
+  return Eigen::Vector2d(z1, (z1 * x1 + t).z());
+}
+
+/// What lies nearer than the near plane of the renderer is not drawn.
+void warn_of_near_plane(const std::string& where, const std::vector<Camera>& cameras, const std::vector<Match>& matches,
+                        std::vector<std::string>& warnings) {
+  std::vector<double> depth;
+  for (const Match& match : matches) {
+    const auto z = depths_of(cameras[match.first], cameras[match.second], match);
+    if (z && z->minCoeff() > 0) depth.push_back(z->x());
+  }
+  if (static_cast<int>(depth.size()) < kFewestChecks) return;
+  const auto near = depth.begin() + static_cast<std::ptrdiff_t>(depth.size() / 10);
+  std::nth_element(depth.begin(), near, depth.end());
+  if (*near > splat::kNear) return;
+  warnings.push_back(where + ": a tenth of what the photos show is nearer than " + number(*near) +
+                     " units, and nothing nearer than " + number(splat::kNear) + " is drawn: multiply all positions by " +
+                     number(std::ceil(5 * splat::kNear / *near)));
 }
 
 /// By how many pixels feature matches miss their epipolar lines.
@@ -77,7 +95,8 @@ PoseFit fit_to_matches(const PoseCheckOptions& options, PoseConvention conventio
   for (const Match& match : matches) {
     const Camera &camera1 = cameras[match.first], &camera2 = cameras[match.second];
     const double distance = sampson_distance(fundamental_matrix(camera1, camera2), match.pixel1, match.pixel2);
-    errors.push_back(may_be_in_front(camera1, camera2, match) ? distance : INFINITY);
+    const auto depths = depths_of(camera1, camera2, match);
+    errors.push_back(!depths || depths->minCoeff() > 0 ? distance : INFINITY);
     agreeing += errors.back() < options.agreement * scale_of(camera2);
   }
   return fit_of(convention, std::move(errors), agreeing);
@@ -168,6 +187,29 @@ std::string meaning(PoseConvention convention) {
   return {};
 }
 
+/// A sentence on how well the poses fit.  Throws when another reading fits clearly better, warns when none fits.
+std::string judged(const PoseCheckOptions& options, const std::string& where, const PoseEvidence& evidence,
+                   const std::string& what, std::vector<std::string>& warnings) {
+  const PoseFit &given = evidence.fits.front(), &best = evidence.fits[static_cast<size_t>(evidence.best)];
+  const std::string checked = std::to_string(evidence.checked) + " " + what;
+  const std::string sentence = "poses agree with " + percent(given.share) + " of " + checked + " (median error " +
+                               pixels(given.error) + ")";
+  if (clearly_better(best, given)) {
+    const std::string problem = "fits its photos as " + meaning(best.convention) + ", not as " +
+                                meaning(PoseConvention::kAsGiven) + ": of " + checked + " " + percent(best.share) +
+                                " agree (median error " + pixels(best.error) + ") instead of " + percent(given.share) +
+                                " (median error " + pixels(given.error) + ")";
+    if (options.refuse)
+      throw input_error(where, "", problem, std::string("add --poses ") + name_of(best.convention) + ", or correct the file");
+    warnings.push_back(where + ": " + problem);
+  } else if (given.share < kFitting) {
+    warnings.push_back(where + ": " + sentence + ", and no other reading fits better (the best, " +
+                       name_of(best.convention) + ": " + percent(best.share) + ", " + pixels(best.error) +
+                       "); expect a blurred scene: photos and cameras may not belong together");
+  }
+  return sentence;
+}
+
 }  // namespace
 
 const char* name_of(PoseConvention convention) {
@@ -215,42 +257,36 @@ PoseReport check_poses(const PoseCheckOptions& options, const CameraFile& file, 
   check_places(where, cameras, report);
   check_principal_points(where, cameras);
 
-  report.by_points = points.observations.size() >= static_cast<size_t>(kFewestChecks);
-  std::vector<Match> matches;
-  if (!report.by_points) matches = match_neighbours(options, photos, cameras);
-  report.checked = static_cast<int>(report.by_points ? points.observations.size() : matches.size());
-  if (report.checked < kFewestChecks) {
-    report.sentence = "poses could not be checked: neighbouring photos share only " + std::to_string(report.checked) +
-                      " features";
-    report.warnings.push_back(where + ": " + report.sentence);
-    return report;
+  std::vector<std::string> sentences;
+  const auto judge = [&](PoseEvidence& evidence, int checked, const std::string& what, const auto& fit) {
+    evidence.checked = checked;
+    if (checked < kFewestChecks) return;
+    for (const PoseConvention convention : kPoseConventions) {
+      evidence.fits.push_back(fit(convention, apply_convention(convention, file.format, cameras)));
+    }
+    // The reading as given wins ties: some motions cannot tell readings apart, and then it does not matter.
+    evidence.best = std::max_element(evidence.fits.begin(), evidence.fits.end(), [](const PoseFit& a, const PoseFit& b) {
+                      return a.share < b.share;
+                    })->convention;
+    sentences.push_back(judged(options, where, evidence, what, report.warnings));
+  };
+  judge(report.points, static_cast<int>(points.observations.size()), "observations of points",
+        [&](PoseConvention convention, const std::vector<Camera>& read) {
+          return fit_to_points(options, convention, read, points);
+        });
+  const std::vector<Match> matches = match_neighbours(options, photos, cameras);
+  judge(report.matches, static_cast<int>(matches.size()), "feature matches",
+        [&](PoseConvention convention, const std::vector<Camera>& read) {
+          return fit_to_matches(options, convention, read, matches);
+        });
+  if (!report.matches.fits.empty() && report.matches.best == PoseConvention::kAsGiven)
+    warn_of_near_plane(where, cameras, matches, report.warnings);
+  if (sentences.empty()) {
+    sentences.push_back("poses could not be checked: neighbouring photos share only " + std::to_string(matches.size()) +
+                        " features");
+    report.warnings.push_back(where + ": " + sentences.back());
   }
-  for (const PoseConvention convention : kPoseConventions) {
-    const std::vector<Camera> read = apply_convention(convention, file.format, cameras);
-    report.fits.push_back(report.by_points ? fit_to_points(options, convention, read, points)
-                                           : fit_to_matches(options, convention, read, matches));
-  }
-  // The reading as given wins ties: some motions cannot tell readings apart, and then it does not matter.
-  const PoseFit given = report.fits.front();
-  const PoseFit best = *std::max_element(report.fits.begin(), report.fits.end(),
-                                         [](const PoseFit& a, const PoseFit& b) { return a.share < b.share; });
-  const std::string what = report.by_points ? " observations of points" : " feature matches";
-  report.sentence = "poses agree with " + percent(given.share) + " of " + std::to_string(report.checked) + what +
-                    " (median error " + pixels(given.error) + ")";
-  if (clearly_better(best, given)) {
-    const std::string problem = "fits its photos as " + meaning(best.convention) + ", not as " +
-                                meaning(PoseConvention::kAsGiven) + ": of " + std::to_string(report.checked) + what + " " +
-                                percent(best.share) + " agree (median error " + pixels(best.error) + ") instead of " +
-                                percent(given.share) + " (median error " + pixels(given.error) + ")";
-    if (options.refuse)
-      throw input_error(where, "", problem, std::string("add --poses ") + name_of(best.convention) + ", or correct the file");
-    report.warnings.push_back(where + ": " + problem);
-  } else if (given.share < kFitting) {
-    report.warnings.push_back(where + ": " + report.sentence + ", and no other reading fits better (the best, " +
-                              name_of(best.convention) + ": " + percent(best.share) + ", " + pixels(best.error) +
-                              "); expect a blurred scene: photos and cameras may not belong together");
-  }
-  report.best = best.convention;
+  for (const std::string& sentence : sentences) report.sentence += (report.sentence.empty() ? "" : "; ") + sentence;
   return report;
 }
 

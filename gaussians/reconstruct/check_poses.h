@@ -35,12 +35,17 @@ struct PoseFit {
   double share = 0;  ///< of observations or matches that agree, in [0, 1]
 };
 
-struct PoseReport {
-  std::vector<PoseFit> fits;  ///< of every convention, as given first; empty when the photos share too little
+/// The readings compared by one kind of evidence.
+struct PoseEvidence {
+  std::vector<PoseFit> fits;  ///< of every convention, as given first; empty when there is too little evidence
   PoseConvention best = PoseConvention::kAsGiven;
-  int checked = 0;            ///< observations of points or matches between photos that were looked at
-  bool by_points = false;     ///< reprojection of points; else distance of feature matches from their epipolar lines
-  std::string sentence;       ///< for the user
+  int checked = 0;            ///< observations or matches
+};
+
+struct PoseReport {
+  PoseEvidence points;   ///< by reprojection of points
+  PoseEvidence matches;  ///< by the distance of feature matches from their epipolar lines
+  std::string sentence;  ///< for the user
   std::vector<std::string> warnings;
 };
 
@@ -52,9 +57,9 @@ struct PoseCheckOptions {
 };
 
 /// Looks whether poses, photos and points belong together.  `points.observations` (may be empty) refer to the cameras of
-/// `photos`; without them features of neighbouring photos are matched.  Throws Error{kInput} when all cameras are at one
+/// `photos`; features of neighbouring photos are matched besides, because points say nothing about pixels.  Throws Error{kInput} when all cameras are at one
 /// point, when coordinates are too large for their spread, and (options.refuse) when another reading fits clearly
-/// better.
+/// better; warns when the scene is so small that the renderer's near plane would cut it.
 PoseReport check_poses(const PoseCheckOptions& options, const CameraFile& file, const TrainingPhotos& photos,
                        const SparsePoints& points);
 

@@ -1,6 +1,6 @@
 #include "gaussians/reconstruct/exposure.h"
 
-#include <Eigen/Core>
+#include <Eigen/Dense>
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
@@ -41,6 +41,24 @@ void expose_adjoint(const Image<T>& color, const T* M, Image<T>& adj, T* adj_M) 
       g[0] = r, g[1] = gr, g[2] = b;
     }
   }, 16);
+}
+
+std::array<float, kExposureSize> fit_exposure(const ImageF& color, const ImageF& target, const ImageF& weight) {
+  // Normal equations of x = (r, g, b, 1): A = sum w x x^T, B = sum w x target^T.
+  using Sum = Eigen::Matrix<double, 4, 7>;
+  const Sum sum = ordered_sum(static_cast<std::ptrdiff_t>(color.pixels()), Sum(Sum::Zero()), [&](std::ptrdiff_t pixel) {
+    const float *c = color.data.data() + 3 * pixel, *t = target.data.data() + 3 * pixel;
+    const Eigen::Vector4d x(c[0], c[1], c[2], 1);
+    Eigen::Matrix<double, 1, 7> row;
+    row << x.transpose(), t[0], t[1], t[2];
+    return Sum((weight.empty() ? 1.0 : weight.data[pixel]) * x * row);
+  });
+  const Eigen::Matrix4d A = sum.leftCols<4>() + 1e-6 * Eigen::Matrix4d::Identity();
+  const Eigen::Matrix<double, 4, 3> M = A.ldlt().solve(sum.rightCols<3>());
+  std::array<float, kExposureSize> exposure;
+  for (int k = 0; k < 3; ++k)
+    for (int j = 0; j < 4; ++j) exposure[4 * k + j] = static_cast<float>(M(j, k));
+  return exposure;
 }
 
 template Image<float> expose(const Image<float>&, const float*);

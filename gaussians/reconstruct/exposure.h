@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "gaussians/base/image.h"
 
 namespace pliant {
@@ -16,5 +18,8 @@ Image<T> expose(const Image<T>& color, const T* exposure);
 /// number of threads.
 template <class T>
 void expose_adjoint(const Image<T>& color, const T* exposure, Image<T>& adj, T* adj_exposure);
+
+/// The exposure that makes `color` most like `target` in the least squares; `weight` [H, W, 1] may be empty.
+std::array<float, kExposureSize> fit_exposure(const ImageF& color, const ImageF& target, const ImageF& weight);
 
 }  // namespace pliant

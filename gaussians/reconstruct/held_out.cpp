@@ -2,6 +2,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
+#include "gaussians/reconstruct/exposure.h"
 #include "gaussians/reconstruct/trainer.h"
 
 namespace pliant {
@@ -40,8 +41,9 @@ std::vector<PhotoQuality> held_out_quality(const GaussianCloud& cloud, const Tra
     photo_at_level(photo, 0, camera, target, weight);
     ImageF picture = render(cloud, camera, options).color;
     for (float& value : picture.data) value = std::clamp(value, 0.0f, 1.0f);
+    const ImageF corrected = expose(picture, fit_exposure(picture, target, weight).data());
     quality.push_back({camera.name, psnr_of_mse(mse_loss(picture, target, weight)),
-                       ssim(picture, target, weight, SsimWindows::kInside)});
+                       ssim(picture, target, weight, SsimWindows::kInside), psnr_of_mse(mse_loss(corrected, target, weight))});
   }
   return quality;
 }

@@ -93,6 +93,7 @@ class FeatureGrid {
 
 PhotoFeatures find_features(const FeatureOptions& options, const TrainingPhoto& photo) {
   const ImageU8& pixels = photo.pixels;
+  if (pixels.empty()) return {};
   const cv::Mat color(pixels.height, pixels.width, CV_8UC3, const_cast<uint8_t*>(pixels.data.data()));
   cv::Mat grey;
   cv::cvtColor(color, grey, cv::COLOR_RGB2GRAY);

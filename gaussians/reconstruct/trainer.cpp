@@ -149,19 +149,28 @@ void Trainer::optimise(const Shown& shown, double progress, RenderGradient<float
     adam_rows(state_.shared, adj_shared, uniform(1, term_->shared_rate()), step, state_.shared_moments);
   }
   if (options_.exposure) {
-    const float rate = exponential_rate(options_.exposure_rate, options_.final_exposure_rate, progress);
-    // Photos that are not shown keep their exposure: only the row of this one moves.
-    const size_t row = shown.photo * kExposureSize;
-    Moments of_photo;
-    of_photo.first.assign(state_.exposure_moments.first.begin() + row, state_.exposure_moments.first.begin() + row + kExposureSize);
-    of_photo.second.assign(state_.exposure_moments.second.begin() + row, state_.exposure_moments.second.begin() + row + kExposureSize);
-    const long shows = state_.iteration / static_cast<long>(trained_on_.size()) + 1;
-    adam_rows(std::span(state_.exposure).subspan(row, kExposureSize), adj_exposure, uniform(kExposureSize, rate), shows, of_photo);
-    std::copy(of_photo.first.begin(), of_photo.first.end(), state_.exposure_moments.first.begin() + row);
-    std::copy(of_photo.second.begin(), of_photo.second.end(), state_.exposure_moments.second.begin() + row);
+    expose_better(shown.photo, exponential_rate(options_.exposure_rate, options_.final_exposure_rate, progress), adj_exposure);
   }
   if (mcmc && progress < options_.relocate_until) explore(options_, position, state_);
   if (!gradient.screen.empty()) gather_screen_gradient(gradient.screen, shown.camera.width, shown.camera.height, state_);
+}
+
+void Trainer::expose_better(int photo, float rate, std::span<const float> adj_exposure) {
+  // Photos that are not shown keep their exposure: only the row of this one moves.
+  const size_t row = photo * kExposureSize;
+  Moments& all = state_.exposure_moments;
+  Moments of_photo{{all.first.begin() + row, all.first.begin() + row + kExposureSize},
+                   {all.second.begin() + row, all.second.begin() + row + kExposureSize}};
+  const long shows = state_.iteration / static_cast<long>(trained_on_.size()) + 1;
+  adam_rows(std::span(state_.exposure).subspan(row, kExposureSize), adj_exposure, std::vector<float>(kExposureSize, rate), shows, of_photo);
+  std::copy(of_photo.first.begin(), of_photo.first.end(), all.first.begin() + row);
+  std::copy(of_photo.second.begin(), of_photo.second.end(), all.second.begin() + row);
+  // Scene and exposures could brighten and darken together; the mean exposure stays neutral.
+  for (int k = 0; k < kExposureSize; ++k) {
+    float mean = 0;
+    for (int i : trained_on_) mean += state_.exposure[i * kExposureSize + k] / trained_on_.size();
+    for (int i : trained_on_) state_.exposure[i * kExposureSize + k] += kNeutralExposure[k] - mean;
+  }
 }
 
 void Trainer::densify(double before, double progress) {

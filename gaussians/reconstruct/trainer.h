@@ -56,6 +56,7 @@ class Trainer {
   Shown show(double progress) const;
   void optimise(const Shown& shown, double progress, RenderGradient<float>& gradient, std::span<const float> adj_exposure,
                 std::span<const float> adj_shared);
+  void expose_better(int photo, float rate, std::span<const float> adj_exposure);
   void densify(double progress_before, double progress);
 
   TrainOptions options_;
@@ -75,6 +76,7 @@ void photo_at_level(const TrainingPhoto& photo, int level, Camera& camera, Image
 struct PhotoQuality {
   std::string name;
   double psnr = 0, ssim = 0;
+  double corrected_psnr = 0;  ///< after the affine colour map that fits the photo best: without its exposure
 };
 /// PSNR and SSIM (windows inside the image) of the held-out photos at full size, clamped to [0, 1]; pixels that do not
 /// count are left out.

@@ -15,6 +15,7 @@ namespace pliant {
 namespace {
 
 constexpr int kGaussNewtonSteps = 5;
+constexpr double kFewSightings = 0.05;  // of the median number of points that photos see
 constexpr int kMostHypotheses = 30;  // pairs of sightings that are tried for a track
 
 struct Feature {
@@ -252,6 +253,26 @@ bool triangulate_point(std::span<const Sighting> sightings, Vec3d& point) {
 
 SparsePoints triangulate_photos(const TriangulateOptions& options, const TrainingPhotos& photos) {
   return Triangulation(options, photos).run();
+}
+
+std::vector<std::string> photos_without_points(const TrainingPhotos& photos, const SparsePoints& points) {
+  std::vector<int> seen(photos.photos.size()), sorted;
+  for (const SparsePoints::Observation& o : points.observations) ++seen[o.camera];
+  for (size_t i = 0; i < seen.size(); ++i) {
+    if (!photos.photos[i].held_out) sorted.push_back(seen[i]);
+  }
+  if (sorted.empty()) return {};
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  std::vector<std::string> warnings;
+  for (size_t i = 0; i < seen.size(); ++i) {
+    const Camera& camera = photos.photos[i].camera;
+    if (photos.photos[i].held_out || seen[i] >= kFewSightings * *middle) continue;
+    warnings.push_back((camera.photo.empty() ? camera.name : camera.photo) + ": sees " + std::to_string(seen[i]) +
+                       " of the points, other photos typically " + std::to_string(*middle) +
+                       "; its pose may be wrong, or the photo turned");
+  }
+  return warnings;
 }
 
 }  // namespace pliant

@@ -34,4 +34,8 @@ bool triangulate_point(std::span<const Sighting> sightings, Vec3d& point);
 /// share too little.  Equal bit for bit for any number of threads.
 SparsePoints triangulate_photos(const TriangulateOptions& options, const TrainingPhotos& photos);
 
+/// Warnings that name the photos (not held out) which see hardly any of the points, compared with the others: their poses
+/// are probably wrong, or they lie upside down, or show something else.
+std::vector<std::string> photos_without_points(const TrainingPhotos& photos, const SparsePoints& points);
+
 }  // namespace pliant

@@ -57,12 +57,16 @@ INLINE void reverse_gather_run(const AdjointRun<T>& run, const T* velocity, T* p
 
     const Pack<T>*F = place + 3, *C = after + 3;
     Pack<T>*by_F = by_place + 3, *by_C = by_motion + 3;
-    Pack<T> g[3], G[9], new_F[9];
+    Pack<T> g[3], G[9], new_F[9], by_grid_C[9];
+    for (int k = 0; k < 9; ++k) by_grid_C[k] = by_C[k];
+    if (run.by_grid_C)
+      for (int l = 0; l < kLanes; ++l)
+        for (int k = 0; k < 9; ++k) by_grid_C[k][l] += run.by_grid_C[9 * (first + (l < lanes ? l : lanes - 1)) + k];
     for (int a = 0; a < 3; ++a) {
       g[a] = fma(all<Pack<T>>(dt), by_place[a], by_motion[a]);
       for (int c = 0; c < 3; ++c) {
         const Pack<T> FF = fma(by_F[3 * a + 2], F[3 * c + 2], fma(by_F[3 * a + 1], F[3 * c + 1], by_F[3 * a] * F[3 * c]));
-        G[3 * a + c] = c_scale * fma(all<Pack<T>>(dt), FF, by_C[3 * a + c]);
+        G[3 * a + c] = c_scale * fma(all<Pack<T>>(dt), FF, by_grid_C[3 * a + c]);
         const Pack<T> CF = fma(C[6 + a], by_F[6 + c], fma(C[3 + a], by_F[3 + c], C[a] * by_F[c]));
         new_F[3 * a + c] = fma(all<Pack<T>>(dt), CF, by_F[3 * a + c]);
       }

@@ -104,7 +104,7 @@ class Mpm {
   void measure_motion(int n);
   bool gather_can_wait(int b, T dt);
   void watch_rest(int b, T dt);
-  void apply_laws(int b, T dt);
+  void apply_laws(int b, T dt, const T* grid_C);
   void set_given_stress(const ParticleRecord<T>& r, const Mat3<T>& F);
   void apply_body_loads(int b, T dt, const StepLoads<T>& loads);
   void scatter_block(int b, T dt, const StepLoads<T>& loads);

@@ -91,7 +91,7 @@ class StepAdjoint {
   void find_velocities(const TapeStep<T>& step, int n);
   void find_conditioned_velocities(const TapeStep<T>& step, int n);
   void reverse_affine_damping(const TapeStep<T>& step, int b, const Node<T>* velocity);
-  void reverse_return_maps(const TapeStep<T>& step, int b);
+  void reverse_return_maps(const TapeStep<T>& step, int b, T* by_grid_C);
   void reverse_gather(const TapeStep<T>& step, int b);
   void reverse_conditions(const TapeStep<T>& step, int n);
   void reverse_contact(const TapeStep<T>& step, int n);

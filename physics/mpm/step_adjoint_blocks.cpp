@@ -67,8 +67,6 @@ Node<T>* block_of(std::vector<Node<T>>& nodes, int n) {
 
 template <class T>
 void StepAdjoint<T>::begin_step(const StepTape<T>& tape, const TapeStep<T>& step) {
-  if (step.flip > T(0) && particles_.has_memory())
-    throw usage_error("roll-out", "flip_time", "is set for a law with a memory", "use APIC, flip_time 0");
   run_ = {};
   run_.dt = step.dt, run_.flip = step.flip, run_.viscosity_time = step.loads.viscosity_time;
   run_.dx = solver_.dx, run_.inverse_dx = solver_.inverse_dx;
@@ -143,10 +141,11 @@ void StepAdjoint<T>::reverse_affine_damping(const TapeStep<T>& step, int b, cons
   }
 }
 
-/// F' and the memory come from (I + dt C') times what was, through the return map; see `Mpm::apply_laws`.
+/// F' and the memory come from (I + dt C) times what was, C that of the grid, through the return map; see
+/// `Mpm::apply_laws`.
 template <class T>
-void StepAdjoint<T>::reverse_return_maps(const TapeStep<T>& step, int b) {
-  for (int s = step.begin[b]; s < step.begin[b + 1]; ++s) {
+void StepAdjoint<T>::reverse_return_maps(const TapeStep<T>& step, int b, T* by_grid_C) {
+  for (int s = step.begin[b]; s < step.begin[b + 1]; ++s, by_grid_C += 9) {
     AdjointRecord<T>& r = record_[slot_[step.index[s]]];
     if (r.side < 0) continue;
     const LawPoint<T> point{&particles_.materials[r.material], r.mu, r.lambda};
@@ -162,7 +161,7 @@ void StepAdjoint<T>::reverse_return_maps(const TapeStep<T>& step, int b) {
     by = return_map_adjoint(point, step.dt, trial_F, trial, by);
     Eigen::Map<RowMajor<T>>(r.F) = by.F;
     r.by_mu += by.mu, r.by_lambda += by.lambda;
-    Eigen::Map<RowMajor<T>>(r.C) += step.dt * (by.F_viscous * before.F_viscous.transpose() +
+    Eigen::Map<RowMajor<T>>{by_grid_C} = step.dt * (by.F_viscous * before.F_viscous.transpose() +
                                                memory.F_total * before.F_total.transpose());
     memory.F_viscous = advance.transpose() * by.F_viscous;
     memory.F_total = advance.transpose() * memory.F_total.eval();
@@ -234,13 +233,18 @@ void StepAdjoint<T>::reverse_gather(const TapeStep<T>& step, int b) {
   collect_patch(*step.grid, b, velocity_, velocity[0]);
   if (step.flip > T(0) || step.loads.strain_rate_kept != T(1) || step.loads.spin_kept != T(1))
     reverse_affine_damping(step, b, velocity[0]);
-  if (!memory_.empty()) reverse_return_maps(step, b);
+  AdjointRun<T> run = run_of(step, b);
+  std::vector<T> by_grid_C(particles_.has_memory() ? 9 * static_cast<size_t>(run.count) : 0);
+  if (!by_grid_C.empty()) {
+    reverse_return_maps(step, b, by_grid_C.data());
+    run.by_grid_C = by_grid_C.data();
+  }
   T* old_patch = nullptr;
   if (step.flip > T(0)) {
     collect_patch(*step.grid, b, step.old_node, velocity[1]);
     old_patch = cleared(old_patch_);
   }
-  kernels_.gather(run_of(step, b), velocity[0]->lane, cleared(patch_), velocity[1]->lane, old_patch);
+  kernels_.gather(run, velocity[0]->lane, cleared(patch_), velocity[1]->lane, old_patch);
 }
 
 template <class T>

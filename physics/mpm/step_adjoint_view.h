@@ -40,6 +40,7 @@ struct AdjointRun {
   int count;
   T dt, viscosity_time, origin[3], dx, inverse_dx, low[3], high[3];
   T flip;  ///< as in GatherInput
+  const T* by_grid_C;     ///< [count, 9] further derivatives by the C of the grid, or null
   const T* loaded_v;      ///< [count, 3] velocities with what the body loads gave, or null without loads
   const T* given_stress;  ///< [count, 6] of particles with StressKind::kGiven, as in ScatterInput
   T* by_given_stress;     ///< [count, 6] receives the derivatives by it

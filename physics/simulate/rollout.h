@@ -55,8 +55,7 @@ Rollout<T> rollout(const RolloutOptions& options, const BasicParticles<T>& parti
 /// from which the others follow at the cost of one more forward run: same result bit for bit.
 /// With a gradient window of w frames, the state at every w-th frame counts as given, so that the loss of a frame
 /// reaches at most the w frames before it; 1 = only the frame itself.  Equal for any number of threads.
-/// Held constant: the time step, which nodes touch what, and the places of strays.  Throws Error{kUsage} for a FLIP
-/// blend with a law that has a memory.
+/// Held constant: the time step, which nodes touch what, and the places of strays.
 template <class T>
 RolloutGradient<T> rollout_adjoint(const RolloutOptions& options, const BasicParticles<T>& particles,
                                    const std::vector<Interaction>& interactions, const Rollout<T>& rollout,

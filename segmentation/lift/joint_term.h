@@ -13,7 +13,9 @@ namespace pliant {
 
 struct JointOptions {
   float attribute_rate = 0.01f, classifier_rate = 0.005f;  ///< Adam's
-  float weight = 1;                ///< of the whole term beside the photometric loss
+  /// Of the whole term beside the photometric loss.  Adam does not see the scale of what attributes and classifier are
+  /// told, so this sets only how much labels move the geometry.
+  float weight = 0.1f;
   float kl_weight = 2.0f;          ///< of the grouping loss
   int grouping_every = 5;          ///< iterations
   int neighbours = 5, anchors = 1000;

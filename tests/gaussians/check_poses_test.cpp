@@ -4,18 +4,12 @@
 
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
-
 #include "gaussians/base/lens.h"
-#include "gaussians/io/cameras.h"
-#include "gaussians/io/json_file.h"
 #include "tests/gaussians/photo_files.h"
 #include "tests/gaussians/textured_scene.h"
 
 namespace pliant {
 namespace {
-
-const Eigen::Vector3d kFlip(1, -1, -1);
 
 TrainingPhotos with_cameras(TrainingPhotos photos, const std::vector<Camera>& cameras) {
   for (size_t i = 0; i < cameras.size(); ++i) photos.photos[i].camera = cameras[i];
@@ -84,10 +78,9 @@ TEST(CheckPoses, ByPointsFindsEveryMisreading) {
   const SparsePoints points = observed_points(truth);
   const TrainingPhotos photos = with_cameras({std::vector<TrainingPhoto>(6), false, {}}, truth);
   const PoseReport report = check_poses({}, camera_file(truth), photos, points);
-  EXPECT_TRUE(report.by_points);
-  EXPECT_EQ(report.checked, 600);
-  EXPECT_GT(report.fits[0].share, 0.9);
-  EXPECT_NEAR(report.fits[0].error, 0.3 * 1.1774, 0.04);  // the median of a Rayleigh distribution
+  EXPECT_EQ(report.points.checked, 600);
+  EXPECT_GT(report.points.fits[0].share, 0.9);
+  EXPECT_NEAR(report.points.fits[0].error, 0.3 * 1.1774, 0.04);  // the median of a Rayleigh distribution
   EXPECT_TRUE(report.warnings.empty());
   EXPECT_NE(report.sentence.find("100 % of 600 observations"), std::string::npos) << report.sentence;
   for (const PoseConvention convention : kPoseConventions) {
@@ -104,13 +97,13 @@ TEST(CheckPoses, ByPointsFindsEveryMisreading) {
 }
 
 TEST(CheckPoses, ByFeaturesFindsEveryMisreading) {
-  const std::vector<Camera> truth = arc_of_cameras(6);
+  const std::vector<Camera> truth = arc_of_cameras(4);
   const TrainingPhotos photos = photos_of(textured_sheet(), truth);
   const PoseReport report = check_poses({}, camera_file(truth), photos, {});
-  EXPECT_FALSE(report.by_points);
-  EXPECT_GT(report.checked, 300);
-  EXPECT_GT(report.fits[0].share, 0.9);
-  EXPECT_LT(report.fits[0].error, 0.3);
+  EXPECT_TRUE(report.points.fits.empty());
+  EXPECT_GT(report.matches.checked, 200);
+  EXPECT_GT(report.matches.fits[0].share, 0.9);
+  EXPECT_LT(report.matches.fits[0].error, 0.3);
   EXPECT_TRUE(report.warnings.empty());
   for (const PoseConvention convention : kPoseConventions) {
     if (convention == PoseConvention::kAsGiven) continue;
@@ -122,13 +115,45 @@ TEST(CheckPoses, ByFeaturesFindsEveryMisreading) {
   }
 }
 
+/// Points that were found in the photos before they were turned agree with the poses; the pixels do not.
+TEST(CheckPoses, FindPhotosThatWereTurnedAfterTheirPointsWereFound) {
+  const std::vector<Camera> truth = arc_of_cameras(5);
+  TrainingPhotos photos = photos_of(textured_sheet(), truth);
+  for (TrainingPhoto& photo : photos.photos) {
+    const ImageU8 upright = photo.pixels;
+    for (int y = 0; y < upright.height; ++y) {
+      for (int x = 0; x < upright.width; ++x) std::copy_n(upright.at(x, y), 3, photo.pixels.at(319 - x, 239 - y));
+    }
+  }
+  expect_error(Failure::kInput, {"upside down", "--poses turned", "feature matches"},
+               [&] { check_poses({}, camera_file(truth), photos, observed_points(truth)); });
+}
+
+TEST(CheckPoses, WarnOfAnotherReadingWhenTheUserHasChosen) {
+  const std::vector<Camera> truth = arc_of_cameras(6), wrong = misread(PoseConvention::kFlipped, false, truth);
+  const PoseReport report = check_poses({.refuse = false}, camera_file(wrong),
+                                        with_cameras({std::vector<TrainingPhoto>(6), false, {}}, wrong), observed_points(truth));
+  EXPECT_EQ(report.points.best, PoseConvention::kFlipped);
+  ASSERT_EQ(report.warnings.size(), 1u);
+  EXPECT_NE(report.warnings[0].find("axes are flipped"), std::string::npos);
+}
+
+TEST(CheckPoses, WarnOfScenesInsideTheNearPlane) {
+  std::vector<Camera> cameras = arc_of_cameras(4);
+  TrainingPhotos photos = photos_of(textured_sheet(), cameras);
+  for (Camera& camera : cameras) camera.cam_from_world.translation() *= 0.05;
+  const PoseReport report = check_poses({}, camera_file(cameras), with_cameras(photos, cameras), {});
+  ASSERT_EQ(report.warnings.size(), 1u);
+  EXPECT_NE(report.warnings[0].find("nothing nearer than 0.2 is drawn"), std::string::npos) << report.warnings[0];
+}
+
 TEST(CheckPoses, WarnWhenNoReadingFits) {
   const std::vector<Camera> truth = arc_of_cameras(6);
   std::vector<Camera> shuffled = truth;
   for (int i = 0; i < 6; ++i) shuffled[i] = truth[(i * 5 + 2) % 6];
   for (int i = 0; i < 6; i += 2) shuffled[i].cam_from_world.linear() = (Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 1, 0).normalized()) * shuffled[i].cam_from_world.linear()).eval();
   const PoseReport report = check_poses({}, camera_file(shuffled), with_cameras({std::vector<TrainingPhoto>(6), false, {}}, shuffled), observed_points(truth));
-  EXPECT_LT(report.fits[0].share, 0.3);
+  EXPECT_LT(report.points.fits[0].share, 0.3);
   ASSERT_EQ(report.warnings.size(), 1u);
   EXPECT_NE(report.warnings[0].find("may not belong together"), std::string::npos);
 }
@@ -137,7 +162,7 @@ TEST(CheckPoses, SayThatBlankPhotosCannotBeChecked) {
   TrainingPhotos photos = with_cameras({std::vector<TrainingPhoto>(4), false, {}}, arc_of_cameras(4));
   for (TrainingPhoto& photo : photos.photos) photo.pixels = ImageU8(320, 240, 3, 90);
   const PoseReport report = check_poses({}, camera_file(arc_of_cameras(4)), photos, {});
-  EXPECT_EQ(report.checked, 0);
+  EXPECT_EQ(report.matches.checked, 0);
   ASSERT_EQ(report.warnings.size(), 1u);
   EXPECT_NE(report.warnings[0].find("could not be checked"), std::string::npos);
 }

@@ -83,6 +83,16 @@ TEST(Exposure, DerivativesFollowFiniteDifferences) {
   }
 }
 
+TEST(Exposure, IsFoundAgainByLeastSquares) {
+  ImageF color(20, 15, 3);
+  for (size_t k = 0; k < color.data.size(); ++k) color.data[k] = static_cast<float>(Random(4, k).uniform());
+  const float truth[kExposureSize] = {0.8f, 0.1f, 0, 0.05f, 0, 1.1f, 0.02f, -0.1f, 0.03f, 0, 0.7f, 0};
+  ImageF target = expose(color, truth), weight(20, 15, 1, 1.0f);
+  target(3, 3, 0) = 50, weight(3, 3) = 0;
+  const auto found = fit_exposure(color, target, weight);
+  for (int k = 0; k < kExposureSize; ++k) EXPECT_NEAR(found[k], truth[k], 1e-5);
+}
+
 TEST(Schedule, RunsThroughTheSameStagesWhateverTheLength) {
   TrainOptions options;
   options.iterations = 1000;

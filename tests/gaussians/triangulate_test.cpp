@@ -176,6 +176,16 @@ TEST(TriangulatePhotos, PointsLieOnTheSurfaceWithItsColours) {
   EXPECT_NE(points.source.find("points triangulated from features of 8 photos"), std::string::npos) << points.source;
 }
 
+TEST(TriangulatePhotos, OneWithAWrongPoseSeesHardlyAnyPointAndIsNamed) {
+  TrainingPhotos photos = photos_of(textured_sheet(), arc_of_cameras(9));
+  EXPECT_TRUE(photos_without_points(photos, triangulate_photos({}, photos)).empty());
+  photos.photos[3].camera.cam_from_world.linear() =
+      (Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 1, 0).normalized()) * photos.photos[3].camera.cam_from_world.linear()).eval();
+  const std::vector<std::string> warnings = photos_without_points(photos, triangulate_photos({}, photos));
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0].rfind("view_d: sees", 0), 0u) << warnings[0];
+}
+
 TEST(TriangulatePhotos, AreEqualForAnyNumberOfThreads) {
   const TrainingPhotos photos = photos_of(textured_sheet(), arc_of_cameras(5));
   const int threads = omp_get_max_threads();

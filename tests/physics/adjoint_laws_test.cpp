@@ -40,15 +40,14 @@ Case block_of(Law law) {
 
 class AdjointLaws : public ::testing::TestWithParam<Law> {};
 
-TEST_P(AdjointLaws, RolloutAgreesWithDifferences) {
-  const Case c = block_of(GetParam());
-  if (GetParam() != Law::kHencky) {
+void expect_gradient(const Case& c, Law law) {
+  if (law != Law::kHencky) {
     const auto end = rollout(c.options, c.particles, c.interactions, c.start).frames.back();
     ASSERT_GT((end.F[1] - end.memory[1].F_total).norm() + (end.F[1] - end.memory[1].F_viscous).norm(), 1e-3) << "no flow";
   }
   const RolloutGradient<double> gradient = c.gradient();
   AdjointCheckOptions options;
-  options.step = GetParam() == Law::kSand ? 1e-5 : 1e-4;  // the edges of its cone lie close
+  options.step = law == Law::kSand ? 1e-5 : 1e-4;  // the edges of its cone lie close
   options.random_cotangents = 0, options.inputs = 3, options.random_directions = 1;
   for (const auto& [kind, name] : testing::kInputs) {
     if (c.get(kind).empty()) continue;
@@ -57,6 +56,14 @@ TEST_P(AdjointLaws, RolloutAgreesWithDifferences) {
         [&, kind = kind](const List&, const List&) { return c.part(gradient, kind); }, c.get(kind), options);
     EXPECT_LT(result.worst, 1e-5) << name << ": " << result.message;
   }
+}
+
+TEST_P(AdjointLaws, RolloutAgreesWithDifferences) { expect_gradient(block_of(GetParam()), GetParam()); }
+
+TEST_P(AdjointLaws, RolloutWithFlipAgreesWithDifferences) {
+  Case c = block_of(GetParam());
+  c.options.simulate.flip_time = 0.002;
+  expect_gradient(c, GetParam());
 }
 
 TEST_P(AdjointLaws, PartsOfAFrameGiveTheBitsOfTheWhole) {

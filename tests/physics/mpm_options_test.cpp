@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "physics/mpm/mpm.h"
+#include "physics/simulate/simulate.h"
 #include "tests/physics/shapes.h"
 
 namespace pliant {
@@ -81,6 +82,26 @@ TEST(FlipBlend, HalvesTheNumericalDampingOfBendingWithoutNoise) {
   EXPECT_LT(blend.decrement, 0.5 * apic.decrement);
   EXPECT_GT(blend.decrement, -0.01);
   EXPECT_LT(blend.noise, 0.05);
+}
+
+TEST(FlipBlend, WithoutFlowTheTotalDeformationIsTheElasticOne) {
+  BasicParticles<double> p = testing::block<double>(Vec3d::Constant(0.03), 0.01, 0.8, 2e4);
+  Material metal;
+  metal.law = Law::kMetal, metal.yield_stress = 1e9;
+  p.materials = {metal};
+  auto start = initial_state(p);
+  for (size_t i = 0; i < p.size(); ++i)
+    for (int a = 0; a < 3; ++a) start.v[i][a] = 0.3 * Random(9, i).normal() + 20 * p.position[i][(a + 1) % 3];
+  SimulateOptions options;
+  options.duration = 0.1, options.flip_time = 0.05;
+  const auto end = simulate<double>(options, p, {}, start).state;
+  double worst = 0, moved = 0;
+  for (size_t i = 0; i < p.size(); ++i) {
+    worst = std::max(worst, (end.memory[i].F_total - end.F[i]).norm());
+    moved = std::max(moved, (end.F[i] - Mat3d::Identity()).norm());
+  }
+  EXPECT_GT(moved, 0.1);
+  EXPECT_LT(worst, 1e-10);
 }
 
 /// Two blocks apart, the second of which flies towards the first.
