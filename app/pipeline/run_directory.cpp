@@ -137,8 +137,8 @@ json RunDirectory::stage(const Context& context, const StageKey& key, const std:
       throw usage_error(path_.string(), key.name, changed, "give --overwrite to replace the old result, or another --out");
     if (!changed.empty()) context.progress.say(fmt::format("{}: {}, done again", key.name, changed));
     manifest_["stages"].erase(key.name);
-    save();
   }
+  save();  // what an interrupted stage leaves lies in a run directory
 
   reset_peak_memory();
   const auto start = std::chrono::steady_clock::now();
