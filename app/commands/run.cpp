@@ -17,7 +17,7 @@ struct RunOptions {
 
 nlohmann::json run_all(Context& context, const Program& program, const RunOptions& options) {
   RunDirectory run = RunDirectory::create(program.out);
-  const Scene scene = attach_or_reconstruct(context, run, options.scene, options.reconstruct);
+  const Scene scene = attach_or_reconstruct(context, run, options.scene, options.reconstruct, options.segment);
   check_material(scene, options.simulate);
   run_segment(context, run, scene, options.segment);
   ExtractStage extract = options.extract;

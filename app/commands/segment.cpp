@@ -21,7 +21,7 @@ void add_segment(CLI::App& app, Program& program) {
   command->callback([options, &program] {
     program.action = [options, &program](Context& context) {
       RunDirectory run = RunDirectory::create(program.out);
-      const Scene scene = attach_or_reconstruct(context, run, options->scene, options->reconstruct);
+      const Scene scene = attach_or_reconstruct(context, run, options->scene, options->reconstruct, options->stage);
       return run_segment(context, run, scene, options->stage);
     };
   });

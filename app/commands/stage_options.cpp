@@ -31,9 +31,13 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
       ->capture_default_str();
 }
 
-Scene attach_or_reconstruct(const Context& context, RunDirectory& run, const SceneOptions& options, const ReconstructStage& stage) {
+Scene attach_or_reconstruct(const Context& context, RunDirectory& run, const SceneOptions& options, ReconstructStage stage,
+                            const SegmentStage& segment) {
   std::string source = options.source;
-  if (lacks_splats(source)) {
+  const bool untrained = lacks_splats(source);
+  stage.joint = segment.joint, stage.masks = segment.masks;
+  if (segment.joint && !untrained) stage.splats = load_scene(source, options.load_options()).settings.splats.string();
+  if (untrained || segment.joint) {
     RunDirectory reconstruction = RunDirectory::create(run / "scene");
     run_reconstruct(context, reconstruction, source, stage);
     source = reconstruction.path();
@@ -118,6 +122,7 @@ void add_segment_options(CLI::App& command, SegmentStage& stage) {
       ->capture_default_str();
   command.add_option("--segment-iterations", stage.iterations, "Steps of the semantic optimisation; 0 = vote only")
       ->check(CLI::NonNegativeNumber);
+  command.add_flag("--joint", stage.joint, "Train all Gaussians together with their labels, against photos and masks");
   command.add_flag("--hold-out", stage.hold_out, "Leave every 8th photo out of the optimisation, for evaluation");
   command.add_flag("!--no-vote", stage.start_from_vote, "Start the semantic attribute at random, not from the vote");
 }

@@ -19,8 +19,10 @@ struct SceneOptions {
 };
 void add_scene_options(CLI::App& command, SceneOptions& options);
 
-/// The scene of `run` and `segment`: a source without Gaussians is first reconstructed into `scene` of the run directory.
-Scene attach_or_reconstruct(const Context& context, RunDirectory& run, const SceneOptions& options, const ReconstructStage& stage);
+/// The scene of `run` and `segment`: a source without Gaussians, or with
+/// segment.joint, is first trained into `scene` of the run directory.
+Scene attach_or_reconstruct(const Context& context, RunDirectory& run, const SceneOptions& options, ReconstructStage stage,
+                            const SegmentStage& segment);
 /// --level N of a streamed SOG, or `all`.
 void add_level(CLI::App& command, std::optional<int>& level);
 

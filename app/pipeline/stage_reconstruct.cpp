@@ -2,16 +2,21 @@
 
 #include <algorithm>
 #include <chrono>
+#include <memory>
 #include <optional>
 
 #include "app/pipeline/photo_set.h"
 #include "app/pipeline/trained_scene.h"
 #include "app/pipeline/training_loop.h"
+#include "app/pipeline/training_masks.h"
 #include "app/pipeline/training_start.h"
+#include "app/store/segmentation.h"
 #include "app/store/training.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/json_file.h"
+#include "gaussians/io/splats.h"
 #include "gaussians/reconstruct/check_poses.h"
+#include "segmentation/lift/joint_term.h"
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -26,6 +31,36 @@ const char* name_of(Densification strategy) {
     case Densification::kNone: return "none";
   }
   return "";
+}
+
+fs::path masks_of(const PhotoSet& set, const ReconstructStage& stage) {
+  return stage.joint && !stage.masks.empty() ? fs::path(stage.masks) : set.settings.masks;
+}
+
+/// The attribute to be trained along; null without.
+std::unique_ptr<JointTerm> joint_term(const Context& context, const PhotoSet& set, const ReconstructStage& stage, const CameraFile& cameras,
+                                      const TrainingPhotos& photos) {
+  if (!stage.joint) return nullptr;
+  const fs::path folder = masks_of(set, stage);
+  if (folder.empty()) throw usage_error("--joint", "--masks", "are not known for these photos", "give --masks FOLDER");
+  const MaskSet masks = training_masks(folder, set.settings.labels, cameras, photos);
+  for (const std::string& warning : masks.warnings) context.progress.warn(warning);
+  JointOptions options;
+  options.seed = context.seed;
+  for (size_t i = 0; i < photos.photos.size(); ++i)
+    if (photos.photos[i].held_out) options.held_out.push_back(static_cast<int>(i));
+  return std::make_unique<JointTerm>(options, masks);
+}
+
+/// A trained scene goes on in small steps and keeps its Gaussians.
+TrainingStart go_on_from(const std::string& splats, TrainOptions& options) {
+  GaussianCloud cloud = read_splats(splats);
+  options.densification = Densification::kNone, options.coarse_to_fine = false;
+  options.position_rate *= 0.1f;
+  options.sh_degree = std::max(options.sh_degree, cloud.sh_degree);
+  const std::string sentence = fmt::format("{} Gaussians of {}", cloud.size(), splats);
+  const size_t count = cloud.size();
+  return {std::move(cloud), {{"kind", "splats"}, {"points", count}, {"sentence", sentence}}};
 }
 
 /// What decides the outcome; without a limit of time, bit for bit.
@@ -47,7 +82,10 @@ StageKey key_of(const PhotoSet& set, const CameraFile& cameras, const Reconstruc
   const fs::path points = read_sparse_points(set.cameras, {}).file;
   if (!points.empty()) key.inputs["points"] = points;
   if (!set.settings.file.empty()) key.inputs["scene.json"] = set.settings.file;
-  if (!set.settings.masks.empty()) key.inputs["masks"] = set.settings.masks;
+  const fs::path masks = masks_of(set, stage);
+  if (!masks.empty()) key.inputs["masks"] = masks;
+  if (stage.joint) key.options["joint"] = true, key.outputs.push_back("segmentation.h5");
+  if (!stage.splats.empty()) key.inputs["splats"] = stage.splats;
   return key;
 }
 
@@ -149,17 +187,20 @@ json run_reconstruct(const Context& context, RunDirectory& run, const fs::path& 
                                      photos.photos[0].camera.height, photos.changed ? " (changed)" : "", held_out));
 
     json start;
+    const std::unique_ptr<JointTerm> term = joint_term(context, set, stage, cameras, photos);
+    std::optional<TrainingStart> trained;
+    if (!stage.splats.empty()) trained = go_on_from(stage.splats, options);
     std::optional<Trainer> trainer;
     if (earlier) {
       start = json::parse(earlier->start_json);
       context.progress.say(fmt::format("reconstruct: going on after iteration {}", earlier->state.iteration));
-      trainer.emplace(options, photos, std::move(earlier->state));
+      trainer.emplace(options, photos, std::move(earlier->state), term.get());
     } else {
       const SparsePoints points = checked_points(context, stage, set, cameras, photos, start);
-      TrainingStart first = start_training(context, stage, points, photos);
+      TrainingStart first = trained ? std::move(*trained) : start_training(context, stage, points, photos);
       start.update(first.description);
       context.progress.say("reconstruct: start: " + start["sentence"].get<std::string>());
-      trainer.emplace(options, photos, std::move(first.cloud));
+      trainer.emplace(options, photos, std::move(first.cloud), term.get());
     }
     // Reading and matching count, but leave at least half of the time for training.
     const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -175,6 +216,11 @@ json run_reconstruct(const Context& context, RunDirectory& run, const fs::path& 
     const TrainingState& state = trainer->state();
     const std::vector<std::string> lost = write_trained_scene(run.path(), {set, cameras, photos, state.cloud, state.iteration, options.render.antialiased});
     for (const std::string& sentence : lost) context.progress.warn(sentence), warnings.push_back(sentence);
+    if (term) {
+      std::vector<Camera> pinholes;
+      for (const TrainingPhoto& photo : photos.photos) pinholes.push_back(photo.camera);
+      write_segmentation(run / "segmentation.h5", term->segmentation(state, pinholes, options.render), provenance);
+    }
     json results = results_json(key, stage, photos, state, start, warnings);
     results["source"] = fs::weakly_canonical(source).string();
     write_json(run / "results.json", results);

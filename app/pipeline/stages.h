@@ -29,6 +29,9 @@ struct ReconstructStage {
   std::string start = "auto";     ///< auto, points, triangulate, random; see training_start.h
   std::string poses = "auto";     ///< a reading of the poses, see check_poses.h; auto: as given, unless another fits better
   int checkpoint_every = 0;       ///< iterations; 0 = about every minute
+  bool joint = false;             ///< train the semantic attribute along with the scene -> segmentation.h5
+  std::string masks;              ///< folder, of joint training; empty = the scene file's
+  std::string splats;             ///< file, of joint training: start from this trained scene
 };
 nlohmann::json run_reconstruct(const Context& context, RunDirectory& run, const std::filesystem::path& source, const ReconstructStage& stage);
 
@@ -43,6 +46,7 @@ struct SegmentStage {
   std::optional<int> iterations;     ///< of the optimisation; 0 = vote only
   std::string physgaussian;          ///< file; the object is what this configuration of PhysGaussian simulates
   bool hold_out = false;             ///< leave every 8th photo out of the optimisation, for evaluation
+  bool joint = false;                ///< the scene and its attribute were trained together: take that
 };
 nlohmann::json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage);
 

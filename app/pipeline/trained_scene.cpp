@@ -2,10 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <map>
 
-#include "gaussians/base/lens.h"
+#include "app/pipeline/training_masks.h"
 #include "gaussians/io/cameras_json.h"
 #include "gaussians/io/image_io.h"
 #include "gaussians/io/json_file.h"
@@ -17,21 +16,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace {
-
-/// The ids that a pinhole camera sees, from a picture of ids of a camera with a lens in the same place: the nearest pixel.
-IdImage ids_through_pinhole(const IdImage& ids, const Camera& lens, const Camera& pinhole) {
-  IdImage out(pinhole.width, pinhole.height, 1);
-  const double sx = static_cast<double>(ids.width) / lens.width, sy = static_cast<double>(ids.height) / lens.height;
-  for (int y = 0; y < out.height; ++y) {
-    for (int x = 0; x < out.width; ++x) {
-      const Eigen::Vector2d ray((x + 0.5 - pinhole.cx) / pinhole.fx, (y + 0.5 - pinhole.cy) / pinhole.fy);
-      const Eigen::Vector2d seen = distort(lens.distortion, ray);
-      const double u = std::floor((lens.fx * seen.x() + lens.cx) * sx), v = std::floor((lens.fy * seen.y() + lens.cy) * sy);
-      if (u >= 0 && v >= 0 && u < ids.width && v < ids.height) out(x, y) = ids(static_cast<int>(u), static_cast<int>(v));
-    }
-  }
-  return out;
-}
 
 /// Masks that belong to the photos as they were trained on; returns their number.
 int write_masks(const fs::path& folder, const TrainedScene& scene) {

@@ -11,6 +11,7 @@
 #include "app/commands/program.h"
 #include "app/pipeline/photo_set.h"
 #include "app/pipeline/stages.h"
+#include "app/store/segmentation.h"
 #include "gaussians/base/random.h"
 #include "gaussians/io/files.h"
 #include "gaussians/io/image_io.h"
@@ -217,6 +218,49 @@ TEST_F(Reconstruct, WhatTheScenesFileSaysLivesOn) {
     EXPECT_EQ(seen(seen.width / 2 - 1, 5), 1u);
     EXPECT_EQ(seen(seen.width / 2, 5), 2u);
   }
+}
+
+/// Which side of the plane z = 0 most of what a pixel shows lies on; 0 where nothing is.
+void make_masks(const fs::path& folder) {
+  const GaussianCloud cloud = made_cloud();
+  std::vector<float> side(2 * cloud.size(), 0.0f);
+  for (size_t i = 0; i < cloud.size(); ++i) side[2 * i + (cloud.position[i].z() > 0)] = 1;
+  for (const Camera& camera : read_transforms(folder / "transforms.json").cameras) {
+    const RenderResult picture = render(cloud, camera, {}, side, 2);
+    IdImage ids(camera.width, camera.height, 1, 0);
+    for (size_t k = 0; k < ids.data.size(); ++k)
+      if (picture.alpha.data[k] > 0.5f) ids.data[k] = picture.features.data[2 * k] > picture.features.data[2 * k + 1] ? 3 : 8;
+    fs::create_directories(folder / "masks");
+    write_ids(folder / "masks" / (camera.name + ".png"), ids);
+  }
+}
+
+TEST_F(Reconstruct, LabelsTrainedAlongWithTheSceneDivideItsGaussians) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set");
+  make_masks(folder / "set");
+  const std::vector<std::string> segment = {"segment", (folder / "set").string(), "--joint", "--masks", (folder / "set/masks").string(), "--start",
+                                            "random", "--gaussians", "1k", "--sh-degree", "0", "--iterations", "400", "--out", (folder / "run").string()};
+  ASSERT_EQ(pliant(segment), 0);
+  const Segmentation segmentation = read_segmentation(folder / "run/segmentation.h5");
+  const Scene scene = load_scene(folder / "run/scene");
+  ASSERT_EQ(segmentation.label.size(), scene.cloud.size());
+  double right = 0, all = 0;
+  for (size_t i = 0; i < scene.cloud.size(); ++i) {
+    const Vec3f& x = scene.cloud.position[i];
+    if (x.norm() > 0.5f || std::abs(x.z()) < 0.1f) continue;
+    const double opacity = sigmoid(scene.cloud.opacity_logit[i]);
+    all += opacity, right += opacity * (segmentation.label[i] == (x.z() > 0 ? 8u : 3u));
+  }
+  EXPECT_GT(right / all, 0.93);
+  EXPECT_EQ(parsed(folder / "run/objects.json").size(), 2u);
+  ASSERT_EQ(pliant(segment), 0) << "what is done is not done again";
+
+  // A scene that is trained already keeps its Gaussians.
+  ASSERT_EQ(pliant({"segment", (folder / "run/scene").string(), "--joint", "--masks", (folder / "set/masks").string(), "--iterations", "20", "--sh-degree",
+                    "0", "--out", (folder / "again").string()}), 0);
+  EXPECT_EQ(load_scene(folder / "again/scene").cloud.size(), scene.cloud.size());
+  EXPECT_EQ(pliant({"segment", (folder / "set").string(), "--joint", "--iterations", "5", "--out", (folder / "none").string()}), 2) << "no masks";
 }
 
 TEST_F(Reconstruct, TimeIsHonoured) {
