@@ -69,7 +69,7 @@ void add_reconstruct_options(CLI::App& command, ReconstructStage& stage, const s
       ->excludes(iterations);
   command.add_option_function<std::string>(
       "--gaussians", [&train](const std::string& text) { train.most_gaussians = parse_count("--gaussians", text); },
-      "Most Gaussians: 50000, 200k, 1.5M (default: one for 100 pixels of the photos, 20k to 300k)");
+      "Most Gaussians: 50000, 200k, 1.5M (default: one for 100 pixels of the photos, 20k to 150k)");
   const std::map<std::string, Densification> strategies = {
       {"mcmc", Densification::kMcmc}, {"classic", Densification::kClassic}, {"none", Densification::kNone}};
   command.add_option_function<std::string>(

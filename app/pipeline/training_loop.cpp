@@ -32,14 +32,20 @@ class Average {
   int count_ = 0;
 };
 
-/// Time that is left when an iteration takes `per_iteration` now and later ones as much more as their photos are larger.
-double seconds_left(const TrainOptions& options, double progress, double per_iteration, int longest_side) {
+/// Time that is left when an iteration takes `per_iteration` now: later ones have larger photos and more Gaussians.
+double seconds_left(const TrainOptions& options, const Trainer& trainer, double per_iteration, int longest_side) {
+  const double progress = trainer.progress();
   if (options.seconds > 0) return (1 - progress) * options.seconds;
-  const auto pixels = [&](double at) { return std::pow(4.0, -level_at(options, at, longest_side)); };
+  const auto cost = [&](double at) {
+    const double gaussians = options.densification == Densification::kNone
+                                 ? trainer.state().cloud.size()
+                                 : planned_gaussians(options, trainer.state().started_with, trainer.budget(), at);
+    return std::pow(4.0, -level_at(options, at, longest_side)) * (0.3 + 0.7 * gaussians / trainer.budget());
+  };
   const int samples = 64;
-  double weight = 0;
-  for (int i = 0; i < samples; ++i) weight += pixels(progress + (1 - progress) * (i + 0.5) / samples) / samples;
-  return (1 - progress) * options.iterations * per_iteration * weight / pixels(progress);
+  double mean = 0;
+  for (int i = 0; i < samples; ++i) mean += cost(progress + (1 - progress) * (i + 0.5) / samples) / samples;
+  return (1 - progress) * options.iterations * per_iteration * mean / cost(progress);
 }
 
 /// The held-out photo in the middle, or the first photo of all.
@@ -100,7 +106,7 @@ void train_to_end(const Context& context, const ReconstructStage& stage, const T
     context.progress.done(static_cast<int>(1000 * step.progress),
                           fmt::format("iteration {}, {} Gaussians, {}x{}, loss {:.4f}{}", step.iteration, step.gaussians, step.width, step.height, loss.value(),
                                       curve.empty() ? "" : fmt::format(", held out {:.2f} dB", curve.back().psnr)),
-                          seconds_left(stage.train, step.progress, duration.value(), longest_side));
+                          seconds_left(stage.train, trainer, duration.value(), longest_side));
     if (context.interrupted() && !trainer.finished()) {
       context.progress.end();
       throw Error(Failure::kInterrupted, "reconstruct", "", fmt::format("interrupted after iteration {}", step.iteration), "repeat the command to go on");

@@ -36,7 +36,7 @@ size_t gaussian_budget(const TrainOptions& options, const TrainingPhotos& photos
   if (options.most_gaussians > 0) return options.most_gaussians;
   size_t pixels = 0;
   for (const TrainingPhoto& photo : photos.photos) pixels += photo.held_out ? 0 : photo.pixels.pixels();
-  return std::clamp<size_t>(pixels / 100, 20000, 300000);
+  return std::clamp<size_t>(pixels / 100, 20000, 150000);
 }
 
 Trainer::Trainer(const TrainOptions& options, const TrainingPhotos& photos, GaussianCloud start, const AttributeTerm* term)
