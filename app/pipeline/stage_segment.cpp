@@ -85,6 +85,15 @@ void write_held_out(const RunDirectory& run, const Scene& scene, const SemanticO
     write_ids(run / "held_out" / (scene.cameras[camera].name + ".png"), render_ids(segmentation, scene.cloud, scene.cameras[camera]));
 }
 
+/// What a joint training found out about the Gaussians of `scene`.
+Segmentation joint_segmentation(const std::filesystem::path& file, const Scene& scene) {
+  Segmentation segmentation = read_segmentation(file);
+  if (segmentation.label.size() != scene.cloud.size())
+    throw input_error(file.string(), "label", fmt::format("has {} rows for {} Gaussians", segmentation.label.size(), scene.cloud.size()),
+                      "repeat the command with --overwrite");
+  return segmentation;
+}
+
 }  // namespace
 
 json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage) {
@@ -94,8 +103,10 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   if (configured && (selection || !gesture.empty()))
     throw usage_error("--physgaussian", stage.physgaussian, "was given together with a selection", "its sim_area selects the object");
   const bool selecting = selection || !gesture.empty() || configured;
+  if (stage.joint && selecting)
+    throw usage_error("--joint", "", "was given together with a selection", "joint training needs masks; give --masks FOLDER");
   const std::filesystem::path masks_folder = stage.masks.empty() ? scene.settings.masks : std::filesystem::path(stage.masks);
-  if (!selecting && masks_folder.empty())
+  if (!selecting && !stage.joint && masks_folder.empty())
     throw usage_error("segment", "--masks", "are not known for this scene",
                       "give --masks FOLDER, or select the object with --box V,x0,y0,x1,y1 (pixels of the pictures that `pliant render "
                       "SCENE --out FOLDER` writes), --click, --aabb or --sphere");
@@ -120,7 +131,9 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     if (file != scene.settings.splats) key.inputs["splats " + name.string()] = file;
   }
   if (!scene.settings.cameras.empty()) key.inputs["cameras"] = scene.settings.cameras;
-  if (!selecting) key.inputs["masks"] = masks_folder;
+  const std::filesystem::path trained = scene.source / "segmentation.h5";
+  if (stage.joint) key.inputs["joint"] = trained;
+  else if (!selecting) key.inputs["masks"] = masks_folder;
   if (configured) key.inputs["physgaussian"] = stage.physgaussian;
   if (!gesture.empty()) key.outputs.push_back("selection.png");
   for (int camera : options.held_out) key.outputs.push_back("held_out/" + scene.cameras[camera].name + ".png");
@@ -128,18 +141,21 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   return run.stage(context, key, [&]() -> json {
     std::vector<uint8_t> member;  // of a selection by gesture or configuration
     if (configured) member = physgaussian_members(read_physgaussian_config(stage.physgaussian), scene.cloud);
-    const MaskSet masks = configured       ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
-                          : !gesture.empty() ? gesture_masks(context, run, scene, gesture, selection, member)
-                          : selection      ? selection_masks(*selection, scene.cloud, scene.cameras)
-                                           : associated_masks(context, scene, stage, options,
-                                                              load_masks(masks_folder, scene.settings.labels, scene.cameras));
-    for (const std::string& warning : masks.warnings) context.progress.warn(warning);
-
-    context.progress.begin("segment", options.iterations);
-    SemanticResult result = fit_semantic_field(options, scene.cloud, scene.cameras, masks,
-                                               [&](int done, int, double) { context.progress.done(done); });
-    context.progress.end();
+    SemanticResult result;
     Segmentation& segmentation = result.segmentation;
+    if (stage.joint) {
+      segmentation = joint_segmentation(trained, scene);
+    } else {
+      const MaskSet masks = configured       ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
+                            : !gesture.empty() ? gesture_masks(context, run, scene, gesture, selection, member)
+                            : selection      ? selection_masks(*selection, scene.cloud, scene.cameras)
+                                             : associated_masks(context, scene, stage, options,
+                                                                load_masks(masks_folder, scene.settings.labels, scene.cameras));
+      for (const std::string& warning : masks.warnings) context.progress.warn(warning);
+      context.progress.begin("segment", options.iterations);
+      result = fit_semantic_field(options, scene.cloud, scene.cameras, masks, [&](int done, int, double) { context.progress.done(done); });
+      context.progress.end();
+    }
     const size_t merged = merge_islands({}, scene.cloud, segmentation);
     if (merged > 0) context.progress.say(fmt::format("segment: {} Gaussians in small islands took the label around them", merged));
     size_t restricted = 0;
