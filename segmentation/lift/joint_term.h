@@ -16,7 +16,7 @@ struct JointOptions {
   /// Of the whole term beside the photometric loss.  Adam does not see the scale of what attributes and classifier are
   /// told, so this sets only how much labels move the geometry.
   /// It falls exponentially: early on labels tell where objects end, late they would take sharpness away.
-  float weight = 0.1f, final_weight = 0.01f;
+  float weight = 0.05f, final_weight = 0.002f;
   float kl_weight = 2.0f;          ///< of the grouping loss
   int grouping_every = 5;          ///< iterations
   int neighbours = 5, anchors = 1000;
