@@ -110,7 +110,7 @@ TrainStep Trainer::step() {
   }
   if (term_) {
     adj.features = ImageF(shown.camera.width, shown.camera.height, channels, 0.0f);
-    report.term = term_->adjoint({state_.iteration, shown.photo, state_.cloud, state_.attribute, state_.shared, picture.features},
+    report.term = term_->adjoint({state_.iteration, before, shown.photo, state_.cloud, state_.attribute, state_.shared, picture.features},
                                  {adj.features, adj_attribute, adj_shared});
   }
   const bool classic = options_.densification == Densification::kClassic;

@@ -73,7 +73,7 @@ class JointTraining : public ::testing::Test {
       masks_.views.push_back({static_cast<int>(i), halves(photos_.photos[i].camera)});
       if (photos_.photos[i].held_out) joint_.held_out.push_back(static_cast<int>(i));
     }
-    options_.iterations = 250, options_.most_gaussians = 700, options_.refine_every = 20;
+    options_.iterations = 400, options_.most_gaussians = 700, options_.refine_every = 20;
     start_ = random_cloud(cameras_of(photos_), 400, 1);
   }
 
