@@ -31,6 +31,7 @@ void add_demo(CLI::App& app, Program& program);
 void add_run(CLI::App& app, Program& program);
 void add_info(CLI::App& app, Program& program);
 void add_convert(CLI::App& app, Program& program);
+void add_reconstruct(CLI::App& app, Program& program);
 void add_segment(CLI::App& app, Program& program);
 void add_extract(CLI::App& app, Program& program);
 void add_repair(CLI::App& app, Program& program);

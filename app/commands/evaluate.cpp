@@ -1,4 +1,6 @@
 #include <cstdio>
+#include <functional>
+#include <memory>
 
 #include "app/commands/command.h"
 #include "app/evaluate/evaluate.h"
@@ -7,16 +9,33 @@
 
 namespace pliant {
 
+namespace {
+
+void add_score(CLI::App& command, SegmentationScore& score) {
+  command.add_option("--band", score.band, "Width of the contour band of boundary_miou [px]; 0 = 2 % of the diagonal")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
+  command.add_option("--match", score.match, "What tells that two ids mean the same: names, else ids (auto); id; overlap")
+      ->check(CLI::IsMember({"auto", "id", "overlap"}))
+      ->capture_default_str();
+  command.add_flag("--common", score.common, "Leave out pictures that were not predicted instead of scoring them 0");
+}
+
+}  // namespace
+
 void add_evaluate(CLI::App& app, Program& program) {
   CLI::App* command = app.add_subcommand("evaluate", "Compare results with the truth");
   command->require_subcommand(1);
+  const auto score = std::make_shared<SegmentationScore>();
+  using Path = std::filesystem::path;
   struct Kind {
     const char* name;
     const char* description;
-    nlohmann::json (*evaluate)(const std::filesystem::path&, const std::filesystem::path&);
+    std::function<nlohmann::json(const Path&, const Path&)> evaluate;
   };
   for (const Kind& kind : {Kind{"images", "PSNR and SSIM of two folders of pictures", evaluate_images},
-                           Kind{"segmentation", "mIoU of two folders of id pictures, or of two labellings", evaluate_segmentation},
+                           Kind{"segmentation", "mIoU of two folders of id pictures, or of two labellings",
+                                [score](const Path& a, const Path& b) { return evaluate_segmentation(a, b, *score); }},
                            Kind{"repair", "Run directory and demo scene: the filled hole against the true background", evaluate_repair},
                            Kind{"trajectory", "Position error, tip motion and frequency of two trajectory.h5", evaluate_trajectory},
                            Kind{"material", "log10 error of two material fields", evaluate_material}}) {
@@ -26,6 +45,7 @@ void add_evaluate(CLI::App& app, Program& program) {
     sub->add_option("PRED", *pred, "What was computed")->required();
     sub->add_option("TRUTH", *truth, "What it should be")->required();
     sub->add_option("--assert", *asserts, "Fail unless this holds, for example psnr>=30; may be repeated");
+    if (kind.name == std::string("segmentation")) add_score(*sub, *score);
     add_out(*sub, program, "Also write the JSON to this file");
     add_common(*sub, program);
     sub->callback([=, &program] {

@@ -25,12 +25,14 @@ void add_render(CLI::App& app, Program& program) {
   add_common(*command, program);
   command->callback([options, &program] {
     program.action = [options, &program](Context& context) -> nlohmann::json {
-      if (std::filesystem::exists(std::filesystem::path(options->scene.source) / "run.json")) {
-        RunDirectory run = RunDirectory::open(options->scene.source);
+      const std::filesystem::path source = options->scene.source;
+      // A reconstructed scene has a run.json of its own.
+      if (std::filesystem::exists(source / "run.json") && !std::filesystem::exists(source / "scene.json")) {
+        RunDirectory run = RunDirectory::open(source);
         return run_render(context, run, load_run_scene(run), options->stage);
       }
       if (program.out.empty()) throw CLI::RequiredError("--out");
-      const Scene scene = load_scene(options->scene.source, options->scene.load_options());
+      const Scene scene = load_scene(source, options->scene.load_options());
       return render_pictures(context, scene, options->pictures, program.out);
     };
   });

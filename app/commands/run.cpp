@@ -7,6 +7,7 @@ namespace {
 
 struct RunOptions {
   SceneOptions scene;
+  ReconstructStage reconstruct;
   SegmentStage segment;
   ExtractStage extract;
   RepairStage repair;
@@ -17,7 +18,7 @@ struct RunOptions {
 
 nlohmann::json run_all(Context& context, const Program& program, const RunOptions& options) {
   RunDirectory run = RunDirectory::create(program.out);
-  const Scene scene = attach_scene(context, run, options.scene.source, options.scene.load_options());
+  const Scene scene = attach_or_reconstruct(context, run, options.scene, options.reconstruct, options.segment);
   check_material(scene, options.simulate);
   run_segment(context, run, scene, options.segment);
   ExtractStage extract = options.extract;
@@ -35,10 +36,11 @@ nlohmann::json run_all(Context& context, const Program& program, const RunOption
 }  // namespace
 
 void add_run(CLI::App& app, Program& program) {
-  CLI::App* command = app.add_subcommand("run", "Everything: from a scene to a clip of an object that moves");
+  CLI::App* command = app.add_subcommand("run", "Everything: from a scene, or photos with cameras, to a clip of an object that moves");
   auto options = std::make_shared<RunOptions>();
   add_scene_options(*command, options->scene);
   add_out(*command, program, "Run directory to make or continue")->required();
+  add_reconstruct_options(*command, options->reconstruct, "--hold-out-every");
   add_segment_options(*command, options->segment);
   add_extract_options(*command, options->extract);
   add_repair_options(*command, options->repair);

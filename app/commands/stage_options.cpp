@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "app/pipeline/photo_set.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/splats.h"
 
@@ -21,13 +22,27 @@ LoadOptions SceneOptions::load_options() const {
 }
 
 void add_scene_options(CLI::App& command, SceneOptions& options) {
-  command.add_option("SCENE", options.source, "Splat file, 3DGS model folder, or folder with a scene.json")->required();
+  command.add_option("SCENE", options.source, "Splat file, 3DGS model folder, folder with a scene.json, or photos with cameras")->required();
   add_level(command, options.level);
   command.add_option("--up", options.up, "Up direction x y z (default: estimated, and printed)")->expected(3)->delimiter(',');
   command.add_option("--metres-per-unit", options.metres_per_unit, "Length of one scene unit [m]")->check(CLI::PositiveNumber);
   command.add_option("--orbit-views", options.orbit_views, "Views of the orbit when the scene has no cameras")
       ->check(CLI::Range(4, 1000))
       ->capture_default_str();
+}
+
+Scene attach_or_reconstruct(const Context& context, RunDirectory& run, const SceneOptions& options, ReconstructStage stage,
+                            const SegmentStage& segment) {
+  std::string source = options.source;
+  const bool untrained = lacks_splats(source);
+  stage.joint = segment.joint, stage.masks = segment.masks;
+  if (segment.joint && !untrained) stage.splats = load_scene(source, options.load_options()).settings.splats.string();
+  if (untrained || segment.joint) {
+    RunDirectory reconstruction = RunDirectory::create(run / "scene");
+    run_reconstruct(context, reconstruction, source, stage);
+    source = reconstruction.path();
+  }
+  return attach_scene(context, run, source, options.load_options());
 }
 
 void add_level(CLI::App& command, std::optional<int>& level) {
@@ -40,8 +55,59 @@ void add_level(CLI::App& command, std::optional<int>& level) {
       "Level of detail of a streamed SOG, 0 = finest, or 'all' (default: the finest that is there)");
 }
 
+void add_reconstruct_options(CLI::App& command, ReconstructStage& stage, const std::string& hold_out) {
+  TrainOptions& train = stage.train;
+  command.add_option(hold_out, stage.photo.hold_out_every, "Measure on every Nth photo and never train on it; 0 = none")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  CLI::Option* iterations = command.add_option("--iterations", train.iterations, "Photos that a reconstruction is shown, one after the other")
+                                ->check(CLI::Range(1, 10000000))
+                                ->capture_default_str();
+  command.add_option_function<std::string>(
+             "--time", [&train](const std::string& text) { train.seconds = parse_duration("--time", text); },
+             "Wall time of the reconstruction instead of iterations: 90s, 10m, 1h")
+      ->excludes(iterations);
+  command.add_option_function<std::string>(
+      "--gaussians", [&train](const std::string& text) { train.most_gaussians = parse_count("--gaussians", text); },
+      "Most Gaussians: 50000, 200k, 1.5M (default: one for 100 pixels of the photos, 20k to 150k)");
+  const std::map<std::string, Densification> strategies = {
+      {"mcmc", Densification::kMcmc}, {"classic", Densification::kClassic}, {"none", Densification::kNone}};
+  command.add_option_function<std::string>(
+             "--strategy", [&train, strategies](const std::string& name) { train.densification = strategies.at(name); },
+             "How Gaussians are added and taken away (default mcmc)")
+      ->check(CLI::IsMember({"mcmc", "classic", "none"}));
+  command.add_option("--longest-side", stage.photo.longest_side, "Larger photos are scaled down to this [px]; 0 = never")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command.add_option("--sh-degree", train.sh_degree, "Degree of the spherical harmonics")->check(CLI::Range(0, 3))->capture_default_str();
+  command.add_flag("--exposure", train.exposure, "Train exposure and white balance of each photo");
+  command.add_option("--start", stage.start, "Where the Gaussians come from; auto: the first of points, triangulate, random that is to be had")
+      ->check(CLI::IsMember({"auto", "points", "triangulate", "random"}))
+      ->capture_default_str();
+  command.add_option("--poses", stage.poses, "How the file means its poses; auto: as given, unless the photos contradict")
+      ->check(CLI::IsMember({"auto", "as-given", "inverse", "flipped", "inverse-flipped", "turned"}))
+      ->capture_default_str();
+  command.add_option("--photos", stage.photos, "Folder of the photos, when they are not beside the cameras");
+  command.add_option("--checkpoint-every", stage.checkpoint_every, "Iterations between two checkpoints (default: about a minute)")
+      ->check(CLI::PositiveNumber);
+  command.add_option_function<std::string>(
+      "--background",
+      [&train](const std::string& text) {
+        const std::vector<double> color = parse_numbers("--background", text, 3);
+        for (const double value : color)
+          if (value < 0 || value > 1) throw CLI::ValidationError("--background", "'" + text + "' is not in 0..1");
+        train.render.background = Vec3d(color[0], color[1], color[2]).cast<float>();
+      },
+      "Colour r,g,b in 0..1 behind the scene and behind photos with alpha (default black)");
+  command.add_flag("--antialiased", train.render.antialiased, "Opacity compensation (mip-splatting)");
+}
+
 void add_segment_options(CLI::App& command, SegmentStage& stage) {
   command.add_option("--masks", stage.masks, "Folder of id pictures named like the photos (default: the scene file's)");
+  command.add_option("--associate", stage.associate, "Ids of the masks hold only inside a view and are matched by 3D overlap: "
+                     "auto (when they disagree between views), always, never")
+      ->check(CLI::IsMember({"auto", "always", "never"}))
+      ->capture_default_str();
   command.add_option_function<std::string>(
       "--aabb", [&stage](const std::string& text) { stage.aabb = parse_numbers("--aabb", text, 6); },
       "Select what lies in a box x0,y0,z0,x1,y1,z1 [scene units]");
@@ -60,7 +126,8 @@ void add_segment_options(CLI::App& command, SegmentStage& stage) {
       ->capture_default_str();
   command.add_option("--segment-iterations", stage.iterations, "Steps of the semantic optimisation; 0 = vote only")
       ->check(CLI::NonNegativeNumber);
-  command.add_flag("--hold-out", stage.hold_out, "Leave every 8th photo out of the optimisation, for evaluation");
+  command.add_flag("--joint", stage.joint, "Train all Gaussians together with their labels, against photos and masks");
+  command.add_flag("--hold-out", stage.hold_out, "Leave every 8th photo out of the optimisation and write its id picture to held_out/, for evaluation");
   command.add_flag("!--no-vote", stage.start_from_vote, "Start the semantic attribute at random, not from the vote");
 }
 
@@ -136,6 +203,34 @@ void add_physgaussian(CLI::App& command, std::vector<std::string*> stages) {
              },
              "Configuration of PhysGaussian (JSON): object, material, boundary conditions, time")
       ->check(CLI::ExistingFile);
+}
+
+namespace {
+
+/// A positive number with one of the suffixes.
+double parse_with_suffix(const std::string& option, const std::string& text, const std::map<std::string, double>& suffixes) {
+  char* stop = nullptr;
+  const double value = std::strtod(text.c_str(), &stop);
+  const auto suffix = suffixes.find(stop);
+  if (stop == text.c_str() || suffix == suffixes.end() || !std::isfinite(value) || !(value * suffix->second > 0)) {
+    std::string known;
+    for (const auto& [name, factor] : suffixes)
+      if (!name.empty()) known += (known.empty() ? "" : ", ") + name;
+    throw CLI::ValidationError(option, "'" + text + "' is not a positive number, with or without " + known);
+  }
+  return value * suffix->second;
+}
+
+}  // namespace
+
+size_t parse_count(const std::string& option, const std::string& text) {
+  const double count = parse_with_suffix(option, text, {{"", 1}, {"k", 1e3}, {"K", 1e3}, {"M", 1e6}});
+  if (!(count >= 1 && count <= 1e9)) throw CLI::ValidationError(option, "'" + text + "' is not in 1..1000M");
+  return static_cast<size_t>(std::llround(count));
+}
+
+double parse_duration(const std::string& option, const std::string& text) {
+  return parse_with_suffix(option, text, {{"", 1}, {"s", 1}, {"m", 60}, {"h", 3600}});
 }
 
 std::vector<double> parse_numbers(const std::string& option, const std::string& text, size_t count) {

@@ -12,12 +12,19 @@ namespace pliant {
 /// leave them out.  Missing, extra or differently sized pictures are an Error{kInput}.
 nlohmann::json evaluate_images(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 
+struct SegmentationScore {
+  int band = 0;               ///< px inside the contours for boundary_miou; 0 = 2 % of the picture's diagonal
+  std::string match = "auto"; ///< ids are compared by: name, where both sides have names, else id (auto); id; overlap
+  bool common = false;        ///< leave out pictures of the truth that were not predicted, instead of scoring them 0
+};
+
 /// Two folders of id pictures, or two files with labels per Gaussian (segmentation.h5, labels.h5).  miou = mean over
 /// the ids in the truth of intersection / union summed over all pictures; pixels that the truth leaves unlabelled do
 /// not count; a missing picture counts as IoU 0 where the truth has ids.  Pictures also give boundary_miou (Cheng et
-/// al. 2021, 2 % of the diagonal).  When both sides have names (labels.json in the folder or beside it, names in the
-/// files), ids are matched by name.
-nlohmann::json evaluate_segmentation(const std::filesystem::path& prediction, const std::filesystem::path& truth);
+/// al. 2021).  Names come from labels.json in the folder or beside it, or from the files; matching by overlap is for
+/// ids without a meaning, as of associated masks: one to one, largest IoU first.
+nlohmann::json evaluate_segmentation(const std::filesystem::path& prediction, const std::filesystem::path& truth,
+                                     const SegmentationScore& score = {});
 
 /// Two trajectory.h5.  Each true particle is compared with the predicted particle that is nearest at frame 0, by
 /// displacement since frame 0, at the true times.  Errors are relative to the object's height (its extent along up,

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgproc.hpp>
 #include <set>
 
 #include "app/evaluate/evaluate.h"
@@ -10,6 +9,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/image_io.h"
 #include "gaussians/io/json_file.h"
+#include "segmentation/lift/agreement.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -65,6 +65,10 @@ uint32_t matched(const std::map<uint32_t, uint32_t>& match, uint32_t id) {
   return found == match.end() ? kUnmatched : found->second;
 }
 
+const char* matched_by(const SegmentationScore& score, const std::map<uint32_t, uint32_t>& match) {
+  return score.match == "overlap" ? "overlap" : match.empty() ? "id" : "name";
+}
+
 /// Counts labelled positions of the truth into the overlap of each id.
 void count(const std::vector<uint32_t>& ours, const std::vector<uint32_t>& theirs, std::map<uint32_t, Overlap>& overlap, double& correct,
            double& labelled) {
@@ -77,29 +81,14 @@ void count(const std::vector<uint32_t>& ours, const std::vector<uint32_t>& their
   }
 }
 
-/// Pixels of `id` within `distance` of the border of its region.
-cv::Mat boundary(const IdImage& ids, uint32_t id, int distance) {
-  cv::Mat mask(ids.height, ids.width, CV_8U), inner;
-  for (int y = 0; y < ids.height; ++y) {
-    for (int x = 0; x < ids.width; ++x) mask.at<uint8_t>(y, x) = ids(x, y) == id;
-  }
-  const cv::Mat kernel = cv::getStructuringElement(cv::MORPH_RECT, {2 * distance + 1, 2 * distance + 1});
-  cv::erode(mask, inner, kernel, {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
-  return mask - inner;
-}
-
-void count_boundaries(const IdImage& ours, const IdImage& theirs, std::map<uint32_t, Overlap>& overlap) {
-  const int distance = std::max(1, static_cast<int>(std::lround(0.02 * std::hypot(theirs.width, theirs.height))));
-  const std::set<uint32_t> ids(theirs.data.begin(), theirs.data.end());
-  for (uint32_t id : ids) {
+void count_boundaries(const IdImage& ours, const IdImage& theirs, int band, std::map<uint32_t, Overlap>& overlap) {
+  if (band == 0) band = std::max(1, static_cast<int>(std::lround(0.02 * std::hypot(theirs.width, theirs.height))));
+  for (uint32_t id : std::set<uint32_t>(theirs.data.begin(), theirs.data.end())) {
     if (id == 0) continue;
-    const cv::Mat a = boundary(ours, id, distance), b = boundary(theirs, id, distance);
-    for (int y = 0; y < theirs.height; ++y) {
-      for (int x = 0; x < theirs.width; ++x) {
-        if (theirs(x, y) == 0) continue;
-        overlap[id].intersection += a.at<uint8_t>(y, x) && b.at<uint8_t>(y, x);
-        overlap[id].union_ += a.at<uint8_t>(y, x) || b.at<uint8_t>(y, x);
-      }
+    const std::vector<uint8_t> a = contour_band(ours, id, band), b = contour_band(theirs, id, band);
+    for (size_t i = 0; i < a.size(); ++i) {
+      if (theirs.data[i] == 0) continue;
+      overlap[id].intersection += a[i] && b[i], overlap[id].union_ += a[i] || b[i];
     }
   }
 }
@@ -126,14 +115,20 @@ std::set<uint32_t> labelled_ids(const std::set<uint32_t>& all) {
   return ids;
 }
 
-json evaluate_labels(const fs::path& prediction, const fs::path& truth) {
+json evaluate_labels(const fs::path& prediction, const fs::path& truth, const SegmentationScore& score) {
   LabelFile ours = read_labels(prediction);
   const LabelFile theirs = read_labels(truth);
   if (ours.label.size() != theirs.label.size()) {
     throw input_error(prediction.string(), "/label", "has " + std::to_string(ours.label.size()) + " Gaussians but the truth has " +
                       std::to_string(theirs.label.size()), "compare labels of the same splats");
   }
-  const auto match = match_names(ours.names, theirs.names);
+  std::map<uint32_t, uint32_t> match;
+  if (score.match == "auto") match = match_names(ours.names, theirs.names);
+  if (score.match == "overlap") {
+    OverlapMatch overlaps;
+    overlaps.add(ours.label, theirs.label);
+    match = overlaps.match();
+  }
   for (uint32_t& id : ours.label) id = matched(match, id);
   const std::set<uint32_t> ids = labelled_ids({theirs.label.begin(), theirs.label.end()});
   if (ids.empty()) throw input_error(truth.string(), "/label", "labels nothing", "name a file with ids above 0");
@@ -141,40 +136,58 @@ json evaluate_labels(const fs::path& prediction, const fs::path& truth) {
   double correct = 0, labelled = 0;
   count(ours.label, theirs.label, overlap, correct, labelled);
   json out = {{"kind", "labels"}, {"gaussians", theirs.label.size()}, {"labelled", labelled}, {"accuracy", correct / labelled},
-              {"matched_by", match.empty() ? "id" : "name"}};
+              {"matched_by", matched_by(score, match)}};
   add_overlaps(out, "iou", overlap, ids, theirs.names);
   return out;
 }
 
+using Pictures = decltype(pictures_of(fs::path()));
+
+/// The predicted picture of that name and size, all 0 when there is none.
+IdImage read_like(const Pictures& pictures, const std::string& name, const IdImage& truth) {
+  const auto found = pictures.find(name);
+  if (found == pictures.end()) return IdImage(truth.width, truth.height, 1);
+  IdImage ids = read_ids(found->second);
+  if (ids.width != truth.width || ids.height != truth.height) {
+    throw input_error(found->second.string(), "", "has " + std::to_string(ids.width) + " x " + std::to_string(ids.height) +
+                      " pixels but the truth has " + std::to_string(truth.width) + " x " + std::to_string(truth.height),
+                      "make it at the size of the photos");
+  }
+  return ids;
+}
+
+std::map<uint32_t, uint32_t> match_pictures(const Pictures& ours, const Pictures& theirs) {
+  OverlapMatch overlaps;
+  for (const auto& [name, file] : theirs) {
+    const IdImage truth = read_ids(file);
+    if (ours.count(name)) overlaps.add(read_like(ours, name, truth).data, truth.data);
+  }
+  return overlaps.match();
+}
+
 }  // namespace
 
-json evaluate_segmentation(const fs::path& prediction, const fs::path& truth) {
-  if (prediction.extension() == ".h5" || truth.extension() == ".h5") return evaluate_labels(prediction, truth);
+json evaluate_segmentation(const fs::path& prediction, const fs::path& truth, const SegmentationScore& score) {
+  if (prediction.extension() == ".h5" || truth.extension() == ".h5") return evaluate_labels(prediction, truth, score);
   const auto ours = pictures_of(prediction), theirs = pictures_of(truth);
   const Names names = names_of_folder(truth);
-  const auto match = match_names(names_of_folder(prediction), names);
+  const auto match = score.match == "overlap" ? match_pictures(ours, theirs)
+                     : score.match == "auto"  ? match_names(names_of_folder(prediction), names)
+                                              : std::map<uint32_t, uint32_t>();
   std::map<uint32_t, Overlap> overlap, edges;
   std::set<uint32_t> all;
   double correct = 0, labelled = 0;
   json missing = json::array(), per_view = json::object();
   for (const auto& [name, file] : theirs) {
+    if (!ours.count(name)) missing.push_back(name);
+    if (!ours.count(name) && score.common) continue;
     const IdImage b = read_ids(file);
-    IdImage a(b.width, b.height, 1);
-    if (const auto found = ours.find(name); found == ours.end()) {
-      missing.push_back(name);
-    } else {
-      a = read_ids(found->second);
-    }
-    if (a.width != b.width || a.height != b.height) {
-      throw input_error(ours.at(name).string(), "", "has " + std::to_string(a.width) + " x " + std::to_string(a.height) +
-                        " pixels but the truth has " + std::to_string(b.width) + " x " + std::to_string(b.height),
-                        "make it at the size of the photos");
-    }
+    IdImage a = read_like(ours, name, b);
     for (uint32_t& id : a.data) id = matched(match, id);
     std::map<uint32_t, Overlap> here;
     double right = 0, here_labelled = 0;
     count(a.data, b.data, here, right, here_labelled);
-    count_boundaries(a, b, edges);
+    count_boundaries(a, b, score.band, edges);
     const std::set<uint32_t> ids = labelled_ids({b.data.begin(), b.data.end()});
     double sum = 0;
     for (uint32_t id : ids) sum += here[id].iou();
@@ -192,7 +205,7 @@ json evaluate_segmentation(const fs::path& prediction, const fs::path& truth) {
     if (!theirs.count(name)) extra.push_back(name);
   }
   json out = {{"kind", "masks"}, {"pictures", theirs.size()}, {"missing", missing}, {"extra", extra}, {"accuracy", correct / labelled},
-              {"per_view", per_view}, {"matched_by", match.empty() ? "id" : "name"}};
+              {"per_view", per_view}, {"matched_by", matched_by(score, match)}};
   add_overlaps(out, "iou", overlap, all, names);
   add_overlaps(out, "boundary_iou", edges, all, names);
   out["boundary_miou"] = out["mboundary_iou"], out.erase("mboundary_iou");

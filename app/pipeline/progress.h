@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <functional>
+#include <optional>
 #include <string>
 
 namespace pliant {
@@ -14,9 +15,10 @@ class Progress {
 
   void say(const std::string& sentence);
   void warn(const std::string& sentence);
-  /// Starts a named piece of work of `total` steps; `done(k)` redraws the bar, `end` closes its line.
+  /// Starts a named piece of work of `total` steps; `done(k)` redraws the bar, `end` closes its line.  `detail` stands
+  /// behind the bar; `seconds_left` replaces the estimate from the steps so far.
   void begin(const std::string& name, int total);
-  void done(int steps);
+  void done(int steps, const std::string& detail = "", std::optional<double> seconds_left = {});
   void end();
 
  private:

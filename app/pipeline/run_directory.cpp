@@ -25,6 +25,14 @@ double peak_memory_megabytes() {
   return 0;
 }
 
+/// Whether a name is that of a temporary of write_atomically: .NAME.tmp<digits>.EXTENSION.
+bool is_temporary(const std::string& name) {
+  const size_t at = name.rfind(".tmp");
+  if (name[0] != '.' || at == std::string::npos || at == 0) return false;
+  const size_t end = name.find_first_not_of("0123456789", at + 4);
+  return end != at + 4 && (end == std::string::npos || name[end] == '.');
+}
+
 /// True when nothing but files inside the run directory changed since the record was made.
 bool only_own_files_differ(const fs::path& run, const StageKey& key, const json& record, const json& options,
                            const json& inputs) {
@@ -73,8 +81,18 @@ RunDirectory::RunDirectory(fs::path path) : path_(std::move(path)) {
 RunDirectory RunDirectory::create(const fs::path& path) {
   if (fs::exists(path) && !fs::is_directory(path))
     throw usage_error("--out", path.string(), "is a file", "give a folder");
-  if (fs::exists(path) && !fs::is_empty(path) && !fs::exists(path / "run.json"))
+  // What a killed program was about to write is nobody's.
+  std::vector<fs::path> leftovers;
+  bool empty = true;
+  if (fs::exists(path)) {
+    for (const auto& entry : fs::directory_iterator(path)) {
+      if (is_temporary(entry.path().filename().string())) leftovers.push_back(entry.path());
+      else empty = false;
+    }
+  }
+  if (!empty && !fs::exists(path / "run.json"))
     throw usage_error("--out", path.string(), "holds files but no run.json", "give a new or an empty folder");
+  for (const fs::path& file : leftovers) fs::remove(file);
   std::error_code failed;
   fs::create_directories(path, failed);
   if (failed) throw usage_error("--out", path.string(), failed.message(), "give a folder that can be written");
@@ -137,8 +155,8 @@ json RunDirectory::stage(const Context& context, const StageKey& key, const std:
       throw usage_error(path_.string(), key.name, changed, "give --overwrite to replace the old result, or another --out");
     if (!changed.empty()) context.progress.say(fmt::format("{}: {}, done again", key.name, changed));
     manifest_["stages"].erase(key.name);
-    save();
   }
+  save();  // what an interrupted stage leaves lies in a run directory
 
   reset_peak_memory();
   const auto start = std::chrono::steady_clock::now();

@@ -7,6 +7,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 #include "gaussians/io/image_io.h"
+#include "segmentation/lift/associate.h"
 #include "segmentation/lift/islands.h"
 #include "segmentation/lift/objects_sheet.h"
 #include "segmentation/lift/selection.h"
@@ -65,6 +66,34 @@ MaskSet gesture_masks(const Context& context, const RunDirectory& run, const Sce
   return member_masks(gesture.boxes.empty() ? "--click" : "--box", member, scene.cloud, scene.cameras);
 }
 
+/// Masks whose ids hold in all views.
+MaskSet associated_masks(const Context& context, const Scene& scene, const SegmentStage& stage, const SemanticOptions& semantic,
+                         MaskSet masks) {
+  if (stage.associate == "never") return masks;
+  AssociateOptions options;
+  options.held_out = semantic.held_out, options.footprint.render = semantic.render;
+  if (stage.associate == "auto") options.keep_above = 0.75;
+  AssociateResult result = associate(options, scene.cloud, scene.cameras, masks);
+  if (result.summary.associated) context.progress.say("segment: association: " + result.summary.describe());
+  return std::move(result.masks);
+}
+
+/// held_out/<camera>.png of the cameras that were not learnt from.
+void write_held_out(const RunDirectory& run, const Scene& scene, const SemanticOptions& options, const Segmentation& segmentation) {
+  if (!options.held_out.empty()) std::filesystem::create_directories(run / "held_out");
+  for (int camera : options.held_out)
+    write_ids(run / "held_out" / (scene.cameras[camera].name + ".png"), render_ids(segmentation, scene.cloud, scene.cameras[camera]));
+}
+
+/// What a joint training found out about the Gaussians of `scene`.
+Segmentation joint_segmentation(const std::filesystem::path& file, const Scene& scene) {
+  Segmentation segmentation = read_segmentation(file);
+  if (segmentation.label.size() != scene.cloud.size())
+    throw input_error(file.string(), "label", fmt::format("has {} rows for {} Gaussians", segmentation.label.size(), scene.cloud.size()),
+                      "repeat the command with --overwrite");
+  return segmentation;
+}
+
 }  // namespace
 
 json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage) {
@@ -74,8 +103,10 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   if (configured && (selection || !gesture.empty()))
     throw usage_error("--physgaussian", stage.physgaussian, "was given together with a selection", "its sim_area selects the object");
   const bool selecting = selection || !gesture.empty() || configured;
+  if (stage.joint && selecting)
+    throw usage_error("--joint", "", "was given together with a selection", "joint training needs masks; give --masks FOLDER");
   const std::filesystem::path masks_folder = stage.masks.empty() ? scene.settings.masks : std::filesystem::path(stage.masks);
-  if (!selecting && masks_folder.empty())
+  if (!selecting && !stage.joint && masks_folder.empty())
     throw usage_error("segment", "--masks", "are not known for this scene",
                       "give --masks FOLDER, or select the object with --box V,x0,y0,x1,y1 (pixels of the pictures that `pliant render "
                       "SCENE --out FOLDER` writes), --click, --aabb or --sphere");
@@ -90,7 +121,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
 
   StageKey key{"segment",
                {{"aabb", stage.aabb}, {"sphere", stage.sphere}, {"box", stage.boxes}, {"click", stage.clicks},
-                {"stroke", stage.strokes}, {"stroke_width", stage.stroke_width}, {"vote", stage.start_from_vote},
+                {"stroke", stage.strokes}, {"stroke_width", stage.stroke_width}, {"vote", stage.start_from_vote}, {"associate", stage.associate},
                 {"iterations", options.iterations}, {"held_out", options.held_out},
                 {"up", {scene.up.x(), scene.up.y(), scene.up.z()}}, {"metres_per_unit", scene.metres_per_unit}},
                {{"splats", scene.settings.splats}},
@@ -100,24 +131,31 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     if (file != scene.settings.splats) key.inputs["splats " + name.string()] = file;
   }
   if (!scene.settings.cameras.empty()) key.inputs["cameras"] = scene.settings.cameras;
-  if (!selecting) key.inputs["masks"] = masks_folder;
+  const std::filesystem::path trained = scene.source / "segmentation.h5";
+  if (stage.joint) key.inputs["joint"] = trained;
+  else if (!selecting) key.inputs["masks"] = masks_folder;
   if (configured) key.inputs["physgaussian"] = stage.physgaussian;
   if (!gesture.empty()) key.outputs.push_back("selection.png");
+  for (int camera : options.held_out) key.outputs.push_back("held_out/" + scene.cameras[camera].name + ".png");
 
   return run.stage(context, key, [&]() -> json {
     std::vector<uint8_t> member;  // of a selection by gesture or configuration
     if (configured) member = physgaussian_members(read_physgaussian_config(stage.physgaussian), scene.cloud);
-    const MaskSet masks = configured       ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
-                          : !gesture.empty() ? gesture_masks(context, run, scene, gesture, selection, member)
-                          : selection      ? selection_masks(*selection, scene.cloud, scene.cameras)
-                                           : load_masks(masks_folder, scene.settings.labels, scene.cameras);
-    for (const std::string& warning : masks.warnings) context.progress.warn(warning);
-
-    context.progress.begin("segment", options.iterations);
-    SemanticResult result = fit_semantic_field(options, scene.cloud, scene.cameras, masks,
-                                               [&](int done, int, double) { context.progress.done(done); });
-    context.progress.end();
+    SemanticResult result;
     Segmentation& segmentation = result.segmentation;
+    if (stage.joint) {
+      segmentation = joint_segmentation(trained, scene);
+    } else {
+      const MaskSet masks = configured       ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
+                            : !gesture.empty() ? gesture_masks(context, run, scene, gesture, selection, member)
+                            : selection      ? selection_masks(*selection, scene.cloud, scene.cameras)
+                                             : associated_masks(context, scene, stage, options,
+                                                                load_masks(masks_folder, scene.settings.labels, scene.cameras));
+      for (const std::string& warning : masks.warnings) context.progress.warn(warning);
+      context.progress.begin("segment", options.iterations);
+      result = fit_semantic_field(options, scene.cloud, scene.cameras, masks, [&](int done, int, double) { context.progress.done(done); });
+      context.progress.end();
+    }
     const size_t merged = merge_islands({}, scene.cloud, segmentation);
     if (merged > 0) context.progress.say(fmt::format("segment: {} Gaussians in small islands took the label around them", merged));
     size_t restricted = 0;
@@ -131,6 +169,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     write_text(run / "objects.json", objects_json(objects, scene.metres_per_unit).dump(2) + "\n");
     write_image(run / "objects.png", objects_sheet(segmentation, scene.cloud, scene.cameras,
                                                    [&](int camera) { return photo_or_render(scene, camera); }));
+    write_held_out(run, scene, options, segmentation);
     for (const ObjectEntry& object : objects)
       context.progress.say(fmt::format("segment: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name,
                                        object.gaussians, object.score));

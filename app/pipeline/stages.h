@@ -9,6 +9,8 @@
 #include "app/pipeline/material.h"
 #include "app/pipeline/run_directory.h"
 #include "gaussians/io/scene.h"
+#include "gaussians/reconstruct/train_options.h"
+#include "gaussians/reconstruct/training_photos.h"
 
 namespace pliant {
 
@@ -18,17 +20,34 @@ Scene load_run_scene(const RunDirectory& run);
 Scene attach_scene(const Context& context, RunDirectory& run, const std::filesystem::path& source,
                    const LoadOptions& options);
 
+/// reconstruct: photos with cameras -> a scene that every other stage takes: point_cloud/iteration_N/point_cloud.ply,
+/// cameras.json, transforms.json, photos/ (those that were undistorted or scaled), scene.json, results.json, preview.png.
+struct ReconstructStage {
+  std::string photos;             ///< folder of the photos, when they are not beside the cameras
+  TrainOptions train;             ///< train.render.background is also what photos with alpha are put on
+  PhotoOptions photo;
+  std::string start = "auto";     ///< auto, points, triangulate, random; see training_start.h
+  std::string poses = "auto";     ///< a reading of the poses, see check_poses.h; auto: as given, unless another fits better
+  int checkpoint_every = 0;       ///< iterations; 0 = about every minute
+  bool joint = false;             ///< train the semantic attribute along with the scene -> segmentation.h5
+  std::string masks;              ///< folder, of joint training; empty = the scene file's
+  std::string splats;             ///< file, of joint training: start from this trained scene
+};
+nlohmann::json run_reconstruct(const Context& context, RunDirectory& run, const std::filesystem::path& source, const ReconstructStage& stage);
+
 /// segment: masks or a selection -> semantic attribute -> segmentation.h5, objects.json, objects.png; with gestures also
 /// selection.png.
 struct SegmentStage {
   std::string masks;                 ///< folder; empty = the scene file's
+  std::string associate = "auto";    ///< ids of the masks: auto (grouped anew when they do not agree between views), always, never
   std::vector<double> aabb, sphere;  ///< a selection instead of masks: x0,y0,z0,x1,y1,z1 or x,y,z,r (scene units)
   std::vector<std::string> boxes, clicks, strokes;  ///< gestures, see segmentation/lift/gesture_prompts.h
   double stroke_width = 8;           ///< of strokes and clicks, px
   bool start_from_vote = true;
   std::optional<int> iterations;     ///< of the optimisation; 0 = vote only
   std::string physgaussian;          ///< file; the object is what this configuration of PhysGaussian simulates
-  bool hold_out = false;             ///< leave every 8th photo out of the optimisation, for evaluation
+  bool hold_out = false;             ///< leave every 8th photo out of the optimisation; held_out/ gets its id picture
+  bool joint = false;                ///< the scene and its attribute were trained together: take that
 };
 nlohmann::json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage);
 

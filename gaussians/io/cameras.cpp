@@ -62,7 +62,9 @@ fs::path cameras_at(const fs::path& path) {
 
 fs::path cameras_in(const fs::path& folder) {
   std::error_code ignored;
-  if (fs::is_regular_file(folder / "transforms.json", ignored)) return folder / "transforms.json";
+  for (const char* name : {"transforms.json", "transforms_train.json"}) {
+    if (fs::is_regular_file(folder / name, ignored)) return folder / name;
+  }
   std::vector<fs::path> transforms, par;
   for (const auto& entry : fs::directory_iterator(folder.empty() ? fs::path(".") : folder, ignored)) {
     if (is_transforms_name(entry.path())) transforms.push_back(entry.path());

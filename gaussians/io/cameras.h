@@ -11,7 +11,7 @@ namespace pliant {
 /// *_par.txt, a COLMAP model or one of its files.  Empty when it names something else.
 std::filesystem::path cameras_at(const std::filesystem::path& path);
 
-/// The cameras that lie in a folder: transforms.json, another transforms*.json, cameras.json, a COLMAP model (itself,
+/// The cameras that lie in a folder: transforms.json, transforms_train.json, another transforms*.json, cameras.json, a COLMAP model (itself,
 /// sparse/0, sparse, colmap/sparse/0), *_par.txt, in this order.  Empty when there are none.
 std::filesystem::path cameras_in(const std::filesystem::path& folder);
 

@@ -67,9 +67,7 @@ SceneFile locate(const fs::path& source) {
   } else if (fs::is_regular_file(source / "scene.json", ignored)) {
     scene = read_scene_file(source / "scene.json");
   } else {
-    scene.splats = splats_of_model(source);
-    if (scene.splats.empty()) scene.splats = splats_at(source);
-    if (scene.splats.empty()) scene.splats = only_splats_in(source);
+    scene.splats = splats_of_folder(source);
     scene.cameras = cameras_in(source);
     if (scene.splats.empty()) {
       throw input_error(source.string(), "", "holds no scene.json, no point_cloud/iteration_*/point_cloud.ply, and no or several splat files",
@@ -97,6 +95,12 @@ void choose_up(const LoadOptions& options, Scene& scene) {
 }
 
 }  // namespace
+
+fs::path splats_of_folder(const fs::path& folder) {
+  fs::path splats = splats_of_model(folder);
+  if (splats.empty()) splats = splats_at(folder);
+  return splats.empty() ? only_splats_in(folder) : splats;
+}
 
 Scene load_scene(const fs::path& source, const LoadOptions& options) {
   Scene scene;

@@ -10,6 +10,7 @@ namespace pliant {
 /// What an AttributeTerm is shown: one picture of the scene with its blended attributes.
 struct AttributeView {
   int iteration = 0;
+  double progress = 0;                ///< of the training, in [0, 1]
   int photo = 0;                      ///< index among the training photos
   const GaussianCloud& cloud;
   std::span<const float> attribute;   ///< y [N, A]

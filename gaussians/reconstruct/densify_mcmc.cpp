@@ -92,7 +92,7 @@ void explore(const TrainOptions& options, float rate, TrainingState& state) {
   parallel_for(static_cast<std::ptrdiff_t>(cloud.size()), [&](std::ptrdiff_t i) {
     const float opacity = sigmoid(cloud.opacity_logit[i]);
     const float share = sigmoid(100.0f * (0.005f - opacity));
-    if (share < 1e-6f) return;  // opaque ones stay where they are
+    if (share < 1e-3f) return;  // opaque ones stay where they are
     Random random(options.seed ^ kNoiseStream, i, state.iteration);
     const Vec3f normal(random.normal(), random.normal(), random.normal());
     const Mat3f R = rotation_matrix<float>(cloud.rotation[i]);

@@ -20,7 +20,7 @@ enum class Densification {
 struct TrainOptions {
   int iterations = 7000;        ///< photos shown
   double seconds = 0;           ///< wall time instead of iterations; 0 = iterations count
-  size_t most_gaussians = 0;    ///< budget; 0 = one for 100 pixels of the photos, 20,000 to 300,000
+  size_t most_gaussians = 0;    ///< budget; 0 = one for 100 pixels of the photos, 20,000 to 150,000
   Densification densification = Densification::kMcmc;
   int sh_degree = 3;            ///< reached in steps by a tenth of the progress
   bool coarse_to_fine = true;   ///< start on photos of a quarter of the size, then half

@@ -32,6 +32,13 @@ bool passes(double before, double now, double every) { return std::floor(now / e
 
 }  // namespace
 
+size_t gaussian_budget(const TrainOptions& options, const TrainingPhotos& photos) {
+  if (options.most_gaussians > 0) return options.most_gaussians;
+  size_t pixels = 0;
+  for (const TrainingPhoto& photo : photos.photos) pixels += photo.held_out ? 0 : photo.pixels.pixels();
+  return std::clamp<size_t>(pixels / 100, 20000, 150000);
+}
+
 Trainer::Trainer(const TrainOptions& options, const TrainingPhotos& photos, GaussianCloud start, const AttributeTerm* term)
     : options_(options), photos_(photos), term_(term) {
   CHECK(start.size() > 0);
@@ -55,21 +62,21 @@ Trainer::Trainer(const TrainOptions& options, const TrainingPhotos& photos, Trai
 
 void Trainer::prepare() {
   std::vector<Camera> cameras;
-  size_t pixels = 0;
   for (size_t i = 0; i < photos_.photos.size(); ++i) {
     const TrainingPhoto& photo = photos_.photos[i];
     cameras.push_back(photo.camera);
     longest_side_ = std::max({longest_side_, photo.camera.width, photo.camera.height});
-    if (photo.held_out) continue;
-    trained_on_.push_back(static_cast<int>(i)), pixels += photo.pixels.pixels();
+    if (!photo.held_out) trained_on_.push_back(static_cast<int>(i));
   }
   if (trained_on_.empty()) throw input_error("photos", "", "are all held out", "give more photos, or hold out fewer");
   extent_ = camera_extent(cameras);
-  budget_ = options_.most_gaussians > 0 ? options_.most_gaussians : std::clamp<size_t>(pixels / 100, 20000, 300000);
+  budget_ = gaussian_budget(options_, photos_);
   fit_moments(state_);
 }
 
-bool Trainer::finished() const { return training_progress(options_, state_.iteration, state_.seconds) >= 1; }
+double Trainer::progress() const { return training_progress(options_, state_.iteration, state_.seconds); }
+
+bool Trainer::finished() const { return progress() >= 1; }
 
 Trainer::Shown Trainer::show(double progress) const {
   const size_t n = trained_on_.size();
@@ -103,7 +110,7 @@ TrainStep Trainer::step() {
   }
   if (term_) {
     adj.features = ImageF(shown.camera.width, shown.camera.height, channels, 0.0f);
-    report.term = term_->adjoint({state_.iteration, shown.photo, state_.cloud, state_.attribute, state_.shared, picture.features},
+    report.term = term_->adjoint({state_.iteration, before, shown.photo, state_.cloud, state_.attribute, state_.shared, picture.features},
                                  {adj.features, adj_attribute, adj_shared});
   }
   const bool classic = options_.densification == Densification::kClassic;

@@ -21,6 +21,9 @@ struct TrainStep {
   size_t gaussians = 0;
 };
 
+/// Most Gaussians of a training: the options' or, when they say 0, one for 100 pixels of the photos that are trained on.
+size_t gaussian_budget(const TrainOptions& options, const TrainingPhotos& photos);
+
 /// Optimises Gaussians against photos by differentiable rendering (Kerbl et al. 2023): one photo an iteration, in an
 /// order that is shuffled anew each round.  With a number of iterations the result is a pure function of options,
 /// photos and starting cloud, equal bit for bit for any number of threads and over a save and a load of the state.
@@ -33,7 +36,10 @@ class Trainer {
   Trainer(const TrainOptions& options, const TrainingPhotos& photos, TrainingState state, const AttributeTerm* term = nullptr);
 
   bool finished() const;
+  double progress() const;  ///< in [0, 1]
   TrainStep step();
+  /// Counts wall time that passed outside of steps.
+  void spend(double seconds) { state_.seconds += seconds; }
 
   const TrainingState& state() const { return state_; }
   size_t budget() const { return budget_; }

@@ -114,6 +114,7 @@ ContactRegion contact_region(const GaussianCloud& object, const GaussianCloud& s
   region.normal = plane.normal;
   region.thickness = plane.rms;
   region.plane_points = plane.inliers.size();
+  region.plane_share = static_cast<float>(plane.inliers.size()) / static_cast<float>(nearby.size());
   region.point = centre + up * (plane.normal.dot(plane.point - centre) / plane.normal.dot(up));
 
   // The object touches where it comes closer than a small part of its size to its own lowest height.

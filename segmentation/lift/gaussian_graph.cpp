@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <queue>
 
@@ -181,6 +182,29 @@ std::vector<int> connected_parts(const GaussianGraph& graph, const std::vector<u
   for (size_t i = 0; i < n; ++i)
     if (label[i]) part[i] = number[root(static_cast<int>(i))];
   return part;
+}
+
+std::vector<uint8_t> attached_parts(const GaussianGraph& graph, const std::vector<int>& part, std::vector<uint8_t> wanted) {
+  std::vector<double> to_rest(wanted.size(), 0);
+  std::map<std::pair<int, int>, double> between;
+  for (size_t k = 0; k < graph.edges.size(); ++k) {
+    const int a = part[graph.edges[k].a], b = part[graph.edges[k].b];
+    const double tie = graph.edge_nearness[k];
+    if (a >= 0 && b >= 0 && a != b) between[{a, b}] += tie, between[{b, a}] += tie;
+    if (a >= 0 && b < 0) to_rest[a] += tie;
+    if (b >= 0 && a < 0) to_rest[b] += tie;
+  }
+  for (size_t k = 0; k < graph.border.size(); ++k)
+    if (const int a = part[graph.border[k].a]; a >= 0) to_rest[a] += graph.border_nearness[k];
+  for (bool changed = true; changed;) {
+    changed = false;
+    std::vector<double> to_object(wanted.size(), 0);
+    for (const auto& [pair, tie] : between)
+      if (wanted[pair.second]) to_object[pair.first] += tie;
+    for (size_t k = 0; k < wanted.size(); ++k)
+      if (!wanted[k] && to_object[k] > 2 * to_rest[k]) wanted[k] = 1, changed = true;
+  }
+  return wanted;
 }
 
 std::vector<int> enclosed_nodes(const GaussianGraph& graph, const std::vector<uint8_t>& label,

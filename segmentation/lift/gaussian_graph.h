@@ -45,6 +45,10 @@ void cut_graph(const GraphCutOptions& options, const GaussianGraph& graph, std::
 std::vector<int> connected_parts(const GaussianGraph& graph, const std::vector<uint8_t>& label, float link,
                                  bool nearness = false);
 
+/// Flags [parts] of the parts that belong to those in `wanted` [parts] although their colours part them: they lie
+/// against wanted parts more than twice as much as against nodes of label 0 and what lies outside the graph.
+std::vector<uint8_t> attached_parts(const GaussianGraph& graph, const std::vector<int>& part, std::vector<uint8_t> wanted);
+
 /// Nodes of label 0 that touch nothing but the object: parts, connected by nearness, that hold at least `least` of the
 /// object's opacity and whose ties to what lies outside the graph, or to nodes with `outside` != 0, are below `touch`
 /// of their own opacity.

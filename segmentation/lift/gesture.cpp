@@ -12,6 +12,10 @@
 namespace pliant {
 namespace {
 
+/// Least share of what lies around an object's foot that makes a plane a support (a rough lawn: a quarter; a wall
+/// that the object hangs on, cut by any plane: up to a fifth).
+constexpr float kPlaneShare = 0.22f;
+
 void count_rules(const std::vector<SelectionRule>& rules, GestureResult::Summary& summary) {
   summary.selected = summary.outside = summary.cut = summary.part = summary.refined = 0;
   for (SelectionRule rule : rules) {
@@ -30,13 +34,14 @@ void Selector::cut(const GraphCutOptions& cut_options, const Lift& lift) {
   cut_graph(with_seed, graph_, evidence_, label_);
 }
 
-/// The largest part, and parts that were marked as the object's.
+/// The largest part, parts that were marked as the object's, and those that lie against them.
 void Selector::keep_main_part() {
   const std::vector<int> part = connected_parts(graph_, label_, options_.link);
   std::vector<uint8_t> wanted(label_.size() + 1, 0);
   wanted[0] = 1;
   for (size_t i = 0; i < label_.size(); ++i)
     if (label_[i] && fixed_[graph_.nodes[i]] > 0) wanted[part[i]] = 1;
+  if (options_.attach) wanted = attached_parts(graph_, part, std::move(wanted));
   for (size_t i = 0; i < label_.size(); ++i) {
     if (!label_[i] || wanted[part[i]]) continue;
     label_[i] = 0, rule_[graph_.nodes[i]] = SelectionRule::kPart;
@@ -51,7 +56,7 @@ void Selector::find_support() {
   for (size_t p = 0; p < cloud_.size(); ++p)
     if (cloud_.opacity_logit[p] > 0) (membership[p] > 0 ? object : rest).push_back(static_cast<int>(p));
   const ContactRegion contact = contact_region(cloud_.select(object), cloud_.select(rest), options_.up);
-  if (!contact.found) return;
+  if (!contact.found || contact.plane_share < kPlaneShare) return;
   support_.resize(graph_.nodes.size());
   const float reach = 1.5f * std::max(contact.thickness, 1e-9f);
   for (size_t i = 0; i < support_.size(); ++i) {
@@ -75,7 +80,7 @@ void Selector::give_back_enclosed() {
   std::vector<uint8_t> outside(label_.size(), 0);
   for (size_t i = 0; i < label_.size(); ++i) {
     const int p = graph_.nodes[i];
-    outside[i] = fixed_[p] < 0 || (ground.found && ground.height(cloud_.position[p]) < kThick * ground.thickness);
+    outside[i] = fixed_[p] < 0 || (ground.found && ground.plane_share >= kPlaneShare && ground.height(cloud_.position[p]) < kThick * ground.thickness);
   }
   for (const int i : enclosed_nodes(graph_, label_, outside, options_.link, options_.enclosed, kTouch))
     label_[i] = 1, ++summary_.enclosed;
@@ -158,6 +163,7 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
 
 GestureOptions GestureOptions::prototype() {
   GestureOptions options;
+  options.attach = false;
   options.support = 0, options.stroke_reach = 0, options.unseen_prior = 1;
   options.enclosed = 1, options.one_by_one = false, options.refine_rounds = 1,
   options.cut.outside = options.refine_cut.outside = 0;

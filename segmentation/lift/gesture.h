@@ -26,6 +26,7 @@ struct GestureOptions {
   int neighbours = 10;  ///< of the graph
   GraphCutOptions cut;
   float link = 0.02f;  ///< edges above this connect parts
+  bool attach = true;  ///< parts of other colours that lie against the object belong to it
   // Refinement: masks of more views, started from the selection so far.
   int refine_rounds = 2, refine_views = 12, refine_window = 320, refine_band = 6, refine_iterations = 3;
   float refine_prior = 2;  ///< log odds in a picture of what the selection so far says

@@ -7,6 +7,7 @@
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/random.h"
 #include "gaussians/render/blend_weights.h"
+#include "gaussians/reconstruct/schedule.h"
 #include "segmentation/lift/spread.h"
 
 namespace pliant {
@@ -80,7 +81,8 @@ std::vector<int> JointTerm::targets(int photo, int width, int height) const {
   return cls;
 }
 
-double JointTerm::group(const AttributeView& view, SemanticModel<float>& model, SemanticModel<float>& adj, AttributeGradient& gradient) const {
+double JointTerm::group(const AttributeView& view, float weight, SemanticModel<float>& model, SemanticModel<float>& adj,
+                        AttributeGradient& gradient) const {
   const std::vector<int> members = draw(view.cloud.size(), options_.max_points, Random(options_.seed, view.iteration, kPoints));
   std::vector<Vec3f> points(members.size());
   for (size_t i = 0; i < members.size(); ++i) points[i] = view.cloud.position[members[i]];
@@ -104,21 +106,22 @@ double JointTerm::group(const AttributeView& view, SemanticModel<float>& model, 
   model.attribute.assign(view.attribute.begin(), view.attribute.end());
   adj.attribute.assign(view.attribute.size(), 0.0f);
   const double loss = grouping_loss_adjoint<float>(anchors, graph, k, options_.kl_weight, model, adj);
-  for (size_t i = 0; i < adj.attribute.size(); ++i) gradient.attribute[i] += options_.weight * adj.attribute[i];
+  for (size_t i = 0; i < adj.attribute.size(); ++i) gradient.attribute[i] += weight * adj.attribute[i];
   return loss;
 }
 
 double JointTerm::adjoint(const AttributeView& view, AttributeGradient gradient) const {
+  const float weight = exponential_rate(options_.weight, options_.final_weight, view.progress);
   SemanticModel<float> model = model_of(view.shared), adj = model_of(view.shared);
   adj.set_zero();
   const std::vector<int> cls = targets(view.photo, view.blended.width, view.blended.height);
   std::vector<float> adj_blended(view.blended.data.size(), 0.0f);
   double loss = blended_semantic_loss_adjoint<float>(view.blended.data, cls, model, adj_blended, adj);
-  for (size_t k = 0; k < adj_blended.size(); ++k) gradient.blended.data[k] += options_.weight * adj_blended[k];
-  if (options_.kl_weight > 0 && view.iteration % options_.grouping_every == 0) loss += group(view, model, adj, gradient);
-  for (size_t i = 0; i < adj.classifier.size(); ++i) gradient.shared[i] += options_.weight * adj.classifier[i];
-  for (size_t c = 0; c < adj.bias.size(); ++c) gradient.shared[adj.classifier.size() + c] += options_.weight * adj.bias[c];
-  return options_.weight * loss;
+  for (size_t k = 0; k < adj_blended.size(); ++k) gradient.blended.data[k] += weight * adj_blended[k];
+  if (options_.kl_weight > 0 && view.iteration % options_.grouping_every == 0) loss += group(view, weight, model, adj, gradient);
+  for (size_t i = 0; i < adj.classifier.size(); ++i) gradient.shared[i] += weight * adj.classifier[i];
+  for (size_t c = 0; c < adj.bias.size(); ++c) gradient.shared[adj.classifier.size() + c] += weight * adj.bias[c];
+  return weight * loss;
 }
 
 Segmentation JointTerm::segmentation(const TrainingState& state, const std::vector<Camera>& cameras, const RenderOptions& render) const {

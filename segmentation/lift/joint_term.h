@@ -15,7 +15,8 @@ struct JointOptions {
   float attribute_rate = 0.01f, classifier_rate = 0.005f;  ///< Adam's
   /// Of the whole term beside the photometric loss.  Adam does not see the scale of what attributes and classifier are
   /// told, so this sets only how much labels move the geometry.
-  float weight = 0.1f;
+  /// It falls exponentially: early on labels tell where objects end, late they would take sharpness away.
+  float weight = 0.05f, final_weight = 0.002f;
   float kl_weight = 2.0f;          ///< of the grouping loss
   int grouping_every = 5;          ///< iterations
   int neighbours = 5, anchors = 1000;
@@ -44,7 +45,8 @@ class JointTerm final : public AttributeTerm {
  private:
   SemanticModel<float> model_of(std::span<const float> shared) const;
   std::vector<int> targets(int photo, int width, int height) const;
-  double group(const AttributeView& view, SemanticModel<float>& model, SemanticModel<float>& adj, AttributeGradient& gradient) const;
+  double group(const AttributeView& view, float weight, SemanticModel<float>& model, SemanticModel<float>& adj,
+               AttributeGradient& gradient) const;
 
   JointOptions options_;
   std::vector<IdImage> ids_;          ///< by photo; empty where there is no mask

@@ -10,6 +10,7 @@
 #include "gaussians/base/random.h"
 #include "segmentation/lift/semantic_loss.h"
 #include "segmentation/lift/spread.h"
+#include "segmentation/lift/training_pixels.h"
 #include "segmentation/lift/vote.h"
 
 namespace pliant {
@@ -21,70 +22,10 @@ enum Stream : uint64_t { kPixels = 1, kStart, kOrder, kAnchors, kPoints, kCodes 
 /// A view that takes part: its chosen pixels, their classes, and W when it fits into memory.
 struct TrainingView {
   int camera = -1;
-  std::vector<uint32_t> pixels;
-  std::vector<int> target;
+  ChosenPixels chosen;
   CompactView weights;
   bool cached = false;
 };
-
-std::vector<int> classes_of(const IdImage& ids, const std::vector<uint32_t>& class_id) {
-  std::vector<int> cls(ids.data.size(), -1);
-  for (size_t i = 0; i < cls.size(); ++i) {
-    if (ids.data[i] == 0) continue;
-    const auto it = std::lower_bound(class_id.begin(), class_id.end(), ids.data[i]);
-    cls[i] = static_cast<int>(it - class_id.begin());
-  }
-  return cls;
-}
-
-/// Mean depth of every pixel, 0 where nothing is.
-std::vector<float> depth_of(const BlendWeights& weights, const GaussianCloud& cloud, const Camera& camera) {
-  std::vector<float> depth(weights.pixels(), 0.0f);
-  const Vec3f forward = camera.forward().cast<float>(), eye = camera.centre().cast<float>();
-  parallel_for(static_cast<std::ptrdiff_t>(depth.size()), [&](std::ptrdiff_t i) {
-    float sum = 0, total = 0;
-    for (uint32_t e = weights.row_start[i]; e < weights.row_start[i + 1]; ++e) {
-      sum += weights.weight[e] * forward.dot(cloud.position[weights.gaussian[e]] - eye);
-      total += weights.weight[e];
-    }
-    if (total > 0) depth[i] = sum / total;
-  }, 2048);
-  return depth;
-}
-
-/// Classes with the uncertain pixels of silhouettes set to -1: splats are blurred by the rasteriser's low-pass and
-/// stick out of the silhouette, where they would learn the label of what is behind.  A pixel is uncertain when within
-/// `border` pixels another id or none lies across a jump in depth (a surface seen flatter than 1 : 4 counts as one);
-/// where an id is so thin that nothing certain of it is near, it is kept.
-std::vector<int> without_silhouettes(const std::vector<int>& cls, const std::vector<float>& depth, const Camera& camera, int border) {
-  if (border <= 0) return cls;
-  const int width = camera.width, height = camera.height;
-  const float jump = static_cast<float>(4 * border / camera.fx);  // over the depth
-  auto any_near = [&](int x, int y, int radius, auto&& test) {
-    for (int j = std::max(0, y - radius); j <= std::min(height - 1, y + radius); ++j)
-      for (int i = std::max(0, x - radius); i <= std::min(width - 1, x + radius); ++i)
-        if (test(static_cast<size_t>(j) * width + i)) return true;
-    return false;
-  };
-  std::vector<uint8_t> uncertain(cls.size(), 0);
-  parallel_for(height, [&](std::ptrdiff_t y) {
-    for (int x = 0; x < width; ++x) {
-      const size_t own = y * width + x;
-      uncertain[own] = cls[own] >= 0 && any_near(x, static_cast<int>(y), border, [&](size_t i) {
-        return cls[i] != cls[own] && std::abs(depth[i] - depth[own]) > jump * std::min(depth[i], depth[own]);
-      });
-    }
-  }, 16);
-  std::vector<int> kept = cls;
-  parallel_for(height, [&](std::ptrdiff_t y) {
-    for (int x = 0; x < width; ++x) {
-      const size_t own = y * width + x;
-      if (uncertain[own] && any_near(x, static_cast<int>(y), 2 * border, [&](size_t i) { return cls[i] == cls[own] && !uncertain[i]; }))
-        kept[own] = -1;
-    }
-  }, 16);
-  return kept;
-}
 
 std::vector<int> count_views(const MaskSet& masks, const std::vector<uint32_t>& class_id) {
   std::vector<int> views(class_id.size(), 0);
@@ -95,19 +36,6 @@ std::vector<int> count_views(const MaskSet& masks, const std::vector<uint32_t>& 
     for (size_t c = 0; c < met.size(); ++c) views[c] += met[c];
   }
   return views;
-}
-
-/// One labelled pixel per block, drawn evenly inside it.
-void choose_pixels(const IdImage& ids, const std::vector<int>& cls, int stride, Random random, TrainingView& view) {
-  for (int y0 = 0; y0 < ids.height; y0 += stride)
-    for (int x0 = 0; x0 < ids.width; x0 += stride) {
-      const int x = x0 + static_cast<int>(random.below(std::min(stride, ids.width - x0)));
-      const int y = y0 + static_cast<int>(random.below(std::min(stride, ids.height - y0)));
-      const uint32_t pixel = static_cast<uint32_t>(y) * ids.width + x;
-      if (cls[pixel] < 0) continue;
-      view.pixels.push_back(pixel);
-      view.target.push_back(cls[pixel]);
-    }
 }
 
 void start_from_noise(uint64_t seed, SemanticModel<float>& model) {
@@ -160,13 +88,14 @@ class Fit {
       const BlendWeights weights = blend_weights(cloud_, cameras_[mask.camera], options_.render);
       for (size_t e = 0; e < weights.weight.size(); ++e) total_[weights.gaussian[e]] += weights.weight[e];
       const Camera& camera = cameras_[mask.camera];
-      const std::vector<int> cls =
-          without_silhouettes(classes_of(mask.ids, class_id), depth_of(weights, cloud_, camera), camera, options_.border);
-      votes.add(weights, cls);
-      choose_pixels(mask.ids, cls, options_.pixel_stride, Random(options_.seed, mask.camera, kPixels), view);
-      if (view.pixels.empty()) continue;
+      const std::vector<int> cls = classes_of(mask.ids, class_id);
+      const std::vector<int> certain = without_silhouettes(cls, depth_of(weights, cloud_, camera), camera, options_.border);
+      votes.add(weights, certain);
+      view.chosen = choose_pixels(options_.start_from_vote ? cls : certain, camera.width, camera.height, options_.pixel_stride,
+                                  options_.start_from_vote ? options_.edge : 0, Random(options_.seed, mask.camera, kPixels));
+      if (view.chosen.pixels.empty()) continue;
       if (options_.iterations > 0 && summary.cached_bytes < options_.memory_bytes) {
-        view.weights = compact_view(weights, view.pixels, cloud_.size());
+        view.weights = compact_view(weights, view.chosen.pixels, cloud_.size());
         view.cached = summary.cached_bytes + view.weights.bytes() <= options_.memory_bytes;
         if (view.cached) {
           summary.cached_bytes += view.weights.bytes(), summary.entries += view.weights.weight.size(), ++summary.cached_views;
@@ -200,10 +129,10 @@ class Fit {
       gradient.set_zero();
       const TrainingView& view = views_[order[turn]];
       const double cross_entropy =
-          view.cached ? semantic_loss_adjoint(view.weights, std::span<const int>(view.target), model, gradient)
+          view.cached ? semantic_loss_adjoint(view.weights, std::span<const int>(view.chosen.target), model, gradient)
                       : semantic_loss_adjoint(compact_view(blend_weights(cloud_, cameras_[view.camera], options_.render),
-                                                           view.pixels, cloud_.size()),
-                                              std::span<const int>(view.target), model, gradient);
+                                                           view.chosen.pixels, cloud_.size()),
+                                              std::span<const int>(view.chosen.target), model, gradient);
       const double grouping = grouping_loss_adjoint<float>(anchors, graph, options_.neighbours,
                                                            static_cast<float>(options_.kl_weight), model, gradient);
       if (!std::isfinite(cross_entropy + grouping))
@@ -232,6 +161,41 @@ class Fit {
   std::vector<TrainingView> views_;
   std::vector<float> total_;  ///< [N] blend weight over all pixels of all views
 };
+
+/// Silhouette pixels teach how strongly a Gaussian speaks, not what it is: attributes of Gaussians whose vote is sure, or
+/// that took their label from neighbours, go back towards their start until they have its label again.
+void keep_sure_labels(const SemanticOptions& options, const ClassVotes& votes, const std::vector<uint8_t>& seen,
+                      const SemanticModel<float>& start, SemanticModel<float>& model) {
+  using Row = Eigen::Map<Eigen::Array<float, kSemanticChannels, 1>>;
+  using ConstRow = Eigen::Map<const Eigen::Array<float, kSemanticChannels, 1>>;
+  parallel_for(static_cast<std::ptrdiff_t>(votes.size()), [&](std::ptrdiff_t p) {
+    const ConstRow from(start.attribute.data() + p * kSemanticChannels);
+    int label = 0;
+    float largest = -INFINITY;
+    for (int c = 0; c < start.classes; ++c)
+      if (const float value = (from * ConstRow(start.classifier.data() + c * kSemanticChannels)).sum(); value > largest)
+        largest = value, label = c;
+    if (seen[p]) {
+      float most = 0, total = 0;
+      for (const auto& vote : votes.of(p)) most = std::max(most, vote.weight), total += vote.weight;
+      if (most < options.sure_vote * total) return;
+    }
+    // The lead of the label over every other class is linear along the way back.
+    Row y(model.attribute.data() + p * kSemanticChannels);
+    const auto lead = [&](const auto& at, int c) {
+      return model.bias[label] - model.bias[c] + (at * (ConstRow(model.classifier.data() + label * kSemanticChannels) -
+                                                        ConstRow(model.classifier.data() + c * kSemanticChannels))).sum();
+    };
+    constexpr float kLead = 0.2f;
+    float back = 0;
+    for (int c = 0; c < model.classes; ++c) {
+      if (c == label) continue;
+      const float now = lead(y, c), before = lead(from, c);
+      if (now < kLead && before > now) back = std::max(back, std::min(1.0f, (kLead - now) / (before - now)));
+    }
+    y += back * (from - y);
+  }, 1024);
+}
 
 }  // namespace
 
@@ -271,9 +235,15 @@ SemanticResult fit_semantic_field(const SemanticOptions& options, const Gaussian
   segmentation.seen.resize(cloud.size());
   for (size_t p = 0; p < cloud.size(); ++p) segmentation.seen[p] = fit.seen(p, votes.total(p));
   const std::vector<int> source = nearest_seen(cloud.position, segmentation.seen);
-  if (options.start_from_vote) copy_attributes(source, model.attribute);
-  if (options.iterations > 0) fit.optimise(model, result.summary, progress);
-  copy_attributes(source, model.attribute);
+  if (options.start_from_vote) {
+    copy_attributes(source, model.attribute);
+    const SemanticModel<float> start = model;
+    if (options.iterations > 0) fit.optimise(model, result.summary, progress);
+    keep_sure_labels(options, votes, segmentation.seen, start, model);
+  } else {
+    if (options.iterations > 0) fit.optimise(model, result.summary, progress);
+    copy_attributes(source, model.attribute);
+  }
   result.summary.unseen = static_cast<size_t>(std::count(segmentation.seen.begin(), segmentation.seen.end(), 0));
 
   segmentation.attribute = std::move(model.attribute);

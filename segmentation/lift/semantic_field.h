@@ -20,7 +20,10 @@ struct SemanticOptions {
   int neighbours = 5, anchors = 1000;
   size_t max_points = 200000;      ///< the grouping term acts on at most so many Gaussians
   int pixel_stride = 2;            ///< one pixel per stride x stride block is used for optimisation; votes use all
-  int border = 2;                  ///< pixels so near to another id across a silhouette are not learnt from
+  int edge = 3;                    ///< ... but all pixels so near to another id are used
+  int border = 2;                  ///< pixels so near to another id across a silhouette do not vote; they teach how strongly
+                                   ///< Gaussians speak, but labels of which a vote is sure stay
+  float sure_vote = 0.7f;          ///< share of the most frequent class from which on a vote is sure
   float min_weight = 0.05f;        ///< Gaussians with less blend weight over all views [pixels] count as unseen,
   float min_certain = 0.5f;        ///< and those with less than this share of it on certain pixels
   size_t memory_bytes = size_t(2) << 30;  ///< cache for blend weights; views beyond it are recomputed when needed

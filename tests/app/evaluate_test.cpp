@@ -110,6 +110,37 @@ TEST(EvaluateSegmentation, IouOfAShiftedSquareFollowsTheFormula) {
   }
 }
 
+TEST(EvaluateSegmentation, TheBandOfTheBoundaryScoreIsChosen) {
+  const TemporaryFolder folder;
+  write_ids(folder / "truth/v.png", square(10, 5, 0)), write_ids(folder / "pred/v.png", square(11, 5, 0));
+  SegmentationScore score;
+  score.band = 1;  // a ring of 76 pixels, 38 of which both have; 18 of ours lie inside it
+  const json out = evaluate_segmentation(folder / "pred", folder / "truth", score);
+  EXPECT_NEAR(out["boundary_miou"].get<double>(), 38.0 / 94, 1e-12);
+  score.band = 100;  // the whole square
+  EXPECT_EQ(evaluate_segmentation(folder / "pred", folder / "truth", score)["boundary_miou"], out["miou"]);
+}
+
+TEST(EvaluateSegmentation, IdsWithoutAMeaningAreMatchedByOverlap) {
+  const TemporaryFolder folder;
+  write_ids(folder / "truth/v.png", square(10, 5, 9)), write_ids(folder / "pred/v.png", square(10, 9, 70));
+  SegmentationScore score;
+  EXPECT_LT(evaluate_segmentation(folder / "pred", folder / "truth", score)["miou"], 0.2);
+  score.match = "overlap";
+  const json out = evaluate_segmentation(folder / "pred", folder / "truth", score);
+  EXPECT_EQ(out["miou"], 1.0);
+  EXPECT_EQ(out["matched_by"], "overlap");
+}
+
+TEST(EvaluateSegmentation, PicturesWithoutAPredictionAreLeftOutOnRequest) {
+  const TemporaryFolder folder;
+  write_ids(folder / "truth/a.png", square(10, 5, 0)), write_ids(folder / "pred/a.png", square(10, 5, 0));
+  write_ids(folder / "truth/b.png", square(10, 5, 0));
+  SegmentationScore score;
+  score.common = true;
+  EXPECT_EQ(evaluate_segmentation(folder / "pred", folder / "truth", score)["miou"], 1.0);
+}
+
 TEST(EvaluateSegmentation, UnlabelledPixelsOfTheTruthDoNotCount) {
   const TemporaryFolder folder;
   write_ids(folder / "truth/v.png", square(10, 5, 0)), write_ids(folder / "pred/v.png", square(10, 5, 5));

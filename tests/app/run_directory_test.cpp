@@ -45,6 +45,16 @@ TEST_F(RunDirectoryTest, EqualOptionsAndInputsRunOnce) {
   EXPECT_EQ(calls_, 1);
 }
 
+TEST_F(RunDirectoryTest, WhatAKilledProgramWasWritingIsCleanedAway) {
+  fs::create_directories(folder_ / "run");
+  write_text(folder_ / "run/.run.tmp123.json", "{");
+  EXPECT_EQ(run({{"a", 1}}), 1);
+  EXPECT_FALSE(fs::exists(folder_ / "run/.run.tmp123.json"));
+  fs::create_directories(folder_ / "other");
+  write_text(folder_ / "other/.notes.tmp.txt", "mine");
+  EXPECT_THROW(RunDirectory::create(folder_ / "other"), Error);
+}
+
 TEST_F(RunDirectoryTest, AMissingOutputIsMadeAgain) {
   run({{"a", 1}});
   fs::remove(folder_ / "run" / "out.txt");

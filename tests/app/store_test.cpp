@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
+#include <bit>
 #include <chrono>
+#include <map>
 #include <thread>
 
 #include "app/store/frames.h"
@@ -11,6 +13,7 @@
 #include "app/store/material.h"
 #include "app/store/particles.h"
 #include "app/store/segmentation.h"
+#include "app/store/training.h"
 #include "app/store/trajectory.h"
 #include "gaussians/base/random.h"
 #include "gaussians/io/files.h"
@@ -138,6 +141,95 @@ TEST(Store, TrajectorySurvivesInTheShapeOfH5md) {
   EXPECT_TRUE(in.has_attribute("/particles/1_flower/box", "dimension"));
   // F is stored by rows.
   EXPECT_EQ(in.dataset<float>("/particles/1_flower/F/value", {4, 6, 3, 3})[1], t.frames[0].F[0](0, 1));
+}
+
+/// A training of 7 Gaussians with every part in use, or only what is always there.
+TrainingCheckpoint some_training(bool everything) {
+  TrainingCheckpoint c;
+  TrainingState& s = c.state;
+  s.iteration = 321, s.seconds = 12.5, s.started_with = 5;
+  s.cloud.sh_degree = 1;
+  s.cloud.resize(7);
+  if (everything) {
+    s.attribute = floats(7 * 3), s.shared = floats(11), s.exposure = floats(2 * 12);
+    s.screen_gradient = floats(7), s.times_seen = floats(7);
+    s.curve = {{100, 3.25, 6, 21.5, 0.7}, {200, 7.5, 7, INFINITY, 1}};
+  }
+  fit_moments(s);
+  visit_gaussian_arrays(s, [](const std::string&, auto& array) {
+    for (float& value : flat(array)) value = static_cast<float>(dice.normal());
+  });
+  for (auto* m : {&s.shared_moments, &s.exposure_moments}) m->first = floats(m->first.size()), m->second = floats(m->second.size());
+  s.cloud.position[3].x() = NAN;  // a Gaussian that was lost is kept for the strategy to deal with
+  c.start_json = R"({"kind": "random"})", c.provenance_json = R"({"seed": 1})";
+  return c;
+}
+
+std::map<std::string, std::vector<uint32_t>> bits_of(const TrainingState& s) {
+  std::map<std::string, std::vector<uint32_t>> bits;
+  visit_gaussian_arrays(s, [&](const std::string& name, const auto& array) {
+    for (float value : flat(array)) bits[name].push_back(std::bit_cast<uint32_t>(value));
+  });
+  return bits;
+}
+
+TEST(Store, TrainingSurvivesBitForBit) {
+  const TemporaryFolder folder;
+  for (const bool everything : {true, false}) {
+    const TrainingCheckpoint c = some_training(everything);
+    write_training(folder / "c.h5", c);
+    const TrainingCheckpoint back = read_training(folder / "c.h5");
+    EXPECT_EQ(bits_of(back.state), bits_of(c.state));
+    EXPECT_EQ(back.state.cloud.sh_degree, 1);
+    EXPECT_EQ(back.state.iteration, 321);
+    EXPECT_EQ(back.state.seconds, 12.5);
+    EXPECT_EQ(back.state.started_with, 5u);
+    EXPECT_EQ(back.state.exposure, c.state.exposure);
+    EXPECT_EQ(back.state.exposure_moments.first, c.state.exposure_moments.first);
+    EXPECT_EQ(back.state.exposure_moments.second, c.state.exposure_moments.second);
+    EXPECT_EQ(back.state.shared, c.state.shared);
+    EXPECT_EQ(back.state.shared_moments.first, c.state.shared_moments.first);
+    EXPECT_EQ(back.state.shared_moments.second, c.state.shared_moments.second);
+    ASSERT_EQ(back.state.curve.size(), c.state.curve.size());
+    for (size_t i = 0; i < c.state.curve.size(); ++i) {
+      EXPECT_EQ(back.state.curve[i].iteration, c.state.curve[i].iteration);
+      EXPECT_EQ(back.state.curve[i].seconds, c.state.curve[i].seconds);
+      EXPECT_EQ(back.state.curve[i].gaussians, c.state.curve[i].gaussians);
+      EXPECT_EQ(back.state.curve[i].psnr, c.state.curve[i].psnr);
+      EXPECT_EQ(back.state.curve[i].ssim, c.state.curve[i].ssim);
+    }
+    EXPECT_EQ(back.start_json, c.start_json);
+    EXPECT_EQ(read_training_provenance(folder / "c.h5"), c.provenance_json);
+  }
+}
+
+TEST(Store, ATrainingThatDoesNotFitTogetherNamesTheDataset) {
+  const TemporaryFolder folder;
+  const auto refused = [&](const std::function<void(TrainingCheckpoint&)>& spoil, const std::string& word) {
+    TrainingCheckpoint c = some_training(true);
+    spoil(c);
+    write_training(folder / "bad.h5", c);
+    expect_error(Failure::kInput, {"bad.h5", word}, [&] { read_training(folder / "bad.h5"); });
+  };
+  refused([](TrainingCheckpoint& c) { c.state.sh.first.clear(); }, "/gaussians/sh_first");
+  refused([](TrainingCheckpoint& c) { c.state.cloud.sh.resize(7 * 3); }, "/gaussians/sh");
+  refused([](TrainingCheckpoint& c) { c.state.attribute.resize(7 * 17); }, "/gaussians/attribute");
+  refused([](TrainingCheckpoint& c) { c.state.attribute_moments.second.resize(7); }, "/gaussians/attribute_second");
+  refused([](TrainingCheckpoint& c) { c.state.times_seen.resize(14); }, "/gaussians/times_seen");
+  refused([](TrainingCheckpoint& c) { c.state.exposure_moments.first.resize(12); }, "/exposure");
+  refused([](TrainingCheckpoint& c) { c.state.shared_moments.second.clear(); }, "/shared");
+  refused([](TrainingCheckpoint& c) { c.state.curve[1].iteration = -4; }, "/curve");
+  refused([](TrainingCheckpoint& c) { c.state.iteration = -1; }, "iteration");
+  refused([](TrainingCheckpoint& c) { c.state.seconds = -1; }, "seconds");
+  refused([](TrainingCheckpoint& c) { c.state.cloud.sh_degree = 7; }, "sh_degree");
+  write_training(folder / "good.h5", some_training(true));
+  const std::string good = read_text(folder / "good.h5");
+  for (size_t part = 1; part < 8; ++part) {
+    folder.file("cut.h5", good.substr(0, good.size() * part / 8));
+    expect_error(Failure::kInput, {"cut.h5"}, [&] { read_training(folder / "cut.h5"); });
+  }
+  write_particles(folder / "p.h5", some_particles(), "{}");
+  expect_error(Failure::kInput, {"p.h5"}, [&] { read_training(folder / "p.h5"); });
 }
 
 TEST(Store, EqualContentsGiveEqualBytesAtAnotherTime) {

@@ -16,6 +16,16 @@
 namespace pliant {
 namespace {
 
+/// Pictures this small are not worth more than one thread.
+class TrainerOnOneThread : public ::testing::Test {
+ protected:
+  TrainerOnOneThread() : threads_(omp_get_max_threads()) { omp_set_num_threads(1); }
+  ~TrainerOnOneThread() override { omp_set_num_threads(threads_); }
+
+ private:
+  int threads_;
+};
+
 TrainOptions quick(int iterations, size_t gaussians) {
   TrainOptions options;
   options.iterations = iterations, options.most_gaussians = gaussians;
@@ -130,7 +140,7 @@ TEST(StartCloud, PointsKeepTheirColourAndReachTheirNeighbours) {
   }
 }
 
-TEST(Trainer, RecoversAScenesPhotosFromRandomGaussians) {
+TEST_F(TrainerOnOneThread, RecoversAScenesPhotosFromRandomGaussians) {
   const TrainingPhotos photos = photos_of(painted_ball(300, 5), 12, 56, 44);
   for (const Densification strategy : {Densification::kMcmc, Densification::kClassic}) {
     TrainOptions options = quick(400, 900);
@@ -146,7 +156,7 @@ TEST(Trainer, RecoversAScenesPhotosFromRandomGaussians) {
   }
 }
 
-TEST(Trainer, ExposureTakesUpHowBrightAPhotoIs) {
+TEST_F(TrainerOnOneThread, ExposureTakesUpHowBrightAPhotoIs) {
   TrainingPhotos photos = photos_of(painted_ball(200, 6), 12, 40, 32);
   for (size_t i = 1; i < photos.photos.size(); i += 2)
     for (uint8_t& value : photos.photos[i].pixels.data) value = static_cast<uint8_t>(0.6 * value);
@@ -188,7 +198,7 @@ TEST(Trainer, IsEqualBitForBitForAnyThreadCountAndOverABreak) {
   omp_set_num_threads(threads_before);
 }
 
-TEST(Trainer, DoesNotLearnFromPixelsThatDoNotCount) {
+TEST_F(TrainerOnOneThread, DoesNotLearnFromPixelsThatDoNotCount) {
   TrainingPhotos photos = photos_of(painted_ball(200, 8), 8, 48, 40);
   for (TrainingPhoto& photo : photos.photos) {
     photo.weight = ImageU8(48, 40, 1, 255);
@@ -208,7 +218,7 @@ TEST(Trainer, DoesNotLearnFromPixelsThatDoNotCount) {
   expect_equal(a.state(), b.state());
 }
 
-TEST(Trainer, RefusesPhotosThatAreAllHeldOutAndStatesOfOtherPhotos) {
+TEST_F(TrainerOnOneThread, RefusesPhotosThatAreAllHeldOutAndStatesOfOtherPhotos) {
   TrainingPhotos photos = photos_of(painted_ball(50, 9), 4, 48, 40);
   TrainOptions options = quick(5, 100);
   options.exposure = true;

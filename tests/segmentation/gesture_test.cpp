@@ -106,6 +106,24 @@ TEST(GaussianGraph, WhatTouchesNothingButTheObjectIsEnclosed) {
   EXPECT_EQ(enclosed(nothing, 0.01f), (std::vector<int>{3})) << "4 is tied to the outside, but 3 no longer to 4";
 }
 
+TEST(GaussianGraph, PartsBelongToTheObjectWhenTheyLieAgainstItMoreThanAgainstTheRest) {
+  // A row of nodes: object 0 1 | nose 2 | tip 3, beside it leak 4 | rest 5 6; colours part all bars.
+  GaussianGraph graph;
+  graph.nodes = {0, 1, 2, 3, 4, 5, 6};
+  graph.edges = {{0, 1, 0.9f}, {1, 2, 0.01f}, {2, 3, 0.01f}, {1, 4, 0.01f}, {4, 5, 0.01f}, {5, 6, 0.9f}};
+  graph.edge_nearness = {0.9f, 0.8f, 0.7f, 0.5f, 0.9f, 0.9f};
+  graph.opacity.assign(7, 1.0f), graph.opacity[0] = 5;
+  const std::vector<uint8_t> label = {1, 1, 1, 1, 1, 0, 0};
+  const std::vector<int> part = connected_parts(graph, label, 0.02f);
+  std::vector<uint8_t> wanted(8, 0);
+  wanted[0] = 1;
+  const std::vector<uint8_t> attached = attached_parts(graph, part, wanted);
+  EXPECT_EQ(part[0], 0);
+  EXPECT_TRUE(attached[part[2]]);
+  EXPECT_TRUE(attached[part[3]]) << "through the nose";
+  EXPECT_FALSE(attached[part[4]]) << "the leak lies against the rest";
+}
+
 TEST(GrabCut, FindsADiscOfAnotherColourInsideALooseBox) {
   GrabCutInput input;
   input.width = 60, input.height = 50;

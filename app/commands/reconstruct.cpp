@@ -1,0 +1,30 @@
+#include <fmt/format.h>
+
+#include "app/commands/stage_options.h"
+
+namespace pliant {
+
+void add_reconstruct(CLI::App& app, Program& program) {
+  CLI::App* command = app.add_subcommand("reconstruct", "Photos with cameras -> a trained scene");
+  struct Options {
+    std::string source;
+    ReconstructStage stage;
+  };
+  auto options = std::make_shared<Options>();
+  command->add_option("PHOTOS", options->source, "Folder with photos and cameras (transforms.json, COLMAP, cameras.json, *_par.txt), or a camera file")
+      ->required();
+  add_reconstruct_options(*command, options->stage);
+  add_out(*command, program, "Scene folder to make or continue")->required();
+  add_overwrite(*command, program);
+  add_common(*command, program);
+  command->callback([options, &program] {
+    program.action = [options, &program](Context& context) {
+      RunDirectory run = RunDirectory::create(program.out);
+      const nlohmann::json summary = run_reconstruct(context, run, options->source, options->stage);
+      context.progress.say(fmt::format("scene: {}", run.path().string()));
+      return summary;
+    };
+  });
+}
+
+}  // namespace pliant
