@@ -113,6 +113,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
 
   SemanticOptions options;
   options.start_from_vote = stage.start_from_vote;
+  if (!stage.start_from_vote) options.kl_weight = 2.0;  // what no mask tells comes from neighbours alone
   if (stage.iterations) options.iterations = *stage.iterations;
   options.seed = context.seed;
   options.render.antialiased = scene.report.antialiased;

@@ -93,9 +93,12 @@ INLINE void gather_run(const GatherInput<T>& in, GatherReport<T>& report) {
     Pack<T> C[9], new_v[3] = {v[0], v[1], v[2]}, new_C[9];
     about_particle<T>(sums, sx.offset - T(1), sy.offset - T(1), sz.offset - T(1), 4 * run.inverse_dx, C);
     for (int k = 0; k < 9; ++k) new_C[k] = C[k];
-    if (in.grid_C)
-      for (int l = 0; l < lanes; ++l)
-        for (int k = 0; k < 9; ++k) in.grid_C[9 * (first + l) + k] = C[k][l];
+    if constexpr (kFlip) {
+      // Single lanes are read from memory, which without FLIP would cost a quarter of the step.
+      if (in.grid_C)
+        for (int l = 0; l < lanes; ++l)
+          for (int k = 0; k < 9; ++k) in.grid_C[9 * (first + l) + k] = C[k][l];
+    }
     Pack<T> speed = fma(v[2], v[2], fma(v[1], v[1], v[0] * v[0]));
 
     for (int k = 4; k < 12; k += 4) load_group<T>(at, kPlaceGroup + k, place + k);

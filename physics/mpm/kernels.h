@@ -41,7 +41,7 @@ struct GatherInput {
   const T* node[8];   ///< velocities of the node blocks that the block's patch covers
   T flip;             ///< part kept of what the grid cannot represent of v and C, 0 = APIC
   const T* old_node[8];  ///< velocities before the step, where flip > 0
-  T* grid_C;          ///< [count, 9] or null, receives the C of the grid, which moves F
+  T* grid_C;          ///< [count, 9] or null; where flip > 0 it receives the C of the grid, which moves F
   int* moved;         ///< [count], receives the places in the run whose particles left the block
 };
 

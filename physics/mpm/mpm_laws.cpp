@@ -20,10 +20,10 @@ void Mpm<T>::set_given_stress(const ParticleRecord<T>& r, const Mat3<T>& F) {
   stress[3] = tau(1, 2), stress[4] = tau(0, 2), stress[5] = tau(0, 1);
 }
 
-/// `grid_C` [count, 9] moved F.
+/// `grid_C` [count, 9] moved F; null where it is the C that the particles keep.
 template <class T>
 void Mpm<T>::apply_laws(int b, T dt, const T* grid_C) {
-  for (int s = data_.grid.begin(b); s < data_.grid.begin(b + 1); ++s, grid_C += 9) {
+  for (int s = data_.grid.begin(b); s < data_.grid.begin(b + 1); ++s) {
     ParticleRecord<T>& r = data_.record[data_.grid.order()[s]];
     if (r.side < 0) continue;
     Eigen::Map<RowMajor<T>> stored(r.F);
@@ -33,7 +33,7 @@ void Mpm<T>::apply_laws(int b, T dt, const T* grid_C) {
       // F has advanced with the gather; the other deformations follow with the same velocity gradient.
       LawSide<T>& side = data_.side[r.side];
       LawMemory<T>& memory = side.memory;
-      const Mat3<T> rate = dt * Eigen::Map<const RowMajor<T>>(grid_C), total = rate * memory.F_total;
+      const Mat3<T> rate = dt * Eigen::Map<const RowMajor<T>>(grid_C ? grid_C + 9 * (s - data_.grid.begin(b)) : r.C), total = rate * memory.F_total;
       for (int k = 0; k < 9; ++k) {
         T& sum = memory.F_total(k / 3, k % 3);
         const T whole = total(k / 3, k % 3) + side.total_rest[k], next = sum + whole;

@@ -140,10 +140,10 @@ void Mpm<T>::gather_block(int b, T dt, const StepLoads<T>& loads) {
     in.old_node[o] = in.flip > T(0) ? data_.old_node[node].lane : nullptr;
   }
   in.moved = moved_.data() + data_.grid.begin(b);
-  std::vector<T> grid_C(data_.side.empty() ? 0 : 9 * static_cast<size_t>(in.run.count));
+  std::vector<T> grid_C(data_.side.empty() || !(in.flip > T(0)) ? 0 : 9 * static_cast<size_t>(in.run.count));
   in.grid_C = grid_C.empty() ? nullptr : grid_C.data();
   kernels_->gather(in, report_[b]);
-  if (!data_.side.empty()) apply_laws(b, dt, grid_C.data());
+  if (!data_.side.empty()) apply_laws(b, dt, in.grid_C);
   if (loads.strain_rate_kept != T(1) || loads.spin_kept != T(1)) damp_affine(b, loads.strain_rate_kept, loads.spin_kept);
   if (sleeping()) watch_rest(b, dt);
 }

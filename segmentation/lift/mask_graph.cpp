@@ -1,17 +1,17 @@
 #include "segmentation/lift/mask_graph.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <map>
 #include <numeric>
+#include <tuple>
+
+#include "gaussians/base/random.h"
 
 namespace pliant {
 namespace {
 
-/// Views that speak for and against joining two masks or groups.
-struct Evidence {
-  int support = 0, against = 0;
-};
-using Pairs = std::map<std::pair<int, int>, Evidence>;
+using Pair = std::pair<int, int>;
 
 bool stands_on_several(const MaskGraphOptions& options, const MaskRelations& relations, int mask) {
   int divided = 0, seen = 0;
@@ -23,42 +23,65 @@ bool stands_on_several(const MaskGraphOptions& options, const MaskRelations& rel
   return divided > options.divided * seen;
 }
 
-Evidence evidence(const MaskRelations& relations, const std::vector<uint8_t>& several, int a, int b) {
-  Evidence sum;
-  for (int v = 0; v < relations.views(); ++v) {
-    const int in_a = relations.container_of(a, v), in_b = relations.container_of(b, v);
-    if (in_a < 0 || in_b < 0 || several[in_a] || several[in_b]) continue;
-    ++(in_a == in_b ? sum.support : sum.against);
+/// Where the masks of a group lie: what a view says for joining two groups is the number of pairs of their masks that lie
+/// in one mask of it, and against it the number of pairs that lie in two.
+struct Places {
+  std::vector<Pair> in;   ///< container and how many masks of the group it holds, ascending
+  std::vector<int> seen;  ///< [views] masks of the group that some container of the view holds
+
+  void add(const Places& other) {
+    std::map<int, int> sum(in.begin(), in.end());
+    for (const auto& [container, count] : other.in) sum[container] += count;
+    in.assign(sum.begin(), sum.end());
+    for (size_t v = 0; v < seen.size(); ++v) seen[v] += other.seen[v];
   }
+};
+
+struct Evidence {
+  int64_t support = 0, against = 0;
+};
+
+Evidence evidence(const Places& a, const Places& b) {
+  Evidence sum;
+  for (auto i = a.in.begin(), j = b.in.begin(); i != a.in.end() && j != b.in.end();) {
+    if (i->first == j->first) sum.support += int64_t(i->second) * j->second;
+    const bool next_i = i->first <= j->first, next_j = j->first <= i->first;
+    i += next_i, j += next_j;
+  }
+  for (size_t v = 0; v < a.seen.size(); ++v) sum.against += int64_t(a.seen[v]) * b.seen[v];
+  sum.against -= sum.support;
   return sum;
 }
 
-/// Evidence of all pairs that lie in one mask somewhere.
-Pairs candidates(const MaskRelations& relations, const std::vector<uint8_t>& several) {
-  std::vector<std::vector<int>> held(relations.masks());
-  for (int m = 0; m < relations.masks(); ++m)
-    for (int v = 0; v < relations.views(); ++v)
-      if (const int container = relations.container_of(m, v); !several[m] && container >= 0 && !several[container])
-        held[container].push_back(m);
-  std::vector<std::pair<int, int>> pairs;
-  for (int a = 0; a < relations.masks(); ++a) {
-    std::vector<int> partners;
-    if (several[a]) continue;
-    for (int v = 0; v < relations.views(); ++v)
-      if (const int container = relations.container_of(a, v); container >= 0)
-        for (int b : held[container])
-          if (b > a) partners.push_back(b);
-    std::sort(partners.begin(), partners.end());
-    partners.erase(std::unique(partners.begin(), partners.end()), partners.end());
-    for (int b : partners) pairs.emplace_back(a, b);
+std::vector<Places> places_of_masks(const MaskRelations& relations, const std::vector<uint8_t>& several) {
+  std::vector<Places> places(relations.masks());
+  parallel_for(relations.masks(), [&](std::ptrdiff_t m) {
+    places[m].seen.assign(relations.views(), 0);
+    for (int v = 0; v < relations.views() && !several[m]; ++v) {
+      const int container = relations.container_of(static_cast<int>(m), v);
+      if (container < 0 || several[container]) continue;
+      places[m].in.emplace_back(container, 1), places[m].seen[v] = 1;
+    }
+    std::sort(places[m].in.begin(), places[m].in.end());
+  }, 64);
+  return places;
+}
+
+/// Pairs of masks that lie in one mask somewhere.
+std::vector<Pair> candidates(const std::vector<Places>& places) {
+  std::vector<std::vector<int>> held(places.size());
+  for (size_t m = 0; m < places.size(); ++m)
+    for (const auto& [container, count] : places[m].in) held[container].push_back(static_cast<int>(m));
+  std::vector<Pair> pairs;
+  for (size_t a = 0; a < places.size(); ++a) {
+    const size_t begin = pairs.size();
+    for (const auto& [container, count] : places[a].in)
+      for (int b : held[container])
+        if (b > static_cast<int>(a)) pairs.emplace_back(static_cast<int>(a), b);
+    std::sort(pairs.begin() + begin, pairs.end());
+    pairs.erase(std::unique(pairs.begin() + begin, pairs.end()), pairs.end());
   }
-  std::vector<Evidence> found(pairs.size());
-  parallel_for(static_cast<std::ptrdiff_t>(pairs.size()), [&](std::ptrdiff_t i) {
-    found[i] = evidence(relations, several, pairs[i].first, pairs[i].second);
-  }, 256);
-  Pairs out;
-  for (size_t i = 0; i < pairs.size(); ++i) out.emplace_hint(out.end(), pairs[i], found[i]);
-  return out;
+  return pairs;
 }
 
 int root_of(std::vector<int>& parent, int m) {
@@ -72,30 +95,44 @@ std::vector<int> group_masks(const MaskGraphOptions& options, const MaskRelation
   const int M = relations.masks();
   std::vector<uint8_t> several(M);
   parallel_for(M, [&](std::ptrdiff_t m) { several[m] = stands_on_several(options, relations, static_cast<int>(m)); }, 64);
-  Pairs pairs = candidates(relations, several);
+  std::vector<Places> places = places_of_masks(relations, several);
+  std::vector<Pair> pairs = candidates(places);
   std::vector<int> parent(M);
   std::iota(parent.begin(), parent.end(), 0);
-  int strongest = 0;
-  for (const auto& [pair, said] : pairs) strongest = std::max(strongest, said.support - said.against);
-  for (int level = strongest; level >= 1;) {
-    bool joined = false;
-    for (const auto& [pair, said] : pairs) {
-      if (said.support - said.against < level || said.support < options.consensus * (said.support + said.against)) continue;
-      const int a = root_of(parent, pair.first), b = root_of(parent, pair.second);
-      parent[std::max(a, b)] = std::min(a, b), joined = true;
+  while (true) {
+    // How far support leads, 0 where the views do not agree well enough; equal leads are told apart by a number.
+    struct Lead {
+      int64_t lead;
+      uint64_t number;
+      bool operator<(const Lead& other) const { return std::tie(lead, number) < std::tie(other.lead, other.number); }
+    };
+    std::vector<Lead> leads(pairs.size());
+    parallel_for(static_cast<std::ptrdiff_t>(pairs.size()), [&](std::ptrdiff_t i) {
+      const auto [a, b] = pairs[i];
+      const Evidence said = evidence(places[a], places[b]);
+      const bool agreed = said.support >= options.consensus * (said.support + said.against);
+      leads[i] = {agreed ? said.support - said.against : 0, Random(a, b).bits()};
+    }, 256);
+    std::vector<Lead> best(M, {0, 0});
+    int64_t strongest = 0;
+    for (size_t i = 0; i < pairs.size(); ++i) {
+      strongest = std::max(strongest, leads[i].lead);
+      for (int m : {pairs[i].first, pairs[i].second}) best[m] = std::max(best[m], leads[i]);
     }
-    if (!joined) {
-      level = level > 1 ? (level + 1) / 2 : 0;
-      continue;
+    if (strongest < 1) break;
+    std::vector<int> joined;
+    for (size_t i = 0; i < pairs.size(); ++i) {
+      const auto [a, b] = pairs[i];
+      if (leads[i].lead < (strongest + 1) / 2 || leads[i] < best[a] || leads[i] < best[b]) continue;
+      parent[b] = a;
+      joined.push_back(b);
     }
-    Pairs next;
-    for (const auto& [pair, said] : pairs) {
-      const int a = root_of(parent, pair.first), b = root_of(parent, pair.second);
-      if (a == b) continue;
-      Evidence& sum = next[std::minmax(a, b)];
-      sum.support += said.support, sum.against += said.against;
-    }
-    pairs = std::move(next);
+    std::sort(joined.begin(), joined.end());
+    for (int m : joined) places[root_of(parent, m)].add(places[m]), places[m] = {};
+    for (Pair& pair : pairs) pair = std::minmax({root_of(parent, pair.first), root_of(parent, pair.second)});
+    std::erase_if(pairs, [](const Pair& pair) { return pair.first == pair.second; });
+    std::sort(pairs.begin(), pairs.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   }
   std::vector<int> group(M, -1), number(M, -1);
   int groups = 0;

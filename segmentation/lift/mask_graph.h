@@ -13,8 +13,8 @@ struct MaskGraphOptions {
 
 /// Groups of masks that stand on the same object, by what the views agree on (after the view consensus of Yan et al.
 /// 2024, MaskClustering): for two masks, a view that sees both speaks for joining them when one of its masks contains
-/// both, and against it when two masks do.  Rounds join all pairs at once from the strongest to the weakest evidence,
-/// each round adding up what its groups say, so that no order of masks or views plays a part.
+/// both, and against it when two masks do.  Two groups are judged by all pairs of their masks.  Rounds join at once all
+/// groups that are each other's best partners, the strongest first, so that no order of masks or views plays a part.
 /// group [masks] is numbered by first mask; -1 = the mask stands on several objects.
 std::vector<int> group_masks(const MaskGraphOptions& options, const MaskRelations& relations);
 

@@ -213,6 +213,7 @@ SemanticResult fit_semantic_field(const SemanticOptions& options, const Gaussian
   std::copy_if(masks.views.begin(), masks.views.end(), std::back_inserter(training.views), [&](const MaskSet::View& view) {
     return !std::count(options.held_out.begin(), options.held_out.end(), view.camera);
   });
+  std::stable_sort(training.views.begin(), training.views.end(), [](const auto& a, const auto& b) { return a.camera < b.camera; });
   segmentation.class_id = training.ids();
   for (uint32_t id : segmentation.class_id) segmentation.class_name.push_back(masks.name_of(id));
   const int classes = static_cast<int>(segmentation.class_id.size());

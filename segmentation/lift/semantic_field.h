@@ -13,14 +13,16 @@ namespace pliant {
 /// Optimisation of the semantic attribute with frozen geometry.
 struct SemanticOptions {
   bool start_from_vote = true;     ///< else y and classifier start from random numbers
-  int iterations = 150;            ///< one view each; 0 = vote only
-  double attribute_rate = 0.01;    ///< Adam's learning rate of y ...
-  double classifier_rate = 0.01;   ///< ... and of the classifier; both fall to a tenth along a cosine
-  double kl_weight = 2.0;          ///< weight of the grouping term
+  int iterations = 300;            ///< one view each; 0 = vote only
+  double attribute_rate = 0.1;     ///< Adam's learning rate of y ...
+  double classifier_rate = 0.03;   ///< ... and of the classifier; both fall to a tenth along a cosine
+  /// Weight of the grouping term.  Ye et al. 2024 take 2.0, from random attributes; after a vote it only blurs the
+  /// silhouettes.
+  double kl_weight = 0.2;
   int neighbours = 5, anchors = 1000;
   size_t max_points = 200000;      ///< the grouping term acts on at most so many Gaussians
-  int pixel_stride = 2;            ///< one pixel per stride x stride block is used for optimisation; votes use all
-  int edge = 3;                    ///< ... but all pixels so near to another id are used
+  int pixel_stride = 3;            ///< one pixel per stride x stride block is used for optimisation; votes use all
+  int edge = 1;                    ///< ... but all pixels so near to another id are used
   int border = 2;                  ///< pixels so near to another id across a silhouette do not vote; they teach how strongly
                                    ///< Gaussians speak, but labels of which a vote is sure stay
   float sure_vote = 0.7f;          ///< share of the most frequent class from which on a vote is sure

@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "app/commands/program.h"
 #include "gaussians/io/files.h"
+#include "tests/app/run_pliant.h"
 
 namespace pliant {
 namespace {
@@ -16,20 +16,13 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-int pliant(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), "pliant");
-  std::vector<const char*> argv;
-  for (const std::string& argument : arguments) argv.push_back(argument.c_str());
-  return run_program(static_cast<int>(argv.size()), argv.data());
-}
-
 class PipelineTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder = fs::temp_directory_path() / ("pliant_pipeline_" + std::to_string(getpid()));
     fs::remove_all(folder);
     fs::create_directories(folder);
-    ASSERT_EQ(pliant({"demo", "--out", (folder / "scene").string(), "--gaussians", "9000", "--photos", "12", "--width", "160",
+    ASSERT_EQ(run_pliant({"demo", "--out", (folder / "scene").string(), "--gaussians", "9000", "--photos", "12", "--width", "160",
                       "--height", "120", "--no-video", "--quiet"}),
               0);
     fs::remove_all(folder / "scene" / "truth");
@@ -46,7 +39,7 @@ class PipelineTest : public ::testing::Test {
 fs::path PipelineTest::folder;
 
 TEST_F(PipelineTest, FromSceneToClipOfAFlowerThatMovesAndComesBack) {
-  ASSERT_EQ(pliant(run_command("run")), 0);
+  ASSERT_EQ(run_pliant(run_command("run")), 0);
   const fs::path run = folder / "run";
   for (const char* file : {"clip.mp4", "clip_orbit.mp4", "report.html", "run.json", "objects.json", "objects.png", "segmentation.h5",
                            "background.ply", "background_repaired.ply", "interactions.json"})
@@ -60,35 +53,35 @@ TEST_F(PipelineTest, FromSceneToClipOfAFlowerThatMovesAndComesBack) {
 
   // Repeating the command skips every stage and changes no file.
   const std::string clip = sha256_of_file(run / "clip.mp4"), record = read_text(run / "run.json");
-  ASSERT_EQ(pliant(run_command("run")), 0);
+  ASSERT_EQ(run_pliant(run_command("run")), 0);
   EXPECT_EQ(sha256_of_file(run / "clip.mp4"), clip);
   EXPECT_EQ(read_text(run / "run.json"), record);
 
   // Another material is refused until asked for.
   std::vector<std::string> other = run_command("run");
   other.insert(other.end(), {"--density", "123"});
-  EXPECT_EQ(pliant(other), 2);
+  EXPECT_EQ(run_pliant(other), 2);
   EXPECT_EQ(sha256_of_file(run / "clip.mp4"), clip);
 }
 
 TEST_F(PipelineTest, MistakesOfTheCommandLineExitWithTwo) {
   const std::string scene = (folder / "scene").string(), out = (folder / "wrong").string();
-  EXPECT_EQ(pliant({"run", scene, "--out", out, "--young", "-5", "--quiet"}), 2);
-  EXPECT_EQ(pliant({"run", scene, "--out", out, "--poisson", "0.5", "--quiet"}), 2);
-  EXPECT_EQ(pliant({"run", scene, "--out", out, "--yuong", "5"}), 2);
-  EXPECT_EQ(pliant({"run", scene, "--out", out, "--aabb", "1,2,3"}), 2);
-  EXPECT_EQ(pliant({"segment", scene, "--out", out, "--box", "nowhere,1,1,50,50", "--quiet"}), 2);
-  EXPECT_EQ(pliant({"segment", scene, "--out", out, "--click", "0,5", "--quiet"}), 2);
-  EXPECT_EQ(pliant({"segment", scene, "--out", out, "--stroke", "fg,0,1,1,2", "--quiet"}), 2);
-  EXPECT_EQ(pliant({"extract", scene, "--object", "flower"}), 2);
-  EXPECT_EQ(pliant({}), 2);
-  EXPECT_EQ(pliant({"--version"}), 0);
+  EXPECT_EQ(run_pliant({"run", scene, "--out", out, "--young", "-5", "--quiet"}), 2);
+  EXPECT_EQ(run_pliant({"run", scene, "--out", out, "--poisson", "0.5", "--quiet"}), 2);
+  EXPECT_EQ(run_pliant({"run", scene, "--out", out, "--yuong", "5"}), 2);
+  EXPECT_EQ(run_pliant({"run", scene, "--out", out, "--aabb", "1,2,3"}), 2);
+  EXPECT_EQ(run_pliant({"segment", scene, "--out", out, "--box", "nowhere,1,1,50,50", "--quiet"}), 2);
+  EXPECT_EQ(run_pliant({"segment", scene, "--out", out, "--click", "0,5", "--quiet"}), 2);
+  EXPECT_EQ(run_pliant({"segment", scene, "--out", out, "--stroke", "fg,0,1,1,2", "--quiet"}), 2);
+  EXPECT_EQ(run_pliant({"extract", scene, "--object", "flower"}), 2);
+  EXPECT_EQ(run_pliant({}), 2);
+  EXPECT_EQ(run_pliant({"--version"}), 0);
 }
 
 TEST_F(PipelineTest, AMissingFileExitsWithOne) {
-  EXPECT_EQ(pliant({"info", (folder / "absent.ply").string()}), 1);
+  EXPECT_EQ(run_pliant({"info", (folder / "absent.ply").string()}), 1);
   write_text(folder / "lying.ply", "ply\nformat binary_little_endian 1.0\nelement vertex 999999999\nproperty float x\nend_header\n");
-  EXPECT_EQ(pliant({"convert", (folder / "lying.ply").string(), (folder / "out.ply").string()}), 1);
+  EXPECT_EQ(run_pliant({"convert", (folder / "lying.ply").string(), (folder / "out.ply").string()}), 1);
   EXPECT_FALSE(fs::exists(folder / "out.ply"));
 }
 

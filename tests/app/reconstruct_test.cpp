@@ -8,7 +8,6 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 
-#include "app/commands/program.h"
 #include "app/pipeline/photo_set.h"
 #include "app/pipeline/stages.h"
 #include "app/store/segmentation.h"
@@ -18,6 +17,7 @@
 #include "gaussians/io/json_file.h"
 #include "gaussians/io/transforms.h"
 #include "gaussians/render/render.h"
+#include "tests/app/run_pliant.h"
 #include "tests/temporary_folder.h"
 
 namespace pliant {
@@ -25,14 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-int pliant(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), "pliant");
-  arguments.push_back("--quiet");
-  std::vector<const char*> argv;
-  for (const std::string& argument : arguments) argv.push_back(argument.c_str());
-  return run_program(static_cast<int>(argv.size()), argv.data());
-}
 
 /// Pictures this small are not worth more than one thread.
 class Reconstruct : public ::testing::Test {
@@ -91,7 +83,7 @@ TEST_F(Reconstruct, FindsAMadeSceneAgainFromItsPhotos) {
   const TemporaryFolder folder;
   make_photos(folder / "set");
   const fs::path out = folder / "scene";
-  ASSERT_EQ(pliant(command(folder / "set", out, {"--iterations", "600"})), 0);
+  ASSERT_EQ(run_quietly(command(folder / "set", out, {"--iterations", "600"})), 0);
 
   const json results = parsed(out / "results.json");
   EXPECT_GE(results["psnr"].get<double>(), 25);
@@ -111,14 +103,14 @@ TEST_F(Reconstruct, FindsAMadeSceneAgainFromItsPhotos) {
   EXPECT_EQ(scene.cloud.size(), results["gaussians"].get<size_t>());
   ASSERT_EQ(scene.cameras.size(), 16u);
   EXPECT_TRUE(fs::equivalent(scene.cameras[3].photo, folder / "set/photos/v13.png"));
-  ASSERT_EQ(pliant({"render", out.string(), "--out", (folder / "views").string()}), 0);
+  ASSERT_EQ(run_quietly({"render", out.string(), "--out", (folder / "views").string()}), 0);
   EXPECT_TRUE(fs::exists(folder / "views/v13.png"));
 
   // Once is enough.
   const std::string record = read_text(out / "run.json");
-  ASSERT_EQ(pliant(command(folder / "set", out, {"--iterations", "600"})), 0);
+  ASSERT_EQ(run_quietly(command(folder / "set", out, {"--iterations", "600"})), 0);
   EXPECT_EQ(read_text(out / "run.json"), record);
-  EXPECT_EQ(pliant(command(folder / "set", out, {"--iterations", "601"})), 2);
+  EXPECT_EQ(run_quietly(command(folder / "set", out, {"--iterations", "601"})), 2);
 }
 
 /// Trains with the library; interrupted after so many questions about it, two an iteration (-1 = never).
@@ -200,7 +192,7 @@ TEST_F(Reconstruct, WhatTheScenesFileSaysLivesOn) {
 
   for (const bool smaller : {false, true}) {
     const fs::path out = folder / (smaller ? "smaller" : "same");
-    ASSERT_EQ(pliant(command(folder / "set", out, {"--iterations", "20", "--longest-side", smaller ? "40" : "960"})), 0);
+    ASSERT_EQ(run_quietly(command(folder / "set", out, {"--iterations", "20", "--longest-side", smaller ? "40" : "960"})), 0);
     const Scene scene = load_scene(out);
     EXPECT_EQ(scene.metres_per_unit, 0.5);
     EXPECT_EQ(scene.up, Eigen::Vector3d(0, 0, 1));
@@ -241,7 +233,7 @@ TEST_F(Reconstruct, LabelsTrainedAlongWithTheSceneDivideItsGaussians) {
   make_masks(folder / "set");
   const std::vector<std::string> segment = {"segment", (folder / "set").string(), "--joint", "--masks", (folder / "set/masks").string(), "--start",
                                             "random", "--gaussians", "1k", "--sh-degree", "0", "--iterations", "400", "--out", (folder / "run").string()};
-  ASSERT_EQ(pliant(segment), 0);
+  ASSERT_EQ(run_quietly(segment), 0);
   const Segmentation segmentation = read_segmentation(folder / "run/segmentation.h5");
   const Scene scene = load_scene(folder / "run/scene");
   ASSERT_EQ(segmentation.label.size(), scene.cloud.size());
@@ -254,20 +246,20 @@ TEST_F(Reconstruct, LabelsTrainedAlongWithTheSceneDivideItsGaussians) {
   }
   EXPECT_GT(right / all, 0.93);
   EXPECT_EQ(parsed(folder / "run/objects.json").size(), 2u);
-  ASSERT_EQ(pliant(segment), 0) << "what is done is not done again";
+  ASSERT_EQ(run_quietly(segment), 0) << "what is done is not done again";
 
   // A scene that is trained already keeps its Gaussians.
-  ASSERT_EQ(pliant({"segment", (folder / "run/scene").string(), "--joint", "--masks", (folder / "set/masks").string(), "--iterations", "20", "--sh-degree",
+  ASSERT_EQ(run_quietly({"segment", (folder / "run/scene").string(), "--joint", "--masks", (folder / "set/masks").string(), "--iterations", "20", "--sh-degree",
                     "0", "--out", (folder / "again").string()}), 0);
   EXPECT_EQ(load_scene(folder / "again/scene").cloud.size(), scene.cloud.size());
-  EXPECT_EQ(pliant({"segment", (folder / "set").string(), "--joint", "--iterations", "5", "--out", (folder / "none").string()}), 2) << "no masks";
+  EXPECT_EQ(run_quietly({"segment", (folder / "set").string(), "--joint", "--iterations", "5", "--out", (folder / "none").string()}), 2) << "no masks";
 }
 
 TEST_F(Reconstruct, TimeIsHonoured) {
   const TemporaryFolder folder;
   make_photos(folder / "set", 8);
   const auto start = std::chrono::steady_clock::now();
-  ASSERT_EQ(pliant(command(folder / "set", folder / "scene", {"--time", "2s"})), 0);
+  ASSERT_EQ(run_quietly(command(folder / "set", folder / "scene", {"--time", "2s"})), 0);
   const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const double seconds = parsed(folder / "scene/results.json")["seconds"];
   EXPECT_GE(seconds, 2.0);
@@ -283,23 +275,23 @@ TEST_F(Reconstruct, PhotosWithoutCamerasAreToldHowToGetThem) {
   expect_error(Failure::kInput, {"4 photos", "no cameras", "colmap automatic_reconstructor", (folder / "set/photos").string()},
                [&] { find_photo_set(folder / "set"); });
   EXPECT_TRUE(lacks_splats(folder / "set"));
-  EXPECT_EQ(pliant(command(folder / "set", folder / "scene")), 1);
-  EXPECT_EQ(pliant({"run", (folder / "set").string(), "--out", (folder / "run").string(), "--aabb", "0,0,0,1,1,1"}), 1);
-  EXPECT_EQ(pliant(command(folder / "absent", folder / "scene")), 1);
+  EXPECT_EQ(run_quietly(command(folder / "set", folder / "scene")), 1);
+  EXPECT_EQ(run_quietly({"run", (folder / "set").string(), "--out", (folder / "run").string(), "--aabb", "0,0,0,1,1,1"}), 1);
+  EXPECT_EQ(run_quietly(command(folder / "absent", folder / "scene")), 1);
 }
 
 TEST_F(Reconstruct, TooFewPhotosAndImpossibleOptionsEndWithTheRightExitCode) {
   const TemporaryFolder folder;
   make_photos(folder / "one", 1);
-  EXPECT_EQ(pliant(command(folder / "one", folder / "a")), 1);
+  EXPECT_EQ(run_quietly(command(folder / "one", folder / "a")), 1);
   make_photos(folder / "set", 4);
-  EXPECT_EQ(pliant(command(folder / "set", folder / "b", {"--hold-out", "1"})), 2);
+  EXPECT_EQ(run_quietly(command(folder / "set", folder / "b", {"--hold-out", "1"})), 2);
   for (const std::vector<std::string>& bad : std::vector<std::vector<std::string>>{
            {"--time", "10x"}, {"--time", "0s"}, {"--time", "-5"}, {"--iterations", "0"}, {"--time", "5s", "--iterations", "100"}, {"--gaussians", "many"},
            {"--gaussians", "0"}, {"--gaussians", "2kk"}, {"--background", "0,0"}, {"--background", "0,0,2"}, {"--sh-degree", "4"}, {"--strategy", "best"},
            {"--photos", "nowhere"}})
-    EXPECT_EQ(pliant(command(folder / "set", folder / "c", bad)), 2) << bad[0] << " " << bad[1];
-  EXPECT_EQ(pliant(command(folder / "set", folder / "d", {"--start", "points"})), 2);
+    EXPECT_EQ(run_quietly(command(folder / "set", folder / "c", bad)), 2) << bad[0] << " " << bad[1];
+  EXPECT_EQ(run_quietly(command(folder / "set", folder / "d", {"--start", "points"})), 2);
 }
 
 }  // namespace

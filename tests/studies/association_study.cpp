@@ -114,6 +114,18 @@ int main(int argc, char** argv) {
       {"all_other_damage", {.shuffle = true, .missing = 0.2, .merged_or_split = 0.1, .away = away, .seed = 77}},
   };
   for (const auto& [name, damage] : cases) run(name, [&] { return study.measure(damaged(study.masks, damage), true); });
+  run("forty_damages", [&] {  // association alone: which share of labelled pixels is wrong, and whether all objects are found
+    Json out = {{"miou", 1.0}, {"boundary_miou", 1.0}, {"seconds", 0.0}};
+    for (uint64_t seed = 1; seed <= 40; ++seed) {
+      const MaskDamage damage{.shuffle = true, .missing = 0.2, .merged_or_split = 0.1,
+                              .away = all.names.empty() ? 0 : std::next(all.names.begin(), seed % all.names.size())->first, .seed = seed};
+      const AssociateResult result = associate({}, study.scene.cloud, study.scene.cameras, damaged(study.masks, damage));
+      const Json pixels = study.pixels(result.masks);
+      const double wrong = pixels["wrong"], right = pixels["right"];
+      out["objects"].push_back(result.summary.groups), out["wrong"].push_back(wrong / (wrong + right));
+    }
+    return out;
+  });
   run("all_not_associated", [&] { return study.measure(damaged(study.masks, cases[5].second), false); });
   run("rerasterised", [&] {
     SemanticOptions options;
