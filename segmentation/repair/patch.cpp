@@ -56,8 +56,7 @@ GaussianCloud plane_patch(const PlanePicture& picture, const GaussianCloud& back
   for (int y = 0; y < filled.height; ++y)
     for (int x = 0; x < filled.width; ++x)
       if (picture.target(x, y) && !picture.covered(x, y))
-        add_disc(patch, picture.point(x + 0.5f, y + 0.5f) + (picture.raised(x, y) ? picture.texel : 0.0f) * picture.normal, rotation,
-                 picture.texel, around.thickness, around.opacity, filled.at(x, y));
+        add_disc(patch, picture.point(x + 0.5f, y + 0.5f), rotation, picture.texel, around.thickness, around.opacity, filled.at(x, y));
   return patch;
 }
 

@@ -135,14 +135,12 @@ PlanePicture picture_plane(const PlanePictureOptions& options, const Surfaces& s
   const int height = static_cast<int>((rv[1] - rv[0] + 2 * margin) / texel) + 1;
 
   // The plane's own Gaussians.  Those that nobody observed say nothing.
-  std::vector<int> unobserved;
   for (size_t p = 0; p < background.size(); ++p) {
     const Vec2f at = picture.coordinates(background.position[p]);
     if (std::abs(plane.normal.dot(background.position[p] - plane.point)) <= 2 * surfaces.tolerance && at.minCoeff() > -20 &&
-        at[0] < static_cast<float>(width + 20) && at[1] < static_cast<float>(height + 20)) {
-      if (p < observation.unobserved.size() && observation.unobserved[p] > 0) unobserved.push_back(static_cast<int>(p));
-      else picture.members.push_back(static_cast<int>(p));
-    }
+        at[0] < static_cast<float>(width + 20) && at[1] < static_cast<float>(height + 20) &&
+        !(p < observation.unobserved.size() && observation.unobserved[p] > 0))
+      picture.members.push_back(static_cast<int>(p));
   }
   if (picture.members.empty()) return {};
   const RenderResult seen =
@@ -160,16 +158,6 @@ PlanePicture picture_plane(const PlanePictureOptions& options, const Surfaces& s
   cv::Mat mask(height, width, CV_8U, picture.target.data.data());
   cv::morphologyEx(mask, mask, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
   cv::dilate(mask, mask, cv::Mat::ones(3, 3, CV_8U));
-  // What is filled goes a texel in front of what nobody observed, where there is such a thing.
-  picture.raised = ImageU8(width, height, 1);
-  for (const int p : unobserved) {
-    const Vec2f at = picture.coordinates(background.position[p]);
-    const float radius = 1 + 2 * std::exp(background.log_scale[p].maxCoeff()) / texel;
-    const int x0 = std::max(0, static_cast<int>(at[0] - radius)), x1 = std::min(width - 1, static_cast<int>(at[0] + radius));
-    const int y0 = std::max(0, static_cast<int>(at[1] - radius)), y1 = std::min(height - 1, static_cast<int>(at[1] + radius));
-    for (int y = y0; y <= y1; ++y)
-      for (int x = x0; x <= x1; ++x) picture.raised(x, y) |= (Vec2f(x + 0.5f, y + 0.5f) - at).norm() <= radius;
-  }
   picture.color = divided_by_alpha(seen);
   picture.known = source_mask(seen, picture.target);
   return picture;

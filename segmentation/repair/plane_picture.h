@@ -16,7 +16,6 @@ struct PlanePicture {
   ImageU8 covered;           ///< [H, W, 1] 1 = members are opaque here
   ImageU8 target;            ///< [H, W, 1] 1 = some view sees the texel through its hole; a texel wider than that
   ImageU8 known;             ///< [H, W, 1] 1 = the colour can be trusted, and is not at the rim of the target
-  ImageU8 raised;            ///< [H, W, 1] 1 = something that nobody observed lies here, to be covered
 
   bool empty() const { return color.empty(); }
   /// World position of picture coordinates; texel (i, j) has its centre at (i + 0.5, j + 0.5).

@@ -45,34 +45,54 @@ float change_outside(const HoleView& before, const HoleView& after) {
   return count ? static_cast<float>(sum / static_cast<double>(count)) : 0.0f;
 }
 
-/// The Gaussians of `patch` that no view sees outside its hole: nothing may be added in front of what is there, nor
-/// where there was nothing.
-GaussianCloud inside_holes(const GaussianCloud& patch, const std::vector<HoleView>& views, const std::vector<int>& camera_of,
-                           const std::vector<Camera>& cameras) {
-  constexpr int kSoftEdge = 2;       // pixels around a hole that belong to its blurred border
-  constexpr double kInFront = 0.98;  // of the depth of what is there
-  std::vector<uint8_t> seen(patch.size(), 0);
+/// Where views see points: 1 = in front of what is there, in the hole; 2 = outside it.
+std::vector<uint8_t> where_seen(const std::vector<Vec3f>& points, const std::vector<HoleView>& views, const std::vector<int>& camera_of,
+                                const std::vector<Camera>& cameras) {
+  constexpr int kSoftEdge = 2;      // pixels around a hole that belong to its blurred border
+  constexpr double kSlack = 0.02;   // of the depth of what is there
+  std::vector<uint8_t> seen(points.size(), 0);
   for (size_t v = 0; v < views.size(); ++v) {
     const HoleView& view = views[v];
     const Camera& camera = cameras[camera_of[v]];
     cv::Mat near, hole(view.hole.height, view.hole.width, CV_8U, const_cast<uint8_t*>(view.hole.data.data()));
     cv::dilate(hole, near, cv::Mat::ones(2 * kSoftEdge + 1, 2 * kSoftEdge + 1, CV_8U));
-    for (size_t i = 0; i < patch.size(); ++i) {
-      const Eigen::Vector3d x = camera.cam_from_world * patch.position[i].cast<double>();
+    for (size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Vector3d x = camera.cam_from_world * points[i].cast<double>();
       if (x.z() <= 0) continue;
       const double u = camera.fx * x.x() / x.z() + camera.cx, w = camera.fy * x.y() / x.z() + camera.cy;
       if (u < 0 || w < 0 || u >= camera.width || w >= camera.height) continue;
       const int px = static_cast<int>(u), py = static_cast<int>(w);
-      if (near.at<uint8_t>(py, px)) continue;
       const float alpha = view.picture.alpha(px, py);
-      const bool behind = alpha > 0.5f && x.z() > kInFront * view.picture.depth(px, py) / alpha;
-      seen[i] |= !behind;
+      const double there = alpha > 0.5f ? view.picture.depth(px, py) / alpha : INFINITY;
+      if (near.at<uint8_t>(py, px)) seen[i] |= x.z() <= (1 + kSlack) * there ? 1 : 0;
+      else seen[i] |= x.z() <= (1 - kSlack) * there ? 2 : 0;
     }
   }
+  return seen;
+}
+
+/// The Gaussians of `patch` that no view sees outside its hole: nothing may be added in front of what is there, nor
+/// where there was nothing.
+GaussianCloud inside_holes(const GaussianCloud& patch, const std::vector<HoleView>& views, const std::vector<int>& camera_of,
+                           const std::vector<Camera>& cameras) {
+  const std::vector<uint8_t> seen = where_seen(patch.position, views, camera_of, cameras);
   std::vector<int> kept;
   for (size_t i = 0; i < patch.size(); ++i)
-    if (!seen[i]) kept.push_back(static_cast<int>(i));
+    if (!(seen[i] & 2)) kept.push_back(static_cast<int>(i));
   return patch.select(kept);
+}
+
+/// Never observed Gaussians that come into view in holes and nowhere else: nobody knows whether they are right.
+std::vector<int> uncovered_guesses(const GaussianCloud& background, const Observation& observation, const std::vector<HoleView>& views,
+                                   const std::vector<Camera>& cameras) {
+  std::vector<int> guesses, out;
+  std::vector<Vec3f> points;
+  for (size_t p = 0; p < background.size(); ++p)
+    if (observation.unobserved[p] > 0) guesses.push_back(static_cast<int>(p)), points.push_back(background.position[p]);
+  const std::vector<uint8_t> seen = where_seen(points, views, observation.view, cameras);
+  for (size_t i = 0; i < guesses.size(); ++i)
+    if (seen[i] == 1) out.push_back(guesses[i]);
+  return out;
 }
 
 /// The plane on which the object stands: most of the hole is on it and the object reaches down to it.  -1 = none.
@@ -134,10 +154,22 @@ RepairResult repair(const RepairOptions& options, const GaussianCloud& backgroun
   const size_t views = summary.views.size();
   std::vector<HoleView> before(views);
   for (size_t v = 0; v < views; ++v) before[v] = find_hole(options.hole, observation, v, background, cameras);
+  result.replaced = uncovered_guesses(background, observation, before, cameras);
+  if (!result.replaced.empty()) {
+    std::vector<int> kept;
+    std::vector<float> unobserved;
+    for (size_t p = 0, next = 0; p < background.size(); ++p) {
+      if (next < result.replaced.size() && result.replaced[next] == static_cast<int>(p)) ++next;
+      else kept.push_back(static_cast<int>(p)), unobserved.push_back(observation.unobserved[p]);
+    }
+    result.background = background.select(kept), observation.unobserved = std::move(unobserved);
+    result.first_new = result.background.size();
+    for (size_t v = 0; v < views; ++v) before[v] = find_hole(options.hole, observation, v, result.background, cameras);
+  }
   report(0.5);
 
   // Planes, all views at once.
-  const Surfaces surfaces = find_surfaces(before, observation, background, cameras, options.ring, options.max_planes);
+  const Surfaces surfaces = find_surfaces(before, observation, result.background, cameras, options.ring, options.max_planes);
   std::vector<HoleGeometry> geometry;
   for (size_t v = 0; v < views; ++v) {
     geometry.push_back(place_hole(surfaces, before[v], cameras[summary.views[v]], options.ring));
@@ -147,7 +179,7 @@ RepairResult repair(const RepairOptions& options, const GaussianCloud& backgroun
   }
   if (const int support = support_plane(surfaces, geometry, removed); support >= 0) {
     const PlanePicture wide =
-        picture_plane({.margin = 2.0f, .most_texels = 240}, surfaces, support, before, geometry, observation, background, cameras);
+        picture_plane({.margin = 2.0f, .most_texels = 240}, surfaces, support, before, geometry, observation, result.background, cameras);
     const Shadow shadow = find_shadow(options.shadow, wide);
     summary.shadow = shadow.verdict, summary.shadow_doubt = shadow.doubt, summary.shadow_darkest = shadow.darkest;
     summary.shadow_lifted = options.repair_shadow && shadow.verdict == Shadow::Verdict::kPlain;

@@ -19,7 +19,7 @@ struct RepairOptions {
   size_t min_pixels = 12;    ///< holes smaller than this are left to the rasteriser's soft edges
   ExemplarOptions exemplar;
   ShadowOptions shadow;
-  bool repair_shadow = false; ///< false: a contact shadow is reported, not lifted
+  bool repair_shadow = true;  ///< false: a contact shadow is reported, not lifted
 };
 
 struct RepairSummary {
@@ -41,7 +41,8 @@ struct RepairSummary {
 };
 
 struct RepairResult {
-  GaussianCloud background;   ///< the given background followed by the new Gaussians; untouched but for colours in a lifted shadow
+  GaussianCloud background;   ///< the given background without `replaced`, then the new Gaussians; untouched but for colours in a lifted shadow
+  std::vector<int> replaced;  ///< Gaussians of the given background that nobody had observed and only the hole shows
   size_t first_new = 0;
   RepairSummary summary;
 };

@@ -11,7 +11,7 @@ struct ShadowOptions {
   float min_darkening = 0.05f;  ///< least darkening at the footprint [log luminance]
   float min_rim = 0.15f;        ///< least share of the footprint's rim that is dark
   float max_tint = 0.25f;       ///< how much the channels may differ in darkening, relative to their mean
-  int offsets = 12;             ///< places of equal texture that each texel is compared with
+  int offsets = 200;            ///< translations under which the surroundings repeat, best first, that are tried
 };
 
 /// The darkening of a support around the place where an object stood.
