@@ -31,6 +31,7 @@ struct SquaredError {
   void add(const float* a, const float* b) {
     for (int k = 0; k < 3; ++k, ++count) sum += (static_cast<double>(a[k]) - b[k]) * (static_cast<double>(a[k]) - b[k]);
   }
+  void add(const SquaredError& other) { sum += other.sum, count += other.count; }
   /// Null without pixels and without error.
   json psnr() const { return count == 0 || sum == 0 ? json(nullptr) : json(psnr_of_mse(sum / static_cast<double>(count))); }
 };
@@ -143,7 +144,7 @@ json evaluate_repair(const fs::path& run, const fs::path& scene) {
   json per_view = json::object();
   for (const HiddenView& view : views) {
     const cv::Mat near = mask_of(view.hidden, kSeenElsewhere, kEdge);
-    SquaredError here;
+    SquaredError here, here_before;
     std::vector<SquaredError> here_alone(baselines);
     for (int y = 0; y < view.hidden.height; ++y)
       for (int x = 0; x < view.hidden.width; ++x) {
@@ -152,11 +153,11 @@ json evaluate_repair(const fs::path& run, const fs::path& scene) {
         if (view.hidden(x, y) == kSeenElsewhere)
           elsewhere.add(view.after.color.at(x, y), truth), elsewhere_before.add(view.before.color.at(x, y), truth);
         if (view.hidden(x, y) != kNeverSeen) continue;
-        here.add(view.after.color.at(x, y), truth), never_before.add(view.before.color.at(x, y), truth);
+        here.add(view.after.color.at(x, y), truth), here_before.add(view.before.color.at(x, y), truth);
         for (size_t k = 0; k < baselines; ++k) here_alone[k].add(view.alone[k].at(x, y), truth);
       }
-    never.sum += here.sum, never.count += here.count;
-    for (size_t k = 0; k < baselines; ++k) alone[k].sum += here_alone[k].sum, alone[k].count += here_alone[k].count;
+    never.add(here), never_before.add(here_before);
+    for (size_t k = 0; k < baselines; ++k) alone[k].add(here_alone[k]);
     if (here.count) per_view[view.camera.name] = {{"pixels", here.count / 3}, {"psnr", here.psnr()}};
   }
   if (never.count == 0)

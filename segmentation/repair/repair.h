@@ -49,7 +49,8 @@ struct RepairResult {
 
 /// Fills the hole (design: pixels whose accumulated opacity falls below 0.9 after removal or whose front was never
 /// observed, where the object was seen).  Surfaces around the hole are continued as planes with their own texture,
-/// what is left is filled view by view, largest hole first.  Only appends Gaussians, except that a plain contact shadow
+/// what is left is filled view by view, largest hole first.  Never observed Gaussians that only the hole shows are taken
+/// out before; apart from that Gaussians are only appended, except that a plain contact shadow
 /// on the plane under the object is taken off the colours of the Gaussians in it before the hole is filled from them.
 RepairResult repair(const RepairOptions& options, const GaussianCloud& background, const GaussianCloud& removed,
                     const std::vector<Camera>& cameras, const std::function<void(double done)>& progress = {});

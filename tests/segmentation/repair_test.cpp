@@ -129,7 +129,7 @@ TEST(Repair, NewGaussiansLieOnTheContinuedPlane) {
   const RepairResult result = repair({}, parts.background, parts.object, scene.cameras);
   ASSERT_GT(result.summary.plane_gaussians, 100u);
   for (size_t p = result.first_new; p < result.first_new + result.summary.plane_gaussians; ++p) {
-    EXPECT_LT(std::abs(result.background.position[p].z()), 0.01f);
+    EXPECT_LT(std::abs(result.background.position[p].z()), 0.002f);
     EXPECT_LT((result.background.position[p] - Vec3f(-0.35f, 0.1f, 0)).norm(), 0.35f);
     EXPECT_GT(std::abs(rotation_matrix(result.background.rotation[p])(2, 2)), 0.999f);
   }
