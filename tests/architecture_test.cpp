@@ -46,7 +46,7 @@ const std::map<std::string, Permission> kTable = {
     {"fitting/fit",
      {{"gaussians/base", "gaussians/render", "gaussians/io", "physics/laws", "physics/mpm", "physics/body", "physics/simulate",
        "fitting/fields"},
-      {"opencv2"}}},
+      {"opencv2", "fmt", "nlohmann"}}},
     {"app/store",
      {{"gaussians/base", "gaussians/io", "gaussians/reconstruct", "segmentation/lift", "physics/laws", "physics/mpm",
        "physics/body", "physics/simulate", "fitting/fields"},
