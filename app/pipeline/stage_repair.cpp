@@ -27,7 +27,9 @@ json run_repair(const Context& context, RunDirectory& run, const Scene& scene, c
     if (const std::string shadow = s.describe_shadow(); !shadow.empty()) context.progress.say("repair: " + shadow);
     return {{"views", s.views}, {"hole_before", s.hole_before}, {"hole_after", s.hole_after}, {"planes", s.planes},
             {"plane_gaussians", s.plane_gaussians}, {"view_gaussians", s.view_gaussians}, {"unobserved", s.unobserved},
-            {"outside_change", s.outside_change}, {"shadow", s.describe_shadow()}, {"shadow_gaussians", s.shadow_gaussians}};
+            {"outside_change", s.outside_change}, {"shadow", s.describe_shadow()}, {"shadow_gaussians", s.shadow_gaussians}, {"replaced", result.replaced.size()},
+            {"inpainted_views", s.inpainted_views}, {"refined", s.refinement.kept}, {"mse_before_refinement", s.refinement.mse_before},
+            {"mse_after_refinement", s.refinement.mse_after}};
   });
 }
 
