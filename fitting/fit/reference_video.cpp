@@ -103,6 +103,7 @@ double agreed_rate(const VideoOptions& options, const std::string& name, Referen
       "{} runs at {:.4g} frames per second, the scene file says {:.4g}: times follow the {}, and with the other rate E would come out {:.2g} times as large", name,
       video.file_fps, video.declared_fps, options.trust_declared ? "scene file" : "video",
       options.trust_declared ? std::pow(video.file_fps / video.declared_fps, 2) : std::pow(video.declared_fps / video.file_fps, 2)));
+  video.declared_rate_holds = options.trust_declared;
   return options.trust_declared ? video.declared_fps : video.file_fps;
 }
 
