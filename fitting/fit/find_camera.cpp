@@ -20,6 +20,10 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 constexpr double kShapeTolerance = 0.02;
 constexpr double kLongestStep = 3;  // px
 constexpr int kHalvings = 8;
+constexpr int kRoughSize = 64;         // px of the longer side of the coarse view
+constexpr double kRoughReach = 0.25;   // of the shorter side, over which shifts are tried
+constexpr double kRoughRoll = 0.06;    // rad
+constexpr double kRoughMargin = 0.02;  // by which a turned camera must be better
 
 Camera fitted_to(const Camera& camera, int longer_side) {
   const double scale = static_cast<double>(longer_side) / std::max(camera.width, camera.height);
@@ -45,6 +49,47 @@ ImageF with_colours_of(ImageF picture, const ImageF& scene) {
     for (size_t i = 0; i < picture.pixels(); ++i) picture.data[3 * i + c] *= gain;
   }
   return picture;
+}
+
+/// Correlation of a with b shifted by (du, dv), colour by colour, over what both show.
+double shifted_correlation(const ImageF& a, const ImageF& b, int du, int dv) {
+  const int left = std::max(0, -du), right = std::min(a.width, a.width - du), top = std::max(0, -dv), bottom = std::min(a.height, a.height - dv);
+  double ab = 0, aa = 0, bb = 0;
+  const double n = static_cast<double>(right - left) * (bottom - top);
+  for (int c = 0; c < 3; ++c) {
+    double sum_a = 0, sum_b = 0;
+    for (int y = top; y < bottom; ++y)
+      for (int x = left; x < right; ++x) {
+        const double va = a(x, y, c), vb = b(x + du, y + dv, c);
+        sum_a += va, sum_b += vb, ab += va * vb, aa += va * va, bb += vb * vb;
+      }
+    ab -= sum_a * sum_b / n, aa -= sum_a * sum_a / n, bb -= sum_b * sum_b / n;
+  }
+  return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0;
+}
+
+/// The camera turned so that a coarse view correlates best with the picture: a small turn shifts the view, and shifts are
+/// tried one by one, so that no repeated pattern holds the refinement back.
+Camera turned_roughly(const GaussianCloud& cloud, const RenderOptions& rendering, const Camera& camera, const ImageF& picture) {
+  const Camera small = fitted_to(camera, std::min(kRoughSize, std::max(picture.width, picture.height)));
+  const ImageF seen = resized(picture, small.width, small.height);
+  const int reach = static_cast<int>(kRoughReach * std::min(small.width, small.height));
+  Camera best = camera;
+  double highest = -2;
+  for (const double roll : {0.0, -kRoughRoll, kRoughRoll}) {
+    Camera rolled = small;
+    rolled.cam_from_world = Eigen::AngleAxisd(roll, Vec3d::UnitZ()) * small.cam_from_world;
+    const ImageF view = render(cloud, rolled, rendering).color;
+    for (int dv = -reach; dv <= reach; ++dv)
+      for (int du = -reach; du <= reach; ++du) {
+        const double score = shifted_correlation(view, seen, du, dv) - (du == 0 && dv == 0 && roll == 0 ? 0 : kRoughMargin);
+        if (score <= highest) continue;
+        highest = score;
+        const Vec3d turn(-dv / small.fy, du / small.fx, 0);
+        best.cam_from_world = Eigen::AngleAxisd(turn.norm(), turn.norm() > 0 ? turn.normalized() : Vec3d::UnitX()) * rolled.cam_from_world;
+      }
+  }
+  return best;
 }
 
 /// Loss of poses around a camera at one size.  Steps are in pixels, about: turn about the pivot, shift, each x, y, z.
@@ -169,7 +214,7 @@ RefinedCamera refine_camera(const RefineOptions& options, const GaussianCloud& c
   RefinedCamera out;
   const Camera from = start.resized(picture.width, picture.height);
   out.before = match_pictures(picture, render(cloud, from, rendering).color);
-  out.camera = refine_up_to(options, cloud, rendering, from, picture, 0, options.sizes.back(), out.renders);
+  out.camera = refine_up_to(options, cloud, rendering, turned_roughly(cloud, rendering, from, picture), picture, 0, options.sizes.back(), out.renders);
   out.after = match_pictures(picture, render(cloud, out.camera, rendering).color);
   compare(out, from);
   return out;
@@ -199,7 +244,7 @@ FoundCamera find_camera(const FindCameraOptions& options, const GaussianCloud& c
   double best = -2;
   int renders = 0;
   for (const int i : order) {
-    const Camera from = cameras[i].resized(picture.width, picture.height);
+    const Camera from = turned_roughly(cloud, rendering, cameras[i].resized(picture.width, picture.height), picture);
     const Camera camera = refine_up_to(options.refine, cloud, rendering, from, picture, 0, coarse, renders);
     const Camera small = fitted_to(camera, options.search_size);
     const double score = match_score(resized(picture, small.width, small.height), render(cloud, small, rendering).color);

@@ -24,10 +24,10 @@ struct RefinedCamera {
   int renders = 0;
 };
 
-/// The pose near `start` from which `cloud` looks most like `picture` [H, W, 3]: 0.8 L1 + 0.2 D-SSIM, from coarse to fine,
+/// The pose near `start` (turned at most a quarter of its field of view away) from which `cloud` looks most like `picture` [H, W, 3]: 0.8 L1 + 0.2 D-SSIM, from coarse to fine,
 /// by the method of Broyden, Fletcher, Goldfarb and Shanno along the renderer's derivatives by the camera.  Poses turn
 /// about a point in the middle of the scene, which keeps turns and shifts apart.  The picture's mean colours are first
-/// matched to the scene's.  The camera has the picture's size; its lens stays.
+/// matched to the scene's, and shifts of the view tried one by one on a coarse one.  The camera has the picture's size; its lens stays.
 RefinedCamera refine_camera(const RefineOptions& options, const GaussianCloud& cloud, const RenderOptions& rendering, const Camera& start,
                             const ImageF& picture);
 
