@@ -15,7 +15,8 @@ using Eigen::VectorXd;
 
 VectorXd vector_of(const std::vector<double>& given, Eigen::Index count, double otherwise) {
   CHECK_MSG(given.empty() || static_cast<Eigen::Index>(given.size()) == count, "options have one entry per parameter");
-  return given.empty() ? VectorXd::Constant(count, otherwise) : VectorXd(Eigen::Map<const VectorXd>(given.data(), count));
+  return given.empty() ? VectorXd::Constant(count, otherwise)
+                       : VectorXd(Eigen::Map<const VectorXd>(given.data(), count));
 }
 
 /// The problem with its prior, and how often it was evaluated.
@@ -88,7 +89,8 @@ MatrixXd covariance_of(const MatrixXd& information, const std::vector<bool>& fix
   // Directions without information are told apart after scaling every parameter by its own.
   const Eigen::Index n = information.rows();
   VectorXd scale(n);
-  for (Eigen::Index i = 0; i < n; ++i) scale[i] = information(i, i) > 0 && !fixed[i] ? 1 / std::sqrt(information(i, i)) : 0;
+  for (Eigen::Index i = 0; i < n; ++i)
+    scale[i] = information(i, i) > 0 && !fixed[i] ? 1 / std::sqrt(information(i, i)) : 0;
   const MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled);
   MatrixXd covariance = MatrixXd::Zero(n, n);
@@ -116,9 +118,11 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
   VectorXd p = Eigen::Map<const VectorXd>(start.data(), count);
   for (Eigen::Index i = 0; i < count; ++i)
     if (!(p[i] >= problem.low[i] && p[i] <= problem.high[i]))
-      throw usage_error("least squares", "parameter " + std::to_string(i), "starts at " + std::to_string(p[i]) + ", outside its bounds", "start inside them");
+      throw usage_error("least squares", "parameter " + std::to_string(i),
+                        "starts at " + std::to_string(p[i]) + ", outside its bounds", "start inside them");
   VectorXd r = problem.residuals(p);
-  if (r.size() == 0) throw numerical_error("least squares", "the start has no finite residuals", "start from other parameters");
+  if (r.size() == 0)
+    throw numerical_error("least squares", "the start has no finite residuals", "start from other parameters");
   GaussNewtonResult result;
   GaussNewtonSummary& summary = result.summary;
   double loss = problem.loss(p, r), damping = options.damping;

@@ -15,22 +15,22 @@ using Residuals = std::function<std::vector<double>(std::span<const double> para
 
 /// Vectors are [P], or empty for the default of each parameter.
 struct GaussNewtonOptions {
-  std::vector<double> difference;   ///< steps of the differences for J; default 1e-4 max(1, |p|)
-  std::vector<double> low, high;    ///< bounds that hold at every trial; default none
-  std::vector<double> largest_step; ///< change in one iteration; default none
+  std::vector<double> difference;          ///< steps of the differences for J; default 1e-4 max(1, |p|)
+  std::vector<double> low, high;           ///< bounds that hold at every trial; default none
+  std::vector<double> largest_step;        ///< change in one iteration; default none
   std::vector<double> prior, prior_sigma;  ///< ((p - prior) / sigma)^2 / 2 joins the loss; sigma infinite = none
-  bool central = false;             ///< J by central differences: twice the runs, second order
-  int max_iterations = 20;          ///< accepted or not
-  double damping = 1e-3;            ///< of Levenberg and Marquardt at the start, relative to the diagonal of J^T J
-  double tolerance = 1e-8;          ///< relative fall of the loss at which the fit has converged
+  bool central = false;                    ///< J by central differences: twice the runs, second order
+  int max_iterations = 20;                 ///< accepted or not
+  double damping = 1e-3;    ///< of Levenberg and Marquardt at the start, relative to the diagonal of J^T J
+  double tolerance = 1e-8;  ///< relative fall of the loss at which the fit has converged
 };
 
 struct GaussNewtonSummary {
   std::vector<double> loss;  ///< at the start and after every accepted step: half the sum of squares, with the prior
   int evaluations = 0;
   bool converged = false;
-  std::string stopped_by;    ///< "small change", "small gradient", "no better step" or "iterations"
-  double rms = 0;            ///< of the residuals that are not exactly 0
+  std::string stopped_by;  ///< "small change", "small gradient", "no better step" or "iterations"
+  double rms = 0;          ///< of the residuals that are not exactly 0
 };
 
 struct GaussNewtonResult {
