@@ -124,7 +124,7 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
   const std::string folder = object_folder(run);
   run.summary("seed", "run `pliant seed` first");
   const bool physgaussian = !stage.physgaussian.empty();
-  const bool fitted = !physgaussian && is_fitted(run) && !stage.material.young;
+  const bool fitted = !physgaussian && stage.use_fit && is_fitted(run) && !stage.material.young;
   const bool replay = fitted && stage.interactions.empty();  // how the fitted motion started, once more
   const ObjectMaterial material = fitted ? check_material(scene, stage.material, true) : check_material(scene, stage);
 

@@ -102,6 +102,7 @@ struct SimulateStage {
   double sleep_speed = 0;    ///< m/s below which parts at rest are not computed; 0 = all are
   double flip_time = 0;      ///< s in which particles lose what the grid cannot hold of their motion; 0 = at once (APIC)
   bool obstacles = false;    ///< the rest of the scene's Gaussians are an obstacle
+  bool use_fit = true;       ///< material, damping and start of a fit, where there is one and `material` names no E
   bool floor = true;         ///< the plane of the support is a floor, unless the interactions have a ground
 };
 /// The material that simulate will use, see material.h; with a configuration of PhysGaussian its own.
