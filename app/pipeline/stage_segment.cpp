@@ -7,6 +7,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 #include "gaussians/io/image_io.h"
+#include "segmentation/labelling/label_set.h"
 #include "segmentation/lift/associate.h"
 #include "segmentation/lift/islands.h"
 #include "segmentation/lift/objects_sheet.h"
@@ -68,13 +69,17 @@ MaskSet gesture_masks(const Context& context, const RunDirectory& run, const Sce
 
 /// Masks whose ids hold in all views.
 MaskSet associated_masks(const Context& context, const Scene& scene, const SegmentStage& stage, const SemanticOptions& semantic,
-                         MaskSet masks) {
+                         const std::filesystem::path& folder) {
+  // Names that lie beside the masks are those of things in single photos, as `label` writes them.
+  const bool labelled = std::filesystem::exists(folder / "labels.json");
+  MaskSet masks = load_masks(folder, labelled ? folder / "labels.json" : scene.settings.labels, scene.cameras);
   if (stage.associate == "never") return masks;
   AssociateOptions options;
   options.held_out = semantic.held_out, options.footprint.render = semantic.render;
-  if (stage.associate == "auto") options.keep_above = 0.75;
+  if (stage.associate == "auto" && !labelled) options.keep_above = 0.75;
   AssociateResult result = associate(options, scene.cloud, scene.cameras, masks);
   if (result.summary.associated) context.progress.say("segment: association: " + result.summary.describe());
+  if (labelled) result.masks.names = carried_names(masks, result.masks);
   return std::move(result.masks);
 }
 
@@ -105,10 +110,16 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   const bool selecting = selection || !gesture.empty() || configured;
   if (stage.joint && selecting)
     throw usage_error("--joint", "", "was given together with a selection", "joint training needs masks; give --masks FOLDER");
-  const std::filesystem::path masks_folder = stage.masks.empty() ? scene.settings.masks : std::filesystem::path(stage.masks);
+  const bool labelling = stage.label.photos;
+  if (labelling && (selecting || stage.joint || !stage.masks.empty()))
+    throw usage_error("--label-photos", "", "was given together with --masks, --joint or a selection", "it makes the masks");
+  if (labelling) run_label(context, run, scene, stage.label);
+  const std::filesystem::path masks_folder = labelling             ? run / "labelled"
+                                             : stage.masks.empty() ? scene.settings.masks
+                                                                   : std::filesystem::path(stage.masks);
   if (!selecting && !stage.joint && masks_folder.empty())
     throw usage_error("segment", "--masks", "are not known for this scene",
-                      "give --masks FOLDER, or select the object with --box V,x0,y0,x1,y1 (pixels of the pictures that `pliant render "
+                      "give --masks FOLDER, label the photos with --label-photos, or select the object with --box V,x0,y0,x1,y1 (pixels of the pictures that `pliant render "
                       "SCENE --out FOLDER` writes), --click, --aabb or --sphere");
 
   SemanticOptions options;
@@ -150,8 +161,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
       const MaskSet masks = configured       ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
                             : !gesture.empty() ? gesture_masks(context, run, scene, gesture, selection, member)
                             : selection      ? selection_masks(*selection, scene.cloud, scene.cameras)
-                                             : associated_masks(context, scene, stage, options,
-                                                                load_masks(masks_folder, scene.settings.labels, scene.cameras));
+                                             : associated_masks(context, scene, stage, options, masks_folder);
       for (const std::string& warning : masks.warnings) context.progress.warn(warning);
       context.progress.begin("segment", options.iterations);
       result = fit_semantic_field(options, scene.cloud, scene.cameras, masks, [&](int done, int, double) { context.progress.done(done); });
