@@ -20,8 +20,6 @@ void write_text(const std::filesystem::path& file, const std::string& text);  //
 std::string sha256_of_file(const std::filesystem::path& file);
 std::string sha256_of_text(const std::string& text);
 
-/// Fewest characters to insert, delete or replace that turn `a` into `b` (Levenshtein 1966).
-size_t edit_distance(const std::string& a, const std::string& b);
 /// The candidate nearest in edit distance, for messages about unknown keys.
 std::string nearest_name(const std::string& name, const std::vector<std::string>& candidates);
 

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/edit_distance.h"
 #include "gaussians/io/files.h"
 
 namespace pliant {
