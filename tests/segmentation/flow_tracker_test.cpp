@@ -38,9 +38,9 @@ TEST(FlowTracker, FollowsAMovingDisc) {
   FlowTracker tracker;
   tracker.start(picture_at(30), ids_at(30));
   for (int k = 1; k <= 8; ++k) {
-    const TrackedFrame frame = tracker.step(picture_at(30 + 4.0f * k));
+    const TrackedFrame frame = tracker.step(picture_at(30 + 3.0f * k));
     EXPECT_TRUE(frame.lost.empty());
-    EXPECT_GT(iou_of(frame.ids, kId, 30 + 4.0f * k), 0.85f) << "picture " << k;
+    EXPECT_GT(iou_of(frame.ids, kId, 30 + 3.0f * k), 0.85f) << "picture " << k;
   }
 }
 
@@ -49,11 +49,11 @@ TEST(FlowTracker, SaysThatADiscIsLostWhenItLeavesAndKnowsItsIdWhenItComesBack) {
   tracker.start(picture_at(100), ids_at(100));
   float x = 100;
   TrackedFrame frame;
-  while (x < 160) frame = tracker.step(picture_at(x += 6));
+  while (x < 160) frame = tracker.step(picture_at(x += 4));
   EXPECT_EQ(frame.lost, std::vector<uint32_t>{kId});
   EXPECT_EQ(std::count(frame.ids.data.begin(), frame.ids.data.end(), kId), 0);
   EXPECT_EQ(tracker.step(picture_at(160)).lost, std::vector<uint32_t>{kId});
-  while (x > 80) frame = tracker.step(picture_at(x -= 6));
+  while (x > 80) frame = tracker.step(picture_at(x -= 4));
   EXPECT_TRUE(frame.lost.empty());
   EXPECT_GT(iou_of(frame.ids, kId, x), 0.85f);
 }

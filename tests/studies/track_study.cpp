@@ -38,7 +38,6 @@ int main(int argc, char** argv) {
     const std::string word = argv[k], key = word.substr(0, word.find('='));
     const float value = std::strtof(word.c_str() + key.size() + 1, nullptr);
     if (key == "prior") options.prior = value;
-    if (key == "color") options.color = value;
     if (key == "data") options.cut.data = value;
     if (key == "gamma") options.cut.gamma = value;
     if (key == "border") options.border = value;
@@ -46,7 +45,7 @@ int main(int argc, char** argv) {
     if (key == "doubt") options.doubt = value;
     if (key == "iterations") options.cut.iterations = static_cast<int>(value);
     if (key == "alike") options.least_alike = value;
-    if (key == "window") options.window = static_cast<int>(value);
+    if (key == "consistent") options.consistent = value;
   }
   FlowTracker tracker(options);
   tracker.start(read_image(pictures[0]), truth_of(0));
