@@ -2,14 +2,18 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <sstream>
 
 #include "app/pipeline/photos.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 #include "gaussians/io/image_io.h"
+#include "segmentation/labelling/flow_tracker.h"
 #include "segmentation/labelling/label_overlay.h"
 #include "segmentation/labelling/label_set.h"
+#include "segmentation/labelling/label_tracker.h"
+#include "segmentation/lift/objects_sheet.h"
 
 namespace pliant {
 using nlohmann::json;
@@ -72,11 +76,43 @@ void write_set(const fs::path& folder, const MaskSet& masks, const std::vector<C
   write_text(folder / "labels.json", names.dump(1) + "\n");
 }
 
+void refuse_nothing(bool nothing, const fs::path& seen) {
+  if (nothing)
+    throw input_error(seen.string(), "", "nothing was found in any of the photos", "look for something else with --text, try --everything, or give --masks FOLDER");
+}
+
+constexpr int kLookEvery = 8;  // photos of a sequence at which the chain looks again
+
+/// The photos as an ordered sequence; cannot go on where it was killed, because each photo needs the one before.
+MaskSet tracked_labels(const Context& context, const Scene& scene, const LabelOptions& options, const LabelStage& stage, const fs::path& seen) {
+  const OpenLabelModels open = open_label_models(stage.files, context.threads);
+  FlowTracker tracker;
+  LabelTracker labels(options, open.models(), tracker, kLookEvery);
+  MaskSet masks;
+  context.progress.begin("label", static_cast<int>(scene.cameras.size()));
+  for (int c = 0; c < static_cast<int>(scene.cameras.size()); ++c) {
+    if (context.interrupted()) throw Error(Failure::kInterrupted, "label", "", "interrupted", "run the same command again");
+    const ImageF picture = photo_or_render(scene, c);
+    masks.views.push_back({c, labels.next(picture)});
+    write_image(seen / (scene.cameras[c].name + ".jpg"), overlay_ids(picture, masks.views.back().ids));
+    context.progress.done(c + 1);
+  }
+  context.progress.end();
+  masks.names = labels.names();
+  refuse_nothing(masks.ids().empty(), seen);
+  if (stage.everything) return masks;
+  uint32_t rest = 1;
+  for (const uint32_t id : masks.ids()) rest = std::max(rest, id + 1);
+  for (MaskSet::View& view : masks.views) std::replace(view.ids.data.begin(), view.ids.data.end(), 0u, rest);
+  masks.names[rest] = "rest";
+  return masks;
+}
+
 }  // namespace
 
 json run_label(const Context& context, RunDirectory& run, const Scene& scene, const LabelStage& stage) {
   const LabelOptions options = options_of(stage);
-  StageKey key{"label", {{"everything", stage.everything}, {"text", stage.text}}, {}, {"labelled/labels.json"}};
+  StageKey key{"label", {{"everything", stage.everything}, {"text", stage.text}, {"track", stage.track}}, {}, {"labelled/labels.json"}};
   add_inputs(stage.files, key);
   for (const Camera& camera : scene.cameras) {
     if (!camera.photo.empty()) key.inputs["photo " + camera.name] = camera.photo;
@@ -85,6 +121,12 @@ json run_label(const Context& context, RunDirectory& run, const Scene& scene, co
   return run.stage(context, key, [&]() -> json {
     const fs::path folder = run / "labelled";
     fs::create_directories(folder / "photos"), fs::create_directories(folder / "seen");
+    if (stage.track) {
+      const MaskSet masks = tracked_labels(context, scene, options, stage, folder / "seen");
+      write_set(folder, masks, scene.cameras);
+      context.progress.say(fmt::format("label: {} things followed through {} photos; look at {}", masks.ids().size(), masks.views.size(), (folder / "seen").string()));
+      return {{"photos", masks.views.size()}, {"things", masks.ids().size()}};
+    }
     OpenLabelModels open;
     const std::string record = sha256_of_text(run.provenance(context, key));
     std::vector<int> cameras;
@@ -110,9 +152,7 @@ json run_label(const Context& context, RunDirectory& run, const Scene& scene, co
       context.progress.done(c + 1);
     }
     context.progress.end();
-    if (times.empty())
-      throw input_error((folder / "seen").string(), "", "nothing was found in any of the photos",
-                        "look for something else with --text, try --everything, or give --masks FOLDER");
+    refuse_nothing(times.empty(), folder / "seen");
     write_set(folder, gather_labels({.rest = !stage.everything}, cameras, photos), scene.cameras);
     std::string found;
     for (const auto& [name, count] : times) found += fmt::format("{}{} {}", found.empty() ? "" : ", ", count, name);

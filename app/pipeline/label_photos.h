@@ -9,6 +9,7 @@ namespace pliant {
 struct LabelStage {
   bool photos = false;      ///< label the photos; the rest says how
   bool everything = false;  ///< by the segmenter alone, without names
+  bool track = false;       ///< photos in order: masks are carried on, their ids hold in all photos
   std::string text;         ///< names to look for, separated by commas; empty = everything the models know
   LabelModelFiles files;
 };

@@ -74,7 +74,7 @@ MaskSet associated_masks(const Context& context, const Scene& scene, const Segme
   // Names that lie beside the masks are those of things in single photos, as `label` writes them.
   const bool labelled = std::filesystem::exists(folder / "labels.json");
   MaskSet masks = load_masks(folder, labelled ? folder / "labels.json" : scene.settings.labels, scene.cameras);
-  if (stage.associate == "never") return masks;
+  if (stage.associate == "never" || stage.label.track) return masks;
   AssociateOptions options;
   options.held_out = semantic.held_out, options.footprint.render = semantic.render;
   if (stage.associate == "auto" && !labelled) options.keep_above = 0.75;

@@ -125,27 +125,34 @@ TrackedFrame FlowTracker::step(const ImageF& picture) {
   for (Thing* thing : followed) {
     if (thing->lost) continue;
     const size_t pixels = pixels_of(thing->mask);
-    if (pixels < options_.least_pixels) thing->lost = true;
-    else thing->pixels = pixels;
+    thing->lost = pixels < options_.least_pixels;
   }
   if (!lost.empty()) {
     const ColorHistogram ground = histogram_of(lab_, [](size_t) { return true; });
     for (Thing* thing : lost)
       if (recall(lab_, ground, taken, *thing)) {
-        thing->lost = false, thing->pixels = pixels_of(thing->mask);
+        thing->lost = false;
         for (size_t i = 0; i < taken.size(); ++i) taken[i] |= thing->mask.data[i] > 0;
       }
   }
   return frame();
 }
 
-/// What GrabCut makes of a mask that was carried; `trust` 0..1 weighs its log odds.
-ImageF FlowTracker::cut_around(const ImageF& carried, const ImageF& trust, const ImageF& lab) const {
+/// What GrabCut makes of a mask that was carried; `trust` 0..1 weighs its log odds.  The colours that the thing had count
+/// as far as they differ from those around it.
+ImageF FlowTracker::cut_around(const ImageF& carried, const ImageF& trust, const ImageF& lab, const ColorHistogram& look) const {
+  constexpr float kFloor = 1e-3f, kMost = 3;
+  const ColorHistogram around = looks_of(lab, carried, options_.context).around;
+  const float own = 1 - look.likeness(around), telling = around.empty() ? 0 : own * own;
   const ImageF distance = signed_distance(carried);
   const float size = std::sqrt(static_cast<float>(std::max<size_t>(1, pixels_of(carried))));
   ImageF prior(carried.width, carried.height, 1);
-  for (size_t i = 0; i < prior.data.size(); ++i)
-    prior.data[i] = trust.data[i] * options_.prior * std::clamp(distance.data[i] / (options_.border * size), -1.0f, 1.0f);
+  for (size_t i = 0; i < prior.data.size(); ++i) {
+    const Vec3f color = Eigen::Map<const Vec3f>(lab.data.data() + 3 * i);
+    const float odds = std::log((look.share(color) + kFloor) / (around.share(color) + kFloor));
+    prior.data[i] = trust.data[i] * options_.prior * std::clamp(distance.data[i] / (options_.border * size), -1.0f, 1.0f) +
+                    telling * std::clamp(odds, -kMost, kMost);
+  }
   const PictureWindow window(carried.width, carried.height, grown_box(carried, options_.context), options_.window);
   const ImageF colors = window.read(lab), odds = window.read(prior), far = window.read(distance);
   GrabCutInput input;
@@ -177,7 +184,7 @@ bool FlowTracker::carry(const Flows& flows, const ImageF& lab, Thing& thing) con
       inside += carried(x, y) > 0, believed += sure && carried(x, y) > 0;
     }
   if (inside < options_.least_pixels || static_cast<float>(believed) < options_.least_believed * static_cast<float>(inside)) return false;
-  ImageF cut = cut_around(carried, trust, lab);
+  ImageF cut = cut_around(carried, trust, lab, thing.look);
   thing.mask = mask_iou(cut, carried) >= options_.least_kept ? std::move(cut) : std::move(carried);
   const Looks looks = looks_of(lab, thing.mask, options_.context);
   // What a thing looks like is told by a person or a detector, never learnt from what was carried: that would drift along.
@@ -206,7 +213,7 @@ bool FlowTracker::recall(const ImageF& lab, const ColorHistogram& ground, const 
       for (int x = 0; x < lab.width; ++x)
         if (number.at<int>(y, x) == k) blob(x, y) = 1;
     if (looks_of(lab, blob, 0).thing.likeness(thing.look) < options_.least_alike) continue;
-    ImageF mask = cut_around(blob, ImageF(lab.width, lab.height, 1, options_.doubt), lab);
+    ImageF mask = cut_around(blob, ImageF(lab.width, lab.height, 1, options_.doubt), lab, thing.look);
     const size_t pixels = pixels_of(mask);
     if (pixels < options_.least_pixels || !right_size(static_cast<float>(pixels))) continue;
     const Looks looks = looks_of(lab, mask, options_.context);

@@ -26,8 +26,8 @@ struct FlowTrackerOptions {
   float least_alike = 0.75f;    ///< likeness of its colours with those of the thing; that of what lies around must be less
   size_t least_pixels = 12;
   // Coming back.
-  float recall_alike = 0.8f;    ///< likeness of colours at which a lost thing is known again
-  float recall_size = 3;        ///< times larger or smaller than it was, at most
+  float recall_alike = 0.85f;   ///< likeness of colours at which a lost thing is known again
+  float recall_size = 3;        ///< times larger or smaller than it was when it was last shown, at most
   float match = 0.5f;           ///< overlap with a followed mask at which a detection corrects it
 };
 
@@ -46,7 +46,7 @@ class FlowTracker final : public Tracker {
   struct Thing {
     ImageF mask;  ///< [h, w, 1]; > 0 inside
     ColorHistogram look;
-    size_t pixels = 0;
+    size_t pixels = 0;  ///< when it was last shown
     bool lost = false;
   };
   struct Flows {
@@ -58,7 +58,7 @@ class FlowTracker final : public Tracker {
   void follow(uint32_t id, const ImageF& mask);
   bool carry(const Flows& flows, const ImageF& lab, Thing& thing) const;
   bool recall(const ImageF& lab, const ColorHistogram& ground, const std::vector<uint8_t>& taken, Thing& thing) const;
-  ImageF cut_around(const ImageF& carried, const ImageF& trust, const ImageF& lab) const;
+  ImageF cut_around(const ImageF& carried, const ImageF& trust, const ImageF& lab, const ColorHistogram& look) const;
   TrackedFrame frame() const;
 
   FlowTrackerOptions options_;

@@ -42,6 +42,7 @@ int main(int argc, char** argv) {
     if (key == "gamma") options.cut.gamma = value;
     if (key == "border") options.border = value;
     if (key == "context") options.context = value;
+    if (key == "recall") options.recall_alike = value;
     if (key == "doubt") options.doubt = value;
     if (key == "iterations") options.cut.iterations = static_cast<int>(value);
     if (key == "alike") options.least_alike = value;
