@@ -134,7 +134,7 @@ void add_segment_options(CLI::App& command, SegmentStage& stage) {
 }
 
 void add_label_options(CLI::App& command, LabelStage& stage) {
-  command.add_flag("--label-photos", stage.photos, "Make the masks from the photos: detector, then segmenter; they are written to labelled/");
+  command.add_flag("--label-photos", stage.photos, "Make the masks from the photos, into labelled/ (implied by the options that say how)");
   command.add_option_function<std::string>(
       "--text", [&stage](const std::string& text) { stage.text = text, stage.photos = true; },
       "Label these things only, names separated by commas (a detector with a fixed list takes the nearest of its names)");
@@ -142,7 +142,10 @@ void add_label_options(CLI::App& command, LabelStage& stage) {
                             "Label whatever the segmenter finds, without names and detector");
   command.add_flag_callback("--track", [&stage] { stage.track = stage.photos = true; },
                             "The photos are in order: masks are carried from one to the next instead of matched in 3D");
-  command.add_option("--detector", stage.files.detector, "Network that finds things in photos: ONNX or TorchScript file")->check(CLI::ExistingFile);
+  command.add_option_function<std::string>(
+             "--detector", [&stage](const std::string& file) { stage.files.detector = file, stage.photos = true; },
+             "Network that finds things in photos, ONNX or TorchScript file; labels the photos")
+      ->check(CLI::ExistingFile);
   command.add_flag("--trust-torchscript", stage.files.trust_torchscript, "Run TorchScript files, which may do anything that this program may");
 }
 

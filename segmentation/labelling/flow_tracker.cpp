@@ -139,11 +139,11 @@ TrackedFrame FlowTracker::step(const ImageF& picture) {
 }
 
 /// What GrabCut makes of a mask that was carried; `trust` 0..1 weighs its log odds.  The colours that the thing had count
-/// as far as they differ from those around it.
+/// where they are mostly others than those around it.
 ImageF FlowTracker::cut_around(const ImageF& carried, const ImageF& trust, const ImageF& lab, const ColorHistogram& look) const {
   constexpr float kFloor = 1e-3f, kMost = 3;
   const ColorHistogram around = looks_of(lab, carried, options_.context).around;
-  const float own = 1 - look.likeness(around), telling = around.empty() ? 0 : own * own;
+  const float telling = around.empty() ? 0 : std::max(0.0f, 1 - 2 * look.likeness(around));
   const ImageF distance = signed_distance(carried);
   const float size = std::sqrt(static_cast<float>(std::max<size_t>(1, pixels_of(carried))));
   ImageF prior(carried.width, carried.height, 1);
@@ -194,6 +194,7 @@ bool FlowTracker::carry(const Flows& flows, const ImageF& lab, Thing& thing) con
 
 /// Looks for a lost thing by its colours; true when it is there.
 bool FlowTracker::recall(const ImageF& lab, const ColorHistogram& ground, const std::vector<uint8_t>& taken, Thing& thing) const {
+  if (thing.look.likeness(ground) > options_.recall_common) return false;
   cv::Mat odds(lab.height, lab.width, CV_32F), number, stats, centres;
   float* value = odds.ptr<float>();
   for (size_t i = 0; i < lab.pixels(); ++i) {

@@ -27,6 +27,7 @@ struct FlowTrackerOptions {
   size_t least_pixels = 12;
   // Coming back.
   float recall_alike = 0.85f;   ///< likeness of colours at which a lost thing is known again
+  float recall_common = 0.5f;   ///< likeness of its colours with those of the whole picture, above which they tell nothing
   float recall_size = 3;        ///< times larger or smaller than it was when it was last shown, at most
   float match = 0.5f;           ///< overlap with a followed mask at which a detection corrects it
 };

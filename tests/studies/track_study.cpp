@@ -43,6 +43,7 @@ int main(int argc, char** argv) {
     if (key == "border") options.border = value;
     if (key == "context") options.context = value;
     if (key == "recall") options.recall_alike = value;
+    if (key == "common") options.recall_common = value;
     if (key == "doubt") options.doubt = value;
     if (key == "iterations") options.cut.iterations = static_cast<int>(value);
     if (key == "alike") options.least_alike = value;
