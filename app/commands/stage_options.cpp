@@ -136,6 +136,7 @@ void add_extract_options(CLI::App& command, ExtractStage& stage) {
   command.add_option("--threshold", stage.threshold, "Least probability of the object's Gaussians")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
+  command.add_flag("--hull", stage.hull, "What lies inside the convex hull of the object, above its support, belongs to it");
 }
 
 void add_seed_options(CLI::App& command, SeedStage& stage) {

@@ -120,6 +120,17 @@ void RunDirectory::set_scene(const json& scene, bool overwrite) {
 
 bool RunDirectory::has(const std::string& stage) const { return manifest_["stages"].contains(stage); }
 
+void RunDirectory::forget(const std::string& stage) {
+  manifest_["stages"].erase(stage);
+  save();
+}
+
+void RunDirectory::set_edits(const json& edits) {
+  if (edits.empty()) manifest_.erase("edits");
+  else manifest_["edits"] = edits;
+  save();
+}
+
 const json& RunDirectory::summary(const std::string& stage, const std::string& hint) const {
   if (!has(stage)) throw usage_error(path_.string(), "", "stage '" + stage + "' has not run here", hint);
   return manifest_["stages"][stage]["summary"];

@@ -45,6 +45,11 @@ class RunDirectory {
   /// Summary of a finished stage; a usage error says which command to run first.
   const nlohmann::json& summary(const std::string& stage, const std::string& hint) const;
   bool has(const std::string& stage) const;
+  /// Forgets that a stage has run, so that it runs again.
+  void forget(const std::string& stage);
+  /// Changes that a person made to the objects since `segment` ran, in order.
+  nlohmann::json edits() const { return manifest_.value("edits", nlohmann::json::array()); }
+  void set_edits(const nlohmann::json& edits);
   const nlohmann::json& manifest() const { return manifest_; }
   /// Provenance for files written by `stage`: version, seed, options and input hashes, no times.
   std::string provenance(const Context& context, const StageKey& key) const;

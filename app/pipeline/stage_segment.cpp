@@ -1,15 +1,13 @@
 #include <fmt/format.h>
 
 #include "app/import/physgaussian_space.h"
-#include "app/pipeline/photos.h"
+#include "app/pipeline/objects_file.h"
 #include "app/pipeline/stages.h"
 #include "app/store/segmentation.h"
 #include "gaussians/base/error.h"
-#include "gaussians/io/files.h"
 #include "gaussians/io/image_io.h"
 #include "segmentation/lift/associate.h"
 #include "segmentation/lift/islands.h"
-#include "segmentation/lift/objects_sheet.h"
 #include "segmentation/lift/selection.h"
 #include "segmentation/lift/selection_sheet.h"
 #include "segmentation/lift/semantic_field.h"
@@ -34,20 +32,6 @@ Gesture gesture_of(const SegmentStage& stage, const std::vector<Camera>& cameras
   for (const std::string& text : stage.clicks) add_click(text, cameras, width, gesture);
   for (const std::string& text : stage.strokes) add_stroke(text, cameras, width, gesture);
   return gesture;
-}
-
-json box_to_json(const Box& box) {
-  return {{"low", {box.low.x(), box.low.y(), box.low.z()}}, {"high", {box.high.x(), box.high.y(), box.high.z()}}};
-}
-
-json objects_json(const std::vector<ObjectEntry>& objects, double metres_per_unit) {
-  json rows = json::array();
-  for (const ObjectEntry& object : objects) {
-    Box metres{object.bounds.low * static_cast<float>(metres_per_unit), object.bounds.high * static_cast<float>(metres_per_unit)};
-    rows.push_back({{"id", object.id}, {"name", object.name}, {"score", object.score}, {"gaussians", object.gaussians},
-                    {"views", object.views}, {"bounds", box_to_json(object.bounds)}, {"bounds_m", box_to_json(metres)}});
-  }
-  return rows;
 }
 
 /// Masks of what the gestures select, which `member` [N] tells; writes selection.png.
@@ -76,6 +60,15 @@ MaskSet associated_masks(const Context& context, const Scene& scene, const Segme
   AssociateResult result = associate(options, scene.cloud, scene.cameras, masks);
   if (result.summary.associated) context.progress.say("segment: association: " + result.summary.describe());
   return std::move(result.masks);
+}
+
+/// How the objects are found, for objects.json.
+std::string origin_of(const SegmentStage& stage) {
+  std::string how;
+  const auto add = [&](bool given, const char* name) { how += given ? (how.empty() ? "" : ", ") + std::string(name) : ""; };
+  add(!stage.physgaussian.empty(), "PhysGaussian configuration"), add(!stage.boxes.empty(), "box"), add(!stage.clicks.empty(), "click");
+  add(!stage.strokes.empty(), "stroke"), add(!stage.aabb.empty(), "aabb"), add(!stage.sphere.empty(), "sphere"), add(stage.joint, "joint training");
+  return how.empty() ? "masks" : how;
 }
 
 /// held_out/<camera>.png of the cameras that were not learnt from.
@@ -126,7 +119,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
                 {"iterations", options.iterations}, {"held_out", options.held_out},
                 {"up", {scene.up.x(), scene.up.y(), scene.up.z()}}, {"metres_per_unit", scene.metres_per_unit}},
                {{"splats", scene.settings.splats}},
-               {"segmentation.h5", "objects.json", "objects.png"}};
+               {"segmentation.h5", "objects.json", "objects.png", "features.png"}};
   for (const std::filesystem::path& file : scene.report.files) {
     const auto name = file.lexically_proximate(scene.settings.splats.parent_path());
     if (file != scene.settings.splats) key.inputs["splats " + name.string()] = file;
@@ -139,6 +132,11 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   if (!gesture.empty()) key.outputs.push_back("selection.png");
   for (int camera : options.held_out) key.outputs.push_back("held_out/" + scene.cameras[camera].name + ".png");
 
+  if (const json edits = run.edits(); !edits.empty()) {
+    if (context.overwrite) run.forget("segment");
+    context.progress.say(context.overwrite ? fmt::format("segment: {} edits by hand are undone", edits.size())
+                                           : fmt::format("segment: {} edits by hand are kept, --overwrite undoes them", edits.size()));
+  }
   return run.stage(context, key, [&]() -> json {
     std::vector<uint8_t> member;  // of a selection by gesture or configuration
     if (configured) member = physgaussian_members(read_physgaussian_config(stage.physgaussian), scene.cloud);
@@ -165,11 +163,8 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
       if (restricted > 0)
         context.progress.say(fmt::format("segment: {} Gaussians outside the selection were given back to the rest", restricted));
     }
-    const std::vector<ObjectEntry> objects = list_objects(segmentation, scene.cloud.position);
-    write_segmentation(run / "segmentation.h5", segmentation, run.provenance(context, key));
-    write_text(run / "objects.json", objects_json(objects, scene.metres_per_unit).dump(2) + "\n");
-    write_image(run / "objects.png", objects_sheet(segmentation, scene.cloud, scene.cameras,
-                                                   [&](int camera) { return photo_or_render(scene, camera); }));
+    const std::vector<ObjectEntry> objects = write_objects(run, scene, origin_of(stage), run.provenance(context, key), segmentation);
+    run.set_edits(json::array());
     write_held_out(run, scene, options, segmentation);
     for (const ObjectEntry& object : objects)
       context.progress.say(fmt::format("segment: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name,
