@@ -41,7 +41,12 @@ const std::map<std::string, Permission> kTable = {
     {"physics/body", {{"gaussians/base", "physics/laws", "physics/mpm"}, {}}},
     {"physics/simulate", {{"gaussians/base", "physics/laws", "physics/mpm", "physics/body"}, {}}},
     {"fitting/fields",
-     {{"gaussians/base", "gaussians/render", "physics/laws", "physics/mpm", "physics/body", "physics/simulate"}, {"torch"}}},
+     {{"gaussians/base", "gaussians/render", "physics/laws", "physics/mpm", "physics/body", "physics/simulate"}, {}}},
+    {"fitting/fields/torch", {{"gaussians/base", "fitting/fields"}, {"torch", "ATen"}}},
+    {"fitting/fit",
+     {{"gaussians/base", "gaussians/render", "gaussians/io", "physics/laws", "physics/mpm", "physics/body", "physics/simulate",
+       "fitting/fields"},
+      {"opencv2", "fmt", "nlohmann"}}},
     {"app/store",
      {{"gaussians/base", "gaussians/io", "gaussians/reconstruct", "segmentation/lift", "physics/laws", "physics/mpm",
        "physics/body", "physics/simulate", "fitting/fields"},
@@ -59,7 +64,7 @@ std::string room_of(const fs::path& relative_folder) { return relative_folder.ge
 bool is_standard_header(const std::string& header) { return header.find('.') == std::string::npos && header.find('/') == std::string::npos; }
 
 bool is_system_header(const std::string& header) {
-  static const std::set<std::string> allowed = {"unistd.h", "fcntl.h", "sys/stat.h", "sys/wait.h", "sys/resource.h", "signal.h", "malloc.h"};
+  static const std::set<std::string> allowed = {"unistd.h", "fcntl.h", "sys/stat.h", "sys/wait.h", "sys/resource.h", "signal.h", "malloc.h", "dlfcn.h"};
   return allowed.count(header) > 0;
 }
 

@@ -56,4 +56,9 @@ Vec4f quaternion_wxyz(const Mat3f& rotation) {
   return Vec4f(q.w(), q.x(), q.y(), q.z()).normalized();
 }
 
+Eigen::Vector4d quaternion_wxyz(const Mat3d& rotation) {
+  const Eigen::Quaterniond q(rotation);
+  return Eigen::Vector4d(q.w(), q.x(), q.y(), q.z()).normalized();
+}
+
 }  // namespace pliant

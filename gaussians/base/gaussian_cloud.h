@@ -80,5 +80,6 @@ Mat3<T> rotation_matrix(const Eigen::Matrix<T, 4, 1>& wxyz) {
 
 /// Unit quaternion w, x, y, z of a rotation matrix; the only place where Eigen's x, y, z, w order is met.
 Vec4f quaternion_wxyz(const Mat3f& rotation);
+Eigen::Vector4d quaternion_wxyz(const Mat3d& rotation);
 
 }  // namespace pliant

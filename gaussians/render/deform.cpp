@@ -52,35 +52,43 @@ struct SlotsByDriver {
 
 }  // namespace
 
-void deform(const DeformOptions& options, const GaussianCloud& rest, const Binding& binding,
-            std::span<const Vec3f> drivers_rest, std::span<const Vec3f> drivers_now, std::span<const Mat3f> F,
-            GaussianCloud& out) {
+template <class T>
+void deform_as(const DeformOptions& options, const CloudOf<T>& rest, const Binding& binding,
+               std::type_identity_t<std::span<const Vec3<T>>> drivers_rest,
+               std::type_identity_t<std::span<const Vec3<T>>> drivers_now,
+               std::type_identity_t<std::span<const Mat3<T>>> F, CloudOf<T>& out) {
   CHECK(binding.size() == rest.size() && &rest != &out);
   CHECK(drivers_rest.size() == drivers_now.size() && F.size() == drivers_now.size());
   out = rest;
-  const ShRotation<float> sh_rotation;
+  const ShRotation<T> sh_rotation;
   parallel_for(
       static_cast<std::ptrdiff_t>(rest.size()),
       [&](std::ptrdiff_t g) {
-        const Drivers<float> drivers(binding, g, drivers_rest, drivers_now, F);
+        const Drivers<T> drivers(binding, g, drivers_rest, drivers_now, F);
         if (drivers.count == 0) return;
-        const RigidFit<float> fit = drivers.fit();
+        const RigidFit<T> fit = drivers.fit();
         out.position[g] = carried_position(options, fit, rest.position[g]);
         if (options.stretch) {
-          Mat3f axes;
-          Vec3f length;
-          principal_axes<float>(
-              carried_frame(options, fit) * covariance_factor<float>(rest.rotation[g], rest.log_scale[g]), axes,
+          Mat3<T> axes;
+          Vec3<T> length;
+          principal_axes<T>(
+              carried_frame(options, fit) * covariance_factor<T>(rest.rotation[g], rest.log_scale[g]), axes,
               length);
           out.rotation[g] = quaternion_wxyz(axes);
-          for (int k = 0; k < 3; ++k) out.log_scale[g][k] = std::log(std::max(length[k], 1e-30f));
+          for (int k = 0; k < 3; ++k) out.log_scale[g][k] = std::log(std::max(length[k], T(1e-30)));
         } else {
           out.rotation[g] =
-              quaternion_wxyz(carried_frame(options, fit) * covariance_factor<float>(rest.rotation[g], Vec3f::Zero()));
+              quaternion_wxyz(Mat3<T>(carried_frame(options, fit) * covariance_factor<T>(rest.rotation[g], Vec3<T>::Zero())));
         }
         sh_rotation.apply(fit.R, rest.sh_degree, out.sh_of(g));
       },
       256);
+}
+
+void deform(const DeformOptions& options, const GaussianCloud& rest, const Binding& binding,
+            std::span<const Vec3f> drivers_rest, std::span<const Vec3f> drivers_now, std::span<const Mat3f> F,
+            GaussianCloud& out) {
+  deform_as<float>(options, rest, binding, drivers_rest, drivers_now, F, out);
 }
 
 template <class T>
@@ -140,6 +148,8 @@ DeformGradientOf<T> deform_adjoint(const DeformOptions& options, const CloudOf<T
 }
 
 #define PLIANT_INSTANTIATE(T)                                                                                      \
+  template void deform_as<T>(const DeformOptions&, const CloudOf<T>&, const Binding&, std::span<const Vec3<T>>,    \
+                             std::span<const Vec3<T>>, std::span<const Mat3<T>>, CloudOf<T>&);                     \
   template DeformGradientOf<T> deform_adjoint<T>(                                                                  \
       const DeformOptions&, const CloudOf<T>&, const Binding&, std::span<const Vec3<T>>, std::span<const Vec3<T>>, \
       std::span<const Mat3<T>>, std::span<const Vec3<T>>, std::span<const Mat3<T>>, std::span<const T>);

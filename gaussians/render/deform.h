@@ -32,6 +32,13 @@ void deform(const DeformOptions& options, const GaussianCloud& rest, const Bindi
             std::span<const Vec3f> drivers_rest, std::span<const Vec3f> drivers_now, std::span<const Mat3f> F,
             GaussianCloud& out);
 
+/// `deform` in the scalar T, float or double.
+template <class T>
+void deform_as(const DeformOptions& options, const CloudOf<T>& rest, const Binding& binding,
+               std::type_identity_t<std::span<const Vec3<T>>> drivers_rest,
+               std::type_identity_t<std::span<const Vec3<T>>> drivers_now,
+               std::type_identity_t<std::span<const Mat3<T>>> F, CloudOf<T>& out);
+
 /// Derivatives with respect to what moves a cloud.
 template <class T>
 struct DeformGradientOf {

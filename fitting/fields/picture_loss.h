@@ -1,0 +1,66 @@
+#pragma once
+
+#include <memory>
+
+#include "fitting/fields/frame_loss.h"
+#include "gaussians/render/deform.h"
+#include "gaussians/render/image_loss.h"
+#include "gaussians/render/render_as.h"
+
+namespace pliant {
+
+/// An object that is drawn in front of what stands still, in scene units.
+template <class T>
+struct DrawnObject {
+  CloudOf<T> object, background;  ///< at rest, of one SH degree
+  Binding binding;                ///< the object's Gaussians to the drivers
+  std::vector<Vec3<T>> drivers;   ///< [M, 3] at rest
+  double metres_per_unit = 1;
+  DeformOptions deform;
+  RenderOptions render;
+
+  /// Background, then the object as the drivers carry it.
+  CloudOf<T> at(const BasicSimulationState<T>& state) const;
+};
+
+/// What a camera saw.
+template <class T>
+struct SeenFrames {
+  Camera camera;
+  std::vector<Image<T>> frames;  ///< [T] of the roll-out, the first its start; an empty one is not compared
+  std::vector<Image<T>> weight;  ///< [T] of [H, W, 1], or one for all frames, or none: every pixel alike
+};
+
+struct PictureLossOptions {
+  PhotometricOptions photometric = {0.1, 0.9};  ///< L1 and D-SSIM (PhysDreamer: lambda 0.1)
+  bool mse = false;                             ///< mean squared difference instead
+};
+
+/// Mean over the compared frames of the difference between what was seen and the drawn object.
+template <class T, bool kCutOffs = true>
+class PictureLoss : public FrameLoss<T> {
+ public:
+  PictureLoss(PictureLossOptions options, std::shared_ptr<const DrawnObject<T>> object, SeenFrames<T> seen);
+
+  double value(int frame, const BasicSimulationState<T>& state) const override;
+  double value_adjoint(int frame, const BasicSimulationState<T>& state, double adj_value,
+                       StateGradient<T>& gradient) const override;
+
+ private:
+  bool seen(int frame) const { return frame < static_cast<int>(seen_.frames.size()) && !seen_.frames[frame].empty(); }
+  const Image<T>& weight(int frame) const;
+
+  PictureLossOptions options_;
+  std::shared_ptr<const DrawnObject<T>> object_;
+  SeenFrames<T> seen_;
+  Image<T> no_weight_;
+  int compared_ = 0;
+};
+
+extern template struct DrawnObject<float>;
+extern template struct DrawnObject<double>;
+extern template class PictureLoss<float, true>;
+extern template class PictureLoss<double, true>;
+extern template class PictureLoss<double, false>;
+
+}  // namespace pliant

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <optional>
+
+#include "fitting/fields/body_points.h"
+#include "fitting/fields/frame_loss.h"
+
+namespace pliant {
+
+/// Where points of a body were seen: in the world, or by a camera.
+struct PointTracks {
+  std::vector<Vec3f> rest;                  ///< [K, 3] on the body at rest, scene units
+  std::optional<Camera> camera;             ///< places are pixels (x, y, 0) of this camera; none: scene units
+  std::vector<std::vector<Vec3d>> place;    ///< [T][K]; T frames of the roll-out, the first of them its start
+  std::vector<std::vector<double>> weight;  ///< [T][K]; 0 = not seen; an empty frame counts as not seen
+};
+
+/// Mean over all seen places of weight * rho(|seen - expected|^2), with the pseudo-Huber function
+/// rho(s) = 2 d^2 (sqrt(1 + s / d^2) - 1), which is s for small errors; d = `outlier` in the places' unit.
+template <class T>
+class TrackLoss : public FrameLoss<T> {
+ public:
+  TrackLoss(PointTracks tracks, std::span<const Vec3f> drivers, double metres_per_unit, double outlier);
+
+  double value(int frame, const BasicSimulationState<T>& state) const override;
+  double value_adjoint(int frame, const BasicSimulationState<T>& state, double adj_value,
+                       StateGradient<T>& gradient) const override;
+
+  const PointTracks& tracks() const { return tracks_; }
+  double total_weight() const { return total_weight_; }
+  /// [K] where the points are expected, in the unit of the tracks.
+  std::vector<Vec3<T>> expected(const BasicSimulationState<T>& state) const;
+  /// Square root of the mean over all seen places of the frames, of weight * |seen - expected|^2.
+  double rms(std::span<const BasicSimulationState<T>> frames) const;
+
+ private:
+  bool seen(int frame) const { return frame < static_cast<int>(tracks_.place.size()) && !tracks_.place[frame].empty(); }
+  double sum(int frame, const std::vector<Vec3<T>>& expected, std::vector<Vec3<T>>* adj_expected) const;
+
+  PointTracks tracks_;
+  BodyPoints<T> points_;
+  double outlier_, total_weight_ = 0;
+};
+
+extern template class TrackLoss<float>;
+extern template class TrackLoss<double>;
+
+}  // namespace pliant

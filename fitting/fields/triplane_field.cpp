@@ -1,0 +1,62 @@
+#include "fitting/fields/triplane_field.h"
+
+#include <dlfcn.h>
+#include <omp.h>
+
+#include <filesystem>
+#include <string>
+
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+using Factory = TriplaneField* (*)(const TriplaneOptions&, std::span<const Vec3f>);
+
+void validate(const TriplaneOptions& o, size_t points) {
+  const auto require = [](bool good, const char* field, const char* problem, const char* remedy) {
+    if (!good) throw usage_error("triplane field", field, problem, remedy);
+  };
+  require(points > 0, "points", "there are none", "give at least one point");
+  require(o.channels > 0 && o.features > 0 && o.hidden > 0, "features", "a size is not positive", "use at least 1");
+  require(o.resolution > 1, "resolution", "a plane needs more than one feature along a side", "use at least 2");
+  require(o.layers > 0, "layers", "there is none", "use at least 1");
+  require(o.threads > 0, "threads", "there is none", "use at least 1");
+  require(o.low.size() == o.high.size() && (o.low.empty() || o.low.size() == static_cast<size_t>(o.channels)), "bounds",
+          "not one pair per channel", "give one low and one high bound per channel, or none");
+  for (size_t c = 0; c < o.low.size(); ++c)
+    require(o.low[c] < o.high[c], "bounds", "low is not below high", "swap them");
+}
+
+/// The module that links libtorch lies beside the program; it stays loaded.
+Factory load_factory() {
+  constexpr const char* kModule = "pliant_triplanes.so";
+  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  const int threads = omp_get_max_threads();  // torch may change it when it is loaded
+  void* module = nullptr;
+  for (const auto& place : {folder / kModule, folder / "../lib/pliant" / kModule})
+    if (!module && std::filesystem::exists(place)) module = dlopen(place.c_str(), RTLD_NOW | RTLD_LOCAL);
+  const char* problem = module ? nullptr : dlerror();
+  omp_set_num_threads(threads);
+  if (!module)
+    throw input_error(kModule, "", problem ? problem : "not found beside the program",
+                      "install libtorch-dev and libopenblas0-openmp and build again, or fit by parts");
+  return reinterpret_cast<Factory>(dlsym(module, "pliant_make_triplane_field"));
+}
+
+}  // namespace
+
+#ifdef PLIANT_TORCH
+bool has_triplane_fields() { return true; }
+#else
+bool has_triplane_fields() { return false; }
+#endif
+
+std::unique_ptr<TriplaneField> make_triplane_field(const TriplaneOptions& options, std::span<const Vec3f> points) {
+  validate(options, points.size());
+  static const Factory factory = load_factory();
+  CHECK(factory);
+  return std::unique_ptr<TriplaneField>(factory(options, points));
+}
+
+}  // namespace pliant

@@ -1,0 +1,214 @@
+#include "fitting/fit/gauss_newton.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+VectorXd vector_of(const std::vector<double>& given, Eigen::Index count, double otherwise) {
+  CHECK_MSG(given.empty() || static_cast<Eigen::Index>(given.size()) == count, "options have one entry per parameter");
+  return given.empty() ? VectorXd::Constant(count, otherwise)
+                       : VectorXd(Eigen::Map<const VectorXd>(given.data(), count));
+}
+
+/// The problem with its prior, and how often it was evaluated.
+class Problem {
+ public:
+  Problem(const GaussNewtonOptions& options, const Residuals& residuals, Eigen::Index count)
+      : low(vector_of(options.low, count, -INFINITY)),
+        high(vector_of(options.high, count, INFINITY)),
+        prior(vector_of(options.prior, count, 0)),
+        precision(vector_of(options.prior_sigma, count, INFINITY).array().square().inverse()),
+        residuals_(residuals),
+        difference_(vector_of(options.difference, count, 0)),
+        central_(options.central) {}
+
+  /// Empty where the parameters cannot be.
+  VectorXd residuals(const VectorXd& p) {
+    ++evaluations;
+    try {
+      const std::vector<double> r = residuals_({p.data(), static_cast<size_t>(p.size())});
+      const VectorXd out = Eigen::Map<const VectorXd>(r.data(), static_cast<Eigen::Index>(r.size()));
+      return out.allFinite() ? out : VectorXd();
+    } catch (const Error& error) {
+      if (error.failure != Failure::kNumerical) throw;
+      return {};
+    }
+  }
+
+  double loss(const VectorXd& p, const VectorXd& r) const {
+    return 0.5 * r.squaredNorm() + 0.5 * ((p - prior).array().square() * precision.array()).sum();
+  }
+
+  MatrixXd jacobian(const VectorXd& p, const VectorXd& r) {
+    MatrixXd jacobian = MatrixXd::Zero(r.size(), p.size());
+    for (Eigen::Index i = 0; i < p.size(); ++i) {
+      const double step = difference_[i] > 0 ? difference_[i] : 1e-4 * std::max(1.0, std::abs(p[i]));
+      // A difference that would leave the bounds, or a point that cannot be, is replaced by the other side's.
+      const auto moved = [&](double by, double& at) {
+        VectorXd q = p;
+        at = q[i] = std::clamp(p[i] + by, low[i], high[i]);
+        const VectorXd out = at == p[i] ? VectorXd() : residuals(q);
+        if (out.size() != r.size()) at = p[i];
+        return out.size() == r.size() ? out : r;
+      };
+      double above = p[i], below = p[i];
+      VectorXd upper = moved(step, above), lower = r;
+      if (central_ || above == p[i]) lower = moved(-step, below);
+      if (above != below) jacobian.col(i) = (upper - lower) / (above - below);
+    }
+    return jacobian;
+  }
+
+  VectorXd low, high, prior, precision;
+  int evaluations = 0;
+
+ private:
+  const Residuals& residuals_;
+  VectorXd difference_;
+  bool central_;
+};
+
+/// Parameters at a bound towards which the loss falls.
+std::vector<bool> held(const Problem& problem, const VectorXd& p, const VectorXd& gradient) {
+  std::vector<bool> out(p.size());
+  for (Eigen::Index i = 0; i < p.size(); ++i)
+    out[i] = (p[i] <= problem.low[i] && gradient[i] > 0) || (p[i] >= problem.high[i] && gradient[i] < 0);
+  return out;
+}
+
+MatrixXd covariance_of(const MatrixXd& information, const std::vector<bool>& fixed) {
+  // Directions without information are told apart after scaling every parameter by its own.
+  const Eigen::Index n = information.rows();
+  VectorXd scale(n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    scale[i] = information(i, i) > 0 && !fixed[i] ? 1 / std::sqrt(information(i, i)) : 0;
+  const MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled);
+  MatrixXd covariance = MatrixXd::Zero(n, n);
+  VectorXd lost = VectorXd::Zero(n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const VectorXd mode = eigen.eigenvectors().col(k);
+    if (eigen.eigenvalues()[k] > 1e-12)
+      covariance += mode * mode.transpose() / eigen.eigenvalues()[k];
+    else
+      lost += mode.cwiseAbs2();
+  }
+  covariance = scale.asDiagonal() * covariance * scale.asDiagonal();
+  for (Eigen::Index i = 0; i < n; ++i)
+    if (scale[i] == 0 || lost[i] > 1e-6) covariance(i, i) = INFINITY;
+  return covariance;
+}
+
+}  // namespace
+
+GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residuals& residuals,
+                               std::span<const double> start) {
+  const Eigen::Index count = static_cast<Eigen::Index>(start.size());
+  Problem problem(options, residuals, count);
+  const VectorXd largest = vector_of(options.largest_step, count, INFINITY);
+  VectorXd p = Eigen::Map<const VectorXd>(start.data(), count);
+  for (Eigen::Index i = 0; i < count; ++i)
+    if (!(p[i] >= problem.low[i] && p[i] <= problem.high[i]))
+      throw usage_error("least squares", "parameter " + std::to_string(i),
+                        "starts at " + std::to_string(p[i]) + ", outside its bounds", "start inside them");
+  VectorXd r = problem.residuals(p);
+  if (r.size() == 0)
+    throw numerical_error("least squares", "the start has no finite residuals", "start from other parameters");
+  GaussNewtonResult result;
+  GaussNewtonSummary& summary = result.summary;
+  double loss = problem.loss(p, r), damping = options.damping;
+  summary.loss.push_back(loss);
+  MatrixXd information = MatrixXd::Zero(count, count);
+  VectorXd gradient;
+  std::vector<bool> fixed(count, false);
+  bool linearised = false;
+  const auto linearise = [&] {
+    result.jacobian = problem.jacobian(p, r);
+    gradient = result.jacobian.transpose() * r + problem.precision.cwiseProduct(p - problem.prior);
+    information = result.jacobian.transpose() * result.jacobian;
+    information.diagonal() += problem.precision;
+    fixed = held(problem, p, gradient);
+    linearised = true;
+  };
+
+  summary.stopped_by = "iterations";
+  for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
+    if (!linearised) linearise();
+    MatrixXd system = information;
+    VectorXd pull = gradient;
+    for (Eigen::Index i = 0; i < count; ++i) {
+      system(i, i) += damping * std::max(information(i, i), 1e-300);
+      if (!fixed[i] && system(i, i) > 1e-200) continue;
+      system.row(i).setZero(), system.col(i).setZero();
+      system(i, i) = 1, pull[i] = 0;
+    }
+    if (pull.cwiseAbs().maxCoeff() == 0) {
+      summary.converged = true, summary.stopped_by = "small gradient";
+      break;
+    }
+    VectorXd step = -system.ldlt().solve(pull);
+    // The direction is kept where one parameter alone would go too far.
+    step *= std::min(1.0, (largest.array() / step.array().abs().max(1e-300)).minCoeff());
+    const VectorXd trial = (p + step).cwiseMax(problem.low).cwiseMin(problem.high);
+    const VectorXd r_trial = trial.allFinite() ? problem.residuals(trial) : VectorXd();
+    const double loss_trial = r_trial.size() == r.size() ? problem.loss(trial, r_trial) : INFINITY;
+    const double predicted = -(pull.dot(trial - p) + 0.5 * (trial - p).dot(information * (trial - p)));
+    if (loss_trial < loss) {
+      const double fall = loss - loss_trial;
+      p = trial, r = r_trial, loss = loss_trial, linearised = false;
+      summary.loss.push_back(loss);
+      damping = std::max(1e-12, damping * (fall > 0.5 * predicted ? 0.1 : 1));
+      if (fall > options.tolerance * loss) continue;
+      summary.converged = true, summary.stopped_by = "small change";
+      break;
+    }
+    if (std::abs(predicted) <= options.tolerance * loss) {
+      summary.converged = true, summary.stopped_by = "small change";
+      break;
+    }
+    damping *= 10;
+    if (damping > 1e10) {
+      summary.stopped_by = "no better step";
+      break;
+    }
+  }
+  result.parameters.assign(p.begin(), p.end());
+  result.residuals.assign(r.begin(), r.end());
+  result.covariance = covariance_of(information, fixed);
+  summary.evaluations = problem.evaluations;
+  const Eigen::Index measured = (r.array() != 0).count();
+  summary.rms = measured ? std::sqrt(r.squaredNorm() / static_cast<double>(measured)) : 0;
+  return result;
+}
+
+double correlation_factor(std::span<const double> residuals, size_t columns) {
+  CHECK(columns > 0 && residuals.size() % columns == 0);
+  const size_t rows = residuals.size() / columns;
+  double sum = 0;
+  int counted = 0;
+  for (size_t c = 0; c < columns; ++c) {
+    const auto at = [&](size_t k) { return residuals[k * columns + c]; };
+    double variance = 0, factor = 1;
+    for (size_t k = 0; k < rows; ++k) variance += at(k) * at(k);
+    if (variance == 0) continue;
+    for (size_t lag = 1; lag < rows; ++lag) {
+      double together = 0;
+      for (size_t k = lag; k < rows; ++k) together += at(k) * at(k - lag);
+      if (together <= 0) break;
+      factor += 2 * together / variance;
+    }
+    sum += factor, ++counted;
+  }
+  return counted ? sum / counted : 1;
+}
+
+}  // namespace pliant

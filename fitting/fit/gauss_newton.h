@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace pliant {
+
+/// What a least-squares fit compares: r(parameters) [R], each divided by its standard deviation; an entry without a
+/// measurement is 0.  An Error{kNumerical}, or an entry that is not finite, marks parameters that cannot be.
+using Residuals = std::function<std::vector<double>(std::span<const double> parameters)>;
+
+/// Vectors are [P], or empty for the default of each parameter.
+struct GaussNewtonOptions {
+  std::vector<double> difference;          ///< steps of the differences for J; default 1e-4 max(1, |p|)
+  std::vector<double> low, high;           ///< bounds that hold at every trial; default none
+  std::vector<double> largest_step;        ///< change in one iteration; default none
+  std::vector<double> prior, prior_sigma;  ///< ((p - prior) / sigma)^2 / 2 joins the loss; sigma infinite = none
+  bool central = false;                    ///< J by central differences: twice the runs, second order
+  int max_iterations = 20;                 ///< accepted or not
+  double damping = 1e-3;    ///< of Levenberg and Marquardt at the start, relative to the diagonal of J^T J
+  double tolerance = 1e-8;  ///< relative fall of the loss at which the fit has converged
+};
+
+struct GaussNewtonSummary {
+  std::vector<double> loss;  ///< at the start and after every accepted step: half the sum of squares, with the prior
+  int evaluations = 0;
+  bool converged = false;
+  std::string stopped_by;  ///< "small change", "small gradient", "no better step" or "iterations"
+  double rms = 0;          ///< of the residuals that are not exactly 0
+};
+
+struct GaussNewtonResult {
+  std::vector<double> parameters;  ///< [P]
+  std::vector<double> residuals;   ///< [R] there
+  Eigen::MatrixXd jacobian;        ///< [R, P] where the last step began; empty without a step
+  Eigen::MatrixXd covariance;      ///< [P, P] inverse of J^T J + prior for residuals of unit variance; what nothing
+                                   ///< determines, and a parameter at its bound, has an infinite diagonal
+  GaussNewtonSummary summary;
+
+  double sigma(int parameter) const { return std::sqrt(covariance(parameter, parameter)); }
+};
+
+/// Least squares by Gauss-Newton steps with the damping of Levenberg (1944) and Marquardt (1963); a parameter at a
+/// bound stays there while the loss pulls it outwards.  J by differences of `residuals`.  Throws Error{kNumerical} when
+/// the start itself has no finite residuals, Error{kUsage} for bounds that exclude it.
+GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residuals& residuals,
+                               std::span<const double> start);
+
+/// Factor by which correlation between neighbouring rows widens the variance of a mean: 1 + 2 sum of the
+/// autocorrelations up to their first zero, averaged over the columns of residuals [rows, columns].  Covariances of a
+/// fit times this factor times the residuals' variance allow for what the model cannot explain.
+double correlation_factor(std::span<const double> residuals, size_t columns);
+
+}  // namespace pliant

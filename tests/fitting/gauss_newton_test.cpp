@@ -1,0 +1,125 @@
+#include "fitting/fit/gauss_newton.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "gaussians/base/error.h"
+#include "gaussians/base/random.h"
+
+namespace pliant {
+namespace {
+
+/// A damped swing amplitude * exp(-rate t) cos(omega t) at 60 instants, with noise.
+std::vector<double> swing(std::span<const double> p, double noise, uint64_t seed) {
+  std::vector<double> y;
+  for (int k = 0; k < 60; ++k) {
+    const double t = k / 60.0;
+    y.push_back(p[0] * std::exp(-p[1] * t) * std::cos(p[2] * t) + noise * Random(seed, k).normal());
+  }
+  return y;
+}
+
+Residuals against(const std::vector<double>& measured, double sigma) {
+  return [measured, sigma](std::span<const double> p) {
+    std::vector<double> r = swing(p, 0, 0);
+    for (size_t k = 0; k < r.size(); ++k) r[k] = (r[k] - measured[k]) / sigma;
+    return r;
+  };
+}
+
+TEST(GaussNewton, StraightLineIsSolvedInOneStepWithTheClosedFormCovariance) {
+  // y = a + b t at t = 0..9: covariance of (a, b) is the inverse of [[n, sum t], [sum t, sum t^2]].
+  const auto r = [](std::span<const double> p) {
+    std::vector<double> out;
+    for (int t = 0; t < 10; ++t) out.push_back(p[0] + p[1] * t - (3 - 0.5 * t));
+    return out;
+  };
+  GaussNewtonOptions options;
+  options.damping = 0, options.max_iterations = 2;
+  const auto fit = gauss_newton(options, r, std::vector<double>{0, 0});
+  EXPECT_NEAR(fit.parameters[0], 3, 1e-9);
+  EXPECT_NEAR(fit.parameters[1], -0.5, 1e-9);
+  const double determinant = 10 * 285.0 - 45 * 45;
+  EXPECT_NEAR(fit.covariance(0, 0), 285 / determinant, 1e-6);
+  EXPECT_NEAR(fit.covariance(1, 1), 10 / determinant, 1e-6);
+  EXPECT_NEAR(fit.covariance(0, 1), -45 / determinant, 1e-6);
+}
+
+TEST(GaussNewton, FindsTheParametersOfADampedSwing) {
+  const std::vector<double> truth = {2, 1.5, 12};
+  GaussNewtonOptions options;
+  options.low = {0, 0, 0};
+  for (const bool central : {false, true}) {
+    options.central = central;
+    const auto fit = gauss_newton(options, against(swing(truth, 0, 0), 1), std::vector<double>{1, 0.2, 11});
+    EXPECT_TRUE(fit.summary.converged) << fit.summary.stopped_by;
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(fit.parameters[i], truth[i], 1e-5) << i;
+    EXPECT_TRUE(std::is_sorted(fit.summary.loss.rbegin(), fit.summary.loss.rend()));
+  }
+}
+
+TEST(GaussNewton, ItsSigmaCoversTheScatterOfRepeatedMeasurements) {
+  const std::vector<double> truth = {2, 1.5, 12};
+  int inside = 0, all = 0;
+  for (uint64_t seed = 0; seed < 100; ++seed) {
+    const auto fit = gauss_newton({}, against(swing(truth, 0.05, seed), 0.05), truth);
+    for (int i = 0; i < 3; ++i, ++all) inside += std::abs(fit.parameters[i] - truth[i]) < fit.sigma(i);
+  }
+  EXPECT_NEAR(static_cast<double>(inside) / all, 0.683, 0.07);
+}
+
+TEST(GaussNewton, BoundsHoldAtEveryTrialAndAParameterAtItsBoundIsNotDetermined) {
+  bool held = true;
+  const auto r = [&](std::span<const double> p) {
+    held &= p[0] >= 0 && p[0] <= 1;
+    return std::vector<double>{p[0] - 3, p[1] - 2 * p[0]};
+  };
+  GaussNewtonOptions options;
+  options.low = {0, -10}, options.high = {1, 10};
+  const auto fit = gauss_newton(options, r, std::vector<double>{0.2, 0});
+  EXPECT_TRUE(held);
+  EXPECT_NEAR(fit.parameters[0], 1, 1e-12);
+  EXPECT_NEAR(fit.parameters[1], 2, 1e-6);
+  EXPECT_TRUE(std::isinf(fit.covariance(0, 0)));
+  EXPECT_TRUE(std::isfinite(fit.covariance(1, 1)));
+  EXPECT_THROW(gauss_newton(options, r, std::vector<double>{2, 0}), Error);
+}
+
+TEST(GaussNewton, APriorIsOneMoreMeasurement) {
+  // Measurement 0 +- 1 and prior 4 +- 0.5 meet at (0 / 1 + 4 / 0.25) / (1 + 4), variance 1 / 5; parameter 1 is free.
+  const auto r = [](std::span<const double> p) { return std::vector<double>{p[0]}; };
+  GaussNewtonOptions options;
+  options.prior = {4, 0}, options.prior_sigma = {0.5, INFINITY};
+  const auto fit = gauss_newton(options, r, std::vector<double>{0, 7});
+  EXPECT_NEAR(fit.parameters[0], 3.2, 1e-6);
+  EXPECT_NEAR(fit.covariance(0, 0), 0.2, 1e-6);
+  EXPECT_EQ(fit.parameters[1], 7);
+  EXPECT_TRUE(std::isinf(fit.covariance(1, 1)));
+}
+
+TEST(GaussNewton, ParametersThatCannotBeAreSteppedBackFrom) {
+  const auto r = [](std::span<const double> p) {
+    if (p[0] > 1.2) throw numerical_error("run", "diverged", "smaller steps");
+    return std::vector<double>{std::exp(p[0]) - std::exp(1)};
+  };
+  const auto fit = gauss_newton({}, r, std::vector<double>{-3});  // the first full step would end at 51
+  EXPECT_NEAR(fit.parameters[0], 1, 1e-6);
+  EXPECT_THROW(gauss_newton({}, r, std::vector<double>{2}), Error);
+}
+
+TEST(CorrelationFactor, IsOneForWhiteNoiseAndThatOfAnAutoregressionOtherwise) {
+  // x_k = a x_(k-1) + noise has autocorrelations a^lag: factor (1 + a) / (1 - a) = 3.
+  std::vector<double> white, slow(2);
+  for (int k = 0; k < 20000; ++k) {
+    for (int c = 0; c < 2; ++c) {
+      white.push_back(Random(k, c).normal());
+      slow.push_back(0.5 * slow[slow.size() - 2] + white.back());
+    }
+  }
+  EXPECT_NEAR(correlation_factor(white, 2), 1, 0.1);
+  EXPECT_NEAR(correlation_factor(slow, 2), 3, 0.4);
+}
+
+}  // namespace
+}  // namespace pliant
