@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/pipeline/photos.h"
+#include "app/pipeline/sheet_prompts.h"
 #include "app/store/segmentation.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
@@ -41,11 +42,13 @@ std::vector<ObjectEntry> write_objects(const RunDirectory& run, const Scene& sce
     if (known.empty()) known = origin;
   std::vector<ObjectEntry> objects = list_objects(segmentation, scene.cloud.position);
   const auto picture = [&](int camera) { return photo_or_render(scene, camera); };
-  const ImageF sheet = objects_sheet(segmentation, scene.cloud, scene.cameras, picture);
+  std::vector<SheetCell> cells;
+  const ImageF sheet = objects_sheet(segmentation, scene.cloud, scene.cameras, picture, 12, &cells);
   const ImageF features = features_sheet(segmentation.attribute, scene.cloud, scene.cameras, picture);
   write_segmentation(run / "segmentation.h5", segmentation, provenance);
   write_text(run / "objects.json", objects_to_json(objects, scene.metres_per_unit).dump(2, ' ', false, json::error_handler_t::replace) + "\n");
   write_image(run / "objects.png", sheet);
+  write_sheet_cells(run, cells, scene.cameras);
   write_image(run / "features.png", features);
   return objects;
 }

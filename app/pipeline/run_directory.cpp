@@ -125,9 +125,10 @@ void RunDirectory::forget(const std::string& stage) {
   save();
 }
 
-void RunDirectory::set_edits(const json& edits) {
-  if (edits.empty()) manifest_.erase("edits");
-  else manifest_["edits"] = edits;
+void RunDirectory::set_note(const std::string& name, const json& value) {
+  if (value.empty() && !manifest_.contains(name)) return;
+  if (value.empty()) manifest_.erase(name);
+  else manifest_[name] = value;
   save();
 }
 

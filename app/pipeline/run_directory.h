@@ -47,9 +47,9 @@ class RunDirectory {
   bool has(const std::string& stage) const;
   /// Forgets that a stage has run, so that it runs again.
   void forget(const std::string& stage);
-  /// Changes that a person made to the objects since `segment` ran, in order.
-  nlohmann::json edits() const { return manifest_.value("edits", nlohmann::json::array()); }
-  void set_edits(const nlohmann::json& edits);
+  /// What run.json keeps besides stages: "edits" made by hand since `segment` ran, "sheet_prompts".  Null when there is none.
+  nlohmann::json note(const std::string& name) const { return manifest_.value(name, nlohmann::json()); }
+  void set_note(const std::string& name, const nlohmann::json& value);  ///< an empty value erases it
   const nlohmann::json& manifest() const { return manifest_; }
   /// Provenance for files written by `stage`: version, seed, options and input hashes, no times.
   std::string provenance(const Context& context, const StageKey& key) const;

@@ -18,11 +18,11 @@ json run_edit(const Context& context, RunDirectory& run, const Scene& scene, con
     context.progress.say("edit: " + outcome.sentence);
     operations.push_back({{"option", edit.option()}, {"value", edit.text()}, {"gaussians", outcome.gaussians}, {"did", outcome.sentence}});
   }
-  json edits = run.edits();
+  json edits = run.note("edits");
   for (const json& operation : operations) edits.push_back(operation);
   const json provenance = {{"pliant", PLIANT_VERSION}, {"stage", "edit"}, {"edits", edits}};
   const std::vector<ObjectEntry> objects = write_objects(run, scene, "segment", provenance.dump(), segmentation);
-  run.set_edits(edits);
+  run.set_note("edits", edits);
   for (const ObjectEntry& object : objects)
     context.progress.say(fmt::format("edit: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name, object.gaussians,
                                      object.score));

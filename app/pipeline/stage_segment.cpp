@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 
+#include "app/import/gaussian_grouping.h"
 #include "app/import/physgaussian_space.h"
+#include "app/pipeline/grouping_objects.h"
 #include "app/pipeline/objects_file.h"
+#include "app/pipeline/sheet_prompts.h"
 #include "app/pipeline/stages.h"
 #include "app/store/segmentation.h"
 #include "gaussians/base/error.h"
@@ -50,6 +53,12 @@ MaskSet gesture_masks(const Context& context, const RunDirectory& run, const Sce
   return member_masks(gesture.boxes.empty() ? "--click" : "--box", member, scene.cloud, scene.cameras);
 }
 
+MaskSet masks_of_folder(const SegmentStage& stage, const std::filesystem::path& folder, const Scene& scene) {
+  MaskSet masks = load_masks(folder, scene.settings.labels, scene.cameras);
+  if (stage.zero_is_background) label_background(masks);
+  return masks;
+}
+
 /// Masks whose ids hold in all views.
 MaskSet associated_masks(const Context& context, const Scene& scene, const SegmentStage& stage, const SemanticOptions& semantic,
                          MaskSet masks) {
@@ -68,6 +77,7 @@ std::string origin_of(const SegmentStage& stage) {
   const auto add = [&](bool given, const char* name) { how += given ? (how.empty() ? "" : ", ") + std::string(name) : ""; };
   add(!stage.physgaussian.empty(), "PhysGaussian configuration"), add(!stage.boxes.empty(), "box"), add(!stage.clicks.empty(), "click");
   add(!stage.strokes.empty(), "stroke"), add(!stage.aabb.empty(), "aabb"), add(!stage.sphere.empty(), "sphere"), add(stage.joint, "joint training");
+  add(!stage.gaussian_grouping.empty(), "Gaussian Grouping");
   return how.empty() ? "masks" : how;
 }
 
@@ -89,7 +99,8 @@ Segmentation joint_segmentation(const std::filesystem::path& file, const Scene& 
 
 }  // namespace
 
-json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage) {
+json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& given) {
+  const SegmentStage stage = with_sheet_prompts(context, run, given);
   const std::optional<SelectionShape> selection = selection_of(stage);
   const Gesture gesture = gesture_of(stage, scene.cameras);
   const bool configured = !stage.physgaussian.empty();
@@ -98,8 +109,11 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   const bool selecting = selection || !gesture.empty() || configured;
   if (stage.joint && selecting)
     throw usage_error("--joint", "", "was given together with a selection", "joint training needs masks; give --masks FOLDER");
+  const bool grouping = !stage.gaussian_grouping.empty();
+  if (grouping && (selecting || stage.joint || !stage.masks.empty()))
+    throw usage_error("--gaussian-grouping", stage.gaussian_grouping, "was given together with masks or a selection", "its classifier says what the objects are");
   const std::filesystem::path masks_folder = stage.masks.empty() ? scene.settings.masks : std::filesystem::path(stage.masks);
-  if (!selecting && !stage.joint && masks_folder.empty())
+  if (!selecting && !stage.joint && !grouping && masks_folder.empty())
     throw usage_error("segment", "--masks", "are not known for this scene",
                       "give --masks FOLDER, or select the object with --box V,x0,y0,x1,y1 (pixels of the pictures that `pliant render "
                       "SCENE --out FOLDER` writes), --click, --aabb or --sphere");
@@ -127,12 +141,14 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   if (!scene.settings.cameras.empty()) key.inputs["cameras"] = scene.settings.cameras;
   const std::filesystem::path trained = scene.source / "segmentation.h5";
   if (stage.joint) key.inputs["joint"] = trained;
+  else if (grouping) key.inputs["gaussian_grouping"] = grouping_classifier_file(stage.gaussian_grouping);
   else if (!selecting) key.inputs["masks"] = masks_folder;
+  if (stage.zero_is_background) key.options["zero"] = "background";
   if (configured) key.inputs["physgaussian"] = stage.physgaussian;
   if (!gesture.empty()) key.outputs.push_back("selection.png");
   for (int camera : options.held_out) key.outputs.push_back("held_out/" + scene.cameras[camera].name + ".png");
 
-  if (const json edits = run.edits(); !edits.empty()) {
+  if (const json edits = run.note("edits"); !edits.empty()) {
     if (context.overwrite) run.forget("segment");
     context.progress.say(context.overwrite ? fmt::format("segment: {} edits by hand are undone", edits.size())
                                            : fmt::format("segment: {} edits by hand are kept, --overwrite undoes them", edits.size()));
@@ -144,18 +160,20 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     Segmentation& segmentation = result.segmentation;
     if (stage.joint) {
       segmentation = joint_segmentation(trained, scene);
+    } else if (grouping) {
+      segmentation = grouping_objects(scene, key.inputs["gaussian_grouping"], scene.settings.labels);
     } else {
       const MaskSet masks = configured       ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
                             : !gesture.empty() ? gesture_masks(context, run, scene, gesture, selection, member)
                             : selection      ? selection_masks(*selection, scene.cloud, scene.cameras)
                                              : associated_masks(context, scene, stage, options,
-                                                                load_masks(masks_folder, scene.settings.labels, scene.cameras));
+                                                                masks_of_folder(stage, masks_folder, scene));
       for (const std::string& warning : masks.warnings) context.progress.warn(warning);
       context.progress.begin("segment", options.iterations);
       result = fit_semantic_field(options, scene.cloud, scene.cameras, masks, [&](int done, int, double) { context.progress.done(done); });
       context.progress.end();
     }
-    const size_t merged = merge_islands({}, scene.cloud, segmentation);
+    const size_t merged = grouping ? 0 : merge_islands({}, scene.cloud, segmentation);  // its result is taken as it is
     if (merged > 0) context.progress.say(fmt::format("segment: {} Gaussians in small islands took the label around them", merged));
     size_t restricted = 0;
     if (selecting) {
@@ -164,7 +182,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
         context.progress.say(fmt::format("segment: {} Gaussians outside the selection were given back to the rest", restricted));
     }
     const std::vector<ObjectEntry> objects = write_objects(run, scene, origin_of(stage), run.provenance(context, key), segmentation);
-    run.set_edits(json::array());
+    run.set_note("edits", {});
     write_held_out(run, scene, options, segmentation);
     for (const ObjectEntry& object : objects)
       context.progress.say(fmt::format("segment: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "gaussians/base/image.h"
+#include "gaussians/render/render.h"
 #include "segmentation/lift/extract.h"
 
 namespace pliant {
