@@ -34,6 +34,26 @@ std::vector<CutEdge> picture_edges(const GrabCutInput& input, float gamma) {
   return edges;
 }
 
+/// The middle of the levels between which each pixel flips.  Cuts with more log odds contain those with less (Gallo,
+/// Grigoriadis and Tarjan 1989).
+std::vector<float> logits_of(const std::vector<float>& levels, const GrabCutInput& input,
+                             const std::vector<uint8_t>& label, const std::vector<float>& gain,
+                             const std::vector<CutEdge>& edges) {
+  std::vector<float> logit(label.size()), shifted(label.size());
+  for (size_t i = 0; i < label.size(); ++i) logit[i] = label[i] ? 0.5f * levels[0] : -0.5f * levels[0];
+  for (size_t k = 0; k < levels.size(); ++k) {
+    const float beyond = k + 1 < levels.size() ? 0.5f * (levels[k] + levels[k + 1]) : levels[k] + 1;
+    for (const float sign : {1.0f, -1.0f}) {
+      for (size_t i = 0; i < gain.size(); ++i)
+        shifted[i] = input.seed[i] == PixelSeed::kUnknown ? gain[i] + sign * levels[k] : gain[i];
+      const std::vector<uint8_t> other = min_cut(shifted, edges);
+      for (size_t i = 0; i < gain.size(); ++i)
+        if (label[i] == (sign < 0) && other[i] == label[i]) logit[i] = label[i] ? beyond : -beyond;
+    }
+  }
+  return logit;
+}
+
 }  // namespace
 
 GrabCutResult grab_cut(const GrabCutOptions& options, const GrabCutInput& input) {
@@ -57,7 +77,7 @@ GrabCutResult grab_cut(const GrabCutOptions& options, const GrabCutInput& input)
     for (int side = 0; side < 2; ++side) models[side] = ColorModel::fit(options.color, colors[side], {}, &models[side]);
     for (size_t i = 0; i < n; ++i) {
       if (input.seed[i] == PixelSeed::kUnknown) {
-        gain[i] = models[1].log_density(input.lab[i]) - models[0].log_density(input.lab[i]);
+        gain[i] = options.data * (models[1].log_density(input.lab[i]) - models[0].log_density(input.lab[i]));
         if (!input.prior.empty()) gain[i] += input.prior[i];
       } else {
         gain[i] = input.seed[i] == PixelSeed::kForeground ? kHard : -kHard;
@@ -73,6 +93,7 @@ GrabCutResult grab_cut(const GrabCutOptions& options, const GrabCutInput& input)
     }
   }
   for (uint8_t l : label) result.pixels += l;
+  if (!options.levels.empty()) result.logit = logits_of(options.levels, input, label, gain, edges);
   return result;
 }
 

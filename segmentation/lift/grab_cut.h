@@ -12,7 +12,9 @@ enum class PixelSeed : uint8_t { kUnknown, kForeground, kBackground };
 struct GrabCutOptions {
   ColorModelOptions color;
   float gamma = 10;    ///< cost of a border between equal colours
+  float data = 1;      ///< factor of the colours' log odds; pixels side by side do not tell independent things
   int iterations = 5;  ///< of models and cut; ends early when the cut no longer moves
+  std::vector<float> levels;  ///< > 0, ascending: the last cut is repeated with these log odds more and less
 };
 
 struct GrabCutInput {
@@ -27,6 +29,9 @@ struct GrabCutResult {
   std::vector<uint8_t> foreground;  ///< [H * W]
   int iterations = 0;
   size_t pixels = 0;  ///< of the foreground
+  /// [H * W] log odds against which a pixel keeps its label: the middle of the levels between which it flips, positive
+  /// for foreground.  Empty without levels.
+  std::vector<float> logit;
 };
 
 /// Foreground of a picture by turns of colour models and a minimum cut over 8 neighbours (Rother, Kolmogorov and Blake
