@@ -35,7 +35,7 @@ json objects_to_json(const std::vector<ObjectEntry>& objects, double metres_per_
 }
 
 std::vector<ObjectEntry> write_objects(const RunDirectory& run, const Scene& scene, const std::string& origin,
-                                       const std::string& provenance, Segmentation& segmentation) {
+                                       const std::string& provenance, Segmentation& segmentation, const std::function<void(json& rows)>& complete) {
   if (segmentation.class_cameras.empty()) find_class_cameras(scene.cloud, scene.cameras, segmentation);
   segmentation.class_origin.resize(segmentation.class_id.size());
   for (std::string& known : segmentation.class_origin)
@@ -46,7 +46,9 @@ std::vector<ObjectEntry> write_objects(const RunDirectory& run, const Scene& sce
   const ImageF sheet = objects_sheet(segmentation, scene.cloud, scene.cameras, picture, 12, &cells);
   const ImageF features = features_sheet(segmentation.attribute, scene.cloud, scene.cameras, picture);
   write_segmentation(run / "segmentation.h5", segmentation, provenance);
-  write_text(run / "objects.json", objects_to_json(objects, scene.metres_per_unit).dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+  json rows = objects_to_json(objects, scene.metres_per_unit);
+  if (complete) complete(rows);
+  write_text(run / "objects.json", rows.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
   write_image(run / "objects.png", sheet);
   write_sheet_cells(run, cells, scene.cameras);
   write_image(run / "features.png", features);

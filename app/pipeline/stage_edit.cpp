@@ -4,6 +4,7 @@
 
 #include "app/pipeline/objects_file.h"
 #include "gaussians/base/error.h"
+#include "gaussians/io/files.h"
 
 namespace pliant {
 using nlohmann::json;
@@ -21,7 +22,14 @@ json run_edit(const Context& context, RunDirectory& run, const Scene& scene, con
   json edits = run.note("edits");
   for (const json& operation : operations) edits.push_back(operation);
   const json provenance = {{"pliant", PLIANT_VERSION}, {"stage", "edit"}, {"edits", edits}};
-  const std::vector<ObjectEntry> objects = write_objects(run, scene, "segment", provenance.dump(), segmentation);
+  const json before = json::parse(read_text(run / "objects.json"), nullptr, false);
+  const auto keep_kinds = [&](json& rows) {  // what the automatic mode found objects as
+    if (!before.is_array()) return;
+    for (json& row : rows)
+      for (const json& old : before)
+        if (old.is_object() && old.contains("kind") && old.value("id", json()) == row["id"]) row["kind"] = old["kind"];
+  };
+  const std::vector<ObjectEntry> objects = write_objects(run, scene, "segment", provenance.dump(), segmentation, keep_kinds);
   run.set_note("edits", edits);
   for (const ObjectEntry& object : objects)
     context.progress.say(fmt::format("edit: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name, object.gaussians,

@@ -16,13 +16,17 @@ using nlohmann::json;
 
 namespace {
 
-/// Class of the object that the user means by id or name; without a wish the scene file's, else the only one.
-size_t chosen_class(const Segmentation& segmentation, const std::string& wish, const std::string& scene_default) {
+/// Class of the object that the user means by id or name; without a wish the scene file's, else the only one.  What
+/// a selection or the automatic mode (`automatic`) made of the rest of the scene counts only when it is asked for.
+size_t chosen_class(const Segmentation& segmentation, const std::string& wish, std::string scene_default, bool automatic) {
+  const std::vector<std::string>& names = segmentation.class_name;
+  if (automatic && std::find(names.begin(), names.end(), scene_default) == names.end()) scene_default.clear();
   const std::string wanted = wish.empty() ? scene_default : wish;
   if (!wanted.empty()) return class_of_object(segmentation, "--object", wanted);
-  if (segmentation.class_id.size() == 1) return 0;
-  // A selection knows two ids: the object and the rest.
-  if (segmentation.class_id.size() == 2 && segmentation.class_name[0] == "object") return 0;
+  std::vector<size_t> candidates;
+  for (size_t c = 0; c < names.size(); ++c)
+    if (names[c] != "rest" && !(automatic && names[c].starts_with("support_"))) candidates.push_back(c);
+  if (candidates.size() == 1) return candidates[0];
   throw usage_error("--object", "", "is needed: the scene has several objects", "choose one of " + list_of_objects(segmentation));
 }
 
@@ -48,8 +52,9 @@ json vector_json(const Vec3f& v) { return {v.x(), v.y(), v.z()}; }
 }  // namespace
 
 json run_extract(const Context& context, RunDirectory& run, const Scene& scene, const ExtractStage& stage) {
+  const json segmented = run.summary("segment", "run `pliant segment SCENE --out DIR` first");
   const Segmentation segmentation = read_objects(run, scene);
-  const size_t chosen = chosen_class(segmentation, stage.object, scene.settings.object);
+  const size_t chosen = chosen_class(segmentation, stage.object, scene.settings.object, segmented.value("automatic", false));
   const uint32_t id = segmentation.class_id[chosen];
   const std::string name = segmentation.class_name[chosen];
   const std::string folder = fmt::format("objects/{}_{}", id, folder_name(name));

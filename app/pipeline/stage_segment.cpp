@@ -2,6 +2,7 @@
 
 #include "app/import/gaussian_grouping.h"
 #include "app/import/physgaussian_space.h"
+#include "app/pipeline/automatic_masks.h"
 #include "app/pipeline/grouping_objects.h"
 #include "app/pipeline/objects_file.h"
 #include "app/pipeline/sheet_prompts.h"
@@ -113,10 +114,9 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   if (grouping && (selecting || stage.joint || !stage.masks.empty()))
     throw usage_error("--gaussian-grouping", stage.gaussian_grouping, "was given together with masks or a selection", "its classifier says what the objects are");
   const std::filesystem::path masks_folder = stage.masks.empty() ? scene.settings.masks : std::filesystem::path(stage.masks);
-  if (!selecting && !stage.joint && !grouping && masks_folder.empty())
-    throw usage_error("segment", "--masks", "are not known for this scene",
-                      "give --masks FOLDER, or select the object with --box V,x0,y0,x1,y1 (pixels of the pictures that `pliant render "
-                      "SCENE --out FOLDER` writes), --click, --aabb or --sphere");
+  const bool automatic = !grouping && segments_automatically(stage, selecting, !masks_folder.empty());
+  if (automatic && !stage.automatic)
+    context.progress.say("segment: the scene has no masks and nothing is selected: free-standing objects are found automatically");
 
   SemanticOptions options;
   options.start_from_vote = stage.start_from_vote;
@@ -142,6 +142,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   const std::filesystem::path trained = scene.source / "segmentation.h5";
   if (stage.joint) key.inputs["joint"] = trained;
   else if (grouping) key.inputs["gaussian_grouping"] = grouping_classifier_file(stage.gaussian_grouping);
+  else if (automatic) key.options["automatic"] = true;
   else if (!selecting) key.inputs["masks"] = masks_folder;
   if (stage.zero_is_background) key.options["zero"] = "background";
   if (configured) key.inputs["physgaussian"] = stage.physgaussian;
@@ -157,13 +158,16 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     std::vector<uint8_t> member;  // of a selection by gesture or configuration
     if (configured) member = physgaussian_members(read_physgaussian_config(stage.physgaussian), scene.cloud);
     SemanticResult result;
+    AutomaticResult found;
     Segmentation& segmentation = result.segmentation;
     if (stage.joint) {
       segmentation = joint_segmentation(trained, scene);
     } else if (grouping) {
       segmentation = grouping_objects(scene, key.inputs["gaussian_grouping"], scene.settings.labels);
     } else {
-      const MaskSet masks = configured       ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
+      if (automatic) found = automatic_masks(context, scene, options.held_out);
+      const MaskSet masks = automatic          ? std::move(found.masks)
+                            : configured       ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
                             : !gesture.empty() ? gesture_masks(context, run, scene, gesture, selection, member)
                             : selection      ? selection_masks(*selection, scene.cloud, scene.cameras)
                                              : associated_masks(context, scene, stage, options,
@@ -181,13 +185,16 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
       if (restricted > 0)
         context.progress.say(fmt::format("segment: {} Gaussians outside the selection were given back to the rest", restricted));
     }
-    const std::vector<ObjectEntry> objects = write_objects(run, scene, origin_of(stage), run.provenance(context, key), segmentation);
+    tell_how_found(found.found, segmentation);
+    if (!context.overwrite && !run.note("edits").empty()) context.progress.warn("objects were found anew, edits by hand are undone");
+    const std::vector<ObjectEntry> objects = write_objects(run, scene, origin_of(stage), run.provenance(context, key), segmentation,
+                                                           [&](json& rows) { tell_kinds(found.found, rows); });
     run.set_note("edits", {});
     write_held_out(run, scene, options, segmentation);
     for (const ObjectEntry& object : objects)
       context.progress.say(fmt::format("segment: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name,
                                        object.gaussians, object.score));
-    return {{"objects", objects.size()}, {"unseen", result.summary.unseen}, {"cross_entropy", result.summary.cross_entropy},
+    return {{"automatic", automatic}, {"objects", objects.size()}, {"unseen", result.summary.unseen}, {"cross_entropy", result.summary.cross_entropy},
             {"grouping", result.summary.grouping}, {"views", result.summary.views}, {"merged_islands", merged}, {"outside_selection", restricted}};
   });
 }
