@@ -25,7 +25,7 @@ std::vector<std::string> split_at_commas(const std::string& text) {
   return words;
 }
 
-double number(const std::string& option, const std::string& text, const std::string& word) {
+double pixel_number(const std::string& option, const std::string& text, const std::string& word) {
   char* stop = nullptr;
   const double value = std::strtod(word.c_str(), &stop);
   if (word.empty() || *stop != 0 || !std::isfinite(value)) throw usage_error(option, text, "holds '" + word + "', which is not a number", "give pixels of objects.png");
@@ -39,7 +39,7 @@ std::string resolved(const std::string& option, const std::string& text, std::ve
   };
   const json* cell = nullptr;
   for (size_t k = at + 1; k + 1 < words.size(); k += 2) {
-    const double x = number(option, text, words[k]), y = number(option, text, words[k + 1]);
+    const double x = pixel_number(option, text, words[k]), y = pixel_number(option, text, words[k + 1]);
     const auto holds = [&](const json& c) {
       return x >= c["x"].get<double>() && y >= c["y"].get<double>() && x < c["x"].get<double>() + c["width"].get<double>() &&
              y < c["y"].get<double>() + c["height"].get<double>();
