@@ -49,6 +49,8 @@ struct SegmentStage {
   std::string physgaussian;          ///< file; the object is what this configuration of PhysGaussian simulates
   bool hold_out = false;             ///< leave every 8th photo out of the optimisation; held_out/ gets its id picture
   bool joint = false;                ///< the scene and its attribute were trained together: take that
+  std::string gaussian_grouping;     ///< folder with the classifier of a Gaussian Grouping model, whose attribute is taken
+  bool zero_is_background = false;   ///< id 0 of masks or of that classifier is an object like others, the background
 };
 nlohmann::json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage);
 
@@ -56,6 +58,7 @@ nlohmann::json run_segment(const Context& context, RunDirectory& run, const Scen
 struct ExtractStage {
   std::string object;  ///< id or name; empty = the scene file's, else the only one
   double threshold = 0.5;
+  bool hull = false;   ///< what lies in the convex hull of the object belongs to it
 };
 nlohmann::json run_extract(const Context& context, RunDirectory& run, const Scene& scene, const ExtractStage& stage);
 
