@@ -3,7 +3,7 @@
 namespace pliant {
 
 void add_repair(CLI::App& app, Program& program) {
-  add_stage_command<RepairStage>(app, program, "repair", "Fill the hole that the object left in the background", nullptr,
+  add_stage_command<RepairStage>(app, program, "repair", "Fill the hole that the object left in the background", add_repair_options,
                                  run_repair);
 }
 

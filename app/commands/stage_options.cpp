@@ -144,6 +144,12 @@ void add_extract_options(CLI::App& command, ExtractStage& stage) {
   command.add_flag("--hull", stage.hull, "What lies inside the convex hull of the object, above its support, belongs to it");
 }
 
+void add_repair_options(CLI::App& command, RepairStage& stage) {
+  command.add_option("--shadow", stage.shadow, "Contact shadow of the object on its support, where it is plain")
+      ->check(CLI::IsMember({"repair", "keep"}))
+      ->capture_default_str();
+}
+
 void add_seed_options(CLI::App& command, SeedStage& stage) {
   command.add_option("--particles", stage.particles, "Driving particles; the grid follows from them")
       ->check(CLI::Range(200, 10000000))

@@ -63,7 +63,9 @@ struct ExtractStage {
 nlohmann::json run_extract(const Context& context, RunDirectory& run, const Scene& scene, const ExtractStage& stage);
 
 /// repair: the hole that the object left -> background_repaired.ply, repair.png.
-struct RepairStage {};
+struct RepairStage {
+  std::string shadow = "repair";  ///< of the object on its support, where it is plain: repair or keep
+};
 nlohmann::json run_repair(const Context& context, RunDirectory& run, const Scene& scene, const RepairStage& stage);
 
 /// seed: solid samples and driving particles -> objects/.../particles.h5.
