@@ -134,6 +134,18 @@ void add_segment_options(CLI::App& command, SegmentStage& stage) {
   command.add_flag("--joint", stage.joint, "Train all Gaussians together with their labels, against photos and masks");
   command.add_flag("--hold-out", stage.hold_out, "Leave every 8th photo out of the optimisation and write its id picture to held_out/, for evaluation");
   command.add_flag("!--no-vote", stage.start_from_vote, "Start the semantic attribute at random, not from the vote");
+  add_label_options(command, stage.label);
+}
+
+void add_label_options(CLI::App& command, LabelStage& stage) {
+  command.add_flag("--label-photos", stage.photos, "Make the masks from the photos: detector, then segmenter; they are written to labelled/");
+  command.add_option_function<std::string>(
+      "--text", [&stage](const std::string& text) { stage.text = text, stage.photos = true; },
+      "Label these things only, names separated by commas (a detector with a fixed list takes the nearest of its names)");
+  command.add_flag_callback("--everything", [&stage] { stage.everything = stage.photos = true; },
+                            "Label whatever the segmenter finds, without names and detector");
+  command.add_option("--detector", stage.files.detector, "Network that finds things in photos: ONNX or TorchScript file")->check(CLI::ExistingFile);
+  command.add_flag("--trust-torchscript", stage.files.trust_torchscript, "Run TorchScript files, which may do anything that this program may");
 }
 
 void add_extract_options(CLI::App& command, ExtractStage& stage) {

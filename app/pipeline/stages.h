@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/pipeline/label_photos.h"
 #include "app/pipeline/material.h"
 #include "app/pipeline/run_directory.h"
 #include "gaussians/io/scene.h"
@@ -40,6 +41,7 @@ nlohmann::json run_reconstruct(const Context& context, RunDirectory& run, const 
 struct SegmentStage {
   std::string masks;                 ///< folder; empty = the scene file's
   bool automatic = false;            ///< find free-standing objects from the Gaussians alone; masks are not read
+  LabelStage label;                  ///< masks made from the photos
   std::string associate = "auto";    ///< ids of the masks: auto (grouped anew when they do not agree between views), always, never
   std::vector<double> aabb, sphere;  ///< a selection instead of masks: x0,y0,z0,x1,y1,z1 or x,y,z,r (scene units)
   std::vector<std::string> boxes, clicks, strokes;  ///< gestures, see segmentation/lift/gesture_prompts.h

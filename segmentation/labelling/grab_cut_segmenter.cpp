@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
+#include "segmentation/labelling/color_histogram.h"
 #include "segmentation/labelling/mask_measures.h"
 
 namespace pliant {
@@ -52,16 +52,7 @@ float share_on_border(const ImageF& logits, const PromptBox& box) {
 }  // namespace
 
 void GrabCutSegmenter::encode(const ImageF& picture) {
-  CHECK(picture.channels == 3 && !picture.empty());
-  lab_ = picture;
-  parallel_for(
-      static_cast<std::ptrdiff_t>(picture.pixels()),
-      [&](std::ptrdiff_t i) {
-        float* c = lab_.data.data() + 3 * i;
-        Eigen::Map<Vec3f> pixel(c);
-        pixel = lab_of_rgb(Vec3f(c[0], c[1], c[2]));
-      },
-      4096);
+  lab_ = lab_picture(picture);
 }
 
 std::vector<SegmentedMask> GrabCutSegmenter::segment(const MaskPrompt& prompt) {
