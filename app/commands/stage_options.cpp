@@ -129,6 +129,7 @@ void add_segment_options(CLI::App& command, SegmentStage& stage) {
   command.add_flag("--joint", stage.joint, "Train all Gaussians together with their labels, against photos and masks");
   command.add_flag("--hold-out", stage.hold_out, "Leave every 8th photo out of the optimisation and write its id picture to held_out/, for evaluation");
   command.add_flag("!--no-vote", stage.start_from_vote, "Start the semantic attribute at random, not from the vote");
+  add_model_options(command, stage.models);
 }
 
 void add_extract_options(CLI::App& command, ExtractStage& stage) {

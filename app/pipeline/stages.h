@@ -11,6 +11,7 @@
 #include "gaussians/io/scene.h"
 #include "gaussians/reconstruct/train_options.h"
 #include "gaussians/reconstruct/training_photos.h"
+#include "segmentation/models/make_models.h"
 
 namespace pliant {
 
@@ -47,6 +48,7 @@ struct SegmentStage {
   std::optional<int> iterations;     ///< of the optimisation; 0 = vote only
   std::string physgaussian;          ///< file; the object is what this configuration of PhysGaussian simulates
   bool hold_out = false;             ///< leave every 8th photo out of the optimisation; held_out/ gets its id picture
+  ModelChoice models;                ///< networks, see segmentation/models/make_models.h
   bool joint = false;                ///< the scene and its attribute were trained together: take that
 };
 nlohmann::json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage);
