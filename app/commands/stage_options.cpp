@@ -144,8 +144,7 @@ void add_label_options(CLI::App& command, LabelStage& stage) {
       "Label these things only, names separated by commas (a detector with a fixed list takes the nearest of its names)");
   command.add_flag_callback("--everything", [&stage] { stage.everything = stage.photos = true; },
                             "Label whatever the segmenter finds, without names and detector");
-  command.add_option("--detector", stage.files.detector, "Network that finds things in photos: ONNX or TorchScript file")->check(CLI::ExistingFile);
-  command.add_flag("--trust-torchscript", stage.files.trust_torchscript, "Run TorchScript files, which may do anything that this program may");
+  add_model_options(command, stage.models);
 }
 
 void add_extract_options(CLI::App& command, ExtractStage& stage) {

@@ -30,10 +30,10 @@ std::vector<std::string> names_in(const std::string& text) {
 LabelOptions options_of(const LabelStage& stage) {
   LabelOptions options;
   options.names = names_in(stage.text);
-  if (stage.files.segmenter.empty()) options.everything = EverythingOptions::weight_free();
-  if (stage.everything && (!stage.files.detector.empty() || !options.names.empty()))
+  if (stage.models.segmenter.empty()) options.everything = EverythingOptions::weight_free();
+  if (stage.everything && (!stage.models.detector.empty() || !options.names.empty()))
     throw usage_error("--everything", "", "was given together with --detector or --text", "give one of them");
-  if (!stage.everything && stage.files.detector.empty())
+  if (!stage.everything && stage.models.detector.empty())
     throw usage_error("--label-photos", "--detector", "is not given", "give --detector FILE, or --everything to do without names");
   return options;
 }
@@ -77,7 +77,7 @@ void write_set(const fs::path& folder, const MaskSet& masks, const std::vector<C
 json run_label(const Context& context, RunDirectory& run, const Scene& scene, const LabelStage& stage) {
   const LabelOptions options = options_of(stage);
   StageKey key{"label", {{"everything", stage.everything}, {"text", stage.text}}, {}, {"labelled/labels.json"}};
-  add_inputs(stage.files, key);
+  add_inputs(stage.models, key);
   for (const Camera& camera : scene.cameras) {
     if (!camera.photo.empty()) key.inputs["photo " + camera.name] = camera.photo;
     key.outputs.push_back("labelled/" + camera.name + ".png");
@@ -97,7 +97,7 @@ json run_label(const Context& context, RunDirectory& run, const Scene& scene, co
       std::optional<LabelledPhoto> photo;
       if (!context.overwrite) photo = read_photo_labels(folder / "photos" / name, record);
       if (!photo) {
-        if (!open.segmenter) open = open_label_models(stage.files, context.threads);
+        if (!open.segmenter) open = open_label_models(stage.models);
         const ImageF picture = photo_or_render(scene, c);
         photo = label_photo(options, open.models(), picture);
         write_image(folder / "seen" / (name + ".jpg"), overlay_labels(picture, *photo));

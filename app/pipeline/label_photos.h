@@ -10,7 +10,7 @@ struct LabelStage {
   bool photos = false;      ///< label the photos; the rest says how
   bool everything = false;  ///< by the segmenter alone, without names
   std::string text;         ///< names to look for, separated by commas; empty = everything the models know
-  LabelModelFiles files;
+  ModelChoice models;
 };
 
 /// Labels the photo of every camera; a photo that was labelled with the same options before is not labelled again.
