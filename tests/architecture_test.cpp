@@ -31,7 +31,8 @@ const std::map<std::string, Permission> kTable = {
     {"gaussians/reconstruct", {{"gaussians/base", "gaussians/render", "gaussians/io"}, {"opencv2"}}},
     {"segmentation/lift", {{"gaussians/base", "gaussians/render", "gaussians/io", "gaussians/reconstruct"}, {"nlohmann", "opencv2"}}},
     {"segmentation/model_interfaces", {{"gaussians/base"}, {}}},
-    {"segmentation/models", {{"gaussians/base", "gaussians/io", "segmentation/model_interfaces"}, {"torch", "opencv2", "nlohmann"}}},
+    {"segmentation/models", {{"gaussians/base", "gaussians/io", "segmentation/model_interfaces"}, {"nlohmann"}}},
+    {"segmentation/models/worker", {{"segmentation/models"}, {"torch", "opencv2"}}},
     {"segmentation/labelling",
      {{"gaussians/base", "gaussians/render", "gaussians/io", "segmentation/lift", "segmentation/model_interfaces"}, {"opencv2"}}},
     {"segmentation/repair",
@@ -64,7 +65,8 @@ std::string room_of(const fs::path& relative_folder) { return relative_folder.ge
 bool is_standard_header(const std::string& header) { return header.find('.') == std::string::npos && header.find('/') == std::string::npos; }
 
 bool is_system_header(const std::string& header) {
-  static const std::set<std::string> allowed = {"unistd.h", "fcntl.h", "sys/stat.h", "sys/wait.h", "sys/resource.h", "signal.h", "malloc.h", "dlfcn.h"};
+  static const std::set<std::string> allowed = {"unistd.h", "fcntl.h", "sys/stat.h", "sys/wait.h", "sys/resource.h", "sys/socket.h",
+                                                "signal.h", "malloc.h", "dlfcn.h", "poll.h", "spawn.h"};
   return allowed.count(header) > 0;
 }
 

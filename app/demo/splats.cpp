@@ -93,7 +93,7 @@ void append(const Stage& stage, const std::vector<Camera>& cameras, const std::v
         const Vec3d surface = part.world_from_local * p.position;
         out.surface[i] = surface.cast<float>();
         out.cloud.position[i] = (surface - inset * pixel_size(cameras, surface) * axes.col(2)).cast<float>();
-        out.cloud.rotation[i] = quaternion_wxyz(axes.cast<float>());
+        out.cloud.rotation[i] = quaternion_wxyz(Mat3f(axes.cast<float>()));
         const float in_plane = static_cast<float>(std::log(sigma));
         out.cloud.log_scale[i] = Vec3f(in_plane, in_plane, static_cast<float>(std::log(kThickness * spacing)));
         out.cloud.opacity_logit[i] = logit(kOpacity);

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace pliant {
+
+/// A constant of a module made in a test: self.NAME, filled with values along `shape`.
+struct MadeTensor {
+  std::string name;
+  std::vector<int64_t> shape;
+  std::vector<float> values;
+};
+
+/// Saves a TorchScript module with these methods ("def forward(self, x): ..."), tensors and description.
+void write_torch_module(const std::filesystem::path& file, const std::string& methods, const std::string& description = "",
+                        const std::vector<MadeTensor>& tensors = {});
+
+}  // namespace pliant
