@@ -50,7 +50,8 @@ class MarkerFit {
     const auto begin = std::chrono::steady_clock::now();
     MarkerParameters p{1, options_.damping_time, onset_};
     if (options_.search && options_.fit_young) search(p);
-    motion(p, duration());  // fixes the time step
+    // From here on the time step stays, so that differences see only what the parameters do.
+    model_.run(p, 1 / options_.model.simulate.fps);
     substeps_ = model_.substeps();
     motions_.clear();
     refine(p);
@@ -182,7 +183,7 @@ class MarkerFit {
       gauss.difference.push_back(u.difference), gauss.largest_step.push_back(u.largest_step);
       gauss.low.push_back(u.low), gauss.high.push_back(u.high);
     }
-    gauss.max_iterations = options_.max_iterations, gauss.tolerance = 1e-5;
+    gauss.max_iterations = options_.max_iterations, gauss.tolerance = 1e-4, gauss.jacobian = options_.jacobian;
     const auto parameters_of = [&, base = p](std::span<const double> x) {
       MarkerParameters q = base;
       size_t at = 0;
@@ -199,7 +200,7 @@ class MarkerFit {
         },
         start);
     p = parameters_of(fit.parameters);
-    result_.loss = fit.summary.loss, result_.converged = fit.summary.converged;
+    result_.jacobian = fit.jacobian, result_.loss = fit.summary.loss, result_.converged = fit.summary.converged;
     const double widened = fit.summary.rms * std::sqrt(correlation_factor(fit.residuals, 3 * model_.bound().size()));
     int at = 0;
     if (options_.fit_young) result_.sigma_log10_young = widened * fit.sigma(at++) / std::log(10.0);

@@ -22,6 +22,7 @@ struct MarkerFitOptions {
   double search_step = 0.05;    ///< decades; finer for a recording of very many periods
   double sigma = 5e-4;          ///< m, by which a coordinate may differ
   int max_iterations = 8;       ///< of Gauss-Newton
+  Eigen::MatrixXd jacobian;     ///< of a fit of the same recording and window on a coarser grid, to save simulations
 };
 
 struct MarkerFitResult {
@@ -38,6 +39,7 @@ struct MarkerFitResult {
   };
   std::vector<Candidate> search;  ///< simulated ones, in order
   std::vector<double> loss;       ///< of Gauss-Newton
+  Eigen::MatrixXd jacobian;       ///< of its residuals
   bool converged = false;
   int rollouts = 0;
   double simulated_seconds = 0, seconds = 0;

@@ -1,9 +1,7 @@
 // E of the real silicone beam 30 x 30 x 100 mm, clamped at one end, from motion capture of its release under gravity.
-//   beam_fit_study fit A.csv CELLS WRONG [REFINE] > FIT.json   from WRONG times the published E, at CELLS cells through
-//   the height
-//                         and then at REFINE; prints one JSON object per grid
-//   beam_fit_study predict A.csv B.csv CELLS YOUNG DAMPING_TIME   run b with only its release instant fitted, beside
-//   two naive
+//   beam_fit_study fit A.csv WRONG CELLS...   from WRONG times the published E, over these numbers of cells in the
+//   height beam_fit_study predict A.csv B.csv CELLS YOUNG DAMPING_TIME   run b with only its release instant fitted,
+//   beside two naive
 //                         predictors; then masses hung at the tip
 //   beam_fit_study kelvin A.csv CELLS YOUNG       both kinds of damping
 // One JSON object per case.
@@ -57,14 +55,19 @@ MarkerTracks recording(const std::string& file) {
   const double shortening = 0.5 * tilt * tilt * kLength * 0.643;  // integral of the slope squared, uniform load
   const double axis = rest[0].x() - (top.z() + shortening) / tilt;
   const Vec3d origin(axis - 0.5 * kHeight, 0.5 * (rest[1].y() + rest[2].y()) - 0.5 * kHeight, rest[1].z() - kLength);
-  for (auto& frame : tracks.position)
+  // The other three markers are on the clamp.
+  tracks.name.resize(3);
+  for (auto& frame : tracks.position) {
+    frame.resize(3);
     for (Vec3d& x : frame) x -= origin;
+  }
+  for (auto& frame : tracks.weight) frame.resize(3);
   return tracks;
 }
 
 MarkerFitOptions options() {
   MarkerFitOptions o;
-  o.model.simulate.gravity.setZero(), o.model.simulate.fps = 200, o.model.reach = 0.012;
+  o.model.simulate.gravity.setZero(), o.model.simulate.fps = 200, o.model.simulate.courant = 0.5, o.model.reach = 0.012;
   o.rest_begin = kFrom;
   return o;
 }
@@ -99,23 +102,21 @@ json report(const char* study, int cells, const MarkerFitResult& r) {
 
 void print(const json& j) { std::printf("%s\n", j.dump().c_str()), std::fflush(stdout); }
 
-void fit(const std::string& a, int cells, double wrong, int refine) {
+/// From WRONG times the published E at the first number of cells; finer grids start where the coarser one ended, with
+/// its derivatives.
+void fit(const std::string& a, double wrong, const std::vector<int>& grids) {
   const MarkerTracks tracks = recording(a);
   MarkerFitOptions o = options();
-  const Beam start = beam(cells, wrong * kPublished);
-  const MarkerFitResult first = fit_markers(o, start.particles, start.interactions, tracks);
-  json j = report("fit", cells, first);
-  j["start"] = wrong * kPublished, j["warnings"] = first.warnings;
-  print(j);
-  if (refine <= 0) return;
-  // A finer grid starts where the coarse one ended.
-  const Beam finer = beam(refine, first.young);
-  o.search = false, o.damping_time = first.parameters.damping_time, o.release = first.parameters.release,
-  o.max_iterations = 2;
-  o.release_range = 0.01;
-  j = report("fit", refine, fit_markers(o, finer.particles, finer.interactions, tracks));
-  j["start"] = first.young;
-  print(j);
+  double young = wrong * kPublished;
+  for (const int cells : grids) {
+    const Beam body = beam(cells, young);
+    const MarkerFitResult r = fit_markers(o, body.particles, body.interactions, tracks);
+    json j = report("fit", cells, r);
+    j["start"] = young;
+    print(j);
+    young = r.young, o.search = false, o.damping_time = r.parameters.damping_time, o.jacobian = r.jacobian;
+    o.max_iterations = 3;
+  }
 }
 
 /// rms over markers and samples of the first second, m, of displacements that a naive predictor gives: distance, and
@@ -149,12 +150,12 @@ json hung(int cells, double young, double damping_time, double weight, const Mar
   const std::vector<Vec3d> places = {rest[0], rest[1], rest[2], {0.5 * kHeight, 0.5 * kHeight, kLength}};
   const MarkerModel model(o, p, b.interactions, places);
   // At rest: strongly damped; the frequency: of the swing after release with the fitted damping.
-  const MarkerMotion still = model.run({1, 0.12, 0}, 1.4), swing = model.run({1, damping_time, 0}, 1.5);
+  const MarkerMotion still = model.run({1, 0.12, 0}, 0.9), swing = model.run({1, damping_time, 0}, 1.1);
   double sag = 0;
-  for (int k = 0; k < 3; ++k) sag -= still.at(1.39, k).x() / 3;
+  for (int k = 0; k < 3; ++k) sag -= still.at(0.89, k).x() / 3;
   std::vector<double> crossings;
   double before = 0, before_time = 0;
-  for (double t = 0.005; t < 1.49; t += 0.001) {
+  for (double t = 0.005; t < 1.09; t += 0.001) {
     const double y = -(swing.at(t, 0) + swing.at(t, 1) + swing.at(t, 2)).x() / 3 - sag;
     if (before < 0 && y >= 0) crossings.push_back(before_time + (t - before_time) * before / (before - y));
     before = y, before_time = t;
@@ -164,7 +165,7 @@ json hung(int cells, double young, double damping_time, double weight, const Mar
           {"cells", cells},
           {"weight_N", weight},
           {"sag_of_markers_mm", 1e3 * sag},
-          {"sag_of_tip_mm", -1e3 * still.at(1.39, 3).x()},
+          {"sag_of_tip_mm", -1e3 * still.at(0.89, 3).x()},
           {"frequency", frequency},
           {"periods", crossings.size() - 1}};
 }
@@ -199,7 +200,7 @@ void kelvin(const std::string& a, int cells, double young) {
   const MarkerTracks tracks = recording(a);
   const Beam body = beam(cells, young);
   MarkerFitOptions o = options();
-  o.search = false;
+  o.search = o.fit_young = false;
   for (const auto kind : {DampingKind::kMassProportional, DampingKind::kKelvinVoigt}) {
     o.model.damping = kind;
     // The same ratio of damping of the first mode: 1 / (omega t) and omega t / 2.
@@ -215,15 +216,17 @@ void kelvin(const std::string& a, int cells, double young) {
 int main(int argc, char** argv) {
   using namespace pliant;
   const std::string study = argc > 1 ? argv[1] : "";
-  if (study == "fit" && (argc == 5 || argc == 6)) {
-    fit(argv[2], std::atoi(argv[3]), std::atof(argv[4]), argc == 6 ? std::atoi(argv[5]) : 0);
+  if (study == "fit" && argc >= 5) {
+    std::vector<int> grids;
+    for (int i = 4; i < argc; ++i) grids.push_back(std::atoi(argv[i]));
+    fit(argv[2], std::atof(argv[3]), grids);
   } else if (study == "predict" && argc == 7) {
     predict(argv[2], argv[3], std::atoi(argv[4]), std::atof(argv[5]), std::atof(argv[6]));
   } else if (study == "kelvin" && argc == 5) {
     kelvin(argv[2], std::atoi(argv[3]), std::atof(argv[4]));
   } else {
     std::fprintf(stderr,
-                 "usage: beam_fit_study fit A.csv CELLS WRONG [REFINE] | predict A.csv B.csv CELLS YOUNG DAMPING_TIME "
+                 "usage: beam_fit_study fit A.csv WRONG CELLS... | predict A.csv B.csv CELLS YOUNG DAMPING_TIME "
                  "| kelvin A.csv CELLS YOUNG\n");
     return 2;
   }
