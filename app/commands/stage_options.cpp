@@ -104,6 +104,7 @@ void add_reconstruct_options(CLI::App& command, ReconstructStage& stage, const s
 
 void add_segment_options(CLI::App& command, SegmentStage& stage) {
   command.add_option("--masks", stage.masks, "Folder of id pictures named like the photos (default: the scene file's)");
+  command.add_flag("--auto", stage.automatic, "Find free-standing objects from the Gaussians alone, without masks and prompts (default when there are none)");
   command.add_option("--associate", stage.associate, "Ids of the masks hold only inside a view and are matched by 3D overlap: "
                      "auto (when they disagree between views), always, never")
       ->check(CLI::IsMember({"auto", "always", "never"}))

@@ -15,19 +15,20 @@ using nlohmann::json;
 
 namespace {
 
-/// Class of the object that the user means by id or name; without a wish the scene file's, else the only one.
-size_t chosen_class(const Segmentation& segmentation, const std::string& wish, const std::string& scene_default) {
+/// Class of the object that the user means by id or name; without a wish the scene file's, else the only one.  What
+/// a selection or the automatic mode (`automatic`) made of the rest of the scene counts only when it is asked for.
+size_t chosen_class(const Segmentation& segmentation, const std::string& wish, std::string scene_default, bool automatic) {
+  const std::vector<std::string>& names = segmentation.class_name;
+  if (automatic && std::find(names.begin(), names.end(), scene_default) == names.end()) scene_default.clear();
   const std::string wanted = wish.empty() ? scene_default : wish;
-  std::vector<std::string> names;
-  for (size_t c = 0; c < segmentation.class_id.size(); ++c) {
-    if (wanted == segmentation.class_name[c] || wanted == std::to_string(segmentation.class_id[c])) return c;
-    names.push_back(segmentation.class_name[c]);
-  }
-  if (wanted.empty() && names.size() == 1) return 0;
-  // A selection knows two ids: the object and the rest.
-  if (wanted.empty() && names.size() == 2 && names[0] == "object") return 0;
+  std::vector<size_t> candidates;
   std::string list;
-  for (size_t c = 0; c < names.size(); ++c) list += fmt::format("{}{} = {}", c ? ", " : "", segmentation.class_id[c], names[c]);
+  for (size_t c = 0; c < names.size(); ++c) {
+    if (wanted == names[c] || wanted == std::to_string(segmentation.class_id[c])) return c;
+    if (names[c] != "rest" && !(automatic && names[c].starts_with("support_"))) candidates.push_back(c);
+    list += fmt::format("{}{} = {}", c ? ", " : "", segmentation.class_id[c], names[c]);
+  }
+  if (wanted.empty() && candidates.size() == 1) return candidates[0];
   if (wanted.empty()) throw usage_error("--object", "", "is needed: the scene has several objects", "choose one of " + list);
   throw usage_error("--object", wanted, "is not in this scene", "did you mean '" + nearest_name(wanted, names) + "'? There are " + list);
 }
@@ -44,13 +45,13 @@ json vector_json(const Vec3f& v) { return {v.x(), v.y(), v.z()}; }
 }  // namespace
 
 json run_extract(const Context& context, RunDirectory& run, const Scene& scene, const ExtractStage& stage) {
-  run.summary("segment", "run `pliant segment SCENE --out DIR` first");
+  const json segmented = run.summary("segment", "run `pliant segment SCENE --out DIR` first");
   const Segmentation segmentation = read_segmentation(run / "segmentation.h5");
   if (segmentation.label.size() != scene.cloud.size())
     throw input_error((run / "segmentation.h5").string(), "label",
                       fmt::format("has {} rows, the scene {} Gaussians", segmentation.label.size(), scene.cloud.size()),
                       "segment the scene again with --overwrite");
-  const size_t chosen = chosen_class(segmentation, stage.object, scene.settings.object);
+  const size_t chosen = chosen_class(segmentation, stage.object, scene.settings.object, segmented.value("automatic", false));
   const uint32_t id = segmentation.class_id[chosen];
   const std::string name = segmentation.class_name[chosen];
   const std::string folder = fmt::format("objects/{}_{}", id, folder_name(name));

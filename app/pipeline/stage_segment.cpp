@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "app/import/physgaussian_space.h"
+#include "app/pipeline/automatic_masks.h"
 #include "app/pipeline/photos.h"
 #include "app/pipeline/stages.h"
 #include "app/store/segmentation.h"
@@ -106,10 +107,9 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   if (stage.joint && selecting)
     throw usage_error("--joint", "", "was given together with a selection", "joint training needs masks; give --masks FOLDER");
   const std::filesystem::path masks_folder = stage.masks.empty() ? scene.settings.masks : std::filesystem::path(stage.masks);
-  if (!selecting && !stage.joint && masks_folder.empty())
-    throw usage_error("segment", "--masks", "are not known for this scene",
-                      "give --masks FOLDER, or select the object with --box V,x0,y0,x1,y1 (pixels of the pictures that `pliant render "
-                      "SCENE --out FOLDER` writes), --click, --aabb or --sphere");
+  const bool automatic = segments_automatically(stage, selecting, !masks_folder.empty());
+  if (automatic && !stage.automatic)
+    context.progress.say("segment: the scene has no masks and nothing is selected: free-standing objects are found automatically");
 
   SemanticOptions options;
   options.start_from_vote = stage.start_from_vote;
@@ -134,6 +134,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   if (!scene.settings.cameras.empty()) key.inputs["cameras"] = scene.settings.cameras;
   const std::filesystem::path trained = scene.source / "segmentation.h5";
   if (stage.joint) key.inputs["joint"] = trained;
+  else if (automatic) key.options["automatic"] = true;
   else if (!selecting) key.inputs["masks"] = masks_folder;
   if (configured) key.inputs["physgaussian"] = stage.physgaussian;
   if (!gesture.empty()) key.outputs.push_back("selection.png");
@@ -143,11 +144,14 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     std::vector<uint8_t> member;  // of a selection by gesture or configuration
     if (configured) member = physgaussian_members(read_physgaussian_config(stage.physgaussian), scene.cloud);
     SemanticResult result;
+    AutomaticResult found;
     Segmentation& segmentation = result.segmentation;
     if (stage.joint) {
       segmentation = joint_segmentation(trained, scene);
     } else {
-      const MaskSet masks = configured       ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
+      if (automatic) found = automatic_masks(context, scene, options.held_out);
+      const MaskSet masks = automatic          ? std::move(found.masks)
+                            : configured       ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
                             : !gesture.empty() ? gesture_masks(context, run, scene, gesture, selection, member)
                             : selection      ? selection_masks(*selection, scene.cloud, scene.cameras)
                                              : associated_masks(context, scene, stage, options,
@@ -167,14 +171,16 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     }
     const std::vector<ObjectEntry> objects = list_objects(segmentation, scene.cloud.position);
     write_segmentation(run / "segmentation.h5", segmentation, run.provenance(context, key));
-    write_text(run / "objects.json", objects_json(objects, scene.metres_per_unit).dump(2) + "\n");
+    json rows = objects_json(objects, scene.metres_per_unit);
+    tell_how_found(found.found, rows);
+    write_text(run / "objects.json", rows.dump(2) + "\n");
     write_image(run / "objects.png", objects_sheet(segmentation, scene.cloud, scene.cameras,
                                                    [&](int camera) { return photo_or_render(scene, camera); }));
     write_held_out(run, scene, options, segmentation);
     for (const ObjectEntry& object : objects)
       context.progress.say(fmt::format("segment: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name,
                                        object.gaussians, object.score));
-    return {{"objects", objects.size()}, {"unseen", result.summary.unseen}, {"cross_entropy", result.summary.cross_entropy},
+    return {{"automatic", automatic}, {"objects", objects.size()}, {"unseen", result.summary.unseen}, {"cross_entropy", result.summary.cross_entropy},
             {"grouping", result.summary.grouping}, {"views", result.summary.views}, {"merged_islands", merged}, {"outside_selection", restricted}};
   });
 }

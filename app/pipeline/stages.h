@@ -39,6 +39,7 @@ nlohmann::json run_reconstruct(const Context& context, RunDirectory& run, const 
 /// selection.png.
 struct SegmentStage {
   std::string masks;                 ///< folder; empty = the scene file's
+  bool automatic = false;            ///< find free-standing objects from the Gaussians alone; masks are not read
   std::string associate = "auto";    ///< ids of the masks: auto (grouped anew when they do not agree between views), always, never
   std::vector<double> aabb, sphere;  ///< a selection instead of masks: x0,y0,z0,x1,y1,z1 or x,y,z,r (scene units)
   std::vector<std::string> boxes, clicks, strokes;  ///< gestures, see segmentation/lift/gesture_prompts.h
