@@ -67,7 +67,8 @@ TEST(GaussNewton, TheJacobianOfASimilarProblemLeadsToTheSameParametersWithFewerR
   const std::vector<double> other = {2.02, 1.52, 12.05};
   const auto fit = gauss_newton(chord, against(swing(other, 0, 0), 1), coarse.parameters);
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(fit.parameters[i], other[i], 1e-4) << i;
-  EXPECT_LE(fit.summary.evaluations, 8);
+  const auto by_differences = gauss_newton({}, against(swing(other, 0, 0), 1), coarse.parameters);
+  EXPECT_LT(fit.summary.evaluations, by_differences.summary.evaluations);
 }
 
 TEST(GaussNewton, ItsSigmaCoversTheScatterOfRepeatedMeasurements) {
