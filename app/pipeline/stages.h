@@ -67,6 +67,7 @@ nlohmann::json run_extract(const Context& context, RunDirectory& run, const Scen
 /// repair: the hole that the object left -> background_repaired.ply, repair.png.
 struct RepairStage {
   std::string shadow = "repair";  ///< of the object on its support, where it is plain: repair or keep
+  ModelChoice models;             ///< of which the inpainter fills holes
 };
 nlohmann::json run_repair(const Context& context, RunDirectory& run, const Scene& scene, const RepairStage& stage);
 

@@ -139,20 +139,27 @@ TrackedFrame FlowTracker::step(const ImageF& picture) {
   return frame();
 }
 
-/// What GrabCut makes of a mask that was carried; `trust` 0..1 weighs its log odds.
-ImageF FlowTracker::cut_around(const ImageF& carried, const ImageF& trust, const ImageF& lab) const {
+/// What a cut makes of a mask that was carried, from where it is and from the colours that the thing had: colours learnt
+/// anew from the mask would drift along with its faults.  `trust` 0..1 weighs where it is.
+ImageF FlowTracker::cut_around(const ImageF& carried, const ImageF& trust, const ImageF& lab, const ColorHistogram& look) const {
+  const ColorHistogram around = looks_of(lab, carried, options_.context).around;
   const ImageF distance = signed_distance(carried);
   const float size = std::sqrt(static_cast<float>(std::max<size_t>(1, pixels_of(carried))));
   ImageF prior(carried.width, carried.height, 1);
-  for (size_t i = 0; i < prior.data.size(); ++i)
-    prior.data[i] = trust.data[i] * options_.prior * std::clamp(distance.data[i] / (options_.border * size), -1.0f, 1.0f);
+  constexpr float kFloor = 1e-3f, kMost = 3;
+  for (size_t i = 0; i < prior.data.size(); ++i) {
+    const Vec3f color = Eigen::Map<const Vec3f>(lab.data.data() + 3 * i);
+    const float odds = std::log((look.share(color) + kFloor) / (around.share(color) + kFloor));
+    prior.data[i] = trust.data[i] * options_.prior * std::clamp(distance.data[i] / (options_.border * size), -1.0f, 1.0f) +
+                    options_.color * std::clamp(odds, -kMost, kMost);
+  }
   const PictureWindow window(carried.width, carried.height, grown_box(carried, options_.context), options_.window);
   const ImageF colors = window.read(lab), odds = window.read(prior), far = window.read(distance);
   GrabCutInput input;
   input.width = window.width, input.height = window.height, input.prior = odds.data;
   for (size_t i = 0; i < colors.pixels(); ++i) {
     input.lab.push_back(Eigen::Map<const Vec3f>(colors.data.data() + 3 * i));
-    input.start.push_back(far.data[i] > 0);
+    input.start.push_back(odds.data[i] > 0);
     input.seed.push_back(far.data[i] < -options_.context * size ? PixelSeed::kBackground : PixelSeed::kUnknown);
   }
   GrabCutOptions cut = options_.cut;
@@ -176,11 +183,13 @@ bool FlowTracker::carry(const Flows& flows, const ImageF& lab, Thing& thing) con
       if (sure) trust(x, y) = 1;
       inside += carried(x, y) > 0, believed += sure && carried(x, y) > 0;
     }
+  if (getenv("DBG")) fprintf(stderr, "inside %zu believed %.2f ", inside, believed / (float)inside);
   if (inside < options_.least_pixels || static_cast<float>(believed) < options_.least_believed * static_cast<float>(inside)) return false;
-  ImageF cut = cut_around(carried, trust, lab);
-  thing.mask = mask_iou(cut, carried) >= options_.least_kept ? std::move(cut) : std::move(carried);
+  ImageF cut = cut_around(carried, trust, lab, thing.look);
+  thing.mask = mask_iou(cut, carried) >= options_.least_kept ? cut : carried;
   const Looks looks = looks_of(lab, thing.mask, options_.context);
   const float alike = looks.thing.likeness(thing.look);
+  if (getenv("DBG")) fprintf(stderr, "iou %.2f alike %.2f around %.2f\n", mask_iou(cut, carried), alike, looks.around.likeness(thing.look));
   if (alike < options_.least_alike || alike < looks.around.likeness(thing.look)) return false;
   thing.look.blend(looks.thing, options_.keep_look);
   return true;
@@ -192,7 +201,7 @@ bool FlowTracker::recall(const ImageF& lab, const ColorHistogram& ground, const 
   float* value = odds.ptr<float>();
   for (size_t i = 0; i < lab.pixels(); ++i) {
     const Vec3f color = Eigen::Map<const Vec3f>(lab.data.data() + 3 * i);
-    value[i] = taken[i] ? 0 : std::min(4.0f, thing.look.share(color) / std::max(ground.share(color), 1e-6f));
+    value[i] = taken[i] ? 0 : std::min(4.0f, thing.look.share(color) / (ground.share(color) + 1e-3f));
   }
   cv::GaussianBlur(odds, odds, cv::Size(), 1.5);
   const int count = cv::connectedComponentsWithStats(odds > 2, number, stats, centres, 8, CV_32S);
@@ -206,7 +215,8 @@ bool FlowTracker::recall(const ImageF& lab, const ColorHistogram& ground, const 
     for (int y = 0; y < lab.height; ++y)
       for (int x = 0; x < lab.width; ++x)
         if (number.at<int>(y, x) == k) blob(x, y) = 1;
-    ImageF mask = cut_around(blob, ImageF(lab.width, lab.height, 1, options_.doubt), lab);
+    if (looks_of(lab, blob, 0).thing.likeness(thing.look) < options_.least_alike) continue;
+    ImageF mask = cut_around(blob, ImageF(lab.width, lab.height, 1, options_.doubt), lab, thing.look);
     const size_t pixels = pixels_of(mask);
     if (pixels < options_.least_pixels || !right_size(static_cast<float>(pixels))) continue;
     const Looks looks = looks_of(lab, mask, options_.context);

@@ -18,13 +18,14 @@ struct FlowTrackerOptions {
   int window = 200;             ///< px, longer side of the window of the cut
   float context = 0.35f;        ///< of the carried mask's box, on every side of it
   float prior = 4;              ///< log odds of what was carried, away from its border
+  float color = 1;              ///< factor of the log odds of its colours
   float doubt = 0.3f;           ///< share of these where the flow is not believed
   float border = 0.1f;          ///< distance over which they come to bear, share of the root of the mask's area
   float least_kept = 0.5f;      ///< overlap with what was carried below which the cut is not taken
   // Being lost.
-  float least_believed = 0.35f; ///< share of a mask whose flow is believed
+  float least_believed = 0.1f;  ///< share of a mask whose flow is believed
   float least_alike = 0.6f;     ///< likeness of its colours with those of the thing; that of what lies around must be less
-  float keep_look = 0.95f;      ///< of the colours that are remembered, in every picture where they are alike
+  float keep_look = 1;          ///< of the colours that are remembered, in every picture where they are alike
   size_t least_pixels = 12;
   // Coming back.
   float recall_alike = 0.8f;    ///< likeness of colours at which a lost thing is known again
@@ -59,7 +60,7 @@ class FlowTracker final : public Tracker {
   void follow(uint32_t id, const ImageF& mask);
   bool carry(const Flows& flows, const ImageF& lab, Thing& thing) const;
   bool recall(const ImageF& lab, const ColorHistogram& ground, const std::vector<uint8_t>& taken, Thing& thing) const;
-  ImageF cut_around(const ImageF& carried, const ImageF& trust, const ImageF& lab) const;
+  ImageF cut_around(const ImageF& carried, const ImageF& trust, const ImageF& lab, const ColorHistogram& look) const;
   TrackedFrame frame() const;
 
   FlowTrackerOptions options_;

@@ -85,7 +85,8 @@ std::vector<SegmentedMask> GrabCutSegmenter::segment(const MaskPrompt& prompt) {
 }
 
 SegmentedMask GrabCutSegmenter::cut(const PromptBox& box, bool tight, const std::vector<Point>& points) const {
-  const PictureWindow window(lab_.width, lab_.height, grown(box, options_.context), options_.window);
+  const int size = tight ? options_.window : options_.point_window;
+  const PictureWindow window(lab_.width, lab_.height, grown(box, options_.context), size);
   const ImageF lab = window.read(lab_);
   GrabCutInput input;
   input.width = window.width, input.height = window.height;
@@ -93,7 +94,7 @@ SegmentedMask GrabCutSegmenter::cut(const PromptBox& box, bool tight, const std:
   input.lab.resize(n), input.seed.assign(n, PixelSeed::kUnknown), input.prior.assign(n, 0.0f);
   const Vec2f low = window.to_window(box.x0, box.y0), high = window.to_window(box.x1, box.y1);
   const Vec2f centre = 0.5f * (low + high), half = (0.5f * (high - low)).cwiseMax(0.5f);
-  const float longest = static_cast<float>(options_.window), dot = std::max(1.0f, options_.dot * longest);
+  const float longest = static_cast<float>(size), dot = std::max(1.0f, options_.dot * longest);
   for (int y = 0; y < input.height; ++y)
     for (int x = 0; x < input.width; ++x) {
       const size_t i = static_cast<size_t>(y) * input.width + x;

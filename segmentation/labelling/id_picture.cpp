@@ -1,6 +1,7 @@
 #include "segmentation/labelling/id_picture.h"
 
 #include <algorithm>
+#include <functional>
 #include <numeric>
 
 #include "gaussians/base/error.h"
@@ -28,27 +29,22 @@ std::vector<size_t> best_first(const std::vector<float>& scores) {
   return order;
 }
 
-/// Masks from the front to the back: each after all those that lie in front of it, else by score.
+/// Masks from the front to the back: best score first, but each after those that lie in front of it.
 std::vector<size_t> front_to_back(const PaintOptions& options, const std::vector<PictureMask>& masks) {
   const size_t n = masks.size();
-  std::vector<std::vector<size_t>> behind(n);
-  std::vector<int> in_front(n, 0);
-  for (size_t a = 0; a < n; ++a)
-    for (size_t b = 0; b < n; ++b) {
-      const float pixels = static_cast<float>(masks[a].pixels);
-      if (options.larger * pixels > static_cast<float>(masks[b].pixels)) continue;
-      if (static_cast<float>(shared_pixels(masks[a], masks[b])) < options.nested * pixels) continue;
-      behind[a].push_back(b), ++in_front[b];
-    }
   std::vector<size_t> order;
   std::vector<uint8_t> done(n, 0);
-  while (order.size() < n)  // sizes rise strictly along the relation, so that some mask is always free
-    for (size_t k = 0; k < n; ++k) {
-      if (done[k] || in_front[k] > 0) continue;
-      order.push_back(k), done[k] = 1;
-      for (size_t b : behind[k]) --in_front[b];
-      break;
+  // Masks in front are smaller by a factor, so that this comes to an end.
+  const std::function<void(size_t)> paint = [&](size_t k) {
+    if (done[k]++) return;
+    for (size_t a = 0; a < n; ++a) {
+      const float pixels = static_cast<float>(masks[a].pixels);
+      if (done[a] || options.larger * pixels > static_cast<float>(masks[k].pixels)) continue;
+      if (static_cast<float>(shared_pixels(masks[a], masks[k])) >= options.nested * pixels) paint(a);
     }
+    order.push_back(k);
+  };
+  for (size_t k = 0; k < n; ++k) paint(k);
   return order;
 }
 

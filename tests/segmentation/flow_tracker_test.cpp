@@ -71,7 +71,9 @@ TEST(FlowTracker, DetectionsCorrectWhatTheyOverlapAndOthersAreFollowedUnderIdsOf
   const TrackedFrame frame = tracker.add(detections);
   EXPECT_FLOAT_EQ(iou_of(frame.ids, kId, 30), 1);
   EXPECT_EQ(frame.ids(30, 42), kId);
-  EXPECT_NE(frame.ids(90, 42), kId), EXPECT_NE(frame.ids(90, 42), 0u), EXPECT_NE(frame.ids(90, 42), 4u);
+  EXPECT_NE(frame.ids(90, 42), kId);
+  EXPECT_NE(frame.ids(90, 42), 0u);
+  EXPECT_NE(frame.ids(90, 42), 4u);
 }
 
 TEST(FlowTracker, ALostThingIsPromptedAnewByAdd) {

@@ -64,9 +64,12 @@ TEST(LabelPhoto, TheChainGivesNamesScoresAndIds) {
   EXPECT_EQ(detector.asked, (std::vector<std::string>{"flower", "ball"}));
   EXPECT_EQ(segmenter.encoded, 1);
   ASSERT_EQ(photo.things.size(), 2u);
-  EXPECT_EQ(photo.things[0].name, "flower"), EXPECT_FLOAT_EQ(photo.things[0].score, 0.9f);
+  EXPECT_EQ(photo.things[0].name, "flower");
+  EXPECT_FLOAT_EQ(photo.things[0].score, 0.9f);
   EXPECT_EQ(photo.things[1].name, "ball");
-  EXPECT_EQ(photo.ids(45, 55), 1u), EXPECT_EQ(photo.ids(115, 62), 2u), EXPECT_EQ(photo.ids(80, 10), 0u);
+  EXPECT_EQ(photo.ids(45, 55), 1u);
+  EXPECT_EQ(photo.ids(115, 62), 2u);
+  EXPECT_EQ(photo.ids(80, 10), 0u);
   EXPECT_EQ(photo.things[0].pixels, 44u * 44u);
 }
 
@@ -164,5 +167,8 @@ TEST(LabelSet, AThingOfANameHasOneIdInAllPhotosAndNamesFollowAnAssociation) {
     for (uint32_t& id : view.ids.data) id += 10;
   after.views[0].ids.data[0] = 99;  // a second dog
   const auto names = carried_names(masks, after);
-  EXPECT_EQ(names.at(12), "dog"), EXPECT_EQ(names.at(99), "dog 2"), EXPECT_EQ(names.at(13), "ball"), EXPECT_EQ(names.at(11), "rest");
+  EXPECT_EQ(names.at(12), "dog");
+  EXPECT_EQ(names.at(99), "dog 2");
+  EXPECT_EQ(names.at(13), "ball");
+  EXPECT_EQ(names.at(11), "rest");
 }

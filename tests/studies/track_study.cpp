@@ -1,4 +1,4 @@
-// A mask carried through a video: track_study DATA_FOLDER OUT_FOLDER
+// A mask carried through a video: track_study DATA_FOLDER OUT_FOLDER [KEY=VALUE...]
 // DATA_FOLDER/video_bmx: bmx-trees/*.jpg and bmx-trees_mask/*.png.  The tracker gets the mask of picture 0; written are the
 // overlap with the true mask in every picture, where it said that the rider is lost, and overlays of some pictures.
 
@@ -33,7 +33,22 @@ int main(int argc, char** argv) {
     for (size_t i = 0; i < ids.data.size(); ++i) ids.data[i] = mask.data[3 * i] > 0.02f || mask.data[3 * i + 1] > 0.02f || mask.data[3 * i + 2] > 0.02f;
     return ids;
   };
-  FlowTracker tracker;
+  FlowTrackerOptions options;
+  for (int k = 3; k < argc; ++k) {
+    const std::string word = argv[k], key = word.substr(0, word.find('='));
+    const float value = std::strtof(word.c_str() + key.size() + 1, nullptr);
+    if (key == "prior") options.prior = value;
+    if (key == "color") options.color = value;
+    if (key == "data") options.cut.data = value;
+    if (key == "gamma") options.cut.gamma = value;
+    if (key == "border") options.border = value;
+    if (key == "context") options.context = value;
+    if (key == "doubt") options.doubt = value;
+    if (key == "iterations") options.cut.iterations = static_cast<int>(value);
+    if (key == "alike") options.least_alike = value;
+    if (key == "window") options.window = static_cast<int>(value);
+  }
+  FlowTracker tracker(options);
   tracker.start(read_image(pictures[0]), truth_of(0));
   nlohmann::ordered_json rows;
   double first = 0, followed = 0;
