@@ -59,7 +59,8 @@ std::vector<std::string> expand_config(int argc, const char* const* argv) {
 std::string with_nearest_option(const CLI::App& app, const std::string& message) {
   const size_t at = message.rfind("--");
   if (message.find("not expected") == std::string::npos || at == std::string::npos) return message;
-  const CLI::App* command = app.get_subcommands().empty() ? &app : app.get_subcommands().front();
+  const CLI::App* command = &app;
+  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
   std::vector<std::string> known;
   for (const CLI::Option* option : command->get_options())
     for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
@@ -92,7 +93,7 @@ int run_program(int argc, const char* const* argv) {
   Program program;
   for (int i = 0; i < argc; ++i) program.command_line += (i ? " " : "") + std::string(argv[i]);
   for (auto* add : {add_run, add_demo, add_info, add_convert, add_reconstruct, add_segment, add_extract, add_repair,
-                    add_seed, add_simulate, add_render, add_export, add_evaluate})
+                    add_seed, add_fit, add_simulate, add_render, add_export, add_evaluate})
     add(app, program);
   try {
     if (argc < 2) {
