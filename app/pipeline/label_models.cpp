@@ -1,25 +1,19 @@
 #include "app/pipeline/label_models.h"
 
 #include "segmentation/labelling/grab_cut_segmenter.h"
-#include "segmentation/models/make_models.h"
 
 namespace pliant {
 
-OpenLabelModels open_label_models(const LabelModelFiles& files, int threads) {
+OpenLabelModels open_label_models(const ModelChoice& choice) {
   OpenLabelModels open;
-  const auto options = [&](const char* option) {
-    ModuleOptions module;
-    module.option = option, module.trust_torchscript = files.trust_torchscript, module.threads = threads;
-    return module;
-  };
-  if (!files.detector.empty()) open.detector = make_detector(files.detector, options("--detector"));
-  open.segmenter = std::make_unique<GrabCutSegmenter>();
+  open.tagger = make_tagger(choice), open.detector = make_detector(choice), open.segmenter = make_segmenter(choice);
+  if (!open.segmenter) open.segmenter = std::make_unique<GrabCutSegmenter>();
   return open;
 }
 
-void add_inputs(const LabelModelFiles& files, StageKey& key) {
-  for (const auto& [role, file] : {std::pair{"tagger", files.tagger}, {"detector", files.detector}, {"segmenter", files.segmenter}})
-    if (!file.empty()) key.inputs[role] = file;
+void add_inputs(const ModelChoice& choice, StageKey& key) {
+  const std::vector<std::filesystem::path> files = choice.files();
+  for (size_t i = 0; i < files.size(); ++i) key.inputs["network " + std::to_string(i + 1)] = files[i];
 }
 
 }  // namespace pliant

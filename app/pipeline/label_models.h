@@ -2,18 +2,12 @@
 
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <string>
 
 #include "app/pipeline/run_directory.h"
 #include "segmentation/labelling/label_photo.h"
+#include "segmentation/models/make_models.h"
 
 namespace pliant {
-
-/// Files of the 2D models that label photos; empty = none, or the built-in one that needs no weights.
-struct LabelModelFiles {
-  std::string tagger, detector, segmenter;
-  bool trust_torchscript = false;
-};
 
 /// The models, opened.
 struct OpenLabelModels {
@@ -24,10 +18,10 @@ struct OpenLabelModels {
   LabelModels models() const { return {tagger.get(), detector.get(), segmenter.get()}; }
 };
 
-/// Opens and verifies the models.  `threads` as in Context.
-OpenLabelModels open_label_models(const LabelModelFiles& files, int threads);
+/// Opens and verifies the networks of a choice; the segmenter without one needs no weights.
+OpenLabelModels open_label_models(const ModelChoice& choice);
 
 /// Adds the files to what decides the outcome of a stage.
-void add_inputs(const LabelModelFiles& files, StageKey& key);
+void add_inputs(const ModelChoice& choice, StageKey& key);
 
 }  // namespace pliant

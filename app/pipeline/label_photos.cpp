@@ -34,10 +34,10 @@ std::vector<std::string> names_in(const std::string& text) {
 LabelOptions options_of(const LabelStage& stage) {
   LabelOptions options;
   options.names = names_in(stage.text);
-  if (stage.files.segmenter.empty()) options.everything = EverythingOptions::weight_free();
-  if (stage.everything && (!stage.files.detector.empty() || !options.names.empty()))
+  if (stage.models.segmenter.empty()) options.everything = EverythingOptions::weight_free();
+  if (stage.everything && (!stage.models.detector.empty() || !options.names.empty()))
     throw usage_error("--everything", "", "was given together with --detector or --text", "give one of them");
-  if (!stage.everything && stage.files.detector.empty())
+  if (!stage.everything && stage.models.detector.empty())
     throw usage_error("--label-photos", "--detector", "is not given", "give --detector FILE, or --everything to do without names");
   return options;
 }
@@ -85,9 +85,10 @@ constexpr int kLookEvery = 8;  // photos of a sequence at which the chain looks 
 
 /// The photos as an ordered sequence; cannot go on where it was killed, because each photo needs the one before.
 MaskSet tracked_labels(const Context& context, const Scene& scene, const LabelOptions& options, const LabelStage& stage, const fs::path& seen) {
-  const OpenLabelModels open = open_label_models(stage.files, context.threads);
-  FlowTracker tracker;
-  LabelTracker labels(options, open.models(), tracker, kLookEvery);
+  const OpenLabelModels open = open_label_models(stage.models);
+  std::unique_ptr<Tracker> tracker = make_tracker(stage.models);
+  if (!tracker) tracker = std::make_unique<FlowTracker>();
+  LabelTracker labels(options, open.models(), *tracker, kLookEvery);
   MaskSet masks;
   context.progress.begin("label", static_cast<int>(scene.cameras.size()));
   for (int c = 0; c < static_cast<int>(scene.cameras.size()); ++c) {
@@ -113,7 +114,7 @@ MaskSet tracked_labels(const Context& context, const Scene& scene, const LabelOp
 json run_label(const Context& context, RunDirectory& run, const Scene& scene, const LabelStage& stage) {
   const LabelOptions options = options_of(stage);
   StageKey key{"label", {{"everything", stage.everything}, {"text", stage.text}, {"track", stage.track}}, {}, {"labelled/labels.json"}};
-  add_inputs(stage.files, key);
+  add_inputs(stage.models, key);
   for (const Camera& camera : scene.cameras) {
     if (!camera.photo.empty()) key.inputs["photo " + camera.name] = camera.photo;
     key.outputs.push_back("labelled/" + camera.name + ".png");
@@ -139,7 +140,7 @@ json run_label(const Context& context, RunDirectory& run, const Scene& scene, co
       std::optional<LabelledPhoto> photo;
       if (!context.overwrite) photo = read_photo_labels(folder / "photos" / name, record);
       if (!photo) {
-        if (!open.segmenter) open = open_label_models(stage.files, context.threads);
+        if (!open.segmenter) open = open_label_models(stage.models);
         const ImageF picture = photo_or_render(scene, c);
         photo = label_photo(options, open.models(), picture);
         write_image(folder / "seen" / (name + ".jpg"), overlay_labels(picture, *photo));

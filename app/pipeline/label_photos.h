@@ -11,7 +11,7 @@ struct LabelStage {
   bool everything = false;  ///< by the segmenter alone, without names
   bool track = false;       ///< photos in order: masks are carried on, their ids hold in all photos
   std::string text;         ///< names to look for, separated by commas; empty = everything the models know
-  LabelModelFiles files;
+  ModelChoice models;
 };
 
 /// Labels the photo of every camera; a photo that was labelled with the same options before is not labelled again.

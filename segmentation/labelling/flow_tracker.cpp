@@ -159,7 +159,7 @@ ImageF FlowTracker::cut_around(const ImageF& carried, const ImageF& trust, const
   input.width = window.width, input.height = window.height, input.prior = odds.data;
   for (size_t i = 0; i < colors.pixels(); ++i) {
     input.lab.push_back(Eigen::Map<const Vec3f>(colors.data.data() + 3 * i));
-    input.start.push_back(far.data[i] > 0);
+    input.start.push_back(odds.data[i] > 0);
     input.seed.push_back(far.data[i] < -options_.context * size ? PixelSeed::kBackground : PixelSeed::kUnknown);
   }
   GrabCutOptions cut = options_.cut;
