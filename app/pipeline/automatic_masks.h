@@ -4,6 +4,7 @@
 
 #include "app/pipeline/stages.h"
 #include "segmentation/lift/automatic.h"
+#include "segmentation/lift/segmentation.h"
 
 namespace pliant {
 
