@@ -10,6 +10,7 @@
 #include "app/store/segmentation.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/image_io.h"
+#include "segmentation/labelling/label_set.h"
 #include "segmentation/lift/associate.h"
 #include "segmentation/lift/islands.h"
 #include "segmentation/lift/selection.h"
@@ -54,21 +55,20 @@ MaskSet gesture_masks(const Context& context, const RunDirectory& run, const Sce
   return member_masks(gesture.boxes.empty() ? "--click" : "--box", member, scene.cloud, scene.cameras);
 }
 
-MaskSet masks_of_folder(const SegmentStage& stage, const std::filesystem::path& folder, const Scene& scene) {
-  MaskSet masks = load_masks(folder, scene.settings.labels, scene.cameras);
-  if (stage.zero_is_background) label_background(masks);
-  return masks;
-}
-
 /// Masks whose ids hold in all views.
 MaskSet associated_masks(const Context& context, const Scene& scene, const SegmentStage& stage, const SemanticOptions& semantic,
-                         MaskSet masks) {
+                         const std::filesystem::path& folder) {
+  // Names that lie beside the masks are those of things in single photos, as `label` writes them.
+  const bool labelled = std::filesystem::exists(folder / "labels.json");
+  MaskSet masks = load_masks(folder, labelled ? folder / "labels.json" : scene.settings.labels, scene.cameras);
+  if (stage.zero_is_background) label_background(masks);
   if (stage.associate == "never") return masks;
   AssociateOptions options;
   options.held_out = semantic.held_out, options.footprint.render = semantic.render;
-  if (stage.associate == "auto") options.keep_above = 0.75;
+  if (stage.associate == "auto" && !labelled) options.keep_above = 0.75;
   AssociateResult result = associate(options, scene.cloud, scene.cameras, masks);
   if (result.summary.associated) context.progress.say("segment: association: " + result.summary.describe());
+  if (labelled) result.masks.names = carried_names(masks, result.masks);
   return std::move(result.masks);
 }
 
@@ -113,7 +113,13 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   const bool grouping = !stage.gaussian_grouping.empty();
   if (grouping && (selecting || stage.joint || !stage.masks.empty()))
     throw usage_error("--gaussian-grouping", stage.gaussian_grouping, "was given together with masks or a selection", "its classifier says what the objects are");
-  const std::filesystem::path masks_folder = stage.masks.empty() ? scene.settings.masks : std::filesystem::path(stage.masks);
+  const bool labelling = stage.label.photos;
+  if (labelling && (selecting || grouping || stage.automatic || stage.joint || !stage.masks.empty()))
+    throw usage_error("--label-photos", "", "was given together with --masks, --auto, --joint, --gaussian-grouping or a selection", "it makes the masks");
+  if (labelling) run_label(context, run, scene, stage.label);
+  const std::filesystem::path masks_folder = labelling             ? run / "labelled"
+                                             : stage.masks.empty() ? scene.settings.masks
+                                                                   : std::filesystem::path(stage.masks);
   const bool automatic = !grouping && segments_automatically(stage, selecting, !masks_folder.empty());
   if (automatic && !stage.automatic)
     context.progress.say("segment: the scene has no masks and nothing is selected: free-standing objects are found automatically");
@@ -170,8 +176,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
                             : configured       ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
                             : !gesture.empty() ? gesture_masks(context, run, scene, gesture, selection, member)
                             : selection      ? selection_masks(*selection, scene.cloud, scene.cameras)
-                                             : associated_masks(context, scene, stage, options,
-                                                                masks_of_folder(stage, masks_folder, scene));
+                                             : associated_masks(context, scene, stage, options, masks_folder);
       for (const std::string& warning : masks.warnings) context.progress.warn(warning);
       context.progress.begin("segment", options.iterations);
       result = fit_semantic_field(options, scene.cloud, scene.cameras, masks, [&](int done, int, double) { context.progress.done(done); });

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/pipeline/label_photos.h"
 #include "app/pipeline/material.h"
 #include "app/pipeline/run_directory.h"
 #include "gaussians/io/scene.h"
@@ -40,6 +41,7 @@ nlohmann::json run_reconstruct(const Context& context, RunDirectory& run, const 
 struct SegmentStage {
   std::string masks;                 ///< folder; empty = the scene file's
   bool automatic = false;            ///< find free-standing objects from the Gaussians alone; masks are not read
+  LabelStage label;                  ///< masks made from the photos
   std::string associate = "auto";    ///< ids of the masks: auto (grouped anew when they do not agree between views), always, never
   std::vector<double> aabb, sphere;  ///< a selection instead of masks: x0,y0,z0,x1,y1,z1 or x,y,z,r (scene units)
   std::vector<std::string> boxes, clicks, strokes;  ///< gestures, see segmentation/lift/gesture_prompts.h
@@ -63,7 +65,10 @@ struct ExtractStage {
 nlohmann::json run_extract(const Context& context, RunDirectory& run, const Scene& scene, const ExtractStage& stage);
 
 /// repair: the hole that the object left -> background_repaired.ply, repair.png.
-struct RepairStage {};
+struct RepairStage {
+  std::string shadow = "repair";  ///< of the object on its support, where it is plain: repair or keep
+  ModelChoice models;             ///< of which the inpainter fills holes
+};
 nlohmann::json run_repair(const Context& context, RunDirectory& run, const Scene& scene, const RepairStage& stage);
 
 /// seed: solid samples and driving particles -> objects/.../particles.h5.
@@ -75,6 +80,21 @@ struct SeedStage {
 };
 nlohmann::json run_seed(const Context& context, RunDirectory& run, const Scene& scene, const SeedStage& stage);
 
+/// fit: a video of the moving object -> material.h5, velocity.h5, fit/.
+struct FitStage {
+  std::string video, camera;  ///< file or folder, and the camera that took it; empty = the scene file's
+  double fps = 0;             ///< of a folder of frames, or against the file's; 0 = the scene file's, else the file's own
+  double from = -1;           ///< s of the video, from which on nothing pushes the object; negative = found
+  double until = 0;           ///< s of the video; later frames only judge the fit; 0 = all are used
+  int points = 400;           ///< of the object's surface that are followed
+  MaterialValues material;    ///< command line's; E is where the search starts
+};
+nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
+/// Whether this run has been fitted.
+bool is_fitted(const RunDirectory& run);
+
+constexpr double kDampingTime = 1;  ///< s
+
 /// simulate: material and interactions -> material.h5, interactions.json, trajectory.h5.
 struct SimulateStage {
   std::string interactions;  ///< file; empty = one push sized to the stiffness
@@ -82,7 +102,8 @@ struct SimulateStage {
   std::string compat;        ///< "physgaussian": its known defects are repeated
   MaterialValues material;   ///< command line's
   double fps = 30, duration = 4;
-  double damping_time = 1;   ///< amplitude of motion decays as exp(-t / damping_time) [s]; 0 = none
+  std::optional<double> damping_time;  ///< amplitude of motion decays as exp(-t / damping_time) [s]; 0 = none; default:
+                                       ///< the fit's, else kDampingTime
   double push = 0.15;        ///< peak deflection of the automatic push, share of the object's height
   bool gravity = true;
   std::string rest_shape = "captured";  ///< of a pinned body: captured (free of stress) or solve (loaded by gravity)
@@ -90,6 +111,7 @@ struct SimulateStage {
   double sleep_speed = 0;    ///< m/s below which parts at rest are not computed; 0 = all are
   double flip_time = 0;      ///< s in which particles lose what the grid cannot hold of their motion; 0 = at once (APIC)
   bool obstacles = false;    ///< the rest of the scene's Gaussians are an obstacle
+  bool use_fit = true;       ///< material, damping and start of a fit, where there is one and `material` names no E
   bool floor = true;         ///< the plane of the support is a floor, unless the interactions have a ground
 };
 /// The material that simulate will use, see material.h; with a configuration of PhysGaussian its own.
