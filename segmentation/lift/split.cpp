@@ -45,11 +45,11 @@ double share_of_ties_cut(const GaussianGraph& graph, const std::vector<int>& par
   return share;
 }
 
-/// Label 1 for the side of one end, 0 for the other's.
-std::vector<uint8_t> cut_between_ends(const SplitOptions& options, const GaussianGraph& graph) {
+/// Label 1 for the side of one end, 0 for the other's; both are reached from `start`.
+std::vector<uint8_t> cut_between_ends(const SplitOptions& options, const GaussianGraph& graph, int start) {
   const size_t n = graph.nodes.size();
   // Twice the farthest node from where one is, as for the diameter of a tree.
-  const std::vector<int> inner = order_from(graph, {0});
+  const std::vector<int> inner = order_from(graph, {start});
   std::vector<float> from_a, from_b;
   const std::vector<int> order_a = order_from(graph, {inner.back()}, &from_a);
   const std::vector<int> order_b = order_from(graph, {order_a.back()}, &from_b);
@@ -82,13 +82,13 @@ SplitResult split_object(const SplitOptions& options, const GaussianCloud& cloud
     part = connected_parts(graph, all, kNoTie);
     result.parts = large_parts(graph, part, options.crumb);
     if (result.parts == 1) {
-      sweep_crumbs(cloud, graph, 1, part);
+      const std::vector<int> before = part;
       graph.border.clear(), graph.border_nearness.clear();  // what lies around the object is on neither side
-      const std::vector<uint8_t> label = cut_between_ends(options, graph);
+      const std::vector<uint8_t> label = cut_between_ends(options, graph, static_cast<int>(std::find(part.begin(), part.end(), 0) - part.begin()));
       double mass[2] = {0, 0};
       for (size_t i = 0; i < label.size(); ++i) mass[label[i]] += graph.opacity[i];
       const uint8_t larger = mass[1] > mass[0];
-      for (size_t i = 0; i < label.size(); ++i) part[i] = label[i] != larger;
+      for (size_t i = 0; i < label.size(); ++i) part[i] = before[i] > 0 ? 2 : label[i] != larger;  // crumbs are no side
       result.parts = mass[0] > 0 && mass[1] > 0 ? 2 : 1;
     }
     result.cut = result.parts > 1;

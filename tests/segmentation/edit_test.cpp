@@ -152,6 +152,26 @@ TEST(Edit, AConnectedObjectIsCutWhereItsColourChanges) {
   for (size_t p = 0; p < cloud.size(); ++p) EXPECT_EQ(result.part[p], cloud.position[p].x() >= 0.13f) << p;
 }
 
+TEST(Edit, ADumbbellOfMottledColourIsCutAtItsHandle) {
+  GaussianCloud cloud;
+  std::vector<uint8_t> member;
+  Random random(3);
+  const auto add = [&](float x, float y) {
+    const float grey = static_cast<float>(random.uniform(0.4, 0.6));
+    add_disc(cloud, Vec3f(x, y, 0), Vec3f::UnitZ(), 0.015f, Vec3f(grey, 0.5f, 0.5f));
+    member.push_back(1);
+  };
+  for (float x = -0.4f; x < 0.41f; x += 0.02f)
+    for (float y = -0.1f; y < 0.11f; y += 0.02f)
+      if (std::abs(x) > 0.15f || std::abs(y) < 0.015f) add(x, y);
+  const SplitResult result = split_object({}, cloud, member);
+  ASSERT_EQ(result.parts, 2);
+  EXPECT_TRUE(result.cut);
+  EXPECT_LT(result.cut_share, 0.05);
+  for (size_t p = 0; p < cloud.size(); ++p)
+    if (std::abs(cloud.position[p].x()) > 0.17f) EXPECT_EQ(result.part[p] == result.part[0], cloud.position[p].x() < 0) << p;
+}
+
 TEST(Edit, SeventyObjectsInSixteenChannelsStayApart) {
   // More classes than channels: directions of the new classes can no longer be orthogonal to the others.
   GaussianCloud cloud;
