@@ -133,7 +133,7 @@ TEST(Edit, IdsAreNeverUsedAgain) {
   EXPECT_EQ(f.edit(Kind::kSplit, "300").ids.back(), 70001u);
   f.edit(Kind::kDrop, "70001"), f.edit(Kind::kDrop, "70000");
   f.edit(Kind::kMerge, "3,300");
-  EXPECT_EQ(f.edit(Kind::kSplit, "3").ids.back(), 70002u);
+  EXPECT_EQ(f.edit(Kind::kSplit, "3").ids[1], 70002u);
 }
 
 TEST(Edit, AConnectedObjectIsCutWhereItsColourChanges) {
