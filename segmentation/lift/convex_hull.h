@@ -13,14 +13,13 @@ class ConvexHull {
   explicit ConvexHull(std::span<const Vec3f> points);
 
   /// Whether x lies in the hull or within `tolerance` of its size from it.  Supporting planes in fixed directions decide
-  /// most cases; else the hull's point nearest to x is approached until a plane separates the two (Gilbert 1966).
+  /// most cases; else the hull's point nearest to x is found (Wolfe 1976).
   bool contains(const Vec3f& x, float tolerance = 2e-3f) const;
 
  private:
   std::span<const Vec3f> points_;
   std::vector<Vec3f> directions_;
   std::vector<float> reach_;  ///< of the hull along every direction
-  Vec3f inner_ = Vec3f::Zero();  ///< a point inside
   float size_ = 0;
 };
 

@@ -90,8 +90,8 @@ EditOutcome split(const SplitOptions& options, const ObjectEdit& edit, const Gau
   char share[32];
   std::snprintf(share, sizeof share, "%.1f %%", 100 * parts.cut_share);
   outcome.sentence = before + " fell into " + std::to_string(parts.parts) + " objects; new: " + list +
-                     (parts.cut ? "; it hangs together and was cut by colour and distance, through " + std::string(share) +
-                                      " of the ties of the smaller side"
+                     (parts.cut ? "; it hangs together and was cut by colour and distance, through at most " + std::string(share) +
+                                      " of the ties of a part"
                                 : "");
   return outcome;
 }

@@ -9,6 +9,8 @@
 namespace pliant {
 namespace {
 
+constexpr float kNoTie = 1e-6f;  // order_from does not follow edges below it either
+
 /// Gives nodes whose part is below `kept` parts the part of the nearest node that has one of them.
 void sweep_crumbs(const GaussianCloud& cloud, const GaussianGraph& graph, int kept, std::vector<int>& part) {
   std::vector<Vec3f> whole, crumb;
@@ -30,11 +32,24 @@ int large_parts(const GaussianGraph& graph, const std::vector<int>& part, float 
   return std::max(1, static_cast<int>(std::count_if(mass.begin(), mass.end(), [&](double m) { return m >= share * total; })));
 }
 
-/// Label 1 for the side of one end, 0 for the other's.
-std::vector<uint8_t> cut_between_ends(const SplitOptions& options, const GaussianGraph& graph) {
+/// Weight of the edges from a part to others as a share of that of all its edges, of the part where it is largest.
+double share_of_ties_cut(const GaussianGraph& graph, const std::vector<int>& part, int parts) {
+  std::vector<double> ties(parts, 0), through(parts, 0);
+  for (const CutEdge& e : graph.edges)
+    for (const int p : {part[e.a], part[e.b]}) {
+      ties[p] += e.weight;
+      if (part[e.a] != part[e.b]) through[p] += e.weight;
+    }
+  double share = 0;
+  for (int p = 0; p < parts; ++p) share = std::max(share, through[p] / std::max(1e-12, ties[p]));
+  return share;
+}
+
+/// Label 1 for the side of one end, 0 for the other's; both are reached from `start`.
+std::vector<uint8_t> cut_between_ends(const SplitOptions& options, const GaussianGraph& graph, int start) {
   const size_t n = graph.nodes.size();
   // Twice the farthest node from where one is, as for the diameter of a tree.
-  const std::vector<int> inner = order_from(graph, {0});
+  const std::vector<int> inner = order_from(graph, {start});
   std::vector<float> from_a, from_b;
   const std::vector<int> order_a = order_from(graph, {inner.back()}, &from_a);
   const std::vector<int> order_b = order_from(graph, {order_a.back()}, &from_b);
@@ -59,24 +74,27 @@ SplitResult split_object(const SplitOptions& options, const GaussianCloud& cloud
   SplitResult result;
   result.part.assign(cloud.size(), -1);
   if (graph.nodes.empty()) return result;
-  std::vector<int> part = connected_parts(graph, std::vector<uint8_t>(graph.nodes.size(), 1), options.link, true);
+  const std::vector<uint8_t> all(graph.nodes.size(), 1);
+  std::vector<int> part = connected_parts(graph, all, options.link, true);
   result.parts = large_parts(graph, part, options.crumb);
   if (result.parts == 1 && graph.nodes.size() > 2) {
-    graph.border.clear(), graph.border_nearness.clear();  // what lies around the object is on neither side
-    const std::vector<uint8_t> label = cut_between_ends(options, graph);
-    double mass[2] = {0, 0}, ties[2] = {0, 0}, through = 0;
-    for (size_t i = 0; i < label.size(); ++i) mass[label[i]] += graph.opacity[i];
-    for (const CutEdge& e : graph.edges) {
-      through += label[e.a] != label[e.b] ? e.weight : 0;
-      ties[label[e.a]] += e.weight, ties[label[e.b]] += e.weight;
-    }
-    if (mass[0] > 0 && mass[1] > 0) {
+    // One piece: where colours change so sharply that nothing ties the sides together, else the best cut.
+    part = connected_parts(graph, all, kNoTie);
+    result.parts = large_parts(graph, part, options.crumb);
+    if (result.parts == 1) {
+      const std::vector<int> before = part;
+      graph.border.clear(), graph.border_nearness.clear();  // what lies around the object is on neither side
+      const std::vector<uint8_t> label = cut_between_ends(options, graph, static_cast<int>(std::find(part.begin(), part.end(), 0) - part.begin()));
+      double mass[2] = {0, 0};
+      for (size_t i = 0; i < label.size(); ++i) mass[label[i]] += graph.opacity[i];
       const uint8_t larger = mass[1] > mass[0];
-      for (size_t i = 0; i < label.size(); ++i) part[i] = label[i] != larger;
-      result.parts = 2, result.cut = true, result.cut_share = through / std::max(1e-12, std::min(ties[0], ties[1]));
+      for (size_t i = 0; i < label.size(); ++i) part[i] = before[i] > 0 ? 2 : label[i] != larger;  // crumbs are no side
+      result.parts = mass[0] > 0 && mass[1] > 0 ? 2 : 1;
     }
+    result.cut = result.parts > 1;
   }
-  if (!result.cut) sweep_crumbs(cloud, graph, result.parts, part);
+  sweep_crumbs(cloud, graph, result.parts, part);
+  if (result.cut) result.cut_share = share_of_ties_cut(graph, part, result.parts);
   for (size_t i = 0; i < part.size(); ++i) result.part[graph.nodes[i]] = part[i];
   return result;
 }

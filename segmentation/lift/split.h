@@ -21,12 +21,13 @@ struct SplitOptions {
 struct SplitResult {
   std::vector<int> part;   ///< [N] of the members, 0 = the one with most opacity; -1 = not a member
   int parts = 0;
-  bool cut = false;        ///< the object hangs together and was cut in two by colour and distance
-  double cut_share = 0;    ///< then: weight of the ties that the cut goes through, share of the smaller side's
+  bool cut = false;        ///< the object hangs together and was cut by colour and distance
+  double cut_share = 0;    ///< then: largest share of a part's ties that the cut goes through
 };
 
-/// Parts of the Gaussians with `member` [N] != 0: those that lie apart, else the two sides of the minimum cut between the
-/// two ends that are farthest from each other over paths on which distance and changes of colour count.
+/// Parts of the Gaussians with `member` [N] != 0: those that lie apart, else those that sharp changes of colour part, else the
+/// two sides of the minimum cut between the ends that are farthest from each other over paths on which distance and changes
+/// of colour count.
 SplitResult split_object(const SplitOptions& options, const GaussianCloud& cloud, std::span<const uint8_t> member);
 
 }  // namespace pliant

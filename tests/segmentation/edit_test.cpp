@@ -133,7 +133,7 @@ TEST(Edit, IdsAreNeverUsedAgain) {
   EXPECT_EQ(f.edit(Kind::kSplit, "300").ids.back(), 70001u);
   f.edit(Kind::kDrop, "70001"), f.edit(Kind::kDrop, "70000");
   f.edit(Kind::kMerge, "3,300");
-  EXPECT_EQ(f.edit(Kind::kSplit, "3").ids.back(), 70002u);
+  EXPECT_EQ(f.edit(Kind::kSplit, "3").ids[1], 70002u);
 }
 
 TEST(Edit, AConnectedObjectIsCutWhereItsColourChanges) {
@@ -150,6 +150,26 @@ TEST(Edit, AConnectedObjectIsCutWhereItsColourChanges) {
   EXPECT_TRUE(result.cut);
   EXPECT_LT(result.cut_share, 0.02);
   for (size_t p = 0; p < cloud.size(); ++p) EXPECT_EQ(result.part[p], cloud.position[p].x() >= 0.13f) << p;
+}
+
+TEST(Edit, ADumbbellOfMottledColourIsCutAtItsHandle) {
+  GaussianCloud cloud;
+  std::vector<uint8_t> member;
+  Random random(3);
+  const auto add = [&](float x, float y) {
+    const float grey = static_cast<float>(random.uniform(0.4, 0.6));
+    add_disc(cloud, Vec3f(x, y, 0), Vec3f::UnitZ(), 0.015f, Vec3f(grey, 0.5f, 0.5f));
+    member.push_back(1);
+  };
+  for (float x = -0.4f; x < 0.41f; x += 0.02f)
+    for (float y = -0.1f; y < 0.11f; y += 0.02f)
+      if (std::abs(x) > 0.15f || std::abs(y) < 0.015f) add(x, y);
+  const SplitResult result = split_object({}, cloud, member);
+  ASSERT_EQ(result.parts, 2);
+  EXPECT_TRUE(result.cut);
+  EXPECT_LT(result.cut_share, 0.05);
+  for (size_t p = 0; p < cloud.size(); ++p)
+    if (std::abs(cloud.position[p].x()) > 0.17f) EXPECT_EQ(result.part[p] == result.part[0], cloud.position[p].x() < 0) << p;
 }
 
 TEST(Edit, SeventyObjectsInSixteenChannelsStayApart) {
