@@ -92,7 +92,7 @@ int run_program(int argc, const char* const* argv) {
   Program program;
   for (int i = 0; i < argc; ++i) program.command_line += (i ? " " : "") + std::string(argv[i]);
   for (auto* add : {add_run, add_demo, add_info, add_convert, add_reconstruct, add_segment, add_extract, add_repair,
-                    add_seed, add_simulate, add_render, add_export, add_evaluate})
+                    add_seed, add_fit, add_simulate, add_render, add_export, add_evaluate})
     add(app, program);
   try {
     if (argc < 2) {

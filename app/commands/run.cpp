@@ -11,21 +11,38 @@ struct RunOptions {
   SegmentStage segment;
   ExtractStage extract;
   SeedStage seed;
+  FitStage fit;
+  bool use_video = true;
   SimulateStage simulate;
   RenderStage render;
 };
 
+/// Whether a video says what the object is made of: not if the user does.
+bool wants_fit(const Scene& scene, const RunOptions& options) {
+  const bool video = !options.fit.video.empty() || scene.settings.video;
+  return video && options.use_video && !options.simulate.material.young && options.simulate.physgaussian.empty();
+}
+
 nlohmann::json run_all(Context& context, const Program& program, const RunOptions& options) {
   RunDirectory run = RunDirectory::create(program.out);
   const Scene scene = attach_or_reconstruct(context, run, options.scene, options.reconstruct, options.segment);
-  check_material(scene, options.simulate);
+  const bool fits = wants_fit(scene, options);
+  if (fits) check_material(scene, options.simulate.material, true);
+  else check_material(scene, options.simulate);
   run_segment(context, run, scene, options.segment);
   ExtractStage extract = options.extract;
   if (extract.object.empty() && !options.segment.physgaussian.empty()) extract.object = "object";
   run_extract(context, run, scene, extract);
   run_repair(context, run, scene, {});
   run_seed(context, run, scene, options.seed);
-  run_simulate(context, run, scene, options.simulate);
+  if (fits) {
+    FitStage fit = options.fit;
+    fit.material = options.simulate.material;
+    run_fit(context, run, scene, fit);
+  }
+  SimulateStage simulate = options.simulate;
+  simulate.use_fit = fits;
+  run_simulate(context, run, scene, simulate);
   run_render(context, run, scene, options.render);
   write_report(run, scene, program.command_line);
   context.progress.say(fmt::format("clip: {}\nreport: {}", (run / "clip.mp4").string(), (run / "report.html").string()));
@@ -43,6 +60,8 @@ void add_run(CLI::App& app, Program& program) {
   add_segment_options(*command, options->segment);
   add_extract_options(*command, options->extract);
   add_seed_options(*command, options->seed);
+  add_fit_options(*command, options->fit, "fit-");
+  command->add_flag("!--no-video", options->use_video, "Do not fit the material to the scene's reference video");
   add_simulate_options(*command, options->simulate);
   add_render_options(*command, options->render);
   add_physgaussian(*command, {&options->segment.physgaussian, &options->seed.physgaussian, &options->simulate.physgaussian});

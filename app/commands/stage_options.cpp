@@ -147,11 +147,25 @@ void add_seed_options(CLI::App& command, SeedStage& stage) {
   command.add_flag("!--no-pin-contact", stage.pin_contact, "Do not hold the object where it touches its support");
 }
 
+void add_material_values(CLI::App& command, MaterialValues& material) {
+  command.add_option("--young", material.young, "Young's modulus [Pa]");
+  command.add_option("--poisson", material.poisson, "Poisson's ratio, -1 < nu < 0.5");
+  command.add_option("--density", material.density, "Density [kg/m^3]");
+}
+
+void add_fit_options(CLI::App& command, FitStage& stage, const std::string& prefix) {
+  command.add_option("--video", stage.video, "Video, or folder of frames, that shows the object moving (default: the scene file's)");
+  command.add_option("--video-camera", stage.camera, "Camera that took it (default: the scene file's)");
+  command.add_option("--video-fps", stage.fps, "Frames a second of a folder of frames")->check(CLI::PositiveNumber);
+  command.add_option("--" + prefix + "from", stage.from, "Time in the video from which on nothing pushes the object [s] (default: found)")->check(CLI::NonNegativeNumber);
+  command.add_option("--" + prefix + "until", stage.until, "Time in the video after which frames only judge the fit [s] (default: all are used)")->check(CLI::PositiveNumber);
+  command.add_option("--" + prefix + "points", stage.points, "Points of the object's surface that are followed")->check(CLI::Range(20, 20000))->capture_default_str();
+}
+
 void add_simulate_options(CLI::App& command, SimulateStage& stage) {
-  command.add_option("--interactions", stage.interactions, "JSON array of forces (default: one push sized to the stiffness)");
-  command.add_option("--young", stage.material.young, "Young's modulus [Pa]");
-  command.add_option("--poisson", stage.material.poisson, "Poisson's ratio, -1 < nu < 0.5");
-  command.add_option("--density", stage.material.density, "Density [kg/m^3]");
+  command.add_option("--interactions", stage.interactions,
+                     "JSON array of forces (default: the motion of a fit once more, else one push sized to the stiffness)");
+  add_material_values(command, stage.material);
   command.add_option("--compat", stage.compat, "With --physgaussian: repeat the known defects of that program")
       ->check(CLI::IsMember({"physgaussian"}));
   command.add_option("--law", stage.material.law, "Constitutive law (default fixed_corotated)")->check(CLI::IsMember(law_names()));
@@ -164,9 +178,8 @@ void add_simulate_options(CLI::App& command, SimulateStage& stage) {
   }
   command.add_option("--fps", stage.fps, "Frames a second")->check(CLI::Range(1.0, 1000.0))->capture_default_str();
   command.add_option("--duration", stage.duration, "Length of the clip [s]")->check(CLI::Range(0.01, 3600.0))->capture_default_str();
-  command.add_option("--damping-time", stage.damping_time, "Motion decays as exp(-t / this) [s]; 0 = undamped")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
+  command.add_option("--damping-time", stage.damping_time, "Motion decays as exp(-t / this) [s]; 0 = undamped (default: what a fit found, else 1)")
+      ->check(CLI::NonNegativeNumber);
   command.add_option("--push", stage.push, "Peak deflection of the automatic push, share of the object's height")
       ->check(CLI::Range(0.001, 1.0))
       ->capture_default_str();

@@ -39,6 +39,8 @@ void add_reconstruct_options(CLI::App& command, ReconstructStage& stage, const s
 void add_segment_options(CLI::App& command, SegmentStage& stage);
 void add_extract_options(CLI::App& command, ExtractStage& stage);
 void add_seed_options(CLI::App& command, SeedStage& stage);
+void add_material_values(CLI::App& command, MaterialValues& material);
+void add_fit_options(CLI::App& command, FitStage& stage, const std::string& prefix = "");
 void add_simulate_options(CLI::App& command, SimulateStage& stage);
 void add_render_options(CLI::App& command, RenderStage& stage);
 /// --physgaussian CONFIG of one or several stages.

@@ -51,13 +51,15 @@ void set_constant(const std::string& name, double value, Material& material) {
 
 std::span<const MaterialConstant> material_constants() { return kConstants; }
 
-ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_line) {
+ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_line, bool young_is_fitted) {
   const MaterialValues& file = scene.settings.material;
   const auto value = [](const std::optional<double>& first, const std::optional<double>& second) {
     return first ? first : second;
   };
-  const auto young = value(command_line.young, file.young), poisson = value(command_line.poisson, file.poisson),
+  const auto poisson = value(command_line.poisson, file.poisson),
              density = value(command_line.density, file.density);
+  auto young = value(command_line.young, file.young);
+  if (!young && young_is_fitted) young = kUnknownYoung;
   std::string missing;
   if (!young) missing += " --young";
   if (!poisson) missing += " --poisson";

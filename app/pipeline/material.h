@@ -23,8 +23,11 @@ struct ObjectMaterial {
 };
 
 /// The material that simulate will use: command line over scene file.  A usage error names what is missing, unknown or
-/// impossible, before any work is done.
-ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_line);
+/// impossible, before any work is done.  A Young's modulus that a fit has found or will find may be missing: it is
+/// kUnknownYoung then.
+ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_line, bool young_is_fitted = false);
+
+constexpr double kUnknownYoung = 1e5;  ///< Pa, where a fit starts that is told nothing
 
 /// {young, poisson, density, law, constants that were changed}, for records.
 nlohmann::json material_to_json(const ObjectMaterial& material);

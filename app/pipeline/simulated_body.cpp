@@ -5,7 +5,6 @@
 #include "app/pipeline/clip_camera.h"
 #include "app/pipeline/default_push.h"
 #include "app/pipeline/interactions.h"
-#include "app/store/material.h"
 #include "fitting/fields/uniform_field.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
@@ -19,7 +18,8 @@ namespace {
 
 constexpr double kPushStart = 0.3, kPushDuration = 0.3;  // s
 
-/// What `seed` says holds the object.
+}  // namespace
+
 std::vector<Interaction> pins_of(const ParticleFile& file, const Scene& scene) {
   std::vector<Interaction> pins;
   for (const json& row : json::parse(file.pinned_json)) {
@@ -30,6 +30,8 @@ std::vector<Interaction> pins_of(const ParticleFile& file, const Scene& scene) {
   }
   return pins;
 }
+
+namespace {
 
 /// The plane that the object rests on, as a floor that nothing passes: the support's plane that `extract` found, where
 /// the interactions name no ground of their own.
@@ -95,15 +97,13 @@ json sized_push(const Context& context, const SimulationPlan& plan, const RunDir
 
 }  // namespace
 
-SimulatedBody make_body(const RunDirectory& run, const std::string& folder, const Scene& scene, const ObjectMaterial& material,
-                        const std::string& provenance) {
-  SimulatedBody body;
-  body.file = read_particles(run / (folder + "/particles.h5"));
-  const ElasticSamples solid = uniform_field(body.file.solid_position.size(), material.young, material.poisson, material.density);
-  MaterialFile stored;
-  stored.young = solid.young, stored.poisson = solid.poisson, stored.density = solid.density, stored.source = "homogeneous";
-  write_material(run / (folder + "/material.h5"), stored, provenance);
+ElasticSamples solid_material(const ParticleFile& file, const ObjectMaterial& material) {
+  return uniform_field(file.solid_position.size(), material.young, material.poisson, material.density);
+}
 
+SimulatedBody make_body(ParticleFile file, const Scene& scene, const ElasticSamples& solid, const Material& material) {
+  SimulatedBody body;
+  body.file = std::move(file);
   ElasticSamples simulated;
   for (size_t s = 0; s < body.file.solid_position.size(); ++s) {
     if (body.file.solid_driver[s] < 0) continue;
@@ -118,21 +118,23 @@ SimulatedBody make_body(const RunDirectory& run, const std::string& folder, cons
   body.drivers.thickness = body.file.driving_thickness, body.drivers.rod = body.file.driving_rod;
   body.drivers.cell_size = body.file.cell_size;
   body.particles = make_particles<float>(body.drivers, body.samples, simulated, scene.metres_per_unit);
-  body.particles.materials = {material.material};
+  body.particles.materials = {material};
   body.space.scale = scene.metres_per_unit;
   return body;
 }
 
 SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, const Scene& scene, const SimulateStage& stage,
-                               const SimulatedBody& body) {
+                               const SimulatedBody& body, bool moving) {
   SimulationPlan plan;
-  plan.options.fps = stage.fps, plan.options.duration = stage.duration, plan.options.damping_time = stage.damping_time;
+  plan.options.fps = stage.fps, plan.options.duration = stage.duration, plan.options.damping_time = stage.damping_time.value_or(kDampingTime);
   plan.options.rest_shape = stage.rest_shape == "solve" ? RestShapeMode::kSolve : RestShapeMode::kCaptured;
   plan.options.settle_time = stage.settle, plan.options.sleep_speed = stage.sleep_speed, plan.options.flip_time = stage.flip_time;
   plan.options.gravity = stage.gravity ? Vec3d(-9.81 * scene.up) : Vec3d::Zero();
   const std::vector<Interaction> pins = pins_of(body.file, scene);
   const std::string file = stage.interactions.empty() ? "interactions.json" : stage.interactions;
-  if (stage.interactions.empty()) {
+  if (moving) {
+    plan.script = json::array();
+  } else if (stage.interactions.empty()) {
     plan.script = sized_push(context, plan, run, scene, stage, body, pins, plan.push);
     plan.interactions = parse_interactions(plan.script.dump(), {scene.metres_per_unit, scene.up}, file);
   } else {

@@ -19,9 +19,14 @@ struct SimulatedBody {
   SimulationSpace space;
 };
 
-/// Reads particles.h5 of `folder`, gives it a homogeneous material and stores that on /solid of material.h5.
-SimulatedBody make_body(const RunDirectory& run, const std::string& folder, const Scene& scene, const ObjectMaterial& material,
-                        const std::string& provenance);
+/// The homogeneous material at every solid sample.
+ElasticSamples solid_material(const ParticleFile& file, const ObjectMaterial& material);
+
+/// The particles that `solid`, the material of all solid samples, gives.
+SimulatedBody make_body(ParticleFile file, const Scene& scene, const ElasticSamples& solid, const Material& material);
+
+/// What `seed` says holds the object, in metres.
+std::vector<Interaction> pins_of(const ParticleFile& file, const Scene& scene);
 
 /// What acts on it and for how long.
 struct SimulationPlan {
@@ -32,9 +37,10 @@ struct SimulationPlan {
   bool floor = false;     ///< the support's plane was added
 };
 
-/// From the stage's options: an interaction script or one push sized to the stiffness, pins, the support's floor.
+/// From the stage's options: an interaction script, nothing (`moving`: the body moves already) or one push sized to the
+/// stiffness; pins, the support's floor.
 SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, const Scene& scene, const SimulateStage& stage,
-                               const SimulatedBody& body);
+                               const SimulatedBody& body, bool moving = false);
 
 /// From a configuration of PhysGaussian; moves `body` into its simulation space and gives it its material.
 SimulationPlan plan_physgaussian(const Context& context, const RunDirectory& run, const SimulateStage& stage, SimulatedBody& body);

@@ -72,6 +72,21 @@ struct SeedStage {
 };
 nlohmann::json run_seed(const Context& context, RunDirectory& run, const Scene& scene, const SeedStage& stage);
 
+/// fit: a video of the moving object -> material.h5, velocity.h5, fit/.
+struct FitStage {
+  std::string video, camera;  ///< file or folder, and the camera that took it; empty = the scene file's
+  double fps = 0;             ///< of a folder of frames, or against the file's; 0 = the scene file's, else the file's own
+  double from = -1;           ///< s of the video, from which on nothing pushes the object; negative = found
+  double until = 0;           ///< s of the video; later frames only judge the fit; 0 = all are used
+  int points = 400;           ///< of the object's surface that are followed
+  MaterialValues material;    ///< command line's; E is where the search starts
+};
+nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
+/// Whether this run has been fitted.
+bool is_fitted(const RunDirectory& run);
+
+constexpr double kDampingTime = 1;  ///< s
+
 /// simulate: material and interactions -> material.h5, interactions.json, trajectory.h5.
 struct SimulateStage {
   std::string interactions;  ///< file; empty = one push sized to the stiffness
@@ -79,7 +94,8 @@ struct SimulateStage {
   std::string compat;        ///< "physgaussian": its known defects are repeated
   MaterialValues material;   ///< command line's
   double fps = 30, duration = 4;
-  double damping_time = 1;   ///< amplitude of motion decays as exp(-t / damping_time) [s]; 0 = none
+  std::optional<double> damping_time;  ///< amplitude of motion decays as exp(-t / damping_time) [s]; 0 = none; default:
+                                       ///< the fit's, else kDampingTime
   double push = 0.15;        ///< peak deflection of the automatic push, share of the object's height
   bool gravity = true;
   std::string rest_shape = "captured";  ///< of a pinned body: captured (free of stress) or solve (loaded by gravity)
@@ -87,6 +103,7 @@ struct SimulateStage {
   double sleep_speed = 0;    ///< m/s below which parts at rest are not computed; 0 = all are
   double flip_time = 0;      ///< s in which particles lose what the grid cannot hold of their motion; 0 = at once (APIC)
   bool obstacles = false;    ///< the rest of the scene's Gaussians are an obstacle
+  bool use_fit = true;       ///< material, damping and start of a fit, where there is one and `material` names no E
   bool floor = true;         ///< the plane of the support is a floor, unless the interactions have a ground
 };
 /// The material that simulate will use, see material.h; with a configuration of PhysGaussian its own.

@@ -28,6 +28,7 @@ class TrackLoss : public FrameLoss<T> {
 
   const PointTracks& tracks() const { return tracks_; }
   double total_weight() const { return total_weight_; }
+  double outlier() const { return outlier_; }
   /// [K] where the points are expected, in the unit of the tracks.
   std::vector<Vec3<T>> expected(const BasicSimulationState<T>& state) const;
   /// Square root of the mean over all seen places of the frames, of weight * |seen - expected|^2.

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <memory>
+
+#include "app/pipeline/interactions.h"
+#include "app/pipeline/simulated_body.h"
+#include "fitting/fields/picture_loss.h"
+#include "fitting/fields/track_loss.h"
+#include "fitting/fit/reference_video.h"
+
+namespace pliant {
+
+/// A reference video and the object as its camera sees it at rest.
+struct FitScene {
+  ReferenceVideo video;
+  int used = 0;                     ///< frames that the fit may see; later ones judge it
+  SimulatedBody body;               ///< with the material that the fit starts from
+  ElasticSamples solid;             ///< the same at all solid samples
+  std::vector<Interaction> pins;
+  std::shared_ptr<DrawnObject<float>> drawn;
+  ImageF still;                     ///< [H, W, 3] the scene at rest
+  ImageF moving;                    ///< [H, W, 1] share of what can move in a pixel
+  std::vector<Vec3f> points;        ///< [K, 3] scene units, of visible surface that can move
+  std::vector<Eigen::Vector2d> pixel;  ///< [K] where they are seen at rest
+};
+
+FitScene load_fit_scene(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage);
+
+/// The points followed through the frames that may be used.  Throws Error{kInput} when too few can be followed.
+PointTracks follow_points(const Context& context, const FitScene& fit);
+
+/// [H, W, 1]: 1 where anything moves in some frame of the video, grown by `grow` pixels; see `moving`.
+ImageF motion_mask(const FitScene& fit, int grow);
+
+}  // namespace pliant

@@ -1,0 +1,145 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "app/pipeline/fit_scene.h"
+#include "app/store/material.h"
+#include "app/store/velocity.h"
+#include "fitting/fit/fit_vibration.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files.h"
+#include "gaussians/io/image_io.h"
+#include "gaussians/io/video.h"
+
+namespace pliant {
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+constexpr double kOutlier = 3;    // px of a track's error beyond which it counts less and less
+constexpr int kGrow = 8;          // px by which the moving mask is grown for scores
+
+double psnr_in(const ImageF& a, const ImageF& b, const ImageF& weight) { return psnr_of_mse(mse_loss(a, b, weight)); }
+
+/// Reference, roll-out and their difference side by side, and how well they agree inside the moving mask.
+struct Comparison {
+  double psnr_used = 0, psnr_later = 0;              ///< mean over frames, dB
+  double still_used = 0, still_later = 0;            ///< of the first frame held
+  int frames_used = 0, frames_later = 0;
+  double rest = 0;                                   ///< of the scene at rest against the first frame: what motion cannot mend
+};
+
+Comparison compare(const FitScene& fit, const VibrationFit& found, const std::vector<SimulationState>& frames, const fs::path& video) {
+  const ImageF mask = motion_mask(fit, kGrow);
+  const double fps = fit.video.fps;
+  Comparison result;
+  const ImageF& first = fit.video.frames[0];
+  result.rest = psnr_in(fit.still, first, mask);
+  VideoWriter writer(video, fps, 3 * first.width, first.height);
+  for (size_t f = found.first_frame; f < fit.video.frames.size(); ++f) {
+    const ImageF drawn = render(fit.drawn->at(frames.at(found.rollout_frame(static_cast<int>(f), fps))), fit.video.camera, fit.drawn->render).color;
+    const ImageF& seen = fit.video.frames[f];
+    ImageF side(3 * first.width, first.height, 3);
+    for (int y = 0; y < first.height; ++y)
+      for (int x = 0; x < first.width; ++x)
+        for (int c = 0; c < 3; ++c) {
+          side(x, y, c) = seen(x, y, c), side(first.width + x, y, c) = drawn(x, y, c);
+          side(2 * first.width + x, y, c) = 0.5f + seen(x, y, c) - drawn(x, y, c);
+        }
+    writer.write(side);
+    const bool used = static_cast<int>(f) < fit.used;
+    (used ? result.psnr_used : result.psnr_later) += psnr_in(drawn, seen, mask);
+    (used ? result.still_used : result.still_later) += psnr_in(first, seen, mask);
+    ++(used ? result.frames_used : result.frames_later);
+  }
+  writer.close();
+  if (result.frames_used) result.psnr_used /= result.frames_used, result.still_used /= result.frames_used;
+  if (result.frames_later) result.psnr_later /= result.frames_later, result.still_later /= result.frames_later;
+  return result;
+}
+
+/// All frames of the fitted motion to the end of the video.
+std::vector<SimulationState> replay(const FitScene& fit, const VibrationFit& found, const SimulateOptions& base) {
+  SimulateOptions options = base;
+  options.fps = fit.video.fps * found.subframes, options.damping_time = found.damping_time, options.settle_time = 0;
+  options.duration = found.rollout_frame(static_cast<int>(fit.video.frames.size()) - 1, fit.video.fps) / options.fps;
+  Particles particles = fit.body.particles;
+  for (float& E : particles.young) E = static_cast<float>(E * std::pow(10.0, found.log10_factor));
+  std::vector<SimulationState> frames;
+  simulate<float>(options, particles, fit.pins, found.start, [&](const SimulationState& state) {
+    frames.push_back(state);
+    return true;
+  });
+  return frames;
+}
+
+VelocityFile velocity_of(const FitScene& fit, const VibrationFit& found) {
+  VelocityFile out;
+  out.velocity = found.start.v, out.F = found.start.F, out.C = found.start.C;
+  for (size_t i = 0; i < found.start.size(); ++i) out.displacement.push_back(found.start.x[i] - fit.body.particles.position[i]);
+  out.time = found.time, out.damping_time = found.damping_time, out.source = "fitted to the reference video";
+  return out;
+}
+
+json curve_to_json(const ModalSearch& search) {
+  json rows = json::array();
+  for (size_t i = 0; i < search.log10_factor.size(); ++i) rows.push_back({search.log10_factor[i], search.unexplained[i]});
+  return rows;
+}
+
+}  // namespace
+
+bool is_fitted(const RunDirectory& run) { return run.has("fit"); }
+
+json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage) {
+  const std::string folder = object_folder(run);
+  run.summary("seed", "run `pliant seed` first");
+  const ObjectMaterial material = check_material(scene, stage.material, true);
+  StageKey key{"fit",
+               {{"material", material_to_json(material)}, {"camera", stage.camera}, {"fps", stage.fps}, {"from", stage.from},
+                {"until", stage.until}, {"points", stage.points}},
+               {{"particles", run / (folder + "/particles.h5")}, {"object", run / (folder + "/object.ply")}, {"background", run / "background_repaired.ply"}},
+               {folder + "/material.h5", folder + "/velocity.h5", "fit/results.json", "fit/side_by_side.mp4"}};
+  if (!stage.video.empty()) key.inputs["video"] = stage.video;
+  else if (scene.settings.video) key.inputs["video"] = scene.settings.video->file;
+
+  return run.stage(context, key, [&]() -> json {
+    const std::string provenance = run.provenance(context, key);
+    fs::create_directories(run / "fit");
+    const FitScene fit = load_fit_scene(context, run, scene, stage);
+    const TrackLoss<float> tracks(follow_points(context, fit), fit.body.file.driving_position, scene.metres_per_unit, kOutlier);
+    VibrationFitOptions options;
+    options.simulate.gravity = -9.81 * scene.up;
+    options.search.first = stage.from;
+    options.refine.tolerance = 1e-4;
+    const VibrationFit found = fit_vibration(options, fit.body.particles, fit.pins, tracks, fit.video.fps,
+                                             [&](const std::string& line) { context.progress.say("fit: " + line); });
+    const double young = material.young * std::pow(10.0, found.log10_factor);
+
+    MaterialFile stored{fit.solid.young, fit.solid.poisson, fit.solid.density, "homogeneous, fitted to the reference video", {}, {}};
+    for (float& E : stored.young) E = static_cast<float>(young);
+    write_material(run / (folder + "/material.h5"), stored, provenance);
+    write_velocity(run / (folder + "/velocity.h5"), velocity_of(fit, found), provenance);
+
+    const Comparison scores = compare(fit, found, replay(fit, found, options.simulate), run / "fit/side_by_side.mp4");
+    context.progress.say(fmt::format("fit: E = {:.4g} Pa (within {:.0f} %), damping time {:.3g} s; {:.1f} dB where it moves (held first frame {:.1f}, scene at rest against it {:.1f})",
+                                     young, 100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used, scores.still_used, scores.rest));
+    if (scores.frames_later > 0)
+      context.progress.say(fmt::format("fit: {:.1f} dB over the {} frames that it did not see (held first frame {:.1f})", scores.psnr_later,
+                                       scores.frames_later, scores.still_later));
+    const json result = {{"young_pa", young}, {"log10_sigma", found.log10_sigma}, {"damping_time_s", found.damping_time},
+                         {"damping_time_range_s", {found.damping_time_low, found.damping_time_high}}, {"first_frame", found.first_frame},
+                         {"start_s", found.time}, {"periods", found.search.periods}, {"rms_px", found.rms}, {"rms_search_px", found.rms_search},
+                         {"rms_still_px", found.rms_rest}, {"psnr_used", scores.psnr_used}, {"psnr_later", scores.psnr_later},
+                         {"psnr_rest", scores.rest}, {"still_used", scores.still_used}, {"still_later", scores.still_later}, {"frames_later", scores.frames_later},
+                         {"seconds", found.seconds}};
+    json full = result;
+    full["search"] = curve_to_json(found.search), full["modes_hz"] = json::array();
+    for (const double omega : found.modes.omega) full["modes_hz"].push_back(omega / 6.283185307179586);
+    write_text(run / "fit/results.json", full.dump(2) + "\n");
+    return result;
+  });
+}
+
+}  // namespace pliant

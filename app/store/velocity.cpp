@@ -1,0 +1,57 @@
+#include "app/store/velocity.h"
+
+#include "app/store/vectors.h"
+
+namespace pliant {
+namespace {
+
+void write_matrices(Hdf5Writer& out, const std::string& name, const std::vector<Mat3f>& matrices) {
+  std::vector<float> rows;  // row-major in the file
+  for (const Mat3f& M : matrices)
+    for (int k = 0; k < 9; ++k) rows.push_back(M(k / 3, k % 3));
+  out.dataset(name, rows.data(), {matrices.size(), 3, 3});
+}
+
+std::vector<Mat3f> read_matrices(const Hdf5Reader& in, const std::string& name, size_t count) {
+  const std::vector<float> rows = in.dataset<float>(name, {count, 3, 3});
+  std::vector<Mat3f> matrices(count);
+  for (size_t i = 0; i < count; ++i) {
+    for (int k = 0; k < 9; ++k) matrices[i](k / 3, k % 3) = rows[9 * i + k];
+    if (!matrices[i].allFinite()) throw in.complaint(name, "holds a value that is not finite in row " + std::to_string(i));
+  }
+  return matrices;
+}
+
+}  // namespace
+
+void write_velocity(const std::filesystem::path& file, const VelocityFile& v, const std::string& provenance_json) {
+  const size_t n = v.velocity.size();
+  CHECK(v.displacement.size() == n && v.F.size() == n && v.C.size() == n);
+  write_hdf5(file, [&](Hdf5Writer& out) {
+    out.group("/driving");
+    write_vectors(out, "/driving/velocity", v.velocity);
+    write_vectors(out, "/driving/displacement", v.displacement);
+    write_matrices(out, "/driving/F", v.F), write_matrices(out, "/driving/C", v.C);
+    const double scalars[2] = {v.time, v.damping_time};
+    out.dataset("/driving/time_and_damping_time", scalars, {2});
+    out.text("/driving", "source", v.source);
+    out.text("/", "provenance", provenance_json);
+  });
+}
+
+VelocityFile read_velocity(const std::filesystem::path& file) {
+  const Hdf5Reader in(file);
+  VelocityFile v;
+  v.velocity = read_vectors(in, "/driving/velocity");
+  const size_t n = v.velocity.size();
+  v.displacement = read_vectors(in, "/driving/displacement", n);
+  v.F = read_matrices(in, "/driving/F", n), v.C = read_matrices(in, "/driving/C", n);
+  const std::vector<double> scalars = in.dataset<double>("/driving/time_and_damping_time", {2});
+  v.time = scalars[0], v.damping_time = scalars[1];
+  if (!(std::isfinite(v.time) && v.damping_time >= 0 && std::isfinite(v.damping_time)))
+    throw in.complaint("/driving/time_and_damping_time", "is " + std::to_string(v.time) + ", " + std::to_string(v.damping_time));
+  v.source = in.text("/driving", "source");
+  return v;
+}
+
+}  // namespace pliant

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "gaussians/base/types.h"
+
+namespace pliant {
+
+/// velocity.h5: how a fitted motion starts, on the driving particles of particles.h5.
+struct VelocityFile {
+  std::vector<Vec3f> velocity;      ///< [M, 3] m/s
+  std::vector<Vec3f> displacement;  ///< [M, 3] m, from the shape at rest
+  std::vector<Mat3f> F, C;          ///< [M, 3, 3] deformation gradient; affine velocity field 1/s
+  double time = 0;                  ///< s on the reference's clock
+  double damping_time = 0;          ///< s, fitted along with it; 0 = none
+  std::string source;               ///< where the values come from, a phrase
+};
+
+/// Group /driving {velocity, displacement, F, C}.
+void write_velocity(const std::filesystem::path& file, const VelocityFile& velocity, const std::string& provenance_json);
+/// Also checks that values are finite and that all parts have equally many rows.
+VelocityFile read_velocity(const std::filesystem::path& file);
+
+}  // namespace pliant
