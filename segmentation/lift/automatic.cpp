@@ -35,7 +35,7 @@ IdImage ids_of_view(const GaussianCloud& cloud, const Camera& camera, const Rend
 }
 
 std::string how_found(const SceneParts::Part& part) {
-  std::string how = part.on_plate ? "stands on an open plate of another object" : part.support < 0 ? "stands free" : "stands on support_" + std::to_string(part.support + 1);
+  const std::string how = part.support < 0 ? "stands free" : "stands on support_" + std::to_string(part.support + 1);
   return part.parted ? how + ", parted from what it touches by colour and edges" : how;
 }
 
@@ -53,7 +53,7 @@ AutomaticResult find_objects(const AutomaticOptions& options, const GaussianClou
   const auto since = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   const SolidScene scene = solid_scene(options.solid, cloud, cameras, options.held_out);
   const std::vector<Support> supports = find_supports(options.support, scene, options.up);
-  const SceneParts parts = scene_parts(options.part, scene, supports, options.up);
+  const SceneParts parts = scene_parts(options.part, scene, supports);
 
   AutomaticResult out;
   uint32_t id = 0;

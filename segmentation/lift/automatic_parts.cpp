@@ -35,9 +35,8 @@ int support_of(const PartOptions& options, const SolidScene& scene, const std::v
 
 }  // namespace
 
-SceneParts scene_parts(const PartOptions& options, const SolidScene& scene, const std::vector<Support>& supports, const Vec3f& up) {
+SceneParts scene_parts(const PartOptions& options, const SolidScene& scene, const std::vector<Support>& supports) {
   const size_t n = scene.size();
-  const Vec3f upright = supports.empty() ? up : supports[0].normal;
   SceneParts out;
   out.object.assign(n, SceneParts::kRest);
   std::vector<uint8_t> standing(n, 1), on_ground(n, 0);
@@ -58,16 +57,13 @@ SceneParts scene_parts(const PartOptions& options, const SolidScene& scene, cons
     if (!shows_enough(options, whole)) continue;
     whole.support = support_of(options, scene, supports, whole);
     if (whole.support < 0 && !supports.empty()) continue;
-    std::vector<uint8_t> foot = on_ground;
-    mark_plates(options.plate, scene, whole.nodes, upright, foot);
-    const std::vector<int> group = split_things(options.split, scene, whole.nodes, foot);
+    const std::vector<int> group = split_things(options.split, scene, whole.nodes, on_ground);
     std::vector<std::vector<int>> things(1 + *std::max_element(group.begin(), group.end()));
     for (size_t k = 0; k < group.size(); ++k) things[group[k]].push_back(whole.nodes[k]);
     for (std::vector<int>& members : things) {
       Part thing = part_of(scene, std::move(members));
       if (!shows_enough(options, thing)) continue;
       thing.support = whole.support, thing.parted = things.size() > 1;
-      thing.on_plate = thing.parted && std::none_of(thing.nodes.begin(), thing.nodes.end(), [&](int i) { return on_ground[i] != 0; });
       out.objects.push_back(std::move(thing));
     }
   }

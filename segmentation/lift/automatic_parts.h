@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "segmentation/lift/automatic_plates.h"
 #include "segmentation/lift/automatic_split.h"
 #include "segmentation/lift/automatic_supports.h"
 
@@ -14,7 +13,6 @@ struct PartOptions {
   int least_gaussians = 30;
   float reach = 0.2f;         ///< an object's lowest point lies within so much of its height of a support
   SplitOptions split;
-  PlateOptions plate;
 };
 
 /// What every Gaussian of the scene belongs to.
@@ -24,7 +22,6 @@ struct SceneParts {
     std::vector<int> nodes;   ///< ascending
     double share = 0;         ///< of a picture, mean over the views
     int support = -1;         ///< that it stands on or hangs at; -1 = none
-    bool on_plate = false;    ///< stands on another object, not on the support
     bool parted = false;      ///< touches another object, from which colours and edges in the views part it
   };
   std::vector<int> object;    ///< [S] index of an object; kRest - 1 - k = support k; kRest = neither
@@ -32,7 +29,7 @@ struct SceneParts {
 };
 
 /// Objects are connected sets of Gaussians above the supports that stand on one; where there is no support, that show
-/// enough.  What touches, or carries others on an open plate (mark_plates), is parted by split_things.
-SceneParts scene_parts(const PartOptions& options, const SolidScene& scene, const std::vector<Support>& supports, const Vec3f& up);
+/// enough.  What touches is parted by split_things.
+SceneParts scene_parts(const PartOptions& options, const SolidScene& scene, const std::vector<Support>& supports);
 
 }  // namespace pliant

@@ -104,41 +104,6 @@ TEST(Automatic, ThingsThatTouchArePartedByColourAndAreOneWithoutADifference) {
   EXPECT_EQ(one.found[0].how.find("parted"), std::string::npos);
 }
 
-/// A block on the table with a ball on its top; with a `rim` the block is a pot.
-MadeScene ball_on_block(bool rim) {
-  constexpr float kStep = 0.03f, kHalf = 0.45f, kTop = 0.3f;
-  MadeScene scene = made_scene({{Vec3f(0, 0, kTop + 0.17f), 0.2f, 10, Vec3f(0.7f, 0.1f, 0.1f)}}, 12);
-  std::vector<uint8_t> outside(scene.cloud.size());
-  for (size_t p = 0; p < outside.size(); ++p)
-    outside[p] = scene.truth[p] != MadeScene::kTable || scene.cloud.position[p].head<2>().cwiseAbs().maxCoeff() > kHalf - kStep;
-  std::vector<int> kept;
-  for (size_t p = 0; p < outside.size(); ++p)
-    if (outside[p]) kept.push_back(static_cast<int>(p));
-  scene.cloud = scene.cloud.select(kept);
-  std::vector<uint32_t> truth;
-  for (int p : kept) truth.push_back(scene.truth[p]);
-  scene.truth = std::move(truth);
-  const auto add = [&](const Vec3f& x, const Vec3f& normal) {
-    add_disc(scene.cloud, x, normal, 0.6f * kStep, Vec3f(0.3f, 0.6f, 0.8f)), scene.truth.push_back(20);
-  };
-  for (float a = -kHalf; a <= kHalf; a += kStep) {
-    for (float b = -kHalf; b <= kHalf; b += kStep) add(Vec3f(a, b, kTop), Vec3f::UnitZ());
-    for (float z = kStep; z < (rim ? kTop + 0.25f : kTop); z += kStep)
-      for (float side : {-1.0f, 1.0f}) add(Vec3f(a, side * kHalf, z), side * Vec3f::UnitY()), add(Vec3f(side * kHalf, a, z), side * Vec3f::UnitX());
-  }
-  return scene;
-}
-
-TEST(Automatic, WhatStandsOnAnOpenPlateIsAThingOfItsOwnAndWhatStandsInAPotIsNot) {
-  const MadeScene plinth = ball_on_block(false);
-  const AutomaticResult open = find_in(plinth);
-  EXPECT_EQ(open.summary.objects, 2);
-  EXPECT_GT(best_iou(plinth, open, 10), 0.8);
-  EXPECT_GT(best_iou(plinth, open, 20), 0.8);
-  const AutomaticResult pot = find_in(ball_on_block(true));
-  EXPECT_EQ(pot.summary.objects, 1);
-}
-
 TEST(Automatic, MasksShowTheObjectsOnlyInViewsThatAreNotHeldOut) {
   const MadeScene scene = made_scene(two_balls());
   AutomaticOptions options;
