@@ -5,7 +5,7 @@
 
 namespace pliant {
 
-/// LaMa (Suvorov et al. 2022) as export/lama.py writes it; *never run with the official weights*.
+/// LaMa (Suvorov et al. 2022) as export/export_lama.py writes it; *never run with the official weights*.
 ///   in   image: float32 [1,3,8h,8w] in 0..1, red first, zero where the hole is; mask: float32 [1,1,8h,8w], 1 = hole
 ///   out  inpainted: float32 [1,3,8h,8w] in 0..R, red first
 /// Sides are filled up by mirroring.  Files of one fixed size name it in the description ("height", "width"); R is

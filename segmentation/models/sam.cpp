@@ -38,7 +38,7 @@ Sam::Sam(std::unique_ptr<NeuralModule> encoder, std::unique_ptr<NeuralModule> de
   const ModelFile& file = encoder_->file();
   const nlohmann::json about = file.about();
   size_ = file.size_of("size", 1024);
-  square_ = about.value("fit", "longest") == "square";
+  square_ = about.value("fit", "longest") == "square", pads_boxes_ = about.value("pad_boxes", false);
   const auto names = about.value("features", std::vector<std::string>{"image_embeddings"});
   const auto type = Tensor::Type::kFloat32;
   if (!decoder_) encode_.method = "encode", decode_.method = "decode";
@@ -100,7 +100,8 @@ std::vector<SegmentedMask> Sam::segment(const MaskPrompt& prompt) {
     if (!(x0 < x1 && y0 < y1))
       throw usage_error("prompt", "", "has a box outside the picture of " + std::to_string(width_) + " x " + std::to_string(height_) + " pixels", "draw it inside");
     add(x0, y0, 2), add(x1, y1, 3);
-  } else {
+  }
+  if (!prompt.box || pads_boxes_) {
     places.insert(places.end(), {0, 0}), labels.push_back(-1);
   }
   const auto count = static_cast<int64_t>(labels.size());
