@@ -7,8 +7,11 @@ import os
 import sys
 import types
 
-import numpy
-import torch
+try:
+    import numpy
+    import torch
+except ImportError:
+    sys.exit(77)
 from torch import nn
 from torch.nn import functional as F
 
