@@ -10,8 +10,8 @@
 
 namespace pliant {
 
-/// XMem (Cheng and Schwing 2022) and the propagation of DEVA (Cheng et al. 2023) as export/export_xmem.py writes them; *never
-/// run with the official weights*.  The memory is here (feature_memory.h), a TorchScript file holds three networks:
+/// XMem (Cheng and Schwing 2022) and the propagation of DEVA (Cheng et al. 2023) as export/export_xmem.py writes them;
+/// *never run with the official weights*.  The memory is here (feature_memory.h), a TorchScript file holds three networks:
 ///   encode_key    frame: float32 [1,3,16h,16w], ImageNet mean and deviation, padding zero
 ///                 -> key [1,C,h,w], shrinkage [1,1,h,w], selection [1,C,h,w], f16 [1,*,h,w], f8 [1,*,2h,2w], f4 [1,*,4h,4w]
 ///   encode_value  frame, f16, hidden [1,K,E,h,w], masks [1,K,16h,16w] in 0..1 -> value [1,K,V,h,w], hidden
