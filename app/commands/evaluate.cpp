@@ -36,6 +36,7 @@ void add_evaluate(CLI::App& app, Program& program) {
   for (const Kind& kind : {Kind{"images", "PSNR and SSIM of two folders of pictures", evaluate_images},
                            Kind{"segmentation", "mIoU of two folders of id pictures, or of two labellings",
                                 [score](const Path& a, const Path& b) { return evaluate_segmentation(a, b, *score); }},
+                           Kind{"repair", "Run directory and demo scene: the filled hole against the true background", evaluate_repair},
                            Kind{"trajectory", "Position error, tip motion and frequency of two trajectory.h5", evaluate_trajectory},
                            Kind{"material", "log10 error of two material fields", evaluate_material}}) {
     CLI::App* sub = command->add_subcommand(kind.name, kind.description);

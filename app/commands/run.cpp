@@ -10,6 +10,7 @@ struct RunOptions {
   ReconstructStage reconstruct;
   SegmentStage segment;
   ExtractStage extract;
+  RepairStage repair;
   SeedStage seed;
   FitStage fit;
   bool use_video = true;
@@ -33,7 +34,9 @@ nlohmann::json run_all(Context& context, const Program& program, const RunOption
   ExtractStage extract = options.extract;
   if (extract.object.empty() && !options.segment.physgaussian.empty()) extract.object = "object";
   run_extract(context, run, scene, extract);
-  run_repair(context, run, scene, {});
+  RepairStage repair = options.repair;
+  repair.models = options.segment.label.models;
+  run_repair(context, run, scene, repair);
   run_seed(context, run, scene, options.seed);
   if (fits) {
     FitStage fit = options.fit;
@@ -59,6 +62,7 @@ void add_run(CLI::App& app, Program& program) {
   add_reconstruct_options(*command, options->reconstruct, "--hold-out-every");
   add_segment_options(*command, options->segment);
   add_extract_options(*command, options->extract);
+  add_repair_options(*command, options->repair);
   add_seed_options(*command, options->seed);
   add_fit_options(*command, options->fit, "fit-");
   command->add_flag("!--no-video", options->use_video, "Do not fit the material to the scene's reference video");

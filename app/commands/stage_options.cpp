@@ -104,6 +104,7 @@ void add_reconstruct_options(CLI::App& command, ReconstructStage& stage, const s
 
 void add_segment_options(CLI::App& command, SegmentStage& stage) {
   command.add_option("--masks", stage.masks, "Folder of id pictures named like the photos (default: the scene file's)");
+  command.add_flag("--auto", stage.automatic, "Find free-standing objects from the Gaussians alone, without masks and prompts (default when there are none)");
   command.add_option("--associate", stage.associate, "Ids of the masks hold only inside a view and are matched by 3D overlap: "
                      "auto (when they disagree between views), always, never")
       ->check(CLI::IsMember({"auto", "always", "never"}))
@@ -126,15 +127,37 @@ void add_segment_options(CLI::App& command, SegmentStage& stage) {
       ->capture_default_str();
   command.add_option("--segment-iterations", stage.iterations, "Steps of the semantic optimisation; 0 = vote only")
       ->check(CLI::NonNegativeNumber);
+  command.add_option("--gaussian-grouping", stage.gaussian_grouping, "Folder with the classifier.pth of a Gaussian Grouping model: its objects are taken");
+  command.add_option_function<std::string>("--zero", [&stage](const std::string&) { stage.zero_is_background = true; },
+                                           "What id 0 of masks means: 'background', an object of its own (default: unlabelled)")
+      ->check(CLI::IsMember({"background"}));
   command.add_flag("--joint", stage.joint, "Train all Gaussians together with their labels, against photos and masks");
   command.add_flag("--hold-out", stage.hold_out, "Leave every 8th photo out of the optimisation and write its id picture to held_out/, for evaluation");
   command.add_flag("!--no-vote", stage.start_from_vote, "Start the semantic attribute at random, not from the vote");
+  add_label_options(command, stage.label);
+}
+
+void add_label_options(CLI::App& command, LabelStage& stage) {
+  command.add_flag("--label-photos", stage.photos, "Make the masks from the photos: detector, then segmenter; they are written to labelled/");
+  command.add_option_function<std::string>(
+      "--text", [&stage](const std::string& text) { stage.text = text, stage.photos = true; },
+      "Label these things only, names separated by commas (a detector with a fixed list takes the nearest of its names)");
+  command.add_flag_callback("--everything", [&stage] { stage.everything = stage.photos = true; },
+                            "Label whatever the segmenter finds, without names and detector");
+  add_model_options(command, stage.models);
 }
 
 void add_extract_options(CLI::App& command, ExtractStage& stage) {
   command.add_option("--object", stage.object, "Id or name of the object (default: the scene file's, or the only one)");
   command.add_option("--threshold", stage.threshold, "Least probability of the object's Gaussians")
       ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  command.add_flag("--hull", stage.hull, "What lies inside the convex hull of the object, above its support, belongs to it");
+}
+
+void add_repair_options(CLI::App& command, RepairStage& stage) {
+  command.add_option("--shadow", stage.shadow, "Contact shadow of the object on its support, where it is plain")
+      ->check(CLI::IsMember({"repair", "keep"}))
       ->capture_default_str();
 }
 

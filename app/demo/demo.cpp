@@ -123,6 +123,7 @@ DemoSummary make_demo(const DemoOptions& options) {
   for (const uint32_t id : splats.label) ++summary.gaussians_of[stage_names().at(id)];
 
   write_truth(out / "truth", stage, splats, options.seed);
+  write_hidden_truth(out / "truth", stage, cameras);
   if (options.video) write_reference(options, stage, cameras, summary);
 
   // Last, so that a scene file stands only beside a whole scene.

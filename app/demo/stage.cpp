@@ -74,6 +74,14 @@ Stage::Stage(uint64_t seed) : flower_(make_flower(seed)) {
   add_objects(seed);
 }
 
+Stage Stage::without(uint32_t id) const {
+  Stage rest = *this;
+  rest.parts_.clear(), rest.placed_.clear();
+  for (size_t i = 0; i < parts_.size(); ++i)
+    if (parts_[i].id != id) rest.parts_.push_back(parts_[i]), rest.placed_.push_back(placed_[i]);
+  return rest;
+}
+
 void Stage::add(std::unique_ptr<AnalyticShape> shape, const Isometry3d& pose, const Paint& paint, uint32_t id) {
   placed_.push_back({pose.inverse(), pose * shape->bound_centre(), shape->bound_radius()});
   parts_.push_back({std::move(shape), pose, paint, id, FlowerPart::kNone});

@@ -40,6 +40,8 @@ class Stage {
   explicit Stage(uint64_t seed);
 
   const std::vector<StagePart>& parts() const { return parts_; }
+  /// The same stage with the parts of one id taken away.
+  Stage without(uint32_t id) const;
   const Flower& flower() const { return flower_; }
   const Eigen::Isometry3d& world_from_flower() const { return world_from_flower_; }
   /// Where cameras look: on the axis of the flower, at half its height.

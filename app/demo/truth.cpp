@@ -1,11 +1,15 @@
 #include "app/demo/truth.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/demo/photos.h"
 #include "app/store/material.h"
 #include "app/store/segmentation.h"
 #include "app/store/trajectory.h"
+#include "gaussians/base/portable.h"
 #include "gaussians/io/files.h"
+#include "gaussians/io/image_io.h"
 
 namespace pliant {
 namespace {
@@ -93,6 +97,41 @@ void write_truth(const fs::path& folder, const ReferenceMotion& motion, const Re
     json["tip"].push_back({film.tip[f].x(), film.tip[f].y(), film.tip[f].z()});
   }
   write_text(folder / "video_motion.json", json.dump(2) + "\n");
+}
+
+void write_hidden_truth(const fs::path& folder, const Stage& stage, const std::vector<Camera>& cameras) {
+  fs::create_directories(folder / "without_object"), fs::create_directories(folder / "hidden");
+  const Stage bare = stage.without(kFlowerId);
+  for (const Camera& camera : cameras) {
+    write_image(folder / "without_object" / (camera.name + ".png"), take_photo(bare, camera).color);
+    // The cameras beside this one see most of what the flower hides here, so they are asked first.
+    std::vector<const Camera*> others;
+    for (const Camera& other : cameras) others.push_back(&other);
+    std::stable_sort(others.begin(), others.end(), [&](const Camera* a, const Camera* b) {
+      return (a->centre() - camera.centre()).squaredNorm() < (b->centre() - camera.centre()).squaredNorm();
+    });
+    IdImage hidden(camera.width, camera.height, 1);
+    const Vec3d eye = camera.centre();
+    parallel_for(
+        camera.height,
+        [&](std::ptrdiff_t row) {
+          const int y = static_cast<int>(row);
+          for (int x = 0; x < camera.width; ++x) {
+            const Ray ray{eye, camera.ray(x + 0.5, y + 0.5)};
+            const StageHit front = stage.cast(ray);
+            if (front.part < 0 || stage.parts()[front.part].id != kFlowerId) continue;
+            hidden(x, y) = kSeenElsewhere;
+            const StageHit behind = bare.cast(ray);
+            if (behind.part < 0) continue;
+            const Vec3d point = ray.origin + behind.t * ray.direction;
+            const Vec3d normal = bare.parts()[behind.part].world_from_local.linear() * behind.normal;
+            if (std::none_of(others.begin(), others.end(), [&](const Camera* c) { return sees(stage, *c, point, normal); }))
+              hidden(x, y) = kNeverSeen;
+          }
+        },
+        4);
+    write_ids(folder / "hidden" / (camera.name + ".png"), hidden);
+  }
 }
 
 }  // namespace pliant

@@ -17,4 +17,15 @@ void write_truth(const std::filesystem::path& folder, const Stage& stage, const 
 void write_truth(const std::filesystem::path& folder, const ReferenceMotion& motion, const ReferenceFilm& film,
                  const Camera& camera, uint64_t seed);
 
+/// What is behind the flower.  Ids of hidden/NAME.png.
+enum HiddenId : uint32_t {
+  kInPlainView = 0,    ///< the photo does not show the flower here
+  kSeenElsewhere = 1,  ///< another photo shows the surface that the flower hides here
+  kNeverSeen = 2,      ///< no photo does
+};
+
+/// The stage without the flower: without_object/NAME.png is its photo and hidden/NAME.png says which of its pixels the
+/// given photos have never shown (HiddenId, at pixel centres).
+void write_hidden_truth(const std::filesystem::path& folder, const Stage& stage, const std::vector<Camera>& cameras);
+
 }  // namespace pliant

@@ -37,6 +37,15 @@ nlohmann::json evaluate_trajectory(const std::filesystem::path& prediction, cons
 /// density.
 nlohmann::json evaluate_material(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 
+/// A run directory (background.ply, background_repaired.ply) against a scene of `pliant demo`, over all its views, in
+/// PSNR [dB] of pooled squared errors.  psnr: pixels whose true surface no photo ever showed (truth/hidden), against the
+/// photo without the object; psnr_opencv: the best of OpenCV's inpaintings of every view alone on the same pixels, once
+/// of the photo and once of the background's picture with only the unknown left to fill; gain_over_opencv: their
+/// difference.  consistency_psnr: those pixels carried by depth into every other view against what is there.
+/// seen_elsewhere_psnr: pixels that the object hides in one view only.  outside.psnr: pixels farther than 2 from the
+/// object, repaired against not repaired (null and outside.identical when equal).
+nlohmann::json evaluate_repair(const std::filesystem::path& run, const std::filesystem::path& scene);
+
 /// Checks conditions like "psnr>=30" (operators >= <= > < ==; keys of nested objects are joined by a dot) and returns
 /// a sentence for each that does not hold.  Unknown keys and unreadable conditions are an Error{kUsage}.
 std::vector<std::string> assert_metrics(const nlohmann::json& metrics, const std::vector<std::string>& conditions);

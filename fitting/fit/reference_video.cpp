@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 #include <optional>
 
 #include "fitting/fit/frame_source.h"
+#include "fitting/fit/resize.h"
 #include "gaussians/base/error.h"
 
 namespace fs = std::filesystem;
@@ -28,16 +28,6 @@ void check_options(const VideoOptions& o) {
   if (o.last != 0 && !(o.last > o.first)) refuse("last", o.last, "give seconds from the start of the file, after `first`, or 0 for the end");
   for (const auto& [key, rate] : {std::pair{"fps", o.fps}, std::pair{"declared fps", o.declared_fps}})
     if (rate != 0 && !(rate >= kLowestRate && rate <= kHighestRate)) refuse(key, rate, "give 1 to 1000 frames per second");
-}
-
-ImageF scaled_to(const ImageF& picture, int width, int height) {
-  if (picture.width == width && picture.height == height) return picture;
-  ImageF out(width, height, 3);
-  const cv::Mat from(picture.height, picture.width, CV_32FC3, const_cast<float*>(picture.data.data()));
-  cv::Mat to(height, width, CV_32FC3, out.data.data());
-  const bool smaller = static_cast<size_t>(width) * height < picture.pixels();
-  cv::resize(from, to, to.size(), 0, 0, smaller ? cv::INTER_AREA : cv::INTER_LINEAR);
-  return out;
 }
 
 ImageF blend(const ImageF& a, const ImageF& b, float share_of_b) {
@@ -103,6 +93,7 @@ double agreed_rate(const VideoOptions& options, const std::string& name, Referen
       "{} runs at {:.4g} frames per second, the scene file says {:.4g}: times follow the {}, and with the other rate E would come out {:.2g} times as large", name,
       video.file_fps, video.declared_fps, options.trust_declared ? "scene file" : "video",
       options.trust_declared ? std::pow(video.file_fps / video.declared_fps, 2) : std::pow(video.declared_fps / video.file_fps, 2)));
+  video.declared_rate_holds = options.trust_declared;
   return options.trust_declared ? video.declared_fps : video.file_fps;
 }
 
@@ -136,7 +127,7 @@ ReferenceVideo load_reference_video(const VideoOptions& options, const fs::path&
     frame->time *= stretch;
     longest_step = std::max(longest_step, frame->time - end);
     end = frame->time;
-    frame->picture = scaled_to(frame->picture, camera.width, camera.height);
+    frame->picture = resized(frame->picture, camera.width, camera.height);
     resampler.add(std::move(*frame));
   }
 

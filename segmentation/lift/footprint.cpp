@@ -23,6 +23,11 @@ std::vector<int> masks_of_pixels(const IdImage& ids, std::vector<uint32_t>& id) 
 
 ViewFootprints footprints(const FootprintOptions& options, const GaussianCloud& cloud, const Camera& camera,
                           const MaskSet::View& view) {
+  return footprints(options, blend_weights(cloud, camera, options.render), cloud.size(), view);
+}
+
+ViewFootprints footprints(const FootprintOptions& options, const BlendWeights& weights, size_t gaussians,
+                          const MaskSet::View& view) {
   ViewFootprints out;
   out.camera = view.camera;
   const std::vector<int> mask = masks_of_pixels(view.ids, out.id);
@@ -31,9 +36,8 @@ ViewFootprints footprints(const FootprintOptions& options, const GaussianCloud& 
     if (m >= 0) ++out.pixels[m];
 
   // Majority mask of every Gaussian by weight: one pass proposes it (Boyer and Moore 1991), a second one weighs it.
-  const BlendWeights weights = blend_weights(cloud, camera, options.render);
-  std::vector<float> total(cloud.size(), 0.0f), lead(cloud.size(), 0.0f), own(cloud.size(), 0.0f);
-  std::vector<int> candidate(cloud.size(), -1);
+  std::vector<float> total(gaussians, 0.0f), lead(gaussians, 0.0f), own(gaussians, 0.0f);
+  std::vector<int> candidate(gaussians, -1);
   for (size_t pixel = 0; pixel < mask.size(); ++pixel)
     for (uint32_t e = weights.row_start[pixel]; e < weights.row_start[pixel + 1]; ++e) {
       const uint32_t p = weights.gaussian[e];
@@ -46,7 +50,7 @@ ViewFootprints footprints(const FootprintOptions& options, const GaussianCloud& 
   for (size_t pixel = 0; pixel < mask.size(); ++pixel)
     for (uint32_t e = weights.row_start[pixel]; e < weights.row_start[pixel + 1]; ++e)
       if (candidate[weights.gaussian[e]] == mask[pixel]) own[weights.gaussian[e]] += weights.weight[e];
-  for (size_t p = 0; p < cloud.size(); ++p) {
+  for (size_t p = 0; p < gaussians; ++p) {
     if (total[p] < options.least_mass) continue;
     out.gaussian.push_back(static_cast<uint32_t>(p));
     out.mask.push_back(own[p] >= options.decisive * total[p] ? candidate[p] : -1);

@@ -35,6 +35,9 @@ std::vector<int> masks_of_pixels(const IdImage& ids, std::vector<uint32_t>& id);
 
 ViewFootprints footprints(const FootprintOptions& options, const GaussianCloud& cloud, const Camera& camera,
                           const MaskSet::View& view);
+/// The same from the view's blend weights on `gaussians` Gaussians.
+ViewFootprints footprints(const FootprintOptions& options, const BlendWeights& weights, size_t gaussians,
+                          const MaskSet::View& view);
 
 /// How the masks of all views lie upon each other.  Masks are numbered through: first[v] + index in view v.
 struct MaskRelations {

@@ -13,10 +13,6 @@
 namespace pliant {
 namespace {
 
-struct Offset {
-  int x = 0, y = 0;
-};
-
 /// One scale of the pyramid.
 struct Level {
   ImageF picture;
@@ -59,54 +55,13 @@ cv::Mat distance_to(const ImageU8& mask) {
 }
 
 /// Translations under which known pixels near the target repeat, best first.
-std::vector<Offset> repeated_offsets(const Level& level, int count) {
+std::vector<Offset> offsets_around(const Level& level, int count) {
   const cv::Mat distance = distance_to(level.target);
   const float band = std::max(6.0f, 0.12f * static_cast<float>(std::min(level.width(), level.height())));
-  std::vector<Offset> probes;
+  ImageU8 probes = level.known;
   for (int y = 0; y < level.height(); ++y)
-    for (int x = 0; x < level.width(); ++x)
-      if (level.known(x, y) && distance.at<float>(y, x) <= band) probes.push_back({x, y});
-  if (probes.empty()) return {};
-  const size_t step = std::max<size_t>(1, probes.size() / 300);
-  const int reach_x = level.width() * 3 / 4, reach_y = level.height() * 3 / 4;
-  const int columns = 2 * reach_x + 1;
-  std::vector<float> cost(static_cast<size_t>(columns) * (2 * reach_y + 1), INFINITY);
-  parallel_for(2 * reach_y + 1, [&](std::ptrdiff_t row) {
-    const int dy = static_cast<int>(row) - reach_y;
-    for (int dx = -reach_x; dx <= reach_x; ++dx) {
-      if (dx * dx + dy * dy < 9) continue;
-      size_t tried = 0, met = 0;
-      float sum = 0;
-      for (size_t i = 0; i < probes.size(); i += step, ++tried) {
-        const int x = probes[i].x + dx, y = probes[i].y + dy;
-        if (!level.inside(x, y) || !level.known(x, y)) continue;
-        ++met;
-        for (int k = 0; k < 3; ++k) {
-          const float d = level.picture(x, y, k) - level.picture(probes[i].x, probes[i].y, k);
-          sum += d * d;
-        }
-      }
-      if (5 * met >= 2 * tried) cost[row * columns + dx + reach_x] = sum / static_cast<float>(met);
-    }
-  }, 4);
-  struct Candidate {
-    float cost;
-    Offset offset;
-  };
-  std::vector<Candidate> minima;
-  for (int row = 0; row <= 2 * reach_y; ++row)
-    for (int column = 0; column < columns; ++column) {
-      const float here = cost[static_cast<size_t>(row) * columns + column];
-      bool lowest = std::isfinite(here);
-      for (int j = std::max(0, row - 1); j <= std::min(2 * reach_y, row + 1) && lowest; ++j)
-        for (int i = std::max(0, column - 1); i <= std::min(columns - 1, column + 1); ++i)
-          lowest = lowest && here <= cost[static_cast<size_t>(j) * columns + i];
-      if (lowest) minima.push_back({here, {column - reach_x, row - reach_y}});
-    }
-  std::stable_sort(minima.begin(), minima.end(), [](const auto& a, const auto& b) { return a.cost < b.cost; });
-  std::vector<Offset> offsets;
-  for (size_t i = 0; i < minima.size() && static_cast<int>(i) < count; ++i) offsets.push_back(minima[i].offset);
-  return offsets;
+    for (int x = 0; x < level.width(); ++x) probes(x, y) &= distance.at<float>(y, x) <= band;
+  return repeated_offsets(level.picture, level.known, probes, count);
 }
 
 /// First guess at the coarsest scale: the best translation that lands on a known pixel, else Telea's.
@@ -293,6 +248,55 @@ class Completion {
 
 }  // namespace
 
+std::vector<Offset> repeated_offsets(const ImageF& picture, const ImageU8& known, const ImageU8& chosen, int count) {
+  const int width = picture.width, height = picture.height;
+  std::vector<Offset> probes;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      if (chosen(x, y)) probes.push_back({x, y});
+  if (probes.empty()) return {};
+  const size_t step = std::max<size_t>(1, probes.size() / 300);
+  const int reach_x = width * 3 / 4, reach_y = height * 3 / 4;
+  const int columns = 2 * reach_x + 1;
+  std::vector<float> cost(static_cast<size_t>(columns) * (2 * reach_y + 1), INFINITY);
+  parallel_for(2 * reach_y + 1, [&](std::ptrdiff_t row) {
+    const int dy = static_cast<int>(row) - reach_y;
+    for (int dx = -reach_x; dx <= reach_x; ++dx) {
+      if (dx * dx + dy * dy < 9) continue;
+      size_t tried = 0, met = 0;
+      float sum = 0;
+      for (size_t i = 0; i < probes.size(); i += step, ++tried) {
+        const int x = probes[i].x + dx, y = probes[i].y + dy;
+        if (x < 0 || y < 0 || x >= width || y >= height || !known(x, y)) continue;
+        ++met;
+        for (int k = 0; k < 3; ++k) {
+          const float d = picture(x, y, k) - picture(probes[i].x, probes[i].y, k);
+          sum += d * d;
+        }
+      }
+      if (5 * met >= 2 * tried) cost[row * columns + dx + reach_x] = sum / static_cast<float>(met);
+    }
+  }, 4);
+  struct Candidate {
+    float cost;
+    Offset offset;
+  };
+  std::vector<Candidate> minima;
+  for (int row = 0; row <= 2 * reach_y; ++row)
+    for (int column = 0; column < columns; ++column) {
+      const float here = cost[static_cast<size_t>(row) * columns + column];
+      bool lowest = std::isfinite(here);
+      for (int j = std::max(0, row - 1); j <= std::min(2 * reach_y, row + 1) && lowest; ++j)
+        for (int i = std::max(0, column - 1); i <= std::min(columns - 1, column + 1); ++i)
+          lowest = lowest && here <= cost[static_cast<size_t>(j) * columns + i];
+      if (lowest) minima.push_back({here, {column - reach_x, row - reach_y}});
+    }
+  std::stable_sort(minima.begin(), minima.end(), [](const auto& a, const auto& b) { return a.cost < b.cost; });
+  std::vector<Offset> offsets;
+  for (size_t i = 0; i < minima.size() && static_cast<int>(i) < count; ++i) offsets.push_back(minima[i].offset);
+  return offsets;
+}
+
 ImageF exemplar_fill(const ExemplarOptions& options, const ImageF& picture, const ImageU8& known, const ImageU8& target) {
   CHECK(picture.channels == 3 && known.pixels() == picture.pixels() && target.pixels() == picture.pixels());
   std::vector<Level> levels = {{picture, known, target}};
@@ -308,7 +312,7 @@ ImageF exemplar_fill(const ExemplarOptions& options, const ImageF& picture, cons
   // Repeats are looked for at the second finest scale, which is cheap and exact enough, and carried to the others.
   const size_t probe = std::min<size_t>(1, levels.size() - 1);
   std::vector<std::vector<Offset>> offsets(levels.size());
-  offsets[probe] = repeated_offsets(levels[probe], options.offsets);
+  offsets[probe] = offsets_around(levels[probe], options.offsets);
   for (size_t s = probe + 1; s < levels.size(); ++s)
     for (const Offset& o : offsets[s - 1]) offsets[s].push_back({static_cast<int>(std::lround(o.x / 2.0)), static_cast<int>(std::lround(o.y / 2.0))});
   if (probe == 1)

@@ -5,7 +5,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "gaussians/render/spherical_harmonics.h"
+#include "gaussians/base/error.h"
+#include "segmentation/repair/shift_fill.h"
 
 namespace pliant {
 namespace {
@@ -29,18 +30,6 @@ void add_disc(GaussianCloud& cloud, const Vec3f& x, const Vec4f& rotation, float
   for (int k = 0; k < 3; ++k) cloud.sh_of(i)[k] = (std::clamp(color[k], 0.0f, 1.0f) - 0.5f) / kSh0;
 }
 
-/// A copy without view dependence: the colour towards `eye`.
-GaussianCloud flat_colored(const GaussianCloud& cloud, const std::vector<int>& members, const Vec3f& eye) {
-  GaussianCloud out = cloud.select(members);
-  std::vector<float> dc(out.size() * 3);
-  for (size_t i = 0; i < out.size(); ++i) {
-    const Vec3f color = sh_color<float>(out.sh_degree, out.sh_of(i), (out.position[i] - eye).normalized());
-    for (int k = 0; k < 3; ++k) dc[3 * i + k] = (color[k] - 0.5f) / kSh0;
-  }
-  out.sh = std::move(dc), out.sh_degree = 0;
-  return out;
-}
-
 /// Opacity and thickness for new discs from the Gaussians around them.
 struct Neighbourhood {
   float opacity = 0.95f, thickness = 0;
@@ -54,141 +43,80 @@ Neighbourhood neighbourhood(const GaussianCloud& cloud, const std::vector<int>& 
   return {std::clamp(median(opacity), 0.9f, 0.99f), median(thickness)};
 }
 
-ImageF divided_by_alpha(const RenderResult& picture) {
-  ImageF color = picture.color;
-  for (size_t i = 0; i < color.pixels(); ++i)
-    for (int k = 0; k < 3; ++k) color.data[3 * i + k] /= std::max(picture.alpha.data[i], 0.1f);
-  return color;
-}
-
-/// What may be copied: opaque enough for its colour to be known, and not at the fading rim of the hole.
-ImageU8 source_mask(const RenderResult& picture, const ImageU8& target) {
-  const int width = target.width, height = target.height;
-  ImageU8 known(width, height, 1);
-  for (size_t i = 0; i < known.data.size(); ++i) known.data[i] = picture.alpha.data[i] > 0.8f;
-  cv::Mat mask(height, width, CV_8U, known.data.data()), rim;
-  cv::dilate(cv::Mat(height, width, CV_8U, const_cast<uint8_t*>(target.data.data())), rim, cv::Mat::ones(3, 3, CV_8U));
-  mask.setTo(0, rim);
-  return known;
+/// Colour at image point (u, v), whose pixel (i, j) has its centre at (i + 0.5, j + 0.5).
+void bilinear(const ImageF& image, float u, float v, float* out) {
+  const float x = std::clamp(u - 0.5f, 0.0f, static_cast<float>(image.width - 1)), y = std::clamp(v - 0.5f, 0.0f, static_cast<float>(image.height - 1));
+  const int i = std::min(static_cast<int>(x), std::max(0, image.width - 2)), j = std::min(static_cast<int>(y), std::max(0, image.height - 2));
+  const int i1 = std::min(i + 1, image.width - 1), j1 = std::min(j + 1, image.height - 1);
+  const float a = x - static_cast<float>(i), b = y - static_cast<float>(j);
+  for (int k = 0; k < 3; ++k)
+    out[k] = (1 - b) * ((1 - a) * image(i, j, k) + a * image(i1, j, k)) + b * ((1 - a) * image(i, j1, k) + a * image(i1, j1, k));
 }
 
 }  // namespace
 
-GaussianCloud plane_patch(const Surfaces& surfaces, int index, const std::vector<HoleView>& views,
-                          const std::vector<HoleGeometry>& geometry, const Observation& observation,
-                          const GaussianCloud& background, const std::vector<Camera>& cameras,
-                          const ExemplarOptions& options) {
-  const Plane& plane = surfaces.plane[index].plane;
-  // Axes of the plane: u to the right, v down as the view with most of the hole sees it.
-  size_t widest = 0, most = 0;
-  std::vector<float> footprint;
-  std::vector<Vec3f> points;
-  for (size_t v = 0; v < views.size(); ++v) {
-    const Camera& camera = cameras[observation.view[v]];
-    size_t here = 0;
-    for (size_t i = 0; i < geometry[v].plane.size(); ++i) {
-      if (geometry[v].plane[i] != index) continue;
-      ++here;
-      points.push_back(geometry[v].point[i]);
-      const Vec3d in_camera = camera.cam_from_world * geometry[v].point[i].cast<double>();
-      footprint.push_back(static_cast<float>(in_camera.z() / camera.fx));
+PlaneFill::PlaneFill(PlanePicture of) : picture(std::move(of)), color(picture.color), colored(picture.target.width, picture.target.height, 1) {}
+
+void fill_from_texture(PlaneFill& plane, const ExemplarOptions& options) {
+  const PlanePicture& p = plane.picture;
+  const std::optional<ImageF> shifted = shift_fill({}, p.color, p.known, p.target);
+  plane.color = shifted ? *shifted : exemplar_fill(options, p.color, p.known, p.target);
+  plane.colored = p.target;
+}
+
+ImageU8 fill_from_view(PlaneFill& plane, int index, const ViewFill& view, const HoleGeometry& geometry, const Camera& camera) {
+  ImageU8 here(view.mask.width, view.mask.height, 1), now(plane.colored.width, plane.colored.height, 1);
+  for (size_t i = 0; i < here.data.size(); ++i) here.data[i] = geometry.plane[i] == index;
+  cv::Mat wide(here.height, here.width, CV_8U, here.data.data());
+  cv::dilate(wide, wide, cv::Mat::ones(3, 3, CV_8U));
+  for (int y = 0; y < now.height; ++y)
+    for (int x = 0; x < now.width; ++x) {
+      if (!plane.picture.target(x, y) || plane.colored(x, y)) continue;
+      const Vec3d at = camera.cam_from_world * plane.picture.point(x + 0.5f, y + 0.5f).cast<double>();
+      if (at.z() <= 0.2) continue;
+      const double u = camera.fx * at.x() / at.z() + camera.cx, v = camera.fy * at.y() / at.z() + camera.cy;
+      if (u < 0 || v < 0 || u >= camera.width || v >= camera.height) continue;
+      const int px = static_cast<int>(u), py = static_cast<int>(v);
+      if (!here(px, py) || !view.mask(px, py)) continue;
+      bilinear(view.color, static_cast<float>(u), static_cast<float>(v), plane.color.at(x, y));
+      plane.colored(x, y) = now(x, y) = 1;
     }
-    if (here > most) most = here, widest = v;
-  }
-  if (points.size() < 4) return {};
-  const Camera& front = cameras[observation.view[widest]];
-  const Vec3f right = front.cam_from_world.linear().row(0).transpose().cast<float>();
-  Vec3f u = right - plane.normal * plane.normal.dot(right);
-  if (u.norm() < 1e-3f) u = plane.normal.unitOrthogonal();
-  u.normalize();
-  const Vec3f v_axis = (-plane.normal).cross(u);  // u, v, forward = -normal is a camera frame
+  return now;
+}
 
-  // Texels of about one pixel; the picture spans the hole, outliers of grazing rays left out, and its surroundings.
-  auto coordinates = [&](const Vec3f& x) { return Vec2f(u.dot(x - plane.point), v_axis.dot(x - plane.point)); };
-  std::vector<float> us, vs;
-  for (const Vec3f& x : points) us.push_back(coordinates(x)[0]), vs.push_back(coordinates(x)[1]);
-  auto range = [](std::vector<float>& values) {
-    std::sort(values.begin(), values.end());
-    const size_t cut = values.size() / 500;
-    return Vec2f(values[cut], values[values.size() - 1 - cut]);
-  };
-  const Vec2f ru = range(us), rv = range(vs);
-  float texel = 0.9f * median(footprint);
-  const float span = std::max(ru[1] - ru[0], rv[1] - rv[0]);
-  constexpr int kLargest = 320;  // texels across hole and surroundings
-  const float margin = std::max(1.2f * span, 40 * texel);
-  texel = std::max(texel, (span + 2 * margin) / kLargest);
-  const Vec2f low(ru[0] - margin, rv[0] - margin);
-  const int width = static_cast<int>((ru[1] - ru[0] + 2 * margin) / texel) + 1;
-  const int height = static_cast<int>((rv[1] - rv[0] + 2 * margin) / texel) + 1;
-  auto on_plane = [&](int x, int y) -> Vec3f {
-    return plane.point + u * (low[0] + (x + 0.5f) * texel) + v_axis * (low[1] + (y + 0.5f) * texel);
-  };
-
-  // The plane's own Gaussians, pictured from the front and from far away.  Those that nobody observed say nothing; the
-  // discs go a texel in front of them.
-  std::vector<int> members;
-  float lift = 0;
-  for (size_t p = 0; p < background.size(); ++p) {
-    const Vec2f at = coordinates(background.position[p]) - low;
-    if (std::abs(plane.normal.dot(background.position[p] - plane.point)) <= 2 * surfaces.tolerance &&
-        at.minCoeff() > -20 * texel && at[0] < (width + 20) * texel && at[1] < (height + 20) * texel) {
-      if (p < observation.unobserved.size() && observation.unobserved[p] > 0) lift = texel;
-      else members.push_back(static_cast<int>(p));
-    }
-  }
-  if (members.empty()) return {};
-  Camera camera;
-  camera.width = width, camera.height = height;
-  const double distance = 30.0 * texel * std::max(width, height);
-  camera.fx = camera.fy = distance / texel;
-  camera.cx = 0.5 * width, camera.cy = 0.5 * height;
-  const Vec3f centre = plane.point + u * (low[0] + 0.5f * width * texel) + v_axis * (low[1] + 0.5f * height * texel);
-  Eigen::Matrix3d axes;
-  axes.row(0) = u.cast<double>(), axes.row(1) = v_axis.cast<double>(), axes.row(2) = -plane.normal.cast<double>();
-  const Vec3d eye = (centre + plane.normal * static_cast<float>(distance)).cast<double>();
-  camera.cam_from_world.linear() = axes;
-  camera.cam_from_world.translation() = -axes * eye;
-  const RenderResult picture = render(flat_colored(background, members, front.centre().cast<float>()), camera);
-
-  // Texels that a view sees through its hole.
-  ImageU8 target(width, height, 1);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      if (picture.alpha(x, y) > 0.97f || !surfaces.plane[index].holds(on_plane(x, y))) continue;
-      const Vec3d world = on_plane(x, y).cast<double>();
-      for (size_t v = 0; v < views.size() && !target(x, y); ++v) {
-        const Camera& c = cameras[observation.view[v]];
-        const Vec3d at = c.cam_from_world * world;
-        if (at.z() <= 0.2) continue;
-        const int px = static_cast<int>(std::floor(c.fx * at.x() / at.z() + c.cx));
-        const int py = static_cast<int>(std::floor(c.fy * at.y() / at.z() + c.cy));
-        if (px < 0 || py < 0 || px >= c.width || py >= c.height) continue;
-        target(x, y) = geometry[v].plane[static_cast<size_t>(py) * c.width + px] == index;
-      }
-    }
-  cv::Mat mask(height, width, CV_8U, target.data.data());
-  cv::morphologyEx(mask, mask, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
-  cv::dilate(mask, mask, cv::Mat::ones(3, 3, CV_8U));
-  const ImageF filled = exemplar_fill(options, divided_by_alpha(picture), source_mask(picture, target), target);
-
+GaussianCloud plane_patch(const PlaneFill& plane, const ImageU8& which, const GaussianCloud& background) {
+  const PlanePicture& picture = plane.picture;
   GaussianCloud patch;
-  const Neighbourhood around = neighbourhood(background, members);
+  const Neighbourhood around = neighbourhood(background, picture.members);
   Eigen::Matrix3f frame;
-  frame.col(0) = u, frame.col(1) = (plane.normal).cross(u), frame.col(2) = plane.normal;
+  frame.col(0) = picture.u, frame.col(1) = picture.normal.cross(picture.u), frame.col(2) = picture.normal;
   const Vec4f rotation = quaternion_wxyz(frame);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x)
-      if (target(x, y) && picture.alpha(x, y) <= 0.97f)
-        add_disc(patch, on_plane(x, y) + lift * plane.normal, rotation, texel, around.thickness, around.opacity, filled.at(x, y));
+  for (int y = 0; y < which.height; ++y)
+    for (int x = 0; x < which.width; ++x)
+      if (which(x, y) && !picture.covered(x, y))
+        add_disc(patch, picture.point(x + 0.5f, y + 0.5f), rotation, picture.texel, around.thickness, around.opacity, plane.color.at(x, y));
   return patch;
 }
 
-GaussianCloud view_patch(const HoleView& view, const Camera& camera, const ExemplarOptions& options) {
+ViewFill fill_view(const HoleView& view, const ExemplarOptions& options, Inpainter* inpainter) {
+  ViewFill fill{divided_by_alpha(view.picture), view.hole};
+  if (!inpainter) {
+    fill.color = exemplar_fill(options, fill.color, source_mask(view.picture, view.hole), view.hole);
+    return fill;
+  }
+  // The hole's rim shows the black behind it.
+  cv::Mat mask(fill.mask.height, fill.mask.width, CV_8U, fill.mask.data.data());
+  cv::dilate(mask, mask, cv::Mat::ones(3, 3, CV_8U));
+  for (float& value : fill.color.data) value = std::clamp(value, 0.0f, 1.0f);
+  ImageF filled = inpainter->inpaint(fill.color, fill.mask);
+  CHECK(filled.width == fill.color.width && filled.height == fill.color.height && filled.channels == 3);
+  fill.color = std::move(filled);
+  return fill;
+}
+
+GaussianCloud view_patch(const HoleView& view, const Camera& camera, const ImageF& filled, const ImageU8& which) {
   const int width = view.hole.width, height = view.hole.height;
-  // Colour: the picture itself is the source.
   const ImageU8 known = source_mask(view.picture, view.hole);
-  const ImageF filled = exemplar_fill(options, divided_by_alpha(view.picture), known, view.hole);
 
   // Depth: the surroundings' inverse depths weighted by inverse squared distance in the picture.
   std::vector<std::pair<Vec2f, float>> ring;
@@ -206,7 +134,7 @@ GaussianCloud view_patch(const HoleView& view, const Camera& camera, const Exemp
   const Eigen::Isometry3d world_from_cam = camera.cam_from_world.inverse();
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
-      if (!view.hole(x, y)) continue;
+      if (!which(x, y)) continue;
       // Weighted quantile on the far side: what an object hid is behind it, and a mean between two surfaces is neither.
       std::vector<std::pair<float, double>> candidates;  // inverse depth, weight
       double total = 0, below = 0;
@@ -225,6 +153,23 @@ GaussianCloud view_patch(const HoleView& view, const Camera& camera, const Exemp
       add_disc(patch, (world_from_cam * at).cast<float>(), rotation, size, 0.2f * size, 0.95f, filled.at(x, y));
     }
   return patch;
+}
+
+FilledView show_planes(const std::vector<PlaneFill>& planes, const ImageF& picture, const ImageU8& hole, const HoleGeometry& geometry,
+                       const Camera& camera) {
+  FilledView out{camera, picture, ImageU8(hole.width, hole.height, 1)};
+  for (size_t i = 0; i < geometry.plane.size(); ++i) {
+    const int k = geometry.plane[i];
+    if (k < 0 || !hole.data[i] || planes[k].picture.empty()) continue;
+    const PlaneFill& plane = planes[k];
+    const Vec2f at = plane.picture.coordinates(geometry.point[i]);
+    const int x = static_cast<int>(std::floor(at[0])), y = static_cast<int>(std::floor(at[1]));
+    if (x < 0 || y < 0 || x >= plane.colored.width || y >= plane.colored.height) continue;
+    if (!plane.colored(x, y) && !plane.picture.covered(x, y)) continue;
+    bilinear(plane.color, at[0], at[1], out.color.data.data() + 3 * i);
+    out.mask.data[i] = 1;
+  }
+  return out;
 }
 
 }  // namespace pliant

@@ -1,6 +1,7 @@
 #include "segmentation/repair/repair.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -9,14 +10,24 @@
 
 #include "segmentation/repair/patch.h"
 #include "segmentation/repair/surfaces.h"
+#include "segmentation/repair/visible.h"
 
 namespace pliant {
 namespace {
 
-std::vector<int> evenly(size_t count, int most) {
-  const int n = std::min<int>(most, static_cast<int>(count));
+/// At most `most` cameras, evenly chosen from a sequence that does not depend on the order in which they are given.
+std::vector<int> choose_views(const std::vector<Camera>& cameras, int most) {
+  std::vector<int> sequence(cameras.size());
+  std::iota(sequence.begin(), sequence.end(), 0);
+  auto key = [&](int i) {
+    const Eigen::Isometry3d& m = cameras[i].cam_from_world;
+    const Vec3d eye = cameras[i].centre();
+    return std::array<double, 6>{eye.x(), eye.y(), eye.z(), m(2, 0), m(2, 1), m(2, 2)};
+  };
+  std::stable_sort(sequence.begin(), sequence.end(), [&](int a, int b) { return key(a) < key(b); });
+  const int n = std::min<int>(most, static_cast<int>(cameras.size()));
   std::vector<int> out(n);
-  for (int i = 0; i < n; ++i) out[i] = static_cast<int>(static_cast<size_t>(i) * count / n);
+  for (int i = 0; i < n; ++i) out[i] = sequence[static_cast<size_t>(i) * cameras.size() / n];
   return out;
 }
 
@@ -35,35 +46,181 @@ float change_outside(const HoleView& before, const HoleView& after) {
   return count ? static_cast<float>(sum / static_cast<double>(count)) : 0.0f;
 }
 
-/// The Gaussians of `patch` that no view sees outside its hole: nothing may be added in front of what is there, nor
-/// where there was nothing.
-GaussianCloud inside_holes(const GaussianCloud& patch, const std::vector<HoleView>& views, const std::vector<int>& camera_of,
-                           const std::vector<Camera>& cameras) {
-  constexpr int kSoftEdge = 2;       // pixels around a hole that belong to its blurred border
-  constexpr double kInFront = 0.98;  // of the depth of what is there
-  std::vector<uint8_t> seen(patch.size(), 0);
-  for (size_t v = 0; v < views.size(); ++v) {
-    const HoleView& view = views[v];
-    const Camera& camera = cameras[camera_of[v]];
-    cv::Mat near, hole(view.hole.height, view.hole.width, CV_8U, const_cast<uint8_t*>(view.hole.data.data()));
-    cv::dilate(hole, near, cv::Mat::ones(2 * kSoftEdge + 1, 2 * kSoftEdge + 1, CV_8U));
-    for (size_t i = 0; i < patch.size(); ++i) {
-      const Eigen::Vector3d x = camera.cam_from_world * patch.position[i].cast<double>();
-      if (x.z() <= 0) continue;
-      const double u = camera.fx * x.x() / x.z() + camera.cx, w = camera.fy * x.y() / x.z() + camera.cy;
-      if (u < 0 || w < 0 || u >= camera.width || w >= camera.height) continue;
-      const int px = static_cast<int>(u), py = static_cast<int>(w);
-      if (near.at<uint8_t>(py, px)) continue;
-      const float alpha = view.picture.alpha(px, py);
-      const bool behind = alpha > 0.5f && x.z() > kInFront * view.picture.depth(px, py) / alpha;
-      seen[i] |= !behind;
+/// The plane on which the object stands: most of the hole is on it and the object reaches down to it.  -1 = none.
+int support_plane(const Surfaces& surfaces, const std::vector<HoleGeometry>& geometry, const GaussianCloud& object) {
+  std::vector<size_t> pixels(surfaces.plane.size(), 0);
+  for (const HoleGeometry& view : geometry)
+    for (int k : view.plane)
+      if (k >= 0) ++pixels[k];
+  int best = -1;
+  for (size_t k = 0; k < pixels.size(); ++k) {
+    if (pixels[k] == 0 || (best >= 0 && pixels[k] <= pixels[best])) continue;
+    std::vector<float> height;
+    for (const Vec3f& x : object.position) height.push_back(surfaces.plane[k].plane.normal.dot(x - surfaces.plane[k].plane.point));
+    std::sort(height.begin(), height.end());
+    const float low = height[height.size() / 50], high = height[height.size() - 1 - height.size() / 50];
+    if (std::abs(low) < 0.1f * (high - low)) best = static_cast<int>(k);
+  }
+  return best;
+}
+
+/// The repair of one scene, step by step.
+class Repair {
+ public:
+  Repair(const RepairOptions& options, const GaussianCloud& background, const GaussianCloud& removed,
+         const std::vector<Camera>& cameras, Inpainter* inpainter)
+      : options_(options), removed_(removed), cameras_(cameras), inpainter_(inpainter) {
+    result_.background = background;
+    summary_.views = choose_views(cameras, options.max_views);
+    observation_ = observe(options.hole, background, removed, cameras, summary_.views);
+    summary_.unobserved = static_cast<size_t>(std::count(observation_.unobserved.begin(), observation_.unobserved.end(), 1.0f));
+  }
+
+  void find_holes() {
+    before_.resize(views());
+    for (size_t v = 0; v < views(); ++v) before_[v] = hole(v);
+    result_.replaced = uncovered_guesses(result_.background, observation_, before_, cameras_);
+    if (!result_.replaced.empty()) {
+      take_out(result_.replaced);
+      for (size_t v = 0; v < views(); ++v) before_[v] = hole(v);
+    }
+    result_.first_new = result_.background.size();
+    surfaces_ = find_surfaces(before_, observation_, result_.background, cameras_, options_.ring, options_.max_planes);
+    for (size_t v = 0; v < views(); ++v) {
+      geometry_.push_back(place_hole(surfaces_, before_[v], camera(v), options_.ring));
+      for (int pixel : geometry_[v].nowhere) observation_.ignored[v].data[pixel] = 1, before_[v].hole.data[pixel] = 0;
+      before_[v].pixels -= geometry_[v].nowhere.size();
+      summary_.hole_before.push_back(before_[v].pixels);
     }
   }
-  std::vector<int> kept;
-  for (size_t i = 0; i < patch.size(); ++i)
-    if (!seen[i]) kept.push_back(static_cast<int>(i));
-  return patch.select(kept);
-}
+
+  void look_for_shadow() {
+    const int support = support_plane(surfaces_, geometry_, removed_);
+    if (support < 0) return;
+    const Shadow shadow = find_shadow(options_.shadow, picture(support, {.margin = 2.0f, .most_texels = 240}));
+    summary_.shadow = shadow.verdict, summary_.shadow_doubt = shadow.doubt, summary_.shadow_darkest = shadow.darkest;
+    summary_.shadow_lifted = options_.repair_shadow && shadow.verdict == Shadow::Verdict::kPlain;
+    if (!summary_.shadow_lifted) return;
+    summary_.shadow_gaussians = lift_shadow(shadow, result_.background);
+    for (size_t v = 0; v < views(); ++v) before_[v].picture = hole(v).picture;
+  }
+
+  /// All views at once; without an inpainter from the planes' own texture.
+  void fill_planes() {
+    const int count = static_cast<int>(surfaces_.plane.size());
+    for (int k = 0; k < count; ++k) planes_.emplace_back(picture(k, {}));
+    used_.assign(planes_.size(), 0);
+    if (inpainter_) return;
+    for (size_t k = 0; k < planes_.size(); ++k) {
+      if (planes_[k].picture.empty()) continue;
+      fill_from_texture(planes_[k], options_.exemplar);
+      add_texels(k, planes_[k].colored);
+    }
+  }
+
+  /// What is left, one view after the other, largest hole first.  Holes only shrink, so a size that was measured before
+  /// the last patch is an upper bound.
+  void fill_views() {
+    now_.resize(views()), measured_.assign(views(), -1);
+    for (size_t v = 0; v < views(); ++v) measure(v);
+    std::vector<uint8_t> done(views(), 0);
+    for (int turn = 0; turn < options_.max_view_patches; ++turn) {
+      const size_t v = largest_hole(done);
+      if (v == views() || now_[v].pixels < options_.min_pixels) return;
+      done[v] = 1;
+      fill_view(v);
+    }
+  }
+
+  void refine_new() {
+    std::vector<FilledView> wanted;
+    for (size_t v = 0; v < views(); ++v) {
+      measure(v);
+      wanted.push_back(show_planes(planes_, now_[v].picture.color, before_[v].hole, geometry_[v], camera(v)));
+    }
+    summary_.refinement = refine(options_.refine, wanted, result_.first_new, result_.background);
+    if (summary_.refinement.kept) ++patches_;
+  }
+
+  RepairResult finish() {
+    summary_.planes = static_cast<size_t>(std::count(used_.begin(), used_.end(), 1));
+    for (size_t v = 0; v < views(); ++v) {
+      measure(v);
+      summary_.hole_after.push_back(now_[v].pixels);
+      summary_.outside_change = std::max(summary_.outside_change, change_outside(before_[v], now_[v]));
+    }
+    return std::move(result_);
+  }
+
+ private:
+  size_t views() const { return summary_.views.size(); }
+  const Camera& camera(size_t v) const { return cameras_[summary_.views[v]]; }
+  HoleView hole(size_t v) const { return find_hole(options_.hole, observation_, v, result_.background, cameras_); }
+  PlanePicture picture(int plane, const PlanePictureOptions& options) const {
+    return picture_plane(options, surfaces_, plane, before_, geometry_, observation_, result_.background, cameras_);
+  }
+
+  void take_out(const std::vector<int>& gone) {
+    std::vector<int> kept;
+    std::vector<float> unobserved;
+    for (size_t p = 0, next = 0; p < result_.background.size(); ++p) {
+      if (next < gone.size() && gone[next] == static_cast<int>(p)) ++next;
+      else kept.push_back(static_cast<int>(p)), unobserved.push_back(observation_.unobserved[p]);
+    }
+    result_.background = result_.background.select(kept), observation_.unobserved = std::move(unobserved);
+  }
+
+  size_t add(const GaussianCloud& patch) {
+    const GaussianCloud inside = inside_holes(patch, before_, observation_, cameras_);
+    result_.background.append(inside);
+    patches_ += inside.size() > 0;
+    return inside.size();
+  }
+  void add_texels(size_t k, const ImageU8& texels) {
+    const size_t added = add(plane_patch(planes_[k], texels, result_.background));
+    summary_.plane_gaussians += added, used_[k] |= added > 0;
+  }
+
+  void measure(size_t v) {
+    if (measured_[v] != patches_) now_[v] = hole(v), measured_[v] = patches_;
+  }
+  size_t largest_hole(const std::vector<uint8_t>& done) {
+    for (;;) {
+      size_t largest = views();
+      for (size_t v = 0; v < views(); ++v)
+        if (!done[v] && (largest == views() || now_[v].pixels > now_[largest].pixels)) largest = v;
+      if (largest == views() || measured_[largest] == patches_) return largest;
+      measure(largest);
+    }
+  }
+  void fill_view(size_t v) {
+    const ViewFill fill = pliant::fill_view(now_[v], options_.exemplar, inpainter_);
+    ImageU8 rest = now_[v].hole;
+    if (inpainter_) {
+      ++summary_.inpainted_views;
+      for (size_t k = 0; k < planes_.size(); ++k)
+        if (!planes_[k].picture.empty())
+          add_texels(k, fill_from_view(planes_[k], static_cast<int>(k), fill, geometry_[v], camera(v)));
+      for (size_t i = 0; i < rest.data.size(); ++i) rest.data[i] = rest.data[i] && geometry_[v].plane[i] < 0;
+    }
+    summary_.view_gaussians += add(view_patch(now_[v], camera(v), fill.color, rest));
+  }
+
+  const RepairOptions& options_;
+  const GaussianCloud& removed_;
+  const std::vector<Camera>& cameras_;
+  Inpainter* inpainter_;
+  RepairResult result_;
+  RepairSummary& summary_ = result_.summary;
+  Observation observation_;
+  std::vector<HoleView> before_, now_;  ///< [views] of the hole, and after the patches so far
+  std::vector<int> measured_;           ///< [views] patches when now_ was rendered
+  int patches_ = 0;
+  Surfaces surfaces_;
+  std::vector<HoleGeometry> geometry_;  ///< [views]
+  std::vector<PlaneFill> planes_;
+  std::vector<uint8_t> used_;           ///< [planes] 1 = has new Gaussians
+};
 
 }  // namespace
 
@@ -77,102 +234,42 @@ std::string RepairSummary::describe() const {
   return text;
 }
 
+std::string RepairSummary::describe_shadow() const {
+  char text[256] = "";
+  if (shadow == Shadow::Verdict::kPlain)
+    std::snprintf(text, sizeof(text), "contact shadow that leaves %.0f %% of the light beside the object: %s", 100 * shadow_darkest,
+                  shadow_lifted ? ("lifted from " + std::to_string(shadow_gaussians) + " Gaussians").c_str() : "kept, as asked");
+  else if (shadow == Shadow::Verdict::kDoubtful)
+    std::snprintf(text, sizeof(text), "the support is darker around the object, but %s: left as it is", shadow_doubt.c_str());
+  return text;
+}
+
 RepairResult repair(const RepairOptions& options, const GaussianCloud& background, const GaussianCloud& removed,
-                    const std::vector<Camera>& cameras, const std::function<void(double done)>& progress) {
+                    const std::vector<Camera>& cameras, const std::function<void(double done)>& progress, Inpainter* inpainter) {
   const auto start = std::chrono::steady_clock::now();
   auto report = [&](double done) {
     if (progress) progress(done);
   };
-  RepairResult result;
-  RepairSummary& summary = result.summary;
-  result.background = background;
-  result.first_new = background.size();
-  if (background.size() == 0 || removed.size() == 0 || cameras.empty()) return result;
-
-  summary.views = evenly(cameras.size(), options.max_views);
-  Observation observation = observe(options.hole, background, removed, cameras, summary.views);
-  summary.unobserved = static_cast<size_t>(std::count(observation.unobserved.begin(), observation.unobserved.end(), 1.0f));
+  if (background.size() == 0 || removed.size() == 0 || cameras.empty()) {
+    RepairResult untouched;
+    untouched.background = background, untouched.first_new = background.size();
+    return untouched;
+  }
+  Repair work(options, background, removed, cameras, inpainter);
   report(0.3);
-  const size_t views = summary.views.size();
-  std::vector<HoleView> before(views);
-  for (size_t v = 0; v < views; ++v) before[v] = find_hole(options.hole, observation, v, background, cameras);
+  work.find_holes();
   report(0.5);
-
-  // Planes, all views at once.
-  const Surfaces surfaces = find_surfaces(before, observation, background, cameras, options.ring, options.max_planes);
-  std::vector<HoleGeometry> geometry;
-  for (size_t v = 0; v < views; ++v) {
-    geometry.push_back(place_hole(surfaces, before[v], cameras[summary.views[v]], options.ring));
-    for (int pixel : geometry[v].nowhere) observation.ignored[v].data[pixel] = 1, before[v].hole.data[pixel] = 0;
-    before[v].pixels -= geometry[v].nowhere.size();
-    summary.hole_before.push_back(before[v].pixels);
-  }
-  for (size_t k = 0; k < surfaces.plane.size(); ++k) {
-    const GaussianCloud patch =
-        inside_holes(plane_patch(surfaces, static_cast<int>(k), before, geometry, observation, background, cameras, options.exemplar),
-                     before, summary.views, cameras);
-    if (patch.size() == 0) continue;
-    result.background.append(patch);
-    summary.plane_gaussians += patch.size(), ++summary.planes;
-  }
+  work.look_for_shadow();
+  work.fill_planes();
   report(0.7);
-
-  // What is left, one view after the other, largest hole first.
-  std::vector<HoleView> now(views);
-  for (size_t v = 0; v < views; ++v) now[v] = find_hole(options.hole, observation, v, result.background, cameras);
-  std::vector<size_t> order(views);
-  std::iota(order.begin(), order.end(), size_t(0));
-  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return now[a].pixels > now[b].pixels; });
-  bool added = false;
-  for (int turn = 0; turn < options.max_view_patches && turn < static_cast<int>(views); ++turn) {
-    const size_t v = order[turn];
-    if (added) now[v] = find_hole(options.hole, observation, v, result.background, cameras);
-    if (now[v].pixels < options.min_pixels) continue;
-    const GaussianCloud patch =
-        inside_holes(view_patch(now[v], cameras[summary.views[v]], options.exemplar), before, summary.views, cameras);
-    result.background.append(patch);
-    summary.view_gaussians += patch.size();
-    added = added || patch.size() > 0;
-  }
-  report(0.85);
-  for (size_t v = 0; v < views; ++v) {
-    if (added) now[v] = find_hole(options.hole, observation, v, result.background, cameras);
-    summary.hole_after.push_back(now[v].pixels);
-    summary.outside_change = std::max(summary.outside_change, change_outside(before[v], now[v]));
-  }
-  summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  work.fill_views();
+  report(0.8);
+  work.refine_new();
+  report(0.9);
+  RepairResult result = work.finish();
+  result.summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   report(1);
   return result;
-}
-
-ImageF repair_sheet(const RepairResult& result, const GaussianCloud& background, const GaussianCloud& removed,
-                    const std::vector<Camera>& cameras) {
-  const RepairSummary& summary = result.summary;
-  std::vector<size_t> order(summary.hole_before.size());
-  std::iota(order.begin(), order.end(), size_t(0));
-  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return summary.hole_before[a] > summary.hole_before[b]; });
-  // The largest hole, then views spread over the rest so that the sides of the hole are shown too.
-  std::vector<size_t> chosen;
-  for (size_t k = 0; k < 4 && k < order.size(); ++k) chosen.push_back(order[k * order.size() / std::min<size_t>(4, order.size())]);
-  if (chosen.empty()) return ImageF(1, 1, 3);
-  GaussianCloud scene = background;
-  scene.append(removed);
-  constexpr int kGap = 6;
-  const Camera& first = cameras[summary.views[chosen[0]]];
-  ImageF sheet(3 * (first.width + kGap) + kGap, static_cast<int>(chosen.size()) * (first.height + kGap) + kGap, 3, 0.1f);
-  for (size_t row = 0; row < chosen.size(); ++row) {
-    Camera camera = cameras[summary.views[chosen[row]]];
-    if (camera.width != first.width || camera.height != first.height)
-      camera = camera.scaled(std::min(static_cast<double>(first.width) / camera.width, static_cast<double>(first.height) / camera.height));
-    const GaussianCloud* clouds[3] = {&scene, &background, &result.background};
-    for (int column = 0; column < 3; ++column) {
-      const ImageF picture = render(*clouds[column], camera).color;
-      for (int y = 0; y < std::min(picture.height, first.height); ++y)
-        std::copy_n(picture.at(0, y), 3 * std::min(picture.width, first.width),
-                    sheet.at(kGap + column * (first.width + kGap), kGap + static_cast<int>(row) * (first.height + kGap) + y));
-    }
-  }
-  return sheet;
 }
 
 }  // namespace pliant

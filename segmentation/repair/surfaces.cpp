@@ -35,23 +35,42 @@ float hit(const Plane& plane, const Vec3f& eye, const Vec3f& ray) {
   return t > 0 ? t : INFINITY;
 }
 
-/// Axes and hull of a plane from the background's Gaussians on it, near the ring points `low` to `high`.
-void bound(Surface& surface, const GaussianCloud& background, const Box& near, float tolerance) {
-  const Plane& plane = surface.plane;
-  surface.u = plane.normal.unitOrthogonal();
-  surface.v = (-plane.normal).cross(surface.u);
+/// Centres of the background's Gaussians on a plane, in and around the box of its ring points.
+std::vector<int> members_near(const Plane& plane, const GaussianCloud& background, const Box& near, float tolerance) {
   const float margin = 0.5f * near.size().norm();
-  std::vector<cv::Point2f> points, hull;
-  double extent = 0;
+  std::vector<int> members;
   for (size_t p = 0; p < background.size(); ++p) {
     const Vec3f& x = background.position[p];
     if (std::abs(plane.normal.dot(x - plane.point)) > 2 * tolerance) continue;
     if ((x.array() < near.low.array() - margin).any() || (x.array() > near.high.array() + margin).any()) continue;
-    const Vec2f at = surface.coordinates(x);
+    members.push_back(static_cast<int>(p));
+  }
+  return members;
+}
+
+/// Fits the plane to the Gaussians' centres: pictured depth leans towards the viewer, as near splats cover far ones.
+void settle(Plane& plane, const GaussianCloud& background, const Box& near, float tolerance) {
+  std::vector<Vec3f> centres;
+  for (const int p : members_near(plane, background, near, tolerance)) centres.push_back(background.position[p]);
+  Plane settled = fit_plane(centres, tolerance, 31);
+  if (settled.inliers.size() < 30 || std::abs(settled.normal.dot(plane.normal)) < 0.98f) return;
+  if (settled.normal.dot(plane.normal) < 0) settled.normal = -settled.normal;
+  plane.point = settled.point, plane.normal = settled.normal;
+}
+
+/// Axes and hull of a plane from the background's Gaussians on it.
+void bound(Surface& surface, const GaussianCloud& background, const Box& near, float tolerance) {
+  const Plane& plane = surface.plane;
+  surface.u = plane.normal.unitOrthogonal();
+  surface.v = (-plane.normal).cross(surface.u);
+  std::vector<cv::Point2f> points, hull;
+  double extent = 0;
+  for (const int p : members_near(plane, background, near, tolerance)) {
+    const Vec2f at = surface.coordinates(background.position[p]);
     points.emplace_back(at[0], at[1]);
     extent += std::exp(background.log_scale[p].maxCoeff());
   }
-  surface.margin = points.empty() ? 0.0f : std::max(3 * tolerance, static_cast<float>(2 * extent / static_cast<double>(points.size())));
+  surface.margin = points.empty() ? 0.0f : static_cast<float>(0.5 * extent / static_cast<double>(points.size()));
   if (points.size() >= 3) cv::convexHull(points, hull);
   for (const cv::Point2f& corner : hull) surface.hull.emplace_back(corner.x, corner.y);
 }
@@ -107,6 +126,7 @@ Surfaces find_surfaces(const std::vector<HoleView>& views, const Observation& ob
       else if (std::abs(plane.normal.dot(used[i] - plane.point)) > 2 * surfaces.tolerance) rest.push_back(used[i]);
     }
     used = std::move(rest);
+    settle(plane, background, near, surfaces.tolerance);
     Surface surface;
     surface.plane = std::move(plane);
     bound(surface, background, near, surfaces.tolerance);

@@ -12,7 +12,7 @@ struct Surface {
   Plane plane;
   Vec3f u, v;                   ///< axes in the plane; u, v, -normal is a right-handed frame
   std::vector<Vec2f> hull;      ///< corners in (u, v) about plane.point
-  float margin = 0;             ///< how far the Gaussians reach beyond their centres' hull
+  float margin = 0;             ///< how far beyond their centres' hull the Gaussians are opaque
   Vec2f coordinates(const Vec3f& x) const { return {u.dot(x - plane.point), v.dot(x - plane.point)}; }
   bool holds(const Vec3f& x) const;  ///< whether a point of the plane lies inside the hull grown by margin
 };

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <vector>
+
+#include "segmentation/lift/automatic_supports.h"
+
+namespace pliant {
+
+struct PartOptions {
+  float link = 0.2f;          ///< nearness of Gaussians that lie against each other, see GaussianGraph
+  float least_share = 0.001f; ///< of a picture, mean over the views, that an object shows
+  int least_gaussians = 30;
+  float reach = 0.2f;         ///< an object's lowest point lies within so much of its height of a support
+};
+
+/// What every Gaussian of the scene belongs to.
+struct SceneParts {
+  static constexpr int kRest = -1;
+  struct Part {
+    size_t gaussians = 0;
+    double share = 0;         ///< of a picture, mean over the views
+    int support = -1;         ///< that it stands on or hangs at; -1 = none was found
+  };
+  std::vector<int> object;    ///< [S] index of an object; kRest - 1 - k = support k; kRest = neither
+  std::vector<Part> objects;  ///< by share, the largest first
+};
+
+SceneParts scene_parts(const PartOptions& options, const SolidScene& scene, const std::vector<Support>& supports);
+
+}  // namespace pliant

@@ -1,0 +1,58 @@
+#include "segmentation/repair/visible.h"
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace pliant {
+namespace {
+
+/// Where views see points: 1 = in front of what is there, in the hole; 2 = outside it.
+std::vector<uint8_t> where_seen(const std::vector<Vec3f>& points, const std::vector<HoleView>& views, const std::vector<int>& camera_of,
+                                const std::vector<Camera>& cameras) {
+  constexpr int kSoftEdge = 2;      // pixels around a hole that belong to its blurred border
+  constexpr double kSlack = 0.02;   // of the depth of what is there
+  std::vector<uint8_t> seen(points.size(), 0);
+  for (size_t v = 0; v < views.size(); ++v) {
+    const HoleView& view = views[v];
+    const Camera& camera = cameras[camera_of[v]];
+    cv::Mat near, hole(view.hole.height, view.hole.width, CV_8U, const_cast<uint8_t*>(view.hole.data.data()));
+    cv::dilate(hole, near, cv::Mat::ones(2 * kSoftEdge + 1, 2 * kSoftEdge + 1, CV_8U));
+    for (size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Vector3d x = camera.cam_from_world * points[i].cast<double>();
+      if (x.z() <= 0) continue;
+      const double u = camera.fx * x.x() / x.z() + camera.cx, w = camera.fy * x.y() / x.z() + camera.cy;
+      if (u < 0 || w < 0 || u >= camera.width || w >= camera.height) continue;
+      const int px = static_cast<int>(u), py = static_cast<int>(w);
+      const float alpha = view.picture.alpha(px, py);
+      const double there = alpha > 0.5f ? view.picture.depth(px, py) / alpha : INFINITY;
+      if (near.at<uint8_t>(py, px)) seen[i] |= x.z() <= (1 + kSlack) * there ? 1 : 0;
+      else seen[i] |= x.z() <= (1 - kSlack) * there ? 2 : 0;
+    }
+  }
+  return seen;
+}
+
+}  // namespace
+
+GaussianCloud inside_holes(const GaussianCloud& patch, const std::vector<HoleView>& views, const Observation& observation,
+                           const std::vector<Camera>& cameras) {
+  const std::vector<uint8_t> seen = where_seen(patch.position, views, observation.view, cameras);
+  std::vector<int> kept;
+  for (size_t i = 0; i < patch.size(); ++i)
+    if (!(seen[i] & 2)) kept.push_back(static_cast<int>(i));
+  return patch.select(kept);
+}
+
+std::vector<int> uncovered_guesses(const GaussianCloud& background, const Observation& observation,
+                                   const std::vector<HoleView>& views, const std::vector<Camera>& cameras) {
+  std::vector<int> guesses, out;
+  std::vector<Vec3f> points;
+  for (size_t p = 0; p < background.size(); ++p)
+    if (observation.unobserved[p] > 0) guesses.push_back(static_cast<int>(p)), points.push_back(background.position[p]);
+  const std::vector<uint8_t> seen = where_seen(points, views, observation.view, cameras);
+  for (size_t i = 0; i < guesses.size(); ++i)
+    if (seen[i] == 1) out.push_back(guesses[i]);
+  return out;
+}
+
+}  // namespace pliant
