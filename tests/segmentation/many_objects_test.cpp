@@ -26,6 +26,14 @@ Segmentation fitted(const MadeScene& scene, const MaskSet& masks, int iterations
   return segmentation;
 }
 
+/// Whether Gaussian p is the table's and lies under a ball, where cameras see it past the ball's edge at most.
+bool under_a_ball(const MadeScene& scene, size_t p) {
+  return std::any_of(scene.balls.begin(), scene.balls.end(), [&](const auto& b) {
+    return scene.truth[p] != b.id && scene.cloud.position[p].z() < b.centre.z() &&
+           (scene.cloud.position[p] - b.centre).template head<2>().norm() < b.radius;
+  });
+}
+
 TEST(ManyObjects, ThirtySixBallsAndATableAreAllFoundInSixteenChannels) {
   const MadeScene& scene = grid();
   const MaskSet masks = cast_masks(scene);
@@ -33,7 +41,8 @@ TEST(ManyObjects, ThirtySixBallsAndATableAreAllFoundInSixteenChannels) {
   ASSERT_EQ(segmentation.class_id.size(), 37u);
   std::map<uint32_t, size_t> right, total;
   for (size_t p = 0; p < scene.truth.size(); ++p)
-    if (segmentation.seen[p]) ++total[scene.truth[p]], right[scene.truth[p]] += segmentation.label[p] == scene.truth[p];
+    if (segmentation.seen[p] && !under_a_ball(scene, p))
+      ++total[scene.truth[p]], right[scene.truth[p]] += segmentation.label[p] == scene.truth[p];
   for (const auto& [id, count] : total) EXPECT_GT(right[id], 0.9 * count) << id;
   const std::vector<ObjectEntry> objects = list_objects(segmentation, scene.cloud.position);
   for (const ObjectEntry& object : objects) {
