@@ -31,7 +31,7 @@ const std::map<std::string, Permission> kTable = {
     {"gaussians/reconstruct", {{"gaussians/base", "gaussians/render", "gaussians/io"}, {"opencv2"}}},
     {"segmentation/lift", {{"gaussians/base", "gaussians/render", "gaussians/io", "gaussians/reconstruct"}, {"nlohmann", "opencv2"}}},
     {"segmentation/model_interfaces", {{"gaussians/base"}, {}}},
-    {"segmentation/models", {{"gaussians/base", "gaussians/io", "segmentation/model_interfaces"}, {"nlohmann"}}},
+    {"segmentation/models", {{"gaussians/base", "gaussians/io", "segmentation/model_interfaces"}, {"nlohmann", "opencv2"}}},
     {"segmentation/models/worker", {{"segmentation/models"}, {"torch", "opencv2"}}},
     {"segmentation/labelling",
      {{"gaussians/base", "gaussians/render", "gaussians/io", "segmentation/lift", "segmentation/model_interfaces"}, {"opencv2"}}},

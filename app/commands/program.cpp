@@ -59,7 +59,8 @@ std::vector<std::string> expand_config(int argc, const char* const* argv) {
 std::string with_nearest_option(const CLI::App& app, const std::string& message) {
   const size_t at = message.rfind("--");
   if (message.find("not expected") == std::string::npos || at == std::string::npos) return message;
-  const CLI::App* command = app.get_subcommands().empty() ? &app : app.get_subcommands().front();
+  const CLI::App* command = &app;
+  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
   std::vector<std::string> known;
   for (const CLI::Option* option : command->get_options())
     for (const std::string& name : option->get_lnames()) known.push_back("--" + name);

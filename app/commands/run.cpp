@@ -34,7 +34,9 @@ nlohmann::json run_all(Context& context, const Program& program, const RunOption
   ExtractStage extract = options.extract;
   if (extract.object.empty() && !options.segment.physgaussian.empty()) extract.object = "object";
   run_extract(context, run, scene, extract);
-  run_repair(context, run, scene, options.repair);
+  RepairStage repair = options.repair;
+  repair.models = options.segment.label.models;
+  run_repair(context, run, scene, repair);
   run_seed(context, run, scene, options.seed);
   if (fits) {
     FitStage fit = options.fit;

@@ -1,7 +1,39 @@
 #include "app/commands/command.h"
 #include "app/commands/stage_options.h"
+#include "app/pipeline/stage_edit.h"
 
 namespace pliant {
+namespace {
+
+/// `pliant segment edit DIR`; edits are applied in the order in which they are written.
+CLI::App* add_edit(CLI::App& segment, Program& program) {
+  CLI::App* command = segment.add_subcommand("edit", "Change the objects of a run directory by hand");
+  auto directory = std::make_shared<std::string>();
+  auto stage = std::make_shared<EditStage>();
+  command->add_option("DIR", *directory, "Run directory")->required();
+  const auto edit = [&](const std::string& name, ObjectEdit::Kind kind, const std::string& description) {
+    command->add_option_function<std::string>(
+               name, [stage, kind](const std::string& text) { stage->edits.push_back(ObjectEdit::parse(kind, text)); }, description)
+        ->trigger_on_parse()
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)
+        ->type_name("TEXT");
+  };
+  edit("--merge", ObjectEdit::Kind::kMerge, "ID,ID,...: these become one, the first; can be repeated, like the others");
+  edit("--split", ObjectEdit::Kind::kSplit, "ID: falls into its separate parts, or is cut in two by colour and distance");
+  edit("--drop", ObjectEdit::Kind::kDrop, "ID: is no object; its Gaussians take the label around them");
+  edit("--name", ObjectEdit::Kind::kName, "ID=NAME");
+  add_common(*command, program);
+  command->callback([=, &program] {
+    program.action = [=](Context& context) {
+      RunDirectory run = RunDirectory::open(*directory);
+      const Scene scene = load_run_scene(run);
+      return run_edit(context, run, scene, *stage);
+    };
+  });
+  return command;
+}
+
+}  // namespace
 
 void add_segment(CLI::App& app, Program& program) {
   CLI::App* command = app.add_subcommand("segment", "2D masks or a selection -> a label for every Gaussian");
@@ -15,10 +47,15 @@ void add_segment(CLI::App& app, Program& program) {
   add_reconstruct_options(*command, options->reconstruct, "--hold-out-every");
   add_segment_options(*command, options->stage);
   add_physgaussian(*command, {&options->stage.physgaussian});
-  add_out(*command, program, "Run directory to make or continue")->required();
+  add_out(*command, program, "Run directory to make or continue");
   add_overwrite(*command, program);
   add_common(*command, program);
-  command->callback([options, &program] {
+  const CLI::App* edit = add_edit(*command, program);
+  command->get_option("SCENE")->required(false);
+  command->callback([options, edit, &program] {
+    if (edit->parsed()) return;
+    if (options->scene.source.empty()) throw CLI::RequiredError("SCENE");
+    if (program.out.empty()) throw CLI::RequiredError("--out");
     program.action = [options, &program](Context& context) {
       RunDirectory run = RunDirectory::create(program.out);
       const Scene scene = attach_or_reconstruct(context, run, options->scene, options->reconstruct, options->stage);

@@ -127,9 +127,26 @@ void add_segment_options(CLI::App& command, SegmentStage& stage) {
       ->capture_default_str();
   command.add_option("--segment-iterations", stage.iterations, "Steps of the semantic optimisation; 0 = vote only")
       ->check(CLI::NonNegativeNumber);
+  command.add_option("--gaussian-grouping", stage.gaussian_grouping, "Folder with the classifier.pth of a Gaussian Grouping model: its objects are taken");
+  command.add_option_function<std::string>("--zero", [&stage](const std::string&) { stage.zero_is_background = true; },
+                                           "What id 0 of masks means: 'background', an object of its own (default: unlabelled)")
+      ->check(CLI::IsMember({"background"}));
   command.add_flag("--joint", stage.joint, "Train all Gaussians together with their labels, against photos and masks");
   command.add_flag("--hold-out", stage.hold_out, "Leave every 8th photo out of the optimisation and write its id picture to held_out/, for evaluation");
   command.add_flag("!--no-vote", stage.start_from_vote, "Start the semantic attribute at random, not from the vote");
+  add_label_options(command, stage.label);
+}
+
+void add_label_options(CLI::App& command, LabelStage& stage) {
+  command.add_flag("--label-photos", stage.photos, "Make the masks from the photos, into labelled/ (implied by the options that say how)");
+  command.add_option_function<std::string>(
+      "--text", [&stage](const std::string& text) { stage.text = text, stage.photos = true; },
+      "Label these things only, names separated by commas (a detector with a fixed list takes the nearest of its names)");
+  command.add_flag_callback("--everything", [&stage] { stage.everything = stage.photos = true; },
+                            "Label whatever the segmenter finds, without names and detector");
+  command.add_flag_callback("--track", [&stage] { stage.track = stage.photos = true; },
+                            "The photos are in order: masks are carried from one to the next instead of matched in 3D");
+  add_model_options(command, stage.models);
 }
 
 void add_extract_options(CLI::App& command, ExtractStage& stage) {
@@ -137,6 +154,7 @@ void add_extract_options(CLI::App& command, ExtractStage& stage) {
   command.add_option("--threshold", stage.threshold, "Least probability of the object's Gaussians")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
+  command.add_flag("--hull", stage.hull, "What lies inside the convex hull of the object, above its support, belongs to it");
 }
 
 void add_repair_options(CLI::App& command, RepairStage& stage) {
@@ -166,6 +184,9 @@ void add_fit_options(CLI::App& command, FitStage& stage, const std::string& pref
   command.add_option("--" + prefix + "from", stage.from, "Time in the video from which on nothing pushes the object [s] (default: found)")->check(CLI::NonNegativeNumber);
   command.add_option("--" + prefix + "until", stage.until, "Time in the video after which frames only judge the fit [s] (default: all are used)")->check(CLI::PositiveNumber);
   command.add_option("--" + prefix + "points", stage.points, "Points of the object's surface that are followed")->check(CLI::Range(20, 20000))->capture_default_str();
+  command.add_option("--" + prefix + "parts", stage.parts, "Parts of the object, by place and colour, that may differ in stiffness; 1 = homogeneous")
+      ->check(CLI::Range(1, 32))
+      ->capture_default_str();
 }
 
 void add_simulate_options(CLI::App& command, SimulateStage& stage) {

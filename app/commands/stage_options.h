@@ -37,6 +37,9 @@ double parse_duration(const std::string& option, const std::string& text);
 // Options of one stage, shared by its own command and by `run`.
 void add_reconstruct_options(CLI::App& command, ReconstructStage& stage, const std::string& hold_out = "--hold-out");
 void add_segment_options(CLI::App& command, SegmentStage& stage);
+void add_label_options(CLI::App& command, LabelStage& stage);
+/// --detector, --tagger, --segmenter, --tracker, --inpainter, --vocabulary, --trust-torchscript.
+void add_model_options(CLI::App& command, ModelChoice& models);
 void add_extract_options(CLI::App& command, ExtractStage& stage);
 void add_repair_options(CLI::App& command, RepairStage& stage);
 void add_seed_options(CLI::App& command, SeedStage& stage);

@@ -38,10 +38,16 @@ AutomaticResult automatic_masks(const Context& context, const Scene& scene, cons
   return result;
 }
 
-void tell_how_found(const std::vector<FoundThing>& found, nlohmann::json& objects) {
+void tell_how_found(const std::vector<FoundThing>& found, Segmentation& segmentation) {
+  segmentation.class_origin.resize(segmentation.class_id.size());
+  for (const FoundThing& thing : found)
+    if (const int c = class_of_id(segmentation, thing.id); c >= 0) segmentation.class_origin[c] = "automatically: " + thing.how;
+}
+
+void tell_kinds(const std::vector<FoundThing>& found, nlohmann::json& objects) {
   for (nlohmann::json& row : objects)
     for (const FoundThing& thing : found)
-      if (row.at("id") == thing.id) row["kind"] = kind_name(thing.kind), row["found"] = "automatically: " + thing.how;
+      if (row.at("id") == thing.id) row["kind"] = kind_name(thing.kind);
 }
 
 }  // namespace pliant

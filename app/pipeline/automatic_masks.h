@@ -4,6 +4,7 @@
 
 #include "app/pipeline/stages.h"
 #include "segmentation/lift/automatic.h"
+#include "segmentation/lift/segmentation.h"
 
 namespace pliant {
 
@@ -14,7 +15,9 @@ bool segments_automatically(const SegmentStage& stage, bool selecting, bool has_
 /// Objects, supports and their masks from the Gaussians alone, see find_objects; says what was found.
 AutomaticResult automatic_masks(const Context& context, const Scene& scene, const std::vector<int>& held_out);
 
-/// Adds to the rows of objects.json what each was found as ("kind") and how ("found").
-void tell_how_found(const std::vector<FoundThing>& found, nlohmann::json& objects);
+/// Writes how each thing was found to Segmentation::class_origin, and what it was found as to "kind" of the rows of
+/// objects.json.
+void tell_how_found(const std::vector<FoundThing>& found, Segmentation& segmentation);
+void tell_kinds(const std::vector<FoundThing>& found, nlohmann::json& objects);
 
 }  // namespace pliant

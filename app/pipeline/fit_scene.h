@@ -29,6 +29,9 @@ FitScene load_fit_scene(const Context& context, const RunDirectory& run, const S
 /// The points followed through the frames that may be used.  Throws Error{kInput} when too few can be followed.
 PointTracks follow_points(const Context& context, const FitScene& fit);
 
+/// Parts of the body by place and colour, [drivers].
+std::vector<uint32_t> parts_of(const FitScene& fit, int count);
+
 /// [H, W, 1]: 1 where anything moves in some frame of the video, grown by `grow` pixels; see `moving`.
 ImageF motion_mask(const FitScene& fit, int grow);
 

@@ -62,6 +62,15 @@ std::string times_table(const json& stages) {
                      rows, total);
 }
 
+std::string rules_table(const json& extract) {
+  if (!extract.contains("rules")) return "";
+  std::string rows;
+  for (const auto& [name, rule] : extract["rules"].items())
+    rows += fmt::format("<tr><td>{}</td><td>{}</td><td>{:.3f} %</td></tr>\n", escaped(name), rule["gaussians"].get<size_t>(),
+                        100 * rule["opacity_share"].get<double>());
+  return "<table><tr><th>rule</th><th>Gaussians</th><th>share of the candidates' opacity</th></tr>\n" + rows + "</table>\n";
+}
+
 }  // namespace
 
 void write_report(const RunDirectory& run, const Scene& scene, const std::string& command) {
@@ -83,6 +92,9 @@ void write_report(const RunDirectory& run, const Scene& scene, const std::string
                       escaped(extract.value("name", "")), extract.value("object_gaussians", 0), simulate.value("mass_kg", 0.0),
                       100 * simulate["motion"].value("tip_peak", 0.0), 100 * simulate["motion"].value("tip_end", 0.0));
   html += "<h2>Objects</h2>\n" + picture(run, "objects.png", "Objects found, with id and name");
+  for (const json& edit : run.note("edits")) html += "<p>By hand: " + escaped(edit.value("did", "")) + ".</p>\n";
+  html += picture(run, "features.png", "Semantic attribute: its first three principal components as red, green and blue");
+  html += "<h2>Extract</h2>\n" + picture(run, "extract.png", "The object, and what each rule took from it or gave to it") + rules_table(extract);
   html += "<h2>Repair</h2>\n" + picture(run, "repair.png", "Before, hole, after");
   html += "<h2>Times</h2>\n" + times_table(stages);
   html += "<h2>Interactions</h2>\n<pre>" + escaped(read_text(run / "interactions.json")) + "</pre>\n";

@@ -120,6 +120,18 @@ void RunDirectory::set_scene(const json& scene, bool overwrite) {
 
 bool RunDirectory::has(const std::string& stage) const { return manifest_["stages"].contains(stage); }
 
+void RunDirectory::forget(const std::string& stage) {
+  manifest_["stages"].erase(stage);
+  save();
+}
+
+void RunDirectory::set_note(const std::string& name, const json& value) {
+  if (value.empty() && !manifest_.contains(name)) return;
+  if (value.empty()) manifest_.erase(name);
+  else manifest_[name] = value;
+  save();
+}
+
 const json& RunDirectory::summary(const std::string& stage, const std::string& hint) const {
   if (!has(stage)) throw usage_error(path_.string(), "", "stage '" + stage + "' has not run here", hint);
   return manifest_["stages"][stage]["summary"];

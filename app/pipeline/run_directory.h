@@ -45,6 +45,11 @@ class RunDirectory {
   /// Summary of a finished stage; a usage error says which command to run first.
   const nlohmann::json& summary(const std::string& stage, const std::string& hint) const;
   bool has(const std::string& stage) const;
+  /// Forgets that a stage has run, so that it runs again.
+  void forget(const std::string& stage);
+  /// What run.json keeps besides stages: "edits" made by hand since `segment` ran, "sheet_prompts".  Null when there is none.
+  nlohmann::json note(const std::string& name) const { return manifest_.value(name, nlohmann::json()); }
+  void set_note(const std::string& name, const nlohmann::json& value);  ///< an empty value erases it
   const nlohmann::json& manifest() const { return manifest_; }
   /// Provenance for files written by `stage`: version, seed, options and input hashes, no times.
   std::string provenance(const Context& context, const StageKey& key) const;

@@ -2,13 +2,14 @@
 
 #include <algorithm>
 
+#include "app/pipeline/objects_file.h"
 #include "app/pipeline/stages.h"
-#include "app/store/segmentation.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
-#include "gaussians/io/files.h"
+#include "gaussians/io/image_io.h"
 #include "gaussians/io/ply.h"
-#include "segmentation/lift/extract.h"
+#include "segmentation/lift/extract_sheet.h"
+#include "segmentation/lift/object_names.h"
 
 namespace pliant {
 using nlohmann::json;
@@ -21,16 +22,12 @@ size_t chosen_class(const Segmentation& segmentation, const std::string& wish, s
   const std::vector<std::string>& names = segmentation.class_name;
   if (automatic && std::find(names.begin(), names.end(), scene_default) == names.end()) scene_default.clear();
   const std::string wanted = wish.empty() ? scene_default : wish;
+  if (!wanted.empty()) return class_of_object(segmentation, "--object", wanted);
   std::vector<size_t> candidates;
-  std::string list;
-  for (size_t c = 0; c < names.size(); ++c) {
-    if (wanted == names[c] || wanted == std::to_string(segmentation.class_id[c])) return c;
+  for (size_t c = 0; c < names.size(); ++c)
     if (names[c] != "rest" && !(automatic && names[c].starts_with("support_"))) candidates.push_back(c);
-    list += fmt::format("{}{} = {}", c ? ", " : "", segmentation.class_id[c], names[c]);
-  }
-  if (wanted.empty() && candidates.size() == 1) return candidates[0];
-  if (wanted.empty()) throw usage_error("--object", "", "is needed: the scene has several objects", "choose one of " + list);
-  throw usage_error("--object", wanted, "is not in this scene", "did you mean '" + nearest_name(wanted, names) + "'? There are " + list);
+  if (candidates.size() == 1) return candidates[0];
+  throw usage_error("--object", "", "is needed: the scene has several objects", "choose one of " + list_of_objects(segmentation));
 }
 
 /// Name as part of a folder's name.
@@ -40,29 +37,36 @@ std::string folder_name(std::string name) {
   return name;
 }
 
+/// What every rule moved: number of Gaussians and their share of the candidates' opacity.
+json rules_json(const ExtractResult& result) {
+  std::array<size_t, kExtractRules> count = {};
+  for (ExtractRule rule : result.rule) ++count[static_cast<int>(rule)];
+  json rows = json::object();
+  for (int k = 1; k < kExtractRules; ++k)
+    rows[name_of(static_cast<ExtractRule>(k))] = {{"gaussians", count[k]}, {"opacity_share", result.summary.opacity_share[k]}};
+  return rows;
+}
+
 json vector_json(const Vec3f& v) { return {v.x(), v.y(), v.z()}; }
 
 }  // namespace
 
 json run_extract(const Context& context, RunDirectory& run, const Scene& scene, const ExtractStage& stage) {
   const json segmented = run.summary("segment", "run `pliant segment SCENE --out DIR` first");
-  const Segmentation segmentation = read_segmentation(run / "segmentation.h5");
-  if (segmentation.label.size() != scene.cloud.size())
-    throw input_error((run / "segmentation.h5").string(), "label",
-                      fmt::format("has {} rows, the scene {} Gaussians", segmentation.label.size(), scene.cloud.size()),
-                      "segment the scene again with --overwrite");
+  const Segmentation segmentation = read_objects(run, scene);
   const size_t chosen = chosen_class(segmentation, stage.object, scene.settings.object, segmented.value("automatic", false));
   const uint32_t id = segmentation.class_id[chosen];
   const std::string name = segmentation.class_name[chosen];
   const std::string folder = fmt::format("objects/{}_{}", id, folder_name(name));
 
   const StageKey key{"extract",
-                     {{"object", name}, {"id", id}, {"threshold", stage.threshold}},
+                     {{"id", id}, {"threshold", stage.threshold}, {"hull", stage.hull}},
                      {{"segmentation", run / "segmentation.h5"}},
-                     {folder + "/object.ply", "background.ply"}};
+                     {folder + "/object.ply", "background.ply", "extract.png"}};
   return run.stage(context, key, [&]() -> json {
     ExtractOptions options;
     options.object = id, options.probability = static_cast<float>(stage.threshold), options.up = scene.up.cast<float>();
+    options.hull = stage.hull;
     for (size_t c = 0; c < segmentation.class_id.size(); ++c)
       if (!scene.settings.support.empty() && segmentation.class_name[c] == scene.settings.support)
         options.support = segmentation.class_id[c];
@@ -72,16 +76,17 @@ json run_extract(const Context& context, RunDirectory& run, const Scene& scene, 
     write_ply(run / (folder + "/object.ply"), object, scene.report.antialiased);
     write_ply(run / "background.ply", scene.cloud.select(result.background), scene.report.antialiased);
 
+    RenderOptions render;
+    render.antialiased = scene.report.antialiased;
+    write_image(run / "extract.png", extract_sheet(result, scene.cloud, scene.up, render));
+
     const Framing framing = robust_framing(object, scene.up);
     const double height = framing.high.z() - framing.low.z();
     context.progress.say("extract: " + result.summary.describe());
     json summary = {{"id", id}, {"name", name}, {"folder", folder}, {"object_gaussians", result.object.size()},
                     {"background_gaussians", result.background.size()}, {"height", height},
-                    {"candidates", result.summary.candidates}, {"below_probability", result.summary.below_probability},
-                    {"outliers", result.summary.outliers}, {"floaters", result.summary.floaters},
-                    {"dropped", result.summary.dropped}, {"contact_to_support", result.summary.contact_to_support},
-                    {"contact_to_object", result.summary.contact_to_object},
-                    {"enclosed", result.summary.enclosed}};
+                    {"candidates", result.summary.candidates}, {"dropped", result.summary.dropped},
+                    {"rules", rules_json(result)}};
     if (result.contact.found) {
       std::string support = "support";
       for (size_t c = 0; c < segmentation.class_id.size(); ++c)

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "app/pipeline/fit_scene.h"
@@ -60,12 +61,10 @@ Comparison compare(const FitScene& fit, const VibrationFit& found, const std::ve
 }
 
 /// All frames of the fitted motion to the end of the video.
-std::vector<SimulationState> replay(const FitScene& fit, const VibrationFit& found, const SimulateOptions& base) {
+std::vector<SimulationState> replay(const FitScene& fit, const VibrationFit& found, const Particles& particles, const SimulateOptions& base) {
   SimulateOptions options = base;
   options.fps = fit.video.fps * found.subframes, options.damping_time = found.damping_time, options.settle_time = 0;
   options.duration = found.rollout_frame(static_cast<int>(fit.video.frames.size()) - 1, fit.video.fps) / options.fps;
-  Particles particles = fit.body.particles;
-  for (float& E : particles.young) E = static_cast<float>(E * std::pow(10.0, found.log10_factor));
   std::vector<SimulationState> frames;
   simulate<float>(options, particles, fit.pins, found.start, [&](const SimulationState& state) {
     frames.push_back(state);
@@ -98,7 +97,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
   const ObjectMaterial material = check_material(scene, stage.material, true);
   StageKey key{"fit",
                {{"material", material_to_json(material)}, {"camera", stage.camera}, {"fps", stage.fps}, {"from", stage.from},
-                {"until", stage.until}, {"points", stage.points}},
+                {"until", stage.until}, {"points", stage.points}, {"parts", stage.parts}},
                {{"particles", run / (folder + "/particles.h5")}, {"object", run / (folder + "/object.ply")}, {"background", run / "background_repaired.ply"}},
                {folder + "/material.h5", folder + "/velocity.h5", "fit/results.json", "fit/side_by_side.mp4"}};
   if (!stage.video.empty()) key.inputs["video"] = stage.video;
@@ -113,16 +112,37 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     options.simulate.gravity = -9.81 * scene.up;
     options.search.first = stage.from;
     options.refine.tolerance = 1e-4;
-    const VibrationFit found = fit_vibration(options, fit.body.particles, fit.pins, tracks, fit.video.fps,
-                                             [&](const std::string& line) { context.progress.say("fit: " + line); });
+    const auto say = [&](const std::string& line) { context.progress.say("fit: " + line); };
+    const VibrationFit homogeneous = fit_vibration(options, fit.body.particles, fit.pins, tracks, fit.video.fps, say);
+    VibrationFit found = homogeneous;
+    std::vector<uint32_t> part;
+    if (stage.parts > 1) {
+      // Again with parts of their own stiffness, from modes of the body as it is known by now.
+      part = parts_of(fit, stage.parts);
+      options.part = part, options.candidates = 1;
+      options.search.low = -0.15, options.search.high = 0.15, options.search.first = homogeneous.first_frame / fit.video.fps;
+      options.search.damping_rates = {1 / homogeneous.damping_time};
+      found = fit_vibration(options, homogeneous.fitted(fit.body.particles, {}), fit.pins, tracks, fit.video.fps, say);
+      found.log10_factor += homogeneous.log10_factor;
+    }
+    const Particles fitted = found.fitted(fit.body.particles, part);
     const double young = material.young * std::pow(10.0, found.log10_factor);
+    std::vector<double> part_young(found.part_log10.size());
+    for (size_t p = 0; p < part_young.size(); ++p) {
+      part_young[p] = young * std::pow(10.0, found.part_log10[p]);
+      context.progress.say(fmt::format("fit: part {}: {} particles, E = {:.4g} Pa (10^+-{:.2f})", p, std::count(part.begin(), part.end(), p),
+                                       part_young[p], found.part_sigma[p]));
+    }
 
-    MaterialFile stored{fit.solid.young, fit.solid.poisson, fit.solid.density, "homogeneous, fitted to the reference video", {}, {}};
-    for (float& E : stored.young) E = static_cast<float>(young);
+    MaterialFile stored{fit.solid.young, fit.solid.poisson, fit.solid.density, part.empty() ? "homogeneous, fitted to the reference video" : "by parts, fitted to the reference video", {}, {}};
+    for (size_t s = 0; s < stored.young.size(); ++s) {
+      const int driver = fit.body.file.solid_driver[s];
+      stored.young[s] = static_cast<float>(driver >= 0 && !part.empty() ? part_young[part[driver]] : young);
+    }
     write_material(run / (folder + "/material.h5"), stored, provenance);
     write_velocity(run / (folder + "/velocity.h5"), velocity_of(fit, found), provenance);
 
-    const Comparison scores = compare(fit, found, replay(fit, found, options.simulate), run / "fit/side_by_side.mp4");
+    const Comparison scores = compare(fit, found, replay(fit, found, fitted, options.simulate), run / "fit/side_by_side.mp4");
     context.progress.say(fmt::format("fit: E = {:.4g} Pa (within {:.0f} %), damping time {:.3g} s; {:.1f} dB where it moves (held first frame {:.1f}, scene at rest against it {:.1f})",
                                      young, 100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used, scores.still_used, scores.rest));
     if (scores.frames_later > 0)
@@ -133,9 +153,10 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
                          {"start_s", found.time}, {"periods", found.search.periods}, {"rms_px", found.rms}, {"rms_search_px", found.rms_search},
                          {"rms_still_px", found.rms_rest}, {"psnr_used", scores.psnr_used}, {"psnr_later", scores.psnr_later},
                          {"psnr_rest", scores.rest}, {"still_used", scores.still_used}, {"still_later", scores.still_later}, {"frames_later", scores.frames_later},
-                         {"seconds", found.seconds}};
+                         {"part_young_pa", part_young}, {"part_log10_sigma", found.part_sigma}, {"rms_homogeneous_px", homogeneous.rms},
+                         {"seconds", homogeneous.seconds + (part.empty() ? 0 : found.seconds)}};
     json full = result;
-    full["search"] = curve_to_json(found.search), full["modes_hz"] = json::array();
+    full["search"] = curve_to_json(homogeneous.search), full["modes_hz"] = json::array();
     for (const double omega : found.modes.omega) full["modes_hz"].push_back(omega / 6.283185307179586);
     write_text(run / "fit/results.json", full.dump(2) + "\n");
     return result;

@@ -8,17 +8,20 @@ using nlohmann::json;
 
 json run_repair(const Context& context, RunDirectory& run, const Scene& scene, const RepairStage& stage) {
   const std::string folder = object_folder(run);
-  const StageKey key{"repair",
+  StageKey key{"repair",
                      {{"shadow", stage.shadow}},
                      {{"object", run / (folder + "/object.ply")}, {"background", run / "background.ply"}},
                      {"background_repaired.ply", "repair.png"}};
+  if (!stage.models.inpainter.empty()) key.inputs["inpainter"] = stage.models.inpainter;
   return run.stage(context, key, [&]() -> json {
+    const std::unique_ptr<Inpainter> inpainter = make_inpainter(stage.models);
     const GaussianCloud background = read_ply(run / "background.ply"), object = read_ply(run / (folder + "/object.ply"));
     context.progress.begin("repair", 100);
     RepairOptions options;
     options.repair_shadow = stage.shadow == "repair";
     const RepairResult result = repair(options, background, object, scene.cameras,
-                                       [&](double done) { context.progress.done(static_cast<int>(100 * done)); });
+                                       [&](double done) { context.progress.done(static_cast<int>(100 * done)); },
+                                       inpainter.get());
     context.progress.end();
     write_ply(run / "background_repaired.ply", result.background, scene.report.antialiased);
     write_image(run / "repair.png", repair_sheet(result, background, object, scene.cameras));

@@ -1,16 +1,18 @@
 #include <fmt/format.h>
 
+#include "app/import/gaussian_grouping.h"
 #include "app/import/physgaussian_space.h"
 #include "app/pipeline/automatic_masks.h"
-#include "app/pipeline/photos.h"
+#include "app/pipeline/grouping_objects.h"
+#include "app/pipeline/objects_file.h"
+#include "app/pipeline/sheet_prompts.h"
 #include "app/pipeline/stages.h"
 #include "app/store/segmentation.h"
 #include "gaussians/base/error.h"
-#include "gaussians/io/files.h"
 #include "gaussians/io/image_io.h"
+#include "segmentation/labelling/label_set.h"
 #include "segmentation/lift/associate.h"
 #include "segmentation/lift/islands.h"
-#include "segmentation/lift/objects_sheet.h"
 #include "segmentation/lift/selection.h"
 #include "segmentation/lift/selection_sheet.h"
 #include "segmentation/lift/semantic_field.h"
@@ -37,20 +39,6 @@ Gesture gesture_of(const SegmentStage& stage, const std::vector<Camera>& cameras
   return gesture;
 }
 
-json box_to_json(const Box& box) {
-  return {{"low", {box.low.x(), box.low.y(), box.low.z()}}, {"high", {box.high.x(), box.high.y(), box.high.z()}}};
-}
-
-json objects_json(const std::vector<ObjectEntry>& objects, double metres_per_unit) {
-  json rows = json::array();
-  for (const ObjectEntry& object : objects) {
-    Box metres{object.bounds.low * static_cast<float>(metres_per_unit), object.bounds.high * static_cast<float>(metres_per_unit)};
-    rows.push_back({{"id", object.id}, {"name", object.name}, {"score", object.score}, {"gaussians", object.gaussians},
-                    {"views", object.views}, {"bounds", box_to_json(object.bounds)}, {"bounds_m", box_to_json(metres)}});
-  }
-  return rows;
-}
-
 /// Masks of what the gestures select, which `member` [N] tells; writes selection.png.
 MaskSet gesture_masks(const Context& context, const RunDirectory& run, const Scene& scene, const Gesture& gesture,
                       const std::optional<SelectionShape>& shape, std::vector<uint8_t>& member) {
@@ -69,14 +57,29 @@ MaskSet gesture_masks(const Context& context, const RunDirectory& run, const Sce
 
 /// Masks whose ids hold in all views.
 MaskSet associated_masks(const Context& context, const Scene& scene, const SegmentStage& stage, const SemanticOptions& semantic,
-                         MaskSet masks) {
-  if (stage.associate == "never") return masks;
+                         const std::filesystem::path& folder) {
+  // Names that lie beside the masks are those of things in single photos, as `label` writes them.
+  const bool labelled = std::filesystem::exists(folder / "labels.json");
+  MaskSet masks = load_masks(folder, labelled ? folder / "labels.json" : scene.settings.labels, scene.cameras);
+  if (stage.zero_is_background) label_background(masks);
+  if (stage.associate == "never" || stage.label.track) return masks;
   AssociateOptions options;
   options.held_out = semantic.held_out, options.footprint.render = semantic.render;
-  if (stage.associate == "auto") options.keep_above = 0.75;
+  if (stage.associate == "auto" && !labelled) options.keep_above = 0.75;
   AssociateResult result = associate(options, scene.cloud, scene.cameras, masks);
   if (result.summary.associated) context.progress.say("segment: association: " + result.summary.describe());
+  if (labelled) result.masks.names = carried_names(masks, result.masks);
   return std::move(result.masks);
+}
+
+/// How the objects are found, for objects.json.
+std::string origin_of(const SegmentStage& stage) {
+  std::string how;
+  const auto add = [&](bool given, const char* name) { how += given ? (how.empty() ? "" : ", ") + std::string(name) : ""; };
+  add(!stage.physgaussian.empty(), "PhysGaussian configuration"), add(!stage.boxes.empty(), "box"), add(!stage.clicks.empty(), "click");
+  add(!stage.strokes.empty(), "stroke"), add(!stage.aabb.empty(), "aabb"), add(!stage.sphere.empty(), "sphere"), add(stage.joint, "joint training");
+  add(!stage.gaussian_grouping.empty(), "Gaussian Grouping");
+  return how.empty() ? "masks" : how;
 }
 
 /// held_out/<camera>.png of the cameras that were not learnt from.
@@ -97,7 +100,8 @@ Segmentation joint_segmentation(const std::filesystem::path& file, const Scene& 
 
 }  // namespace
 
-json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage) {
+json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& given) {
+  const SegmentStage stage = with_sheet_prompts(context, run, given);
   const std::optional<SelectionShape> selection = selection_of(stage);
   const Gesture gesture = gesture_of(stage, scene.cameras);
   const bool configured = !stage.physgaussian.empty();
@@ -106,8 +110,17 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   const bool selecting = selection || !gesture.empty() || configured;
   if (stage.joint && selecting)
     throw usage_error("--joint", "", "was given together with a selection", "joint training needs masks; give --masks FOLDER");
-  const std::filesystem::path masks_folder = stage.masks.empty() ? scene.settings.masks : std::filesystem::path(stage.masks);
-  const bool automatic = segments_automatically(stage, selecting, !masks_folder.empty());
+  const bool grouping = !stage.gaussian_grouping.empty();
+  if (grouping && (selecting || stage.joint || !stage.masks.empty()))
+    throw usage_error("--gaussian-grouping", stage.gaussian_grouping, "was given together with masks or a selection", "its classifier says what the objects are");
+  const bool labelling = stage.label.photos;
+  if (labelling && (selecting || grouping || stage.automatic || stage.joint || !stage.masks.empty()))
+    throw usage_error("--label-photos", "", "was given together with --masks, --auto, --joint, --gaussian-grouping or a selection", "it makes the masks");
+  if (labelling) run_label(context, run, scene, stage.label);
+  const std::filesystem::path masks_folder = labelling             ? run / "labelled"
+                                             : stage.masks.empty() ? scene.settings.masks
+                                                                   : std::filesystem::path(stage.masks);
+  const bool automatic = !grouping && segments_automatically(stage, selecting, !masks_folder.empty());
   if (automatic && !stage.automatic)
     context.progress.say("segment: the scene has no masks and nothing is selected: free-standing objects are found automatically");
 
@@ -126,7 +139,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
                 {"iterations", options.iterations}, {"held_out", options.held_out},
                 {"up", {scene.up.x(), scene.up.y(), scene.up.z()}}, {"metres_per_unit", scene.metres_per_unit}},
                {{"splats", scene.settings.splats}},
-               {"segmentation.h5", "objects.json", "objects.png"}};
+               {"segmentation.h5", "objects.json", "objects.png", "features.png"}};
   for (const std::filesystem::path& file : scene.report.files) {
     const auto name = file.lexically_proximate(scene.settings.splats.parent_path());
     if (file != scene.settings.splats) key.inputs["splats " + name.string()] = file;
@@ -134,12 +147,19 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   if (!scene.settings.cameras.empty()) key.inputs["cameras"] = scene.settings.cameras;
   const std::filesystem::path trained = scene.source / "segmentation.h5";
   if (stage.joint) key.inputs["joint"] = trained;
+  else if (grouping) key.inputs["gaussian_grouping"] = grouping_classifier_file(stage.gaussian_grouping);
   else if (automatic) key.options["automatic"] = true;
   else if (!selecting) key.inputs["masks"] = masks_folder;
+  if (stage.zero_is_background) key.options["zero"] = "background";
   if (configured) key.inputs["physgaussian"] = stage.physgaussian;
   if (!gesture.empty()) key.outputs.push_back("selection.png");
   for (int camera : options.held_out) key.outputs.push_back("held_out/" + scene.cameras[camera].name + ".png");
 
+  if (const json edits = run.note("edits"); !edits.empty()) {
+    if (context.overwrite) run.forget("segment");
+    context.progress.say(context.overwrite ? fmt::format("segment: {} edits by hand are undone", edits.size())
+                                           : fmt::format("segment: {} edits by hand are kept, --overwrite undoes them", edits.size()));
+  }
   return run.stage(context, key, [&]() -> json {
     std::vector<uint8_t> member;  // of a selection by gesture or configuration
     if (configured) member = physgaussian_members(read_physgaussian_config(stage.physgaussian), scene.cloud);
@@ -148,20 +168,21 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     Segmentation& segmentation = result.segmentation;
     if (stage.joint) {
       segmentation = joint_segmentation(trained, scene);
+    } else if (grouping) {
+      segmentation = grouping_objects(scene, key.inputs["gaussian_grouping"], scene.settings.labels);
     } else {
       if (automatic) found = automatic_masks(context, scene, options.held_out);
       const MaskSet masks = automatic          ? std::move(found.masks)
                             : configured       ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
                             : !gesture.empty() ? gesture_masks(context, run, scene, gesture, selection, member)
                             : selection      ? selection_masks(*selection, scene.cloud, scene.cameras)
-                                             : associated_masks(context, scene, stage, options,
-                                                                load_masks(masks_folder, scene.settings.labels, scene.cameras));
+                                             : associated_masks(context, scene, stage, options, masks_folder);
       for (const std::string& warning : masks.warnings) context.progress.warn(warning);
       context.progress.begin("segment", options.iterations);
       result = fit_semantic_field(options, scene.cloud, scene.cameras, masks, [&](int done, int, double) { context.progress.done(done); });
       context.progress.end();
     }
-    const size_t merged = merge_islands({}, scene.cloud, segmentation);
+    const size_t merged = grouping ? 0 : merge_islands({}, scene.cloud, segmentation);  // its result is taken as it is
     if (merged > 0) context.progress.say(fmt::format("segment: {} Gaussians in small islands took the label around them", merged));
     size_t restricted = 0;
     if (selecting) {
@@ -169,13 +190,11 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
       if (restricted > 0)
         context.progress.say(fmt::format("segment: {} Gaussians outside the selection were given back to the rest", restricted));
     }
-    const std::vector<ObjectEntry> objects = list_objects(segmentation, scene.cloud.position);
-    write_segmentation(run / "segmentation.h5", segmentation, run.provenance(context, key));
-    json rows = objects_json(objects, scene.metres_per_unit);
-    tell_how_found(found.found, rows);
-    write_text(run / "objects.json", rows.dump(2) + "\n");
-    write_image(run / "objects.png", objects_sheet(segmentation, scene.cloud, scene.cameras,
-                                                   [&](int camera) { return photo_or_render(scene, camera); }));
+    tell_how_found(found.found, segmentation);
+    if (!context.overwrite && !run.note("edits").empty()) context.progress.warn("objects were found anew, edits by hand are undone");
+    const std::vector<ObjectEntry> objects = write_objects(run, scene, origin_of(stage), run.provenance(context, key), segmentation,
+                                                           [&](json& rows) { tell_kinds(found.found, rows); });
+    run.set_note("edits", {});
     write_held_out(run, scene, options, segmentation);
     for (const ObjectEntry& object : objects)
       context.progress.say(fmt::format("segment: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name,

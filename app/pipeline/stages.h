@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/pipeline/label_photos.h"
 #include "app/pipeline/material.h"
 #include "app/pipeline/run_directory.h"
 #include "gaussians/io/scene.h"
@@ -40,6 +41,7 @@ nlohmann::json run_reconstruct(const Context& context, RunDirectory& run, const 
 struct SegmentStage {
   std::string masks;                 ///< folder; empty = the scene file's
   bool automatic = false;            ///< find free-standing objects from the Gaussians alone; masks are not read
+  LabelStage label;                  ///< masks made from the photos
   std::string associate = "auto";    ///< ids of the masks: auto (grouped anew when they do not agree between views), always, never
   std::vector<double> aabb, sphere;  ///< a selection instead of masks: x0,y0,z0,x1,y1,z1 or x,y,z,r (scene units)
   std::vector<std::string> boxes, clicks, strokes;  ///< gestures, see segmentation/lift/gesture_prompts.h
@@ -49,6 +51,8 @@ struct SegmentStage {
   std::string physgaussian;          ///< file; the object is what this configuration of PhysGaussian simulates
   bool hold_out = false;             ///< leave every 8th photo out of the optimisation; held_out/ gets its id picture
   bool joint = false;                ///< the scene and its attribute were trained together: take that
+  std::string gaussian_grouping;     ///< folder with the classifier of a Gaussian Grouping model, whose attribute is taken
+  bool zero_is_background = false;   ///< id 0 of masks or of that classifier is an object like others, the background
 };
 nlohmann::json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage);
 
@@ -56,12 +60,14 @@ nlohmann::json run_segment(const Context& context, RunDirectory& run, const Scen
 struct ExtractStage {
   std::string object;  ///< id or name; empty = the scene file's, else the only one
   double threshold = 0.5;
+  bool hull = false;   ///< what lies in the convex hull of the object belongs to it
 };
 nlohmann::json run_extract(const Context& context, RunDirectory& run, const Scene& scene, const ExtractStage& stage);
 
 /// repair: the hole that the object left -> background_repaired.ply, repair.png.
 struct RepairStage {
   std::string shadow = "repair";  ///< of the object on its support, where it is plain: repair or keep
+  ModelChoice models;             ///< of which the inpainter fills holes
 };
 nlohmann::json run_repair(const Context& context, RunDirectory& run, const Scene& scene, const RepairStage& stage);
 
@@ -81,6 +87,7 @@ struct FitStage {
   double from = -1;           ///< s of the video, from which on nothing pushes the object; negative = found
   double until = 0;           ///< s of the video; later frames only judge the fit; 0 = all are used
   int points = 400;           ///< of the object's surface that are followed
+  int parts = 1;              ///< of the object, by place and colour, that may differ in E; 1 = homogeneous
   MaterialValues material;    ///< command line's; E is where the search starts
 };
 nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);

@@ -49,10 +49,40 @@ void write_segmentation(const fs::path& file, const Segmentation& s, const std::
     out.dataset("/label", s.label.data(), {n});
     out.dataset("/confidence", s.confidence.data(), {n});
     out.dataset("/seen", s.seen.data(), {n});
+    std::vector<int32_t> cameras, ends;
+    for (const std::vector<int>& list : s.class_cameras) {
+      cameras.insert(cameras.end(), list.begin(), list.end());
+      ends.push_back(static_cast<int32_t>(cameras.size()));
+    }
+    if (!cameras.empty()) {
+      out.dataset("/class_cameras", cameras.data(), {cameras.size()});
+      out.dataset("/class_cameras_end", ends.data(), {ends.size()});
+    }
     out.text("/", "names", names_json(names));
+    if (!s.class_origin.empty())
+      out.text("/", "origins", json(s.class_origin).dump(-1, ' ', false, json::error_handler_t::replace));
+    out.number("/", "next_id", unused_id(s));
     out.text("/", "provenance", provenance_json);
   });
 }
+
+namespace {
+
+/// class_cameras of a file that has them: a list of cameras, and where the part of every class ends.
+void read_class_cameras(const Hdf5Reader& in, Segmentation& s) {
+  if (!in.has("/class_cameras")) return;
+  const std::vector<int32_t> cameras = in.dataset<int32_t>("/class_cameras", {kAny});
+  const std::vector<int32_t> ends = in.dataset<int32_t>("/class_cameras_end", {s.class_id.size()});
+  size_t begin = 0;
+  for (int32_t end : ends) {
+    if (end < 0 || static_cast<size_t>(end) < begin || static_cast<size_t>(end) > cameras.size())
+      throw in.complaint("/class_cameras_end", "holds " + std::to_string(end) + ", which is no end of a list");
+    s.class_cameras.emplace_back(cameras.begin() + static_cast<std::ptrdiff_t>(begin), cameras.begin() + end);
+    begin = static_cast<size_t>(end);
+  }
+}
+
+}  // namespace
 
 Segmentation read_segmentation(const fs::path& file) {
   const Hdf5Reader in(file);
@@ -73,6 +103,20 @@ Segmentation read_segmentation(const fs::path& file) {
     const auto found = names.find(id);
     if (found == names.end()) throw in.complaint("/@names", "lacks id " + std::to_string(id));
     s.class_name.push_back(found->second);
+  }
+  read_class_cameras(in, s);
+  if (in.has_attribute("/", "origins")) {
+    const json origins = json::parse(in.text("/", "origins"), nullptr, false);
+    if (!origins.is_array() || origins.size() != classes) throw in.complaint("/@origins", "is not one text for each id");
+    for (const json& origin : origins) {
+      if (!origin.is_string()) throw in.complaint("/@origins", "holds something that is not a text");
+      s.class_origin.push_back(origin.get<std::string>());
+    }
+  }
+  if (in.has_attribute("/", "next_id")) {
+    const double next = in.number("/", "next_id");
+    if (!(next >= 0 && next <= UINT32_MAX)) throw in.complaint("/@next_id", "is " + std::to_string(next) + ", which is no id");
+    s.next_id = static_cast<uint32_t>(next);
   }
   return s;
 }

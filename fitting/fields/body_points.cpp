@@ -3,8 +3,12 @@
 namespace pliant {
 
 template <class T>
-BodyPoints<T>::BodyPoints(std::span<const Vec3f> points, std::span<const Vec3f> drivers, double metres_per_unit)
-    : binding_(pliant::bind({}, points, drivers)), metres_per_unit_(metres_per_unit) {
+BodyPoints<T>::BodyPoints(std::span<const Vec3f> points, std::span<const Vec3f> drivers, double metres_per_unit,
+                          float max_reach)
+    : metres_per_unit_(metres_per_unit) {
+  BindOptions options;
+  options.max_reach = max_reach;
+  binding_ = pliant::bind(options, points, drivers);
   rest_.resize(points.size());
   for (size_t k = 0; k < points.size(); ++k) rest_.position[k] = points[k].template cast<T>();
   for (const Vec3f& x : drivers) drivers_.push_back(x.template cast<T>());

@@ -14,8 +14,10 @@ namespace pliant {
 template <class T>
 class BodyPoints {
  public:
-  /// points [K, 3] and drivers [M, 3] at rest, scene units.  A point out of reach of all drivers does not move.
-  BodyPoints(std::span<const Vec3f> points, std::span<const Vec3f> drivers, double metres_per_unit);
+  /// points [K, 3] and drivers [M, 3] at rest, scene units.  A point farther than `max_reach` spacings of the drivers
+  /// from all of them does not move.
+  BodyPoints(std::span<const Vec3f> points, std::span<const Vec3f> drivers, double metres_per_unit,
+             float max_reach = BindOptions{}.max_reach);
 
   size_t size() const { return rest_.size(); }
   bool moves(size_t k) const { return binding_.driver[k * Binding::kCount] >= 0; }

@@ -10,7 +10,16 @@
 namespace pliant {
 namespace {
 
-/// Roll-outs as a function of (ln factor of E, ln damping rate, displacements, velocities of some modes).
+/// `particles` with E times exp(common + deviation of its part).
+Particles with_factors(const Particles& particles, const std::vector<uint32_t>& part, double common, std::span<const double> deviation) {
+  Particles scaled = particles;
+  for (size_t i = 0; i < scaled.size(); ++i)
+    scaled.young[i] = static_cast<float>(scaled.young[i] * std::exp(common + (deviation.empty() ? 0 : deviation[part[i]])));
+  return scaled;
+}
+
+/// Roll-outs as a function of (ln factor of E, ln damping rate, ln factors of the parts, displacements, velocities of
+/// some modes).
 class Fitter {
  public:
   Fitter(const VibrationFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
@@ -26,7 +35,10 @@ class Fitter {
     simulate_.duration = (lead_ + (last - first_) * n) / simulate_.fps;
     simulate_.settle_time = 0, simulate_.sleep_speed = 0;
     choose_modes(motion, options.most_modes);
+    part_ = options.part, part_sigma_ = std::log(10.0) * options.part_sigma;
+    for (const uint32_t p : part_) parts_ = std::max<size_t>(parts_, p + 1);
     start_ = {std::log(10.0) * motion.log10_factor, std::log(motion.damping_rate)};
+    start_.resize(2 + parts_, 0.0);
     for (const size_t k : chosen_) start_.push_back(motion.displacement(k, time_) / unit_[k]);
     for (const size_t k : chosen_) start_.push_back(motion.velocity(k, time_) / (unit_[k] * motion.omega[k]));
     omega_ = motion.omega;
@@ -42,22 +54,20 @@ class Fitter {
     std::vector<double> displacement(modes_.size(), 0.0), velocity(modes_.size(), 0.0);
     for (size_t j = 0; j < chosen_.size(); ++j) {
       const size_t k = chosen_[j];
-      displacement[k] = p[2 + j] * unit_[k], velocity[k] = p[2 + chosen_.size() + j] * unit_[k] * omega_[k];
+      const std::span<const double> amplitude = p.subspan(2 + parts_);
+      displacement[k] = amplitude[j] * unit_[k], velocity[k] = amplitude[chosen_.size() + j] * unit_[k] * omega_[k];
     }
     return modal_state(modes_, particles_, displacement, velocity);
   }
 
-  Particles particles_of(double log_factor) const {
-    Particles scaled = particles_;
-    for (float& E : scaled.young) E = static_cast<float>(E * std::exp(log_factor));
-    return scaled;
-  }
+  Particles particles_of(std::span<const double> p) const { return with_factors(particles_, part_, p[0], p.subspan(2, parts_)); }
+  size_t parts() const { return parts_; }
 
   /// Errors of all tracks, each times the root of its weight; those beyond the outlier distance grow slower.
   std::vector<double> residuals(std::span<const double> p, double noise) const {
     SimulateOptions options = simulate_;
     options.damping_time = std::exp(-p[1]);
-    const Particles particles = particles_of(p[0]);
+    const Particles particles = particles_of(p);
     const PointTracks& seen = tracks_.tracks();
     std::vector<double> errors;
     simulate<float>(options, particles, interactions_, state_of(p), [&](const SimulationState& state) {
@@ -78,18 +88,20 @@ class Fitter {
   }
 
   GaussNewtonResult refine(const GaussNewtonOptions& base, std::span<const double> from, int iterations, double noise) const {
-    const size_t m = chosen_.size();
+    const size_t count = start_.size(), first_amplitude = 2 + parts_;
     GaussNewtonOptions options = base;
     options.max_iterations = iterations;
-    options.difference.assign(2 + 2 * m, 0.02), options.difference[0] = 0.01, options.difference[1] = 0.05;
-    options.low.assign(2 + 2 * m, -INFINITY), options.high.assign(2 + 2 * m, INFINITY);
+    options.difference.assign(count, 0.02), options.difference[0] = 0.01, options.difference[1] = 0.05;
+    options.low.assign(count, -INFINITY), options.high.assign(count, INFINITY);
     options.low[1] = std::log(0.01), options.high[1] = std::log(50.0);
-    options.largest_step.assign(2 + 2 * m, 2.0), options.largest_step[0] = 0.12, options.largest_step[1] = 0.7;
+    options.largest_step.assign(count, 2.0), options.largest_step[0] = 0.12, options.largest_step[1] = 0.7;
+    options.prior.assign(count, 0.0), options.prior_sigma.assign(count, INFINITY);
+    for (size_t j = 2; j < first_amplitude; ++j)
+      options.prior_sigma[j] = part_sigma_, options.largest_step[j] = 0.5, options.low[j] = -4.6, options.high[j] = 4.6;
     // What a single camera hardly sees stays of the size of what it does see.
-    options.prior.assign(2 + 2 * m, 0.0), options.prior_sigma.assign(2 + 2 * m, INFINITY);
     double largest = 0.1;
-    for (size_t j = 2; j < start_.size(); ++j) largest = std::max(largest, std::abs(start_[j]));
-    for (size_t j = 2; j < start_.size(); ++j) options.prior_sigma[j] = largest;
+    for (size_t j = first_amplitude; j < count; ++j) largest = std::max(largest, std::abs(start_[j]));
+    for (size_t j = first_amplitude; j < count; ++j) options.prior_sigma[j] = largest;
     return gauss_newton(options, [&](std::span<const double> p) { return residuals(p, noise); }, from);
   }
 
@@ -123,7 +135,9 @@ class Fitter {
   void fix_time_step() {
     SimulateOptions options = simulate_;
     options.duration = 1 / options.fps;
-    const Particles stiffer = particles_of(start_[0] + 0.4);
+    std::vector<double> p = start_;
+    p[0] += parts_ > 0 ? 1.0 : 0.4;
+    const Particles stiffer = particles_of(p);
     const SimulateResult result = simulate<float>(options, stiffer, interactions_, state_of(start_));
     simulate_.substeps = result.summary.substeps_of_frame.at(0);
   }
@@ -135,6 +149,9 @@ class Fitter {
   int first_ = 0, lead_ = 0, subframes_ = 1;
   double time_ = 0;
   SimulateOptions simulate_;
+  std::vector<uint32_t> part_;         // [N] or empty
+  size_t parts_ = 0;                   // with a parameter of their own; 0 = all alike
+  double part_sigma_ = 0;              // ln
   std::vector<size_t> chosen_;         // modes whose amplitudes are parameters
   std::vector<double> unit_, omega_;   // of an amplitude: the mode moves nothing farther than a cell
   std::vector<double> start_;
@@ -154,6 +171,12 @@ double rms_of_rest(const TrackLoss<float>& tracks, const Particles& particles, i
 }
 
 }  // namespace
+
+Particles VibrationFit::fitted(const Particles& particles, const std::vector<uint32_t>& part) const {
+  std::vector<double> deviation;
+  for (const double d : part_log10) deviation.push_back(std::log(10.0) * d);
+  return with_factors(particles, part, std::log(10.0) * log10_factor, deviation);
+}
 
 int VibrationFit::rollout_frame(int f, double fps) const {
   return static_cast<int>(std::lround((f / fps - time) * fps * subframes));
@@ -200,12 +223,16 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   const GaussNewtonResult result = best->refine(options.refine, parameters, options.refine.max_iterations, noise);
   fit.summary = result.summary, fit.rms = best->rms(result.parameters);
   fit.log10_factor = result.parameters[0] / std::log(10.0), fit.damping_time = std::exp(-result.parameters[1]);
+  for (size_t j = 0; j < best->parts(); ++j) fit.part_log10.push_back(result.parameters[2 + j] / std::log(10.0));
+  fit.part_sigma.assign(best->parts(), options.part_sigma);
   fit.time = best->time(), fit.subframes = options.search.starts, fit.start = best->state_of(result.parameters);
 
   // Errors of neighbouring frames are not independent: the covariance is widened by what remains and by how long it lasts.
   if (result.covariance.size() > 0) {
     const size_t columns = tracks.tracks().rest.size() * (tracks.tracks().camera ? 2 : 3);
     const double variance = result.summary.rms * result.summary.rms * correlation_factor(result.residuals, columns);
+    for (size_t j = 0; j < best->parts(); ++j)
+      fit.part_sigma[j] = std::min(options.part_sigma, std::sqrt(result.covariance(2 + j, 2 + j) * std::max(1.0, variance)) / std::log(10.0));
     fit.log10_sigma = std::sqrt(result.covariance(0, 0) * variance) / std::log(10.0);
     const double spread = std::exp(std::min(5.0, std::sqrt(result.covariance(1, 1) * variance)));
     fit.damping_time_low = fit.damping_time / spread, fit.damping_time_high = fit.damping_time * spread;

@@ -123,6 +123,8 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
   VectorXd r = problem.residuals(p);
   if (r.size() == 0)
     throw numerical_error("least squares", "the start has no finite residuals", "start from other parameters");
+  CHECK_MSG(options.jacobian.size() == 0 || (options.jacobian.rows() == r.size() && options.jacobian.cols() == count),
+            "the given Jacobian is [residuals, parameters]");
   GaussNewtonResult result;
   GaussNewtonSummary& summary = result.summary;
   double loss = problem.loss(p, r), damping = options.damping;
@@ -132,7 +134,7 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
   std::vector<bool> fixed(count, false);
   bool linearised = false;
   const auto linearise = [&] {
-    result.jacobian = problem.jacobian(p, r);
+    result.jacobian = options.jacobian.size() ? options.jacobian : problem.jacobian(p, r);
     gradient = result.jacobian.transpose() * r + problem.precision.cwiseProduct(p - problem.prior);
     information = result.jacobian.transpose() * result.jacobian;
     information.diagonal() += problem.precision;

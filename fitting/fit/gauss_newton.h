@@ -19,10 +19,11 @@ struct GaussNewtonOptions {
   std::vector<double> low, high;           ///< bounds that hold at every trial; default none
   std::vector<double> largest_step;        ///< change in one iteration; default none
   std::vector<double> prior, prior_sigma;  ///< ((p - prior) / sigma)^2 / 2 joins the loss; sigma infinite = none
-  bool central = false;                    ///< J by central differences: twice the runs, second order
-  int max_iterations = 20;                 ///< accepted or not
-  double damping = 1e-3;    ///< of Levenberg and Marquardt at the start, relative to the diagonal of J^T J
-  double tolerance = 1e-8;  ///< relative fall of the loss at which the fit has converged
+  Eigen::MatrixXd jacobian;  ///< [R, P] of a similar problem, instead of differences: the chord method; empty = none
+  bool central = false;      ///< J by central differences: twice the runs, second order
+  int max_iterations = 20;   ///< accepted or not
+  double damping = 1e-3;     ///< of Levenberg and Marquardt at the start, relative to the diagonal of J^T J
+  double tolerance = 1e-8;   ///< relative fall of the loss at which the fit has converged
 };
 
 struct GaussNewtonSummary {
@@ -36,7 +37,7 @@ struct GaussNewtonSummary {
 struct GaussNewtonResult {
   std::vector<double> parameters;  ///< [P]
   std::vector<double> residuals;   ///< [R] there
-  Eigen::MatrixXd jacobian;        ///< [R, P] where the last step began; empty without a step
+  Eigen::MatrixXd jacobian;        ///< [R, P] as given, or where the last step began; empty without a step
   Eigen::MatrixXd covariance;      ///< [P, P] inverse of J^T J + prior for residuals of unit variance; what nothing
                                    ///< determines, and a parameter at its bound, has an infinite diagonal
   GaussNewtonSummary summary;

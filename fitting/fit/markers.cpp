@@ -203,19 +203,20 @@ std::vector<Vec3d> mean_position(const MarkerTracks& tracks, double begin, doubl
 
 double onset_of_motion(const MarkerTracks& tracks, std::span<const Vec3d> rest, double share) {
   CHECK(rest.size() == tracks.markers() && tracks.samples() > 0);
-  size_t onset = tracks.samples();
-  for (size_t k = 0; k < rest.size(); ++k) {
-    const auto distance = [&](size_t t) {
-      return tracks.weight[t][k] > 0 ? (tracks.position[t][k] - rest[k]).norm() : 0.0;
-    };
-    double largest = 0;
-    for (size_t t = 0; t < tracks.samples(); ++t) largest = std::max(largest, distance(t));
-    if (!(largest > 0)) continue;
-    size_t t = 0;
-    while (t < onset && distance(t) <= share * largest) ++t;
-    onset = std::min(onset, t);
-  }
-  return onset == tracks.samples() ? tracks.time.front() : tracks.time[onset > 0 ? onset - 1 : 0];
+  // Comparisons with NaN are false.
+  const auto distance = [&](size_t t) {
+    double most = 0;
+    for (size_t k = 0; k < rest.size(); ++k) {
+      const double d = tracks.weight[t][k] > 0 ? (tracks.position[t][k] - rest[k]).norm() : 0;
+      if (d > most) most = d;
+    }
+    return most;
+  };
+  double largest = 0;
+  for (size_t t = 0; t < tracks.samples(); ++t) largest = std::max(largest, distance(t));
+  size_t onset = 0;
+  while (largest > 0 && onset < tracks.samples() && distance(onset) <= share * largest) ++onset;
+  return tracks.time[onset > 0 ? onset - 1 : 0];
 }
 
 }  // namespace pliant

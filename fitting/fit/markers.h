@@ -32,8 +32,8 @@ MarkerTracks resampled(const MarkerTracks& tracks, std::span<const double> times
 /// [K] mean of what was measured in [begin, end]; NaN for a marker that was not.
 std::vector<Vec3d> mean_position(const MarkerTracks& tracks, double begin, double end);
 
-/// Last time at which every marker was still within `share` of its largest distance from `rest` [K], before the first
-/// at which one was not; markers whose rest is NaN do not count.  The first time when nothing moves.
+/// Last time before any marker is farther from `rest` [K] than `share` of the largest such distance of all markers and
+/// times; a marker whose rest is NaN does not count.  The first time when nothing moves.
 double onset_of_motion(const MarkerTracks& tracks, std::span<const Vec3d> rest, double share = 0.03);
 
 }  // namespace pliant

@@ -7,9 +7,9 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <numeric>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/edit_distance.h"
 #include "gaussians/io/sha256.h"
 
 namespace fs = std::filesystem;
@@ -103,21 +103,8 @@ std::string sha256_of_file(const fs::path& file) {
 std::string nearest_name(const std::string& name, const std::vector<std::string>& candidates) {
   std::string best;
   size_t best_distance = SIZE_MAX;
-  for (const std::string& candidate : candidates) {
-    // Levenshtein distance, one row of the table at a time.
-    std::vector<size_t> row(candidate.size() + 1);
-    std::iota(row.begin(), row.end(), size_t{0});
-    for (size_t i = 0; i < name.size(); ++i) {
-      size_t diagonal = row[0];
-      row[0] = i + 1;
-      for (size_t j = 0; j < candidate.size(); ++j) {
-        const size_t replaced = diagonal + (name[i] != candidate[j]);
-        diagonal = row[j + 1];
-        row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-      }
-    }
-    if (row.back() < best_distance) best_distance = row.back(), best = candidate;
-  }
+  for (const std::string& candidate : candidates)
+    if (const size_t distance = edit_distance(name, candidate); distance < best_distance) best_distance = distance, best = candidate;
   return best;
 }
 

@@ -6,6 +6,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
+#include "gaussians/io/indexed_png.h"
 
 namespace fs = std::filesystem;
 
@@ -82,6 +83,7 @@ void write_image(const fs::path& file, const ImageF& image) {
 }
 
 IdImage read_ids(const fs::path& file) {
+  if (std::optional<IdImage> indices = read_palette_indices(file)) return std::move(*indices);
   const cv::Mat picture = decode(file, cv::IMREAD_UNCHANGED);
   const std::string extension = file.extension().string();
   if (extension == ".jpg" || extension == ".jpeg" || extension == ".JPG" || extension == ".JPEG") {

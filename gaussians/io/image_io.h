@@ -10,7 +10,8 @@ namespace pliant {
 ImageF read_image(const std::filesystem::path& file);
 /// Writes RGB or grey, clamped to [0, 1] and rounded to 8 bit; the format follows the extension (png, jpg); atomic.
 void write_image(const std::filesystem::path& file, const ImageF& image);
-/// Reads an id picture: PNG with 8 or 16 bits and one channel (value = id), or RGB with id = R + 256 G + 65536 B.
+/// Reads an id picture: PNG with 8 or 16 bits and one channel (value = id), with a palette (index = id), or RGB with
+/// id = R + 256 G + 65536 B, as DEVA writes.
 IdImage read_ids(const std::filesystem::path& file);
 /// Writes ids as 8-bit PNG when they fit, else 16-bit, else RGB.
 void write_ids(const std::filesystem::path& file, const IdImage& ids);

@@ -99,6 +99,9 @@ void choose_up(const LoadOptions& options, Scene& scene) {
 fs::path splats_of_folder(const fs::path& folder) {
   fs::path splats = splats_of_model(folder);
   if (splats.empty()) splats = splats_at(folder);
+  std::error_code ignored;
+  // Other point clouds beside it say what its parts do (PhysDreamer).
+  if (splats.empty() && fs::is_regular_file(folder / "point_cloud.ply", ignored)) splats = folder / "point_cloud.ply";
   return splats.empty() ? only_splats_in(folder) : splats;
 }
 

@@ -66,8 +66,8 @@ struct Scene {
   std::vector<std::string> warnings;
 };
 
-/// The splats in a folder without scene.json: those of the last iteration of a 3DGS model folder, a SOG, or the only
-/// splat file.  Empty when there are none or several.
+/// The splats in a folder without scene.json: those of the last iteration of a 3DGS model folder, a SOG,
+/// point_cloud.ply, or the only splat file.  Empty when there are none or several.
 std::filesystem::path splats_of_folder(const std::filesystem::path& folder);
 
 /// Loads splats of any format (splats.h), a 3DGS model folder, a folder with one splat file, or one with scene.json.

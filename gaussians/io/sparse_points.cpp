@@ -12,6 +12,7 @@
 #include "gaussians/io/files.h"
 #include "gaussians/io/json_file.h"
 #include "gaussians/io/ply_header.h"
+#include "gaussians/io/ply_points.h"
 #include "gaussians/io/ply_rows.h"
 
 namespace fs = std::filesystem;
@@ -150,8 +151,10 @@ void read_colmap_points(const fs::path& folder, const std::vector<Camera>& camer
   points.source = std::to_string(points.position.size()) + " points of " + file.string();
 }
 
-/// x, y, z and, when there are such properties, red, green, blue of a PLY.
-void read_ply_points(const fs::path& file, SparsePoints& points) {
+}  // namespace
+
+SparsePoints read_ply_points(const fs::path& file) {
+  SparsePoints points;
   std::ifstream in(file, std::ios::binary);
   if (!in) throw input_error(file.string(), "", "cannot be opened", "check its permissions");
   const PlyHeader header = read_ply_header(in, file);
@@ -185,9 +188,8 @@ void read_ply_points(const fs::path& file, SparsePoints& points) {
   }
   points.file = file;
   points.source = std::to_string(points.position.size()) + " points of " + file.string();
+  return points;
 }
-
-}  // namespace
 
 SparsePoints read_sparse_points(const fs::path& path, const std::vector<Camera>& cameras) {
   SparsePoints points;
@@ -204,9 +206,8 @@ SparsePoints read_sparse_points(const fs::path& path, const std::vector<Camera>&
   if (!json.is_object() || !json.contains("ply_file_path")) return points;
   const fs::path file = at.parent_path() / JsonObject(json, at.string(), "", Failure::kInput).text("ply_file_path");
   if (fs::is_regular_file(file, ignored))
-    read_ply_points(file, points);
-  else
-    points.source = at.string() + " names the points " + file.string() + ", which do not exist";
+    return read_ply_points(file);
+  points.source = at.string() + " names the points " + file.string() + ", which do not exist";
   return points;
 }
 

@@ -21,6 +21,18 @@ ZipArchive::~ZipArchive() {
   if (zip_) unzClose(zip_);
 }
 
+std::vector<std::string> ZipArchive::names() {
+  std::vector<std::string> names;
+  for (int status = unzGoToFirstFile(zip_); status == UNZ_OK && names.size() < 65536; status = unzGoToNextFile(zip_)) {
+    char name[1024];
+    unz_file_info64 info;
+    if (unzGetCurrentFileInfo64(zip_, &info, name, sizeof name, nullptr, 0, nullptr, 0) != UNZ_OK)
+      throw input_error(file_, "", "has a damaged directory", "the archive is damaged; fetch it again");
+    if (info.size_filename < sizeof name) names.emplace_back(name, info.size_filename);
+  }
+  return names;
+}
+
 std::string ZipArchive::read(const std::string& entry, uint64_t most) {
   const auto refuse = [&](const std::string& problem) {
     return input_error(file_, entry, problem, "the archive is incomplete or damaged; fetch it again");

@@ -16,6 +16,8 @@ class ZipArchive {
   ~ZipArchive();
   ZipArchive(const ZipArchive&) = delete;
 
+  /// Names of the entries, in the order of the archive's directory; at most 65536 are listed.
+  std::vector<std::string> names();
   /// Contents of the entry, which may have at most `most` bytes.
   std::string read(const std::string& entry, uint64_t most);
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
+#include "segmentation/labelling/color_histogram.h"
 #include "segmentation/labelling/mask_measures.h"
 
 namespace pliant {
@@ -52,16 +52,7 @@ float share_on_border(const ImageF& logits, const PromptBox& box) {
 }  // namespace
 
 void GrabCutSegmenter::encode(const ImageF& picture) {
-  CHECK(picture.channels == 3 && !picture.empty());
-  lab_ = picture;
-  parallel_for(
-      static_cast<std::ptrdiff_t>(picture.pixels()),
-      [&](std::ptrdiff_t i) {
-        float* c = lab_.data.data() + 3 * i;
-        Eigen::Map<Vec3f> pixel(c);
-        pixel = lab_of_rgb(Vec3f(c[0], c[1], c[2]));
-      },
-      4096);
+  lab_ = lab_picture(picture);
 }
 
 std::vector<SegmentedMask> GrabCutSegmenter::segment(const MaskPrompt& prompt) {
@@ -94,7 +85,8 @@ std::vector<SegmentedMask> GrabCutSegmenter::segment(const MaskPrompt& prompt) {
 }
 
 SegmentedMask GrabCutSegmenter::cut(const PromptBox& box, bool tight, const std::vector<Point>& points) const {
-  const PictureWindow window(lab_.width, lab_.height, grown(box, options_.context), options_.window);
+  const int size = tight ? options_.window : options_.point_window;
+  const PictureWindow window(lab_.width, lab_.height, grown(box, options_.context), size);
   const ImageF lab = window.read(lab_);
   GrabCutInput input;
   input.width = window.width, input.height = window.height;
@@ -102,7 +94,7 @@ SegmentedMask GrabCutSegmenter::cut(const PromptBox& box, bool tight, const std:
   input.lab.resize(n), input.seed.assign(n, PixelSeed::kUnknown), input.prior.assign(n, 0.0f);
   const Vec2f low = window.to_window(box.x0, box.y0), high = window.to_window(box.x1, box.y1);
   const Vec2f centre = 0.5f * (low + high), half = (0.5f * (high - low)).cwiseMax(0.5f);
-  const float longest = static_cast<float>(options_.window), dot = std::max(1.0f, options_.dot * longest);
+  const float longest = static_cast<float>(size), dot = std::max(1.0f, options_.dot * longest);
   for (int y = 0; y < input.height; ++y)
     for (int x = 0; x < input.width; ++x) {
       const size_t i = static_cast<size_t>(y) * input.width + x;

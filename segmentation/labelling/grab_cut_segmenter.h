@@ -19,6 +19,7 @@ struct GrabCutSegmenterOptions {
   float least_hole = 0.02f; ///< smaller holes are filled, share of the mask
   float dot = 0.02f;       ///< radius of what a point marks for sure, share of the window
   float point = 4, reach = 0.12f;  ///< log odds beside a point, and the distance over which they fade, share of the window
+  int point_window = 96;   ///< `window` of points alone
   std::vector<float> sizes = {0.1f, 0.25f, 0.6f};  ///< of what is meant by points alone, shares of the picture's longer side
 };
 

@@ -34,6 +34,11 @@ IdImage ids_of_view(const GaussianCloud& cloud, const Camera& camera, const Rend
   return ids;
 }
 
+std::string how_found(const SceneParts::Part& part) {
+  const std::string how = part.support < 0 ? "stands free" : "stands on support_" + std::to_string(part.support + 1);
+  return part.parted ? how + ", parted from what it touches by colour and edges" : how;
+}
+
 }  // namespace
 
 std::string AutomaticSummary::describe() const {
@@ -53,8 +58,7 @@ AutomaticResult find_objects(const AutomaticOptions& options, const GaussianClou
   AutomaticResult out;
   uint32_t id = 0;
   for (const SceneParts::Part& part : parts.objects)
-    out.found.push_back({++id, "object_" + std::to_string(id), FoundThing::Kind::kObject,
-                         part.support < 0 ? "stands free" : "stands on support_" + std::to_string(part.support + 1), part.share});
+    out.found.push_back({++id, "object_" + std::to_string(id), FoundThing::Kind::kObject, how_found(part), part.share});
   const uint32_t first_support = id + 1;
   for (size_t k = 0; k < supports.size(); ++k)
     out.found.push_back({++id, "support_" + std::to_string(k + 1), FoundThing::Kind::kSupport,

@@ -88,6 +88,24 @@ void remove_near(const Support& support, float tolerance, std::vector<Vec3f>& po
   std::erase_if(points, [&](const Vec3f& x) { return std::abs(support.height(x)) <= tolerance; });
 }
 
+/// The lowest plane that can be the ground, with so thick a consensus.
+std::optional<Candidate> lowest_ground(const SupportOptions& options, const std::vector<Vec3f>& samples, const Vec3f& up, float tolerance,
+                                       float cell) {
+  std::optional<Candidate> ground;
+  std::vector<Vec3f> left = samples;
+  for (int k = 0; k < kGroundTries && left.size() >= kFewest; ++k) {
+    const Plane plane = fit_plane(left, tolerance, options.seed + k, up, options.tilt);
+    if (plane.inliers.size() < kFewest) break;
+    Candidate found(plane, tolerance, plane.normal, samples);
+    remove_near(found.support, tolerance, left);
+    const size_t above = occupied_cells(found.above, plane.normal, cell);
+    if (found.support.share < options.ground_share || found.share_below() > options.below) continue;
+    if (static_cast<float>(occupied_cells(found.inside, plane.normal, cell)) < options.ground_area * static_cast<float>(above)) continue;
+    if (!ground || up.dot(found.support.point - ground->support.point) < 0) ground = std::move(found);
+  }
+  return ground;
+}
+
 }  // namespace
 
 std::vector<Support> find_supports(const SupportOptions& options, const SolidScene& scene, const Vec3f& up) {
@@ -97,23 +115,15 @@ std::vector<Support> find_supports(const SupportOptions& options, const SolidSce
   const float tolerance = std::max(options.tolerance * diagonal, scene.graph.spacing), cell = std::max(diagonal / kCells, 1e-12f);
 
   std::optional<Candidate> ground;
-  std::vector<Vec3f> left = samples;
-  for (int k = 0; k < kGroundTries && left.size() >= kFewest; ++k) {
-    const Plane plane = fit_plane(left, tolerance, options.seed + k, up, options.tilt);
-    if (plane.inliers.size() < kFewest) break;
-    Candidate found(plane, tolerance, plane.normal, samples);
-    remove_near(found.support, tolerance, left);
-    if (found.support.share < options.ground_share || found.share_below() > options.below) continue;
-    const size_t above = occupied_cells(found.above, plane.normal, cell);
-    if (static_cast<float>(occupied_cells(found.inside, plane.normal, cell)) < options.ground_area * static_cast<float>(above)) continue;
-    if (!ground || up.dot(found.support.point - ground->support.point) < 0) ground = std::move(found);
-  }
+  float thickness = tolerance;
+  for (float rough = 1; rough <= options.roughest && !ground; rough *= 2)
+    thickness = rough * tolerance, ground = lowest_ground(options, samples, up, thickness, cell);
   if (!ground) return {};
   ground->settle(scene.graph.spacing);
   std::vector<Support> supports = {ground->support};
 
-  left = samples;
-  remove_near(supports[0], tolerance, left);
+  std::vector<Vec3f> left = samples;
+  remove_near(supports[0], thickness, left);
   for (int k = 0; k < options.most_walls && left.size() >= kFewest; ++k) {
     const Plane plane = fit_plane(left, tolerance, options.seed + 100 + k);
     if (plane.inliers.size() < kFewest) break;

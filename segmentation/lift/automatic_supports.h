@@ -7,7 +7,8 @@
 namespace pliant {
 
 struct SupportOptions {
-  float tolerance = 0.012f;    ///< half thickness of a plane while it is sought / diagonal of the scene
+  float tolerance = 0.01f;     ///< half thickness of a plane while it is sought / diagonal of the scene;
+  float roughest = 4;          ///< up to so many times that for the ground, which may be a lawn
   float tilt = 0.6f;           ///< rad, of the ground's normal against up
   float ground_share = 0.10f;  ///< least share of what the views show that lies on the ground,
   float below = 0.10f;         ///< most of the rest below it,

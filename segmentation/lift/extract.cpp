@@ -8,6 +8,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/portable.h"
+#include "segmentation/lift/convex_hull.h"
 
 namespace pliant {
 namespace {
@@ -116,12 +117,15 @@ uint32_t find_support(const GaussianCloud& cloud, const Segmentation& segmentati
   return best == count.end() ? 0 : best->first;
 }
 
+/// Distance from the contact plane within which a Gaussian may be on either side.
+float contact_tolerance(const ContactRegion& contact) { return std::max(2 * contact.thickness, 0.005f * contact.size); }
+
 /// Settles Gaussians near the contact plane: the object's below it go to the support where the support is close, the
 /// support's above it that lie among the object's go to the object.
 /// A support that the scene names is a surface; one that was only found may be the rest of the world.
 void settle_contact(const GaussianCloud& cloud, const Segmentation& segmentation, uint32_t support_id, bool named, float link,
-                    const ContactRegion& contact, std::vector<Place>& place, ExtractSummary& summary) {
-  const float tolerance = std::max(2 * contact.thickness, 0.005f * contact.size), band = 0.1f * contact.size;
+                    const ContactRegion& contact, std::vector<Place>& place, std::vector<ExtractRule>& rule, ExtractSummary& summary) {
+  const float tolerance = contact_tolerance(contact), band = 0.1f * contact.size;
   std::vector<int> support, below, above;
   for (int p : indices_of(place, Place::kBackground))
     if (segmentation.label[p] == support_id) support.push_back(p);
@@ -150,19 +154,19 @@ void settle_contact(const GaussianCloud& cloud, const Segmentation& segmentation
       if (place[above[i]] == Place::kBackground && votes >= needed) to_object.push_back(above[i]);
     }
     if (to_object.empty()) break;
-    for (int p : to_object) place[p] = Place::kObject;
+    for (int p : to_object) place[p] = Place::kObject, rule[p] = ExtractRule::kFromSupport;
     summary.contact_to_object += to_object.size();
   }
   for (size_t i = 0; i < below.size(); ++i) {
     if (nearest[i] < 0 || (support_points[nearest[i]] - cloud.position[below[i]]).norm() > 3 * link) continue;
-    place[below[i]] = Place::kBackground;
+    place[below[i]] = Place::kBackground, rule[below[i]] = ExtractRule::kToSupport;
     ++summary.contact_to_support;
   }
 }
 
 /// Background Gaussians most of whose neighbours are the object's belong to it: specks that would stay behind in the air
 /// when it moves.  Repeated until nothing changes.
-size_t take_enclosed(const GaussianCloud& cloud, std::vector<Place>& place) {
+size_t take_enclosed(const GaussianCloud& cloud, std::vector<Place>& place, std::vector<ExtractRule>& rule) {
   constexpr int kAround = 10, kRounds = 20;  // the nearest one is the Gaussian itself
   const std::vector<int> around = k_nearest(cloud.position, cloud.position, kAround);
   size_t taken = 0;
@@ -175,20 +179,49 @@ size_t take_enclosed(const GaussianCloud& cloud, std::vector<Place>& place) {
         if (const int n = around[p * kAround + j]; n >= 0) votes += place[n] == Place::kObject;
       if (2 * votes > kAround) enclosed.push_back(p);
     }
-    for (size_t p : enclosed) place[p] = Place::kObject;
+    for (size_t p : enclosed) place[p] = Place::kObject, rule[p] = ExtractRule::kEnclosed;
     taken += enclosed.size();
     if (enclosed.empty()) break;
   }
   return taken;
 }
 
+/// Gives background inside the convex hull of the object, and above its contact, to it.
+size_t take_hull(const GaussianCloud& cloud, const ContactRegion& contact, std::vector<Place>& place, std::vector<ExtractRule>& rule) {
+  const std::vector<Vec3f> object = positions(cloud, indices_of(place, Place::kObject));
+  const ConvexHull hull(object);
+  std::vector<uint8_t> inside(place.size(), 0);
+  parallel_for(static_cast<std::ptrdiff_t>(place.size()), [&](std::ptrdiff_t p) {
+    if (place[p] != Place::kBackground || (contact.found && contact.height(cloud.position[p]) <= contact_tolerance(contact))) return;
+    inside[p] = hull.contains(cloud.position[p]);
+  }, 256);
+  size_t taken = 0;
+  for (size_t p = 0; p < place.size(); ++p)
+    if (inside[p]) place[p] = Place::kObject, rule[p] = ExtractRule::kHull, ++taken;
+  return taken;
+}
+
+/// Opacity that each rule moved, as a share of `whole`.
+std::array<double, kExtractRules> opacity_shares(const GaussianCloud& cloud, const std::vector<ExtractRule>& rule, double whole) {
+  std::array<double, kExtractRules> share = {};
+  for (size_t p = 0; p < rule.size(); ++p)
+    if (rule[p] != ExtractRule::kNone) share[static_cast<int>(rule[p])] += sigmoid(cloud.opacity_logit[p]) / std::max(whole, 1e-12);
+  return share;
+}
+
 }  // namespace
+
+const char* name_of(ExtractRule rule) {
+  static const char* const kNames[kExtractRules] = {"", "probability", "outlier", "floater", "to support", "from support", "enclosed", "hull"};
+  return kNames[static_cast<int>(rule)];
+}
 
 std::string ExtractSummary::describe() const {
   return std::to_string(candidates) + " candidates; taken away: " + std::to_string(below_probability) + " below the probability threshold, " +
          std::to_string(outliers) + " outliers, " + std::to_string(floaters) + " floaters (" + std::to_string(dropped) +
          " of both dropped), " + std::to_string(contact_to_support) + " to the support; " + std::to_string(contact_to_object) +
-         " taken from the support, " + std::to_string(enclosed) + " from among its own";
+         " taken from the support, " + std::to_string(enclosed) + " from among its own, " + std::to_string(hull) +
+         " from inside its hull";
 }
 
 ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud, const Segmentation& segmentation) {
@@ -209,9 +242,15 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
   parallel_for(static_cast<std::ptrdiff_t>(cloud.size()),
                [&](std::ptrdiff_t p) { probability[p] = class_probabilities(segmentation, p)[cls]; }, 1024);
   std::vector<Place> place(cloud.size(), Place::kBackground);
+  std::vector<ExtractRule>& rule = result.rule;
+  rule.assign(cloud.size(), ExtractRule::kNone);
+  double whole = 0;
   for (size_t p = 0; p < cloud.size(); ++p) {
-    if (probability[p] >= options.probability) place[p] = Place::kObject, ++summary.candidates;
-    else summary.below_probability += segmentation.label[p] == options.object;
+    if (probability[p] >= options.probability) {
+      place[p] = Place::kObject, ++summary.candidates, whole += sigmoid(cloud.opacity_logit[p]);
+    } else if (segmentation.label[p] == options.object) {
+      rule[p] = ExtractRule::kProbability, ++summary.below_probability;
+    }
   }
   const auto nothing_left = [&] {
     return input_error("object " + std::to_string(options.object), segmentation.class_name[cls],
@@ -224,16 +263,19 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
   std::vector<int> others = indices_of(place, Place::kBackground), taken;
   std::vector<uint8_t> marked;
   const float spacing = mark_outliers(cloud, members, options.outlier_neighbours, options.outlier_sigma, marked);
-  auto take_marked = [&](size_t& count) {
+  auto take_marked = [&](ExtractRule why, size_t& count) {
     std::vector<int> kept;
-    for (size_t i = 0; i < members.size(); ++i) (marked[i] ? taken : kept).push_back(members[i]);
+    for (size_t i = 0; i < members.size(); ++i) {
+      (marked[i] ? taken : kept).push_back(members[i]);
+      if (marked[i]) rule[members[i]] = why;
+    }
     count = members.size() - kept.size();
     members = std::move(kept);
   };
-  take_marked(summary.outliers);
+  take_marked(ExtractRule::kOutlier, summary.outliers);
   const float link = 3 * spacing;
   mark_floaters(cloud, members, link, options.floater_share, marked);
-  take_marked(summary.floaters);
+  take_marked(ExtractRule::kFloater, summary.floaters);
   const std::vector<int> nearest = k_nearest(positions(cloud, others), positions(cloud, taken), 1);
   for (size_t i = 0; i < taken.size(); ++i) {
     const bool background_near = nearest[i] >= 0 && (cloud.position[others[nearest[i]]] - cloud.position[taken[i]]).norm() <= link;
@@ -253,10 +295,12 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
   const GaussianCloud support_cloud = cloud.select(support);
   result.contact = contact_region(cloud.select(members), support_cloud, options.up);
   if (result.contact.found) {
-    settle_contact(cloud, segmentation, summary.support, options.support != 0, link, result.contact, place, summary);
+    settle_contact(cloud, segmentation, summary.support, options.support != 0, link, result.contact, place, rule, summary);
     result.contact = contact_region(cloud.select(indices_of(place, Place::kObject)), support_cloud, options.up);
   }
-  if (options.enclosed) summary.enclosed = take_enclosed(cloud, place);
+  if (options.enclosed) summary.enclosed = take_enclosed(cloud, place, rule);
+  if (options.hull) summary.hull = take_hull(cloud, result.contact, place, rule);
+  summary.opacity_share = opacity_shares(cloud, rule, whole);
   result.object = indices_of(place, Place::kObject);
   result.background = indices_of(place, Place::kBackground);
   result.dropped = indices_of(place, Place::kDropped);

@@ -39,12 +39,7 @@ JointTerm::JointTerm(const JointOptions& options, const MaskSet& masks) : option
   }
   class_id_ = used.ids();
   if (class_id_.empty()) throw input_error("masks", "", "no view that may be used holds an id above 0", "label at least one object");
-  class_views_.assign(class_id_.size(), 0);
-  for (size_t c = 0; c < class_id_.size(); ++c) {
-    class_name_.push_back(masks.name_of(class_id_[c]));
-    for (const MaskSet::View& view : used.views)
-      class_views_[c] += std::find(view.ids.data.begin(), view.ids.data.end(), class_id_[c]) != view.ids.data.end();
-  }
+  for (uint32_t id : class_id_) class_name_.push_back(masks.name_of(id));
 }
 
 void JointTerm::start(const GaussianCloud& cloud, std::vector<float>& attribute, std::vector<float>& shared) const {
@@ -127,7 +122,7 @@ double JointTerm::adjoint(const AttributeView& view, AttributeGradient gradient)
 Segmentation JointTerm::segmentation(const TrainingState& state, const std::vector<Camera>& cameras, const RenderOptions& render) const {
   const SemanticModel<float> model = model_of(state.shared);
   Segmentation out;
-  out.class_id = class_id_, out.class_name = class_name_, out.class_views = class_views_;
+  out.class_id = class_id_, out.class_name = class_name_;
   out.attribute = state.attribute, out.classifier = model.classifier, out.classifier_bias = model.bias;
   std::vector<float> total(state.cloud.size(), 0.0f);
   for (size_t photo = 0; photo < ids_.size(); ++photo) {

@@ -52,7 +52,6 @@ class JointTerm final : public AttributeTerm {
   std::vector<IdImage> ids_;          ///< by photo; empty where there is no mask
   std::vector<uint32_t> class_id_;    ///< [C]
   std::vector<std::string> class_name_;
-  std::vector<int> class_views_;
 };
 
 }  // namespace pliant

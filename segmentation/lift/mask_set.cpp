@@ -1,5 +1,6 @@
 #include "segmentation/lift/mask_set.h"
 
+#include <algorithm>
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -7,6 +8,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 #include "gaussians/io/image_io.h"
+#include "segmentation/lift/mask_layouts.h"
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -28,9 +30,7 @@ std::string MaskSet::name_of(uint32_t id) const {
   return it != names.end() ? it->second : "object_" + std::to_string(id);
 }
 
-namespace {
-
-std::map<uint32_t, std::string> read_labels(const fs::path& file) {
+std::map<uint32_t, std::string> read_label_names(const fs::path& file) {
   const char* remedy = "write a JSON object such as {\"1\": \"flower\", \"2\": \"table\"}";
   nlohmann::json json;
   try {
@@ -51,6 +51,23 @@ std::map<uint32_t, std::string> read_labels(const fs::path& file) {
   return names;
 }
 
+uint32_t label_background(MaskSet& masks) {
+  const std::vector<uint32_t> ids = masks.ids();
+  const uint32_t background = ids.empty() ? 1 : ids.back() + 1;
+  for (MaskSet::View& view : masks.views) std::replace(view.ids.data.begin(), view.ids.data.end(), 0u, background);
+  masks.names[background] = "background";
+  return background;
+}
+
+namespace {
+
+/// The id picture of a camera, empty when there is none.
+fs::path id_picture(const fs::path& folder, const Camera& camera) {
+  for (const std::string& name : {camera.name, fs::path(camera.photo).filename().string()})
+    if (!name.empty() && fs::is_regular_file(folder / (name + ".png"))) return folder / (name + ".png");
+  return {};
+}
+
 }  // namespace
 
 MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::vector<Camera>& cameras) {
@@ -61,8 +78,8 @@ MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::ve
   std::vector<std::string> missing;
   for (size_t c = 0; c < cameras.size(); ++c) {
     const Camera& camera = cameras[c];
-    const fs::path file = folder / (camera.name + ".png");
-    if (!fs::exists(file)) {
+    const fs::path file = id_picture(folder, camera);
+    if (file.empty()) {
       missing.push_back(camera.name);
       continue;
     }
@@ -73,6 +90,13 @@ MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::ve
                             " is " + std::to_string(camera.width) + "x" + std::to_string(camera.height),
                         "make masks at the size of the photos");
     masks.views.push_back({static_cast<int>(c), std::move(ids)});
+  }
+  if (masks.views.empty()) {
+    masks = load_binary_masks(folder, cameras);
+    missing.clear();
+    for (size_t c = 0; c < cameras.size(); ++c)
+      if (std::none_of(masks.views.begin(), masks.views.end(), [&](const MaskSet::View& view) { return view.camera == static_cast<int>(c); }))
+        missing.push_back(cameras[c].name);
   }
   if (masks.views.empty())
     throw input_error(folder.string(), "", "holds no mask for any of the " + std::to_string(cameras.size()) + " cameras",
@@ -88,7 +112,7 @@ MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::ve
   if (masks.ids().empty())
     throw input_error(folder.string(), "", "holds masks without any object: every pixel is 0 (unlabelled)",
                       "give every object an id above 0; the rest of the scene needs an id too");
-  if (!labels.empty()) masks.names = read_labels(labels);
+  if (!labels.empty()) masks.names = read_label_names(labels);
   return masks;
 }
 

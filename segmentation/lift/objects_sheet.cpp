@@ -43,10 +43,15 @@ std::string fitted(std::string text, double size, int width) {
   return text;
 }
 
-/// The object's surroundings, squared off and scaled to kCrop.
-cv::Mat crop_of(const cv::Mat& picture, const Extent& e) {
+/// The object's surroundings, squared off; it may reach beyond the picture.
+cv::Rect surroundings(const Extent& e) {
   const int side = static_cast<int>(1.25 * std::max(e.x1 - e.x0, e.y1 - e.y0)) + 8;
-  const cv::Rect wanted((e.x0 + e.x1 - side) / 2, (e.y0 + e.y1 - side) / 2, side, side);
+  return cv::Rect((e.x0 + e.x1 - side) / 2, (e.y0 + e.y1 - side) / 2, side, side);
+}
+
+/// That part of the picture, scaled to kCrop.
+cv::Mat crop_of(const cv::Mat& picture, const cv::Rect& wanted) {
+  const int side = wanted.width;
   const cv::Rect inside = wanted & cv::Rect(0, 0, picture.cols, picture.rows);
   cv::Mat square(side, side, CV_32FC3, cv::Scalar::all(0.15)), out;
   picture(inside).copyTo(square(cv::Rect(inside.x - wanted.x, inside.y - wanted.y, inside.width, inside.height)));
@@ -85,7 +90,7 @@ ImageF overlay_ids(const ImageF& picture, const IdImage& ids, float strength) {
 }
 
 ImageF objects_sheet(const Segmentation& segmentation, const GaussianCloud& cloud, const std::vector<Camera>& cameras,
-                     const std::function<ImageF(int camera)>& picture, int max_views) {
+                     const std::function<ImageF(int camera)>& picture, int max_views, std::vector<SheetCell>* cells) {
   CHECK(!cameras.empty());
   // Where every object is largest, and the view whose smallest shown share over all objects is best.
   struct Best {
@@ -119,6 +124,8 @@ ImageF objects_sheet(const Segmentation& segmentation, const GaussianCloud& clou
   cv::Mat sheet = view_of(image);
   view_of(top).copyTo(sheet(cv::Rect((width - top.width) / 2, kGap, top.width, top.height)));
 
+  std::vector<SheetCell> shown = {{(width - top.width) / 2, kGap, top.width, top.height, overview, 0, 0, 1}};
+
   std::map<int, cv::Mat> pictures;
   for (size_t k = 0; k < objects.size(); ++k) {
     const ObjectEntry& object = objects[k];
@@ -128,10 +135,12 @@ ImageF objects_sheet(const Segmentation& segmentation, const GaussianCloud& clou
     if (const auto it = best.find(object.id); it != best.end()) {
       cv::Mat& photo = pictures[it->second.camera];
       if (photo.empty()) {
-        ImageF shown = overlay_ids(picture(it->second.camera), looked_at[it->second.camera], 0.0f);
-        photo = view_of(shown).clone();
+        ImageF outlined = overlay_ids(picture(it->second.camera), looked_at[it->second.camera], 0.0f);
+        photo = view_of(outlined).clone();
       }
-      crop_of(photo, it->second.extent).copyTo(sheet(cv::Rect(x, y, kCrop, kCrop)));
+      const cv::Rect part = surroundings(it->second.extent);
+      shown.push_back({x, y, kCrop, kCrop, it->second.camera, double(part.x), double(part.y), double(part.width) / kCrop});
+      crop_of(photo, part).copyTo(sheet(cv::Rect(x, y, kCrop, kCrop)));
     } else {
       write(sheet, "not visible", x + 8, y + kCrop / 2, 0.45, cv::Scalar::all(0.6));
     }
@@ -142,6 +151,7 @@ ImageF objects_sheet(const Segmentation& segmentation, const GaussianCloud& clou
     write(sheet, fitted(std::to_string(object.id) + "  " + object.name, 0.5, kCrop), x, y + kCrop + 16, 0.5, ink);
     write(sheet, fitted(detail, 0.4, kCrop), x, y + kCrop + 33, 0.4, cv::Scalar::all(0.8));
   }
+  if (cells) *cells = std::move(shown);
   return image;
 }
 

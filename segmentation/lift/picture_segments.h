@@ -29,7 +29,7 @@ struct PictureSegmentOptions {
   float lightness = 0.5f; ///< factor on its L, which shading changes too,
   float angle = 0.6f;     ///< of normals [rad] where the surface is hollow; ridges belong to a thing,
   float jump = 4.0f;      ///< and distance of the one's point from the other's tangent plane [px]
-  float scale = 40.0f;    ///< px; larger = larger segments
+  float scale = 12.0f;    ///< px; larger = larger segments
   int least = 25;         ///< px; smaller segments join the neighbour that they are most like
   float opaque = 0.5f;    ///< least accumulated opacity of a pixel; others stay 0
 };

@@ -72,7 +72,8 @@ std::vector<ObjectEntry> list_objects(const Segmentation& segmentation, const st
     ObjectEntry entry;
     entry.id = segmentation.class_id[c], entry.name = segmentation.class_name[c];
     entry.gaussians = members[c].size();
-    entry.views = c < segmentation.class_views.size() ? segmentation.class_views[c] : 0;
+    if (c < segmentation.class_cameras.size()) entry.views = static_cast<int>(segmentation.class_cameras[c].size());
+    if (c < segmentation.class_origin.size()) entry.origin = segmentation.class_origin[c];
     if (!members[c].empty()) {
       double score = 0;
       for (int p : members[c]) score += segmentation.confidence[p];
@@ -97,6 +98,23 @@ IdImage render_ids(const Segmentation& segmentation, const GaussianCloud& cloud,
       if (picture.alpha(x, y) >= 0.5f) ids(x, y) = segmentation.class_id[best_class(segmentation, picture.features.at(x, y))];
   }, 8);
   return ids;
+}
+
+void find_class_cameras(const GaussianCloud& cloud, const std::vector<Camera>& cameras, Segmentation& segmentation) {
+  segmentation.class_cameras.assign(segmentation.class_id.size(), {});
+  for (size_t camera = 0; camera < cameras.size(); ++camera) {
+    const IdImage ids = render_ids(segmentation, cloud, cameras[camera]);
+    std::vector<uint8_t> met(segmentation.class_id.size(), 0);
+    for (uint32_t id : ids.data)
+      if (const int c = class_of_id(segmentation, id); c >= 0) met[c] = 1;
+    for (size_t c = 0; c < met.size(); ++c)
+      if (met[c]) segmentation.class_cameras[c].push_back(static_cast<int>(camera));
+  }
+}
+
+uint32_t unused_id(const Segmentation& segmentation) {
+  const uint32_t above = segmentation.class_id.empty() ? 1 : segmentation.class_id.back() + 1;
+  return std::max(above, segmentation.next_id);
 }
 
 IdAgreement id_agreement(std::span<const IdImage> predicted, std::span<const IdImage> truth) {

@@ -22,7 +22,9 @@ struct Segmentation {
   std::vector<float> classifier_bias;  ///< [C]
   std::vector<uint32_t> class_id;      ///< [C] id of class c, ascending
   std::vector<std::string> class_name; ///< [C]
-  std::vector<int> class_views;        ///< [C] mask views in which the id occurs
+  std::vector<std::vector<int>> class_cameras;  ///< [C] cameras, ascending, whose masks hold the id; empty = not known
+  std::vector<std::string> class_origin;        ///< [C] how it was found, a phrase; empty = not known
+  uint32_t next_id = 0;                ///< no object ever had this id or a higher one; 0 = one above class_id
   std::vector<uint32_t> label;         ///< [N] most probable id
   std::vector<float> confidence;       ///< [N] its probability
   std::vector<uint8_t> seen;           ///< [N] 1 = some view sees it; 0 = label taken from neighbours
@@ -35,7 +37,8 @@ struct ObjectEntry {
   float score = 0;      ///< mean confidence
   Box bounds;           ///< scene units, 2nd to 98th percentile of its Gaussians
   size_t gaussians = 0;
-  int views = 0;        ///< mask views in which it occurs
+  int views = 0;        ///< in which it was seen, see Segmentation::class_cameras
+  std::string origin;   ///< how it was found
 };
 std::vector<ObjectEntry> list_objects(const Segmentation& segmentation, const std::vector<Vec3f>& position);
 
@@ -50,6 +53,12 @@ void update_labels(Segmentation& segmentation);
 
 /// The id picture of a view: the most probable class of the blended attribute S, 0 where accumulated opacity < 0.5.
 IdImage render_ids(const Segmentation& segmentation, const GaussianCloud& cloud, const Camera& camera);
+
+/// Fills class_cameras from the id pictures of all cameras.
+void find_class_cameras(const GaussianCloud& cloud, const std::vector<Camera>& cameras, Segmentation& segmentation);
+
+/// The lowest id that no object has or had.
+uint32_t unused_id(const Segmentation& segmentation);
 
 /// Intersection over union per id that occurs in the truth, summed over all pictures; unlabelled pixels of the truth
 /// are left out.

@@ -27,15 +27,16 @@ struct TrainingView {
   bool cached = false;
 };
 
-std::vector<int> count_views(const MaskSet& masks, const std::vector<uint32_t>& class_id) {
-  std::vector<int> views(class_id.size(), 0);
+std::vector<std::vector<int>> cameras_of_classes(const MaskSet& masks, const std::vector<uint32_t>& class_id) {
+  std::vector<std::vector<int>> cameras(class_id.size());
   for (const MaskSet::View& view : masks.views) {
     std::vector<uint8_t> met(class_id.size(), 0);
     for (int c : classes_of(view.ids, class_id))
       if (c >= 0) met[c] = 1;
-    for (size_t c = 0; c < met.size(); ++c) views[c] += met[c];
+    for (size_t c = 0; c < met.size(); ++c)
+      if (met[c]) cameras[c].push_back(view.camera);
   }
-  return views;
+  return cameras;
 }
 
 void start_from_noise(uint64_t seed, SemanticModel<float>& model) {
@@ -217,7 +218,7 @@ SemanticResult fit_semantic_field(const SemanticOptions& options, const Gaussian
   segmentation.class_id = training.ids();
   for (uint32_t id : segmentation.class_id) segmentation.class_name.push_back(masks.name_of(id));
   const int classes = static_cast<int>(segmentation.class_id.size());
-  segmentation.class_views = count_views(training, segmentation.class_id);
+  segmentation.class_cameras = cameras_of_classes(training, segmentation.class_id);
 
   Fit fit(options, cloud, cameras);
   ClassVotes votes(cloud.size());

@@ -1,15 +1,106 @@
 #include "segmentation/models/make_models.h"
 
+#include <map>
+#include <set>
+
 #include "gaussians/base/error.h"
+#include "gaussians/io/files.h"
+#include "segmentation/models/grounding_dino.h"
+#include "segmentation/models/lama.h"
+#include "segmentation/models/ram.h"
+#include "segmentation/models/sam.h"
+#include "segmentation/models/xmem.h"
 #include "segmentation/models/yolox.h"
 
 namespace pliant {
+namespace {
 
-std::unique_ptr<Detector> make_detector(const std::filesystem::path& file, ModuleOptions options) {
-  if (options.option.empty()) options.option = "--detector";
-  auto module = std::make_unique<NeuralModule>(file, options);
+namespace fs = std::filesystem;
+
+/// The option for each kind of network.
+const std::map<std::string, std::string> kOptionOf = {{"grounding-dino", "--detector"}, {"yolox", "--detector"}, {"ram", "--tagger"},
+                                                      {"sam", "--segmenter"}, {"sam-encoder", "--segmenter"}, {"sam-decoder", "--segmenter"},
+                                                      {"xmem", "--tracker"}, {"lama", "--inpainter"}};
+
+std::unique_ptr<NeuralModule> load(const ModelChoice& choice, const std::string& option, const fs::path& file) {
+  if (!fs::is_regular_file(file)) throw usage_error(option, file.string(), "is not a file", "give an ONNX or TorchScript file");
+  const std::string kind = read_model_file(file).kind();
+  if (const auto known = kOptionOf.find(kind); known != kOptionOf.end() && known->second != option)
+    throw usage_error(option, file.string(), "holds '" + kind + "'", "give it as " + known->second);
+  ModuleOptions options;
+  options.option = option, options.trust_torchscript = choice.trust_torchscript;
+  return std::make_unique<NeuralModule>(file, options);
+}
+
+std::vector<std::string> segmenter_files(const ModelChoice& choice) {
+  if (choice.segmenter.empty()) return {};
+  const size_t comma = choice.segmenter.find(',');
+  if (comma == std::string::npos) return {choice.segmenter};
+  return {choice.segmenter.substr(0, comma), choice.segmenter.substr(comma + 1)};
+}
+
+bool of_text_encoder(const fs::path& vocabulary) {
+  const std::string text = read_text(vocabulary);
+  return text.rfind("[CLS]", 0) == 0 || text.find("\n[CLS]") != std::string::npos;
+}
+
+/// The list of words that belongs to `network`: one that was given, or the file beside it.
+fs::path vocabulary_of(const ModelChoice& choice, const fs::path& network, bool text_encoder) {
+  for (const std::string& file : choice.vocabularies)
+    if (of_text_encoder(file) == text_encoder) return file;
+  const fs::path beside = fs::path(network).replace_extension(".txt");
+  if (fs::exists(beside)) return beside;
+  throw usage_error("--vocabulary", network.string(), std::string("needs ") + (text_encoder ? "the vocabulary of its text encoder (vocab.txt of BERT)" : "its tag list"),
+                    "give --vocabulary FILE, or put it beside the network as " + beside.filename().string());
+}
+
+}  // namespace
+
+std::vector<fs::path> ModelChoice::files() const {
+  std::set<fs::path> all;
+  for (const std::string& file : {detector, tagger, tracker, inpainter}) all.insert(file);
+  for (const std::string& file : segmenter_files(*this)) all.insert(file);
+  for (const std::string& file : vocabularies) all.insert(file);
+  for (const std::string& file : {detector, tagger})
+    if (const fs::path beside = fs::path(file).replace_extension(".txt"); !file.empty() && fs::exists(beside)) all.insert(beside);
+  all.erase(fs::path());
+  return {all.begin(), all.end()};
+}
+
+std::unique_ptr<Detector> make_detector(const ModelChoice& choice) {
+  if (choice.detector.empty()) return nullptr;
+  auto module = load(choice, "--detector", choice.detector);
   if (YoloxDetector::recognises(module->file())) return std::make_unique<YoloxDetector>(std::move(module), YoloxDetector::Options());
-  throw input_error(file.string(), "", "is not a detector that this program knows", "give YOLOX as ONNX");
+  if (module->file().format == ModelFile::Format::kOnnx && module->file().kind().empty() && module->file().graph.inputs.size() < 7)
+    throw input_error(choice.detector, "", "is neither YOLOX nor Grounding DINO", "give one of them; scripts that export them are in segmentation/models/export");
+  WordPiece tokenizer(vocabulary_of(choice, choice.detector, true));
+  return std::make_unique<GroundingDino>(std::move(module), std::move(tokenizer), GroundingDino::Options());
+}
+
+std::unique_ptr<Tagger> make_tagger(const ModelChoice& choice) {
+  if (choice.tagger.empty()) return nullptr;
+  auto module = load(choice, "--tagger", choice.tagger);
+  return std::make_unique<Ram>(std::move(module), TagList::read(vocabulary_of(choice, choice.tagger, false)));
+}
+
+std::unique_ptr<PromptableSegmenter> make_segmenter(const ModelChoice& choice) {
+  const std::vector<std::string> files = segmenter_files(choice);
+  if (files.empty()) return nullptr;
+  auto encoder = load(choice, "--segmenter", files[0]);
+  if (files.size() == 2) return std::make_unique<Sam>(std::move(encoder), load(choice, "--segmenter", files[1]));
+  if (encoder->file().format == ModelFile::Format::kOnnx || encoder->file().kind() == "sam-encoder")
+    throw usage_error("--segmenter", files[0], "is an encoder alone", "give --segmenter ENCODER,DECODER");
+  return std::make_unique<Sam>(std::move(encoder), nullptr);
+}
+
+std::unique_ptr<Tracker> make_tracker(const ModelChoice& choice) {
+  if (choice.tracker.empty()) return nullptr;
+  return std::make_unique<Xmem>(load(choice, "--tracker", choice.tracker), Xmem::Options());
+}
+
+std::unique_ptr<Inpainter> make_inpainter(const ModelChoice& choice) {
+  if (choice.inpainter.empty()) return nullptr;
+  return std::make_unique<Lama>(load(choice, "--inpainter", choice.inpainter), Lama::Options());
 }
 
 }  // namespace pliant

@@ -56,6 +56,15 @@ std::string ModelFile::kind() const {
   return about.is_object() && about.contains("kind") && about["kind"].is_string() ? about["kind"].get<std::string>() : "";
 }
 
+int ModelFile::size_of(const std::string& key, int otherwise) const {
+  const nlohmann::json about = this->about();
+  if (!about.is_object() || !about.contains(key)) return otherwise;
+  const nlohmann::json& value = about[key];
+  if (!value.is_number_integer() || value < 1 || value > 4096)
+    throw input_error(file.string(), "pliant." + key, "is " + value.dump(), "export the model again");
+  return value;
+}
+
 ModelFile read_model_file(const std::filesystem::path& file) {
   ModelFile model;
   model.file = file;

@@ -25,6 +25,8 @@ struct ModelFile {
   nlohmann::json about() const;
   /// "kind" of the description, empty where there is none.
   std::string kind() const;
+  /// A length of the description between 1 and 4096, or `otherwise` where it is not given.
+  int size_of(const std::string& key, int otherwise) const;
 };
 
 /// Reads the outline of an ONNX or TorchScript file.  Throws Error{kInput} for anything else, naming what it is.

@@ -62,8 +62,8 @@ NeuralModule::NeuralModule(const std::filesystem::path& file, const ModuleOption
 
 NeuralModule::~NeuralModule() = default;
 
-void NeuralModule::verify(const Contract& contract, const Lengths& lengths) {
-  run_within(contract, example_inputs(contract, lengths), options_.load_seconds);
+std::vector<Tensor> NeuralModule::verify(const Contract& contract, const Lengths& lengths) {
+  return run_within(contract, example_inputs(contract, lengths), options_.load_seconds);
 }
 
 std::vector<Tensor> NeuralModule::run(const Contract& contract, const std::vector<Tensor>& inputs) {

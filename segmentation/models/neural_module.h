@@ -31,8 +31,8 @@ class NeuralModule {
   const ModelFile& file() const { return file_; }
 
   /// Runs `contract.method` once on example inputs of these lengths and checks what comes out, before any picture does.
-  /// Throws Error{kInput} with the line of the contract that was broken and what was found.
-  void verify(const Contract& contract, const Lengths& lengths);
+  /// Returns that.  Throws Error{kInput} with the line of the contract that was broken and what was found.
+  std::vector<Tensor> verify(const Contract& contract, const Lengths& lengths);
 
   /// Outputs in the order of the contract.  Inputs that do not fit it are a broken invariant, outputs that do not
   /// an Error{kInput} as in `verify`.

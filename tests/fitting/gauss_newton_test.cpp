@@ -59,6 +59,18 @@ TEST(GaussNewton, FindsTheParametersOfADampedSwing) {
   }
 }
 
+TEST(GaussNewton, TheJacobianOfASimilarProblemLeadsToTheSameParametersWithFewerRuns) {
+  const std::vector<double> truth = {2, 1.5, 12};
+  const auto coarse = gauss_newton({}, against(swing(truth, 0, 0), 1), std::vector<double>{2.1, 1.4, 12.1});
+  GaussNewtonOptions chord;
+  chord.jacobian = coarse.jacobian;
+  const std::vector<double> other = {2.02, 1.52, 12.05};
+  const auto fit = gauss_newton(chord, against(swing(other, 0, 0), 1), coarse.parameters);
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(fit.parameters[i], other[i], 1e-4) << i;
+  const auto by_differences = gauss_newton({}, against(swing(other, 0, 0), 1), coarse.parameters);
+  EXPECT_LT(fit.summary.evaluations, by_differences.summary.evaluations);
+}
+
 TEST(GaussNewton, ItsSigmaCoversTheScatterOfRepeatedMeasurements) {
   const std::vector<double> truth = {2, 1.5, 12};
   int inside = 0, all = 0;

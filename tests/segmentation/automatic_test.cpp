@@ -87,6 +87,23 @@ TEST(Automatic, WhatFloatsIsNoObject) {
   EXPECT_EQ(result.found[result.label.back() - 1].kind, FoundThing::Kind::kRest);
 }
 
+/// Two balls on the table that touch.
+MadeScene touching_balls(const Vec3f& first, const Vec3f& second) {
+  return made_scene({{Vec3f(-0.24f, 0, 0.2f), 0.25f, 10, first}, {Vec3f(0.22f, 0, 0.18f), 0.23f, 20, second}});
+}
+
+TEST(Automatic, ThingsThatTouchArePartedByColourAndAreOneWithoutADifference) {
+  const MadeScene two = touching_balls({0.8f, 0.1f, 0.1f}, {0.1f, 0.3f, 0.8f});
+  const AutomaticResult parted = find_in(two);
+  EXPECT_EQ(parted.summary.objects, 2);
+  for (const auto& ball : two.balls) EXPECT_GT(best_iou(two, parted, ball.id), 0.8);
+  EXPECT_NE(parted.found[0].how.find("parted"), std::string::npos);
+
+  const AutomaticResult one = find_in(touching_balls({0.8f, 0.1f, 0.1f}, {0.8f, 0.1f, 0.1f}));
+  EXPECT_EQ(one.summary.objects, 1);
+  EXPECT_EQ(one.found[0].how.find("parted"), std::string::npos);
+}
+
 TEST(Automatic, MasksShowTheObjectsOnlyInViewsThatAreNotHeldOut) {
   const MadeScene scene = made_scene(two_balls());
   AutomaticOptions options;

@@ -7,6 +7,7 @@
 
 #include "gaussians/base/camera.h"
 #include "gaussians/base/gaussian_cloud.h"
+#include "gaussians/base/portable.h"
 #include "gaussians/base/random.h"
 #include "segmentation/lift/mask_set.h"
 
@@ -46,26 +47,27 @@ inline Vec3f plank_colour(float x, float) {
   return phase < 0.12f ? Vec3f(0.2f, 0.12f, 0.08f) : Vec3f(0.7f, 0.5f, 0.3f);
 }
 
-/// A table with balls; Gaussians that no camera sees (inside and under a ball) are left out, as in a real capture.
-inline MadeScene made_scene(const std::vector<MadeScene::Ball>& balls, int views = 10, int width = 120, int height = 90) {
+/// A table with balls; Gaussians that no camera sees (inside and under a ball) are left out, as in a real capture.  Steps are
+/// the distances between Gaussians of the table and of a ball.
+inline MadeScene made_scene(const std::vector<MadeScene::Ball>& balls, int views = 10, int width = 120, int height = 90,
+                            float step = 0.03f, float ball_step = 0.03f) {
   MadeScene scene;
   scene.balls = balls;
-  constexpr float kStep = 0.03f;
-  for (float x = -MadeScene::kHalf; x <= MadeScene::kHalf; x += kStep)
-    for (float y = -MadeScene::kHalf; y <= MadeScene::kHalf; y += kStep) {
+  for (float x = -MadeScene::kHalf; x <= MadeScene::kHalf; x += step)
+    for (float y = -MadeScene::kHalf; y <= MadeScene::kHalf; y += step) {
       bool hidden = false;
-      for (const auto& ball : balls) hidden = hidden || (Vec3f(x, y, 0) - ball.centre).norm() < ball.radius - kStep;
+      for (const auto& ball : balls) hidden = hidden || (Vec3f(x, y, 0) - ball.centre).norm() < ball.radius - step;
       if (hidden) continue;
-      add_disc(scene.cloud, Vec3f(x, y, 0), Vec3f::UnitZ(), 0.6f * kStep, plank_colour(x, y));
+      add_disc(scene.cloud, Vec3f(x, y, 0), Vec3f::UnitZ(), 0.6f * step, plank_colour(x, y));
       scene.truth.push_back(MadeScene::kTable);
     }
   for (const auto& ball : balls) {
-    const int n = static_cast<int>(4 * M_PI * ball.radius * ball.radius / (kStep * kStep));
+    const int n = static_cast<int>(4 * M_PI * ball.radius * ball.radius / (ball_step * ball_step));
     for (int i = 0; i < n; ++i) {  // spiral of equal areas, a little inside so that the splats end at the ball
       const float z = 1 - (2 * i + 1.0f) / n, r = std::sqrt(1 - z * z), angle = 2.399963f * i;
       const Vec3f normal(r * std::cos(angle), r * std::sin(angle), z);
       if (ball.centre.z() + ball.radius * z < 0) continue;
-      add_disc(scene.cloud, ball.centre + (ball.radius - kStep) * normal, normal, 0.8f * kStep, ball.colour);
+      add_disc(scene.cloud, ball.centre + (ball.radius - ball_step) * normal, normal, 0.8f * ball_step, ball.colour);
       scene.truth.push_back(ball.id);
     }
   }
@@ -82,7 +84,8 @@ inline MadeScene made_scene(const std::vector<MadeScene::Ball>& balls, int views
 inline IdImage cast_ids(const MadeScene& scene, const Camera& camera) {
   IdImage ids(camera.width, camera.height, 1);
   const Vec3d eye = camera.centre();
-  for (int y = 0; y < camera.height; ++y)
+  parallel_for(camera.height, [&](std::ptrdiff_t row) {
+    const int y = static_cast<int>(row);
     for (int x = 0; x < camera.width; ++x) {
       const Vec3d ray = camera.ray(x + 0.5, y + 0.5);
       double nearest = INFINITY;
@@ -97,6 +100,7 @@ inline IdImage cast_ids(const MadeScene& scene, const Camera& camera) {
         if (miss < r2 && along - std::sqrt(r2 - miss) < nearest) nearest = along - std::sqrt(r2 - miss), ids(x, y) = ball.id;
       }
     }
+  }, 8);
   return ids;
 }
 
@@ -104,6 +108,22 @@ inline MaskSet cast_masks(const MadeScene& scene) {
   MaskSet masks;
   for (size_t c = 0; c < scene.cameras.size(); ++c) masks.views.push_back({static_cast<int>(c), cast_ids(scene, scene.cameras[c])});
   return masks;
+}
+
+/// side^2 balls of many colours in a grid, with ids of 8, 16 and 24 bits.
+inline std::vector<MadeScene::Ball> grid_of_balls(int side) {
+  std::vector<MadeScene::Ball> balls;
+  const float spacing = 1.9f / static_cast<float>(side);
+  for (int k = 0; k < side * side; ++k) {
+    Random random(9, k, 0);
+    const float radius = spacing * static_cast<float>(random.uniform(0.3, 0.4));
+    const Vec3f colour(random.uniform(0.05, 0.95), random.uniform(0.05, 0.95), random.uniform(0.05, 0.95));
+    const uint32_t id = 10 + static_cast<uint32_t>(k) + (k % 3 == 1 ? 1000u : k % 3 == 2 ? 70000u : 0u);
+    const float x = spacing * (static_cast<float>(k % side) - 0.5f * static_cast<float>(side - 1));
+    const float y = spacing * (static_cast<float>(k / side) - 0.5f * static_cast<float>(side - 1));
+    balls.push_back({Vec3f(x, y, 0.6f * radius), radius, id, colour});
+  }
+  return balls;
 }
 
 inline std::vector<MadeScene::Ball> two_balls() {

@@ -76,5 +76,88 @@ TEST(MaskSet, LabelsThatAreNoIdsOrNoNamesAreErrors) {
   }
 }
 
+/// A binary picture: 255 (or `value`) in a rectangle.
+void write_rectangle(const std::filesystem::path& file, int x0, int y0, int x1, int y1, uint32_t value = 255) {
+  std::filesystem::create_directories(file.parent_path());
+  IdImage ids(6, 4, 1);
+  for (int y = y0; y < y1; ++y)
+    for (int x = x0; x < x1; ++x) ids(x, y) = value;
+  write_ids(file, ids);
+}
+
+TEST(MaskSet, FoldersOfOneObjectAreIdsInTheOrderOfTheirNames) {
+  TemporaryFolder folder;
+  write_rectangle(folder / "red apple/photo0.png", 0, 0, 2, 2);
+  write_rectangle(folder / "red apple/photo2.png", 1, 0, 3, 2, 1);  // ones and zeros
+  write_rectangle(folder / "egg/photo0.png", 3, 1, 6, 4);
+  const MaskSet masks = load_masks(folder.path(), "", cameras(3));
+  EXPECT_EQ(masks.name_of(1), "egg");
+  EXPECT_EQ(masks.name_of(2), "red apple");
+  ASSERT_EQ(masks.views.size(), 2u);
+  EXPECT_EQ(masks.views[0].ids(0, 0), 2u);
+  EXPECT_EQ(masks.views[0].ids(3, 1), 1u);
+  EXPECT_EQ(masks.views[0].ids(2, 3), 0u);
+  EXPECT_EQ(masks.views[1].camera, 2);
+  EXPECT_EQ(masks.views[1].ids(1, 0), 2u);
+  EXPECT_EQ(masks.warnings.size(), 1u);
+}
+
+TEST(MaskSet, FoldersOfOneViewMayBeNamedOrNumberedAsInLerfMask) {
+  TemporaryFolder folder;
+  for (const char* view : {"photo1", "photo2"}) {
+    write_rectangle(folder / "a" / view / "plate.png", 0, 0, 6, 4);
+    write_rectangle(folder / "a" / view / "spoon.png", 2, 1, 4, 2);  // lies on the plate
+  }
+  // Numbered folders count the views that are not in images_train/: photo1 and photo2 here.
+  folder.file("scene/images_train/photo0.jpg", "");
+  for (const char* view : {"0", "1"}) {
+    write_rectangle(folder / "scene/test_mask" / view / "plate.png", 0, 0, 6, 4);
+    write_rectangle(folder / "scene/test_mask" / view / "spoon.png", 2, 1, 4, 2);
+  }
+  const MaskSet named = load_masks(folder / "a", "", cameras(3)), numbered = load_masks(folder / "scene/test_mask", "", cameras(3));
+  for (const MaskSet* masks : {&named, &numbered}) {
+    ASSERT_EQ(masks->views.size(), 2u);
+    EXPECT_EQ(masks->views[0].camera, 1);
+    EXPECT_EQ(masks->views[1].camera, 2);
+    EXPECT_EQ(masks->name_of(masks->views[0].ids(2, 1)), "spoon");
+    EXPECT_EQ(masks->name_of(masks->views[0].ids(0, 0)), "plate");
+  }
+}
+
+TEST(MaskSet, FoldersNamedByWholeNumbersAreTheirIds) {
+  TemporaryFolder folder;
+  write_rectangle(folder / "12/photo0.png", 0, 0, 2, 2);
+  write_rectangle(folder / "70001/photo0.png", 4, 0, 6, 2);
+  EXPECT_EQ(load_masks(folder.path(), "", cameras(1)).ids(), (std::vector<uint32_t>{12, 70001}));
+}
+
+TEST(MaskSet, BinaryMasksOfAnotherSizeAreRefused) {
+  TemporaryFolder folder;
+  write_rectangle(folder / "egg/photo0.png", 0, 0, 2, 2);
+  std::vector<Camera> wide = cameras(1);
+  wide[0].width = 12;
+  expect_error(Failure::kInput, {"egg", "6x4", "12x4"}, [&] { load_masks(folder.path(), "", wide); });
+}
+
+TEST(MaskSet, MasksMayCarryTheNameOfThePhotoWithItsExtension) {
+  TemporaryFolder folder;
+  std::vector<Camera> one = cameras(1);
+  one[0].photo = "/somewhere/IMG_7.JPG";
+  write_ids(folder / "IMG_7.JPG.png", picture(5));
+  EXPECT_EQ(load_masks(folder.path(), "", one).ids(), std::vector<uint32_t>{5});
+}
+
+TEST(MaskSet, ZeroAsBackgroundIsAnObjectOfItsOwn) {
+  TemporaryFolder folder;
+  write_ids(folder / "photo0.png", picture(7));
+  write_ids(folder / "photo1.png", picture(300));
+  MaskSet masks = load_masks(folder.path(), "", cameras(2));
+  EXPECT_EQ(label_background(masks), 301u);
+  EXPECT_EQ(masks.ids(), (std::vector<uint32_t>{7, 300, 301}));
+  EXPECT_EQ(masks.name_of(301), "background");
+  EXPECT_EQ(masks.views[0].ids(0, 0), 301u);
+  EXPECT_EQ(masks.views[1].ids(2, 1), 300u);
+}
+
 }  // namespace
 }  // namespace pliant

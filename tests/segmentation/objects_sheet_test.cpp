@@ -44,5 +44,37 @@ TEST(ObjectsSheet, HoldsTheOverviewAndACropOfEveryObject) {
   }
 }
 
+TEST(ObjectsSheet, CellsTellWhichPixelOfWhichCameraIsShown) {
+  const MadeScene scene = made_scene(two_balls(), 6, 200, 150);
+  SemanticOptions options;
+  options.iterations = 0;
+  const auto result = fit_semantic_field(options, scene.cloud, scene.cameras, cast_masks(scene));
+  // Pictures whose colours say where a pixel is: red = x, green = y, blue = camera.
+  const auto coordinates = [](int camera) {
+    ImageF picture(200, 150, 3);
+    for (int y = 0; y < 150; ++y)
+      for (int x = 0; x < 200; ++x)
+        picture(x, y, 0) = (x + 0.5f) / 200, picture(x, y, 1) = (y + 0.5f) / 150, picture(x, y, 2) = static_cast<float>(camera) / 8;
+    return picture;
+  };
+  std::vector<SheetCell> cells;
+  const ImageF sheet = objects_sheet(result.segmentation, scene.cloud, scene.cameras, coordinates, 12, &cells);
+  ASSERT_EQ(cells.size(), 4u);  // the overview and three objects
+  for (size_t k = 1; k < cells.size(); ++k) {
+    const SheetCell& cell = cells[k];
+    int right = 0, looked = 0;
+    for (int y = cell.y + 5; y < cell.y + cell.height - 5; y += 6)
+      for (int x = cell.x + 5; x < cell.x + cell.width - 5; x += 6) {
+        const double px = cell.origin_x + (x + 0.5 - cell.x) * cell.scale, py = cell.origin_y + (y + 0.5 - cell.y) * cell.scale;
+        if (px < 2 || py < 2 || px > 198 || py > 148) continue;
+        const float* color = sheet.at(x, y);
+        ++looked;  // all but outlines
+        right += std::abs(200 * color[0] - px) < 1.5 && std::abs(150 * color[1] - py) < 1.5 && std::abs(8 * color[2] - cell.camera) < 0.1;
+      }
+    EXPECT_GT(looked, 50);
+    EXPECT_GT(right, 0.75 * looked) << k;
+  }
+}
+
 }  // namespace
 }  // namespace pliant

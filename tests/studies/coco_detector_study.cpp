@@ -54,7 +54,9 @@ int main(int argc, char** argv) {
   if (argc < 3) return std::fprintf(stderr, "coco_detector_study DATA_FOLDER/masks_coco64 FILE [SCORE]\n"), 2;
   const fs::path folder = argv[1];
   const float least = argc > 3 ? std::strtof(argv[3], nullptr) : 0.3f;
-  const auto detector = make_detector(argv[2], {});
+  ModelChoice choice;
+  choice.detector = argv[2], choice.trust_torchscript = true;
+  const auto detector = make_detector(choice);
   const std::vector<std::string> names = detector->vocabulary();
   std::vector<fs::path> photos;
   for (const auto& entry : fs::recursive_directory_iterator(folder / "images"))

@@ -42,7 +42,11 @@ TEST(TorchModule, TorchScriptComputesWhatItSays) {
 TEST(TorchModule, WithoutTrustItIsRefusedByName) {
   TemporaryFolder folder;
   write_torch_module(folder / "made.pt", "def forward(self, x):\n  return x\n");
-  expect_error(Failure::kUsage, {"--detector", "made.pt", "--trust-torchscript"}, [&] { make_detector(folder / "made.pt", {}); });
+  expect_error(Failure::kUsage, {"--detector", "made.pt", "--trust-torchscript"}, [&] {
+    ModelChoice choice;
+    choice.detector = folder / "made.pt";
+    make_detector(choice);
+  });
 }
 
 TEST(TorchModule, ADescriptionIsReadWithoutRunningAnything) {

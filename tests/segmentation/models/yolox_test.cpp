@@ -18,11 +18,17 @@ void paint(ImageF& picture, int x0, int y0, int x1, int y1, float red, float gre
     for (int x = x0; x < x1; ++x) picture(x, y, 0) = red, picture(x, y, 1) = green, picture(x, y, 2) = blue;
 }
 
+std::unique_ptr<Detector> made(const TemporaryFolder& folder) {
+  ModelChoice choice;
+  choice.detector = folder.file("yolox.onnx", made_yolox());
+  return make_detector(choice);
+}
+
 }  // namespace
 
 TEST(Yolox, BoxesComeBackInPixelsOfThePictureWithScoreObjectnessTimesClass) {
   TemporaryFolder folder;
-  const auto detector = make_detector(folder.file("yolox.onnx", made_yolox()), {});
+  const auto detector = made(folder);
   EXPECT_EQ(detector->vocabulary(), (std::vector<std::string>{"leaf", "sky"}));
   ImageF picture(64, 48, 3);  // one pixel of the network is two of the picture
   paint(picture, 16, 32, 32, 48, 1, 0.75f, 0.5f);
@@ -54,7 +60,7 @@ TEST(Yolox, BoxesComeBackInPixelsOfThePictureWithScoreObjectnessTimesClass) {
 
 TEST(Yolox, OnlyTheNamesAskedForAreFound) {
   TemporaryFolder folder;
-  const auto detector = make_detector(folder.file("yolox.onnx", made_yolox()), {});
+  const auto detector = made(folder);
   ImageF picture(32, 32, 3);
   paint(picture, 8, 8, 16, 16, 1, 1, 0);
   EXPECT_EQ(detector->detect(picture, {"leaf"}).size(), 1u);

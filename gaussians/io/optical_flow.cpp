@@ -1,4 +1,4 @@
-#include "fitting/fit/flow.h"
+#include "gaussians/io/optical_flow.h"
 
 #include <algorithm>
 #include <cmath>

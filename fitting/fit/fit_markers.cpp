@@ -1,0 +1,254 @@
+#include "fitting/fit/fit_markers.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+/// What was measured of the markers on the body in the window, as displacements from rest.
+struct Measured {
+  std::vector<double> time;                      // [T]
+  std::vector<std::vector<Vec3d>> displacement;  // [T][bound]
+  std::vector<std::vector<double>> weight;
+};
+
+class MarkerFit {
+ public:
+  MarkerFit(const MarkerFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
+            const MarkerTracks& tracks)
+      : options_(options),
+        tracks_(tracks),
+        onset_(find_onset(options, tracks)),
+        rest_(mean_position(tracks, options.rest_begin, onset_)),
+        model_(options.model, particles, interactions, rest_) {
+    for (size_t k = 0; k < tracks.markers(); ++k)
+      if (!(model_.distance(k) <= options.model.reach))
+        result_.warnings.push_back("marker '" + tracks.name[k] + "' is " + std::to_string(1e3 * model_.distance(k)) +
+                                   " mm from the body and was left out");
+    if (model_.bound().empty())
+      throw input_error("markers", "", "none lies on the body at rest", "check the unit and the frame of the markers");
+    double log_young = 0;
+    for (size_t i = 0; i < particles.size(); ++i) log_young += particles.volume[i] * std::log(particles.young[i]);
+    young_ = std::exp(log_young / particles.total_volume());
+    for (size_t t = 0; t < tracks.samples(); ++t) {
+      if (tracks.time[t] < onset_ - options.release_range || tracks.time[t] > onset_ + options.window) continue;
+      measured_.time.push_back(tracks.time[t]);
+      measured_.displacement.emplace_back(), measured_.weight.emplace_back();
+      for (const int k : model_.bound()) {
+        measured_.displacement.back().push_back(tracks.position[t][k] - rest_[k]);
+        measured_.weight.back().push_back(tracks.weight[t][k]);
+      }
+    }
+  }
+
+  MarkerFitResult run() {
+    const auto begin = std::chrono::steady_clock::now();
+    MarkerParameters p{1, options_.damping_time, onset_};
+    if (options_.search && options_.fit_young) search(p);
+    // From here on the time step stays, so that differences see only what the parameters do.
+    model_.run(p, 1 / options_.model.simulate.fps);
+    substeps_ = model_.substeps();
+    motions_.clear();
+    refine(p);
+    finish(p);
+    result_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return result_;
+  }
+
+ private:
+  static double find_onset(const MarkerFitOptions& options, const MarkerTracks& tracks) {
+    if (std::isfinite(options.release)) return options.release;
+    // Still until the onset: first against the first places, then against the mean of those before it.
+    const auto first = std::lower_bound(tracks.time.begin(), tracks.time.end(), options.rest_begin);
+    if (first == tracks.time.end())
+      throw input_error("markers", "", "the recording ends before the body is at rest", "check --rest-begin");
+    const std::ptrdiff_t skip = first - tracks.time.begin();
+    MarkerTracks later = tracks;
+    later.time.erase(later.time.begin(), later.time.begin() + skip);
+    later.position.erase(later.position.begin(), later.position.begin() + skip);
+    later.weight.erase(later.weight.begin(), later.weight.begin() + skip);
+    double onset = *first;
+    for (int pass = 0; pass < 2; ++pass) onset = onset_of_motion(later, mean_position(later, *first, onset));
+    if (onset <= *first)
+      throw input_error("markers", "", "they move from the first instant on, or not at all",
+                        "record the body at rest before its release, or give --release");
+    return onset;
+  }
+
+  double duration() const { return options_.window + options_.release_range + 3 / options_.model.simulate.fps; }
+
+  const MarkerMotion& motion(const MarkerParameters& p, double duration) {
+    const std::pair<double, double> key{p.young_factor, p.damping_time};
+    const auto known = motions_.find(key);
+    if (known != motions_.end() && known->second.duration() >= duration - 0.5 / known->second.fps) return known->second;
+    if (motions_.size() > 100) motions_.clear();
+    ++result_.rollouts, result_.simulated_seconds += duration;
+    return motions_[key] = model_.run(p, duration, substeps_);
+  }
+
+  /// [T, bound, 3] in units of sigma; expected(time since release, marker).
+  template <class Expected>
+  std::vector<double> residuals(Expected&& expected, double release) const {
+    std::vector<double> r;
+    for (size_t t = 0; t < measured_.time.size(); ++t) {
+      for (size_t k = 0; k < model_.bound().size(); ++k) {
+        const Vec3d difference = expected(measured_.time[t] - release, k) - measured_.displacement[t][k];
+        for (const double d : difference) r.push_back(measured_.weight[t][k] * d / options_.sigma);
+      }
+    }
+    return r;
+  }
+  std::vector<double> residuals(const MarkerMotion& motion, double release) const {
+    return residuals([&](double s, size_t k) { return motion.at(s, k); }, release);
+  }
+  static double squares(const std::vector<double>& r) {
+    double sum = 0;
+    for (const double x : r) sum += x * x;
+    return sum;
+  }
+
+  /// Loss of a simulated E; kept for the report.  Infinite where it cannot be simulated.
+  double simulated(MarkerParameters p, int step) {
+    p.young_factor = factor(step);
+    if (const auto known = simulated_.find(step); known != simulated_.end()) return known->second;
+    double loss = INFINITY;
+    try {
+      const std::vector<double> r = residuals(motion(p, duration()), p.release);
+      loss = squares(r);
+      result_.search.push_back(
+          {young_ * p.young_factor, options_.sigma * std::sqrt(loss / static_cast<double>(r.size()))});
+    } catch (const Error& error) {
+      if (error.failure != Failure::kNumerical) throw;
+    }
+    return simulated_[step] = loss;
+  }
+  double factor(int step) const { return std::pow(10.0, step * options_.search_step); }
+
+  /// Best step of the grid by what a motion simulated at `from` says of the others.
+  int proposal(const MarkerParameters& p, int from, double stretch) {
+    MarkerParameters at = p;
+    at.young_factor = factor(from);
+    const MarkerMotion& base = motion(at, duration() * stretch);
+    const int limit = static_cast<int>(std::lround(options_.search_decades / options_.search_step));
+    int best = from;
+    double least = INFINITY;
+    for (int step = -limit; step <= limit; ++step) {
+      const double ratio = factor(step - from), hurry = std::sqrt(ratio);
+      if (hurry > stretch) break;
+      const double loss =
+          squares(residuals([&](double s, size_t k) { return Vec3d(base.at(s * hurry, k) / ratio); }, p.release));
+      if (loss < least) least = loss, best = step;
+    }
+    return best;
+  }
+
+  void search(MarkerParameters& p) {
+    int best = 0;
+    double stretch = std::pow(10.0, options_.search_decades / 2);
+    for (int round = 0; round < 6; ++round) {
+      const int next = proposal(p, best, stretch);
+      const bool stays = next == best;
+      best = next, stretch = std::pow(10.0, 0.15);  // from now on up to 0.3 decades stiffer
+      if (stays) break;
+    }
+    // What was proposed is compared with its neighbours, and the least loss of all that was simulated counts.
+    for (bool moved = true; moved;) {
+      moved = false;
+      for (const int side : {-1, 1})
+        if (simulated(p, best + side) < simulated(p, best)) best += side, moved = true;
+    }
+    p.young_factor = factor(best);
+  }
+
+  void refine(MarkerParameters& p) {
+    struct Unknown {
+      double start, difference, low, high, largest_step;
+    };
+    std::vector<Unknown> unknowns;
+    if (options_.fit_young) unknowns.push_back({std::log(p.young_factor), 0.02, -INFINITY, INFINITY, 0.3});
+    if (options_.fit_damping) unknowns.push_back({std::log(p.damping_time), 0.05, std::log(1e-5), std::log(1e3), 1});
+    if (options_.fit_release)
+      unknowns.push_back(
+          {p.release, 1e-3, p.release - options_.release_range, p.release + options_.release_range, 0.02});
+    if (unknowns.empty()) return;
+    GaussNewtonOptions gauss;
+    std::vector<double> start;
+    for (const Unknown& u : unknowns) {
+      start.push_back(u.start);
+      gauss.difference.push_back(u.difference), gauss.largest_step.push_back(u.largest_step);
+      gauss.low.push_back(u.low), gauss.high.push_back(u.high);
+    }
+    gauss.max_iterations = options_.max_iterations, gauss.tolerance = 1e-4, gauss.jacobian = options_.jacobian;
+    const auto parameters_of = [&, base = p](std::span<const double> x) {
+      MarkerParameters q = base;
+      size_t at = 0;
+      if (options_.fit_young) q.young_factor = std::exp(x[at++]);
+      if (options_.fit_damping) q.damping_time = std::exp(x[at++]);
+      if (options_.fit_release) q.release = x[at++];
+      return q;
+    };
+    const auto fit = gauss_newton(
+        gauss,
+        [&](std::span<const double> x) {
+          const MarkerParameters q = parameters_of(x);
+          return residuals(motion(q, duration()), q.release);
+        },
+        start);
+    p = parameters_of(fit.parameters);
+    result_.jacobian = fit.jacobian, result_.loss = fit.summary.loss, result_.converged = fit.summary.converged;
+    const double widened = fit.summary.rms * std::sqrt(correlation_factor(fit.residuals, 3 * model_.bound().size()));
+    int at = 0;
+    if (options_.fit_young) result_.sigma_log10_young = widened * fit.sigma(at++) / std::log(10.0);
+    if (options_.fit_damping) result_.sigma_log_damping = widened * fit.sigma(at++);
+    if (options_.fit_release) result_.sigma_release = widened * fit.sigma(at++);
+  }
+
+  void finish(const MarkerParameters& p) {
+    const MarkerMotion& moved = motion(p, duration());
+    result_.parameters = p;
+    result_.young = young_ * p.young_factor;
+    result_.markers = model_.bound();
+    for (const int k : model_.bound()) result_.expected.name.push_back(tracks_.name[k]);
+    Vec3d sum = Vec3d::Zero();
+    double seen = 0;
+    for (size_t t = 0; t < measured_.time.size(); ++t) {
+      const double s = measured_.time[t] - p.release;
+      if (s < 0) continue;
+      result_.expected.time.push_back(measured_.time[t]);
+      result_.expected.position.emplace_back(), result_.expected.weight.push_back(measured_.weight[t]);
+      for (size_t k = 0; k < model_.bound().size(); ++k) {
+        const Vec3d expected = moved.at(s, k);
+        result_.expected.position.back().push_back(rest_[model_.bound()[k]] + expected);
+        sum += measured_.weight[t][k] * (expected - measured_.displacement[t][k]).cwiseAbs2();
+        seen += measured_.weight[t][k];
+      }
+    }
+    result_.rms_axis = (sum / seen).cwiseSqrt(), result_.rms = std::sqrt(sum.sum() / seen);
+  }
+
+  const MarkerFitOptions& options_;
+  const MarkerTracks& tracks_;
+  double onset_;
+  std::vector<Vec3d> rest_;  // [K]
+  MarkerModel model_;
+  double young_ = 0;  // of the particles as given
+  Measured measured_;
+  int substeps_ = 0;
+  std::map<std::pair<double, double>, MarkerMotion> motions_;  // by E factor and damping
+  std::map<int, double> simulated_;                            // losses by step of the search
+  MarkerFitResult result_;
+};
+
+}  // namespace
+
+MarkerFitResult fit_markers(const MarkerFitOptions& options, const Particles& particles,
+                            const std::vector<Interaction>& interactions, const MarkerTracks& tracks) {
+  return MarkerFit(options, particles, interactions, tracks).run();
+}
+
+}  // namespace pliant

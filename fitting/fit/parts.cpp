@@ -1,0 +1,73 @@
+#include "fitting/fit/parts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+using Feature = Eigen::Matrix<double, 6, 1>;
+
+size_t nearest(const std::vector<Feature>& centres, const Feature& x, double& square) {
+  size_t best = 0;
+  square = INFINITY;
+  for (size_t c = 0; c < centres.size(); ++c)
+    if (const double d = (centres[c] - x).squaredNorm(); d < square) square = d, best = c;
+  return best;
+}
+
+}  // namespace
+
+std::vector<uint32_t> find_parts(const PartsOptions& options, std::span<const Vec3f> position, std::span<const Vec3f> color) {
+  CHECK(position.size() == color.size() && options.count >= 1);
+  Box box;
+  for (const Vec3f& x : position) box.add(x);
+  const double extent = position.empty() ? 1 : std::max(1e-12f, box.size().maxCoeff());
+  std::vector<Feature> points(position.size());
+  Feature mean = Feature::Zero();
+  for (size_t i = 0; i < points.size(); ++i) {
+    points[i] << position[i].cast<double>() / extent, options.color_weight * color[i].cast<double>();
+    mean += points[i] / static_cast<double>(points.size());
+  }
+  // First the point farthest from the middle, then each time the one farthest from all centres so far.
+  std::vector<Feature> centres;
+  while (static_cast<int>(centres.size()) < options.count) {
+    double farthest = 1e-12;
+    const Feature* next = nullptr;
+    for (const Feature& x : points) {
+      double square = (x - mean).squaredNorm();
+      if (!centres.empty()) nearest(centres, x, square);
+      if (square > farthest) farthest = square, next = &x;
+    }
+    if (!next) break;
+    centres.push_back(*next);
+  }
+  if (centres.empty()) centres.push_back(mean);
+  std::vector<uint32_t> part(points.size(), 0);
+  for (int round = 0; round < options.iterations; ++round) {
+    bool moved = false;
+    std::vector<Feature> sum(centres.size(), Feature::Zero());
+    std::vector<double> count(centres.size(), 0.0);
+    for (size_t i = 0; i < points.size(); ++i) {
+      double square;
+      const uint32_t c = static_cast<uint32_t>(nearest(centres, points[i], square));
+      moved |= c != part[i] || round == 0;
+      part[i] = c, sum[c] += points[i], count[c] += 1;
+    }
+    for (size_t c = 0; c < centres.size(); ++c)
+      if (count[c] > 0) centres[c] = sum[c] / count[c];
+    if (!moved) break;
+  }
+  // Numbers without gaps.
+  std::vector<int> number(centres.size(), -1);
+  int next = 0;
+  for (uint32_t& p : part) {
+    if (number[p] < 0) number[p] = next++;
+    p = static_cast<uint32_t>(number[p]);
+  }
+  return part;
+}
+
+}  // namespace pliant

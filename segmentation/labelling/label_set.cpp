@@ -1,0 +1,79 @@
+#include "segmentation/labelling/label_set.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+const char* const kRest = "rest";
+
+/// "chair 2" -> "chair".
+std::string without_number(const std::string& name) {
+  const size_t end = name.find_last_not_of("0123456789");
+  return end + 1 < name.size() && end > 0 && end != std::string::npos && name[end] == ' ' ? name.substr(0, end) : name;
+}
+
+}  // namespace
+
+MaskSet gather_labels(const LabelSetOptions& options, const std::vector<int>& cameras, const std::vector<LabelledPhoto>& photos) {
+  CHECK(cameras.size() == photos.size());
+  MaskSet masks;
+  std::map<std::pair<std::string, int>, uint32_t> id_of;  // of the k-th thing of a name
+  uint32_t last = 0;
+  if (options.rest) masks.names[++last] = kRest;
+  for (size_t v = 0; v < photos.size(); ++v) {
+    std::vector<uint32_t> id = {options.rest ? 1u : 0u};
+    std::map<std::string, int> times;
+    for (const LabelledThing& thing : photos[v].things) {
+      const int k = ++times[thing.name];
+      uint32_t& known = id_of[{thing.name, k}];
+      if (known == 0) {
+        known = ++last;
+        if (!thing.name.empty()) masks.names[known] = k == 1 ? thing.name : thing.name + " " + std::to_string(k);
+      }
+      id.push_back(known);
+    }
+    IdImage ids = photos[v].ids;
+    for (uint32_t& pixel : ids.data) pixel = id[pixel];
+    masks.views.push_back({cameras[v], std::move(ids)});
+  }
+  return masks;
+}
+
+std::map<uint32_t, std::string> carried_names(const MaskSet& before, const MaskSet& after) {
+  std::map<uint32_t, std::map<std::string, size_t>> votes;
+  std::map<uint32_t, size_t> size;
+  for (const MaskSet::View& view : after.views) {
+    const auto same = std::find_if(before.views.begin(), before.views.end(), [&](const MaskSet::View& v) { return v.camera == view.camera; });
+    if (same == before.views.end()) continue;
+    CHECK(same->ids.data.size() == view.ids.data.size());
+    std::map<std::pair<uint32_t, uint32_t>, size_t> pixels;
+    for (size_t i = 0; i < view.ids.data.size(); ++i)
+      if (view.ids.data[i] != 0) ++pixels[{view.ids.data[i], same->ids.data[i]}];
+    for (const auto& [ids, count] : pixels) {
+      size[ids.first] += count;
+      const auto name = before.names.find(ids.second);
+      if (name != before.names.end()) votes[ids.first][without_number(name->second)] += count;
+    }
+  }
+  std::vector<std::tuple<std::string, size_t, uint32_t>> named;
+  for (const auto& [id, of_id] : votes) {
+    const auto most = std::max_element(of_id.begin(), of_id.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    named.push_back({most->first, size[id], id});
+  }
+  std::sort(named.begin(), named.end(), [](const auto& a, const auto& b) {
+    return std::tie(std::get<0>(a), std::get<1>(b), std::get<2>(a)) < std::tie(std::get<0>(b), std::get<1>(a), std::get<2>(b));
+  });
+  std::map<uint32_t, std::string> names;
+  std::map<std::string, int> times;
+  for (const auto& [name, pixels, id] : named) {
+    const int k = ++times[name];
+    names[id] = k == 1 ? name : name + " " + std::to_string(k);
+  }
+  return names;
+}
+
+}  // namespace pliant

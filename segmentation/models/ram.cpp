@@ -1,0 +1,54 @@
+#include "segmentation/models/ram.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "gaussians/base/error.h"
+#include "gaussians/io/files.h"
+#include "segmentation/models/picture.h"
+
+namespace pliant {
+
+TagList TagList::read(const std::filesystem::path& file) {
+  TagList tags;
+  std::istringstream lines(read_text(file));
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line.empty()) continue;
+    const size_t tab = line.find('\t');
+    float threshold = 0.68f;
+    if (tab != std::string::npos) {
+      char* end = nullptr;
+      threshold = std::strtof(line.c_str() + tab + 1, &end);
+      if (end == line.c_str() + tab + 1 || !(threshold >= 0 && threshold <= 1))
+        throw input_error(file.string(), "line " + std::to_string(tags.names.size() + 1), "has the threshold '" + line.substr(tab + 1) + "'",
+                          "write NAME, a tab, and a number in 0..1");
+    }
+    tags.names.push_back(line.substr(0, tab)), tags.thresholds.push_back(threshold);
+  }
+  if (tags.names.empty()) throw input_error(file.string(), "", "has no names", "give the tag list of the network, one name per line");
+  return tags;
+}
+
+Ram::Ram(std::unique_ptr<NeuralModule> module, TagList tags) : module_(std::move(module)), tags_(std::move(tags)) {
+  size_ = module_->file().size_of("size", 384);
+  contract_.inputs = {{"image", Tensor::Type::kFloat32, "1,3,S,S", -2.2, 2.7, "ImageNet mean and deviation, red first"}};
+  TensorLine logits{"logits", Tensor::Type::kFloat32, "1," + std::to_string(tags_.names.size())};
+  logits.meaning = "one for each line of the tag list";
+  contract_.outputs = {logits};
+  module_->verify(contract_, {{"S", size_}});
+}
+
+std::vector<Tag> Ram::tag(const ImageF& picture) {
+  const Tensor logits = module_->run(contract_, {to_planes(resize_picture(picture, size_, size_), Normalisation::imagenet())})[0];
+  std::vector<Tag> found;
+  for (size_t k = 0; k < tags_.names.size(); ++k) {
+    const float score = 1 / (1 + std::exp(-logits.values[k]));
+    if (score > tags_.thresholds[k]) found.push_back({tags_.names[k], score});
+  }
+  std::stable_sort(found.begin(), found.end(), [](const Tag& a, const Tag& b) { return a.score > b.score; });
+  return found;
+}
+
+}  // namespace pliant

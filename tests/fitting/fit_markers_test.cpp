@@ -1,0 +1,96 @@
+#include "fitting/fit/fit_markers.h"
+
+#include <gtest/gtest.h>
+
+#include "gaussians/base/error.h"
+#include "tests/physics/shapes.h"
+
+namespace pliant {
+namespace {
+
+constexpr double kYoung = 2e5, kDamping = 0.2, kRelease = 0.1234, kDx = 0.015;
+
+/// A bar 30 x 30 x 100 mm along x, held over its first three cells, under gravity along -z.
+Particles bar(double young) { return testing::block<float>({0.1 + 3 * kDx, 0.03, 0.03}, kDx, 0.0, young, 0.4, 1070); }
+
+std::vector<Interaction> let_go() {
+  Interaction pin, load;
+  pin.type = InteractionType::kPin, pin.region = Region::half_space(Vec3d(3 * kDx, 0, 0), Vec3d(1, 0, 0));
+  load.type = InteractionType::kGust, load.vector = Vec3d(0, 0, -9.81);
+  return {pin, load};
+}
+
+MarkerFitOptions options() {
+  MarkerFitOptions o;
+  o.model.simulate.gravity.setZero(), o.model.simulate.fps = 200;
+  o.window = 0.2, o.damping_time = 0.5;
+  return o;
+}
+
+/// Two markers near the tip, one half way, one far from the bar; 100 Hz; at rest until kRelease.
+MarkerTracks recording(double noise) {
+  const std::vector<Vec3d> rest = {{0.14, 0.015, 0.03}, {0.145, 0.0, 0.015}, {0.09, 0.03, 0.01}, {0.14, 0.1, 0.03}};
+  const MarkerModel model(options().model, bar(kYoung), let_go(), rest);
+  const MarkerMotion motion = model.run({1, kDamping, 0}, 0.35);
+  MarkerTracks tracks;
+  tracks.name = {"a", "b", "c", "d"};
+  for (int t = 0; t < 36; ++t) {
+    tracks.time.push_back(0.01 * t);
+    tracks.position.push_back(rest), tracks.weight.emplace_back(4, 1.0);
+    for (int k = 0; k < 3; ++k) {
+      tracks.position[t][k] += motion.at(0.01 * t - kRelease, k);
+      for (int a = 0; a < 3; ++a) tracks.position[t][k][a] += noise * Random(1, t, 3 * k + a).normal();
+    }
+  }
+  tracks.weight[20][1] = 0, tracks.position[20][1] = {9, 9, 9};  // a gap
+  return tracks;
+}
+
+TEST(MarkerMotion, InterpolationFollowsCubicsAndRestsBeforeTheRelease) {
+  MarkerMotion motion;
+  motion.fps = 10;
+  for (int k = 0; k < 20; ++k) motion.displacement.push_back({Vec3d(std::pow(0.1 * k, 2), 0.1 * k, 0)});
+  EXPECT_NEAR(motion.at(0.55, 0).x(), 0.3025, 1e-12);
+  EXPECT_NEAR(motion.at(0.55, 0).y(), 0.55, 1e-12);
+  EXPECT_EQ(motion.at(-0.2, 0), Vec3d::Zero());
+  EXPECT_EQ(motion.at(99, 0), motion.displacement.back()[0]);
+}
+
+TEST(FitMarkers, FindsStiffnessDampingAndReleaseFromTenTimesWrongEitherWay) {
+  const MarkerTracks tracks = recording(1e-5);
+  for (const double wrong : {0.1, 10.0}) {
+    const auto fit = fit_markers(options(), bar(wrong * kYoung), let_go(), tracks);
+    EXPECT_NEAR(std::log10(fit.young / kYoung), 0, 0.005) << wrong;
+    EXPECT_NEAR(fit.parameters.damping_time, kDamping, 0.02);
+    EXPECT_NEAR(fit.parameters.release, kRelease, 5e-4);
+    EXPECT_LT(fit.rms, 5e-5);
+    EXPECT_EQ(fit.markers, (std::vector<int>{0, 1, 2}));
+    ASSERT_EQ(fit.warnings.size(), 1u);
+    EXPECT_NE(fit.warnings[0].find("'d'"), std::string::npos);
+    EXPECT_GT(fit.sigma_log10_young, 0);
+    EXPECT_LT(fit.sigma_log10_young, 0.005);
+  }
+}
+
+TEST(FitMarkers, WithNothingToFitItIsAPrediction) {
+  MarkerFitOptions o = options();
+  o.fit_young = o.fit_damping = o.fit_release = o.search = false;
+  o.release = kRelease, o.damping_time = kDamping;
+  const auto prediction = fit_markers(o, bar(kYoung), let_go(), recording(0));
+  EXPECT_LT(prediction.rms, 1e-5);
+  EXPECT_EQ(prediction.rollouts, 1);
+  EXPECT_GT(fit_markers(o, bar(2 * kYoung), let_go(), recording(0)).rms, 1e-3);
+}
+
+TEST(FitMarkers, MarkersThatAreNotOnTheBodyOrDoNotMoveAreRefused) {
+  MarkerTracks tracks = recording(0);
+  for (auto& frame : tracks.position)
+    for (Vec3d& x : frame) x *= 1000;  // millimetres
+  EXPECT_THROW(fit_markers(options(), bar(kYoung), let_go(), tracks), Error);
+  tracks = recording(0);
+  for (auto& frame : tracks.position) frame = tracks.position[0];
+  EXPECT_THROW(fit_markers(options(), bar(kYoung), let_go(), tracks), Error);
+}
+
+}  // namespace
+}  // namespace pliant

@@ -1,0 +1,107 @@
+#include "segmentation/labelling/flow_tracker.h"
+
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include "gaussians/base/error.h"
+#include "segmentation/labelling/mask_measures.h"
+#include "tests/segmentation/made_picture.h"
+
+using namespace pliant;
+
+namespace {
+
+constexpr int kWidth = 128, kHeight = 80;
+constexpr uint32_t kId = 700;
+
+MadeDisc disc_at(float x) { return {x, 42, 14}; }
+ImageF picture_at(float x) { return made_picture(kWidth, kHeight, {disc_at(x)}); }
+
+IdImage ids_at(float x, uint32_t id = kId) {
+  IdImage ids(kWidth, kHeight, 1);
+  for (int j = 0; j < kHeight; ++j)
+    for (int i = 0; i < kWidth; ++i)
+      if (disc_at(x).contains(i, j)) ids(i, j) = id;
+  return ids;
+}
+
+float iou_of(const IdImage& ids, uint32_t id, float x) {
+  ImageF mask(kWidth, kHeight, 1, -1.0f);
+  for (size_t i = 0; i < mask.data.size(); ++i)
+    if (ids.data[i] == id) mask.data[i] = 1;
+  return mask_iou(mask, disc_mask(kWidth, kHeight, disc_at(x)));
+}
+
+}  // namespace
+
+TEST(FlowTracker, FollowsAMovingDisc) {
+  FlowTracker tracker;
+  tracker.start(picture_at(30), ids_at(30));
+  for (int k = 1; k <= 8; ++k) {
+    const TrackedFrame frame = tracker.step(picture_at(30 + 3.0f * k));
+    EXPECT_TRUE(frame.lost.empty());
+    EXPECT_GT(iou_of(frame.ids, kId, 30 + 3.0f * k), 0.85f) << "picture " << k;
+  }
+}
+
+TEST(FlowTracker, SaysThatADiscIsLostWhenItLeavesAndKnowsItsIdWhenItComesBack) {
+  FlowTracker tracker;
+  tracker.start(picture_at(100), ids_at(100));
+  float x = 100;
+  TrackedFrame frame;
+  while (x < 160) frame = tracker.step(picture_at(x += 4));
+  EXPECT_EQ(frame.lost, std::vector<uint32_t>{kId});
+  EXPECT_EQ(std::count(frame.ids.data.begin(), frame.ids.data.end(), kId), 0);
+  EXPECT_EQ(tracker.step(picture_at(160)).lost, std::vector<uint32_t>{kId});
+  while (x > 80) frame = tracker.step(picture_at(x -= 4));
+  EXPECT_TRUE(frame.lost.empty());
+  EXPECT_GT(iou_of(frame.ids, kId, x), 0.85f);
+}
+
+TEST(FlowTracker, DetectionsCorrectWhatTheyOverlapAndOthersAreFollowedUnderIdsOfTheirOwn) {
+  FlowTracker tracker;
+  const ImageF picture = made_picture(kWidth, kHeight, {disc_at(30), disc_at(90)});
+  IdImage loose = ids_at(30);
+  for (int i = 30; i < 50; ++i)
+    for (int j = 40; j < 44; ++j) loose(i, j) = kId;
+  tracker.start(picture, loose);
+  IdImage detections = ids_at(30, 4);
+  const IdImage other = ids_at(90, kId);  // an id that is taken
+  for (size_t i = 0; i < other.data.size(); ++i) detections.data[i] += other.data[i];
+  const TrackedFrame frame = tracker.add(detections);
+  EXPECT_FLOAT_EQ(iou_of(frame.ids, kId, 30), 1);
+  EXPECT_EQ(frame.ids(30, 42), kId);
+  EXPECT_NE(frame.ids(90, 42), kId);
+  EXPECT_NE(frame.ids(90, 42), 0u);
+  EXPECT_NE(frame.ids(90, 42), 4u);
+}
+
+TEST(FlowTracker, ALostThingIsPromptedAnewByAdd) {
+  FlowTracker tracker;
+  tracker.start(picture_at(30), ids_at(30));
+  EXPECT_EQ(tracker.step(made_picture(kWidth, kHeight, {})).lost, std::vector<uint32_t>{kId});
+  FlowTracker other = tracker;
+  EXPECT_EQ(tracker.add(ids_at(60)).lost.size(), 0u);     // by its id
+  other.step(made_picture(kWidth, kHeight, {disc_at(60)}));
+  EXPECT_EQ(other.add(ids_at(60, 5)).ids(60, 42), kId);   // by its colours
+}
+
+TEST(FlowTracker, RefusesAPictureOfAnotherSize) {
+  FlowTracker tracker;
+  tracker.start(picture_at(30), ids_at(30));
+  EXPECT_THROW(tracker.step(made_picture(kWidth, kHeight + 2, {})), Error);
+}
+
+TEST(FlowTracker, IsEqualForAnyNumberOfThreads) {
+  const auto followed = [](int threads) {
+    omp_set_num_threads(threads);
+    FlowTracker tracker;
+    tracker.start(picture_at(30), ids_at(30));
+    tracker.step(picture_at(35));
+    return tracker.step(picture_at(41)).ids.data;
+  };
+  const int threads = omp_get_max_threads();
+  const auto one = followed(1), three = followed(3);
+  omp_set_num_threads(threads);
+  EXPECT_EQ(one, three);
+}

@@ -1,0 +1,44 @@
+// Silhouettes of an object before a dark ground: silhouettes_study PHOTOS OUT_FOLDER
+// 1 = object, 2 = the rest: grey above 0.19, closed by a 5 x 5 square, largest part, holes filled.
+
+#include <cstdio>
+#include <filesystem>
+#include <opencv2/imgproc.hpp>
+
+#include "gaussians/io/image_io.h"
+
+using namespace pliant;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The largest part of a mask of 0 and 1.
+cv::Mat largest_part(const cv::Mat& mask) {
+  cv::Mat number, stats, centres;
+  const int count = cv::connectedComponentsWithStats(mask, number, stats, centres);
+  int best = 0;
+  for (int k = 1; k < count; ++k)
+    if (best == 0 || stats.at<int>(k, cv::CC_STAT_AREA) > stats.at<int>(best, cv::CC_STAT_AREA)) best = k;
+  return (number == best) / 255;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 3) return std::fprintf(stderr, "usage: %s PHOTOS OUT_FOLDER\n", argv[0]), 2;
+  fs::create_directories(argv[2]);
+  for (const auto& entry : fs::directory_iterator(argv[1])) {
+    if (entry.path().extension() != ".png" && entry.path().extension() != ".jpg") continue;
+    const ImageF photo = read_image(entry.path());
+    cv::Mat mask(photo.height, photo.width, CV_8U);
+    for (int y = 0; y < photo.height; ++y)
+      for (int x = 0; x < photo.width; ++x)
+        mask.at<uint8_t>(y, x) = 0.299f * photo(x, y, 0) + 0.587f * photo(x, y, 1) + 0.114f * photo(x, y, 2) > 0.19f;
+    cv::morphologyEx(mask, mask, cv::MORPH_CLOSE, cv::Mat::ones(5, 5, CV_8U));
+    const cv::Mat outside = largest_part(1 - largest_part(mask));
+    IdImage ids(photo.width, photo.height, 1);
+    for (int y = 0; y < photo.height; ++y)
+      for (int x = 0; x < photo.width; ++x) ids(x, y) = outside.at<uint8_t>(y, x) ? 2 : 1;
+    write_ids(fs::path(argv[2]) / entry.path().stem().concat(".png"), ids);
+  }
+}
