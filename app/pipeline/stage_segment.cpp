@@ -66,9 +66,12 @@ MaskSet associated_masks(const Context& context, const Scene& scene, const Segme
   AssociateOptions options;
   options.held_out = semantic.held_out, options.footprint.render = semantic.render;
   if (stage.associate == "auto" && !labelled) options.keep_above = 0.75;
+  const MaskSet as_labelled = masks;
+  const uint32_t rest = labelled ? take_out_rest(masks) : 0;
   AssociateResult result = associate(options, scene.cloud, scene.cameras, masks);
   if (result.summary.associated) context.progress.say("segment: association: " + result.summary.describe());
   if (labelled) result.masks.names = carried_names(masks, result.masks);
+  if (rest != 0) put_back_rest(as_labelled, rest, result.masks);
   return std::move(result.masks);
 }
 

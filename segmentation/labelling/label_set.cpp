@@ -43,6 +43,29 @@ MaskSet gather_labels(const LabelSetOptions& options, const std::vector<int>& ca
   return masks;
 }
 
+uint32_t take_out_rest(MaskSet& masks) {
+  for (const auto& [id, name] : masks.names) {
+    if (name != kRest) continue;
+    const uint32_t rest = id;
+    masks.names.erase(rest);
+    for (MaskSet::View& view : masks.views) std::replace(view.ids.data.begin(), view.ids.data.end(), rest, 0u);
+    return rest;
+  }
+  return 0;
+}
+
+void put_back_rest(const MaskSet& before, uint32_t rest, MaskSet& after) {
+  uint32_t fresh = 1;
+  for (const uint32_t id : after.ids()) fresh = std::max(fresh, id + 1);
+  for (MaskSet::View& view : after.views) {
+    const auto same = std::find_if(before.views.begin(), before.views.end(), [&](const MaskSet::View& v) { return v.camera == view.camera; });
+    CHECK(same != before.views.end() && same->ids.data.size() == view.ids.data.size());
+    for (size_t i = 0; i < view.ids.data.size(); ++i)
+      if (view.ids.data[i] == 0 && same->ids.data[i] == rest) view.ids.data[i] = fresh;
+  }
+  after.names[fresh] = kRest;
+}
+
 std::map<uint32_t, std::string> carried_names(const MaskSet& before, const MaskSet& after) {
   std::map<uint32_t, std::map<std::string, size_t>> votes;
   std::map<uint32_t, size_t> size;

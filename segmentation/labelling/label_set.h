@@ -17,6 +17,13 @@ struct LabelSetOptions {
 /// every photo, and things without a name an id of their own: what is the same thing is for `associate` to say.
 MaskSet gather_labels(const LabelSetOptions& options, const std::vector<int>& cameras, const std::vector<LabelledPhoto>& photos);
 
+/// Takes the id named "rest" out of the masks and returns it, 0 when there is none: ground that hides a thing in one photo
+/// and not in another must not join things when masks are associated.
+uint32_t take_out_rest(MaskSet& masks);
+/// Pixels that were `rest` in `before` and are 0 in `after` get an id of their own in `after`, named "rest": what few
+/// photos show as a thing and most as the rest is the rest.
+void put_back_rest(const MaskSet& before, uint32_t rest, MaskSet& after);
+
 /// Names for the ids that `after` uses, from the names that the same pixels had in `before` (views by camera): the name
 /// with most pixels.  Several ids of one name are numbered from the largest on: "chair", "chair 2".
 std::map<uint32_t, std::string> carried_names(const MaskSet& before, const MaskSet& after);

@@ -172,3 +172,18 @@ TEST(LabelSet, AThingOfANameHasOneIdInAllPhotosAndNamesFollowAnAssociation) {
   EXPECT_EQ(names.at(13), "ball");
   EXPECT_EQ(names.at(11), "rest");
 }
+
+TEST(LabelSet, TheRestIsTakenOutForAnAssociationAndPutBackWhereNothingElseIs) {
+  MaskSet masks;
+  masks.names = {{1, "rest"}, {2, "dog"}};
+  masks.views.push_back({3, IdImage(4, 1, 1)});
+  masks.views[0].ids.data = {1, 2, 0, 1};
+  MaskSet things = masks;
+  EXPECT_EQ(take_out_rest(things), 1u);
+  EXPECT_EQ(things.views[0].ids.data, (std::vector<uint32_t>{0, 2, 0, 0}));
+  EXPECT_EQ(things.names.count(1), 0u);
+  things.views[0].ids.data[3] = 7;  // what an association may find out
+  put_back_rest(masks, 1, things);
+  EXPECT_EQ(things.views[0].ids.data, (std::vector<uint32_t>{8, 2, 0, 7}));
+  EXPECT_EQ(things.names.at(8), "rest");
+}
