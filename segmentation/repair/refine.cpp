@@ -23,7 +23,8 @@ struct Crop {
 
 std::vector<size_t> largest(const std::vector<FilledView>& views, int most) {
   std::vector<size_t> area, order(views.size());
-  for (const FilledView& view : views) area.push_back(static_cast<size_t>(cv::countNonZero(cv::Mat(1, static_cast<int>(view.mask.data.size()), CV_8U, const_cast<uint8_t*>(view.mask.data.data())))));
+  for (const FilledView& view : views)
+    area.push_back(static_cast<size_t>(std::count(view.mask.data.begin(), view.mask.data.end(), 1)));
   std::iota(order.begin(), order.end(), size_t(0));
   std::erase_if(order, [&](size_t v) { return area[v] == 0; });
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return area[a] > area[b]; });

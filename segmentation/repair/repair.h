@@ -46,7 +46,8 @@ struct RepairSummary {
 };
 
 struct RepairResult {
-  GaussianCloud background;   ///< the given background without `replaced`, then the new Gaussians; untouched but for colours in a lifted shadow
+  /// The given background without `replaced`, untouched but for colours in a lifted shadow, then the new Gaussians.
+  GaussianCloud background;
   std::vector<int> replaced;  ///< Gaussians of the given background that nobody had observed and only the hole shows
   size_t first_new = 0;
   RepairSummary summary;

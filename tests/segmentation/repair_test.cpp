@@ -135,6 +135,30 @@ TEST(Repair, NewGaussiansLieOnTheContinuedPlane) {
   }
 }
 
+TEST(Repair, WhatNobodySawInTheHoleIsReplacedAndNothingElseThatNobodySaw) {
+  const MadeScene scene = made_scene(two_balls(), 8, 160, 120);
+  Parts parts = without(scene, 300);
+  const size_t seen = parts.background.size();
+  for (float x = -0.1f; x <= 0.1f; x += 0.03f)
+    for (float y = -0.1f; y <= 0.1f; y += 0.03f)
+      add_disc(parts.background, Vec3f(-0.35f + x, 0.1f + y, 0.05f), Vec3f::UnitZ(), 0.02f, Vec3f(0, 1, 0));  // inside the ball
+  const size_t inside = parts.background.size();
+  for (int i = 0; i < 30; ++i)  // behind the table
+    add_disc(parts.background, Vec3f(0.02f * static_cast<float>(i), -0.5f, -0.05f), Vec3f::UnitZ(), 0.01f, Vec3f(0, 1, 0));
+  const RepairResult result = repair({}, parts.background, parts.object, scene.cameras);
+  size_t junk = 0;
+  for (const int p : result.replaced) {
+    junk += static_cast<size_t>(p) >= seen && static_cast<size_t>(p) < inside;
+    EXPECT_LT(static_cast<size_t>(p), inside);
+  }
+  EXPECT_EQ(junk, inside - seen);
+  expect_equal(result.background, kept(parts.background, result), result.first_new);
+  for (const Camera& camera : scene.cameras) {
+    const ImageF picture = render(result.background, camera).color;
+    for (size_t i = 0; i < picture.pixels(); ++i) ASSERT_LT(picture.data[3 * i + 1], 0.1f + picture.data[3 * i] + picture.data[3 * i + 2]);
+  }
+}
+
 TEST(Repair, WithoutAHoleNothingIsAddedOrChanged) {
   MadeScene scene = made_scene({}, 8, 160, 120);  // the whole table, and a ball that floats above it
   GaussianCloud ball;
