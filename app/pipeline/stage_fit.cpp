@@ -111,7 +111,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     VibrationFitOptions options;
     options.simulate.gravity = -9.81 * scene.up;
     options.search.first = stage.from;
-    options.refine.tolerance = 1e-4;
+    options.refine.tolerance = 1e-3, options.modes.most = 6;
     const auto say = [&](const std::string& line) { context.progress.say("fit: " + line); };
     const VibrationFit homogeneous = fit_vibration(options, fit.body.particles, fit.pins, tracks, fit.video.fps, say);
     VibrationFit found = homogeneous;

@@ -116,7 +116,8 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   const bool grouping = !stage.gaussian_grouping.empty();
   if (grouping && (selecting || stage.joint || !stage.masks.empty()))
     throw usage_error("--gaussian-grouping", stage.gaussian_grouping, "was given together with masks or a selection", "its classifier says what the objects are");
-  const bool labelling = stage.label.photos;
+  const ModelChoice& networks = stage.label.models;
+  const bool labelling = stage.label.photos || !networks.detector.empty() || !networks.tagger.empty() || !networks.segmenter.empty();
   if (labelling && (selecting || grouping || stage.automatic || stage.joint || !stage.masks.empty()))
     throw usage_error("--label-photos", "", "was given together with --masks, --auto, --joint, --gaussian-grouping or a selection", "it makes the masks");
   if (labelling) run_label(context, run, scene, stage.label);
