@@ -112,6 +112,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     options.simulate.gravity = -9.81 * scene.up;
     options.search.first = stage.from;
     options.refine.tolerance = 1e-3, options.modes.most = 6;
+    options.most_modes = 4, options.most_periods = 3.5;
     const auto say = [&](const std::string& line) { context.progress.say("fit: " + line); };
     const VibrationFit homogeneous = fit_vibration(options, fit.body.particles, fit.pins, tracks, fit.video.fps, say);
     VibrationFit found = homogeneous;
@@ -143,7 +144,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     write_velocity(run / (folder + "/velocity.h5"), velocity_of(fit, found), provenance);
 
     const Comparison scores = compare(fit, found, replay(fit, found, fitted, options.simulate), run / "fit/side_by_side.mp4");
-    context.progress.say(fmt::format("fit: E = {:.4g} Pa (within {:.0f} %), damping time {:.3g} s; {:.1f} dB where it moves (held first frame {:.1f}, scene at rest against it {:.1f})",
+    context.progress.say(fmt::format("fit: E = {:.4g} Pa (+-{:.1f} % by noise alone), damping time {:.3g} s; {:.1f} dB where it moves (held first frame {:.1f}, scene at rest against it {:.1f})",
                                      young, 100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used, scores.still_used, scores.rest));
     if (scores.frames_later > 0)
       context.progress.say(fmt::format("fit: {:.1f} dB over the {} frames that it did not see (held first frame {:.1f})", scores.psnr_later,

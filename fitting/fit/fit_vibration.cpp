@@ -31,8 +31,11 @@ class Fitter {
     lead_ = static_cast<int>(std::lround((first_ / fps - time_) * fps * n)), subframes_ = n;
     simulate_ = options.simulate;
     simulate_.fps = fps * n;
-    const int last = static_cast<int>(tracks.tracks().place.size()) - 1;
-    simulate_.duration = (lead_ + (last - first_) * n) / simulate_.fps;
+    const int frames = static_cast<int>(tracks.tracks().place.size());
+    last_ = frames - 1;
+    if (search.periods > options.most_periods)
+      last_ = first_ + static_cast<int>(std::ceil((last_ - first_) * options.most_periods / search.periods));
+    simulate_.duration = (lead_ + (last_ - first_) * n) / simulate_.fps;
     simulate_.settle_time = 0, simulate_.sleep_speed = 0;
     choose_modes(motion, options.most_modes);
     part_ = options.part, part_sigma_ = std::log(10.0) * options.part_sigma;
@@ -73,7 +76,7 @@ class Fitter {
     simulate<float>(options, particles, interactions_, state_of(p), [&](const SimulationState& state) {
       if (state.frame < lead_ || (state.frame - lead_) % subframes_ != 0) return true;
       const size_t f = first_ + (state.frame - lead_) / subframes_;
-      if (f >= seen.place.size() || seen.place[f].empty()) return true;
+      if (static_cast<int>(f) > last_ || seen.place[f].empty()) return true;
       const std::vector<Vec3f> expected = tracks_.expected(state);
       for (size_t k = 0; k < expected.size(); ++k) {
         Vec3d error = expected[k].cast<double>() - seen.place[f][k];
@@ -110,7 +113,7 @@ class Fitter {
     const std::vector<double> r = residuals(p, 1);
     for (const double x : r) square += x * x;
     const PointTracks& seen = tracks_.tracks();
-    for (size_t f = first_; f < seen.place.size(); ++f)
+    for (int f = first_; f <= last_; ++f)
       if (!seen.place[f].empty())
         for (const double w : seen.weight[f]) weight += w;
     return std::sqrt(square / weight);
@@ -146,7 +149,7 @@ class Fitter {
   const std::vector<Interaction>& interactions_;
   const TrackLoss<float>& tracks_;
   const VibrationModes& modes_;
-  int first_ = 0, lead_ = 0, subframes_ = 1;
+  int first_ = 0, last_ = 0, lead_ = 0, subframes_ = 1;
   double time_ = 0;
   SimulateOptions simulate_;
   std::vector<uint32_t> part_;         // [N] or empty
@@ -212,7 +215,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     auto fitter = std::make_unique<Fitter>(options, particles, interactions, tracks, fps, fit.modes, fit.search, minimum);
     const double before = fitter->rms(fitter->start());
     if (c == 0) fit.rms_search = before;
-    const GaussNewtonResult result = fitter->refine(options.refine, fitter->start(), 3, std::max(before, 1e-12));
+    const GaussNewtonResult result = fitter->refine(options.refine, fitter->start(), 2, std::max(before, 1e-12));
     const double after = fitter->rms(result.parameters);
     fit.candidate_factor.push_back(result.parameters[0] / std::log(10.0)), fit.candidate_rms.push_back(after);
     say("roll-outs from E x %.3g: rms error %.3g -> %.3g at E x %.3g", std::pow(10.0, minimum.log10_factor), before, after,

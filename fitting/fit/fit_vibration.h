@@ -12,6 +12,7 @@ struct VibrationFitOptions {
   GaussNewtonOptions refine;    ///< iterations and tolerance
   int candidates = 3;           ///< minima of the search that are refined
   int most_modes = 6;           ///< whose amplitudes are refined
+  double most_periods = 8;      ///< of the strongest mode that roll-outs are compared over
   double noise = 0;             ///< of the tracks, in their unit; 0 = what remains
   std::vector<uint32_t> part;   ///< [N] of the particles, from 0 without gaps, whose E may differ; empty = one part
   double part_sigma = 0.5;      ///< decades by which a part is expected to differ from the common factor
@@ -27,7 +28,7 @@ struct VibrationFit {
   int first_frame = 0;             ///< of the tracks, that was compared
   SimulationState start;           ///< of the particles with the factor applied
   int subframes = 1;               ///< frames of the roll-out for one of the tracks
-  double rms_search = 0, rms = 0;  ///< of tracks against roll-outs: from the best candidate of the search, and refined
+  double rms_search = 0, rms = 0;  ///< of tracks against roll-outs: from the best candidate of the search, and refined, over the frames compared
   double rms_rest = 0;             ///< if nothing moved
   VibrationModes modes;
   ModalSearch search;
