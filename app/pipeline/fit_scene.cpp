@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "app/store/particles.h"
+#include "fitting/fit/check_video.h"
 #include "fitting/fit/parts.h"
 #include "fitting/fit/track_pixels.h"
 #include "gaussians/base/error.h"
@@ -36,6 +37,15 @@ ReferenceVideo load_video(const Scene& scene, const FitStage& stage) {
   options.declared_fps = stage.fps > 0 ? stage.fps : known && stage.video.empty() ? known->fps : 0;
   options.trust_declared = stage.fps > 0;
   return load_reference_video(options, file, video_camera(scene, camera));
+}
+
+/// A video that no motion of the object can explain is refused; what is doubtful is said.
+void check(const Context& context, const FitScene& fit, const std::string& file) {
+  ImageU8 object(fit.moving.width, fit.moving.height, 1);
+  for (size_t i = 0; i < object.data.size(); ++i) object.data[i] = fit.moving.data[i] > 0.5f;
+  const VideoChecks checks = check_video({}, fit.video, fit.still, object);
+  require_usable(checks, file);
+  for (const VideoFinding& finding : checks.findings) context.progress.warn(finding.sentence);
 }
 
 /// Gaussians of the object that follow a driver and are not held.
@@ -116,6 +126,7 @@ FitScene load_fit_scene(const Context& context, const RunDirectory& run, const S
     fit.moving.data[i] = picture.features.data[2 * i];
     depth.data[i] = picture.features.data[2 * i + 1] / std::max(picture.features.data[2 * i], 1e-6f);
   }
+  check(context, fit, stage.video.empty() ? scene.settings.video->file.string() : stage.video);
   choose_points(fit, depth, stage.points);
   return fit;
 }

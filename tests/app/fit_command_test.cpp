@@ -59,7 +59,8 @@ TEST(FitCommand, AVideoTellsStiffnessAndDampingAndSimulateUsesThem) {
   EXPECT_EQ(manifest["stages"]["simulate"]["options"]["material"]["young"], 30000);
   EXPECT_NEAR(read_material(object / "material.h5").young.front(), material.young.front(), 1e-3);  // the fit's file stays
 
-  // Wrong cameras and files end with the right code.
+  // Wrong cameras and files end with the right code: another camera of the scene did not take this video.
+  EXPECT_EQ(run_quietly({"fit", out, "--video-camera", "view_001", "--overwrite"}), 1);
   EXPECT_EQ(run_quietly({"fit", out, "--video-camera", "vieww_001", "--overwrite"}), 2);
   EXPECT_EQ(run_quietly({"fit", out, "--video", (folder / "nothing.mp4").string(), "--video-camera", "view_001", "--overwrite"}), 1);
   fs::remove_all(folder);
