@@ -6,6 +6,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "app/pipeline/moving_scene.h"
 #include "app/store/particles.h"
 #include "fitting/fit/check_video.h"
 #include "fitting/fit/parts.h"
@@ -101,12 +102,7 @@ FitScene load_fit_scene(const Context& context, const RunDirectory& run, const S
   drawn.metres_per_unit = scene.metres_per_unit;
   drawn.drivers = fit.body.file.driving_position;
   drawn.render.antialiased = scene.report.antialiased;
-  drawn.binding = pliant::bind({}, object.position, drawn.drivers);
-  for (const nlohmann::json& row : nlohmann::json::parse(fit.body.file.pinned_json)) {
-    const Region region = parse_region(row, {scene.metres_per_unit, scene.up}, "particles.h5");
-    for (size_t i = 0; i < object.size(); ++i)
-      if (region.contains(object.position[i].cast<double>())) drawn.binding.driver[i * Binding::kCount] = -1;
-  }
+  drawn.binding = bind_object(scene, fit.body.file, object);
   drawn.object = object, drawn.background = background;
 
   const std::vector<uint8_t> free = free_gaussians(object, drawn.binding);

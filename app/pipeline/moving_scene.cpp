@@ -10,19 +10,15 @@
 namespace pliant {
 using nlohmann::json;
 
-namespace {
-
-/// Gaussians inside a pinned region belong to the rigid part and follow no driver.
-void hold_pinned(const Scene& scene, MovingScene& moving) {
-  const InteractionFrame frame{scene.metres_per_unit, scene.up};
-  for (const json& row : json::parse(moving.particles.pinned_json)) {
-    const Region region = parse_region(row, frame, "particles.h5");
-    for (size_t i = 0; i < moving.object.size(); ++i)
-      if (region.contains(moving.object.position[i].cast<double>())) moving.binding.driver[i * Binding::kCount] = -1;
+Binding bind_object(const Scene& scene, const ParticleFile& particles, const GaussianCloud& object) {
+  Binding binding = pliant::bind({}, object.position, particles.driving_position);
+  for (const json& row : json::parse(particles.pinned_json)) {
+    const Region region = parse_region(row, {scene.metres_per_unit, scene.up}, "particles.h5");
+    for (size_t i = 0; i < object.size(); ++i)
+      if (region.contains(object.position[i].cast<double>())) binding.driver[i * Binding::kCount] = -1;
   }
+  return binding;
 }
-
-}  // namespace
 
 size_t MovingScene::moving() const {
   size_t count = 0;
@@ -58,8 +54,7 @@ MovingScene load_moving_scene(const RunDirectory& run, const Scene& scene) {
   moving.particles = read_particles(run / (object_folder(run) + "/particles.h5"));
   moving.trajectory = read_trajectory(files.at("trajectory"));
   moving.antialiased = scene.report.antialiased;
-  moving.binding = pliant::bind({}, moving.object.position, moving.particles.driving_position);
-  hold_pinned(scene, moving);
+  moving.binding = bind_object(scene, moving.particles, moving.object);
   return moving;
 }
 

@@ -23,6 +23,9 @@ struct MovingScene {
   GaussianCloud all_at(const TrajectoryFile::Frame& frame) const;
 };
 
+/// The object's Gaussians to its driving particles; those in a pinned region are rigid and follow none.
+Binding bind_object(const Scene& scene, const ParticleFile& particles, const GaussianCloud& object);
+
 /// A usage error says so when the run has not been simulated.
 MovingScene load_moving_scene(const RunDirectory& run, const Scene& scene);
 

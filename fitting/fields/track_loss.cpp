@@ -18,14 +18,18 @@ TrackLoss<T>::TrackLoss(PointTracks tracks, std::span<const Vec3f> drivers, doub
 }
 
 template <class T>
-std::vector<Vec3<T>> TrackLoss<T>::expected(const BasicSimulationState<T>& state) const {
-  std::vector<Vec3<T>> places = points_.positions(state);
+std::vector<Vec3<T>> TrackLoss<T>::places_of(std::vector<Vec3<T>> positions) const {
   if (tracks_.camera)
-    for (Vec3<T>& x : places) {
+    for (Vec3<T>& x : positions) {
       const auto pixel = project_point<T>(*tracks_.camera, x);
       x = Vec3<T>(pixel.x(), pixel.y(), T(0));
     }
-  return places;
+  return positions;
+}
+
+template <class T>
+std::vector<Vec3<T>> TrackLoss<T>::expected(const BasicSimulationState<T>& state) const {
+  return places_of(points_.positions(state));
 }
 
 template <class T>
@@ -53,12 +57,8 @@ double TrackLoss<T>::value_adjoint(int frame, const BasicSimulationState<T>& sta
                                    StateGradient<T>& gradient) const {
   if (!seen(frame) || !(total_weight_ > 0)) return 0;
   const std::vector<Vec3<T>> position = points_.positions(state);
-  std::vector<Vec3<T>> expected = position, adj(position.size(), Vec3<T>::Zero());
-  if (tracks_.camera)
-    for (Vec3<T>& x : expected) {
-      const auto pixel = project_point<T>(*tracks_.camera, x);
-      x = Vec3<T>(pixel.x(), pixel.y(), T(0));
-    }
+  const std::vector<Vec3<T>> expected = places_of(position);
+  std::vector<Vec3<T>> adj(position.size(), Vec3<T>::Zero());
   const double total = sum(frame, expected, &adj);
   for (size_t k = 0; k < adj.size(); ++k) {
     adj[k] *= T(adj_value);

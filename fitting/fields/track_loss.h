@@ -36,6 +36,8 @@ class TrackLoss : public FrameLoss<T> {
 
  private:
   bool seen(int frame) const { return frame < static_cast<int>(tracks_.place.size()) && !tracks_.place[frame].empty(); }
+  /// Positions in the unit of the tracks.
+  std::vector<Vec3<T>> places_of(std::vector<Vec3<T>> positions) const;
   double sum(int frame, const std::vector<Vec3<T>>& expected, std::vector<Vec3<T>>* adj_expected) const;
 
   PointTracks tracks_;

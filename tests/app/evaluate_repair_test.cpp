@@ -41,7 +41,7 @@ TEST(HiddenTruth, CoversTheFlowerAndAgreesWithThePhotosBesideIt) {
         bool near = false;
         for (int j = std::max(0, y - 1); j <= std::min(masks.height - 1, y + 1); ++j)
           for (int i = std::max(0, x - 1); i <= std::min(masks.width - 1, x + 1); ++i) near = near || masks(i, j) == kFlowerId;
-        if (!near) ASSERT_EQ(photo(x, y, 1), bare(x, y, 1)) << x << ' ' << y;
+        if (!near) { ASSERT_EQ(photo(x, y, 1), bare(x, y, 1)) << x << ' ' << y; }
       }
   }
   EXPECT_GT(never, 100u);
