@@ -6,7 +6,7 @@
 #include "app/pipeline/fit_scene.h"
 #include "app/store/material.h"
 #include "app/store/velocity.h"
-#include "fitting/fit/fit_vibration.h"
+#include "fitting/fit/fit_material.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 #include "gaussians/io/image_io.h"
@@ -87,6 +87,12 @@ json curve_to_json(const ModalSearch& search) {
   return rows;
 }
 
+json steps_to_json(const std::vector<FitStep>& steps) {
+  json rows = json::array();
+  for (const FitStep& step : steps) rows.push_back({{"name", step.name}, {"rms_px", step.rms}, {"seconds", step.seconds}});
+  return rows;
+}
+
 }  // namespace
 
 bool is_fitted(const RunDirectory& run) { return run.has("fit"); }
@@ -114,31 +120,18 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     options.refine.tolerance = 1e-3, options.modes.most = 6;
     options.most_modes = 4, options.most_periods = 3.5;
     const auto say = [&](const std::string& line) { context.progress.say("fit: " + line); };
-    const VibrationFit homogeneous = fit_vibration(options, fit.body.particles, fit.pins, tracks, fit.video.fps, say);
-    VibrationFit found = homogeneous;
-    std::vector<uint32_t> part;
-    if (stage.parts > 1) {
-      // Again with parts of their own stiffness, from modes of the body as it is known by now.
-      part = parts_of(fit, stage.parts);
-      options.part = part, options.candidates = 1;
-      options.search.low = -0.15, options.search.high = 0.15, options.search.first = homogeneous.first_frame / fit.video.fps;
-      options.search.damping_rates = {1 / homogeneous.damping_time};
-      found = fit_vibration(options, homogeneous.fitted(fit.body.particles, {}), fit.pins, tracks, fit.video.fps, say);
-      found.log10_factor += homogeneous.log10_factor;
-    }
-    const Particles fitted = found.fitted(fit.body.particles, part);
+    MaterialFitOptions material_options;
+    material_options.vibration = options;
+    if (stage.parts > 1) material_options.kind = MaterialKind::kParts, material_options.part = parts_of(fit, stage.parts);
+    const MaterialFit found_material = fit_material(material_options, fit.body.particles, fit.pins, tracks, fit.video.fps, say);
+    const VibrationFit& found = found_material.found;
+    const Particles& fitted = found_material.particles;
     const double young = material.young * std::pow(10.0, found.log10_factor);
-    std::vector<double> part_young(found.part_log10.size());
-    for (size_t p = 0; p < part_young.size(); ++p) {
-      part_young[p] = young * std::pow(10.0, found.part_log10[p]);
-      context.progress.say(fmt::format("fit: part {}: {} particles, E = {:.4g} Pa (10^+-{:.2f})", p, std::count(part.begin(), part.end(), p),
-                                       part_young[p], found.part_sigma[p]));
-    }
 
-    MaterialFile stored{fit.solid.young, fit.solid.poisson, fit.solid.density, part.empty() ? "homogeneous, fitted to the reference video" : "by parts, fitted to the reference video", {}, {}};
+    MaterialFile stored{fit.solid.young, fit.solid.poisson, fit.solid.density, "fitted to the reference video", {}, {}};
     for (size_t s = 0; s < stored.young.size(); ++s) {
       const int driver = fit.body.file.solid_driver[s];
-      stored.young[s] = static_cast<float>(driver >= 0 && !part.empty() ? part_young[part[driver]] : young);
+      stored.young[s] = static_cast<float>(driver >= 0 ? found_material.young[driver] : young);
     }
     write_material(run / (folder + "/material.h5"), stored, provenance);
     write_velocity(run / (folder + "/velocity.h5"), velocity_of(fit, found), provenance);
@@ -154,10 +147,9 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
                          {"start_s", found.time}, {"periods", found.search.periods}, {"rms_px", found.rms}, {"rms_search_px", found.rms_search},
                          {"rms_still_px", found.rms_rest}, {"psnr_used", scores.psnr_used}, {"psnr_later", scores.psnr_later},
                          {"psnr_rest", scores.rest}, {"still_used", scores.still_used}, {"still_later", scores.still_later}, {"frames_later", scores.frames_later},
-                         {"part_young_pa", part_young}, {"part_log10_sigma", found.part_sigma}, {"rms_homogeneous_px", homogeneous.rms},
-                         {"seconds", homogeneous.seconds + (part.empty() ? 0 : found.seconds)}};
+                         {"rms_homogeneous_px", found_material.homogeneous.rms}, {"steps", steps_to_json(found_material.steps)}};
     json full = result;
-    full["search"] = curve_to_json(homogeneous.search), full["modes_hz"] = json::array();
+    full["search"] = curve_to_json(found_material.homogeneous.search), full["modes_hz"] = json::array();
     for (const double omega : found.modes.omega) full["modes_hz"].push_back(omega / 6.283185307179586);
     write_text(run / "fit/results.json", full.dump(2) + "\n");
     return result;
