@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/pipeline/fit_scene.h"
+#include "app/pipeline/fit_report.h"
 #include "app/store/material.h"
 #include "app/store/velocity.h"
 #include "fitting/fit/fit_material.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
-#include "gaussians/io/image_io.h"
-#include "gaussians/io/video.h"
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -19,58 +17,20 @@ using nlohmann::json;
 namespace {
 
 constexpr double kOutlier = 3;    // px of a track's error beyond which it counts less and less
-constexpr int kGrow = 8;          // px by which the moving mask is grown for scores
-
-double psnr_in(const ImageF& a, const ImageF& b, const ImageF& weight) { return psnr_of_mse(mse_loss(a, b, weight)); }
-
-/// Reference, roll-out and their difference side by side, and how well they agree inside the moving mask.
-struct Comparison {
-  double psnr_used = 0, psnr_later = 0;              ///< mean over frames, dB
-  double still_used = 0, still_later = 0;            ///< of the first frame held
-  int frames_used = 0, frames_later = 0;
-  double rest = 0;                                   ///< of the scene at rest against the first frame: what motion cannot mend
-};
-
-Comparison compare(const FitScene& fit, const VibrationFit& found, const std::vector<SimulationState>& frames, const fs::path& video) {
-  const ImageF mask = motion_mask(fit, kGrow);
-  const double fps = fit.video.fps;
-  Comparison result;
-  const ImageF& first = fit.video.frames[0];
-  result.rest = psnr_in(fit.still, first, mask);
-  VideoWriter writer(video, fps, 3 * first.width, first.height);
-  for (size_t f = found.first_frame; f < fit.video.frames.size(); ++f) {
-    const ImageF drawn = render(fit.drawn->at(frames.at(found.rollout_frame(static_cast<int>(f), fps))), fit.video.camera, fit.drawn->render).color;
-    const ImageF& seen = fit.video.frames[f];
-    ImageF side(3 * first.width, first.height, 3);
-    for (int y = 0; y < first.height; ++y)
-      for (int x = 0; x < first.width; ++x)
-        for (int c = 0; c < 3; ++c) {
-          side(x, y, c) = seen(x, y, c), side(first.width + x, y, c) = drawn(x, y, c);
-          side(2 * first.width + x, y, c) = 0.5f + seen(x, y, c) - drawn(x, y, c);
-        }
-    writer.write(side);
-    const bool used = static_cast<int>(f) < fit.used;
-    (used ? result.psnr_used : result.psnr_later) += psnr_in(drawn, seen, mask);
-    (used ? result.still_used : result.still_later) += psnr_in(first, seen, mask);
-    ++(used ? result.frames_used : result.frames_later);
-  }
-  writer.close();
-  if (result.frames_used) result.psnr_used /= result.frames_used, result.still_used /= result.frames_used;
-  if (result.frames_later) result.psnr_later /= result.frames_later, result.still_later /= result.frames_later;
-  return result;
-}
-
-/// All frames of the fitted motion to the end of the video.
-std::vector<SimulationState> replay(const FitScene& fit, const VibrationFit& found, const Particles& particles, const SimulateOptions& base) {
+/// The fitted motion to the end of the video.
+FittedMotion replay(const FitScene& fit, const VibrationFit& found, const Particles& particles, const SimulateOptions& base) {
   SimulateOptions options = base;
   options.fps = fit.video.fps * found.subframes, options.damping_time = found.damping_time, options.settle_time = 0;
   options.duration = found.rollout_frame(static_cast<int>(fit.video.frames.size()) - 1, fit.video.fps) / options.fps;
-  std::vector<SimulationState> frames;
+  FittedMotion motion;
+  motion.first_frame = found.first_frame;
+  int frame = 0;
   simulate<float>(options, particles, fit.pins, found.start, [&](const SimulationState& state) {
-    frames.push_back(state);
+    const int wanted = found.rollout_frame(motion.first_frame + static_cast<int>(motion.frames.size()), fit.video.fps);
+    if (frame++ == wanted) motion.frames.push_back(state);
     return true;
   });
-  return frames;
+  return motion;
 }
 
 VelocityFile velocity_of(const FitScene& fit, const VibrationFit& found) {
@@ -136,7 +96,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     write_material(run / (folder + "/material.h5"), stored, provenance);
     write_velocity(run / (folder + "/velocity.h5"), velocity_of(fit, found), provenance);
 
-    const Comparison scores = compare(fit, found, replay(fit, found, fitted, options.simulate), run / "fit/side_by_side.mp4");
+    const MotionScores scores = compare_motion(fit, replay(fit, found, fitted, options.simulate), run / "fit/side_by_side.mp4");
     context.progress.say(fmt::format("fit: E = {:.4g} Pa (+-{:.1f} % by noise alone), damping time {:.3g} s; {:.1f} dB where it moves (held first frame {:.1f}, scene at rest against it {:.1f})",
                                      young, 100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used, scores.still_used, scores.rest));
     if (scores.frames_later > 0)
