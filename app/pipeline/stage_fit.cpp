@@ -63,7 +63,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
   const ObjectMaterial material = check_material(scene, stage.material, true);
   StageKey key{"fit",
                {{"material", material_to_json(material)}, {"camera", stage.camera}, {"fps", stage.fps}, {"from", stage.from},
-                {"until", stage.until}, {"points", stage.points}, {"parts", stage.parts}},
+                {"until", stage.until}, {"points", stage.points}, {"field", stage.field}, {"parts", stage.field == "parts" ? stage.parts : 0}},
                {{"particles", run / (folder + "/particles.h5")}, {"object", run / (folder + "/object.ply")}, {"background", run / "background_repaired.ply"}},
                {folder + "/material.h5", folder + "/velocity.h5", "fit/results.json", "fit/side_by_side.mp4"}};
   if (!stage.video.empty()) key.inputs["video"] = stage.video;
@@ -82,7 +82,8 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     const auto say = [&](const std::string& line) { context.progress.say("fit: " + line); };
     MaterialFitOptions material_options;
     material_options.vibration = options;
-    if (stage.parts > 1) material_options.kind = MaterialKind::kParts, material_options.part = parts_of(fit, stage.parts);
+    if (stage.field == "parts") material_options.kind = MaterialKind::kParts, material_options.part = parts_of(fit, stage.parts);
+    if (stage.field == "smooth") material_options.kind = MaterialKind::kSmooth;
     const MaterialFit found_material = fit_material(material_options, fit.body.particles, fit.pins, tracks, fit.video.fps, say);
     const VibrationFit& found = found_material.found;
     const Particles& fitted = found_material.particles;
@@ -96,17 +97,20 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     write_material(run / (folder + "/material.h5"), stored, provenance);
     write_velocity(run / (folder + "/velocity.h5"), velocity_of(fit, found), provenance);
 
+    const VibrationFit& constant = found_material.homogeneous;
+    const MotionScores constant_scores = compare_motion(fit, replay(fit, constant, constant.fitted(fit.body.particles), options.simulate), {});
     const MotionScores scores = compare_motion(fit, replay(fit, found, fitted, options.simulate), run / "fit/side_by_side.mp4");
     context.progress.say(fmt::format("fit: E = {:.4g} Pa (+-{:.1f} % by noise alone), damping time {:.3g} s; {:.1f} dB where it moves (held first frame {:.1f}, scene at rest against it {:.1f})",
                                      young, 100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used, scores.still_used, scores.rest));
     if (scores.frames_later > 0)
-      context.progress.say(fmt::format("fit: {:.1f} dB over the {} frames that it did not see (held first frame {:.1f})", scores.psnr_later,
-                                       scores.frames_later, scores.still_later));
+      context.progress.say(fmt::format("fit: {:.1f} dB over the {} frames that it did not see (best constant E {:.1f}, held first frame {:.1f})",
+                                       scores.psnr_later, scores.frames_later, constant_scores.psnr_later, scores.still_later));
     const json result = {{"young_pa", young}, {"log10_sigma", found.log10_sigma}, {"damping_time_s", found.damping_time},
                          {"damping_time_range_s", {found.damping_time_low, found.damping_time_high}}, {"first_frame", found.first_frame},
                          {"start_s", found.time}, {"periods", found.search.periods}, {"rms_px", found.rms}, {"rms_search_px", found.rms_search},
                          {"rms_still_px", found.rms_rest}, {"psnr_used", scores.psnr_used}, {"psnr_later", scores.psnr_later},
                          {"psnr_rest", scores.rest}, {"still_used", scores.still_used}, {"still_later", scores.still_later}, {"frames_later", scores.frames_later},
+                         {"constant_used", constant_scores.psnr_used}, {"constant_later", constant_scores.psnr_later}, {"constant_young_pa", material.young * std::pow(10.0, constant.log10_factor)},
                          {"rms_homogeneous_px", found_material.homogeneous.rms}, {"steps", steps_to_json(found_material.steps)}};
     json full = result;
     full["search"] = curve_to_json(found_material.homogeneous.search), full["modes_hz"] = json::array();

@@ -47,16 +47,18 @@ SmoothField::SmoothField(const SmoothFieldOptions& options, std::span<const Vec3
   weights_.resize(n, kept);
   for (Eigen::Index k = 0; k < kept; ++k)
     weights_.col(k) = eigen.eigenvectors().col(n - 1 - k) / std::sqrt(eigen.eigenvalues()[n - 1 - k]);
-  modes_.resize(static_cast<Eigen::Index>(points.size()), kept);
-  Eigen::RowVectorXd row(n);
-  for (Eigen::Index i = 0; i < modes_.rows(); ++i) {
-    for (Eigen::Index a = 0; a < n; ++a) row[a] = covariance(points[i], centres_[a]);
-    modes_.row(i) = row * weights_;
-  }
+  modes_ = modes_at(points);
 }
 
 double SmoothField::covariance(const Vec3f& a, const Vec3f& b) const {
   return sigma_ * sigma_ * std::exp(-0.5 * double((a - b).squaredNorm()) / (length_ * length_));
+}
+
+Eigen::MatrixXd SmoothField::modes_at(std::span<const Vec3f> points) const {
+  Eigen::MatrixXd by(static_cast<Eigen::Index>(points.size()), static_cast<Eigen::Index>(centres_.size()));
+  for (Eigen::Index i = 0; i < by.rows(); ++i)
+    for (Eigen::Index a = 0; a < by.cols(); ++a) by(i, a) = covariance(points[i], centres_[a]);
+  return by * weights_;
 }
 
 Eigen::MatrixXd SmoothField::slopes(std::span<const Vec3f> points, int axis) const {

@@ -30,7 +30,8 @@ class SmoothField : public Field {
   std::vector<double> values_adjoint(std::span<const double> parameters, std::span<const double> adj_values) const override;
   /// [points, parameters] values = modes * parameters.
   const Eigen::MatrixXd& modes() const { return modes_; }
-  /// [points, parameters] derivatives of the modes along an axis of space.
+  /// [M, parameters] the modes at other points, and their derivatives along an axis of space.
+  Eigen::MatrixXd modes_at(std::span<const Vec3f> points) const;
   Eigen::MatrixXd slopes(std::span<const Vec3f> points, int axis) const;
 
  private:

@@ -38,6 +38,7 @@ MaterialFit fit_material(const MaterialFitOptions& options, const Particles& par
     vibration.search.low = -0.3, vibration.search.high = 0.3;
     vibration.search.first = fit.homogeneous.first_frame / fps;
     const Particles base = fit.particles;
+    vibration.known_modes = fit.homogeneous.modes.stiffer(std::pow(10.0, fit.homogeneous.log10_factor));
     fit.found = fit_vibration(vibration, base, interactions, tracks, fps, progress);
     fit.steps.push_back({"field", fit.found.rms, fit.found.seconds});
     fit.particles = fit.found.fitted(base, field.get());

@@ -36,8 +36,7 @@ struct MaterialFit {
   bool determined(size_t particle) const { return sigma[particle] < 0.5 * prior_sigma; }
 };
 
-/// The homogeneous fit (fit_vibration.h), then once more from modes of the body as it is known by then, with a field
-/// of factors of E.
+/// The homogeneous fit (fit_vibration.h), then once more from there with a field of factors of E.
 MaterialFit fit_material(const MaterialFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
                          const TrackLoss<float>& tracks, double fps, const std::function<void(const std::string&)>& progress = {});
 

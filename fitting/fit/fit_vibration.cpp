@@ -47,7 +47,7 @@ class Fitter {
     const auto append = [&](const std::vector<double>& amplitudes) { start_.insert(start_.end(), amplitudes.begin(), amplitudes.end()); };
     if (!at_rest_) append(shapes_.displacement_of(modes, motion, particles, time_));
     append(shapes_.velocity_of(modes, motion, particles, time_));
-    fix_time_step(start_, field_ ? 1.0 : 0.4);
+    fix_time_step(start_, field_ ? 0.6 : 0.4);
   }
 
   /// The time step of all roll-outs from now on: the one that a simulation chooses for E times exp(margin).
@@ -196,7 +196,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     progress(line);
   };
   VibrationFit fit;
-  fit.modes = vibration_modes(options.modes, particles, interactions);
+  fit.modes = options.known_modes ? *options.known_modes : vibration_modes(options.modes, particles, interactions);
   say("%d vibration modes, the lowest at %.2f Hz with the present E (%.1f s)", static_cast<int>(fit.modes.size()),
       fit.modes.omega.at(0) / 6.283185307, fit.modes.seconds);
   fit.search = modal_search(options.search, fit.modes, particles, tracks, fps);

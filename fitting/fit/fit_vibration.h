@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "fitting/fields/field.h"
 #include "fitting/fit/gauss_newton.h"
@@ -11,6 +12,7 @@ namespace pliant {
 struct VibrationFitOptions {
   SimulateOptions simulate;     ///< of the roll-outs; fps, duration, substeps and damping_time are the fit's
   ModesOptions modes;
+  std::optional<VibrationModes> known_modes;  ///< of the particles as they are given; none = found
   ModalSearchOptions search;
   GaussNewtonOptions refine;    ///< iterations and tolerance
   int candidates = 3;           ///< minima of the search that are refined
