@@ -35,7 +35,7 @@ FittedMotion replay(const FitScene& fit, const VibrationFit& found, const Partic
 
 VelocityFile velocity_of(const FitScene& fit, const VibrationFit& found) {
   VelocityFile out;
-  out.velocity = found.start.v, out.F = found.start.F, out.C = found.start.C;
+  out.position = fit.body.file.driving_position, out.velocity = found.start.v, out.F = found.start.F, out.C = found.start.C;
   for (size_t i = 0; i < found.start.size(); ++i) out.displacement.push_back(found.start.x[i] - fit.body.particles.position[i]);
   out.time = found.time, out.damping_time = found.damping_time, out.source = "fitted to the reference video";
   return out;
