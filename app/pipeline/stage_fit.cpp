@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "app/pipeline/fit_report.h"
+#include "app/store/fit_checkpoint.h"
 #include "app/store/material.h"
 #include "app/store/velocity.h"
 #include "fitting/fit/fit_material.h"
@@ -47,6 +48,31 @@ json curve_to_json(const ModalSearch& search) {
   return rows;
 }
 
+constexpr const char* kCheckpoint = "fit/checkpoint.h5";
+
+/// What an interrupted fit of the same options and inputs left, and the hooks that keep what is done from now on.
+MaterialFitProgress kept_progress(const Context& context, const fs::path& file, const std::string& provenance) {
+  auto checkpoint = std::make_shared<FitCheckpoint>();
+  if (fs::exists(file) && read_fit_checkpoint_provenance(file) == provenance) {
+    *checkpoint = read_fit_checkpoint(file);
+    context.progress.say(checkpoint->gradient.rows.empty() ? "fit: goes on from the best constant of an interrupted fit"
+                                                           : fmt::format("fit: goes on after {} iterations of an interrupted fit", checkpoint->gradient.rows.size()));
+  }
+  checkpoint->provenance_json = provenance;
+  MaterialFitProgress kept{checkpoint->homogeneous, checkpoint->gradient, {}, {}};
+  kept.keep_homogeneous = [checkpoint, file](const VibrationFit& fit) {
+    checkpoint->homogeneous = fit;
+    write_fit_checkpoint(file, *checkpoint);
+  };
+  kept.keep_gradient = [checkpoint, file, &context](const GradientFitState& state) {
+    checkpoint->gradient = state;
+    const bool stop = context.interrupted && context.interrupted();
+    if (stop || state.rows.size() % 5 == 0) write_fit_checkpoint(file, *checkpoint);
+    return !stop;
+  };
+  return kept;
+}
+
 json steps_to_json(const std::vector<FitStep>& steps) {
   json rows = json::array();
   for (const FitStep& step : steps) rows.push_back({{"name", step.name}, {"rms_px", step.rms}, {"seconds", step.seconds}});
@@ -84,7 +110,10 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     material_options.vibration = options;
     if (stage.field == "parts") material_options.kind = MaterialKind::kParts, material_options.part = parts_of(fit, stage.parts);
     if (stage.field == "smooth") material_options.kind = MaterialKind::kSmooth;
-    const MaterialFit found_material = fit_material(material_options, fit.body.particles, fit.pins, tracks, fit.video.fps, say);
+    if (stage.field == "triplanes") material_options.kind = MaterialKind::kTriplanes;
+    material_options.vibration.stop = context.interrupted;
+    const MaterialFit found_material = fit_material(material_options, fit.body.particles, fit.pins, tracks, fit.video.fps, say,
+                                                    kept_progress(context, run / kCheckpoint, provenance));
     const VibrationFit& found = found_material.found;
     const Particles& fitted = found_material.particles;
     const double young = material.young * std::pow(10.0, found.log10_factor);
@@ -93,6 +122,8 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     for (size_t s = 0; s < stored.young.size(); ++s) {
       const int driver = fit.body.file.solid_driver[s];
       stored.young[s] = static_cast<float>(driver >= 0 ? found_material.young[driver] : young);
+      if (!found_material.sigma.empty())
+        stored.log10_young_sigma.push_back(static_cast<float>(driver >= 0 ? found_material.sigma[driver] : found.log10_sigma));
     }
     write_material(run / (folder + "/material.h5"), stored, provenance);
     write_velocity(run / (folder + "/velocity.h5"), velocity_of(fit, found), provenance);
@@ -115,7 +146,11 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     json full = result;
     full["search"] = curve_to_json(found_material.homogeneous.search), full["modes_hz"] = json::array();
     for (const double omega : found.modes.omega) full["modes_hz"].push_back(omega / 6.283185307179586);
+    for (const GradientFitRow& row : found_material.iterations)
+      full["iterations"].push_back({{"frames", row.frames}, {"loss", row.loss}, {"rollout_s", row.rollout_seconds}, {"frames_s", row.frames_seconds},
+                                    {"reverse_s", row.reverse_seconds}, {"field_s", row.field_seconds}});
     write_text(run / "fit/results.json", full.dump(2) + "\n");
+    fs::remove(run / kCheckpoint);
     return result;
   });
 }

@@ -176,6 +176,7 @@ int main(int argc, char** argv) {
     std::nth_element(constant_error.begin(), constant_error.begin() + constant_error.size() / 2, constant_error.end());
     Vec3d seen = Vec3d::Zero(), wanted = Vec3d::Zero();
     for (size_t i = 0; i < start.velocity.size(); ++i) {
+      if (start.position[i].z() < kClamp) continue;
       seen += start.velocity[i].cast<double>();
       wanted += bar_velocity(tip, start.position[i]);
     }
