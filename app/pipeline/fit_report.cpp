@@ -1,5 +1,7 @@
 #include "app/pipeline/fit_report.h"
 
+#include <optional>
+
 #include "gaussians/io/image_io.h"
 #include "gaussians/io/video.h"
 #include "gaussians/render/image_loss.h"
@@ -32,18 +34,19 @@ MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, con
   const ImageF& first = fit.video.frames[0];
   MotionScores scores;
   scores.rest = psnr_in(fit.still, first, mask);
-  VideoWriter writer(side_by_side, fit.video.fps, 3 * first.width, first.height);
+  std::optional<VideoWriter> writer;
+  if (!side_by_side.empty()) writer.emplace(side_by_side, fit.video.fps, 3 * first.width, first.height);
   for (size_t k = 0; k < motion.frames.size(); ++k) {
     const int f = motion.first_frame + static_cast<int>(k);
     const ImageF& seen = fit.video.frames.at(f);
     const ImageF drawn = render(fit.drawn->at(motion.frames[k]), fit.video.camera, fit.drawn->render).color;
-    writer.write(side_by_side_picture(seen, drawn));
+    if (writer) writer->write(side_by_side_picture(seen, drawn));
     const bool used = f < fit.used;
     (used ? scores.psnr_used : scores.psnr_later) += psnr_in(drawn, seen, mask);
     (used ? scores.still_used : scores.still_later) += psnr_in(first, seen, mask);
     ++(used ? scores.frames_used : scores.frames_later);
   }
-  writer.close();
+  if (writer) writer->close();
   if (scores.frames_used) scores.psnr_used /= scores.frames_used, scores.still_used /= scores.frames_used;
   if (scores.frames_later) scores.psnr_later /= scores.frames_later, scores.still_later /= scores.frames_later;
   return scores;

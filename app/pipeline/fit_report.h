@@ -21,7 +21,7 @@ struct MotionScores {
   int frames_used = 0, frames_later = 0;
 };
 
-/// Scores; writes the video, the fitted motion and their difference side by side.
+/// Scores; writes the video, the fitted motion and their difference side by side, unless the name is empty.
 MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, const std::filesystem::path& side_by_side);
 
 }  // namespace pliant
