@@ -116,23 +116,28 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
                                                     kept_progress(context, run / kCheckpoint, provenance));
     const VibrationFit& found = found_material.found;
     const Particles& fitted = found_material.particles;
-    const double young = material.young * std::pow(10.0, found.log10_factor);
-
-    MaterialFile stored{fit.solid.young, fit.solid.poisson, fit.solid.density, "fitted to the reference video", {}, {}};
+    // Factors of E of the particles hold for their samples too, whose E does not know of thin parts' equivalent stiffness.
+    const std::string sources[] = {"homogeneous", "by parts", "a smooth field", "triplanes"};
+    MaterialFile stored{fit.solid.young, fit.solid.poisson, fit.solid.density, sources[static_cast<int>(material_options.kind)] + ", fitted to the reference video", {}, {}};
+    double log_young = 0;
+    size_t moving = 0;
     for (size_t s = 0; s < stored.young.size(); ++s) {
       const int driver = fit.body.file.solid_driver[s];
-      stored.young[s] = static_cast<float>(driver >= 0 ? found_material.young[driver] : young);
+      const double factor = driver >= 0 ? found_material.young[driver] / fit.body.particles.young[driver] : std::pow(10.0, found.log10_factor);
+      stored.young[s] = static_cast<float>(stored.young[s] * factor);
+      if (driver >= 0) log_young += std::log(stored.young[s]), ++moving;
       if (!found_material.sigma.empty())
         stored.log10_young_sigma.push_back(static_cast<float>(driver >= 0 ? found_material.sigma[driver] : found.log10_sigma));
     }
+    const double young = std::exp(log_young / std::max<size_t>(1, moving));
     write_material(run / (folder + "/material.h5"), stored, provenance);
     write_velocity(run / (folder + "/velocity.h5"), velocity_of(fit, found), provenance);
 
     const VibrationFit& constant = found_material.homogeneous;
     const MotionScores constant_scores = compare_motion(fit, replay(fit, constant, constant.fitted(fit.body.particles), options.simulate), {});
     const MotionScores scores = compare_motion(fit, replay(fit, found, fitted, options.simulate), run / "fit/side_by_side.mp4");
-    context.progress.say(fmt::format("fit: E = {:.4g} Pa (+-{:.1f} % by noise alone), damping time {:.3g} s; {:.1f} dB where it moves (held first frame {:.1f}, scene at rest against it {:.1f})",
-                                     young, 100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used, scores.still_used, scores.rest));
+    context.progress.say(fmt::format("fit: E = {:.4g} Pa{} (+-{:.1f} % by noise alone), damping time {:.3g} s; {:.1f} dB where it moves (held first frame {:.1f}, scene at rest against it {:.1f})",
+                                     young, stage.field == "uniform" ? "" : " in the mean of its logarithm", 100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used, scores.still_used, scores.rest));
     if (scores.frames_later > 0)
       context.progress.say(fmt::format("fit: {:.1f} dB over the {} frames that it did not see (best constant E {:.1f}, held first frame {:.1f})",
                                        scores.psnr_later, scores.frames_later, constant_scores.psnr_later, scores.still_later));

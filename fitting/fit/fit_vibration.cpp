@@ -113,10 +113,14 @@ class Fitter {
     options.prior.assign(count, 0.0), options.prior_sigma.assign(count, INFINITY);
     for (size_t j = 2; j < first_amplitude; ++j)
       options.prior_sigma[j] = field_sigma_, options.largest_step[j] = 0.5 * field_sigma_, options.difference[j] = 0.02 * field_sigma_;
-    // What a single camera hardly sees stays of the size of what it does see.
+    // What a single camera hardly sees stays of the size of what it does see; a smooth velocity, some of whose shapes die
+    // away between two frames, near that of the vibration.
     double largest = 0.1;
     for (size_t j = first_amplitude; j < count; ++j) largest = std::max(largest, std::abs(start_[j]));
-    for (size_t j = first_amplitude; j < count; ++j) options.prior_sigma[j] = largest;
+    for (size_t j = first_amplitude; j < count; ++j) {
+      options.prior[j] = at_rest_ ? start_[j] : 0;
+      options.prior_sigma[j] = at_rest_ ? 0.3 * largest : largest;
+    }
     return gauss_newton(options, [&](std::span<const double> p) { return residuals(p, noise); }, from);
   }
 

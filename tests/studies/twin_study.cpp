@@ -122,7 +122,7 @@ int main(int argc, char** argv) {
     const double log_low = std::log(2.2e4), log_high = std::log(7.0e5), middle = kind == "uniform" ? random.uniform(log_low, log_high) : random.uniform(std::log(6e4), std::log(2e5));
     const double damping = random.uniform(0.5, 2.0), angle = random.uniform(-0.5, 0.5), frequency = 0.2237 * std::sqrt(std::exp(middle) / 1000);
     const double speed = random.uniform(0.08, 0.14) * 0.19 * 2 * M_PI * frequency;
-    const Vec3d tip = speed * Vec3d(std::cos(angle), random.uniform(-0.4, 0.4), 0.3 * std::sin(angle));
+    const Vec3d tip = speed * Vec3d(angle < 0 ? -1 : 1, random.uniform(-0.4, 0.4), 0);
     const double wrong = kind == "uniform" ? (k % 2 ? 30.0 : 1 / 30.0) : 3.0;
     std::function<double(const Vec3f&)> factor = [](const Vec3f&) { return 0.0; };
     if (kind == "parts") factor = [](const Vec3f& x) { return x.z() > 0.5 * (kClamp + kHeight) ? -0.5 * std::log(10.0) : 0.5 * std::log(10.0); };
