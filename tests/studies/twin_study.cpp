@@ -166,6 +166,15 @@ int main(int argc, char** argv) {
       error.push_back(std::abs(e)), bias += e;
     }
     bias /= static_cast<double>(error.size());
+    // Where the fit says that it knows: error against the stated standard deviation.
+    size_t known = 0, within = 0;
+    std::vector<double> known_error;
+    for (size_t i = 0; i < found.log10_young_sigma.size(); ++i) {
+      if (solid.solid_position[i].z() < kClamp + 0.01 || found.log10_young_sigma[i] > 0.25) continue;
+      known_error.push_back(std::abs(std::log10(found.young[i] / young(solid.solid_position[i]))));
+      ++known, within += known_error.back() < found.log10_young_sigma[i];
+    }
+    std::sort(known_error.begin(), known_error.end());
     std::nth_element(error.begin(), error.begin() + error.size() / 2, error.end());
     const double median = error[error.size() / 2];
     // Of the best constant: the homogeneous fit.
@@ -188,11 +197,13 @@ int main(int argc, char** argv) {
                     {"damping", result["damping_time_s"].get<double>() / damping}, {"direction_deg", direction},
                     {"magnitude", seen_flat.norm() / wanted_flat.norm()}, {"depth_found", depth.dot(seen) / wanted_flat.norm()},
                     {"depth_true", depth.dot(wanted) / wanted_flat.norm()}, {"rms_px", result["rms_px"]}, {"sigma", result["log10_sigma"]},
+                    {"known_share", double(known) / error.size()}, {"known_median", known ? known_error[known / 2] : 0.0}, {"within_1_sigma", known ? double(within) / known : 0.0},
                     {"periods", frequency * (frames - 1) / kFps}, {"steps", result["steps"]}});
     const json& r = rows.back();
-    std::printf("case %d %s/%s/%s: median |dlog10 E| %.3f bias %+.3f constant %.3f; damping x %.2f; v0 %.1f deg, x %.2f, depth %.2f of %.2f; rms %.3f px, periods %.1f\n",
+    std::printf("case %d %s/%s/%s: median |dlog10 E| %.3f bias %+.3f constant %.3f; damping x %.2f; v0 %.1f deg, x %.2f, depth %.2f of %.2f; rms %.3f px, periods %.1f; known %.2f, median there %.3f, in 1 sigma %.2f\n",
                 static_cast<int>(seed), kind.c_str(), field.c_str(), keys["grid"].c_str(), median, bias, r["constant"].get<double>(), r["damping"].get<double>(), direction,
-                r["magnitude"].get<double>(), r["depth_found"].get<double>(), r["depth_true"].get<double>(), r["rms_px"].get<double>(), r["periods"].get<double>());
+                r["magnitude"].get<double>(), r["depth_found"].get<double>(), r["depth_true"].get<double>(), r["rms_px"].get<double>(), r["periods"].get<double>(), r["known_share"].get<double>(),
+                r["known_median"].get<double>(), r["within_1_sigma"].get<double>());
     std::fflush(stdout);
     write_json(out / fmt::format("twin_{}_{}_{}.json", kind, field, keys["grid"]), rows);
   }
