@@ -21,12 +21,12 @@ int main(int argc, char** argv) {
   json rows = json::array();
   std::vector<double> errors;
   size_t within_one = 0, within_two = 0, determined = 0, places = 0;
-  for (int seed = 1; seed <= seeds; ++seed) {
+  for (int seed = argc > 5 ? std::atoi(argv[5]) : 1; seed <= seeds; ++seed) {
     testing::TwinStem twin;
     MaterialFitOptions options;
     options.kind = MaterialKind::kSmooth;
     options.smooth.sigma = 0.8, options.smooth.length = length, options.smooth.modes = 16;
-    options.vibration.modes.most = 6, options.vibration.refine.tolerance = 1e-3;
+    options.vibration.modes.most = 6, options.vibration.search.first = 0, options.vibration.refine.tolerance = argc > 7 ? std::atof(argv[7]) : 1e-3, options.vibration.most_smooth = argc > 6 ? std::atoi(argv[6]) : 6;
     const SmoothField truth(options.smooth, twin.particles.position);
     std::vector<double> z(truth.parameters());
     for (size_t k = 0; k < z.size(); ++k) z[k] = Random(seed, k).normal();
