@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "app/pipeline/fit_stage.h"
 #include "app/pipeline/interactions.h"
 #include "app/pipeline/simulated_body.h"
 #include "fitting/fields/picture_loss.h"

@@ -52,6 +52,7 @@ json curve_to_json(const ModalSearch& search) {
 bool is_fitted(const RunDirectory& run) { return run.has("fit"); }
 
 json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage) {
+  if (!stage.markers.file.empty()) return run_marker_fit(context, run, scene, stage);
   const std::string folder = object_folder(run);
   run.summary("seed", "run `pliant seed` first");
   const ObjectMaterial material = check_material(scene, stage.material, true);
@@ -103,7 +104,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     write_material(run / (folder + "/material.h5"), stored, provenance);
     write_velocity(run / (folder + "/velocity.h5"), velocity_of(fit, found), provenance);
 
-    const MotionScores scores = compare_motion(fit, replay(fit, found, fitted, options.simulate), run / "fit/side_by_side.mp4");
+    const MotionScores scores = compare_motion(fit, replay(fit, found, fitted, options.simulate), run / "fit");
     context.progress.say(fmt::format("fit: E = {:.4g} Pa (+-{:.1f} % by noise alone), damping time {:.3g} s; {:.1f} dB where it moves (held first frame {:.1f}, scene at rest against it {:.1f})",
                                      young, 100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used, scores.still_used, scores.rest));
     if (scores.frames_later > 0)

@@ -100,6 +100,13 @@ SimulationState fitted_start(const fs::path& file, const Particles& particles) {
   return state;
 }
 
+/// Whether the fitted motion starts by itself; after a fit to markers it is a load that moves the body.
+bool starts_moving(const fs::path& file) {
+  const VelocityFile v = read_velocity(file);
+  const auto zero = [](const Vec3f& x) { return x.isZero(0); };
+  return !std::all_of(v.velocity.begin(), v.velocity.end(), zero) || !std::all_of(v.displacement.begin(), v.displacement.end(), zero);
+}
+
 /// The stage's options, with the damping that a fit found unless the user gave another.
 SimulateStage with_fitted_damping(SimulateStage stage, const fs::path& file) {
   if (!stage.damping_time) stage.damping_time = read_velocity(file).damping_time;
@@ -125,7 +132,7 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
   run.summary("seed", "run `pliant seed` first");
   const bool physgaussian = !stage.physgaussian.empty();
   const bool fitted = !physgaussian && stage.use_fit && is_fitted(run) && !stage.material.young;
-  const bool replay = fitted && stage.interactions.empty();  // how the fitted motion started, once more
+  const bool replay = fitted && stage.interactions.empty() && starts_moving(run / (folder + "/velocity.h5"));  // how the fitted motion started, once more
   const ObjectMaterial material = fitted ? check_material(scene, stage.material, true) : check_material(scene, stage);
 
   StageKey key{"simulate", {{"material", material_to_json(material)}}, {{"particles", run / (folder + "/particles.h5")}},
