@@ -63,14 +63,12 @@ std::vector<std::string> undetermined_by_video(const FitEvidence& e, const FitBl
     out.push_back(fmt::format("{:.0f} % of what moves lies away from every point that was followed; nothing was seen of its motion.", 100 * blindness.unseen_volume));
   if (blindness.stiff_volume > 0.02)
     out.push_back(fmt::format("{:.0f} % of the object hardly deforms in this video; it might as well be much stiffer.", 100 * blindness.stiff_volume));
-  if (e.part_sigma.empty()) {
+  if (e.one_stiffness)
     out.push_back("One stiffness was fitted for the whole object; differences between its parts were not looked for.");
-  } else {
-    std::string vague;
-    for (size_t j = 0; j < e.part_sigma.size(); ++j)
-      if (e.part_sigma[j] > 0.5 * e.part_prior) vague += fmt::format("{}{}", vague.empty() ? "" : ", ", j);
-    if (!vague.empty()) out.push_back(fmt::format("The stiffness of part {} against the others is not determined.", vague));
-  }
+  else if (e.undecided_volume > 0.02)
+    out.push_back(fmt::format("Where uncertainty.png is bright, in {:.0f} % of the object, its stiffness against the rest is a guess: the video leaves it as "
+                              "uncertain as it was before.",
+                              100 * e.undecided_volume));
   for (size_t k = 0; k < e.rival_factor.size(); ++k) {
     const double ratio = e.rival_factor[k];
     if (std::abs(std::log10(ratio)) > 0.05 && e.rival_rms[k] < 1.3 * e.rms)

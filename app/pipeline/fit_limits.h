@@ -15,8 +15,8 @@ struct FitEvidence {
   double strongest_hz = 0;                          ///< 0 = not known
   std::vector<double> rival_factor, rival_rms;      ///< other minima that were refined: E against the result's, rms
   double rms = 0;                                   ///< of the result, in the same unit
-  std::vector<double> part_sigma;                   ///< decades; empty = one part
-  double part_prior = 0;                            ///< decades, before the video was seen
+  bool one_stiffness = true;                        ///< for the whole object
+  double undecided_volume = 0;                      ///< share whose E the prior decides, not the video
 };
 
 /// Shares of a fitted motion that the video says little of.

@@ -17,15 +17,27 @@ struct MarkerStage {
   std::string interactions;          ///< file; what acts from the release on; empty = gravity
 };
 
+/// An image-to-video model that makes the video, see fitting/fit/generate_video.h.
+struct GenerateStage {
+  std::string command;  ///< empty = none
+  std::string prompt;
+  int frames = 14;
+};
+
 /// fit: a video of the moving object, or markers on it -> material.h5, velocity.h5, fit/.
 struct FitStage {
   MarkerStage markers;        ///< no file: a video
-  std::string video, camera;  ///< file or folder, and the camera that took it; empty = the scene file's
+  std::string video, camera;  ///< file or folder, and the camera that took it; empty = the scene file's; camera "find": by the first frame
+  std::string pose;           ///< file of cameras, one of which took it, instead of a camera of the scene
+  bool refine_camera = false;  ///< until the scene looks like the first frame
+  GenerateStage generate;     ///< a program that makes the video instead
+  double first = 0, last = 0;  ///< s of the file, the part that is used; last 0 = to its end
   double fps = 0;             ///< of a folder of frames, or against the file's; 0 = the scene file's, else the file's own
   double from = -1;           ///< s of the video, from which on nothing pushes the object; negative = found
   double until = 0;           ///< s of the video; later frames only judge the fit; 0 = all are used
   int points = 400;           ///< of the object's surface that are followed
-  int parts = 1;              ///< of the object, by place and colour, that may differ in E; 1 = homogeneous
+  std::string field = "uniform";  ///< E(x): uniform, parts, smooth
+  int parts = 6;              ///< of the object, by place and colour, that may differ in E
   MaterialValues material;    ///< command line's; E is where the search starts
 };
 nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);

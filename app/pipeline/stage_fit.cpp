@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/pipeline/fit_limits.h"
 #include "app/pipeline/fit_report.h"
+#include "app/pipeline/fit_video.h"
 #include "app/store/material.h"
 #include "app/store/velocity.h"
-#include "fitting/fit/fit_vibration.h"
+#include "fitting/fit/fit_material.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 
@@ -47,6 +49,46 @@ json curve_to_json(const ModalSearch& search) {
   return rows;
 }
 
+json steps_to_json(const std::vector<FitStep>& steps) {
+  json rows = json::array();
+  for (const FitStep& step : steps) rows.push_back({{"name", step.name}, {"rms_px", step.rms}, {"seconds", step.seconds}});
+  return rows;
+}
+
+FitFindings findings_of(const MaterialFit& fit, double young_before) {
+  FitFindings out;
+  const VibrationFit &constant = fit.homogeneous, &found = fit.found;
+  out.young = young_before * std::pow(10.0, found.log10_factor);
+  out.young_of_driver = fit.young, out.sigma_of_driver = fit.sigma;
+  for (const double factor : constant.search.log10_factor) out.search_young.push_back(young_before * std::pow(10.0, factor));
+  out.search_unexplained = constant.search.unexplained;
+  // Half the sum of squares, as pixels of the tracks.
+  for (const double loss : found.summary.loss) out.loss_of_step.push_back(found.rms * std::sqrt(loss / std::max(found.summary.loss.back(), 1e-30)));
+  out.loss_label = "points off by [px]";
+  return out;
+}
+
+FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, double young) {
+  const VibrationFit& found = fit.found;
+  FitEvidence out;
+  out.young = young, out.log10_sigma = found.log10_sigma, out.rms = found.rms, out.periods = fit.homogeneous.search.periods;
+  out.damping_time = found.damping_time, out.damping_low = found.damping_time_low, out.damping_high = found.damping_time_high;
+  const double seconds = (scene.used - fit.homogeneous.search.first_frame) / scene.video.fps;
+  out.strongest_hz = seconds > 0 ? fit.homogeneous.search.periods / seconds : 0;
+  for (size_t k = 0; k < fit.homogeneous.candidate_factor.size(); ++k) {
+    out.rival_factor.push_back(std::pow(10.0, fit.homogeneous.candidate_factor[k] - fit.homogeneous.log10_factor));
+    out.rival_rms.push_back(fit.homogeneous.candidate_rms[k] * found.rms / std::max(fit.homogeneous.rms, 1e-12));
+  }
+  out.one_stiffness = !std::isfinite(fit.prior_sigma);
+  double whole = 0, undecided = 0;
+  for (size_t i = 0; i < fit.sigma.size(); ++i) {
+    const double volume = scene.body.particles.volume[i];
+    whole += volume, undecided += fit.determined(i) ? 0 : volume;
+  }
+  out.undecided_volume = whole > 0 ? undecided / whole : 0;
+  return out;
+}
+
 }  // namespace
 
 bool is_fitted(const RunDirectory& run) { return run.has("fit"); }
@@ -57,14 +99,12 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
   run.summary("seed", "run `pliant seed` first");
   const ObjectMaterial material = check_material(scene, stage.material, true);
   StageKey key{"fit",
-               {{"material", material_to_json(material)}, {"camera", stage.camera}, {"fps", stage.fps}, {"from", stage.from},
-                {"until", stage.until}, {"points", stage.points}, {"parts", stage.parts}},
+               {{"material", material_to_json(material)}, {"from", stage.from}, {"until", stage.until}, {"points", stage.points}, {"field", stage.field}, {"parts", stage.field == "parts" ? stage.parts : 0}},
                {{"particles", run / (folder + "/particles.h5")}, {"object", run / (folder + "/object.ply")}, {"background", run / "background_repaired.ply"}},
                {folder + "/material.h5", folder + "/velocity.h5", "fit/results.json", "fit/side_by_side.mp4"}};
-  if (!stage.video.empty()) key.inputs["video"] = stage.video;
-  else if (scene.settings.video) key.inputs["video"] = scene.settings.video->file;
+  add_video_to_key(key, scene, stage);
 
-  return run.stage(context, key, [&]() -> json {
+  const json summary = run.stage(context, key, [&]() -> json {
     const std::string provenance = run.provenance(context, key);
     fs::create_directories(run / "fit");
     const FitScene fit = load_fit_scene(context, run, scene, stage);
@@ -75,54 +115,49 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     options.refine.tolerance = 1e-3, options.modes.most = 6;
     options.most_modes = 4, options.most_periods = 3.5;
     const auto say = [&](const std::string& line) { context.progress.say("fit: " + line); };
-    const VibrationFit homogeneous = fit_vibration(options, fit.body.particles, fit.pins, tracks, fit.video.fps, say);
-    VibrationFit found = homogeneous;
-    std::vector<uint32_t> part;
-    if (stage.parts > 1) {
-      // Again with parts of their own stiffness, from modes of the body as it is known by now.
-      part = parts_of(fit, stage.parts);
-      options.part = part, options.candidates = 1;
-      options.search.low = -0.15, options.search.high = 0.15, options.search.first = homogeneous.first_frame / fit.video.fps;
-      options.search.damping_rates = {1 / homogeneous.damping_time};
-      found = fit_vibration(options, homogeneous.fitted(fit.body.particles, {}), fit.pins, tracks, fit.video.fps, say);
-      found.log10_factor += homogeneous.log10_factor;
-    }
-    const Particles fitted = found.fitted(fit.body.particles, part);
+    MaterialFitOptions material_options;
+    material_options.vibration = options;
+    if (stage.field == "parts") material_options.kind = MaterialKind::kParts, material_options.part = parts_of(fit, stage.parts);
+    if (stage.field == "smooth") material_options.kind = MaterialKind::kSmooth;
+    const MaterialFit found_material = fit_material(material_options, fit.body.particles, fit.pins, tracks, fit.video.fps, say);
+    const VibrationFit& found = found_material.found;
+    const Particles& fitted = found_material.particles;
     const double young = material.young * std::pow(10.0, found.log10_factor);
-    std::vector<double> part_young(found.part_log10.size());
-    for (size_t p = 0; p < part_young.size(); ++p) {
-      part_young[p] = young * std::pow(10.0, found.part_log10[p]);
-      context.progress.say(fmt::format("fit: part {}: {} particles, E = {:.4g} Pa (10^+-{:.2f})", p, std::count(part.begin(), part.end(), p),
-                                       part_young[p], found.part_sigma[p]));
-    }
 
-    MaterialFile stored{fit.solid.young, fit.solid.poisson, fit.solid.density, part.empty() ? "homogeneous, fitted to the reference video" : "by parts, fitted to the reference video", {}, {}};
+    MaterialFile stored{fit.solid.young, fit.solid.poisson, fit.solid.density, "fitted to the reference video", {}, {}};
     for (size_t s = 0; s < stored.young.size(); ++s) {
       const int driver = fit.body.file.solid_driver[s];
-      stored.young[s] = static_cast<float>(driver >= 0 && !part.empty() ? part_young[part[driver]] : young);
+      stored.young[s] = static_cast<float>(driver >= 0 ? found_material.young[driver] : young);
     }
     write_material(run / (folder + "/material.h5"), stored, provenance);
     write_velocity(run / (folder + "/velocity.h5"), velocity_of(fit, found), provenance);
 
-    const MotionScores scores = compare_motion(fit, replay(fit, found, fitted, options.simulate), run / "fit");
+    const VibrationFit& constant = found_material.homogeneous;
+    const MotionScores constant_scores = compare_motion(fit, replay(fit, constant, constant.fitted(fit.body.particles), options.simulate), {});
+    const FittedMotion motion = replay(fit, found, fitted, options.simulate);
+    const MotionScores scores = compare_motion(fit, motion, run / "fit");
+    write_fit_pictures(run / "fit", fit, findings_of(found_material, material.young));
     context.progress.say(fmt::format("fit: E = {:.4g} Pa (+-{:.1f} % by noise alone), damping time {:.3g} s; {:.1f} dB where it moves (held first frame {:.1f}, scene at rest against it {:.1f})",
                                      young, 100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used, scores.still_used, scores.rest));
     if (scores.frames_later > 0)
-      context.progress.say(fmt::format("fit: {:.1f} dB over the {} frames that it did not see (held first frame {:.1f})", scores.psnr_later,
-                                       scores.frames_later, scores.still_later));
+      context.progress.say(fmt::format("fit: {:.1f} dB over the {} frames that it did not see (best constant E {:.1f}, held first frame {:.1f})",
+                                       scores.psnr_later, scores.frames_later, constant_scores.psnr_later, scores.still_later));
     const json result = {{"young_pa", young}, {"log10_sigma", found.log10_sigma}, {"damping_time_s", found.damping_time},
                          {"damping_time_range_s", {found.damping_time_low, found.damping_time_high}}, {"first_frame", found.first_frame},
                          {"start_s", found.time}, {"periods", found.search.periods}, {"rms_px", found.rms}, {"rms_search_px", found.rms_search},
                          {"rms_still_px", found.rms_rest}, {"psnr_used", scores.psnr_used}, {"psnr_later", scores.psnr_later},
                          {"psnr_rest", scores.rest}, {"still_used", scores.still_used}, {"still_later", scores.still_later}, {"frames_later", scores.frames_later},
-                         {"part_young_pa", part_young}, {"part_log10_sigma", found.part_sigma}, {"rms_homogeneous_px", homogeneous.rms},
-                         {"seconds", homogeneous.seconds + (part.empty() ? 0 : found.seconds)}};
+                         {"constant_used", constant_scores.psnr_used}, {"constant_later", constant_scores.psnr_later}, {"constant_young_pa", material.young * std::pow(10.0, constant.log10_factor)},
+                         {"rms_homogeneous_px", found_material.homogeneous.rms}, {"steps", steps_to_json(found_material.steps)},
+                         {"undetermined", undetermined_by_video(evidence_of(fit, found_material, young), find_blindness(fit, motion), fit.video.fps)}};
     json full = result;
-    full["search"] = curve_to_json(homogeneous.search), full["modes_hz"] = json::array();
+    full["search"] = curve_to_json(found_material.homogeneous.search), full["modes_hz"] = json::array();
     for (const double omega : found.modes.omega) full["modes_hz"].push_back(omega / 6.283185307179586);
     write_text(run / "fit/results.json", full.dump(2) + "\n");
     return result;
   });
+  write_fit_page(run);
+  return summary;
 }
 
 }  // namespace pliant
