@@ -32,6 +32,7 @@ struct FitStage {
   bool refine_camera = false;  ///< until the scene looks like the first frame
   GenerateStage generate;     ///< a program that makes the video instead
   double first = 0, last = 0;  ///< s of the file, the part that is used; last 0 = to its end
+  std::optional<double> released_young;  ///< Pa in PhysDreamer's cube, E0 of the fields in its scene folder, which are taken instead of a fit
   double fps = 0;             ///< of a folder of frames, or against the file's; 0 = the scene file's, else the file's own
   double from = -1;           ///< s of the video, from which on nothing pushes the object; negative = found
   double until = 0;           ///< s of the video; later frames only judge the fit; 0 = all are used
@@ -43,5 +44,7 @@ struct FitStage {
 nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
 /// The same with stage.markers.
 nlohmann::json run_marker_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
+/// With stage.released_young: E = E0 + 1000 f(x), v0 = 0.1 g(x) of sim_fields.pt and velo_fields.pt, in SI units.
+nlohmann::json run_released_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
 
 }  // namespace pliant

@@ -55,11 +55,18 @@ json steps_to_json(const std::vector<FitStep>& steps) {
   return rows;
 }
 
-FitFindings findings_of(const MaterialFit& fit, double young_before) {
+/// E of the material at the drivers.  That of the particles is lower or higher where parts thinner than the cells bend.
+std::vector<double> fitted_young(const MaterialFit& fit, const Particles& before, double young_before) {
+  std::vector<double> young;
+  for (size_t i = 0; i < before.size(); ++i) young.push_back(young_before * fit.young[i] / before.young[i]);
+  return young;
+}
+
+FitFindings findings_of(const MaterialFit& fit, const std::vector<double>& young, double young_before) {
   FitFindings out;
   const VibrationFit &constant = fit.homogeneous, &found = fit.found;
   out.young = young_before * std::pow(10.0, found.log10_factor);
-  out.young_of_driver = fit.young, out.sigma_of_driver = fit.sigma;
+  out.young_of_driver = young, out.sigma_of_driver = fit.sigma;
   for (const double factor : constant.search.log10_factor) out.search_young.push_back(young_before * std::pow(10.0, factor));
   out.search_unexplained = constant.search.unexplained;
   // Half the sum of squares, as pixels of the tracks.
@@ -95,6 +102,7 @@ bool is_fitted(const RunDirectory& run) { return run.has("fit"); }
 
 json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage) {
   if (!stage.markers.file.empty()) return run_marker_fit(context, run, scene, stage);
+  if (stage.released_young) return run_released_fit(context, run, scene, stage);
   const std::string folder = object_folder(run);
   run.summary("seed", "run `pliant seed` first");
   const ObjectMaterial material = check_material(scene, stage.material, true);
@@ -124,10 +132,12 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     const Particles& fitted = found_material.particles;
     const double young = material.young * std::pow(10.0, found.log10_factor);
 
-    MaterialFile stored{fit.solid.young, fit.solid.poisson, fit.solid.density, "fitted to the reference video", {}, {}};
+    const std::string kind = stage.field == "uniform" ? "homogeneous" : stage.field == "parts" ? "by parts" : "varying smoothly";
+    MaterialFile stored{fit.solid.young, fit.solid.poisson, fit.solid.density, kind + ", fitted to the reference video", {}, {}};
+    const std::vector<double> young_of_driver = fitted_young(found_material, fit.body.particles, material.young);
     for (size_t s = 0; s < stored.young.size(); ++s) {
       const int driver = fit.body.file.solid_driver[s];
-      stored.young[s] = static_cast<float>(driver >= 0 ? found_material.young[driver] : young);
+      stored.young[s] = static_cast<float>(driver >= 0 ? young_of_driver[driver] : young);
     }
     write_material(run / (folder + "/material.h5"), stored, provenance);
     write_velocity(run / (folder + "/velocity.h5"), velocity_of(fit, found), provenance);
@@ -136,7 +146,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     const MotionScores constant_scores = compare_motion(fit, replay(fit, constant, constant.fitted(fit.body.particles), options.simulate), {});
     const FittedMotion motion = replay(fit, found, fitted, options.simulate);
     const MotionScores scores = compare_motion(fit, motion, run / "fit");
-    write_fit_pictures(run / "fit", fit, findings_of(found_material, material.young));
+    write_fit_pictures(run / "fit", fit, findings_of(found_material, young_of_driver, material.young));
     context.progress.say(fmt::format("fit: E = {:.4g} Pa (+-{:.1f} % by noise alone), damping time {:.3g} s; {:.1f} dB where it moves (held first frame {:.1f}, scene at rest against it {:.1f})",
                                      young, 100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used, scores.still_used, scores.rest));
     if (scores.frames_later > 0)
