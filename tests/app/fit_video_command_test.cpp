@@ -136,7 +136,7 @@ TEST_F(FitVideo, TheCameraComesFromAPoseFileOrIsFoundByTheFirstFrame) {
   wrong = FitStage();
   wrong.camera = "fnd";
   expect_error(Failure::kUsage, {"did you mean 'find'"}, [&] { load(wrong); });
-  beside.photo = "another.png";
+  beside.photo = (folder / "scene/photos" / (camera == "view_001" ? "view_002.png" : "view_001.png")).string();
   write_cameras(folder / "pose/transforms.json", {beside, truth});
   wrong = FitStage();
   wrong.pose = stage.pose;
