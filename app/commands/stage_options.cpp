@@ -181,6 +181,8 @@ void add_simulate_options(CLI::App& command, SimulateStage& stage) {
   command.add_option("--interactions", stage.interactions,
                      "JSON array of forces (default: the motion of a fit once more, else one push sized to the stiffness)");
   add_material_values(command, stage.material);
+  command.add_option("--material", stage.material_file, "E(x), nu(x), rho(x) from a material.h5, of these or of other particles")->check(CLI::ExistingFile);
+  command.add_option("--velocity", stage.velocity_file, "How the motion starts, from a velocity.h5, of these or of other particles")->check(CLI::ExistingFile);
   command.add_option("--compat", stage.compat, "With --physgaussian: repeat the known defects of that program")
       ->check(CLI::IsMember({"physgaussian"}));
   command.add_option("--law", stage.material.law, "Constitutive law (default fixed_corotated)")->check(CLI::IsMember(law_names()));

@@ -65,6 +65,8 @@ std::vector<std::string> undetermined_by_video(const FitEvidence& e, const FitBl
     out.push_back(fmt::format("{:.0f} % of the object hardly deforms in this video; it might as well be much stiffer.", 100 * blindness.stiff_volume));
   if (e.one_stiffness)
     out.push_back("One stiffness was fitted for the whole object; differences between its parts were not looked for.");
+  else if (!e.errors_known)
+    out.push_back("How sure E is from place to place was not worked out; a fit with --field smooth says so.");
   else if (e.undecided_volume > 0.02)
     out.push_back(fmt::format("Where uncertainty.png is bright, in {:.0f} % of the object, its stiffness against the rest is a guess: the video leaves it as "
                               "uncertain as it was before.",

@@ -16,6 +16,7 @@ struct FitEvidence {
   std::vector<double> rival_factor, rival_rms;      ///< other minima that were refined: E against the result's, rms
   double rms = 0;                                   ///< of the result, in the same unit
   bool one_stiffness = true;                        ///< for the whole object
+  bool errors_known = true;                         ///< of E from place to place
   double undecided_volume = 0;                      ///< share whose E the prior decides, not the video
 };
 

@@ -32,7 +32,7 @@ struct FitFindings {
   std::vector<double> sigma_of_driver;                    ///< [M] decades, one standard deviation of log10 E
   std::vector<double> search_young, search_unexplained;   ///< the search: Pa, share of the motion
   std::vector<double> loss_of_step;                       ///< of the refinement, at its start and after every step
-  std::string loss_label = "half the sum of squares";
+  std::string loss_label = "loss of the frames compared";
 };
 
 /// young.png, uncertainty.png, search.png, loss.png.

@@ -6,6 +6,7 @@
 #include "app/pipeline/fit_limits.h"
 #include "app/pipeline/fit_report.h"
 #include "app/pipeline/fit_video.h"
+#include "app/store/fit_checkpoint.h"
 #include "app/store/material.h"
 #include "app/store/velocity.h"
 #include "fitting/fit/fit_material.h"
@@ -37,7 +38,7 @@ FittedMotion replay(const FitScene& fit, const VibrationFit& found, const Partic
 
 VelocityFile velocity_of(const FitScene& fit, const VibrationFit& found) {
   VelocityFile out;
-  out.velocity = found.start.v, out.F = found.start.F, out.C = found.start.C;
+  out.position = fit.body.file.driving_position, out.velocity = found.start.v, out.F = found.start.F, out.C = found.start.C;
   for (size_t i = 0; i < found.start.size(); ++i) out.displacement.push_back(found.start.x[i] - fit.body.particles.position[i]);
   out.time = found.time, out.damping_time = found.damping_time, out.source = "fitted to the reference video";
   return out;
@@ -47,6 +48,31 @@ json curve_to_json(const ModalSearch& search) {
   json rows = json::array();
   for (size_t i = 0; i < search.log10_factor.size(); ++i) rows.push_back({search.log10_factor[i], search.unexplained[i]});
   return rows;
+}
+
+constexpr const char* kCheckpoint = "fit/checkpoint.h5";
+
+/// What an interrupted fit of the same options and inputs left, and the hooks that keep what is done from now on.
+MaterialFitProgress kept_progress(const Context& context, const fs::path& file, const std::string& provenance) {
+  auto checkpoint = std::make_shared<FitCheckpoint>();
+  if (fs::exists(file) && read_fit_checkpoint_provenance(file) == provenance) {
+    *checkpoint = read_fit_checkpoint(file);
+    context.progress.say(checkpoint->gradient.rows.empty() ? "fit: goes on from the best constant of an interrupted fit"
+                                                           : fmt::format("fit: goes on after {} iterations of an interrupted fit", checkpoint->gradient.rows.size()));
+  }
+  checkpoint->provenance_json = provenance;
+  MaterialFitProgress kept{checkpoint->homogeneous, checkpoint->gradient, {}, {}};
+  kept.keep_homogeneous = [checkpoint, file](const VibrationFit& fit) {
+    checkpoint->homogeneous = fit;
+    write_fit_checkpoint(file, *checkpoint);
+  };
+  kept.keep_gradient = [checkpoint, file, &context](const GradientFitState& state) {
+    checkpoint->gradient = state;
+    const bool stop = context.interrupted && context.interrupted();
+    if (stop || state.rows.size() % 5 == 0) write_fit_checkpoint(file, *checkpoint);
+    return !stop;
+  };
+  return kept;
 }
 
 json steps_to_json(const std::vector<FitStep>& steps) {
@@ -62,20 +88,22 @@ std::vector<double> fitted_young(const MaterialFit& fit, const Particles& before
   return young;
 }
 
-FitFindings findings_of(const MaterialFit& fit, const std::vector<double>& young, double young_before) {
+FitFindings findings_of(const MaterialFit& fit, const Particles& before, double young_before) {
   FitFindings out;
   const VibrationFit &constant = fit.homogeneous, &found = fit.found;
   out.young = young_before * std::pow(10.0, found.log10_factor);
-  out.young_of_driver = young, out.sigma_of_driver = fit.sigma;
+  out.young_of_driver = fitted_young(fit, before, young_before), out.sigma_of_driver = fit.sigma;
   for (const double factor : constant.search.log10_factor) out.search_young.push_back(young_before * std::pow(10.0, factor));
   out.search_unexplained = constant.search.unexplained;
+  for (const GradientFitRow& row : fit.iterations) out.loss_of_step.push_back(row.loss);
+  if (!out.loss_of_step.empty()) return out;
   // Half the sum of squares, as pixels of the tracks.
   for (const double loss : found.summary.loss) out.loss_of_step.push_back(found.rms * std::sqrt(loss / std::max(found.summary.loss.back(), 1e-30)));
   out.loss_label = "points off by [px]";
   return out;
 }
 
-FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, double young) {
+FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, MaterialKind kind, double young) {
   const VibrationFit& found = fit.found;
   FitEvidence out;
   out.young = young, out.log10_sigma = found.log10_sigma, out.rms = found.rms, out.periods = fit.homogeneous.search.periods;
@@ -86,7 +114,7 @@ FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, double yo
     out.rival_factor.push_back(std::pow(10.0, fit.homogeneous.candidate_factor[k] - fit.homogeneous.log10_factor));
     out.rival_rms.push_back(fit.homogeneous.candidate_rms[k] * found.rms / std::max(fit.homogeneous.rms, 1e-12));
   }
-  out.one_stiffness = !std::isfinite(fit.prior_sigma);
+  out.one_stiffness = kind == MaterialKind::kUniform, out.errors_known = !fit.sigma.empty();
   double whole = 0, undecided = 0;
   for (size_t i = 0; i < fit.sigma.size(); ++i) {
     const double volume = scene.body.particles.volume[i];
@@ -127,18 +155,26 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     material_options.vibration = options;
     if (stage.field == "parts") material_options.kind = MaterialKind::kParts, material_options.part = parts_of(fit, stage.parts);
     if (stage.field == "smooth") material_options.kind = MaterialKind::kSmooth;
-    const MaterialFit found_material = fit_material(material_options, fit.body.particles, fit.pins, tracks, fit.video.fps, say);
+    if (stage.field == "triplanes") material_options.kind = MaterialKind::kTriplanes;
+    material_options.vibration.stop = context.interrupted;
+    const MaterialFit found_material = fit_material(material_options, fit.body.particles, fit.pins, tracks, fit.video.fps, say,
+                                                    kept_progress(context, run / kCheckpoint, provenance));
     const VibrationFit& found = found_material.found;
     const Particles& fitted = found_material.particles;
-    const double young = material.young * std::pow(10.0, found.log10_factor);
-
-    const std::string kind = stage.field == "uniform" ? "homogeneous" : stage.field == "parts" ? "by parts" : "varying smoothly";
-    MaterialFile stored{fit.solid.young, fit.solid.poisson, fit.solid.density, kind + ", fitted to the reference video", {}, {}};
-    const std::vector<double> young_of_driver = fitted_young(found_material, fit.body.particles, material.young);
+    // Factors of E of the particles hold for their samples too, whose E does not know of thin parts' equivalent stiffness.
+    const std::string sources[] = {"homogeneous", "by parts", "a smooth field", "triplanes"};
+    MaterialFile stored{fit.solid.young, fit.solid.poisson, fit.solid.density, sources[static_cast<int>(material_options.kind)] + ", fitted to the reference video", {}, {}};
+    double log_young = 0;
+    size_t moving = 0;
     for (size_t s = 0; s < stored.young.size(); ++s) {
       const int driver = fit.body.file.solid_driver[s];
-      stored.young[s] = static_cast<float>(driver >= 0 ? young_of_driver[driver] : young);
+      const double factor = driver >= 0 ? found_material.young[driver] / fit.body.particles.young[driver] : std::pow(10.0, found.log10_factor);
+      stored.young[s] = static_cast<float>(stored.young[s] * factor);
+      if (driver >= 0) log_young += std::log(stored.young[s]), ++moving;
+      if (!found_material.sigma.empty())
+        stored.log10_young_sigma.push_back(static_cast<float>(driver >= 0 ? found_material.sigma[driver] : found.log10_sigma));
     }
+    const double young = std::exp(log_young / std::max<size_t>(1, moving));
     write_material(run / (folder + "/material.h5"), stored, provenance);
     write_velocity(run / (folder + "/velocity.h5"), velocity_of(fit, found), provenance);
 
@@ -146,9 +182,9 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     const MotionScores constant_scores = compare_motion(fit, replay(fit, constant, constant.fitted(fit.body.particles), options.simulate), {});
     const FittedMotion motion = replay(fit, found, fitted, options.simulate);
     const MotionScores scores = compare_motion(fit, motion, run / "fit");
-    write_fit_pictures(run / "fit", fit, findings_of(found_material, young_of_driver, material.young));
-    context.progress.say(fmt::format("fit: E = {:.4g} Pa (+-{:.1f} % by noise alone), damping time {:.3g} s; {:.1f} dB where it moves (held first frame {:.1f}, scene at rest against it {:.1f})",
-                                     young, 100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used, scores.still_used, scores.rest));
+    write_fit_pictures(run / "fit", fit, findings_of(found_material, fit.body.particles, material.young));
+    context.progress.say(fmt::format("fit: E = {:.4g} Pa{} (+-{:.1f} % by noise alone), damping time {:.3g} s; {:.1f} dB where it moves (held first frame {:.1f}, scene at rest against it {:.1f})",
+                                     young, stage.field == "uniform" ? "" : " in the mean of its logarithm", 100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used, scores.still_used, scores.rest));
     if (scores.frames_later > 0)
       context.progress.say(fmt::format("fit: {:.1f} dB over the {} frames that it did not see (best constant E {:.1f}, held first frame {:.1f})",
                                        scores.psnr_later, scores.frames_later, constant_scores.psnr_later, scores.still_later));
@@ -159,11 +195,15 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
                          {"psnr_rest", scores.rest}, {"still_used", scores.still_used}, {"still_later", scores.still_later}, {"frames_later", scores.frames_later},
                          {"constant_used", constant_scores.psnr_used}, {"constant_later", constant_scores.psnr_later}, {"constant_young_pa", material.young * std::pow(10.0, constant.log10_factor)},
                          {"rms_homogeneous_px", found_material.homogeneous.rms}, {"steps", steps_to_json(found_material.steps)},
-                         {"undetermined", undetermined_by_video(evidence_of(fit, found_material, young), find_blindness(fit, motion), fit.video.fps)}};
+                         {"undetermined", undetermined_by_video(evidence_of(fit, found_material, material_options.kind, young), find_blindness(fit, motion), fit.video.fps)}};
     json full = result;
     full["search"] = curve_to_json(found_material.homogeneous.search), full["modes_hz"] = json::array();
     for (const double omega : found.modes.omega) full["modes_hz"].push_back(omega / 6.283185307179586);
+    for (const GradientFitRow& row : found_material.iterations)
+      full["iterations"].push_back({{"frames", row.frames}, {"loss", row.loss}, {"rollout_s", row.rollout_seconds}, {"frames_s", row.frames_seconds},
+                                    {"reverse_s", row.reverse_seconds}, {"field_s", row.field_seconds}});
     write_text(run / "fit/results.json", full.dump(2) + "\n");
+    fs::remove(run / kCheckpoint);
     return result;
   });
   write_fit_page(run);

@@ -91,6 +91,8 @@ struct SimulateStage {
   std::string physgaussian;  ///< file; a configuration of PhysGaussian instead of material, interactions, fps, ...
   std::string compat;        ///< "physgaussian": its known defects are repeated
   MaterialValues material;   ///< command line's
+  std::string material_file; ///< material.h5 of any particles, whose nearest sample counts; instead of a fit's
+  std::string velocity_file;    ///< velocity.h5 of any particles: how the motion starts; instead of a fit's
   double fps = 30, duration = 4;
   std::optional<double> damping_time;  ///< amplitude of motion decays as exp(-t / damping_time) [s]; 0 = none; default:
                                        ///< the fit's, else kDampingTime
