@@ -157,7 +157,7 @@ TEST_F(FitVideo, APartOfTheFileIsTaken) {
 TEST_F(FitVideo, AProgramMakesTheVideoThatIsFitted) {
   // It films what the scene's own video shows, whatever it is asked.
   fs::create_directories(folder / "film");
-  char name[16];
+  char name[32];
   for (size_t f = 0; f < frames.size(); ++f) std::snprintf(name, sizeof name, "%04zu.png", f), write_image(folder / "film" / name, frames[f]);
   write_text(folder / "film.sh", "cp " + (folder / "film").string() + "/*.png \"$1/frames/\"\n");
   const std::string command = "sh " + (folder / "film.sh").string();
