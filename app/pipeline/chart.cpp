@@ -154,7 +154,8 @@ ImageF draw_log_bar(double low, double high, const std::string& label, int width
       write(canvas, text, {at - half, 20 + kBar}, kInk, 10);
       free_from = at + half + 8;
     }
-  write(canvas, label, {(width - text_width(label, 11)) / 2, kHeight - 3}, kInk, 11);
+  const double size = std::min(11.0, 11.0 * (width - 4) / std::max(1, text_width(label, 11)));
+  write(canvas, label, {std::max(0, (width - text_width(label, size)) / 2), kHeight - 3}, kInk, size);
   return to_image(canvas);
 }
 

@@ -103,13 +103,13 @@ ImageF SpaceTimeSlices::picture() const {
   const ImageF columns[] = {slice_picture(seen_column_, frames_, height_, false, width_), slice_picture(drawn_column_, frames_, height_, false, width_)};
   const int wide = std::max(rows[0].width, columns[0].width);
   ImageF out(2 * wide + kGap, 2 * kCaption + rows[0].height + columns[0].height + kGap, 3, 1.0f);
-  const char* names[] = {"video", "fitted motion"};
+  const char* names[] = {"video", "fit"};
   for (int side = 0; side < 2; ++side) {
     const int left = side * (wide + kGap);
-    draw_text(out, std::string(names[side]) + ": row " + std::to_string(row_) + ", time downwards", left + 2, 16, kBlack);
+    draw_text(out, std::string(names[side]) + ": row " + std::to_string(row_) + ", time down", left + 2, 16, kBlack);
     paste(out, rows[side], left, kCaption);
     const int top = kCaption + rows[side].height + kGap;
-    draw_text(out, std::string(names[side]) + ": column " + std::to_string(column_) + ", time to the right", left + 2, top + 16, kBlack);
+    draw_text(out, std::string(names[side]) + ": column " + std::to_string(column_) + ", time right", left + 2, top + 16, kBlack);
     paste(out, columns[side], left, top + kCaption);
   }
   return out;
