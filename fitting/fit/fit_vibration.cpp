@@ -36,10 +36,10 @@ class Fitter {
     simulate_ = options.simulate;
     simulate_.fps = fps * n;
     const int frames = static_cast<int>(tracks.tracks().place.size());
-    whole_ = frames - 1;
+    last_ = frames - 1;
     if (search.periods > options.most_periods)
-      whole_ = first_ + static_cast<int>(std::ceil((whole_ - first_) * options.most_periods / search.periods));
-    compare(1);
+      last_ = first_ + static_cast<int>(std::ceil((last_ - first_) * options.most_periods / search.periods));
+    simulate_.duration = (lead_ + (last_ - first_) * n) / simulate_.fps;
     simulate_.settle_time = 0, simulate_.sleep_speed = 0;
     shapes_ = at_rest_ ? StartShapes::smooth(particles, options.most_smooth, motion.omega[0]) : StartShapes::of_modes(modes, motion, particles, options.most_modes);
     stop_ = options.stop;
@@ -51,12 +51,6 @@ class Fitter {
     if (!at_rest_) append(shapes_.displacement_of(modes, motion, particles, time_));
     append(shapes_.velocity_of(modes, motion, particles, time_));
     fix_time_step(start_, kMargin);
-  }
-
-  /// From now on only this share of the frames is compared, the first ones.
-  void compare(double share) {
-    last_ = first_ + static_cast<int>(std::ceil(share * (whole_ - first_)));
-    simulate_.duration = (lead_ + (last_ - first_) * subframes_) / simulate_.fps;
   }
 
   /// The time step of all roll-outs from now on: the one that a simulation chooses for E times exp(margin).
@@ -127,7 +121,7 @@ class Fitter {
     for (size_t j = first_amplitude; j < count; ++j) largest = std::max(largest, std::abs(start_[j]));
     for (size_t j = first_amplitude; j < count; ++j) {
       options.prior[j] = at_rest_ ? start_[j] : 0;
-      options.prior_sigma[j] = largest;
+      options.prior_sigma[j] = at_rest_ ? 0.3 * largest : largest;
     }
     return gauss_newton(options, [&](std::span<const double> p) { return residuals(p, noise); }, from);
   }
@@ -147,7 +141,7 @@ class Fitter {
   const Particles& particles_;
   const std::vector<Interaction>& interactions_;
   const TrackLoss<float>& tracks_;
-  int first_ = 0, last_ = 0, whole_ = 0, lead_ = 0, subframes_ = 1;
+  int first_ = 0, last_ = 0, lead_ = 0, subframes_ = 1;
   double time_ = 0;
   SimulateOptions simulate_;
   bool at_rest_ = false;               // at the start
@@ -232,15 +226,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     auto fitter = std::make_unique<Fitter>(options, particles, interactions, tracks, fps, fit.modes, fit.search, minimum);
     const double before = fitter->rms(fitter->start());
     if (c == 0) fit.rms_search = before;
-    std::vector<double> from = fitter->start();
-    if (options.field)  // a window that grows: what differs from place to place must not be off by a swing
-      for (const double share : {0.35, 0.6}) {
-        fitter->compare(share);
-        from = fitter->refine(options.refine, from, 10, std::max(before, 1e-12)).parameters;
-        fitter->fix_time_step(from, kMargin);
-      }
-    fitter->compare(1);
-    const GaussNewtonResult result = fitter->refine(options.refine, from, 2, std::max(before, 1e-12));
+    const GaussNewtonResult result = fitter->refine(options.refine, fitter->start(), 2, std::max(before, 1e-12));
     const double after = fitter->rms(result.parameters);
     fit.candidate_factor.push_back(result.parameters[0] / std::log(10.0)), fit.candidate_rms.push_back(after);
     say("roll-outs from E x %.3g: rms error %.3g -> %.3g at E x %.3g", std::pow(10.0, minimum.log10_factor), before, after,

@@ -156,14 +156,11 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
     MatrixXd system = information;
     VectorXd pull = gradient;
     for (Eigen::Index i = 0; i < count; ++i) {
+      system(i, i) += damping * std::max(information(i, i), 1e-300);
       if (!fixed[i] && system(i, i) > 1e-200) continue;
       system.row(i).setZero(), system.col(i).setZero();
       system(i, i) = 1, pull[i] = 0;
     }
-    // What a whole step would gain: damped steps that gain little do not mean that the minimum is near.
-    const double reachable = 0.5 * pull.dot(system.ldlt().solve(pull));
-    const bool near = reachable <= options.tolerance * loss;
-    system.diagonal() += damping * system.diagonal().cwiseMax(1e-300);
     if (pull.cwiseAbs().maxCoeff() == 0) {
       summary.converged = true, summary.stopped_by = "small gradient";
       break;
@@ -188,15 +185,11 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
       loss = loss_trial;
       summary.loss.push_back(loss);
       damping = std::max(1e-12, damping * (fall > 0.5 * predicted ? 0.1 : 1));
-      if (fall > options.tolerance * loss || !near) continue;
-      if (linearised && !fresh) {  // a corrected J may only have run out of directions
-        linearised = false;
-        continue;
-      }
+      if (fall > options.tolerance * loss) continue;
       summary.converged = true, summary.stopped_by = "small change";
       break;
     }
-    if (near && (fresh || options.jacobian.size() > 0)) {
+    if (std::abs(predicted) <= options.tolerance * loss) {
       summary.converged = true, summary.stopped_by = "small change";
       break;
     }
