@@ -184,8 +184,11 @@ void add_fit_options(CLI::App& command, FitStage& stage, const std::string& pref
   command.add_option("--" + prefix + "from", stage.from, "Time in the video from which on nothing pushes the object [s] (default: found)")->check(CLI::NonNegativeNumber);
   command.add_option("--" + prefix + "until", stage.until, "Time in the video after which frames only judge the fit [s] (default: all are used)")->check(CLI::PositiveNumber);
   command.add_option("--" + prefix + "points", stage.points, "Points of the object's surface that are followed")->check(CLI::Range(20, 20000))->capture_default_str();
-  command.add_option("--" + prefix + "parts", stage.parts, "Parts of the object, by place and colour, that may differ in stiffness; 1 = homogeneous")
-      ->check(CLI::Range(1, 32))
+  command.add_option("--" + prefix + "field", stage.field, "How stiffness may differ from place to place: uniform, parts (by place and colour), smooth")
+      ->check(CLI::IsMember({"uniform", "parts", "smooth"}))
+      ->capture_default_str();
+  command.add_option("--" + prefix + "parts", stage.parts, "Parts of the object that may differ in stiffness, of --" + prefix + "field parts")
+      ->check(CLI::Range(2, 32))
       ->capture_default_str();
 }
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
+
 #include "app/pipeline/photos.h"
 #include "app/pipeline/sheet_prompts.h"
 #include "app/store/segmentation.h"
@@ -53,6 +55,12 @@ std::vector<ObjectEntry> write_objects(const RunDirectory& run, const Scene& sce
   write_sheet_cells(run, cells, scene.cameras);
   write_image(run / "features.png", features);
   return objects;
+}
+
+std::string folder_of_object(uint32_t id, std::string name) {
+  for (char& c : name)
+    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '_') c = '_';
+  return fmt::format("objects/{}_{}", id, name);
 }
 
 Segmentation read_objects(const RunDirectory& run, const Scene& scene) {

@@ -20,6 +20,9 @@ std::vector<ObjectEntry> write_objects(const RunDirectory& run, const Scene& sce
                                        const std::string& provenance, Segmentation& segmentation,
                                        const std::function<void(nlohmann::json& rows)>& complete = {});
 
+/// Folder of an object's results, relative to the run directory: objects/<id>_<name>.
+std::string folder_of_object(uint32_t id, std::string name);
+
 /// segmentation.h5 of a run directory; an input error when it does not belong to the scene.
 Segmentation read_objects(const RunDirectory& run, const Scene& scene);
 

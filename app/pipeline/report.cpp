@@ -66,9 +66,9 @@ std::string rules_table(const json& extract) {
   if (!extract.contains("rules")) return "";
   std::string rows;
   for (const auto& [name, rule] : extract["rules"].items())
-    rows += fmt::format("<tr><td>{}</td><td>{}</td><td>{:.3f} %</td></tr>\n", escaped(name), rule["gaussians"].get<size_t>(),
+    rows += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{:.3f} %</td></tr>\n", escaped(name), rule.value("moved", 0), rule["gaussians"].get<size_t>(),
                         100 * rule["opacity_share"].get<double>());
-  return "<table><tr><th>rule</th><th>Gaussians</th><th>share of the candidates' opacity</th></tr>\n" + rows + "</table>\n";
+  return "<table><tr><th>rule</th><th>Gaussians moved</th><th>not moved again by a later rule</th><th>share of the candidates' opacity</th></tr>\n" + rows + "</table>\n";
 }
 
 }  // namespace

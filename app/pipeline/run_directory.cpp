@@ -44,6 +44,15 @@ bool only_own_files_differ(const fs::path& run, const StageKey& key, const json&
   return true;
 }
 
+/// Texts in `value` that name the folder `before` or something in it name `after` instead.
+void rename_paths(const std::string& before, const std::string& after, json& value) {
+  if (value.is_structured())
+    for (json& element : value) rename_paths(before, after, element);
+  if (!value.is_string()) return;
+  const std::string text = value;
+  if (text == before || text.starts_with(before + "/")) value = after + text.substr(before.size());
+}
+
 }  // namespace
 
 std::string first_difference(const json& before, const json& now, const std::string& kind) {
@@ -125,6 +134,19 @@ void RunDirectory::forget(const std::string& stage) {
   save();
 }
 
+std::string RunDirectory::move_folder(const std::string& before, const std::string& after) {
+  if (before == after || !fs::is_directory(path_ / before)) return "";
+  std::string aside;
+  if (fs::exists(path_ / after)) {
+    for (int k = 1; aside.empty() || fs::exists(path_ / aside); ++k) aside = fmt::format("{}.{}", after, k);
+    fs::rename(path_ / after, path_ / aside);
+  }
+  fs::rename(path_ / before, path_ / after);
+  rename_paths(before, after, manifest_["stages"]);
+  save();
+  return aside;
+}
+
 void RunDirectory::set_note(const std::string& name, const json& value) {
   if (value.empty() && !manifest_.contains(name)) return;
   if (value.empty()) manifest_.erase(name);
@@ -155,7 +177,8 @@ json RunDirectory::stage(const Context& context, const StageKey& key, const std:
     const json& record = manifest_["stages"][key.name];
     std::string changed = first_difference(record["options"], options, "option");
     if (changed.empty()) changed = first_difference(record["inputs"], inputs, "input");
-    const bool complete = std::all_of(key.outputs.begin(), key.outputs.end(),
+    // Files of the same kind may be there from elsewhere: of an object that had another name.
+    const bool complete = record["outputs"] == json(key.outputs) && std::all_of(key.outputs.begin(), key.outputs.end(),
                                       [&](const std::string& output) { return fs::exists(path_ / output); });
     if (changed.empty() && complete) {
       context.progress.say(fmt::format("{}: unchanged, skipped", key.name));

@@ -47,6 +47,9 @@ class RunDirectory {
   bool has(const std::string& stage) const;
   /// Forgets that a stage has run, so that it runs again.
   void forget(const std::string& stage);
+  /// Moves a folder of results, and what run.json says of it.  What is at `after` already is kept beside it under a name of
+  /// its own, which is returned; empty = nothing was there.  Nothing happens when there is no folder `before`.
+  std::string move_folder(const std::string& before, const std::string& after);
   /// What run.json keeps besides stages: "edits" made by hand since `segment` ran, "sheet_prompts".  Null when there is none.
   nlohmann::json note(const std::string& name) const { return manifest_.value(name, nlohmann::json()); }
   void set_note(const std::string& name, const nlohmann::json& value);  ///< an empty value erases it

@@ -13,6 +13,8 @@ json run_edit(const Context& context, RunDirectory& run, const Scene& scene, con
   if (stage.edits.empty())
     throw usage_error("segment edit", "", "has nothing to do", "give --merge 3,7, --split 4, --drop 9 or --name 3=vase");
   Segmentation segmentation = read_objects(run, scene);
+  std::vector<std::pair<uint32_t, std::string>> named_before;
+  for (size_t c = 0; c < segmentation.class_id.size(); ++c) named_before.emplace_back(segmentation.class_id[c], segmentation.class_name[c]);
   json operations = json::array();
   for (const ObjectEdit& edit : stage.edits) {
     const EditOutcome outcome = apply_edit({}, edit, scene.cloud, scene.cameras, segmentation);
@@ -31,6 +33,15 @@ json run_edit(const Context& context, RunDirectory& run, const Scene& scene, con
   };
   const std::vector<ObjectEntry> objects = write_objects(run, scene, "segment", provenance.dump(), segmentation, keep_kinds);
   run.set_note("edits", edits);
+  for (const auto& [id, name] : named_before) {
+    const int c = class_of_id(segmentation, id);
+    if (c < 0 || segmentation.class_name[c] == name) continue;
+    const std::string before = folder_of_object(id, name), after = folder_of_object(id, segmentation.class_name[c]);
+    const bool there = std::filesystem::exists(run / before);
+    const std::string aside = run.move_folder(before, after);
+    if (!aside.empty()) context.progress.say("edit: what was in " + after + " is kept in " + aside);
+    if (there) context.progress.say("edit: " + before + " is now " + after);
+  }
   for (const ObjectEntry& object : objects)
     context.progress.say(fmt::format("edit: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name, object.gaussians,
                                      object.score));

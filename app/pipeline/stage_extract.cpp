@@ -30,20 +30,16 @@ size_t chosen_class(const Segmentation& segmentation, const std::string& wish, s
   throw usage_error("--object", "", "is needed: the scene has several objects", "choose one of " + list_of_objects(segmentation));
 }
 
-/// Name as part of a folder's name.
-std::string folder_name(std::string name) {
-  for (char& c : name)
-    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '_') c = '_';
-  return name;
-}
-
-/// What every rule moved: number of Gaussians and their share of the candidates' opacity.
+/// What every rule moved: number of Gaussians, how many of them no later rule moved again, and the share of the latter in
+/// the candidates' opacity.
 json rules_json(const ExtractResult& result) {
-  std::array<size_t, kExtractRules> count = {};
-  for (ExtractRule rule : result.rule) ++count[static_cast<int>(rule)];
+  std::array<size_t, kExtractRules> left = {};
+  for (ExtractRule rule : result.rule) ++left[static_cast<int>(rule)];
   json rows = json::object();
-  for (int k = 1; k < kExtractRules; ++k)
-    rows[name_of(static_cast<ExtractRule>(k))] = {{"gaussians", count[k]}, {"opacity_share", result.summary.opacity_share[k]}};
+  for (int k = 1; k < kExtractRules; ++k) {
+    const ExtractRule rule = static_cast<ExtractRule>(k);
+    rows[name_of(rule)] = {{"moved", result.summary.moved_by(rule)}, {"gaussians", left[k]}, {"opacity_share", result.summary.opacity_share[k]}};
+  }
   return rows;
 }
 
@@ -57,7 +53,7 @@ json run_extract(const Context& context, RunDirectory& run, const Scene& scene, 
   const size_t chosen = chosen_class(segmentation, stage.object, scene.settings.object, segmented.value("automatic", false));
   const uint32_t id = segmentation.class_id[chosen];
   const std::string name = segmentation.class_name[chosen];
-  const std::string folder = fmt::format("objects/{}_{}", id, folder_name(name));
+  const std::string folder = folder_of_object(id, name);
 
   const StageKey key{"extract",
                      {{"id", id}, {"threshold", stage.threshold}, {"hull", stage.hull}},

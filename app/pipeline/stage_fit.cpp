@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/pipeline/fit_scene.h"
+#include "app/pipeline/fit_report.h"
 #include "app/store/material.h"
 #include "app/store/velocity.h"
-#include "fitting/fit/fit_vibration.h"
+#include "fitting/fit/fit_material.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
-#include "gaussians/io/image_io.h"
-#include "gaussians/io/video.h"
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -19,58 +17,20 @@ using nlohmann::json;
 namespace {
 
 constexpr double kOutlier = 3;    // px of a track's error beyond which it counts less and less
-constexpr int kGrow = 8;          // px by which the moving mask is grown for scores
-
-double psnr_in(const ImageF& a, const ImageF& b, const ImageF& weight) { return psnr_of_mse(mse_loss(a, b, weight)); }
-
-/// Reference, roll-out and their difference side by side, and how well they agree inside the moving mask.
-struct Comparison {
-  double psnr_used = 0, psnr_later = 0;              ///< mean over frames, dB
-  double still_used = 0, still_later = 0;            ///< of the first frame held
-  int frames_used = 0, frames_later = 0;
-  double rest = 0;                                   ///< of the scene at rest against the first frame: what motion cannot mend
-};
-
-Comparison compare(const FitScene& fit, const VibrationFit& found, const std::vector<SimulationState>& frames, const fs::path& video) {
-  const ImageF mask = motion_mask(fit, kGrow);
-  const double fps = fit.video.fps;
-  Comparison result;
-  const ImageF& first = fit.video.frames[0];
-  result.rest = psnr_in(fit.still, first, mask);
-  VideoWriter writer(video, fps, 3 * first.width, first.height);
-  for (size_t f = found.first_frame; f < fit.video.frames.size(); ++f) {
-    const ImageF drawn = render(fit.drawn->at(frames.at(found.rollout_frame(static_cast<int>(f), fps))), fit.video.camera, fit.drawn->render).color;
-    const ImageF& seen = fit.video.frames[f];
-    ImageF side(3 * first.width, first.height, 3);
-    for (int y = 0; y < first.height; ++y)
-      for (int x = 0; x < first.width; ++x)
-        for (int c = 0; c < 3; ++c) {
-          side(x, y, c) = seen(x, y, c), side(first.width + x, y, c) = drawn(x, y, c);
-          side(2 * first.width + x, y, c) = 0.5f + seen(x, y, c) - drawn(x, y, c);
-        }
-    writer.write(side);
-    const bool used = static_cast<int>(f) < fit.used;
-    (used ? result.psnr_used : result.psnr_later) += psnr_in(drawn, seen, mask);
-    (used ? result.still_used : result.still_later) += psnr_in(first, seen, mask);
-    ++(used ? result.frames_used : result.frames_later);
-  }
-  writer.close();
-  if (result.frames_used) result.psnr_used /= result.frames_used, result.still_used /= result.frames_used;
-  if (result.frames_later) result.psnr_later /= result.frames_later, result.still_later /= result.frames_later;
-  return result;
-}
-
-/// All frames of the fitted motion to the end of the video.
-std::vector<SimulationState> replay(const FitScene& fit, const VibrationFit& found, const Particles& particles, const SimulateOptions& base) {
+/// The fitted motion to the end of the video.
+FittedMotion replay(const FitScene& fit, const VibrationFit& found, const Particles& particles, const SimulateOptions& base) {
   SimulateOptions options = base;
   options.fps = fit.video.fps * found.subframes, options.damping_time = found.damping_time, options.settle_time = 0;
   options.duration = found.rollout_frame(static_cast<int>(fit.video.frames.size()) - 1, fit.video.fps) / options.fps;
-  std::vector<SimulationState> frames;
+  FittedMotion motion;
+  motion.first_frame = found.first_frame;
+  int frame = 0;
   simulate<float>(options, particles, fit.pins, found.start, [&](const SimulationState& state) {
-    frames.push_back(state);
+    const int wanted = found.rollout_frame(motion.first_frame + static_cast<int>(motion.frames.size()), fit.video.fps);
+    if (frame++ == wanted) motion.frames.push_back(state);
     return true;
   });
-  return frames;
+  return motion;
 }
 
 VelocityFile velocity_of(const FitScene& fit, const VibrationFit& found) {
@@ -87,6 +47,12 @@ json curve_to_json(const ModalSearch& search) {
   return rows;
 }
 
+json steps_to_json(const std::vector<FitStep>& steps) {
+  json rows = json::array();
+  for (const FitStep& step : steps) rows.push_back({{"name", step.name}, {"rms_px", step.rms}, {"seconds", step.seconds}});
+  return rows;
+}
+
 }  // namespace
 
 bool is_fitted(const RunDirectory& run) { return run.has("fit"); }
@@ -97,7 +63,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
   const ObjectMaterial material = check_material(scene, stage.material, true);
   StageKey key{"fit",
                {{"material", material_to_json(material)}, {"camera", stage.camera}, {"fps", stage.fps}, {"from", stage.from},
-                {"until", stage.until}, {"points", stage.points}, {"parts", stage.parts}},
+                {"until", stage.until}, {"points", stage.points}, {"field", stage.field}, {"parts", stage.field == "parts" ? stage.parts : 0}},
                {{"particles", run / (folder + "/particles.h5")}, {"object", run / (folder + "/object.ply")}, {"background", run / "background_repaired.ply"}},
                {folder + "/material.h5", folder + "/velocity.h5", "fit/results.json", "fit/side_by_side.mp4"}};
   if (!stage.video.empty()) key.inputs["video"] = stage.video;
@@ -114,50 +80,40 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     options.refine.tolerance = 1e-3, options.modes.most = 6;
     options.most_modes = 4, options.most_periods = 3.5;
     const auto say = [&](const std::string& line) { context.progress.say("fit: " + line); };
-    const VibrationFit homogeneous = fit_vibration(options, fit.body.particles, fit.pins, tracks, fit.video.fps, say);
-    VibrationFit found = homogeneous;
-    std::vector<uint32_t> part;
-    if (stage.parts > 1) {
-      // Again with parts of their own stiffness, from modes of the body as it is known by now.
-      part = parts_of(fit, stage.parts);
-      options.part = part, options.candidates = 1;
-      options.search.low = -0.15, options.search.high = 0.15, options.search.first = homogeneous.first_frame / fit.video.fps;
-      options.search.damping_rates = {1 / homogeneous.damping_time};
-      found = fit_vibration(options, homogeneous.fitted(fit.body.particles, {}), fit.pins, tracks, fit.video.fps, say);
-      found.log10_factor += homogeneous.log10_factor;
-    }
-    const Particles fitted = found.fitted(fit.body.particles, part);
+    MaterialFitOptions material_options;
+    material_options.vibration = options;
+    if (stage.field == "parts") material_options.kind = MaterialKind::kParts, material_options.part = parts_of(fit, stage.parts);
+    if (stage.field == "smooth") material_options.kind = MaterialKind::kSmooth;
+    const MaterialFit found_material = fit_material(material_options, fit.body.particles, fit.pins, tracks, fit.video.fps, say);
+    const VibrationFit& found = found_material.found;
+    const Particles& fitted = found_material.particles;
     const double young = material.young * std::pow(10.0, found.log10_factor);
-    std::vector<double> part_young(found.part_log10.size());
-    for (size_t p = 0; p < part_young.size(); ++p) {
-      part_young[p] = young * std::pow(10.0, found.part_log10[p]);
-      context.progress.say(fmt::format("fit: part {}: {} particles, E = {:.4g} Pa (10^+-{:.2f})", p, std::count(part.begin(), part.end(), p),
-                                       part_young[p], found.part_sigma[p]));
-    }
 
-    MaterialFile stored{fit.solid.young, fit.solid.poisson, fit.solid.density, part.empty() ? "homogeneous, fitted to the reference video" : "by parts, fitted to the reference video", {}, {}};
+    MaterialFile stored{fit.solid.young, fit.solid.poisson, fit.solid.density, "fitted to the reference video", {}, {}};
     for (size_t s = 0; s < stored.young.size(); ++s) {
       const int driver = fit.body.file.solid_driver[s];
-      stored.young[s] = static_cast<float>(driver >= 0 && !part.empty() ? part_young[part[driver]] : young);
+      stored.young[s] = static_cast<float>(driver >= 0 ? found_material.young[driver] : young);
     }
     write_material(run / (folder + "/material.h5"), stored, provenance);
     write_velocity(run / (folder + "/velocity.h5"), velocity_of(fit, found), provenance);
 
-    const Comparison scores = compare(fit, found, replay(fit, found, fitted, options.simulate), run / "fit/side_by_side.mp4");
+    const VibrationFit& constant = found_material.homogeneous;
+    const MotionScores constant_scores = compare_motion(fit, replay(fit, constant, constant.fitted(fit.body.particles), options.simulate), {});
+    const MotionScores scores = compare_motion(fit, replay(fit, found, fitted, options.simulate), run / "fit/side_by_side.mp4");
     context.progress.say(fmt::format("fit: E = {:.4g} Pa (+-{:.1f} % by noise alone), damping time {:.3g} s; {:.1f} dB where it moves (held first frame {:.1f}, scene at rest against it {:.1f})",
                                      young, 100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used, scores.still_used, scores.rest));
     if (scores.frames_later > 0)
-      context.progress.say(fmt::format("fit: {:.1f} dB over the {} frames that it did not see (held first frame {:.1f})", scores.psnr_later,
-                                       scores.frames_later, scores.still_later));
+      context.progress.say(fmt::format("fit: {:.1f} dB over the {} frames that it did not see (best constant E {:.1f}, held first frame {:.1f})",
+                                       scores.psnr_later, scores.frames_later, constant_scores.psnr_later, scores.still_later));
     const json result = {{"young_pa", young}, {"log10_sigma", found.log10_sigma}, {"damping_time_s", found.damping_time},
                          {"damping_time_range_s", {found.damping_time_low, found.damping_time_high}}, {"first_frame", found.first_frame},
                          {"start_s", found.time}, {"periods", found.search.periods}, {"rms_px", found.rms}, {"rms_search_px", found.rms_search},
                          {"rms_still_px", found.rms_rest}, {"psnr_used", scores.psnr_used}, {"psnr_later", scores.psnr_later},
                          {"psnr_rest", scores.rest}, {"still_used", scores.still_used}, {"still_later", scores.still_later}, {"frames_later", scores.frames_later},
-                         {"part_young_pa", part_young}, {"part_log10_sigma", found.part_sigma}, {"rms_homogeneous_px", homogeneous.rms},
-                         {"seconds", homogeneous.seconds + (part.empty() ? 0 : found.seconds)}};
+                         {"constant_used", constant_scores.psnr_used}, {"constant_later", constant_scores.psnr_later}, {"constant_young_pa", material.young * std::pow(10.0, constant.log10_factor)},
+                         {"rms_homogeneous_px", found_material.homogeneous.rms}, {"steps", steps_to_json(found_material.steps)}};
     json full = result;
-    full["search"] = curve_to_json(homogeneous.search), full["modes_hz"] = json::array();
+    full["search"] = curve_to_json(found_material.homogeneous.search), full["modes_hz"] = json::array();
     for (const double omega : found.modes.omega) full["modes_hz"].push_back(omega / 6.283185307179586);
     write_text(run / "fit/results.json", full.dump(2) + "\n");
     return result;

@@ -39,19 +39,27 @@ Gesture gesture_of(const SegmentStage& stage, const std::vector<Camera>& cameras
   return gesture;
 }
 
-/// Masks of what the gestures select, which `member` [N] tells; writes selection.png.
-MaskSet gesture_masks(const Context& context, const RunDirectory& run, const Scene& scene, const Gesture& gesture,
-                      const std::optional<SelectionShape>& shape, std::vector<uint8_t>& member) {
+/// Masks of what the gestures in `cameras` select, which `member` [N] tells; writes selection.png, from `sides` when there
+/// are some.
+MaskSet gesture_masks(const Context& context, const RunDirectory& run, const Scene& scene, const Gesture& gesture, const std::vector<Camera>& cameras,
+                      const std::optional<SelectionShape>& shape, std::vector<Camera> sides, std::vector<uint8_t>& member) {
   GestureOptions options;
   options.seed = context.seed, options.up = scene.up.cast<float>();
   options.render.antialiased = scene.report.antialiased;
   context.progress.say(fmt::format("segment: selecting by {} boxes and {} strokes and clicks", gesture.boxes.size(), gesture.strokes.size()));
-  const GestureResult result = select_by_gesture(options, gesture, shape, scene.cloud, scene.cameras);
+  const GestureResult result = select_by_gesture(options, gesture, shape, scene.cloud, cameras);
   context.progress.say("segment: " + result.summary.describe() + fmt::format(" ({:.1f} s)", result.summary.seconds));
   for (const std::string& warning : result.summary.warnings) context.progress.warn(warning);
-  write_image(run / "selection.png", selection_sheet(result, scene.cloud, scene.up, options.render));
   member.resize(scene.cloud.size());
-  for (size_t p = 0; p < member.size(); ++p) member[p] = result.selected(p);
+  std::vector<int> selected;
+  for (size_t p = 0; p < member.size(); ++p)
+    if ((member[p] = result.selected(p))) selected.push_back(static_cast<int>(p));
+  if (sides.empty()) {
+    sides = sheet_sides(scene.cloud.select(selected), scene.up);
+    for (size_t k = 0; k < sides.size(); ++k) sides[k].name = fmt::format("selection.png:{}", k);
+  }
+  write_image(run / "selection.png", selection_sheet(result, scene.cloud, sides, options.render));
+  write_selection_cells(run, sides);
   return member_masks(gesture.boxes.empty() ? "--click" : "--box", member, scene.cloud, scene.cameras);
 }
 
@@ -104,9 +112,11 @@ Segmentation joint_segmentation(const std::filesystem::path& file, const Scene& 
 }  // namespace
 
 json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& given) {
-  const SegmentStage stage = with_sheet_prompts(context, run, given);
+  const SheetPrompts prompts = with_sheet_prompts(context, run, given);
+  const SegmentStage& stage = prompts.stage;
   const std::optional<SelectionShape> selection = selection_of(stage);
-  const Gesture gesture = gesture_of(stage, scene.cameras);
+  const std::vector<Camera> gesture_cameras = prompts.with_sides(scene.cameras);
+  const Gesture gesture = gesture_of(stage, gesture_cameras);
   const bool configured = !stage.physgaussian.empty();
   if (configured && (selection || !gesture.empty()))
     throw usage_error("--physgaussian", stage.physgaussian, "was given together with a selection", "its sim_area selects the object");
@@ -156,6 +166,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   else if (!selecting) key.inputs["masks"] = masks_folder;
   if (stage.zero_is_background) key.options["zero"] = "background";
   if (configured) key.inputs["physgaussian"] = stage.physgaussian;
+  if (!prompts.sides.empty()) key.options["stroke_sides"] = prompts.sides_json();
   if (!gesture.empty()) key.outputs.push_back("selection.png");
   for (int camera : options.held_out) key.outputs.push_back("held_out/" + scene.cameras[camera].name + ".png");
 
@@ -178,7 +189,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
       if (automatic) found = automatic_masks(context, scene, options.held_out);
       const MaskSet masks = automatic          ? std::move(found.masks)
                             : configured       ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
-                            : !gesture.empty() ? gesture_masks(context, run, scene, gesture, selection, member)
+                            : !gesture.empty() ? gesture_masks(context, run, scene, gesture, gesture_cameras, selection, prompts.sides, member)
                             : selection      ? selection_masks(*selection, scene.cloud, scene.cameras)
                                              : associated_masks(context, scene, stage, options, masks_folder);
       for (const std::string& warning : masks.warnings) context.progress.warn(warning);

@@ -87,7 +87,8 @@ struct FitStage {
   double from = -1;           ///< s of the video, from which on nothing pushes the object; negative = found
   double until = 0;           ///< s of the video; later frames only judge the fit; 0 = all are used
   int points = 400;           ///< of the object's surface that are followed
-  int parts = 1;              ///< of the object, by place and colour, that may differ in E; 1 = homogeneous
+  std::string field = "uniform";  ///< E(x): uniform, parts, smooth
+  int parts = 6;              ///< of the object, by place and colour, that may differ in E
   MaterialValues material;    ///< command line's; E is where the search starts
 };
 nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);

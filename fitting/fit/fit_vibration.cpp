@@ -5,29 +5,31 @@
 #include <cmath>
 #include <cstdio>
 
+#include "fitting/fit/start_shapes.h"
 #include "gaussians/base/error.h"
 
 namespace pliant {
 namespace {
 
-/// `particles` with E times exp(common + deviation of its part).
-Particles with_factors(const Particles& particles, const std::vector<uint32_t>& part, double common, std::span<const double> deviation) {
+/// `particles` with E times exp(common + field).
+Particles with_factors(const Particles& particles, const Field* field, double common, std::span<const double> parameters) {
   Particles scaled = particles;
-  for (size_t i = 0; i < scaled.size(); ++i)
-    scaled.young[i] = static_cast<float>(scaled.young[i] * std::exp(common + (deviation.empty() ? 0 : deviation[part[i]])));
+  const std::vector<double> further = field ? field->values(parameters) : std::vector<double>(particles.size(), 0.0);
+  for (size_t i = 0; i < scaled.size(); ++i) scaled.young[i] = static_cast<float>(scaled.young[i] * std::exp(common + further[i]));
   return scaled;
 }
 
-/// Roll-outs as a function of (ln factor of E, ln damping rate, ln factors of the parts, displacements, velocities of
-/// some modes).
+/// Roll-outs as a function of (ln factor of E, ln damping rate, the field's parameters, displacements, velocities of some
+/// modes); without displacements when the motion begins at rest.
 class Fitter {
  public:
   Fitter(const VibrationFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
          const TrackLoss<float>& tracks, double fps, const VibrationModes& modes, const ModalSearch& search,
          const ModalMotion& motion)
-      : particles_(particles), interactions_(interactions), tracks_(tracks), modes_(modes), first_(search.first_frame) {
-    const int n = options.search.starts;
-    time_ = time_near_rest(motion, first_ / fps, 1 / (fps * n));
+      : particles_(particles), interactions_(interactions), tracks_(tracks), first_(search.first_frame) {
+    at_rest_ = first_ == 0;
+    const int n = at_rest_ ? 1 : options.search.starts;
+    time_ = at_rest_ ? 0 : time_near_rest(motion, first_ / fps, 1 / (fps * n));
     lead_ = static_cast<int>(std::lround((first_ / fps - time_) * fps * n)), subframes_ = n;
     simulate_ = options.simulate;
     simulate_.fps = fps * n;
@@ -37,34 +39,38 @@ class Fitter {
       last_ = first_ + static_cast<int>(std::ceil((last_ - first_) * options.most_periods / search.periods));
     simulate_.duration = (lead_ + (last_ - first_) * n) / simulate_.fps;
     simulate_.settle_time = 0, simulate_.sleep_speed = 0;
-    choose_modes(motion, options.most_modes);
-    part_ = options.part, part_sigma_ = std::log(10.0) * options.part_sigma;
-    for (const uint32_t p : part_) parts_ = std::max<size_t>(parts_, p + 1);
+    shapes_ = at_rest_ ? StartShapes::smooth(particles, options.most_modes, motion.omega[0]) : StartShapes::of_modes(modes, motion, particles, options.most_modes);
+    field_ = options.field.get(), field_sigma_ = options.field_sigma;
+    if (field_) field_size_ = field_->constant(std::vector<double>{0.0}).size();
     start_ = {std::log(10.0) * motion.log10_factor, std::log(motion.damping_rate)};
-    start_.resize(2 + parts_, 0.0);
-    for (const size_t k : chosen_) start_.push_back(motion.displacement(k, time_) / unit_[k]);
-    for (const size_t k : chosen_) start_.push_back(motion.velocity(k, time_) / (unit_[k] * motion.omega[k]));
-    omega_ = motion.omega;
-    fix_time_step();
+    start_.resize(2 + field_size_, 0.0);
+    const auto append = [&](const std::vector<double>& amplitudes) { start_.insert(start_.end(), amplitudes.begin(), amplitudes.end()); };
+    if (!at_rest_) append(shapes_.displacement_of(modes, motion, particles, time_));
+    append(shapes_.velocity_of(modes, motion, particles, time_));
+    fix_time_step(start_, field_ ? 0.6 : 0.4);
+  }
+
+  /// The time step of all roll-outs from now on: the one that a simulation chooses for E times exp(margin).
+  void fix_time_step(std::vector<double> p, double margin) {
+    SimulateOptions options = simulate_;
+    options.duration = 1 / options.fps, options.substeps = 0;
+    p[0] += margin;
+    const SimulateResult result = simulate<float>(options, particles_of(p), interactions_, state_of(p));
+    simulate_.substeps = result.summary.substeps_of_frame.at(0);
   }
 
   const std::vector<double>& start() const { return start_; }
   double time() const { return time_; }
-  int lead() const { return lead_; }
-  size_t modes() const { return chosen_.size(); }
+  int subframes() const { return subframes_; }
 
   SimulationState state_of(std::span<const double> p) const {
-    std::vector<double> displacement(modes_.size(), 0.0), velocity(modes_.size(), 0.0);
-    for (size_t j = 0; j < chosen_.size(); ++j) {
-      const size_t k = chosen_[j];
-      const std::span<const double> amplitude = p.subspan(2 + parts_);
-      displacement[k] = amplitude[j] * unit_[k], velocity[k] = amplitude[chosen_.size() + j] * unit_[k] * omega_[k];
-    }
-    return modal_state(modes_, particles_, displacement, velocity);
+    return shapes_.state(particles_, p.subspan(2 + field_size_, at_rest_ ? 0 : shapes_.size()), p.last(shapes_.size()));
   }
 
-  Particles particles_of(std::span<const double> p) const { return with_factors(particles_, part_, p[0], p.subspan(2, parts_)); }
-  size_t parts() const { return parts_; }
+  Particles particles_of(std::span<const double> p) const {
+    return with_factors(particles_, field_, p[0], p.subspan(2, field_size_));
+  }
+  size_t field_size() const { return field_size_; }
 
   /// Errors of all tracks, each times the root of its weight; those beyond the outlier distance grow slower.
   std::vector<double> residuals(std::span<const double> p, double noise) const {
@@ -90,17 +96,19 @@ class Fitter {
     return errors;
   }
 
-  GaussNewtonResult refine(const GaussNewtonOptions& base, std::span<const double> from, int iterations, double noise) const {
-    const size_t count = start_.size(), first_amplitude = 2 + parts_;
+  GaussNewtonResult refine(const GaussNewtonOptions& base, std::span<const double> from, int iterations, double noise,
+                           const Eigen::MatrixXd& jacobian = {}) const {
+    const size_t count = start_.size(), first_amplitude = 2 + field_size_;
     GaussNewtonOptions options = base;
-    options.max_iterations = iterations;
+    options.max_iterations = iterations, options.jacobian = jacobian;
+    options.parallel = options.keep_jacobian = true;
     options.difference.assign(count, 0.02), options.difference[0] = 0.01, options.difference[1] = 0.05;
     options.low.assign(count, -INFINITY), options.high.assign(count, INFINITY);
     options.low[1] = std::log(0.01), options.high[1] = std::log(50.0);
     options.largest_step.assign(count, 2.0), options.largest_step[0] = 0.12, options.largest_step[1] = 0.7;
     options.prior.assign(count, 0.0), options.prior_sigma.assign(count, INFINITY);
     for (size_t j = 2; j < first_amplitude; ++j)
-      options.prior_sigma[j] = part_sigma_, options.largest_step[j] = 0.5, options.low[j] = -4.6, options.high[j] = 4.6;
+      options.prior_sigma[j] = field_sigma_, options.largest_step[j] = 0.5 * field_sigma_, options.difference[j] = 0.02 * field_sigma_;
     // What a single camera hardly sees stays of the size of what it does see.
     double largest = 0.1;
     for (size_t j = first_amplitude; j < count; ++j) largest = std::max(largest, std::abs(start_[j]));
@@ -120,43 +128,17 @@ class Fitter {
   }
 
  private:
-  void choose_modes(const ModalMotion& motion, int most) {
-    std::vector<std::pair<double, size_t>> strength;
-    for (size_t k = 0; k < modes_.size(); ++k) {
-      double largest = 0;
-      for (const Vec3d& u : modes_.shape[k]) largest = std::max(largest, u.norm());
-      unit_.push_back(particles_.cell_size / largest);
-      strength.push_back({std::hypot(motion.cosine[k], motion.sine[k]) / unit_[k], k});
-    }
-    std::stable_sort(strength.begin(), strength.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-    for (size_t j = 0; j < strength.size() && static_cast<int>(j) < most; ++j)
-      if (strength[j].first > 0.01 * strength[0].first) chosen_.push_back(strength[j].second);
-    std::sort(chosen_.begin(), chosen_.end());
-  }
-
-  /// The time step of all roll-outs, short enough for somewhat stiffer bodies too.
-  void fix_time_step() {
-    SimulateOptions options = simulate_;
-    options.duration = 1 / options.fps;
-    std::vector<double> p = start_;
-    p[0] += parts_ > 0 ? 1.0 : 0.4;
-    const Particles stiffer = particles_of(p);
-    const SimulateResult result = simulate<float>(options, stiffer, interactions_, state_of(start_));
-    simulate_.substeps = result.summary.substeps_of_frame.at(0);
-  }
-
   const Particles& particles_;
   const std::vector<Interaction>& interactions_;
   const TrackLoss<float>& tracks_;
-  const VibrationModes& modes_;
   int first_ = 0, last_ = 0, lead_ = 0, subframes_ = 1;
   double time_ = 0;
   SimulateOptions simulate_;
-  std::vector<uint32_t> part_;         // [N] or empty
-  size_t parts_ = 0;                   // with a parameter of their own; 0 = all alike
-  double part_sigma_ = 0;              // ln
-  std::vector<size_t> chosen_;         // modes whose amplitudes are parameters
-  std::vector<double> unit_, omega_;   // of an amplitude: the mode moves nothing farther than a cell
+  bool at_rest_ = false;               // at the start
+  const Field* field_ = nullptr;       // of further factors
+  size_t field_size_ = 0;
+  double field_sigma_ = 1;
+  StartShapes shapes_;                 // whose amplitudes are parameters
   std::vector<double> start_;
 };
 
@@ -173,12 +155,30 @@ double rms_of_rest(const TrackLoss<float>& tracks, const Particles& particles, i
   return std::sqrt(square / std::max(weight, 1e-300));
 }
 
+/// Of the common factor and the field together.
+void set_young_sigma(VibrationFit& fit, const VibrationFitOptions& options, size_t particles,
+                     const Eigen::MatrixXd& covariance) {
+  const Eigen::Index size = static_cast<Eigen::Index>(fit.field.size());
+  Eigen::MatrixXd scaled(1 + size, 1 + size);
+  for (Eigen::Index a = 0; a <= size; ++a)
+    for (Eigen::Index b = 0; b <= size; ++b) scaled(a, b) = covariance(a ? 1 + a : 0, b ? 1 + b : 0);
+  fit.field_covariance = scaled.bottomRightCorner(size, size);
+  Eigen::MatrixXd by(static_cast<Eigen::Index>(particles), 1 + size);  // of ln E
+  by.col(0).setOnes();
+  for (Eigen::Index a = 0; a < size; ++a) {
+    std::vector<double> moved = fit.field;
+    moved[a] += 1e-4;
+    const std::vector<double> there = options.field->values(moved), here = options.field->values(fit.field);
+    for (size_t i = 0; i < particles; ++i) by(static_cast<Eigen::Index>(i), 1 + a) = (there[i] - here[i]) / 1e-4;
+  }
+  const Eigen::VectorXd square = (by * scaled).cwiseProduct(by).rowwise().sum();
+  for (const double s : square) fit.young_sigma.push_back(std::sqrt(std::max(0.0, s)) / std::log(10.0));
+}
+
 }  // namespace
 
-Particles VibrationFit::fitted(const Particles& particles, const std::vector<uint32_t>& part) const {
-  std::vector<double> deviation;
-  for (const double d : part_log10) deviation.push_back(std::log(10.0) * d);
-  return with_factors(particles, part, std::log(10.0) * log10_factor, deviation);
+Particles VibrationFit::fitted(const Particles& particles, const Field* further) const {
+  return with_factors(particles, further, std::log(10.0) * log10_factor, field);
 }
 
 int VibrationFit::rollout_frame(int f, double fps) const {
@@ -196,7 +196,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     progress(line);
   };
   VibrationFit fit;
-  fit.modes = vibration_modes(options.modes, particles, interactions);
+  fit.modes = options.known_modes ? *options.known_modes : vibration_modes(options.modes, particles, interactions);
   say("%d vibration modes, the lowest at %.2f Hz with the present E (%.1f s)", static_cast<int>(fit.modes.size()),
       fit.modes.omega.at(0) / 6.283185307, fit.modes.seconds);
   fit.search = modal_search(options.search, fit.modes, particles, tracks, fps);
@@ -223,24 +223,30 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     if (after < least) least = after, best = std::move(fitter), parameters = result.parameters;
   }
   const double noise = options.noise > 0 ? options.noise : std::max(least, 1e-12);
-  const GaussNewtonResult result = best->refine(options.refine, parameters, options.refine.max_iterations, noise);
-  fit.summary = result.summary, fit.rms = best->rms(result.parameters);
+  GaussNewtonResult result = best->refine(options.refine, parameters, options.refine.max_iterations, noise);
+  fit.summary = result.summary;
+  // The transfers damp more at small time steps: the last steps are made at the one that a simulation will take.
+  best->fix_time_step(result.parameters, 0.05);
+  if (result.jacobian.size() > 0) result = best->refine(options.refine, result.parameters, 8, noise, result.jacobian);
+  // Errors of neighbouring frames are not independent: what remains and how long it lasts say how much the tracks weigh
+  // against the priors, and how wide the posterior is.
+  const size_t columns = tracks.tracks().rest.size() * (tracks.tracks().camera ? 2 : 3);
+  const double wider = std::max(1e-6, result.summary.rms * std::sqrt(correlation_factor(result.residuals, columns)));
+  if (result.jacobian.size() > 0)
+    result = best->refine(options.refine, result.parameters, 4, noise * wider, result.jacobian / wider);
+  fit.rms = best->rms(result.parameters);
   fit.log10_factor = result.parameters[0] / std::log(10.0), fit.damping_time = std::exp(-result.parameters[1]);
-  for (size_t j = 0; j < best->parts(); ++j) fit.part_log10.push_back(result.parameters[2 + j] / std::log(10.0));
-  fit.part_sigma.assign(best->parts(), options.part_sigma);
-  fit.time = best->time(), fit.subframes = options.search.starts, fit.start = best->state_of(result.parameters);
+  fit.field.assign(result.parameters.begin() + 2, result.parameters.begin() + 2 + static_cast<std::ptrdiff_t>(best->field_size()));
+  fit.time = best->time(), fit.subframes = best->subframes(), fit.start = best->state_of(result.parameters);
 
-  // Errors of neighbouring frames are not independent: the covariance is widened by what remains and by how long it lasts.
   if (result.covariance.size() > 0) {
-    const size_t columns = tracks.tracks().rest.size() * (tracks.tracks().camera ? 2 : 3);
-    const double variance = result.summary.rms * result.summary.rms * correlation_factor(result.residuals, columns);
-    for (size_t j = 0; j < best->parts(); ++j)
-      fit.part_sigma[j] = std::min(options.part_sigma, std::sqrt(result.covariance(2 + j, 2 + j) * std::max(1.0, variance)) / std::log(10.0));
-    fit.log10_sigma = std::sqrt(result.covariance(0, 0) * variance) / std::log(10.0);
-    const double spread = std::exp(std::min(5.0, std::sqrt(result.covariance(1, 1) * variance)));
+    fit.log10_sigma = result.sigma(0) / std::log(10.0);
+    const double spread = std::exp(std::min(5.0, result.sigma(1)));
     fit.damping_time_low = fit.damping_time / spread, fit.damping_time_high = fit.damping_time * spread;
+    set_young_sigma(fit, options, particles.size(), result.covariance);
   }
   fit.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  say("%d roll-outs, %d steps until %s", fit.summary.evaluations, static_cast<int>(fit.summary.loss.size()) - 1, fit.summary.stopped_by.c_str());
   say("E x %.4g (10^+-%.3f), damping time %.3g s, rms error %.3g of %.3g", std::exp(result.parameters[0]), fit.log10_sigma,
       fit.damping_time, fit.rms, fit.rms_rest);
   return fit;

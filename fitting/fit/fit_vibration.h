@@ -1,5 +1,9 @@
 #pragma once
 
+#include <memory>
+#include <optional>
+
+#include "fitting/fields/field.h"
 #include "fitting/fit/gauss_newton.h"
 #include "fitting/fit/modal_search.h"
 
@@ -8,21 +12,23 @@ namespace pliant {
 struct VibrationFitOptions {
   SimulateOptions simulate;     ///< of the roll-outs; fps, duration, substeps and damping_time are the fit's
   ModesOptions modes;
+  std::optional<VibrationModes> known_modes;  ///< of the particles as they are given; none = found
   ModalSearchOptions search;
   GaussNewtonOptions refine;    ///< iterations and tolerance
   int candidates = 3;           ///< minima of the search that are refined
-  int most_modes = 6;           ///< whose amplitudes are refined
+  int most_modes = 6;           ///< whose amplitudes are refined; of smooth velocities along each axis when the motion begins at rest
   double most_periods = 8;      ///< of the strongest mode that roll-outs are compared over
   double noise = 0;             ///< of the tracks, in their unit; 0 = what remains
-  std::vector<uint32_t> part;   ///< [N] of the particles, from 0 without gaps, whose E may differ; empty = one part
-  double part_sigma = 0.5;      ///< decades by which a part is expected to differ from the common factor
+  std::shared_ptr<const Field> field;  ///< ln of a further factor of E at the particles, with few parameters; null = none
+  double field_sigma = 1;       ///< standard deviation that is expected of each of its parameters, about 0
 };
 
-/// What tracks say of a body whose Young's moduli are off by one factor, or by one for each part.
+/// What tracks say of a body whose Young's moduli are off by one factor, or by a field of factors.
 struct VibrationFit {
-  double log10_factor = 0, log10_sigma = 0;  ///< of E of all parts; one standard deviation
-  std::vector<double> part_log10, part_sigma;  ///< [parts] further factor of each, and its standard deviation; of which
-                                               ///< `part_sigma` of the options is what the tracks say nothing about
+  double log10_factor = 0, log10_sigma = 0;  ///< of all E; one standard deviation
+  std::vector<double> field;                 ///< parameters of the field of further factors; empty without one
+  Eigen::MatrixXd field_covariance;          ///< [P, P] of these; their prior's where the tracks say nothing
+  std::vector<double> young_sigma;           ///< [N] decades, standard deviation of log10 E of each particle
   double damping_time = 0, damping_time_low = 0, damping_time_high = 0;  ///< s; within one standard deviation
   double time = 0;                 ///< s on the tracks' clock, at which the roll-out starts
   int first_frame = 0;             ///< of the tracks, that was compared
@@ -36,14 +42,15 @@ struct VibrationFit {
   GaussNewtonSummary summary;
   double seconds = 0;
 
-  /// The particles with the fitted E.
-  Particles fitted(const Particles& particles, const std::vector<uint32_t>& part) const;
+  /// The particles with the fitted E; `field` as in the options.
+  Particles fitted(const Particles& particles, const Field* field = nullptr) const;
   /// Frame of the roll-out that shows frame f of the tracks.
   int rollout_frame(int f, double fps) const;
 };
 
-/// Vibration modes; the search over log E; then Gauss-Newton on roll-outs of log E (of each part), damping and the
-/// amplitudes of the strongest modes at the start.  `progress` gets a line for every stage.
+/// Vibration modes; the search over log E; then Gauss-Newton on roll-outs of log E (and of the field's parameters),
+/// damping and the start: amplitudes of the strongest modes, or, when the motion begins with frame 0, which shows the shape
+/// at rest, a smooth velocity.  `progress` gets a line for every stage.
 VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& particles,
                            const std::vector<Interaction>& interactions, const TrackLoss<float>& tracks, double fps,
                            const std::function<void(const std::string&)>& progress = {});

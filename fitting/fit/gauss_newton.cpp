@@ -3,9 +3,11 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/portable.h"
 
 namespace pliant {
 namespace {
@@ -29,7 +31,8 @@ class Problem {
         precision(vector_of(options.prior_sigma, count, INFINITY).array().square().inverse()),
         residuals_(residuals),
         difference_(vector_of(options.difference, count, 0)),
-        central_(options.central) {}
+        central_(options.central),
+        parallel_(options.parallel) {}
 
   /// Empty where the parameters cannot be.
   VectorXd residuals(const VectorXd& p) {
@@ -50,7 +53,7 @@ class Problem {
 
   MatrixXd jacobian(const VectorXd& p, const VectorXd& r) {
     MatrixXd jacobian = MatrixXd::Zero(r.size(), p.size());
-    for (Eigen::Index i = 0; i < p.size(); ++i) {
+    const auto column = [&](std::ptrdiff_t i) {
       const double step = difference_[i] > 0 ? difference_[i] : 1e-4 * std::max(1.0, std::abs(p[i]));
       // A difference that would leave the bounds, or a point that cannot be, is replaced by the other side's.
       const auto moved = [&](double by, double& at) {
@@ -64,17 +67,21 @@ class Problem {
       VectorXd upper = moved(step, above), lower = r;
       if (central_ || above == p[i]) lower = moved(-step, below);
       if (above != below) jacobian.col(i) = (upper - lower) / (above - below);
-    }
+    };
+    if (parallel_)
+      parallel_for(p.size(), column);
+    else
+      for (Eigen::Index i = 0; i < p.size(); ++i) column(i);
     return jacobian;
   }
 
   VectorXd low, high, prior, precision;
-  int evaluations = 0;
+  std::atomic<int> evaluations = 0;
 
  private:
   const Residuals& residuals_;
   VectorXd difference_;
-  bool central_;
+  bool central_, parallel_;
 };
 
 /// Parameters at a bound towards which the loss falls.
@@ -132,9 +139,10 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
   MatrixXd information = MatrixXd::Zero(count, count);
   VectorXd gradient;
   std::vector<bool> fixed(count, false);
-  bool linearised = false;
-  const auto linearise = [&] {
-    result.jacobian = options.jacobian.size() ? options.jacobian : problem.jacobian(p, r);
+  bool linearised = false, fresh = false;  // J belongs to p; and was found by differences there
+  const auto linearise = [&](bool anew) {
+    if (anew) result.jacobian = options.jacobian.size() ? options.jacobian : problem.jacobian(p, r);
+    fresh = anew;
     gradient = result.jacobian.transpose() * r + problem.precision.cwiseProduct(p - problem.prior);
     information = result.jacobian.transpose() * result.jacobian;
     information.diagonal() += problem.precision;
@@ -144,7 +152,7 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
 
   summary.stopped_by = "iterations";
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
-    if (!linearised) linearise();
+    if (!linearised) linearise(true);
     MatrixXd system = information;
     VectorXd pull = gradient;
     for (Eigen::Index i = 0; i < count; ++i) {
@@ -166,7 +174,15 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
     const double predicted = -(pull.dot(trial - p) + 0.5 * (trial - p).dot(information * (trial - p)));
     if (loss_trial < loss) {
       const double fall = loss - loss_trial;
-      p = trial, r = r_trial, loss = loss_trial, linearised = false;
+      const VectorXd moved = trial - p;
+      if (options.keep_jacobian && fall > 0.5 * predicted) {
+        result.jacobian += (r_trial - r - result.jacobian * moved) * moved.transpose() / moved.squaredNorm();
+        p = trial, r = r_trial;
+        linearise(false);
+      } else {
+        p = trial, r = r_trial, linearised = false;
+      }
+      loss = loss_trial;
       summary.loss.push_back(loss);
       damping = std::max(1e-12, damping * (fall > 0.5 * predicted ? 0.1 : 1));
       if (fall > options.tolerance * loss) continue;
@@ -176,6 +192,10 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
     if (std::abs(predicted) <= options.tolerance * loss) {
       summary.converged = true, summary.stopped_by = "small change";
       break;
+    }
+    if (!fresh && options.jacobian.size() == 0) {
+      linearised = false;
+      continue;
     }
     damping *= 10;
     if (damping > 1e10) {

@@ -20,6 +20,9 @@ struct GaussNewtonOptions {
   std::vector<double> largest_step;        ///< change in one iteration; default none
   std::vector<double> prior, prior_sigma;  ///< ((p - prior) / sigma)^2 / 2 joins the loss; sigma infinite = none
   Eigen::MatrixXd jacobian;  ///< [R, P] of a similar problem, instead of differences: the chord method; empty = none
+  bool keep_jacobian = false;  ///< after a step that gained what was expected, J is corrected by what the step showed
+                               ///< (Broyden 1965) instead of found anew
+  bool parallel = false;     ///< columns of J at the same time: `residuals` is called from several threads
   bool central = false;      ///< J by central differences: twice the runs, second order
   int max_iterations = 20;   ///< accepted or not
   double damping = 1e-3;     ///< of Levenberg and Marquardt at the start, relative to the diagonal of J^T J

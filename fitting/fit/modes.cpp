@@ -218,6 +218,15 @@ class ModeFinder {
 
 }  // namespace
 
+VibrationModes VibrationModes::stiffer(double factor) const {
+  VibrationModes out = *this;
+  const double root = std::sqrt(factor);
+  for (double& w : out.omega) w *= root;
+  for (double& rate : out.decay) rate *= root;
+  out.seconds = 0;
+  return out;
+}
+
 VibrationModes vibration_modes(const ModesOptions& options, const Particles& particles,
                                const std::vector<Interaction>& interactions) {
   const auto begin = std::chrono::steady_clock::now();

@@ -24,6 +24,8 @@ struct VibrationModes {
   double seconds = 0;
 
   size_t size() const { return omega.size(); }
+  /// Of the same body with all E times `factor`.
+  VibrationModes stiffer(double factor) const;
 };
 
 /// Rayleigh-Ritz on snapshots: the body swings freely from three translations and three rotations about its centre until

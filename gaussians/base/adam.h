@@ -20,6 +20,14 @@ class Adam {
   explicit Adam(size_t size, T beta1 = T(0.9), T beta2 = T(0.999), T epsilon = T(1e-15))
       : beta1_(beta1), beta2_(beta2), epsilon_(epsilon), first_(size, T(0)), second_(size, T(0)) {}
 
+  /// Continues after `steps` steps that left these moments; the other constants are the defaults.
+  Adam(std::vector<T> first_moment, std::vector<T> second_moment, long steps) : Adam(0) {
+    first_ = std::move(first_moment), second_ = std::move(second_moment), steps_ = steps;
+  }
+
+  const std::vector<T>& first_moment() const { return first_; }
+  const std::vector<T>& second_moment() const { return second_; }
+
   /// parameter -= rate * m_hat / (sqrt(v_hat) + epsilon).
   void step(std::span<T> parameter, std::span<const T> gradient, T rate) {
     CHECK(parameter.size() == first_.size() && gradient.size() == first_.size());

@@ -12,12 +12,6 @@
 namespace pliant {
 namespace {
 
-constexpr float kOut = -4;
-
-size_t pixels_of(const ImageF& mask) {
-  return static_cast<size_t>(std::count_if(mask.data.begin(), mask.data.end(), [](float m) { return m > 0; }));
-}
-
 /// Distance to the border of the mask [px], positive inside.
 ImageF signed_distance(const ImageF& mask) {
   cv::Mat inside(mask.height, mask.width, CV_8U), in, out;
@@ -102,7 +96,7 @@ TrackedFrame FlowTracker::step(const ImageF& picture) {
   if (picture.width != width_ || picture.height != height_ || picture.channels != 3)
     throw input_error("picture", "size", std::to_string(picture.width) + "x" + std::to_string(picture.height) + ", the first one had " +
                       std::to_string(width_) + "x" + std::to_string(height_), "give pictures of one size");
-  const ImageF before = picture_;
+  const ImageF before = picture_, lab_before = lab_;
   take(picture);
   const std::vector<ImageF> frames = {before, picture_};
   const std::pair<int, int> pairs[2] = {{1, 0}, {0, 1}};
@@ -111,7 +105,12 @@ TrackedFrame FlowTracker::step(const ImageF& picture) {
 
   std::vector<Thing*> followed, lost;
   for (auto& [id, thing] : things_) (thing.lost ? lost : followed).push_back(&thing);
-  parallel_for(static_cast<std::ptrdiff_t>(followed.size()), [&](std::ptrdiff_t k) { followed[k]->lost = !carry(flows, lab_, *followed[k]); });
+  parallel_for(static_cast<std::ptrdiff_t>(followed.size()), [&](std::ptrdiff_t k) {
+    Thing& thing = *followed[k];
+    const std::optional<Carried> flown = carry_by_flow(flows, lab_before, thing), shifted = carry_by_shift(lab_before, thing);
+    const bool shift_first = shifted && (!flown || shifted->misfit < options_.better * flown->misfit);
+    thing.lost = !settle(shift_first ? shifted : flown, thing) && !settle(shift_first ? flown : shifted, thing);
+  });
   // A pixel that two things claim is the one's whose cut is surer.
   std::vector<uint8_t> taken(picture_.pixels(), 0);
   for (size_t i = 0; i < taken.size(); ++i) {
@@ -169,27 +168,18 @@ ImageF FlowTracker::cut_around(const ImageF& carried, const ImageF& trust, const
   return window.write(logits, carried.width, carried.height, kOut);
 }
 
-/// Moves the thing's mask on; false when it is lost.
-bool FlowTracker::carry(const Flows& flows, const ImageF& lab, Thing& thing) const {
-  ImageF carried(lab.width, lab.height, 1, kOut), trust(lab.width, lab.height, 1, options_.doubt);
-  size_t inside = 0, believed = 0;
-  for (int y = 0; y < lab.height; ++y)
-    for (int x = 0; x < lab.width; ++x) {
-      const float u = x + 0.5f + flows.back(x, y, 0), v = y + 0.5f + flows.back(x, y, 1);
-      if (u < 0 || v < 0 || u >= lab.width || v >= lab.height) continue;
-      const float du = flows.back(x, y, 0) + sample(flows.forth, u, v, 0), dv = flows.back(x, y, 1) + sample(flows.forth, u, v, 1);
-      const bool sure = std::hypot(du, dv) <= options_.consistent;
-      carried(x, y) = std::clamp(sample(thing.mask, u, v, 0), -1.0f, 1.0f);
-      if (sure) trust(x, y) = 1;
-      inside += carried(x, y) > 0, believed += sure && carried(x, y) > 0;
-    }
-  if (inside < options_.least_pixels || static_cast<float>(believed) < options_.least_believed * static_cast<float>(inside)) return false;
-  ImageF cut = cut_around(carried, trust, lab, thing.look);
-  thing.mask = mask_iou(cut, carried) >= options_.least_kept ? std::move(cut) : std::move(carried);
-  const Looks looks = looks_of(lab, thing.mask, options_.context);
+/// Gives the thing the mask that was carried, with its border cut anew; false, and as it was, when it does not look like
+/// the thing any more.
+bool FlowTracker::settle(const std::optional<Carried>& carried, Thing& thing) const {
+  if (!carried || pixels_of(carried->mask) < options_.least_pixels) return false;
+  ImageF mask = cut_around(carried->mask, carried->trust, lab_, thing.look);
+  if (mask_iou(mask, carried->mask) < options_.least_kept) mask = carried->mask;
+  const Looks looks = looks_of(lab_, mask, options_.context);
   // What a thing looks like is told by a person or a detector, never learnt from what was carried: that would drift along.
   const float alike = looks.thing.likeness(thing.look);
-  return alike >= options_.least_alike && alike >= looks.around.likeness(thing.look);
+  if (alike < options_.least_alike || alike < looks.around.likeness(thing.look)) return false;
+  thing.mask = std::move(mask);
+  return true;
 }
 
 /// Looks for a lost thing by its colours; true when it is there.

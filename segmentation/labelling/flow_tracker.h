@@ -21,6 +21,9 @@ struct FlowTrackerOptions {
   float doubt = 0.3f;           ///< share of these where the flow is not believed
   float border = 0.1f;          ///< distance over which they come to bear, share of the root of the mask's area
   float least_kept = 0.5f;      ///< overlap with what was carried below which the cut is not taken
+  float reach = 1;              ///< what flow loses is looked for within so many roots of the mask's area around it ...
+  float stands_out = 0.3f;      ///< ... where the squares by which its colours differ are less than this share of the median there
+  float better = 0.5f;          ///< ... and of those along the flow
   // Being lost.
   float least_believed = 0.1f;  ///< share of a mask whose flow is believed
   float least_alike = 0.75f;    ///< likeness of its colours with those of the thing; that of what lies around must be less
@@ -32,8 +35,8 @@ struct FlowTrackerOptions {
   float match = 0.5f;           ///< overlap with a followed mask at which a detection corrects it
 };
 
-/// Carries masks through pictures without learnt weights: dense flow back to the picture before, a GrabCut around what it
-/// carries, and a check of flow and colours after which a thing is lost rather than followed wrongly.  A lost thing
+/// Carries masks through pictures without learnt weights: dense flow back to the picture before, or where that fails, as
+/// for small things that move fast, one shift at which the colours fit better; a GrabCut around what is carried, and a check of flow and colours after which a thing is lost rather than followed wrongly.  A lost thing
 /// comes back, under its id, where its colours stand out at about its size, or where `add` shows it.  Equal for any
 /// number of threads.
 class FlowTracker final : public Tracker {
@@ -53,11 +56,19 @@ class FlowTracker final : public Tracker {
   struct Flows {
     ImageF back, forth;
   };
+  static constexpr float kOut = -4;  ///< logit where a mask certainly is not
 
   void take(const ImageF& picture);
   IdImage scaled(const IdImage& ids) const;
   void follow(uint32_t id, const ImageF& mask);
-  bool carry(const Flows& flows, const ImageF& lab, Thing& thing) const;
+  /// A mask moved on to the next picture, and how far each pixel of it is believed, 0..1.
+  struct Carried {
+    ImageF mask, trust;
+    float misfit = 0;  ///< mean squared difference of colours from the picture before
+  };
+  std::optional<Carried> carry_by_flow(const Flows& flows, const ImageF& lab_before, const Thing& thing) const;
+  std::optional<Carried> carry_by_shift(const ImageF& lab_before, const Thing& thing) const;
+  bool settle(const std::optional<Carried>& carried, Thing& thing) const;
   bool recall(const ImageF& lab, const ColorHistogram& ground, const std::vector<uint8_t>& taken, Thing& thing) const;
   ImageF cut_around(const ImageF& carried, const ImageF& trust, const ImageF& lab, const ColorHistogram& look) const;
   TrackedFrame frame() const;

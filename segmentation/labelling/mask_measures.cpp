@@ -8,6 +8,10 @@
 
 namespace pliant {
 
+size_t pixels_of(const ImageF& logits) {
+  return static_cast<size_t>(std::count_if(logits.data.begin(), logits.data.end(), [](float m) { return m > 0; }));
+}
+
 MaskPrompt::Box box_of_mask(const ImageF& logits) {
   MaskPrompt::Box box{INFINITY, INFINITY, -INFINITY, -INFINITY};
   for (int y = 0; y < logits.height; ++y)

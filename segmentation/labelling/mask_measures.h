@@ -8,6 +8,9 @@
 
 namespace pliant {
 
+/// Pixels with logits > 0.
+size_t pixels_of(const ImageF& logits);
+
 /// Smallest box around the pixels with logits > 0; empty (x1 < x0) when there is none.
 MaskPrompt::Box box_of_mask(const ImageF& logits);
 

@@ -20,12 +20,14 @@ struct ExtractOptions {
   float outlier_sigma = 3;           ///< ... above mean + so many standard deviations is an outlier
   bool enclosed = true;              ///< background among the object's Gaussians is given to it
   float floater_share = 0.02f;       ///< connected parts below this share of the largest part are floaters
+  float island_share = 0.02f;        ///< parts of the background below this share of the object are given to it when they
+                                     ///< touch nothing else; 0 = never
   bool hull = false;                 ///< background inside the object's convex hull, above the contact, is given to it
 };
 
 /// What moved a Gaussian last; kNone = it is where its probability puts it.
-enum class ExtractRule : uint8_t { kNone, kProbability, kOutlier, kFloater, kToSupport, kFromSupport, kEnclosed, kHull };
-constexpr int kExtractRules = 8;
+enum class ExtractRule : uint8_t { kNone, kProbability, kOutlier, kFloater, kToSupport, kFromSupport, kEnclosed, kIsland, kHull };
+constexpr int kExtractRules = 9;
 const char* name_of(ExtractRule rule);
 
 /// How many Gaussians each rule took.
@@ -38,10 +40,12 @@ struct ExtractSummary {
   size_t contact_to_support = 0;  ///< below the contact plane: given to the support
   size_t contact_to_object = 0;   ///< labelled support, but above the plane and among the object's: given to it
   size_t enclosed = 0;            ///< background by the rules above, but with mostly the object around: given to it
+  size_t islands = 0;             ///< small parts of the background that only the object holds: given to it
   size_t hull = 0;                ///< background inside the object's convex hull: given to it
   /// Opacity of the Gaussians that a rule moved, by ExtractRule, as a share of that of all candidates.
   std::array<double, kExtractRules> opacity_share = {};
   uint32_t support = 0;           ///< id of the support, 0 = none found
+  size_t moved_by(ExtractRule rule) const;  ///< the count above that is this rule's; 0 for kNone
   std::string describe() const;   ///< one sentence
 };
 

@@ -6,7 +6,7 @@ namespace pliant {
 
 ImageF extract_sheet(const ExtractResult& result, const GaussianCloud& cloud, const Eigen::Vector3d& up, const RenderOptions& options) {
   const Vec3f colors[kExtractRules] = {{0.1f, 0.9f, 0.2f}, {0.2f, 0.45f, 1.0f}, {1.0f, 0.1f, 0.1f}, {1.0f, 0.1f, 0.7f},
-                                       {1.0f, 0.6f, 0.0f}, {0.1f, 0.9f, 0.9f},  {0.9f, 0.9f, 0.1f}, {0.7f, 0.4f, 1.0f}};
+                                       {1.0f, 0.6f, 0.0f}, {0.1f, 0.9f, 0.9f},  {0.9f, 0.9f, 0.1f}, {0.6f, 0.35f, 0.1f}, {0.7f, 0.4f, 1.0f}};
   std::vector<int> kind(cloud.size(), -1);
   std::vector<SheetKind> kinds(kExtractRules);
   for (int k = 0; k < kExtractRules; ++k) kinds[k] = {k ? name_of(static_cast<ExtractRule>(k)) : "object", colors[k], 0};
@@ -17,10 +17,10 @@ ImageF extract_sheet(const ExtractResult& result, const GaussianCloud& cloud, co
   }
   const ExtractSummary& s = result.summary;
   const std::string contact = s.support == 0 ? "no support" : result.contact.found ? "contact with the support found" : "no plane under the object";
-  return sides_sheet(cloud, result.object, kind, kinds,
+  return sides_sheet(cloud, sheet_sides(cloud.select(result.object), up), kind, kinds,
                      std::to_string(result.object.size()) + " Gaussians in the object, " + std::to_string(result.background.size()) +
                          " in the background, " + std::to_string(result.dropped.size()) + " in neither; " + contact,
-                     up, options);
+                     options);
 }
 
 }  // namespace pliant

@@ -1,6 +1,5 @@
 #include "segmentation/lift/selection_sheet.h"
 
-#include "segmentation/lift/sides_sheet.h"
 
 namespace pliant {
 namespace {
@@ -23,24 +22,21 @@ int kind_of(SelectionRule rule) {
 
 }  // namespace
 
-ImageF selection_sheet(const GestureResult& result, const GaussianCloud& cloud, const Eigen::Vector3d& up,
+ImageF selection_sheet(const GestureResult& result, const GaussianCloud& cloud, const std::vector<Camera>& sides,
                        const RenderOptions& options) {
-  std::vector<int> object, kind(cloud.size());
-  for (size_t p = 0; p < cloud.size(); ++p) {
-    kind[p] = kind_of(result.rule[p]);
-    if (result.selected(p)) object.push_back(static_cast<int>(p));
-  }
+  std::vector<int> kind(cloud.size());
+  for (size_t p = 0; p < cloud.size(); ++p) kind[p] = kind_of(result.rule[p]);
   const GestureResult::Summary& s = result.summary;
   const std::string caption =
       std::to_string(s.outside) + " Gaussians outside the boxes' frusta or the shape (darkened), " +
       std::to_string(s.added) + " added by refinement over " + std::to_string(s.refine_views.size()) + " views, " +
       std::to_string(s.seeds) + " fixed by strokes and clicks";
-  return sides_sheet(cloud, object, kind,
+  return sides_sheet(cloud, sides, kind,
                      {{"object", {0.1f, 0.9f, 0.2f}, s.selected},
                       {"removed by the cut", {0.2f, 0.45f, 1.0f}, s.cut},
                       {"separate parts", {1.0f, 0.6f, 0.0f}, s.part},
                       {"removed by refinement", {1.0f, 0.1f, 0.6f}, s.refined}},
-                     caption, up, options);
+                     caption, options);
 }
 
 }  // namespace pliant

@@ -2,12 +2,13 @@
 
 #include "gaussians/base/image.h"
 #include "segmentation/lift/gesture.h"
+#include "segmentation/lift/sides_sheet.h"
 
 namespace pliant {
 
-/// selection.png: the selection from 8 sides, the object tinted, what each rule removed in a colour of its own, and a
-/// caption with the counts.  `up` is the scene's unit up.
-ImageF selection_sheet(const GestureResult& result, const GaussianCloud& cloud, const Eigen::Vector3d& up,
+/// selection.png: the selection from the 8 sides of sheet_sides, the object tinted, what each rule removed in a colour of
+/// its own, and a caption with the counts.
+ImageF selection_sheet(const GestureResult& result, const GaussianCloud& cloud, const std::vector<Camera>& sides,
                        const RenderOptions& options = {});
 
 }  // namespace pliant

@@ -62,6 +62,22 @@ TEST(SegmentEdit, ChangesTheObjectsOfARunKeepsThemAndCanBeUndone) {
   const Segmentation segmentation = read_segmentation(run / "segmentation.h5");
   EXPECT_EQ(segmentation.class_id.size(), after.size());
 
+  // Its folder has the new name, and run.json says so before extract has run again.
+  const auto folder_of = [&](const std::string& name) { return run / ("objects/" + (*row(after, "tulip"))["id"].dump() + "_" + name); };
+  EXPECT_FALSE(std::filesystem::exists(folder_of("flower")));
+  EXPECT_TRUE(std::filesystem::exists(folder_of("tulip") / "object.ply"));
+  const json extracted = parsed(run / "run.json")["stages"]["extract"];
+  EXPECT_EQ(run / extracted["summary"]["folder"].get<std::string>(), folder_of("tulip"));
+  EXPECT_EQ(run / extracted["outputs"][0].get<std::string>(), folder_of("tulip") / "object.ply");
+  // What bears the name already is kept beside it.
+  std::filesystem::create_directories(folder_of("rose"));
+  write_text(folder_of("rose") / "object.ply", "somebody's");
+  ASSERT_EQ(run_quietly({"segment", "edit", out, "--name", "tulip=rose"}), 0);
+  EXPECT_EQ(read_text(folder_of("rose.1") / "object.ply"), "somebody's");
+  EXPECT_GT(std::filesystem::file_size(folder_of("rose") / "object.ply"), 1000u);
+  ASSERT_EQ(run_quietly({"segment", "edit", out, "--name", "rose=tulip"}), 0);
+  EXPECT_TRUE(std::filesystem::exists(folder_of("tulip") / "object.ply"));
+
   // Later stages run again by themselves; segment keeps the edits until it is told to overwrite.
   ASSERT_EQ(run_quietly({"extract", out, "--object", "tulip"}), 0);
   EXPECT_NE(sha256_of_file(run / "background.ply"), background);

@@ -23,13 +23,14 @@ class RunDirectoryTest : public ::testing::Test {
   }
   ~RunDirectoryTest() override { fs::remove_all(folder_); }
 
-  int run(const nlohmann::json& options, bool overwrite = false) {
+  int run(const nlohmann::json& options, bool overwrite = false, const std::string& output = "out.txt") {
     RunDirectory directory = RunDirectory::create(folder_ / "run");
     Progress progress(true);
     const Context context{progress, [] { return false; }, 1, 1, overwrite};
-    const StageKey key{"work", options, {{"input", input_}}, {"out.txt"}};
+    const StageKey key{"work", options, {{"input", input_}}, {output}};
     const auto summary = directory.stage(context, key, [&] {
-      write_text(directory / "out.txt", "done");
+      fs::create_directories((directory / output).parent_path());
+      write_text(directory / output, "done");
       return nlohmann::json{{"calls", ++calls_}};
     });
     return summary["calls"];
@@ -59,6 +60,20 @@ TEST_F(RunDirectoryTest, AMissingOutputIsMadeAgain) {
   run({{"a", 1}});
   fs::remove(folder_ / "run" / "out.txt");
   EXPECT_EQ(run({{"a", 1}}), 2);
+}
+
+TEST_F(RunDirectoryTest, AFolderThatGetsAnotherNameIsFollowedAndFilesThatAreThereFromElsewhereAreNotTaken) {
+  EXPECT_EQ(run({}, false, "a/out.txt"), 1);
+  EXPECT_EQ(RunDirectory::open(folder_ / "run").move_folder("a", "b"), "");
+  EXPECT_EQ(run({}, false, "b/out.txt"), 1);
+  EXPECT_FALSE(fs::exists(folder_ / "run/a"));
+  fs::create_directories(folder_ / "run/c");
+  write_text(folder_ / "run/c/out.txt", "somebody's");
+  EXPECT_EQ(run({}, false, "c/out.txt"), 2);
+  write_text(folder_ / "run/b/out.txt", "mine");
+  EXPECT_EQ(RunDirectory::open(folder_ / "run").move_folder("c", "b"), "b.1");
+  EXPECT_EQ(read_text(folder_ / "run/b.1/out.txt"), "mine");
+  EXPECT_EQ(run({}, false, "b/out.txt"), 2);
 }
 
 TEST_F(RunDirectoryTest, AnotherOptionIsRefusedByNameUnlessOverwriting) {

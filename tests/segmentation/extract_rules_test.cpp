@@ -17,13 +17,14 @@ constexpr float kOpacity = 0.95f;  // of every disc of a made scene
 /// Counts by rule agree with the summary, only `fired` fired, and its share of opacity is that of `count` equal Gaussians.
 void expect_only(const ExtractResult& result, ExtractRule fired, size_t count, float opacity = kOpacity) {
   const ExtractSummary& s = result.summary;
-  const size_t summary[kExtractRules] = {0, s.below_probability, s.outliers, s.floaters, s.contact_to_support, s.contact_to_object, s.enclosed, s.hull};
+  const size_t summary[kExtractRules] = {0, s.below_probability, s.outliers, s.floaters, s.contact_to_support, s.contact_to_object, s.enclosed, s.islands, s.hull};
   size_t counted[kExtractRules] = {};
   for (ExtractRule rule : result.rule) ++counted[static_cast<int>(rule)];
   for (int k = 1; k < kExtractRules; ++k) {
     const bool expected = k == static_cast<int>(fired);
     EXPECT_EQ(counted[k], expected ? count : 0u) << name_of(static_cast<ExtractRule>(k));
     EXPECT_EQ(summary[k], counted[k]) << name_of(static_cast<ExtractRule>(k));
+    EXPECT_EQ(s.moved_by(static_cast<ExtractRule>(k)), summary[k]);
     EXPECT_NEAR(s.opacity_share[k], expected ? count * opacity / (s.candidates * kOpacity) : 0.0, 1e-3 / s.candidates) << k;
   }
   EXPECT_EQ(result.object.size() + result.background.size() + result.dropped.size(), result.rule.size());
@@ -89,6 +90,28 @@ TEST(ExtractRules, AMissingPatchOfASurfaceIsNotInsideButWhatAHollowHoldsIs) {
   const ExtractResult result = extract_ball(scene, segmentation, true);
   expect_only(result, ExtractRule::kHull, 5);
   for (int p : result.object) EXPECT_LT((scene.cloud.position[p] - ball.centre).norm(), 1.01f * ball.radius);
+}
+
+TEST(ExtractRules, SmallIslandsThatOnlyTheObjectHoldsAreItsUnlessTheyAreAnObjectThemselves) {
+  const MadeScene plain = made_scene(two_balls(), 1);
+  const MadeScene::Ball ball = plain.balls[0];
+  const auto with_patch = [&](const Vec3f& at, uint32_t label) {
+    MadeScene scene = plain;
+    for (int i = 0; i < 9; ++i) {
+      add_disc(scene.cloud, at + 0.03f * Vec3f(i % 3 - 1.0f, i / 3 - 1.0f, 0), Vec3f::UnitZ(), 0.01f, Vec3f::Ones());
+      scene.truth.push_back(label);
+    }
+    return scene;
+  };
+  const std::vector<uint32_t> ids = {3, 5, 300, 70000};
+  const auto extracted = [&](const MadeScene& scene) { return extract_ball(scene, certain(scene.truth, ids)); };
+  const Vec3f above = ball.centre + Vec3f(0, 0, ball.radius + 0.045f);
+  const ExtractResult taken = extracted(with_patch(above, 70000));
+  expect_only(taken, ExtractRule::kIsland, 9, 0.95f);
+  for (size_t p = plain.truth.size(); p < plain.truth.size() + 9; ++p) EXPECT_EQ(taken.rule[p], ExtractRule::kIsland);
+  expect_only(extracted(with_patch(above, 5)), ExtractRule::kNone, 0);                                    // nothing else has its label
+  expect_only(extracted(with_patch(above + Vec3f(0, 0, 0.5f), 70000)), ExtractRule::kNone, 0);            // far from the object
+  expect_only(extracted(with_patch(ball.centre + Vec3f(0, 0.36f, -0.1f), 70000)), ExtractRule::kNone, 0);  // the table holds it
 }
 
 TEST(ExtractRules, TheSheetShowsTheObjectInGreenAndAFloaterInItsColour) {

@@ -38,7 +38,7 @@ TEST(Extract, ProbabilityBelowTheThresholdStaysInTheBackground) {
     for (int k = 0; k < kSemanticChannels; ++k) segmentation.attribute[p * kSemanticChannels + k] *= 0.03f;
   update_labels(segmentation);
   ExtractOptions options;
-  options.object = 300, options.enclosed = false;
+  options.object = 300, options.enclosed = false, options.island_share = 0;
   const ExtractResult result = extract(options, scene.cloud, segmentation);
   EXPECT_EQ(result.summary.below_probability, 3u);
   for (int p : doubtful) EXPECT_TRUE(std::binary_search(result.background.begin(), result.background.end(), p));

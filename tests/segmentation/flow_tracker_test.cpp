@@ -35,12 +35,15 @@ float iou_of(const IdImage& ids, uint32_t id, float x) {
 }  // namespace
 
 TEST(FlowTracker, FollowsAMovingDisc) {
-  FlowTracker tracker;
-  tracker.start(picture_at(30), ids_at(30));
-  for (int k = 1; k <= 8; ++k) {
-    const TrackedFrame frame = tracker.step(picture_at(30 + 3.0f * k));
-    EXPECT_TRUE(frame.lost.empty());
-    EXPECT_GT(iou_of(frame.ids, kId, 30 + 3.0f * k), 0.85f) << "picture " << k;
+  for (const float speed : {4.0f, 6.0f, 9.0f}) {
+    FlowTracker tracker;
+    tracker.start(picture_at(30), ids_at(30));
+    for (int k = 1; k <= 8; ++k) {
+      const float x = 30 + speed * static_cast<float>(k);
+      const TrackedFrame frame = tracker.step(picture_at(x));
+      EXPECT_TRUE(frame.lost.empty());
+      EXPECT_GT(iou_of(frame.ids, kId, x), 0.85f) << speed << " px, picture " << k;
+    }
   }
 }
 
@@ -49,11 +52,11 @@ TEST(FlowTracker, SaysThatADiscIsLostWhenItLeavesAndKnowsItsIdWhenItComesBack) {
   tracker.start(picture_at(100), ids_at(100));
   float x = 100;
   TrackedFrame frame;
-  while (x < 160) frame = tracker.step(picture_at(x += 4));
+  while (x < 160) frame = tracker.step(picture_at(x += 6));
   EXPECT_EQ(frame.lost, std::vector<uint32_t>{kId});
   EXPECT_EQ(std::count(frame.ids.data.begin(), frame.ids.data.end(), kId), 0);
   EXPECT_EQ(tracker.step(picture_at(160)).lost, std::vector<uint32_t>{kId});
-  while (x > 80) frame = tracker.step(picture_at(x -= 4));
+  while (x > 80) frame = tracker.step(picture_at(x -= 6));
   EXPECT_TRUE(frame.lost.empty());
   EXPECT_GT(iou_of(frame.ids, kId, x), 0.85f);
 }

@@ -280,7 +280,10 @@ TEST_F(GestureTest, EveryGaussianHasOneRuleAndTheSheetShowsThem) {
   const auto& s = result.summary;
   EXPECT_EQ(s.selected + s.outside + s.cut + s.part + s.refined, scene.truth.size());
   for (size_t p = 0; p < scene.truth.size(); ++p) EXPECT_EQ(result.selected(p), result.rule[p] == SelectionRule::kKept);
-  const ImageF sheet = selection_sheet(result, scene.cloud, {0, 0, 1});
+  std::vector<int> selected;
+  for (size_t p = 0; p < scene.truth.size(); ++p)
+    if (result.selected(p)) selected.push_back(static_cast<int>(p));
+  const ImageF sheet = selection_sheet(result, scene.cloud, sheet_sides(scene.cloud.select(selected), {0, 0, 1}));
   size_t green = 0;
   for (int y = 0; y < sheet.height - 60; ++y)
     for (int x = 0; x < sheet.width; ++x) green += sheet(x, y, 1) > 0.4f && sheet(x, y, 1) > 1.3f * sheet(x, y, 2);

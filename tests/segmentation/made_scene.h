@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <vector>
@@ -80,24 +82,47 @@ inline MadeScene made_scene(const std::vector<MadeScene::Ball>& balls, int views
   return scene;
 }
 
+/// First and past-the-last pixels, along x and y, between the tangents from the camera to a ball; all of the picture when
+/// the ball reaches to the camera's plane.
+inline std::array<int, 4> ball_pixels(const MadeScene::Ball& ball, const Camera& camera) {
+  const Vec3d c = camera.cam_from_world * ball.centre.cast<double>();
+  const double r2 = static_cast<double>(ball.radius) * ball.radius, depth = c.z() * c.z() - r2;
+  std::array<int, 4> range = {0, camera.width, 0, camera.height};
+  if (c.z() <= 0 || depth <= 0) return range;
+  for (int k = 0; k < 2; ++k) {
+    const double focal = k ? camera.fy : camera.fx, centre = k ? camera.cy : camera.cx;
+    const double wide = ball.radius * std::sqrt(c[k] * c[k] + depth);
+    range[2 * k] = std::max(0, static_cast<int>(std::floor(centre + focal * (c[k] * c.z() - wide) / depth)));
+    range[2 * k + 1] = std::min(range[2 * k + 1], static_cast<int>(std::ceil(centre + focal * (c[k] * c.z() + wide) / depth)) + 1);
+  }
+  return range;
+}
+
 /// Ids seen by a camera, by casting a ray through every pixel centre.
 inline IdImage cast_ids(const MadeScene& scene, const Camera& camera) {
   IdImage ids(camera.width, camera.height, 1);
   const Vec3d eye = camera.centre();
+  std::vector<std::array<int, 4>> pixels;
+  for (const auto& ball : scene.balls) pixels.push_back(ball_pixels(ball, camera));
   parallel_for(camera.height, [&](std::ptrdiff_t row) {
     const int y = static_cast<int>(row);
+    std::vector<double> nearest(camera.width, INFINITY);
     for (int x = 0; x < camera.width; ++x) {
       const Vec3d ray = camera.ray(x + 0.5, y + 0.5);
-      double nearest = INFINITY;
-      if (ray.z() < 0) {
-        const double t = -eye.z() / ray.z();
-        const Vec3d hit = eye + t * ray;
-        if (std::abs(hit.x()) < MadeScene::kHalf && std::abs(hit.y()) < MadeScene::kHalf) nearest = t, ids(x, y) = MadeScene::kTable;
-      }
-      for (const auto& ball : scene.balls) {
-        const Vec3d to = ball.centre.cast<double>() - eye;
-        const double along = to.dot(ray), miss = to.squaredNorm() - along * along, r2 = ball.radius * ball.radius;
-        if (miss < r2 && along - std::sqrt(r2 - miss) < nearest) nearest = along - std::sqrt(r2 - miss), ids(x, y) = ball.id;
+      if (ray.z() >= 0) continue;
+      const double t = -eye.z() / ray.z();
+      const Vec3d hit = eye + t * ray;
+      if (std::abs(hit.x()) < MadeScene::kHalf && std::abs(hit.y()) < MadeScene::kHalf) nearest[x] = t, ids(x, y) = MadeScene::kTable;
+    }
+    for (size_t b = 0; b < scene.balls.size(); ++b) {
+      const auto& [x0, x1, y0, y1] = pixels[b];
+      if (y < y0 || y >= y1) continue;
+      const auto& ball = scene.balls[b];
+      const Vec3d to = ball.centre.cast<double>() - eye;
+      const double r2 = ball.radius * ball.radius;
+      for (int x = x0; x < x1; ++x) {
+        const double along = to.dot(camera.ray(x + 0.5, y + 0.5)), miss = to.squaredNorm() - along * along;
+        if (miss < r2 && along - std::sqrt(r2 - miss) < nearest[x]) nearest[x] = along - std::sqrt(r2 - miss), ids(x, y) = ball.id;
       }
     }
   }, 8);

@@ -8,46 +8,22 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgproc.hpp>
-#include <sstream>
 
 #include "gaussians/base/portable.h"
 #include "gaussians/io/image_io.h"
 #include "segmentation/labelling/grab_cut_segmenter.h"
 #include "segmentation/labelling/mask_measures.h"
-#include "segmentation/lift/objects_sheet.h"
+#include "tests/studies/coco_instances.h"
 
 using namespace pliant;
 namespace fs = std::filesystem;
 
 namespace {
 
-struct Instance {
-  int photo = 0, category = 0;
-  ImageF mask;  // 1 inside, -1 outside
-  MaskPrompt::Box box;
-  double pixels = 0, iou[3] = {}, seconds = 0, predicted = 0;  // of: box, ellipse, segmenter
+struct Measured : CocoInstance {
+  int photo = 0;
+  double iou[3] = {}, seconds = 0, predicted = 0;  // of: box, ellipse, segmenter
 };
-
-std::vector<Instance> read_instances(const fs::path& labels, int width, int height) {
-  std::vector<Instance> instances;
-  std::ifstream in(labels);
-  for (std::string line; std::getline(in, line);) {
-    std::istringstream words(line);
-    Instance instance;
-    words >> instance.category;
-    std::vector<cv::Point> corners;
-    for (double x, y; words >> x >> y;) corners.emplace_back(cvRound(x * width), cvRound(y * height));
-    cv::Mat mask(height, width, CV_8U, cv::Scalar(0));
-    cv::fillPoly(mask, std::vector<std::vector<cv::Point>>{corners}, 1);
-    instance.mask = ImageF(width, height, 1, -1);
-    for (size_t i = 0; i < instance.mask.data.size(); ++i)
-      if (mask.data[i]) instance.mask.data[i] = 1, ++instance.pixels;
-    instance.box = box_of_mask(instance.mask);
-    if (instance.pixels > 0) instances.push_back(std::move(instance));
-  }
-  return instances;
-}
 
 ImageF filled(const MaskPrompt::Box& box, int width, int height, bool ellipse) {
   ImageF mask(width, height, 1, -1);
@@ -87,13 +63,13 @@ int main(int argc, char** argv) {
   std::vector<fs::path> photos;
   for (const auto& entry : fs::directory_iterator(data / "images/train2017")) photos.push_back(entry.path());
   std::sort(photos.begin(), photos.end());
-  std::vector<std::vector<Instance>> found(photos.size());
+  std::vector<std::vector<Measured>> found(photos.size());
   parallel_for(static_cast<std::ptrdiff_t>(photos.size()), [&](std::ptrdiff_t k) {
     const ImageF photo = read_image(photos[k]);
     GrabCutSegmenter segmenter(options);
     segmenter.encode(photo);
-    found[k] = read_instances(data / "labels/train2017" / photos[k].stem().concat(".txt"), photo.width, photo.height);
-    for (Instance& instance : found[k]) {
+    for (CocoInstance& read : read_instances(data / "labels/train2017" / photos[k].stem().concat(".txt"), photo.width, photo.height)) {
+      Measured instance{std::move(read)};
       instance.photo = static_cast<int>(k);
       const double start = omp_get_wtime();
       const SegmentedMask mask = segmenter.segment({instance.box, {}}).front();
@@ -102,9 +78,10 @@ int main(int argc, char** argv) {
       for (int m = 0; m < 2; ++m) instance.iou[m] = mask_iou(instance.mask, filled(instance.box, photo.width, photo.height, m));
       instance.iou[2] = mask_iou(instance.mask, mask.logits);
       instance.mask = {};
+      found[k].push_back(std::move(instance));
     }
   });
-  std::vector<Instance> all;
+  std::vector<Measured> all;
   for (auto& of_photo : found) all.insert(all.end(), of_photo.begin(), of_photo.end());
   nlohmann::ordered_json rows;
   const char* names[3] = {"box", "ellipse", "segmenter"};
@@ -114,7 +91,7 @@ int main(int argc, char** argv) {
     for (const int side : {0, 32, 64, 96}) {
       double sum[3] = {}, seconds = 0, predicted = 0;
       size_t count = 0;
-      for (const Instance& instance : all) {
+      for (const Measured& instance : all) {
         if (instance.pixels <= side * side || (part == "even" && instance.photo % 2) || (part == "odd" && instance.photo % 2 == 0)) continue;
         for (int m = 0; m < 3; ++m) sum[m] += instance.iou[m];
         seconds += instance.seconds, predicted += std::abs(instance.predicted - instance.iou[2]), ++count;

@@ -1,7 +1,9 @@
 // A plane with SIDE x SIDE balls at 1200 x 900, end to end from id masks written as PNG:
-//   many_objects_study OUT_FOLDER [SIDE=20 [VIEWS=24 [WIDTH=1200]]]
+//   many_objects_study OUT_FOLDER [SIDE=20 [VIEWS=24 [WIDTH=1200 [WRITE]]]]
 // OUT_FOLDER becomes a scene that `pliant segment` takes too.  The masks' ids are shuffled in every view in the second case.
-// Scores are on every 8th photo, never learnt from, for objects of at least 300 px in it.  Prints JSON.
+// OUT_FOLDER/truth holds the true ids of every 8th photo, for
+//   pliant segment OUT_FOLDER --hold-out --out RUN;  pliant evaluate segmentation RUN/held_out OUT_FOLDER/truth --band 2
+// With WRITE only the folder is made.  Scores are on every 8th photo, never learnt from, for objects of at least 300 px in it.  Prints JSON.
 
 #include <sys/resource.h>
 
@@ -71,6 +73,7 @@ int main(int argc, char** argv) {
   if (argc < 2) return std::fprintf(stderr, "usage: %s OUT_FOLDER [SIDE [VIEWS [WIDTH]]]\n", argv[0]), 2;
   const fs::path out = argv[1];
   const int side = argc > 2 ? std::atoi(argv[2]) : 20, views = argc > 3 ? std::atoi(argv[3]) : 24, width = argc > 4 ? std::atoi(argv[4]) : 1200;
+  const bool only_write = argc > 5;
   const float ball_step = 0.06f * 1.9f / static_cast<float>(side);
   const MadeScene scene = made_scene(grid_of_balls(side), views, width, width * 3 / 4, 0.012f, ball_step);
   Json json = {{"balls", side * side}, {"gaussians", scene.cloud.size()}, {"views", views}, {"width", width}};
@@ -79,7 +82,13 @@ int main(int argc, char** argv) {
   write_ply(out / "splats.ply", scene.cloud);
   write_transforms(out / "transforms.json", scene.cameras);
   write_text(out / "scene.json", R"({"splats": "splats.ply", "cameras": "transforms.json", "masks": "masks", "up": [0, 0, 1]})");
-  for (const Camera& camera : scene.cameras) write_ids(out / "masks" / (camera.name + ".png"), cast_ids(scene, camera));
+  fs::create_directories(out / "truth");
+  for (int c = 0; c < views; ++c) {
+    const IdImage ids = cast_ids(scene, scene.cameras[c]);
+    write_ids(out / "masks" / (scene.cameras[c].name + ".png"), ids);
+    if (c % 8 == 0) write_ids(out / "truth" / (scene.cameras[c].name + ".png"), without_small(ids, 300));
+  }
+  if (only_write) return 0;
 
   SemanticOptions options;
   for (int c = 0; c < views; c += 8) options.held_out.push_back(c);

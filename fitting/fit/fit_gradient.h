@@ -1,0 +1,63 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "fitting/fields/field.h"
+#include "fitting/fields/motion.h"
+
+namespace pliant {
+
+struct GradientFitOptions {
+  int iterations = 100;
+  int first_window = 6;              ///< frames that are compared at first (PhysDreamer) ...
+  double growth = 0.5;               ///< ... and all of them from this share of the iterations on
+  double material_rate = 0.01, velocity_rate = 0.01, damping_rate = 0.02;  ///< of Adam; fall to a tenth by the end
+  double material_roughness = 1e-4, velocity_roughness = 1e-2;  ///< weights of the fields' total variation
+  double clip = 1;                   ///< largest norm of the gradient of one field's parameters
+  int patience = 20;                 ///< iterations with all frames and no better loss, after which it stops
+  double better = 1e-3;              ///< relative fall of the loss that counts as better
+};
+
+/// One iteration.
+struct GradientFitRow {
+  int frames = 0;        ///< compared
+  double loss = 0;       ///< of the frames, without roughness
+  double rollout_seconds = 0, frames_seconds = 0, reverse_seconds = 0, field_seconds = 0;
+};
+
+struct GradientFitParameters {
+  std::vector<double> material, velocity;  ///< of the fields; empty without one
+  double damping = 0;                      ///< ln of the factor of the rate of mass-proportional damping
+};
+
+/// Everything that an iteration starts from: a fit continues from here bit for bit.
+struct GradientFitState {
+  GradientFitParameters now, best;                  ///< best: of the least loss over all frames
+  std::vector<double> first_moment, second_moment;  ///< of Adam, [all parameters]
+  double best_loss = -1;                            ///< negative: none yet
+  int without_better = 0;
+  std::vector<GradientFitRow> rows;              ///< of the iterations done
+  bool finished = false;
+};
+
+/// What is fitted: ln of a factor of each particle's E, and a velocity [m/s] that is added to its start.
+struct GradientFitFields {
+  const Field* material = nullptr;  ///< one channel; null = E stays
+  const Field* velocity = nullptr;  ///< three channels; null = the start stays
+  bool damping = false;             ///< the damping time too, where the motion has one
+};
+
+/// Called after every iteration; false stops, and the state may be continued later.
+using GradientFitSink = std::function<bool(const GradientFitState&)>;
+
+/// Adam on the fields' parameters with exact gradients through MLS-MPM (PhysDreamer, Zhang et al. 2024), over a window of
+/// frames that grows from the start.  `state` is where it begins: `now`, and all else empty, or an earlier state.
+/// Particles and start of `motion` are those without the fields.  Equal bit for bit for any number of threads.
+void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion, const Objective<float>& objective,
+                  const GradientFitFields& fields, GradientFitState& state, const GradientFitSink& sink = {});
+
+/// The motion with the fields applied.
+Motion<float> with_fields(const Motion<float>& motion, const GradientFitFields& fields, const GradientFitParameters& at);
+
+}  // namespace pliant

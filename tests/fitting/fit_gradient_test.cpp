@@ -1,0 +1,105 @@
+// Fields of E and v0 by exact gradients: they find what a twin was made of, and continue where they were stopped.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "fitting/fields/part_field.h"
+#include "fitting/fields/triplane_field.h"
+#include "fitting/fit/fit_gradient.h"
+#include "tests/fitting/twin_stem.h"
+
+namespace pliant {
+namespace {
+
+using namespace testing;
+
+/// A stem whose upper half is three times softer than the motion's particles, and what was seen of it.
+struct Problem {
+  TwinStem twin;
+  std::vector<uint32_t> part;
+  Motion<float> motion;
+  Objective<float> objective;
+  double wanted[2] = {0, std::log(1 / 3.0)};
+
+  explicit Problem(int frames) {
+    motion.particles = twin.particles;
+    for (size_t i = 0; i < twin.particles.size(); ++i) {
+      part.push_back(twin.particles.position[i].z() > 0.05f);
+      if (part[i]) twin.particles.young[i] /= 3;
+    }
+    motion.start = twin.kicked(0.5), motion.interactions = twin.pins;
+    motion.options.simulate.fps = twin.fps, motion.options.simulate.duration = frames / twin.fps;
+    motion.options.simulate.damping_time = twin.damping_time;
+    objective.terms.push_back({1, std::make_shared<TrackLoss<float>>(twin.film(twin.pins, motion.start, true, frames))});
+  }
+};
+
+TEST(FitGradient, PartsAndDampingOfATwinAreFound) {
+  Problem problem(12);
+  problem.motion.options.simulate.damping_time *= 2;
+  const PartField field(problem.part, 1);
+  GradientFitOptions options;
+  options.iterations = 70, options.material_rate = 0.05, options.damping_rate = 0.05;
+  GradientFitState state;
+  state.now.material = {0, 0};
+  fit_gradient(options, problem.motion, problem.objective, {&field, nullptr, true}, state);
+  EXPECT_TRUE(state.finished);
+  for (int p = 0; p < 2; ++p) EXPECT_NEAR(state.best.material[p], problem.wanted[p], 0.08) << p;
+  EXPECT_NEAR(state.best.damping, std::log(2.0), 0.4);
+  EXPECT_LT(state.best_loss, 0.01 * state.rows[0].loss + 1e-3);
+}
+
+TEST(FitGradient, TheWindowGrowsFromSixFramesToAll) {
+  Problem problem(10);
+  const PartField field(problem.part, 1);
+  GradientFitOptions options;
+  options.iterations = 5;
+  GradientFitState state;
+  state.now.material = {0, 0};
+  fit_gradient(options, problem.motion, problem.objective, {&field}, state);
+  EXPECT_EQ(state.rows.front().frames, 6);
+  EXPECT_EQ(state.rows.back().frames, 10);
+  for (size_t k = 1; k < state.rows.size(); ++k) EXPECT_GE(state.rows[k].frames, state.rows[k - 1].frames);
+}
+
+TEST(FitGradient, AStoppedFitContinuesToTheSameNumbersBitForBit) {
+  Problem problem(6);
+  const PartField material(problem.part, 1), velocity(problem.part, 3);
+  const GradientFitFields fields{&material, &velocity, true};
+  GradientFitOptions options;
+  options.iterations = 6;
+  const auto begun = [] {
+    GradientFitState state;
+    state.now.material = {0, 0}, state.now.velocity.assign(6, 0.0);
+    return state;
+  };
+  GradientFitState whole = begun(), stopped = begun();
+  fit_gradient(options, problem.motion, problem.objective, fields, whole);
+  fit_gradient(options, problem.motion, problem.objective, fields, stopped, [](const GradientFitState& s) { return s.rows.size() < 3; });
+  ASSERT_EQ(stopped.rows.size(), 3u);
+  fit_gradient(options, problem.motion, problem.objective, fields, stopped);
+  EXPECT_EQ(whole.now.material, stopped.now.material);
+  EXPECT_EQ(whole.now.velocity, stopped.now.velocity);
+  EXPECT_EQ(whole.best_loss, stopped.best_loss);
+}
+
+TEST(FitGradient, TriplanesFindTwoParts) {
+  if (!has_triplane_fields()) GTEST_SKIP() << "built without libtorch";
+  Problem problem(12);
+  TriplaneOptions planes;
+  const auto field = make_triplane_field(planes, problem.motion.particles.position);
+  GradientFitOptions options;
+  GradientFitState state;
+  state.now.material = field->constant(std::vector<double>{0.0});
+  fit_gradient(options, problem.motion, problem.objective, {field.get()}, state);
+  const std::vector<double> factor = field->values(state.best.material);
+  std::vector<double> error;
+  for (size_t i = 0; i < factor.size(); ++i)
+    if (problem.motion.particles.position[i].z() > 0.015f) error.push_back(std::abs(factor[i] - problem.wanted[problem.part[i]]) / std::log(10.0));
+  std::nth_element(error.begin(), error.begin() + error.size() / 2, error.end());
+  EXPECT_LT(error[error.size() / 2], 0.15);
+}
+
+}  // namespace
+}  // namespace pliant

@@ -1,0 +1,67 @@
+// Twin experiments with E that differs from place to place.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "fitting/fit/fit_material.h"
+#include "tests/fitting/twin_stem.h"
+
+namespace pliant {
+namespace {
+
+using testing::TwinStem;
+
+/// Median over the free particles of |log10 E - log10 E of the truth|.
+double median_error(const std::vector<double>& young, const Particles& truth) {
+  std::vector<double> error;
+  for (size_t i = 0; i < young.size(); ++i)
+    if (truth.position[i].z() > 0.015f) error.push_back(std::abs(std::log10(young[i] / truth.young[i])));
+  std::nth_element(error.begin(), error.begin() + error.size() / 2, error.end());
+  return error[error.size() / 2];
+}
+
+struct TwoParts : TwinStem {
+  std::vector<uint32_t> part;
+  /// The upper half is ten times softer, so that both carry a good share of the strain energy.
+  TwoParts() {
+    for (size_t i = 0; i < particles.size(); ++i) {
+      part.push_back(particles.position[i].z() > 0.05f);
+      particles.young[i] = part.back() ? 1.5e4f : 1.5e5f;
+    }
+  }
+};
+
+/// A fit from a start that is the same everywhere and too stiff, and what it must reach.
+void fit_two_parts(MaterialKind kind, double tolerance) {
+  const TwoParts twin;
+  const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.5), true, 24, 20, 0.05);
+  Particles guess = twin.particles;
+  guess.young.assign(guess.size(), 3e5f);
+  MaterialFitOptions options;
+  options.kind = kind, options.part = twin.part, options.smooth.modes = 12;
+  options.vibration.modes.most = 6, options.vibration.refine.tolerance = 1e-3;
+  const MaterialFit fit = fit_material(options, guess, twin.pins, tracks, twin.fps);
+  const std::vector<double> constant(guess.size(), 3e5 * std::pow(10.0, fit.homogeneous.log10_factor));
+  const double error = median_error(fit.young, twin.particles), best_constant = median_error(constant, twin.particles);
+  printf("median |log10 E error| %.3f, best constant %.3f, damping %.3f of %.3f s\n", error, best_constant, fit.found.damping_time, twin.damping_time);
+  EXPECT_LT(error, tolerance);
+  EXPECT_LT(error, 0.5 * best_constant);
+  EXPECT_NEAR(fit.found.damping_time / twin.damping_time, 1, 0.2);
+  EXPECT_LT(fit.found.rms, 0.2 * fit.homogeneous.rms);
+  // The middle, which bends, is determined.
+  for (size_t i = 0; i < guess.size(); ++i) {
+    const float z = twin.particles.position[i].z();
+    if (kind == MaterialKind::kSmooth && z > 0.03f && z < 0.07f) {
+      EXPECT_TRUE(fit.determined(i)) << z << ": " << fit.sigma[i];
+    }
+  }
+}
+
+TEST(FitMaterial, TwoPartsTenTimesApartAreFoundByParts) { fit_two_parts(MaterialKind::kParts, 0.08); }
+
+TEST(FitMaterial, TwoPartsTenTimesApartAreFoundByASmoothField) { fit_two_parts(MaterialKind::kSmooth, 0.15); }
+
+}  // namespace
+}  // namespace pliant
