@@ -50,7 +50,7 @@ const std::map<std::string, Permission> kTable = {
       {"opencv2", "fmt", "nlohmann"}}},
     {"app/store",
      {{"gaussians/base", "gaussians/io", "gaussians/reconstruct", "segmentation/lift", "physics/laws", "physics/mpm",
-       "physics/body", "physics/simulate", "fitting/fields"},
+       "physics/body", "physics/simulate", "fitting/fields", "fitting/fit"},
       {"hdf5.h", "nlohmann"}}},
     {"app/import",
      {{"gaussians/base", "gaussians/io", "physics/laws", "physics/mpm", "physics/body", "physics/simulate", "app/store"},

@@ -184,8 +184,8 @@ void add_fit_options(CLI::App& command, FitStage& stage, const std::string& pref
   command.add_option("--" + prefix + "from", stage.from, "Time in the video from which on nothing pushes the object [s] (default: found)")->check(CLI::NonNegativeNumber);
   command.add_option("--" + prefix + "until", stage.until, "Time in the video after which frames only judge the fit [s] (default: all are used)")->check(CLI::PositiveNumber);
   command.add_option("--" + prefix + "points", stage.points, "Points of the object's surface that are followed")->check(CLI::Range(20, 20000))->capture_default_str();
-  command.add_option("--" + prefix + "field", stage.field, "How stiffness may differ from place to place: uniform, parts (by place and colour), smooth")
-      ->check(CLI::IsMember({"uniform", "parts", "smooth"}))
+  command.add_option("--" + prefix + "field", stage.field, "How stiffness may differ from place to place: uniform, parts (by place and colour), smooth, triplanes (by gradients, with v0(x))")
+      ->check(CLI::IsMember({"uniform", "parts", "smooth", "triplanes"}))
       ->capture_default_str();
   command.add_option("--" + prefix + "parts", stage.parts, "Parts of the object that may differ in stiffness, of --" + prefix + "field parts")
       ->check(CLI::Range(2, 32))
@@ -196,6 +196,8 @@ void add_simulate_options(CLI::App& command, SimulateStage& stage) {
   command.add_option("--interactions", stage.interactions,
                      "JSON array of forces (default: the motion of a fit once more, else one push sized to the stiffness)");
   add_material_values(command, stage.material);
+  command.add_option("--material", stage.material_file, "E(x), nu(x), rho(x) from a material.h5, of these or of other particles")->check(CLI::ExistingFile);
+  command.add_option("--velocity", stage.velocity_file, "How the motion starts, from a velocity.h5, of these or of other particles")->check(CLI::ExistingFile);
   command.add_option("--compat", stage.compat, "With --physgaussian: repeat the known defects of that program")
       ->check(CLI::IsMember({"physgaussian"}));
   command.add_option("--law", stage.material.law, "Constitutive law (default fixed_corotated)")->check(CLI::IsMember(law_names()));

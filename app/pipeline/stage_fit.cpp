@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "app/pipeline/fit_report.h"
+#include "app/store/fit_checkpoint.h"
 #include "app/store/material.h"
 #include "app/store/velocity.h"
 #include "fitting/fit/fit_material.h"
@@ -35,7 +36,7 @@ FittedMotion replay(const FitScene& fit, const VibrationFit& found, const Partic
 
 VelocityFile velocity_of(const FitScene& fit, const VibrationFit& found) {
   VelocityFile out;
-  out.velocity = found.start.v, out.F = found.start.F, out.C = found.start.C;
+  out.position = fit.body.file.driving_position, out.velocity = found.start.v, out.F = found.start.F, out.C = found.start.C;
   for (size_t i = 0; i < found.start.size(); ++i) out.displacement.push_back(found.start.x[i] - fit.body.particles.position[i]);
   out.time = found.time, out.damping_time = found.damping_time, out.source = "fitted to the reference video";
   return out;
@@ -45,6 +46,31 @@ json curve_to_json(const ModalSearch& search) {
   json rows = json::array();
   for (size_t i = 0; i < search.log10_factor.size(); ++i) rows.push_back({search.log10_factor[i], search.unexplained[i]});
   return rows;
+}
+
+constexpr const char* kCheckpoint = "fit/checkpoint.h5";
+
+/// What an interrupted fit of the same options and inputs left, and the hooks that keep what is done from now on.
+MaterialFitProgress kept_progress(const Context& context, const fs::path& file, const std::string& provenance) {
+  auto checkpoint = std::make_shared<FitCheckpoint>();
+  if (fs::exists(file) && read_fit_checkpoint_provenance(file) == provenance) {
+    *checkpoint = read_fit_checkpoint(file);
+    context.progress.say(checkpoint->gradient.rows.empty() ? "fit: goes on from the best constant of an interrupted fit"
+                                                           : fmt::format("fit: goes on after {} iterations of an interrupted fit", checkpoint->gradient.rows.size()));
+  }
+  checkpoint->provenance_json = provenance;
+  MaterialFitProgress kept{checkpoint->homogeneous, checkpoint->gradient, {}, {}};
+  kept.keep_homogeneous = [checkpoint, file](const VibrationFit& fit) {
+    checkpoint->homogeneous = fit;
+    write_fit_checkpoint(file, *checkpoint);
+  };
+  kept.keep_gradient = [checkpoint, file, &context](const GradientFitState& state) {
+    checkpoint->gradient = state;
+    const bool stop = context.interrupted && context.interrupted();
+    if (stop || state.rows.size() % 5 == 0) write_fit_checkpoint(file, *checkpoint);
+    return !stop;
+  };
+  return kept;
 }
 
 json steps_to_json(const std::vector<FitStep>& steps) {
@@ -84,24 +110,34 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     material_options.vibration = options;
     if (stage.field == "parts") material_options.kind = MaterialKind::kParts, material_options.part = parts_of(fit, stage.parts);
     if (stage.field == "smooth") material_options.kind = MaterialKind::kSmooth;
-    const MaterialFit found_material = fit_material(material_options, fit.body.particles, fit.pins, tracks, fit.video.fps, say);
+    if (stage.field == "triplanes") material_options.kind = MaterialKind::kTriplanes;
+    material_options.vibration.stop = context.interrupted;
+    const MaterialFit found_material = fit_material(material_options, fit.body.particles, fit.pins, tracks, fit.video.fps, say,
+                                                    kept_progress(context, run / kCheckpoint, provenance));
     const VibrationFit& found = found_material.found;
     const Particles& fitted = found_material.particles;
-    const double young = material.young * std::pow(10.0, found.log10_factor);
-
-    MaterialFile stored{fit.solid.young, fit.solid.poisson, fit.solid.density, "fitted to the reference video", {}, {}};
+    // Factors of E of the particles hold for their samples too, whose E does not know of thin parts' equivalent stiffness.
+    const std::string sources[] = {"homogeneous", "by parts", "a smooth field", "triplanes"};
+    MaterialFile stored{fit.solid.young, fit.solid.poisson, fit.solid.density, sources[static_cast<int>(material_options.kind)] + ", fitted to the reference video", {}, {}};
+    double log_young = 0;
+    size_t moving = 0;
     for (size_t s = 0; s < stored.young.size(); ++s) {
       const int driver = fit.body.file.solid_driver[s];
-      stored.young[s] = static_cast<float>(driver >= 0 ? found_material.young[driver] : young);
+      const double factor = driver >= 0 ? found_material.young[driver] / fit.body.particles.young[driver] : std::pow(10.0, found.log10_factor);
+      stored.young[s] = static_cast<float>(stored.young[s] * factor);
+      if (driver >= 0) log_young += std::log(stored.young[s]), ++moving;
+      if (!found_material.sigma.empty())
+        stored.log10_young_sigma.push_back(static_cast<float>(driver >= 0 ? found_material.sigma[driver] : found.log10_sigma));
     }
+    const double young = std::exp(log_young / std::max<size_t>(1, moving));
     write_material(run / (folder + "/material.h5"), stored, provenance);
     write_velocity(run / (folder + "/velocity.h5"), velocity_of(fit, found), provenance);
 
     const VibrationFit& constant = found_material.homogeneous;
     const MotionScores constant_scores = compare_motion(fit, replay(fit, constant, constant.fitted(fit.body.particles), options.simulate), {});
     const MotionScores scores = compare_motion(fit, replay(fit, found, fitted, options.simulate), run / "fit/side_by_side.mp4");
-    context.progress.say(fmt::format("fit: E = {:.4g} Pa (+-{:.1f} % by noise alone), damping time {:.3g} s; {:.1f} dB where it moves (held first frame {:.1f}, scene at rest against it {:.1f})",
-                                     young, 100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used, scores.still_used, scores.rest));
+    context.progress.say(fmt::format("fit: E = {:.4g} Pa{} (+-{:.1f} % by noise alone), damping time {:.3g} s; {:.1f} dB where it moves (held first frame {:.1f}, scene at rest against it {:.1f})",
+                                     young, stage.field == "uniform" ? "" : " in the mean of its logarithm", 100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used, scores.still_used, scores.rest));
     if (scores.frames_later > 0)
       context.progress.say(fmt::format("fit: {:.1f} dB over the {} frames that it did not see (best constant E {:.1f}, held first frame {:.1f})",
                                        scores.psnr_later, scores.frames_later, constant_scores.psnr_later, scores.still_later));
@@ -115,7 +151,11 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     json full = result;
     full["search"] = curve_to_json(found_material.homogeneous.search), full["modes_hz"] = json::array();
     for (const double omega : found.modes.omega) full["modes_hz"].push_back(omega / 6.283185307179586);
+    for (const GradientFitRow& row : found_material.iterations)
+      full["iterations"].push_back({{"frames", row.frames}, {"loss", row.loss}, {"rollout_s", row.rollout_seconds}, {"frames_s", row.frames_seconds},
+                                    {"reverse_s", row.reverse_seconds}, {"field_s", row.field_seconds}});
     write_text(run / "fit/results.json", full.dump(2) + "\n");
+    fs::remove(run / kCheckpoint);
     return result;
   });
 }

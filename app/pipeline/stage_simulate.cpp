@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "app/pipeline/given_fields.h"
 #include "app/pipeline/motion.h"
 #include "app/pipeline/simulated_body.h"
 #include "app/store/frames.h"
@@ -78,28 +79,6 @@ json rest_shape_to_json(const SimulateSummary& s) {
   return {{"iterations", s.rest_shape_iterations}, {"residual_m", s.rest_shape_residual}, {"sag_m", s.rest_shape_sag}};
 }
 
-/// What a fit found, at the solid samples.
-ElasticSamples fitted_solid(const fs::path& file, const ParticleFile& particles) {
-  const MaterialFile m = read_material(file);
-  if (m.young.size() != particles.solid_position.size())
-    throw input_error(file.string(), "/solid/young", fmt::format("has {} rows for {} samples", m.young.size(), particles.solid_position.size()),
-                      "repeat `pliant fit` with --overwrite");
-  return {m.young, m.poisson, m.density};
-}
-
-SimulationState fitted_start(const fs::path& file, const Particles& particles) {
-  const VelocityFile v = read_velocity(file);
-  if (v.velocity.size() != particles.size())
-    throw input_error(file.string(), "/driving/velocity", fmt::format("has {} rows for {} driving particles", v.velocity.size(), particles.size()),
-                      "repeat `pliant fit` with --overwrite");
-  SimulationState state = initial_state(particles);
-  for (size_t i = 0; i < state.size(); ++i) {
-    state.x[i] += v.displacement[i], state.v[i] = v.velocity[i];
-    state.F[i] = v.F[i], state.C[i] = v.C[i];
-  }
-  return state;
-}
-
 /// The stage's options, with the damping that a fit found unless the user gave another.
 SimulateStage with_fitted_damping(SimulateStage stage, const fs::path& file) {
   if (!stage.damping_time) stage.damping_time = read_velocity(file).damping_time;
@@ -125,17 +104,19 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
   run.summary("seed", "run `pliant seed` first");
   const bool physgaussian = !stage.physgaussian.empty();
   const bool fitted = !physgaussian && stage.use_fit && is_fitted(run) && !stage.material.young;
-  const bool replay = fitted && stage.interactions.empty();  // how the fitted motion started, once more
-  const ObjectMaterial material = fitted ? check_material(scene, stage.material, true) : check_material(scene, stage);
+  // Fields come from files that the user gives, else from the fit: the material, and how the motion started, once more.
+  const bool given = !stage.material_file.empty();
+  if (given && stage.material.young) throw usage_error("simulate", "--material", "and --young both say what E is", "give one of them");
+  const fs::path material_file = given ? fs::path(stage.material_file) : run / (folder + "/material.h5");
+  const fs::path velocity_file = stage.velocity_file.empty() ? run / (folder + "/velocity.h5") : fs::path(stage.velocity_file);
+  const bool replay = !stage.velocity_file.empty() || (fitted && !given && stage.interactions.empty());
+  const ObjectMaterial material = fitted || given ? check_material(scene, stage.material, true) : check_material(scene, stage);
 
   StageKey key{"simulate", {{"material", material_to_json(material)}}, {{"particles", run / (folder + "/particles.h5")}},
                {folder + "/trajectory.h5", "interactions.json"}};
-  if (fitted) {
-    key.inputs["material"] = run / (folder + "/material.h5");
-    key.inputs["velocity"] = run / (folder + "/velocity.h5");
-  } else if (!is_fitted(run)) {
-    key.outputs.push_back(folder + "/material.h5");
-  }
+  if (fitted || given) key.inputs["material"] = material_file;
+  if (fitted || replay) key.inputs["velocity"] = velocity_file;
+  if (!fitted && !given && !is_fitted(run)) key.outputs.push_back(folder + "/material.h5");
   if (physgaussian) {
     key.options["compat"] = stage.compat;
     key.inputs["physgaussian"] = stage.physgaussian;
@@ -151,19 +132,19 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
   return run.stage(context, key, [&]() -> json {
     const std::string provenance = run.provenance(context, key);
     ParticleFile particles = read_particles(run / (folder + "/particles.h5"));
-    const fs::path material_file = run / (folder + "/material.h5");
-    const ElasticSamples solid = fitted ? fitted_solid(material_file, particles) : solid_material(particles, material);
-    if (fitted) context.progress.say("simulate: material and damping of the fit");
-    else if (!is_fitted(run)) write_material(material_file, {solid.young, solid.poisson, solid.density, "homogeneous", {}, {}}, provenance);
+    const ElasticSamples solid = fitted || given ? given_material(material_file, particles) : solid_material(particles, material);
+    if (given) context.progress.say("simulate: material of " + stage.material_file);
+    else if (fitted) context.progress.say("simulate: material and damping of the fit");
+    else if (!is_fitted(run)) write_material(run / (folder + "/material.h5"), {solid.young, solid.poisson, solid.density, "homogeneous", {}, {}}, provenance);
     SimulatedBody body = make_body(std::move(particles), scene, solid, material.material);
     const SimulationPlan plan = physgaussian ? plan_physgaussian(context, run, stage, body)
                                              : plan_simulation(context, run, scene,
-                                                               fitted ? with_fitted_damping(stage, run / (folder + "/velocity.h5")) : stage,
+                                                               fitted || replay ? with_fitted_damping(stage, velocity_file) : stage,
                                                                body, replay);
     write_text(run / "interactions.json", plan.script.dump(2) + "\n");
 
     FrameStore frames(run / (folder + "/trajectory.partial"), provenance);
-    const SimulationState rest = replay ? fitted_start(run / (folder + "/velocity.h5"), body.particles) : initial_state(body.particles);
+    const SimulationState rest = replay ? given_start(velocity_file, body.file, body.particles) : initial_state(body.particles);
     const int total = static_cast<int>(std::lround(plan.options.fps * plan.options.duration));
     context.progress.begin("simulate", total);
     SimulateResult result = simulate<float>(plan.options, body.particles, plan.interactions, frames.resume(rest),

@@ -87,7 +87,7 @@ struct FitStage {
   double from = -1;           ///< s of the video, from which on nothing pushes the object; negative = found
   double until = 0;           ///< s of the video; later frames only judge the fit; 0 = all are used
   int points = 400;           ///< of the object's surface that are followed
-  std::string field = "uniform";  ///< E(x): uniform, parts, smooth
+  std::string field = "uniform";  ///< E(x): uniform, parts, smooth, triplanes
   int parts = 6;              ///< of the object, by place and colour, that may differ in E
   MaterialValues material;    ///< command line's; E is where the search starts
 };
@@ -103,6 +103,8 @@ struct SimulateStage {
   std::string physgaussian;  ///< file; a configuration of PhysGaussian instead of material, interactions, fps, ...
   std::string compat;        ///< "physgaussian": its known defects are repeated
   MaterialValues material;   ///< command line's
+  std::string material_file; ///< material.h5 of any particles, whose nearest sample counts; instead of a fit's
+  std::string velocity_file;    ///< velocity.h5 of any particles: how the motion starts; instead of a fit's
   double fps = 30, duration = 4;
   std::optional<double> damping_time;  ///< amplitude of motion decays as exp(-t / damping_time) [s]; 0 = none; default:
                                        ///< the fit's, else kDampingTime

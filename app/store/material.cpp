@@ -10,6 +10,7 @@ namespace pliant {
 void write_material(const fs::path& file, const MaterialFile& m, const std::string& provenance_json) {
   const size_t n = m.young.size();
   CHECK(m.poisson.size() == n && m.density.size() == n);
+  CHECK(m.log10_young_sigma.empty() || m.log10_young_sigma.size() == n);
   CHECK((m.position.empty() && m.volume.empty()) || (m.position.size() == n && m.volume.size() == n));
   write_hdf5(file, [&](Hdf5Writer& out) {
     out.group("/solid");
@@ -20,6 +21,7 @@ void write_material(const fs::path& file, const MaterialFile& m, const std::stri
       write_vectors(out, "/solid/position", m.position);
       out.dataset("/solid/volume", m.volume.data(), {n});
     }
+    if (!m.log10_young_sigma.empty()) out.dataset("/solid/log10_young_sigma", m.log10_young_sigma.data(), {n});
     out.text("/solid", "source", m.source);
     out.text("/", "provenance", provenance_json);
   });
@@ -32,6 +34,7 @@ MaterialFile read_material(const fs::path& file) {
   const size_t n = m.young.size();
   m.poisson = read_finite(in, "/solid/poisson", n);
   m.density = read_finite(in, "/solid/density", n);
+  if (in.has("/solid/log10_young_sigma")) m.log10_young_sigma = read_finite(in, "/solid/log10_young_sigma", n);
   m.source = in.text("/solid", "source");
   for (size_t i = 0; i < n; ++i) {
     if (!(m.young[i] > 0)) throw in.complaint("/solid/young", "is " + std::to_string(m.young[i]) + " in row " + std::to_string(i));

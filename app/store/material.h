@@ -14,6 +14,7 @@ struct MaterialFile {
   std::string source;                          ///< where the values come from, a phrase
   std::vector<Vec3f> position;                 ///< [S, 3] scene units; empty: those of particles.h5 beside the file
   std::vector<float> volume;                   ///< [S] units^3; empty like `position`
+  std::vector<float> log10_young_sigma = {};   ///< [S] decades, one standard deviation of log10 E; empty: not known
 };
 
 void write_material(const std::filesystem::path& file, const MaterialFile& material, const std::string& provenance_json);

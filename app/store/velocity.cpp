@@ -26,12 +26,13 @@ std::vector<Mat3f> read_matrices(const Hdf5Reader& in, const std::string& name, 
 
 void write_velocity(const std::filesystem::path& file, const VelocityFile& v, const std::string& provenance_json) {
   const size_t n = v.velocity.size();
-  CHECK(v.displacement.size() == n && v.F.size() == n && v.C.size() == n);
+  CHECK(v.displacement.size() == n && v.F.size() == n && v.C.size() == n && (v.position.empty() || v.position.size() == n));
   write_hdf5(file, [&](Hdf5Writer& out) {
     out.group("/driving");
     write_vectors(out, "/driving/velocity", v.velocity);
     write_vectors(out, "/driving/displacement", v.displacement);
     write_matrices(out, "/driving/F", v.F), write_matrices(out, "/driving/C", v.C);
+    if (!v.position.empty()) write_vectors(out, "/driving/position", v.position);
     const double scalars[2] = {v.time, v.damping_time};
     out.dataset("/driving/time_and_damping_time", scalars, {2});
     out.text("/driving", "source", v.source);
@@ -46,6 +47,7 @@ VelocityFile read_velocity(const std::filesystem::path& file) {
   const size_t n = v.velocity.size();
   v.displacement = read_vectors(in, "/driving/displacement", n);
   v.F = read_matrices(in, "/driving/F", n), v.C = read_matrices(in, "/driving/C", n);
+  if (in.has("/driving/position")) v.position = read_vectors(in, "/driving/position", n);
   const std::vector<double> scalars = in.dataset<double>("/driving/time_and_damping_time", {2});
   v.time = scalars[0], v.damping_time = scalars[1];
   if (!(std::isfinite(v.time) && v.damping_time >= 0 && std::isfinite(v.damping_time)))

@@ -9,12 +9,30 @@ namespace pliant {
 template <class T>
 TrackLoss<T>::TrackLoss(PointTracks tracks, std::span<const Vec3f> drivers, double metres_per_unit, double outlier)
     : tracks_(std::move(tracks)), points_(tracks_.rest, drivers, metres_per_unit), outlier_(outlier) {
-  CHECK(tracks_.place.size() == tracks_.weight.size() && outlier > 0);
+  CHECK(outlier > 0);
+  add_weights();
+}
+
+template <class T>
+void TrackLoss<T>::add_weights() {
+  CHECK(tracks_.place.size() == tracks_.weight.size());
+  total_weight_ = 0;
   for (size_t f = 0; f < tracks_.place.size(); ++f) {
     CHECK(tracks_.place[f].empty() || (tracks_.place[f].size() == points_.size() && tracks_.weight[f].size() == points_.size()));
     if (!tracks_.place[f].empty())
       for (const double w : tracks_.weight[f]) total_weight_ += w;
   }
+}
+
+template <class T>
+TrackLoss<T> TrackLoss<T>::on_rollout(int first, int last, int lead, int every) const {
+  CHECK(first >= 0 && last < static_cast<int>(tracks_.place.size()) && lead >= 0 && every > 0);
+  TrackLoss out = *this;
+  out.tracks_.place.assign(lead + every * (last - first) + 1, {}), out.tracks_.weight.assign(out.tracks_.place.size(), {});
+  for (int f = first; f <= last; ++f)
+    out.tracks_.place[lead + every * (f - first)] = tracks_.place[f], out.tracks_.weight[lead + every * (f - first)] = tracks_.weight[f];
+  out.add_weights();
+  return out;
 }
 
 template <class T>

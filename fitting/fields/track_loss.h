@@ -26,6 +26,9 @@ class TrackLoss : public FrameLoss<T> {
   double value_adjoint(int frame, const BasicSimulationState<T>& state, double adj_value,
                        StateGradient<T>& gradient) const override;
 
+  /// The same tracks on a roll-out of which frame lead + every * k shows frame first + k of these; later than `last` nothing.
+  TrackLoss on_rollout(int first, int last, int lead, int every) const;
+
   const PointTracks& tracks() const { return tracks_; }
   double total_weight() const { return total_weight_; }
   double outlier() const { return outlier_; }
@@ -39,6 +42,8 @@ class TrackLoss : public FrameLoss<T> {
   /// Positions in the unit of the tracks.
   std::vector<Vec3<T>> places_of(std::vector<Vec3<T>> positions) const;
   double sum(int frame, const std::vector<Vec3<T>>& expected, std::vector<Vec3<T>>* adj_expected) const;
+
+  void add_weights();
 
   PointTracks tracks_;
   BodyPoints<T> points_;

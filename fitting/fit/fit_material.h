@@ -1,11 +1,14 @@
 #pragma once
 
+#include "fitting/fields/picture_loss.h"
 #include "fitting/fields/smooth_field.h"
+#include "fitting/fields/triplane_field.h"
+#include "fitting/fit/fit_gradient.h"
 #include "fitting/fit/fit_vibration.h"
 
 namespace pliant {
 
-enum class MaterialKind { kUniform, kParts, kSmooth };
+enum class MaterialKind { kUniform, kParts, kSmooth, kTriplanes };
 
 struct MaterialFitOptions {
   VibrationFitOptions vibration;     ///< its field is this fit's
@@ -13,6 +16,22 @@ struct MaterialFitOptions {
   std::vector<uint32_t> part;        ///< [N] of the particles, from 0 without gaps, for kParts
   double part_sigma = 0.5;           ///< decades by which a part is expected to differ from the common factor
   SmoothFieldOptions smooth;         ///< for kSmooth, in metres
+  TriplaneOptions planes;            ///< of E, for kTriplanes; those of v0 have a resolution of 24 and no bounds
+  GradientFitOptions gradient;       ///< for kTriplanes
+  double decades = 2;                ///< by which E may differ from the best constant, for kTriplanes
+  /// Of pictures beside the tracks, for kTriplanes: [T] frames of the video, the first of them at rest.
+  std::shared_ptr<const DrawnObject<float>> drawn;
+  SeenFrames<float> seen;
+  PictureLossOptions picture;
+  double picture_weight = 0;         ///< against the tracks' mean squared error in pixels; 0 = tracks only
+};
+
+/// Where an interrupted fit goes on, and who keeps what is done.
+struct MaterialFitProgress {
+  std::optional<VibrationFit> homogeneous;  ///< of an earlier call
+  GradientFitState gradient;                ///< of an earlier call
+  std::function<void(const VibrationFit&)> keep_homogeneous;
+  GradientFitSink keep_gradient;            ///< false stops the fit with Error{kInterrupted}
 };
 
 /// What a stage of a fit brought.
@@ -27,17 +46,21 @@ struct MaterialFit {
   VibrationFit homogeneous;    ///< the best constant
   VibrationFit found;          ///< with the field; its log10_factor is against the particles that the fit was given
   std::vector<double> young;   ///< [N] Pa
-  std::vector<double> sigma;   ///< [N] decades, one standard deviation of log10 E
+  std::vector<double> sigma;   ///< [N] decades, one standard deviation of log10 E; empty for triplanes
   double prior_sigma = 0;      ///< [decades] of a particle's E before any track was seen
   Particles particles;         ///< with that E
   std::vector<FitStep> steps;
+  std::vector<GradientFitRow> iterations;  ///< of the gradients
 
   /// Whether the tracks, rather than the prior, decide the E of a particle: its variance fell to a quarter.
-  bool determined(size_t particle) const { return sigma[particle] < 0.5 * prior_sigma; }
+  bool determined(size_t particle) const { return !sigma.empty() && sigma[particle] < 0.5 * prior_sigma; }
 };
 
-/// The homogeneous fit (fit_vibration.h), then once more from there with a field of factors of E.
+/// The homogeneous fit (fit_vibration.h); then, for parts and smooth fields, Gauss-Newton once more from there with a
+/// field of factors of E, which also says how sure it is; for triplanes, exact gradients (fit_gradient.h) of E(x), v0(x)
+/// and damping.
 MaterialFit fit_material(const MaterialFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
-                         const TrackLoss<float>& tracks, double fps, const std::function<void(const std::string&)>& progress = {});
+                         const TrackLoss<float>& tracks, double fps, const std::function<void(const std::string&)>& progress = {},
+                         MaterialFitProgress kept = {});
 
 }  // namespace pliant

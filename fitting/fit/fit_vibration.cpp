@@ -39,7 +39,8 @@ class Fitter {
       last_ = first_ + static_cast<int>(std::ceil((last_ - first_) * options.most_periods / search.periods));
     simulate_.duration = (lead_ + (last_ - first_) * n) / simulate_.fps;
     simulate_.settle_time = 0, simulate_.sleep_speed = 0;
-    shapes_ = at_rest_ ? StartShapes::smooth(particles, options.most_modes, motion.omega[0]) : StartShapes::of_modes(modes, motion, particles, options.most_modes);
+    shapes_ = at_rest_ ? StartShapes::smooth(particles, options.most_smooth, motion.omega[0]) : StartShapes::of_modes(modes, motion, particles, options.most_modes);
+    stop_ = options.stop;
     field_ = options.field.get(), field_sigma_ = options.field_sigma;
     if (field_) field_size_ = field_->constant(std::vector<double>{0.0}).size();
     start_ = {std::log(10.0) * motion.log10_factor, std::log(motion.damping_rate)};
@@ -62,6 +63,8 @@ class Fitter {
   const std::vector<double>& start() const { return start_; }
   double time() const { return time_; }
   int subframes() const { return subframes_; }
+  int last_frame() const { return last_; }
+  int substeps() const { return simulate_.substeps; }
 
   SimulationState state_of(std::span<const double> p) const {
     return shapes_.state(particles_, p.subspan(2 + field_size_, at_rest_ ? 0 : shapes_.size()), p.last(shapes_.size()));
@@ -74,6 +77,7 @@ class Fitter {
 
   /// Errors of all tracks, each times the root of its weight; those beyond the outlier distance grow slower.
   std::vector<double> residuals(std::span<const double> p, double noise) const {
+    if (stop_ && stop_()) throw Error(Failure::kInterrupted, "fit", "", "interrupted", "run the same command to continue");
     SimulateOptions options = simulate_;
     options.damping_time = std::exp(-p[1]);
     const Particles particles = particles_of(p);
@@ -109,10 +113,14 @@ class Fitter {
     options.prior.assign(count, 0.0), options.prior_sigma.assign(count, INFINITY);
     for (size_t j = 2; j < first_amplitude; ++j)
       options.prior_sigma[j] = field_sigma_, options.largest_step[j] = 0.5 * field_sigma_, options.difference[j] = 0.02 * field_sigma_;
-    // What a single camera hardly sees stays of the size of what it does see.
+    // What a single camera hardly sees stays of the size of what it does see; a smooth velocity, some of whose shapes die
+    // away between two frames, near that of the vibration.
     double largest = 0.1;
     for (size_t j = first_amplitude; j < count; ++j) largest = std::max(largest, std::abs(start_[j]));
-    for (size_t j = first_amplitude; j < count; ++j) options.prior_sigma[j] = largest;
+    for (size_t j = first_amplitude; j < count; ++j) {
+      options.prior[j] = at_rest_ ? start_[j] : 0;
+      options.prior_sigma[j] = at_rest_ ? 0.3 * largest : largest;
+    }
     return gauss_newton(options, [&](std::span<const double> p) { return residuals(p, noise); }, from);
   }
 
@@ -135,6 +143,7 @@ class Fitter {
   double time_ = 0;
   SimulateOptions simulate_;
   bool at_rest_ = false;               // at the start
+  std::function<bool()> stop_;
   const Field* field_ = nullptr;       // of further factors
   size_t field_size_ = 0;
   double field_sigma_ = 1;
@@ -237,7 +246,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   fit.rms = best->rms(result.parameters);
   fit.log10_factor = result.parameters[0] / std::log(10.0), fit.damping_time = std::exp(-result.parameters[1]);
   fit.field.assign(result.parameters.begin() + 2, result.parameters.begin() + 2 + static_cast<std::ptrdiff_t>(best->field_size()));
-  fit.time = best->time(), fit.subframes = best->subframes(), fit.start = best->state_of(result.parameters);
+  fit.time = best->time(), fit.subframes = best->subframes(), fit.substeps = best->substeps(), fit.last_frame = best->last_frame(), fit.start = best->state_of(result.parameters);
 
   if (result.covariance.size() > 0) {
     fit.log10_sigma = result.sigma(0) / std::log(10.0);

@@ -16,10 +16,12 @@ struct VibrationFitOptions {
   ModalSearchOptions search;
   GaussNewtonOptions refine;    ///< iterations and tolerance
   int candidates = 3;           ///< minima of the search that are refined
-  int most_modes = 6;           ///< whose amplitudes are refined; of smooth velocities along each axis when the motion begins at rest
+  int most_modes = 6;           ///< whose amplitudes are refined
+  int most_smooth = 8;          ///< velocities along each axis, instead of modes, when the motion begins at rest
   double most_periods = 8;      ///< of the strongest mode that roll-outs are compared over
   double noise = 0;             ///< of the tracks, in their unit; 0 = what remains
   std::shared_ptr<const Field> field;  ///< ln of a further factor of E at the particles, with few parameters; null = none
+  std::function<bool()> stop;   ///< asked before every roll-out; true ends the fit with Error{kInterrupted}
   double field_sigma = 1;       ///< standard deviation that is expected of each of its parameters, about 0
 };
 
@@ -33,7 +35,9 @@ struct VibrationFit {
   double time = 0;                 ///< s on the tracks' clock, at which the roll-out starts
   int first_frame = 0;             ///< of the tracks, that was compared
   SimulationState start;           ///< of the particles with the factor applied
+  int last_frame = 0;              ///< of the tracks, that was compared
   int subframes = 1;               ///< frames of the roll-out for one of the tracks
+  int substeps = 0;                ///< of one of its frames
   double rms_search = 0, rms = 0;  ///< of tracks against roll-outs: from the best candidate of the search, and refined, over the frames compared
   double rms_rest = 0;             ///< if nothing moved
   VibrationModes modes;

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "fitting/fit/fit_material.h"
+#include "gaussians/base/error.h"
 #include "tests/fitting/twin_stem.h"
 
 namespace pliant {
@@ -62,6 +63,29 @@ void fit_two_parts(MaterialKind kind, double tolerance) {
 TEST(FitMaterial, TwoPartsTenTimesApartAreFoundByParts) { fit_two_parts(MaterialKind::kParts, 0.08); }
 
 TEST(FitMaterial, TwoPartsTenTimesApartAreFoundByASmoothField) { fit_two_parts(MaterialKind::kSmooth, 0.15); }
+
+TEST(FitMaterial, TriplanesGoOnFromTheBestConstantAndFromWhereTheyWereStopped) {
+  if (!has_triplane_fields()) GTEST_SKIP() << "built without libtorch";
+  const TwoParts twin;
+  const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.5), true, 20, 20, 0.05);
+  MaterialFitOptions options;
+  options.kind = MaterialKind::kTriplanes, options.gradient.iterations = 20, options.gradient.growth = 0.3;
+  options.vibration.modes.most = 4, options.vibration.refine.tolerance = 1e-3;
+  const auto fit = [&](MaterialFitProgress kept) { return fit_material(options, twin.particles, twin.pins, tracks, twin.fps, {}, std::move(kept)); };
+  const MaterialFit whole = fit({});
+  EXPECT_EQ(whole.iterations.size(), 20u);
+  EXPECT_LT(whole.found.rms, 0.95 * whole.homogeneous.rms);
+
+  MaterialFitProgress first, second;
+  first.keep_homogeneous = [&](const VibrationFit& f) { second.homogeneous = f; };
+  first.keep_gradient = [&](const GradientFitState& state) {
+    second.gradient = state;
+    return state.rows.size() < 5;
+  };
+  EXPECT_THROW(fit(first), Error);
+  ASSERT_EQ(second.gradient.rows.size(), 5u);
+  EXPECT_EQ(fit(second).young, whole.young);
+}
 
 }  // namespace
 }  // namespace pliant

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <filesystem>
+
+#include "app/store/particles.h"
+#include "physics/body/make_particles.h"
+#include "physics/mpm/particles.h"
+
+namespace pliant {
+
+/// The material of a material.h5 at the solid samples: row by row where it was made for these, else that of the nearest
+/// of its samples.  Throws Error{kInput} when they cannot be matched.
+ElasticSamples given_material(const std::filesystem::path& file, const ParticleFile& particles);
+
+/// The start of a velocity.h5 for the driving particles, matched alike.
+SimulationState given_start(const std::filesystem::path& file, const ParticleFile& particles, const Particles& body);
+
+}  // namespace pliant

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "fitting/fit/fit_gradient.h"
+#include "fitting/fit/fit_vibration.h"
+
+namespace pliant {
+
+/// What is done of a fit: the best constant, and how far the gradients are.
+struct FitCheckpoint {
+  std::optional<VibrationFit> homogeneous;  ///< without candidates and posterior of a field
+  GradientFitState gradient;
+  std::string provenance_json;  ///< options and inputs of the fit
+};
+
+/// checkpoint.h5 of a fit; equal bit for bit when read again.
+void write_fit_checkpoint(const std::filesystem::path& file, const FitCheckpoint& checkpoint);
+/// Throws Error{kInput} naming file and dataset.
+FitCheckpoint read_fit_checkpoint(const std::filesystem::path& file);
+/// Only the provenance.
+std::string read_fit_checkpoint_provenance(const std::filesystem::path& file);
+
+}  // namespace pliant

@@ -1,0 +1,71 @@
+#include <gtest/gtest.h>
+
+#include "app/store/fit_checkpoint.h"
+#include "app/store/hdf5_file.h"
+#include "gaussians/base/error.h"
+#include "gaussians/base/random.h"
+#include "gaussians/io/files.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+FitCheckpoint made() {
+  FitCheckpoint c;
+  VibrationFit fit;
+  fit.log10_factor = 0.1 + 1e-17, fit.damping_time = 1 / 3.0, fit.first_frame = 7, fit.last_frame = 40, fit.subframes = 4, fit.substeps = 33;
+  fit.search.log10_factor = {-1, 0, 1}, fit.search.unexplained = {0.5, 0.1, 0.7};
+  fit.modes.omega = {3, 5}, fit.modes.decay = {0.1, 0.2};
+  Random random(1, 1);
+  for (int i = 0; i < 4; ++i) {
+    fit.start.x.push_back(Vec3f::Constant(static_cast<float>(random.uniform()))), fit.start.v.push_back(Vec3f(1, 2, static_cast<float>(i)));
+    fit.start.C.push_back(Mat3f::Identity() * i), fit.start.F.push_back(Mat3f::Constant(static_cast<float>(random.normal())));
+  }
+  for (int k = 0; k < 2; ++k) fit.modes.shape.push_back(std::vector<Vec3d>(4, Vec3d(k, 1, 2))), fit.modes.gradient.push_back(std::vector<Mat3d>(4, Mat3d::Constant(k + 0.5)));
+  c.homogeneous = fit;
+  c.gradient.now = {{1, 2, 3}, {4, 5, 6}, 0.25}, c.gradient.best = {{1, 1, 1}, {0, 0, 0}, -0.5};
+  c.gradient.first_moment.assign(7, 0.1), c.gradient.second_moment.assign(7, 0.2);
+  c.gradient.best_loss = 0.125, c.gradient.without_better = 3, c.gradient.rows = {{6, 0.5, 1, 2, 3, 4}, {8, 0.25, 1, 2, 3, 4}};
+  c.provenance_json = "{\"a\":1}";
+  return c;
+}
+
+TEST(FitCheckpoint, ComesBackBitForBit) {
+  const TemporaryFolder folder;
+  const FitCheckpoint a = made();
+  write_fit_checkpoint(folder / "c.h5", a);
+  const FitCheckpoint b = read_fit_checkpoint(folder / "c.h5");
+  ASSERT_TRUE(b.homogeneous);
+  EXPECT_EQ(b.homogeneous->log10_factor, a.homogeneous->log10_factor);
+  EXPECT_EQ(b.homogeneous->substeps, 33);
+  EXPECT_EQ(b.homogeneous->start.F, a.homogeneous->start.F);
+  EXPECT_EQ(b.homogeneous->start.x, a.homogeneous->start.x);
+  EXPECT_EQ(b.homogeneous->modes.shape, a.homogeneous->modes.shape);
+  EXPECT_EQ(b.homogeneous->modes.gradient, a.homogeneous->modes.gradient);
+  EXPECT_EQ(b.homogeneous->search.unexplained, a.homogeneous->search.unexplained);
+  EXPECT_EQ(b.gradient.now.material, a.gradient.now.material);
+  EXPECT_EQ(b.gradient.now.damping, a.gradient.now.damping);
+  EXPECT_EQ(b.gradient.best.velocity, a.gradient.best.velocity);
+  EXPECT_EQ(b.gradient.second_moment, a.gradient.second_moment);
+  ASSERT_EQ(b.gradient.rows.size(), 2u);
+  EXPECT_EQ(b.gradient.rows[1].loss, 0.25);
+  EXPECT_EQ(b.provenance_json, a.provenance_json);
+}
+
+TEST(FitCheckpoint, WhatIsCutOffOrLacksADatasetIsRefusedByName) {
+  const TemporaryFolder folder;
+  write_fit_checkpoint(folder / "c.h5", made());
+  const std::string bytes = read_text(folder / "c.h5");
+  write_text(folder / "cut.h5", bytes.substr(0, bytes.size() / 2));
+  EXPECT_THROW(read_fit_checkpoint(folder / "cut.h5"), Error);
+  write_hdf5(folder / "bare.h5", [](Hdf5Writer& out) { out.group("/gradient"), out.text("/", "provenance", "{}"); });
+  try {
+    read_fit_checkpoint(folder / "bare.h5");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("/gradient/now_material"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace pliant
