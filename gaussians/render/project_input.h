@@ -8,7 +8,7 @@ namespace pliant {
 
 /// A camera for the kernels.
 template <class T>
-View<T> make_view(const Camera& camera, double screen_variance) {
+View<T> make_view(const Camera& camera, double screen_variance = splat::kScreenVariance) {
   View<T> view;
   const Eigen::Vector3d t = camera.cam_from_world.translation(), centre = camera.centre();
   for (int i = 0; i < 3; ++i) {
