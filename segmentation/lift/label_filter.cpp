@@ -6,10 +6,10 @@
 namespace pliant {
 namespace {
 
-constexpr size_t kViews = 8;
-constexpr int kRounds = 10;            // iterations per view; the loss is that of the last round
+constexpr size_t kViews = 12;              // every third of them is not learnt from, but tells what the others are worth
+constexpr int kRounds = 10;                // iterations per view
 constexpr int kFinest = 8, kCoarsest = 2;  // steps
-constexpr double kGain = 0.99;         // a step must take away so much of the loss, or it is not taken
+constexpr double kGain = 0.99;             // a step must leave at most so much of the wrong pixels, or it is not taken
 
 /// Views of the masks, evenly drawn from those that tell two ids apart.
 MaskSet few_views(const MaskSet& masks) {
@@ -33,21 +33,33 @@ MaskSet few_views(const MaskSet& masks) {
 double best_label_filter(const SemanticOptions& options, const GaussianCloud& cloud, const std::vector<Camera>& cameras,
                          const MaskSet& masks) {
   const double start = options.render.screen_variance;
-  const MaskSet few = few_views(masks);
-  if (few.views.empty()) return start;
+  MaskSet learnt;
+  std::vector<int> others;
+  std::vector<IdImage> truth;
+  for (const MaskSet::View& view : few_views(masks).views) {
+    if ((learnt.views.size() + others.size()) % 3 == 1) others.push_back(view.camera), truth.push_back(view.ids);
+    else learnt.views.push_back(view);
+  }
+  if (others.empty()) return start;
   SemanticOptions quick = options;
-  quick.find_filter = false, quick.start_from_vote = true, quick.iterations = kRounds * static_cast<int>(few.views.size());
+  quick.find_filter = false, quick.start_from_vote = true, quick.iterations = kRounds * static_cast<int>(learnt.views.size());
   const auto variance = [&](int step) { return start * std::pow(0.5, 0.5 * step); };
-  const auto loss = [&](int step) {
+  const auto wrong_pixels = [&](int step) {
     quick.render.screen_variance = variance(step);
-    return fit_semantic_field(quick, cloud, cameras, few).summary.cross_entropy;
+    const Segmentation found = fit_semantic_field(quick, cloud, cameras, learnt).segmentation;
+    size_t wrong = 0;
+    for (size_t v = 0; v < others.size(); ++v) {
+      const IdImage drawn = render_ids(found, cloud, cameras[others[v]]);
+      for (size_t i = 0; i < drawn.data.size(); ++i) wrong += truth[v].data[i] != 0 && drawn.data[i] != truth[v].data[i];
+    }
+    return static_cast<double>(wrong);
   };
   int best = 0;
-  double least = loss(0);
+  double least = wrong_pixels(0);
   for (int direction : {1, -1}) {
     if (best != 0) break;
     for (int step = direction; -kCoarsest <= step && step <= kFinest; step += direction) {
-      const double here = loss(step);
+      const double here = wrong_pixels(step);
       if (!(here < kGain * least)) break;
       best = step, least = here;
     }
