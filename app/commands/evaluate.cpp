@@ -21,12 +21,21 @@ void add_score(CLI::App& command, SegmentationScore& score) {
   command.add_flag("--common", score.common, "Leave out pictures that were not predicted instead of scoring them 0");
 }
 
+void add_score(CLI::App& command, MotionScore& score) {
+  command.add_option("--fps", score.fps, "Frames a second of folders of frames")->check(CLI::PositiveNumber);
+  command.add_option("--from", score.from, "Begin of the part that is compared [s]")->check(CLI::NonNegativeNumber);
+  command.add_option("--until", score.until, "End of it [s] (default: the end)")->check(CLI::PositiveNumber);
+  command.add_option("--free-from", score.free_from, "Time in it from which on nothing pushes [s] (default: where the motion is largest)")
+      ->check(CLI::NonNegativeNumber);
+}
+
 }  // namespace
 
 void add_evaluate(CLI::App& app, Program& program) {
   CLI::App* command = app.add_subcommand("evaluate", "Compare results with the truth");
   command->require_subcommand(1);
   const auto score = std::make_shared<SegmentationScore>();
+  const auto motion = std::make_shared<MotionScore>();
   using Path = std::filesystem::path;
   struct Kind {
     const char* name;
@@ -38,6 +47,8 @@ void add_evaluate(CLI::App& app, Program& program) {
                                 [score](const Path& a, const Path& b) { return evaluate_segmentation(a, b, *score); }},
                            Kind{"repair", "Run directory and demo scene: the filled hole against the true background", evaluate_repair},
                            Kind{"trajectory", "Position error, tip motion and frequency of two trajectory.h5", evaluate_trajectory},
+                           Kind{"motion", "Frequency, damping, amplitude and optical flow of two videos, or of two trajectory.h5",
+                                [motion](const Path& a, const Path& b) { return evaluate_motion(a, b, *motion); }},
                            Kind{"material", "log10 error of two material fields", evaluate_material}}) {
     CLI::App* sub = command->add_subcommand(kind.name, kind.description);
     auto pred = std::make_shared<std::string>(), truth = std::make_shared<std::string>();
@@ -46,6 +57,7 @@ void add_evaluate(CLI::App& app, Program& program) {
     sub->add_option("TRUTH", *truth, "What it should be")->required();
     sub->add_option("--assert", *asserts, "Fail unless this holds, for example psnr>=30; may be repeated");
     if (kind.name == std::string("segmentation")) add_score(*sub, *score);
+    if (kind.name == std::string("motion")) add_score(*sub, *motion);
     add_out(*sub, program, "Also write the JSON to this file");
     add_common(*sub, program);
     sub->callback([=, &program] {

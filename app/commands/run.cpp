@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "app/commands/stage_options.h"
+#include "app/pipeline/fit_stage.h"
 
 namespace pliant {
 namespace {
@@ -18,9 +19,9 @@ struct RunOptions {
   RenderStage render;
 };
 
-/// Whether a video says what the object is made of: not if the user does.
+/// Whether a video, or markers, say what the object is made of: not if the user does.
 bool wants_fit(const Scene& scene, const RunOptions& options) {
-  const bool video = !options.fit.video.empty() || scene.settings.video;
+  const bool video = !options.fit.video.empty() || !options.fit.markers.file.empty() || !options.fit.generate.command.empty() || options.fit.released_young || scene.settings.video;
   return video && options.use_video && !options.simulate.material.young && options.simulate.physgaussian.empty();
 }
 

@@ -177,21 +177,6 @@ void add_material_values(CLI::App& command, MaterialValues& material) {
   command.add_option("--density", material.density, "Density [kg/m^3]");
 }
 
-void add_fit_options(CLI::App& command, FitStage& stage, const std::string& prefix) {
-  command.add_option("--video", stage.video, "Video, or folder of frames, that shows the object moving (default: the scene file's)");
-  command.add_option("--video-camera", stage.camera, "Camera that took it (default: the scene file's)");
-  command.add_option("--video-fps", stage.fps, "Frames a second of a folder of frames")->check(CLI::PositiveNumber);
-  command.add_option("--" + prefix + "from", stage.from, "Time in the video from which on nothing pushes the object [s] (default: found)")->check(CLI::NonNegativeNumber);
-  command.add_option("--" + prefix + "until", stage.until, "Time in the video after which frames only judge the fit [s] (default: all are used)")->check(CLI::PositiveNumber);
-  command.add_option("--" + prefix + "points", stage.points, "Points of the object's surface that are followed")->check(CLI::Range(20, 20000))->capture_default_str();
-  command.add_option("--" + prefix + "field", stage.field, "How stiffness may differ from place to place: uniform, parts (by place and colour), smooth, triplanes (by gradients, with v0(x))")
-      ->check(CLI::IsMember({"uniform", "parts", "smooth", "triplanes"}))
-      ->capture_default_str();
-  command.add_option("--" + prefix + "parts", stage.parts, "Parts of the object that may differ in stiffness, of --" + prefix + "field parts")
-      ->check(CLI::Range(2, 32))
-      ->capture_default_str();
-}
-
 void add_simulate_options(CLI::App& command, SimulateStage& stage) {
   command.add_option("--interactions", stage.interactions,
                      "JSON array of forces (default: the motion of a fit once more, else one push sized to the stiffness)");

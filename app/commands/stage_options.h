@@ -7,6 +7,8 @@
 
 namespace pliant {
 
+struct FitStage;
+
 /// The scene argument and how to read it; shared by every command that starts from a scene.
 struct SceneOptions {
   std::string source;

@@ -32,6 +32,22 @@ nlohmann::json evaluate_segmentation(const std::filesystem::path& prediction, co
 /// up is unknown): displacement over time, peak, final / peak, dominant frequency [Hz] after the peak.
 nlohmann::json evaluate_trajectory(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 
+struct MotionScore {
+  double fps = 0;                 ///< of folders of frames
+  double from = 0, until = 0;     ///< s, the part that is compared; until 0 = to the end
+  double free_from = -1;          ///< s from the begin of that part, from which on nothing pushes; negative = where the motion is largest
+};
+
+/// Two videos (or folders of frames), or two trajectory.h5.  Points of what moves are followed; the first principal
+/// component of their displacements is the motion's course, to which a damped oscillation is fitted where it is free:
+/// frequency_hz, decay_per_s and damping_time_s (amplitude falls as exp(-t / it)), log_decrement (per period), the share
+/// of the course that it explains; amplitude_px (amplitude_units): half the way from end to end of what moves most.
+/// Errors of frequency, damping (decay) and amplitude are relative.  Of videos also the flow from frame to frame:
+/// flow_error_px = mean endpoint error over pixels that move in either, flow_error relative to the truth's flow.  The
+/// prediction is brought to the truth's frame rate and size.  A truth in which nothing moves is an Error{kInput}; a
+/// prediction without motion has null frequency.
+nlohmann::json evaluate_motion(const std::filesystem::path& prediction, const std::filesystem::path& truth, const MotionScore& score = {});
+
 /// Two material.h5: |log10(E / E true)| at every true sample from the nearest predicted one: mean, median,
 /// volume-weighted mean, largest; and its signed mean.  Mean absolute errors of Poisson's ratio and relative ones of
 /// density.

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "app/pipeline/physdreamer_scene.h"
 #include "app/pipeline/stages.h"
 #include "gaussians/base/error.h"
 
@@ -16,10 +17,16 @@ json recorded(const std::filesystem::path& source, const LoadOptions& options) {
   return record;
 }
 
+Scene load_any_scene(const std::filesystem::path& source, const LoadOptions& options) {
+  Scene scene = load_scene(source, options);
+  if (const auto folder = physdreamer_folder(scene)) take_physdreamer_settings(scene, *folder);
+  return scene;
+}
+
 }  // namespace
 
 Scene attach_scene(const Context& context, RunDirectory& run, const std::filesystem::path& source, const LoadOptions& options) {
-  Scene scene = load_scene(source, options);
+  Scene scene = load_any_scene(source, options);
   run.set_scene(recorded(source, options), context.overwrite);
   for (const std::string& warning : scene.warnings) context.progress.warn(warning);
   context.progress.say(fmt::format("scene: {} Gaussians, {} cameras{}; up: {}", scene.cloud.size(), scene.cameras.size(),
@@ -37,7 +44,7 @@ Scene load_run_scene(const RunDirectory& run) {
   if (record.contains("level")) options.level = record["level"].get<int>();
   if (record.contains("up")) options.up = Eigen::Vector3d(record["up"][0], record["up"][1], record["up"][2]);
   if (record.contains("metres_per_unit")) options.metres_per_unit = record["metres_per_unit"].get<double>();
-  return load_scene(record["source"].get<std::string>(), options);
+  return load_any_scene(record["source"].get<std::string>(), options);
 }
 
 std::string object_folder(const RunDirectory& run) {

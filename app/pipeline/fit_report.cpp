@@ -1,7 +1,11 @@
 #include "app/pipeline/fit_report.h"
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 
+#include "app/pipeline/chart.h"
+#include "app/pipeline/fit_pictures.h"
 #include "gaussians/io/image_io.h"
 #include "gaussians/io/video.h"
 #include "gaussians/render/image_loss.h"
@@ -11,7 +15,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kGrow = 8;  // px by which the moving mask is grown for scores
+constexpr double kSurest = 0.01, kVaguest = 1;  // decades, ends of the scale of uncertainty
+constexpr int kGrow = 8;                        // px by which the moving mask is grown for scores
 
 double psnr_in(const ImageF& a, const ImageF& b, const ImageF& weight) { return psnr_of_mse(mse_loss(a, b, weight)); }
 
@@ -29,27 +34,56 @@ ImageF side_by_side_picture(const ImageF& seen, const ImageF& drawn) {
 
 }  // namespace
 
-MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, const fs::path& side_by_side) {
+MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, const fs::path& folder) {
   const ImageF mask = motion_mask(fit, kGrow);
   const ImageF& first = fit.video.frames[0];
   MotionScores scores;
   scores.rest = psnr_in(fit.still, first, mask);
+  const bool pictures = !folder.empty();
+  SpaceTimeSlices slices(fit);
   std::optional<VideoWriter> writer;
-  if (!side_by_side.empty()) writer.emplace(side_by_side, fit.video.fps, 3 * first.width, first.height);
+  if (pictures) writer.emplace(folder / "side_by_side.mp4", fit.video.fps, 3 * first.width, first.height);
   for (size_t k = 0; k < motion.frames.size(); ++k) {
     const int f = motion.first_frame + static_cast<int>(k);
     const ImageF& seen = fit.video.frames.at(f);
     const ImageF drawn = render(fit.drawn->at(motion.frames[k]), fit.video.camera, fit.drawn->render).color;
-    if (writer) writer->write(side_by_side_picture(seen, drawn));
+    if (pictures) writer->write(side_by_side_picture(seen, drawn)), slices.add(seen, drawn);
     const bool used = f < fit.used;
     (used ? scores.psnr_used : scores.psnr_later) += psnr_in(drawn, seen, mask);
     (used ? scores.still_used : scores.still_later) += psnr_in(first, seen, mask);
     ++(used ? scores.frames_used : scores.frames_later);
   }
-  if (writer) writer->close();
+  if (pictures) writer->close();
+  if (pictures && !motion.frames.empty()) write_image(folder / "slices.png", slices.picture());
   if (scores.frames_used) scores.psnr_used /= scores.frames_used, scores.still_used /= scores.frames_used;
   if (scores.frames_later) scores.psnr_later /= scores.frames_later, scores.still_later /= scores.frames_later;
   return scores;
+}
+
+void write_fit_pictures(const fs::path& folder, const FitScene& fit, const FitFindings& findings) {
+  if (!findings.young_of_driver.empty()) {
+    const auto [low, high] = std::minmax_element(findings.young_of_driver.begin(), findings.young_of_driver.end());
+    write_image(folder / "young.png", picture_of_drivers(fit, findings.young_of_driver, *low, *high, "Young's modulus [Pa]"));
+  }
+  if (!findings.sigma_of_driver.empty()) {
+    std::vector<double> sigma = findings.sigma_of_driver;
+    for (double& s : sigma) s = std::clamp(s, kSurest, kVaguest);
+    write_image(folder / "uncertainty.png", picture_of_drivers(fit, sigma, kSurest, kVaguest, "one standard deviation of log10 E [decades]"));
+  }
+  if (!findings.search_young.empty()) {
+    Curve curve{"", {}, findings.search_unexplained, false, 0};
+    for (const double young : findings.search_young) curve.x.push_back(std::log10(young));
+    Chart chart{"Search: what each stiffness leaves unexplained", "log10 of Young's modulus [Pa]", "share of the motion", {curve}, {}, true};
+    chart.marks = {std::log10(findings.young)};
+    write_image(folder / "search.png", draw_chart(chart));
+  }
+  if (!findings.loss_of_step.empty()) {
+    Curve curve{"", {}, {}, false, 0};
+    for (size_t i = 0; i < findings.loss_of_step.size(); ++i) curve.x.push_back(static_cast<double>(i)), curve.y.push_back(findings.loss_of_step[i]);
+    Curve dots = curve;
+    dots.dots = true;
+    write_image(folder / "loss.png", draw_chart({"Refinement on simulated motions", "step", findings.loss_label, {curve, dots}, {}, true}));
+  }
 }
 
 }  // namespace pliant

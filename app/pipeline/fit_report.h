@@ -21,7 +21,26 @@ struct MotionScores {
   int frames_used = 0, frames_later = 0;
 };
 
-/// Scores; writes the video, the fitted motion and their difference side by side, unless the name is empty.
-MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, const std::filesystem::path& side_by_side);
+/// Scores; writes into `folder` the video, the fitted motion and their difference side by side (side_by_side.mp4), and
+/// lines of pixels over time (slices.png); nothing when the name is empty.
+MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, const std::filesystem::path& folder);
+
+/// What the pictures of a fit show; what is empty gets none.
+struct FitFindings {
+  double young = 0;                                       ///< Pa, of the whole
+  std::vector<double> young_of_driver;                    ///< [M] Pa
+  std::vector<double> sigma_of_driver;                    ///< [M] decades, one standard deviation of log10 E
+  std::vector<double> search_young, search_unexplained;   ///< the search: Pa, share of the motion
+  std::vector<double> loss_of_step;                       ///< of the refinement, at its start and after every step
+  std::string loss_label = "loss of the frames compared";
+};
+
+/// young.png, uncertainty.png, search.png, loss.png.
+void write_fit_pictures(const std::filesystem::path& folder, const FitScene& fit, const FitFindings& findings);
+
+/// What the report says of a fit: its numbers, what is not determined, and the pictures in fit/.
+std::string fit_section(const RunDirectory& run);
+/// fit/report.html
+void write_fit_page(const RunDirectory& run);
 
 }  // namespace pliant

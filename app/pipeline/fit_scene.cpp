@@ -6,6 +6,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "app/pipeline/fit_video.h"
 #include "app/pipeline/moving_scene.h"
 #include "app/store/particles.h"
 #include "fitting/fit/check_video.h"
@@ -19,32 +20,9 @@
 namespace pliant {
 namespace {
 
-const Camera& video_camera(const Scene& scene, const std::string& name) {
-  for (const Camera& camera : scene.cameras)
-    if (camera.name == name) return camera;
-  std::vector<std::string> names;
-  for (const Camera& camera : scene.cameras) names.push_back(camera.name);
-  if (name.empty()) throw usage_error("--video-camera", "", "is not given", "name the camera that took the video");
-  throw usage_error("--video-camera", name, "is not a camera of the scene", fmt::format("did you mean '{}'?", nearest_name(name, names)));
-}
-
-ReferenceVideo load_video(const Scene& scene, const FitStage& stage) {
-  const auto& known = scene.settings.video;
-  if (stage.video.empty() && !known)
-    throw usage_error("fit", "--video", "is not given, and the scene has no reference video", "give --video FILE --video-camera NAME");
-  const std::filesystem::path file = stage.video.empty() ? known->file : std::filesystem::path(stage.video);
-  const std::string camera = !stage.camera.empty() ? stage.camera : known ? known->camera : "";
-  VideoOptions options;
-  options.declared_fps = stage.fps > 0 ? stage.fps : known && stage.video.empty() ? known->fps : 0;
-  options.trust_declared = stage.fps > 0;
-  return load_reference_video(options, file, video_camera(scene, camera));
-}
-
 /// A video that no motion of the object can explain is refused; what is doubtful is said.
 void check(const Context& context, const FitScene& fit, const std::string& file) {
-  ImageU8 object(fit.moving.width, fit.moving.height, 1);
-  for (size_t i = 0; i < object.data.size(); ++i) object.data[i] = fit.moving.data[i] > 0.5f;
-  const VideoChecks checks = check_video({}, fit.video, fit.still, object);
+  const VideoChecks checks = check_video({}, fit.video, fit.still, fit.mask);
   require_usable(checks, file);
   for (const VideoFinding& finding : checks.findings) context.progress.warn(finding.sentence);
 }
@@ -81,7 +59,7 @@ void choose_points(FitScene& fit, const ImageF& depth, int wanted) {
 
 FitScene load_fit_scene(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage) {
   FitScene fit;
-  fit.video = load_video(scene, stage);
+  fit.video = load_fit_video(context, run, scene, stage);
   for (const std::string& warning : fit.video.warnings) context.progress.warn(warning);
   const int frames = static_cast<int>(fit.video.frames.size());
   fit.used = stage.until > 0 ? std::clamp(static_cast<int>(std::lround(stage.until * fit.video.fps)) + 1, 3, frames) : frames;
@@ -122,7 +100,9 @@ FitScene load_fit_scene(const Context& context, const RunDirectory& run, const S
     fit.moving.data[i] = picture.features.data[2 * i];
     depth.data[i] = picture.features.data[2 * i + 1] / std::max(picture.features.data[2 * i], 1e-6f);
   }
-  check(context, fit, stage.video.empty() ? scene.settings.video->file.string() : stage.video);
+  fit.mask = ImageU8(fit.moving.width, fit.moving.height, 1);
+  for (size_t i = 0; i < fit.mask.data.size(); ++i) fit.mask.data[i] = fit.moving.data[i] > 0.5f;
+  check(context, fit, video_name(scene, stage));
   choose_points(fit, depth, stage.points);
   return fit;
 }
@@ -130,9 +110,7 @@ FitScene load_fit_scene(const Context& context, const RunDirectory& run, const S
 PointTracks follow_points(const Context& context, const FitScene& fit) {
   ReferenceVideo seen = fit.video;
   seen.frames.resize(fit.used);
-  ImageU8 object(fit.moving.width, fit.moving.height, 1);
-  for (size_t i = 0; i < object.data.size(); ++i) object.data[i] = fit.moving.data[i] > 0.5f;
-  const PixelTracks followed = track_pixels({}, seen, fit.pixel, object);
+  const PixelTracks followed = track_pixels({}, seen, fit.pixel, fit.mask);
   context.progress.say(fmt::format("fit: {} points followed through {} frames, mean weight {:.2f}", fit.pixel.size(), fit.used, followed.kept));
   if (followed.kept < 0.05)
     throw input_error("fit", "video", "does not let the object's points be followed", "check that it shows this object from this camera");

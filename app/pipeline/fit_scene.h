@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "app/pipeline/fit_stage.h"
 #include "app/pipeline/interactions.h"
 #include "app/pipeline/simulated_body.h"
 #include "fitting/fields/picture_loss.h"
@@ -20,6 +21,7 @@ struct FitScene {
   std::shared_ptr<DrawnObject<float>> drawn;
   ImageF still;                     ///< [H, W, 3] the scene at rest
   ImageF moving;                    ///< [H, W, 1] share of what can move in a pixel
+  ImageU8 mask;                     ///< [H, W, 1] not 0 where most of a pixel can
   std::vector<Vec3f> points;        ///< [K, 3] scene units, of visible surface that can move
   std::vector<Eigen::Vector2d> pixel;  ///< [K] where they are seen at rest
 };

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/pipeline/fit_limits.h"
 #include "app/pipeline/fit_report.h"
+#include "app/pipeline/fit_video.h"
 #include "app/store/fit_checkpoint.h"
 #include "app/store/material.h"
 #include "app/store/velocity.h"
@@ -79,23 +81,66 @@ json steps_to_json(const std::vector<FitStep>& steps) {
   return rows;
 }
 
+/// E of the material at the drivers.  That of the particles is lower or higher where parts thinner than the cells bend.
+std::vector<double> fitted_young(const MaterialFit& fit, const Particles& before, double young_before) {
+  std::vector<double> young;
+  for (size_t i = 0; i < before.size(); ++i) young.push_back(young_before * fit.young[i] / before.young[i]);
+  return young;
+}
+
+FitFindings findings_of(const MaterialFit& fit, const Particles& before, double young_before) {
+  FitFindings out;
+  const VibrationFit &constant = fit.homogeneous, &found = fit.found;
+  out.young = young_before * std::pow(10.0, found.log10_factor);
+  out.young_of_driver = fitted_young(fit, before, young_before), out.sigma_of_driver = fit.sigma;
+  for (const double factor : constant.search.log10_factor) out.search_young.push_back(young_before * std::pow(10.0, factor));
+  out.search_unexplained = constant.search.unexplained;
+  for (const GradientFitRow& row : fit.iterations) out.loss_of_step.push_back(row.loss);
+  if (!out.loss_of_step.empty()) return out;
+  // Half the sum of squares, as pixels of the tracks.
+  for (const double loss : found.summary.loss) out.loss_of_step.push_back(found.rms * std::sqrt(loss / std::max(found.summary.loss.back(), 1e-30)));
+  out.loss_label = "points off by [px]";
+  return out;
+}
+
+FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, MaterialKind kind, double young) {
+  const VibrationFit& found = fit.found;
+  FitEvidence out;
+  out.young = young, out.log10_sigma = found.log10_sigma, out.rms = found.rms, out.periods = fit.homogeneous.search.periods;
+  out.damping_time = found.damping_time, out.damping_low = found.damping_time_low, out.damping_high = found.damping_time_high;
+  const double seconds = (scene.used - fit.homogeneous.search.first_frame) / scene.video.fps;
+  out.strongest_hz = seconds > 0 ? fit.homogeneous.search.periods / seconds : 0;
+  for (size_t k = 0; k < fit.homogeneous.candidate_factor.size(); ++k) {
+    out.rival_factor.push_back(std::pow(10.0, fit.homogeneous.candidate_factor[k] - fit.homogeneous.log10_factor));
+    out.rival_rms.push_back(fit.homogeneous.candidate_rms[k] * found.rms / std::max(fit.homogeneous.rms, 1e-12));
+  }
+  out.one_stiffness = kind == MaterialKind::kUniform, out.errors_known = !fit.sigma.empty();
+  double whole = 0, undecided = 0;
+  for (size_t i = 0; i < fit.sigma.size(); ++i) {
+    const double volume = scene.body.particles.volume[i];
+    whole += volume, undecided += fit.determined(i) ? 0 : volume;
+  }
+  out.undecided_volume = whole > 0 ? undecided / whole : 0;
+  return out;
+}
+
 }  // namespace
 
 bool is_fitted(const RunDirectory& run) { return run.has("fit"); }
 
 json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage) {
+  if (!stage.markers.file.empty()) return run_marker_fit(context, run, scene, stage);
+  if (stage.released_young) return run_released_fit(context, run, scene, stage);
   const std::string folder = object_folder(run);
   run.summary("seed", "run `pliant seed` first");
   const ObjectMaterial material = check_material(scene, stage.material, true);
   StageKey key{"fit",
-               {{"material", material_to_json(material)}, {"camera", stage.camera}, {"fps", stage.fps}, {"from", stage.from},
-                {"until", stage.until}, {"points", stage.points}, {"field", stage.field}, {"parts", stage.field == "parts" ? stage.parts : 0}},
+               {{"material", material_to_json(material)}, {"from", stage.from}, {"until", stage.until}, {"points", stage.points}, {"field", stage.field}, {"parts", stage.field == "parts" ? stage.parts : 0}},
                {{"particles", run / (folder + "/particles.h5")}, {"object", run / (folder + "/object.ply")}, {"background", run / "background_repaired.ply"}},
                {folder + "/material.h5", folder + "/velocity.h5", "fit/results.json", "fit/side_by_side.mp4"}};
-  if (!stage.video.empty()) key.inputs["video"] = stage.video;
-  else if (scene.settings.video) key.inputs["video"] = scene.settings.video->file;
+  add_video_to_key(key, scene, stage);
 
-  return run.stage(context, key, [&]() -> json {
+  const json summary = run.stage(context, key, [&]() -> json {
     const std::string provenance = run.provenance(context, key);
     fs::create_directories(run / "fit");
     const FitScene fit = load_fit_scene(context, run, scene, stage);
@@ -135,7 +180,9 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
 
     const VibrationFit& constant = found_material.homogeneous;
     const MotionScores constant_scores = compare_motion(fit, replay(fit, constant, constant.fitted(fit.body.particles), options.simulate), {});
-    const MotionScores scores = compare_motion(fit, replay(fit, found, fitted, options.simulate), run / "fit/side_by_side.mp4");
+    const FittedMotion motion = replay(fit, found, fitted, options.simulate);
+    const MotionScores scores = compare_motion(fit, motion, run / "fit");
+    write_fit_pictures(run / "fit", fit, findings_of(found_material, fit.body.particles, material.young));
     context.progress.say(fmt::format("fit: E = {:.4g} Pa{} (+-{:.1f} % by noise alone), damping time {:.3g} s; {:.1f} dB where it moves (held first frame {:.1f}, scene at rest against it {:.1f})",
                                      young, stage.field == "uniform" ? "" : " in the mean of its logarithm", 100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used, scores.still_used, scores.rest));
     if (scores.frames_later > 0)
@@ -147,7 +194,8 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
                          {"rms_still_px", found.rms_rest}, {"psnr_used", scores.psnr_used}, {"psnr_later", scores.psnr_later},
                          {"psnr_rest", scores.rest}, {"still_used", scores.still_used}, {"still_later", scores.still_later}, {"frames_later", scores.frames_later},
                          {"constant_used", constant_scores.psnr_used}, {"constant_later", constant_scores.psnr_later}, {"constant_young_pa", material.young * std::pow(10.0, constant.log10_factor)},
-                         {"rms_homogeneous_px", found_material.homogeneous.rms}, {"steps", steps_to_json(found_material.steps)}};
+                         {"rms_homogeneous_px", found_material.homogeneous.rms}, {"steps", steps_to_json(found_material.steps)},
+                         {"undetermined", undetermined_by_video(evidence_of(fit, found_material, material_options.kind, young), find_blindness(fit, motion), fit.video.fps)}};
     json full = result;
     full["search"] = curve_to_json(found_material.homogeneous.search), full["modes_hz"] = json::array();
     for (const double omega : found.modes.omega) full["modes_hz"].push_back(omega / 6.283185307179586);
@@ -158,6 +206,8 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     fs::remove(run / kCheckpoint);
     return result;
   });
+  write_fit_page(run);
+  return summary;
 }
 
 }  // namespace pliant

@@ -5,6 +5,7 @@
 #include "app/pipeline/automatic_masks.h"
 #include "app/pipeline/grouping_objects.h"
 #include "app/pipeline/objects_file.h"
+#include "app/pipeline/physdreamer_scene.h"
 #include "app/pipeline/sheet_prompts.h"
 #include "app/pipeline/stages.h"
 #include "app/store/segmentation.h"
@@ -84,8 +85,8 @@ MaskSet associated_masks(const Context& context, const Scene& scene, const Segme
 }
 
 /// How the objects are found, for objects.json.
-std::string origin_of(const SegmentStage& stage) {
-  std::string how;
+std::string origin_of(const SegmentStage& stage, bool by_roles) {
+  std::string how = by_roles ? "PhysDreamer's point files" : "";
   const auto add = [&](bool given, const char* name) { how += given ? (how.empty() ? "" : ", ") + std::string(name) : ""; };
   add(!stage.physgaussian.empty(), "PhysGaussian configuration"), add(!stage.boxes.empty(), "box"), add(!stage.clicks.empty(), "click");
   add(!stage.strokes.empty(), "stroke"), add(!stage.aabb.empty(), "aabb"), add(!stage.sphere.empty(), "sphere"), add(stage.joint, "joint training");
@@ -120,10 +121,13 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   const bool configured = !stage.physgaussian.empty();
   if (configured && (selection || !gesture.empty()))
     throw usage_error("--physgaussian", stage.physgaussian, "was given together with a selection", "its sim_area selects the object");
-  const bool selecting = selection || !gesture.empty() || configured;
+  const bool grouping = !stage.gaussian_grouping.empty();
+  const bool asked = selection || !gesture.empty() || configured || grouping || stage.automatic || stage.joint || !stage.masks.empty() || stage.label.photos;
+  const std::optional<PhysDreamerFolder> roles = asked ? std::nullopt : physdreamer_folder(scene);
+  const bool by_roles = roles.has_value();
+  const bool selecting = selection || !gesture.empty() || configured || by_roles;
   if (stage.joint && selecting)
     throw usage_error("--joint", "", "was given together with a selection", "joint training needs masks; give --masks FOLDER");
-  const bool grouping = !stage.gaussian_grouping.empty();
   if (grouping && (selecting || stage.joint || !stage.masks.empty()))
     throw usage_error("--gaussian-grouping", stage.gaussian_grouping, "was given together with masks or a selection", "its classifier says what the objects are");
   const ModelChoice& networks = stage.label.models;
@@ -166,6 +170,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   else if (!selecting) key.inputs["masks"] = masks_folder;
   if (stage.zero_is_background) key.options["zero"] = "background";
   if (configured) key.inputs["physgaussian"] = stage.physgaussian;
+  if (by_roles) key.inputs["object_points"] = scene.source / "clean_object_points.ply";
   if (!prompts.sides.empty()) key.options["stroke_sides"] = prompts.sides_json();
   if (!gesture.empty()) key.outputs.push_back("selection.png");
   for (int camera : options.held_out) key.outputs.push_back("held_out/" + scene.cameras[camera].name + ".png");
@@ -178,6 +183,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   return run.stage(context, key, [&]() -> json {
     std::vector<uint8_t> member;  // of a selection by gesture or configuration
     if (configured) member = physgaussian_members(read_physgaussian_config(stage.physgaussian), scene.cloud);
+    if (by_roles) member = physdreamer_roles({}, *roles, scene.cloud.position).object;
     SemanticResult result;
     AutomaticResult found;
     Segmentation& segmentation = result.segmentation;
@@ -189,6 +195,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
       if (automatic) found = automatic_masks(context, scene, options.held_out);
       const MaskSet masks = automatic          ? std::move(found.masks)
                             : configured       ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
+                            : by_roles         ? member_masks("clean_object_points.ply", member, scene.cloud, scene.cameras)
                             : !gesture.empty() ? gesture_masks(context, run, scene, gesture, gesture_cameras, selection, prompts.sides, member)
                             : selection      ? selection_masks(*selection, scene.cloud, scene.cameras)
                                              : associated_masks(context, scene, stage, options, masks_folder);
@@ -207,7 +214,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     }
     tell_how_found(found.found, segmentation);
     if (!context.overwrite && !run.note("edits").empty()) context.progress.warn("objects were found anew, edits by hand are undone");
-    const std::vector<ObjectEntry> objects = write_objects(run, scene, origin_of(stage), run.provenance(context, key), segmentation,
+    const std::vector<ObjectEntry> objects = write_objects(run, scene, origin_of(stage, by_roles), run.provenance(context, key), segmentation,
                                                            [&](json& rows) { tell_kinds(found.found, rows); });
     run.set_note("edits", {});
     write_held_out(run, scene, options, segmentation);

@@ -79,6 +79,13 @@ json rest_shape_to_json(const SimulateSummary& s) {
   return {{"iterations", s.rest_shape_iterations}, {"residual_m", s.rest_shape_residual}, {"sag_m", s.rest_shape_sag}};
 }
 
+/// Whether the fitted motion starts by itself; after a fit to markers it is a load that moves the body.
+bool starts_moving(const fs::path& file) {
+  const VelocityFile v = read_velocity(file);
+  const auto zero = [](const Vec3f& x) { return x.isZero(0); };
+  return !std::all_of(v.velocity.begin(), v.velocity.end(), zero) || !std::all_of(v.displacement.begin(), v.displacement.end(), zero);
+}
+
 /// The stage's options, with the damping that a fit found unless the user gave another.
 SimulateStage with_fitted_damping(SimulateStage stage, const fs::path& file) {
   if (!stage.damping_time) stage.damping_time = read_velocity(file).damping_time;
@@ -109,7 +116,7 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
   if (given && stage.material.young) throw usage_error("simulate", "--material", "and --young both say what E is", "give one of them");
   const fs::path material_file = given ? fs::path(stage.material_file) : run / (folder + "/material.h5");
   const fs::path velocity_file = stage.velocity_file.empty() ? run / (folder + "/velocity.h5") : fs::path(stage.velocity_file);
-  const bool replay = !stage.velocity_file.empty() || (fitted && !given && stage.interactions.empty());
+  const bool replay = !stage.velocity_file.empty() || (fitted && !given && stage.interactions.empty() && starts_moving(velocity_file));
   const ObjectMaterial material = fitted || given ? check_material(scene, stage.material, true) : check_material(scene, stage);
 
   StageKey key{"simulate", {{"material", material_to_json(material)}}, {{"particles", run / (folder + "/particles.h5")}},

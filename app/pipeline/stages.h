@@ -80,18 +80,6 @@ struct SeedStage {
 };
 nlohmann::json run_seed(const Context& context, RunDirectory& run, const Scene& scene, const SeedStage& stage);
 
-/// fit: a video of the moving object -> material.h5, velocity.h5, fit/.
-struct FitStage {
-  std::string video, camera;  ///< file or folder, and the camera that took it; empty = the scene file's
-  double fps = 0;             ///< of a folder of frames, or against the file's; 0 = the scene file's, else the file's own
-  double from = -1;           ///< s of the video, from which on nothing pushes the object; negative = found
-  double until = 0;           ///< s of the video; later frames only judge the fit; 0 = all are used
-  int points = 400;           ///< of the object's surface that are followed
-  std::string field = "uniform";  ///< E(x): uniform, parts, smooth, triplanes
-  int parts = 6;              ///< of the object, by place and colour, that may differ in E
-  MaterialValues material;    ///< command line's; E is where the search starts
-};
-nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
 /// Whether this run has been fitted.
 bool is_fitted(const RunDirectory& run);
 

@@ -7,9 +7,9 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "fitting/fit/flow.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
+#include "gaussians/io/optical_flow.h"
 
 namespace pliant {
 namespace {

@@ -1,5 +1,7 @@
 #include "fitting/fit/fit_markers.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -20,8 +22,9 @@ struct Measured {
 class MarkerFit {
  public:
   MarkerFit(const MarkerFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
-            const MarkerTracks& tracks)
+            const MarkerTracks& tracks, const std::function<void(const std::string&)>& progress)
       : options_(options),
+        progress_(progress),
         tracks_(tracks),
         onset_(find_onset(options, tracks)),
         rest_(mean_position(tracks, options.rest_begin, onset_)),
@@ -51,6 +54,7 @@ class MarkerFit {
     MarkerParameters p{1, options_.damping_time, onset_};
     if (options_.search && options_.fit_young) search(p);
     // From here on the time step stays, so that differences see only what the parameters do.
+    say(fmt::format("refined from E = {:.4g} Pa, damping time {:.3g} s, release at {:.4g} s", young_ * p.young_factor, p.damping_time, p.release));
     model_.run(p, 1 / options_.model.simulate.fps);
     substeps_ = model_.substeps();
     motions_.clear();
@@ -78,6 +82,10 @@ class MarkerFit {
       throw input_error("markers", "", "they move from the first instant on, or not at all",
                         "record the body at rest before its release, or give --release");
     return onset;
+  }
+
+  void say(const std::string& line) const {
+    if (progress_) progress_(line);
   }
 
   double duration() const { return options_.window + options_.release_range + 3 / options_.model.simulate.fps; }
@@ -122,6 +130,7 @@ class MarkerFit {
       loss = squares(r);
       result_.search.push_back(
           {young_ * p.young_factor, options_.sigma * std::sqrt(loss / static_cast<double>(r.size()))});
+      say(fmt::format("E = {:.4g} Pa: {:.3g} mm off", result_.search.back().young, 1e3 * result_.search.back().rms));
     } catch (const Error& error) {
       if (error.failure != Failure::kNumerical) throw;
     }
@@ -232,6 +241,7 @@ class MarkerFit {
   }
 
   const MarkerFitOptions& options_;
+  const std::function<void(const std::string&)>& progress_;
   const MarkerTracks& tracks_;
   double onset_;
   std::vector<Vec3d> rest_;  // [K]
@@ -247,8 +257,9 @@ class MarkerFit {
 }  // namespace
 
 MarkerFitResult fit_markers(const MarkerFitOptions& options, const Particles& particles,
-                            const std::vector<Interaction>& interactions, const MarkerTracks& tracks) {
-  return MarkerFit(options, particles, interactions, tracks).run();
+                            const std::vector<Interaction>& interactions, const MarkerTracks& tracks,
+                            const std::function<void(const std::string&)>& progress) {
+  return MarkerFit(options, particles, interactions, tracks, progress).run();
 }
 
 }  // namespace pliant

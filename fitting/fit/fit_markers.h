@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <string>
 
@@ -51,8 +52,10 @@ struct MarkerFitResult {
 /// Search: one simulated motion stands for other E as well, because an elastic body's motion keeps its shape when time
 /// goes as E^-1/2 and displacement as 1/E (exactly so for small strains).  The best candidate is simulated and the
 /// proposal repeated from there; neighbours on the grid are compared by simulation.  Then Gauss-Newton.
+/// `progress` gets a line for every simulated candidate and for the refined result; it may throw to end the fit.
 /// Throws Error{kInput} when no marker lies on the body or nothing moves.
 MarkerFitResult fit_markers(const MarkerFitOptions& options, const Particles& particles,
-                            const std::vector<Interaction>& interactions, const MarkerTracks& tracks);
+                            const std::vector<Interaction>& interactions, const MarkerTracks& tracks,
+                            const std::function<void(const std::string&)>& progress = {});
 
 }  // namespace pliant

@@ -6,8 +6,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "fitting/fit/flow.h"
 #include "gaussians/base/error.h"
+#include "gaussians/io/optical_flow.h"
 
 namespace pliant {
 namespace {

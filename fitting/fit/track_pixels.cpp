@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "fitting/fit/flow.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
+#include "gaussians/io/optical_flow.h"
 
 namespace pliant {
 namespace {

@@ -2,23 +2,14 @@
 
 #include "fitting/fit/modes.h"
 #include "gaussians/base/error.h"
-#include "tests/fitting/made_motion.h"
+#include "tests/fitting/twin_stem.h"
 
 namespace pliant {
 namespace {
 
 using namespace testing;
 
-/// A stem of 3 x 3 x 12 cells that stands on a clamp of two cells.
-struct Stem {
-  Particles particles = block<float>(Vec3d(0.03, 0.03, 0.12), 0.01, 0.5, 2e4, 0.3, 1000);
-  std::vector<Interaction> pins;
-  Stem() {
-    Interaction pin;
-    pin.type = InteractionType::kPin, pin.region = Region::half_space(Vec3d(0, 0, 0.02), Vec3d(0, 0, 1));
-    pins = {pin};
-  }
-};
+using Stem = TwinStem;
 
 TEST(VibrationModes, ShapesAreOrthonormalInMassAndFrequenciesFollowTheRootOfE) {
   Stem stem;

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "fitting/fit/flow.h"
+#include "gaussians/io/optical_flow.h"
 #include "tests/fitting/made_video.h"
 
 namespace pliant {

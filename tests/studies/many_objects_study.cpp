@@ -1,9 +1,9 @@
 // A plane with SIDE x SIDE balls at 1200 x 900, end to end from id masks written as PNG:
-//   many_objects_study OUT_FOLDER [SIDE=20 [VIEWS=24 [WIDTH=1200 [WRITE]]]]
+//   many_objects_study OUT_FOLDER [SIDE=20 [VIEWS=24 [WIDTH=1200 [CASE [ITERATIONS]]]]]
 // OUT_FOLDER becomes a scene that `pliant segment` takes too.  The masks' ids are shuffled in every view in the second case.
 // OUT_FOLDER/truth holds the true ids of every 8th photo, for
 //   pliant segment OUT_FOLDER --hold-out --out RUN;  pliant evaluate segmentation RUN/held_out OUT_FOLDER/truth --band 2
-// With WRITE only the folder is made.  Scores are on every 8th photo, never learnt from, for objects of at least 300 px in it.  Prints JSON.
+// CASE: clean, shuffled, or write, where only the folder is made; both cases without it.  Scores are on every 8th photo, never learnt from, for objects of at least 300 px in it.  Prints JSON.
 
 #include <sys/resource.h>
 
@@ -70,10 +70,10 @@ Json score(const MadeScene& scene, const std::vector<int>& held_out, const Segme
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 2) return std::fprintf(stderr, "usage: %s OUT_FOLDER [SIDE [VIEWS [WIDTH]]]\n", argv[0]), 2;
+  if (argc < 2) return std::fprintf(stderr, "usage: %s OUT_FOLDER [SIDE [VIEWS [WIDTH [CASE [ITERATIONS]]]]]\n", argv[0]), 2;
   const fs::path out = argv[1];
   const int side = argc > 2 ? std::atoi(argv[2]) : 20, views = argc > 3 ? std::atoi(argv[3]) : 24, width = argc > 4 ? std::atoi(argv[4]) : 1200;
-  const bool only_write = argc > 5;
+  const std::string only = argc > 5 ? argv[5] : "";
   const float ball_step = 0.06f * 1.9f / static_cast<float>(side);
   const MadeScene scene = made_scene(grid_of_balls(side), views, width, width * 3 / 4, 0.012f, ball_step);
   Json json = {{"balls", side * side}, {"gaussians", scene.cloud.size()}, {"views", views}, {"width", width}};
@@ -88,12 +88,14 @@ int main(int argc, char** argv) {
     write_ids(out / "masks" / (scene.cameras[c].name + ".png"), ids);
     if (c % 8 == 0) write_ids(out / "truth" / (scene.cameras[c].name + ".png"), without_small(ids, 300));
   }
-  if (only_write) return 0;
+  if (only == "write") return 0;
 
   SemanticOptions options;
+  if (argc > 6) options.iterations = std::atoi(argv[6]);
   for (int c = 0; c < views; c += 8) options.held_out.push_back(c);
   const MaskSet masks = load_masks(out / "masks", "", scene.cameras);
   for (const bool shuffled : {false, true}) {
+    if (!only.empty() && only != (shuffled ? "shuffled" : "clean")) continue;
     MaskSet used = masks;
     Json entry;
     const double start = now();

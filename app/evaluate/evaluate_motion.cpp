@@ -1,0 +1,197 @@
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/evaluate/evaluate.h"
+#include "app/evaluate/vibration.h"
+#include "app/store/trajectory.h"
+#include "fitting/fit/frame_source.h"
+#include "fitting/fit/track_pixels.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/optical_flow.h"
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace pliant {
+namespace {
+
+constexpr double kLeastMotion = 0.3;  // px, below which a video shows nothing that moves
+constexpr int kMostPoints = 120, kRadius = 8;  // points that are followed, and px of their patches
+
+bool is_trajectory(const fs::path& path) {
+  std::error_code ignored;
+  return path.extension() == ".h5" || fs::exists(path / "trajectory.h5", ignored);
+}
+
+/// Frames of a video at `fps` (0 = its own) and of the size of `like` (0 = its own).
+ReferenceVideo read_video(const fs::path& path, const MotionScore& score, double fps, const Camera& like) {
+  Camera camera = like;
+  if (camera.width == 0) {
+    const std::optional<TimedFrame> first = open_frames(path, score.fps > 0 ? score.fps : 0)->next();
+    if (!first) throw input_error(path.string(), "", "has no frame", "name a video or a folder of frames");
+    camera.name = "video", camera.width = first->picture.width, camera.height = first->picture.height;
+  }
+  VideoOptions options;
+  options.declared_fps = score.fps, options.fps = fps, options.first = score.from, options.last = score.until;
+  return load_reference_video(options, path, camera);
+}
+
+std::vector<ImageF> flows_from_first(const ReferenceVideo& video, int count) {
+  std::vector<std::pair<int, int>> pairs;
+  const int frames = static_cast<int>(video.frames.size());
+  for (int k = 1; k <= count; ++k) pairs.push_back({0, static_cast<int>(std::lround(static_cast<double>(k) * (frames - 1) / count))});
+  return dense_flows(video.frames, pairs);
+}
+
+/// [H, W, 1] where the video moves: pixels of the first frame that get at least a tenth as far as what gets farthest.
+ImageU8 moving_region(const ReferenceVideo& video) {
+  const ImageF& first = video.frames[0];
+  ImageF reach(first.width, first.height, 1);
+  for (const ImageF& flow : flows_from_first(video, std::min<int>(12, static_cast<int>(video.frames.size()) - 1)))
+    for (int y = 0; y < reach.height; ++y)
+      for (int x = 0; x < reach.width; ++x) reach(x, y) = std::max(reach(x, y), std::hypot(flow(x, y, 0), flow(x, y, 1)));
+  std::vector<float> sorted = reach.data;
+  const size_t far = sorted.size() - 1 - sorted.size() / 200;
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(far), sorted.end());
+  const float limit = std::max(static_cast<float>(kLeastMotion), 0.1f * sorted[far]);
+  ImageU8 mask(first.width, first.height, 1);
+  for (size_t i = 0; i < mask.data.size(); ++i) mask.data[i] = reach.data[i] > limit ? 255 : 0;
+  return mask;
+}
+
+/// Points of the moving region followed through the video; none when nothing moves.
+PointMotion follow(const ReferenceVideo& video, const ImageU8& region) {
+  const auto inside = static_cast<double>(std::count(region.data.begin(), region.data.end(), 255));
+  PointMotion motion;
+  motion.rate = video.fps;
+  if (inside < 20) return motion;
+  const double step = std::max(2.0, std::sqrt(inside / kMostPoints));
+  std::vector<Eigen::Vector2d> points;
+  for (double y = step / 2; y < region.height; y += step)
+    for (double x = step / 2; x < region.width; x += step)
+      if (region(static_cast<int>(x), static_cast<int>(y)) != 0) points.push_back({x, y});
+  TrackOptions options;
+  options.patch.radius = kRadius;
+  const PixelTracks tracks = track_pixels(options, video, points, region);
+  // A point counts by the frame in which it is seen worst; without any such, by the mean.
+  std::vector<size_t> kept;
+  std::vector<double> weight;
+  for (const bool strict : {true, false}) {
+    for (size_t k = 0; k < points.size(); ++k) {
+      double least = 1, mean = 0;
+      for (const auto& frame : tracks.weight) least = std::min(least, frame[k]), mean += frame[k] / static_cast<double>(tracks.weight.size());
+      const double w = strict ? least : mean;
+      if (w > (strict ? 0.05 : 0.2)) kept.push_back(k), weight.push_back(w);
+    }
+    if (kept.size() >= 10) break;
+    if (strict) kept.clear(), weight.clear();
+  }
+  motion.weight = weight;
+  for (const auto& frame : tracks.pixel) {
+    motion.displacement.emplace_back();
+    for (const size_t k : kept) {
+      const Eigen::Vector2d d = frame[k] - points[k];
+      motion.displacement.back().push_back(d.x()), motion.displacement.back().push_back(d.y());
+    }
+  }
+  return motion;
+}
+
+/// Displacements of the particles of a trajectory from its first frame, scene units.
+PointMotion particles_of(const fs::path& path) {
+  std::error_code ignored;
+  const fs::path file = fs::is_directory(path, ignored) ? path / "trajectory.h5" : path;
+  const TrajectoryFile t = read_trajectory(file);
+  if (t.frames.size() < 2 || t.frames[0].position.empty())
+    throw input_error(file.string(), "/particles/" + t.object, "has fewer than 2 frames or no particle", "name a simulated trajectory");
+  PointMotion motion;
+  motion.dims = 3;
+  motion.rate = static_cast<double>(t.frames.size() - 1) / (t.frames.back().time - t.frames.front().time);
+  const size_t n = t.frames[0].position.size(), step = std::max<size_t>(1, n / 2000);
+  for (const auto& frame : t.frames) {
+    motion.displacement.emplace_back();
+    for (size_t p = 0; p < n; p += step)
+      for (int a = 0; a < 3; ++a) motion.displacement.back().push_back(frame.position[p][a] - t.frames[0].position[p][a]);
+  }
+  motion.weight.assign(motion.displacement[0].size() / 3, 1.0);
+  return motion;
+}
+
+json to_json(const PointMotion& motion, const Vibration& v, const char* unit) {
+  const DampedOscillation& o = v.oscillation;
+  const bool found = o.frequency > 0;
+  json out = {{"frames", motion.frames()}, {"points", motion.points()}, {std::string("amplitude_") + unit, v.amplitude}, {"first_component_share", v.share}};
+  out["frequency_hz"] = found ? json(o.frequency) : json();
+  out["decay_per_s"] = found ? json(o.decay) : json();
+  out["damping_time_s"] = found && o.decay > 0 ? json(1 / o.decay) : json();
+  out["log_decrement"] = found ? json(o.decay / o.frequency) : json();
+  out["explained"] = o.explained;
+  return out;
+}
+
+/// |a / b - 1|, or null where either is unknown.
+json relative_error(const json& a, const json& b) {
+  if (!a.is_number() || !b.is_number() || b.get<double>() == 0) return nullptr;
+  return std::abs(a.get<double>() / b.get<double>() - 1);
+}
+
+/// Distance between the flows from frame to frame over the pixels that move in the truth, which are grown by the motion itself.
+void compare_flow(json& out, const ReferenceVideo& ours, const ReferenceVideo& truth) {
+  const int frames = static_cast<int>(std::min(ours.frames.size(), truth.frames.size()));
+  std::vector<std::pair<int, int>> pairs;
+  for (int f = 0; f + 1 < frames; ++f) pairs.push_back({f, f + 1});
+  const std::vector<ImageF> a = dense_flows(ours.frames, pairs, FlowQuality::kQuick), b = dense_flows(truth.frames, pairs, FlowQuality::kQuick);
+  double error = 0, magnitude = 0, pixels = 0;
+  for (size_t f = 0; f < a.size(); ++f)
+    for (int y = 0; y < a[f].height; ++y)
+      for (int x = 0; x < a[f].width; ++x) {
+        const Eigen::Vector2d p(a[f](x, y, 0), a[f](x, y, 1)), t(b[f](x, y, 0), b[f](x, y, 1));
+        if (std::max(p.norm(), t.norm()) < 0.25) continue;
+        error += (p - t).norm(), magnitude += t.norm(), ++pixels;
+      }
+  out["flow_error_px"] = pixels > 0 ? json(error / pixels) : json(nullptr);
+  out["flow_in_truth_px"] = pixels > 0 ? json(magnitude / pixels) : json(nullptr);
+  out["flow_error"] = magnitude > 0 ? json(error / magnitude) : json(nullptr);
+}
+
+}  // namespace
+
+json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, const MotionScore& score) {
+  const bool particles = is_trajectory(truth_path);
+  if (particles != is_trajectory(prediction))
+    throw input_error(prediction.string(), "", "and the truth are a video and a trajectory", "compare two videos or two trajectory.h5");
+  json out = {{"kind", "motion"}};
+  PointMotion ours, truth;
+  if (particles) {
+    ours = particles_of(prediction), truth = particles_of(truth_path);
+  } else {
+    const ReferenceVideo true_video = read_video(truth_path, score, 0, {});
+    const ReferenceVideo video = read_video(prediction, score, true_video.fps, true_video.camera);
+    truth = follow(true_video, moving_region(true_video)), ours = follow(video, moving_region(video));
+    out["fps"] = true_video.fps;
+    compare_flow(out, video, true_video);
+  }
+  const char* unit = particles ? "units" : "px";
+  if (truth.points() == 0) throw input_error(truth_path.string(), "", "shows nothing that moves", "check the file, and the part of it that is compared");
+  int first = score.free_from >= 0 ? static_cast<int>(std::lround(score.free_from * truth.rate)) : -1;
+  const Vibration true_vibration = describe_vibration(truth, first);
+  if (particles ? !(true_vibration.amplitude > 0) : true_vibration.amplitude < kLeastMotion)
+    throw input_error(truth_path.string(), "", "shows nothing that moves", "check the file, and the part of it that is compared");
+  out["free_from_s"] = first / truth.rate;
+  out["truth"] = to_json(truth, true_vibration, unit);
+  Vibration vibration;
+  if (ours.points() > 0) {
+    int same = static_cast<int>(std::lround(first / truth.rate * ours.rate));
+    vibration = describe_vibration(ours, same);
+  }
+  if (!particles && vibration.amplitude < kLeastMotion) vibration.oscillation = {};
+  out["prediction"] = to_json(ours, vibration, unit);
+  const std::string amplitude = std::string("amplitude_") + unit;
+  out["frequency_error"] = relative_error(out["prediction"]["frequency_hz"], out["truth"]["frequency_hz"]);
+  out["damping_error"] = relative_error(out["prediction"]["decay_per_s"], out["truth"]["decay_per_s"]);
+  out["amplitude_error"] = relative_error(out["prediction"][amplitude], out["truth"][amplitude]);
+  return out;
+}
+
+}  // namespace pliant

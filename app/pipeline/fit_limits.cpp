@@ -1,0 +1,90 @@
+#include "app/pipeline/fit_limits.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "gaussians/base/nearest.h"
+
+namespace pliant {
+
+FitBlindness find_blindness(const FitScene& fit, const FittedMotion& motion) {
+  FitBlindness out;
+  const Particles& p = fit.body.particles;
+  if (motion.frames.empty()) return out;
+  // Along the rays of the camera, at the first frame that was compared.
+  const Vec3d eye = fit.drawn->metres_per_unit * fit.video.camera.centre();
+  double along = 0, all = 0;
+  for (size_t i = 0; i < p.size(); ++i) {
+    const Vec3d v = motion.frames[0].v[i].cast<double>(), ray = (p.position[i].cast<double>() - eye).normalized();
+    along += p.mass[i] * std::pow(v.dot(ray), 2), all += p.mass[i] * v.squaredNorm();
+  }
+  out.depth_share = all > 0 ? along / all : 0;
+
+  double volume = 0, unseen = 0;
+  if (!fit.points.empty()) {
+    const NearestPoints tree(fit.points);
+    const double reach = 3 * fit.body.file.cell_size;
+    std::vector<NearestPoints::Hit> hits;
+    for (size_t i = 0; i < p.size(); ++i) {
+      hits.clear();
+      tree.query(fit.drawn->drivers[i], 1, hits);
+      volume += p.volume[i];
+      if (hits.empty() || hits[0].distance > reach) unseen += p.volume[i];
+    }
+    out.unseen_volume = volume > 0 ? unseen / volume : 0;
+  }
+
+  // Largest Green strain of each particle over all frames.
+  std::vector<float> strain(p.size(), 0.0f);
+  for (const SimulationState& state : motion.frames)
+    for (size_t i = 0; i < p.size(); ++i)
+      strain[i] = std::max(strain[i], 0.5f * (state.F[i].transpose() * state.F[i] - Mat3f::Identity()).norm());
+  std::vector<float> sorted = strain;
+  std::sort(sorted.begin(), sorted.end());
+  const float most = sorted[static_cast<size_t>(0.95 * static_cast<double>(sorted.size() - 1))];
+  double stiff = 0, whole = 0;
+  for (size_t i = 0; i < p.size(); ++i) {
+    whole += p.volume[i];
+    if (strain[i] < 0.05f * most) stiff += p.volume[i];
+  }
+  out.stiff_volume = whole > 0 ? stiff / whole : 0;
+  return out;
+}
+
+std::vector<std::string> undetermined_by_video(const FitEvidence& e, const FitBlindness& blindness, double fps) {
+  std::vector<std::string> out;
+  out.push_back("A motion tells E / density, not E alone: E holds for the density that was given, and Poisson's ratio is the one that was given.");
+  out.push_back(fmt::format("One camera hardly sees motion along its line of sight, which has {:.0f} % of the energy of the fitted start: there the start is "
+                            "what the object's own vibrations make likely.",
+                            100 * blindness.depth_share));
+  if (blindness.unseen_volume > 0.02)
+    out.push_back(fmt::format("{:.0f} % of what moves lies away from every point that was followed; nothing was seen of its motion.", 100 * blindness.unseen_volume));
+  if (blindness.stiff_volume > 0.02)
+    out.push_back(fmt::format("{:.0f} % of the object hardly deforms in this video; it might as well be much stiffer.", 100 * blindness.stiff_volume));
+  if (e.one_stiffness)
+    out.push_back("One stiffness was fitted for the whole object; differences between its parts were not looked for.");
+  else if (!e.errors_known)
+    out.push_back("How sure E is from place to place was not worked out; a fit with --field smooth says so.");
+  else if (e.undecided_volume > 0.02)
+    out.push_back(fmt::format("Where uncertainty.png is bright, in {:.0f} % of the object, its stiffness against the rest is a guess: the video leaves it as "
+                              "uncertain as it was before.",
+                              100 * e.undecided_volume));
+  for (size_t k = 0; k < e.rival_factor.size(); ++k) {
+    const double ratio = e.rival_factor[k];
+    if (std::abs(std::log10(ratio)) > 0.05 && e.rival_rms[k] < 1.3 * e.rms)
+      out.push_back(fmt::format("E = {:.3g} Pa explains the video almost as well ({:.2f} px against {:.2f}).", e.young * ratio, e.rival_rms[k], e.rms));
+  }
+  if (e.strongest_hz > 0.25 * fps)
+    out.push_back(fmt::format("The strongest vibration, {:.2g} Hz, is above a quarter of the {:.3g} frames a second: a slower one that is seen at the same "
+                              "instants could be mistaken for it. Film faster.",
+                              e.strongest_hz, fps));
+  if (e.periods > 0 && e.periods < 1)
+    out.push_back(fmt::format("Only {:.1f} of a period is seen: E and the way the motion starts are hard to tell apart.", e.periods));
+  if (e.damping_high > 3 * e.damping_low)
+    out.push_back(fmt::format("Damping is hardly determined: any time from {:.2g} s to {:.2g} s would do.", e.damping_low, e.damping_high));
+  return out;
+}
+
+}  // namespace pliant

@@ -1,0 +1,57 @@
+#include <fmt/format.h>
+
+#include "app/pipeline/fit_report.h"
+#include "app/pipeline/html.h"
+#include "gaussians/io/files.h"
+
+namespace pliant {
+using nlohmann::json;
+
+namespace {
+
+std::string numbers(const json& fit) {
+  std::string rows;
+  const auto row = [&](const char* key, const char* name, const char* format, double scale = 1) {
+    if (fit.contains(key) && fit[key].is_number())
+      rows += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", name, fmt::format(fmt::runtime(format), scale * fit[key].get<double>()));
+  };
+  row("young_pa", "Young's modulus", "{:.4g} Pa");
+  row("log10_sigma", "one standard deviation by noise alone", "{:.3f} decades");
+  row("damping_time_s", "damping time", "{:.3g} s");
+  row("release_s", "release", "{:.4f} s");
+  row("rms_mm", "markers off by", "{:.3g} mm");
+  row("rms_with_later_mm", "the same with as much again that the fit did not see", "{:.3g} mm");
+  row("rms_px", "points off by", "{:.2f} px");
+  row("rms_still_px", "the same if nothing moved", "{:.2f} px");
+  row("periods", "periods in the video", "{:.1f}");
+  row("psnr_used", "frames that the fit saw", "{:.1f} dB");
+  row("psnr_later", "later frames", "{:.1f} dB");
+  row("still_later", "the first frame held, against the later ones", "{:.1f} dB");
+  return "<table>\n" + rows + "</table>\n";
+}
+
+}  // namespace
+
+std::string fit_section(const RunDirectory& run) {
+  const json& fit = run.summary("fit", "run `pliant fit` first");
+  std::string html = numbers(fit);
+  if (fit.contains("undetermined")) {
+    html += "<p>What this does not determine:</p><ul>\n";
+    for (const json& sentence : fit["undetermined"]) html += "<li>" + html_escaped(sentence.get<std::string>()) + "</li>\n";
+    html += "</ul>\n";
+  }
+  html += html_video(run, "fit/side_by_side.mp4", "The video, the fitted motion, their difference");
+  html += html_picture(run, "fit/slices.png", "Space-time slices: a line of pixels over time, in the video and in the fitted motion");
+  html += html_picture(run, "fit/markers.png", "Markers: measured and simulated");
+  html += html_picture(run, "fit/search.png", "The search over stiffness");
+  html += html_picture(run, "fit/loss.png", "The refinement");
+  html += html_picture(run, "fit/young.png", "Young's modulus on the object");
+  html += html_picture(run, "fit/uncertainty.png", "How well it is known");
+  return html;
+}
+
+void write_fit_page(const RunDirectory& run) {
+  write_text(run / "fit/report.html", html_begin("Fit") + "<h1>Fit</h1>\n" + fit_section(run) + "</body></html>\n");
+}
+
+}  // namespace pliant

@@ -1,0 +1,50 @@
+#pragma once
+
+#include "app/pipeline/stages.h"
+
+namespace pliant {
+
+/// Markers on the object that were measured after it was let go from rest, instead of a video.
+struct MarkerStage {
+  std::string file;                  ///< table, see fitting/fit/markers.h
+  std::string axes = "x,y,z";        ///< columns along the scene's x, y and z, each with a sign if need be: "y,-x,z"
+  std::string units = "metres";      ///< of the columns without a unit of their own: metres, or scene units
+  std::vector<double> offset;        ///< [3] of the scene's frame, in those units; added to the markers; empty = none
+  double reach = 0;                  ///< m; farther from the material a marker is not on the object; 0 = two cells
+  std::optional<double> rest;        ///< s of the recording, from which on the object is at rest; default: its begin
+  std::optional<double> release;     ///< s of the recording; default: where motion sets in
+  double window = 1;                 ///< s after the release that the fit sees; as much again judges it
+  std::string interactions;          ///< file; what acts from the release on; empty = gravity
+};
+
+/// An image-to-video model that makes the video, see fitting/fit/generate_video.h.
+struct GenerateStage {
+  std::string command;  ///< empty = none
+  std::string prompt;
+  int frames = 14;
+};
+
+/// fit: a video of the moving object, or markers on it -> material.h5, velocity.h5, fit/.
+struct FitStage {
+  MarkerStage markers;        ///< no file: a video
+  std::string video, camera;  ///< file or folder, and the camera that took it; empty = the scene file's; camera "find": by the first frame
+  std::string pose;           ///< file of cameras, one of which took it, instead of a camera of the scene
+  bool refine_camera = false;  ///< until the scene looks like the first frame
+  GenerateStage generate;     ///< a program that makes the video instead
+  double first = 0, last = 0;  ///< s of the file, the part that is used; last 0 = to its end
+  std::optional<double> released_young;  ///< Pa in PhysDreamer's cube, E0 of the fields in its scene folder, which are taken instead of a fit
+  double fps = 0;             ///< of a folder of frames, or against the file's; 0 = the scene file's, else the file's own
+  double from = -1;           ///< s of the video, from which on nothing pushes the object; negative = found
+  double until = 0;           ///< s of the video; later frames only judge the fit; 0 = all are used
+  int points = 400;           ///< of the object's surface that are followed
+  std::string field = "uniform";  ///< E(x): uniform, parts, smooth, triplanes
+  int parts = 6;              ///< of the object, by place and colour, that may differ in E
+  MaterialValues material;    ///< command line's; E is where the search starts
+};
+nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
+/// The same with stage.markers.
+nlohmann::json run_marker_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
+/// With stage.released_young: E = E0 + 1000 f(x), v0 = 0.1 g(x) of sim_fields.pt and velo_fields.pt, in SI units.
+nlohmann::json run_released_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
+
+}  // namespace pliant

@@ -1,0 +1,155 @@
+#include "app/pipeline/fit_video.h"
+
+#include <fmt/format.h>
+
+#include "app/pipeline/clip_camera.h"
+#include "app/pipeline/physdreamer_scene.h"
+#include "fitting/fit/find_camera.h"
+#include "fitting/fit/frame_source.h"
+#include "fitting/fit/generate_video.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/cameras.h"
+#include "gaussians/io/files.h"
+#include "gaussians/io/ply.h"
+
+namespace pliant {
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kGeneratedFps = 24;
+const char* const kFind = "find";
+
+const Camera& camera_named(const std::vector<Camera>& cameras, const std::string& name, const std::string& where) {
+  for (const Camera& camera : cameras)
+    if (camera.name == name) return camera;
+  std::vector<std::string> names = {kFind};
+  for (const Camera& camera : cameras) names.push_back(camera.name);
+  throw usage_error("--video-camera", name, "is not a camera of " + where, fmt::format("did you mean '{}'?", nearest_name(name, names)));
+}
+
+/// The camera of a pose file that has one, or the one of that name.
+Camera camera_of_pose_file(const FitStage& stage) {
+  const std::vector<Camera> cameras = read_cameras(stage.pose).cameras;
+  if (cameras.empty()) throw input_error(stage.pose, "", "has no camera", "give a transforms.json, cameras.json or COLMAP model with the video's camera");
+  if (!stage.camera.empty()) return camera_named(cameras, stage.camera, stage.pose);
+  if (cameras.size() > 1)
+    throw usage_error("--video-pose", stage.pose, fmt::format("has {} cameras", cameras.size()), "say with --video-camera NAME which one took the video");
+  return cameras[0];
+}
+
+RenderOptions rendering_of(const Scene& scene) {
+  RenderOptions rendering;
+  rendering.antialiased = scene.report.antialiased;
+  return rendering;
+}
+
+fs::path video_file(const Scene& scene, const FitStage& stage) {
+  if (!stage.video.empty()) return stage.video;
+  if (scene.settings.video) return scene.settings.video->file;
+  throw usage_error("fit", "--video", "is not given, and the scene has no reference video", "give --video FILE, with --video-camera NAME where the camera is known");
+}
+
+/// The name of the camera, empty where it is to be found.
+std::string known_camera(const Scene& scene, const FitStage& stage) {
+  if (stage.camera == kFind) return "";
+  if (!stage.camera.empty()) return stage.camera;
+  return scene.settings.video ? scene.settings.video->camera : "";
+}
+
+void tell(const Context& context, const RunDirectory& run, const RefinedCamera& refined) {
+  fs::create_directories(run / "fit");
+  write_cameras(run / "fit/transforms.json", {refined.camera});
+  context.progress.say(fmt::format("fit: the video's camera matches the scene by {:.2f} (before: {:.2f}), {:.2f} px beside it, after {} renders", refined.after.score,
+                                   refined.before.score, refined.after.shift, refined.renders));
+}
+
+ImageF first_picture(const fs::path& file, double folder_fps) {
+  const std::optional<TimedFrame> first = open_frames(file, folder_fps)->next();
+  if (!first) throw input_error(file.string(), "", "has no frame", "name a video or a folder of frames");
+  return first->picture;
+}
+
+Camera find_in_scene(const Context& context, const RunDirectory& run, const Scene& scene, const fs::path& file, const ImageF& first) {
+  context.progress.say(fmt::format("fit: looking for the video's camera among {} known ones", scene.cameras.size()));
+  const FoundCamera found = find_camera({}, scene.cloud, rendering_of(scene), scene.cameras, first);
+  if (!found.found) throw input_error(file.string(), "camera", found.sentence, "");
+  context.progress.say("fit: " + found.sentence);
+  tell(context, run, found.refined);
+  Camera camera = found.refined.camera;
+  camera.name = scene.cameras[found.nearest].name + "_found";
+  return camera;
+}
+
+ReferenceVideo generate(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage) {
+  const std::string name = known_camera(scene, stage);
+  const Camera camera = !stage.pose.empty() ? camera_of_pose_file(stage)
+                        : !name.empty()     ? camera_named(scene.cameras, name, "the scene")
+                                            : clip_camera(scene, "", robust_bounds(read_ply(run / (object_folder(run) + "/object.ply"))));
+  GenerateOptions options;
+  options.command = stage.generate.command, options.prompt = stage.generate.prompt, options.frames = stage.generate.frames;
+  options.fps = stage.fps > 0 ? stage.fps : kGeneratedFps, options.seed = context.seed, options.interrupted = context.interrupted;
+  context.progress.say(fmt::format("fit: `{}` makes {} frames from camera '{}'", options.command, options.frames, camera.name));
+  return generate_video(options, render(scene.cloud, camera, rendering_of(scene)).color, camera, run / "fit/generated");
+}
+
+}  // namespace
+
+ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage) {
+  if (!stage.generate.command.empty()) {
+    if (!stage.video.empty()) throw usage_error("fit", "--generate-with", "and --video are both given", "give one of them");
+    return generate(context, run, scene, stage);
+  }
+  const fs::path file = video_file(scene, stage);
+  const auto& known = scene.settings.video;
+  VideoOptions options;
+  options.declared_fps = stage.fps > 0 ? stage.fps : known && stage.video.empty() ? known->fps : 0;
+  const bool physdreamer = stage.video.empty() && physdreamer_folder(scene).has_value();
+  options.trust_declared = stage.fps > 0 || physdreamer;
+  options.first = stage.first, options.last = stage.last;
+  const std::string name = known_camera(scene, stage);
+  if (!stage.pose.empty()) {
+    if (stage.camera == kFind) throw usage_error("--video-camera", kFind, "and --video-pose are both given", "give one of them; --refine-camera refines a pose");
+  } else if (!name.empty()) {
+    camera_named(scene.cameras, name, "the scene");
+  }
+  Camera camera;
+  if (!stage.pose.empty()) camera = camera_of_pose_file(stage);
+  else if (!name.empty()) camera = camera_named(scene.cameras, name, "the scene");
+  if (camera.width > 0 && physdreamer) {
+    const ImageF first = first_picture(file, options.declared_fps);
+    camera = physdreamer_camera(camera, first.width, first.height);
+  }
+  if (camera.width > 0 && !stage.refine_camera) return load_reference_video(options, file, camera);
+
+  // The first frame in its own size says where its camera is.
+  Camera any = camera;
+  if (any.width == 0) {
+    const ImageF first = first_picture(file, options.declared_fps);
+    any.name = "video", any.width = first.width, any.height = first.height;
+  }
+  ReferenceVideo video = load_reference_video(options, file, any);
+  if (camera.width == 0) {
+    video.camera = find_in_scene(context, run, scene, file, video.frames[0]);
+  } else {
+    const RefinedCamera refined = refine_camera({}, scene.cloud, rendering_of(scene), camera, video.frames[0]);
+    tell(context, run, refined);
+    video.camera = refined.camera;
+  }
+  return video;
+}
+
+void add_video_to_key(StageKey& key, const Scene& scene, const FitStage& stage) {
+  key.options.update({{"camera", stage.camera}, {"fps", stage.fps}, {"first", stage.first}, {"last", stage.last}, {"refine_camera", stage.refine_camera}});
+  if (!stage.pose.empty()) key.inputs["pose"] = stage.pose;
+  if (!stage.generate.command.empty())
+    key.options["generate"] = {{"command", stage.generate.command}, {"prompt", stage.generate.prompt}, {"frames", stage.generate.frames}};
+  else
+    key.inputs["video"] = video_file(scene, stage);
+}
+
+std::string video_name(const Scene& scene, const FitStage& stage) {
+  return stage.generate.command.empty() ? video_file(scene, stage).string() : "the video of `" + stage.generate.command + "`";
+}
+
+}  // namespace pliant

@@ -1,3 +1,0 @@
-#pragma once
-
-#include "gaussians/io/optical_flow.h"

@@ -1,0 +1,182 @@
+// Which videos a fit takes, by the way that the command goes: cameras that are named, given in a file or found; videos that
+// another program makes; and what is refused with a reason.
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
+
+#include "app/demo/demo.h"
+#include "app/pipeline/fit_scene.h"
+#include "app/pipeline/fit_video.h"
+#include "fitting/fit/frame_source.h"
+#include "gaussians/io/cameras.h"
+#include "gaussians/io/files.h"
+#include "gaussians/io/image_io.h"
+#include "gaussians/io/video.h"
+#include "tests/app/run_pliant.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+class FitVideo : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder = fs::temp_directory_path() / ("pliant_fit_video_" + std::to_string(getpid()));
+    fs::remove_all(folder);
+    DemoOptions demo;
+    demo.out = folder / "scene", demo.gaussians = 9000, demo.photos = 8, demo.width = 240, demo.height = 180;
+    demo.video_particles = 2500, demo.video_seconds = 1.25;
+    make_demo(demo);
+    fs::remove_all(folder / "scene/truth");
+    const std::string out = (folder / "run").string();
+    ASSERT_EQ(run_quietly({"segment", (folder / "scene").string(), "--out", out, "--segment-iterations", "60"}), 0);
+    ASSERT_EQ(run_quietly({"extract", out}), 0);
+    ASSERT_EQ(run_quietly({"repair", out}), 0);
+    ASSERT_EQ(run_quietly({"seed", out, "--particles", "600"}), 0);
+    const json video = json::parse(read_text(folder / "scene/scene.json"))["video"];
+    file = folder / "scene" / video["file"].get<std::string>();
+    camera = video["camera"].get<std::string>();
+    const auto source = open_frames(file, 0);
+    fps = source->fps();
+    while (auto frame = source->next()) frames.push_back(frame->picture);
+  }
+  static void TearDownTestSuite() { fs::remove_all(folder), frames.clear(); }
+
+  static std::string write(const std::string& name, const std::vector<ImageF>& pictures) {
+    VideoWriter writer(folder / name, fps, pictures[0].width, pictures[0].height);
+    for (const ImageF& picture : pictures) writer.write(picture);
+    writer.close();
+    return (folder / name).string();
+  }
+  static std::vector<std::string> fit(std::vector<std::string> more) {
+    more.insert(more.begin(), {"fit", (folder / "run").string(), "--overwrite"});
+    return more;
+  }
+  /// The command ends with 1 and says these words.
+  static void expect_refused(std::vector<std::string> more, const std::vector<std::string>& words) {
+    ::testing::internal::CaptureStderr();
+    const int code = run_quietly(fit(std::move(more)));
+    const std::string said = ::testing::internal::GetCapturedStderr();
+    EXPECT_EQ(code, 1) << said;
+    for (const std::string& word : words) EXPECT_NE(said.find(word), std::string::npos) << "'" << word << "' in: " << said;
+    EXPECT_FALSE(fs::exists(folder / "run/fit/results.json"));
+  }
+  static ReferenceVideo load(const FitStage& stage) {
+    Progress progress(true);
+    const Context context{progress, [] { return false; }};
+    const RunDirectory run = RunDirectory::open(folder / "run");
+    return load_fit_video(context, run, load_run_scene(run), stage);
+  }
+
+  static fs::path folder, file;
+  static std::string camera;
+  static double fps;
+  static std::vector<ImageF> frames;
+};
+fs::path FitVideo::folder, FitVideo::file;
+std::string FitVideo::camera;
+double FitVideo::fps = 0;
+std::vector<ImageF> FitVideo::frames;
+
+double degrees_between(const Camera& a, const Camera& b) {
+  return 180 / M_PI * Eigen::AngleAxisd(a.cam_from_world.linear() * b.cam_from_world.linear().transpose().eval()).angle();
+}
+
+TEST_F(FitVideo, WhatTheObjectsMotionCannotExplainIsRefusedWithItsReason) {
+  expect_refused({"--video-camera", camera == "view_001" ? "view_002" : "view_001"}, {"does not show the scene from camera"});
+  expect_refused({"--video", write("still.mp4", std::vector<ImageF>(12, frames[0])), "--video-camera", camera}, {"still.mp4", "does not move"});
+  std::vector<ImageF> cut = frames;
+  for (size_t f = cut.size() / 2; f < cut.size(); ++f) std::reverse(cut[f].data.begin(), cut[f].data.end());
+  expect_refused({"--video", write("cut.mp4", cut), "--video-camera", camera}, {"cut.mp4", "jumps at frame " + std::to_string(cut.size() / 2)});
+  std::vector<ImageF> other = frames;
+  for (ImageF& picture : other) std::reverse(picture.data.begin(), picture.data.end());
+  const std::string other_file = write("other.mp4", other);
+  expect_refused({"--video", other_file, "--video-camera", camera}, {"other.mp4", "check that the video is of this scene"});
+  expect_refused({"--video", other_file, "--video-camera", "find"}, {"none of the 8 known cameras"});
+  // The scene file tells another rate than the file.
+  const std::string settings = read_text(folder / "scene/scene.json");
+  json wrong = json::parse(settings);
+  wrong["video"]["fps"] = 2 * fps;
+  write_text(folder / "scene/scene.json", wrong.dump());
+  expect_refused({}, {"frames per second", "grows with the square of the rate"});
+  write_text(folder / "scene/scene.json", settings);
+}
+
+TEST_F(FitVideo, TheCameraComesFromAPoseFileOrIsFoundByTheFirstFrame) {
+  FitStage stage;
+  const Camera truth = load(stage).camera;
+  EXPECT_EQ(truth.name, camera);
+  Camera beside = truth;
+  beside.name = "phone";
+  beside.cam_from_world.linear() = Eigen::AngleAxisd(0.02, Vec3d::UnitY()).toRotationMatrix() * beside.cam_from_world.linear();
+  write_cameras(folder / "pose/transforms.json", {beside});
+  stage.pose = (folder / "pose/transforms.json").string();
+  EXPECT_NEAR(degrees_between(load(stage).camera, beside), 0, 1e-3);
+  stage.refine_camera = true;
+  EXPECT_LT(degrees_between(load(stage).camera, truth), 0.3);
+  FitStage search;
+  search.camera = "find";
+  const ReferenceVideo found = load(search);
+  EXPECT_LT(degrees_between(found.camera, truth), 0.3);
+  EXPECT_EQ(found.camera.name, camera + "_found");
+  // What was found is a pose file.
+  FitStage again;
+  again.pose = (folder / "run/fit/transforms.json").string();
+  EXPECT_LT(degrees_between(load(again).camera, found.camera), 1e-3);
+
+  FitStage wrong = search;
+  wrong.pose = stage.pose;
+  expect_error(Failure::kUsage, {"--video-camera", "--video-pose"}, [&] { load(wrong); });
+  wrong = FitStage();
+  wrong.camera = "fnd";
+  expect_error(Failure::kUsage, {"did you mean 'find'"}, [&] { load(wrong); });
+  beside.photo = (folder / "scene/photos" / (camera == "view_001" ? "view_002.png" : "view_001.png")).string();
+  write_cameras(folder / "pose/transforms.json", {beside, truth});
+  wrong = FitStage();
+  wrong.pose = stage.pose;
+  expect_error(Failure::kUsage, {"2 cameras", "--video-camera"}, [&] { load(wrong); });
+  write_text(folder / "pose/bad.json", "{}");
+  wrong.pose = (folder / "pose/bad.json").string();
+  EXPECT_THROW(load(wrong), Error);
+}
+
+TEST_F(FitVideo, APartOfTheFileIsTaken) {
+  FitStage stage;
+  stage.first = 5 / fps, stage.last = 14 / fps;
+  const ReferenceVideo part = load(stage);
+  EXPECT_EQ(part.frames.size(), 10u);
+  EXPECT_NEAR(part.start, 5 / fps, 1e-6);
+}
+
+TEST_F(FitVideo, AProgramMakesTheVideoThatIsFitted) {
+  // It films what the scene's own video shows, whatever it is asked.
+  fs::create_directories(folder / "film");
+  char name[32];
+  for (size_t f = 0; f < frames.size(); ++f) std::snprintf(name, sizeof name, "%04zu.png", f), write_image(folder / "film" / name, frames[f]);
+  write_text(folder / "film.sh", "cp " + (folder / "film").string() + "/*.png \"$1/frames/\"\n");
+  const std::string command = "sh " + (folder / "film.sh").string();
+  ASSERT_EQ(run_quietly(fit({"--generate-with", command, "--generate-frames", std::to_string(frames.size()), "--generate-prompt", "it swings", "--video-camera",
+                             camera, "--video-fps", std::to_string(fps)})),
+            0);
+  const json request = json::parse(read_text(folder / "run/fit/generated/request.json"));
+  EXPECT_EQ(request["prompt"], "it swings");
+  EXPECT_EQ(request["frames"], frames.size());
+  const json result = json::parse(read_text(folder / "run/fit/results.json"));
+  EXPECT_GT(result["young_pa"].get<double>(), 0);
+  EXPECT_LT(result["rms_px"].get<double>(), 0.5 * result["rms_still_px"].get<double>());
+  EXPECT_GE(result["undetermined"].size(), 3u);
+  for (const char* picture : {"slices.png", "search.png", "loss.png", "young.png", "uncertainty.png", "report.html"})
+    EXPECT_TRUE(fs::exists(folder / "run/fit" / picture)) << picture;
+  EXPECT_NE(read_text(folder / "run/fit/report.html").find("does not determine"), std::string::npos);
+  EXPECT_EQ(run_quietly(fit({"--generate-with", "exit 3;", "--video-camera", camera})), 1);
+  EXPECT_EQ(run_quietly(fit({"--generate-with", command, "--video", file.string()})), 2);
+}
+
+}  // namespace
+}  // namespace pliant
