@@ -9,7 +9,7 @@ namespace {
 constexpr size_t kViews = 12;              // every third of them is not learnt from, but tells what the others are worth
 constexpr int kRounds = 10;                // iterations per view
 constexpr int kFinest = 8, kCoarsest = 2;  // steps
-constexpr double kGain = 0.99;             // a step must leave at most so much of the wrong pixels, or it is not taken
+constexpr double kGain = 0.85;             // a step must leave at most so much of the wrong pixels, or it is not taken
 
 /// Views of the masks, evenly drawn from those that tell two ids apart.
 MaskSet few_views(const MaskSet& masks) {
