@@ -9,7 +9,8 @@ namespace {
 constexpr size_t kViews = 12;              // every third of them is not learnt from, but tells what the others are worth
 constexpr int kRounds = 10;                // iterations per view
 constexpr int kFinest = 8, kCoarsest = 2;  // steps
-constexpr double kGain = 0.85;             // a step must leave at most so much of the wrong pixels, or it is not taken
+// A step must leave at most so much of the wrong pixels, or it is not taken; the first one leaves the filter of colour.
+constexpr double kFirstGain = 0.85, kGain = 0.97;
 
 /// Views of the masks, evenly drawn from those that tell two ids apart.
 MaskSet few_views(const MaskSet& masks) {
@@ -60,7 +61,7 @@ double best_label_filter(const SemanticOptions& options, const GaussianCloud& cl
     if (best != 0) break;
     for (int step = direction; -kCoarsest <= step && step <= kFinest; step += direction) {
       const double here = wrong_pixels(step);
-      if (!(here < kGain * least)) break;
+      if (!(here < (best == 0 ? kFirstGain : kGain) * least)) break;
       best = step, least = here;
     }
   }
