@@ -222,7 +222,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
       context.progress.say(fmt::format("segment: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name,
                                        object.gaussians, object.score));
     return {{"automatic", automatic}, {"objects", objects.size()}, {"unseen", result.summary.unseen}, {"cross_entropy", result.summary.cross_entropy},
-            {"grouping", result.summary.grouping}, {"views", result.summary.views}, {"merged_islands", merged}, {"outside_selection", restricted}};
+            {"grouping", result.summary.grouping}, {"views", result.summary.views}, {"screen_variance", segmentation.screen_variance}, {"merged_islands", merged}, {"outside_selection", restricted}};
   });
 }
 

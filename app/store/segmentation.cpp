@@ -62,6 +62,7 @@ void write_segmentation(const fs::path& file, const Segmentation& s, const std::
     if (!s.class_origin.empty())
       out.text("/", "origins", json(s.class_origin).dump(-1, ' ', false, json::error_handler_t::replace));
     out.number("/", "next_id", unused_id(s));
+    out.number("/", "screen_variance", s.screen_variance);
     out.text("/", "provenance", provenance_json);
   });
 }
@@ -112,6 +113,11 @@ Segmentation read_segmentation(const fs::path& file) {
       if (!origin.is_string()) throw in.complaint("/@origins", "holds something that is not a text");
       s.class_origin.push_back(origin.get<std::string>());
     }
+  }
+  if (in.has_attribute("/", "screen_variance")) {
+    s.screen_variance = in.number("/", "screen_variance");
+    if (!(s.screen_variance > 0 && s.screen_variance < 100))
+      throw in.complaint("/@screen_variance", "is " + std::to_string(s.screen_variance) + ", which is no variance of a filter");
   }
   if (in.has_attribute("/", "next_id")) {
     const double next = in.number("/", "next_id");

@@ -17,7 +17,7 @@ struct FootprintGradient {
 /// h_y = 1 / (2 yy), slope = xy / yy, determinant = sharp + blur (|mx|^2 + |my|^2) + blur^2; with antialiasing opacity
 /// carries the factor sqrt(sharp / determinant).
 template <class T>
-INLINE FootprintGradient<T> footprint_gradient(const Footprint<T>& f, const Pack<T>* sums, bool antialiased) {
+INLINE FootprintGradient<T> footprint_gradient(const Footprint<T>& f, const Pack<T>& blur, const Pack<T>* sums, bool antialiased) {
   using V = Pack<T>;
   const V inverse_yy = T(1) / f.yy, half_inverse = T(0.5) / f.determinant;
   const V slope = f.xy * inverse_yy, hx = f.yy * half_inverse, hy = T(0.5) * inverse_yy;
@@ -33,7 +33,7 @@ INLINE FootprintGradient<T> footprint_gradient(const Footprint<T>& f, const Pack
   out.u = 2 * hx * sums[kMomentE];
   out.v = 2 * (hy * sums[kMomentD] - slope * hx * sums[kMomentE]);
   out.depth = sums[kAdjDepth];
-  out.xx = T(splat::kScreenVariance) * adj_determinant, out.yy = adj_yy + out.xx;
+  out.xx = blur * adj_determinant, out.yy = adj_yy + out.xx;
   out.xy = adj_slope * inverse_yy;
   out.sharp = adj_sharp + adj_determinant;
   return out;
@@ -113,7 +113,7 @@ INLINE void project_adjoint_lanes(const ProjectAdjointInput<T>& in, const WideVi
   const Footprint<T> f = footprint(view, view.R * position + view.t, rotation.R, scale);
 
   // mx = diag(scale) R^T jx, so that scale_j dL/dscale_j = mx_j dL/dmx_j + my_j dL/dmy_j.
-  const FootprintGradient<T> adj = footprint_gradient(f, sums, in.antialiased);
+  const FootprintGradient<T> adj = footprint_gradient(f, view.blur, sums, in.antialiased);
   const Pack<T> twice = 2 * adj.sharp;
   const Pack3<T> adj_mx = fma(2 * adj.xx, f.mx, fma(adj.xy, f.my, twice * cross(f.my, f.normal)));
   const Pack3<T> adj_my = fma(2 * adj.yy, f.my, fma(adj.xy, f.mx, twice * cross(f.normal, f.mx)));

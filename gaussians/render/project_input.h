@@ -8,7 +8,7 @@ namespace pliant {
 
 /// A camera for the kernels.
 template <class T>
-View<T> make_view(const Camera& camera) {
+View<T> make_view(const Camera& camera, double screen_variance = splat::kScreenVariance) {
   View<T> view;
   const Eigen::Vector3d t = camera.cam_from_world.translation(), centre = camera.centre();
   for (int i = 0; i < 3; ++i) {
@@ -22,6 +22,7 @@ View<T> make_view(const Camera& camera) {
   view.low_x = T(-low_x / camera.fx), view.high_x = T((camera.width - camera.cx + extra_x) / camera.fx);
   view.low_y = T(-low_y / camera.fy), view.high_y = T((camera.height - camera.cy + extra_y) / camera.fy);
   view.width = camera.width, view.height = camera.height;
+  view.blur = T(screen_variance);
   return view;
 }
 

@@ -14,7 +14,7 @@ template <class T>
 struct WideView {
   PackMatrix<T> R;
   Pack3<T> t, centre;
-  Pack<T> fx, fy, cx, cy, low_x, high_x, low_y, high_y;
+  Pack<T> fx, fy, cx, cy, low_x, high_x, low_y, high_y, blur;
 
   INLINE explicit WideView(const View<T>& v) {
     for (int i = 0; i < 3; ++i) R.row[i] = everywhere(v.R[i]);
@@ -22,6 +22,7 @@ struct WideView {
     const Pack<T> zero{};
     fx = zero + v.fx, fy = zero + v.fy, cx = zero + v.cx, cy = zero + v.cy;
     low_x = zero + v.low_x, high_x = zero + v.high_x, low_y = zero + v.low_y, high_y = zero + v.high_y;
+    blur = zero + v.blur;
   }
 };
 
@@ -104,7 +105,7 @@ INLINE Footprint<T> footprint(const WideView<T>& view, const Pack3<T>& p, const 
   f.jy = f.scale_y * fma(-f.held_y, view.R.row[2], view.R.row[1]);
   f.mx = product(scale, transposed(R, f.jx)), f.my = product(scale, transposed(R, f.jy));
   f.normal = cross(f.mx, f.my);
-  const T blur = T(splat::kScreenVariance);
+  const Pack<T> blur = view.blur;
   const Pack<T> xx = dot(f.mx, f.mx), yy = dot(f.my, f.my);
   f.xx = xx + blur, f.yy = yy + blur, f.xy = dot(f.mx, f.my);
   f.sharp = dot(f.normal, f.normal);

@@ -15,6 +15,7 @@ namespace pliant {
 struct RenderOptions {
   Vec3f background = Vec3f::Zero();
   bool antialiased = false;  ///< opacity compensation for scenes trained with mip-splatting (Yu et al. 2024)
+  double screen_variance = splat::kScreenVariance;  ///< of the low-pass filter (px^2)
   InstructionSet instruction_set = best_instruction_set();
   size_t most_pairs = kMostPairs;  ///< of splat and tile, held at a time
 };

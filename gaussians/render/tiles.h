@@ -56,7 +56,8 @@ constexpr size_t kMostPairs = size_t{8} << 20;
 /// left out.  Memory: 72 bytes per Gaussian in view in float, twice that for a moment.
 template <class T, bool kCutOffs>
 ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera, bool antialiased,
-                                  size_t most_pairs, InstructionSet set = best_instruction_set());
+                                  size_t most_pairs, InstructionSet set = best_instruction_set(),
+                                  double screen_variance = splat::kScreenVariance);
 
 /// A splat enters exactly the tiles in which the ellipse alpha >= 1/255 covers part of a pixel row (the reference enters
 /// all tiles that a 3 sigma square touches, which can miss the rim between 3 and 3.33 sigma of nearly opaque splats).

@@ -91,7 +91,9 @@ std::vector<ObjectEntry> list_objects(const Segmentation& segmentation, const st
 
 IdImage render_ids(const Segmentation& segmentation, const GaussianCloud& cloud, const Camera& camera) {
   CHECK(segmentation.attribute.size() == cloud.size() * kY);
-  const RenderResult picture = render(cloud, camera, {}, segmentation.attribute, kY);
+  RenderOptions options;
+  options.screen_variance = segmentation.screen_variance;
+  const RenderResult picture = render(cloud, camera, options, segmentation.attribute, kY);
   IdImage ids(camera.width, camera.height, 1);
   parallel_for(camera.height, [&](std::ptrdiff_t y) {
     for (int x = 0; x < camera.width; ++x)

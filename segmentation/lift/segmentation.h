@@ -10,6 +10,7 @@
 #include "gaussians/base/gaussian_cloud.h"
 #include "gaussians/base/image.h"
 #include "gaussians/base/types.h"
+#include "gaussians/render/splat.h"
 
 namespace pliant {
 
@@ -24,6 +25,7 @@ struct Segmentation {
   std::vector<std::string> class_name; ///< [C]
   std::vector<std::vector<int>> class_cameras;  ///< [C] cameras, ascending, whose masks hold the id; empty = not known
   std::vector<std::string> class_origin;        ///< [C] how it was found, a phrase; empty = not known
+  double screen_variance = splat::kScreenVariance;  ///< of the low-pass filter with which attributes are blended (px^2)
   uint32_t next_id = 0;                ///< no object ever had this id or a higher one; 0 = one above class_id
   std::vector<uint32_t> label;         ///< [N] most probable id
   std::vector<float> confidence;       ///< [N] its probability

@@ -8,6 +8,7 @@
 #include "gaussians/base/adam.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/random.h"
+#include "segmentation/lift/label_filter.h"
 #include "segmentation/lift/semantic_loss.h"
 #include "segmentation/lift/spread.h"
 #include "segmentation/lift/training_pixels.h"
@@ -200,7 +201,7 @@ void keep_sure_labels(const SemanticOptions& options, const ClassVotes& votes, c
 
 }  // namespace
 
-SemanticResult fit_semantic_field(const SemanticOptions& options, const GaussianCloud& cloud,
+SemanticResult fit_semantic_field(const SemanticOptions& given, const GaussianCloud& cloud,
                                   const std::vector<Camera>& cameras, const MaskSet& masks,
                                   const SemanticProgress& progress) {
   SemanticResult result;
@@ -212,9 +213,13 @@ SemanticResult fit_semantic_field(const SemanticOptions& options, const Gaussian
   }
   MaskSet training;
   std::copy_if(masks.views.begin(), masks.views.end(), std::back_inserter(training.views), [&](const MaskSet::View& view) {
-    return !std::count(options.held_out.begin(), options.held_out.end(), view.camera);
+    return !std::count(given.held_out.begin(), given.held_out.end(), view.camera);
   });
   std::stable_sort(training.views.begin(), training.views.end(), [](const auto& a, const auto& b) { return a.camera < b.camera; });
+  SemanticOptions options = given;
+  if (given.find_filter && given.iterations > 0)
+    options.render.screen_variance = best_label_filter(given, cloud, cameras, training);
+  result.summary.screen_variance = segmentation.screen_variance = options.render.screen_variance;
   segmentation.class_id = training.ids();
   for (uint32_t id : segmentation.class_id) segmentation.class_name.push_back(masks.name_of(id));
   const int classes = static_cast<int>(segmentation.class_id.size());

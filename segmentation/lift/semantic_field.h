@@ -31,6 +31,7 @@ struct SemanticOptions {
   size_t memory_bytes = size_t(2) << 30;  ///< cache for blend weights; views beyond it are recomputed when needed
   std::vector<int> held_out;       ///< cameras whose masks are never looked at
   uint64_t seed = 0;
+  bool find_filter = true;         ///< the low-pass filter of labels is found (best_label_filter); else it is that of `render`
   RenderOptions render;
 };
 
@@ -38,6 +39,7 @@ struct SemanticSummary {
   int views = 0, cached_views = 0;
   size_t entries = 0, cached_bytes = 0;  ///< of the cached blend weights
   size_t unseen = 0;                     ///< Gaussians that took their neighbours' label
+  double screen_variance = 0;            ///< of the low-pass filter (px^2)
   double cross_entropy = 0, grouping = 0;  ///< means over the last tenth of the iterations
 };
 

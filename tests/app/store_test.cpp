@@ -53,7 +53,7 @@ Segmentation some_segmentation() {
   s.class_id = {1, 4, 70000}, s.class_name = {"flower", "größe \"x\"", "table"};
   for (int i = 0; i < 50; ++i) s.label.push_back(s.class_id[i % 3]), s.seen.push_back(i % 2);
   s.confidence = floats(50, 0, 1);
-  s.class_cameras = {{0, 2, 7}, {}, {1}}, s.class_origin = {"masks", "split from 1", "größe"}, s.next_id = 80000;
+  s.class_cameras = {{0, 2, 7}, {}, {1}}, s.class_origin = {"masks", "split from 1", "größe"}, s.next_id = 80000, s.screen_variance = 0.15;
   return s;
 }
 
@@ -88,6 +88,7 @@ TEST(Store, SegmentationSurvives) {
   EXPECT_EQ(back.class_cameras, s.class_cameras);
   EXPECT_EQ(back.class_origin, s.class_origin);
   EXPECT_EQ(back.next_id, s.next_id);
+  EXPECT_EQ(back.screen_variance, s.screen_variance);
   const LabelFile labels = read_labels(folder / "s.h5");
   EXPECT_EQ(labels.label, s.label);
   EXPECT_EQ(labels.names.at(70000), "table");

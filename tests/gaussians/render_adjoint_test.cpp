@@ -103,10 +103,10 @@ Rendered<double> unflattened(const Values& y, Rendered<double> like) {
 
 template <bool kCutOffs>
 AdjointCheck check_picture(Inputs inputs, const Camera& camera, bool antialiased, const AdjointCheckOptions& check,
-                           size_t spoiled = SIZE_MAX) {
+                           size_t spoiled = SIZE_MAX, double filter = splat::kScreenVariance) {
   RenderOptions options;
   options.background = Vec3f(0.25f, 0.5f, 1.0f);
-  options.antialiased = antialiased;
+  options.antialiased = antialiased, options.screen_variance = filter;
   const auto f = [&](const Values& x) {
     const Inputs in = inputs.unpacked(x);
     return flattened(render_as<double, kCutOffs>(in.cloud, moved(camera, in.rotation, in.translation), options,
@@ -135,6 +135,14 @@ TEST(RenderAdjoint, EveryPixelOfAFewGaussiansAgreesWithFiniteDifferences) {
     EXPECT_LT(result.worst, kTolerance) << result.message;
     std::printf("%s\n", result.message.c_str());
   }
+}
+
+TEST(RenderAdjoint, AnotherFilterAgreesWithFiniteDifferences) {
+  AdjointCheckOptions check;
+  check.step = 1e-3, check.unit_cotangents = 4;
+  const AdjointCheck result =
+      check_picture<false>(inputs_of(spread_cloud(5, 3, 0.2, 0.7)), test_camera(9, 8), true, check, SIZE_MAX, 0.07);
+  EXPECT_LT(result.worst, kTolerance) << result.message;
 }
 
 TEST(RenderAdjoint, OneWrongEntryIsNoticed) {

@@ -116,20 +116,20 @@ TEST(Render, AgreesWithTheSlowReferenceFromInsideTheCloudWithNeedlesAndSheets) {
 }
 
 template <class T>
-void expect_closed_form_of_one(double tolerance) {
+void expect_closed_form_of_one(double tolerance, double filter = 0.3) {
   const double focal = 100, z = 2, scale = 0.1, opacity = 0.8;
   const Vec3f color(0.9f, 0.3f, 0.6f), background(0.1f, 0.2f, 0.3f);
   const Camera camera = plain_camera(40, 30, focal);
   const GaussianCloud cloud =
       ball({0.05f, -0.03f, static_cast<float>(z)}, static_cast<float>(scale), static_cast<float>(opacity), color);
   RenderOptions options;
-  options.background = background;
+  options.background = background, options.screen_variance = filter;
   const Rendered<T> picture = render_as<T>(cloud_cast<T>(cloud), camera, options);
   const double u = focal * 0.05f / z + 20, v = focal * -0.03f / z + 15;
-  // J = f/z [1 0 -x/z; 0 1 -y/z]; for a ball the covariance is s^2 J J^T + 0.3 I.
+  // J = f/z [1 0 -x/z; 0 1 -y/z]; for a ball the covariance is s^2 J J^T plus that of the filter.
   const double s = std::exp(static_cast<double>(cloud.log_scale[0][0])), k = s * s * focal * focal / (z * z);
   const double a = 0.05f / z, b = -0.03f / z;
-  const double xx = k * (1 + a * a) + 0.3, xy = k * a * b, yy = k * (1 + b * b) + 0.3, det = xx * yy - xy * xy;
+  const double xx = k * (1 + a * a) + filter, xy = k * a * b, yy = k * (1 + b * b) + filter, det = xx * yy - xy * xy;
   for (int y = 0; y < 30; ++y) {
     for (int x = 0; x < 40; ++x) {
       const double dx = x + 0.5 - u, dy = y + 0.5 - v;
@@ -145,6 +145,7 @@ void expect_closed_form_of_one(double tolerance) {
 }
 
 TEST(Render, OneGaussianIsItsClosedFormInDouble) { expect_closed_form_of_one<double>(1e-6); }
+TEST(Render, OneGaussianIsItsClosedFormWithAnotherFilter) { expect_closed_form_of_one<double>(1e-6, 0.07); }
 TEST(Render, OneGaussianIsItsClosedFormInFloat) { expect_closed_form_of_one<float>(5e-5); }
 
 template <class T>

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "gaussians/render/blend_weights.h"
+#include "segmentation/lift/agreement.h"
 #include "segmentation/lift/selection.h"
 #include "segmentation/lift/vote.h"
 #include "tests/segmentation/made_scene.h"
@@ -33,6 +34,20 @@ double right_labels(const MadeScene& scene, const Segmentation& segmentation) {
   size_t right = 0;
   for (size_t p = 0; p < scene.truth.size(); ++p) right += segmentation.label[p] == scene.truth[p];
   return static_cast<double>(right) / static_cast<double>(scene.truth.size());
+}
+
+/// Masks as true labels draw them with a low-pass filter of this variance [px^2].
+MaskSet masks_of_truth(const MadeScene& scene, double screen_variance) {
+  Segmentation s;
+  s.class_id = cast_masks(scene).ids(), s.screen_variance = screen_variance;
+  const int classes = static_cast<int>(s.class_id.size());
+  s.classifier = class_codes(classes, 1), s.classifier_bias.assign(classes, 0.0f);
+  s.attribute.resize(scene.cloud.size() * kY);
+  for (size_t p = 0; p < scene.cloud.size(); ++p)
+    std::copy_n(s.classifier.begin() + class_of_id(s, scene.truth[p]) * kY, kY, s.attribute.begin() + static_cast<std::ptrdiff_t>(p) * kY);
+  MaskSet masks;
+  for (size_t c = 0; c < scene.cameras.size(); ++c) masks.views.push_back({static_cast<int>(c), render_ids(s, scene.cloud, scene.cameras[c])});
+  return masks;
 }
 
 SemanticOptions quick_options() {
@@ -93,6 +108,37 @@ TEST(SemanticField, SplatsThatStickOutOfTheSilhouetteDoNotTakeTheLabelBehindThem
   const size_t without = lost(0), with = lost(2);
   EXPECT_GT(without, 20u);
   EXPECT_LT(3 * with, without);
+}
+
+TEST(SemanticField, MasksTellWithWhichFilterTheyWereDrawn) {
+  const MadeScene scene = made_scene(two_balls());
+  const MaskSet drawn = masks_of_truth(scene, 0.3), sharp = masks_of_truth(scene, 0.075);
+  const auto found = [&](const MaskSet& masks) {
+    return fit_semantic_field(quick_options(), scene.cloud, scene.cameras, masks).segmentation.screen_variance;
+  };
+  EXPECT_NEAR(found(drawn), 0.3, 1e-9);
+  EXPECT_LT(found(sharp), 0.16);
+}
+
+TEST(SemanticField, SilhouettesOfSplatsThatStickOutAreDrawnWithASharperFilter) {
+  // The Gaussians end at the ball's surface only before the filter widens them.
+  MadeScene scene = made_scene(two_balls());
+  for (size_t p = 0; p < scene.cloud.size(); ++p) {
+    if (scene.truth[p] == MadeScene::kTable) continue;
+    const Vec3f& centre = scene.balls[scene.truth[p] == scene.balls[0].id ? 0 : 1].centre;
+    scene.cloud.position[p] += 0.012f * (scene.cloud.position[p] - centre).normalized();
+  }
+  const MaskSet masks = cast_masks(scene);
+  SemanticOptions options = quick_options();
+  const auto edges = [&](bool find_filter) {
+    options.find_filter = find_filter;
+    const Segmentation found = fit_semantic_field(options, scene.cloud, scene.cameras, masks).segmentation;
+    std::vector<IdImage> predicted, truth;
+    for (int v : {0, 5}) predicted.push_back(render_ids(found, scene.cloud, scene.cameras[v])), truth.push_back(cast_ids(scene, scene.cameras[v]));
+    return boundary_agreement(predicted, truth, 2).mean;
+  };
+  const double as_colour = edges(false), found = edges(true);
+  EXPECT_GT(found, as_colour + 0.02);
 }
 
 TEST(SemanticField, OrderOfTheViewsDoesNotMatter) {
