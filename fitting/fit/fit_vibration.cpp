@@ -11,9 +11,9 @@
 namespace pliant {
 namespace {
 
-constexpr int kRounds = 4;           // of a fit of a field ...
-constexpr double kSameNoise = 0.9;   // ... unless less than this share of the errors remains,
-constexpr double kSame = 0.05;       // or the time step changes by more
+constexpr int kRounds = 4;           // of a fit of a field, at most: more than two ...
+constexpr double kSameNoise = 0.8;   // ... while less than this share of the errors remains
+constexpr double kSame = 0.05;       // as kMargin, of the last steps
 constexpr double kMargin = 0.4;      // ln of the factor by which E may grow before roll-outs take smaller time steps
 
 /// `particles` with E times exp(common + field).
@@ -259,27 +259,29 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   double noise = options.noise > 0 ? options.noise : std::max(least, 1e-12);
   GaussNewtonResult result;
   if (options.field) {
-    // With what remains as the noise, the prior weighs what it should; and the time step follows E.
+    best->fix_time_step(parameters, kMargin);
     GaussNewtonOptions axes = options.refine;
-    axes.principal_axes = true, axes.tolerance *= 0.1;
+    axes.principal_axes = true;
     result.parameters = parameters;
     for (int round = 0; round < kRounds; ++round) {
-      const int before = best->substeps();
-      best->fix_time_step(result.parameters, round == 0 ? kMargin : kSame);
-      if (round > 1 && result.summary.rms > kSameNoise && std::abs(best->substeps() - before) <= kSame * before) break;
+      // With what remains as the noise, the prior weighs what it should.
       const double change = round == 0 ? 1 : std::max(1e-6, result.summary.rms);
+      if (round > 1 && change > kSameNoise) break;
       noise *= change, axes.rough_jacobian = result.jacobian / change;
+      axes.tolerance = (round == 0 ? 10 : 1) * options.refine.tolerance;
       result = best->refine(axes, result.parameters, options.refine.max_iterations, noise);
-      fit.summary.evaluations += result.summary.evaluations;
-      say("round %d: rms error %.3g after %d steps, %d roll-outs, %d time steps in a frame, %s", round + 1, best->rms(result.parameters), static_cast<int>(result.summary.loss.size()) - 1, result.summary.evaluations, best->substeps(), result.summary.stopped_by.c_str());
+      const int before = fit.summary.evaluations;
+      fit.summary = result.summary, fit.summary.evaluations += before;
+      say("round %d: rms error %.3g after %d steps, %d roll-outs, until %s", round + 1, best->rms(result.parameters),
+          static_cast<int>(result.summary.loss.size()) - 1, result.summary.evaluations, result.summary.stopped_by.c_str());
     }
   } else {
     result = best->refine(options.refine, parameters, options.refine.max_iterations, noise);
     fit.summary = result.summary;
-    // The transfers damp more at small time steps: the last steps are made at the one that a simulation will take.
-    best->fix_time_step(result.parameters, kSame);
-    if (result.jacobian.size() > 0) result = best->refine(options.refine, result.parameters, 8, noise, result.jacobian);
   }
+  // The transfers damp more at small time steps: the last steps are made at the one that a simulation will take.
+  best->fix_time_step(result.parameters, kSame);
+  if (result.jacobian.size() > 0) result = best->refine(options.refine, result.parameters, 8, noise, result.jacobian);
   // Errors of neighbouring frames are not independent: what remains and how long it lasts say how much the tracks weigh
   // against the priors, and how wide the posterior is.
   const size_t columns = tracks.tracks().rest.size() * (tracks.tracks().camera ? 2 : 3);
