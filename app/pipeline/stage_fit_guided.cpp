@@ -57,7 +57,8 @@ json run_guided_fit(const Context& context, RunDirectory& run, const Scene& scen
     const FitScene fit = load_still_scene(context, run, scene, stage, unfilmed_camera(run, scene, stage));
     SimulateStage forces;
     forces.interactions = compare.load, forces.fps = fps, forces.duration = (compare.guide_frames - 1) / fps, forces.settle = 0;
-    const SimulationPlan plan = plan_simulation(context, run, scene, forces, fit.body);
+    SimulationPlan plan = plan_simulation(context, run, scene, forces, fit.body);
+    if (compare.load.empty()) plan.interactions.front().start = 0, plan.script[0]["start"] = 0;  // the push, at once
     write_text(run / "fit/interactions.json", plan.script.dump(2) + "\n");
     const Motion<float> motion = pushed_motion(plan, fit);
 

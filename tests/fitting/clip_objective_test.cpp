@@ -47,6 +47,28 @@ TEST(ClipObjective, PicturesAloneFindTheStiffness) {
   EXPECT_NEAR(filmed.found(), std::log(2.0), 0.1);
 }
 
+TEST(ClipObjective, PoissonsRatioIsFoundWithTheStiffness) {
+  // Tracks of exact places, since pictures say little of it.
+  Filmed filmed;
+  for (float& nu : filmed.truth.particles.poisson) nu = 0.42f;
+  PointTracks tracks;
+  for (int k = 0; k < 16; ++k) tracks.rest.push_back(Vec3f(0.02f * static_cast<float>(k % 2), 0.02f * static_cast<float>(k / 2 % 2), 0.01f + 0.008f * static_cast<float>(k / 4)));
+  std::vector<Vec3f> drivers(filmed.truth.particles.position);
+  const BodyPoints<float> points(tracks.rest, drivers, 1);
+  for (const auto& state : rollout<float>(filmed.truth.options, filmed.truth.particles, filmed.truth.interactions, filmed.truth.start).frames) {
+    tracks.weight.emplace_back(16, 1.0), tracks.place.emplace_back();
+    for (const Vec3f& X : points.positions(state)) tracks.place.back().push_back(X.cast<double>());
+  }
+  ClipFitOptions options;
+  options.material = options.poisson = std::make_shared<PartField>(drivers.size(), 1), options.damping = false;
+  options.gradient.iterations = 60, options.gradient.material_rate = 0.06, options.gradient.poisson_rate = 0.1, options.gradient.first_window = kFrames;
+  Objective<float> objective;
+  objective.terms.push_back({1e6, std::make_shared<TrackLoss<float>>(tracks, drivers, 1, 1e-2)});
+  const Particles found = fit_clip(options, filmed.motion, objective, {}).motion.particles;
+  EXPECT_NEAR(std::log(found.young[0] / 3e4), 0, 0.05);
+  EXPECT_NEAR(found.poisson[0], 0.42, 0.03);
+}
+
 TEST(ClipObjective, FlowAloneFindsTheStiffness) {
   Filmed filmed;
   filmed.terms.flow_weight = 1;

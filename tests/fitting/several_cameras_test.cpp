@@ -1,0 +1,100 @@
+// Tracks of several cameras in one loss: what one camera cannot tell, the motion along its line of sight, two can.
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+#include "fitting/fields/part_field.h"
+#include "fitting/fit/fit_clip.h"
+#include "tests/fitting/made_motion.h"
+
+namespace pliant {
+namespace {
+
+using namespace testing;
+
+constexpr int kFrames = 8;
+constexpr double kNoise = 0.3;  // px
+
+/// A block that starts to the right and away from the first camera.
+struct Seen {
+  Motion<float> motion = swinging_block<float>(kFrames);
+  Vec3d velocity{0.15, 0.3, 0};
+  std::vector<Vec3f> drivers;
+  PartField field{motion.particles.size(), 3};
+
+  Seen() {
+    for (const Vec3f& x : motion.particles.position) drivers.push_back(x);
+    for (Vec3f& v : motion.start.v) v.setZero();
+  }
+  Motion<float> moved() const {
+    GradientFitParameters at;
+    at.velocity = {velocity.x(), velocity.y(), velocity.z()};
+    return with_fields(motion, {nullptr, &field}, at);
+  }
+  /// Twelve points on the front, as each of the cameras sees them, with errors.
+  PointTracks tracks(const std::vector<Camera>& cameras) const {
+    PointTracks tracks;
+    tracks.camera = cameras[0], tracks.further.assign(cameras.begin() + 1, cameras.end());
+    for (size_t c = 0; c < cameras.size(); ++c)
+      for (int k = 0; k < 12; ++k) tracks.rest.push_back(Vec3f(0.003f + 0.005f * (k % 4), 0.001f, 0.015f + 0.008f * (k / 4))), tracks.camera_of.push_back(static_cast<int>(c));
+    const BodyPoints<float> points(tracks.rest, drivers, 1);
+    const Motion<float> truth = moved();
+    for (const auto& state : rollout<float>(truth.options, truth.particles, truth.interactions, truth.start).frames) {
+      tracks.weight.emplace_back(tracks.rest.size(), 1.0), tracks.place.emplace_back();
+      const std::vector<Vec3f> X = points.positions(state);
+      for (size_t k = 0; k < X.size(); ++k) {
+        Random random(3, tracks.place.size() * 100 + k);
+        const auto pixel = project_point<float>(cameras[tracks.camera_of[k]], X[k]);
+        tracks.place.back().push_back({pixel.x() + kNoise * random.normal(), pixel.y() + kNoise * random.normal(), 0});
+      }
+    }
+    return tracks;
+  }
+  /// The velocity that gradients find.
+  Vec3d found(const std::vector<Camera>& cameras) const {
+    Objective<float> objective;
+    objective.terms.push_back({1, std::make_shared<TrackLoss<float>>(tracks(cameras), drivers, 1, 3)});
+    ClipFitOptions options;
+    options.velocity = std::make_shared<PartField>(field), options.damping = false;
+    options.gradient.iterations = 40, options.gradient.velocity_rate = 0.03, options.gradient.first_window = kFrames, options.gradient.velocity_roughness = 0;
+    const ClipFit fit = fit_clip(options, motion, objective, {});
+    return fit.motion.start.v.back().cast<double>();
+  }
+};
+
+Camera side_camera() { return look_at({-0.12, 0.01, 0.025}, {0.01, 0.01, 0.02}, {0, 0, 1}, 200, 160, 380); }
+
+TEST(SeveralCameras, TwoDetermineTheVelocityAlongTheLineOfSightOfOne) {
+  const Seen seen;
+  const Vec3d one = seen.found({block_camera(200, 160)}) - seen.velocity, two = seen.found({block_camera(200, 160), side_camera()}) - seen.velocity;
+  printf("error of v0 in m/s: one camera (%.3f %.3f %.3f), two (%.3f %.3f %.3f)\n", one.x(), one.y(), one.z(), two.x(), two.y(), two.z());
+  EXPECT_LT(std::abs(one.x()), 0.02);
+  EXPECT_LT(two.norm(), 0.02);
+  EXPECT_GT(std::abs(one.y()), 3 * std::abs(two.y()));
+}
+
+TEST(SeveralCameras, TheirLossIsTheMeanOfTheirLosses) {
+  const Seen seen;
+  const std::vector<Camera> both = {block_camera(200, 160), side_camera()};
+  const PointTracks tracks = seen.tracks(both);
+  const auto loss = [&](const PointTracks& of) {
+    Objective<float> objective;
+    objective.terms.push_back({1, std::make_shared<TrackLoss<float>>(of, seen.drivers, 1, 3)});
+    return motion_loss(seen.motion, objective);
+  };
+  double sum = 0;
+  for (int c = 0; c < 2; ++c) {
+    PointTracks own = tracks;
+    own.camera = both[c], own.further.clear(), own.camera_of.clear();
+    const auto half = [&](auto& all) { all = {all.begin() + 12 * c, all.begin() + 12 * (c + 1)}; };
+    half(own.rest);
+    for (auto& frame : own.place) half(frame);
+    for (auto& frame : own.weight) half(frame);
+    sum += 0.5 * loss(own);
+  }
+  EXPECT_NEAR(loss(tracks), sum, 1e-6 * sum);
+}
+
+}  // namespace
+}  // namespace pliant
