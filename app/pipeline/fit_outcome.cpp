@@ -52,7 +52,8 @@ FitFindings findings_of(const MaterialFit& fit, const Particles& before, double 
   out.young_of_driver = fitted_young(fit, before, young_before), out.sigma_of_driver = fit.sigma;
   for (const double factor : constant.search.log10_factor) out.search_young.push_back(young_before * std::pow(10.0, factor));
   out.search_unexplained = constant.search.unexplained;
-  for (const GradientFitRow& row : fit.iterations) out.loss_of_step.push_back(row.loss);
+  // As if all frames were compared from the first step on.
+  for (const GradientFitRow& row : fit.iterations) out.loss_of_step.push_back(row.loss * fit.iterations.back().frames / row.frames);
   if (!out.loss_of_step.empty()) return out;
   // Half the sum of squares, as pixels of the tracks.
   for (const double loss : found.summary.loss) out.loss_of_step.push_back(found.rms * std::sqrt(loss / std::max(found.summary.loss.back(), 1e-30)));
