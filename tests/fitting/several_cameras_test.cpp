@@ -20,7 +20,7 @@ constexpr double kNoise = 0.3;  // px
 /// A block that starts to the right and away from the first camera.
 struct Seen {
   Motion<float> motion = swinging_block<float>(kFrames);
-  Vec3d velocity{0.15, 0.3, 0};
+  Vec3d velocity{0.03, 0.06, 0};  // m/s, so slow that bending hardly shortens the block
   std::vector<Vec3f> drivers;
   PartField field{motion.particles.size(), 3};
 
@@ -33,12 +33,12 @@ struct Seen {
     at.velocity = {velocity.x(), velocity.y(), velocity.z()};
     return with_fields(motion, {nullptr, &field}, at);
   }
-  /// Twelve points on the front, as each of the cameras sees them, with errors.
+  /// Twelve points in the middle, which bending away from the first camera does not lift, as each of the cameras sees them, with errors.
   PointTracks tracks(const std::vector<Camera>& cameras, double noise = kNoise) const {
     PointTracks tracks;
     tracks.camera = cameras[0], tracks.further.assign(cameras.begin() + 1, cameras.end());
     for (size_t c = 0; c < cameras.size(); ++c)
-      for (int k = 0; k < 12; ++k) tracks.rest.push_back(Vec3f(0.003f + 0.005f * (k % 4), 0.001f, 0.015f + 0.008f * (k / 4))), tracks.camera_of.push_back(static_cast<int>(c));
+      for (int k = 0; k < 12; ++k) tracks.rest.push_back(Vec3f(0.003f + 0.005f * (k % 4), 0.01f, 0.015f + 0.008f * (k / 4))), tracks.camera_of.push_back(static_cast<int>(c));
     const BodyPoints<float> points(tracks.rest, drivers, 1);
     const Motion<float> truth = moved();
     for (const auto& state : rollout<float>(truth.options, truth.particles, truth.interactions, truth.start).frames) {
@@ -62,7 +62,7 @@ struct Seen {
       for (Vec3f& v : other.start.v) v += by.cast<float>();
       return motion_loss(other, objective);
     };
-    const double h = 0.05;
+    const double h = 0.02;
     Mat3d hessian;
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b) {
@@ -77,27 +77,29 @@ struct Seen {
     objective.terms.push_back({1, std::make_shared<TrackLoss<float>>(tracks(cameras), drivers, 1, 3)});
     ClipFitOptions options;
     options.velocity = std::make_shared<PartField>(field), options.damping = false;
-    options.gradient.iterations = 40, options.gradient.velocity_rate = 0.03, options.gradient.first_window = kFrames, options.gradient.velocity_roughness = 0;
+    options.gradient.iterations = 40, options.gradient.velocity_rate = 0.01, options.gradient.first_window = kFrames, options.gradient.velocity_roughness = 0;
     const ClipFit fit = fit_clip(options, motion, objective, {});
     return fit.motion.start.v.back().cast<double>();
   }
 };
 
-Camera side_camera() { return look_at({-0.12, 0.01, 0.025}, {0.01, 0.01, 0.02}, {0, 0, 1}, 200, 160, 380); }
+/// So far away that nearness hardly shows in the picture.
+Camera front_camera() { return look_at({0.01, -1.2, 0.025}, {0.01, 0.01, 0.02}, {0, 0, 1}, 200, 160, 3800); }
+Camera side_camera() { return look_at({-1.2, 0.01, 0.025}, {0.01, 0.01, 0.02}, {0, 0, 1}, 200, 160, 3800); }
 
 TEST(SeveralCameras, TwoDetermineTheVelocityAlongTheLineOfSightOfOne) {
   const Seen seen;
-  const Vec3d one = seen.sigma({block_camera(200, 160)}), two = seen.sigma({block_camera(200, 160), side_camera()});
+  const Vec3d one = seen.sigma({front_camera()}), two = seen.sigma({front_camera(), side_camera()});
   printf("standard deviation of v0 in m/s: one camera (%.4f %.4f %.4f), two (%.4f %.4f %.4f)\n", one.x(), one.y(), one.z(), two.x(), two.y(), two.z());
   EXPECT_GT(one.y(), 4 * one.x());
   EXPECT_LT(two.y(), 1.5 * two.x());
-  const Vec3d error = seen.found({block_camera(200, 160), side_camera()}) - seen.velocity;
-  EXPECT_LT(error.norm(), 0.02);
+  const Vec3d error = seen.found({front_camera(), side_camera()}) - seen.velocity;
+  EXPECT_LT(error.norm(), 0.01);
 }
 
 TEST(SeveralCameras, TheirLossIsTheMeanOfTheirLosses) {
   const Seen seen;
-  const std::vector<Camera> both = {block_camera(200, 160), side_camera()};
+  const std::vector<Camera> both = {front_camera(), side_camera()};
   const PointTracks tracks = seen.tracks(both);
   const auto loss = [&](const PointTracks& of) {
     Objective<float> objective;
