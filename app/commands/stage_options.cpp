@@ -96,9 +96,9 @@ void add_reconstruct_options(CLI::App& command, ReconstructStage& stage, const s
         const std::vector<double> color = parse_numbers("--background", text, 3);
         for (const double value : color)
           if (value < 0 || value > 1) throw CLI::ValidationError("--background", "'" + text + "' is not in 0..1");
-        train.render.background = Vec3d(color[0], color[1], color[2]).cast<float>();
+        train.render.background = Vec3d(color[0], color[1], color[2]).cast<float>(), train.changing_backdrop = false;
       },
-      "Colour r,g,b in 0..1 behind the scene and behind photos with alpha (default black)");
+      "Colour r,g,b in 0..1 behind the scene and behind photos with alpha (default: black; behind photos with alpha another colour each time)");
   command.add_flag("--antialiased", train.render.antialiased, "Opacity compensation (mip-splatting)");
 }
 

@@ -74,6 +74,7 @@ StageKey key_of(const PhotoSet& set, const CameraFile& cameras, const Reconstruc
                 {"hold_out", stage.photo.hold_out_every}, {"start", stage.start}, {"poses", stage.poses}},
                {},
                {"point_cloud", "scene.json", "cameras.json", "transforms.json", "results.json"}};
+  if (!train.changing_backdrop) key.options["backdrop"] = "fixed";
   if (train.seconds > 0) key.options["time"] = train.seconds;
   else key.options["iterations"] = train.iterations;
   for (const fs::path& file : cameras.files) key.inputs["cameras " + file.filename().string()] = file;

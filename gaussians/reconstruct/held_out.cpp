@@ -32,6 +32,12 @@ void photo_at_level(const TrainingPhoto& photo, int level, Camera& camera, Image
   weight = photo.weight.empty() ? ImageF() : averaged(photo.weight, camera.width, camera.height);
 }
 
+void change_backdrop(const TrainingPhoto& photo, const Vec3f& from, const Vec3f& to, ImageF& pixels) {
+  const ImageF alpha = averaged(photo.alpha, pixels.width, pixels.height);
+  for (size_t i = 0; i < alpha.data.size(); ++i)
+    for (int c = 0; c < 3; ++c) pixels.data[3 * i + c] += (1 - alpha.data[i]) * (to[c] - from[c]);
+}
+
 std::vector<PhotoQuality> held_out_quality(const GaussianCloud& cloud, const TrainingPhotos& photos, const RenderOptions& options) {
   std::vector<PhotoQuality> quality;
   for (const TrainingPhoto& photo : photos.photos) {

@@ -25,6 +25,7 @@ struct TrainOptions {
   int sh_degree = 3;            ///< reached in steps by a tenth of the progress
   bool coarse_to_fine = true;   ///< start on photos of a quarter of the size, then half
   bool exposure = false;        ///< train an affine colour map for each photo
+  bool changing_backdrop = true;  ///< photos with alpha are put on another colour each time, so that nothing in the scene can stand in for it
   PhotometricOptions loss;
   RenderOptions render;
   uint64_t seed = 1;

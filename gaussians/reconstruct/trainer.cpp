@@ -16,7 +16,7 @@
 namespace pliant {
 namespace {
 
-constexpr uint64_t kOrderStream = 0x6f72646572ull;
+constexpr uint64_t kOrderStream = 0x6f72646572ull, kBackdropStream = 0x6261636b64726f70ull;
 
 /// The order in which a round shows n photos.
 std::vector<int> shuffled(size_t n, uint64_t seed, uint64_t round) {
@@ -83,7 +83,17 @@ Trainer::Shown Trainer::show(double progress) const {
   Shown shown;
   shown.photo = trained_on_[shuffled(n, options_.seed, state_.iteration / n)[state_.iteration % n]];
   shown.level = level_at(options_, progress, longest_side_);
-  photo_at_level(photos_.photos[shown.photo], shown.level, shown.camera, shown.target, shown.weight);
+  const TrainingPhoto& photo = photos_.photos[shown.photo];
+  photo_at_level(photo, shown.level, shown.camera, shown.target, shown.weight);
+  shown.backdrop = options_.render.background;
+  if (!options_.changing_backdrop || photo.alpha.empty()) return shown;
+  Random random(options_.seed, kBackdropStream, state_.iteration);
+  for (float& value : shown.backdrop) value = static_cast<float>(random.uniform());
+  // The picture is compared after its exposure, so the colour behind the photo goes through it too.
+  ImageF behind(1, 1, 3);
+  std::copy_n(shown.backdrop.data(), 3, behind.data.data());
+  if (options_.exposure) behind = expose(behind, state_.exposure.data() + shown.photo * kExposureSize);
+  change_backdrop(photo, options_.render.background, Vec3f(behind.data[0], behind.data[1], behind.data[2]), shown.target);
   return shown;
 }
 
@@ -94,8 +104,10 @@ TrainStep Trainer::step() {
   const Shown shown = show(before);
 
   const int channels = state_.attribute_channels();
+  RenderOptions how = options_.render;
+  how.background = shown.backdrop;
   RenderTape<float> tape;
-  const RenderResult picture = render(state_.cloud, shown.camera, options_.render, state_.attribute, channels, &tape);
+  const RenderResult picture = render(state_.cloud, shown.camera, how, state_.attribute, channels, &tape);
   RenderResult adj;
   TrainStep report;
   std::vector<float> adj_exposure, adj_shared(state_.shared.size(), 0.0f), adj_attribute(state_.attribute.size(), 0.0f);
@@ -115,7 +127,7 @@ TrainStep Trainer::step() {
   }
   const bool classic = options_.densification == Densification::kClassic;
   RenderGradient<float> gradient =
-      render_adjoint(state_.cloud, shown.camera, options_.render, state_.attribute, channels, picture, adj, &tape,
+      render_adjoint(state_.cloud, shown.camera, how, state_.attribute, channels, picture, adj, &tape,
                      {.screen = classic && before < options_.grow_until});
   for (size_t k = 0; k < adj_attribute.size(); ++k) gradient.features[k] += adj_attribute[k];
   optimise(shown, before, gradient, adj_exposure, adj_shared);

@@ -51,6 +51,7 @@ class Trainer {
     int photo, level;
     Camera camera;
     ImageF target, weight;
+    Vec3f backdrop;  ///< colour behind the scene
   };
   void prepare();
   Shown show(double progress) const;
@@ -71,6 +72,9 @@ class Trainer {
 
 /// The photo and its weights (empty = all count) at 1 / 2^level of their size, area averages; `camera` follows.
 void photo_at_level(const TrainingPhoto& photo, int level, Camera& camera, ImageF& pixels, ImageF& weight);
+
+/// Puts a photo with alpha, `pixels` [H, W, 3] as photo_at_level made them, on the colour `to` instead of `from`.
+void change_backdrop(const TrainingPhoto& photo, const Vec3f& from, const Vec3f& to, ImageF& pixels);
 
 /// Quality of one held-out photo.
 struct PhotoQuality {

@@ -72,10 +72,15 @@ void scale_down(int longest_side, TrainingPhoto& photo, Loaded& loaded) {
   if (longest_side <= 0 || longest <= longest_side) return;
   const double scale = static_cast<double>(longest_side) / longest;
   const Camera camera = photo.camera.scaled(scale);
-  ImageU8 small(camera.width, camera.height, 3);
-  cv::Mat target = view_of(small);
-  cv::resize(view_of(photo.pixels), target, target.size(), 0, 0, cv::INTER_AREA);
-  photo.camera = camera, photo.pixels = std::move(small);
+  const auto smaller = [&](const ImageU8& image) {
+    ImageU8 small(camera.width, camera.height, image.channels);
+    cv::Mat target = view_of(small);
+    cv::resize(view_of(image), target, target.size(), 0, 0, cv::INTER_AREA);
+    return small;
+  };
+  photo.pixels = smaller(photo.pixels);
+  if (!photo.alpha.empty()) photo.alpha = smaller(photo.alpha);
+  photo.camera = camera;
   loaded.scaled = true;
 }
 
@@ -101,6 +106,7 @@ void undo_lens(Lenses& lenses, TrainingPhoto& photo, Loaded& loaded) {
   const auto lens = lenses.of(photo.camera);
   const Camera& pinhole = lens->pinhole;
   photo.pixels = undistorted(*lens, photo.pixels);
+  if (!photo.alpha.empty()) photo.alpha = undistorted(*lens, photo.alpha);
   if (!lens->all_inside) {
     photo.weight = ImageU8(pinhole.width, pinhole.height, 1);
     for (size_t i = 0; i < lens->seen.size(); ++i) photo.weight.data[i] = lens->seen[i].allFinite() ? 255 : 0;
@@ -126,7 +132,7 @@ Loaded load_photo(const PhotoOptions& options, const Camera& camera, Lenses& len
   if (!stored.alpha.empty()) composite(options.background, stored), loaded.composited = true;
   TrainingPhoto photo;
   photo.camera = camera;
-  photo.pixels = std::move(stored.pixels);
+  photo.pixels = std::move(stored.pixels), photo.alpha = std::move(stored.alpha);
   loaded.fitted = photo.pixels.width != camera.width || photo.pixels.height != camera.height;
   if (loaded.fitted) photo.camera = camera.resized(photo.pixels.width, photo.pixels.height);
   scale_down(options.longest_side, photo, loaded);

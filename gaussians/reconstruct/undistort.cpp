@@ -68,21 +68,23 @@ Undistortion make_undistortion(const Camera& camera) {
 }
 
 ImageU8 undistorted(const Undistortion& lens, const ImageU8& photo) {
-  ImageU8 out(lens.pinhole.width, lens.pinhole.height, 3);
+  const int channels = photo.channels;
+  ImageU8 out(lens.pinhole.width, lens.pinhole.height, channels);
+  std::vector<float> sum(channels);
   for (size_t i = 0; i < lens.seen.size(); ++i) {
     const Vec2f at = lens.seen[i] - Vec2f::Constant(0.5f);
     if (!at.allFinite()) continue;
     const Vec2f corner = at.array().floor();
     const Vec4f across = catmull_rom(at.x() - corner.x()), down = catmull_rom(at.y() - corner.y());
-    Vec3f sum = Vec3f::Zero();
+    std::fill(sum.begin(), sum.end(), 0.0f);
     for (int dy = 0; dy < 4; ++dy) {
       const int y = std::clamp(static_cast<int>(corner.y()) - 1 + dy, 0, photo.height - 1);
       for (int dx = 0; dx < 4; ++dx) {
-        const uint8_t* rgb = photo.at(std::clamp(static_cast<int>(corner.x()) - 1 + dx, 0, photo.width - 1), y);
-        sum += across[dx] * down[dy] * Vec3f(rgb[0], rgb[1], rgb[2]);
+        const uint8_t* pixel = photo.at(std::clamp(static_cast<int>(corner.x()) - 1 + dx, 0, photo.width - 1), y);
+        for (int c = 0; c < channels; ++c) sum[c] += across[dx] * down[dy] * pixel[c];
       }
     }
-    for (int c = 0; c < 3; ++c) out.data[3 * i + c] = static_cast<uint8_t>(std::clamp(sum[c], 0.0f, 255.0f) + 0.5f);
+    for (int c = 0; c < channels; ++c) out.data[channels * i + c] = static_cast<uint8_t>(std::clamp(sum[c], 0.0f, 255.0f) + 0.5f);
   }
   return out;
 }

@@ -20,7 +20,7 @@ struct Undistortion {
 /// Throws Error{kInput} naming the photo when the lens folds over so that no such rectangle is left.
 Undistortion make_undistortion(const Camera& camera);
 
-/// The picture of the pinhole camera, by Catmull-Rom interpolation, which keeps straight ramps in place; [H, W, 3].
+/// The picture of the pinhole camera, by Catmull-Rom interpolation, which keeps straight ramps in place; [H, W, C].
 /// Black where the photo shows nothing.
 ImageU8 undistorted(const Undistortion& lens, const ImageU8& photo);
 

@@ -218,6 +218,48 @@ TEST_F(TrainerOnOneThread, DoesNotLearnFromPixelsThatDoNotCount) {
   expect_equal(a.state(), b.state());
 }
 
+/// Photos of `cloud` before black with its opacity as their alpha.
+TrainingPhotos cut_out_photos(const GaussianCloud& cloud) {
+  TrainingPhotos photos = photos_of(cloud, 12, 48, 40);
+  for (TrainingPhoto& photo : photos.photos) {
+    const ImageF alpha = render(cloud, photo.camera).alpha;
+    photo.alpha = ImageU8(48, 40, 1);
+    for (size_t i = 0; i < alpha.data.size(); ++i) photo.alpha.data[i] = static_cast<uint8_t>(255 * alpha.data[i] + 0.5f);
+  }
+  return photos;
+}
+
+TEST_F(TrainerOnOneThread, AHoleStaysOpenOnlyWhenTheColourBehindItChanges) {
+  // A thick ring, and what would be invisible before black: a dark plug in its hole.
+  GaussianCloud ring = painted_ball(500, 10);
+  for (int i = 0; i < 500; ++i) {
+    const double turn = 0.0125663706 * i;
+    const Vec3f out(std::cos(turn), 0, std::sin(turn));
+    ring.position[i] = out + 0.15f * (i % 3 - 1) * Vec3f(0, 1, 0), ring.log_scale[i].setConstant(std::log(0.1f));
+  }
+  GaussianCloud plugged = ring;
+  GaussianCloud plug = painted_ball(80, 11);
+  for (int i = 0; i < 80; ++i) {
+    plug.position[i] = plug.position[i].cwiseProduct(Vec3f(0.35f, 0.05f, 0.35f)), plug.log_scale[i].setConstant(std::log(0.12f));
+    for (int c = 0; c < 3; ++c) plug.sh_of(i)[c] = -0.5f / kSh0;
+  }
+  plugged.append(plug);
+  // Only views through the hole: from the side the plug hides the far part of the ring and would have to go in any case.
+  TrainingPhotos photos = cut_out_photos(ring);
+  std::erase_if(photos.photos, [](const TrainingPhoto& photo) { return std::abs(photo.camera.centre().y()) < 3; });
+  const Camera front = look_at({0, 3.5, 0}, {0, 0, 0}, {0, 0, 1}, 48, 40, 62);
+  for (const bool changing : {true, false}) {
+    TrainOptions options = quick(150, 1000);
+    options.densification = Densification::kNone, options.changing_backdrop = changing;
+    Trainer trainer(options, photos, plugged);
+    while (!trainer.finished()) trainer.step();
+    const ImageF alpha = render(trainer.state().cloud, front).alpha;
+    if (changing) EXPECT_LT(alpha(24, 20), 0.05f);
+    else EXPECT_GT(alpha(24, 20), 0.9f);
+    EXPECT_GT(alpha(24 + 18, 20), 0.8f);  // the ring
+  }
+}
+
 TEST_F(TrainerOnOneThread, RefusesPhotosThatAreAllHeldOutAndStatesOfOtherPhotos) {
   TrainingPhotos photos = photos_of(painted_ball(50, 9), 4, 48, 40);
   TrainOptions options = quick(5, 100);

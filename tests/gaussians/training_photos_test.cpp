@@ -11,6 +11,7 @@
 #include "gaussians/io/cameras.h"
 #include "gaussians/io/image_io.h"
 #include "gaussians/io/transforms.h"
+#include "gaussians/reconstruct/trainer.h"
 #include "gaussians/reconstruct/undistort.h"
 #include "tests/gaussians/photo_files.h"
 
@@ -183,6 +184,35 @@ TEST(TrainingPhotos, TransparentOnesAreOnTheBackground) {
   EXPECT_EQ(pixels(4, 2, 0), 244);  // 0.2 * 200 + 0.8 * 255
   EXPECT_EQ(pixels(4, 2, 2), 204);
   EXPECT_EQ(pixels(5, 2, 0), 200);
+  EXPECT_EQ(photos.photos[0].alpha(3, 2), 0);
+  EXPECT_EQ(photos.photos[0].alpha(4, 2), 51);
+  EXPECT_EQ(photos.photos[0].alpha(5, 2), 255);
+}
+
+TEST(TrainingPhotos, AlphaIsScaledUndistortedAndPutOnAnotherColourWithItsPhoto) {
+  const TemporaryFolder folder;
+  cv::Mat picture(90, 120, CV_8UC4);
+  for (int y = 0; y < 90; ++y)
+    for (int x = 0; x < 120; ++x) picture.at<cv::Vec4b>(y, x) = cv::Vec4b(40, 120, 200, static_cast<uint8_t>(2 * x));
+  PhotoOptions options;
+  options.longest_side = 60;
+  const Vec3f to(0.3f, 0.9f, 0.1f);
+  std::vector<ImageF> put;
+  for (const Vec3f& background : {Vec3f(0, 0, 0), to}) {
+    options.background = background;
+    const TrainingPhoto photo = load_training_photos(options, three_of(folder, camera_of(120, 90, kBarrel, "a"), encoded(".png", picture), ".png")).photos[0];
+    ASSERT_EQ(photo.alpha.width, photo.pixels.width);
+    ASSERT_EQ(photo.alpha.height, photo.pixels.height);
+    Camera camera;
+    ImageF pixels, weight;
+    photo_at_level(photo, 1, camera, pixels, weight);
+    change_backdrop(photo, background, to, pixels);
+    put.push_back(pixels);
+  }
+  double worst = 0;
+  for (size_t i = 0; i < put[0].data.size(); ++i) worst = std::max(worst, std::abs(double(put[0].data[i]) - put[1].data[i]));
+  EXPECT_LT(worst, 2.0 / 255);
+  EXPECT_GT(std::abs(put[0](1, 10, 1) - put[0](28, 10, 1)), 0.2f);
 }
 
 TEST(TrainingPhotos, ChangedOnesAreWrittenAndReadBackWithTheirCameras) {
