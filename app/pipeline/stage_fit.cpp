@@ -45,9 +45,13 @@ MaterialFitProgress kept_progress(const Context& context, const fs::path& file, 
                                                            : fmt::format("fit: goes on after {} iterations of an interrupted fit", checkpoint->gradient.rows.size()));
   }
   checkpoint->provenance_json = provenance;
-  MaterialFitProgress kept{checkpoint->homogeneous, checkpoint->gradient, {}, {}};
+  MaterialFitProgress kept{checkpoint->homogeneous, checkpoint->field, checkpoint->gradient, {}, {}, {}};
   kept.keep_homogeneous = [checkpoint, file](const VibrationFit& fit) {
     checkpoint->homogeneous = fit;
+    write_fit_checkpoint(file, *checkpoint);
+  };
+  kept.keep_field = [checkpoint, file](const VibrationFit& fit) {
+    checkpoint->field = fit;
     write_fit_checkpoint(file, *checkpoint);
   };
   kept.keep_gradient = [checkpoint, file, &context](const GradientFitState& state) {
