@@ -249,6 +249,22 @@ TEST(Associate, FourHundredObjectsAndMoreIdsThanEightBitsHold) {
   EXPECT_LT(errors.wrong + errors.empty, 0.01 * errors.pixels);
 }
 
+TEST(Associate, MaskOfTheEmptySpaceAroundAThingStandsOnNothing) {
+  MadeScene scene = made_scene(two_balls(), 8);
+  std::vector<int> balls;
+  for (size_t p = 0; p < scene.cloud.size(); ++p)
+    if (scene.truth[p] != MadeScene::kTable) balls.push_back(static_cast<int>(p));
+  scene.cloud = scene.cloud.select(balls);
+  MaskSet masks = cast_masks(scene);
+  for (MaskSet::View& view : masks.views)
+    for (uint32_t& id : view.ids.data) id = id == 0 || id == MadeScene::kTable ? 2 : 1;
+  AssociateOptions options;
+  options.keep_above = 0.75;
+  const AssociateResult result = associate(options, scene.cloud, scene.cameras, masks);
+  EXPECT_FALSE(result.summary.associated) << result.summary.describe();
+  EXPECT_EQ(result.masks.views[3].ids.data, masks.views[3].ids.data);
+}
+
 TEST(ContourBands, AreTheMasksWithoutTheirErosion) {
   IdImage ids(9, 9, 1);
   for (int y = 1; y < 8; ++y)
