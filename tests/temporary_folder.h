@@ -16,7 +16,7 @@ namespace pliant {
 class TemporaryFolder {
  public:
   TemporaryFolder() {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
     path_ = std::filesystem::temp_directory_path() / (std::string("pliant_") + test->test_suite_name() + "_" +
                                                       test->name() + "_" + std::to_string(::getpid()));
     std::filesystem::remove_all(path_);

@@ -32,11 +32,60 @@ void add_generator_options(CLI::App& command, GenerateStage& stage) {
   command.add_option("--generate-prompt", stage.prompt, "What it is told")->group(kGroup);
 }
 
+/// Videos and their cameras, paired in the order in which they are given.
+void add_video_options(CLI::App& command, FitStage& stage, const std::string& prefix) {
+  const auto further = [&stage](size_t count) {
+    if (stage.further.size() + 1 < count) stage.further.resize(count - 1);
+  };
+  command.add_option_function<std::vector<std::string>>(
+             "--video",
+             [&stage, further](const std::vector<std::string>& files) {
+               further(files.size()), stage.video = files[0];
+               for (size_t i = 1; i < files.size(); ++i) stage.further[i - 1].video = files[i];
+             },
+             "Video, or folder of frames, that shows the object moving (default: the scene file's); once more for each further camera")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  // `run` has another --camera.
+  command.add_option_function<std::vector<std::string>>(
+             prefix.empty() ? "--video-camera,--camera" : "--video-camera",
+             [&stage, further](const std::vector<std::string>& names) {
+               further(names.size()), stage.camera = names[0];
+               for (size_t i = 1; i < names.size(); ++i) stage.further[i - 1].camera = names[i];
+             },
+             "Camera that took it, or 'find': known cameras are compared with its first frame, the best is refined (default: the scene file's, else find); once for each video")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+void add_compare_options(CLI::App& command, CompareStage& stage, const std::string& prefix) {
+  const auto option = [&](const std::string& name, auto& value, const std::string& description) {
+    return command.add_option("--" + prefix + name, value, description)->group("What gradients compare")->capture_default_str();
+  };
+  option("loss", stage.loss, "tracks: points that are followed; pictures: drawn frames against the video's; both")->check(CLI::IsMember({"tracks", "pictures", "both"}));
+  option("loss-lambda", stage.lambda, "Share of L1 in the loss of pictures, the rest is D-SSIM")->check(CLI::Range(0.0, 1.0));
+  option("picture-weight", stage.picture_weight, "What the whole loss of pictures counts, in square pixels of the tracks")->check(CLI::PositiveNumber);
+  option("flow-weight", stage.flow_weight, "What a square pixel of optical flow counts, in square pixels of the tracks; 0 = flow is not compared")->check(CLI::NonNegativeNumber);
+  option("gradient-window", stage.window, "Frames through which gradients run back (PhysDreamer: 1); 0 = all")->check(CLI::NonNegativeNumber);
+  option("gradient-iterations", stage.iterations, "Of these gradients")->check(CLI::Range(1, 100000));
+  command.add_flag("--fit-poisson", stage.poisson, "Fit one Poisson's ratio too, by gradients")->group("What gradients compare");
+  constexpr const char* kGroup = "A program that judges the drawn motion";
+  command.add_option("--guide-with", stage.guide,
+                     "Program that says how each pixel of the drawn motion should change, as in score distillation: `CMD FOLDER` talks in lines of JSON "
+                     "(fitting/fit/guidance.h); beside a video, or without one")
+      ->group(kGroup);
+  command.add_option("--guide-weight", stage.guide_weight, "Of its loss, in square pixels of the tracks")->check(CLI::PositiveNumber)->capture_default_str()->group(kGroup);
+  command.add_option("--guide-frames", stage.guide_frames, "Without a video: frames that are drawn, at --video-fps (default 24)")
+      ->check(CLI::Range(2, 1000))
+      ->capture_default_str()
+      ->group(kGroup);
+  command.add_option("--guide-load", stage.load, "Without a video: JSON array of what acts (default: one push sized to the stiffness)")->check(CLI::ExistingFile)->group(kGroup);
+}
+
 }  // namespace
 
 void add_fit_options(CLI::App& command, FitStage& stage, const std::string& prefix) {
-  command.add_option("--video", stage.video, "Video, or folder of frames, that shows the object moving (default: the scene file's)");
-  command.add_option("--video-camera", stage.camera, "Camera that took it, or 'find': known cameras are compared with its first frame, the best is refined (default: the scene file's, else find)");
+  add_video_options(command, stage, prefix);
   command.add_option("--video-pose", stage.pose, "File with the camera that took it (transforms.json, cameras.json, COLMAP), where it is none of the scene's")
       ->check(CLI::ExistingPath);
   command.add_flag("--refine-camera", stage.refine_camera, "Move that camera until the scene looks like the first frame");
@@ -55,6 +104,7 @@ void add_fit_options(CLI::App& command, FitStage& stage, const std::string& pref
   command.add_option("--released-fields", stage.released_young,
                      "Of a PhysDreamer scene folder: take sim_fields.pt and velo_fields.pt with this E0 [Pa in its cube] instead of fitting")
       ->check(CLI::NonNegativeNumber);
+  add_compare_options(command, stage.compare, prefix);
   add_generator_options(command, stage.generate);
   add_marker_options(command, stage.markers);
 }

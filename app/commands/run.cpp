@@ -21,7 +21,7 @@ struct RunOptions {
 
 /// Whether a video, or markers, say what the object is made of: not if the user does.
 bool wants_fit(const Scene& scene, const RunOptions& options) {
-  const bool video = !options.fit.video.empty() || !options.fit.markers.file.empty() || !options.fit.generate.command.empty() || options.fit.released_young || scene.settings.video;
+  const bool video = !options.fit.video.empty() || !options.fit.markers.file.empty() || !options.fit.generate.command.empty() || !options.fit.compare.guide.empty() || options.fit.released_young || scene.settings.video;
   return video && options.use_video && !options.simulate.material.young && options.simulate.physgaussian.empty();
 }
 

@@ -127,6 +127,7 @@ json to_json(const PointMotion& motion, const Vibration& v, const char* unit) {
   out["damping_time_s"] = found && o.decay > 0 ? json(1 / o.decay) : json();
   out["log_decrement"] = found ? json(o.decay / o.frequency) : json();
   out["explained"] = o.explained;
+  out["frequency_small_hz"] = v.small.frequency > 0 ? json(v.small.frequency) : json();
   return out;
 }
 
@@ -185,7 +186,7 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
     int same = static_cast<int>(std::lround(first / truth.rate * ours.rate));
     vibration = describe_vibration(ours, same);
   }
-  if (!particles && vibration.amplitude < kLeastMotion) vibration.oscillation = {};
+  if (!particles && vibration.amplitude < kLeastMotion) vibration.oscillation = vibration.small = {};
   out["prediction"] = to_json(ours, vibration, unit);
   const std::string amplitude = std::string("amplitude_") + unit;
   out["frequency_error"] = relative_error(out["prediction"]["frequency_hz"], out["truth"]["frequency_hz"]);

@@ -114,8 +114,19 @@ Vibration describe_vibration(const PointMotion& motion, int& first) {
       if (std::abs(course[t]) > std::abs(course[first])) first = static_cast<int>(t);
     if (2 * first > T) first = 0;
   }
-  const size_t begin = std::min<size_t>(first, out.course.size());
-  out.oscillation = fit_oscillation({out.course.begin() + static_cast<std::ptrdiff_t>(begin), out.course.end()}, motion.rate);
+  const auto from = [&](size_t begin) {
+    return fit_oscillation({out.course.begin() + static_cast<std::ptrdiff_t>(std::min(begin, out.course.size())), out.course.end()}, motion.rate);
+  };
+  out.oscillation = from(first);
+  // About the place where it ends, which the mean of a motion that dies away is not.
+  double end = 0, most = 0;
+  const size_t frames = out.course.size(), tail = std::max<size_t>(1, frames / 4);
+  for (size_t t = frames - tail; t < frames; ++t) end += out.course[t] / static_cast<double>(tail);
+  size_t begin = first;
+  for (size_t t = first; t < frames; ++t) most = std::max(most, std::abs(out.course[t] - end));
+  for (size_t t = first; t < frames; ++t)
+    if (std::abs(out.course[t] - end) > most / 3) begin = t + 1;
+  if (static_cast<double>(frames - begin) / motion.rate * out.oscillation.frequency >= 3) out.small = from(begin);
   return out;
 }
 

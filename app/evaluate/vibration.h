@@ -33,6 +33,7 @@ struct Vibration {
   double share = 0;              ///< of the motion's variance that this component has
   double amplitude = 0;          ///< half the way from end to end, along its main direction, of the point that only 5 % surpass
   DampedOscillation oscillation; ///< of the course from frame `first` on
+  DampedOscillation small;       ///< once it stays within a third of its largest; large swings of a plant are slower; needs 3 periods
 };
 
 /// `first`: frame from which the motion is free; negative = where the course is farthest from its mean, when that lies in the

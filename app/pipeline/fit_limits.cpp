@@ -20,11 +20,13 @@ FitBlindness find_blindness(const FitScene& fit, const FittedMotion& motion) {
     const Vec3d v = motion.frames[0].v[i].cast<double>(), ray = (p.position[i].cast<double>() - eye).normalized();
     along += p.mass[i] * std::pow(v.dot(ray), 2), all += p.mass[i] * v.squaredNorm();
   }
-  out.depth_share = all > 0 ? along / all : 0;
+  if (fit.further.empty()) out.depth_share = all > 0 ? along / all : 0;
 
   double volume = 0, unseen = 0;
-  if (!fit.points.empty()) {
-    const NearestPoints tree(fit.points);
+  std::vector<Vec3f> points;
+  for (const FitView* view : fit.views()) points.insert(points.end(), view->points.begin(), view->points.end());
+  if (!points.empty()) {
+    const NearestPoints tree(points);
     const double reach = 3 * fit.body.file.cell_size;
     std::vector<NearestPoints::Hit> hits;
     for (size_t i = 0; i < p.size(); ++i) {
@@ -55,10 +57,13 @@ FitBlindness find_blindness(const FitScene& fit, const FittedMotion& motion) {
 
 std::vector<std::string> undetermined_by_video(const FitEvidence& e, const FitBlindness& blindness, double fps) {
   std::vector<std::string> out;
-  out.push_back("A motion tells E / density, not E alone: E holds for the density that was given, and Poisson's ratio is the one that was given.");
-  out.push_back(fmt::format("One camera hardly sees motion along its line of sight, which has {:.0f} % of the energy of the fitted start: there the start is "
-                            "what the object's own vibrations make likely.",
-                            100 * blindness.depth_share));
+  out.push_back(fmt::format("A motion tells E / density, not E alone: E holds for the density that was given, and {}.",
+                            e.poisson_fitted ? "Poisson's ratio, which changes a motion little, may be far from the one that was found"
+                                             : "Poisson's ratio is the one that was given"));
+  if (blindness.depth_share)
+    out.push_back(fmt::format("One camera hardly sees motion along its line of sight, which has {:.0f} % of the energy of the fitted start: there the start is "
+                              "what the object's own vibrations make likely.",
+                              100 * *blindness.depth_share));
   if (blindness.unseen_volume > 0.02)
     out.push_back(fmt::format("{:.0f} % of what moves lies away from every point that was followed; nothing was seen of its motion.", 100 * blindness.unseen_volume));
   if (blindness.stiff_volume > 0.02)

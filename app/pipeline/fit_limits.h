@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,13 +17,14 @@ struct FitEvidence {
   std::vector<double> rival_factor, rival_rms;      ///< other minima that were refined: E against the result's, rms
   double rms = 0;                                   ///< of the result, in the same unit
   bool one_stiffness = true;                        ///< for the whole object
+  bool poisson_fitted = false;
   bool errors_known = true;                         ///< of E from place to place
   double undecided_volume = 0;                      ///< share whose E the prior decides, not the video
 };
 
 /// Shares of a fitted motion that the video says little of.
 struct FitBlindness {
-  double depth_share = 0;    ///< of the kinetic energy at the start, along the camera's line of sight
+  std::optional<double> depth_share;  ///< of the kinetic energy at the start, along the line of sight of the only camera
   double unseen_volume = 0;  ///< of what moves, farther than three cells from every point that was followed
   double stiff_volume = 0;   ///< that never deforms by more than a twentieth of what deforms most
 };

@@ -17,6 +17,7 @@ std::string numbers(const json& fit) {
   };
   row("young_pa", "Young's modulus", "{:.4g} Pa");
   row("log10_sigma", "one standard deviation by noise alone", "{:.3f} decades");
+  row("poisson", "Poisson's ratio", "{:.3f}");
   row("damping_time_s", "damping time", "{:.3g} s");
   row("release_s", "release", "{:.4f} s");
   row("rms_mm", "markers off by", "{:.3g} mm");
@@ -41,6 +42,7 @@ std::string fit_section(const RunDirectory& run) {
     html += "</ul>\n";
   }
   html += html_video(run, "fit/side_by_side.mp4", "The video, the fitted motion, their difference");
+  html += html_video(run, "fit/guided.mp4", "The motion with what was found");
   html += html_picture(run, "fit/slices.png", "Space-time slices: a line of pixels over time, in the video and in the fitted motion");
   html += html_picture(run, "fit/markers.png", "Markers: measured and simulated");
   html += html_picture(run, "fit/search.png", "The search over stiffness");

@@ -21,21 +21,21 @@ namespace pliant {
 namespace {
 
 /// A video that no motion of the object can explain is refused; what is doubtful is said.
-void check(const Context& context, const FitScene& fit, const std::string& file) {
-  const VideoChecks checks = check_video({}, fit.video, fit.still, fit.mask);
+void check(const Context& context, const FitView& view, const std::string& file) {
+  const VideoChecks checks = check_video({}, view.video, view.still, view.mask);
   require_usable(checks, file);
   for (const VideoFinding& finding : checks.findings) context.progress.warn(finding.sentence);
 }
 
 /// Gaussians of the object that follow a driver and are not held.
-std::vector<uint8_t> free_gaussians(const GaussianCloud& object, const Binding& binding) {
+std::vector<uint8_t> free_gaussians(const CloudOf<float>& object, const Binding& binding) {
   std::vector<uint8_t> free(object.size());
   for (size_t i = 0; i < free.size(); ++i) free[i] = binding.driver[i * Binding::kCount] >= 0;
   return free;
 }
 
 /// Surface points on a grid over the pixels in which mostly free Gaussians are seen.
-void choose_points(FitScene& fit, const ImageF& depth, int wanted) {
+void choose_points(FitView& fit, const ImageF& depth, int wanted) {
   size_t inside = 0;
   for (const float share : fit.moving.data) inside += share > 0.8f;
   if (inside < 30)
@@ -55,23 +55,15 @@ void choose_points(FitScene& fit, const ImageF& depth, int wanted) {
     }
 }
 
-}  // namespace
-
-FitScene load_fit_scene(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage) {
+/// The body and its Gaussians in front of the repaired background.
+FitScene load_body(const RunDirectory& run, const Scene& scene, const FitStage& stage) {
   FitScene fit;
-  fit.video = load_fit_video(context, run, scene, stage);
-  for (const std::string& warning : fit.video.warnings) context.progress.warn(warning);
-  const int frames = static_cast<int>(fit.video.frames.size());
-  fit.used = stage.until > 0 ? std::clamp(static_cast<int>(std::lround(stage.until * fit.video.fps)) + 1, 3, frames) : frames;
-
   const std::string folder = object_folder(run);
   ParticleFile particles = read_particles(run / (folder + "/particles.h5"));
   const ObjectMaterial material = check_material(scene, stage.material, true);
   fit.solid = solid_material(particles, material);
   fit.body = make_body(std::move(particles), scene, fit.solid, material.material);
   fit.pins = pins_of(fit.body.file, scene);
-
-  // The object in front of the repaired background, as far as this camera sees it.
   GaussianCloud object = read_ply(run / (folder + "/object.ply")), background = read_ply(run / "background_repaired.ply");
   const int degree = std::max(object.sh_degree, background.sh_degree);
   object = with_sh_degree(object, degree), background = with_sh_degree(background, degree);
@@ -82,43 +74,89 @@ FitScene load_fit_scene(const Context& context, const RunDirectory& run, const S
   drawn.render.antialiased = scene.report.antialiased;
   drawn.binding = bind_object(scene, fit.body.file, object);
   drawn.object = object, drawn.background = background;
+  return fit;
+}
 
-  const std::vector<uint8_t> free = free_gaussians(object, drawn.binding);
+/// What the view's camera sees of it at rest; returns the depth [H, W, 1] of what can move.
+ImageF look(const FitScene& fit, FitView& view) {
+  const DrawnObject<float>& drawn = *fit.drawn;
+  const std::vector<uint8_t> free = free_gaussians(drawn.object, drawn.binding);
   const CloudOf<float> all = drawn.at(initial_state(fit.body.particles));
   std::vector<float> features(2 * all.size(), 0.0f);
   for (size_t i = 0; i < free.size(); ++i)
     if (free[i]) {
-      const size_t g = background.size() + i;
+      const size_t g = drawn.background.size() + i;
       features[2 * g] = 1;
-      features[2 * g + 1] = static_cast<float>((fit.video.camera.cam_from_world * all.position[g].cast<double>()).z());
+      features[2 * g + 1] = static_cast<float>((view.video.camera.cam_from_world * all.position[g].cast<double>()).z());
     }
-  const RenderResult picture = render(all, fit.video.camera, drawn.render, features, 2);
-  fit.still = picture.color;
-  fit.moving = ImageF(picture.color.width, picture.color.height, 1);
-  ImageF depth = fit.moving;
-  for (size_t i = 0; i < fit.moving.data.size(); ++i) {
-    fit.moving.data[i] = picture.features.data[2 * i];
+  const RenderResult picture = render(all, view.video.camera, drawn.render, features, 2);
+  view.still = picture.color;
+  view.moving = ImageF(picture.color.width, picture.color.height, 1);
+  ImageF depth = view.moving;
+  for (size_t i = 0; i < view.moving.data.size(); ++i) {
+    view.moving.data[i] = picture.features.data[2 * i];
     depth.data[i] = picture.features.data[2 * i + 1] / std::max(picture.features.data[2 * i], 1e-6f);
   }
-  fit.mask = ImageU8(fit.moving.width, fit.moving.height, 1);
-  for (size_t i = 0; i < fit.mask.data.size(); ++i) fit.mask.data[i] = fit.moving.data[i] > 0.5f;
-  check(context, fit, video_name(scene, stage));
-  choose_points(fit, depth, stage.points);
+  view.mask = ImageU8(view.moving.width, view.moving.height, 1);
+  for (size_t i = 0; i < view.mask.data.size(); ++i) view.mask.data[i] = view.moving.data[i] > 0.5f;
+  return depth;
+}
+
+FitView load_view(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage, const FitScene& fit, double fps) {
+  FitView view;
+  view.video = load_fit_video(context, run, scene, stage, fps);
+  for (const std::string& warning : view.video.warnings) context.progress.warn(warning);
+  const ImageF depth = look(fit, view);
+  check(context, view, video_name(scene, stage));
+  choose_points(view, depth, stage.points);
+  return view;
+}
+
+}  // namespace
+
+std::vector<const FitView*> FitScene::views() const {
+  std::vector<const FitView*> all = {this};
+  for (const FitView& view : further) all.push_back(&view);
+  return all;
+}
+
+FitScene load_fit_scene(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage) {
+  FitScene fit = load_body(run, scene, stage);
+  static_cast<FitView&>(fit) = load_view(context, run, scene, stage, fit, 0);
+  for (size_t i = 0; i < stage.further.size(); ++i) fit.further.push_back(load_view(context, run, scene, further_video(stage, i), fit, fit.video.fps));
+  int frames = static_cast<int>(fit.video.frames.size());
+  fit.used = stage.until > 0 ? std::clamp(static_cast<int>(std::lround(stage.until * fit.video.fps)) + 1, 3, frames) : frames;
+  for (const FitView& view : fit.further) fit.used = std::min(fit.used, static_cast<int>(view.video.frames.size()));
+  return fit;
+}
+
+FitScene load_still_scene(const Context&, const RunDirectory& run, const Scene& scene, const FitStage& stage, const Camera& camera) {
+  FitScene fit = load_body(run, scene, stage);
+  fit.video.camera = camera;
+  look(fit, fit);
   return fit;
 }
 
 PointTracks follow_points(const Context& context, const FitScene& fit) {
-  ReferenceVideo seen = fit.video;
-  seen.frames.resize(fit.used);
-  const PixelTracks followed = track_pixels({}, seen, fit.pixel, fit.mask);
-  context.progress.say(fmt::format("fit: {} points followed through {} frames, mean weight {:.2f}", fit.pixel.size(), fit.used, followed.kept));
-  if (followed.kept < 0.05)
-    throw input_error("fit", "video", "does not let the object's points be followed", "check that it shows this object from this camera");
   PointTracks tracks;
-  tracks.rest = fit.points, tracks.camera = fit.video.camera, tracks.weight = followed.weight;
-  for (const auto& frame : followed.pixel) {
-    tracks.place.emplace_back();
-    for (const Eigen::Vector2d& x : frame) tracks.place.back().push_back({x.x(), x.y(), 0});
+  tracks.camera = fit.video.camera;
+  tracks.place.resize(fit.used), tracks.weight.resize(fit.used);
+  int number = 0;
+  for (const FitView* view : fit.views()) {
+    ReferenceVideo seen = view->video;
+    seen.frames.resize(fit.used);
+    const PixelTracks followed = track_pixels({}, seen, view->pixel, view->mask);
+    context.progress.say(fmt::format("fit: {} points followed through {} frames of camera '{}', mean weight {:.2f}", view->pixel.size(), fit.used,
+                                     view->video.camera.name, followed.kept));
+    if (followed.kept < 0.05)
+      throw input_error("fit", "video", "does not let the object's points be followed", "check that it shows this object from camera '" + view->video.camera.name + "'");
+    tracks.rest.insert(tracks.rest.end(), view->points.begin(), view->points.end());
+    tracks.camera_of.insert(tracks.camera_of.end(), view->points.size(), number);
+    if (number++ > 0) tracks.further.push_back(view->video.camera);
+    for (int f = 0; f < fit.used; ++f) {
+      for (const Eigen::Vector2d& x : followed.pixel[f]) tracks.place[f].push_back({x.x(), x.y(), 0});
+      tracks.weight[f].insert(tracks.weight[f].end(), followed.weight[f].begin(), followed.weight[f].end());
+    }
   }
   return tracks;
 }
@@ -152,7 +190,7 @@ std::vector<uint32_t> parts_of(const FitScene& fit, int count) {
   return find_parts(options, drawn.drivers, color);
 }
 
-ImageF motion_mask(const FitScene& fit, int grow) {
+ImageF motion_mask(const FitView& fit, int grow) {
   cv::Mat mask(fit.moving.height, fit.moving.width, CV_8U, cv::Scalar(0));
   const ImageF& first = fit.video.frames[0];
   for (int y = 0; y < mask.rows; ++y)

@@ -11,14 +11,9 @@
 
 namespace pliant {
 
-/// A reference video and the object as its camera sees it at rest.
-struct FitScene {
+/// A reference video, and what its camera sees of the scene at rest.
+struct FitView {
   ReferenceVideo video;
-  int used = 0;                     ///< frames that the fit may see; later ones judge it
-  SimulatedBody body;               ///< with the material that the fit starts from
-  ElasticSamples solid;             ///< the same at all solid samples
-  std::vector<Interaction> pins;
-  std::shared_ptr<DrawnObject<float>> drawn;
   ImageF still;                     ///< [H, W, 3] the scene at rest
   ImageF moving;                    ///< [H, W, 1] share of what can move in a pixel
   ImageU8 mask;                     ///< [H, W, 1] not 0 where most of a pixel can
@@ -26,15 +21,31 @@ struct FitScene {
   std::vector<Eigen::Vector2d> pixel;  ///< [K] where they are seen at rest
 };
 
+/// The object that a fit is about, and the videos of it; the first is this view itself.
+struct FitScene : FitView {
+  std::vector<FitView> further;     ///< of other cameras at the same time, with the first's frames a second
+  int used = 0;                     ///< frames that the fit may see; later ones judge it
+  SimulatedBody body;               ///< with the material that the fit starts from
+  ElasticSamples solid;             ///< the same at all solid samples
+  std::vector<Interaction> pins;
+  std::shared_ptr<DrawnObject<float>> drawn;
+
+  /// Each view, the first one first.
+  std::vector<const FitView*> views() const;
+};
+
 FitScene load_fit_scene(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage);
 
-/// The points followed through the frames that may be used.  Throws Error{kInput} when too few can be followed.
+/// The same without a video, before `camera`.
+FitScene load_still_scene(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage, const Camera& camera);
+
+/// The points of all views followed through the frames that may be used.  Throws Error{kInput} when too few can be followed.
 PointTracks follow_points(const Context& context, const FitScene& fit);
 
 /// Parts of the body by place and colour, [drivers].
 std::vector<uint32_t> parts_of(const FitScene& fit, int count);
 
 /// [H, W, 1]: 1 where anything moves in some frame of the video, grown by `grow` pixels; see `moving`.
-ImageF motion_mask(const FitScene& fit, int grow);
+ImageF motion_mask(const FitView& view, int grow);
 
 }  // namespace pliant

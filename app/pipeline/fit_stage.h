@@ -24,13 +24,33 @@ struct GenerateStage {
   int frames = 14;
 };
 
+/// What gradients through the simulation compare beside, or instead of, the points that are followed.
+struct CompareStage {
+  std::string loss = "tracks";  ///< tracks, pictures, both
+  double lambda = 0.1;          ///< share of L1 in the loss of pictures; the rest is D-SSIM
+  double picture_weight = 10;   ///< that this loss counts against the tracks' mean squared error in px
+  double flow_weight = 0;       ///< that the flow's mean squared error [px a frame] counts against it; 0 = flow is not compared
+  int window = 0;               ///< frames through which gradients run back; 0 = all
+  int iterations = 100;
+  bool poisson = false;         ///< Poisson's ratio is fitted too
+  std::string guide;            ///< a program that judges the drawn motion, see fitting/fit/guidance.h; empty = none
+  double guide_weight = 1;      ///< of its loss
+  int guide_frames = 14;        ///< without a video, that are drawn
+  std::string load;             ///< file, without a video: what acts; empty = one push sized to the stiffness
+};
+
 /// fit: a video of the moving object, or markers on it -> material.h5, velocity.h5, fit/.
 struct FitStage {
   MarkerStage markers;        ///< no file: a video
   std::string video, camera;  ///< file or folder, and the camera that took it; empty = the scene file's; camera "find": by the first frame
   std::string pose;           ///< file of cameras, one of which took it, instead of a camera of the scene
   bool refine_camera = false;  ///< until the scene looks like the first frame
+  struct Further {
+    std::string video, camera;
+  };
+  std::vector<Further> further;  ///< videos of other cameras of the same motion, which begin at the same instant
   GenerateStage generate;     ///< a program that makes the video instead
+  CompareStage compare;
   double first = 0, last = 0;  ///< s of the file, the part that is used; last 0 = to its end
   std::optional<double> released_young;  ///< Pa in PhysDreamer's cube, E0 of the fields in its scene folder, which are taken instead of a fit
   double fps = 0;             ///< of a folder of frames, or against the file's; 0 = the scene file's, else the file's own
@@ -42,6 +62,9 @@ struct FitStage {
   MaterialValues material;    ///< command line's; E is where the search starts
 };
 nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
+/// Without a video: E(x) and damping under given forces, by what stage.compare.guide thinks of the drawn motion (PhysDreamer's
+/// setting turned round, as in DreamPhysics, Huang et al. 2024, and Physics3D, Liu et al. 2024).
+nlohmann::json run_guided_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
 /// The same with stage.markers.
 nlohmann::json run_marker_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
 /// With stage.released_young: E = E0 + 1000 f(x), v0 = 0.1 g(x) of sim_fields.pt and velo_fields.pt, in SI units.

@@ -82,10 +82,7 @@ Camera find_in_scene(const Context& context, const RunDirectory& run, const Scen
 }
 
 ReferenceVideo generate(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage) {
-  const std::string name = known_camera(scene, stage);
-  const Camera camera = !stage.pose.empty() ? camera_of_pose_file(stage)
-                        : !name.empty()     ? camera_named(scene.cameras, name, "the scene")
-                                            : clip_camera(scene, "", robust_bounds(read_ply(run / (object_folder(run) + "/object.ply"))));
+  const Camera camera = unfilmed_camera(run, scene, stage);
   GenerateOptions options;
   options.command = stage.generate.command, options.prompt = stage.generate.prompt, options.frames = stage.generate.frames;
   options.fps = stage.fps > 0 ? stage.fps : kGeneratedFps, options.seed = context.seed, options.interrupted = context.interrupted;
@@ -95,7 +92,23 @@ ReferenceVideo generate(const Context& context, const RunDirectory& run, const S
 
 }  // namespace
 
-ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage) {
+FitStage further_video(const FitStage& stage, size_t i) {
+  if (stage.further[i].video.empty())
+    throw usage_error("--camera", stage.further[i].camera, "has no video", "give --video FILE as often as --camera NAME, in the same order");
+  FitStage one = stage;
+  one.further.clear(), one.generate = {}, one.pose.clear();
+  one.video = stage.further[i].video, one.camera = stage.further[i].camera;
+  return one;
+}
+
+Camera unfilmed_camera(const RunDirectory& run, const Scene& scene, const FitStage& stage) {
+  const std::string name = known_camera(scene, stage);
+  if (!stage.pose.empty()) return camera_of_pose_file(stage);
+  if (!name.empty()) return camera_named(scene.cameras, name, "the scene");
+  return clip_camera(scene, "", robust_bounds(read_ply(run / (object_folder(run) + "/object.ply"))));
+}
+
+ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage, double fps) {
   if (!stage.generate.command.empty()) {
     if (!stage.video.empty()) throw usage_error("fit", "--generate-with", "and --video are both given", "give one of them");
     return generate(context, run, scene, stage);
@@ -103,6 +116,7 @@ ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, c
   const fs::path file = video_file(scene, stage);
   const auto& known = scene.settings.video;
   VideoOptions options;
+  options.fps = fps;
   options.declared_fps = stage.fps > 0 ? stage.fps : known && stage.video.empty() ? known->fps : 0;
   const bool physdreamer = stage.video.empty() && physdreamer_folder(scene).has_value();
   options.trust_declared = stage.fps > 0 || physdreamer;
@@ -139,6 +153,10 @@ ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, c
   return video;
 }
 
+bool has_video(const Scene& scene, const FitStage& stage) {
+  return !stage.video.empty() || !stage.generate.command.empty() || scene.settings.video;
+}
+
 void add_video_to_key(StageKey& key, const Scene& scene, const FitStage& stage) {
   key.options.update({{"camera", stage.camera}, {"fps", stage.fps}, {"first", stage.first}, {"last", stage.last}, {"refine_camera", stage.refine_camera}});
   if (!stage.pose.empty()) key.inputs["pose"] = stage.pose;
@@ -146,6 +164,10 @@ void add_video_to_key(StageKey& key, const Scene& scene, const FitStage& stage) 
     key.options["generate"] = {{"command", stage.generate.command}, {"prompt", stage.generate.prompt}, {"frames", stage.generate.frames}};
   else
     key.inputs["video"] = video_file(scene, stage);
+  for (size_t i = 0; i < stage.further.size(); ++i) {
+    key.inputs["video_" + std::to_string(i + 2)] = further_video(stage, i).video;
+    key.options["further_cameras"].push_back(stage.further[i].camera);
+  }
 }
 
 std::string video_name(const Scene& scene, const FitStage& stage) {

@@ -9,7 +9,17 @@ namespace pliant {
 /// named, the one that its first frame shows (fit/transforms.json keeps what was found).  With stage.generate, a program
 /// makes the video from the scene as the camera sees it.  Throws Error{kUsage} for names that are not there,
 /// Error{kInput} for files that cannot be used and for a first frame that shows something else.
-ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage);
+/// `fps`: frames a second that are wanted; 0 = its own.
+ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage, double fps = 0);
+
+/// The stage of a further video alone.
+FitStage further_video(const FitStage& stage, size_t i);
+
+/// The camera of a video that does not exist yet: the one that is named, else one that sees the object well.
+Camera unfilmed_camera(const RunDirectory& run, const Scene& scene, const FitStage& stage);
+
+/// Whether there is a video, or a program that makes one.
+bool has_video(const Scene& scene, const FitStage& stage);
 
 /// What of the stage decides the video: options and files.
 void add_video_to_key(StageKey& key, const Scene& scene, const FitStage& stage);

@@ -28,6 +28,7 @@ void visit_scalars(Fit& fit, Visit&& visit) {
 template <class State, class Visit>
 void visit_gradient(State& state, Visit&& visit) {
   visit("now_material", state.now.material), visit("now_velocity", state.now.velocity);
+  visit("now_poisson", state.now.poisson), visit("best_poisson", state.best.poisson);
   visit("best_material", state.best.material), visit("best_velocity", state.best.velocity);
   visit("first_moment", state.first_moment), visit("second_moment", state.second_moment);
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "physics/mpm/particles.h"
 #include "physics/mpm/step_adjoint.h"
 
@@ -15,6 +17,17 @@ class FrameLoss {
   /// The same; adds its derivatives times `adj_value` to `gradient`.
   virtual double value_adjoint(int frame, const BasicSimulationState<T>& state, double adj_value,
                                StateGradient<T>& gradient) const = 0;
+};
+
+/// One that looks at all frames of a roll-out together.
+template <class T>
+class RolloutLoss {
+ public:
+  virtual ~RolloutLoss() = default;
+  virtual double value(std::span<const BasicSimulationState<T>> frames) const = 0;
+  /// The same; adds its derivatives times `adj_value` to `gradient` [frames].
+  virtual double value_adjoint(std::span<const BasicSimulationState<T>> frames, double adj_value,
+                               std::span<StateGradient<T>> gradient) const = 0;
 };
 
 }  // namespace pliant

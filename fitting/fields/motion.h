@@ -23,7 +23,12 @@ struct Objective {
     double weight = 1;
     std::shared_ptr<const FrameLoss<T>> loss;
   };
+  struct WholeTerm {
+    double weight = 1;
+    std::shared_ptr<const RolloutLoss<T>> loss;
+  };
   std::vector<Term> terms;
+  std::vector<WholeTerm> whole;  ///< of all frames together
 
   double of(const Rollout<T>& rollout) const;
 };

@@ -2,26 +2,11 @@
 
 #include <memory>
 
+#include "fitting/fields/drawn_object.h"
 #include "fitting/fields/frame_loss.h"
-#include "gaussians/render/deform.h"
 #include "gaussians/render/image_loss.h"
-#include "gaussians/render/render_as.h"
 
 namespace pliant {
-
-/// An object that is drawn in front of what stands still, in scene units.
-template <class T>
-struct DrawnObject {
-  CloudOf<T> object, background;  ///< at rest, of one SH degree
-  Binding binding;                ///< the object's Gaussians to the drivers
-  std::vector<Vec3<T>> drivers;   ///< [M, 3] at rest
-  double metres_per_unit = 1;
-  DeformOptions deform;
-  RenderOptions render;
-
-  /// Background, then the object as the drivers carry it.
-  CloudOf<T> at(const BasicSimulationState<T>& state) const;
-};
 
 /// What a camera saw.
 template <class T>
@@ -57,8 +42,6 @@ class PictureLoss : public FrameLoss<T> {
   int compared_ = 0;
 };
 
-extern template struct DrawnObject<float>;
-extern template struct DrawnObject<double>;
 extern template class PictureLoss<float, true>;
 extern template class PictureLoss<double, true>;
 extern template class PictureLoss<double, false>;

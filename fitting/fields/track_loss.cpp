@@ -9,7 +9,8 @@ namespace pliant {
 template <class T>
 TrackLoss<T>::TrackLoss(PointTracks tracks, std::span<const Vec3f> drivers, double metres_per_unit, double outlier)
     : tracks_(std::move(tracks)), points_(tracks_.rest, drivers, metres_per_unit), outlier_(outlier) {
-  CHECK(outlier > 0);
+  CHECK(outlier > 0 && (tracks_.camera_of.empty() || tracks_.camera_of.size() == tracks_.rest.size()));
+  for (const int i : tracks_.camera_of) CHECK(i >= 0 && i <= static_cast<int>(tracks_.further.size()));
   add_weights();
 }
 
@@ -38,9 +39,9 @@ TrackLoss<T> TrackLoss<T>::on_rollout(int first, int last, int lead, int every) 
 template <class T>
 std::vector<Vec3<T>> TrackLoss<T>::places_of(std::vector<Vec3<T>> positions) const {
   if (tracks_.camera)
-    for (Vec3<T>& x : positions) {
-      const auto pixel = project_point<T>(*tracks_.camera, x);
-      x = Vec3<T>(pixel.x(), pixel.y(), T(0));
+    for (size_t k = 0; k < positions.size(); ++k) {
+      const auto pixel = project_point<T>(camera_of(k), positions[k]);
+      positions[k] = Vec3<T>(pixel.x(), pixel.y(), T(0));
     }
   return positions;
 }
@@ -80,7 +81,7 @@ double TrackLoss<T>::value_adjoint(int frame, const BasicSimulationState<T>& sta
   const double total = sum(frame, expected, &adj);
   for (size_t k = 0; k < adj.size(); ++k) {
     adj[k] *= T(adj_value);
-    if (tracks_.camera) adj[k] = project_point_adjoint<T>(*tracks_.camera, position[k], adj[k].template head<2>());
+    if (tracks_.camera) adj[k] = project_point_adjoint<T>(camera_of(k), position[k], adj[k].template head<2>());
   }
   points_.positions_adjoint(state, adj, gradient);
   return total;

@@ -7,10 +7,12 @@
 
 namespace pliant {
 
-/// Where points of a body were seen: in the world, or by a camera.
+/// Where points of a body were seen: in the world, or by cameras with one clock.
 struct PointTracks {
   std::vector<Vec3f> rest;                  ///< [K, 3] on the body at rest, scene units
   std::optional<Camera> camera;             ///< places are pixels (x, y, 0) of this camera; none: scene units
+  std::vector<Camera> further;              ///< cameras beside it
+  std::vector<int> camera_of;               ///< [K] 0 = `camera`, i = further[i - 1]; empty = all `camera`
   std::vector<std::vector<Vec3d>> place;    ///< [T][K]; T frames of the roll-out, the first of them its start
   std::vector<std::vector<double>> weight;  ///< [T][K]; 0 = not seen; an empty frame counts as not seen
 };
@@ -39,6 +41,10 @@ class TrackLoss : public FrameLoss<T> {
 
  private:
   bool seen(int frame) const { return frame < static_cast<int>(tracks_.place.size()) && !tracks_.place[frame].empty(); }
+  const Camera& camera_of(size_t k) const {
+    const int i = tracks_.camera_of.empty() ? 0 : tracks_.camera_of[k];
+    return i == 0 ? *tracks_.camera : tracks_.further[i - 1];
+  }
   /// Positions in the unit of the tracks.
   std::vector<Vec3<T>> places_of(std::vector<Vec3<T>> positions) const;
   double sum(int frame, const std::vector<Vec3<T>>& expected, std::vector<Vec3<T>>* adj_expected) const;

@@ -7,6 +7,7 @@
 
 #include "gaussians/base/adam.h"
 #include "gaussians/base/error.h"
+#include "physics/laws/material.h"
 
 namespace pliant {
 namespace {
@@ -32,19 +33,39 @@ void clip(std::span<double> gradient, double most) {
     for (double& g : gradient) g *= most / std::sqrt(square);
 }
 
-/// All parameters in a row.
+/// All parameters in a row: material, velocity, Poisson's ratio, damping.
 std::vector<double> packed(const GradientFitParameters& at, bool damping) {
-  std::vector<double> row = at.material;
-  row.insert(row.end(), at.velocity.begin(), at.velocity.end());
+  std::vector<double> row;
+  for (const auto* part : {&at.material, &at.velocity, &at.poisson}) row.insert(row.end(), part->begin(), part->end());
   if (damping) row.push_back(at.damping);
   return row;
 }
 
 void unpack(std::span<const double> row, bool damping, GradientFitParameters& at) {
-  const size_t materials = at.material.size(), velocities = at.velocity.size();
-  std::copy_n(row.begin(), materials, at.material.begin());
-  std::copy_n(row.begin() + static_cast<std::ptrdiff_t>(materials), velocities, at.velocity.begin());
+  auto from = row.begin();
+  for (auto* part : {&at.material, &at.velocity, &at.poisson})
+    std::copy_n(from, part->size(), part->begin()), from += static_cast<std::ptrdiff_t>(part->size());
   if (damping) at.damping = row.back();
+}
+
+/// The rate of each parameter, in the same row.
+std::vector<double> rates_of(const GradientFitOptions& options, const GradientFitParameters& at, bool damping) {
+  std::vector<double> rates(at.material.size(), options.material_rate);
+  rates.insert(rates.end(), at.velocity.size(), options.velocity_rate), rates.insert(rates.end(), at.poisson.size(), options.poisson_rate);
+  if (damping) rates.push_back(options.damping_rate);
+  return rates;
+}
+
+constexpr double kFasterSound = 1.5;  // that a time step of Courant number 0.4 bears
+
+/// Of the fastest particle, m/s.
+double speed_of_sound(const Particles& particles) {
+  double fastest = 0;
+  for (size_t i = 0; i < particles.size(); ++i) {
+    const Lame<double> law = lame<double>(particles.young[i], particles.poisson[i]);
+    fastest = std::max(fastest, (law.lambda + 2 * law.mu) * particles.volume[i] / particles.mass[i]);
+  }
+  return std::sqrt(fastest);
 }
 
 /// dL/d(packed parameters), each kind's clipped; and the row of this iteration.
@@ -70,6 +91,15 @@ std::vector<double> gradient_of(const GradientFitOptions& options, const Motion<
     fields.velocity->roughness(at.velocity, options.velocity_roughness, adj.velocity);
     clip(adj.velocity, options.clip);
   }
+  if (fields.poisson) {
+    std::vector<double> adj_odds(trial.particles.size());
+    for (size_t i = 0; i < adj_odds.size(); ++i) {
+      const double nu = trial.particles.poisson[i];
+      adj_odds[i] = double(by.by.poisson[i]) * nu * (1 - nu / kMostPoisson);
+    }
+    adj.poisson = fields.poisson->values_adjoint(at.poisson, adj_odds);
+    clip(adj.poisson, options.clip);
+  }
   adj.damping = -by.by.damping_time * trial.options.simulate.damping_time;
   row.field_seconds = since(begin);
   return packed(adj, fields.damping);
@@ -87,18 +117,31 @@ Motion<float> with_fields(const Motion<float>& motion, const GradientFitFields& 
     const std::vector<double> v = fields.velocity->values(at.velocity);
     for (size_t i = 0; i < out.start.size(); ++i) out.start.v[i] += Vec3d(v[3 * i], v[3 * i + 1], v[3 * i + 2]).cast<float>();
   }
+  if (fields.poisson) {
+    const std::vector<double> odds = fields.poisson->values(at.poisson);
+    for (size_t i = 0; i < odds.size(); ++i) {
+      const double nu = std::clamp<double>(out.particles.poisson[i], 0.01, 0.98 * kMostPoisson);
+      const double share = nu / (nu + (kMostPoisson - nu) * std::exp(-odds[i]));
+      out.particles.poisson[i] = static_cast<float>(kMostPoisson * share);
+    }
+  }
+  if (fields.material || fields.poisson) {
+    const double faster = speed_of_sound(out.particles) / speed_of_sound(motion.particles);
+    if (faster > kFasterSound) out.options.simulate.substeps *= static_cast<int>(std::ceil(faster / kFasterSound));
+  }
   if (fields.damping) out.options.simulate.damping_time *= std::exp(-at.damping);
   return out;
 }
 
 void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion, const Objective<float>& objective,
                   const GradientFitFields& fields, GradientFitState& state, const GradientFitSink& sink) {
-  CHECK(fields.material || fields.velocity || fields.damping);
+  CHECK(fields.material || fields.velocity || fields.damping || fields.poisson);
+  CHECK(!fields.poisson || (fields.poisson->channels() == 1 && fields.poisson->points() == motion.particles.size()));
   CHECK(!fields.material || (fields.material->channels() == 1 && fields.material->points() == motion.particles.size()));
   CHECK(!fields.velocity || (fields.velocity->channels() == 3 && fields.velocity->points() == motion.particles.size()));
   CHECK(!fields.damping || motion.options.simulate.damping_time > 0);
-  const size_t materials = state.now.material.size(), velocities = state.now.velocity.size();
-  const size_t count = materials + velocities + fields.damping;
+  const std::vector<double> rates = rates_of(options, state.now, fields.damping);
+  const size_t count = rates.size();
   if (state.first_moment.empty()) state.first_moment.assign(count, 0.0), state.second_moment.assign(count, 0.0);
   CHECK(state.first_moment.size() == count && state.second_moment.size() == count);
   Adam<double> adam(state.first_moment, state.second_moment, static_cast<long>(state.rows.size()));
@@ -109,16 +152,15 @@ void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion
     const std::vector<double> gradient = gradient_of(options, motion, objective, fields, state.now, window, row);
     if (window == all) {
       const bool better = state.best_loss < 0 || row.loss < (1 - options.better) * state.best_loss;
-      if (state.best_loss < 0 || row.loss < state.best_loss) state.best_loss = row.loss, state.best = state.now;
+      if (state.best_loss < 0 || row.loss < state.best_loss || options.noisy) state.best_loss = row.loss, state.best = state.now;
       state.without_better = better ? 0 : state.without_better + 1;
-      state.finished = state.without_better >= options.patience;
+      state.finished = state.without_better >= options.patience && !options.noisy;
     }
     // Steps of unit rate, scaled by each parameter's own.
     const double fall = 0.1 + 0.45 * (1 + std::cos(std::numbers::pi * k / options.iterations));
     std::vector<double> step(count, 0.0), parameters = packed(state.now, fields.damping);
     adam.step(step, gradient, fall);
-    for (size_t i = 0; i < count; ++i)
-      parameters[i] += step[i] * (i < materials ? options.material_rate : i < materials + velocities ? options.velocity_rate : options.damping_rate);
+    for (size_t i = 0; i < count; ++i) parameters[i] += step[i] * rates[i];
     unpack(parameters, fields.damping, state.now);
     state.first_moment = adam.first_moment(), state.second_moment = adam.second_moment();
     state.rows.push_back(row);

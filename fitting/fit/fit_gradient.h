@@ -12,11 +12,12 @@ struct GradientFitOptions {
   int iterations = 100;
   int first_window = 6;              ///< frames that are compared at first (PhysDreamer) ...
   double growth = 0.5;               ///< ... and all of them from this share of the iterations on
-  double material_rate = 0.01, velocity_rate = 0.01, damping_rate = 0.02;  ///< of Adam; fall to a tenth by the end
+  double material_rate = 0.01, velocity_rate = 0.01, poisson_rate = 0.05, damping_rate = 0.02;  ///< of Adam; fall to a tenth by the end
   double material_roughness = 1e-4, velocity_roughness = 1e-2;  ///< weights of the fields' total variation
   double clip = 1;                   ///< largest norm of the gradient of one field's parameters
   int patience = 20;                 ///< iterations with all frames and no better loss, after which it stops
   double better = 1e-3;              ///< relative fall of the loss that counts as better
+  bool noisy = false;                ///< losses of two iterations cannot be compared, as in score distillation: no early stop, the last is best
 };
 
 /// One iteration.
@@ -29,6 +30,7 @@ struct GradientFitRow {
 struct GradientFitParameters {
   std::vector<double> material, velocity;  ///< of the fields; empty without one
   double damping = 0;                      ///< ln of the factor of the rate of mass-proportional damping
+  std::vector<double> poisson = {};        ///< of its field; empty without one
 };
 
 /// Everything that an iteration starts from: a fit continues from here bit for bit.
@@ -41,11 +43,14 @@ struct GradientFitState {
   bool finished = false;
 };
 
+constexpr double kMostPoisson = 0.49;  ///< that a fit of Poisson's ratio stays below; it also stays above 0
+
 /// What is fitted: ln of a factor of each particle's E, and a velocity [m/s] that is added to its start.
 struct GradientFitFields {
   const Field* material = nullptr;  ///< one channel; null = E stays
   const Field* velocity = nullptr;  ///< three channels; null = the start stays
   bool damping = false;             ///< the damping time too, where the motion has one
+  const Field* poisson = nullptr;   ///< one channel: ln of the factor of nu / (kMostPoisson - nu); null = nu stays
 };
 
 /// Called after every iteration; false stops, and the state may be continued later.
@@ -53,11 +58,11 @@ using GradientFitSink = std::function<bool(const GradientFitState&)>;
 
 /// Adam on the fields' parameters with exact gradients through MLS-MPM (PhysDreamer, Zhang et al. 2024), over a window of
 /// frames that grows from the start.  `state` is where it begins: `now`, and all else empty, or an earlier state.
-/// Particles and start of `motion` are those without the fields.  Equal bit for bit for any number of threads.
+/// Particles and start of `motion` are those without the fields.  Its gradient_window cuts the way back (rollout.h).  Equal bit for bit for any number of threads.
 void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion, const Objective<float>& objective,
                   const GradientFitFields& fields, GradientFitState& state, const GradientFitSink& sink = {});
 
-/// The motion with the fields applied.
+/// The motion with the fields applied; its frames have more substeps once sound is 1.5 times as fast as without.
 Motion<float> with_fields(const Motion<float>& motion, const GradientFitFields& fields, const GradientFitParameters& at);
 
 }  // namespace pliant

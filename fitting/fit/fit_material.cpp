@@ -1,6 +1,5 @@
 #include "fitting/fit/fit_material.h"
 
-#include <chrono>
 #include <cmath>
 
 #include "fitting/fields/part_field.h"
@@ -35,53 +34,44 @@ Motion<float> motion_of(const VibrationFit& fit, const VibrationFitOptions& opti
   return motion;
 }
 
-Objective<float> objective_of(const MaterialFitOptions& options, const VibrationFit& fit, const TrackLoss<float>& tracks, double fps) {
-  const int lead = fit.rollout_frame(fit.first_frame, fps);
-  Objective<float> objective;
-  objective.terms.push_back({1, std::make_shared<TrackLoss<float>>(tracks.on_rollout(fit.first_frame, fit.last_frame, lead, fit.subframes))});
-  if (!(options.picture_weight > 0)) return objective;
-  SeenFrames<float> seen = options.seen;
-  seen.frames.assign(lead + fit.subframes * (fit.last_frame - fit.first_frame) + 1, {});
-  for (int f = fit.first_frame; f <= fit.last_frame; ++f) seen.frames[lead + fit.subframes * (f - fit.first_frame)] = options.seen.frames.at(f);
-  objective.terms.push_back({options.picture_weight, std::make_shared<PictureLoss<float>>(options.picture, options.drawn, std::move(seen))});
-  return objective;
-}
-
-/// Triplanes of E(x) and v0(x), and damping, from the best constant on.
-void fit_triplanes(const MaterialFitOptions& options, const VibrationFitOptions& vibration, const std::vector<Interaction>& interactions,
-                   const TrackLoss<float>& tracks, double fps, const std::function<void(const std::string&)>& progress,
-                   MaterialFitProgress& kept, MaterialFit& fit) {
-  const auto begin = std::chrono::steady_clock::now();
-  const Motion<float> motion = motion_of(fit.found, vibration, fit.particles, interactions, fps);
-  const Objective<float> objective = objective_of(options, fit.found, tracks, fps);
-  TriplaneOptions planes = options.planes;
-  planes.low = {-kDecade * options.decades}, planes.high = {kDecade * options.decades};
-  TriplaneOptions velocity_planes = options.planes;
-  velocity_planes.channels = 3, velocity_planes.resolution = 24;
-  const auto material = make_triplane_field(planes, motion.particles.position), velocity = make_triplane_field(velocity_planes, motion.particles.position);
-  const GradientFitFields fields{material.get(), velocity.get(), true};
-  GradientFitState& state = kept.gradient;
-  if (state.now.material.empty()) {
-    state.now.material = material->constant(std::vector<double>{0.0});
-    state.now.velocity = velocity->constant(std::vector<double>(3, 0.0));
-  }
-  bool stopped = false;
-  fit_gradient(options.gradient, motion, objective, fields, state, [&](const GradientFitState& now) {
-    if (progress && now.rows.size() % 10 == 0)
-      progress("iteration " + std::to_string(now.rows.size()) + ": " + std::to_string(now.rows.back().frames) + " frames, loss " + std::to_string(now.rows.back().loss));
-    stopped = kept.keep_gradient && !kept.keep_gradient(now);
-    return !stopped;
-  });
-  if (stopped) throw Error(Failure::kInterrupted, "fit", "", "interrupted", "run the same command to continue");
-  const Motion<float> best = with_fields(motion, fields, state.best);
+/// Exact gradients from what was found on.
+void refine_by_gradients(const MaterialFitOptions& options, const VibrationFitOptions& vibration, const std::vector<Interaction>& interactions,
+                         const TrackLoss<float>& tracks, double fps, const std::function<void(const std::string&)>& progress,
+                         const MaterialFitProgress& kept, MaterialFit& fit) {
+  const VibrationFit& found = fit.found;
+  const ClipFrames frames{found.first_frame, found.last_frame, found.rollout_frame(found.first_frame, fps), found.subframes, fps};
+  Motion<float> motion = motion_of(found, vibration, fit.particles, interactions, fps);
+  motion.options.gradient_window = options.gradient_window * frames.every;
+  ClipFitOptions varied = gradient_fields(options, fit.particles);
+  varied.gradient.first_window = frames.lead + frames.every * varied.gradient.first_window;
+  const ClipFit clip = fit_clip(varied, motion, clip_objective(options.clip, &tracks, frames), kept.gradient, progress, kept.keep_gradient);
+  const Motion<float>& best = clip.motion;
   fit.particles = best.particles, fit.found.start = best.start, fit.found.damping_time = best.options.simulate.damping_time;
-  fit.iterations = state.rows, fit.sigma.clear();
+  fit.found.substeps = best.options.simulate.substeps;
+  fit.iterations = clip.iterations, fit.sigma.clear();
   const Rollout<float> run = rollout<float>(best.options, best.particles, best.interactions, best.start);
-  fit.found.rms = tracks.on_rollout(fit.found.first_frame, fit.found.last_frame, fit.found.rollout_frame(fit.found.first_frame, fps), fit.found.subframes).rms(run.frames);
-  fit.steps.push_back({"gradients", fit.found.rms, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()});
+  fit.found.rms = tracks.on_rollout(frames.first, frames.last, frames.lead, frames.every).rms(run.frames);
+  fit.steps.push_back({"gradients", fit.found.rms, clip.seconds});
 }
 
 }  // namespace
+
+ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particles& particles) {
+  ClipFitOptions varied;
+  varied.gradient = options.gradient;
+  if (options.kind == MaterialKind::kTriplanes) {
+    TriplaneOptions planes = options.planes, velocity_planes = options.planes;
+    planes.low = {-kDecade * options.decades}, planes.high = {kDecade * options.decades};
+    velocity_planes.channels = 3, velocity_planes.resolution = 24;
+    varied.material = make_triplane_field(planes, particles.position), varied.velocity = make_triplane_field(velocity_planes, particles.position);
+  } else {
+    varied.material = field_of(options, particles);
+    if (!varied.material) varied.material = std::make_shared<PartField>(particles.size(), 1);
+  }
+  if (options.poisson) varied.poisson = std::make_shared<PartField>(particles.size(), 1);
+  if (options.clip.guide_weight > 0) varied.gradient.noisy = true, varied.gradient.growth = 0;
+  return varied;
+}
 
 MaterialFit fit_material(const MaterialFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
                          const TrackLoss<float>& tracks, double fps, const std::function<void(const std::string&)>& progress,
@@ -109,7 +99,8 @@ MaterialFit fit_material(const MaterialFitOptions& options, const Particles& par
     fit.sigma = fit.found.young_sigma;
     fit.prior_sigma = options.kind == MaterialKind::kParts ? options.part_sigma : options.smooth.sigma / kDecade;
   }
-  if (options.kind == MaterialKind::kTriplanes) fit_triplanes(options, vibration, interactions, tracks, fps, progress, kept, fit);
+  if (options.kind == MaterialKind::kTriplanes || options.poisson || options.clip.beyond_tracks())
+    refine_by_gradients(options, vibration, interactions, tracks, fps, progress, kept, fit);
   fit.young.assign(fit.particles.young.begin(), fit.particles.young.end());
   return fit;
 }

@@ -1,9 +1,9 @@
 #pragma once
 
-#include "fitting/fields/picture_loss.h"
 #include "fitting/fields/smooth_field.h"
 #include "fitting/fields/triplane_field.h"
-#include "fitting/fit/fit_gradient.h"
+#include "fitting/fit/clip_objective.h"
+#include "fitting/fit/fit_clip.h"
 #include "fitting/fit/fit_vibration.h"
 
 namespace pliant {
@@ -17,13 +17,12 @@ struct MaterialFitOptions {
   double part_sigma = 0.5;           ///< decades by which a part is expected to differ from the common factor
   SmoothFieldOptions smooth;         ///< for kSmooth, in metres
   TriplaneOptions planes;            ///< of E, for kTriplanes; those of v0 have a resolution of 24 and no bounds
-  GradientFitOptions gradient;       ///< for kTriplanes
   double decades = 2;                ///< by which E may differ from the best constant, for kTriplanes
-  /// Of pictures beside the tracks, for kTriplanes: [T] frames of the video, the first of them at rest.
-  std::shared_ptr<const DrawnObject<float>> drawn;
-  SeenFrames<float> seen;
-  PictureLossOptions picture;
-  double picture_weight = 0;         ///< against the tracks' mean squared error in pixels; 0 = tracks only
+  /// Of kTriplanes, and of every kind once `clip` compares more than tracks.  Its windows are in frames of the video.
+  GradientFitOptions gradient;
+  int gradient_window = 0;           ///< frames of the video through which gradients run back; 0 = all
+  bool poisson = false;              ///< one Poisson's ratio too
+  ClipTerms clip;                    ///< that these gradients compare
 };
 
 /// Where an interrupted fit goes on, and who keeps what is done.
@@ -46,7 +45,7 @@ struct MaterialFit {
   VibrationFit homogeneous;    ///< the best constant
   VibrationFit found;          ///< with the field; its log10_factor is against the particles that the fit was given
   std::vector<double> young;   ///< [N] Pa
-  std::vector<double> sigma;   ///< [N] decades, one standard deviation of log10 E; empty for triplanes
+  std::vector<double> sigma;   ///< [N] decades, one standard deviation of log10 E; empty after gradients
   double prior_sigma = 0;      ///< [decades] of a particle's E before any track was seen
   Particles particles;         ///< with that E
   std::vector<FitStep> steps;
@@ -56,9 +55,12 @@ struct MaterialFit {
   bool determined(size_t particle) const { return !sigma.empty() && sigma[particle] < 0.5 * prior_sigma; }
 };
 
+/// What gradients vary for a kind of material: its field of E, damping, for triplanes v0(x), and Poisson's ratio if asked for.
+ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particles& particles);
+
 /// The homogeneous fit (fit_vibration.h); then, for parts and smooth fields, Gauss-Newton once more from there with a
-/// field of factors of E, which also says how sure it is; for triplanes, exact gradients (fit_gradient.h) of E(x), v0(x)
-/// and damping.
+/// field of factors of E, which also says how sure it is; for triplanes, or when more than tracks is compared, exact
+/// gradients (fit_gradient.h) of E(x), damping and, for triplanes, v0(x).
 MaterialFit fit_material(const MaterialFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
                          const TrackLoss<float>& tracks, double fps, const std::function<void(const std::string&)>& progress = {},
                          MaterialFitProgress kept = {});

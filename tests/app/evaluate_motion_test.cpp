@@ -40,6 +40,26 @@ TEST(FitOscillation, ValuesThatDoNotOscillateHaveNoFrequency) {
   EXPECT_EQ(fit_oscillation({1, 2, 1, 2}, 30).frequency, 0);
 }
 
+TEST(DescribeVibration, SmallSwingsAreMeasuredOnTheirOwn) {
+  // A pendulum that is slower by a tenth at its largest swing.
+  PointMotion motion;
+  motion.rate = 30, motion.dims = 1, motion.weight = {1};
+  double phase = 0;
+  for (int i = 0; i < 150; ++i) {
+    const double amplitude = std::exp(-1.2 * i / 30.0);
+    motion.displacement.push_back({20 * amplitude * std::cos(phase)});
+    phase += 2 * M_PI * 3.2 * (1 - 0.1 * amplitude * amplitude) / 30;
+  }
+  int first = -1;
+  const Vibration found = describe_vibration(motion, first);
+  EXPECT_LT(found.oscillation.frequency, 0.98 * 3.2);
+  EXPECT_NEAR(found.small.frequency / 3.2, 1, 0.01);
+  // One that does not die away has no small swings.
+  for (int i = 0; i < 150; ++i) motion.displacement[i][0] = std::cos(0.6 * i);
+  first = -1;
+  EXPECT_EQ(describe_vibration(motion, first).small.frequency, 0);
+}
+
 /// A smooth texture that never repeats, of one of two kinds.
 float texture(double x, double y, int kind) {
   double sum = 0, total = 0;

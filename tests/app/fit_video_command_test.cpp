@@ -178,5 +178,57 @@ TEST_F(FitVideo, AProgramMakesTheVideoThatIsFitted) {
   EXPECT_EQ(run_quietly(fit({"--generate-with", command, "--video", file.string()})), 2);
 }
 
+TEST_F(FitVideo, GradientsComparePicturesAndFlowOfSeveralCamerasBesideTracks) {
+  const std::vector<std::string> twice = {"--video", file.string(), "--camera", camera, "--video", file.string(), "--camera", camera, "--video-fps", std::to_string(fps)};
+  std::vector<std::string> more = twice;
+  for (const char* word : {"--loss", "both", "--loss-lambda", "0.2", "--flow-weight", "0.5", "--gradient-window", "4", "--gradient-iterations", "6", "--fit-poisson"}) more.push_back(word);
+  ASSERT_EQ(run_quietly(fit(more)), 0);
+  const json result = json::parse(read_text(folder / "run/fit/results.json"));
+  ASSERT_EQ(result["iterations"].size(), 6u);  // the last three of them over all frames
+  EXPECT_EQ(result["iterations"][3]["frames"], result["iterations"][5]["frames"]);
+  // They begin where the tracks were explained best, and stay near it.
+  EXPECT_LT(result["iterations"][5]["loss"].get<double>(), 1.02 * result["iterations"][3]["loss"].get<double>());
+  EXPECT_LT(result["rms_px"].get<double>(), 1.1 * result["rms_homogeneous_px"].get<double>());
+  EXPECT_GT(result["poisson"].get<double>(), 0);
+  EXPECT_LT(result["poisson"].get<double>(), 0.49);
+  EXPECT_NE(result["poisson"].get<double>(), 0.3);
+  EXPECT_LT(result["rms_px"].get<double>(), 0.5 * result["rms_still_px"].get<double>());
+  // A camera without a video, and terms without a video to compare.
+  EXPECT_EQ(run_quietly(fit({"--video", file.string(), "--camera", camera, "--camera", camera})), 2);
+  EXPECT_EQ(run_quietly(fit({"--loss", "nothing"})), 2);
+}
+
+TEST_F(FitVideo, WithoutAVideoAProgramThatLikesStillnessGuidesTheMaterial) {
+  // Derivatives of half the squared distance from the first frame: the more a motion is damped, the less it moves.
+  if (system("command -v python3 > /dev/null") != 0) GTEST_SKIP() << "python3 is not installed";
+  write_text(folder / "still.py", R"(
+import array, json, sys
+print(json.dumps({'ready': 1, 'name': 'stillness'}), flush=True)
+for line in sys.stdin:
+    request = json.loads(line)
+    if 'quit' in request: break
+    frames = array.array('f'); frames.frombytes(open(sys.argv[1] + '/frames.f32', 'rb').read())
+    size = len(frames) // request['shape'][0]
+    pull = array.array('f', [frames[i] - frames[i % size] for i in range(len(frames))])
+    pull.tofile(open(sys.argv[1] + '/gradient.f32', 'wb'))
+    print(json.dumps({'step': request['step'], 'loss': 0.5 * sum(p * p for p in pull)}), flush=True)
+)");
+  const std::string settings = read_text(folder / "scene/scene.json");
+  json silent = json::parse(settings);
+  silent.erase("video");
+  write_text(folder / "scene/scene.json", silent.dump());
+  const int code = run_quietly(fit({"--guide-with", "python3 " + (folder / "still.py").string(), "--guide-frames", "8", "--gradient-iterations", "5", "--camera", camera}));
+  const json result = code == 0 ? json::parse(read_text(folder / "run/fit/results.json")) : json();
+  const int refused = run_quietly(fit({"--guide-with", "exit 3;", "--camera", camera})), wrong = run_quietly(fit({"--guide-with", "exit 3;", "--loss", "both"}));
+  write_text(folder / "scene/scene.json", settings);
+  ASSERT_EQ(code, 0);
+  EXPECT_LT(result["damping_time_s"].get<double>(), 0.95);
+  EXPECT_NE(result["young_pa"], result["young_before_pa"]);
+  EXPECT_LT(result["loss_last"].get<double>(), result["loss_first"].get<double>());
+  EXPECT_EQ(result["guide"], "stillness");
+  EXPECT_EQ(refused, 1);
+  EXPECT_EQ(wrong, 2);
+}
+
 }  // namespace
 }  // namespace pliant

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <functional>
 
+#include "fitting/fields/flow_loss.h"
 #include "tests/fitting/made_motion.h"
 
 namespace pliant {
@@ -24,6 +25,8 @@ std::vector<Input> inputs(size_t particles) {
   for (const size_t i : {particles / 2, particles - 1, particles / 3}) {
     all.push_back({"E", [i](Motion<double>& m) -> double& { return m.particles.young[i]; },
                    [i](const MotionGradient<double>& g) { return double(g.by.young[i]); }});
+    all.push_back({"nu", [i](Motion<double>& m) -> double& { return m.particles.poisson[i]; },
+                   [i](const MotionGradient<double>& g) { return double(g.by.poisson[i]); }});
     for (int a = 0; a < 3; ++a)
       all.push_back({"v0", [i, a](Motion<double>& m) -> double& { return m.start.v[i][a]; },
                      [i, a](const MotionGradient<double>& g) { return double(g.by.start.v[i][a]); }});
@@ -59,7 +62,7 @@ void compare(const Motion<double>& motion, const Objective<double>& objective, d
 
 TEST(MotionGradient, PixelsToMaterialAndVelocityAgreeWithDifferencesOverThreeFrames) {
   Motion<double> motion = swinging_block<double>(3), other = swinging_block<double>(3, 3e4, 0.5);
-  for (const double metres_per_unit : {1.0, 0.1}) {
+  for (const double metres_per_unit : {0.5, 0.1}) {
     const auto drawn = drawn_block<double>(motion.particles, 60, metres_per_unit);
     const Camera camera = block_camera(28, 24, metres_per_unit);
     Objective<double> objective;
@@ -94,6 +97,43 @@ TEST(MotionGradient, TracksToMaterialAndVelocityAgreeWithDifferences) {
     compare(motion, objective, 1e-5);
     EXPECT_LT(motion_loss(other, objective), 1e-20);
   }
+}
+
+TEST(MotionGradient, DrawnFlowToMaterialAndVelocityAgreesWithDifferences) {
+  Motion<double> motion = swinging_block<double>(3), other = swinging_block<double>(3, 3e4, 0.5);
+  const auto drawn = drawn_block<double>(motion.particles, 60, 0.1);
+  SeenFlow<double> seen;
+  seen.camera = block_camera(28, 24, 0.1);
+  Random random(3);
+  for (const auto& [from, to] : {std::pair<int, int>{0, 1}, {1, 2}, {0, 3}}) {
+    auto& pair = seen.pairs.emplace_back();
+    pair.from = from, pair.to = to, pair.flow = Image<double>(28, 24, 2), pair.weight = Image<double>(28, 24, 1);
+    for (double& value : pair.flow.data) value = 0.3 * random.normal();
+    for (double& value : pair.weight.data) value = random.uniform();
+  }
+  Objective<double> objective;
+  const double outlier = 0.5;  // of the size of the errors, so that its bend counts
+  objective.whole.push_back({2, std::make_shared<FlowLoss<double, false>>(drawn, seen, outlier)});
+  compare(motion, objective, 1e-4);
+  EXPECT_GT(motion_loss_adjoint(motion, objective).by.start.v.back().norm(), 1e-6);
+}
+
+TEST(MotionGradient, TheFlowOfGaussiansThatMoveAlikeIsTheirMotionInThePicture) {
+  // Everything moves sideways by 1 mm, 120 mm away on the mean.
+  Motion<double> motion = swinging_block<double>(1);
+  const auto drawn = drawn_block<double>(motion.particles, 400, 0.1);
+  for (double& logit : drawn->object.opacity_logit) logit = 4;
+  std::vector<BasicSimulationState<double>> frames(2, initial_state(motion.particles));
+  for (Vec3d& x : frames[1].x) x.x() += 1e-3;
+  SeenFlow<double> seen;
+  seen.camera = block_camera(28, 24, 0.1);
+  const double expected = seen.camera.fx * 1e-3 / 0.13;
+  auto& pair = seen.pairs.emplace_back();
+  pair.to = 1, pair.flow = Image<double>(28, 24, 2), pair.weight = Image<double>(28, 24, 1);
+  pair.weight(14, 12) = 1, pair.flow(14, 12, 0) = expected;
+  EXPECT_LT((FlowLoss<double, false>(drawn, seen, 10).value(frames)), 0.01 * expected * expected);
+  pair.flow(14, 12, 0) = 0;
+  EXPECT_NEAR((FlowLoss<double, false>(drawn, seen, 10).value(frames)), expected * expected, 0.2 * expected * expected);
 }
 
 /// All derivatives by E and v0, log E as unknown.

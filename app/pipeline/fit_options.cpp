@@ -1,0 +1,68 @@
+#include "app/pipeline/fit_options.h"
+
+#include <fmt/format.h>
+
+#include "gaussians/base/error.h"
+
+namespace pliant {
+using nlohmann::json;
+
+namespace {
+
+constexpr int kGrow = 8;              // px by which the moving mask is grown where pictures are compared
+constexpr double kDirectRate = 0.03;  // of ln E where it is a parameter itself, not what a network makes of many
+
+/// What gradients compare.
+ClipTerms clip_terms(const Context& context, const RunDirectory& run, const CompareStage& stage, const FitScene& fit) {
+  ClipTerms terms;
+  terms.drawn = fit.drawn;
+  terms.track_weight = stage.loss == "pictures" ? 0 : 1;
+  terms.picture_weight = stage.loss == "tracks" ? 0 : stage.picture_weight;
+  terms.picture.photometric = {stage.lambda, 1 - stage.lambda};
+  terms.flow_weight = stage.flow_weight;
+  if (terms.picture_weight > 0 || terms.flow_weight > 0)
+    for (const FitView* view : fit.views())
+      terms.seen.push_back(cut_to_weight(view->video.camera, std::span(view->video.frames).first(fit.used), motion_mask(*view, kGrow)));
+  if (!stage.guide.empty()) {
+    terms.guide = start_guide(context, run, stage);
+    terms.guide_camera = fit.video.camera, terms.guide_weight = stage.guide_weight;
+  }
+  return terms;
+}
+
+}  // namespace
+
+std::shared_ptr<Guidance> start_guide(const Context& context, const RunDirectory& run, const CompareStage& stage) {
+  GuidanceOptions options;
+  options.command = stage.guide, options.interrupted = context.interrupted;
+  context.progress.say(fmt::format("fit: waits until `{}` is ready", stage.guide));
+  auto guide = std::make_shared<Guidance>(options, run / "fit/guide");
+  context.progress.say(fmt::format("fit: '{}' judges the drawn motion", guide->name()));
+  return guide;
+}
+
+MaterialFitOptions material_fit_options(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage, const FitScene& fit) {
+  MaterialFitOptions options;
+  VibrationFitOptions& vibration = options.vibration;
+  vibration.simulate.gravity = -9.81 * scene.up;
+  vibration.search.first = stage.from;
+  vibration.refine.tolerance = 1e-3, vibration.modes.most = 6;
+  vibration.most_modes = 4, vibration.most_periods = 3.5;
+  vibration.stop = context.interrupted;
+  if (stage.field == "parts") options.kind = MaterialKind::kParts, options.part = parts_of(fit, stage.parts);
+  if (stage.field == "smooth") options.kind = MaterialKind::kSmooth;
+  if (stage.field == "triplanes") options.kind = MaterialKind::kTriplanes;
+  else options.gradient.material_rate = kDirectRate;
+  options.gradient.iterations = stage.compare.iterations;
+  options.gradient_window = stage.compare.window;
+  options.poisson = stage.compare.poisson;
+  options.clip = clip_terms(context, run, stage.compare, fit);
+  return options;
+}
+
+json compare_to_json(const CompareStage& stage) {
+  return {{"loss", stage.loss}, {"lambda", stage.lambda}, {"picture_weight", stage.picture_weight}, {"flow_weight", stage.flow_weight},
+          {"window", stage.window}, {"iterations", stage.iterations}, {"poisson", stage.poisson}, {"guide", stage.guide}, {"guide_weight", stage.guide_weight}};
+}
+
+}  // namespace pliant

@@ -1,0 +1,105 @@
+#include "app/pipeline/fit_outcome.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pliant {
+using nlohmann::json;
+
+namespace {
+
+/// E of the material at the drivers.  That of the particles is lower or higher where parts thinner than the cells bend.
+std::vector<double> fitted_young(const MaterialFit& fit, const Particles& before, double young_before) {
+  std::vector<double> young;
+  for (size_t i = 0; i < before.size(); ++i) young.push_back(young_before * fit.young[i] / before.young[i]);
+  return young;
+}
+
+}  // namespace
+
+MaterialFile fitted_material(const FitScene& scene, const Particles& fitted, double rest_factor, const std::string& source) {
+  MaterialFile out{scene.solid.young, scene.solid.poisson, scene.solid.density, source, {}, {}};
+  // Factors of E of the particles hold for their samples too, whose E does not know of thin parts' equivalent stiffness.
+  const Particles& before = scene.body.particles;
+  for (size_t s = 0; s < out.young.size(); ++s) {
+    const int driver = scene.body.file.solid_driver[s];
+    out.young[s] = static_cast<float>(out.young[s] * (driver >= 0 ? fitted.young[driver] / before.young[driver] : rest_factor));
+    if (driver >= 0) out.poisson[s] = fitted.poisson[driver];
+  }
+  return out;
+}
+
+double mean_young(const FitScene& scene, const MaterialFile& material) {
+  double sum = 0;
+  size_t moving = 0;
+  for (size_t s = 0; s < material.young.size(); ++s)
+    if (scene.body.file.solid_driver[s] >= 0) sum += std::log(material.young[s]), ++moving;
+  return std::exp(sum / std::max<size_t>(1, moving));
+}
+
+VelocityFile fitted_velocity(const FitScene& fit, const VibrationFit& found) {
+  VelocityFile out;
+  out.position = fit.body.file.driving_position, out.velocity = found.start.v, out.F = found.start.F, out.C = found.start.C;
+  for (size_t i = 0; i < found.start.size(); ++i) out.displacement.push_back(found.start.x[i] - fit.body.particles.position[i]);
+  out.time = found.time, out.damping_time = found.damping_time, out.source = "fitted to the reference video";
+  return out;
+}
+
+FitFindings findings_of(const MaterialFit& fit, const Particles& before, double young_before) {
+  FitFindings out;
+  const VibrationFit &constant = fit.homogeneous, &found = fit.found;
+  out.young = young_before * std::pow(10.0, found.log10_factor);
+  out.young_of_driver = fitted_young(fit, before, young_before), out.sigma_of_driver = fit.sigma;
+  for (const double factor : constant.search.log10_factor) out.search_young.push_back(young_before * std::pow(10.0, factor));
+  out.search_unexplained = constant.search.unexplained;
+  // As if all frames were compared from the first step on.
+  for (const GradientFitRow& row : fit.iterations) out.loss_of_step.push_back(row.loss * fit.iterations.back().frames / row.frames);
+  if (!out.loss_of_step.empty()) return out;
+  // Half the sum of squares, as pixels of the tracks.
+  for (const double loss : found.summary.loss) out.loss_of_step.push_back(found.rms * std::sqrt(loss / std::max(found.summary.loss.back(), 1e-30)));
+  out.loss_label = "points off by [px]";
+  return out;
+}
+
+FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, const MaterialFitOptions& options, double young) {
+  const VibrationFit& found = fit.found;
+  FitEvidence out;
+  out.young = young, out.log10_sigma = found.log10_sigma, out.rms = found.rms, out.periods = fit.homogeneous.search.periods;
+  out.damping_time = found.damping_time, out.damping_low = found.damping_time_low, out.damping_high = found.damping_time_high;
+  const double seconds = (scene.used - fit.homogeneous.search.first_frame) / scene.video.fps;
+  out.strongest_hz = seconds > 0 ? fit.homogeneous.search.periods / seconds : 0;
+  for (size_t k = 0; k < fit.homogeneous.candidate_factor.size(); ++k) {
+    out.rival_factor.push_back(std::pow(10.0, fit.homogeneous.candidate_factor[k] - fit.homogeneous.log10_factor));
+    out.rival_rms.push_back(fit.homogeneous.candidate_rms[k] * found.rms / std::max(fit.homogeneous.rms, 1e-12));
+  }
+  out.one_stiffness = options.kind == MaterialKind::kUniform, out.poisson_fitted = options.poisson, out.errors_known = !fit.sigma.empty();
+  double whole = 0, undecided = 0;
+  for (size_t i = 0; i < fit.sigma.size(); ++i) {
+    const double volume = scene.body.particles.volume[i];
+    whole += volume, undecided += fit.determined(i) ? 0 : volume;
+  }
+  out.undecided_volume = whole > 0 ? undecided / whole : 0;
+  return out;
+}
+
+json curve_to_json(const ModalSearch& search) {
+  json rows = json::array();
+  for (size_t i = 0; i < search.log10_factor.size(); ++i) rows.push_back({search.log10_factor[i], search.unexplained[i]});
+  return rows;
+}
+
+json steps_to_json(const std::vector<FitStep>& steps) {
+  json rows = json::array();
+  for (const FitStep& step : steps) rows.push_back({{"name", step.name}, {"rms_px", step.rms}, {"seconds", step.seconds}});
+  return rows;
+}
+
+json iterations_to_json(const std::vector<GradientFitRow>& rows) {
+  json out = json::array();
+  for (const GradientFitRow& row : rows)
+    out.push_back({{"frames", row.frames}, {"loss", row.loss}, {"rollout_s", row.rollout_seconds}, {"frames_s", row.frames_seconds},
+                   {"reverse_s", row.reverse_seconds}, {"field_s", row.field_seconds}});
+  return out;
+}
+
+}  // namespace pliant

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "fitting/fit/fit_gradient.h"
+
+namespace pliant {
+
+/// What gradients vary, and how.
+struct ClipFitOptions {
+  std::shared_ptr<const Field> material, velocity, poisson;  ///< see GradientFitFields; null = stays
+  bool damping = true;
+  GradientFitOptions gradient;
+
+  GradientFitFields fields() const { return {material.get(), velocity.get(), damping, poisson.get()}; }
+};
+
+struct ClipFit {
+  Motion<float> motion;  ///< with what was found
+  std::vector<GradientFitRow> iterations;
+  double seconds = 0;
+};
+
+/// fit_gradient from fields that change nothing, or from an earlier state on.  Throws Error{kInterrupted} when `keep` says
+/// false.
+ClipFit fit_clip(const ClipFitOptions& options, const Motion<float>& motion, const Objective<float>& objective, GradientFitState state,
+                 const std::function<void(const std::string&)>& progress = {}, const GradientFitSink& keep = {});
+
+}  // namespace pliant
