@@ -28,11 +28,11 @@ std::vector<Vec3f> spread(std::span<const Vec3f> points, int count) {
 
 SmoothField::SmoothField(const SmoothFieldOptions& options, std::span<const Vec3f> points) {
   CHECK(!points.empty());
-  if (!(options.sigma > 0) || options.modes < 1 || options.centres < 1 || !(options.length >= 0))
+  if (!(options.sigma > 0) || !(options.level_sigma >= 0) || options.modes < 1 || options.centres < 1 || !(options.length >= 0))
     throw usage_error("smooth field", "sigma, modes, centres, length", "must be positive", "correct them");
   Box box;
   for (const Vec3f& x : points) box.add(x);
-  sigma_ = options.sigma;
+  sigma_ = options.sigma, level_sigma_ = options.level_sigma;
   length_ = options.length > 0 ? options.length : std::max(1e-12, 0.2 * double(box.size().norm()));
   centres_ = spread(points, options.centres);
   const Eigen::Index n = static_cast<Eigen::Index>(centres_.size());
@@ -41,8 +41,8 @@ SmoothField::SmoothField(const SmoothFieldOptions& options, std::span<const Vec3
     for (Eigen::Index b = 0; b < n; ++b) K(a, b) = covariance(centres_[a], centres_[b]);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(K);
   Eigen::Index kept = 0;
-  const double strongest = eigen.eigenvalues()[n - 1];
-  while (kept < std::min<Eigen::Index>(n, options.modes) && eigen.eigenvalues()[n - 1 - kept] > options.least * strongest) ++kept;
+  const double least = options.least * static_cast<double>(n) * sigma_ * sigma_;
+  while (kept < std::min<Eigen::Index>(n, options.modes) && eigen.eigenvalues()[n - 1 - kept] > least) ++kept;
   // Mode k at x: covariance with the centres times u_k / sqrt(lambda_k).
   weights_.resize(n, kept);
   for (Eigen::Index k = 0; k < kept; ++k)
@@ -50,7 +50,7 @@ SmoothField::SmoothField(const SmoothFieldOptions& options, std::span<const Vec3
   modes_ = modes_at(points);
 }
 
-double SmoothField::covariance(const Vec3f& a, const Vec3f& b) const {
+double SmoothField::varying(const Vec3f& a, const Vec3f& b) const {
   return sigma_ * sigma_ * std::exp(-0.5 * double((a - b).squaredNorm()) / (length_ * length_));
 }
 
@@ -65,8 +65,12 @@ Eigen::MatrixXd SmoothField::slopes(std::span<const Vec3f> points, int axis) con
   Eigen::MatrixXd by(static_cast<Eigen::Index>(points.size()), static_cast<Eigen::Index>(centres_.size()));
   for (Eigen::Index i = 0; i < by.rows(); ++i)
     for (Eigen::Index a = 0; a < by.cols(); ++a)
-      by(i, a) = -double(points[i][axis] - centres_[a][axis]) / (length_ * length_) * covariance(points[i], centres_[a]);
+      by(i, a) = -double(points[i][axis] - centres_[a][axis]) / (length_ * length_) * varying(points[i], centres_[a]);
   return by * weights_;
+}
+
+double SmoothField::variance_left_out(size_t point) const {
+  return std::max(0.0, prior_sigma() * prior_sigma() - modes_.row(static_cast<Eigen::Index>(point)).squaredNorm());
 }
 
 std::vector<double> SmoothField::constant(std::span<const double> value) const {

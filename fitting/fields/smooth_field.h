@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 
 #include "fitting/fields/field.h"
 #include "gaussians/base/types.h"
@@ -9,13 +10,14 @@ namespace pliant {
 
 struct SmoothFieldOptions {
   double sigma = 1.15;     ///< standard deviation that is expected anywhere, in the field's unit (half a decade of ln E)
+  double level_sigma = 0;  ///< of a constant that is added everywhere, as the level about which values vary is not known
   double length = 0;       ///< over which values are alike, in the points' unit; 0 = a fifth of the box's diagonal
   int modes = 32;          ///< at most
-  double least = 1e-3;     ///< share of the strongest mode's variance below which a mode is left out
+  double least = 1e-3;     ///< share of the sum of all variances, without the level's, below which a mode is left out
   int centres = 200;       ///< at most, of the points that the modes are found on
 };
 
-/// Gaussian random field of covariance sigma^2 exp(-|x - y|^2 / (2 length^2)), by its strongest principal modes
+/// Gaussian random field of covariance level_sigma^2 + sigma^2 exp(-|x - y|^2 / (2 length^2)), by its strongest principal modes
 /// (Karhunen-Loeve, on spread centres after Nystroem): one channel, zero mean, linear in its parameters, each of which has a
 /// standard normal prior.
 class SmoothField : public Field {
@@ -30,14 +32,18 @@ class SmoothField : public Field {
   std::vector<double> values_adjoint(std::span<const double> parameters, std::span<const double> adj_values) const override;
   /// [points, parameters] values = modes * parameters.
   const Eigen::MatrixXd& modes() const { return modes_; }
+  /// Standard deviation at a point, and what of its square the modes leave out.
+  double prior_sigma() const { return std::hypot(sigma_, level_sigma_); }
+  double variance_left_out(size_t point) const;
   /// [M, parameters] the modes at other points, and their derivatives along an axis of space.
   Eigen::MatrixXd modes_at(std::span<const Vec3f> points) const;
   Eigen::MatrixXd slopes(std::span<const Vec3f> points, int axis) const;
 
  private:
-  double covariance(const Vec3f& a, const Vec3f& b) const;
+  double varying(const Vec3f& a, const Vec3f& b) const;
+  double covariance(const Vec3f& a, const Vec3f& b) const { return level_sigma_ * level_sigma_ + varying(a, b); }
 
-  double sigma_ = 1, length_ = 1;
+  double sigma_ = 1, level_sigma_ = 0, length_ = 1;
   std::vector<Vec3f> centres_;
   Eigen::MatrixXd weights_;  // [centres, parameters]
   Eigen::MatrixXd modes_;

@@ -9,6 +9,7 @@ namespace pliant {
 namespace {
 
 constexpr double kDecade = 2.302585092994046;
+constexpr double kCommon = 0.02;  // of ln E: a field has a level of its own
 
 std::shared_ptr<const Field> field_of(const MaterialFitOptions& options, const Particles& particles) {
   switch (options.kind) {
@@ -17,7 +18,11 @@ std::shared_ptr<const Field> field_of(const MaterialFitOptions& options, const P
     case MaterialKind::kParts:
       CHECK(options.part.size() == particles.size());
       return std::make_shared<PartField>(options.part, 1);
-    case MaterialKind::kSmooth: return std::make_shared<SmoothField>(options.smooth, particles.position);
+    case MaterialKind::kSmooth: {
+      SmoothFieldOptions smooth = options.smooth;
+      smooth.level_sigma = std::max(smooth.level_sigma, smooth.sigma);
+      return std::make_shared<SmoothField>(smooth, particles.position);
+    }
   }
   return nullptr;
 }
@@ -88,6 +93,7 @@ MaterialFit fit_material(const MaterialFitOptions& options, const Particles& par
   if (const auto field = field_of(options, particles)) {
     vibration.field = field, vibration.candidates = 1, vibration.refine.max_iterations *= 2;
     vibration.field_sigma = options.kind == MaterialKind::kParts ? options.part_sigma * kDecade : 1;
+    vibration.factor_sigma = kCommon;
     vibration.search.low = -0.3, vibration.search.high = 0.3;
     vibration.search.first = fit.homogeneous.first_frame / fps;
     const Particles base = fit.particles;
@@ -97,6 +103,9 @@ MaterialFit fit_material(const MaterialFitOptions& options, const Particles& par
     fit.particles = fit.found.fitted(base, field.get());
     fit.found.log10_factor += fit.homogeneous.log10_factor;
     fit.sigma = fit.found.young_sigma;
+    if (const auto* smooth = dynamic_cast<const SmoothField*>(field.get()))
+      for (size_t i = 0; i < fit.sigma.size(); ++i)
+        fit.sigma[i] = std::sqrt(fit.sigma[i] * fit.sigma[i] + smooth->variance_left_out(i) / (kDecade * kDecade));
     fit.prior_sigma = options.kind == MaterialKind::kParts ? options.part_sigma : options.smooth.sigma / kDecade;
   }
   if (options.kind == MaterialKind::kTriplanes || options.poisson || options.clip.beyond_tracks())

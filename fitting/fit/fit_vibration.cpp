@@ -11,7 +11,10 @@
 namespace pliant {
 namespace {
 
-constexpr double kMargin = 0.4;  // ln of the factor by which E may grow before roll-outs take smaller time steps
+constexpr int kRounds = 4;           // of a fit of a field, at most: more than two ...
+constexpr double kSameNoise = 0.8;   // ... while less than this share of the errors remains
+constexpr double kSame = 0.05;       // as kMargin, of the last steps
+constexpr double kMargin = 0.4;      // ln of the factor by which E may grow before roll-outs take smaller time steps
 
 /// `particles` with E times exp(common + field).
 Particles with_factors(const Particles& particles, const Field* field, double common, std::span<const double> parameters) {
@@ -43,8 +46,9 @@ class Fitter {
     simulate_.settle_time = 0, simulate_.sleep_speed = 0;
     shapes_ = at_rest_ ? StartShapes::smooth(particles, options.most_smooth, motion.omega[0]) : StartShapes::of_modes(modes, motion, particles, options.most_modes);
     stop_ = options.stop;
-    field_ = options.field.get(), field_sigma_ = options.field_sigma;
-    if (field_) field_size_ = field_->constant(std::vector<double>{0.0}).size();
+    field_ = options.field.get(), field_sigma_ = options.field_sigma, factor_sigma_ = options.factor_sigma;
+    if (field_) field_step_ = largest_steps();
+    field_size_ = field_step_.size();
     start_ = {std::log(10.0) * motion.log10_factor, std::log(motion.damping_rate)};
     start_.resize(2 + field_size_, 0.0);
     const auto append = [&](const std::vector<double>& amplitudes) { start_.insert(start_.end(), amplitudes.begin(), amplitudes.end()); };
@@ -113,8 +117,9 @@ class Fitter {
     options.low[1] = std::log(0.01), options.high[1] = std::log(50.0);
     options.largest_step.assign(count, 2.0), options.largest_step[0] = 0.12, options.largest_step[1] = 0.7;
     options.prior.assign(count, 0.0), options.prior_sigma.assign(count, INFINITY);
+    options.prior[0] = start_[0], options.prior_sigma[0] = factor_sigma_;
     for (size_t j = 2; j < first_amplitude; ++j)
-      options.prior_sigma[j] = field_sigma_, options.largest_step[j] = 0.5 * field_sigma_, options.difference[j] = 0.02 * field_sigma_;
+      options.prior_sigma[j] = field_sigma_, options.largest_step[j] = field_step_[j - 2], options.difference[j] = 0.02 * field_sigma_;
     // What a single camera hardly sees stays of the size of what it does see; a smooth velocity, some of whose shapes die
     // away between two frames, near that of the vibration.
     double largest = 0.1;
@@ -138,6 +143,21 @@ class Fitter {
   }
 
  private:
+  /// Of each parameter of the field: what changes ln E by a quarter where it acts most.
+  std::vector<double> largest_steps() const {
+    std::vector<double> none = field_->constant(std::vector<double>{0.0}), out;
+    const std::vector<double> before = field_->values(none);
+    for (double& p : none) {
+      p += 1;
+      const std::vector<double> after = field_->values(none);
+      p -= 1;
+      double most = 1e-12;
+      for (size_t i = 0; i < after.size(); ++i) most = std::max(most, std::abs(after[i] - before[i]));
+      out.push_back(0.25 / most);
+    }
+    return out;
+  }
+
   const Particles& particles_;
   const std::vector<Interaction>& interactions_;
   const TrackLoss<float>& tracks_;
@@ -148,7 +168,8 @@ class Fitter {
   std::function<bool()> stop_;
   const Field* field_ = nullptr;       // of further factors
   size_t field_size_ = 0;
-  double field_sigma_ = 1;
+  std::vector<double> field_step_;     // of its parameters, at most, in an iteration
+  double field_sigma_ = 1, factor_sigma_ = INFINITY;
   StartShapes shapes_;                 // whose amplitudes are parameters
   std::vector<double> start_;
 };
@@ -226,19 +247,40 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     auto fitter = std::make_unique<Fitter>(options, particles, interactions, tracks, fps, fit.modes, fit.search, minimum);
     const double before = fitter->rms(fitter->start());
     if (c == 0) fit.rms_search = before;
-    const GaussNewtonResult result = fitter->refine(options.refine, fitter->start(), 2, std::max(before, 1e-12));
+    GaussNewtonResult result;
+    result.parameters = fitter->start();
+    if (!options.field) result = fitter->refine(options.refine, fitter->start(), 2, std::max(before, 1e-12));
     const double after = fitter->rms(result.parameters);
     fit.candidate_factor.push_back(result.parameters[0] / std::log(10.0)), fit.candidate_rms.push_back(after);
     say("roll-outs from E x %.3g: rms error %.3g -> %.3g at E x %.3g", std::pow(10.0, minimum.log10_factor), before, after,
         std::exp(result.parameters[0]));
     if (after < least) least = after, best = std::move(fitter), parameters = result.parameters;
   }
-  const double noise = options.noise > 0 ? options.noise : std::max(least, 1e-12);
-  if (options.field) best->fix_time_step(parameters, kMargin);
-  GaussNewtonResult result = best->refine(options.refine, parameters, options.refine.max_iterations, noise);
-  fit.summary = result.summary;
+  double noise = options.noise > 0 ? options.noise : std::max(least, 1e-12);
+  GaussNewtonResult result;
+  if (options.field) {
+    best->fix_time_step(parameters, kMargin);
+    GaussNewtonOptions axes = options.refine;
+    axes.principal_axes = true;
+    result.parameters = parameters;
+    for (int round = 0; round < kRounds; ++round) {
+      // With what remains as the noise, the prior weighs what it should.
+      const double change = round == 0 ? 1 : std::max(1e-6, result.summary.rms);
+      if (round > 1 && change > kSameNoise) break;
+      noise *= change, axes.rough_jacobian = result.jacobian / change;
+      axes.tolerance = (round == 0 ? 10 : 1) * options.refine.tolerance;
+      result = best->refine(axes, result.parameters, options.refine.max_iterations, noise);
+      const int before = fit.summary.evaluations;
+      fit.summary = result.summary, fit.summary.evaluations += before;
+      say("round %d: rms error %.3g after %d steps, %d roll-outs, until %s", round + 1, best->rms(result.parameters),
+          static_cast<int>(result.summary.loss.size()) - 1, result.summary.evaluations, result.summary.stopped_by.c_str());
+    }
+  } else {
+    result = best->refine(options.refine, parameters, options.refine.max_iterations, noise);
+    fit.summary = result.summary;
+  }
   // The transfers damp more at small time steps: the last steps are made at the one that a simulation will take.
-  best->fix_time_step(result.parameters, 0.05);
+  best->fix_time_step(result.parameters, kSame);
   if (result.jacobian.size() > 0) result = best->refine(options.refine, result.parameters, 8, noise, result.jacobian);
   // Errors of neighbouring frames are not independent: what remains and how long it lasts say how much the tracks weigh
   // against the priors, and how wide the posterior is.

@@ -23,6 +23,7 @@ struct VibrationFitOptions {
   std::shared_ptr<const Field> field;  ///< ln of a further factor of E at the particles, with few parameters; null = none
   std::function<bool()> stop;   ///< asked before every roll-out; true ends the fit with Error{kInterrupted}
   double field_sigma = 1;       ///< standard deviation that is expected of each of its parameters, about 0
+  double factor_sigma = INFINITY;  ///< and of ln of the common factor of E, about what the search finds
 };
 
 /// What tracks say of a body whose Young's moduli are off by one factor, or by a field of factors.

@@ -32,7 +32,8 @@ class Problem {
         residuals_(residuals),
         difference_(vector_of(options.difference, count, 0)),
         central_(options.central),
-        parallel_(options.parallel) {}
+        parallel_(options.parallel),
+        largest_(vector_of(options.largest_step, count, INFINITY)) {}
 
   /// Empty where the parameters cannot be.
   VectorXd residuals(const VectorXd& p) {
@@ -75,6 +76,45 @@ class Problem {
     return jacobian;
   }
 
+  /// By central differences along the principal axes of a covariance, in the scale of each parameter's own width.
+  MatrixXd jacobian_along(const MatrixXd& covariance, const VectorXd& p, const VectorXd& r) {
+    VectorXd width(p.size());
+    for (Eigen::Index i = 0; i < p.size(); ++i) {
+      const double variance = covariance(i, i);
+      const double otherwise = difference_[i] > 0 ? difference_[i] : 1e-4 * std::max(1.0, std::abs(p[i]));
+      width[i] = std::isfinite(variance) && variance > 0 ? std::sqrt(variance) : otherwise;
+    }
+    MatrixXd correlation = MatrixXd::Identity(p.size(), p.size());
+    for (Eigen::Index a = 0; a < p.size(); ++a)
+      for (Eigen::Index b = 0; b < a; ++b) {
+        const double c = covariance(a, b) / (width[a] * width[b]);
+        if (std::isfinite(covariance(a, a)) && std::isfinite(covariance(b, b)) && std::isfinite(c)) correlation(a, b) = correlation(b, a) = c;
+      }
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(correlation);
+    MatrixXd change = MatrixXd::Zero(r.size(), p.size());  // of r along each axis
+    VectorXd length(p.size());
+    const auto along = [&](std::ptrdiff_t k) {
+      VectorXd axis = width.cwiseProduct(eigen.eigenvectors().col(k));
+      length[k] = std::sqrt(std::max(1e-12, eigen.eigenvalues()[k]));
+      length[k] = std::min(length[k], (largest_.array() / axis.array().abs().max(1e-300)).minCoeff());
+      axis *= length[k];
+      const auto at = [&](double side) {
+        const VectorXd q = p + side * axis;
+        if ((q.array() < low.array()).any() || (q.array() > high.array()).any()) return VectorXd();
+        return residuals(q);
+      };
+      const VectorXd upper = at(1), lower = at(-1);
+      const bool above = upper.size() == r.size(), below = lower.size() == r.size();
+      if (above || below) change.col(k) = ((above ? upper : r) - (below ? lower : r)) / (above && below ? 2.0 : 1.0);
+    };
+    if (parallel_)
+      parallel_for(p.size(), along);
+    else
+      for (Eigen::Index k = 0; k < p.size(); ++k) along(k);
+    // r changes by J (width o eigenvector) length along an axis; the eigenvectors are orthonormal.
+    return change * length.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose() * width.cwiseInverse().asDiagonal();
+  }
+
   VectorXd low, high, prior, precision;
   std::atomic<int> evaluations = 0;
 
@@ -82,6 +122,7 @@ class Problem {
   const Residuals& residuals_;
   VectorXd difference_;
   bool central_, parallel_;
+  VectorXd largest_;
 };
 
 /// Parameters at a bound towards which the loss falls.
@@ -139,9 +180,17 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
   MatrixXd information = MatrixXd::Zero(count, count);
   VectorXd gradient;
   std::vector<bool> fixed(count, false);
+  if (options.rough_jacobian.size()) {
+    CHECK(options.rough_jacobian.rows() == r.size() && options.rough_jacobian.cols() == count);
+    information = options.rough_jacobian.transpose() * options.rough_jacobian;
+  }
+  information.diagonal() += problem.precision;
   bool linearised = false, fresh = false;  // J belongs to p; and was found by differences there
   const auto linearise = [&](bool anew) {
-    if (anew) result.jacobian = options.jacobian.size() ? options.jacobian : problem.jacobian(p, r);
+    if (anew && options.jacobian.size())
+      result.jacobian = options.jacobian;
+    else if (anew)
+      result.jacobian = options.principal_axes ? problem.jacobian_along(covariance_of(information, fixed), p, r) : problem.jacobian(p, r);
     fresh = anew;
     gradient = result.jacobian.transpose() * r + problem.precision.cwiseProduct(p - problem.prior);
     information = result.jacobian.transpose() * result.jacobian;
@@ -215,22 +264,22 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
 double correlation_factor(std::span<const double> residuals, size_t columns) {
   CHECK(columns > 0 && residuals.size() % columns == 0);
   const size_t rows = residuals.size() / columns;
-  double sum = 0;
-  int counted = 0;
-  for (size_t c = 0; c < columns; ++c) {
-    const auto at = [&](size_t k) { return residuals[k * columns + c]; };
-    double variance = 0, factor = 1;
-    for (size_t k = 0; k < rows; ++k) variance += at(k) * at(k);
-    if (variance == 0) continue;
-    for (size_t lag = 1; lag < rows; ++lag) {
-      double together = 0;
+  double factor = 1;
+  // The mean over all columns has little chance of its own to be positive.
+  for (size_t lag = 1; lag < rows; ++lag) {
+    double sum = 0;
+    int counted = 0;
+    for (size_t c = 0; c < columns; ++c) {
+      const auto at = [&](size_t k) { return residuals[k * columns + c]; };
+      double variance = 0, together = 0;
+      for (size_t k = 0; k < rows; ++k) variance += at(k) * at(k);
       for (size_t k = lag; k < rows; ++k) together += at(k) * at(k - lag);
-      if (together <= 0) break;
-      factor += 2 * together / variance;
+      if (variance > 0) sum += together / variance, ++counted;
     }
-    sum += factor, ++counted;
+    if (counted == 0 || sum <= 0) break;
+    factor += 2 * sum / counted;
   }
-  return counted ? sum / counted : 1;
+  return factor;
 }
 
 }  // namespace pliant

@@ -23,6 +23,11 @@ struct GaussNewtonOptions {
   bool keep_jacobian = false;  ///< after a step that gained what was expected, J is corrected by what the step showed
                                ///< (Broyden 1965) instead of found anew
   bool parallel = false;     ///< columns of J at the same time: `residuals` is called from several threads
+  /// J by central differences along the principal axes of the covariance that the last J and the prior give, one standard
+  /// deviation to either side.  What measurements hardly see are combinations of parameters of which each alone is seen well:
+  /// differences along each alone drown them in rounding errors, and one-sided ones see slopes where there is only curvature.
+  bool principal_axes = false;
+  Eigen::MatrixXd rough_jacobian;  ///< [R, P] for the first of these; empty = the prior alone
   bool central = false;      ///< J by central differences: twice the runs, second order
   int max_iterations = 20;   ///< accepted or not
   double damping = 1e-3;     ///< of Levenberg and Marquardt at the start, relative to the diagonal of J^T J
@@ -55,7 +60,7 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
                                std::span<const double> start);
 
 /// Factor by which correlation between neighbouring rows widens the variance of a mean: 1 + 2 sum of the
-/// autocorrelations up to their first zero, averaged over the columns of residuals [rows, columns].  Covariances of a
+/// autocorrelations, averaged over the columns of residuals [rows, columns], up to their first zero.  Covariances of a
 /// fit times this factor times the residuals' variance allow for what the model cannot explain.
 double correlation_factor(std::span<const double> residuals, size_t columns);
 

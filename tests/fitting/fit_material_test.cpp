@@ -37,12 +37,12 @@ struct TwoParts : TwinStem {
 /// A fit from a start that is the same everywhere and too stiff, and what it must reach.
 void fit_two_parts(MaterialKind kind, double tolerance) {
   const TwoParts twin;
-  const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.5), true, 24, 20, 0.05);
+  const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.5), true, 16, 20, 0.05);
   Particles guess = twin.particles;
   guess.young.assign(guess.size(), 3e5f);
   MaterialFitOptions options;
   options.kind = kind, options.part = twin.part, options.smooth.modes = 12;
-  options.vibration.modes.most = 6, options.vibration.refine.tolerance = 1e-3;
+  options.vibration.modes.most = 6, options.vibration.refine.tolerance = 2e-3, options.vibration.most_smooth = kind == MaterialKind::kSmooth ? 7 : 5;
   const MaterialFit fit = fit_material(options, guess, twin.pins, tracks, twin.fps);
   const std::vector<double> constant(guess.size(), 3e5 * std::pow(10.0, fit.homogeneous.log10_factor));
   const double error = median_error(fit.young, twin.particles), best_constant = median_error(constant, twin.particles);

@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
     testing::TwinStem twin;
     MaterialFitOptions options;
     options.kind = MaterialKind::kSmooth;
-    options.smooth.sigma = 0.8, options.smooth.length = length, options.smooth.modes = 16;
+    options.smooth.sigma = 0.8, options.smooth.length = length, options.smooth.modes = 24;
     options.vibration.modes.most = 6, options.vibration.search.first = 0, options.vibration.refine.tolerance = argc > 7 ? std::atof(argv[7]) : 1e-3, options.vibration.most_smooth = argc > 6 ? std::atoi(argv[6]) : 6;
     const SmoothField truth(options.smooth, twin.particles.position);
     std::vector<double> z(truth.parameters());
