@@ -19,11 +19,7 @@ namespace {
 
 constexpr uint32_t kUnmatched = UINT32_MAX;  // a predicted id whose name the truth does not know
 using Names = std::map<uint32_t, std::string>;
-
-struct Overlap {
-  double intersection = 0, union_ = 0;
-  double iou() const { return union_ > 0 ? intersection / union_ : 1.0; }
-};
+using Overlaps = std::map<uint32_t, OverlapCount>;
 
 /// Names of labels.json in the folder or beside it; empty when there is none.
 Names names_of_folder(const fs::path& folder) {
@@ -70,31 +66,25 @@ const char* matched_by(const SegmentationScore& score, const std::map<uint32_t, 
 }
 
 /// Counts labelled positions of the truth into the overlap of each id.
-void count(const std::vector<uint32_t>& ours, const std::vector<uint32_t>& theirs, std::map<uint32_t, Overlap>& overlap, double& correct,
-           double& labelled) {
-  for (size_t i = 0; i < theirs.size(); ++i) {
+void count(const std::vector<uint32_t>& ours, const std::vector<uint32_t>& theirs, Overlaps& overlap, double& correct, double& labelled) {
+  for (size_t i = 0, next = 0; i < theirs.size(); i = next) {
+    for (next = i + 1; next < theirs.size() && theirs[next] == theirs[i] && ours[next] == ours[i];) ++next;
     if (theirs[i] == 0) continue;
-    ++labelled, correct += ours[i] == theirs[i];
-    ++overlap[theirs[i]].union_;
-    if (ours[i] == theirs[i]) ++overlap[theirs[i]].intersection;
-    else if (ours[i] != 0) ++overlap[ours[i]].union_;
+    const size_t run = next - i;
+    labelled += static_cast<double>(run);
+    overlap[theirs[i]].either += run;
+    if (ours[i] == theirs[i]) overlap[theirs[i]].both += run, correct += static_cast<double>(run);
+    else if (ours[i] != 0) overlap[ours[i]].either += run;
   }
 }
 
-void count_boundaries(const IdImage& ours, const IdImage& theirs, int band, std::map<uint32_t, Overlap>& overlap) {
-  if (band == 0) band = std::max(1, static_cast<int>(std::lround(0.02 * std::hypot(theirs.width, theirs.height))));
-  for (uint32_t id : std::set<uint32_t>(theirs.data.begin(), theirs.data.end())) {
-    if (id == 0) continue;
-    const std::vector<uint8_t> a = contour_band(ours, id, band), b = contour_band(theirs, id, band);
-    for (size_t i = 0; i < a.size(); ++i) {
-      if (theirs.data[i] == 0) continue;
-      overlap[id].intersection += a[i] && b[i], overlap[id].union_ += a[i] || b[i];
-    }
-  }
+/// Width of the contour band: what was asked for, else 2 % of the diagonal.
+int band_of(const IdImage& picture, int band) {
+  return band > 0 ? band : std::max(1, static_cast<int>(std::lround(0.02 * std::hypot(picture.width, picture.height))));
 }
 
 /// miou and per_id over the ids of the truth.
-void add_overlaps(json& out, const std::string& key, const std::map<uint32_t, Overlap>& overlap, const std::set<uint32_t>& ids,
+void add_overlaps(json& out, const std::string& key, const Overlaps& overlap, const std::set<uint32_t>& ids,
                   const Names& names) {
   double sum = 0;
   for (uint32_t id : ids) {
@@ -132,7 +122,7 @@ json evaluate_labels(const fs::path& prediction, const fs::path& truth, const Se
   for (uint32_t& id : ours.label) id = matched(match, id);
   const std::set<uint32_t> ids = labelled_ids({theirs.label.begin(), theirs.label.end()});
   if (ids.empty()) throw input_error(truth.string(), "/label", "labels nothing", "name a file with ids above 0");
-  std::map<uint32_t, Overlap> overlap;
+  Overlaps overlap;
   double correct = 0, labelled = 0;
   count(ours.label, theirs.label, overlap, correct, labelled);
   json out = {{"kind", "labels"}, {"gaussians", theirs.label.size()}, {"labelled", labelled}, {"accuracy", correct / labelled},
@@ -174,7 +164,7 @@ json evaluate_segmentation(const fs::path& prediction, const fs::path& truth, co
   const auto match = score.match == "overlap" ? match_pictures(ours, theirs)
                      : score.match == "auto"  ? match_names(names_of_folder(prediction), names)
                                               : std::map<uint32_t, uint32_t>();
-  std::map<uint32_t, Overlap> overlap, edges;
+  Overlaps overlap, edges;
   std::set<uint32_t> all;
   double correct = 0, labelled = 0;
   json missing = json::array(), per_view = json::object();
@@ -184,15 +174,15 @@ json evaluate_segmentation(const fs::path& prediction, const fs::path& truth, co
     const IdImage b = read_ids(file);
     IdImage a = read_like(ours, name, b);
     for (uint32_t& id : a.data) id = matched(match, id);
-    std::map<uint32_t, Overlap> here;
+    Overlaps here;
     double right = 0, here_labelled = 0;
     count(a.data, b.data, here, right, here_labelled);
-    count_boundaries(a, b, score.band, edges);
+    count_boundaries(a, b, band_of(b, score.band), edges);
     const std::set<uint32_t> ids = labelled_ids({b.data.begin(), b.data.end()});
     double sum = 0;
     for (uint32_t id : ids) sum += here[id].iou();
     if (!ids.empty()) per_view[name] = sum / static_cast<double>(ids.size());
-    for (const auto& [id, o] : here) overlap[id].intersection += o.intersection, overlap[id].union_ += o.union_;
+    for (const auto& [id, o] : here) overlap[id].both += o.both, overlap[id].either += o.either;
     all.insert(ids.begin(), ids.end());
     correct += right, labelled += here_labelled;
   }

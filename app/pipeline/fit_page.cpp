@@ -5,6 +5,7 @@
 #include "gaussians/io/files.h"
 
 namespace pliant {
+namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace {
@@ -42,6 +43,8 @@ std::string fit_section(const RunDirectory& run) {
     html += "</ul>\n";
   }
   html += html_video(run, "fit/side_by_side.mp4", "The video, the fitted motion, their difference");
+  for (int i = 2; fs::exists(run / fmt::format("fit/side_by_side_{}.mp4", i)); ++i)
+    html += html_video(run, fmt::format("fit/side_by_side_{}.mp4", i), fmt::format("The same of video {}", i));
   html += html_video(run, "fit/guided.mp4", "The motion with what was found");
   html += html_picture(run, "fit/slices.png", "Space-time slices: a line of pixels over time, in the video and in the fitted motion");
   html += html_picture(run, "fit/markers.png", "Markers: measured and simulated");
@@ -50,6 +53,14 @@ std::string fit_section(const RunDirectory& run) {
   html += html_picture(run, "fit/young.png", "Young's modulus on the object");
   html += html_picture(run, "fit/uncertainty.png", "How well it is known");
   return html;
+}
+
+void clear_fit_pictures(const RunDirectory& run) {
+  fs::create_directories(run / "fit");
+  std::vector<fs::path> old;
+  for (const auto& entry : fs::directory_iterator(run / "fit"))
+    if (entry.path().extension() == ".png" || entry.path().extension() == ".mp4") old.push_back(entry.path());
+  for (const fs::path& file : old) fs::remove(file);
 }
 
 void write_fit_page(const RunDirectory& run) {

@@ -7,43 +7,53 @@
 
 namespace pliant {
 
-std::vector<uint8_t> contour_band(const IdImage& ids, uint32_t id, int band) {
-  // Erosion by a square of 2 band + 1 pixels, along rows and then along columns; outside of the picture is not `id`.
+std::vector<uint8_t> contour_bands(const IdImage& ids, int band) {
+  // Erosion of all ids by a square of 2 band + 1 pixels, along rows and then along columns; outside of the picture is
+  // none of them.  `same(i)`: pixel i goes on with what pixel i - 1 belongs to; `inside(i)`: it is still there.
   const int width = ids.width, height = ids.height;
-  const auto eroded_line = [band](int n, auto&& inside, auto&& write) {
-    int run = 0;  // pixels of the mask that end here
+  const auto eroded_line = [band](int n, auto&& inside, auto&& same, auto&& write) {
+    int run = 0;  // pixels of one mask that end here
     for (int i = 0; i < n + band; ++i) {
-      run = i < n && inside(i) ? run + 1 : 0;
+      run = i >= n || !inside(i) ? 0 : i > 0 && same(i) ? run + 1 : 1;
       if (i >= band) write(i - band, run >= 2 * band + 1);
     }
   };
-  std::vector<uint8_t> rows(ids.data.size()), inner(ids.data.size());
+  std::vector<uint8_t> rows(ids.data.size()), ring(ids.data.size());
   for (int y = 0; y < height; ++y)
-    eroded_line(width, [&](int x) { return ids(x, y) == id; }, [&](int x, bool in) { rows[static_cast<size_t>(y) * width + x] = in; });
+    eroded_line(width, [](int) { return true; }, [&](int x) { return ids(x, y) == ids(x - 1, y); },
+                [&](int x, bool in) { rows[static_cast<size_t>(y) * width + x] = in; });
   for (int x = 0; x < width; ++x)
     eroded_line(height, [&](int y) { return rows[static_cast<size_t>(y) * width + x] != 0; },
-                [&](int y, bool in) { inner[static_cast<size_t>(y) * width + x] = in; });
-  for (size_t i = 0; i < inner.size(); ++i) inner[i] = ids.data[i] == id && !inner[i];
-  return inner;
+                [&](int y) { return ids(x, y) == ids(x, y - 1); },
+                [&](int y, bool in) { ring[static_cast<size_t>(y) * width + x] = !in; });
+  return ring;
+}
+
+void count_boundaries(const IdImage& predicted, const IdImage& truth, int band, std::map<uint32_t, OverlapCount>& overlap) {
+  CHECK(predicted.width == truth.width && predicted.height == truth.height);
+  const std::vector<uint8_t> ours = contour_bands(predicted, band), theirs = contour_bands(truth, band);
+  std::map<uint32_t, OverlapCount> here;
+  uint32_t last = 0;
+  for (const uint32_t id : truth.data)
+    if (id != last && id != 0) here[last = id];
+  for (size_t i = 0; i < truth.data.size(); ++i) {
+    const uint32_t p = predicted.data[i], t = truth.data[i];
+    if (t == 0 || !(ours[i] || theirs[i])) continue;
+    if (theirs[i]) ++here[t].either;
+    if (!ours[i]) continue;
+    if (p == t && theirs[i]) ++here[t].both;
+    else if (const auto found = here.find(p); found != here.end()) ++found->second.either;
+  }
+  for (const auto& [id, count] : here) overlap[id].both += count.both, overlap[id].either += count.either;
 }
 
 IdAgreement boundary_agreement(std::span<const IdImage> predicted, std::span<const IdImage> truth, int band) {
   CHECK(predicted.size() == truth.size());
-  std::map<uint32_t, std::pair<size_t, size_t>> overlap;  // intersection, union
-  for (size_t v = 0; v < truth.size(); ++v) {
-    CHECK(predicted[v].width == truth[v].width && predicted[v].height == truth[v].height);
-    for (uint32_t id : std::set<uint32_t>(truth[v].data.begin(), truth[v].data.end())) {
-      if (id == 0) continue;
-      const std::vector<uint8_t> ours = contour_band(predicted[v], id, band), theirs = contour_band(truth[v], id, band);
-      for (size_t i = 0; i < ours.size(); ++i) {
-        if (truth[v].data[i] == 0) continue;
-        overlap[id].first += ours[i] && theirs[i], overlap[id].second += ours[i] || theirs[i];
-      }
-    }
-  }
+  std::map<uint32_t, OverlapCount> overlap;
+  for (size_t v = 0; v < truth.size(); ++v) count_boundaries(predicted[v], truth[v], band, overlap);
   IdAgreement agreement;
-  for (const auto& [id, counts] : overlap) {
-    agreement.iou[id] = counts.second > 0 ? static_cast<double>(counts.first) / static_cast<double>(counts.second) : 1.0;
+  for (const auto& [id, count] : overlap) {
+    agreement.iou[id] = count.iou();
     agreement.mean += agreement.iou[id] / static_cast<double>(overlap.size());
   }
   return agreement;
@@ -51,9 +61,11 @@ IdAgreement boundary_agreement(std::span<const IdImage> predicted, std::span<con
 
 void OverlapMatch::add(std::span<const uint32_t> predicted, std::span<const uint32_t> truth) {
   CHECK(predicted.size() == truth.size());
-  for (size_t i = 0; i < truth.size(); ++i) {
+  for (size_t i = 0, next = 0; i < truth.size(); i = next) {
+    for (next = i + 1; next < truth.size() && truth[next] == truth[i] && predicted[next] == predicted[i];) ++next;
     if (truth[i] == 0 || predicted[i] == 0) continue;
-    ++both_[{predicted[i], truth[i]}], ++predicted_[predicted[i]], ++truth_[truth[i]];
+    const size_t run = next - i;
+    both_[{predicted[i], truth[i]}] += run, predicted_[predicted[i]] += run, truth_[truth[i]] += run;
   }
 }
 

@@ -9,8 +9,18 @@
 
 namespace pliant {
 
-/// Pixels [H * W] of `id` within `band` pixels of its contour, inside it; the picture's border counts as contour.
-std::vector<uint8_t> contour_band(const IdImage& ids, uint32_t id, int band);
+/// Pixels [H * W] within `band` pixels of the contour of what they belong to, for all ids at once; the picture's border
+/// counts as contour.
+std::vector<uint8_t> contour_bands(const IdImage& ids, int band);
+
+/// Pixels that one or both of two sets hold.
+struct OverlapCount {
+  size_t both = 0, either = 0;
+  double iou() const { return either > 0 ? static_cast<double>(both) / static_cast<double>(either) : 1.0; }
+};
+
+/// Adds the overlaps of the contour bands of every id of the truth in a picture; its unlabelled pixels are left out.
+void count_boundaries(const IdImage& predicted, const IdImage& truth, int band, std::map<uint32_t, OverlapCount>& overlap);
 
 /// Boundary IoU per id (Cheng et al. 2021): intersection over union of the contour bands, summed over all pictures;
 /// unlabelled pixels of the truth are left out.

@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 
+#include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
 #include "gaussians/base/random.h"
 #include "segmentation/lift/contact.h"
@@ -18,21 +19,6 @@ constexpr int kGroundTries = 4;
 constexpr float kNoise = 3.5f;      // tolerance / standard deviation of a plane's points
 constexpr int kCells = 64;          // of the grid for areas, along the diagonal
 constexpr float kUpright = 0.35f;   // cosine between the normals of a wall and of the ground
-
-/// Positions of Gaussians drawn in proportion to what the views show of them.
-std::vector<Vec3f> draw_samples(const SolidScene& scene, uint64_t seed) {
-  std::vector<double> cumulative(scene.size());
-  double total = 0;
-  for (size_t i = 0; i < scene.size(); ++i) cumulative[i] = total += scene.mass[i];
-  std::vector<Vec3f> samples;
-  if (!(total > 0)) return samples;
-  Random random(seed);
-  for (int k = 0; k < kSamples; ++k) {
-    const auto at = std::upper_bound(cumulative.begin(), cumulative.end(), random.uniform() * total);
-    samples.push_back(scene.cloud.position[std::min<size_t>(at - cumulative.begin(), scene.size() - 1)]);
-  }
-  return samples;
-}
 
 float quantile(std::vector<float> values, double fraction) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
@@ -108,8 +94,53 @@ std::optional<Candidate> lowest_ground(const SupportOptions& options, const std:
 
 }  // namespace
 
+std::vector<Vec3f> draw_points(std::span<const Vec3f> position, std::span<const float> mass, uint64_t seed) {
+  CHECK(position.size() == mass.size());
+  std::vector<double> cumulative(mass.size());
+  double total = 0;
+  for (size_t i = 0; i < mass.size(); ++i) cumulative[i] = total += mass[i];
+  std::vector<Vec3f> samples;
+  if (!(total > 0)) return samples;
+  Random random(seed);
+  for (int k = 0; k < kSamples; ++k) {
+    const auto at = std::upper_bound(cumulative.begin(), cumulative.end(), random.uniform() * total);
+    samples.push_back(position[std::min<size_t>(at - cumulative.begin(), position.size() - 1)]);
+  }
+  return samples;
+}
+
+std::vector<Support> planes_behind(const SupportOptions& options, const std::vector<Vec3f>& samples, const Vec3f& thing, float diagonal,
+                                   float spacing) {
+  std::vector<Support> planes;
+  const float tolerance = std::max(options.tolerance * diagonal, spacing);
+  std::vector<Vec3f> left = samples;
+  for (int k = 0; k <= options.most_walls && left.size() >= kFewest; ++k) {
+    const Plane plane = fit_plane(left, tolerance, options.seed + k);
+    if (plane.inliers.size() < kFewest) break;
+    const float side = plane.normal.dot(thing - plane.point) > 0 ? 1.0f : -1.0f;
+    Candidate found(plane, tolerance, side * plane.normal, samples);
+    remove_near(found.support, tolerance, left);
+    found.support.share = static_cast<double>(plane.inliers.size()) / static_cast<double>(samples.size());  // not of planes before
+    if (found.support.share < options.wide) continue;
+    found.settle(spacing);
+    // What counts is what lies behind the thing, not elsewhere: beside a table there is a floor.
+    const Support& support = found.support;
+    const float height = support.height(thing);
+    const Vec3f foot = thing - height * support.normal;
+    const float reach = std::max(options.around * height, 4 * tolerance);
+    size_t on = 0, beyond = 0;
+    for (const Vec3f& x : samples) {
+      if ((x - foot).norm() > reach) continue;
+      const float h = support.height(x);
+      on += std::abs(h) <= support.tolerance, beyond += h < -support.tolerance;
+    }
+    if (height > options.clear * support.tolerance && on >= kFewest && beyond <= options.beyond * on) planes.push_back(support);
+  }
+  return planes;
+}
+
 std::vector<Support> find_supports(const SupportOptions& options, const SolidScene& scene, const Vec3f& up) {
-  const std::vector<Vec3f> samples = draw_samples(scene, options.seed);
+  const std::vector<Vec3f> samples = draw_points(scene.cloud.position, scene.mass, options.seed);
   if (samples.size() < kFewest) return {};
   const float diagonal = static_cast<float>(robust_framing(scene.cloud, up.cast<double>()).diagonal());
   const float tolerance = std::max(options.tolerance * diagonal, scene.graph.spacing), cell = std::max(diagonal / kCells, 1e-12f);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "segmentation/lift/automatic_surface.h"
@@ -17,6 +18,10 @@ struct SupportOptions {
   float behind = 0.03f;        ///< most of the rest behind it,
   float wall_width = 0.5f;     ///< and least width / width of the ground in that direction
   int most_walls = 4;
+  float clear = 2;             ///< tolerances that a thing lies before the plane behind it;
+  float wide = 0.15f;          ///< least share of what the views show that such a plane holds;
+  float around = 1.5f;         ///< within so many times its height above the plane
+  float beyond = 0.2f;         ///< at most so much lies beyond it / on it
   uint64_t seed = 1;
 };
 
@@ -29,6 +34,15 @@ struct Support {
 
   float height(const Vec3f& x) const { return normal.dot(x - point); }
 };
+
+/// Points drawn from `position` in proportion to `mass`, the same for the same seed; none when there is no mass.
+std::vector<Vec3f> draw_points(std::span<const Vec3f> position, std::span<const float> mass, uint64_t seed);
+
+/// Planes on which a thing stands or before which it hangs: wide planes through `samples` that pass well clear of a
+/// point of the thing, with next to nothing beyond them there.  `diagonal` is that of the scene, `spacing` that between
+/// its Gaussians.
+std::vector<Support> planes_behind(const SupportOptions& options, const std::vector<Vec3f>& samples, const Vec3f& thing, float diagonal,
+                                   float spacing);
 
 /// The ground, the lowest wide plane across `up` with next to nothing below, comes first; then walls: wide upright
 /// planes with everything on one side.  Empty when there is no ground.  Planes by random sample consensus over

@@ -50,10 +50,16 @@ ViewFootprints footprints(const FootprintOptions& options, const BlendWeights& w
   for (size_t pixel = 0; pixel < mask.size(); ++pixel)
     for (uint32_t e = weights.row_start[pixel]; e < weights.row_start[pixel + 1]; ++e)
       if (candidate[weights.gaussian[e]] == mask[pixel]) own[weights.gaussian[e]] += weights.weight[e];
+  // Before an empty background, the rims of things are all that its mask would stand on.
+  std::vector<double> cover(out.id.size(), 0.0);
+  for (size_t p = 0; p < gaussians; ++p)
+    if (candidate[p] >= 0) cover[candidate[p]] += own[p];
   for (size_t p = 0; p < gaussians; ++p) {
     if (total[p] < options.least_mass) continue;
+    const int m = candidate[p];
+    const bool stands = m >= 0 && own[p] >= options.decisive * total[p] && cover[m] >= options.least_cover * out.pixels[m];
     out.gaussian.push_back(static_cast<uint32_t>(p));
-    out.mask.push_back(own[p] >= options.decisive * total[p] ? candidate[p] : -1);
+    out.mask.push_back(stands ? m : -1);
     out.mass.push_back(total[p]);
   }
   return out;

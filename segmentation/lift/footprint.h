@@ -27,6 +27,7 @@ struct ViewFootprints {
 struct FootprintOptions {
   float least_mass = 0.02f;   ///< px; Gaussians that show less in a view are not visible in it
   float decisive = 0.6f;      ///< share of its weight that a Gaussian's mask holds
+  float least_cover = 0.05f;  ///< share of its pixels that the Gaussians of a mask cover; what shows less is empty space
   RenderOptions render;
 };
 

@@ -36,7 +36,7 @@ void Selector::cut(const GraphCutOptions& cut_options, const Lift& lift) {
 
 /// The largest part, parts that were marked as the object's, and those that lie against them.
 void Selector::keep_main_part() {
-  const std::vector<int> part = connected_parts(graph_, label_, options_.link);
+  const std::vector<int> part = connected_parts(graph_, label_, options_.link, !planes_.empty());
   std::vector<uint8_t> wanted(label_.size() + 1, 0);
   wanted[0] = 1;
   for (size_t i = 0; i < label_.size(); ++i)
@@ -84,20 +84,6 @@ void Selector::give_back_enclosed() {
   }
   for (const int i : enclosed_nodes(graph_, label_, outside, options_.link, options_.enclosed, kTouch))
     label_[i] = 1, ++summary_.enclosed;
-}
-
-void Selector::propose_around_seeds() {
-  std::vector<int> sources;
-  for (size_t i = 0; i < graph_.nodes.size(); ++i)
-    if (fixed_[graph_.nodes[i]] > 0) sources.push_back(static_cast<int>(i));
-  const std::vector<int> order = order_from(graph_, sources);
-  const size_t count = best_sweep(graph_, order, std::max<size_t>(20, 2 * sources.size()));
-  label_.assign(graph_.nodes.size(), 0);
-  evidence_.assign(graph_.nodes.size(), -options_.evidence);
-  for (size_t k = 0; k < count; ++k) label_[order[k]] = 1, evidence_[order[k]] = options_.evidence;
-  for (size_t i = 0; i < graph_.nodes.size(); ++i)
-    if (fixed_[graph_.nodes[i]]) evidence_[i] = fixed_[graph_.nodes[i]] * kFixed;
-  cut_graph(options_.cut, graph_, evidence_, label_);
 }
 
 std::vector<float> Selector::memberships() const {
@@ -165,7 +151,7 @@ GestureOptions GestureOptions::prototype() {
   GestureOptions options;
   options.attach = false;
   options.support = 0, options.stroke_reach = 0, options.unseen_prior = 1;
-  options.enclosed = 1, options.one_by_one = false, options.refine_rounds = 1,
+  options.apart_from_planes = false, options.enclosed = 1, options.one_by_one = false, options.refine_rounds = 1,
   options.cut.outside = options.refine_cut.outside = 0;
   return options;
 }

@@ -25,7 +25,7 @@ struct GestureOptions {
   float confident = 1;  ///< px of blend weight from which on evidence counts fully
   int neighbours = 10;  ///< of the graph
   GraphCutOptions cut;
-  float link = 0.02f;  ///< edges above this connect parts
+  float link = 0.02f;  ///< edges above this connect parts; by nearness alone before planes that part a thing from the rest
   bool attach = true;  ///< parts of other colours that lie against the object belong to it
   // Refinement: masks of more views, started from the selection so far.
   int refine_rounds = 2, refine_views = 12, refine_window = 320, refine_band = 6, refine_iterations = 3;
@@ -36,6 +36,7 @@ struct GestureOptions {
   float unseen_prior =
       0.3f;                 ///< share of refine_prior that holds for Gaussians on which the boxes' pictures say nothing
   float stroke_reach = 2;   ///< path in the graph over which a stroke outweighs the pictures; 0 = only what it covers
+  bool apart_from_planes = true;  ///< without a box, a thing hangs together apart from the planes behind it
   float enclosed = 0.005f;  ///< parts in the boxes that touch nothing but the object come back when they hold this
                             ///< share of its opacity; 1 = never
   bool one_by_one = true;  ///< beside boxes, a background stroke only takes away and a foreground one only adds
@@ -75,7 +76,8 @@ struct GestureResult {
 /// a second cut.  What strokes and clicks cover is fixed in pictures and in the graph, and they outweigh the pictures
 /// nearby along the graph.
 /// 5. What lies in the boxes and touches nothing but the object is the object's, whatever its colour.  Without a box,
-/// the parts of the graph nearest to what was clicked are the proposal.  Equal for any number of threads.  Throws
+/// what hangs together with what was clicked, apart from the planes behind it, is the proposal; without such planes the
+/// parts of the graph nearest to it.  Equal for any number of threads.  Throws
 /// Error{kUsage} when nothing is selected.
 GestureResult select_by_gesture(const GestureOptions& options, const Gesture& gesture,
                                 const std::optional<SelectionShape>& shape, const GaussianCloud& cloud,

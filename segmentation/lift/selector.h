@@ -1,5 +1,6 @@
 #pragma once
 
+#include "segmentation/lift/automatic_supports.h"
 #include "segmentation/lift/gesture.h"
 
 namespace pliant {
@@ -23,6 +24,10 @@ class Selector {
   void fix_seeds();
   void spread_seeds();
   void look_at_boxes();
+  std::vector<float> shown() const;
+  void find_planes(const std::vector<int>& sources);
+  bool on_plane(int p) const;
+  GaussianGraph without_planes() const;
   void propose_around_seeds();
   void cut(const GraphCutOptions& cut_options, const Lift& lift);
   void keep_main_part();
@@ -49,6 +54,7 @@ class Selector {
   std::vector<uint8_t> label_;       // [nodes]
   std::vector<float> evidence_;      // [nodes] of the last cut
   std::vector<float> support_;       // [nodes] evidence from the plane that the object stands on
+  std::vector<Support> planes_;      // that what was clicked stands on or hangs at
   std::vector<float> spread_;        // [nodes] -1..1, how strokes reach along the graph
   Lift prompts_;                     // of the boxes' masks
   std::vector<SelectionRule> rule_;  // [N]

@@ -249,16 +249,67 @@ TEST(Associate, FourHundredObjectsAndMoreIdsThanEightBitsHold) {
   EXPECT_LT(errors.wrong + errors.empty, 0.01 * errors.pixels);
 }
 
-TEST(ContourBand, IsTheMaskWithoutItsErosion) {
+TEST(Associate, MaskOfTheEmptySpaceAroundAThingStandsOnNothing) {
+  MadeScene scene = made_scene(two_balls(), 8);
+  std::vector<int> balls;
+  for (size_t p = 0; p < scene.cloud.size(); ++p)
+    if (scene.truth[p] != MadeScene::kTable) balls.push_back(static_cast<int>(p));
+  scene.cloud = scene.cloud.select(balls);
+  MaskSet masks = cast_masks(scene);
+  for (MaskSet::View& view : masks.views)
+    for (uint32_t& id : view.ids.data) id = id == 0 || id == MadeScene::kTable ? 2 : 1;
+  AssociateOptions options;
+  options.keep_above = 0.75;
+  const AssociateResult result = associate(options, scene.cloud, scene.cameras, masks);
+  EXPECT_FALSE(result.summary.associated) << result.summary.describe();
+  EXPECT_EQ(result.masks.views[3].ids.data, masks.views[3].ids.data);
+}
+
+TEST(ContourBands, AreTheMasksWithoutTheirErosion) {
   IdImage ids(9, 9, 1);
   for (int y = 1; y < 8; ++y)
     for (int x = 0; x < 7; ++x) ids(x, y) = 5;  // 7 x 7, at the left border of the picture
   for (int band : {1, 2, 3}) {
-    const std::vector<uint8_t> ring = contour_band(ids, 5, band);
+    std::vector<uint8_t> ring = contour_bands(ids, band);
+    EXPECT_EQ(ring[8 * 9 + 4], 1);  // of what is below the square
+    for (size_t i = 0; i < ring.size(); ++i) ring[i] = ring[i] && ids.data[i] == 5;
     const int inner = 7 - 2 * band;
     EXPECT_EQ(std::count(ring.begin(), ring.end(), 1), 49 - inner * inner);
     EXPECT_EQ(ring[4 * 9 + 3], 0);
     EXPECT_EQ(ring[4 * 9], 1);
+  }
+}
+
+TEST(CountBoundaries, AreTheOverlapsOfTheBandsOfEachIdByItself) {
+  IdImage truth(60, 50, 1), ours(60, 50, 1);
+  for (int y = 0; y < 50; ++y)
+    for (int x = 0; x < 60; ++x) {
+      truth(x, y) = x < 5 ? 0 : 1 + (x / 13 + y / 11) % 4;
+      ours(x, y) = 1 + ((x + y / 9) / 13 + y / 12) % 5;  // one id more than the truth has
+    }
+  for (int band : {1, 3}) {
+    std::map<uint32_t, OverlapCount> overlap;
+    count_boundaries(ours, truth, band, overlap);
+    ASSERT_EQ(overlap.size(), 4u);
+    for (const auto& [id, count] : overlap) {
+      // Each id alone: the ring of its mask, by looking at every pixel around.
+      const auto ring = [&](const IdImage& ids, int x, int y) {
+        if (ids(x, y) != id) return false;
+        for (int j = y - band; j <= y + band; ++j)
+          for (int i = x - band; i <= x + band; ++i)
+            if (i < 0 || j < 0 || i >= 60 || j >= 50 || ids(i, j) != id) return true;
+        return false;
+      };
+      size_t both = 0, either = 0;
+      for (int y = 0; y < 50; ++y)
+        for (int x = 0; x < 60; ++x) {
+          if (truth(x, y) == 0) continue;
+          const bool a = ring(ours, x, y), b = ring(truth, x, y);
+          both += a && b, either += a || b;
+        }
+      EXPECT_EQ(count.both, both) << id;
+      EXPECT_EQ(count.either, either) << id;
+    }
   }
 }
 

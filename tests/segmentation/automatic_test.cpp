@@ -5,6 +5,7 @@
 
 #include <limits>
 
+#include "segmentation/lift/automatic_supports.h"
 #include "tests/segmentation/made_scene.h"
 
 namespace pliant {
@@ -211,6 +212,35 @@ TEST(PictureSegments, WhatIsNotOpaqueStaysUnlabelled) {
   const IdImage ids = picture_segments({}, picture);
   EXPECT_EQ(ids(10, 10), 1u);
   EXPECT_EQ(ids(40, 10), 0u);
+}
+
+/// Points spread over a parallelogram.
+void add_sheet(const Vec3f& corner, const Vec3f& a, const Vec3f& b, int count, std::vector<Vec3f>& points) {
+  for (int i = 0; i < count; ++i) {
+    Random random(3, points.size());
+    const float s = static_cast<float>(random.uniform()), t = static_cast<float>(random.uniform());
+    points.push_back(corner + s * a + t * b + Vec3f::Constant(0.002f * static_cast<float>(random.normal())));
+  }
+}
+
+TEST(PlanesBehind, AreThoseWideOnesClearOfTheThingWithNothingBeyond) {
+  std::vector<Vec3f> wall, all;
+  add_sheet(Vec3f(-2, -2, 0), Vec3f(4, 0, 0), Vec3f(0, 4, 0), 6000, wall);   // z = 0
+  all = wall;
+  add_sheet(Vec3f(-0.2f, -0.2f, 0.5f), Vec3f(0.4f, 0, 0), Vec3f(0, 0.4f, 0), 150, all);  // a small plate before it
+  const auto behind = [](const std::vector<Vec3f>& points, const Vec3f& thing) { return planes_behind({}, points, thing, 5, 0.01f); };
+  const std::vector<Support> found = behind(all, Vec3f(0, 0, 0.6f));
+  ASSERT_EQ(found.size(), 1u) << "the plate is no wall";
+  EXPECT_GT(found[0].normal.z(), 0.999f);
+  EXPECT_NEAR(found[0].height(Vec3f(0, 0, 0.6f)), 0.6, 0.01);
+  EXPECT_TRUE(behind(all, Vec3f(0, 0, 0.01f)).empty()) << "what was marked lies in the plane";
+  EXPECT_EQ(behind(all, Vec3f(0, 0, -0.6f)).size(), 1u) << "the side does not matter ...";
+  std::vector<Vec3f> two = all;
+  add_sheet(Vec3f(-2, -2, -0.5f), Vec3f(4, 0, 0), Vec3f(0, 4, 0), 3000, two);
+  const std::vector<Support> last = behind(two, Vec3f(0, 0, 0.8f));
+  ASSERT_EQ(last.size(), 1u);
+  EXPECT_NEAR(last[0].height(Vec3f(0, 0, 0.8f)), 1.3, 0.01) << "... but one through which more is seen is no wall";
+  EXPECT_TRUE(behind({}, Vec3f::Zero()).empty());
 }
 
 }  // namespace

@@ -221,6 +221,25 @@ TEST_F(GestureTest, AClickSelectsTheClickedOfTwoBalls) {
   }
 }
 
+TEST_F(GestureTest, AClickTakesAThingOfManyColoursWholeFromThePlaneBehindIt) {
+  // Stripes of three colours, one of them the plane's.
+  const Vec3f colours[3] = {{0.8f, 0.1f, 0.1f}, {0.7f, 0.5f, 0.3f}, {0.1f, 0.3f, 0.8f}};
+  for (size_t p = 0; p < scene.truth.size(); ++p) {
+    if (scene.truth[p] != 300) continue;
+    const Vec3f& colour = colours[std::clamp(static_cast<int>(std::floor((scene.cloud.position[p].x() + 0.6f) / 0.2f)), 0, 2)];
+    for (int k = 0; k < 3; ++k) scene.cloud.sh_of(p)[k] = (colour[k] - 0.5f) / kSh0;
+  }
+  options.up = Vec3f::Zero();  // it may hang at a wall
+  for (int camera : {1, 4, 8}) {
+    Gesture gesture;
+    gesture.strokes.push_back({camera, true, {centre_of(0, camera)}, 4});
+    options.apart_from_planes = true;
+    EXPECT_GT(iou(select(gesture), 300), 0.85) << camera;
+    options.apart_from_planes = false;
+    EXPECT_LT(iou(select(gesture), 300), 0.7) << camera;
+  }
+}
+
 TEST_F(GestureTest, ABackgroundStrokeRemovesALeak) {
   // A ball grows out of another of the same colour, and one box holds both: it is a leak until a stroke crosses it.
   auto balls = two_balls();
