@@ -257,6 +257,12 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     if (after < least) least = after, best = std::move(fitter), parameters = result.parameters;
   }
   double noise = options.noise > 0 ? options.noise : std::max(least, 1e-12);
+  // What remains, as the noise.  Errors of neighbouring frames are not independent: how long they last says how much the
+  // tracks weigh against the priors, and how wide the posterior is.
+  const size_t columns = tracks.tracks().rest.size() * (tracks.tracks().camera ? 2 : 3);
+  const auto left_over = [&](const GaussNewtonResult& r) {
+    return std::max(1e-6, r.summary.rms * std::sqrt(correlation_factor(r.residuals, columns)));
+  };
   GaussNewtonResult result;
   if (options.field) {
     best->fix_time_step(parameters, kMargin);
@@ -264,8 +270,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     axes.principal_axes = true;
     result.parameters = parameters;
     for (int round = 0; round < kRounds; ++round) {
-      // With what remains as the noise, the prior weighs what it should.
-      const double change = round == 0 ? 1 : std::max(1e-6, result.summary.rms);
+      const double change = round == 0 ? 1 : left_over(result);
       if (round > 1 && change > kSameNoise) break;
       noise *= change, axes.rough_jacobian = result.jacobian / change;
       axes.tolerance = (round == 0 ? 10 : 1) * options.refine.tolerance;
@@ -282,10 +287,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   // The transfers damp more at small time steps: the last steps are made at the one that a simulation will take.
   best->fix_time_step(result.parameters, kSame);
   if (result.jacobian.size() > 0) result = best->refine(options.refine, result.parameters, 8, noise, result.jacobian);
-  // Errors of neighbouring frames are not independent: what remains and how long it lasts say how much the tracks weigh
-  // against the priors, and how wide the posterior is.
-  const size_t columns = tracks.tracks().rest.size() * (tracks.tracks().camera ? 2 : 3);
-  const double wider = std::max(1e-6, result.summary.rms * std::sqrt(correlation_factor(result.residuals, columns)));
+  const double wider = left_over(result);
   if (result.jacobian.size() > 0)
     result = best->refine(options.refine, result.parameters, 4, noise * wider, result.jacobian / wider);
   fit.rms = best->rms(result.parameters);
