@@ -75,6 +75,10 @@ void add_compare_options(CLI::App& command, CompareStage& stage, const std::stri
                      "(fitting/fit/guidance.h); beside a video, or without one")
       ->group(kGroup);
   command.add_option("--guide-weight", stage.guide_weight, "Of its loss, in square pixels of the tracks")->check(CLI::PositiveNumber)->capture_default_str()->group(kGroup);
+  command.add_option("--guide-limit", stage.guide_limit, "Time that it may take for each answer, and half of what it may take to start [s]")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str()
+      ->group(kGroup);
   command.add_option("--guide-frames", stage.guide_frames, "Without a video: frames that are drawn, at --video-fps (default 24)")
       ->check(CLI::Range(2, 1000))
       ->capture_default_str()

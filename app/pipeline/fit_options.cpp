@@ -13,7 +13,7 @@ constexpr int kGrow = 8;              // px by which the moving mask is grown wh
 constexpr double kDirectRate = 0.03;  // of ln E where it is a parameter itself, not what a network makes of many
 
 /// What gradients compare.
-ClipTerms clip_terms(const Context& context, const RunDirectory& run, const CompareStage& stage, const FitScene& fit) {
+ClipTerms clip_terms(const Context& context, const RunDirectory& run, const CompareStage& stage, const FitScene& fit, int first_step) {
   ClipTerms terms;
   terms.drawn = fit.drawn;
   terms.track_weight = stage.loss == "pictures" ? 0 : 1;
@@ -24,7 +24,7 @@ ClipTerms clip_terms(const Context& context, const RunDirectory& run, const Comp
     for (const FitView* view : fit.views())
       terms.seen.push_back(cut_to_weight(view->video.camera, std::span(view->video.frames).first(fit.used), motion_mask(*view, kGrow)));
   if (!stage.guide.empty()) {
-    terms.guide = start_guide(context, run, stage);
+    terms.guide = start_guide(context, run, stage, first_step);
     terms.guide_camera = fit.video.camera, terms.guide_weight = stage.guide_weight;
   }
   return terms;
@@ -32,16 +32,19 @@ ClipTerms clip_terms(const Context& context, const RunDirectory& run, const Comp
 
 }  // namespace
 
-std::shared_ptr<Guidance> start_guide(const Context& context, const RunDirectory& run, const CompareStage& stage) {
+std::shared_ptr<Guidance> start_guide(const Context& context, const RunDirectory& run, const CompareStage& stage, int first_step) {
   GuidanceOptions options;
+  options.first_step = first_step;
   options.command = stage.guide, options.interrupted = context.interrupted;
+  options.step_limit = stage.guide_limit, options.start_limit = 2 * stage.guide_limit;
   context.progress.say(fmt::format("fit: waits until `{}` is ready", stage.guide));
   auto guide = std::make_shared<Guidance>(options, run / "fit/guide");
   context.progress.say(fmt::format("fit: '{}' judges the drawn motion", guide->name()));
   return guide;
 }
 
-MaterialFitOptions material_fit_options(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage, const FitScene& fit) {
+MaterialFitOptions material_fit_options(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage, const FitScene& fit,
+                                        const GradientFitState& done) {
   MaterialFitOptions options;
   VibrationFitOptions& vibration = options.vibration;
   vibration.simulate.gravity = -9.81 * scene.up;
@@ -56,7 +59,7 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
   options.gradient.iterations = stage.compare.iterations;
   options.gradient_window = stage.compare.window;
   options.poisson = stage.compare.poisson;
-  options.clip = clip_terms(context, run, stage.compare, fit);
+  options.clip = clip_terms(context, run, stage.compare, fit, static_cast<int>(done.rows.size()));
   return options;
 }
 

@@ -5,6 +5,7 @@
 #include "gaussians/io/files.h"
 
 namespace pliant {
+namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace {
@@ -16,6 +17,7 @@ std::string numbers(const json& fit) {
       rows += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", name, fmt::format(fmt::runtime(format), scale * fit[key].get<double>()));
   };
   row("young_pa", "Young's modulus", "{:.4g} Pa");
+  row("young_before_pa", "the same before", "{:.4g} Pa");
   row("log10_sigma", "one standard deviation by noise alone", "{:.3f} decades");
   row("poisson", "Poisson's ratio", "{:.3f}");
   row("damping_time_s", "damping time", "{:.3g} s");
@@ -42,6 +44,8 @@ std::string fit_section(const RunDirectory& run) {
     html += "</ul>\n";
   }
   html += html_video(run, "fit/side_by_side.mp4", "The video, the fitted motion, their difference");
+  for (int i = 2; fs::exists(run / fmt::format("fit/side_by_side_{}.mp4", i)); ++i)
+    html += html_video(run, fmt::format("fit/side_by_side_{}.mp4", i), fmt::format("The same of video {}", i));
   html += html_video(run, "fit/guided.mp4", "The motion with what was found");
   html += html_picture(run, "fit/slices.png", "Space-time slices: a line of pixels over time, in the video and in the fitted motion");
   html += html_picture(run, "fit/markers.png", "Markers: measured and simulated");
@@ -50,6 +54,14 @@ std::string fit_section(const RunDirectory& run) {
   html += html_picture(run, "fit/young.png", "Young's modulus on the object");
   html += html_picture(run, "fit/uncertainty.png", "How well it is known");
   return html;
+}
+
+void clear_fit_pictures(const RunDirectory& run) {
+  fs::create_directories(run / "fit");
+  std::vector<fs::path> old;
+  for (const auto& entry : fs::directory_iterator(run / "fit"))
+    if (entry.path().extension() == ".png" || entry.path().extension() == ".mp4") old.push_back(entry.path());
+  for (const fs::path& file : old) fs::remove(file);
 }
 
 void write_fit_page(const RunDirectory& run) {

@@ -71,7 +71,7 @@ ImageF picture_of_drivers(const FitScene& fit, const std::vector<double>& value,
   return out;
 }
 
-SpaceTimeSlices::SpaceTimeSlices(const FitScene& fit) : width_(fit.still.width), height_(fit.still.height) {
+SpaceTimeSlices::SpaceTimeSlices(const FitView& fit) : width_(fit.still.width), height_(fit.still.height) {
   const ImageF& first = fit.video.frames[0];
   std::vector<double> of_row(height_, 0.0), of_column(width_, 0.0);
   const size_t step = std::max<size_t>(1, fit.video.frames.size() / 24);

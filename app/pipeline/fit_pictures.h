@@ -14,7 +14,7 @@ ImageF picture_of_drivers(const FitScene& fit, const std::vector<double>& value,
 /// video changes most within the object.
 class SpaceTimeSlices {
  public:
-  explicit SpaceTimeSlices(const FitScene& fit);
+  explicit SpaceTimeSlices(const FitView& fit);
   void add(const ImageF& seen, const ImageF& drawn);
   /// Time runs downwards for the row, to the right for the column.
   ImageF picture() const;

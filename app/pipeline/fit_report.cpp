@@ -32,21 +32,21 @@ ImageF side_by_side_picture(const ImageF& seen, const ImageF& drawn) {
   return side;
 }
 
-}  // namespace
-
-MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, const fs::path& folder) {
-  const ImageF mask = motion_mask(fit, kGrow);
-  const ImageF& first = fit.video.frames[0];
+/// Of one video; the names of pictures end in `suffix`.
+MotionScores compare_view(const FitScene& fit, const FitView& view, const FittedMotion& motion, const fs::path& folder, const std::string& suffix) {
+  const ImageF mask = motion_mask(view, kGrow);
+  const ImageF& first = view.video.frames[0];
   MotionScores scores;
-  scores.rest = psnr_in(fit.still, first, mask);
+  scores.rest = psnr_in(view.still, first, mask);
   const bool pictures = !folder.empty();
-  SpaceTimeSlices slices(fit);
+  SpaceTimeSlices slices(view);
   std::optional<VideoWriter> writer;
-  if (pictures) writer.emplace(folder / "side_by_side.mp4", fit.video.fps, 3 * first.width, first.height);
+  if (pictures) writer.emplace(folder / ("side_by_side" + suffix + ".mp4"), view.video.fps, 3 * first.width, first.height);
   for (size_t k = 0; k < motion.frames.size(); ++k) {
     const int f = motion.first_frame + static_cast<int>(k);
-    const ImageF& seen = fit.video.frames.at(f);
-    const ImageF drawn = render(fit.drawn->at(motion.frames[k]), fit.video.camera, fit.drawn->render).color;
+    if (f >= static_cast<int>(view.video.frames.size())) break;
+    const ImageF& seen = view.video.frames.at(f);
+    const ImageF drawn = render(fit.drawn->at(motion.frames[k]), view.video.camera, fit.drawn->render).color;
     if (pictures) writer->write(side_by_side_picture(seen, drawn)), slices.add(seen, drawn);
     const bool used = f < fit.used;
     (used ? scores.psnr_used : scores.psnr_later) += psnr_in(drawn, seen, mask);
@@ -54,10 +54,25 @@ MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, con
     ++(used ? scores.frames_used : scores.frames_later);
   }
   if (pictures) writer->close();
-  if (pictures && !motion.frames.empty()) write_image(folder / "slices.png", slices.picture());
+  if (pictures && !motion.frames.empty()) write_image(folder / ("slices" + suffix + ".png"), slices.picture());
   if (scores.frames_used) scores.psnr_used /= scores.frames_used, scores.still_used /= scores.frames_used;
   if (scores.frames_later) scores.psnr_later /= scores.frames_later, scores.still_later /= scores.frames_later;
   return scores;
+}
+
+}  // namespace
+
+MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, const fs::path& folder) {
+  const std::vector<const FitView*> views = fit.views();
+  MotionScores mean;
+  for (size_t i = 0; i < views.size(); ++i) {
+    const MotionScores one = compare_view(fit, *views[i], motion, folder, i == 0 ? "" : "_" + std::to_string(i + 1));
+    const double share = 1.0 / static_cast<double>(views.size());
+    mean.psnr_used += share * one.psnr_used, mean.psnr_later += share * one.psnr_later, mean.rest += share * one.rest;
+    mean.still_used += share * one.still_used, mean.still_later += share * one.still_later;
+    if (i == 0) mean.frames_used = one.frames_used, mean.frames_later = one.frames_later;
+  }
+  return mean;
 }
 
 void write_fit_pictures(const fs::path& folder, const FitScene& fit, const FitFindings& findings) {

@@ -13,7 +13,7 @@ struct FittedMotion {
   std::vector<SimulationState> frames;  ///< one for each frame of the video from there to its end
 };
 
-/// How well the fitted motion and the video agree inside the moving mask, dB; means over frames.
+/// How well the fitted motion and the videos agree inside the moving mask, dB; means over frames and videos.
 struct MotionScores {
   double psnr_used = 0, psnr_later = 0;    ///< of the fit over frames that it saw, and over later ones
   double still_used = 0, still_later = 0;  ///< of the first frame held
@@ -22,7 +22,7 @@ struct MotionScores {
 };
 
 /// Scores; writes into `folder` the video, the fitted motion and their difference side by side (side_by_side.mp4), and
-/// lines of pixels over time (slices.png); nothing when the name is empty.
+/// lines of pixels over time (slices.png), of further videos as side_by_side_2.mp4 and so on; nothing when the name is empty.
 MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, const std::filesystem::path& folder);
 
 /// What the pictures of a fit show; what is empty gets none.
@@ -37,6 +37,9 @@ struct FitFindings {
 
 /// young.png, uncertainty.png, search.png, loss.png.
 void write_fit_pictures(const std::filesystem::path& folder, const FitScene& fit, const FitFindings& findings);
+
+/// Makes fit/, or takes the pictures and videos of an earlier fit out of it.
+void clear_fit_pictures(const RunDirectory& run);
 
 /// What the report says of a fit: its numbers, what is not determined, and the pictures in fit/.
 std::string fit_section(const RunDirectory& run);

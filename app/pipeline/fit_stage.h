@@ -35,6 +35,7 @@ struct CompareStage {
   bool poisson = false;         ///< Poisson's ratio is fitted too
   std::string guide;            ///< a program that judges the drawn motion, see fitting/fit/guidance.h; empty = none
   double guide_weight = 1;      ///< of its loss
+  double guide_limit = 300;     ///< s that it may take for a step; twice that until it is ready
   int guide_frames = 14;        ///< without a video, that are drawn
   std::string load;             ///< file, without a video: what acts; empty = one push sized to the stiffness
 };

@@ -5,8 +5,8 @@
 
 #include "app/pipeline/fit_options.h"
 #include "app/pipeline/fit_outcome.h"
+#include "app/pipeline/fit_progress.h"
 #include "app/pipeline/fit_video.h"
-#include "app/store/fit_checkpoint.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 
@@ -34,31 +34,6 @@ FittedMotion replay(const FitScene& fit, const VibrationFit& found, const Partic
   return motion;
 }
 
-constexpr const char* kCheckpoint = "fit/checkpoint.h5";
-
-/// What an interrupted fit of the same options and inputs left, and the hooks that keep what is done from now on.
-MaterialFitProgress kept_progress(const Context& context, const fs::path& file, const std::string& provenance) {
-  auto checkpoint = std::make_shared<FitCheckpoint>();
-  if (fs::exists(file) && read_fit_checkpoint_provenance(file) == provenance) {
-    *checkpoint = read_fit_checkpoint(file);
-    context.progress.say(checkpoint->gradient.rows.empty() ? "fit: goes on from the best constant of an interrupted fit"
-                                                           : fmt::format("fit: goes on after {} iterations of an interrupted fit", checkpoint->gradient.rows.size()));
-  }
-  checkpoint->provenance_json = provenance;
-  MaterialFitProgress kept{checkpoint->homogeneous, checkpoint->gradient, {}, {}};
-  kept.keep_homogeneous = [checkpoint, file](const VibrationFit& fit) {
-    checkpoint->homogeneous = fit;
-    write_fit_checkpoint(file, *checkpoint);
-  };
-  kept.keep_gradient = [checkpoint, file, &context](const GradientFitState& state) {
-    checkpoint->gradient = state;
-    const bool stop = context.interrupted && context.interrupted();
-    if (stop || state.rows.size() % 5 == 0) write_fit_checkpoint(file, *checkpoint);
-    return !stop;
-  };
-  return kept;
-}
-
 }  // namespace
 
 bool is_fitted(const RunDirectory& run) { return run.has("fit"); }
@@ -79,13 +54,13 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
 
   const json summary = run.stage(context, key, [&]() -> json {
     const std::string provenance = run.provenance(context, key);
-    fs::create_directories(run / "fit");
+    clear_fit_pictures(run);
     const FitScene fit = load_fit_scene(context, run, scene, stage);
     const TrackLoss<float> tracks(follow_points(context, fit), fit.body.file.driving_position, scene.metres_per_unit, kOutlier);
     const auto say = [&](const std::string& line) { context.progress.say("fit: " + line); };
-    const MaterialFitOptions options = material_fit_options(context, run, scene, stage, fit);
-    const MaterialFit found_material = fit_material(options, fit.body.particles, fit.pins, tracks, fit.video.fps, say,
-                                                    kept_progress(context, run / kCheckpoint, provenance));
+    const MaterialFitProgress kept = kept_progress(context, run, provenance);
+    const MaterialFitOptions options = material_fit_options(context, run, scene, stage, fit, kept.gradient);
+    const MaterialFit found_material = fit_material(options, fit.body.particles, fit.pins, tracks, fit.video.fps, say, kept);
     const VibrationFit& found = found_material.found;
     const Particles& fitted = found_material.particles;
     const std::string sources[] = {"homogeneous", "by parts", "a smooth field", "triplanes"};
@@ -121,7 +96,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     for (const double omega : found.modes.omega) full["modes_hz"].push_back(omega / 6.283185307179586);
     if (!found_material.iterations.empty()) full["iterations"] = iterations_to_json(found_material.iterations);
     write_text(run / "fit/results.json", full.dump(2) + "\n");
-    fs::remove(run / kCheckpoint);
+    forget_progress(run);
     return result;
   });
   write_fit_page(run);

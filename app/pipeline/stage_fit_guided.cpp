@@ -4,6 +4,7 @@
 
 #include "app/pipeline/fit_options.h"
 #include "app/pipeline/fit_outcome.h"
+#include "app/pipeline/fit_progress.h"
 #include "app/pipeline/fit_video.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
@@ -53,7 +54,7 @@ json run_guided_fit(const Context& context, RunDirectory& run, const Scene& scen
 
   const json summary = run.stage(context, key, [&]() -> json {
     const std::string provenance = run.provenance(context, key);
-    fs::create_directories(run / "fit");
+    clear_fit_pictures(run);
     const FitScene fit = load_still_scene(context, run, scene, stage, unfilmed_camera(run, scene, stage));
     SimulateStage forces;
     forces.interactions = compare.load, forces.fps = fps, forces.duration = (compare.guide_frames - 1) / fps, forces.settle = 0;
@@ -62,16 +63,16 @@ json run_guided_fit(const Context& context, RunDirectory& run, const Scene& scen
     write_text(run / "fit/interactions.json", plan.script.dump(2) + "\n");
     const Motion<float> motion = pushed_motion(plan, fit);
 
-    MaterialFitOptions options = material_fit_options(context, run, scene, stage, fit);
+    const MaterialFitProgress kept = kept_progress(context, run, provenance);
+    MaterialFitOptions options = material_fit_options(context, run, scene, stage, fit, kept.gradient);
     options.clip.track_weight = 0;
     ClipFitOptions varied = gradient_fields(options, motion.particles);
     varied.velocity = nullptr;  // forces move it
     const ClipFrames frames{0, compare.guide_frames - 1, 0, 1, fps};
     Motion<float> cut = motion;
     cut.options.gradient_window = compare.window;
-    const ClipFit found = fit_clip(varied, cut, clip_objective(options.clip, nullptr, frames), {},
-                                   [&](const std::string& line) { context.progress.say("fit: " + line); },
-                                   [&](const GradientFitState&) { return !(context.interrupted && context.interrupted()); });
+    const ClipFit found = fit_clip(varied, cut, clip_objective(options.clip, nullptr, frames), kept.gradient,
+                                   [&](const std::string& line) { context.progress.say("fit: " + line); }, kept.keep_gradient);
 
     MaterialFile stored = fitted_material(fit, found.motion.particles, 1, stage.field + ", guided by '" + options.clip.guide->name() + "'");
     const double young = mean_young(fit, stored), damping_time = found.motion.options.simulate.damping_time;
@@ -97,6 +98,7 @@ json run_guided_fit(const Context& context, RunDirectory& run, const Scene& scen
     json full = result;
     full["iterations"] = iterations_to_json(found.iterations);
     write_text(run / "fit/results.json", full.dump(2) + "\n");
+    forget_progress(run);
     return result;
   });
   write_fit_page(run);

@@ -175,7 +175,7 @@ json run_marker_fit(const Context& context, RunDirectory& run, const Scene& scen
     const bool more = later.window > 1.05 * options.window;
     const MarkerFitResult seen = more ? fit_markers(later, fitted, load, tracks) : found;
 
-    fs::create_directories(run / "fit");
+    clear_fit_pictures(run);
     for (float& young : solid.young) young = static_cast<float>(found.young);
     write_material(run / (folder + "/material.h5"), {solid.young, solid.poisson, solid.density, "homogeneous, fitted to markers", {}, {}}, provenance);
     VelocityFile start;

@@ -75,7 +75,7 @@ json run_released_fit(const Context& context, RunDirectory& run, const Scene& sc
       }
     }
     write_velocity(run / (folder + "/velocity.h5"), start, provenance);
-    fs::create_directories(run / "fit");
+    clear_fit_pictures(run);
     context.progress.say(fmt::format("fit: released fields: E from {:.3g} to {:.3g} Pa, start up to {:.3g} m/s", low, high, fastest));
     const json result = {{"source", "released by PhysDreamer"}, {"young_pa", std::exp(mean)}, {"young_low_pa", low}, {"young_high_pa", high},
                          {"fastest_m_s", fastest}, {"edge_of_cube_m", metres}};

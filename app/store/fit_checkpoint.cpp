@@ -9,10 +9,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Every array of doubles of a best constant, but the modes' shapes.
+/// Every array of doubles of a fit, but the modes' shapes.
 template <class Fit, class Visit>
 void visit_numbers(Fit& fit, Visit&& visit) {
-  visit("young_sigma", fit.young_sigma), visit("modes_omega", fit.modes.omega), visit("modes_decay", fit.modes.decay);
+  visit("young_sigma", fit.young_sigma), visit("parameters", fit.field), visit("modes_omega", fit.modes.omega), visit("modes_decay", fit.modes.decay);
   visit("search_log10_factor", fit.search.log10_factor), visit("search_unexplained", fit.search.unexplained);
   visit("gauss_newton_loss", fit.summary.loss);
 }
@@ -53,41 +53,41 @@ std::vector<Matrix> read_matrices(const Hdf5Reader& in, const std::string& name,
   return rows;
 }
 
-void write_fit(Hdf5Writer& out, const VibrationFit& fit) {
-  out.group("/homogeneous");
+void write_fit(Hdf5Writer& out, const std::string& group, const VibrationFit& fit) {
+  out.group(group);
   std::vector<double> scalars;
   visit_scalars(fit, [&](double value) { scalars.push_back(value); });
-  out.dataset("/homogeneous/scalars", scalars.data(), {scalars.size()});
+  out.dataset(group + "/scalars", scalars.data(), {scalars.size()});
   visit_numbers(fit, [&](const char* name, const std::vector<double>& values) {
-    out.dataset(std::string("/homogeneous/") + name, values.data(), {values.size()});
+    out.dataset(group + "/" + name, values.data(), {values.size()});
   });
-  write_matrices(out, "/homogeneous/x", fit.start.x), write_matrices(out, "/homogeneous/v", fit.start.v);
-  write_matrices(out, "/homogeneous/C", fit.start.C), write_matrices(out, "/homogeneous/F", fit.start.F);
+  write_matrices(out, group + "/x", fit.start.x), write_matrices(out, group + "/v", fit.start.v);
+  write_matrices(out, group + "/C", fit.start.C), write_matrices(out, group + "/F", fit.start.F);
   for (size_t k = 0; k < fit.modes.size(); ++k) {
-    write_matrices(out, "/homogeneous/shape_" + std::to_string(k), fit.modes.shape[k]);
-    write_matrices(out, "/homogeneous/gradient_" + std::to_string(k), fit.modes.gradient[k]);
+    write_matrices(out, group + "/shape_" + std::to_string(k), fit.modes.shape[k]);
+    write_matrices(out, group + "/gradient_" + std::to_string(k), fit.modes.gradient[k]);
   }
 }
 
-VibrationFit read_fit(const Hdf5Reader& in) {
+VibrationFit read_fit(const Hdf5Reader& in, const std::string& group) {
   VibrationFit fit;
   size_t count = 0;
   visit_scalars(fit, [&](auto&) { ++count; });
-  const std::vector<double> scalars = in.dataset<double>("/homogeneous/scalars", {count});
+  const std::vector<double> scalars = in.dataset<double>(group + "/scalars", {count});
   size_t k = 0;
   visit_scalars(fit, [&](auto& value) { value = static_cast<std::remove_reference_t<decltype(value)>>(scalars[k++]); });
   visit_numbers(fit, [&](const char* name, std::vector<double>& values) {
-    values = in.dataset<double>(std::string("/homogeneous/") + name, {kAny});
+    values = in.dataset<double>(group + "/" + name, {kAny});
   });
-  fit.start.x = read_matrices<Vec3f>(in, "/homogeneous/x", kAny);
+  fit.start.x = read_matrices<Vec3f>(in, group + "/x", kAny);
   const size_t n = fit.start.x.size();
-  fit.start.v = read_matrices<Vec3f>(in, "/homogeneous/v", n);
-  fit.start.C = read_matrices<Mat3f>(in, "/homogeneous/C", n), fit.start.F = read_matrices<Mat3f>(in, "/homogeneous/F", n);
+  fit.start.v = read_matrices<Vec3f>(in, group + "/v", n);
+  fit.start.C = read_matrices<Mat3f>(in, group + "/C", n), fit.start.F = read_matrices<Mat3f>(in, group + "/F", n);
   for (size_t m = 0; m < fit.modes.omega.size(); ++m) {
-    fit.modes.shape.push_back(read_matrices<Vec3d>(in, "/homogeneous/shape_" + std::to_string(m), n));
-    fit.modes.gradient.push_back(read_matrices<Mat3d>(in, "/homogeneous/gradient_" + std::to_string(m), n));
+    fit.modes.shape.push_back(read_matrices<Vec3d>(in, group + "/shape_" + std::to_string(m), n));
+    fit.modes.gradient.push_back(read_matrices<Mat3d>(in, group + "/gradient_" + std::to_string(m), n));
   }
-  if (fit.modes.decay.size() != fit.modes.omega.size()) throw in.complaint("/homogeneous/modes_decay", "has another length than modes_omega");
+  if (fit.modes.decay.size() != fit.modes.omega.size()) throw in.complaint(group + "/modes_decay", "has another length than modes_omega");
   return fit;
 }
 
@@ -97,7 +97,8 @@ constexpr size_t kColumns = 6;  // of a row of iterations
 
 void write_fit_checkpoint(const fs::path& file, const FitCheckpoint& checkpoint) {
   write_hdf5(file, [&](Hdf5Writer& out) {
-    if (checkpoint.homogeneous) write_fit(out, *checkpoint.homogeneous);
+    if (checkpoint.homogeneous) write_fit(out, "/homogeneous", *checkpoint.homogeneous);
+    if (checkpoint.field) write_fit(out, "/field", *checkpoint.field);
     const GradientFitState& g = checkpoint.gradient;
     out.group("/gradient");
     visit_gradient(g, [&](const char* name, const std::vector<double>& values) {
@@ -119,7 +120,8 @@ FitCheckpoint read_fit_checkpoint(const fs::path& file) {
   const Hdf5Reader in(file);
   FitCheckpoint checkpoint;
   checkpoint.provenance_json = in.text("/", "provenance");
-  if (in.has("/homogeneous")) checkpoint.homogeneous = read_fit(in);
+  if (in.has("/homogeneous")) checkpoint.homogeneous = read_fit(in, "/homogeneous");
+  if (in.has("/field")) checkpoint.field = read_fit(in, "/field");
   GradientFitState& g = checkpoint.gradient;
   visit_gradient(g, [&](const char* name, std::vector<double>& values) { values = in.dataset<double>(std::string("/gradient/") + name, {kAny}); });
   const std::vector<double> scalars = in.dataset<double>("/gradient/scalars", {5});

@@ -12,6 +12,7 @@ namespace pliant {
 /// What is done of a fit: the best constant, and how far the gradients are.
 struct FitCheckpoint {
   std::optional<VibrationFit> homogeneous;  ///< without candidates and posterior of a field
+  std::optional<VibrationFit> field;        ///< from there on; likewise
   GradientFitState gradient;
   std::string provenance_json;  ///< options and inputs of the fit
 };

@@ -13,11 +13,13 @@ constexpr double kCommon = 0.02;  // of ln E: a field has a level of its own
 
 std::shared_ptr<const Field> field_of(const MaterialFitOptions& options, const Particles& particles) {
   switch (options.kind) {
-    case MaterialKind::kUniform:
-    case MaterialKind::kTriplanes: return nullptr;
+    case MaterialKind::kUniform: return nullptr;
     case MaterialKind::kParts:
       CHECK(options.part.size() == particles.size());
       return std::make_shared<PartField>(options.part, 1);
+    case MaterialKind::kTriplanes:
+      if (!options.smooth_first) return nullptr;
+      [[fallthrough]];
     case MaterialKind::kSmooth: {
       SmoothFieldOptions smooth = options.smooth;
       smooth.level_sigma = std::max(smooth.level_sigma, smooth.sigma);
@@ -37,6 +39,29 @@ Motion<float> motion_of(const VibrationFit& fit, const VibrationFitOptions& opti
   simulate.duration = fit.rollout_frame(fit.last_frame, fps) / simulate.fps;
   simulate.settle_time = 0, simulate.sleep_speed = 0;
   return motion;
+}
+
+/// A field of factors of E, from the best constant on.
+void add_field(const MaterialFitOptions& options, VibrationFitOptions vibration, const std::shared_ptr<const Field>& field,
+               const std::vector<Interaction>& interactions, const TrackLoss<float>& tracks, double fps,
+               const std::function<void(const std::string&)>& progress, const MaterialFitProgress& kept, MaterialFit& fit) {
+  const bool parts = options.kind == MaterialKind::kParts;
+  vibration.field = field, vibration.candidates = 1, vibration.refine.max_iterations *= 2;
+  vibration.field_sigma = parts ? options.part_sigma * kDecade : 1, vibration.factor_sigma = kCommon;
+  vibration.search.low = -0.3, vibration.search.high = 0.3;
+  vibration.search.first = fit.homogeneous.first_frame / fps;
+  vibration.known_modes = fit.homogeneous.modes.stiffer(std::pow(10.0, fit.homogeneous.log10_factor));
+  const Particles base = fit.particles;
+  fit.found = kept.field ? *kept.field : fit_vibration(vibration, base, interactions, tracks, fps, progress);
+  if (!kept.field && kept.keep_field) kept.keep_field(fit.found);
+  fit.steps.push_back({"field", fit.found.rms, fit.found.seconds});
+  fit.particles = fit.found.fitted(base, field.get());
+  fit.found.log10_factor += fit.homogeneous.log10_factor;
+  fit.sigma = fit.found.young_sigma;
+  if (const auto* smooth = dynamic_cast<const SmoothField*>(field.get()))
+    for (size_t i = 0; i < fit.sigma.size(); ++i)
+      fit.sigma[i] = std::sqrt(fit.sigma[i] * fit.sigma[i] + smooth->variance_left_out(i) / (kDecade * kDecade));
+  fit.prior_sigma = parts ? options.part_sigma : options.smooth.sigma / kDecade;
 }
 
 /// Exact gradients from what was found on.
@@ -90,24 +115,7 @@ MaterialFit fit_material(const MaterialFitOptions& options, const Particles& par
   fit.particles = fit.found.fitted(particles);
   fit.sigma = fit.found.young_sigma, fit.prior_sigma = INFINITY;
   fit.steps = {{"search", fit.homogeneous.rms_search, 0}, {"homogeneous", fit.homogeneous.rms, fit.homogeneous.seconds}};
-  if (const auto field = field_of(options, particles)) {
-    vibration.field = field, vibration.candidates = 1, vibration.refine.max_iterations *= 2;
-    vibration.field_sigma = options.kind == MaterialKind::kParts ? options.part_sigma * kDecade : 1;
-    vibration.factor_sigma = kCommon;
-    vibration.search.low = -0.3, vibration.search.high = 0.3;
-    vibration.search.first = fit.homogeneous.first_frame / fps;
-    const Particles base = fit.particles;
-    vibration.known_modes = fit.homogeneous.modes.stiffer(std::pow(10.0, fit.homogeneous.log10_factor));
-    fit.found = fit_vibration(vibration, base, interactions, tracks, fps, progress);
-    fit.steps.push_back({"field", fit.found.rms, fit.found.seconds});
-    fit.particles = fit.found.fitted(base, field.get());
-    fit.found.log10_factor += fit.homogeneous.log10_factor;
-    fit.sigma = fit.found.young_sigma;
-    if (const auto* smooth = dynamic_cast<const SmoothField*>(field.get()))
-      for (size_t i = 0; i < fit.sigma.size(); ++i)
-        fit.sigma[i] = std::sqrt(fit.sigma[i] * fit.sigma[i] + smooth->variance_left_out(i) / (kDecade * kDecade));
-    fit.prior_sigma = options.kind == MaterialKind::kParts ? options.part_sigma : options.smooth.sigma / kDecade;
-  }
+  if (const auto field = field_of(options, particles)) add_field(options, vibration, field, interactions, tracks, fps, progress, kept, fit);
   if (options.kind == MaterialKind::kTriplanes || options.poisson || options.clip.beyond_tracks())
     refine_by_gradients(options, vibration, interactions, tracks, fps, progress, kept, fit);
   fit.young.assign(fit.particles.young.begin(), fit.particles.young.end());

@@ -17,7 +17,8 @@ struct MaterialFitOptions {
   double part_sigma = 0.5;           ///< decades by which a part is expected to differ from the common factor
   SmoothFieldOptions smooth;         ///< for kSmooth, in metres
   TriplaneOptions planes;            ///< of E, for kTriplanes; those of v0 have a resolution of 24 and no bounds
-  double decades = 2;                ///< by which E may differ from the best constant, for kTriplanes
+  double decades = 2;                ///< by which E may differ from where gradients begin, for kTriplanes
+  bool smooth_first = true;          ///< they begin from a fit of a smooth field rather than from the best constant
   /// Of kTriplanes, and of every kind once `clip` compares more than tracks.  Its windows are in frames of the video.
   GradientFitOptions gradient;
   int gradient_window = 0;           ///< frames of the video through which gradients run back; 0 = all
@@ -28,8 +29,9 @@ struct MaterialFitOptions {
 /// Where an interrupted fit goes on, and who keeps what is done.
 struct MaterialFitProgress {
   std::optional<VibrationFit> homogeneous;  ///< of an earlier call
+  std::optional<VibrationFit> field;        ///< of an earlier call: from the homogeneous on
   GradientFitState gradient;                ///< of an earlier call
-  std::function<void(const VibrationFit&)> keep_homogeneous;
+  std::function<void(const VibrationFit&)> keep_homogeneous, keep_field;
   GradientFitSink keep_gradient;            ///< false stops the fit with Error{kInterrupted}
 };
 
@@ -59,8 +61,8 @@ struct MaterialFit {
 ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particles& particles);
 
 /// The homogeneous fit (fit_vibration.h); then, for parts and smooth fields, Gauss-Newton once more from there with a
-/// field of factors of E, which also says how sure it is; for triplanes, or when more than tracks is compared, exact
-/// gradients (fit_gradient.h) of E(x), damping and, for triplanes, v0(x).
+/// field of factors of E, which also says how sure it is; for triplanes, or when more than tracks is compared, from there
+/// exact gradients (fit_gradient.h) of E(x), damping and, for triplanes, v0(x).
 MaterialFit fit_material(const MaterialFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
                          const TrackLoss<float>& tracks, double fps, const std::function<void(const std::string&)>& progress = {},
                          MaterialFitProgress kept = {});

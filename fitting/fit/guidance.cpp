@@ -26,7 +26,7 @@ struct Guidance::State {
   int step = 0;
 
   State(const GuidanceOptions& options, const fs::path& folder)
-      : options(options), folder(folder), process({options.command, fs::absolute(folder).string(), folder / "log.txt", true, options.interrupted}) {}
+      : options(options), folder(folder), process({options.command, fs::absolute(folder).string(), folder / "log.txt", true, options.interrupted}), step(options.first_step) {}
 
   Error complaint(const std::string& problem, const std::string& remedy) const {
     return input_error(options.command, "", problem + process.last_words(), remedy);

@@ -23,6 +23,7 @@ namespace pliant {
 
 struct GuidanceOptions {
   std::string command;
+  int first_step = 0;                          ///< that it is asked, when steps were taken earlier
   double start_limit = 600, step_limit = 300;  ///< s until it is ready, and for each step
   std::function<bool()> interrupted;           ///< see ChildOptions
 };

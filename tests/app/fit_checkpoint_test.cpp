@@ -23,6 +23,8 @@ FitCheckpoint made() {
   }
   for (int k = 0; k < 2; ++k) fit.modes.shape.push_back(std::vector<Vec3d>(4, Vec3d(k, 1, 2))), fit.modes.gradient.push_back(std::vector<Mat3d>(4, Mat3d::Constant(k + 0.5)));
   c.homogeneous = fit;
+  fit.field = {0.5, -1.25};
+  c.field = fit;
   c.gradient.now = {{1, 2, 3}, {4, 5, 6}, 0.25}, c.gradient.best = {{1, 1, 1}, {0, 0, 0}, -0.5};
   c.gradient.first_moment.assign(7, 0.1), c.gradient.second_moment.assign(7, 0.2);
   c.gradient.best_loss = 0.125, c.gradient.without_better = 3, c.gradient.rows = {{6, 0.5, 1, 2, 3, 4}, {8, 0.25, 1, 2, 3, 4}};
@@ -43,6 +45,9 @@ TEST(FitCheckpoint, ComesBackBitForBit) {
   EXPECT_EQ(b.homogeneous->modes.shape, a.homogeneous->modes.shape);
   EXPECT_EQ(b.homogeneous->modes.gradient, a.homogeneous->modes.gradient);
   EXPECT_EQ(b.homogeneous->search.unexplained, a.homogeneous->search.unexplained);
+  ASSERT_TRUE(b.field);
+  EXPECT_EQ(b.field->field, a.field->field);
+  EXPECT_EQ(b.field->start.v, a.field->start.v);
   EXPECT_EQ(b.gradient.now.material, a.gradient.now.material);
   EXPECT_EQ(b.gradient.now.damping, a.gradient.now.damping);
   EXPECT_EQ(b.gradient.best.velocity, a.gradient.best.velocity);

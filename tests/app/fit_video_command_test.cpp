@@ -202,11 +202,15 @@ TEST_F(FitVideo, WithoutAVideoAProgramThatLikesStillnessGuidesTheMaterial) {
   // Derivatives of half the squared distance from the first frame: the more a motion is damped, the less it moves.
   if (system("command -v python3 > /dev/null") != 0) GTEST_SKIP() << "python3 is not installed";
   write_text(folder / "still.py", R"(
-import array, json, sys
+import array, json, os, sys
 print(json.dumps({'ready': 1, 'name': 'stillness'}), flush=True)
 for line in sys.stdin:
     request = json.loads(line)
     if 'quit' in request: break
+    steps = sys.argv[1] + '/steps.txt'
+    died = os.path.exists(steps) and '6' in open(steps).read()
+    open(steps, 'a').write('%d ' % request['step'])
+    if request['step'] == 6 and not died: sys.exit('no memory')
     frames = array.array('f'); frames.frombytes(open(sys.argv[1] + '/frames.f32', 'rb').read())
     size = len(frames) // request['shape'][0]
     pull = array.array('f', [frames[i] - frames[i % size] for i in range(len(frames))])
@@ -217,11 +221,14 @@ for line in sys.stdin:
   json silent = json::parse(settings);
   silent.erase("video");
   write_text(folder / "scene/scene.json", silent.dump());
-  const int code = run_quietly(fit({"--guide-with", "python3 " + (folder / "still.py").string(), "--guide-frames", "8", "--gradient-iterations", "5", "--camera", camera}));
+  const std::vector<std::string> guided = fit({"--guide-with", "python3 " + (folder / "still.py").string(), "--guide-frames", "8", "--gradient-iterations", "8", "--camera", camera});
+  const int died = run_quietly(guided), code = run_quietly(guided);
   const json result = code == 0 ? json::parse(read_text(folder / "run/fit/results.json")) : json();
   const int refused = run_quietly(fit({"--guide-with", "exit 3;", "--camera", camera})), wrong = run_quietly(fit({"--guide-with", "exit 3;", "--loss", "both"}));
   write_text(folder / "scene/scene.json", settings);
+  EXPECT_EQ(died, 1);
   ASSERT_EQ(code, 0);
+  EXPECT_EQ(read_text(folder / "run/fit/guide/steps.txt"), "0 1 2 3 4 5 6 5 6 7 ");
   EXPECT_LT(result["damping_time_s"].get<double>(), 0.95);
   EXPECT_NE(result["young_pa"], result["young_before_pa"]);
   EXPECT_LT(result["loss_last"].get<double>(), result["loss_first"].get<double>());

@@ -69,8 +69,8 @@ TEST(FitMaterial, TriplanesGoOnFromTheBestConstantAndFromWhereTheyWereStopped) {
   const TwoParts twin;
   const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.5), true, 20, 20, 0.05);
   MaterialFitOptions options;
-  options.kind = MaterialKind::kTriplanes, options.gradient.iterations = 20, options.gradient.growth = 0.3;
-  options.vibration.modes.most = 4, options.vibration.refine.tolerance = 1e-3;
+  options.kind = MaterialKind::kTriplanes, options.smooth.modes = 3, options.vibration.most_smooth = 3, options.gradient.iterations = 20, options.gradient.growth = 0.3;
+  options.vibration.modes.most = 4, options.vibration.refine.tolerance = 1e-2;
   const auto fit = [&](MaterialFitProgress kept) { return fit_material(options, twin.particles, twin.pins, tracks, twin.fps, {}, std::move(kept)); };
   const MaterialFit whole = fit({});
   EXPECT_EQ(whole.iterations.size(), 20u);
@@ -78,6 +78,7 @@ TEST(FitMaterial, TriplanesGoOnFromTheBestConstantAndFromWhereTheyWereStopped) {
 
   MaterialFitProgress first, second;
   first.keep_homogeneous = [&](const VibrationFit& f) { second.homogeneous = f; };
+  first.keep_field = [&](const VibrationFit& f) { second.field = f; };
   first.keep_gradient = [&](const GradientFitState& state) {
     second.gradient = state;
     return state.rows.size() < 5;
