@@ -132,7 +132,7 @@ Vec3f map_color(double t) {
 }
 
 ImageF draw_log_bar(double low, double high, const std::string& label, int width) {
-  constexpr int kHeight = 54, kMargin = 40, kBar = 16;
+  constexpr int kHeight = 60, kMargin = 40, kBar = 16;
   cv::Mat canvas(kHeight, width, CV_8UC3, cv::Scalar(255, 255, 255));
   const double from = std::log10(low), to = std::log10(high);
   const int length = std::max(1, width - 2 * kMargin);
@@ -155,7 +155,7 @@ ImageF draw_log_bar(double low, double high, const std::string& label, int width
       free_from = at + half + 8;
     }
   const double size = std::min(11.0, 11.0 * (width - 4) / std::max(1, text_width(label, 11)));
-  write(canvas, label, {std::max(0, (width - text_width(label, size)) / 2), kHeight - 3}, kInk, size);
+  write(canvas, label, {std::max(0, (width - text_width(label, size)) / 2), kHeight - 8}, kInk, size);
   return to_image(canvas);
 }
 

@@ -17,6 +17,7 @@ std::string numbers(const json& fit) {
       rows += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", name, fmt::format(fmt::runtime(format), scale * fit[key].get<double>()));
   };
   row("young_pa", "Young's modulus", "{:.4g} Pa");
+  row("young_before_pa", "the same before", "{:.4g} Pa");
   row("log10_sigma", "one standard deviation by noise alone", "{:.3f} decades");
   row("poisson", "Poisson's ratio", "{:.3f}");
   row("damping_time_s", "damping time", "{:.3g} s");

@@ -1,8 +1,10 @@
-// Silhouettes of an object before a dark ground: silhouettes_study PHOTOS OUT_FOLDER
-// 1 = object, 2 = the rest: grey above 0.19, closed by a 5 x 5 square, largest part, holes filled.
+// Silhouettes of an object before a dark ground: silhouettes_study PHOTOS OUT_FOLDER [RGBA_FOLDER]
+// 1 = object, 2 = the rest: grey above 0.19, closed by a 5 x 5 square, largest part, holes filled.  RGBA_FOLDER gets the
+// photos with the silhouettes as alpha, for `pliant reconstruct` (put the cameras' file beside them).
 
 #include <cstdio>
 #include <filesystem>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "gaussians/io/image_io.h"
@@ -25,7 +27,7 @@ cv::Mat largest_part(const cv::Mat& mask) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 3) return std::fprintf(stderr, "usage: %s PHOTOS OUT_FOLDER\n", argv[0]), 2;
+  if (argc < 3) return std::fprintf(stderr, "usage: %s PHOTOS OUT_FOLDER [RGBA_FOLDER]\n", argv[0]), 2;
   fs::create_directories(argv[2]);
   for (const auto& entry : fs::directory_iterator(argv[1])) {
     if (entry.path().extension() != ".png" && entry.path().extension() != ".jpg") continue;
@@ -39,6 +41,13 @@ int main(int argc, char** argv) {
     IdImage ids(photo.width, photo.height, 1);
     for (int y = 0; y < photo.height; ++y)
       for (int x = 0; x < photo.width; ++x) ids(x, y) = outside.at<uint8_t>(y, x) ? 2 : 1;
-    write_ids(fs::path(argv[2]) / entry.path().stem().concat(".png"), ids);
+    const fs::path name = entry.path().stem().concat(".png");
+    write_ids(argv[2] / name, ids);
+    if (argc < 4) continue;
+    cv::Mat cut_out;
+    cv::cvtColor(cv::imread(entry.path().string()), cut_out, cv::COLOR_BGR2BGRA);
+    cut_out.forEach<cv::Vec4b>([&](cv::Vec4b& pixel, const int* at) { pixel[3] = ids(at[1], at[0]) == 1 ? 255 : 0; });
+    fs::create_directories(argv[3]);
+    cv::imwrite((argv[3] / name).string(), cut_out);
   }
 }
