@@ -28,8 +28,10 @@ std::string numbers(const json& fit) {
   row("rms_still_px", "the same if nothing moved", "{:.2f} px");
   row("periods", "periods in the video", "{:.1f}");
   row("psnr_used", "frames that the fit saw", "{:.1f} dB");
-  row("psnr_later", "later frames", "{:.1f} dB");
-  row("still_later", "the first frame held, against the later ones", "{:.1f} dB");
+  if (fit.value("frames_later", 0) > 0) {
+    row("psnr_later", "later frames", "{:.1f} dB");
+    row("still_later", "the first frame held, against the later ones", "{:.1f} dB");
+  }
   return "<table>\n" + rows + "</table>\n";
 }
 
