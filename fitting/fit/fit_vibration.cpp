@@ -12,6 +12,7 @@ namespace pliant {
 namespace {
 
 constexpr int kRounds = 4;           // of a fit of a field, at most: more than two ...
+constexpr int kJacobians = 4;        // in each, of two roll-outs for every parameter
 constexpr double kSameNoise = 0.8;   // ... while less than this share of the errors remains
 constexpr double kSame = 0.05;       // as kMargin, of the last steps
 constexpr double kMargin = 0.4;      // ln of the factor by which E may grow before roll-outs take smaller time steps
@@ -267,7 +268,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   if (options.field) {
     best->fix_time_step(parameters, kMargin);
     GaussNewtonOptions axes = options.refine;
-    axes.principal_axes = true;
+    axes.principal_axes = true, axes.most_jacobians = kJacobians;
     result.parameters = parameters;
     for (int round = 0; round < kRounds; ++round) {
       const double change = round == 0 ? 1 : left_over(result);

@@ -200,8 +200,14 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
   };
 
   summary.stopped_by = "iterations";
+  int jacobians = 0;
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
-    if (!linearised) linearise(true);
+    if (!linearised && options.most_jacobians > 0 && jacobians == options.most_jacobians) {
+      // What is known of the curvature stays that of the last step's start.
+      summary.stopped_by = "most differences";
+      break;
+    }
+    if (!linearised) linearise(true), ++jacobians;
     MatrixXd system = information;
     VectorXd pull = gradient;
     for (Eigen::Index i = 0; i < count; ++i) {

@@ -30,6 +30,7 @@ struct GaussNewtonOptions {
   Eigen::MatrixXd rough_jacobian;  ///< [R, P] for the first of these; empty = the prior alone
   bool central = false;      ///< J by central differences: twice the runs, second order
   int max_iterations = 20;   ///< accepted or not
+  int most_jacobians = 0;    ///< found by differences; 0 = no limit
   double damping = 1e-3;     ///< of Levenberg and Marquardt at the start, relative to the diagonal of J^T J
   double tolerance = 1e-8;   ///< relative fall of the loss at which the fit has converged
 };
@@ -38,7 +39,7 @@ struct GaussNewtonSummary {
   std::vector<double> loss;  ///< at the start and after every accepted step: half the sum of squares, with the prior
   int evaluations = 0;
   bool converged = false;
-  std::string stopped_by;  ///< "small change", "small gradient", "no better step" or "iterations"
+  std::string stopped_by;  ///< "small change", "small gradient", "no better step", "iterations" or "most differences"
   double rms = 0;          ///< of the residuals that are not exactly 0
 };
 

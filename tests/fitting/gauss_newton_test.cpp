@@ -71,6 +71,35 @@ TEST(GaussNewton, TheJacobianOfASimilarProblemLeadsToTheSameParametersWithFewerR
   EXPECT_LT(fit.summary.evaluations, by_differences.summary.evaluations);
 }
 
+TEST(GaussNewton, AlongPrincipalAxesRoundingIsNotTakenForInformation) {
+  // The sum of two parameters is seen well, their difference hardly, and residuals come in steps.
+  const Residuals rounded = [](std::span<const double> p) {
+    std::vector<double> r;
+    for (int i = 0; i < 200; ++i) r.push_back(0.003 * std::round((100 * (p[0] + p[1] - 3) * std::cos(i) + 0.1 * (p[0] - p[1] - 1) * std::sin(2 * i)) / 0.003));
+    return r;
+  };
+  GaussNewtonOptions options;
+  options.prior = {2, 1}, options.prior_sigma = {10, 10}, options.difference = {1e-3, 1e-3};
+  // (p0 - p1) / sqrt 2: sum of (0.1 sqrt 2 sin)^2, and the prior.
+  const double sigma = 1 / std::sqrt(0.02 * 100 + 0.01);
+  const auto across = [](const GaussNewtonResult& r) { return std::sqrt(0.5 * (r.covariance(0, 0) + r.covariance(1, 1)) - r.covariance(0, 1)); };
+  EXPECT_LT(across(gauss_newton(options, rounded, std::vector<double>{2.2, 0.9})), 0.5 * sigma);
+  options.principal_axes = true;
+  const auto fit = gauss_newton(options, rounded, std::vector<double>{2.2, 0.9});
+  EXPECT_NEAR(across(fit) / sigma, 1, 0.1);
+  EXPECT_NEAR(fit.parameters[0] + fit.parameters[1], 3, 1e-3);
+  EXPECT_NEAR(fit.parameters[0] - fit.parameters[1], 1, 0.1);
+}
+
+TEST(GaussNewton, StopsAfterTheMostDifferencesWithWhatItHas) {
+  GaussNewtonOptions options;
+  options.most_jacobians = 1;
+  const auto fit = gauss_newton(options, against(swing(std::vector<double>{2, 1.5, 12}, 0, 0), 1), std::vector<double>{2.1, 1.4, 12.1});
+  EXPECT_EQ(fit.summary.stopped_by, "most differences");
+  EXPECT_LE(fit.summary.evaluations, 1 + 3 + 1);
+  EXPECT_GT(fit.sigma(0), 0);
+}
+
 TEST(GaussNewton, ItsSigmaCoversTheScatterOfRepeatedMeasurements) {
   const std::vector<double> truth = {2, 1.5, 12};
   int inside = 0, all = 0;
