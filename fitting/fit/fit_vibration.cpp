@@ -204,6 +204,8 @@ void set_young_sigma(VibrationFit& fit, const VibrationFitOptions& options, size
     const std::vector<double> there = options.field->values(moved), here = options.field->values(fit.field);
     for (size_t i = 0; i < particles; ++i) by(static_cast<Eigen::Index>(i), 1 + a) = (there[i] - here[i]) / 1e-4;
   }
+  const Eigen::RowVectorXd mean = by.colwise().mean();
+  fit.log10_sigma = std::sqrt(std::max(0.0, mean.dot(mean * scaled))) / std::log(10.0);
   const Eigen::VectorXd square = (by * scaled).cwiseProduct(by).rowwise().sum();
   for (const double s : square) fit.young_sigma.push_back(std::sqrt(std::max(0.0, s)) / std::log(10.0));
 }
@@ -297,7 +299,6 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   fit.time = best->time(), fit.subframes = best->subframes(), fit.substeps = best->substeps(), fit.last_frame = best->last_frame(), fit.start = best->state_of(result.parameters);
 
   if (result.covariance.size() > 0) {
-    fit.log10_sigma = result.sigma(0) / std::log(10.0);
     const double spread = std::exp(std::min(5.0, result.sigma(1)));
     fit.damping_time_low = fit.damping_time / spread, fit.damping_time_high = fit.damping_time * spread;
     set_young_sigma(fit, options, particles.size(), result.covariance);

@@ -28,7 +28,7 @@ struct VibrationFitOptions {
 
 /// What tracks say of a body whose Young's moduli are off by one factor, or by a field of factors.
 struct VibrationFit {
-  double log10_factor = 0, log10_sigma = 0;  ///< of all E; one standard deviation
+  double log10_factor = 0, log10_sigma = 0;  ///< of all E; one standard deviation of the mean of log10 E
   std::vector<double> field;                 ///< parameters of the field of further factors; empty without one
   Eigen::MatrixXd field_covariance;          ///< [P, P] of these; their prior's where the tracks say nothing
   std::vector<double> young_sigma;           ///< [N] decades, standard deviation of log10 E of each particle

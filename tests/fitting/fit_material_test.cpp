@@ -51,6 +51,11 @@ void fit_two_parts(MaterialKind kind, double tolerance) {
   EXPECT_LT(error, 0.5 * best_constant);
   EXPECT_NEAR(fit.found.damping_time / twin.damping_time, 1, 0.2);
   EXPECT_LT(fit.found.rms, 0.2 * fit.homogeneous.rms);
+  // Of the mean of log10 E: no larger than the mean of the particles' own.
+  double mean_sigma = 0;
+  for (const double s : fit.found.young_sigma) mean_sigma += s / static_cast<double>(guess.size());
+  EXPECT_GT(fit.found.log10_sigma, 0);
+  EXPECT_LE(fit.found.log10_sigma, mean_sigma + 1e-12);
   // The middle, which bends, is determined.
   for (size_t i = 0; i < guess.size(); ++i) {
     const float z = twin.particles.position[i].z();
