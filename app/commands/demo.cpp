@@ -17,7 +17,7 @@ using nlohmann::json;
 /// made with other options is a usage error unless the user asks to overwrite.
 json make_demo_once(Context& context, DemoOptions options) {
   const fs::path out = options.out;
-  const json wanted = {{"pliant", PLIANT_VERSION},        {"seed", options.seed},   {"gaussians", options.gaussians},
+  const json wanted = {{"pliant", PLIANT_VERSION},        {"seed", options.seed},   {"gaussians", options.gaussians}, {"training", options.training},
                        {"photos", options.photos},        {"width", options.width}, {"height", options.height},
                        {"video", options.video}};
   if (fs::exists(out) && !(fs::is_directory(out) && fs::is_empty(out))) {
@@ -50,6 +50,7 @@ void add_demo(CLI::App& app, Program& program) {
   auto kind = std::make_shared<std::string>("potted-flower");
   command->add_option("--kind", *kind, "Which scene")->check(CLI::IsMember({"potted-flower"}))->capture_default_str();
   command->add_option("--gaussians", options->gaussians, "Gaussians of the scene")->check(CLI::Range(2000, 5000000))->capture_default_str();
+  command->add_option("--training", options->training, "Iterations in which they are optimised against the photos; 0 = flat discs as they were laid")->check(CLI::NonNegativeNumber)->capture_default_str();
   command->add_option("--photos", options->photos, "Photos")->check(CLI::Range(2, 1000))->capture_default_str();
   command->add_option("--width", options->width, "Width of the photos [px]")->check(CLI::Range(16, 8000))->capture_default_str();
   command->add_option("--height", options->height, "Height of the photos [px]")->check(CLI::Range(16, 8000))->capture_default_str();

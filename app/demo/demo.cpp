@@ -9,6 +9,7 @@
 #include "app/demo/reference.h"
 #include "app/demo/splats.h"
 #include "app/demo/stage.h"
+#include "app/demo/train_splats.h"
 #include "app/demo/truth.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
@@ -43,17 +44,22 @@ void check(const DemoOptions& options) {
   require(options.video_particles >= 1000, "video_particles", options.video_particles, "use 1000 or more");
   require(options.video_seconds > 0, "video_seconds", options.video_seconds, "use a positive time");
   require(options.video_fps > 0, "video_fps", options.video_fps, "use a positive rate");
+  require(options.training >= 0, "training", options.training, "use 0 or more");
   require(options.gaussians >= 100, "gaussians", options.gaussians, "use 100 or more");
 }
 
-void write_photos(const Stage& stage, const fs::path& out, const std::vector<Camera>& cameras) {
+/// Writes photos and masks; returns what the photos' files hold.
+std::vector<ImageU8> write_photos(const Stage& stage, const fs::path& out, const std::vector<Camera>& cameras) {
   fs::create_directories(out / "photos");
   fs::create_directories(out / "masks");
+  std::vector<ImageU8> photos;
   for (const Camera& camera : cameras) {
     const Photo photo = take_photo(stage, camera);
+    photos.push_back(to_8_bit(photo.color));
     write_image(camera.photo, photo.color);
     write_ids(out / "masks" / (camera.name + ".png"), photo.ids);
   }
+  return photos;
 }
 
 void write_reference(const DemoOptions& options, const Stage& stage, const std::vector<Camera>& cameras, DemoSummary& summary) {
@@ -109,12 +115,13 @@ DemoSummary make_demo(const DemoOptions& options) {
   for (Camera& camera : cameras) camera.photo = (out / "photos" / (camera.name + ".png")).string();
 
   auto start = std::chrono::steady_clock::now();
-  write_photos(stage, out, cameras);
+  const std::vector<ImageU8> photos = write_photos(stage, out, cameras);
   write_transforms(out / "transforms.json", cameras);
   summary.photos = static_cast<int>(cameras.size()), summary.photo_seconds = since(start);
 
   start = std::chrono::steady_clock::now();
-  const StageSplats splats = make_splats(stage, cameras, options.gaussians, options.seed);
+  StageSplats splats = make_splats(stage, cameras, options.gaussians, options.seed);
+  splats.cloud = train_splats(splats.cloud, cameras, photos, options.training, options.seed);
   write_ply(out / "splats.ply", splats.cloud);
   Json labels;
   for (const auto& [id, name] : stage_names()) labels[std::to_string(id)] = name;

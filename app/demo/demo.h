@@ -15,6 +15,7 @@ struct DemoOptions {
   int width = 400, height = 300; ///< of photos, masks and video
   int photos = 40;
   int gaussians = 100000;        ///< about
+  int training = 400;            ///< iterations in which they are optimised against the photos
   bool video = true;             ///< simulate the known push and film it
   int video_particles = 14000;   ///< of the reference simulation
   double video_seconds = 3, video_fps = 24;

@@ -43,10 +43,6 @@ void encode(const fs::path& file, const cv::Mat& picture) {
   });
 }
 
-uint8_t to_8_bit(float value) {
-  return static_cast<uint8_t>(255.0f * (value > 0.0f ? std::min(value, 1.0f) : 0.0f) + 0.5f);
-}
-
 }  // namespace
 
 ImageF read_image(const fs::path& file) {
@@ -68,14 +64,24 @@ ImageF read_image(const fs::path& file) {
   return image;
 }
 
+ImageU8 to_8_bit(const ImageF& image) {
+  ImageU8 out(image.width, image.height, image.channels);
+  for (size_t i = 0; i < out.data.size(); ++i) {
+    const float value = image.data[i];
+    out.data[i] = static_cast<uint8_t>(255.0f * (value > 0.0f ? std::min(value, 1.0f) : 0.0f) + 0.5f);
+  }
+  return out;
+}
+
 void write_image(const fs::path& file, const ImageF& image) {
   CHECK(image.channels == 1 || image.channels == 3);
+  const ImageU8 bytes = to_8_bit(image);
   cv::Mat picture(image.height, image.width, CV_8UC(image.channels));
   for (int y = 0; y < image.height; ++y) {
     uint8_t* row = picture.ptr<uint8_t>(y);
     for (int x = 0; x < image.width; ++x) {
       for (int c = 0; c < image.channels; ++c) {
-        row[x * image.channels + c] = to_8_bit(image(x, y, image.channels - 1 - c));
+        row[x * image.channels + c] = bytes(x, y, image.channels - 1 - c);
       }
     }
   }

@@ -8,6 +8,8 @@ namespace pliant {
 
 /// Reads a photo as RGB in [0, 1], [H, W, 3].  Throws Error{kInput} naming the file.
 ImageF read_image(const std::filesystem::path& file);
+/// Values in [0, 1], clamped and rounded to 8 bit.
+ImageU8 to_8_bit(const ImageF& image);
 /// Writes RGB or grey, clamped to [0, 1] and rounded to 8 bit; the format follows the extension (png, jpg); atomic.
 void write_image(const std::filesystem::path& file, const ImageF& image);
 /// Reads an id picture: PNG with 8 or 16 bits and one channel (value = id), with a palette (index = id), or RGB with

@@ -13,6 +13,7 @@
 #include "app/demo/reference.h"
 #include "app/demo/splats.h"
 #include "app/demo/stage.h"
+#include "app/demo/train_splats.h"
 #include "app/store/material.h"
 #include "app/store/segmentation.h"
 #include "app/store/trajectory.h"
@@ -22,6 +23,7 @@
 #include "gaussians/io/ply.h"
 #include "gaussians/io/scene.h"
 #include "gaussians/io/transforms.h"
+#include "gaussians/reconstruct/trainer.h"
 #include "tests/temporary_folder.h"
 
 namespace pliant {
@@ -299,6 +301,35 @@ TEST(Demo, FilesAreEqualForOneSeedAndAnyThreadCountAndDifferForAnother) {
   for (const char* file : {"splats.ply", "transforms.json", "scene.json", "photos/view_003.png", "masks/view_003.png",
                            "truth/trajectory.h5"})
     EXPECT_NE(a.at(file), c.at(file)) << file;
+}
+
+TEST(DemoSplats, TrainingBringsHeldOutPhotosNearerAndMovesNoGaussianFar) {
+  const Stage stage(1);
+  const std::vector<Camera> cameras = stage_cameras(stage, 12, 120, 90);
+  const StageSplats laid = make_splats(stage, cameras, 6000, 1);
+  TrainingPhotos photos;
+  std::vector<ImageU8> pixels;
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    pixels.push_back(to_8_bit(take_photo(stage, cameras[i]).color));
+    photos.photos.push_back({cameras[i], pixels.back(), {}, {}, i % 8 == 0, false});
+  }
+  const GaussianCloud trained = train_splats(laid.cloud, cameras, pixels, 100, 1);
+  ASSERT_EQ(trained.size(), laid.cloud.size());
+  const auto psnr = [&](const GaussianCloud& cloud) {
+    double sum = 0;
+    for (const PhotoQuality& q : held_out_quality(cloud, photos, {})) sum += q.psnr / 2;
+    return sum;
+  };
+  EXPECT_GT(psnr(trained), psnr(laid.cloud) + 4);
+  // What is known of each Gaussian holds as long as it stays on its thing: millimetres where neighbours are a centimetre or two apart.
+  std::vector<float> moved;
+  for (size_t i = 0; i < trained.size(); ++i) moved.push_back((trained.position[i] - laid.cloud.position[i]).norm());
+  std::nth_element(moved.begin(), moved.begin() + moved.size() * 99 / 100, moved.end());
+  EXPECT_LT(moved[moved.size() * 99 / 100], 0.005);
+  // Held-out photos teach nothing.
+  const GaussianCloud before = train_splats(laid.cloud, cameras, pixels, 10, 1);
+  pixels[0] = pixels[8] = ImageU8(120, 90, 3);
+  EXPECT_EQ(train_splats(laid.cloud, cameras, pixels, 10, 1).position, before.position);
 }
 
 TEST(Demo, FilesReadBackAsWhatTheSceneIs) {

@@ -22,6 +22,7 @@ TEST(FitCommand, AVideoTellsStiffnessAndDampingAndSimulateUsesThem) {
   const fs::path folder = fs::temp_directory_path() / ("pliant_fit_" + std::to_string(getpid()));
   fs::remove_all(folder);
   DemoOptions demo;
+  demo.training = 50;
   demo.out = folder / "scene", demo.gaussians = 9000, demo.photos = 8, demo.width = 240, demo.height = 180;
   demo.video_particles = 2500, demo.video_seconds = 1.25;
   make_demo(demo);

@@ -71,6 +71,7 @@ std::string constant_field(const std::vector<float>& value) {
 /// The demo's scene as PhysDreamer keeps scenes; the flower's stem and blossom move.
 void make_folder(const fs::path& folder) {
   DemoOptions demo;
+  demo.training = 50;
   demo.out = folder / "demo", demo.gaussians = 9000, demo.photos = 8, demo.width = 240, demo.height = 180;
   demo.video_particles = 2000, demo.video_seconds = 1;
   make_demo(demo);
