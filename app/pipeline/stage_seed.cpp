@@ -11,6 +11,7 @@
 #include "gaussians/io/ply.h"
 #include "physics/body/driving_particles.h"
 #include "physics/body/interior_fill.h"
+#include "physics/body/silhouette_outset.h"
 
 namespace pliant {
 using nlohmann::json;
@@ -88,6 +89,7 @@ json run_seed(const Context& context, RunDirectory& run, const Scene& scene, con
     FillOptions fill;
     fill.seed = context.seed;
     fill.target_count = kSamplesPerDriver * particles;
+    if (!scene.cameras_are_orbit) fill.outset = silhouette_outset(object, scene.cameras);
     FillSummary filled;
     SimulatedPart part;
     const SolidSamples samples = sample_solid(fill, object, pins, particles, filled, part);
@@ -117,7 +119,7 @@ json run_seed(const Context& context, RunDirectory& run, const Scene& scene, con
                                         "equivalent stiffness (--particles makes cells smaller)", thin, drivers.size(), kThinCells));
     if (pins.empty() && !configured) context.progress.warn("nothing holds the object; it will fall (--pin-below, or pinned regions in scene.json)");
     return {{"samples", samples.size()}, {"drivers", drivers.size()}, {"cell_size", drivers.cell_size},
-            {"volume", filled.volume}, {"simulated_volume", part.volume}, {"thin_samples", filled.thin_samples}, {"thin_drivers", thin},
+            {"outset", fill.outset}, {"volume", filled.volume}, {"simulated_volume", part.volume}, {"thin_samples", filled.thin_samples}, {"thin_drivers", thin},
             {"pinned", pin_rows}};
   });
 }

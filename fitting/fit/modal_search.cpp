@@ -11,6 +11,8 @@
 namespace pliant {
 namespace {
 
+constexpr int kMargin = 2;  // frames
+
 /// Normal equations of one frame, by the modes.
 struct Frame {
   Eigen::MatrixXd products;  // [m, m] sum of weight * response_j . response_k
@@ -112,7 +114,8 @@ class Searcher {
     return motions;
   }
 
-  /// The first frame after which a free vibration explains nearly as much as it ever does.
+  /// The first frame after which a free vibration explains nearly as much as it ever does.  The end of a push, when little
+  /// of it is left to come, passes for free motion: a margin keeps it out.
   int first_free_frame() const {
     const int last = static_cast<int>(frames_.size()) / 2;
     std::vector<double> unexplained;
@@ -123,7 +126,7 @@ class Searcher {
     }
     const double least = *std::min_element(unexplained.begin(), unexplained.end());
     for (int first = 0; first <= last; ++first)
-      if (unexplained[first] <= 1.3 * least + 0.003) return first;
+      if (unexplained[first] <= 1.3 * least + 0.003) return first == 0 ? 0 : std::min(first + kMargin, last);
     return last;
   }
 

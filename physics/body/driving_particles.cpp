@@ -254,7 +254,7 @@ DrivingParticles kmeans_drivers(const DriverOptions& options, const SolidSamples
 }
 
 SimulatedPart select_simulated(const SolidSamples& samples, std::span<const Region> pinned, int count) {
-  constexpr double kCellsInside = 3;
+  constexpr double kCellsInside = 3, kCellsAway = 4;
   if (samples.size() == 0)
     throw usage_error("seed", "samples", "there are none", "choose an object with visible Gaussians");
   if (count < 1) throw usage_error("seed", "count", "is " + std::to_string(count), "give a positive number of particles");
@@ -268,8 +268,19 @@ SimulatedPart select_simulated(const SolidSamples& samples, std::span<const Regi
   if (!(outside > 0))
     throw usage_error("seed", "pinned", "covers the whole object", "shrink the pinned regions so that something can move");
 
+  // A region may hold more than what is near the moving part, such as the pot around a stem.
+  std::vector<Vec3f> moving;
+  for (size_t i = 0; i < samples.size(); ++i)
+    if (depth[i] < 0) moving.push_back(samples.position[i]);
+  const NearestPoints tree(moving);
+  std::vector<float> distance(samples.size(), 0.0f);
+  parallel_for(static_cast<std::ptrdiff_t>(samples.size()), [&](std::ptrdiff_t i) {
+    thread_local std::vector<NearestPoints::Hit> hits;
+    if (depth[i] >= 0) tree.query(samples.position[i], 1, hits), distance[i] = hits[0].distance;
+  }, 256);
+
   // What is kept follows from dx and dx from what is kept.
-  const auto keep = [&](size_t i, double dx) { return depth[i] < kCellsInside * dx; };
+  const auto keep = [&](size_t i, double dx) { return depth[i] < kCellsInside * dx && distance[i] < kCellsAway * dx; };
   const double dx = cell_size_of(samples, find_rods(samples), count, keep);
   SimulatedPart part;
   part.cell_size = static_cast<float>(dx);

@@ -38,7 +38,8 @@ struct DriverOptions {
 /// rods, so that the grid feels them bend.  Deterministic for a seed, for any number of threads.  Throws Error{kUsage} without samples.
 DrivingParticles kmeans_drivers(const DriverOptions& options, const SolidSamples& samples);
 
-/// What is simulated: samples that lie less than 3 cells inside every pinned region; deeper ones are rigid.
+/// What is simulated: samples that lie less than 3 cells inside every pinned region and less than 4 from one that is free to
+/// move; others are rigid.
 struct SimulatedPart {
   std::vector<int> kept;  ///< indices of the simulated samples, ascending
   float cell_size = 0;    ///< dx of `count` drivers in the simulated volume

@@ -177,7 +177,7 @@ void measure_thickness(const std::vector<Surfel>& surfels, const std::vector<Vec
 SolidSamples fill_interior(const FillOptions& options, const GaussianCloud& object, FillSummary* summary) {
   if (options.target_count < 1 || options.max_cells < 8)
     throw usage_error("seed", "target_count", "or max_cells is too small", "use the defaults");
-  const std::vector<Surfel> surfels = make_surfels({options.opacity_threshold, options.max_surfels, options.seed}, object);
+  const std::vector<Surfel> surfels = make_surfels({options.opacity_threshold, options.max_surfels, options.outset, options.seed}, object);
   if (surfels.empty())
     throw usage_error("seed", "object", "has no visible Gaussian", "select an object whose Gaussians are opaque");
   const WindingNumber winding(surfels);

@@ -10,6 +10,7 @@ struct FillOptions {
   float opacity_threshold = 0.1f;   ///< Gaussians below this opacity do not bound the solid
   int max_cells = 256;              ///< finest cell: longest side / max_cells
   int max_surfels = 50000;          ///< more Gaussians than this are thinned out
+  float outset = 0;                 ///< the surface lies this far outside of the Gaussians' centres (silhouette_outset.h)
   uint64_t seed = 0;
 };
 

@@ -177,9 +177,12 @@ std::vector<Surfel> make_surfels(const SurfelOptions& options, const GaussianClo
   }, 256);
   orient(surfels, radius);
 
+  for (std::ptrdiff_t i = 0; i < n; ++i)
+    if (surfels[i].one_sided()) surfels[i].position = position[i] += options.outset * surfels[i].normal;
+  const NearestPoints moved(position);
   parallel_for(n, [&](std::ptrdiff_t i) {
     thread_local std::vector<NearestPoints::Hit> hits;
-    tree.query(position[i], 3 * kNeighbours, hits);
+    moved.query(position[i], 3 * kNeighbours, hits);
     // sigma_1 sigma_2 of a flat Gaussian, from the second invariant of its covariance.
     const Mat3f& S = covariance[i];
     const float footprint = kPi * kReach * kReach * std::sqrt(0.5f * std::max(0.0f, S.trace() * S.trace() - S.squaredNorm()));

@@ -21,6 +21,7 @@ struct Surfel {
 struct SurfelOptions {
   float opacity_threshold = 0.1f;
   int max_count = 50000;  ///< more Gaussians than this are thinned out
+  float outset = 0;       ///< one-sided surfels lie this far in front of their Gaussians' centres
   uint64_t seed = 0;
 };
 

@@ -169,6 +169,16 @@ TEST(SelectSimulated, KeepsThreeCellsInsideThePinnedRegion) {
   EXPECT_EQ(select_simulated(samples, {}, 1000).kept.size(), samples.size());
 }
 
+TEST(SelectSimulated, LeavesOutWhatIsHeldFarFromAnythingThatMoves) {
+  // The same stem held by a narrow box, whose sides are near all that it holds.
+  const SolidSamples samples = stem();
+  const Region box = Region::box(Vec3d(-0.01, -0.01, -1), Vec3d(0.11, 0.11, 0.4));
+  const SimulatedPart part = select_simulated(samples, std::vector<Region>{box}, 1000);
+  double lowest = 1;
+  for (const int i : part.kept) lowest = std::min<double>(lowest, samples.position[i].z());
+  EXPECT_NEAR(lowest, 0.4 - 4 * part.cell_size, part.cell_size);
+}
+
 TEST(SelectSimulated, NothingLeftIsAUsageError) {
   const SolidSamples samples = stem();
   EXPECT_EQ(failure_of([&] { select_simulated(samples, std::vector<Region>{Region::all()}, 100); }), 2);
