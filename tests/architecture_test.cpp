@@ -39,7 +39,7 @@ const std::map<std::string, Permission> kTable = {
      {{"gaussians/base", "gaussians/render", "gaussians/io", "segmentation/lift", "segmentation/model_interfaces"}, {"opencv2"}}},
     {"physics/laws", {{"gaussians/base"}, {}}},
     {"physics/mpm", {{"gaussians/base", "physics/laws"}, {}}},
-    {"physics/body", {{"gaussians/base", "physics/laws", "physics/mpm"}, {}}},
+    {"physics/body", {{"gaussians/base", "gaussians/render", "physics/laws", "physics/mpm"}, {}}},
     {"physics/simulate", {{"gaussians/base", "physics/laws", "physics/mpm", "physics/body"}, {}}},
     {"fitting/fields",
      {{"gaussians/base", "gaussians/render", "physics/laws", "physics/mpm", "physics/body", "physics/simulate"}, {}}},

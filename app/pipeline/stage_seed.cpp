@@ -68,6 +68,17 @@ int particles_of_configuration(const Context& context, const std::string& file, 
   return static_cast<int>(std::clamp<double>(wanted, 200, kMost));
 }
 
+/// Pins without those that hold only samples that are not simulated: they hold nothing that could move.
+json pins_of_part(const std::vector<Region>& pins, const SolidSamples& samples, const SimulatedPart& part) {
+  json rows = json::array();
+  for (const Region& pin : pins) {
+    const auto holds = [&](const Vec3f& x) { return pin.signed_distance(x.cast<double>()) < 0; };
+    const bool some = std::any_of(part.kept.begin(), part.kept.end(), [&](int i) { return holds(samples.position[i]); });
+    if (some || std::none_of(samples.position.begin(), samples.position.end(), holds)) rows.push_back(region_to_json(pin));
+  }
+  return rows;
+}
+
 }  // namespace
 
 json run_seed(const Context& context, RunDirectory& run, const Scene& scene, const SeedStage& stage) {
@@ -105,7 +116,8 @@ json run_seed(const Context& context, RunDirectory& run, const Scene& scene, con
     file.driving_position = drivers.position, file.driving_volume = drivers.volume;
     file.driving_thickness = drivers.thickness, file.driving_rod = drivers.rod;
     file.cell_size = drivers.cell_size, file.metres_per_unit = scene.metres_per_unit;
-    file.pinned_json = pin_rows.dump();
+    const json held = pins_of_part(pins, samples, part);
+    file.pinned_json = held.dump();
     write_particles(run / (folder + "/particles.h5"), file, run.provenance(context, key));
 
     const double cube = scene.metres_per_unit * scene.metres_per_unit * scene.metres_per_unit;
@@ -120,7 +132,7 @@ json run_seed(const Context& context, RunDirectory& run, const Scene& scene, con
     if (pins.empty() && !configured) context.progress.warn("nothing holds the object; it will fall (--pin-below, or pinned regions in scene.json)");
     return {{"samples", samples.size()}, {"drivers", drivers.size()}, {"cell_size", drivers.cell_size},
             {"outset", fill.outset}, {"volume", filled.volume}, {"simulated_volume", part.volume}, {"thin_samples", filled.thin_samples}, {"thin_drivers", thin},
-            {"pinned", pin_rows}};
+            {"pinned", held}};
   });
 }
 

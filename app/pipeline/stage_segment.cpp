@@ -148,6 +148,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   if (stage.iterations) options.iterations = *stage.iterations;
   options.seed = context.seed;
   options.render.antialiased = scene.report.antialiased;
+  options.trained_on_views = !scene.cameras_are_orbit;
   if (stage.hold_out)
     for (int c = 0; c < static_cast<int>(scene.cameras.size()); c += 8) options.held_out.push_back(c);
 

@@ -146,6 +146,9 @@ void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion
   CHECK(state.first_moment.size() == count && state.second_moment.size() == count);
   Adam<double> adam(state.first_moment, state.second_moment, static_cast<long>(state.rows.size()));
   const int all = frames_of(motion);
+  // The start is a candidate too: a short window may lead away from a good one.
+  if (state.rows.empty() && !options.noisy && window_of(options, 0, all) < all)
+    state.best_loss = motion_loss(with_fields(motion, fields, state.now), objective), state.best = state.now;
   while (!state.finished && static_cast<int>(state.rows.size()) < options.iterations) {
     const int k = static_cast<int>(state.rows.size()), window = window_of(options, k, all);
     GradientFitRow row;

@@ -57,7 +57,7 @@ struct GradientFitFields {
 using GradientFitSink = std::function<bool(const GradientFitState&)>;
 
 /// Adam on the fields' parameters with exact gradients through MLS-MPM (PhysDreamer, Zhang et al. 2024), over a window of
-/// frames that grows from the start.  `state` is where it begins: `now`, and all else empty, or an earlier state.
+/// frames that grows from the start; the best is never worse than the start.  `state` is where it begins: `now`, and all else empty, or an earlier state.
 /// Particles and start of `motion` are those without the fields.  Its gradient_window cuts the way back (rollout.h).  Equal bit for bit for any number of threads.
 void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion, const Objective<float>& objective,
                   const GradientFitFields& fields, GradientFitState& state, const GradientFitSink& sink = {});

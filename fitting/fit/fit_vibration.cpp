@@ -12,8 +12,8 @@ namespace pliant {
 namespace {
 
 constexpr int kRounds = 4;           // of a fit of a field, at most: more than two ...
-constexpr int kJacobians = 4;        // in each, of two roll-outs for every parameter
 constexpr double kSameNoise = 0.8;   // ... while less than this share of the errors remains
+constexpr int kOfRound = 250, kOfRounds = 400;  // roll-outs for Jacobians, two for every parameter, in a round and in all
 constexpr double kSame = 0.05;       // as kMargin, of the last steps
 constexpr double kMargin = 0.4;      // ln of the factor by which E may grow before roll-outs take smaller time steps
 
@@ -270,16 +270,20 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   if (options.field) {
     best->fix_time_step(parameters, kMargin);
     GaussNewtonOptions axes = options.refine;
-    axes.principal_axes = true, axes.most_jacobians = kJacobians;
+    axes.principal_axes = true;
+    int left = kOfRounds;
     result.parameters = parameters;
     for (int round = 0; round < kRounds; ++round) {
       const double change = round == 0 ? 1 : left_over(result);
       if (round > 1 && change > kSameNoise) break;
+      // The transfers damp more at small time steps: later rounds are made at the one that a simulation will take.
+      if (round > 1) best->fix_time_step(result.parameters, kSame);
       noise *= change, axes.rough_jacobian = result.jacobian / change;
+      axes.most_jacobians = std::max(1, std::min(left, kOfRound) / static_cast<int>(2 * parameters.size()));
       axes.tolerance = (round == 0 ? 10 : 1) * options.refine.tolerance;
       result = best->refine(axes, result.parameters, options.refine.max_iterations, noise);
       const int before = fit.summary.evaluations;
-      fit.summary = result.summary, fit.summary.evaluations += before;
+      left -= result.summary.evaluations, fit.summary = result.summary, fit.summary.evaluations += before;
       say("round %d: rms error %.3g after %d steps, %d roll-outs, until %s", round + 1, best->rms(result.parameters),
           static_cast<int>(result.summary.loss.size()) - 1, result.summary.evaluations, result.summary.stopped_by.c_str());
     }
@@ -287,7 +291,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     result = best->refine(options.refine, parameters, options.refine.max_iterations, noise);
     fit.summary = result.summary;
   }
-  // The transfers damp more at small time steps: the last steps are made at the one that a simulation will take.
+  // So are the last steps.
   best->fix_time_step(result.parameters, kSame);
   if (result.jacobian.size() > 0) result = best->refine(options.refine, result.parameters, 8, noise, result.jacobian);
   const double wider = left_over(result);

@@ -11,7 +11,7 @@
 namespace pliant {
 namespace {
 
-constexpr int kMargin = 2;  // frames
+constexpr double kFall = 0.95;  // less than this share of what was unexplained one frame before: still pushed
 
 /// Normal equations of one frame, by the modes.
 struct Frame {
@@ -115,7 +115,7 @@ class Searcher {
   }
 
   /// The first frame after which a free vibration explains nearly as much as it ever does.  The end of a push, when little
-  /// of it is left to come, passes for free motion: a margin keeps it out.
+  /// of it is left to come, nearly passes for free motion: while later starts still explain more, the push goes on.
   int first_free_frame() const {
     const int last = static_cast<int>(frames_.size()) / 2;
     std::vector<double> unexplained;
@@ -126,11 +126,19 @@ class Searcher {
     }
     const double least = *std::min_element(unexplained.begin(), unexplained.end());
     for (int first = 0; first <= last; ++first)
-      if (unexplained[first] <= 1.3 * least + 0.003) return first == 0 ? 0 : std::min(first + kMargin, last);
+      if (unexplained[first] <= 1.3 * least + 0.003) return first == 0 ? 0 : end_of_push(unexplained, first);
     return last;
   }
 
  private:
+  /// One frame beyond the last of the falls that begin at `first`; `first` where there is none.
+  static int end_of_push(const std::vector<double>& unexplained, int first) {
+    const int last = static_cast<int>(unexplained.size()) - 1;
+    int f = first;
+    while (f < last && unexplained[f + 1] < kFall * unexplained[f]) ++f;
+    return f == first ? first : std::min(f + 1, last);
+  }
+
   const ModalSearchOptions& options_;
   const VibrationModes& modes_;
   std::vector<Frame> frames_;

@@ -9,6 +9,7 @@ namespace {
 constexpr size_t kViews = 12;              // every third of them is not learnt from, but tells what the others are worth
 constexpr int kRounds = 10;                // iterations per view
 constexpr int kFinest = 8, kCoarsest = 2;  // steps
+constexpr int kTrained = 1;                // step that is taken where masks of training views do not ask for another one
 // A step must leave at most so much of the wrong pixels, or it is not taken; the first one leaves the filter of colour.
 constexpr double kFirstGain = 0.85, kGain = 0.97;
 
@@ -65,7 +66,7 @@ double best_label_filter(const SemanticOptions& options, const GaussianCloud& cl
       best = step, least = here;
     }
   }
-  return variance(best);
+  return variance(best == 0 && options.trained_on_views ? kTrained : best);
 }
 
 }  // namespace pliant

@@ -94,10 +94,14 @@ IdImage render_ids(const Segmentation& segmentation, const GaussianCloud& cloud,
   RenderOptions options;
   options.screen_variance = segmentation.screen_variance;
   const RenderResult picture = render(cloud, camera, options, segmentation.attribute, kY);
+  // Whether there is anything at all does not depend on the filter of labels.
+  const bool same = segmentation.screen_variance == splat::kScreenVariance;
+  const ImageF solid = same ? ImageF() : render(cloud, camera).alpha;
+  const ImageF& alpha = same ? picture.alpha : solid;
   IdImage ids(camera.width, camera.height, 1);
   parallel_for(camera.height, [&](std::ptrdiff_t y) {
     for (int x = 0; x < camera.width; ++x)
-      if (picture.alpha(x, y) >= 0.5f) ids(x, y) = segmentation.class_id[best_class(segmentation, picture.features.at(x, y))];
+      if (alpha(x, y) >= 0.5f) ids(x, y) = segmentation.class_id[best_class(segmentation, picture.features.at(x, y))];
   }, 8);
   return ids;
 }

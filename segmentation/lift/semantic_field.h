@@ -32,6 +32,7 @@ struct SemanticOptions {
   std::vector<int> held_out;       ///< cameras whose masks are never looked at
   uint64_t seed = 0;
   bool find_filter = true;         ///< the low-pass filter of labels is found (best_label_filter); else it is that of `render`
+  bool trained_on_views = false;   ///< the scene was trained on these views: in others its Gaussians stick out further
   RenderOptions render;
 };
 

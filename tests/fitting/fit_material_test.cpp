@@ -75,7 +75,7 @@ TEST(FitMaterial, TriplanesGoOnFromTheBestConstantAndFromWhereTheyWereStopped) {
   const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.5), true, 20, 20, 0.05);
   MaterialFitOptions options;
   options.kind = MaterialKind::kTriplanes, options.smooth.modes = 3, options.vibration.most_smooth = 3, options.gradient.iterations = 20, options.gradient.growth = 0.3;
-  options.vibration.modes.most = 4, options.vibration.refine.tolerance = 1e-2;
+  options.vibration.modes.most = 4, options.vibration.refine.tolerance = 1e-2, options.vibration.search.first = 0.08;
   const auto fit = [&](MaterialFitProgress kept) { return fit_material(options, twin.particles, twin.pins, tracks, twin.fps, {}, std::move(kept)); };
   const MaterialFit whole = fit({});
   EXPECT_EQ(whole.iterations.size(), 20u);
