@@ -12,6 +12,7 @@ json run_repair(const Context& context, RunDirectory& run, const Scene& scene, c
                      {{"shadow", stage.shadow}},
                      {{"object", run / (folder + "/object.ply")}, {"background", run / "background.ply"}},
                      {"background_repaired.ply", "repair.png"}};
+  if (!scene.cameras_are_orbit) key.inputs["cameras"] = scene.settings.cameras;
   if (!stage.models.inpainter.empty()) key.inputs["inpainter"] = stage.models.inpainter;
   return run.stage(context, key, [&]() -> json {
     const std::unique_ptr<Inpainter> inpainter = make_inpainter(stage.models);

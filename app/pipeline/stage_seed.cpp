@@ -55,14 +55,12 @@ SolidSamples sample_solid(const FillOptions& first, const GaussianCloud& object,
 }
 
 /// Driving particles, eight to a cell, that fill the object with the cells of a configuration of PhysGaussian.
-int particles_of_configuration(const Context& context, const std::string& file, const GaussianCloud& object) {
+int particles_of_configuration(const Context& context, const std::string& file, const FillOptions& fill, const GaussianCloud& object) {
   constexpr int kMost = 2000000;
   const PhysGaussianConfig config = read_physgaussian_config(file);
   const double cell = config.cell_size() / simulation_space(config, object, physgaussian_members(config, object)).scale;
-  FillOptions options;
-  options.seed = context.seed;
   FillSummary filled;
-  fill_interior(options, object, &filled);
+  fill_interior(fill, object, &filled);
   const double wanted = 8 * filled.volume / (cell * cell * cell);
   if (wanted > kMost) context.progress.warn(fmt::format("the configuration's cells ask for {:.3g} particles; {} are used", wanted, kMost));
   return static_cast<int>(std::clamp<double>(wanted, 200, kMost));
@@ -93,14 +91,19 @@ json run_seed(const Context& context, RunDirectory& run, const Scene& scene, con
                      {{"particles", stage.particles}, {"pins", pin_rows}, {"metres_per_unit", scene.metres_per_unit}},
                      {{"object", run / (folder + "/object.ply")}},
                      {folder + "/particles.h5"}};
+  if (!scene.cameras_are_orbit) key.inputs["cameras"] = scene.settings.cameras;  // their pictures tell how large the solid is
   if (configured) key.inputs["physgaussian"] = stage.physgaussian;
   return run.stage(context, key, [&]() -> json {
     const GaussianCloud object = read_ply(run / (folder + "/object.ply"));
-    const int particles = configured ? particles_of_configuration(context, stage.physgaussian, object) : stage.particles;
     FillOptions fill;
     fill.seed = context.seed;
+    if (!scene.cameras_are_orbit) {
+      RenderOptions render;
+      render.antialiased = scene.report.antialiased;
+      fill.outset = silhouette_outset(object, scene.cameras, render);
+    }
+    const int particles = configured ? particles_of_configuration(context, stage.physgaussian, fill, object) : stage.particles;
     fill.target_count = kSamplesPerDriver * particles;
-    if (!scene.cameras_are_orbit) fill.outset = silhouette_outset(object, scene.cameras);
     FillSummary filled;
     SimulatedPart part;
     const SolidSamples samples = sample_solid(fill, object, pins, particles, filled, part);

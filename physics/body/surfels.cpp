@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/polar.h"
@@ -177,9 +178,13 @@ std::vector<Surfel> make_surfels(const SurfelOptions& options, const GaussianClo
   }, 256);
   orient(surfels, radius);
 
-  for (std::ptrdiff_t i = 0; i < n; ++i)
-    if (surfels[i].one_sided()) surfels[i].position = position[i] += options.outset * surfels[i].normal;
-  const NearestPoints moved(position);
+  std::optional<NearestPoints> outside;
+  if (options.outset != 0) {
+    for (std::ptrdiff_t i = 0; i < n; ++i)
+      if (surfels[i].one_sided()) surfels[i].position = position[i] += options.outset * surfels[i].normal;
+    outside.emplace(position);
+  }
+  const NearestPoints& moved = outside ? *outside : tree;
   parallel_for(n, [&](std::ptrdiff_t i) {
     thread_local std::vector<NearestPoints::Hit> hits;
     moved.query(position[i], 3 * kNeighbours, hits);
