@@ -59,8 +59,13 @@ PlaneFill::PlaneFill(PlanePicture of) : picture(std::move(of)), color(picture.co
 
 void fill_from_texture(PlaneFill& plane, const ExemplarOptions& options) {
   const PlanePicture& p = plane.picture;
-  const std::optional<ImageF> shifted = shift_fill({}, p.color, p.known, p.target);
-  plane.color = shifted ? *shifted : exemplar_fill(options, p.color, p.known, p.target);
+  if (const std::optional<ShiftFill> shifted = shift_fill({}, p.color, p.known, p.target)) {
+    ImageU8 known = p.known;
+    for (size_t i = 0; i < known.data.size(); ++i) known.data[i] |= p.target.data[i] && !shifted->left.data[i];
+    plane.color = exemplar_fill(options, shifted->picture, known, shifted->left);
+  } else {
+    plane.color = exemplar_fill(options, p.color, p.known, p.target);
+  }
   plane.colored = p.target;
 }
 
@@ -99,7 +104,7 @@ GaussianCloud plane_patch(const PlaneFill& plane, const ImageU8& which, const Ga
 }
 
 ViewFill fill_view(const HoleView& view, const ExemplarOptions& options, Inpainter* inpainter) {
-  ViewFill fill{divided_by_alpha(view.picture), view.hole};
+  ViewFill fill{surface_color(view.picture), view.hole};
   if (!inpainter) {
     fill.color = exemplar_fill(options, fill.color, source_mask(view.picture, view.hole), view.hole);
     return fill;

@@ -9,6 +9,8 @@
 namespace pliant {
 namespace {
 
+constexpr int kLine = 5;  // px, wider than lines between parts of a surface
+
 /// A copy without view dependence: the colour towards `eye`.
 GaussianCloud flat_colored(const GaussianCloud& cloud, const std::vector<int>& members, const Vec3f& eye) {
   GaussianCloud out = cloud.select(members);
@@ -88,22 +90,33 @@ bool seen_through_hole(int plane, const Vec3d& x, const std::vector<HoleGeometry
   return false;
 }
 
+/// Opacity of surfaces: thin dark lines, which training leaves transparent before the black, are as opaque as what is beside them.
+cv::Mat surface_opacity(const RenderResult& picture) {
+  cv::Mat closed;
+  const cv::Mat alpha(picture.alpha.height, picture.alpha.width, CV_32F, const_cast<float*>(picture.alpha.data.data()));
+  cv::morphologyEx(alpha, closed, cv::MORPH_CLOSE, cv::Mat::ones(kLine, kLine, CV_8U));
+  return closed;
+}
+
 }  // namespace
 
-ImageF divided_by_alpha(const RenderResult& picture) {
+ImageF surface_color(const RenderResult& picture) {
+  const cv::Mat opacity = surface_opacity(picture);
   ImageF color = picture.color;
-  for (size_t i = 0; i < color.pixels(); ++i)
-    for (int k = 0; k < 3; ++k) color.data[3 * i + k] /= std::max(picture.alpha.data[i], 0.1f);
+  for (int y = 0; y < color.height; ++y)
+    for (int x = 0; x < color.width; ++x)
+      for (int k = 0; k < 3; ++k) color(x, y, k) /= std::max(opacity.at<float>(y, x), 0.1f);
   return color;
 }
 
 ImageU8 source_mask(const RenderResult& picture, const ImageU8& target) {
+  constexpr float kOpaque = 0.8f;
   const int width = target.width, height = target.height;
   ImageU8 known(width, height, 1);
-  for (size_t i = 0; i < known.data.size(); ++i) known.data[i] = picture.alpha.data[i] > 0.8f;
-  cv::Mat mask(height, width, CV_8U, known.data.data()), rim;
+  const cv::Mat opaque = surface_opacity(picture) > kOpaque;
+  cv::Mat rim;
   cv::dilate(cv::Mat(height, width, CV_8U, const_cast<uint8_t*>(target.data.data())), rim, cv::Mat::ones(3, 3, CV_8U));
-  mask.setTo(0, rim);
+  for (size_t i = 0; i < known.data.size(); ++i) known.data[i] = opaque.data[i] && !rim.data[i];
   return known;
 }
 
@@ -158,7 +171,7 @@ PlanePicture picture_plane(const PlanePictureOptions& options, const Surfaces& s
   cv::Mat mask(height, width, CV_8U, picture.target.data.data());
   cv::morphologyEx(mask, mask, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
   cv::dilate(mask, mask, cv::Mat::ones(3, 3, CV_8U));
-  picture.color = divided_by_alpha(seen);
+  picture.color = surface_color(seen);
   picture.known = source_mask(seen, picture.target);
   return picture;
 }

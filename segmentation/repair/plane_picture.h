@@ -33,9 +33,9 @@ PlanePicture picture_plane(const PlanePictureOptions& options, const Surfaces& s
                            const std::vector<HoleGeometry>& geometry, const Observation& observation,
                            const GaussianCloud& background, const std::vector<Camera>& cameras);
 
-/// Colour without the black that shines through.
-ImageF divided_by_alpha(const RenderResult& picture);
-/// What may be copied: opaque enough for its colour to be known, and not at the fading rim of the target.
+/// Colour without the black that shines through, but for thin lines: trained scenes leave dark joints transparent.
+ImageF surface_color(const RenderResult& picture);
+/// What may be copied: opaque enough for its colour to be known or a thin line in what is, and not at the fading rim of the target.
 ImageU8 source_mask(const RenderResult& picture, const ImageU8& target);
 
 }  // namespace pliant

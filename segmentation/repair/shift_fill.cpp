@@ -143,7 +143,7 @@ void add_membrane(const Surroundings& around, const ImageU8& label, const std::v
 
 }  // namespace
 
-std::optional<ImageF> shift_fill(const ShiftOptions& options, const ImageF& picture, const ImageU8& known, const ImageU8& target) {
+std::optional<ShiftFill> shift_fill(const ShiftOptions& options, const ImageF& picture, const ImageU8& known, const ImageU8& target) {
   CHECK(picture.channels == 3 && known.pixels() == picture.pixels() && target.pixels() == picture.pixels());
   ImageU8 usable = known;
   for (size_t i = 0; i < known.data.size(); ++i) usable.data[i] = known.data[i] && !target.data[i];
@@ -158,21 +158,23 @@ std::optional<ImageF> shift_fill(const ShiftOptions& options, const ImageF& pict
   }
   std::stable_sort(shifts.begin(), shifts.end(), [](const Shift& a, const Shift& b) { return a.error < b.error; });
 
-  ImageF filled = picture;
+  ShiftFill fill{picture, target};
+  ImageF& filled = fill.picture;
+  size_t wanted = 0, reached = 0;
   ImageU8 label(picture.width, picture.height, 1);
   for (int y = 0; y < picture.height; ++y)
     for (int x = 0; x < picture.width; ++x) {
       if (!target(x, y)) continue;
-      bool reached = false;
-      for (size_t s = 0; s < shifts.size() && !reached; ++s) {
-        reached = around.sample(static_cast<float>(x) + shifts[s].x, static_cast<float>(y) + shifts[s].y, filled.at(x, y));
-        label(x, y) = static_cast<uint8_t>(s);
-      }
-      if (!reached) return {};
+      ++wanted;
+      for (size_t s = 0; s < shifts.size() && fill.left(x, y); ++s)
+        if (around.sample(static_cast<float>(x) + shifts[s].x, static_cast<float>(y) + shifts[s].y, filled.at(x, y)))
+          label(x, y) = static_cast<uint8_t>(s), fill.left(x, y) = 0, ++reached;
     }
-  if (shifts.empty()) return {};
+  if (reached == 0 || static_cast<double>(reached) < options.least_reached * static_cast<double>(wanted)) return {};
   add_membrane(around, label, shifts, filled);
-  return filled;
+  for (size_t i = 0; i < fill.left.data.size(); ++i)
+    if (fill.left.data[i]) std::copy_n(picture.data.data() + 3 * i, 3, filled.data.data() + 3 * i);
+  return fill;
 }
 
 }  // namespace pliant
