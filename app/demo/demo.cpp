@@ -74,7 +74,7 @@ void write_reference(const DemoOptions& options, const Stage& stage, const std::
 
   start = std::chrono::steady_clock::now();
   const ReferenceFilm film = film_reference(stage, motion, camera);
-  VideoWriter video(options.out / "reference.mp4", options.video_fps, camera.width, camera.height);
+  VideoWriter video(options.out / "reference.mp4", options.video_fps, camera.width, camera.height, VideoCoding::kFaithful);
   for (const ImageF& frame : film.frames) video.write(frame);
   video.close();
   write_truth(options.out / "truth", motion, film, camera, options.seed);

@@ -6,6 +6,7 @@
 
 #include "gaussians/io/image_io.h"
 #include "gaussians/io/video.h"
+#include "gaussians/render/image_loss.h"
 #include "tests/temporary_folder.h"
 
 namespace pliant {
@@ -41,6 +42,22 @@ TEST(ReferenceVideo, FramesOfAFileAreTakenAsTheyAre) {
   EXPECT_EQ(video.blended, 0);
   EXPECT_TRUE(video.warnings.empty());
   for (int f = 0; f < 48; ++f) EXPECT_NEAR(mean(video.frames[f]), grey_at(f / 24.0), 0.006) << f;
+}
+
+TEST(ReferenceVideo, FaithfulCodingKeepsColourAsFineAsLight) {
+  const TemporaryFolder folder;
+  ImageF stripes(64, 48, 3, 0.2f);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x) stripes(x, y, (x + y) % 3 == 0 ? 0 : 1) = 0.7f;
+  const auto psnr = [&](VideoCoding coding) {
+    VideoWriter video(folder / "clip.mp4", 24, 64, 48, coding);
+    for (int f = 0; f < 8; ++f) video.write(stripes);
+    video.close();
+    const ReferenceVideo read = load_reference_video({}, folder / "clip.mp4", camera_of(64, 48));
+    return psnr_of_mse(mse_loss(read.frames[4], stripes));
+  };
+  EXPECT_LT(psnr(VideoCoding::kForBrowsers), 25);
+  EXPECT_GT(psnr(VideoCoding::kFaithful), 36);
 }
 
 TEST(ReferenceVideo, LinearResamplingKeepsInstantsAndNearestStaysWithinHalfAFrame) {
