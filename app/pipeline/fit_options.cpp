@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kGrow = 8;              // px by which the moving mask is grown where pictures are compared
 constexpr double kDirectRate = 0.03;  // of ln E where it is a parameter itself, not what a network makes of many
+constexpr double kAstray = 0.02;     // of the loss: such a fit begins at an optimum of the tracks, and Adam's steps are as large as its rates there too
 
 /// What gradients compare.
 ClipTerms clip_terms(const Context& context, const RunDirectory& run, const CompareStage& stage, const FitScene& fit, int first_step) {
@@ -55,7 +56,7 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
   if (stage.field == "parts") options.kind = MaterialKind::kParts, options.part = parts_of(fit, stage.parts);
   if (stage.field == "smooth") options.kind = MaterialKind::kSmooth;
   if (stage.field == "triplanes") options.kind = MaterialKind::kTriplanes;
-  else options.gradient.material_rate = kDirectRate;
+  else options.gradient.material_rate = kDirectRate, options.gradient.astray = kAstray;
   options.gradient.iterations = stage.compare.iterations;
   options.gradient_window = stage.compare.window;
   options.poisson = stage.compare.poisson;

@@ -104,8 +104,8 @@ void write_fit_checkpoint(const fs::path& file, const FitCheckpoint& checkpoint)
     visit_gradient(g, [&](const char* name, const std::vector<double>& values) {
       out.dataset(std::string("/gradient/") + name, values.data(), {values.size()});
     });
-    const double scalars[5] = {g.now.damping, g.best.damping, g.best_loss, double(g.without_better), double(g.finished)};
-    out.dataset("/gradient/scalars", scalars, {5});
+    const double scalars[7] = {g.now.damping, g.best.damping, g.best_loss, double(g.without_better), double(g.finished), double(g.steps), g.rate};
+    out.dataset("/gradient/scalars", scalars, {7});
     std::vector<double> rows;
     for (const GradientFitRow& r : g.rows)
       rows.insert(rows.end(), {double(r.frames), r.loss, r.rollout_seconds, r.frames_seconds, r.reverse_seconds, r.field_seconds});
@@ -124,9 +124,10 @@ FitCheckpoint read_fit_checkpoint(const fs::path& file) {
   if (in.has("/field")) checkpoint.field = read_fit(in, "/field");
   GradientFitState& g = checkpoint.gradient;
   visit_gradient(g, [&](const char* name, std::vector<double>& values) { values = in.dataset<double>(std::string("/gradient/") + name, {kAny}); });
-  const std::vector<double> scalars = in.dataset<double>("/gradient/scalars", {5});
+  const std::vector<double> scalars = in.dataset<double>("/gradient/scalars", {7});
   g.now.damping = scalars[0], g.best.damping = scalars[1], g.best_loss = scalars[2];
   g.without_better = static_cast<int>(scalars[3]), g.finished = scalars[4] != 0;
+  g.steps = static_cast<long>(scalars[5]), g.rate = scalars[6];
   const std::vector<double> rows = in.dataset<double>("/gradient/rows", {kAny, kColumns});
   for (size_t i = 0; i < rows.size(); i += kColumns)
     g.rows.push_back({static_cast<int>(rows[i]), rows[i + 1], rows[i + 2], rows[i + 3], rows[i + 4], rows[i + 5]});

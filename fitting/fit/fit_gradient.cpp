@@ -144,7 +144,6 @@ void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion
   const size_t count = rates.size();
   if (state.first_moment.empty()) state.first_moment.assign(count, 0.0), state.second_moment.assign(count, 0.0);
   CHECK(state.first_moment.size() == count && state.second_moment.size() == count);
-  Adam<double> adam(state.first_moment, state.second_moment, static_cast<long>(state.rows.size()));
   const int all = frames_of(motion);
   // The start is a candidate too: a short window may lead away from a good one.
   if (state.rows.empty() && !options.noisy && window_of(options, 0, all) < all)
@@ -158,14 +157,23 @@ void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion
       if (state.best_loss < 0 || row.loss < state.best_loss || options.noisy) state.best_loss = row.loss, state.best = state.now;
       state.without_better = better ? 0 : state.without_better + 1;
       state.finished = state.without_better >= options.patience && !options.noisy;
+      if (!options.noisy && row.loss > (1 + options.astray) * state.best_loss) {
+        // Adam's steps are of the size of its rates however near the best is: back to it, with half of them.
+        state.now = state.best, state.rate *= 0.5, state.steps = 0;
+        state.first_moment.assign(count, 0.0), state.second_moment.assign(count, 0.0);
+        state.rows.push_back(row);
+        if (sink && !sink(state)) return;
+        continue;
+      }
     }
     // Steps of unit rate, scaled by each parameter's own.
     const double fall = 0.1 + 0.45 * (1 + std::cos(std::numbers::pi * k / options.iterations));
     std::vector<double> step(count, 0.0), parameters = packed(state.now, fields.damping);
-    adam.step(step, gradient, fall);
+    Adam<double> adam(state.first_moment, state.second_moment, state.steps);
+    adam.step(step, gradient, state.rate * fall);
     for (size_t i = 0; i < count; ++i) parameters[i] += step[i] * rates[i];
     unpack(parameters, fields.damping, state.now);
-    state.first_moment = adam.first_moment(), state.second_moment = adam.second_moment();
+    state.first_moment = adam.first_moment(), state.second_moment = adam.second_moment(), ++state.steps;
     state.rows.push_back(row);
     if (sink && !sink(state)) return;
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <string>
 
@@ -17,6 +18,7 @@ struct GradientFitOptions {
   double clip = 1;                   ///< largest norm of the gradient of one field's parameters
   int patience = 20;                 ///< iterations with all frames and no better loss, after which it stops
   double better = 1e-3;              ///< relative fall of the loss that counts as better
+  double astray = INFINITY;          ///< relative rise of the loss over the best after which it goes back there, with half the rates
   bool noisy = false;                ///< losses of two iterations cannot be compared, as in score distillation: no early stop, the last is best
 };
 
@@ -37,6 +39,8 @@ struct GradientFitParameters {
 struct GradientFitState {
   GradientFitParameters now, best;                  ///< best: of the least loss over all frames
   std::vector<double> first_moment, second_moment;  ///< of Adam, [all parameters]
+  long steps = 0;                                   ///< that made these moments
+  double rate = 1;                                  ///< halved each time that the loss has gone astray
   double best_loss = -1;                            ///< negative: none yet
   int without_better = 0;
   std::vector<GradientFitRow> rows;              ///< of the iterations done

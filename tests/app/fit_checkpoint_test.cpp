@@ -27,7 +27,7 @@ FitCheckpoint made() {
   c.field = fit;
   c.gradient.now = {{1, 2, 3}, {4, 5, 6}, 0.25}, c.gradient.best = {{1, 1, 1}, {0, 0, 0}, -0.5};
   c.gradient.first_moment.assign(7, 0.1), c.gradient.second_moment.assign(7, 0.2);
-  c.gradient.best_loss = 0.125, c.gradient.without_better = 3, c.gradient.rows = {{6, 0.5, 1, 2, 3, 4}, {8, 0.25, 1, 2, 3, 4}};
+  c.gradient.best_loss = 0.125, c.gradient.without_better = 3, c.gradient.steps = 5, c.gradient.rate = 0.25, c.gradient.rows = {{6, 0.5, 1, 2, 3, 4}, {8, 0.25, 1, 2, 3, 4}};
   c.provenance_json = "{\"a\":1}";
   return c;
 }
@@ -52,6 +52,8 @@ TEST(FitCheckpoint, ComesBackBitForBit) {
   EXPECT_EQ(b.gradient.now.damping, a.gradient.now.damping);
   EXPECT_EQ(b.gradient.best.velocity, a.gradient.best.velocity);
   EXPECT_EQ(b.gradient.second_moment, a.gradient.second_moment);
+  EXPECT_EQ(b.gradient.steps, 5);
+  EXPECT_EQ(b.gradient.rate, 0.25);
   ASSERT_EQ(b.gradient.rows.size(), 2u);
   EXPECT_EQ(b.gradient.rows[1].loss, 0.25);
   EXPECT_EQ(b.provenance_json, a.provenance_json);

@@ -50,6 +50,22 @@ TEST(FitGradient, PartsAndDampingOfATwinAreFound) {
   EXPECT_LT(state.best_loss, 0.01 * state.rows[0].loss + 1e-3);
 }
 
+TEST(FitGradient, AtTheBestItStaysThereHoweverLargeTheRates) {
+  Problem problem(8);
+  const PartField field(problem.part, 1);
+  GradientFitOptions options;
+  options.iterations = 12, options.growth = 0, options.material_rate = 0.4, options.astray = 0.02;
+  GradientFitState state;
+  state.now.material = {problem.wanted[0], problem.wanted[1]};
+  fit_gradient(options, problem.motion, problem.objective, {&field}, state);
+  EXPECT_LE(state.best_loss, state.rows[0].loss);
+  EXPECT_LT(state.rate, 0.3);
+  // The last iterations, led back, lie nearer to it than the first step.
+  double last = INFINITY;
+  for (size_t k = 8; k < 12; ++k) last = std::min(last, state.rows[k].loss);
+  EXPECT_LT(last - state.rows[0].loss, 0.3 * (state.rows[1].loss - state.rows[0].loss));
+}
+
 TEST(FitGradient, TheWindowGrowsFromSixFramesToAll) {
   Problem problem(10);
   const PartField field(problem.part, 1);
