@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kGrow = 8;              // px by which the moving mask is grown where pictures are compared
 constexpr double kDirectRate = 0.03;  // of ln E where it is a parameter itself, not what a network makes of many
-constexpr double kAstray = 0.02;     // of the loss: such a fit begins at an optimum of the tracks, and Adam's steps are as large as its rates there too
+constexpr double kAstray = 0.02;      // of the loss: such a fit begins at an optimum of the tracks, and Adam's steps are as large as its rates there too
 
 /// What gradients compare.
 ClipTerms clip_terms(const Context& context, const RunDirectory& run, const CompareStage& stage, const FitScene& fit, int first_step) {

@@ -123,13 +123,13 @@ GaussianCloud view_patch(const HoleView& view, const Camera& camera, const Image
   const int width = view.hole.width, height = view.hole.height;
   const ImageU8 known = source_mask(view.picture, view.hole);
 
-  // Depth: the surroundings' inverse depths weighted by inverse squared distance in the picture.
+  // Depth: the surroundings' inverse depths weighted by inverse squared distance in the picture.  Transparent lines have none.
   std::vector<std::pair<Vec2f, float>> ring;
   cv::Mat hole(height, width, CV_8U, const_cast<uint8_t*>(view.hole.data.data())), near;
   cv::dilate(hole, near, cv::Mat::ones(9, 9, CV_8U));
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
-      if (near.at<uint8_t>(y, x) && known(x, y))
+      if (near.at<uint8_t>(y, x) && known(x, y) && view.picture.alpha(x, y) > 0.5f)
         ring.push_back({Vec2f(x, y), view.picture.alpha(x, y) / view.picture.depth(x, y)});
   GaussianCloud patch;
   if (ring.empty()) return patch;
