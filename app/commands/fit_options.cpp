@@ -105,6 +105,8 @@ void add_fit_options(CLI::App& command, FitStage& stage, const std::string& pref
   command.add_option("--" + prefix + "parts", stage.parts, "Parts of the object that may differ in stiffness, of --" + prefix + "field parts")
       ->check(CLI::Range(2, 32))
       ->capture_default_str();
+  command.add_option("--" + prefix + "part-labels", stage.part_labels, "Labels of the scene's Gaussians (labels.h5, segmentation.h5) that say the parts instead")
+      ->check(CLI::ExistingFile);
   command.add_option("--released-fields", stage.released_young,
                      "Of a PhysDreamer scene folder: take sim_fields.pt and velo_fields.pt with this E0 [Pa in its cube] instead of fitting")
       ->check(CLI::NonNegativeNumber);

@@ -23,7 +23,7 @@ ClipTerms clip_terms(const Context& context, const RunDirectory& run, const Comp
   terms.flow_weight = stage.flow_weight;
   if (terms.picture_weight > 0 || terms.flow_weight > 0)
     for (const FitView* view : fit.views())
-      terms.seen.push_back(cut_to_weight(view->video.camera, std::span(view->video.frames).first(fit.used), motion_mask(*view, kGrow)));
+      terms.seen.push_back(cut_to_weight(view->video.camera, std::span(view->video.frames).first(fit.used), motion_mask(*view, fit.used, kGrow)));
   if (!stage.guide.empty()) {
     terms.guide = start_guide(context, run, stage, first_step);
     terms.guide_camera = fit.video.camera, terms.guide_weight = stage.guide_weight;
@@ -53,7 +53,10 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
   vibration.refine.tolerance = 1e-3, vibration.modes.most = 6;
   vibration.most_modes = 4, vibration.most_periods = 3.5;
   vibration.stop = context.interrupted;
-  if (stage.field == "parts") options.kind = MaterialKind::kParts, options.part = parts_of(fit, stage.parts);
+  if (stage.field == "parts") {
+    options.kind = MaterialKind::kParts;
+    options.part = stage.part_labels.empty() ? parts_of(fit, stage.parts) : labelled_parts(fit, scene, stage.part_labels);
+  }
   if (stage.field == "smooth") options.kind = MaterialKind::kSmooth;
   if (stage.field == "triplanes") options.kind = MaterialKind::kTriplanes;
   else options.gradient.material_rate = kDirectRate, options.gradient.astray = kAstray;

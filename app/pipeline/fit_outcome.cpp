@@ -52,12 +52,8 @@ FitFindings findings_of(const MaterialFit& fit, const Particles& before, double 
   out.young_of_driver = fitted_young(fit, before, young_before), out.sigma_of_driver = fit.sigma;
   for (const double factor : constant.search.log10_factor) out.search_young.push_back(young_before * std::pow(10.0, factor));
   out.search_unexplained = constant.search.unexplained;
-  // As if all frames were compared from the first step on.
-  for (const GradientFitRow& row : fit.iterations) out.loss_of_step.push_back(row.loss * fit.iterations.back().frames / row.frames);
-  if (!out.loss_of_step.empty()) return out;
-  // Half the sum of squares, as pixels of the tracks.
-  for (const double loss : found.summary.loss) out.loss_of_step.push_back(found.rms * std::sqrt(loss / std::max(found.summary.loss.back(), 1e-30)));
-  out.loss_label = "points off by [px]";
+  for (const FitStep& step : fit.steps)
+    out.refinements.push_back({step.name, step.name == "gradients" ? "loss of the frames compared" : "points off by [px]", step.loss});
   return out;
 }
 
@@ -90,7 +86,10 @@ json curve_to_json(const ModalSearch& search) {
 
 json steps_to_json(const std::vector<FitStep>& steps) {
   json rows = json::array();
-  for (const FitStep& step : steps) rows.push_back({{"name", step.name}, {"rms_px", step.rms}, {"seconds", step.seconds}});
+  for (const FitStep& step : steps) {
+    rows.push_back({{"name", step.name}, {"rms_px", step.rms}, {"seconds", step.seconds}});
+    if (!step.stopped_by.empty()) rows.back().update({{"converged", step.converged}, {"stopped_by", step.stopped_by}, {"loss", step.loss}});
+  }
   return rows;
 }
 

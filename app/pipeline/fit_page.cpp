@@ -35,11 +35,26 @@ std::string numbers(const json& fit) {
   return "<table>\n" + rows + "</table>\n";
 }
 
+/// What each stage brought, and why it ended.
+std::string steps_table(const json& fit) {
+  if (!fit.contains("steps")) return "";
+  std::string rows = "<tr><th>stage</th><th>points off by</th><th>time</th><th>steps</th><th>ended by</th></tr>\n";
+  for (const json& step : fit["steps"]) {
+    const bool refined = step.contains("stopped_by");
+    const std::string ended = refined ? fmt::format("<td>{}</td><td>{}{}</td>", step["loss"].size() - 1, html_escaped(step["stopped_by"].get<std::string>()),
+                                                    step["converged"].get<bool>() ? "" : " (not converged)")
+                                      : "<td></td><td></td>";
+    rows += fmt::format("<tr><td>{}</td><td>{:.3f} px</td><td>{:.0f} s</td>{}</tr>\n", html_escaped(step["name"].get<std::string>()),
+                        step["rms_px"].get<double>(), step["seconds"].get<double>(), ended);
+  }
+  return "<table>\n" + rows + "</table>\n";
+}
+
 }  // namespace
 
 std::string fit_section(const RunDirectory& run) {
   const json& fit = run.summary("fit", "run `pliant fit` first");
-  std::string html = numbers(fit);
+  std::string html = numbers(fit) + steps_table(fit);
   if (fit.contains("undetermined")) {
     html += "<p>What this does not determine:</p><ul>\n";
     for (const json& sentence : fit["undetermined"]) html += "<li>" + html_escaped(sentence.get<std::string>()) + "</li>\n";
@@ -52,7 +67,8 @@ std::string fit_section(const RunDirectory& run) {
   html += html_picture(run, "fit/slices.png", "Space-time slices: a line of pixels over time, in the video and in the fitted motion");
   html += html_picture(run, "fit/markers.png", "Markers: measured and simulated");
   html += html_picture(run, "fit/search.png", "The search over stiffness");
-  html += html_picture(run, "fit/loss.png", "The refinement");
+  html += html_picture(run, "fit/loss.png", "The refinement, stage by stage");
+  html += html_picture(run, "fit/loss_2.png", "The same of gradients");
   html += html_picture(run, "fit/young.png", "Young's modulus on the object");
   html += html_picture(run, "fit/uncertainty.png", "How well it is known");
   return html;

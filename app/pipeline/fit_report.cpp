@@ -1,5 +1,7 @@
 #include "app/pipeline/fit_report.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -34,7 +36,7 @@ ImageF side_by_side_picture(const ImageF& seen, const ImageF& drawn) {
 
 /// Of one video; the names of pictures end in `suffix`.
 MotionScores compare_view(const FitScene& fit, const FitView& view, const FittedMotion& motion, const fs::path& folder, const std::string& suffix) {
-  const ImageF mask = motion_mask(view, kGrow);
+  const ImageF mask = motion_mask(view, static_cast<int>(view.video.frames.size()), kGrow);
   const ImageF& first = view.video.frames[0];
   MotionScores scores;
   scores.rest = psnr_in(view.still, first, mask);
@@ -92,13 +94,18 @@ void write_fit_pictures(const fs::path& folder, const FitScene& fit, const FitFi
     chart.marks = {std::log10(findings.young)};
     write_image(folder / "search.png", draw_chart(chart));
   }
-  if (!findings.loss_of_step.empty()) {
-    Curve curve{"", {}, {}, false, 0};
-    for (size_t i = 0; i < findings.loss_of_step.size(); ++i) curve.x.push_back(static_cast<double>(i)), curve.y.push_back(findings.loss_of_step[i]);
-    Curve dots = curve;
-    dots.dots = true;
-    write_image(folder / "loss.png", draw_chart({"Refinement on simulated motions", "step", findings.loss_label, {curve, dots}, {}, true}));
+  // Stages whose values mean the same share a chart.
+  std::vector<Chart> charts;
+  for (const FitFindings::Refinement& stage : findings.refinements) {
+    if (stage.value.empty()) continue;
+    if (charts.empty() || charts.back().y_label != stage.label) charts.push_back({"Refinement on simulated motions", "step", stage.label, {}, {}, true});
+    const int color = static_cast<int>(charts.back().curves.size()) / 2;
+    Curve curve{stage.name, {}, stage.value, false, color};
+    for (size_t i = 0; i < stage.value.size(); ++i) curve.x.push_back(static_cast<double>(i));
+    Curve dots{"", curve.x, curve.y, true, color};
+    charts.back().curves.push_back(std::move(curve)), charts.back().curves.push_back(std::move(dots));
   }
+  for (size_t k = 0; k < charts.size(); ++k) write_image(folder / (k == 0 ? "loss.png" : fmt::format("loss_{}.png", k + 1)), draw_chart(charts[k]));
 }
 
 }  // namespace pliant

@@ -31,8 +31,11 @@ struct FitFindings {
   std::vector<double> young_of_driver;                    ///< [M] Pa
   std::vector<double> sigma_of_driver;                    ///< [M] decades, one standard deviation of log10 E
   std::vector<double> search_young, search_unexplained;   ///< the search: Pa, share of the motion
-  std::vector<double> loss_of_step;                       ///< of the refinement, at its start and after every step
-  std::string loss_label = "loss of the frames compared";
+  struct Refinement {
+    std::string name, label;    ///< of the stage, and what its values are
+    std::vector<double> value;  ///< at its start and after every step
+  };
+  std::vector<Refinement> refinements;                    ///< in the order in which they were made
 };
 
 /// young.png, uncertainty.png, search.png, loss.png.

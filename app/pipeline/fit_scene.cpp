@@ -10,10 +10,8 @@
 #include "app/pipeline/moving_scene.h"
 #include "app/store/particles.h"
 #include "fitting/fit/check_video.h"
-#include "fitting/fit/parts.h"
 #include "fitting/fit/track_pixels.h"
 #include "gaussians/base/error.h"
-#include "gaussians/base/nearest.h"
 #include "gaussians/io/files.h"
 #include "gaussians/io/ply.h"
 
@@ -161,42 +159,13 @@ PointTracks follow_points(const Context& context, const FitScene& fit) {
   return tracks;
 }
 
-std::vector<uint32_t> parts_of(const FitScene& fit, int count) {
-  // A driver's colour is the mean of the Gaussians that it moves; one without any takes its nearest neighbour's.
-  const DrawnObject<float>& drawn = *fit.drawn;
-  const size_t drivers = drawn.drivers.size();
-  std::vector<Vec3f> color(drivers, Vec3f::Zero());
-  std::vector<float> weight(drivers, 0.0f);
-  for (size_t g = 0; g < drawn.object.size(); ++g)
-    for (int k = 0; k < Binding::kCount; ++k) {
-      const size_t slot = g * Binding::kCount + k;
-      const int d = drawn.binding.driver[slot];
-      if (d < 0) break;
-      const float* sh = drawn.object.sh_of(g);
-      const float w = drawn.binding.weight[slot] * sigmoid(drawn.object.opacity_logit[g]);
-      color[d] += w * (Vec3f::Constant(0.5f) + kSh0 * Vec3f(sh[0], sh[1], sh[2])).cwiseMax(0).cwiseMin(1), weight[d] += w;
-    }
-  std::vector<Vec3f> colored;
-  std::vector<int> which;
-  for (size_t d = 0; d < drivers; ++d)
-    if (weight[d] > 0.05f) color[d] /= weight[d], colored.push_back(drawn.drivers[d]), which.push_back(static_cast<int>(d));
-  if (!colored.empty()) {
-    const std::vector<int> nearest = k_nearest(colored, drawn.drivers, 1);
-    for (size_t d = 0; d < drivers; ++d)
-      if (!(weight[d] > 0.05f)) color[d] = color[which[nearest[d]]];
-  }
-  PartsOptions options;
-  options.count = count;
-  return find_parts(options, drawn.drivers, color);
-}
-
-ImageF motion_mask(const FitView& fit, int grow) {
+ImageF motion_mask(const FitView& fit, int frames, int grow) {
   cv::Mat mask(fit.moving.height, fit.moving.width, CV_8U, cv::Scalar(0));
   const ImageF& first = fit.video.frames[0];
   for (int y = 0; y < mask.rows; ++y)
     for (int x = 0; x < mask.cols; ++x) {
       float change = 0;
-      for (const ImageF& frame : fit.video.frames)
+      for (const ImageF& frame : std::span(fit.video.frames).first(frames))
         for (int c = 0; c < 3; ++c) change = std::max(change, std::abs(frame(x, y, c) - first(x, y, c)));
       mask.at<uint8_t>(y, x) = change > 0.08f || fit.moving(x, y) > 0.5f;
     }

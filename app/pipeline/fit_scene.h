@@ -44,8 +44,10 @@ PointTracks follow_points(const Context& context, const FitScene& fit);
 
 /// Parts of the body by place and colour, [drivers].
 std::vector<uint32_t> parts_of(const FitScene& fit, int count);
+/// The same by labels of the scene's Gaussians in `file` (labels.h5 or segmentation.h5): of most of what a driver moves.
+std::vector<uint32_t> labelled_parts(const FitScene& fit, const Scene& scene, const std::string& file);
 
-/// [H, W, 1]: 1 where anything moves in some frame of the video, grown by `grow` pixels; see `moving`.
-ImageF motion_mask(const FitView& view, int grow);
+/// [H, W, 1]: 1 where anything moves in some of the video's first `frames` frames, grown by `grow` pixels; see `moving`.
+ImageF motion_mask(const FitView& view, int frames, int grow);
 
 }  // namespace pliant

@@ -60,8 +60,12 @@ struct FitStage {
   int points = 400;           ///< of the object's surface that are followed
   std::string field = "uniform";  ///< E(x): uniform, parts, smooth, triplanes
   int parts = 6;              ///< of the object, by place and colour, that may differ in E
+  std::string part_labels;    ///< file with labels of the scene's Gaussians, that say the parts instead
   MaterialValues material;    ///< command line's; E is where the search starts
 };
+/// Throws Error{kUsage} for what a fit of this kind would leave unused.
+void check_fit_stage(const FitStage& stage, bool has_video);
+
 nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
 /// Without a video: E(x) and damping under given forces, by what stage.compare.guide thinks of the drawn motion (PhysDreamer's
 /// setting turned round, as in DreamPhysics, Huang et al. 2024, and Physics3D, Liu et al. 2024).

@@ -39,6 +39,7 @@ FittedMotion replay(const FitScene& fit, const VibrationFit& found, const Partic
 bool is_fitted(const RunDirectory& run) { return run.has("fit"); }
 
 json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage) {
+  check_fit_stage(stage, has_video(scene, stage));
   if (!stage.markers.file.empty()) return run_marker_fit(context, run, scene, stage);
   if (stage.released_young) return run_released_fit(context, run, scene, stage);
   if (!stage.compare.guide.empty() && !has_video(scene, stage)) return run_guided_fit(context, run, scene, stage);
@@ -51,6 +52,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
                {folder + "/material.h5", folder + "/velocity.h5", "fit/results.json", "fit/side_by_side.mp4"}};
   add_video_to_key(key, scene, stage);
   key.options["compare"] = compare_to_json(stage.compare);
+  if (!stage.part_labels.empty()) key.inputs["part_labels"] = stage.part_labels;
 
   const json summary = run.stage(context, key, [&]() -> json {
     const std::string provenance = run.provenance(context, key);

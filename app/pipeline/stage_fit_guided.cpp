@@ -85,10 +85,10 @@ json run_guided_fit(const Context& context, RunDirectory& run, const Scene& scen
 
     write_clip(run / "fit/guided.mp4", fit, found.motion);
     FitFindings findings;
-    findings.young = young, findings.loss_label = "loss of the guiding program";
+    findings.young = young, findings.refinements = {{"guided", "loss of the guiding program", {}}};
     for (size_t i = 0; i < found.motion.particles.size(); ++i)
       findings.young_of_driver.push_back(material.young * found.motion.particles.young[i] / fit.body.particles.young[i]);
-    for (const GradientFitRow& row : found.iterations) findings.loss_of_step.push_back(row.loss);
+    for (const GradientFitRow& row : found.iterations) findings.refinements[0].value.push_back(row.loss);
     write_fit_pictures(run / "fit", fit, findings);
     context.progress.say(fmt::format("fit: E = {:.4g} Pa (before: {:.4g}), damping time {:.3g} s, after {} steps", young, material.young, damping_time, found.iterations.size()));
     json result = {{"source", "guidance"}, {"guide", options.clip.guide->name()}, {"young_pa", young}, {"young_before_pa", material.young}, {"damping_time_s", damping_time},

@@ -22,7 +22,7 @@ template <class Fit, class Visit>
 void visit_scalars(Fit& fit, Visit&& visit) {
   visit(fit.log10_factor), visit(fit.log10_sigma), visit(fit.damping_time), visit(fit.damping_time_low), visit(fit.damping_time_high);
   visit(fit.time), visit(fit.first_frame), visit(fit.last_frame), visit(fit.subframes), visit(fit.substeps);
-  visit(fit.rms_search), visit(fit.rms), visit(fit.rms_rest), visit(fit.seconds), visit(fit.search.first_frame), visit(fit.search.periods);
+  visit(fit.rms_search), visit(fit.rms), visit(fit.rms_rest), visit(fit.seconds), visit(fit.seconds_search), visit(fit.summary.converged), visit(fit.search.first_frame), visit(fit.search.periods);
 }
 
 template <class State, class Visit>
@@ -55,6 +55,7 @@ std::vector<Matrix> read_matrices(const Hdf5Reader& in, const std::string& name,
 
 void write_fit(Hdf5Writer& out, const std::string& group, const VibrationFit& fit) {
   out.group(group);
+  out.text(group, "stopped_by", fit.summary.stopped_by);
   std::vector<double> scalars;
   visit_scalars(fit, [&](double value) { scalars.push_back(value); });
   out.dataset(group + "/scalars", scalars.data(), {scalars.size()});
@@ -76,6 +77,7 @@ VibrationFit read_fit(const Hdf5Reader& in, const std::string& group) {
   const std::vector<double> scalars = in.dataset<double>(group + "/scalars", {count});
   size_t k = 0;
   visit_scalars(fit, [&](auto& value) { value = static_cast<std::remove_reference_t<decltype(value)>>(scalars[k++]); });
+  fit.summary.stopped_by = in.text(group, "stopped_by");
   visit_numbers(fit, [&](const char* name, std::vector<double>& values) {
     values = in.dataset<double>(group + "/" + name, {kAny});
   });

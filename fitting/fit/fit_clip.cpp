@@ -22,7 +22,8 @@ ClipFit fit_clip(const ClipFitOptions& options, const Motion<float>& motion, con
     return !stopped;
   });
   if (stopped) throw Error(Failure::kInterrupted, "fit", "", "interrupted", "run the same command to continue");
-  return {with_fields(motion, fields, state.best), state.rows, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()};
+  const bool patient = state.without_better < options.gradient.patience || options.gradient.noisy;
+  return {with_fields(motion, fields, state.best), state.rows, patient ? "iterations" : "no better loss", std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()};
 }
 
 }  // namespace pliant

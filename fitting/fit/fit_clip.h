@@ -19,6 +19,7 @@ struct ClipFitOptions {
 struct ClipFit {
   Motion<float> motion;  ///< with what was found
   std::vector<GradientFitRow> iterations;
+  std::string stopped_by;  ///< "no better loss" or "iterations"
   double seconds = 0;
 };
 

@@ -173,6 +173,7 @@ void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion
     adam.step(step, gradient, state.rate * fall);
     for (size_t i = 0; i < count; ++i) parameters[i] += step[i] * rates[i];
     unpack(parameters, fields.damping, state.now);
+    for (double& p : state.now.material) p = std::clamp(p, -options.material_limit, options.material_limit);
     state.first_moment = adam.first_moment(), state.second_moment = adam.second_moment(), ++state.steps;
     state.rows.push_back(row);
     if (sink && !sink(state)) return;

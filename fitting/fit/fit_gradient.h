@@ -15,6 +15,7 @@ struct GradientFitOptions {
   double growth = 0.5;               ///< ... and all of them from this share of the iterations on
   double material_rate = 0.01, velocity_rate = 0.01, poisson_rate = 0.05, damping_rate = 0.02;  ///< of Adam; fall to a tenth by the end
   double material_roughness = 1e-4, velocity_roughness = 1e-2;  ///< weights of the fields' total variation
+  double material_limit = INFINITY;  ///< of each parameter of the field of E, either way
   double clip = 1;                   ///< largest norm of the gradient of one field's parameters
   int patience = 20;                 ///< iterations with all frames and no better loss, after which it stops
   double better = 1e-3;              ///< relative fall of the loss that counts as better

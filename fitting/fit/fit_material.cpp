@@ -1,5 +1,6 @@
 #include "fitting/fit/fit_material.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "fitting/fields/part_field.h"
@@ -9,6 +10,7 @@ namespace pliant {
 namespace {
 
 constexpr double kDecade = 2.302585092994046;
+constexpr double kMostSigmas = 5;  // of the parameters of a smooth field, that they may reach
 constexpr double kCommon = 0.02;  // of ln E: a field has a level of its own
 
 std::shared_ptr<const Field> field_of(const MaterialFitOptions& options, const Particles& particles) {
@@ -41,6 +43,13 @@ Motion<float> motion_of(const VibrationFit& fit, const VibrationFitOptions& opti
   return motion;
 }
 
+/// Loss as errors of the tracks: it is half the sum of squares.
+FitStep step_of(const char* name, const VibrationFit& fit) {
+  FitStep step{name, fit.rms, fit.seconds - fit.seconds_search, fit.summary.converged, fit.summary.stopped_by, {}};
+  for (const double loss : fit.summary.loss) step.loss.push_back(fit.rms * std::sqrt(loss / std::max(fit.summary.loss.back(), 1e-30)));
+  return step;
+}
+
 /// A field of factors of E, from the best constant on.
 void add_field(const MaterialFitOptions& options, VibrationFitOptions vibration, const std::shared_ptr<const Field>& field,
                const std::vector<Interaction>& interactions, const TrackLoss<float>& tracks, double fps,
@@ -48,13 +57,14 @@ void add_field(const MaterialFitOptions& options, VibrationFitOptions vibration,
   const bool parts = options.kind == MaterialKind::kParts;
   vibration.field = field, vibration.candidates = 1, vibration.refine.max_iterations *= 2;
   vibration.field_sigma = parts ? options.part_sigma * kDecade : 1, vibration.factor_sigma = kCommon;
+  vibration.field_limit = parts ? options.decades * kDecade : kMostSigmas;
   vibration.search.low = -0.3, vibration.search.high = 0.3;
   vibration.search.first = fit.homogeneous.first_frame / fps;
   vibration.known_modes = fit.homogeneous.modes.stiffer(std::pow(10.0, fit.homogeneous.log10_factor));
   const Particles base = fit.particles;
   fit.found = kept.field ? *kept.field : fit_vibration(vibration, base, interactions, tracks, fps, progress);
   if (!kept.field && kept.keep_field) kept.keep_field(fit.found);
-  fit.steps.push_back({"field", fit.found.rms, fit.found.seconds});
+  fit.steps.push_back(step_of("field", fit.found));
   fit.particles = fit.found.fitted(base, field.get());
   fit.found.log10_factor += fit.homogeneous.log10_factor;
   fit.sigma = fit.found.young_sigma;
@@ -81,7 +91,10 @@ void refine_by_gradients(const MaterialFitOptions& options, const VibrationFitOp
   fit.iterations = clip.iterations, fit.sigma.clear();
   const Rollout<float> run = rollout<float>(best.options, best.particles, best.interactions, best.start);
   fit.found.rms = tracks.on_rollout(frames.first, frames.last, frames.lead, frames.every).rms(run.frames);
-  fit.steps.push_back({"gradients", fit.found.rms, clip.seconds});
+  FitStep step{"gradients", fit.found.rms, clip.seconds, clip.stopped_by != "iterations", clip.stopped_by, {}};
+  // As if all frames were compared from the first iteration on.
+  for (const GradientFitRow& row : clip.iterations) step.loss.push_back(row.loss * clip.iterations.back().frames / row.frames);
+  fit.steps.push_back(std::move(step));
 }
 
 }  // namespace
@@ -97,6 +110,7 @@ ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particle
   } else {
     varied.material = field_of(options, particles);
     if (!varied.material) varied.material = std::make_shared<PartField>(particles.size(), 1);
+    varied.gradient.material_limit = options.kind == MaterialKind::kSmooth ? kMostSigmas : options.decades * kDecade;
   }
   if (options.poisson) varied.poisson = std::make_shared<PartField>(particles.size(), 1);
   if (options.clip.guide_weight > 0) varied.gradient.noisy = true, varied.gradient.growth = 0;
@@ -114,7 +128,7 @@ MaterialFit fit_material(const MaterialFitOptions& options, const Particles& par
   fit.found = fit.homogeneous;
   fit.particles = fit.found.fitted(particles);
   fit.sigma = fit.found.young_sigma, fit.prior_sigma = INFINITY;
-  fit.steps = {{"search", fit.homogeneous.rms_search, 0}, {"homogeneous", fit.homogeneous.rms, fit.homogeneous.seconds}};
+  fit.steps = {{"search", fit.homogeneous.rms_search, fit.homogeneous.seconds_search, true, "", {}}, step_of("homogeneous", fit.homogeneous)};
   if (const auto field = field_of(options, particles)) add_field(options, vibration, field, interactions, tracks, fps, progress, kept, fit);
   if (options.kind == MaterialKind::kTriplanes || options.poisson || options.clip.beyond_tracks())
     refine_by_gradients(options, vibration, interactions, tracks, fps, progress, kept, fit);

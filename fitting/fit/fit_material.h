@@ -17,7 +17,7 @@ struct MaterialFitOptions {
   double part_sigma = 0.5;           ///< decades by which a part is expected to differ from the common factor
   SmoothFieldOptions smooth;         ///< for kSmooth, in metres
   TriplaneOptions planes;            ///< of E, for kTriplanes; those of v0 have a resolution of 24 and no bounds
-  double decades = 2;                ///< by which E may differ from where gradients begin, for kTriplanes
+  double decades = 2;                ///< by which a part may differ from the best constant, and E at a point from where gradients begin
   bool smooth_first = true;          ///< they begin from a fit of a smooth field rather than from the best constant
   /// Of kTriplanes, and of every kind once `clip` compares more than tracks.  Its windows are in frames of the video.
   GradientFitOptions gradient;
@@ -40,6 +40,9 @@ struct FitStep {
   std::string name;
   double rms = 0;      ///< of the tracks, in their unit
   double seconds = 0;
+  bool converged = true;
+  std::string stopped_by;       ///< empty where there is nothing to stop
+  std::vector<double> loss;     ///< at its start and after every step; of gradients, over as many frames as the last
 };
 
 /// E(x) and the motion that explains the tracks.

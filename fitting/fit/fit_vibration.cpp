@@ -47,7 +47,7 @@ class Fitter {
     simulate_.settle_time = 0, simulate_.sleep_speed = 0;
     shapes_ = at_rest_ ? StartShapes::smooth(particles, options.most_smooth, motion.omega[0]) : StartShapes::of_modes(modes, motion, particles, options.most_modes);
     stop_ = options.stop;
-    field_ = options.field.get(), field_sigma_ = options.field_sigma, factor_sigma_ = options.factor_sigma;
+    field_ = options.field.get(), field_sigma_ = options.field_sigma, field_limit_ = options.field_limit, factor_sigma_ = options.factor_sigma;
     if (field_) field_step_ = largest_steps();
     field_size_ = field_step_.size();
     start_ = {std::log(10.0) * motion.log10_factor, std::log(motion.damping_rate)};
@@ -120,7 +120,7 @@ class Fitter {
     options.prior.assign(count, 0.0), options.prior_sigma.assign(count, INFINITY);
     options.prior[0] = start_[0], options.prior_sigma[0] = factor_sigma_;
     for (size_t j = 2; j < first_amplitude; ++j)
-      options.prior_sigma[j] = field_sigma_, options.largest_step[j] = field_step_[j - 2], options.difference[j] = 0.02 * field_sigma_;
+      options.low[j] = -field_limit_, options.high[j] = field_limit_, options.prior_sigma[j] = field_sigma_, options.largest_step[j] = field_step_[j - 2], options.difference[j] = 0.02 * field_sigma_;
     // What a single camera hardly sees stays of the size of what it does see; a smooth velocity, some of whose shapes die
     // away between two frames, near that of the vibration.
     double largest = 0.1;
@@ -170,7 +170,7 @@ class Fitter {
   const Field* field_ = nullptr;       // of further factors
   size_t field_size_ = 0;
   std::vector<double> field_step_;     // of its parameters, at most, in an iteration
-  double field_sigma_ = 1, factor_sigma_ = INFINITY;
+  double field_sigma_ = 1, field_limit_ = INFINITY, factor_sigma_ = INFINITY;
   StartShapes shapes_;                 // whose amplitudes are parameters
   std::vector<double> start_;
 };
@@ -240,6 +240,9 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
       std::pow(10.0, fit.search.minima[0].log10_factor), 100 * (1 - fit.search.minima[0].unexplained), fit.first_frame,
       fit.search.periods);
 
+  const auto since = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
+  fit.seconds_search = since();
+
   // A few steps from each good minimum, then the best of them to the end.
   std::unique_ptr<Fitter> best;
   std::vector<double> parameters;
@@ -307,7 +310,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     fit.damping_time_low = fit.damping_time / spread, fit.damping_time_high = fit.damping_time * spread;
     set_young_sigma(fit, options, particles.size(), result.covariance);
   }
-  fit.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  fit.seconds = since();
   say("%d roll-outs, %d steps until %s", fit.summary.evaluations, static_cast<int>(fit.summary.loss.size()) - 1, fit.summary.stopped_by.c_str());
   say("E x %.4g (10^+-%.3f), damping time %.3g s, rms error %.3g of %.3g", std::exp(result.parameters[0]), fit.log10_sigma,
       fit.damping_time, fit.rms, fit.rms_rest);

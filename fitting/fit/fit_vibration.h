@@ -23,6 +23,7 @@ struct VibrationFitOptions {
   std::shared_ptr<const Field> field;  ///< ln of a further factor of E at the particles, with few parameters; null = none
   std::function<bool()> stop;   ///< asked before every roll-out; true ends the fit with Error{kInterrupted}
   double field_sigma = 1;       ///< standard deviation that is expected of each of its parameters, about 0
+  double field_limit = INFINITY;   ///< of each of them, either way
   double factor_sigma = INFINITY;  ///< and of ln of the common factor of E, about what the search finds
 };
 
@@ -45,7 +46,7 @@ struct VibrationFit {
   ModalSearch search;
   std::vector<double> candidate_factor, candidate_rms;  ///< the minima that were refined: log10 factor and rms after it
   GaussNewtonSummary summary;
-  double seconds = 0;
+  double seconds = 0, seconds_search = 0;  ///< the whole, and of it the modes and the search
 
   /// The particles with the fitted E; `field` as in the options.
   Particles fitted(const Particles& particles, const Field* field = nullptr) const;

@@ -15,6 +15,7 @@ FitCheckpoint made() {
   VibrationFit fit;
   fit.log10_factor = 0.1 + 1e-17, fit.damping_time = 1 / 3.0, fit.first_frame = 7, fit.last_frame = 40, fit.subframes = 4, fit.substeps = 33;
   fit.search.log10_factor = {-1, 0, 1}, fit.search.unexplained = {0.5, 0.1, 0.7};
+  fit.summary.loss = {4, 2}, fit.summary.converged = true, fit.summary.stopped_by = "small change", fit.seconds_search = 2.5;
   fit.modes.omega = {3, 5}, fit.modes.decay = {0.1, 0.2};
   Random random(1, 1);
   for (int i = 0; i < 4; ++i) {
@@ -45,6 +46,10 @@ TEST(FitCheckpoint, ComesBackBitForBit) {
   EXPECT_EQ(b.homogeneous->modes.shape, a.homogeneous->modes.shape);
   EXPECT_EQ(b.homogeneous->modes.gradient, a.homogeneous->modes.gradient);
   EXPECT_EQ(b.homogeneous->search.unexplained, a.homogeneous->search.unexplained);
+  EXPECT_TRUE(b.homogeneous->summary.converged);
+  EXPECT_EQ(b.homogeneous->summary.stopped_by, "small change");
+  EXPECT_EQ(b.homogeneous->summary.loss, a.homogeneous->summary.loss);
+  EXPECT_EQ(b.homogeneous->seconds_search, 2.5);
   ASSERT_TRUE(b.field);
   EXPECT_EQ(b.field->field, a.field->field);
   EXPECT_EQ(b.field->start.v, a.field->start.v);

@@ -5,15 +5,20 @@
 #include <unistd.h>
 
 #include <Eigen/Geometry>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/demo/demo.h"
 #include "app/pipeline/fit_scene.h"
 #include "app/pipeline/fit_video.h"
+#include "app/store/material.h"
+#include "app/store/particles.h"
+#include "app/store/segmentation.h"
 #include "fitting/fit/frame_source.h"
 #include "gaussians/io/cameras.h"
 #include "gaussians/io/files.h"
 #include "gaussians/io/image_io.h"
+#include "gaussians/io/ply.h"
 #include "gaussians/io/video.h"
 #include "tests/app/run_pliant.h"
 #include "tests/temporary_folder.h"
@@ -177,6 +182,42 @@ TEST_F(FitVideo, AProgramMakesTheVideoThatIsFitted) {
   EXPECT_NE(read_text(folder / "run/fit/report.html").find("does not determine"), std::string::npos);
   EXPECT_EQ(run_quietly(fit({"--generate-with", "exit 3;", "--video-camera", camera})), 1);
   EXPECT_EQ(run_quietly(fit({"--generate-with", command, "--video", file.string()})), 2);
+}
+
+TEST_F(FitVideo, PartsAreThoseOfGivenLabels) {
+  const GaussianCloud cloud = read_ply(folder / "scene/splats.ply");
+  // Labels of another scene, and labels that tell nothing apart.
+  fs::remove(folder / "run/fit/results.json");
+  LabelFile wrong{std::vector<uint32_t>(cloud.size(), 3), {}};
+  write_labels(folder / "same.h5", wrong, "{}");
+  expect_refused({"--field", "parts", "--part-labels", (folder / "same.h5").string()}, {"same on everything", "uniform"});
+  wrong.label.pop_back();
+  write_labels(folder / "few.h5", wrong, "{}");
+  expect_refused({"--field", "parts", "--part-labels", (folder / "few.h5").string()}, {"few.h5", std::to_string(cloud.size())});
+
+  LabelFile labels;
+  for (const Vec3f& x : cloud.position) labels.label.push_back(x.z() > 0.22f ? 7 : 3);  // of a flower of 0.32 m
+  write_labels(folder / "halves.h5", labels, "{}");
+  ASSERT_EQ(run_quietly(fit({"--field", "parts", "--part-labels", (folder / "halves.h5").string()})), 0);
+  const fs::path object = fs::directory_iterator(folder / "run/objects")->path();
+  const MaterialFile material = read_material(object / "material.h5");
+  std::map<long, double> mean_height;  // of the samples of each stiffness, but for rounding
+  std::map<long, size_t> count;
+  const ParticleFile particles = read_particles(object / "particles.h5");
+  for (size_t s = 0; s < material.young.size(); ++s)
+    if (particles.solid_driver[s] >= 0) {
+      const long stiffness = std::lround(1e3 * std::log(material.young[s]));
+      mean_height[stiffness] += particles.solid_position[s].z(), ++count[stiffness];
+    }
+  ASSERT_EQ(count.size(), 2u);
+  const double first = mean_height.begin()->second / count.begin()->second, second = mean_height.rbegin()->second / count.rbegin()->second;
+  EXPECT_GT(std::abs(first - second), 0.03);
+  const json steps = json::parse(read_text(folder / "run/fit/results.json"))["steps"];
+  ASSERT_EQ(steps.size(), 3u);
+  EXPECT_EQ(steps[2]["name"], "field");
+  EXPECT_FALSE(steps[2]["stopped_by"].get<std::string>().empty());
+  EXPECT_LE(steps[2]["loss"].back().get<double>(), steps[2]["loss"].front().get<double>());
+  EXPECT_NE(read_text(folder / "run/fit/report.html").find("ended by"), std::string::npos);
 }
 
 TEST_F(FitVideo, GradientsComparePicturesAndFlowOfSeveralCamerasBesideTracks) {

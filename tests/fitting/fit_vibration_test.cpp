@@ -1,6 +1,7 @@
 // Twin experiments: tracks of a stem of known stiffness and damping, a start that is wrong by 30 times.
 
 #include <gtest/gtest.h>
+#include <omp.h>
 
 #include "gaussians/base/error.h"
 #include "tests/fitting/twin_stem.h"
@@ -26,6 +27,26 @@ TEST(FitVibration, FindsStiffnessAndDampingOfATwinFromAStartThirtyTimesWrong) {
     EXPECT_GE(fit.first_frame, 4);  // the force ends at 0.12 s = frame 6; before, the motion is not free
     EXPECT_GT(fit.search.periods, 1);
   }
+}
+
+TEST(FitVibration, IsEqualBitForBitForAnyNumberOfThreads) {
+  const TwinStem twin;
+  const TrackLoss<float> tracks = twin.pushed(true, 0.02, 20);
+  Particles guess = twin.particles;
+  for (float& E : guess.young) E *= 3;
+  VibrationFitOptions options;
+  options.modes.most = 3, options.candidates = 1, options.refine.max_iterations = 3;
+  const int before = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const VibrationFit one = fit_vibration(options, guess, twin.pins, tracks, twin.fps);
+  omp_set_num_threads(3);
+  const VibrationFit three = fit_vibration(options, guess, twin.pins, tracks, twin.fps);
+  omp_set_num_threads(before);
+  EXPECT_EQ(one.log10_factor, three.log10_factor);
+  EXPECT_EQ(one.damping_time, three.damping_time);
+  EXPECT_EQ(one.start.v, three.start.v);
+  EXPECT_EQ(one.modes.shape, three.modes.shape);
+  EXPECT_EQ(one.young_sigma, three.young_sigma);
 }
 
 TEST(FitVibration, ABodyThatStandsStillIsRefused) {

@@ -1,0 +1,71 @@
+// What a fit would leave unused is refused by the name of its option.
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "app/pipeline/fit_stage.h"
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+struct Unused {
+  const char* option;
+  std::function<void(FitStage&)> choose;
+};
+
+void expect_refused(const std::vector<Unused>& choices, const std::function<void(FitStage&)>& kind, bool has_video) {
+  FitStage usual;
+  kind(usual);
+  EXPECT_NO_THROW(check_fit_stage(usual, has_video));
+  for (const Unused& choice : choices) {
+    FitStage stage;
+    kind(stage), choice.choose(stage);
+    try {
+      check_fit_stage(stage, has_video);
+      ADD_FAILURE() << choice.option << " was not refused";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.failure, Failure::kUsage);
+      EXPECT_NE(std::string(error.what()).find(choice.option), std::string::npos) << error.what();
+    }
+  }
+}
+
+TEST(CheckFitStage, OptionsOfVideosAreRefusedWithMarkersAndWithReleasedFields) {
+  const std::vector<Unused> of_videos = {
+      {"--field", [](FitStage& s) { s.field = "smooth"; }},       {"--until", [](FitStage& s) { s.until = 1; }},
+      {"--from", [](FitStage& s) { s.from = 0; }},                {"--camera", [](FitStage& s) { s.camera = "a"; }},
+      {"--loss", [](FitStage& s) { s.compare.loss = "both"; }},   {"--fit-poisson", [](FitStage& s) { s.compare.poisson = true; }},
+      {"--guide-with", [](FitStage& s) { s.compare.guide = "x"; }}, {"--generate-with", [](FitStage& s) { s.generate.command = "x"; }}};
+  expect_refused(of_videos, [](FitStage& s) { s.markers.file = "m.csv"; }, false);
+  expect_refused(of_videos, [](FitStage& s) { s.released_young = 1e5; }, true);
+}
+
+TEST(CheckFitStage, OptionsOfGradientsAreRefusedWhereNoneRun) {
+  const std::vector<Unused> of_gradients = {{"--gradient-window", [](FitStage& s) { s.compare.window = 1; }},
+                                            {"--gradient-iterations", [](FitStage& s) { s.compare.iterations = 5; }}};
+  expect_refused(of_gradients, [](FitStage& s) { s.field = "smooth"; }, true);
+  for (const auto& kind : std::vector<std::function<void(FitStage&)>>{[](FitStage& s) { s.field = "triplanes"; }, [](FitStage& s) { s.compare.loss = "pictures"; },
+                                                                      [](FitStage& s) { s.compare.flow_weight = 1; }, [](FitStage& s) { s.compare.poisson = true; }}) {
+    FitStage stage;
+    kind(stage), stage.compare.window = 1, stage.compare.iterations = 5;
+    EXPECT_NO_THROW(check_fit_stage(stage, true));
+  }
+}
+
+TEST(CheckFitStage, WhatBelongsToAnotherOptionIsRefusedWithoutIt) {
+  expect_refused({{"--loss-lambda", [](FitStage& s) { s.compare.lambda = 0.5; }},
+                  {"--picture-weight", [](FitStage& s) { s.compare.picture_weight = 1; }},
+                  {"--guide-frames", [](FitStage& s) { s.compare.guide_frames = 5; }},
+                  {"--generate-prompt", [](FitStage& s) { s.generate.prompt = "a"; }},
+                  {"--parts", [](FitStage& s) { s.parts = 3; }},
+                  {"--part-labels", [](FitStage& s) { s.part_labels = "l.h5"; }}},
+                 [](FitStage&) {}, true);
+  expect_refused({{"--guide-load", [](FitStage& s) { s.compare.load = "l.json"; }}}, [](FitStage& s) { s.compare.guide = "x"; }, true);
+  expect_refused({{"--video-first", [](FitStage& s) { s.first = 1; }}}, [](FitStage& s) { s.generate.command = "x"; }, false);
+  expect_refused({{"--parts", [](FitStage& s) { s.parts = 3; }}}, [](FitStage& s) { s.field = "parts", s.part_labels = "l.h5"; }, true);
+}
+
+}  // namespace
+}  // namespace pliant
