@@ -92,6 +92,8 @@ void add_fit_options(CLI::App& command, FitStage& stage, const std::string& pref
   add_video_options(command, stage, prefix);
   command.add_option("--video-pose", stage.pose, "File with the camera that took it (transforms.json, cameras.json, COLMAP), where it is none of the scene's")
       ->check(CLI::ExistingPath);
+  command.add_option("--video-mask", stage.video_mask, "Picture, or folder or video of as many frames as the video: what is dark there, such as a hand, is not compared")
+      ->check(CLI::ExistingPath);
   command.add_flag("--refine-camera", stage.refine_camera, "Move that camera until the scene looks like the first frame");
   command.add_option("--video-first", stage.first, "Begin of the part that is used [s]")->check(CLI::NonNegativeNumber);
   command.add_option("--video-last", stage.last, "End of it [s] (default: the video's end)")->check(CLI::PositiveNumber);

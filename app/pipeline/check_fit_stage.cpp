@@ -17,7 +17,7 @@ void refuse(const std::vector<Choice>& choices, const std::string& where, const 
 /// What only a fit to a video uses.
 std::vector<Choice> of_videos(const FitStage& stage) {
   const CompareStage& c = stage.compare;
-  return {{"--camera", !stage.camera.empty()},  {"--video-pose", !stage.pose.empty()},   {"--refine-camera", stage.refine_camera},
+  return {{"--camera", !stage.camera.empty()},  {"--video-pose", !stage.pose.empty()},   {"--refine-camera", stage.refine_camera}, {"--video-mask", !stage.video_mask.empty()},
           {"--video-first", stage.first > 0},   {"--video-last", stage.last > 0},        {"--from", stage.from >= 0},
           {"--until", stage.until > 0},         {"--field", stage.field != "uniform"},   {"--loss", c.loss != "tracks"},
           {"--flow-weight", c.flow_weight > 0}, {"--fit-poisson", c.poisson},            {"--guide-with", !c.guide.empty()},

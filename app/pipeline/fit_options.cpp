@@ -22,8 +22,12 @@ ClipTerms clip_terms(const Context& context, const RunDirectory& run, const Comp
   terms.picture.photometric = {stage.lambda, 1 - stage.lambda};
   terms.flow_weight = stage.flow_weight;
   if (terms.picture_weight > 0 || terms.flow_weight > 0)
-    for (const FitView* view : fit.views())
-      terms.seen.push_back(cut_to_weight(view->video.camera, std::span(view->video.frames).first(fit.used), motion_mask(*view, fit.used, kGrow)));
+    for (const FitView* view : fit.views()) {
+      // What some frame hides is left out of all of them.
+      ImageF mask = motion_mask(*view, fit.used, kGrow);
+      for (int f = 0; f < fit.used && !view->compared.empty(); ++f) leave_out(mask, *view, f);
+      terms.seen.push_back(cut_to_weight(view->video.camera, std::span(view->video.frames).first(fit.used), mask));
+    }
   if (!stage.guide.empty()) {
     terms.guide = start_guide(context, run, stage, first_step);
     terms.guide_camera = fit.video.camera, terms.guide_weight = stage.guide_weight;

@@ -51,8 +51,11 @@ MotionScores compare_view(const FitScene& fit, const FitView& view, const Fitted
     const ImageF drawn = render(fit.drawn->at(motion.frames[k]), view.video.camera, fit.drawn->render).color;
     if (pictures) writer->write(side_by_side_picture(seen, drawn)), slices.add(seen, drawn);
     const bool used = f < fit.used;
-    (used ? scores.psnr_used : scores.psnr_later) += psnr_in(drawn, seen, mask);
-    (used ? scores.still_used : scores.still_later) += psnr_in(first, seen, mask);
+    ImageF compared = mask;
+    if (!view.compared.empty()) leave_out(compared, view, f);
+    if (std::none_of(compared.data.begin(), compared.data.end(), [](float w) { return w > 0; })) continue;
+    (used ? scores.psnr_used : scores.psnr_later) += psnr_in(drawn, seen, compared);
+    (used ? scores.still_used : scores.still_later) += psnr_in(first, seen, compared);
     ++(used ? scores.frames_used : scores.frames_later);
   }
   if (pictures) writer->close();

@@ -45,7 +45,7 @@ void choose_points(FitView& fit, const ImageF& depth, int wanted) {
   for (double y = step / 2; y < fit.moving.height; y += step)
     for (double x = step / 2; x < fit.moving.width; x += step) {
       const int i = static_cast<int>(x), j = static_cast<int>(y);
-      if (!(fit.moving(i, j) > 0.8f)) continue;
+      if (!(fit.moving(i, j) > 0.8f) || !is_compared(fit, 0, i, j)) continue;
       const Eigen::Vector2d pixel(i + 0.5, j + 0.5);
       const double z = depth(i, j);
       fit.pixel.push_back(pixel);
@@ -104,6 +104,7 @@ FitView load_view(const Context& context, const RunDirectory& run, const Scene& 
   FitView view;
   view.video = load_fit_video(context, run, scene, stage, fps);
   for (const std::string& warning : view.video.warnings) context.progress.warn(warning);
+  view.compared = load_compared(stage, view.video);
   const ImageF depth = look(fit, view);
   check(context, view, video_name(scene, stage));
   choose_points(view, depth, stage.points);
@@ -143,11 +144,14 @@ PointTracks follow_points(const Context& context, const FitScene& fit) {
   for (const FitView* view : fit.views()) {
     ReferenceVideo seen = view->video;
     seen.frames.resize(fit.used);
-    const PixelTracks followed = track_pixels({}, seen, view->pixel, view->mask);
+    PixelTracks followed = track_pixels({}, seen, view->pixel, view->mask);
     context.progress.say(fmt::format("fit: {} points followed through {} frames of camera '{}', mean weight {:.2f}", view->pixel.size(), fit.used,
                                      view->video.camera.name, followed.kept));
     if (followed.kept < 0.05)
       throw input_error("fit", "video", "does not let the object's points be followed", "check that it shows this object from camera '" + view->video.camera.name + "'");
+    for (int f = 0; f < fit.used && !view->compared.empty(); ++f)
+      for (size_t k = 0; k < view->pixel.size(); ++k)
+        if (!is_compared(*view, f, followed.pixel[f][k].x(), followed.pixel[f][k].y())) followed.weight[f][k] = 0;
     tracks.rest.insert(tracks.rest.end(), view->points.begin(), view->points.end());
     tracks.camera_of.insert(tracks.camera_of.end(), view->points.size(), number);
     if (number++ > 0) tracks.further.push_back(view->video.camera);
@@ -157,6 +161,18 @@ PointTracks follow_points(const Context& context, const FitScene& fit) {
     }
   }
   return tracks;
+}
+
+bool is_compared(const FitView& view, int frame, double x, double y) {
+  if (!(x >= 0 && y >= 0 && x < view.moving.width && y < view.moving.height)) return false;
+  if (view.compared.empty()) return true;
+  return view.compared[view.compared.size() == 1 ? 0 : frame](static_cast<int>(x), static_cast<int>(y)) > 0;
+}
+
+void leave_out(ImageF& mask, const FitView& view, int frame) {
+  for (int y = 0; y < mask.height; ++y)
+    for (int x = 0; x < mask.width; ++x)
+      if (!is_compared(view, frame, x, y)) mask(x, y) = 0;
 }
 
 ImageF motion_mask(const FitView& fit, int frames, int grow) {

@@ -14,6 +14,7 @@ namespace pliant {
 /// A reference video, and what its camera sees of the scene at rest.
 struct FitView {
   ReferenceVideo video;
+  std::vector<ImageU8> compared;    ///< [T], [1] or none, [H, W, 1] each: 0 where a pixel is not compared
   ImageF still;                     ///< [H, W, 3] the scene at rest
   ImageF moving;                    ///< [H, W, 1] share of what can move in a pixel
   ImageU8 mask;                     ///< [H, W, 1] not 0 where most of a pixel can
@@ -46,6 +47,12 @@ PointTracks follow_points(const Context& context, const FitScene& fit);
 std::vector<uint32_t> parts_of(const FitScene& fit, int count);
 /// The same by labels of the scene's Gaussians in `file` (labels.h5 or segmentation.h5): of most of what a driver moves.
 std::vector<uint32_t> labelled_parts(const FitScene& fit, const Scene& scene, const std::string& file);
+
+/// Whether a pixel of a frame is compared; outside the picture none is.
+bool is_compared(const FitView& view, int frame, double x, double y);
+
+/// `mask` [H, W, 1] becomes 0 where pixels of that frame are not compared.
+void leave_out(ImageF& mask, const FitView& view, int frame);
 
 /// [H, W, 1]: 1 where anything moves in some of the video's first `frames` frames, grown by `grow` pixels; see `moving`.
 ImageF motion_mask(const FitView& view, int frames, int grow);

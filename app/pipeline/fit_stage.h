@@ -45,6 +45,7 @@ struct FitStage {
   MarkerStage markers;        ///< no file: a video
   std::string video, camera;  ///< file or folder, and the camera that took it; empty = the scene file's; camera "find": by the first frame
   std::string pose;           ///< file of cameras, one of which took it, instead of a camera of the scene
+  std::string video_mask;     ///< picture, or folder or video of as many frames: pixels that are dark there are not compared
   bool refine_camera = false;  ///< until the scene looks like the first frame
   struct Further {
     std::string video, camera;

@@ -7,9 +7,11 @@
 #include "fitting/fit/find_camera.h"
 #include "fitting/fit/frame_source.h"
 #include "fitting/fit/generate_video.h"
+#include "fitting/fit/resize.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/cameras.h"
 #include "gaussians/io/files.h"
+#include "gaussians/io/image_io.h"
 #include "gaussians/io/ply.h"
 
 namespace pliant {
@@ -92,11 +94,40 @@ ReferenceVideo generate(const Context& context, const RunDirectory& run, const S
 
 }  // namespace
 
+std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& video) {
+  std::vector<ImageF> masks;
+  if (stage.video_mask.empty()) return {};
+  const fs::path file = stage.video_mask;
+  const std::string extension = file.extension();
+  if (extension == ".png" || extension == ".jpg" || extension == ".jpeg") {
+    const ImageF mask = read_image(file);
+    if (std::abs(static_cast<double>(mask.width) / mask.height / (static_cast<double>(video.camera.width) / video.camera.height) - 1) > 0.02)
+      throw input_error(stage.video_mask, "size", fmt::format("is {} x {}, of another shape than the video's {} x {}", mask.width, mask.height, video.camera.width, video.camera.height),
+                        "give a mask in the video's shape");
+    masks = {resized(mask, video.camera.width, video.camera.height)};
+  } else {
+    VideoOptions options;
+    options.first = stage.first, options.last = stage.last, options.declared_fps = stage.fps > 0 ? stage.fps : video.file_fps > 0 ? video.file_fps : video.fps;
+    options.trust_declared = true, options.fps = video.fps, options.resampling = Resampling::kNearest;
+    masks = load_reference_video(options, file, video.camera).frames;
+    if (masks.size() != video.frames.size())
+      throw input_error(stage.video_mask, "frames", fmt::format("are {} and the video's {}", masks.size(), video.frames.size()), "give one mask for every frame, or one picture for all");
+  }
+  std::vector<ImageU8> compared;
+  for (const ImageF& mask : masks) {
+    ImageU8 out(mask.width, mask.height, 1);
+    for (int y = 0; y < mask.height; ++y)
+      for (int x = 0; x < mask.width; ++x) out(x, y) = mask(x, y, 0) > 0.5f ? 255 : 0;
+    compared.push_back(std::move(out));
+  }
+  return compared;
+}
+
 FitStage further_video(const FitStage& stage, size_t i) {
   if (stage.further[i].video.empty())
     throw usage_error("--camera", stage.further[i].camera, "has no video", "give --video FILE as often as --camera NAME, in the same order");
   FitStage one = stage;
-  one.further.clear(), one.generate = {}, one.pose.clear();
+  one.further.clear(), one.generate = {}, one.pose.clear(), one.video_mask.clear();
   one.video = stage.further[i].video, one.camera = stage.further[i].camera;
   return one;
 }
@@ -159,6 +190,7 @@ bool has_video(const Scene& scene, const FitStage& stage) {
 
 void add_video_to_key(StageKey& key, const Scene& scene, const FitStage& stage) {
   key.options.update({{"camera", stage.camera}, {"fps", stage.fps}, {"first", stage.first}, {"last", stage.last}, {"refine_camera", stage.refine_camera}});
+  if (!stage.video_mask.empty()) key.inputs["video_mask"] = stage.video_mask;
   if (!stage.pose.empty()) key.inputs["pose"] = stage.pose;
   if (!stage.generate.command.empty())
     key.options["generate"] = {{"command", stage.generate.command}, {"prompt", stage.generate.prompt}, {"frames", stage.generate.frames}};

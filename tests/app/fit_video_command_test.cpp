@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 #include <map>
+#include <numeric>
 #include <nlohmann/json.hpp>
 
 #include "app/demo/demo.h"
@@ -158,6 +159,51 @@ TEST_F(FitVideo, APartOfTheFileIsTaken) {
   const ReferenceVideo part = load(stage);
   EXPECT_EQ(part.frames.size(), 10u);
   EXPECT_NEAR(part.start, 5 / fps, 1e-6);
+}
+
+TEST_F(FitVideo, WhatAMaskLeavesDarkIsNotCompared) {
+  Progress progress(true);
+  const Context context{progress, [] { return false; }};
+  const RunDirectory run = RunDirectory::open(folder / "run");
+  const Scene scene = load_run_scene(run);
+  FitStage stage;
+  const FitScene whole = load_fit_scene(context, run, scene, stage);
+  const int width = whole.moving.width, height = whole.moving.height;
+  double middle = 0;
+  for (const Eigen::Vector2d& x : whole.pixel) middle += x.x() / static_cast<double>(whole.pixel.size());
+  const auto mask_from = [&](double left) {
+    ImageF mask(width, height, 3);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        for (int c = 0; c < 3; ++c) mask(x, y, c) = x >= left;
+    return mask;
+  };
+  // One for all frames: no point begins, and no pixel counts, in its dark half.
+  write_image(folder / "mask.png", mask_from(middle));
+  stage.video_mask = (folder / "mask.png").string();
+  const FitScene half = load_fit_scene(context, run, scene, stage);
+  EXPECT_GT(half.pixel.size(), 20u);
+  for (const Eigen::Vector2d& x : half.pixel) EXPECT_GE(x.x() + 1, middle);
+  ImageF weight(width, height, 1, -1);
+  weight.data.assign(weight.data.size(), 1.0f);
+  leave_out(weight, half, 3);
+  EXPECT_EQ(weight(static_cast<int>(middle) - 2, height / 2), 0);
+  EXPECT_EQ(weight(static_cast<int>(middle) + 2, height / 2), 1);
+
+  // One for every frame: what is dark from the fourth on is followed until then.
+  fs::create_directories(folder / "masks");
+  char name[32];
+  for (size_t f = 0; f < frames.size(); ++f) std::snprintf(name, sizeof name, "%04zu.png", f), write_image(folder / "masks" / name, mask_from(f < 3 ? 0 : width));
+  stage.video_mask = (folder / "masks").string();
+  const FitScene some = load_fit_scene(context, run, scene, stage);
+  EXPECT_EQ(some.pixel.size(), whole.pixel.size());
+  const PointTracks tracks = follow_points(context, some);
+  for (size_t f = 0; f < frames.size(); ++f) {
+    const double seen = std::accumulate(tracks.weight[f].begin(), tracks.weight[f].end(), 0.0);
+    EXPECT_EQ(seen > 0, f < 3) << f;
+  }
+  fs::remove(folder / "masks" / name);
+  expect_error(Failure::kInput, {"masks", std::to_string(frames.size())}, [&] { load_fit_scene(context, run, scene, stage); });
 }
 
 TEST_F(FitVideo, AProgramMakesTheVideoThatIsFitted) {
