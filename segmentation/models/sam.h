@@ -26,6 +26,9 @@ class Sam : public PromptableSegmenter {
   /// `decoder` is null where one file holds both.
   Sam(std::unique_ptr<NeuralModule> encoder, std::unique_ptr<NeuralModule> decoder);
 
+  /// What the encoder of a file of its own takes and gives.
+  static Contract encoder_contract(const ModelFile& file);
+
   void encode(const ImageF& picture) override;
   std::vector<SegmentedMask> segment(const MaskPrompt& prompt) override;
 
