@@ -88,6 +88,41 @@ std::string breach_of_range(const TensorLine& line, const Tensor& tensor) {
   return "";
 }
 
+std::string breach_of_outline(const Contract& contract, const OnnxGraph& graph, Lengths lengths) {
+  const auto named = [](const auto& all, const std::string& name) {
+    return std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.name == name; });
+  };
+  const std::string file = "; the file " + outline_text(graph);
+  const auto missing = [&](const std::string& kind, const std::vector<TensorLine>& lines, const std::vector<GraphTensor>& tensors) -> std::string {
+    for (const TensorLine& line : lines)
+      if (named(tensors, line.name) == tensors.end()) return "has no " + kind + " '" + line.name + "'; the contract says " + describe(line) + file;
+    return "";
+  };
+  if (const std::string wrong = missing("input", contract.inputs, graph.inputs); !wrong.empty()) return wrong;
+  if (const std::string wrong = missing("output", contract.outputs, graph.outputs); !wrong.empty()) return wrong;
+  for (const GraphTensor& input : graph.inputs)
+    if (named(contract.inputs, input.name) == contract.inputs.end())
+      return "wants the input '" + input.name + "', which the contract does not have" + file;
+
+  std::string letters;
+  for (const auto& [letter, length] : lengths) letters += ", " + letter + " = " + std::to_string(length);
+  for (const bool out : {false, true}) {
+    for (const TensorLine& line : out ? contract.outputs : contract.inputs) {
+      const std::vector<int64_t>& shape = named(out ? graph.outputs : graph.inputs, line.name)->shape;
+      if (shape.empty()) continue;  // not said
+      const std::vector<Axis> axes = axes_of(line.shape);
+      bool fits = shape.size() == axes.size();
+      for (size_t i = 0; fits && i < axes.size(); ++i) {
+        Lengths any;  // lengths of outputs are often those of the picture that a network was traced with
+        fits = shape[i] < 0 || agrees(axes[i], shape[i], out ? any : lengths);
+      }
+      if (!fits)
+        return "has " + std::string(out ? "an output" : "an input") + " '" + line.name + "' of other lengths; the contract says " + describe(line) + letters + file;
+    }
+  }
+  return "";
+}
+
 std::vector<Tensor> example_inputs(const Contract& contract, const Lengths& lengths) {
   std::vector<Tensor> inputs;
   for (const TensorLine& line : contract.inputs) {

@@ -24,11 +24,17 @@ const std::map<std::string, std::string> kOptionOf = {{"grounding-dino", "--dete
 
 std::unique_ptr<NeuralModule> load(const ModelChoice& choice, const std::string& option, const fs::path& file) {
   if (!fs::is_regular_file(file)) throw usage_error(option, file.string(), "is not a file", "give an ONNX or TorchScript file");
-  const std::string kind = read_model_file(file).kind();
+  const ModelFile model = read_model_file(file);
+  const std::string kind = model.kind();
   if (const auto known = kOptionOf.find(kind); known != kOptionOf.end() && known->second != option)
     throw usage_error(option, file.string(), "holds '" + kind + "'", "give it as " + known->second);
   ModuleOptions options;
-  options.option = option, options.trust_torchscript = choice.trust_torchscript;
+  options.option = option, options.trust_torchscript = choice.trust_torchscript, options.networks = choice.networks();
+  if (YoloxDetector::recognises(model) && kOptionOf.at("yolox") != option) options.advice = "it is YOLOX by its outline; give it as " + kOptionOf.at("yolox");
+  if (option == "--tracker" && model.format == ModelFile::Format::kOnnx)
+    throw usage_error(option, file.string(), "is ONNX, which has one network and no methods; it " + outline_text(model.graph) +
+                                                 "; the contract of a tracker has the methods encode_key (which takes frame), encode_value and segment",
+                      options.advice.empty() ? "give the TorchScript file of segmentation/models/export/export_xmem.py" : options.advice);
   return std::make_unique<NeuralModule>(file, options);
 }
 
@@ -56,6 +62,12 @@ fs::path vocabulary_of(const ModelChoice& choice, const fs::path& network, bool 
 
 }  // namespace
 
+int ModelChoice::networks() const {
+  int count = static_cast<int>(segmenter_files(*this).size());
+  for (const std::string& file : {detector, tagger, tracker, inpainter}) count += !file.empty();
+  return count;
+}
+
 std::vector<fs::path> ModelChoice::files() const {
   std::set<fs::path> all;
   for (const std::string& file : {detector, tagger, tracker, inpainter}) all.insert(file);
@@ -80,6 +92,7 @@ std::unique_ptr<Detector> make_detector(const ModelChoice& choice) {
 std::unique_ptr<Tagger> make_tagger(const ModelChoice& choice) {
   if (choice.tagger.empty()) return nullptr;
   auto module = load(choice, "--tagger", choice.tagger);
+  module->require(Ram::contract("K"), {});
   return std::make_unique<Ram>(std::move(module), TagList::read(vocabulary_of(choice, choice.tagger, false)));
 }
 
@@ -88,6 +101,7 @@ std::unique_ptr<PromptableSegmenter> make_segmenter(const ModelChoice& choice) {
   if (files.empty()) return nullptr;
   auto encoder = load(choice, "--segmenter", files[0]);
   if (files.size() == 2) return std::make_unique<Sam>(std::move(encoder), load(choice, "--segmenter", files[1]));
+  encoder->require(Sam::encoder_contract(encoder->file()), {});
   if (encoder->file().format == ModelFile::Format::kOnnx || encoder->file().kind() == "sam-encoder")
     throw usage_error("--segmenter", files[0], "is an encoder alone", "give --segmenter ENCODER,DECODER");
   return std::make_unique<Sam>(std::move(encoder), nullptr);

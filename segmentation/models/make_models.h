@@ -22,6 +22,8 @@ struct ModelChoice {
   bool trust_torchscript = false;
 
   bool empty() const { return files().empty(); }
+  /// Number of networks, each of which gets that share of the memory.
+  int networks() const;
   /// Everything that is read, for hashes.
   std::vector<std::filesystem::path> files() const;
 };

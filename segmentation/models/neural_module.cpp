@@ -14,8 +14,6 @@ namespace {
 
 constexpr const char* kExport = "export it with the script of segmentation/models/export, with the versions that it names";
 
-uint64_t memory_of_machine() { return static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE)); }
-
 /// OpenCV's complaints with the operator first: "Node [Foo@ai.onnx]:(name) ..." names the one that it cannot run.
 std::string plain(const std::string& text) {
   std::smatch match;
@@ -25,6 +23,11 @@ std::string plain(const std::string& text) {
 }
 
 }  // namespace
+
+uint64_t memory_share(int networks) {
+  const uint64_t machine = static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
+  return machine / 4 * 3 / static_cast<uint64_t>(std::max(networks, 1));
+}
 
 class NeuralModule::Process {
  public:
@@ -39,7 +42,7 @@ NeuralModule::NeuralModule(const std::filesystem::path& file, const ModuleOption
     throw usage_error(options.option, file.string(), "is TorchScript, which is a program and may do anything that you may",
                       "add --trust-torchscript if you trust where it comes from");
   if (options_.threads <= 0) options_.threads = omp_get_max_threads();
-  if (options_.memory == 0) options_.memory = memory_of_machine() / 4 * 3;
+  if (options_.memory == 0) options_.memory = memory_share(options_.networks);
   const std::filesystem::path program = program_folder() / (torch ? "pliant_torch_worker" : "pliant_onnx_worker");
   if (!std::filesystem::exists(program))
     throw input_error(file.string(), "", "needs " + program.string() + ", which is not there",
@@ -62,8 +65,23 @@ NeuralModule::NeuralModule(const std::filesystem::path& file, const ModuleOption
 
 NeuralModule::~NeuralModule() = default;
 
+std::string NeuralModule::advice() const { return options_.advice.empty() ? kExport : options_.advice; }
+
+void NeuralModule::require(const Contract& contract, const Lengths& lengths) const {
+  if (file_.format != ModelFile::Format::kOnnx) return;
+  std::string wrong = breach_of_outline(contract, file_.graph, lengths);
+  if (contract.method != "forward") wrong = "is ONNX, which has one network and no method '" + contract.method + "'; the file " + outline_text(file_.graph);
+  if (!wrong.empty()) throw input_error(file_.file.string(), contract.method, wrong, advice());
+}
+
 std::vector<Tensor> NeuralModule::verify(const Contract& contract, const Lengths& lengths) {
+  require(contract, lengths);
   return run_within(contract, example_inputs(contract, lengths), options_.load_seconds);
+}
+
+std::vector<Tensor> NeuralModule::verify_on(const Contract& contract, const std::vector<Tensor>& inputs) {
+  require(contract, {});
+  return run_within(contract, inputs, options_.load_seconds);
 }
 
 std::vector<Tensor> NeuralModule::run(const Contract& contract, const std::vector<Tensor>& inputs) {
@@ -94,7 +112,7 @@ std::vector<Tensor> NeuralModule::run_within(const Contract& contract, const std
   if (answer.kind != Message::Kind::kDone) throw input_error(name, method, plain(answer.text), kExport);
   if (answer.tensors.size() < contract.outputs.size())
     throw input_error(name, method, "gives " + std::to_string(answer.tensors.size()) + " outputs, the contract has " + std::to_string(contract.outputs.size()) +
-                                        "; missing is " + describe(contract.outputs[answer.tensors.size()]), kExport);
+                                        "; missing is " + describe(contract.outputs[answer.tensors.size()]), advice());
   answer.tensors.resize(contract.outputs.size());
   for (size_t i = 0; i < contract.outputs.size(); ++i) {
     const TensorLine& line = contract.outputs[i];
@@ -104,7 +122,7 @@ std::vector<Tensor> NeuralModule::run_within(const Contract& contract, const std
     std::string wrong = breach_of_shape(line, tensor, lengths);
     if (wrong.empty()) wrong = breach_of_range(line, tensor);
     if (!wrong.empty())
-      throw input_error(name, "output '" + line.name + "' of " + method, wrong + "; the contract says " + describe(line), kExport);
+      throw input_error(name, "output '" + line.name + "' of " + method, wrong + "; the contract says " + describe(line), advice());
   }
   return std::move(answer.tensors);
 }

@@ -92,7 +92,20 @@ GraphTensor tensor_info(std::string_view bytes, const std::string& file) {
   return tensor;
 }
 
+std::string list_text(const std::vector<GraphTensor>& tensors) {
+  std::string text;
+  for (const GraphTensor& tensor : tensors) {
+    text += (text.empty() ? "" : ", ") + tensor.name + " [";
+    for (size_t axis = 0; axis < tensor.shape.size(); ++axis)
+      text += (axis ? "," : "") + (tensor.shape[axis] < 0 ? std::string("?") : std::to_string(tensor.shape[axis]));
+    text += "]";
+  }
+  return text.empty() ? "nothing" : text;
+}
+
 }  // namespace
+
+std::string outline_text(const OnnxGraph& graph) { return "takes " + list_text(graph.inputs) + " and gives " + list_text(graph.outputs); }
 
 OnnxGraph read_onnx_graph(std::string_view bytes, const std::string& file) {
   OnnxGraph graph;

@@ -21,6 +21,9 @@ struct OnnxGraph {
   std::map<std::string, std::string> metadata;
 };
 
+/// "takes images [1,3,416,416] and gives output [1,3549,85]"; "?" for a length that is not fixed.
+std::string outline_text(const OnnxGraph& graph);
+
 /// Reads the outline of an ONNX file.  Throws Error{kInput} naming `file` where the bytes are not one.
 OnnxGraph read_onnx_graph(std::string_view bytes, const std::string& file);
 

@@ -31,12 +31,15 @@ TagList TagList::read(const std::filesystem::path& file) {
   return tags;
 }
 
+Contract Ram::contract(const std::string& tags) {
+  TensorLine logits{"logits", Tensor::Type::kFloat32, "1," + tags};
+  logits.meaning = "one for each line of the tag list";
+  return {"forward", {{"image", Tensor::Type::kFloat32, "1,3,S,S", -2.2, 2.7, "ImageNet mean and deviation, red first"}}, {logits}};
+}
+
 Ram::Ram(std::unique_ptr<NeuralModule> module, TagList tags) : module_(std::move(module)), tags_(std::move(tags)) {
   size_ = module_->file().size_of("size", 384);
-  contract_.inputs = {{"image", Tensor::Type::kFloat32, "1,3,S,S", -2.2, 2.7, "ImageNet mean and deviation, red first"}};
-  TensorLine logits{"logits", Tensor::Type::kFloat32, "1," + std::to_string(tags_.names.size())};
-  logits.meaning = "one for each line of the tag list";
-  contract_.outputs = {logits};
+  contract_ = contract(std::to_string(tags_.names.size()));
   module_->verify(contract_, {{"S", size_}});
 }
 

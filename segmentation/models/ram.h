@@ -21,6 +21,9 @@ class Ram : public Tagger {
  public:
   Ram(std::unique_ptr<NeuralModule> module, TagList tags);
 
+  /// The contract for a list of `tags`, a number or a letter.
+  static Contract contract(const std::string& tags);
+
   std::vector<Tag> tag(const ImageF& picture) override;
 
  private:

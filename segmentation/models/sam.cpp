@@ -31,7 +31,27 @@ std::vector<size_t> order_of(const std::vector<float>& iou, bool clear) {
   return order;
 }
 
+std::vector<std::string> feature_names(const ModelFile& file) {
+  return file.about().value("features", std::vector<std::string>{"image_embeddings"});
+}
+
 }  // namespace
+
+Contract Sam::encoder_contract(const ModelFile& file) {
+  const std::vector<std::string> names = feature_names(file);
+  const bool onnx = file.format == ModelFile::Format::kOnnx;
+  const auto type = Tensor::Type::kFloat32;
+  Contract contract;
+  contract.inputs = {{"image", type, "1,3,S,S", -2.2, 2.7, "ImageNet mean and deviation, red first"}};
+  if (onnx && file.graph.inputs.size() == 1) contract.inputs[0].name = file.graph.inputs[0].name;
+  for (const std::string& name : names) {
+    const bool image = names.size() == 1 || name == "image_embeddings" || name == "image_embed";
+    TensorLine line{name, type, image ? "1,256,h,w" : "1,*,*,*"};
+    if (onnx && names.size() == 1 && file.graph.outputs.size() == 1) line.name = file.graph.outputs[0].name;
+    contract.outputs.push_back(line);
+  }
+  return contract;
+}
 
 Sam::Sam(std::unique_ptr<NeuralModule> encoder, std::unique_ptr<NeuralModule> decoder)
     : encoder_(std::move(encoder)), decoder_(std::move(decoder)) {
@@ -39,17 +59,10 @@ Sam::Sam(std::unique_ptr<NeuralModule> encoder, std::unique_ptr<NeuralModule> de
   const nlohmann::json about = file.about();
   size_ = file.size_of("size", 1024);
   square_ = about.value("fit", "longest") == "square", pads_boxes_ = about.value("pad_boxes", false);
-  const auto names = about.value("features", std::vector<std::string>{"image_embeddings"});
+  const std::vector<std::string> names = feature_names(file);
   const auto type = Tensor::Type::kFloat32;
+  encode_ = encoder_contract(file);
   if (!decoder_) encode_.method = "encode", decode_.method = "decode";
-  encode_.inputs = {{"image", type, "1,3,S,S", -2.2, 2.7, "ImageNet mean and deviation, red first"}};
-  if (file.format == ModelFile::Format::kOnnx && file.graph.inputs.size() == 1) encode_.inputs[0].name = file.graph.inputs[0].name;
-  for (size_t i = 0; i < names.size(); ++i) {
-    const bool image = names.size() == 1 || names[i] == "image_embeddings" || names[i] == "image_embed";
-    TensorLine line{names[i], type, image ? "1,256,h,w" : "1,*,*,*"};
-    if (file.format == ModelFile::Format::kOnnx && names.size() == 1 && file.graph.outputs.size() == 1) line.name = file.graph.outputs[0].name;
-    encode_.outputs.push_back(line);
-  }
   const std::vector<Tensor> features = encoder_->verify(encode_, {{"S", size_}});
   int64_t height = 0, width = 0;
   for (size_t i = 0; i < features.size(); ++i) {

@@ -6,7 +6,7 @@
 
 namespace pliant {
 
-/// The SAM family (Kirillov et al. 2023; MobileSAM, SAM-HQ, SAM 2), an encoder that runs once for a picture and a decoder
+/// The SAM family (Kirillov et al. 2023; MobileSAM, SAM 2), an encoder that runs once for a picture and a decoder
 /// that runs for each prompt, as export/export_sam.py, export_sam2.py and the official ONNX export write them; *never run
 /// with the official weights*.  One TorchScript file with the methods "encode" and "decode", or two files with "forward".
 ///   encoder in   image: float32 [1,3,S,S], ImageNet mean and deviation, the longest side scaled to S, upper left corner,
@@ -25,6 +25,9 @@ class Sam : public PromptableSegmenter {
  public:
   /// `decoder` is null where one file holds both.
   Sam(std::unique_ptr<NeuralModule> encoder, std::unique_ptr<NeuralModule> decoder);
+
+  /// What the encoder of a file of its own takes and gives.
+  static Contract encoder_contract(const ModelFile& file);
 
   void encode(const ImageF& picture) override;
   std::vector<SegmentedMask> segment(const MaskPrompt& prompt) override;

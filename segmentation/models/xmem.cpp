@@ -45,8 +45,8 @@ Xmem::Xmem(std::unique_ptr<NeuralModule> module, const Options& options) : modul
   const std::vector<Tensor> features = module_->verify(key_, {{"h", 4}, {"w", 5}});
   const Tensor image = example_inputs(key_, {{"h", 4}, {"w", 5}})[0];
   const Tensor hidden_state = Tensor::floats({1, 2, hidden_channels_, 4, 5}), masks = Tensor::floats({1, 2, 64, 80}, 0.25f);
-  const std::vector<Tensor> value = module_->run(value_, {image, features[3], hidden_state, masks});
-  module_->run(segment_, {features[3], features[4], features[5], value[0], value[1], masks});
+  const std::vector<Tensor> value = module_->verify_on(value_, {image, features[3], hidden_state, masks});
+  module_->verify_on(segment_, {features[3], features[4], features[5], value[0], value[1], masks});
 }
 
 TrackedFrame Xmem::start(const ImageF& picture, const IdImage& masks) {

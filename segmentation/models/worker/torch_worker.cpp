@@ -1,9 +1,13 @@
 // Runs a TorchScript file with libtorch.
 
+#include <caffe2/serialize/inline_container.h>
+#include <torch/csrc/jit/frontend/builtin_functions.h>
+#include <torch/csrc/jit/runtime/operator.h>
 #include <torch/script.h>
 #include <torch/utils.h>
 #include <torch/version.h>
 
+#include "segmentation/models/worker/operators.h"
 #include "segmentation/models/worker/serve.h"
 
 namespace pliant {
@@ -49,17 +53,28 @@ std::string first_line(const std::string& text) {
   return line.empty() ? text : line;
 }
 
-/// Operators that the message of a failed load complains about, in the words "Unknown builtin op: NAME".
-std::string unknown_operator(const std::string& text) {
-  for (const std::string words : {"Unknown builtin op: ", "Could not find any similar ops to ", "Couldn't find operator "}) {
-    const size_t at = text.find(words);
-    if (at == std::string::npos) continue;
-    const size_t begin = at + words.size();
-    std::string name = text.substr(begin, text.find_first_of(" \n,(", begin) - begin);
-    while (!name.empty() && name.back() == '.') name.pop_back();
-    return name;
+/// Operators that the code in a TorchScript file calls and that this libtorch does not have.
+std::set<std::string> missing_operators(const std::string& file) {
+  std::set<std::string> missing;
+  caffe2::serialize::PyTorchStreamReader archive(file);
+  for (const std::string& record : archive.getAllRecords()) {
+    if (record.rfind("code/", 0) != 0 || !record.ends_with(".py")) continue;
+    const auto [data, size] = archive.getRecord(record);
+    for (const std::string& name : operators_in({static_cast<const char*>(data.get()), size})) {
+      const auto symbol = c10::Symbol::fromQualString(name);
+      if (torch::jit::getAllOperatorsFor(symbol).empty() && torch::jit::getAllBuiltinFunctionsFor(symbol).empty()) missing.insert(name);
+    }
   }
-  return "";
+  return missing;
+}
+
+/// What a person can do with the message of a failed load.
+std::string load_failure(const std::string& file, const std::string& message) {
+  const std::string first = operator_of_message(message);
+  if (first.empty()) return first_line(message);
+  std::set<std::string> missing = missing_operators(file);
+  if (missing.empty()) return "needs " + operators_text({first}) + " in a form that libtorch " TORCH_VERSION " does not have";
+  return "needs " + operators_text(missing) + ", which libtorch " TORCH_VERSION " does not have";
 }
 
 class TorchBackend : public Backend {
@@ -68,10 +83,12 @@ class TorchBackend : public Backend {
     torch::set_num_threads(threads);
     try {
       module_ = torch::jit::load(file, torch::kCPU);
+    } catch (const std::bad_alloc&) {
+      throw;
     } catch (const c10::Error& error) {
-      const std::string text = error.what_without_backtrace(), missing = unknown_operator(text);
-      if (missing.empty()) throw std::runtime_error(first_line(text));
-      throw std::runtime_error("needs the operator " + missing + ", which libtorch " TORCH_VERSION " does not have");
+      throw std::runtime_error(load_failure(file, error.what_without_backtrace()));
+    } catch (const std::exception& error) {  // of the compiler: torch::jit::ErrorReport
+      throw std::runtime_error(load_failure(file, error.what()));
     }
     module_.eval();
   }

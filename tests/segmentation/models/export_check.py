@@ -78,8 +78,34 @@ def ram(picture, out):
             on = (logits.sigmoid()[0] > self.class_threshold).numpy()
             return [" | ".join(self.tag_list[on])], [""]
 
-    package("ram.models", ram=lambda **_: Model(), ram_plus=lambda **_: Model())
+    class Plus(Model):
+        """Four descriptions of each name, weighted by how well they fit the picture."""
+
+        def __init__(self):
+            super().__init__()
+            self.label_embed = nn.Parameter(torch.randn(12, 8))
+            self.reweight_scale = nn.Parameter(torch.tensor(0.5))
+            self.class_threshold = torch.tensor([0.45, 0.5, 0.55])
+
+        def generate_tag(self, image):
+            hidden = self.image_proj(self.visual_encoder(image))
+            whole = hidden[0, 0] / hidden[0, 0].norm()
+            labels = torch.empty(1, 3, 8)
+            for k, descriptions in enumerate(self.label_embed.view(3, 4, 8)):
+                weights = (self.reweight_scale.exp() * descriptions @ whole).softmax(0)
+                labels[0, k] = (weights[:, None] * descriptions).sum(0)
+            labels = torch.relu(self.wordvec_proj(labels))
+            self.logits = self.fc(self.tagging_head(labels, hidden, torch.ones(hidden.shape[:-1]), False, "tagging")[0]).squeeze(-1)
+            return [" | ".join(self.tag_list[(self.logits.sigmoid()[0] > self.class_threshold).numpy()])], [""]
+
+    plus = Plus()
+    package("ram.models", ram=lambda **_: Model(), ram_plus=lambda **_: plus)
     run("export_ram", "--checkpoint", "-", "--image", picture, "--out", out + "/ram.pt", "--size", "32")
+    run("export_ram", "--checkpoint", "-", "--image", picture, "--out", out + "/ram_plus.pt", "--size", "32", "--plus")
+    image = torch.rand(1, 3, 32, 32)
+    with torch.no_grad():
+        plus.generate_tag(image)
+        torch.testing.assert_close(torch.jit.load(out + "/ram_plus.pt")(image), plus.logits)
 
 
 class PositionalEncoding(nn.Module):
@@ -177,6 +203,8 @@ def sam(picture, out):
 
     package("segment_anything", sam_model_registry={"vit_b": lambda checkpoint: Model()}, SamPredictor=Predictor)
     run("export_sam", "--checkpoint", "-", "--image", picture, "--out", out + "/sam.pt")
+    package("mobile_sam", sam_model_registry={"vit_t": lambda checkpoint: Model()}, SamPredictor=Predictor)
+    run("export_sam", "--package", "mobile_sam", "--type", "vit_t", "--checkpoint", "-", "--image", picture, "--out", out + "/mobile_sam.pt")
 
 
 def sam2(picture, out):

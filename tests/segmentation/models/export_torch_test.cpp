@@ -55,23 +55,28 @@ TEST(ExportTorch, Lama) {
   EXPECT_EQ(filled(29, 30), picture(29, 30));
 }
 
-TEST(ExportTorch, Ram) {
+TEST(ExportTorch, RamAndItsPlus) {
   TemporaryFolder folder;
   if (!exported("ram", folder)) GTEST_SKIP() << "needs python3 with torch and numpy";
   ModelChoice choice = trusting();
-  choice.tagger = folder / "ram.pt";
   EXPECT_EQ(read_text(folder / "ram.txt"), "rose\t0.5000\ngrass\t0.4000\nsky\t0.6000\n");
-  EXPECT_LE(make_tagger(choice)->tag(ramp(90, 70)).size(), 3u);
+  EXPECT_EQ(read_text(folder / "ram_plus.txt"), "rose\t0.4500\ngrass\t0.5000\nsky\t0.5500\n");
+  for (const char* file : {"ram.pt", "ram_plus.pt"}) {
+    choice.tagger = folder / file;
+    EXPECT_LE(make_tagger(choice)->tag(ramp(90, 70)).size(), 3u) << file;
+  }
 }
 
-TEST(ExportTorch, Sam) {
+TEST(ExportTorch, SamAndMobileSam) {
   TemporaryFolder folder;
   if (!exported("sam", folder)) GTEST_SKIP() << "needs python3 with torch and numpy";
   ModelChoice choice = trusting();
-  choice.segmenter = folder / "sam.pt";
-  const auto sam = make_segmenter(choice);
-  sam->encode(ramp(90, 70));
-  EXPECT_EQ(sam->segment({std::nullopt, {{45, 20, true}, {3, 3, false}}}).size(), 4u);
+  for (const char* file : {"sam.pt", "mobile_sam.pt"}) {
+    choice.segmenter = folder / file;
+    const auto sam = make_segmenter(choice);
+    sam->encode(ramp(90, 70));
+    EXPECT_EQ(sam->segment({std::nullopt, {{45, 20, true}, {3, 3, false}}}).size(), 4u) << file;
+  }
 }
 
 TEST(ExportTorch, Sam2) {

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/segmentation/models/made_yolox.h"
 #include "tests/segmentation/models/torch_modules.h"
 #include "tests/temporary_folder.h"
 
@@ -38,11 +37,15 @@ TEST(MakeModelsTorch, ListsOfWordsAreFoundBesideTheNetworkOrByTheOption) {
   EXPECT_EQ(choice.files().size(), 3u);
 }
 
-TEST(MakeModelsTorch, AnEncoderAloneIsNoSegmenterAndAFolderNoNetwork) {
+TEST(MakeModelsTorch, EachNetworkOfAChoiceGetsItsShareOfTheMemory) {
   TemporaryFolder folder;
+  write_torch_module(folder / "ram.pt", "def forward(self, image):\n  return torch.ones([1, 1 << 48]) + image[0, 0, 0, 0]\n", R"({"kind": "ram", "size": 8})");
   ModelChoice choice;
-  choice.segmenter = folder.file("encoder.onnx", made_yolox());
-  expect_error(Failure::kUsage, {"--segmenter", "ENCODER,DECODER"}, [&] { make_segmenter(choice); });
-  choice.segmenter = folder.path();
-  expect_error(Failure::kUsage, {"--segmenter", "is not a file"}, [&] { make_segmenter(choice); });
+  choice.trust_torchscript = true;
+  choice.tagger = folder / "ram.pt", choice.vocabularies = {folder.file("tags.txt", "a\nb\nc\n")};
+  for (const char* detector : {"", "another.onnx"}) {
+    choice.detector = detector;
+    const std::string share = " " + std::to_string(memory_share(*detector ? 2 : 1) >> 20) + " MB";
+    expect_error(Failure::kInput, {"ram.pt", "needs more than" + share}, [&] { make_tagger(choice); });
+  }
 }

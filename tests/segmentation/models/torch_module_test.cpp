@@ -89,6 +89,24 @@ TEST(TorchModule, OneThatCrashesIsAnError) {
 
 TEST(TorchModule, AnErrorInsideTellsItsReason) { expect_refused("  return torch.reshape(x, [7])\n", {"shape '[7]' is invalid"}); }
 
+TEST(TorchModule, AllOperatorsThatLibtorchLacksAreNamed) {
+  TemporaryFolder folder;
+  const auto made = [&](const std::string& name) {
+    write_torch_module(folder / name, "def forward(self, x, k):\n  return torch.sin(torch.cos(x)) + torch.roll(x, [1], [0]) + k\n");
+    return folder / name;
+  };
+  const auto load = [](const std::filesystem::path& file) { NeuralModule(file, trusted()); };
+  replace_in_code(made("one.pt"), "torch.sin(", "torch.fold_spacetime(");
+  expect_error(Failure::kInput, {"one.pt", "needs the operator aten::fold_spacetime, which libtorch"}, [&] { load(folder / "one.pt"); });
+  replace_in_code(made("two.pt"), "torch.sin(", "torch.fold_spacetime(");
+  replace_in_code(folder / "two.pt", "torch.cos(", "ops.vision.unfold(");
+  expect_error(Failure::kInput, {"two.pt", "needs the operators aten::fold_spacetime, vision::unfold, which libtorch"}, [&] { load(folder / "two.pt"); });
+  replace_in_code(made("form.pt"), "torch.sin(", "torch.sin(3, ");
+  expect_error(Failure::kInput, {"form.pt", "needs the operator aten::sin in a form that libtorch"}, [&] { load(folder / "form.pt"); });
+  replace_in_code(made("whole.pt"), "torch.sin(", "torch.tan(");
+  EXPECT_NO_THROW(load(folder / "whole.pt"));
+}
+
 TEST(TorchModule, AFileCutOffOrDamagedIsAnError) {
   TemporaryFolder folder;
   write_torch_module(folder / "made.pt", "def forward(self, x, k):\n  return x\n");

@@ -17,4 +17,7 @@ struct MadeTensor {
 void write_torch_module(const std::filesystem::path& file, const std::string& methods, const std::string& description = "",
                         const std::vector<MadeTensor>& tensors = {});
 
+/// Replaces a piece of the source code inside a saved module, so that it holds what the libtorch at hand cannot compile.
+void replace_in_code(const std::filesystem::path& file, const std::string& piece, const std::string& other);
+
 }  // namespace pliant

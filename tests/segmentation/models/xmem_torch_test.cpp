@@ -31,13 +31,55 @@ def segment(self, f16, f8, f4, readout, hidden, last_masks):
     return torch.clamp(hidden + 0.001, 0.0, 1.0), torch.cat([rest, things], 1)
 )";
 
-Xmem made(const TemporaryFolder& folder) {
-  write_torch_module(folder / "xmem.pt", kModule, R"({"kind": "xmem", "hidden": 2})");
-  ModuleOptions trusted;
-  trusted.trust_torchscript = true;
+// Writes what arrives as numbers into the ids: of the squares of 16 pixels in row r, as many as number r says belong to a
+// thing, to the first one counted from the left, to the second from the right.  The numbers are means of f16 (red),
+// f8 (green), f4 (blue + 3), readout, hidden, and a fifth of the squares in last_masks.  A value is the sum of the means of
+// frame (red), f16 and hidden and a tenth of the squares in the mask, a hidden state that tenth more than before, and one
+// more after each frame.
+const char* const kNumbers = R"(
+def encode_key(self, frame):
+    f16 = torch.avg_pool2d(frame, [16, 16])
+    f8 = torch.avg_pool2d(frame, [8, 8])
+    f4 = torch.avg_pool2d(frame, [4, 4])
+    one = torch.ones_like(f16)
+    return f16, one[:, :1] * 50.0, one, f16[:, :1], f8[:, 1:2], f4[:, 2:] + 3.0
+
+def encode_value(self, frame, f16, hidden, masks):
+    squares = torch.floor(torch.sum(masks, [0, 2, 3]) / 2560.0 + 0.01)
+    tenths = torch.reshape(squares, [1, masks.size(1), 1, 1, 1])
+    told = torch.mean(frame[:, :1]) + torch.mean(f16) + tenths
+    state = torch.mean(hidden, [2, 3, 4], True)
+    return torch.zeros_like(hidden)[:, :, :1] + told + state, hidden + tenths
+
+def segment(self, f16, f8, f4, readout, hidden, last_masks):
+    fifths = torch.floor(torch.sum(last_masks, [0, 2, 3]) / 1280.0 + 0.01)
+    one = torch.ones_like(fifths)
+    told = [one * torch.mean(f16), one * torch.mean(f8), one * torch.mean(f4)]
+    numbers = torch.stack([told[0], told[1], told[2], torch.mean(readout, [0, 2, 3, 4]), torch.mean(hidden, [0, 2, 3, 4]), fifths], 1)
+    rows = torch.unsqueeze(numbers, 2)[:, :readout.size(3)] - 0.5
+    column = torch.arange(readout.size(4))
+    both = torch.stack([torch.lt(column, rows[0]) * 1.0, torch.lt(readout.size(4) - 1 - column, rows[1]) * 1.0], 0)
+    things = torch.upsample_nearest2d(torch.unsqueeze(both, 0), [last_masks.size(2), last_masks.size(3)])
+    rest = torch.clamp(1.0 - torch.sum(things, [1], True), 0.0, 1.0)
+    return hidden + 1.0, torch.cat([rest, torch.clamp(things, 0.0, 1.0)], 1)
+)";
+
+Xmem::Options options_of(int every) {
   Xmem::Options options;
-  options.every = 2, options.top = 4;
-  return Xmem(std::make_unique<NeuralModule>(folder / "xmem.pt", trusted), options);
+  options.every = every, options.top = 4;
+  return options;
+}
+
+Xmem made(const TemporaryFolder& folder, const std::string& methods = kModule, double load_seconds = 300) {
+  write_torch_module(folder / "xmem.pt", methods, R"({"kind": "xmem", "hidden": 2})");
+  ModuleOptions trusted;
+  trusted.trust_torchscript = true, trusted.load_seconds = load_seconds;
+  return Xmem(std::make_unique<NeuralModule>(folder / "xmem.pt", trusted), options_of(2));
+}
+
+/// The module with one piece of its code replaced.
+std::string with(std::string module, const std::string& piece, const std::string& other) {
+  return module.replace(module.find(piece), piece.size(), other);
 }
 
 /// Squares of 32 pixels on gray; a position left of the picture means that the thing is not there.
@@ -99,6 +141,47 @@ TEST(XmemTorch, DetectionsCorrectWhatTheyLieOnAndTheOthersAreFollowedFromThenOn)
     picture = picture_of({{kRed, 16 * t, 0, 1, 0, 0}, {green, 96 - 16 * t, 48, 0, 1, 0}, {12, 112, 0, 0, 0, 1}}, truth);
     EXPECT_EQ(tracker.step(picture).ids.data, truth.data) << t;
   }
+}
+
+TEST(XmemTorch, EveryInputOfEveryNetworkReachesTheIds) {
+  TemporaryFolder folder;
+  Xmem tracker = made(folder, kNumbers);
+  constexpr int kColumns = 20, kRows = 6;  // squares of 16 pixels
+  const auto plain = [](float red, float green, float blue) {  // in deviations of ImageNet from its mean
+    ImageF picture(16 * kColumns, 16 * kRows, 3);
+    for (size_t i = 0; i < picture.data.size(); i += 3)
+      picture.data[i] = 0.485f + 0.229f * red, picture.data[i + 1] = 0.456f + 0.224f * green, picture.data[i + 2] = 0.406f + 0.225f * blue;
+    return picture;
+  };
+  using Numbers = std::vector<int>;
+  const auto numbers = [](const IdImage& ids, uint32_t id) {
+    Numbers count(kRows);
+    for (int y = 0; y < ids.height; ++y)
+      for (int x = 0; x < ids.width; ++x) count[y / 16] += ids(x, y) == id;
+    for (int& pixels : count) pixels /= 256;
+    return count;
+  };
+  IdImage masks(16 * kColumns, 16 * kRows, 1);
+  for (int y = 0; y < masks.height; ++y) {
+    for (int x = 0; x < 80; ++x) masks(x, y) = kRed;
+    for (int x = 160; x < 320; ++x) masks(x, y) = kBlue;
+  }
+  tracker.start(plain(2, 1, 0), masks);  // 30 and 60 squares: hidden 3 and 6, values 2 + 2 + 0 + 3 and 2 + 2 + 0 + 6
+  const auto expect = [&](const Numbers& first, const Numbers& second) {
+    const IdImage ids = tracker.step(plain(1, 2, 1)).ids;
+    EXPECT_EQ(numbers(ids, kRed), first);
+    EXPECT_EQ(numbers(ids, kBlue), second);
+  };
+  expect({1, 2, 4, 7, 3, 6}, {1, 2, 4, 10, 6, 12});  // 23 and 35 squares
+  expect({1, 2, 4, 7, 4, 4}, {1, 2, 4, 10, 7, 7});   // 22 and 31, remembered: hidden 6 and 10, values 1 + 1 + 4 + 2 and 1 + 1 + 7 + 3
+  expect({1, 2, 4, 8, 6, 4}, {1, 2, 4, 12, 10, 6});
+}
+
+TEST(XmemTorch, EveryNetworkIsHeldToTheTimeOfTheDryRun) {
+  TemporaryFolder folder;
+  const std::string endless = "    while bool(torch.ge(torch.mean(f16), -100.0)):\n        f16 = f16 + 0.0\n";
+  for (const auto& [method, begin] : {std::pair<std::string, std::string>{"encode_value", "    share ="}, {"segment", "    told = (torch.mean(f16) + torch.mean(f8)"}})
+    expect_error(Failure::kInput, {"xmem.pt", method, "gave no answer within 3.0 s"}, [&] { made(folder, with(kModule, begin, endless + begin), 3); });
 }
 
 TEST(XmemTorch, AStartWithoutThingsWaitsForDetectionsAndSizesMustAgree) {
