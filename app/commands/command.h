@@ -25,6 +25,8 @@ struct Program {
 void add_common(CLI::App& command, Program& program);
 CLI::Option* add_out(CLI::App& command, Program& program, const std::string& what);
 void add_overwrite(CLI::App& command, Program& program);
+/// A flag such as --no-floor, which makes `value` false.
+void add_negation(CLI::App& command, const std::string& name, bool& value, const std::string& description);
 
 // One function per command, each in the file of its name.
 void add_demo(CLI::App& app, Program& program);

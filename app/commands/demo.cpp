@@ -54,7 +54,7 @@ void add_demo(CLI::App& app, Program& program) {
   command->add_option("--photos", options->photos, "Photos")->check(CLI::Range(2, 1000))->capture_default_str();
   command->add_option("--width", options->width, "Width of the photos [px]")->check(CLI::Range(16, 8000))->capture_default_str();
   command->add_option("--height", options->height, "Height of the photos [px]")->check(CLI::Range(16, 8000))->capture_default_str();
-  command->add_flag("!--no-video", options->video, "Leave out the reference video and its simulation");
+  add_negation(*command, "--no-video", options->video, "Leave out the reference video and its simulation");
   add_out(*command, program, "Folder of the scene")->required();
   add_overwrite(*command, program);
   add_common(*command, program);

@@ -86,6 +86,10 @@ void add_overwrite(CLI::App& command, Program& program) {
   command.add_flag_function("--resume", [](int64_t) {}, "Continue an earlier run; this is the default");
 }
 
+void add_negation(CLI::App& command, const std::string& name, bool& value, const std::string& description) {
+  command.add_flag_callback(name, [&value] { value = false; }, description);
+}
+
 int run_program(int argc, const char* const* argv) {
   CLI::App app("Gaussian splats in, an object you can grab out.", "pliant");
   app.set_version_flag("--version", PLIANT_VERSION);

@@ -5,7 +5,8 @@ namespace {
 
 void add_options(CLI::App& command, RepairStage& stage) {
   add_repair_options(command, stage);
-  add_model_options(command, stage.models);
+  add_inpainter(command, stage.models);
+  add_trust(command, {&stage.models});
 }
 
 }  // namespace

@@ -35,9 +35,7 @@ nlohmann::json run_all(Context& context, const Program& program, const RunOption
   ExtractStage extract = options.extract;
   if (extract.object.empty() && !options.segment.physgaussian.empty()) extract.object = "object";
   run_extract(context, run, scene, extract);
-  RepairStage repair = options.repair;
-  repair.models = options.segment.label.models;
-  run_repair(context, run, scene, repair);
+  run_repair(context, run, scene, options.repair);
   run_seed(context, run, scene, options.seed);
   if (fits) {
     FitStage fit = options.fit;
@@ -64,9 +62,11 @@ void add_run(CLI::App& app, Program& program) {
   add_segment_options(*command, options->segment);
   add_extract_options(*command, options->extract);
   add_repair_options(*command, options->repair);
+  add_inpainter(*command, options->repair.models);
+  add_trust(*command, {&options->segment.label.models, &options->repair.models});
   add_seed_options(*command, options->seed);
   add_fit_options(*command, options->fit, "fit-");
-  command->add_flag("!--no-video", options->use_video, "Do not fit the material to the scene's reference video");
+  add_negation(*command, "--no-video", options->use_video, "Do not fit the material to the scene's reference video");
   add_simulate_options(*command, options->simulate);
   add_render_options(*command, options->render);
   add_physgaussian(*command, {&options->segment.physgaussian, &options->seed.physgaussian, &options->simulate.physgaussian});

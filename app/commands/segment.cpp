@@ -46,6 +46,7 @@ void add_segment(CLI::App& app, Program& program) {
   add_scene_options(*command, options->scene);
   add_reconstruct_options(*command, options->reconstruct, "--hold-out-every");
   add_segment_options(*command, options->stage);
+  add_trust(*command, {&options->stage.label.models});
   add_physgaussian(*command, {&options->stage.physgaussian});
   add_out(*command, program, "Run directory to make or continue");
   add_overwrite(*command, program);

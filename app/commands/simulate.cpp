@@ -5,7 +5,7 @@ namespace {
 
 void add_options(CLI::App& command, SimulateStage& stage) {
   add_simulate_options(command, stage);
-  command.add_flag("!--no-fit", stage.use_fit, "Do not use what a fit found");
+  add_negation(command, "--no-fit", stage.use_fit, "Do not use what a fit found");
   add_physgaussian(command, {&stage.physgaussian});
 }
 

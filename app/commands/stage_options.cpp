@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "app/pipeline/label_choice.h"
 #include "app/pipeline/photo_set.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/splats.h"
@@ -35,6 +36,7 @@ Scene attach_or_reconstruct(const Context& context, RunDirectory& run, const Sce
                             const SegmentStage& segment) {
   std::string source = options.source;
   const bool untrained = lacks_splats(source);
+  check_networks(segment);
   stage.joint = segment.joint, stage.masks = segment.masks;
   if (segment.joint && !untrained) stage.splats = load_scene(source, options.load_options()).settings.splats.string();
   if (untrained || segment.joint) {
@@ -133,7 +135,7 @@ void add_segment_options(CLI::App& command, SegmentStage& stage) {
       ->check(CLI::IsMember({"background"}));
   command.add_flag("--joint", stage.joint, "Train all Gaussians together with their labels, against photos and masks");
   command.add_flag("--hold-out", stage.hold_out, "Leave every 8th photo out of the optimisation and write its id picture to held_out/, for evaluation");
-  command.add_flag("!--no-vote", stage.start_from_vote, "Start the semantic attribute at random, not from the vote");
+  add_negation(command, "--no-vote", stage.start_from_vote, "Start the semantic attribute at random, not from the vote");
   add_label_options(command, stage.label);
 }
 
@@ -146,7 +148,7 @@ void add_label_options(CLI::App& command, LabelStage& stage) {
                             "Label whatever the segmenter finds, without names and detector");
   command.add_flag_callback("--track", [&stage] { stage.track = stage.photos = true; },
                             "The photos are in order: masks are carried from one to the next instead of matched in 3D");
-  add_model_options(command, stage.models);
+  add_labelling_networks(command, stage.models);
 }
 
 void add_extract_options(CLI::App& command, ExtractStage& stage) {
@@ -168,7 +170,7 @@ void add_seed_options(CLI::App& command, SeedStage& stage) {
       ->check(CLI::Range(200, 10000000))
       ->capture_default_str();
   command.add_option("--pin-below", stage.pin_below, "Hold what lies below this height along up [scene units]");
-  command.add_flag("!--no-pin-contact", stage.pin_contact, "Do not hold the object where it touches its support");
+  add_negation(command, "--no-pin-contact", stage.pin_contact, "Do not hold the object where it touches its support");
 }
 
 void add_material_values(CLI::App& command, MaterialValues& material) {
@@ -211,13 +213,13 @@ void add_simulate_options(CLI::App& command, SimulateStage& stage) {
   command.add_option("--flip-time", stage.flip_time, "Transfer of low dissipation: particles keep what the grid cannot hold this long [s]; 0 = APIC")
       ->check(CLI::NonNegativeNumber);
   command.add_flag("--obstacles", stage.obstacles, "The rest of the scene's Gaussians are an obstacle");
-  command.add_flag("!--no-gravity", stage.gravity, "No gravity");
-  command.add_flag("!--no-floor", stage.floor, "Let the object pass through the plane that it rests on");
+  add_negation(command, "--no-gravity", stage.gravity, "No gravity");
+  add_negation(command, "--no-floor", stage.floor, "Let the object pass through the plane that it rests on");
 }
 
 void add_render_options(CLI::App& command, RenderStage& stage) {
   command.add_option("--camera", stage.camera, "Camera of clip.mp4 (default: the video's, else one that sees the object well)");
-  command.add_flag("!--no-orbit", stage.orbit, "Leave out clip_orbit.mp4");
+  add_negation(command, "--no-orbit", stage.orbit, "Leave out clip_orbit.mp4");
 }
 
 void add_physgaussian(CLI::App& command, std::vector<std::string*> stages) {

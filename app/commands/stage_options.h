@@ -40,8 +40,11 @@ double parse_duration(const std::string& option, const std::string& text);
 void add_reconstruct_options(CLI::App& command, ReconstructStage& stage, const std::string& hold_out = "--hold-out");
 void add_segment_options(CLI::App& command, SegmentStage& stage);
 void add_label_options(CLI::App& command, LabelStage& stage);
-/// --detector, --tagger, --segmenter, --tracker, --inpainter, --vocabulary, --trust-torchscript.
-void add_model_options(CLI::App& command, ModelChoice& models);
+// Slots of networks: --detector, --tagger, --segmenter, --tracker and --vocabulary; --inpainter; --trust-torchscript of
+// one or several choices.  A command has those that it uses.
+void add_labelling_networks(CLI::App& command, ModelChoice& models);
+void add_inpainter(CLI::App& command, ModelChoice& models);
+void add_trust(CLI::App& command, std::vector<ModelChoice*> choices);
 void add_extract_options(CLI::App& command, ExtractStage& stage);
 void add_repair_options(CLI::App& command, RepairStage& stage);
 void add_seed_options(CLI::App& command, SeedStage& stage);

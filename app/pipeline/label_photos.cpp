@@ -35,10 +35,6 @@ LabelOptions options_of(const LabelStage& stage) {
   LabelOptions options;
   options.names = names_in(stage.text);
   if (stage.models.segmenter.empty()) options.everything = EverythingOptions::weight_free();
-  if (stage.everything && (!stage.models.detector.empty() || !options.names.empty()))
-    throw usage_error("--everything", "", "was given together with --detector or --text", "give one of them");
-  if (!stage.everything && stage.models.detector.empty())
-    throw usage_error("--label-photos", "--detector", "is not given", "give --detector FILE, or --everything to do without names");
   return options;
 }
 

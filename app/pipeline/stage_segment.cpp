@@ -4,8 +4,10 @@
 #include "app/import/physgaussian_space.h"
 #include "app/pipeline/automatic_masks.h"
 #include "app/pipeline/grouping_objects.h"
+#include "app/pipeline/label_choice.h"
 #include "app/pipeline/objects_file.h"
 #include "app/pipeline/physdreamer_scene.h"
+#include "app/pipeline/prompted_masks.h"
 #include "app/pipeline/sheet_prompts.h"
 #include "app/pipeline/stages.h"
 #include "app/store/segmentation.h"
@@ -90,7 +92,7 @@ std::string origin_of(const SegmentStage& stage, bool by_roles) {
   const auto add = [&](bool given, const char* name) { how += given ? (how.empty() ? "" : ", ") + std::string(name) : ""; };
   add(!stage.physgaussian.empty(), "PhysGaussian configuration"), add(!stage.boxes.empty(), "box"), add(!stage.clicks.empty(), "click");
   add(!stage.strokes.empty(), "stroke"), add(!stage.aabb.empty(), "aabb"), add(!stage.sphere.empty(), "sphere"), add(stage.joint, "joint training");
-  add(!stage.gaussian_grouping.empty(), "Gaussian Grouping");
+  add(!stage.gaussian_grouping.empty(), "Gaussian Grouping"), add(prompts_segmenter(stage), "segmenter");
   return how.empty() ? "masks" : how;
 }
 
@@ -122,7 +124,9 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   if (configured && (selection || !gesture.empty()))
     throw usage_error("--physgaussian", stage.physgaussian, "was given together with a selection", "its sim_area selects the object");
   const bool grouping = !stage.gaussian_grouping.empty();
-  const bool asked = selection || !gesture.empty() || configured || grouping || stage.automatic || stage.joint || !stage.masks.empty() || stage.label.photos;
+  check_networks(stage);
+  const bool labelling = labels_photos(stage), prompted = prompts_segmenter(stage);
+  const bool asked = selection || !gesture.empty() || configured || grouping || stage.automatic || stage.joint || !stage.masks.empty() || labelling;
   const std::optional<PhysDreamerFolder> roles = asked ? std::nullopt : physdreamer_folder(scene);
   const bool by_roles = roles.has_value();
   const bool selecting = selection || !gesture.empty() || configured || by_roles;
@@ -130,10 +134,13 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     throw usage_error("--joint", "", "was given together with a selection", "joint training needs masks; give --masks FOLDER");
   if (grouping && (selecting || stage.joint || !stage.masks.empty()))
     throw usage_error("--gaussian-grouping", stage.gaussian_grouping, "was given together with masks or a selection", "its classifier says what the objects are");
-  const ModelChoice& networks = stage.label.models;
-  const bool labelling = stage.label.photos || !networks.detector.empty() || !networks.tagger.empty() || !networks.segmenter.empty();
-  if (labelling && (selecting || grouping || stage.automatic || stage.joint || !stage.masks.empty()))
-    throw usage_error("--label-photos", "", "was given together with --masks, --auto, --joint, --gaussian-grouping or a selection", "it makes the masks");
+  if (labelling && (selecting || grouping || stage.automatic || stage.joint || !stage.masks.empty())) {
+    const TypedOption typed = labelling_option(stage.label);
+    throw usage_error(typed.name, typed.value, "was given together with --masks, --auto, --joint, --gaussian-grouping or a selection",
+                      "leave one of them out: it makes masks of the photos");
+  }
+  if (prompted && !prompts.sides.empty())
+    throw usage_error("--segmenter", stage.label.models.segmenter, "looks at photos, and a gesture is on selection.png", "mark the object in photos or on objects.png");
   if (labelling) run_label(context, run, scene, stage.label);
   const std::filesystem::path masks_folder = labelling             ? run / "labelled"
                                              : stage.masks.empty() ? scene.settings.masks
@@ -151,6 +158,8 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   options.trained_on_views = !scene.cameras_are_orbit;
   if (stage.hold_out)
     for (int c = 0; c < static_cast<int>(scene.cameras.size()); c += 8) options.held_out.push_back(c);
+  const std::vector<int> marked = prompted ? marked_cameras(gesture) : std::vector<int>();
+  std::erase_if(options.held_out, [&](int c) { return std::count(marked.begin(), marked.end(), c) > 0; });
 
   StageKey key{"segment",
                {{"aabb", stage.aabb}, {"sphere", stage.sphere}, {"box", stage.boxes}, {"click", stage.clicks},
@@ -169,11 +178,16 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   else if (grouping) key.inputs["gaussian_grouping"] = grouping_classifier_file(stage.gaussian_grouping);
   else if (automatic) key.options["automatic"] = true;
   else if (!selecting) key.inputs["masks"] = masks_folder;
+  if (prompted) add_inputs(stage.label.models, key);
+  for (const int c : marked) {
+    if (!scene.cameras[c].photo.empty()) key.inputs["photo " + scene.cameras[c].name] = scene.cameras[c].photo;
+    key.outputs.push_back("prompted/" + scene.cameras[c].name + ".jpg");
+  }
   if (stage.zero_is_background) key.options["zero"] = "background";
   if (configured) key.inputs["physgaussian"] = stage.physgaussian;
   if (by_roles) key.inputs["object_points"] = scene.source / "clean_object_points.ply";
   if (!prompts.sides.empty()) key.options["stroke_sides"] = prompts.sides_json();
-  if (!gesture.empty()) key.outputs.push_back("selection.png");
+  if (!gesture.empty() && !prompted) key.outputs.push_back("selection.png");
   for (int camera : options.held_out) key.outputs.push_back("held_out/" + scene.cameras[camera].name + ".png");
 
   if (const json edits = run.note("edits"); !edits.empty()) {
@@ -197,6 +211,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
       const MaskSet masks = automatic          ? std::move(found.masks)
                             : configured       ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
                             : by_roles         ? member_masks("clean_object_points.ply", member, scene.cloud, scene.cameras)
+                            : prompted         ? prompted_masks(context, run, scene, gesture, stage.label.models)
                             : !gesture.empty() ? gesture_masks(context, run, scene, gesture, gesture_cameras, selection, prompts.sides, member)
                             : selection      ? selection_masks(*selection, scene.cloud, scene.cameras)
                                              : associated_masks(context, scene, stage, options, masks_folder);
@@ -209,7 +224,8 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     if (merged > 0) context.progress.say(fmt::format("segment: {} Gaussians in small islands took the label around them", merged));
     size_t restricted = 0;
     if (selecting) {
-      restricted = !member.empty() ? restrict_to_members(member, segmentation) : restrict_to_selection(*selection, scene.cloud, segmentation);
+      if (!member.empty()) restricted = restrict_to_members(member, segmentation);
+      else if (selection) restricted = restrict_to_selection(*selection, scene.cloud, segmentation);
       if (restricted > 0)
         context.progress.say(fmt::format("segment: {} Gaussians outside the selection were given back to the rest", restricted));
     }

@@ -1,0 +1,82 @@
+// What single options of segment and extract change in the result, on one small demo scene.
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "tests/app/painted_demo.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+class SegmentOptions : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder = fs::temp_directory_path() / ("pliant_segment_options_" + std::to_string(getpid()));
+    fs::remove_all(folder);
+    ASSERT_EQ(run_quietly({"demo", "--out", scene(), "--gaussians", "9000", "--photos", "8", "--width", "160", "--height", "120", "--no-video"}), 0);
+  }
+  static void TearDownTestSuite() { fs::remove_all(folder); }
+
+  static std::string scene() { return (folder / "scene").string(); }
+  static int segment(const fs::path& out, std::vector<std::string> options) {
+    std::vector<std::string> command = {"segment", scene(), "--out", out.string()};
+    command.insert(command.end(), options.begin(), options.end());
+    return run_quietly(command);
+  }
+  static json summary(const fs::path& run, const std::string& stage) {
+    return json::parse(read_text(run / "run.json")).at("stages").at(stage).at("summary");
+  }
+
+  static fs::path folder;
+};
+fs::path SegmentOptions::folder;
+
+TEST_F(SegmentOptions, ZeroAsBackgroundMakesAnObjectOfUnlabelledPixels) {
+  const TemporaryFolder out;
+  for (const auto& entry : fs::directory_iterator(folder / "scene/masks")) {  // only the flower stays labelled
+    IdImage ids = read_ids(entry.path());
+    for (uint32_t& id : ids.data) id = id == 1 ? 1 : 0;
+    fs::create_directories(out / "masks");
+    write_ids(out / "masks" / entry.path().filename(), ids);
+  }
+  const std::vector<std::string> masks = {"--masks", (out / "masks").string(), "--segment-iterations", "20"};
+  std::vector<std::string> with = masks;
+  with.insert(with.end(), {"--zero", "background"});
+  ASSERT_EQ(segment(out / "plain", masks), 0);
+  ASSERT_EQ(segment(out / "zero", with), 0);
+  EXPECT_EQ(objects_of(out / "plain").count("background"), 0u);
+  EXPECT_EQ(objects_of(out / "zero").count("background"), 1u);
+  size_t background = 0, flower = 0;
+  for (const json& object : json::parse(read_text(out / "zero/objects.json"))) (object["name"] == "background" ? background : flower) = object["gaussians"];
+  EXPECT_GT(background, 2 * flower);
+}
+
+TEST_F(SegmentOptions, WithoutTheVoteTheAttributeStartsWorse) {
+  const TemporaryFolder out;
+  ASSERT_EQ(segment(out / "vote", {"--segment-iterations", "3"}), 0);
+  ASSERT_EQ(segment(out / "random", {"--segment-iterations", "3", "--no-vote"}), 0);
+  EXPECT_LT(summary(out / "vote", "segment")["cross_entropy"].get<double>(), 0.5 * summary(out / "random", "segment")["cross_entropy"].get<double>());
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(run_pliant({"segment", "--help"}), 0);
+  const std::string help = testing::internal::GetCapturedStdout();
+  EXPECT_NE(help.find("--no-vote "), std::string::npos);
+  EXPECT_EQ(help.find("{false}"), std::string::npos);
+}
+
+TEST_F(SegmentOptions, HullOnlyAddsToTheObject) {
+  const TemporaryFolder out;
+  const std::string run = (out / "run").string();
+  ASSERT_EQ(segment(out / "run", {"--segment-iterations", "20"}), 0);
+  ASSERT_EQ(run_quietly({"extract", run, "--object", "mug"}), 0);
+  const json plain = summary(out / "run", "extract");
+  ASSERT_EQ(run_quietly({"extract", run, "--object", "mug", "--hull", "--overwrite"}), 0);
+  const json hull = summary(out / "run", "extract");
+  EXPECT_GE(hull["object_gaussians"].get<size_t>(), plain["object_gaussians"].get<size_t>()) << plain << hull;
+}
+
+}  // namespace
+}  // namespace pliant
