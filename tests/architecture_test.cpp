@@ -32,7 +32,7 @@ const std::map<std::string, Permission> kTable = {
     {"segmentation/lift", {{"gaussians/base", "gaussians/render", "gaussians/io", "gaussians/reconstruct"}, {"nlohmann", "opencv2"}}},
     {"segmentation/model_interfaces", {{"gaussians/base"}, {}}},
     {"segmentation/models", {{"gaussians/base", "gaussians/io", "segmentation/model_interfaces"}, {"nlohmann", "opencv2"}}},
-    {"segmentation/models/worker", {{"segmentation/models"}, {"torch", "opencv2"}}},
+    {"segmentation/models/worker", {{"segmentation/models"}, {"torch", "caffe2", "opencv2"}}},
     {"segmentation/labelling",
      {{"gaussians/base", "gaussians/render", "gaussians/io", "segmentation/lift", "segmentation/model_interfaces"}, {"opencv2"}}},
     {"segmentation/repair",
