@@ -47,7 +47,7 @@ std::string steps_table(const json& fit) {
     rows += fmt::format("<tr><td>{}</td><td>{:.3f} px</td><td>{:.0f} s</td>{}</tr>\n", html_escaped(step["name"].get<std::string>()),
                         step["rms_px"].get<double>(), step["seconds"].get<double>(), ended);
   }
-  return "<table>\n" + rows + "</table>\n";
+  return "<p>What each stage brought:</p>\n<table>\n" + rows + "</table>\n";
 }
 
 }  // namespace

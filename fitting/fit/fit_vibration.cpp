@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "fitting/fit/start_shapes.h"
 #include "gaussians/base/error.h"
@@ -285,8 +286,11 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
       axes.most_jacobians = std::max(1, std::min(left, kOfRound) / static_cast<int>(2 * parameters.size()));
       axes.tolerance = (round == 0 ? 10 : 1) * options.refine.tolerance;
       result = best->refine(axes, result.parameters, options.refine.max_iterations, noise);
-      const int before = fit.summary.evaluations;
-      left -= result.summary.evaluations, fit.summary = result.summary, fit.summary.evaluations += before;
+      const GaussNewtonSummary before = std::exchange(fit.summary, result.summary);
+      left -= result.summary.evaluations, fit.summary.evaluations += before.evaluations;
+      // Rounds weigh errors by other noise; as squares of the tracks' unit their losses follow on each other.
+      for (double& loss : fit.summary.loss) loss *= noise * noise;
+      fit.summary.loss.insert(fit.summary.loss.begin(), before.loss.begin(), before.loss.end());
       say("round %d: rms error %.3g after %d steps, %d roll-outs, until %s", round + 1, best->rms(result.parameters),
           static_cast<int>(result.summary.loss.size()) - 1, result.summary.evaluations, result.summary.stopped_by.c_str());
     }

@@ -45,7 +45,7 @@ struct VibrationFit {
   VibrationModes modes;
   ModalSearch search;
   std::vector<double> candidate_factor, candidate_rms;  ///< the minima that were refined: log10 factor and rms after it
-  GaussNewtonSummary summary;
+  GaussNewtonSummary summary;      ///< of the refinement; of a field's, over all rounds, its loss as squares of the tracks' unit
   double seconds = 0, seconds_search = 0;  ///< the whole, and of it the modes and the search
 
   /// The particles with the fitted E; `field` as in the options.

@@ -51,6 +51,11 @@ void fit_two_parts(MaterialKind kind, double tolerance) {
   EXPECT_LT(error, 0.5 * best_constant);
   EXPECT_NEAR(fit.found.damping_time / twin.damping_time, 1, 0.2);
   EXPECT_LT(fit.found.rms, 0.2 * fit.homogeneous.rms);
+  // The curve of the field's refinement runs from the best constant to what was found, over all rounds.
+  const std::vector<double>& curve = fit.steps.back().loss;
+  EXPECT_GT(curve.front(), 2 * curve.back());
+  EXPECT_NEAR(curve.back(), fit.found.rms, 1e-9);
+  EXPECT_FALSE(fit.steps.back().stopped_by.empty());
   // Of the mean of log10 E: no larger than the mean of the particles' own.
   double mean_sigma = 0;
   for (const double s : fit.found.young_sigma) mean_sigma += s / static_cast<double>(guess.size());
