@@ -51,9 +51,12 @@ std::vector<uint32_t> parts_of(const FitScene& fit, int count) {
   const std::vector<int> of = speakers(drawn, weight);
   for (size_t d = 0; d < drivers; ++d)
     if (of[d] >= 0) color[d] = sum[of[d]] / weight[of[d]];
+  std::vector<uint8_t> held(drivers, 0);
+  for (size_t d = 0; d < drivers; ++d)
+    for (const Interaction& pin : fit.pins) held[d] |= pin.type == InteractionType::kPin && pin.region.contains(fit.body.particles.position[d].cast<double>());
   PartsOptions options;
   options.count = count;
-  return find_parts(options, drawn.drivers, color);
+  return find_parts(options, drawn.drivers, color, held);
 }
 
 std::vector<uint32_t> labelled_parts(const FitScene& fit, const Scene& scene, const std::string& file) {

@@ -221,8 +221,9 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
       break;
     }
     VectorXd step = -system.ldlt().solve(pull);
-    // The direction is kept where one parameter alone would go too far.
-    step *= std::min(1.0, (largest.array() / step.array().abs().max(1e-300)).minCoeff());
+    // The direction is kept where one parameter alone would go too far; what such a step gains says nothing of the end.
+    const double share = std::min(1.0, (largest.array() / step.array().abs().max(1e-300)).minCoeff());
+    step *= share;
     const VectorXd trial = (p + step).cwiseMax(problem.low).cwiseMin(problem.high);
     const VectorXd r_trial = trial.allFinite() ? problem.residuals(trial) : VectorXd();
     const double loss_trial = r_trial.size() == r.size() ? problem.loss(trial, r_trial) : INFINITY;
@@ -240,11 +241,11 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
       loss = loss_trial;
       summary.loss.push_back(loss);
       damping = std::max(1e-12, damping * (fall > 0.5 * predicted ? 0.1 : 1));
-      if (fall > options.tolerance * loss) continue;
+      if (share < 1 || fall > options.tolerance * loss) continue;
       summary.converged = true, summary.stopped_by = "small change";
       break;
     }
-    if (std::abs(predicted) <= options.tolerance * loss) {
+    if (share == 1 && std::abs(predicted) <= options.tolerance * loss) {
       summary.converged = true, summary.stopped_by = "small change";
       break;
     }

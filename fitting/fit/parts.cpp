@@ -20,26 +20,31 @@ size_t nearest(const std::vector<Feature>& centres, const Feature& x, double& sq
 
 }  // namespace
 
-std::vector<uint32_t> find_parts(const PartsOptions& options, std::span<const Vec3f> position, std::span<const Vec3f> color) {
-  CHECK(position.size() == color.size() && options.count >= 1);
+std::vector<uint32_t> find_parts(const PartsOptions& options, std::span<const Vec3f> position, std::span<const Vec3f> color, std::span<const uint8_t> held) {
+  CHECK(position.size() == color.size() && options.count >= 1 && (held.empty() || held.size() == position.size()));
+  const auto free = [&](size_t i) { return held.empty() || !held[i]; };
   Box box;
-  for (const Vec3f& x : position) box.add(x);
-  const double extent = position.empty() ? 1 : std::max(1e-12f, box.size().maxCoeff());
+  for (size_t i = 0; i < position.size(); ++i)
+    if (free(i)) box.add(position[i]);
+  const double extent = box.empty() ? 1 : std::max(1e-12f, box.size().maxCoeff());
   std::vector<Feature> points(position.size());
   Feature mean = Feature::Zero();
+  double counted = 0;
   for (size_t i = 0; i < points.size(); ++i) {
     points[i] << position[i].cast<double>() / extent, options.color_weight * color[i].cast<double>();
-    mean += points[i] / static_cast<double>(points.size());
+    if (free(i)) mean += points[i], counted += 1;
   }
+  mean /= std::max(1.0, counted);
   // First the point farthest from the middle, then each time the one farthest from all centres so far.
   std::vector<Feature> centres;
   while (static_cast<int>(centres.size()) < options.count) {
     double farthest = 1e-12;
     const Feature* next = nullptr;
-    for (const Feature& x : points) {
-      double square = (x - mean).squaredNorm();
-      if (!centres.empty()) nearest(centres, x, square);
-      if (square > farthest) farthest = square, next = &x;
+    for (size_t i = 0; i < points.size(); ++i) {
+      if (!free(i)) continue;
+      double square = (points[i] - mean).squaredNorm();
+      if (!centres.empty()) nearest(centres, points[i], square);
+      if (square > farthest) farthest = square, next = &points[i];
     }
     if (!next) break;
     centres.push_back(*next);
@@ -54,7 +59,8 @@ std::vector<uint32_t> find_parts(const PartsOptions& options, std::span<const Ve
       double square;
       const uint32_t c = static_cast<uint32_t>(nearest(centres, points[i], square));
       moved |= c != part[i] || round == 0;
-      part[i] = c, sum[c] += points[i], count[c] += 1;
+      part[i] = c;
+      if (free(i)) sum[c] += points[i], count[c] += 1;
     }
     for (size_t c = 0; c < centres.size(); ++c)
       if (count[c] > 0) centres[c] = sum[c] / count[c];

@@ -100,6 +100,17 @@ TEST(GaussNewton, StopsAfterTheMostDifferencesWithWhatItHas) {
   EXPECT_GT(fit.sigma(0), 0);
 }
 
+TEST(GaussNewton, AStepThatWasCutIsNotTheEnd) {
+  // One residual that a parameter can take away, 5 steps of the longest kind off, beside a large one that nothing changes:
+  // each step lowers the loss by less than the tolerance.
+  const auto r = [](std::span<const double> p) { return std::vector<double>{p[0] - 5, 100.0}; };
+  GaussNewtonOptions options;
+  options.largest_step = {1}, options.tolerance = 1e-2;
+  const auto fit = gauss_newton(options, r, std::vector<double>{0});
+  EXPECT_NEAR(fit.parameters[0], 5, 0.01);
+  EXPECT_EQ(fit.summary.stopped_by, "small change");
+}
+
 TEST(GaussNewton, ItsSigmaCoversTheScatterOfRepeatedMeasurements) {
   const std::vector<double> truth = {2, 1.5, 12};
   int inside = 0, all = 0;
