@@ -101,10 +101,10 @@ void add_fit_options(CLI::App& command, FitStage& stage, const std::string& pref
   command.add_option("--" + prefix + "from", stage.from, "Time in the video from which on nothing pushes the object [s] (default: found)")->check(CLI::NonNegativeNumber);
   command.add_option("--" + prefix + "until", stage.until, "Time in the video after which frames only judge the fit [s] (default: all are used)")->check(CLI::PositiveNumber);
   command.add_option("--" + prefix + "points", stage.points, "Points of the object's surface that are followed")->check(CLI::Range(20, 20000))->capture_default_str();
-  command.add_option("--" + prefix + "field", stage.field, "How stiffness may differ from place to place: uniform, parts (by place and colour), smooth, triplanes (by gradients, with v0(x))")
+  command.add_option("--" + prefix + "field", stage.field, "How stiffness may differ from place to place: uniform, parts (by place and look), smooth, triplanes (by gradients, with v0(x))")
       ->check(CLI::IsMember({"uniform", "parts", "smooth", "triplanes"}))
       ->capture_default_str();
-  command.add_option("--" + prefix + "parts", stage.parts, "Parts of the object that may differ in stiffness, of --" + prefix + "field parts")
+  command.add_option("--" + prefix + "parts", stage.parts, "Patches of the object, of --" + prefix + "field parts; those that look alike are one part")
       ->check(CLI::Range(2, 32))
       ->capture_default_str();
   command.add_option("--" + prefix + "part-labels", stage.part_labels, "Labels of the scene's Gaussians (labels.h5, segmentation.h5) that say the parts instead")

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "gaussians/base/error.h"
 
 namespace pliant {
@@ -60,6 +62,7 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
   if (stage.field == "parts") {
     options.kind = MaterialKind::kParts;
     options.part = stage.part_labels.empty() ? parts_of(fit, stage.parts) : labelled_parts(fit, scene, stage.part_labels);
+    context.progress.say(fmt::format("fit: {} parts that may differ in stiffness", *std::ranges::max_element(options.part) + 1));
   }
   if (stage.field == "smooth") options.kind = MaterialKind::kSmooth;
   if (stage.field == "triplanes") options.kind = MaterialKind::kTriplanes;

@@ -56,7 +56,9 @@ std::vector<uint32_t> parts_of(const FitScene& fit, int count) {
     for (const Interaction& pin : fit.pins) held[d] |= pin.type == InteractionType::kPin && pin.region.contains(fit.body.particles.position[d].cast<double>());
   PartsOptions options;
   options.count = count;
-  return find_parts(options, drawn.drivers, color, held);
+  std::vector<uint8_t> thin(drivers, 0);
+  for (size_t d = 0; d < drivers && !fit.body.file.driving_thickness.empty(); ++d) thin[d] = fit.body.file.driving_thickness[d] > 0;
+  return join_alike(options, find_parts(options, drawn.drivers, color, held), color, thin, held);
 }
 
 std::vector<uint32_t> labelled_parts(const FitScene& fit, const Scene& scene, const std::string& file) {

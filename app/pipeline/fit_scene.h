@@ -43,7 +43,8 @@ FitScene load_still_scene(const Context& context, const RunDirectory& run, const
 /// The points of all views followed through the frames that may be used.  Throws Error{kInput} when too few can be followed.
 PointTracks follow_points(const Context& context, const FitScene& fit);
 
-/// Parts of the body by place and colour, [drivers].
+/// Parts of the body that may be of different materials, [drivers]: `count` patches by place and colour, joined where they
+/// look alike (fitting/fit/parts.h).
 std::vector<uint32_t> parts_of(const FitScene& fit, int count);
 /// The same by labels of the scene's Gaussians in `file` (labels.h5 or segmentation.h5): of most of what a driver moves.
 std::vector<uint32_t> labelled_parts(const FitScene& fit, const Scene& scene, const std::string& file);

@@ -18,6 +18,17 @@ size_t nearest(const std::vector<Feature>& centres, const Feature& x, double& sq
   return best;
 }
 
+/// The same parts with numbers from 0 without gaps, in the order in which they are met.
+std::vector<uint32_t> numbered(std::vector<uint32_t> part) {
+  std::vector<int> number(part.empty() ? 0 : *std::max_element(part.begin(), part.end()) + 1, -1);
+  int next = 0;
+  for (uint32_t& p : part) {
+    if (number[p] < 0) number[p] = next++;
+    p = static_cast<uint32_t>(number[p]);
+  }
+  return part;
+}
+
 }  // namespace
 
 std::vector<uint32_t> find_parts(const PartsOptions& options, std::span<const Vec3f> position, std::span<const Vec3f> color, std::span<const uint8_t> held) {
@@ -66,14 +77,47 @@ std::vector<uint32_t> find_parts(const PartsOptions& options, std::span<const Ve
       if (count[c] > 0) centres[c] = sum[c] / count[c];
     if (!moved) break;
   }
-  // Numbers without gaps.
-  std::vector<int> number(centres.size(), -1);
-  int next = 0;
-  for (uint32_t& p : part) {
-    if (number[p] < 0) number[p] = next++;
-    p = static_cast<uint32_t>(number[p]);
+  return numbered(std::move(part));
+}
+
+std::vector<uint32_t> join_alike(const PartsOptions& options, std::span<const uint32_t> part, std::span<const Vec3f> color, std::span<const uint8_t> thin,
+                                 std::span<const uint8_t> held) {
+  CHECK(part.size() == color.size() && part.size() == thin.size() && (held.empty() || held.size() == part.size()));
+  struct Look {
+    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+    double count = 0;
+    std::vector<uint32_t> members;
+    Eigen::Vector4d mean() const { return sum / count; }
+  };
+  const size_t parts = part.empty() ? 0 : *std::max_element(part.begin(), part.end()) + 1;
+  std::vector<Look> looks(parts);
+  for (size_t i = 0; i < part.size(); ++i) {
+    if (!held.empty() && held[i]) continue;
+    Eigen::Vector4d look;
+    look << color[i].cast<double>(), options.thin_weight * (thin[i] ? 1 : 0);
+    looks[part[i]].sum += look, looks[part[i]].count += 1;
   }
-  return part;
+  for (uint32_t p = 0; p < parts; ++p) looks[p].members = {p};
+  std::erase_if(looks, [](const Look& look) { return look.count == 0; });
+  while (looks.size() > 1) {
+    double least = INFINITY;
+    size_t first = 0, second = 0;
+    for (size_t a = 0; a < looks.size(); ++a)
+      for (size_t b = a + 1; b < looks.size(); ++b)
+        if (const double d = (looks[a].mean() - looks[b].mean()).norm(); d < least) least = d, first = a, second = b;
+    if (!(least < options.alike)) break;
+    Look& kept = looks[first];
+    kept.sum += looks[second].sum, kept.count += looks[second].count;
+    kept.members.insert(kept.members.end(), looks[second].members.begin(), looks[second].members.end());
+    looks.erase(looks.begin() + static_cast<std::ptrdiff_t>(second));
+  }
+  std::vector<uint32_t> out(part.begin(), part.end());
+  if (looks.size() < 2) return out;
+  std::vector<uint32_t> material(parts, 0);
+  for (uint32_t m = 0; m < looks.size(); ++m)
+    for (const uint32_t p : looks[m].members) material[p] = m;
+  for (uint32_t& p : out) p = material[p];
+  return numbered(std::move(out));
 }
 
 }  // namespace pliant

@@ -57,5 +57,42 @@ TEST(Parts, ThereAreNoMorePartsThanDifferentPoints) {
   EXPECT_EQ(find_parts(options, position, color, std::vector<uint8_t>(4, 1)), (std::vector<uint32_t>{0, 0, 0, 0}));
 }
 
+/// Four parts of 100 points: two of nearly the same colour, one of that colour but thin, one of another.
+struct Patches {
+  std::vector<uint32_t> part;
+  std::vector<Vec3f> color;
+  std::vector<uint8_t> thin;
+
+  Patches() {
+    for (uint32_t i = 0; i < 400; ++i) {
+      Random random(2, i);
+      const Vec3d mean = i / 100 == 3 ? Vec3d(0.7, 0.2, 0.2) : Vec3d(0.2, i / 100 == 1 ? 0.32 : 0.3, 0.1);
+      part.push_back(i / 100), thin.push_back(i / 100 == 2);
+      color.push_back((mean + 0.05 * Vec3d(random.normal(), random.normal(), random.normal())).cast<float>());
+    }
+  }
+};
+
+TEST(Parts, ThoseThatLookAlikeAreOneMaterialUnlessOneIsThin) {
+  const Patches patches;
+  const std::vector<uint32_t> material = join_alike({}, patches.part, patches.color, patches.thin);
+  for (uint32_t i = 0; i < 400; ++i) EXPECT_EQ(material[i], (std::vector<uint32_t>{0, 0, 1, 2})[i / 100]) << i;
+}
+
+TEST(Parts, WhatIsHeldHasNoSayInTheLook) {
+  // Half of the second part is held and blue: by the mean of all its points it would be another material.
+  Patches patches;
+  std::vector<uint8_t> held(400, 0);
+  for (uint32_t i = 100; i < 150; ++i) patches.color[i] = Vec3f(0, 0, 1), held[i] = 1;
+  EXPECT_NE(join_alike({}, patches.part, patches.color, patches.thin)[199], 0u);
+  EXPECT_EQ(join_alike({}, patches.part, patches.color, patches.thin, held)[199], 0u);
+}
+
+TEST(Parts, OfOneColourTheyStayAsTheyAre) {
+  const Patches patches;
+  const std::vector<Vec3f> color(400, Vec3f(0.4f, 0.4f, 0.4f));
+  EXPECT_EQ(join_alike({}, patches.part, color, std::vector<uint8_t>(400, 0)), patches.part);
+}
+
 }  // namespace
 }  // namespace pliant
