@@ -11,6 +11,15 @@ namespace {
 
 constexpr const char* kCheckpoint = "fit/checkpoint.h5";
 
+/// Where an interrupted fit goes on.
+std::string place_of(const FitCheckpoint& checkpoint) {
+  if (!checkpoint.gradient.rows.empty()) return fmt::format("after {} iterations of an interrupted fit", checkpoint.gradient.rows.size());
+  size_t steps = 0;
+  for (const GaussNewtonState& refinement : checkpoint.vibration.refinements) steps += refinement.loss.size() - 1;
+  const std::string from = checkpoint.field ? "field" : checkpoint.homogeneous ? "best constant" : "modes";
+  return steps == 0 ? fmt::format("from the {} of an interrupted fit", from) : fmt::format("after {} steps from the {} of an interrupted fit", steps, from);
+}
+
 }  // namespace
 
 MaterialFitProgress kept_progress(const Context& context, const RunDirectory& run, const std::string& provenance) {
@@ -18,24 +27,19 @@ MaterialFitProgress kept_progress(const Context& context, const RunDirectory& ru
   auto checkpoint = std::make_shared<FitCheckpoint>();
   if (fs::exists(file) && read_fit_checkpoint_provenance(file) == provenance) {
     *checkpoint = read_fit_checkpoint(file);
-    context.progress.say(checkpoint->gradient.rows.empty() ? "fit: goes on from the best constant of an interrupted fit"
-                                                           : fmt::format("fit: goes on after {} iterations of an interrupted fit", checkpoint->gradient.rows.size()));
+    context.progress.say("fit: goes on " + place_of(*checkpoint));
   }
   checkpoint->provenance_json = provenance;
-  MaterialFitProgress kept{checkpoint->homogeneous, checkpoint->field, checkpoint->gradient, {}, {}, {}};
-  kept.keep_homogeneous = [checkpoint, file](const VibrationFit& fit) {
-    checkpoint->homogeneous = fit;
-    write_fit_checkpoint(file, *checkpoint);
-  };
-  kept.keep_field = [checkpoint, file](const VibrationFit& fit) {
-    checkpoint->field = fit;
-    write_fit_checkpoint(file, *checkpoint);
-  };
-  kept.keep_gradient = [checkpoint, file, &context](const GradientFitState& state) {
-    checkpoint->gradient = state;
-    const bool stop = context.interrupted && context.interrupted();
-    if (stop || state.rows.size() % 5 == 0) write_fit_checkpoint(file, *checkpoint);
-    return !stop;
+  const auto write = [checkpoint, file] { write_fit_checkpoint(file, *checkpoint); };
+  MaterialFitProgress kept;
+  kept.homogeneous = checkpoint->homogeneous, kept.field = checkpoint->field;
+  kept.vibration = checkpoint->vibration, kept.gradient = checkpoint->gradient;
+  kept.keep_vibration = [=](const VibrationFitState& state) { checkpoint->vibration = state, write(); };
+  kept.keep_homogeneous = [=](const VibrationFit& fit) { checkpoint->homogeneous = fit, checkpoint->vibration = {}, write(); };
+  kept.keep_field = [=](const VibrationFit& fit) { checkpoint->field = fit, checkpoint->vibration = {}, write(); };
+  kept.keep_gradient = [=, &context](const GradientFitState& state) {
+    checkpoint->gradient = state, write();
+    return !(context.interrupted && context.interrupted());
   };
   return kept;
 }

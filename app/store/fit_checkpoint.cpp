@@ -14,7 +14,7 @@ template <class Fit, class Visit>
 void visit_numbers(Fit& fit, Visit&& visit) {
   visit("young_sigma", fit.young_sigma), visit("parameters", fit.field), visit("modes_omega", fit.modes.omega), visit("modes_decay", fit.modes.decay);
   visit("search_log10_factor", fit.search.log10_factor), visit("search_unexplained", fit.search.unexplained);
-  visit("gauss_newton_loss", fit.summary.loss);
+  visit("gauss_newton_loss", fit.summary.loss), visit("candidate_factor", fit.candidate_factor), visit("candidate_rms", fit.candidate_rms);
 }
 
 /// Every single number, as a double.
@@ -22,7 +22,7 @@ template <class Fit, class Visit>
 void visit_scalars(Fit& fit, Visit&& visit) {
   visit(fit.log10_factor), visit(fit.log10_sigma), visit(fit.damping_time), visit(fit.damping_time_low), visit(fit.damping_time_high);
   visit(fit.time), visit(fit.first_frame), visit(fit.last_frame), visit(fit.subframes), visit(fit.substeps);
-  visit(fit.rms_search), visit(fit.rms), visit(fit.rms_rest), visit(fit.seconds), visit(fit.seconds_search), visit(fit.summary.converged), visit(fit.search.first_frame), visit(fit.search.periods);
+  visit(fit.rms_search), visit(fit.rms), visit(fit.rms_rest), visit(fit.seconds), visit(fit.seconds_search), visit(fit.summary.converged), visit(fit.summary.evaluations), visit(fit.summary.rms), visit(fit.search.first_frame), visit(fit.search.periods);
 }
 
 template <class State, class Visit>
@@ -53,6 +53,22 @@ std::vector<Matrix> read_matrices(const Hdf5Reader& in, const std::string& name,
   return rows;
 }
 
+void write_modes(Hdf5Writer& out, const std::string& group, const VibrationModes& modes) {
+  for (size_t k = 0; k < modes.size(); ++k) {
+    write_matrices(out, group + "/shape_" + std::to_string(k), modes.shape[k]);
+    write_matrices(out, group + "/gradient_" + std::to_string(k), modes.gradient[k]);
+  }
+}
+
+/// Shapes of `modes`, whose frequencies are known, at `n` particles.
+void read_modes(const Hdf5Reader& in, const std::string& group, size_t n, VibrationModes& modes) {
+  if (modes.decay.size() != modes.omega.size()) throw in.complaint(group + "/modes_decay", "has another length than modes_omega");
+  for (size_t m = 0; m < modes.size(); ++m) {
+    modes.shape.push_back(read_matrices<Vec3d>(in, group + "/shape_" + std::to_string(m), n));
+    modes.gradient.push_back(read_matrices<Mat3d>(in, group + "/gradient_" + std::to_string(m), n));
+  }
+}
+
 void write_fit(Hdf5Writer& out, const std::string& group, const VibrationFit& fit) {
   out.group(group);
   out.text(group, "stopped_by", fit.summary.stopped_by);
@@ -64,10 +80,7 @@ void write_fit(Hdf5Writer& out, const std::string& group, const VibrationFit& fi
   });
   write_matrices(out, group + "/x", fit.start.x), write_matrices(out, group + "/v", fit.start.v);
   write_matrices(out, group + "/C", fit.start.C), write_matrices(out, group + "/F", fit.start.F);
-  for (size_t k = 0; k < fit.modes.size(); ++k) {
-    write_matrices(out, group + "/shape_" + std::to_string(k), fit.modes.shape[k]);
-    write_matrices(out, group + "/gradient_" + std::to_string(k), fit.modes.gradient[k]);
-  }
+  write_modes(out, group, fit.modes);
 }
 
 VibrationFit read_fit(const Hdf5Reader& in, const std::string& group) {
@@ -85,12 +98,72 @@ VibrationFit read_fit(const Hdf5Reader& in, const std::string& group) {
   const size_t n = fit.start.x.size();
   fit.start.v = read_matrices<Vec3f>(in, group + "/v", n);
   fit.start.C = read_matrices<Mat3f>(in, group + "/C", n), fit.start.F = read_matrices<Mat3f>(in, group + "/F", n);
-  for (size_t m = 0; m < fit.modes.omega.size(); ++m) {
-    fit.modes.shape.push_back(read_matrices<Vec3d>(in, group + "/shape_" + std::to_string(m), n));
-    fit.modes.gradient.push_back(read_matrices<Mat3d>(in, group + "/gradient_" + std::to_string(m), n));
-  }
-  if (fit.modes.decay.size() != fit.modes.omega.size()) throw in.complaint(group + "/modes_decay", "has another length than modes_omega");
+  read_modes(in, group, n, fit.modes);
   return fit;
+}
+
+template <class State, class Visit>
+void visit_refinement(State& state, Visit&& visit) {
+  visit(state.damping), visit(state.linearised), visit(state.fresh), visit(state.iteration), visit(state.jacobians), visit(state.evaluations), visit(state.converged);
+}
+
+void write_refinement(Hdf5Writer& out, const std::string& group, const GaussNewtonState& state) {
+  out.group(group);
+  out.text(group, "stopped_by", state.stopped_by);
+  std::vector<double> scalars;
+  visit_refinement(state, [&](double value) { scalars.push_back(value); });
+  out.dataset(group + "/scalars", scalars.data(), {scalars.size()});
+  out.dataset(group + "/loss", state.loss.data(), {state.loss.size()});
+  out.dataset(group + "/fixed", state.fixed.data(), {state.fixed.size()});
+  const auto size = [](Eigen::Index n) { return static_cast<size_t>(n); };
+  out.dataset(group + "/parameters", state.parameters.data(), {size(state.parameters.size())});
+  out.dataset(group + "/residuals", state.residuals.data(), {size(state.residuals.size())});
+  out.dataset(group + "/jacobian", state.jacobian.data(), {size(state.jacobian.cols()), size(state.jacobian.rows())});  // columns in a row
+}
+
+GaussNewtonState read_refinement(const Hdf5Reader& in, const std::string& group) {
+  GaussNewtonState state;
+  state.stopped_by = in.text(group, "stopped_by");
+  size_t count = 0, k = 0;
+  visit_refinement(state, [&](auto&) { ++count; });
+  const std::vector<double> scalars = in.dataset<double>(group + "/scalars", {count});
+  visit_refinement(state, [&](auto& value) { value = static_cast<std::remove_reference_t<decltype(value)>>(scalars[k++]); });
+  state.loss = in.dataset<double>(group + "/loss", {kAny});
+  const auto vector = [&](const char* name) {
+    const std::vector<double> values = in.dataset<double>(group + name, {kAny});
+    return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())));
+  };
+  state.parameters = vector("/parameters"), state.residuals = vector("/residuals");
+  const Eigen::Index p = state.parameters.size(), r = state.residuals.size();
+  state.fixed = in.dataset<uint8_t>(group + "/fixed", {static_cast<size_t>(p)});
+  const std::vector<double> jacobian = in.dataset<double>(group + "/jacobian", {kAny, kAny});
+  if (!jacobian.empty()) {
+    if (static_cast<Eigen::Index>(jacobian.size()) != p * r) throw in.complaint(group + "/jacobian", "is not [parameters, residuals]");
+    state.jacobian = Eigen::Map<const Eigen::MatrixXd>(jacobian.data(), r, p);
+  }
+  if (state.loss.empty()) throw in.complaint(group + "/loss", "is empty");
+  return state;
+}
+
+void write_vibration(Hdf5Writer& out, const VibrationFitState& state) {
+  if (state.modes) {
+    out.group("/modes");
+    out.dataset("/modes/modes_omega", state.modes->omega.data(), {state.modes->omega.size()});
+    out.dataset("/modes/modes_decay", state.modes->decay.data(), {state.modes->decay.size()});
+    write_modes(out, "/modes", *state.modes);
+  }
+  for (size_t k = 0; k < state.refinements.size(); ++k) write_refinement(out, "/refinement_" + std::to_string(k), state.refinements[k]);
+}
+
+VibrationFitState read_vibration(const Hdf5Reader& in) {
+  VibrationFitState state;
+  if (in.has("/modes")) {
+    VibrationModes& modes = state.modes.emplace();
+    modes.omega = in.dataset<double>("/modes/modes_omega", {kAny}), modes.decay = in.dataset<double>("/modes/modes_decay", {kAny});
+    read_modes(in, "/modes", kAny, modes);
+  }
+  for (size_t k = 0; in.has("/refinement_" + std::to_string(k)); ++k) state.refinements.push_back(read_refinement(in, "/refinement_" + std::to_string(k)));
+  return state;
 }
 
 constexpr size_t kColumns = 6;  // of a row of iterations
@@ -101,6 +174,7 @@ void write_fit_checkpoint(const fs::path& file, const FitCheckpoint& checkpoint)
   write_hdf5(file, [&](Hdf5Writer& out) {
     if (checkpoint.homogeneous) write_fit(out, "/homogeneous", *checkpoint.homogeneous);
     if (checkpoint.field) write_fit(out, "/field", *checkpoint.field);
+    write_vibration(out, checkpoint.vibration);
     const GradientFitState& g = checkpoint.gradient;
     out.group("/gradient");
     visit_gradient(g, [&](const char* name, const std::vector<double>& values) {
@@ -124,6 +198,7 @@ FitCheckpoint read_fit_checkpoint(const fs::path& file) {
   checkpoint.provenance_json = in.text("/", "provenance");
   if (in.has("/homogeneous")) checkpoint.homogeneous = read_fit(in, "/homogeneous");
   if (in.has("/field")) checkpoint.field = read_fit(in, "/field");
+  checkpoint.vibration = read_vibration(in);
   GradientFitState& g = checkpoint.gradient;
   visit_gradient(g, [&](const char* name, std::vector<double>& values) { values = in.dataset<double>(std::string("/gradient/") + name, {kAny}); });
   const std::vector<double> scalars = in.dataset<double>("/gradient/scalars", {7});

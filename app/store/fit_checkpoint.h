@@ -9,10 +9,11 @@
 
 namespace pliant {
 
-/// What is done of a fit: the best constant, and how far the gradients are.
+/// What is done of a fit: the best constant, a field, and how far the stage is that comes next.
 struct FitCheckpoint {
-  std::optional<VibrationFit> homogeneous;  ///< without candidates and posterior of a field
+  std::optional<VibrationFit> homogeneous;  ///< without other minima of the search and the posterior of a field
   std::optional<VibrationFit> field;        ///< from there on; likewise
+  VibrationFitState vibration;              ///< of the first of these that is not done
   GradientFitState gradient;
   std::string provenance_json;  ///< options and inputs of the fit
 };

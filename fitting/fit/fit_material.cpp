@@ -62,7 +62,8 @@ void add_field(const MaterialFitOptions& options, VibrationFitOptions vibration,
   vibration.search.first = fit.homogeneous.first_frame / fps;
   vibration.known_modes = fit.homogeneous.modes.stiffer(std::pow(10.0, fit.homogeneous.log10_factor));
   const Particles base = fit.particles;
-  fit.found = kept.field ? *kept.field : fit_vibration(vibration, base, interactions, tracks, fps, progress);
+  fit.found = kept.field ? *kept.field
+                         : fit_vibration(vibration, base, interactions, tracks, fps, progress, kept.homogeneous ? kept.vibration : VibrationFitState{}, kept.keep_vibration);
   if (!kept.field && kept.keep_field) kept.keep_field(fit.found);
   fit.steps.push_back(step_of("field", fit.found));
   fit.particles = fit.found.fitted(base, field.get());
@@ -123,7 +124,8 @@ MaterialFit fit_material(const MaterialFitOptions& options, const Particles& par
   MaterialFit fit;
   VibrationFitOptions vibration = options.vibration;
   vibration.field = nullptr;
-  fit.homogeneous = kept.homogeneous ? *kept.homogeneous : fit_vibration(vibration, particles, interactions, tracks, fps, progress);
+  fit.homogeneous = kept.homogeneous ? *kept.homogeneous
+                                     : fit_vibration(vibration, particles, interactions, tracks, fps, progress, kept.vibration, kept.keep_vibration);
   if (!kept.homogeneous && kept.keep_homogeneous) kept.keep_homogeneous(fit.homogeneous);
   fit.found = fit.homogeneous;
   fit.particles = fit.found.fitted(particles);

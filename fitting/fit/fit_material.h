@@ -30,8 +30,10 @@ struct MaterialFitOptions {
 struct MaterialFitProgress {
   std::optional<VibrationFit> homogeneous;  ///< of an earlier call
   std::optional<VibrationFit> field;        ///< of an earlier call: from the homogeneous on
+  VibrationFitState vibration;              ///< of an earlier call: of the first of these two that is not done
   GradientFitState gradient;                ///< of an earlier call
   std::function<void(const VibrationFit&)> keep_homogeneous, keep_field;
+  VibrationFitSink keep_vibration;
   GradientFitSink keep_gradient;            ///< false stops the fit with Error{kInterrupted}
 };
 

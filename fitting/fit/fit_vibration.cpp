@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "fitting/fit/correlation.h"
 #include "fitting/fit/start_shapes.h"
 #include "gaussians/base/error.h"
 
@@ -25,6 +26,27 @@ Particles with_factors(const Particles& particles, const Field* field, double co
   for (size_t i = 0; i < scaled.size(); ++i) scaled.young[i] = static_cast<float>(scaled.young[i] * std::exp(common + further[i]));
   return scaled;
 }
+
+/// The refinements of a fit in their order: those that an earlier call has made are not made again.
+class Journal {
+ public:
+  Journal(VibrationFitState& state, const VibrationFitSink& sink) : state_(state), sink_(sink) {}
+
+  void keep() const {
+    if (sink_) sink_(state_);
+  }
+  GaussNewtonResult next(const GaussNewtonOptions& options, const Residuals& residuals, std::span<const double> from) {
+    std::vector<GaussNewtonState>& all = state_.refinements;
+    const size_t k = made_++;
+    if (k == all.size()) all.emplace_back();
+    return gauss_newton(options, residuals, from, all[k], [&](const GaussNewtonState& now) { all[k] = now, keep(); });
+  }
+
+ private:
+  VibrationFitState& state_;
+  const VibrationFitSink& sink_;
+  size_t made_ = 0;
+};
 
 /// Roll-outs as a function of (ln factor of E, ln damping rate, the field's parameters, displacements, velocities of some
 /// modes); without displacements when the motion begins at rest.
@@ -108,7 +130,7 @@ class Fitter {
     return errors;
   }
 
-  GaussNewtonResult refine(const GaussNewtonOptions& base, std::span<const double> from, int iterations, double noise,
+  GaussNewtonResult refine(Journal& journal, const GaussNewtonOptions& base, std::span<const double> from, int iterations, double noise,
                            const Eigen::MatrixXd& jacobian = {}) const {
     const size_t count = start_.size(), first_amplitude = 2 + field_size_;
     GaussNewtonOptions options = base;
@@ -130,7 +152,7 @@ class Fitter {
       options.prior[j] = at_rest_ ? start_[j] : 0;
       options.prior_sigma[j] = at_rest_ ? 0.3 * largest : largest;
     }
-    return gauss_newton(options, [&](std::span<const double> p) { return residuals(p, noise); }, from);
+    return journal.next(options, [&](std::span<const double> p) { return residuals(p, noise); }, from);
   }
 
   double rms(std::span<const double> p) const {
@@ -223,7 +245,7 @@ int VibrationFit::rollout_frame(int f, double fps) const {
 
 VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& particles,
                            const std::vector<Interaction>& interactions, const TrackLoss<float>& tracks, double fps,
-                           const std::function<void(const std::string&)>& progress) {
+                           const std::function<void(const std::string&)>& progress, VibrationFitState state, const VibrationFitSink& sink) {
   const auto begin = std::chrono::steady_clock::now();
   char line[200];
   const auto say = [&](const char* format, auto... values) {
@@ -232,7 +254,9 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     progress(line);
   };
   VibrationFit fit;
-  fit.modes = options.known_modes ? *options.known_modes : vibration_modes(options.modes, particles, interactions);
+  Journal journal(state, sink);
+  if (!options.known_modes && !state.modes) state.modes = vibration_modes(options.modes, particles, interactions), journal.keep();
+  fit.modes = options.known_modes ? *options.known_modes : *state.modes;
   say("%d vibration modes, the lowest at %.2f Hz with the present E (%.1f s)", static_cast<int>(fit.modes.size()),
       fit.modes.omega.at(0) / 6.283185307, fit.modes.seconds);
   fit.search = modal_search(options.search, fit.modes, particles, tracks, fps);
@@ -256,7 +280,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     if (c == 0) fit.rms_search = before;
     GaussNewtonResult result;
     result.parameters = fitter->start();
-    if (!options.field) result = fitter->refine(options.refine, fitter->start(), 2, std::max(before, 1e-12));
+    if (!options.field) result = fitter->refine(journal, options.refine, fitter->start(), 2, std::max(before, 1e-12));
     const double after = fitter->rms(result.parameters);
     fit.candidate_factor.push_back(result.parameters[0] / std::log(10.0)), fit.candidate_rms.push_back(after);
     say("roll-outs from E x %.3g: rms error %.3g -> %.3g at E x %.3g", std::pow(10.0, minimum.log10_factor), before, after,
@@ -264,11 +288,12 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     if (after < least) least = after, best = std::move(fitter), parameters = result.parameters;
   }
   double noise = options.noise > 0 ? options.noise : std::max(least, 1e-12);
-  // What remains, as the noise.  Errors of neighbouring frames are not independent: how long they last says how much the
-  // tracks weigh against the priors, and how wide the posterior is.
-  const size_t columns = tracks.tracks().rest.size() * (tracks.tracks().camera ? 2 : 3);
+  // What remains, as the noise.  Errors of neighbouring frames and points are not independent: how far they reach says how
+  // much the tracks weigh against the priors, and how wide the posterior is.
+  const std::vector<Vec3f>& rest = tracks.tracks().rest;
+  const size_t axes = tracks.tracks().camera ? 2 : 3;
   const auto left_over = [&](const GaussNewtonResult& r) {
-    return std::max(1e-6, r.summary.rms * std::sqrt(correlation_factor(r.residuals, columns)));
+    return std::max(1e-6, r.summary.rms * std::sqrt(correlation_factor(r.residuals, rest.size() * axes) * neighbour_factor(r.residuals, rest, axes)));
   };
   GaussNewtonResult result;
   if (options.field) {
@@ -285,7 +310,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
       noise *= change, axes.rough_jacobian = result.jacobian / change;
       axes.most_jacobians = std::max(1, std::min(left, kOfRound) / static_cast<int>(2 * parameters.size()));
       axes.tolerance = (round == 0 ? 10 : 1) * options.refine.tolerance;
-      result = best->refine(axes, result.parameters, options.refine.max_iterations, noise);
+      result = best->refine(journal, axes, result.parameters, options.refine.max_iterations, noise);
       const GaussNewtonSummary before = std::exchange(fit.summary, result.summary);
       left -= result.summary.evaluations, fit.summary.evaluations += before.evaluations;
       // Rounds weigh errors by other noise; as squares of the tracks' unit their losses follow on each other.
@@ -295,15 +320,15 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
           static_cast<int>(result.summary.loss.size()) - 1, result.summary.evaluations, result.summary.stopped_by.c_str());
     }
   } else {
-    result = best->refine(options.refine, parameters, options.refine.max_iterations, noise);
+    result = best->refine(journal, options.refine, parameters, options.refine.max_iterations, noise);
     fit.summary = result.summary;
   }
   // So are the last steps.
   best->fix_time_step(result.parameters, kSame);
-  if (result.jacobian.size() > 0) result = best->refine(options.refine, result.parameters, 8, noise, result.jacobian);
+  if (result.jacobian.size() > 0) result = best->refine(journal, options.refine, result.parameters, 8, noise, result.jacobian);
   const double wider = left_over(result);
   if (result.jacobian.size() > 0)
-    result = best->refine(options.refine, result.parameters, 4, noise * wider, result.jacobian / wider);
+    result = best->refine(journal, options.refine, result.parameters, 4, noise * wider, result.jacobian / wider);
   fit.rms = best->rms(result.parameters);
   fit.log10_factor = result.parameters[0] / std::log(10.0), fit.damping_time = std::exp(-result.parameters[1]);
   fit.field.assign(result.parameters.begin() + 2, result.parameters.begin() + 2 + static_cast<std::ptrdiff_t>(best->field_size()));

@@ -54,11 +54,22 @@ struct VibrationFit {
   int rollout_frame(int f, double fps) const;
 };
 
+/// How far a fit is: it goes on from here, and ends as if it had not been interrupted.
+struct VibrationFitState {
+  std::optional<VibrationModes> modes;       ///< none: not found yet
+  std::vector<GaussNewtonState> refinements;  ///< in the order in which they are made; all but the last are finished
+};
+
+/// Called when the modes are found and in every iteration of Gauss-Newton.  What it throws ends the fit.
+using VibrationFitSink = std::function<void(const VibrationFitState&)>;
+
 /// Vibration modes; the search over log E; then Gauss-Newton on roll-outs of log E (and of the field's parameters),
 /// damping and the start: amplitudes of the strongest modes, or, when the motion begins with frame 0, which shows the shape
-/// at rest, a smooth velocity.  `progress` gets a line for every stage.
+/// at rest, a smooth velocity.  `progress` gets a line for every stage.  What `state` holds of an earlier call of the same
+/// options and inputs is not done again.
 VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& particles,
                            const std::vector<Interaction>& interactions, const TrackLoss<float>& tracks, double fps,
-                           const std::function<void(const std::string&)>& progress = {});
+                           const std::function<void(const std::string&)>& progress = {}, VibrationFitState state = {},
+                           const VibrationFitSink& sink = {});
 
 }  // namespace pliant

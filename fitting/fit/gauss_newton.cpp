@@ -126,14 +126,14 @@ class Problem {
 };
 
 /// Parameters at a bound towards which the loss falls.
-std::vector<bool> held(const Problem& problem, const VectorXd& p, const VectorXd& gradient) {
-  std::vector<bool> out(p.size());
+std::vector<uint8_t> held(const Problem& problem, const VectorXd& p, const VectorXd& gradient) {
+  std::vector<uint8_t> out(p.size());
   for (Eigen::Index i = 0; i < p.size(); ++i)
     out[i] = (p[i] <= problem.low[i] && gradient[i] > 0) || (p[i] >= problem.high[i] && gradient[i] < 0);
   return out;
 }
 
-MatrixXd covariance_of(const MatrixXd& information, const std::vector<bool>& fixed) {
+MatrixXd covariance_of(const MatrixXd& information, const std::vector<uint8_t>& fixed) {
   // Directions without information are told apart after scaling every parameter by its own.
   const Eigen::Index n = information.rows();
   VectorXd scale(n);
@@ -156,68 +156,106 @@ MatrixXd covariance_of(const MatrixXd& information, const std::vector<bool>& fix
   return covariance;
 }
 
-}  // namespace
-
-GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residuals& residuals,
-                               std::span<const double> start) {
-  const Eigen::Index count = static_cast<Eigen::Index>(start.size());
-  Problem problem(options, residuals, count);
-  const VectorXd largest = vector_of(options.largest_step, count, INFINITY);
-  VectorXd p = Eigen::Map<const VectorXd>(start.data(), count);
-  for (Eigen::Index i = 0; i < count; ++i)
+/// The state before the first iteration.
+GaussNewtonState begun(const GaussNewtonOptions& options, Problem& problem, std::span<const double> start) {
+  GaussNewtonState state;
+  state.parameters = Eigen::Map<const VectorXd>(start.data(), static_cast<Eigen::Index>(start.size()));
+  const VectorXd& p = state.parameters;
+  for (Eigen::Index i = 0; i < p.size(); ++i)
     if (!(p[i] >= problem.low[i] && p[i] <= problem.high[i]))
       throw usage_error("least squares", "parameter " + std::to_string(i),
                         "starts at " + std::to_string(p[i]) + ", outside its bounds", "start inside them");
-  VectorXd r = problem.residuals(p);
-  if (r.size() == 0)
+  state.residuals = problem.residuals(p);
+  if (state.residuals.size() == 0)
     throw numerical_error("least squares", "the start has no finite residuals", "start from other parameters");
-  CHECK_MSG(options.jacobian.size() == 0 || (options.jacobian.rows() == r.size() && options.jacobian.cols() == count),
-            "the given Jacobian is [residuals, parameters]");
-  GaussNewtonResult result;
-  GaussNewtonSummary& summary = result.summary;
-  double loss = problem.loss(p, r), damping = options.damping;
-  summary.loss.push_back(loss);
-  MatrixXd information = MatrixXd::Zero(count, count);
-  VectorXd gradient;
-  std::vector<bool> fixed(count, false);
-  if (options.rough_jacobian.size()) {
-    CHECK(options.rough_jacobian.rows() == r.size() && options.rough_jacobian.cols() == count);
-    information = options.rough_jacobian.transpose() * options.rough_jacobian;
-  }
-  information.diagonal() += problem.precision;
-  bool linearised = false, fresh = false;  // J belongs to p; and was found by differences there
-  const auto linearise = [&](bool anew) {
-    if (anew && options.jacobian.size())
-      result.jacobian = options.jacobian;
-    else if (anew)
-      result.jacobian = options.principal_axes ? problem.jacobian_along(covariance_of(information, fixed), p, r) : problem.jacobian(p, r);
-    fresh = anew;
-    gradient = result.jacobian.transpose() * r + problem.precision.cwiseProduct(p - problem.prior);
-    information = result.jacobian.transpose() * result.jacobian;
-    information.diagonal() += problem.precision;
-    fixed = held(problem, p, gradient);
-    linearised = true;
-  };
+  state.fixed.assign(start.size(), 0), state.damping = options.damping;
+  state.loss.push_back(problem.loss(p, state.residuals));
+  return state;
+}
 
-  summary.stopped_by = "iterations";
-  int jacobians = 0;
-  for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
-    if (!linearised && options.most_jacobians > 0 && jacobians == options.most_jacobians) {
-      // What is known of the curvature stays that of the last step's start.
-      summary.stopped_by = "most differences";
+/// J^T J and the prior: of the last J, or of the rough one before the first.
+MatrixXd information_of(const GaussNewtonOptions& options, const Problem& problem, const MatrixXd& jacobian) {
+  const MatrixXd& J = jacobian.size() ? jacobian : options.rough_jacobian;
+  const Eigen::Index count = problem.precision.size();
+  MatrixXd information = MatrixXd::Zero(count, count);
+  if (J.size()) information = J.transpose() * J;
+  information.diagonal() += problem.precision;
+  return information;
+}
+
+GaussNewtonResult result_of(const GaussNewtonState& state, const MatrixXd& information) {
+  GaussNewtonResult result;
+  const VectorXd &p = state.parameters, &r = state.residuals;
+  result.parameters.assign(p.begin(), p.end());
+  result.residuals.assign(r.begin(), r.end());
+  result.jacobian = state.jacobian;
+  result.covariance = covariance_of(information, state.fixed);
+  const Eigen::Index measured = (r.array() != 0).count();
+  const double rms = measured ? std::sqrt(r.squaredNorm() / static_cast<double>(measured)) : 0;
+  result.summary = {state.loss, state.evaluations, state.converged, state.stopped_by, rms};
+  return result;
+}
+
+}  // namespace
+
+GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residuals& residuals,
+                               std::span<const double> start, GaussNewtonState state, const GaussNewtonSink& sink) {
+  const Eigen::Index count = static_cast<Eigen::Index>(start.size());
+  Problem problem(options, residuals, count);
+  problem.evaluations = state.evaluations;
+  const VectorXd largest = vector_of(options.largest_step, count, INFINITY);
+  if (!state.stopped_by.empty()) return result_of(state, information_of(options, problem, state.jacobian));
+  if (state.parameters.size() == 0) state = begun(options, problem, start);
+  VectorXd &p = state.parameters, &r = state.residuals;
+  for (const MatrixXd* given : {&options.jacobian, &options.rough_jacobian})
+    CHECK_MSG(given->size() == 0 || (given->rows() == r.size() && given->cols() == count), "the given Jacobian is [residuals, parameters]");
+  double loss = state.loss.back();
+  MatrixXd information = information_of(options, problem, state.jacobian);
+  VectorXd gradient;
+  const auto keep = [&] {
+    state.evaluations = problem.evaluations;
+    if (sink) sink(state);
+  };
+  const auto stop = [&](const char* reason, bool converged) { state.stopped_by = reason, state.converged = converged; };
+  // With the J of the state.
+  const auto linearise = [&] {
+    gradient = state.jacobian.transpose() * r + problem.precision.cwiseProduct(p - problem.prior);
+    information = information_of(options, problem, state.jacobian);
+    state.fixed = held(problem, p, gradient);
+    state.linearised = true;
+  };
+  if (state.linearised) linearise();
+
+  while (state.stopped_by.empty()) {
+    if (state.iteration == options.max_iterations) {
+      stop("iterations", false);
       break;
     }
-    if (!linearised) linearise(true), ++jacobians;
+    if (!state.linearised && options.most_jacobians > 0 && state.jacobians == options.most_jacobians) {
+      // What is known of the curvature stays that of the last step's start.
+      stop("most differences", false);
+      break;
+    }
+    if (!state.linearised) {
+      if (options.jacobian.size())
+        state.jacobian = options.jacobian;
+      else
+        state.jacobian = options.principal_axes ? problem.jacobian_along(covariance_of(information, state.fixed), p, r) : problem.jacobian(p, r);
+      state.fresh = true, ++state.jacobians;
+      linearise();
+      keep();
+    }
+    ++state.iteration;
     MatrixXd system = information;
     VectorXd pull = gradient;
     for (Eigen::Index i = 0; i < count; ++i) {
-      system(i, i) += damping * std::max(information(i, i), 1e-300);
-      if (!fixed[i] && system(i, i) > 1e-200) continue;
+      system(i, i) += state.damping * std::max(information(i, i), 1e-300);
+      if (!state.fixed[i] && system(i, i) > 1e-200) continue;
       system.row(i).setZero(), system.col(i).setZero();
       system(i, i) = 1, pull[i] = 0;
     }
     if (pull.cwiseAbs().maxCoeff() == 0) {
-      summary.converged = true, summary.stopped_by = "small gradient";
+      stop("small gradient", true);
       break;
     }
     VectorXd step = -system.ldlt().solve(pull);
@@ -227,66 +265,28 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
     const VectorXd trial = (p + step).cwiseMax(problem.low).cwiseMin(problem.high);
     const VectorXd r_trial = trial.allFinite() ? problem.residuals(trial) : VectorXd();
     const double loss_trial = r_trial.size() == r.size() ? problem.loss(trial, r_trial) : INFINITY;
-    const double predicted = -(pull.dot(trial - p) + 0.5 * (trial - p).dot(information * (trial - p)));
+    const VectorXd moved = trial - p;
+    const double predicted = -(pull.dot(moved) + 0.5 * moved.dot(information * moved));
     if (loss_trial < loss) {
       const double fall = loss - loss_trial;
-      const VectorXd moved = trial - p;
-      if (options.keep_jacobian && fall > 0.5 * predicted) {
-        result.jacobian += (r_trial - r - result.jacobian * moved) * moved.transpose() / moved.squaredNorm();
-        p = trial, r = r_trial;
-        linearise(false);
-      } else {
-        p = trial, r = r_trial, linearised = false;
-      }
-      loss = loss_trial;
-      summary.loss.push_back(loss);
-      damping = std::max(1e-12, damping * (fall > 0.5 * predicted ? 0.1 : 1));
-      if (share < 1 || fall > options.tolerance * loss) continue;
-      summary.converged = true, summary.stopped_by = "small change";
-      break;
+      const bool as_expected = fall > 0.5 * predicted, corrected = options.keep_jacobian && as_expected;
+      if (corrected) state.jacobian += (r_trial - r - state.jacobian * moved) * moved.transpose() / moved.squaredNorm();
+      p = trial, r = r_trial, loss = loss_trial, state.linearised = state.fresh = false;
+      if (corrected) linearise();
+      state.loss.push_back(loss);
+      state.damping = std::max(1e-12, state.damping * (as_expected ? 0.1 : 1));
+      if (share == 1 && fall <= options.tolerance * loss) stop("small change", true);
+    } else if (share == 1 && std::abs(predicted) <= options.tolerance * loss) {
+      stop("small change", true);
+    } else if (!state.fresh && options.jacobian.size() == 0) {
+      state.linearised = false;
+    } else if ((state.damping *= 10) > 1e10) {
+      stop("no better step", false);
     }
-    if (share == 1 && std::abs(predicted) <= options.tolerance * loss) {
-      summary.converged = true, summary.stopped_by = "small change";
-      break;
-    }
-    if (!fresh && options.jacobian.size() == 0) {
-      linearised = false;
-      continue;
-    }
-    damping *= 10;
-    if (damping > 1e10) {
-      summary.stopped_by = "no better step";
-      break;
-    }
+    if (state.stopped_by.empty()) keep();
   }
-  result.parameters.assign(p.begin(), p.end());
-  result.residuals.assign(r.begin(), r.end());
-  result.covariance = covariance_of(information, fixed);
-  summary.evaluations = problem.evaluations;
-  const Eigen::Index measured = (r.array() != 0).count();
-  summary.rms = measured ? std::sqrt(r.squaredNorm() / static_cast<double>(measured)) : 0;
-  return result;
-}
-
-double correlation_factor(std::span<const double> residuals, size_t columns) {
-  CHECK(columns > 0 && residuals.size() % columns == 0);
-  const size_t rows = residuals.size() / columns;
-  double factor = 1;
-  // The mean over all columns has little chance of its own to be positive.
-  for (size_t lag = 1; lag < rows; ++lag) {
-    double sum = 0;
-    int counted = 0;
-    for (size_t c = 0; c < columns; ++c) {
-      const auto at = [&](size_t k) { return residuals[k * columns + c]; };
-      double variance = 0, together = 0;
-      for (size_t k = 0; k < rows; ++k) variance += at(k) * at(k);
-      for (size_t k = lag; k < rows; ++k) together += at(k) * at(k - lag);
-      if (variance > 0) sum += together / variance, ++counted;
-    }
-    if (counted == 0 || sum <= 0) break;
-    factor += 2 * sum / counted;
-  }
-  return factor;
+  keep();
+  return result_of(state, information);
 }
 
 }  // namespace pliant

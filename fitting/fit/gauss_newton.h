@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <string>
@@ -54,15 +55,29 @@ struct GaussNewtonResult {
   double sigma(int parameter) const { return std::sqrt(covariance(parameter, parameter)); }
 };
 
-/// Least squares by Gauss-Newton steps with the damping of Levenberg (1944) and Marquardt (1963); a parameter at a
-/// bound stays there while the loss pulls it outwards.  J by differences of `residuals`.  Throws Error{kNumerical} when
-/// the start itself has no finite residuals, Error{kUsage} for bounds that exclude it.
-GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residuals& residuals,
-                               std::span<const double> start);
+/// Everything that an iteration starts from: a fit continues from here bit for bit, and one that is finished gives its result
+/// without another evaluation.
+struct GaussNewtonState {
+  Eigen::VectorXd parameters, residuals;  ///< [P], [R] there; empty = not begun
+  Eigen::MatrixXd jacobian;               ///< [R, P] as in the result
+  std::vector<uint8_t> fixed;             ///< [P] 1 = at a bound, when J was last used
+  double damping = 0;
+  bool linearised = false, fresh = false;  ///< J belongs to the parameters; and was found by differences there
+  int iteration = 0, jacobians = 0;        ///< begun, and found by differences or taken as given
+  int evaluations = 0;
+  std::vector<double> loss;  ///< as in the summary
+  bool converged = false;
+  std::string stopped_by;    ///< empty = not finished
+};
 
-/// Factor by which correlation between neighbouring rows widens the variance of a mean: 1 + 2 sum of the
-/// autocorrelations, averaged over the columns of residuals [rows, columns], up to their first zero.  Covariances of a
-/// fit times this factor times the residuals' variance allow for what the model cannot explain.
-double correlation_factor(std::span<const double> residuals, size_t columns);
+/// Called whenever J was found, and after every step, accepted or not.  What it throws ends the fit.
+using GaussNewtonSink = std::function<void(const GaussNewtonState&)>;
+
+/// Least squares by Gauss-Newton steps with the damping of Levenberg (1944) and Marquardt (1963); a parameter at a
+/// bound stays there while the loss pulls it outwards.  J by differences of `residuals`.  Goes on from `state` where that has
+/// begun, with the options it began with.  Throws Error{kNumerical} when the start itself has no finite residuals, Error{kUsage}
+/// for bounds that exclude it.
+GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residuals& residuals,
+                               std::span<const double> start, GaussNewtonState state = {}, const GaussNewtonSink& sink = {});
 
 }  // namespace pliant

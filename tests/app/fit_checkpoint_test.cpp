@@ -24,7 +24,14 @@ FitCheckpoint made() {
   }
   for (int k = 0; k < 2; ++k) fit.modes.shape.push_back(std::vector<Vec3d>(4, Vec3d(k, 1, 2))), fit.modes.gradient.push_back(std::vector<Mat3d>(4, Mat3d::Constant(k + 0.5)));
   c.homogeneous = fit;
-  fit.field = {0.5, -1.25};
+  c.vibration.modes = fit.modes;
+  GaussNewtonState step;
+  step.parameters = Eigen::VectorXd::Constant(2, 1 / 3.0), step.residuals = Eigen::VectorXd::LinSpaced(3, 0, 1);
+  step.jacobian = Eigen::MatrixXd::Random(3, 2), step.fixed = {0, 1}, step.damping = 1e-7, step.linearised = true, step.iteration = 4, step.jacobians = 2;
+  step.evaluations = 21, step.loss = {5, 4, 3};
+  c.vibration.refinements = {step, step};
+  c.vibration.refinements[0].stopped_by = "small change", c.vibration.refinements[1].jacobian.resize(0, 0);
+  fit.field = {0.5, -1.25}, fit.candidate_factor = {0.5, 1}, fit.candidate_rms = {2, 3};
   c.field = fit;
   c.gradient.now = {{1, 2, 3}, {4, 5, 6}, 0.25}, c.gradient.best = {{1, 1, 1}, {0, 0, 0}, -0.5};
   c.gradient.first_moment.assign(7, 0.1), c.gradient.second_moment.assign(7, 0.2);
@@ -53,6 +60,24 @@ TEST(FitCheckpoint, ComesBackBitForBit) {
   ASSERT_TRUE(b.field);
   EXPECT_EQ(b.field->field, a.field->field);
   EXPECT_EQ(b.field->start.v, a.field->start.v);
+  EXPECT_EQ(b.field->candidate_rms, a.field->candidate_rms);
+  ASSERT_TRUE(b.vibration.modes);
+  EXPECT_EQ(b.vibration.modes->gradient, a.vibration.modes->gradient);
+  ASSERT_EQ(b.vibration.refinements.size(), 2u);
+  for (int k = 0; k < 2; ++k) {
+    const GaussNewtonState &was = a.vibration.refinements[k], &is = b.vibration.refinements[k];
+    EXPECT_EQ(is.parameters, was.parameters);
+    EXPECT_EQ(is.residuals, was.residuals);
+    EXPECT_EQ(is.jacobian, was.jacobian);
+    EXPECT_EQ(is.fixed, was.fixed);
+    EXPECT_EQ(is.damping, was.damping);
+    EXPECT_TRUE(is.linearised && !is.fresh);
+    EXPECT_EQ(is.iteration, 4);
+    EXPECT_EQ(is.jacobians, 2);
+    EXPECT_EQ(is.evaluations, 21);
+    EXPECT_EQ(is.loss, was.loss);
+    EXPECT_EQ(is.stopped_by, was.stopped_by);
+  }
   EXPECT_EQ(b.gradient.now.material, a.gradient.now.material);
   EXPECT_EQ(b.gradient.now.damping, a.gradient.now.damping);
   EXPECT_EQ(b.gradient.best.velocity, a.gradient.best.velocity);

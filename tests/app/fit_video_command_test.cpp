@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <Eigen/Geometry>
+#include <atomic>
 #include <map>
 #include <numeric>
 #include <nlohmann/json.hpp>
@@ -12,6 +13,7 @@
 #include "app/demo/demo.h"
 #include "app/pipeline/fit_scene.h"
 #include "app/pipeline/fit_video.h"
+#include "app/store/fit_checkpoint.h"
 #include "app/store/material.h"
 #include "app/store/particles.h"
 #include "app/store/segmentation.h"
@@ -284,6 +286,56 @@ TEST_F(FitVideo, GradientsComparePicturesAndFlowOfSeveralCamerasBesideTracks) {
   // A camera without a video, and terms without a video to compare.
   EXPECT_EQ(run_quietly(fit({"--video", file.string(), "--camera", camera, "--camera", camera})), 2);
   EXPECT_EQ(run_quietly(fit({"--loss", "nothing"})), 2);
+}
+
+TEST_F(FitVideo, InterruptedInAnyStageItEndsWithTheSameFiles) {
+  Progress progress(true);
+  std::atomic<int> asked = 0;
+  int most = std::numeric_limits<int>::max();
+  Context context{progress, [&] { return ++asked > most; }};
+  RunDirectory run = RunDirectory::open(folder / "run");
+  const Scene scene = load_run_scene(run);
+  FitStage stage;
+  stage.until = 0.9, stage.points = 60, stage.compare.loss = "both", stage.compare.iterations = 3;
+  const auto fit_up_to = [&](int calls) {
+    asked = 0, most = calls;
+    run_fit(context, run, scene, stage);
+  };
+  const auto files = [&] {
+    const fs::path object = fs::directory_iterator(folder / "run/objects")->path();
+    return read_text(object / "material.h5") + read_text(object / "velocity.h5");
+  };
+  context.overwrite = true;
+  fs::remove(folder / "run/fit/results.json");
+  fit_up_to(most);
+  const std::string whole = files();
+  const int all = asked;  // the last of them after the stage, three more after iterations of gradients
+  context.overwrite = false;
+  const fs::path checkpoint = folder / "run/fit/checkpoint.h5";
+  EXPECT_FALSE(fs::exists(checkpoint));
+
+  fs::remove(folder / "run/fit/results.json");
+  expect_error(Failure::kInterrupted, {}, [&] { fit_up_to(all / 3); });
+  FitCheckpoint kept = read_fit_checkpoint(checkpoint);
+  EXPECT_FALSE(kept.homogeneous);
+  ASSERT_FALSE(kept.vibration.refinements.empty());
+  const size_t refinements = kept.vibration.refinements.size();
+  expect_error(Failure::kInterrupted, {}, [&] { fit_up_to(all / 2); });
+  kept = read_fit_checkpoint(checkpoint);
+  EXPECT_TRUE(kept.homogeneous || kept.vibration.refinements.size() > refinements);
+  const fs::path copy = folder / "checkpoint.h5";
+  fs::copy_file(checkpoint, copy);
+  fit_up_to(std::numeric_limits<int>::max());
+  EXPECT_EQ(files(), whole);
+  const int rest = asked;
+  EXPECT_LT(rest, all);
+
+  fs::remove(folder / "run/fit/results.json"), fs::rename(copy, checkpoint);
+  expect_error(Failure::kInterrupted, {}, [&] { fit_up_to(rest - 3); });
+  EXPECT_EQ(read_fit_checkpoint(checkpoint).gradient.rows.size(), 2u);
+  fit_up_to(std::numeric_limits<int>::max());
+  EXPECT_EQ(asked, 2);
+  EXPECT_EQ(files(), whole);
 }
 
 TEST_F(FitVideo, WithoutAVideoAProgramThatLikesStillnessGuidesTheMaterial) {

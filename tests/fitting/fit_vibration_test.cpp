@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include "fitting/fields/part_field.h"
 #include "gaussians/base/error.h"
 #include "tests/fitting/twin_stem.h"
 
@@ -47,6 +48,42 @@ TEST(FitVibration, IsEqualBitForBitForAnyNumberOfThreads) {
   EXPECT_EQ(one.start.v, three.start.v);
   EXPECT_EQ(one.modes.shape, three.modes.shape);
   EXPECT_EQ(one.young_sigma, three.young_sigma);
+}
+
+TEST(FitVibration, InterruptedBetweenAnyTwoIterationsItEndsWithTheSameBits) {
+  const TwinStem twin;
+  const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.5), true, 6, 6, 0.05);
+  Particles guess = twin.particles;
+  std::vector<uint32_t> part;
+  for (size_t i = 0; i < guess.size(); ++i) part.push_back(guess.position[i].z() > 0.05f), guess.young[i] *= part.back() ? 2.0f : 1.5f;
+  VibrationFitOptions options;
+  options.modes.most = 2, options.candidates = 2, options.most_smooth = 2, options.refine.max_iterations = 5;
+  options.search.low = -0.4, options.search.high = 0.4;
+  for (const bool field : {false, true}) {
+    if (field) options.field = std::make_shared<PartField>(part, 1), options.field_sigma = 1, options.factor_sigma = 0.05;
+    std::vector<VibrationFitState> states;
+    const auto fit = [&](const VibrationFitState& from, const VibrationFitSink& sink) { return fit_vibration(options, guess, twin.pins, tracks, twin.fps, {}, from, sink); };
+    const VibrationFit whole = fit({}, [&](const VibrationFitState& state) { states.push_back(state); });
+    ASSERT_GT(states.size(), 8u);
+    EXPECT_NE(field, states[0].modes && states[0].refinements.empty());
+    size_t again = 0;
+    for (const double share : {field ? 0.2 : 0.0, 0.7}) {
+      const size_t k = std::lround(share * static_cast<double>(states.size() - 1));
+      const VibrationFit continued = fit(states[k], [&](const VibrationFitState&) { ++again; });
+      EXPECT_EQ(continued.log10_factor, whole.log10_factor) << k << " of " << states.size();
+      EXPECT_EQ(continued.damping_time, whole.damping_time);
+      EXPECT_EQ(continued.field, whole.field);
+      EXPECT_EQ(continued.young_sigma, whole.young_sigma);
+      EXPECT_EQ(continued.start.v, whole.start.v);
+      EXPECT_EQ(continued.summary.loss, whole.summary.loss);
+      EXPECT_EQ(continued.rms, whole.rms);
+      EXPECT_EQ(continued.substeps, whole.substeps);
+      // Nothing is done twice.
+      EXPECT_EQ(again, states.size() - 1 - k);
+      again = 0;
+    }
+    options.known_modes = whole.modes;
+  }
 }
 
 TEST(FitVibration, ABodyThatStandsStillIsRefused) {

@@ -160,17 +160,33 @@ TEST(GaussNewton, ParametersThatCannotBeAreSteppedBackFrom) {
   EXPECT_THROW(gauss_newton({}, r, std::vector<double>{2}), Error);
 }
 
-TEST(CorrelationFactor, IsOneForWhiteNoiseAndThatOfAnAutoregressionOtherwise) {
-  // x_k = a x_(k-1) + noise has autocorrelations a^lag: factor (1 + a) / (1 - a) = 3.
-  std::vector<double> white, slow(2);
-  for (int k = 0; k < 20000; ++k) {
-    for (int c = 0; c < 2; ++c) {
-      white.push_back(Random(k, c).normal());
-      slow.push_back(0.5 * slow[slow.size() - 2] + white.back());
+TEST(GaussNewton, InterruptedAtAnyIterationItEndsWithTheSameBits) {
+  const std::vector<double> truth = {2, 1.5, 12}, start = {1, 0.2, 11};
+  const Residuals r = against(swing(truth, 0.05, 3), 0.05);
+  std::vector<GaussNewtonOptions> kinds(5);
+  kinds[1].keep_jacobian = true, kinds[1].parallel = true;
+  kinds[2].principal_axes = true, kinds[2].prior = start, kinds[2].prior_sigma = {1, 2, 1}, kinds[2].most_jacobians = 3;
+  kinds[2].rough_jacobian = gauss_newton({}, r, truth).jacobian;
+  kinds[3].jacobian = kinds[2].rough_jacobian;
+  kinds[4].low = {0, 1.8, 0}, kinds[4].high = {9, 9, 11.9}, kinds[4].keep_jacobian = true;
+  for (size_t kind = 0; kind < kinds.size(); ++kind) {
+    const std::vector<double> from = kind == 3 ? std::vector<double>{2.1, 1.4, 12.1} : kind == 4 ? std::vector<double>{1, 2, 11} : start;
+    std::vector<GaussNewtonState> states;
+    const auto whole = gauss_newton(kinds[kind], r, from, {}, [&](const GaussNewtonState& state) { states.push_back(state); });
+    ASSERT_GT(states.size(), 4u);
+    for (const GaussNewtonState& state : states) {
+      const auto continued = gauss_newton(kinds[kind], r, from, state);
+      EXPECT_EQ(continued.parameters, whole.parameters) << kind << ", iteration " << state.iteration;
+      EXPECT_EQ(continued.residuals, whole.residuals);
+      EXPECT_EQ(continued.jacobian, whole.jacobian);
+      EXPECT_EQ(continued.covariance, whole.covariance);
+      EXPECT_EQ(continued.summary.loss, whole.summary.loss);
+      EXPECT_EQ(continued.summary.evaluations, whole.summary.evaluations);
+      EXPECT_EQ(continued.summary.stopped_by, whole.summary.stopped_by);
     }
+    // One that has ended evaluates nothing.
+    EXPECT_EQ(gauss_newton(kinds[kind], [](std::span<const double>) { return std::vector<double>(); }, from, states.back()).parameters, whole.parameters);
   }
-  EXPECT_NEAR(correlation_factor(white, 2), 1, 0.1);
-  EXPECT_NEAR(correlation_factor(slow, 2), 3, 0.4);
 }
 
 }  // namespace
