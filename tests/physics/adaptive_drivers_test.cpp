@@ -123,7 +123,8 @@ TEST(PgasDrivers, FillTheCellsOfTheSparsestPart) {
 }
 
 TEST(PgasDrivers, CarrySumsAndLogarithmicMeansOfTheirSamples) {
-  const Block body = block_of_two({0.1, 0.1, 0.3}, 0.1 / 16, 0.17, 3);
+  Block body = block_of_two({0.1, 0.1, 0.3}, 0.1 / 16, 0.17, 3);
+  for (size_t i = 0; i < body.samples.size(); ++i) body.samples.volume[i] *= 1.0f + 0.3f * (i % 4);
   const DrivingParticles drivers = pgas_drivers({800, 5, 0}, body.samples, body.young);
   EXPECT_EQ(std::set<int>(drivers.sample_driver.begin(), drivers.sample_driver.end()).size(), drivers.size());
   ElasticSamples material = ElasticSamples::homogeneous(body.samples.size(), 1, 0.3, 900);
@@ -143,6 +144,7 @@ TEST(PgasDrivers, CarrySumsAndLogarithmicMeansOfTheirSamples) {
   int mixed = 0;
   for (size_t d = 0; d < drivers.size(); ++d) {
     EXPECT_NEAR(particles.volume[d] / volume[d], 1, 1e-9);
+    EXPECT_NEAR(drivers.volume[d] / volume[d], 1, 1e-6);
     EXPECT_NEAR(std::log(particles.young[d]), log_young[d] / volume[d], 1e-6);
     mixed += particles.young[d] > 1e5 / 2.9 && particles.young[d] < 0.99e5;
     moment += drivers.volume[d] * drivers.position[d].cast<double>();
