@@ -125,13 +125,16 @@ DrivingParticles pgas_drivers(const DriverOptions& options, const SolidSamples& 
 SimulatedPart select_simulated(const SolidSamples& samples, std::span<const Region> pinned, int count, std::span<const float> young) {
   CHECK(young.size() == samples.size());
   SimulatedPart part = select_simulated(samples, pinned, count);
-  // What is kept says what E is soft, hence how large cells must be, and cells what is kept.
+  // What is kept says what E is soft, hence how many drivers of the full radius would fill it, and that what is kept.
+  int full = count;
   for (int iteration = 0; iteration < 3; ++iteration) {
     const SolidSamples kept = samples.select(part.kept);
     std::vector<float> kept_young;
     for (const int i : part.kept) kept_young.push_back(young[i]);
     const double volume = full_driver_volume(kept, relative_radii(kept, kept_young), count);
-    part = select_simulated(samples, pinned, std::max(1, static_cast<int>(std::lround(kept.total_volume() / volume))));
+    const int next = std::max(1, static_cast<int>(std::lround(kept.total_volume() / volume)));
+    if (std::abs(next - full) <= 0.01 * full) break;
+    full = next, part = select_simulated(samples, pinned, full);
   }
   return part;
 }

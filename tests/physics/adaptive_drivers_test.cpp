@@ -74,8 +74,8 @@ TEST(RelativeRadii, FollowTheFormula) {
 }
 
 TEST(PgasDrivers, SpacingFollowsStiffness) {
-  const Block body = block_of_two({0.12, 0.12, 0.4}, 0.12 / 28, 0.24, 4);
-  for (const int count : {1000, 3000}) {
+  const Block body = block_of_two({0.12, 0.12, 0.4}, 0.12 / 22, 0.24, 4);
+  for (const int count : {700, 2000}) {
     const DrivingParticles drivers = pgas_drivers({count, 0, 0}, body.samples, body.young);
     EXPECT_NEAR(drivers.size(), count, 0.02 * count);
     double stiff = 0, soft = 0;
@@ -107,12 +107,12 @@ std::pair<double, double> fill_of_cells(const DrivingParticles& drivers, const V
 }
 
 TEST(PgasDrivers, FillTheCellsOfTheSparsestPart) {
-  const Block body = block_of_two({0.12, 0.12, 0.4}, 0.12 / 28, 0.24, 4);
+  const Block body = block_of_two({0.12, 0.12, 0.4}, 0.12 / 22, 0.24, 4);
   const std::vector<float> even(body.samples.size(), 1e5f);
-  const DrivingParticles uniform = pgas_drivers({3000, 0, 0}, body.samples, even);
-  const DrivingParticles kmeans = kmeans_drivers({3000, 0, 10}, body.samples);
+  const DrivingParticles uniform = pgas_drivers({2000, 0, 0}, body.samples, even);
+  const DrivingParticles kmeans = kmeans_drivers({2000, 0, 10}, body.samples);
   EXPECT_NEAR(uniform.cell_size / kmeans.cell_size, 1, 0.01);
-  const DrivingParticles adapted = pgas_drivers({3000, 0, 0}, body.samples, body.young);
+  const DrivingParticles adapted = pgas_drivers({2000, 0, 0}, body.samples, body.young);
   for (const auto& [drivers, top] : {std::pair{&uniform, 0.4}, std::pair{&adapted, 0.22}}) {
     const auto [sparse, mean] = fill_of_cells(*drivers, Vec3d::Zero(), Vec3d(0.12, 0.12, top), 5);
     EXPECT_GT(mean, 6.8);
