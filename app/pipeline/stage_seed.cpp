@@ -84,7 +84,8 @@ json run_seed(const Context& context, RunDirectory& run, const Scene& scene, con
   const std::string folder = object_folder(run);
   const json extract = run.summary("extract", "run `pliant extract` first");
   const bool configured = !stage.physgaussian.empty(), adaptive = stage.drivers == "pgas", given = !stage.material_file.empty();
-  if (given && !adaptive) throw usage_error("seed", "--material", "is of no use to --drivers " + stage.drivers, "give --drivers pgas, or leave it out");
+  if (given && !adaptive)
+    throw usage_error("seed", "--material", "is of no use to --drivers " + stage.drivers, "give --drivers pgas, or leave it out");
   const std::vector<Region> pins = configured ? std::vector<Region>{} : pinned_regions(context, scene, stage, extract);
   json pin_rows = json::array();
   for (const Region& pin : pins) pin_rows.push_back(region_to_json(pin));
@@ -119,7 +120,8 @@ json run_seed(const Context& context, RunDirectory& run, const Scene& scene, con
     if (adaptive) {
       const ElasticSamples material = given ? given_material(stage.material_file, file) : ElasticSamples::homogeneous(samples.size(), 1, 0, 1);
       part = select_simulated(samples, pins, particles, material.young);
-      if (!given) context.progress.say("seed: E is taken to be the same everywhere, so pgas places them evenly (--material F.h5 says where it is not)");
+      if (!given)
+        context.progress.say("seed: E is taken to be the same everywhere, so pgas places them evenly (--material F.h5 says where it is not)");
       drivers = pgas_drivers(options, samples.select(part.kept), material.select(part.kept).young);
     } else {
       drivers = kmeans_drivers(options, samples.select(part.kept));

@@ -98,7 +98,8 @@ std::pair<double, double> fill_of_cells(const DrivingParticles& drivers, const V
       const Vec3d u = x.cast<double>() / dx + Vec3d::Constant(offset);
       ++count[{static_cast<int>(std::floor(u.x())), static_cast<int>(std::floor(u.y())), static_cast<int>(std::floor(u.z()))}];
     }
-    const Eigen::Array3i first = (low / dx + Vec3d::Constant(offset)).array().ceil().cast<int>(), last = (high / dx + Vec3d::Constant(offset)).array().floor().cast<int>();
+    const Eigen::Array3i first = (low / dx + Vec3d::Constant(offset)).array().ceil().cast<int>();
+    const Eigen::Array3i last = (high / dx + Vec3d::Constant(offset)).array().floor().cast<int>();
     for (int i = first.x(); i < last.x(); ++i)
       for (int j = first.y(); j < last.y(); ++j)
         for (int k = first.z(); k < last.z(); ++k) ++cells, sum += count[{i, j, k}], sparse += count[{i, j, k}] < few;
@@ -199,7 +200,8 @@ double bar_frequency(bool adaptive, bool soft_root, double& cell_size) {
   cell_size = drivers.cell_size;
   const Particles particles = make_particles<float>(drivers, samples, material, 1.0);
   std::vector<double> weight;
-  for (size_t i = 0; i < particles.size(); ++i) weight.push_back(particles.mass[i] * std::pow(std::max<double>(0, particles.position[i].x() - kFoot), 2));
+  for (size_t i = 0; i < particles.size(); ++i)
+    weight.push_back(particles.mass[i] * std::pow(std::max<double>(0, particles.position[i].x() - kFoot), 2));
   Interaction wall;
   wall.type = InteractionType::kPin, wall.region = Region::half_space(Vec3d(kFoot, 0, 0), Vec3d::UnitX());
   return testing::first_frequency(particles, wall, Vec3d(0, 0, -9.81), weight, 0.16);
