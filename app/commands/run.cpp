@@ -36,7 +36,9 @@ nlohmann::json run_all(Context& context, const Program& program, const RunOption
   if (extract.object.empty() && !options.segment.physgaussian.empty()) extract.object = "object";
   run_extract(context, run, scene, extract);
   run_repair(context, run, scene, options.repair);
-  run_seed(context, run, scene, options.seed);
+  SeedStage seed = options.seed;
+  if (seed.drivers == "pgas") seed.material_file = options.simulate.material_file;
+  run_seed(context, run, scene, seed);
   if (fits) {
     FitStage fit = options.fit;
     fit.material = options.simulate.material;

@@ -169,6 +169,9 @@ void add_seed_options(CLI::App& command, SeedStage& stage) {
   command.add_option("--particles", stage.particles, "Driving particles; the grid follows from them")
       ->check(CLI::Range(200, 10000000))
       ->capture_default_str();
+  command.add_option("--drivers", stage.drivers, "How they are placed: kmeans, or pgas (Poisson disks, denser where E is small)")
+      ->check(CLI::IsMember({"kmeans", "pgas"}))
+      ->capture_default_str();
   command.add_option("--pin-below", stage.pin_below, "Hold what lies below this height along up [scene units]");
   add_negation(command, "--no-pin-contact", stage.pin_contact, "Do not hold the object where it touches its support");
 }

@@ -3,13 +3,14 @@
 #include <algorithm>
 
 #include "app/import/physgaussian_space.h"
+#include "app/pipeline/given_fields.h"
 #include "app/pipeline/interactions.h"
 #include "app/pipeline/stages.h"
 #include "app/store/particles.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 #include "gaussians/io/ply.h"
-#include "physics/body/driving_particles.h"
+#include "physics/body/adaptive_drivers.h"
 #include "physics/body/interior_fill.h"
 #include "physics/body/silhouette_outset.h"
 
@@ -82,16 +83,19 @@ json pins_of_part(const std::vector<Region>& pins, const SolidSamples& samples, 
 json run_seed(const Context& context, RunDirectory& run, const Scene& scene, const SeedStage& stage) {
   const std::string folder = object_folder(run);
   const json extract = run.summary("extract", "run `pliant extract` first");
-  const bool configured = !stage.physgaussian.empty();
+  const bool configured = !stage.physgaussian.empty(), adaptive = stage.drivers == "pgas", given = !stage.material_file.empty();
+  if (given && !adaptive)
+    throw usage_error("seed", "--material", "is of no use to --drivers " + stage.drivers, "give --drivers pgas, or leave it out");
   const std::vector<Region> pins = configured ? std::vector<Region>{} : pinned_regions(context, scene, stage, extract);
   json pin_rows = json::array();
   for (const Region& pin : pins) pin_rows.push_back(region_to_json(pin));
 
   StageKey key{"seed",
-                     {{"particles", stage.particles}, {"pins", pin_rows}, {"metres_per_unit", scene.metres_per_unit}},
+                     {{"particles", stage.particles}, {"drivers", stage.drivers}, {"pins", pin_rows}, {"metres_per_unit", scene.metres_per_unit}},
                      {{"object", run / (folder + "/object.ply")}},
                      {folder + "/particles.h5"}};
   if (!scene.cameras_are_orbit) key.inputs["cameras"] = scene.settings.cameras;  // their pictures tell how large the solid is
+  if (given) key.inputs["material"] = stage.material_file;
   if (configured) key.inputs["physgaussian"] = stage.physgaussian;
   return run.stage(context, key, [&]() -> json {
     const GaussianCloud object = read_ply(run / (folder + "/object.ply"));
@@ -108,12 +112,20 @@ json run_seed(const Context& context, RunDirectory& run, const Scene& scene, con
     SimulatedPart part;
     const SolidSamples samples = sample_solid(fill, object, pins, particles, filled, part);
 
-    DriverOptions options;
-    options.count = particles, options.seed = context.seed;
-    const DrivingParticles drivers = kmeans_drivers(options, samples.select(part.kept));
-
     ParticleFile file;
     file.solid_position = samples.position, file.solid_volume = samples.volume;
+    DriverOptions options;
+    options.count = particles, options.seed = context.seed;
+    DrivingParticles drivers;
+    if (adaptive) {
+      const ElasticSamples material = given ? given_material(stage.material_file, file) : ElasticSamples::homogeneous(samples.size(), 1, 0, 1);
+      part = select_simulated(samples, pins, particles, material.young);
+      if (!given)
+        context.progress.say("seed: E is taken to be the same everywhere, so pgas places them evenly (--material F.h5 says where it is not)");
+      drivers = pgas_drivers(options, samples.select(part.kept), material.select(part.kept).young);
+    } else {
+      drivers = kmeans_drivers(options, samples.select(part.kept));
+    }
     file.solid_driver.assign(samples.size(), -1);
     for (size_t k = 0; k < part.kept.size(); ++k) file.solid_driver[part.kept[k]] = drivers.sample_driver[k];
     file.driving_position = drivers.position, file.driving_volume = drivers.volume;
@@ -124,8 +136,8 @@ json run_seed(const Context& context, RunDirectory& run, const Scene& scene, con
     write_particles(run / (folder + "/particles.h5"), file, run.provenance(context, key));
 
     const double cube = scene.metres_per_unit * scene.metres_per_unit * scene.metres_per_unit;
-    context.progress.say(fmt::format("seed: {} driving particles, cells of {:.4g} units, {:.4g} litres simulated of {:.4g}",
-                                     drivers.size(), drivers.cell_size, 1000 * part.volume * cube, 1000 * filled.volume * cube));
+    context.progress.say(fmt::format("seed: {} driving particles by {}, cells of {:.4g} units, {:.4g} litres simulated of {:.4g}",
+                                     drivers.size(), stage.drivers, drivers.cell_size, 1000 * part.volume * cube, 1000 * filled.volume * cube));
     const size_t thin = static_cast<size_t>(std::count_if(drivers.thickness.begin(), drivers.thickness.end(), [&](float t) {
       return t > 0 && t < kThinCells * drivers.cell_size;
     }));
@@ -133,7 +145,7 @@ json run_seed(const Context& context, RunDirectory& run, const Scene& scene, con
       context.progress.warn(fmt::format("{} of {} driving particles lie in parts thinner than {} cells; they move with their mass and an "
                                         "equivalent stiffness (--particles makes cells smaller)", thin, drivers.size(), kThinCells));
     if (pins.empty() && !configured) context.progress.warn("nothing holds the object; it will fall (--pin-below, or pinned regions in scene.json)");
-    return {{"samples", samples.size()}, {"drivers", drivers.size()}, {"cell_size", drivers.cell_size},
+    return {{"samples", samples.size()}, {"drivers", drivers.size()}, {"placed_by", stage.drivers}, {"cell_size", drivers.cell_size},
             {"outset", fill.outset}, {"volume", filled.volume}, {"simulated_volume", part.volume}, {"thin_samples", filled.thin_samples}, {"thin_drivers", thin},
             {"pinned", held}};
   });

@@ -7,6 +7,7 @@
 #include "gaussians/io/files.h"
 #include "gaussians/io/json_file.h"
 #include "gaussians/io/zip_archive.h"
+#include "segmentation/models/file_kind.h"
 
 namespace pliant {
 namespace {
@@ -47,6 +48,17 @@ void read_torch_script(const std::filesystem::path& file, ModelFile& model) {
   if (readable(zip, root + "extra/pliant.json", 1 << 20, text)) model.description = text;
 }
 
+/// The outline of ONNX; what is not ONNX is named by what it is, where its first bytes say so.
+OnnxGraph read_onnx(const std::string& bytes, const std::string& file) {
+  try {
+    return read_onnx_graph(bytes, file);
+  } catch (const Error&) {
+    const std::string kind = kind_of_file(bytes);
+    if (kind.empty()) throw;
+    throw input_error(file, "", "is " + kind + ", not a network", "give an ONNX or TorchScript file");
+  }
+}
+
 }  // namespace
 
 nlohmann::json ModelFile::about() const { return parse_json(description, file.string(), "pliant"); }
@@ -78,7 +90,7 @@ ModelFile read_model_file(const std::filesystem::path& file) {
     return model;
   }
   const std::string bytes = read_text(file);
-  model.graph = read_onnx_graph(bytes, file.string());
+  model.graph = read_onnx(bytes, file.string());
   model.sha256 = sha256_of_text(bytes);
   if (const auto entry = model.graph.metadata.find("pliant"); entry != model.graph.metadata.end()) model.description = entry->second;
   return model;

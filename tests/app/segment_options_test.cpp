@@ -1,4 +1,4 @@
-// What single options of segment and extract change in the result, on one small demo scene.
+// What single options of segment change in the result, on one small demo scene.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -65,17 +65,6 @@ TEST_F(SegmentOptions, WithoutTheVoteTheAttributeStartsWorse) {
   const std::string help = testing::internal::GetCapturedStdout();
   EXPECT_NE(help.find("--no-vote "), std::string::npos);
   EXPECT_EQ(help.find("{false}"), std::string::npos);
-}
-
-TEST_F(SegmentOptions, HullOnlyAddsToTheObject) {
-  const TemporaryFolder out;
-  const std::string run = (out / "run").string();
-  ASSERT_EQ(segment(out / "run", {"--segment-iterations", "20"}), 0);
-  ASSERT_EQ(run_quietly({"extract", run, "--object", "mug"}), 0);
-  const json plain = summary(out / "run", "extract");
-  ASSERT_EQ(run_quietly({"extract", run, "--object", "mug", "--hull", "--overwrite"}), 0);
-  const json hull = summary(out / "run", "extract");
-  EXPECT_GE(hull["object_gaussians"].get<size_t>(), plain["object_gaussians"].get<size_t>()) << plain << hull;
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-#include "physics/simulate/simulate.h"
+#include "tests/physics/cantilever.h"
 #include "tests/physics/shapes.h"
 
 namespace pliant {
@@ -16,7 +16,7 @@ constexpr double kFiniteElements = 7.29;  // Hz, quadratic hexahedra, fully clam
 /// First frequency of a beam of 6 x 6 cells that is clamped at x = 0, by the time until it first turns round after
 /// gravity is switched on; displaced by `offset` cells against the nodes and turned by `turn`.
 double frequency(const Vec3d& offset, const Mat3d& turn) {
-  constexpr double dx = kHeight / 6, foot = 3 * dx, fps = 400;
+  constexpr double dx = kHeight / 6, foot = 3 * dx;
   auto p = testing::fill_shape<float>({kLength + foot, kHeight, kHeight}, dx, 2, 0.0, kYoung, kPoisson, kDensity,
                                       [](const Vec3d&) { return true; });
   std::vector<double> weight;  // near the shape of the first mode
@@ -25,26 +25,10 @@ double frequency(const Vec3d& offset, const Mat3d& turn) {
     weight.push_back(own.x() > 0 ? own.x() * own.x() : 0);
     x = (turn * own + dx * offset).cast<float>();
   }
-  SimulateOptions options;
-  options.fps = fps, options.duration = 0.08, options.gravity.setZero();
-  Interaction wall, gravity;
+  Interaction wall;
   wall.type = InteractionType::kPin;
   wall.region = Region::half_space(dx * offset, turn * Vec3d::UnitX());
-  gravity.type = InteractionType::kGravity, gravity.vector = turn * Vec3d(0, 0, -9.81);
-  std::vector<double> sag;
-  simulate<float>(options, p, {wall, gravity}, initial_state(p), [&](const SimulationState& s) {
-    double sum = 0;
-    for (size_t i = 0; i < s.size(); ++i)
-      sum -= weight[i] * (turn.transpose() * (s.x[i] - p.position[i]).cast<double>()).z();
-    sag.push_back(sum);
-    return true;
-  });
-  for (size_t k = 1; k + 1 < sag.size(); ++k) {
-    if (sag[k] < sag[k - 1] || sag[k] < sag[k + 1]) continue;
-    const double slope = 0.5 * (sag[k + 1] - sag[k - 1]), bend = sag[k + 1] - 2 * sag[k] + sag[k - 1];
-    return 0.5 * fps / (static_cast<double>(k) - slope / bend);
-  }
-  return 0;
+  return testing::first_frequency(p, wall, turn * Vec3d(0, 0, -9.81), weight, 0.08);
 }
 
 TEST(Clamp, TheFrequencyOfACantileverDoesNotDependOnTheGrid) {

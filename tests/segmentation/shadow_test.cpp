@@ -5,19 +5,10 @@
 #include <gtest/gtest.h>
 
 #include "segmentation/repair/repair.h"
-#include "tests/segmentation/made_scene.h"
+#include "tests/segmentation/contact_shadow.h"
 
 namespace pliant {
 namespace {
-
-const Vec3f kFoot(-0.35f, 0.1f, 0);     // of the first ball
-constexpr float kFootRadius = 0.26f;    // where it meets the table
-
-/// Light left on the table beside the ball: soft, half at the rim, stronger on one side.
-float soft_gain(const Vec3f& x) {
-  const float d = std::max(0.0f, (x - kFoot).norm() - kFootRadius) / (0.09f + 0.03f * (x - kFoot).normalized().x());
-  return 1 - 0.5f * std::exp(-d * d);
-}
 
 struct Stained {
   GaussianCloud background, object, clean;  ///< clean: the background before `gain`
@@ -29,12 +20,7 @@ Stained stained(Gain gain) {
   std::vector<int> object, background;
   for (size_t p = 0; p < scene.truth.size(); ++p) (scene.truth[p] == 300 ? object : background).push_back(static_cast<int>(p));
   Stained out{scene.cloud.select(background), scene.cloud.select(object), scene.cloud.select(background), scene.cameras};
-  for (size_t p = 0; p < out.background.size(); ++p) {
-    if (std::abs(out.background.position[p].z()) > 1e-4f) continue;
-    float* sh = out.background.sh_of(p);
-    const Vec3f g = gain(out.background.position[p]);
-    for (int k = 0; k < 3; ++k) sh[k] = ((0.5f + kSh0 * sh[k]) * g[k] - 0.5f) / kSh0;
-  }
+  shade_table(out.background, gain);
   return out;
 }
 

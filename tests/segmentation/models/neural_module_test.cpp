@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "gaussians/io/files.h"
+#include "gaussians/io/image_io.h"
 #include "segmentation/models/worker_process.h"
 #include "tests/segmentation/models/made_yolox.h"
 #include "tests/temporary_folder.h"
@@ -75,8 +77,24 @@ TEST(NeuralModule, AFileCutOffAnywhereIsAnError) {
 TEST(NeuralModule, FilesThatAreNoNetworkSayWhatTheyAre) {
   TemporaryFolder folder;
   expect_error(Failure::kInput, {"cannot be read"}, [&] { read_model_file(folder / "absent.onnx"); });
-  for (const std::string& bytes : {std::string(), std::string("a text"), std::string(1000, '\0'), std::string(1000, '\xff')})
-    EXPECT_THROW(read_model_file(folder.file("garbage", bytes)), Error);
+  for (const std::string& bytes : {std::string(1000, '\0'), std::string(1000, '\xff')})
+    expect_error(Failure::kInput, {"not ONNX"}, [&] { read_model_file(folder.file("garbage", bytes)); });
+  write_image(folder / "picture.png", ImageF(4, 3, 3)), write_image(folder / "picture.jpg", ImageF(4, 3, 3));
+  const auto refused = [&](const std::string& name, const std::string& bytes, const std::string& kind) {
+    if (!bytes.empty()) folder.file(name, bytes);
+    expect_error(Failure::kInput, {name, "is " + kind + ", not a network", "give an ONNX or TorchScript file"}, [&] { read_model_file(folder / name); });
+  };
+  for (const char* name : {"sam.onnx", "sam.pt"}) {
+    refused(name, read_text(folder / "picture.png"), "a PNG picture");
+    refused(name, read_text(folder / "picture.jpg"), "a JPEG picture");
+    refused(name, "weights: see the release page\n", "a text");
+    refused(name, "{\"kind\": \"sam\"}\n", "a text (JSON)");
+    refused(name, "  <!DOCTYPE HTML><html><title>404</title>", "a web page");
+    refused(name, "version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 3\n", "a pointer of Git LFS, whose file has not been downloaded");
+    refused(name, std::string("\x0a\0\0\0\0\0\0\0{\"a\":\"b\" }", 18), "a safetensors file: weights without the network");
+    refused(name, std::string("\x80\x02\x8a\x0al\xfc", 6), "a pickle of Python, as old versions of torch.save write: weights without the network");
+  }
+  folder.file("empty.onnx", ""), refused("empty.onnx", "", "an empty file");
 }
 
 TEST(NeuralModule, AWorkerThatEndsIsAnErrorAndNotTheEndOfThisProgram) {
