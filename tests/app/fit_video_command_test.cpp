@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <map>
 #include <numeric>
@@ -202,8 +204,62 @@ TEST_F(FitVideo, WhatAMaskLeavesDarkIsNotCompared) {
     const double seen = std::accumulate(tracks.weight[f].begin(), tracks.weight[f].end(), 0.0);
     EXPECT_EQ(seen > 0, f < 3) << f;
   }
+  // Each video has its own.
+  FitStage both;
+  both.video = file.string(), both.camera = camera, both.video_mask = "none";
+  both.further = {{file.string(), camera, (folder / "mask.png").string()}, {file.string(), camera, ""}};
+  const FitScene three = load_fit_scene(context, run, scene, both);
+  ASSERT_EQ(three.further.size(), 2u);
+  EXPECT_EQ(three.pixel.size(), whole.pixel.size());
+  EXPECT_EQ(three.further[0].pixel.size(), half.pixel.size());
+  EXPECT_TRUE(three.compared.empty() && three.further[1].compared.empty());
+  EXPECT_FALSE(is_compared(three.further[0], 3, middle - 2, height / 2));
+
   fs::remove(folder / "masks" / name);
   expect_error(Failure::kInput, {"masks", std::to_string(frames.size())}, [&] { load_fit_scene(context, run, scene, stage); });
+  write_image(folder / "square.png", ImageF(64, 64, 3, 1.0f));
+  const std::string square = (folder / "square.png").string();
+  expect_refused({"--video", file.string(), "--camera", camera, "--video", file.string(), "--camera", camera, "--video-mask", "none", "--video-mask", square}, {"square.png", "64 x 64"});
+  EXPECT_EQ(run_quietly(fit({"--video", file.string(), "--camera", camera, "--video-mask", "none", "--video-mask", square})), 2);
+  EXPECT_EQ(run_quietly(fit({"--video-mask", "nothing.png"})), 2);
+}
+
+TEST_F(FitVideo, FramesAreComparedAtTheRateThatIsAskedFor) {
+  Progress progress(true);
+  const Context context{progress, [] { return false; }};
+  const RunDirectory run = RunDirectory::open(folder / "run");
+  FitStage stage;
+  stage.compare_fps = fps / 2;
+  stage.video = file.string(), stage.camera = camera, stage.further = {{file.string(), camera, ""}};
+  const FitScene scene = load_fit_scene(context, run, load_run_scene(run), stage);
+  for (const FitView* view : scene.views()) {
+    EXPECT_DOUBLE_EQ(view->video.fps, fps / 2);
+    EXPECT_EQ(view->video.frames.size(), (frames.size() + 1) / 2);
+    EXPECT_EQ(view->video.blended, 0);
+    EXPECT_DOUBLE_EQ(view->video.source_fps, fps);
+  }
+  // Every second frame tells the same material.
+  const auto fitted = [&](std::vector<std::string> more) {
+    more.insert(more.end(), {"--points", "100"});
+    EXPECT_EQ(run_quietly(fit(more)), 0);
+    return json::parse(read_text(folder / "run/fit/results.json"));
+  };
+  const json all = fitted({}), half = fitted({"--compare-fps", std::to_string(fps / 2)});
+  EXPECT_EQ(all["fps"], fps);
+  EXPECT_EQ(half["fps"], fps / 2);
+  EXPECT_EQ(all["frames_used"], frames.size());
+  EXPECT_EQ(half["frames_used"], (frames.size() + 1) / 2);
+  EXPECT_NEAR(half["young_pa"].get<double>() / all["young_pa"].get<double>(), 1, 0.04);
+  // What a wrong rate would do to E is said with the numbers.
+  const double young = half["young_pa"];
+  const std::string said = half["undetermined"].dump();
+  for (const std::string& words : {fmt::format("{:.4g} frames a second", fps), fmt::format("4 times as large, {:.3g} Pa", 4 * young), fmt::format("a quarter, {:.3g} Pa", young / 4)})
+    EXPECT_NE(said.find(words), std::string::npos) << words << " in: " << said;
+  // A folder of frames has no rate of its own.
+  fs::create_directories(folder / "no_rate");
+  for (int f = 0; f < 3; ++f) write_image(folder / "no_rate" / (std::to_string(f) + ".png"), frames[f]);
+  fs::remove(folder / "run/fit/results.json");
+  expect_refused({"--video", (folder / "no_rate").string(), "--camera", camera}, {"no_rate", "has no frame rate", "--video-fps"});
 }
 
 TEST_F(FitVideo, AProgramMakesTheVideoThatIsFitted) {
