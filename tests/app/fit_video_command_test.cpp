@@ -17,6 +17,8 @@
 #include "app/store/material.h"
 #include "app/store/particles.h"
 #include "app/store/segmentation.h"
+#include "app/store/velocity.h"
+#include "fitting/fields/triplane_field.h"
 #include "fitting/fit/frame_source.h"
 #include "gaussians/io/cameras.h"
 #include "gaussians/io/files.h"
@@ -320,6 +322,49 @@ TEST_F(FitVideo, PartsAreThoseOfGivenLabels) {
   EXPECT_FALSE(steps[2]["stopped_by"].get<std::string>().empty());
   EXPECT_LE(steps[2]["loss"].back().get<double>(), steps[2]["loss"].front().get<double>());
   EXPECT_NE(read_text(folder / "run/fit/report.html").find("ended by"), std::string::npos);
+}
+
+TEST_F(FitVideo, SmoothFieldsAndTriplanesAreFittedByTheCommand) {
+  // Few particles and frames: what is looked at is that each kind comes out whole.
+  fs::copy(folder / "run", folder / "small", fs::copy_options::recursive);
+  const std::string out = (folder / "small").string();
+  ASSERT_EQ(run_quietly({"seed", out, "--particles", "200", "--overwrite"}), 0);
+  const auto fitted = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"fit", out, "--overwrite", "--points", "60", "--video-last", "0.9", "--compare-fps", "12"});
+    EXPECT_EQ(run_quietly(more), 0);
+    return json::parse(read_text(folder / "small/fit/results.json"));
+  };
+  const fs::path object = fs::directory_iterator(folder / "small/objects")->path();
+  const size_t samples = read_particles(object / "particles.h5").solid_position.size();
+  const json smooth = fitted({"--field", "smooth"});
+  const MaterialFile uneven = read_material(object / "material.h5");
+  EXPECT_EQ(uneven.source.substr(0, 14), "a smooth field");
+  const auto [least, most] = std::minmax_element(uneven.young.begin(), uneven.young.end());
+  EXPECT_GT(*most, 1.05f * *least);
+  EXPECT_GT(*least, 0);
+  // How sure each sample's E is goes with it.
+  ASSERT_EQ(uneven.log10_young_sigma.size(), samples);
+  for (const float sigma : uneven.log10_young_sigma) EXPECT_TRUE(std::isfinite(sigma) && sigma > 0);
+  ASSERT_EQ(smooth["steps"].size(), 3u);
+  EXPECT_EQ(smooth["steps"][2]["name"], "field");
+  EXPECT_LE(smooth["steps"][2]["loss"].back().get<double>(), smooth["steps"][2]["loss"].front().get<double>());
+  EXPECT_LT(smooth["rms_px"].get<double>(), 0.3 * smooth["rms_still_px"].get<double>());
+
+  if (!has_triplane_fields()) GTEST_SKIP() << "the rest needs triplanes, and this is built without libtorch";
+  const json planes = fitted({"--field", "triplanes", "--gradient-iterations", "4"});
+  const MaterialFile material = read_material(object / "material.h5");
+  EXPECT_EQ(material.source.substr(0, 9), "triplanes");
+  ASSERT_EQ(material.young.size(), samples);
+  EXPECT_TRUE(material.log10_young_sigma.empty());
+  EXPECT_NE(material.young, uneven.young);
+  ASSERT_EQ(planes["iterations"].size(), 4u);
+  ASSERT_EQ(planes["steps"].size(), 4u);
+  EXPECT_EQ(planes["steps"][3]["name"], "gradients");
+  EXPECT_LT(planes["rms_px"].get<double>(), 0.3 * planes["rms_still_px"].get<double>());
+  EXPECT_NE(planes["undetermined"].dump().find("How sure E is from place to place was not worked out"), std::string::npos);
+  const VelocityFile start = read_velocity(object / "velocity.h5");
+  EXPECT_EQ(start.velocity.size(), 200u);
+  for (const Vec3f& v : start.velocity) EXPECT_TRUE(v.allFinite());
 }
 
 TEST_F(FitVideo, GradientsComparePicturesAndFlowOfSeveralCamerasBesideTracks) {
