@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "app/pipeline/clip_camera.h"
 #include "app/pipeline/physdreamer_scene.h"
 #include "fitting/fit/find_camera.h"
@@ -73,6 +75,11 @@ NamedVideo named_video(const Scene& scene, const FitStage& stage) {
   out.camera = known_camera(scene, stage);
   if (stage.video.empty()) out.fps = known->fps;
   const std::optional<PhysDreamerFolder> folder = physdreamer_folder(scene);
+  // Of such a folder, a camera names its video too.
+  if (folder && stage.video.empty() && !stage.camera.empty()) {
+    const auto its = std::find_if(folder->videos.begin(), folder->videos.end(), [&](const auto& video) { return video.camera == stage.camera; });
+    if (its != folder->videos.end()) out.file = its->file;
+  }
   if (const PhysDreamerFolder::Video* listed = folder ? folder->find_video(out.file) : nullptr) {
     out.physdreamer = out.fps_holds = true, out.fps = kPhysDreamerFps;
     if (stage.camera.empty()) out.camera = listed->camera;
@@ -88,8 +95,8 @@ void tell_choice(const Context& context, const Scene& scene, const FitStage& sta
   std::string others;
   for (const PhysDreamerFolder::Video& video : folder->videos)
     if (video.file != file) others += (others.empty() ? "" : ", ") + video.file.filename().string();
-  context.progress.warn(fmt::format("{} is fitted, and not {}: clips that a model made show different motions. --video FILE picks another; give --video FILE once for "
-                                    "each of those that were filmed at the same time",
+  context.progress.warn(fmt::format("{} is fitted, and not {}: clips that a model made show different motions. --video FILE or --video-camera NAME picks another; give --video "
+                                    "FILE once for each of those that were filmed at the same time",
                                     file.string(), others));
 }
 

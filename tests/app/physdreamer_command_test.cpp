@@ -55,10 +55,12 @@ TEST(PhysDreamerCommand, BoxesHoldWhatIsHeldAndNothingElse) {
 FitScene load_fit(const RunDirectory& run, const FitStage& stage, std::string& said) {
   Progress progress(false);
   const Context context{progress, [] { return false; }};
-  ::testing::internal::CaptureStderr();
-  FitScene fit = load_fit_scene(context, run, load_run_scene(run), stage);
-  said = ::testing::internal::GetCapturedStderr();
-  return fit;
+  struct Captured {
+    std::string& said;
+    Captured(std::string& said) : said(said) { ::testing::internal::CaptureStderr(); }
+    ~Captured() { said = ::testing::internal::GetCapturedStderr(); }
+  } captured(said);
+  return load_fit_scene(context, run, load_run_scene(run), stage);
 }
 
 /// Masks say what moves at rest; of several videos the first one is fitted, and others by name, as the folder's are.
@@ -99,7 +101,13 @@ void expect_masks_and_videos(const fs::path& scene, const RunDirectory& run) {
     EXPECT_EQ(view->video.source_fps, 30);
     EXPECT_EQ(view->pixel.size(), masked.pixel.size());
   }
-  fs::remove(second), fs::remove_all(scene / "masks");
+  // A camera names its video: this one shows what another camera saw.
+  const std::string beside = camera == "view_001" ? "view_002" : "view_001";
+  fs::rename(second, scene / "videos" / (beside + "_other.mp4"));
+  FitStage other;
+  other.camera = beside;
+  expect_error(Failure::kInput, {beside + "_other.mp4", "does not show the scene from camera '" + beside}, [&] { load_fit(run, other, said); });
+  fs::remove(scene / "videos" / (beside + "_other.mp4")), fs::remove_all(scene / "masks");
 }
 
 /// A field whose value is the same everywhere: only the last bias is not zero.
