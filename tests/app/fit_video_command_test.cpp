@@ -356,8 +356,8 @@ TEST_F(FitVideo, SmoothFieldsAndTriplanesAreFittedByTheCommand) {
   EXPECT_EQ(material.source.substr(0, 9), "triplanes");
   ASSERT_EQ(material.young.size(), samples);
   EXPECT_TRUE(material.log10_young_sigma.empty());
-  EXPECT_NE(material.young, uneven.young);
   ASSERT_EQ(planes["iterations"].size(), 4u);
+  EXPECT_GT(planes["iterations"][3]["field_s"].get<double>(), 0);
   ASSERT_EQ(planes["steps"].size(), 4u);
   EXPECT_EQ(planes["steps"][3]["name"], "gradients");
   EXPECT_LT(planes["rms_px"].get<double>(), 0.3 * planes["rms_still_px"].get<double>());
