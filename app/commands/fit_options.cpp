@@ -32,30 +32,25 @@ void add_generator_options(CLI::App& command, GenerateStage& stage) {
   command.add_option("--generate-prompt", stage.prompt, "What it is told")->group(kGroup);
 }
 
-/// Videos and their cameras, paired in the order in which they are given.
+/// Videos, their cameras and their masks, paired in the order in which they are given.
 void add_video_options(CLI::App& command, FitStage& stage, const std::string& prefix) {
-  const auto further = [&stage](size_t count) {
-    if (stage.further.size() + 1 < count) stage.further.resize(count - 1);
+  const auto paired = [&](const std::string& name, std::string FitStage::*first, std::string FitStage::Further::*more, const std::string& description) {
+    const auto take = [&stage, first, more](const std::vector<std::string>& values) {
+      if (stage.further.size() + 1 < values.size()) stage.further.resize(values.size() - 1);
+      stage.*first = values[0];
+      for (size_t i = 1; i < values.size(); ++i) stage.further[i - 1].*more = values[i];
+    };
+    return command.add_option_function<std::vector<std::string>>(name, take, description)->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   };
-  command.add_option_function<std::vector<std::string>>(
-             "--video",
-             [&stage, further](const std::vector<std::string>& files) {
-               further(files.size()), stage.video = files[0];
-               for (size_t i = 1; i < files.size(); ++i) stage.further[i - 1].video = files[i];
-             },
-             "Video, or folder of frames, that shows the object moving (default: the scene file's); once more for each further camera")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  using Further = FitStage::Further;
+  paired("--video", &FitStage::video, &Further::video,
+         "Video, or folder of frames, that shows the object moving (default: the scene file's); once more for each further camera");
   // `run` has another --camera.
-  command.add_option_function<std::vector<std::string>>(
-             prefix.empty() ? "--video-camera,--camera" : "--video-camera",
-             [&stage, further](const std::vector<std::string>& names) {
-               further(names.size()), stage.camera = names[0];
-               for (size_t i = 1; i < names.size(); ++i) stage.further[i - 1].camera = names[i];
-             },
-             "Camera that took it, or 'find': known cameras are compared with its first frame, the best is refined (default: the scene file's, else find); once for each video")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  paired(prefix.empty() ? "--video-camera,--camera" : "--video-camera", &FitStage::camera, &Further::camera,
+         "Camera that took it, or 'find': known cameras are compared with its first frame, the best is refined (default: the scene file's, else find); once for each video");
+  paired("--video-mask", &FitStage::video_mask, &Further::mask,
+         "Picture, or folder or video of as many frames as the video: what is dark there, such as a hand, is not compared; once for each video, 'none' for one without")
+      ->check(CLI::IsMember({"none"}) | CLI::ExistingPath);
 }
 
 void add_compare_options(CLI::App& command, CompareStage& stage, const std::string& prefix) {
@@ -89,15 +84,16 @@ void add_compare_options(CLI::App& command, CompareStage& stage, const std::stri
 }  // namespace
 
 void add_fit_options(CLI::App& command, FitStage& stage, const std::string& prefix) {
+  stage.prefix = prefix;
   add_video_options(command, stage, prefix);
   command.add_option("--video-pose", stage.pose, "File with the camera that took it (transforms.json, cameras.json, COLMAP), where it is none of the scene's")
-      ->check(CLI::ExistingPath);
-  command.add_option("--video-mask", stage.video_mask, "Picture, or folder or video of as many frames as the video: what is dark there, such as a hand, is not compared")
       ->check(CLI::ExistingPath);
   command.add_flag("--refine-camera", stage.refine_camera, "Move that camera until the scene looks like the first frame");
   command.add_option("--video-first", stage.first, "Begin of the part that is used [s]")->check(CLI::NonNegativeNumber);
   command.add_option("--video-last", stage.last, "End of it [s] (default: the video's end)")->check(CLI::PositiveNumber);
   command.add_option("--video-fps", stage.fps, "Frames a second of a folder of frames, or that hold against the file's")->check(CLI::PositiveNumber);
+  command.add_option("--" + prefix + "compare-fps", stage.compare_fps, "Frames a second that are compared: all videos are resampled to it (default: the first one's own)")
+      ->check(CLI::Range(1.0, 1000.0));
   command.add_option("--" + prefix + "from", stage.from, "Time in the video from which on nothing pushes the object [s] (default: found)")->check(CLI::NonNegativeNumber);
   command.add_option("--" + prefix + "until", stage.until, "Time in the video after which frames only judge the fit [s] (default: all are used)")->check(CLI::PositiveNumber);
   command.add_option("--" + prefix + "points", stage.points, "Points of the object's surface that are followed")->check(CLI::Range(20, 20000))->capture_default_str();

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "app/commands/stage_options.h"
-#include "app/pipeline/fit_stage.h"
+#include "app/pipeline/fit_video.h"
 
 namespace pliant {
 namespace {
@@ -29,7 +29,7 @@ nlohmann::json run_all(Context& context, const Program& program, const RunOption
   RunDirectory run = RunDirectory::create(program.out);
   const Scene scene = attach_or_reconstruct(context, run, options.scene, options.reconstruct, options.segment);
   const bool fits = wants_fit(scene, options);
-  if (fits) check_material(scene, options.simulate.material, true);
+  if (fits) check_fit_stage(options.fit, has_video(scene, options.fit)), check_material(scene, options.simulate.material, true);
   else check_material(scene, options.simulate);
   run_segment(context, run, scene, options.segment);
   ExtractStage extract = options.extract;

@@ -9,6 +9,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/io/cameras.h"
+#include "gaussians/io/image_io.h"
 #include "gaussians/io/ply_points.h"
 
 namespace fs = std::filesystem;
@@ -16,7 +17,7 @@ namespace fs = std::filesystem;
 namespace pliant {
 namespace {
 
-constexpr double kFps = 30, kDensity = 2000;
+constexpr double kDensity = 2000;
 constexpr double kCubeSide = 1.8, kCubeMargin = 0.25;  // times the object's extent
 constexpr double kFieldBox = 1.2;
 
@@ -83,6 +84,12 @@ std::vector<uint8_t> far_from(std::span<const Vec3f> points, std::span<const Vec
 
 }  // namespace
 
+const PhysDreamerFolder::Video* PhysDreamerFolder::find_video(const fs::path& file) const {
+  for (const Video& video : videos)
+    if (fs::weakly_canonical(video.file) == fs::weakly_canonical(file)) return &video;
+  return nullptr;
+}
+
 bool is_physdreamer_folder(const fs::path& folder) {
   return present(folder / "point_cloud.ply") && (present(folder / "clean_object_points.ply") || present(folder / "moving_part_points.ply"));
 }
@@ -107,7 +114,7 @@ PhysDreamerFolder read_physdreamer_folder(const fs::path& folder) {
   find_videos(folder, cameras.cameras, out);
   for (const PhysDreamerFolder::Video& video : out.videos)
     if (!video.camera.empty()) {
-      settings.video = VideoReference{video.file, video.camera, kFps};
+      settings.video = VideoReference{video.file, video.camera, kPhysDreamerFps};
       break;
     }
   for (const Camera& camera : cameras.cameras)
@@ -157,6 +164,20 @@ Camera physdreamer_camera(const Camera& camera, int width, int height) {
   out.width = width, out.height = height;
   out.fx *= scale, out.fy *= scale;
   out.cx = 0.5 * width + scale * (camera.cx - 0.5 * camera.width), out.cy = 0.5 * height + scale * (camera.cy - 0.5 * camera.height);
+  return out;
+}
+
+ImageF physdreamer_mask(const PhysDreamerFolder& folder, const Camera& camera) {
+  const auto file = folder.masks.find(camera.name);
+  if (file == folder.masks.end()) return {};
+  const ImageF mask = read_image(file->second);
+  const double scale = static_cast<double>(mask.width) / camera.width;
+  ImageF out(camera.width, camera.height, 1);
+  for (int y = 0; y < out.height; ++y)
+    for (int x = 0; x < out.width; ++x) {
+      const int i = static_cast<int>(scale * (x + 0.5)), j = static_cast<int>(std::floor(0.5 * mask.height + scale * (y + 0.5 - 0.5 * out.height)));
+      if (i < mask.width && j >= 0 && j < mask.height) out(x, y) = mask(i, j, 0) > 0.5f;
+    }
   return out;
 }
 

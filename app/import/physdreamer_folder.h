@@ -7,9 +7,12 @@
 #include <vector>
 
 #include "gaussians/base/camera.h"
+#include "gaussians/base/image.h"
 #include "gaussians/io/scene.h"
 
 namespace pliant {
+
+constexpr double kPhysDreamerFps = 30;  ///< of every video, whatever its file says
 
 /// A scene folder of PhysDreamer (Zhang et al. 2024) as its released code reads it.
 struct PhysDreamerFolder {
@@ -25,6 +28,7 @@ struct PhysDreamerFolder {
     std::string camera;          ///< name; empty when none has it
   };
   std::vector<Video> videos;                           ///< by name
+  const Video* find_video(const std::filesystem::path& file) const;  ///< nullptr for one that is none of them
   std::map<std::string, std::filesystem::path> masks;  ///< by camera: masks/<name>_mask.png
   std::filesystem::path material_field, velocity_field;  ///< sim_fields.pt, velo_fields.pt; empty without
   std::vector<std::string> warnings;
@@ -67,5 +71,10 @@ PhysDreamerRoles physdreamer_roles(const PhysDreamerOptions& options, const Phys
 
 /// The camera of a video of another shape than the photos, as PhysDreamer takes it: the horizontal field of view stays.
 Camera physdreamer_camera(const Camera& camera, int width, int height);
+
+/// masks/<camera>_mask.png at the pixels of that camera or of one of its videos, [H, W, 1]: 1 where the first channel is bright, the
+/// foreground.  A mask of another shape has the camera's horizontal field of view and the same middle; 0 beside it.  Empty when the
+/// camera has none.
+ImageF physdreamer_mask(const PhysDreamerFolder& folder, const Camera& camera);
 
 }  // namespace pliant

@@ -60,6 +60,10 @@ std::vector<std::string> undetermined_by_video(const FitEvidence& e, const FitBl
   out.push_back(fmt::format("A motion tells E / density, not E alone: E holds for the density that was given, and {}.",
                             e.poisson_fitted ? "Poisson's ratio, which changes a motion little, may be far from the one that was found"
                                              : "Poisson's ratio is the one that was given"));
+  if (e.stated_fps > 0)
+    out.push_back(fmt::format("E grows with the square of the frame rate, which is taken to be {:.4g} frames a second: were it twice that in truth, E would be 4 times as "
+                              "large, {:.3g} Pa; were it half, a quarter, {:.3g} Pa.",
+                              e.stated_fps, 4 * e.young, e.young / 4));
   if (blindness.depth_share)
     out.push_back(fmt::format("One camera hardly sees motion along its line of sight, which has {:.0f} % of the energy of the fitted start: there the start is "
                               "what the object's own vibrations make likely.",

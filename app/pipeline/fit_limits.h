@@ -11,6 +11,7 @@ namespace pliant {
 /// What a fit found, as far as it says how well the video determines it.
 struct FitEvidence {
   double young = 0, log10_sigma = 0;                ///< Pa, decades
+  double stated_fps = 0;                            ///< that times follow; 0 = not known
   double damping_time = 0, damping_low = 0, damping_high = 0;  ///< s
   double periods = 0;                               ///< of the strongest mode
   double strongest_hz = 0;                          ///< 0 = not known

@@ -60,6 +60,7 @@ FitFindings findings_of(const MaterialFit& fit, const Particles& before, double 
 FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, const MaterialFitOptions& options, double young) {
   const VibrationFit& found = fit.found;
   FitEvidence out;
+  out.stated_fps = scene.video.source_fps;
   out.young = young, out.log10_sigma = found.log10_sigma, out.rms = found.rms, out.periods = fit.homogeneous.search.periods;
   out.damping_time = found.damping_time, out.damping_low = found.damping_time_low, out.damping_high = found.damping_time_high;
   const double seconds = (scene.used - fit.homogeneous.search.first_frame) / scene.video.fps;

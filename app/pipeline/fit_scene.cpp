@@ -18,6 +18,8 @@
 namespace pliant {
 namespace {
 
+constexpr double kLeastForeground = 0.5;  // of what can move: less says that a mask is of something else
+
 /// A video that no motion of the object can explain is refused; what is doubtful is said.
 void check(const Context& context, const FitView& view, const std::string& file) {
   const VideoChecks checks = check_video({}, view.video, view.still, view.mask);
@@ -100,12 +102,25 @@ ImageF look(const FitScene& fit, FitView& view) {
   return depth;
 }
 
+/// Only what the mask [H, W, 1] has as foreground can move in the view.
+void keep_foreground(const Context& context, FitView& view, const ImageF& mask) {
+  double before = 0, kept = 0;
+  for (size_t i = 0; i < mask.data.size(); ++i) {
+    before += view.moving.data[i], kept += view.moving.data[i] *= mask.data[i];
+    view.mask.data[i] = view.moving.data[i] > 0.5f;
+  }
+  const std::string sentence = fmt::format("the mask of camera '{}' holds {:.0f} % of what can move there", view.video.camera.name, 100 * kept / std::max(before, 1e-12));
+  if (kept < kLeastForeground * before) context.progress.warn(sentence + ": check that it is bright where the object is");
+  else context.progress.say("fit: " + sentence);
+}
+
 FitView load_view(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage, const FitScene& fit, double fps) {
   FitView view;
   view.video = load_fit_video(context, run, scene, stage, fps);
   for (const std::string& warning : view.video.warnings) context.progress.warn(warning);
   view.compared = load_compared(stage, view.video);
   const ImageF depth = look(fit, view);
+  if (const ImageF mask = load_object_mask(scene, view.video.camera); mask.width > 0) keep_foreground(context, view, mask);
   check(context, view, video_name(scene, stage));
   choose_points(view, depth, stage.points);
   return view;
@@ -121,7 +136,7 @@ std::vector<const FitView*> FitScene::views() const {
 
 FitScene load_fit_scene(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage) {
   FitScene fit = load_body(run, scene, stage);
-  static_cast<FitView&>(fit) = load_view(context, run, scene, stage, fit, 0);
+  static_cast<FitView&>(fit) = load_view(context, run, scene, stage, fit, stage.compare_fps);
   for (size_t i = 0; i < stage.further.size(); ++i) fit.further.push_back(load_view(context, run, scene, further_video(stage, i), fit, fit.video.fps));
   int frames = static_cast<int>(fit.video.frames.size());
   fit.used = stage.until > 0 ? std::clamp(static_cast<int>(std::lround(stage.until * fit.video.fps)) + 1, 3, frames) : frames;

@@ -45,10 +45,10 @@ struct FitStage {
   MarkerStage markers;        ///< no file: a video
   std::string video, camera;  ///< file or folder, and the camera that took it; empty = the scene file's; camera "find": by the first frame
   std::string pose;           ///< file of cameras, one of which took it, instead of a camera of the scene
-  std::string video_mask;     ///< picture, or folder or video of as many frames: pixels that are dark there are not compared
+  std::string video_mask;     ///< picture, or folder or video of as many frames: pixels that are dark there are not compared; "none": all are
   bool refine_camera = false;  ///< until the scene looks like the first frame
   struct Further {
-    std::string video, camera;
+    std::string video, camera, mask;
   };
   std::vector<Further> further;  ///< videos of other cameras of the same motion, which begin at the same instant
   GenerateStage generate;     ///< a program that makes the video instead
@@ -56,6 +56,7 @@ struct FitStage {
   double first = 0, last = 0;  ///< s of the file, the part that is used; last 0 = to its end
   std::optional<double> released_young;  ///< Pa in PhysDreamer's cube, E0 of the fields in its scene folder, which are taken instead of a fit
   double fps = 0;             ///< of a folder of frames, or against the file's; 0 = the scene file's, else the file's own
+  double compare_fps = 0;     ///< frames a second that are compared, of all videos; 0 = the first one's own
   double from = -1;           ///< s of the video, from which on nothing pushes the object; negative = found
   double until = 0;           ///< s of the video; later frames only judge the fit; 0 = all are used
   int points = 400;           ///< of the object's surface that are followed
@@ -63,8 +64,10 @@ struct FitStage {
   int parts = 6;              ///< patches of the object by place and colour; those that look alike are one part
   std::string part_labels;    ///< file with labels of the scene's Gaussians, that say the parts instead
   MaterialValues material;    ///< command line's; E is where the search starts
+  std::string prefix;         ///< of options that bear one on the command line: "fit-" in `run`
+  std::string typed(const std::string& option) const { return "--" + prefix + option; }
 };
-/// Throws Error{kUsage} for what a fit of this kind would leave unused.
+/// Throws Error{kUsage} for what a fit of this kind would leave unused, by the name of its option.
 void check_fit_stage(const FitStage& stage, bool has_video);
 
 nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "app/pipeline/clip_camera.h"
 #include "app/pipeline/physdreamer_scene.h"
 #include "fitting/fit/find_camera.h"
@@ -20,7 +22,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kGeneratedFps = 24;
-const char* const kFind = "find";
+const char *const kFind = "find", *const kNone = "none";
 
 const Camera& camera_named(const std::vector<Camera>& cameras, const std::string& name, const std::string& where) {
   for (const Camera& camera : cameras)
@@ -40,23 +42,62 @@ Camera camera_of_pose_file(const FitStage& stage) {
   return cameras[0];
 }
 
+bool has_mask(const FitStage& stage) { return !stage.video_mask.empty() && stage.video_mask != kNone; }
+
 RenderOptions rendering_of(const Scene& scene) {
   RenderOptions rendering;
   rendering.antialiased = scene.report.antialiased;
   return rendering;
 }
 
-fs::path video_file(const Scene& scene, const FitStage& stage) {
-  if (!stage.video.empty()) return stage.video;
-  if (scene.settings.video) return scene.settings.video->file;
-  throw usage_error("fit", "--video", "is not given, and the scene has no reference video", "give --video FILE, with --video-camera NAME where the camera is known");
-}
+/// The video that a stage names, or else the scene.
+struct NamedVideo {
+  fs::path file;
+  std::string camera;      ///< empty = to be found
+  double fps = 0;          ///< that the stage or the scene tells
+  bool fps_holds = false;  ///< against the file's
+  bool physdreamer = false;  ///< of such a folder: it has the horizontal field of view of its camera
+};
 
 /// The name of the camera, empty where it is to be found.
 std::string known_camera(const Scene& scene, const FitStage& stage) {
   if (stage.camera == kFind) return "";
   if (!stage.camera.empty()) return stage.camera;
   return scene.settings.video ? scene.settings.video->camera : "";
+}
+
+NamedVideo named_video(const Scene& scene, const FitStage& stage) {
+  const auto& known = scene.settings.video;
+  if (stage.video.empty() && !known)
+    throw usage_error("fit", "--video", "is not given, and the scene has no reference video", "give --video FILE, with --video-camera NAME where the camera is known");
+  NamedVideo out;
+  out.file = stage.video.empty() ? known->file : fs::path(stage.video);
+  out.camera = known_camera(scene, stage);
+  if (stage.video.empty()) out.fps = known->fps;
+  const std::optional<PhysDreamerFolder> folder = physdreamer_folder(scene);
+  // Of such a folder, a camera names its video too.
+  if (folder && stage.video.empty() && !stage.camera.empty()) {
+    const auto its = std::find_if(folder->videos.begin(), folder->videos.end(), [&](const auto& video) { return video.camera == stage.camera; });
+    if (its != folder->videos.end()) out.file = its->file;
+  }
+  if (const PhysDreamerFolder::Video* listed = folder ? folder->find_video(out.file) : nullptr) {
+    out.physdreamer = out.fps_holds = true, out.fps = kPhysDreamerFps;
+    if (stage.camera.empty()) out.camera = listed->camera;
+  }
+  if (stage.fps > 0) out.fps = stage.fps, out.fps_holds = true;
+  return out;
+}
+
+/// Which of several videos of a PhysDreamer folder is fitted, and how to fit others.
+void tell_choice(const Context& context, const Scene& scene, const FitStage& stage, const fs::path& file) {
+  const std::optional<PhysDreamerFolder> folder = physdreamer_folder(scene);
+  if (!stage.video.empty() || !folder || folder->videos.size() < 2) return;
+  std::string others;
+  for (const PhysDreamerFolder::Video& video : folder->videos)
+    if (video.file != file) others += (others.empty() ? "" : ", ") + video.file.filename().string();
+  context.progress.warn(fmt::format("{} is fitted, and not {}: clips that a model made show different motions. --video FILE or --video-camera NAME picks another; give --video "
+                                    "FILE once for each of those that were filmed at the same time",
+                                    file.string(), others));
 }
 
 void tell(const Context& context, const RunDirectory& run, const RefinedCamera& refined) {
@@ -96,7 +137,7 @@ ReferenceVideo generate(const Context& context, const RunDirectory& run, const S
 
 std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& video) {
   std::vector<ImageF> masks;
-  if (stage.video_mask.empty()) return {};
+  if (!has_mask(stage)) return {};
   const fs::path file = stage.video_mask;
   const std::string extension = file.extension();
   if (extension == ".png" || extension == ".jpg" || extension == ".jpeg") {
@@ -107,7 +148,7 @@ std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& 
     masks = {resized(mask, video.camera.width, video.camera.height)};
   } else {
     VideoOptions options;
-    options.first = stage.first, options.last = stage.last, options.declared_fps = stage.fps > 0 ? stage.fps : video.file_fps > 0 ? video.file_fps : video.fps;
+    options.first = stage.first, options.last = stage.last, options.declared_fps = video.source_fps;
     options.trust_declared = true, options.fps = video.fps, options.resampling = Resampling::kNearest;
     masks = load_reference_video(options, file, video.camera).frames;
     if (masks.size() != video.frames.size())
@@ -124,11 +165,15 @@ std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& 
 }
 
 FitStage further_video(const FitStage& stage, size_t i) {
-  if (stage.further[i].video.empty())
-    throw usage_error("--camera", stage.further[i].camera, "has no video", "give --video FILE as often as --camera NAME, in the same order");
+  const FitStage::Further& further = stage.further[i];
+  if (further.video.empty()) {
+    const bool camera = !further.camera.empty();
+    const char* option = !camera ? "--video-mask" : stage.prefix.empty() ? "--camera" : "--video-camera";
+    throw usage_error(option, camera ? further.camera : further.mask, "has no video", fmt::format("give --video FILE as often as {}, in the same order", option));
+  }
   FitStage one = stage;
-  one.further.clear(), one.generate = {}, one.pose.clear(), one.video_mask.clear();
-  one.video = stage.further[i].video, one.camera = stage.further[i].camera;
+  one.further.clear(), one.generate = {}, one.pose.clear();
+  one.video = further.video, one.camera = further.camera, one.video_mask = further.mask;
   return one;
 }
 
@@ -144,15 +189,13 @@ ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, c
     if (!stage.video.empty()) throw usage_error("fit", "--generate-with", "and --video are both given", "give one of them");
     return generate(context, run, scene, stage);
   }
-  const fs::path file = video_file(scene, stage);
-  const auto& known = scene.settings.video;
+  const NamedVideo named = named_video(scene, stage);
+  const fs::path& file = named.file;
+  const std::string& name = named.camera;
+  tell_choice(context, scene, stage, file);
   VideoOptions options;
-  options.fps = fps;
-  options.declared_fps = stage.fps > 0 ? stage.fps : known && stage.video.empty() ? known->fps : 0;
-  const bool physdreamer = stage.video.empty() && physdreamer_folder(scene).has_value();
-  options.trust_declared = stage.fps > 0 || physdreamer;
+  options.fps = fps, options.declared_fps = named.fps, options.trust_declared = named.fps_holds;
   options.first = stage.first, options.last = stage.last;
-  const std::string name = known_camera(scene, stage);
   if (!stage.pose.empty()) {
     if (stage.camera == kFind) throw usage_error("--video-camera", kFind, "and --video-pose are both given", "give one of them; --refine-camera refines a pose");
   } else if (!name.empty()) {
@@ -161,7 +204,7 @@ ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, c
   Camera camera;
   if (!stage.pose.empty()) camera = camera_of_pose_file(stage);
   else if (!name.empty()) camera = camera_named(scene.cameras, name, "the scene");
-  if (camera.width > 0 && physdreamer) {
+  if (camera.width > 0 && named.physdreamer) {
     const ImageF first = first_picture(file, options.declared_fps);
     camera = physdreamer_camera(camera, first.width, first.height);
   }
@@ -184,26 +227,35 @@ ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, c
   return video;
 }
 
+ImageF load_object_mask(const Scene& scene, const Camera& camera) {
+  const std::optional<PhysDreamerFolder> folder = physdreamer_folder(scene);
+  return folder ? physdreamer_mask(*folder, camera) : ImageF();
+}
+
 bool has_video(const Scene& scene, const FitStage& stage) {
   return !stage.video.empty() || !stage.generate.command.empty() || scene.settings.video;
 }
 
 void add_video_to_key(StageKey& key, const Scene& scene, const FitStage& stage) {
   key.options.update({{"camera", stage.camera}, {"fps", stage.fps}, {"first", stage.first}, {"last", stage.last}, {"refine_camera", stage.refine_camera}});
-  if (!stage.video_mask.empty()) key.inputs["video_mask"] = stage.video_mask;
+  if (stage.compare_fps > 0) key.options["compare_fps"] = stage.compare_fps;
+  if (has_mask(stage)) key.inputs["video_mask"] = stage.video_mask;
   if (!stage.pose.empty()) key.inputs["pose"] = stage.pose;
   if (!stage.generate.command.empty())
     key.options["generate"] = {{"command", stage.generate.command}, {"prompt", stage.generate.prompt}, {"frames", stage.generate.frames}};
   else
-    key.inputs["video"] = video_file(scene, stage);
+    key.inputs["video"] = named_video(scene, stage).file;
+  if (const auto folder = physdreamer_folder(scene); folder && !folder->masks.empty()) key.inputs["masks"] = scene.source / "masks";
   for (size_t i = 0; i < stage.further.size(); ++i) {
-    key.inputs["video_" + std::to_string(i + 2)] = further_video(stage, i).video;
-    key.options["further_cameras"].push_back(stage.further[i].camera);
+    const FitStage one = further_video(stage, i);
+    key.inputs["video_" + std::to_string(i + 2)] = one.video;
+    if (has_mask(one)) key.inputs["video_mask_" + std::to_string(i + 2)] = one.video_mask;
+    key.options["further_cameras"].push_back(one.camera);
   }
 }
 
 std::string video_name(const Scene& scene, const FitStage& stage) {
-  return stage.generate.command.empty() ? video_file(scene, stage).string() : "the video of `" + stage.generate.command + "`";
+  return stage.generate.command.empty() ? named_video(scene, stage).file.string() : "the video of `" + stage.generate.command + "`";
 }
 
 }  // namespace pliant

@@ -12,9 +12,12 @@ namespace pliant {
 /// `fps`: frames a second that are wanted; 0 = its own.
 ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage, double fps = 0);
 
-/// [T of the video] or [1], or empty without stage.video_mask: 0 = a pixel that is not compared.  Throws Error{kInput} for a mask of
+/// [T of the video] or [1], or empty without a stage.video_mask: 0 = a pixel that is not compared.  Throws Error{kInput} for a mask of
 /// another shape or number of frames.
 std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& video);
+
+/// Where a PhysDreamer folder's mask of this camera has the foreground at rest, [H, W, 1]; empty without one.
+ImageF load_object_mask(const Scene& scene, const Camera& camera);
 
 /// The stage of a further video alone.
 FitStage further_video(const FitStage& stage, size_t i);

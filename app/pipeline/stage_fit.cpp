@@ -86,6 +86,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
                                        scores.psnr_later, scores.frames_later, constant_scores.psnr_later, scores.still_later));
     json result = {{"young_pa", young}, {"log10_sigma", found.log10_sigma}, {"damping_time_s", found.damping_time},
                          {"damping_time_range_s", {found.damping_time_low, found.damping_time_high}}, {"first_frame", found.first_frame},
+                         {"fps", fit.video.fps}, {"frames_used", fit.used},
                          {"start_s", found.time}, {"periods", found.search.periods}, {"rms_px", found.rms}, {"rms_search_px", found.rms_search},
                          {"rms_still_px", found.rms_rest}, {"psnr_used", scores.psnr_used}, {"psnr_later", scores.psnr_later},
                          {"psnr_rest", scores.rest}, {"still_used", scores.still_used}, {"still_later", scores.still_later}, {"frames_later", scores.frames_later},

@@ -41,7 +41,7 @@ json run_guided_fit(const Context& context, RunDirectory& run, const Scene& scen
   const std::string folder = object_folder(run);
   run.summary("seed", "run `pliant seed` first");
   if (compare.loss != "tracks" || compare.flow_weight > 0)
-    throw usage_error("fit", "--loss", "and --flow-weight need a video", "give --video FILE, or leave them out");
+    throw usage_error("fit", stage.typed("loss"), "and " + stage.typed("flow-weight") + " need a video", "give --video FILE, or leave them out");
   const ObjectMaterial material = check_material(scene, stage.material, true);
   const double fps = stage.fps > 0 ? stage.fps : kFps;
   StageKey key{"fit",

@@ -131,7 +131,6 @@ json run_marker_fit(const Context& context, RunDirectory& run, const Scene& scen
   const MarkerStage& m = stage.markers;
   const std::string folder = object_folder(run);
   run.summary("seed", "run `pliant seed` first");
-  if (!stage.video.empty()) throw usage_error("fit", "--markers", "and --video are both given", "fit to one of them");
   parse_axes(m.axes);
   const ObjectMaterial material = check_material(scene, stage.material, true);
   const bool guessed = material.young == kUnknownYoung && !stage.material.young;

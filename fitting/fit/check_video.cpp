@@ -165,15 +165,30 @@ class Checker {
       repeated += moved[t] < kSame * less;
       if (moved[t] > kLeap * more && (leap == 0 || moved[t] > moved[leap])) leap = t;
     }
-    if (leap > 0 && !jumped_ && turned_ < 0) {
+    checks_.rhythm = find_rhythm(moved);
+    const double filmed = checks_.rhythm.share() * video_.fps;
+    if (checks_.rhythm.missing > 0 && !jumped_ && turned_ < 0) {
+      const int every = checks_.rhythm.period + 1;
+      found(VideoProblem::kDropped, false, filmed, video_.fps, -1,
+            fmt::format("One step of the object in {} is twice as long as the others: of every {} frames that were filmed one is missing.  If the true rate is {:.4g} "
+                        "frames per second, times are right; if it is {:.4g}, they run too fast and E comes out too large by {:.3g}.  Write the video anew with all frames.",
+                        checks_.rhythm.period, every, filmed, video_.fps, std::pow(filmed / video_.fps, 2)));
+    } else if (leap > 0 && !jumped_ && turned_ < 0) {
       const double ratio = moved[leap] / std::max(moved[leap - 1], moved[leap + 1]);
       found(VideoProblem::kLeap, false, ratio, kLeap, leap,
             fmt::format("The object leaps at frame {} ({:.2f} s): the picture changes {:.1f} times as much as before and after.  If frames are missing there, take "
                         "the part before or after it (first, last).",
                         leap, seconds(leap), ratio));
     }
-    checks_.repeated = static_cast<double>(repeated) / frames;
-    if (checks_.repeated > options_.noted_repeats) {
+    const int period = checks_.rhythm.period, twice = checks_.rhythm.repeated;
+    checks_.repeated = twice > 0 ? static_cast<double>(twice) / period : static_cast<double>(repeated) / frames;
+    if (twice > 0) {
+      found(VideoProblem::kRepeated, false, checks_.repeated, options_.noted_repeats, -1,
+            fmt::format("{} of every {} frames show{} the one before again: the video was filmed at a lower rate than {:.4g}, the true rate is probably {:.4g} frames per "
+                        "second.  Compare it at that rate (compare-fps).  If the motion was slowed down by that, E comes out too small by {:.3g}: say that it has {:.4g} "
+                        "(video-fps).",
+                        twice, period, twice == 1 ? "s" : "", video_.fps, filmed, std::pow(video_.fps / filmed, 2), video_.fps * video_.fps / filmed));
+    } else if (checks_.repeated > options_.noted_repeats) {
       found(VideoProblem::kRepeated, false, checks_.repeated, options_.noted_repeats, -1,
             fmt::format("{} of {} frames show the one before again: the video was filmed at a lower rate than {:.4g} frames per second.  Write it anew at its own "
                         "rate: `ffmpeg -i F -vf mpdecimate out.mp4`.",

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "fitting/fit/frame_rhythm.h"
 #include "fitting/fit/match_pictures.h"
 #include "fitting/fit/reference_video.h"
 
@@ -18,7 +19,8 @@ enum class VideoProblem {
   kStatic,       ///< the object does not move
   kRate,         ///< the scene file tells another frame rate than the file
   kLight,        ///< brightness of the background changes
-  kRepeated      ///< frames are shown more than once
+  kRepeated,     ///< frames are shown more than once
+  kDropped       ///< frames are missing at even distances
 };
 
 /// Something about a video that a fit should not pass over.
@@ -50,6 +52,7 @@ struct VideoChecks {
   double continuity = 1;       ///< lowest score of the background between neighbouring frames
   double light = 0;            ///< largest relative change of the background's mean colour
   double repeated = 0;         ///< share of frames
+  FrameRhythm rhythm;          ///< of frames that are repeated or missing
   std::vector<VideoFinding> findings;  ///< those that refuse first
 
   bool usable() const { return findings.empty() || !findings.front().refuse; }

@@ -143,7 +143,7 @@ std::unique_ptr<FrameSource> open_frames(const fs::path& file_or_folder, double 
   if (!fs::is_directory(file_or_folder, ignored)) return std::make_unique<VideoFile>(file_or_folder);
   if (!(folder_fps > 0)) {
     throw input_error(file_or_folder.string(), "fps", "is not known: a folder of pictures has no frame rate",
-                      "give the rate of the camera, in the scene file (video.fps) or with --fps");
+                      "give the rate of the camera, in the scene file (video.fps), with --video-fps (fit, run) or --fps (evaluate motion)");
   }
   return std::make_unique<PictureFolder>(file_or_folder, folder_fps);
 }

@@ -56,7 +56,7 @@ ReferenceVideo generate_video(const GenerateOptions& options, const ImageF& firs
     throw input_error(options.command, "", fmt::format("ended with exit code {}{}", *code, process.last_words()), "see " + (folder / "log.txt").string());
 
   ReferenceVideo video;
-  video.camera = camera, video.fps = options.fps, video.frames_in_file = options.frames;
+  video.camera = camera, video.fps = video.source_fps = options.fps, video.frames_in_file = options.frames;
   for (int f = 0; f < options.frames; ++f) {
     const fs::path file = frames / fmt::format("{:04}.png", f);
     if (!fs::exists(file)) {

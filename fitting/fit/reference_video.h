@@ -18,6 +18,7 @@ struct ReferenceVideo {
 
   double file_fps = 0;      ///< that the file tells; 0 for a folder of pictures
   double declared_fps = 0;  ///< that the scene file tells; 0 = none
+  double source_fps = 0;    ///< of the file's frames, that times follow: one of the two
   bool declared_rate_holds = false;  ///< times follow the scene file although the file tells another rate
   double start = 0;         ///< s from the first frame of the file to the first one here
   int frames_in_file = 0;   ///< decoded up to the end of the wanted part

@@ -6,6 +6,9 @@
 
 #include "app/pipeline/fit_stage.h"
 #include "gaussians/base/error.h"
+#include "gaussians/io/ply.h"
+#include "tests/app/run_pliant.h"
+#include "tests/temporary_folder.h"
 
 namespace pliant {
 namespace {
@@ -37,7 +40,10 @@ TEST(CheckFitStage, OptionsOfVideosAreRefusedWithMarkersAndWithReleasedFields) {
       {"--field", [](FitStage& s) { s.field = "smooth"; }},       {"--until", [](FitStage& s) { s.until = 1; }},
       {"--from", [](FitStage& s) { s.from = 0; }},                {"--camera", [](FitStage& s) { s.camera = "a"; }},
       {"--loss", [](FitStage& s) { s.compare.loss = "both"; }},   {"--fit-poisson", [](FitStage& s) { s.compare.poisson = true; }},
-      {"--guide-with", [](FitStage& s) { s.compare.guide = "x"; }}, {"--generate-with", [](FitStage& s) { s.generate.command = "x"; }}};
+      {"--guide-with", [](FitStage& s) { s.compare.guide = "x"; }}, {"--generate-with", [](FitStage& s) { s.generate.command = "x"; }},
+      {"--points", [](FitStage& s) { s.points = 100; }},          {"--video-fps", [](FitStage& s) { s.fps = 24; }},
+      {"--video", [](FitStage& s) { s.video = "v.mp4"; }},        {"--compare-fps", [](FitStage& s) { s.compare_fps = 12; }},
+      {"--video-mask", [](FitStage& s) { s.video_mask = "m.png"; }}};
   expect_refused(of_videos, [](FitStage& s) { s.markers.file = "m.csv"; }, false);
   expect_refused(of_videos, [](FitStage& s) { s.released_young = 1e5; }, true);
 }
@@ -62,9 +68,45 @@ TEST(CheckFitStage, WhatBelongsToAnotherOptionIsRefusedWithoutIt) {
                   {"--parts", [](FitStage& s) { s.parts = 3; }},
                   {"--part-labels", [](FitStage& s) { s.part_labels = "l.h5"; }}},
                  [](FitStage&) {}, true);
+  expect_refused({{"--marker-axes", [](FitStage& s) { s.markers.axes = "y,x,z"; }},
+                  {"--marker-offset", [](FitStage& s) { s.markers.offset = {0, 0, 1}; }},
+                  {"--marker-release", [](FitStage& s) { s.markers.release = 0; }},
+                  {"--marker-window", [](FitStage& s) { s.markers.window = 2; }}},
+                 [](FitStage&) {}, true);
+  expect_refused({{"--points", [](FitStage& s) { s.points = 100; }}, {"--until", [](FitStage& s) { s.until = 1; }}, {"--compare-fps", [](FitStage& s) { s.compare_fps = 12; }}},
+                 [](FitStage& s) { s.compare.guide = "x"; }, false);
   expect_refused({{"--guide-load", [](FitStage& s) { s.compare.load = "l.json"; }}}, [](FitStage& s) { s.compare.guide = "x"; }, true);
-  expect_refused({{"--video-first", [](FitStage& s) { s.first = 1; }}}, [](FitStage& s) { s.generate.command = "x"; }, false);
+  expect_refused({{"--video-first", [](FitStage& s) { s.first = 1; }}, {"--compare-fps", [](FitStage& s) { s.compare_fps = 12; }}}, [](FitStage& s) { s.generate.command = "x"; }, false);
   expect_refused({{"--parts", [](FitStage& s) { s.parts = 3; }}}, [](FitStage& s) { s.field = "parts", s.part_labels = "l.h5"; }, true);
+}
+
+TEST(CheckFitStage, InRunOptionsAreNamedAsTheyAreTypedThere) {
+  const auto in_run = [](const std::function<void(FitStage&)>& kind) { return [kind](FitStage& s) { s.prefix = "fit-", kind(s); }; };
+  expect_refused({{"--fit-field", [](FitStage& s) { s.field = "smooth"; }}, {"--fit-points", [](FitStage& s) { s.points = 100; }},
+                  {"--fit-compare-fps", [](FitStage& s) { s.compare_fps = 12; }}, {"--fit-loss", [](FitStage& s) { s.compare.loss = "both"; }},
+                  {"--video-camera", [](FitStage& s) { s.camera = "a"; }}, {"--video-fps", [](FitStage& s) { s.fps = 24; }}},
+                 in_run([](FitStage& s) { s.markers.file = "m.csv"; }), false);
+  expect_refused({{"add --fit-loss", [](FitStage& s) { s.compare.lambda = 0.5; }}, {"add --fit-field parts", [](FitStage& s) { s.parts = 3; }},
+                  {"--fit-flow-weight, or --fit-field", [](FitStage& s) { s.compare.window = 1; }}},
+                 in_run([](FitStage&) {}), true);
+}
+
+TEST(CheckFitStage, RunRefusesBeforeItsFirstStage) {
+  const TemporaryFolder folder;
+  GaussianCloud cloud;
+  cloud.resize(60);
+  for (int i = 0; i < 60; ++i) cloud.position[i] = Vec3f(0.1f * static_cast<float>(i % 4), 0.1f * static_cast<float>(i / 4 % 4), 0.1f * static_cast<float>(i / 16));
+  write_ply(folder / "scene.ply", cloud);
+  const std::string markers = folder.file("markers.csv", "time,a_x,a_y,a_z\n").string();
+  for (const char* option : {"--fit-field", "--fit-points", "--video-fps", "--video"}) {
+    ::testing::internal::CaptureStderr();
+    const int code = run_quietly({"run", (folder / "scene.ply").string(), "--out", (folder / "run").string(), "--aabb", "0,0,0,1,1,1", "--markers", markers, option,
+                                  option == std::string("--fit-field") ? "smooth" : "50"});
+    const std::string said = ::testing::internal::GetCapturedStderr();
+    EXPECT_EQ(code, 2) << said;
+    EXPECT_NE(said.find(std::string(option) + ": does nothing with --markers"), std::string::npos) << said;
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "run/segmentation.h5"));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "app/store/velocity.h"
 #include "gaussians/io/files.h"
 #include "tests/app/run_pliant.h"
+#include "tests/temporary_folder.h"
 
 namespace pliant {
 namespace {
@@ -65,6 +66,28 @@ TEST(FitCommand, AVideoTellsStiffnessAndDampingAndSimulateUsesThem) {
   EXPECT_EQ(run_quietly({"fit", out, "--video-camera", "vieww_001", "--overwrite"}), 2);
   EXPECT_EQ(run_quietly({"fit", out, "--video", (folder / "nothing.mp4").string(), "--video-camera", "view_001", "--overwrite"}), 1);
   fs::remove_all(folder);
+}
+
+TEST(FitCommand, WithoutTheVideoTheMaterialIsTheSceneFilesAndTheCommandLines) {
+  const TemporaryFolder folder;
+  DemoOptions demo;
+  demo.training = 0;
+  demo.out = folder / "scene", demo.gaussians = 6000, demo.photos = 6, demo.width = 160, demo.height = 120;
+  demo.video_particles = 1000, demo.video_seconds = 0.3;
+  make_demo(demo);
+  const json settings = json::parse(read_text(folder / "scene/scene.json"));
+  ASSERT_TRUE(settings.contains("video"));
+  ASSERT_EQ(run_quietly({"run", (folder / "scene").string(), "--out", (folder / "run").string(), "--no-video", "--density", "450", "--poisson", "0.2", "--particles", "300",
+                         "--duration", "0.2", "--fps", "10", "--segment-iterations", "40", "--no-orbit"}),
+            0);
+  const json stages = json::parse(read_text(folder / "run/run.json"))["stages"];
+  EXPECT_FALSE(stages.contains("fit"));
+  EXPECT_FALSE(fs::exists(folder / "run/fit"));
+  const json material = stages["simulate"]["options"]["material"];
+  EXPECT_EQ(material["young"], settings["material"]["young"]);
+  EXPECT_EQ(material["density"], 450);
+  EXPECT_EQ(material["poisson"], 0.2);
+  EXPECT_TRUE(fs::exists(folder / "run/clip.mp4"));
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <atomic>
 #include <map>
@@ -17,6 +19,8 @@
 #include "app/store/material.h"
 #include "app/store/particles.h"
 #include "app/store/segmentation.h"
+#include "app/store/velocity.h"
+#include "fitting/fields/triplane_field.h"
 #include "fitting/fit/frame_source.h"
 #include "gaussians/io/cameras.h"
 #include "gaussians/io/files.h"
@@ -204,8 +208,62 @@ TEST_F(FitVideo, WhatAMaskLeavesDarkIsNotCompared) {
     const double seen = std::accumulate(tracks.weight[f].begin(), tracks.weight[f].end(), 0.0);
     EXPECT_EQ(seen > 0, f < 3) << f;
   }
+  // Each video has its own.
+  FitStage both;
+  both.video = file.string(), both.camera = camera, both.video_mask = "none";
+  both.further = {{file.string(), camera, (folder / "mask.png").string()}, {file.string(), camera, ""}};
+  const FitScene three = load_fit_scene(context, run, scene, both);
+  ASSERT_EQ(three.further.size(), 2u);
+  EXPECT_EQ(three.pixel.size(), whole.pixel.size());
+  EXPECT_EQ(three.further[0].pixel.size(), half.pixel.size());
+  EXPECT_TRUE(three.compared.empty() && three.further[1].compared.empty());
+  EXPECT_FALSE(is_compared(three.further[0], 3, middle - 2, height / 2));
+
   fs::remove(folder / "masks" / name);
   expect_error(Failure::kInput, {"masks", std::to_string(frames.size())}, [&] { load_fit_scene(context, run, scene, stage); });
+  write_image(folder / "square.png", ImageF(64, 64, 3, 1.0f));
+  const std::string square = (folder / "square.png").string();
+  expect_refused({"--video", file.string(), "--camera", camera, "--video", file.string(), "--camera", camera, "--video-mask", "none", "--video-mask", square}, {"square.png", "64 x 64"});
+  EXPECT_EQ(run_quietly(fit({"--video", file.string(), "--camera", camera, "--video-mask", "none", "--video-mask", square})), 2);
+  EXPECT_EQ(run_quietly(fit({"--video-mask", "nothing.png"})), 2);
+}
+
+TEST_F(FitVideo, FramesAreComparedAtTheRateThatIsAskedFor) {
+  Progress progress(true);
+  const Context context{progress, [] { return false; }};
+  const RunDirectory run = RunDirectory::open(folder / "run");
+  FitStage stage;
+  stage.compare_fps = fps / 2;
+  stage.video = file.string(), stage.camera = camera, stage.further = {{file.string(), camera, ""}};
+  const FitScene scene = load_fit_scene(context, run, load_run_scene(run), stage);
+  for (const FitView* view : scene.views()) {
+    EXPECT_DOUBLE_EQ(view->video.fps, fps / 2);
+    EXPECT_EQ(view->video.frames.size(), (frames.size() + 1) / 2);
+    EXPECT_EQ(view->video.blended, 0);
+    EXPECT_DOUBLE_EQ(view->video.source_fps, fps);
+  }
+  // Every second frame tells the same material.
+  const auto fitted = [&](std::vector<std::string> more) {
+    more.insert(more.end(), {"--points", "100"});
+    EXPECT_EQ(run_quietly(fit(more)), 0);
+    return json::parse(read_text(folder / "run/fit/results.json"));
+  };
+  const json all = fitted({}), half = fitted({"--compare-fps", std::to_string(fps / 2)});
+  EXPECT_EQ(all["fps"], fps);
+  EXPECT_EQ(half["fps"], fps / 2);
+  EXPECT_EQ(all["frames_used"], frames.size());
+  EXPECT_EQ(half["frames_used"], (frames.size() + 1) / 2);
+  EXPECT_NEAR(half["young_pa"].get<double>() / all["young_pa"].get<double>(), 1, 0.04);
+  // What a wrong rate would do to E is said with the numbers.
+  const double young = half["young_pa"];
+  const std::string said = half["undetermined"].dump();
+  for (const std::string& words : {fmt::format("{:.4g} frames a second", fps), fmt::format("4 times as large, {:.3g} Pa", 4 * young), fmt::format("a quarter, {:.3g} Pa", young / 4)})
+    EXPECT_NE(said.find(words), std::string::npos) << words << " in: " << said;
+  // A folder of frames has no rate of its own.
+  fs::create_directories(folder / "no_rate");
+  for (int f = 0; f < 3; ++f) write_image(folder / "no_rate" / (std::to_string(f) + ".png"), frames[f]);
+  fs::remove(folder / "run/fit/results.json");
+  expect_refused({"--video", (folder / "no_rate").string(), "--camera", camera}, {"no_rate", "has no frame rate", "--video-fps"});
 }
 
 TEST_F(FitVideo, AProgramMakesTheVideoThatIsFitted) {
@@ -266,6 +324,49 @@ TEST_F(FitVideo, PartsAreThoseOfGivenLabels) {
   EXPECT_FALSE(steps[2]["stopped_by"].get<std::string>().empty());
   EXPECT_LE(steps[2]["loss"].back().get<double>(), steps[2]["loss"].front().get<double>());
   EXPECT_NE(read_text(folder / "run/fit/report.html").find("ended by"), std::string::npos);
+}
+
+TEST_F(FitVideo, SmoothFieldsAndTriplanesAreFittedByTheCommand) {
+  // Few particles and frames: what is looked at is that each kind comes out whole.
+  fs::copy(folder / "run", folder / "small", fs::copy_options::recursive);
+  const std::string out = (folder / "small").string();
+  ASSERT_EQ(run_quietly({"seed", out, "--particles", "200", "--overwrite"}), 0);
+  const auto fitted = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"fit", out, "--overwrite", "--points", "60", "--video-last", "0.9", "--compare-fps", "12"});
+    EXPECT_EQ(run_quietly(more), 0);
+    return json::parse(read_text(folder / "small/fit/results.json"));
+  };
+  const fs::path object = fs::directory_iterator(folder / "small/objects")->path();
+  const size_t samples = read_particles(object / "particles.h5").solid_position.size();
+  const json smooth = fitted({"--field", "smooth"});
+  const MaterialFile uneven = read_material(object / "material.h5");
+  EXPECT_EQ(uneven.source.substr(0, 14), "a smooth field");
+  const auto [least, most] = std::minmax_element(uneven.young.begin(), uneven.young.end());
+  EXPECT_GT(*most, 1.05f * *least);
+  EXPECT_GT(*least, 0);
+  // How sure each sample's E is goes with it.
+  ASSERT_EQ(uneven.log10_young_sigma.size(), samples);
+  for (const float sigma : uneven.log10_young_sigma) EXPECT_TRUE(std::isfinite(sigma) && sigma > 0);
+  ASSERT_EQ(smooth["steps"].size(), 3u);
+  EXPECT_EQ(smooth["steps"][2]["name"], "field");
+  EXPECT_LE(smooth["steps"][2]["loss"].back().get<double>(), smooth["steps"][2]["loss"].front().get<double>());
+  EXPECT_LT(smooth["rms_px"].get<double>(), 0.3 * smooth["rms_still_px"].get<double>());
+
+  if (!has_triplane_fields()) GTEST_SKIP() << "the rest needs triplanes, and this is built without libtorch";
+  const json planes = fitted({"--field", "triplanes", "--gradient-iterations", "4"});
+  const MaterialFile material = read_material(object / "material.h5");
+  EXPECT_EQ(material.source.substr(0, 9), "triplanes");
+  ASSERT_EQ(material.young.size(), samples);
+  EXPECT_TRUE(material.log10_young_sigma.empty());
+  ASSERT_EQ(planes["iterations"].size(), 4u);
+  EXPECT_GT(planes["iterations"][3]["field_s"].get<double>(), 0);
+  ASSERT_EQ(planes["steps"].size(), 4u);
+  EXPECT_EQ(planes["steps"][3]["name"], "gradients");
+  EXPECT_LT(planes["rms_px"].get<double>(), 0.3 * planes["rms_still_px"].get<double>());
+  EXPECT_NE(planes["undetermined"].dump().find("How sure E is from place to place was not worked out"), std::string::npos);
+  const VelocityFile start = read_velocity(object / "velocity.h5");
+  EXPECT_EQ(start.velocity.size(), 200u);
+  for (const Vec3f& v : start.velocity) EXPECT_TRUE(v.allFinite());
 }
 
 TEST_F(FitVideo, GradientsComparePicturesAndFlowOfSeveralCamerasBesideTracks) {

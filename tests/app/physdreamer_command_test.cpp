@@ -8,6 +8,7 @@
 
 #include "app/demo/demo.h"
 #include "app/import/physdreamer_fields.h"
+#include "app/pipeline/fit_scene.h"
 #include "app/pipeline/physdreamer_scene.h"
 #include "app/pipeline/stages.h"
 #include "app/store/material.h"
@@ -17,6 +18,7 @@
 #include "fitting/fields/triplane_field.h"
 #include "gaussians/base/random.h"
 #include "gaussians/io/files.h"
+#include "gaussians/io/image_io.h"
 #include "gaussians/io/ply.h"
 #include "tests/app/run_pliant.h"
 #include "tests/app/torch_files.h"
@@ -48,6 +50,64 @@ TEST(PhysDreamerCommand, BoxesHoldWhatIsHeldAndNothingElse) {
   EXPECT_GT(static_cast<double>(within), 0.75 * static_cast<double>(held.size()));  // cells on the border belong to what is free
   for (const Vec3f& x : free) EXPECT_FALSE(inside(boxes, x));
   EXPECT_TRUE(boxes_around({}, free, 0.05).empty());
+}
+
+FitScene load_fit(const RunDirectory& run, const FitStage& stage, std::string& said) {
+  Progress progress(false);
+  const Context context{progress, [] { return false; }};
+  struct Captured {
+    std::string& said;
+    Captured(std::string& said) : said(said) { ::testing::internal::CaptureStderr(); }
+    ~Captured() { said = ::testing::internal::GetCapturedStderr(); }
+  } captured(said);
+  return load_fit_scene(context, run, load_run_scene(run), stage);
+}
+
+/// Masks say what moves at rest; of several videos the first one is fitted, and others by name, as the folder's are.
+void expect_masks_and_videos(const fs::path& scene, const RunDirectory& run) {
+  std::string said;
+  const FitScene whole = load_fit(run, {}, said);
+  EXPECT_EQ(said.find("is fitted, and not"), std::string::npos) << said;
+  const std::string camera = whole.video.camera.name;
+  const int width = whole.moving.width, height = whole.moving.height;
+  double middle = 0;
+  for (const Eigen::Vector2d& x : whole.pixel) middle += x.x() / static_cast<double>(whole.pixel.size());
+  ImageF mask(width, height, 3);
+  for (int y = 0; y < height; ++y)
+    for (int x = static_cast<int>(middle) - 4; x < width; ++x)
+      for (int c = 0; c < 3; ++c) mask(x, y, c) = 1;
+  fs::create_directories(scene / "masks");
+  write_image(scene / "masks" / (camera + "_mask.png"), mask);
+  const fs::path first = scene / "videos" / (camera + "_swing.mp4"), second = scene / "videos" / (camera + "_two.mp4");
+  fs::copy_file(first, second);
+  const FitScene masked = load_fit(run, {}, said);
+  EXPECT_NE(said.find("of what can move"), std::string::npos) << said;
+  EXPECT_NE(said.find(first.string() + " is fitted, and not " + second.filename().string()), std::string::npos) << said;
+  EXPECT_GT(masked.pixel.size(), 20u);
+  for (const Eigen::Vector2d& x : masked.pixel) EXPECT_GE(x.x() + 4, middle);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      EXPECT_EQ(masked.moving(x, y), mask(x, y, 0) * whole.moving(x, y));
+      EXPECT_EQ(masked.mask(x, y) != 0, masked.moving(x, y) > 0.5f);
+    }
+  // By name: its camera and 30 frames a second, though the file says 24.
+  FitStage both;
+  both.video = second.string(), both.further = {{first.string(), "", ""}};
+  const FitScene two = load_fit(run, both, said);
+  EXPECT_EQ(said.find("is fitted, and not"), std::string::npos) << said;
+  ASSERT_EQ(two.further.size(), 1u);
+  for (const FitView* view : two.views()) {
+    EXPECT_EQ(view->video.camera.name, camera);
+    EXPECT_EQ(view->video.source_fps, 30);
+    EXPECT_EQ(view->pixel.size(), masked.pixel.size());
+  }
+  // A camera names its video: this one shows what another camera saw.
+  const std::string beside = camera == "view_001" ? "view_002" : "view_001";
+  fs::rename(second, scene / "videos" / (beside + "_other.mp4"));
+  FitStage other;
+  other.camera = beside;
+  expect_error(Failure::kInput, {beside + "_other.mp4", "does not show the scene from camera '" + beside}, [&] { load_fit(run, other, said); });
+  fs::remove(scene / "videos" / (beside + "_other.mp4")), fs::remove_all(scene / "masks");
 }
 
 /// A field whose value is the same everywhere: only the last bias is not zero.
@@ -109,6 +169,8 @@ TEST(PhysDreamerCommand, ASceneFolderRunsAsItIsAndItsReleasedFieldsAreTaken) {
   EXPECT_GT(stages["seed"]["summary"]["pinned"].size(), 0u);
   EXPECT_EQ(stages["fit"]["options"]["material"]["density"], 2000);
   EXPECT_GT(stages["fit"]["summary"]["young_pa"].get<double>(), 0);
+
+  expect_masks_and_videos(folder / "flower", RunDirectory::open(out));
 
   // Released fields: E0 + 1000 f in its cube, whose edge is 1.8 times the object's largest extent.
   folder.file("flower/sim_fields.pt", constant_field({25}));

@@ -73,6 +73,8 @@ TEST_F(PhysDreamer, AFolderIsReadAsItIs) {
   EXPECT_EQ(read.settings.video->camera, "frame_10");
   EXPECT_DOUBLE_EQ(read.settings.video->fps, 30);
   EXPECT_EQ(read.masks.size(), 1u);
+  ASSERT_NE(read.find_video(folder / "videos/../videos/frame_10_push.mp4"), nullptr);
+  EXPECT_EQ(read.find_video(folder / "elsewhere/frame_10_push.mp4"), nullptr);
   EXPECT_EQ(read.material_field.filename(), "sim_fields.pt");
   EXPECT_TRUE(read.velocity_field.empty());
   // The scene itself loads by the folder's name, with these Gaussians and cameras.
@@ -128,6 +130,31 @@ TEST_F(PhysDreamer, AVideoOfAnotherShapeKeepsTheHorizontalFieldOfView) {
   EXPECT_NEAR(video.width / video.fx, camera.width / camera.fx, 1e-12);
   EXPECT_NEAR(video.fx, video.fy, 1e-12);
   EXPECT_NEAR(video.cy, 36, 1e-12);
+}
+
+TEST_F(PhysDreamer, AMaskHasTheHorizontalFieldOfViewOfItsCamera) {
+  // A bright disc about the middle, beside it to the right a bright column.
+  ImageF mask(64, 48, 3);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x)
+      for (int c = 0; c < 3; ++c) mask(x, y, c) = std::hypot(x + 0.5 - 32, y + 0.5 - 24) < 10 || x >= 60;
+  write_image(folder / "masks/frame_10_mask.png", mask);
+  const PhysDreamerFolder read = read_physdreamer_folder(folder.path());
+  Camera camera = look_at({3, 0, 0.5}, {0, 0, 0.5}, {0, 0, 1}, 64, 48, 60);
+  EXPECT_TRUE(physdreamer_mask(read, camera).data.empty());
+  camera.name = "frame_10";
+  for (const auto& [width, height] : {std::pair{64, 48}, {64, 36}, {128, 72}, {128, 128}}) {
+    const Camera video = physdreamer_camera(camera, width, height);
+    const ImageF seen = physdreamer_mask(read, video);
+    ASSERT_TRUE(seen.width == width && seen.height == height && seen.channels == 1);
+    // What a ray hits is the same in all of them.
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        const double u = (x + 0.5 - video.cx) / video.fx * camera.fx + camera.cx, v = (y + 0.5 - video.cy) / video.fy * camera.fy + camera.cy;
+        const bool inside = v > 0 && v < 48;
+        EXPECT_EQ(seen(x, y), inside ? mask(static_cast<int>(u), static_cast<int>(v), 0) : 0) << width << ' ' << x << ' ' << y;
+      }
+  }
 }
 
 TEST_F(PhysDreamer, WhatIsMissingIsNamed) {

@@ -2,6 +2,8 @@
 
 #include "fitting/fit/check_video.h"
 
+#include <functional>
+
 #include "tests/fitting/made_video.h"
 #include "tests/temporary_folder.h"
 
@@ -113,6 +115,26 @@ TEST_F(CheckVideo, RepeatedFramesAreSaid) {
   ReferenceVideo doubled = made.video();
   for (int t = 1; t < made.frames; t += 2) doubled.frames[t] = doubled.frames[t - 1];
   expect_finding(check(doubled), VideoProblem::kRepeated, false, "lower rate");
+}
+
+TEST_F(CheckVideo, FramesRepeatedOrDroppedAtEvenDistancesTellTheTrueRate) {
+  made.frames = 26;  // of a swing
+  const ReferenceVideo film = made.video();
+  const auto shown = [&](int frames, const std::function<int(int)>& filmed) {
+    ReferenceVideo video = film;
+    video.frames.clear();
+    for (int t = 0; t < frames; ++t) video.frames.push_back(film.frames[filmed(t) % made.frames]);
+    return check(video);
+  };
+  EXPECT_EQ(shown(32, [](int t) { return t; }).rhythm.period, 0);
+  const VideoChecks doubled = shown(32, [](int t) { return t / 2; });
+  expect_finding(doubled, VideoProblem::kRepeated, false, "true rate is probably 12 frames");
+  EXPECT_NE(doubled.find(VideoProblem::kRepeated)->sentence.find("too small by 4: say that it has 48"), std::string::npos);
+  expect_finding(shown(38, [](int t) { return t / 3; }), VideoProblem::kRepeated, false, "true rate is probably 8 frames");
+  expect_finding(shown(40, [](int t) { return t * 5 / 6; }), VideoProblem::kRepeated, false, "true rate is probably 20 frames");
+  const VideoChecks dropped = shown(32, [](int t) { return t * 3 / 2; });
+  expect_finding(dropped, VideoProblem::kDropped, false, "true rate is 36 frames");
+  EXPECT_NE(dropped.find(VideoProblem::kDropped)->sentence.find("too large by 2.25"), std::string::npos);
 }
 
 }  // namespace

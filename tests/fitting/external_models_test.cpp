@@ -1,6 +1,7 @@
 // Programs that make or judge videos: the protocols, against small stand-ins, and everything that such programs do wrong.
 
 #include <chrono>
+#include <cmath>
 #include <numeric>
 
 #include "fitting/fit/generate_video.h"
@@ -140,6 +141,110 @@ TEST_F(ExternalModels, WhatAGuideDoesWrongIsSaid) {
   const std::string all_ones = "head -c 576 /dev/zero | tr '\\000' '\\377' > gradient.f32; ";
   expect_error(Failure::kInput, {"not finite", "frame 0"}, [&] { run(ready + all_ones + "echo '{\"step\": 0, \"loss\": 2}'; read line"); });
   expect_error(Failure::kInput, {"its answer"}, [&] { run(ready + "echo '{broken'; read line"); });
+}
+
+/// A pipeline whose latents are means of 8 x 8 pixels and whose model knows one video for each prompt: grey levels 0.3 and 0.1.
+const char* const kPipeline = R"(
+import os, types, torch
+MIX = torch.tensor([[1.0, 0.5, 0.0], [0.0, 1.0, -0.5], [0.25, 0.0, 1.0], [1.0, -1.0, 1.0]])
+SCALE = 0.5
+def encode(x): return torch.einsum('kc,tchw->tkhw', MIX, torch.nn.functional.avg_pool2d(x, 8))
+class Vae(torch.nn.Module):
+    config = types.SimpleNamespace(scaling_factor=SCALE)
+    def encode(self, x):
+        assert x.shape[2] % 64 == 0 and x.shape[3] % 64 == 0 and len(x) <= 2
+        return types.SimpleNamespace(latent_dist=types.SimpleNamespace(mode=lambda: encode(x)))
+class Unet(torch.nn.Module):
+    def __init__(self):
+        super().__init__()
+        self.weight = torch.nn.Parameter(torch.zeros(1))
+    def forward(self, noisy, t, encoder_hidden_states):
+        assert not torch.is_grad_enabled() and noisy.shape[:3] == (2, 4, 3) and t.dtype == torch.int64
+        a = DiffusionPipeline.scheduler.alphas_cumprod[t]
+        grey = encoder_hidden_states.reshape(2, 1, 1, 1, 1)
+        known = SCALE * (2 * grey - 1) * MIX.sum(1).reshape(1, 4, 1, 1, 1).expand_as(noisy)
+        noise = (noisy - a ** 0.5 * known) / (1 - a) ** 0.5
+        kind = DiffusionPipeline.scheduler.config.prediction_type
+        return types.SimpleNamespace(sample=a ** 0.5 * noise - (1 - a) ** 0.5 * known if kind == 'v_prediction' else noise)
+class DiffusionPipeline:
+    scheduler = types.SimpleNamespace(alphas_cumprod=torch.linspace(0.9, 0.1, 101),
+                                      config=types.SimpleNamespace(num_train_timesteps=101, prediction_type=os.environ['KIND']))
+    def __init__(self): self.vae, self.unet = Vae(), Unet()
+    @staticmethod
+    def from_pretrained(model, torch_dtype=None, variant=None): return DiffusionPipeline()
+    def to(self, device): return self
+    def encode_prompt(self, prompt, device, num_images_per_prompt, do_classifier_free_guidance, negative_prompt):
+        assert prompt == 'it swings' and negative_prompt == '' and do_classifier_free_guidance
+        return torch.full((1, 1, 1), 0.3), torch.full((1, 1, 1), 0.1)
+)";
+
+std::vector<ImageF> coloured_frames(int width, int height) {
+  std::vector<ImageF> frames(3, ImageF(width, height, 3));
+  for (size_t t = 0; t < 3; ++t)
+    for (size_t i = 0; i < frames[t].data.size(); ++i) frames[t].data[i] = static_cast<float>(0.5 + 0.4 * std::sin(0.37 * static_cast<double>(i) + 1.3 * static_cast<double>(t)));
+  return frames;
+}
+
+TEST_F(ExternalModels, ScoreDistillationPullsFramesToWhatTheModelKnows) {
+  std::string python;
+  for (const char* name : {"/usr/bin/python3", "python3"})
+    if (python.empty() && system((std::string(name) + " -W ignore -c 'import numpy, torch' > /dev/null 2>&1").c_str()) == 0) python = name;
+  if (python.empty()) GTEST_SKIP() << "needs python3 with torch and numpy";
+  folder.file("modules/diffusers.py", kPipeline);
+  const auto start = [&](const std::string& kind) {
+    GuidanceOptions options;
+    options.command = "PYTHONDONTWRITEBYTECODE=1 OMP_NUM_THREADS=1 KIND=" + kind + " PYTHONPATH=" + (folder / "modules").string() + " " + python + " -W ignore " PLIANT_SOURCE_DIR
+                      "/fitting/fit/adapters/score_distillation.py --prompt 'it swings' --guidance-scale 2 --area 8192 --noise 0.5 0.5";
+    return std::make_unique<Guidance>(options, folder / kind);
+  };
+  // The noise leaves no trace: eps_hat - eps = sqrt(a / (1 - a)) (z - z*), with a = 0.5 in the middle of the times and z* of the grey level
+  // 0.1 + 2 (0.3 - 0.1).  Through means of 64 pixels, the mix of colours and 2 x - 1:
+  const double mix[4][3] = {{1, 0.5, 0}, {0, 1, -0.5}, {0.25, 0, 1}, {1, -1, 1}}, scale = 0.5, grey = 0.5;
+  const int width = 128, height = 64;
+  const double latents = 3 * 4 * (width / 8) * (height / 8);
+  const std::vector<ImageF> frames = coloured_frames(width, height);
+  const auto guide = start("epsilon");
+  const GuidanceResult result = guide->evaluate(frames, 24);
+  double loss = 0, pull = 0;
+  for (size_t t = 0; t < 3; ++t)
+    for (int v = 0; v < height; v += 8)
+      for (int u = 0; u < width; u += 8) {
+        double mean[3] = {0, 0, 0}, back[3] = {0, 0, 0};
+        for (int k = 0; k < 64; ++k)
+          for (int c = 0; c < 3; ++c) mean[c] += frames[t](u + k % 8, v + k / 8, c) / 64;
+        for (const auto& row : mix) {
+          double away = 0;
+          for (int c = 0; c < 3; ++c) away += 2 * scale * row[c] * (mean[c] - grey);
+          loss += 0.25 * away * away / latents;
+          for (int c = 0; c < 3; ++c) back[c] += 0.5 * away * 2 * scale * row[c] / 64 / latents;
+        }
+        for (int k = 0; k < 64; ++k)
+          for (int c = 0; c < 3; ++c) {
+            EXPECT_NEAR(result.gradient[t](u + k % 8, v + k / 8, c), back[c], 1e-4 * std::abs(back[c]) + 1e-9);
+            pull += back[c] * (frames[t](u + k % 8, v + k / 8, c) - grey);
+          }
+      }
+  EXPECT_NEAR(result.loss, loss, 1e-5 * loss);
+  EXPECT_GT(pull, 0);  // against the gradient frames come nearer to it
+
+  // At a = 0.5 it is the derivative of the loss that is told; also through the change of size.
+  std::vector<ImageF> small = coloured_frames(50, 30);
+  const GuidanceResult there = guide->evaluate(small, 24);
+  for (const size_t i : {0u, 1000u, 2222u, 4499u}) {
+    float& value = small[1].data[i];
+    const float before = value, h = 0.2f;
+    value = before + h;
+    const double above = guide->evaluate(small, 24).loss;
+    value = before - h;
+    const double below = guide->evaluate(small, 24).loss;
+    value = before;
+    EXPECT_NEAR((above - below) / (2 * h), there.gradient[1].data[i], 0.01 * std::abs(there.gradient[1].data[i]) + 2e-8) << i;
+  }
+
+  // A model of v tells the same; another kind is refused by its name.
+  const GuidanceResult of_v = start("v_prediction")->evaluate(frames, 24);
+  for (size_t i = 0; i < frames[0].data.size(); i += 97) EXPECT_NEAR(of_v.gradient[0].data[i], result.gradient[0].data[i], 1e-4 * std::abs(result.gradient[0].data[i]) + 1e-9);
+  expect_error(Failure::kInput, {"step 0", "prediction_type is flow"}, [&] { start("flow")->evaluate(frames, 24); });
 }
 
 }  // namespace
