@@ -19,7 +19,7 @@ std::vector<Choice> of_videos(const FitStage& stage) {
   const CompareStage& c = stage.compare;
   return {{"--camera", !stage.camera.empty()},  {"--video-pose", !stage.pose.empty()},   {"--refine-camera", stage.refine_camera}, {"--video-mask", !stage.video_mask.empty()},
           {"--video-first", stage.first > 0},   {"--video-last", stage.last > 0},        {"--from", stage.from >= 0},
-          {"--until", stage.until > 0},         {"--field", stage.field != "uniform"},   {"--loss", c.loss != "tracks"},
+          {"--until", stage.until > 0},         {"--field", stage.field != "uniform"}, {"--recipe", stage.recipe != "search"},   {"--loss", c.loss != "tracks"},
           {"--flow-weight", c.flow_weight > 0}, {"--fit-poisson", c.poisson},            {"--guide-with", !c.guide.empty()},
           {"--generate-with", !stage.generate.command.empty()}};
 }
@@ -34,10 +34,12 @@ void check_fit_stage(const FitStage& stage, bool has_video) {
     refuse({{"--markers", markers}}, "with --released-fields", "leave one of them out");
     refuse(of_videos(stage), "with --released-fields, which are taken as they are", "leave it out, or fit to the video");
   }
-  const bool by_gradients = stage.field == "triplanes" || c.loss != "tracks" || c.flow_weight > 0 || c.poisson || guided;
+  const bool recipe = stage.recipe == "physdreamer";
+  if (recipe) refuse({{"--guide-with", guided}}, "with --recipe physdreamer, which compares with the video alone", "leave one of them out");
+  const bool by_gradients = recipe || stage.field == "triplanes" || c.loss != "tracks" || c.flow_weight > 0 || c.poisson || guided;
   if (!by_gradients)
     refuse({{"--gradient-window", c.window != usual.window}, {"--gradient-iterations", c.iterations != usual.iterations}},
-           "where no gradients run: the points that are followed are fitted by Gauss-Newton", "add --loss pictures or both, --flow-weight, or --field triplanes");
+           "where no gradients run: the points that are followed are fitted by Gauss-Newton", "add --loss pictures or both, --flow-weight, --field triplanes or --recipe physdreamer");
   if (c.loss == "tracks")
     refuse({{"--loss-lambda", c.lambda != usual.lambda}, {"--picture-weight", c.picture_weight != usual.picture_weight}}, "without pictures", "add --loss pictures or both");
   if (!guided)

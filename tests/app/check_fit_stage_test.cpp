@@ -35,6 +35,7 @@ void expect_refused(const std::vector<Unused>& choices, const std::function<void
 TEST(CheckFitStage, OptionsOfVideosAreRefusedWithMarkersAndWithReleasedFields) {
   const std::vector<Unused> of_videos = {
       {"--field", [](FitStage& s) { s.field = "smooth"; }},       {"--until", [](FitStage& s) { s.until = 1; }},
+      {"--recipe", [](FitStage& s) { s.recipe = "physdreamer"; }},
       {"--from", [](FitStage& s) { s.from = 0; }},                {"--camera", [](FitStage& s) { s.camera = "a"; }},
       {"--loss", [](FitStage& s) { s.compare.loss = "both"; }},   {"--fit-poisson", [](FitStage& s) { s.compare.poisson = true; }},
       {"--guide-with", [](FitStage& s) { s.compare.guide = "x"; }}, {"--generate-with", [](FitStage& s) { s.generate.command = "x"; }}};
@@ -47,7 +48,7 @@ TEST(CheckFitStage, OptionsOfGradientsAreRefusedWhereNoneRun) {
                                             {"--gradient-iterations", [](FitStage& s) { s.compare.iterations = 5; }}};
   expect_refused(of_gradients, [](FitStage& s) { s.field = "smooth"; }, true);
   for (const auto& kind : std::vector<std::function<void(FitStage&)>>{[](FitStage& s) { s.field = "triplanes"; }, [](FitStage& s) { s.compare.loss = "pictures"; },
-                                                                      [](FitStage& s) { s.compare.flow_weight = 1; }, [](FitStage& s) { s.compare.poisson = true; }}) {
+                                                                      [](FitStage& s) { s.compare.flow_weight = 1; }, [](FitStage& s) { s.recipe = "physdreamer"; }, [](FitStage& s) { s.compare.poisson = true; }}) {
     FitStage stage;
     kind(stage), stage.compare.window = 1, stage.compare.iterations = 5;
     EXPECT_NO_THROW(check_fit_stage(stage, true));
@@ -62,6 +63,7 @@ TEST(CheckFitStage, WhatBelongsToAnotherOptionIsRefusedWithoutIt) {
                   {"--parts", [](FitStage& s) { s.parts = 3; }},
                   {"--part-labels", [](FitStage& s) { s.part_labels = "l.h5"; }}},
                  [](FitStage&) {}, true);
+  expect_refused({{"--guide-with", [](FitStage& s) { s.compare.guide = "x"; }}}, [](FitStage& s) { s.recipe = "physdreamer"; }, true);
   expect_refused({{"--guide-load", [](FitStage& s) { s.compare.load = "l.json"; }}}, [](FitStage& s) { s.compare.guide = "x"; }, true);
   expect_refused({{"--video-first", [](FitStage& s) { s.first = 1; }}}, [](FitStage& s) { s.generate.command = "x"; }, false);
   expect_refused({{"--parts", [](FitStage& s) { s.parts = 3; }}}, [](FitStage& s) { s.field = "parts", s.part_labels = "l.h5"; }, true);
