@@ -342,14 +342,10 @@ TEST_F(FitVideo, InterruptedInAnyStageItEndsWithTheSameFiles) {
   EXPECT_FALSE(fs::exists(checkpoint));
 
   fs::remove(folder / "run/fit/results.json");
-  expect_error(Failure::kInterrupted, {}, [&] { fit_up_to(all / 3); });
-  FitCheckpoint kept = read_fit_checkpoint(checkpoint);
+  expect_error(Failure::kInterrupted, {}, [&] { fit_up_to(all / 5); });
+  const FitCheckpoint kept = read_fit_checkpoint(checkpoint);
   EXPECT_FALSE(kept.homogeneous);
-  ASSERT_FALSE(kept.vibration.refinements.empty());
-  const size_t refinements = kept.vibration.refinements.size();
-  expect_error(Failure::kInterrupted, {}, [&] { fit_up_to(all / 2); });
-  kept = read_fit_checkpoint(checkpoint);
-  EXPECT_TRUE(kept.homogeneous || kept.vibration.refinements.size() > refinements);
+  EXPECT_FALSE(kept.vibration.refinements.empty());
   const fs::path copy = folder / "checkpoint.h5";
   fs::copy_file(checkpoint, copy);
   // Iterations of gradients that were done when it was interrupted after so many calls.
@@ -368,9 +364,9 @@ TEST_F(FitVideo, InterruptedInAnyStageItEndsWithTheSameFiles) {
   // While it works out how sure it is; then between the iterations of gradients.
   EXPECT_EQ(continued(rest - 2), 3);
   const int after_gradients = asked;
-  const int iterations = continued(rest - after_gradients - 3);
-  EXPECT_TRUE(iterations == 1 || iterations == 2) << iterations;
-  EXPECT_EQ(asked, after_gradients + 3 - iterations);
+  EXPECT_LT(after_gradients, rest - 3);
+  EXPECT_EQ(continued(rest - after_gradients - 2), 2);
+  EXPECT_EQ(asked, after_gradients + 1);
 }
 
 TEST_F(FitVideo, WithoutAVideoAProgramThatLikesStillnessGuidesTheMaterial) {
