@@ -38,7 +38,6 @@ TEST(YoungPosterior, WhatNeverMovesKeepsThePriorAndWhatBendsIsDetermined) {
     if (z < 0.02f) least_below = std::min(least_below, share);
     if (z > 0.052f && z < 0.058f) most_bent = std::max(most_bent, share);
   }
-  printf("%f %f %f\n", least_below, most_bent, most);
   EXPECT_GT(least_below, 0.85);
   EXPECT_LT(most_bent, 0.4);
   EXPECT_LT(most, 1 + 1e-6);
