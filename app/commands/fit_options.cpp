@@ -100,6 +100,9 @@ void add_fit_options(CLI::App& command, FitStage& stage, const std::string& pref
   command.add_option("--" + prefix + "field", stage.field, "How stiffness may differ from place to place: uniform, parts (by place and look), smooth, triplanes (by gradients, with v0(x))")
       ->check(CLI::IsMember({"uniform", "parts", "smooth", "triplanes"}))
       ->capture_default_str();
+  command.add_option("--" + prefix + "recipe", stage.recipe, "search: over stiffness, then Gauss-Newton; physdreamer: gradients alone, v0(x) from three frames, then E(x) from the E that is given")
+      ->check(CLI::IsMember({"search", "physdreamer"}))
+      ->capture_default_str();
   command.add_option("--" + prefix + "parts", stage.parts, "Patches of the object, of --" + prefix + "field parts; those that look alike are one part")
       ->check(CLI::Range(2, 32))
       ->capture_default_str();

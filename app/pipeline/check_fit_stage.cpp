@@ -31,6 +31,7 @@ std::vector<Choice> of_pictures(const FitStage& stage) {
                                     {"--video-pose", !stage.pose.empty()},
                                     {"--video-fps", stage.fps > 0},
                                     {stage.typed("field"), stage.field != "uniform"},
+                                    {stage.typed("recipe"), stage.recipe != "search"},
                                     {stage.typed("loss"), c.loss != "tracks"},
                                     {stage.typed("flow-weight"), c.flow_weight > 0},
                                     {"--fit-poisson", c.poisson},
@@ -59,12 +60,14 @@ void check_fit_stage(const FitStage& stage, bool has_video) {
     refuse({{"--markers", markers}}, "with --released-fields", "leave one of them out");
     refuse(of_pictures(stage), "with --released-fields, which are taken as they are", "leave it out, or fit to the video");
   }
-  const bool by_gradients = stage.field == "triplanes" || c.loss != "tracks" || c.flow_weight > 0 || c.poisson || guided;
+  const bool recipe = stage.recipe == "physdreamer";
+  if (recipe) refuse({{"--guide-with", guided}}, "with " + stage.typed("recipe") + " physdreamer, which compares with the video alone", "leave one of them out");
+  const bool by_gradients = recipe || stage.field == "triplanes" || c.loss != "tracks" || c.flow_weight > 0 || c.poisson || guided;
   const std::string pictures = "add " + stage.typed("loss") + " pictures or both";
   if (!by_gradients)
     refuse({{stage.typed("gradient-window"), c.window != usual.window}, {stage.typed("gradient-iterations"), c.iterations != usual.iterations}},
            "where no gradients run: the points that are followed are fitted by Gauss-Newton",
-           pictures + ", " + stage.typed("flow-weight") + ", or " + stage.typed("field") + " triplanes");
+           pictures + ", " + stage.typed("flow-weight") + ", " + stage.typed("field") + " triplanes or " + stage.typed("recipe") + " physdreamer");
   if (c.loss == "tracks")
     refuse({{stage.typed("loss-lambda"), c.lambda != usual.lambda}, {stage.typed("picture-weight"), c.picture_weight != usual.picture_weight}}, "without pictures", pictures);
   if (!guided)

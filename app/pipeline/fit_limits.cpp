@@ -72,6 +72,8 @@ std::vector<std::string> undetermined_by_video(const FitEvidence& e, const FitBl
     out.push_back(fmt::format("{:.0f} % of what moves lies away from every point that was followed; nothing was seen of its motion.", 100 * blindness.unseen_volume));
   if (blindness.stiff_volume > 0.02)
     out.push_back(fmt::format("{:.0f} % of the object hardly deforms in this video; it might as well be much stiffer.", 100 * blindness.stiff_volume));
+  if (!e.searched)
+    out.push_back("E was followed downhill from the one that was given, not searched for: another may explain the video better. Damping was not fitted.");
   if (e.one_stiffness)
     out.push_back("One stiffness was fitted for the whole object; differences between its parts were not looked for.");
   else if (!e.errors_known)
@@ -80,6 +82,8 @@ std::vector<std::string> undetermined_by_video(const FitEvidence& e, const FitBl
     out.push_back(fmt::format("Where uncertainty.png is bright, in {:.0f} % of the object, its stiffness against the rest is a guess: the video leaves it as "
                               "uncertain as it was before.",
                               100 * e.undecided_volume));
+  if (e.by_gradients && e.errors_known)
+    out.push_back("The uncertainty of E is what the followed points leave open near the fit that was found; pictures and flow were not asked.");
   for (size_t k = 0; k < e.rival_factor.size(); ++k) {
     const double ratio = e.rival_factor[k];
     if (std::abs(std::log10(ratio)) > 0.05 && e.rival_rms[k] < 1.3 * e.rms)

@@ -17,8 +17,10 @@ struct FitEvidence {
   double strongest_hz = 0;                          ///< 0 = not known
   std::vector<double> rival_factor, rival_rms;      ///< other minima that were refined: E against the result's, rms
   double rms = 0;                                   ///< of the result, in the same unit
+  bool searched = true;                             ///< E was, and damping was fitted
   bool one_stiffness = true;                        ///< for the whole object
   bool poisson_fitted = false;
+  bool by_gradients = false;                        ///< the errors are worked out about what gradients found
   bool errors_known = true;                         ///< of E from place to place
   double undecided_volume = 0;                      ///< share whose E the prior decides, not the video
 };

@@ -53,7 +53,7 @@ FitFindings findings_of(const MaterialFit& fit, const Particles& before, double 
   for (const double factor : constant.search.log10_factor) out.search_young.push_back(young_before * std::pow(10.0, factor));
   out.search_unexplained = constant.search.unexplained;
   for (const FitStep& step : fit.steps)
-    out.refinements.push_back({step.name, step.name == "gradients" ? "loss of the frames compared" : "points off by [px]", step.loss});
+    out.refinements.push_back({step.name, step.by_gradients ? "loss of the frames compared" : "points off by [px]", step.loss});
   return out;
 }
 
@@ -69,7 +69,8 @@ FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, const Mat
     out.rival_factor.push_back(std::pow(10.0, fit.homogeneous.candidate_factor[k] - fit.homogeneous.log10_factor));
     out.rival_rms.push_back(fit.homogeneous.candidate_rms[k] * found.rms / std::max(fit.homogeneous.rms, 1e-12));
   }
-  out.one_stiffness = options.kind == MaterialKind::kUniform, out.poisson_fitted = options.poisson, out.errors_known = !fit.sigma.empty();
+  out.searched = !fit.homogeneous.search.log10_factor.empty();
+  out.one_stiffness = options.kind == MaterialKind::kUniform, out.poisson_fitted = options.poisson, out.errors_known = !fit.sigma.empty(), out.by_gradients = !fit.iterations.empty();
   double whole = 0, undecided = 0;
   for (size_t i = 0; i < fit.sigma.size(); ++i) {
     const double volume = scene.body.particles.volume[i];

@@ -13,7 +13,8 @@ constexpr const char* kCheckpoint = "fit/checkpoint.h5";
 
 /// Where an interrupted fit goes on.
 std::string place_of(const FitCheckpoint& checkpoint) {
-  if (!checkpoint.gradient.rows.empty()) return fmt::format("after {} iterations of an interrupted fit", checkpoint.gradient.rows.size());
+  const size_t iterations = checkpoint.velocity.rows.size() + checkpoint.gradient.rows.size();
+  if (iterations > 0) return fmt::format("after {} iterations of an interrupted fit", iterations);
   size_t steps = 0;
   for (const GaussNewtonState& refinement : checkpoint.vibration.refinements) steps += refinement.loss.size() - 1;
   const std::string from = checkpoint.field ? "field" : checkpoint.homogeneous ? "best constant" : "modes";
@@ -33,14 +34,13 @@ MaterialFitProgress kept_progress(const Context& context, const RunDirectory& ru
   const auto write = [checkpoint, file] { write_fit_checkpoint(file, *checkpoint); };
   MaterialFitProgress kept;
   kept.homogeneous = checkpoint->homogeneous, kept.field = checkpoint->field;
-  kept.vibration = checkpoint->vibration, kept.gradient = checkpoint->gradient;
+  kept.vibration = checkpoint->vibration, kept.velocity = checkpoint->velocity, kept.gradient = checkpoint->gradient;
   kept.keep_vibration = [=](const VibrationFitState& state) { checkpoint->vibration = state, write(); };
   kept.keep_homogeneous = [=](const VibrationFit& fit) { checkpoint->homogeneous = fit, checkpoint->vibration = {}, write(); };
   kept.keep_field = [=](const VibrationFit& fit) { checkpoint->field = fit, checkpoint->vibration = {}, write(); };
-  kept.keep_gradient = [=, &context](const GradientFitState& state) {
-    checkpoint->gradient = state, write();
-    return !(context.interrupted && context.interrupted());
-  };
+  const auto go_on = [&context] { return !(context.interrupted && context.interrupted()); };
+  kept.keep_velocity = [=](const GradientFitState& state) { return checkpoint->velocity = state, write(), go_on(); };
+  kept.keep_gradient = [=](const GradientFitState& state) { return checkpoint->gradient = state, write(), go_on(); };
   return kept;
 }
 

@@ -61,6 +61,7 @@ struct FitStage {
   double until = 0;           ///< s of the video; later frames only judge the fit; 0 = all are used
   int points = 400;           ///< of the object's surface that are followed
   std::string field = "uniform";  ///< E(x): uniform, parts, smooth, triplanes
+  std::string recipe = "search";  ///< search: over stiffness, then Gauss-Newton; physdreamer: gradients alone, v0 first (fit_physdreamer.h)
   int parts = 6;              ///< patches of the object by place and colour; those that look alike are one part
   std::string part_labels;    ///< file with labels of the scene's Gaussians, that say the parts instead
   MaterialValues material;    ///< command line's; E is where the search starts

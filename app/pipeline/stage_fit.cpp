@@ -7,6 +7,7 @@
 #include "app/pipeline/fit_outcome.h"
 #include "app/pipeline/fit_progress.h"
 #include "app/pipeline/fit_video.h"
+#include "fitting/fit/fit_physdreamer.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 
@@ -51,7 +52,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
                {{"particles", run / (folder + "/particles.h5")}, {"object", run / (folder + "/object.ply")}, {"background", run / "background_repaired.ply"}},
                {folder + "/material.h5", folder + "/velocity.h5", "fit/results.json", "fit/side_by_side.mp4"}};
   add_video_to_key(key, scene, stage);
-  key.options["compare"] = compare_to_json(stage.compare);
+  key.options["compare"] = compare_to_json(stage.compare), key.options["recipe"] = stage.recipe;
   if (!stage.part_labels.empty()) key.inputs["part_labels"] = stage.part_labels;
 
   const json summary = run.stage(context, key, [&]() -> json {
@@ -62,7 +63,8 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     const auto say = [&](const std::string& line) { context.progress.say("fit: " + line); };
     const MaterialFitProgress kept = kept_progress(context, run, provenance);
     const MaterialFitOptions options = material_fit_options(context, run, scene, stage, fit, kept.gradient);
-    const MaterialFit found_material = fit_material(options, fit.body.particles, fit.pins, tracks, fit.video.fps, say, kept);
+    const auto fit_by_recipe = stage.recipe == "physdreamer" ? fit_physdreamer : fit_material;
+    const MaterialFit found_material = fit_by_recipe(options, fit.body.particles, fit.pins, tracks, fit.video.fps, say, kept);
     const VibrationFit& found = found_material.found;
     const Particles& fitted = found_material.particles;
     const std::string sources[] = {"homogeneous", "by parts", "a smooth field", "triplanes"};

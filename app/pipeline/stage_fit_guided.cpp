@@ -66,7 +66,7 @@ json run_guided_fit(const Context& context, RunDirectory& run, const Scene& scen
     const MaterialFitProgress kept = kept_progress(context, run, provenance);
     MaterialFitOptions options = material_fit_options(context, run, scene, stage, fit, kept.gradient);
     options.clip.track_weight = 0;
-    ClipFitOptions varied = gradient_fields(options, motion.particles);
+    ClipFitOptions varied = gradient_fields(options, motion.particles, motion.interactions);
     varied.velocity = nullptr;  // forces move it
     const ClipFrames frames{0, compare.guide_frames - 1, 0, 1, fps};
     Motion<float> cut = motion;

@@ -168,6 +168,31 @@ VibrationFitState read_vibration(const Hdf5Reader& in) {
 
 constexpr size_t kColumns = 6;  // of a row of iterations
 
+void write_gradient(Hdf5Writer& out, const std::string& group, const GradientFitState& g) {
+  out.group(group);
+  visit_gradient(g, [&](const char* name, const std::vector<double>& values) { out.dataset(group + "/" + name, values.data(), {values.size()}); });
+  const double scalars[7] = {g.now.damping, g.best.damping, g.best_loss, double(g.without_better), double(g.finished), double(g.steps), g.rate};
+  out.dataset(group + "/scalars", scalars, {7});
+  std::vector<double> rows;
+  for (const GradientFitRow& r : g.rows)
+    rows.insert(rows.end(), {double(r.frames), r.loss, r.rollout_seconds, r.frames_seconds, r.reverse_seconds, r.field_seconds});
+  out.dataset(group + "/rows", rows.data(), {g.rows.size(), kColumns});
+}
+
+GradientFitState read_gradient(const Hdf5Reader& in, const std::string& group) {
+  GradientFitState g;
+  visit_gradient(g, [&](const char* name, std::vector<double>& values) { values = in.dataset<double>(group + "/" + name, {kAny}); });
+  const std::vector<double> scalars = in.dataset<double>(group + "/scalars", {7});
+  g.now.damping = scalars[0], g.best.damping = scalars[1], g.best_loss = scalars[2];
+  g.without_better = static_cast<int>(scalars[3]), g.finished = scalars[4] != 0;
+  g.steps = static_cast<long>(scalars[5]), g.rate = scalars[6];
+  const std::vector<double> rows = in.dataset<double>(group + "/rows", {kAny, kColumns});
+  for (size_t i = 0; i < rows.size(); i += kColumns)
+    g.rows.push_back({static_cast<int>(rows[i]), rows[i + 1], rows[i + 2], rows[i + 3], rows[i + 4], rows[i + 5]});
+  if (g.first_moment.size() != g.second_moment.size()) throw in.complaint(group + "/second_moment", "has another length than first_moment");
+  return g;
+}
+
 }  // namespace
 
 void write_fit_checkpoint(const fs::path& file, const FitCheckpoint& checkpoint) {
@@ -175,17 +200,7 @@ void write_fit_checkpoint(const fs::path& file, const FitCheckpoint& checkpoint)
     if (checkpoint.homogeneous) write_fit(out, "/homogeneous", *checkpoint.homogeneous);
     if (checkpoint.field) write_fit(out, "/field", *checkpoint.field);
     write_vibration(out, checkpoint.vibration);
-    const GradientFitState& g = checkpoint.gradient;
-    out.group("/gradient");
-    visit_gradient(g, [&](const char* name, const std::vector<double>& values) {
-      out.dataset(std::string("/gradient/") + name, values.data(), {values.size()});
-    });
-    const double scalars[7] = {g.now.damping, g.best.damping, g.best_loss, double(g.without_better), double(g.finished), double(g.steps), g.rate};
-    out.dataset("/gradient/scalars", scalars, {7});
-    std::vector<double> rows;
-    for (const GradientFitRow& r : g.rows)
-      rows.insert(rows.end(), {double(r.frames), r.loss, r.rollout_seconds, r.frames_seconds, r.reverse_seconds, r.field_seconds});
-    out.dataset("/gradient/rows", rows.data(), {g.rows.size(), kColumns});
+    write_gradient(out, "/velocity", checkpoint.velocity), write_gradient(out, "/gradient", checkpoint.gradient);
     out.text("/", "provenance", checkpoint.provenance_json);
   });
 }
@@ -199,16 +214,7 @@ FitCheckpoint read_fit_checkpoint(const fs::path& file) {
   if (in.has("/homogeneous")) checkpoint.homogeneous = read_fit(in, "/homogeneous");
   if (in.has("/field")) checkpoint.field = read_fit(in, "/field");
   checkpoint.vibration = read_vibration(in);
-  GradientFitState& g = checkpoint.gradient;
-  visit_gradient(g, [&](const char* name, std::vector<double>& values) { values = in.dataset<double>(std::string("/gradient/") + name, {kAny}); });
-  const std::vector<double> scalars = in.dataset<double>("/gradient/scalars", {7});
-  g.now.damping = scalars[0], g.best.damping = scalars[1], g.best_loss = scalars[2];
-  g.without_better = static_cast<int>(scalars[3]), g.finished = scalars[4] != 0;
-  g.steps = static_cast<long>(scalars[5]), g.rate = scalars[6];
-  const std::vector<double> rows = in.dataset<double>("/gradient/rows", {kAny, kColumns});
-  for (size_t i = 0; i < rows.size(); i += kColumns)
-    g.rows.push_back({static_cast<int>(rows[i]), rows[i + 1], rows[i + 2], rows[i + 3], rows[i + 4], rows[i + 5]});
-  if (g.first_moment.size() != g.second_moment.size()) throw in.complaint("/gradient/second_moment", "has another length than first_moment");
+  checkpoint.velocity = read_gradient(in, "/velocity"), checkpoint.gradient = read_gradient(in, "/gradient");
   return checkpoint;
 }
 

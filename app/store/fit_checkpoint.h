@@ -14,6 +14,7 @@ struct FitCheckpoint {
   std::optional<VibrationFit> homogeneous;  ///< without other minima of the search and the posterior of a field
   std::optional<VibrationFit> field;        ///< from there on; likewise
   VibrationFitState vibration;              ///< of the first of these that is not done
+  GradientFitState velocity;                ///< of v0 alone, where a stage is about it
   GradientFitState gradient;
   std::string provenance_json;  ///< options and inputs of the fit
 };

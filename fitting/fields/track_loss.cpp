@@ -88,6 +88,20 @@ double TrackLoss<T>::value_adjoint(int frame, const BasicSimulationState<T>& sta
 }
 
 template <class T>
+void TrackLoss<T>::append_errors(int frame, const BasicSimulationState<T>& state, double noise, std::vector<double>& errors) const {
+  if (!seen(frame)) return;
+  const std::vector<Vec3<T>> places = expected(state);
+  const double d2 = outlier_ * outlier_;
+  for (size_t k = 0; k < places.size(); ++k) {
+    Vec3d error = places[k].template cast<double>() - tracks_.place[frame][k];
+    const double s = error.squaredNorm(), weight = tracks_.weight[frame][k];
+    if (s > 0) error *= std::sqrt(2 * d2 * (std::sqrt(1 + s / d2) - 1) / s);
+    error *= weight > 0 ? std::sqrt(weight) / noise : 0;
+    for (int a = 0; a < (tracks_.camera ? 2 : 3); ++a) errors.push_back(error[a]);
+  }
+}
+
+template <class T>
 double TrackLoss<T>::rms(std::span<const BasicSimulationState<T>> frames) const {
   double total = 0, weights = 0;
   for (size_t f = 0; f < frames.size() && f < tracks_.place.size(); ++f) {

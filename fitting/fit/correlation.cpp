@@ -86,4 +86,11 @@ double neighbour_factor(std::span<const double> residuals, std::span<const Vec3f
   return factor;
 }
 
+double unexplained(std::span<const double> residuals, std::span<const Vec3f> place, size_t axes) {
+  double square = 0, count = 0;
+  for (const double r : residuals) square += r * r, count += r != 0;
+  const double wider = correlation_factor(residuals, place.size() * axes) * neighbour_factor(residuals, place, axes);
+  return std::sqrt(wider * square / std::max(1.0, count));
+}
+
 }  // namespace pliant

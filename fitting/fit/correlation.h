@@ -16,4 +16,8 @@ double correlation_factor(std::span<const double> residuals, size_t columns);
 /// 1 + the sum over the other points of the correlation at their distance, up to its first zero.
 double neighbour_factor(std::span<const double> residuals, std::span<const Vec3f> place, size_t axes);
 
+/// Standard deviation that errors [rows, points, axes] would need to weigh as much as they do if all were independent: the
+/// root mean square of those that are not 0, wider by the roots of both factors.
+double unexplained(std::span<const double> residuals, std::span<const Vec3f> place, size_t axes);
+
 }  // namespace pliant

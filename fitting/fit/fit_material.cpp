@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "fitting/fields/part_field.h"
+#include "fitting/fields/weighted_field.h"
+#include "fitting/fit/young_posterior.h"
 #include "gaussians/base/error.h"
 
 namespace pliant {
@@ -12,6 +14,24 @@ namespace {
 constexpr double kDecade = 2.302585092994046;
 constexpr double kMostSigmas = 5;  // of the parameters of a smooth field, that they may reach
 constexpr double kCommon = 0.02;  // of ln E: a field has a level of its own
+
+std::shared_ptr<SmoothField> smooth_field_of(const MaterialFitOptions& options, const Particles& particles) {
+  SmoothFieldOptions smooth = options.smooth;
+  smooth.level_sigma = std::max(smooth.level_sigma, smooth.sigma);
+  return std::make_shared<SmoothField>(smooth, particles.position);
+}
+
+/// Decades by which E of a particle is expected to differ from the common level.
+double prior_sigma_of(const MaterialFitOptions& options) {
+  if (options.kind == MaterialKind::kUniform) return INFINITY;
+  return options.kind == MaterialKind::kParts ? options.part_sigma : options.smooth.sigma / kDecade;
+}
+
+/// What the modes of a smooth field leave out joins the spread that they give.
+void add_left_out(const Field* field, std::vector<double>& sigma) {
+  if (const auto* smooth = dynamic_cast<const SmoothField*>(field))
+    for (size_t i = 0; i < sigma.size(); ++i) sigma[i] = std::sqrt(sigma[i] * sigma[i] + smooth->variance_left_out(i) / (kDecade * kDecade));
+}
 
 std::shared_ptr<const Field> field_of(const MaterialFitOptions& options, const Particles& particles) {
   switch (options.kind) {
@@ -22,11 +42,7 @@ std::shared_ptr<const Field> field_of(const MaterialFitOptions& options, const P
     case MaterialKind::kTriplanes:
       if (!options.smooth_first) return nullptr;
       [[fallthrough]];
-    case MaterialKind::kSmooth: {
-      SmoothFieldOptions smooth = options.smooth;
-      smooth.level_sigma = std::max(smooth.level_sigma, smooth.sigma);
-      return std::make_shared<SmoothField>(smooth, particles.position);
-    }
+    case MaterialKind::kSmooth: return smooth_field_of(options, particles);
   }
   return nullptr;
 }
@@ -69,10 +85,8 @@ void add_field(const MaterialFitOptions& options, VibrationFitOptions vibration,
   fit.particles = fit.found.fitted(base, field.get());
   fit.found.log10_factor += fit.homogeneous.log10_factor;
   fit.sigma = fit.found.young_sigma;
-  if (const auto* smooth = dynamic_cast<const SmoothField*>(field.get()))
-    for (size_t i = 0; i < fit.sigma.size(); ++i)
-      fit.sigma[i] = std::sqrt(fit.sigma[i] * fit.sigma[i] + smooth->variance_left_out(i) / (kDecade * kDecade));
-  fit.prior_sigma = parts ? options.part_sigma : options.smooth.sigma / kDecade;
+  add_left_out(field.get(), fit.sigma);
+  fit.prior_sigma = prior_sigma_of(options);
 }
 
 /// Exact gradients from what was found on.
@@ -83,39 +97,62 @@ void refine_by_gradients(const MaterialFitOptions& options, const VibrationFitOp
   const ClipFrames frames{found.first_frame, found.last_frame, found.rollout_frame(found.first_frame, fps), found.subframes, fps};
   Motion<float> motion = motion_of(found, vibration, fit.particles, interactions, fps);
   motion.options.gradient_window = options.gradient_window * frames.every;
-  ClipFitOptions varied = gradient_fields(options, fit.particles);
+  ClipFitOptions varied = gradient_fields(options, fit.particles, interactions);
   varied.gradient.first_window = frames.lead + frames.every * varied.gradient.first_window;
   const ClipFit clip = fit_clip(varied, motion, clip_objective(options.clip, &tracks, frames), kept.gradient, progress, kept.keep_gradient);
   const Motion<float>& best = clip.motion;
   fit.particles = best.particles, fit.found.start = best.start, fit.found.damping_time = best.options.simulate.damping_time;
   fit.found.substeps = best.options.simulate.substeps;
-  fit.iterations = clip.iterations, fit.sigma.clear();
-  const Rollout<float> run = rollout<float>(best.options, best.particles, best.interactions, best.start);
-  fit.found.rms = tracks.on_rollout(frames.first, frames.last, frames.lead, frames.every).rms(run.frames);
-  FitStep step{"gradients", fit.found.rms, clip.seconds, clip.stopped_by != "iterations", clip.stopped_by, {}};
-  // As if all frames were compared from the first iteration on.
-  for (const GradientFitRow& row : clip.iterations) step.loss.push_back(row.loss * clip.iterations.back().frames / row.frames);
-  fit.steps.push_back(std::move(step));
+  fit.iterations = clip.iterations;
+  fit.steps.push_back(step_of("gradients", clip, tracks, frames));
+  fit.found.rms = fit.steps.back().rms;
+  find_posterior(options, best, tracks, frames, fit);
 }
 
 }  // namespace
 
-ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particles& particles) {
+ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions) {
   ClipFitOptions varied;
+  const std::vector<double> free = free_particles(particles, interactions);
   varied.gradient = options.gradient;
   if (options.kind == MaterialKind::kTriplanes) {
     TriplaneOptions planes = options.planes, velocity_planes = options.planes;
     planes.low = {-kDecade * options.decades}, planes.high = {kDecade * options.decades};
     velocity_planes.channels = 3, velocity_planes.resolution = 24;
-    varied.material = make_triplane_field(planes, particles.position), varied.velocity = make_triplane_field(velocity_planes, particles.position);
+    varied.material = std::make_shared<WeightedField>(make_triplane_field(planes, particles.position), free);
+    varied.velocity = std::make_shared<WeightedField>(make_triplane_field(velocity_planes, particles.position), free);
   } else {
     varied.material = field_of(options, particles);
     if (!varied.material) varied.material = std::make_shared<PartField>(particles.size(), 1);
+    if (options.kind == MaterialKind::kSmooth) varied.material = std::make_shared<WeightedField>(varied.material, free);
     varied.gradient.material_limit = options.kind == MaterialKind::kSmooth ? kMostSigmas : options.decades * kDecade;
   }
   if (options.poisson) varied.poisson = std::make_shared<PartField>(particles.size(), 1);
   if (options.clip.guide_weight > 0) varied.gradient.noisy = true, varied.gradient.growth = 0;
   return varied;
+}
+
+void find_posterior(const MaterialFitOptions& options, const Motion<float>& motion, const TrackLoss<float>& tracks, const ClipFrames& frames,
+                    MaterialFit& fit) {
+  std::shared_ptr<const Field> field = options.kind == MaterialKind::kTriplanes ? smooth_field_of(options, motion.particles) : field_of(options, motion.particles);
+  if (!field) field = std::make_shared<PartField>(motion.particles.size(), 1);
+  const double sigma = options.kind == MaterialKind::kUniform ? INFINITY : options.kind == MaterialKind::kParts ? options.part_sigma * kDecade : 1;
+  const YoungPosterior posterior = posterior_about(motion, *field, sigma, tracks.on_rollout(frames.first, frames.last, frames.lead, frames.every), options.vibration.stop);
+  fit.sigma = posterior.young_sigma, fit.prior_sigma = prior_sigma_of(options);
+  add_left_out(field.get(), fit.sigma);
+  VibrationFit& found = fit.found;
+  const double spread = std::exp(std::min(5.0, posterior.log_damping_sigma));
+  found.log10_sigma = posterior.log10_sigma, found.damping_time_low = found.damping_time / spread, found.damping_time_high = found.damping_time * spread;
+}
+
+FitStep step_of(const std::string& name, const ClipFit& clip, const TrackLoss<float>& tracks, const ClipFrames& frames) {
+  const Motion<float>& motion = clip.motion;
+  const Rollout<float> run = rollout<float>(motion.options, motion.particles, motion.interactions, motion.start);
+  const double rms = tracks.on_rollout(frames.first, frames.last, frames.lead, frames.every).rms(run.frames);
+  FitStep step{name, rms, clip.seconds, clip.stopped_by != "iterations", clip.stopped_by, {}, true};
+  // As if all frames were compared from the first iteration on.
+  for (const GradientFitRow& row : clip.iterations) step.loss.push_back(row.loss * clip.iterations.back().frames / row.frames);
+  return step;
 }
 
 MaterialFit fit_material(const MaterialFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,

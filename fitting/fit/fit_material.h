@@ -31,10 +31,11 @@ struct MaterialFitProgress {
   std::optional<VibrationFit> homogeneous;  ///< of an earlier call
   std::optional<VibrationFit> field;        ///< of an earlier call: from the homogeneous on
   VibrationFitState vibration;              ///< of an earlier call: of the first of these two that is not done
+  GradientFitState velocity;                ///< of an earlier call: of v0 alone (fit_physdreamer.h)
   GradientFitState gradient;                ///< of an earlier call
   std::function<void(const VibrationFit&)> keep_homogeneous, keep_field;
   VibrationFitSink keep_vibration;
-  GradientFitSink keep_gradient;            ///< false stops the fit with Error{kInterrupted}
+  GradientFitSink keep_velocity, keep_gradient;  ///< false stops the fit with Error{kInterrupted}
 };
 
 /// What a stage of a fit brought.
@@ -45,6 +46,7 @@ struct FitStep {
   bool converged = true;
   std::string stopped_by;       ///< empty where there is nothing to stop
   std::vector<double> loss;     ///< at its start and after every step; of gradients, over as many frames as the last
+  bool by_gradients = false;    ///< this loss is that of the frames compared, else the tracks' error
 };
 
 /// E(x) and the motion that explains the tracks.
@@ -52,7 +54,7 @@ struct MaterialFit {
   VibrationFit homogeneous;    ///< the best constant
   VibrationFit found;          ///< with the field; its log10_factor is against the particles that the fit was given
   std::vector<double> young;   ///< [N] Pa
-  std::vector<double> sigma;   ///< [N] decades, one standard deviation of log10 E; empty after gradients
+  std::vector<double> sigma;   ///< [N] decades, one standard deviation of log10 E
   double prior_sigma = 0;      ///< [decades] of a particle's E before any track was seen
   Particles particles;         ///< with that E
   std::vector<FitStep> steps;
@@ -63,7 +65,16 @@ struct MaterialFit {
 };
 
 /// What gradients vary for a kind of material: its field of E, damping, for triplanes v0(x), and Poisson's ratio if asked for.
-ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particles& particles);
+/// What `interactions` hold for good keeps v0 and, but for fields with one value for many particles, E.
+ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions);
+
+/// What gradients brought, and what their motion leaves of the tracks.
+FitStep step_of(const std::string& name, const ClipFit& clip, const TrackLoss<float>& tracks, const ClipFrames& frames);
+
+/// How sure the tracks make E and damping about what gradients found (young_posterior.h), in the directions in which a material
+/// of this kind may vary; of triplanes, the modes of a smooth field.
+void find_posterior(const MaterialFitOptions& options, const Motion<float>& motion, const TrackLoss<float>& tracks, const ClipFrames& frames,
+                    MaterialFit& fit);
 
 /// The homogeneous fit (fit_vibration.h); then, for parts and smooth fields, Gauss-Newton once more from there with a
 /// field of factors of E, which also says how sure it is; for triplanes, or when more than tracks is compared, from there

@@ -8,6 +8,7 @@
 
 #include "fitting/fit/correlation.h"
 #include "fitting/fit/start_shapes.h"
+#include "fitting/fit/young_posterior.h"
 #include "gaussians/base/error.h"
 
 namespace pliant {
@@ -111,20 +112,11 @@ class Fitter {
     SimulateOptions options = simulate_;
     options.damping_time = std::exp(-p[1]);
     const Particles particles = particles_of(p);
-    const PointTracks& seen = tracks_.tracks();
     std::vector<double> errors;
     simulate<float>(options, particles, interactions_, state_of(p), [&](const SimulationState& state) {
       if (state.frame < lead_ || (state.frame - lead_) % subframes_ != 0) return true;
-      const size_t f = first_ + (state.frame - lead_) / subframes_;
-      if (static_cast<int>(f) > last_ || seen.place[f].empty()) return true;
-      const std::vector<Vec3f> expected = tracks_.expected(state);
-      for (size_t k = 0; k < expected.size(); ++k) {
-        Vec3d error = expected[k].cast<double>() - seen.place[f][k];
-        const double s = error.squaredNorm(), d2 = tracks_.outlier() * tracks_.outlier();
-        if (s > 0) error *= std::sqrt(2 * d2 * (std::sqrt(1 + s / d2) - 1) / s);
-        error *= seen.weight[f][k] > 0 ? std::sqrt(seen.weight[f][k]) / noise : 0;
-        for (int a = 0; a < (seen.camera ? 2 : 3); ++a) errors.push_back(error[a]);
-      }
+      const int f = first_ + (state.frame - lead_) / subframes_;
+      if (f <= last_) tracks_.append_errors(f, state, noise, errors);
       return true;
     });
     return errors;
@@ -169,16 +161,9 @@ class Fitter {
  private:
   /// Of each parameter of the field: what changes ln E by a quarter where it acts most.
   std::vector<double> largest_steps() const {
-    std::vector<double> none = field_->constant(std::vector<double>{0.0}), out;
-    const std::vector<double> before = field_->values(none);
-    for (double& p : none) {
-      p += 1;
-      const std::vector<double> after = field_->values(none);
-      p -= 1;
-      double most = 1e-12;
-      for (size_t i = 0; i < after.size(); ++i) most = std::max(most, std::abs(after[i] - before[i]));
-      out.push_back(0.25 / most);
-    }
+    const Eigen::MatrixXd by = sensitivity(*field_, field_->constant(std::vector<double>{0.0}));
+    std::vector<double> out;
+    for (Eigen::Index a = 0; a < by.cols(); ++a) out.push_back(0.25 / std::max(1e-12, by.col(a).cwiseAbs().maxCoeff()));
     return out;
   }
 
@@ -221,16 +206,9 @@ void set_young_sigma(VibrationFit& fit, const VibrationFitOptions& options, size
   fit.field_covariance = scaled.bottomRightCorner(size, size);
   Eigen::MatrixXd by(static_cast<Eigen::Index>(particles), 1 + size);  // of ln E
   by.col(0).setOnes();
-  for (Eigen::Index a = 0; a < size; ++a) {
-    std::vector<double> moved = fit.field;
-    moved[a] += 1e-4;
-    const std::vector<double> there = options.field->values(moved), here = options.field->values(fit.field);
-    for (size_t i = 0; i < particles; ++i) by(static_cast<Eigen::Index>(i), 1 + a) = (there[i] - here[i]) / 1e-4;
-  }
-  const Eigen::RowVectorXd mean = by.colwise().mean();
-  fit.log10_sigma = std::sqrt(std::max(0.0, mean.dot(mean * scaled))) / std::log(10.0);
-  const Eigen::VectorXd square = (by * scaled).cwiseProduct(by).rowwise().sum();
-  for (const double s : square) fit.young_sigma.push_back(std::sqrt(std::max(0.0, s)) / std::log(10.0));
+  if (size > 0) by.rightCols(size) = sensitivity(*options.field, fit.field);
+  YoungPosterior posterior = young_posterior(by, scaled);
+  fit.log10_sigma = posterior.log10_sigma, fit.young_sigma = std::move(posterior.young_sigma);
 }
 
 }  // namespace
@@ -290,10 +268,8 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   double noise = options.noise > 0 ? options.noise : std::max(least, 1e-12);
   // What remains, as the noise.  Errors of neighbouring frames and points are not independent: how far they reach says how
   // much the tracks weigh against the priors, and how wide the posterior is.
-  const std::vector<Vec3f>& rest = tracks.tracks().rest;
-  const size_t axes = tracks.tracks().camera ? 2 : 3;
   const auto left_over = [&](const GaussNewtonResult& r) {
-    return std::max(1e-6, r.summary.rms * std::sqrt(correlation_factor(r.residuals, rest.size() * axes) * neighbour_factor(r.residuals, rest, axes)));
+    return std::max(1e-6, unexplained(r.residuals, tracks.tracks().rest, tracks.tracks().camera ? 2 : 3));
   };
   GaussNewtonResult result;
   if (options.field) {

@@ -38,6 +38,7 @@ void expect_refused(const std::vector<Unused>& choices, const std::function<void
 TEST(CheckFitStage, OptionsOfVideosAreRefusedWithMarkersAndWithReleasedFields) {
   const std::vector<Unused> of_videos = {
       {"--field", [](FitStage& s) { s.field = "smooth"; }},       {"--until", [](FitStage& s) { s.until = 1; }},
+      {"--recipe", [](FitStage& s) { s.recipe = "physdreamer"; }},
       {"--from", [](FitStage& s) { s.from = 0; }},                {"--camera", [](FitStage& s) { s.camera = "a"; }},
       {"--loss", [](FitStage& s) { s.compare.loss = "both"; }},   {"--fit-poisson", [](FitStage& s) { s.compare.poisson = true; }},
       {"--guide-with", [](FitStage& s) { s.compare.guide = "x"; }}, {"--generate-with", [](FitStage& s) { s.generate.command = "x"; }},
@@ -53,7 +54,7 @@ TEST(CheckFitStage, OptionsOfGradientsAreRefusedWhereNoneRun) {
                                             {"--gradient-iterations", [](FitStage& s) { s.compare.iterations = 5; }}};
   expect_refused(of_gradients, [](FitStage& s) { s.field = "smooth"; }, true);
   for (const auto& kind : std::vector<std::function<void(FitStage&)>>{[](FitStage& s) { s.field = "triplanes"; }, [](FitStage& s) { s.compare.loss = "pictures"; },
-                                                                      [](FitStage& s) { s.compare.flow_weight = 1; }, [](FitStage& s) { s.compare.poisson = true; }}) {
+                                                                      [](FitStage& s) { s.compare.flow_weight = 1; }, [](FitStage& s) { s.recipe = "physdreamer"; }, [](FitStage& s) { s.compare.poisson = true; }}) {
     FitStage stage;
     kind(stage), stage.compare.window = 1, stage.compare.iterations = 5;
     EXPECT_NO_THROW(check_fit_stage(stage, true));
@@ -75,6 +76,7 @@ TEST(CheckFitStage, WhatBelongsToAnotherOptionIsRefusedWithoutIt) {
                  [](FitStage&) {}, true);
   expect_refused({{"--points", [](FitStage& s) { s.points = 100; }}, {"--until", [](FitStage& s) { s.until = 1; }}, {"--compare-fps", [](FitStage& s) { s.compare_fps = 12; }}},
                  [](FitStage& s) { s.compare.guide = "x"; }, false);
+  expect_refused({{"--guide-with", [](FitStage& s) { s.compare.guide = "x"; }}}, [](FitStage& s) { s.recipe = "physdreamer"; }, true);
   expect_refused({{"--guide-load", [](FitStage& s) { s.compare.load = "l.json"; }}}, [](FitStage& s) { s.compare.guide = "x"; }, true);
   expect_refused({{"--video-first", [](FitStage& s) { s.first = 1; }}, {"--compare-fps", [](FitStage& s) { s.compare_fps = 12; }}}, [](FitStage& s) { s.generate.command = "x"; }, false);
   expect_refused({{"--parts", [](FitStage& s) { s.parts = 3; }}}, [](FitStage& s) { s.field = "parts", s.part_labels = "l.h5"; }, true);

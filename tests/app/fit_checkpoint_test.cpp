@@ -36,6 +36,7 @@ FitCheckpoint made() {
   c.gradient.now = {{1, 2, 3}, {4, 5, 6}, 0.25}, c.gradient.best = {{1, 1, 1}, {0, 0, 0}, -0.5};
   c.gradient.first_moment.assign(7, 0.1), c.gradient.second_moment.assign(7, 0.2);
   c.gradient.best_loss = 0.125, c.gradient.without_better = 3, c.gradient.steps = 5, c.gradient.rate = 0.25, c.gradient.rows = {{6, 0.5, 1, 2, 3, 4}, {8, 0.25, 1, 2, 3, 4}};
+  c.velocity.now.velocity = {7, 8}, c.velocity.rows = {{3, 0.75, 1, 2, 3, 4}}, c.velocity.finished = true;
   c.provenance_json = "{\"a\":1}";
   return c;
 }
@@ -86,6 +87,9 @@ TEST(FitCheckpoint, ComesBackBitForBit) {
   EXPECT_EQ(b.gradient.rate, 0.25);
   ASSERT_EQ(b.gradient.rows.size(), 2u);
   EXPECT_EQ(b.gradient.rows[1].loss, 0.25);
+  EXPECT_EQ(b.velocity.now.velocity, a.velocity.now.velocity);
+  EXPECT_EQ(b.velocity.rows.size(), 1u);
+  EXPECT_TRUE(b.velocity.finished && !b.gradient.finished);
   EXPECT_EQ(b.provenance_json, a.provenance_json);
 }
 
@@ -95,12 +99,12 @@ TEST(FitCheckpoint, WhatIsCutOffOrLacksADatasetIsRefusedByName) {
   const std::string bytes = read_text(folder / "c.h5");
   write_text(folder / "cut.h5", bytes.substr(0, bytes.size() / 2));
   EXPECT_THROW(read_fit_checkpoint(folder / "cut.h5"), Error);
-  write_hdf5(folder / "bare.h5", [](Hdf5Writer& out) { out.group("/gradient"), out.text("/", "provenance", "{}"); });
+  write_hdf5(folder / "bare.h5", [](Hdf5Writer& out) { out.group("/gradient"), out.group("/velocity"), out.text("/", "provenance", "{}"); });
   try {
     read_fit_checkpoint(folder / "bare.h5");
     FAIL();
   } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("/gradient/now_material"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("/velocity/now_material"), std::string::npos) << error.what();
   }
 }
 

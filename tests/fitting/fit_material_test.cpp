@@ -61,6 +61,18 @@ void fit_two_parts(MaterialKind kind, double tolerance) {
   for (const double s : fit.found.young_sigma) mean_sigma += s / static_cast<double>(guess.size());
   EXPECT_GT(fit.found.log10_sigma, 0);
   EXPECT_LE(fit.found.log10_sigma, mean_sigma + 1e-12);
+  // About the same motion the posterior after gradients is as wide but for a factor of two.
+  Motion<float> motion{fit.particles, fit.found.start, twin.pins, {}};
+  motion.options.simulate.fps = twin.fps * fit.found.subframes, motion.options.simulate.substeps = fit.found.substeps, motion.options.simulate.damping_time = fit.found.damping_time;
+  motion.options.simulate.duration = fit.found.rollout_frame(fit.found.last_frame, twin.fps) / motion.options.simulate.fps;
+  MaterialFit about = fit;
+  find_posterior(options, motion, tracks, {fit.found.first_frame, fit.found.last_frame, fit.found.rollout_frame(fit.found.first_frame, twin.fps), fit.found.subframes, twin.fps}, about);
+  double least = INFINITY, most = 0;
+  for (size_t i = 0; i < guess.size(); ++i)
+    if (twin.particles.position[i].z() > 0.015f) least = std::min(least, about.sigma[i] / fit.sigma[i]), most = std::max(most, about.sigma[i] / fit.sigma[i]);
+  printf("sigma after gradients against that of Gauss-Newton: %.2f to %.2f\n", least, most);
+  EXPECT_GT(least, 0.5);
+  EXPECT_LT(most, 2);
   // The middle, which bends, is determined.
   for (size_t i = 0; i < guess.size(); ++i) {
     const float z = twin.particles.position[i].z();
@@ -85,6 +97,8 @@ TEST(FitMaterial, TriplanesGoOnFromTheBestConstantAndFromWhereTheyWereStopped) {
   const MaterialFit whole = fit({});
   EXPECT_EQ(whole.iterations.size(), 20u);
   EXPECT_LT(whole.found.rms, 0.95 * whole.homogeneous.rms);
+  ASSERT_EQ(whole.sigma.size(), twin.particles.size());
+  EXPECT_GT(whole.found.log10_sigma, 0);
 
   MaterialFitProgress first, second;
   first.keep_homogeneous = [&](const VibrationFit& f) { second.homogeneous = f; };

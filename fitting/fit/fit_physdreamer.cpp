@@ -1,0 +1,118 @@
+#include "fitting/fit/fit_physdreamer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "fitting/fields/axes_field.h"
+#include "fitting/fields/weighted_field.h"
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+constexpr int kFirstFrames = 3;          // after the start, that v0 is found from
+constexpr double kDirectRate = 0.05;     // of a velocity whose parameters are its amplitudes
+constexpr double kSmoothLength = 0.35;   // of the box's diagonal, over which a smooth v0 is alike
+
+/// What a metre of motion is in the tracks' unit, root mean square over its three directions.
+double per_metre(const TrackLoss<float>& tracks, const Particles& particles) {
+  Box box;
+  for (const Vec3f& x : particles.position) box.add(x);
+  const float step = 1e-3f * box.size().norm();
+  const SimulationState rest = initial_state(particles);
+  const std::vector<Vec3f> here = tracks.expected(rest);
+  double square = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    SimulationState moved = rest;
+    for (Vec3f& x : moved.x) x[axis] += step;
+    const std::vector<Vec3f> there = tracks.expected(moved);
+    for (size_t k = 0; k < here.size(); ++k) square += (there[k] - here[k]).squaredNorm() / (3.0 * step * step * static_cast<double>(here.size()));
+  }
+  return std::sqrt(square);
+}
+
+/// Typical of what the tracks do in the first frames, m/s.
+double typical_speed(const TrackLoss<float>& early, const Particles& particles, double fps) {
+  const std::vector<SimulationState> still(kFirstFrames + 1, initial_state(particles));
+  double square = 0;  // of a steady motion by one unit a frame
+  for (int k = 0; k <= kFirstFrames; ++k) square += double(k * k) / (kFirstFrames + 1);
+  return early.rms(still) / std::sqrt(square) * fps / per_metre(early, particles);
+}
+
+/// v0(x): nothing where the body is held, its unit a typical speed.
+std::shared_ptr<const Field> velocity_field(const MaterialFitOptions& options, const Particles& particles,
+                                            const std::vector<Interaction>& interactions, double speed) {
+  std::vector<double> weight = free_particles(particles, interactions);
+  for (double& w : weight) w *= speed;
+  if (options.kind == MaterialKind::kTriplanes) {
+    TriplaneOptions planes = options.planes;
+    planes.channels = 3, planes.resolution = 24;
+    return std::make_shared<WeightedField>(make_triplane_field(planes, particles.position), weight);
+  }
+  Box box;
+  for (const Vec3f& x : particles.position) box.add(x);
+  SmoothFieldOptions smooth;
+  smooth.sigma = 1, smooth.modes = options.vibration.most_smooth, smooth.least = 1e-5, smooth.length = kSmoothLength * double(box.size().norm());
+  return std::make_shared<WeightedField>(std::make_shared<AxesField>(std::make_shared<SmoothField>(smooth, particles.position)), weight);
+}
+
+/// At the time step that a simulation from its start chooses.
+void fix_time_step(Motion<float>& motion) {
+  RolloutOptions one = motion.options;
+  one.simulate.duration = 1 / one.simulate.fps, one.simulate.substeps = 0;
+  motion.options.simulate.substeps = rollout<float>(one, motion.particles, motion.interactions, motion.start).substeps;
+}
+
+}  // namespace
+
+MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
+                            const TrackLoss<float>& tracks, double fps, const std::function<void(const std::string&)>& progress,
+                            MaterialFitProgress kept) {
+  const int first = static_cast<int>(std::lround(std::max(0.0, options.vibration.search.first) * fps)), last = static_cast<int>(tracks.tracks().place.size()) - 1;
+  if (last - first <= kFirstFrames)
+    throw input_error("fit", "video", fmt::format("has {} frames after the start of the fit, and more than {} are needed", std::max(0, last - first), kFirstFrames), "use a longer part of it");
+  const ClipFrames early{first, first + kFirstFrames, 0, 1, fps}, all{first, last, 0, 1, fps};
+  Motion<float> motion{particles, initial_state(particles), interactions, {}};
+  SimulateOptions& simulate = motion.options.simulate;
+  simulate = options.vibration.simulate;
+  simulate.fps = fps, simulate.settle_time = 0, simulate.sleep_speed = 0;
+  motion.options.gradient_window = options.gradient_window;
+
+  MaterialFit fit;
+  VibrationFit& given = fit.homogeneous;
+  given.time = first / fps, given.first_frame = given.search.first_frame = first, given.last_frame = last, given.damping_time = simulate.damping_time;
+  const auto tracks_of = [&](const ClipFrames& frames) { return tracks.on_rollout(frames.first, frames.last, 0, 1); };
+  given.rms_rest = given.rms_search = tracks_of(all).rms(std::vector<SimulationState>(all.count(), motion.start));
+
+  // v0(x) under the E that is given.
+  ClipFitOptions start;
+  start.damping = false, start.gradient = options.gradient, start.gradient.growth = 0;
+  start.velocity = velocity_field(options, particles, interactions, typical_speed(tracks_of(early), particles, fps));
+  if (options.kind != MaterialKind::kTriplanes) start.gradient.velocity_rate = kDirectRate;
+  simulate.duration = kFirstFrames / fps;
+  fix_time_step(motion);
+  const ClipFit velocity = fit_clip(start, motion, clip_objective(options.clip, &tracks, early), kept.velocity, progress, kept.keep_velocity);
+  fit.steps.push_back(step_of("velocity", velocity, tracks, early));
+  motion.start = given.start = velocity.motion.start;
+
+  // E(x) from there.
+  ClipFitOptions material = gradient_fields(options, particles, interactions);
+  material.velocity = nullptr, material.damping = false;
+  simulate.duration = (last - first) / fps;
+  fix_time_step(motion);
+  given.rms = tracks_of(all).rms(rollout<float>(motion.options, motion.particles, motion.interactions, motion.start).frames), given.substeps = simulate.substeps;
+  const ClipFit clip = fit_clip(material, motion, clip_objective(options.clip, &tracks, all), kept.gradient, progress, kept.keep_gradient);
+  fit.steps.push_back(step_of("material", clip, tracks, all));
+
+  fit.found = given, fit.found.rms = fit.steps.back().rms, fit.found.substeps = clip.motion.options.simulate.substeps;
+  fit.particles = clip.motion.particles, fit.iterations = clip.iterations;
+  fit.young.assign(fit.particles.young.begin(), fit.particles.young.end());
+  for (size_t i = 0; i < particles.size(); ++i) fit.found.log10_factor += std::log10(fit.young[i] / particles.young[i]) / static_cast<double>(particles.size());
+  find_posterior(options, clip.motion, tracks, all, fit);
+  given.seconds = velocity.seconds, fit.found.seconds = velocity.seconds + clip.seconds;
+  return fit;
+}
+
+}  // namespace pliant

@@ -1,0 +1,105 @@
+#include "fitting/fit/young_posterior.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "fitting/fit/correlation.h"
+#include "fitting/fit/fit_gradient.h"
+#include "fitting/fit/gauss_newton.h"
+#include "fitting/fit/start_shapes.h"
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+const double kDecade = std::log(10.0);
+// Of ln E where a direction acts most, to either side: first small enough for what is seen well, whose slope it is; then up to what
+// the time step bears, so that rounding errors are not taken for what is hardly seen.
+constexpr double kFarthest[] = {0.25, 0.8};
+constexpr int kStartModes = 4;      // of the start's velocity along each axis,
+constexpr double kStartSigma = 0.3;  // whose amplitudes are expected to be right but for this share of its speed
+constexpr double kDampingSigma = 2, kDampingStep = 0.3;  // of ln of the damping time: expected, and to either side
+
+/// Smooth changes of the start's velocity, their unit its typical speed; none of a body at rest.
+std::optional<StartShapes> start_shapes(const Motion<float>& motion) {
+  double square = 0;
+  for (const Vec3f& v : motion.start.v) square += v.squaredNorm() / static_cast<double>(motion.start.size());
+  if (!(square > 0)) return std::nullopt;
+  return StartShapes::smooth(motion.particles, kStartModes, std::sqrt(square) / motion.particles.cell_size);
+}
+
+}  // namespace
+
+Eigen::MatrixXd sensitivity(const Field& field, std::span<const double> parameters) {
+  std::vector<double> moved(parameters.begin(), parameters.end());
+  const std::vector<double> here = field.values(moved);
+  Eigen::MatrixXd by(static_cast<Eigen::Index>(here.size()), static_cast<Eigen::Index>(moved.size()));
+  for (size_t a = 0; a < moved.size(); ++a) {
+    const double before = moved[a];
+    moved[a] += 1e-4;
+    const std::vector<double> there = field.values(moved);
+    moved[a] = before;
+    for (size_t i = 0; i < here.size(); ++i) by(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(a)) = (there[i] - here[i]) / 1e-4;
+  }
+  return by;
+}
+
+YoungPosterior young_posterior(const Eigen::MatrixXd& ln_young_by, const Eigen::MatrixXd& covariance) {
+  YoungPosterior out;
+  const Eigen::RowVectorXd mean = ln_young_by.colwise().mean();
+  out.log10_sigma = std::sqrt(std::max(0.0, mean.dot(mean * covariance))) / kDecade;
+  const Eigen::VectorXd square = (ln_young_by * covariance).cwiseProduct(ln_young_by).rowwise().sum();
+  for (const double s : square) out.young_sigma.push_back(std::sqrt(std::max(0.0, s)) / kDecade);
+  return out;
+}
+
+YoungPosterior posterior_about(const Motion<float>& motion, const Field& field, double field_sigma, const TrackLoss<float>& tracks,
+                               const std::function<bool()>& stop) {
+  const bool damping = motion.options.simulate.damping_time > 0;
+  GradientFitParameters at;
+  at.material = field.constant(std::vector<double>{0.0});
+  const Eigen::MatrixXd by = sensitivity(field, at.material);
+  const std::optional<StartShapes> shapes = start_shapes(motion);
+  const size_t directions = at.material.size(), amplitudes = shapes ? shapes->size() : 0, count = directions + damping + amplitudes;
+  double noise = 1;
+  const auto residuals = [&](std::span<const double> p) {
+    if (stop && stop()) throw Error(Failure::kInterrupted, "fit", "", "interrupted", "run the same command to continue");
+    GradientFitParameters there = at;
+    there.material.assign(p.begin(), p.begin() + static_cast<std::ptrdiff_t>(directions));
+    if (damping) there.damping = p[directions];
+    Motion<float> moved = with_fields(motion, {&field, nullptr, damping, nullptr}, there);
+    if (shapes) {
+      const SimulationState change = shapes->state(motion.particles, {}, p.last(amplitudes));
+      for (size_t i = 0; i < change.size(); ++i) moved.start.v[i] += change.v[i], moved.start.C[i] += change.C[i];
+    }
+    std::vector<double> errors;
+    int frame = 0;
+    simulate<float>(moved.options.simulate, moved.particles, moved.interactions, moved.start, [&](const SimulationState& state) {
+      tracks.append_errors(frame++, state, noise, errors);
+      return true;
+    });
+    return errors;
+  };
+  const std::vector<double> here(count, 0.0), left = residuals(here);
+  noise = std::max(1e-12, unexplained(left, tracks.tracks().rest, tracks.tracks().camera ? 2 : 3));
+
+  GaussNewtonOptions options;
+  options.max_iterations = 1;  // which finds J
+  options.principal_axes = options.parallel = true;
+  options.prior.assign(count, 0.0), options.prior_sigma.assign(count, field_sigma), options.largest_step.assign(count, kStartSigma);
+  std::fill_n(options.prior_sigma.end() - static_cast<std::ptrdiff_t>(amplitudes), amplitudes, kStartSigma);
+  if (damping) options.prior_sigma[directions] = kDampingSigma, options.largest_step[directions] = kDampingStep;
+  GaussNewtonResult found;
+  for (const double farthest : kFarthest) {
+    for (size_t a = 0; a < directions; ++a) options.largest_step[a] = farthest / std::max(1e-12, by.col(static_cast<Eigen::Index>(a)).cwiseAbs().maxCoeff());
+    options.difference = options.largest_step, options.rough_jacobian = found.jacobian;
+    found = gauss_newton(options, residuals, here);
+  }
+  const Eigen::Index size = static_cast<Eigen::Index>(directions);
+  YoungPosterior out = young_posterior(by, found.covariance.topLeftCorner(size, size));
+  if (damping) out.log_damping_sigma = found.sigma(static_cast<int>(directions));
+  return out;
+}
+
+}  // namespace pliant

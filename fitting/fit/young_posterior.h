@@ -1,0 +1,32 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+
+#include "fitting/fields/field.h"
+#include "fitting/fields/motion.h"
+#include "fitting/fields/track_loss.h"
+
+namespace pliant {
+
+/// What measurements and a prior leave open.
+struct YoungPosterior {
+  std::vector<double> young_sigma;  ///< [N] decades, one standard deviation of log10 E of each particle
+  double log10_sigma = 0;           ///< of the mean of log10 E
+  double log_damping_sigma = 0;     ///< of ln of the damping time; 0 where the motion has none
+};
+
+/// [N, P] derivatives of a one-channel field's values by its parameters.
+Eigen::MatrixXd sensitivity(const Field& field, std::span<const double> parameters);
+
+/// From derivatives of ln E [N, P] and the covariance [P, P] of the parameters; without damping.
+YoungPosterior young_posterior(const Eigen::MatrixXd& ln_young_by, const Eigen::MatrixXd& covariance);
+
+/// The Gaussian posterior (J^T J / sigma^2 + prior)^-1 of ln E, in the directions of a field whose parameters are expected within
+/// `field_sigma` of 0, of damping and of a smooth start, about a motion that explains `tracks` (on its roll-out).  J by differences
+/// of two roll-outs along each direction, and again along the principal axes of what these say; sigma is what the motion leaves
+/// unexplained (correlation.h).  `stop` is asked before every roll-out; true ends it with Error{kInterrupted}.
+YoungPosterior posterior_about(const Motion<float>& motion, const Field& field, double field_sigma, const TrackLoss<float>& tracks,
+                               const std::function<bool()>& stop = {});
+
+}  // namespace pliant

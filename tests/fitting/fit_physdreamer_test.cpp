@@ -1,0 +1,87 @@
+// PhysDreamer's recipe on a twin: v0 from three frames under a given E, then E from there.
+
+#include "fitting/fit/fit_physdreamer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "gaussians/base/error.h"
+#include "tests/fitting/twin_stem.h"
+
+namespace pliant {
+namespace {
+
+using testing::TwinStem;
+
+MaterialFitOptions recipe(MaterialKind kind, int iterations) {
+  MaterialFitOptions options;
+  options.kind = kind;
+  options.gradient.iterations = iterations, options.gradient.material_rate = 0.05;
+  return options;
+}
+
+/// Of all particles of a stem above a height.
+Vec3d momentum(const SimulationState& state, const TwinStem& twin, float above) {
+  Vec3d sum = Vec3d::Zero();
+  for (size_t i = 0; i < state.size(); ++i)
+    if (twin.particles.position[i].z() > above) sum += twin.particles.mass[i] * state.v[i].cast<double>();
+  return sum;
+}
+
+double degrees_between(const Vec3d& a, const Vec3d& b) { return 180 / std::numbers::pi * std::acos(a.normalized().dot(b.normalized())); }
+
+TEST(FitPhysDreamer, WithTheRightStiffnessThreeFramesTellTheDirectionOfTheStart) {
+  const TwinStem twin;
+  const SimulationState truth = twin.kicked(0.5);
+  const TrackLoss<float> tracks = twin.film(twin.pins, truth, false, 5, 20);
+  const MaterialFit fit = fit_physdreamer(recipe(MaterialKind::kUniform, 60), twin.particles, twin.pins, tracks, twin.fps);
+  const SimulationState& start = fit.homogeneous.start;
+  EXPECT_LT(degrees_between(momentum(start, twin, 0), momentum(truth, twin, 0)), 5);
+  EXPECT_LT(degrees_between(momentum(start, twin, 0.075f), momentum(truth, twin, 0.075f)), 5);
+  EXPECT_NEAR(momentum(start, twin, 0.075f).norm() / momentum(truth, twin, 0.075f).norm(), 1, 0.2);
+  // What is held stands still.
+  for (size_t i = 0; i < start.size(); ++i)
+    EXPECT_EQ(start.v[i].isZero(0), twin.particles.position[i].z() <= 0.015f) << i;
+}
+
+TEST(FitPhysDreamer, FromHalfTheStiffnessTheRecipeComesNearerAndContinuesToTheSameBits) {
+  const TwinStem twin;
+  const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.5), true, 12, 20);
+  Particles guess = twin.particles;
+  for (float& E : guess.young) E /= 2;
+  const auto recipe_from = [&](MaterialFitProgress kept) { return fit_physdreamer(recipe(MaterialKind::kUniform, 24), guess, twin.pins, tracks, twin.fps, {}, std::move(kept)); };
+  MaterialFitProgress first, second, third;
+  first.keep_velocity = [&](const GradientFitState& state) {
+    if (state.rows.size() == 20) second.velocity = state;
+    return third.velocity = state, true;
+  };
+  first.keep_gradient = [&](const GradientFitState& state) {
+    if (state.rows.size() == 20) third.gradient = state;
+    return true;
+  };
+  const MaterialFit fit = recipe_from(first);
+  ASSERT_EQ(fit.steps.size(), 2u);
+  EXPECT_EQ(fit.steps[0].name, "velocity");
+  EXPECT_EQ(fit.steps[1].name, "material");
+  EXPECT_LT(fit.steps[0].loss.back(), 0.2 * fit.steps[0].loss.front());
+  for (const FitStep& step : fit.steps) EXPECT_FALSE(step.stopped_by.empty());
+  EXPECT_EQ(fit.iterations.front().frames, 6);
+  EXPECT_EQ(fit.iterations.back().frames, 12);
+  EXPECT_LT(std::abs(std::log(fit.young[0] / twin.particles.young[0])), 0.5 * std::log(2.0));
+  EXPECT_LT(fit.found.rms, 0.5 * fit.homogeneous.rms);  // E moved after v0
+  for (const MaterialFitProgress& interrupted : {second, third}) {
+    const MaterialFit continued = recipe_from(interrupted);
+    EXPECT_EQ(continued.young, fit.young);
+    EXPECT_EQ(continued.found.start.v, fit.found.start.v);
+  }
+}
+
+TEST(FitPhysDreamer, AVideoOfThreeFramesIsRefused) {
+  const TwinStem twin;
+  EXPECT_THROW(fit_physdreamer({}, twin.particles, twin.pins, twin.film(twin.pins, twin.kicked(0.5), true, 3, 5), twin.fps), Error);
+}
+
+}  // namespace
+}  // namespace pliant
