@@ -10,25 +10,12 @@
 namespace pliant {
 namespace {
 
-constexpr size_t kMostPoints = 1000;  // of which pairs are looked at
+constexpr size_t kMostPoints = 600;  // of which pairs are looked at
 
-/// Median distance to the nearest other point.
-double spacing_of(std::span<const Vec3f> place) {
-  const std::vector<int> nearest = k_nearest(place, place, 2);
-  std::vector<double> distance;
-  for (size_t i = 0; i < place.size(); ++i)
-    if (const int other = nearest[2 * i + 1]; other >= 0) distance.push_back((place[other] - place[i]).norm());
-  if (distance.empty()) return 0;
-  std::nth_element(distance.begin(), distance.begin() + distance.size() / 2, distance.end());
-  return distance[distance.size() / 2];
-}
-
-}  // namespace
-
-double correlation_factor(std::span<const double> residuals, size_t columns) {
-  CHECK(columns > 0 && residuals.size() % columns == 0);
+/// Autocorrelation at lags 1, 2, ... before its first zero, the mean over columns of [rows, columns].
+std::vector<double> in_time(std::span<const double> residuals, size_t columns) {
   const size_t rows = residuals.size() / columns;
-  double factor = 1;
+  std::vector<double> found;
   // The mean over all columns has little chance of its own to be positive.
   for (size_t lag = 1; lag < rows; ++lag) {
     double sum = 0;
@@ -41,56 +28,101 @@ double correlation_factor(std::span<const double> residuals, size_t columns) {
       if (variance > 0) sum += together / variance, ++counted;
     }
     if (counted == 0 || sum <= 0) break;
-    factor += 2 * sum / counted;
+    found.push_back(sum / counted);
   }
-  return factor;
+  return found;
 }
 
-double neighbour_factor(std::span<const double> residuals, std::span<const Vec3f> place, size_t axes) {
-  const size_t columns = place.size() * axes;
-  CHECK(columns > 0 && residuals.size() % columns == 0);
-  const size_t rows = residuals.size() / columns, every = (place.size() + kMostPoints - 1) / kMostPoints;
-  const double spacing = spacing_of(place);
-  if (!(spacing > 0)) return 1;
-  // Each point's errors along an axis, as a unit vector over the rows; points without errors have no say.
+/// Points that have errors, each's along every axis as a unit vector over the rows.
+struct UnitErrors {
   std::vector<size_t> point;
-  std::vector<double> unit;  // [points looked at, axes, rows]
-  for (size_t k = 0; k < place.size(); k += every) {
+  std::vector<double> row;  ///< [points, axes, rows]
+};
+
+UnitErrors unit_errors(std::span<const double> residuals, size_t points, size_t axes, size_t every) {
+  const size_t rows = residuals.size() / (points * axes);
+  UnitErrors out;
+  for (size_t k = 0; k < points; k += every) {
     std::vector<double> of_point;
     for (size_t a = 0; a < axes; ++a) {
       double square = 0;
-      for (size_t t = 0; t < rows; ++t) square += std::pow(residuals[t * columns + k * axes + a], 2);
-      for (size_t t = 0; t < rows && square > 0; ++t) of_point.push_back(residuals[t * columns + k * axes + a] / std::sqrt(square));
+      for (size_t t = 0; t < rows; ++t) square += std::pow(residuals[(t * points + k) * axes + a], 2);
+      for (size_t t = 0; t < rows && square > 0; ++t) of_point.push_back(residuals[(t * points + k) * axes + a] / std::sqrt(square));
     }
     if (of_point.size() != axes * rows) continue;
-    point.push_back(k), unit.insert(unit.end(), of_point.begin(), of_point.end());
+    out.point.push_back(k), out.row.insert(out.row.end(), of_point.begin(), of_point.end());
   }
-  // Sums over all pairs of about the same distance.
-  std::vector<double> correlation, pairs;
-  for (size_t i = 0; i < point.size(); ++i)
-    for (size_t j = i + 1; j < point.size(); ++j) {
-      const size_t bin = static_cast<size_t>(std::max(0.0, std::round((place[point[i]] - place[point[j]]).norm() / spacing) - 1));
-      if (bin >= pairs.size()) correlation.resize(bin + 1, 0.0), pairs.resize(bin + 1, 0.0);
-      const double* a = &unit[i * axes * rows];
-      const double* b = &unit[j * axes * rows];
-      double together = 0;
-      for (size_t t = 0; t < axes * rows; ++t) together += a[t] * b[t];
-      correlation[bin] += together / static_cast<double>(axes), pairs[bin] += 1;
-    }
+  return out;
+}
+
+/// Median distance to the nearest other point.
+double spacing_of(std::span<const Vec3f> place) {
+  const std::vector<int> nearest = k_nearest(place, place, 2);
+  std::vector<double> distance;
+  for (size_t i = 0; i < place.size(); ++i)
+    if (const int other = nearest[2 * i + 1]; other >= 0) distance.push_back((place[other] - place[i]).norm());
+  if (distance.empty()) return 0;
+  const auto middle = distance.begin() + static_cast<std::ptrdiff_t>(distance.size() / 2);
+  std::nth_element(distance.begin(), middle, distance.end());
+  return *middle;
+}
+
+}  // namespace
+
+double correlation_factor(std::span<const double> residuals, size_t columns) {
+  CHECK(columns > 0 && residuals.size() % columns == 0);
   double factor = 1;
-  for (size_t bin = 0; bin < pairs.size(); ++bin) {
-    if (pairs[bin] == 0) continue;
-    if (correlation[bin] <= 0) break;
-    factor += 2 * correlation[bin] * static_cast<double>(every) / static_cast<double>(point.size());
-  }
+  for (const double c : in_time(residuals, columns)) factor += 2 * c;
   return factor;
+}
+
+double correlation_factor(std::span<const double> residuals, std::span<const Vec3f> place, size_t axes) {
+  const size_t columns = place.size() * axes;
+  CHECK(columns > 0 && residuals.size() % columns == 0);
+  const std::vector<double> later = in_time(residuals, columns);
+  double factor = 1;
+  for (const double c : later) factor += 2 * c;
+  const double spacing = spacing_of(place);
+  if (!(spacing > 0)) return factor;
+  const size_t rows = residuals.size() / columns, every = (place.size() + kMostPoints - 1) / kMostPoints;
+  const UnitErrors errors = unit_errors(residuals, place.size(), axes, every);
+  const size_t count = errors.point.size();
+  // Of a pair, with the second `lag` rows earlier.
+  const auto correlation = [&](size_t i, size_t j, size_t lag) {
+    double sum = 0;
+    for (size_t a = 0; a < axes; ++a) {
+      const double *first = &errors.row[(i * axes + a) * rows], *second = &errors.row[(j * axes + a) * rows];
+      for (size_t t = lag; t < rows; ++t) sum += first[t] * second[t - lag];
+    }
+    return sum / static_cast<double>(axes);
+  };
+  // Pairs of about the same distance, in bins one spacing wide from the nearest on.
+  const auto for_pairs = [&](auto&& visit) {
+    for (size_t i = 0; i < count; ++i)
+      for (size_t j = i + 1; j < count; ++j)
+        visit(i, j, static_cast<size_t>(std::max(0.0, std::round((place[errors.point[i]] - place[errors.point[j]]).norm() / spacing) - 1)));
+  };
+  std::vector<double> together, pairs;
+  for_pairs([&](size_t i, size_t j, size_t bin) {
+    if (bin >= pairs.size()) together.resize(bin + 1, 0.0), pairs.resize(bin + 1, 0.0);
+    together[bin] += correlation(i, j, 0), pairs[bin] += 1;
+  });
+  size_t reach = 0;
+  while (reach < pairs.size() && (pairs[reach] == 0 || together[reach] > 0)) ++reach;
+  double beside = 0;
+  for_pairs([&](size_t i, size_t j, size_t bin) {
+    if (bin >= reach) return;
+    beside += correlation(i, j, 0);
+    for (size_t lag = 1; lag <= later.size(); ++lag) beside += correlation(i, j, lag) + correlation(j, i, lag);
+  });
+  if (count > 0) factor += 2 * beside * static_cast<double>(every) / static_cast<double>(count);
+  return std::max(1.0, factor);
 }
 
 double unexplained(std::span<const double> residuals, std::span<const Vec3f> place, size_t axes) {
   double square = 0, count = 0;
   for (const double r : residuals) square += r * r, count += r != 0;
-  const double wider = correlation_factor(residuals, place.size() * axes) * neighbour_factor(residuals, place, axes);
-  return std::sqrt(wider * square / std::max(1.0, count));
+  return std::sqrt(correlation_factor(residuals, place, axes) * square / std::max(1.0, count));
 }
 
 }  // namespace pliant

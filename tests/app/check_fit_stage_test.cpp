@@ -89,7 +89,7 @@ TEST(CheckFitStage, InRunOptionsAreNamedAsTheyAreTypedThere) {
                   {"--video-camera", [](FitStage& s) { s.camera = "a"; }}, {"--video-fps", [](FitStage& s) { s.fps = 24; }}},
                  in_run([](FitStage& s) { s.markers.file = "m.csv"; }), false);
   expect_refused({{"add --fit-loss", [](FitStage& s) { s.compare.lambda = 0.5; }}, {"add --fit-field parts", [](FitStage& s) { s.parts = 3; }},
-                  {"--fit-flow-weight, or --fit-field", [](FitStage& s) { s.compare.window = 1; }}},
+                  {"--fit-flow-weight, --fit-field triplanes or --fit-recipe", [](FitStage& s) { s.compare.window = 1; }}},
                  in_run([](FitStage&) {}), true);
 }
 
