@@ -4,7 +4,9 @@
 
 #include "app/pipeline/fit_scene.h"
 #include "app/store/segmentation.h"
+#include "fitting/fields/weighted_field.h"
 #include "fitting/fit/parts.h"
+#include "fitting/fit/settle_parts.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
 
@@ -51,14 +53,15 @@ std::vector<uint32_t> parts_of(const FitScene& fit, int count) {
   const std::vector<int> of = speakers(drawn, weight);
   for (size_t d = 0; d < drivers; ++d)
     if (of[d] >= 0) color[d] = sum[of[d]] / weight[of[d]];
-  std::vector<uint8_t> held(drivers, 0);
-  for (size_t d = 0; d < drivers; ++d)
-    for (const Interaction& pin : fit.pins) held[d] |= pin.type == InteractionType::kPin && pin.region.contains(fit.body.particles.position[d].cast<double>());
+  std::vector<uint8_t> held;
+  for (const double free : free_particles(fit.body.particles, fit.pins)) held.push_back(free == 0);
   PartsOptions options;
   options.count = count;
   std::vector<uint8_t> thin(drivers, 0);
   for (size_t d = 0; d < drivers && !fit.body.file.driving_thickness.empty(); ++d) thin[d] = fit.body.file.driving_thickness[d] > 0;
-  return join_alike(options, find_parts(options, drawn.drivers, color, held), color, thin, held);
+  std::vector<uint32_t> patches = find_parts(options, drawn.drivers, color, held);
+  const auto materials = join_alike(options, patches, color, thin, held);
+  return materials ? settle_parts(SettleOptions(), *materials, drawn.drivers, color, thin, held) : patches;
 }
 
 std::vector<uint32_t> labelled_parts(const FitScene& fit, const Scene& scene, const std::string& file) {

@@ -18,7 +18,8 @@ size_t nearest(const std::vector<Feature>& centres, const Feature& x, double& sq
   return best;
 }
 
-/// The same parts with numbers from 0 without gaps, in the order in which they are met.
+}  // namespace
+
 std::vector<uint32_t> numbered(std::vector<uint32_t> part) {
   std::vector<int> number(part.empty() ? 0 : *std::max_element(part.begin(), part.end()) + 1, -1);
   int next = 0;
@@ -28,8 +29,6 @@ std::vector<uint32_t> numbered(std::vector<uint32_t> part) {
   }
   return part;
 }
-
-}  // namespace
 
 std::vector<uint32_t> find_parts(const PartsOptions& options, std::span<const Vec3f> position, std::span<const Vec3f> color, std::span<const uint8_t> held) {
   CHECK(position.size() == color.size() && options.count >= 1 && (held.empty() || held.size() == position.size()));
@@ -80,7 +79,7 @@ std::vector<uint32_t> find_parts(const PartsOptions& options, std::span<const Ve
   return numbered(std::move(part));
 }
 
-std::vector<uint32_t> join_alike(const PartsOptions& options, std::span<const uint32_t> part, std::span<const Vec3f> color, std::span<const uint8_t> thin,
+std::optional<std::vector<uint32_t>> join_alike(const PartsOptions& options, std::span<const uint32_t> part, std::span<const Vec3f> color, std::span<const uint8_t> thin,
                                  std::span<const uint8_t> held) {
   CHECK(part.size() == color.size() && part.size() == thin.size() && (held.empty() || held.size() == part.size()));
   struct Look {
@@ -111,8 +110,8 @@ std::vector<uint32_t> join_alike(const PartsOptions& options, std::span<const ui
     kept.members.insert(kept.members.end(), looks[second].members.begin(), looks[second].members.end());
     looks.erase(looks.begin() + static_cast<std::ptrdiff_t>(second));
   }
+  if (looks.size() < 2) return std::nullopt;
   std::vector<uint32_t> out(part.begin(), part.end());
-  if (looks.size() < 2) return out;
   std::vector<uint32_t> material(parts, 0);
   for (uint32_t m = 0; m < looks.size(); ++m)
     for (const uint32_t p : looks[m].members) material[p] = m;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -21,10 +22,13 @@ struct PartsOptions {
 /// `held` [N] or none, not 0, never bends: it takes no parts of its own, but joins the one that it is most like.
 std::vector<uint32_t> find_parts(const PartsOptions& options, std::span<const Vec3f> position, std::span<const Vec3f> color, std::span<const uint8_t> held = {});
 
+/// The same parts with numbers from 0 without gaps, in the order in which they are met.
+std::vector<uint32_t> numbered(std::vector<uint32_t> part);
+
 /// Parts [N] joined where they look as if they were of one material: the two whose mean colours, and shares of what is thin,
-/// differ least, again and again while they differ by less than `alike`; as they were when nothing but one would remain.
+/// differ least, again and again while they differ by less than `alike`; none when nothing but one would remain.
 /// color [N, 3]; thin [N], not 0 in sheets and rods; what is held has no say.
-std::vector<uint32_t> join_alike(const PartsOptions& options, std::span<const uint32_t> part, std::span<const Vec3f> color, std::span<const uint8_t> thin,
+std::optional<std::vector<uint32_t>> join_alike(const PartsOptions& options, std::span<const uint32_t> part, std::span<const Vec3f> color, std::span<const uint8_t> thin,
                                  std::span<const uint8_t> held = {});
 
 }  // namespace pliant
