@@ -311,6 +311,9 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   fit.time = best->time(), fit.subframes = best->subframes(), fit.substeps = best->substeps(), fit.last_frame = best->last_frame(), fit.start = best->state_of(result.parameters);
 
   if (result.covariance.size() > 0) {
+    // One weight for all errors is that of what does not change from frame to frame; every direction has its own.
+    if (result.jacobian.size() > 0)
+      result.covariance = covariance_with(ErrorCorrelation(result.residuals, tracks.tracks().rest, tracks.tracks().camera ? 2 : 3), result.jacobian, result.covariance);
     const double spread = std::exp(std::min(5.0, result.sigma(1)));
     fit.damping_time_low = fit.damping_time / spread, fit.damping_time_high = fit.damping_time * spread;
     set_young_sigma(fit, options, particles.size(), result.covariance);

@@ -96,6 +96,8 @@ YoungPosterior posterior_about(const Motion<float>& motion, const Field& field, 
     options.difference = options.largest_step, options.rough_jacobian = found.jacobian;
     found = gauss_newton(options, residuals, here);
   }
+  const ErrorCorrelation correlation(found.residuals, tracks.tracks().rest, tracks.tracks().camera ? 2 : 3);
+  found.covariance = covariance_with(correlation, found.jacobian, found.covariance);
   const Eigen::Index size = static_cast<Eigen::Index>(directions);
   YoungPosterior out = young_posterior(by, found.covariance.topLeftCorner(size, size));
   if (damping) out.log_damping_sigma = found.sigma(static_cast<int>(directions));
