@@ -74,6 +74,9 @@ std::vector<std::string> undetermined_by_video(const FitEvidence& e, const FitBl
     out.push_back(fmt::format("{:.0f} % of the object hardly deforms in this video; it might as well be much stiffer.", 100 * blindness.stiff_volume));
   if (!e.searched)
     out.push_back("E was followed downhill from the one that was given, not searched for: another may explain the video better. Damping was not fitted.");
+  if (e.field_left)
+    out.push_back("Stiffness that differs from place to place explained the motion no better than one for the whole object, which was kept: the video does not tell "
+                  "its parts apart.");
   if (e.one_stiffness)
     out.push_back("One stiffness was fitted for the whole object; differences between its parts were not looked for.");
   else if (!e.errors_known)

@@ -71,6 +71,7 @@ FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, const Mat
   }
   out.searched = !fit.homogeneous.search.log10_factor.empty();
   out.one_stiffness = options.kind == MaterialKind::kUniform, out.poisson_fitted = options.poisson, out.errors_known = !fit.sigma.empty(), out.by_gradients = !fit.iterations.empty();
+  out.field_left = fit.field_left && fit.iterations.empty();
   double whole = 0, undecided = 0;
   for (size_t i = 0; i < fit.sigma.size(); ++i) {
     const double volume = scene.body.particles.volume[i];

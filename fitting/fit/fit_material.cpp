@@ -82,11 +82,18 @@ void add_field(const MaterialFitOptions& options, VibrationFitOptions vibration,
                          : fit_vibration(vibration, base, interactions, tracks, fps, progress, kept.homogeneous ? kept.vibration : VibrationFitState{}, kept.keep_vibration);
   if (!kept.field && kept.keep_field) kept.keep_field(fit.found);
   fit.steps.push_back(step_of("field", fit.found));
+  fit.prior_sigma = prior_sigma_of(options);
+  fit.field_left = fit.found.rms > fit.homogeneous.rms;
+  if (fit.field_left) {
+    // The constant stays; from place to place E is then as uncertain as before any track was seen.
+    fit.found = fit.homogeneous;
+    for (double& sigma : fit.sigma) sigma = std::hypot(sigma, fit.prior_sigma);
+    return;
+  }
   fit.particles = fit.found.fitted(base, field.get());
   fit.found.log10_factor += fit.homogeneous.log10_factor;
   fit.sigma = fit.found.young_sigma;
   add_left_out(field.get(), fit.sigma);
-  fit.prior_sigma = prior_sigma_of(options);
 }
 
 /// Exact gradients from what was found on.

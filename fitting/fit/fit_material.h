@@ -56,6 +56,7 @@ struct MaterialFit {
   std::vector<double> young;   ///< [N] Pa
   std::vector<double> sigma;   ///< [N] decades, one standard deviation of log10 E
   double prior_sigma = 0;      ///< [decades] of a particle's E before any track was seen
+  bool field_left = false;     ///< a field explained the tracks no better than the best constant, which was kept
   Particles particles;         ///< with that E
   std::vector<FitStep> steps;
   std::vector<GradientFitRow> iterations;  ///< of the gradients
@@ -77,7 +78,7 @@ void find_posterior(const MaterialFitOptions& options, const Motion<float>& moti
                     MaterialFit& fit);
 
 /// The homogeneous fit (fit_vibration.h); then, for parts and smooth fields, Gauss-Newton once more from there with a
-/// field of factors of E, which also says how sure it is; for triplanes, or when more than tracks is compared, from there
+/// field of factors of E, which also says how sure it is and is only taken where it explains more; for triplanes, or when more than tracks is compared, from there
 /// exact gradients (fit_gradient.h) of E(x), damping and, for triplanes, v0(x).
 MaterialFit fit_material(const MaterialFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
                          const TrackLoss<float>& tracks, double fps, const std::function<void(const std::string&)>& progress = {},

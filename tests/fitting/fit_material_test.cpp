@@ -87,6 +87,35 @@ TEST(FitMaterial, TwoPartsTenTimesApartAreFoundByParts) { fit_two_parts(Material
 
 TEST(FitMaterial, TwoPartsTenTimesApartAreFoundByASmoothField) { fit_two_parts(MaterialKind::kSmooth, 0.15); }
 
+TEST(FitMaterial, AFieldIsOnlyTakenWhereItExplainsMoreThanTheBestConstant) {
+  const TwoParts twin;
+  const size_t n = twin.particles.size();
+  const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.5), true, 2);
+  MaterialFitOptions options;
+  options.kind = MaterialKind::kParts, options.part = twin.part;
+  VibrationFit constant, field;
+  constant.log10_factor = -0.3, constant.rms = 1, constant.damping_time = 0.6, constant.young_sigma.assign(n, 0.01);
+  field.log10_factor = 0.1, field.field = {0.5, -0.5}, field.damping_time = 100, field.young_sigma.assign(n, 0.02);
+  const auto fit = [&](double rms) {
+    MaterialFitProgress kept;
+    kept.homogeneous = constant, kept.field = field, kept.field->rms = rms;
+    return fit_material(options, twin.particles, twin.pins, tracks, twin.fps, {}, kept);
+  };
+  const MaterialFit taken = fit(0.99), left = fit(1.01);
+  EXPECT_FALSE(taken.field_left);
+  EXPECT_TRUE(left.field_left);
+  EXPECT_EQ(taken.found.damping_time, 100);
+  EXPECT_EQ(left.found.damping_time, 0.6);
+  for (size_t i = 0; i < n; ++i) {
+    EXPECT_NEAR(std::log10(taken.young[i] / twin.particles.young[i]), -0.3 + 0.1 + (twin.part[i] == 0 ? 0.5 : -0.5) / std::log(10.0), 1e-5);
+    EXPECT_NEAR(std::log10(left.young[i] / twin.particles.young[i]), -0.3, 1e-5);
+    EXPECT_TRUE(taken.determined(i));
+    EXPECT_FALSE(left.determined(i));
+  }
+  // What was tried is told.
+  EXPECT_EQ(left.steps.back().name, "field");
+}
+
 TEST(FitMaterial, TriplanesGoOnFromTheBestConstantAndFromWhereTheyWereStopped) {
   if (!has_triplane_fields()) GTEST_SKIP() << "built without libtorch";
   const TwoParts twin;
@@ -94,23 +123,24 @@ TEST(FitMaterial, TriplanesGoOnFromTheBestConstantAndFromWhereTheyWereStopped) {
   MaterialFitOptions options;
   options.kind = MaterialKind::kTriplanes, options.smooth.modes = 3, options.vibration.most_smooth = 3, options.gradient.iterations = 20, options.gradient.growth = 0.3;
   options.vibration.modes.most = 4, options.vibration.refine.tolerance = 1e-2, options.vibration.search.first = 0.08;
-  const auto fit = [&](MaterialFitProgress kept) { return fit_material(options, twin.particles, twin.pins, tracks, twin.fps, {}, std::move(kept)); };
-  const MaterialFit whole = fit({});
+  const auto fit = [&](const MaterialFitProgress& kept) { return fit_material(options, twin.particles, twin.pins, tracks, twin.fps, {}, kept); };
+  MaterialFitProgress begun, interrupted;
+  begun.keep_homogeneous = [&](const VibrationFit& f) { interrupted.homogeneous = f; };
+  begun.keep_field = [&](const VibrationFit& f) { interrupted.field = f; };
+  const MaterialFit whole = fit(begun);
   EXPECT_EQ(whole.iterations.size(), 20u);
   EXPECT_LT(whole.found.rms, 0.95 * whole.homogeneous.rms);
   ASSERT_EQ(whole.sigma.size(), twin.particles.size());
   EXPECT_GT(whole.found.log10_sigma, 0);
 
-  MaterialFitProgress first, second;
-  first.keep_homogeneous = [&](const VibrationFit& f) { second.homogeneous = f; };
-  first.keep_field = [&](const VibrationFit& f) { second.field = f; };
-  first.keep_gradient = [&](const GradientFitState& state) {
-    second.gradient = state;
+  MaterialFitProgress continued = interrupted;
+  interrupted.keep_gradient = [&](const GradientFitState& state) {
+    continued.gradient = state;
     return state.rows.size() < 5;
   };
-  EXPECT_THROW(fit(first), Error);
-  ASSERT_EQ(second.gradient.rows.size(), 5u);
-  EXPECT_EQ(fit(second).young, whole.young);
+  EXPECT_THROW(fit(interrupted), Error);
+  ASSERT_EQ(continued.gradient.rows.size(), 5u);
+  EXPECT_EQ(fit(continued).young, whole.young);
 }
 
 }  // namespace
