@@ -19,18 +19,23 @@ struct RunOptions {
   RenderStage render;
 };
 
-/// Whether a video, or markers, say what the object is made of: not if the user does.
-bool wants_fit(const Scene& scene, const RunOptions& options) {
-  const bool video = !options.fit.video.empty() || !options.fit.markers.file.empty() || !options.fit.generate.command.empty() || !options.fit.compare.guide.empty() || options.fit.released_young || scene.settings.video;
-  return video && options.use_video && !options.simulate.material.young && options.simulate.physgaussian.empty();
+/// Why nothing is fitted; empty where a video, or markers, say what the object is made of.
+std::string why_no_fit(const Scene& scene, const RunOptions& options) {
+  const FitStage& fit = options.fit;
+  if (!options.use_video) return "with --no-video";
+  if (options.simulate.material.young) return "with --young, which says what the object is made of";
+  if (!options.simulate.physgaussian.empty()) return "with --physgaussian, which says what the object is made of";
+  const bool seen = has_video(scene, fit) || !fit.markers.file.empty() || !fit.compare.guide.empty() || fit.released_young;
+  return seen ? "" : "without a reference video";
 }
 
 nlohmann::json run_all(Context& context, const Program& program, const RunOptions& options) {
   RunDirectory run = RunDirectory::create(program.out);
   const Scene scene = attach_or_reconstruct(context, run, options.scene, options.reconstruct, options.segment);
-  const bool fits = wants_fit(scene, options);
+  const std::string no_fit = why_no_fit(scene, options);
+  const bool fits = no_fit.empty();
   if (fits) check_fit_stage(options.fit, has_video(scene, options.fit)), check_material(scene, options.simulate.material, true);
-  else check_material(scene, options.simulate);
+  else check_no_fit_stage(options.fit, no_fit, "leave it out, or let the material be fitted"), check_material(scene, options.simulate);
   run_segment(context, run, scene, options.segment);
   ExtractStage extract = options.extract;
   if (extract.object.empty() && !options.segment.physgaussian.empty()) extract.object = "object";

@@ -70,6 +70,8 @@ struct FitStage {
 };
 /// Throws Error{kUsage} for what a fit of this kind would leave unused, by the name of its option.
 void check_fit_stage(const FitStage& stage, bool has_video);
+/// The same for any choice at all, when nothing is fitted: `where` says why ("with --no-video").
+void check_no_fit_stage(const FitStage& stage, const std::string& where, const std::string& advice);
 
 nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
 /// Without a video: E(x) and damping under given forces, by what stage.compare.guide thinks of the drawn motion (PhysDreamer's

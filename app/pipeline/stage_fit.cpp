@@ -52,7 +52,8 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
                {{"particles", run / (folder + "/particles.h5")}, {"object", run / (folder + "/object.ply")}, {"background", run / "background_repaired.ply"}},
                {folder + "/material.h5", folder + "/velocity.h5", "fit/results.json", "fit/side_by_side.mp4"}};
   add_video_to_key(key, scene, stage);
-  key.options["compare"] = compare_to_json(stage.compare), key.options["recipe"] = stage.recipe;
+  key.options["compare"] = compare_to_json(stage.compare);
+  if (stage.recipe != FitStage().recipe) key.options["recipe"] = stage.recipe;
   if (!stage.part_labels.empty()) key.inputs["part_labels"] = stage.part_labels;
 
   const json summary = run.stage(context, key, [&]() -> json {
@@ -68,7 +69,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     const VibrationFit& found = found_material.found;
     const Particles& fitted = found_material.particles;
     const std::string sources[] = {"homogeneous", "by parts", "a smooth field", "triplanes"};
-    MaterialFile stored = fitted_material(fit, fitted, std::pow(10.0, found.log10_factor), sources[static_cast<int>(options.kind)] + ", fitted to the reference video");
+    MaterialFile stored = fitted_material(fit, fitted, std::pow(10.0, found.log10_factor), sources[found_material.field_left && found_material.iterations.empty() ? 0 : static_cast<int>(options.kind)] + ", fitted to the reference video");
     if (!found_material.sigma.empty())
       for (const int driver : fit.body.file.solid_driver)
         stored.log10_young_sigma.push_back(static_cast<float>(driver >= 0 ? found_material.sigma[driver] : found.log10_sigma));

@@ -91,10 +91,11 @@ json run_seed(const Context& context, RunDirectory& run, const Scene& scene, con
   for (const Region& pin : pins) pin_rows.push_back(region_to_json(pin));
 
   StageKey key{"seed",
-                     {{"particles", stage.particles}, {"drivers", stage.drivers}, {"pins", pin_rows}, {"metres_per_unit", scene.metres_per_unit}},
+                     {{"particles", stage.particles}, {"pins", pin_rows}, {"metres_per_unit", scene.metres_per_unit}},
                      {{"object", run / (folder + "/object.ply")}},
                      {folder + "/particles.h5"}};
   if (!scene.cameras_are_orbit) key.inputs["cameras"] = scene.settings.cameras;  // their pictures tell how large the solid is
+  if (adaptive) key.options["drivers"] = stage.drivers;
   if (given) key.inputs["material"] = stage.material_file;
   if (configured) key.inputs["physgaussian"] = stage.physgaussian;
   return run.stage(context, key, [&]() -> json {

@@ -93,22 +93,48 @@ TEST(CheckFitStage, InRunOptionsAreNamedAsTheyAreTypedThere) {
                  in_run([](FitStage&) {}), true);
 }
 
-TEST(CheckFitStage, RunRefusesBeforeItsFirstStage) {
+/// `run` on a few Gaussians without a video ends with 2 before its first stage, and says these words.
+void expect_run_refuses(std::vector<std::string> options, const std::string& words) {
   const TemporaryFolder folder;
   GaussianCloud cloud;
   cloud.resize(60);
   for (int i = 0; i < 60; ++i) cloud.position[i] = Vec3f(0.1f * static_cast<float>(i % 4), 0.1f * static_cast<float>(i / 4 % 4), 0.1f * static_cast<float>(i / 16));
   write_ply(folder / "scene.ply", cloud);
   const std::string markers = folder.file("markers.csv", "time,a_x,a_y,a_z\n").string();
-  for (const char* option : {"--fit-field", "--fit-points", "--video-fps", "--video"}) {
-    ::testing::internal::CaptureStderr();
-    const int code = run_quietly({"run", (folder / "scene.ply").string(), "--out", (folder / "run").string(), "--aabb", "0,0,0,1,1,1", "--markers", markers, option,
-                                  option == std::string("--fit-field") ? "smooth" : "50"});
-    const std::string said = ::testing::internal::GetCapturedStderr();
-    EXPECT_EQ(code, 2) << said;
-    EXPECT_NE(said.find(std::string(option) + ": does nothing with --markers"), std::string::npos) << said;
-  }
+  for (std::string& option : options)
+    if (option == "MARKERS") option = markers;
+  options.insert(options.begin(), {"run", (folder / "scene.ply").string(), "--out", (folder / "run").string(), "--aabb", "0,0,0,1,1,1"});
+  ::testing::internal::CaptureStderr();
+  const int code = run_quietly(options);
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_EQ(code, 2) << said;
+  EXPECT_NE(said.find(words), std::string::npos) << said;
   EXPECT_FALSE(std::filesystem::exists(folder / "run/segmentation.h5"));
+}
+
+TEST(CheckFitStage, RunRefusesBeforeItsFirstStage) {
+  expect_run_refuses({"--markers", "MARKERS", "--fit-field", "smooth"}, "--fit-field: does nothing with --markers");
+  for (const std::string option : {"--fit-points", "--video-fps", "--video"})
+    expect_run_refuses({"--markers", "MARKERS", option, "50"}, option + ": does nothing with --markers");
+}
+
+TEST(CheckFitStage, WhereRunFitsNothingOptionsOfTheFitAreRefused) {
+  expect_run_refuses({"--fit-field", "smooth"}, "--fit-field: does nothing without a reference video");
+  expect_run_refuses({"--fit-gradient-iterations", "5"}, "--fit-gradient-iterations: does nothing without a reference video");
+  expect_run_refuses({"--no-video", "--markers", "MARKERS"}, "--markers: does nothing with --no-video");
+  expect_run_refuses({"--young", "1e5", "--markers", "MARKERS"}, "--markers: does nothing with --young");
+  const auto refused = [](const std::function<void(FitStage&)>& choose) {
+    FitStage stage;
+    choose(stage);
+    EXPECT_THROW(check_no_fit_stage(stage, "here", "leave it out"), Error);
+  };
+  EXPECT_NO_THROW(check_no_fit_stage(FitStage(), "here", "leave it out"));
+  refused([](FitStage& s) { s.released_young = 1e5; });
+  refused([](FitStage& s) { s.compare.lambda = 0.5; });
+  refused([](FitStage& s) { s.compare.guide_limit = 5; });
+  refused([](FitStage& s) { s.generate.prompt = "x"; });
+  refused([](FitStage& s) { s.part_labels = "l.h5"; });
+  refused([](FitStage& s) { s.markers.reach = 1; });
 }
 
 }  // namespace
