@@ -41,7 +41,7 @@ void fit_two_parts(MaterialKind kind, double tolerance) {
   Particles guess = twin.particles;
   guess.young.assign(guess.size(), 3e5f);
   MaterialFitOptions options;
-  options.kind = kind, options.part = twin.part, options.smooth.modes = 12;
+  options.kind = kind, options.part = twin.part, options.smooth.modes = 10;
   options.vibration.modes.most = 6, options.vibration.refine.tolerance = 2e-3, options.vibration.most_smooth = kind == MaterialKind::kSmooth ? 7 : 5;
   const MaterialFit fit = fit_material(options, guess, twin.pins, tracks, twin.fps);
   const std::vector<double> constant(guess.size(), 3e5 * std::pow(10.0, fit.homogeneous.log10_factor));
