@@ -9,6 +9,10 @@
 
 namespace pliant {
 
+namespace {
+constexpr double kNotable = 0.1;  // share of the losses
+}
+
 FitBlindness find_blindness(const FitScene& fit, const FittedMotion& motion) {
   FitBlindness out;
   const Particles& p = fit.body.particles;
@@ -98,6 +102,10 @@ std::vector<std::string> undetermined_by_video(const FitEvidence& e, const FitBl
                               e.strongest_hz, fps));
   if (e.periods > 0 && e.periods < 1)
     out.push_back(fmt::format("Only {:.1f} of a period is seen: E and the way the motion starts are hard to tell apart.", e.periods));
+  if (e.losses.transfers > kNotable * e.losses.whole)
+    out.push_back(fmt::format("The solver's grid takes energy too, as a damping time of {:.2g} s would: {:.2g} s is what it needs beside that, and on another grid the motion "
+                              "would die away differently. With all losses the object's own damping time is {:.2g} s.",
+                              1 / e.losses.transfers, e.damping_time, 1 / e.losses.whole));
   if (e.damping_high > 3 * e.damping_low)
     out.push_back(fmt::format("Damping is hardly determined: any time from {:.2g} s to {:.2g} s would do.", e.damping_low, e.damping_high));
   return out;

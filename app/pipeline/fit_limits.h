@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/pipeline/fit_report.h"
+#include "fitting/fit/dissipation.h"
 
 namespace pliant {
 
@@ -13,6 +14,7 @@ struct FitEvidence {
   double young = 0, log10_sigma = 0;                ///< Pa, decades
   double stated_fps = 0;                            ///< that times follow; 0 = not known
   double damping_time = 0, damping_low = 0, damping_high = 0;  ///< s
+  Dissipation losses;                               ///< of the motion; zero = not known
   double periods = 0;                               ///< of the strongest mode
   double strongest_hz = 0;                          ///< 0 = not known
   std::vector<double> rival_factor, rival_rms;      ///< other minima that were refined: E against the result's, rms

@@ -62,7 +62,7 @@ FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, const Mat
   FitEvidence out;
   out.stated_fps = scene.video.source_fps;
   out.young = young, out.log10_sigma = found.log10_sigma, out.rms = found.rms, out.periods = fit.homogeneous.search.periods;
-  out.damping_time = found.damping_time, out.damping_low = found.damping_time_low, out.damping_high = found.damping_time_high;
+  out.damping_time = found.damping_time, out.damping_low = found.damping_time_low, out.damping_high = found.damping_time_high, out.losses = fit.losses;
   const double seconds = (scene.used - fit.homogeneous.search.first_frame) / scene.video.fps;
   out.strongest_hz = seconds > 0 ? fit.homogeneous.search.periods / seconds : 0;
   for (size_t k = 0; k < fit.homogeneous.candidate_factor.size(); ++k) {
@@ -71,7 +71,7 @@ FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, const Mat
   }
   out.searched = !fit.homogeneous.search.log10_factor.empty();
   out.one_stiffness = options.kind == MaterialKind::kUniform, out.poisson_fitted = options.poisson, out.errors_known = !fit.sigma.empty(), out.by_gradients = !fit.iterations.empty();
-  out.field_left = fit.field_left && fit.iterations.empty();
+  out.field_left = fit.field_left;
   double whole = 0, undecided = 0;
   for (size_t i = 0; i < fit.sigma.size(); ++i) {
     const double volume = scene.body.particles.volume[i];

@@ -21,6 +21,7 @@ std::string numbers(const json& fit) {
   row("log10_sigma", "one standard deviation by noise alone", "{:.3f} decades");
   row("poisson", "Poisson's ratio", "{:.3f}");
   row("damping_time_s", "damping time", "{:.3g} s");
+  row("whole_damping_time_s", "the same with what the solver's grid takes", "{:.3g} s");
   row("release_s", "release", "{:.4f} s");
   row("rms_mm", "markers off by", "{:.3g} mm");
   row("rms_with_later_mm", "the same with as much again that the fit did not see", "{:.3g} mm");

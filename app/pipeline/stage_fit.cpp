@@ -69,7 +69,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     const VibrationFit& found = found_material.found;
     const Particles& fitted = found_material.particles;
     const std::string sources[] = {"homogeneous", "by parts", "a smooth field", "triplanes"};
-    MaterialFile stored = fitted_material(fit, fitted, std::pow(10.0, found.log10_factor), sources[found_material.field_left && found_material.iterations.empty() ? 0 : static_cast<int>(options.kind)] + ", fitted to the reference video");
+    MaterialFile stored = fitted_material(fit, fitted, std::pow(10.0, found.log10_factor), sources[found_material.field_left ? 0 : static_cast<int>(options.kind)] + ", fitted to the reference video");
     if (!found_material.sigma.empty())
       for (const int driver : fit.body.file.solid_driver)
         stored.log10_young_sigma.push_back(static_cast<float>(driver >= 0 ? found_material.sigma[driver] : found.log10_sigma));
@@ -96,6 +96,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
                          {"constant_used", constant_scores.psnr_used}, {"constant_later", constant_scores.psnr_later}, {"constant_young_pa", material.young * std::pow(10.0, constant.log10_factor)},
                          {"rms_homogeneous_px", found_material.homogeneous.rms}, {"steps", steps_to_json(found_material.steps)},
                          {"undetermined", undetermined_by_video(evidence_of(fit, found_material, options, young), find_blindness(fit, motion), fit.video.fps)}};
+    if (found_material.losses.whole > 0) result["whole_damping_time_s"] = 1 / found_material.losses.whole;
     if (stage.compare.poisson) result["poisson"] = fitted.poisson.at(0);
     json full = result;
     full["search"] = curve_to_json(found_material.homogeneous.search), full["modes_hz"] = json::array();

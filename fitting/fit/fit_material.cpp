@@ -110,7 +110,7 @@ void refine_by_gradients(const MaterialFitOptions& options, const VibrationFitOp
   const Motion<float>& best = clip.motion;
   fit.particles = best.particles, fit.found.start = best.start, fit.found.damping_time = best.options.simulate.damping_time;
   fit.found.substeps = best.options.simulate.substeps;
-  fit.iterations = clip.iterations;
+  fit.iterations = clip.iterations, fit.field_left = false;
   fit.steps.push_back(step_of("gradients", clip, tracks, frames));
   fit.found.rms = fit.steps.back().rms;
   find_posterior(options, best, tracks, frames, fit);
@@ -178,6 +178,7 @@ MaterialFit fit_material(const MaterialFitOptions& options, const Particles& par
   if (const auto field = field_of(options, particles)) add_field(options, vibration, field, interactions, tracks, fps, progress, kept, fit);
   if (options.kind == MaterialKind::kTriplanes || options.poisson || options.clip.beyond_tracks())
     refine_by_gradients(options, vibration, interactions, tracks, fps, progress, kept, fit);
+  fit.losses = dissipation_of(motion_of(fit.found, vibration, fit.particles, interactions, fps));
   fit.young.assign(fit.particles.young.begin(), fit.particles.young.end());
   return fit;
 }

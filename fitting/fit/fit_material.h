@@ -3,6 +3,7 @@
 #include "fitting/fields/smooth_field.h"
 #include "fitting/fields/triplane_field.h"
 #include "fitting/fit/clip_objective.h"
+#include "fitting/fit/dissipation.h"
 #include "fitting/fit/fit_clip.h"
 #include "fitting/fit/fit_vibration.h"
 
@@ -56,6 +57,7 @@ struct MaterialFit {
   std::vector<double> young;   ///< [N] Pa
   std::vector<double> sigma;   ///< [N] decades, one standard deviation of log10 E
   double prior_sigma = 0;      ///< [decades] of a particle's E before any track was seen
+  Dissipation losses;          ///< of the swing that was found, over the frames compared; zero from fit_physdreamer
   bool field_left = false;     ///< a field explained the tracks no better than the best constant, which was kept
   Particles particles;         ///< with that E
   std::vector<FitStep> steps;

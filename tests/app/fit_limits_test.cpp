@@ -18,7 +18,7 @@ bool says(const FitEvidence& evidence, const std::string& words, double fps = 24
 TEST(FitLimits, EachWeakPointIsSaidAndOnlyThen) {
   FitEvidence sure;
   sure.young = 1e5, sure.rms = 0.5, sure.damping_low = 1, sure.damping_time = 1.1, sure.damping_high = 1.2, sure.periods = 3, sure.strongest_hz = 2;
-  sure.one_stiffness = false;
+  sure.one_stiffness = false, sure.losses = {1, 0.05};
   struct Weak {
     std::string words;
     std::function<void(FitEvidence&)> make;
@@ -33,6 +33,7 @@ TEST(FitLimits, EachWeakPointIsSaidAndOnlyThen) {
       {"E = 4e+05 Pa explains the video almost as well", [](FitEvidence& e) { e.rival_factor = {4}, e.rival_rms = {0.55}; }},
       {"Film faster", [](FitEvidence& e) { e.strongest_hz = 7; }},
       {"Only 0.5 of a period", [](FitEvidence& e) { e.periods = 0.5; }},
+      {"object's own damping time is 1 s", [](FitEvidence& e) { e.losses = {1, 0.2}; }},
       {"Damping is hardly determined", [](FitEvidence& e) { e.damping_high = 9; }},
       {"30 frames a second", [](FitEvidence& e) { e.stated_fps = 30; }},
   };

@@ -99,6 +99,7 @@ TEST(FitMaterial, AFieldIsOnlyTakenWhereItExplainsMoreThanTheBestConstant) {
   const auto fit = [&](double rms) {
     MaterialFitProgress kept;
     kept.homogeneous = constant, kept.field = field, kept.field->rms = rms;
+    kept.homogeneous->start = kept.field->start = initial_state(twin.particles);
     return fit_material(options, twin.particles, twin.pins, tracks, twin.fps, {}, kept);
   };
   const MaterialFit taken = fit(0.99), left = fit(1.01);

@@ -1,5 +1,6 @@
 // Laws of whole simulations, mostly in double on the templates that run in float.
 
+#include "physics/simulate/energy.h"
 #include "physics/simulate/simulate.h"
 
 #include <Eigen/Geometry>
@@ -35,23 +36,6 @@ Interaction gust(const Vec3d& acceleration, double duration = INFINITY) {
   Interaction it;
   it.type = InteractionType::kGust, it.vector = acceleration, it.duration = duration;
   return it;
-}
-
-double potential_energy(const BasicParticles<double>& p, const State& s) {
-  double sum = 0;
-  for (size_t i = 0; i < s.size(); ++i) {
-    const Lame<double> law = lame(p.young[i], p.poisson[i]);
-    const LawMemory<double> memory = s.memory.empty() ? LawMemory<double>{} : s.memory[i];
-    sum += p.volume[i] * energy_density({&p.material(i), law.mu, law.lambda}, s.F[i], memory);
-  }
-  return sum;
-}
-
-double kinetic_energy(const BasicParticles<double>& p, const State& s) {
-  double sum = 0;
-  for (size_t i = 0; i < s.size(); ++i)
-    sum += 0.5 * p.mass[i] * (s.v[i].squaredNorm() + 0.25 * p.cell_size * p.cell_size * s.C[i].squaredNorm());
-  return sum;
 }
 
 template <class T>
@@ -172,7 +156,7 @@ TEST(Simulate, TimeCentredEnergyNeverGrows) {
   options.substeps = 1;
   double last_potential = 0, last_kinetic = -1, last = 0, first = 0, largest_rise = -1;
   simulate<double>(options, particles, {pin_below(0.01)}, start, [&](const State& s) {
-    double potential = potential_energy(particles, s);
+    double potential = elastic_energy(particles, s);
     for (size_t i = 0; i < s.size(); ++i) {  // in the springs of the clamp at z = 1 cm
       if (particles.position[i].z() > 0.01 + kClampReach * 0.01) continue;
       const Lame<double> law = lame(particles.young[i], particles.poisson[i]);

@@ -14,11 +14,13 @@
 #include <nlohmann/json.hpp>
 
 #include "app/store/particles.h"
+#include "app/store/trajectory.h"
 #include "fitting/fields/smooth_field.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/io/files.h"
 #include "gaussians/io/image_io.h"
 #include "gaussians/io/video.h"
+#include "physics/simulate/energy.h"
 #include "tests/studies/twin_scene.h"
 
 #include <opencv2/videoio.hpp>
@@ -94,6 +96,26 @@ std::function<double(const Vec3f&)> smooth_truth(uint64_t seed) {
   const auto values = std::make_shared<std::vector<double>>(field->values(p));
   const auto tree = std::make_shared<std::vector<Vec3f>>(points);
   return [values, tree](const Vec3f& x) { return (*values)[k_nearest(*tree, std::vector<Vec3f>{x}, 1)[0]]; };
+}
+
+/// 1/s at which amplitudes of a simulated truth fall by drag and transfers together: dissipation_of, from the frames that it wrote.
+double whole_damping_rate(const fs::path& run, const std::function<double(const Vec3f&)>& young) {
+  const ParticleFile file = read_particles(object_of(run) / "particles.h5");
+  const TrajectoryFile motion = read_trajectory(object_of(run) / "trajectory.h5");
+  Particles p;
+  p.position = motion.frames.at(0).position, p.volume = file.driving_volume, p.cell_size = 0;
+  for (size_t i = 0; i < p.size(); ++i)
+    p.mass.push_back(1000 * p.volume[i]), p.young.push_back(static_cast<float>(young(p.position[i]))), p.poisson.push_back(0.3f);
+  double kinetic = 0, before = 0, first = 0, last = 0;
+  for (size_t f = 0; f < motion.frames.size(); ++f) {
+    SimulationState state = initial_state(p);
+    state.v = motion.frames[f].velocity, state.F = motion.frames[f].F;
+    const double now = kinetic_energy(p, state), all = now + elastic_energy(p, state);
+    if (f > 0) kinetic += 0.5 * (before + now) / motion.fps;
+    if (f == 0) first = all;
+    before = now, last = all;
+  }
+  return (first - last) / (4 * kinetic);
 }
 
 }  // namespace
@@ -194,14 +216,14 @@ int main(int argc, char** argv) {
     const Vec3d seen_flat = seen - depth * depth.dot(seen), wanted_flat = wanted - depth * depth.dot(wanted);
     const double direction = std::acos(std::clamp(seen_flat.normalized().dot(wanted_flat.normalized()), -1.0, 1.0)) * 180 / M_PI;
     rows.push_back({{"case", seed}, {"young", std::exp(middle)}, {"median", median}, {"bias", bias}, {"constant", constant_error[constant_error.size() / 2]},
-                    {"damping", result["damping_time_s"].get<double>() / damping}, {"direction_deg", direction},
+                    {"damping", result["damping_time_s"].get<double>() / damping}, {"damping_whole", result["whole_damping_time_s"].get<double>() * whole_damping_rate(truth, young)}, {"direction_deg", direction},
                     {"magnitude", seen_flat.norm() / wanted_flat.norm()}, {"depth_found", depth.dot(seen) / wanted_flat.norm()},
                     {"depth_true", depth.dot(wanted) / wanted_flat.norm()}, {"rms_px", result["rms_px"]}, {"sigma", result["log10_sigma"]},
                     {"known_share", double(known) / error.size()}, {"known_median", known ? known_error[known / 2] : 0.0}, {"within_1_sigma", known ? double(within) / known : 0.0},
                     {"periods", frequency * (frames - 1) / kFps}, {"steps", result["steps"]}});
     const json& r = rows.back();
-    std::printf("case %d %s/%s/%s: median |dlog10 E| %.3f bias %+.3f constant %.3f; damping x %.2f; v0 %.1f deg, x %.2f, depth %.2f of %.2f; rms %.3f px, periods %.1f; known %.2f, median there %.3f, in 1 sigma %.2f\n",
-                static_cast<int>(seed), kind.c_str(), field.c_str(), keys["grid"].c_str(), median, bias, r["constant"].get<double>(), r["damping"].get<double>(), direction,
+    std::printf("case %d %s/%s/%s: median |dlog10 E| %.3f bias %+.3f constant %.3f; damping x %.2f (with what the grids take x %.2f); v0 %.1f deg, x %.2f, depth %.2f of %.2f; rms %.3f px, periods %.1f; known %.2f, median there %.3f, in 1 sigma %.2f\n",
+                static_cast<int>(seed), kind.c_str(), field.c_str(), keys["grid"].c_str(), median, bias, r["constant"].get<double>(), r["damping"].get<double>(), r["damping_whole"].get<double>(), direction,
                 r["magnitude"].get<double>(), r["depth_found"].get<double>(), r["depth_true"].get<double>(), r["rms_px"].get<double>(), r["periods"].get<double>(), r["known_share"].get<double>(),
                 r["known_median"].get<double>(), r["within_1_sigma"].get<double>());
     std::fflush(stdout);

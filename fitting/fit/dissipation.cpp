@@ -1,0 +1,31 @@
+#include "fitting/fit/dissipation.h"
+
+#include <algorithm>
+
+#include "physics/simulate/energy.h"
+
+namespace pliant {
+
+Dissipation dissipation_of(const Motion<float>& motion) {
+  // A frame is one time step, so that the integral is the solver's own.
+  SimulateOptions options = motion.options.simulate;
+  const int frames = static_cast<int>(std::lround(options.fps * options.duration));
+  const int substeps = std::max(1, options.substeps);
+  options.fps *= substeps, options.substeps = 1, options.duration = double(frames) * substeps / options.fps;
+  double kinetic = 0, first = 0, last = 0, before = 0;
+  simulate<float>(options, motion.particles, motion.interactions, motion.start, [&](const SimulationState& state) {
+    const double now = kinetic_energy(motion.particles, state);
+    if (state.frame == 0) first = now + elastic_energy(motion.particles, state);
+    if (state.frame > 0) kinetic += 0.5 * (before + now) / options.fps;
+    if (state.frame == frames * substeps) last = now + elastic_energy(motion.particles, state);
+    before = now;
+    return true;
+  });
+  Dissipation out;
+  if (!(kinetic > 0)) return out;
+  out.whole = (first - last) / (4 * kinetic);
+  out.transfers = out.whole - (options.damping_time > 0 ? 1 / options.damping_time : 0);
+  return out;
+}
+
+}  // namespace pliant
