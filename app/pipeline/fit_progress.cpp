@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/store/fit_checkpoint.h"
+#include "gaussians/base/error.h"
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -15,22 +16,29 @@ constexpr const char* kCheckpoint = "fit/checkpoint.h5";
 std::string place_of(const FitCheckpoint& checkpoint) {
   const size_t iterations = checkpoint.velocity.rows.size() + checkpoint.gradient.rows.size();
   if (iterations > 0) return fmt::format("after {} iterations of an interrupted fit", iterations);
-  size_t steps = 0;
+  size_t steps = checkpoint.markers.refinement.loss.size() + checkpoint.markers.simulated.size();
+  if (steps > 0) return fmt::format("after {} steps of an interrupted fit", steps);
   for (const GaussNewtonState& refinement : checkpoint.vibration.refinements) steps += refinement.loss.size() - 1;
   const std::string from = checkpoint.field ? "field" : checkpoint.homogeneous ? "best constant" : "modes";
   return steps == 0 ? fmt::format("from the {} of an interrupted fit", from) : fmt::format("after {} steps from the {} of an interrupted fit", steps, from);
 }
 
-}  // namespace
-
-MaterialFitProgress kept_progress(const Context& context, const RunDirectory& run, const std::string& provenance) {
-  const fs::path file = run / kCheckpoint;
+std::shared_ptr<FitCheckpoint> kept_checkpoint(const Context& context, const fs::path& file, const std::string& provenance) {
   auto checkpoint = std::make_shared<FitCheckpoint>();
   if (fs::exists(file) && read_fit_checkpoint_provenance(file) == provenance) {
     *checkpoint = read_fit_checkpoint(file);
     context.progress.say("fit: goes on " + place_of(*checkpoint));
   }
   checkpoint->provenance_json = provenance;
+  fs::create_directories(file.parent_path());
+  return checkpoint;
+}
+
+}  // namespace
+
+MaterialFitProgress kept_progress(const Context& context, const RunDirectory& run, const std::string& provenance) {
+  const fs::path file = run / kCheckpoint;
+  const std::shared_ptr<FitCheckpoint> checkpoint = kept_checkpoint(context, file, provenance);
   const auto write = [checkpoint, file] { write_fit_checkpoint(file, *checkpoint); };
   MaterialFitProgress kept;
   kept.homogeneous = checkpoint->homogeneous, kept.field = checkpoint->field;
@@ -42,6 +50,16 @@ MaterialFitProgress kept_progress(const Context& context, const RunDirectory& ru
   kept.keep_velocity = [=](const GradientFitState& state) { return checkpoint->velocity = state, write(), go_on(); };
   kept.keep_gradient = [=](const GradientFitState& state) { return checkpoint->gradient = state, write(), go_on(); };
   return kept;
+}
+
+KeptMarkerFit kept_marker_fit(const Context& context, const RunDirectory& run, const std::string& provenance) {
+  const fs::path file = run / kCheckpoint;
+  const std::shared_ptr<FitCheckpoint> checkpoint = kept_checkpoint(context, file, provenance);
+  return {checkpoint->markers, [=, &context](const MarkerFitState& state) {
+            checkpoint->markers = state;
+            write_fit_checkpoint(file, *checkpoint);
+            if (context.interrupted && context.interrupted()) throw Error(Failure::kInterrupted, "fit", "", "interrupted", "run the same command again");
+          }};
 }
 
 void forget_progress(const RunDirectory& run) { fs::remove(run / kCheckpoint); }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "app/pipeline/chart.h"
+#include "app/pipeline/fit_progress.h"
 #include "app/pipeline/fit_report.h"
 #include "app/pipeline/interactions.h"
 #include "app/pipeline/simulated_body.h"
@@ -161,7 +162,8 @@ json run_marker_fit(const Context& context, RunDirectory& run, const Scene& scen
       context.progress.say("fit: " + line);
     };
     say(fmt::format("{} markers, {} instants from {:.4g} s to {:.4g} s", tracks.markers(), tracks.samples(), tracks.time.front(), tracks.time.back()));
-    const MarkerFitResult found = fit_markers(options, body.particles, load, tracks, say);
+    const KeptMarkerFit kept = kept_marker_fit(context, run, provenance);
+    const MarkerFitResult found = fit_markers(options, body.particles, load, tracks, say, kept.state, kept.sink);
     for (const std::string& warning : found.warnings) context.progress.warn(warning);
 
     // As much again, that the fit has not seen: a prediction.
@@ -202,6 +204,7 @@ json run_marker_fit(const Context& context, RunDirectory& run, const Scene& scen
     full["rms_axis_mm"] = {1e3 * found.rms_axis.x(), 1e3 * found.rms_axis.y(), 1e3 * found.rms_axis.z()};
     full["warnings"] = found.warnings;
     write_text(run / "fit/results.json", full.dump(2) + "\n");
+    forget_progress(run);
     return out;
   });
   write_fit_page(run);

@@ -193,6 +193,24 @@ GradientFitState read_gradient(const Hdf5Reader& in, const std::string& group) {
   return g;
 }
 
+void write_markers(Hdf5Writer& out, const MarkerFitState& state) {
+  out.group("/markers");
+  std::vector<double> rows = {double(state.searched), double(state.best)};
+  for (const MarkerFitState::Simulated& one : state.simulated) rows.insert(rows.end(), {double(one.step), one.loss});
+  out.dataset("/markers/search", rows.data(), {rows.size() / 2, 2});
+  if (state.refinement.iteration > 0 || state.refinement.parameters.size() > 0) write_refinement(out, "/markers/refinement", state.refinement);
+}
+
+MarkerFitState read_markers(const Hdf5Reader& in) {
+  MarkerFitState state;
+  const std::vector<double> rows = in.dataset<double>("/markers/search", {kAny, 2});
+  if (rows.empty()) throw in.complaint("/markers/search", "is empty");
+  state.searched = rows[0] != 0, state.best = static_cast<int>(rows[1]);
+  for (size_t i = 2; i < rows.size(); i += 2) state.simulated.push_back({static_cast<int>(rows[i]), rows[i + 1]});
+  if (in.has("/markers/refinement")) state.refinement = read_refinement(in, "/markers/refinement");
+  return state;
+}
+
 }  // namespace
 
 void write_fit_checkpoint(const fs::path& file, const FitCheckpoint& checkpoint) {
@@ -201,6 +219,7 @@ void write_fit_checkpoint(const fs::path& file, const FitCheckpoint& checkpoint)
     if (checkpoint.field) write_fit(out, "/field", *checkpoint.field);
     write_vibration(out, checkpoint.vibration);
     write_gradient(out, "/velocity", checkpoint.velocity), write_gradient(out, "/gradient", checkpoint.gradient);
+    write_markers(out, checkpoint.markers);
     out.text("/", "provenance", checkpoint.provenance_json);
   });
 }
@@ -215,6 +234,7 @@ FitCheckpoint read_fit_checkpoint(const fs::path& file) {
   if (in.has("/field")) checkpoint.field = read_fit(in, "/field");
   checkpoint.vibration = read_vibration(in);
   checkpoint.velocity = read_gradient(in, "/velocity"), checkpoint.gradient = read_gradient(in, "/gradient");
+  if (in.has("/markers")) checkpoint.markers = read_markers(in);
   return checkpoint;
 }
 

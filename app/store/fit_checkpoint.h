@@ -5,6 +5,7 @@
 #include <string>
 
 #include "fitting/fit/fit_gradient.h"
+#include "fitting/fit/fit_markers.h"
 #include "fitting/fit/fit_vibration.h"
 
 namespace pliant {
@@ -16,6 +17,7 @@ struct FitCheckpoint {
   VibrationFitState vibration;              ///< of the first of these that is not done
   GradientFitState velocity;                ///< of v0 alone, where a stage is about it
   GradientFitState gradient;
+  MarkerFitState markers;
   std::string provenance_json;  ///< options and inputs of the fit
 };
 

@@ -70,13 +70,6 @@ double spacing_of(std::span<const Vec3f> place) {
 
 }  // namespace
 
-double correlation_factor(std::span<const double> residuals, size_t columns) {
-  CHECK(columns > 0 && residuals.size() % columns == 0);
-  double factor = 1;
-  for (const double c : in_time(residuals, columns)) factor += 2 * c;
-  return factor;
-}
-
 ErrorCorrelation::ErrorCorrelation(std::span<const double> errors, std::span<const Vec3f> place, size_t axes)
     : place_(place.begin(), place.end()), axes_(axes) {
   const size_t columns = place.size() * axes;

@@ -9,11 +9,6 @@
 
 namespace pliant {
 
-/// Factor by which correlation between neighbouring rows widens the variance of a mean: 1 + 2 sum of the
-/// autocorrelations, averaged over the columns of residuals [rows, columns], up to their first zero.  Covariances of a
-/// fit times this factor times the residuals' variance allow for what the model cannot explain.
-double correlation_factor(std::span<const double> residuals, size_t columns);
-
 /// How errors [rows, points, axes] of neighbouring points in neighbouring rows go together: their mean correlation by the
 /// distance of the points and the rows between them, no farther than where that in space alone, and that in time alone,
 /// first come to zero.  Axes are independent; each point has errors of its own size.

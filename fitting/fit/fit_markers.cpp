@@ -23,9 +23,11 @@ struct Measured {
 class MarkerFit {
  public:
   MarkerFit(const MarkerFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
-            const MarkerTracks& tracks, const std::function<void(const std::string&)>& progress)
+            const MarkerTracks& tracks, const std::function<void(const std::string&)>& progress, MarkerFitState state, const MarkerFitSink& sink)
       : options_(options),
         progress_(progress),
+        state_(std::move(state)),
+        sink_(sink),
         tracks_(tracks),
         onset_(find_onset(options, tracks)),
         rest_(mean_position(tracks, options.rest_begin, onset_)),
@@ -89,6 +91,10 @@ class MarkerFit {
     if (progress_) progress_(line);
   }
 
+  void keep() const {
+    if (sink_) sink_(state_);
+  }
+
   double duration() const { return options_.window + options_.release_range + 3 / options_.model.simulate.fps; }
 
   const MarkerMotion& motion(const MarkerParameters& p, double duration) {
@@ -121,21 +127,26 @@ class MarkerFit {
     return sum;
   }
 
-  /// Loss of a simulated E; kept for the report.  Infinite where it cannot be simulated.
+  /// Loss of a simulated E.  Infinite where it cannot be simulated.
   double simulated(MarkerParameters p, int step) {
+    for (const MarkerFitState::Simulated& known : state_.simulated)
+      if (known.step == step) return known.loss;
     p.young_factor = factor(step);
-    if (const auto known = simulated_.find(step); known != simulated_.end()) return known->second;
     double loss = INFINITY;
     try {
-      const std::vector<double> r = residuals(motion(p, duration()), p.release);
-      loss = squares(r);
-      result_.search.push_back(
-          {young_ * p.young_factor, options_.sigma * std::sqrt(loss / static_cast<double>(r.size()))});
-      say(fmt::format("E = {:.4g} Pa: {:.3g} mm off", result_.search.back().young, 1e3 * result_.search.back().rms));
+      loss = squares(residuals(motion(p, duration()), p.release));
     } catch (const Error& error) {
       if (error.failure != Failure::kNumerical) throw;
     }
-    return simulated_[step] = loss;
+    state_.simulated.push_back({step, loss});
+    const MarkerFitResult::Candidate c = candidate(state_.simulated.back());
+    say(fmt::format("E = {:.4g} Pa: {:.3g} mm off", c.young, 1e3 * c.rms));
+    keep();
+    return loss;
+  }
+  MarkerFitResult::Candidate candidate(const MarkerFitState::Simulated& simulated) const {
+    const double coordinates = 3.0 * static_cast<double>(measured_.time.size() * model_.bound().size());
+    return {young_ * factor(simulated.step), options_.sigma * std::sqrt(simulated.loss / coordinates)};
   }
   double factor(int step) const { return std::pow(10.0, step * options_.search_step); }
 
@@ -158,6 +169,14 @@ class MarkerFit {
   }
 
   void search(MarkerParameters& p) {
+    if (!state_.searched) state_.best = searched(p), state_.searched = true, keep();
+    p.young_factor = factor(state_.best);
+    for (const MarkerFitState::Simulated& one : state_.simulated)
+      if (std::isfinite(one.loss)) result_.search.push_back(candidate(one));
+  }
+
+  /// Best step of the grid.
+  int searched(const MarkerParameters& p) {
     int best = 0;
     double stretch = std::pow(10.0, options_.search_decades / 2);
     for (int round = 0; round < 6; ++round) {
@@ -172,7 +191,7 @@ class MarkerFit {
       for (const int side : {-1, 1})
         if (simulated(p, best + side) < simulated(p, best)) best += side, moved = true;
     }
-    p.young_factor = factor(best);
+    return best;
   }
 
   void refine(MarkerParameters& p) {
@@ -202,20 +221,24 @@ class MarkerFit {
       if (options_.fit_release) q.release = x[at++];
       return q;
     };
-    const auto fit = gauss_newton(
+    auto fit = gauss_newton(
         gauss,
         [&](std::span<const double> x) {
           const MarkerParameters q = parameters_of(x);
           return residuals(motion(q, duration()), q.release);
         },
-        start);
+        start, state_.refinement, [&](const GaussNewtonState& now) { state_.refinement = now, keep(); });
     p = parameters_of(fit.parameters);
     result_.jacobian = fit.jacobian, result_.loss = fit.summary.loss, result_.converged = fit.summary.converged;
-    const double widened = fit.summary.rms * std::sqrt(correlation_factor(fit.residuals, 3 * model_.bound().size()));
+    // Errors of a marker go on for a while, and neighbours share them.
+    std::vector<Vec3f> place;
+    for (const int k : model_.bound()) place.push_back(rest_[k].cast<float>());
+    fit.covariance = fit.jacobian.size() > 0 ? covariance_with(ErrorCorrelation(fit.residuals, place, 3), fit.jacobian, fit.covariance)
+                                             : Eigen::MatrixXd(std::pow(fit.summary.rms, 2) * fit.covariance);
     int at = 0;
-    if (options_.fit_young) result_.sigma_log10_young = widened * fit.sigma(at++) / std::log(10.0);
-    if (options_.fit_damping) result_.sigma_log_damping = widened * fit.sigma(at++);
-    if (options_.fit_release) result_.sigma_release = widened * fit.sigma(at++);
+    if (options_.fit_young) result_.sigma_log10_young = fit.sigma(at++) / std::log(10.0);
+    if (options_.fit_damping) result_.sigma_log_damping = fit.sigma(at++);
+    if (options_.fit_release) result_.sigma_release = fit.sigma(at++);
   }
 
   void finish(const MarkerParameters& p) {
@@ -243,6 +266,8 @@ class MarkerFit {
 
   const MarkerFitOptions& options_;
   const std::function<void(const std::string&)>& progress_;
+  MarkerFitState state_;
+  const MarkerFitSink& sink_;
   const MarkerTracks& tracks_;
   double onset_;
   std::vector<Vec3d> rest_;  // [K]
@@ -251,7 +276,6 @@ class MarkerFit {
   Measured measured_;
   int substeps_ = 0;
   std::map<std::pair<double, double>, MarkerMotion> motions_;  // by E factor and damping
-  std::map<int, double> simulated_;                            // losses by step of the search
   MarkerFitResult result_;
 };
 
@@ -259,8 +283,8 @@ class MarkerFit {
 
 MarkerFitResult fit_markers(const MarkerFitOptions& options, const Particles& particles,
                             const std::vector<Interaction>& interactions, const MarkerTracks& tracks,
-                            const std::function<void(const std::string&)>& progress) {
-  return MarkerFit(options, particles, interactions, tracks, progress).run();
+                            const std::function<void(const std::string&)>& progress, MarkerFitState state, const MarkerFitSink& sink) {
+  return MarkerFit(options, particles, interactions, tracks, progress, std::move(state), sink).run();
 }
 
 }  // namespace pliant

@@ -29,7 +29,7 @@ struct MarkerFitOptions {
 struct MarkerFitResult {
   MarkerParameters parameters;
   double young = 0;              ///< Pa, mean over the volume of log E
-  double sigma_log10_young = 0;  ///< the deviations allow for residuals that are correlated in time; 0 = not fitted
+  double sigma_log10_young = 0;  ///< the deviations allow for errors correlated in time and between neighbours; 0 = not fitted
   double sigma_log_damping = 0, sigma_release = 0;
   std::vector<int> markers;        ///< those on the body
   MarkerTracks expected;           ///< at the recorded instants of the window, those markers
@@ -47,15 +47,32 @@ struct MarkerFitResult {
   std::vector<std::string> warnings;
 };
 
+/// How far a fit is: it goes on from here, and ends as if it had not been interrupted.
+struct MarkerFitState {
+  struct Simulated {
+    int step;     ///< of the grid over log E
+    double loss;  ///< infinite where it cannot be simulated
+  };
+  std::vector<Simulated> simulated;  ///< in order
+  bool searched = false;             ///< `best` is what the search ended with
+  int best = 0;                      ///< step of the grid
+  GaussNewtonState refinement;
+};
+
+/// Called after every candidate of the search and in every iteration of Gauss-Newton.  What it throws ends the fit.
+using MarkerFitSink = std::function<void(const MarkerFitState&)>;
+
 /// E (one factor on the particles' E), damping and release instant of a body from the motion of markers on it, after it
 /// was let go from rest under `interactions`, whose times count from the release.
 /// Search: one simulated motion stands for other E as well, because an elastic body's motion keeps its shape when time
 /// goes as E^-1/2 and displacement as 1/E (exactly so for small strains).  The best candidate is simulated and the
 /// proposal repeated from there; neighbours on the grid are compared by simulation.  Then Gauss-Newton.
 /// `progress` gets a line for every simulated candidate and for the refined result; it may throw to end the fit.
+/// What `state` holds of an earlier call of the same options and inputs is not done again.
 /// Throws Error{kInput} when no marker lies on the body or nothing moves.
 MarkerFitResult fit_markers(const MarkerFitOptions& options, const Particles& particles,
                             const std::vector<Interaction>& interactions, const MarkerTracks& tracks,
-                            const std::function<void(const std::string&)>& progress = {});
+                            const std::function<void(const std::string&)>& progress = {}, MarkerFitState state = {},
+                            const MarkerFitSink& sink = {});
 
 }  // namespace pliant

@@ -11,7 +11,9 @@
 namespace pliant {
 namespace {
 
-TEST(CorrelationFactor, IsOneForWhiteNoiseAndThatOfAnAutoregressionOtherwise) {
+const std::vector<Vec3f> kOrigin = {Vec3f::Zero()};
+
+TEST(ErrorCorrelation, FactorIsOneForWhiteNoiseAndThatOfAnAutoregressionOtherwise) {
   // x_k = a x_(k-1) + noise has autocorrelations a^lag: factor (1 + a) / (1 - a) = 3.
   std::vector<double> white, slow(2);
   for (int k = 0; k < 20000; ++k) {
@@ -20,8 +22,8 @@ TEST(CorrelationFactor, IsOneForWhiteNoiseAndThatOfAnAutoregressionOtherwise) {
       slow.push_back(0.5 * slow[slow.size() - 2] + white.back());
     }
   }
-  EXPECT_NEAR(correlation_factor(white, 2), 1, 0.1);
-  EXPECT_NEAR(correlation_factor(slow, 2), 3, 0.4);
+  EXPECT_NEAR(ErrorCorrelation(white, kOrigin, 2).factor(), 1, 0.1);
+  EXPECT_NEAR(ErrorCorrelation(slow, kOrigin, 2).factor(), 3, 0.4);
 }
 
 constexpr size_t kPoints = 300, kRows = 60;

@@ -72,6 +72,24 @@ TEST(FitMarkers, FindsStiffnessDampingAndReleaseFromTenTimesWrongEitherWay) {
   }
 }
 
+TEST(FitMarkers, GoesOnFromWhereverItWasInterruptedAndEndsTheSame) {
+  const MarkerTracks tracks = recording(1e-5);
+  std::vector<MarkerFitState> kept;
+  const MarkerFitResult whole = fit_markers(options(), bar(3 * kYoung), let_go(), tracks, {}, {}, [&](const MarkerFitState& s) { kept.push_back(s); });
+  ASSERT_GT(kept.size(), 6u);
+  EXPECT_TRUE(kept.back().searched);
+  for (size_t k = 0; k < kept.size(); k += 3) {
+    const MarkerFitResult rest = fit_markers(options(), bar(3 * kYoung), let_go(), tracks, {}, kept[k]);
+    EXPECT_EQ(rest.young, whole.young) << k;
+    EXPECT_EQ(rest.parameters.damping_time, whole.parameters.damping_time) << k;
+    EXPECT_EQ(rest.parameters.release, whole.parameters.release) << k;
+    EXPECT_EQ(rest.sigma_log10_young, whole.sigma_log10_young) << k;
+    EXPECT_EQ(rest.search.size(), whole.search.size()) << k;
+    EXPECT_EQ(rest.loss, whole.loss) << k;
+  }
+  EXPECT_LT(fit_markers(options(), bar(3 * kYoung), let_go(), tracks, {}, kept.back()).rollouts, 2);
+}
+
 TEST(FitMarkers, WithNothingToFitItIsAPrediction) {
   MarkerFitOptions o = options();
   o.fit_young = o.fit_damping = o.fit_release = o.search = false;
