@@ -97,7 +97,7 @@ void TrackLoss<T>::append_errors(int frame, const BasicSimulationState<T>& state
     const double s = error.squaredNorm(), weight = tracks_.weight[frame][k];
     if (s > 0) error *= std::sqrt(2 * d2 * (std::sqrt(1 + s / d2) - 1) / s);
     error *= weight > 0 ? std::sqrt(weight) / noise : 0;
-    for (int a = 0; a < (tracks_.camera ? 2 : 3); ++a) errors.push_back(error[a]);
+    for (int a = 0; a < tracks_.axes(); ++a) errors.push_back(error[a]);
   }
 }
 

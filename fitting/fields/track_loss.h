@@ -15,6 +15,9 @@ struct PointTracks {
   std::vector<int> camera_of;               ///< [K] 0 = `camera`, i = further[i - 1]; empty = all `camera`
   std::vector<std::vector<Vec3d>> place;    ///< [T][K]; T frames of the roll-out, the first of them its start
   std::vector<std::vector<double>> weight;  ///< [T][K]; 0 = not seen; an empty frame counts as not seen
+
+  /// Coordinates of a place.
+  int axes() const { return camera ? 2 : 3; }
 };
 
 /// Mean over all seen places of weight * rho(|seen - expected|^2), with the pseudo-Huber function

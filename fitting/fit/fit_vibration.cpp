@@ -8,6 +8,7 @@
 
 #include "fitting/fit/correlation.h"
 #include "fitting/fit/start_shapes.h"
+#include "fitting/fit/staying_errors.h"
 #include "fitting/fit/young_posterior.h"
 #include "gaussians/base/error.h"
 
@@ -18,6 +19,7 @@ constexpr int kRounds = 4;           // of a fit of a field, at most: more than 
 constexpr double kSameNoise = 0.8;   // ... while less than this share of the errors remains
 constexpr int kOfRound = 250, kOfRounds = 400;  // roll-outs for Jacobians, two for every parameter, in a round and in all
 constexpr double kSame = 0.05;       // as kMargin, of the last steps
+constexpr double kStartSpread = 0.1; // of a start at rest about the vibration's, share of its largest velocity
 constexpr double kMargin = 0.4;      // ln of the factor by which E may grow before roll-outs take smaller time steps
 
 /// `particles` with E times exp(common + field).
@@ -106,8 +108,25 @@ class Fitter {
   }
   size_t field_size() const { return field_size_; }
 
-  /// Errors of all tracks, each times the root of its weight; those beyond the outlier distance grow slower.
+  /// Errors of all tracks over `noise`, without the share of each point's that stays.
   std::vector<double> residuals(std::span<const double> p, double noise) const {
+    std::vector<double> errors = errors_of(p, noise);
+    even_out(errors, errors, columns(), 0, staying_);
+    return errors;
+  }
+
+  /// From what `result` leaves: how much of a point's errors stays.  `result` and later residuals are without it.
+  void find_staying(GaussNewtonResult& result) {
+    std::vector<double> errors = result.residuals;
+    even_out(errors, errors, columns(), staying_, 0);
+    const double before = std::exchange(staying_, staying_share(errors, columns()));
+    even_out(result.residuals, errors, columns(), before, staying_);
+    for (Eigen::Index j = 0; j < result.jacobian.cols(); ++j)
+      even_out({result.jacobian.col(j).data(), errors.size()}, errors, columns(), before, staying_);
+  }
+
+  /// Errors of all tracks, each times the root of its weight; those beyond the outlier distance grow slower.
+  std::vector<double> errors_of(std::span<const double> p, double noise) const {
     if (stop_ && stop_()) throw Error(Failure::kInterrupted, "fit", "", "interrupted", "run the same command to continue");
     SimulateOptions options = simulate_;
     options.damping_time = std::exp(-p[1]);
@@ -117,6 +136,7 @@ class Fitter {
       if (state.frame < lead_ || (state.frame - lead_) % subframes_ != 0) return true;
       const int f = first_ + (state.frame - lead_) / subframes_;
       if (f <= last_) tracks_.append_errors(f, state, noise, errors);
+      if (f == 0) std::fill(errors.begin(), errors.end(), 0.0);  // the points were taken from that frame
       return true;
     });
     return errors;
@@ -142,14 +162,14 @@ class Fitter {
     for (size_t j = first_amplitude; j < count; ++j) largest = std::max(largest, std::abs(start_[j]));
     for (size_t j = first_amplitude; j < count; ++j) {
       options.prior[j] = at_rest_ ? start_[j] : 0;
-      options.prior_sigma[j] = at_rest_ ? 0.3 * largest : largest;
+      options.prior_sigma[j] = at_rest_ ? kStartSpread * largest : largest;
     }
     return journal.next(options, [&](std::span<const double> p) { return residuals(p, noise); }, from);
   }
 
   double rms(std::span<const double> p) const {
     double square = 0, weight = 0;
-    const std::vector<double> r = residuals(p, 1);
+    const std::vector<double> r = errors_of(p, 1);
     for (const double x : r) square += x * x;
     const PointTracks& seen = tracks_.tracks();
     for (int f = first_; f <= last_; ++f)
@@ -159,6 +179,8 @@ class Fitter {
   }
 
  private:
+  size_t columns() const { return tracks_.tracks().rest.size() * static_cast<size_t>(tracks_.tracks().axes()); }
+
   /// Of each parameter of the field: what changes ln E by a quarter where it acts most.
   std::vector<double> largest_steps() const {
     const Eigen::MatrixXd by = sensitivity(*field_, field_->constant(std::vector<double>{0.0}));
@@ -171,7 +193,7 @@ class Fitter {
   const std::vector<Interaction>& interactions_;
   const TrackLoss<float>& tracks_;
   int first_ = 0, last_ = 0, lead_ = 0, subframes_ = 1;
-  double time_ = 0;
+  double time_ = 0, staying_ = 0;
   SimulateOptions simulate_;
   bool at_rest_ = false;               // at the start
   std::function<bool()> stop_;
@@ -269,7 +291,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   // What remains, as the noise.  Errors of neighbouring frames and points are not independent: how far they reach says how
   // much the tracks weigh against the priors, and how wide the posterior is.
   const auto left_over = [&](const GaussNewtonResult& r) {
-    return std::max(1e-6, unexplained(r.residuals, tracks.tracks().rest, tracks.tracks().camera ? 2 : 3));
+    return std::max(1e-6, unexplained(r.residuals, tracks.tracks().rest, tracks.tracks().axes()));
   };
   GaussNewtonResult result;
   if (options.field) {
@@ -279,6 +301,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     int left = kOfRounds;
     result.parameters = parameters;
     for (int round = 0; round < kRounds; ++round) {
+      if (round > 0) best->find_staying(result);
       const double change = round == 0 ? 1 : left_over(result);
       if (round > 1 && change > kSameNoise) break;
       // The transfers damp more at small time steps: later rounds are made at the one that a simulation will take.
@@ -301,6 +324,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   }
   // So are the last steps.
   best->fix_time_step(result.parameters, kSame);
+  best->find_staying(result);
   if (result.jacobian.size() > 0) result = best->refine(journal, options.refine, result.parameters, 8, noise, result.jacobian);
   const double wider = left_over(result);
   if (result.jacobian.size() > 0)
@@ -313,7 +337,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   if (result.covariance.size() > 0) {
     // One weight for all errors is that of what does not change from frame to frame; every direction has its own.
     if (result.jacobian.size() > 0)
-      result.covariance = covariance_with(ErrorCorrelation(result.residuals, tracks.tracks().rest, tracks.tracks().camera ? 2 : 3), result.jacobian, result.covariance);
+      result.covariance = covariance_with(ErrorCorrelation(result.residuals, tracks.tracks().rest, tracks.tracks().axes()), result.jacobian, result.covariance);
     const double spread = std::exp(std::min(5.0, result.sigma(1)));
     fit.damping_time_low = fit.damping_time / spread, fit.damping_time_high = fit.damping_time * spread;
     set_young_sigma(fit, options, particles.size(), result.covariance);

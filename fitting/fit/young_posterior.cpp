@@ -8,6 +8,7 @@
 #include "fitting/fit/fit_gradient.h"
 #include "fitting/fit/gauss_newton.h"
 #include "fitting/fit/start_shapes.h"
+#include "fitting/fit/staying_errors.h"
 #include "gaussians/base/error.h"
 
 namespace pliant {
@@ -62,7 +63,8 @@ YoungPosterior posterior_about(const Motion<float>& motion, const Field& field, 
   const Eigen::MatrixXd by = sensitivity(field, at.material);
   const std::optional<StartShapes> shapes = start_shapes(motion);
   const size_t directions = at.material.size(), amplitudes = shapes ? shapes->size() : 0, count = directions + damping + amplitudes;
-  double noise = 1;
+  double noise = 1, staying = 0;
+  const size_t columns = tracks.tracks().rest.size() * static_cast<size_t>(tracks.tracks().axes());
   const auto residuals = [&](std::span<const double> p) {
     if (stop && stop()) throw Error(Failure::kInterrupted, "fit", "", "interrupted", "run the same command to continue");
     GradientFitParameters there = at;
@@ -79,10 +81,13 @@ YoungPosterior posterior_about(const Motion<float>& motion, const Field& field, 
       tracks.append_errors(frame++, state, noise, errors);
       return true;
     });
+    even_out(errors, errors, columns, 0, staying);
     return errors;
   };
-  const std::vector<double> here(count, 0.0), left = residuals(here);
-  noise = std::max(1e-12, unexplained(left, tracks.tracks().rest, tracks.tracks().camera ? 2 : 3));
+  const std::vector<double> here(count, 0.0);
+  staying = staying_share(residuals(here), columns);
+  const std::vector<double> left = residuals(here);
+  noise = std::max(1e-12, unexplained(left, tracks.tracks().rest, tracks.tracks().axes()));
 
   GaussNewtonOptions options;
   options.max_iterations = 1;  // which finds J
@@ -96,7 +101,7 @@ YoungPosterior posterior_about(const Motion<float>& motion, const Field& field, 
     options.difference = options.largest_step, options.rough_jacobian = found.jacobian;
     found = gauss_newton(options, residuals, here);
   }
-  const ErrorCorrelation correlation(found.residuals, tracks.tracks().rest, tracks.tracks().camera ? 2 : 3);
+  const ErrorCorrelation correlation(found.residuals, tracks.tracks().rest, tracks.tracks().axes());
   found.covariance = covariance_with(correlation, found.jacobian, found.covariance);
   const Eigen::Index size = static_cast<Eigen::Index>(directions);
   YoungPosterior out = young_posterior(by, found.covariance.topLeftCorner(size, size));
