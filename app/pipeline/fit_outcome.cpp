@@ -29,6 +29,19 @@ MaterialFile fitted_material(const FitScene& scene, const Particles& fitted, dou
   return out;
 }
 
+std::string source_of(const MaterialFit& fit, MaterialKind kind) {
+  const auto name = [](MaterialKind of) {
+    switch (of) {
+      case MaterialKind::kUniform: return "homogeneous";
+      case MaterialKind::kParts: return "by parts";
+      case MaterialKind::kSmooth: return "a smooth field";
+      case MaterialKind::kTriplanes: return "triplanes";
+    }
+    return "";
+  };
+  return std::string(name(fit.field_left ? MaterialKind::kUniform : kind)) + ", fitted to the reference video";
+}
+
 double mean_young(const FitScene& scene, const MaterialFile& material) {
   double sum = 0;
   size_t moving = 0;

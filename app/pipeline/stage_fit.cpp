@@ -68,8 +68,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     const MaterialFit found_material = fit_by_recipe(options, fit.body.particles, fit.pins, tracks, fit.video.fps, say, kept);
     const VibrationFit& found = found_material.found;
     const Particles& fitted = found_material.particles;
-    const std::string sources[] = {"homogeneous", "by parts", "a smooth field", "triplanes"};
-    MaterialFile stored = fitted_material(fit, fitted, std::pow(10.0, found.log10_factor), sources[found_material.field_left ? 0 : static_cast<int>(options.kind)] + ", fitted to the reference video");
+    MaterialFile stored = fitted_material(fit, fitted, std::pow(10.0, found.log10_factor), source_of(found_material, options.kind));
     if (!found_material.sigma.empty())
       for (const int driver : fit.body.file.solid_driver)
         stored.log10_young_sigma.push_back(static_cast<float>(driver >= 0 ? found_material.sigma[driver] : found.log10_sigma));

@@ -1,6 +1,6 @@
 // The sentences about what a video does not determine.
 
-#include "app/pipeline/fit_limits.h"
+#include "app/pipeline/fit_outcome.h"
 
 #include <gtest/gtest.h>
 
@@ -47,6 +47,14 @@ TEST(FitLimits, EachWeakPointIsSaidAndOnlyThen) {
   FitEvidence rival = sure;
   rival.rival_factor = {4}, rival.rival_rms = {0.9};
   EXPECT_FALSE(says(rival, "almost as well"));
+}
+
+TEST(FitOutcome, AFieldThatWasLeftIsWrittenAsTheConstantItIs) {
+  MaterialFit fit;
+  EXPECT_EQ(source_of(fit, MaterialKind::kParts), "by parts, fitted to the reference video");
+  EXPECT_EQ(source_of(fit, MaterialKind::kTriplanes), "triplanes, fitted to the reference video");
+  fit.field_left = true;
+  for (const MaterialKind kind : {MaterialKind::kParts, MaterialKind::kSmooth}) EXPECT_EQ(source_of(fit, kind), "homogeneous, fitted to the reference video");
 }
 
 }  // namespace
