@@ -145,6 +145,17 @@ GaussNewtonState read_refinement(const Hdf5Reader& in, const std::string& group)
   return state;
 }
 
+/// Those that have begun.
+void write_refinements(Hdf5Writer& out, const std::string& name, const std::vector<GaussNewtonState>& states) {
+  for (size_t k = 0; k < states.size() && !states[k].loss.empty(); ++k) write_refinement(out, name + std::to_string(k), states[k]);
+}
+
+std::vector<GaussNewtonState> read_refinements(const Hdf5Reader& in, const std::string& name) {
+  std::vector<GaussNewtonState> states;
+  for (size_t k = 0; in.has(name + std::to_string(k)); ++k) states.push_back(read_refinement(in, name + std::to_string(k)));
+  return states;
+}
+
 void write_vibration(Hdf5Writer& out, const VibrationFitState& state) {
   if (state.modes) {
     out.group("/modes");
@@ -152,7 +163,7 @@ void write_vibration(Hdf5Writer& out, const VibrationFitState& state) {
     out.dataset("/modes/modes_decay", state.modes->decay.data(), {state.modes->decay.size()});
     write_modes(out, "/modes", *state.modes);
   }
-  for (size_t k = 0; k < state.refinements.size(); ++k) write_refinement(out, "/refinement_" + std::to_string(k), state.refinements[k]);
+  write_refinements(out, "/refinement_", state.refinements);
 }
 
 VibrationFitState read_vibration(const Hdf5Reader& in) {
@@ -162,7 +173,7 @@ VibrationFitState read_vibration(const Hdf5Reader& in) {
     modes.omega = in.dataset<double>("/modes/modes_omega", {kAny}), modes.decay = in.dataset<double>("/modes/modes_decay", {kAny});
     read_modes(in, "/modes", kAny, modes);
   }
-  for (size_t k = 0; in.has("/refinement_" + std::to_string(k)); ++k) state.refinements.push_back(read_refinement(in, "/refinement_" + std::to_string(k)));
+  state.refinements = read_refinements(in, "/refinement_");
   return state;
 }
 
@@ -198,7 +209,7 @@ void write_markers(Hdf5Writer& out, const MarkerFitState& state) {
   std::vector<double> rows = {double(state.searched), double(state.best)};
   for (const MarkerFitState::Simulated& one : state.simulated) rows.insert(rows.end(), {double(one.step), one.loss});
   out.dataset("/markers/search", rows.data(), {rows.size() / 2, 2});
-  if (state.refinement.iteration > 0 || state.refinement.parameters.size() > 0) write_refinement(out, "/markers/refinement", state.refinement);
+  if (!state.refinement.loss.empty()) write_refinement(out, "/markers/refinement", state.refinement);
 }
 
 MarkerFitState read_markers(const Hdf5Reader& in) {
@@ -219,6 +230,7 @@ void write_fit_checkpoint(const fs::path& file, const FitCheckpoint& checkpoint)
     if (checkpoint.field) write_fit(out, "/field", *checkpoint.field);
     write_vibration(out, checkpoint.vibration);
     write_gradient(out, "/velocity", checkpoint.velocity), write_gradient(out, "/gradient", checkpoint.gradient);
+    write_refinements(out, "/posterior_", checkpoint.posterior);
     write_markers(out, checkpoint.markers);
     out.text("/", "provenance", checkpoint.provenance_json);
   });
@@ -234,6 +246,7 @@ FitCheckpoint read_fit_checkpoint(const fs::path& file) {
   if (in.has("/field")) checkpoint.field = read_fit(in, "/field");
   checkpoint.vibration = read_vibration(in);
   checkpoint.velocity = read_gradient(in, "/velocity"), checkpoint.gradient = read_gradient(in, "/gradient");
+  checkpoint.posterior = read_refinements(in, "/posterior_");
   if (in.has("/markers")) checkpoint.markers = read_markers(in);
   return checkpoint;
 }

@@ -7,6 +7,7 @@
 #include "fitting/fit/fit_gradient.h"
 #include "fitting/fit/fit_markers.h"
 #include "fitting/fit/fit_vibration.h"
+#include "fitting/fit/young_posterior.h"
 
 namespace pliant {
 
@@ -17,6 +18,7 @@ struct FitCheckpoint {
   VibrationFitState vibration;              ///< of the first of these that is not done
   GradientFitState velocity;                ///< of v0 alone, where a stage is about it
   GradientFitState gradient;
+  PosteriorState posterior;     ///< about what gradients found
   MarkerFitState markers;
   std::string provenance_json;  ///< options and inputs of the fit
 };

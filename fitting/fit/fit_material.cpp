@@ -113,7 +113,7 @@ void refine_by_gradients(const MaterialFitOptions& options, const VibrationFitOp
   fit.iterations = clip.iterations, fit.field_left = false;
   fit.steps.push_back(step_of("gradients", clip, tracks, frames));
   fit.found.rms = fit.steps.back().rms;
-  find_posterior(options, best, tracks, frames, fit);
+  find_posterior(options, best, tracks, frames, kept, fit);
 }
 
 }  // namespace
@@ -140,11 +140,11 @@ ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particle
 }
 
 void find_posterior(const MaterialFitOptions& options, const Motion<float>& motion, const TrackLoss<float>& tracks, const ClipFrames& frames,
-                    MaterialFit& fit) {
+                    const MaterialFitProgress& kept, MaterialFit& fit) {
   std::shared_ptr<const Field> field = options.kind == MaterialKind::kTriplanes ? smooth_field_of(options, motion.particles) : field_of(options, motion.particles);
   if (!field) field = std::make_shared<PartField>(motion.particles.size(), 1);
   const double sigma = options.kind == MaterialKind::kUniform ? INFINITY : options.kind == MaterialKind::kParts ? options.part_sigma * kDecade : 1;
-  const YoungPosterior posterior = posterior_about(motion, *field, sigma, tracks.on_rollout(frames.first, frames.last, frames.lead, frames.every), options.vibration.stop);
+  const YoungPosterior posterior = posterior_about(motion, *field, sigma, tracks.on_rollout(frames.first, frames.last, frames.lead, frames.every), options.vibration.stop, kept.posterior, kept.keep_posterior);
   fit.sigma = posterior.young_sigma, fit.prior_sigma = prior_sigma_of(options);
   add_left_out(field.get(), fit.sigma);
   VibrationFit& found = fit.found;

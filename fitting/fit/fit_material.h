@@ -6,6 +6,7 @@
 #include "fitting/fit/dissipation.h"
 #include "fitting/fit/fit_clip.h"
 #include "fitting/fit/fit_vibration.h"
+#include "fitting/fit/young_posterior.h"
 
 namespace pliant {
 
@@ -34,8 +35,10 @@ struct MaterialFitProgress {
   VibrationFitState vibration;              ///< of an earlier call: of the first of these two that is not done
   GradientFitState velocity;                ///< of an earlier call: of v0 alone (fit_physdreamer.h)
   GradientFitState gradient;                ///< of an earlier call
+  PosteriorState posterior;                 ///< of an earlier call: about what gradients found
   std::function<void(const VibrationFit&)> keep_homogeneous, keep_field;
   VibrationFitSink keep_vibration;
+  PosteriorSink keep_posterior;
   GradientFitSink keep_velocity, keep_gradient;  ///< false stops the fit with Error{kInterrupted}
 };
 
@@ -77,7 +80,7 @@ FitStep step_of(const std::string& name, const ClipFit& clip, const TrackLoss<fl
 /// How sure the tracks make E and damping about what gradients found (young_posterior.h), in the directions in which a material
 /// of this kind may vary; of triplanes, the modes of a smooth field.
 void find_posterior(const MaterialFitOptions& options, const Motion<float>& motion, const TrackLoss<float>& tracks, const ClipFrames& frames,
-                    MaterialFit& fit);
+                    const MaterialFitProgress& kept, MaterialFit& fit);
 
 /// The homogeneous fit (fit_vibration.h); then, for parts and smooth fields, Gauss-Newton once more from there with a
 /// field of factors of E, which also says how sure it is and is only taken where it explains more; for triplanes, or when more than tracks is compared, from there

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 
 #include "fitting/fit/correlation.h"
 #include "fitting/fit/fit_gradient.h"
-#include "fitting/fit/gauss_newton.h"
 #include "fitting/fit/start_shapes.h"
 #include "fitting/fit/staying_errors.h"
 #include "gaussians/base/error.h"
@@ -56,7 +56,7 @@ YoungPosterior young_posterior(const Eigen::MatrixXd& ln_young_by, const Eigen::
 }
 
 YoungPosterior posterior_about(const Motion<float>& motion, const Field& field, double field_sigma, const TrackLoss<float>& tracks,
-                               const std::function<bool()>& stop) {
+                               const std::function<bool()>& stop, PosteriorState state, const PosteriorSink& sink) {
   const bool damping = motion.options.simulate.damping_time > 0;
   GradientFitParameters at;
   at.material = field.constant(std::vector<double>{0.0});
@@ -96,10 +96,15 @@ YoungPosterior posterior_about(const Motion<float>& motion, const Field& field, 
   std::fill_n(options.prior_sigma.end() - static_cast<std::ptrdiff_t>(amplitudes), amplitudes, kStartSigma);
   if (damping) options.prior_sigma[directions] = kDampingSigma, options.largest_step[directions] = kDampingStep;
   GaussNewtonResult found;
-  for (const double farthest : kFarthest) {
+  state.resize(std::size(kFarthest));
+  for (size_t k = 0; k < state.size(); ++k) {
+    const double farthest = kFarthest[k];
     for (size_t a = 0; a < directions; ++a) options.largest_step[a] = farthest / std::max(1e-12, by.col(static_cast<Eigen::Index>(a)).cwiseAbs().maxCoeff());
     options.difference = options.largest_step, options.rough_jacobian = found.jacobian;
-    found = gauss_newton(options, residuals, here);
+    found = gauss_newton(options, residuals, here, state[k], [&](const GaussNewtonState& now) {
+      state[k] = now;
+      if (sink) sink(state);
+    });
   }
   const ErrorCorrelation correlation(found.residuals, tracks.tracks().rest, tracks.tracks().axes());
   found.covariance = covariance_with(correlation, found.jacobian, found.covariance);

@@ -6,6 +6,7 @@
 #include "fitting/fields/field.h"
 #include "fitting/fields/motion.h"
 #include "fitting/fields/track_loss.h"
+#include "fitting/fit/gauss_newton.h"
 
 namespace pliant {
 
@@ -16,6 +17,11 @@ struct YoungPosterior {
   double log_damping_sigma = 0;     ///< of ln of the damping time; 0 where the motion has none
 };
 
+/// How far `posterior_about` is: it goes on from here, and ends as if it had not been interrupted.
+using PosteriorState = std::vector<GaussNewtonState>;
+/// Called when derivatives along all directions are found.  What it throws ends it.
+using PosteriorSink = std::function<void(const PosteriorState&)>;
+
 /// [N, P] derivatives of a one-channel field's values by its parameters.
 Eigen::MatrixXd sensitivity(const Field& field, std::span<const double> parameters);
 
@@ -25,8 +31,8 @@ YoungPosterior young_posterior(const Eigen::MatrixXd& ln_young_by, const Eigen::
 /// The Gaussian posterior (J^T J / sigma^2 + prior)^-1 of ln E, in the directions of a field whose parameters are expected within
 /// `field_sigma` of 0, of damping and of a smooth start, about a motion that explains `tracks` (on its roll-out).  J by differences
 /// of two roll-outs along each direction, and again along the principal axes of what these say; sigma is what the motion leaves
-/// unexplained (correlation.h).  `stop` is asked before every roll-out; true ends it with Error{kInterrupted}.
+/// unexplained (correlation.h), but for what stays of a point's errors (staying_errors.h).  `stop` is asked before every roll-out; true ends it with Error{kInterrupted}.
 YoungPosterior posterior_about(const Motion<float>& motion, const Field& field, double field_sigma, const TrackLoss<float>& tracks,
-                               const std::function<bool()>& stop = {});
+                               const std::function<bool()>& stop = {}, PosteriorState state = {}, const PosteriorSink& sink = {});
 
 }  // namespace pliant

@@ -40,6 +40,7 @@ FitCheckpoint made() {
   c.gradient.best_loss = 0.125, c.gradient.without_better = 3, c.gradient.steps = 5, c.gradient.rate = 0.25, c.gradient.rows = {{6, 0.5, 1, 2, 3, 4}, {8, 0.25, 1, 2, 3, 4}};
   c.velocity.now.velocity = {7, 8}, c.velocity.rows = {{3, 0.75, 1, 2, 3, 4}}, c.velocity.finished = true;
   c.markers.simulated = {{3, 0.25}, {-2, INFINITY}}, c.markers.searched = true, c.markers.best = 3, c.markers.refinement = step;
+  c.posterior = {step};
   c.provenance_json = "{\"a\":1}";
   return c;
 }
@@ -93,6 +94,8 @@ TEST(FitCheckpoint, ComesBackBitForBit) {
   EXPECT_EQ(b.velocity.now.velocity, a.velocity.now.velocity);
   EXPECT_EQ(b.velocity.rows.size(), 1u);
   EXPECT_TRUE(b.velocity.finished && !b.gradient.finished);
+  ASSERT_EQ(b.posterior.size(), 1u);
+  EXPECT_EQ(b.posterior[0].jacobian, a.posterior[0].jacobian);
   ASSERT_EQ(b.markers.simulated.size(), 2u);
   EXPECT_EQ(b.markers.simulated[0].step, 3);
   EXPECT_EQ(b.markers.simulated[1].loss, INFINITY);

@@ -74,7 +74,7 @@ void fit_two_parts(MaterialKind kind, double tolerance) {
   motion.options.simulate.fps = twin.fps * fit.found.subframes, motion.options.simulate.substeps = fit.found.substeps, motion.options.simulate.damping_time = fit.found.damping_time;
   motion.options.simulate.duration = fit.found.rollout_frame(fit.found.last_frame, twin.fps) / motion.options.simulate.fps;
   MaterialFit about = fit;
-  find_posterior(options, motion, tracks, {fit.found.first_frame, fit.found.last_frame, fit.found.rollout_frame(fit.found.first_frame, twin.fps), fit.found.subframes, twin.fps}, about);
+  find_posterior(options, motion, tracks, {fit.found.first_frame, fit.found.last_frame, fit.found.rollout_frame(fit.found.first_frame, twin.fps), fit.found.subframes, twin.fps}, {}, about);
   double least = INFINITY, most = 0;
   for (size_t i = 0; i < guess.size(); ++i)
     if (twin.particles.position[i].z() > 0.015f) least = std::min(least, about.sigma[i] / fit.sigma[i]), most = std::max(most, about.sigma[i] / fit.sigma[i]);

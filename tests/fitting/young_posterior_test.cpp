@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+
 #include "fitting/fields/part_field.h"
 #include "fitting/fields/smooth_field.h"
 #include "gaussians/base/error.h"
@@ -56,6 +58,24 @@ TEST(YoungPosterior, OfOneStiffnessCoversTheErrorsOfRepeatedMeasurements) {
   EXPECT_GT(one, 0);
   EXPECT_NEAR(two / one, 2, 0.3);
   EXPECT_THROW(posterior_about(motion, field, INFINITY, twin.film(twin.pins, start, true, 8, 20, 0.1), [] { return true; }), Error);
+}
+
+TEST(YoungPosterior, GoesOnFromWhereItWasInterrupted) {
+  const TwinStem twin;
+  const SimulationState start = twin.kicked(0.5);
+  const PartField field(twin.particles.size(), 1);
+  const Motion<float> motion = motion_of(twin, start, 8);
+  const TrackLoss<float> tracks = twin.film(twin.pins, start, true, 8, 20, 0.1);
+  std::vector<PosteriorState> kept;
+  std::atomic<int> asked = 0;
+  const auto never = [&] { return ++asked, false; };
+  const YoungPosterior whole = posterior_about(motion, field, INFINITY, tracks, never, {}, [&](const PosteriorState& state) { kept.push_back(state); });
+  const int all = asked.exchange(0);
+  ASSERT_GE(kept.size(), 2u);
+  const YoungPosterior rest = posterior_about(motion, field, INFINITY, tracks, never, kept[0]);
+  EXPECT_EQ(rest.young_sigma, whole.young_sigma);
+  EXPECT_EQ(rest.log_damping_sigma, whole.log_damping_sigma);
+  EXPECT_LT(asked.load(), all);
 }
 
 }  // namespace
