@@ -7,8 +7,7 @@
 #include <utility>
 
 #include "fitting/fit/correlation.h"
-#include "fitting/fit/start_shapes.h"
-#include "fitting/fit/staying_errors.h"
+#include "fitting/fit/vibration_rollouts.h"
 #include "fitting/fit/young_posterior.h"
 #include "gaussians/base/error.h"
 
@@ -18,17 +17,7 @@ namespace {
 constexpr int kRounds = 4;           // of a fit of a field, at most: more than two ...
 constexpr double kSameNoise = 0.8;   // ... while less than this share of the errors remains
 constexpr int kOfRound = 250, kOfRounds = 400;  // roll-outs for Jacobians, two for every parameter, in a round and in all
-constexpr double kSame = 0.05;       // as kMargin, of the last steps
-constexpr double kStartSpread = 0.1; // of a start at rest about the vibration's, share of its largest velocity
-constexpr double kMargin = 0.4;      // ln of the factor by which E may grow before roll-outs take smaller time steps
-
-/// `particles` with E times exp(common + field).
-Particles with_factors(const Particles& particles, const Field* field, double common, std::span<const double> parameters) {
-  Particles scaled = particles;
-  const std::vector<double> further = field ? field->values(parameters) : std::vector<double>(particles.size(), 0.0);
-  for (size_t i = 0; i < scaled.size(); ++i) scaled.young[i] = static_cast<float>(scaled.young[i] * std::exp(common + further[i]));
-  return scaled;
-}
+constexpr double kSame = 0.05;       // ln of the factor by which E may grow in the last steps before roll-outs take smaller time steps
 
 /// The refinements of a fit in their order: those that an earlier call has made are not made again.
 class Journal {
@@ -38,171 +27,22 @@ class Journal {
   void keep() const {
     if (sink_) sink_(state_);
   }
-  GaussNewtonResult next(const GaussNewtonOptions& options, const Residuals& residuals, std::span<const double> from) {
+  GaussNewtonResult refine(const VibrationRollouts& rollouts, const GaussNewtonOptions& base, std::span<const double> from, int iterations, double noise,
+                           const Eigen::MatrixXd& jacobian = {}) {
+    GaussNewtonOptions options = rollouts.bounded(base);
+    options.max_iterations = iterations, options.jacobian = jacobian;
+    options.parallel = options.keep_jacobian = true;
     std::vector<GaussNewtonState>& all = state_.refinements;
     const size_t k = made_++;
     if (k == all.size()) all.emplace_back();
-    return gauss_newton(options, residuals, from, all[k], [&](const GaussNewtonState& now) { all[k] = now, keep(); });
+    return gauss_newton(options, [&](std::span<const double> p) { return rollouts.residuals(p, noise); }, from, all[k],
+                        [&](const GaussNewtonState& now) { all[k] = now, keep(); });
   }
 
  private:
   VibrationFitState& state_;
   const VibrationFitSink& sink_;
   size_t made_ = 0;
-};
-
-/// Roll-outs as a function of (ln factor of E, ln damping rate, the field's parameters, displacements, velocities of some
-/// modes); without displacements when the motion begins at rest.
-class Fitter {
- public:
-  Fitter(const VibrationFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
-         const TrackLoss<float>& tracks, double fps, const VibrationModes& modes, const ModalSearch& search,
-         const ModalMotion& motion)
-      : particles_(particles), interactions_(interactions), tracks_(tracks), first_(search.first_frame) {
-    at_rest_ = first_ == 0;
-    const int n = at_rest_ ? 1 : options.search.starts;
-    time_ = at_rest_ ? 0 : time_near_rest(motion, first_ / fps, 1 / (fps * n));
-    lead_ = static_cast<int>(std::lround((first_ / fps - time_) * fps * n)), subframes_ = n;
-    simulate_ = options.simulate;
-    simulate_.fps = fps * n;
-    const int frames = static_cast<int>(tracks.tracks().place.size());
-    last_ = frames - 1;
-    if (search.periods > options.most_periods)
-      last_ = first_ + static_cast<int>(std::ceil((last_ - first_) * options.most_periods / search.periods));
-    simulate_.duration = (lead_ + (last_ - first_) * n) / simulate_.fps;
-    simulate_.settle_time = 0, simulate_.sleep_speed = 0;
-    shapes_ = at_rest_ ? StartShapes::smooth(particles, options.most_smooth, motion.omega[0]) : StartShapes::of_modes(modes, motion, particles, options.most_modes);
-    stop_ = options.stop;
-    field_ = options.field.get(), field_sigma_ = options.field_sigma, field_limit_ = options.field_limit, factor_sigma_ = options.factor_sigma;
-    if (field_) field_step_ = largest_steps();
-    field_size_ = field_step_.size();
-    start_ = {std::log(10.0) * motion.log10_factor, std::log(motion.damping_rate)};
-    start_.resize(2 + field_size_, 0.0);
-    const auto append = [&](const std::vector<double>& amplitudes) { start_.insert(start_.end(), amplitudes.begin(), amplitudes.end()); };
-    if (!at_rest_) append(shapes_.displacement_of(modes, motion, particles, time_));
-    append(shapes_.velocity_of(modes, motion, particles, time_));
-    fix_time_step(start_, kMargin);
-  }
-
-  /// The time step of all roll-outs from now on: the one that a simulation chooses for E times exp(margin).
-  void fix_time_step(std::vector<double> p, double margin) {
-    SimulateOptions options = simulate_;
-    options.duration = 1 / options.fps, options.substeps = 0;
-    p[0] += margin;
-    const SimulateResult result = simulate<float>(options, particles_of(p), interactions_, state_of(p));
-    simulate_.substeps = result.summary.substeps_of_frame.at(0);
-  }
-
-  const std::vector<double>& start() const { return start_; }
-  double time() const { return time_; }
-  int subframes() const { return subframes_; }
-  int last_frame() const { return last_; }
-  int substeps() const { return simulate_.substeps; }
-
-  SimulationState state_of(std::span<const double> p) const {
-    return shapes_.state(particles_, p.subspan(2 + field_size_, at_rest_ ? 0 : shapes_.size()), p.last(shapes_.size()));
-  }
-
-  Particles particles_of(std::span<const double> p) const {
-    return with_factors(particles_, field_, p[0], p.subspan(2, field_size_));
-  }
-  size_t field_size() const { return field_size_; }
-
-  /// Errors of all tracks over `noise`, without the share of each point's that stays.
-  std::vector<double> residuals(std::span<const double> p, double noise) const {
-    std::vector<double> errors = errors_of(p, noise);
-    even_out(errors, errors, columns(), 0, staying_);
-    return errors;
-  }
-
-  /// From what `result` leaves: how much of a point's errors stays.  `result` and later residuals are without it.
-  void find_staying(GaussNewtonResult& result) {
-    std::vector<double> errors = result.residuals;
-    even_out(errors, errors, columns(), staying_, 0);
-    const double before = std::exchange(staying_, staying_share(errors, columns()));
-    even_out(result.residuals, errors, columns(), before, staying_);
-    for (Eigen::Index j = 0; j < result.jacobian.cols(); ++j)
-      even_out({result.jacobian.col(j).data(), errors.size()}, errors, columns(), before, staying_);
-  }
-
-  /// Errors of all tracks, each times the root of its weight; those beyond the outlier distance grow slower.
-  std::vector<double> errors_of(std::span<const double> p, double noise) const {
-    if (stop_ && stop_()) throw Error(Failure::kInterrupted, "fit", "", "interrupted", "run the same command to continue");
-    SimulateOptions options = simulate_;
-    options.damping_time = std::exp(-p[1]);
-    const Particles particles = particles_of(p);
-    std::vector<double> errors;
-    simulate<float>(options, particles, interactions_, state_of(p), [&](const SimulationState& state) {
-      if (state.frame < lead_ || (state.frame - lead_) % subframes_ != 0) return true;
-      const int f = first_ + (state.frame - lead_) / subframes_;
-      if (f <= last_) tracks_.append_errors(f, state, noise, errors);
-      if (f == 0) std::fill(errors.begin(), errors.end(), 0.0);  // the points were taken from that frame
-      return true;
-    });
-    return errors;
-  }
-
-  GaussNewtonResult refine(Journal& journal, const GaussNewtonOptions& base, std::span<const double> from, int iterations, double noise,
-                           const Eigen::MatrixXd& jacobian = {}) const {
-    const size_t count = start_.size(), first_amplitude = 2 + field_size_;
-    GaussNewtonOptions options = base;
-    options.max_iterations = iterations, options.jacobian = jacobian;
-    options.parallel = options.keep_jacobian = true;
-    options.difference.assign(count, 0.02), options.difference[0] = 0.01, options.difference[1] = 0.05;
-    options.low.assign(count, -INFINITY), options.high.assign(count, INFINITY);
-    options.low[1] = std::log(0.01), options.high[1] = std::log(50.0);
-    options.largest_step.assign(count, 2.0), options.largest_step[0] = 0.12, options.largest_step[1] = 0.7;
-    options.prior.assign(count, 0.0), options.prior_sigma.assign(count, INFINITY);
-    options.prior[0] = start_[0], options.prior_sigma[0] = factor_sigma_;
-    for (size_t j = 2; j < first_amplitude; ++j)
-      options.low[j] = -field_limit_, options.high[j] = field_limit_, options.prior_sigma[j] = field_sigma_, options.largest_step[j] = field_step_[j - 2], options.difference[j] = 0.02 * field_sigma_;
-    // What a single camera hardly sees stays of the size of what it does see; a smooth velocity, some of whose shapes die
-    // away between two frames, near that of the vibration.
-    double largest = 0.1;
-    for (size_t j = first_amplitude; j < count; ++j) largest = std::max(largest, std::abs(start_[j]));
-    for (size_t j = first_amplitude; j < count; ++j) {
-      options.prior[j] = at_rest_ ? start_[j] : 0;
-      options.prior_sigma[j] = at_rest_ ? kStartSpread * largest : largest;
-    }
-    return journal.next(options, [&](std::span<const double> p) { return residuals(p, noise); }, from);
-  }
-
-  double rms(std::span<const double> p) const {
-    double square = 0, weight = 0;
-    const std::vector<double> r = errors_of(p, 1);
-    for (const double x : r) square += x * x;
-    const PointTracks& seen = tracks_.tracks();
-    for (int f = first_; f <= last_; ++f)
-      if (!seen.place[f].empty())
-        for (const double w : seen.weight[f]) weight += w;
-    return std::sqrt(square / weight);
-  }
-
- private:
-  size_t columns() const { return tracks_.tracks().rest.size() * static_cast<size_t>(tracks_.tracks().axes()); }
-
-  /// Of each parameter of the field: what changes ln E by a quarter where it acts most.
-  std::vector<double> largest_steps() const {
-    const Eigen::MatrixXd by = sensitivity(*field_, field_->constant(std::vector<double>{0.0}));
-    std::vector<double> out;
-    for (Eigen::Index a = 0; a < by.cols(); ++a) out.push_back(0.25 / std::max(1e-12, by.col(a).cwiseAbs().maxCoeff()));
-    return out;
-  }
-
-  const Particles& particles_;
-  const std::vector<Interaction>& interactions_;
-  const TrackLoss<float>& tracks_;
-  int first_ = 0, last_ = 0, lead_ = 0, subframes_ = 1;
-  double time_ = 0, staying_ = 0;
-  SimulateOptions simulate_;
-  bool at_rest_ = false;               // at the start
-  std::function<bool()> stop_;
-  const Field* field_ = nullptr;       // of further factors
-  size_t field_size_ = 0;
-  std::vector<double> field_step_;     // of its parameters, at most, in an iteration
-  double field_sigma_ = 1, field_limit_ = INFINITY, factor_sigma_ = INFINITY;
-  StartShapes shapes_;                 // whose amplitudes are parameters
-  std::vector<double> start_;
 };
 
 /// Root mean square motion of the tracks.
@@ -269,18 +109,18 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   fit.seconds_search = since();
 
   // A few steps from each good minimum, then the best of them to the end.
-  std::unique_ptr<Fitter> best;
+  std::unique_ptr<VibrationRollouts> best;
   std::vector<double> parameters;
   double least = INFINITY;
   for (size_t c = 0; c < fit.search.minima.size() && static_cast<int>(c) < options.candidates; ++c) {
     const ModalMotion& minimum = fit.search.minima[c];
     if (c > 0 && minimum.unexplained > 3 * fit.search.minima[0].unexplained + 0.02) break;
-    auto fitter = std::make_unique<Fitter>(options, particles, interactions, tracks, fps, fit.modes, fit.search, minimum);
+    auto fitter = std::make_unique<VibrationRollouts>(options, particles, interactions, tracks, fps, fit.modes, fit.search, minimum);
     const double before = fitter->rms(fitter->start());
     if (c == 0) fit.rms_search = before;
     GaussNewtonResult result;
     result.parameters = fitter->start();
-    if (!options.field) result = fitter->refine(journal, options.refine, fitter->start(), 2, std::max(before, 1e-12));
+    if (!options.field) result = journal.refine(*fitter, options.refine, fitter->start(), 2, std::max(before, 1e-12));
     const double after = fitter->rms(result.parameters);
     fit.candidate_factor.push_back(result.parameters[0] / std::log(10.0)), fit.candidate_rms.push_back(after);
     say("roll-outs from E x %.3g: rms error %.3g -> %.3g at E x %.3g", std::pow(10.0, minimum.log10_factor), before, after,
@@ -295,7 +135,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   };
   GaussNewtonResult result;
   if (options.field) {
-    best->fix_time_step(parameters, kMargin);
+    best->fix_time_step(parameters, VibrationRollouts::kMargin);
     GaussNewtonOptions axes = options.refine;
     axes.principal_axes = true;
     int left = kOfRounds;
@@ -309,7 +149,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
       noise *= change, axes.rough_jacobian = result.jacobian / change;
       axes.most_jacobians = std::max(1, std::min(left, kOfRound) / static_cast<int>(2 * parameters.size()));
       axes.tolerance = (round == 0 ? 10 : 1) * options.refine.tolerance;
-      result = best->refine(journal, axes, result.parameters, options.refine.max_iterations, noise);
+      result = journal.refine(*best, axes, result.parameters, options.refine.max_iterations, noise);
       const GaussNewtonSummary before = std::exchange(fit.summary, result.summary);
       left -= result.summary.evaluations, fit.summary.evaluations += before.evaluations;
       // Rounds weigh errors by other noise; as squares of the tracks' unit their losses follow on each other.
@@ -319,16 +159,16 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
           static_cast<int>(result.summary.loss.size()) - 1, result.summary.evaluations, result.summary.stopped_by.c_str());
     }
   } else {
-    result = best->refine(journal, options.refine, parameters, options.refine.max_iterations, noise);
+    result = journal.refine(*best, options.refine, parameters, options.refine.max_iterations, noise);
     fit.summary = result.summary;
   }
   // So are the last steps.
   best->fix_time_step(result.parameters, kSame);
   best->find_staying(result);
-  if (result.jacobian.size() > 0) result = best->refine(journal, options.refine, result.parameters, 8, noise, result.jacobian);
+  if (result.jacobian.size() > 0) result = journal.refine(*best, options.refine, result.parameters, 8, noise, result.jacobian);
   const double wider = left_over(result);
   if (result.jacobian.size() > 0)
-    result = best->refine(journal, options.refine, result.parameters, 4, noise * wider, result.jacobian / wider);
+    result = journal.refine(*best, options.refine, result.parameters, 4, noise * wider, result.jacobian / wider);
   fit.rms = best->rms(result.parameters);
   fit.log10_factor = result.parameters[0] / std::log(10.0), fit.damping_time = std::exp(-result.parameters[1]);
   fit.field.assign(result.parameters.begin() + 2, result.parameters.begin() + 2 + static_cast<std::ptrdiff_t>(best->field_size()));
