@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <limits>
 #include <nlohmann/json.hpp>
 
+#include "app/pipeline/fit_stage.h"
 #include "app/pipeline/simulated_body.h"
 #include "app/store/material.h"
 #include "app/store/velocity.h"
@@ -126,6 +128,35 @@ TEST(FitMarkersCommand, ATableOfMarkersTellsStiffnessDampingAndRelease) {
   EXPECT_EQ(refused(table, {"--video", "a.mp4"}), 2);
   EXPECT_EQ(run_quietly({"fit", out, "--markers", (folder / "none.csv").string(), "--overwrite"}), 1);
   EXPECT_EQ(json::parse(read_text(folder / "run/fit/results.json")), result);
+
+  // Interrupted in the search or in the refinement it goes on, and ends with the same numbers.
+  Progress progress(true);
+  int asked = 0, most = std::numeric_limits<int>::max();
+  const Context context{progress, [&] { return ++asked > most; }};
+  FitStage stage;
+  stage.markers.file = (folder / "markers.csv").string(), stage.markers.axes = "-y,x,z", stage.markers.offset = {0.1, 0, 0}, stage.markers.window = 0.35;
+  stage.material.young = 15000;
+  const auto fit_up_to = [&](int calls) {
+    asked = 0, most = calls;
+    fs::remove(folder / "run/fit/results.json");
+    RunDirectory again = RunDirectory::open(out);
+    run_fit(context, again, load_run_scene(again), stage);
+  };
+  fit_up_to(most);
+  const int all = asked;
+  const auto numbers = [&] {
+    const json now = json::parse(read_text(folder / "run/fit/results.json"));
+    return json({now["young_pa"], now["damping_time_s"], now["release_s"], now["log10_sigma"], now["loss"], now["search_young_pa_rms_mm"]});
+  };
+  const json whole = numbers();
+  for (const int share : {3, 8}) {
+    expect_error(Failure::kInterrupted, {}, [&] { fit_up_to(share * all / 10); });
+    EXPECT_TRUE(fs::exists(folder / "run/fit/checkpoint.h5"));
+    fit_up_to(std::numeric_limits<int>::max());
+    EXPECT_LT(asked, all) << share;
+    EXPECT_EQ(numbers(), whole) << share;
+    EXPECT_FALSE(fs::exists(folder / "run/fit/checkpoint.h5"));
+  }
 }
 
 }  // namespace

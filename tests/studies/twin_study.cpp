@@ -216,7 +216,7 @@ int main(int argc, char** argv) {
     const Vec3d seen_flat = seen - depth * depth.dot(seen), wanted_flat = wanted - depth * depth.dot(wanted);
     const double direction = std::acos(std::clamp(seen_flat.normalized().dot(wanted_flat.normalized()), -1.0, 1.0)) * 180 / M_PI;
     rows.push_back({{"case", seed}, {"young", std::exp(middle)}, {"median", median}, {"bias", bias}, {"constant", constant_error[constant_error.size() / 2]},
-                    {"damping", result["damping_time_s"].get<double>() / damping}, {"damping_whole", result["whole_damping_time_s"].get<double>() * whole_damping_rate(truth, young)}, {"direction_deg", direction},
+                    {"damping", result["damping_time_s"].get<double>() / damping}, {"damping_whole", result.value("whole_damping_time_s", 0.0) * whole_damping_rate(truth, young)}, {"direction_deg", direction},
                     {"magnitude", seen_flat.norm() / wanted_flat.norm()}, {"depth_found", depth.dot(seen) / wanted_flat.norm()},
                     {"depth_true", depth.dot(wanted) / wanted_flat.norm()}, {"rms_px", result["rms_px"]}, {"sigma", result["log10_sigma"]},
                     {"known_share", double(known) / error.size()}, {"known_median", known ? known_error[known / 2] : 0.0}, {"within_1_sigma", known ? double(within) / known : 0.0},
