@@ -5,6 +5,7 @@
 #include "app/commands/command.h"
 #include "app/demo/demo.h"
 #include "gaussians/base/error.h"
+#include "gaussians/io/file_lock.h"
 #include "gaussians/io/files.h"
 
 namespace pliant {
@@ -31,13 +32,15 @@ json make_demo_once(Context& context, DemoOptions options) {
                         fs::exists(record) ? "give --overwrite, or another folder" : "give a new folder");
   }
   if (out.has_parent_path()) fs::create_directories(out.parent_path());
-  const fs::path partial = out.string() + ".partial";
+  const fs::path partial = out.string() + ".partial", locked = out.string() + ".lock";
+  const FileLock lock(locked, out.string());
   fs::remove_all(partial);
   options.out = partial;
   const DemoSummary summary = make_demo(options);
   write_text(partial / "demo.json", wanted.dump(2) + "\n");
   fs::remove_all(out);
   fs::rename(partial, out);
+  fs::remove(locked);
   context.progress.say(fmt::format("demo: {} Gaussians, {} photos in {}", summary.gaussians, summary.photos, out.string()));
   return wanted;
 }

@@ -15,6 +15,8 @@ using nlohmann::json;
 
 namespace {
 
+constexpr const char* kLock = ".lock";
+
 /// Restarts the kernel's record of this process's peak memory; without permission the peak stays that of the process.
 void reset_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5"; }
 
@@ -76,7 +78,9 @@ std::string hash_of_input(const fs::path& path) {
   return sha256_of_text(text);
 }
 
-RunDirectory::RunDirectory(fs::path path) : path_(std::move(path)) {
+RunDirectory::RunDirectory(fs::path path) : path_(std::move(path)) { read(); }
+
+void RunDirectory::read() {
   if (!fs::exists(path_ / "run.json")) {
     manifest_ = {{"pliant", PLIANT_VERSION}, {"scene", nullptr}, {"stages", json::object()}};
     return;
@@ -87,6 +91,14 @@ RunDirectory::RunDirectory(fs::path path) : path_(std::move(path)) {
                       "restore the file, or give another --out");
 }
 
+void RunDirectory::hold() {
+  if (lock_) return;
+  lock_ = std::make_shared<const FileLock>(path_ / kLock, path_.string());
+  // Another program may have written to it since it was read.
+  const fs::path record = path_ / "run.json";
+  if (fs::exists(record) && json::parse(read_text(record), nullptr, false) != manifest_) read();
+}
+
 RunDirectory RunDirectory::create(const fs::path& path) {
   if (fs::exists(path) && !fs::is_directory(path))
     throw usage_error("--out", path.string(), "is a file", "give a folder");
@@ -95,17 +107,20 @@ RunDirectory RunDirectory::create(const fs::path& path) {
   bool empty = true;
   if (fs::exists(path)) {
     for (const auto& entry : fs::directory_iterator(path)) {
-      if (is_temporary(entry.path().filename().string())) leftovers.push_back(entry.path());
-      else empty = false;
+      const std::string name = entry.path().filename().string();
+      if (is_temporary(name)) leftovers.push_back(entry.path());
+      else if (name != kLock) empty = false;
     }
   }
   if (!empty && !fs::exists(path / "run.json"))
     throw usage_error("--out", path.string(), "holds files but no run.json", "give a new or an empty folder");
-  for (const fs::path& file : leftovers) fs::remove(file);
   std::error_code failed;
   fs::create_directories(path, failed);
   if (failed) throw usage_error("--out", path.string(), failed.message(), "give a folder that can be written");
-  return RunDirectory(path);
+  RunDirectory run(path);
+  run.hold();
+  for (const fs::path& file : leftovers) fs::remove(file, failed);
+  return run;
 }
 
 RunDirectory RunDirectory::open(const fs::path& path) {
@@ -118,6 +133,7 @@ RunDirectory RunDirectory::open(const fs::path& path) {
 void RunDirectory::save() const { write_text(path_ / "run.json", manifest_.dump(2) + "\n"); }
 
 void RunDirectory::set_scene(const json& scene, bool overwrite) {
+  hold();
   if (!manifest_["scene"].is_null() && !overwrite) {
     const std::string changed = first_difference(manifest_["scene"], scene, "scene");
     if (!changed.empty())
@@ -130,12 +146,14 @@ void RunDirectory::set_scene(const json& scene, bool overwrite) {
 bool RunDirectory::has(const std::string& stage) const { return manifest_["stages"].contains(stage); }
 
 void RunDirectory::forget(const std::string& stage) {
+  hold();
   manifest_["stages"].erase(stage);
   save();
 }
 
 std::string RunDirectory::move_folder(const std::string& before, const std::string& after) {
   if (before == after || !fs::is_directory(path_ / before)) return "";
+  hold();
   std::string aside;
   if (fs::exists(path_ / after)) {
     for (int k = 1; aside.empty() || fs::exists(path_ / aside); ++k) aside = fmt::format("{}.{}", after, k);
@@ -148,6 +166,7 @@ std::string RunDirectory::move_folder(const std::string& before, const std::stri
 }
 
 void RunDirectory::set_note(const std::string& name, const json& value) {
+  hold();
   if (value.empty() && !manifest_.contains(name)) return;
   if (value.empty()) manifest_.erase(name);
   else manifest_[name] = value;
@@ -168,6 +187,7 @@ std::string RunDirectory::provenance(const Context& context, const StageKey& key
 }
 
 json RunDirectory::stage(const Context& context, const StageKey& key, const std::function<json()>& body) {
+  hold();
   json options = key.options;
   options["seed"] = context.seed;
   json inputs = json::object();

@@ -3,11 +3,13 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "app/pipeline/progress.h"
+#include "gaussians/io/file_lock.h"
 
 namespace pliant {
 
@@ -20,7 +22,8 @@ struct StageKey {
 };
 
 /// A run directory and its run.json: the scene it belongs to, and per stage its options, input hashes, outputs,
-/// summary, wall time and peak memory.
+/// summary, wall time and peak memory.  From `create`, or the first writing on, no other process may write to it: that is a
+/// usage error.
 class RunDirectory {
  public:
   /// Creates `path` if needed.  An existing directory of another kind (files, but no run.json) is a usage error.
@@ -59,10 +62,13 @@ class RunDirectory {
 
  private:
   explicit RunDirectory(std::filesystem::path path);
+  void read();
   void save() const;
+  void hold();  // before anything is changed
 
   std::filesystem::path path_;
   nlohmann::json manifest_;
+  std::shared_ptr<const FileLock> lock_;  ///< held since it was first written to
 };
 
 /// First difference between two JSON objects, as a sentence such as "option 'fps' was 30, now 12"; empty when they agree.

@@ -8,6 +8,8 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
+#include "tests/held_elsewhere.h"
+#include "tests/temporary_folder.h"
 
 namespace pliant {
 namespace {
@@ -107,6 +109,23 @@ TEST_F(RunDirectoryTest, AChangedFileOfTheRunItselfIsFollowed) {
 TEST_F(RunDirectoryTest, AFolderWithOtherFilesIsNotTaken) {
   EXPECT_THROW(RunDirectory::create(folder_), Error);
   EXPECT_THROW(RunDirectory::open(folder_), Error);
+}
+
+TEST_F(RunDirectoryTest, WhileAnotherProcessWritesToItItMayOnlyBeRead) {
+  EXPECT_EQ(run({{"a", 1}}), 1);
+  const HeldElsewhere other(folder_ / "run/.lock");
+  expect_error(Failure::kUsage, {"run", "another pliant", std::to_string(other.process())}, [&] { run({{"a", 1}}); });
+  RunDirectory directory = RunDirectory::open(folder_ / "run");
+  EXPECT_EQ(directory.summary("work", "")["calls"], 1);
+  expect_error(Failure::kUsage, {"another pliant"}, [&] { directory.set_note("edits", {1}); });
+}
+
+TEST_F(RunDirectoryTest, WhatAnotherProgramWroteSinceItWasReadIsNotLost) {
+  EXPECT_EQ(run({{"a", 1}}), 1);
+  RunDirectory before = RunDirectory::open(folder_ / "run");
+  RunDirectory::open(folder_ / "run").set_note("edits", {1});
+  before.forget("work");
+  EXPECT_EQ(RunDirectory::open(folder_ / "run").note("edits"), nlohmann::json({1}));
 }
 
 TEST_F(RunDirectoryTest, AnotherSceneIsRefused) {
