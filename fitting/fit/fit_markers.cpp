@@ -140,7 +140,7 @@ class MarkerFit {
     }
     state_.simulated.push_back({step, loss});
     const MarkerFitResult::Candidate c = candidate(state_.simulated.back());
-    say(fmt::format("E = {:.4g} Pa: {:.3g} mm off", c.young, 1e3 * c.rms));
+    say(std::isfinite(loss) ? fmt::format("E = {:.4g} Pa: {:.3g} mm off", c.young, 1e3 * c.rms) : fmt::format("E = {:.4g} Pa cannot be simulated", c.young));
     keep();
     return loss;
   }
