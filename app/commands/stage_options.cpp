@@ -223,6 +223,7 @@ void add_simulate_options(CLI::App& command, SimulateStage& stage) {
 void add_render_options(CLI::App& command, RenderStage& stage) {
   command.add_option("--camera", stage.camera, "Camera of clip.mp4 (default: the video's, else one that sees the object well)");
   add_negation(command, "--no-orbit", stage.orbit, "Leave out clip_orbit.mp4");
+  command.add_flag("--frames", stage.frames, "Write the frames of clip.mp4 as PNG too, to clip/: to measure on, or to edit");
 }
 
 void add_physgaussian(CLI::App& command, std::vector<std::string*> stages) {

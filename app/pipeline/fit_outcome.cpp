@@ -50,11 +50,12 @@ double mean_young(const FitScene& scene, const MaterialFile& material) {
   return std::exp(sum / std::max<size_t>(1, moving));
 }
 
-VelocityFile fitted_velocity(const FitScene& fit, const VibrationFit& found) {
+VelocityFile fitted_velocity(const FitScene& fit, const VibrationFit& found, const Dissipation& losses) {
   VelocityFile out;
   out.position = fit.body.file.driving_position, out.velocity = found.start.v, out.F = found.start.F, out.C = found.start.C;
   for (size_t i = 0; i < found.start.size(); ++i) out.displacement.push_back(found.start.x[i] - fit.body.particles.position[i]);
   out.time = found.time, out.damping_time = found.damping_time, out.source = "fitted to the reference video";
+  if (losses.whole > 0) out.whole_damping_time = 1 / losses.whole;
   return out;
 }
 

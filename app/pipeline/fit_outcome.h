@@ -17,7 +17,7 @@ std::string source_of(const MaterialFit& fit, MaterialKind kind);
 /// Mean logarithm of E over the samples that move, as E [Pa].
 double mean_young(const FitScene& scene, const MaterialFile& material);
 /// velocity.h5: how the fitted motion starts.
-VelocityFile fitted_velocity(const FitScene& scene, const VibrationFit& found);
+VelocityFile fitted_velocity(const FitScene& scene, const VibrationFit& found, const Dissipation& losses);
 
 /// What the pictures of a fit show, and what is said on how well it is determined.
 FitFindings findings_of(const MaterialFit& fit, const Particles& before, double young_before);

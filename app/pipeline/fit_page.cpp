@@ -20,8 +20,8 @@ std::string numbers(const json& fit) {
   row("young_before_pa", "the same before", "{:.4g} Pa");
   row("log10_sigma", "one standard deviation by noise alone", "{:.3f} decades");
   row("poisson", "Poisson's ratio", "{:.3f}");
-  row("damping_time_s", "damping time", "{:.3g} s");
-  row("whole_damping_time_s", "the same with what the solver's grid takes", "{:.3g} s");
+  row("whole_damping_time_s", "damping time, the object's own", "{:.3g} s");
+  row("damping_time_s", fit.contains("whole_damping_time_s") ? "the same beside what the solver's grid takes" : "damping time", "{:.3g} s");
   row("release_s", "release", "{:.4f} s");
   row("rms_mm", "markers off by", "{:.3g} mm");
   row("rms_with_later_mm", "the same with as much again that the fit did not see", "{:.3g} mm");

@@ -74,7 +74,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
         stored.log10_young_sigma.push_back(static_cast<float>(driver >= 0 ? found_material.sigma[driver] : found.log10_sigma));
     const double young = mean_young(fit, stored);
     write_material(run / (folder + "/material.h5"), stored, provenance);
-    write_velocity(run / (folder + "/velocity.h5"), fitted_velocity(fit, found), provenance);
+    write_velocity(run / (folder + "/velocity.h5"), fitted_velocity(fit, found, found_material.losses), provenance);
 
     const VibrationFit& constant = found_material.homogeneous;
     const MotionScores constant_scores = compare_motion(fit, replay(fit, constant, constant.fitted(fit.body.particles), options.vibration.simulate), {});

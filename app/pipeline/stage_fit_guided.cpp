@@ -81,7 +81,7 @@ json run_guided_fit(const Context& context, RunDirectory& run, const Scene& scen
     write_material(run / (folder + "/material.h5"), stored, provenance);
     VibrationFit start;
     start.start = motion.start, start.damping_time = damping_time;
-    write_velocity(run / (folder + "/velocity.h5"), fitted_velocity(fit, start), provenance);
+    write_velocity(run / (folder + "/velocity.h5"), fitted_velocity(fit, start, {}), provenance);
 
     write_clip(run / "fit/guided.mp4", fit, found.motion);
     FitFindings findings;

@@ -34,6 +34,7 @@ json run_render(const Context& context, RunDirectory& run, const Scene& scene, c
                {{"camera", options.camera}, {"orbit", options.orbit}},
                moving_scene_files(run),
                {"clip.mp4", "clip_frames.png"}};
+  if (options.frames) key.options["frames"] = true, key.outputs.push_back("clip");
   if (options.orbit) key.outputs.push_back("clip_orbit.mp4");
   return run.stage(context, key, [&]() -> json {
     const MovingScene moving = load_moving_scene(run, scene);
@@ -50,12 +51,16 @@ json run_render(const Context& context, RunDirectory& run, const Scene& scene, c
 
     std::vector<ImageF> moments;
     context.progress.begin("render", options.orbit ? 2 * frames : frames);
+    const std::filesystem::path unfinished = run / "clip.partial";
+    std::filesystem::remove_all(unfinished);
+    if (options.frames) std::filesystem::create_directories(unfinished);
     const auto film = [&](const std::string& file, int done, const std::function<const Camera&(int)>& camera) {
       VideoWriter clip(run / file, moving.trajectory.fps, fixed.width, fixed.height);
       for (int f = 0; f < frames; ++f) {
         if (context.interrupted()) throw Error(Failure::kInterrupted, "render", "", "interrupted", "run the same command to continue");
         const ImageF picture = render(moving.all_at(moving.trajectory.frames[f]), camera(f), render_options).color;
         clip.write(picture);
+        if (options.frames && done == 0) write_image(unfinished / fmt::format("{:06d}.png", f), picture);
         if (static_cast<int>(moments.size()) < 8 && f >= static_cast<int>(moments.size()) * frames / 8) moments.push_back(picture);
         context.progress.done(done + f + 1);
       }
@@ -64,6 +69,7 @@ json run_render(const Context& context, RunDirectory& run, const Scene& scene, c
     film("clip.mp4", 0, [&](int) -> const Camera& { return fixed; });
     if (options.orbit) film("clip_orbit.mp4", frames, [&](int f) -> const Camera& { return path[f]; });
     context.progress.end();
+    if (options.frames) std::filesystem::remove_all(run / "clip"), std::filesystem::rename(unfinished, run / "clip");
     write_contact_sheet(run / "clip_frames.png", moments);
     return {{"frames", frames}, {"camera", fixed.name}, {"width", fixed.width}, {"height", fixed.height},
             {"fps", moving.trajectory.fps}, {"moving_gaussians", moving.moving()}, {"object_gaussians", moving.object.size()}};

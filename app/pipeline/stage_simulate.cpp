@@ -9,6 +9,7 @@
 #include "app/store/material.h"
 #include "app/store/trajectory.h"
 #include "app/store/velocity.h"
+#include "fitting/fit/dissipation.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 #include "physics/simulate/simulate.h"
@@ -92,6 +93,23 @@ SimulateStage with_fitted_damping(SimulateStage stage, const fs::path& file) {
   return stage;
 }
 
+/// Of a start that was found on another grid: the drag that lets it die away as fast on this one, over its first second.
+double damping_on_this_grid(const Context& context, const VelocityFile& start, const SimulatedBody& body, const SimulationState& state, const SimulateOptions& options,
+                            const std::vector<Interaction>& pins) {
+  constexpr double kLongest = 1;  // s
+  Motion<float> motion{body.particles, state, pins, {}};
+  motion.options.simulate = options;
+  motion.options.simulate.gravity.setZero();
+  motion.options.simulate.settle_time = motion.options.simulate.sleep_speed = 0;
+  motion.options.simulate.duration = std::min(options.duration, kLongest);
+  const double time = damping_time_beside_transfers(std::move(motion), start.whole_damping_time);
+  if (time > 0)
+    context.progress.say(fmt::format("simulate: a damping time of {:.3g} s in all: {:.3g} s beside what this grid takes", start.whole_damping_time, time));
+  else
+    context.progress.warn(fmt::format("this grid alone takes more than the damping time of {:.3g} s says: seed more particles for a finer one", start.whole_damping_time));
+  return time;
+}
+
 /// Momentum that each interaction gave to the body, in the order of interactions.json and what was added to it.
 json impulses_to_json(const SimulateSummary& s) {
   std::vector<Vec3d> sum;
@@ -144,7 +162,7 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
     else if (fitted) context.progress.say("simulate: material and damping of the fit");
     else if (!is_fitted(run)) write_material(run / (folder + "/material.h5"), {solid.young, solid.poisson, solid.density, "homogeneous", {}, {}}, provenance);
     SimulatedBody body = make_body(std::move(particles), scene, solid, material.material);
-    const SimulationPlan plan = physgaussian ? plan_physgaussian(context, run, stage, body)
+    SimulationPlan plan = physgaussian ? plan_physgaussian(context, run, stage, body)
                                              : plan_simulation(context, run, scene,
                                                                fitted || replay ? with_fitted_damping(stage, velocity_file) : stage,
                                                                body, replay);
@@ -152,6 +170,9 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
 
     FrameStore frames(run / (folder + "/trajectory.partial"), provenance);
     const SimulationState rest = replay ? given_start(velocity_file, body.file, body.particles) : initial_state(body.particles);
+    if (!stage.velocity_file.empty() && !stage.damping_time)
+      if (const VelocityFile v = read_velocity(velocity_file); v.whole_damping_time > 0)
+        plan.options.damping_time = damping_on_this_grid(context, v, body, rest, plan.options, pins_of(body.file, scene));
     const int total = static_cast<int>(std::lround(plan.options.fps * plan.options.duration));
     context.progress.begin("simulate", total);
     SimulateResult result = simulate<float>(plan.options, body.particles, plan.interactions, frames.resume(rest),
@@ -182,7 +203,7 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
             {"substeps_max", s.substeps_of_frame.empty() ? 0 : *std::max_element(s.substeps_of_frame.begin(), s.substeps_of_frame.end())},
             {"strays", s.strays}, {"retries", s.retries}, {"gravity_cancelled", s.gravity_cancelled},
             {"settle_displacement_m", s.settle_displacement}, {"rest_shape", rest_shape_to_json(s)}, {"thin_share", s.thin_share},
-            {"impulses_Ns", impulses_to_json(s)}, {"push", plan.push}, {"motion", motion}, {"floor", plan.floor},
+            {"impulses_Ns", impulses_to_json(s)}, {"push", plan.push}, {"damping_time_s", plan.options.damping_time}, {"motion", motion}, {"floor", plan.floor},
             {"space", space_to_json(body.space)}};
   });
 }

@@ -116,6 +116,7 @@ nlohmann::json run_simulate(const Context& context, RunDirectory& run, const Sce
 struct RenderStage {
   std::string camera;  ///< name of the fixed camera; empty = the video's, else one that sees the object well
   bool orbit = true;
+  bool frames = false;  ///< also clip/000000.png ..., which lose nothing
 };
 nlohmann::json run_render(const Context& context, RunDirectory& run, const Scene& scene, const RenderStage& stage);
 

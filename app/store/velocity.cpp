@@ -35,6 +35,7 @@ void write_velocity(const std::filesystem::path& file, const VelocityFile& v, co
     if (!v.position.empty()) write_vectors(out, "/driving/position", v.position);
     const double scalars[2] = {v.time, v.damping_time};
     out.dataset("/driving/time_and_damping_time", scalars, {2});
+    if (v.whole_damping_time > 0) out.dataset("/driving/whole_damping_time", &v.whole_damping_time, {1});
     out.text("/driving", "source", v.source);
     out.text("/", "provenance", provenance_json);
   });
@@ -52,6 +53,11 @@ VelocityFile read_velocity(const std::filesystem::path& file) {
   v.time = scalars[0], v.damping_time = scalars[1];
   if (!(std::isfinite(v.time) && v.damping_time >= 0 && std::isfinite(v.damping_time)))
     throw in.complaint("/driving/time_and_damping_time", "is " + std::to_string(v.time) + ", " + std::to_string(v.damping_time));
+  if (in.has("/driving/whole_damping_time")) {
+    v.whole_damping_time = in.dataset<double>("/driving/whole_damping_time", {1})[0];
+    if (!(v.whole_damping_time > 0 && std::isfinite(v.whole_damping_time)))
+      throw in.complaint("/driving/whole_damping_time", "is " + std::to_string(v.whole_damping_time) + ", not a time");
+  }
   v.source = in.text("/driving", "source");
   return v;
 }

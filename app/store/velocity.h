@@ -15,7 +15,8 @@ struct VelocityFile {
   std::vector<Vec3f> position;      ///< [M, 3] scene units, at rest; empty: the driving particles of particles.h5 beside it
   std::vector<Mat3f> F, C;          ///< [M, 3, 3] deformation gradient; affine velocity field 1/s
   double time = 0;                  ///< s on the reference's clock
-  double damping_time = 0;          ///< s, fitted along with it; 0 = none
+  double damping_time = 0;          ///< s, fitted along with it, beside what the transfers of its grid take; 0 = none
+  double whole_damping_time = 0;    ///< s, with that: the object's own, on any grid; 0 = not known
   std::string source;               ///< where the values come from, a phrase
 };
 

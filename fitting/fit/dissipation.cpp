@@ -28,4 +28,21 @@ Dissipation dissipation_of(const Motion<float>& motion) {
   return out;
 }
 
+double damping_time_beside_transfers(Motion<float> motion, double whole_time) {
+  SimulateOptions& options = motion.options.simulate;
+  if (options.substeps == 0) {  // those of the first frame for all
+    SimulateOptions first = options;
+    first.duration = 1 / options.fps;
+    options.substeps = simulate<float>(first, motion.particles, motion.interactions, motion.start).summary.substeps_of_frame.at(0);
+  }
+  options.damping_time = whole_time;
+  // Drag changes which motion lasts, and with it a little what the transfers take.
+  for (int pass = 0; pass < 2; ++pass) {
+    const double rest = 1 / whole_time - dissipation_of(motion).transfers;
+    if (!(rest > 0)) return 0;
+    options.damping_time = 1 / rest;
+  }
+  return options.damping_time;
+}
+
 }  // namespace pliant

@@ -15,4 +15,8 @@ struct Dissipation {
 /// of them does not hold on another, whole - transfers of the other does.  Zero when nothing moves.
 Dissipation dissipation_of(const Motion<float>& motion);
 
+/// `damping_time` [s] with which the motion loses as much as `whole_time` [s] says, on its grid; 0 = none, also when the
+/// transfers alone take more.
+double damping_time_beside_transfers(Motion<float> motion, double whole_time);
+
 }  // namespace pliant

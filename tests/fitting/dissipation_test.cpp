@@ -36,6 +36,23 @@ TEST(Dissipation, IsLessForFinerGridsAndForTransfersThatKeepWhatTheGridCannotHol
   EXPECT_LT(dissipation_of(swing(coarse, 0, 0.02)).transfers, 0.6 * of_coarse);
 }
 
+TEST(Dissipation, DragBesideTheTransfersLetsAMotionDieAwayAlikeOnEveryGrid) {
+  TwinStem coarse, fine;
+  fine.particles = block<float>(Vec3d(0.02, 0.02, 0.09), 0.005, 0.5, 3e4, 0.3, 1000);
+  double beside[2];
+  for (const TwinStem* stem : {&coarse, &fine}) {
+    Motion<float> motion = swing(*stem, 0);
+    motion.options.simulate.duration = 0.4;
+    motion.options.simulate.damping_time = beside[stem == &fine] = damping_time_beside_transfers(motion, 0.4);
+    EXPECT_NEAR(dissipation_of(motion).whole * 0.4, 1, 0.02);
+  }
+  EXPECT_GT(beside[0], beside[1]);
+  EXPECT_GT(beside[1], 0.4);
+  Motion<float> brief = swing(coarse, 0);
+  brief.options.simulate.duration = 0.2;
+  EXPECT_EQ(damping_time_beside_transfers(brief, 1e3), 0);  // the grid alone takes more
+}
+
 TEST(Dissipation, IsNothingWhereNothingMoves) {
   const TwinStem stem;
   Motion<float> motion = swing(stem, 0.5);

@@ -98,7 +98,7 @@ inline void write_bar_velocity(const std::filesystem::path& file, const Vec3d& a
     v.F.push_back(Mat3f::Identity()), v.C.push_back(Mat3f::Zero());
     v.C.back().col(2) = (2 * s / (kHeight - kClamp) * at_tip).cast<float>();
   }
-  v.damping_time = damping_time, v.source = "truth of a twin experiment";
+  v.whole_damping_time = v.damping_time = damping_time, v.source = "truth of a twin experiment";
   write_velocity(file, v, "{}");
 }
 
