@@ -163,14 +163,12 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
     else if (!is_fitted(run)) write_material(run / (folder + "/material.h5"), {solid.young, solid.poisson, solid.density, "homogeneous", {}, {}}, provenance);
     SimulatedBody body = make_body(std::move(particles), scene, solid, material.material);
     SimulationPlan plan = physgaussian ? plan_physgaussian(context, run, stage, body)
-                                             : plan_simulation(context, run, scene,
-                                                               fitted || replay ? with_fitted_damping(stage, velocity_file) : stage,
-                                                               body, replay);
+                                       : plan_simulation(context, run, scene, fitted || replay ? with_fitted_damping(stage, velocity_file) : stage, body, replay);
     write_text(run / "interactions.json", plan.script.dump(2) + "\n");
 
     FrameStore frames(run / (folder + "/trajectory.partial"), provenance);
     const SimulationState rest = replay ? given_start(velocity_file, body.file, body.particles) : initial_state(body.particles);
-    if (!stage.velocity_file.empty() && !stage.damping_time)
+    if (!stage.velocity_file.empty() && !stage.damping_time && !physgaussian)
       if (const VelocityFile v = read_velocity(velocity_file); v.whole_damping_time > 0)
         plan.options.damping_time = damping_on_this_grid(context, v, body, rest, plan.options, pins_of(body.file, scene));
     const int total = static_cast<int>(std::lround(plan.options.fps * plan.options.duration));
