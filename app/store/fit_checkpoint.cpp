@@ -118,7 +118,8 @@ void write_refinement(Hdf5Writer& out, const std::string& group, const GaussNewt
   const auto size = [](Eigen::Index n) { return static_cast<size_t>(n); };
   out.dataset(group + "/parameters", state.parameters.data(), {size(state.parameters.size())});
   out.dataset(group + "/residuals", state.residuals.data(), {size(state.residuals.size())});
-  out.dataset(group + "/jacobian", state.jacobian.data(), {size(state.jacobian.cols()), size(state.jacobian.rows())});  // columns in a row
+  for (const auto& [name, J] : {std::pair("/jacobian", &state.jacobian), std::pair("/differences", &state.differences)})
+    out.dataset(group + name, J->data(), {size(J->cols()), size(J->rows())});  // columns in a row
 }
 
 GaussNewtonState read_refinement(const Hdf5Reader& in, const std::string& group) {
@@ -136,10 +137,11 @@ GaussNewtonState read_refinement(const Hdf5Reader& in, const std::string& group)
   state.parameters = vector("/parameters"), state.residuals = vector("/residuals");
   const Eigen::Index p = state.parameters.size(), r = state.residuals.size();
   state.fixed = in.dataset<uint8_t>(group + "/fixed", {static_cast<size_t>(p)});
-  const std::vector<double> jacobian = in.dataset<double>(group + "/jacobian", {kAny, kAny});
-  if (!jacobian.empty()) {
-    if (static_cast<Eigen::Index>(jacobian.size()) != p * r) throw in.complaint(group + "/jacobian", "is not [parameters, residuals]");
-    state.jacobian = Eigen::Map<const Eigen::MatrixXd>(jacobian.data(), r, p);
+  for (const auto& [name, J] : {std::pair("/jacobian", &state.jacobian), std::pair("/differences", &state.differences)}) {
+    const std::vector<double> values = in.dataset<double>(group + name, {kAny, kAny});
+    if (values.empty()) continue;
+    if (static_cast<Eigen::Index>(values.size()) != p * r) throw in.complaint(group + name, "is not [parameters, residuals]");
+    *J = Eigen::Map<const Eigen::MatrixXd>(values.data(), r, p);
   }
   if (state.loss.empty()) throw in.complaint(group + "/loss", "is empty");
   return state;

@@ -14,9 +14,11 @@
 namespace pliant {
 namespace {
 
-constexpr int kRounds = 4;           // of a fit of a field, at most: more than two ...
-constexpr double kSameNoise = 0.8;   // ... while less than this share of the errors remains
-constexpr int kOfRound = 250, kOfRounds = 400;  // roll-outs for Jacobians, two for every parameter, in a round and in all
+constexpr int kRounds = 6;           // of a fit of a field, at most: ...
+constexpr double kSameNoise = 0.8;   // ... while less than this share of the errors remains, ...
+constexpr double kSettled = 0.02;    // ... or the loss falls by more than this for every parameter: a fifth of a standard deviation
+constexpr int kOfRound = 250, kOfRounds = 400;  // roll-outs for Jacobians, two for every parameter, in a round and in all; each round finds one
+constexpr int kLastSteps = 15;       // with the last Jacobian
 constexpr double kSame = 0.05;       // ln of the factor by which E may grow in the last steps before roll-outs take smaller time steps
 
 /// The refinements of a fit in their order: those that an earlier call has made are not made again.
@@ -139,17 +141,19 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     GaussNewtonOptions axes = options.refine;
     axes.principal_axes = true;
     int left = kOfRounds;
+    double fell = 0;  // the loss, in the last round
     result.parameters = parameters;
     for (int round = 0; round < kRounds; ++round) {
       if (round > 0) best->find_staying(result);
       const double change = round == 0 ? 1 : left_over(result);
-      if (round > 1 && change > kSameNoise) break;
-      // The transfers damp more at small time steps: later rounds are made at the one that a simulation will take.
-      if (round > 1) best->fix_time_step(result.parameters, kSame);
+      if (round > 1 && change > kSameNoise && fell < kSettled * static_cast<double>(parameters.size())) break;
+      // The transfers damp more at small time steps: when E is nearly known, rounds go on at the one that a simulation will take.
+      if (round == 2) best->fix_time_step(result.parameters, kSame);
       noise *= change, axes.rough_jacobian = result.jacobian / change;
       axes.most_jacobians = std::max(1, std::min(left, kOfRound) / static_cast<int>(2 * parameters.size()));
       axes.tolerance = (round == 0 ? 10 : 1) * options.refine.tolerance;
       result = journal.refine(*best, axes, result.parameters, options.refine.max_iterations, noise);
+      fell = result.summary.loss.front() - result.summary.loss.back();
       const GaussNewtonSummary before = std::exchange(fit.summary, result.summary);
       left -= result.summary.evaluations, fit.summary.evaluations += before.evaluations;
       // Rounds weigh errors by other noise; as squares of the tracks' unit their losses follow on each other.
@@ -165,10 +169,10 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   // So are the last steps.
   best->fix_time_step(result.parameters, kSame);
   best->find_staying(result);
-  if (result.jacobian.size() > 0) result = journal.refine(*best, options.refine, result.parameters, 8, noise, result.jacobian);
+  if (result.jacobian.size() > 0) result = journal.refine(*best, options.refine, result.parameters, kLastSteps, noise, result.jacobian);
   const double wider = left_over(result);
   if (result.jacobian.size() > 0)
-    result = journal.refine(*best, options.refine, result.parameters, 4, noise * wider, result.jacobian / wider);
+    result = journal.refine(*best, options.refine, result.parameters, kLastSteps, noise * wider, result.jacobian / wider);
   fit.rms = best->rms(result.parameters);
   fit.log10_factor = result.parameters[0] / std::log(10.0), fit.damping_time = std::exp(-result.parameters[1]);
   fit.field.assign(result.parameters.begin() + 2, result.parameters.begin() + 2 + static_cast<std::ptrdiff_t>(best->field_size()));

@@ -15,6 +15,9 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+constexpr double kWorn = 1;        // damping, relative to the diagonal of J^T J, at which a corrected J is found anew,
+constexpr double kHopeless = 1e6;  // and at which no step will help
+
 VectorXd vector_of(const std::vector<double>& given, Eigen::Index count, double otherwise) {
   CHECK_MSG(given.empty() || static_cast<Eigen::Index>(given.size()) == count, "options have one entry per parameter");
   return given.empty() ? VectorXd::Constant(count, otherwise)
@@ -183,13 +186,13 @@ MatrixXd information_of(const GaussNewtonOptions& options, const Problem& proble
   return information;
 }
 
-GaussNewtonResult result_of(const GaussNewtonState& state, const MatrixXd& information) {
+GaussNewtonResult result_of(const GaussNewtonOptions& options, const Problem& problem, const GaussNewtonState& state) {
   GaussNewtonResult result;
   const VectorXd &p = state.parameters, &r = state.residuals;
   result.parameters.assign(p.begin(), p.end());
   result.residuals.assign(r.begin(), r.end());
-  result.jacobian = state.jacobian;
-  result.covariance = covariance_of(information, state.fixed);
+  result.jacobian = state.differences;
+  result.covariance = covariance_of(information_of(options, problem, state.differences), state.fixed);
   const Eigen::Index measured = (r.array() != 0).count();
   const double rms = measured ? std::sqrt(r.squaredNorm() / static_cast<double>(measured)) : 0;
   result.summary = {state.loss, state.evaluations, state.converged, state.stopped_by, rms};
@@ -204,7 +207,7 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
   Problem problem(options, residuals, count);
   problem.evaluations = state.evaluations;
   const VectorXd largest = vector_of(options.largest_step, count, INFINITY);
-  if (!state.stopped_by.empty()) return result_of(state, information_of(options, problem, state.jacobian));
+  if (!state.stopped_by.empty()) return result_of(options, problem, state);
   if (state.parameters.size() == 0) state = begun(options, problem, start);
   VectorXd &p = state.parameters, &r = state.residuals;
   for (const MatrixXd* given : {&options.jacobian, &options.rough_jacobian})
@@ -237,10 +240,12 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
       break;
     }
     if (!state.linearised) {
+      information = information_of(options, problem, state.jacobian);
       if (options.jacobian.size())
         state.jacobian = options.jacobian;
       else
         state.jacobian = options.principal_axes ? problem.jacobian_along(covariance_of(information, state.fixed), p, r) : problem.jacobian(p, r);
+      state.differences = state.jacobian;
       state.fresh = true, ++state.jacobians;
       linearise();
       keep();
@@ -267,26 +272,32 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
     const double loss_trial = r_trial.size() == r.size() ? problem.loss(trial, r_trial) : INFINITY;
     const VectorXd moved = trial - p;
     const double predicted = -(pull.dot(moved) + 0.5 * moved.dot(information * moved));
-    if (loss_trial < loss) {
-      const double fall = loss - loss_trial;
-      const bool as_expected = fall > 0.5 * predicted, corrected = options.keep_jacobian && as_expected;
-      if (corrected) state.jacobian += (r_trial - r - state.jacobian * moved) * moved.transpose() / moved.squaredNorm();
-      p = trial, r = r_trial, loss = loss_trial, state.linearised = state.fresh = false;
-      if (corrected) linearise();
-      state.loss.push_back(loss);
-      state.damping = std::max(1e-12, state.damping * (as_expected ? 0.1 : 1));
-      if (share == 1 && fall <= options.tolerance * loss) stop("small change", true);
-    } else if (share == 1 && std::abs(predicted) <= options.tolerance * loss) {
-      stop("small change", true);
-    } else if (!state.fresh && options.jacobian.size() == 0) {
-      state.linearised = false;
-    } else if ((state.damping *= 10) > 1e10) {
-      stop("no better step", false);
+    const double fall = loss - loss_trial;
+    const bool better = fall > 0;
+    if (options.keep_jacobian && std::isfinite(loss_trial)) {
+      // The least change, in the scale in which each parameter is seen, that agrees with this trial.
+      const VectorXd along = information.diagonal().cwiseProduct(moved);
+      if (along.dot(moved) > 0) state.jacobian += (r_trial - r - state.jacobian * moved) * along.transpose() / along.dot(moved);
     }
+    if (better) {
+      p = trial, r = r_trial, loss = loss_trial;
+      state.linearised = state.fresh = false;
+      state.loss.push_back(loss);
+    }
+    state.damping = std::max(1e-12, state.damping * (!better ? 10 : fall > 0.5 * predicted ? 0.1 : options.keep_jacobian ? 3 : 1));
+    const bool renewable = !state.fresh && options.jacobian.size() == 0 && (options.most_jacobians == 0 || state.jacobians < options.most_jacobians);
+    if (share == 1 && (better ? fall : std::abs(predicted)) <= options.tolerance * loss)
+      stop("small change", true);
+    else if (options.keep_jacobian && renewable && state.damping > kWorn)
+      state.damping = options.damping, state.linearised = false;
+    else if (state.damping > kHopeless)
+      stop("no better step", false);
+    else if (options.keep_jacobian)
+      linearise();
     if (state.stopped_by.empty()) keep();
   }
   keep();
-  return result_of(state, information);
+  return result_of(options, problem, state);
 }
 
 }  // namespace pliant

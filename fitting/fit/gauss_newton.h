@@ -21,8 +21,8 @@ struct GaussNewtonOptions {
   std::vector<double> largest_step;        ///< change in one iteration; default none
   std::vector<double> prior, prior_sigma;  ///< ((p - prior) / sigma)^2 / 2 joins the loss; sigma infinite = none
   Eigen::MatrixXd jacobian;  ///< [R, P] of a similar problem, instead of differences: the chord method; empty = none
-  bool keep_jacobian = false;  ///< after a step that gained what was expected, J is corrected by what the step showed
-                               ///< (Broyden 1965) instead of found anew
+  bool keep_jacobian = false;  ///< after every trial, accepted or not, J is corrected by what it showed (Broyden 1965), and
+                               ///< found anew only when steps have to be cut short
   bool parallel = false;     ///< columns of J at the same time: `residuals` is called from several threads
   /// J by central differences along the principal axes of the covariance that the last J and the prior give, one standard
   /// deviation to either side.  What measurements hardly see are combinations of parameters of which each alone is seen well:
@@ -47,8 +47,8 @@ struct GaussNewtonSummary {
 struct GaussNewtonResult {
   std::vector<double> parameters;  ///< [P]
   std::vector<double> residuals;   ///< [R] there
-  Eigen::MatrixXd jacobian;        ///< [R, P] as given, or where the last step began; empty without a step
-  Eigen::MatrixXd covariance;      ///< [P, P] inverse of J^T J + prior for residuals of unit variance; what nothing
+  Eigen::MatrixXd jacobian;        ///< [R, P] as given, or found last by differences; empty without a step
+  Eigen::MatrixXd covariance;      ///< [P, P] inverse of its J^T J + prior for residuals of unit variance; what nothing
                                    ///< determines, and a parameter at its bound, has an infinite diagonal
   GaussNewtonSummary summary;
 
@@ -59,7 +59,7 @@ struct GaussNewtonResult {
 /// without another evaluation.
 struct GaussNewtonState {
   Eigen::VectorXd parameters, residuals;  ///< [P], [R] there; empty = not begun
-  Eigen::MatrixXd jacobian;               ///< [R, P] as in the result
+  Eigen::MatrixXd jacobian, differences;  ///< [R, P] corrected by later steps, and as in the result
   std::vector<uint8_t> fixed;             ///< [P] 1 = at a bound, when J was last used
   double damping = 0;
   bool linearised = false, fresh = false;  ///< J belongs to the parameters; and was found by differences there

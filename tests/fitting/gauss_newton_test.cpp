@@ -100,6 +100,72 @@ TEST(GaussNewton, StopsAfterTheMostDifferencesWithWhatItHas) {
   EXPECT_GT(fit.sigma(0), 0);
 }
 
+TEST(GaussNewton, ACorrectedJacobianAgreesWithEveryStepAndTheResultHasTheOneFoundByDifferences) {
+  // Broyden's condition: J (p - p before) = r - r before.
+  GaussNewtonOptions options;
+  options.keep_jacobian = true;
+  std::vector<GaussNewtonState> states;
+  const auto fit = gauss_newton(options, against(swing(std::vector<double>{2, 1.5, 12}, 0, 0), 1), std::vector<double>{1, 0.2, 11}, {},
+                                [&](const GaussNewtonState& state) { states.push_back(state); });
+  int corrected = 0;
+  for (size_t k = 1; k < states.size(); ++k) {
+    const Eigen::VectorXd moved = states[k].parameters - states[k - 1].parameters, change = states[k].residuals - states[k - 1].residuals;
+    if (moved.norm() == 0 || !states[k].linearised || states[k].jacobians != states[k - 1].jacobians) continue;
+    EXPECT_LT((states[k].jacobian * moved - change).norm(), 1e-9 * change.norm() + 1e-12) << k;
+    EXPECT_GT((states[k].jacobian - states[k].differences).norm(), 0);
+    ++corrected;
+  }
+  EXPECT_GT(corrected, 3);
+  EXPECT_EQ(fit.jacobian, states.back().differences);
+  for (size_t k = 1; k < states.size(); ++k)
+    if (states[k].jacobians > states[k - 1].jacobians) { EXPECT_EQ(states[k].jacobian, states[k].differences); }
+}
+
+TEST(GaussNewton, CorrectionsTakeFewerRunsAndDoNotDependOnTheUnitsOfParameters) {
+  // Six swings whose frequencies depend on each other: 18 parameters.
+  const size_t swings = 6;
+  const auto all = [&](std::span<const double> p) {
+    std::vector<double> y;
+    for (size_t s = 0; s < swings; ++s) {
+      const double before = s ? p[3 * s - 1] : 0.0;
+      for (const double v : swing(std::vector<double>{p[3 * s], p[3 * s + 1], p[3 * s + 2] + 0.1 * before}, 0, 0)) y.push_back(v);
+    }
+    return y;
+  };
+  std::vector<double> truth, start, unit;
+  for (size_t s = 0; s < swings; ++s) {
+    for (const double v : {2.0, 1.5, 8.0 + 0.5 * static_cast<double>(s)}) truth.push_back(v);
+    for (const double v : {1.2, 0.6, 7.4 + 0.5 * static_cast<double>(s)}) start.push_back(v);
+    for (const double v : {1.0, 1e3, 1e-2}) unit.push_back(v);
+  }
+  const std::vector<double> measured = all(truth);
+  const auto fit_in = [&](const std::vector<double>& units, bool keep) {
+    std::vector<double> from = start;
+    GaussNewtonOptions options;
+    options.keep_jacobian = keep;
+    for (size_t i = 0; i < from.size(); ++i) from[i] /= units[i], options.difference.push_back(1e-5 / units[i]);
+    const Residuals r = [&](std::span<const double> q) {
+      std::vector<double> p(q.begin(), q.end());
+      for (size_t i = 0; i < p.size(); ++i) p[i] *= units[i];
+      std::vector<double> out = all(p);
+      for (size_t k = 0; k < out.size(); ++k) out[k] -= measured[k];
+      return out;
+    };
+    GaussNewtonResult fit = gauss_newton(options, r, from);
+    for (size_t i = 0; i < from.size(); ++i) fit.parameters[i] *= units[i];
+    return fit;
+  };
+  const std::vector<double> one(truth.size(), 1.0);
+  const auto anew = fit_in(one, false), kept = fit_in(one, true), other = fit_in(unit, true);
+  for (size_t i = 0; i < truth.size(); ++i) {
+    EXPECT_NEAR(anew.parameters[i], truth[i], 1e-3) << i;
+    EXPECT_NEAR(kept.parameters[i], truth[i], 1e-3) << i;
+    EXPECT_NEAR(other.parameters[i], kept.parameters[i], 1e-6) << i;
+  }
+  EXPECT_LT(2 * kept.summary.evaluations, anew.summary.evaluations);
+  EXPECT_EQ(other.summary.evaluations, kept.summary.evaluations);
+}
+
 TEST(GaussNewton, AStepThatWasCutIsNotTheEnd) {
   // One residual that a parameter can take away, 5 steps of the longest kind off, beside a large one that nothing changes:
   // each step lowers the loss by less than the tolerance.
