@@ -104,7 +104,7 @@ VibrationFit read_fit(const Hdf5Reader& in, const std::string& group) {
 
 template <class State, class Visit>
 void visit_refinement(State& state, Visit&& visit) {
-  visit(state.damping), visit(state.linearised), visit(state.fresh), visit(state.iteration), visit(state.jacobians), visit(state.evaluations), visit(state.converged);
+  visit(state.damping), visit(state.raise), visit(state.linearised), visit(state.fresh), visit(state.iteration), visit(state.jacobians), visit(state.evaluations), visit(state.converged);
 }
 
 void write_refinement(Hdf5Writer& out, const std::string& group, const GaussNewtonState& state) {

@@ -18,6 +18,7 @@ constexpr int kRounds = 6;           // of a fit of a field, at most: ...
 constexpr double kSameNoise = 0.8;   // ... while less than this share of the errors remains, ...
 constexpr double kSettled = 0.02;    // ... or the loss falls by more than this for every parameter: a fifth of a standard deviation
 constexpr int kOfRound = 250, kOfRounds = 400;  // roll-outs for Jacobians, two for every parameter, in a round and in all; each round finds one
+constexpr double kFirstSpread = 0.3;  // of a field in the first round, share of what is expected: of many that explain the motion, one near the smallest
 constexpr int kLastSteps = 15;       // with the last Jacobian
 constexpr double kSame = 0.05;       // ln of the factor by which E may grow in the last steps before roll-outs take smaller time steps
 
@@ -30,9 +31,10 @@ class Journal {
     if (sink_) sink_(state_);
   }
   GaussNewtonResult refine(const VibrationRollouts& rollouts, const GaussNewtonOptions& base, std::span<const double> from, int iterations, double noise,
-                           const Eigen::MatrixXd& jacobian = {}) {
+                           const Eigen::MatrixXd& jacobian = {}, double field_spread = 1) {
     GaussNewtonOptions options = rollouts.bounded(base);
     options.max_iterations = iterations, options.jacobian = jacobian;
+    for (size_t j = 2; j < 2 + rollouts.field_size(); ++j) options.prior_sigma[j] *= field_spread;
     options.parallel = options.keep_jacobian = true;
     std::vector<GaussNewtonState>& all = state_.refinements;
     const size_t k = made_++;
@@ -152,7 +154,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
       noise *= change, axes.rough_jacobian = result.jacobian / change;
       axes.most_jacobians = std::max(1, std::min(left, kOfRound) / static_cast<int>(2 * parameters.size()));
       axes.tolerance = (round == 0 ? 10 : 1) * options.refine.tolerance;
-      result = journal.refine(*best, axes, result.parameters, options.refine.max_iterations, noise);
+      result = journal.refine(*best, axes, result.parameters, options.refine.max_iterations, noise, {}, round == 0 ? kFirstSpread : 1);
       fell = result.summary.loss.front() - result.summary.loss.back();
       const GaussNewtonSummary before = std::exchange(fit.summary, result.summary);
       left -= result.summary.evaluations, fit.summary.evaluations += before.evaluations;

@@ -136,6 +136,17 @@ std::vector<uint8_t> held(const Problem& problem, const VectorXd& p, const Vecto
   return out;
 }
 
+/// With damping relative to the diagonal; nothing for parameters that are fixed or that nothing determines, whose `pull` becomes 0.
+VectorXd step_of(MatrixXd information, double damping, const std::vector<uint8_t>& fixed, VectorXd& pull) {
+  for (Eigen::Index i = 0; i < pull.size(); ++i) {
+    information(i, i) += damping * std::max(information(i, i), 1e-300);
+    if (!fixed[i] && information(i, i) > 1e-200) continue;
+    information.row(i).setZero(), information.col(i).setZero();
+    information(i, i) = 1, pull[i] = 0;
+  }
+  return -information.ldlt().solve(pull);
+}
+
 MatrixXd covariance_of(const MatrixXd& information, const std::vector<uint8_t>& fixed) {
   // Directions without information are told apart after scaling every parameter by its own.
   const Eigen::Index n = information.rows();
@@ -251,19 +262,14 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
       keep();
     }
     ++state.iteration;
-    MatrixXd system = information;
     VectorXd pull = gradient;
-    for (Eigen::Index i = 0; i < count; ++i) {
-      system(i, i) += state.damping * std::max(information(i, i), 1e-300);
-      if (!state.fixed[i] && system(i, i) > 1e-200) continue;
-      system.row(i).setZero(), system.col(i).setZero();
-      system(i, i) = 1, pull[i] = 0;
-    }
+    const VectorXd undamped = step_of(information, 0, state.fixed, pull);
+    const double left = -0.5 * pull.dot(undamped);  // to fall, if all was linear
     if (pull.cwiseAbs().maxCoeff() == 0) {
       stop("small gradient", true);
       break;
     }
-    VectorXd step = -system.ldlt().solve(pull);
+    VectorXd step = step_of(information, state.damping, state.fixed, pull);
     // The direction is kept where one parameter alone would go too far; what such a step gains says nothing of the end.
     const double share = std::min(1.0, (largest.array() / step.array().abs().max(1e-300)).minCoeff());
     step *= share;
@@ -284,12 +290,15 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
       state.linearised = state.fresh = false;
       state.loss.push_back(loss);
     }
-    state.damping = std::max(1e-12, state.damping * (!better ? 10 : fall > 0.5 * predicted ? 0.1 : options.keep_jacobian ? 3 : 1));
+    // As Nielsen (1999): less the better the step was foreseen, and more for every trial in a row that failed.
+    const double foreseen = predicted > 0 ? std::min(1.0, fall / predicted) : 0;
+    state.damping *= better ? std::max(0.1, 1 - std::pow(2 * foreseen - 1, 3)) : state.raise;
+    state.damping = std::max(1e-12, state.damping), state.raise = better ? 2 : 2 * state.raise;
     const bool renewable = !state.fresh && options.jacobian.size() == 0 && (options.most_jacobians == 0 || state.jacobians < options.most_jacobians);
-    if (share == 1 && (better ? fall : std::abs(predicted)) <= options.tolerance * loss)
+    if (share == 1 && std::max(better ? fall : std::abs(predicted), left) <= options.tolerance * loss)
       stop("small change", true);
     else if (options.keep_jacobian && renewable && state.damping > kWorn)
-      state.damping = options.damping, state.linearised = false;
+      state.damping = options.damping, state.raise = 2, state.linearised = false;
     else if (state.damping > kHopeless)
       stop("no better step", false);
     else if (options.keep_jacobian)

@@ -33,7 +33,7 @@ struct GaussNewtonOptions {
   int max_iterations = 20;   ///< accepted or not
   int most_jacobians = 0;    ///< found by differences; 0 = no limit
   double damping = 1e-3;     ///< of Levenberg and Marquardt at the start, relative to the diagonal of J^T J
-  double tolerance = 1e-8;   ///< relative fall of the loss at which the fit has converged
+  double tolerance = 1e-8;   ///< of the loss: converged when a step lowers it by no more, nor would a whole one by what J says
 };
 
 struct GaussNewtonSummary {
@@ -61,7 +61,7 @@ struct GaussNewtonState {
   Eigen::VectorXd parameters, residuals;  ///< [P], [R] there; empty = not begun
   Eigen::MatrixXd jacobian, differences;  ///< [R, P] corrected by later steps, and as in the result
   std::vector<uint8_t> fixed;             ///< [P] 1 = at a bound, when J was last used
-  double damping = 0;
+  double damping = 0, raise = 2;          ///< and by what it grows with the next trial that fails
   bool linearised = false, fresh = false;  ///< J belongs to the parameters; and was found by differences there
   int iteration = 0, jacobians = 0;        ///< begun, and found by differences or taken as given
   int evaluations = 0;

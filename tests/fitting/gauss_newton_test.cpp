@@ -177,6 +177,29 @@ TEST(GaussNewton, AStepThatWasCutIsNotTheEnd) {
   EXPECT_EQ(fit.summary.stopped_by, "small change");
 }
 
+TEST(GaussNewton, AStepThatWasDampedIsNotTheEnd) {
+  // The first steps gain next to nothing: what ends a fit is that a whole step would.
+  const auto r = [](std::span<const double> p) { return std::vector<double>{p[0] - 5, 100.0}; };
+  GaussNewtonOptions options;
+  options.damping = 1e3, options.tolerance = 1e-4;
+  const auto fit = gauss_newton(options, r, std::vector<double>{0});
+  EXPECT_NEAR(fit.parameters[0], 5, 1);
+  EXPECT_LE(0.5 * std::pow(fit.parameters[0] - 5, 2), 1e-4 * fit.summary.loss.back());
+  EXPECT_EQ(fit.summary.stopped_by, "small change");
+}
+
+TEST(GaussNewton, ACurvedValleyIsFollowedToItsEnd) {
+  // Rosenbrock's (1960), beside what nothing changes.
+  const auto r = [](std::span<const double> p) { return std::vector<double>{10 * (p[1] - p[0] * p[0]), 1 - p[0], 10.0}; };
+  for (const bool keep : {false, true}) {
+    GaussNewtonOptions options;
+    options.keep_jacobian = keep, options.tolerance = 1e-5, options.max_iterations = 200;
+    const auto fit = gauss_newton(options, r, std::vector<double>{-1.2, 1});
+    EXPECT_EQ(fit.summary.stopped_by, "small change") << keep;
+    EXPECT_LE(fit.summary.loss.back() - 50, 1e-3) << keep;
+  }
+}
+
 TEST(GaussNewton, ItsSigmaCoversTheScatterOfRepeatedMeasurements) {
   const std::vector<double> truth = {2, 1.5, 12};
   int inside = 0, all = 0;
