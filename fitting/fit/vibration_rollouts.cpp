@@ -11,8 +11,7 @@
 namespace pliant {
 namespace {
 
-constexpr double kStartSpread = 0.1;  // of a start at rest about the vibration's, share of its largest velocity along an axis, ...
-constexpr double kLeastAlongAxis = 0.25;  // ... but at least of this share of the largest along any
+constexpr double kStartSpread = 0.1;  // of a start at rest about the vibration's, share of its largest velocity
 
 }  // namespace
 
@@ -111,19 +110,12 @@ GaussNewtonOptions VibrationRollouts::bounded(GaussNewtonOptions options) const 
   for (size_t j = 2; j < first_amplitude; ++j)
     options.low[j] = -field_limit_, options.high[j] = field_limit_, options.prior_sigma[j] = field_sigma_, options.largest_step[j] = field_step_[j - 2], options.difference[j] = 0.02 * field_sigma_;
   // What a single camera hardly sees stays of the size of what it does see; a smooth velocity, some of whose shapes die
-  // away between two frames, near that of the vibration, and nearest along an axis on which that hardly moves.
-  const auto largest_of = [&](size_t from, size_t to) {
-    double largest = 0.1;
-    for (size_t j = from; j < to; ++j) largest = std::max(largest, std::abs(start_[j]));
-    return largest;
-  };
-  const double largest = largest_of(first_amplitude, count);
-  const size_t of_axis = shapes_.size() / 3;
+  // away between two frames, near that of the vibration.
+  double largest = 0.1;
+  for (size_t j = first_amplitude; j < count; ++j) largest = std::max(largest, std::abs(start_[j]));
   for (size_t j = first_amplitude; j < count; ++j) {
-    options.prior[j] = at_rest_ ? start_[j] : 0, options.prior_sigma[j] = largest;
-    if (!at_rest_) continue;
-    const size_t axis = first_amplitude + (j - first_amplitude) / of_axis * of_axis;
-    options.prior_sigma[j] = kStartSpread * std::max(kLeastAlongAxis * largest, largest_of(axis, axis + of_axis));
+    options.prior[j] = at_rest_ ? start_[j] : 0;
+    options.prior_sigma[j] = at_rest_ ? kStartSpread * largest : largest;
   }
   return options;
 }
