@@ -38,12 +38,13 @@ struct TwoParts : TwinStem {
 /// A fit from a start that is the same everywhere and too stiff, and what it must reach.
 void fit_two_parts(MaterialKind kind, double tolerance) {
   const TwoParts twin;
-  const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.5), true, 16, 20, 0.05);
+  const int frames = 13;
+  const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.5), true, frames, 20, 0.05);
   Particles guess = twin.particles;
   guess.young.assign(guess.size(), 3e5f);
   MaterialFitOptions options;
   options.kind = kind, options.part = twin.part, options.smooth.modes = 6;
-  options.vibration.modes.most = 6, options.vibration.refine.tolerance = 2e-3, options.vibration.most_smooth = 5;
+  options.vibration.modes.most = 6, options.vibration.refine.tolerance = 5e-3, options.vibration.most_smooth = 5;
   const MaterialFit fit = fit_material(options, guess, twin.pins, tracks, twin.fps);
   const std::vector<double> constant(guess.size(), 3e5 * std::pow(10.0, fit.homogeneous.log10_factor));
   const double error = median_error(fit.young, twin.particles), best_constant = median_error(constant, twin.particles);
@@ -51,7 +52,7 @@ void fit_two_parts(MaterialKind kind, double tolerance) {
   Motion<float> motion{fit.particles, fit.found.start, twin.pins, {}}, truth{twin.particles, twin.kicked(0.5), twin.pins, {}};
   motion.options.simulate.fps = twin.fps * fit.found.subframes, motion.options.simulate.substeps = fit.found.substeps, motion.options.simulate.damping_time = fit.found.damping_time;
   motion.options.simulate.duration = fit.found.rollout_frame(fit.found.last_frame, twin.fps) / motion.options.simulate.fps;
-  truth.options.simulate.fps = twin.fps, truth.options.simulate.damping_time = twin.damping_time, truth.options.simulate.duration = 16 / twin.fps;
+  truth.options.simulate.fps = twin.fps, truth.options.simulate.damping_time = twin.damping_time, truth.options.simulate.duration = frames / twin.fps;
   truth.options.simulate.substeps = simulate<float>(truth.options.simulate, truth.particles, truth.interactions, truth.start).summary.substeps_of_frame.at(0);
   const double damping = dissipation_of(truth).whole / dissipation_of(motion).whole;
   printf("median |log10 E error| %.3f, best constant %.3f, damping time x %.3f (drag alone x %.3f)\n", error, best_constant, damping, fit.found.damping_time / twin.damping_time);
