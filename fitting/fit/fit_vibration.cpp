@@ -14,6 +14,9 @@
 namespace pliant {
 namespace {
 
+constexpr int kFirstWindow = 4;      // frames after the first, over which a field is fitted first, and its start with it;
+constexpr double kWholeWindow = 0.7; // of all frames: from here on all at once
+constexpr int kWindowSteps = 8, kOfWindow = 2;  // in a window: steps, and Jacobians by differences
 constexpr int kRounds = 6;           // of a fit of a field, at most: ...
 constexpr double kSameNoise = 0.8;   // ... while less than this share of the errors remains, ...
 constexpr double kSettled = 0.02;    // ... or the loss falls by more than this for every parameter: a fifth of a standard deviation
@@ -32,9 +35,8 @@ class Journal {
   }
   GaussNewtonResult refine(const VibrationRollouts& rollouts, const GaussNewtonOptions& base, std::span<const double> from, int iterations, double noise,
                            const Eigen::MatrixXd& jacobian = {}, double field_spread = 1) {
-    GaussNewtonOptions options = rollouts.bounded(base);
+    GaussNewtonOptions options = rollouts.bounded(base, field_spread);
     options.max_iterations = iterations, options.jacobian = jacobian;
-    for (size_t j = 2; j < 2 + rollouts.field_size(); ++j) options.prior_sigma[j] *= field_spread;
     options.parallel = options.keep_jacobian = true;
     std::vector<GaussNewtonState>& all = state_.refinements;
     const size_t k = made_++;
@@ -75,6 +77,65 @@ void set_young_sigma(VibrationFit& fit, const VibrationFitOptions& options, size
   if (size > 0) by.rightCols(size) = sensitivity(*options.field, fit.field);
   YoungPosterior posterior = young_posterior(by, scaled);
   fit.log10_sigma = posterior.log10_sigma, fit.young_sigma = std::move(posterior.young_sigma);
+}
+
+/// What remains, as a share of the noise.  Errors of neighbouring frames and points are not independent: how far they reach says
+/// how much the tracks weigh against the priors, and how wide the posterior is.
+double left_over(const GaussNewtonResult& result, const TrackLoss<float>& tracks) {
+  return std::max(1e-6, unexplained(result.residuals, tracks.tracks().rest, tracks.tracks().axes()));
+}
+
+/// The factor, damping, the field and the start together: first over a few frames, in which no vibration has come back so often
+/// that one of another frequency looks like it, and then over twice as many, up to all; in rounds, of which each takes as noise
+/// what the one before has left.  The summary is of all that is done, its loss over all frames.
+template <class Say>
+GaussNewtonResult refine_field(const VibrationFitOptions& options, const TrackLoss<float>& tracks, VibrationRollouts& rollouts, Journal& journal,
+                               const std::vector<double>& from, double& noise, GaussNewtonSummary& summary, const Say& say) {
+  rollouts.fix_time_step(from, VibrationRollouts::kMargin);
+  GaussNewtonOptions axes = options.refine;
+  axes.principal_axes = true;
+  GaussNewtonResult result;
+  result.parameters = from;
+  const int last = rollouts.last_frame(), count = last - rollouts.first_frame();
+  const auto keep_loss = [&] {
+    double square = 0;
+    for (const double r : rollouts.residuals(result.parameters, noise)) square += 0.5 * noise * noise * r * r;
+    summary.loss.push_back(square), ++summary.evaluations;
+  };
+  axes.most_jacobians = kOfWindow, axes.tolerance = 10 * options.refine.tolerance;
+  for (int frames = kFirstWindow; frames < kWholeWindow * count; frames *= 2) {
+    keep_loss();
+    rollouts.compare_until(rollouts.first_frame() + frames);
+    result = journal.refine(rollouts, axes, result.parameters, kWindowSteps, noise, {}, kFirstSpread);
+    summary.evaluations += result.summary.evaluations;
+    say("first %d frames: rms error %.3g after %d steps, %d roll-outs, until %s", frames + 1, rollouts.rms(result.parameters),
+        static_cast<int>(result.summary.loss.size()) - 1, result.summary.evaluations, result.summary.stopped_by.c_str());
+    rollouts.compare_until(last);
+  }
+  result.jacobian.resize(0, 0);
+  int left = kOfRounds;
+  double fell = 0;  // the loss, in the last round
+  for (int round = 0; round < kRounds; ++round) {
+    if (round > 0) rollouts.find_staying(result);
+    const double change = round == 0 ? 1 : left_over(result, tracks);
+    if (round > 1 && change > kSameNoise && fell < kSettled * static_cast<double>(from.size())) break;
+    // The transfers damp more at small time steps: when E is nearly known, rounds go on at the one that a simulation will take.
+    if (round == 2) rollouts.fix_time_step(result.parameters, kSame);
+    noise *= change, axes.rough_jacobian = result.jacobian / change;
+    axes.most_jacobians = std::max(1, std::min(left, kOfRound) / static_cast<int>(2 * from.size()));
+    axes.tolerance = (round == 0 ? 10 : 1) * options.refine.tolerance;
+    result = journal.refine(rollouts, axes, result.parameters, options.refine.max_iterations, noise, {}, round == 0 ? kFirstSpread : 1);
+    fell = result.summary.loss.front() - result.summary.loss.back();
+    left -= result.summary.evaluations;
+    const GaussNewtonSummary before = std::exchange(summary, result.summary);
+    summary.evaluations += before.evaluations;
+    // Rounds weigh errors by other noise; as squares of the tracks' unit their losses follow on each other.
+    for (double& loss : summary.loss) loss *= noise * noise;
+    summary.loss.insert(summary.loss.begin(), before.loss.begin(), before.loss.end());
+    say("round %d: rms error %.3g after %d steps, %d roll-outs, until %s", round + 1, rollouts.rms(result.parameters),
+        static_cast<int>(result.summary.loss.size()) - 1, result.summary.evaluations, result.summary.stopped_by.c_str());
+  }
+  return result;
 }
 
 }  // namespace
@@ -132,38 +193,9 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     if (after < least) least = after, best = std::move(fitter), parameters = result.parameters;
   }
   double noise = options.noise > 0 ? options.noise : std::max(least, 1e-12);
-  // What remains, as the noise.  Errors of neighbouring frames and points are not independent: how far they reach says how
-  // much the tracks weigh against the priors, and how wide the posterior is.
-  const auto left_over = [&](const GaussNewtonResult& r) {
-    return std::max(1e-6, unexplained(r.residuals, tracks.tracks().rest, tracks.tracks().axes()));
-  };
   GaussNewtonResult result;
   if (options.field) {
-    best->fix_time_step(parameters, VibrationRollouts::kMargin);
-    GaussNewtonOptions axes = options.refine;
-    axes.principal_axes = true;
-    int left = kOfRounds;
-    double fell = 0;  // the loss, in the last round
-    result.parameters = parameters;
-    for (int round = 0; round < kRounds; ++round) {
-      if (round > 0) best->find_staying(result);
-      const double change = round == 0 ? 1 : left_over(result);
-      if (round > 1 && change > kSameNoise && fell < kSettled * static_cast<double>(parameters.size())) break;
-      // The transfers damp more at small time steps: when E is nearly known, rounds go on at the one that a simulation will take.
-      if (round == 2) best->fix_time_step(result.parameters, kSame);
-      noise *= change, axes.rough_jacobian = result.jacobian / change;
-      axes.most_jacobians = std::max(1, std::min(left, kOfRound) / static_cast<int>(2 * parameters.size()));
-      axes.tolerance = (round == 0 ? 10 : 1) * options.refine.tolerance;
-      result = journal.refine(*best, axes, result.parameters, options.refine.max_iterations, noise, {}, round == 0 ? kFirstSpread : 1);
-      fell = result.summary.loss.front() - result.summary.loss.back();
-      const GaussNewtonSummary before = std::exchange(fit.summary, result.summary);
-      left -= result.summary.evaluations, fit.summary.evaluations += before.evaluations;
-      // Rounds weigh errors by other noise; as squares of the tracks' unit their losses follow on each other.
-      for (double& loss : fit.summary.loss) loss *= noise * noise;
-      fit.summary.loss.insert(fit.summary.loss.begin(), before.loss.begin(), before.loss.end());
-      say("round %d: rms error %.3g after %d steps, %d roll-outs, until %s", round + 1, best->rms(result.parameters),
-          static_cast<int>(result.summary.loss.size()) - 1, result.summary.evaluations, result.summary.stopped_by.c_str());
-    }
+    result = refine_field(options, tracks, *best, journal, parameters, noise, fit.summary, say);
   } else {
     result = journal.refine(*best, options.refine, parameters, options.refine.max_iterations, noise);
     fit.summary = result.summary;
@@ -172,12 +204,13 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   best->fix_time_step(result.parameters, kSame);
   best->find_staying(result);
   if (result.jacobian.size() > 0) result = journal.refine(*best, options.refine, result.parameters, kLastSteps, noise, result.jacobian);
-  const double wider = left_over(result);
+  const double wider = left_over(result, tracks);
   if (result.jacobian.size() > 0)
     result = journal.refine(*best, options.refine, result.parameters, kLastSteps, noise * wider, result.jacobian / wider);
   fit.rms = best->rms(result.parameters);
   fit.log10_factor = result.parameters[0] / std::log(10.0), fit.damping_time = std::exp(-result.parameters[1]);
-  fit.field.assign(result.parameters.begin() + 2, result.parameters.begin() + 2 + static_cast<std::ptrdiff_t>(best->field_size()));
+  const std::span<const double> field = best->field_of(result.parameters);
+  fit.field.assign(field.begin(), field.end());
   fit.time = best->time(), fit.subframes = best->subframes(), fit.substeps = best->substeps(), fit.last_frame = best->last_frame(), fit.start = best->state_of(result.parameters);
 
   if (result.covariance.size() > 0) {

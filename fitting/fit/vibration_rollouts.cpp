@@ -36,7 +36,7 @@ VibrationRollouts::VibrationRollouts(const VibrationFitOptions& options, const P
   last_ = frames - 1;
   if (search.periods > options.most_periods)
     last_ = first_ + static_cast<int>(std::ceil((last_ - first_) * options.most_periods / search.periods));
-  simulate_.duration = (lead_ + (last_ - first_) * n) / simulate_.fps;
+  compare_until(last_);
   simulate_.settle_time = 0, simulate_.sleep_speed = 0;
   shapes_ = at_rest_ ? StartShapes::smooth(particles, options.most_smooth, motion.omega[0]) : StartShapes::of_modes(modes, motion, particles, options.most_modes);
   stop_ = options.stop;
@@ -59,12 +59,17 @@ void VibrationRollouts::fix_time_step(std::vector<double> p, double margin) {
   simulate_.substeps = result.summary.substeps_of_frame.at(0);
 }
 
+void VibrationRollouts::compare_until(int frame) {
+  last_ = frame;
+  simulate_.duration = (lead_ + (last_ - first_) * subframes_) / simulate_.fps;
+}
+
 SimulationState VibrationRollouts::state_of(std::span<const double> p) const {
   return shapes_.state(particles_, p.subspan(2 + field_size_, at_rest_ ? 0 : shapes_.size()), p.last(shapes_.size()));
 }
 
 Particles VibrationRollouts::particles_of(std::span<const double> p) const {
-  return with_factors(particles_, field_, p[0], p.subspan(2, field_size_));
+  return with_factors(particles_, field_, p[0], field_of(p));
 }
 
 std::vector<double> VibrationRollouts::residuals(std::span<const double> p, double noise) const {
@@ -99,7 +104,7 @@ std::vector<double> VibrationRollouts::errors_of(std::span<const double> p, doub
   return errors;
 }
 
-GaussNewtonOptions VibrationRollouts::bounded(GaussNewtonOptions options) const {
+GaussNewtonOptions VibrationRollouts::bounded(GaussNewtonOptions options, double field_spread) const {
   const size_t count = start_.size(), first_amplitude = 2 + field_size_;
   options.difference.assign(count, 0.02), options.difference[0] = 0.01, options.difference[1] = 0.05;
   options.low.assign(count, -INFINITY), options.high.assign(count, INFINITY);
@@ -108,7 +113,7 @@ GaussNewtonOptions VibrationRollouts::bounded(GaussNewtonOptions options) const 
   options.prior.assign(count, 0.0), options.prior_sigma.assign(count, INFINITY);
   options.prior[0] = start_[0], options.prior_sigma[0] = factor_sigma_;
   for (size_t j = 2; j < first_amplitude; ++j)
-    options.low[j] = -field_limit_, options.high[j] = field_limit_, options.prior_sigma[j] = field_sigma_, options.largest_step[j] = field_step_[j - 2], options.difference[j] = 0.02 * field_sigma_;
+    options.low[j] = -field_limit_, options.high[j] = field_limit_, options.prior_sigma[j] = field_spread * field_sigma_, options.largest_step[j] = field_step_[j - 2], options.difference[j] = 0.02 * field_sigma_;
   // What a single camera hardly sees stays of the size of what it does see; a smooth velocity, some of whose shapes die
   // away between two frames, near that of the vibration.
   double largest = 0.1;

@@ -20,12 +20,17 @@ class VibrationRollouts {
   /// The time step of all roll-outs from now on: the one that a simulation chooses for E times exp(margin).
   void fix_time_step(std::vector<double> p, double margin);
 
+  /// Frames of the tracks up to this one are compared from now on.
+  void compare_until(int frame);
+
   const std::vector<double>& start() const { return start_; }  ///< what the search found, as parameters
   double time() const { return time_; }
   int subframes() const { return subframes_; }
+  int first_frame() const { return first_; }
   int last_frame() const { return last_; }
   int substeps() const { return simulate_.substeps; }
-  size_t field_size() const { return field_size_; }
+  /// Of all parameters, those of the field.
+  std::span<const double> field_of(std::span<const double> p) const { return p.subspan(2, field_size_); }
 
   SimulationState state_of(std::span<const double> p) const;
   Particles particles_of(std::span<const double> p) const;
@@ -37,8 +42,8 @@ class VibrationRollouts {
   /// Of the tracks, with what stays, in their unit.
   double rms(std::span<const double> p) const;
 
-  /// `options` with the bounds, steps and priors of the parameters.
-  GaussNewtonOptions bounded(GaussNewtonOptions options) const;
+  /// `options` with the bounds, steps and priors of the parameters; `field_spread`: of the spread that is expected of the field's.
+  GaussNewtonOptions bounded(GaussNewtonOptions options, double field_spread = 1) const;
 
  private:
   std::vector<double> errors_of(std::span<const double> p, double noise) const;
