@@ -14,6 +14,15 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+/// A file that goes with its scope, also when what is done there fails.
+struct RemovedAtEnd {
+  fs::path file;
+  ~RemovedAtEnd() {
+    std::error_code ignored;
+    fs::remove(file, ignored);
+  }
+};
+
 /// Makes the scene in a temporary folder that is renamed when whole.  A folder made with equal options is kept; one
 /// made with other options is a usage error unless the user asks to overwrite.
 json make_demo_once(Context& context, DemoOptions options) {
@@ -34,13 +43,13 @@ json make_demo_once(Context& context, DemoOptions options) {
   if (out.has_parent_path()) fs::create_directories(out.parent_path());
   const fs::path partial = out.string() + ".partial", locked = out.string() + ".lock";
   const FileLock lock(locked, out.string());
+  const RemovedAtEnd lock_file{locked};
   fs::remove_all(partial);
   options.out = partial;
   const DemoSummary summary = make_demo(options);
   write_text(partial / "demo.json", wanted.dump(2) + "\n");
   fs::remove_all(out);
   fs::rename(partial, out);
-  fs::remove(locked);
   context.progress.say(fmt::format("demo: {} Gaussians, {} photos in {}", summary.gaussians, summary.photos, out.string()));
   return wanted;
 }

@@ -78,6 +78,14 @@ TEST_F(PipelineTest, MistakesOfTheCommandLineExitWithTwo) {
   EXPECT_EQ(run_pliant({"--version"}), 0);
 }
 
+TEST_F(PipelineTest, ADemoThatFailsLeavesNoLock) {
+  // The folder's name leaves room for .lock, but not for .partial.
+  const fs::path out = folder / std::string(249, 'a');
+  EXPECT_NE(run_pliant({"demo", "--out", out.string(), "--no-video", "--quiet"}), 0);
+  EXPECT_FALSE(fs::exists(out.string() + ".lock"));
+  EXPECT_FALSE(fs::exists(out));
+}
+
 TEST_F(PipelineTest, AMissingFileExitsWithOne) {
   EXPECT_EQ(run_pliant({"info", (folder / "absent.ply").string()}), 1);
   write_text(folder / "lying.ply", "ply\nformat binary_little_endian 1.0\nelement vertex 999999999\nproperty float x\nend_header\n");
