@@ -25,9 +25,10 @@ std::string place_of(const FitCheckpoint& checkpoint) {
 
 std::shared_ptr<FitCheckpoint> kept_checkpoint(const Context& context, const fs::path& file, const std::string& provenance) {
   auto checkpoint = std::make_shared<FitCheckpoint>();
-  if (fs::exists(file) && read_fit_checkpoint_provenance(file) == provenance) {
-    *checkpoint = read_fit_checkpoint(file);
-    context.progress.say("fit: goes on " + place_of(*checkpoint));
+  if (fs::exists(file)) {
+    const bool same = read_fit_checkpoint_provenance(file) == provenance;
+    if (same) *checkpoint = read_fit_checkpoint(file);
+    context.progress.say(same ? "fit: goes on " + place_of(*checkpoint) : "fit: begins anew; the interrupted fit had other options or inputs, or was of another version of Pliant");
   }
   checkpoint->provenance_json = provenance;
   fs::create_directories(file.parent_path());

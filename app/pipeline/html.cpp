@@ -25,10 +25,10 @@ std::string base64(const std::string& bytes) {
 }  // namespace
 
 std::string html_begin(const std::string& title) {
-  return fmt::format("<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>{}</title><style>", html_escaped(title)) +
+  return fmt::format("<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>{}</title><style>", html_escaped(title)) +
          "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222}"
          "img,video{max-width:100%;border:1px solid #ccc}figure{margin:1rem 0}figcaption{color:#555}"
-         "table{border-collapse:collapse}td,th{border:1px solid #ccc;padding:.2rem .6rem;text-align:left;vertical-align:top}"
+         "table{display:block;overflow-x:auto;border-collapse:collapse}td,th{border:1px solid #ccc;padding:.2rem .6rem;text-align:left;vertical-align:top}"
          "code{font-size:.85em;word-break:break-all}</style></head><body>\n";
 }
 

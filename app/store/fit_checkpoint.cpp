@@ -9,6 +9,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr int32_t kFormat = 2;  // raised when a fit takes other steps, or keeps other things of them
+
 /// Every array of doubles of a fit, but the modes' shapes.
 template <class Fit, class Visit>
 void visit_numbers(Fit& fit, Visit&& visit) {
@@ -234,11 +236,16 @@ void write_fit_checkpoint(const fs::path& file, const FitCheckpoint& checkpoint)
     write_gradient(out, "/velocity", checkpoint.velocity), write_gradient(out, "/gradient", checkpoint.gradient);
     write_refinements(out, "/posterior_", checkpoint.posterior);
     write_markers(out, checkpoint.markers);
+    out.dataset("/format", &kFormat, {1});
     out.text("/", "provenance", checkpoint.provenance_json);
   });
 }
 
-std::string read_fit_checkpoint_provenance(const fs::path& file) { return Hdf5Reader(file).text("/", "provenance"); }
+std::string read_fit_checkpoint_provenance(const fs::path& file) {
+  const Hdf5Reader in(file);
+  if (!in.has("/format") || in.dataset<int32_t>("/format", {1})[0] != kFormat) return "";
+  return in.text("/", "provenance");
+}
 
 FitCheckpoint read_fit_checkpoint(const fs::path& file) {
   const Hdf5Reader in(file);

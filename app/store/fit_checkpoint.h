@@ -27,7 +27,7 @@ struct FitCheckpoint {
 void write_fit_checkpoint(const std::filesystem::path& file, const FitCheckpoint& checkpoint);
 /// Throws Error{kInput} naming file and dataset.
 FitCheckpoint read_fit_checkpoint(const std::filesystem::path& file);
-/// Only the provenance.
+/// Only the provenance; empty when another version of Pliant wrote it, whose fits take other steps.
 std::string read_fit_checkpoint_provenance(const std::filesystem::path& file);
 
 }  // namespace pliant

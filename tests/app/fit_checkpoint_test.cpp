@@ -104,6 +104,17 @@ TEST(FitCheckpoint, ComesBackBitForBit) {
   EXPECT_EQ(b.provenance_json, a.provenance_json);
 }
 
+TEST(FitCheckpoint, ThatOfAnotherVersionIsOfNoFit) {
+  const TemporaryFolder folder;
+  write_fit_checkpoint(folder / "c.h5", made());
+  EXPECT_EQ(read_fit_checkpoint_provenance(folder / "c.h5"), made().provenance_json);
+  const int32_t other = 1;
+  write_hdf5(folder / "other.h5", [&](Hdf5Writer& out) { out.dataset("/format", &other, {1}), out.text("/", "provenance", "{}"); });
+  write_hdf5(folder / "none.h5", [](Hdf5Writer& out) { out.text("/", "provenance", "{}"); });
+  EXPECT_EQ(read_fit_checkpoint_provenance(folder / "other.h5"), "");
+  EXPECT_EQ(read_fit_checkpoint_provenance(folder / "none.h5"), "");
+}
+
 TEST(FitCheckpoint, WhatIsCutOffOrLacksADatasetIsRefusedByName) {
   const TemporaryFolder folder;
   write_fit_checkpoint(folder / "c.h5", made());
