@@ -68,7 +68,7 @@ std::string fit_section(const RunDirectory& run) {
   html += html_picture(run, "fit/slices.png", "Space-time slices: a line of pixels over time, in the video and in the fitted motion");
   html += html_picture(run, "fit/markers.png", "Markers: measured and simulated");
   html += html_picture(run, "fit/search.png", "The search over stiffness");
-  html += html_picture(run, "fit/loss.png", "The refinement, stage by stage");
+  html += html_picture(run, "fit/loss.png", "The refinement, stage by stage: errors over all frames, though a field is fitted to the first few frames first");
   html += html_picture(run, "fit/loss_2.png", "The same of gradients");
   html += html_picture(run, "fit/young.png", "Young's modulus on the object");
   html += html_picture(run, "fit/uncertainty.png", "How well it is known");

@@ -29,7 +29,7 @@ std::string html_begin(const std::string& title) {
          "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222}"
          "img,video{max-width:100%;border:1px solid #ccc}figure{margin:1rem 0}figcaption{color:#555}"
          "table{display:block;overflow-x:auto;border-collapse:collapse}td,th{border:1px solid #ccc;padding:.2rem .6rem;text-align:left;vertical-align:top}"
-         "code{font-size:.85em;word-break:break-all}</style></head><body>\n";
+         "pre{overflow-x:auto}code{font-size:.85em;word-break:break-all}</style></head><body>\n";
 }
 
 std::string html_escaped(const std::string& text) {
