@@ -87,7 +87,7 @@ double left_over(const GaussNewtonResult& result, const TrackLoss<float>& tracks
 
 /// The factor, damping, the field and the start together: first over a few frames, in which no vibration has come back so often
 /// that one of another frequency looks like it, and then over twice as many, up to all; in rounds, of which each takes as noise
-/// what the one before has left.  The summary is of all that is done, its loss over all frames.
+/// what the one before has left.  The summary is of all that is done, its loss over all frames (before each window without the prior).
 template <class Say>
 GaussNewtonResult refine_field(const VibrationFitOptions& options, const TrackLoss<float>& tracks, VibrationRollouts& rollouts, Journal& journal,
                                const std::vector<double>& from, double& noise, GaussNewtonSummary& summary, const Say& say) {
@@ -102,14 +102,17 @@ GaussNewtonResult refine_field(const VibrationFitOptions& options, const TrackLo
     for (const double r : rollouts.residuals(result.parameters, noise)) square += 0.5 * noise * noise * r * r;
     summary.loss.push_back(square), ++summary.evaluations;
   };
+  const auto tell = [&](const char* what, int number, const char* of) {
+    say("%s %d %s: rms error %.3g after %d steps, %d roll-outs, until %s", what, number, of, rollouts.rms(result.parameters),
+        static_cast<int>(result.summary.loss.size()) - 1, result.summary.evaluations, result.summary.stopped_by.c_str());
+  };
   axes.most_jacobians = kOfWindow, axes.tolerance = 10 * options.refine.tolerance;
   for (int frames = kFirstWindow; frames < kWholeWindow * count; frames *= 2) {
     keep_loss();
     rollouts.compare_until(rollouts.first_frame() + frames);
     result = journal.refine(rollouts, axes, result.parameters, kWindowSteps, noise, {}, kFirstSpread);
     summary.evaluations += result.summary.evaluations;
-    say("first %d frames: rms error %.3g after %d steps, %d roll-outs, until %s", frames + 1, rollouts.rms(result.parameters),
-        static_cast<int>(result.summary.loss.size()) - 1, result.summary.evaluations, result.summary.stopped_by.c_str());
+    tell("first", frames + 1, "frames");
     rollouts.compare_until(last);
   }
   result.jacobian.resize(0, 0);
@@ -132,8 +135,7 @@ GaussNewtonResult refine_field(const VibrationFitOptions& options, const TrackLo
     // Rounds weigh errors by other noise; as squares of the tracks' unit their losses follow on each other.
     for (double& loss : summary.loss) loss *= noise * noise;
     summary.loss.insert(summary.loss.begin(), before.loss.begin(), before.loss.end());
-    say("round %d: rms error %.3g after %d steps, %d roll-outs, until %s", round + 1, rollouts.rms(result.parameters),
-        static_cast<int>(result.summary.loss.size()) - 1, result.summary.evaluations, result.summary.stopped_by.c_str());
+    tell("round", round + 1, "of all frames");
   }
   return result;
 }
