@@ -8,9 +8,9 @@
 
 namespace {
 
-/// Threads that wait for others spin for about 30 us and then sleep: GNU OpenMP's own choice, some milliseconds, makes a
-/// machine with other work on it up to 20 times slower.  It reads the setting before main, so the program starts anew.
-/// What only prints a text need not.
+/// Threads that wait for others spin for about 30 us and then sleep: GNU OpenMP's own choice, some milliseconds, makes
+/// a machine with other work on it up to 20 times slower.  It reads the setting before main, so the program starts
+/// anew. What only prints a text need not.
 void wait_politely(int argc, char** argv) {
   const std::string_view last = argv[argc - 1];
   const bool only_text = argc < 2 || last == "--version" || last == "--help" || last == "-h";

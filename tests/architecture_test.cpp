@@ -29,14 +29,18 @@ const std::map<std::string, Permission> kTable = {
     {"gaussians/render", {{"gaussians/base"}, {}}},
     {"gaussians/io", {{"gaussians/base"}, {"nlohmann", "opencv2", "zlib.h", "zstd.h", "webp", "minizip"}}},
     {"gaussians/reconstruct", {{"gaussians/base", "gaussians/render", "gaussians/io"}, {"opencv2"}}},
-    {"segmentation/lift", {{"gaussians/base", "gaussians/render", "gaussians/io", "gaussians/reconstruct"}, {"nlohmann", "opencv2"}}},
+    {"segmentation/lift",
+     {{"gaussians/base", "gaussians/render", "gaussians/io", "gaussians/reconstruct"}, {"nlohmann", "opencv2"}}},
     {"segmentation/model_interfaces", {{"gaussians/base"}, {}}},
-    {"segmentation/models", {{"gaussians/base", "gaussians/io", "segmentation/model_interfaces"}, {"nlohmann", "opencv2"}}},
+    {"segmentation/models",
+     {{"gaussians/base", "gaussians/io", "segmentation/model_interfaces"}, {"nlohmann", "opencv2"}}},
     {"segmentation/models/worker", {{"segmentation/models"}, {"torch", "caffe2", "opencv2"}}},
     {"segmentation/labelling",
-     {{"gaussians/base", "gaussians/render", "gaussians/io", "segmentation/lift", "segmentation/model_interfaces"}, {"opencv2"}}},
+     {{"gaussians/base", "gaussians/render", "gaussians/io", "segmentation/lift", "segmentation/model_interfaces"},
+      {"opencv2"}}},
     {"segmentation/repair",
-     {{"gaussians/base", "gaussians/render", "gaussians/io", "segmentation/lift", "segmentation/model_interfaces"}, {"opencv2"}}},
+     {{"gaussians/base", "gaussians/render", "gaussians/io", "segmentation/lift", "segmentation/model_interfaces"},
+      {"opencv2"}}},
     {"physics/laws", {{"gaussians/base"}, {}}},
     {"physics/mpm", {{"gaussians/base", "physics/laws"}, {}}},
     {"physics/body", {{"gaussians/base", "gaussians/render", "physics/laws", "physics/mpm"}, {}}},
@@ -45,15 +49,16 @@ const std::map<std::string, Permission> kTable = {
      {{"gaussians/base", "gaussians/render", "physics/laws", "physics/mpm", "physics/body", "physics/simulate"}, {}}},
     {"fitting/fields/torch", {{"gaussians/base", "fitting/fields"}, {"torch", "ATen"}}},
     {"fitting/fit",
-     {{"gaussians/base", "gaussians/render", "gaussians/io", "physics/laws", "physics/mpm", "physics/body", "physics/simulate",
-       "fitting/fields"},
+     {{"gaussians/base", "gaussians/render", "gaussians/io", "physics/laws", "physics/mpm", "physics/body",
+       "physics/simulate", "fitting/fields"},
       {"opencv2", "fmt", "nlohmann"}}},
     {"app/store",
      {{"gaussians/base", "gaussians/io", "gaussians/reconstruct", "segmentation/lift", "physics/laws", "physics/mpm",
        "physics/body", "physics/simulate", "fitting/fields", "fitting/fit"},
       {"hdf5.h", "nlohmann"}}},
     {"app/import",
-     {{"gaussians/base", "gaussians/io", "physics/laws", "physics/mpm", "physics/body", "physics/simulate", "app/store"},
+     {{"gaussians/base", "gaussians/io", "physics/laws", "physics/mpm", "physics/body", "physics/simulate",
+       "app/store"},
       {"fmt", "nlohmann"}}},
 };
 
@@ -62,11 +67,14 @@ const std::set<std::string> kAppRooms = {"app", "app/commands", "app/pipeline", 
 
 std::string room_of(const fs::path& relative_folder) { return relative_folder.generic_string(); }
 
-bool is_standard_header(const std::string& header) { return header.find('.') == std::string::npos && header.find('/') == std::string::npos; }
+bool is_standard_header(const std::string& header) {
+  return header.find('.') == std::string::npos && header.find('/') == std::string::npos;
+}
 
 bool is_system_header(const std::string& header) {
-  static const std::set<std::string> allowed = {"unistd.h", "fcntl.h", "sys/stat.h", "sys/wait.h", "sys/resource.h", "sys/socket.h",
-                                                "signal.h", "malloc.h", "dlfcn.h", "poll.h", "spawn.h"};
+  static const std::set<std::string> allowed = {"unistd.h",       "fcntl.h",      "sys/stat.h", "sys/wait.h",
+                                                "sys/resource.h", "sys/socket.h", "signal.h",   "malloc.h",
+                                                "dlfcn.h",        "poll.h",       "spawn.h"};
   return allowed.count(header) > 0;
 }
 
@@ -134,8 +142,8 @@ TEST(Architecture, CodeForAnInstructionSetHasNoNamesThatOtherFilesShare) {
 }
 
 TEST(Architecture, TopLevelIsTheAgreedOne) {
-  const std::set<std::string> agreed = {"CMakeLists.txt", "segmentation", "gaussians", "physics", "fitting",
-                                        "app", "tests", "README.md", "LICENSE"};
+  const std::set<std::string> agreed = {"CMakeLists.txt", "segmentation", "gaussians", "physics", "fitting", "app",
+                                        "tests",          "README.md",    "LICENSE"};
   for (const auto& entry : fs::directory_iterator(PLIANT_SOURCE_DIR)) {
     const std::string name = entry.path().filename();
     if (name[0] == '.' || name.rfind("build", 0) == 0) continue;

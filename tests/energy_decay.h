@@ -9,16 +9,18 @@
 
 namespace pliant::testing {
 
-/// 1/s at which the amplitude of a motion fell, by the balance of energy over the frames that `simulate` wrote into the object's
-/// folder: of fixed corotated matter of this E [Pa] at places in scene units.
-inline double decay_rate(const std::filesystem::path& object, const std::function<double(const Vec3f&)>& young, double poisson = 0.3, double density = 1000) {
+/// 1/s at which the amplitude of a motion fell, by the balance of energy over the frames that `simulate` wrote into the
+/// object's folder: of fixed corotated matter of this E [Pa] at places in scene units.
+inline double decay_rate(const std::filesystem::path& object, const std::function<double(const Vec3f&)>& young,
+                         double poisson = 0.3, double density = 1000) {
   const ParticleFile file = read_particles(object / "particles.h5");
   const TrajectoryFile motion = read_trajectory(object / "trajectory.h5");
   const float unit = static_cast<float>(motion.metres_per_unit);
   Particles p;
   p.position = file.driving_position, p.cell_size = 0;
   for (size_t i = 0; i < p.size(); ++i) {
-    p.volume.push_back(file.driving_volume[i] * unit * unit * unit), p.mass.push_back(static_cast<float>(density) * p.volume[i]);
+    p.volume.push_back(file.driving_volume[i] * unit * unit * unit),
+        p.mass.push_back(static_cast<float>(density) * p.volume[i]);
     p.young.push_back(static_cast<float>(young(p.position[i]))), p.poisson.push_back(static_cast<float>(poisson));
   }
   double kinetic = 0, before = 0, first = 0, last = 0;

@@ -35,11 +35,13 @@ nlohmann::json convert_cameras(const Context& context, const ConvertOptions& opt
 }  // namespace
 
 void add_convert(CLI::App& app, Program& program) {
-  CLI::App* command = app.add_subcommand("convert", "Splats to splats (.ply, .splat, .spz), cameras to cameras (.json)");
+  CLI::App* command =
+      app.add_subcommand("convert", "Splats to splats (.ply, .splat, .spz), cameras to cameras (.json)");
   auto options = std::make_shared<ConvertOptions>();
   command->add_option("IN", options->in, "Splats or cameras of any format")->required();
   command->add_option("OUT", options->out, "File to write; its extension says the format")->required();
-  command->add_option("--sh-degree", options->degree, "Keep spherical harmonics up to this degree")->check(CLI::Range(0, 3));
+  command->add_option("--sh-degree", options->degree, "Keep spherical harmonics up to this degree")
+      ->check(CLI::Range(0, 3));
   add_level(*command, options->level);
   add_overwrite(*command, program);
   add_common(*command, program);
@@ -49,7 +51,8 @@ void add_convert(CLI::App& app, Program& program) {
         throw usage_error(options->out, "", "exists already", "give --overwrite, or another name");
       const bool to_cameras = fs::path(options->out).extension() == ".json";
       if (to_cameras && !splats_at(options->in).empty())
-        throw usage_error(options->out, "", "is a camera file but " + options->in + " holds splats", "splats become .ply, .splat or .spz");
+        throw usage_error(options->out, "", "is a camera file but " + options->in + " holds splats",
+                          "splats become .ply, .splat or .spz");
       return to_cameras ? convert_cameras(context, *options) : convert_splats(context, *options);
     };
   });

@@ -1,9 +1,10 @@
+#include "app/demo/demo.h"
+
 #include <fmt/format.h>
 
 #include <filesystem>
 
 #include "app/commands/command.h"
-#include "app/demo/demo.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/file_lock.h"
 #include "gaussians/io/files.h"
@@ -27,9 +28,9 @@ struct RemovedAtEnd {
 /// made with other options is a usage error unless the user asks to overwrite.
 json make_demo_once(Context& context, DemoOptions options) {
   const fs::path out = options.out;
-  const json wanted = {{"pliant", PLIANT_VERSION},        {"seed", options.seed},   {"gaussians", options.gaussians}, {"training", options.training},
-                       {"photos", options.photos},        {"width", options.width}, {"height", options.height},
-                       {"video", options.video}};
+  const json wanted = {{"pliant", PLIANT_VERSION},     {"seed", options.seed},     {"gaussians", options.gaussians},
+                       {"training", options.training}, {"photos", options.photos}, {"width", options.width},
+                       {"height", options.height},     {"video", options.video}};
   if (fs::exists(out) && !(fs::is_directory(out) && fs::is_empty(out))) {
     const fs::path record = out / "demo.json";
     if (fs::exists(record) && json::parse(read_text(record), nullptr, false) == wanted) {
@@ -37,7 +38,8 @@ json make_demo_once(Context& context, DemoOptions options) {
       return wanted;
     }
     if (!fs::exists(record) || !context.overwrite)
-      throw usage_error("--out", out.string(), fs::exists(record) ? "holds a demo made with other options" : "holds other files",
+      throw usage_error("--out", out.string(),
+                        fs::exists(record) ? "holds a demo made with other options" : "holds other files",
                         fs::exists(record) ? "give --overwrite, or another folder" : "give a new folder");
   }
   if (out.has_parent_path()) fs::create_directories(out.parent_path());
@@ -50,22 +52,34 @@ json make_demo_once(Context& context, DemoOptions options) {
   write_text(partial / "demo.json", wanted.dump(2) + "\n");
   fs::remove_all(out);
   fs::rename(partial, out);
-  context.progress.say(fmt::format("demo: {} Gaussians, {} photos in {}", summary.gaussians, summary.photos, out.string()));
+  context.progress.say(
+      fmt::format("demo: {} Gaussians, {} photos in {}", summary.gaussians, summary.photos, out.string()));
   return wanted;
 }
 
 }  // namespace
 
 void add_demo(CLI::App& app, Program& program) {
-  CLI::App* command = app.add_subcommand("demo", "Make a procedural scene: splats, photos, masks, a reference video, truth/");
+  CLI::App* command =
+      app.add_subcommand("demo", "Make a procedural scene: splats, photos, masks, a reference video, truth/");
   auto options = std::make_shared<DemoOptions>();
   auto kind = std::make_shared<std::string>("potted-flower");
   command->add_option("--kind", *kind, "Which scene")->check(CLI::IsMember({"potted-flower"}))->capture_default_str();
-  command->add_option("--gaussians", options->gaussians, "Gaussians of the scene")->check(CLI::Range(2000, 5000000))->capture_default_str();
-  command->add_option("--training", options->training, "Iterations in which they are optimised against the photos; 0 = flat discs as they were laid")->check(CLI::NonNegativeNumber)->capture_default_str();
+  command->add_option("--gaussians", options->gaussians, "Gaussians of the scene")
+      ->check(CLI::Range(2000, 5000000))
+      ->capture_default_str();
+  command
+      ->add_option("--training", options->training,
+                   "Iterations in which they are optimised against the photos; 0 = flat discs as they were laid")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   command->add_option("--photos", options->photos, "Photos")->check(CLI::Range(2, 1000))->capture_default_str();
-  command->add_option("--width", options->width, "Width of the photos [px]")->check(CLI::Range(16, 8000))->capture_default_str();
-  command->add_option("--height", options->height, "Height of the photos [px]")->check(CLI::Range(16, 8000))->capture_default_str();
+  command->add_option("--width", options->width, "Width of the photos [px]")
+      ->check(CLI::Range(16, 8000))
+      ->capture_default_str();
+  command->add_option("--height", options->height, "Height of the photos [px]")
+      ->check(CLI::Range(16, 8000))
+      ->capture_default_str();
   add_negation(*command, "--no-video", options->video, "Leave out the reference video and its simulation");
   add_out(*command, program, "Folder of the scene")->required();
   add_overwrite(*command, program);

@@ -1,9 +1,10 @@
+#include "app/evaluate/evaluate.h"
+
 #include <cstdio>
 #include <functional>
 #include <memory>
 
 #include "app/commands/command.h"
-#include "app/evaluate/evaluate.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 
@@ -15,7 +16,8 @@ void add_score(CLI::App& command, SegmentationScore& score) {
   command.add_option("--band", score.band, "Width of the contour band of boundary_miou [px]; 0 = 2 % of the diagonal")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
-  command.add_option("--match", score.match, "What tells that two ids mean the same: names, else ids (auto); id; overlap")
+  command
+      .add_option("--match", score.match, "What tells that two ids mean the same: names, else ids (auto); id; overlap")
       ->check(CLI::IsMember({"auto", "id", "overlap"}))
       ->capture_default_str();
   command.add_flag("--common", score.common, "Leave out pictures that were not predicted instead of scoring them 0");
@@ -25,7 +27,9 @@ void add_score(CLI::App& command, MotionScore& score) {
   command.add_option("--fps", score.fps, "Frames a second of folders of frames")->check(CLI::PositiveNumber);
   command.add_option("--from", score.from, "Begin of the part that is compared [s]")->check(CLI::NonNegativeNumber);
   command.add_option("--until", score.until, "End of it [s] (default: the end)")->check(CLI::PositiveNumber);
-  command.add_option("--free-from", score.free_from, "Time in it from which on nothing pushes [s] (default: where the motion is largest)")
+  command
+      .add_option("--free-from", score.free_from,
+                  "Time in it from which on nothing pushes [s] (default: where the motion is largest)")
       ->check(CLI::NonNegativeNumber);
 }
 
@@ -42,14 +46,15 @@ void add_evaluate(CLI::App& app, Program& program) {
     const char* description;
     std::function<nlohmann::json(const Path&, const Path&)> evaluate;
   };
-  for (const Kind& kind : {Kind{"images", "PSNR and SSIM of two folders of pictures", evaluate_images},
-                           Kind{"segmentation", "mIoU of two folders of id pictures, or of two labellings",
-                                [score](const Path& a, const Path& b) { return evaluate_segmentation(a, b, *score); }},
-                           Kind{"repair", "Run directory and demo scene: the filled hole against the true background", evaluate_repair},
-                           Kind{"trajectory", "Position error, tip motion and frequency of two trajectory.h5", evaluate_trajectory},
-                           Kind{"motion", "Frequency, damping, amplitude and optical flow of two videos, or of two trajectory.h5",
-                                [motion](const Path& a, const Path& b) { return evaluate_motion(a, b, *motion); }},
-                           Kind{"material", "log10 error of two material fields", evaluate_material}}) {
+  for (const Kind& kind :
+       {Kind{"images", "PSNR and SSIM of two folders of pictures", evaluate_images},
+        Kind{"segmentation", "mIoU of two folders of id pictures, or of two labellings",
+             [score](const Path&a, const Path&b) { return evaluate_segmentation(a, b, *score); }},
+        Kind{"repair", "Run directory and demo scene: the filled hole against the true background", evaluate_repair},
+        Kind{"trajectory", "Position error, tip motion and frequency of two trajectory.h5", evaluate_trajectory},
+        Kind{"motion", "Frequency, damping, amplitude and optical flow of two videos, or of two trajectory.h5",
+             [motion](const Path&a, const Path&b) { return evaluate_motion(a, b, *motion); }},
+        Kind{"material", "log10 error of two material fields", evaluate_material}}) {
     CLI::App* sub = command->add_subcommand(kind.name, kind.description);
     auto pred = std::make_shared<std::string>(), truth = std::make_shared<std::string>();
     auto asserts = std::make_shared<std::vector<std::string>>();

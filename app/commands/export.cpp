@@ -5,7 +5,8 @@ namespace {
 
 void add_export_options(CLI::App& command, ExportStage& stage) {
   command.add_option("--ply-sequence", stage.ply_sequence, "Folder for frame_0000.ply and so on, one file per frame");
-  command.add_option("--physgaussian-output", stage.physgaussian_output, "Folder for the h5 and ply files that PhysGaussian writes");
+  command.add_option("--physgaussian-output", stage.physgaussian_output,
+                     "Folder for the h5 and ply files that PhysGaussian writes");
   command
       .add_option("--every", stage.every, "Write every Nth frame of the trajectory; files are numbered without gaps")
       ->check(CLI::Range(1, 1000000))

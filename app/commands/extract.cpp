@@ -3,7 +3,8 @@
 namespace pliant {
 
 void add_extract(CLI::App& app, Program& program) {
-  add_stage_command<ExtractStage>(app, program, "extract", "Cut one object out of the scene", add_extract_options, run_extract);
+  add_stage_command<ExtractStage>(app, program, "extract", "Cut one object out of the scene", add_extract_options,
+                                  run_extract);
 }
 
 }  // namespace pliant

@@ -12,7 +12,9 @@ void add_options(CLI::App& command, FitStage& stage) {
 }  // namespace
 
 void add_fit(CLI::App& app, Program& program) {
-  add_stage_command<FitStage>(app, program, "fit", "Find what the object is made of from a video of its motion, or from markers on it", add_options, run_fit);
+  add_stage_command<FitStage>(app, program, "fit",
+                              "Find what the object is made of from a video of its motion, or from markers on it",
+                              add_options, run_fit);
 }
 
 }  // namespace pliant

@@ -12,9 +12,15 @@ nlohmann::json describe_physdreamer(const std::filesystem::path& path) {
   const PhysDreamerFolder folder = read_physdreamer_folder(path);
   nlohmann::json videos = nlohmann::json::array();
   for (const auto& video : folder.videos) videos.push_back({{"file", video.file.string()}, {"camera", video.camera}});
-  return {{"object_points", folder.object_points.size()}, {"moving_points", folder.moving_points.size()}, {"filled_points", folder.filled_points.size()},
-          {"stem_points", folder.stem_points.size()}, {"videos", videos}, {"masks", folder.masks.size()},
-          {"material_field", folder.material_field.string()}, {"velocity_field", folder.velocity_field.string()}, {"warnings", folder.warnings}};
+  return {{"object_points", folder.object_points.size()},
+          {"moving_points", folder.moving_points.size()},
+          {"filled_points", folder.filled_points.size()},
+          {"stem_points", folder.stem_points.size()},
+          {"videos", videos},
+          {"masks", folder.masks.size()},
+          {"material_field", folder.material_field.string()},
+          {"velocity_field", folder.velocity_field.string()},
+          {"warnings", folder.warnings}};
 }
 
 }  // namespace

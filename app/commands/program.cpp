@@ -29,8 +29,10 @@ std::vector<std::string> expand_config(int argc, const char* const* argv) {
   std::vector<std::string> arguments(argv + 1, argv + argc);
   for (size_t i = 0; i < arguments.size(); ++i) {
     std::string file;
-    if (arguments[i].rfind("--config=", 0) == 0) file = arguments[i].substr(9);
-    else if (arguments[i] == "--config" && i + 1 < arguments.size()) file = arguments[i + 1];
+    if (arguments[i].rfind("--config=", 0) == 0)
+      file = arguments[i].substr(9);
+    else if (arguments[i] == "--config" && i + 1 < arguments.size())
+      file = arguments[i + 1];
     if (file.empty()) continue;
     const nlohmann::json config = nlohmann::json::parse(read_text(file), nullptr, false);
     if (!config.is_object())
@@ -83,11 +85,13 @@ CLI::Option* add_out(CLI::App& command, Program& program, const std::string& wha
 
 void add_overwrite(CLI::App& command, Program& program) {
   command.add_flag("--overwrite", program.overwrite, "Replace results that other options or inputs made");
-  command.add_flag_function("--resume", [](int64_t) {}, "Continue an earlier run; this is the default");
+  command.add_flag_function(
+      "--resume", [](int64_t) {}, "Continue an earlier run; this is the default");
 }
 
 void add_negation(CLI::App& command, const std::string& name, bool& value, const std::string& description) {
-  command.add_flag_callback(name, [&value] { value = false; }, description);
+  command.add_flag_callback(
+      name, [&value] { value = false; }, description);
 }
 
 int run_program(int argc, const char* const* argv) {
@@ -117,13 +121,15 @@ int run_program(int argc, const char* const* argv) {
     cv::setRNGSeed(static_cast<int>(program.seed));
 
     Progress progress(program.quiet);
-    Context context{progress, [] { return interrupt_requested != 0; }, program.seed, omp_get_max_threads(), program.overwrite};
+    Context context{progress, [] { return interrupt_requested != 0; }, program.seed, omp_get_max_threads(),
+                    program.overwrite};
     const nlohmann::json result = program.action(context);
     if (program.json) std::printf("%s\n", result.dump(2).c_str());
     return 0;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    std::fprintf(stderr, "pliant: %s\nRun with --help for the options.\n", with_nearest_option(app, error.what()).c_str());
+    std::fprintf(stderr, "pliant: %s\nRun with --help for the options.\n",
+                 with_nearest_option(app, error.what()).c_str());
     return static_cast<int>(Failure::kUsage);
   } catch (const Error& error) {
     std::fprintf(stderr, "pliant: %s\n", error.what());

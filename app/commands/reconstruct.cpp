@@ -11,7 +11,10 @@ void add_reconstruct(CLI::App& app, Program& program) {
     ReconstructStage stage;
   };
   auto options = std::make_shared<Options>();
-  command->add_option("PHOTOS", options->source, "Folder with photos and cameras (transforms.json, COLMAP, cameras.json, *_par.txt), or a camera file")
+  command
+      ->add_option(
+          "PHOTOS", options->source,
+          "Folder with photos and cameras (transforms.json, COLMAP, cameras.json, *_par.txt), or a camera file")
       ->required();
   add_reconstruct_options(*command, options->stage);
   add_out(*command, program, "Scene folder to make or continue")->required();

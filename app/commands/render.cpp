@@ -17,7 +17,9 @@ void add_render(CLI::App& app, Program& program) {
   add_render_options(*command, options->stage);
   command->add_option("--cameras", options->pictures.cameras, "Of a scene: 'scene', 'orbit', or a camera file")
       ->capture_default_str();
-  command->add_option("--background", options->pictures.background, "Background colour r,g,b in 0..1")->expected(3)->delimiter(',');
+  command->add_option("--background", options->pictures.background, "Background colour r,g,b in 0..1")
+      ->expected(3)
+      ->delimiter(',');
   command->add_flag("--depth", options->pictures.depth, "Also write depth pictures (near = bright)");
   command->add_flag("--antialiased", options->pictures.antialiased, "Opacity compensation for mip-trained scenes");
   add_out(*command, program, "Of a scene: folder for the pictures, or a .mp4 file");

@@ -12,7 +12,8 @@ void add_options(CLI::App& command, RepairStage& stage) {
 }  // namespace
 
 void add_repair(CLI::App& app, Program& program) {
-  add_stage_command<RepairStage>(app, program, "repair", "Fill the hole that the object left in the background", add_options, run_repair);
+  add_stage_command<RepairStage>(app, program, "repair", "Fill the hole that the object left in the background",
+                                 add_options, run_repair);
 }
 
 }  // namespace pliant

@@ -25,7 +25,8 @@ std::string why_no_fit(const Scene& scene, const RunOptions& options) {
   if (!options.use_video) return "with --no-video";
   if (options.simulate.material.young) return "with --young, which says what the object is made of";
   if (!options.simulate.physgaussian.empty()) return "with --physgaussian, which says what the object is made of";
-  const bool seen = has_video(scene, fit) || !fit.markers.file.empty() || !fit.compare.guide.empty() || fit.released_young;
+  const bool seen =
+      has_video(scene, fit) || !fit.markers.file.empty() || !fit.compare.guide.empty() || fit.released_young;
   return seen ? "" : "without a reference video";
 }
 
@@ -34,8 +35,11 @@ nlohmann::json run_all(Context& context, const Program& program, const RunOption
   const Scene scene = attach_or_reconstruct(context, run, options.scene, options.reconstruct, options.segment);
   const std::string no_fit = why_no_fit(scene, options);
   const bool fits = no_fit.empty();
-  if (fits) check_fit_stage(options.fit, has_video(scene, options.fit)), check_material(scene, options.simulate.material, true);
-  else check_no_fit_stage(options.fit, no_fit, "leave it out, or let the material be fitted"), check_material(scene, options.simulate);
+  if (fits)
+    check_fit_stage(options.fit, has_video(scene, options.fit)), check_material(scene, options.simulate.material, true);
+  else
+    check_no_fit_stage(options.fit, no_fit, "leave it out, or let the material be fitted"),
+        check_material(scene, options.simulate);
   run_segment(context, run, scene, options.segment);
   ExtractStage extract = options.extract;
   if (extract.object.empty() && !options.segment.physgaussian.empty()) extract.object = "object";
@@ -54,14 +58,16 @@ nlohmann::json run_all(Context& context, const Program& program, const RunOption
   run_simulate(context, run, scene, simulate);
   run_render(context, run, scene, options.render);
   write_report(run, scene, program.command_line);
-  context.progress.say(fmt::format("clip: {}\nreport: {}", (run / "clip.mp4").string(), (run / "report.html").string()));
+  context.progress.say(
+      fmt::format("clip: {}\nreport: {}", (run / "clip.mp4").string(), (run / "report.html").string()));
   return run.manifest();
 }
 
 }  // namespace
 
 void add_run(CLI::App& app, Program& program) {
-  CLI::App* command = app.add_subcommand("run", "Everything: from a scene, or photos with cameras, to a clip of an object that moves");
+  CLI::App* command =
+      app.add_subcommand("run", "Everything: from a scene, or photos with cameras, to a clip of an object that moves");
   auto options = std::make_shared<RunOptions>();
   add_scene_options(*command, options->scene);
   add_out(*command, program, "Run directory to make or continue")->required();
@@ -76,7 +82,8 @@ void add_run(CLI::App& app, Program& program) {
   add_negation(*command, "--no-video", options->use_video, "Do not fit the material to the scene's reference video");
   add_simulate_options(*command, options->simulate);
   add_render_options(*command, options->render);
-  add_physgaussian(*command, {&options->segment.physgaussian, &options->seed.physgaussian, &options->simulate.physgaussian});
+  add_physgaussian(*command,
+                   {&options->segment.physgaussian, &options->seed.physgaussian, &options->simulate.physgaussian});
   add_overwrite(*command, program);
   add_common(*command, program);
   command->callback([options, &program] {

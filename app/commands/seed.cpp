@@ -5,7 +5,10 @@ namespace {
 
 void add_options(CLI::App& command, SeedStage& stage) {
   add_seed_options(command, stage);
-  command.add_option("--material", stage.material_file, "E(x) that --drivers pgas follows, from a material.h5, of these or of other particles (default: the same everywhere)")
+  command
+      .add_option("--material", stage.material_file,
+                  "E(x) that --drivers pgas follows, from a material.h5, of these or of other particles (default: the "
+                  "same everywhere)")
       ->check(CLI::ExistingFile);
   add_physgaussian(command, {&stage.physgaussian});
 }

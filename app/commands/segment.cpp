@@ -12,14 +12,17 @@ CLI::App* add_edit(CLI::App& segment, Program& program) {
   auto stage = std::make_shared<EditStage>();
   command->add_option("DIR", *directory, "Run directory")->required();
   const auto edit = [&](const std::string& name, ObjectEdit::Kind kind, const std::string& description) {
-    command->add_option_function<std::string>(
-               name, [stage, kind](const std::string& text) { stage->edits.push_back(ObjectEdit::parse(kind, text)); }, description)
+    command
+        ->add_option_function<std::string>(
+            name, [stage, kind](const std::string& text) { stage->edits.push_back(ObjectEdit::parse(kind, text)); },
+            description)
         ->trigger_on_parse()
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)
         ->type_name("TEXT");
   };
   edit("--merge", ObjectEdit::Kind::kMerge, "ID,ID,...: these become one, the first; can be repeated, like the others");
-  edit("--split", ObjectEdit::Kind::kSplit, "ID: falls into its separate parts, or is cut in two by colour and distance");
+  edit("--split", ObjectEdit::Kind::kSplit,
+       "ID: falls into its separate parts, or is cut in two by colour and distance");
   edit("--drop", ObjectEdit::Kind::kDrop, "ID: is no object; its Gaussians take the label around them");
   edit("--name", ObjectEdit::Kind::kName, "ID=NAME");
   add_common(*command, program);

@@ -23,16 +23,16 @@ void add_scene_options(CLI::App& command, SceneOptions& options);
 
 /// The scene of `run` and `segment`: a source without Gaussians, or with
 /// segment.joint, is first trained into `scene` of the run directory.
-Scene attach_or_reconstruct(const Context& context, RunDirectory& run, const SceneOptions& options, ReconstructStage stage,
-                            const SegmentStage& segment);
+Scene attach_or_reconstruct(const Context& context, RunDirectory& run, const SceneOptions& options,
+                            ReconstructStage stage, const SegmentStage& segment);
 /// --level N of a streamed SOG, or `all`.
 void add_level(CLI::App& command, std::optional<int>& level);
 
 /// Exactly `count` numbers separated by commas; a CLI::ValidationError names the option and the bad word.
 std::vector<double> parse_numbers(const std::string& option, const std::string& text, size_t count);
 
-/// A count such as 5000, 200k or 1.5M, or a time such as 90, 90s, 10m or 1h in seconds; a CLI::ValidationError names the
-/// option and the value.
+/// A count such as 5000, 200k or 1.5M, or a time such as 90, 90s, 10m or 1h in seconds; a CLI::ValidationError names
+/// the option and the value.
 size_t parse_count(const std::string& option, const std::string& text);
 double parse_duration(const std::string& option, const std::string& text);
 

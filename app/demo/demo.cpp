@@ -62,7 +62,8 @@ std::vector<ImageU8> write_photos(const Stage& stage, const fs::path& out, const
   return photos;
 }
 
-void write_reference(const DemoOptions& options, const Stage& stage, const std::vector<Camera>& cameras, DemoSummary& summary) {
+void write_reference(const DemoOptions& options, const Stage& stage, const std::vector<Camera>& cameras,
+                     DemoSummary& summary) {
   const std::string name = front_view_name(options.photos);
   const Camera& camera = *std::find_if(cameras.begin(), cameras.end(), [&](const Camera& c) { return c.name == name; });
   ReferenceOptions reference;
@@ -74,11 +75,13 @@ void write_reference(const DemoOptions& options, const Stage& stage, const std::
 
   start = std::chrono::steady_clock::now();
   const ReferenceFilm film = film_reference(stage, motion, camera);
-  VideoWriter video(options.out / "reference.mp4", options.video_fps, camera.width, camera.height, VideoCoding::kFaithful);
+  VideoWriter video(options.out / "reference.mp4", options.video_fps, camera.width, camera.height,
+                    VideoCoding::kFaithful);
   for (const ImageF& frame : film.frames) video.write(frame);
   video.close();
   write_truth(options.out / "truth", motion, film, camera, options.seed);
-  summary.peak_pixels = film.peak_pixels(), summary.peak_metres = film.peak_metres(), summary.film_seconds = since(start);
+  summary.peak_pixels = film.peak_pixels(), summary.peak_metres = film.peak_metres(),
+  summary.film_seconds = since(start);
 }
 
 Json scene_json(const DemoOptions& options, const Stage& stage) {
@@ -91,15 +94,18 @@ Json scene_json(const DemoOptions& options, const Stage& stage) {
   scene["masks"] = "masks";
   scene["labels"] = "labels.json";
   if (options.video) {
-    scene["video"] = {{"file", "reference.mp4"}, {"camera", front_view_name(options.photos)}, {"fps", options.video_fps}};
+    scene["video"] = {
+        {"file", "reference.mp4"}, {"camera", front_view_name(options.photos)}, {"fps", options.video_fps}};
   }
   scene["up"] = {0, 0, 1};
   scene["metres_per_unit"] = 1.0;
   scene["support"] = "table";
   scene["object"] = "flower";
-  scene["pinned"] = {{{"box", {rounded(low.x()), rounded(low.y()), rounded(low.z()), rounded(high.x()), rounded(high.y()),
-                               rounded(high.z())}}}};
-  scene["material"] = {{"young", 100 * std::round(stem.young / kYoungError / 100)}, {"poisson", 0.3}, {"density", stem.density}};
+  scene["pinned"] = {{{"box",
+                       {rounded(low.x()), rounded(low.y()), rounded(low.z()), rounded(high.x()), rounded(high.y()),
+                        rounded(high.z())}}}};
+  scene["material"] = {
+      {"young", 100 * std::round(stem.young / kYoungError / 100)}, {"poisson", 0.3}, {"density", stem.density}};
   return scene;
 }
 

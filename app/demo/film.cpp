@@ -70,8 +70,10 @@ void draw(const Vec3d (&corner)[3], const Vec3f (&colour)[3], Samples& out) {
   if (std::abs(area) < 1e-12) return;
   const auto [left, right] = std::minmax({corner[0].x(), corner[1].x(), corner[2].x()});
   const auto [top, bottom] = std::minmax({corner[0].y(), corner[1].y(), corner[2].y()});
-  const int x0 = std::max(0, static_cast<int>(std::ceil(left - 0.5))), x1 = std::min(out.width - 1, static_cast<int>(right - 0.5));
-  const int y0 = std::max(0, static_cast<int>(std::ceil(top - 0.5))), y1 = std::min(out.height - 1, static_cast<int>(bottom - 0.5));
+  const int x0 = std::max(0, static_cast<int>(std::ceil(left - 0.5))),
+            x1 = std::min(out.width - 1, static_cast<int>(right - 0.5));
+  const int y0 = std::max(0, static_cast<int>(std::ceil(top - 0.5))),
+            y1 = std::min(out.height - 1, static_cast<int>(bottom - 0.5));
   for (int y = y0; y <= y1; ++y)
     for (int x = x0; x <= x1; ++x) {
       double weight[3];
@@ -124,7 +126,8 @@ ReferenceFilm film_reference(const Stage& stage, const ReferenceMotion& motion, 
   const Binding binding = pliant::bind(bind_options, points.position, motion.samples.position);
 
   ReferenceFilm film;
-  film.frames.resize(motion.frames.size()), film.tip.resize(motion.frames.size()), film.pixel.resize(motion.frames.size());
+  film.frames.resize(motion.frames.size()), film.tip.resize(motion.frames.size()),
+      film.pixel.resize(motion.frames.size());
   parallel_for(static_cast<std::ptrdiff_t>(motion.frames.size()), [&](std::ptrdiff_t f) {
     GaussianCloud now;
     deform({}, points, binding, motion.samples.position, motion.frames[f].x, motion.frames[f].F, now);

@@ -13,8 +13,8 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector2d;
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kFrequency = 2.2;                         // Hz
-constexpr double kPoisson = 0.28, kDensity = 700;          // -, kg/m^3
+constexpr double kFrequency = 2.2;                            // Hz
+constexpr double kPoisson = 0.28, kDensity = 700;             // -, kg/m^3
 constexpr double kLeafSoftness = 8.2, kBlossomSoftness = 16;  // Young's modulus of the stem over that of the part
 
 Isometry3d frame(const Vec3d& origin, const Vec3d& x, const Vec3d& y) {
@@ -92,7 +92,8 @@ BeamShape bend(const Beam& beam, const ElasticSolid& solid, double density_load,
   for (int i = 0; i < kBeamSegments; ++i) {
     const double r = beam.radius((i + 0.5) * h), area = std::numbers::pi * r * r, second = area * r * r / 4;
     const double curvature = moment[i] / (solid.young * second);
-    shape.deflection[i + 1] = shape.deflection[i] + h * (rotation + 0.5 * h * curvature + shear[i] / (0.9 * shear_modulus * area));
+    shape.deflection[i + 1] =
+        shape.deflection[i] + h * (rotation + 0.5 * h * curvature + shear[i] / (0.9 * shear_modulus * area));
     rotation += h * curvature;
     shape.slope[i + 1] = rotation;
   }
@@ -100,7 +101,8 @@ BeamShape bend(const Beam& beam, const ElasticSolid& solid, double density_load,
 }
 
 double rider_deflection(const Beam& beam, const BeamShape& shape, const Rider& rider) {
-  const int node = std::clamp(static_cast<int>(std::lround(rider.attached / beam.length * kBeamSegments)), 0, kBeamSegments);
+  const int node =
+      std::clamp(static_cast<int>(std::lround(rider.attached / beam.length * kBeamSegments)), 0, kBeamSegments);
   return shape.deflection[node] + shape.slope[node] * (rider.centre - rider.attached);
 }
 
@@ -112,7 +114,8 @@ double first_frequency(const Beam& beam, const ElasticSolid& solid) {
   double work = 0, energy = 0;
   for (int i = 0; i < kBeamSegments; ++i) {
     const double h = beam.length / kBeamSegments, r = beam.radius((i + 0.5) * h);
-    const double mass = solid.density * std::numbers::pi * r * r * h, w = 0.5 * (shape.deflection[i] + shape.deflection[i + 1]);
+    const double mass = solid.density * std::numbers::pi * r * r * h,
+                 w = 0.5 * (shape.deflection[i] + shape.deflection[i + 1]);
     work += mass * w, energy += mass * w * w;
   }
   for (const Rider& rider : beam.riders) {
@@ -137,7 +140,8 @@ Beam beam_of(const Flower& flower, const FlowerSolid& samples) {
   for (size_t r = 0; r < riders.size(); ++r) {
     riders[r].centre /= riders[r].mass;
     // A leaf climbs outwards: its root lies below its centre of mass by the rise of half its length.
-    riders[r].attached = r == 2 ? flower.free_length : std::max(0.0, riders[r].centre - 0.6 * flower.leaf_semi_axes.x());
+    riders[r].attached =
+        r == 2 ? flower.free_length : std::max(0.0, riders[r].centre - 0.6 * flower.leaf_semi_axes.x());
   }
   beam.riders = riders;
   return beam;
@@ -179,7 +183,8 @@ Flower make_flower(uint64_t seed) {
   for (int side = 0; side < 2; ++side) {
     const double azimuth = (180 * side + random.uniform(-20, 20)) * kDegree, rise = random.uniform(30, 40) * kDegree;
     const double height = f.pin_height + d * ((side ? 1.55 : 1.05) + random.uniform(-0.1, 0.1));
-    const Vec3d out(std::cos(azimuth), std::sin(azimuth), 0), along = std::cos(rise) * out + std::sin(rise) * Vec3d::UnitZ();
+    const Vec3d out(std::cos(azimuth), std::sin(azimuth), 0),
+        along = std::cos(rise) * out + std::sin(rise) * Vec3d::UnitZ();
     const Vec3d root(0, 0, height);
     const Vec3d centre = root + along * (0.55 * stem_radius(height) + f.leaf_semi_axes.x());
     add(FlowerPart::kLeaf, make_ellipsoid(f.leaf_semi_axes), frame(centre, along, Vec3d::UnitZ().cross(out)), side);
@@ -189,7 +194,8 @@ Flower make_flower(uint64_t seed) {
   const double tilt = random.uniform(28, 42) * kDegree, phase = random.uniform(0, 60) * kDegree;
   const Vec3d facing(0, -std::cos(tilt), std::sin(tilt)), side(1, 0, 0), rising = side.cross(-facing);
   f.blossom_centre = Vec3d(0, 0, top) + 0.42 * d * facing;
-  add(FlowerPart::kBlossom, make_ellipsoid(d * Vec3d(0.30, 0.37, 0.37)), frame(f.blossom_centre + 0.10 * d * facing, facing, side), 0);
+  add(FlowerPart::kBlossom, make_ellipsoid(d * Vec3d(0.30, 0.37, 0.37)),
+      frame(f.blossom_centre + 0.10 * d * facing, facing, side), 0);
   for (int k = 0; k < 6; ++k) {
     const double angle = phase + 60 * kDegree * k;
     const Vec3d radial = std::cos(angle) * side + std::sin(angle) * rising;
@@ -212,8 +218,8 @@ Flower make_flower(uint64_t seed) {
 }
 
 FlowerSolid sample_flower(const Flower& flower, double cell, double lowest, uint64_t seed) {
-  const Eigen::Vector3i low(static_cast<int>(std::floor(-flower.reach / cell)), static_cast<int>(std::floor(-flower.reach / cell)),
-                            0);
+  const Eigen::Vector3i low(static_cast<int>(std::floor(-flower.reach / cell)),
+                            static_cast<int>(std::floor(-flower.reach / cell)), 0);
   const int across = -2 * low.x(), layers = static_cast<int>(std::ceil((flower.height - lowest) / cell));
   std::vector<FlowerSolid> layer(std::max(0, layers));
   parallel_for(layers, [&](std::ptrdiff_t k) {
@@ -221,7 +227,8 @@ FlowerSolid sample_flower(const Flower& flower, double cell, double lowest, uint
       for (int i = 0; i < across; ++i) {
         Random random(seed, static_cast<uint64_t>((k * across + j) * across + i));
         const Vec3d in_cell(random.uniform(), random.uniform(), random.uniform());
-        const Vec3d x = Vec3d(0, 0, lowest) + cell * (Vec3d(low.x() + i, low.y() + j, static_cast<double>(k)) + in_cell);
+        const Vec3d x =
+            Vec3d(0, 0, lowest) + cell * (Vec3d(low.x() + i, low.y() + j, static_cast<double>(k)) + in_cell);
         const FlowerPart part = flower.part_at(x);
         if (part == FlowerPart::kNone) continue;
         layer[k].position.push_back(x), layer[k].part.push_back(part);

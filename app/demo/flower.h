@@ -17,7 +17,7 @@ struct FlowerPiece {
   FlowerPart part = FlowerPart::kNone;
   std::shared_ptr<const AnalyticShape> shape;
   Eigen::Isometry3d flower_from_local = Eigen::Isometry3d::Identity();
-  int tone = 0;  ///< which of the part's colours
+  int tone = 0;                  ///< which of the part's colours
   Vec3d centre = Vec3d::Zero();  ///< of the ball around it, frame of the flower
   double radius = 0;
 
@@ -35,18 +35,18 @@ struct ElasticSolid {
 struct FlowerSolid {
   std::vector<Vec3d> position;  ///< frame of the flower
   std::vector<FlowerPart> part;
-  double cell = 0;              ///< [m]
+  double cell = 0;  ///< [m]
   double volume() const { return static_cast<double>(position.size()) * cell * cell * cell; }
 };
 
 /// A potted flower whose proportions make it resolvable with few particles: all lengths follow the diameter of the
 /// stem's tip.  Everything below `pin_height` is rigid.
 struct Flower {
-  double tip_diameter = 0, base_diameter = 0;  ///< of the stem, at its free end and at the pinned plane [m]
-  double free_length = 0;                      ///< of the stem above the pinned plane [m]
-  double pin_height = 0, soil_height = 0;      ///< above the table [m]
+  double tip_diameter = 0, base_diameter = 0;    ///< of the stem, at its free end and at the pinned plane [m]
+  double free_length = 0;                        ///< of the stem above the pinned plane [m]
+  double pin_height = 0, soil_height = 0;        ///< above the table [m]
   double pot_radius = 0, height = 0, reach = 0;  ///< largest radius of the pot, top of the blossom, horizontal extent
-  Vec3d leaf_semi_axes = Vec3d::Zero();        ///< along, across, half thickness [m]
+  Vec3d leaf_semi_axes = Vec3d::Zero();          ///< along, across, half thickness [m]
   Vec3d blossom_centre = Vec3d::Zero();
   std::vector<FlowerPiece> pieces;
   ElasticSolid stem, leaf, blossom;
@@ -68,14 +68,14 @@ FlowerSolid sample_flower(const Flower& flower, double cell, double lowest, uint
 /// What the proportions promise to a simulation with N driving particles on a grid of spacing (8 V / N)^(1/3), where
 /// V is the solid above the plane three cells below the pinned one.
 struct FlowerMechanics {
-  double volume = 0;           ///< V [m^3] at 8000 particles
+  double volume = 0;                ///< V [m^3] at 8000 particles
   double cell_8k = 0, cell_4k = 0;  ///< grid spacing [m]
-  double stem_cells = 0;       ///< thinnest diameter of the stem in cells, 8000 particles
-  double leaf_cells = 0;       ///< thickness of a leaf at its middle in cells, 8000 particles
-  double frequency = 0;        ///< bending mode of the stem that carries rigid leaves and blossom [Hz], Rayleigh quotient
-  double substeps_4k = 0;      ///< per 1/30 s frame at dt = 0.4 dx / c, 4000 particles
-  double contrast = 0;         ///< Young's modulus of the stem over the next stiffest part
-  double compliance = 0;       ///< static deflection of the blossom per horizontal force there [m/N]
+  double stem_cells = 0;            ///< thinnest diameter of the stem in cells, 8000 particles
+  double leaf_cells = 0;            ///< thickness of a leaf at its middle in cells, 8000 particles
+  double frequency = 0;    ///< bending mode of the stem that carries rigid leaves and blossom [Hz], Rayleigh quotient
+  double substeps_4k = 0;  ///< per 1/30 s frame at dt = 0.4 dx / c, 4000 particles
+  double contrast = 0;     ///< Young's modulus of the stem over the next stiffest part
+  double compliance = 0;   ///< static deflection of the blossom per horizontal force there [m/N]
 };
 FlowerMechanics flower_mechanics(const Flower& flower);
 

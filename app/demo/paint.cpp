@@ -21,7 +21,8 @@ double off_line(double x, double cell, double line) {
 
 double lattice_value(int64_t i, int64_t j, int64_t k, uint64_t seed) {
   uint64_t h = seed + 0x9e3779b97f4a7c15ull * static_cast<uint64_t>(i + 4096) +
-               0xc2b2ae3d27d4eb4full * static_cast<uint64_t>(j + 4096) + 0x165667b19e3779f9ull * static_cast<uint64_t>(k + 4096);
+               0xc2b2ae3d27d4eb4full * static_cast<uint64_t>(j + 4096) +
+               0x165667b19e3779f9ull * static_cast<uint64_t>(k + 4096);
   h = (h ^ (h >> 31)) * 0xbf58476d1ce4e5b9ull;
   h = (h ^ (h >> 29)) * 0x94d049bb133111ebull;
   return static_cast<double>((h ^ (h >> 32)) & 0xffffff) / 0x7fffff - 1.0;
@@ -63,14 +64,19 @@ double lattice_noise(const Vec3d& x, uint64_t seed) {
 Vec3d albedo_at(const Paint& paint, const Vec3d& x, const Vec3d& normal) {
   Vec3d colour = paint.albedo;
   switch (paint.kind) {
-    case Paint::Kind::kPlanks: return planks(x.x(), x.y(), paint.albedo);
+    case Paint::Kind::kPlanks:
+      return planks(x.x(), x.y(), paint.albedo);
     case Paint::Kind::kTiles:
       // The plane of the wall is (x, z); its narrow sides continue the texture.
       return std::abs(normal.y()) > 0.5 ? tiles(x.x(), x.z(), paint.albedo) : Vec3d(paint.albedo * 0.9);
-    case Paint::Kind::kBands: colour += smoothstep(3 * wave(x.z() / 0.05) + 0.5) * (paint.accent - paint.albedo); break;
-    case Paint::Kind::kPlain: break;
+    case Paint::Kind::kBands:
+      colour += smoothstep(3 * wave(x.z() / 0.05) + 0.5) * (paint.accent - paint.albedo);
+      break;
+    case Paint::Kind::kPlain:
+      break;
   }
-  const double mottle = lattice_noise(x / paint.grain, paint.seed) + 0.5 * lattice_noise(x / (2.3 * paint.grain), paint.seed + 1);
+  const double mottle =
+      lattice_noise(x / paint.grain, paint.seed) + 0.5 * lattice_noise(x / (2.3 * paint.grain), paint.seed + 1);
   return colour * (1 + 0.16 * mottle);
 }
 

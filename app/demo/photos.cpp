@@ -20,7 +20,8 @@ Photo take_photo(const Stage& stage, const Camera& camera) {
             const bool centre = s == kSamplesAcross * kSamplesAcross / 2;
             if (centre && hit.part >= 0) photo.ids(x, y) = stage.parts()[hit.part].id;
           }
-          for (int c = 0; c < 3; ++c) photo.color(x, y, c) = static_cast<float>(sum[c] / (kSamplesAcross * kSamplesAcross));
+          for (int c = 0; c < 3; ++c)
+            photo.color(x, y, c) = static_cast<float>(sum[c] / (kSamplesAcross * kSamplesAcross));
         }
       },
       4);

@@ -72,7 +72,8 @@ class Ellipsoid final : public AnalyticShape {
     return points;
   }
   TriangleMesh mesh(double spacing) const override {
-    const int rows = steps(meridian_length(), spacing) + 1, columns = std::max(8, steps(kTwoPi * semi_.tail<2>().maxCoeff(), spacing));
+    const int rows = steps(meridian_length(), spacing) + 1,
+              columns = std::max(8, steps(kTwoPi * semi_.tail<2>().maxCoeff(), spacing));
     TriangleMesh mesh;
     for (int r = 0; r < rows; ++r)
       for (int c = 0; c < columns; ++c) {
@@ -128,7 +129,8 @@ class Cuboid final : public AnalyticShape {
         if (std::abs(ray.origin[k]) > half_[k]) return {};
         continue;
       }
-      const double a = (-half_[k] - ray.origin[k]) / ray.direction[k], b = (half_[k] - ray.origin[k]) / ray.direction[k];
+      const double a = (-half_[k] - ray.origin[k]) / ray.direction[k],
+                   b = (half_[k] - ray.origin[k]) / ray.direction[k];
       if (std::min(a, b) > enter) enter = std::min(a, b), enter_axis = k;
       if (std::max(a, b) < leave) leave = std::max(a, b), leave_axis = k;
     }
@@ -336,7 +338,9 @@ class Handle final : public AnalyticShape {
 
 std::unique_ptr<AnalyticShape> make_ellipsoid(const Vec3d& semi_axes) { return std::make_unique<Ellipsoid>(semi_axes); }
 std::unique_ptr<AnalyticShape> make_cuboid(const Vec3d& half) { return std::make_unique<Cuboid>(half); }
-std::unique_ptr<AnalyticShape> make_lathe(const std::vector<Eigen::Vector2d>& profile) { return std::make_unique<Lathe>(profile); }
+std::unique_ptr<AnalyticShape> make_lathe(const std::vector<Eigen::Vector2d>& profile) {
+  return std::make_unique<Lathe>(profile);
+}
 std::unique_ptr<AnalyticShape> make_handle(double ring_radius, double tube_radius) {
   return std::make_unique<Handle>(ring_radius, tube_radius);
 }

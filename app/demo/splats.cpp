@@ -22,7 +22,8 @@ struct Group {
 };
 const Group kGroups[] = {
     {0.26, 0.13, kInset, [](const StagePart& part) { return part.id == kFlowerId; }},
-    {0.12, 0.12, kInset, [](const StagePart& part) { return part.id == kBallId || part.id == kBoxId || part.id == kMugId; }},
+    {0.12, 0.12, kInset,
+     [](const StagePart& part) { return part.id == kBallId || part.id == kBoxId || part.id == kMugId; }},
     {0.62, 1.80, 0, [](const StagePart& part) { return part.id == kTableId || part.id == kWallId; }},
 };
 
@@ -31,8 +32,8 @@ struct Disc {
   SurfacePoint local;
 };
 
-std::vector<Disc> visible_discs(const Stage& stage, const std::vector<Camera>& cameras, const Group& group, double spacing,
-                                uint64_t seed) {
+std::vector<Disc> visible_discs(const Stage& stage, const std::vector<Camera>& cameras, const Group& group,
+                                double spacing, uint64_t seed) {
   std::vector<Disc> candidates;
   for (size_t i = 0; i < stage.parts().size(); ++i) {
     if (!group.holds(stage.parts()[i])) continue;
@@ -75,11 +76,12 @@ double pixel_size(const std::vector<Camera>& cameras, const Vec3d& x) {
   return sum / static_cast<double>(cameras.size());
 }
 
-void append(const Stage& stage, const std::vector<Camera>& cameras, const std::vector<Disc>& discs, double spacing, double inset,
-            StageSplats& out) {
+void append(const Stage& stage, const std::vector<Camera>& cameras, const std::vector<Disc>& discs, double spacing,
+            double inset, StageSplats& out) {
   const size_t begin = out.cloud.size();
   out.cloud.resize(begin + discs.size());
-  out.surface.resize(begin + discs.size()), out.label.resize(begin + discs.size()), out.flower_part.resize(begin + discs.size());
+  out.surface.resize(begin + discs.size()), out.label.resize(begin + discs.size()),
+      out.flower_part.resize(begin + discs.size());
   const double sigma = kInPlane * spacing;
   parallel_for(
       static_cast<std::ptrdiff_t>(discs.size()),
@@ -109,7 +111,8 @@ void append(const Stage& stage, const std::vector<Camera>& cameras, const std::v
 bool sees(const Stage& stage, const Camera& camera, const Vec3d& x, const Vec3d& normal) {
   const Vec3d eye = camera.centre(), in_camera = camera.cam_from_world * x;
   if (in_camera.z() <= 0 || normal.dot(eye - x) <= 0) return false;
-  const double u = camera.fx * in_camera.x() / in_camera.z() + camera.cx, v = camera.fy * in_camera.y() / in_camera.z() + camera.cy;
+  const double u = camera.fx * in_camera.x() / in_camera.z() + camera.cx,
+               v = camera.fy * in_camera.y() / in_camera.z() + camera.cy;
   if (u < 0 || v < 0 || u >= camera.width || v >= camera.height) return false;
   return !stage.blocked(x, eye, 1e-5);
 }

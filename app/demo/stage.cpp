@@ -46,7 +46,8 @@ Spot free_spot(Random& random, const std::vector<Spot>& taken, const Spot& flowe
   for (int tries = 0; tries < 100000; ++tries) {
     const Spot spot{random.uniform(-0.36, 0.36), random.uniform(-0.22, kWallAt - radius - 0.03), radius};
     const double aside = std::abs(spot.x - flower.x);
-    const bool in_line = aside < 0.5 * flower.radius + radius || (spot.y < flower.y + 0.05 && aside < flower.radius + radius);
+    const bool in_line =
+        aside < 0.5 * flower.radius + radius || (spot.y < flower.y + 0.05 && aside < flower.radius + radius);
     const bool overlaps = std::any_of(taken.begin(), taken.end(), [&](const Spot& other) {
       return std::hypot(spot.x - other.x, spot.y - other.y) < spot.radius + other.radius + 0.03;
     });
@@ -69,7 +70,8 @@ Stage::Stage(uint64_t seed) : flower_(make_flower(seed)) {
   add(make_cuboid({kHalfWidth, depth / 2, thick / 2}), standing(0, kFront + depth / 2, -thick / 2, 0),
       {Paint::Kind::kPlanks, wood, wood, 0.012, seed}, kTableId);
   add(make_cuboid({kHalfWidth, thick / 2, (kWallTop + thick) / 2}),
-      standing(0, kWallAt + thick / 2, (kWallTop - thick) / 2, 0), {Paint::Kind::kTiles, glaze, glaze, 0.012, seed}, kWallId);
+      standing(0, kWallAt + thick / 2, (kWallTop - thick) / 2, 0), {Paint::Kind::kTiles, glaze, glaze, 0.012, seed},
+      kWallId);
   add_flower(seed);
   add_objects(seed);
 }
@@ -89,14 +91,16 @@ void Stage::add(std::unique_ptr<AnalyticShape> shape, const Isometry3d& pose, co
 
 void Stage::add_flower(uint64_t seed) {
   Random random(seed, 3);
-  world_from_flower_ = standing(random.uniform(-0.05, 0.05), random.uniform(-0.08, 0.0), 0, random.uniform(-15, 15) * kDegree);
+  world_from_flower_ =
+      standing(random.uniform(-0.05, 0.05), random.uniform(-0.08, 0.0), 0, random.uniform(-15, 15) * kDegree);
   const Vec3d pot = pick(random, kPots), petal = pick(random, kPetals);
   const Vec3d green(random.uniform(0.20, 0.30), random.uniform(0.46, 0.56), random.uniform(0.18, 0.26));
   for (const FlowerPiece& piece : flower_.pieces) {
     Paint paint{Paint::Kind::kPlain, pot, pot, 0.012, seed * 64 + parts_.size()};
     if (piece.part == FlowerPart::kPot && piece.tone == 1) paint.albedo = kSoil, paint.grain = 0.007;
     if (piece.part == FlowerPart::kStem) paint.albedo = 0.9 * green, paint.grain = 0.010;
-    if (piece.part == FlowerPart::kLeaf) paint.albedo = green + Vec3d(0.02, 0.10, 0.0) * piece.tone, paint.grain = 0.010;
+    if (piece.part == FlowerPart::kLeaf)
+      paint.albedo = green + Vec3d(0.02, 0.10, 0.0) * piece.tone, paint.grain = 0.010;
     if (piece.part == FlowerPart::kBlossom) {
       const Vec3d heart = petal.y() > 0.6 ? Vec3d(0.48, 0.28, 0.14) : Vec3d(0.90, 0.72, 0.22);
       paint.albedo = piece.tone == 0 ? heart : Vec3d(petal * (piece.tone == 1 ? 1.0 : 0.90));
@@ -144,7 +148,8 @@ void Stage::add_objects(uint64_t seed) {
 
   const double ball_radius = random.uniform(0.036, 0.050);
   const Spot ball = place(ball_radius);
-  add(make_ellipsoid(Vec3d::Constant(ball_radius)), standing(ball.x, ball.y, ball_radius, random.uniform(0, 360) * kDegree),
+  add(make_ellipsoid(Vec3d::Constant(ball_radius)),
+      standing(ball.x, ball.y, ball_radius, random.uniform(0, 360) * kDegree),
       {Paint::Kind::kPlain, pick(random, kBalls), {}, 0.016, seed * 64 + 52}, kBallId);
 }
 
@@ -161,7 +166,8 @@ StageHit Stage::cast(const Ray& ray, bool with_moving, double t_min) const {
     const Placed& placed = placed_[i];
     const Vec3d to_centre = placed.centre - ray.origin;
     const double along = to_centre.dot(ray.direction);
-    if (to_centre.squaredNorm() - along * along > placed.radius * placed.radius || along - placed.radius > best.t) continue;
+    if (to_centre.squaredNorm() - along * along > placed.radius * placed.radius || along - placed.radius > best.t)
+      continue;
     const Ray local{placed.local_from_world * ray.origin, placed.local_from_world.linear() * ray.direction};
     const SurfaceHit hit = parts_[i].shape->intersect(local, t_min, best.t);
     if (hit.t < best.t) best = {static_cast<int>(i), hit.t, hit.normal};
@@ -201,7 +207,8 @@ std::vector<Camera> stage_cameras(const Stage& stage, int count, int width, int 
   const Vec3d focus = stage.focus();
   std::vector<Camera> cameras;
   for (int i = 0; i < count; ++i) {
-    double azimuth = count > 1 ? -75.0 + 150.0 * i / (count - 1) : 0, elevation = kElevation[i % 3], distance = kDistance[i % 4];
+    double azimuth = count > 1 ? -75.0 + 150.0 * i / (count - 1) : 0, elevation = kElevation[i % 3],
+           distance = kDistance[i % 4];
     if (i == front_view(count)) azimuth = 0, elevation = 10, distance = 0.80;
     const double a = azimuth * kDegree, e = elevation * kDegree;
     const Vec3d eye = focus + distance * Vec3d(std::sin(a) * std::cos(e), -std::cos(a) * std::cos(e), std::sin(e));

@@ -5,8 +5,8 @@
 
 namespace pliant {
 
-GaussianCloud train_splats(const GaussianCloud& laid, const std::vector<Camera>& cameras, const std::vector<ImageU8>& photos,
-                           int iterations, uint64_t seed) {
+GaussianCloud train_splats(const GaussianCloud& laid, const std::vector<Camera>& cameras,
+                           const std::vector<ImageU8>& photos, int iterations, uint64_t seed) {
   CHECK(photos.size() == cameras.size());
   if (photos.size() < 2 || iterations == 0) return laid;
   TrainingPhotos training;

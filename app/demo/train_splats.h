@@ -11,7 +11,7 @@ namespace pliant {
 /// Optimises Gaussians that were laid on surfaces against the photos [H, W, 3] of the cameras, as a reconstruction does
 /// (Trainer), but keeps their number and order: what is known of each stays true.  Every eighth photo is held out, as
 /// everywhere; a single photo trains nothing.
-GaussianCloud train_splats(const GaussianCloud& laid, const std::vector<Camera>& cameras, const std::vector<ImageU8>& photos,
-                           int iterations, uint64_t seed);
+GaussianCloud train_splats(const GaussianCloud& laid, const std::vector<Camera>& cameras,
+                           const std::vector<ImageU8>& photos, int iterations, uint64_t seed);
 
 }  // namespace pliant

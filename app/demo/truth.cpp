@@ -18,7 +18,9 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 constexpr size_t kStoredParticles = 2500;
 
-std::string provenance(uint64_t seed) { return Json{{"maker", "pliant demo"}, {"version", PLIANT_VERSION}, {"seed", seed}}.dump(); }
+std::string provenance(uint64_t seed) {
+  return Json{{"maker", "pliant demo"}, {"version", PLIANT_VERSION}, {"seed", seed}}.dump();
+}
 
 Json solid_json(const ElasticSolid& solid) {
   return {{"young", solid.young}, {"poisson", solid.poisson}, {"density", solid.density}};
@@ -59,18 +61,27 @@ void write_truth(const fs::path& folder, const Stage& stage, const StageSplats& 
   write_labels(folder / "labels.h5", {splats.label, stage_names()}, provenance(seed));
   std::vector<uint32_t> parts;
   for (const FlowerPart part : splats.flower_part) parts.push_back(static_cast<uint32_t>(part));
-  write_labels(folder / "flower_parts.h5", {parts, {{1, "pot"}, {2, "stem"}, {3, "leaf"}, {4, "blossom"}}}, provenance(seed));
+  write_labels(folder / "flower_parts.h5", {parts, {{1, "pot"}, {2, "stem"}, {3, "leaf"}, {4, "blossom"}}},
+               provenance(seed));
 
   const Flower& flower = stage.flower();
   const FlowerMechanics m = flower_mechanics(flower);
   Json json;
   json["seed"] = seed;
-  json["solids"] = {{"stem", solid_json(flower.stem)}, {"leaf", solid_json(flower.leaf)}, {"blossom", solid_json(flower.blossom)}};
-  json["stem"] = {{"tip_diameter", flower.tip_diameter}, {"base_diameter", flower.base_diameter}, {"free_length", flower.free_length}};
+  json["solids"] = {
+      {"stem", solid_json(flower.stem)}, {"leaf", solid_json(flower.leaf)}, {"blossom", solid_json(flower.blossom)}};
+  json["stem"] = {{"tip_diameter", flower.tip_diameter},
+                  {"base_diameter", flower.base_diameter},
+                  {"free_length", flower.free_length}};
   json["height"] = flower.height, json["pin_height"] = flower.pin_height;
-  json["mechanics"] = {{"volume", m.volume},         {"cell_8k", m.cell_8k},       {"stem_cells_8k", m.stem_cells},
-                       {"leaf_cells_8k", m.leaf_cells}, {"frequency", m.frequency},   {"substeps_4k", m.substeps_4k},
-                       {"contrast", m.contrast},     {"compliance", m.compliance}};
+  json["mechanics"] = {{"volume", m.volume},
+                       {"cell_8k", m.cell_8k},
+                       {"stem_cells_8k", m.stem_cells},
+                       {"leaf_cells_8k", m.leaf_cells},
+                       {"frequency", m.frequency},
+                       {"substeps_4k", m.substeps_4k},
+                       {"contrast", m.contrast},
+                       {"compliance", m.compliance}};
   write_text(folder / "flower.json", json.dump(2) + "\n");
 }
 
@@ -125,7 +136,8 @@ void write_hidden_truth(const fs::path& folder, const Stage& stage, const std::v
             if (behind.part < 0) continue;
             const Vec3d point = ray.origin + behind.t * ray.direction;
             const Vec3d normal = bare.parts()[behind.part].world_from_local.linear() * behind.normal;
-            if (std::none_of(others.begin(), others.end(), [&](const Camera* c) { return sees(stage, *c, point, normal); }))
+            if (std::none_of(others.begin(), others.end(),
+                             [&](const Camera* c) { return sees(stage, *c, point, normal); }))
               hidden(x, y) = kNeverSeen;
           }
         },

@@ -15,8 +15,10 @@ namespace {
 /// Keys of all numbers (and nulls), nested ones joined by a dot.
 void collect(const json& object, const std::string& prefix, std::vector<std::string>& keys) {
   for (const auto& [key, value] : object.items()) {
-    if (value.is_object()) collect(value, prefix + key + ".", keys);
-    else if (value.is_number() || value.is_null()) keys.push_back(prefix + key);
+    if (value.is_object())
+      collect(value, prefix + key + ".", keys);
+    else if (value.is_number() || value.is_null())
+      keys.push_back(prefix + key);
   }
 }
 
@@ -59,25 +61,34 @@ std::vector<std::string> assert_metrics(const json& metrics, const std::vector<s
     const std::string bound_text = end == std::string::npos ? "" : trimmed(condition.substr(end));
     char* rest = nullptr;
     const double bound = std::strtod(bound_text.c_str(), &rest);
-    if (bound_text.empty() || *rest != '\0' || std::isnan(bound)) throw unreadable("has no number after the comparison");
+    if (bound_text.empty() || *rest != '\0' || std::isnan(bound))
+      throw unreadable("has no number after the comparison");
     const json* found = find(metrics, key);
     if (!found || (!found->is_number() && !found->is_null())) {
       std::vector<std::string> keys;
       collect(metrics, "", keys);
-      throw usage_error("--assert", key, "is not a metric of this evaluation", "did you mean '" + nearest_name(key, keys) + "'?");
+      throw usage_error("--assert", key, "is not a metric of this evaluation",
+                        "did you mean '" + nearest_name(key, keys) + "'?");
     }
     const double value = found->is_null() ? value_of_null(metrics, key) : found->get<double>();
     bool holds = false;
-    if (operation == ">=") holds = value >= bound;
-    else if (operation == "<=") holds = value <= bound;
-    else if (operation == ">") holds = value > bound;
-    else if (operation == "<") holds = value < bound;
-    else if (operation == "==") holds = value == bound;
-    else throw unreadable("has the unknown comparison '" + operation + "'");
+    if (operation == ">=")
+      holds = value >= bound;
+    else if (operation == "<=")
+      holds = value <= bound;
+    else if (operation == ">")
+      holds = value > bound;
+    else if (operation == "<")
+      holds = value < bound;
+    else if (operation == "==")
+      holds = value == bound;
+    else
+      throw unreadable("has the unknown comparison '" + operation + "'");
     if (holds) continue;
     char number[32];
     std::snprintf(number, sizeof number, "%.6g", value);
-    failures.push_back(key + " is " + (std::isnan(value) ? "undefined" : number) + " but " + condition + " was asked for");
+    failures.push_back(key + " is " + (std::isnan(value) ? "undefined" : number) + " but " + condition +
+                       " was asked for");
   }
   return failures;
 }

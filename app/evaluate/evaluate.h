@@ -13,9 +13,9 @@ namespace pliant {
 nlohmann::json evaluate_images(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 
 struct SegmentationScore {
-  int band = 0;               ///< px inside the contours for boundary_miou; 0 = 2 % of the picture's diagonal
-  std::string match = "auto"; ///< ids are compared by: name, where both sides have names, else id (auto); id; overlap
-  bool common = false;        ///< leave out pictures of the truth that were not predicted, instead of scoring them 0
+  int band = 0;                ///< px inside the contours for boundary_miou; 0 = 2 % of the picture's diagonal
+  std::string match = "auto";  ///< ids are compared by: name, where both sides have names, else id (auto); id; overlap
+  bool common = false;         ///< leave out pictures of the truth that were not predicted, instead of scoring them 0
 };
 
 /// Two folders of id pictures, or two files with labels per Gaussian (segmentation.h5, labels.h5).  miou = mean over
@@ -33,20 +33,22 @@ nlohmann::json evaluate_segmentation(const std::filesystem::path& prediction, co
 nlohmann::json evaluate_trajectory(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 
 struct MotionScore {
-  double fps = 0;                 ///< of folders of frames
-  double from = 0, until = 0;     ///< s, the part that is compared; until 0 = to the end
-  double free_from = -1;          ///< s from the begin of that part, from which on nothing pushes; negative = where the motion is largest
+  double fps = 0;              ///< of folders of frames
+  double from = 0, until = 0;  ///< s, the part that is compared; until 0 = to the end
+  double free_from =
+      -1;  ///< s from the begin of that part, from which on nothing pushes; negative = where the motion is largest
 };
 
 /// Two videos (or folders of frames), or two trajectory.h5.  Points of what moves are followed; the first principal
 /// component of their displacements is the motion's course, to which a damped oscillation is fitted where it is free:
-/// frequency_hz, decay_per_s and damping_time_s (amplitude falls as exp(-t / it)), log_decrement (per period), the share
-/// of the course that it explains; amplitude_px (amplitude_units): half the way from end to end of what moves most.
-/// Errors of frequency, damping (decay) and amplitude are relative.  Of videos also the flow from frame to frame:
+/// frequency_hz, decay_per_s and damping_time_s (amplitude falls as exp(-t / it)), log_decrement (per period), the
+/// share of the course that it explains; amplitude_px (amplitude_units): half the way from end to end of what moves
+/// most. Errors of frequency, damping (decay) and amplitude are relative.  Of videos also the flow from frame to frame:
 /// flow_error_px = mean endpoint error over pixels that move in either, flow_error relative to the truth's flow.  The
 /// prediction is brought to the truth's frame rate and size.  A truth in which nothing moves is an Error{kInput}; a
 /// prediction without motion has null frequency.
-nlohmann::json evaluate_motion(const std::filesystem::path& prediction, const std::filesystem::path& truth, const MotionScore& score = {});
+nlohmann::json evaluate_motion(const std::filesystem::path& prediction, const std::filesystem::path& truth,
+                               const MotionScore& score = {});
 
 /// Two material.h5: |log10(E / E true)| at every true sample from the nearest predicted one: mean, median,
 /// volume-weighted mean, largest; and its signed mean.  Mean absolute errors of Poisson's ratio and relative ones of
@@ -54,9 +56,9 @@ nlohmann::json evaluate_motion(const std::filesystem::path& prediction, const st
 nlohmann::json evaluate_material(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 
 /// A run directory (background.ply, background_repaired.ply) against a scene of `pliant demo`, over all its views, in
-/// PSNR [dB] of pooled squared errors.  psnr: pixels whose true surface no photo ever showed (truth/hidden), against the
-/// photo without the object; psnr_opencv: the best of OpenCV's inpaintings of every view alone on the same pixels, once
-/// of the photo and once of the background's picture with only the unknown left to fill; gain_over_opencv: their
+/// PSNR [dB] of pooled squared errors.  psnr: pixels whose true surface no photo ever showed (truth/hidden), against
+/// the photo without the object; psnr_opencv: the best of OpenCV's inpaintings of every view alone on the same pixels,
+/// once of the photo and once of the background's picture with only the unknown left to fill; gain_over_opencv: their
 /// difference.  consistency_psnr: those pixels carried by depth into every other view against what is there.
 /// seen_elsewhere_psnr: pixels that the object hides in one view only.  outside.psnr: pixels farther than 2 from the
 /// object, repaired against not repaired (null and outside.identical when equal).

@@ -22,8 +22,8 @@ Image<double> read_picture(const fs::path& file) {
 }
 
 /// Names in `a` that `b` lacks, as an error about `folder`.
-void require_names(const std::map<std::string, fs::path>& a, const std::map<std::string, fs::path>& b, const fs::path& folder,
-                   const std::string& problem) {
+void require_names(const std::map<std::string, fs::path>& a, const std::map<std::string, fs::path>& b,
+                   const fs::path& folder, const std::string& problem) {
   std::string first;
   int count = 0;
   for (const auto& [name, file] : a) {
@@ -47,25 +47,32 @@ json evaluate_images(const fs::path& prediction, const fs::path& truth) {
   require_names(theirs, ours, prediction, "lacks a picture of this name");
   require_names(ours, theirs, truth, "lacks a picture of this name, which the prediction has");
 
-  json out = {{"kind", "images"}, {"pictures", theirs.size()},
-              {"protocol", {{"range", "8-bit values / 255"}, {"ssim", "11x11 Gaussian window, sigma 1.5, windows inside the picture"},
-                            {"psnr", "of the mean squared error over R, G and B"}}}};
+  json out = {{"kind", "images"},
+              {"pictures", theirs.size()},
+              {"protocol",
+               {{"range", "8-bit values / 255"},
+                {"ssim", "11x11 Gaussian window, sigma 1.5, windows inside the picture"},
+                {"psnr", "of the mean squared error over R, G and B"}}}};
   std::vector<double> psnr, ssim, error;
   int identical = 0;
   for (const auto& [name, file] : theirs) {
     const Image<double> a = read_picture(ours.at(name)), b = read_picture(file);
     if (a.width != b.width || a.height != b.height) {
-      throw input_error(ours.at(name).string(), "", "has " + std::to_string(a.width) + " x " + std::to_string(a.height) +
-                        " pixels but the truth has " + std::to_string(b.width) + " x " + std::to_string(b.height),
+      throw input_error(ours.at(name).string(), "",
+                        "has " + std::to_string(a.width) + " x " + std::to_string(a.height) +
+                            " pixels but the truth has " + std::to_string(b.width) + " x " + std::to_string(b.height),
                         "render at the size of the photos");
     }
-    if (a.width < 11 || a.height < 11) throw input_error(file.string(), "", "is smaller than 11 x 11 pixels", "SSIM needs a larger picture");
+    if (a.width < 11 || a.height < 11)
+      throw input_error(file.string(), "", "is smaller than 11 x 11 pixels", "SSIM needs a larger picture");
     const double mse = mse_loss(a, b);
     json row = {{"identical", mse == 0}};
     ssim.push_back(pliant::ssim(a, b, {}, SsimWindows::kInside));
     error.push_back(mse);
-    if (mse > 0) psnr.push_back(psnr_of_mse(mse)), row["psnr"] = psnr.back();
-    else ++identical, row["psnr"] = nullptr;
+    if (mse > 0)
+      psnr.push_back(psnr_of_mse(mse)), row["psnr"] = psnr.back();
+    else
+      ++identical, row["psnr"] = nullptr;
     row["ssim"] = ssim.back();
     out["per_image"][name] = std::move(row);
   }

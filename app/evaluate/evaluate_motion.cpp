@@ -16,7 +16,7 @@ using nlohmann::json;
 namespace pliant {
 namespace {
 
-constexpr double kLeastMotion = 0.3;  // px, below which a video shows nothing that moves
+constexpr double kLeastMotion = 0.3;           // px, below which a video shows nothing that moves
 constexpr int kMostPoints = 120, kRadius = 8;  // points that are followed, and px of their patches
 
 bool is_trajectory(const fs::path& path) {
@@ -40,7 +40,8 @@ ReferenceVideo read_video(const fs::path& path, const MotionScore& score, double
 std::vector<ImageF> flows_from_first(const ReferenceVideo& video, int count) {
   std::vector<std::pair<int, int>> pairs;
   const int frames = static_cast<int>(video.frames.size());
-  for (int k = 1; k <= count; ++k) pairs.push_back({0, static_cast<int>(std::lround(static_cast<double>(k) * (frames - 1) / count))});
+  for (int k = 1; k <= count; ++k)
+    pairs.push_back({0, static_cast<int>(std::lround(static_cast<double>(k) * (frames - 1) / count))});
   return dense_flows(video.frames, pairs);
 }
 
@@ -50,7 +51,8 @@ ImageU8 moving_region(const ReferenceVideo& video) {
   ImageF reach(first.width, first.height, 1);
   for (const ImageF& flow : flows_from_first(video, std::min<int>(12, static_cast<int>(video.frames.size()) - 1)))
     for (int y = 0; y < reach.height; ++y)
-      for (int x = 0; x < reach.width; ++x) reach(x, y) = std::max(reach(x, y), std::hypot(flow(x, y, 0), flow(x, y, 1)));
+      for (int x = 0; x < reach.width; ++x)
+        reach(x, y) = std::max(reach(x, y), std::hypot(flow(x, y, 0), flow(x, y, 1)));
   std::vector<float> sorted = reach.data;
   const size_t far = sorted.size() - 1 - sorted.size() / 200;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(far), sorted.end());
@@ -80,7 +82,8 @@ PointMotion follow(const ReferenceVideo& video, const ImageU8& region) {
   for (const bool strict : {true, false}) {
     for (size_t k = 0; k < points.size(); ++k) {
       double least = 1, mean = 0;
-      for (const auto& frame : tracks.weight) least = std::min(least, frame[k]), mean += frame[k] / static_cast<double>(tracks.weight.size());
+      for (const auto& frame : tracks.weight)
+        least = std::min(least, frame[k]), mean += frame[k] / static_cast<double>(tracks.weight.size());
       const double w = strict ? least : mean;
       if (w > (strict ? 0.05 : 0.2)) kept.push_back(k), weight.push_back(w);
     }
@@ -104,7 +107,8 @@ PointMotion particles_of(const fs::path& path) {
   const fs::path file = fs::is_directory(path, ignored) ? path / "trajectory.h5" : path;
   const TrajectoryFile t = read_trajectory(file);
   if (t.frames.size() < 2 || t.frames[0].position.empty())
-    throw input_error(file.string(), "/particles/" + t.object, "has fewer than 2 frames or no particle", "name a simulated trajectory");
+    throw input_error(file.string(), "/particles/" + t.object, "has fewer than 2 frames or no particle",
+                      "name a simulated trajectory");
   PointMotion motion;
   motion.dims = 3;
   motion.rate = static_cast<double>(t.frames.size() - 1) / (t.frames.back().time - t.frames.front().time);
@@ -112,7 +116,8 @@ PointMotion particles_of(const fs::path& path) {
   for (const auto& frame : t.frames) {
     motion.displacement.emplace_back();
     for (size_t p = 0; p < n; p += step)
-      for (int a = 0; a < 3; ++a) motion.displacement.back().push_back(frame.position[p][a] - t.frames[0].position[p][a]);
+      for (int a = 0; a < 3; ++a)
+        motion.displacement.back().push_back(frame.position[p][a] - t.frames[0].position[p][a]);
   }
   motion.weight.assign(motion.displacement[0].size() / 3, 1.0);
   return motion;
@@ -121,7 +126,10 @@ PointMotion particles_of(const fs::path& path) {
 json to_json(const PointMotion& motion, const Vibration& v, const char* unit) {
   const DampedOscillation& o = v.oscillation;
   const bool found = o.frequency > 0;
-  json out = {{"frames", motion.frames()}, {"points", motion.points()}, {std::string("amplitude_") + unit, v.amplitude}, {"first_component_share", v.share}};
+  json out = {{"frames", motion.frames()},
+              {"points", motion.points()},
+              {std::string("amplitude_") + unit, v.amplitude},
+              {"first_component_share", v.share}};
   out["frequency_hz"] = found ? json(o.frequency) : json();
   out["decay_per_s"] = found ? json(o.decay) : json();
   out["damping_time_s"] = found && o.decay > 0 ? json(1 / o.decay) : json();
@@ -137,12 +145,14 @@ json relative_error(const json& a, const json& b) {
   return std::abs(a.get<double>() / b.get<double>() - 1);
 }
 
-/// Distance between the flows from frame to frame over the pixels that move in the truth, which are grown by the motion itself.
+/// Distance between the flows from frame to frame over the pixels that move in the truth, which are grown by the motion
+/// itself.
 void compare_flow(json& out, const ReferenceVideo& ours, const ReferenceVideo& truth) {
   const int frames = static_cast<int>(std::min(ours.frames.size(), truth.frames.size()));
   std::vector<std::pair<int, int>> pairs;
   for (int f = 0; f + 1 < frames; ++f) pairs.push_back({f, f + 1});
-  const std::vector<ImageF> a = dense_flows(ours.frames, pairs, FlowQuality::kQuick), b = dense_flows(truth.frames, pairs, FlowQuality::kQuick);
+  const std::vector<ImageF> a = dense_flows(ours.frames, pairs, FlowQuality::kQuick),
+                            b = dense_flows(truth.frames, pairs, FlowQuality::kQuick);
   double error = 0, magnitude = 0, pixels = 0;
   for (size_t f = 0; f < a.size(); ++f)
     for (int y = 0; y < a[f].height; ++y)
@@ -161,7 +171,8 @@ void compare_flow(json& out, const ReferenceVideo& ours, const ReferenceVideo& t
 json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, const MotionScore& score) {
   const bool particles = is_trajectory(truth_path);
   if (particles != is_trajectory(prediction))
-    throw input_error(prediction.string(), "", "and the truth are a video and a trajectory", "compare two videos or two trajectory.h5");
+    throw input_error(prediction.string(), "", "and the truth are a video and a trajectory",
+                      "compare two videos or two trajectory.h5");
   json out = {{"kind", "motion"}};
   PointMotion ours, truth;
   if (particles) {
@@ -174,11 +185,14 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
     compare_flow(out, video, true_video);
   }
   const char* unit = particles ? "units" : "px";
-  if (truth.points() == 0) throw input_error(truth_path.string(), "", "shows nothing that moves", "check the file, and the part of it that is compared");
+  if (truth.points() == 0)
+    throw input_error(truth_path.string(), "", "shows nothing that moves",
+                      "check the file, and the part of it that is compared");
   int first = score.free_from >= 0 ? static_cast<int>(std::lround(score.free_from * truth.rate)) : -1;
   const Vibration true_vibration = describe_vibration(truth, first);
   if (particles ? !(true_vibration.amplitude > 0) : true_vibration.amplitude < kLeastMotion)
-    throw input_error(truth_path.string(), "", "shows nothing that moves", "check the file, and the part of it that is compared");
+    throw input_error(truth_path.string(), "", "shows nothing that moves",
+                      "check the file, and the part of it that is compared");
   out["free_from_s"] = first / truth.rate;
   out["truth"] = to_json(truth, true_vibration, unit);
   Vibration vibration;

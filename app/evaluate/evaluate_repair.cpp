@@ -20,8 +20,8 @@ namespace pliant {
 namespace {
 
 constexpr uint32_t kSeenElsewhere = 1, kNeverSeen = 2;  // ids of truth/hidden
-constexpr int kEdge = 2;                 // pixels around a mask that belong to its soft edge
-constexpr double kSameDepth = 0.01;      // relative difference below which two views look at one surface
+constexpr int kEdge = 2;                                // pixels around a mask that belong to its soft edge
+constexpr double kSameDepth = 0.01;                     // relative difference below which two views look at one surface
 
 /// Squared error over pixels, R, G and B.
 struct SquaredError {
@@ -33,16 +33,18 @@ struct SquaredError {
   }
   void add(const SquaredError& other) { sum += other.sum, count += other.count; }
   /// Null without pixels and without error.
-  json psnr() const { return count == 0 || sum == 0 ? json(nullptr) : json(psnr_of_mse(sum / static_cast<double>(count))); }
+  json psnr() const {
+    return count == 0 || sum == 0 ? json(nullptr) : json(psnr_of_mse(sum / static_cast<double>(count)));
+  }
 };
 
 /// One view of everything that is compared.
 struct HiddenView {
   Camera camera;
-  ImageF truth;                 ///< photo without the object
+  ImageF truth;  ///< photo without the object
   IdImage hidden;
-  RenderResult before, after;   ///< background without and with the repair
-  std::vector<ImageF> alone;    ///< the view inpainted by itself, by every baseline
+  RenderResult before, after;  ///< background without and with the repair
+  std::vector<ImageF> alone;   ///< the view inpainted by itself, by every baseline
 };
 
 cv::Mat mask_of(const IdImage& ids, uint32_t least, int grow) {
@@ -79,7 +81,8 @@ std::vector<ImageF> inpainted_alone(const HiddenView& view) {
       open.at<uint8_t>(y, x) = view.hidden(x, y) && view.before.alpha(x, y) < 0.9f ? 255 : 0;
   unseen |= open;
   return {inpainted(photo, object, cv::INPAINT_TELEA), inpainted(photo, object, cv::INPAINT_NS),
-          inpainted(view.before.color, unseen, cv::INPAINT_TELEA), inpainted(view.before.color, unseen, cv::INPAINT_NS)};
+          inpainted(view.before.color, unseen, cv::INPAINT_TELEA),
+          inpainted(view.before.color, unseen, cv::INPAINT_NS)};
 }
 
 void bilinear(const ImageF& image, double u, double v, float* out) {
@@ -87,12 +90,14 @@ void bilinear(const ImageF& image, double u, double v, float* out) {
   const int i = static_cast<int>(x), j = static_cast<int>(y);
   const float a = static_cast<float>(x - i), b = static_cast<float>(y - j);
   for (int k = 0; k < 3; ++k)
-    out[k] = (1 - b) * ((1 - a) * image(i, j, k) + a * image(i + 1, j, k)) + b * ((1 - a) * image(i, j + 1, k) + a * image(i + 1, j + 1, k));
+    out[k] = (1 - b) * ((1 - a) * image(i, j, k) + a * image(i + 1, j, k)) +
+             b * ((1 - a) * image(i, j + 1, k) + a * image(i + 1, j + 1, k));
 }
 
 /// Never seen pixels of `from`, carried by its depth into `to` where they are never seen too and lie on the same
 /// surface: the repair against itself and every baseline against itself.
-void compare_views(const HiddenView& from, const HiddenView& to, SquaredError& repair, std::vector<SquaredError>& alone) {
+void compare_views(const HiddenView& from, const HiddenView& to, SquaredError& repair,
+                   std::vector<SquaredError>& alone) {
   const Eigen::Isometry3d to_from_camera = to.camera.cam_from_world * from.camera.cam_from_world.inverse();
   for (int y = 0; y < from.hidden.height; ++y)
     for (int x = 0; x < from.hidden.width; ++x) {
@@ -109,7 +114,8 @@ void compare_views(const HiddenView& from, const HiddenView& to, SquaredError& r
       float there[3];
       bilinear(to.after.color, u, v, there);
       repair.add(from.after.color.at(x, y), there);
-      for (size_t k = 0; k < alone.size(); ++k) bilinear(to.alone[k], u, v, there), alone[k].add(from.alone[k].at(x, y), there);
+      for (size_t k = 0; k < alone.size(); ++k)
+        bilinear(to.alone[k], u, v, there), alone[k].add(from.alone[k].at(x, y), there);
     }
 }
 
@@ -118,16 +124,22 @@ std::vector<HiddenView> read_views(const fs::path& run, const fs::path& scene) {
   for (const char* folder : {"without_object", "hidden"}) {
     std::error_code ignored;
     if (!fs::is_directory(truth / folder, ignored))
-      throw input_error(scene.string(), std::string("truth/") + folder, "does not exist", "name a scene made by `pliant demo`");
+      throw input_error(scene.string(), std::string("truth/") + folder, "does not exist",
+                        "name a scene made by `pliant demo`");
   }
   const GaussianCloud before = read_ply(run / "background.ply"), after = read_ply(run / "background_repaired.ply");
   std::vector<HiddenView> views;
   for (const Camera& camera : read_cameras(cameras_in(scene), scene / "photos").cameras) {
-    HiddenView view{camera, read_image(truth / "without_object" / (camera.name + ".png")),
-              read_ids(truth / "hidden" / (camera.name + ".png")), render(before, camera), render(after, camera), {}};
+    HiddenView view{camera,
+                    read_image(truth / "without_object" / (camera.name + ".png")),
+                    read_ids(truth / "hidden" / (camera.name + ".png")),
+                    render(before, camera),
+                    render(after, camera),
+                    {}};
     if (view.truth.width != camera.width || view.hidden.width != camera.width || view.truth.height != camera.height ||
         view.hidden.height != camera.height)
-      throw input_error((truth / "hidden" / (camera.name + ".png")).string(), "", "is not of the camera's size", "make the scene again");
+      throw input_error((truth / "hidden" / (camera.name + ".png")).string(), "", "is not of the camera's size",
+                        "make the scene again");
     view.alone = inpainted_alone(view);
     views.push_back(std::move(view));
   }
@@ -161,7 +173,8 @@ json evaluate_repair(const fs::path& run, const fs::path& scene) {
     if (here.count) per_view[view.camera.name] = {{"pixels", here.count / 3}, {"psnr", here.psnr()}};
   }
   if (never.count == 0)
-    throw input_error((scene / "truth/hidden").string(), "", "has no pixel that no photo shows", "nothing had to be invented");
+    throw input_error((scene / "truth/hidden").string(), "", "has no pixel that no photo shows",
+                      "nothing had to be invented");
   for (const HiddenView& from : views)
     for (const HiddenView& to : views)
       if (&from != &to) compare_views(from, to, consistent, alone_consistent);

@@ -66,15 +66,18 @@ const char* matched_by(const SegmentationScore& score, const std::map<uint32_t, 
 }
 
 /// Counts labelled positions of the truth into the overlap of each id.
-void count(const std::vector<uint32_t>& ours, const std::vector<uint32_t>& theirs, Overlaps& overlap, double& correct, double& labelled) {
+void count(const std::vector<uint32_t>& ours, const std::vector<uint32_t>& theirs, Overlaps& overlap, double& correct,
+           double& labelled) {
   for (size_t i = 0, next = 0; i < theirs.size(); i = next) {
     for (next = i + 1; next < theirs.size() && theirs[next] == theirs[i] && ours[next] == ours[i];) ++next;
     if (theirs[i] == 0) continue;
     const size_t run = next - i;
     labelled += static_cast<double>(run);
     overlap[theirs[i]].either += run;
-    if (ours[i] == theirs[i]) overlap[theirs[i]].both += run, correct += static_cast<double>(run);
-    else if (ours[i] != 0) overlap[ours[i]].either += run;
+    if (ours[i] == theirs[i])
+      overlap[theirs[i]].both += run, correct += static_cast<double>(run);
+    else if (ours[i] != 0)
+      overlap[ours[i]].either += run;
   }
 }
 
@@ -109,8 +112,10 @@ json evaluate_labels(const fs::path& prediction, const fs::path& truth, const Se
   LabelFile ours = read_labels(prediction);
   const LabelFile theirs = read_labels(truth);
   if (ours.label.size() != theirs.label.size()) {
-    throw input_error(prediction.string(), "/label", "has " + std::to_string(ours.label.size()) + " Gaussians but the truth has " +
-                      std::to_string(theirs.label.size()), "compare labels of the same splats");
+    throw input_error(prediction.string(), "/label",
+                      "has " + std::to_string(ours.label.size()) + " Gaussians but the truth has " +
+                          std::to_string(theirs.label.size()),
+                      "compare labels of the same splats");
   }
   std::map<uint32_t, uint32_t> match;
   if (score.match == "auto") match = match_names(ours.names, theirs.names);
@@ -125,7 +130,10 @@ json evaluate_labels(const fs::path& prediction, const fs::path& truth, const Se
   Overlaps overlap;
   double correct = 0, labelled = 0;
   count(ours.label, theirs.label, overlap, correct, labelled);
-  json out = {{"kind", "labels"}, {"gaussians", theirs.label.size()}, {"labelled", labelled}, {"accuracy", correct / labelled},
+  json out = {{"kind", "labels"},
+              {"gaussians", theirs.label.size()},
+              {"labelled", labelled},
+              {"accuracy", correct / labelled},
               {"matched_by", matched_by(score, match)}};
   add_overlaps(out, "iou", overlap, ids, theirs.names);
   return out;
@@ -139,8 +147,10 @@ IdImage read_like(const Pictures& pictures, const std::string& name, const IdIma
   if (found == pictures.end()) return IdImage(truth.width, truth.height, 1);
   IdImage ids = read_ids(found->second);
   if (ids.width != truth.width || ids.height != truth.height) {
-    throw input_error(found->second.string(), "", "has " + std::to_string(ids.width) + " x " + std::to_string(ids.height) +
-                      " pixels but the truth has " + std::to_string(truth.width) + " x " + std::to_string(truth.height),
+    throw input_error(found->second.string(), "",
+                      "has " + std::to_string(ids.width) + " x " + std::to_string(ids.height) +
+                          " pixels but the truth has " + std::to_string(truth.width) + " x " +
+                          std::to_string(truth.height),
                       "make it at the size of the photos");
   }
   return ids;
@@ -187,15 +197,21 @@ json evaluate_segmentation(const fs::path& prediction, const fs::path& truth, co
     correct += right, labelled += here_labelled;
   }
   if (missing.size() == theirs.size()) {
-    throw input_error(prediction.string(), theirs.begin()->first, "has no picture of any name in the truth", "name the pictures like the photos");
+    throw input_error(prediction.string(), theirs.begin()->first, "has no picture of any name in the truth",
+                      "name the pictures like the photos");
   }
   if (all.empty()) throw input_error(truth.string(), "", "labels nothing", "name a folder with ids above 0");
   json extra = json::array();
   for (const auto& [name, file] : ours) {
     if (!theirs.count(name)) extra.push_back(name);
   }
-  json out = {{"kind", "masks"}, {"pictures", theirs.size()}, {"missing", missing}, {"extra", extra}, {"accuracy", correct / labelled},
-              {"per_view", per_view}, {"matched_by", matched_by(score, match)}};
+  json out = {{"kind", "masks"},
+              {"pictures", theirs.size()},
+              {"missing", missing},
+              {"extra", extra},
+              {"accuracy", correct / labelled},
+              {"per_view", per_view},
+              {"matched_by", matched_by(score, match)}};
   add_overlaps(out, "iou", overlap, all, names);
   add_overlaps(out, "boundary_iou", edges, all, names);
   out["boundary_miou"] = out["mboundary_iou"], out.erase("mboundary_iou");

@@ -20,7 +20,8 @@ TrajectoryFile read_moving(const fs::path& path) {
   const fs::path file = fs::is_directory(path, ignored) ? path / "trajectory.h5" : path;
   TrajectoryFile t = read_trajectory(file);
   if (t.frames.size() < 2 || t.frames[0].position.empty()) {
-    throw input_error(file.string(), "/particles/" + t.object, "has fewer than 2 frames or no particle", "name a simulated trajectory");
+    throw input_error(file.string(), "/particles/" + t.object, "has fewer than 2 frames or no particle",
+                      "name a simulated trajectory");
   }
   return t;
 }
@@ -53,12 +54,14 @@ std::vector<size_t> tip_of(const TrajectoryFile& truth) {
     if (!truth.up.isZero()) {
       rank[p] = truth.up.dot(truth.frames[0].position[p].cast<double>());
     } else {
-      for (const auto& frame : truth.frames) rank[p] = std::max<double>(rank[p], (frame.position[p] - truth.frames[0].position[p]).norm());
+      for (const auto& frame : truth.frames)
+        rank[p] = std::max<double>(rank[p], (frame.position[p] - truth.frames[0].position[p]).norm());
     }
   }
   std::vector<size_t> order(n);
   for (size_t p = 0; p < n; ++p) order[p] = p;
-  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return rank[a] != rank[b] ? rank[a] > rank[b] : a < b; });
+  std::sort(order.begin(), order.end(),
+            [&](size_t a, size_t b) { return rank[a] != rank[b] ? rank[a] > rank[b] : a < b; });
   order.resize(std::max<size_t>(1, n / 10));
   return order;
 }
@@ -81,8 +84,12 @@ json describe_tip(const std::vector<Vec3d>& tip, const Vec3d& direction, double 
     if (tip[i].norm() > peak) peak = tip[i].norm(), peak_frame = i;
     if (i >= first) along.push_back(direction.dot(tip[i]));
   }
-  json out = {{"peak", peak}, {"peak_frame", peak_frame}, {"final", tip.back().norm()}, {"displacement", over_time},
-              {"dominant_frequency", dominant_frequency(along, rate)}, {"zero_crossing_frequency", zero_crossing_frequency(along, rate)}};
+  json out = {{"peak", peak},
+              {"peak_frame", peak_frame},
+              {"final", tip.back().norm()},
+              {"displacement", over_time},
+              {"dominant_frequency", dominant_frequency(along, rate)},
+              {"zero_crossing_frequency", zero_crossing_frequency(along, rate)}};
   out["final_over_peak"] = peak > 0 ? json(tip.back().norm() / peak) : json(nullptr);
   return out;
 }
@@ -96,12 +103,14 @@ json evaluate_trajectory(const fs::path& prediction, const fs::path& truth_path)
   if (truth.up.isZero()) {
     for (int axis = 0; axis < 3; ++axis) height = std::max(height, extent(rest, Vec3d::Unit(axis)));
   }
-  if (!(height > 0)) throw input_error(truth_path.string(), "/particles/" + truth.object, "has no extent", "name an object");
+  if (!(height > 0))
+    throw input_error(truth_path.string(), "/particles/" + truth.object, "has no extent", "name an object");
   std::vector<double> times;
   for (const auto& frame : truth.frames) {
     if (frame.time <= ours.frames.back().time * (1 + 1e-9)) times.push_back(frame.time);
   }
-  if (times.size() < 2) throw input_error(prediction.string(), "time", "does not overlap with the truth", "simulate a longer time");
+  if (times.size() < 2)
+    throw input_error(prediction.string(), "time", "does not overlap with the truth", "simulate a longer time");
 
   const std::vector<int> partner = k_nearest(ours.frames[0].position, rest, 1);
   const std::vector<size_t> tip = tip_of(truth);
@@ -120,7 +129,9 @@ json evaluate_trajectory(const fs::path& prediction, const fs::path& truth_path)
     sum += frame_sum;
     error_of_frame.push_back(frame_sum / static_cast<double>(rest.size()));
     our_tip.push_back(Vec3d::Zero()), true_tip.push_back(Vec3d::Zero());
-    for (size_t p : tip) our_tip.back() += our_move[p] / static_cast<double>(tip.size()), true_tip.back() += true_move[p] / static_cast<double>(tip.size());
+    for (size_t p : tip)
+      our_tip.back() += our_move[p] / static_cast<double>(tip.size()),
+          true_tip.back() += true_move[p] / static_cast<double>(tip.size());
   }
   // The oscillation is free after the peak, unless the peak is so late that little is left.
   size_t first = 0;
@@ -132,14 +143,23 @@ json evaluate_trajectory(const fs::path& prediction, const fs::path& truth_path)
   const Vec3d direction = main_direction(true_tip);
   const auto samples = static_cast<double>(rest.size() * times.size());
   double tip_error = 0;
-  for (size_t i = 0; i < times.size(); ++i) tip_error += (our_tip[i] - true_tip[i]).norm() / static_cast<double>(times.size());
+  for (size_t i = 0; i < times.size(); ++i)
+    tip_error += (our_tip[i] - true_tip[i]).norm() / static_cast<double>(times.size());
 
-  json out = {{"kind", "trajectory"}, {"frames", times.size()}, {"frames_in_truth", truth.frames.size()},
-              {"particles", ours.frames[0].position.size()}, {"particles_in_truth", rest.size()},
-              {"height", height}, {"height_metres", height * truth.metres_per_unit},
-              {"position_error_mean", sum / samples}, {"position_error_rms", std::sqrt(squares / samples)},
-              {"position_error_max", largest}, {"error_of_frame", error_of_frame}, {"tip_error_mean", tip_error},
-              {"tip", describe_tip(our_tip, direction, rate, first)}, {"tip_in_truth", describe_tip(true_tip, direction, rate, first)}};
+  json out = {{"kind", "trajectory"},
+              {"frames", times.size()},
+              {"frames_in_truth", truth.frames.size()},
+              {"particles", ours.frames[0].position.size()},
+              {"particles_in_truth", rest.size()},
+              {"height", height},
+              {"height_metres", height * truth.metres_per_unit},
+              {"position_error_mean", sum / samples},
+              {"position_error_rms", std::sqrt(squares / samples)},
+              {"position_error_max", largest},
+              {"error_of_frame", error_of_frame},
+              {"tip_error_mean", tip_error},
+              {"tip", describe_tip(our_tip, direction, rate, first)},
+              {"tip_in_truth", describe_tip(true_tip, direction, rate, first)}};
   const double f = out["tip"]["dominant_frequency"], f_true = out["tip_in_truth"]["dominant_frequency"];
   out["frequency_error"] = f_true > 0 ? json(std::abs(f - f_true) / f_true) : json(nullptr);
   const double peak = out["tip"]["peak"], peak_true = out["tip_in_truth"]["peak"];

@@ -22,7 +22,8 @@ std::vector<double> detrended(const std::vector<double>& values) {
     slope += t * (values[i] - mean), spread += t * t;
   }
   std::vector<double> out;
-  for (size_t i = 0; i < values.size(); ++i) out.push_back(values[i] - mean - slope / spread * (static_cast<double>(i) - 0.5 * (n - 1)));
+  for (size_t i = 0; i < values.size(); ++i)
+    out.push_back(values[i] - mean - slope / spread * (static_cast<double>(i) - 0.5 * (n - 1)));
   return out;
 }
 
@@ -53,7 +54,8 @@ std::map<std::string, fs::path> pictures_of(const fs::path& folder) {
   std::map<std::string, fs::path> pictures;
   const auto add = [&](const fs::path& file) {
     std::string extension = file.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
     const std::string name = file.stem().string();
     if (name[0] == '.' || (extension != ".png" && extension != ".jpg" && extension != ".jpeg")) return;
     if (!pictures.emplace(name, file).second) {
@@ -65,7 +67,8 @@ std::map<std::string, fs::path> pictures_of(const fs::path& folder) {
   } else {
     add(folder);
   }
-  if (pictures.empty()) throw input_error(folder.string(), "", "holds no picture", "name a folder of PNG or JPEG pictures");
+  if (pictures.empty())
+    throw input_error(folder.string(), "", "holds no picture", "name a folder of PNG or JPEG pictures");
   return pictures;
 }
 
@@ -76,10 +79,12 @@ double dominant_frequency(const std::vector<double>& values, double rate) {
   double largest = 0;
   for (double value : signal) largest = std::max(largest, std::abs(value));
   if (largest < 1e-12) return 0;
-  for (size_t i = 0; i < signal.size(); ++i) signal[i] *= 0.5 - 0.5 * std::cos(2 * M_PI * (static_cast<double>(i) + 0.5) / n);
+  for (size_t i = 0; i < signal.size(); ++i)
+    signal[i] *= 0.5 - 0.5 * std::cos(2 * M_PI * (static_cast<double>(i) + 0.5) / n);
   const auto power = [&](double frequency) {
     std::complex<double> sum = 0;
-    for (size_t i = 0; i < signal.size(); ++i) sum += signal[i] * std::polar(1.0, -2 * M_PI * frequency * static_cast<double>(i) / rate);
+    for (size_t i = 0; i < signal.size(); ++i)
+      sum += signal[i] * std::polar(1.0, -2 * M_PI * frequency * static_cast<double>(i) / rate);
     return std::norm(sum);
   };
   const double lowest = rate / n, step = lowest / 16;

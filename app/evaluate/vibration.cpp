@@ -81,7 +81,8 @@ DampedOscillation fit_oscillation(const std::vector<double>& values, double rate
 }
 
 Vibration describe_vibration(const PointMotion& motion, int& first) {
-  const auto T = static_cast<Eigen::Index>(motion.frames()), K = static_cast<Eigen::Index>(motion.points()), D = static_cast<Eigen::Index>(motion.dims);
+  const auto T = static_cast<Eigen::Index>(motion.frames()), K = static_cast<Eigen::Index>(motion.points()),
+             D = static_cast<Eigen::Index>(motion.dims);
   CHECK(T >= 2 && K >= 1);
   Eigen::MatrixXd u(T, K * D);
   for (Eigen::Index t = 0; t < T; ++t)
@@ -115,7 +116,9 @@ Vibration describe_vibration(const PointMotion& motion, int& first) {
     if (2 * first > T) first = 0;
   }
   const auto from = [&](size_t begin) {
-    return fit_oscillation({out.course.begin() + static_cast<std::ptrdiff_t>(std::min(begin, out.course.size())), out.course.end()}, motion.rate);
+    return fit_oscillation(
+        {out.course.begin() + static_cast<std::ptrdiff_t>(std::min(begin, out.course.size())), out.course.end()},
+        motion.rate);
   };
   out.oscillation = from(first);
   // About the place where it ends, which the mean of a motion that dies away is not.

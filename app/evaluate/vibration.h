@@ -29,15 +29,16 @@ DampedOscillation fit_oscillation(const std::vector<double>& values, double rate
 
 /// What a motion does on the whole.
 struct Vibration {
-  std::vector<double> course;    ///< [T] first principal component of all displacements, in their unit
-  double share = 0;              ///< of the motion's variance that this component has
-  double amplitude = 0;          ///< half the way from end to end, along its main direction, of the point that only 5 % surpass
-  DampedOscillation oscillation; ///< of the course from frame `first` on
-  DampedOscillation small;       ///< once it stays within a third of its largest; large swings of a plant are slower; needs 3 periods
+  std::vector<double> course;  ///< [T] first principal component of all displacements, in their unit
+  double share = 0;            ///< of the motion's variance that this component has
+  double amplitude = 0;  ///< half the way from end to end, along its main direction, of the point that only 5 % surpass
+  DampedOscillation oscillation;  ///< of the course from frame `first` on
+  DampedOscillation
+      small;  ///< once it stays within a third of its largest; large swings of a plant are slower; needs 3 periods
 };
 
-/// `first`: frame from which the motion is free; negative = where the course is farthest from its mean, when that lies in the
-/// first half, else 0.  Returns it in `first`.
+/// `first`: frame from which the motion is free; negative = where the course is farthest from its mean, when that lies
+/// in the first half, else 0.  Returns it in `first`.
 Vibration describe_vibration(const PointMotion& motion, int& first);
 
 }  // namespace pliant

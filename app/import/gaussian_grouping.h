@@ -13,7 +13,7 @@ struct GroupingClassifier {
   std::vector<float> bias;    ///< [classes]
 };
 
-/// `source` itself when it is a file, else classifier.pth in that folder or beside the splats of a model folder.  Throws
+/// `source` itself when it is a file, else classifier.pth in that folder or beside the splats of a model folder. Throws
 /// Error{kInput} when there is none.
 std::filesystem::path grouping_classifier_file(const std::filesystem::path& source);
 

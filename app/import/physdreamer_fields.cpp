@@ -26,7 +26,8 @@ bool before(const std::string& a, const std::string& b) {
       size_t m = i, n = j;
       while (m < a.size() && digit(a[m])) ++m;
       while (n < b.size() && digit(b[n])) ++n;
-      const int x = std::stoi(a.substr(i, std::min<size_t>(m - i, 9))), y = std::stoi(b.substr(j, std::min<size_t>(n - j, 9)));
+      const int x = std::stoi(a.substr(i, std::min<size_t>(m - i, 9))),
+                y = std::stoi(b.substr(j, std::min<size_t>(n - j, 9)));
       if (x != y) return x < y;
       i = m, j = n;
     } else {
@@ -45,7 +46,8 @@ PhysDreamerField read_physdreamer_field(const std::filesystem::path& file, int c
   for (const auto& [name, tensor] : tensors) names.push_back(name);
   std::sort(names.begin(), names.end(), before);
   const auto refused = [&](const std::string& name, const std::string& problem) {
-    return input_error(file.string(), name, problem, "it must be a field of PhysDreamer: three planes and linear layers");
+    return input_error(file.string(), name, problem,
+                       "it must be a field of PhysDreamer: three planes and linear layers");
   };
 
   PhysDreamerField field;
@@ -54,9 +56,11 @@ PhysDreamerField read_physdreamer_field(const std::filesystem::path& file, int c
   for (const std::string& name : names) {
     const StateTensor& t = tensors.at(name);
     if (t.shape.size() != 4) continue;
-    if (t.shape[0] != 1 || t.shape[2] != t.shape[3]) throw refused(name, "has the shape " + text_of(t.shape) + ", which is no plane of features");
+    if (t.shape[0] != 1 || t.shape[2] != t.shape[3])
+      throw refused(name, "has the shape " + text_of(t.shape) + ", which is no plane of features");
     if (planes == 0) field.features = static_cast<int>(t.shape[1]), field.resolution = static_cast<int>(t.shape[2]);
-    if (t.shape[1] != field.features || t.shape[2] != field.resolution) throw refused(name, "has the shape " + text_of(t.shape) + ", unlike the plane before it");
+    if (t.shape[1] != field.features || t.shape[2] != field.resolution)
+      throw refused(name, "has the shape " + text_of(t.shape) + ", unlike the plane before it");
     field.parameters.insert(field.parameters.end(), t.data.begin(), t.data.end());
     ++planes;
   }
@@ -68,9 +72,12 @@ PhysDreamerField read_physdreamer_field(const std::filesystem::path& file, int c
     const size_t end = name.rfind("weight");
     if (weight.shape.size() != 2 || end == std::string::npos || end + 6 != name.size()) continue;
     const auto bias = tensors.find(name.substr(0, end) + "bias");
-    if (weight.shape[1] != width) throw refused(name, fmt::format("has the shape {}, but {} values come in", text_of(weight.shape), width));
-    if (bias == tensors.end() || bias->second.shape != std::vector<int64_t>{weight.shape[0]}) throw refused(name, "has no bias of its size");
-    if (field.layers > 0 && field.hidden > 0 && weight.shape[1] != field.hidden) throw refused(name, "follows layers of another width");
+    if (weight.shape[1] != width)
+      throw refused(name, fmt::format("has the shape {}, but {} values come in", text_of(weight.shape), width));
+    if (bias == tensors.end() || bias->second.shape != std::vector<int64_t>{weight.shape[0]})
+      throw refused(name, "has no bias of its size");
+    if (field.layers > 0 && field.hidden > 0 && weight.shape[1] != field.hidden)
+      throw refused(name, "follows layers of another width");
     width = weight.shape[0];
     if (field.layers == 0) field.hidden = static_cast<int>(width);
     field.parameters.insert(field.parameters.end(), weight.data.begin(), weight.data.end());

@@ -15,9 +15,9 @@ struct PhysDreamerField {
   std::vector<double> parameters;  ///< planes [3, features, resolution, resolution], then weight and bias of each layer
 };
 
-/// Reads sim_fields.pt (one channel) or velo_fields.pt (three) with the safe reader of state_dict.h; tensors are told by
-/// their shapes: three planes [1, features, n, n] in the order of the file, then weights [out, in] each with its bias [out].
-/// Throws Error{kInput} naming what is missing or does not fit together.
+/// Reads sim_fields.pt (one channel) or velo_fields.pt (three) with the safe reader of state_dict.h; tensors are told
+/// by their shapes: three planes [1, features, n, n] in the order of the file, then weights [out, in] each with its
+/// bias [out]. Throws Error{kInput} naming what is missing or does not fit together.
 PhysDreamerField read_physdreamer_field(const std::filesystem::path& file, int channels);
 
 }  // namespace pliant

@@ -29,10 +29,13 @@ bool present(const fs::path& file) {
 std::vector<Vec3f> points_of(const fs::path& file, bool needed) {
   if (!present(file)) {
     if (!needed) return {};
-    throw input_error(file.string(), "", "is missing", "a PhysDreamer scene says in it which points belong to the object, and in moving_part_points.ply which move");
+    throw input_error(
+        file.string(), "", "is missing",
+        "a PhysDreamer scene says in it which points belong to the object, and in moving_part_points.ply which move");
   }
   std::vector<Vec3f> points = read_ply_points(file).position;
-  if (points.empty() && needed) throw input_error(file.string(), "", "has no points", "write the points of the object's part into it");
+  if (points.empty() && needed)
+    throw input_error(file.string(), "", "has no points", "write the points of the object's part into it");
   return points;
 }
 
@@ -60,12 +63,17 @@ std::string camera_of(const std::string& name, const std::vector<Camera>& camera
 
 void find_videos(const fs::path& folder, const std::vector<Camera>& cameras, PhysDreamerFolder& out) {
   const fs::path videos = folder / "videos";
-  for (const fs::path& file : sorted(videos, false, ".mp4")) out.videos.push_back({file, camera_of(file.stem().string(), cameras)});
+  for (const fs::path& file : sorted(videos, false, ".mp4"))
+    out.videos.push_back({file, camera_of(file.stem().string(), cameras)});
   for (const fs::path& frames : sorted(videos, true, ""))
-    if (!sorted(frames, false, ".png").empty()) out.videos.push_back({frames, camera_of(frames.filename().string(), cameras)});
-  if (out.videos.empty() && !sorted(videos, false, ".png").empty()) out.videos.push_back({videos, camera_of(fs::absolute(folder).filename().string(), cameras)});
+    if (!sorted(frames, false, ".png").empty())
+      out.videos.push_back({frames, camera_of(frames.filename().string(), cameras)});
+  if (out.videos.empty() && !sorted(videos, false, ".png").empty())
+    out.videos.push_back({videos, camera_of(fs::absolute(folder).filename().string(), cameras)});
   for (const PhysDreamerFolder::Video& video : out.videos)
-    if (video.camera.empty()) out.warnings.push_back(fmt::format("{} is named after none of the {} cameras: say which one took it", video.file.string(), cameras.size()));
+    if (video.camera.empty())
+      out.warnings.push_back(fmt::format("{} is named after none of the {} cameras: say which one took it",
+                                         video.file.string(), cameras.size()));
   if (out.videos.empty()) out.warnings.push_back(videos.string() + " holds no videos");
 }
 
@@ -91,16 +99,20 @@ const PhysDreamerFolder::Video* PhysDreamerFolder::find_video(const fs::path& fi
 }
 
 bool is_physdreamer_folder(const fs::path& folder) {
-  return present(folder / "point_cloud.ply") && (present(folder / "clean_object_points.ply") || present(folder / "moving_part_points.ply"));
+  return present(folder / "point_cloud.ply") &&
+         (present(folder / "clean_object_points.ply") || present(folder / "moving_part_points.ply"));
 }
 
 PhysDreamerFolder read_physdreamer_folder(const fs::path& folder) {
   PhysDreamerFolder out;
   SceneFile& settings = out.settings;
   settings.splats = folder / "point_cloud.ply";
-  if (!present(settings.splats)) throw input_error(settings.splats.string(), "", "is missing", "a PhysDreamer scene keeps its Gaussians there");
+  if (!present(settings.splats))
+    throw input_error(settings.splats.string(), "", "is missing", "a PhysDreamer scene keeps its Gaussians there");
   settings.cameras = present(folder / "transforms_train.json") ? folder / "transforms_train.json" : cameras_in(folder);
-  if (settings.cameras.empty()) throw input_error(folder.string(), "", "has neither transforms_train.json nor sparse/0", "a PhysDreamer scene keeps its cameras there");
+  if (settings.cameras.empty())
+    throw input_error(folder.string(), "", "has neither transforms_train.json nor sparse/0",
+                      "a PhysDreamer scene keeps its cameras there");
   if (present(folder / "images")) settings.photos = folder / "images";
   settings.material.density = kDensity;
 
@@ -118,13 +130,15 @@ PhysDreamerFolder read_physdreamer_folder(const fs::path& folder) {
       break;
     }
   for (const Camera& camera : cameras.cameras)
-    if (const fs::path mask = folder / "masks" / (camera.name + "_mask.png"); present(mask)) out.masks[camera.name] = mask;
+    if (const fs::path mask = folder / "masks" / (camera.name + "_mask.png"); present(mask))
+      out.masks[camera.name] = mask;
   if (present(folder / "sim_fields.pt")) out.material_field = folder / "sim_fields.pt";
   if (present(folder / "velo_fields.pt")) out.velocity_field = folder / "velo_fields.pt";
   return out;
 }
 
-PhysDreamerRoles physdreamer_roles(const PhysDreamerOptions& options, const PhysDreamerFolder& folder, std::span<const Vec3f> position) {
+PhysDreamerRoles physdreamer_roles(const PhysDreamerOptions& options, const PhysDreamerFolder& folder,
+                                   std::span<const Vec3f> position) {
   PhysDreamerRoles roles;
   roles.object = far_from(position, folder.object_points, options.reach);
   float low = INFINITY, high = -INFINITY;
@@ -135,7 +149,9 @@ PhysDreamerRoles physdreamer_roles(const PhysDreamerOptions& options, const Phys
     low = std::min(low, position[i].minCoeff()), high = std::max(high, position[i].maxCoeff()), ++count;
   }
   if (count == 0) {
-    throw input_error("clean_object_points.ply", "", fmt::format("has no point within {} units of a Gaussian", options.reach), "the points must lie in the coordinates of point_cloud.ply");
+    throw input_error("clean_object_points.ply", "",
+                      fmt::format("has no point within {} units of a Gaussian", options.reach),
+                      "the points must lie in the coordinates of point_cloud.ply");
   }
   // One smallest and one largest coordinate over all axes.
   PhysDreamerSpace& space = roles.space;
@@ -146,14 +162,17 @@ PhysDreamerRoles physdreamer_roles(const PhysDreamerOptions& options, const Phys
   for (size_t i = 0; i < position.size(); ++i) roles.frozen[i] = roles.frozen[i] && roles.object[i];
   roles.frozen_filled = far_from(folder.filled_points, folder.moving_points, distance);
   const auto held = std::count(roles.frozen.begin(), roles.frozen.end(), 1);
-  if (held == static_cast<std::ptrdiff_t>(count)) roles.warnings.push_back("all of the object is held fixed: moving_part_points.ply lies elsewhere");
-  if (held == 0) roles.warnings.push_back("nothing of the object is held fixed: moving_part_points.ply covers all of it");
+  if (held == static_cast<std::ptrdiff_t>(count))
+    roles.warnings.push_back("all of the object is held fixed: moving_part_points.ply lies elsewhere");
+  if (held == 0)
+    roles.warnings.push_back("nothing of the object is held fixed: moving_part_points.ply covers all of it");
 
   Eigen::AlignedBox3d box;
   for (size_t i = 0; i < position.size(); ++i)
     if (roles.object[i]) box.extend(space.inside(position[i].cast<double>()));
   for (const Vec3f& x : folder.filled_points) box.extend(space.inside(x.cast<double>()));
-  space.field_low = box.center() - 0.5 * kFieldBox * box.sizes(), space.field_high = box.center() + 0.5 * kFieldBox * box.sizes();
+  space.field_low = box.center() - 0.5 * kFieldBox * box.sizes(),
+  space.field_high = box.center() + 0.5 * kFieldBox * box.sizes();
   return roles;
 }
 
@@ -163,7 +182,8 @@ Camera physdreamer_camera(const Camera& camera, int width, int height) {
   Camera out = camera;
   out.width = width, out.height = height;
   out.fx *= scale, out.fy *= scale;
-  out.cx = 0.5 * width + scale * (camera.cx - 0.5 * camera.width), out.cy = 0.5 * height + scale * (camera.cy - 0.5 * camera.height);
+  out.cx = 0.5 * width + scale * (camera.cx - 0.5 * camera.width),
+  out.cy = 0.5 * height + scale * (camera.cy - 0.5 * camera.height);
   return out;
 }
 
@@ -175,7 +195,8 @@ ImageF physdreamer_mask(const PhysDreamerFolder& folder, const Camera& camera) {
   ImageF out(camera.width, camera.height, 1);
   for (int y = 0; y < out.height; ++y)
     for (int x = 0; x < out.width; ++x) {
-      const int i = static_cast<int>(scale * (x + 0.5)), j = static_cast<int>(std::floor(0.5 * mask.height + scale * (y + 0.5 - 0.5 * out.height)));
+      const int i = static_cast<int>(scale * (x + 0.5)),
+                j = static_cast<int>(std::floor(0.5 * mask.height + scale * (y + 0.5 - 0.5 * out.height)));
       if (i < mask.width && j >= 0 && j < mask.height) out(x, y) = mask(i, j, 0) > 0.5f;
     }
   return out;

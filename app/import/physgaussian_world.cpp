@@ -34,7 +34,8 @@ Material material_of(const PhysGaussianConfig& c, Compatibility compatibility, d
   } else if (c.material == "snow") {
     m.law = Law::kSnow;
   } else if (c.material == "plasticine") {
-    m.law = Law::kPlasticine, m.yield_stress = uniaxial, m.hardening = compatibility == Compatibility::kCorrected ? -3 * mu * c.softening : -1.5 * c.softening;
+    m.law = Law::kPlasticine, m.yield_stress = uniaxial,
+    m.hardening = compatibility == Compatibility::kCorrected ? -3 * mu * c.softening : -1.5 * c.softening;
   }
   m.as_physgaussian = compatibility == Compatibility::kPhysGaussian;
   return m;
@@ -163,13 +164,18 @@ class WorldBuilder {
     }
     return way;
   }
-  void note_nodes() { note("velocities that PhysGaussian gives to particles are given to the grid nodes of the part: set particles creep under load"); }
+  void note_nodes() {
+    note(
+        "velocities that PhysGaussian gives to particles are given to the grid nodes of the part: set particles creep "
+        "under load");
+  }
 
   void translation(const Boundary& b) {
     note_nodes();
     Interaction& it = push(InteractionType::kCollider, b);
     const Vec3d centre = b.point + way_before(b);
-    it.contact = ContactKind::kSticky, it.region = Region::box(centre - b.half, centre + b.half), it.vector = b.velocity;
+    it.contact = ContactKind::kSticky, it.region = Region::box(centre - b.half, centre + b.half),
+    it.vector = b.velocity;
   }
 
   void rotation(const Boundary& b) {
@@ -249,7 +255,8 @@ PhysGaussianWorld physgaussian_world(const PhysGaussianConfig& config, Compatibi
   world.options.gravity = config.gravity;
   world.options.pic = config.rpic_damping < -0.001;
   // Factors per substep, as rates of decay in seconds.
-  if (config.rpic_damping > 0) world.options.strain_rate_damping = -std::log(1 - config.rpic_damping) / config.substep_dt;
+  if (config.rpic_damping > 0)
+    world.options.strain_rate_damping = -std::log(1 - config.rpic_damping) / config.substep_dt;
   if (config.grid_v_damping_scale < 1)
     world.options.damping_time = -2 * config.substep_dt / std::log(config.grid_v_damping_scale);
   double fastest = 0;

@@ -15,7 +15,8 @@ constexpr size_t kMostValues = 10'000'000;
 /// The stack machine of the pickle format, with the operations that state dicts use.
 class Machine {
  public:
-  Machine(std::string_view bytes, const std::vector<std::string>& allowed, const std::string& file, const std::string& entry)
+  Machine(std::string_view bytes, const std::vector<std::string>& allowed, const std::string& file,
+          const std::string& entry)
       : in_(bytes, file), allowed_(allowed), entry_(entry) {}
 
   Pickle run() {
@@ -28,7 +29,8 @@ class Machine {
   static constexpr int kMark = -1;
 
   Error refuse(const std::string& problem) const {
-    return input_error(in_.file(), entry_, problem, "only a state dict, as torch.save(model.state_dict(), FILE) writes it, is read");
+    return input_error(in_.file(), entry_, problem,
+                       "only a state dict, as torch.save(model.state_dict(), FILE) writes it, is read");
   }
 
   void push(PickleValue value) {
@@ -91,7 +93,8 @@ class Machine {
   /// An OrderedDict is a dict; its attributes are of no interest.
   void reduce() {
     const int arguments = pop(), callable = pop();
-    if (out_[callable].kind != Kind::kGlobal || out_[arguments].kind != Kind::kTuple) throw refuse("calls something that has no name");
+    if (out_[callable].kind != Kind::kGlobal || out_[arguments].kind != Kind::kTuple)
+      throw refuse("calls something that has no name");
     if (out_[callable].text == "collections OrderedDict") {
       if (!out_[arguments].items.empty()) throw refuse("makes an OrderedDict in an unknown way");
       push(Kind::kDict);
@@ -128,17 +131,28 @@ class Machine {
         if (const int protocol = in_.take<uint8_t>(entry_); protocol != 2)
           throw refuse("is of pickle protocol " + std::to_string(protocol) + ", 2 is expected");
         return true;
-      case '(': return stack_.push_back(kMark), true;
-      case ')': return push_tuple(std::vector<int>()), true;
-      case '}': return push(Kind::kDict), true;
-      case ']': return push(Kind::kList), true;
-      case 'N': return push(Kind::kNone), true;
-      case 0x88: return push(PickleValue{Kind::kBool, 1, 0, {}, {}, {}}), true;
-      case 0x89: return push(PickleValue{Kind::kBool, 0, 0, {}, {}, {}}), true;
-      case 'K': return push_int(in_.take<uint8_t>(entry_)), true;
-      case 'M': return push_int(in_.take<uint16_t>(entry_)), true;
-      case 'J': return push_int(in_.take<int32_t>(entry_)), true;
-      case 0x8a: return push_int(long_number()), true;
+      case '(':
+        return stack_.push_back(kMark), true;
+      case ')':
+        return push_tuple(std::vector<int>()), true;
+      case '}':
+        return push(Kind::kDict), true;
+      case ']':
+        return push(Kind::kList), true;
+      case 'N':
+        return push(Kind::kNone), true;
+      case 0x88:
+        return push(PickleValue{Kind::kBool, 1, 0, {}, {}, {}}), true;
+      case 0x89:
+        return push(PickleValue{Kind::kBool, 0, 0, {}, {}, {}}), true;
+      case 'K':
+        return push_int(in_.take<uint8_t>(entry_)), true;
+      case 'M':
+        return push_int(in_.take<uint16_t>(entry_)), true;
+      case 'J':
+        return push_int(in_.take<int32_t>(entry_)), true;
+      case 0x8a:
+        return push_int(long_number()), true;
       case 'G': {  // BINFLOAT, big endian
         uint64_t bits = 0;
         for (char c : in_.take_bytes(8, entry_)) bits = bits << 8 | static_cast<uint8_t>(c);
@@ -150,26 +164,38 @@ class Machine {
         const uint32_t length = in_.take<uint32_t>(entry_);
         return push(PickleValue{Kind::kText, 0, 0, std::string(in_.take_bytes(length, entry_)), {}, {}}), true;
       }
-      case 'c': return push_global(), true;
-      case 'q': return put(in_.take<uint8_t>(entry_)), true;
-      case 'r': return put(in_.take<uint32_t>(entry_)), true;
-      case 'h': return get(in_.take<uint8_t>(entry_)), true;
-      case 'j': return get(in_.take<uint32_t>(entry_)), true;
-      case 't': return push_tuple(pop_to_mark()), true;
-      case 0x85: return push_tuple(1), true;
-      case 0x86: return push_tuple(2), true;
-      case 0x87: return push_tuple(3), true;
+      case 'c':
+        return push_global(), true;
+      case 'q':
+        return put(in_.take<uint8_t>(entry_)), true;
+      case 'r':
+        return put(in_.take<uint32_t>(entry_)), true;
+      case 'h':
+        return get(in_.take<uint8_t>(entry_)), true;
+      case 'j':
+        return get(in_.take<uint32_t>(entry_)), true;
+      case 't':
+        return push_tuple(pop_to_mark()), true;
+      case 0x85:
+        return push_tuple(1), true;
+      case 0x86:
+        return push_tuple(2), true;
+      case 0x87:
+        return push_tuple(3), true;
       case 'Q': {
         const int id = pop();
         return push(PickleValue{Kind::kPersistent, 0, 0, {}, {id}, {}}), true;
       }
-      case 'R': return reduce(), true;
-      case 'b': return build(), true;
+      case 'R':
+        return reduce(), true;
+      case 'b':
+        return build(), true;
       case 's': {
         const int value = pop(), key = pop();
         return add_entries({key, value}), true;
       }
-      case 'u': return add_entries(pop_to_mark()), true;
+      case 'u':
+        return add_entries(pop_to_mark()), true;
       case 'a': {
         const int value = pop();
         return top(Kind::kList).items.push_back(value), true;
@@ -197,7 +223,8 @@ class Machine {
 
 }  // namespace
 
-Pickle parse_pickle(std::string_view bytes, const std::vector<std::string>& allowed, const std::string& file, const std::string& entry) {
+Pickle parse_pickle(std::string_view bytes, const std::vector<std::string>& allowed, const std::string& file,
+                    const std::string& entry) {
   return Machine(bytes, allowed, file, entry).run();
 }
 

@@ -25,12 +25,13 @@ Scene load_any_scene(const std::filesystem::path& source, const LoadOptions& opt
 
 }  // namespace
 
-Scene attach_scene(const Context& context, RunDirectory& run, const std::filesystem::path& source, const LoadOptions& options) {
+Scene attach_scene(const Context& context, RunDirectory& run, const std::filesystem::path& source,
+                   const LoadOptions& options) {
   Scene scene = load_any_scene(source, options);
   run.set_scene(recorded(source, options), context.overwrite);
   for (const std::string& warning : scene.warnings) context.progress.warn(warning);
-  context.progress.say(fmt::format("scene: {} Gaussians, {} cameras{}; up: {}", scene.cloud.size(), scene.cameras.size(),
-                                   scene.cameras_are_orbit ? " (orbit)" : "", scene.up_source));
+  context.progress.say(fmt::format("scene: {} Gaussians, {} cameras{}; up: {}", scene.cloud.size(),
+                                   scene.cameras.size(), scene.cameras_are_orbit ? " (orbit)" : "", scene.up_source));
   if (!options.metres_per_unit && !scene.settings.metres_per_unit)
     context.progress.say("scene: the length of a unit is not known, taken as 1 m (--metres-per-unit)");
   return scene;
@@ -38,7 +39,8 @@ Scene attach_scene(const Context& context, RunDirectory& run, const std::filesys
 
 Scene load_run_scene(const RunDirectory& run) {
   const json& record = run.scene();
-  if (!record.is_object()) throw usage_error(run.path().string(), "scene", "is not recorded", "run `pliant segment SCENE --out DIR` first");
+  if (!record.is_object())
+    throw usage_error(run.path().string(), "scene", "is not recorded", "run `pliant segment SCENE --out DIR` first");
   LoadOptions options;
   options.orbit_views = record["orbit_views"];
   if (record.contains("level")) options.level = record["level"].get<int>();

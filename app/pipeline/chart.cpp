@@ -12,7 +12,8 @@
 namespace pliant {
 namespace {
 
-constexpr std::array<std::array<int, 3>, 6> kPalette = {{{31, 96, 180}, {214, 84, 26}, {36, 140, 72}, {140, 70, 170}, {170, 130, 20}, {90, 90, 90}}};
+constexpr std::array<std::array<int, 3>, 6> kPalette = {
+    {{31, 96, 180}, {214, 84, 26}, {36, 140, 72}, {140, 70, 170}, {170, 130, 20}, {90, 90, 90}}};
 
 cv::Scalar rgb(const std::array<int, 3>& c) { return {double(c[0]), double(c[1]), double(c[2])}; }
 
@@ -56,7 +57,9 @@ struct Axis {
   double share(double value) const { return (value - low) / (high - low); }
 };
 
-std::string tick_label(double value, double step) { return fmt::format("{:.4g}", std::abs(value) < 1e-9 * step ? 0.0 : value); }
+std::string tick_label(double value, double step) {
+  return fmt::format("{:.4g}", std::abs(value) < 1e-9 * step ? 0.0 : value);
+}
 
 }  // namespace
 
@@ -74,9 +77,11 @@ ImageF draw_chart(const Chart& chart) {
   const int width = chart.width - kLeft - kRight, height = chart.height - kTop - kBottom;
   const auto place = [&](double x, double y) {
     const double v = std::clamp(up.share(y), -1.0, 2.0);
-    return cv::Point(kLeft + static_cast<int>(std::lround(across.share(x) * width)), kTop + static_cast<int>(std::lround((1 - v) * height)));
+    return cv::Point(kLeft + static_cast<int>(std::lround(across.share(x) * width)),
+                     kTop + static_cast<int>(std::lround((1 - v) * height)));
   };
-  for (double x = std::ceil(across.low / across.step) * across.step; x <= across.high + 1e-9 * across.step; x += across.step) {
+  for (double x = std::ceil(across.low / across.step) * across.step; x <= across.high + 1e-9 * across.step;
+       x += across.step) {
     const int at = place(x, up.low).x;
     cv::line(canvas, {at, kTop}, {at, kTop + height}, kGrid);
     const std::string label = tick_label(x, across.step);
@@ -90,15 +95,18 @@ ImageF draw_chart(const Chart& chart) {
   }
   for (const double x : chart.marks) {
     const int at = place(x, up.low).x;
-    for (int y = kTop; y < kTop + height; y += 8) cv::line(canvas, {at, y}, {at, std::min(y + 4, kTop + height)}, kMark);
+    for (int y = kTop; y < kTop + height; y += 8)
+      cv::line(canvas, {at, y}, {at, std::min(y + 4, kTop + height)}, kMark);
   }
   for (size_t k = 0; k < chart.curves.size(); ++k) {
     const Curve& curve = chart.curves[k];
     const cv::Scalar color = rgb(kPalette[(curve.color < 0 ? k : curve.color) % kPalette.size()]);
     for (size_t i = 0; i < curve.x.size(); ++i) {
       if (!std::isfinite(curve.y[i])) continue;
-      if (curve.dots) cv::circle(canvas, place(curve.x[i], curve.y[i]), 3, color, cv::FILLED, cv::LINE_AA);
-      else if (i > 0 && std::isfinite(curve.y[i - 1])) cv::line(canvas, place(curve.x[i - 1], curve.y[i - 1]), place(curve.x[i], curve.y[i]), color, 2, cv::LINE_AA);
+      if (curve.dots)
+        cv::circle(canvas, place(curve.x[i], curve.y[i]), 3, color, cv::FILLED, cv::LINE_AA);
+      else if (i > 0 && std::isfinite(curve.y[i - 1]))
+        cv::line(canvas, place(curve.x[i - 1], curve.y[i - 1]), place(curve.x[i], curve.y[i]), color, 2, cv::LINE_AA);
     }
   }
   cv::rectangle(canvas, {kLeft, kTop}, {kLeft + width, kTop + height}, kFrame);
@@ -116,8 +124,10 @@ ImageF draw_chart(const Chart& chart) {
     const int at = kLeft + width - 8 - text_width(chart.curves[k].name, 10);
     const cv::Scalar color = rgb(kPalette[(chart.curves[k].color < 0 ? k : chart.curves[k].color) % kPalette.size()]);
     cv::rectangle(canvas, {at - 28, line - 12}, {kLeft + width - 2, line + 4}, cv::Scalar(255, 255, 255), cv::FILLED);
-    if (chart.curves[k].dots) cv::circle(canvas, {at - 14, line - 4}, 3, color, cv::FILLED, cv::LINE_AA);
-    else cv::line(canvas, {at - 24, line - 4}, {at - 6, line - 4}, color, 2, cv::LINE_AA);
+    if (chart.curves[k].dots)
+      cv::circle(canvas, {at - 14, line - 4}, 3, color, cv::FILLED, cv::LINE_AA);
+    else
+      cv::line(canvas, {at - 24, line - 4}, {at - 6, line - 4}, color, 2, cv::LINE_AA);
     write(canvas, chart.curves[k].name, {at, line}, kInk, 10);
     line += 16;
   }
@@ -125,7 +135,8 @@ ImageF draw_chart(const Chart& chart) {
 }
 
 Vec3f map_color(double t) {
-  static const Vec3f kStops[] = {{0.05f, 0.03f, 0.30f}, {0.29f, 0.08f, 0.53f}, {0.58f, 0.15f, 0.50f}, {0.85f, 0.31f, 0.36f}, {0.98f, 0.58f, 0.20f}, {0.96f, 0.95f, 0.40f}};
+  static const Vec3f kStops[] = {{0.05f, 0.03f, 0.30f}, {0.29f, 0.08f, 0.53f}, {0.58f, 0.15f, 0.50f},
+                                 {0.85f, 0.31f, 0.36f}, {0.98f, 0.58f, 0.20f}, {0.96f, 0.95f, 0.40f}};
   const double at = 5 * std::clamp(std::isfinite(t) ? t : 0.0, 0.0, 1.0);
   const int i = std::min(4, static_cast<int>(at));
   return kStops[i] + static_cast<float>(at - i) * (kStops[i + 1] - kStops[i]);
@@ -144,7 +155,8 @@ ImageF draw_log_bar(double low, double high, const std::string& label, int width
   int free_from = 0;
   for (int decade = static_cast<int>(std::floor(from)) - 1; decade <= std::ceil(to); ++decade)
     for (const double digit : {1.0, 2.0, 5.0}) {
-      const double value = digit * std::pow(10.0, decade), share = to > from ? (std::log10(value) - from) / (to - from) : 0.5;
+      const double value = digit * std::pow(10.0, decade),
+                   share = to > from ? (std::log10(value) - from) / (to - from) : 0.5;
       if (share < -1e-9 || share > 1 + 1e-9) continue;
       const int at = kMargin + static_cast<int>(std::lround(share * (length - 1)));
       const std::string text = fmt::format("{:g}", value);

@@ -38,7 +38,8 @@ double view_score(const Camera& camera, const Box& box) {
   const Eigen::Vector2d inside = (high.cwiseMin(size) - low.cwiseMax(0.0)).cwiseMax(0.0);
   const double whole = (high - low).prod(), seen = inside.prod();
   const double off_middle = ((0.5 * (low + high) - 0.5 * size).array() / size.array()).matrix().norm();
-  return seen / size.prod() * (seen / std::max(whole, 1e-9)) * (seen / std::max(whole, 1e-9)) * (1 - std::min(off_middle, 1.0));
+  return seen / size.prod() * (seen / std::max(whole, 1e-9)) * (seen / std::max(whole, 1e-9)) *
+         (1 - std::min(off_middle, 1.0));
 }
 
 /// The camera turned towards the object, with a longer lens if the object's box then covers less than `share` of the
@@ -78,10 +79,9 @@ Camera clip_camera(const Scene& scene, const std::string& name, const Box& objec
                       fmt::format("{} cameras, from '{}' to '{}'", scene.cameras.size(), scene.cameras.front().name,
                                   scene.cameras.back().name));
   }
-  const Camera& best = *std::max_element(scene.cameras.begin(), scene.cameras.end(),
-                                         [&](const Camera& a, const Camera& b) {
-                                           return view_score(a, object) < view_score(b, object);
-                                         });
+  const Camera& best = *std::max_element(
+      scene.cameras.begin(), scene.cameras.end(),
+      [&](const Camera& a, const Camera& b) { return view_score(a, object) < view_score(b, object); });
   // An orbit frames the whole scene, which may be much larger than the object.
   constexpr double kShare = 0.6;
   return scene.cameras_are_orbit ? closer(best, object, scene.up, kShare) : best;

@@ -24,7 +24,8 @@ PushPlace default_push_place(const Particles& particles, const Vec3d& up, const 
   PushPlace place;
   double farthest = 0;
   for (const Vec3f& x : particles.position)
-    if (up.dot(x.cast<double>()) >= high - 0.1 * (high - low)) farthest = std::max(farthest, (x.cast<double>() - tip).norm());
+    if (up.dot(x.cast<double>()) >= high - 0.1 * (high - low))
+      farthest = std::max(farthest, (x.cast<double>() - tip).norm());
   place.region = Region::sphere(tip, std::min(std::max(farthest, 0.05 * (high - low)), 0.25 * (high - low)));
   Vec3d sideways = camera_right - up * up.dot(camera_right);
   if (sideways.norm() < 0.1) sideways = up.unitOrthogonal();

@@ -13,10 +13,12 @@ namespace {
 
 constexpr int kGrow = 8;              // px by which the moving mask is grown where pictures are compared
 constexpr double kDirectRate = 0.03;  // of ln E where it is a parameter itself, not what a network makes of many
-constexpr double kAstray = 0.02;      // of the loss: such a fit begins at an optimum of the tracks, and Adam's steps are as large as its rates there too
+constexpr double kAstray = 0.02;  // of the loss: such a fit begins at an optimum of the tracks, and Adam's steps are as
+                                  // large as its rates there too
 
 /// What gradients compare.
-ClipTerms clip_terms(const Context& context, const RunDirectory& run, const CompareStage& stage, const FitScene& fit, int first_step) {
+ClipTerms clip_terms(const Context& context, const RunDirectory& run, const CompareStage& stage, const FitScene& fit,
+                     int first_step) {
   ClipTerms terms;
   terms.drawn = fit.drawn;
   terms.track_weight = stage.loss == "pictures" ? 0 : 1;
@@ -39,7 +41,8 @@ ClipTerms clip_terms(const Context& context, const RunDirectory& run, const Comp
 
 }  // namespace
 
-std::shared_ptr<Guidance> start_guide(const Context& context, const RunDirectory& run, const CompareStage& stage, int first_step) {
+std::shared_ptr<Guidance> start_guide(const Context& context, const RunDirectory& run, const CompareStage& stage,
+                                      int first_step) {
   GuidanceOptions options;
   options.first_step = first_step;
   options.command = stage.guide, options.interrupted = context.interrupted;
@@ -50,8 +53,8 @@ std::shared_ptr<Guidance> start_guide(const Context& context, const RunDirectory
   return guide;
 }
 
-MaterialFitOptions material_fit_options(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage, const FitScene& fit,
-                                        const GradientFitState& done) {
+MaterialFitOptions material_fit_options(const Context& context, const RunDirectory& run, const Scene& scene,
+                                        const FitStage& stage, const FitScene& fit, const GradientFitState& done) {
   MaterialFitOptions options;
   VibrationFitOptions& vibration = options.vibration;
   vibration.simulate.gravity = -9.81 * scene.up;
@@ -61,12 +64,16 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
   vibration.stop = context.interrupted;
   if (stage.field == "parts") {
     options.kind = MaterialKind::kParts;
-    options.part = stage.part_labels.empty() ? parts_of(fit, stage.parts) : labelled_parts(fit, scene, stage.part_labels);
-    context.progress.say(fmt::format("fit: {} parts that may differ in stiffness", *std::ranges::max_element(options.part) + 1));
+    options.part =
+        stage.part_labels.empty() ? parts_of(fit, stage.parts) : labelled_parts(fit, scene, stage.part_labels);
+    context.progress.say(
+        fmt::format("fit: {} parts that may differ in stiffness", *std::ranges::max_element(options.part) + 1));
   }
   if (stage.field == "smooth") options.kind = MaterialKind::kSmooth;
-  if (stage.field == "triplanes") options.kind = MaterialKind::kTriplanes;
-  else options.gradient.material_rate = kDirectRate, options.gradient.astray = kAstray;
+  if (stage.field == "triplanes")
+    options.kind = MaterialKind::kTriplanes;
+  else
+    options.gradient.material_rate = kDirectRate, options.gradient.astray = kAstray;
   options.gradient.iterations = stage.compare.iterations;
   options.gradient_window = stage.compare.window;
   options.poisson = stage.compare.poisson;
@@ -75,8 +82,15 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
 }
 
 json compare_to_json(const CompareStage& stage) {
-  return {{"loss", stage.loss}, {"lambda", stage.lambda}, {"picture_weight", stage.picture_weight}, {"flow_weight", stage.flow_weight},
-          {"window", stage.window}, {"iterations", stage.iterations}, {"poisson", stage.poisson}, {"guide", stage.guide}, {"guide_weight", stage.guide_weight}};
+  return {{"loss", stage.loss},
+          {"lambda", stage.lambda},
+          {"picture_weight", stage.picture_weight},
+          {"flow_weight", stage.flow_weight},
+          {"window", stage.window},
+          {"iterations", stage.iterations},
+          {"poisson", stage.poisson},
+          {"guide", stage.guide},
+          {"guide_weight", stage.guide_weight}};
 }
 
 }  // namespace pliant

@@ -9,9 +9,10 @@
 
 namespace pliant {
 
-/// material.h5: each solid sample's E times its driving particle's factor, `fitted` against the body, and that particle's
-/// Poisson's ratio; samples that are held get `rest_factor`.
-MaterialFile fitted_material(const FitScene& scene, const Particles& fitted, double rest_factor, const std::string& source);
+/// material.h5: each solid sample's E times its driving particle's factor, `fitted` against the body, and that
+/// particle's Poisson's ratio; samples that are held get `rest_factor`.
+MaterialFile fitted_material(const FitScene& scene, const Particles& fitted, double rest_factor,
+                             const std::string& source);
 /// How E(x) was found, for material.h5: the constant's, where a field was left.
 std::string source_of(const MaterialFit& fit, MaterialKind kind);
 /// Mean logarithm of E over the samples that move, as E [Pa].

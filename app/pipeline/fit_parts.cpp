@@ -58,7 +58,8 @@ std::vector<uint32_t> parts_of(const FitScene& fit, int count) {
   PartsOptions options;
   options.count = count;
   std::vector<uint8_t> thin(drivers, 0);
-  for (size_t d = 0; d < drivers && !fit.body.file.driving_thickness.empty(); ++d) thin[d] = fit.body.file.driving_thickness[d] > 0;
+  for (size_t d = 0; d < drivers && !fit.body.file.driving_thickness.empty(); ++d)
+    thin[d] = fit.body.file.driving_thickness[d] > 0;
   std::vector<uint32_t> patches = find_parts(options, drawn.drivers, color, held);
   const auto materials = join_alike(options, patches, color, thin, held);
   return materials ? settle_parts(SettleOptions(), *materials, drawn.drivers, color, thin, held) : patches;
@@ -67,7 +68,8 @@ std::vector<uint32_t> parts_of(const FitScene& fit, int count) {
 std::vector<uint32_t> labelled_parts(const FitScene& fit, const Scene& scene, const std::string& file) {
   const LabelFile labels = read_labels(file);
   if (labels.label.size() != scene.cloud.size())
-    throw input_error(file, "label", fmt::format("has {} labels and the scene {} Gaussians", labels.label.size(), scene.cloud.size()),
+    throw input_error(file, "label",
+                      fmt::format("has {} labels and the scene {} Gaussians", labels.label.size(), scene.cloud.size()),
                       "give labels of this scene's Gaussians, in their order");
   const DrawnObject<float>& drawn = *fit.drawn;
   // An object's Gaussians are copies of the scene's.
@@ -81,11 +83,13 @@ std::vector<uint32_t> labelled_parts(const FitScene& fit, const Scene& scene, co
   for (size_t d = 0; d < part.size(); ++d) {
     if (of[d] < 0) continue;
     const auto& vote = votes[of[d]];
-    const auto best = std::max_element(vote.begin(), vote.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto best =
+        std::max_element(vote.begin(), vote.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
     part[d] = number.emplace(best->first, static_cast<uint32_t>(number.size())).first->second;
   }
   if (number.size() < 2)
-    throw input_error(file, "label", "is the same on everything that moves", "give labels that tell parts apart, or use --field uniform");
+    throw input_error(file, "label", "is the same on everything that moves",
+                      "give labels that tell parts apart, or use --field uniform");
   return part;
 }
 

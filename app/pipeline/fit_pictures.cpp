@@ -35,7 +35,8 @@ ImageF slice_picture(const std::vector<float>& rows, int frames, int length, boo
 
 }  // namespace
 
-ImageF picture_of_drivers(const FitScene& fit, const std::vector<double>& value, double low, double high, const std::string& label) {
+ImageF picture_of_drivers(const FitScene& fit, const std::vector<double>& value, double low, double high,
+                          const std::string& label) {
   const DrawnObject<float>& drawn = *fit.drawn;
   CHECK(value.size() == drawn.drivers.size() && low > 0);
   if (high < 1.02 * low) {
@@ -62,8 +63,10 @@ ImageF picture_of_drivers(const FitScene& fit, const std::vector<double>& value,
   ImageF out(fit.still.width, fit.still.height + bar.height, 3);
   for (int y = 0; y < fit.still.height; ++y)
     for (int x = 0; x < fit.still.width; ++x) {
-      const float share = std::clamp(shares(x, y, 0), 0.0f, 1.0f), light = std::clamp(luminance(fit.still, x, y), 0.0f, 1.0f);
-      const double at = share > 1e-3f ? (shares(x, y, 1) / shares(x, y, 0) - std::log(low)) / (std::log(high) - std::log(low)) : 0;
+      const float share = std::clamp(shares(x, y, 0), 0.0f, 1.0f),
+                  light = std::clamp(luminance(fit.still, x, y), 0.0f, 1.0f);
+      const double at =
+          share > 1e-3f ? (shares(x, y, 1) / shares(x, y, 0) - std::log(low)) / (std::log(high) - std::log(low)) : 0;
       const Vec3f color = map_color(at) * (0.75f + 0.25f * light);
       for (int c = 0; c < 3; ++c) out(x, y, c) = share * color[c] + (1 - share) * (0.35f + 0.6f * light);
     }
@@ -94,13 +97,16 @@ void SpaceTimeSlices::add(const ImageF& seen, const ImageF& drawn) {
   for (int x = 0; x < width_; ++x)
     for (int c = 0; c < 3; ++c) seen_row_.push_back(seen(x, row_, c)), drawn_row_.push_back(drawn(x, row_, c));
   for (int y = 0; y < height_; ++y)
-    for (int c = 0; c < 3; ++c) seen_column_.push_back(seen(column_, y, c)), drawn_column_.push_back(drawn(column_, y, c));
+    for (int c = 0; c < 3; ++c)
+      seen_column_.push_back(seen(column_, y, c)), drawn_column_.push_back(drawn(column_, y, c));
 }
 
 ImageF SpaceTimeSlices::picture() const {
   constexpr int kGap = 8, kCaption = 22;
-  const ImageF rows[] = {slice_picture(seen_row_, frames_, width_, true, 160), slice_picture(drawn_row_, frames_, width_, true, 160)};
-  const ImageF columns[] = {slice_picture(seen_column_, frames_, height_, false, width_), slice_picture(drawn_column_, frames_, height_, false, width_)};
+  const ImageF rows[] = {slice_picture(seen_row_, frames_, width_, true, 160),
+                         slice_picture(drawn_row_, frames_, width_, true, 160)};
+  const ImageF columns[] = {slice_picture(seen_column_, frames_, height_, false, width_),
+                            slice_picture(drawn_column_, frames_, height_, false, width_)};
   const int wide = std::max(rows[0].width, columns[0].width);
   ImageF out(2 * wide + kGap, 2 * kCaption + rows[0].height + columns[0].height + kGap, 3, 1.0f);
   const char* names[] = {"video", "fit"};
@@ -109,7 +115,8 @@ ImageF SpaceTimeSlices::picture() const {
     draw_text(out, std::string(names[side]) + ": row " + std::to_string(row_) + ", time down", left + 2, 16, kBlack);
     paste(out, rows[side], left, kCaption);
     const int top = kCaption + rows[side].height + kGap;
-    draw_text(out, std::string(names[side]) + ": column " + std::to_string(column_) + ", time right", left + 2, top + 16, kBlack);
+    draw_text(out, std::string(names[side]) + ": column " + std::to_string(column_) + ", time right", left + 2,
+              top + 16, kBlack);
     paste(out, columns[side], left, top + kCaption);
   }
   return out;

@@ -6,12 +6,14 @@
 
 namespace pliant {
 
-/// The object as the video's camera sees it, coloured by a value of its driving particles on a logarithmic scale, before
-/// the scene in grey; rigid parts stay grey.  Below it a bar with round numbers from `low` to `high` > 0 and `label`.
-ImageF picture_of_drivers(const FitScene& fit, const std::vector<double>& value, double low, double high, const std::string& label);
+/// The object as the video's camera sees it, coloured by a value of its driving particles on a logarithmic scale,
+/// before the scene in grey; rigid parts stay grey.  Below it a bar with round numbers from `low` to `high` > 0 and
+/// `label`.
+ImageF picture_of_drivers(const FitScene& fit, const std::vector<double>& value, double low, double high,
+                          const std::string& label);
 
-/// Two lines of pixels, over time, side by side in the video and in the fitted motion: the row and the column in which the
-/// video changes most within the object.
+/// Two lines of pixels, over time, side by side in the video and in the fitted motion: the row and the column in which
+/// the video changes most within the object.
 class SpaceTimeSlices {
  public:
   explicit SpaceTimeSlices(const FitView& fit);

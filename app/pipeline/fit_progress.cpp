@@ -20,15 +20,20 @@ std::string place_of(const FitCheckpoint& checkpoint) {
   if (steps > 0) return fmt::format("after {} steps of an interrupted fit", steps);
   for (const GaussNewtonState& refinement : checkpoint.vibration.refinements) steps += refinement.loss.size() - 1;
   const std::string from = checkpoint.field ? "field" : checkpoint.homogeneous ? "best constant" : "modes";
-  return steps == 0 ? fmt::format("from the {} of an interrupted fit", from) : fmt::format("after {} steps from the {} of an interrupted fit", steps, from);
+  return steps == 0 ? fmt::format("from the {} of an interrupted fit", from)
+                    : fmt::format("after {} steps from the {} of an interrupted fit", steps, from);
 }
 
-std::shared_ptr<FitCheckpoint> kept_checkpoint(const Context& context, const fs::path& file, const std::string& provenance) {
+std::shared_ptr<FitCheckpoint> kept_checkpoint(const Context& context, const fs::path& file,
+                                               const std::string& provenance) {
   auto checkpoint = std::make_shared<FitCheckpoint>();
   if (fs::exists(file)) {
     const bool same = read_fit_checkpoint_provenance(file) == provenance;
     if (same) *checkpoint = read_fit_checkpoint(file);
-    context.progress.say(same ? "fit: goes on " + place_of(*checkpoint) : "fit: begins anew; the interrupted fit had other options or inputs, or was of another version of Pliant");
+    context.progress.say(
+        same
+            ? "fit: goes on " + place_of(*checkpoint)
+            : "fit: begins anew; the interrupted fit had other options or inputs, or was of another version of Pliant");
   }
   checkpoint->provenance_json = provenance;
   fs::create_directories(file.parent_path());
@@ -43,9 +48,12 @@ MaterialFitProgress kept_progress(const Context& context, const RunDirectory& ru
   const auto write = [checkpoint, file] { write_fit_checkpoint(file, *checkpoint); };
   MaterialFitProgress kept;
   kept.homogeneous = checkpoint->homogeneous, kept.field = checkpoint->field;
-  kept.vibration = checkpoint->vibration, kept.velocity = checkpoint->velocity, kept.gradient = checkpoint->gradient, kept.posterior = checkpoint->posterior;
+  kept.vibration = checkpoint->vibration, kept.velocity = checkpoint->velocity, kept.gradient = checkpoint->gradient,
+  kept.posterior = checkpoint->posterior;
   kept.keep_vibration = [=](const VibrationFitState& state) { checkpoint->vibration = state, write(); };
-  kept.keep_homogeneous = [=](const VibrationFit& fit) { checkpoint->homogeneous = fit, checkpoint->vibration = {}, write(); };
+  kept.keep_homogeneous = [=](const VibrationFit& fit) {
+    checkpoint->homogeneous = fit, checkpoint->vibration = {}, write();
+  };
   kept.keep_field = [=](const VibrationFit& fit) { checkpoint->field = fit, checkpoint->vibration = {}, write(); };
   kept.keep_posterior = [=](const PosteriorState& state) { checkpoint->posterior = state, write(); };
   const auto go_on = [&context] { return !(context.interrupted && context.interrupted()); };
@@ -60,7 +68,8 @@ KeptMarkerFit kept_marker_fit(const Context& context, const RunDirectory& run, c
   return {checkpoint->markers, [=, &context](const MarkerFitState& state) {
             checkpoint->markers = state;
             write_fit_checkpoint(file, *checkpoint);
-            if (context.interrupted && context.interrupted()) throw Error(Failure::kInterrupted, "fit", "", "interrupted", "run the same command again");
+            if (context.interrupted && context.interrupted())
+              throw Error(Failure::kInterrupted, "fit", "", "interrupted", "run the same command again");
           }};
 }
 

@@ -6,8 +6,8 @@
 
 namespace pliant {
 
-/// What an interrupted fit of the same options and inputs left in fit/checkpoint.h5, and the hooks that keep what is done
-/// from now on.
+/// What an interrupted fit of the same options and inputs left in fit/checkpoint.h5, and the hooks that keep what is
+/// done from now on.
 MaterialFitProgress kept_progress(const Context& context, const RunDirectory& run, const std::string& provenance);
 /// The same of a fit to markers.
 struct KeptMarkerFit {

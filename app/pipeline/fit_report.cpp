@@ -35,7 +35,8 @@ ImageF side_by_side_picture(const ImageF& seen, const ImageF& drawn) {
 }
 
 /// Of one video; the names of pictures end in `suffix`.
-MotionScores compare_view(const FitScene& fit, const FitView& view, const FittedMotion& motion, const fs::path& folder, const std::string& suffix) {
+MotionScores compare_view(const FitScene& fit, const FitView& view, const FittedMotion& motion, const fs::path& folder,
+                          const std::string& suffix) {
   const ImageF mask = motion_mask(view, static_cast<int>(view.video.frames.size()), kGrow);
   const ImageF& first = view.video.frames[0];
   MotionScores scores;
@@ -43,7 +44,8 @@ MotionScores compare_view(const FitScene& fit, const FitView& view, const Fitted
   const bool pictures = !folder.empty();
   SpaceTimeSlices slices(view);
   std::optional<VideoWriter> writer;
-  if (pictures) writer.emplace(folder / ("side_by_side" + suffix + ".mp4"), view.video.fps, 3 * first.width, first.height);
+  if (pictures)
+    writer.emplace(folder / ("side_by_side" + suffix + ".mp4"), view.video.fps, 3 * first.width, first.height);
   for (size_t k = 0; k < motion.frames.size(); ++k) {
     const int f = motion.first_frame + static_cast<int>(k);
     if (f >= static_cast<int>(view.video.frames.size())) break;
@@ -83,17 +85,24 @@ MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, con
 void write_fit_pictures(const fs::path& folder, const FitScene& fit, const FitFindings& findings) {
   if (!findings.young_of_driver.empty()) {
     const auto [low, high] = std::minmax_element(findings.young_of_driver.begin(), findings.young_of_driver.end());
-    write_image(folder / "young.png", picture_of_drivers(fit, findings.young_of_driver, *low, *high, "Young's modulus [Pa]"));
+    write_image(folder / "young.png",
+                picture_of_drivers(fit, findings.young_of_driver, *low, *high, "Young's modulus [Pa]"));
   }
   if (!findings.sigma_of_driver.empty()) {
     std::vector<double> sigma = findings.sigma_of_driver;
     for (double& s : sigma) s = std::clamp(s, kSurest, kVaguest);
-    write_image(folder / "uncertainty.png", picture_of_drivers(fit, sigma, kSurest, kVaguest, "one standard deviation of log10 E [decades]"));
+    write_image(folder / "uncertainty.png",
+                picture_of_drivers(fit, sigma, kSurest, kVaguest, "one standard deviation of log10 E [decades]"));
   }
   if (!findings.search_young.empty()) {
     Curve curve{"", {}, findings.search_unexplained, false, 0};
     for (const double young : findings.search_young) curve.x.push_back(std::log10(young));
-    Chart chart{"Search: what each stiffness leaves unexplained", "log10 of Young's modulus [Pa]", "share of the motion", {curve}, {}, true};
+    Chart chart{"Search: what each stiffness leaves unexplained",
+                "log10 of Young's modulus [Pa]",
+                "share of the motion",
+                {curve},
+                {},
+                true};
     chart.marks = {std::log10(findings.young)};
     write_image(folder / "search.png", draw_chart(chart));
   }
@@ -101,14 +110,16 @@ void write_fit_pictures(const fs::path& folder, const FitScene& fit, const FitFi
   std::vector<Chart> charts;
   for (const FitFindings::Refinement& stage : findings.refinements) {
     if (stage.value.empty()) continue;
-    if (charts.empty() || charts.back().y_label != stage.label) charts.push_back({"Refinement on simulated motions", "step", stage.label, {}, {}, true});
+    if (charts.empty() || charts.back().y_label != stage.label)
+      charts.push_back({"Refinement on simulated motions", "step", stage.label, {}, {}, true});
     const int color = static_cast<int>(charts.back().curves.size()) / 2;
     Curve curve{stage.name, {}, stage.value, false, color};
     for (size_t i = 0; i < stage.value.size(); ++i) curve.x.push_back(static_cast<double>(i));
     Curve dots{"", curve.x, curve.y, true, color};
     charts.back().curves.push_back(std::move(curve)), charts.back().curves.push_back(std::move(dots));
   }
-  for (size_t k = 0; k < charts.size(); ++k) write_image(folder / (k == 0 ? "loss.png" : fmt::format("loss_{}.png", k + 1)), draw_chart(charts[k]));
+  for (size_t k = 0; k < charts.size(); ++k)
+    write_image(folder / (k == 0 ? "loss.png" : fmt::format("loss_{}.png", k + 1)), draw_chart(charts[k]));
 }
 
 }  // namespace pliant

@@ -22,20 +22,21 @@ struct MotionScores {
 };
 
 /// Scores; writes into `folder` the video, the fitted motion and their difference side by side (side_by_side.mp4), and
-/// lines of pixels over time (slices.png), of further videos as side_by_side_2.mp4 and so on; nothing when the name is empty.
+/// lines of pixels over time (slices.png), of further videos as side_by_side_2.mp4 and so on; nothing when the name is
+/// empty.
 MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, const std::filesystem::path& folder);
 
 /// What the pictures of a fit show; what is empty gets none.
 struct FitFindings {
-  double young = 0;                                       ///< Pa, of the whole
-  std::vector<double> young_of_driver;                    ///< [M] Pa
-  std::vector<double> sigma_of_driver;                    ///< [M] decades, one standard deviation of log10 E
-  std::vector<double> search_young, search_unexplained;   ///< the search: Pa, share of the motion
+  double young = 0;                                      ///< Pa, of the whole
+  std::vector<double> young_of_driver;                   ///< [M] Pa
+  std::vector<double> sigma_of_driver;                   ///< [M] decades, one standard deviation of log10 E
+  std::vector<double> search_young, search_unexplained;  ///< the search: Pa, share of the motion
   struct Refinement {
     std::string name, label;    ///< of the stage, and what its values are
     std::vector<double> value;  ///< at its start and after every step
   };
-  std::vector<Refinement> refinements;                    ///< in the order in which they were made
+  std::vector<Refinement> refinements;  ///< in the order in which they were made
 };
 
 /// young.png, uncertainty.png, search.png, loss.png.

@@ -39,7 +39,8 @@ void choose_points(FitView& fit, const ImageF& depth, int wanted) {
   size_t inside = 0;
   for (const float share : fit.moving.data) inside += share > 0.8f;
   if (inside < 30)
-    throw input_error("fit", "object", fmt::format("shows only {} pixels that can move to camera '{}'", inside, fit.video.camera.name),
+    throw input_error("fit", "object",
+                      fmt::format("shows only {} pixels that can move to camera '{}'", inside, fit.video.camera.name),
                       "check the camera of the video, and what is pinned");
   const double step = std::max(1.0, std::sqrt(static_cast<double>(inside) / wanted));
   const Camera& camera = fit.video.camera;
@@ -51,7 +52,9 @@ void choose_points(FitView& fit, const ImageF& depth, int wanted) {
       const Eigen::Vector2d pixel(i + 0.5, j + 0.5);
       const double z = depth(i, j);
       fit.pixel.push_back(pixel);
-      fit.points.push_back((world_from_cam * Vec3d((pixel.x() - camera.cx) / camera.fx * z, (pixel.y() - camera.cy) / camera.fy * z, z)).cast<float>());
+      fit.points.push_back(
+          (world_from_cam * Vec3d((pixel.x() - camera.cx) / camera.fx * z, (pixel.y() - camera.cy) / camera.fy * z, z))
+              .cast<float>());
     }
 }
 
@@ -64,7 +67,8 @@ FitScene load_body(const RunDirectory& run, const Scene& scene, const FitStage& 
   fit.solid = solid_material(particles, material);
   fit.body = make_body(std::move(particles), scene, fit.solid, material.material);
   fit.pins = pins_of(fit.body.file, scene);
-  GaussianCloud object = read_ply(run / (folder + "/object.ply")), background = read_ply(run / "background_repaired.ply");
+  GaussianCloud object = read_ply(run / (folder + "/object.ply")),
+                background = read_ply(run / "background_repaired.ply");
   const int degree = std::max(object.sh_degree, background.sh_degree);
   object = with_sh_degree(object, degree), background = with_sh_degree(background, degree);
   fit.drawn = std::make_shared<DrawnObject<float>>();
@@ -109,18 +113,23 @@ void keep_foreground(const Context& context, FitView& view, const ImageF& mask) 
     before += view.moving.data[i], kept += view.moving.data[i] *= mask.data[i];
     view.mask.data[i] = view.moving.data[i] > 0.5f;
   }
-  const std::string sentence = fmt::format("the mask of camera '{}' holds {:.0f} % of what can move there", view.video.camera.name, 100 * kept / std::max(before, 1e-12));
-  if (kept < kLeastForeground * before) context.progress.warn(sentence + ": check that it is bright where the object is");
-  else context.progress.say("fit: " + sentence);
+  const std::string sentence = fmt::format("the mask of camera '{}' holds {:.0f} % of what can move there",
+                                           view.video.camera.name, 100 * kept / std::max(before, 1e-12));
+  if (kept < kLeastForeground * before)
+    context.progress.warn(sentence + ": check that it is bright where the object is");
+  else
+    context.progress.say("fit: " + sentence);
 }
 
-FitView load_view(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage, const FitScene& fit, double fps) {
+FitView load_view(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage,
+                  const FitScene& fit, double fps) {
   FitView view;
   view.video = load_fit_video(context, run, scene, stage, fps);
   for (const std::string& warning : view.video.warnings) context.progress.warn(warning);
   view.compared = load_compared(stage, view.video);
   const ImageF depth = look(fit, view);
-  if (const ImageF mask = load_object_mask(scene, view.video.camera); mask.width > 0) keep_foreground(context, view, mask);
+  if (const ImageF mask = load_object_mask(scene, view.video.camera); mask.width > 0)
+    keep_foreground(context, view, mask);
   check(context, view, video_name(scene, stage));
   choose_points(view, depth, stage.points);
   return view;
@@ -137,14 +146,17 @@ std::vector<const FitView*> FitScene::views() const {
 FitScene load_fit_scene(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage) {
   FitScene fit = load_body(run, scene, stage);
   static_cast<FitView&>(fit) = load_view(context, run, scene, stage, fit, stage.compare_fps);
-  for (size_t i = 0; i < stage.further.size(); ++i) fit.further.push_back(load_view(context, run, scene, further_video(stage, i), fit, fit.video.fps));
+  for (size_t i = 0; i < stage.further.size(); ++i)
+    fit.further.push_back(load_view(context, run, scene, further_video(stage, i), fit, fit.video.fps));
   int frames = static_cast<int>(fit.video.frames.size());
-  fit.used = stage.until > 0 ? std::clamp(static_cast<int>(std::lround(stage.until * fit.video.fps)) + 1, 3, frames) : frames;
+  fit.used =
+      stage.until > 0 ? std::clamp(static_cast<int>(std::lround(stage.until * fit.video.fps)) + 1, 3, frames) : frames;
   for (const FitView& view : fit.further) fit.used = std::min(fit.used, static_cast<int>(view.video.frames.size()));
   return fit;
 }
 
-FitScene load_still_scene(const Context&, const RunDirectory& run, const Scene& scene, const FitStage& stage, const Camera& camera) {
+FitScene load_still_scene(const Context&, const RunDirectory& run, const Scene& scene, const FitStage& stage,
+                          const Camera& camera) {
   FitScene fit = load_body(run, scene, stage);
   fit.video.camera = camera;
   look(fit, fit);
@@ -160,10 +172,11 @@ PointTracks follow_points(const Context& context, const FitScene& fit) {
     ReferenceVideo seen = view->video;
     seen.frames.resize(fit.used);
     PixelTracks followed = track_pixels({}, seen, view->pixel, view->mask);
-    context.progress.say(fmt::format("fit: {} points followed through {} frames of camera '{}', mean weight {:.2f}", view->pixel.size(), fit.used,
-                                     view->video.camera.name, followed.kept));
+    context.progress.say(fmt::format("fit: {} points followed through {} frames of camera '{}', mean weight {:.2f}",
+                                     view->pixel.size(), fit.used, view->video.camera.name, followed.kept));
     if (followed.kept < 0.05)
-      throw input_error("fit", "video", "does not let the object's points be followed", "check that it shows this object from camera '" + view->video.camera.name + "'");
+      throw input_error("fit", "video", "does not let the object's points be followed",
+                        "check that it shows this object from camera '" + view->video.camera.name + "'");
     for (int f = 0; f < fit.used && !view->compared.empty(); ++f)
       for (size_t k = 0; k < view->pixel.size(); ++k)
         if (!is_compared(*view, f, followed.pixel[f][k].x(), followed.pixel[f][k].y())) followed.weight[f][k] = 0;

@@ -29,16 +29,20 @@ const Camera& camera_named(const std::vector<Camera>& cameras, const std::string
     if (camera.name == name) return camera;
   std::vector<std::string> names = {kFind};
   for (const Camera& camera : cameras) names.push_back(camera.name);
-  throw usage_error("--video-camera", name, "is not a camera of " + where, fmt::format("did you mean '{}'?", nearest_name(name, names)));
+  throw usage_error("--video-camera", name, "is not a camera of " + where,
+                    fmt::format("did you mean '{}'?", nearest_name(name, names)));
 }
 
 /// The camera of a pose file that has one, or the one of that name.
 Camera camera_of_pose_file(const FitStage& stage) {
   const std::vector<Camera> cameras = read_cameras(stage.pose).cameras;
-  if (cameras.empty()) throw input_error(stage.pose, "", "has no camera", "give a transforms.json, cameras.json or COLMAP model with the video's camera");
+  if (cameras.empty())
+    throw input_error(stage.pose, "", "has no camera",
+                      "give a transforms.json, cameras.json or COLMAP model with the video's camera");
   if (!stage.camera.empty()) return camera_named(cameras, stage.camera, stage.pose);
   if (cameras.size() > 1)
-    throw usage_error("--video-pose", stage.pose, fmt::format("has {} cameras", cameras.size()), "say with --video-camera NAME which one took the video");
+    throw usage_error("--video-pose", stage.pose, fmt::format("has {} cameras", cameras.size()),
+                      "say with --video-camera NAME which one took the video");
   return cameras[0];
 }
 
@@ -53,9 +57,9 @@ RenderOptions rendering_of(const Scene& scene) {
 /// The video that a stage names, or else the scene.
 struct NamedVideo {
   fs::path file;
-  std::string camera;      ///< empty = to be found
-  double fps = 0;          ///< that the stage or the scene tells
-  bool fps_holds = false;  ///< against the file's
+  std::string camera;        ///< empty = to be found
+  double fps = 0;            ///< that the stage or the scene tells
+  bool fps_holds = false;    ///< against the file's
   bool physdreamer = false;  ///< of such a folder: it has the horizontal field of view of its camera
 };
 
@@ -69,7 +73,8 @@ std::string known_camera(const Scene& scene, const FitStage& stage) {
 NamedVideo named_video(const Scene& scene, const FitStage& stage) {
   const auto& known = scene.settings.video;
   if (stage.video.empty() && !known)
-    throw usage_error("fit", "--video", "is not given, and the scene has no reference video", "give --video FILE, with --video-camera NAME where the camera is known");
+    throw usage_error("fit", "--video", "is not given, and the scene has no reference video",
+                      "give --video FILE, with --video-camera NAME where the camera is known");
   NamedVideo out;
   out.file = stage.video.empty() ? known->file : fs::path(stage.video);
   out.camera = known_camera(scene, stage);
@@ -77,7 +82,8 @@ NamedVideo named_video(const Scene& scene, const FitStage& stage) {
   const std::optional<PhysDreamerFolder> folder = physdreamer_folder(scene);
   // Of such a folder, a camera names its video too.
   if (folder && stage.video.empty() && !stage.camera.empty()) {
-    const auto its = std::find_if(folder->videos.begin(), folder->videos.end(), [&](const auto& video) { return video.camera == stage.camera; });
+    const auto its = std::find_if(folder->videos.begin(), folder->videos.end(),
+                                  [&](const auto& video) { return video.camera == stage.camera; });
     if (its != folder->videos.end()) out.file = its->file;
   }
   if (const PhysDreamerFolder::Video* listed = folder ? folder->find_video(out.file) : nullptr) {
@@ -95,16 +101,19 @@ void tell_choice(const Context& context, const Scene& scene, const FitStage& sta
   std::string others;
   for (const PhysDreamerFolder::Video& video : folder->videos)
     if (video.file != file) others += (others.empty() ? "" : ", ") + video.file.filename().string();
-  context.progress.warn(fmt::format("{} is fitted, and not {}: clips that a model made show different motions. --video FILE or --video-camera NAME picks another; give --video "
-                                    "FILE once for each of those that were filmed at the same time",
-                                    file.string(), others));
+  context.progress.warn(
+      fmt::format("{} is fitted, and not {}: clips that a model made show different motions. --video FILE or "
+                  "--video-camera NAME picks another; give --video "
+                  "FILE once for each of those that were filmed at the same time",
+                  file.string(), others));
 }
 
 void tell(const Context& context, const RunDirectory& run, const RefinedCamera& refined) {
   fs::create_directories(run / "fit");
   write_cameras(run / "fit/transforms.json", {refined.camera});
-  context.progress.say(fmt::format("fit: the video's camera matches the scene by {:.2f} (before: {:.2f}), {:.2f} px beside it, after {} renders", refined.after.score,
-                                   refined.before.score, refined.after.shift, refined.renders));
+  context.progress.say(fmt::format(
+      "fit: the video's camera matches the scene by {:.2f} (before: {:.2f}), {:.2f} px beside it, after {} renders",
+      refined.after.score, refined.before.score, refined.after.shift, refined.renders));
 }
 
 ImageF first_picture(const fs::path& file, double folder_fps) {
@@ -113,7 +122,8 @@ ImageF first_picture(const fs::path& file, double folder_fps) {
   return first->picture;
 }
 
-Camera find_in_scene(const Context& context, const RunDirectory& run, const Scene& scene, const fs::path& file, const ImageF& first) {
+Camera find_in_scene(const Context& context, const RunDirectory& run, const Scene& scene, const fs::path& file,
+                     const ImageF& first) {
   context.progress.say(fmt::format("fit: looking for the video's camera among {} known ones", scene.cameras.size()));
   const FoundCamera found = find_camera({}, scene.cloud, rendering_of(scene), scene.cameras, first);
   if (!found.found) throw input_error(file.string(), "camera", found.sentence, "");
@@ -127,9 +137,12 @@ Camera find_in_scene(const Context& context, const RunDirectory& run, const Scen
 ReferenceVideo generate(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage) {
   const Camera camera = unfilmed_camera(run, scene, stage);
   GenerateOptions options;
-  options.command = stage.generate.command, options.prompt = stage.generate.prompt, options.frames = stage.generate.frames;
-  options.fps = stage.fps > 0 ? stage.fps : kGeneratedFps, options.seed = context.seed, options.interrupted = context.interrupted;
-  context.progress.say(fmt::format("fit: `{}` makes {} frames from camera '{}'", options.command, options.frames, camera.name));
+  options.command = stage.generate.command, options.prompt = stage.generate.prompt,
+  options.frames = stage.generate.frames;
+  options.fps = stage.fps > 0 ? stage.fps : kGeneratedFps, options.seed = context.seed,
+  options.interrupted = context.interrupted;
+  context.progress.say(
+      fmt::format("fit: `{}` makes {} frames from camera '{}'", options.command, options.frames, camera.name));
   return generate_video(options, render(scene.cloud, camera, rendering_of(scene)).color, camera, run / "fit/generated");
 }
 
@@ -142,8 +155,12 @@ std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& 
   const std::string extension = file.extension();
   if (extension == ".png" || extension == ".jpg" || extension == ".jpeg") {
     const ImageF mask = read_image(file);
-    if (std::abs(static_cast<double>(mask.width) / mask.height / (static_cast<double>(video.camera.width) / video.camera.height) - 1) > 0.02)
-      throw input_error(stage.video_mask, "size", fmt::format("is {} x {}, of another shape than the video's {} x {}", mask.width, mask.height, video.camera.width, video.camera.height),
+    if (std::abs(static_cast<double>(mask.width) / mask.height /
+                     (static_cast<double>(video.camera.width) / video.camera.height) -
+                 1) > 0.02)
+      throw input_error(stage.video_mask, "size",
+                        fmt::format("is {} x {}, of another shape than the video's {} x {}", mask.width, mask.height,
+                                    video.camera.width, video.camera.height),
                         "give a mask in the video's shape");
     masks = {resized(mask, video.camera.width, video.camera.height)};
   } else {
@@ -152,7 +169,9 @@ std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& 
     options.trust_declared = true, options.fps = video.fps, options.resampling = Resampling::kNearest;
     masks = load_reference_video(options, file, video.camera).frames;
     if (masks.size() != video.frames.size())
-      throw input_error(stage.video_mask, "frames", fmt::format("are {} and the video's {}", masks.size(), video.frames.size()), "give one mask for every frame, or one picture for all");
+      throw input_error(stage.video_mask, "frames",
+                        fmt::format("are {} and the video's {}", masks.size(), video.frames.size()),
+                        "give one mask for every frame, or one picture for all");
   }
   std::vector<ImageU8> compared;
   for (const ImageF& mask : masks) {
@@ -169,7 +188,8 @@ FitStage further_video(const FitStage& stage, size_t i) {
   if (further.video.empty()) {
     const bool camera = !further.camera.empty();
     const char* option = !camera ? "--video-mask" : stage.prefix.empty() ? "--camera" : "--video-camera";
-    throw usage_error(option, camera ? further.camera : further.mask, "has no video", fmt::format("give --video FILE as often as {}, in the same order", option));
+    throw usage_error(option, camera ? further.camera : further.mask, "has no video",
+                      fmt::format("give --video FILE as often as {}, in the same order", option));
   }
   FitStage one = stage;
   one.further.clear(), one.generate = {}, one.pose.clear();
@@ -184,9 +204,11 @@ Camera unfilmed_camera(const RunDirectory& run, const Scene& scene, const FitSta
   return clip_camera(scene, "", robust_bounds(read_ply(run / (object_folder(run) + "/object.ply"))));
 }
 
-ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage, double fps) {
+ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const Scene& scene,
+                              const FitStage& stage, double fps) {
   if (!stage.generate.command.empty()) {
-    if (!stage.video.empty()) throw usage_error("fit", "--generate-with", "and --video are both given", "give one of them");
+    if (!stage.video.empty())
+      throw usage_error("fit", "--generate-with", "and --video are both given", "give one of them");
     return generate(context, run, scene, stage);
   }
   const NamedVideo named = named_video(scene, stage);
@@ -197,13 +219,17 @@ ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, c
   options.fps = fps, options.declared_fps = named.fps, options.trust_declared = named.fps_holds;
   options.first = stage.first, options.last = stage.last;
   if (!stage.pose.empty()) {
-    if (stage.camera == kFind) throw usage_error("--video-camera", kFind, "and --video-pose are both given", "give one of them; --refine-camera refines a pose");
+    if (stage.camera == kFind)
+      throw usage_error("--video-camera", kFind, "and --video-pose are both given",
+                        "give one of them; --refine-camera refines a pose");
   } else if (!name.empty()) {
     camera_named(scene.cameras, name, "the scene");
   }
   Camera camera;
-  if (!stage.pose.empty()) camera = camera_of_pose_file(stage);
-  else if (!name.empty()) camera = camera_named(scene.cameras, name, "the scene");
+  if (!stage.pose.empty())
+    camera = camera_of_pose_file(stage);
+  else if (!name.empty())
+    camera = camera_named(scene.cameras, name, "the scene");
   if (camera.width > 0 && named.physdreamer) {
     const ImageF first = first_picture(file, options.declared_fps);
     camera = physdreamer_camera(camera, first.width, first.height);
@@ -237,15 +263,21 @@ bool has_video(const Scene& scene, const FitStage& stage) {
 }
 
 void add_video_to_key(StageKey& key, const Scene& scene, const FitStage& stage) {
-  key.options.update({{"camera", stage.camera}, {"fps", stage.fps}, {"first", stage.first}, {"last", stage.last}, {"refine_camera", stage.refine_camera}});
+  key.options.update({{"camera", stage.camera},
+                      {"fps", stage.fps},
+                      {"first", stage.first},
+                      {"last", stage.last},
+                      {"refine_camera", stage.refine_camera}});
   if (stage.compare_fps > 0) key.options["compare_fps"] = stage.compare_fps;
   if (has_mask(stage)) key.inputs["video_mask"] = stage.video_mask;
   if (!stage.pose.empty()) key.inputs["pose"] = stage.pose;
   if (!stage.generate.command.empty())
-    key.options["generate"] = {{"command", stage.generate.command}, {"prompt", stage.generate.prompt}, {"frames", stage.generate.frames}};
+    key.options["generate"] = {
+        {"command", stage.generate.command}, {"prompt", stage.generate.prompt}, {"frames", stage.generate.frames}};
   else
     key.inputs["video"] = named_video(scene, stage).file;
-  if (const auto folder = physdreamer_folder(scene); folder && !folder->masks.empty()) key.inputs["masks"] = scene.source / "masks";
+  if (const auto folder = physdreamer_folder(scene); folder && !folder->masks.empty())
+    key.inputs["masks"] = scene.source / "masks";
   for (size_t i = 0; i < stage.further.size(); ++i) {
     const FitStage one = further_video(stage, i);
     key.inputs["video_" + std::to_string(i + 2)] = one.video;
@@ -255,7 +287,8 @@ void add_video_to_key(StageKey& key, const Scene& scene, const FitStage& stage) 
 }
 
 std::string video_name(const Scene& scene, const FitStage& stage) {
-  return stage.generate.command.empty() ? named_video(scene, stage).file.string() : "the video of `" + stage.generate.command + "`";
+  return stage.generate.command.empty() ? named_video(scene, stage).file.string()
+                                        : "the video of `" + stage.generate.command + "`";
 }
 
 }  // namespace pliant

@@ -13,15 +13,16 @@ namespace pliant {
 namespace {
 
 /// For each of `points`, the row of the file that counts for it.
-std::vector<int> rows_for(const std::filesystem::path& file, const std::string& field, size_t rows, const std::vector<Vec3f>& places,
-                          const std::vector<Vec3f>& points) {
+std::vector<int> rows_for(const std::filesystem::path& file, const std::string& field, size_t rows,
+                          const std::vector<Vec3f>& places, const std::vector<Vec3f>& points) {
   if (rows == points.size() && (places.empty() || places == points)) {
     std::vector<int> same(rows);
     std::iota(same.begin(), same.end(), 0);
     return same;
   }
   if (places.empty())
-    throw input_error(file.string(), field, fmt::format("has {} rows for {} points of the object, and no positions", rows, points.size()),
+    throw input_error(file.string(), field,
+                      fmt::format("has {} rows for {} points of the object, and no positions", rows, points.size()),
                       "it was made for other particles: make it again, or add positions");
   return k_nearest(places, points, 1);
 }
@@ -32,13 +33,15 @@ ElasticSamples given_material(const std::filesystem::path& file, const ParticleF
   const MaterialFile m = read_material(file);
   ElasticSamples solid;
   for (const int row : rows_for(file, "/solid/young", m.young.size(), m.position, particles.solid_position))
-    solid.young.push_back(m.young[row]), solid.poisson.push_back(m.poisson[row]), solid.density.push_back(m.density[row]);
+    solid.young.push_back(m.young[row]), solid.poisson.push_back(m.poisson[row]),
+        solid.density.push_back(m.density[row]);
   return solid;
 }
 
 SimulationState given_start(const std::filesystem::path& file, const ParticleFile& particles, const Particles& body) {
   const VelocityFile v = read_velocity(file);
-  const std::vector<int> rows = rows_for(file, "/driving/velocity", v.velocity.size(), v.position, particles.driving_position);
+  const std::vector<int> rows =
+      rows_for(file, "/driving/velocity", v.velocity.size(), v.position, particles.driving_position);
   CHECK(rows.size() == body.size());
   SimulationState state = initial_state(body);
   for (size_t i = 0; i < state.size(); ++i) {

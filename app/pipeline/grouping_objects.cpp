@@ -8,18 +8,23 @@
 
 namespace pliant {
 
-Segmentation grouping_objects(const Scene& scene, const std::filesystem::path& classifier_file, const std::filesystem::path& labels) {
+Segmentation grouping_objects(const Scene& scene, const std::filesystem::path& classifier_file,
+                              const std::filesystem::path& labels) {
   constexpr int kY = kSemanticChannels;
   const GroupingClassifier classifier = read_grouping_classifier(classifier_file);
   const std::string splats = scene.settings.splats.string();
   if (scene.report.object_channels == 0)
-    throw input_error(splats, "obj_dc_0", "is missing: these splats were not trained by Gaussian Grouping", "give the point_cloud.ply beside classifier.pth");
+    throw input_error(splats, "obj_dc_0", "is missing: these splats were not trained by Gaussian Grouping",
+                      "give the point_cloud.ply beside classifier.pth");
   if (scene.report.object_channels != kY || classifier.channels != kY)
-    throw input_error(classifier.channels != kY ? classifier_file.string() : splats, "obj_dc",
-                      "has " + std::to_string(classifier.channels != kY ? classifier.channels : scene.report.object_channels) + " channels, 16 are expected",
-                      "give the two files of one model");
+    throw input_error(
+        classifier.channels != kY ? classifier_file.string() : splats, "obj_dc",
+        "has " + std::to_string(classifier.channels != kY ? classifier.channels : scene.report.object_channels) +
+            " channels, 16 are expected",
+        "give the two files of one model");
   Segmentation all;
-  all.attribute = scene.report.object_features, all.classifier = classifier.weight, all.classifier_bias = classifier.bias;
+  all.attribute = scene.report.object_features, all.classifier = classifier.weight,
+  all.classifier_bias = classifier.bias;
   CHECK(all.attribute.size() == scene.cloud.size() * kY);
   for (int c = 0; c < classifier.classes; ++c) all.class_id.push_back(static_cast<uint32_t>(c));
   update_labels(all);

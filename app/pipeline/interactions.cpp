@@ -17,8 +17,7 @@ namespace {
 std::vector<double> numbers(const json& value, size_t count, const std::string& where, const std::string& field) {
   bool good = value.is_array() && value.size() == count;
   for (size_t i = 0; good && i < count; ++i) good = value[i].is_number();
-  if (!good)
-    throw usage_error(where, field, "is " + value.dump(), fmt::format("give a list of {} numbers", count));
+  if (!good) throw usage_error(where, field, "is " + value.dump(), fmt::format("give a list of {} numbers", count));
   return value.get<std::vector<double>>();
 }
 
@@ -48,8 +47,7 @@ const std::map<std::string, std::vector<std::string>>& keys_of_type() {
       {"grab", {"region", "path", "stiffness", "damping", "max_force"}},
       {"gust", {"region", "wind", "drag", "acceleration"}},
       {"ground", {"point", "normal", "friction"}},
-      {"collider",
-       {"region", "contact", "friction", "container", "velocity", "angular_velocity", "pivot", "path"}},
+      {"collider", {"region", "contact", "friction", "container", "velocity", "angular_velocity", "pivot", "path"}},
       {"poke", {"radius", "path", "friction"}},
       {"torque", {"region", "torque"}},
       {"wind", {"region", "wind", "drag_coefficient", "air_density"}}};
@@ -79,13 +77,15 @@ ContactKind parse_contact(const json& value, const std::string& where) {
   const std::string name = value.is_string() ? value.get<std::string>() : value.dump();
   const auto at = std::find(names.begin(), names.end(), name);
   if (at == names.end())
-    throw usage_error(where, "contact", "'" + name + "' is unknown", "did you mean '" + nearest_name(name, names) + "'?");
+    throw usage_error(where, "contact", "'" + name + "' is unknown",
+                      "did you mean '" + nearest_name(name, names) + "'?");
   return static_cast<ContactKind>(at - names.begin());
 }
 
 Interaction parse_row(const json& row, const InteractionFrame& frame, const std::string& where) {
   if (!row.is_object() || !row.contains("type") || !row["type"].is_string())
-    throw usage_error(where, "type", "is missing", "give one of " + fmt::format("{}", fmt::join(interaction_names(), ", ")));
+    throw usage_error(where, "type", "is missing",
+                      "give one of " + fmt::format("{}", fmt::join(interaction_names(), ", ")));
   const std::string type = row["type"];
   const std::vector<std::string> names = interaction_names();
   const auto at = std::find(names.begin(), names.end(), type);
@@ -100,8 +100,12 @@ Interaction parse_row(const json& row, const InteractionFrame& frame, const std:
   const double metres = frame.metres_per_unit;
   if (row.contains("region")) out.region = parse_region(row["region"], frame, where).scaled(metres);
   switch (out.type) {
-    case InteractionType::kGravity: out.vector = vector_of(required(row, "acceleration", where), where, "acceleration"); break;
-    case InteractionType::kPin: required(row, "region", where); break;
+    case InteractionType::kGravity:
+      out.vector = vector_of(required(row, "acceleration", where), where, "acceleration");
+      break;
+    case InteractionType::kPin:
+      required(row, "region", where);
+      break;
     case InteractionType::kPointForce:
       required(row, "region", where);
       out.vector = vector_of(required(row, "force", where), where, "force");
@@ -120,15 +124,20 @@ Interaction parse_row(const json& row, const InteractionFrame& frame, const std:
     }
     case InteractionType::kGust:
       if (row.contains("wind") == row.contains("acceleration"))
-        throw usage_error(where, "wind", "needs exactly one of wind and acceleration", "give \"wind\": [m/s] and \"drag\", or \"acceleration\": [m/s^2]");
-      out.vector = row.contains("wind") ? vector_of(row["wind"], where, "wind") : vector_of(row["acceleration"], where, "acceleration");
+        throw usage_error(where, "wind", "needs exactly one of wind and acceleration",
+                          "give \"wind\": [m/s] and \"drag\", or \"acceleration\": [m/s^2]");
+      out.vector = row.contains("wind") ? vector_of(row["wind"], where, "wind")
+                                        : vector_of(row["acceleration"], where, "acceleration");
       out.rate = row.contains("wind") ? number(row, "drag", 1.0, where) : 0.0;
-      if (row.contains("wind") && !(out.rate > 0)) throw usage_error(where, "drag", "is not positive", "give a rate in 1/s");
+      if (row.contains("wind") && !(out.rate > 0))
+        throw usage_error(where, "drag", "is not positive", "give a rate in 1/s");
       break;
     case InteractionType::kGround: {
-      const Vec3d point = row.contains("point") ? Vec3d(metres * vector_of(row["point"], where, "point")) : Vec3d::Zero();
+      const Vec3d point =
+          row.contains("point") ? Vec3d(metres * vector_of(row["point"], where, "point")) : Vec3d::Zero();
       const Vec3d normal = row.contains("normal") ? vector_of(row["normal"], where, "normal") : frame.up;
-      if (!(normal.norm() > 0)) throw usage_error(where, "normal", "has no length", "give a direction such as [0, 0, 1]");
+      if (!(normal.norm() > 0))
+        throw usage_error(where, "normal", "has no length", "give a direction such as [0, 0, 1]");
       out.region = Region::half_space(point, normal.normalized());
       out.friction = number(row, "friction", 0.5, where);
       break;
@@ -145,7 +154,8 @@ Interaction parse_row(const json& row, const InteractionFrame& frame, const std:
       if (row.contains("velocity") && row.contains("path"))
         throw usage_error(where, "path", "is given beside velocity", "give one of them");
       if (row.contains("velocity")) out.vector = vector_of(row["velocity"], where, "velocity");
-      if (row.contains("angular_velocity")) out.angular_velocity = vector_of(row["angular_velocity"], where, "angular_velocity");
+      if (row.contains("angular_velocity"))
+        out.angular_velocity = vector_of(row["angular_velocity"], where, "angular_velocity");
       if (row.contains("path")) {
         out.path = parse_path(row["path"], metres, where);
         out.pivot = out.path.front().position;
@@ -177,18 +187,22 @@ Interaction parse_row(const json& row, const InteractionFrame& frame, const std:
 Region parse_region(const json& value, const InteractionFrame& frame, const std::string& where) {
   if (value == "all") return Region::all();
   if (!value.is_object() || value.size() != 1)
-    throw usage_error(where, "region", "is " + value.dump(), "give {\"sphere\": [x,y,z,r]}, {\"box\": [...]}, {\"below\": h}, {\"plane\": [...]}, {\"cylinder\": [...]} or \"all\"");
+    throw usage_error(where, "region", "is " + value.dump(),
+                      "give {\"sphere\": [x,y,z,r]}, {\"box\": [...]}, {\"below\": h}, {\"plane\": [...]}, "
+                      "{\"cylinder\": [...]} or \"all\"");
   const std::string kind = value.begin().key();
   const json& data = value.begin().value();
   if (kind == "sphere") {
     const std::vector<double> s = numbers(data, 4, where, "region.sphere");
-    if (!(s[3] > 0)) throw usage_error(where, "region.sphere", "has radius " + std::to_string(s[3]), "give a positive radius");
+    if (!(s[3] > 0))
+      throw usage_error(where, "region.sphere", "has radius " + std::to_string(s[3]), "give a positive radius");
     return Region::sphere({s[0], s[1], s[2]}, s[3]);
   }
   if (kind == "box") {
     const std::vector<double> b = numbers(data, 6, where, "region.box");
     for (int k = 0; k < 3; ++k)
-      if (!(b[k] < b[k + 3])) throw usage_error(where, "region.box", data.dump() + " is empty", "give x0,y0,z0 below x1,y1,z1");
+      if (!(b[k] < b[k + 3]))
+        throw usage_error(where, "region.box", data.dump() + " is empty", "give x0,y0,z0 below x1,y1,z1");
     return Region::box({b[0], b[1], b[2]}, {b[3], b[4], b[5]});
   }
   if (kind == "below") {
@@ -198,7 +212,8 @@ Region parse_region(const json& value, const InteractionFrame& frame, const std:
   if (kind == "plane") {
     const std::vector<double> p = numbers(data, 6, where, "region.plane");
     const Vec3d normal(p[3], p[4], p[5]);
-    if (!(normal.norm() > 0)) throw usage_error(where, "region.plane", "has a normal of no length", "give x,y,z of a point and of a normal");
+    if (!(normal.norm() > 0))
+      throw usage_error(where, "region.plane", "has a normal of no length", "give x,y,z of a point and of a normal");
     return Region::half_space({p[0], p[1], p[2]}, normal);
   }
   if (kind == "cylinder") {
@@ -216,16 +231,22 @@ json region_to_json(const Region& region) {
   const Vec3d& p = region.point;
   const Vec3d& v = region.vector;
   switch (region.kind) {
-    case Region::Kind::kSphere: return {{"sphere", {p.x(), p.y(), p.z(), region.radius}}};
-    case Region::Kind::kBox: return {{"box", {p.x(), p.y(), p.z(), v.x(), v.y(), v.z()}}};
-    case Region::Kind::kHalfSpace: return {{"plane", {p.x(), p.y(), p.z(), v.x(), v.y(), v.z()}}};
-    case Region::Kind::kCylinder: return {{"cylinder", {p.x(), p.y(), p.z(), v.x(), v.y(), v.z(), region.radius}}};
-    case Region::Kind::kAll: break;
+    case Region::Kind::kSphere:
+      return {{"sphere", {p.x(), p.y(), p.z(), region.radius}}};
+    case Region::Kind::kBox:
+      return {{"box", {p.x(), p.y(), p.z(), v.x(), v.y(), v.z()}}};
+    case Region::Kind::kHalfSpace:
+      return {{"plane", {p.x(), p.y(), p.z(), v.x(), v.y(), v.z()}}};
+    case Region::Kind::kCylinder:
+      return {{"cylinder", {p.x(), p.y(), p.z(), v.x(), v.y(), v.z(), region.radius}}};
+    case Region::Kind::kAll:
+      break;
   }
   return "all";
 }
 
-std::vector<Interaction> parse_interactions(const std::string& text, const InteractionFrame& frame, const std::string& file) {
+std::vector<Interaction> parse_interactions(const std::string& text, const InteractionFrame& frame,
+                                            const std::string& file) {
   const json rows = json::parse(text, nullptr, false);
   if (rows.is_discarded()) throw usage_error(file, "", "is not valid JSON", "write an array of {\"type\": ...}");
   if (!rows.is_array()) throw usage_error(file, "", "is not an array", "write [{\"type\": ...}, ...]");

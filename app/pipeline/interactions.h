@@ -15,7 +15,8 @@ struct InteractionFrame {
 };
 
 /// Region from JSON: {"sphere": [x,y,z,r]}, {"box": [x0,y0,z0,x1,y1,z1]}, {"below": h} (height along up),
-/// {"plane": [x,y,z,nx,ny,nz]} (what lies behind it), {"cylinder": [x0,y0,z0,x1,y1,z1,r]}, or "all"; in scene units.  `where` names the file and the row in messages.
+/// {"plane": [x,y,z,nx,ny,nz]} (what lies behind it), {"cylinder": [x0,y0,z0,x1,y1,z1,r]}, or "all"; in scene units.
+/// `where` names the file and the row in messages.
 Region parse_region(const nlohmann::json& value, const InteractionFrame& frame, const std::string& where);
 nlohmann::json region_to_json(const Region& region);
 
@@ -33,6 +34,7 @@ nlohmann::json region_to_json(const Region& region);
 ///   {type: torque, region, torque: [N m] about the axis along it through the touched mass, start, duration}
 ///   {type: wind, wind: [m/s], region, drag_coefficient, air_density kg/m^3, start, duration}
 /// Positions come back in metres.  Unknown types and keys are usage errors with the nearest known name.
-std::vector<Interaction> parse_interactions(const std::string& text, const InteractionFrame& frame, const std::string& file);
+std::vector<Interaction> parse_interactions(const std::string& text, const InteractionFrame& frame,
+                                            const std::string& file);
 
 }  // namespace pliant

@@ -43,9 +43,13 @@ void write_photo(const fs::path& stem, const std::string& key, const LabelledPho
   write_ids(fs::path(stem).concat(".png"), photo.ids);
   json things = json::array();
   for (const LabelledThing& thing : photo.things)
-    things.push_back({{"id", thing.id}, {"name", thing.name}, {"score", thing.score}, {"pixels", thing.pixels},
+    things.push_back({{"id", thing.id},
+                      {"name", thing.name},
+                      {"score", thing.score},
+                      {"pixels", thing.pixels},
                       {"box", {thing.box.x0, thing.box.y0, thing.box.x1, thing.box.y1}}});
-  write_text(fs::path(stem).concat(".json"), json{{"key", key}, {"things", things}, {"said", photo.said}}.dump(1) + "\n");
+  write_text(fs::path(stem).concat(".json"),
+             json{{"key", key}, {"things", things}, {"said", photo.said}}.dump(1) + "\n");
 }
 
 std::optional<LabelledPhoto> read_photo_labels(const fs::path& stem, const std::string& key) {
@@ -57,7 +61,11 @@ std::optional<LabelledPhoto> read_photo_labels(const fs::path& stem, const std::
   photo.ids = read_ids(picture);
   for (const json& thing : read.at("things")) {
     const auto box = thing.at("box").get<std::vector<float>>();
-    photo.things.push_back({thing.at("id"), thing.at("name"), thing.at("score"), {box.at(0), box.at(1), box.at(2), box.at(3)}, thing.at("pixels")});
+    photo.things.push_back({thing.at("id"),
+                            thing.at("name"),
+                            thing.at("score"),
+                            {box.at(0), box.at(1), box.at(2), box.at(3)},
+                            thing.at("pixels")});
   }
   photo.said = read.at("said").get<std::vector<std::string>>();
   return photo;
@@ -74,13 +82,15 @@ void write_set(const fs::path& folder, const MaskSet& masks, const std::vector<C
 
 void refuse_nothing(bool nothing, const fs::path& seen) {
   if (nothing)
-    throw input_error(seen.string(), "", "nothing was found in any of the photos", "look for something else with --text, try --everything, or give --masks FOLDER");
+    throw input_error(seen.string(), "", "nothing was found in any of the photos",
+                      "look for something else with --text, try --everything, or give --masks FOLDER");
 }
 
 constexpr int kLookEvery = 8;  // photos of a sequence at which the chain looks again
 
 /// The photos as an ordered sequence; cannot go on where it was killed, because each photo needs the one before.
-MaskSet tracked_labels(const Context& context, const Scene& scene, const LabelOptions& options, const LabelStage& stage, const fs::path& seen) {
+MaskSet tracked_labels(const Context& context, const Scene& scene, const LabelOptions& options, const LabelStage& stage,
+                       const fs::path& seen) {
   const OpenLabelModels open = open_label_models(stage.models);
   std::unique_ptr<Tracker> tracker = make_tracker(stage.models);
   if (!tracker) tracker = std::make_unique<FlowTracker>();
@@ -88,7 +98,8 @@ MaskSet tracked_labels(const Context& context, const Scene& scene, const LabelOp
   MaskSet masks;
   context.progress.begin("label", static_cast<int>(scene.cameras.size()));
   for (int c = 0; c < static_cast<int>(scene.cameras.size()); ++c) {
-    if (context.interrupted()) throw Error(Failure::kInterrupted, "label", "", "interrupted", "run the same command again");
+    if (context.interrupted())
+      throw Error(Failure::kInterrupted, "label", "", "interrupted", "run the same command again");
     const ImageF picture = photo_or_render(scene, c);
     masks.views.push_back({c, labels.next(picture)});
     write_image(seen / (scene.cameras[c].name + ".jpg"), overlay_ids(picture, masks.views.back().ids));
@@ -109,7 +120,10 @@ MaskSet tracked_labels(const Context& context, const Scene& scene, const LabelOp
 
 json run_label(const Context& context, RunDirectory& run, const Scene& scene, const LabelStage& stage) {
   const LabelOptions options = options_of(stage);
-  StageKey key{"label", {{"everything", stage.everything}, {"text", stage.text}, {"track", stage.track}}, {}, {"labelled/labels.json"}};
+  StageKey key{"label",
+               {{"everything", stage.everything}, {"text", stage.text}, {"track", stage.track}},
+               {},
+               {"labelled/labels.json"}};
   add_inputs(stage.models, key);
   for (const Camera& camera : scene.cameras) {
     if (!camera.photo.empty()) key.inputs["photo " + camera.name] = camera.photo;
@@ -121,7 +135,8 @@ json run_label(const Context& context, RunDirectory& run, const Scene& scene, co
     if (stage.track) {
       const MaskSet masks = tracked_labels(context, scene, options, stage, folder / "seen");
       write_set(folder, masks, scene.cameras);
-      context.progress.say(fmt::format("label: {} things followed through {} photos; look at {}", masks.ids().size(), masks.views.size(), (folder / "seen").string()));
+      context.progress.say(fmt::format("label: {} things followed through {} photos; look at {}", masks.ids().size(),
+                                       masks.views.size(), (folder / "seen").string()));
       return {{"photos", masks.views.size()}, {"things", masks.ids().size()}};
     }
     OpenLabelModels open;
@@ -131,7 +146,8 @@ json run_label(const Context& context, RunDirectory& run, const Scene& scene, co
     std::map<std::string, int> times;
     context.progress.begin("label", static_cast<int>(scene.cameras.size()));
     for (int c = 0; c < static_cast<int>(scene.cameras.size()); ++c) {
-      if (context.interrupted()) throw Error(Failure::kInterrupted, "label", "", "interrupted", "run the same command to continue");
+      if (context.interrupted())
+        throw Error(Failure::kInterrupted, "label", "", "interrupted", "run the same command to continue");
       const std::string& name = scene.cameras[c].name;
       std::optional<LabelledPhoto> photo;
       if (!context.overwrite) photo = read_photo_labels(folder / "photos" / name, record);
@@ -153,7 +169,8 @@ json run_label(const Context& context, RunDirectory& run, const Scene& scene, co
     write_set(folder, gather_labels({.rest = !stage.everything}, cameras, photos), scene.cameras);
     std::string found;
     for (const auto& [name, count] : times) found += fmt::format("{}{} {}", found.empty() ? "" : ", ", count, name);
-    context.progress.say(fmt::format("label: {} photos: {}; look at {}", photos.size(), found, (folder / "seen").string()));
+    context.progress.say(
+        fmt::format("label: {} photos: {}; look at {}", photos.size(), found, (folder / "seen").string()));
     return {{"photos", photos.size()}, {"things", times}};
   });
 }

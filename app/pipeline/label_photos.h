@@ -5,7 +5,8 @@
 
 namespace pliant {
 
-/// label: photos -> masks with names: labelled/<camera>.png, labelled/labels.json, and to look at labelled/seen/<camera>.jpg.
+/// label: photos -> masks with names: labelled/<camera>.png, labelled/labels.json, and to look at
+/// labelled/seen/<camera>.jpg.
 struct LabelStage {
   bool photos = false;      ///< label the photos; the rest says how
   bool everything = false;  ///< by the segmenter alone, without names

@@ -13,7 +13,8 @@ namespace {
 constexpr MaterialConstant kConstants[] = {
     {"viscosity_time", &Material::viscosity_time, "Kelvin-Voigt damping: stress of strain + this * strain rate [s]"},
     {"yield_stress", &Material::yield_stress, "Uniaxial yield stress; metal, foam, plasticine [Pa]"},
-    {"hardening", &Material::hardening, "Hardening per unit of plastic strain; metal, plasticine (negative: softening) [Pa]"},
+    {"hardening", &Material::hardening,
+     "Hardening per unit of plastic strain; metal, plasticine (negative: softening) [Pa]"},
     {"plastic_viscosity", &Material::plastic_viscosity, "Viscosity of plastic flow; foam [Pa s]"},
     {"friction_angle", &Material::friction_angle, "Angle of internal friction; sand [degrees]"},
     {"critical_compression", &Material::critical_compression, "Largest elastic compression; snow"},
@@ -31,7 +32,8 @@ Law parse_law(const std::string& name) {
   const std::vector<std::string> names = law_names();
   const auto at = std::find(names.begin(), names.end(), name);
   if (at == names.end())
-    throw usage_error("material", "law", "'" + name + "' is unknown", "did you mean '" + nearest_name(name, names) + "'?");
+    throw usage_error("material", "law", "'" + name + "' is unknown",
+                      "did you mean '" + nearest_name(name, names) + "'?");
   return static_cast<Law>(at - names.begin());
 }
 
@@ -56,8 +58,7 @@ ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_
   const auto value = [](const std::optional<double>& first, const std::optional<double>& second) {
     return first ? first : second;
   };
-  const auto poisson = value(command_line.poisson, file.poisson),
-             density = value(command_line.density, file.density);
+  const auto poisson = value(command_line.poisson, file.poisson), density = value(command_line.density, file.density);
   auto young = value(command_line.young, file.young);
   if (!young && young_is_fitted) young = kUnknownYoung;
   std::string missing;
@@ -85,7 +86,8 @@ ObjectMaterial check_material(const Scene& scene, const SimulateStage& stage) {
 }
 
 nlohmann::json material_to_json(const ObjectMaterial& m) {
-  nlohmann::json out = {{"young", m.young}, {"poisson", m.poisson}, {"density", m.density}, {"law", law_name(m.material.law)}};
+  nlohmann::json out = {
+      {"young", m.young}, {"poisson", m.poisson}, {"density", m.density}, {"law", law_name(m.material.law)}};
   const Material standard;
   for (const MaterialConstant& constant : kConstants)
     if (m.material.*constant.value != standard.*constant.value) out[constant.name] = m.material.*constant.value;

@@ -11,7 +11,7 @@ namespace pliant {
 /// A constant of a constitutive law as scene files name it; the command line writes it with dashes.
 struct MaterialConstant {
   const char* name;
-  double Material::* value;
+  double Material::*value;
   const char* description;
 };
 std::span<const MaterialConstant> material_constants();

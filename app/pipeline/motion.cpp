@@ -8,7 +8,8 @@ nlohmann::json describe_motion(const TrajectoryFile& trajectory, const ParticleF
                                double height, double quiet) {
   const Vec3f axis = up.cast<float>();
   float low = INFINITY, high = -INFINITY;
-  for (const Vec3f& x : particles.driving_position) low = std::min(low, axis.dot(x)), high = std::max(high, axis.dot(x));
+  for (const Vec3f& x : particles.driving_position)
+    low = std::min(low, axis.dot(x)), high = std::max(high, axis.dot(x));
   std::vector<size_t> tip;
   for (size_t p = 0; p < particles.driving_position.size(); ++p)
     if (axis.dot(particles.driving_position[p]) >= high - 0.1f * (high - low)) tip.push_back(p);

@@ -27,8 +27,10 @@ json box_to_json(const Box& box) {
 json objects_to_json(const std::vector<ObjectEntry>& objects, double metres_per_unit) {
   json rows = json::array();
   for (const ObjectEntry& object : objects) {
-    Box metres{object.bounds.low * static_cast<float>(metres_per_unit), object.bounds.high * static_cast<float>(metres_per_unit)};
-    json row = {{"id", object.id}, {"name", object.name}, {"score", object.score}, {"gaussians", object.gaussians},
+    Box metres{object.bounds.low * static_cast<float>(metres_per_unit),
+               object.bounds.high * static_cast<float>(metres_per_unit)};
+    json row = {{"id", object.id},       {"name", object.name},
+                {"score", object.score}, {"gaussians", object.gaussians},
                 {"views", object.views}, {"found", object.origin}};
     if (object.gaussians > 0) row["bounds"] = box_to_json(object.bounds), row["bounds_m"] = box_to_json(metres);
     rows.push_back(std::move(row));
@@ -37,7 +39,8 @@ json objects_to_json(const std::vector<ObjectEntry>& objects, double metres_per_
 }
 
 std::vector<ObjectEntry> write_objects(const RunDirectory& run, const Scene& scene, const std::string& origin,
-                                       const std::string& provenance, Segmentation& segmentation, const std::function<void(json& rows)>& complete) {
+                                       const std::string& provenance, Segmentation& segmentation,
+                                       const std::function<void(json& rows)>& complete) {
   if (segmentation.class_cameras.empty()) find_class_cameras(scene.cloud, scene.cameras, segmentation);
   segmentation.class_origin.resize(segmentation.class_id.size());
   for (std::string& known : segmentation.class_origin)

@@ -18,14 +18,16 @@ namespace {
 
 bool is_photo(const fs::path& file) {
   std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
   return extension == ".png" || extension == ".jpg" || extension == ".jpeg";
 }
 
 size_t photos_in(const fs::path& folder) {
   std::error_code ignored;
   size_t count = 0;
-  for (const auto& entry : fs::directory_iterator(folder, ignored)) count += entry.is_regular_file(ignored) && is_photo(entry.path());
+  for (const auto& entry : fs::directory_iterator(folder, ignored))
+    count += entry.is_regular_file(ignored) && is_photo(entry.path());
   return count;
 }
 
@@ -50,9 +52,13 @@ bool is_point_cloud(const fs::path& file) {
 Error no_cameras(const fs::path& source) {
   const fs::path photos = folder_of_photos(source);
   const std::string folder = source.string();
-  return input_error(folder, "", fmt::format("holds {} photos but no cameras (transforms.json, COLMAP model, cameras.json, *_par.txt)", photos_in(photos)),
-                     fmt::format("get them with `colmap automatic_reconstructor --workspace_path {} --image_path {}`, then repeat the command", folder,
-                                 photos.string()));
+  return input_error(
+      folder, "",
+      fmt::format("holds {} photos but no cameras (transforms.json, COLMAP model, cameras.json, *_par.txt)",
+                  photos_in(photos)),
+      fmt::format(
+          "get them with `colmap automatic_reconstructor --workspace_path {} --image_path {}`, then repeat the command",
+          folder, photos.string()));
 }
 
 }  // namespace
@@ -61,7 +67,8 @@ PhotoSet find_photo_set(const fs::path& source, const fs::path& photos) {
   PhotoSet set;
   set.source = source;
   std::error_code ignored;
-  if (!fs::exists(source, ignored)) throw input_error(source.string(), "", "does not exist", "check the name of the photos");
+  if (!fs::exists(source, ignored))
+    throw input_error(source.string(), "", "does not exist", "check the name of the photos");
   const bool folder = fs::is_directory(source, ignored);
   const fs::path scene = folder ? source / "scene.json" : source.filename() == "scene.json" ? source : fs::path();
   if (!scene.empty() && fs::is_regular_file(scene, ignored)) {
@@ -74,15 +81,17 @@ PhotoSet find_photo_set(const fs::path& source, const fs::path& photos) {
     if (set.cameras.empty() && folder) set.cameras = cameras_in(source);
   }
   if (!photos.empty()) {
-    if (!fs::is_directory(photos, ignored)) throw usage_error("--photos", photos.string(), "is not a folder", "name the folder of the photos");
+    if (!fs::is_directory(photos, ignored))
+      throw usage_error("--photos", photos.string(), "is not a folder", "name the folder of the photos");
     set.photos = photos;
   } else if (set.photos.empty() && folder) {
     set.photos = source;
   }
   if (!set.cameras.empty()) return set;
   if (folder || !scene.empty()) throw no_cameras(folder ? source : source.parent_path());
-  throw input_error(source.string(), "", "holds no cameras that are known",
-                    "name a folder with photos and cameras, or a transforms.json, cameras.json, COLMAP model or *_par.txt");
+  throw input_error(
+      source.string(), "", "holds no cameras that are known",
+      "name a folder with photos and cameras, or a transforms.json, cameras.json, COLMAP model or *_par.txt");
 }
 
 bool lacks_splats(const fs::path& source) {

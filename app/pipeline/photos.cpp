@@ -13,8 +13,9 @@ ImageF photo_or_render(const Scene& scene, int index) {
   if (!camera.photo.empty() && std::filesystem::exists(camera.photo)) {
     ImageF photo = read_image(camera.photo);
     if (photo.width != camera.width || photo.height != camera.height)
-      throw input_error(camera.photo, "", std::to_string(photo.width) + "x" + std::to_string(photo.height) + " pixels, its camera has " +
-                                              std::to_string(camera.width) + "x" + std::to_string(camera.height),
+      throw input_error(camera.photo, "",
+                        std::to_string(photo.width) + "x" + std::to_string(photo.height) + " pixels, its camera has " +
+                            std::to_string(camera.width) + "x" + std::to_string(camera.height),
                         "correct w and h in the camera file");
     return photo;
   }

@@ -21,7 +21,9 @@ struct HeldGrid {
   std::vector<uint8_t> held;
 
   size_t index(int i, int j, int k) const { return (static_cast<size_t>(k) * size[1] + j) * size[0] + i; }
-  Vec3f corner(int i, int j, int k) const { return low + static_cast<float>(cell) * Vec3f(static_cast<float>(i), static_cast<float>(j), static_cast<float>(k)); }
+  Vec3f corner(int i, int j, int k) const {
+    return low + static_cast<float>(cell) * Vec3f(static_cast<float>(i), static_cast<float>(j), static_cast<float>(k));
+  }
 };
 
 HeldGrid held_grid(std::span<const Vec3f> held, std::span<const Vec3f> free, double cell) {
@@ -39,11 +41,13 @@ HeldGrid held_grid(std::span<const Vec3f> held, std::span<const Vec3f> free, dou
     for (int j = 0; j < grid.size[1]; ++j)
       for (int i = 0; i < grid.size[0]; ++i) {
         tree.query(grid.corner(i, j, k) + Vec3f::Constant(static_cast<float>(0.5 * cell)), 1, hits);
-        grid.held[grid.index(i, j, k)] = hits[0].distance <= kHeldReach * cell && static_cast<size_t>(hits[0].index) < held.size();
+        grid.held[grid.index(i, j, k)] =
+            hits[0].distance <= kHeldReach * cell && static_cast<size_t>(hits[0].index) < held.size();
       }
   const auto cell_of = [&](const Vec3f& x, std::array<int, 3>& c) {
     bool inside = true;
-    for (int a = 0; a < 3; ++a) c[a] = static_cast<int>(std::floor((x[a] - grid.low[a]) / cell)), inside &= c[a] >= 0 && c[a] < grid.size[a];
+    for (int a = 0; a < 3; ++a)
+      c[a] = static_cast<int>(std::floor((x[a] - grid.low[a]) / cell)), inside &= c[a] >= 0 && c[a] < grid.size[a];
     return inside;
   };
   std::array<int, 3> c{};
@@ -91,13 +95,15 @@ std::vector<SceneFile::Region> boxes_of(HeldGrid grid) {
 std::vector<SceneFile::Region> boxes_around(std::span<const Vec3f> held, std::span<const Vec3f> free, double cell) {
   if (held.empty()) return {};
   std::vector<SceneFile::Region> boxes = boxes_of(held_grid(held, free, cell));
-  for (int round = 0; round < 8 && boxes.size() > kMostBoxes; ++round) boxes = boxes_of(held_grid(held, free, cell *= 1.5));
+  for (int round = 0; round < 8 && boxes.size() > kMostBoxes; ++round)
+    boxes = boxes_of(held_grid(held, free, cell *= 1.5));
   return boxes;
 }
 
 std::optional<PhysDreamerFolder> physdreamer_folder(const Scene& scene) {
   std::error_code ignored;
-  if (std::filesystem::exists(scene.source / "scene.json", ignored) || !is_physdreamer_folder(scene.source)) return std::nullopt;
+  if (std::filesystem::exists(scene.source / "scene.json", ignored) || !is_physdreamer_folder(scene.source))
+    return std::nullopt;
   return read_physdreamer_folder(scene.source);
 }
 
@@ -112,7 +118,8 @@ void take_physdreamer_settings(Scene& scene, const PhysDreamerFolder& folder) {
   std::vector<Vec3f> held, free;
   for (size_t i = 0; i < scene.cloud.size(); ++i)
     if (roles.object[i]) (roles.frozen[i] ? held : free).push_back(scene.cloud.position[i]);
-  for (size_t i = 0; i < folder.filled_points.size(); ++i) (roles.frozen_filled[i] ? held : free).push_back(folder.filled_points[i]);
+  for (size_t i = 0; i < folder.filled_points.size(); ++i)
+    (roles.frozen_filled[i] ? held : free).push_back(folder.filled_points[i]);
   settings.pinned = boxes_around(held, free, roles.space.scale / options.grid);
   scene.warnings.insert(scene.warnings.end(), folder.warnings.begin(), folder.warnings.end());
   scene.warnings.insert(scene.warnings.end(), roles.warnings.begin(), roles.warnings.end());

@@ -39,7 +39,8 @@ ImageF depth_picture(const RenderResult& result) {
 nlohmann::json render_pictures(const Context& context, const Scene& scene, const PictureOptions& options,
                                const fs::path& out) {
   const std::vector<Camera> cameras = chosen_cameras(scene, options.cameras);
-  if (cameras.empty()) throw usage_error("--cameras", options.cameras, "has no camera", "give 'orbit' or a camera file");
+  if (cameras.empty())
+    throw usage_error("--cameras", options.cameras, "has no camera", "give 'orbit' or a camera file");
   RenderOptions render_options;
   render_options.background = Vec3f(options.background[0], options.background[1], options.background[2]);
   render_options.antialiased = options.antialiased || scene.report.antialiased;
@@ -53,7 +54,8 @@ nlohmann::json render_pictures(const Context& context, const Scene& scene, const
   nlohmann::json files = nlohmann::json::array();
   context.progress.begin("render", static_cast<int>(cameras.size()));
   for (size_t i = 0; i < cameras.size(); ++i) {
-    if (context.interrupted()) throw Error(Failure::kInterrupted, "render", "", "interrupted", "run the same command again");
+    if (context.interrupted())
+      throw Error(Failure::kInterrupted, "render", "", "interrupted", "run the same command again");
     const RenderResult result = render(scene.cloud, cameras[i], render_options);
     if (video) {
       writer->write(result.color);
@@ -66,7 +68,8 @@ nlohmann::json render_pictures(const Context& context, const Scene& scene, const
   }
   context.progress.end();
   if (video) writer->close(), files.push_back(out.string());
-  context.progress.say("wrote " + std::to_string(cameras.size()) + (video ? " frames to " : " pictures to ") + out.string());
+  context.progress.say("wrote " + std::to_string(cameras.size()) + (video ? " frames to " : " pictures to ") +
+                       out.string());
   return {{"pictures", files}, {"cameras", cameras.size()}};
 }
 

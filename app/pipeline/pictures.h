@@ -11,7 +11,7 @@
 namespace pliant {
 
 struct PictureOptions {
-  std::string cameras = "scene";            ///< "scene", "orbit", or a transforms.json
+  std::string cameras = "scene";  ///< "scene", "orbit", or a transforms.json
   std::vector<double> background = {0, 0, 0};
   bool depth = false, antialiased = false;
 };

@@ -32,12 +32,14 @@ void Progress::done(int steps, const std::string& detail, std::optional<double> 
   if (terminal_) {
     if (percent == last_percent_ && (detail.empty() || since_draw < 0.5)) return;
     const int filled = percent / 4;
-    std::fprintf(stderr, "\r  %-22s [%s%s] %3d %%  %4.0f s left  %s\x1b[K", name_.c_str(), std::string(filled, '#').c_str(),
-                 std::string(25 - filled, '.').c_str(), percent, left, detail.c_str());
+    std::fprintf(stderr, "\r  %-22s [%s%s] %3d %%  %4.0f s left  %s\x1b[K", name_.c_str(),
+                 std::string(filled, '#').c_str(), std::string(25 - filled, '.').c_str(), percent, left,
+                 detail.c_str());
     std::fflush(stderr);
     last_draw_ = now;
   } else if (since_draw > 10) {
-    std::fprintf(stderr, "  %s: %d %%, %.0f s left%s%s\n", name_.c_str(), percent, left, detail.empty() ? "" : "; ", detail.c_str());
+    std::fprintf(stderr, "  %s: %d %%, %.0f s left%s%s\n", name_.c_str(), percent, left, detail.empty() ? "" : "; ",
+                 detail.c_str());
     last_draw_ = now;
   }
   last_percent_ = percent;

@@ -108,8 +108,10 @@ RunDirectory RunDirectory::create(const fs::path& path) {
   if (fs::exists(path)) {
     for (const auto& entry : fs::directory_iterator(path)) {
       const std::string name = entry.path().filename().string();
-      if (is_temporary(name)) leftovers.push_back(entry.path());
-      else if (name != kLock) empty = false;
+      if (is_temporary(name))
+        leftovers.push_back(entry.path());
+      else if (name != kLock)
+        empty = false;
     }
   }
   if (!empty && !fs::exists(path / "run.json"))
@@ -168,8 +170,10 @@ std::string RunDirectory::move_folder(const std::string& before, const std::stri
 void RunDirectory::set_note(const std::string& name, const json& value) {
   hold();
   if (value.empty() && !manifest_.contains(name)) return;
-  if (value.empty()) manifest_.erase(name);
-  else manifest_[name] = value;
+  if (value.empty())
+    manifest_.erase(name);
+  else
+    manifest_[name] = value;
   save();
 }
 
@@ -181,7 +185,10 @@ const json& RunDirectory::summary(const std::string& stage, const std::string& h
 std::string RunDirectory::provenance(const Context& context, const StageKey& key) const {
   json inputs = json::object();
   for (const auto& [role, file] : key.inputs) inputs[role] = hash_of_input(file);
-  return json{{"pliant", PLIANT_VERSION}, {"stage", key.name}, {"seed", context.seed}, {"options", key.options},
+  return json{{"pliant", PLIANT_VERSION},
+              {"stage", key.name},
+              {"seed", context.seed},
+              {"options", key.options},
               {"inputs", inputs}}
       .dump();
 }
@@ -198,7 +205,8 @@ json RunDirectory::stage(const Context& context, const StageKey& key, const std:
     std::string changed = first_difference(record["options"], options, "option");
     if (changed.empty()) changed = first_difference(record["inputs"], inputs, "input");
     // Files of the same kind may be there from elsewhere: of an object that had another name.
-    const bool complete = record["outputs"] == json(key.outputs) && std::all_of(key.outputs.begin(), key.outputs.end(),
+    const bool complete = record["outputs"] == json(key.outputs) &&
+                          std::all_of(key.outputs.begin(), key.outputs.end(),
                                       [&](const std::string& output) { return fs::exists(path_ / output); });
     if (changed.empty() && complete) {
       context.progress.say(fmt::format("{}: unchanged, skipped", key.name));
@@ -207,7 +215,8 @@ json RunDirectory::stage(const Context& context, const StageKey& key, const std:
     // Files of this run directory were replaced on purpose by an earlier stage; what the user gave is never replaced
     // without being asked to.
     if (!changed.empty() && !context.overwrite && !only_own_files_differ(path_, key, record, options, inputs))
-      throw usage_error(path_.string(), key.name, changed, "give --overwrite to replace the old result, or another --out");
+      throw usage_error(path_.string(), key.name, changed,
+                        "give --overwrite to replace the old result, or another --out");
     if (!changed.empty()) context.progress.say(fmt::format("{}: {}, done again", key.name, changed));
     manifest_["stages"].erase(key.name);
   }
@@ -216,7 +225,8 @@ json RunDirectory::stage(const Context& context, const StageKey& key, const std:
   reset_peak_memory();
   const auto start = std::chrono::steady_clock::now();
   json summary = body();
-  if (context.interrupted()) throw Error(Failure::kInterrupted, key.name, "", "interrupted", "run the same command to continue");
+  if (context.interrupted())
+    throw Error(Failure::kInterrupted, key.name, "", "interrupted", "run the same command to continue");
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   manifest_["stages"][key.name] = {{"options", options},
                                    {"inputs", inputs},

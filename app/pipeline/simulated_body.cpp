@@ -52,7 +52,8 @@ std::optional<Interaction> floor_of(const json& extract, const std::vector<Inter
 }
 
 /// The rest of the scene near the object as an obstacle.
-Interaction obstacle_of(const Context& context, const RunDirectory& run, const Scene& scene, const Particles& particles) {
+Interaction obstacle_of(const Context& context, const RunDirectory& run, const Scene& scene,
+                        const Particles& particles) {
   constexpr double kFriction = 0.5;
   constexpr float kMargin = 0.5f;  // of the object's size, on every side
   const float units = static_cast<float>(1 / scene.metres_per_unit);
@@ -85,13 +86,15 @@ json sized_push(const Context& context, const SimulationPlan& plan, const RunDir
   const Vec3d right = camera.cam_from_world.linear().row(0).transpose();
   const PushPlace place = default_push_place(body.particles, scene.up, right);
   PushOptions sizing;
-  sizing.simulate = plan.options, sizing.up = scene.up, sizing.height = extract["height"].get<double>() * scene.metres_per_unit;
+  sizing.simulate = plan.options, sizing.up = scene.up,
+  sizing.height = extract["height"].get<double>() * scene.metres_per_unit;
   sizing.fraction = stage.push, sizing.duration = kPushDuration;
   if (const auto floor = stage.floor ? floor_of(extract, {}, scene) : std::nullopt) held.push_back(*floor);
   const PushSize size = size_push(sizing, body.particles, held, place.region, place.direction);
   push = {{"newtons", size.newtons}, {"expected_peak", size.peak_fraction}, {"trials", size.trials}};
-  context.progress.say(fmt::format("simulate: no interactions given: one push of {:.3g} N at the top, from {} s to {} s",
-                                   size.newtons, kPushStart, kPushStart + kPushDuration));
+  context.progress.say(
+      fmt::format("simulate: no interactions given: one push of {:.3g} N at the top, from {} s to {} s", size.newtons,
+                  kPushStart, kPushStart + kPushDuration));
   return json::array({push_row(place, size.newtons, kPushStart, kPushDuration, scene.metres_per_unit)});
 }
 
@@ -123,12 +126,14 @@ SimulatedBody make_body(ParticleFile file, const Scene& scene, const ElasticSamp
   return body;
 }
 
-SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, const Scene& scene, const SimulateStage& stage,
-                               const SimulatedBody& body, bool moving) {
+SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, const Scene& scene,
+                               const SimulateStage& stage, const SimulatedBody& body, bool moving) {
   SimulationPlan plan;
-  plan.options.fps = stage.fps, plan.options.duration = stage.duration, plan.options.damping_time = stage.damping_time.value_or(kDampingTime);
+  plan.options.fps = stage.fps, plan.options.duration = stage.duration,
+  plan.options.damping_time = stage.damping_time.value_or(kDampingTime);
   plan.options.rest_shape = stage.rest_shape == "solve" ? RestShapeMode::kSolve : RestShapeMode::kCaptured;
-  plan.options.settle_time = stage.settle, plan.options.sleep_speed = stage.sleep_speed, plan.options.flip_time = stage.flip_time;
+  plan.options.settle_time = stage.settle, plan.options.sleep_speed = stage.sleep_speed,
+  plan.options.flip_time = stage.flip_time;
   plan.options.gravity = stage.gravity ? Vec3d(-9.81 * scene.up) : Vec3d::Zero();
   const std::vector<Interaction> pins = pins_of(body.file, scene);
   const std::string file = stage.interactions.empty() ? "interactions.json" : stage.interactions;
@@ -154,7 +159,8 @@ SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, 
   return plan;
 }
 
-SimulationPlan plan_physgaussian(const Context& context, const RunDirectory& run, const SimulateStage& stage, SimulatedBody& body) {
+SimulationPlan plan_physgaussian(const Context& context, const RunDirectory& run, const SimulateStage& stage,
+                                 SimulatedBody& body) {
   const PhysGaussianConfig config = read_physgaussian_config(stage.physgaussian);
   const Compatibility compatibility = stage.compat.empty() ? Compatibility::kCorrected : Compatibility::kPhysGaussian;
   const GaussianCloud object = read_ply(run / (object_folder(run) + "/object.ply"));
@@ -174,8 +180,8 @@ SimulationPlan plan_physgaussian(const Context& context, const RunDirectory& run
     if (members[i]) gaussians.push_back(space.from_scene(object.position[i].cast<double>()));
   const PhysGaussianWorld world = physgaussian_world(config, compatibility, body.particles, gaussians);
   for (const std::string& note : world.notes) context.progress.say("physgaussian: " + note);
-  context.progress.say(fmt::format("physgaussian: cells of {:.4g} (configuration: {:.4g}), {} particles", body.particles.cell_size,
-                                   config.cell_size(), body.particles.size()));
+  context.progress.say(fmt::format("physgaussian: cells of {:.4g} (configuration: {:.4g}), {} particles",
+                                   body.particles.cell_size, config.cell_size(), body.particles.size()));
   SimulationPlan plan;
   plan.options = world.options, plan.interactions = world.interactions;
   plan.script = {{"physgaussian", json::parse(read_text(stage.physgaussian))}, {"notes", world.notes}};

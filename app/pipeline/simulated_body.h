@@ -39,10 +39,11 @@ struct SimulationPlan {
 
 /// From the stage's options: an interaction script, nothing (`moving`: the body moves already) or one push sized to the
 /// stiffness; pins, the support's floor.
-SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, const Scene& scene, const SimulateStage& stage,
-                               const SimulatedBody& body, bool moving = false);
+SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, const Scene& scene,
+                               const SimulateStage& stage, const SimulatedBody& body, bool moving = false);
 
 /// From a configuration of PhysGaussian; moves `body` into its simulation space and gives it its material.
-SimulationPlan plan_physgaussian(const Context& context, const RunDirectory& run, const SimulateStage& stage, SimulatedBody& body);
+SimulationPlan plan_physgaussian(const Context& context, const RunDirectory& run, const SimulateStage& stage,
+                                 SimulatedBody& body);
 
 }  // namespace pliant

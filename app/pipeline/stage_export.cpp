@@ -72,7 +72,8 @@ void claim_folder(const fs::path& folder, const json& record, bool overwrite) {
 json export_physgaussian(const Context& context, const RunDirectory& run, const ExportStage& stage) {
   const fs::path folder = stage.physgaussian_output;
   if (fs::exists(folder) && !(fs::is_directory(folder) && (fs::is_empty(folder) || context.overwrite)))
-    throw usage_error("--physgaussian-output", folder.string(), "exists", "give a new or an empty folder, or --overwrite");
+    throw usage_error("--physgaussian-output", folder.string(), "exists",
+                      "give a new or an empty folder, or --overwrite");
   const json space = run.summary("simulate", "run `pliant simulate` first")["space"];
   SimulationSpace simulated;
   simulated.scale = space["scale"];
@@ -91,7 +92,8 @@ json export_physgaussian(const Context& context, const RunDirectory& run, const 
 
 json run_export(const Context& context, RunDirectory& run, const Scene& scene, const ExportStage& stage) {
   if (stage.ply_sequence.empty() == stage.physgaussian_output.empty())
-    throw usage_error("export", "", "needs exactly one thing to write", "give --ply-sequence FOLDER or --physgaussian-output FOLDER");
+    throw usage_error("export", "", "needs exactly one thing to write",
+                      "give --ply-sequence FOLDER or --physgaussian-output FOLDER");
   if (!stage.physgaussian_output.empty()) return export_physgaussian(context, run, stage);
   const auto inputs = moving_scene_files(run);
   const MovingScene moving = load_moving_scene(run, scene);

@@ -18,7 +18,8 @@ namespace {
 
 /// Class of the object that the user means by id or name; without a wish the scene file's, else the only one.  What
 /// a selection or the automatic mode (`automatic`) made of the rest of the scene counts only when it is asked for.
-size_t chosen_class(const Segmentation& segmentation, const std::string& wish, std::string scene_default, bool automatic) {
+size_t chosen_class(const Segmentation& segmentation, const std::string& wish, std::string scene_default,
+                    bool automatic) {
   const std::vector<std::string>& names = segmentation.class_name;
   if (automatic && std::find(names.begin(), names.end(), scene_default) == names.end()) scene_default.clear();
   const std::string wanted = wish.empty() ? scene_default : wish;
@@ -27,18 +28,21 @@ size_t chosen_class(const Segmentation& segmentation, const std::string& wish, s
   for (size_t c = 0; c < names.size(); ++c)
     if (names[c] != "rest" && !(automatic && names[c].starts_with("support_"))) candidates.push_back(c);
   if (candidates.size() == 1) return candidates[0];
-  throw usage_error("--object", "", "is needed: the scene has several objects", "choose one of " + list_of_objects(segmentation));
+  throw usage_error("--object", "", "is needed: the scene has several objects",
+                    "choose one of " + list_of_objects(segmentation));
 }
 
-/// What every rule moved: number of Gaussians, how many of them no later rule moved again, and the share of the latter in
-/// the candidates' opacity.
+/// What every rule moved: number of Gaussians, how many of them no later rule moved again, and the share of the latter
+/// in the candidates' opacity.
 json rules_json(const ExtractResult& result) {
   std::array<size_t, kExtractRules> left = {};
   for (ExtractRule rule : result.rule) ++left[static_cast<int>(rule)];
   json rows = json::object();
   for (int k = 1; k < kExtractRules; ++k) {
     const ExtractRule rule = static_cast<ExtractRule>(k);
-    rows[name_of(rule)] = {{"moved", result.summary.moved_by(rule)}, {"gaussians", left[k]}, {"opacity_share", result.summary.opacity_share[k]}};
+    rows[name_of(rule)] = {{"moved", result.summary.moved_by(rule)},
+                           {"gaussians", left[k]},
+                           {"opacity_share", result.summary.opacity_share[k]}};
   }
   return rows;
 }
@@ -50,7 +54,8 @@ json vector_json(const Vec3f& v) { return {v.x(), v.y(), v.z()}; }
 json run_extract(const Context& context, RunDirectory& run, const Scene& scene, const ExtractStage& stage) {
   const json segmented = run.summary("segment", "run `pliant segment SCENE --out DIR` first");
   const Segmentation segmentation = read_objects(run, scene);
-  const size_t chosen = chosen_class(segmentation, stage.object, scene.settings.object, segmented.value("automatic", false));
+  const size_t chosen =
+      chosen_class(segmentation, stage.object, scene.settings.object, segmented.value("automatic", false));
   const uint32_t id = segmentation.class_id[chosen];
   const std::string name = segmentation.class_name[chosen];
   const std::string folder = folder_of_object(id, name);
@@ -79,16 +84,23 @@ json run_extract(const Context& context, RunDirectory& run, const Scene& scene, 
     const Framing framing = robust_framing(object, scene.up);
     const double height = framing.high.z() - framing.low.z();
     context.progress.say("extract: " + result.summary.describe());
-    json summary = {{"id", id}, {"name", name}, {"folder", folder}, {"object_gaussians", result.object.size()},
-                    {"background_gaussians", result.background.size()}, {"height", height},
-                    {"candidates", result.summary.candidates}, {"dropped", result.summary.dropped},
+    json summary = {{"id", id},
+                    {"name", name},
+                    {"folder", folder},
+                    {"object_gaussians", result.object.size()},
+                    {"background_gaussians", result.background.size()},
+                    {"height", height},
+                    {"candidates", result.summary.candidates},
+                    {"dropped", result.summary.dropped},
                     {"rules", rules_json(result)}};
     if (result.contact.found) {
       std::string support = "support";
       for (size_t c = 0; c < segmentation.class_id.size(); ++c)
         if (segmentation.class_id[c] == result.summary.support) support = segmentation.class_name[c];
-      summary["contact"] = {{"support", support}, {"point", vector_json(result.contact.point)},
-                            {"normal", vector_json(result.contact.normal)}, {"band", result.contact.band_high}};
+      summary["contact"] = {{"support", support},
+                            {"point", vector_json(result.contact.point)},
+                            {"normal", vector_json(result.contact.normal)},
+                            {"band", result.contact.band_high}};
     }
     return summary;
   });

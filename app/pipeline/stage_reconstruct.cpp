@@ -26,9 +26,12 @@ namespace {
 
 const char* name_of(Densification strategy) {
   switch (strategy) {
-    case Densification::kMcmc: return "mcmc";
-    case Densification::kClassic: return "classic";
-    case Densification::kNone: return "none";
+    case Densification::kMcmc:
+      return "mcmc";
+    case Densification::kClassic:
+      return "classic";
+    case Densification::kNone:
+      return "none";
   }
   return "";
 }
@@ -38,8 +41,8 @@ fs::path masks_of(const PhotoSet& set, const ReconstructStage& stage) {
 }
 
 /// The attribute to be trained along; null without.
-std::unique_ptr<JointTerm> joint_term(const Context& context, const PhotoSet& set, const ReconstructStage& stage, const CameraFile& cameras,
-                                      const TrainingPhotos& photos) {
+std::unique_ptr<JointTerm> joint_term(const Context& context, const PhotoSet& set, const ReconstructStage& stage,
+                                      const CameraFile& cameras, const TrainingPhotos& photos) {
   if (!stage.joint) return nullptr;
   const fs::path folder = masks_of(set, stage);
   if (folder.empty()) throw usage_error("--joint", "--masks", "are not known for these photos", "give --masks FOLDER");
@@ -68,15 +71,23 @@ StageKey key_of(const PhotoSet& set, const CameraFile& cameras, const Reconstruc
   const TrainOptions& train = stage.train;
   const Vec3f& background = train.render.background;
   StageKey key{"reconstruct",
-               {{"gaussians", train.most_gaussians}, {"strategy", name_of(train.densification)}, {"sh_degree", train.sh_degree},
-                {"exposure", train.exposure}, {"antialiased", train.render.antialiased},
-                {"background", {background.x(), background.y(), background.z()}}, {"longest_side", stage.photo.longest_side},
-                {"hold_out", stage.photo.hold_out_every}, {"start", stage.start}, {"poses", stage.poses}},
+               {{"gaussians", train.most_gaussians},
+                {"strategy", name_of(train.densification)},
+                {"sh_degree", train.sh_degree},
+                {"exposure", train.exposure},
+                {"antialiased", train.render.antialiased},
+                {"background", {background.x(), background.y(), background.z()}},
+                {"longest_side", stage.photo.longest_side},
+                {"hold_out", stage.photo.hold_out_every},
+                {"start", stage.start},
+                {"poses", stage.poses}},
                {},
                {"point_cloud", "scene.json", "cameras.json", "transforms.json", "results.json"}};
   if (!train.changing_backdrop) key.options["backdrop"] = "fixed";
-  if (train.seconds > 0) key.options["time"] = train.seconds;
-  else key.options["iterations"] = train.iterations;
+  if (train.seconds > 0)
+    key.options["time"] = train.seconds;
+  else
+    key.options["iterations"] = train.iterations;
   for (const fs::path& file : cameras.files) key.inputs["cameras " + file.filename().string()] = file;
   for (const Camera& camera : cameras.cameras)
     if (!camera.photo.empty()) key.inputs["photo " + camera.name] = camera.photo;
@@ -91,19 +102,22 @@ StageKey key_of(const PhotoSet& set, const CameraFile& cameras, const Reconstruc
 }
 
 /// The checkpoint of an unfinished training with the same options and inputs.
-std::optional<TrainingCheckpoint> unfinished(const Context& context, const fs::path& file, const std::string& provenance) {
+std::optional<TrainingCheckpoint> unfinished(const Context& context, const fs::path& file,
+                                             const std::string& provenance) {
   if (!fs::exists(file)) return std::nullopt;
   try {
     const json before = json::parse(read_training_provenance(file), nullptr, false), now = json::parse(provenance);
     if (!before.is_object() || !before.contains("options") || !before.contains("inputs") || !before.contains("seed"))
       throw input_error(file.string(), "provenance", "is no record of options and inputs", "");
     std::string changed = first_difference(before["options"], now["options"], "option");
-    if (changed.empty() && before["seed"] != now["seed"]) changed = fmt::format("option 'seed' was {}, now {}", before["seed"].dump(), now["seed"].dump());
+    if (changed.empty() && before["seed"] != now["seed"])
+      changed = fmt::format("option 'seed' was {}, now {}", before["seed"].dump(), now["seed"].dump());
     if (changed.empty()) changed = first_difference(before["inputs"], now["inputs"], "input");
     if (changed.empty()) {
       TrainingCheckpoint checkpoint = read_training(file);
       const json start = json::parse(checkpoint.start_json, nullptr, false);
-      if (!start.is_object() || !start.contains("warnings")) throw input_error(file.string(), "start", "is no record of a start", "");
+      if (!start.is_object() || !start.contains("warnings"))
+        throw input_error(file.string(), "start", "is no record of a start", "");
       return checkpoint;
     }
     if (!context.overwrite)
@@ -112,7 +126,8 @@ std::optional<TrainingCheckpoint> unfinished(const Context& context, const fs::p
     context.progress.say("reconstruct: " + changed + ", started anew");
   } catch (const Error& error) {
     if (error.failure != Failure::kInput) throw;
-    if (!context.overwrite) throw input_error(error.where, error.field, error.problem, "give --overwrite to start anew, or another --out");
+    if (!context.overwrite)
+      throw input_error(error.where, error.field, error.problem, "give --overwrite to start anew, or another --out");
     context.progress.warn(fmt::format("{} cannot be used, started anew: {}", file.string(), error.problem));
   }
   fs::remove(file);
@@ -120,8 +135,8 @@ std::optional<TrainingCheckpoint> unfinished(const Context& context, const fs::p
 }
 
 /// Points that belong to the cameras, once poses, photos and points are found to belong together.
-SparsePoints checked_points(const Context& context, const ReconstructStage& stage, const PhotoSet& set, const CameraFile& cameras,
-                            const TrainingPhotos& photos, json& start) {
+SparsePoints checked_points(const Context& context, const ReconstructStage& stage, const PhotoSet& set,
+                            const CameraFile& cameras, const TrainingPhotos& photos, json& start) {
   std::vector<Camera> pinholes;
   for (const TrainingPhoto& photo : photos.photos) pinholes.push_back(photo.camera);
   SparsePoints points = read_sparse_points(set.cameras, pinholes);
@@ -135,12 +150,16 @@ SparsePoints checked_points(const Context& context, const ReconstructStage& stag
 json curve_json(const std::vector<CurvePoint>& curve) {
   json rows = json::array();
   for (const CurvePoint& p : curve)
-    rows.push_back({{"iteration", p.iteration}, {"seconds", p.seconds}, {"gaussians", p.gaussians}, {"psnr", p.psnr}, {"ssim", p.ssim}});
+    rows.push_back({{"iteration", p.iteration},
+                    {"seconds", p.seconds},
+                    {"gaussians", p.gaussians},
+                    {"psnr", p.psnr},
+                    {"ssim", p.ssim}});
   return rows;
 }
 
-json results_json(const StageKey& key, const ReconstructStage& stage, const TrainingPhotos& photos, const TrainingState& state, const json& start,
-                  const std::vector<std::string>& warnings) {
+json results_json(const StageKey& key, const ReconstructStage& stage, const TrainingPhotos& photos,
+                  const TrainingState& state, const json& start, const std::vector<std::string>& warnings) {
   const std::vector<PhotoQuality> quality = held_out_quality(state.cloud, photos, stage.train.render);
   json rows = json::array();
   double psnr = 0, ssim = 0, corrected = 0;
@@ -148,9 +167,17 @@ json results_json(const StageKey& key, const ReconstructStage& stage, const Trai
     rows.push_back({{"name", q.name}, {"psnr", q.psnr}, {"ssim", q.ssim}, {"corrected_psnr", q.corrected_psnr}});
     psnr += q.psnr / quality.size(), corrected += q.corrected_psnr / quality.size(), ssim += q.ssim / quality.size();
   }
-  json results = {{"gaussians", state.cloud.size()}, {"iterations", state.iteration}, {"seconds", state.seconds}, {"start", start},
-                  {"photos", photos.photos.size() - quality.size()}, {"held_out", rows}, {"curve", curve_json(state.curve)},
-                  {"options", key.options}, {"warnings", warnings}, {"psnr", nullptr}, {"ssim", nullptr}};
+  json results = {{"gaussians", state.cloud.size()},
+                  {"iterations", state.iteration},
+                  {"seconds", state.seconds},
+                  {"start", start},
+                  {"photos", photos.photos.size() - quality.size()},
+                  {"held_out", rows},
+                  {"curve", curve_json(state.curve)},
+                  {"options", key.options},
+                  {"warnings", warnings},
+                  {"psnr", nullptr},
+                  {"ssim", nullptr}};
   if (!quality.empty()) results["psnr"] = psnr, results["ssim"] = ssim, results["corrected_psnr"] = corrected;
   if (!state.exposure.empty()) {
     for (size_t i = 0; i < photos.photos.size(); ++i)
@@ -183,8 +210,10 @@ json run_reconstruct(const Context& context, RunDirectory& run, const fs::path& 
     const TrainingPhotos photos = load_training_photos(photo_options, cameras);
     warnings.insert(warnings.end(), photos.warnings.begin(), photos.warnings.end());
     for (const std::string& warning : warnings) context.progress.warn(warning);
-    const auto held_out = std::count_if(photos.photos.begin(), photos.photos.end(), [](const TrainingPhoto& p) { return p.held_out; });
-    context.progress.say(fmt::format("reconstruct: {} photos of {}x{}{}, {} more are held out", photos.photos.size() - held_out, photos.photos[0].camera.width,
+    const auto held_out =
+        std::count_if(photos.photos.begin(), photos.photos.end(), [](const TrainingPhoto& p) { return p.held_out; });
+    context.progress.say(fmt::format("reconstruct: {} photos of {}x{}{}, {} more are held out",
+                                     photos.photos.size() - held_out, photos.photos[0].camera.width,
                                      photos.photos[0].camera.height, photos.changed ? " (changed)" : "", held_out));
 
     json start;
@@ -206,7 +235,9 @@ json run_reconstruct(const Context& context, RunDirectory& run, const fs::path& 
     // Reading and matching count, but leave at least half of the time for training.
     const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     if (options.seconds > 0 && !earlier && spent > options.seconds / 2)
-      context.progress.warn(fmt::format("reading the photos took {:.1f} s of {:.1f} s; the training gets half of the time all the same", spent, options.seconds));
+      context.progress.warn(
+          fmt::format("reading the photos took {:.1f} s of {:.1f} s; the training gets half of the time all the same",
+                      spent, options.seconds));
     for (const json& warning : start["warnings"]) warnings.push_back(warning);
     trainer->spend(options.seconds > 0 ? std::min(spent, options.seconds / 2) : spent);
 
@@ -215,7 +246,8 @@ json run_reconstruct(const Context& context, RunDirectory& run, const fs::path& 
     });
 
     const TrainingState& state = trainer->state();
-    const std::vector<std::string> lost = write_trained_scene(run.path(), {set, cameras, photos, state.cloud, state.iteration, options.render.antialiased});
+    const std::vector<std::string> lost = write_trained_scene(
+        run.path(), {set, cameras, photos, state.cloud, state.iteration, options.render.antialiased});
     for (const std::string& sentence : lost) context.progress.warn(sentence), warnings.push_back(sentence);
     if (term) {
       std::vector<Camera> pinholes;
@@ -225,11 +257,13 @@ json run_reconstruct(const Context& context, RunDirectory& run, const fs::path& 
     json results = results_json(key, stage, photos, state, start, warnings);
     results["source"] = fs::weakly_canonical(source).string();
     write_json(run / "results.json", results);
-    context.progress.say(fmt::format("reconstruct: {} Gaussians after {} iterations{}", state.cloud.size(), state.iteration,
-                                     held_out == 0 ? "" : fmt::format(", {:.2f} dB and SSIM {:.3f} on the photos held out", results["psnr"].get<double>(),
-                                                                      results["ssim"].get<double>())));
-    return {{"gaussians", results["gaussians"]}, {"iterations", results["iterations"]}, {"psnr", results["psnr"]}, {"ssim", results["ssim"]},
-            {"seconds", results["seconds"]}, {"start", start}};
+    context.progress.say(
+        fmt::format("reconstruct: {} Gaussians after {} iterations{}", state.cloud.size(), state.iteration,
+                    held_out == 0 ? ""
+                                  : fmt::format(", {:.2f} dB and SSIM {:.3f} on the photos held out",
+                                                results["psnr"].get<double>(), results["ssim"].get<double>())));
+    return {{"gaussians", results["gaussians"]}, {"iterations", results["iterations"]}, {"psnr", results["psnr"]},
+            {"ssim", results["ssim"]},           {"seconds", results["seconds"]},       {"start", start}};
   });
   fs::remove(checkpoint);
   return summary;

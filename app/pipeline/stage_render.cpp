@@ -23,7 +23,8 @@ void write_contact_sheet(const std::filesystem::path& file, const std::vector<Im
   ImageF sheet(columns * width, rows * height, 3, 1.0f);
   for (size_t k = 0; k < pictures.size(); ++k)
     for (int y = 0; y < height; ++y)
-      std::copy_n(pictures[k].at(0, y), width * 3, sheet.at(static_cast<int>(k % columns) * width, static_cast<int>(k / columns) * height + y));
+      std::copy_n(pictures[k].at(0, y), width * 3,
+                  sheet.at(static_cast<int>(k % columns) * width, static_cast<int>(k / columns) * height + y));
   write_image(file, sheet);
 }
 
@@ -57,11 +58,13 @@ json run_render(const Context& context, RunDirectory& run, const Scene& scene, c
     const auto film = [&](const std::string& file, int done, const std::function<const Camera&(int)>& camera) {
       VideoWriter clip(run / file, moving.trajectory.fps, fixed.width, fixed.height);
       for (int f = 0; f < frames; ++f) {
-        if (context.interrupted()) throw Error(Failure::kInterrupted, "render", "", "interrupted", "run the same command to continue");
+        if (context.interrupted())
+          throw Error(Failure::kInterrupted, "render", "", "interrupted", "run the same command to continue");
         const ImageF picture = render(moving.all_at(moving.trajectory.frames[f]), camera(f), render_options).color;
         clip.write(picture);
         if (options.frames && done == 0) write_image(unfinished / fmt::format("{:06d}.png", f), picture);
-        if (static_cast<int>(moments.size()) < 8 && f >= static_cast<int>(moments.size()) * frames / 8) moments.push_back(picture);
+        if (static_cast<int>(moments.size()) < 8 && f >= static_cast<int>(moments.size()) * frames / 8)
+          moments.push_back(picture);
         context.progress.done(done + f + 1);
       }
       clip.close();
@@ -71,8 +74,13 @@ json run_render(const Context& context, RunDirectory& run, const Scene& scene, c
     context.progress.end();
     if (options.frames) std::filesystem::remove_all(run / "clip"), std::filesystem::rename(unfinished, run / "clip");
     write_contact_sheet(run / "clip_frames.png", moments);
-    return {{"frames", frames}, {"camera", fixed.name}, {"width", fixed.width}, {"height", fixed.height},
-            {"fps", moving.trajectory.fps}, {"moving_gaussians", moving.moving()}, {"object_gaussians", moving.object.size()}};
+    return {{"frames", frames},
+            {"camera", fixed.name},
+            {"width", fixed.width},
+            {"height", fixed.height},
+            {"fps", moving.trajectory.fps},
+            {"moving_gaussians", moving.moving()},
+            {"object_gaussians", moving.object.size()}};
   });
 }
 

@@ -42,14 +42,16 @@ Gesture gesture_of(const SegmentStage& stage, const std::vector<Camera>& cameras
   return gesture;
 }
 
-/// Masks of what the gestures in `cameras` select, which `member` [N] tells; writes selection.png, from `sides` when there
-/// are some.
-MaskSet gesture_masks(const Context& context, const RunDirectory& run, const Scene& scene, const Gesture& gesture, const std::vector<Camera>& cameras,
-                      const std::optional<SelectionShape>& shape, std::vector<Camera> sides, std::vector<uint8_t>& member) {
+/// Masks of what the gestures in `cameras` select, which `member` [N] tells; writes selection.png, from `sides` when
+/// there are some.
+MaskSet gesture_masks(const Context& context, const RunDirectory& run, const Scene& scene, const Gesture& gesture,
+                      const std::vector<Camera>& cameras, const std::optional<SelectionShape>& shape,
+                      std::vector<Camera> sides, std::vector<uint8_t>& member) {
   GestureOptions options;
   options.seed = context.seed, options.up = scene.up.cast<float>();
   options.render.antialiased = scene.report.antialiased;
-  context.progress.say(fmt::format("segment: selecting by {} boxes and {} strokes and clicks", gesture.boxes.size(), gesture.strokes.size()));
+  context.progress.say(fmt::format("segment: selecting by {} boxes and {} strokes and clicks", gesture.boxes.size(),
+                                   gesture.strokes.size()));
   const GestureResult result = select_by_gesture(options, gesture, shape, scene.cloud, cameras);
   context.progress.say("segment: " + result.summary.describe() + fmt::format(" ({:.1f} s)", result.summary.seconds));
   for (const std::string& warning : result.summary.warnings) context.progress.warn(warning);
@@ -67,8 +69,8 @@ MaskSet gesture_masks(const Context& context, const RunDirectory& run, const Sce
 }
 
 /// Masks whose ids hold in all views.
-MaskSet associated_masks(const Context& context, const Scene& scene, const SegmentStage& stage, const SemanticOptions& semantic,
-                         const std::filesystem::path& folder) {
+MaskSet associated_masks(const Context& context, const Scene& scene, const SegmentStage& stage,
+                         const SemanticOptions& semantic, const std::filesystem::path& folder) {
   // Names that lie beside the masks are those of things in single photos, as `label` writes them.
   const bool labelled = std::filesystem::exists(folder / "labels.json");
   MaskSet masks = load_masks(folder, labelled ? folder / "labels.json" : scene.settings.labels, scene.cameras);
@@ -89,25 +91,32 @@ MaskSet associated_masks(const Context& context, const Scene& scene, const Segme
 /// How the objects are found, for objects.json.
 std::string origin_of(const SegmentStage& stage, bool by_roles) {
   std::string how = by_roles ? "PhysDreamer's point files" : "";
-  const auto add = [&](bool given, const char* name) { how += given ? (how.empty() ? "" : ", ") + std::string(name) : ""; };
-  add(!stage.physgaussian.empty(), "PhysGaussian configuration"), add(!stage.boxes.empty(), "box"), add(!stage.clicks.empty(), "click");
-  add(!stage.strokes.empty(), "stroke"), add(!stage.aabb.empty(), "aabb"), add(!stage.sphere.empty(), "sphere"), add(stage.joint, "joint training");
+  const auto add = [&](bool given, const char* name) {
+    how += given ? (how.empty() ? "" : ", ") + std::string(name) : "";
+  };
+  add(!stage.physgaussian.empty(), "PhysGaussian configuration"), add(!stage.boxes.empty(), "box"),
+      add(!stage.clicks.empty(), "click");
+  add(!stage.strokes.empty(), "stroke"), add(!stage.aabb.empty(), "aabb"), add(!stage.sphere.empty(), "sphere"),
+      add(stage.joint, "joint training");
   add(!stage.gaussian_grouping.empty(), "Gaussian Grouping"), add(prompts_segmenter(stage), "segmenter");
   return how.empty() ? "masks" : how;
 }
 
 /// held_out/<camera>.png of the cameras that were not learnt from.
-void write_held_out(const RunDirectory& run, const Scene& scene, const SemanticOptions& options, const Segmentation& segmentation) {
+void write_held_out(const RunDirectory& run, const Scene& scene, const SemanticOptions& options,
+                    const Segmentation& segmentation) {
   if (!options.held_out.empty()) std::filesystem::create_directories(run / "held_out");
   for (int camera : options.held_out)
-    write_ids(run / "held_out" / (scene.cameras[camera].name + ".png"), render_ids(segmentation, scene.cloud, scene.cameras[camera]));
+    write_ids(run / "held_out" / (scene.cameras[camera].name + ".png"),
+              render_ids(segmentation, scene.cloud, scene.cameras[camera]));
 }
 
 /// What a joint training found out about the Gaussians of `scene`.
 Segmentation joint_segmentation(const std::filesystem::path& file, const Scene& scene) {
   Segmentation segmentation = read_segmentation(file);
   if (segmentation.label.size() != scene.cloud.size())
-    throw input_error(file.string(), "label", fmt::format("has {} rows for {} Gaussians", segmentation.label.size(), scene.cloud.size()),
+    throw input_error(file.string(), "label",
+                      fmt::format("has {} rows for {} Gaussians", segmentation.label.size(), scene.cloud.size()),
                       "repeat the command with --overwrite");
   return segmentation;
 }
@@ -122,32 +131,39 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   const Gesture gesture = gesture_of(stage, gesture_cameras);
   const bool configured = !stage.physgaussian.empty();
   if (configured && (selection || !gesture.empty()))
-    throw usage_error("--physgaussian", stage.physgaussian, "was given together with a selection", "its sim_area selects the object");
+    throw usage_error("--physgaussian", stage.physgaussian, "was given together with a selection",
+                      "its sim_area selects the object");
   const bool grouping = !stage.gaussian_grouping.empty();
   check_networks(stage);
   const bool labelling = labels_photos(stage), prompted = prompts_segmenter(stage);
-  const bool asked = selection || !gesture.empty() || configured || grouping || stage.automatic || stage.joint || !stage.masks.empty() || labelling;
+  const bool asked = selection || !gesture.empty() || configured || grouping || stage.automatic || stage.joint ||
+                     !stage.masks.empty() || labelling;
   const std::optional<PhysDreamerFolder> roles = asked ? std::nullopt : physdreamer_folder(scene);
   const bool by_roles = roles.has_value();
   const bool selecting = selection || !gesture.empty() || configured || by_roles;
   if (stage.joint && selecting)
-    throw usage_error("--joint", "", "was given together with a selection", "joint training needs masks; give --masks FOLDER");
+    throw usage_error("--joint", "", "was given together with a selection",
+                      "joint training needs masks; give --masks FOLDER");
   if (grouping && (selecting || stage.joint || !stage.masks.empty()))
-    throw usage_error("--gaussian-grouping", stage.gaussian_grouping, "was given together with masks or a selection", "its classifier says what the objects are");
+    throw usage_error("--gaussian-grouping", stage.gaussian_grouping, "was given together with masks or a selection",
+                      "its classifier says what the objects are");
   if (labelling && (selecting || grouping || stage.automatic || stage.joint || !stage.masks.empty())) {
     const TypedOption typed = labelling_option(stage.label);
-    throw usage_error(typed.name, typed.value, "was given together with --masks, --auto, --joint, --gaussian-grouping or a selection",
+    throw usage_error(typed.name, typed.value,
+                      "was given together with --masks, --auto, --joint, --gaussian-grouping or a selection",
                       "leave one of them out: it makes masks of the photos");
   }
   if (prompted && !prompts.sides.empty())
-    throw usage_error("--segmenter", stage.label.models.segmenter, "looks at photos, and a gesture is on selection.png", "mark the object in photos or on objects.png");
+    throw usage_error("--segmenter", stage.label.models.segmenter, "looks at photos, and a gesture is on selection.png",
+                      "mark the object in photos or on objects.png");
   if (labelling) run_label(context, run, scene, stage.label);
   const std::filesystem::path masks_folder = labelling             ? run / "labelled"
                                              : stage.masks.empty() ? scene.settings.masks
                                                                    : std::filesystem::path(stage.masks);
   const bool automatic = !grouping && segments_automatically(stage, selecting, !masks_folder.empty());
   if (automatic && !stage.automatic)
-    context.progress.say("segment: the scene has no masks and nothing is selected: free-standing objects are found automatically");
+    context.progress.say(
+        "segment: the scene has no masks and nothing is selected: free-standing objects are found automatically");
 
   SemanticOptions options;
   options.start_from_vote = stage.start_from_vote;
@@ -162,10 +178,18 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   std::erase_if(options.held_out, [&](int c) { return std::count(marked.begin(), marked.end(), c) > 0; });
 
   StageKey key{"segment",
-               {{"aabb", stage.aabb}, {"sphere", stage.sphere}, {"box", stage.boxes}, {"click", stage.clicks},
-                {"stroke", stage.strokes}, {"stroke_width", stage.stroke_width}, {"vote", stage.start_from_vote}, {"associate", stage.associate},
-                {"iterations", options.iterations}, {"held_out", options.held_out},
-                {"up", {scene.up.x(), scene.up.y(), scene.up.z()}}, {"metres_per_unit", scene.metres_per_unit}},
+               {{"aabb", stage.aabb},
+                {"sphere", stage.sphere},
+                {"box", stage.boxes},
+                {"click", stage.clicks},
+                {"stroke", stage.strokes},
+                {"stroke_width", stage.stroke_width},
+                {"vote", stage.start_from_vote},
+                {"associate", stage.associate},
+                {"iterations", options.iterations},
+                {"held_out", options.held_out},
+                {"up", {scene.up.x(), scene.up.y(), scene.up.z()}},
+                {"metres_per_unit", scene.metres_per_unit}},
                {{"splats", scene.settings.splats}},
                {"segmentation.h5", "objects.json", "objects.png", "features.png"}};
   for (const std::filesystem::path& file : scene.report.files) {
@@ -174,10 +198,14 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
   }
   if (!scene.settings.cameras.empty()) key.inputs["cameras"] = scene.settings.cameras;
   const std::filesystem::path trained = scene.source / "segmentation.h5";
-  if (stage.joint) key.inputs["joint"] = trained;
-  else if (grouping) key.inputs["gaussian_grouping"] = grouping_classifier_file(stage.gaussian_grouping);
-  else if (automatic) key.options["automatic"] = true;
-  else if (!selecting) key.inputs["masks"] = masks_folder;
+  if (stage.joint)
+    key.inputs["joint"] = trained;
+  else if (grouping)
+    key.inputs["gaussian_grouping"] = grouping_classifier_file(stage.gaussian_grouping);
+  else if (automatic)
+    key.options["automatic"] = true;
+  else if (!selecting)
+    key.inputs["masks"] = masks_folder;
   if (prompted) add_inputs(stage.label.models, key);
   for (const int c : marked) {
     if (!scene.cameras[c].photo.empty()) key.inputs["photo " + scene.cameras[c].name] = scene.cameras[c].photo;
@@ -192,8 +220,9 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
 
   if (const json edits = run.note("edits"); !edits.empty()) {
     if (context.overwrite) run.forget("segment");
-    context.progress.say(context.overwrite ? fmt::format("segment: {} edits by hand are undone", edits.size())
-                                           : fmt::format("segment: {} edits by hand are kept, --overwrite undoes them", edits.size()));
+    context.progress.say(
+        context.overwrite ? fmt::format("segment: {} edits by hand are undone", edits.size())
+                          : fmt::format("segment: {} edits by hand are kept, --overwrite undoes them", edits.size()));
   }
   return run.stage(context, key, [&]() -> json {
     std::vector<uint8_t> member;  // of a selection by gesture or configuration
@@ -208,38 +237,53 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
       segmentation = grouping_objects(scene, key.inputs["gaussian_grouping"], scene.settings.labels);
     } else {
       if (automatic) found = automatic_masks(context, scene, options.held_out);
-      const MaskSet masks = automatic          ? std::move(found.masks)
-                            : configured       ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
-                            : by_roles         ? member_masks("clean_object_points.ply", member, scene.cloud, scene.cameras)
-                            : prompted         ? prompted_masks(context, run, scene, gesture, stage.label.models)
-                            : !gesture.empty() ? gesture_masks(context, run, scene, gesture, gesture_cameras, selection, prompts.sides, member)
-                            : selection      ? selection_masks(*selection, scene.cloud, scene.cameras)
-                                             : associated_masks(context, scene, stage, options, masks_folder);
+      const MaskSet masks = automatic    ? std::move(found.masks)
+                            : configured ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
+                            : by_roles   ? member_masks("clean_object_points.ply", member, scene.cloud, scene.cameras)
+                            : prompted   ? prompted_masks(context, run, scene, gesture, stage.label.models)
+                            : !gesture.empty() ? gesture_masks(context, run, scene, gesture, gesture_cameras, selection,
+                                                               prompts.sides, member)
+                            : selection        ? selection_masks(*selection, scene.cloud, scene.cameras)
+                                               : associated_masks(context, scene, stage, options, masks_folder);
       for (const std::string& warning : masks.warnings) context.progress.warn(warning);
       context.progress.begin("segment", options.iterations);
-      result = fit_semantic_field(options, scene.cloud, scene.cameras, masks, [&](int done, int, double) { context.progress.done(done); });
+      result = fit_semantic_field(options, scene.cloud, scene.cameras, masks,
+                                  [&](int done, int, double) { context.progress.done(done); });
       context.progress.end();
     }
     const size_t merged = grouping ? 0 : merge_islands({}, scene.cloud, segmentation);  // its result is taken as it is
-    if (merged > 0) context.progress.say(fmt::format("segment: {} Gaussians in small islands took the label around them", merged));
+    if (merged > 0)
+      context.progress.say(fmt::format("segment: {} Gaussians in small islands took the label around them", merged));
     size_t restricted = 0;
     if (selecting) {
-      if (!member.empty()) restricted = restrict_to_members(member, segmentation);
-      else if (selection) restricted = restrict_to_selection(*selection, scene.cloud, segmentation);
+      if (!member.empty())
+        restricted = restrict_to_members(member, segmentation);
+      else if (selection)
+        restricted = restrict_to_selection(*selection, scene.cloud, segmentation);
       if (restricted > 0)
-        context.progress.say(fmt::format("segment: {} Gaussians outside the selection were given back to the rest", restricted));
+        context.progress.say(
+            fmt::format("segment: {} Gaussians outside the selection were given back to the rest", restricted));
     }
     tell_how_found(found.found, segmentation);
-    if (!context.overwrite && !run.note("edits").empty()) context.progress.warn("objects were found anew, edits by hand are undone");
-    const std::vector<ObjectEntry> objects = write_objects(run, scene, origin_of(stage, by_roles), run.provenance(context, key), segmentation,
-                                                           [&](json& rows) { tell_kinds(found.found, rows); });
+    if (!context.overwrite && !run.note("edits").empty())
+      context.progress.warn("objects were found anew, edits by hand are undone");
+    const std::vector<ObjectEntry> objects =
+        write_objects(run, scene, origin_of(stage, by_roles), run.provenance(context, key), segmentation,
+                      [&](json& rows) { tell_kinds(found.found, rows); });
     run.set_note("edits", {});
     write_held_out(run, scene, options, segmentation);
     for (const ObjectEntry& object : objects)
-      context.progress.say(fmt::format("segment: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name,
-                                       object.gaussians, object.score));
-    return {{"automatic", automatic}, {"objects", objects.size()}, {"unseen", result.summary.unseen}, {"cross_entropy", result.summary.cross_entropy},
-            {"grouping", result.summary.grouping}, {"views", result.summary.views}, {"screen_variance", segmentation.screen_variance}, {"merged_islands", merged}, {"outside_selection", restricted}};
+      context.progress.say(fmt::format("segment: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id,
+                                       object.name, object.gaussians, object.score));
+    return {{"automatic", automatic},
+            {"objects", objects.size()},
+            {"unseen", result.summary.unseen},
+            {"cross_entropy", result.summary.cross_entropy},
+            {"grouping", result.summary.grouping},
+            {"views", result.summary.views},
+            {"screen_variance", segmentation.screen_variance},
+            {"merged_islands", merged},
+            {"outside_selection", restricted}};
   });
 }
 

@@ -51,10 +51,11 @@ std::vector<Mat3f> drawn_deformation(const SimulationState& state) {
   return F;
 }
 
-TrajectoryFile assemble(const FrameStore& frames, int count, const SimulatedBody& body, const std::string& object, double fps,
-                        const Scene& scene) {
+TrajectoryFile assemble(const FrameStore& frames, int count, const SimulatedBody& body, const std::string& object,
+                        double fps, const Scene& scene) {
   TrajectoryFile out;
-  out.object = object, out.fps = fps, out.metres_per_unit = body.space.scale, out.cell_size = body.particles.cell_size / body.space.scale;
+  out.object = object, out.fps = fps, out.metres_per_unit = body.space.scale,
+  out.cell_size = body.particles.cell_size / body.space.scale;
   out.up = scene.up;
   const Mat3f R = body.space.R.cast<float>();
   for (int f = 0; f < count; ++f) {
@@ -73,7 +74,8 @@ TrajectoryFile assemble(const FrameStore& frames, int count, const SimulatedBody
 json space_to_json(const SimulationSpace& space) {
   json rows = json::array();
   for (int i = 0; i < 3; ++i) rows.push_back({space.R(i, 0), space.R(i, 1), space.R(i, 2)});
-  return {{"rotation", rows}, {"scale", space.scale}, {"offset", {space.offset.x(), space.offset.y(), space.offset.z()}}};
+  return {
+      {"rotation", rows}, {"scale", space.scale}, {"offset", {space.offset.x(), space.offset.y(), space.offset.z()}}};
 }
 
 json rest_shape_to_json(const SimulateSummary& s) {
@@ -84,7 +86,8 @@ json rest_shape_to_json(const SimulateSummary& s) {
 bool starts_moving(const fs::path& file) {
   const VelocityFile v = read_velocity(file);
   const auto zero = [](const Vec3f& x) { return x.isZero(0); };
-  return !std::all_of(v.velocity.begin(), v.velocity.end(), zero) || !std::all_of(v.displacement.begin(), v.displacement.end(), zero);
+  return !std::all_of(v.velocity.begin(), v.velocity.end(), zero) ||
+         !std::all_of(v.displacement.begin(), v.displacement.end(), zero);
 }
 
 /// The stage's options, with the damping that a fit found unless the user gave another.
@@ -93,8 +96,10 @@ SimulateStage with_fitted_damping(SimulateStage stage, const fs::path& file) {
   return stage;
 }
 
-/// Of a start that was found on another grid: the drag that lets it die away as fast on this one, over its first second.
-double damping_on_this_grid(const Context& context, const VelocityFile& start, const SimulatedBody& body, const SimulationState& state, const SimulateOptions& options,
+/// Of a start that was found on another grid: the drag that lets it die away as fast on this one, over its first
+/// second.
+double damping_on_this_grid(const Context& context, const VelocityFile& start, const SimulatedBody& body,
+                            const SimulationState& state, const SimulateOptions& options,
                             const std::vector<Interaction>& pins) {
   constexpr double kLongest = 1;  // s
   Motion<float> motion{body.particles, state, pins, {}};
@@ -104,9 +109,13 @@ double damping_on_this_grid(const Context& context, const VelocityFile& start, c
   motion.options.simulate.duration = std::min(options.duration, kLongest);
   const double time = damping_time_beside_transfers(std::move(motion), start.whole_damping_time);
   if (time > 0)
-    context.progress.say(fmt::format("simulate: a damping time of {:.3g} s in all: {:.3g} s beside what this grid takes", start.whole_damping_time, time));
+    context.progress.say(
+        fmt::format("simulate: a damping time of {:.3g} s in all: {:.3g} s beside what this grid takes",
+                    start.whole_damping_time, time));
   else
-    context.progress.warn(fmt::format("this grid alone takes more than the damping time of {:.3g} s says: seed more particles for a finer one", start.whole_damping_time));
+    context.progress.warn(fmt::format(
+        "this grid alone takes more than the damping time of {:.3g} s says: seed more particles for a finer one",
+        start.whole_damping_time));
   return time;
 }
 
@@ -131,13 +140,19 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
   const bool fitted = !physgaussian && stage.use_fit && is_fitted(run) && !stage.material.young;
   // Fields come from files that the user gives, else from the fit: the material, and how the motion started, once more.
   const bool given = !stage.material_file.empty();
-  if (given && stage.material.young) throw usage_error("simulate", "--material", "and --young both say what E is", "give one of them");
+  if (given && stage.material.young)
+    throw usage_error("simulate", "--material", "and --young both say what E is", "give one of them");
   const fs::path material_file = given ? fs::path(stage.material_file) : run / (folder + "/material.h5");
-  const fs::path velocity_file = stage.velocity_file.empty() ? run / (folder + "/velocity.h5") : fs::path(stage.velocity_file);
-  const bool replay = !stage.velocity_file.empty() || (fitted && !given && stage.interactions.empty() && starts_moving(velocity_file));
-  const ObjectMaterial material = fitted || given ? check_material(scene, stage.material, true) : check_material(scene, stage);
+  const fs::path velocity_file =
+      stage.velocity_file.empty() ? run / (folder + "/velocity.h5") : fs::path(stage.velocity_file);
+  const bool replay =
+      !stage.velocity_file.empty() || (fitted && !given && stage.interactions.empty() && starts_moving(velocity_file));
+  const ObjectMaterial material =
+      fitted || given ? check_material(scene, stage.material, true) : check_material(scene, stage);
 
-  StageKey key{"simulate", {{"material", material_to_json(material)}}, {{"particles", run / (folder + "/particles.h5")}},
+  StageKey key{"simulate",
+               {{"material", material_to_json(material)}},
+               {{"particles", run / (folder + "/particles.h5")}},
                {folder + "/trajectory.h5", "interactions.json"}};
   if (fitted || given) key.inputs["material"] = material_file;
   if (fitted || replay) key.inputs["velocity"] = velocity_file;
@@ -146,31 +161,51 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
     key.options["compat"] = stage.compat;
     key.inputs["physgaussian"] = stage.physgaussian;
   } else {
-    key.options.update({{"fps", stage.fps}, {"duration", stage.duration}, {"damping_time", stage.damping_time.value_or(-1)},
-                        {"gravity", stage.gravity}, {"floor", stage.floor}, {"rest_shape", stage.rest_shape},
-                        {"settle", stage.settle}, {"sleep_speed", stage.sleep_speed}, {"flip_time", stage.flip_time}, {"obstacles", stage.obstacles}});
-    if (replay) key.options["replay"] = true;
-    else if (stage.interactions.empty()) key.options["push"] = stage.push;
-    else key.inputs["interactions"] = stage.interactions;
+    key.options.update({{"fps", stage.fps},
+                        {"duration", stage.duration},
+                        {"damping_time", stage.damping_time.value_or(-1)},
+                        {"gravity", stage.gravity},
+                        {"floor", stage.floor},
+                        {"rest_shape", stage.rest_shape},
+                        {"settle", stage.settle},
+                        {"sleep_speed", stage.sleep_speed},
+                        {"flip_time", stage.flip_time},
+                        {"obstacles", stage.obstacles}});
+    if (replay)
+      key.options["replay"] = true;
+    else if (stage.interactions.empty())
+      key.options["push"] = stage.push;
+    else
+      key.inputs["interactions"] = stage.interactions;
   }
 
   return run.stage(context, key, [&]() -> json {
     const std::string provenance = run.provenance(context, key);
     ParticleFile particles = read_particles(run / (folder + "/particles.h5"));
-    const ElasticSamples solid = fitted || given ? given_material(material_file, particles) : solid_material(particles, material);
-    if (given) context.progress.say("simulate: material of " + stage.material_file);
-    else if (fitted) context.progress.say("simulate: material and damping of the fit");
-    else if (!is_fitted(run)) write_material(run / (folder + "/material.h5"), {solid.young, solid.poisson, solid.density, "homogeneous", {}, {}}, provenance);
+    const ElasticSamples solid =
+        fitted || given ? given_material(material_file, particles) : solid_material(particles, material);
+    if (given)
+      context.progress.say("simulate: material of " + stage.material_file);
+    else if (fitted)
+      context.progress.say("simulate: material and damping of the fit");
+    else if (!is_fitted(run))
+      write_material(run / (folder + "/material.h5"),
+                     {solid.young, solid.poisson, solid.density, "homogeneous", {}, {}}, provenance);
     SimulatedBody body = make_body(std::move(particles), scene, solid, material.material);
-    SimulationPlan plan = physgaussian ? plan_physgaussian(context, run, stage, body)
-                                       : plan_simulation(context, run, scene, fitted || replay ? with_fitted_damping(stage, velocity_file) : stage, body, replay);
+    SimulationPlan plan =
+        physgaussian
+            ? plan_physgaussian(context, run, stage, body)
+            : plan_simulation(context, run, scene, fitted || replay ? with_fitted_damping(stage, velocity_file) : stage,
+                              body, replay);
     write_text(run / "interactions.json", plan.script.dump(2) + "\n");
 
     FrameStore frames(run / (folder + "/trajectory.partial"), provenance);
-    const SimulationState rest = replay ? given_start(velocity_file, body.file, body.particles) : initial_state(body.particles);
+    const SimulationState rest =
+        replay ? given_start(velocity_file, body.file, body.particles) : initial_state(body.particles);
     if (!stage.velocity_file.empty() && !stage.damping_time && !physgaussian)
       if (const VelocityFile v = read_velocity(velocity_file); v.whole_damping_time > 0)
-        plan.options.damping_time = damping_on_this_grid(context, v, body, rest, plan.options, pins_of(body.file, scene));
+        plan.options.damping_time =
+            damping_on_this_grid(context, v, body, rest, plan.options, pins_of(body.file, scene));
     const int total = static_cast<int>(std::lround(plan.options.fps * plan.options.duration));
     context.progress.begin("simulate", total);
     SimulateResult result = simulate<float>(plan.options, body.particles, plan.interactions, frames.resume(rest),
@@ -192,17 +227,33 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
     const SimulateSummary& s = result.summary;
     const double height = extract["height"].get<double>() * scene.metres_per_unit;
     if (s.settle_displacement > 0.02 * height)
-      context.progress.warn(fmt::format("nothing holds the object: coming to rest moved it by {:.0f} % of its height before the first frame "
-                                        "(--settle 0 starts from the captured place)", 100 * s.settle_displacement / height));
+      context.progress.warn(fmt::format(
+          "nothing holds the object: coming to rest moved it by {:.0f} % of its height before the first frame "
+          "(--settle 0 starts from the captured place)",
+          100 * s.settle_displacement / height));
     const json motion = describe_motion(trajectory, body.file, scene.up, extract["height"].get<double>());
     context.progress.say(fmt::format("simulate: tip moves {:.1f} % of the object's height and ends at {:.1f} %",
                                      100 * motion["tip_peak"].get<double>(), 100 * motion["tip_end"].get<double>()));
-    return {{"frames", total}, {"mass_kg", s.mass}, {"cell_size_m", s.cell_size}, {"dt_min_s", s.min_dt}, {"dt_max_s", s.max_dt},
-            {"substeps_max", s.substeps_of_frame.empty() ? 0 : *std::max_element(s.substeps_of_frame.begin(), s.substeps_of_frame.end())},
-            {"strays", s.strays}, {"retries", s.retries}, {"gravity_cancelled", s.gravity_cancelled},
-            {"settle_displacement_m", s.settle_displacement}, {"rest_shape", rest_shape_to_json(s)}, {"thin_share", s.thin_share},
-            {"impulses_Ns", impulses_to_json(s)}, {"push", plan.push}, {"damping_time_s", plan.options.damping_time}, {"motion", motion}, {"floor", plan.floor},
-            {"space", space_to_json(body.space)}};
+    return {
+        {"frames", total},
+        {"mass_kg", s.mass},
+        {"cell_size_m", s.cell_size},
+        {"dt_min_s", s.min_dt},
+        {"dt_max_s", s.max_dt},
+        {"substeps_max",
+         s.substeps_of_frame.empty() ? 0 : *std::max_element(s.substeps_of_frame.begin(), s.substeps_of_frame.end())},
+        {"strays", s.strays},
+        {"retries", s.retries},
+        {"gravity_cancelled", s.gravity_cancelled},
+        {"settle_displacement_m", s.settle_displacement},
+        {"rest_shape", rest_shape_to_json(s)},
+        {"thin_share", s.thin_share},
+        {"impulses_Ns", impulses_to_json(s)},
+        {"push", plan.push},
+        {"damping_time_s", plan.options.damping_time},
+        {"motion", motion},
+        {"floor", plan.floor},
+        {"space", space_to_json(body.space)}};
   });
 }
 

@@ -26,13 +26,16 @@ int write_masks(const fs::path& folder, const TrainedScene& scene) {
     const std::string name = photo.camera.name + ".png";
     const auto lens = lens_of.find(photo.camera.name);
     if (lens == lens_of.end() || !fs::exists(scene.set.settings.masks / name)) continue;
-    write_ids(folder / name, ids_through_pinhole(read_ids(scene.set.settings.masks / name), *lens->second, photo.camera));
+    write_ids(folder / name,
+              ids_through_pinhole(read_ids(scene.set.settings.masks / name), *lens->second, photo.camera));
     ++written;
   }
   return written;
 }
 
-std::string path_from(const fs::path& folder, const fs::path& file) { return fs::relative(file, folder).generic_string(); }
+std::string path_from(const fs::path& folder, const fs::path& file) {
+  return fs::relative(file, folder).generic_string();
+}
 
 }  // namespace
 

@@ -14,8 +14,8 @@
 namespace pliant {
 namespace {
 
-constexpr int kMeasurements = 20;           // of the held-out photos, evenly spread over the progress
-constexpr double kCheckpointSeconds = 60;   // between two checkpoints, unless iterations are asked for
+constexpr int kMeasurements = 20;          // of the held-out photos, evenly spread over the progress
+constexpr double kCheckpointSeconds = 60;  // between two checkpoints, unless iterations are asked for
 
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
@@ -24,7 +24,9 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 class Average {
  public:
   explicit Average(double length) : share_(1 / length) {}
-  void add(double value) { value_ = count_++ == 0 ? value : value_ + std::max(share_, 1.0 / count_) * (value - value_); }
+  void add(double value) {
+    value_ = count_++ == 0 ? value : value_ + std::max(share_, 1.0 / count_) * (value - value_);
+  }
   double value() const { return value_; }
 
  private:
@@ -56,7 +58,8 @@ const TrainingPhoto& shown_photo(const TrainingPhotos& photos) {
   return held_out.empty() ? photos.photos.front() : *held_out[held_out.size() / 2];
 }
 
-void write_preview(const std::filesystem::path& file, const TrainingPhoto& photo, const GaussianCloud& cloud, const RenderOptions& options) {
+void write_preview(const std::filesystem::path& file, const TrainingPhoto& photo, const GaussianCloud& cloud,
+                   const RenderOptions& options) {
   Camera camera;
   ImageF target, weight;
   photo_at_level(photo, 0, camera, target, weight);
@@ -75,7 +78,8 @@ void write_preview(const std::filesystem::path& file, const TrainingPhoto& photo
 void train_to_end(const Context& context, const ReconstructStage& stage, const TrainingPhotos& photos, Trainer& trainer,
                   const std::filesystem::path& preview, const std::function<void(const TrainingState&)>& save) {
   int longest_side = 0;
-  for (const TrainingPhoto& photo : photos.photos) longest_side = std::max({longest_side, photo.camera.width, photo.camera.height});
+  for (const TrainingPhoto& photo : photos.photos)
+    longest_side = std::max({longest_side, photo.camera.width, photo.camera.height});
   Average loss(50), duration(30);
   auto last_save = Clock::now();
   context.progress.begin("reconstruct", 1000);
@@ -95,7 +99,8 @@ void train_to_end(const Context& context, const ReconstructStage& stage, const T
       trainer.measure();
       write_preview(preview, shown_photo(photos), trainer.state().cloud, stage.train.render);
     }
-    const bool due = stage.checkpoint_every > 0 ? step.iteration % stage.checkpoint_every == 0 : seconds_since(last_save) > kCheckpointSeconds;
+    const bool due = stage.checkpoint_every > 0 ? step.iteration % stage.checkpoint_every == 0
+                                                : seconds_since(last_save) > kCheckpointSeconds;
     if (due || context.interrupted() || trainer.finished()) {
       trainer.spend(seconds_since(start)), start = Clock::now();
       save(trainer.state());
@@ -104,12 +109,14 @@ void train_to_end(const Context& context, const ReconstructStage& stage, const T
     trainer.spend(seconds_since(start));
     const std::vector<CurvePoint>& curve = trainer.state().curve;
     context.progress.done(static_cast<int>(1000 * step.progress),
-                          fmt::format("iteration {}, {} Gaussians, {}x{}, loss {:.4f}{}", step.iteration, step.gaussians, step.width, step.height, loss.value(),
+                          fmt::format("iteration {}, {} Gaussians, {}x{}, loss {:.4f}{}", step.iteration,
+                                      step.gaussians, step.width, step.height, loss.value(),
                                       curve.empty() ? "" : fmt::format(", held out {:.2f} dB", curve.back().psnr)),
                           seconds_left(stage.train, trainer, duration.value(), longest_side));
     if (context.interrupted() && !trainer.finished()) {
       context.progress.end();
-      throw Error(Failure::kInterrupted, "reconstruct", "", fmt::format("interrupted after iteration {}", step.iteration), "repeat the command to go on");
+      throw Error(Failure::kInterrupted, "reconstruct", "",
+                  fmt::format("interrupted after iteration {}", step.iteration), "repeat the command to go on");
     }
   }
   context.progress.end();

@@ -7,7 +7,8 @@
 
 namespace pliant {
 
-/// The ids that a pinhole camera sees, from a picture of ids of a camera with a lens in the same place: the nearest pixel.
+/// The ids that a pinhole camera sees, from a picture of ids of a camera with a lens in the same place: the nearest
+/// pixel.
 IdImage ids_through_pinhole(const IdImage& ids, const Camera& lens, const Camera& pinhole) {
   IdImage out(pinhole.width, pinhole.height, 1);
   const double sx = static_cast<double>(ids.width) / lens.width, sy = static_cast<double>(ids.height) / lens.height;
@@ -15,15 +16,17 @@ IdImage ids_through_pinhole(const IdImage& ids, const Camera& lens, const Camera
     for (int x = 0; x < out.width; ++x) {
       const Eigen::Vector2d ray((x + 0.5 - pinhole.cx) / pinhole.fx, (y + 0.5 - pinhole.cy) / pinhole.fy);
       const Eigen::Vector2d seen = distort(lens.distortion, ray);
-      const double u = std::floor((lens.fx * seen.x() + lens.cx) * sx), v = std::floor((lens.fy * seen.y() + lens.cy) * sy);
-      if (u >= 0 && v >= 0 && u < ids.width && v < ids.height) out(x, y) = ids(static_cast<int>(u), static_cast<int>(v));
+      const double u = std::floor((lens.fx * seen.x() + lens.cx) * sx),
+                   v = std::floor((lens.fy * seen.y() + lens.cy) * sy);
+      if (u >= 0 && v >= 0 && u < ids.width && v < ids.height)
+        out(x, y) = ids(static_cast<int>(u), static_cast<int>(v));
     }
   }
   return out;
 }
 
-MaskSet training_masks(const std::filesystem::path& folder, const std::filesystem::path& labels, const CameraFile& cameras,
-                       const TrainingPhotos& photos) {
+MaskSet training_masks(const std::filesystem::path& folder, const std::filesystem::path& labels,
+                       const CameraFile& cameras, const TrainingPhotos& photos) {
   MaskSet masks = load_masks(folder, labels, cameras.cameras);
   std::map<std::string, int> photo_named;
   for (size_t i = 0; i < photos.photos.size(); ++i) photo_named[photos.photos[i].camera.name] = static_cast<int>(i);

@@ -6,12 +6,13 @@
 
 namespace pliant {
 
-/// The ids that a pinhole camera sees, from a picture of ids of a camera with a lens in the same place: the nearest pixel.
+/// The ids that a pinhole camera sees, from a picture of ids of a camera with a lens in the same place: the nearest
+/// pixel.
 IdImage ids_through_pinhole(const IdImage& ids, const Camera& lens, const Camera& pinhole);
 
-/// Masks in `folder`, drawn over the photos of `cameras`, as they belong to the photos that are trained on: views[].camera
-/// indexes these.  Throws Error{kInput} as load_masks does.
-MaskSet training_masks(const std::filesystem::path& folder, const std::filesystem::path& labels, const CameraFile& cameras,
-                       const TrainingPhotos& photos);
+/// Masks in `folder`, drawn over the photos of `cameras`, as they belong to the photos that are trained on:
+/// views[].camera indexes these.  Throws Error{kInput} as load_masks does.
+MaskSet training_masks(const std::filesystem::path& folder, const std::filesystem::path& labels,
+                       const CameraFile& cameras, const TrainingPhotos& photos);
 
 }  // namespace pliant

@@ -23,7 +23,8 @@ void thin_out(SparsePoints& points, size_t count) {
 
 }  // namespace
 
-TrainingStart start_training(const Context& context, const ReconstructStage& stage, SparsePoints points, const TrainingPhotos& photos) {
+TrainingStart start_training(const Context& context, const ReconstructStage& stage, SparsePoints points,
+                             const TrainingPhotos& photos) {
   const size_t budget = gaussian_budget(stage.train, photos);
   std::string reasons;  // why the kinds that were tried do not do
   const auto from_points = [&](const char* kind, SparsePoints points) -> TrainingStart {
@@ -31,16 +32,19 @@ TrainingStart start_training(const Context& context, const ReconstructStage& sta
     thin_out(points, budget);
     std::string sentence = points.source;
     if (found > budget) sentence += fmt::format("; {} of {} points, as many as Gaussians are allowed", budget, found);
-    return {cloud_from_points(points.position, points.color), {{"kind", kind}, {"points", found}, {"sentence", sentence}}};
+    return {cloud_from_points(points.position, points.color),
+            {{"kind", kind}, {"points", found}, {"sentence", sentence}}};
   };
   const auto enough = [&](const SparsePoints& points, const char* what) {
     if (points.position.size() >= kFewestStartPoints) return true;
-    reasons += fmt::format("{}{}: {}", reasons.empty() ? "" : "; ", what,
-                           points.empty() ? points.source : fmt::format("only {} points ({})", points.position.size(), points.source));
+    reasons += fmt::format(
+        "{}{}: {}", reasons.empty() ? "" : "; ", what,
+        points.empty() ? points.source : fmt::format("only {} points ({})", points.position.size(), points.source));
     return false;
   };
   const auto asked_for = [&](const char* kind) {
-    if (stage.start == kind) throw usage_error("--start", kind, "is not to be had: " + reasons, "leave --start out, or give --start random");
+    if (stage.start == kind)
+      throw usage_error("--start", kind, "is not to be had: " + reasons, "leave --start out, or give --start random");
   };
 
   if (stage.start == "auto" || stage.start == "points") {

@@ -17,8 +17,9 @@ struct TrainingStart {
 constexpr size_t kFewestStartPoints = 100;
 
 /// As stage.start says: `points` of structure from motion, points triangulated from the
-/// photos, random ones, or (auto) the first of these that are enough.  A kind that was asked for and is not to be had is
-/// a usage error.
-TrainingStart start_training(const Context& context, const ReconstructStage& stage, SparsePoints points, const TrainingPhotos& photos);
+/// photos, random ones, or (auto) the first of these that are enough.  A kind that was asked for and is not to be had
+/// is a usage error.
+TrainingStart start_training(const Context& context, const ReconstructStage& stage, SparsePoints points,
+                             const TrainingPhotos& photos);
 
 }  // namespace pliant

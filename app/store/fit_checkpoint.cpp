@@ -14,17 +14,22 @@ constexpr int32_t kFormat = 2;  // raised when a fit takes other steps, or keeps
 /// Every array of doubles of a fit, but the modes' shapes.
 template <class Fit, class Visit>
 void visit_numbers(Fit& fit, Visit&& visit) {
-  visit("young_sigma", fit.young_sigma), visit("parameters", fit.field), visit("modes_omega", fit.modes.omega), visit("modes_decay", fit.modes.decay);
+  visit("young_sigma", fit.young_sigma), visit("parameters", fit.field), visit("modes_omega", fit.modes.omega),
+      visit("modes_decay", fit.modes.decay);
   visit("search_log10_factor", fit.search.log10_factor), visit("search_unexplained", fit.search.unexplained);
-  visit("gauss_newton_loss", fit.summary.loss), visit("candidate_factor", fit.candidate_factor), visit("candidate_rms", fit.candidate_rms);
+  visit("gauss_newton_loss", fit.summary.loss), visit("candidate_factor", fit.candidate_factor),
+      visit("candidate_rms", fit.candidate_rms);
 }
 
 /// Every single number, as a double.
 template <class Fit, class Visit>
 void visit_scalars(Fit& fit, Visit&& visit) {
-  visit(fit.log10_factor), visit(fit.log10_sigma), visit(fit.damping_time), visit(fit.damping_time_low), visit(fit.damping_time_high);
+  visit(fit.log10_factor), visit(fit.log10_sigma), visit(fit.damping_time), visit(fit.damping_time_low),
+      visit(fit.damping_time_high);
   visit(fit.time), visit(fit.first_frame), visit(fit.last_frame), visit(fit.subframes), visit(fit.substeps);
-  visit(fit.rms_search), visit(fit.rms), visit(fit.rms_rest), visit(fit.seconds), visit(fit.seconds_search), visit(fit.summary.converged), visit(fit.summary.evaluations), visit(fit.summary.rms), visit(fit.search.first_frame), visit(fit.search.periods);
+  visit(fit.rms_search), visit(fit.rms), visit(fit.rms_rest), visit(fit.seconds), visit(fit.seconds_search),
+      visit(fit.summary.converged), visit(fit.summary.evaluations), visit(fit.summary.rms),
+      visit(fit.search.first_frame), visit(fit.search.periods);
 }
 
 template <class State, class Visit>
@@ -64,7 +69,8 @@ void write_modes(Hdf5Writer& out, const std::string& group, const VibrationModes
 
 /// Shapes of `modes`, whose frequencies are known, at `n` particles.
 void read_modes(const Hdf5Reader& in, const std::string& group, size_t n, VibrationModes& modes) {
-  if (modes.decay.size() != modes.omega.size()) throw in.complaint(group + "/modes_decay", "has another length than modes_omega");
+  if (modes.decay.size() != modes.omega.size())
+    throw in.complaint(group + "/modes_decay", "has another length than modes_omega");
   for (size_t m = 0; m < modes.size(); ++m) {
     modes.shape.push_back(read_matrices<Vec3d>(in, group + "/shape_" + std::to_string(m), n));
     modes.gradient.push_back(read_matrices<Mat3d>(in, group + "/gradient_" + std::to_string(m), n));
@@ -106,7 +112,8 @@ VibrationFit read_fit(const Hdf5Reader& in, const std::string& group) {
 
 template <class State, class Visit>
 void visit_refinement(State& state, Visit&& visit) {
-  visit(state.damping), visit(state.raise), visit(state.linearised), visit(state.fresh), visit(state.iteration), visit(state.jacobians), visit(state.evaluations), visit(state.converged);
+  visit(state.damping), visit(state.raise), visit(state.linearised), visit(state.fresh), visit(state.iteration),
+      visit(state.jacobians), visit(state.evaluations), visit(state.converged);
 }
 
 void write_refinement(Hdf5Writer& out, const std::string& group, const GaussNewtonState& state) {
@@ -130,7 +137,8 @@ GaussNewtonState read_refinement(const Hdf5Reader& in, const std::string& group)
   size_t count = 0, k = 0;
   visit_refinement(state, [&](auto&) { ++count; });
   const std::vector<double> scalars = in.dataset<double>(group + "/scalars", {count});
-  visit_refinement(state, [&](auto& value) { value = static_cast<std::remove_reference_t<decltype(value)>>(scalars[k++]); });
+  visit_refinement(state,
+                   [&](auto& value) { value = static_cast<std::remove_reference_t<decltype(value)>>(scalars[k++]); });
   state.loss = in.dataset<double>(group + "/loss", {kAny});
   const auto vector = [&](const char* name) {
     const std::vector<double> values = in.dataset<double>(group + name, {kAny});
@@ -139,10 +147,12 @@ GaussNewtonState read_refinement(const Hdf5Reader& in, const std::string& group)
   state.parameters = vector("/parameters"), state.residuals = vector("/residuals");
   const Eigen::Index p = state.parameters.size(), r = state.residuals.size();
   state.fixed = in.dataset<uint8_t>(group + "/fixed", {static_cast<size_t>(p)});
-  for (const auto& [name, J] : {std::pair("/jacobian", &state.jacobian), std::pair("/differences", &state.differences)}) {
+  for (const auto& [name, J] :
+       {std::pair("/jacobian", &state.jacobian), std::pair("/differences", &state.differences)}) {
     const std::vector<double> values = in.dataset<double>(group + name, {kAny, kAny});
     if (values.empty()) continue;
-    if (static_cast<Eigen::Index>(values.size()) != p * r) throw in.complaint(group + name, "is not [parameters, residuals]");
+    if (static_cast<Eigen::Index>(values.size()) != p * r)
+      throw in.complaint(group + name, "is not [parameters, residuals]");
     *J = Eigen::Map<const Eigen::MatrixXd>(values.data(), r, p);
   }
   if (state.loss.empty()) throw in.complaint(group + "/loss", "is empty");
@@ -151,12 +161,14 @@ GaussNewtonState read_refinement(const Hdf5Reader& in, const std::string& group)
 
 /// Those that have begun.
 void write_refinements(Hdf5Writer& out, const std::string& name, const std::vector<GaussNewtonState>& states) {
-  for (size_t k = 0; k < states.size() && !states[k].loss.empty(); ++k) write_refinement(out, name + std::to_string(k), states[k]);
+  for (size_t k = 0; k < states.size() && !states[k].loss.empty(); ++k)
+    write_refinement(out, name + std::to_string(k), states[k]);
 }
 
 std::vector<GaussNewtonState> read_refinements(const Hdf5Reader& in, const std::string& name) {
   std::vector<GaussNewtonState> states;
-  for (size_t k = 0; in.has(name + std::to_string(k)); ++k) states.push_back(read_refinement(in, name + std::to_string(k)));
+  for (size_t k = 0; in.has(name + std::to_string(k)); ++k)
+    states.push_back(read_refinement(in, name + std::to_string(k)));
   return states;
 }
 
@@ -174,7 +186,8 @@ VibrationFitState read_vibration(const Hdf5Reader& in) {
   VibrationFitState state;
   if (in.has("/modes")) {
     VibrationModes& modes = state.modes.emplace();
-    modes.omega = in.dataset<double>("/modes/modes_omega", {kAny}), modes.decay = in.dataset<double>("/modes/modes_decay", {kAny});
+    modes.omega = in.dataset<double>("/modes/modes_omega", {kAny}),
+    modes.decay = in.dataset<double>("/modes/modes_decay", {kAny});
     read_modes(in, "/modes", kAny, modes);
   }
   state.refinements = read_refinements(in, "/refinement_");
@@ -185,18 +198,24 @@ constexpr size_t kColumns = 6;  // of a row of iterations
 
 void write_gradient(Hdf5Writer& out, const std::string& group, const GradientFitState& g) {
   out.group(group);
-  visit_gradient(g, [&](const char* name, const std::vector<double>& values) { out.dataset(group + "/" + name, values.data(), {values.size()}); });
-  const double scalars[7] = {g.now.damping, g.best.damping, g.best_loss, double(g.without_better), double(g.finished), double(g.steps), g.rate};
+  visit_gradient(g, [&](const char* name, const std::vector<double>& values) {
+    out.dataset(group + "/" + name, values.data(), {values.size()});
+  });
+  const double scalars[7] = {g.now.damping,      g.best.damping,  g.best_loss, double(g.without_better),
+                             double(g.finished), double(g.steps), g.rate};
   out.dataset(group + "/scalars", scalars, {7});
   std::vector<double> rows;
   for (const GradientFitRow& r : g.rows)
-    rows.insert(rows.end(), {double(r.frames), r.loss, r.rollout_seconds, r.frames_seconds, r.reverse_seconds, r.field_seconds});
+    rows.insert(rows.end(),
+                {double(r.frames), r.loss, r.rollout_seconds, r.frames_seconds, r.reverse_seconds, r.field_seconds});
   out.dataset(group + "/rows", rows.data(), {g.rows.size(), kColumns});
 }
 
 GradientFitState read_gradient(const Hdf5Reader& in, const std::string& group) {
   GradientFitState g;
-  visit_gradient(g, [&](const char* name, std::vector<double>& values) { values = in.dataset<double>(group + "/" + name, {kAny}); });
+  visit_gradient(g, [&](const char* name, std::vector<double>& values) {
+    values = in.dataset<double>(group + "/" + name, {kAny});
+  });
   const std::vector<double> scalars = in.dataset<double>(group + "/scalars", {7});
   g.now.damping = scalars[0], g.best.damping = scalars[1], g.best_loss = scalars[2];
   g.without_better = static_cast<int>(scalars[3]), g.finished = scalars[4] != 0;
@@ -204,7 +223,8 @@ GradientFitState read_gradient(const Hdf5Reader& in, const std::string& group) {
   const std::vector<double> rows = in.dataset<double>(group + "/rows", {kAny, kColumns});
   for (size_t i = 0; i < rows.size(); i += kColumns)
     g.rows.push_back({static_cast<int>(rows[i]), rows[i + 1], rows[i + 2], rows[i + 3], rows[i + 4], rows[i + 5]});
-  if (g.first_moment.size() != g.second_moment.size()) throw in.complaint(group + "/second_moment", "has another length than first_moment");
+  if (g.first_moment.size() != g.second_moment.size())
+    throw in.complaint(group + "/second_moment", "has another length than first_moment");
   return g;
 }
 

@@ -18,7 +18,7 @@ struct FitCheckpoint {
   VibrationFitState vibration;              ///< of the first of these that is not done
   GradientFitState velocity;                ///< of v0 alone, where a stage is about it
   GradientFitState gradient;
-  PosteriorState posterior;     ///< about what gradients found
+  PosteriorState posterior;  ///< about what gradients found
   MarkerFitState markers;
   std::string provenance_json;  ///< options and inputs of the fit
 };

@@ -19,7 +19,8 @@ constexpr size_t kFloats = 3 + 3 + 9 + 9;  // x, v, C, F of a particle
 static_assert(sizeof(LawMemory<float>) == (9 + 9 + 1) * sizeof(float));
 constexpr size_t kDigest = 64;
 
-/// What precedes the arrays x, v, C, F and, where the laws have one, memory; the SHA-256 of everything before it ends the file.
+/// What precedes the arrays x, v, C, F and, where the laws have one, memory; the SHA-256 of everything before it ends
+/// the file.
 struct Header {
   char magic[8];
   uint64_t particles, memories;
@@ -54,7 +55,8 @@ void write_frame(const fs::path& folder, const SimulationState& state) {
   CHECK(state.memory.empty() || state.memory.size() == n);
   Header header{};
   std::memcpy(header.magic, kMagic, sizeof kMagic);
-  header.particles = n, header.memories = state.memory.size(), header.frame = state.frame, header.substeps = state.substeps, header.time = state.time;
+  header.particles = n, header.memories = state.memory.size(), header.frame = state.frame,
+  header.substeps = state.substeps, header.time = state.time;
   std::string bytes(reinterpret_cast<const char*>(&header), sizeof header);
   put(bytes, state.x), put(bytes, state.v), put(bytes, state.C), put(bytes, state.F), put(bytes, state.memory);
   bytes += sha256_of_text(bytes);
@@ -74,7 +76,8 @@ SimulationState read_frame(const fs::path& folder, int frame) {
   const size_t payload = bytes.size() - sizeof header - kDigest, row = kFloats * sizeof(float);
   const bool remembers = header.memories != 0;
   if (remembers && header.memories != header.particles)
-    throw damaged("particles", "is " + std::to_string(header.particles) + " with memories of " + std::to_string(header.memories));
+    throw damaged("particles",
+                  "is " + std::to_string(header.particles) + " with memories of " + std::to_string(header.memories));
   const size_t whole_row = row + (remembers ? sizeof(LawMemory<float>) : 0);
   if (payload % whole_row != 0 || payload / whole_row != header.particles) {
     throw damaged("particles", "promises " + std::to_string(header.particles) + " but there are bytes for " +

@@ -15,27 +15,65 @@ namespace {
 
 template <class T>
 hid_t native_type();
-template <> hid_t native_type<float>() { return H5T_NATIVE_FLOAT; }
-template <> hid_t native_type<double>() { return H5T_NATIVE_DOUBLE; }
-template <> hid_t native_type<int32_t>() { return H5T_NATIVE_INT32; }
-template <> hid_t native_type<uint32_t>() { return H5T_NATIVE_UINT32; }
-template <> hid_t native_type<int64_t>() { return H5T_NATIVE_INT64; }
-template <> hid_t native_type<uint8_t>() { return H5T_NATIVE_UINT8; }
+template <>
+hid_t native_type<float>() {
+  return H5T_NATIVE_FLOAT;
+}
+template <>
+hid_t native_type<double>() {
+  return H5T_NATIVE_DOUBLE;
+}
+template <>
+hid_t native_type<int32_t>() {
+  return H5T_NATIVE_INT32;
+}
+template <>
+hid_t native_type<uint32_t>() {
+  return H5T_NATIVE_UINT32;
+}
+template <>
+hid_t native_type<int64_t>() {
+  return H5T_NATIVE_INT64;
+}
+template <>
+hid_t native_type<uint8_t>() {
+  return H5T_NATIVE_UINT8;
+}
 
-template <class T> const char* type_name();
-template <> const char* type_name<float>() { return "32-bit float"; }
-template <> const char* type_name<double>() { return "64-bit float"; }
-template <> const char* type_name<int32_t>() { return "32-bit integer"; }
-template <> const char* type_name<uint32_t>() { return "unsigned 32-bit integer"; }
-template <> const char* type_name<int64_t>() { return "64-bit integer"; }
-template <> const char* type_name<uint8_t>() { return "unsigned 8-bit integer"; }
+template <class T>
+const char* type_name();
+template <>
+const char* type_name<float>() {
+  return "32-bit float";
+}
+template <>
+const char* type_name<double>() {
+  return "64-bit float";
+}
+template <>
+const char* type_name<int32_t>() {
+  return "32-bit integer";
+}
+template <>
+const char* type_name<uint32_t>() {
+  return "unsigned 32-bit integer";
+}
+template <>
+const char* type_name<int64_t>() {
+  return "64-bit integer";
+}
+template <>
+const char* type_name<uint8_t>() {
+  return "unsigned 8-bit integer";
+}
 
 /// HDF5 would print its own error stack; our messages replace it.
 void silence() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
 
 Hdf5Handle space_of(const Shape& shape) {
   const std::vector<hsize_t> dims(shape.begin(), shape.end());
-  return {shape.empty() ? H5Screate(H5S_SCALAR) : H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr), H5Sclose};
+  return {shape.empty() ? H5Screate(H5S_SCALAR) : H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr),
+          H5Sclose};
 }
 
 Hdf5Handle string_type() {
@@ -92,8 +130,9 @@ template <class T>
 void Hdf5Writer::dataset(const std::string& name, const T* data, const Shape& shape) {
   const Hdf5Handle space = space_of(shape), properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_obj_track_times(properties.get(), false);
-  const Hdf5Handle set(H5Dcreate2(id_.get(), name.c_str(), native_type<T>(), space.get(), H5P_DEFAULT, properties.get(),
-                                  H5P_DEFAULT), H5Dclose);
+  const Hdf5Handle set(
+      H5Dcreate2(id_.get(), name.c_str(), native_type<T>(), space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+      H5Dclose);
   if (!set.valid()) fail(name);
   if (std::find(shape.begin(), shape.end(), size_t{0}) != shape.end()) return;
   if (H5Dwrite(set.get(), native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0) fail(name);
@@ -109,8 +148,9 @@ void Hdf5Writer::slabs(const std::string& name, const Shape& shape, const std::f
   const std::vector<hsize_t> chunk(chunk_shape.begin(), chunk_shape.end());
   H5Pset_chunk(properties.get(), static_cast<int>(chunk.size()), chunk.data());
   H5Pset_deflate(properties.get(), 1);
-  const Hdf5Handle set(H5Dcreate2(id_.get(), name.c_str(), native_type<T>(), space.get(), H5P_DEFAULT, properties.get(),
-                                  H5P_DEFAULT), H5Dclose);
+  const Hdf5Handle set(
+      H5Dcreate2(id_.get(), name.c_str(), native_type<T>(), space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+      H5Dclose);
   if (!set.valid()) fail(name);
   for (size_t i = 0; i < shape[0]; ++i) {
     select_slab(space.get(), shape, i);
@@ -122,13 +162,15 @@ void Hdf5Writer::link(const std::string& existing, const std::string& name) {
   if (H5Lcreate_hard(id_.get(), existing.c_str(), id_.get(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT) < 0) fail(name);
 }
 
-void Hdf5Writer::attribute(const std::string& object, const std::string& name, int64_t type, int64_t space, const void* data) {
+void Hdf5Writer::attribute(const std::string& object, const std::string& name, int64_t type, int64_t space,
+                           const void* data) {
   const Hdf5Handle owner(H5Oopen(id_.get(), object.c_str(), H5P_DEFAULT), H5Oclose);
   const Hdf5Handle attribute(H5Acreate2(owner.get(), name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   if (!attribute.valid() || H5Awrite(attribute.get(), type, data) < 0) fail(object + "@" + name);
 }
 
-void Hdf5Writer::strings(const std::string& object, const std::string& name, const std::vector<std::string>& values, bool scalar) {
+void Hdf5Writer::strings(const std::string& object, const std::string& name, const std::vector<std::string>& values,
+                         bool scalar) {
   const Hdf5Handle type = string_type(), space = space_of(scalar ? Shape() : Shape{values.size()});
   std::vector<const char*> pointers;
   for (const std::string& value : values) pointers.push_back(value.c_str());
@@ -225,7 +267,8 @@ Hdf5Handle Hdf5Reader::open_checked(const std::string& name, const Shape& expect
   if (!equal) throw complaint(name, "has the shape " + text_of(found) + " instead of " + text_of(expected));
   Hdf5Handle set(H5Dopen2(id_.get(), name.c_str(), H5P_DEFAULT), H5Dclose);
   const Hdf5Handle type(H5Dget_type(set.get()), H5Tclose);
-  if (H5Tequal(type.get(), native_type<T>()) <= 0) throw complaint(name, std::string("is not of type ") + type_name<T>());
+  if (H5Tequal(type.get(), native_type<T>()) <= 0)
+    throw complaint(name, std::string("is not of type ") + type_name<T>());
   // A small file may promise a huge array: deflate shrinks at most about 1032 times.
   double bytes = sizeof(T);
   for (size_t n : found) bytes *= static_cast<double>(n);
@@ -248,7 +291,8 @@ std::vector<T> Hdf5Reader::dataset(const std::string& name, const Shape& expecte
 }
 
 template <class T>
-void Hdf5Reader::slabs(const std::string& name, const Shape& expected, const std::function<void(size_t, const T*)>& use) const {
+void Hdf5Reader::slabs(const std::string& name, const Shape& expected,
+                       const std::function<void(size_t, const T*)>& use) const {
   const Hdf5Handle set = open_checked<T>(name, expected);
   const Shape found = shape(name);
   size_t count = 1;
@@ -269,7 +313,8 @@ void Hdf5Reader::slabs(const std::string& name, const Shape& expected, const std
 std::string Hdf5Reader::text(const std::string& object, const std::string& name) const {
   const std::string field = object + "@" + name;
   if (!has_attribute(object, name)) throw complaint(field, "is missing");
-  const Hdf5Handle attribute(H5Aopen_by_name(id_.get(), object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const Hdf5Handle attribute(H5Aopen_by_name(id_.get(), object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT),
+                             H5Aclose);
   const Hdf5Handle type(H5Aget_type(attribute.get()), H5Tclose), space(H5Aget_space(attribute.get()), H5Sclose);
   if (H5Tget_class(type.get()) != H5T_STRING || H5Sget_simple_extent_npoints(space.get()) != 1) {
     throw complaint(field, "is not a text");
@@ -288,12 +333,15 @@ std::string Hdf5Reader::text(const std::string& object, const std::string& name)
   return text.substr(0, text.find('\0'));
 }
 
-double Hdf5Reader::number(const std::string& object, const std::string& name) const { return numbers(object, name, 1)[0]; }
+double Hdf5Reader::number(const std::string& object, const std::string& name) const {
+  return numbers(object, name, 1)[0];
+}
 
 std::vector<double> Hdf5Reader::numbers(const std::string& object, const std::string& name, size_t count) const {
   const std::string field = object + "@" + name;
   if (!has_attribute(object, name)) throw complaint(field, "is missing");
-  const Hdf5Handle attribute(H5Aopen_by_name(id_.get(), object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const Hdf5Handle attribute(H5Aopen_by_name(id_.get(), object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT),
+                             H5Aclose);
   const Hdf5Handle type(H5Aget_type(attribute.get()), H5Tclose), space(H5Aget_space(attribute.get()), H5Sclose);
   const H5T_class_t kind = H5Tget_class(type.get());
   std::vector<double> values(count, NAN);
@@ -305,10 +353,10 @@ std::vector<double> Hdf5Reader::numbers(const std::string& object, const std::st
   return values;
 }
 
-#define PLIANT_INSTANTIATE(T)                                                                                        \
-  template void Hdf5Writer::dataset(const std::string&, const T*, const Shape&);                                    \
-  template void Hdf5Writer::slabs(const std::string&, const Shape&, const std::function<const T*(size_t)>&);        \
-  template std::vector<T> Hdf5Reader::dataset(const std::string&, const Shape&) const;                               \
+#define PLIANT_INSTANTIATE(T)                                                                                \
+  template void Hdf5Writer::dataset(const std::string&, const T*, const Shape&);                             \
+  template void Hdf5Writer::slabs(const std::string&, const Shape&, const std::function<const T*(size_t)>&); \
+  template std::vector<T> Hdf5Reader::dataset(const std::string&, const Shape&) const;                       \
   template void Hdf5Reader::slabs(const std::string&, const Shape&, const std::function<void(size_t, const T*)>&) const;
 PLIANT_INSTANTIATE(float)
 PLIANT_INSTANTIATE(double)

@@ -37,11 +37,13 @@ MaterialFile read_material(const fs::path& file) {
   if (in.has("/solid/log10_young_sigma")) m.log10_young_sigma = read_finite(in, "/solid/log10_young_sigma", n);
   m.source = in.text("/solid", "source");
   for (size_t i = 0; i < n; ++i) {
-    if (!(m.young[i] > 0)) throw in.complaint("/solid/young", "is " + std::to_string(m.young[i]) + " in row " + std::to_string(i));
+    if (!(m.young[i] > 0))
+      throw in.complaint("/solid/young", "is " + std::to_string(m.young[i]) + " in row " + std::to_string(i));
     if (!(m.poisson[i] > -1 && m.poisson[i] < 0.5f)) {
       throw in.complaint("/solid/poisson", "is " + std::to_string(m.poisson[i]) + " in row " + std::to_string(i));
     }
-    if (!(m.density[i] > 0)) throw in.complaint("/solid/density", "is " + std::to_string(m.density[i]) + " in row " + std::to_string(i));
+    if (!(m.density[i] > 0))
+      throw in.complaint("/solid/density", "is " + std::to_string(m.density[i]) + " in row " + std::to_string(i));
   }
   if (in.has("/solid/position")) {
     m.position = read_vectors(in, "/solid/position", n);

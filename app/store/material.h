@@ -17,7 +17,8 @@ struct MaterialFile {
   std::vector<float> log10_young_sigma = {};   ///< [S] decades, one standard deviation of log10 E; empty: not known
 };
 
-void write_material(const std::filesystem::path& file, const MaterialFile& material, const std::string& provenance_json);
+void write_material(const std::filesystem::path& file, const MaterialFile& material,
+                    const std::string& provenance_json);
 /// Positions and volumes that the file lacks are taken from particles.h5 beside it when there is one.
 /// Values must be possible: young > 0, -1 < poisson < 0.5, density > 0.
 MaterialFile read_material(const std::filesystem::path& file);

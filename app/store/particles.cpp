@@ -11,7 +11,8 @@ namespace pliant {
 void write_particles(const fs::path& file, const ParticleFile& p, const std::string& provenance_json) {
   const size_t solids = p.solid_position.size(), drivers = p.driving_position.size();
   CHECK(p.solid_volume.size() == solids && p.solid_driver.size() == solids && p.driving_volume.size() == drivers);
-  CHECK(p.driving_thickness.size() == p.driving_rod.size() && (p.driving_rod.empty() || p.driving_rod.size() == drivers));
+  CHECK(p.driving_thickness.size() == p.driving_rod.size() &&
+        (p.driving_rod.empty() || p.driving_rod.size() == drivers));
   const std::vector<float> thickness = p.driving_rod.empty() ? std::vector<float>(drivers, 0.0f) : p.driving_thickness;
   const std::vector<uint8_t> rod = p.driving_rod.empty() ? std::vector<uint8_t>(drivers, 0) : p.driving_rod;
   write_hdf5(file, [&](Hdf5Writer& out) {
@@ -45,7 +46,8 @@ ParticleFile read_particles(const fs::path& file) {
   p.pinned_json = in.text("/", "pinned");
   for (int driver : p.solid_driver) {
     if (driver < -1 || driver >= static_cast<int>(p.driving_position.size())) {
-      throw in.complaint("/solid/driver", "names driver " + std::to_string(driver) + " of " + std::to_string(p.driving_position.size()));
+      throw in.complaint("/solid/driver",
+                         "names driver " + std::to_string(driver) + " of " + std::to_string(p.driving_position.size()));
     }
   }
   if (!(p.metres_per_unit > 0)) throw in.complaint("/@metres_per_unit", "is not positive");

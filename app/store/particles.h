@@ -16,15 +16,17 @@ struct ParticleFile {
   std::vector<int> solid_driver;        ///< [S] index into driving_*, -1 = rigid, not simulated
   std::vector<Vec3f> driving_position;  ///< [M, 3] at rest
   std::vector<float> driving_volume;    ///< [M] units^3
-  std::vector<float> driving_thickness; ///< [M] units, of the sheet or rod a driver lies in; 0 = thick; empty = all thick
-  std::vector<uint8_t> driving_rod;     ///< [M] 1 = that part is a rod, 0 = a sheet; empty like the thickness
-  double cell_size = 0;                 ///< grid spacing, scene units
+  std::vector<float>
+      driving_thickness;             ///< [M] units, of the sheet or rod a driver lies in; 0 = thick; empty = all thick
+  std::vector<uint8_t> driving_rod;  ///< [M] 1 = that part is a rod, 0 = a sheet; empty like the thickness
+  double cell_size = 0;              ///< grid spacing, scene units
   double metres_per_unit = 1;
-  std::string pinned_json = "[]";       ///< regions that hold the object, as in interactions.json
+  std::string pinned_json = "[]";  ///< regions that hold the object, as in interactions.json
 };
 
 /// Groups /solid {position, volume, driver} and /driving {position, volume, thickness, rod}.
-void write_particles(const std::filesystem::path& file, const ParticleFile& particles, const std::string& provenance_json);
+void write_particles(const std::filesystem::path& file, const ParticleFile& particles,
+                     const std::string& provenance_json);
 /// Also checks that values are finite and drivers exist.
 ParticleFile read_particles(const std::filesystem::path& file);
 

@@ -108,7 +108,8 @@ Segmentation read_segmentation(const fs::path& file) {
   read_class_cameras(in, s);
   if (in.has_attribute("/", "origins")) {
     const json origins = json::parse(in.text("/", "origins"), nullptr, false);
-    if (!origins.is_array() || origins.size() != classes) throw in.complaint("/@origins", "is not one text for each id");
+    if (!origins.is_array() || origins.size() != classes)
+      throw in.complaint("/@origins", "is not one text for each id");
     for (const json& origin : origins) {
       if (!origin.is_string()) throw in.complaint("/@origins", "holds something that is not a text");
       s.class_origin.push_back(origin.get<std::string>());
@@ -117,11 +118,13 @@ Segmentation read_segmentation(const fs::path& file) {
   if (in.has_attribute("/", "screen_variance")) {
     s.screen_variance = in.number("/", "screen_variance");
     if (!(s.screen_variance > 0 && s.screen_variance < 100))
-      throw in.complaint("/@screen_variance", "is " + std::to_string(s.screen_variance) + ", which is no variance of a filter");
+      throw in.complaint("/@screen_variance",
+                         "is " + std::to_string(s.screen_variance) + ", which is no variance of a filter");
   }
   if (in.has_attribute("/", "next_id")) {
     const double next = in.number("/", "next_id");
-    if (!(next >= 0 && next <= UINT32_MAX)) throw in.complaint("/@next_id", "is " + std::to_string(next) + ", which is no id");
+    if (!(next >= 0 && next <= UINT32_MAX))
+      throw in.complaint("/@next_id", "is " + std::to_string(next) + ", which is no id");
     s.next_id = static_cast<uint32_t>(next);
   }
   return s;

@@ -9,8 +9,8 @@
 namespace pliant {
 
 /// segmentation.h5: attribute [N, 16], classifier [C, 16], classifier_bias [C], class_id [C], label [N],
-/// confidence [N], seen [N], where known class_cameras with class_cameras_end [C]; names, origins and provenance as JSON
-/// attributes of the root, next_id and screen_variance as numbers.
+/// confidence [N], seen [N], where known class_cameras with class_cameras_end [C]; names, origins and provenance as
+/// JSON attributes of the root, next_id and screen_variance as numbers.
 void write_segmentation(const std::filesystem::path& file, const Segmentation& segmentation,
                         const std::string& provenance_json);
 Segmentation read_segmentation(const std::filesystem::path& file);

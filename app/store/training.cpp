@@ -39,7 +39,8 @@ size_t width_of(std::string name, const GaussianCloud& cloud, size_t channels) {
 double whole_number(const Hdf5Reader& in, const std::string& name, double most) {
   const double value = in.number("/", name);
   if (!(value >= 0 && value <= most && value == std::floor(value)))
-    throw in.complaint("/@" + name, "is " + std::to_string(value) + ", not a whole number from 0 to " + std::to_string(most));
+    throw in.complaint("/@" + name,
+                       "is " + std::to_string(value) + ", not a whole number from 0 to " + std::to_string(most));
   return value;
 }
 
@@ -48,7 +49,8 @@ void read_curve(const Hdf5Reader& in, TrainingState& state) {
   for (size_t i = 0; i + 5 <= rows.size(); i += 5) {
     const double* row = &rows[i];
     for (int k : {0, 2}) {
-      if (!(row[k] >= 0 && row[k] < 1e9)) throw in.complaint("/curve", "holds " + std::to_string(row[k]) + " in row " + std::to_string(i / 5));
+      if (!(row[k] >= 0 && row[k] < 1e9))
+        throw in.complaint("/curve", "holds " + std::to_string(row[k]) + " in row " + std::to_string(i / 5));
     }
     state.curve.push_back({static_cast<int>(row[0]), row[1], static_cast<size_t>(row[2]), row[3], row[4]});
   }
@@ -71,7 +73,8 @@ void write_training(const fs::path& file, const TrainingCheckpoint& checkpoint) 
     });
     std::vector<double> curve;
     for (const CurvePoint& p : s.curve)
-      curve.insert(curve.end(), {static_cast<double>(p.iteration), p.seconds, static_cast<double>(p.gaussians), p.psnr, p.ssim});
+      curve.insert(curve.end(),
+                   {static_cast<double>(p.iteration), p.seconds, static_cast<double>(p.gaussians), p.psnr, p.ssim});
     out.dataset("/curve", curve.data(), {s.curve.size(), 5});
     out.number("/", "sh_degree", s.cloud.sh_degree);
     out.number("/", "iteration", s.iteration);
@@ -101,7 +104,8 @@ TrainingCheckpoint read_training(const fs::path& file) {
   if (in.has("/gaussians/attribute")) {
     const Shape shape = in.shape("/gaussians/attribute");
     channels = shape.size() == 2 ? shape[1] : 0;
-    if (channels < 1 || channels > kMostChannels) throw in.complaint("/gaussians/attribute", "has " + std::to_string(channels) + " channels");
+    if (channels < 1 || channels > kMostChannels)
+      throw in.complaint("/gaussians/attribute", "has " + std::to_string(channels) + " channels");
   }
   visit_gaussian_arrays(s, [&](const std::string& name, auto& array) {
     const bool optional = name.starts_with("attribute") || name == "screen_gradient" || name == "times_seen";
@@ -115,7 +119,8 @@ TrainingCheckpoint read_training(const fs::path& file) {
   visit_shared_arrays(s, [&](const char* name, std::vector<float>& values, size_t width) {
     values = in.dataset<float>(name, {kAny, width});
   });
-  for (const auto& [name, values, moments] : {std::tuple{"/exposure", &s.exposure, &s.exposure_moments}, {"/shared", &s.shared, &s.shared_moments}}) {
+  for (const auto& [name, values, moments] :
+       {std::tuple{"/exposure", &s.exposure, &s.exposure_moments}, {"/shared", &s.shared, &s.shared_moments}}) {
     if (moments->first.size() != values->size() || moments->second.size() != values->size())
       throw in.complaint(name, "has moments of another length");
   }

@@ -10,7 +10,8 @@ namespace {
 using Frame = TrajectoryFile::Frame;
 
 /// Step and time belong to every element; they are stored once and linked.
-void write_clock(Hdf5Writer& out, const std::string& element, const std::string& first, const std::vector<Frame>& frames) {
+void write_clock(Hdf5Writer& out, const std::string& element, const std::string& first,
+                 const std::vector<Frame>& frames) {
   if (element != first) {
     out.link(first + "/step", element + "/step"), out.link(first + "/time", element + "/time");
     return;
@@ -31,7 +32,8 @@ void write_trajectory(const fs::path& file, const TrajectoryFile& t, const std::
     CHECK(f.position.size() == particles && f.velocity.size() == particles && f.F.size() == particles);
   }
   CHECK(!t.object.empty() && t.object.find('/') == std::string::npos);
-  const std::string root = "/particles/" + t.object, position = root + "/position", velocity = root + "/velocity", F = root + "/F";
+  const std::string root = "/particles/" + t.object, position = root + "/position", velocity = root + "/velocity",
+                    F = root + "/F";
   write_hdf5(file, [&](Hdf5Writer& out) {
     for (const std::string& group : {std::string("/h5md"), std::string("/h5md/author"), std::string("/h5md/creator"),
                                      std::string("/particles"), root, root + "/box", position, velocity, F}) {
@@ -43,8 +45,10 @@ void write_trajectory(const fs::path& file, const TrajectoryFile& t, const std::
     out.integers(root + "/box", "dimension", {3});
     out.texts(root + "/box", "boundary", {"none", "none", "none"});
     for (const std::string& element : {position, velocity, F}) write_clock(out, element, position, t.frames);
-    out.slabs<float>(position + "/value", {frames, particles, 3}, [&](size_t i) { return t.frames[i].position.data()->data(); });
-    out.slabs<float>(velocity + "/value", {frames, particles, 3}, [&](size_t i) { return t.frames[i].velocity.data()->data(); });
+    out.slabs<float>(position + "/value", {frames, particles, 3},
+                     [&](size_t i) { return t.frames[i].position.data()->data(); });
+    out.slabs<float>(velocity + "/value", {frames, particles, 3},
+                     [&](size_t i) { return t.frames[i].velocity.data()->data(); });
     std::vector<float> rows(particles * 9);
     out.slabs<float>(F + "/value", {frames, particles, 3, 3}, [&](size_t i) {
       for (size_t p = 0; p < particles; ++p) {
@@ -53,7 +57,8 @@ void write_trajectory(const fs::path& file, const TrajectoryFile& t, const std::
       return rows.data();
     });
     out.text(position + "/value", "unit", "scene unit"), out.text(velocity + "/value", "unit", "m s-1");
-    out.number("/", "fps", t.fps), out.number("/", "metres_per_unit", t.metres_per_unit), out.number("/", "cell_size", t.cell_size);
+    out.number("/", "fps", t.fps), out.number("/", "metres_per_unit", t.metres_per_unit),
+        out.number("/", "cell_size", t.cell_size);
     if (!t.up.isZero()) out.numbers("/", "up", {t.up.x(), t.up.y(), t.up.z()});
     out.text("/", "provenance", provenance_json);
   });
@@ -65,11 +70,13 @@ TrajectoryFile read_trajectory(const fs::path& file, const std::string& object) 
   t.object = object;
   if (object.empty()) {
     const std::vector<std::string> names = in.names_in("/particles");
-    if (names.size() != 1) throw in.complaint("/particles", "holds " + std::to_string(names.size()) + " objects instead of one");
+    if (names.size() != 1)
+      throw in.complaint("/particles", "holds " + std::to_string(names.size()) + " objects instead of one");
     t.object = names[0];
   }
   const std::string root = "/particles/" + t.object;
-  t.fps = in.number("/", "fps"), t.metres_per_unit = in.number("/", "metres_per_unit"), t.cell_size = in.number("/", "cell_size");
+  t.fps = in.number("/", "fps"), t.metres_per_unit = in.number("/", "metres_per_unit"),
+  t.cell_size = in.number("/", "cell_size");
   if (!(t.fps > 0)) throw in.complaint("/@fps", "is not positive");
   if (!(t.metres_per_unit > 0)) throw in.complaint("/@metres_per_unit", "is not positive");
   if (in.has_attribute("/", "up")) t.up = Vec3d(in.numbers("/", "up", 3).data());
@@ -81,15 +88,17 @@ TrajectoryFile read_trajectory(const fs::path& file, const std::string& object) 
   t.frames.resize(frames);
   for (size_t i = 0; i < frames; ++i) {
     t.frames[i].time = time[i], t.frames[i].step = step[i];
-    if (!std::isfinite(time[i]) || (i > 0 && time[i] <= time[i - 1])) throw in.complaint(root + "/position/time", "does not grow");
+    if (!std::isfinite(time[i]) || (i > 0 && time[i] <= time[i - 1]))
+      throw in.complaint(root + "/position/time", "does not grow");
   }
-  const auto vectors = [&](const std::string& name, std::vector<Vec3f> Frame::* member) {
+  const auto vectors = [&](const std::string& name, std::vector<Vec3f> Frame::*member) {
     in.slabs<float>(name, {frames, particles, 3}, [&](size_t i, const float* data) {
       std::vector<Vec3f>& out = t.frames[i].*member;
       out.resize(particles);
       for (size_t p = 0; p < particles; ++p) {
         out[p] = Vec3f(data[3 * p], data[3 * p + 1], data[3 * p + 2]);
-        if (!out[p].allFinite()) throw in.complaint(name, "holds a value that is not finite in frame " + std::to_string(i));
+        if (!out[p].allFinite())
+          throw in.complaint(name, "holds a value that is not finite in frame " + std::to_string(i));
       }
     });
   };
@@ -99,7 +108,8 @@ TrajectoryFile read_trajectory(const fs::path& file, const std::string& object) 
     t.frames[i].F.resize(particles);
     for (size_t p = 0; p < particles; ++p) {
       for (int k = 0; k < 9; ++k) t.frames[i].F[p](k / 3, k % 3) = data[9 * p + k];
-      if (!t.frames[i].F[p].allFinite()) throw in.complaint(root + "/F/value", "holds a value that is not finite in frame " + std::to_string(i));
+      if (!t.frames[i].F[p].allFinite())
+        throw in.complaint(root + "/F/value", "holds a value that is not finite in frame " + std::to_string(i));
     }
   });
   return t;

@@ -21,12 +21,13 @@ struct TrajectoryFile {
   std::string object = "object";  ///< name of the group
   double fps = 0;
   double metres_per_unit = 1;
-  double cell_size = 0;  ///< scene units
+  double cell_size = 0;      ///< scene units
   Vec3d up = Vec3d::Zero();  ///< unit; zero = unknown
   std::vector<Frame> frames;
 };
 
-void write_trajectory(const std::filesystem::path& file, const TrajectoryFile& trajectory, const std::string& provenance_json);
+void write_trajectory(const std::filesystem::path& file, const TrajectoryFile& trajectory,
+                      const std::string& provenance_json);
 /// Reads the object of that name; an empty name takes the only one.
 TrajectoryFile read_trajectory(const std::filesystem::path& file, const std::string& object = "");
 

@@ -21,7 +21,8 @@ inline std::vector<Vec3f> read_vectors(const Hdf5Reader& in, const std::string& 
   std::vector<Vec3f> values(flat.size() / 3);
   for (size_t i = 0; i < values.size(); ++i) {
     values[i] = Vec3f(flat[3 * i], flat[3 * i + 1], flat[3 * i + 2]);
-    if (!values[i].allFinite()) throw in.complaint(name, "holds a value that is not finite in row " + std::to_string(i));
+    if (!values[i].allFinite())
+      throw in.complaint(name, "holds a value that is not finite in row " + std::to_string(i));
   }
   return values;
 }
@@ -30,7 +31,8 @@ inline std::vector<Vec3f> read_vectors(const Hdf5Reader& in, const std::string& 
 inline std::vector<float> read_finite(const Hdf5Reader& in, const std::string& name, size_t count) {
   std::vector<float> values = in.dataset<float>(name, {count});
   for (size_t i = 0; i < values.size(); ++i) {
-    if (!std::isfinite(values[i])) throw in.complaint(name, "holds a value that is not finite in row " + std::to_string(i));
+    if (!std::isfinite(values[i]))
+      throw in.complaint(name, "holds a value that is not finite in row " + std::to_string(i));
   }
   return values;
 }

@@ -17,7 +17,8 @@ std::vector<Mat3f> read_matrices(const Hdf5Reader& in, const std::string& name, 
   std::vector<Mat3f> matrices(count);
   for (size_t i = 0; i < count; ++i) {
     for (int k = 0; k < 9; ++k) matrices[i](k / 3, k % 3) = rows[9 * i + k];
-    if (!matrices[i].allFinite()) throw in.complaint(name, "holds a value that is not finite in row " + std::to_string(i));
+    if (!matrices[i].allFinite())
+      throw in.complaint(name, "holds a value that is not finite in row " + std::to_string(i));
   }
   return matrices;
 }
@@ -26,7 +27,8 @@ std::vector<Mat3f> read_matrices(const Hdf5Reader& in, const std::string& name, 
 
 void write_velocity(const std::filesystem::path& file, const VelocityFile& v, const std::string& provenance_json) {
   const size_t n = v.velocity.size();
-  CHECK(v.displacement.size() == n && v.F.size() == n && v.C.size() == n && (v.position.empty() || v.position.size() == n));
+  CHECK(v.displacement.size() == n && v.F.size() == n && v.C.size() == n &&
+        (v.position.empty() || v.position.size() == n));
   write_hdf5(file, [&](Hdf5Writer& out) {
     out.group("/driving");
     write_vectors(out, "/driving/velocity", v.velocity);
@@ -52,7 +54,8 @@ VelocityFile read_velocity(const std::filesystem::path& file) {
   const std::vector<double> scalars = in.dataset<double>("/driving/time_and_damping_time", {2});
   v.time = scalars[0], v.damping_time = scalars[1];
   if (!(std::isfinite(v.time) && v.damping_time >= 0 && std::isfinite(v.damping_time)))
-    throw in.complaint("/driving/time_and_damping_time", "is " + std::to_string(v.time) + ", " + std::to_string(v.damping_time));
+    throw in.complaint("/driving/time_and_damping_time",
+                       "is " + std::to_string(v.time) + ", " + std::to_string(v.damping_time));
   if (in.has("/driving/whole_damping_time")) {
     v.whole_damping_time = in.dataset<double>("/driving/whole_damping_time", {1})[0];
     if (!(v.whole_damping_time > 0 && std::isfinite(v.whole_damping_time)))

@@ -33,7 +33,8 @@ std::vector<double> AxesField::values(std::span<const double> parameters) const 
   return out;
 }
 
-std::vector<double> AxesField::values_adjoint(std::span<const double> parameters, std::span<const double> adj_values) const {
+std::vector<double> AxesField::values_adjoint(std::span<const double> parameters,
+                                              std::span<const double> adj_values) const {
   CHECK(adj_values.size() == 3 * points());
   std::vector<double> adj;
   for (int axis = 0; axis < 3; ++axis) {

@@ -15,7 +15,8 @@ class AxesField : public Field {
   int channels() const override { return 3; }
   std::vector<double> constant(std::span<const double> value) const override;
   std::vector<double> values(std::span<const double> parameters) const override;
-  std::vector<double> values_adjoint(std::span<const double> parameters, std::span<const double> adj_values) const override;
+  std::vector<double> values_adjoint(std::span<const double> parameters,
+                                     std::span<const double> adj_values) const override;
 
  private:
   std::shared_ptr<const Field> field_;

@@ -58,9 +58,9 @@ Vec3<T> project_point_adjoint(const Camera& camera, const Vec3<T>& X, const Eige
   return R.transpose() * Vec3<T>(a, b, -(a * c.x() + b * c.y()) / c.z());
 }
 
-#define PLIANT_INSTANTIATE(T)                                                                      \
-  template class BodyPoints<T>;                                                                    \
-  template Eigen::Matrix<T, 2, 1> project_point<T>(const Camera&, const Vec3<T>&);                  \
+#define PLIANT_INSTANTIATE(T)                                                      \
+  template class BodyPoints<T>;                                                    \
+  template Eigen::Matrix<T, 2, 1> project_point<T>(const Camera&, const Vec3<T>&); \
   template Vec3<T> project_point_adjoint<T>(const Camera&, const Vec3<T>&, const Eigen::Matrix<T, 2, 1>&);
 PLIANT_INSTANTIATE(float)
 PLIANT_INSTANTIATE(double)

@@ -32,12 +32,13 @@ CloudOf<T> DrawnObject<T>::at(const BasicSimulationState<T>& state) const {
 
 template <class T>
 void DrawnObject<T>::at_adjoint(const BasicSimulationState<T>& state, std::span<const Vec3<T>> adj_position,
-                                std::span<const Mat3<T>> adj_covariance, std::span<const T> adj_sh, StateGradient<T>& gradient) const {
+                                std::span<const Mat3<T>> adj_covariance, std::span<const T> adj_sh,
+                                StateGradient<T>& gradient) const {
   // The object's rows are the last.
   const size_t first = background.size();
-  const DeformGradientOf<T> by = deform_adjoint<T>(deform, object, binding, drivers, in_scene_units(state.x, metres_per_unit), state.F,
-                                                   adj_position.subspan(first), adj_covariance.subspan(first),
-                                                   adj_sh.empty() ? adj_sh : adj_sh.subspan(background.sh.size()));
+  const DeformGradientOf<T> by = deform_adjoint<T>(
+      deform, object, binding, drivers, in_scene_units(state.x, metres_per_unit), state.F, adj_position.subspan(first),
+      adj_covariance.subspan(first), adj_sh.empty() ? adj_sh : adj_sh.subspan(background.sh.size()));
   for (size_t i = 0; i < state.size(); ++i) {
     gradient.x[i] += by.drivers_now[i] / T(metres_per_unit);
     gradient.F[i] += by.F[i];
@@ -59,7 +60,8 @@ void picture_adjoint(const DrawnObject<T>& object, const Camera& camera, const B
   adj.color = adj_of(picture.color);
   GradientExtras extras;
   extras.covariance = true;
-  const RenderGradient<T> by = render_adjoint_as<T, kCutOffs>(all, camera, object.render, {}, 0, picture, adj, &tape, extras);
+  const RenderGradient<T> by =
+      render_adjoint_as<T, kCutOffs>(all, camera, object.render, {}, 0, picture, adj, &tape, extras);
   object.at_adjoint(state, by.cloud.position, by.covariance, by.cloud.sh, gradient);
 }
 
@@ -72,9 +74,9 @@ Camera cropped(const Camera& camera, int x, int y, int width, int height) {
 template struct DrawnObject<float>;
 template struct DrawnObject<double>;
 
-#define PLIANT_INSTANTIATE(T, kCutOffs)                                                                                \
-  template Image<T> picture_of<T, kCutOffs>(const DrawnObject<T>&, const Camera&, const BasicSimulationState<T>&);      \
-  template void picture_adjoint<T, kCutOffs>(const DrawnObject<T>&, const Camera&, const BasicSimulationState<T>&,      \
+#define PLIANT_INSTANTIATE(T, kCutOffs)                                                                            \
+  template Image<T> picture_of<T, kCutOffs>(const DrawnObject<T>&, const Camera&, const BasicSimulationState<T>&); \
+  template void picture_adjoint<T, kCutOffs>(const DrawnObject<T>&, const Camera&, const BasicSimulationState<T>&, \
                                              const std::function<Image<T>(const Image<T>&)>&, StateGradient<T>&);
 PLIANT_INSTANTIATE(float, true)
 PLIANT_INSTANTIATE(double, true)

@@ -21,9 +21,10 @@ struct DrawnObject {
 
   /// Background, then the object as the drivers carry it.
   CloudOf<T> at(const BasicSimulationState<T>& state) const;
-  /// Adds to `gradient` what follows from derivatives by position [N, 3], covariance [N] and, unless empty, harmonics of `at`.
-  void at_adjoint(const BasicSimulationState<T>& state, std::span<const Vec3<T>> adj_position, std::span<const Mat3<T>> adj_covariance,
-                  std::span<const T> adj_sh, StateGradient<T>& gradient) const;
+  /// Adds to `gradient` what follows from derivatives by position [N, 3], covariance [N] and, unless empty, harmonics
+  /// of `at`.
+  void at_adjoint(const BasicSimulationState<T>& state, std::span<const Vec3<T>> adj_position,
+                  std::span<const Mat3<T>> adj_covariance, std::span<const T> adj_sh, StateGradient<T>& gradient) const;
 };
 
 /// Colours [H, W, 3] that a camera sees of a state.

@@ -17,7 +17,8 @@ class Field {
   /// [points, channels]
   virtual std::vector<double> values(std::span<const double> parameters) const = 0;
   /// dL/dparameters [P] from dL/dvalues [points, channels].
-  virtual std::vector<double> values_adjoint(std::span<const double> parameters, std::span<const double> adj_values) const = 0;
+  virtual std::vector<double> values_adjoint(std::span<const double> parameters,
+                                             std::span<const double> adj_values) const = 0;
   /// What the loss gets for roughness; adds its derivatives times `weight` to `gradient` [P] unless that is empty.
   virtual double roughness(std::span<const double> parameters, double weight, std::span<double> gradient) const {
     return (void)parameters, (void)weight, (void)gradient, 0.0;

@@ -17,7 +17,8 @@ bool in_front(const Camera& camera, const Vec3<T>& a, const Vec3<T>& b) {
 
 /// [N, 2] px by which Gaussians move in the picture; those before `first` stand still.
 template <class T>
-std::vector<T> ways(const Camera& camera, const std::vector<Vec3<T>>& from, const std::vector<Vec3<T>>& to, size_t first) {
+std::vector<T> ways(const Camera& camera, const std::vector<Vec3<T>>& from, const std::vector<Vec3<T>>& to,
+                    size_t first) {
   std::vector<T> way(2 * from.size(), T(0));
   for (size_t g = first; g < from.size(); ++g) {
     if (!in_front(camera, from[g], to[g])) continue;
@@ -41,14 +42,16 @@ FlowLoss<T, kCutOffs>::FlowLoss(std::shared_ptr<const DrawnObject<T>> object, Se
 }
 
 template <class T, bool kCutOffs>
-double FlowLoss<T, kCutOffs>::of_pair(const typename SeenFlow<T>::Pair& pair, std::span<const BasicSimulationState<T>> frames,
-                                      double adj_value, std::span<StateGradient<T>> gradient) const {
+double FlowLoss<T, kCutOffs>::of_pair(const typename SeenFlow<T>::Pair& pair,
+                                      std::span<const BasicSimulationState<T>> frames, double adj_value,
+                                      std::span<StateGradient<T>> gradient) const {
   const BasicSimulationState<T>&from = frames[pair.from], &to = frames[pair.to];
   const CloudOf<T> all = object_->at(from), later = object_->at(to);
   const size_t first = object_->background.size();
   const std::vector<T> way = ways<T>(seen_.camera, all.position, later.position, first);
   RenderTape<T> tape;
-  const Rendered<T> picture = render_as<T, kCutOffs>(all, seen_.camera, object_->render, way, 2, gradient.empty() ? nullptr : &tape);
+  const Rendered<T> picture =
+      render_as<T, kCutOffs>(all, seen_.camera, object_->render, way, 2, gradient.empty() ? nullptr : &tape);
 
   double loss = 0;
   const double d2 = outlier_ * outlier_;
@@ -57,17 +60,20 @@ double FlowLoss<T, kCutOffs>::of_pair(const typename SeenFlow<T>::Pair& pair, st
   for (size_t i = 0; i < pair.weight.data.size(); ++i) {
     const double weight = double(pair.weight.data[i]) / total_weight_;
     if (!(weight > 0)) continue;
-    const double x = double(picture.features.data[2 * i]) - pair.flow.data[2 * i], y = double(picture.features.data[2 * i + 1]) - pair.flow.data[2 * i + 1];
+    const double x = double(picture.features.data[2 * i]) - pair.flow.data[2 * i],
+                 y = double(picture.features.data[2 * i + 1]) - pair.flow.data[2 * i + 1];
     const double root = std::sqrt(1 + (x * x + y * y) / d2);
     loss += weight * 2 * d2 * (root - 1);
     if (gradient.empty()) continue;
-    adj.features.data[2 * i] = T(adj_value * weight * 2 / root * x), adj.features.data[2 * i + 1] = T(adj_value * weight * 2 / root * y);
+    adj.features.data[2 * i] = T(adj_value * weight * 2 / root * x),
+                          adj.features.data[2 * i + 1] = T(adj_value * weight * 2 / root * y);
   }
   if (gradient.empty()) return loss;
 
   GradientExtras extras;
   extras.covariance = true;
-  RenderGradient<T> by = render_adjoint_as<T, kCutOffs>(all, seen_.camera, object_->render, way, 2, picture, adj, &tape, extras);
+  RenderGradient<T> by =
+      render_adjoint_as<T, kCutOffs>(all, seen_.camera, object_->render, way, 2, picture, adj, &tape, extras);
   std::vector<Vec3<T>> by_later(all.size(), Vec3<T>::Zero());
   for (size_t g = first; g < all.size(); ++g) {
     if (!in_front(seen_.camera, all.position[g], later.position[g])) continue;
@@ -91,7 +97,8 @@ double FlowLoss<T, kCutOffs>::value_adjoint(std::span<const BasicSimulationState
                                             std::span<StateGradient<T>> gradient) const {
   double loss = 0;
   for (const auto& pair : seen_.pairs)
-    if (total_weight_ > 0 && std::max(pair.from, pair.to) < static_cast<int>(frames.size())) loss += of_pair(pair, frames, adj_value, gradient);
+    if (total_weight_ > 0 && std::max(pair.from, pair.to) < static_cast<int>(frames.size()))
+      loss += of_pair(pair, frames, adj_value, gradient);
   return loss;
 }
 

@@ -19,8 +19,9 @@ struct SeenFlow {
   std::vector<Pair> pairs;
 };
 
-/// Mean over pairs and pixels of weight * rho(|seen - drawn|^2), rho as of TrackLoss with d = `outlier` px.  Drawn flow: the
-/// way of every Gaussian's centre in the picture, blended as colours are in frame `from`; what stands still has none.
+/// Mean over pairs and pixels of weight * rho(|seen - drawn|^2), rho as of TrackLoss with d = `outlier` px.  Drawn
+/// flow: the way of every Gaussian's centre in the picture, blended as colours are in frame `from`; what stands still
+/// has none.
 template <class T, bool kCutOffs = true>
 class FlowLoss : public RolloutLoss<T> {
  public:
@@ -31,8 +32,8 @@ class FlowLoss : public RolloutLoss<T> {
                        std::span<StateGradient<T>> gradient) const override;
 
  private:
-  double of_pair(const typename SeenFlow<T>::Pair& pair, std::span<const BasicSimulationState<T>> frames, double adj_value,
-                 std::span<StateGradient<T>> gradient) const;
+  double of_pair(const typename SeenFlow<T>::Pair& pair, std::span<const BasicSimulationState<T>> frames,
+                 double adj_value, std::span<StateGradient<T>> gradient) const;
 
   std::shared_ptr<const DrawnObject<T>> object_;
   SeenFlow<T> seen_;

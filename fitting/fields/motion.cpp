@@ -10,7 +10,8 @@ double since(Clock::time_point start) { return std::chrono::duration<double>(Clo
 
 template <class T>
 void add(const StateGradient<T>& from, StateGradient<T>& to) {
-  for (size_t i = 0; i < from.x.size(); ++i) to.x[i] += from.x[i], to.v[i] += from.v[i], to.C[i] += from.C[i], to.F[i] += from.F[i];
+  for (size_t i = 0; i < from.x.size(); ++i)
+    to.x[i] += from.x[i], to.v[i] += from.v[i], to.C[i] += from.C[i], to.F[i] += from.F[i];
 }
 
 }  // namespace
@@ -37,22 +38,23 @@ MotionGradient<T> motion_loss_adjoint(const Motion<T>& motion, const Objective<T
   result.rollout_seconds = since(clock), clock = Clock::now();
   std::vector<StateGradient<T>> whole;  // [frames], unless nothing looks at all of them
   if (!objective.whole.empty()) whole.assign(run.frames.size(), StateGradient<T>::zero(motion.particles.size()));
-  for (const auto& term : objective.whole) result.loss += term.weight * term.loss->value_adjoint(run.frames, term.weight, whole);
+  for (const auto& term : objective.whole)
+    result.loss += term.weight * term.loss->value_adjoint(run.frames, term.weight, whole);
   result.frames_seconds = since(clock);
-  result.by = rollout_adjoint<T>(motion.options, motion.particles, motion.interactions, run,
-                                 [&](int frame, StateGradient<T>& gradient) {
-                                   const auto begin = Clock::now();
-                                   for (const auto& term : objective.terms)
-                                     result.loss += term.weight * term.loss->value_adjoint(frame, run.frames[frame], term.weight, gradient);
-                                   if (!whole.empty()) add(whole[frame], gradient);
-                                   result.frames_seconds += since(begin);
-                                 });
+  result.by = rollout_adjoint<T>(
+      motion.options, motion.particles, motion.interactions, run, [&](int frame, StateGradient<T>& gradient) {
+        const auto begin = Clock::now();
+        for (const auto& term : objective.terms)
+          result.loss += term.weight * term.loss->value_adjoint(frame, run.frames[frame], term.weight, gradient);
+        if (!whole.empty()) add(whole[frame], gradient);
+        result.frames_seconds += since(begin);
+      });
   result.reverse_seconds = since(clock) - result.frames_seconds;
   return result;
 }
 
-#define PLIANT_INSTANTIATE(T)                                          \
-  template struct Objective<T>;                                        \
+#define PLIANT_INSTANTIATE(T)                                            \
+  template struct Objective<T>;                                          \
   template double motion_loss<T>(const Motion<T>&, const Objective<T>&); \
   template MotionGradient<T> motion_loss_adjoint<T>(const Motion<T>&, const Objective<T>&);
 PLIANT_INSTANTIATE(float)

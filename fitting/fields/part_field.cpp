@@ -25,7 +25,8 @@ std::vector<double> PartField::values(std::span<const double> parameters) const 
   return values;
 }
 
-std::vector<double> PartField::values_adjoint(std::span<const double> parameters, std::span<const double> adj_values) const {
+std::vector<double> PartField::values_adjoint(std::span<const double> parameters,
+                                              std::span<const double> adj_values) const {
   CHECK(parameters.size() == parts_ * channels_ && adj_values.size() == part_.size() * channels_);
   std::vector<double> adj(parameters.size(), 0.0);
   for (size_t i = 0; i < part_.size(); ++i)

@@ -19,7 +19,8 @@ class PartField : public Field {
   size_t parts() const { return parts_; }
   std::vector<double> constant(std::span<const double> value) const override;
   std::vector<double> values(std::span<const double> parameters) const override;
-  std::vector<double> values_adjoint(std::span<const double> parameters, std::span<const double> adj_values) const override;
+  std::vector<double> values_adjoint(std::span<const double> parameters,
+                                     std::span<const double> adj_values) const override;
 
  private:
   std::vector<uint32_t> part_;

@@ -28,7 +28,8 @@ std::vector<Vec3f> spread(std::span<const Vec3f> points, int count) {
 
 SmoothField::SmoothField(const SmoothFieldOptions& options, std::span<const Vec3f> points) {
   CHECK(!points.empty());
-  if (!(options.sigma > 0) || !(options.level_sigma >= 0) || options.modes < 1 || options.centres < 1 || !(options.length >= 0))
+  if (!(options.sigma > 0) || !(options.level_sigma >= 0) || options.modes < 1 || options.centres < 1 ||
+      !(options.length >= 0))
     throw usage_error("smooth field", "sigma, modes, centres, length", "must be positive", "correct them");
   Box box;
   for (const Vec3f& x : points) box.add(x);
@@ -85,7 +86,8 @@ std::vector<double> SmoothField::values(std::span<const double> parameters) cons
   return {v.begin(), v.end()};
 }
 
-std::vector<double> SmoothField::values_adjoint(std::span<const double> parameters, std::span<const double> adj_values) const {
+std::vector<double> SmoothField::values_adjoint(std::span<const double> parameters,
+                                                std::span<const double> adj_values) const {
   CHECK(parameters.size() == this->parameters() && adj_values.size() == points());
   const Eigen::VectorXd adj = modes_.transpose() * Eigen::Map<const Eigen::VectorXd>(adj_values.data(), modes_.rows());
   return {adj.begin(), adj.end()};

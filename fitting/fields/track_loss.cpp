@@ -19,7 +19,8 @@ void TrackLoss<T>::add_weights() {
   CHECK(tracks_.place.size() == tracks_.weight.size());
   total_weight_ = 0;
   for (size_t f = 0; f < tracks_.place.size(); ++f) {
-    CHECK(tracks_.place[f].empty() || (tracks_.place[f].size() == points_.size() && tracks_.weight[f].size() == points_.size()));
+    CHECK(tracks_.place[f].empty() ||
+          (tracks_.place[f].size() == points_.size() && tracks_.weight[f].size() == points_.size()));
     if (!tracks_.place[f].empty())
       for (const double w : tracks_.weight[f]) total_weight_ += w;
   }
@@ -29,9 +30,11 @@ template <class T>
 TrackLoss<T> TrackLoss<T>::on_rollout(int first, int last, int lead, int every) const {
   CHECK(first >= 0 && last < static_cast<int>(tracks_.place.size()) && lead >= 0 && every > 0);
   TrackLoss out = *this;
-  out.tracks_.place.assign(lead + every * (last - first) + 1, {}), out.tracks_.weight.assign(out.tracks_.place.size(), {});
+  out.tracks_.place.assign(lead + every * (last - first) + 1, {}),
+      out.tracks_.weight.assign(out.tracks_.place.size(), {});
   for (int f = first; f <= last; ++f)
-    out.tracks_.place[lead + every * (f - first)] = tracks_.place[f], out.tracks_.weight[lead + every * (f - first)] = tracks_.weight[f];
+    out.tracks_.place[lead + every * (f - first)] = tracks_.place[f],
+                                          out.tracks_.weight[lead + every * (f - first)] = tracks_.weight[f];
   out.add_weights();
   return out;
 }
@@ -88,7 +91,8 @@ double TrackLoss<T>::value_adjoint(int frame, const BasicSimulationState<T>& sta
 }
 
 template <class T>
-void TrackLoss<T>::append_errors(int frame, const BasicSimulationState<T>& state, double noise, std::vector<double>& errors) const {
+void TrackLoss<T>::append_errors(int frame, const BasicSimulationState<T>& state, double noise,
+                                 std::vector<double>& errors) const {
   if (!seen(frame)) return;
   const std::vector<Vec3<T>> places = expected(state);
   const double d2 = outlier_ * outlier_;

@@ -31,7 +31,8 @@ class TrackLoss : public FrameLoss<T> {
   double value_adjoint(int frame, const BasicSimulationState<T>& state, double adj_value,
                        StateGradient<T>& gradient) const override;
 
-  /// The same tracks on a roll-out of which frame lead + every * k shows frame first + k of these; later than `last` nothing.
+  /// The same tracks on a roll-out of which frame lead + every * k shows frame first + k of these; later than `last`
+  /// nothing.
   TrackLoss on_rollout(int first, int last, int lead, int every) const;
 
   const PointTracks& tracks() const { return tracks_; }
@@ -40,7 +41,8 @@ class TrackLoss : public FrameLoss<T> {
   /// [K] where the points are expected, in the unit of the tracks.
   std::vector<Vec3<T>> expected(const BasicSimulationState<T>& state) const;
   /// Appends the errors of a frame's points, two of each in a picture and three in space: over `noise` and
-  /// times the root of its weight; those beyond the outlier distance grow slower, as rho does.  Nothing for a frame that was not seen.
+  /// times the root of its weight; those beyond the outlier distance grow slower, as rho does.  Nothing for a frame
+  /// that was not seen.
   void append_errors(int frame, const BasicSimulationState<T>& state, double noise, std::vector<double>& errors) const;
   /// Square root of the mean over all seen places of the frames, of weight * |seen - expected|^2.
   double rms(std::span<const BasicSimulationState<T>> frames) const;

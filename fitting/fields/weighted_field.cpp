@@ -6,7 +6,8 @@
 
 namespace pliant {
 
-WeightedField::WeightedField(std::shared_ptr<const Field> field, std::vector<double> weight) : field_(std::move(field)), weight_(std::move(weight)) {
+WeightedField::WeightedField(std::shared_ptr<const Field> field, std::vector<double> weight)
+    : field_(std::move(field)), weight_(std::move(weight)) {
   CHECK(weight_.size() == field_->points());
   CHECK(std::any_of(weight_.begin(), weight_.end(), [](double w) { return w != 0; }));
 }
@@ -18,15 +19,19 @@ std::vector<double> WeightedField::weighted(std::vector<double> values) const {
 }
 
 std::vector<double> WeightedField::constant(std::span<const double> value) const {
-  const double largest = *std::max_element(weight_.begin(), weight_.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
+  const double largest =
+      *std::max_element(weight_.begin(), weight_.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
   std::vector<double> inner(value.begin(), value.end());
   for (double& v : inner) v /= largest;
   return field_->constant(inner);
 }
 
-std::vector<double> WeightedField::values(std::span<const double> parameters) const { return weighted(field_->values(parameters)); }
+std::vector<double> WeightedField::values(std::span<const double> parameters) const {
+  return weighted(field_->values(parameters));
+}
 
-std::vector<double> WeightedField::values_adjoint(std::span<const double> parameters, std::span<const double> adj_values) const {
+std::vector<double> WeightedField::values_adjoint(std::span<const double> parameters,
+                                                  std::span<const double> adj_values) const {
   return field_->values_adjoint(parameters, weighted({adj_values.begin(), adj_values.end()}));
 }
 

@@ -19,7 +19,8 @@ class WeightedField : public Field {
   /// Where the weight is largest.
   std::vector<double> constant(std::span<const double> value) const override;
   std::vector<double> values(std::span<const double> parameters) const override;
-  std::vector<double> values_adjoint(std::span<const double> parameters, std::span<const double> adj_values) const override;
+  std::vector<double> values_adjoint(std::span<const double> parameters,
+                                     std::span<const double> adj_values) const override;
   double roughness(std::span<const double> parameters, double weight, std::span<double> gradient) const override {
     return field_->roughness(parameters, weight, gradient);
   }
@@ -32,7 +33,8 @@ class WeightedField : public Field {
   std::vector<double> weight_;
 };
 
-/// [N] 0 for particles inside a region that is pinned from the start on for good, 1 for all others (PhysDreamer's frozen ones).
+/// [N] 0 for particles inside a region that is pinned from the start on for good, 1 for all others (PhysDreamer's
+/// frozen ones).
 std::vector<double> free_particles(const Particles& particles, const std::vector<Interaction>& interactions);
 
 }  // namespace pliant

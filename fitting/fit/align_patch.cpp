@@ -56,7 +56,8 @@ bool GradientPicture::sample(double u, double v, float (&out)[9]) const {
   return true;
 }
 
-Patch::Patch(const AlignOptions& options, const GradientPicture& picture, const ImageU8& mask, const Vector2d& centre) : options_(options) {
+Patch::Patch(const AlignOptions& options, const GradientPicture& picture, const ImageU8& mask, const Vector2d& centre)
+    : options_(options) {
   const int r = options.radius;
   const double sigma = 0.5 * r;
   for (int j = -r; j <= r; ++j)
@@ -66,7 +67,8 @@ Patch::Patch(const AlignOptions& options, const GradientPicture& picture, const 
       const Vector2d at = centre + pixel.offset;
       if (i * i + j * j > r * r) continue;
       const int x = static_cast<int>(std::floor(at.x())), y = static_cast<int>(std::floor(at.y()));
-      if (x < 0 || y < 0 || x >= picture.width() || y >= picture.height() || (!mask.empty() && mask(x, y) == 0)) continue;
+      if (x < 0 || y < 0 || x >= picture.width() || y >= picture.height() || (!mask.empty() && mask(x, y) == 0))
+        continue;
       float value[9];
       if (!picture.sample(at.x(), at.y(), value)) continue;
       std::copy_n(value, 3, pixel.colour);
@@ -102,7 +104,8 @@ PatchFit Patch::align(const GradientPicture& picture, const PatchWarp& start) co
       for (int c = 0; c < 3; ++c) {
         const double du = value[3 + c], dv = value[6 + c];
         Columns column;
-        column << du, dv, du * p.offset.x(), du * p.offset.y(), dv * p.offset.x(), dv * p.offset.y(), -p.colour[c], value[c];
+        column << du, dv, du * p.offset.x(), du * p.offset.y(), dv * p.offset.x(), dv * p.offset.y(), -p.colour[c],
+            value[c];
         normal[c].noalias() += weight * column * column.transpose();
         sum[c] += weight * column;
       }
@@ -126,7 +129,8 @@ PatchFit Patch::align(const GradientPicture& picture, const PatchWarp& start) co
     H.diagonal().array() += 1e-12 * weight_sum;
     const Eigen::Matrix<double, kUnknowns, 1> step = H.ldlt().solve(right);
     const double square = std::max(0.0, of_picture + 2 * gain * covariance(6, 7) + gain * gain * of_patch) / weight_sum;
-    const Eigen::Matrix2d position_covariance = H.inverse().topLeftCorner<2, 2>() * (square + kNoiseFloor * kNoiseFloor);
+    const Eigen::Matrix2d position_covariance =
+        H.inverse().topLeftCorner<2, 2>() * (square + kNoiseFloor * kNoiseFloor);
     fit.sigma = std::sqrt(0.5 * position_covariance.trace());
     if (!step.allFinite() || iteration == options_.iterations) return fit;
 

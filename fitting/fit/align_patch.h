@@ -27,7 +27,7 @@ struct PatchWarp {
 };
 
 struct AlignOptions {
-  int radius = 10;            ///< px, of the patch; pixels count by a Gaussian of half of it
+  int radius = 10;  ///< px, of the patch; pixels count by a Gaussian of half of it
   int iterations = 15;
   double enough = 0.01;       ///< px, step after which the iteration ends: the next ones are far smaller
   double robust_scale = 0.1;  ///< colour difference at which a pixel counts half
@@ -36,15 +36,17 @@ struct AlignOptions {
 struct PatchFit {
   PatchWarp warp;
   double correlation = 0;  ///< of the colours, mean free, in [-1, 1]
-  double sigma = 0;        ///< px, error of the position to be expected from what remains of the difference; infinite where texture is missing
-  bool inside = false;     ///< most of the patch lies in the picture
+  double sigma = 0;  ///< px, error of the position to be expected from what remains of the difference; infinite where
+                     ///< texture is missing
+  bool inside = false;  ///< most of the patch lies in the picture
 };
 
 /// What lies around a point of the first picture.
 class Patch {
  public:
   /// Pixels where `mask` [H, W, 1] (may be empty) is 0 do not count.
-  Patch(const AlignOptions& options, const GradientPicture& picture, const ImageU8& mask, const Eigen::Vector2d& centre);
+  Patch(const AlignOptions& options, const GradientPicture& picture, const ImageU8& mask,
+        const Eigen::Vector2d& centre);
 
   /// The warp near `start` under which the patch is most alike, up to a gain and a bias of each colour: Gauss-Newton on
   /// squared differences (Lucas and Kanade 1981; Baker and Matthews 2004), with pixels that differ much counting less.

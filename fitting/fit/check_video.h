@@ -33,36 +33,38 @@ struct VideoFinding {
 };
 
 struct VideoCheckOptions {
-  double least_score = 0.3;                              ///< of the first frame against the scene (PictureMatch)
-  double most_shift = 0.01, noted_shift = 0.005;         ///< of the width, between first frame and scene: refused, said
-  double most_drift = 0.005, noted_drift = 0.0015;       ///< of the width, of the background: refused, said
-  double least_motion = 0.5;                             ///< px, of the object
-  double least_continuity = 0.5, least_change = 0.03;    ///< score and colour difference between frames that make a cut
-  double noted_light = 0.1;                              ///< relative change of the background's mean colour
-  double noted_repeats = 0.15;                           ///< share of frames
-  int least_pixels = 30;                                 ///< of the object
-  int flow_frames = 24;                                  ///< compared with the first one
+  double least_score = 0.3;                            ///< of the first frame against the scene (PictureMatch)
+  double most_shift = 0.01, noted_shift = 0.005;       ///< of the width, between first frame and scene: refused, said
+  double most_drift = 0.005, noted_drift = 0.0015;     ///< of the width, of the background: refused, said
+  double least_motion = 0.5;                           ///< px, of the object
+  double least_continuity = 0.5, least_change = 0.03;  ///< score and colour difference between frames that make a cut
+  double noted_light = 0.1;                            ///< relative change of the background's mean colour
+  double noted_repeats = 0.15;                         ///< share of frames
+  int least_pixels = 30;                               ///< of the object
+  int flow_frames = 24;                                ///< compared with the first one
 };
 
 struct VideoChecks {
-  PictureMatch match;          ///< of the first frame with the scene
-  double drift = 0;            ///< px, median over the background, in the worst frame
-  double motion = 0;           ///< px, 95th percentile over the object, in the frame that is farthest
-  double noise = 0;            ///< px, of the flow where nothing moves
-  double continuity = 1;       ///< lowest score of the background between neighbouring frames
-  double light = 0;            ///< largest relative change of the background's mean colour
-  double repeated = 0;         ///< share of frames
-  FrameRhythm rhythm;          ///< of frames that are repeated or missing
+  PictureMatch match;                  ///< of the first frame with the scene
+  double drift = 0;                    ///< px, median over the background, in the worst frame
+  double motion = 0;                   ///< px, 95th percentile over the object, in the frame that is farthest
+  double noise = 0;                    ///< px, of the flow where nothing moves
+  double continuity = 1;               ///< lowest score of the background between neighbouring frames
+  double light = 0;                    ///< largest relative change of the background's mean colour
+  double repeated = 0;                 ///< share of frames
+  FrameRhythm rhythm;                  ///< of frames that are repeated or missing
   std::vector<VideoFinding> findings;  ///< those that refuse first
 
   bool usable() const { return findings.empty() || !findings.front().refuse; }
   const VideoFinding* find(VideoProblem problem) const;
 };
 
-/// Looks whether a video can be explained by motion of the object before a camera that stands still.  `picture` [H, W, 3]
-/// is the scene rendered from video.camera, `object` [H, W, 1] marks the object in it.  Thresholds: on the demo scene the
-/// right camera scores 0.76 with a shift of 0.2 % of the width, the 39 others at most 0.11 with 2.4 % or more.
-VideoChecks check_video(const VideoCheckOptions& options, const ReferenceVideo& video, const ImageF& picture, const ImageU8& object);
+/// Looks whether a video can be explained by motion of the object before a camera that stands still.  `picture` [H, W,
+/// 3] is the scene rendered from video.camera, `object` [H, W, 1] marks the object in it.  Thresholds: on the demo
+/// scene the right camera scores 0.76 with a shift of 0.2 % of the width, the 39 others at most 0.11 with 2.4 % or
+/// more.
+VideoChecks check_video(const VideoCheckOptions& options, const ReferenceVideo& video, const ImageF& picture,
+                        const ImageU8& object);
 
 /// Throws Error{kInput} with all sentences that refuse, naming `file`.
 void require_usable(const VideoChecks& checks, const std::string& file);

@@ -27,11 +27,14 @@ double now() { return std::chrono::duration<double>(std::chrono::steady_clock::n
 ChildProcess::ChildProcess(ChildOptions options) : options_(std::move(options)) {
   // A program that ends must show as a failed write, not as a signal that ends this one.
   signal(SIGPIPE, SIG_IGN);
-  const auto failed = [&](const char* what) { return input_error(options_.command, "", what, "check the command and the free memory"); };
+  const auto failed = [&](const char* what) {
+    return input_error(options_.command, "", what, "check the command and the free memory");
+  };
   const int log = open(options_.log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (log < 0) throw input_error(options_.log.string(), "", "cannot be written", "check the folder");
   int to[2] = {-1, -1}, from[2] = {-1, -1};
-  if (options_.talks && (pipe2(to, O_CLOEXEC) != 0 || pipe2(from, O_CLOEXEC) != 0)) throw failed("cannot be given pipes");
+  if (options_.talks && (pipe2(to, O_CLOEXEC) != 0 || pipe2(from, O_CLOEXEC) != 0))
+    throw failed("cannot be given pipes");
   const std::string script = options_.command + " \"$1\"";
   std::vector<const char*> words = {"/bin/sh", "-c", script.c_str(), "sh", options_.argument.c_str(), nullptr};
   process_ = fork();
@@ -131,7 +134,8 @@ void ChildProcess::kill() {
   if (process_ > 0) ::kill(-process_, SIGKILL);
   if (process_ > 0 && !code_) {
     int status = 0;
-    while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {}
+    while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {
+    }
     code_ = 128 + SIGKILL;
   }
 }

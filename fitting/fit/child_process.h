@@ -8,11 +8,12 @@
 namespace pliant {
 
 struct ChildOptions {
-  std::string command;              ///< for the shell; gets `argument` as one more word at its end
+  std::string command;  ///< for the shell; gets `argument` as one more word at its end
   std::string argument;
-  std::filesystem::path log;        ///< takes standard error, and standard output unless `talks`
-  bool talks = false;               ///< standard input and output are lines to and from this program
-  std::function<bool()> interrupted;  ///< asked ten times a second while waiting; true ends the wait with Error{kInterrupted}
+  std::filesystem::path log;  ///< takes standard error, and standard output unless `talks`
+  bool talks = false;         ///< standard input and output are lines to and from this program
+  std::function<bool()>
+      interrupted;  ///< asked ten times a second while waiting; true ends the wait with Error{kInterrupted}
 };
 
 /// Another program, in a process group of its own.  What is left of the group is killed with the object.

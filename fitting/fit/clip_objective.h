@@ -10,9 +10,9 @@ namespace pliant {
 
 /// Frames `first` to `last` of a video as a roll-out shows them.
 struct ClipFrames {
-  int first = 0, last = 0;      ///< of the video
-  int lead = 0, every = 1;      ///< frame lead + every * k of the roll-out shows frame first + k
-  double fps = 24;              ///< of the video
+  int first = 0, last = 0;  ///< of the video
+  int lead = 0, every = 1;  ///< frame lead + every * k of the roll-out shows frame first + k
+  double fps = 24;          ///< of the video
 
   int of(int video_frame) const { return lead + every * (video_frame - first); }
   int count() const { return of(last) + 1; }
@@ -22,11 +22,11 @@ struct ClipFrames {
 struct ClipTerms {
   double track_weight = 1;
   std::shared_ptr<const DrawnObject<float>> drawn;  ///< of everything but the tracks
-  std::vector<SeenFrames<float>> seen;              ///< by each camera, [T] frames of the video, and where they are compared
+  std::vector<SeenFrames<float>> seen;  ///< by each camera, [T] frames of the video, and where they are compared
   PictureLossOptions picture;
   double picture_weight = 0;
-  double flow_weight = 0;        ///< of squared pixels a frame
-  double flow_outlier = 1;       ///< px
+  double flow_weight = 0;   ///< of squared pixels a frame
+  double flow_outlier = 1;  ///< px
   std::shared_ptr<Guidance> guide;
   Camera guide_camera;
   double guide_weight = 0;

@@ -48,7 +48,8 @@ UnitErrors unit_errors(std::span<const double> residuals, size_t points, size_t 
     for (size_t a = 0; a < axes; ++a) {
       double square = 0;
       for (size_t t = 0; t < rows; ++t) square += std::pow(residuals[(t * points + k) * axes + a], 2);
-      for (size_t t = 0; t < rows && square > 0; ++t) of_point.push_back(residuals[(t * points + k) * axes + a] / std::sqrt(square));
+      for (size_t t = 0; t < rows && square > 0; ++t)
+        of_point.push_back(residuals[(t * points + k) * axes + a] / std::sqrt(square));
     }
     if (of_point.size() != axes * rows) continue;
     out.point.push_back(k), out.row.insert(out.row.end(), of_point.begin(), of_point.end());
@@ -77,7 +78,8 @@ ErrorCorrelation::ErrorCorrelation(std::span<const double> errors, std::span<con
   rows_ = errors.size() / columns;
   for (size_t c = 0; c < columns; ++c) {
     double square = 0, count = 0;
-    for (size_t t = 0; t < rows_; ++t) square += std::pow(errors[t * columns + c], 2), count += errors[t * columns + c] != 0;
+    for (size_t t = 0; t < rows_; ++t)
+      square += std::pow(errors[t * columns + c], 2), count += errors[t * columns + c] != 0;
     size_.push_back(std::sqrt(square / std::max(1.0, count)));
   }
   own_ = in_time(errors, columns);
@@ -113,7 +115,8 @@ ErrorCorrelation::ErrorCorrelation(std::span<const double> errors, std::span<con
   for_pairs([&](size_t i, size_t j, size_t b) {
     if (b >= reach) return;
     with_[b][0] += correlation(i, j, 0) / pairs[b];
-    for (size_t lag = 1; lag < own_.size(); ++lag) with_[b][lag] += (correlation(i, j, lag) + correlation(j, i, lag)) / (2 * pairs[b]);
+    for (size_t lag = 1; lag < own_.size(); ++lag)
+      with_[b][lag] += (correlation(i, j, lag) + correlation(j, i, lag)) / (2 * pairs[b]);
   });
   double beside = 0;
   for (size_t b = 0; b < reach; ++b)
@@ -128,15 +131,19 @@ size_t ErrorCorrelation::bin(size_t i, size_t j) const {
 }
 
 Eigen::MatrixXd ErrorCorrelation::of_gradient(const Eigen::MatrixXd& jacobian) const {
-  const Eigen::Index n = jacobian.cols(), points = static_cast<Eigen::Index>(place_.size()), rows = static_cast<Eigen::Index>(rows_);
+  const Eigen::Index n = jacobian.cols(), points = static_cast<Eigen::Index>(place_.size()),
+                     rows = static_cast<Eigen::Index>(rows_);
   CHECK(jacobian.rows() == rows * points * static_cast<Eigen::Index>(axes_));
   Eigen::MatrixXd alone = Eigen::MatrixXd::Zero(n, n), all = alone;
-  const Eigen::Index every = (points + static_cast<Eigen::Index>(kMostPoints) - 1) / static_cast<Eigen::Index>(kMostPoints);
+  const Eigen::Index every =
+      (points + static_cast<Eigen::Index>(kMostPoints) - 1) / static_cast<Eigen::Index>(kMostPoints);
   for (size_t a = 0; a < axes_; ++a) {
     // Of every point, [rows, P] times the size of its errors.
     std::vector<Eigen::MatrixXd> scaled(place_.size(), Eigen::MatrixXd(rows, n));
     for (Eigen::Index k = 0; k < points; ++k)
-      for (Eigen::Index t = 0; t < rows; ++t) scaled[k].row(t) = size_[k * axes_ + a] * jacobian.row((t * points + k) * static_cast<Eigen::Index>(axes_) + static_cast<Eigen::Index>(a));
+      for (Eigen::Index t = 0; t < rows; ++t)
+        scaled[k].row(t) = size_[k * axes_ + a] * jacobian.row((t * points + k) * static_cast<Eigen::Index>(axes_) +
+                                                               static_cast<Eigen::Index>(a));
     for (Eigen::Index i = 0; i < points; ++i) {
       alone.noalias() += scaled[i].transpose() * scaled[i];
       if (i % every != 0) continue;
@@ -157,10 +164,13 @@ Eigen::MatrixXd ErrorCorrelation::of_gradient(const Eigen::MatrixXd& jacobian) c
     }
   }
   all = (0.5 * (all + all.transpose())).eval();
-  // Correlations that were estimated need not be those of any errors: no direction gets less than errors of their own give it.
+  // Correlations that were estimated need not be those of any errors: no direction gets less than errors of their own
+  // give it.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(alone);
-  const Eigen::VectorXd root = eigen.eigenvalues().cwiseMax(1e-14 * std::max(1e-300, eigen.eigenvalues().maxCoeff())).cwiseSqrt();
-  const Eigen::MatrixXd to = eigen.eigenvectors() * root.cwiseInverse().asDiagonal(), from = eigen.eigenvectors() * root.asDiagonal();
+  const Eigen::VectorXd root =
+      eigen.eigenvalues().cwiseMax(1e-14 * std::max(1e-300, eigen.eigenvalues().maxCoeff())).cwiseSqrt();
+  const Eigen::MatrixXd to = eigen.eigenvectors() * root.cwiseInverse().asDiagonal(),
+                        from = eigen.eigenvectors() * root.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ratio(to.transpose() * all * to);
   const Eigen::MatrixXd along = from * ratio.eigenvectors();
   return along * ratio.eigenvalues().cwiseMax(1.0).asDiagonal() * along.transpose();
@@ -172,7 +182,8 @@ double unexplained(std::span<const double> errors, std::span<const Vec3f> place,
   return std::sqrt(ErrorCorrelation(errors, place, axes).factor() * square / std::max(1.0, count));
 }
 
-Eigen::MatrixXd covariance_with(const ErrorCorrelation& correlation, const Eigen::MatrixXd& jacobian, const Eigen::MatrixXd& covariance) {
+Eigen::MatrixXd covariance_with(const ErrorCorrelation& correlation, const Eigen::MatrixXd& jacobian,
+                                const Eigen::MatrixXd& covariance) {
   Eigen::MatrixXd known = covariance;
   for (Eigen::Index i = 0; i < known.rows(); ++i)
     if (std::isinf(known(i, i))) known.row(i).setZero(), known.col(i).setZero();

@@ -33,7 +33,8 @@ double damping_time_beside_transfers(Motion<float> motion, double whole_time) {
   if (options.substeps == 0) {  // those of the first frame for all
     SimulateOptions first = options;
     first.duration = 1 / options.fps;
-    options.substeps = simulate<float>(first, motion.particles, motion.interactions, motion.start).summary.substeps_of_frame.at(0);
+    options.substeps =
+        simulate<float>(first, motion.particles, motion.interactions, motion.start).summary.substeps_of_frame.at(0);
   }
   options.damping_time = whole_time;
   // Drag changes which motion lasts, and with it a little what the transfers take.

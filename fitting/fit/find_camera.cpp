@@ -27,7 +27,8 @@ constexpr double kRoughMargin = 0.02;  // by which a turned camera must be bette
 
 Camera fitted_to(const Camera& camera, int longer_side) {
   const double scale = static_cast<double>(longer_side) / std::max(camera.width, camera.height);
-  return camera.resized(std::max(1, static_cast<int>(std::lround(camera.width * scale))), std::max(1, static_cast<int>(std::lround(camera.height * scale))));
+  return camera.resized(std::max(1, static_cast<int>(std::lround(camera.width * scale))),
+                        std::max(1, static_cast<int>(std::lround(camera.height * scale))));
 }
 
 /// Median of the depth where the scene is opaque.
@@ -44,7 +45,8 @@ double middle_depth(const RenderResult& picture) {
 ImageF with_colours_of(ImageF picture, const ImageF& scene) {
   for (int c = 0; c < 3; ++c) {
     double of_picture = 0, of_scene = 0;
-    for (size_t i = 0; i < picture.pixels(); ++i) of_picture += picture.data[3 * i + c], of_scene += scene.data[3 * i + c];
+    for (size_t i = 0; i < picture.pixels(); ++i)
+      of_picture += picture.data[3 * i + c], of_scene += scene.data[3 * i + c];
     const float gain = of_picture > 0 ? static_cast<float>(std::clamp(of_scene / of_picture, 0.5, 2.0)) : 1.0f;
     for (size_t i = 0; i < picture.pixels(); ++i) picture.data[3 * i + c] *= gain;
   }
@@ -53,7 +55,8 @@ ImageF with_colours_of(ImageF picture, const ImageF& scene) {
 
 /// Correlation of a with b shifted by (du, dv), colour by colour, over what both show.
 double shifted_correlation(const ImageF& a, const ImageF& b, int du, int dv) {
-  const int left = std::max(0, -du), right = std::min(a.width, a.width - du), top = std::max(0, -dv), bottom = std::min(a.height, a.height - dv);
+  const int left = std::max(0, -du), right = std::min(a.width, a.width - du), top = std::max(0, -dv),
+            bottom = std::min(a.height, a.height - dv);
   double ab = 0, aa = 0, bb = 0;
   const double n = static_cast<double>(right - left) * (bottom - top);
   for (int c = 0; c < 3; ++c) {
@@ -68,9 +71,10 @@ double shifted_correlation(const ImageF& a, const ImageF& b, int du, int dv) {
   return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0;
 }
 
-/// The camera turned so that a coarse view correlates best with the picture: a small turn shifts the view, and shifts are
-/// tried one by one, so that no repeated pattern holds the refinement back.
-Camera turned_roughly(const GaussianCloud& cloud, const RenderOptions& rendering, const Camera& camera, const ImageF& picture) {
+/// The camera turned so that a coarse view correlates best with the picture: a small turn shifts the view, and shifts
+/// are tried one by one, so that no repeated pattern holds the refinement back.
+Camera turned_roughly(const GaussianCloud& cloud, const RenderOptions& rendering, const Camera& camera,
+                      const ImageF& picture) {
   const Camera small = fitted_to(camera, std::min(kRoughSize, std::max(picture.width, picture.height)));
   const ImageF seen = resized(picture, small.width, small.height);
   const int reach = static_cast<int>(kRoughReach * std::min(small.width, small.height));
@@ -82,11 +86,13 @@ Camera turned_roughly(const GaussianCloud& cloud, const RenderOptions& rendering
     const ImageF view = render(cloud, rolled, rendering).color;
     for (int dv = -reach; dv <= reach; ++dv)
       for (int du = -reach; du <= reach; ++du) {
-        const double score = shifted_correlation(view, seen, du, dv) - (du == 0 && dv == 0 && roll == 0 ? 0 : kRoughMargin);
+        const double score =
+            shifted_correlation(view, seen, du, dv) - (du == 0 && dv == 0 && roll == 0 ? 0 : kRoughMargin);
         if (score <= highest) continue;
         highest = score;
         const Vec3d turn(-dv / small.fy, du / small.fx, 0);
-        best.cam_from_world = Eigen::AngleAxisd(turn.norm(), turn.norm() > 0 ? turn.normalized() : Vec3d::UnitX()) * rolled.cam_from_world;
+        best.cam_from_world = Eigen::AngleAxisd(turn.norm(), turn.norm() > 0 ? turn.normalized() : Vec3d::UnitX()) *
+                              rolled.cam_from_world;
       }
   }
   return best;
@@ -101,7 +107,8 @@ class PoseLoss {
     picture_ = with_colours_of(resized(picture, camera.width, camera.height), now.color);
     const double depth = middle_depth(now), across = 0.3 * std::max(camera.width, camera.height);
     pivot_ = Vec3d(0, 0, depth);
-    unit_ << 1 / (0.3 * camera.fx), 1 / (0.3 * camera.fx), 1 / across, depth / camera.fx, depth / camera.fx, depth / across;
+    unit_ << 1 / (0.3 * camera.fx), 1 / (0.3 * camera.fx), 1 / across, depth / camera.fx, depth / camera.fx,
+        depth / across;
   }
 
   Camera moved(const Camera& camera, const Vector6& step) const {
@@ -186,8 +193,8 @@ Camera minimise(const RefineOptions& options, PoseLoss& loss, Camera camera) {
 }
 
 /// Refines at the sizes up to `largest` px.
-Camera refine_up_to(const RefineOptions& options, const GaussianCloud& cloud, const RenderOptions& rendering, Camera camera, const ImageF& picture,
-                    int smallest, int largest, int& renders) {
+Camera refine_up_to(const RefineOptions& options, const GaussianCloud& cloud, const RenderOptions& rendering,
+                    Camera camera, const ImageF& picture, int smallest, int largest, int& renders) {
   const int own = std::max(picture.width, picture.height);
   for (const int size : options.sizes) {
     if (size < smallest || (size > largest && size != options.sizes.front())) continue;
@@ -208,20 +215,21 @@ void compare(RefinedCamera& refined, const Camera& start) {
 
 }  // namespace
 
-RefinedCamera refine_camera(const RefineOptions& options, const GaussianCloud& cloud, const RenderOptions& rendering, const Camera& start,
-                            const ImageF& picture) {
+RefinedCamera refine_camera(const RefineOptions& options, const GaussianCloud& cloud, const RenderOptions& rendering,
+                            const Camera& start, const ImageF& picture) {
   CHECK(!options.sizes.empty() && std::is_sorted(options.sizes.begin(), options.sizes.end()));
   RefinedCamera out;
   const Camera from = start.resized(picture.width, picture.height);
   out.before = match_pictures(picture, render(cloud, from, rendering).color);
-  out.camera = refine_up_to(options, cloud, rendering, turned_roughly(cloud, rendering, from, picture), picture, 0, options.sizes.back(), out.renders);
+  out.camera = refine_up_to(options, cloud, rendering, turned_roughly(cloud, rendering, from, picture), picture, 0,
+                            options.sizes.back(), out.renders);
   out.after = match_pictures(picture, render(cloud, out.camera, rendering).color);
   compare(out, from);
   return out;
 }
 
-FoundCamera find_camera(const FindCameraOptions& options, const GaussianCloud& cloud, const RenderOptions& rendering, const std::vector<Camera>& cameras,
-                        const ImageF& picture) {
+FoundCamera find_camera(const FindCameraOptions& options, const GaussianCloud& cloud, const RenderOptions& rendering,
+                        const std::vector<Camera>& cameras, const ImageF& picture) {
   FoundCamera out;
   const double shape = static_cast<double>(picture.width) / picture.height;
   std::vector<int> order;
@@ -233,7 +241,9 @@ FoundCamera find_camera(const FindCameraOptions& options, const GaussianCloud& c
     order.push_back(static_cast<int>(i));
   }
   if (order.empty()) {
-    throw input_error("reference video", "", fmt::format("has frames of {} x {}, and none of the {} known cameras has this shape", picture.width, picture.height, cameras.size()),
+    throw input_error("reference video", "",
+                      fmt::format("has frames of {} x {}, and none of the {} known cameras has this shape",
+                                  picture.width, picture.height, cameras.size()),
                       "crop the video to the shape of the scene's cameras, or give a file with its camera");
   }
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return out.scores[a] > out.scores[b]; });
@@ -247,22 +257,28 @@ FoundCamera find_camera(const FindCameraOptions& options, const GaussianCloud& c
     const Camera from = turned_roughly(cloud, rendering, cameras[i].resized(picture.width, picture.height), picture);
     const Camera camera = refine_up_to(options.refine, cloud, rendering, from, picture, 0, coarse, renders);
     const Camera small = fitted_to(camera, options.search_size);
-    const double score = match_score(resized(picture, small.width, small.height), render(cloud, small, rendering).color);
+    const double score =
+        match_score(resized(picture, small.width, small.height), render(cloud, small, rendering).color);
     if (score > best) best = score, out.nearest = i, out.refined.camera = camera;
   }
   const Camera start = cameras[out.nearest].resized(picture.width, picture.height);
-  out.refined.camera = refine_up_to(options.refine, cloud, rendering, out.refined.camera, picture, coarse + 1, options.refine.sizes.back(), renders);
+  out.refined.camera = refine_up_to(options.refine, cloud, rendering, out.refined.camera, picture, coarse + 1,
+                                    options.refine.sizes.back(), renders);
   out.refined.renders = renders;
   out.refined.before = match_pictures(picture, render(cloud, start, rendering).color);
   out.refined.after = match_pictures(picture, render(cloud, out.refined.camera, rendering).color);
   compare(out.refined, start);
   out.found = out.refined.after.score >= options.least_score;
   const std::string& name = cameras[out.nearest].name;
-  out.sentence = out.found ? fmt::format("The video's camera lies {:.2g} units beside '{}' and is turned by {:.2g} degrees; its first frame matches the scene by {:.2f}.",
-                                         out.refined.moved, name, out.refined.turned, out.refined.after.score)
-                           : fmt::format("The first frame shows the scene from none of the {} known cameras: the best, '{}', matches by {:.2f} ({:.2f} is needed).  Give a "
-                                         "file with the video's camera, or check that the video is of this scene.",
-                                         cameras.size(), name, out.refined.after.score, options.least_score);
+  out.sentence = out.found ? fmt::format(
+                                 "The video's camera lies {:.2g} units beside '{}' and is turned by {:.2g} degrees; "
+                                 "its first frame matches the scene by {:.2f}.",
+                                 out.refined.moved, name, out.refined.turned, out.refined.after.score)
+                           : fmt::format(
+                                 "The first frame shows the scene from none of the {} known cameras: the best, '{}', "
+                                 "matches by {:.2f} ({:.2f} is needed).  Give a "
+                                 "file with the video's camera, or check that the video is of this scene.",
+                                 cameras.size(), name, out.refined.after.score, options.least_score);
   return out;
 }
 

@@ -23,9 +23,10 @@ struct ClipFit {
   double seconds = 0;
 };
 
-/// fit_gradient from fields that change nothing, or from an earlier state on.  Throws Error{kInterrupted} when `keep` says
-/// false.
-ClipFit fit_clip(const ClipFitOptions& options, const Motion<float>& motion, const Objective<float>& objective, GradientFitState state,
-                 const std::function<void(const std::string&)>& progress = {}, const GradientFitSink& keep = {});
+/// fit_gradient from fields that change nothing, or from an earlier state on.  Throws Error{kInterrupted} when `keep`
+/// says false.
+ClipFit fit_clip(const ClipFitOptions& options, const Motion<float>& motion, const Objective<float>& objective,
+                 GradientFitState state, const std::function<void(const std::string&)>& progress = {},
+                 const GradientFitSink& keep = {});
 
 }  // namespace pliant

@@ -22,13 +22,15 @@ int frames_of(const Motion<float>& motion) {
 /// Frames after the start that iteration `k` compares.
 int window_of(const GradientFitOptions& options, int k, int all) {
   const double grown = options.growth > 0 ? k / (options.growth * options.iterations) : 1;
-  return std::clamp(static_cast<int>(std::lround(options.first_window + grown * (all - options.first_window))), std::min(options.first_window, all), all);
+  return std::clamp(static_cast<int>(std::lround(options.first_window + grown * (all - options.first_window))),
+                    std::min(options.first_window, all), all);
 }
 
 void clip(std::span<double> gradient, double most) {
   double square = 0;
   for (const double g : gradient) square += g * g;
-  if (!std::isfinite(square)) throw numerical_error("fit", "the gradient is not finite", "use a shorter gradient window");
+  if (!std::isfinite(square))
+    throw numerical_error("fit", "the gradient is not finite", "use a shorter gradient window");
   if (square > most * most)
     for (double& g : gradient) g *= most / std::sqrt(square);
 }
@@ -51,7 +53,8 @@ void unpack(std::span<const double> row, bool damping, GradientFitParameters& at
 /// The rate of each parameter, in the same row.
 std::vector<double> rates_of(const GradientFitOptions& options, const GradientFitParameters& at, bool damping) {
   std::vector<double> rates(at.material.size(), options.material_rate);
-  rates.insert(rates.end(), at.velocity.size(), options.velocity_rate), rates.insert(rates.end(), at.poisson.size(), options.poisson_rate);
+  rates.insert(rates.end(), at.velocity.size(), options.velocity_rate),
+      rates.insert(rates.end(), at.poisson.size(), options.poisson_rate);
   if (damping) rates.push_back(options.damping_rate);
   return rates;
 }
@@ -69,8 +72,9 @@ double speed_of_sound(const Particles& particles) {
 }
 
 /// dL/d(packed parameters), each kind's clipped; and the row of this iteration.
-std::vector<double> gradient_of(const GradientFitOptions& options, const Motion<float>& motion, const Objective<float>& objective,
-                                const GradientFitFields& fields, const GradientFitParameters& at, int window, GradientFitRow& row) {
+std::vector<double> gradient_of(const GradientFitOptions& options, const Motion<float>& motion,
+                                const Objective<float>& objective, const GradientFitFields& fields,
+                                const GradientFitParameters& at, int window, GradientFitRow& row) {
   Motion<float> trial = with_fields(motion, fields, at);
   trial.options.simulate.duration = window / trial.options.simulate.fps;
   const MotionGradient<float> by = motion_loss_adjoint(trial, objective);
@@ -107,15 +111,18 @@ std::vector<double> gradient_of(const GradientFitOptions& options, const Motion<
 
 }  // namespace
 
-Motion<float> with_fields(const Motion<float>& motion, const GradientFitFields& fields, const GradientFitParameters& at) {
+Motion<float> with_fields(const Motion<float>& motion, const GradientFitFields& fields,
+                          const GradientFitParameters& at) {
   Motion<float> out = motion;
   if (fields.material) {
     const std::vector<double> factor = fields.material->values(at.material);
-    for (size_t i = 0; i < factor.size(); ++i) out.particles.young[i] = static_cast<float>(out.particles.young[i] * std::exp(factor[i]));
+    for (size_t i = 0; i < factor.size(); ++i)
+      out.particles.young[i] = static_cast<float>(out.particles.young[i] * std::exp(factor[i]));
   }
   if (fields.velocity) {
     const std::vector<double> v = fields.velocity->values(at.velocity);
-    for (size_t i = 0; i < out.start.size(); ++i) out.start.v[i] += Vec3d(v[3 * i], v[3 * i + 1], v[3 * i + 2]).cast<float>();
+    for (size_t i = 0; i < out.start.size(); ++i)
+      out.start.v[i] += Vec3d(v[3 * i], v[3 * i + 1], v[3 * i + 2]).cast<float>();
   }
   if (fields.poisson) {
     const std::vector<double> odds = fields.poisson->values(at.poisson);
@@ -154,7 +161,8 @@ void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion
     const std::vector<double> gradient = gradient_of(options, motion, objective, fields, state.now, window, row);
     if (window == all) {
       const bool better = state.best_loss < 0 || row.loss < (1 - options.better) * state.best_loss;
-      if (state.best_loss < 0 || row.loss < state.best_loss || options.noisy) state.best_loss = row.loss, state.best = state.now;
+      if (state.best_loss < 0 || row.loss < state.best_loss || options.noisy)
+        state.best_loss = row.loss, state.best = state.now;
       state.without_better = better ? 0 : state.without_better + 1;
       state.finished = state.without_better >= options.patience && !options.noisy;
       if (!options.noisy && row.loss > (1 + options.astray) * state.best_loss) {

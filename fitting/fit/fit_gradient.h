@@ -11,22 +11,25 @@ namespace pliant {
 
 struct GradientFitOptions {
   int iterations = 100;
-  int first_window = 6;              ///< frames that are compared at first (PhysDreamer) ...
-  double growth = 0.5;               ///< ... and all of them from this share of the iterations on
-  double material_rate = 0.01, velocity_rate = 0.01, poisson_rate = 0.05, damping_rate = 0.02;  ///< of Adam; fall to a tenth by the end
+  int first_window = 6;  ///< frames that are compared at first (PhysDreamer) ...
+  double growth = 0.5;   ///< ... and all of them from this share of the iterations on
+  double material_rate = 0.01, velocity_rate = 0.01, poisson_rate = 0.05,
+         damping_rate = 0.02;                                   ///< of Adam; fall to a tenth by the end
   double material_roughness = 1e-4, velocity_roughness = 1e-2;  ///< weights of the fields' total variation
-  double material_limit = INFINITY;  ///< of each parameter of the field of E, either way
-  double clip = 1;                   ///< largest norm of the gradient of one field's parameters
-  int patience = 20;                 ///< iterations with all frames and no better loss, after which it stops
-  double better = 1e-3;              ///< relative fall of the loss that counts as better
-  double astray = INFINITY;          ///< relative rise of the loss over the best after which it goes back there, with half the rates
-  bool noisy = false;                ///< losses of two iterations cannot be compared, as in score distillation: no early stop, the last is best
+  double material_limit = INFINITY;                             ///< of each parameter of the field of E, either way
+  double clip = 1;       ///< largest norm of the gradient of one field's parameters
+  int patience = 20;     ///< iterations with all frames and no better loss, after which it stops
+  double better = 1e-3;  ///< relative fall of the loss that counts as better
+  double astray =
+      INFINITY;        ///< relative rise of the loss over the best after which it goes back there, with half the rates
+  bool noisy = false;  ///< losses of two iterations cannot be compared, as in score distillation: no early stop, the
+                       ///< last is best
 };
 
 /// One iteration.
 struct GradientFitRow {
-  int frames = 0;        ///< compared
-  double loss = 0;       ///< of the frames, without roughness
+  int frames = 0;   ///< compared
+  double loss = 0;  ///< of the frames, without roughness
   double rollout_seconds = 0, frames_seconds = 0, reverse_seconds = 0, field_seconds = 0;
 };
 
@@ -44,7 +47,7 @@ struct GradientFitState {
   double rate = 1;                                  ///< halved each time that the loss has gone astray
   double best_loss = -1;                            ///< negative: none yet
   int without_better = 0;
-  std::vector<GradientFitRow> rows;              ///< of the iterations done
+  std::vector<GradientFitRow> rows;  ///< of the iterations done
   bool finished = false;
 };
 
@@ -61,13 +64,15 @@ struct GradientFitFields {
 /// Called after every iteration; false stops, and the state may be continued later.
 using GradientFitSink = std::function<bool(const GradientFitState&)>;
 
-/// Adam on the fields' parameters with exact gradients through MLS-MPM (PhysDreamer, Zhang et al. 2024), over a window of
-/// frames that grows from the start; the best is never worse than the start.  `state` is where it begins: `now`, and all else empty, or an earlier state.
-/// Particles and start of `motion` are those without the fields.  Its gradient_window cuts the way back (rollout.h).  Equal bit for bit for any number of threads.
+/// Adam on the fields' parameters with exact gradients through MLS-MPM (PhysDreamer, Zhang et al. 2024), over a window
+/// of frames that grows from the start; the best is never worse than the start.  `state` is where it begins: `now`, and
+/// all else empty, or an earlier state. Particles and start of `motion` are those without the fields.  Its
+/// gradient_window cuts the way back (rollout.h).  Equal bit for bit for any number of threads.
 void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion, const Objective<float>& objective,
                   const GradientFitFields& fields, GradientFitState& state, const GradientFitSink& sink = {});
 
 /// The motion with the fields applied; its frames have more substeps once sound is 1.5 times as fast as without.
-Motion<float> with_fields(const Motion<float>& motion, const GradientFitFields& fields, const GradientFitParameters& at);
+Motion<float> with_fields(const Motion<float>& motion, const GradientFitFields& fields,
+                          const GradientFitParameters& at);
 
 }  // namespace pliant

@@ -23,7 +23,8 @@ struct Measured {
 class MarkerFit {
  public:
   MarkerFit(const MarkerFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
-            const MarkerTracks& tracks, const std::function<void(const std::string&)>& progress, MarkerFitState state, const MarkerFitSink& sink)
+            const MarkerTracks& tracks, const std::function<void(const std::string&)>& progress, MarkerFitState state,
+            const MarkerFitSink& sink)
       : options_(options),
         progress_(progress),
         state_(std::move(state)),
@@ -57,7 +58,8 @@ class MarkerFit {
     MarkerParameters p{1, options_.damping_time, onset_};
     if (options_.search && options_.fit_young) search(p);
     // From here on the time step stays, so that differences see only what the parameters do.
-    say(fmt::format("refined from E = {:.4g} Pa, damping time {:.3g} s, release at {:.4g} s", young_ * p.young_factor, p.damping_time, p.release));
+    say(fmt::format("refined from E = {:.4g} Pa, damping time {:.3g} s, release at {:.4g} s", young_ * p.young_factor,
+                    p.damping_time, p.release));
     model_.run(p, 1 / options_.model.simulate.fps);
     substeps_ = model_.substeps();
     motions_.clear();
@@ -140,7 +142,8 @@ class MarkerFit {
     }
     state_.simulated.push_back({step, loss});
     const MarkerFitResult::Candidate c = candidate(state_.simulated.back());
-    say(std::isfinite(loss) ? fmt::format("E = {:.4g} Pa: {:.3g} mm off", c.young, 1e3 * c.rms) : fmt::format("E = {:.4g} Pa cannot be simulated", c.young));
+    say(std::isfinite(loss) ? fmt::format("E = {:.4g} Pa: {:.3g} mm off", c.young, 1e3 * c.rms)
+                            : fmt::format("E = {:.4g} Pa cannot be simulated", c.young));
     keep();
     return loss;
   }
@@ -233,8 +236,9 @@ class MarkerFit {
     // Errors of a marker go on for a while, and neighbours share them.
     std::vector<Vec3f> place;
     for (const int k : model_.bound()) place.push_back(rest_[k].cast<float>());
-    fit.covariance = fit.jacobian.size() > 0 ? covariance_with(ErrorCorrelation(fit.residuals, place, 3), fit.jacobian, fit.covariance)
-                                             : Eigen::MatrixXd(std::pow(fit.summary.rms, 2) * fit.covariance);
+    fit.covariance = fit.jacobian.size() > 0
+                         ? covariance_with(ErrorCorrelation(fit.residuals, place, 3), fit.jacobian, fit.covariance)
+                         : Eigen::MatrixXd(std::pow(fit.summary.rms, 2) * fit.covariance);
     int at = 0;
     if (options_.fit_young) result_.sigma_log10_young = fit.sigma(at++) / std::log(10.0);
     if (options_.fit_damping) result_.sigma_log_damping = fit.sigma(at++);
@@ -283,7 +287,8 @@ class MarkerFit {
 
 MarkerFitResult fit_markers(const MarkerFitOptions& options, const Particles& particles,
                             const std::vector<Interaction>& interactions, const MarkerTracks& tracks,
-                            const std::function<void(const std::string&)>& progress, MarkerFitState state, const MarkerFitSink& sink) {
+                            const std::function<void(const std::string&)>& progress, MarkerFitState state,
+                            const MarkerFitSink& sink) {
   return MarkerFit(options, particles, interactions, tracks, progress, std::move(state), sink).run();
 }
 

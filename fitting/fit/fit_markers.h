@@ -28,8 +28,9 @@ struct MarkerFitOptions {
 
 struct MarkerFitResult {
   MarkerParameters parameters;
-  double young = 0;              ///< Pa, mean over the volume of log E
-  double sigma_log10_young = 0;  ///< the deviations allow for errors correlated in time and between neighbours; 0 = not fitted
+  double young = 0;  ///< Pa, mean over the volume of log E
+  double sigma_log10_young =
+      0;  ///< the deviations allow for errors correlated in time and between neighbours; 0 = not fitted
   double sigma_log_damping = 0, sigma_release = 0;
   std::vector<int> markers;        ///< those on the body
   MarkerTracks expected;           ///< at the recorded instants of the window, those markers

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kDecade = 2.302585092994046;
 constexpr double kMostSigmas = 5;  // of the parameters of a smooth field, that they may reach
-constexpr double kCommon = 0.02;  // of ln E: a field has a level of its own
+constexpr double kCommon = 0.02;   // of ln E: a field has a level of its own
 
 std::shared_ptr<SmoothField> smooth_field_of(const MaterialFitOptions& options, const Particles& particles) {
   SmoothFieldOptions smooth = options.smooth;
@@ -30,19 +30,22 @@ double prior_sigma_of(const MaterialFitOptions& options) {
 /// What the modes of a smooth field leave out joins the spread that they give.
 void add_left_out(const Field* field, std::vector<double>& sigma) {
   if (const auto* smooth = dynamic_cast<const SmoothField*>(field))
-    for (size_t i = 0; i < sigma.size(); ++i) sigma[i] = std::sqrt(sigma[i] * sigma[i] + smooth->variance_left_out(i) / (kDecade * kDecade));
+    for (size_t i = 0; i < sigma.size(); ++i)
+      sigma[i] = std::sqrt(sigma[i] * sigma[i] + smooth->variance_left_out(i) / (kDecade * kDecade));
 }
 
 std::shared_ptr<const Field> field_of(const MaterialFitOptions& options, const Particles& particles) {
   switch (options.kind) {
-    case MaterialKind::kUniform: return nullptr;
+    case MaterialKind::kUniform:
+      return nullptr;
     case MaterialKind::kParts:
       CHECK(options.part.size() == particles.size());
       return std::make_shared<PartField>(options.part, 1);
     case MaterialKind::kTriplanes:
       if (!options.smooth_first) return nullptr;
       [[fallthrough]];
-    case MaterialKind::kSmooth: return smooth_field_of(options, particles);
+    case MaterialKind::kSmooth:
+      return smooth_field_of(options, particles);
   }
   return nullptr;
 }
@@ -62,14 +65,16 @@ Motion<float> motion_of(const VibrationFit& fit, const VibrationFitOptions& opti
 /// Loss as errors of the tracks: it is half the sum of squares.
 FitStep step_of(const char* name, const VibrationFit& fit) {
   FitStep step{name, fit.rms, fit.seconds - fit.seconds_search, fit.summary.converged, fit.summary.stopped_by, {}};
-  for (const double loss : fit.summary.loss) step.loss.push_back(fit.rms * std::sqrt(loss / std::max(fit.summary.loss.back(), 1e-30)));
+  for (const double loss : fit.summary.loss)
+    step.loss.push_back(fit.rms * std::sqrt(loss / std::max(fit.summary.loss.back(), 1e-30)));
   return step;
 }
 
 /// A field of factors of E, from the best constant on.
-void add_field(const MaterialFitOptions& options, VibrationFitOptions vibration, const std::shared_ptr<const Field>& field,
-               const std::vector<Interaction>& interactions, const TrackLoss<float>& tracks, double fps,
-               const std::function<void(const std::string&)>& progress, const MaterialFitProgress& kept, MaterialFit& fit) {
+void add_field(const MaterialFitOptions& options, VibrationFitOptions vibration,
+               const std::shared_ptr<const Field>& field, const std::vector<Interaction>& interactions,
+               const TrackLoss<float>& tracks, double fps, const std::function<void(const std::string&)>& progress,
+               const MaterialFitProgress& kept, MaterialFit& fit) {
   const bool parts = options.kind == MaterialKind::kParts;
   vibration.field = field, vibration.candidates = 1, vibration.refine.max_iterations *= 2;
   vibration.field_sigma = parts ? options.part_sigma * kDecade : 1, vibration.factor_sigma = kCommon;
@@ -79,7 +84,8 @@ void add_field(const MaterialFitOptions& options, VibrationFitOptions vibration,
   vibration.known_modes = fit.homogeneous.modes.stiffer(std::pow(10.0, fit.homogeneous.log10_factor));
   const Particles base = fit.particles;
   fit.found = kept.field ? *kept.field
-                         : fit_vibration(vibration, base, interactions, tracks, fps, progress, kept.homogeneous ? kept.vibration : VibrationFitState{}, kept.keep_vibration);
+                         : fit_vibration(vibration, base, interactions, tracks, fps, progress,
+                                         kept.homogeneous ? kept.vibration : VibrationFitState{}, kept.keep_vibration);
   if (!kept.field && kept.keep_field) kept.keep_field(fit.found);
   fit.steps.push_back(step_of("field", fit.found));
   fit.prior_sigma = prior_sigma_of(options);
@@ -97,18 +103,22 @@ void add_field(const MaterialFitOptions& options, VibrationFitOptions vibration,
 }
 
 /// Exact gradients from what was found on.
-void refine_by_gradients(const MaterialFitOptions& options, const VibrationFitOptions& vibration, const std::vector<Interaction>& interactions,
-                         const TrackLoss<float>& tracks, double fps, const std::function<void(const std::string&)>& progress,
-                         const MaterialFitProgress& kept, MaterialFit& fit) {
+void refine_by_gradients(const MaterialFitOptions& options, const VibrationFitOptions& vibration,
+                         const std::vector<Interaction>& interactions, const TrackLoss<float>& tracks, double fps,
+                         const std::function<void(const std::string&)>& progress, const MaterialFitProgress& kept,
+                         MaterialFit& fit) {
   const VibrationFit& found = fit.found;
-  const ClipFrames frames{found.first_frame, found.last_frame, found.rollout_frame(found.first_frame, fps), found.subframes, fps};
+  const ClipFrames frames{found.first_frame, found.last_frame, found.rollout_frame(found.first_frame, fps),
+                          found.subframes, fps};
   Motion<float> motion = motion_of(found, vibration, fit.particles, interactions, fps);
   motion.options.gradient_window = options.gradient_window * frames.every;
   ClipFitOptions varied = gradient_fields(options, fit.particles, interactions);
   varied.gradient.first_window = frames.lead + frames.every * varied.gradient.first_window;
-  const ClipFit clip = fit_clip(varied, motion, clip_objective(options.clip, &tracks, frames), kept.gradient, progress, kept.keep_gradient);
+  const ClipFit clip = fit_clip(varied, motion, clip_objective(options.clip, &tracks, frames), kept.gradient, progress,
+                                kept.keep_gradient);
   const Motion<float>& best = clip.motion;
-  fit.particles = best.particles, fit.found.start = best.start, fit.found.damping_time = best.options.simulate.damping_time;
+  fit.particles = best.particles, fit.found.start = best.start,
+  fit.found.damping_time = best.options.simulate.damping_time;
   fit.found.substeps = best.options.simulate.substeps;
   fit.iterations = clip.iterations, fit.field_left = false;
   fit.steps.push_back(step_of("gradients", clip, tracks, frames));
@@ -118,7 +128,8 @@ void refine_by_gradients(const MaterialFitOptions& options, const VibrationFitOp
 
 }  // namespace
 
-ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions) {
+ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particles& particles,
+                               const std::vector<Interaction>& interactions) {
   ClipFitOptions varied;
   const std::vector<double> free = free_particles(particles, interactions);
   varied.gradient = options.gradient;
@@ -139,43 +150,55 @@ ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particle
   return varied;
 }
 
-void find_posterior(const MaterialFitOptions& options, const Motion<float>& motion, const TrackLoss<float>& tracks, const ClipFrames& frames,
-                    const MaterialFitProgress& kept, MaterialFit& fit) {
-  std::shared_ptr<const Field> field = options.kind == MaterialKind::kTriplanes ? smooth_field_of(options, motion.particles) : field_of(options, motion.particles);
+void find_posterior(const MaterialFitOptions& options, const Motion<float>& motion, const TrackLoss<float>& tracks,
+                    const ClipFrames& frames, const MaterialFitProgress& kept, MaterialFit& fit) {
+  std::shared_ptr<const Field> field = options.kind == MaterialKind::kTriplanes
+                                           ? smooth_field_of(options, motion.particles)
+                                           : field_of(options, motion.particles);
   if (!field) field = std::make_shared<PartField>(motion.particles.size(), 1);
-  const double sigma = options.kind == MaterialKind::kUniform ? INFINITY : options.kind == MaterialKind::kParts ? options.part_sigma * kDecade : 1;
-  const YoungPosterior posterior = posterior_about(motion, *field, sigma, tracks.on_rollout(frames.first, frames.last, frames.lead, frames.every), options.vibration.stop, kept.posterior, kept.keep_posterior);
+  const double sigma = options.kind == MaterialKind::kUniform ? INFINITY
+                       : options.kind == MaterialKind::kParts ? options.part_sigma * kDecade
+                                                              : 1;
+  const YoungPosterior posterior =
+      posterior_about(motion, *field, sigma, tracks.on_rollout(frames.first, frames.last, frames.lead, frames.every),
+                      options.vibration.stop, kept.posterior, kept.keep_posterior);
   fit.sigma = posterior.young_sigma, fit.prior_sigma = prior_sigma_of(options);
   add_left_out(field.get(), fit.sigma);
   VibrationFit& found = fit.found;
   const double spread = std::exp(std::min(5.0, posterior.log_damping_sigma));
-  found.log10_sigma = posterior.log10_sigma, found.damping_time_low = found.damping_time / spread, found.damping_time_high = found.damping_time * spread;
+  found.log10_sigma = posterior.log10_sigma, found.damping_time_low = found.damping_time / spread,
+  found.damping_time_high = found.damping_time * spread;
 }
 
-FitStep step_of(const std::string& name, const ClipFit& clip, const TrackLoss<float>& tracks, const ClipFrames& frames) {
+FitStep step_of(const std::string& name, const ClipFit& clip, const TrackLoss<float>& tracks,
+                const ClipFrames& frames) {
   const Motion<float>& motion = clip.motion;
   const Rollout<float> run = rollout<float>(motion.options, motion.particles, motion.interactions, motion.start);
   const double rms = tracks.on_rollout(frames.first, frames.last, frames.lead, frames.every).rms(run.frames);
   FitStep step{name, rms, clip.seconds, clip.stopped_by != "iterations", clip.stopped_by, {}, true};
   // As if all frames were compared from the first iteration on.
-  for (const GradientFitRow& row : clip.iterations) step.loss.push_back(row.loss * clip.iterations.back().frames / row.frames);
+  for (const GradientFitRow& row : clip.iterations)
+    step.loss.push_back(row.loss * clip.iterations.back().frames / row.frames);
   return step;
 }
 
-MaterialFit fit_material(const MaterialFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
-                         const TrackLoss<float>& tracks, double fps, const std::function<void(const std::string&)>& progress,
-                         MaterialFitProgress kept) {
+MaterialFit fit_material(const MaterialFitOptions& options, const Particles& particles,
+                         const std::vector<Interaction>& interactions, const TrackLoss<float>& tracks, double fps,
+                         const std::function<void(const std::string&)>& progress, MaterialFitProgress kept) {
   MaterialFit fit;
   VibrationFitOptions vibration = options.vibration;
   vibration.field = nullptr;
   fit.homogeneous = kept.homogeneous ? *kept.homogeneous
-                                     : fit_vibration(vibration, particles, interactions, tracks, fps, progress, kept.vibration, kept.keep_vibration);
+                                     : fit_vibration(vibration, particles, interactions, tracks, fps, progress,
+                                                     kept.vibration, kept.keep_vibration);
   if (!kept.homogeneous && kept.keep_homogeneous) kept.keep_homogeneous(fit.homogeneous);
   fit.found = fit.homogeneous;
   fit.particles = fit.found.fitted(particles);
   fit.sigma = fit.found.young_sigma, fit.prior_sigma = INFINITY;
-  fit.steps = {{"search", fit.homogeneous.rms_search, fit.homogeneous.seconds_search, true, "", {}}, step_of("homogeneous", fit.homogeneous)};
-  if (const auto field = field_of(options, particles)) add_field(options, vibration, field, interactions, tracks, fps, progress, kept, fit);
+  fit.steps = {{"search", fit.homogeneous.rms_search, fit.homogeneous.seconds_search, true, "", {}},
+               step_of("homogeneous", fit.homogeneous)};
+  if (const auto field = field_of(options, particles))
+    add_field(options, vibration, field, interactions, tracks, fps, progress, kept, fit);
   if (options.kind == MaterialKind::kTriplanes || options.poisson || options.clip.beyond_tracks())
     refine_by_gradients(options, vibration, interactions, tracks, fps, progress, kept, fit);
   fit.losses = dissipation_of(motion_of(fit.found, vibration, fit.particles, interactions, fps));

@@ -13,19 +13,20 @@ namespace pliant {
 enum class MaterialKind { kUniform, kParts, kSmooth, kTriplanes };
 
 struct MaterialFitOptions {
-  VibrationFitOptions vibration;     ///< its field is this fit's
+  VibrationFitOptions vibration;  ///< its field is this fit's
   MaterialKind kind = MaterialKind::kUniform;
-  std::vector<uint32_t> part;        ///< [N] of the particles, from 0 without gaps, for kParts
-  double part_sigma = 0.5;           ///< decades by which a part is expected to differ from the common factor
-  SmoothFieldOptions smooth;         ///< for kSmooth, in metres
-  TriplaneOptions planes;            ///< of E, for kTriplanes; those of v0 have a resolution of 24 and no bounds
-  double decades = 2;                ///< by which a part may differ from the best constant, and E at a point from where gradients begin
-  bool smooth_first = true;          ///< they begin from a fit of a smooth field rather than from the best constant
+  std::vector<uint32_t> part;  ///< [N] of the particles, from 0 without gaps, for kParts
+  double part_sigma = 0.5;     ///< decades by which a part is expected to differ from the common factor
+  SmoothFieldOptions smooth;   ///< for kSmooth, in metres
+  TriplaneOptions planes;      ///< of E, for kTriplanes; those of v0 have a resolution of 24 and no bounds
+  double decades =
+      2;  ///< by which a part may differ from the best constant, and E at a point from where gradients begin
+  bool smooth_first = true;  ///< they begin from a fit of a smooth field rather than from the best constant
   /// Of kTriplanes, and of every kind once `clip` compares more than tracks.  Its windows are in frames of the video.
   GradientFitOptions gradient;
-  int gradient_window = 0;           ///< frames of the video through which gradients run back; 0 = all
-  bool poisson = false;              ///< one Poisson's ratio too
-  ClipTerms clip;                    ///< that these gradients compare
+  int gradient_window = 0;  ///< frames of the video through which gradients run back; 0 = all
+  bool poisson = false;     ///< one Poisson's ratio too
+  ClipTerms clip;           ///< that these gradients compare
 };
 
 /// Where an interrupted fit goes on, and who keeps what is done.
@@ -45,24 +46,24 @@ struct MaterialFitProgress {
 /// What a stage of a fit brought.
 struct FitStep {
   std::string name;
-  double rms = 0;      ///< of the tracks, in their unit
+  double rms = 0;  ///< of the tracks, in their unit
   double seconds = 0;
   bool converged = true;
-  std::string stopped_by;       ///< empty where there is nothing to stop
-  std::vector<double> loss;     ///< at its start and after every step; of gradients, over as many frames as the last
-  bool by_gradients = false;    ///< this loss is that of the frames compared, else the tracks' error
+  std::string stopped_by;     ///< empty where there is nothing to stop
+  std::vector<double> loss;   ///< at its start and after every step; of gradients, over as many frames as the last
+  bool by_gradients = false;  ///< this loss is that of the frames compared, else the tracks' error
 };
 
 /// E(x) and the motion that explains the tracks.
 struct MaterialFit {
-  VibrationFit homogeneous;    ///< the best constant
-  VibrationFit found;          ///< with the field; its log10_factor is against the particles that the fit was given
-  std::vector<double> young;   ///< [N] Pa
-  std::vector<double> sigma;   ///< [N] decades, one standard deviation of log10 E
-  double prior_sigma = 0;      ///< [decades] of a particle's E before any track was seen
-  Dissipation losses;          ///< of the swing that was found, over the frames compared; zero from fit_physdreamer
-  bool field_left = false;     ///< a field explained the tracks no better than the best constant, which was kept
-  Particles particles;         ///< with that E
+  VibrationFit homogeneous;   ///< the best constant
+  VibrationFit found;         ///< with the field; its log10_factor is against the particles that the fit was given
+  std::vector<double> young;  ///< [N] Pa
+  std::vector<double> sigma;  ///< [N] decades, one standard deviation of log10 E
+  double prior_sigma = 0;     ///< [decades] of a particle's E before any track was seen
+  Dissipation losses;         ///< of the swing that was found, over the frames compared; zero from fit_physdreamer
+  bool field_left = false;    ///< a field explained the tracks no better than the best constant, which was kept
+  Particles particles;        ///< with that E
   std::vector<FitStep> steps;
   std::vector<GradientFitRow> iterations;  ///< of the gradients
 
@@ -70,23 +71,25 @@ struct MaterialFit {
   bool determined(size_t particle) const { return !sigma.empty() && sigma[particle] < 0.5 * prior_sigma; }
 };
 
-/// What gradients vary for a kind of material: its field of E, damping, for triplanes v0(x), and Poisson's ratio if asked for.
-/// What `interactions` hold for good keeps v0 and, but for fields with one value for many particles, E.
-ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions);
+/// What gradients vary for a kind of material: its field of E, damping, for triplanes v0(x), and Poisson's ratio if
+/// asked for. What `interactions` hold for good keeps v0 and, but for fields with one value for many particles, E.
+ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particles& particles,
+                               const std::vector<Interaction>& interactions);
 
 /// What gradients brought, and what their motion leaves of the tracks.
 FitStep step_of(const std::string& name, const ClipFit& clip, const TrackLoss<float>& tracks, const ClipFrames& frames);
 
-/// How sure the tracks make E and damping about what gradients found (young_posterior.h), in the directions in which a material
-/// of this kind may vary; of triplanes, the modes of a smooth field.
-void find_posterior(const MaterialFitOptions& options, const Motion<float>& motion, const TrackLoss<float>& tracks, const ClipFrames& frames,
-                    const MaterialFitProgress& kept, MaterialFit& fit);
+/// How sure the tracks make E and damping about what gradients found (young_posterior.h), in the directions in which a
+/// material of this kind may vary; of triplanes, the modes of a smooth field.
+void find_posterior(const MaterialFitOptions& options, const Motion<float>& motion, const TrackLoss<float>& tracks,
+                    const ClipFrames& frames, const MaterialFitProgress& kept, MaterialFit& fit);
 
 /// The homogeneous fit (fit_vibration.h); then, for parts and smooth fields, Gauss-Newton once more from there with a
-/// field of factors of E, which also says how sure it is and is only taken where it explains more; for triplanes, or when more than tracks is compared, from there
-/// exact gradients (fit_gradient.h) of E(x), damping and, for triplanes, v0(x).
-MaterialFit fit_material(const MaterialFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
-                         const TrackLoss<float>& tracks, double fps, const std::function<void(const std::string&)>& progress = {},
-                         MaterialFitProgress kept = {});
+/// field of factors of E, which also says how sure it is and is only taken where it explains more; for triplanes, or
+/// when more than tracks is compared, from there exact gradients (fit_gradient.h) of E(x), damping and, for triplanes,
+/// v0(x).
+MaterialFit fit_material(const MaterialFitOptions& options, const Particles& particles,
+                         const std::vector<Interaction>& interactions, const TrackLoss<float>& tracks, double fps,
+                         const std::function<void(const std::string&)>& progress = {}, MaterialFitProgress kept = {});
 
 }  // namespace pliant

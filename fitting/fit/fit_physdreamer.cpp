@@ -12,9 +12,9 @@
 namespace pliant {
 namespace {
 
-constexpr int kFirstFrames = 3;          // after the start, that v0 is found from
-constexpr double kDirectRate = 0.05;     // of a velocity whose parameters are its amplitudes
-constexpr double kSmoothLength = 0.35;   // of the box's diagonal, over which a smooth v0 is alike
+constexpr int kFirstFrames = 3;         // after the start, that v0 is found from
+constexpr double kDirectRate = 0.05;    // of a velocity whose parameters are its amplitudes
+constexpr double kSmoothLength = 0.35;  // of the box's diagonal, over which a smooth v0 is alike
 
 /// What a metre of motion is in the tracks' unit, root mean square over its three directions.
 double per_metre(const TrackLoss<float>& tracks, const Particles& particles) {
@@ -28,7 +28,8 @@ double per_metre(const TrackLoss<float>& tracks, const Particles& particles) {
     SimulationState moved = rest;
     for (Vec3f& x : moved.x) x[axis] += step;
     const std::vector<Vec3f> there = tracks.expected(moved);
-    for (size_t k = 0; k < here.size(); ++k) square += (there[k] - here[k]).squaredNorm() / (3.0 * step * step * static_cast<double>(here.size()));
+    for (size_t k = 0; k < here.size(); ++k)
+      square += (there[k] - here[k]).squaredNorm() / (3.0 * step * step * static_cast<double>(here.size()));
   }
   return std::sqrt(square);
 }
@@ -54,8 +55,10 @@ std::shared_ptr<const Field> velocity_field(const MaterialFitOptions& options, c
   Box box;
   for (const Vec3f& x : particles.position) box.add(x);
   SmoothFieldOptions smooth;
-  smooth.sigma = 1, smooth.modes = options.vibration.most_smooth, smooth.least = 1e-5, smooth.length = kSmoothLength * double(box.size().norm());
-  return std::make_shared<WeightedField>(std::make_shared<AxesField>(std::make_shared<SmoothField>(smooth, particles.position)), weight);
+  smooth.sigma = 1, smooth.modes = options.vibration.most_smooth, smooth.least = 1e-5,
+  smooth.length = kSmoothLength * double(box.size().norm());
+  return std::make_shared<WeightedField>(
+      std::make_shared<AxesField>(std::make_shared<SmoothField>(smooth, particles.position)), weight);
 }
 
 /// At the time step that a simulation from its start chooses.
@@ -67,12 +70,16 @@ void fix_time_step(Motion<float>& motion) {
 
 }  // namespace
 
-MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
-                            const TrackLoss<float>& tracks, double fps, const std::function<void(const std::string&)>& progress,
-                            MaterialFitProgress kept) {
-  const int first = static_cast<int>(std::lround(std::max(0.0, options.vibration.search.first) * fps)), last = static_cast<int>(tracks.tracks().place.size()) - 1;
+MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& particles,
+                            const std::vector<Interaction>& interactions, const TrackLoss<float>& tracks, double fps,
+                            const std::function<void(const std::string&)>& progress, MaterialFitProgress kept) {
+  const int first = static_cast<int>(std::lround(std::max(0.0, options.vibration.search.first) * fps)),
+            last = static_cast<int>(tracks.tracks().place.size()) - 1;
   if (last - first <= kFirstFrames)
-    throw input_error("fit", "video", fmt::format("has {} frames after the start of the fit, and more than {} are needed", std::max(0, last - first), kFirstFrames), "use a longer part of it");
+    throw input_error("fit", "video",
+                      fmt::format("has {} frames after the start of the fit, and more than {} are needed",
+                                  std::max(0, last - first), kFirstFrames),
+                      "use a longer part of it");
   const ClipFrames early{first, first + kFirstFrames, 0, 1, fps}, all{first, last, 0, 1, fps};
   Motion<float> motion{particles, initial_state(particles), interactions, {}};
   SimulateOptions& simulate = motion.options.simulate;
@@ -82,7 +89,8 @@ MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& 
 
   MaterialFit fit;
   VibrationFit& given = fit.homogeneous;
-  given.time = first / fps, given.first_frame = given.search.first_frame = first, given.last_frame = last, given.damping_time = simulate.damping_time;
+  given.time = first / fps, given.first_frame = given.search.first_frame = first, given.last_frame = last,
+  given.damping_time = simulate.damping_time;
   const auto tracks_of = [&](const ClipFrames& frames) { return tracks.on_rollout(frames.first, frames.last, 0, 1); };
   given.rms_rest = given.rms_search = tracks_of(all).rms(std::vector<SimulationState>(all.count(), motion.start));
 
@@ -93,7 +101,8 @@ MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& 
   if (options.kind != MaterialKind::kTriplanes) start.gradient.velocity_rate = kDirectRate;
   simulate.duration = kFirstFrames / fps;
   fix_time_step(motion);
-  const ClipFit velocity = fit_clip(start, motion, clip_objective(options.clip, &tracks, early), kept.velocity, progress, kept.keep_velocity);
+  const ClipFit velocity = fit_clip(start, motion, clip_objective(options.clip, &tracks, early), kept.velocity,
+                                    progress, kept.keep_velocity);
   fit.steps.push_back(step_of("velocity", velocity, tracks, early));
   motion.start = given.start = velocity.motion.start;
 
@@ -102,14 +111,18 @@ MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& 
   material.velocity = nullptr, material.damping = false;
   simulate.duration = (last - first) / fps;
   fix_time_step(motion);
-  given.rms = tracks_of(all).rms(rollout<float>(motion.options, motion.particles, motion.interactions, motion.start).frames), given.substeps = simulate.substeps;
-  const ClipFit clip = fit_clip(material, motion, clip_objective(options.clip, &tracks, all), kept.gradient, progress, kept.keep_gradient);
+  given.rms =
+      tracks_of(all).rms(rollout<float>(motion.options, motion.particles, motion.interactions, motion.start).frames),
+  given.substeps = simulate.substeps;
+  const ClipFit clip = fit_clip(material, motion, clip_objective(options.clip, &tracks, all), kept.gradient, progress,
+                                kept.keep_gradient);
   fit.steps.push_back(step_of("material", clip, tracks, all));
 
   fit.found = given, fit.found.rms = fit.steps.back().rms, fit.found.substeps = clip.motion.options.simulate.substeps;
   fit.particles = clip.motion.particles, fit.iterations = clip.iterations;
   fit.young.assign(fit.particles.young.begin(), fit.particles.young.end());
-  for (size_t i = 0; i < particles.size(); ++i) fit.found.log10_factor += std::log10(fit.young[i] / particles.young[i]) / static_cast<double>(particles.size());
+  for (size_t i = 0; i < particles.size(); ++i)
+    fit.found.log10_factor += std::log10(fit.young[i] / particles.young[i]) / static_cast<double>(particles.size());
   find_posterior(options, clip.motion, tracks, all, kept, fit);
   given.seconds = velocity.seconds, fit.found.seconds = velocity.seconds + clip.seconds;
   return fit;

@@ -14,16 +14,21 @@
 namespace pliant {
 namespace {
 
-constexpr int kFirstWindow = 4;      // frames after the first, over which a field is fitted first, and its start with it;
-constexpr double kWholeWindow = 0.7; // of all frames: from here on all at once
+constexpr int kFirstWindow = 4;  // frames after the first, over which a field is fitted first, and its start with it;
+constexpr double kWholeWindow = 0.7;            // of all frames: from here on all at once
 constexpr int kWindowSteps = 8, kOfWindow = 2;  // in a window: steps, and Jacobians by differences
-constexpr int kRounds = 6;           // of a fit of a field, at most: ...
-constexpr double kSameNoise = 0.8;   // ... while less than this share of the errors remains, ...
-constexpr double kSettled = 0.02;    // ... or the loss falls by more than this for every parameter: a fifth of a standard deviation
-constexpr int kOfRound = 250, kOfRounds = 400;  // roll-outs for Jacobians, two for every parameter, in a round and in all; each round finds one
-constexpr double kFirstSpread = 0.3;  // of a field in the first round, share of what is expected: of many that explain the motion, one near the smallest
-constexpr int kLastSteps = 15;       // with the last Jacobian
-constexpr double kSame = 0.05;       // ln of the factor by which E may grow in the last steps before roll-outs take smaller time steps
+constexpr int kRounds = 6;                      // of a fit of a field, at most: ...
+constexpr double kSameNoise = 0.8;              // ... while less than this share of the errors remains, ...
+constexpr double kSettled =
+    0.02;  // ... or the loss falls by more than this for every parameter: a fifth of a standard deviation
+constexpr int kOfRound = 250,
+              kOfRounds =
+                  400;  // roll-outs for Jacobians, two for every parameter, in a round and in all; each round finds one
+constexpr double kFirstSpread = 0.3;  // of a field in the first round, share of what is expected: of many that explain
+                                      // the motion, one near the smallest
+constexpr int kLastSteps = 15;        // with the last Jacobian
+constexpr double kSame =
+    0.05;  // ln of the factor by which E may grow in the last steps before roll-outs take smaller time steps
 
 /// The refinements of a fit in their order: those that an earlier call has made are not made again.
 class Journal {
@@ -33,7 +38,8 @@ class Journal {
   void keep() const {
     if (sink_) sink_(state_);
   }
-  GaussNewtonResult refine(const VibrationRollouts& rollouts, const GaussNewtonOptions& base, std::span<const double> from, int iterations, double noise,
+  GaussNewtonResult refine(const VibrationRollouts& rollouts, const GaussNewtonOptions& base,
+                           std::span<const double> from, int iterations, double noise,
                            const Eigen::MatrixXd& jacobian = {}, double field_spread = 1) {
     GaussNewtonOptions options = rollouts.bounded(base, field_spread);
     options.max_iterations = iterations, options.jacobian = jacobian;
@@ -41,8 +47,9 @@ class Journal {
     std::vector<GaussNewtonState>& all = state_.refinements;
     const size_t k = made_++;
     if (k == all.size()) all.emplace_back();
-    return gauss_newton(options, [&](std::span<const double> p) { return rollouts.residuals(p, noise); }, from, all[k],
-                        [&](const GaussNewtonState& now) { all[k] = now, keep(); });
+    return gauss_newton(
+        options, [&](std::span<const double> p) { return rollouts.residuals(p, noise); }, from, all[k],
+        [&](const GaussNewtonState& now) { all[k] = now, keep(); });
   }
 
  private:
@@ -79,18 +86,20 @@ void set_young_sigma(VibrationFit& fit, const VibrationFitOptions& options, size
   fit.log10_sigma = posterior.log10_sigma, fit.young_sigma = std::move(posterior.young_sigma);
 }
 
-/// What remains, as a share of the noise.  Errors of neighbouring frames and points are not independent: how far they reach says
-/// how much the tracks weigh against the priors, and how wide the posterior is.
+/// What remains, as a share of the noise.  Errors of neighbouring frames and points are not independent: how far they
+/// reach says how much the tracks weigh against the priors, and how wide the posterior is.
 double left_over(const GaussNewtonResult& result, const TrackLoss<float>& tracks) {
   return std::max(1e-6, unexplained(result.residuals, tracks.tracks().rest, tracks.tracks().axes()));
 }
 
-/// The factor, damping, the field and the start together: first over a few frames, in which no vibration has come back so often
-/// that one of another frequency looks like it, and then over twice as many, up to all; in rounds, of which each takes as noise
-/// what the one before has left.  The summary is of all that is done, its loss over all frames (before each window without the prior).
+/// The factor, damping, the field and the start together: first over a few frames, in which no vibration has come back
+/// so often that one of another frequency looks like it, and then over twice as many, up to all; in rounds, of which
+/// each takes as noise what the one before has left.  The summary is of all that is done, its loss over all frames
+/// (before each window without the prior).
 template <class Say>
-GaussNewtonResult refine_field(const VibrationFitOptions& options, const TrackLoss<float>& tracks, VibrationRollouts& rollouts, Journal& journal,
-                               const std::vector<double>& from, double& noise, GaussNewtonSummary& summary, const Say& say) {
+GaussNewtonResult refine_field(const VibrationFitOptions& options, const TrackLoss<float>& tracks,
+                               VibrationRollouts& rollouts, Journal& journal, const std::vector<double>& from,
+                               double& noise, GaussNewtonSummary& summary, const Say& say) {
   rollouts.fix_time_step(from, VibrationRollouts::kMargin);
   GaussNewtonOptions axes = options.refine;
   axes.principal_axes = true;
@@ -103,8 +112,9 @@ GaussNewtonResult refine_field(const VibrationFitOptions& options, const TrackLo
     summary.loss.push_back(square), ++summary.evaluations;
   };
   const auto tell = [&](const char* what, int number, const char* of) {
-    say("%s %d %s: rms error %.3g after %d steps, %d roll-outs, until %s", what, number, of, rollouts.rms(result.parameters),
-        static_cast<int>(result.summary.loss.size()) - 1, result.summary.evaluations, result.summary.stopped_by.c_str());
+    say("%s %d %s: rms error %.3g after %d steps, %d roll-outs, until %s", what, number, of,
+        rollouts.rms(result.parameters), static_cast<int>(result.summary.loss.size()) - 1, result.summary.evaluations,
+        result.summary.stopped_by.c_str());
   };
   axes.most_jacobians = kOfWindow, axes.tolerance = 10 * options.refine.tolerance;
   for (int frames = kFirstWindow; frames < kWholeWindow * count; frames *= 2) {
@@ -122,12 +132,14 @@ GaussNewtonResult refine_field(const VibrationFitOptions& options, const TrackLo
     if (round > 0) rollouts.find_staying(result);
     const double change = round == 0 ? 1 : left_over(result, tracks);
     if (round > 1 && change > kSameNoise && fell < kSettled * static_cast<double>(from.size())) break;
-    // The transfers damp more at small time steps: when E is nearly known, rounds go on at the one that a simulation will take.
+    // The transfers damp more at small time steps: when E is nearly known, rounds go on at the one that a simulation
+    // will take.
     if (round == 2) rollouts.fix_time_step(result.parameters, kSame);
     noise *= change, axes.rough_jacobian = result.jacobian / change;
     axes.most_jacobians = std::max(1, std::min(left, kOfRound) / static_cast<int>(2 * from.size()));
     axes.tolerance = (round == 0 ? 10 : 1) * options.refine.tolerance;
-    result = journal.refine(rollouts, axes, result.parameters, options.refine.max_iterations, noise, {}, round == 0 ? kFirstSpread : 1);
+    result = journal.refine(rollouts, axes, result.parameters, options.refine.max_iterations, noise, {},
+                            round == 0 ? kFirstSpread : 1);
     fell = result.summary.loss.front() - result.summary.loss.back();
     left -= result.summary.evaluations;
     const GaussNewtonSummary before = std::exchange(summary, result.summary);
@@ -152,7 +164,8 @@ int VibrationFit::rollout_frame(int f, double fps) const {
 
 VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& particles,
                            const std::vector<Interaction>& interactions, const TrackLoss<float>& tracks, double fps,
-                           const std::function<void(const std::string&)>& progress, VibrationFitState state, const VibrationFitSink& sink) {
+                           const std::function<void(const std::string&)>& progress, VibrationFitState state,
+                           const VibrationFitSink& sink) {
   const auto begin = std::chrono::steady_clock::now();
   char line[200];
   const auto say = [&](const char* format, auto... values) {
@@ -162,7 +175,8 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   };
   VibrationFit fit;
   Journal journal(state, sink);
-  if (!options.known_modes && !state.modes) state.modes = vibration_modes(options.modes, particles, interactions), journal.keep();
+  if (!options.known_modes && !state.modes)
+    state.modes = vibration_modes(options.modes, particles, interactions), journal.keep();
   fit.modes = options.known_modes ? *options.known_modes : *state.modes;
   say("%d vibration modes, the lowest at %.2f Hz with the present E (%.1f s)", static_cast<int>(fit.modes.size()),
       fit.modes.omega.at(0) / 6.283185307, fit.modes.seconds);
@@ -182,7 +196,8 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   for (size_t c = 0; c < fit.search.minima.size() && static_cast<int>(c) < options.candidates; ++c) {
     const ModalMotion& minimum = fit.search.minima[c];
     if (c > 0 && minimum.unexplained > 3 * fit.search.minima[0].unexplained + 0.02) break;
-    auto fitter = std::make_unique<VibrationRollouts>(options, particles, interactions, tracks, fps, fit.modes, fit.search, minimum);
+    auto fitter = std::make_unique<VibrationRollouts>(options, particles, interactions, tracks, fps, fit.modes,
+                                                      fit.search, minimum);
     const double before = fitter->rms(fitter->start());
     if (c == 0) fit.rms_search = before;
     GaussNewtonResult result;
@@ -190,8 +205,8 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     if (!options.field) result = journal.refine(*fitter, options.refine, fitter->start(), 2, std::max(before, 1e-12));
     const double after = fitter->rms(result.parameters);
     fit.candidate_factor.push_back(result.parameters[0] / std::log(10.0)), fit.candidate_rms.push_back(after);
-    say("roll-outs from E x %.3g: rms error %.3g -> %.3g at E x %.3g", std::pow(10.0, minimum.log10_factor), before, after,
-        std::exp(result.parameters[0]));
+    say("roll-outs from E x %.3g: rms error %.3g -> %.3g at E x %.3g", std::pow(10.0, minimum.log10_factor), before,
+        after, std::exp(result.parameters[0]));
     if (after < least) least = after, best = std::move(fitter), parameters = result.parameters;
   }
   double noise = options.noise > 0 ? options.noise : std::max(least, 1e-12);
@@ -205,28 +220,34 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   // So are the last steps.
   best->fix_time_step(result.parameters, kSame);
   best->find_staying(result);
-  if (result.jacobian.size() > 0) result = journal.refine(*best, options.refine, result.parameters, kLastSteps, noise, result.jacobian);
+  if (result.jacobian.size() > 0)
+    result = journal.refine(*best, options.refine, result.parameters, kLastSteps, noise, result.jacobian);
   const double wider = left_over(result, tracks);
   if (result.jacobian.size() > 0)
-    result = journal.refine(*best, options.refine, result.parameters, kLastSteps, noise * wider, result.jacobian / wider);
+    result =
+        journal.refine(*best, options.refine, result.parameters, kLastSteps, noise * wider, result.jacobian / wider);
   fit.rms = best->rms(result.parameters);
   fit.log10_factor = result.parameters[0] / std::log(10.0), fit.damping_time = std::exp(-result.parameters[1]);
   const std::span<const double> field = best->field_of(result.parameters);
   fit.field.assign(field.begin(), field.end());
-  fit.time = best->time(), fit.subframes = best->subframes(), fit.substeps = best->substeps(), fit.last_frame = best->last_frame(), fit.start = best->state_of(result.parameters);
+  fit.time = best->time(), fit.subframes = best->subframes(), fit.substeps = best->substeps(),
+  fit.last_frame = best->last_frame(), fit.start = best->state_of(result.parameters);
 
   if (result.covariance.size() > 0) {
     // One weight for all errors is that of what does not change from frame to frame; every direction has its own.
     if (result.jacobian.size() > 0)
-      result.covariance = covariance_with(ErrorCorrelation(result.residuals, tracks.tracks().rest, tracks.tracks().axes()), result.jacobian, result.covariance);
+      result.covariance =
+          covariance_with(ErrorCorrelation(result.residuals, tracks.tracks().rest, tracks.tracks().axes()),
+                          result.jacobian, result.covariance);
     const double spread = std::exp(std::min(5.0, result.sigma(1)));
     fit.damping_time_low = fit.damping_time / spread, fit.damping_time_high = fit.damping_time * spread;
     set_young_sigma(fit, options, particles.size(), result.covariance);
   }
   fit.seconds = since();
-  say("%d roll-outs, %d steps until %s", fit.summary.evaluations, static_cast<int>(fit.summary.loss.size()) - 1, fit.summary.stopped_by.c_str());
-  say("E x %.4g (10^+-%.3f), damping time %.3g s, rms error %.3g of %.3g", std::exp(result.parameters[0]), fit.log10_sigma,
-      fit.damping_time, fit.rms, fit.rms_rest);
+  say("%d roll-outs, %d steps until %s", fit.summary.evaluations, static_cast<int>(fit.summary.loss.size()) - 1,
+      fit.summary.stopped_by.c_str());
+  say("E x %.4g (10^+-%.3f), damping time %.3g s, rms error %.3g of %.3g", std::exp(result.parameters[0]),
+      fit.log10_sigma, fit.damping_time, fit.rms, fit.rms_rest);
   return fit;
 }
 

@@ -10,9 +10,10 @@ namespace {
 constexpr int kLongest = 12, kBlocks = 3;  // frames of a period; periods in each half
 constexpr double kMoving = 0.2;            // of the largest change: below it the object rests
 constexpr double kStill = 0.1;             // of the largest step: a frame shown again
-constexpr double kStep = 0.35;             // of the largest step: one of the motion, since speed changes from place to place of the pattern
-constexpr double kDouble = 1.5;            // times the next largest step: a frame is missing
-constexpr double kEven = 0.6;              // of the next largest step: the rest of such a pattern
+constexpr double kStep =
+    0.35;  // of the largest step: one of the motion, since speed changes from place to place of the pattern
+constexpr double kDouble = 1.5;  // times the next largest step: a frame is missing
+constexpr double kEven = 0.6;    // of the next largest step: the rest of such a pattern
 
 /// What the frames at each place of a pattern are.
 struct Places {
@@ -27,7 +28,8 @@ Places places_of(std::span<const float> change, size_t begin, size_t end, int pe
   std::vector<double> sorted = mean;
   std::sort(sorted.rbegin(), sorted.rend());
   Places out{std::vector<uint8_t>(period, 0), std::vector<uint8_t>(period, 0)};
-  const bool one_double = sorted[0] > kDouble * sorted[1] && sorted.back() > std::max(kEven * sorted[1], kStill * sorted[0]);
+  const bool one_double =
+      sorted[0] > kDouble * sorted[1] && sorted.back() > std::max(kEven * sorted[1], kStill * sorted[0]);
   for (int q = 0; q < period; ++q) {
     out.doubled[q] = one_double && mean[q] == sorted[0];
     out.still[q] = mean[q] < kStill * sorted[0];

@@ -93,7 +93,8 @@ class PictureFolder : public FrameSource {
  public:
   PictureFolder(const fs::path& folder, double fps) : files_(pictures_in_order(folder)), fps_(fps) {
     if (files_.empty()) {
-      throw input_error(folder.string(), "", "has no pictures", "name a video file, or a folder of numbered PNG or JPEG frames");
+      throw input_error(folder.string(), "", "has no pictures",
+                        "name a video file, or a folder of numbered PNG or JPEG frames");
     }
   }
   std::optional<TimedFrame> next() override {
@@ -103,8 +104,9 @@ class PictureFolder : public FrameSource {
     if (read_ == 0) width_ = picture.width, height_ = picture.height;
     if (picture.width != width_ || picture.height != height_) {
       throw input_error(files_[read_].string(), "",
-                        "has " + std::to_string(picture.width) + " x " + std::to_string(picture.height) + " pixels, but " +
-                            files_[0].filename().string() + " has " + std::to_string(width_) + " x " + std::to_string(height_),
+                        "has " + std::to_string(picture.width) + " x " + std::to_string(picture.height) +
+                            " pixels, but " + files_[0].filename().string() + " has " + std::to_string(width_) + " x " +
+                            std::to_string(height_),
                         "keep only the frames of one video in the folder");
     }
     ++read_;
@@ -127,8 +129,10 @@ std::vector<fs::path> pictures_in_order(const fs::path& folder) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder)) {
     std::string extension = entry.path().extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
-    if (entry.is_regular_file() && kPictures.count(extension) && entry.path().filename().string()[0] != '.') files.push_back(entry.path());
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
+    if (entry.is_regular_file() && kPictures.count(extension) && entry.path().filename().string()[0] != '.')
+      files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end(),
             [](const fs::path& a, const fs::path& b) { return before(a.filename().string(), b.filename().string()); });
@@ -143,7 +147,8 @@ std::unique_ptr<FrameSource> open_frames(const fs::path& file_or_folder, double 
   if (!fs::is_directory(file_or_folder, ignored)) return std::make_unique<VideoFile>(file_or_folder);
   if (!(folder_fps > 0)) {
     throw input_error(file_or_folder.string(), "fps", "is not known: a folder of pictures has no frame rate",
-                      "give the rate of the camera, in the scene file (video.fps), with --video-fps (fit, run) or --fps (evaluate motion)");
+                      "give the rate of the camera, in the scene file (video.fps), with --video-fps (fit, run) or "
+                      "--fps (evaluate motion)");
   }
   return std::make_unique<PictureFolder>(file_or_folder, folder_fps);
 }

@@ -91,7 +91,8 @@ class Problem {
     for (Eigen::Index a = 0; a < p.size(); ++a)
       for (Eigen::Index b = 0; b < a; ++b) {
         const double c = covariance(a, b) / (width[a] * width[b]);
-        if (std::isfinite(covariance(a, a)) && std::isfinite(covariance(b, b)) && std::isfinite(c)) correlation(a, b) = correlation(b, a) = c;
+        if (std::isfinite(covariance(a, a)) && std::isfinite(covariance(b, b)) && std::isfinite(c))
+          correlation(a, b) = correlation(b, a) = c;
       }
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(correlation);
     MatrixXd change = MatrixXd::Zero(r.size(), p.size());  // of r along each axis
@@ -115,7 +116,8 @@ class Problem {
     else
       for (Eigen::Index k = 0; k < p.size(); ++k) along(k);
     // r changes by J (width o eigenvector) length along an axis; the eigenvectors are orthonormal.
-    return change * length.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose() * width.cwiseInverse().asDiagonal();
+    return change * length.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose() *
+           width.cwiseInverse().asDiagonal();
   }
 
   VectorXd low, high, prior, precision;
@@ -136,7 +138,8 @@ std::vector<uint8_t> held(const Problem& problem, const VectorXd& p, const Vecto
   return out;
 }
 
-/// With damping relative to the diagonal; nothing for parameters that are fixed or that nothing determines, whose `pull` becomes 0.
+/// With damping relative to the diagonal; nothing for parameters that are fixed or that nothing determines, whose
+/// `pull` becomes 0.
 VectorXd step_of(MatrixXd information, double damping, const std::vector<uint8_t>& fixed, VectorXd& pull) {
   for (Eigen::Index i = 0; i < pull.size(); ++i) {
     information(i, i) += damping * std::max(information(i, i), 1e-300);
@@ -222,7 +225,8 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
   if (state.parameters.size() == 0) state = begun(options, problem, start);
   VectorXd &p = state.parameters, &r = state.residuals;
   for (const MatrixXd* given : {&options.jacobian, &options.rough_jacobian})
-    CHECK_MSG(given->size() == 0 || (given->rows() == r.size() && given->cols() == count), "the given Jacobian is [residuals, parameters]");
+    CHECK_MSG(given->size() == 0 || (given->rows() == r.size() && given->cols() == count),
+              "the given Jacobian is [residuals, parameters]");
   double loss = state.loss.back();
   MatrixXd information = information_of(options, problem, state.jacobian);
   VectorXd gradient;
@@ -255,7 +259,8 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
       if (options.jacobian.size())
         state.jacobian = options.jacobian;
       else
-        state.jacobian = options.principal_axes ? problem.jacobian_along(covariance_of(information, state.fixed), p, r) : problem.jacobian(p, r);
+        state.jacobian = options.principal_axes ? problem.jacobian_along(covariance_of(information, state.fixed), p, r)
+                                                : problem.jacobian(p, r);
       state.differences = state.jacobian;
       state.fresh = true, ++state.jacobians;
       linearise();
@@ -283,7 +288,8 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
     if (options.keep_jacobian && std::isfinite(loss_trial)) {
       // The least change, in the scale in which each parameter is seen, that agrees with this trial.
       const VectorXd along = information.diagonal().cwiseProduct(moved);
-      if (along.dot(moved) > 0) state.jacobian += (r_trial - r - state.jacobian * moved) * along.transpose() / along.dot(moved);
+      if (along.dot(moved) > 0)
+        state.jacobian += (r_trial - r - state.jacobian * moved) * along.transpose() / along.dot(moved);
     }
     if (better) {
       p = trial, r = r_trial, loss = loss_trial;
@@ -294,7 +300,8 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
     const double foreseen = predicted > 0 ? std::min(1.0, fall / predicted) : 0;
     state.damping *= better ? std::max(0.1, 1 - std::pow(2 * foreseen - 1, 3)) : state.raise;
     state.damping = std::max(1e-12, state.damping), state.raise = better ? 2 : 2 * state.raise;
-    const bool renewable = !state.fresh && options.jacobian.size() == 0 && (options.most_jacobians == 0 || state.jacobians < options.most_jacobians);
+    const bool renewable = !state.fresh && options.jacobian.size() == 0 &&
+                           (options.most_jacobians == 0 || state.jacobians < options.most_jacobians);
     if (share == 1 && std::max(better ? fall : std::abs(predicted), left) <= options.tolerance * loss)
       stop("small change", true);
     else if (options.keep_jacobian && renewable && state.damping > kWorn)

@@ -11,9 +11,9 @@
 
 namespace pliant {
 
-// A model that judges rendered videos, as by score distillation, is another program that keeps running (--guide-with CMD).
-// It is started as `CMD FOLDER` and talks in lines of JSON: it reads them from standard input and writes them to standard
-// output, where lines that do not begin with { are taken for chatter.  Standard error goes to FOLDER/log.txt.
+// A model that judges rendered videos, as by score distillation, is another program that keeps running (--guide-with
+// CMD). It is started as `CMD FOLDER` and talks in lines of JSON: it reads them from standard input and writes them to
+// standard output, where lines that do not begin with { are taken for chatter.  Standard error goes to FOLDER/log.txt.
 //   it, once ready:  {"ready": 1, "name": "..."}                                        1 = this protocol
 //   we, each step:   {"step": n, "frames": "frames.f32", "gradient": "gradient.f32", "shape": [T, H, W, 3], "fps": F}
 //   it, each step:   {"step": n, "loss": x}   or   {"step": n, "error": "..."}
@@ -38,7 +38,7 @@ struct GuidanceResult {
 class Guidance {
  public:
   Guidance(const GuidanceOptions& options, const std::filesystem::path& folder);  ///< returns when it is ready
-  ~Guidance();                                                                    ///< asks it to end, and kills it if it does not
+  ~Guidance();  ///< asks it to end, and kills it if it does not
 
   const std::string& name() const;
   /// `frames` [T] of [H, W, 3], all of one size.

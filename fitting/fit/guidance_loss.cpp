@@ -15,15 +15,19 @@ GuidanceResult GuidanceLoss::ask(std::span<const SimulationState> frames) const 
 
 double GuidanceLoss::value(std::span<const SimulationState> frames) const { return ask(frames).loss; }
 
-double GuidanceLoss::value_adjoint(std::span<const SimulationState> frames, double adj_value, std::span<StateGradient<float>> gradient) const {
+double GuidanceLoss::value_adjoint(std::span<const SimulationState> frames, double adj_value,
+                                   std::span<StateGradient<float>> gradient) const {
   const GuidanceResult result = ask(frames);
   for (size_t k = 0; k < result.gradient.size(); ++k) {
     const size_t f = frames_.lead + k * frames_.every;
-    picture_adjoint<float>(*object_, camera_, frames[f], [&](const ImageF&) {
-      ImageF adj = result.gradient[k];
-      for (float& value : adj.data) value *= static_cast<float>(adj_value);
-      return adj;
-    }, gradient[f]);
+    picture_adjoint<float>(
+        *object_, camera_, frames[f],
+        [&](const ImageF&) {
+          ImageF adj = result.gradient[k];
+          for (float& value : adj.data) value *= static_cast<float>(adj_value);
+          return adj;
+        },
+        gradient[f]);
   }
   return result.loss;
 }

@@ -16,11 +16,13 @@ class GuidanceLoss : public RolloutLoss<float> {
     int lead = 0, every = 1;
     double fps = 24;  ///< of those that it sees
   };
-  GuidanceLoss(std::shared_ptr<Guidance> guide, std::shared_ptr<const DrawnObject<float>> object, Camera camera, Frames frames)
+  GuidanceLoss(std::shared_ptr<Guidance> guide, std::shared_ptr<const DrawnObject<float>> object, Camera camera,
+               Frames frames)
       : guide_(std::move(guide)), object_(std::move(object)), camera_(std::move(camera)), frames_(frames) {}
 
   double value(std::span<const SimulationState> frames) const override;
-  double value_adjoint(std::span<const SimulationState> frames, double adj_value, std::span<StateGradient<float>> gradient) const override;
+  double value_adjoint(std::span<const SimulationState> frames, double adj_value,
+                       std::span<StateGradient<float>> gradient) const override;
 
  private:
   GuidanceResult ask(std::span<const SimulationState> frames) const;

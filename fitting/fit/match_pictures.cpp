@@ -44,7 +44,8 @@ cv::Mat window_covariance(const cv::Mat& a, const cv::Mat& b) {
 double match_score(const ImageF& a, const ImageF& b, const ImageU8& ignored) {
   CHECK(a.width == b.width && a.height == b.height);
   const cv::Mat first = as_mat(a), second = as_mat(b);
-  const cv::Mat aa = window_covariance(first, first), bb = window_covariance(second, second), ab = window_covariance(first, second);
+  const cv::Mat aa = window_covariance(first, first), bb = window_covariance(second, second),
+                ab = window_covariance(first, second);
   double sum = 0, weights = 0;
   for (int y = 0; y < a.height; ++y)
     for (int x = 0; x < a.width; ++x) {
@@ -75,7 +76,8 @@ PictureMatch match_pictures(const ImageF& a, const ImageF& b, const ImageU8& ign
   std::vector<float> lengths;
   for (int y = 0; y < a.height; ++y)
     for (int x = 0; x < a.width; ++x)
-      if (contrast(x, y) > kTextured && (ignored.empty() || ignored(x, y) == 0)) lengths.push_back(std::hypot(flow(x, y, 0), flow(x, y, 1)));
+      if (contrast(x, y) > kTextured && (ignored.empty() || ignored(x, y) == 0))
+        lengths.push_back(std::hypot(flow(x, y, 0), flow(x, y, 1)));
   if (lengths.empty()) return match;
   std::nth_element(lengths.begin(), lengths.begin() + lengths.size() / 2, lengths.end());
   match.shift = lengths[lengths.size() / 2];

@@ -6,7 +6,8 @@ namespace pliant {
 
 /// How far two pictures of one size [H, W, 3] show the same thing at the same place.
 struct PictureMatch {
-  double score = 0;  ///< correlation of colours within windows 11 px across, weighted by contrast: 1 = alike up to brightness, 0 = unrelated
+  double score = 0;  ///< correlation of colours within windows 11 px across, weighted by contrast: 1 = alike up to
+                     ///< brightness, 0 = unrelated
   double shift = 0;  ///< px, median length of the flow from one to the other where there is texture
 };
 

@@ -31,7 +31,8 @@ std::vector<Frame> compress(const VibrationModes& modes, const Particles& partic
     const double small = 0.05 * particles.cell_size / largest;
     std::vector<double> displacement(m, 0.0);
     displacement[k] = small;
-    const std::vector<Vec3f> moved = tracks.expected(modal_state(modes, particles, displacement, std::vector<double>(m, 0.0)));
+    const std::vector<Vec3f> moved =
+        tracks.expected(modal_state(modes, particles, displacement, std::vector<double>(m, 0.0)));
     for (size_t p = 0; p < points; ++p) response[k][p] = (moved[p] - still[p]).cast<double>() / small;
   }
   const PointTracks& seen = tracks.tracks();
@@ -110,18 +111,21 @@ class Searcher {
   std::vector<ModalMotion> curve(int first, double step) const {
     const int count = static_cast<int>(std::lround((options_.high - options_.low) / step)) + 1;
     std::vector<ModalMotion> motions(count);
-    parallel_for(count, [&](std::ptrdiff_t i) { motions[i] = best_damping(options_.low + i * step, first); }, 1);
+    parallel_for(
+        count, [&](std::ptrdiff_t i) { motions[i] = best_damping(options_.low + i * step, first); }, 1);
     return motions;
   }
 
-  /// The first frame after which a free vibration explains nearly as much as it ever does.  The end of a push, when little
-  /// of it is left to come, nearly passes for free motion: while later starts still explain more, the push goes on.
+  /// The first frame after which a free vibration explains nearly as much as it ever does.  The end of a push, when
+  /// little of it is left to come, nearly passes for free motion: while later starts still explain more, the push goes
+  /// on.
   int first_free_frame() const {
     const int last = static_cast<int>(frames_.size()) / 2;
     std::vector<double> unexplained;
     for (int first = 0; first <= last; ++first) {
       double best = 1;
-      for (const ModalMotion& motion : curve(first, std::max(options_.step, 0.05))) best = std::min(best, motion.unexplained);
+      for (const ModalMotion& motion : curve(first, std::max(options_.step, 0.05)))
+        best = std::min(best, motion.unexplained);
       unexplained.push_back(best);
     }
     const double least = *std::min_element(unexplained.begin(), unexplained.end());
@@ -161,7 +165,8 @@ double ModalMotion::displacement(size_t k, double t) const {
 
 double ModalMotion::velocity(size_t k, double t) const {
   const double s = t - time, c = std::cos(omega[k] * s), d = std::sin(omega[k] * s);
-  return std::exp(-rate[k] * s) * ((sine[k] * omega[k] - rate[k] * cosine[k]) * c - (cosine[k] * omega[k] + rate[k] * sine[k]) * d);
+  return std::exp(-rate[k] * s) *
+         ((sine[k] * omega[k] - rate[k] * cosine[k]) * c - (cosine[k] * omega[k] + rate[k] * sine[k]) * d);
 }
 
 ModalSearch modal_search(const ModalSearchOptions& options, const VibrationModes& modes, const Particles& particles,
@@ -174,7 +179,8 @@ ModalSearch modal_search(const ModalSearchOptions& options, const VibrationModes
     for (const double w : tracks.tracks().weight[f]) weight += w;
   }
   if (!(weight > 0) || !(moved > 0))
-    throw input_error("reference", "motion", "is nowhere: no point of the object moves", "give a reference in which the object moves");
+    throw input_error("reference", "motion", "is nowhere: no point of the object moves",
+                      "give a reference in which the object moves");
   const int count = static_cast<int>(frames.size());
   const Searcher searcher(options, modes, std::move(frames), fps);
   ModalSearch result;
@@ -184,7 +190,8 @@ ModalSearch modal_search(const ModalSearchOptions& options, const VibrationModes
   for (size_t i = 0; i < curve.size(); ++i) {
     result.log10_factor.push_back(curve[i].log10_factor), result.unexplained.push_back(curve[i].unexplained);
     const double here = curve[i].unexplained;
-    const bool low = (i == 0 || here <= curve[i - 1].unexplained) && (i + 1 == curve.size() || here < curve[i + 1].unexplained);
+    const bool low =
+        (i == 0 || here <= curve[i - 1].unexplained) && (i + 1 == curve.size() || here < curve[i + 1].unexplained);
     if (low && here < 1) result.minima.push_back(curve[i]);
   }
   if (result.minima.empty())
@@ -198,8 +205,8 @@ ModalSearch modal_search(const ModalSearchOptions& options, const VibrationModes
   return result;
 }
 
-SimulationState modal_state(const VibrationModes& modes, const Particles& particles, const std::vector<double>& displacement,
-                            const std::vector<double>& velocity) {
+SimulationState modal_state(const VibrationModes& modes, const Particles& particles,
+                            const std::vector<double>& displacement, const std::vector<double>& velocity) {
   SimulationState state = initial_state(particles);
   for (size_t i = 0; i < state.size(); ++i) {
     Vec3d u = Vec3d::Zero(), v = Vec3d::Zero();

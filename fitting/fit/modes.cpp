@@ -40,7 +40,8 @@ class ModeFinder {
     for (const Interaction& it : interactions)
       if (it.type == InteractionType::kPin && it.start <= 0) pins_.push_back(it);
     if (pins_.empty())
-      throw usage_error("fit", "pins", "hold nothing, and a body that nothing holds has no vibrations to be recognised by",
+      throw usage_error("fit", "pins",
+                        "hold nothing, and a body that nothing holds has no vibrations to be recognised by",
                         "pin a part: \"pinned\" in scene.json, or `seed --pin-below`");
     for (size_t i = 0; i < particles_.size(); ++i) {
       const Lame<double> law = lame(particles_.young[i], particles_.poisson[i]);
@@ -90,7 +91,8 @@ class ModeFinder {
     simulate<double>(options, particles_, pins_, start, [&](const BasicSimulationState<double>& state) {
       double along = 0;
       for (size_t i = 0; i < state.size(); ++i)
-        along += particles_.mass[i] * velocity_of(kind, particles_.position[i]).dot(state.x[i] - particles_.position[i]);
+        along +=
+            particles_.mass[i] * velocity_of(kind, particles_.position[i]).dot(state.x[i] - particles_.position[i]);
       if (state.frame > 0 && state.frame % stride == 0) passed.push_back(snapshot(state));
       if (static_cast<int>(passed.size()) >= 2 * options_.snapshots) {  // keep every other one
         std::vector<Snapshot> kept;
@@ -113,7 +115,8 @@ class ModeFinder {
     double fastest = 0;
     for (const Vec3d& u : modes.shape[k]) fastest = std::max(fastest, u.norm());
     const double speed = options_.speed * sound_ / fastest;
-    for (size_t i = 0; i < start.size(); ++i) start.v[i] = speed * modes.shape[k][i], start.C[i] = speed * modes.gradient[k][i];
+    for (size_t i = 0; i < start.size(); ++i)
+      start.v[i] = speed * modes.shape[k][i], start.C[i] = speed * modes.gradient[k][i];
     std::vector<double> passage, peak(1, 0.0);
     double before = 0, time_before = 0;
     simulate<double>(options, particles_, pins_, start, [&](const BasicSimulationState<double>& state) {
@@ -157,9 +160,12 @@ class ModeFinder {
   std::vector<Snapshot> trial_shapes() const {
     const int n = static_cast<int>(snapshots_.size());
     Eigen::MatrixXd gram(n, n);
-    parallel_for(n, [&](std::ptrdiff_t a) {
-      for (int b = 0; b <= a; ++b) gram(a, b) = gram(b, a) = dot(snapshots_[a].u, snapshots_[b].u);
-    }, 1);
+    parallel_for(
+        n,
+        [&](std::ptrdiff_t a) {
+          for (int b = 0; b <= a; ++b) gram(a, b) = gram(b, a) = dot(snapshots_[a].u, snapshots_[b].u);
+        },
+        1);
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram);
     std::vector<Snapshot> trial;
     const double largest = eigen.eigenvalues()[n - 1];
@@ -185,9 +191,12 @@ class ModeFinder {
   VibrationModes ritz(const std::vector<Snapshot>& trial) {
     const int n = static_cast<int>(trial.size());
     Eigen::MatrixXd stiffness(n, n);
-    parallel_for(n, [&](std::ptrdiff_t a) {
-      for (int b = 0; b <= a; ++b) stiffness(a, b) = stiffness(b, a) = shared_energy(trial[a], trial[b]);
-    }, 1);
+    parallel_for(
+        n,
+        [&](std::ptrdiff_t a) {
+          for (int b = 0; b <= a; ++b) stiffness(a, b) = stiffness(b, a) = shared_energy(trial[a], trial[b]);
+        },
+        1);
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(stiffness);
     VibrationModes modes;
     for (int k = 0; k < n && static_cast<int>(modes.size()) < options_.most; ++k) {

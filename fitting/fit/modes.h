@@ -15,7 +15,8 @@ struct ModesOptions {
   int most_substeps = 40000;  ///< of a free motion
 };
 
-/// Small free vibrations of a held body, undamped: x = X + sum of amplitude * shape, F = 1 + sum of amplitude * gradient.
+/// Small free vibrations of a held body, undamped: x = X + sum of amplitude * shape, F = 1 + sum of amplitude *
+/// gradient.
 struct VibrationModes {
   std::vector<double> omega;                 ///< [m] rad/s, ascending; proportional to sqrt(E) when all E change alike
   std::vector<double> decay;                 ///< [m] 1/s at which the transfers alone damp them
@@ -28,10 +29,10 @@ struct VibrationModes {
   VibrationModes stiffer(double factor) const;
 };
 
-/// Rayleigh-Ritz on snapshots: the body swings freely from three translations and three rotations about its centre until
-/// each has come back once, the principal components of what it passed through are the trial shapes (Sirovich 1987), and
-/// their stiffness is the strain energy of their gradients.  Frequency and decay are then measured over the first period of
-/// each mode.  Throws Error{kUsage} when nothing holds the body.
+/// Rayleigh-Ritz on snapshots: the body swings freely from three translations and three rotations about its centre
+/// until each has come back once, the principal components of what it passed through are the trial shapes (Sirovich
+/// 1987), and their stiffness is the strain energy of their gradients.  Frequency and decay are then measured over the
+/// first period of each mode.  Throws Error{kUsage} when nothing holds the body.
 VibrationModes vibration_modes(const ModesOptions& options, const Particles& particles,
                                const std::vector<Interaction>& interactions);
 

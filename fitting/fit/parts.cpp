@@ -30,7 +30,8 @@ std::vector<uint32_t> numbered(std::vector<uint32_t> part) {
   return part;
 }
 
-std::vector<uint32_t> find_parts(const PartsOptions& options, std::span<const Vec3f> position, std::span<const Vec3f> color, std::span<const uint8_t> held) {
+std::vector<uint32_t> find_parts(const PartsOptions& options, std::span<const Vec3f> position,
+                                 std::span<const Vec3f> color, std::span<const uint8_t> held) {
   CHECK(position.size() == color.size() && options.count >= 1 && (held.empty() || held.size() == position.size()));
   const auto free = [&](size_t i) { return held.empty() || !held[i]; };
   Box box;
@@ -79,8 +80,9 @@ std::vector<uint32_t> find_parts(const PartsOptions& options, std::span<const Ve
   return numbered(std::move(part));
 }
 
-std::optional<std::vector<uint32_t>> join_alike(const PartsOptions& options, std::span<const uint32_t> part, std::span<const Vec3f> color, std::span<const uint8_t> thin,
-                                 std::span<const uint8_t> held) {
+std::optional<std::vector<uint32_t>> join_alike(const PartsOptions& options, std::span<const uint32_t> part,
+                                                std::span<const Vec3f> color, std::span<const uint8_t> thin,
+                                                std::span<const uint8_t> held) {
   CHECK(part.size() == color.size() && part.size() == thin.size() && (held.empty() || held.size() == part.size()));
   struct Look {
     Eigen::Vector4d sum = Eigen::Vector4d::Zero();

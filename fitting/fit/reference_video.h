@@ -16,13 +16,13 @@ struct ReferenceVideo {
   std::vector<ImageF> frames;  ///< [T] of [H, W, 3]
   std::vector<std::string> warnings;
 
-  double file_fps = 0;      ///< that the file tells; 0 for a folder of pictures
-  double declared_fps = 0;  ///< that the scene file tells; 0 = none
-  double source_fps = 0;    ///< of the file's frames, that times follow: one of the two
+  double file_fps = 0;               ///< that the file tells; 0 for a folder of pictures
+  double declared_fps = 0;           ///< that the scene file tells; 0 = none
+  double source_fps = 0;             ///< of the file's frames, that times follow: one of the two
   bool declared_rate_holds = false;  ///< times follow the scene file although the file tells another rate
-  double start = 0;         ///< s from the first frame of the file to the first one here
-  int frames_in_file = 0;   ///< decoded up to the end of the wanted part
-  int blended = 0;          ///< frames made from two of the file
+  double start = 0;                  ///< s from the first frame of the file to the first one here
+  int frames_in_file = 0;            ///< decoded up to the end of the wanted part
+  int blended = 0;                   ///< frames made from two of the file
 };
 
 /// How a frame arises at an instant between two of the file.
@@ -32,9 +32,11 @@ enum class Resampling {
 };
 
 struct VideoOptions {
-  double first = 0, last = 0;  ///< s of the file, the wanted part; last = 0: to its end.  The frame nearest to `first` is taken whole
-  double fps = 0;              ///< wanted; 0 = that of the file, which takes every frame as it is
-  double declared_fps = 0;     ///< of the file as the scene file tells; needed for a folder
+  double first = 0,
+         last =
+             0;  ///< s of the file, the wanted part; last = 0: to its end.  The frame nearest to `first` is taken whole
+  double fps = 0;               ///< wanted; 0 = that of the file, which takes every frame as it is
+  double declared_fps = 0;      ///< of the file as the scene file tells; needed for a folder
   bool trust_declared = false;  ///< the declared rate holds against the file's, as for slow motion
   Resampling resampling = Resampling::kLinear;
   double most_bytes = 3e9;  ///< of the frames in memory
@@ -45,6 +47,7 @@ struct VideoOptions {
 /// with an uneven rate are resampled by their time stamps.  Throws Error{kInput} naming the file when it does not
 /// exist, is no video, has fewer than two frames in the wanted part, a rate outside 1 to 1000 per second, or a shape
 /// (width / height) more than 2 % off the camera's; Error{kUsage} for impossible options.
-ReferenceVideo load_reference_video(const VideoOptions& options, const std::filesystem::path& file_or_folder, const Camera& camera);
+ReferenceVideo load_reference_video(const VideoOptions& options, const std::filesystem::path& file_or_folder,
+                                    const Camera& camera);
 
 }  // namespace pliant

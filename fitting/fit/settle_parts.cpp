@@ -16,7 +16,8 @@ using Ratios = Eigen::Vector2d;  // logarithms of red and blue against green
 /// -log likelihood of a look, but for a constant: a Gaussian of the ratios, and a share of what is thin.
 class LookOfPart {
  public:
-  LookOfPart(const std::vector<Ratios>& ratios, const std::vector<bool>& thin, std::span<const uint32_t> part, uint32_t p, double spread) {
+  LookOfPart(const std::vector<Ratios>& ratios, const std::vector<bool>& thin, std::span<const uint32_t> part,
+             uint32_t p, double spread) {
     Eigen::Matrix2d square = Eigen::Matrix2d::Zero();
     double count = 0, of_thin = 0;
     for (size_t i = 0; i < ratios.size(); ++i)
@@ -24,12 +25,14 @@ class LookOfPart {
     known_ = count > 0;
     if (!known_) return;
     mean_ /= count;
-    const Eigen::Matrix2d covariance = square / count - mean_ * mean_.transpose() + spread * spread * Eigen::Matrix2d::Identity();
+    const Eigen::Matrix2d covariance =
+        square / count - mean_ * mean_.transpose() + spread * spread * Eigen::Matrix2d::Identity();
     inverse_ = covariance.inverse(), half_log_ = 0.5 * std::log(covariance.determinant());
     of_thin_ = -std::log((of_thin + 1) / (count + 2)), of_thick_ = -std::log((count - of_thin + 1) / (count + 2));
   }
   double cost(const Ratios& ratios, bool thin) const {
-    return known_ ? 0.5 * (ratios - mean_).dot(inverse_ * (ratios - mean_)) + half_log_ + (thin ? of_thin_ : of_thick_) : INFINITY;
+    return known_ ? 0.5 * (ratios - mean_).dot(inverse_ * (ratios - mean_)) + half_log_ + (thin ? of_thin_ : of_thick_)
+                  : INFINITY;
   }
 
  private:
@@ -41,9 +44,11 @@ class LookOfPart {
 
 }  // namespace
 
-std::vector<uint32_t> settle_parts(const SettleOptions& options, std::vector<uint32_t> part, std::span<const Vec3f> position, std::span<const Vec3f> color,
+std::vector<uint32_t> settle_parts(const SettleOptions& options, std::vector<uint32_t> part,
+                                   std::span<const Vec3f> position, std::span<const Vec3f> color,
                                    std::span<const uint8_t> thin, std::span<const uint8_t> held) {
-  CHECK(part.size() == position.size() && part.size() == color.size() && part.size() == thin.size() && (held.empty() || held.size() == part.size()));
+  CHECK(part.size() == position.size() && part.size() == color.size() && part.size() == thin.size() &&
+        (held.empty() || held.size() == part.size()));
   std::vector<size_t> free;
   for (size_t i = 0; i < part.size(); ++i)
     if (held.empty() || !held[i]) free.push_back(i);

@@ -12,13 +12,15 @@ namespace {
 
 std::vector<double> at_time(const ModalMotion& motion, double t, bool velocity) {
   std::vector<double> out;
-  for (size_t k = 0; k < motion.omega.size(); ++k) out.push_back(velocity ? motion.velocity(k, t) : motion.displacement(k, t));
+  for (size_t k = 0; k < motion.omega.size(); ++k)
+    out.push_back(velocity ? motion.velocity(k, t) : motion.displacement(k, t));
   return out;
 }
 
 }  // namespace
 
-StartShapes StartShapes::of_modes(const VibrationModes& modes, const ModalMotion& motion, const Particles& particles, int most) {
+StartShapes StartShapes::of_modes(const VibrationModes& modes, const ModalMotion& motion, const Particles& particles,
+                                  int most) {
   std::vector<std::pair<double, size_t>> strength;
   std::vector<double> unit;  // the mode moves nothing farther than a cell
   for (size_t k = 0; k < modes.size(); ++k) {
@@ -52,7 +54,8 @@ StartShapes StartShapes::smooth(const Particles& particles, int most, double rat
   options.sigma = particles.cell_size, options.modes = most, options.least = 1e-5;
   options.length = length > 0 ? length : 0.35 * double(box.size().norm());
   const SmoothField field(options, particles.position);
-  const Eigen::MatrixXd slope[3] = {field.slopes(particles.position, 0), field.slopes(particles.position, 1), field.slopes(particles.position, 2)};
+  const Eigen::MatrixXd slope[3] = {field.slopes(particles.position, 0), field.slopes(particles.position, 1),
+                                    field.slopes(particles.position, 2)};
   StartShapes out;
   for (int axis = 0; axis < 3; ++axis)
     for (Eigen::Index k = 0; k < field.modes().cols(); ++k) {
@@ -68,15 +71,20 @@ StartShapes StartShapes::smooth(const Particles& particles, int most, double rat
   return out;
 }
 
-std::vector<double> StartShapes::displacement_of(const VibrationModes& modes, const ModalMotion& motion, const Particles& particles, double t) const {
-  return amplitudes_of(modal_state(modes, particles, at_time(motion, t, false), std::vector<double>(modes.size(), 0.0)), particles, false);
+std::vector<double> StartShapes::displacement_of(const VibrationModes& modes, const ModalMotion& motion,
+                                                 const Particles& particles, double t) const {
+  return amplitudes_of(modal_state(modes, particles, at_time(motion, t, false), std::vector<double>(modes.size(), 0.0)),
+                       particles, false);
 }
 
-std::vector<double> StartShapes::velocity_of(const VibrationModes& modes, const ModalMotion& motion, const Particles& particles, double t) const {
-  return amplitudes_of(modal_state(modes, particles, std::vector<double>(modes.size(), 0.0), at_time(motion, t, true)), particles, true);
+std::vector<double> StartShapes::velocity_of(const VibrationModes& modes, const ModalMotion& motion,
+                                             const Particles& particles, double t) const {
+  return amplitudes_of(modal_state(modes, particles, std::vector<double>(modes.size(), 0.0), at_time(motion, t, true)),
+                       particles, true);
 }
 
-std::vector<double> StartShapes::amplitudes_of(const SimulationState& state, const Particles& particles, bool velocity) const {
+std::vector<double> StartShapes::amplitudes_of(const SimulationState& state, const Particles& particles,
+                                               bool velocity) const {
   const Eigen::Index n = static_cast<Eigen::Index>(size());
   Eigen::MatrixXd products(n, n);
   Eigen::VectorXd right(n);
@@ -89,7 +97,8 @@ std::vector<double> StartShapes::amplitudes_of(const SimulationState& state, con
     }
     for (Eigen::Index b = 0; b <= a; ++b) {
       double sum = 0;
-      for (size_t i = 0; i < particles.size(); ++i) sum += double(particles.mass[i]) * double(shape_[a].u[i].dot(shape_[b].u[i]));
+      for (size_t i = 0; i < particles.size(); ++i)
+        sum += double(particles.mass[i]) * double(shape_[a].u[i].dot(shape_[b].u[i]));
       products(a, b) = products(b, a) = scale(a) * scale(b) * sum;
     }
   }
@@ -99,7 +108,8 @@ std::vector<double> StartShapes::amplitudes_of(const SimulationState& state, con
   return {x.begin(), x.end()};
 }
 
-SimulationState StartShapes::state(const Particles& particles, std::span<const double> displacement, std::span<const double> velocity) const {
+SimulationState StartShapes::state(const Particles& particles, std::span<const double> displacement,
+                                   std::span<const double> velocity) const {
   SimulationState state = initial_state(particles);
   const auto add = [&](std::span<const double> amplitude, bool moving) {
     CHECK(amplitude.empty() || amplitude.size() == size());

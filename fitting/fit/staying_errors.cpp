@@ -21,7 +21,8 @@ double staying_share(std::span<const double> errors, size_t columns) {
   double together = 0, alone = 0;
   for (size_t c = 0; c < columns; ++c) {
     double sum = 0, squares = 0, count = 0;
-    for (size_t i = c; i < errors.size(); i += columns) sum += errors[i], squares += errors[i] * errors[i], count += errors[i] != 0;
+    for (size_t i = c; i < errors.size(); i += columns)
+      sum += errors[i], squares += errors[i] * errors[i], count += errors[i] != 0;
     together += sum * sum - squares, alone += (count - 1) * squares;
   }
   return alone > 0 ? std::clamp(together / alone, 0.0, kMost) : 0;

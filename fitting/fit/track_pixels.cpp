@@ -14,7 +14,9 @@ namespace {
 
 using Eigen::Matrix2d, Eigen::Vector2d;
 
-Vector2d flow_at(const ImageF& flow, const Vector2d& p) { return {sample(flow, p.x(), p.y(), 0), sample(flow, p.x(), p.y(), 1)}; }
+Vector2d flow_at(const ImageF& flow, const Vector2d& p) {
+  return {sample(flow, p.x(), p.y(), 0), sample(flow, p.x(), p.y(), 1)};
+}
 
 /// The affine map nearest to the flow around p.
 PatchWarp warp_of_flow(const ImageF& flow, const Vector2d& p, int radius) {
@@ -40,10 +42,12 @@ double smooth_step(double low, double high, double x) {
 
 }  // namespace
 
-PixelTracks track_pixels(const TrackOptions& options, const ReferenceVideo& video, std::span<const Vector2d> points, const ImageU8& object) {
+PixelTracks track_pixels(const TrackOptions& options, const ReferenceVideo& video, std::span<const Vector2d> points,
+                         const ImageU8& object) {
   const size_t frames = video.frames.size(), count = points.size();
   CHECK(frames > 0);
-  CHECK(object.empty() || (object.width == video.frames[0].width && object.height == video.frames[0].height && object.channels == 1));
+  CHECK(object.empty() ||
+        (object.width == video.frames[0].width && object.height == video.frames[0].height && object.channels == 1));
   PixelTracks tracks;
   tracks.pixel.assign(frames, std::vector<Vector2d>(points.begin(), points.end()));
   tracks.weight.assign(frames, std::vector<double>(count, 0.0));
@@ -74,7 +78,9 @@ PixelTracks track_pixels(const TrackOptions& options, const ReferenceVideo& vide
     });
 
     // From the first frame, which finds what was hidden for a while.
-    const auto doubtful = [&](const PatchFit& fit) { return !sound(fit) || fit.correlation < options.high_correlation; };
+    const auto doubtful = [&](const PatchFit& fit) {
+      return !sound(fit) || fit.correlation < options.high_correlation;
+    };
     std::vector<ImageF> whole;
     if (std::any_of(best.begin(), best.end(), doubtful)) {
       const std::vector<std::pair<int, int>> pairs = {{0, now}, {now, 0}};

@@ -15,15 +15,18 @@ constexpr double kStartSpread = 0.1;  // of a start at rest about the vibration'
 
 }  // namespace
 
-Particles with_factors(const Particles& particles, const Field* field, double common, std::span<const double> parameters) {
+Particles with_factors(const Particles& particles, const Field* field, double common,
+                       std::span<const double> parameters) {
   Particles scaled = particles;
   const std::vector<double> further = field ? field->values(parameters) : std::vector<double>(particles.size(), 0.0);
-  for (size_t i = 0; i < scaled.size(); ++i) scaled.young[i] = static_cast<float>(scaled.young[i] * std::exp(common + further[i]));
+  for (size_t i = 0; i < scaled.size(); ++i)
+    scaled.young[i] = static_cast<float>(scaled.young[i] * std::exp(common + further[i]));
   return scaled;
 }
 
-VibrationRollouts::VibrationRollouts(const VibrationFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
-                                     const TrackLoss<float>& tracks, double fps, const VibrationModes& modes, const ModalSearch& search,
+VibrationRollouts::VibrationRollouts(const VibrationFitOptions& options, const Particles& particles,
+                                     const std::vector<Interaction>& interactions, const TrackLoss<float>& tracks,
+                                     double fps, const VibrationModes& modes, const ModalSearch& search,
                                      const ModalMotion& motion)
     : particles_(particles), interactions_(interactions), tracks_(tracks), first_(search.first_frame) {
   at_rest_ = first_ == 0;
@@ -38,14 +41,18 @@ VibrationRollouts::VibrationRollouts(const VibrationFitOptions& options, const P
     last_ = first_ + static_cast<int>(std::ceil((last_ - first_) * options.most_periods / search.periods));
   compare_until(last_);
   simulate_.settle_time = 0, simulate_.sleep_speed = 0;
-  shapes_ = at_rest_ ? StartShapes::smooth(particles, options.most_smooth, motion.omega[0]) : StartShapes::of_modes(modes, motion, particles, options.most_modes);
+  shapes_ = at_rest_ ? StartShapes::smooth(particles, options.most_smooth, motion.omega[0])
+                     : StartShapes::of_modes(modes, motion, particles, options.most_modes);
   stop_ = options.stop;
-  field_ = options.field.get(), field_sigma_ = options.field_sigma, field_limit_ = options.field_limit, factor_sigma_ = options.factor_sigma;
+  field_ = options.field.get(), field_sigma_ = options.field_sigma, field_limit_ = options.field_limit,
+  factor_sigma_ = options.factor_sigma;
   if (field_) field_step_ = largest_steps();
   field_size_ = field_step_.size();
   start_ = {std::log(10.0) * motion.log10_factor, std::log(motion.damping_rate)};
   start_.resize(2 + field_size_, 0.0);
-  const auto append = [&](const std::vector<double>& amplitudes) { start_.insert(start_.end(), amplitudes.begin(), amplitudes.end()); };
+  const auto append = [&](const std::vector<double>& amplitudes) {
+    start_.insert(start_.end(), amplitudes.begin(), amplitudes.end());
+  };
   if (!at_rest_) append(shapes_.displacement_of(modes, motion, particles, time_));
   append(shapes_.velocity_of(modes, motion, particles, time_));
   fix_time_step(start_, kMargin);
@@ -89,7 +96,8 @@ void VibrationRollouts::find_staying(GaussNewtonResult& result) {
 
 /// Each times the root of its weight; those beyond the outlier distance grow slower.
 std::vector<double> VibrationRollouts::errors_of(std::span<const double> p, double noise) const {
-  if (stop_ && stop_()) throw Error(Failure::kInterrupted, "fit", "", "interrupted", "run the same command to continue");
+  if (stop_ && stop_())
+    throw Error(Failure::kInterrupted, "fit", "", "interrupted", "run the same command to continue");
   SimulateOptions options = simulate_;
   options.damping_time = std::exp(-p[1]);
   const Particles particles = particles_of(p);
@@ -113,7 +121,9 @@ GaussNewtonOptions VibrationRollouts::bounded(GaussNewtonOptions options, double
   options.prior.assign(count, 0.0), options.prior_sigma.assign(count, INFINITY);
   options.prior[0] = start_[0], options.prior_sigma[0] = factor_sigma_;
   for (size_t j = 2; j < first_amplitude; ++j)
-    options.low[j] = -field_limit_, options.high[j] = field_limit_, options.prior_sigma[j] = field_spread * field_sigma_, options.largest_step[j] = field_step_[j - 2], options.difference[j] = 0.02 * field_sigma_;
+    options.low[j] = -field_limit_, options.high[j] = field_limit_,
+    options.prior_sigma[j] = field_spread * field_sigma_, options.largest_step[j] = field_step_[j - 2],
+    options.difference[j] = 0.02 * field_sigma_;
   // What a single camera hardly sees stays of the size of what it does see; a smooth velocity, some of whose shapes die
   // away between two frames, near that of the vibration.
   double largest = 0.1;

@@ -6,15 +6,16 @@
 namespace pliant {
 
 /// `particles` with E times exp(common + field); without a field null.
-Particles with_factors(const Particles& particles, const Field* field, double common, std::span<const double> parameters);
+Particles with_factors(const Particles& particles, const Field* field, double common,
+                       std::span<const double> parameters);
 
-/// Roll-outs as a function of (ln factor of E, ln damping rate, the field's parameters, displacements, velocities of some
-/// shapes); without displacements when the motion begins at rest.  What it is made of must outlive it.
+/// Roll-outs as a function of (ln factor of E, ln damping rate, the field's parameters, displacements, velocities of
+/// some shapes); without displacements when the motion begins at rest.  What it is made of must outlive it.
 class VibrationRollouts {
  public:
-  VibrationRollouts(const VibrationFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
-                    const TrackLoss<float>& tracks, double fps, const VibrationModes& modes, const ModalSearch& search,
-                    const ModalMotion& motion);
+  VibrationRollouts(const VibrationFitOptions& options, const Particles& particles,
+                    const std::vector<Interaction>& interactions, const TrackLoss<float>& tracks, double fps,
+                    const VibrationModes& modes, const ModalSearch& search, const ModalMotion& motion);
 
   static constexpr double kMargin = 0.4;  ///< of the first steps
   /// The time step of all roll-outs from now on: the one that a simulation chooses for E times exp(margin).
@@ -42,7 +43,8 @@ class VibrationRollouts {
   /// Of the tracks, with what stays, in their unit.
   double rms(std::span<const double> p) const;
 
-  /// `options` with the bounds, steps and priors of the parameters; `field_spread`: of the spread that is expected of the field's.
+  /// `options` with the bounds, steps and priors of the parameters; `field_spread`: of the spread that is expected of
+  /// the field's.
   GaussNewtonOptions bounded(GaussNewtonOptions options, double field_spread = 1) const;
 
  private:
@@ -56,13 +58,13 @@ class VibrationRollouts {
   int first_ = 0, last_ = 0, lead_ = 0, subframes_ = 1;
   double time_ = 0, staying_ = 0;
   SimulateOptions simulate_;
-  bool at_rest_ = false;               // at the start
+  bool at_rest_ = false;  // at the start
   std::function<bool()> stop_;
-  const Field* field_ = nullptr;       // of further factors
+  const Field* field_ = nullptr;  // of further factors
   size_t field_size_ = 0;
-  std::vector<double> field_step_;     // of its parameters, at most, in an iteration
+  std::vector<double> field_step_;  // of its parameters, at most, in an iteration
   double field_sigma_ = 1, field_limit_ = INFINITY, factor_sigma_ = INFINITY;
-  StartShapes shapes_;                 // whose amplitudes are parameters
+  StartShapes shapes_;  // whose amplitudes are parameters
   std::vector<double> start_;
 };
 

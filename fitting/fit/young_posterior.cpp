@@ -15,10 +15,10 @@ namespace pliant {
 namespace {
 
 const double kDecade = std::log(10.0);
-// Of ln E where a direction acts most, to either side: first small enough for what is seen well, whose slope it is; then up to what
-// the time step bears, so that rounding errors are not taken for what is hardly seen.
+// Of ln E where a direction acts most, to either side: first small enough for what is seen well, whose slope it is;
+// then up to what the time step bears, so that rounding errors are not taken for what is hardly seen.
 constexpr double kFarthest[] = {0.25, 0.8};
-constexpr int kStartModes = 4;      // of the start's velocity along each axis,
+constexpr int kStartModes = 4;       // of the start's velocity along each axis,
 constexpr double kStartSigma = 0.3;  // whose amplitudes are expected to be right but for this share of its speed
 constexpr double kDampingSigma = 2, kDampingStep = 0.3;  // of ln of the damping time: expected, and to either side
 
@@ -41,7 +41,8 @@ Eigen::MatrixXd sensitivity(const Field& field, std::span<const double> paramete
     moved[a] += 1e-4;
     const std::vector<double> there = field.values(moved);
     moved[a] = before;
-    for (size_t i = 0; i < here.size(); ++i) by(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(a)) = (there[i] - here[i]) / 1e-4;
+    for (size_t i = 0; i < here.size(); ++i)
+      by(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(a)) = (there[i] - here[i]) / 1e-4;
   }
   return by;
 }
@@ -55,18 +56,21 @@ YoungPosterior young_posterior(const Eigen::MatrixXd& ln_young_by, const Eigen::
   return out;
 }
 
-YoungPosterior posterior_about(const Motion<float>& motion, const Field& field, double field_sigma, const TrackLoss<float>& tracks,
-                               const std::function<bool()>& stop, PosteriorState state, const PosteriorSink& sink) {
+YoungPosterior posterior_about(const Motion<float>& motion, const Field& field, double field_sigma,
+                               const TrackLoss<float>& tracks, const std::function<bool()>& stop, PosteriorState state,
+                               const PosteriorSink& sink) {
   const bool damping = motion.options.simulate.damping_time > 0;
   GradientFitParameters at;
   at.material = field.constant(std::vector<double>{0.0});
   const Eigen::MatrixXd by = sensitivity(field, at.material);
   const std::optional<StartShapes> shapes = start_shapes(motion);
-  const size_t directions = at.material.size(), amplitudes = shapes ? shapes->size() : 0, count = directions + damping + amplitudes;
+  const size_t directions = at.material.size(), amplitudes = shapes ? shapes->size() : 0,
+               count = directions + damping + amplitudes;
   double noise = 1, staying = 0;
   const size_t columns = tracks.tracks().rest.size() * static_cast<size_t>(tracks.tracks().axes());
   const auto residuals = [&](std::span<const double> p) {
-    if (stop && stop()) throw Error(Failure::kInterrupted, "fit", "", "interrupted", "run the same command to continue");
+    if (stop && stop())
+      throw Error(Failure::kInterrupted, "fit", "", "interrupted", "run the same command to continue");
     GradientFitParameters there = at;
     there.material.assign(p.begin(), p.begin() + static_cast<std::ptrdiff_t>(directions));
     if (damping) there.damping = p[directions];
@@ -77,10 +81,11 @@ YoungPosterior posterior_about(const Motion<float>& motion, const Field& field, 
     }
     std::vector<double> errors;
     int frame = 0;
-    simulate<float>(moved.options.simulate, moved.particles, moved.interactions, moved.start, [&](const SimulationState& state) {
-      tracks.append_errors(frame++, state, noise, errors);
-      return true;
-    });
+    simulate<float>(moved.options.simulate, moved.particles, moved.interactions, moved.start,
+                    [&](const SimulationState& state) {
+                      tracks.append_errors(frame++, state, noise, errors);
+                      return true;
+                    });
     even_out(errors, errors, columns, 0, staying);
     return errors;
   };
@@ -92,14 +97,16 @@ YoungPosterior posterior_about(const Motion<float>& motion, const Field& field, 
   GaussNewtonOptions options;
   options.max_iterations = 1;  // which finds J
   options.principal_axes = options.parallel = true;
-  options.prior.assign(count, 0.0), options.prior_sigma.assign(count, field_sigma), options.largest_step.assign(count, kStartSigma);
+  options.prior.assign(count, 0.0), options.prior_sigma.assign(count, field_sigma),
+      options.largest_step.assign(count, kStartSigma);
   std::fill_n(options.prior_sigma.end() - static_cast<std::ptrdiff_t>(amplitudes), amplitudes, kStartSigma);
   if (damping) options.prior_sigma[directions] = kDampingSigma, options.largest_step[directions] = kDampingStep;
   GaussNewtonResult found;
   state.resize(std::size(kFarthest));
   for (size_t k = 0; k < state.size(); ++k) {
     const double farthest = kFarthest[k];
-    for (size_t a = 0; a < directions; ++a) options.largest_step[a] = farthest / std::max(1e-12, by.col(static_cast<Eigen::Index>(a)).cwiseAbs().maxCoeff());
+    for (size_t a = 0; a < directions; ++a)
+      options.largest_step[a] = farthest / std::max(1e-12, by.col(static_cast<Eigen::Index>(a)).cwiseAbs().maxCoeff());
     options.difference = options.largest_step, options.rough_jacobian = found.jacobian;
     found = gauss_newton(options, residuals, here, state[k], [&](const GaussNewtonState& now) {
       state[k] = now;

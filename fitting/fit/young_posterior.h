@@ -28,11 +28,13 @@ Eigen::MatrixXd sensitivity(const Field& field, std::span<const double> paramete
 /// From derivatives of ln E [N, P] and the covariance [P, P] of the parameters; without damping.
 YoungPosterior young_posterior(const Eigen::MatrixXd& ln_young_by, const Eigen::MatrixXd& covariance);
 
-/// The Gaussian posterior (J^T J / sigma^2 + prior)^-1 of ln E, in the directions of a field whose parameters are expected within
-/// `field_sigma` of 0, of damping and of a smooth start, about a motion that explains `tracks` (on its roll-out).  J by differences
-/// of two roll-outs along each direction, and again along the principal axes of what these say; sigma is what the motion leaves
-/// unexplained (correlation.h), but for what stays of a point's errors (staying_errors.h).  `stop` is asked before every roll-out; true ends it with Error{kInterrupted}.
-YoungPosterior posterior_about(const Motion<float>& motion, const Field& field, double field_sigma, const TrackLoss<float>& tracks,
-                               const std::function<bool()>& stop = {}, PosteriorState state = {}, const PosteriorSink& sink = {});
+/// The Gaussian posterior (J^T J / sigma^2 + prior)^-1 of ln E, in the directions of a field whose parameters are
+/// expected within `field_sigma` of 0, of damping and of a smooth start, about a motion that explains `tracks` (on its
+/// roll-out).  J by differences of two roll-outs along each direction, and again along the principal axes of what these
+/// say; sigma is what the motion leaves unexplained (correlation.h), but for what stays of a point's errors
+/// (staying_errors.h).  `stop` is asked before every roll-out; true ends it with Error{kInterrupted}.
+YoungPosterior posterior_about(const Motion<float>& motion, const Field& field, double field_sigma,
+                               const TrackLoss<float>& tracks, const std::function<bool()>& stop = {},
+                               PosteriorState state = {}, const PosteriorSink& sink = {});
 
 }  // namespace pliant

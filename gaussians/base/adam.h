@@ -1,11 +1,10 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <span>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"

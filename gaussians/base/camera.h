@@ -28,7 +28,8 @@ struct Camera {
   }
   /// The same view with image size and intrinsics multiplied by `scale`.
   Camera scaled(double scale) const {
-    return resized(std::max(1, static_cast<int>(width * scale + 0.5)), std::max(1, static_cast<int>(height * scale + 0.5)));
+    return resized(std::max(1, static_cast<int>(width * scale + 0.5)),
+                   std::max(1, static_cast<int>(height * scale + 0.5)));
   }
   /// The same view in a picture of another size.
   Camera resized(int new_width, int new_height) const {

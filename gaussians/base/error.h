@@ -30,7 +30,6 @@ Error numerical_error(std::string where, std::string problem, std::string remedy
 }  // namespace pliant
 
 /// Broken invariants of the program itself, always on.
-#define CHECK(condition) \
-  ((condition) ? void(0) : ::pliant::check_failed(#condition, __FILE__, __LINE__, ""))
+#define CHECK(condition) ((condition) ? void(0) : ::pliant::check_failed(#condition, __FILE__, __LINE__, ""))
 #define CHECK_MSG(condition, message) \
   ((condition) ? void(0) : ::pliant::check_failed(#condition, __FILE__, __LINE__, (message)))

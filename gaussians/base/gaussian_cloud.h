@@ -72,9 +72,8 @@ Mat3<T> rotation_matrix(const Eigen::Matrix<T, 4, 1>& wxyz) {
   const Eigen::Matrix<T, 4, 1> q = wxyz / wxyz.norm();
   const T w = q[0], x = q[1], y = q[2], z = q[3];
   Mat3<T> R;
-  R << 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
-       2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-       2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y);
+  R << 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), 2 * (x * y + w * z), 1 - 2 * (x * x + z * z),
+      2 * (y * z - w * x), 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y);
   return R;
 }
 

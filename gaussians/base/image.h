@@ -15,8 +15,7 @@ struct Image {
 
   Image() = default;
   Image(int width, int height, int channels, T value = T())
-      : width(width), height(height), channels(channels),
-        data(static_cast<size_t>(width) * height * channels, value) {}
+      : width(width), height(height), channels(channels), data(static_cast<size_t>(width) * height * channels, value) {}
 
   bool empty() const { return data.empty(); }
   size_t pixels() const { return static_cast<size_t>(width) * height; }

@@ -14,7 +14,9 @@ struct Points {
   size_t kdtree_get_point_count() const { return points.size(); }
   float kdtree_get_pt(size_t i, size_t axis) const { return points[i][static_cast<int>(axis)]; }
   template <class Bounds>
-  bool kdtree_get_bbox(Bounds&) const { return false; }
+  bool kdtree_get_bbox(Bounds&) const {
+    return false;
+  }
 };
 
 using KdTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Points>, Points, 3, uint32_t>;
@@ -58,11 +60,14 @@ void NearestPoints::within(const Vec3f& x, float radius, std::vector<Hit>& hits)
 std::vector<int> k_nearest(std::span<const Vec3f> points, std::span<const Vec3f> queries, int k) {
   const NearestPoints tree(points);
   std::vector<int> out(queries.size() * k, -1);
-  parallel_for(static_cast<std::ptrdiff_t>(queries.size()), [&](std::ptrdiff_t q) {
-    std::vector<NearestPoints::Hit> hits;
-    tree.query(queries[q], k, hits);
-    for (size_t j = 0; j < hits.size(); ++j) out[q * k + j] = hits[j].index;
-  }, 256);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(queries.size()),
+      [&](std::ptrdiff_t q) {
+        std::vector<NearestPoints::Hit> hits;
+        tree.query(queries[q], k, hits);
+        for (size_t j = 0; j < hits.size(); ++j) out[q * k + j] = hits[j].index;
+      },
+      256);
   return out;
 }
 

@@ -22,7 +22,8 @@ double weighted_percentile(std::span<const float> value, std::span<const float> 
   CHECK(!value.empty() && (weight.empty() || weight.size() == value.size()));
   std::vector<size_t> order(value.size());
   std::iota(order.begin(), order.end(), size_t{0});
-  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return value[a] != value[b] ? value[a] < value[b] : a < b; });
+  std::sort(order.begin(), order.end(),
+            [&](size_t a, size_t b) { return value[a] != value[b] ? value[a] < value[b] : a < b; });
   double total = 0;
   for (size_t i : order) total += weight.empty() ? 1.0 : weight[i];
   double sum = 0;
@@ -87,7 +88,8 @@ Framing robust_framing(const GaussianCloud& cloud, const Eigen::Vector3d& up) {
   std::tie(framing.low, framing.high) = percentile_box(cloud, framing.axes, opacities(cloud));
   // Plain surfaces have few but large Gaussians, fine things many small ones: neither may be cut off.
   const Eigen::Vector3d extent = framing.high - framing.low;
-  const auto [low, high] = percentile_box(cloud, framing.axes, areas(cloud, kLargestSize * static_cast<float>(extent.norm())));
+  const auto [low, high] =
+      percentile_box(cloud, framing.axes, areas(cloud, kLargestSize * static_cast<float>(extent.norm())));
   framing.low = framing.low.cwiseMin(low.cwiseMax(framing.low - kMostGrowth * extent));
   framing.high = framing.high.cwiseMax(high.cwiseMin(framing.high + kMostGrowth * extent));
   return framing;
@@ -102,8 +104,8 @@ std::vector<Camera> orbit_cameras(const OrbitOptions& options, const GaussianClo
   for (int i = 0; i < options.views; ++i) {
     const double azimuth = 2 * M_PI * i / options.views;
     const double elevation = options.elevations[i % options.elevations.size()] * kDegree;
-    direction[i] = framing.axes * Eigen::Vector3d(std::cos(elevation) * std::sin(azimuth), -std::cos(elevation) * std::cos(azimuth),
-                                                  std::sin(elevation));
+    direction[i] = framing.axes * Eigen::Vector3d(std::cos(elevation) * std::sin(azimuth),
+                                                  -std::cos(elevation) * std::cos(azimuth), std::sin(elevation));
   }
   // A corner at offset p from the centre is inside the picture if |p . right| <= (distance + p . forward) * slope.
   const double slope_x = 0.5 * options.width / focal, slope_y = 0.5 * options.height / focal;
@@ -112,14 +114,16 @@ std::vector<Camera> orbit_cameras(const OrbitOptions& options, const GaussianClo
     const Camera camera = look_at(back, Eigen::Vector3d::Zero(), vertical, options.width, options.height, focal);
     for (int corner = 0; corner < 8; ++corner) {
       const Eigen::Vector3d pick(corner & 1, (corner >> 1) & 1, corner >> 2);
-      const Eigen::Vector3d world = framing.axes * (framing.low + pick.cwiseProduct(framing.high - framing.low)) - centre;
+      const Eigen::Vector3d world =
+          framing.axes * (framing.low + pick.cwiseProduct(framing.high - framing.low)) - centre;
       const Eigen::Vector3d p = camera.cam_from_world.linear() * world;
       distance = std::max({distance, std::abs(p.x()) / slope_x - p.z(), std::abs(p.y()) / slope_y - p.z()});
     }
   }
   std::vector<Camera> cameras;
   for (int i = 0; i < options.views; ++i) {
-    cameras.push_back(look_at(centre + options.margin * distance * direction[i], centre, vertical, options.width, options.height, focal));
+    cameras.push_back(look_at(centre + options.margin * distance * direction[i], centre, vertical, options.width,
+                              options.height, focal));
     char name[32];
     std::snprintf(name, sizeof name, "orbit_%03d", i);
     cameras.back().name = name;
@@ -134,7 +138,8 @@ std::vector<Camera> orbit_path(const OrbitPathOptions& options, const Camera& fi
   for (int i = 0; i < options.frames; ++i) {
     const double phase = 2 * M_PI * i / options.frames;
     const double angle = options.degrees >= 360 ? phase : options.degrees * kDegree * std::sin(phase);
-    const Eigen::Isometry3d turn = Eigen::Translation3d(pivot) * Eigen::AngleAxisd(-angle, up.normalized()) * Eigen::Translation3d(-pivot);
+    const Eigen::Isometry3d turn =
+        Eigen::Translation3d(pivot) * Eigen::AngleAxisd(-angle, up.normalized()) * Eigen::Translation3d(-pivot);
     Camera camera = first;
     camera.cam_from_world = first.cam_from_world * turn;
     camera.photo.clear();

@@ -12,7 +12,7 @@ namespace pliant {
 /// so that floaters do not count; the wider of those weighted by opacity and those weighted by visible area, the latter
 /// at most a quarter of the extent farther out.
 struct Framing {
-  Eigen::Matrix3d axes;  ///< columns: two horizontal unit vectors and `up`
+  Eigen::Matrix3d axes;       ///< columns: two horizontal unit vectors and `up`
   Eigen::Vector3d low, high;  ///< corners in these axes
 
   Eigen::Vector3d centre() const { return axes * (0.5 * (low + high)); }
@@ -26,9 +26,9 @@ std::vector<float> visible_area(const GaussianCloud& cloud);
 struct OrbitOptions {
   int views = 24;
   int width = 800, height = 600;
-  double field_of_view = 45;                   ///< degrees, of the longer side of the picture
-  std::vector<double> elevations = {12, 38};   ///< degrees above the horizon; the views alternate between them
-  double margin = 1.1;                         ///< distance / distance at which the robust box just fits
+  double field_of_view = 45;                  ///< degrees, of the longer side of the picture
+  std::vector<double> elevations = {12, 38};  ///< degrees above the horizon; the views alternate between them
+  double margin = 1.1;                        ///< distance / distance at which the robust box just fits
 };
 
 /// Views all around the robust box of `cloud`, at one distance from its centre, named orbit_000 and so on.

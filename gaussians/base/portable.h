@@ -1,10 +1,10 @@
 #pragma once
 
+#include <omp.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <exception>
-
-#include <omp.h>
 
 /// Marks functions that also compile for a device.
 #if defined(__CUDACC__)

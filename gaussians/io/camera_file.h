@@ -49,8 +49,8 @@ class CameraCollector {
   void add(Camera camera, const std::string& photo_name);
 
   /// Leaves out frames without a photo when at least one has one, makes names unique, scales the cameras to photos of
-  /// another size (unless `sizes_are_of_photos`) and warns about lens distortion (both as PhotoFit says).  Throws Error{kInput} for two frames
-  /// of one name and for photos of another shape.
+  /// another size (unless `sizes_are_of_photos`) and warns about lens distortion (both as PhotoFit says).  Throws
+  /// Error{kInput} for two frames of one name and for photos of another shape.
   CameraFile finish(const std::string& format, bool sizes_are_of_photos = false);
 
  private:

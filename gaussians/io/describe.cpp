@@ -29,8 +29,8 @@ json array_of(const Vector& v) {
 }
 
 json describe_splats(const GaussianCloud& cloud, const ReadReport& report) {
-  json out = {{"format", report.format},   {"gaussians", cloud.size()},          {"rows", report.rows},
-              {"dropped", report.dropped}, {"sh_degree", cloud.sh_degree},       {"antialiased", report.antialiased}};
+  json out = {{"format", report.format},   {"gaussians", cloud.size()},    {"rows", report.rows},
+              {"dropped", report.dropped}, {"sh_degree", cloud.sh_degree}, {"antialiased", report.antialiased}};
   if (report.levels > 1) out["levels_of_detail"] = report.levels, out["level"] = report.level;
   if (report.object_channels > 0) out["object_feature_channels"] = report.object_channels;
   if (cloud.size() == 0) return out;
@@ -74,8 +74,9 @@ json describe_cameras(const std::vector<Camera>& cameras) {
   out["sizes"] = sizes, out["focal"] = {rounded(low), rounded(high)}, out["photos"] = photos;
   out["names"] = {cameras.front().name, cameras.back().name};
   for (size_t k = 0; k < kDistortionNames.size(); ++k) {
-    const auto [least, most] = std::minmax_element(cameras.begin(), cameras.end(),
-                                                   [k](const Camera& a, const Camera& b) { return a.distortion[k] < b.distortion[k]; });
+    const auto [least, most] =
+        std::minmax_element(cameras.begin(), cameras.end(),
+                            [k](const Camera& a, const Camera& b) { return a.distortion[k] < b.distortion[k]; });
     if (least->distortion[k] != 0 || most->distortion[k] != 0) {
       out["distortion"][kDistortionNames[k]] = {rounded(least->distortion[k]), rounded(most->distortion[k])};
     }
@@ -85,14 +86,17 @@ json describe_cameras(const std::vector<Camera>& cameras) {
 
 json describe_settings(const SceneFile& settings) {
   json out = json::object();
-  const std::pair<const char*, const fs::path*> paths[] = {{"splats", &settings.splats}, {"cameras", &settings.cameras},
-                                                           {"photos", &settings.photos}, {"masks", &settings.masks},
+  const std::pair<const char*, const fs::path*> paths[] = {{"splats", &settings.splats},
+                                                           {"cameras", &settings.cameras},
+                                                           {"photos", &settings.photos},
+                                                           {"masks", &settings.masks},
                                                            {"labels", &settings.labels}};
   for (const auto& [key, path] : paths) {
     if (!path->empty()) out[key] = path->string();
   }
   if (settings.video) {
-    out["video"] = {{"file", settings.video->file.string()}, {"camera", settings.video->camera}, {"fps", settings.video->fps}};
+    out["video"] = {
+        {"file", settings.video->file.string()}, {"camera", settings.video->camera}, {"fps", settings.video->fps}};
   }
   if (!settings.support.empty()) out["support"] = settings.support;
   if (!settings.object.empty()) out["object"] = settings.object;
@@ -157,8 +161,9 @@ json describe(const fs::path& path, std::optional<int> level) {
     if (extension == ".json") read_cameras(path);
     read_splats(path);
   } else {
-    throw input_error(path.string(), "", "is of a kind that is not known",
-                      "name splats (.ply, .splat, .spz, .sog, meta.json), cameras (.json, COLMAP, _par.txt), or a scene folder");
+    throw input_error(
+        path.string(), "", "is of a kind that is not known",
+        "name splats (.ply, .splat, .spz, .sog, meta.json), cameras (.json, COLMAP, _par.txt), or a scene folder");
   }
   return out;
 }

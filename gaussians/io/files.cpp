@@ -51,7 +51,10 @@ void write_atomically(const fs::path& file, const std::function<void(const fs::p
   if (failed) throw cannot_write(file, failed.message());
   if (fs::is_directory(file, failed)) throw cannot_write(file, "there is a folder of that name");
   std::string hidden = ".";
-  hidden.append(file.stem().string()).append(".tmp").append(std::to_string(::getpid())).append(file.extension().string());
+  hidden.append(file.stem().string())
+      .append(".tmp")
+      .append(std::to_string(::getpid()))
+      .append(file.extension().string());
   const fs::path temporary = folder / hidden;
   try {
     write(temporary);
@@ -104,7 +107,8 @@ std::string nearest_name(const std::string& name, const std::vector<std::string>
   std::string best;
   size_t best_distance = SIZE_MAX;
   for (const std::string& candidate : candidates)
-    if (const size_t distance = edit_distance(name, candidate); distance < best_distance) best_distance = distance, best = candidate;
+    if (const size_t distance = edit_distance(name, candidate); distance < best_distance)
+      best_distance = distance, best = candidate;
   return best;
 }
 

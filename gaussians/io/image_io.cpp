@@ -98,17 +98,22 @@ IdImage read_ids(const fs::path& file) {
   const bool grey = picture.type() == CV_8UC1 || picture.type() == CV_16UC1;
   const bool rgb = picture.type() == CV_8UC3 || picture.type() == CV_8UC4;
   if (!grey && !rgb) {
-    throw input_error(file.string(), "", "is no id picture: it has " + std::to_string(picture.channels()) +
-                      " channels of an unexpected depth", "use PNG with one channel of 8 or 16 bit, or 8-bit RGB");
+    throw input_error(
+        file.string(), "",
+        "is no id picture: it has " + std::to_string(picture.channels()) + " channels of an unexpected depth",
+        "use PNG with one channel of 8 or 16 bit, or 8-bit RGB");
   }
   IdImage ids(picture.cols, picture.rows, 1);
   for (int y = 0; y < ids.height; ++y) {
     const uint8_t* row = picture.ptr<uint8_t>(y);
     for (int x = 0; x < ids.width; ++x) {
       const uint8_t* bgr = row + static_cast<size_t>(x) * picture.elemSize();
-      if (picture.type() == CV_8UC1) ids(x, y) = *bgr;
-      else if (picture.type() == CV_16UC1) ids(x, y) = picture.at<uint16_t>(y, x);
-      else ids(x, y) = bgr[2] + 256u * bgr[1] + 65536u * bgr[0];
+      if (picture.type() == CV_8UC1)
+        ids(x, y) = *bgr;
+      else if (picture.type() == CV_16UC1)
+        ids(x, y) = picture.at<uint16_t>(y, x);
+      else
+        ids(x, y) = bgr[2] + 256u * bgr[1] + 65536u * bgr[0];
     }
   }
   return ids;
@@ -121,9 +126,12 @@ void write_ids(const fs::path& file, const IdImage& ids) {
   for (int y = 0; y < ids.height; ++y) {
     for (int x = 0; x < ids.width; ++x) {
       const uint32_t id = ids(x, y);
-      if (largest < 256) picture.at<uint8_t>(y, x) = static_cast<uint8_t>(id);
-      else if (largest < 65536) picture.at<uint16_t>(y, x) = static_cast<uint16_t>(id);
-      else picture.at<cv::Vec3b>(y, x) = cv::Vec3b(uint8_t(id >> 16), uint8_t(id >> 8), uint8_t(id));
+      if (largest < 256)
+        picture.at<uint8_t>(y, x) = static_cast<uint8_t>(id);
+      else if (largest < 65536)
+        picture.at<uint16_t>(y, x) = static_cast<uint16_t>(id);
+      else
+        picture.at<cv::Vec3b>(y, x) = cv::Vec3b(uint8_t(id >> 16), uint8_t(id >> 8), uint8_t(id));
     }
   }
   encode(file, picture);

@@ -42,15 +42,18 @@ std::optional<IdImage> read_palette_indices(const std::filesystem::path& file) {
   // Signature, length, "IHDR", width, height, bit depth, colour type, compression, filter method, interlacing.
   std::ifstream in(file, std::ios::binary);
   char head[33] = {};
-  if (!in.read(head, sizeof head) || std::string(head, 8) != "\x89PNG\r\n\x1a\n" || std::string(head + 12, 4) != "IHDR" || head[25] != 3)
+  if (!in.read(head, sizeof head) || std::string(head, 8) != "\x89PNG\r\n\x1a\n" ||
+      std::string(head + 12, 4) != "IHDR" || head[25] != 3)
     return std::nullopt;
   const auto refuse = [&](const std::string& field, const std::string& problem) {
     return input_error(file.string(), field, problem, "write it anew as a PNG with a palette or with one channel");
   };
   const uint32_t width = big_endian(head + 16), height = big_endian(head + 20);
   const int depth = head[24];
-  if (width == 0 || height == 0 || width > 65535 || height > 65535) throw refuse("IHDR", "gives the size " + std::to_string(width) + "x" + std::to_string(height));
-  if (depth != 1 && depth != 2 && depth != 4 && depth != 8) throw refuse("IHDR", "gives a palette " + std::to_string(depth) + " bits");
+  if (width == 0 || height == 0 || width > 65535 || height > 65535)
+    throw refuse("IHDR", "gives the size " + std::to_string(width) + "x" + std::to_string(height));
+  if (depth != 1 && depth != 2 && depth != 4 && depth != 8)
+    throw refuse("IHDR", "gives a palette " + std::to_string(depth) + " bits");
   if (head[28] != 0) throw refuse("IHDR", "says that the picture is interlaced, which is not read with a palette");
 
   const std::string bytes = read_text(file);
@@ -69,7 +72,8 @@ std::optional<IdImage> read_palette_indices(const std::filesystem::path& file) {
   if (expected / 1032 > data.size()) throw refuse("IDAT", "is too short for the picture");  // deflate's highest ratio
   std::string raw(expected + 1, '\0');
   uLongf got = static_cast<uLongf>(raw.size());
-  const int status = uncompress(reinterpret_cast<Bytef*>(raw.data()), &got, reinterpret_cast<const Bytef*>(data.data()), static_cast<uLong>(data.size()));
+  const int status = uncompress(reinterpret_cast<Bytef*>(raw.data()), &got, reinterpret_cast<const Bytef*>(data.data()),
+                                static_cast<uLong>(data.size()));
   if (status != Z_OK || got != expected) throw refuse("IDAT", "does not hold the pixels of the picture");
 
   IdImage ids(static_cast<int>(width), static_cast<int>(height), 1);
@@ -77,7 +81,8 @@ std::optional<IdImage> read_palette_indices(const std::filesystem::path& file) {
   for (uint32_t y = 0; y < height; ++y) {
     const size_t at = y * (row_bytes + 1);
     row = raw.substr(at + 1, row_bytes);
-    if (!unfilter(static_cast<uint8_t>(raw[at]), above, row)) throw refuse("IDAT", "has an unknown filter in row " + std::to_string(y));
+    if (!unfilter(static_cast<uint8_t>(raw[at]), above, row))
+      throw refuse("IDAT", "has an unknown filter in row " + std::to_string(y));
     for (uint32_t x = 0; x < width; ++x) {
       const size_t bit = static_cast<size_t>(x) * depth;
       const int shift = 8 - depth - static_cast<int>(bit % 8);

@@ -24,10 +24,14 @@ int depth_of(const std::string& text) {
   bool quoted = false;
   for (size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
-    if (c == '"') quoted = !quoted;
-    else if (quoted) i += c == '\\';
-    else if (c == '[' || c == '{') deepest = std::max(deepest, ++depth);
-    else if (c == ']' || c == '}') --depth;
+    if (c == '"')
+      quoted = !quoted;
+    else if (quoted)
+      i += c == '\\';
+    else if (c == '[' || c == '{')
+      deepest = std::max(deepest, ++depth);
+    else if (c == ']' || c == '}')
+      --depth;
   }
   return deepest;
 }
@@ -36,7 +40,8 @@ int depth_of(const std::string& text) {
 
 nlohmann::json parse_json(const std::string& text, const std::string& file, const std::string& field) {
   // Each level costs far more memory than its bracket.
-  if (depth_of(text) > kDeepest) throw input_error(file, field, "is nested deeper than 500 levels", "the file is damaged");
+  if (depth_of(text) > kDeepest)
+    throw input_error(file, field, "is nested deeper than 500 levels", "the file is damaged");
   try {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::exception& error) {

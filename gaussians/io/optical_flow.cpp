@@ -35,7 +35,8 @@ cv::Mat grey_of(const ImageF& picture) {
 
 }  // namespace
 
-std::vector<ImageF> dense_flows(std::span<const ImageF> frames, std::span<const std::pair<int, int>> pairs, FlowQuality quality) {
+std::vector<ImageF> dense_flows(std::span<const ImageF> frames, std::span<const std::pair<int, int>> pairs,
+                                FlowQuality quality) {
   std::vector<cv::Mat> grey(frames.size());
   for (const auto& [from, to] : pairs)
     for (const int f : {from, to}) {
@@ -43,7 +44,8 @@ std::vector<ImageF> dense_flows(std::span<const ImageF> frames, std::span<const 
       if (grey[f].empty()) grey[f] = grey_of(frames[f]);
     }
   std::vector<ImageF> flows(pairs.size());
-  const int preset = quality == FlowQuality::kFine ? cv::DISOpticalFlow::PRESET_MEDIUM : cv::DISOpticalFlow::PRESET_FAST;
+  const int preset =
+      quality == FlowQuality::kFine ? cv::DISOpticalFlow::PRESET_MEDIUM : cv::DISOpticalFlow::PRESET_FAST;
   const OneThread one_thread;
   parallel_for(static_cast<std::ptrdiff_t>(pairs.size()), [&](std::ptrdiff_t i) {
     const cv::Mat &from = grey[pairs[i].first], &to = grey[pairs[i].second];
@@ -58,7 +60,8 @@ std::vector<ImageF> dense_flows(std::span<const ImageF> frames, std::span<const 
 
 float sample(const ImageF& picture, double u, double v, int channel) {
   const double x = std::clamp(u - 0.5, 0.0, picture.width - 1.0), y = std::clamp(v - 0.5, 0.0, picture.height - 1.0);
-  const int x0 = std::min(static_cast<int>(x), std::max(0, picture.width - 2)), y0 = std::min(static_cast<int>(y), std::max(0, picture.height - 2));
+  const int x0 = std::min(static_cast<int>(x), std::max(0, picture.width - 2)),
+            y0 = std::min(static_cast<int>(y), std::max(0, picture.height - 2));
   const int x1 = std::min(x0 + 1, picture.width - 1), y1 = std::min(y0 + 1, picture.height - 1);
   const float a = static_cast<float>(x - x0), b = static_cast<float>(y - y0);
   const float top = picture(x0, y0, channel) * (1 - a) + picture(x1, y0, channel) * a;

@@ -49,7 +49,8 @@ bool any_jpeg_segment(std::string_view bytes, Use&& use) {
   for (size_t at = 2; at + 2 <= bytes.size();) {
     const auto marker = static_cast<uint8_t>(bytes[at + 1]);
     // Coded data run up to a marker that is neither a stuffed zero, nor fill, nor a restart.
-    if (static_cast<uint8_t>(bytes[at]) != 0xff || marker == 0 || marker == 0xff || (marker >= 0xd0 && marker <= 0xd7)) {
+    if (static_cast<uint8_t>(bytes[at]) != 0xff || marker == 0 || marker == 0xff ||
+        (marker >= 0xd0 && marker <= 0xd7)) {
       const size_t next = bytes.find('\xff', at + 1);
       if (next == std::string_view::npos) return false;
       at = next;
@@ -142,7 +143,8 @@ Photo read_photo(const fs::path& file) {
     why = ": " + error.err;
   }
   if (picture.empty())
-    throw input_error(file.string(), "", "is not a picture that can be decoded" + why, "copy it again; use PNG or JPEG");
+    throw input_error(file.string(), "", "is not a picture that can be decoded" + why,
+                      "copy it again; use PNG or JPEG");
   const int depth = picture.depth();
   if (depth != CV_8U && depth != CV_16U)
     throw input_error(file.string(), "", "has an unusual number format", "use pictures of 8 or 16 bit");

@@ -129,10 +129,12 @@ GaussianCloud read_ply(const fs::path& file, ReadReport* report) {
   ReadReport found;
   GaussianCloud cloud = builder.finish(found);
   found.files = {file};
-  found.format = std::string(layout.scale[2] < 0 ? "2DGS" : "3DGS") + " PLY, SH degree " + std::to_string(layout.degree);
+  found.format =
+      std::string(layout.scale[2] < 0 ? "2DGS" : "3DGS") + " PLY, SH degree " + std::to_string(layout.degree);
   for (const std::string& comment : header.comments) read_render_mode(comment, found.antialiased);
   if (layout.scale[2] < 0) {
-    found.warnings.push_back("scale_2 is absent (2DGS surfels): the third axis is taken 100 times thinner than the others");
+    found.warnings.push_back(
+        "scale_2 is absent (2DGS surfels): the third axis is taken 100 times thinner than the others");
   }
   if (report) *report = std::move(found);
   return cloud;
@@ -167,7 +169,8 @@ void write_ply(const fs::path& file, const GaussianCloud& cloud, bool antialiase
       block.insert(block.end(), cloud.log_scale[i].data(), cloud.log_scale[i].data() + 3);
       block.insert(block.end(), cloud.rotation[i].data(), cloud.rotation[i].data() + 4);
       if ((i + 1) % kBlockRows == 0 || i + 1 == cloud.size()) {
-        out.write(reinterpret_cast<const char*>(block.data()), static_cast<std::streamsize>(block.size() * sizeof(float)));
+        out.write(reinterpret_cast<const char*>(block.data()),
+                  static_cast<std::streamsize>(block.size() * sizeof(float)));
         block.clear();
       }
     }

@@ -21,11 +21,11 @@ double value_at(const char* bytes) {
 
 const std::map<std::string, PlyType>& type_names() {
   static const std::map<std::string, PlyType> names = {
-      {"char", PlyType::kInt8},    {"int8", PlyType::kInt8},     {"uchar", PlyType::kUint8},
-      {"uint8", PlyType::kUint8},  {"short", PlyType::kInt16},   {"int16", PlyType::kInt16},
+      {"char", PlyType::kInt8},     {"int8", PlyType::kInt8},     {"uchar", PlyType::kUint8},
+      {"uint8", PlyType::kUint8},   {"short", PlyType::kInt16},   {"int16", PlyType::kInt16},
       {"ushort", PlyType::kUint16}, {"uint16", PlyType::kUint16}, {"int", PlyType::kInt32},
-      {"int32", PlyType::kInt32},  {"uint", PlyType::kUint32},   {"uint32", PlyType::kUint32},
-      {"float", PlyType::kFloat},  {"float32", PlyType::kFloat}, {"double", PlyType::kDouble},
+      {"int32", PlyType::kInt32},   {"uint", PlyType::kUint32},   {"uint32", PlyType::kUint32},
+      {"float", PlyType::kFloat},   {"float32", PlyType::kFloat}, {"double", PlyType::kDouble},
       {"float64", PlyType::kDouble}};
   return names;
 }
@@ -126,7 +126,8 @@ class HeaderParser {
 
   PlyType type_of(const std::string& field, const std::string& name) const {
     const auto found = type_names().find(name);
-    if (found == type_names().end()) throw complain(field, "has the unknown type '" + name + "'", "the file is damaged");
+    if (found == type_names().end())
+      throw complain(field, "has the unknown type '" + name + "'", "the file is damaged");
     return found->second;
   }
 
@@ -140,23 +141,37 @@ class HeaderParser {
 
 size_t ply_size(PlyType type) {
   switch (type) {
-    case PlyType::kInt8: case PlyType::kUint8: return 1;
-    case PlyType::kInt16: case PlyType::kUint16: return 2;
-    case PlyType::kDouble: return 8;
-    default: return 4;
+    case PlyType::kInt8:
+    case PlyType::kUint8:
+      return 1;
+    case PlyType::kInt16:
+    case PlyType::kUint16:
+      return 2;
+    case PlyType::kDouble:
+      return 8;
+    default:
+      return 4;
   }
 }
 
 double ply_value(PlyType type, const char* bytes) {
   switch (type) {
-    case PlyType::kInt8: return value_at<int8_t>(bytes);
-    case PlyType::kUint8: return value_at<uint8_t>(bytes);
-    case PlyType::kInt16: return value_at<int16_t>(bytes);
-    case PlyType::kUint16: return value_at<uint16_t>(bytes);
-    case PlyType::kInt32: return value_at<int32_t>(bytes);
-    case PlyType::kUint32: return value_at<uint32_t>(bytes);
-    case PlyType::kFloat: return value_at<float>(bytes);
-    case PlyType::kDouble: return value_at<double>(bytes);
+    case PlyType::kInt8:
+      return value_at<int8_t>(bytes);
+    case PlyType::kUint8:
+      return value_at<uint8_t>(bytes);
+    case PlyType::kInt16:
+      return value_at<int16_t>(bytes);
+    case PlyType::kUint16:
+      return value_at<uint16_t>(bytes);
+    case PlyType::kInt32:
+      return value_at<int32_t>(bytes);
+    case PlyType::kUint32:
+      return value_at<uint32_t>(bytes);
+    case PlyType::kFloat:
+      return value_at<float>(bytes);
+    case PlyType::kDouble:
+      return value_at<double>(bytes);
   }
   return 0;
 }

@@ -28,7 +28,7 @@ struct PlyElement {
   std::vector<PlyProperty> properties;
 
   bool has_list() const;
-  size_t row_bytes() const;  ///< of a binary row; only without lists
+  size_t row_bytes() const;                     ///< of a binary row; only without lists
   int find(const std::string& property) const;  ///< index, -1 = absent
 };
 

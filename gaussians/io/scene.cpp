@@ -57,7 +57,8 @@ fs::path cameras_of_splats(const fs::path& splats) {
 SceneFile locate(const fs::path& source) {
   std::error_code ignored;
   SceneFile scene;
-  if (!fs::exists(source, ignored)) throw input_error(source.string(), "", "does not exist", "check the name of the scene");
+  if (!fs::exists(source, ignored))
+    throw input_error(source.string(), "", "does not exist", "check the name of the scene");
   if (!fs::is_directory(source, ignored)) {
     if (source.filename() == "scene.json") {
       scene = read_scene_file(source);
@@ -70,8 +71,10 @@ SceneFile locate(const fs::path& source) {
     scene.splats = splats_of_folder(source);
     scene.cameras = cameras_in(source);
     if (scene.splats.empty()) {
-      throw input_error(source.string(), "", "holds no scene.json, no point_cloud/iteration_*/point_cloud.ply, and no or several splat files",
-                        "name a splat file, a 3DGS model folder, or a folder with scene.json");
+      throw input_error(
+          source.string(), "",
+          "holds no scene.json, no point_cloud/iteration_*/point_cloud.ply, and no or several splat files",
+          "name a splat file, a 3DGS model folder, or a folder with scene.json");
     }
   }
   if (scene.splats.empty()) throw input_error(scene.file.string(), "splats", "is missing", "name the splat file");
@@ -81,7 +84,8 @@ SceneFile locate(const fs::path& source) {
 
 void choose_up(const LoadOptions& options, Scene& scene) {
   if (options.up) {
-    if (!(options.up->norm() > 1e-9) || !options.up->allFinite()) throw usage_error("--up", "", "is not a direction", "give x,y,z");
+    if (!(options.up->norm() > 1e-9) || !options.up->allFinite())
+      throw usage_error("--up", "", "is not a direction", "give x,y,z");
     scene.up = options.up->normalized(), scene.up_source = "given by the user";
     return;
   }
@@ -129,7 +133,8 @@ Scene load_scene(const fs::path& source, const LoadOptions& options) {
     scene.cameras = orbit_cameras(orbit, scene.cloud, scene.up);
     scene.cameras_are_orbit = true;
   }
-  const std::optional<double> metres = options.metres_per_unit ? options.metres_per_unit : scene.settings.metres_per_unit;
+  const std::optional<double> metres =
+      options.metres_per_unit ? options.metres_per_unit : scene.settings.metres_per_unit;
   if (metres && !(*metres > 0 && std::isfinite(*metres))) {
     throw usage_error("metres_per_unit", "", "is " + std::to_string(*metres), "it must be positive");
   }

@@ -58,10 +58,10 @@ struct Scene {
   SceneFile settings;
   GaussianCloud cloud;
   ReadReport report;
-  std::vector<Camera> cameras;      ///< from files, or an orbit
-  bool cameras_are_orbit = false;   ///< no cameras were found: the orbit's renders stand in for photos
-  Eigen::Vector3d up = {0, 0, 1};   ///< unit
-  std::string up_source;            ///< how `up` was found, a sentence
+  std::vector<Camera> cameras;     ///< from files, or an orbit
+  bool cameras_are_orbit = false;  ///< no cameras were found: the orbit's renders stand in for photos
+  Eigen::Vector3d up = {0, 0, 1};  ///< unit
+  std::string up_source;           ///< how `up` was found, a sentence
   double metres_per_unit = 1;
   std::vector<std::string> warnings;
 };

@@ -81,8 +81,10 @@ SceneFile read_scene_file(const fs::path& file) {
   SceneFile scene;
   scene.file = file;
   const fs::path folder = file.parent_path();
-  const std::pair<const char*, fs::path*> paths[] = {{"splats", &scene.splats}, {"cameras", &scene.cameras},
-                                                     {"photos", &scene.photos}, {"masks", &scene.masks},
+  const std::pair<const char*, fs::path*> paths[] = {{"splats", &scene.splats},
+                                                     {"cameras", &scene.cameras},
+                                                     {"photos", &scene.photos},
+                                                     {"masks", &scene.masks},
                                                      {"labels", &scene.labels}};
   for (const auto& [key, path] : paths) {
     if (!top.has(key)) continue;

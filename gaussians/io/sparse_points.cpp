@@ -61,8 +61,9 @@ class ColmapTracks {
     }
     const View& view = found->second;
     if (index >= view.points.size()) {
-      throw input_error(file, field, "is the feature " + std::to_string(index) + " of the image " +
-                        std::to_string(image) + ", which has " + std::to_string(view.points.size()),
+      throw input_error(file, field,
+                        "is the feature " + std::to_string(index) + " of the image " + std::to_string(image) +
+                            ", which has " + std::to_string(view.points.size()),
                         "the files do not belong together");
     }
     if (view.camera < 0 || view.model.width == 0) return;
@@ -205,8 +206,7 @@ SparsePoints read_sparse_points(const fs::path& path, const std::vector<Camera>&
   const nlohmann::json json = read_json(at);
   if (!json.is_object() || !json.contains("ply_file_path")) return points;
   const fs::path file = at.parent_path() / JsonObject(json, at.string(), "", Failure::kInput).text("ply_file_path");
-  if (fs::is_regular_file(file, ignored))
-    return read_ply_points(file);
+  if (fs::is_regular_file(file, ignored)) return read_ply_points(file);
   points.source = at.string() + " names the points " + file.string() + ", which do not exist";
   return points;
 }

@@ -17,11 +17,11 @@ struct SparsePoints {
     Vec2f pixel;
   };
 
-  std::vector<Vec3f> position;  ///< [N, 3] in the world of the cameras
-  std::vector<Vec3f> color;     ///< [N, 3] in [0, 1]
+  std::vector<Vec3f> position;            ///< [N, 3] in the world of the cameras
+  std::vector<Vec3f> color;               ///< [N, 3] in [0, 1]
   std::vector<Observation> observations;  ///< ordered by point; empty when the file has no tracks
-  std::filesystem::path file;  ///< that they were read from; empty when they come from elsewhere
-  std::string source;  ///< where the points come from, or why there are none: a sentence
+  std::filesystem::path file;             ///< that they were read from; empty when they come from elsewhere
+  std::string source;                     ///< where the points come from, or why there are none: a sentence
 
   bool empty() const { return position.empty(); }
 };

@@ -43,7 +43,12 @@ Eigen::Isometry3d read_pose(const JsonObject& frame) {
 class Reader {
  public:
   Reader(const fs::path& file, const fs::path& photos, PhotoFit fit)
-      : file_(file), photos_(photos), fit_(fit), json_(read_json(file)), top_(json_, file.string()), collector_(file, fit) {}
+      : file_(file),
+        photos_(photos),
+        fit_(fit),
+        json_(read_json(file)),
+        top_(json_, file.string()),
+        collector_(file, fit) {}
 
   CameraFile read() {
     const nlohmann::json& frames = top_.array("frames");
@@ -65,7 +70,8 @@ class Reader {
       const std::string model = object->text("camera_model");
       static const std::set<std::string> pinhole = {"PINHOLE", "SIMPLE_PINHOLE", "OPENCV", "RADIAL", "SIMPLE_RADIAL"};
       if (!pinhole.count(model)) {
-        throw object->complaint("camera_model", "is '" + model + "'", "only pinhole cameras are supported: undistort the photos");
+        throw object->complaint("camera_model", "is '" + model + "'",
+                                "only pinhole cameras are supported: undistort the photos");
       }
     }
     Camera camera;
@@ -165,8 +171,10 @@ void write_transforms(const fs::path& file, const std::vector<Camera>& cameras) 
   const fs::path folder = fs::absolute(file).parent_path().lexically_normal();
   for (const Camera& camera : cameras) {
     nlohmann::json frame = shared ? nlohmann::json::object() : intrinsics(camera);
-    frame["file_path"] = camera.photo.empty() ? camera.name
-                             : fs::absolute(camera.photo).lexically_normal().lexically_proximate(folder).generic_string();
+    frame["file_path"] =
+        camera.photo.empty()
+            ? camera.name
+            : fs::absolute(camera.photo).lexically_normal().lexically_proximate(folder).generic_string();
     Eigen::Matrix4d world_from_cam = camera.cam_from_world.inverse().matrix();
     world_from_cam.col(1) *= -1, world_from_cam.col(2) *= -1;
     frame["transform_matrix"] = nlohmann::json::array();

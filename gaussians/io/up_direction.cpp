@@ -11,15 +11,15 @@ namespace pliant {
 namespace {
 
 constexpr int kSamples = 8000, kHypotheses = 500;
-constexpr double kBand = 0.03;        // half thickness of a plane / robust diagonal of the cloud
-constexpr double kLeastShare = 0.2;    // of the opacity in the plane
-constexpr double kMostBelow = 0.10;   // of what is outside the plane
-constexpr double kUsualWorld = 0.5;   // bonus of planes that agree with -y, the usual up of reconstructed scenes
+constexpr double kBand = 0.03;       // half thickness of a plane / robust diagonal of the cloud
+constexpr double kLeastShare = 0.2;  // of the opacity in the plane
+constexpr double kMostBelow = 0.10;  // of what is outside the plane
+constexpr double kUsualWorld = 0.5;  // bonus of planes that agree with -y, the usual up of reconstructed scenes
 constexpr double kUsualTilt = 40 * M_PI / 180;  // of reconstructed scenes against it
-constexpr double kLeastWidth = 0.3;   // of a ground / its length
-constexpr double kLeastGround = 1.5;  // area of a ground / area of what stands on it
-constexpr float kSole = 0.03f;        // height of the slab on which a thing stands / its height
-constexpr double kClearlyWider = 2;   // spread of one sole / spread of the other
+constexpr double kLeastWidth = 0.3;             // of a ground / its length
+constexpr double kLeastGround = 1.5;            // area of a ground / area of what stands on it
+constexpr float kSole = 0.03f;                  // height of the slab on which a thing stands / its height
+constexpr double kClearlyWider = 2;             // spread of one sole / spread of the other
 
 struct Plane {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
@@ -142,7 +142,8 @@ UpDirection up_of_standing(const GaussianCloud& cloud) {
   if (cloud.size() < 100) return {{0, -1, 0}, "-y, " + otherwise};
   const std::vector<float> area = visible_area(cloud);
   const double usual = spread_of_sole(cloud, area, -1), reversed = spread_of_sole(cloud, area, 1);
-  if (reversed > kClearlyWider * usual) return {{0, 1, 0}, "+y, because the thing stands wider that way round than with -y up"};
+  if (reversed > kClearlyWider * usual)
+    return {{0, 1, 0}, "+y, because the thing stands wider that way round than with -y up"};
   return {{0, -1, 0}, "-y, " + otherwise};
 }
 
@@ -174,7 +175,8 @@ std::optional<UpDirection> up_of_support_plane(const GaussianCloud& cloud) {
   for (int k = 0; k < 5; ++k) best = refit(samples, band, best);
   if (!stands_on(best)) return std::nullopt;
   const int percent = static_cast<int>(std::lround(100 * best.share));
-  return UpDirection{best.normal, "normal of the support plane, which holds " + std::to_string(percent) + " % of the opacity"};
+  return UpDirection{best.normal,
+                     "normal of the support plane, which holds " + std::to_string(percent) + " % of the opacity"};
 }
 
 }  // namespace pliant

@@ -31,23 +31,53 @@ struct VideoWriter::State {
     if (pipe >= 0) ::close(pipe), pipe = -1;
     if (encoder < 0) return false;
     int status = 0;
-    while (waitpid(encoder, &status, 0) < 0 && errno == EINTR) {}
+    while (waitpid(encoder, &status, 0) < 0 && errno == EINTR) {
+    }
     encoder = -1;
     return WIFEXITED(status) && WEXITSTATUS(status) == 0;
   }
 };
 
-VideoWriter::VideoWriter(const fs::path& file, double fps, int width, int height, VideoCoding coding) : state_(std::make_unique<State>()) {
+VideoWriter::VideoWriter(const fs::path& file, double fps, int width, int height, VideoCoding coding)
+    : state_(std::make_unique<State>()) {
   State& s = *state_;
   s.file = file;
-  s.temporary = file.parent_path() / (file.stem().string() + ".tmp" + std::to_string(getpid()) + file.extension().string());
+  s.temporary =
+      file.parent_path() / (file.stem().string() + ".tmp" + std::to_string(getpid()) + file.extension().string());
   s.width = width & ~1, s.height = height & ~1;
   s.frame.resize(static_cast<size_t>(s.width) * s.height * 3);
   const std::string size = std::to_string(s.width) + "x" + std::to_string(s.height), rate = std::to_string(fps);
   const bool faithful = coding == VideoCoding::kFaithful;
-  std::vector<std::string> arguments = {"ffmpeg", "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", rate,
-                                        "-i", "pipe:0", "-an", "-c:v", "libx264", "-preset", "medium", "-crf", faithful ? "12" : "18", "-threads", "1",
-                                        "-pix_fmt", faithful ? "yuv444p" : "yuv420p", "-movflags", "+faststart", "-fflags", "+bitexact", "file:" + s.temporary.string()};
+  std::vector<std::string> arguments = {"ffmpeg",
+                                        "-v",
+                                        "error",
+                                        "-y",
+                                        "-f",
+                                        "rawvideo",
+                                        "-pix_fmt",
+                                        "rgb24",
+                                        "-s",
+                                        size,
+                                        "-r",
+                                        rate,
+                                        "-i",
+                                        "pipe:0",
+                                        "-an",
+                                        "-c:v",
+                                        "libx264",
+                                        "-preset",
+                                        "medium",
+                                        "-crf",
+                                        faithful ? "12" : "18",
+                                        "-threads",
+                                        "1",
+                                        "-pix_fmt",
+                                        faithful ? "yuv444p" : "yuv420p",
+                                        "-movflags",
+                                        "+faststart",
+                                        "-fflags",
+                                        "+bitexact",
+                                        "file:" + s.temporary.string()};
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);

@@ -9,7 +9,7 @@ namespace pliant {
 
 enum class VideoCoding {
   kForBrowsers,  ///< yuv420p, which every browser plays
-  kFaithful,     ///< yuv444p and finer steps, to measure on: halved chroma alone leaves 36 dB of a small saturated object
+  kFaithful,  ///< yuv444p and finer steps, to measure on: halved chroma alone leaves 36 dB of a small saturated object
 };
 
 /// Writes an H.264 mp4 through the `ffmpeg` program: constant quality, one encoder thread,
@@ -17,7 +17,8 @@ enum class VideoCoding {
 /// when `close` returns; without `close` nothing is left behind.  Throws Error{kInput} when ffmpeg is missing or fails.
 class VideoWriter {
  public:
-  VideoWriter(const std::filesystem::path& file, double fps, int width, int height, VideoCoding coding = VideoCoding::kForBrowsers);
+  VideoWriter(const std::filesystem::path& file, double fps, int width, int height,
+              VideoCoding coding = VideoCoding::kForBrowsers);
   ~VideoWriter();
   VideoWriter(const VideoWriter&) = delete;
   VideoWriter& operator=(const VideoWriter&) = delete;

@@ -13,11 +13,12 @@
 namespace pliant {
 namespace {
 
-constexpr int kFewestChecks = 50;         // matches or observations below which nothing is said
+constexpr int kFewestChecks = 50;  // matches or observations below which nothing is said
 constexpr size_t kMostObservations = 20000;
 constexpr size_t kMostMatchesOfPair = 200;
-constexpr double kFitting = 0.4;          // share of agreement from which a reading is believed
-constexpr double kSmallestParallax = 0.2 * M_PI / 180;  // below it, noise decides which side of the camera a point is on
+constexpr double kFitting = 0.4;  // share of agreement from which a reading is believed
+constexpr double kSmallestParallax =
+    0.2 * M_PI / 180;                              // below it, noise decides which side of the camera a point is on
 constexpr double kFarOut = 1e3, kTooFarOut = 1e5;  // distance from the origin / distance between cameras
 
 struct Match {
@@ -33,7 +34,9 @@ std::string number(double value) {
   return text;
 }
 
-std::string pixels(double error) { return std::isfinite(error) ? number(error) + " px" : "infinite: behind the cameras"; }
+std::string pixels(double error) {
+  return std::isfinite(error) ? number(error) + " px" : "infinite: behind the cameras";
+}
 
 std::string percent(double share) { return std::to_string(static_cast<int>(std::lround(100 * share))) + " %"; }
 
@@ -61,7 +64,9 @@ PoseFit fit_to_points(const PoseCheckOptions& options, PoseConvention convention
 /// Depths of the point in which two rays meet; none when they are too parallel to tell.
 std::optional<Eigen::Vector2d> depths_of(const Camera& camera1, const Camera& camera2, const Match& match) {
   const Eigen::Isometry3d relative = camera2.cam_from_world * camera1.cam_from_world.inverse();
-  const auto ray = [](const Camera& c, const Vec2f& u) { return Vec3d((u.x() - c.cx) / c.fx, (u.y() - c.cy) / c.fy, 1); };
+  const auto ray = [](const Camera& c, const Vec2f& u) {
+    return Vec3d((u.x() - c.cx) / c.fx, (u.y() - c.cy) / c.fy, 1);
+  };
   const Vec3d x1 = relative.linear() * ray(camera1, match.pixel1), x2 = ray(camera2, match.pixel2);
   const Vec3d normal = x2.cross(x1), t = relative.translation();
   if (normal.norm() < kSmallestParallax * x1.norm() * x2.norm()) return std::nullopt;
@@ -83,8 +88,8 @@ void warn_of_near_plane(const std::string& where, const std::vector<Camera>& cam
   std::nth_element(depth.begin(), near, depth.end());
   if (*near > splat::kNear) return;
   warnings.push_back(where + ": a tenth of what the photos show is nearer than " + number(*near) +
-                     " units, and nothing nearer than " + number(splat::kNear) + " is drawn: multiply all positions by " +
-                     number(std::ceil(5 * splat::kNear / *near)));
+                     " units, and nothing nearer than " + number(splat::kNear) +
+                     " is drawn: multiply all positions by " + number(std::ceil(5 * splat::kNear / *near)));
 }
 
 /// By how many pixels feature matches miss their epipolar lines.
@@ -127,14 +132,14 @@ std::vector<Match> match_neighbours(const PoseCheckOptions& options, const Train
   const std::vector<int> order(used.begin(), used.end());
   std::vector<PhotoFeatures> features(photos.photos.size());
   const FeatureOptions feature_options = {.most = options.features, .longest_side = 1000};
-  parallel_for(static_cast<std::ptrdiff_t>(order.size()), [&](std::ptrdiff_t k) {
-    features[order[k]] = find_features(feature_options, photos.photos[order[k]]);
-  });
+  parallel_for(static_cast<std::ptrdiff_t>(order.size()),
+               [&](std::ptrdiff_t k) { features[order[k]] = find_features(feature_options, photos.photos[order[k]]); });
   std::vector<std::vector<Match>> found(pairs.size());
   parallel_for(static_cast<std::ptrdiff_t>(pairs.size()), [&](std::ptrdiff_t p) {
     const auto [i, j] = pairs[p];
     for (const FeatureMatch& m : match_features({}, features[i], features[j])) {
-      if (found[p].size() < kMostMatchesOfPair) found[p].push_back({i, j, features[i].pixel[m.first], features[j].pixel[m.second]});
+      if (found[p].size() < kMostMatchesOfPair)
+        found[p].push_back({i, j, features[i].pixel[m.first], features[j].pixel[m.second]});
     }
   });
   std::vector<Match> matches;
@@ -153,10 +158,11 @@ void check_places(const std::string& where, const std::vector<Camera>& cameras, 
     throw input_error(where, "", "has all " + std::to_string(cameras.size()) + " cameras at one point",
                       "depth is only seen from different places: walk around the object while taking photos");
   }
-  const std::string text = "has cameras " + number(spread) + " units apart but " + number(distance) +
-                           " units from the origin";
+  const std::string text =
+      "has cameras " + number(spread) + " units apart but " + number(distance) + " units from the origin";
   if (distance > kTooFarOut * spread)
-    throw input_error(where, "", text + ", which 32-bit numbers cannot tell apart", "subtract a common offset from all positions");
+    throw input_error(where, "", text + ", which 32-bit numbers cannot tell apart",
+                      "subtract a common offset from all positions");
   if (distance > kFarOut * spread)
     report.warnings.push_back(where + ": " + text + "; 32-bit numbers lose precision: subtract a common offset");
 }
@@ -165,8 +171,9 @@ void check_principal_points(const std::string& where, const std::vector<Camera>&
   for (const Camera& c : cameras) {
     if (c.cx > 0 && c.cx < c.width && c.cy > 0 && c.cy < c.height) continue;
     const bool swapped = c.cy > 0 && c.cy < c.width && c.cx > 0 && c.cx < c.height;
-    throw input_error(where, "cx, cy", "put the principal point of " + c.name + " to (" + number(c.cx) + ", " + number(c.cy) +
-                      "), outside its picture of " + std::to_string(c.width) + " x " + std::to_string(c.height),
+    throw input_error(where, "cx, cy",
+                      "put the principal point of " + c.name + " to (" + number(c.cx) + ", " + number(c.cy) +
+                          "), outside its picture of " + std::to_string(c.width) + " x " + std::to_string(c.height),
                       swapped ? "exchange cx and cy" : "the intrinsics belong to pictures of another size");
   }
 }
@@ -178,11 +185,16 @@ bool clearly_better(const PoseFit& other, const PoseFit& given) {
 
 std::string meaning(PoseConvention convention) {
   switch (convention) {
-    case PoseConvention::kAsGiven: return "poses as the format defines them";
-    case PoseConvention::kInverse: return "inverse poses (camera to world and world to camera are exchanged)";
-    case PoseConvention::kFlipped: return "cameras whose y and z axes are flipped (OpenGL and OpenCV are exchanged)";
-    case PoseConvention::kInverseFlipped: return "inverse poses with flipped y and z axes";
-    case PoseConvention::kTurned: return "photos that lie upside down with regard to their cameras";
+    case PoseConvention::kAsGiven:
+      return "poses as the format defines them";
+    case PoseConvention::kInverse:
+      return "inverse poses (camera to world and world to camera are exchanged)";
+    case PoseConvention::kFlipped:
+      return "cameras whose y and z axes are flipped (OpenGL and OpenCV are exchanged)";
+    case PoseConvention::kInverseFlipped:
+      return "inverse poses with flipped y and z axes";
+    case PoseConvention::kTurned:
+      return "photos that lie upside down with regard to their cameras";
   }
   return {};
 }
@@ -192,15 +204,16 @@ std::string judged(const PoseCheckOptions& options, const std::string& where, co
                    const std::string& what, std::vector<std::string>& warnings) {
   const PoseFit &given = evidence.fits.front(), &best = evidence.fits[static_cast<size_t>(evidence.best)];
   const std::string checked = std::to_string(evidence.checked) + " " + what;
-  const std::string sentence = "poses agree with " + percent(given.share) + " of " + checked + " (median error " +
-                               pixels(given.error) + ")";
+  const std::string sentence =
+      "poses agree with " + percent(given.share) + " of " + checked + " (median error " + pixels(given.error) + ")";
   if (clearly_better(best, given)) {
     const std::string problem = "fits its photos as " + meaning(best.convention) + ", not as " +
                                 meaning(PoseConvention::kAsGiven) + ": of " + checked + " " + percent(best.share) +
                                 " agree (median error " + pixels(best.error) + ") instead of " + percent(given.share) +
                                 " (median error " + pixels(given.error) + ")";
     if (options.refuse)
-      throw input_error(where, "", problem, std::string("add --poses ") + name_of(best.convention) + ", or correct the file");
+      throw input_error(where, "", problem,
+                        std::string("add --poses ") + name_of(best.convention) + ", or correct the file");
     warnings.push_back(where + ": " + problem);
   } else if (given.share < kFitting) {
     warnings.push_back(where + ": " + sentence + ", and no other reading fits better (the best, " +
@@ -224,7 +237,8 @@ std::optional<PoseConvention> pose_convention_named(const std::string& name) {
   return std::nullopt;
 }
 
-std::vector<Camera> apply_convention(PoseConvention convention, const std::string& format, std::vector<Camera> cameras) {
+std::vector<Camera> apply_convention(PoseConvention convention, const std::string& format,
+                                     std::vector<Camera> cameras) {
   const Eigen::DiagonalMatrix<double, 3> flip(1, -1, -1), turn(-1, -1, 1);
   const auto turned_by = [](const Eigen::DiagonalMatrix<double, 3>& axes, Eigen::Isometry3d& pose) {
     pose.linear() = (axes * pose.linear()).eval(), pose.translation() = (axes * pose.translation()).eval();
@@ -265,9 +279,10 @@ PoseReport check_poses(const PoseCheckOptions& options, const CameraFile& file, 
       evidence.fits.push_back(fit(convention, apply_convention(convention, file.format, cameras)));
     }
     // The reading as given wins ties: some motions cannot tell readings apart, and then it does not matter.
-    evidence.best = std::max_element(evidence.fits.begin(), evidence.fits.end(), [](const PoseFit& a, const PoseFit& b) {
-                      return a.share < b.share;
-                    })->convention;
+    evidence.best =
+        std::max_element(evidence.fits.begin(), evidence.fits.end(), [](const PoseFit& a, const PoseFit& b) {
+          return a.share < b.share;
+        })->convention;
     sentences.push_back(judged(options, where, evidence, what, report.warnings));
   };
   judge(report.points, static_cast<int>(points.observations.size()), "observations of points",

@@ -18,8 +18,9 @@ enum class PoseConvention {
   kInverseFlipped,  ///< both
   kTurned,          ///< the photos lie upside down with regard to their cameras
 };
-constexpr PoseConvention kPoseConventions[] = {PoseConvention::kAsGiven, PoseConvention::kInverse, PoseConvention::kFlipped,
-                                               PoseConvention::kInverseFlipped, PoseConvention::kTurned};
+constexpr PoseConvention kPoseConventions[] = {PoseConvention::kAsGiven, PoseConvention::kInverse,
+                                               PoseConvention::kFlipped, PoseConvention::kInverseFlipped,
+                                               PoseConvention::kTurned};
 
 /// as-given, inverse, flipped, inverse-flipped, turned.
 const char* name_of(PoseConvention convention);
@@ -39,7 +40,7 @@ struct PoseFit {
 struct PoseEvidence {
   std::vector<PoseFit> fits;  ///< of every convention, as given first; empty when there is too little evidence
   PoseConvention best = PoseConvention::kAsGiven;
-  int checked = 0;            ///< observations or matches
+  int checked = 0;  ///< observations or matches
 };
 
 struct PoseReport {
@@ -50,16 +51,17 @@ struct PoseReport {
 };
 
 struct PoseCheckOptions {
-  int seeds = 8;           ///< photos, spread evenly, whose neighbours are matched with them
-  int features = 1500;     ///< per photo
-  bool refuse = true;      ///< another reading that fits clearly better is an error, else a warning
-  double agreement = 3;    ///< px within which a match agrees, for photos of 1000 px, others in proportion
+  int seeds = 8;         ///< photos, spread evenly, whose neighbours are matched with them
+  int features = 1500;   ///< per photo
+  bool refuse = true;    ///< another reading that fits clearly better is an error, else a warning
+  double agreement = 3;  ///< px within which a match agrees, for photos of 1000 px, others in proportion
 };
 
-/// Looks whether poses, photos and points belong together.  `points.observations` (may be empty) refer to the cameras of
-/// `photos`; features of neighbouring photos are matched besides, because points say nothing about pixels.  Throws Error{kInput} when all cameras are at one
-/// point, when coordinates are too large for their spread, and (options.refuse) when another reading fits clearly
-/// better; warns when the scene is so small that the renderer's near plane would cut it.
+/// Looks whether poses, photos and points belong together.  `points.observations` (may be empty) refer to the cameras
+/// of `photos`; features of neighbouring photos are matched besides, because points say nothing about pixels.  Throws
+/// Error{kInput} when all cameras are at one point, when coordinates are too large for their spread, and
+/// (options.refuse) when another reading fits clearly better; warns when the scene is so small that the renderer's near
+/// plane would cut it.
 PoseReport check_poses(const PoseCheckOptions& options, const CameraFile& file, const TrainingPhotos& photos,
                        const SparsePoints& points);
 

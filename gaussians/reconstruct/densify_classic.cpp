@@ -18,7 +18,8 @@ constexpr float kSplitShrink = 1.6f;  // of the reference code
 void shrink_into(const GaussianCloud& before, size_t from, Random random, GaussianCloud& cloud, size_t i) {
   const Vec3f normal(random.normal(), random.normal(), random.normal());
   const Vec3f deviation = before.log_scale[from].array().exp();
-  cloud.position[i] = before.position[from] + rotation_matrix<float>(before.rotation[from]) * deviation.cwiseProduct(normal);
+  cloud.position[i] =
+      before.position[from] + rotation_matrix<float>(before.rotation[from]) * deviation.cwiseProduct(normal);
   cloud.log_scale[i] = before.log_scale[from].array() - std::log(kSplitShrink);
 }
 
@@ -28,11 +29,14 @@ void gather_screen_gradient(std::span<const Vec2f> screen, int width, int height
   CHECK(screen.size() == state.cloud.size());
   state.screen_gradient.resize(screen.size(), 0.0f), state.times_seen.resize(screen.size(), 0.0f);
   const Vec2f half(0.5f * width, 0.5f * height);
-  parallel_for(static_cast<std::ptrdiff_t>(screen.size()), [&](std::ptrdiff_t i) {
-    if (screen[i].isZero()) return;
-    state.screen_gradient[i] += screen[i].cwiseProduct(half).norm();
-    state.times_seen[i] += 1;
-  }, 4096);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(screen.size()),
+      [&](std::ptrdiff_t i) {
+        if (screen[i].isZero()) return;
+        state.screen_gradient[i] += screen[i].cwiseProduct(half).norm();
+        state.times_seen[i] += 1;
+      },
+      4096);
 }
 
 ClassicSummary clone_split_prune(const TrainOptions& options, float extent, size_t budget, TrainingState& state) {

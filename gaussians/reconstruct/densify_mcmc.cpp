@@ -57,13 +57,16 @@ McmcSummary relocate_and_grow(const TrainOptions& options, size_t wanted, Traini
   double sum = 0;
   for (size_t i = 0; i < n; ++i) {
     const float opacity = sigmoid(cloud.opacity_logit[i]);
-    if (!is_finite(cloud, i) || opacity <= options.dead_opacity) dead.push_back(static_cast<int>(i));
-    else sum += opacity;
+    if (!is_finite(cloud, i) || opacity <= options.dead_opacity)
+      dead.push_back(static_cast<int>(i));
+    else
+      sum += opacity;
     running_sum[i] = sum;
   }
   McmcSummary summary;
   const size_t added = wanted > n ? wanted - n : 0;
-  const std::vector<int> source = draw_by_opacity(running_sum, dead.size() + added, Random(options.seed, kMoveStream, state.iteration));
+  const std::vector<int> source =
+      draw_by_opacity(running_sum, dead.size() + added, Random(options.seed, kMoveStream, state.iteration));
   if (source.empty()) return summary;
 
   std::vector<int> copies(n, 1);
@@ -89,25 +92,32 @@ McmcSummary relocate_and_grow(const TrainOptions& options, size_t wanted, Traini
 
 void explore(const TrainOptions& options, float rate, TrainingState& state) {
   GaussianCloud& cloud = state.cloud;
-  parallel_for(static_cast<std::ptrdiff_t>(cloud.size()), [&](std::ptrdiff_t i) {
-    const float opacity = sigmoid(cloud.opacity_logit[i]);
-    const float share = sigmoid(100.0f * (0.005f - opacity));
-    if (share < 1e-3f) return;  // opaque ones stay where they are
-    Random random(options.seed ^ kNoiseStream, i, state.iteration);
-    const Vec3f normal(random.normal(), random.normal(), random.normal());
-    const Mat3f R = rotation_matrix<float>(cloud.rotation[i]);
-    const Vec3f variance = (2.0f * cloud.log_scale[i]).array().exp();
-    cloud.position[i] += options.noise * rate * share * (R * variance.cwiseProduct(R.transpose() * normal));
-  }, 256);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(cloud.size()),
+      [&](std::ptrdiff_t i) {
+        const float opacity = sigmoid(cloud.opacity_logit[i]);
+        const float share = sigmoid(100.0f * (0.005f - opacity));
+        if (share < 1e-3f) return;  // opaque ones stay where they are
+        Random random(options.seed ^ kNoiseStream, i, state.iteration);
+        const Vec3f normal(random.normal(), random.normal(), random.normal());
+        const Mat3f R = rotation_matrix<float>(cloud.rotation[i]);
+        const Vec3f variance = (2.0f * cloud.log_scale[i]).array().exp();
+        cloud.position[i] += options.noise * rate * share * (R * variance.cwiseProduct(R.transpose() * normal));
+      },
+      256);
 }
 
-void add_mcmc_regularisers(const TrainOptions& options, float extent, const GaussianCloud& cloud, CloudOf<float>& gradient) {
+void add_mcmc_regularisers(const TrainOptions& options, float extent, const GaussianCloud& cloud,
+                           CloudOf<float>& gradient) {
   const float n = static_cast<float>(cloud.size());
-  parallel_for(static_cast<std::ptrdiff_t>(cloud.size()), [&](std::ptrdiff_t i) {
-    const float opacity = sigmoid(cloud.opacity_logit[i]);
-    gradient.opacity_logit[i] += options.opacity_weight / n * opacity * (1 - opacity);
-    gradient.log_scale[i] += options.scale_weight / (3 * n * extent) * cloud.log_scale[i].array().exp().matrix();
-  }, 1024);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(cloud.size()),
+      [&](std::ptrdiff_t i) {
+        const float opacity = sigmoid(cloud.opacity_logit[i]);
+        gradient.opacity_logit[i] += options.opacity_weight / n * opacity * (1 - opacity);
+        gradient.log_scale[i] += options.scale_weight / (3 * n * extent) * cloud.log_scale[i].array().exp().matrix();
+      },
+      1024);
 }
 
 }  // namespace pliant

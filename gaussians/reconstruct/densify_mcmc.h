@@ -25,6 +25,7 @@ McmcSummary relocate_and_grow(const TrainOptions& options, size_t wanted, Traini
 void explore(const TrainOptions& options, float rate, TrainingState& state);
 
 /// Adds the derivatives of opacity_weight * mean opacity + scale_weight * mean standard deviation / extent.
-void add_mcmc_regularisers(const TrainOptions& options, float extent, const GaussianCloud& cloud, CloudOf<float>& gradient);
+void add_mcmc_regularisers(const TrainOptions& options, float extent, const GaussianCloud& cloud,
+                           CloudOf<float>& gradient);
 
 }  // namespace pliant

@@ -11,12 +11,16 @@ template <class T>
 Image<T> expose(const Image<T>& color, const T* M) {
   CHECK(color.channels == 3);
   Image<T> out(color.width, color.height, 3);
-  parallel_for(color.height, [&](std::ptrdiff_t y) {
-    for (int x = 0; x < color.width; ++x) {
-      const T* c = color.at(x, static_cast<int>(y));
-      for (int k = 0; k < 3; ++k) out(x, static_cast<int>(y), k) = M[4 * k] * c[0] + M[4 * k + 1] * c[1] + M[4 * k + 2] * c[2] + M[4 * k + 3];
-    }
-  }, 16);
+  parallel_for(
+      color.height,
+      [&](std::ptrdiff_t y) {
+        for (int x = 0; x < color.width; ++x) {
+          const T* c = color.at(x, static_cast<int>(y));
+          for (int k = 0; k < 3; ++k)
+            out(x, static_cast<int>(y), k) = M[4 * k] * c[0] + M[4 * k + 1] * c[1] + M[4 * k + 2] * c[2] + M[4 * k + 3];
+        }
+      },
+      16);
   return out;
 }
 
@@ -33,14 +37,17 @@ void expose_adjoint(const Image<T>& color, const T* M, Image<T>& adj, T* adj_M) 
     return part;
   });
   for (int k = 0; k < kExposureSize; ++k) adj_M[k] += static_cast<T>(sum[k]);
-  parallel_for(color.height, [&](std::ptrdiff_t y) {
-    for (int x = 0; x < color.width; ++x) {
-      T* g = adj.at(x, static_cast<int>(y));
-      const T r = M[0] * g[0] + M[4] * g[1] + M[8] * g[2], gr = M[1] * g[0] + M[5] * g[1] + M[9] * g[2],
-              b = M[2] * g[0] + M[6] * g[1] + M[10] * g[2];
-      g[0] = r, g[1] = gr, g[2] = b;
-    }
-  }, 16);
+  parallel_for(
+      color.height,
+      [&](std::ptrdiff_t y) {
+        for (int x = 0; x < color.width; ++x) {
+          T* g = adj.at(x, static_cast<int>(y));
+          const T r = M[0] * g[0] + M[4] * g[1] + M[8] * g[2], gr = M[1] * g[0] + M[5] * g[1] + M[9] * g[2],
+                  b = M[2] * g[0] + M[6] * g[1] + M[10] * g[2];
+          g[0] = r, g[1] = gr, g[2] = b;
+        }
+      },
+      16);
 }
 
 std::array<float, kExposureSize> fit_exposure(const ImageF& color, const ImageF& target, const ImageF& weight) {

@@ -38,7 +38,8 @@ void change_backdrop(const TrainingPhoto& photo, const Vec3f& from, const Vec3f&
     for (int c = 0; c < 3; ++c) pixels.data[3 * i + c] += (1 - alpha.data[i]) * (to[c] - from[c]);
 }
 
-std::vector<PhotoQuality> held_out_quality(const GaussianCloud& cloud, const TrainingPhotos& photos, const RenderOptions& options) {
+std::vector<PhotoQuality> held_out_quality(const GaussianCloud& cloud, const TrainingPhotos& photos,
+                                           const RenderOptions& options) {
   std::vector<PhotoQuality> quality;
   for (const TrainingPhoto& photo : photos.photos) {
     if (!photo.held_out) continue;
@@ -49,7 +50,8 @@ std::vector<PhotoQuality> held_out_quality(const GaussianCloud& cloud, const Tra
     for (float& value : picture.data) value = std::clamp(value, 0.0f, 1.0f);
     const ImageF corrected = expose(picture, fit_exposure(picture, target, weight).data());
     quality.push_back({camera.name, psnr_of_mse(mse_loss(picture, target, weight)),
-                       ssim(picture, target, weight, SsimWindows::kInside), psnr_of_mse(mse_loss(corrected, target, weight))});
+                       ssim(picture, target, weight, SsimWindows::kInside),
+                       psnr_of_mse(mse_loss(corrected, target, weight))});
   }
   return quality;
 }

@@ -102,7 +102,8 @@ PhotoFeatures find_features(const FeatureOptions& options, const TrainingPhoto& 
     const double scale = static_cast<double>(options.longest_side) / longest;
     cv::resize(grey, grey, cv::Size(), scale, scale, cv::INTER_AREA);
   }
-  const float across = static_cast<float>(pixels.width) / grey.cols, down = static_cast<float>(pixels.height) / grey.rows;
+  const float across = static_cast<float>(pixels.width) / grey.cols,
+              down = static_cast<float>(pixels.height) / grey.rows;
   std::vector<cv::KeyPoint> points;
   cv::Mat descriptors;
   cv::SIFT::create(options.most, 3, options.contrast)->detectAndCompute(grey, cv::noArray(), points, descriptors);
@@ -120,7 +121,8 @@ PhotoFeatures find_features(const FeatureOptions& options, const TrainingPhoto& 
     const float* raw = descriptors.ptr<float>(i);
     const float sum = std::max(1e-6f, std::accumulate(raw, raw + 128, 0.0f));
     std::array<uint8_t, 128> root;
-    for (int k = 0; k < 128; ++k) root[k] = static_cast<uint8_t>(std::min(255.0f, 512 * std::sqrt(raw[k] / sum) + 0.5f));
+    for (int k = 0; k < 128; ++k)
+      root[k] = static_cast<uint8_t>(std::min(255.0f, 512 * std::sqrt(raw[k] / sum) + 0.5f));
     features.pixel.push_back(pixel), features.descriptor.push_back(root);
   }
   return features;
@@ -204,7 +206,8 @@ std::vector<FeatureMatch> match_features(const MatchOptions& options, const Phot
   for (int i = 0; i < n1; ++i) {
     if (F) {
       const Vec3d line = *F * Vec3d(features1.pixel[i].x(), features1.pixel[i].y(), 1);
-      grid.near_line((line / std::max(line.head<2>().norm(), 1e-300)).cast<float>(), static_cast<float>(options.band), partners);
+      grid.near_line((line / std::max(line.head<2>().norm(), 1e-300)).cast<float>(), static_cast<float>(options.band),
+                     partners);
     }
     for (const int j : partners) {
       const int d = squared_distance(features1.descriptor[i], features2.descriptor[j]);

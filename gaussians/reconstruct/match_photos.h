@@ -11,8 +11,8 @@ namespace pliant {
 
 /// Local features of one photo.
 struct PhotoFeatures {
-  std::vector<Vec2f> pixel;                         ///< [N] in the pixels of the photo, strongest first
-  std::vector<std::array<uint8_t, 128>> descriptor; ///< [N] RootSIFT (Arandjelovic and Zisserman 2012) times 512
+  std::vector<Vec2f> pixel;                          ///< [N] in the pixels of the photo, strongest first
+  std::vector<std::array<uint8_t, 128>> descriptor;  ///< [N] RootSIFT (Arandjelovic and Zisserman 2012) times 512
 
   size_t size() const { return pixel.size(); }
 };

@@ -6,7 +6,8 @@
 namespace pliant {
 
 double training_progress(const TrainOptions& options, int iteration, double seconds) {
-  const double share = options.seconds > 0 ? seconds / options.seconds : static_cast<double>(iteration) / std::max(1, options.iterations);
+  const double share = options.seconds > 0 ? seconds / options.seconds
+                                           : static_cast<double>(iteration) / std::max(1, options.iterations);
   return std::clamp(share, 0.0, 1.0);
 }
 
@@ -28,7 +29,8 @@ int level_at(const TrainOptions& options, double progress, int longest_side) {
 
 size_t planned_gaussians(const TrainOptions& options, size_t started_with, size_t budget, double progress) {
   if (started_with >= budget) return started_with;
-  const double share = std::clamp((progress - options.refine_from) / (options.grow_until - options.refine_from), 0.0, 1.0);
+  const double share =
+      std::clamp((progress - options.refine_from) / (options.grow_until - options.refine_from), 0.0, 1.0);
   const double ratio = static_cast<double>(budget) / std::max<size_t>(1, started_with);
   return static_cast<size_t>(started_with * std::pow(ratio, share) + 0.5);
 }

@@ -39,7 +39,8 @@ size_t gaussian_budget(const TrainOptions& options, const TrainingPhotos& photos
   return std::clamp<size_t>(pixels / 100, 20000, 150000);
 }
 
-Trainer::Trainer(const TrainOptions& options, const TrainingPhotos& photos, GaussianCloud start, const AttributeTerm* term)
+Trainer::Trainer(const TrainOptions& options, const TrainingPhotos& photos, GaussianCloud start,
+                 const AttributeTerm* term)
     : options_(options), photos_(photos), term_(term) {
   CHECK(start.size() > 0);
   state_.started_with = start.size();
@@ -52,9 +53,11 @@ Trainer::Trainer(const TrainOptions& options, const TrainingPhotos& photos, Gaus
   prepare();
 }
 
-Trainer::Trainer(const TrainOptions& options, const TrainingPhotos& photos, TrainingState state, const AttributeTerm* term)
+Trainer::Trainer(const TrainOptions& options, const TrainingPhotos& photos, TrainingState state,
+                 const AttributeTerm* term)
     : options_(options), photos_(photos), term_(term), state_(std::move(state)) {
-  const bool fits = state_.cloud.size() > 0 && state_.exposure.size() == (options.exposure ? photos.photos.size() * kExposureSize : 0) &&
+  const bool fits = state_.cloud.size() > 0 &&
+                    state_.exposure.size() == (options.exposure ? photos.photos.size() * kExposureSize : 0) &&
                     state_.attribute_channels() == (term_ ? term_->channels() : 0);
   if (!fits) throw input_error("checkpoint", "", "belongs to other photos or options", "start anew with --overwrite");
   prepare();
@@ -93,7 +96,8 @@ Trainer::Shown Trainer::show(double progress) const {
   ImageF behind(1, 1, 3);
   std::copy_n(shown.backdrop.data(), 3, behind.data.data());
   if (options_.exposure) behind = expose(behind, state_.exposure.data() + shown.photo * kExposureSize);
-  change_backdrop(photo, options_.render.background, Vec3f(behind.data[0], behind.data[1], behind.data[2]), shown.target);
+  change_backdrop(photo, options_.render.background, Vec3f(behind.data[0], behind.data[1], behind.data[2]),
+                  shown.target);
   return shown;
 }
 
@@ -118,17 +122,18 @@ TrainStep Trainer::step() {
     report.loss = photometric_loss_adjoint(options_.loss, exposed, shown.target, shown.weight, 1.0, adj.color).total;
     expose_adjoint(picture.color, exposure, adj.color, adj_exposure.data());
   } else {
-    report.loss = photometric_loss_adjoint(options_.loss, picture.color, shown.target, shown.weight, 1.0, adj.color).total;
+    report.loss =
+        photometric_loss_adjoint(options_.loss, picture.color, shown.target, shown.weight, 1.0, adj.color).total;
   }
   if (term_) {
     adj.features = ImageF(shown.camera.width, shown.camera.height, channels, 0.0f);
-    report.term = term_->adjoint({state_.iteration, before, shown.photo, state_.cloud, state_.attribute, state_.shared, picture.features},
-                                 {adj.features, adj_attribute, adj_shared});
+    report.term = term_->adjoint(
+        {state_.iteration, before, shown.photo, state_.cloud, state_.attribute, state_.shared, picture.features},
+        {adj.features, adj_attribute, adj_shared});
   }
   const bool classic = options_.densification == Densification::kClassic;
-  RenderGradient<float> gradient =
-      render_adjoint(state_.cloud, shown.camera, how, state_.attribute, channels, picture, adj, &tape,
-                     {.screen = classic && before < options_.grow_until});
+  RenderGradient<float> gradient = render_adjoint(state_.cloud, shown.camera, how, state_.attribute, channels, picture,
+                                                  adj, &tape, {.screen = classic && before < options_.grow_until});
   for (size_t k = 0; k < adj_attribute.size(); ++k) gradient.features[k] += adj_attribute[k];
   optimise(shown, before, gradient, adj_exposure, adj_shared);
 
@@ -141,30 +146,37 @@ TrainStep Trainer::step() {
   return report;
 }
 
-void Trainer::optimise(const Shown& shown, double progress, RenderGradient<float>& gradient, std::span<const float> adj_exposure,
-                       std::span<const float> adj_shared) {
+void Trainer::optimise(const Shown& shown, double progress, RenderGradient<float>& gradient,
+                       std::span<const float> adj_exposure, std::span<const float> adj_shared) {
   const bool mcmc = options_.densification == Densification::kMcmc;
   if (mcmc) add_mcmc_regularisers(options_, static_cast<float>(extent_), state_.cloud, gradient.cloud);
   const long step = state_.iteration + 1;
-  const float position = exponential_rate(options_.position_rate, options_.final_position_rate, progress) * static_cast<float>(extent_);
+  const float position =
+      exponential_rate(options_.position_rate, options_.final_position_rate, progress) * static_cast<float>(extent_);
   const auto uniform = [](size_t width, float rate) { return std::vector<float>(width, rate); };
   GaussianCloud& cloud = state_.cloud;
   adam_rows(flat(cloud.position), flat(gradient.cloud.position), uniform(3, position), step, state_.position);
-  adam_rows(flat(cloud.rotation), flat(gradient.cloud.rotation), uniform(4, options_.rotation_rate), step, state_.rotation);
-  adam_rows(flat(cloud.log_scale), flat(gradient.cloud.log_scale), uniform(3, options_.scale_rate), step, state_.log_scale);
-  adam_rows(cloud.opacity_logit, gradient.cloud.opacity_logit, uniform(1, options_.opacity_rate), step, state_.opacity_logit);
+  adam_rows(flat(cloud.rotation), flat(gradient.cloud.rotation), uniform(4, options_.rotation_rate), step,
+            state_.rotation);
+  adam_rows(flat(cloud.log_scale), flat(gradient.cloud.log_scale), uniform(3, options_.scale_rate), step,
+            state_.log_scale);
+  adam_rows(cloud.opacity_logit, gradient.cloud.opacity_logit, uniform(1, options_.opacity_rate), step,
+            state_.opacity_logit);
   std::vector<float> color = uniform(3 * cloud.sh_count(), options_.color_rate / 20);
   std::fill_n(color.begin(), 3, options_.color_rate);
   adam_rows(cloud.sh, gradient.cloud.sh, color, step, state_.sh);
   if (term_) {
-    adam_rows(state_.attribute, gradient.features, uniform(state_.attribute_channels(), term_->attribute_rate()), step, state_.attribute_moments);
+    adam_rows(state_.attribute, gradient.features, uniform(state_.attribute_channels(), term_->attribute_rate()), step,
+              state_.attribute_moments);
     adam_rows(state_.shared, adj_shared, uniform(1, term_->shared_rate()), step, state_.shared_moments);
   }
   if (options_.exposure) {
-    expose_better(shown.photo, exponential_rate(options_.exposure_rate, options_.final_exposure_rate, progress), adj_exposure);
+    expose_better(shown.photo, exponential_rate(options_.exposure_rate, options_.final_exposure_rate, progress),
+                  adj_exposure);
   }
   if (mcmc && progress < options_.relocate_until) explore(options_, position, state_);
-  if (!gradient.screen.empty()) gather_screen_gradient(gradient.screen, shown.camera.width, shown.camera.height, state_);
+  if (!gradient.screen.empty())
+    gather_screen_gradient(gradient.screen, shown.camera.width, shown.camera.height, state_);
 }
 
 void Trainer::expose_better(int photo, float rate, std::span<const float> adj_exposure) {
@@ -174,7 +186,8 @@ void Trainer::expose_better(int photo, float rate, std::span<const float> adj_ex
   Moments of_photo{{all.first.begin() + row, all.first.begin() + row + kExposureSize},
                    {all.second.begin() + row, all.second.begin() + row + kExposureSize}};
   const long shows = state_.iteration / static_cast<long>(trained_on_.size()) + 1;
-  adam_rows(std::span(state_.exposure).subspan(row, kExposureSize), adj_exposure, std::vector<float>(kExposureSize, rate), shows, of_photo);
+  adam_rows(std::span(state_.exposure).subspan(row, kExposureSize), adj_exposure,
+            std::vector<float>(kExposureSize, rate), shows, of_photo);
   std::copy(of_photo.first.begin(), of_photo.first.end(), all.first.begin() + row);
   std::copy(of_photo.second.begin(), of_photo.second.end(), all.second.begin() + row);
   // Scene and exposures could brighten and darken together; the mean exposure stays neutral.
@@ -189,7 +202,9 @@ void Trainer::densify(double before, double progress) {
   if (before < options_.refine_from || state_.cloud.size() == 0) return;
   const bool due = state_.iteration % options_.refine_every == 0;
   if (options_.densification == Densification::kMcmc && due && progress < options_.relocate_until) {
-    relocate_and_grow(options_, std::max(state_.cloud.size(), planned_gaussians(options_, state_.started_with, budget_, progress)), state_);
+    relocate_and_grow(
+        options_, std::max(state_.cloud.size(), planned_gaussians(options_, state_.started_with, budget_, progress)),
+        state_);
   }
   if (options_.densification == Densification::kClassic && progress < options_.grow_until) {
     if (due) clone_split_prune(options_, static_cast<float>(extent_), budget_, state_);

@@ -13,15 +13,16 @@ namespace pliant {
 
 /// What one iteration did.
 struct TrainStep {
-  int iteration = 0;     ///< that are done now
-  double progress = 0;   ///< of the whole training, in [0, 1]
-  double loss = 0;       ///< of the photo that was shown
-  double term = 0;       ///< of the attribute term
+  int iteration = 0;          ///< that are done now
+  double progress = 0;        ///< of the whole training, in [0, 1]
+  double loss = 0;            ///< of the photo that was shown
+  double term = 0;            ///< of the attribute term
   int width = 0, height = 0;  ///< of the picture
   size_t gaussians = 0;
 };
 
-/// Most Gaussians of a training: the options' or, when they say 0, one for 100 pixels of the photos that are trained on.
+/// Most Gaussians of a training: the options' or, when they say 0, one for 100 pixels of the photos that are trained
+/// on.
 size_t gaussian_budget(const TrainOptions& options, const TrainingPhotos& photos);
 
 /// Optimises Gaussians against photos by differentiable rendering (Kerbl et al. 2023): one photo an iteration, in an
@@ -31,9 +32,11 @@ class Trainer {
  public:
   /// Begins with `start`, at least one Gaussian.  `photos` and `term` (may be null) must outlive the trainer.
   /// Throws Error{kInput} when no photo is left to train on.
-  Trainer(const TrainOptions& options, const TrainingPhotos& photos, GaussianCloud start, const AttributeTerm* term = nullptr);
+  Trainer(const TrainOptions& options, const TrainingPhotos& photos, GaussianCloud start,
+          const AttributeTerm* term = nullptr);
   /// Goes on from `state`; throws Error{kInput} when it does not belong to these photos.
-  Trainer(const TrainOptions& options, const TrainingPhotos& photos, TrainingState state, const AttributeTerm* term = nullptr);
+  Trainer(const TrainOptions& options, const TrainingPhotos& photos, TrainingState state,
+          const AttributeTerm* term = nullptr);
 
   bool finished() const;
   double progress() const;  ///< in [0, 1]
@@ -55,8 +58,8 @@ class Trainer {
   };
   void prepare();
   Shown show(double progress) const;
-  void optimise(const Shown& shown, double progress, RenderGradient<float>& gradient, std::span<const float> adj_exposure,
-                std::span<const float> adj_shared);
+  void optimise(const Shown& shown, double progress, RenderGradient<float>& gradient,
+                std::span<const float> adj_exposure, std::span<const float> adj_shared);
   void expose_better(int photo, float rate, std::span<const float> adj_exposure);
   void densify(double progress_before, double progress);
 
@@ -84,6 +87,7 @@ struct PhotoQuality {
 };
 /// PSNR and SSIM (windows inside the image) of the held-out photos at full size, clamped to [0, 1]; pixels that do not
 /// count are left out.
-std::vector<PhotoQuality> held_out_quality(const GaussianCloud& cloud, const TrainingPhotos& photos, const RenderOptions& options);
+std::vector<PhotoQuality> held_out_quality(const GaussianCloud& cloud, const TrainingPhotos& photos,
+                                           const RenderOptions& options);
 
 }  // namespace pliant

@@ -27,8 +27,8 @@ std::string size_text(int width, int height) { return std::to_string(width) + " 
 /// What became of one photo.
 struct Loaded {
   std::optional<TrainingPhoto> photo;
-  std::string problem;   // why it is left out
-  std::string unclear;   // an orientation that sizes cannot tell
+  std::string problem;  // why it is left out
+  std::string unclear;  // an orientation that sizes cannot tell
   bool turned = false, fitted = false, scaled = false, undistorted = false, composited = false;
 };
 
@@ -143,14 +143,15 @@ Loaded load_photo(const PhotoOptions& options, const Camera& camera, Lenses& len
 }
 
 /// "NAME: 3 of 50 photos WHAT", once for all of them.
-void say_how_many(const std::vector<Loaded>& loaded, bool Loaded::* what, const std::string& where,
+void say_how_many(const std::vector<Loaded>& loaded, bool Loaded::*what, const std::string& where,
                   const std::string& sentence, std::vector<std::string>& warnings) {
   const auto count = std::count_if(loaded.begin(), loaded.end(), [&](const Loaded& l) { return l.photo && l.*what; });
   if (count == 0) return;
-  warnings.push_back(where + ": " + std::to_string(count) + " of " + std::to_string(loaded.size()) + " photos " + sentence);
+  warnings.push_back(where + ": " + std::to_string(count) + " of " + std::to_string(loaded.size()) + " photos " +
+                     sentence);
 }
 
-void say_each(const std::vector<Loaded>& loaded, std::string Loaded::* what, const std::string& ending,
+void say_each(const std::vector<Loaded>& loaded, std::string Loaded::*what, const std::string& ending,
               std::vector<std::string>& warnings) {
   int count = 0;
   for (const Loaded& l : loaded) {
@@ -161,13 +162,18 @@ void say_each(const std::vector<Loaded>& loaded, std::string Loaded::* what, con
 
 void check_enough(const std::string& where, const std::string& lost, const TrainingPhotos& result) {
   const auto usable = result.photos.size();
-  const auto held_out = static_cast<size_t>(std::count_if(result.photos.begin(), result.photos.end(),
-                                                          [](const TrainingPhoto& p) { return p.held_out; }));
+  const auto held_out = static_cast<size_t>(
+      std::count_if(result.photos.begin(), result.photos.end(), [](const TrainingPhoto& p) { return p.held_out; }));
   if (usable < kFewestPhotos) {
-    throw input_error(where, "", "has " + (usable == 0 ? "no usable photo" : usable == 1 ? "only one usable photo"
-                                           : "only " + std::to_string(usable) + " usable photos") +
-                      lost, "a scene needs at least " + std::to_string(kFewestPhotos) +
-                      " photos from different places (with fewer, depth and what is hidden stay unknown), better 30 or more");
+    throw input_error(
+        where, "",
+        "has " +
+            (usable == 0   ? "no usable photo"
+             : usable == 1 ? "only one usable photo"
+                           : "only " + std::to_string(usable) + " usable photos") +
+            lost,
+        "a scene needs at least " + std::to_string(kFewestPhotos) +
+            " photos from different places (with fewer, depth and what is hidden stay unknown), better 30 or more");
   }
   if (held_out == usable) {
     throw usage_error("hold-out", "", "leaves no photo to train on: all " + std::to_string(usable) + " are held out",
@@ -201,8 +207,8 @@ TrainingPhotos load_training_photos(const PhotoOptions& options, const CameraFil
             " %) cannot be used";
     result.warnings.push_back(where + ": " + share);
   }
-  say_how_many(loaded, &Loaded::turned, where, "are turned as their orientation flags say, to the shape of their cameras",
-               result.warnings);
+  say_how_many(loaded, &Loaded::turned, where,
+               "are turned as their orientation flags say, to the shape of their cameras", result.warnings);
   say_how_many(loaded, &Loaded::fitted, where, "are of another size than their cameras, which are scaled to them",
                result.warnings);
   say_each(loaded, &Loaded::unclear, "", result.warnings);
@@ -214,8 +220,9 @@ TrainingPhotos load_training_photos(const PhotoOptions& options, const CameraFil
     result.changed = result.changed || l.photo->changed;
     result.photos.push_back(std::move(*l.photo));
   }
-  check_enough(where, lost > 0 ? "; " + share + (result.warnings.empty() ? "" : ", the first: " + result.warnings.front()) : "",
-               result);
+  check_enough(
+      where, lost > 0 ? "; " + share + (result.warnings.empty() ? "" : ", the first: " + result.warnings.front()) : "",
+      result);
   return result;
 }
 

@@ -12,10 +12,10 @@
 namespace pliant {
 
 struct TrainingPhoto {
-  Camera camera;          ///< pinhole without distortion, of the size of `pixels`; `photo` is the file on disk
-  ImageU8 pixels;         ///< [H, W, 3]
-  ImageU8 weight;         ///< [H, W, 1] 255 = counts, 0 = the photo says nothing here; empty = all pixels count
-  ImageU8 alpha;          ///< [H, W, 1] how much of a pixel is the photo and not PhotoOptions::background; empty = all of it
+  Camera camera;   ///< pinhole without distortion, of the size of `pixels`; `photo` is the file on disk
+  ImageU8 pixels;  ///< [H, W, 3]
+  ImageU8 weight;  ///< [H, W, 1] 255 = counts, 0 = the photo says nothing here; empty = all pixels count
+  ImageU8 alpha;   ///< [H, W, 1] how much of a pixel is the photo and not PhotoOptions::background; empty = all of it
   bool held_out = false;  ///< never trained on
   bool changed = false;   ///< undistorted, scaled, turned or composited: no longer the file on disk
 };
@@ -28,7 +28,7 @@ struct PhotoOptions {
 
 struct TrainingPhotos {
   std::vector<TrainingPhoto> photos;  ///< in the order of their cameras' names
-  bool changed = false;  ///< undistorted, scaled, turned or composited: no longer the files on disk
+  bool changed = false;               ///< undistorted, scaled, turned or composited: no longer the files on disk
   std::vector<std::string> warnings;
 };
 

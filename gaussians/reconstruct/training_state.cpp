@@ -56,7 +56,8 @@ void copy_gaussian(TrainingState& state, size_t from, size_t to) {
 
 void clear_moments(TrainingState& state, size_t i) {
   const size_t n = state.cloud.size();
-  for (Moments* of : {&state.position, &state.rotation, &state.log_scale, &state.opacity_logit, &state.sh, &state.attribute_moments}) {
+  for (Moments* of : {&state.position, &state.rotation, &state.log_scale, &state.opacity_logit, &state.sh,
+                      &state.attribute_moments}) {
     if (of->first.empty()) continue;
     const size_t width = row_width(of->first, n);
     std::fill_n(of->first.begin() + i * width, width, 0.0f);

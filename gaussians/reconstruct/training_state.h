@@ -25,12 +25,12 @@ struct CurvePoint {
 /// Everything that a training goes on from.
 struct TrainingState {
   int iteration = 0;
-  double seconds = 0;             ///< wall time spent
-  size_t started_with = 0;        ///< Gaussians at iteration 0
+  double seconds = 0;       ///< wall time spent
+  size_t started_with = 0;  ///< Gaussians at iteration 0
   GaussianCloud cloud;
-  std::vector<float> attribute;   ///< [N, A] of an AttributeTerm; empty without one
-  std::vector<float> shared;      ///< what the term shares among all views
-  std::vector<float> exposure;    ///< [photos, 3, 4] see exposure.h; empty unless trained
+  std::vector<float> attribute;  ///< [N, A] of an AttributeTerm; empty without one
+  std::vector<float> shared;     ///< what the term shares among all views
+  std::vector<float> exposure;   ///< [photos, 3, 4] see exposure.h; empty unless trained
   Moments position, rotation, log_scale, opacity_logit, sh, attribute_moments, shared_moments, exposure_moments;
   std::vector<float> screen_gradient;  ///< [N] sum of |dL/d(u, v)| in half image sizes since the last densification ...
   std::vector<float> times_seen;       ///< [N] ... over so many pictures; both empty unless the strategy needs them

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kGaussNewtonSteps = 5;
 constexpr double kFewSightings = 0.05;  // of the median number of points that photos see
-constexpr int kMostHypotheses = 30;  // pairs of sightings that are tried for a track
+constexpr int kMostHypotheses = 30;     // pairs of sightings that are tried for a track
 
 struct Feature {
   int photo, index;
@@ -45,7 +45,8 @@ class Tracks {
     if (i == j) return;
     if (i > j) std::swap(i, j);
     std::vector<int> both;
-    std::set_union(photos_[i].begin(), photos_[i].end(), photos_[j].begin(), photos_[j].end(), std::back_inserter(both));
+    std::set_union(photos_[i].begin(), photos_[i].end(), photos_[j].begin(), photos_[j].end(),
+                   std::back_inserter(both));
     if (both.size() != photos_[i].size() + photos_[j].size()) return;
     parent_[j] = i, photos_[i] = std::move(both);
     photos_[j] = {};
@@ -99,8 +100,9 @@ class Triangulation {
 
   void find_all_features() {
     features_.resize(used_.size());
-    parallel_for(static_cast<std::ptrdiff_t>(used_.size()),
-                 [&](std::ptrdiff_t i) { features_[i] = find_features(options_.features, photo(static_cast<int>(i))); });
+    parallel_for(static_cast<std::ptrdiff_t>(used_.size()), [&](std::ptrdiff_t i) {
+      features_[i] = find_features(options_.features, photo(static_cast<int>(i)));
+    });
     first_.assign(1, 0);
     for (const PhotoFeatures& features : features_) first_.push_back(first_.back() + static_cast<int>(features.size()));
   }
@@ -129,12 +131,14 @@ class Triangulation {
 
   std::vector<std::vector<Feature>> merge(const std::vector<FeatureMatch>& matches) {
     std::vector<int> photo_of;
-    for (size_t i = 0; i < features_.size(); ++i) photo_of.insert(photo_of.end(), features_[i].size(), static_cast<int>(i));
+    for (size_t i = 0; i < features_.size(); ++i)
+      photo_of.insert(photo_of.end(), features_[i].size(), static_cast<int>(i));
     Tracks sets(photo_of);
     for (const FeatureMatch& m : matches) sets.unite(m.first, m.second);
     std::map<int, std::vector<Feature>> members;
     for (size_t i = 0; i < features_.size(); ++i) {
-      for (int k = first_[i]; k < first_[i + 1]; ++k) members[sets.find(k)].push_back({static_cast<int>(i), k - first_[i]});
+      for (int k = first_[i]; k < first_[i + 1]; ++k)
+        members[sets.find(k)].push_back({static_cast<int>(i), k - first_[i]});
     }
     std::vector<std::vector<Feature>> tracks;
     for (auto& [root, features] : members) {
@@ -163,7 +167,8 @@ class Triangulation {
     for (uint64_t h = 0; h < std::min<uint64_t>(pairs, kMostHypotheses); ++h) {
       // Pair number k of the triangle j < i.
       const uint64_t k = pairs <= kMostHypotheses ? h : random.below(pairs);
-      const auto i = static_cast<uint64_t>((1 + std::sqrt(1 + 8.0 * static_cast<double>(k))) / 2), j = k - i * (i - 1) / 2;
+      const auto i = static_cast<uint64_t>((1 + std::sqrt(1 + 8.0 * static_cast<double>(k))) / 2),
+                 j = k - i * (i - 1) / 2;
       Vec3d point;
       const Sighting two[] = {sighting(track[i]), sighting(track[j])};
       if (!triangulate_point(two, point)) continue;
@@ -174,7 +179,8 @@ class Triangulation {
     for (int round = 0; round < 2 && static_cast<int>(best.features.size()) >= fewest_views_; ++round) {
       std::vector<Sighting> sightings;
       for (const Feature& f : best.features) sightings.push_back(sighting(f));
-      if (!triangulate_point(sightings, best.position) || widest_angle(sightings, best.position) < smallest_angle) return {};
+      if (!triangulate_point(sightings, best.position) || widest_angle(sightings, best.position) < smallest_angle)
+        return {};
       best.features = agreeing(track, best.position);
     }
     return static_cast<int>(best.features.size()) >= fewest_views_ ? best : Point();
@@ -242,7 +248,8 @@ bool triangulate_point(std::span<const Sighting> sightings, Vec3d& point) {
       Eigen::Matrix<double, 2, 3> J;
       J << s.camera->fx, 0, -s.camera->fx * x, 0, s.camera->fy, -s.camera->fy * y;
       J = (J / p.z() * s.camera->cam_from_world.linear()).eval();
-      const Eigen::Vector2d r(s.camera->fx * x + s.camera->cx - s.pixel.x(), s.camera->fy * y + s.camera->cy - s.pixel.y());
+      const Eigen::Vector2d r(s.camera->fx * x + s.camera->cx - s.pixel.x(),
+                              s.camera->fy * y + s.camera->cy - s.pixel.y());
       JtJ += J.transpose() * J, Jtr += J.transpose() * r;
     }
     // The last round only looks whether the point lies in front of all cameras.

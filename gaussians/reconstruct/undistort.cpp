@@ -39,7 +39,8 @@ Vec4f catmull_rom(float t) {
 Undistortion make_undistortion(const Camera& camera) {
   const Rectangle r = inner_rectangle(camera);
   const double across = (r.right - r.left) * camera.fx, down = (r.bottom - r.top) * camera.fy;
-  if (!(across > kSmallestShare * camera.width && down > kSmallestShare * camera.height) || !std::isfinite(across + down)) {
+  if (!(across > kSmallestShare * camera.width && down > kSmallestShare * camera.height) ||
+      !std::isfinite(across + down)) {
     throw input_error(camera.photo.empty() ? camera.name : camera.photo, "distortion",
                       "is so strong that no undistorted picture is left", "check k1, k2, p1, p2, k3, k4");
   }
@@ -84,7 +85,8 @@ ImageU8 undistorted(const Undistortion& lens, const ImageU8& photo) {
         for (int c = 0; c < channels; ++c) sum[c] += across[dx] * down[dy] * pixel[c];
       }
     }
-    for (int c = 0; c < channels; ++c) out.data[channels * i + c] = static_cast<uint8_t>(std::clamp(sum[c], 0.0f, 255.0f) + 0.5f);
+    for (int c = 0; c < channels; ++c)
+      out.data[channels * i + c] = static_cast<uint8_t>(std::clamp(sum[c], 0.0f, 255.0f) + 0.5f);
   }
   return out;
 }

@@ -14,7 +14,7 @@ struct View {
   T fx, fy, cx, cy;                ///< pixels
   T low_x, high_x, low_y, high_y;  ///< bounds of x/z and y/z at which the Jacobian is taken
   int width, height;
-  T blur;                          ///< variance of the low-pass filter (px^2)
+  T blur;  ///< variance of the low-pass filter (px^2)
 };
 
 /// Derivatives with respect to the camera, as free entries of R, t and centre.

@@ -71,14 +71,13 @@ void deform_as(const DeformOptions& options, const CloudOf<T>& rest, const Bindi
         if (options.stretch) {
           Mat3<T> axes;
           Vec3<T> length;
-          principal_axes<T>(
-              carried_frame(options, fit) * covariance_factor<T>(rest.rotation[g], rest.log_scale[g]), axes,
-              length);
+          principal_axes<T>(carried_frame(options, fit) * covariance_factor<T>(rest.rotation[g], rest.log_scale[g]),
+                            axes, length);
           out.rotation[g] = quaternion_wxyz(axes);
           for (int k = 0; k < 3; ++k) out.log_scale[g][k] = std::log(std::max(length[k], T(1e-30)));
         } else {
-          out.rotation[g] =
-              quaternion_wxyz(Mat3<T>(carried_frame(options, fit) * covariance_factor<T>(rest.rotation[g], Vec3<T>::Zero())));
+          out.rotation[g] = quaternion_wxyz(
+              Mat3<T>(carried_frame(options, fit) * covariance_factor<T>(rest.rotation[g], Vec3<T>::Zero())));
         }
         sh_rotation.apply(fit.R, rest.sh_degree, out.sh_of(g));
       },

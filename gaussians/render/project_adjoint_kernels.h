@@ -17,7 +17,8 @@ struct FootprintGradient {
 /// h_y = 1 / (2 yy), slope = xy / yy, determinant = sharp + blur (|mx|^2 + |my|^2) + blur^2; with antialiasing opacity
 /// carries the factor sqrt(sharp / determinant).
 template <class T>
-INLINE FootprintGradient<T> footprint_gradient(const Footprint<T>& f, const Pack<T>& blur, const Pack<T>* sums, bool antialiased) {
+INLINE FootprintGradient<T> footprint_gradient(const Footprint<T>& f, const Pack<T>& blur, const Pack<T>* sums,
+                                               bool antialiased) {
   using V = Pack<T>;
   const V inverse_yy = T(1) / f.yy, half_inverse = T(0.5) / f.determinant;
   const V slope = f.xy * inverse_yy, hx = f.yy * half_inverse, hy = T(0.5) * inverse_yy;

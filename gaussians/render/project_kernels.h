@@ -1,7 +1,7 @@
 #pragma once
 
-#include "gaussians/render/blend.h"
 #include "gaussians/base/pack_math.h"
+#include "gaussians/render/blend.h"
 #include "gaussians/render/pack_rows.h"
 #include "gaussians/render/sh_basis.h"
 

@@ -46,12 +46,13 @@ RenderResult render(const CloudOf<float>& cloud, const Camera& camera, const Ren
 template <class T>
 struct RenderGradient {
   CloudOf<T> cloud;
-  std::vector<T> features;                      ///< [N, channels]
+  std::vector<T> features;  ///< [N, channels]
   Vec3<T> background = Vec3<T>::Zero();
-  Vec3<T> rotation = Vec3<T>::Zero();           ///< of the camera: cam_from_world <- (exp([rotation]), translation) cam_from_world
+  Vec3<T> rotation =
+      Vec3<T>::Zero();  ///< of the camera: cam_from_world <- (exp([rotation]), translation) cam_from_world
   Vec3<T> translation = Vec3<T>::Zero();
-  std::vector<Mat3<T>> covariance;              ///< [N] when asked for: what rotation and log_scale say, as one symmetric matrix
-  std::vector<Eigen::Matrix<T, 2, 1>> screen;   ///< [N, 2] when asked for: of the projected mean (u, v) in pixels
+  std::vector<Mat3<T>> covariance;  ///< [N] when asked for: what rotation and log_scale say, as one symmetric matrix
+  std::vector<Eigen::Matrix<T, 2, 1>> screen;  ///< [N, 2] when asked for: of the projected mean (u, v) in pixels
 };
 
 /// Derivatives that are made only when asked for.
@@ -59,9 +60,9 @@ struct GradientExtras {
   bool covariance = false, screen = false;
 };
 
-/// Derivatives of a scalar L of the picture, given dL/dpicture in `adj`, whose empty images count as zero.  `picture` is
-/// the result of `render` for the same arguments, `tape` what it left (or null).  Equal bit for bit for any number of
-/// threads.  Memory: 4 (10 + channels) bytes per pair of splat and tile in a band.
+/// Derivatives of a scalar L of the picture, given dL/dpicture in `adj`, whose empty images count as zero.  `picture`
+/// is the result of `render` for the same arguments, `tape` what it left (or null).  Equal bit for bit for any number
+/// of threads.  Memory: 4 (10 + channels) bytes per pair of splat and tile in a band.
 RenderGradient<float> render_adjoint(const CloudOf<float>& cloud, const Camera& camera, const RenderOptions& options,
                                      std::span<const float> features, int channels, const RenderResult& picture,
                                      const RenderResult& adj, const RenderTape<float>* tape = nullptr,

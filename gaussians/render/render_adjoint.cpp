@@ -198,7 +198,8 @@ template RenderGradient<double> render_adjoint_as<double, false>(const CloudOf<d
 
 RenderGradient<float> render_adjoint(const CloudOf<float>& cloud, const Camera& camera, const RenderOptions& options,
                                      std::span<const float> features, int channels, const RenderResult& picture,
-                                     const RenderResult& adj, const RenderTape<float>* tape, const GradientExtras& extras) {
+                                     const RenderResult& adj, const RenderTape<float>* tape,
+                                     const GradientExtras& extras) {
   return render_adjoint_as<float>(cloud, camera, options, features, channels, picture, adj, tape, extras);
 }
 

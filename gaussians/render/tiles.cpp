@@ -112,8 +112,9 @@ TileLists bin_splats(const ProjectedSplats<T>& projected, int band, InstructionS
     size_t room = 0;
     for (size_t i = begin; i < end; ++i) room += touched_tiles(projected.splats[projected.order[i]], low, high);
     pairs[b].reset(new TilePair[room + 1]);
-    const BinInput<T> input{projected.splats.data(), projected.order.data(), begin, end, projected.width,
-                            projected.height, projected.tiles_x, out.first_tile, out.last_tile};
+    const BinInput<T> input{
+        projected.splats.data(), projected.order.data(), begin,          end,          projected.width,
+        projected.height,        projected.tiles_x,      out.first_tile, out.last_tile};
     found[b] = blend_kernels<T, kCutOffs>(set).bin(input, pairs[b].get(), count.data() + b * tiles, first_pair.data());
   });
   uint32_t before = 0;
@@ -149,11 +150,11 @@ TileLists bin_splats(const ProjectedSplats<T>& projected, int band, InstructionS
 }
 
 template ProjectedSplats<float> project_splats<float, true>(const CloudOf<float>&, const Camera&, bool, size_t,
-                                                              InstructionSet, double);
+                                                            InstructionSet, double);
 template ProjectedSplats<double> project_splats<double, true>(const CloudOf<double>&, const Camera&, bool, size_t,
                                                               InstructionSet, double);
 template ProjectedSplats<double> project_splats<double, false>(const CloudOf<double>&, const Camera&, bool, size_t,
-                                                              InstructionSet, double);
+                                                               InstructionSet, double);
 template TileLists bin_splats<float, true>(const ProjectedSplats<float>&, int, InstructionSet);
 template TileLists bin_splats<double, true>(const ProjectedSplats<double>&, int, InstructionSet);
 template TileLists bin_splats<double, false>(const ProjectedSplats<double>&, int, InstructionSet);

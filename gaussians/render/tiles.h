@@ -33,8 +33,8 @@ template <class T>
 struct ProjectedSplats {
   int width = 0, height = 0, tiles_x = 0, tiles_y = 0;
   std::vector<Splat<T>, UnsetAllocator<Splat<T>>> splats;  ///< those that may be seen, in the order of the cloud
-  std::vector<uint32_t> order;   ///< positions in `splats`, ascending depth; equal depths in the order of the cloud
-  std::vector<int> bands;        ///< tiles [bands[b], bands[b + 1]) are binned together, which bounds the memory
+  std::vector<uint32_t> order;  ///< positions in `splats`, ascending depth; equal depths in the order of the cloud
+  std::vector<int> bands;       ///< tiles [bands[b], bands[b + 1]) are binned together, which bounds the memory
 
   int tiles() const { return tiles_x * tiles_y; }
 };
@@ -42,9 +42,9 @@ struct ProjectedSplats {
 /// For every tile of a band the splats that can change one of its pixels.
 struct TileLists {
   int first_tile = 0, last_tile = 0;
-  std::vector<uint32_t> start;       ///< [tiles of the band + 1]
-  std::vector<TileEntry> entries;    ///< of a tile front to back
-  std::vector<uint32_t> first_pair;  ///< [splats + 1] where the pairs of a splat begin
+  std::vector<uint32_t> start;          ///< [tiles of the band + 1]
+  std::vector<TileEntry> entries;       ///< of a tile front to back
+  std::vector<uint32_t> first_pair;     ///< [splats + 1] where the pairs of a splat begin
   std::vector<uint32_t> entry_of_pair;  ///< entries of a splat, ascending tiles
 };
 
@@ -55,13 +55,13 @@ constexpr size_t kMostPairs = size_t{8} << 20;
 /// Projects, culls and sorts by depth.  Gaussians that are not finite after projection (NaN, overflowing scales) are
 /// left out.  Memory: 72 bytes per Gaussian in view in float, twice that for a moment.
 template <class T, bool kCutOffs>
-ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera, bool antialiased,
-                                  size_t most_pairs, InstructionSet set = best_instruction_set(),
+ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera, bool antialiased, size_t most_pairs,
+                                  InstructionSet set = best_instruction_set(),
                                   double screen_variance = splat::kScreenVariance);
 
-/// A splat enters exactly the tiles in which the ellipse alpha >= 1/255 covers part of a pixel row (the reference enters
-/// all tiles that a 3 sigma square touches, which can miss the rim between 3 and 3.33 sigma of nearly opaque splats).
-/// Without cut-offs every splat enters every tile.
+/// A splat enters exactly the tiles in which the ellipse alpha >= 1/255 covers part of a pixel row (the reference
+/// enters all tiles that a 3 sigma square touches, which can miss the rim between 3 and 3.33 sigma of nearly opaque
+/// splats). Without cut-offs every splat enters every tile.
 template <class T, bool kCutOffs>
 TileLists bin_splats(const ProjectedSplats<T>& projected, int band, InstructionSet set);
 

@@ -14,8 +14,9 @@
 namespace pliant {
 namespace {
 
-constexpr int kNeighbours = 64;      // of a sample, that say whether it lies in a sheet, a rod or the bulk
-constexpr double kPerDisk = 1.36;    // volume per disk over its radius cubed, of dart throwing that fills space (packing 0.38)
+constexpr int kNeighbours = 64;  // of a sample, that say whether it lies in a sheet, a rod or the bulk
+constexpr double kPerDisk =
+    1.36;  // volume per disk over its radius cubed, of dart throwing that fills space (packing 0.38)
 constexpr double kTolerance = 0.01;  // of the number of drivers
 
 /// E at which half of the volume is softer.
@@ -37,19 +38,23 @@ double full_driver_volume(const SolidSamples& samples, const std::vector<float>&
   for (int iteration = 0; iteration < 60; ++iteration) {
     const double volume = 0.5 * (low + high);
     double drivers = 0;
-    for (size_t i = 0; i < samples.size(); ++i) drivers += std::min(1.0, samples.volume[i] / (std::pow(relative[i], 3) * volume));
+    for (size_t i = 0; i < samples.size(); ++i)
+      drivers += std::min(1.0, samples.volume[i] / (std::pow(relative[i], 3) * volume));
     (drivers > wanted ? low : high) = volume;
   }
   return high;
 }
 
 /// The disks, about `count`, whose number falls with their radius.
-std::vector<int> choose_disks(const DriverOptions& options, const SolidSamples& samples, const std::vector<float>& relative) {
+std::vector<int> choose_disks(const DriverOptions& options, const SolidSamples& samples,
+                              const std::vector<float>& relative) {
   const double wanted = std::min<double>(options.count, static_cast<double>(samples.size()));
   double low = 0, high = 0, r = std::cbrt(full_driver_volume(samples, relative, options.count) / kPerDisk);
   std::vector<int> best;
   std::vector<float> radius(samples.size());
-  const auto error = [&](const std::vector<int>& disks) { return std::abs(static_cast<double>(disks.size()) - wanted); };
+  const auto error = [&](const std::vector<int>& disks) {
+    return std::abs(static_cast<double>(disks.size()) - wanted);
+  };
   for (int trial = 0; trial < 40; ++trial) {
     for (size_t i = 0; i < samples.size(); ++i) radius[i] = static_cast<float>(r * relative[i]);
     const std::vector<int> disks = poisson_disk(samples.position, radius, options.seed);
@@ -69,16 +74,19 @@ std::vector<float> relative_radii(const SolidSamples& samples, std::span<const f
   if (samples.size() == 0) return relative;
   const float reference = median_young(samples, young);
   const NearestPoints tree(samples.position);
-  parallel_for(static_cast<std::ptrdiff_t>(samples.size()), [&](std::ptrdiff_t i) {
-    const float softness = young[i] / reference;
-    if (softness >= 1) return;  // the minimum is r there, whatever the shape
-    thread_local std::vector<NearestPoints::Hit> hits;
-    tree.query(samples.position[i], kNeighbours, hits);
-    const Vec3f variance = spread_of(samples.position, hits).value;
-    const float sum = variance.sum(), bulk = sum > 0 ? std::max(0.0f, variance[0]) / sum : 0.0f;
-    const float shape = std::clamp(1 + 27 * bulk, 1.0f, 10.0f);
-    relative[i] = std::clamp(std::sqrt(10 * softness / shape), kLeastRadius, 1.0f);
-  }, 64);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(samples.size()),
+      [&](std::ptrdiff_t i) {
+        const float softness = young[i] / reference;
+        if (softness >= 1) return;  // the minimum is r there, whatever the shape
+        thread_local std::vector<NearestPoints::Hit> hits;
+        tree.query(samples.position[i], kNeighbours, hits);
+        const Vec3f variance = spread_of(samples.position, hits).value;
+        const float sum = variance.sum(), bulk = sum > 0 ? std::max(0.0f, variance[0]) / sum : 0.0f;
+        const float shape = std::clamp(1 + 27 * bulk, 1.0f, 10.0f);
+        relative[i] = std::clamp(std::sqrt(10 * softness / shape), kLeastRadius, 1.0f);
+      },
+      64);
   return relative;
 }
 
@@ -122,7 +130,8 @@ DrivingParticles pgas_drivers(const DriverOptions& options, const SolidSamples& 
   return drivers;
 }
 
-SimulatedPart select_simulated(const SolidSamples& samples, std::span<const Region> pinned, int count, std::span<const float> young) {
+SimulatedPart select_simulated(const SolidSamples& samples, std::span<const Region> pinned, int count,
+                               std::span<const float> young) {
   CHECK(young.size() == samples.size());
   SimulatedPart part = select_simulated(samples, pinned, count);
   // What is kept says what E is soft, hence how many drivers of the full radius would fill it, and that what is kept.

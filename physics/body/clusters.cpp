@@ -7,18 +7,23 @@
 namespace pliant {
 
 void check_count(const SolidSamples& samples, int count) {
-  if (samples.size() == 0) throw usage_error("seed", "samples", "there are none", "choose an object with visible Gaussians");
-  if (count < 1) throw usage_error("seed", "count", "is " + std::to_string(count), "give a positive number of particles");
+  if (samples.size() == 0)
+    throw usage_error("seed", "samples", "there are none", "choose an object with visible Gaussians");
+  if (count < 1)
+    throw usage_error("seed", "count", "is " + std::to_string(count), "give a positive number of particles");
 }
 
 void assign_nearest(const SolidSamples& samples, DrivingParticles& drivers) {
   const NearestPoints tree(drivers.position);
   drivers.sample_driver.resize(samples.size());
-  parallel_for(static_cast<std::ptrdiff_t>(samples.size()), [&](std::ptrdiff_t i) {
-    thread_local std::vector<NearestPoints::Hit> hits;
-    tree.query(samples.position[i], 1, hits);
-    drivers.sample_driver[i] = hits[0].index;
-  }, 256);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(samples.size()),
+      [&](std::ptrdiff_t i) {
+        thread_local std::vector<NearestPoints::Hit> hits;
+        tree.query(samples.position[i], 1, hits);
+        drivers.sample_driver[i] = hits[0].index;
+      },
+      256);
 }
 
 void update_centres(const SolidSamples& samples, DrivingParticles& drivers) {

@@ -92,7 +92,8 @@ SimulatedPart select_simulated(const SolidSamples& samples, std::span<const Regi
     if (depth[i] < 0) outside += samples.volume[i];
   }
   if (!(outside > 0))
-    throw usage_error("seed", "pinned", "covers the whole object", "shrink the pinned regions so that something can move");
+    throw usage_error("seed", "pinned", "covers the whole object",
+                      "shrink the pinned regions so that something can move");
 
   // A region may hold more than what is near the moving part, such as the pot around a stem.
   std::vector<Vec3f> moving;
@@ -100,10 +101,13 @@ SimulatedPart select_simulated(const SolidSamples& samples, std::span<const Regi
     if (depth[i] < 0) moving.push_back(samples.position[i]);
   const NearestPoints tree(moving);
   std::vector<float> distance(samples.size(), 0.0f);
-  parallel_for(static_cast<std::ptrdiff_t>(samples.size()), [&](std::ptrdiff_t i) {
-    thread_local std::vector<NearestPoints::Hit> hits;
-    if (depth[i] >= 0) tree.query(samples.position[i], 1, hits), distance[i] = hits[0].distance;
-  }, 256);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(samples.size()),
+      [&](std::ptrdiff_t i) {
+        thread_local std::vector<NearestPoints::Hit> hits;
+        if (depth[i] >= 0) tree.query(samples.position[i], 1, hits), distance[i] = hits[0].distance;
+      },
+      256);
 
   // What is kept follows from dx and dx from what is kept.
   const auto keep = [&](size_t i, double dx) { return depth[i] < kCellsInside * dx && distance[i] < kCellsAway * dx; };

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "physics/mpm/region.h"
 #include "physics/body/samples.h"
+#include "physics/mpm/region.h"
 
 namespace pliant {
 
@@ -35,11 +35,12 @@ struct DriverOptions {
 
 /// K-means of the samples, weighted by volume (Lloyd 1982), from centres drawn along a space-filling order.  No
 /// driver is empty.  Drivers of parts thinner than kThinCells dx are spread across that thickness, three for one in
-/// rods, so that the grid feels them bend.  Deterministic for a seed, for any number of threads.  Throws Error{kUsage} without samples.
+/// rods, so that the grid feels them bend.  Deterministic for a seed, for any number of threads.  Throws Error{kUsage}
+/// without samples.
 DrivingParticles kmeans_drivers(const DriverOptions& options, const SolidSamples& samples);
 
-/// What is simulated: samples that lie less than 3 cells inside every pinned region and less than 4 from one that is free to
-/// move; others are rigid.
+/// What is simulated: samples that lie less than 3 cells inside every pinned region and less than 4 from one that is
+/// free to move; others are rigid.
 struct SimulatedPart {
   std::vector<int> kept;  ///< indices of the simulated samples, ascending
   float cell_size = 0;    ///< dx of `count` drivers in the simulated volume

@@ -66,27 +66,29 @@ void sample_inside(const std::vector<Cell>& cells, const WindingNumber& winding,
   constexpr int kSide = 2, kPoints = kSide * kSide * kSide;
   std::vector<Vec3f> position(cells.size());
   std::vector<float> volume(cells.size(), 0.0f);
-  parallel_for(static_cast<std::ptrdiff_t>(cells.size()), [&](std::ptrdiff_t c) {
-    const Cell& cell = cells[c];
-    Random random(seed, (static_cast<uint64_t>(cell.x) << 42) ^ (static_cast<uint64_t>(cell.y) << 21) ^ cell.z);
-    const auto jitter = [&] {
-      const double x = random.uniform(), y = random.uniform(), z = random.uniform();
-      return Vec3f(x, y, z);
-    };
-    const Vec3f corner = low + h * Vec3f(cell.x, cell.y, cell.z);
-    if (cell.whole) {
-      position[c] = corner + h * jitter(), volume[c] = h * h * h;
-      return;
-    }
-    int inside = 0;
-    Vec3f sum = Vec3f::Zero();
-    for (int p = 0; p < kPoints; ++p) {
-      const Vec3f x =
-          corner + h / kSide * (Vec3f(p / (kSide * kSide), p / kSide % kSide, p % kSide) + jitter());
-      if (winding.at(x) > kInside) ++inside, sum += x;
-    }
-    if (inside > 0) position[c] = sum / inside, volume[c] = h * h * h * inside / kPoints;
-  }, 64);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(cells.size()),
+      [&](std::ptrdiff_t c) {
+        const Cell& cell = cells[c];
+        Random random(seed, (static_cast<uint64_t>(cell.x) << 42) ^ (static_cast<uint64_t>(cell.y) << 21) ^ cell.z);
+        const auto jitter = [&] {
+          const double x = random.uniform(), y = random.uniform(), z = random.uniform();
+          return Vec3f(x, y, z);
+        };
+        const Vec3f corner = low + h * Vec3f(cell.x, cell.y, cell.z);
+        if (cell.whole) {
+          position[c] = corner + h * jitter(), volume[c] = h * h * h;
+          return;
+        }
+        int inside = 0;
+        Vec3f sum = Vec3f::Zero();
+        for (int p = 0; p < kPoints; ++p) {
+          const Vec3f x = corner + h / kSide * (Vec3f(p / (kSide * kSide), p / kSide % kSide, p % kSide) + jitter());
+          if (winding.at(x) > kInside) ++inside, sum += x;
+        }
+        if (inside > 0) position[c] = sum / inside, volume[c] = h * h * h * inside / kPoints;
+      },
+      64);
   for (size_t c = 0; c < cells.size(); ++c)
     if (volume[c] > 0) samples.position.push_back(position[c]), samples.volume.push_back(volume[c]);
 }
@@ -94,14 +96,17 @@ void sample_inside(const std::vector<Cell>& cells, const WindingNumber& winding,
 /// Surfels that bound no inside: the winding number is near 1 on neither side.
 std::vector<uint8_t> find_sheets(const std::vector<Surfel>& surfels, const WindingNumber& winding) {
   std::vector<uint8_t> thin(surfels.size());
-  parallel_for(static_cast<std::ptrdiff_t>(surfels.size()), [&](std::ptrdiff_t i) {
-    const Surfel& s = surfels[i];
-    float largest = 0;
-    for (const float step : {0.25f, 0.5f, 0.75f, 1.0f, 1.5f, 2.0f})
-      for (const float side : {-1.0f, 1.0f})
-        largest = std::max(largest, winding.at(s.position + side * step * std::sqrt(s.area) * s.normal));
-    thin[i] = largest < kEnclosing;
-  }, 64);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(surfels.size()),
+      [&](std::ptrdiff_t i) {
+        const Surfel& s = surfels[i];
+        float largest = 0;
+        for (const float step : {0.25f, 0.5f, 0.75f, 1.0f, 1.5f, 2.0f})
+          for (const float side : {-1.0f, 1.0f})
+            largest = std::max(largest, winding.at(s.position + side * step * std::sqrt(s.area) * s.normal));
+        thin[i] = largest < kEnclosing;
+      },
+      64);
   return thin;
 }
 
@@ -112,11 +117,14 @@ void add_uncovered(const std::vector<Surfel>& surfels, const SolidSamples& solid
     return;
   }
   const NearestPoints tree(solid.position);
-  parallel_for(static_cast<std::ptrdiff_t>(surfels.size()), [&](std::ptrdiff_t i) {
-    thread_local std::vector<NearestPoints::Hit> hits;
-    tree.query(surfels[i].position, 1, hits);
-    if (hits[0].distance > std::max(2 * solid.spacing, std::sqrt(surfels[i].area))) thin[i] = 1;
-  }, 256);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(surfels.size()),
+      [&](std::ptrdiff_t i) {
+        thread_local std::vector<NearestPoints::Hit> hits;
+        tree.query(surfels[i].position, 1, hits);
+        if (hits[0].distance > std::max(2 * solid.spacing, std::sqrt(surfels[i].area))) thin[i] = 1;
+      },
+      256);
 }
 
 std::vector<Surfel> select(const std::vector<Surfel>& surfels, const std::vector<uint8_t>& chosen) {
@@ -156,20 +164,26 @@ void measure_thickness(const std::vector<Surfel>& surfels, const std::vector<Vec
   const float reach = kSeen * samples.spacing;
   const NearestPoints walls(surface), others(samples.position);
   std::vector<float> depth(n);
-  parallel_for(n, [&](std::ptrdiff_t i) {
-    thread_local std::vector<NearestPoints::Hit> hits;
-    walls.query(samples.position[i], 1, hits);
-    const Surfel& s = surfels[hits[0].index];
-    depth[i] = std::abs(s.normal.dot(samples.position[i] - s.position));
-  }, 256);
+  parallel_for(
+      n,
+      [&](std::ptrdiff_t i) {
+        thread_local std::vector<NearestPoints::Hit> hits;
+        walls.query(samples.position[i], 1, hits);
+        const Surfel& s = surfels[hits[0].index];
+        depth[i] = std::abs(s.normal.dot(samples.position[i] - s.position));
+      },
+      256);
   samples.thickness.assign(n, 0.0f);
-  parallel_for(n, [&](std::ptrdiff_t i) {
-    thread_local std::vector<NearestPoints::Hit> hits;
-    others.within(samples.position[i], reach, hits);
-    float deepest = 0;
-    for (const auto& hit : hits) deepest = std::max(deepest, depth[hit.index]);
-    if (deepest < reach) samples.thickness[i] = std::max(2 * deepest, 0.5f * samples.spacing);
-  }, 256);
+  parallel_for(
+      n,
+      [&](std::ptrdiff_t i) {
+        thread_local std::vector<NearestPoints::Hit> hits;
+        others.within(samples.position[i], reach, hits);
+        float deepest = 0;
+        for (const auto& hit : hits) deepest = std::max(deepest, depth[hit.index]);
+        if (deepest < reach) samples.thickness[i] = std::max(2 * deepest, 0.5f * samples.spacing);
+      },
+      256);
 }
 
 }  // namespace
@@ -177,7 +191,8 @@ void measure_thickness(const std::vector<Surfel>& surfels, const std::vector<Vec
 SolidSamples fill_interior(const FillOptions& options, const GaussianCloud& object, FillSummary* summary) {
   if (options.target_count < 1 || options.max_cells < 8)
     throw usage_error("seed", "target_count", "or max_cells is too small", "use the defaults");
-  const std::vector<Surfel> surfels = make_surfels({options.opacity_threshold, options.max_surfels, options.outset, options.seed}, object);
+  const std::vector<Surfel> surfels =
+      make_surfels({options.opacity_threshold, options.max_surfels, options.outset, options.seed}, object);
   if (surfels.empty())
     throw usage_error("seed", "object", "has no visible Gaussian", "select an object whose Gaussians are opaque");
   const WindingNumber winding(surfels);

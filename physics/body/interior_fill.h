@@ -6,20 +6,20 @@
 namespace pliant {
 
 struct FillOptions {
-  int target_count = 40000;         ///< samples, approximately
-  float opacity_threshold = 0.1f;   ///< Gaussians below this opacity do not bound the solid
-  int max_cells = 256;              ///< finest cell: longest side / max_cells
-  int max_surfels = 50000;          ///< more Gaussians than this are thinned out
-  float outset = 0;                 ///< the surface lies this far outside of the Gaussians' centres (silhouette_outset.h)
+  int target_count = 40000;        ///< samples, approximately
+  float opacity_threshold = 0.1f;  ///< Gaussians below this opacity do not bound the solid
+  int max_cells = 256;             ///< finest cell: longest side / max_cells
+  int max_surfels = 50000;         ///< more Gaussians than this are thinned out
+  float outset = 0;  ///< the surface lies this far outside of the Gaussians' centres (silhouette_outset.h)
   uint64_t seed = 0;
 };
 
 struct FillSummary {
-  double volume = 0;         ///< units^3
+  double volume = 0;  ///< units^3
   size_t samples = 0;
-  size_t thin_samples = 0;   ///< samples of parts too thin to have an inside that the grid resolves
-  double thin_volume = 0;    ///< their volume, units^3
-  float cell = 0;            ///< side of the grid's cells, units
+  size_t thin_samples = 0;  ///< samples of parts too thin to have an inside that the grid resolves
+  double thin_volume = 0;   ///< their volume, units^3
+  float cell = 0;           ///< side of the grid's cells, units
 };
 
 /// Fills an object that is known by the Gaussians on its surface with stratified samples.  Inside is where the

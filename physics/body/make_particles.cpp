@@ -36,9 +36,10 @@ BasicParticles<T> make_particles(const DrivingParticles& drivers, const SolidSam
     throw usage_error("scene", "metres_per_unit", "is " + std::to_string(metres_per_unit) + ", must be positive",
                       "give the size of a scene unit in metres");
   if (material.size() != samples.size() || drivers.sample_driver.size() != samples.size())
-    throw usage_error("material", "", "has " + std::to_string(material.size()) + " values for " +
-                                          std::to_string(samples.size()) + " samples",
-                      "use the material of these samples");
+    throw usage_error(
+        "material", "",
+        "has " + std::to_string(material.size()) + " values for " + std::to_string(samples.size()) + " samples",
+        "use the material of these samples");
   const size_t n = drivers.size();
   const double s = metres_per_unit, s3 = s * s * s;
   std::vector<double> volume(n), mass(n), log_young(n), poisson(n);

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "physics/body/driving_particles.h"
+#include "physics/body/samples.h"
 #include "physics/laws/material.h"
 #include "physics/mpm/particles.h"
-#include "physics/body/samples.h"
 
 namespace pliant {
 
@@ -26,7 +26,8 @@ void validate_material(const std::string& where, const ElasticSamples& material)
 
 /// Particles of the solver, in SI units: a driver's volume and mass are the sums over its samples, log E and nu their
 /// volume-weighted means.  A driver thinner than w = kThinCells dx gets the volume of a part of thickness w and the
-/// Young's modulus that keeps its bending stiffness: E (t / w)^3 for a sheet, E (t / w)^4 for a rod.  `metres_per_unit` converts the units of the samples.
+/// Young's modulus that keeps its bending stiffness: E (t / w)^3 for a sheet, E (t / w)^4 for a rod.  `metres_per_unit`
+/// converts the units of the samples.
 template <class T>
 BasicParticles<T> make_particles(const DrivingParticles& drivers, const SolidSamples& samples,
                                  const ElasticSamples& material, double metres_per_unit);

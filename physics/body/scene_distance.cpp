@@ -10,8 +10,8 @@
 namespace pliant {
 namespace {
 
-constexpr int kCompany = 4;           // surfels that one which is no floater has within
-constexpr double kCompanyReach = 4;   // times the median spacing
+constexpr int kCompany = 4;          // surfels that one which is no floater has within
+constexpr double kCompanyReach = 4;  // times the median spacing
 constexpr double kHoleSpacings = 3;
 
 struct Cloud {
@@ -95,7 +95,8 @@ SceneDistanceResult make_scene_distance(const SceneDistanceOptions& options, std
     grid.size[a] = static_cast<int>(std::min(count, 1e9));
   }
   if (!(nodes <= 1 << 27))
-    throw usage_error("scene distance", "spacing", "asks for " + std::to_string(nodes) + " nodes", "give a larger spacing");
+    throw usage_error("scene distance", "spacing", "asks for " + std::to_string(nodes) + " nodes",
+                      "give a larger spacing");
 
   Cloud cloud;
   const float margin = static_cast<float>((options.truncation + 2) * grid.spacing);

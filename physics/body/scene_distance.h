@@ -9,13 +9,13 @@
 namespace pliant {
 
 struct SceneDistanceOptions {
-  Box box;                ///< part of space that gets a grid, in the surfels' unit
-  double spacing = 0;     ///< of its nodes; 0 = longest side of the box / 64
-  double truncation = 6;  ///< nodes; distances are cut off beyond this many
-  int neighbours = 12;    ///< surfels whose planes are averaged
+  Box box;                        ///< part of space that gets a grid, in the surfels' unit
+  double spacing = 0;             ///< of its nodes; 0 = longest side of the box / 64
+  double truncation = 6;          ///< nodes; distances are cut off beyond this many
+  int neighbours = 12;            ///< surfels whose planes are averaged
   std::vector<Vec3f> viewpoints;  ///< places in the open, such as the cameras': a surfel's normal is turned to the side
                                   ///< on which more of them lie; empty = normals stay
-  double hole_radius = 0;         ///< holes in the surface up to this radius are closed; 0 = 3 times the surfels' spacing
+  double hole_radius = 0;  ///< holes in the surface up to this radius are closed; 0 = 3 times the surfels' spacing
 };
 
 struct SceneDistanceSummary {

@@ -14,9 +14,9 @@ namespace pliant {
 namespace {
 
 constexpr size_t kViews = 12, kFewest = 50;
-constexpr float kEdgeOn = 0.2f;               // cosine between normal and line of sight
-constexpr float kBeyond = 6, kBefore = 4;     // px along the normal that are searched
-constexpr float kMost = 3;                     // px, the largest outset
+constexpr float kEdgeOn = 0.2f;            // cosine between normal and line of sight
+constexpr float kBeyond = 6, kBefore = 4;  // px along the normal that are searched
+constexpr float kMost = 3;                 // px, the largest outset
 constexpr int kHalvings = 5;
 constexpr float kStep = 0.25f, kVoid = 0.1f;  // px; opacity beyond a silhouette
 
@@ -26,11 +26,13 @@ std::optional<float> opacity_at(const ImageF& alpha, const Eigen::Vector2d& pixe
   if (!(x >= 0 && y >= 0 && x < alpha.width - 1 && y < alpha.height - 1)) return std::nullopt;
   const int i = static_cast<int>(x), j = static_cast<int>(y);
   const float a = static_cast<float>(x - i), b = static_cast<float>(y - j);
-  return (1 - b) * ((1 - a) * alpha(i, j) + a * alpha(i + 1, j)) + b * ((1 - a) * alpha(i, j + 1) + a * alpha(i + 1, j + 1));
+  return (1 - b) * ((1 - a) * alpha(i, j) + a * alpha(i + 1, j)) +
+         b * ((1 - a) * alpha(i, j + 1) + a * alpha(i + 1, j + 1));
 }
 
 /// Distance in pixels from `from` along unit `along` to where opacity falls through 1/2 into the void.
-std::optional<float> distance_to_silhouette(const ImageF& alpha, const Eigen::Vector2d& from, const Eigen::Vector2d& along) {
+std::optional<float> distance_to_silhouette(const ImageF& alpha, const Eigen::Vector2d& from,
+                                            const Eigen::Vector2d& along) {
   std::optional<float> outside = opacity_at(alpha, from + kBeyond * along);
   if (!outside || *outside > kVoid) return std::nullopt;
   for (float t = kBeyond - kStep; t >= -kBefore; t -= kStep) {
@@ -80,9 +82,13 @@ double covered(const GaussianCloud& object, const std::vector<RimPoint>& rim, fl
   options.outset = outset;
   const WindingNumber winding(make_surfels(options, object));
   std::vector<uint8_t> inside(rim.size());
-  parallel_for(static_cast<std::ptrdiff_t>(rim.size()), [&](std::ptrdiff_t i) {
-    inside[i] = std::any_of(rim[i].sight.begin(), rim[i].sight.end(), [&](const Vec3f& x) { return winding.at(x) > 0.5f; });
-  }, 64);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(rim.size()),
+      [&](std::ptrdiff_t i) {
+        inside[i] =
+            std::any_of(rim[i].sight.begin(), rim[i].sight.end(), [&](const Vec3f& x) { return winding.at(x) > 0.5f; });
+      },
+      64);
   return std::accumulate(inside.begin(), inside.end(), 0.0) / static_cast<double>(rim.size());
 }
 
@@ -98,7 +104,8 @@ float silhouette_outset(const GaussianCloud& object, const std::vector<Camera>& 
     rim.insert(rim.end(), more.begin(), more.end());
   }
   if (rim.size() < kFewest) return 0;
-  std::nth_element(rim.begin(), rim.begin() + rim.size() / 2, rim.end(), [](const RimPoint& a, const RimPoint& b) { return a.pixel < b.pixel; });
+  std::nth_element(rim.begin(), rim.begin() + rim.size() / 2, rim.end(),
+                   [](const RimPoint& a, const RimPoint& b) { return a.pixel < b.pixel; });
   // The solid covers half of the points of its silhouette; more, the larger it is.
   float low = 0, high = kMost * rim[rim.size() / 2].pixel;
   if (covered(object, rim, low) >= 0.5) return 0;

@@ -49,7 +49,8 @@ std::vector<Vec3<T>> surface_elements(const BasicParticles<T>& particles, double
   for (size_t i = 0; i < n; ++i) {
     const double filled = particles.volume[i] / (dx * dx * dx);
     for_stencil(i, [&](const Spline<double>* s, int a, int b, int c) {
-      share.at(s[0].base + a, s[1].base + b, s[2].base + c) += filled * s[0].weight[a] * s[1].weight[b] * s[2].weight[c];
+      share.at(s[0].base + a, s[1].base + b, s[2].base + c) +=
+          filled * s[0].weight[a] * s[1].weight[b] * s[2].weight[c];
     });
   }
   std::vector<Vec3<T>> out(n, Vec3<T>::Zero());

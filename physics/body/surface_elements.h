@@ -12,7 +12,7 @@ namespace pliant {
 template <class T>
 std::vector<Vec3<T>> surface_elements(const BasicParticles<T>& particles, double dx);
 
-/// [N] 1 for particles in parts thinner than 3 cells: those without a particle deep below the surface near them.  Plates
+/// [N] 1 for particles in parts thinner than 3 cells: those without a particle deep below the surface near them. Plates
 /// of 2 cells are found and those of 3 are not; in between it depends on how the particles lie.
 template <class T>
 std::vector<uint8_t> thin_parts(const BasicParticles<T>& particles, double dx);

@@ -21,7 +21,8 @@ class DiscGrid {
  public:
   DiscGrid(const std::vector<Surfel>& surfels, const std::vector<float>& radius) : surfels_(surfels), radius_(radius) {
     for (size_t i = 0; i < surfels.size(); ++i)
-      box_.add(surfels[i].position - Vec3f::Constant(radius[i])), box_.add(surfels[i].position + Vec3f::Constant(radius[i]));
+      box_.add(surfels[i].position - Vec3f::Constant(radius[i])),
+          box_.add(surfels[i].position + Vec3f::Constant(radius[i]));
     std::vector<float> sorted(radius);
     std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
     cell_ = std::max(1.5f * sorted[sorted.size() / 2], box_.size().maxCoeff() / kMaxSide);
@@ -31,8 +32,10 @@ class DiscGrid {
     for (int pass = 0; pass < 2; ++pass) {
       for (size_t i = 0; i < surfels.size(); ++i) {
         for_cells(i, [&](size_t cell) {
-          if (pass == 0) ++begin_[cell + 1];
-          else disc_[cursor_[cell]++] = static_cast<int>(i);
+          if (pass == 0)
+            ++begin_[cell + 1];
+          else
+            disc_[cursor_[cell]++] = static_cast<int>(i);
         });
       }
       if (pass == 1) break;
@@ -80,7 +83,8 @@ class DiscGrid {
   void for_cells(size_t i, F&& f) const {
     int low[3], high[3];
     for (int a = 0; a < 3; ++a) {
-      const float u = (surfels_[i].position[a] - box_.low[a]) / cell_, r = std::min(radius_[i] / cell_, 0.5f * kMaxCells);
+      const float u = (surfels_[i].position[a] - box_.low[a]) / cell_,
+                  r = std::min(radius_[i] / cell_, 0.5f * kMaxCells);
       low[a] = std::clamp(static_cast<int>(u - r), 0, side_[a] - 1);
       high[a] = std::clamp(static_cast<int>(u + r), 0, side_[a] - 1);
     }
@@ -112,18 +116,22 @@ void orient(std::vector<Surfel>& surfels, const std::vector<float>& radius) {
   const DiscGrid grid(surfels, radius);
   const std::vector<Vec3f> directions = sphere_directions(24);
   std::vector<float> side(surfels.size());
-  parallel_for(static_cast<std::ptrdiff_t>(surfels.size()), [&](std::ptrdiff_t i) {
-    const Surfel& s = surfels[i];
-    int open[2] = {0, 0}, cast[2] = {0, 0};
-    for (const Vec3f& d : directions) {
-      const float facing = d.dot(s.normal);
-      if (std::abs(facing) < 0.25f) continue;
-      const int k = facing > 0;
-      ++cast[k];
-      open[k] += grid.escapes(s.position + (k ? 0.3f : -0.3f) * radius[i] * s.normal, d);
-    }
-    side[i] = static_cast<float>(open[1]) / std::max(cast[1], 1) - static_cast<float>(open[0]) / std::max(cast[0], 1);
-  }, 64);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(surfels.size()),
+      [&](std::ptrdiff_t i) {
+        const Surfel& s = surfels[i];
+        int open[2] = {0, 0}, cast[2] = {0, 0};
+        for (const Vec3f& d : directions) {
+          const float facing = d.dot(s.normal);
+          if (std::abs(facing) < 0.25f) continue;
+          const int k = facing > 0;
+          ++cast[k];
+          open[k] += grid.escapes(s.position + (k ? 0.3f : -0.3f) * radius[i] * s.normal, d);
+        }
+        side[i] =
+            static_cast<float>(open[1]) / std::max(cast[1], 1) - static_cast<float>(open[0]) / std::max(cast[0], 1);
+      },
+      64);
   for (size_t i = 0; i < surfels.size(); ++i) {
     if (side[i] < 0) surfels[i].normal = -surfels[i].normal;
     surfels[i].side = std::abs(side[i]);
@@ -154,28 +162,31 @@ std::vector<Surfel> make_surfels(const SurfelOptions& options, const GaussianClo
   const NearestPoints tree(position);
   std::vector<Surfel> surfels(n);
   std::vector<float> radius(n);
-  parallel_for(n, [&](std::ptrdiff_t i) {
-    thread_local std::vector<NearestPoints::Hit> hits;
-    tree.query(position[i], kNeighbours + 1, hits);
-    Vec3f mean = Vec3f::Zero();
-    for (const auto& hit : hits) mean += position[hit.index] / static_cast<float>(hits.size());
-    Mat3f own = Mat3f::Zero(), spread = Mat3f::Zero();
-    for (const auto& hit : hits) {
-      const Vec3f d = position[hit.index] - mean;
-      own += covariance[hit.index] / static_cast<float>(hits.size());
-      spread += d * d.transpose() / static_cast<float>(hits.size());
-    }
-    constexpr float kFlat = 0.25f;  // ratio of variances below which Gaussians tell the normal themselves
-    Vec3f value;
-    Mat3f axes;
-    symmetric_eigen<float, 3>(own, value, axes);
-    if (value[0] > kFlat * value[1]) symmetric_eigen<float, 3>(own + spread, value, axes);
-    Surfel& s = surfels[i];
-    s.position = position[i], s.normal = axes.col(0);
-    // Discs of this radius cover a surface that is sampled at random; none reaches far beyond its own Gaussian.
-    radius[i] = kReach * std::sqrt(covariance[i].trace());
-    if (hits.size() > 1) radius[i] = std::min(radius[i], 0.7f * hits.back().distance);
-  }, 256);
+  parallel_for(
+      n,
+      [&](std::ptrdiff_t i) {
+        thread_local std::vector<NearestPoints::Hit> hits;
+        tree.query(position[i], kNeighbours + 1, hits);
+        Vec3f mean = Vec3f::Zero();
+        for (const auto& hit : hits) mean += position[hit.index] / static_cast<float>(hits.size());
+        Mat3f own = Mat3f::Zero(), spread = Mat3f::Zero();
+        for (const auto& hit : hits) {
+          const Vec3f d = position[hit.index] - mean;
+          own += covariance[hit.index] / static_cast<float>(hits.size());
+          spread += d * d.transpose() / static_cast<float>(hits.size());
+        }
+        constexpr float kFlat = 0.25f;  // ratio of variances below which Gaussians tell the normal themselves
+        Vec3f value;
+        Mat3f axes;
+        symmetric_eigen<float, 3>(own, value, axes);
+        if (value[0] > kFlat * value[1]) symmetric_eigen<float, 3>(own + spread, value, axes);
+        Surfel& s = surfels[i];
+        s.position = position[i], s.normal = axes.col(0);
+        // Discs of this radius cover a surface that is sampled at random; none reaches far beyond its own Gaussian.
+        radius[i] = kReach * std::sqrt(covariance[i].trace());
+        if (hits.size() > 1) radius[i] = std::min(radius[i], 0.7f * hits.back().distance);
+      },
+      256);
   orient(surfels, radius);
 
   std::optional<NearestPoints> outside;
@@ -185,35 +196,42 @@ std::vector<Surfel> make_surfels(const SurfelOptions& options, const GaussianClo
     outside.emplace(position);
   }
   const NearestPoints& moved = outside ? *outside : tree;
-  parallel_for(n, [&](std::ptrdiff_t i) {
-    thread_local std::vector<NearestPoints::Hit> hits;
-    moved.query(position[i], 3 * kNeighbours, hits);
-    // sigma_1 sigma_2 of a flat Gaussian, from the second invariant of its covariance.
-    const Mat3f& S = covariance[i];
-    const float footprint = kPi * kReach * kReach * std::sqrt(0.5f * std::max(0.0f, S.trace() * S.trace() - S.squaredNorm()));
-    const auto area_of = [&](auto&& counts) {
-      int found = 0;
-      float reach = 0;
-      for (const auto& hit : hits) {
-        if (hit.index == i || !counts(surfels[hit.index])) continue;
-        ++found, reach = hit.distance;
-        if (found == kNeighbours) break;
-      }
-      return found > 0 ? std::min(footprint, kPi * reach * reach / found) : footprint;
-    };
-    surfels[i].area = area_of([&](const Surfel& s) { return s.one_sided() && s.normal.dot(surfels[i].normal) > 0.2f; });
-    // Only what lies on the Gaussian itself belongs to its layer.
-    const Vec3f& normal = surfels[i].normal;
-    float depth = 0;
-    int count = 0;
-    for (const auto& hit : hits) {
-      if (hit.distance > radius[i] || std::abs(surfels[hit.index].normal.dot(normal)) < 0.7f) continue;
-      const float d = normal.dot(position[hit.index] - position[i]);
-      depth += d * d, ++count;
-    }
-    surfels[i].thickness = std::sqrt(12 * (normal.dot(S * normal) + depth / static_cast<float>(std::max(count, 1))));
-    surfels[i].sheet_area = area_of([&](const Surfel& s) { return std::abs(s.normal.dot(surfels[i].normal)) > 0.2f; });
-  }, 256);
+  parallel_for(
+      n,
+      [&](std::ptrdiff_t i) {
+        thread_local std::vector<NearestPoints::Hit> hits;
+        moved.query(position[i], 3 * kNeighbours, hits);
+        // sigma_1 sigma_2 of a flat Gaussian, from the second invariant of its covariance.
+        const Mat3f& S = covariance[i];
+        const float footprint =
+            kPi * kReach * kReach * std::sqrt(0.5f * std::max(0.0f, S.trace() * S.trace() - S.squaredNorm()));
+        const auto area_of = [&](auto&& counts) {
+          int found = 0;
+          float reach = 0;
+          for (const auto& hit : hits) {
+            if (hit.index == i || !counts(surfels[hit.index])) continue;
+            ++found, reach = hit.distance;
+            if (found == kNeighbours) break;
+          }
+          return found > 0 ? std::min(footprint, kPi * reach * reach / found) : footprint;
+        };
+        surfels[i].area =
+            area_of([&](const Surfel& s) { return s.one_sided() && s.normal.dot(surfels[i].normal) > 0.2f; });
+        // Only what lies on the Gaussian itself belongs to its layer.
+        const Vec3f& normal = surfels[i].normal;
+        float depth = 0;
+        int count = 0;
+        for (const auto& hit : hits) {
+          if (hit.distance > radius[i] || std::abs(surfels[hit.index].normal.dot(normal)) < 0.7f) continue;
+          const float d = normal.dot(position[hit.index] - position[i]);
+          depth += d * d, ++count;
+        }
+        surfels[i].thickness =
+            std::sqrt(12 * (normal.dot(S * normal) + depth / static_cast<float>(std::max(count, 1))));
+        surfels[i].sheet_area =
+            area_of([&](const Surfel& s) { return std::abs(s.normal.dot(surfels[i].normal)) > 0.2f; });
+      },
+      256);
   return surfels;
 }
 

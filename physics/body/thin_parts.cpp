@@ -14,7 +14,7 @@ namespace {
 
 constexpr float kThickest = 4;  // sample spacings; thicker parts are simulated as they are
 constexpr float kPerCellOfRod = 8 * kThinCells * kThinCells;  // drivers of a thin rod along one cell
-constexpr float kLine = 0.1f;  // ratio of variances below which points form a line
+constexpr float kLine = 0.1f;                                 // ratio of variances below which points form a line
 
 }  // namespace
 
@@ -36,18 +36,22 @@ std::vector<uint8_t> find_rods(const SolidSamples& samples) {
   std::vector<uint8_t> rod(samples.size(), 0);
   if (samples.thickness.empty()) return rod;
   const NearestPoints tree(samples.position);
-  parallel_for(static_cast<std::ptrdiff_t>(samples.size()), [&](std::ptrdiff_t i) {
-    const float t = samples.thickness[i];
-    if (!(t > 0) || (samples.spacing > 0 && t > kThickest * samples.spacing)) return;
-    thread_local std::vector<NearestPoints::Hit> hits;
-    tree.within(samples.position[i], std::max(3 * t, 2 * samples.spacing), hits);
-    const Vec3f value = spread_of(samples.position, hits).value;
-    rod[i] = hits.size() > 2 && value[1] < kLine * value[2];
-  }, 64);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(samples.size()),
+      [&](std::ptrdiff_t i) {
+        const float t = samples.thickness[i];
+        if (!(t > 0) || (samples.spacing > 0 && t > kThickest * samples.spacing)) return;
+        thread_local std::vector<NearestPoints::Hit> hits;
+        tree.within(samples.position[i], std::max(3 * t, 2 * samples.spacing), hits);
+        const Vec3f value = spread_of(samples.position, hits).value;
+        rod[i] = hits.size() > 2 && value[1] < kLine * value[2];
+      },
+      64);
   return rod;
 }
 
-double cell_size_of(const SolidSamples& samples, const std::vector<uint8_t>& rod, size_t count, const std::function<bool(size_t, double)>& keep) {
+double cell_size_of(const SolidSamples& samples, const std::vector<uint8_t>& rod, size_t count,
+                    const std::function<bool(size_t, double)>& keep) {
   const auto volume_at = [&](double dx) {
     double sum = 0;
     for (size_t i = 0; i < samples.size(); ++i) {
@@ -119,9 +123,12 @@ void spread_thin_parts(uint64_t seed, const SolidSamples& samples, DrivingPartic
   std::vector<Offsets> offsets(n);
   const auto thin = [&](size_t d) { return drivers.thickness[d] > 0 && drivers.thickness[d] < full; };
   const NearestPoints tree(drivers.position);
-  parallel_for(static_cast<std::ptrdiff_t>(n), [&](std::ptrdiff_t d) {
-    if (thin(d)) offsets[d] = offsets_of(drivers, tree, d, full);
-  }, 64);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(n),
+      [&](std::ptrdiff_t d) {
+        if (thin(d)) offsets[d] = offsets_of(drivers, tree, d, full);
+      },
+      64);
 
   std::vector<int> members(n, 0);
   for (const int d : drivers.sample_driver) ++members[d];
@@ -154,9 +161,11 @@ void spread_thin_parts(uint64_t seed, const SolidSamples& samples, DrivingPartic
 
 }  // namespace
 
-void lay_on_grid(uint64_t seed, const SolidSamples& samples, const std::vector<uint8_t>& sparsest, DrivingParticles& drivers) {
+void lay_on_grid(uint64_t seed, const SolidSamples& samples, const std::vector<uint8_t>& sparsest,
+                 DrivingParticles& drivers) {
   const std::vector<uint8_t> rod = find_rods(samples);
-  const size_t count = sparsest.empty() ? drivers.size() : static_cast<size_t>(std::count(sparsest.begin(), sparsest.end(), 1));
+  const size_t count =
+      sparsest.empty() ? drivers.size() : static_cast<size_t>(std::count(sparsest.begin(), sparsest.end(), 1));
   CHECK(count > 0);
   const auto keep = [&](size_t i, double) { return sparsest.empty() || sparsest[drivers.sample_driver[i]]; };
   drivers.cell_size = static_cast<float>(cell_size_of(samples, rod, count, keep));

@@ -35,8 +35,7 @@ int WindingNumber::build(int begin, int end) {
     box.add(discs_[i].position);
   }
   node.centre = weight > 0 ? Vec3f(node.centre / weight) : box.centre();
-  for (int i = begin; i < end; ++i)
-    node.radius = std::max(node.radius, (discs_[i].position - node.centre).norm());
+  for (int i = begin; i < end; ++i) node.radius = std::max(node.radius, (discs_[i].position - node.centre).norm());
   if (end - begin > kLeaf) {
     int axis = 0;
     box.size().maxCoeff(&axis);

@@ -21,8 +21,8 @@ class WindingNumber {
   struct Node {
     Vec3f centre, moment;
     float radius;
-    int begin, end;           // discs
-    int right = -1;           // the left child follows its parent; -1 for a leaf
+    int begin, end;  // discs
+    int right = -1;  // the left child follows its parent; -1 for a leaf
   };
 
   int build(int begin, int end);

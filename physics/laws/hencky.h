@@ -11,8 +11,8 @@ constexpr double kSmallestStretch = 0.01;
 
 /// Psi = mu sum e_i^2 + lambda/2 (sum e_i)^2, e_i = ln sigma_i (Hencky 1928; Simo 1992 as the basis of finite
 /// plasticity).
-/// Valid for stretches between about 0.7 and 1.4 under load (beyond e in one direction the true stress falls again), and
-/// for the elastic part of everything that flows; flat and inverted states have finite energy and are pushed back.
+/// Valid for stretches between about 0.7 and 1.4 under load (beyond e in one direction the true stress falls again),
+/// and for the elastic part of everything that flows; flat and inverted states have finite energy and are pushed back.
 template <class T>
 struct Hencky {
   T mu, lambda;

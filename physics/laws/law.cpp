@@ -51,18 +51,22 @@ auto with_elastic(const LawPoint<T>& point, const LawMemory<T>& memory, Visit&& 
   }
   switch (law) {
     case Law::kFixedCorotated:
-    case Law::kViscoelastic: break;
-    case Law::kNeoHookean: return visit(NeoHookean<T>{point.mu, point.lambda});
+    case Law::kViscoelastic:
+      break;
+    case Law::kNeoHookean:
+      return visit(NeoHookean<T>{point.mu, point.lambda});
     case Law::kHencky:
     case Law::kMetal:
     case Law::kSand:
     case Law::kFoam:
-    case Law::kPlasticine: return visit(Hencky<T>{point.mu, point.lambda});
+    case Law::kPlasticine:
+      return visit(Hencky<T>{point.mu, point.lambda});
     case Law::kSnow: {
       const T factor = SnowHardening<T>(point.material->compaction_hardening, memory.history).factor;
       return visit(FixedCorotated<T>{factor * point.mu, factor * point.lambda});
     }
-    case Law::kFluid: return visit(fluid(point));
+    case Law::kFluid:
+      return visit(fluid(point));
   }
   return visit(FixedCorotated<T>{point.mu, point.lambda});
 }
@@ -72,15 +76,20 @@ template <class Visit>
 void with_return_map(const Material& m, double dt, Visit&& visit) {
   switch (m.law) {
     case Law::kMetal:
-    case Law::kPlasticine: return visit(VonMises{m.yield_stress, m.hardening});
-    case Law::kSand: return visit(DruckerPrager{DruckerPrager::alpha_of(m.friction_angle)});
-    case Law::kSnow: return visit(SnowClamp{m.critical_compression, m.critical_stretch});
-    case Law::kFoam: return visit(Viscoplastic{m.yield_stress, m.plastic_viscosity, dt});
+    case Law::kPlasticine:
+      return visit(VonMises{m.yield_stress, m.hardening});
+    case Law::kSand:
+      return visit(DruckerPrager{DruckerPrager::alpha_of(m.friction_angle)});
+    case Law::kSnow:
+      return visit(SnowClamp{m.critical_compression, m.critical_stretch});
+    case Law::kFoam:
+      return visit(Viscoplastic{m.yield_stress, m.plastic_viscosity, dt});
     case Law::kFixedCorotated:
     case Law::kNeoHookean:
     case Law::kHencky:
     case Law::kFluid:
-    case Law::kViscoelastic: break;
+    case Law::kViscoelastic:
+      break;
   }
 }
 

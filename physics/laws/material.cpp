@@ -7,8 +7,8 @@
 namespace pliant {
 namespace {
 
-constexpr const char* kNames[] = {"fixed_corotated", "neo_hookean", "hencky",     "metal", "sand",
-                                  "snow",            "foam",        "plasticine", "fluid", "viscoelastic"};
+constexpr const char* kNames[] = {"fixed_corotated", "neo_hookean", "hencky",      "metal", "sand", "snow", "foam",
+                                  "plasticine",      "fluid",       "viscoelastic"};
 
 void require(bool good, const std::string& where, const char* field, double value, const char* remedy) {
   if (!good) throw usage_error(where, field, "is " + std::to_string(value), remedy);
@@ -20,9 +20,7 @@ const char* law_name(Law law) { return kNames[static_cast<int>(law)]; }
 
 std::vector<std::string> law_names() { return {std::begin(kNames), std::end(kNames)}; }
 
-bool has_memory(Law law) {
-  return law != Law::kFixedCorotated && law != Law::kNeoHookean && law != Law::kHencky;
-}
+bool has_memory(Law law) { return law != Law::kFixedCorotated && law != Law::kNeoHookean && law != Law::kHencky; }
 
 void validate_material(const std::string& where, double young, double poisson, double density) {
   const auto positive = [&](const char* field, double value, const char* remedy) {
@@ -48,8 +46,11 @@ void validate_material(const std::string& where, const Material& m) {
   switch (m.law) {
     case Law::kFixedCorotated:
     case Law::kNeoHookean:
-    case Law::kHencky: break;
-    case Law::kFoam: not_negative("plastic_viscosity", m.plastic_viscosity); [[fallthrough]];
+    case Law::kHencky:
+      break;
+    case Law::kFoam:
+      not_negative("plastic_viscosity", m.plastic_viscosity);
+      [[fallthrough]];
     case Law::kMetal:
     case Law::kPlasticine:
       positive("yield_stress", m.yield_stress);

@@ -37,15 +37,15 @@ struct Material {
 
   bool as_physgaussian = false;  ///< repeats the stresses of its released code, see physgaussian.h; metal, foam, snow
 
-  double yield_stress = 0;         ///< Pa in uniaxial tension; metal, foam, plasticine
-  double hardening = 0;            ///< Pa per unit of plastic strain; metal (negative values only for plasticine)
-  double plastic_viscosity = 0;    ///< Pa s; foam
-  double friction_angle = 30;      ///< degrees; sand
+  double yield_stress = 0;       ///< Pa in uniaxial tension; metal, foam, plasticine
+  double hardening = 0;          ///< Pa per unit of plastic strain; metal (negative values only for plasticine)
+  double plastic_viscosity = 0;  ///< Pa s; foam
+  double friction_angle = 30;    ///< degrees; sand
   double critical_compression = 2.5e-2, critical_stretch = 7.5e-3;  ///< snow, Stomakhin et al. 2013
   double compaction_hardening = 10;                                 ///< xi; snow
-  double bulk_modulus = 0;         ///< Pa; fluid; 0 = of E and nu
-  double pressure_exponent = 7;    ///< gamma of p = K / gamma (J^-gamma - 1); fluid
-  double dynamic_viscosity = 0;    ///< Pa s; fluid
+  double bulk_modulus = 0;                                          ///< Pa; fluid; 0 = of E and nu
+  double pressure_exponent = 7;                                     ///< gamma of p = K / gamma (J^-gamma - 1); fluid
+  double dynamic_viscosity = 0;                                     ///< Pa s; fluid
   double branch_shear = 0, branch_lambda = 0;  ///< Pa; Lame parameters of the relaxing branch; viscoelastic
   double branch_viscosity = 0;                 ///< Pa s; viscoelastic
 };

@@ -7,7 +7,8 @@ namespace pliant {
 
 void Collider::move(const Vec3d& pivot_at_start, const Vec3d& way, double elapsed) {
   const double angle = angular_velocity.norm() * elapsed;
-  rotation = angle != 0 ? Eigen::AngleAxisd(angle, angular_velocity.normalized()).toRotationMatrix() : Mat3d::Identity();
+  rotation =
+      angle != 0 ? Eigen::AngleAxisd(angle, angular_velocity.normalized()).toRotationMatrix() : Mat3d::Identity();
   pivot = pivot_at_start + way;
   translation = pivot - rotation * pivot_at_start;
 }

@@ -24,9 +24,9 @@ struct Collider {
   std::shared_ptr<const SignedDistanceGrid> grid;  ///< solid instead of `shape`, when given
   bool container = false;                          ///< the solid is what lies outside the shape
 
-  Mat3d rotation = Mat3d::Identity();  ///< world from own frame
-  Vec3d translation = Vec3d::Zero();   ///< m, world from own frame
-  Vec3d velocity = Vec3d::Zero();      ///< m/s, of the point `pivot`
+  Mat3d rotation = Mat3d::Identity();      ///< world from own frame
+  Vec3d translation = Vec3d::Zero();       ///< m, world from own frame
+  Vec3d velocity = Vec3d::Zero();          ///< m/s, of the point `pivot`
   Vec3d angular_velocity = Vec3d::Zero();  ///< rad/s
   Vec3d pivot = Vec3d::Zero();             ///< m, world
 

@@ -80,7 +80,8 @@ void NodePatch<T>::for_neighbours(int k, Visit&& visit) const {
 template <class T>
 Vec3d NodePatch<T>::gradient(int k) const {
   Vec3d sum = Vec3d::Zero();
-  for_neighbours(k, [&](const Node<T>& node, const Vec3d& weight) { sum += static_cast<double>(node.lane[3]) * weight; });
+  for_neighbours(k,
+                 [&](const Node<T>& node, const Vec3d& weight) { sum += static_cast<double>(node.lane[3]) * weight; });
   return sum;
 }
 

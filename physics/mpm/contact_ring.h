@@ -11,8 +11,8 @@ template <class T>
 class NodePatch {
  public:
   NodePatch(const BlockGrid& grid, const std::vector<Node<T>>& nodes, int n);
-  /// Of lane 3 at node k of the block, per cell; averaged across, or the places of single particles would make a surface
-  /// bumpy.
+  /// Of lane 3 at node k of the block, per cell; averaged across, or the places of single particles would make a
+  /// surface bumpy.
   Vec3d gradient(int k) const;
   /// The way back to lane 3 at node k, where lanes 0 .. 2 hold the derivatives by the gradients.
   double gradient_adjoint(int k) const;
@@ -40,10 +40,10 @@ class ContactRing {
   void meet_adjoint(int a, int b, int k, const NodePair& adj, Node<T>* const* by_node, double* const* by_density) const;
 
  private:
-  std::vector<int> block_;           // by object
-  std::vector<double> full_;         // mass of a node in the middle of each body; 0 = not known
+  std::vector<int> block_;    // by object
+  std::vector<double> full_;  // mass of a node in the middle of each body; 0 = not known
   std::vector<NodePatch<T>> patch_;
-  double cell_;                      // m^3
+  double cell_;  // m^3
 };
 
 extern template class NodePatch<float>;

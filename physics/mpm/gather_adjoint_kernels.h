@@ -24,8 +24,8 @@ INLINE int point_at(const AdjointRun<T>& run, int first, const T** tape, T** rec
 }
 
 /// Of the grid: V = sum w v_i, A = 4 / dx^2 sum w v_i (x_i - x)^T, and V_old, A_old of the velocities before the step.
-/// v' = V + flip (v - V_old), C' = A + flip (C - A_old), F' = (I + dt A) F, x' = x + dt V, backwards; `C_after` holds A.
-/// What v and C get directly is left in the place of the derivatives by v' and C'.
+/// v' = V + flip (v - V_old), C' = A + flip (C - A_old), F' = (I + dt A) F, x' = x + dt V, backwards; `C_after` holds
+/// A. What v and C get directly is left in the place of the derivatives by v' and C'.
 template <class T, bool kFlip>
 INLINE void reverse_gather_run(const AdjointRun<T>& run, const T* velocity, T* patch, const T* old_velocity,
                                T* old_patch) {
@@ -65,7 +65,8 @@ INLINE void reverse_gather_run(const AdjointRun<T>& run, const T* velocity, T* p
     for (int a = 0; a < 3; ++a) {
       g[a] = fma(all<Pack<T>>(dt), by_place[a], by_motion[a]);
       for (int c = 0; c < 3; ++c) {
-        const Pack<T> FF = fma(by_F[3 * a + 2], F[3 * c + 2], fma(by_F[3 * a + 1], F[3 * c + 1], by_F[3 * a] * F[3 * c]));
+        const Pack<T> FF =
+            fma(by_F[3 * a + 2], F[3 * c + 2], fma(by_F[3 * a + 1], F[3 * c + 1], by_F[3 * a] * F[3 * c]));
         G[3 * a + c] = c_scale * fma(all<Pack<T>>(dt), FF, by_grid_C[3 * a + c]);
         const Pack<T> CF = fma(C[6 + a], by_F[6 + c], fma(C[3 + a], by_F[3 + c], C[a] * by_F[c]));
         new_F[3 * a + c] = fma(all<Pack<T>>(dt), CF, by_F[3 * a + c]);

@@ -106,8 +106,7 @@ INLINE void gather_run(const GatherInput<T>& in, GatherReport<T>& report) {
     Pack<T>*F = place + 3, dF[9];
     for (int a = 0; a < 3; ++a)
       for (int c = 0; c < 3; ++c)
-        dF[3 * a + c] =
-            in.dt * fma(C[3 * a + 2], F[6 + c], fma(C[3 * a + 1], F[3 + c], C[3 * a] * F[c]));
+        dF[3 * a + c] = in.dt * fma(C[3 * a + 2], F[6 + c], fma(C[3 * a + 1], F[3 + c], C[3 * a] * F[c]));
     Pack<T> size = speed;
     for (int k = 0; k < 9; ++k) {
       accumulate(F[k], rest[3 + k], dF[k]);

@@ -25,8 +25,8 @@ template <class T>
 struct ScatterInput {
   ParticleRun<T> run;
   T dt;
-  T viscosity_time;  ///< s, Kelvin-Voigt, for all particles
-  bool inertia_only;  ///< leaves out the impulses of the stress, and damping
+  T viscosity_time;       ///< s, Kelvin-Voigt, for all particles
+  bool inertia_only;      ///< leaves out the impulses of the stress, and damping
   const T* given_stress;  ///< [ParticleRecord::side, 6] xx, yy, zz, yz, xz, xy, Pa; with StressKind::kGiven
   /// Kirchhoff stress of one particle for any F, where the fast way is not safe (inverted, singular, very stretched).
   void (*exact_stress)(StressKind kind, const T* F, T mu, T lambda, T* tau);
@@ -36,13 +36,13 @@ template <class T>
 struct GatherInput {
   ParticleRun<T> run;
   T dt;
-  T low[3], high[3];  ///< m, bounds of the particles
-  int block[3];       ///< coordinates of the block
-  const T* node[8];   ///< velocities of the node blocks that the block's patch covers
-  T flip;             ///< part kept of what the grid cannot represent of v and C, 0 = APIC
+  T low[3], high[3];     ///< m, bounds of the particles
+  int block[3];          ///< coordinates of the block
+  const T* node[8];      ///< velocities of the node blocks that the block's patch covers
+  T flip;                ///< part kept of what the grid cannot represent of v and C, 0 = APIC
   const T* old_node[8];  ///< velocities before the step, where flip > 0
-  T* grid_C;          ///< [count, 9] or null; where flip > 0 it receives the C of the grid, which moves F
-  int* moved;         ///< [count], receives the places in the run whose particles left the block
+  T* grid_C;             ///< [count, 9] or null; where flip > 0 it receives the C of the grid, which moves F
+  int* moved;            ///< [count], receives the places in the run whose particles left the block
 };
 
 template <class T>

@@ -113,8 +113,8 @@ template <class T>
 void Mpm<T>::store(BasicSimulationState<T>& state) const {
   const size_t n = data_.record.size();
   state.x.resize(n), state.v.resize(n), state.C.resize(n), state.F.resize(n);
-  const bool memory = std::any_of(data_.materials.begin(), data_.materials.end(),
-                                  [](const Material& m) { return has_memory(m.law); });
+  const bool memory =
+      std::any_of(data_.materials.begin(), data_.materials.end(), [](const Material& m) { return has_memory(m.law); });
   state.memory.resize(memory ? n : 0);
   store_rest(state);
   for (const ParticleRecord<T>& r : data_.record) {

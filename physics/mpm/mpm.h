@@ -56,7 +56,8 @@ class Mpm {
            data_.side.size() * (sizeof(LawSide<T>) + 6 * sizeof(T));
   }
   size_t tape_bytes() const {
-    return data_.record.size() * (sizeof(TapeParticle<T>) + sizeof(int)) + (data_.node.size() + data_.old_node.size()) * sizeof(Node<T>) +
+    return data_.record.size() * (sizeof(TapeParticle<T>) + sizeof(int)) +
+           (data_.node.size() + data_.old_node.size()) * sizeof(Node<T>) +
            data_.side.size() * (sizeof(LawMemory<T>) + 6 * sizeof(T));
   }
 
@@ -130,9 +131,9 @@ class Mpm {
   std::vector<Vec3d> impulse_;                          // their sums
 
   MpmOptions options_;
-  std::vector<BlockRest<T>> rest_of_block_;   // [particle blocks], with sleep_speed only
-  std::vector<NodeMotion<T>> node_motion_;    // [node blocks], likewise
-  Vec3<T> last_gravity_ = Vec3<T>::Zero();    // of the last step, whose change wakes all
+  std::vector<BlockRest<T>> rest_of_block_;  // [particle blocks], with sleep_speed only
+  std::vector<NodeMotion<T>> node_motion_;   // [node blocks], likewise
+  Vec3<T> last_gravity_ = Vec3<T>::Zero();   // of the last step, whose change wakes all
   size_t last_conditions_ = 0;
 
   static constexpr int kReorderChunk = 2048;

@@ -24,9 +24,9 @@ struct NodeMotion {
 };
 template <class T>
 struct BlockRest {
-  T quiet_time = 0;        ///< s since something in the block or near it moved
-  T max_speed_squared = 0; ///< when it fell asleep
-  T patch_dt = 0;          ///< step for which the block's patch holds, 0 = none
+  T quiet_time = 0;                      ///< s since something in the block or near it moved
+  T max_speed_squared = 0;               ///< when it fell asleep
+  T patch_dt = 0;                        ///< step for which the block's patch holds, 0 = none
   bool asleep = false, settled = false;  ///< settled: `at_sleep` holds
   NodeMotion<T> at_sleep[8];
 };
@@ -38,13 +38,13 @@ struct MpmData {
   Vec3<T> origin, low, high;  ///< m; nodes lie at origin + dx * integers, particles in [low, high]
   std::vector<ParticleRecord<T>> record;
   std::vector<Vec3<T>> reference, exposure;  ///< [N] in the order of the particles, see LoadedParticle
-  std::vector<int> slot;        ///< of particle i in `record`
-  BlockGrid grid;               ///< grid.order() holds slots
+  std::vector<int> slot;                     ///< of particle i in `record`
+  BlockGrid grid;                            ///< grid.order() holds slots
   std::vector<Material> materials;
   std::vector<LawSide<T>> side;  ///< by ParticleRecord::side
   std::vector<T> given_stress;   ///< [side, 6] Kirchhoff stress xx, yy, zz, yz, xz, xy, Pa
-  std::vector<Node<T>> patch;   ///< [particle blocks, 6, 6, 6], what a block scatters
-  std::vector<Node<T>> node;    ///< [node blocks, 4, 4, 4], momentum and mass, after the update velocity and mass
+  std::vector<Node<T>> patch;    ///< [particle blocks, 6, 6, 6], what a block scatters
+  std::vector<Node<T>> node;     ///< [node blocks, 4, 4, 4], momentum and mass, after the update velocity and mass
   std::vector<Node<T>> old_patch, old_node;  ///< the same without forces and loads; with MpmOptions::flip_time only
 };
 

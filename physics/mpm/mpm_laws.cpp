@@ -33,7 +33,8 @@ void Mpm<T>::apply_laws(int b, T dt, const T* grid_C) {
       // F has advanced with the gather; the other deformations follow with the same velocity gradient.
       LawSide<T>& side = data_.side[r.side];
       LawMemory<T>& memory = side.memory;
-      const Mat3<T> rate = dt * Eigen::Map<const RowMajor<T>>(grid_C ? grid_C + 9 * (s - data_.grid.begin(b)) : r.C), total = rate * memory.F_total;
+      const Mat3<T> rate = dt * Eigen::Map<const RowMajor<T>>(grid_C ? grid_C + 9 * (s - data_.grid.begin(b)) : r.C),
+                    total = rate * memory.F_total;
       for (int k = 0; k < 9; ++k) {
         T& sum = memory.F_total(k / 3, k % 3);
         const T whole = total(k / 3, k % 3) + side.total_rest[k], next = sum + whole;

@@ -9,7 +9,8 @@ namespace pliant {
 template <class T>
 void Mpm<T>::reorder_chunk(int chunk) {
   const size_t n = data_.record.size();
-  for (size_t s = static_cast<size_t>(chunk) * kReorderChunk; s < std::min(n, (chunk + size_t{1}) * kReorderChunk); ++s) {
+  for (size_t s = static_cast<size_t>(chunk) * kReorderChunk; s < std::min(n, (chunk + size_t{1}) * kReorderChunk);
+       ++s) {
     int& slot = data_.grid.order()[s];
     spare_record_[s] = data_.record[slot];
     data_.slot[spare_record_[s].index] = static_cast<int>(s);

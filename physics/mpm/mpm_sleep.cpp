@@ -1,5 +1,6 @@
 // Blocks at rest are left out of the transfers: their patches stay as they are and are still summed into the nodes, so
-// that neighbours see them; nodes that move, or that are accelerated otherwise than when the block fell asleep, wake it.
+// that neighbours see them; nodes that move, or that are accelerated otherwise than when the block fell asleep, wake
+// it.
 
 #include <algorithm>
 #include <cmath>
@@ -60,8 +61,8 @@ void Mpm<T>::carry_rest() {
 
 template <class T>
 void Mpm<T>::wake_on_change(const StepLoads<T>& loads) {
-  const bool same = last_conditions_ == kNoConditions ||
-                    (last_gravity_ == loads.gravity && last_conditions_ == conditions(loads));
+  const bool same =
+      last_conditions_ == kNoConditions || (last_gravity_ == loads.gravity && last_conditions_ == conditions(loads));
   last_gravity_ = loads.gravity, last_conditions_ = conditions(loads);
   if (same) return;
   for (BlockRest<T>& rest : rest_of_block_) rest = {};
@@ -74,7 +75,8 @@ bool Mpm<T>::scatter_can_wait(int b, T dt, const StepLoads<T>& loads) {
   uint32_t active = 0;
   // Springs of pins hold what is at rest where it is.
   for (const auto& load : loads.body)
-    if (load.pressure != T(0) || load.drag != T(0) || !load.acceleration.isZero(0) || !load.angular.isZero(0)) active |= load.bit;
+    if (load.pressure != T(0) || load.drag != T(0) || !load.acceleration.isZero(0) || !load.angular.isZero(0))
+      active |= load.bit;
   for (int s = data_.grid.begin(b); active != 0 && s < data_.grid.begin(b + 1); ++s)
     if (data_.record[data_.grid.order()[s]].bits & active) rest = {}, active = 0;
   if (rest.asleep && rest.patch_dt == dt) return true;

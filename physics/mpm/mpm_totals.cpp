@@ -1,6 +1,5 @@
-#include <cmath>
-
 #include <Eigen/Geometry>
+#include <cmath>
 
 #include "physics/mpm/mpm.h"
 
@@ -44,9 +43,9 @@ Totals Mpm<T>::grid_totals(bool velocities) const {
     for (int k = 0; k < BlockGrid::kNodes; ++k) {
       const Node<T>& node = data_.node[static_cast<size_t>(n) * BlockGrid::kNodes + k];
       const double mass = node.lane[3];
-      const Vec3d x = data_.origin.template cast<double>() + double(data_.dx) * Vec3d(kSide * block.x + k / (kSide * kSide),
-                                                                            kSide * block.y + k / kSide % kSide,
-                                                                            kSide * block.z + k % kSide);
+      const Vec3d x = data_.origin.template cast<double>() +
+                      double(data_.dx) * Vec3d(kSide * block.x + k / (kSide * kSide),
+                                               kSide * block.y + k / kSide % kSide, kSide * block.z + k % kSide);
       const Vec3d momentum = Vec3d(node.lane[0], node.lane[1], node.lane[2]) * (velocities ? mass : 1.0);
       totals.mass += mass, totals.momentum += momentum, totals.angular += x.cross(momentum);
     }

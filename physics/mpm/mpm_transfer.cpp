@@ -24,8 +24,12 @@ void exact_stress(StressKind kind, const T* F, T mu, T lambda, T* tau) {
 template <class T>
 ParticleRun<T> Mpm<T>::run_of(int b) {
   const int begin = data_.grid.begin(b);
-  return {data_.record.data(), data_.grid.order().data() + begin, data_.grid.begin(b + 1) - begin,
-          {data_.origin[0], data_.origin[1], data_.origin[2]}, data_.dx, data_.inverse_dx};
+  return {data_.record.data(),
+          data_.grid.order().data() + begin,
+          data_.grid.begin(b + 1) - begin,
+          {data_.origin[0], data_.origin[1], data_.origin[2]},
+          data_.dx,
+          data_.inverse_dx};
 }
 
 /// What the loads give to single particles.
@@ -144,7 +148,8 @@ void Mpm<T>::gather_block(int b, T dt, const StepLoads<T>& loads) {
   in.grid_C = grid_C.empty() ? nullptr : grid_C.data();
   kernels_->gather(in, report_[b]);
   if (!data_.side.empty()) apply_laws(b, dt, in.grid_C);
-  if (loads.strain_rate_kept != T(1) || loads.spin_kept != T(1)) damp_affine(b, loads.strain_rate_kept, loads.spin_kept);
+  if (loads.strain_rate_kept != T(1) || loads.spin_kept != T(1))
+    damp_affine(b, loads.strain_rate_kept, loads.spin_kept);
   if (sleeping()) watch_rest(b, dt);
 }
 

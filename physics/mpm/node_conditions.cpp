@@ -6,7 +6,7 @@
 namespace pliant {
 namespace {
 
-constexpr double kTolerance = 1e-3;    // cells; a node on the surface counts as inside
+constexpr double kTolerance = 1e-3;  // cells; a node on the surface counts as inside
 // Cells between the surfaces at which contact starts, which allows for edges and for the body's own compression.
 constexpr double kGap = 0.25;
 constexpr double kHeldShare = 0.25;  // of the mass at first contact, down to which what sticks or slips is held
@@ -18,9 +18,7 @@ Vec3d middle(const NodeBlock<T>& block) {
 }
 
 /// Cells outside the surface up to which nodes are held.
-double reach(const Collider& collider) {
-  return collider.kind == ContactKind::kSeparating ? kTolerance : kPinReach;
-}
+double reach(const Collider& collider) { return collider.kind == ContactKind::kSeparating ? kTolerance : kPinReach; }
 
 /// Calls visit(k, normal, velocity of the surface) for the nodes that the collider holds or pushes.
 template <class T, class Visit>
@@ -71,7 +69,9 @@ void set_velocity(Node<T>& node, const Vec3d& v) {
 double filled_share(double distance) {
   // Integral of the quadratic B-spline from -distance to infinity.
   const double s = std::abs(distance);
-  const double beyond = s >= 1.5 ? 0.0 : s >= 0.5 ? (1.5 - s) * (1.5 - s) * (1.5 - s) / 6 : 0.5 - s * (0.75 - s * s / 3);
+  const double beyond = s >= 1.5   ? 0.0
+                        : s >= 0.5 ? (1.5 - s) * (1.5 - s) * (1.5 - s) / 6
+                                   : 0.5 - s * (0.75 - s * s / 3);
   return distance > 0 ? 1 - beyond : beyond;
 }
 

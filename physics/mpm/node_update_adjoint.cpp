@@ -3,7 +3,8 @@
 namespace pliant {
 
 template <class T>
-void reverse_node_update(T dt, const StepLoads<T>& loads, const Node<T>* sums, Node<T>* adj, StepLoadsGradient& by_loads) {
+void reverse_node_update(T dt, const StepLoads<T>& loads, const Node<T>* sums, Node<T>* adj,
+                         StepLoadsGradient& by_loads) {
   const T scale = loads.velocity_scale;
   Vec3d by_gravity = Vec3d::Zero();
   double by_scale = 0;

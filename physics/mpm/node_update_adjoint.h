@@ -7,7 +7,8 @@ namespace pliant {
 /// Turns derivatives by the updated velocities of a block's nodes into those by their momentum and mass, which were
 /// `sums`, and adds those by gravity and the velocity scale.
 template <class T>
-void reverse_node_update(T dt, const StepLoads<T>& loads, const Node<T>* sums, Node<T>* adj, StepLoadsGradient& by_loads);
+void reverse_node_update(T dt, const StepLoads<T>& loads, const Node<T>* sums, Node<T>* adj,
+                         StepLoadsGradient& by_loads);
 
 /// The same for v = momentum / mass of [64] nodes, from their velocities and masses.
 template <class T>

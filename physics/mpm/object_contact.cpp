@@ -149,10 +149,10 @@ void add_contact_masses(const BlockGrid& grid, const std::vector<Node<T>>& by_ma
     adj[k].lane[3] += patch.node(k).lane[3] + static_cast<T>(patch.gradient_adjoint(k));
 }
 
-#define PLIANT_OBJECT_CONTACT(T)                                                                                   \
-  template void apply_object_contact(const StepLoads<T>&, const BlockGrid&, T, std::vector<Node<T>>&, int);        \
+#define PLIANT_OBJECT_CONTACT(T)                                                                                    \
+  template void apply_object_contact(const StepLoads<T>&, const BlockGrid&, T, std::vector<Node<T>>&, int);         \
   template void apply_object_contact_adjoint(const StepLoads<T>&, const BlockGrid&, T, const std::vector<Node<T>>&, \
-                                             int, ContactGradient<T>);                                             \
+                                             int, ContactGradient<T>);                                              \
   template void add_contact_masses(const BlockGrid&, const std::vector<Node<T>>&, int, Node<T>*);
 PLIANT_OBJECT_CONTACT(float)
 PLIANT_OBJECT_CONTACT(double)

@@ -8,17 +8,17 @@ namespace pliant {
 /// four, named below by their first; those that the scatter reads come first.  Matrices are row-major.
 template <class T>
 struct alignas(64) ParticleRecord {
-  T x[3], F[9];                ///< m; elastic deformation gradient
-  T mass, volume, mu, lambda;  ///< kg, m^3, Pa
-  T v[3], C[9];                ///< m/s, 1/s
+  T x[3], F[9];                       ///< m; elastic deformation gradient
+  T mass, volume, mu, lambda;         ///< kg, m^3, Pa
+  T v[3], C[9];                       ///< m/s, 1/s
   T shear_viscosity, bulk_viscosity;  ///< Pa s
-  T damping_rate;              ///< 1/s; mass-proportional damping lets v decay with exp(-rate t)
-  T stress_kind;               ///< a StressKind
-  T x_rest[3], F_rest[9];      ///< what rounding cut off from x and F
-  uint32_t bits;               ///< of the loads that act on it
-  int32_t index;               ///< in the order of the particles
+  T damping_rate;                     ///< 1/s; mass-proportional damping lets v decay with exp(-rate t)
+  T stress_kind;                      ///< a StressKind
+  T x_rest[3], F_rest[9];             ///< what rounding cut off from x and F
+  uint32_t bits;                      ///< of the loads that act on it
+  int32_t index;                      ///< in the order of the particles
   uint16_t material, object;
-  int32_t side;                ///< place among the particles whose stress is given, or -1
+  int32_t side;  ///< place among the particles whose stress is given, or -1
 };
 
 // Offsets of the groups.

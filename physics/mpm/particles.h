@@ -33,11 +33,11 @@ struct BasicParticles {
 /// Everything that moves.  Saved and restored at a frame border, the simulation continues bit for bit.
 template <class T>
 struct BasicSimulationState {
-  double time = 0;       ///< s
+  double time = 0;  ///< s
   int frame = 0;
-  int64_t substeps = 0;  ///< taken since time 0
-  std::vector<Vec3<T>> x, v;  ///< [N, 3] position m, velocity m/s
-  std::vector<Mat3<T>> C, F;  ///< [N, 3, 3] affine velocity field 1/s, elastic deformation gradient
+  int64_t substeps = 0;              ///< taken since time 0
+  std::vector<Vec3<T>> x, v;         ///< [N, 3] position m, velocity m/s
+  std::vector<Mat3<T>> C, F;         ///< [N, 3, 3] affine velocity field 1/s, elastic deformation gradient
   std::vector<LawMemory<T>> memory;  ///< [N], or empty when no law has a memory; F is then the whole deformation
 
   std::vector<T> quiet_time;  ///< [N] s for which the neighbourhood has been at rest; empty unless bodies may sleep

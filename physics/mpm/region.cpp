@@ -59,13 +59,16 @@ Region Region::cylinder(const Vec3d& end, const Vec3d& other_end, double radius)
 
 double Region::signed_distance(const Vec3d& x) const {
   switch (kind) {
-    case Kind::kAll: return -std::numeric_limits<double>::infinity();
-    case Kind::kSphere: return (x - point).norm() - radius;
+    case Kind::kAll:
+      return -std::numeric_limits<double>::infinity();
+    case Kind::kSphere:
+      return (x - point).norm() - radius;
     case Kind::kBox: {
       const Vec3d out = (point - x).cwiseMax(x - vector);
       return out.cwiseMax(0.0).norm() + std::min(out.maxCoeff(), 0.0);
     }
-    case Kind::kHalfSpace: return (x - point).dot(vector);
+    case Kind::kHalfSpace:
+      return (x - point).dot(vector);
     case Kind::kCylinder: {
       const AlongCylinder at = along_cylinder(*this, x);
       return std::hypot(std::max(at.beyond_cap, 0.0), std::max(at.beyond_mantle, 0.0)) +
@@ -77,8 +80,10 @@ double Region::signed_distance(const Vec3d& x) const {
 
 Vec3d Region::normal(const Vec3d& x) const {
   switch (kind) {
-    case Kind::kAll: return Vec3d::UnitZ();
-    case Kind::kSphere: return direction(x - point, Vec3d::UnitZ());
+    case Kind::kAll:
+      return Vec3d::UnitZ();
+    case Kind::kSphere:
+      return direction(x - point, Vec3d::UnitZ());
     case Kind::kBox: {
       const Vec3d below = point - x, above = x - vector, out = below.cwiseMax(above);
       Vec3d n = Vec3d::Zero();
@@ -90,7 +95,8 @@ Vec3d Region::normal(const Vec3d& x) const {
       for (int a = 0; a < 3; ++a) n[a] = above[a] > 0 ? above[a] : below[a] > 0 ? -below[a] : 0;
       return n.normalized();
     }
-    case Kind::kHalfSpace: return vector;
+    case Kind::kHalfSpace:
+      return vector;
     case Kind::kCylinder: {
       const AlongCylinder at = along_cylinder(*this, x);
       if (at.beyond_cap > 0 && at.beyond_mantle > 0)
@@ -104,10 +110,17 @@ Vec3d Region::normal(const Vec3d& x) const {
 Region Region::grown(double distance) const {
   Region r = *this;
   switch (kind) {
-    case Kind::kAll: break;
-    case Kind::kSphere: r.radius += distance; break;
-    case Kind::kBox: r.point.array() -= distance, r.vector.array() += distance; break;
-    case Kind::kHalfSpace: r.point += distance * vector; break;
+    case Kind::kAll:
+      break;
+    case Kind::kSphere:
+      r.radius += distance;
+      break;
+    case Kind::kBox:
+      r.point.array() -= distance, r.vector.array() += distance;
+      break;
+    case Kind::kHalfSpace:
+      r.point += distance * vector;
+      break;
     case Kind::kCylinder: {
       const Vec3d along = distance * direction(vector - point, Vec3d::UnitZ());
       r.point -= along, r.vector += along, r.radius += distance;

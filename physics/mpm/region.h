@@ -13,8 +13,8 @@ struct Region {
   Kind kind = Kind::kAll;
   Vec3d point = Vec3d::Zero();   ///< sphere: centre; box: low corner; half space: a point of the plane; cylinder: the
                                  ///< middle of one cap
-  Vec3d vector = Vec3d::Zero();  ///< box: high corner; half space: unit normal, the region is (x - point) . normal <= 0;
-                                 ///< cylinder: the middle of the other cap
+  Vec3d vector = Vec3d::Zero();  ///< box: high corner; half space: unit normal, the region is (x - point) . normal <=
+                                 ///< 0; cylinder: the middle of the other cap
   double radius = 0;             ///< sphere, cylinder
 
   static Region all() { return {}; }

@@ -138,7 +138,7 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
     load_group<T>(at, kAdjointConstant, constant);
     if (kMixture == Mixture::kAny) load_group<T>(at, kAdjointDamping, damping);
     const Pack<T>*F = place + 3, *v = motion, *C = motion + 3, mass = constant[0], mu = constant[2],
-                *lambda = constant + 3;
+          *lambda = constant + 3;
 
     // What was scattered, as in `scatter_run`.
     StressPack<T, kMixture> stress{run, kind, first, lanes, F, constant[2], constant[3], damping[3], {}, {}};
@@ -167,7 +167,8 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
     Pack<T> S[6];
     for (int i = 0; i < 3; ++i) S[i] = s * sums.by_along[i][i];
     const Pack<T> half = T(0.5) * s;
-    S[3] = half * (sums.by_along[1][2] + sums.by_along[2][1]), S[4] = half * (sums.by_along[0][2] + sums.by_along[2][0]);
+    S[3] = half * (sums.by_along[1][2] + sums.by_along[2][1]),
+    S[4] = half * (sums.by_along[0][2] + sums.by_along[2][0]);
     S[5] = half * (sums.by_along[0][1] + sums.by_along[1][0]);
     // Derivative by the factor of v and C, over that factor.
     const auto by_factor = [&](const ScatterSums<T>& of) {
@@ -186,7 +187,8 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
     }
     if (run.flip > T(0)) {
       // The velocities before the step come from the same scatter without stress and damping.
-      const Pack<T> old_m = mass * run.dx, old_value[4] = {mass * loaded_v[0], mass * loaded_v[1], mass * loaded_v[2], mass};
+      const Pack<T> old_m = mass * run.dx,
+                    old_value[4] = {mass * loaded_v[0], mass * loaded_v[1], mass * loaded_v[2], mass};
       for (int a = 0; a < 3; ++a)
         for (int b = 0; b < 3; ++b) along[a][b] = old_m * C[3 * b + a];
       const ScatterSums<T> old(stencil, lanes, old_value, along, old_nodes);

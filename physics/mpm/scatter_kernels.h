@@ -71,7 +71,7 @@ INLINE void scatter_run(const ScatterInput<T>& in, StressKind kind, T* patch) {
   const ParticleRun<T>& run = in.run;
   __builtin_memset(patch, 0, sizeof(T) * 6 * kPlane);
   const T stress_scale = in.inertia_only ? T(0) : -in.dt * 4 * run.inverse_dx;  // times V tau, per cell of distance
-  alignas(64) T weight[12][kLanes];  // of x times y, then of z
+  alignas(64) T weight[12][kLanes];                                             // of x times y, then of z
   alignas(64) T value[kLanes][16];
   T* value_at[kLanes];
   for (int l = 0; l < kLanes; ++l) value_at[l] = value[l];
@@ -85,7 +85,7 @@ INLINE void scatter_run(const ScatterInput<T>& in, StressKind kind, T* patch) {
     load_group<T>(at, kConstantGroup, constant);
     for (int k = 0; k < 12; k += 4) load_group<T>(at, kVelocityGroup + k, motion + k);
     if (kMixture == Mixture::kAny) load_group<T>(at, kDampingGroup, damping);
-    const Pack<T> *F = place + 3, mass = constant[0], volume = constant[1];
+    const Pack<T>*F = place + 3, mass = constant[0], volume = constant[1];
     Pack<T>*v = motion, *C = motion + 3;
 
     Pack<T> tau[6];

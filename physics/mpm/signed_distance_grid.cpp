@@ -22,8 +22,7 @@ SignedDistanceGrid::Sample SignedDistanceGrid::sample(const Vec3d& x) const {
   Vec3d gradient = Vec3d::Zero();
   for (int corner = 0; corner < 8; ++corner) {
     const int o[3] = {corner >> 2, corner >> 1 & 1, corner & 1};
-    const double v =
-        value[(static_cast<size_t>(cell[0] + o[0]) * size[1] + cell[1] + o[1]) * size[2] + cell[2] + o[2]];
+    const double v = value[(static_cast<size_t>(cell[0] + o[0]) * size[1] + cell[1] + o[1]) * size[2] + cell[2] + o[2]];
     double w[3], d[3];
     for (int a = 0; a < 3; ++a) w[a] = o[a] ? at[a] : 1 - at[a], d[a] = o[a] ? 1 : -1;
     distance += w[0] * w[1] * w[2] * v;

@@ -9,10 +9,10 @@ namespace pliant {
 
 /// Signed distance sampled at origin + spacing * (i, j, k), trilinear in between; negative in the solid.
 struct SignedDistanceGrid {
-  Vec3d origin = Vec3d::Zero();        ///< m
-  double spacing = 0;                  ///< m
-  std::array<int, 3> size = {0, 0, 0}; ///< nodes along each axis, at least 2
-  std::vector<float> value;            ///< [size x, size y, size z] m, z fastest
+  Vec3d origin = Vec3d::Zero();         ///< m
+  double spacing = 0;                   ///< m
+  std::array<int, 3> size = {0, 0, 0};  ///< nodes along each axis, at least 2
+  std::vector<float> value;             ///< [size x, size y, size z] m, z fastest
 
   Vec3d position(int i, int j, int k) const { return origin + spacing * Vec3d(i, j, k); }
   float& at(int i, int j, int k) { return value[(static_cast<size_t>(i) * size[1] + j) * size[2] + k]; }

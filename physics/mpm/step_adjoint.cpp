@@ -162,8 +162,8 @@ template <class T>
 size_t StepAdjoint<T>::bytes() const {
   return record_.capacity() * (sizeof(AdjointRecord<T>) + sizeof(int)) +
          (velocity_.capacity() + updated_.capacity() + before_contact_.capacity() + by_contact_mass_.capacity() +
-          adj_node_.capacity() + patch_.capacity() + old_patch_.capacity() +
-          adj_old_node_.capacity()) * sizeof(Node<T>);
+          adj_node_.capacity() + patch_.capacity() + old_patch_.capacity() + adj_old_node_.capacity()) *
+             sizeof(Node<T>);
 }
 
 template <class T>

@@ -22,13 +22,16 @@ struct MemoryGradient {
 /// Derivatives of a scalar L with respect to a state.
 template <class T>
 struct StateGradient {
-  std::vector<Vec3<T>> x, v;  ///< [N, 3]
-  std::vector<Mat3<T>> C, F;  ///< [N, 3, 3]
+  std::vector<Vec3<T>> x, v;                   ///< [N, 3]
+  std::vector<Mat3<T>> C, F;                   ///< [N, 3, 3]
   std::vector<MemoryGradient<T>> memory = {};  ///< [N] or empty = zero
 
   static StateGradient zero(size_t n) {
-    return {std::vector<Vec3<T>>(n, Vec3<T>::Zero()), std::vector<Vec3<T>>(n, Vec3<T>::Zero()),
-            std::vector<Mat3<T>>(n, Mat3<T>::Zero()), std::vector<Mat3<T>>(n, Mat3<T>::Zero()), {}};
+    return {std::vector<Vec3<T>>(n, Vec3<T>::Zero()),
+            std::vector<Vec3<T>>(n, Vec3<T>::Zero()),
+            std::vector<Mat3<T>>(n, Mat3<T>::Zero()),
+            std::vector<Mat3<T>>(n, Mat3<T>::Zero()),
+            {}};
   }
 };
 
@@ -66,8 +69,8 @@ class StepAdjoint {
   /// Derivatives with respect to the state before the first step.
   void store(StateGradient<T>& gradient) const;
 
-  /// Centre of mass and mean velocity of some particles at the start of a step; the functions below it want to be called
-  /// for the same step afterwards.
+  /// Centre of mass and mean velocity of some particles at the start of a step; the functions below it want to be
+  /// called for the same step afterwards.
   struct Motion {
     Vec3d centre = Vec3d::Zero(), velocity = Vec3d::Zero();
     double mass = 0;
@@ -77,9 +80,10 @@ class StepAdjoint {
   void motion_adjoint(const TapeStep<T>& step, std::span<const int> particles, const Motion& motion,
                       const Vec3d& by_centre, const Vec3d& by_velocity);
   /// The same for `Mpm::inertia_of` about the centre of mass; returns the derivative by the axis.
-  Vec3d inertia_adjoint(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre,
-                        const Vec3d& axis, double by_inertia);
-  double inertia_of(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre, const Vec3d& axis) const;
+  Vec3d inertia_adjoint(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre, const Vec3d& axis,
+                        double by_inertia);
+  double inertia_of(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre,
+                    const Vec3d& axis) const;
   ParticleGradient<T> particle_gradient() const;
   size_t bytes() const;
 
@@ -106,22 +110,22 @@ class StepAdjoint {
   const MpmData<T>& solver_;
   const MpmKernels<T>& forward_;
   const AdjointKernels<T>& kernels_;
-  StressKind uniform_;                     // law of all particles, or kGiven
-  std::vector<AdjointRecord<T>> record_;   // in block order of the last step loaded
-  std::vector<MemoryGradient<T>> memory_;  // by ParticleRecord::side
-  std::vector<int> slot_;                  // of particle i in record_
-  std::vector<int> place_;                 // of particle i in the step of `motion_of`
-  AdjointRun<T> run_;                      // what the blocks of the present step have in common
-  std::vector<Node<T>> velocity_;          // [node blocks, 4, 4, 4] after the conditions
-  std::vector<Node<T>> updated_;           // before the conditions
-  std::vector<Node<T>> before_contact_;    // before contact between objects, where there is any
-  std::vector<Node<T>> by_contact_mass_;   // see ContactGradient
-  std::vector<double> by_density_;         // [node blocks]
-  std::vector<Node<T>> patch_;             // [particle blocks, 6, 6, 6] derivatives by them
-  std::vector<Node<T>> adj_node_;          // [node blocks, 4, 4, 4] summed; then by momentum and mass
+  StressKind uniform_;                             // law of all particles, or kGiven
+  std::vector<AdjointRecord<T>> record_;           // in block order of the last step loaded
+  std::vector<MemoryGradient<T>> memory_;          // by ParticleRecord::side
+  std::vector<int> slot_;                          // of particle i in record_
+  std::vector<int> place_;                         // of particle i in the step of `motion_of`
+  AdjointRun<T> run_;                              // what the blocks of the present step have in common
+  std::vector<Node<T>> velocity_;                  // [node blocks, 4, 4, 4] after the conditions
+  std::vector<Node<T>> updated_;                   // before the conditions
+  std::vector<Node<T>> before_contact_;            // before contact between objects, where there is any
+  std::vector<Node<T>> by_contact_mass_;           // see ContactGradient
+  std::vector<double> by_density_;                 // [node blocks]
+  std::vector<Node<T>> patch_;                     // [particle blocks, 6, 6, 6] derivatives by them
+  std::vector<Node<T>> adj_node_;                  // [node blocks, 4, 4, 4] summed; then by momentum and mass
   std::vector<Node<T>> old_patch_, adj_old_node_;  // the same for velocities before the step, where flip > 0
-  std::vector<BodyLoadGradient> block_sums_;  // [particle blocks, body loads]
-  std::vector<StepLoadsGradient> node_sums_;  // [node blocks]
+  std::vector<BodyLoadGradient> block_sums_;       // [particle blocks, body loads]
+  std::vector<StepLoadsGradient> node_sums_;       // [node blocks]
 };
 
 extern template class StepAdjoint<float>;

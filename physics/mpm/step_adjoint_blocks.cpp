@@ -39,8 +39,8 @@ void exact_stress(StressKind kind, const T* F, T mu, T lambda, T* tau) {
 
 template <class T>
 void exact_adjoint(StressKind kind, const T* F, T mu, T lambda, const T* S, T* by_F, T* by_lame) {
-  const LawGradient<T> g = kirchhoff_stress_adjoint<T>(
-      plain_point(kind, mu, lambda), Eigen::Map<const RowMajor<T>>(F), LawMemory<T>{}, symmetric(S));
+  const LawGradient<T> g = kirchhoff_stress_adjoint<T>(plain_point(kind, mu, lambda), Eigen::Map<const RowMajor<T>>(F),
+                                                       LawMemory<T>{}, symmetric(S));
   Eigen::Map<RowMajor<T>>{by_F} = g.F;
   by_lame[0] = g.mu, by_lame[1] = g.lambda;
 }
@@ -97,8 +97,8 @@ template <class T>
 NodeBlock<T> StepAdjoint<T>::node_block(const TapeStep<T>& step, std::vector<Node<T>>& nodes, int n) const {
   const BlockGrid::Coordinates& block = step.grid->node_block(n);
   const double dx = solver_.dx;
-  return {block_of(nodes, n), solver_.origin.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z), dx,
-          block.object};
+  return {block_of(nodes, n), solver_.origin.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z),
+          dx, block.object};
 }
 
 template <class T>
@@ -124,8 +124,8 @@ void StepAdjoint<T>::reverse_affine_damping(const TapeStep<T>& step, int b, cons
   for (int s = step.begin[b]; s < step.begin[b + 1]; ++s) {
     AdjointRecord<T>& r = record_[slot_[step.index[s]]];
     const Mat3<T> by = Eigen::Map<const RowMajor<T>>(r.C);
-    Eigen::Map<RowMajor<T>>(r.C) = T(0.5) * (step.loads.strain_rate_kept * (by + by.transpose()) +
-                                             step.loads.spin_kept * (by - by.transpose()));
+    Eigen::Map<RowMajor<T>>(r.C) =
+        T(0.5) * (step.loads.strain_rate_kept * (by + by.transpose()) + step.loads.spin_kept * (by - by.transpose()));
     const T* x = step.particle[s].x;
     const auto along = [&](int a) { return Spline<T>((x[a] - run_.origin[a]) * run_.inverse_dx); };
     const Spline<T> sx = along(0), sy = along(1), sz = along(2);
@@ -161,8 +161,8 @@ void StepAdjoint<T>::reverse_return_maps(const TapeStep<T>& step, int b, T* by_g
     by = return_map_adjoint(point, step.dt, trial_F, trial, by);
     Eigen::Map<RowMajor<T>>(r.F) = by.F;
     r.by_mu += by.mu, r.by_lambda += by.lambda;
-    Eigen::Map<RowMajor<T>>{by_grid_C} = step.dt * (by.F_viscous * before.F_viscous.transpose() +
-                                               memory.F_total * before.F_total.transpose());
+    Eigen::Map<RowMajor<T>>{by_grid_C} =
+        step.dt * (by.F_viscous * before.F_viscous.transpose() + memory.F_total * before.F_total.transpose());
     memory.F_viscous = advance.transpose() * by.F_viscous;
     memory.F_total = advance.transpose() * memory.F_total.eval();
     memory.history = by.history;
@@ -199,7 +199,8 @@ void StepAdjoint<T>::reverse_body_loads(const TapeStep<T>& step, int b) {
     const Vec3<T> by_gain(r.v[0], r.v[1], r.v[2]);
     LoadedParticleGradient<T> by;
     for (size_t l = 0; l < step.loads.body.size(); ++l)
-      if (r.bits & step.loads.body[l].bit) velocity_gain_adjoint(step.loads.body[l], step.dt, p, by_gain, by, by_load[l]);
+      if (r.bits & step.loads.body[l].bit)
+        velocity_gain_adjoint(step.loads.body[l], step.dt, p, by_gain, by, by_load[l]);
     for (int a = 0; a < 3; ++a) r.x[a] += by.x[a], r.v[a] += by.v[a];
     Eigen::Map<RowMajor<T>>(r.F) += by.F;
     // The stiffness is (lambda + 2 mu) V / (m dx^2).
@@ -215,8 +216,8 @@ void StepAdjoint<T>::reverse_given_stress(const TapeStep<T>& step, int b, const 
     AdjointRecord<T>& r = record_[slot_[step.index[s]]];
     if (r.side < 0) continue;
     const LawPoint<T> point{&particles_.materials[r.material], r.mu, r.lambda};
-    const LawGradient<T> by = kirchhoff_stress_adjoint<T>(
-        point, Eigen::Map<const RowMajor<T>>(step.particle[s].F), step.memory[r.side], symmetric(by_stress));
+    const LawGradient<T> by = kirchhoff_stress_adjoint<T>(point, Eigen::Map<const RowMajor<T>>(step.particle[s].F),
+                                                          step.memory[r.side], symmetric(by_stress));
     Eigen::Map<RowMajor<T>>(r.F) += by.F;
     r.by_mu += by.mu, r.by_lambda += by.lambda;
     memory_[r.side].F_viscous += by.F_viscous, memory_[r.side].history += by.history;

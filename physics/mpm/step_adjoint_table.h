@@ -8,8 +8,7 @@ namespace pliant::PLIANT_ISA {
 template <class T>
 const AdjointKernels<T>& adjoint_kernels() {
   static constexpr AdjointKernels<T> kKernels = {
-      reverse_gather<T>,
-      {reverse_scatter_fixed_corotated<T>, reverse_scatter_neo_hookean<T>, reverse_scatter_any<T>}};
+      reverse_gather<T>, {reverse_scatter_fixed_corotated<T>, reverse_scatter_neo_hookean<T>, reverse_scatter_any<T>}};
   return kKernels;
 }
 

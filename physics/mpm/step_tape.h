@@ -57,7 +57,8 @@ class StepTape {
   size_t bytes() const {
     size_t sum = 0;
     for (const TapeStep<T>& s : step_)
-      sum += s.particle.capacity() * (sizeof(TapeParticle<T>) + sizeof(int)) + (s.node.capacity() + s.old_node.capacity()) * sizeof(Node<T>) +
+      sum += s.particle.capacity() * (sizeof(TapeParticle<T>) + sizeof(int)) +
+             (s.node.capacity() + s.old_node.capacity()) * sizeof(Node<T>) +
              s.memory.capacity() * (sizeof(LawMemory<T>) + 6 * sizeof(T));
     return sum;
   }

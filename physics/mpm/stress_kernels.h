@@ -45,7 +45,8 @@ INLINE uint32_t rotation(const Pack<T>* F, Pack<T>* X, Pack<T>& J) {
 
 /// tau = 2 mu (F - R) F^T + lambda (J - 1) J I.
 template <class T>
-INLINE void fixed_corotated_of(const Pack<T>* F, const Pack<T>* R, Pack<T> J, Pack<T> mu, Pack<T> lambda, Pack<T>* tau) {
+INLINE void fixed_corotated_of(const Pack<T>* F, const Pack<T>* R, Pack<T> J, Pack<T> mu, Pack<T> lambda,
+                               Pack<T>* tau) {
   Pack<T> D[9];
   for (int k = 0; k < 9; ++k) D[k] = F[k] - R[k];
   const auto row = [&](int i, int j) {
@@ -99,8 +100,8 @@ __attribute__((noinline)) void repair_stress(uint32_t unsafe, StressKind kind, c
 template <class T>
 INLINE void pack_stress(StressKind kind, const Pack<T>* F, Pack<T> mu, Pack<T> lambda,
                         void (*exact_stress)(StressKind, const T*, T, T, T*), Pack<T>* tau) {
-  const uint32_t unsafe = kind == StressKind::kFixedCorotated ? fixed_corotated<T>(F, mu, lambda, tau)
-                                                              : neo_hookean<T>(F, mu, lambda, tau);
+  const uint32_t unsafe =
+      kind == StressKind::kFixedCorotated ? fixed_corotated<T>(F, mu, lambda, tau) : neo_hookean<T>(F, mu, lambda, tau);
   if (__builtin_expect(unsafe != 0, 0)) repair_stress<T>(unsafe, kind, F, mu, lambda, exact_stress, tau);
 }
 

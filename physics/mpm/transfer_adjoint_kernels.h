@@ -42,7 +42,9 @@ struct NodeRow {
   INLINE void add_scaled(const NodeRow& b, T w) {
     two = fma(b.two, all<TwoNodes<T>>(w), two), one = fma(b.one, all<OneNode<T>>(w), one);
   }
-  INLINE void add_product(const NodeRow& a, const NodeRow& b) { two = fma(a.two, b.two, two), one = fma(a.one, b.one, one); }
+  INLINE void add_product(const NodeRow& a, const NodeRow& b) {
+    two = fma(a.two, b.two, two), one = fma(a.one, b.one, one);
+  }
   INLINE NodeRow minus(const NodeRow& b) const { return {two - b.two, one - b.one}; }
   /// Sum of the three nodes.
   INLINE OneNode<T> sum() const { return low_node<T>(two) + high_node<T>(two) + one; }
@@ -51,7 +53,8 @@ struct NodeRow {
 /// Three numbers along z, one per node of a row.
 template <class T>
 INLINE NodeRow<T> along_z(const T (*number)[kLanes], int lane) {
-  return {join<T>(all<OneNode<T>>(number[6][lane]), all<OneNode<T>>(number[7][lane])), all<OneNode<T>>(number[8][lane])};
+  return {join<T>(all<OneNode<T>>(number[6][lane]), all<OneNode<T>>(number[7][lane])),
+          all<OneNode<T>>(number[8][lane])};
 }
 
 /// Node values that are affine in space: value[0..3] at the lowest node of the stencil, then their steps along x, y, z.
@@ -91,8 +94,8 @@ struct SlopeSums {
   }
 };
 
-/// patch_i += w_i h_i for an affine h, and the slopes of sum w u . h by the particle's position in cells, through w only;
-/// u the node values at `u_corner`.
+/// patch_i += w_i h_i for an affine h, and the slopes of sum w u . h by the particle's position in cells, through w
+/// only; u the node values at `u_corner`.
 template <class T>
 INLINE void scatter_with_slopes(const StencilLanes<T>& s, int lane, const T* h, const T* u_corner, T* patch_corner,
                                 T* slopes) {

@@ -4,7 +4,8 @@
 
 namespace pliant {
 
-/// 1/2 sum m (|v|^2 + dx^2/4 |C|^2) [J]: what quadratic B-splines carry of an affine velocity field (Jiang et al. 2015).
+/// 1/2 sum m (|v|^2 + dx^2/4 |C|^2) [J]: what quadratic B-splines carry of an affine velocity field (Jiang et al.
+/// 2015).
 template <class T>
 double kinetic_energy(const BasicParticles<T>& particles, const BasicSimulationState<T>& state);
 

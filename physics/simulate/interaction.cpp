@@ -7,8 +7,8 @@
 namespace pliant {
 namespace {
 
-constexpr const char* kNames[] = {"gravity", "pin", "point_force", "impulse", "grab", "gust", "ground", "collider", "poke",
-                                  "torque",  "wind"};
+constexpr const char* kNames[] = {"gravity", "pin",      "point_force", "impulse", "grab", "gust",
+                                  "ground",  "collider", "poke",        "torque",  "wind"};
 
 }  // namespace
 
@@ -17,13 +17,13 @@ const char* interaction_name(InteractionType type) { return kNames[static_cast<i
 std::vector<std::string> interaction_names() { return {std::begin(kNames), std::end(kNames)}; }
 
 void validate_interaction(const Interaction& interaction, size_t index) {
-  const std::string where =
-      "interaction " + std::to_string(index) + " (" + interaction_name(interaction.type) + ")";
+  const std::string where = "interaction " + std::to_string(index) + " (" + interaction_name(interaction.type) + ")";
   const auto require = [&](bool good, const char* field, double value, const char* remedy) {
     if (!good) throw usage_error(where, field, "is " + std::to_string(value), remedy);
   };
   const auto non_negative = [&](const char* field, double value, bool may_be_infinite) {
-    require(value >= 0 && (may_be_infinite || std::isfinite(value)), field, value, "give a number that is not negative");
+    require(value >= 0 && (may_be_infinite || std::isfinite(value)), field, value,
+            "give a number that is not negative");
   };
   const auto finite = [&](const char* field, const Vec3d& value) {
     for (int a = 0; a < 3; ++a) require(std::isfinite(value[a]), field, value[a], "give three finite numbers");
@@ -43,14 +43,16 @@ void validate_interaction(const Interaction& interaction, size_t index) {
 
   const Region& region = interaction.region;
   switch (region.kind) {
-    case Region::Kind::kAll: break;
+    case Region::Kind::kAll:
+      break;
     case Region::Kind::kSphere:
       finite("region", region.point);
       require(region.radius > 0 && std::isfinite(region.radius), "radius", region.radius, "give a positive radius");
       break;
     case Region::Kind::kBox:
       for (int a = 0; a < 3; ++a)
-        require(region.point[a] < region.vector[a], "region", region.point[a], "the low corner must lie below the high one");
+        require(region.point[a] < region.vector[a], "region", region.point[a],
+                "the low corner must lie below the high one");
       break;
     case Region::Kind::kHalfSpace:
       finite("region", region.point);

@@ -23,16 +23,16 @@ enum class InteractionType {
                 ///< `vector` [m/s], and turns by `angular_velocity` about `pivot`
   kPoke,        ///< finger of radius region.radius whose centre follows `path`; separating, with friction
   kTorque,      ///< torque `vector` [N m] about the axis along it through the centre of the touched mass
-  kWind,        ///< wind of velocity `vector` [m/s] on the surface: drag air_density / 2 * drag_coefficient * A |u| u of
-                ///< each piece of area A (across the wind) that faces it, u the velocity of the air against the piece
+  kWind,  ///< wind of velocity `vector` [m/s] on the surface: drag air_density / 2 * drag_coefficient * A |u| u of
+          ///< each piece of area A (across the wind) that faces it, u the velocity of the air against the piece
 };
 
 /// One row of an interaction script, in SI units and world axes.  The touched mass of a force, impulse, grab or gust
 /// is the driving particles whose rest position lies in `region`.
 struct Interaction {
   InteractionType type = InteractionType::kPointForce;
-  double start = 0;                                            ///< s
-  double duration = std::numeric_limits<double>::infinity();   ///< s
+  double start = 0;                                           ///< s
+  double duration = std::numeric_limits<double>::infinity();  ///< s
   Region region;
   Vec3d vector = Vec3d::Zero();
 
@@ -43,11 +43,11 @@ struct Interaction {
     Vec3d position;
   };
   std::vector<PathPoint> path;
-  double stiffness = 0;  ///< grab, N/m; 0 = (2 pi 10 Hz)^2 * mass of the body
-  double damping = 0;    ///< grab, N s/m; 0 = critical for the mass of the body
+  double stiffness = 0;                                        ///< grab, N/m; 0 = (2 pi 10 Hz)^2 * mass of the body
+  double damping = 0;                                          ///< grab, N s/m; 0 = critical for the mass of the body
   double max_force = std::numeric_limits<double>::infinity();  ///< grab, N
 
-  double rate = 0;      ///< gust, 1/s
+  double rate = 0;                                 ///< gust, 1/s
   double drag_coefficient = 1, air_density = 1.2;  ///< wind; kg/m^3
   double friction = 0;  ///< ground, collider, poke: Coulomb coefficient; infinity = no sliding while pressed
 

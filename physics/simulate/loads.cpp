@@ -96,7 +96,8 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
         if (!it.region.contains(particles.position[i].template cast<double>())) continue;
         bits_[i] |= entry.bit;
         entry.mass += particles.mass[i];
-        if (it.type == InteractionType::kGrab || it.type == InteractionType::kTorque) entry.touched.push_back(static_cast<int>(i));
+        if (it.type == InteractionType::kGrab || it.type == InteractionType::kTorque)
+          entry.touched.push_back(static_cast<int>(i));
       }
     }
     entries_.push_back(std::move(entry));
@@ -183,7 +184,8 @@ double LoadSchedule<T>::collider_speed(double t, double dt) const {
     double speed = it.vector.norm();
     for (size_t k = 1; k < it.path.size(); ++k) {
       if (it.start + it.path[k].time < t || it.start + it.path[k - 1].time > t + dt) continue;
-      speed = std::max(speed, (it.path[k].position - it.path[k - 1].position).norm() / (it.path[k].time - it.path[k - 1].time));
+      speed = std::max(
+          speed, (it.path[k].position - it.path[k - 1].position).norm() / (it.path[k].time - it.path[k - 1].time));
     }
     fastest = std::max(fastest, speed + it.angular_velocity.norm() * body_size_);
   }

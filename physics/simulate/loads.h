@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "physics/simulate/interaction.h"
 #include "physics/mpm/mpm.h"
 #include "physics/mpm/step_adjoint.h"
+#include "physics/simulate/interaction.h"
 #include "physics/simulate/simulate.h"
 
 namespace pliant {
@@ -22,9 +22,9 @@ struct LoadsGradient {
   std::vector<Vec3d> vector;         ///< [interactions] by Interaction::vector
   std::vector<double> touched_mass;  ///< [interactions] by the touched mass
   double body_mass = 0;
-  Vec3d gravity = Vec3d::Zero();     ///< by SimulateOptions::gravity
+  Vec3d gravity = Vec3d::Zero();  ///< by SimulateOptions::gravity
   double damping_time = 0;
-  std::vector<double> density;       ///< [objects] by the mean density of each, as far as any touch
+  std::vector<double> density;  ///< [objects] by the mean density of each, as far as any touch
 
   explicit LoadsGradient(size_t interactions) : vector(interactions, Vec3d::Zero()), touched_mass(interactions, 0.0) {}
 };
@@ -44,8 +44,8 @@ class LoadSchedule {
   bool has_wind() const;
   /// Whether a pin that reaches the body is active at time t.
   bool pinned(double t) const;
-  /// Loads of the substep [t, t + dt]; a load that starts or ends inside it acts for its part of it.  `source` holds the
-  /// numbers of the interactions.
+  /// Loads of the substep [t, t + dt]; a load that starts or ends inside it acts for its part of it.  `source` holds
+  /// the numbers of the interactions.
   void at(double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads) const;
   size_t size() const { return entries_.size(); }
   /// Speed [m/s] of the fastest point of a collider near the body during [t, t + dt].
@@ -62,10 +62,10 @@ class LoadSchedule {
     Interaction interaction;
     double end = 0;
     uint32_t bit = 0;
-    double mass = 0;           // touched, kg
-    std::vector<int> touched;  // only of what depends on their motion
-    bool reaches_body = false; // only of a pin
-    bool sprung = false;       // only of a pin: held by springs behind its surface
+    double mass = 0;            // touched, kg
+    std::vector<int> touched;   // only of what depends on their motion
+    bool reaches_body = false;  // only of a pin
+    bool sprung = false;        // only of a pin: held by springs behind its surface
   };
 
   void grab_adjoint(const Entry& entry, double t, double dt, const TapeStep<T>& step, const Vec3d& by_acceleration,

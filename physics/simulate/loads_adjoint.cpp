@@ -47,7 +47,8 @@ void LoadSchedule<T>::at_adjoint(double t, double dt, const TapeStep<T>& step, c
         break;
       case InteractionType::kGround:
       case InteractionType::kCollider:
-      case InteractionType::kPoke: break;
+      case InteractionType::kPoke:
+        break;
       case InteractionType::kTorque:
         if (part > 0 && torque_adjoint(entry, part, step, by.body, next, particles, gradient.vector[k])) ++next;
         break;

@@ -46,13 +46,14 @@ Region widened(const Region& region, double cell) {
 
 }  // namespace
 
-PushSize size_push(const PushOptions& options, const Particles& particles,
-                   const std::vector<Interaction>& interactions, const Region& region, const Vec3d& direction) {
+PushSize size_push(const PushOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
+                   const Region& region, const Vec3d& direction) {
   const auto require = [](bool good, const char* field, double value, const char* remedy) {
     if (!good) throw usage_error("push", field, "is " + std::to_string(value), remedy);
   };
   require(particles.size() > 0, "particles", 0, "seed the object first; it has no driving particle");
-  require(direction.norm() > 0 && direction.allFinite(), "direction", direction.norm(), "give a direction that is not zero");
+  require(direction.norm() > 0 && direction.allFinite(), "direction", direction.norm(),
+          "give a direction that is not zero");
   require(options.fraction > 0 && options.fraction < 1, "fraction", options.fraction, "give a part of the height");
   require(options.duration > 0 && std::isfinite(options.duration), "duration", options.duration, "give seconds");
   require(options.trials > 0 && options.max_particles > 0, "trials", options.trials, "give a positive number");

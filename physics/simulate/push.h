@@ -7,13 +7,13 @@
 namespace pliant {
 
 struct PushOptions {
-  SimulateOptions simulate;           ///< damping and gravity of the real run
-  Vec3d up = {0, 0, 1};               ///< the body's height is its extent along this unit vector, m
-  double height = 0;                  ///< m; 0 = extent of the particles along `up`
-  double fraction = 0.15;             ///< wanted peak displacement / height
-  double duration = 0.5;              ///< s for which the push lasts
-  int max_particles = 2000;           ///< of the trial body
-  int trials = 3;                     ///< at most
+  SimulateOptions simulate;  ///< damping and gravity of the real run
+  Vec3d up = {0, 0, 1};      ///< the body's height is its extent along this unit vector, m
+  double height = 0;         ///< m; 0 = extent of the particles along `up`
+  double fraction = 0.15;    ///< wanted peak displacement / height
+  double duration = 0.5;     ///< s for which the push lasts
+  int max_particles = 2000;  ///< of the trial body
+  int trials = 3;            ///< at most
 };
 
 struct PushSize {
@@ -25,7 +25,7 @@ struct PushSize {
 /// Force whose push on `region` along `direction` moves the body by `fraction` of its height at most, found by short
 /// trials of the dynamics themselves: a small force first, then corrections for what is not linear.
 /// `interactions` are the pins and the ground of the real run.  Throws Error{kUsage} when the region touches nothing.
-PushSize size_push(const PushOptions& options, const Particles& particles,
-                   const std::vector<Interaction>& interactions, const Region& region, const Vec3d& direction);
+PushSize size_push(const PushOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
+                   const Region& region, const Vec3d& direction);
 
 }  // namespace pliant

@@ -35,9 +35,10 @@ RestShape<T> solve_rest_shape(const RestShapeOptions& options, const BasicPartic
     const SettleSummary settled = settle(simulator, particles, options.max_seconds, speed, state);
     summary.seconds += settled.seconds;
     if (!settled.at_rest)
-      throw numerical_error("rest shape", "the body does not come to rest under gravity within " +
-                                              std::to_string(options.max_seconds) + " s",
-                            "give a stiffer material, or --gravity none");
+      throw numerical_error(
+          "rest shape",
+          "the body does not come to rest under gravity within " + std::to_string(options.max_seconds) + " s",
+          "give a stiffer material, or --gravity none");
     double residual = 0;
     for (size_t i = 0; i < n; ++i)
       residual = std::max(residual, static_cast<double>((state.x[i] - particles.position[i]).norm()));

@@ -14,17 +14,17 @@ struct RestShapeSummary {
 
 template <class T>
 struct RestShape {
-  BasicSimulationState<T> state;   ///< in equilibrium under gravity; x the captured shape but for the residual, F its
-                                   ///< deformation from the unloaded shape
-  std::vector<Vec3<T>> unloaded;   ///< [N] m, the shape without gravity
+  BasicSimulationState<T> state;  ///< in equilibrium under gravity; x the captured shape but for the residual, F its
+                                  ///< deformation from the unloaded shape
+  std::vector<Vec3<T>> unloaded;  ///< [N] m, the shape without gravity
   RestShapeSummary summary;
 };
 
 struct RestShapeOptions {
-  SimulateOptions simulate;     ///< gravity and grid of the real run
-  double tolerance = 5e-4;      ///< largest residual / size of the body
+  SimulateOptions simulate;  ///< gravity and grid of the real run
+  double tolerance = 5e-4;   ///< largest residual / size of the body
   int max_iterations = 12;
-  double max_seconds = 8;       ///< of settling per iteration
+  double max_seconds = 8;  ///< of settling per iteration
 };
 
 /// Inverse statics: the unloaded shape x0 from which the body, held by the pins, grounds and resting colliders of

@@ -39,7 +39,8 @@ int parts_of(int n, size_t step_bytes, size_t snapshot_bytes, size_t memory) {
 
 /// dL/d(E, nu) of dL/d(mu, lambda).
 template <class T>
-void add_young_and_poisson(const BasicParticles<T>& particles, const ParticleGradient<T>& by, RolloutGradient<T>& result) {
+void add_young_and_poisson(const BasicParticles<T>& particles, const ParticleGradient<T>& by,
+                           RolloutGradient<T>& result) {
   for (size_t i = 0; i < particles.size(); ++i) {
     const T E = particles.young[i], nu = particles.poisson[i], a = 1 + nu, b = 1 - 2 * nu;
     const Lame<T> law = lame(E, nu);
@@ -186,11 +187,12 @@ RolloutGradient<T> rollout_adjoint(const RolloutOptions& options, const BasicPar
   return result;
 }
 
-#define PLIANT_ROLLOUT(T)                                                                                              \
-  template Rollout<T> rollout(const RolloutOptions&, const BasicParticles<T>&, const std::vector<Interaction>&,        \
-                              const BasicSimulationState<T>&);                                                         \
-  template RolloutGradient<T> rollout_adjoint(const RolloutOptions&, const BasicParticles<T>&,                         \
-                                              const std::vector<Interaction>&, const Rollout<T>&, const FrameCotangent<T>&);
+#define PLIANT_ROLLOUT(T)                                                                                       \
+  template Rollout<T> rollout(const RolloutOptions&, const BasicParticles<T>&, const std::vector<Interaction>&, \
+                              const BasicSimulationState<T>&);                                                  \
+  template RolloutGradient<T> rollout_adjoint(const RolloutOptions&, const BasicParticles<T>&,                  \
+                                              const std::vector<Interaction>&, const Rollout<T>&,               \
+                                              const FrameCotangent<T>&);
 PLIANT_ROLLOUT(float)
 PLIANT_ROLLOUT(double)
 

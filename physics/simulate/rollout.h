@@ -9,9 +9,9 @@
 namespace pliant {
 
 struct RolloutOptions {
-  SimulateOptions simulate;             ///< `substeps` 0 = chosen once, from the start; the same in every frame
-  size_t memory = size_t{512} << 20;    ///< bytes for the substeps of a frame; beyond it they are computed once more
-  int gradient_window = 0;              ///< frames; see `rollout_adjoint`; 0 = all
+  SimulateOptions simulate;           ///< `substeps` 0 = chosen once, from the start; the same in every frame
+  size_t memory = size_t{512} << 20;  ///< bytes for the substeps of a frame; beyond it they are computed once more
+  int gradient_window = 0;            ///< frames; see `rollout_adjoint`; 0 = all
 };
 
 /// States at all frame borders, the start included, and the time step between them.
@@ -29,11 +29,11 @@ struct RolloutGradient {
     double damping_time = 0, viscosity_time = 0;  ///< 0 where they are off
   };
 
-  StateGradient<T> start;         ///< x, v, C, F, memory of the first state
-  std::vector<T> young, poisson;  ///< [N]
-  std::vector<T> mass;            ///< [N] at fixed volume; by density: times the volume
-  std::vector<Vec3d> interaction; ///< [interactions] by `vector`: force, impulse, acceleration, wind, gravity
-  Vec3d gravity = Vec3d::Zero();  ///< of the options
+  StateGradient<T> start;          ///< x, v, C, F, memory of the first state
+  std::vector<T> young, poisson;   ///< [N]
+  std::vector<T> mass;             ///< [N] at fixed volume; by density: times the volume
+  std::vector<Vec3d> interaction;  ///< [interactions] by `vector`: force, impulse, acceleration, wind, gravity
+  Vec3d gravity = Vec3d::Zero();   ///< of the options
   double damping_time = 0, viscosity_time = 0;  ///< of the options; 0 where they are off
   std::vector<Damping> material;                ///< [materials]
 
@@ -61,7 +61,7 @@ RolloutGradient<T> rollout_adjoint(const RolloutOptions& options, const BasicPar
                                    const std::vector<Interaction>& interactions, const Rollout<T>& rollout,
                                    const FrameCotangent<T>& cotangent);
 
-#define PLIANT_ROLLOUT(T)                                                                                             \
+#define PLIANT_ROLLOUT(T)                                                                                              \
   extern template Rollout<T> rollout(const RolloutOptions&, const BasicParticles<T>&, const std::vector<Interaction>&, \
                                      const BasicSimulationState<T>&);                                                  \
   extern template RolloutGradient<T> rollout_adjoint(const RolloutOptions&, const BasicParticles<T>&,                  \

@@ -28,8 +28,8 @@ void stop(BasicSimulationState<T>& state) {
 std::vector<Interaction> resting_interactions(const std::vector<Interaction>& interactions) {
   std::vector<Interaction> world;
   for (const Interaction& it : interactions) {
-    const bool collider = it.type == InteractionType::kCollider && it.path.empty() && it.vector.isZero() &&
-                          it.angular_velocity.isZero();
+    const bool collider =
+        it.type == InteractionType::kCollider && it.path.empty() && it.vector.isZero() && it.angular_velocity.isZero();
     const bool holds = it.type == InteractionType::kPin || it.type == InteractionType::kGround || collider;
     if (!holds || it.start != 0) continue;
     world.push_back(it);
@@ -39,8 +39,8 @@ std::vector<Interaction> resting_interactions(const std::vector<Interaction>& in
 }
 
 template <class T>
-SettleSummary settle(Simulator<T>& simulator, const BasicParticles<T>& particles, double max_seconds,
-                     double rest_speed, BasicSimulationState<T>& state) {
+SettleSummary settle(Simulator<T>& simulator, const BasicParticles<T>& particles, double max_seconds, double rest_speed,
+                     BasicSimulationState<T>& state) {
   SettleSummary summary;
   const std::vector<Vec3<T>> start = state.x;
   const double still = rest_speed * rest_speed;
@@ -76,7 +76,7 @@ double rest_speed(const SimulateOptions& options, const BasicParticles<T>& parti
   return kRestShare * std::sqrt(2 * options.gravity.norm() * size);
 }
 
-#define PLIANT_SETTLE(T)                                                                                         \
+#define PLIANT_SETTLE(T)                                                                                            \
   template SettleSummary settle(Simulator<T>&, const BasicParticles<T>&, double, double, BasicSimulationState<T>&); \
   template double rest_speed(const SimulateOptions&, const BasicParticles<T>&);
 PLIANT_SETTLE(float)

@@ -19,8 +19,8 @@ std::vector<Interaction> resting_interactions(const std::vector<Interaction>& in
 /// period has to be known.  At rest means that the root mean square speed stays below `rest_speed` [m/s].  The state
 /// comes back without motion, at time 0.
 template <class T>
-SettleSummary settle(Simulator<T>& simulator, const BasicParticles<T>& particles, double max_seconds,
-                     double rest_speed, BasicSimulationState<T>& state);
+SettleSummary settle(Simulator<T>& simulator, const BasicParticles<T>& particles, double max_seconds, double rest_speed,
+                     BasicSimulationState<T>& state);
 
 /// Speed [m/s] under which a body is taken to rest: a thousandth of what it gains falling by its own size.
 template <class T>

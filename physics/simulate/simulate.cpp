@@ -5,11 +5,11 @@
 #include <cmath>
 
 #include "gaussians/base/error.h"
+#include "physics/body/surface_elements.h"
 #include "physics/laws/material.h"
 #include "physics/simulate/rest_shape.h"
 #include "physics/simulate/settle.h"
 #include "physics/simulate/simulator.h"
-#include "physics/body/surface_elements.h"
 
 namespace pliant {
 namespace {
@@ -76,8 +76,9 @@ std::string describe_thin_parts(const BasicParticles<T>& particles, double dx, S
     for (int a = 0; a < 3; ++a) words += std::to_string(x[a]) + (a < 2 ? ", " : ")");
     return words;
   };
-  return std::to_string(std::lround(100 * summary.thin_share)) + " % of the particles lie in parts thinner than 3 cells of " +
-         std::to_string(dx) + " m, between " + text(summary.thin_bounds.low) + " and " + text(summary.thin_bounds.high) +
+  return std::to_string(std::lround(100 * summary.thin_share)) +
+         " % of the particles lie in parts thinner than 3 cells of " + std::to_string(dx) + " m, between " +
+         text(summary.thin_bounds.low) + " and " + text(summary.thin_bounds.high) +
          " m; they bend too stiffly or too softly, more driving particles make the cells smaller";
 }
 
@@ -86,12 +87,13 @@ template <class T>
 void warn_of_misses(const LoadSchedule<T>& schedule, SimulateSummary& summary) {
   for (size_t k = 0; k < schedule.size(); ++k) {
     const Interaction& it = schedule[k];
-    const bool moves = it.type == InteractionType::kPoke || (it.type == InteractionType::kCollider &&
-                                                             (!it.path.empty() || it.vector.norm() > 0));
+    const bool moves = it.type == InteractionType::kPoke ||
+                       (it.type == InteractionType::kCollider && (!it.path.empty() || it.vector.norm() > 0));
     const bool touched = std::any_of(summary.impulse_of_frame.begin(), summary.impulse_of_frame.end(),
                                      [&](const std::vector<Vec3d>& frame) { return !frame[k].isZero(0); });
     if (moves && !touched && summary.frames > 0)
-      summary.warnings.push_back("interaction " + std::to_string(k) + " (" + interaction_name(it.type) + ") touched nothing");
+      summary.warnings.push_back("interaction " + std::to_string(k) + " (" + interaction_name(it.type) +
+                                 ") touched nothing");
   }
 }
 
@@ -118,11 +120,11 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
                          return m.viscosity_time > 0 || (m.law == Law::kFluid && m.dynamic_viscosity > 0);
                        });
   if (options.flip_time > 0 && viscous)
-    summary.warnings.push_back("with flip_time, viscosity damps less than it says, because particles keep velocity gradients "
-                               "that the grid cannot hold; damping_time is exact");
+    summary.warnings.push_back(
+        "with flip_time, viscosity damps less than it says, because particles keep velocity gradients "
+        "that the grid cannot hold; damping_time is exact");
   const bool pinned = simulator.schedule().pinned(0);
-  summary.gravity_cancelled =
-      pinned && options.rest_shape == RestShapeMode::kCaptured && options.gravity.norm() > 0;
+  summary.gravity_cancelled = pinned && options.rest_shape == RestShapeMode::kCaptured && options.gravity.norm() > 0;
   const auto deliver = [&] {
     summary.max_displacement = std::max(summary.max_displacement, largest_displacement(particles, result.state));
     result.stopped = sink && !sink(result.state);

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "physics/simulate/interaction.h"
 #include "physics/mpm/particles.h"
+#include "physics/simulate/interaction.h"
 
 namespace pliant {
 
@@ -19,23 +19,23 @@ enum class RestShapeMode {
 
 struct SimulateOptions {
   double fps = 30;
-  double duration = 3;       ///< s; frames = round(fps * duration)
-  double courant = 0.4;      ///< chosen (c + |v|) dt / dx, c = sqrt((lambda + 2 mu) / rho)
-  double courant_cap = 0.6;  ///< a frame in which it is exceeded is repeated with half the time step
-  int substeps = 0;          ///< per frame; 0 = from `courant`
-  Vec3d gravity = {0, 0, -9.81};  ///< m/s^2; see below
-  double damping_time = 0;    ///< s in which mass-proportional damping lowers an amplitude to 1/e; 0 = none
-  double viscosity_time = 0;  ///< s, Kelvin-Voigt: stress of strain + time * strain rate; 0 = none
+  double duration = 3;             ///< s; frames = round(fps * duration)
+  double courant = 0.4;            ///< chosen (c + |v|) dt / dx, c = sqrt((lambda + 2 mu) / rho)
+  double courant_cap = 0.6;        ///< a frame in which it is exceeded is repeated with half the time step
+  int substeps = 0;                ///< per frame; 0 = from `courant`
+  Vec3d gravity = {0, 0, -9.81};   ///< m/s^2; see below
+  double damping_time = 0;         ///< s in which mass-proportional damping lowers an amplitude to 1/e; 0 = none
+  double viscosity_time = 0;       ///< s, Kelvin-Voigt: stress of strain + time * strain rate; 0 = none
   double strain_rate_damping = 0;  ///< 1/s at which the symmetric part of the particles' affine velocity decays (RPIC,
                                    ///< Jiang et al. 2015); infinity = at once
-  bool pic = false;           ///< transfers without affine velocity (PIC); strongly damped, for comparison
-  double cell_size = 0;       ///< m; 0 = that of the particles
-  double settle_time = 0;     ///< s, at most, of settling before frame 0, for bodies that no pin holds
+  bool pic = false;                ///< transfers without affine velocity (PIC); strongly damped, for comparison
+  double cell_size = 0;            ///< m; 0 = that of the particles
+  double settle_time = 0;          ///< s, at most, of settling before frame 0, for bodies that no pin holds
   RestShapeMode rest_shape = RestShapeMode::kCaptured;  ///< of bodies that a pin holds
-  double object_friction = 0.5;  ///< Coulomb coefficient between the objects of `particles`
-  int max_retries = 4;        ///< halvings of the time step before a frame is given up
-  double flip_time = 0;       ///< s, 0 = APIC; see MpmOptions
-  double sleep_speed = 0;     ///< m/s, 0 = off; see MpmOptions
+  double object_friction = 0.5;                         ///< Coulomb coefficient between the objects of `particles`
+  int max_retries = 4;                                  ///< halvings of the time step before a frame is given up
+  double flip_time = 0;                                 ///< s, 0 = APIC; see MpmOptions
+  double sleep_speed = 0;                               ///< m/s, 0 = off; see MpmOptions
 };
 
 struct SimulateSummary {
@@ -50,15 +50,15 @@ struct SimulateSummary {
   double rest_shape_residual = 0;      ///< m, of the solved rest shape: captured shape against equilibrium
   double rest_shape_sag = 0;           ///< m, captured against unloaded shape
   int rest_shape_iterations = 0;
-  double thin_share = 0;               ///< of the particles, in parts thinner than 3 cells
-  Box thin_bounds;                     ///< m, of those
-  int64_t strays = 0;                  ///< times a particle was put back into the domain
-  int retries = 0;                     ///< frames repeated with a smaller time step
+  double thin_share = 0;  ///< of the particles, in parts thinner than 3 cells
+  Box thin_bounds;        ///< m, of those
+  int64_t strays = 0;     ///< times a particle was put back into the domain
+  int retries = 0;        ///< frames repeated with a smaller time step
   int64_t particle_substeps = 0;
-  double seconds = 0;                  ///< wall time of the solver
+  double seconds = 0;  ///< wall time of the solver
   /// [frames][interactions] momentum [N s] that each gave to the body; over the frame's length, its mean force [N].
   std::vector<std::vector<Vec3d>> impulse_of_frame;
-  bool gravity_cancelled = false;      ///< a pin holds the body, whose captured shape is its equilibrium
+  bool gravity_cancelled = false;  ///< a pin holds the body, whose captured shape is its equilibrium
   std::vector<std::string> warnings;
 };
 

@@ -83,10 +83,10 @@ void Simulator<T>::advance(BasicSimulationState<T>& state) {
   int substeps = substeps_of(state);
   for (int attempt = 0;; ++attempt) {
     if (attempt > options_.max_retries || substeps > kMaxSubstepsOfFrame)
-      throw numerical_error("simulate",
-                            "frame " + std::to_string(state.frame + 1) + " stays unstable with " +
-                                std::to_string(substeps) + " substeps",
-                            "lower the forces or Young's modulus, or use fewer driving particles");
+      throw numerical_error(
+          "simulate",
+          "frame " + std::to_string(state.frame + 1) + " stays unstable with " + std::to_string(substeps) + " substeps",
+          "lower the forces or Young's modulus, or use fewer driving particles");
     begin_frame(state);
     if (run(state, substeps, 0, substeps)) break;
     substeps *= 2;

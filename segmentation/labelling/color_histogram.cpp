@@ -9,7 +9,8 @@ namespace pliant {
 
 std::array<ColorHistogram::Corner, 8> ColorHistogram::corners(const Vec3f& lab) {
   // L in 0..1; a and b mostly in -0.5..0.5, colours beyond share the outer bins.
-  const float place[3] = {std::clamp(lab[0], 0.0f, 1.0f) * (kLight - 1), std::clamp(lab[1] + 0.5f, 0.0f, 1.0f) * (kColor - 1),
+  const float place[3] = {std::clamp(lab[0], 0.0f, 1.0f) * (kLight - 1),
+                          std::clamp(lab[1] + 0.5f, 0.0f, 1.0f) * (kColor - 1),
                           std::clamp(lab[2] + 0.5f, 0.0f, 1.0f) * (kColor - 1)};
   std::array<Corner, 8> out;
   for (int k = 0; k < 8; ++k) {

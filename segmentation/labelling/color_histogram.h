@@ -28,7 +28,7 @@ class ColorHistogram {
   };
   static std::array<Corner, 8> corners(const Vec3f& lab);
 
-  std::array<float, kLight * kColor * kColor> count_ = {};
+  std::array<float, kLight* kColor* kColor> count_ = {};
   float total_ = 0;
 };
 

@@ -35,17 +35,22 @@ EverythingOptions EverythingOptions::weight_free() {
   return options;
 }
 
-std::vector<PictureMask> segment_everything(const EverythingOptions& options, const ImageF& picture, PromptableSegmenter& segmenter) {
+std::vector<PictureMask> segment_everything(const EverythingOptions& options, const ImageF& picture,
+                                            PromptableSegmenter& segmenter) {
   CHECK(options.points_per_side > 0);
   segmenter.encode(picture);
   std::vector<PictureMask> masks;
   for (const MaskPrompt::Point& point : grid_points(options.points_per_side, picture.width, picture.height)) {
-    if (options.skip_covered && std::any_of(masks.begin(), masks.end(), [&](const PictureMask& m) { return covers(m, point); })) continue;
+    if (options.skip_covered &&
+        std::any_of(masks.begin(), masks.end(), [&](const PictureMask& m) { return covers(m, point); }))
+      continue;
     for (const SegmentedMask& found : segmenter.segment({std::nullopt, {point}})) {
       if (found.predicted_iou < options.least_iou) continue;
       if (stability(found.logits, options.stability_offset) < options.least_stability) continue;
       PictureMask mask = picture_mask(found.logits, "", found.predicted_iou);
-      if (mask.pixels == 0 || static_cast<float>(mask.pixels) > options.most_share * static_cast<float>(picture.pixels())) continue;
+      if (mask.pixels == 0 ||
+          static_cast<float>(mask.pixels) > options.most_share * static_cast<float>(picture.pixels()))
+        continue;
       masks.push_back(std::move(mask));
     }
   }

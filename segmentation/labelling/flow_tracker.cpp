@@ -74,14 +74,16 @@ TrackedFrame FlowTracker::frame() const {
   IdImage small(picture_.width, picture_.height, 1);
   TrackedFrame frame;
   for (const auto& [id, thing] : things_) {
-    if (thing.lost) frame.lost.push_back(id);
+    if (thing.lost)
+      frame.lost.push_back(id);
     else
       for (size_t i = 0; i < small.data.size(); ++i)
         if (thing.mask.data[i] > 0) small.data[i] = id;
   }
   frame.ids = IdImage(width_, height_, 1);
   for (int y = 0; y < height_; ++y)
-    for (int x = 0; x < width_; ++x) frame.ids(x, y) = small((2 * x + 1) * small.width / (2 * width_), (2 * y + 1) * small.height / (2 * height_));
+    for (int x = 0; x < width_; ++x)
+      frame.ids(x, y) = small((2 * x + 1) * small.width / (2 * width_), (2 * y + 1) * small.height / (2 * height_));
   return frame;
 }
 
@@ -94,8 +96,10 @@ void FlowTracker::follow(uint32_t id, const ImageF& mask) {
 TrackedFrame FlowTracker::step(const ImageF& picture) {
   CHECK_MSG(!picture_.empty(), "step before start");
   if (picture.width != width_ || picture.height != height_ || picture.channels != 3)
-    throw input_error("picture", "size", std::to_string(picture.width) + "x" + std::to_string(picture.height) + ", the first one had " +
-                      std::to_string(width_) + "x" + std::to_string(height_), "give pictures of one size");
+    throw input_error("picture", "size",
+                      std::to_string(picture.width) + "x" + std::to_string(picture.height) + ", the first one had " +
+                          std::to_string(width_) + "x" + std::to_string(height_),
+                      "give pictures of one size");
   const ImageF before = picture_, lab_before = lab_;
   take(picture);
   const std::vector<ImageF> frames = {before, picture_};
@@ -107,7 +111,8 @@ TrackedFrame FlowTracker::step(const ImageF& picture) {
   for (auto& [id, thing] : things_) (thing.lost ? lost : followed).push_back(&thing);
   parallel_for(static_cast<std::ptrdiff_t>(followed.size()), [&](std::ptrdiff_t k) {
     Thing& thing = *followed[k];
-    const std::optional<Carried> flown = carry_by_flow(flows, lab_before, thing), shifted = carry_by_shift(lab_before, thing);
+    const std::optional<Carried> flown = carry_by_flow(flows, lab_before, thing),
+                                 shifted = carry_by_shift(lab_before, thing);
     const bool shift_first = shifted && (!flown || shifted->misfit < options_.better * flown->misfit);
     thing.lost = !settle(shift_first ? shifted : flown, thing) && !settle(shift_first ? flown : shifted, thing);
   });
@@ -137,9 +142,10 @@ TrackedFrame FlowTracker::step(const ImageF& picture) {
   return frame();
 }
 
-/// What GrabCut makes of a mask that was carried; `trust` 0..1 weighs its log odds.  The colours that the thing had count
-/// where they are mostly others than those around it.
-ImageF FlowTracker::cut_around(const ImageF& carried, const ImageF& trust, const ImageF& lab, const ColorHistogram& look) const {
+/// What GrabCut makes of a mask that was carried; `trust` 0..1 weighs its log odds.  The colours that the thing had
+/// count where they are mostly others than those around it.
+ImageF FlowTracker::cut_around(const ImageF& carried, const ImageF& trust, const ImageF& lab,
+                               const ColorHistogram& look) const {
   constexpr float kFloor = 1e-3f, kMost = 3;
   const ColorHistogram around = looks_of(lab, carried, options_.context).around;
   const float telling = around.empty() ? 0 : std::max(0.0f, 1 - 2 * look.likeness(around));
@@ -149,8 +155,9 @@ ImageF FlowTracker::cut_around(const ImageF& carried, const ImageF& trust, const
   for (size_t i = 0; i < prior.data.size(); ++i) {
     const Vec3f color = Eigen::Map<const Vec3f>(lab.data.data() + 3 * i);
     const float odds = std::log((look.share(color) + kFloor) / (around.share(color) + kFloor));
-    prior.data[i] = trust.data[i] * options_.prior * std::clamp(distance.data[i] / (options_.border * size), -1.0f, 1.0f) +
-                    telling * std::clamp(odds, -kMost, kMost);
+    prior.data[i] =
+        trust.data[i] * options_.prior * std::clamp(distance.data[i] / (options_.border * size), -1.0f, 1.0f) +
+        telling * std::clamp(odds, -kMost, kMost);
   }
   const PictureWindow window(carried.width, carried.height, grown_box(carried, options_.context), options_.window);
   const ImageF colors = window.read(lab), odds = window.read(prior), far = window.read(distance);
@@ -168,14 +175,15 @@ ImageF FlowTracker::cut_around(const ImageF& carried, const ImageF& trust, const
   return window.write(logits, carried.width, carried.height, kOut);
 }
 
-/// Gives the thing the mask that was carried, with its border cut anew; false, and as it was, when it does not look like
-/// the thing any more.
+/// Gives the thing the mask that was carried, with its border cut anew; false, and as it was, when it does not look
+/// like the thing any more.
 bool FlowTracker::settle(const std::optional<Carried>& carried, Thing& thing) const {
   if (!carried || pixels_of(carried->mask) < options_.least_pixels) return false;
   ImageF mask = cut_around(carried->mask, carried->trust, lab_, thing.look);
   if (mask_iou(mask, carried->mask) < options_.least_kept) mask = carried->mask;
   const Looks looks = looks_of(lab_, mask, options_.context);
-  // What a thing looks like is told by a person or a detector, never learnt from what was carried: that would drift along.
+  // What a thing looks like is told by a person or a detector, never learnt from what was carried: that would drift
+  // along.
   const float alike = looks.thing.likeness(thing.look);
   if (alike < options_.least_alike || alike < looks.around.likeness(thing.look)) return false;
   thing.mask = std::move(mask);
@@ -183,7 +191,8 @@ bool FlowTracker::settle(const std::optional<Carried>& carried, Thing& thing) co
 }
 
 /// Looks for a lost thing by its colours; true when it is there.
-bool FlowTracker::recall(const ImageF& lab, const ColorHistogram& ground, const std::vector<uint8_t>& taken, Thing& thing) const {
+bool FlowTracker::recall(const ImageF& lab, const ColorHistogram& ground, const std::vector<uint8_t>& taken,
+                         Thing& thing) const {
   if (thing.look.likeness(ground) > options_.recall_common) return false;
   cv::Mat odds(lab.height, lab.width, CV_32F), number, stats, centres;
   float* value = odds.ptr<float>();
@@ -194,7 +203,9 @@ bool FlowTracker::recall(const ImageF& lab, const ColorHistogram& ground, const 
   cv::GaussianBlur(odds, odds, cv::Size(), 1.5);
   const int count = cv::connectedComponentsWithStats(odds > 2, number, stats, centres, 8, CV_32S);
   const float before = static_cast<float>(thing.pixels);
-  const auto right_size = [&](float pixels) { return pixels * options_.recall_size >= before && pixels <= before * options_.recall_size; };
+  const auto right_size = [&](float pixels) {
+    return pixels * options_.recall_size >= before && pixels <= before * options_.recall_size;
+  };
   float best = 0;
   ImageF found;
   for (int k = 1; k < count; ++k) {
@@ -219,8 +230,10 @@ bool FlowTracker::recall(const ImageF& lab, const ColorHistogram& ground, const 
 TrackedFrame FlowTracker::add(const IdImage& detections) {
   CHECK_MSG(!picture_.empty(), "add before start");
   if (detections.width != width_ || detections.height != height_)
-    throw input_error("masks", "size", std::to_string(detections.width) + "x" + std::to_string(detections.height) + ", the picture has " +
-                      std::to_string(width_) + "x" + std::to_string(height_), "give masks of the picture's size");
+    throw input_error("masks", "size",
+                      std::to_string(detections.width) + "x" + std::to_string(detections.height) +
+                          ", the picture has " + std::to_string(width_) + "x" + std::to_string(height_),
+                      "give masks of the picture's size");
   const IdImage ids = scaled(detections);
   std::map<uint32_t, ImageF> given;
   for (size_t i = 0; i < ids.data.size(); ++i)

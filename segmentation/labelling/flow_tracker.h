@@ -11,34 +11,38 @@
 namespace pliant {
 
 struct FlowTrackerOptions {
-  int longest = 480;            ///< px; larger pictures are followed at this size
+  int longest = 480;  ///< px; larger pictures are followed at this size
   // Carrying a mask to the next picture.
-  float consistent = 1.5f;      ///< px; flow that does not come back this near to its start is not believed
+  float consistent = 1.5f;  ///< px; flow that does not come back this near to its start is not believed
   GrabCutOptions cut;
-  int window = 200;             ///< px, longer side of the window of the cut
-  float context = 0.35f;        ///< of the carried mask's box, on every side of it
-  float prior = 4;              ///< log odds of what was carried, away from its border
-  float doubt = 0.3f;           ///< share of these where the flow is not believed
-  float border = 0.1f;          ///< distance over which they come to bear, share of the root of the mask's area
-  float least_kept = 0.5f;      ///< overlap with what was carried below which the cut is not taken
-  float reach = 1;              ///< what flow loses is looked for within so many roots of the mask's area around it ...
-  float stands_out = 0.3f;      ///< ... where the squares by which its colours differ are less than this share of the median there
-  float better = 0.5f;          ///< ... and of those along the flow
+  int window = 200;         ///< px, longer side of the window of the cut
+  float context = 0.35f;    ///< of the carried mask's box, on every side of it
+  float prior = 4;          ///< log odds of what was carried, away from its border
+  float doubt = 0.3f;       ///< share of these where the flow is not believed
+  float border = 0.1f;      ///< distance over which they come to bear, share of the root of the mask's area
+  float least_kept = 0.5f;  ///< overlap with what was carried below which the cut is not taken
+  float reach = 1;          ///< what flow loses is looked for within so many roots of the mask's area around it ...
+  float stands_out =
+      0.3f;  ///< ... where the squares by which its colours differ are less than this share of the median there
+  float better = 0.5f;  ///< ... and of those along the flow
   // Being lost.
   float least_believed = 0.1f;  ///< share of a mask whose flow is believed
-  float least_alike = 0.75f;    ///< likeness of its colours with those of the thing; that of what lies around must be less
+  float least_alike =
+      0.75f;  ///< likeness of its colours with those of the thing; that of what lies around must be less
   size_t least_pixels = 12;
   // Coming back.
-  float recall_alike = 0.85f;   ///< likeness of colours at which a lost thing is known again
-  float recall_common = 0.5f;   ///< likeness of its colours with those of the whole picture, above which they tell nothing
-  float recall_size = 3;        ///< times larger or smaller than it was when it was last shown, at most
-  float match = 0.5f;           ///< overlap with a followed mask at which a detection corrects it
+  float recall_alike = 0.85f;  ///< likeness of colours at which a lost thing is known again
+  float recall_common =
+      0.5f;               ///< likeness of its colours with those of the whole picture, above which they tell nothing
+  float recall_size = 3;  ///< times larger or smaller than it was when it was last shown, at most
+  float match = 0.5f;     ///< overlap with a followed mask at which a detection corrects it
 };
 
-/// Carries masks through pictures without learnt weights: dense flow back to the picture before, or where that fails, as
-/// for small things that move fast, one shift at which the colours fit better; a GrabCut around what is carried, and a check of flow and colours after which a thing is lost rather than followed wrongly.  A lost thing
-/// comes back, under its id, where its colours stand out at about its size, or where `add` shows it.  Equal for any
-/// number of threads.
+/// Carries masks through pictures without learnt weights: dense flow back to the picture before, or where that fails,
+/// as for small things that move fast, one shift at which the colours fit better; a GrabCut around what is carried, and
+/// a check of flow and colours after which a thing is lost rather than followed wrongly.  A lost thing comes back,
+/// under its id, where its colours stand out at about its size, or where `add` shows it.  Equal for any number of
+/// threads.
 class FlowTracker final : public Tracker {
  public:
   explicit FlowTracker(const FlowTrackerOptions& options = {}) : options_(options) {}

@@ -13,7 +13,8 @@ float square(float x) { return x * x; }
 
 }  // namespace
 
-std::optional<FlowTracker::Carried> FlowTracker::carry_by_flow(const Flows& flows, const ImageF& lab_before, const Thing& thing) const {
+std::optional<FlowTracker::Carried> FlowTracker::carry_by_flow(const Flows& flows, const ImageF& lab_before,
+                                                               const Thing& thing) const {
   const int width = picture_.width, height = picture_.height;
   Carried carried{ImageF(width, height, 1, kOut), ImageF(width, height, 1, options_.doubt), 0};
   size_t inside = 0, believed = 0;
@@ -21,7 +22,8 @@ std::optional<FlowTracker::Carried> FlowTracker::carry_by_flow(const Flows& flow
     for (int x = 0; x < width; ++x) {
       const float u = x + 0.5f + flows.back(x, y, 0), v = y + 0.5f + flows.back(x, y, 1);
       if (u < 0 || v < 0 || u >= width || v >= height) continue;
-      const float du = flows.back(x, y, 0) + sample(flows.forth, u, v, 0), dv = flows.back(x, y, 1) + sample(flows.forth, u, v, 1);
+      const float du = flows.back(x, y, 0) + sample(flows.forth, u, v, 0),
+                  dv = flows.back(x, y, 1) + sample(flows.forth, u, v, 1);
       const bool sure = std::hypot(du, dv) <= options_.consistent;
       carried.mask(x, y) = std::clamp(sample(thing.mask, u, v, 0), -1.0f, 1.0f);
       if (sure) carried.trust(x, y) = 1;

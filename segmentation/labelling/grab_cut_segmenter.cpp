@@ -24,7 +24,8 @@ void check_prompt(const MaskPrompt& prompt, int width, int height) {
   const auto refuse = [&](const char* what, const char* problem) {
     return usage_error("prompt", what, problem, "give pixels of the picture, which is " + size);
   };
-  if (!prompt.box && std::none_of(prompt.points.begin(), prompt.points.end(), [](const Point& p) { return p.foreground; }))
+  if (!prompt.box &&
+      std::none_of(prompt.points.begin(), prompt.points.end(), [](const Point& p) { return p.foreground; }))
     throw refuse("points", "has neither a box nor a point of the foreground");
   if (prompt.box) {
     const PromptBox& b = *prompt.box;
@@ -51,9 +52,7 @@ float share_on_border(const ImageF& logits, const PromptBox& box) {
 
 }  // namespace
 
-void GrabCutSegmenter::encode(const ImageF& picture) {
-  lab_ = lab_picture(picture);
-}
+void GrabCutSegmenter::encode(const ImageF& picture) { lab_ = lab_picture(picture); }
 
 std::vector<SegmentedMask> GrabCutSegmenter::segment(const MaskPrompt& prompt) {
   CHECK_MSG(!lab_.empty(), "segment before encode");

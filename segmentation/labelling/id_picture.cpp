@@ -51,7 +51,8 @@ std::vector<size_t> front_to_back(const PaintOptions& options, const std::vector
 }  // namespace
 
 MaskPrompt::Box PictureMask::box() const {
-  return {static_cast<float>(x0), static_cast<float>(y0), static_cast<float>(x0 + width), static_cast<float>(y0 + height)};
+  return {static_cast<float>(x0), static_cast<float>(y0), static_cast<float>(x0 + width),
+          static_cast<float>(y0 + height)};
 }
 
 PictureMask picture_mask(const ImageF& logits, std::string name, float score) {
@@ -89,7 +90,8 @@ LabelledPhoto paint_masks(const PaintOptions& options, int width, int height, st
     paint(k, [&](uint32_t& pixel) {
       if (pixel == 0) pixel = id, ++left[k];
     });
-    const size_t least = std::max(options.least_pixels, static_cast<size_t>(options.least_left * static_cast<float>(sorted[k].pixels)));
+    const size_t least =
+        std::max(options.least_pixels, static_cast<size_t>(options.least_left * static_cast<float>(sorted[k].pixels)));
     if (left[k] >= least && left[k] > 0) continue;
     paint(k, [&](uint32_t& pixel) {
       if (pixel == id) pixel = 0;
@@ -106,11 +108,13 @@ LabelledPhoto paint_masks(const PaintOptions& options, int width, int height, st
   return photo;
 }
 
-std::vector<size_t> suppress_duplicates(const std::vector<MaskPrompt::Box>& boxes, const std::vector<float>& scores, float most) {
+std::vector<size_t> suppress_duplicates(const std::vector<MaskPrompt::Box>& boxes, const std::vector<float>& scores,
+                                        float most) {
   CHECK(boxes.size() == scores.size());
   std::vector<size_t> kept;
   for (size_t k : best_first(scores))
-    if (std::none_of(kept.begin(), kept.end(), [&](size_t other) { return box_iou(boxes[k], boxes[other]) > most; })) kept.push_back(k);
+    if (std::none_of(kept.begin(), kept.end(), [&](size_t other) { return box_iou(boxes[k], boxes[other]) > most; }))
+      kept.push_back(k);
   return kept;
 }
 

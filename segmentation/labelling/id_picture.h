@@ -23,10 +23,10 @@ struct PictureMask {
 PictureMask picture_mask(const ImageF& logits, std::string name, float score);
 
 struct PaintOptions {
-  float nested = 0.8f;      ///< a mask with this share of it inside another one ...
-  float larger = 2;         ///< ... that has this many times its pixels lies in front of it, whatever their scores
-  float least_left = 0.3f;  ///< of its pixels that a mask must keep, and
-  size_t least_pixels = 40; ///< so many
+  float nested = 0.8f;       ///< a mask with this share of it inside another one ...
+  float larger = 2;          ///< ... that has this many times its pixels lies in front of it, whatever their scores
+  float least_left = 0.3f;   ///< of its pixels that a mask must keep, and
+  size_t least_pixels = 40;  ///< so many
 };
 
 /// One thing in a photo.
@@ -49,6 +49,7 @@ LabelledPhoto paint_masks(const PaintOptions& options, int width, int height, st
 
 /// Places of the boxes that stay, best score first: of two that overlap by more than `most` the better one (non-maximum
 /// suppression).  Equal scores keep their order.
-std::vector<size_t> suppress_duplicates(const std::vector<MaskPrompt::Box>& boxes, const std::vector<float>& scores, float most);
+std::vector<size_t> suppress_duplicates(const std::vector<MaskPrompt::Box>& boxes, const std::vector<float>& scores,
+                                        float most);
 
 }  // namespace pliant

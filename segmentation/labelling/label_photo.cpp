@@ -52,7 +52,8 @@ std::vector<std::string> names_from_tags(const ImageF& picture, Tagger& tagger, 
   for (const Tag& tag : tagger.tag(picture)) {
     std::string name = tag.name;
     if (!vocabulary.empty()) {
-      const auto same = std::find_if(vocabulary.begin(), vocabulary.end(), [&](const std::string& v) { return words_of(v) == words_of(name); });
+      const auto same = std::find_if(vocabulary.begin(), vocabulary.end(),
+                                     [&](const std::string& v) { return words_of(v) == words_of(name); });
       if (same == vocabulary.end()) continue;
       name = *same;
     }
@@ -63,7 +64,8 @@ std::vector<std::string> names_from_tags(const ImageF& picture, Tagger& tagger, 
 
 }  // namespace
 
-std::vector<std::string> names_for(const Detector& detector, const std::vector<std::string>& wanted, std::vector<std::string>& said) {
+std::vector<std::string> names_for(const Detector& detector, const std::vector<std::string>& wanted,
+                                   std::vector<std::string>& said) {
   const std::vector<std::string> vocabulary = detector.vocabulary();
   if (vocabulary.empty()) return wanted;
   std::vector<std::string> names;
@@ -72,8 +74,10 @@ std::vector<std::string> names_for(const Detector& detector, const std::vector<s
     if (name.empty())
       throw usage_error("--text", text, "is nothing that this detector knows",
                         "it knows " + std::to_string(vocabulary.size()) + " names, the nearest is '" +
-                            nearest_name(text, vocabulary) + "'; give one of them or a detector with an open vocabulary");
-    if (words_of(name) != words_of(text)) said.push_back("the detector has a fixed list of names: '" + name + "' is looked for instead of '" + text + "'");
+                            nearest_name(text, vocabulary) +
+                            "'; give one of them or a detector with an open vocabulary");
+    if (words_of(name) != words_of(text))
+      said.push_back("the detector has a fixed list of names: '" + name + "' is looked for instead of '" + text + "'");
     if (!std::count(names.begin(), names.end(), name)) names.push_back(name);
   }
   return names;
@@ -83,7 +87,8 @@ LabelledPhoto label_photo(const LabelOptions& options, const LabelModels& models
   CHECK(models.segmenter);
   if (!models.detector) {
     CHECK_MSG(options.names.empty(), "names need a detector");
-    return paint_masks(options.paint, picture.width, picture.height, segment_everything(options.everything, picture, *models.segmenter));
+    return paint_masks(options.paint, picture.width, picture.height,
+                       segment_everything(options.everything, picture, *models.segmenter));
   }
   std::vector<std::string> said, names = names_for(*models.detector, options.names, said);
   LabelledPhoto empty;
@@ -95,14 +100,16 @@ LabelledPhoto label_photo(const LabelOptions& options, const LabelModels& models
     return empty;  // the tagger saw nothing
   }
   std::vector<Detection> detections = models.detector->detect(picture, names);
-  std::erase_if(detections, [&](const Detection& d) { return d.score < options.least_score || !(d.x1 > d.x0 && d.y1 > d.y0); });
+  std::erase_if(detections,
+                [&](const Detection& d) { return d.score < options.least_score || !(d.x1 > d.x0 && d.y1 > d.y0); });
   std::vector<MaskPrompt::Box> boxes;
   std::vector<float> scores;
   for (const Detection& d : detections) boxes.push_back({d.x0, d.y0, d.x1, d.y1}), scores.push_back(d.score);
   std::vector<PictureMask> masks;
   if (!detections.empty()) models.segmenter->encode(picture);
   for (size_t k : suppress_duplicates(boxes, scores, options.box_nms)) {
-    PictureMask mask = picture_mask(models.segmenter->segment({boxes[k], {}}).front().logits, detections[k].label, scores[k]);
+    PictureMask mask =
+        picture_mask(models.segmenter->segment({boxes[k], {}}).front().logits, detections[k].label, scores[k]);
     if (mask.pixels > 0) masks.push_back(std::move(mask));
   }
   LabelledPhoto photo = paint_masks(options.paint, picture.width, picture.height, std::move(masks));

@@ -18,7 +18,8 @@ std::string without_number(const std::string& name) {
 
 }  // namespace
 
-MaskSet gather_labels(const LabelSetOptions& options, const std::vector<int>& cameras, const std::vector<LabelledPhoto>& photos) {
+MaskSet gather_labels(const LabelSetOptions& options, const std::vector<int>& cameras,
+                      const std::vector<LabelledPhoto>& photos) {
   CHECK(cameras.size() == photos.size());
   MaskSet masks;
   std::map<std::pair<std::string, int>, uint32_t> id_of;  // of the k-th thing of a name
@@ -58,7 +59,8 @@ void put_back_rest(const MaskSet& before, uint32_t rest, MaskSet& after) {
   uint32_t fresh = 1;
   for (const uint32_t id : after.ids()) fresh = std::max(fresh, id + 1);
   for (MaskSet::View& view : after.views) {
-    const auto same = std::find_if(before.views.begin(), before.views.end(), [&](const MaskSet::View& v) { return v.camera == view.camera; });
+    const auto same = std::find_if(before.views.begin(), before.views.end(),
+                                   [&](const MaskSet::View& v) { return v.camera == view.camera; });
     CHECK(same != before.views.end() && same->ids.data.size() == view.ids.data.size());
     for (size_t i = 0; i < view.ids.data.size(); ++i)
       if (view.ids.data[i] == 0 && same->ids.data[i] == rest) view.ids.data[i] = fresh;
@@ -70,7 +72,8 @@ std::map<uint32_t, std::string> carried_names(const MaskSet& before, const MaskS
   std::map<uint32_t, std::map<std::string, size_t>> votes;
   std::map<uint32_t, size_t> size;
   for (const MaskSet::View& view : after.views) {
-    const auto same = std::find_if(before.views.begin(), before.views.end(), [&](const MaskSet::View& v) { return v.camera == view.camera; });
+    const auto same = std::find_if(before.views.begin(), before.views.end(),
+                                   [&](const MaskSet::View& v) { return v.camera == view.camera; });
     if (same == before.views.end()) continue;
     CHECK(same->ids.data.size() == view.ids.data.size());
     std::map<std::pair<uint32_t, uint32_t>, size_t> pixels;
@@ -84,11 +87,13 @@ std::map<uint32_t, std::string> carried_names(const MaskSet& before, const MaskS
   }
   std::vector<std::tuple<std::string, size_t, uint32_t>> named;
   for (const auto& [id, of_id] : votes) {
-    const auto most = std::max_element(of_id.begin(), of_id.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto most =
+        std::max_element(of_id.begin(), of_id.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
     named.push_back({most->first, size[id], id});
   }
   std::sort(named.begin(), named.end(), [](const auto& a, const auto& b) {
-    return std::tie(std::get<0>(a), std::get<1>(b), std::get<2>(a)) < std::tie(std::get<0>(b), std::get<1>(a), std::get<2>(b));
+    return std::tie(std::get<0>(a), std::get<1>(b), std::get<2>(a)) <
+           std::tie(std::get<0>(b), std::get<1>(a), std::get<2>(b));
   });
   std::map<uint32_t, std::string> names;
   std::map<std::string, int> times;

@@ -13,12 +13,13 @@ struct LabelSetOptions {
   bool rest = true;  ///< pixels in no mask get an id of their own, named "rest", which says that they are no object's
 };
 
-/// Labelled photos, photo k of camera cameras[k], as one set of masks.  The k-th best thing of a name has the same id in
-/// every photo, and things without a name an id of their own: what is the same thing is for `associate` to say.
-MaskSet gather_labels(const LabelSetOptions& options, const std::vector<int>& cameras, const std::vector<LabelledPhoto>& photos);
+/// Labelled photos, photo k of camera cameras[k], as one set of masks.  The k-th best thing of a name has the same id
+/// in every photo, and things without a name an id of their own: what is the same thing is for `associate` to say.
+MaskSet gather_labels(const LabelSetOptions& options, const std::vector<int>& cameras,
+                      const std::vector<LabelledPhoto>& photos);
 
-/// Takes the id named "rest" out of the masks and returns it, 0 when there is none: ground that hides a thing in one photo
-/// and not in another must not join things when masks are associated.
+/// Takes the id named "rest" out of the masks and returns it, 0 when there is none: ground that hides a thing in one
+/// photo and not in another must not join things when masks are associated.
 uint32_t take_out_rest(MaskSet& masks);
 /// Pixels that were `rest` in `before` and are 0 in `after` get an id of their own in `after`, named "rest": what few
 /// photos show as a thing and most as the rest is the rest.

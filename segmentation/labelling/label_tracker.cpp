@@ -19,7 +19,8 @@ IdImage LabelTracker::next(const ImageF& picture) {
   for (size_t i = 0; i < frame.ids.data.size(); ++i)
     if (frame.ids.data[i] != 0 && photo.ids.data[i] != 0) ++pixels[frame.ids.data[i]][photo.ids.data[i]];
   for (const auto& [id, of_detection] : pixels) {
-    const auto most = std::max_element(of_detection.begin(), of_detection.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto most = std::max_element(of_detection.begin(), of_detection.end(),
+                                       [](const auto& a, const auto& b) { return a.second < b.second; });
     if (const std::string& name = photo.things[most->first - 1].name; !name.empty()) names_.try_emplace(id, name);
   }
   return frame.ids;

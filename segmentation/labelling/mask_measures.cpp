@@ -38,7 +38,9 @@ float mask_iou(const ImageF& a, const ImageF& b) {
 }
 
 float box_iou(const MaskPrompt::Box& a, const MaskPrompt::Box& b) {
-  const auto area = [](float x0, float y0, float x1, float y1) { return std::max(0.0f, x1 - x0) * std::max(0.0f, y1 - y0); };
+  const auto area = [](float x0, float y0, float x1, float y1) {
+    return std::max(0.0f, x1 - x0) * std::max(0.0f, y1 - y0);
+  };
   const float both = area(std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1));
   const float either = area(a.x0, a.y0, a.x1, a.y1) + area(b.x0, b.y0, b.x1, b.y1) - both;
   return either > 0 ? both / either : 0;
@@ -51,7 +53,8 @@ void tidy_parts(const std::vector<uint8_t>& given, float least, float least_hole
   for (size_t i = 0; i < given.size(); ++i) pixels += mask.data[i] = logits.data[i] > 0;
   // First the parts, then what the mask encloses.
   for (const bool holes : {false, true}) {
-    const int count = cv::connectedComponentsWithStats(holes ? cv::Mat(mask == 0) : mask, number, stats, centres, holes ? 4 : 8, CV_32S);
+    const int count = cv::connectedComponentsWithStats(holes ? cv::Mat(mask == 0) : mask, number, stats, centres,
+                                                       holes ? 4 : 8, CV_32S);
     std::vector<uint8_t> turns(count, 0);
     for (int k = 1; k < count; ++k) {
       const int* s = stats.ptr<int>(k);

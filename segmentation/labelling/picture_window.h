@@ -12,7 +12,7 @@ class PictureWindow {
   /// `area` [px of the picture], cut off at the picture's border, with `longest` px on its longer side.
   PictureWindow(int picture_width, int picture_height, const MaskPrompt::Box& area, int longest);
 
-  int width = 0, height = 0;    ///< of the window
+  int width = 0, height = 0;           ///< of the window
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< [px of the picture], whole pixels, x1 and y1 behind the last
 
   Vec2f to_window(float x, float y) const { return {(x - x0) * scale_x(), (y - y0) * scale_y()}; }

@@ -20,16 +20,19 @@ std::vector<uint8_t> contour_bands(const IdImage& ids, int band) {
   };
   std::vector<uint8_t> rows(ids.data.size()), ring(ids.data.size());
   for (int y = 0; y < height; ++y)
-    eroded_line(width, [](int) { return true; }, [&](int x) { return ids(x, y) == ids(x - 1, y); },
-                [&](int x, bool in) { rows[static_cast<size_t>(y) * width + x] = in; });
+    eroded_line(
+        width, [](int) { return true; }, [&](int x) { return ids(x, y) == ids(x - 1, y); },
+        [&](int x, bool in) { rows[static_cast<size_t>(y) * width + x] = in; });
   for (int x = 0; x < width; ++x)
-    eroded_line(height, [&](int y) { return rows[static_cast<size_t>(y) * width + x] != 0; },
-                [&](int y) { return ids(x, y) == ids(x, y - 1); },
-                [&](int y, bool in) { ring[static_cast<size_t>(y) * width + x] = !in; });
+    eroded_line(
+        height, [&](int y) { return rows[static_cast<size_t>(y) * width + x] != 0; },
+        [&](int y) { return ids(x, y) == ids(x, y - 1); },
+        [&](int y, bool in) { ring[static_cast<size_t>(y) * width + x] = !in; });
   return ring;
 }
 
-void count_boundaries(const IdImage& predicted, const IdImage& truth, int band, std::map<uint32_t, OverlapCount>& overlap) {
+void count_boundaries(const IdImage& predicted, const IdImage& truth, int band,
+                      std::map<uint32_t, OverlapCount>& overlap) {
   CHECK(predicted.width == truth.width && predicted.height == truth.height);
   const std::vector<uint8_t> ours = contour_bands(predicted, band), theirs = contour_bands(truth, band);
   std::map<uint32_t, OverlapCount> here;
@@ -41,8 +44,10 @@ void count_boundaries(const IdImage& predicted, const IdImage& truth, int band, 
     if (t == 0 || !(ours[i] || theirs[i])) continue;
     if (theirs[i]) ++here[t].either;
     if (!ours[i]) continue;
-    if (p == t && theirs[i]) ++here[t].both;
-    else if (const auto found = here.find(p); found != here.end()) ++found->second.either;
+    if (p == t && theirs[i])
+      ++here[t].both;
+    else if (const auto found = here.find(p); found != here.end())
+      ++found->second.either;
   }
   for (const auto& [id, count] : here) overlap[id].both += count.both, overlap[id].either += count.either;
 }
@@ -76,8 +81,9 @@ std::map<uint32_t, uint32_t> OverlapMatch::match() const {
   };
   std::vector<Pair> order;
   for (const auto& [pair, both] : both_)
-    order.push_back({static_cast<double>(both) / static_cast<double>(predicted_.at(pair.first) + truth_.at(pair.second) - both),
-                     pair.first, pair.second});
+    order.push_back(
+        {static_cast<double>(both) / static_cast<double>(predicted_.at(pair.first) + truth_.at(pair.second) - both),
+         pair.first, pair.second});
   std::stable_sort(order.begin(), order.end(), [](const Pair& a, const Pair& b) { return a.iou > b.iou; });
   std::map<uint32_t, uint32_t> match;
   std::set<uint32_t> taken;

@@ -20,7 +20,8 @@ struct OverlapCount {
 };
 
 /// Adds the overlaps of the contour bands of every id of the truth in a picture; its unlabelled pixels are left out.
-void count_boundaries(const IdImage& predicted, const IdImage& truth, int band, std::map<uint32_t, OverlapCount>& overlap);
+void count_boundaries(const IdImage& predicted, const IdImage& truth, int band,
+                      std::map<uint32_t, OverlapCount>& overlap);
 
 /// Boundary IoU per id (Cheng et al. 2021): intersection over union of the contour bands, summed over all pictures;
 /// unlabelled pixels of the truth are left out.

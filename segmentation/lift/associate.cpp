@@ -14,7 +14,8 @@ namespace pliant {
 namespace {
 
 /// Views that take part, in an order that does not depend on how they were given: by name of the camera.
-std::vector<size_t> used_views(const AssociateOptions& options, const std::vector<Camera>& cameras, const MaskSet& masks) {
+std::vector<size_t> used_views(const AssociateOptions& options, const std::vector<Camera>& cameras,
+                               const MaskSet& masks) {
   std::vector<size_t> order;
   for (size_t v = 0; v < masks.views.size(); ++v) {
     const int camera = masks.views[v].camera;
@@ -32,12 +33,14 @@ std::vector<size_t> used_views(const AssociateOptions& options, const std::vecto
 void add_footprints(const AssociateOptions& options, const GaussianCloud& cloud, const std::vector<Camera>& cameras,
                     const MaskSet& masks, std::span<const size_t> order, std::map<size_t, ViewFootprints>& views) {
   for (size_t v : order)
-    if (!views.count(v)) views[v] = footprints(options.footprint, cloud, cameras[masks.views[v].camera], masks.views[v]);
+    if (!views.count(v))
+      views[v] = footprints(options.footprint, cloud, cameras[masks.views[v].camera], masks.views[v]);
 }
 
 /// Agreement of the ids between some views, spread evenly.
-double judged_consistency(const AssociateOptions& options, const GaussianCloud& cloud, const std::vector<Camera>& cameras,
-                          const MaskSet& masks, const std::vector<size_t>& order, std::map<size_t, ViewFootprints>& views) {
+double judged_consistency(const AssociateOptions& options, const GaussianCloud& cloud,
+                          const std::vector<Camera>& cameras, const MaskSet& masks, const std::vector<size_t>& order,
+                          std::map<size_t, ViewFootprints>& views) {
   const size_t count = std::min<size_t>(std::max(2, options.judged_views), order.size());
   std::vector<size_t> judged;
   for (size_t k = 0; k < count; ++k) judged.push_back(order[k * order.size() / count]);
@@ -48,7 +51,8 @@ double judged_consistency(const AssociateOptions& options, const GaussianCloud& 
 }
 
 /// Ids of the groups that hold a mask; 0 for those that lost all of theirs.
-std::vector<uint32_t> ids_of_groups(const GroupBank& bank, const std::vector<ViewFootprints>& views, AssociateSummary& summary) {
+std::vector<uint32_t> ids_of_groups(const GroupBank& bank, const std::vector<ViewFootprints>& views,
+                                    AssociateSummary& summary) {
   struct Tally {
     double whole = 0;
     std::map<uint32_t, double> by_id;
@@ -68,7 +72,8 @@ std::vector<uint32_t> ids_of_groups(const GroupBank& bank, const std::vector<Vie
   uint32_t last = 0;
   for (int g = 0; g < bank.groups(); ++g)
     for (const auto& [old, pixels] : tally[g].by_id)
-      if (2 * pixels > tally[g].whole && 2 * pixels > all[old]) id[g] = old, last = std::max(last, old), ++summary.kept_ids;
+      if (2 * pixels > tally[g].whole && 2 * pixels > all[old])
+        id[g] = old, last = std::max(last, old), ++summary.kept_ids;
   std::vector<int> by_size(bank.groups());
   std::iota(by_size.begin(), by_size.end(), 0);
   std::stable_sort(by_size.begin(), by_size.end(), [&](int a, int b) { return tally[a].whole > tally[b].whole; });
@@ -82,30 +87,35 @@ std::vector<uint32_t> ids_of_groups(const GroupBank& bank, const std::vector<Vie
   return id;
 }
 
-/// Pixels of masks that stand on several groups, by the group with most of the pixel's weight; 0 where that is not sure.
-void cut_merged(const AssociateOptions& options, const GaussianCloud& cloud, const Camera& camera, const GroupBank& bank,
-                size_t v, const std::vector<int>& mask, const std::vector<uint32_t>& id, IdImage& out) {
+/// Pixels of masks that stand on several groups, by the group with most of the pixel's weight; 0 where that is not
+/// sure.
+void cut_merged(const AssociateOptions& options, const GaussianCloud& cloud, const Camera& camera,
+                const GroupBank& bank, size_t v, const std::vector<int>& mask, const std::vector<uint32_t>& id,
+                IdImage& out) {
   const BlendWeights weights = blend_weights(cloud, camera, options.footprint.render);
   const std::vector<int>& owner = bank.group_of_gaussian();
-  parallel_for(static_cast<std::ptrdiff_t>(mask.size()), [&](std::ptrdiff_t pixel) {
-    if (mask[pixel] < 0 || bank.groups_of_mask(v, mask[pixel]).size() < 2) return;
-    const std::vector<int>& groups = bank.groups_of_mask(v, mask[pixel]);
-    std::vector<float> on(groups.size(), 0.0f);
-    float total = 0;
-    for (uint32_t e = weights.row_start[pixel]; e < weights.row_start[pixel + 1]; ++e) {
-      const auto it = std::find(groups.begin(), groups.end(), owner[weights.gaussian[e]]);
-      if (it != groups.end()) on[it - groups.begin()] += weights.weight[e];
-      total += weights.weight[e];
-    }
-    const auto most = std::max_element(on.begin(), on.end());
-    out.data[pixel] = *most > options.sure * total ? id[groups[most - on.begin()]] : 0;
-  }, 1024);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(mask.size()),
+      [&](std::ptrdiff_t pixel) {
+        if (mask[pixel] < 0 || bank.groups_of_mask(v, mask[pixel]).size() < 2) return;
+        const std::vector<int>& groups = bank.groups_of_mask(v, mask[pixel]);
+        std::vector<float> on(groups.size(), 0.0f);
+        float total = 0;
+        for (uint32_t e = weights.row_start[pixel]; e < weights.row_start[pixel + 1]; ++e) {
+          const auto it = std::find(groups.begin(), groups.end(), owner[weights.gaussian[e]]);
+          if (it != groups.end()) on[it - groups.begin()] += weights.weight[e];
+          total += weights.weight[e];
+        }
+        const auto most = std::max_element(on.begin(), on.end());
+        out.data[pixel] = *most > options.sure * total ? id[groups[most - on.begin()]] : 0;
+      },
+      1024);
 }
 
 }  // namespace
 
-AssociateResult associate(const AssociateOptions& options, const GaussianCloud& cloud, const std::vector<Camera>& cameras,
-                          const MaskSet& masks) {
+AssociateResult associate(const AssociateOptions& options, const GaussianCloud& cloud,
+                          const std::vector<Camera>& cameras, const MaskSet& masks) {
   AssociateResult result;
   AssociateSummary& summary = result.summary;
   const std::vector<size_t> order = used_views(options, cameras, masks);
@@ -126,7 +136,8 @@ AssociateResult associate(const AssociateOptions& options, const GaussianCloud& 
   summary.views = static_cast<int>(views.size()), summary.masks = relations.masks();
   summary.consistency = id_consistency(relations, views);
   GroupBank bank(options, cloud.size(), views, group_masks(options.graph, relations));
-  for (int round = 0; round < options.rounds && bank.update(); ++round) {}
+  for (int round = 0; round < options.rounds && bank.update(); ++round) {
+  }
 
   const std::vector<uint32_t> id = ids_of_groups(bank, views, summary);
   std::vector<MaskSet::View> relabelled(masks.views.size());
@@ -146,8 +157,10 @@ AssociateResult associate(const AssociateOptions& options, const GaussianCloud& 
       cut = cut || groups.size() > 1;
       summary.merged += groups.size() > 1, summary.ignored += groups.empty();
       if (groups.size() != 1) continue;
-      if (times[groups[0]] > 1) ++summary.split;
-      else summary.overlap += bank.overlap(v, m, groups[0]), ++clean;
+      if (times[groups[0]] > 1)
+        ++summary.split;
+      else
+        summary.overlap += bank.overlap(v, m, groups[0]), ++clean;
     }
     for (size_t pixel = 0; pixel < mask.size(); ++pixel)
       if (mask[pixel] >= 0 && bank.groups_of_mask(v, mask[pixel]).size() == 1)
@@ -170,11 +183,12 @@ std::string AssociateSummary::describe() const {
     std::snprintf(text, sizeof(text), "ids agree between views at %.0f %% and are kept", 100 * consistency);
     return text;
   }
-  std::snprintf(text, sizeof(text),
-                "%d masks of %d views stand on %d objects, %d of which keep an id that came in; %d masks on several objects were "
-                "cut, %d are parts of one object, %d stand on nothing and were ignored; mean overlap of masks with their objects "
-                "%.2f; the ids that came in agree between views at %.0f %%",
-                masks, views, groups, kept_ids, merged, split, ignored, overlap, 100 * consistency);
+  std::snprintf(
+      text, sizeof(text),
+      "%d masks of %d views stand on %d objects, %d of which keep an id that came in; %d masks on several objects were "
+      "cut, %d are parts of one object, %d stand on nothing and were ignored; mean overlap of masks with their objects "
+      "%.2f; the ids that came in agree between views at %.0f %%",
+      masks, views, groups, kept_ids, merged, split, ignored, overlap, 100 * consistency);
   return text;
 }
 

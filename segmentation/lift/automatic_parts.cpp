@@ -21,7 +21,8 @@ bool shows_enough(const PartOptions& options, const Part& part) {
 }
 
 /// First support that the part comes close to, -1 for none.
-int support_of(const PartOptions& options, const SolidScene& scene, const std::vector<Support>& supports, const Part& part) {
+int support_of(const PartOptions& options, const SolidScene& scene, const std::vector<Support>& supports,
+               const Part& part) {
   for (size_t k = 0; k < supports.size(); ++k) {
     float low = INFINITY, high = -INFINITY;
     for (int i : part.nodes) {
@@ -67,7 +68,8 @@ SceneParts scene_parts(const PartOptions& options, const SolidScene& scene, cons
       out.objects.push_back(std::move(thing));
     }
   }
-  std::stable_sort(out.objects.begin(), out.objects.end(), [](const Part& a, const Part& b) { return a.share > b.share; });
+  std::stable_sort(out.objects.begin(), out.objects.end(),
+                   [](const Part& a, const Part& b) { return a.share > b.share; });
   for (size_t k = 0; k < out.objects.size(); ++k)
     for (int i : out.objects[k].nodes) out.object[i] = static_cast<int>(k);
   return out;

@@ -8,10 +8,10 @@
 namespace pliant {
 
 struct PartOptions {
-  float link = 0.2f;          ///< nearness of Gaussians that lie against each other, see GaussianGraph
-  float least_share = 0.001f; ///< of a picture, mean over the views, that an object shows
+  float link = 0.2f;           ///< nearness of Gaussians that lie against each other, see GaussianGraph
+  float least_share = 0.001f;  ///< of a picture, mean over the views, that an object shows
   int least_gaussians = 30;
-  float reach = 0.2f;         ///< an object's lowest point lies within so much of its height of a support
+  float reach = 0.2f;  ///< an object's lowest point lies within so much of its height of a support
   SplitOptions split;
 };
 
@@ -19,10 +19,10 @@ struct PartOptions {
 struct SceneParts {
   static constexpr int kRest = -1;
   struct Part {
-    std::vector<int> nodes;   ///< ascending
-    double share = 0;         ///< of a picture, mean over the views
-    int support = -1;         ///< that it stands on or hangs at; -1 = none
-    bool parted = false;      ///< touches another object, from which colours and edges in the views part it
+    std::vector<int> nodes;  ///< ascending
+    double share = 0;        ///< of a picture, mean over the views
+    int support = -1;        ///< that it stands on or hangs at; -1 = none
+    bool parted = false;     ///< touches another object, from which colours and edges in the views part it
   };
   std::vector<int> object;    ///< [S] index of an object; kRest - 1 - k = support k; kRest = neither
   std::vector<Part> objects;  ///< by share, the largest first

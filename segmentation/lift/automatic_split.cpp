@@ -78,7 +78,8 @@ std::vector<int> split_things(const SplitOptions& options, const SolidScene& sce
     const double near = scene.graph.edge_nearness[e], agreed = near * scene.agreement[e];
     sums[a].volume += agreed, sums[b].volume += agreed;
     if (a == b) continue;
-    for (auto [from, to] : {std::pair{a, b}, std::pair{b, a}}) ties[from][to].nearness += near, ties[from][to].agreement += agreed;
+    for (auto [from, to] : {std::pair{a, b}, std::pair{b, a}})
+      ties[from][to].nearness += near, ties[from][to].agreement += agreed;
   }
 
   // Groups that grow make ties weaker, so an old entry may promise too much and is then weighed anew.
@@ -107,7 +108,8 @@ std::vector<int> split_things(const SplitOptions& options, const SolidScene& sce
     for (const auto& [c, border] : ties[b]) {
       if (c == a) continue;
       ties[c].erase(b);
-      for (GroupBorder* sum : {&ties[a][c], &ties[c][a]}) sum->nearness += border.nearness, sum->agreement += border.agreement;
+      for (GroupBorder* sum : {&ties[a][c], &ties[c][a]})
+        sum->nearness += border.nearness, sum->agreement += border.agreement;
       offer(a, c);
     }
     ties[b].clear();

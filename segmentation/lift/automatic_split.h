@@ -7,11 +7,12 @@
 namespace pliant {
 
 struct SplitOptions {
-  float seed = 0.7f;          ///< agreement from which on neighbours make a seed
-  float agreement = 0.5f;     ///< two things differ when the views join less than this share of what lies against each other
-  float color = 0.12f;        ///< and their mean colours are so far apart (Lab / 100),
-  float lightness = 0.5f;     ///< with this factor on L
-  float least_share = 0.001f; ///< of a picture, that each must show
+  float seed = 0.7f;  ///< agreement from which on neighbours make a seed
+  float agreement =
+      0.5f;             ///< two things differ when the views join less than this share of what lies against each other
+  float color = 0.12f;  ///< and their mean colours are so far apart (Lab / 100),
+  float lightness = 0.5f;      ///< with this factor on L
+  float least_share = 0.001f;  ///< of a picture, that each must show
 };
 
 /// Sums over a set of Gaussians.

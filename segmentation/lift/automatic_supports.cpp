@@ -14,11 +14,11 @@ namespace pliant {
 namespace {
 
 constexpr int kSamples = 12000;
-constexpr size_t kFewest = 30;      // samples of a plane
+constexpr size_t kFewest = 30;  // samples of a plane
 constexpr int kGroundTries = 4;
-constexpr float kNoise = 3.5f;      // tolerance / standard deviation of a plane's points
-constexpr int kCells = 64;          // of the grid for areas, along the diagonal
-constexpr float kUpright = 0.35f;   // cosine between the normals of a wall and of the ground
+constexpr float kNoise = 3.5f;     // tolerance / standard deviation of a plane's points
+constexpr int kCells = 64;         // of the grid for areas, along the diagonal
+constexpr float kUpright = 0.35f;  // cosine between the normals of a wall and of the ground
 
 float quantile(std::vector<float> values, double fraction) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
@@ -36,13 +36,18 @@ struct Candidate {
     support.point = plane.point, support.normal = normal, support.tolerance = tolerance;
     for (const Vec3f& x : samples) {
       const float h = support.height(x);
-      if (std::abs(h) <= tolerance) inside.push_back(x);
-      else if (h > 0) above.push_back(x);
-      else ++below;
+      if (std::abs(h) <= tolerance)
+        inside.push_back(x);
+      else if (h > 0)
+        above.push_back(x);
+      else
+        ++below;
     }
     support.share = static_cast<double>(inside.size()) / static_cast<double>(samples.size());
   }
-  double share_below() const { return below > 0 ? static_cast<double>(below) / static_cast<double>(below + above.size()) : 0; }
+  double share_below() const {
+    return below > 0 ? static_cast<double>(below) / static_cast<double>(below + above.size()) : 0;
+  }
 
   /// The tolerance follows the noise of the plane's points, but not below the spacing of the Gaussians.
   void settle(float spacing) {
@@ -75,8 +80,8 @@ void remove_near(const Support& support, float tolerance, std::vector<Vec3f>& po
 }
 
 /// The lowest plane that can be the ground, with so thick a consensus.
-std::optional<Candidate> lowest_ground(const SupportOptions& options, const std::vector<Vec3f>& samples, const Vec3f& up, float tolerance,
-                                       float cell) {
+std::optional<Candidate> lowest_ground(const SupportOptions& options, const std::vector<Vec3f>& samples,
+                                       const Vec3f& up, float tolerance, float cell) {
   std::optional<Candidate> ground;
   std::vector<Vec3f> left = samples;
   for (int k = 0; k < kGroundTries && left.size() >= kFewest; ++k) {
@@ -86,7 +91,9 @@ std::optional<Candidate> lowest_ground(const SupportOptions& options, const std:
     remove_near(found.support, tolerance, left);
     const size_t above = occupied_cells(found.above, plane.normal, cell);
     if (found.support.share < options.ground_share || found.share_below() > options.below) continue;
-    if (static_cast<float>(occupied_cells(found.inside, plane.normal, cell)) < options.ground_area * static_cast<float>(above)) continue;
+    if (static_cast<float>(occupied_cells(found.inside, plane.normal, cell)) <
+        options.ground_area * static_cast<float>(above))
+      continue;
     if (!ground || up.dot(found.support.point - ground->support.point) < 0) ground = std::move(found);
   }
   return ground;
@@ -109,8 +116,8 @@ std::vector<Vec3f> draw_points(std::span<const Vec3f> position, std::span<const 
   return samples;
 }
 
-std::vector<Support> planes_behind(const SupportOptions& options, const std::vector<Vec3f>& samples, const Vec3f& thing, float diagonal,
-                                   float spacing) {
+std::vector<Support> planes_behind(const SupportOptions& options, const std::vector<Vec3f>& samples, const Vec3f& thing,
+                                   float diagonal, float spacing) {
   std::vector<Support> planes;
   const float tolerance = std::max(options.tolerance * diagonal, spacing);
   std::vector<Vec3f> left = samples;
@@ -120,7 +127,8 @@ std::vector<Support> planes_behind(const SupportOptions& options, const std::vec
     const float side = plane.normal.dot(thing - plane.point) > 0 ? 1.0f : -1.0f;
     Candidate found(plane, tolerance, side * plane.normal, samples);
     remove_near(found.support, tolerance, left);
-    found.support.share = static_cast<double>(plane.inliers.size()) / static_cast<double>(samples.size());  // not of planes before
+    found.support.share =
+        static_cast<double>(plane.inliers.size()) / static_cast<double>(samples.size());  // not of planes before
     if (found.support.share < options.wide) continue;
     found.settle(spacing);
     // What counts is what lies behind the thing, not elsewhere: beside a table there is a floor.
@@ -134,7 +142,8 @@ std::vector<Support> planes_behind(const SupportOptions& options, const std::vec
       const float h = support.height(x);
       on += std::abs(h) <= support.tolerance, beyond += h < -support.tolerance;
     }
-    if (height > options.clear * support.tolerance && on >= kFewest && beyond <= options.beyond * on) planes.push_back(support);
+    if (height > options.clear * support.tolerance && on >= kFewest && beyond <= options.beyond * on)
+      planes.push_back(support);
   }
   return planes;
 }
@@ -143,7 +152,8 @@ std::vector<Support> find_supports(const SupportOptions& options, const SolidSce
   const std::vector<Vec3f> samples = draw_points(scene.cloud.position, scene.mass, options.seed);
   if (samples.size() < kFewest) return {};
   const float diagonal = static_cast<float>(robust_framing(scene.cloud, up.cast<double>()).diagonal());
-  const float tolerance = std::max(options.tolerance * diagonal, scene.graph.spacing), cell = std::max(diagonal / kCells, 1e-12f);
+  const float tolerance = std::max(options.tolerance * diagonal, scene.graph.spacing),
+              cell = std::max(diagonal / kCells, 1e-12f);
 
   std::optional<Candidate> ground;
   float thickness = tolerance;
@@ -162,8 +172,10 @@ std::vector<Support> find_supports(const SupportOptions& options, const SolidSce
     if (wall.below > wall.above.size()) wall = Candidate(plane, tolerance, -plane.normal, samples);
     remove_near(wall.support, tolerance, left);
     const Vec3f across = supports[0].normal.cross(wall.support.normal);
-    if (wall.support.share < options.wall_share || wall.share_below() > options.behind || across.norm() < std::sqrt(1 - kUpright * kUpright) ||
-        width_along(wall.inside, across.normalized()) < options.wall_width * width_along(ground->inside, across.normalized()))
+    if (wall.support.share < options.wall_share || wall.share_below() > options.behind ||
+        across.norm() < std::sqrt(1 - kUpright * kUpright) ||
+        width_along(wall.inside, across.normalized()) <
+            options.wall_width * width_along(ground->inside, across.normalized()))
       continue;
     wall.settle(scene.graph.spacing);
     wall.support.wall = true;

@@ -18,10 +18,10 @@ struct SupportOptions {
   float behind = 0.03f;        ///< most of the rest behind it,
   float wall_width = 0.5f;     ///< and least width / width of the ground in that direction
   int most_walls = 4;
-  float clear = 2;             ///< tolerances that a thing lies before the plane behind it;
-  float wide = 0.15f;          ///< least share of what the views show that such a plane holds;
-  float around = 1.5f;         ///< within so many times its height above the plane
-  float beyond = 0.2f;         ///< at most so much lies beyond it / on it
+  float clear = 2;      ///< tolerances that a thing lies before the plane behind it;
+  float wide = 0.15f;   ///< least share of what the views show that such a plane holds;
+  float around = 1.5f;  ///< within so many times its height above the plane
+  float beyond = 0.2f;  ///< at most so much lies beyond it / on it
   uint64_t seed = 1;
 };
 
@@ -29,8 +29,8 @@ struct SupportOptions {
 struct Support {
   bool wall = false;
   Vec3f point = Vec3f::Zero(), normal = Vec3f::UnitZ();  ///< unit, towards the things
-  float tolerance = 0;  ///< height up to which its own Gaussians reach
-  double share = 0;     ///< of what the views show
+  float tolerance = 0;                                   ///< height up to which its own Gaussians reach
+  double share = 0;                                      ///< of what the views show
 
   float height(const Vec3f& x) const { return normal.dot(x - point); }
 };
@@ -41,8 +41,8 @@ std::vector<Vec3f> draw_points(std::span<const Vec3f> position, std::span<const 
 /// Planes on which a thing stands or before which it hangs: wide planes through `samples` that pass well clear of a
 /// point of the thing, with next to nothing beyond them there.  `diagonal` is that of the scene, `spacing` that between
 /// its Gaussians.
-std::vector<Support> planes_behind(const SupportOptions& options, const std::vector<Vec3f>& samples, const Vec3f& thing, float diagonal,
-                                   float spacing);
+std::vector<Support> planes_behind(const SupportOptions& options, const std::vector<Vec3f>& samples, const Vec3f& thing,
+                                   float diagonal, float spacing);
 
 /// The ground, the lowest wide plane across `up` with next to nothing below, comes first; then walls: wide upright
 /// planes with everything on one side.  Empty when there is no ground.  Planes by random sample consensus over

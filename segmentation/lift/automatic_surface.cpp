@@ -16,7 +16,8 @@ constexpr float kPriorViews = 0.5f;       // that would say so
 
 bool finite(const GaussianCloud& cloud, size_t p) {
   bool good = cloud.position[p].allFinite() && cloud.rotation[p].allFinite() && cloud.log_scale[p].allFinite() &&
-              std::isfinite(cloud.opacity_logit[p]) && cloud.rotation[p].norm() > 0 && cloud.log_scale[p].maxCoeff() < 50;
+              std::isfinite(cloud.opacity_logit[p]) && cloud.rotation[p].norm() > 0 &&
+              cloud.log_scale[p].maxCoeff() < 50;
   for (int k = 0; k < 3 * cloud.sh_count() && good; ++k) good = std::isfinite(cloud.sh_of(p)[k]);
   return good;
 }
@@ -36,7 +37,8 @@ std::vector<Vec3f> surface_normals(const GaussianCloud& cloud, int neighbours) {
         double total = 0;
         const auto each = [&](auto&& visit) {
           for (int j = 0; j < neighbours; ++j)
-            if (const int p = near[i * neighbours + j]; p >= 0) visit(cloud.position[p].cast<double>(), sigmoid(cloud.opacity_logit[p]));
+            if (const int p = near[i * neighbours + j]; p >= 0)
+              visit(cloud.position[p].cast<double>(), sigmoid(cloud.opacity_logit[p]));
         };
         each([&](const Vec3d& x, double w) { mean += w * x, total += w; });
         mean /= total;
@@ -65,7 +67,8 @@ SolidScene solid_scene(const SolidOptions& options, const GaussianCloud& cloud, 
                        const std::vector<int>& held_out) {
   SolidScene scene;
   for (size_t p = 0; p < cloud.size(); ++p)
-    if (finite(cloud, p) && sigmoid(cloud.opacity_logit[p]) >= options.opacity) scene.gaussian.push_back(static_cast<int>(p));
+    if (finite(cloud, p) && sigmoid(cloud.opacity_logit[p]) >= options.opacity)
+      scene.gaussian.push_back(static_cast<int>(p));
   scene.cloud = cloud.select(scene.gaussian);
   scene.graph = gaussian_graph(scene.cloud, std::vector<uint8_t>(scene.cloud.size(), 1), options.neighbours);
 
@@ -93,7 +96,8 @@ SolidScene solid_scene(const SolidOptions& options, const GaussianCloud& cloud, 
     const Camera camera = cameras[c].scaled(std::min(1.0, options.longest_side / side));
     const BlendWeights weights = blend_weights(scene.cloud, camera, options.footprint.render);
     const SurfacePicture picture = surface_picture(weights, camera, scene.cloud.position, rgb, scene.normal);
-    const ViewFootprints view = footprints(options.footprint, weights, n, {c, picture_segments(options.segments, picture)});
+    const ViewFootprints view =
+        footprints(options.footprint, weights, n, {c, picture_segments(options.segments, picture)});
     std::vector<int> segment(n, -1);
     for (size_t e = 0; e < view.gaussian.size(); ++e) {
       segment[view.gaussian[e]] = view.mask[e];

@@ -18,7 +18,8 @@ float quantile(std::vector<float> values, double fraction) {
   return values[k];
 }
 
-std::vector<int> near_plane(const std::vector<Vec3f>& points, const Vec3f& point, const Vec3f& normal, float tolerance) {
+std::vector<int> near_plane(const std::vector<Vec3f>& points, const Vec3f& point, const Vec3f& normal,
+                            float tolerance) {
   std::vector<int> inliers;
   for (size_t i = 0; i < points.size(); ++i)
     if (std::abs(normal.dot(points[i] - point)) <= tolerance) inliers.push_back(static_cast<int>(i));
@@ -50,9 +51,11 @@ Plane fit_plane(const std::vector<Vec3f>& points, float tolerance, uint64_t seed
     normal.normalize();
     if (max_tilt > 0 && std::abs(normal.dot(up)) < min_cosine) return;
     trials[t] = {a, normal, 0};
-    for (size_t i = 0; i < points.size(); i += step) trials[t].count += std::abs(normal.dot(points[i] - a)) <= tolerance;
+    for (size_t i = 0; i < points.size(); i += step)
+      trials[t].count += std::abs(normal.dot(points[i] - a)) <= tolerance;
   });
-  const Trial& winner = *std::max_element(trials.begin(), trials.end(), [](const auto& a, const auto& b) { return a.count < b.count; });
+  const Trial& winner =
+      *std::max_element(trials.begin(), trials.end(), [](const auto& a, const auto& b) { return a.count < b.count; });
   if (winner.count < 0) return best;
   best.point = winner.point, best.normal = winner.normal;
   for (int round = 0; round < 3; ++round) {

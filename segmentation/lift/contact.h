@@ -8,15 +8,15 @@ namespace pliant {
 
 /// Where an object rests on its support (scene units).
 struct ContactRegion {
-  bool found = false;             ///< false: no plane of the support near the object's lower end
-  Vec3f point = Vec3f::Zero();    ///< on the support's plane, below the object
-  Vec3f normal = Vec3f::UnitZ();  ///< unit, towards the object
-  float thickness = 0;            ///< root mean square distance of the plane's points from it
+  bool found = false;                 ///< false: no plane of the support near the object's lower end
+  Vec3f point = Vec3f::Zero();        ///< on the support's plane, below the object
+  Vec3f normal = Vec3f::UnitZ();      ///< unit, towards the object
+  float thickness = 0;                ///< root mean square distance of the plane's points from it
   float band_low = 0, band_high = 0;  ///< heights above the plane between which the object touches it
-  size_t plane_points = 0;        ///< Gaussians of the support that lie on the plane
-  float plane_share = 0;          ///< of those looked at, near the object's lower end; some 5 % of a cloud without any plane
-  size_t touching = 0;            ///< Gaussians of the object inside the band
-  float size = 0;                 ///< the larger of the object's height and the radius of its base
+  size_t plane_points = 0;            ///< Gaussians of the support that lie on the plane
+  float plane_share = 0;  ///< of those looked at, near the object's lower end; some 5 % of a cloud without any plane
+  size_t touching = 0;    ///< Gaussians of the object inside the band
+  float size = 0;         ///< the larger of the object's height and the radius of its base
 
   /// Signed height above the plane.
   float height(const Vec3f& x) const { return normal.dot(x - point); }

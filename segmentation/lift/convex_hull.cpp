@@ -33,7 +33,8 @@ class Corral {
       double way = 1;
       Eigen::Index first = 0;
       for (Eigen::Index k = 0; k < n; ++k)
-        if (flat[k] <= 0 && weights_[k] / (weights_[k] - flat[k]) <= way) way = weights_[k] / (weights_[k] - flat[k]), first = k;
+        if (flat[k] <= 0 && weights_[k] / (weights_[k] - flat[k]) <= way)
+          way = weights_[k] / (weights_[k] - flat[k]), first = k;
       if (!(way >= 0)) way = 0;
       for (Eigen::Index k = 0; k < n; ++k) weights_[k] += way * (flat[k] - weights_[k]);
       points_.erase(points_.begin() + first), weights_.erase(weights_.begin() + first);
@@ -71,7 +72,8 @@ ConvexHull::ConvexHull(std::span<const Vec3f> points) : points_(points) {
   size_ = box.size().norm();
   constexpr int kDirections = 128;  // a spiral of equal areas over the sphere
   for (int k = 0; k < kDirections; ++k) {
-    const float z = 1 - (2 * k + 1.0f) / kDirections, r = std::sqrt(1 - z * z), angle = 2.399963f * static_cast<float>(k);
+    const float z = 1 - (2 * k + 1.0f) / kDirections, r = std::sqrt(1 - z * z),
+                angle = 2.399963f * static_cast<float>(k);
     directions_.emplace_back(r * std::cos(angle), r * std::sin(angle), z);
     float reach = -INFINITY;
     for (const Vec3f& p : points_) reach = std::max(reach, directions_.back().dot(p));

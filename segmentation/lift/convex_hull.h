@@ -12,8 +12,8 @@ class ConvexHull {
  public:
   explicit ConvexHull(std::span<const Vec3f> points);
 
-  /// Whether x lies in the hull or within `tolerance` of its size from it.  Supporting planes in fixed directions decide
-  /// most cases; else the hull's point nearest to x is found (Wolfe 1976).
+  /// Whether x lies in the hull or within `tolerance` of its size from it.  Supporting planes in fixed directions
+  /// decide most cases; else the hull's point nearest to x is found (Wolfe 1976).
   bool contains(const Vec3f& x, float tolerance = 2e-3f) const;
 
  private:

@@ -10,7 +10,9 @@
 namespace pliant {
 namespace {
 
-std::string described(const Segmentation& s, size_t c) { return std::to_string(s.class_id[c]) + " (" + s.class_name[c] + ")"; }
+std::string described(const Segmentation& s, size_t c) {
+  return std::to_string(s.class_id[c]) + " (" + s.class_name[c] + ")";
+}
 
 size_t members_of(const Segmentation& s, uint32_t id) {
   return static_cast<size_t>(std::count(s.label.begin(), s.label.end(), id));
@@ -27,7 +29,8 @@ EditOutcome merge(const ObjectEdit& edit, Segmentation& s) {
   for (const std::string& object : edit.objects) {
     const size_t c = class_of_object(s, edit.option(), object);
     if (std::count(ids.begin(), ids.end(), s.class_id[c]))
-      throw usage_error(edit.option(), edit.text(), "names object " + described(s, c) + " twice", "give two different objects or more");
+      throw usage_error(edit.option(), edit.text(), "names object " + described(s, c) + " twice",
+                        "give two different objects or more");
     ids.push_back(s.class_id[c]), names.push_back(described(s, c));
   }
   EditOutcome outcome{{ids[0]}, 0, ""};
@@ -51,8 +54,8 @@ std::string free_name(const Segmentation& s, const std::string& name) {
 }
 
 /// The lists of cameras of `ids` are kept where the picture of the labels shows them.
-void keep_cameras_that_show(const std::vector<uint32_t>& ids, const GaussianCloud& cloud, const std::vector<Camera>& cameras,
-                            Segmentation& s) {
+void keep_cameras_that_show(const std::vector<uint32_t>& ids, const GaussianCloud& cloud,
+                            const std::vector<Camera>& cameras, Segmentation& s) {
   if (s.class_cameras.empty()) return;
   const std::vector<int> candidates = s.class_cameras[class_of_id(s, ids[0])];
   std::vector<std::vector<int>> shown(ids.size());
@@ -74,7 +77,8 @@ EditOutcome split(const SplitOptions& options, const ObjectEdit& edit, const Gau
   for (size_t p = 0; p < member.size(); ++p) member[p] = s.label[p] == id;
   const SplitResult parts = split_object(options, cloud, member);
   if (parts.parts < 2)
-    throw usage_error(edit.option(), edit.objects[0], "has " + std::to_string(members_of(s, id)) + " Gaussians, which cannot be told apart",
+    throw usage_error(edit.option(), edit.objects[0],
+                      "has " + std::to_string(members_of(s, id)) + " Gaussians, which cannot be told apart",
                       "choose a larger object");
   EditOutcome outcome{{id}, 0, ""};
   std::string list;
@@ -90,8 +94,8 @@ EditOutcome split(const SplitOptions& options, const ObjectEdit& edit, const Gau
   char share[32];
   std::snprintf(share, sizeof share, "%.1f %%", 100 * parts.cut_share);
   outcome.sentence = before + " fell into " + std::to_string(parts.parts) + " objects; new: " + list +
-                     (parts.cut ? "; it hangs together and was cut by colour and distance, through at most " + std::string(share) +
-                                      " of the ties of a part"
+                     (parts.cut ? "; it hangs together and was cut by colour and distance, through at most " +
+                                      std::string(share) + " of the ties of a part"
                                 : "");
   return outcome;
 }
@@ -100,7 +104,10 @@ EditOutcome drop(const ObjectEdit& edit, const GaussianCloud& cloud, Segmentatio
   const size_t c = class_of_object(s, edit.option(), edit.objects[0]);
   const std::string before = described(s, c);
   const size_t gaussians = drop_class(s.class_id[c], cloud.position, s);
-  return {{}, gaussians, before + " is no object any more: its " + std::to_string(gaussians) + " Gaussians took the label around them"};
+  return {
+      {},
+      gaussians,
+      before + " is no object any more: its " + std::to_string(gaussians) + " Gaussians took the label around them"};
 }
 
 EditOutcome rename(const ObjectEdit& edit, Segmentation& s) {
@@ -138,15 +145,19 @@ std::string ObjectEdit::text() const {
 ObjectEdit ObjectEdit::parse(Kind kind, const std::string& text) {
   ObjectEdit edit;
   edit.kind = kind;
-  const auto refuse = [&](const std::string& problem, const std::string& remedy) { return usage_error(edit.option(), text, problem, remedy); };
+  const auto refuse = [&](const std::string& problem, const std::string& remedy) {
+    return usage_error(edit.option(), text, problem, remedy);
+  };
   if (kind == Kind::kName) {
     const size_t at = text.find('=');
-    if (at == std::string::npos || at == 0 || at + 1 == text.size()) throw refuse("is no object and a name", "give ID=NAME, for example 3=vase");
+    if (at == std::string::npos || at == 0 || at + 1 == text.size())
+      throw refuse("is no object and a name", "give ID=NAME, for example 3=vase");
     edit.objects = {text.substr(0, at)}, edit.name = text.substr(at + 1);
     if (edit.name.find_first_not_of("0123456789") == std::string::npos)
       throw refuse("is a name that reads as an id", "give a name with a letter in it");
     for (char c : edit.name)
-      if (static_cast<unsigned char>(c) < 32 || c == ',') throw refuse("is a name with a comma or an unprintable character", "leave it out");
+      if (static_cast<unsigned char>(c) < 32 || c == ',')
+        throw refuse("is a name with a comma or an unprintable character", "leave it out");
     return edit;
   }
   size_t begin = 0;
@@ -156,7 +167,8 @@ ObjectEdit ObjectEdit::parse(Kind kind, const std::string& text) {
     if (edit.objects.back().empty()) throw refuse("holds an empty place", "give ids or names");
     begin = end + 1;
   }
-  if (kind == Kind::kMerge && edit.objects.size() < 2) throw refuse("is one object", "give two or more, for example 3,7");
+  if (kind == Kind::kMerge && edit.objects.size() < 2)
+    throw refuse("is one object", "give two or more, for example 3,7");
   return edit;
 }
 

@@ -19,8 +19,8 @@ struct ObjectEdit {
 
   /// From the text of an option: "3,7", "4", "9" or "3=vase".  Throws Error{kUsage} naming the option and its form.
   static ObjectEdit parse(Kind kind, const std::string& text);
-  const char* option() const;        ///< "--merge", ...
-  std::string text() const;          ///< what parse() takes
+  const char* option() const;  ///< "--merge", ...
+  std::string text() const;    ///< what parse() takes
 };
 
 /// What an edit did.
@@ -30,11 +30,11 @@ struct EditOutcome {
   std::string sentence;
 };
 
-/// Applies one edit.  Merge: all become the first, which keeps id and name.  Split: the part with most opacity keeps id and
-/// name, others get ids that no object ever had.  Drop: Gaussians take the label around them.  Attribute, classifier,
-/// labels, confidences and the lists of cameras agree afterwards; `cameras` are those of the scene.  Throws Error{kUsage}
-/// for an unknown or ambiguous object (with the nearest one), a merge of an object with itself, a name that another object
-/// has or that reads as an id, an object that cannot be split.
+/// Applies one edit.  Merge: all become the first, which keeps id and name.  Split: the part with most opacity keeps id
+/// and name, others get ids that no object ever had.  Drop: Gaussians take the label around them.  Attribute,
+/// classifier, labels, confidences and the lists of cameras agree afterwards; `cameras` are those of the scene.  Throws
+/// Error{kUsage} for an unknown or ambiguous object (with the nearest one), a merge of an object with itself, a name
+/// that another object has or that reads as an id, an object that cannot be split.
 EditOutcome apply_edit(const SplitOptions& options, const ObjectEdit& edit, const GaussianCloud& cloud,
                        const std::vector<Camera>& cameras, Segmentation& segmentation);
 

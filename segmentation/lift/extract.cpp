@@ -12,31 +12,36 @@ namespace pliant {
 namespace {
 
 /// Opacity that each rule moved, as a share of `whole`.
-std::array<double, kExtractRules> opacity_shares(const GaussianCloud& cloud, const std::vector<ExtractRule>& rule, double whole) {
+std::array<double, kExtractRules> opacity_shares(const GaussianCloud& cloud, const std::vector<ExtractRule>& rule,
+                                                 double whole) {
   std::array<double, kExtractRules> share = {};
   for (size_t p = 0; p < rule.size(); ++p)
-    if (rule[p] != ExtractRule::kNone) share[static_cast<int>(rule[p])] += sigmoid(cloud.opacity_logit[p]) / std::max(whole, 1e-12);
+    if (rule[p] != ExtractRule::kNone)
+      share[static_cast<int>(rule[p])] += sigmoid(cloud.opacity_logit[p]) / std::max(whole, 1e-12);
   return share;
 }
 
 }  // namespace
 
 const char* name_of(ExtractRule rule) {
-  static const char* const kNames[kExtractRules] = {"", "probability", "outlier", "floater", "to support", "from support", "enclosed", "island", "hull"};
+  static const char* const kNames[kExtractRules] = {
+      "", "probability", "outlier", "floater", "to support", "from support", "enclosed", "island", "hull"};
   return kNames[static_cast<int>(rule)];
 }
 
 size_t ExtractSummary::moved_by(ExtractRule rule) const {
-  const size_t moved[kExtractRules] = {0, below_probability, outliers, floaters, contact_to_support, contact_to_object, enclosed, islands, hull};
+  const size_t moved[kExtractRules] = {
+      0, below_probability, outliers, floaters, contact_to_support, contact_to_object, enclosed, islands, hull};
   return moved[static_cast<int>(rule)];
 }
 
 std::string ExtractSummary::describe() const {
-  return std::to_string(candidates) + " candidates; taken away: " + std::to_string(below_probability) + " below the probability threshold, " +
-         std::to_string(outliers) + " outliers, " + std::to_string(floaters) + " floaters (" + std::to_string(dropped) +
-         " of both dropped), " + std::to_string(contact_to_support) + " to the support; " + std::to_string(contact_to_object) +
-         " taken from the support, " + std::to_string(enclosed) + " from among its own, " + std::to_string(islands) + " in islands that only it holds, " + std::to_string(hull) +
-         " from inside its hull";
+  return std::to_string(candidates) + " candidates; taken away: " + std::to_string(below_probability) +
+         " below the probability threshold, " + std::to_string(outliers) + " outliers, " + std::to_string(floaters) +
+         " floaters (" + std::to_string(dropped) + " of both dropped), " + std::to_string(contact_to_support) +
+         " to the support; " + std::to_string(contact_to_object) + " taken from the support, " +
+         std::to_string(enclosed) + " from among its own, " + std::to_string(islands) +
+         " in islands that only it holds, " + std::to_string(hull) + " from inside its hull";
 }
 
 ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud, const Segmentation& segmentation) {
@@ -46,7 +51,8 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
     std::string known;
     for (size_t c = 0; c < segmentation.class_id.size(); ++c)
       known += (c ? ", " : "") + std::to_string(segmentation.class_id[c]) + " " + segmentation.class_name[c];
-    throw usage_error("--object", "", "names id " + std::to_string(options.object) + ", which the segmentation does not have",
+    throw usage_error("--object", "",
+                      "names id " + std::to_string(options.object) + ", which the segmentation does not have",
                       "choose one of: " + known);
   }
   ExtractResult result;
@@ -54,8 +60,9 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
 
   // Probability.
   std::vector<float> probability(cloud.size());
-  parallel_for(static_cast<std::ptrdiff_t>(cloud.size()),
-               [&](std::ptrdiff_t p) { probability[p] = class_probabilities(segmentation, p)[cls]; }, 1024);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(cloud.size()),
+      [&](std::ptrdiff_t p) { probability[p] = class_probabilities(segmentation, p)[cls]; }, 1024);
   std::vector<Place> place(cloud.size(), Place::kBackground);
   std::vector<ExtractRule>& rule = result.rule;
   rule.assign(cloud.size(), ExtractRule::kNone);
@@ -69,7 +76,8 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
   }
   const auto nothing_left = [&] {
     return input_error("object " + std::to_string(options.object), segmentation.class_name[cls],
-                       "has no Gaussian left: " + summary.describe(), "lower the probability threshold or check the masks");
+                       "has no Gaussian left: " + summary.describe(),
+                       "lower the probability threshold or check the masks");
   };
   if (summary.candidates == 0) throw nothing_left();
 
@@ -93,16 +101,19 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
   take_marked(ExtractRule::kFloater, summary.floaters);
   const std::vector<int> nearest = k_nearest(positions(cloud, others), positions(cloud, taken), 1);
   for (size_t i = 0; i < taken.size(); ++i) {
-    const bool background_near = nearest[i] >= 0 && (cloud.position[others[nearest[i]]] - cloud.position[taken[i]]).norm() <= link;
+    const bool background_near =
+        nearest[i] >= 0 && (cloud.position[others[nearest[i]]] - cloud.position[taken[i]]).norm() <= link;
     place[taken[i]] = background_near ? Place::kBackground : Place::kDropped;
     summary.dropped += !background_near;
   }
 
   // Contact with the support.
   const std::vector<int> background = indices_of(place, Place::kBackground);
-  summary.support = options.support ? options.support : find_support(cloud, segmentation, members, background, options.up);
+  summary.support =
+      options.support ? options.support : find_support(cloud, segmentation, members, background, options.up);
   if (summary.support != 0 && class_of_id(segmentation, summary.support) < 0)
-    throw usage_error("support", "", "is id " + std::to_string(summary.support) + ", which the segmentation does not have",
+    throw usage_error("support", "",
+                      "is id " + std::to_string(summary.support) + ", which the segmentation does not have",
                       "name an id of the scene");
   std::vector<int> support;
   for (int p : background)
@@ -110,12 +121,14 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
   const GaussianCloud support_cloud = cloud.select(support);
   result.contact = contact_region(cloud.select(members), support_cloud, options.up);
   if (result.contact.found) {
-    settle_contact(cloud, segmentation, summary.support, options.support != 0, link, result.contact, place, rule, summary);
+    settle_contact(cloud, segmentation, summary.support, options.support != 0, link, result.contact, place, rule,
+                   summary);
     result.contact = contact_region(cloud.select(indices_of(place, Place::kObject)), support_cloud, options.up);
   }
   if (options.enclosed) summary.enclosed = take_enclosed(cloud, place, rule);
   if (options.island_share > 0)
-    summary.islands = take_islands(cloud, segmentation, options.object, result.contact, link, options.island_share, place, rule);
+    summary.islands =
+        take_islands(cloud, segmentation, options.object, result.contact, link, options.island_share, place, rule);
   if (options.hull) summary.hull = take_hull(cloud, result.contact, place, rule);
   summary.opacity_share = opacity_shares(cloud, rule, whole);
   result.object = indices_of(place, Place::kObject);

@@ -12,21 +12,31 @@ namespace pliant {
 
 /// Rules that cut one object out of a labelled scene.
 struct ExtractOptions {
-  uint32_t object = 0;               ///< id to cut out
-  uint32_t support = 0;              ///< id it stands on; 0 = found as the commonest id around its lower end
+  uint32_t object = 0;   ///< id to cut out
+  uint32_t support = 0;  ///< id it stands on; 0 = found as the commonest id around its lower end
   Vec3f up = Vec3f::UnitZ();
-  float probability = 0.5f;          ///< least class probability of the object's Gaussians
-  int outlier_neighbours = 8;        ///< mean distance to so many neighbours ...
-  float outlier_sigma = 3;           ///< ... above mean + so many standard deviations is an outlier
-  bool enclosed = true;              ///< background among the object's Gaussians is given to it
-  float floater_share = 0.02f;       ///< connected parts below this share of the largest part are floaters
-  float island_share = 0.02f;        ///< parts of the background below this share of the object are given to it when they
-                                     ///< touch nothing else; 0 = never
-  bool hull = false;                 ///< background inside the object's convex hull, above the contact, is given to it
+  float probability = 0.5f;     ///< least class probability of the object's Gaussians
+  int outlier_neighbours = 8;   ///< mean distance to so many neighbours ...
+  float outlier_sigma = 3;      ///< ... above mean + so many standard deviations is an outlier
+  bool enclosed = true;         ///< background among the object's Gaussians is given to it
+  float floater_share = 0.02f;  ///< connected parts below this share of the largest part are floaters
+  float island_share = 0.02f;   ///< parts of the background below this share of the object are given to it when they
+                                ///< touch nothing else; 0 = never
+  bool hull = false;            ///< background inside the object's convex hull, above the contact, is given to it
 };
 
 /// What moved a Gaussian last; kNone = it is where its probability puts it.
-enum class ExtractRule : uint8_t { kNone, kProbability, kOutlier, kFloater, kToSupport, kFromSupport, kEnclosed, kIsland, kHull };
+enum class ExtractRule : uint8_t {
+  kNone,
+  kProbability,
+  kOutlier,
+  kFloater,
+  kToSupport,
+  kFromSupport,
+  kEnclosed,
+  kIsland,
+  kHull
+};
 constexpr int kExtractRules = 9;
 const char* name_of(ExtractRule rule);
 
@@ -44,9 +54,9 @@ struct ExtractSummary {
   size_t hull = 0;                ///< background inside the object's convex hull: given to it
   /// Opacity of the Gaussians that a rule moved, by ExtractRule, as a share of that of all candidates.
   std::array<double, kExtractRules> opacity_share = {};
-  uint32_t support = 0;           ///< id of the support, 0 = none found
+  uint32_t support = 0;                     ///< id of the support, 0 = none found
   size_t moved_by(ExtractRule rule) const;  ///< the count above that is this rule's; 0 for kNone
-  std::string describe() const;   ///< one sentence
+  std::string describe() const;             ///< one sentence
 };
 
 struct ExtractResult {

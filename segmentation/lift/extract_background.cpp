@@ -1,4 +1,5 @@
-// What the background gives back to an object that is cut out, and takes from it: contact, enclosed specks, islands, hull.
+// What the background gives back to an object that is cut out, and takes from it: contact, enclosed specks, islands,
+// hull.
 
 #include <algorithm>
 #include <cmath>
@@ -30,12 +31,14 @@ uint32_t find_support(const GaussianCloud& cloud, const Segmentation& segmentati
   std::map<uint32_t, size_t> count;
   for (int n : near)
     if (n >= 0) ++count[segmentation.label[background[n]]];
-  const auto best = std::max_element(count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto best =
+      std::max_element(count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   return best == count.end() ? 0 : best->first;
 }
 
-void settle_contact(const GaussianCloud& cloud, const Segmentation& segmentation, uint32_t support_id, bool named, float link,
-                    const ContactRegion& contact, std::vector<Place>& place, std::vector<ExtractRule>& rule, ExtractSummary& summary) {
+void settle_contact(const GaussianCloud& cloud, const Segmentation& segmentation, uint32_t support_id, bool named,
+                    float link, const ContactRegion& contact, std::vector<Place>& place, std::vector<ExtractRule>& rule,
+                    ExtractSummary& summary) {
   const float tolerance = contact_tolerance(contact), band = 0.1f * contact.size;
   std::vector<int> support, below, above;
   for (int p : indices_of(place, Place::kBackground))
@@ -51,7 +54,8 @@ void settle_contact(const GaussianCloud& cloud, const Segmentation& segmentation
     const float h = contact.height(cloud.position[p]);
     if (h > tolerance && (flat || h < band)) above.push_back(p);
   }
-  const std::vector<Vec3f> support_points = positions(cloud, support), all(cloud.position.begin(), cloud.position.end());
+  const std::vector<Vec3f> support_points = positions(cloud, support),
+                           all(cloud.position.begin(), cloud.position.end());
   const std::vector<int> nearest = k_nearest(support_points, positions(cloud, below), 1);
   constexpr int kAround = 9;
   const std::vector<int> around = k_nearest(all, positions(cloud, above), kAround);
@@ -95,13 +99,16 @@ size_t take_enclosed(const GaussianCloud& cloud, std::vector<Place>& place, std:
   return taken;
 }
 
-size_t take_islands(const GaussianCloud& cloud, const Segmentation& segmentation, uint32_t object_id, const ContactRegion& contact, float link, float share,
-                    std::vector<Place>& place, std::vector<ExtractRule>& rule) {
+size_t take_islands(const GaussianCloud& cloud, const Segmentation& segmentation, uint32_t object_id,
+                    const ContactRegion& contact, float link, float share, std::vector<Place>& place,
+                    std::vector<ExtractRule>& rule) {
   const std::vector<int> background = indices_of(place, Place::kBackground), object = indices_of(place, Place::kObject);
   const std::vector<int> part = parts_of(cloud, background, link);
   std::vector<size_t> size(part.size(), 0);
   for (int of : part) ++size[of];
-  const auto small = [&](size_t i) { return static_cast<float>(size[part[i]]) < share * static_cast<float>(object.size()); };
+  const auto small = [&](size_t i) {
+    return static_cast<float>(size[part[i]]) < share * static_cast<float>(object.size());
+  };
   std::vector<int> candidates;  // into background
   for (size_t i = 0; i < part.size(); ++i)
     if (small(i)) candidates.push_back(static_cast<int>(i));
@@ -117,7 +124,8 @@ size_t take_islands(const GaussianCloud& cloud, const Segmentation& segmentation
   for (size_t k = 0; k < indices.size(); ++k) {
     const int p = indices[k], n = nearest[k] < 0 ? -1 : object[nearest[k]];
     Island& island = islands[part[candidates[k]]];
-    island.touches = island.touches || (n >= 0 && (cloud.position[n] - cloud.position[p]).norm() <= touching_distance(cloud, p, n, link));
+    island.touches = island.touches ||
+                     (n >= 0 && (cloud.position[n] - cloud.position[p]).norm() <= touching_distance(cloud, p, n, link));
     island.height += contact.found ? contact.height(cloud.position[p]) : INFINITY;
     ++island.labels[segmentation.label[p]];
   }
@@ -127,7 +135,8 @@ size_t take_islands(const GaussianCloud& cloud, const Segmentation& segmentation
   for (size_t k = 0; k < indices.size(); ++k) {
     const int root = part[candidates[k]];
     const Island& island = islands[root];
-    const auto commonest = std::max_element(island.labels.begin(), island.labels.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto commonest = std::max_element(island.labels.begin(), island.labels.end(),
+                                            [](const auto& a, const auto& b) { return a.second < b.second; });
     const bool itself = commonest->first != object_id && 2 * commonest->second > of_label[commonest->first];
     if (!island.touches || itself || island.height <= size[root] * contact_tolerance(contact)) continue;
     place[indices[k]] = Place::kObject, rule[indices[k]] = ExtractRule::kIsland, ++taken;
@@ -135,14 +144,20 @@ size_t take_islands(const GaussianCloud& cloud, const Segmentation& segmentation
   return taken;
 }
 
-size_t take_hull(const GaussianCloud& cloud, const ContactRegion& contact, std::vector<Place>& place, std::vector<ExtractRule>& rule) {
+size_t take_hull(const GaussianCloud& cloud, const ContactRegion& contact, std::vector<Place>& place,
+                 std::vector<ExtractRule>& rule) {
   const std::vector<Vec3f> object = positions(cloud, indices_of(place, Place::kObject));
   const ConvexHull hull(object);
   std::vector<uint8_t> inside(place.size(), 0);
-  parallel_for(static_cast<std::ptrdiff_t>(place.size()), [&](std::ptrdiff_t p) {
-    if (place[p] != Place::kBackground || (contact.found && contact.height(cloud.position[p]) <= contact_tolerance(contact))) return;
-    inside[p] = hull.contains(cloud.position[p]);
-  }, 256);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(place.size()),
+      [&](std::ptrdiff_t p) {
+        if (place[p] != Place::kBackground ||
+            (contact.found && contact.height(cloud.position[p]) <= contact_tolerance(contact)))
+          return;
+        inside[p] = hull.contains(cloud.position[p]);
+      },
+      256);
   size_t taken = 0;
   for (size_t p = 0; p < place.size(); ++p)
     if (inside[p]) place[p] = Place::kObject, rule[p] = ExtractRule::kHull, ++taken;

@@ -20,7 +20,8 @@ std::vector<int> neighbours_of(const std::vector<Vec3f>& points, int k) {
   for (size_t i = 0; i < points.size(); ++i) {
     int found = 0;
     for (int j = 0; j <= k && found < k; ++j)
-      if (const int other = with_self[i * (k + 1) + j]; other >= 0 && other != static_cast<int>(i)) out[i * k + found++] = other;
+      if (const int other = with_self[i * (k + 1) + j]; other >= 0 && other != static_cast<int>(i))
+        out[i * k + found++] = other;
   }
   return out;
 }
@@ -46,7 +47,9 @@ std::vector<int> indices_of(const std::vector<Place>& place, Place which) {
   return out;
 }
 
-float touching_distance(const GaussianCloud& cloud, int a, int b, float link) { return std::max(link, 2 * (extent(cloud, a) + extent(cloud, b))); }
+float touching_distance(const GaussianCloud& cloud, int a, int b, float link) {
+  return std::max(link, 2 * (extent(cloud, a) + extent(cloud, b)));
+}
 
 std::vector<int> parts_of(const GaussianCloud& cloud, const std::vector<int>& members, float link) {
   constexpr int kNeighbours = 10;
@@ -62,7 +65,8 @@ std::vector<int> parts_of(const GaussianCloud& cloud, const std::vector<int>& me
     for (int j = 0; j < kNeighbours; ++j) {
       const int n = near[static_cast<size_t>(i) * kNeighbours + j];
       if (n < 0) continue;
-      if ((points[n] - points[i]).norm() <= touching_distance(cloud, members[i], members[n], link)) parent[root(i)] = root(n);
+      if ((points[n] - points[i]).norm() <= touching_distance(cloud, members[i], members[n], link))
+        parent[root(i)] = root(n);
     }
   for (int i = 0; i < static_cast<int>(points.size()); ++i) parent[i] = root(i);
   return parent;
@@ -95,7 +99,8 @@ void mark_floaters(const GaussianCloud& cloud, const std::vector<int>& members, 
   for (int of : part) ++size[of];
   const size_t largest = size.empty() ? 0 : *std::max_element(size.begin(), size.end());
   floater.assign(part.size(), 0);
-  for (size_t i = 0; i < part.size(); ++i) floater[i] = static_cast<float>(size[part[i]]) < share * static_cast<float>(largest);
+  for (size_t i = 0; i < part.size(); ++i)
+    floater[i] = static_cast<float>(size[part[i]]) < share * static_cast<float>(largest);
 }
 
 }  // namespace pliant

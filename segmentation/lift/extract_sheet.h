@@ -7,6 +7,7 @@
 namespace pliant {
 
 /// extract.png: the object from 8 sides, tinted, and what each rule took or gave in a colour of its own.
-ImageF extract_sheet(const ExtractResult& result, const GaussianCloud& cloud, const Eigen::Vector3d& up, const RenderOptions& options);
+ImageF extract_sheet(const ExtractResult& result, const GaussianCloud& cloud, const Eigen::Vector3d& up,
+                     const RenderOptions& options);
 
 }  // namespace pliant

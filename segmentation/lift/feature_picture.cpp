@@ -69,8 +69,8 @@ Vec3f PrincipalColors::color(const float* attribute) const {
   return out;
 }
 
-ImageF features_sheet(const std::vector<float>& attribute, const GaussianCloud& cloud, const std::vector<Camera>& cameras,
-                      const std::function<ImageF(int camera)>& picture, int views) {
+ImageF features_sheet(const std::vector<float>& attribute, const GaussianCloud& cloud,
+                      const std::vector<Camera>& cameras, const std::function<ImageF(int camera)>& picture, int views) {
   CHECK(!cameras.empty() && attribute.size() == cloud.size() * kY);
   const int shown = std::min<int>(views, static_cast<int>(cameras.size()));
   std::vector<RenderResult> blended;
@@ -81,7 +81,8 @@ ImageF features_sheet(const std::vector<float>& attribute, const GaussianCloud& 
     blended.push_back(render(cloud, cameras[chosen.back()], {}, attribute, kY));
     const RenderResult& view = blended.back();
     for (size_t i = 0; i < view.alpha.pixels(); ++i)
-      if (view.alpha.data[i] >= 0.5f) samples.insert(samples.end(), view.features.data.data() + i * kY, view.features.data.data() + (i + 1) * kY);
+      if (view.alpha.data[i] >= 0.5f)
+        samples.insert(samples.end(), view.features.data.data() + i * kY, view.features.data.data() + (i + 1) * kY);
   }
   const PrincipalColors colors = PrincipalColors::of(samples);
 
@@ -93,7 +94,8 @@ ImageF features_sheet(const std::vector<float>& attribute, const GaussianCloud& 
     const RenderResult& view = blended[v];
     ImageF features(view.alpha.width, view.alpha.height, 3);
     for (size_t i = 0; i < features.pixels(); ++i)
-      if (view.alpha.data[i] >= 0.5f) Eigen::Map<Vec3f>(features.data.data() + 3 * i) = colors.color(view.features.data.data() + i * kY);
+      if (view.alpha.data[i] >= 0.5f)
+        Eigen::Map<Vec3f>(features.data.data() + 3 * i) = colors.color(view.features.data.data() + i * kY);
     const int x = kGap + v * (width + kGap), own = width * features.height / features.width;
     put(picture(chosen[v]), x, kGap, width, own, sheet);
     put(features, x, 2 * kGap + height, width, own, sheet);

@@ -11,13 +11,14 @@
 
 namespace pliant {
 
-/// How attributes become colours: R, G, B = the first three principal components, each from its 1st to its 99th percentile.
+/// How attributes become colours: R, G, B = the first three principal components, each from its 1st to its 99th
+/// percentile.
 struct PrincipalColors {
   using Axes = Eigen::Matrix<double, kSemanticChannels, 3>;
 
-  /// From samples [n, 16].  Components are ordered by falling variance; a component's sign is the one that gives its scores
-  /// a positive third moment, so that colours do not change when the attribute space is rotated or mirrored.  Components
-  /// without variance are a flat 0.5.
+  /// From samples [n, 16].  Components are ordered by falling variance; a component's sign is the one that gives its
+  /// scores a positive third moment, so that colours do not change when the attribute space is rotated or mirrored.
+  /// Components without variance are a flat 0.5.
   static PrincipalColors of(std::span<const float> samples);
   Vec3f color(const float* attribute) const;
 
@@ -26,9 +27,10 @@ struct PrincipalColors {
   Vec3d low = Vec3d::Zero(), high = Vec3d::Zero();
 };
 
-/// features.png: photos of at most `views` cameras, evenly chosen, and below each the principal components of its blended
-/// attribute S, black where accumulated opacity < 0.5.  All views share one choice of colours.
-ImageF features_sheet(const std::vector<float>& attribute, const GaussianCloud& cloud, const std::vector<Camera>& cameras,
-                      const std::function<ImageF(int camera)>& picture, int views = 3);
+/// features.png: photos of at most `views` cameras, evenly chosen, and below each the principal components of its
+/// blended attribute S, black where accumulated opacity < 0.5.  All views share one choice of colours.
+ImageF features_sheet(const std::vector<float>& attribute, const GaussianCloud& cloud,
+                      const std::vector<Camera>& cameras, const std::function<ImageF(int camera)>& picture,
+                      int views = 3);
 
 }  // namespace pliant

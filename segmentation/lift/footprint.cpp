@@ -43,9 +43,12 @@ ViewFootprints footprints(const FootprintOptions& options, const BlendWeights& w
       const uint32_t p = weights.gaussian[e];
       const float w = weights.weight[e];
       total[p] += w;
-      if (candidate[p] == mask[pixel]) lead[p] += w;
-      else if (lead[p] >= w) lead[p] -= w;
-      else candidate[p] = mask[pixel], lead[p] = w - lead[p];
+      if (candidate[p] == mask[pixel])
+        lead[p] += w;
+      else if (lead[p] >= w)
+        lead[p] -= w;
+      else
+        candidate[p] = mask[pixel], lead[p] = w - lead[p];
     }
   for (size_t pixel = 0; pixel < mask.size(); ++pixel)
     for (uint32_t e = weights.row_start[pixel]; e < weights.row_start[pixel + 1]; ++e)
@@ -57,7 +60,8 @@ ViewFootprints footprints(const FootprintOptions& options, const BlendWeights& w
   for (size_t p = 0; p < gaussians; ++p) {
     if (total[p] < options.least_mass) continue;
     const int m = candidate[p];
-    const bool stands = m >= 0 && own[p] >= options.decisive * total[p] && cover[m] >= options.least_cover * out.pixels[m];
+    const bool stands =
+        m >= 0 && own[p] >= options.decisive * total[p] && cover[m] >= options.least_cover * out.pixels[m];
     out.gaussian.push_back(static_cast<uint32_t>(p));
     out.mask.push_back(stands ? m : -1);
     out.mass.push_back(total[p]);
@@ -79,7 +83,8 @@ Sample sample_of(const ViewFootprints& view, double rate) {
   sample.of_mask.assign(view.masks(), 0.0f);
   for (size_t e = 0; e < view.gaussian.size(); ++e) {
     if (view.mask[e] < 0 || (rate < 1 && Random(0, view.gaussian[e]).uniform() >= rate)) continue;
-    sample.gaussian.push_back(view.gaussian[e]), sample.mask.push_back(view.mask[e]), sample.mass.push_back(view.mass[e]);
+    sample.gaussian.push_back(view.gaussian[e]), sample.mask.push_back(view.mask[e]),
+        sample.mass.push_back(view.mass[e]);
     sample.of_mask[view.mask[e]] += view.mass[e];
   }
   return sample;
@@ -88,8 +93,8 @@ Sample sample_of(const ViewFootprints& view, double rate) {
 /// What two views see of the same Gaussians.
 struct Common {
   size_t columns = 0;
-  std::vector<float> both;                ///< I_ij [masks of a, masks of b]
-  std::vector<float> of_a, of_b;          ///< I_i., I_.j
+  std::vector<float> both;                  ///< I_ij [masks of a, masks of b]
+  std::vector<float> of_a, of_b;            ///< I_i., I_.j
   std::vector<float> seen_of_a, seen_of_b;  ///< mass of a mask's Gaussians, in its own view, that the other view labels
 };
 
@@ -138,7 +143,8 @@ MaskRelations relate(const RelationOptions& options, std::span<const ViewFootpri
     if (u >= v) return;
     const Common common = compare(samples[u], samples[v]);
     // Row by row for the masks of u, column by column for those of v.
-    const auto place = [&](int own, int other, size_t i, float whole, float seen, float shared, auto&& both, const std::vector<float>& of_other) {
+    const auto place = [&](int own, int other, size_t i, float whole, float seen, float shared, auto&& both,
+                           const std::vector<float>& of_other) {
       if (!(seen > 0) || seen < options.observed * whole) return;
       const size_t slot = static_cast<size_t>(out.first[own] + i) * V + other;
       float most = -1, nearest = -1;
@@ -146,17 +152,20 @@ MaskRelations relate(const RelationOptions& options, std::span<const ViewFootpri
         const float overlap = both(j), jaccard = overlap > 0 ? overlap / (shared + of_other[j] - overlap) : 0.0f;
         if (overlap > most) {
           most = overlap;
-          out.container[slot] = overlap >= options.contained * shared ? out.first[other] + static_cast<int>(j) : MaskRelations::kDivided;
+          out.container[slot] =
+              overlap >= options.contained * shared ? out.first[other] + static_cast<int>(j) : MaskRelations::kDivided;
         }
         if (jaccard > nearest) nearest = jaccard, out.nearest[slot] = out.first[other] + static_cast<int>(j);
       }
     };
     for (size_t i = 0; i < common.of_a.size(); ++i)
-      place(u, v, i, samples[u].of_mask[i], common.seen_of_a[i], common.of_a[i],
-            [&](size_t j) { return common.both[i * common.columns + j]; }, common.of_b);
+      place(
+          u, v, i, samples[u].of_mask[i], common.seen_of_a[i], common.of_a[i],
+          [&](size_t j) { return common.both[i * common.columns + j]; }, common.of_b);
     for (size_t j = 0; j < common.of_b.size(); ++j)
-      place(v, u, j, samples[v].of_mask[j], common.seen_of_b[j], common.of_b[j],
-            [&](size_t i) { return common.both[i * common.columns + j]; }, common.of_a);
+      place(
+          v, u, j, samples[v].of_mask[j], common.seen_of_b[j], common.of_b[j],
+          [&](size_t i) { return common.both[i * common.columns + j]; }, common.of_a);
   });
   for (int v = 0; v < V; ++v)
     for (int m = out.first[v]; m < out.first[v + 1]; ++m)

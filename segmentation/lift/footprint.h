@@ -25,9 +25,10 @@ struct ViewFootprints {
 };
 
 struct FootprintOptions {
-  float least_mass = 0.02f;   ///< px; Gaussians that show less in a view are not visible in it
-  float decisive = 0.6f;      ///< share of its weight that a Gaussian's mask holds
-  float least_cover = 0.05f;  ///< share of its pixels that the Gaussians of a mask cover; what shows less is empty space
+  float least_mass = 0.02f;  ///< px; Gaussians that show less in a view are not visible in it
+  float decisive = 0.6f;     ///< share of its weight that a Gaussian's mask holds
+  float least_cover =
+      0.05f;  ///< share of its pixels that the Gaussians of a mask cover; what shows less is empty space
   RenderOptions render;
 };
 
@@ -42,12 +43,13 @@ ViewFootprints footprints(const FootprintOptions& options, const BlendWeights& w
 
 /// How the masks of all views lie upon each other.  Masks are numbered through: first[v] + index in view v.
 struct MaskRelations {
-  static constexpr int kUnseen = -1;  ///< too little of the mask is labelled in that view
-  static constexpr int kDivided = -2; ///< no mask of that view holds it
+  static constexpr int kUnseen = -1;   ///< too little of the mask is labelled in that view
+  static constexpr int kDivided = -2;  ///< no mask of that view holds it
 
-  std::vector<int> first;     ///< [views + 1]
-  std::vector<int> container; ///< [masks, views] mask that holds `contained` of what both views see, or one of the above
-  std::vector<int> nearest;   ///< [masks, views] mask of the largest weighted Jaccard index, or kUnseen
+  std::vector<int> first;  ///< [views + 1]
+  std::vector<int>
+      container;             ///< [masks, views] mask that holds `contained` of what both views see, or one of the above
+  std::vector<int> nearest;  ///< [masks, views] mask of the largest weighted Jaccard index, or kUnseen
 
   int views() const { return static_cast<int>(first.size()) - 1; }
   int masks() const { return first.back(); }

@@ -184,7 +184,8 @@ std::vector<int> connected_parts(const GaussianGraph& graph, const std::vector<u
   return part;
 }
 
-std::vector<uint8_t> attached_parts(const GaussianGraph& graph, const std::vector<int>& part, std::vector<uint8_t> wanted) {
+std::vector<uint8_t> attached_parts(const GaussianGraph& graph, const std::vector<int>& part,
+                                    std::vector<uint8_t> wanted) {
   std::vector<double> to_rest(wanted.size(), 0);
   std::map<std::pair<int, int>, double> between;
   for (size_t k = 0; k < graph.edges.size(); ++k) {

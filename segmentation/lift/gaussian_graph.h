@@ -47,7 +47,8 @@ std::vector<int> connected_parts(const GaussianGraph& graph, const std::vector<u
 
 /// Flags [parts] of the parts that belong to those in `wanted` [parts] although their colours part them: they lie
 /// against wanted parts more than twice as much as against nodes of label 0 and what lies outside the graph.
-std::vector<uint8_t> attached_parts(const GaussianGraph& graph, const std::vector<int>& part, std::vector<uint8_t> wanted);
+std::vector<uint8_t> attached_parts(const GaussianGraph& graph, const std::vector<int>& part,
+                                    std::vector<uint8_t> wanted);
 
 /// Nodes of label 0 that touch nothing but the object: parts, connected by nearness, that hold at least `least` of the
 /// object's opacity and whose ties to what lies outside the graph, or to nodes with `outside` != 0, are below `touch`

@@ -80,7 +80,8 @@ void Selector::give_back_enclosed() {
   std::vector<uint8_t> outside(label_.size(), 0);
   for (size_t i = 0; i < label_.size(); ++i) {
     const int p = graph_.nodes[i];
-    outside[i] = fixed_[p] < 0 || (ground.found && ground.plane_share >= kPlaneShare && ground.height(cloud_.position[p]) < kThick * ground.thickness);
+    outside[i] = fixed_[p] < 0 || (ground.found && ground.plane_share >= kPlaneShare &&
+                                   ground.height(cloud_.position[p]) < kThick * ground.thickness);
   }
   for (const int i : enclosed_nodes(graph_, label_, outside, options_.link, options_.enclosed, kTouch))
     label_[i] = 1, ++summary_.enclosed;

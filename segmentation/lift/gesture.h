@@ -25,7 +25,8 @@ struct GestureOptions {
   float confident = 1;  ///< px of blend weight from which on evidence counts fully
   int neighbours = 10;  ///< of the graph
   GraphCutOptions cut;
-  float link = 0.02f;  ///< edges above this connect parts; by nearness alone before planes that part a thing from the rest
+  float link =
+      0.02f;  ///< edges above this connect parts; by nearness alone before planes that part a thing from the rest
   bool attach = true;  ///< parts of other colours that lie against the object belong to it
   // Refinement: masks of more views, started from the selection so far.
   int refine_rounds = 2, refine_views = 12, refine_window = 320, refine_band = 6, refine_iterations = 3;
@@ -34,12 +35,12 @@ struct GestureOptions {
   // Beyond the measured prototype.
   float support = 3;  ///< log odds against what lies in or below the plane the object stands on
   float unseen_prior =
-      0.3f;                 ///< share of refine_prior that holds for Gaussians on which the boxes' pictures say nothing
-  float stroke_reach = 2;   ///< path in the graph over which a stroke outweighs the pictures; 0 = only what it covers
+      0.3f;                ///< share of refine_prior that holds for Gaussians on which the boxes' pictures say nothing
+  float stroke_reach = 2;  ///< path in the graph over which a stroke outweighs the pictures; 0 = only what it covers
   bool apart_from_planes = true;  ///< without a box, a thing hangs together apart from the planes behind it
-  float enclosed = 0.005f;  ///< parts in the boxes that touch nothing but the object come back when they hold this
-                            ///< share of its opacity; 1 = never
-  bool one_by_one = true;  ///< beside boxes, a background stroke only takes away and a foreground one only adds
+  float enclosed = 0.005f;   ///< parts in the boxes that touch nothing but the object come back when they hold this
+                             ///< share of its opacity; 1 = never
+  bool one_by_one = true;    ///< beside boxes, a background stroke only takes away and a foreground one only adds
   Vec3f up = Vec3f::Zero();  ///< unit, of the scene; zero = unknown, no plane is looked for
   // The measured prototype, for comparison.
   static GestureOptions prototype();

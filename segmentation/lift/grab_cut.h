@@ -11,9 +11,9 @@ enum class PixelSeed : uint8_t { kUnknown, kForeground, kBackground };
 
 struct GrabCutOptions {
   ColorModelOptions color;
-  float gamma = 10;    ///< cost of a border between equal colours
-  float data = 1;      ///< factor of the colours' log odds; pixels side by side do not tell independent things
-  int iterations = 5;  ///< of models and cut; ends early when the cut no longer moves
+  float gamma = 10;           ///< cost of a border between equal colours
+  float data = 1;             ///< factor of the colours' log odds; pixels side by side do not tell independent things
+  int iterations = 5;         ///< of models and cut; ends early when the cut no longer moves
   std::vector<float> levels;  ///< > 0, ascending: the last cut is repeated with these log odds more and less
 };
 

@@ -33,28 +33,35 @@ void GroupBank::take_owners() {
   std::vector<std::vector<Vote>> votes(owner_.size());
   for (size_t v = 0; v < views_.size(); ++v) {
     const ViewFootprints& view = views_[v];
-    parallel_for(static_cast<std::ptrdiff_t>(view.gaussian.size()), [&](std::ptrdiff_t e) {
-      if (view.mask[e] < 0 || assigned_[v][view.mask[e]].size() != 1) return;
-      const int group = assigned_[v][view.mask[e]][0];
-      std::vector<Vote>& own = votes[view.gaussian[e]];
-      const auto it = std::find_if(own.begin(), own.end(), [&](const Vote& vote) { return vote.group == group; });
-      if (it != own.end()) it->mass += view.mass[e];
-      else own.push_back({group, view.mass[e]});
-    }, 4096);
+    parallel_for(
+        static_cast<std::ptrdiff_t>(view.gaussian.size()),
+        [&](std::ptrdiff_t e) {
+          if (view.mask[e] < 0 || assigned_[v][view.mask[e]].size() != 1) return;
+          const int group = assigned_[v][view.mask[e]][0];
+          std::vector<Vote>& own = votes[view.gaussian[e]];
+          const auto it = std::find_if(own.begin(), own.end(), [&](const Vote& vote) { return vote.group == group; });
+          if (it != own.end())
+            it->mass += view.mass[e];
+          else
+            own.push_back({group, view.mass[e]});
+        },
+        4096);
   }
-  parallel_for(static_cast<std::ptrdiff_t>(owner_.size()), [&](std::ptrdiff_t p) {
-    const auto most = std::max_element(votes[p].begin(), votes[p].end(), [](const Vote& a, const Vote& b) {
-      return a.mass != b.mass ? a.mass < b.mass : a.group > b.group;
-    });
-    owner_[p] = most == votes[p].end() ? -1 : most->group;
-  }, 4096);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(owner_.size()),
+      [&](std::ptrdiff_t p) {
+        const auto most = std::max_element(votes[p].begin(), votes[p].end(), [](const Vote& a, const Vote& b) {
+          return a.mass != b.mass ? a.mass < b.mass : a.group > b.group;
+        });
+        owner_[p] = most == votes[p].end() ? -1 : most->group;
+      },
+      4096);
 }
 
 std::vector<int> GroupBank::groups_on(size_t v, size_t m) const {
   std::vector<Share> shares = shares_[v][m];
-  std::sort(shares.begin(), shares.end(), [](const Share& a, const Share& b) {
-    return a.mass != b.mass ? a.mass > b.mass : a.group < b.group;
-  });
+  std::sort(shares.begin(), shares.end(),
+            [](const Share& a, const Share& b) { return a.mass != b.mass ? a.mass > b.mass : a.group < b.group; });
   if (shares.empty() || !(mass_[v][m] > 0)) return {};
   std::vector<int> groups{shares[0].group};
   const bool single = shares[0].mass >= options_.single * mass_[v][m];

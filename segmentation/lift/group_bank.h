@@ -32,15 +32,15 @@ class GroupBank {
   const AssociateOptions& options_;
   std::span<const ViewFootprints> views_;
   int groups_ = 0;
-  std::vector<int> owner_;                                   ///< [N]
-  std::vector<std::vector<std::vector<int>>> assigned_;      ///< [views][masks]
+  std::vector<int> owner_;                               ///< [N]
+  std::vector<std::vector<std::vector<int>>> assigned_;  ///< [views][masks]
   struct Share {
     int group;
     float mass;
   };
-  std::vector<std::vector<std::vector<Share>>> shares_;      ///< [views][masks] of the owners, by group
-  std::vector<std::vector<float>> mass_;                     ///< [views][masks] of footprints
-  std::vector<std::vector<float>> shown_;                    ///< [views][groups] mass of a group in a view
+  std::vector<std::vector<std::vector<Share>>> shares_;  ///< [views][masks] of the owners, by group
+  std::vector<std::vector<float>> mass_;                 ///< [views][masks] of footprints
+  std::vector<std::vector<float>> shown_;                ///< [views][groups] mass of a group in a view
 };
 
 }  // namespace pliant

@@ -21,7 +21,8 @@ struct Graph {
 Graph neighbour_graph(const std::vector<Vec3f>& points, int k) {
   Graph graph{k + 1, k_nearest(points, points, k + 1), std::vector<float>(points.size(), 0.0f)};
   for (size_t i = 0; i < points.size(); ++i)
-    if (const int n = graph.near[i * graph.k + std::min(kSpacingNeighbour, k)]; n >= 0) graph.spacing[i] = (points[n] - points[i]).norm();
+    if (const int n = graph.near[i * graph.k + std::min(kSpacingNeighbour, k)]; n >= 0)
+      graph.spacing[i] = (points[n] - points[i]).norm();
   return graph;
 }
 
@@ -38,7 +39,8 @@ std::vector<int> connected_parts(const IslandOptions& options, const std::vector
     for (int j = 0; j < graph.k; ++j) {
       const int n = graph.near[static_cast<size_t>(i) * graph.k + j];
       if (n < 0 || n == i || label[n] != label[i]) continue;
-      if ((points[n] - points[i]).norm() <= options.link * std::max(graph.spacing[i], graph.spacing[n])) parent[root(i)] = root(n);
+      if ((points[n] - points[i]).norm() <= options.link * std::max(graph.spacing[i], graph.spacing[n]))
+        parent[root(i)] = root(n);
     }
   for (int i = 0; i < static_cast<int>(points.size()); ++i) parent[i] = root(i);
   return parent;
@@ -56,7 +58,9 @@ size_t merge_islands(const IslandOptions& options, const GaussianCloud& cloud, S
     std::map<int, size_t> size;
     std::map<uint32_t, size_t> largest;
     for (int root : part) largest[label[root]] = std::max(largest[label[root]], ++size[root]);
-    auto island = [&](int i) { return static_cast<float>(size[part[i]]) < options.share * static_cast<float>(largest[label[i]]); };
+    auto island = [&](int i) {
+      return static_cast<float>(size[part[i]]) < options.share * static_cast<float>(largest[label[i]]);
+    };
 
     // What lies against each island: links to other labels, and the attributes found there.
     struct Border {
@@ -72,7 +76,8 @@ size_t merge_islands(const IslandOptions& options, const GaussianCloud& cloud, S
         if ((points[n] - points[i]).norm() > options.link * std::max(graph.spacing[i], graph.spacing[n])) continue;
         Border& border = borders[part[i]][label[n]];
         ++border.links;
-        border.sum += Eigen::Map<const Eigen::Matrix<float, kSemanticChannels, 1>>(segmentation.attribute.data() + static_cast<size_t>(n) * kSemanticChannels);
+        border.sum += Eigen::Map<const Eigen::Matrix<float, kSemanticChannels, 1>>(
+            segmentation.attribute.data() + static_cast<size_t>(n) * kSemanticChannels);
       }
     }
     size_t moved = 0;
@@ -80,8 +85,9 @@ size_t merge_islands(const IslandOptions& options, const GaussianCloud& cloud, S
     for (size_t i = 0; i < points.size(); ++i) {
       const auto at = borders.find(part[i]);
       if (at == borders.end()) continue;
-      const auto& [id, border] = *std::max_element(at->second.begin(), at->second.end(),
-                                                   [](const auto& a, const auto& b) { return a.second.links < b.second.links; });
+      const auto& [id, border] =
+          *std::max_element(at->second.begin(), at->second.end(),
+                            [](const auto& a, const auto& b) { return a.second.links < b.second.links; });
       const Eigen::Matrix<float, kSemanticChannels, 1> mean = border.sum / static_cast<float>(border.links);
       std::copy_n(mean.data(), kSemanticChannels, segmentation.attribute.data() + i * kSemanticChannels);
       next[i] = id;

@@ -6,8 +6,8 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/random.h"
-#include "gaussians/render/blend_weights.h"
 #include "gaussians/reconstruct/schedule.h"
+#include "gaussians/render/blend_weights.h"
 #include "segmentation/lift/spread.h"
 
 namespace pliant {
@@ -38,13 +38,15 @@ JointTerm::JointTerm(const JointOptions& options, const MaskSet& masks) : option
     ids_[view.camera] = view.ids;
   }
   class_id_ = used.ids();
-  if (class_id_.empty()) throw input_error("masks", "", "no view that may be used holds an id above 0", "label at least one object");
+  if (class_id_.empty())
+    throw input_error("masks", "", "no view that may be used holds an id above 0", "label at least one object");
   for (uint32_t id : class_id_) class_name_.push_back(masks.name_of(id));
 }
 
 void JointTerm::start(const GaussianCloud& cloud, std::vector<float>& attribute, std::vector<float>& shared) const {
   attribute.resize(cloud.size() * kSemanticChannels);
-  for (size_t k = 0; k < attribute.size(); ++k) attribute[k] = 0.3f * static_cast<float>(Random(options_.seed, k, kStart).normal());
+  for (size_t k = 0; k < attribute.size(); ++k)
+    attribute[k] = 0.3f * static_cast<float>(Random(options_.seed, k, kStart).normal());
   // Weights of the classifier [C, 16], then its bias [C].
   const size_t classes = class_id_.size();
   shared.assign(classes * (kSemanticChannels + 1), 0.0f);
@@ -65,20 +67,25 @@ std::vector<int> JointTerm::targets(int photo, int width, int height) const {
   std::vector<int> cls(static_cast<size_t>(width) * height, -1);
   if (photo >= static_cast<int>(ids_.size()) || ids_[photo].empty()) return cls;
   const IdImage& ids = ids_[photo];
-  parallel_for(height, [&](std::ptrdiff_t y) {
-    const int row = static_cast<int>((y + 0.5) * ids.height / height);
-    for (int x = 0; x < width; ++x) {
-      const uint32_t id = ids(static_cast<int>((x + 0.5) * ids.width / width), row);
-      if (id == 0) continue;
-      cls[y * width + x] = static_cast<int>(std::lower_bound(class_id_.begin(), class_id_.end(), id) - class_id_.begin());
-    }
-  }, 16);
+  parallel_for(
+      height,
+      [&](std::ptrdiff_t y) {
+        const int row = static_cast<int>((y + 0.5) * ids.height / height);
+        for (int x = 0; x < width; ++x) {
+          const uint32_t id = ids(static_cast<int>((x + 0.5) * ids.width / width), row);
+          if (id == 0) continue;
+          cls[y * width + x] =
+              static_cast<int>(std::lower_bound(class_id_.begin(), class_id_.end(), id) - class_id_.begin());
+        }
+      },
+      16);
   return cls;
 }
 
 double JointTerm::group(const AttributeView& view, float weight, SemanticModel<float>& model, SemanticModel<float>& adj,
                         AttributeGradient& gradient) const {
-  const std::vector<int> members = draw(view.cloud.size(), options_.max_points, Random(options_.seed, view.iteration, kPoints));
+  const std::vector<int> members =
+      draw(view.cloud.size(), options_.max_points, Random(options_.seed, view.iteration, kPoints));
   std::vector<Vec3f> points(members.size());
   for (size_t i = 0; i < members.size(); ++i) points[i] = view.cloud.position[members[i]];
   std::vector<int> anchors(std::min<size_t>(options_.anchors, members.size()));
@@ -95,7 +102,8 @@ double JointTerm::group(const AttributeView& view, float weight, SemanticModel<f
     int found = 0;
     for (int j = 0; j <= k && found < k; ++j) {
       const int other = nearest[a * (k + 1) + j];
-      if (other >= 0 && members[other] != anchors[a]) graph[static_cast<size_t>(anchors[a]) * k + found++] = members[other];
+      if (other >= 0 && members[other] != anchors[a])
+        graph[static_cast<size_t>(anchors[a]) * k + found++] = members[other];
     }
   }
   model.attribute.assign(view.attribute.begin(), view.attribute.end());
@@ -113,13 +121,15 @@ double JointTerm::adjoint(const AttributeView& view, AttributeGradient gradient)
   std::vector<float> adj_blended(view.blended.data.size(), 0.0f);
   double loss = blended_semantic_loss_adjoint<float>(view.blended.data, cls, model, adj_blended, adj);
   for (size_t k = 0; k < adj_blended.size(); ++k) gradient.blended.data[k] += weight * adj_blended[k];
-  if (options_.kl_weight > 0 && view.iteration % options_.grouping_every == 0) loss += group(view, weight, model, adj, gradient);
+  if (options_.kl_weight > 0 && view.iteration % options_.grouping_every == 0)
+    loss += group(view, weight, model, adj, gradient);
   for (size_t i = 0; i < adj.classifier.size(); ++i) gradient.shared[i] += weight * adj.classifier[i];
   for (size_t c = 0; c < adj.bias.size(); ++c) gradient.shared[adj.classifier.size() + c] += weight * adj.bias[c];
   return weight * loss;
 }
 
-Segmentation JointTerm::segmentation(const TrainingState& state, const std::vector<Camera>& cameras, const RenderOptions& render) const {
+Segmentation JointTerm::segmentation(const TrainingState& state, const std::vector<Camera>& cameras,
+                                     const RenderOptions& render) const {
   const SemanticModel<float> model = model_of(state.shared);
   Segmentation out;
   out.class_id = class_id_, out.class_name = class_name_;

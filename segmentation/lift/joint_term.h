@@ -17,12 +17,12 @@ struct JointOptions {
   /// told, so this sets only how much labels move the geometry.
   /// It falls exponentially: early on labels tell where objects end, late they would take sharpness away.
   float weight = 0.05f, final_weight = 0.002f;
-  float kl_weight = 2.0f;          ///< of the grouping loss
-  int grouping_every = 5;          ///< iterations
+  float kl_weight = 2.0f;  ///< of the grouping loss
+  int grouping_every = 5;  ///< iterations
   int neighbours = 5, anchors = 1000;
-  size_t max_points = 50000;       ///< the grouping loss sees at most so many Gaussians, drawn anew each time
-  std::vector<int> held_out;       ///< cameras whose masks are never looked at
-  float min_weight = 0.05f;        ///< Gaussians with less blend weight over all views [pixels] count as unseen
+  size_t max_points = 50000;  ///< the grouping loss sees at most so many Gaussians, drawn anew each time
+  std::vector<int> held_out;  ///< cameras whose masks are never looked at
+  float min_weight = 0.05f;   ///< Gaussians with less blend weight over all views [pixels] count as unseen
   uint64_t seed = 0;
 };
 
@@ -40,7 +40,8 @@ class JointTerm final : public AttributeTerm {
   double adjoint(const AttributeView& view, AttributeGradient gradient) const override;
 
   /// What the training found.  Gaussians that no photo sees take the attribute of their nearest seen neighbour.
-  Segmentation segmentation(const TrainingState& state, const std::vector<Camera>& cameras, const RenderOptions& render) const;
+  Segmentation segmentation(const TrainingState& state, const std::vector<Camera>& cameras,
+                            const RenderOptions& render) const;
 
  private:
   SemanticModel<float> model_of(std::span<const float> shared) const;
@@ -49,8 +50,8 @@ class JointTerm final : public AttributeTerm {
                AttributeGradient& gradient) const;
 
   JointOptions options_;
-  std::vector<IdImage> ids_;          ///< by photo; empty where there is no mask
-  std::vector<uint32_t> class_id_;    ///< [C]
+  std::vector<IdImage> ids_;        ///< by photo; empty where there is no mask
+  std::vector<uint32_t> class_id_;  ///< [C]
   std::vector<std::string> class_name_;
 };
 

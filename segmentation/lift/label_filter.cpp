@@ -6,10 +6,10 @@
 namespace pliant {
 namespace {
 
-constexpr size_t kViews = 12;              // every third of them is not learnt from, but tells what the others are worth
-constexpr int kRounds = 10;                // iterations per view
+constexpr size_t kViews = 12;  // every third of them is not learnt from, but tells what the others are worth
+constexpr int kRounds = 10;    // iterations per view
 constexpr int kFinest = 8, kCoarsest = 2;  // steps
-constexpr int kTrained = 1;                // step that is taken where masks of training views do not ask for another one
+constexpr int kTrained = 1;  // step that is taken where masks of training views do not ask for another one
 // A step must leave at most so much of the wrong pixels, or it is not taken; the first one leaves the filter of colour.
 constexpr double kFirstGain = 0.85, kGain = 0.97;
 
@@ -39,12 +39,15 @@ double best_label_filter(const SemanticOptions& options, const GaussianCloud& cl
   std::vector<int> others;
   std::vector<IdImage> truth;
   for (const MaskSet::View& view : few_views(masks).views) {
-    if ((learnt.views.size() + others.size()) % 3 == 1) others.push_back(view.camera), truth.push_back(view.ids);
-    else learnt.views.push_back(view);
+    if ((learnt.views.size() + others.size()) % 3 == 1)
+      others.push_back(view.camera), truth.push_back(view.ids);
+    else
+      learnt.views.push_back(view);
   }
   if (others.empty()) return start;
   SemanticOptions quick = options;
-  quick.find_filter = false, quick.start_from_vote = true, quick.iterations = kRounds * static_cast<int>(learnt.views.size());
+  quick.find_filter = false, quick.start_from_vote = true,
+  quick.iterations = kRounds * static_cast<int>(learnt.views.size());
   const auto variance = [&](int step) { return start * std::pow(0.5, 0.5 * step); };
   const auto wrong_pixels = [&](int step) {
     quick.render.screen_variance = variance(step);
@@ -52,7 +55,8 @@ double best_label_filter(const SemanticOptions& options, const GaussianCloud& cl
     size_t wrong = 0;
     for (size_t v = 0; v < others.size(); ++v) {
       const IdImage drawn = render_ids(found, cloud, cameras[others[v]]);
-      for (size_t i = 0; i < drawn.data.size(); ++i) wrong += truth[v].data[i] != 0 && drawn.data[i] != truth[v].data[i];
+      for (size_t i = 0; i < drawn.data.size(); ++i)
+        wrong += truth[v].data[i] != 0 && drawn.data[i] != truth[v].data[i];
     }
     return static_cast<double>(wrong);
   };
@@ -60,7 +64,7 @@ double best_label_filter(const SemanticOptions& options, const GaussianCloud& cl
   double least = wrong_pixels(0);
   for (int direction : {1, -1}) {
     if (best != 0) break;
-    for (int step = direction; -kCoarsest <= step && step <= kFinest; step += direction) {
+    for (int step = direction; - kCoarsest <= step && step <= kFinest; step += direction) {
       const double here = wrong_pixels(step);
       if (!(here < (best == 0 ? kFirstGain : kGain) * least)) break;
       best = step, least = here;

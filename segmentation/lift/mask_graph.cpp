@@ -23,8 +23,8 @@ bool stands_on_several(const MaskGraphOptions& options, const MaskRelations& rel
   return divided > options.divided * seen;
 }
 
-/// Where the masks of a group lie: what a view says for joining two groups is the number of pairs of their masks that lie
-/// in one mask of it, and against it the number of pairs that lie in two.
+/// Where the masks of a group lie: what a view says for joining two groups is the number of pairs of their masks that
+/// lie in one mask of it, and against it the number of pairs that lie in two.
 struct Places {
   std::vector<Pair> in;   ///< container and how many masks of the group it holds, ascending
   std::vector<int> seen;  ///< [views] masks of the group that some container of the view holds
@@ -55,15 +55,18 @@ Evidence evidence(const Places& a, const Places& b) {
 
 std::vector<Places> places_of_masks(const MaskRelations& relations, const std::vector<uint8_t>& several) {
   std::vector<Places> places(relations.masks());
-  parallel_for(relations.masks(), [&](std::ptrdiff_t m) {
-    places[m].seen.assign(relations.views(), 0);
-    for (int v = 0; v < relations.views() && !several[m]; ++v) {
-      const int container = relations.container_of(static_cast<int>(m), v);
-      if (container < 0 || several[container]) continue;
-      places[m].in.emplace_back(container, 1), places[m].seen[v] = 1;
-    }
-    std::sort(places[m].in.begin(), places[m].in.end());
-  }, 64);
+  parallel_for(
+      relations.masks(),
+      [&](std::ptrdiff_t m) {
+        places[m].seen.assign(relations.views(), 0);
+        for (int v = 0; v < relations.views() && !several[m]; ++v) {
+          const int container = relations.container_of(static_cast<int>(m), v);
+          if (container < 0 || several[container]) continue;
+          places[m].in.emplace_back(container, 1), places[m].seen[v] = 1;
+        }
+        std::sort(places[m].in.begin(), places[m].in.end());
+      },
+      64);
   return places;
 }
 
@@ -94,7 +97,8 @@ int root_of(std::vector<int>& parent, int m) {
 std::vector<int> group_masks(const MaskGraphOptions& options, const MaskRelations& relations) {
   const int M = relations.masks();
   std::vector<uint8_t> several(M);
-  parallel_for(M, [&](std::ptrdiff_t m) { several[m] = stands_on_several(options, relations, static_cast<int>(m)); }, 64);
+  parallel_for(
+      M, [&](std::ptrdiff_t m) { several[m] = stands_on_several(options, relations, static_cast<int>(m)); }, 64);
   std::vector<Places> places = places_of_masks(relations, several);
   std::vector<Pair> pairs = candidates(places);
   std::vector<int> parent(M);
@@ -107,12 +111,15 @@ std::vector<int> group_masks(const MaskGraphOptions& options, const MaskRelation
       bool operator<(const Lead& other) const { return std::tie(lead, number) < std::tie(other.lead, other.number); }
     };
     std::vector<Lead> leads(pairs.size());
-    parallel_for(static_cast<std::ptrdiff_t>(pairs.size()), [&](std::ptrdiff_t i) {
-      const auto [a, b] = pairs[i];
-      const Evidence said = evidence(places[a], places[b]);
-      const bool agreed = said.support >= options.consensus * (said.support + said.against);
-      leads[i] = {agreed ? said.support - said.against : 0, Random(a, b).bits()};
-    }, 256);
+    parallel_for(
+        static_cast<std::ptrdiff_t>(pairs.size()),
+        [&](std::ptrdiff_t i) {
+          const auto [a, b] = pairs[i];
+          const Evidence said = evidence(places[a], places[b]);
+          const bool agreed = said.support >= options.consensus * (said.support + said.against);
+          leads[i] = {agreed ? said.support - said.against : 0, Random(a, b).bits()};
+        },
+        256);
     std::vector<Lead> best(M, {0, 0});
     int64_t strongest = 0;
     for (size_t i = 0; i < pairs.size(); ++i) {

@@ -7,8 +7,8 @@
 namespace pliant {
 
 struct MaskGraphOptions {
-  double divided = 0.5;   ///< a mask that more than this share of its views divide stands on several objects
-  double consensus = 0.6; ///< least share of views, of those that see both, in which joined masks lie in one mask
+  double divided = 0.5;    ///< a mask that more than this share of its views divide stands on several objects
+  double consensus = 0.6;  ///< least share of views, of those that see both, in which joined masks lie in one mask
 };
 
 /// Groups of masks that stand on the same object, by what the views agree on (after the view consensus of Yan et al.

@@ -64,8 +64,10 @@ std::vector<BinaryMask> find_masks(const fs::path& folder, const std::vector<Cam
     for (const fs::path& file : sorted_entries(inner)) {
       if (file.extension() != ".png" && file.extension() != ".jpg") continue;
       const std::string stem = file.stem().string();
-      if (view >= 0) masks.push_back({stem, view, file});
-      else if (const int camera = camera_named(cameras, stem); camera >= 0) masks.push_back({name, camera, file});
+      if (view >= 0)
+        masks.push_back({stem, view, file});
+      else if (const int camera = camera_named(cameras, stem); camera >= 0)
+        masks.push_back({name, camera, file});
     }
   }
   return masks;
@@ -75,8 +77,9 @@ std::vector<BinaryMask> find_masks(const fs::path& folder, const std::vector<Cam
 std::vector<uint8_t> read_binary(const fs::path& file, const Camera& camera) {
   const ImageF picture = read_image(file);
   if (picture.width != camera.width || picture.height != camera.height)
-    throw input_error(file.string(), "", "is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) + ", but camera " + camera.name +
-                                             " is " + std::to_string(camera.width) + "x" + std::to_string(camera.height),
+    throw input_error(file.string(), "",
+                      "is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) + ", but camera " +
+                          camera.name + " is " + std::to_string(camera.width) + "x" + std::to_string(camera.height),
                       "make masks at the size of the photos");
   const float largest = *std::max_element(picture.data.begin(), picture.data.end());
   std::vector<uint8_t> inside(picture.pixels(), 0);
@@ -88,7 +91,8 @@ std::vector<uint8_t> read_binary(const fs::path& file, const Camera& camera) {
 std::map<std::string, uint32_t> ids_of_labels(const std::vector<BinaryMask>& masks) {
   std::map<std::string, uint32_t> ids;
   for (const BinaryMask& mask : masks) ids[mask.label] = 0;
-  const bool numbers = std::all_of(ids.begin(), ids.end(), [](const auto& entry) { return whole_number(entry.first).value_or(0) > 0; });
+  const bool numbers =
+      std::all_of(ids.begin(), ids.end(), [](const auto& entry) { return whole_number(entry.first).value_or(0) > 0; });
   uint32_t next = 1;
   for (auto& [label, id] : ids) id = numbers ? *whole_number(label) : next++;
   return ids;

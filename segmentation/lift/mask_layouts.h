@@ -9,7 +9,8 @@
 namespace pliant {
 
 /// Binary pictures of one object each, in folders.  Two layouts are told apart by the names of the folders:
-///   <camera>/<label>.png   one folder for each view, as in LERF-Mask (Ye et al. 2024), where folders may also be numbered:
+///   <camera>/<label>.png   one folder for each view, as in LERF-Mask (Ye et al. 2024), where folders may also be
+///   numbered:
 ///                          the k-th of those cameras, by name, whose photo is not in images_train/ beside the masks;
 ///   <label>/<camera>.png   one folder for each object.
 /// A pixel belongs to an object above half of the picture's largest value; where objects overlap the smaller one wins.

@@ -86,8 +86,8 @@ MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::ve
     IdImage ids = read_ids(file);
     if (ids.width != camera.width || ids.height != camera.height)
       throw input_error(file.string(), "",
-                        "is " + std::to_string(ids.width) + "x" + std::to_string(ids.height) + ", but camera " + camera.name +
-                            " is " + std::to_string(camera.width) + "x" + std::to_string(camera.height),
+                        "is " + std::to_string(ids.width) + "x" + std::to_string(ids.height) + ", but camera " +
+                            camera.name + " is " + std::to_string(camera.width) + "x" + std::to_string(camera.height),
                         "make masks at the size of the photos");
     masks.views.push_back({static_cast<int>(c), std::move(ids)});
   }
@@ -95,11 +95,13 @@ MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::ve
     masks = load_binary_masks(folder, cameras);
     missing.clear();
     for (size_t c = 0; c < cameras.size(); ++c)
-      if (std::none_of(masks.views.begin(), masks.views.end(), [&](const MaskSet::View& view) { return view.camera == static_cast<int>(c); }))
+      if (std::none_of(masks.views.begin(), masks.views.end(),
+                       [&](const MaskSet::View& view) { return view.camera == static_cast<int>(c); }))
         missing.push_back(cameras[c].name);
   }
   if (masks.views.empty())
-    throw input_error(folder.string(), "", "holds no mask for any of the " + std::to_string(cameras.size()) + " cameras",
+    throw input_error(folder.string(), "",
+                      "holds no mask for any of the " + std::to_string(cameras.size()) + " cameras",
                       "name masks like the photos, for example " +
                           (cameras.empty() ? std::string("0001") : cameras.front().name) + ".png");
   if (!missing.empty()) {

@@ -24,9 +24,9 @@ struct MaskSet {
   std::string name_of(uint32_t id) const;
 };
 
-/// Reads id pictures named like the cameras (`<camera>.png`, or the photo's name with .png behind it), else binary pictures
-/// in folders (mask_layouts.h).  Cameras without a mask are warned about; no mask at all, an unreadable picture or one of
-/// another size is an Error{kInput}.  `labels`: JSON object id -> name, may be empty.
+/// Reads id pictures named like the cameras (`<camera>.png`, or the photo's name with .png behind it), else binary
+/// pictures in folders (mask_layouts.h).  Cameras without a mask are warned about; no mask at all, an unreadable
+/// picture or one of another size is an Error{kInput}.  `labels`: JSON object id -> name, may be empty.
 MaskSet load_masks(const std::filesystem::path& folder, const std::filesystem::path& labels,
                    const std::vector<Camera>& cameras);
 

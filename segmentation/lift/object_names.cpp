@@ -9,7 +9,8 @@ std::string list_of_objects(const Segmentation& segmentation, size_t most) {
   std::string list;
   for (size_t c = 0; c < segmentation.class_id.size() && c < most; ++c)
     list += (c ? ", " : "") + std::to_string(segmentation.class_id[c]) + " = " + segmentation.class_name[c];
-  if (segmentation.class_id.size() > most) list += ", ... (" + std::to_string(segmentation.class_id.size()) + " in all)";
+  if (segmentation.class_id.size() > most)
+    list += ", ... (" + std::to_string(segmentation.class_id.size()) + " in all)";
   return list;
 }
 

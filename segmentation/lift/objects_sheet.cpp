@@ -39,7 +39,8 @@ void write(cv::Mat& sheet, const std::string& text, int x, int y, double size, c
 
 /// Text shortened until it fits into `width` pixels.
 std::string fitted(std::string text, double size, int width) {
-  while (text.size() > 1 && cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, size, 1, nullptr).width > width) text.pop_back();
+  while (text.size() > 1 && cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, size, 1, nullptr).width > width)
+    text.pop_back();
   return text;
 }
 
@@ -62,15 +63,22 @@ cv::Mat crop_of(const cv::Mat& picture, const cv::Rect& wanted) {
 }  // namespace
 
 Vec3f id_color(uint32_t id) {
-  const float hue = std::fmod(0.13f + 0.618034f * static_cast<float>(id % 4096), 1.0f) * 6, value = id % 2 ? 1.0f : 0.85f;
+  const float hue = std::fmod(0.13f + 0.618034f * static_cast<float>(id % 4096), 1.0f) * 6,
+              value = id % 2 ? 1.0f : 0.85f;
   const float rise = hue - std::floor(hue), fall = 1 - rise;
   switch (static_cast<int>(hue) % 6) {
-    case 0: return value * Vec3f(1, rise, 0);
-    case 1: return value * Vec3f(fall, 1, 0);
-    case 2: return value * Vec3f(0, 1, rise);
-    case 3: return value * Vec3f(0, fall, 1);
-    case 4: return value * Vec3f(rise, 0, 1);
-    default: return value * Vec3f(1, 0, fall);
+    case 0:
+      return value * Vec3f(1, rise, 0);
+    case 1:
+      return value * Vec3f(fall, 1, 0);
+    case 2:
+      return value * Vec3f(0, 1, rise);
+    case 3:
+      return value * Vec3f(0, fall, 1);
+    case 4:
+      return value * Vec3f(rise, 0, 1);
+    default:
+      return value * Vec3f(1, 0, fall);
   }
 }
 
@@ -139,7 +147,8 @@ ImageF objects_sheet(const Segmentation& segmentation, const GaussianCloud& clou
         photo = view_of(outlined).clone();
       }
       const cv::Rect part = surroundings(it->second.extent);
-      shown.push_back({x, y, kCrop, kCrop, it->second.camera, double(part.x), double(part.y), double(part.width) / kCrop});
+      shown.push_back(
+          {x, y, kCrop, kCrop, it->second.camera, double(part.x), double(part.y), double(part.width) / kCrop});
       crop_of(photo, part).copyTo(sheet(cv::Rect(x, y, kCrop, kCrop)));
     } else {
       write(sheet, "not visible", x + 8, y + kCrop / 2, 0.45, cv::Scalar::all(0.6));

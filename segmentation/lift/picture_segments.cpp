@@ -67,7 +67,8 @@ SurfacePicture surface_picture(const BlendWeights& weights, const Camera& camera
         if (!(alpha > 1e-4f)) return;
         out.lab[i] = lab_of_rgb(color / alpha);
         const double x = static_cast<double>(i % weights.width) + 0.5, y = static_cast<double>(i / weights.width) + 0.5;
-        out.point[i] = depth / alpha * Vec3d((x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy, 1.0).cast<float>();
+        out.point[i] =
+            depth / alpha * Vec3d((x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy, 1.0).cast<float>();
         if (const float length = facing.norm(); length > 0.1f * alpha) out.normal[i] = turn * facing / length;
       },
       256);
@@ -90,7 +91,8 @@ IdImage picture_segments(const PictureSegmentOptions& options, const SurfacePict
     } else {
       distance = std::abs(step.z());
     }
-    const float pixel = std::max(std::min(picture.point[a].z(), picture.point[b].z()), 1e-12f) / static_cast<float>(picture.focal);
+    const float pixel =
+        std::max(std::min(picture.point[a].z(), picture.point[b].z()), 1e-12f) / static_cast<float>(picture.focal);
     return std::sqrt(squared(color) + squared(turn) + squared(distance / (options.jump * pixel)));
   };
   const auto opaque = [&](int i) { return picture.alpha[i] >= options.opaque; };
@@ -101,13 +103,15 @@ IdImage picture_segments(const PictureSegmentOptions& options, const SurfacePict
       if (x + 1 < width && opaque(a + 1)) edges.push_back({difference(a, a + 1), a, a + 1});
       if (y + 1 < height && opaque(a + width)) edges.push_back({difference(a, a + width), a, a + width});
     }
-  std::stable_sort(edges.begin(), edges.end(), [](const PixelEdge& a, const PixelEdge& b) { return a.weight < b.weight; });
+  std::stable_sort(edges.begin(), edges.end(),
+                   [](const PixelEdge& a, const PixelEdge& b) { return a.weight < b.weight; });
 
   Segments segments(picture.alpha.size());
   for (const PixelEdge& edge : edges) {
     const int a = segments.root(edge.a), b = segments.root(edge.b);
     if (a == b) continue;
-    if (edge.weight <= std::min(segments.tolerance(a, options.scale), segments.tolerance(b, options.scale))) segments.join(a, b, edge.weight);
+    if (edge.weight <= std::min(segments.tolerance(a, options.scale), segments.tolerance(b, options.scale)))
+      segments.join(a, b, edge.weight);
   }
   for (const PixelEdge& edge : edges) {
     const int a = segments.root(edge.a), b = segments.root(edge.b);

@@ -35,8 +35,10 @@ std::vector<Attribute> class_means(const Segmentation& s, std::span<const uint32
   }
   std::vector<Attribute> mean(s.class_id.size());
   for (size_t c = 0; c < mean.size(); ++c) {
-    if (count[c] > 0) mean[c] = (sum[c] / static_cast<double>(count[c])).cast<float>();
-    else mean[c] = row_of(s, c).normalized() * static_cast<float>(length / std::max<size_t>(1, label.size()));
+    if (count[c] > 0)
+      mean[c] = (sum[c] / static_cast<double>(count[c])).cast<float>();
+    else
+      mean[c] = row_of(s, c).normalized() * static_cast<float>(length / std::max<size_t>(1, label.size()));
   }
   return mean;
 }
@@ -94,33 +96,39 @@ void enforce_labels(std::span<const uint32_t> wanted, Segmentation& s) {
   std::vector<uint32_t> agreed(wanted.begin(), wanted.end());
   std::vector<uint8_t> agrees(wanted.size());
   const auto count = static_cast<std::ptrdiff_t>(wanted.size());
-  parallel_for(count, [&](std::ptrdiff_t p) { agrees[p] = decoded(attribute_of(s, p), class_of_id(s, wanted[p])); }, 256);
+  parallel_for(
+      count, [&](std::ptrdiff_t p) { agrees[p] = decoded(attribute_of(s, p), class_of_id(s, wanted[p])); }, 256);
   for (size_t p = 0; p < agreed.size(); ++p)
     if (!agrees[p]) agreed[p] = kNobody;
   const std::vector<Attribute> mean = class_means(s, agreed);
-  parallel_for(count, [&](std::ptrdiff_t p) {
-    if (agrees[p]) return;
-    constexpr float kLead = 0.2f;
-    const int label = class_of_id(s, wanted[p]);
-    AttributeMap y = attribute_of(s, p);
-    // The lead over every class is linear along the way to the mean, or to a stronger one of the same direction.
-    for (float stretch = 1; stretch <= 8; stretch *= 2) {
-      const Attribute target = stretch * mean[label];
-      if (!decoded(target, label)) continue;
-      float way = 0;
-      for (int c = 0; c < classes; ++c) {
-        if (c == label) continue;
-        const float now = lead(y, label, c), there = lead(target, label, c);
-        if (now < kLead) way = std::max(way, there > kLead ? (kLead - now) / (there - now) : 1.0f);
-      }
-      y += way * (target - y);
-      break;
-    }
-    agrees[p] = decoded(y, label);
-  }, 256);
+  parallel_for(
+      count,
+      [&](std::ptrdiff_t p) {
+        if (agrees[p]) return;
+        constexpr float kLead = 0.2f;
+        const int label = class_of_id(s, wanted[p]);
+        AttributeMap y = attribute_of(s, p);
+        // The lead over every class is linear along the way to the mean, or to a stronger one of the same direction.
+        for (float stretch = 1; stretch <= 8; stretch *= 2) {
+          const Attribute target = stretch * mean[label];
+          if (!decoded(target, label)) continue;
+          float way = 0;
+          for (int c = 0; c < classes; ++c) {
+            if (c == label) continue;
+            const float now = lead(y, label, c), there = lead(target, label, c);
+            if (now < kLead) way = std::max(way, there > kLead ? (kLead - now) / (there - now) : 1.0f);
+          }
+          y += way * (target - y);
+          break;
+        }
+        agrees[p] = decoded(y, label);
+      },
+      256);
   if (const auto failed = std::count(agrees.begin(), agrees.end(), 0); failed > 0)
-    throw numerical_error("segmentation", "the classifier of " + std::to_string(classes) + " classes cannot express the labels of " +
-                                              std::to_string(failed) + " Gaussians", "merge or drop objects, or segment the scene anew");
+    throw numerical_error("segmentation",
+                          "the classifier of " + std::to_string(classes) + " classes cannot express the labels of " +
+                              std::to_string(failed) + " Gaussians",
+                          "merge or drop objects, or segment the scene anew");
   update_labels(s);
 }
 
@@ -137,8 +145,8 @@ void merge_classes(uint32_t to, uint32_t from, Segmentation& s) {
   }
   if (!s.class_cameras.empty()) {
     std::vector<int> both;
-    std::set_union(s.class_cameras[a].begin(), s.class_cameras[a].end(), s.class_cameras[b].begin(), s.class_cameras[b].end(),
-                   std::back_inserter(both));
+    std::set_union(s.class_cameras[a].begin(), s.class_cameras[a].end(), s.class_cameras[b].begin(),
+                   s.class_cameras[b].end(), std::back_inserter(both));
     s.class_cameras[b] = std::move(both);
   }
   erase_class(static_cast<size_t>(a), s);

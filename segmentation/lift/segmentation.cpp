@@ -54,12 +54,15 @@ std::vector<float> class_probabilities(const Segmentation& segmentation, size_t 
 void update_labels(Segmentation& segmentation) {
   const size_t n = segmentation.attribute.size() / kY;
   segmentation.label.resize(n), segmentation.confidence.resize(n);
-  parallel_for(static_cast<std::ptrdiff_t>(n), [&](std::ptrdiff_t p) {
-    const std::vector<float> probability = class_probabilities(segmentation, p);
-    const auto best = std::max_element(probability.begin(), probability.end());
-    segmentation.label[p] = segmentation.class_id[best - probability.begin()];
-    segmentation.confidence[p] = *best;
-  }, 1024);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(n),
+      [&](std::ptrdiff_t p) {
+        const std::vector<float> probability = class_probabilities(segmentation, p);
+        const auto best = std::max_element(probability.begin(), probability.end());
+        segmentation.label[p] = segmentation.class_id[best - probability.begin()];
+        segmentation.confidence[p] = *best;
+      },
+      1024);
 }
 
 std::vector<ObjectEntry> list_objects(const Segmentation& segmentation, const std::vector<Vec3f>& position) {
@@ -99,10 +102,14 @@ IdImage render_ids(const Segmentation& segmentation, const GaussianCloud& cloud,
   const ImageF solid = same ? ImageF() : render(cloud, camera).alpha;
   const ImageF& alpha = same ? picture.alpha : solid;
   IdImage ids(camera.width, camera.height, 1);
-  parallel_for(camera.height, [&](std::ptrdiff_t y) {
-    for (int x = 0; x < camera.width; ++x)
-      if (alpha(x, y) >= 0.5f) ids(x, y) = segmentation.class_id[best_class(segmentation, picture.features.at(x, y))];
-  }, 8);
+  parallel_for(
+      camera.height,
+      [&](std::ptrdiff_t y) {
+        for (int x = 0; x < camera.width; ++x)
+          if (alpha(x, y) >= 0.5f)
+            ids(x, y) = segmentation.class_id[best_class(segmentation, picture.features.at(x, y))];
+      },
+      8);
   return ids;
 }
 
@@ -142,7 +149,8 @@ IdAgreement id_agreement(std::span<const IdImage> predicted, std::span<const IdI
   IdAgreement agreement;
   for (const auto& [id, count] : counts) {
     if (count.truth == 0) continue;
-    agreement.iou[id] = static_cast<double>(count.both) / static_cast<double>(count.predicted + count.truth - count.both);
+    agreement.iou[id] =
+        static_cast<double>(count.both) / static_cast<double>(count.predicted + count.truth - count.both);
     agreement.mean += agreement.iou[id];
   }
   if (!agreement.iou.empty()) agreement.mean /= static_cast<double>(agreement.iou.size());

@@ -18,29 +18,29 @@ constexpr int kSemanticChannels = 16;
 
 /// The semantic attribute of every Gaussian and what follows from it (Sim Anything supplement, eq. 1).
 struct Segmentation {
-  std::vector<float> attribute;        ///< y [N, 16]
-  std::vector<float> classifier;       ///< [C, 16] weights, shared by all views
-  std::vector<float> classifier_bias;  ///< [C]
-  std::vector<uint32_t> class_id;      ///< [C] id of class c, ascending
-  std::vector<std::string> class_name; ///< [C]
+  std::vector<float> attribute;                 ///< y [N, 16]
+  std::vector<float> classifier;                ///< [C, 16] weights, shared by all views
+  std::vector<float> classifier_bias;           ///< [C]
+  std::vector<uint32_t> class_id;               ///< [C] id of class c, ascending
+  std::vector<std::string> class_name;          ///< [C]
   std::vector<std::vector<int>> class_cameras;  ///< [C] cameras, ascending, whose masks hold the id; empty = not known
   std::vector<std::string> class_origin;        ///< [C] how it was found, a phrase; empty = not known
   double screen_variance = splat::kScreenVariance;  ///< of the low-pass filter with which attributes are blended (px^2)
-  uint32_t next_id = 0;                ///< no object ever had this id or a higher one; 0 = one above class_id
-  std::vector<uint32_t> label;         ///< [N] most probable id
-  std::vector<float> confidence;       ///< [N] its probability
-  std::vector<uint8_t> seen;           ///< [N] 1 = some view sees it; 0 = label taken from neighbours
+  uint32_t next_id = 0;           ///< no object ever had this id or a higher one; 0 = one above class_id
+  std::vector<uint32_t> label;    ///< [N] most probable id
+  std::vector<float> confidence;  ///< [N] its probability
+  std::vector<uint8_t> seen;      ///< [N] 1 = some view sees it; 0 = label taken from neighbours
 };
 
 /// One row of objects.json.
 struct ObjectEntry {
   uint32_t id = 0;
   std::string name;
-  float score = 0;      ///< mean confidence
-  Box bounds;           ///< scene units, 2nd to 98th percentile of its Gaussians
+  float score = 0;  ///< mean confidence
+  Box bounds;       ///< scene units, 2nd to 98th percentile of its Gaussians
   size_t gaussians = 0;
-  int views = 0;        ///< in which it was seen, see Segmentation::class_cameras
-  std::string origin;   ///< how it was found
+  int views = 0;       ///< in which it was seen, see Segmentation::class_cameras
+  std::string origin;  ///< how it was found
 };
 std::vector<ObjectEntry> list_objects(const Segmentation& segmentation, const std::vector<Vec3f>& position);
 

@@ -71,7 +71,8 @@ MaskSet member_masks(const std::string& option, std::span<const uint8_t> members
     for (int y = 0; y < ids.height; ++y)
       for (int x = 0; x < ids.width; ++x)
         if (picture.alpha(x, y) >= 0.5f)
-          ids(x, y) = picture.features(x, y, 0) > picture.features(x, y, 1) ? SelectionShape::kObject : SelectionShape::kRest;
+          ids(x, y) =
+              picture.features(x, y, 0) > picture.features(x, y, 1) ? SelectionShape::kObject : SelectionShape::kRest;
     masks.views.push_back({static_cast<int>(c), std::move(ids)});
   }
   const std::vector<uint32_t> ids = masks.ids();
@@ -87,8 +88,9 @@ MaskSet selection_masks(const SelectionShape& shape, const GaussianCloud& cloud,
   const char* option = shape.sphere ? "--sphere" : "--aabb";
   if (std::count(member.begin(), member.end(), 1) == 0) {
     const Box bounds = cloud.bounds();
-    throw usage_error(option, "", "holds no Gaussian",
-                      "the scene spans " + text_of(bounds.low) + " to " + text_of(bounds.high) + ": `pliant info` prints it");
+    throw usage_error(
+        option, "", "holds no Gaussian",
+        "the scene spans " + text_of(bounds.low) + " to " + text_of(bounds.high) + ": `pliant info` prints it");
   }
   return member_masks(option, member, cloud, cameras);
 }

@@ -28,8 +28,8 @@ struct SelectionShape {
   float extent() const { return sphere ? 2 * radius : box.size().norm(); }
 };
 
-/// Id masks of chosen Gaussians (`member` [N] != 0): 1 = object, 2 = rest, the one with the larger blended weight; 0 where
-/// accumulated opacity < 0.5.  `option` is named in errors.  Throws Error{kUsage} when no camera sees them.
+/// Id masks of chosen Gaussians (`member` [N] != 0): 1 = object, 2 = rest, the one with the larger blended weight; 0
+/// where accumulated opacity < 0.5.  `option` is named in errors.  Throws Error{kUsage} when no camera sees them.
 MaskSet member_masks(const std::string& option, std::span<const uint8_t> member, const GaussianCloud& cloud,
                      const std::vector<Camera>& cameras);
 

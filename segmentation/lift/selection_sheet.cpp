@@ -1,6 +1,5 @@
 #include "segmentation/lift/selection_sheet.h"
 
-
 namespace pliant {
 namespace {
 

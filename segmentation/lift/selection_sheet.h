@@ -6,8 +6,8 @@
 
 namespace pliant {
 
-/// selection.png: the selection from the 8 sides of sheet_sides, the object tinted, what each rule removed in a colour of
-/// its own, and a caption with the counts.
+/// selection.png: the selection from the 8 sides of sheet_sides, the object tinted, what each rule removed in a colour
+/// of its own, and a caption with the counts.
 ImageF selection_sheet(const GestureResult& result, const GaussianCloud& cloud, const std::vector<Camera>& sides,
                        const RenderOptions& options = {});
 

@@ -14,7 +14,8 @@ std::vector<float> Selector::shown() const {
   const int count = static_cast<int>(std::min<size_t>(kViews, cameras_.size()));
   for (int k = 0; k < count; ++k) {
     const Camera& camera = cameras_[k * cameras_.size() / count];
-    const Camera small = camera.scaled(std::min(1.0, static_cast<double>(kLongest) / std::max(camera.width, camera.height)));
+    const Camera small =
+        camera.scaled(std::min(1.0, static_cast<double>(kLongest) / std::max(camera.width, camera.height)));
     lift.add(cloud_, small, options_.render, std::vector<uint8_t>(static_cast<size_t>(small.width) * small.height, 0));
   }
   return std::move(lift.total);
@@ -28,11 +29,13 @@ void Selector::find_planes(const std::vector<int>& sources) {
   SupportOptions options;
   options.seed = options_.seed;
   const float diagonal = static_cast<float>(robust_framing(cloud_, Vec3d::UnitZ()).diagonal());
-  planes_ = planes_behind(options, draw_points(cloud_.position, shown(), options_.seed), middle, diagonal, graph_.spacing);
+  planes_ =
+      planes_behind(options, draw_points(cloud_.position, shown(), options_.seed), middle, diagonal, graph_.spacing);
 }
 
 bool Selector::on_plane(int p) const {
-  return std::any_of(planes_.begin(), planes_.end(), [&](const Support& plane) { return plane.height(cloud_.position[p]) <= plane.tolerance; });
+  return std::any_of(planes_.begin(), planes_.end(),
+                     [&](const Support& plane) { return plane.height(cloud_.position[p]) <= plane.tolerance; });
 }
 
 /// The graph without what ties things to the planes behind them; what is left hangs together whatever its colours.
@@ -40,7 +43,8 @@ GaussianGraph Selector::without_planes() const {
   GaussianGraph apart = graph_;
   for (size_t k = 0; k < apart.edges.size(); ++k) {
     CutEdge& edge = apart.edges[k];
-    const bool joined = apart.edge_nearness[k] > options_.link && on_plane(graph_.nodes[edge.a]) == on_plane(graph_.nodes[edge.b]);
+    const bool joined =
+        apart.edge_nearness[k] > options_.link && on_plane(graph_.nodes[edge.a]) == on_plane(graph_.nodes[edge.b]);
     edge.weight = joined ? apart.edge_nearness[k] : 0.0f;
   }
   return apart;

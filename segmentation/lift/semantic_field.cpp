@@ -41,11 +41,14 @@ std::vector<std::vector<int>> cameras_of_classes(const MaskSet& masks, const std
 }
 
 void start_from_noise(uint64_t seed, SemanticModel<float>& model) {
-  parallel_for(static_cast<std::ptrdiff_t>(model.attribute.size() / kSemanticChannels), [&](std::ptrdiff_t p) {
-    Random random(seed, p, kStart);
-    for (int k = 0; k < kSemanticChannels; ++k)
-      model.attribute[p * kSemanticChannels + k] = 0.3f * static_cast<float>(random.normal());
-  }, 1024);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(model.attribute.size() / kSemanticChannels),
+      [&](std::ptrdiff_t p) {
+        Random random(seed, p, kStart);
+        for (int k = 0; k < kSemanticChannels; ++k)
+          model.attribute[p * kSemanticChannels + k] = 0.3f * static_cast<float>(random.normal());
+      },
+      1024);
   Random random(seed, ~0ull, kStart);
   for (float& w : model.classifier) w = static_cast<float>(random.uniform(-0.25, 0.25));
 }
@@ -56,7 +59,8 @@ std::vector<int> grouping_graph(const SemanticOptions& options, const GaussianCl
   std::iota(members.begin(), members.end(), 0);
   if (members.size() > options.max_points) {
     Random random(options.seed, 0, kPoints);
-    for (size_t i = 0; i < options.max_points; ++i) std::swap(members[i], members[i + random.below(members.size() - i)]);
+    for (size_t i = 0; i < options.max_points; ++i)
+      std::swap(members[i], members[i + random.below(members.size() - i)]);
     members.resize(options.max_points);
     std::sort(members.begin(), members.end());
   }
@@ -69,7 +73,8 @@ std::vector<int> grouping_graph(const SemanticOptions& options, const GaussianCl
     int found = 0;
     for (int j = 0; j <= k && found < k; ++j) {
       const int other = nearest[i * (k + 1) + j];
-      if (other >= 0 && other != static_cast<int>(i)) graph[static_cast<size_t>(members[i]) * k + found++] = members[other];
+      if (other >= 0 && other != static_cast<int>(i))
+        graph[static_cast<size_t>(members[i]) * k + found++] = members[other];
     }
   }
   return graph;
@@ -82,7 +87,8 @@ class Fit {
       : options_(options), cloud_(cloud), cameras_(cameras) {}
 
   /// Weights of every view once: votes over all pixels, rows of the chosen pixels into the cache.
-  void prepare(const MaskSet& masks, const std::vector<uint32_t>& class_id, ClassVotes& votes, SemanticSummary& summary) {
+  void prepare(const MaskSet& masks, const std::vector<uint32_t>& class_id, ClassVotes& votes,
+               SemanticSummary& summary) {
     total_.assign(cloud_.size(), 0.0f);
     for (const MaskSet::View& mask : masks.views) {
       TrainingView view;
@@ -91,16 +97,19 @@ class Fit {
       for (size_t e = 0; e < weights.weight.size(); ++e) total_[weights.gaussian[e]] += weights.weight[e];
       const Camera& camera = cameras_[mask.camera];
       const std::vector<int> cls = classes_of(mask.ids, class_id);
-      const std::vector<int> certain = without_silhouettes(cls, depth_of(weights, cloud_, camera), camera, options_.border);
+      const std::vector<int> certain =
+          without_silhouettes(cls, depth_of(weights, cloud_, camera), camera, options_.border);
       votes.add(weights, certain);
-      view.chosen = choose_pixels(options_.start_from_vote ? cls : certain, camera.width, camera.height, options_.pixel_stride,
-                                  options_.start_from_vote ? options_.edge : 0, Random(options_.seed, mask.camera, kPixels));
+      view.chosen =
+          choose_pixels(options_.start_from_vote ? cls : certain, camera.width, camera.height, options_.pixel_stride,
+                        options_.start_from_vote ? options_.edge : 0, Random(options_.seed, mask.camera, kPixels));
       if (view.chosen.pixels.empty()) continue;
       if (options_.iterations > 0 && summary.cached_bytes < options_.memory_bytes) {
         view.weights = compact_view(weights, view.chosen.pixels, cloud_.size());
         view.cached = summary.cached_bytes + view.weights.bytes() <= options_.memory_bytes;
         if (view.cached) {
-          summary.cached_bytes += view.weights.bytes(), summary.entries += view.weights.weight.size(), ++summary.cached_views;
+          summary.cached_bytes += view.weights.bytes(), summary.entries += view.weights.weight.size(),
+              ++summary.cached_views;
         } else {
           view.weights = {};
         }
@@ -110,7 +119,8 @@ class Fit {
     summary.views = static_cast<int>(views_.size());
   }
 
-  /// Whether enough of what the views show of Gaussian p, with blend weight `certain` on certain pixels, can be trusted.
+  /// Whether enough of what the views show of Gaussian p, with blend weight `certain` on certain pixels, can be
+  /// trusted.
   bool seen(size_t p, float certain) const {
     return certain >= options_.min_weight && certain >= options_.min_certain * total_[p];
   }
@@ -131,10 +141,11 @@ class Fit {
       gradient.set_zero();
       const TrainingView& view = views_[order[turn]];
       const double cross_entropy =
-          view.cached ? semantic_loss_adjoint(view.weights, std::span<const int>(view.chosen.target), model, gradient)
-                      : semantic_loss_adjoint(compact_view(blend_weights(cloud_, cameras_[view.camera], options_.render),
-                                                           view.chosen.pixels, cloud_.size()),
-                                              std::span<const int>(view.chosen.target), model, gradient);
+          view.cached
+              ? semantic_loss_adjoint(view.weights, std::span<const int>(view.chosen.target), model, gradient)
+              : semantic_loss_adjoint(compact_view(blend_weights(cloud_, cameras_[view.camera], options_.render),
+                                                   view.chosen.pixels, cloud_.size()),
+                                      std::span<const int>(view.chosen.target), model, gradient);
       const double grouping = grouping_loss_adjoint<float>(anchors, graph, options_.neighbours,
                                                            static_cast<float>(options_.kl_weight), model, gradient);
       if (!std::isfinite(cross_entropy + grouping))
@@ -145,7 +156,8 @@ class Fit {
       adam_y.step(model.attribute, gradient.attribute, static_cast<float>(options_.attribute_rate * fall));
       adam_w.step(model.classifier, gradient.classifier, static_cast<float>(options_.classifier_rate * fall));
       adam_b.step(model.bias, gradient.bias, static_cast<float>(options_.classifier_rate * fall));
-      if (it >= options_.iterations - tail) summary.cross_entropy += cross_entropy / tail, summary.grouping += grouping / tail;
+      if (it >= options_.iterations - tail)
+        summary.cross_entropy += cross_entropy / tail, summary.grouping += grouping / tail;
       if (progress) progress(it + 1, options_.iterations, cross_entropy + grouping);
     }
   }
@@ -164,39 +176,45 @@ class Fit {
   std::vector<float> total_;  ///< [N] blend weight over all pixels of all views
 };
 
-/// Silhouette pixels teach how strongly a Gaussian speaks, not what it is: attributes of Gaussians whose vote is sure, or
-/// that took their label from neighbours, go back towards their start until they have its label again.
+/// Silhouette pixels teach how strongly a Gaussian speaks, not what it is: attributes of Gaussians whose vote is sure,
+/// or that took their label from neighbours, go back towards their start until they have its label again.
 void keep_sure_labels(const SemanticOptions& options, const ClassVotes& votes, const std::vector<uint8_t>& seen,
                       const SemanticModel<float>& start, SemanticModel<float>& model) {
   using Row = Eigen::Map<Eigen::Array<float, kSemanticChannels, 1>>;
   using ConstRow = Eigen::Map<const Eigen::Array<float, kSemanticChannels, 1>>;
-  parallel_for(static_cast<std::ptrdiff_t>(votes.size()), [&](std::ptrdiff_t p) {
-    const ConstRow from(start.attribute.data() + p * kSemanticChannels);
-    int label = 0;
-    float largest = -INFINITY;
-    for (int c = 0; c < start.classes; ++c)
-      if (const float value = (from * ConstRow(start.classifier.data() + c * kSemanticChannels)).sum(); value > largest)
-        largest = value, label = c;
-    if (seen[p]) {
-      float most = 0, total = 0;
-      for (const auto& vote : votes.of(p)) most = std::max(most, vote.weight), total += vote.weight;
-      if (most < options.sure_vote * total) return;
-    }
-    // The lead of the label over every other class is linear along the way back.
-    Row y(model.attribute.data() + p * kSemanticChannels);
-    const auto lead = [&](const auto& at, int c) {
-      return model.bias[label] - model.bias[c] + (at * (ConstRow(model.classifier.data() + label * kSemanticChannels) -
-                                                        ConstRow(model.classifier.data() + c * kSemanticChannels))).sum();
-    };
-    constexpr float kLead = 0.2f;
-    float back = 0;
-    for (int c = 0; c < model.classes; ++c) {
-      if (c == label) continue;
-      const float now = lead(y, c), before = lead(from, c);
-      if (now < kLead && before > now) back = std::max(back, std::min(1.0f, (kLead - now) / (before - now)));
-    }
-    y += back * (from - y);
-  }, 1024);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(votes.size()),
+      [&](std::ptrdiff_t p) {
+        const ConstRow from(start.attribute.data() + p * kSemanticChannels);
+        int label = 0;
+        float largest = -INFINITY;
+        for (int c = 0; c < start.classes; ++c)
+          if (const float value = (from * ConstRow(start.classifier.data() + c * kSemanticChannels)).sum();
+              value > largest)
+            largest = value, label = c;
+        if (seen[p]) {
+          float most = 0, total = 0;
+          for (const auto& vote : votes.of(p)) most = std::max(most, vote.weight), total += vote.weight;
+          if (most < options.sure_vote * total) return;
+        }
+        // The lead of the label over every other class is linear along the way back.
+        Row y(model.attribute.data() + p * kSemanticChannels);
+        const auto lead = [&](const auto& at, int c) {
+          return model.bias[label] - model.bias[c] +
+                 (at * (ConstRow(model.classifier.data() + label * kSemanticChannels) -
+                        ConstRow(model.classifier.data() + c * kSemanticChannels)))
+                     .sum();
+        };
+        constexpr float kLead = 0.2f;
+        float back = 0;
+        for (int c = 0; c < model.classes; ++c) {
+          if (c == label) continue;
+          const float now = lead(y, c), before = lead(from, c);
+          if (now < kLead && before > now) back = std::max(back, std::min(1.0f, (kLead - now) / (before - now)));
+        }
+        y += back * (from - y);
+      },
+      1024);
 }
 
 }  // namespace
@@ -212,10 +230,12 @@ SemanticResult fit_semantic_field(const SemanticOptions& given, const GaussianCl
     CHECK_MSG(view.ids.width == camera.width && view.ids.height == camera.height, camera.name);
   }
   MaskSet training;
-  std::copy_if(masks.views.begin(), masks.views.end(), std::back_inserter(training.views), [&](const MaskSet::View& view) {
-    return !std::count(given.held_out.begin(), given.held_out.end(), view.camera);
-  });
-  std::stable_sort(training.views.begin(), training.views.end(), [](const auto& a, const auto& b) { return a.camera < b.camera; });
+  std::copy_if(masks.views.begin(), masks.views.end(), std::back_inserter(training.views),
+               [&](const MaskSet::View& view) {
+                 return !std::count(given.held_out.begin(), given.held_out.end(), view.camera);
+               });
+  std::stable_sort(training.views.begin(), training.views.end(),
+                   [](const auto& a, const auto& b) { return a.camera < b.camera; });
   SemanticOptions options = given;
   if (given.find_filter && given.iterations > 0)
     options.render.screen_variance = best_label_filter(given, cloud, cameras, training);

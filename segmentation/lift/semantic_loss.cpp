@@ -30,7 +30,8 @@ void log_softmax(const SemanticModel<T>& model, const T* s, T* out) {
 template <class T>
 Attribute<T> pull_back(const SemanticModel<T>& model, const T* dlogits) {
   Attribute<T> ds = Attribute<T>::Zero();
-  for (int c = 0; c < model.classes; ++c) ds += dlogits[c] * Eigen::Map<const Attribute<T>>(model.classifier.data() + c * kY);
+  for (int c = 0; c < model.classes; ++c)
+    ds += dlogits[c] * Eigen::Map<const Attribute<T>>(model.classifier.data() + c * kY);
   return ds;
 }
 
@@ -48,8 +49,8 @@ double log_classes(int classes) { return classes > 1 ? std::log(static_cast<doub
 
 /// Cross entropy of blended attributes S [rows, 16]; with `gradient` also dL/dS and what the classifier gets.
 template <class T>
-T blended_cross_entropy(std::span<const T> S, std::span<const int> target, const SemanticModel<T>& model, std::span<T> dS,
-                        SemanticModel<T>* gradient) {
+T blended_cross_entropy(std::span<const T> S, std::span<const int> target, const SemanticModel<T>& model,
+                        std::span<T> dS, SemanticModel<T>* gradient) {
   CHECK(S.size() == target.size() * kY);
   const int C = model.classes;
   const std::ptrdiff_t rows = static_cast<std::ptrdiff_t>(target.size());
@@ -97,8 +98,8 @@ T cross_entropy(const SparseView<Weight>& W, std::span<const int> target, const 
 }
 
 template <class T>
-T grouping(std::span<const int> anchors, std::span<const int> neighbours, int k, T weight, const SemanticModel<T>& model,
-           SemanticModel<T>* gradient) {
+T grouping(std::span<const int> anchors, std::span<const int> neighbours, int k, T weight,
+           const SemanticModel<T>& model, SemanticModel<T>* gradient) {
   const int C = model.classes;
   const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(anchors.size());
   auto neighbour = [&](std::ptrdiff_t a, int j) { return neighbours[static_cast<size_t>(anchors[a]) * k + j]; };
@@ -111,24 +112,27 @@ T grouping(std::span<const int> anchors, std::span<const int> neighbours, int k,
   // Each anchor writes the logit derivatives of itself and of its neighbours to a place of its own.
   const size_t stride = static_cast<size_t>(k + 1) * C;
   std::vector<T> loss(n, T(0)), dlogits(gradient ? n * stride : 0, T(0));
-  parallel_for(n, [&](std::ptrdiff_t a) {
-    std::vector<T> log_p(C), log_q(C);
-    log_softmax(model, model.attribute.data() + static_cast<size_t>(anchors[a]) * kY, log_p.data());
-    for (int j = 0; j < k; ++j) {
-      if (neighbour(a, j) < 0) continue;
-      log_softmax(model, model.attribute.data() + static_cast<size_t>(neighbour(a, j)) * kY, log_q.data());
-      T kl = 0;
-      for (int c = 0; c < C; ++c) kl += std::exp(log_p[c]) * (log_p[c] - log_q[c]);
-      loss[a] += kl * scale;
-      if (!gradient) continue;
-      T *dp = dlogits.data() + a * stride, *dq = dp + (j + 1) * C;
-      for (int c = 0; c < C; ++c) {
-        const T p = std::exp(log_p[c]);
-        dp[c] += scale * p * (log_p[c] - log_q[c] - kl);
-        dq[c] = scale * (std::exp(log_q[c]) - p);
-      }
-    }
-  }, 16);
+  parallel_for(
+      n,
+      [&](std::ptrdiff_t a) {
+        std::vector<T> log_p(C), log_q(C);
+        log_softmax(model, model.attribute.data() + static_cast<size_t>(anchors[a]) * kY, log_p.data());
+        for (int j = 0; j < k; ++j) {
+          if (neighbour(a, j) < 0) continue;
+          log_softmax(model, model.attribute.data() + static_cast<size_t>(neighbour(a, j)) * kY, log_q.data());
+          T kl = 0;
+          for (int c = 0; c < C; ++c) kl += std::exp(log_p[c]) * (log_p[c] - log_q[c]);
+          loss[a] += kl * scale;
+          if (!gradient) continue;
+          T *dp = dlogits.data() + a * stride, *dq = dp + (j + 1) * C;
+          for (int c = 0; c < C; ++c) {
+            const T p = std::exp(log_p[c]);
+            dp[c] += scale * p * (log_p[c] - log_q[c] - kl);
+            dq[c] = scale * (std::exp(log_q[c]) - p);
+          }
+        }
+      },
+      16);
   T total = 0;
   for (T value : loss) total += value;
   if (!gradient) return total;
@@ -138,7 +142,8 @@ T grouping(std::span<const int> anchors, std::span<const int> neighbours, int k,
       if (p < 0) continue;
       const T* d = dlogits.data() + a * stride + j * C;
       Eigen::Map<Attribute<T>>(gradient->attribute.data() + static_cast<size_t>(p) * kY) += pull_back(model, d);
-      add_outer(d, model.attribute.data() + static_cast<size_t>(p) * kY, C, gradient->classifier.data(), gradient->bias.data());
+      add_outer(d, model.attribute.data() + static_cast<size_t>(p) * kY, C, gradient->classifier.data(),
+                gradient->bias.data());
     }
   }
   return total;
@@ -197,15 +202,15 @@ T grouping_loss_adjoint(std::span<const int> anchors, std::span<const int> neigh
   return grouping<T>(anchors, neighbours, k, weight, model, &gradient);
 }
 
-#define PLIANT_INSTANTIATE(T, Weight)                                                                            \
-  template T semantic_loss(const SparseView<Weight>&, std::span<const int>, const SemanticModel<T>&);            \
-  template T semantic_loss_adjoint(const SparseView<Weight>&, std::span<const int>, const SemanticModel<T>&,     \
-                                   SemanticModel<T>&);                                                           \
-  template T blended_semantic_loss_adjoint(std::span<const T>, std::span<const int>, const SemanticModel<T>&,    \
-                                           std::span<T>, SemanticModel<T>&);                                     \
-  template struct SemanticModel<T>;                                                                              \
-  template void class_softmax(const SemanticModel<T>&, const T*, T*);                                            \
-  template T grouping_loss(std::span<const int>, std::span<const int>, int, T, const SemanticModel<T>&);         \
+#define PLIANT_INSTANTIATE(T, Weight)                                                                           \
+  template T semantic_loss(const SparseView<Weight>&, std::span<const int>, const SemanticModel<T>&);           \
+  template T semantic_loss_adjoint(const SparseView<Weight>&, std::span<const int>, const SemanticModel<T>&,    \
+                                   SemanticModel<T>&);                                                          \
+  template T blended_semantic_loss_adjoint(std::span<const T>, std::span<const int>, const SemanticModel<T>&,   \
+                                           std::span<T>, SemanticModel<T>&);                                    \
+  template struct SemanticModel<T>;                                                                             \
+  template void class_softmax(const SemanticModel<T>&, const T*, T*);                                           \
+  template T grouping_loss(std::span<const int>, std::span<const int>, int, T, const SemanticModel<T>&);        \
   template T grouping_loss_adjoint(std::span<const int>, std::span<const int>, int, T, const SemanticModel<T>&, \
                                    SemanticModel<T>&);
 PLIANT_INSTANTIATE(float, uint16_t)

@@ -54,10 +54,11 @@ ImageF sides_sheet(const GaussianCloud& cloud, const std::vector<Camera>& sides,
     const cv::Scalar ink(kinds[k].color.x(), kinds[k].color.y(), kinds[k].color.z());
     const int x = 8 + k % kColumns * kWidth, y = 2 * kHeight + 8 + k / kColumns * kLine;
     cv::rectangle(canvas, cv::Rect(x, y, 14, 14), ink, cv::FILLED);
-    cv::putText(canvas, kinds[k].name + ": " + std::to_string(kinds[k].count), {x + 22, y + 12}, cv::FONT_HERSHEY_SIMPLEX, 0.5, ink, 1,
-                cv::LINE_AA);
+    cv::putText(canvas, kinds[k].name + ": " + std::to_string(kinds[k].count), {x + 22, y + 12},
+                cv::FONT_HERSHEY_SIMPLEX, 0.5, ink, 1, cv::LINE_AA);
   }
-  cv::putText(canvas, caption, {8, 2 * kHeight + lines * kLine + 16}, cv::FONT_HERSHEY_SIMPLEX, 0.5, cv::Scalar::all(0.8), 1, cv::LINE_AA);
+  cv::putText(canvas, caption, {8, 2 * kHeight + lines * kLine + 16}, cv::FONT_HERSHEY_SIMPLEX, 0.5,
+              cv::Scalar::all(0.8), 1, cv::LINE_AA);
   return sheet;
 }
 

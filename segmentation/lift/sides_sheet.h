@@ -24,8 +24,8 @@ std::vector<Camera> sheet_sides(const GaussianCloud& object, const Eigen::Vector
 /// Where a sheet shows the pictures of `sides`, whole, in their order.
 std::vector<SheetCell> side_cells(const std::vector<Camera>& sides);
 
-/// An object from the `sides` that sheet_sides gave: Gaussians of kind[p] >= 0 tinted in the colour of that kind, others
-/// darkened; below a legend with the kinds and a caption.
+/// An object from the `sides` that sheet_sides gave: Gaussians of kind[p] >= 0 tinted in the colour of that kind,
+/// others darkened; below a legend with the kinds and a caption.
 ImageF sides_sheet(const GaussianCloud& cloud, const std::vector<Camera>& sides, const std::vector<int>& kind,
                    const std::vector<SheetKind>& kinds, const std::string& caption, const RenderOptions& options);
 

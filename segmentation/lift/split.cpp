@@ -29,7 +29,8 @@ int large_parts(const GaussianGraph& graph, const std::vector<int>& part, float 
   std::vector<double> mass(1 + *std::max_element(part.begin(), part.end()), 0);
   for (size_t i = 0; i < part.size(); ++i) mass[part[i]] += graph.opacity[i];
   const double total = std::accumulate(mass.begin(), mass.end(), 0.0);
-  return std::max(1, static_cast<int>(std::count_if(mass.begin(), mass.end(), [&](double m) { return m >= share * total; })));
+  return std::max(
+      1, static_cast<int>(std::count_if(mass.begin(), mass.end(), [&](double m) { return m >= share * total; })));
 }
 
 /// Weight of the edges from a part to others as a share of that of all its edges, of the part where it is largest.
@@ -84,7 +85,8 @@ SplitResult split_object(const SplitOptions& options, const GaussianCloud& cloud
     if (result.parts == 1) {
       const std::vector<int> before = part;
       graph.border.clear(), graph.border_nearness.clear();  // what lies around the object is on neither side
-      const std::vector<uint8_t> label = cut_between_ends(options, graph, static_cast<int>(std::find(part.begin(), part.end(), 0) - part.begin()));
+      const std::vector<uint8_t> label =
+          cut_between_ends(options, graph, static_cast<int>(std::find(part.begin(), part.end(), 0) - part.begin()));
       double mass[2] = {0, 0};
       for (size_t i = 0; i < label.size(); ++i) mass[label[i]] += graph.opacity[i];
       const uint8_t larger = mass[1] > mass[0];

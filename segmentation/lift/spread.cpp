@@ -15,8 +15,10 @@ std::vector<int> nearest_seen(std::span<const Vec3f> position, const std::vector
   const int n = static_cast<int>(position.size());
   std::vector<int> source(n, -1), gaps;
   for (int p = 0; p < n; ++p) {
-    if (seen[p]) source[p] = p;
-    else gaps.push_back(p);
+    if (seen[p])
+      source[p] = p;
+    else
+      gaps.push_back(p);
   }
   if (gaps.empty() || gaps.size() == seen.size()) return source;
 

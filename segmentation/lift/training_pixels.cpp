@@ -20,18 +20,22 @@ std::vector<int> classes_of(const IdImage& ids, const std::vector<uint32_t>& cla
 std::vector<float> depth_of(const BlendWeights& weights, const GaussianCloud& cloud, const Camera& camera) {
   std::vector<float> depth(weights.pixels(), 0.0f);
   const Vec3f forward = camera.forward().cast<float>(), eye = camera.centre().cast<float>();
-  parallel_for(static_cast<std::ptrdiff_t>(depth.size()), [&](std::ptrdiff_t i) {
-    float sum = 0, total = 0;
-    for (uint32_t e = weights.row_start[i]; e < weights.row_start[i + 1]; ++e) {
-      sum += weights.weight[e] * forward.dot(cloud.position[weights.gaussian[e]] - eye);
-      total += weights.weight[e];
-    }
-    if (total > 0) depth[i] = sum / total;
-  }, 2048);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(depth.size()),
+      [&](std::ptrdiff_t i) {
+        float sum = 0, total = 0;
+        for (uint32_t e = weights.row_start[i]; e < weights.row_start[i + 1]; ++e) {
+          sum += weights.weight[e] * forward.dot(cloud.position[weights.gaussian[e]] - eye);
+          total += weights.weight[e];
+        }
+        if (total > 0) depth[i] = sum / total;
+      },
+      2048);
   return depth;
 }
 
-std::vector<int> without_silhouettes(const std::vector<int>& cls, const std::vector<float>& depth, const Camera& camera, int border) {
+std::vector<int> without_silhouettes(const std::vector<int>& cls, const std::vector<float>& depth, const Camera& camera,
+                                     int border) {
   if (border <= 0) return cls;
   const int width = camera.width, height = camera.height;
   const float jump = static_cast<float>(4 * border / camera.fx);  // over the depth
@@ -42,22 +46,30 @@ std::vector<int> without_silhouettes(const std::vector<int>& cls, const std::vec
     return false;
   };
   std::vector<uint8_t> uncertain(cls.size(), 0);
-  parallel_for(height, [&](std::ptrdiff_t y) {
-    for (int x = 0; x < width; ++x) {
-      const size_t own = y * width + x;
-      uncertain[own] = cls[own] >= 0 && any_near(x, static_cast<int>(y), border, [&](size_t i) {
-        return cls[i] != cls[own] && std::abs(depth[i] - depth[own]) > jump * std::min(depth[i], depth[own]);
-      });
-    }
-  }, 16);
+  parallel_for(
+      height,
+      [&](std::ptrdiff_t y) {
+        for (int x = 0; x < width; ++x) {
+          const size_t own = y * width + x;
+          uncertain[own] =
+              cls[own] >= 0 && any_near(x, static_cast<int>(y), border, [&](size_t i) {
+                return cls[i] != cls[own] && std::abs(depth[i] - depth[own]) > jump * std::min(depth[i], depth[own]);
+              });
+        }
+      },
+      16);
   std::vector<int> kept = cls;
-  parallel_for(height, [&](std::ptrdiff_t y) {
-    for (int x = 0; x < width; ++x) {
-      const size_t own = y * width + x;
-      if (uncertain[own] && any_near(x, static_cast<int>(y), 2 * border, [&](size_t i) { return cls[i] == cls[own] && !uncertain[i]; }))
-        kept[own] = -1;
-    }
-  }, 16);
+  parallel_for(
+      height,
+      [&](std::ptrdiff_t y) {
+        for (int x = 0; x < width; ++x) {
+          const size_t own = y * width + x;
+          if (uncertain[own] && any_near(x, static_cast<int>(y), 2 * border,
+                                         [&](size_t i) { return cls[i] == cls[own] && !uncertain[i]; }))
+            kept[own] = -1;
+        }
+      },
+      16);
   return kept;
 }
 
@@ -67,18 +79,21 @@ namespace {
 std::vector<uint8_t> near_edges(const std::vector<int>& cls, int width, int height, int edge) {
   std::vector<uint8_t> near(cls.size(), 0);
   if (edge <= 0) return near;
-  parallel_for(height, [&](std::ptrdiff_t y) {
-    for (int x = 0; x < width; ++x) {
-      const size_t own = y * width + x;
-      const auto differs = [&](std::ptrdiff_t i, std::ptrdiff_t j) {
-        if (i < 0 || j < 0 || i >= width || j >= height) return false;
-        const int other = cls[j * width + i];
-        return other >= 0 && other != cls[own];
-      };
-      for (int d = 1; d <= edge && cls[own] >= 0 && !near[own]; ++d)
-        near[own] = differs(x - d, y) || differs(x + d, y) || differs(x, y - d) || differs(x, y + d);
-    }
-  }, 16);
+  parallel_for(
+      height,
+      [&](std::ptrdiff_t y) {
+        for (int x = 0; x < width; ++x) {
+          const size_t own = y * width + x;
+          const auto differs = [&](std::ptrdiff_t i, std::ptrdiff_t j) {
+            if (i < 0 || j < 0 || i >= width || j >= height) return false;
+            const int other = cls[j * width + i];
+            return other >= 0 && other != cls[own];
+          };
+          for (int d = 1; d <= edge && cls[own] >= 0 && !near[own]; ++d)
+            near[own] = differs(x - d, y) || differs(x + d, y) || differs(x, y - d) || differs(x, y + d);
+        }
+      },
+      16);
   return near;
 }
 

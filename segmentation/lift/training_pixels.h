@@ -21,7 +21,8 @@ std::vector<float> depth_of(const BlendWeights& weights, const GaussianCloud& cl
 /// stick out of the silhouette, where they would learn the label of what is behind.  A pixel is uncertain when within
 /// `border` pixels another id or none lies across a jump in depth (a surface seen flatter than 1 : 4 counts as one);
 /// where an id is so thin that nothing certain of it is near, it is kept.
-std::vector<int> without_silhouettes(const std::vector<int>& cls, const std::vector<float>& depth, const Camera& camera, int border);
+std::vector<int> without_silhouettes(const std::vector<int>& cls, const std::vector<float>& depth, const Camera& camera,
+                                     int border);
 
 struct ChosenPixels {
   std::vector<uint32_t> pixels;  ///< ascending within a block

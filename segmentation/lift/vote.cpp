@@ -52,7 +52,8 @@ using Code = Eigen::Matrix<float, kSemanticChannels, 1>;
 
 Code hadamard(int row) {
   Code code;
-  for (int k = 0; k < kSemanticChannels; ++k) code[k] = std::popcount(static_cast<unsigned>(row & k)) % 2 ? -0.25f : 0.25f;
+  for (int k = 0; k < kSemanticChannels; ++k)
+    code[k] = std::popcount(static_cast<unsigned>(row & k)) % 2 ? -0.25f : 0.25f;
   return code;
 }
 
@@ -84,38 +85,42 @@ std::vector<float> class_codes(int classes, uint64_t seed) {
   return flat;
 }
 
-void start_from_votes(const ClassVotes& votes, int classes, float sharpness, uint64_t seed, SemanticModel<float>& model) {
+void start_from_votes(const ClassVotes& votes, int classes, float sharpness, uint64_t seed,
+                      SemanticModel<float>& model) {
   model.resize(votes.size(), classes);
   const std::vector<float> codes = class_codes(classes, seed);
   auto code = [&](int c) { return Eigen::Map<const Code>(codes.data() + static_cast<size_t>(c) * kSemanticChannels); };
   for (size_t i = 0; i < codes.size(); ++i) model.classifier[i] = sharpness * codes[i];
-  parallel_for(static_cast<std::ptrdiff_t>(votes.size()), [&](std::ptrdiff_t p) {
-    std::vector<ClassVotes::Vote> share = votes.of(p);
-    if (share.empty()) return;
-    const int winner = std::max_element(share.begin(), share.end(), [](const auto& a, const auto& b) {
-                         return a.weight < b.weight;
-                       })->cls;
-    Code y = code(winner);
-    // Codes of more than 16 classes overlap; squaring the shares approaches the winner's own code, which is decoded
-    // correctly because distinct unit codes have inner products below 1.
-    for (int round = 0; round < 8; ++round) {
-      float sum = 0;
-      for (const auto& vote : share) sum += vote.weight;
-      if (!(sum > 0)) break;
-      Code mixed = Code::Zero();
-      for (auto& vote : share) vote.weight /= sum, mixed += vote.weight * code(vote.cls);
-      int decoded = 0;
-      float largest = -INFINITY;
-      for (int c = 0; c < classes; ++c)
-        if (const float value = code(c).dot(mixed); value > largest) largest = value, decoded = c;
-      if (decoded == winner) {
-        y = mixed;
-        break;
-      }
-      for (auto& vote : share) vote.weight *= vote.weight;
-    }
-    Eigen::Map<Code>(model.attribute.data() + p * kSemanticChannels) = y;
-  }, 256);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(votes.size()),
+      [&](std::ptrdiff_t p) {
+        std::vector<ClassVotes::Vote> share = votes.of(p);
+        if (share.empty()) return;
+        const int winner = std::max_element(share.begin(), share.end(), [](const auto& a, const auto& b) {
+                             return a.weight < b.weight;
+                           })->cls;
+        Code y = code(winner);
+        // Codes of more than 16 classes overlap; squaring the shares approaches the winner's own code, which is decoded
+        // correctly because distinct unit codes have inner products below 1.
+        for (int round = 0; round < 8; ++round) {
+          float sum = 0;
+          for (const auto& vote : share) sum += vote.weight;
+          if (!(sum > 0)) break;
+          Code mixed = Code::Zero();
+          for (auto& vote : share) vote.weight /= sum, mixed += vote.weight * code(vote.cls);
+          int decoded = 0;
+          float largest = -INFINITY;
+          for (int c = 0; c < classes; ++c)
+            if (const float value = code(c).dot(mixed); value > largest) largest = value, decoded = c;
+          if (decoded == winner) {
+            y = mixed;
+            break;
+          }
+          for (auto& vote : share) vote.weight *= vote.weight;
+        }
+        Eigen::Map<Code>(model.attribute.data() + p * kSemanticChannels) = y;
+      },
+      256);
 }
 
 }  // namespace pliant

@@ -41,6 +41,7 @@ std::vector<float> class_codes(int classes, uint64_t seed);
 /// Closed-form start: y = code-weighted normalised votes and a classifier of the same codes times `sharpness`, so that
 /// the most probable class of every Gaussian is the one with the most votes (mixed votes are sharpened until it is).
 /// Gaussians without votes get y = 0.
-void start_from_votes(const ClassVotes& votes, int classes, float sharpness, uint64_t seed, SemanticModel<float>& model);
+void start_from_votes(const ClassVotes& votes, int classes, float sharpness, uint64_t seed,
+                      SemanticModel<float>& model);
 
 }  // namespace pliant

@@ -10,7 +10,7 @@ namespace pliant {
 /// A named rectangle [px] of a picture.
 struct Detection {
   float x0 = 0, y0 = 0, x1 = 0, y1 = 0;
-  float score = 0;    ///< 0..1
+  float score = 0;  ///< 0..1
   std::string label;
 };
 

@@ -22,8 +22,8 @@ class Tracker {
   virtual TrackedFrame start(const ImageF& picture, const IdImage& masks) = 0;
   /// The next picture; one of another size is an Error{kInput}.
   virtual TrackedFrame step(const ImageF& picture) = 0;
-  /// Things found in the picture of the last `start` or `step`: masks that mostly overlap a followed one correct it, the
-  /// others are followed from now on under ids of their own, those in `detections` unless taken.  Returns the frame
+  /// Things found in the picture of the last `start` or `step`: masks that mostly overlap a followed one correct it,
+  /// the others are followed from now on under ids of their own, those in `detections` unless taken.  Returns the frame
   /// as corrected.
   virtual TrackedFrame add(const IdImage& detections) = 0;
 };

@@ -12,7 +12,8 @@ float box_iou(const Detection& a, const Detection& b) {
 }
 
 std::vector<Detection> suppress_overlaps(std::vector<Detection> boxes, float most) {
-  std::stable_sort(boxes.begin(), boxes.end(), [](const Detection& a, const Detection& b) { return a.score > b.score; });
+  std::stable_sort(boxes.begin(), boxes.end(),
+                   [](const Detection& a, const Detection& b) { return a.score > b.score; });
   std::vector<Detection> kept;
   for (Detection& box : boxes) {
     const bool covered = std::any_of(kept.begin(), kept.end(), [&](const Detection& better) {
@@ -24,8 +25,10 @@ std::vector<Detection> suppress_overlaps(std::vector<Detection> boxes, float mos
 }
 
 bool clip_box(Detection& box, int width, int height) {
-  box.x0 = std::clamp(box.x0, 0.f, static_cast<float>(width)), box.x1 = std::clamp(box.x1, 0.f, static_cast<float>(width));
-  box.y0 = std::clamp(box.y0, 0.f, static_cast<float>(height)), box.y1 = std::clamp(box.y1, 0.f, static_cast<float>(height));
+  box.x0 = std::clamp(box.x0, 0.f, static_cast<float>(width)),
+  box.x1 = std::clamp(box.x1, 0.f, static_cast<float>(width));
+  box.y0 = std::clamp(box.y0, 0.f, static_cast<float>(height)),
+  box.y1 = std::clamp(box.y1, 0.f, static_cast<float>(height));
   return box.x1 > box.x0 && box.y1 > box.y0;
 }
 

@@ -18,7 +18,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 Clock::time_point deadline_in(double seconds) {
-  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(std::min(seconds, 1e8)));
+  return Clock::now() +
+         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(std::min(seconds, 1e8)));
 }
 
 /// Waits until `descriptor` can be read or written; false after the deadline.
@@ -56,7 +57,8 @@ void take_array(ByteReader& reader, Sequence& values) {
 std::string packed(const Message& message) {
   std::string bytes;
   size_t room = 256 + message.text.size();
-  for (const Tensor& tensor : message.tensors) room += 128 + tensor.values.size() * sizeof(float) + tensor.integers.size() * sizeof(int64_t);
+  for (const Tensor& tensor : message.tensors)
+    room += 128 + tensor.values.size() * sizeof(float) + tensor.integers.size() * sizeof(int64_t);
   bytes.reserve(room);
   put(bytes, message.kind), put(bytes, message.threads), put(bytes, message.memory);
   put_array(bytes, message.text.data(), message.text.size());
@@ -125,7 +127,8 @@ Channel::Received Channel::receive(Message& message, double seconds, uint64_t mo
     return Received::kMessage;
   };
   uint64_t length = 0;
-  if (const Received head = read_all(reinterpret_cast<char*>(&length), sizeof length); head != Received::kMessage) return head;
+  if (const Received head = read_all(reinterpret_cast<char*>(&length), sizeof length); head != Received::kMessage)
+    return head;
   if (length > most) return Received::kTooBig;
   std::string body(length, '\0');
   if (const Received rest = read_all(body.data(), length); rest != Received::kMessage) return rest;

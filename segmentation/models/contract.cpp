@@ -32,8 +32,10 @@ std::vector<Axis> axes_of(const std::string& shape) {
       axis.plus = std::atoll(axis.letter.c_str() + plus + 1);
       axis.letter.resize(plus);
     }
-    if (axis.letter.empty()) axis.plus += number, axis.factor = 0;
-    else if (numbered) axis.factor = number;
+    if (axis.letter.empty())
+      axis.plus += number, axis.factor = 0;
+    else if (numbered)
+      axis.factor = number;
     axes.push_back(axis);
   }
   return axes;
@@ -62,8 +64,10 @@ std::string number_text(double value) {
 
 std::string describe(const TensorLine& line) {
   std::string text = line.name + ": " + name_of(line.type) + " [" + line.shape + "]";
-  if (!open(line.low) && !open(line.high)) text += " in " + number_text(line.low) + ".." + number_text(line.high);
-  else if (line.type == Tensor::Type::kFloat32 && !std::isinf(line.low)) text += ", finite";
+  if (!open(line.low) && !open(line.high))
+    text += " in " + number_text(line.low) + ".." + number_text(line.high);
+  else if (line.type == Tensor::Type::kFloat32 && !std::isinf(line.low))
+    text += ", finite";
   return line.meaning.empty() ? text : text + ", " + line.meaning;
 }
 
@@ -84,7 +88,8 @@ std::string breach_of_range(const TensorLine& line, const Tensor& tensor) {
   for (const float value : tensor.values) look(value);
   if (tensor.type == Tensor::Type::kInt64)
     for (const int64_t value : tensor.integers) look(static_cast<double>(value));
-  if (outside > 0) return "holds " + std::to_string(outside) + " values out of range, the first is " + number_text(worst);
+  if (outside > 0)
+    return "holds " + std::to_string(outside) + " values out of range, the first is " + number_text(worst);
   return "";
 }
 
@@ -93,9 +98,11 @@ std::string breach_of_outline(const Contract& contract, const OnnxGraph& graph, 
     return std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.name == name; });
   };
   const std::string file = "; the file " + outline_text(graph);
-  const auto missing = [&](const std::string& kind, const std::vector<TensorLine>& lines, const std::vector<GraphTensor>& tensors) -> std::string {
+  const auto missing = [&](const std::string& kind, const std::vector<TensorLine>& lines,
+                           const std::vector<GraphTensor>& tensors) -> std::string {
     for (const TensorLine& line : lines)
-      if (named(tensors, line.name) == tensors.end()) return "has no " + kind + " '" + line.name + "'; the contract says " + describe(line) + file;
+      if (named(tensors, line.name) == tensors.end())
+        return "has no " + kind + " '" + line.name + "'; the contract says " + describe(line) + file;
     return "";
   };
   if (const std::string wrong = missing("input", contract.inputs, graph.inputs); !wrong.empty()) return wrong;
@@ -117,7 +124,8 @@ std::string breach_of_outline(const Contract& contract, const OnnxGraph& graph, 
         fits = shape[i] < 0 || agrees(axes[i], shape[i], out ? any : lengths);
       }
       if (!fits)
-        return "has " + std::string(out ? "an output" : "an input") + " '" + line.name + "' of other lengths; the contract says " + describe(line) + letters + file;
+        return "has " + std::string(out ? "an output" : "an input") + " '" + line.name +
+               "' of other lengths; the contract says " + describe(line) + letters + file;
     }
   }
   return "";
@@ -130,16 +138,21 @@ std::vector<Tensor> example_inputs(const Contract& contract, const Lengths& leng
     tensor.type = line.type;
     for (const Axis& axis : axes_of(line.shape)) {
       CHECK_MSG(axis.letter.empty() || lengths.count(axis.letter), line.name + " has no length " + axis.letter);
-      tensor.shape.push_back(axis.any ? 1 : axis.letter.empty() ? axis.plus : axis.factor * lengths.at(axis.letter) + axis.plus);
+      tensor.shape.push_back(axis.any              ? 1
+                             : axis.letter.empty() ? axis.plus
+                                                   : axis.factor * lengths.at(axis.letter) + axis.plus);
     }
     const double low = open(line.low) ? -1 : line.low, high = open(line.high) ? 1 : line.high;
     const int64_t count = tensor.count();
     for (int64_t i = 0; i < count; ++i) {
       Random random(inputs.size(), static_cast<uint64_t>(i), 0);
       const double value = low + (high - low) * random.uniform();
-      if (line.type == Tensor::Type::kFloat32) tensor.values.push_back(static_cast<float>(value));
-      else if (line.type == Tensor::Type::kBool) tensor.integers.push_back(1);
-      else tensor.integers.push_back(std::llround(value));
+      if (line.type == Tensor::Type::kFloat32)
+        tensor.values.push_back(static_cast<float>(value));
+      else if (line.type == Tensor::Type::kBool)
+        tensor.integers.push_back(1);
+      else
+        tensor.integers.push_back(std::llround(value));
     }
     inputs.push_back(std::move(tensor));
   }

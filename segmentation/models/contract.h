@@ -39,12 +39,13 @@ std::string breach_of_shape(const TensorLine& line, const Tensor& tensor, Length
 /// What is wrong with its values.
 std::string breach_of_range(const TensorLine& line, const Tensor& tensor);
 
-/// The first line of `contract` that an ONNX graph breaks by what it says about itself, with what the graph has instead;
-/// empty when none: every input and output is there by name, no other input is asked for, inputs are as long as the lines
-/// say with these lengths of letters, outputs where a line has a number.
+/// The first line of `contract` that an ONNX graph breaks by what it says about itself, with what the graph has
+/// instead; empty when none: every input and output is there by name, no other input is asked for, inputs are as long
+/// as the lines say with these lengths of letters, outputs where a line has a number.
 std::string breach_of_outline(const Contract& contract, const OnnxGraph& graph, Lengths lengths);
 
-/// Inputs of these lengths with values spread evenly over their range (-1..1 where that is open), the same at each call.
+/// Inputs of these lengths with values spread evenly over their range (-1..1 where that is open), the same at each
+/// call.
 std::vector<Tensor> example_inputs(const Contract& contract, const Lengths& lengths);
 
 }  // namespace pliant

@@ -26,9 +26,9 @@ Reading reading_of(const std::vector<size_t>& frames, const Eigen::VectorXf& sim
   for (const size_t frame : frames)
     for (size_t i = 0; i < n; ++i) order.push_back(static_cast<uint32_t>(frame * n + i));
   const size_t count = std::min(top, order.size());
-  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end(), [&](uint32_t a, uint32_t b) {
-    return similarity[a] != similarity[b] ? similarity[a] > similarity[b] : a < b;
-  });
+  std::partial_sort(
+      order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end(),
+      [&](uint32_t a, uint32_t b) { return similarity[a] != similarity[b] ? similarity[a] > similarity[b] : a < b; });
   Reading reading;
   float total = 0;
   for (size_t k = 0; k < count; ++k) {
@@ -51,8 +51,10 @@ void FeatureMemory::add(Frame frame, size_t most) {
       for (size_t e = 0; e < f; ++e) earlier |= frames_[e].value.count(thing) > 0;
       first_of_one |= !earlier;
     }
-    if (first_of_one) ++f;
-    else frames_.erase(frames_.begin() + static_cast<std::ptrdiff_t>(f));
+    if (first_of_one)
+      ++f;
+    else
+      frames_.erase(frames_.begin() + static_cast<std::ptrdiff_t>(f));
   }
 }
 
@@ -61,7 +63,8 @@ void FeatureMemory::replace_newest(Frame frame) {
   frames_.back() = std::move(frame);
 }
 
-std::vector<std::vector<float>> FeatureMemory::read(const std::vector<float>& query, const std::vector<float>& selection, size_t channels,
+std::vector<std::vector<float>> FeatureMemory::read(const std::vector<float>& query,
+                                                    const std::vector<float>& selection, size_t channels,
                                                     const std::vector<uint32_t>& things, size_t top) const {
   CHECK(!frames_.empty() && query.size() == selection.size());
   const size_t n = frames_[0].shrinkage.size(), m = query.size() / channels;
@@ -86,7 +89,8 @@ std::vector<std::vector<float>> FeatureMemory::read(const std::vector<float>& qu
   std::vector<std::vector<float>> out(things.size());
   for (size_t t = 0; t < things.size(); ++t) {
     for (const Frame& frame : frames_)
-      if (const auto value = frame.value.find(things[t]); value != frame.value.end()) out[t].resize(value->second.size() / n * m);
+      if (const auto value = frame.value.find(things[t]); value != frame.value.end())
+        out[t].resize(value->second.size() / n * m);
   }
 
   parallel_for((static_cast<std::ptrdiff_t>(m) + kBlock - 1) / kBlock, [&](std::ptrdiff_t block) {
@@ -108,7 +112,8 @@ std::vector<std::vector<float>> FeatureMemory::read(const std::vector<float>& qu
           for (size_t k = 0; k < reading.pixels.size(); ++k) {
             const auto [frame, pixel] = reading.pixels[k];
             const std::vector<float>& value = frames_[frame].value.at(things[t]);
-            for (size_t v = 0; v * n < value.size(); ++v) out[t][v * m + begin + q] += reading.weights[k] * value[v * n + pixel];
+            for (size_t v = 0; v * n < value.size(); ++v)
+              out[t][v * m + begin + q] += reading.weights[k] * value[v * n + pixel];
           }
       }
     }

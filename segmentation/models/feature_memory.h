@@ -12,9 +12,9 @@ namespace pliant {
 class FeatureMemory {
  public:
   struct Frame {
-    std::vector<float> key;                           ///< [C, n]
-    std::vector<float> shrinkage;                     ///< [n]
-    std::map<uint32_t, std::vector<float>> value;     ///< thing -> [V, n]
+    std::vector<float> key;                        ///< [C, n]
+    std::vector<float> shrinkage;                  ///< [n]
+    std::map<uint32_t, std::vector<float>> value;  ///< thing -> [V, n]
   };
 
   /// At most `most` frames are kept: the oldest go, but not the first one of a thing.
@@ -28,8 +28,8 @@ class FeatureMemory {
   /// softmax over the `top` memory pixels of greatest similarity
   ///   s(i, q) = -shrinkage_i sum_c selection_cq (key_ci - query_cq)^2 / sqrt(C)
   /// among the frames that know the thing.  One [V, m] for each of `things`.
-  std::vector<std::vector<float>> read(const std::vector<float>& query, const std::vector<float>& selection, size_t channels,
-                                       const std::vector<uint32_t>& things, size_t top) const;
+  std::vector<std::vector<float>> read(const std::vector<float>& query, const std::vector<float>& selection,
+                                       size_t channels, const std::vector<uint32_t>& things, size_t top) const;
 
  private:
   std::vector<Frame> frames_;

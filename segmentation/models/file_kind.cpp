@@ -28,16 +28,23 @@ constexpr Signature kSignatures[] = {
     {0, "ply\n", "a PLY file"},
     {0, "ply\r", "a PLY file"},
     {0, "%PDF", "a PDF document"},
-    {0, "\x7f" "ELF", "a program or library"},
+    {0,
+     "\x7f"
+     "ELF",
+     "a program or library"},
     {0, "\x1f\x8b", "compressed with gzip"},
-    {0, "\xfd" "7zXZ", "compressed with xz"},
+    {0,
+     "\xfd"
+     "7zXZ",
+     "compressed with xz"},
     {0, "\x28\xb5\x2f\xfd", "compressed with zstd"},
     {257, "ustar", "a tar archive"},
 };
 
 std::string lower(std::string_view text) {
   std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(out.begin(), out.end(), out.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return out;
 }
 
@@ -54,7 +61,8 @@ bool is_safetensors(std::string_view bytes) {
 std::string kind_of_file(std::string_view bytes) {
   if (bytes.empty()) return "an empty file";
   for (const Signature& signature : kSignatures)
-    if (bytes.size() > signature.at && bytes.substr(signature.at, signature.bytes.size()) == signature.bytes) return signature.kind;
+    if (bytes.size() > signature.at && bytes.substr(signature.at, signature.bytes.size()) == signature.bytes)
+      return signature.kind;
   if (is_safetensors(bytes)) return "a safetensors file: weights without the network";
   const std::string_view head = bytes.substr(0, 4096);
   const bool text = std::none_of(head.begin(), head.end(), [](char c) {

@@ -5,8 +5,8 @@
 
 namespace pliant {
 
-/// What a file that is not a network is, by its first bytes, with its article: "a PNG picture", "a text".  Empty where they
-/// say nothing.
+/// What a file that is not a network is, by its first bytes, with its article: "a PNG picture", "a text".  Empty where
+/// they say nothing.
 std::string kind_of_file(std::string_view bytes);
 
 }  // namespace pliant

@@ -32,7 +32,8 @@ float sigmoid(float x) { return 1 / (1 + std::exp(-x)); }
 
 }  // namespace
 
-std::vector<GroundingPrompt> grounding_prompts(const WordPiece& tokenizer, const std::vector<std::string>& names, size_t length) {
+std::vector<GroundingPrompt> grounding_prompts(const WordPiece& tokenizer, const std::vector<std::string>& names,
+                                               size_t length) {
   std::vector<GroundingPrompt> prompts;
   const auto finish = [&](GroundingPrompt& prompt) {
     prompt.ids.push_back(tokenizer.id("[SEP]"));
@@ -42,7 +43,8 @@ std::vector<GroundingPrompt> grounding_prompts(const WordPiece& tokenizer, const
   };
   for (size_t n = 0; n < names.size(); ++n) {
     std::string name = names[n];
-    std::replace_if(name.begin(), name.end(), [](char c) { return c == '.' || c == '?'; }, ' ');  // they end a name
+    std::replace_if(
+        name.begin(), name.end(), [](char c) { return c == '.' || c == '?'; }, ' ');  // they end a name
     const std::vector<std::string> pieces = tokenizer.tokenize(name);
     if (pieces.empty() || pieces.size() + 3 > length)
       throw usage_error("name", "", "'" + names[n] + "' has " + std::to_string(pieces.size()) + " pieces of text",
@@ -87,16 +89,19 @@ std::vector<Detection> GroundingDino::detect(const ImageF& picture, const std::v
   for (int y = 0; y < height_; ++y)
     for (int x = 0; x < width_; ++x) {
       const size_t i = static_cast<size_t>(y) * width_ + x;
-      if (x < fitted.width && y < fitted.height) padding[i] = 0;
-      else for (size_t c = 0; c < 3; ++c) image.values[c * padding.size() + i] = 0;
+      if (x < fitted.width && y < fitted.height)
+        padding[i] = 0;
+      else
+        for (size_t c = 0; c < 3; ++c) image.values[c * padding.size() + i] = 0;
     }
   std::vector<Detection> boxes;
   for (const GroundingPrompt& prompt : grounding_prompts(tokenizer_, names, tokens_)) {
     const std::vector<Tensor> out = module_->run(
-        contract_, {image, Tensor::whole({1, height_, width_}, padding, Tensor::Type::kBool), Tensor::whole({1, length}, prompt.ids),
-                    Tensor::whole({1, length}, prompt.attention, Tensor::Type::kBool), Tensor::whole({1, length}, prompt.positions),
-                    Tensor::whole({1, length}, std::vector<int64_t>(length, 0)),
-                    Tensor::whole({1, length, length}, prompt.pairs, Tensor::Type::kBool)});
+        contract_,
+        {image, Tensor::whole({1, height_, width_}, padding, Tensor::Type::kBool),
+         Tensor::whole({1, length}, prompt.ids), Tensor::whole({1, length}, prompt.attention, Tensor::Type::kBool),
+         Tensor::whole({1, length}, prompt.positions), Tensor::whole({1, length}, std::vector<int64_t>(length, 0)),
+         Tensor::whole({1, length, length}, prompt.pairs, Tensor::Type::kBool)});
     for (int64_t q = 0; q < out[0].shape[1]; ++q) {
       const float* logits = out[0].values.data() + q * length;
       const float* shares = out[1].values.data() + q * 4;

@@ -16,11 +16,13 @@ struct GroundingPrompt {
   std::vector<int64_t> pairs;  ///< [T,T]; 1 where two pieces belong to one name, and on the diagonal
 };
 
-/// As many prompts of `length` pieces as the names need, in their order.  A name without a piece, or with more than fit,
-/// is an Error{kUsage}.
-std::vector<GroundingPrompt> grounding_prompts(const WordPiece& tokenizer, const std::vector<std::string>& names, size_t length);
+/// As many prompts of `length` pieces as the names need, in their order.  A name without a piece, or with more than
+/// fit, is an Error{kUsage}.
+std::vector<GroundingPrompt> grounding_prompts(const WordPiece& tokenizer, const std::vector<std::string>& names,
+                                               size_t length);
 
-/// Grounding DINO (Liu et al. 2023) as export/export_grounding_dino.py writes it; *never run with the official weights*.
+/// Grounding DINO (Liu et al. 2023) as export/export_grounding_dino.py writes it; *never run with the official
+/// weights*.
 ///   in   image: float32 [1,3,H,W], ImageNet mean and deviation, scaled to fit, upper left corner, the rest zero
 ///        padding: bool [1,H,W], true where there is no picture
 ///        input_ids, position_ids, token_type_ids: int64 [1,T]; attention_mask: bool [1,T]

@@ -29,7 +29,8 @@ Window surroundings(const ImageU8& mask, double context) {
       if (mask(x, y)) x0 = std::min(x0, x), x1 = std::max(x1, x + 1), y0 = std::min(y0, y), y1 = std::max(y1, y + 1);
   if (x0 >= x1) return {0, 0, 0, 0};
   const int grow = std::max(64, static_cast<int>(context * std::max(x1 - x0, y1 - y0)));
-  x0 = std::max(0, x0 - grow), y0 = std::max(0, y0 - grow), x1 = std::min(mask.width, x1 + grow), y1 = std::min(mask.height, y1 + grow);
+  x0 = std::max(0, x0 - grow), y0 = std::max(0, y0 - grow), x1 = std::min(mask.width, x1 + grow),
+  y1 = std::min(mask.height, y1 + grow);
   return {x0, y0, x1 - x0, y1 - y0};
 }
 
@@ -50,16 +51,19 @@ std::vector<int> tile_starts(int length, int tile, int overlap) {
 
 }  // namespace
 
-Lama::Lama(std::unique_ptr<NeuralModule> module, const Options& options) : module_(std::move(module)), options_(options) {
+Lama::Lama(std::unique_ptr<NeuralModule> module, const Options& options)
+    : module_(std::move(module)), options_(options) {
   const ModelFile& file = module_->file();
-  fixed_height_ = file.size_of("height", 0), fixed_width_ = file.size_of("width", fixed_height_), range_ = file.size_of("range", 1);
+  fixed_height_ = file.size_of("height", 0), fixed_width_ = file.size_of("width", fixed_height_),
+  range_ = file.size_of("range", 1);
   if (fixed_width_) options_.tile = std::min({options_.tile, fixed_width_, fixed_height_});
   options_.overlap = std::min(options_.overlap, options_.tile / 4);
   contract_.inputs = {{"image", Tensor::Type::kFloat32, "1,3,h,w", 0, 1, "red first, zero where the hole is"},
                       {"mask", Tensor::Type::kFloat32, "1,1,h,w", 0, 1, "1 = hole"}};
   const double slack = 0.01 * range_;  // of rounding
   contract_.outputs = {{"inpainted", Tensor::Type::kFloat32, "1,3,h,w", -slack, range_ + slack, "red first"}};
-  if (file.format == ModelFile::Format::kOnnx && file.graph.outputs.size() == 1) contract_.outputs[0].name = file.graph.outputs[0].name;
+  if (file.format == ModelFile::Format::kOnnx && file.graph.outputs.size() == 1)
+    contract_.outputs[0].name = file.graph.outputs[0].name;
   module_->verify(contract_, {{"h", fixed_height_ ? fixed_height_ : 64}, {"w", fixed_width_ ? fixed_width_ : 72}});
 }
 
@@ -104,13 +108,15 @@ ImageF Lama::fill(const ImageF& picture, const ImageU8& mask) {
 ImageF Lama::fill_by_tiles(const ImageF& picture, const ImageU8& mask) {
   const int tile = options_.tile;
   const double scale = static_cast<double>(tile) / std::max(picture.width, picture.height);
-  const int width = std::max(1, static_cast<int>(picture.width * scale)), height = std::max(1, static_cast<int>(picture.height * scale));
+  const int width = std::max(1, static_cast<int>(picture.width * scale)),
+            height = std::max(1, static_cast<int>(picture.height * scale));
   ImageF share(mask.width, mask.height, 1);
   for (size_t i = 0; i < share.data.size(); ++i) share.data[i] = mask.data[i] != 0;
   const ImageF small_share = resize_picture(share, width, height);
   ImageU8 small_mask(width, height, 1);
   for (size_t i = 0; i < small_mask.data.size(); ++i) small_mask.data[i] = small_share.data[i] > 1e-4f;
-  const ImageF coarse = resize_picture(fill(resize_picture(picture, width, height), small_mask), picture.width, picture.height);
+  const ImageF coarse =
+      resize_picture(fill(resize_picture(picture, width, height), small_mask), picture.width, picture.height);
 
   ImageF sum(picture.width, picture.height, 3);
   std::vector<float> weights(picture.pixels());
@@ -118,7 +124,8 @@ ImageF Lama::fill_by_tiles(const ImageF& picture, const ImageU8& mask) {
     for (const int x0 : tile_starts(picture.width, tile, options_.overlap)) {
       const Window window{x0, y0, std::min(tile, picture.width), std::min(tile, picture.height)};
       const ImageU8 hole = cut(mask, window);
-      const auto missing = static_cast<size_t>(std::count_if(hole.data.begin(), hole.data.end(), [](uint8_t m) { return m != 0; }));
+      const auto missing =
+          static_cast<size_t>(std::count_if(hole.data.begin(), hole.data.end(), [](uint8_t m) { return m != 0; }));
       if (missing == 0 || 2 * missing > hole.data.size()) continue;
       const ImageF filled = fill(cut(picture, window), hole);
       for (int y = 0; y < window.height; ++y)

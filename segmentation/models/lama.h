@@ -9,8 +9,9 @@ namespace pliant {
 ///   in   image: float32 [1,3,8h,8w] in 0..1, red first, zero where the hole is; mask: float32 [1,1,8h,8w], 1 = hole
 ///   out  inpainted: float32 [1,3,8h,8w] in 0..R, red first
 /// Sides are filled up by mirroring.  Files of one fixed size name it in the description ("height", "width"); R is
-/// "range" there (1, or 255).  Only the surroundings of the hole are looked at; where these are larger than a tile, they
-/// are filled at a smaller scale first and then refined by overlapping tiles wherever at least half of a tile is known.
+/// "range" there (1, or 255).  Only the surroundings of the hole are looked at; where these are larger than a tile,
+/// they are filled at a smaller scale first and then refined by overlapping tiles wherever at least half of a tile is
+/// known.
 class Lama : public Inpainter {
  public:
   struct Options {

@@ -18,23 +18,28 @@ namespace {
 namespace fs = std::filesystem;
 
 /// The option for each kind of network.
-const std::map<std::string, std::string> kOptionOf = {{"grounding-dino", "--detector"}, {"yolox", "--detector"}, {"ram", "--tagger"},
-                                                      {"sam", "--segmenter"}, {"sam-encoder", "--segmenter"}, {"sam-decoder", "--segmenter"},
-                                                      {"xmem", "--tracker"}, {"lama", "--inpainter"}};
+const std::map<std::string, std::string> kOptionOf = {
+    {"grounding-dino", "--detector"}, {"yolox", "--detector"},        {"ram", "--tagger"},   {"sam", "--segmenter"},
+    {"sam-encoder", "--segmenter"},   {"sam-decoder", "--segmenter"}, {"xmem", "--tracker"}, {"lama", "--inpainter"}};
 
 std::unique_ptr<NeuralModule> load(const ModelChoice& choice, const std::string& option, const fs::path& file) {
-  if (!fs::is_regular_file(file)) throw usage_error(option, file.string(), "is not a file", "give an ONNX or TorchScript file");
+  if (!fs::is_regular_file(file))
+    throw usage_error(option, file.string(), "is not a file", "give an ONNX or TorchScript file");
   const ModelFile model = read_model_file(file);
   const std::string kind = model.kind();
   if (const auto known = kOptionOf.find(kind); known != kOptionOf.end() && known->second != option)
     throw usage_error(option, file.string(), "holds '" + kind + "'", "give it as " + known->second);
   ModuleOptions options;
   options.option = option, options.trust_torchscript = choice.trust_torchscript, options.networks = choice.networks();
-  if (YoloxDetector::recognises(model) && kOptionOf.at("yolox") != option) options.advice = "it is YOLOX by its outline; give it as " + kOptionOf.at("yolox");
+  if (YoloxDetector::recognises(model) && kOptionOf.at("yolox") != option)
+    options.advice = "it is YOLOX by its outline; give it as " + kOptionOf.at("yolox");
   if (option == "--tracker" && model.format == ModelFile::Format::kOnnx)
-    throw usage_error(option, file.string(), "is ONNX, which has one network and no methods; it " + outline_text(model.graph) +
-                                                 "; the contract of a tracker has the methods encode_key (which takes frame), encode_value and segment",
-                      options.advice.empty() ? "give the TorchScript file of segmentation/models/export/export_xmem.py" : options.advice);
+    throw usage_error(
+        option, file.string(),
+        "is ONNX, which has one network and no methods; it " + outline_text(model.graph) +
+            "; the contract of a tracker has the methods encode_key (which takes frame), encode_value and segment",
+        options.advice.empty() ? "give the TorchScript file of segmentation/models/export/export_xmem.py"
+                               : options.advice);
   return std::make_unique<NeuralModule>(file, options);
 }
 
@@ -56,7 +61,9 @@ fs::path vocabulary_of(const ModelChoice& choice, const fs::path& network, bool 
     if (of_text_encoder(file) == text_encoder) return file;
   const fs::path beside = fs::path(network).replace_extension(".txt");
   if (fs::exists(beside)) return beside;
-  throw usage_error("--vocabulary", network.string(), std::string("needs ") + (text_encoder ? "the vocabulary of its text encoder (vocab.txt of BERT)" : "its tag list"),
+  throw usage_error("--vocabulary", network.string(),
+                    std::string("needs ") +
+                        (text_encoder ? "the vocabulary of its text encoder (vocab.txt of BERT)" : "its tag list"),
                     "give --vocabulary FILE, or put it beside the network as " + beside.filename().string());
 }
 
@@ -74,7 +81,8 @@ std::vector<fs::path> ModelChoice::files() const {
   for (const std::string& file : segmenter_files(*this)) all.insert(file);
   for (const std::string& file : vocabularies) all.insert(file);
   for (const std::string& file : {detector, tagger})
-    if (const fs::path beside = fs::path(file).replace_extension(".txt"); !file.empty() && fs::exists(beside)) all.insert(beside);
+    if (const fs::path beside = fs::path(file).replace_extension(".txt"); !file.empty() && fs::exists(beside))
+      all.insert(beside);
   all.erase(fs::path());
   return {all.begin(), all.end()};
 }
@@ -82,9 +90,12 @@ std::vector<fs::path> ModelChoice::files() const {
 std::unique_ptr<Detector> make_detector(const ModelChoice& choice) {
   if (choice.detector.empty()) return nullptr;
   auto module = load(choice, "--detector", choice.detector);
-  if (YoloxDetector::recognises(module->file())) return std::make_unique<YoloxDetector>(std::move(module), YoloxDetector::Options());
-  if (module->file().format == ModelFile::Format::kOnnx && module->file().kind().empty() && module->file().graph.inputs.size() < 7)
-    throw input_error(choice.detector, "", "is neither YOLOX nor Grounding DINO", "give one of them; scripts that export them are in segmentation/models/export");
+  if (YoloxDetector::recognises(module->file()))
+    return std::make_unique<YoloxDetector>(std::move(module), YoloxDetector::Options());
+  if (module->file().format == ModelFile::Format::kOnnx && module->file().kind().empty() &&
+      module->file().graph.inputs.size() < 7)
+    throw input_error(choice.detector, "", "is neither YOLOX nor Grounding DINO",
+                      "give one of them; scripts that export them are in segmentation/models/export");
   WordPiece tokenizer(vocabulary_of(choice, choice.detector, true));
   return std::make_unique<GroundingDino>(std::move(module), std::move(tokenizer), GroundingDino::Options());
 }

@@ -17,8 +17,9 @@ namespace pliant {
 /// Files of the networks that a person gives; empty = none.
 struct ModelChoice {
   std::string detector, tagger, tracker, inpainter;
-  std::string segmenter;                  ///< one file, or "ENCODER,DECODER"
-  std::vector<std::string> vocabularies;  ///< tag list, vocabulary of a text encoder; else the file beside the network that ends in .txt
+  std::string segmenter;  ///< one file, or "ENCODER,DECODER"
+  std::vector<std::string>
+      vocabularies;  ///< tag list, vocabulary of a text encoder; else the file beside the network that ends in .txt
   bool trust_torchscript = false;
 
   bool empty() const { return files().empty(); }
@@ -29,7 +30,8 @@ struct ModelChoice {
 };
 
 // Networks of a choice, null where none is given.  What a file is follows from what its export script wrote into it,
-// YOLOX and files of others from their outline; a file of another kind is an Error{kUsage} that names the option for it.
+// YOLOX and files of others from their outline; a file of another kind is an Error{kUsage} that names the option for
+// it.
 std::unique_ptr<Detector> make_detector(const ModelChoice& choice);
 std::unique_ptr<Tagger> make_tagger(const ModelChoice& choice);
 std::unique_ptr<PromptableSegmenter> make_segmenter(const ModelChoice& choice);

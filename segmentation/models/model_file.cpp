@@ -65,7 +65,8 @@ nlohmann::json ModelFile::about() const { return parse_json(description, file.st
 
 std::string ModelFile::kind() const {
   const nlohmann::json about = this->about();
-  return about.is_object() && about.contains("kind") && about["kind"].is_string() ? about["kind"].get<std::string>() : "";
+  return about.is_object() && about.contains("kind") && about["kind"].is_string() ? about["kind"].get<std::string>()
+                                                                                  : "";
 }
 
 int ModelFile::size_of(const std::string& key, int otherwise) const {
@@ -92,7 +93,8 @@ ModelFile read_model_file(const std::filesystem::path& file) {
   const std::string bytes = read_text(file);
   model.graph = read_onnx(bytes, file.string());
   model.sha256 = sha256_of_text(bytes);
-  if (const auto entry = model.graph.metadata.find("pliant"); entry != model.graph.metadata.end()) model.description = entry->second;
+  if (const auto entry = model.graph.metadata.find("pliant"); entry != model.graph.metadata.end())
+    model.description = entry->second;
   return model;
 }
 

@@ -15,9 +15,9 @@ struct ModelFile {
   std::filesystem::path file;
   Format format = Format::kOnnx;
   std::string sha256;
-  /// What the export scripts write beside the weights: a JSON object with "kind" ("sam-encoder", ...) and the sizes that
-  /// the network was exported for; the text "{}" where there is none.  In ONNX the metadata entry "pliant", in TorchScript
-  /// the extra file "pliant.json".
+  /// What the export scripts write beside the weights: a JSON object with "kind" ("sam-encoder", ...) and the sizes
+  /// that the network was exported for; the text "{}" where there is none.  In ONNX the metadata entry "pliant", in
+  /// TorchScript the extra file "pliant.json".
   std::string description = "{}";
   OnnxGraph graph;  ///< of ONNX
 

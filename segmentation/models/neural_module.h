@@ -35,12 +35,13 @@ class NeuralModule {
 
   const ModelFile& file() const { return file_; }
 
-  /// Compares what an ONNX file says about itself with the contract (breach_of_outline), without running it; TorchScript
-  /// says nothing.  Throws Error{kInput} with the line that is broken and what the file has.
+  /// Compares what an ONNX file says about itself with the contract (breach_of_outline), without running it;
+  /// TorchScript says nothing.  Throws Error{kInput} with the line that is broken and what the file has.
   void require(const Contract& contract, const Lengths& lengths) const;
 
-  /// `require`, then runs `contract.method` once on example inputs of these lengths and checks what comes out, before any
-  /// picture does.  Returns that.  Throws Error{kInput} with the line of the contract that was broken and what was found.
+  /// `require`, then runs `contract.method` once on example inputs of these lengths and checks what comes out, before
+  /// any picture does.  Returns that.  Throws Error{kInput} with the line of the contract that was broken and what was
+  /// found.
   std::vector<Tensor> verify(const Contract& contract, const Lengths& lengths);
   /// The same on given inputs.
   std::vector<Tensor> verify_on(const Contract& contract, const std::vector<Tensor>& inputs);

@@ -24,8 +24,12 @@ class Fields {
     const uint64_t key = varint();
     field = {key >> 3, 0, {}};
     switch (key & 7) {
-      case 0: field.value = varint(); break;
-      case 1: skip(8); break;
+      case 0:
+        field.value = varint();
+        break;
+      case 1:
+        skip(8);
+        break;
       case 2: {
         const uint64_t length = varint();
         const size_t begin = at_;
@@ -33,8 +37,11 @@ class Fields {
         field.bytes = bytes_.substr(begin, length);
         break;
       }
-      case 5: skip(4); break;
-      default: broken();
+      case 5:
+        skip(4);
+        break;
+      default:
+        broken();
     }
     if (field.number == 0) broken();
     return true;
@@ -58,7 +65,9 @@ class Fields {
   }
 
   [[noreturn]] void broken() const {
-    throw input_error(file_, "", "is not ONNX, or is cut off (byte " + std::to_string(at_) + " of a part of " + std::to_string(bytes_.size()) + ")",
+    throw input_error(file_, "",
+                      "is not ONNX, or is cut off (byte " + std::to_string(at_) + " of a part of " +
+                          std::to_string(bytes_.size()) + ")",
                       "give an ONNX or TorchScript file, whole");
   }
 
@@ -105,7 +114,9 @@ std::string list_text(const std::vector<GraphTensor>& tensors) {
 
 }  // namespace
 
-std::string outline_text(const OnnxGraph& graph) { return "takes " + list_text(graph.inputs) + " and gives " + list_text(graph.outputs); }
+std::string outline_text(const OnnxGraph& graph) {
+  return "takes " + list_text(graph.inputs) + " and gives " + list_text(graph.outputs);
+}
 
 OnnxGraph read_onnx_graph(std::string_view bytes, const std::string& file) {
   OnnxGraph graph;
@@ -132,7 +143,8 @@ OnnxGraph read_onnx_graph(std::string_view bytes, const std::string& file) {
   }
   std::erase_if(graph.inputs, [&](const GraphTensor& input) { return weights.count(input.name) > 0; });
   if (graph.nodes == 0 || graph.outputs.empty())
-    throw input_error(file, "", "is neither ONNX nor TorchScript", "export the model with a script of segmentation/models/export");
+    throw input_error(file, "", "is neither ONNX nor TorchScript",
+                      "export the model with a script of segmentation/models/export");
   return graph;
 }
 

@@ -20,7 +20,8 @@ std::vector<Taps> taps_of(int from, int to) {
   std::vector<Taps> all(to);
   for (int i = 0; i < to; ++i) {
     const double centre = (i + 0.5) * scale;
-    const int first = std::max(0, static_cast<int>(centre - reach + 0.5)), last = std::min(from, static_cast<int>(centre + reach + 0.5));
+    const int first = std::max(0, static_cast<int>(centre - reach + 0.5)),
+              last = std::min(from, static_cast<int>(centre + reach + 0.5));
     all[i].first = first;
     double total = 0;
     for (int j = first; j < last; ++j) total += std::max(0.0, 1 - std::abs(j + 0.5 - centre) / reach);
@@ -41,7 +42,8 @@ ImageF resize_picture(const ImageF& picture, int width, int height) {
     for (int x = 0; x < width; ++x)
       for (size_t k = 0; k < across[x].weights.size(); ++k)
         for (int c = 0; c < channels; ++c)
-          rows(x, static_cast<int>(y), c) += across[x].weights[k] * picture(across[x].first + static_cast<int>(k), static_cast<int>(y), c);
+          rows(x, static_cast<int>(y), c) +=
+              across[x].weights[k] * picture(across[x].first + static_cast<int>(k), static_cast<int>(y), c);
   });
   parallel_for(height, [&](std::ptrdiff_t y) {
     for (size_t k = 0; k < down[y].weights.size(); ++k) {
@@ -54,11 +56,13 @@ ImageF resize_picture(const ImageF& picture, int width, int height) {
 }
 
 Fitted fit_picture(const ImageF& picture, int width, int height, float padding) {
-  const double scale = std::min(static_cast<double>(width) / picture.width, static_cast<double>(height) / picture.height);
+  const double scale =
+      std::min(static_cast<double>(width) / picture.width, static_cast<double>(height) / picture.height);
   Fitted fitted;
   fitted.width = std::clamp(static_cast<int>(std::lround(picture.width * scale)), 1, width);
   fitted.height = std::clamp(static_cast<int>(std::lround(picture.height * scale)), 1, height);
-  fitted.scale_x = static_cast<float>(fitted.width) / picture.width, fitted.scale_y = static_cast<float>(fitted.height) / picture.height;
+  fitted.scale_x = static_cast<float>(fitted.width) / picture.width,
+  fitted.scale_y = static_cast<float>(fitted.height) / picture.height;
   const ImageF small = resize_picture(picture, fitted.width, fitted.height);
   fitted.picture = ImageF(width, height, picture.channels, padding);
   for (int y = 0; y < small.height; ++y)
@@ -66,9 +70,7 @@ Fitted fit_picture(const ImageF& picture, int width, int height, float padding) 
   return fitted;
 }
 
-Normalisation Normalisation::imagenet() {
-  return {{123.675f, 116.28f, 103.53f}, {58.395f, 57.12f, 57.375f}, false};
-}
+Normalisation Normalisation::imagenet() { return {{123.675f, 116.28f, 103.53f}, {58.395f, 57.12f, 57.375f}, false}; }
 
 Tensor to_planes(const ImageF& picture, const Normalisation& normalisation) {
   CHECK(picture.channels == 3);
@@ -77,7 +79,8 @@ Tensor to_planes(const ImageF& picture, const Normalisation& normalisation) {
   for (int c = 0; c < 3; ++c) {
     const int from = normalisation.bgr ? 2 - c : c;
     for (size_t i = 0; i < pixels; ++i)
-      planes.values[c * pixels + i] = (255 * picture.data[i * 3 + from] - normalisation.mean[from]) / normalisation.deviation[from];
+      planes.values[c * pixels + i] =
+          (255 * picture.data[i * 3 + from] - normalisation.mean[from]) / normalisation.deviation[from];
   }
   return planes;
 }

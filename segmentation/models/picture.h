@@ -13,7 +13,7 @@ ImageF resize_picture(const ImageF& picture, int width, int height);
 
 /// A picture scaled to fit into a square or rectangle, in its upper left corner.
 struct Fitted {
-  ImageF picture;      ///< [H, W, 3] of the rectangle
+  ImageF picture;                  ///< [H, W, 3] of the rectangle
   float scale_x = 1, scale_y = 1;  ///< pixels of the rectangle for one of the original
   int width = 0, height = 0;       ///< of what is not padding
 };

@@ -22,19 +22,23 @@ TagList TagList::read(const std::filesystem::path& file) {
       char* end = nullptr;
       threshold = std::strtof(line.c_str() + tab + 1, &end);
       if (end == line.c_str() + tab + 1 || !(threshold >= 0 && threshold <= 1))
-        throw input_error(file.string(), "line " + std::to_string(tags.names.size() + 1), "has the threshold '" + line.substr(tab + 1) + "'",
+        throw input_error(file.string(), "line " + std::to_string(tags.names.size() + 1),
+                          "has the threshold '" + line.substr(tab + 1) + "'",
                           "write NAME, a tab, and a number in 0..1");
     }
     tags.names.push_back(line.substr(0, tab)), tags.thresholds.push_back(threshold);
   }
-  if (tags.names.empty()) throw input_error(file.string(), "", "has no names", "give the tag list of the network, one name per line");
+  if (tags.names.empty())
+    throw input_error(file.string(), "", "has no names", "give the tag list of the network, one name per line");
   return tags;
 }
 
 Contract Ram::contract(const std::string& tags) {
   TensorLine logits{"logits", Tensor::Type::kFloat32, "1," + tags};
   logits.meaning = "one for each line of the tag list";
-  return {"forward", {{"image", Tensor::Type::kFloat32, "1,3,S,S", -2.2, 2.7, "ImageNet mean and deviation, red first"}}, {logits}};
+  return {"forward",
+          {{"image", Tensor::Type::kFloat32, "1,3,S,S", -2.2, 2.7, "ImageNet mean and deviation, red first"}},
+          {logits}};
 }
 
 Ram::Ram(std::unique_ptr<NeuralModule> module, TagList tags) : module_(std::move(module)), tags_(std::move(tags)) {
@@ -44,7 +48,8 @@ Ram::Ram(std::unique_ptr<NeuralModule> module, TagList tags) : module_(std::move
 }
 
 std::vector<Tag> Ram::tag(const ImageF& picture) {
-  const Tensor logits = module_->run(contract_, {to_planes(resize_picture(picture, size_, size_), Normalisation::imagenet())})[0];
+  const Tensor logits =
+      module_->run(contract_, {to_planes(resize_picture(picture, size_, size_), Normalisation::imagenet())})[0];
   std::vector<Tag> found;
   for (size_t k = 0; k < tags_.names.size(); ++k) {
     const float score = 1 / (1 + std::exp(-logits.values[k]));

@@ -13,7 +13,8 @@ struct TagList {
   static TagList read(const std::filesystem::path& file);
 };
 
-/// RAM, Recognize Anything (Zhang et al. 2023), as export/export_ram.py writes it; *never run with the official weights*.
+/// RAM, Recognize Anything (Zhang et al. 2023), as export/export_ram.py writes it; *never run with the official
+/// weights*.
 ///   in   image: float32 [1,3,S,S], ImageNet mean and deviation, both sides scaled to S
 ///   out  logits: float32 [1,K], one per line of the tag list
 /// S is "size" of the description (384).

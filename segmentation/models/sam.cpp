@@ -16,7 +16,8 @@ std::string fixed(const std::vector<int64_t>& shape) {
 }
 
 bool has_input(const ModelFile& file, const std::string& name) {
-  return std::any_of(file.graph.inputs.begin(), file.graph.inputs.end(), [&](const GraphTensor& input) { return input.name == name; });
+  return std::any_of(file.graph.inputs.begin(), file.graph.inputs.end(),
+                     [&](const GraphTensor& input) { return input.name == name; });
 }
 
 /// Order of the masks, best first: a clear prompt has one meaning, the first of four; a point alone may have several.
@@ -69,33 +70,42 @@ Sam::Sam(std::unique_ptr<NeuralModule> encoder, std::unique_ptr<NeuralModule> de
     decode_.inputs.push_back({names[i], type, fixed(features[i].shape)});
     if (encode_.outputs[i].shape == "1,256,h,w") height = features[i].shape[2], width = features[i].shape[3];
   }
-  takes_size_ = !decoder_ || decoder_->file().format != ModelFile::Format::kOnnx || has_input(decoder_->file(), "orig_im_size");
-  decode_.inputs.push_back({"point_coords", type, "1,N,2", 0, static_cast<double>(size_), "pixels of the scaled picture"});
-  decode_.inputs.push_back({"point_labels", type, "1,N", 1, 1, "0 background, 1 foreground, 2 and 3 corners of a box, -1 none"});
-  decode_.inputs.push_back({"mask_input", type, "1,1," + std::to_string(4 * height) + "," + std::to_string(4 * width), 0, 0, "zero"});
+  takes_size_ =
+      !decoder_ || decoder_->file().format != ModelFile::Format::kOnnx || has_input(decoder_->file(), "orig_im_size");
+  decode_.inputs.push_back(
+      {"point_coords", type, "1,N,2", 0, static_cast<double>(size_), "pixels of the scaled picture"});
+  decode_.inputs.push_back(
+      {"point_labels", type, "1,N", 1, 1, "0 background, 1 foreground, 2 and 3 corners of a box, -1 none"});
+  decode_.inputs.push_back(
+      {"mask_input", type, "1,1," + std::to_string(4 * height) + "," + std::to_string(4 * width), 0, 0, "zero"});
   decode_.inputs.push_back({"has_mask_input", type, "1", 0, 0, "zero"});
   if (takes_size_) decode_.inputs.push_back({"orig_im_size", type, "2", 64, 64, "height and width"});
   decode_.outputs = {{"iou_predictions", type, "1,M"},
-                     {"low_res_masks", type, "1,M," + std::to_string(4 * height) + "," + std::to_string(4 * width), -1e30, 1e30, "logits"}};
+                     {"low_res_masks", type, "1,M," + std::to_string(4 * height) + "," + std::to_string(4 * width),
+                      -1e30, 1e30, "logits"}};
   (decoder_ ? *decoder_ : *encoder_).verify(decode_, {{"N", 2}});
 }
 
 void Sam::encode(const ImageF& picture) {
   width_ = picture.width, height_ = picture.height;
   Fitted fitted;
-  if (square_) fitted.picture = resize_picture(picture, size_, size_), fitted.width = fitted.height = size_;
-  else fitted = fit_picture(picture, size_, size_, 0);
+  if (square_)
+    fitted.picture = resize_picture(picture, size_, size_), fitted.width = fitted.height = size_;
+  else
+    fitted = fit_picture(picture, size_, size_, 0);
   scaled_width_ = fitted.width, scaled_height_ = fitted.height;
   Tensor image = to_planes(fitted.picture, Normalisation::imagenet());
   for (int c = 0; c < 3; ++c)  // padding is zero after the normalisation
     for (int y = 0; y < size_; ++y)
-      for (int x = y < fitted.height ? fitted.width : 0; x < size_; ++x) image.values[(static_cast<size_t>(c) * size_ + y) * size_ + x] = 0;
+      for (int x = y < fitted.height ? fitted.width : 0; x < size_; ++x)
+        image.values[(static_cast<size_t>(c) * size_ + y) * size_ + x] = 0;
   features_ = encoder_->run(encode_, {std::move(image)});
 }
 
 std::vector<SegmentedMask> Sam::segment(const MaskPrompt& prompt) {
   CHECK_MSG(!features_.empty(), "encode() comes first");
-  if (!prompt.box && prompt.points.empty()) throw usage_error("prompt", "", "has no box and no point", "point at something");
+  if (!prompt.box && prompt.points.empty())
+    throw usage_error("prompt", "", "has no box and no point", "point at something");
   std::vector<float> places, labels;
   const auto add = [&](float x, float y, float label) {  // SAM counts from the centres of pixels
     places.push_back(x * scaled_width_ / width_ - 0.5f), places.push_back(y * scaled_height_ / height_ - 0.5f);
@@ -103,7 +113,10 @@ std::vector<SegmentedMask> Sam::segment(const MaskPrompt& prompt) {
   };
   for (const MaskPrompt::Point& point : prompt.points) {
     if (!(point.x >= 0 && point.y >= 0 && point.x <= width_ && point.y <= height_))
-      throw usage_error("prompt", "", "has a point outside the picture of " + std::to_string(width_) + " x " + std::to_string(height_) + " pixels", "point into it");
+      throw usage_error(
+          "prompt", "",
+          "has a point outside the picture of " + std::to_string(width_) + " x " + std::to_string(height_) + " pixels",
+          "point into it");
     add(point.x, point.y, point.foreground ? 1 : 0);
   }
   if (prompt.box) {
@@ -111,7 +124,10 @@ std::vector<SegmentedMask> Sam::segment(const MaskPrompt& prompt) {
     const float x0 = std::max(box.x0, 0.f), y0 = std::max(box.y0, 0.f);
     const float x1 = std::min(box.x1, static_cast<float>(width_)), y1 = std::min(box.y1, static_cast<float>(height_));
     if (!(x0 < x1 && y0 < y1))
-      throw usage_error("prompt", "", "has a box outside the picture of " + std::to_string(width_) + " x " + std::to_string(height_) + " pixels", "draw it inside");
+      throw usage_error(
+          "prompt", "",
+          "has a box outside the picture of " + std::to_string(width_) + " x " + std::to_string(height_) + " pixels",
+          "draw it inside");
     add(x0, y0, 2), add(x1, y1, 3);
   }
   if (!prompt.box || pads_boxes_) {
@@ -134,11 +150,13 @@ std::vector<SegmentedMask> Sam::segment(const MaskPrompt& prompt) {
   const auto rows = static_cast<int>(out[1].shape[2]), columns = static_cast<int>(out[1].shape[3]);
   std::vector<SegmentedMask> masks;
   for (const size_t m : order_of(out[0].values, prompt.box || prompt.points.size() > 1))
-    masks.push_back({to_picture(out[1].values.data() + m * rows * columns, columns, rows), std::clamp(out[0].values[m], 0.f, 1.f)});
+    masks.push_back(
+        {to_picture(out[1].values.data() + m * rows * columns, columns, rows), std::clamp(out[0].values[m], 0.f, 1.f)});
   return masks;
 }
 
-/// Logits of the small mask on the pixels of the picture: up to the encoder's size, without the padding, and down again.
+/// Logits of the small mask on the pixels of the picture: up to the encoder's size, without the padding, and down
+/// again.
 ImageF Sam::to_picture(const float* logits, int width, int height) const {
   const cv::Mat small(height, width, CV_32F, const_cast<float*>(logits));
   cv::Mat large, whole;

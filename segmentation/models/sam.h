@@ -7,9 +7,11 @@
 namespace pliant {
 
 /// The SAM family (Kirillov et al. 2023; MobileSAM, SAM 2), an encoder that runs once for a picture and a decoder
-/// that runs for each prompt, as export/export_sam.py, export_sam2.py and the official ONNX export write them; *never run
-/// with the official weights*.  One TorchScript file with the methods "encode" and "decode", or two files with "forward".
-///   encoder in   image: float32 [1,3,S,S], ImageNet mean and deviation, the longest side scaled to S, upper left corner,
+/// that runs for each prompt, as export/export_sam.py, export_sam2.py and the official ONNX export write them; *never
+/// run with the official weights*.  One TorchScript file with the methods "encode" and "decode", or two files with
+/// "forward".
+///   encoder in   image: float32 [1,3,S,S], ImageNet mean and deviation, the longest side scaled to S, upper left
+///   corner,
 ///                the rest zero ("fit": "longest"), or both sides scaled to S ("fit": "square", SAM 2)
 ///           out  image_embeddings: float32 [1,256,h,w], and what else the decoder wants ("features" in the description
 ///                of the encoder names all, in their order)
@@ -18,7 +20,8 @@ namespace pliant {
 ///                follows points without a box, and boxes too if "pad_boxes" (SAM 2)
 ///                mask_input: float32 [1,1,4h,4w], has_mask_input: float32 [1], both zero
 ///                orig_im_size: float32 [2], height and width (an ONNX file may leave it out)
-///           out  iou_predictions: float32 [1,M]; low_res_masks: float32 [1,M,4h,4w], logits.  Of M = 4 the first is the
+///           out  iou_predictions: float32 [1,M]; low_res_masks: float32 [1,M,4h,4w], logits.  Of M = 4 the first is
+///           the
 ///                one mask of a clear prompt, the others are for prompts that can mean several things.
 /// S is "size" of the encoder's description (1024).
 class Sam : public PromptableSegmenter {

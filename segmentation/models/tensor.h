@@ -23,7 +23,7 @@ struct Tensor {
   int64_t count() const;
 };
 
-const char* name_of(Tensor::Type type);                      ///< float32, int64, ...
+const char* name_of(Tensor::Type type);                     ///< float32, int64, ...
 std::string shape_text(const std::vector<int64_t>& shape);  ///< [1,3,416,416]
 
 }  // namespace pliant

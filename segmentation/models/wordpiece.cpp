@@ -61,7 +61,8 @@ WordPiece::WordPiece(const std::filesystem::path& vocabulary) {
   }
   for (const char* piece : {"[UNK]", "[CLS]", "[SEP]"})
     if (!ids_.count(piece))
-      throw input_error(vocabulary.string(), piece, "is not in it", "give the vocab.txt of the text encoder, one piece per line");
+      throw input_error(vocabulary.string(), piece, "is not in it",
+                        "give the vocab.txt of the text encoder, one piece per line");
 }
 
 std::vector<std::string> WordPiece::tokenize(const std::string& text) const {

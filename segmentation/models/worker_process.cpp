@@ -55,10 +55,16 @@ Message WorkerProcess::ask(const Message& request, double seconds, uint64_t most
   Message answer;
   if (!channel_->send(request, seconds)) throw std::runtime_error(ending());
   switch (channel_->receive(answer, seconds, most)) {
-    case Channel::Received::kMessage: return answer;
-    case Channel::Received::kTooLate: ending(); throw std::runtime_error("gave no answer within " + seconds_text(seconds));
-    case Channel::Received::kTooBig: ending(); throw std::runtime_error("answers with more than " + std::to_string(most >> 20) + " MB");
-    case Channel::Received::kClosed: break;
+    case Channel::Received::kMessage:
+      return answer;
+    case Channel::Received::kTooLate:
+      ending();
+      throw std::runtime_error("gave no answer within " + seconds_text(seconds));
+    case Channel::Received::kTooBig:
+      ending();
+      throw std::runtime_error("answers with more than " + std::to_string(most >> 20) + " MB");
+    case Channel::Received::kClosed:
+      break;
   }
   throw std::runtime_error(ending());
 }
@@ -77,7 +83,8 @@ std::string WorkerProcess::ending() {
   }
   process_ = -1;
   if (ended && WIFSIGNALED(status))
-    return "ended the process that ran it by signal " + std::to_string(WTERMSIG(status)) + " (" + strsignal(WTERMSIG(status)) + ")";
+    return "ended the process that ran it by signal " + std::to_string(WTERMSIG(status)) + " (" +
+           strsignal(WTERMSIG(status)) + ")";
   return ended ? "ended the process that ran it with exit code " + std::to_string(WEXITSTATUS(status))
                : std::string("does not talk any more to the program");
 }

@@ -9,9 +9,9 @@
 
 namespace pliant {
 
-/// A program of its own that runs one network and talks over a socket.  What goes wrong inside (an abort, a loop without
-/// end, all memory used up) ends that program and is an Error here; libraries, threads and OpenMP settings of the
-/// network stay out of this one.  It ends when this object goes, or when this program ends in whatever way.
+/// A program of its own that runs one network and talks over a socket.  What goes wrong inside (an abort, a loop
+/// without end, all memory used up) ends that program and is an Error here; libraries, threads and OpenMP settings of
+/// the network stay out of this one.  It ends when this object goes, or when this program ends in whatever way.
 class WorkerProcess {
  public:
   /// `program` is one of the workers built beside pliant.  Throws Error{kInput} when it cannot be started.

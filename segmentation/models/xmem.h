@@ -11,9 +11,11 @@
 namespace pliant {
 
 /// XMem (Cheng and Schwing 2022) and the propagation of DEVA (Cheng et al. 2023) as export/export_xmem.py writes them;
-/// *never run with the official weights*.  The memory is here (feature_memory.h), a TorchScript file holds three networks:
+/// *never run with the official weights*.  The memory is here (feature_memory.h), a TorchScript file holds three
+/// networks:
 ///   encode_key    frame: float32 [1,3,16h,16w], ImageNet mean and deviation, padding zero
-///                 -> key [1,C,h,w], shrinkage [1,1,h,w], selection [1,C,h,w], f16 [1,*,h,w], f8 [1,*,2h,2w], f4 [1,*,4h,4w]
+///                 -> key [1,C,h,w], shrinkage [1,1,h,w], selection [1,C,h,w], f16 [1,*,h,w], f8 [1,*,2h,2w], f4
+///                 [1,*,4h,4w]
 ///   encode_value  frame, f16, hidden [1,K,E,h,w], masks [1,K,16h,16w] in 0..1 -> value [1,K,V,h,w], hidden
 ///   segment       f16, f8, f4, readout [1,K,V,h,w], hidden, last_masks [1,K,16h,16w]
 ///                 -> hidden, probabilities [1,K+1,16h,16w] in 0..1, the background first
@@ -21,13 +23,13 @@ namespace pliant {
 class Xmem : public Tracker {
  public:
   struct Options {
-    int short_side = 480;      ///< of larger pictures, px
-    int every = 5;             ///< frames between two that are remembered
-    int frames = 10;           ///< remembered at most ...
+    int short_side = 480;          ///< of larger pictures, px
+    int every = 5;                 ///< frames between two that are remembered
+    int frames = 10;               ///< remembered at most ...
     uint64_t memory = 2ull << 30;  ///< ... as long as their values take no more than this [B]
-    int top = 30;              ///< memory pixels that each pixel reads
-    int least_pixels = 16;     ///< a thing with fewer is lost
-    double correction = 0.5;   ///< share of a detection that lies on a followed thing and makes it that thing
+    int top = 30;                  ///< memory pixels that each pixel reads
+    int least_pixels = 16;         ///< a thing with fewer is lost
+    double correction = 0.5;       ///< share of a detection that lies on a followed thing and makes it that thing
   };
 
   Xmem(std::unique_ptr<NeuralModule> module, const Options& options);
@@ -50,7 +52,7 @@ class Xmem : public Tracker {
   Contract key_, value_, segment_;
   int hidden_channels_ = 0;
 
-  int width_ = 0, height_ = 0;              // of the pictures
+  int width_ = 0, height_ = 0;                // of the pictures
   int scaled_width_ = 0, scaled_height_ = 0;  // of what the network sees, without padding
   Tensor frame_, last_masks_;
   std::vector<Tensor> features_;  // of encode_key

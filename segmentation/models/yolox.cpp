@@ -13,14 +13,18 @@ namespace {
 
 /// The 80 classes of COCO (Lin et al. 2014), in the order of the networks trained on it.
 const char* const kCocoNames[] = {
-    "person", "bicycle", "car", "motorcycle", "airplane", "bus", "train", "truck", "boat", "traffic light", "fire hydrant",
-    "stop sign", "parking meter", "bench", "bird", "cat", "dog", "horse", "sheep", "cow", "elephant", "bear", "zebra",
-    "giraffe", "backpack", "umbrella", "handbag", "tie", "suitcase", "frisbee", "skis", "snowboard", "sports ball", "kite",
-    "baseball bat", "baseball glove", "skateboard", "surfboard", "tennis racket", "bottle", "wine glass", "cup", "fork",
-    "knife", "spoon", "bowl", "banana", "apple", "sandwich", "orange", "broccoli", "carrot", "hot dog", "pizza", "donut",
-    "cake", "chair", "couch", "potted plant", "bed", "dining table", "toilet", "tv", "laptop", "mouse", "remote", "keyboard",
-    "cell phone", "microwave", "oven", "toaster", "sink", "refrigerator", "book", "clock", "vase", "scissors", "teddy bear",
-    "hair drier", "toothbrush"};
+    "person",         "bicycle",    "car",           "motorcycle",    "airplane",     "bus",           "train",
+    "truck",          "boat",       "traffic light", "fire hydrant",  "stop sign",    "parking meter", "bench",
+    "bird",           "cat",        "dog",           "horse",         "sheep",        "cow",           "elephant",
+    "bear",           "zebra",      "giraffe",       "backpack",      "umbrella",     "handbag",       "tie",
+    "suitcase",       "frisbee",    "skis",          "snowboard",     "sports ball",  "kite",          "baseball bat",
+    "baseball glove", "skateboard", "surfboard",     "tennis racket", "bottle",       "wine glass",    "cup",
+    "fork",           "knife",      "spoon",         "bowl",          "banana",       "apple",         "sandwich",
+    "orange",         "broccoli",   "carrot",        "hot dog",       "pizza",        "donut",         "cake",
+    "chair",          "couch",      "potted plant",  "bed",           "dining table", "toilet",        "tv",
+    "laptop",         "mouse",      "remote",        "keyboard",      "cell phone",   "microwave",     "oven",
+    "toaster",        "sink",       "refrigerator",  "book",          "clock",        "vase",          "scissors",
+    "teddy bear",     "hair drier", "toothbrush"};
 
 /// Cells of the grids with strides 8, 16 and 32 over a square of `size` pixels.
 int64_t cells(int64_t size) { return size / 8 * (size / 8) + size / 16 * (size / 16) + size / 32 * (size / 32); }
@@ -28,10 +32,11 @@ int64_t cells(int64_t size) { return size / 8 * (size / 8) + size / 16 * (size /
 }  // namespace
 
 bool YoloxDetector::recognises(const ModelFile& file) {
-  if (file.format != ModelFile::Format::kOnnx || file.graph.inputs.size() != 1 || file.graph.outputs.size() != 1) return false;
+  if (file.format != ModelFile::Format::kOnnx || file.graph.inputs.size() != 1 || file.graph.outputs.size() != 1)
+    return false;
   const std::vector<int64_t>&in = file.graph.inputs[0].shape, &out = file.graph.outputs[0].shape;
-  return in.size() == 4 && in[0] == 1 && in[1] == 3 && in[2] == in[3] && in[2] > 0 && in[2] % 32 == 0 && out.size() == 3 &&
-         out[1] == cells(in[2]) && out[2] > 5;
+  return in.size() == 4 && in[0] == 1 && in[1] == 3 && in[2] == in[3] && in[2] > 0 && in[2] % 32 == 0 &&
+         out.size() == 3 && out[1] == cells(in[2]) && out[2] > 5;
 }
 
 YoloxDetector::YoloxDetector(std::unique_ptr<NeuralModule> module, const Options& options)
@@ -47,7 +52,8 @@ YoloxDetector::YoloxDetector(std::unique_ptr<NeuralModule> module, const Options
     names_.assign(std::begin(kCocoNames), std::end(kCocoNames));
   }
   if (static_cast<int64_t>(names_.size()) != classes)
-    throw input_error(file.file.string(), "names", std::to_string(names_.size()) + " names for " + std::to_string(classes) + " classes",
+    throw input_error(file.file.string(), "names",
+                      std::to_string(names_.size()) + " names for " + std::to_string(classes) + " classes",
                       "put the names into the metadata entry \"pliant\" of the file: {\"names\": [...]}");
   contract_.inputs = {{file.graph.inputs[0].name, Tensor::Type::kFloat32, "1,3,32s,32s", 0, 255, "blue first"}};
   TensorLine rows{file.graph.outputs[0].name, Tensor::Type::kFloat32,

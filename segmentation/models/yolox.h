@@ -7,7 +7,8 @@ namespace pliant {
 
 /// YOLOX (Ge et al. 2021) as its authors export it to ONNX; run with the official weights of yolox_nano.
 ///   in   images: float32 [1,3,S,S] in 0..255, blue first; scaled to fit, upper left corner, the rest 114; S = 32 s
-///   out  rows: float32 [1,84ss,C+5]: x, y, w, h, objectness, C class scores for each cell of the grids with strides 8, 16, 32
+///   out  rows: float32 [1,84ss,C+5]: x, y, w, h, objectness, C class scores for each cell of the grids with strides 8,
+///   16, 32
 class YoloxDetector : public Detector {
  public:
   struct Options {

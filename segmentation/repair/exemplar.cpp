@@ -70,7 +70,8 @@ void first_guess(Level& level, const std::vector<Offset>& offsets) {
   for (int y = 0; y < level.height(); ++y)
     for (int x = 0; x < level.width(); ++x) {
       mask.at<uint8_t>(y, x) = level.known(x, y) ? 0 : 255;
-      for (int k = 0; k < 3; ++k) bytes.at<cv::Vec3b>(y, x)[k] = cv::saturate_cast<uint8_t>(255 * level.picture(x, y, k));
+      for (int k = 0; k < 3; ++k)
+        bytes.at<cv::Vec3b>(y, x)[k] = cv::saturate_cast<uint8_t>(255 * level.picture(x, y, k));
     }
   cv::inpaint(bytes, mask, filled, 3, cv::INPAINT_TELEA);
   const ImageF original = level.picture;
@@ -149,7 +150,9 @@ class Completion {
         if (!level_.inside(x + i, y + j) || !level_.known(x + i, y + j)) return false;
     return true;
   }
-  bool is_source(int x, int y) const { return level_.inside(x, y) && source_[static_cast<size_t>(y) * level_.width() + x]; }
+  bool is_source(int x, int y) const {
+    return level_.inside(x, y) && source_[static_cast<size_t>(y) * level_.width() + x];
+  }
   bool near_target(int x, int y) const {
     for (int j = -r_; j <= r_; ++j)
       for (int i = -r_; i <= r_; ++i)
@@ -188,8 +191,10 @@ class Completion {
     const int reach = std::max(level_.width(), level_.height());
     for (int k = 0; k < n; ++k) {
       Patch& p = patches_[backwards ? n - 1 - k : k];
-      if (const int i = patch_index(p.at.x + step, p.at.y); i >= 0) improve(p, patches_[i].source.x - step, patches_[i].source.y);
-      if (const int i = patch_index(p.at.x, p.at.y + step); i >= 0) improve(p, patches_[i].source.x, patches_[i].source.y - step);
+      if (const int i = patch_index(p.at.x + step, p.at.y); i >= 0)
+        improve(p, patches_[i].source.x - step, patches_[i].source.y);
+      if (const int i = patch_index(p.at.x, p.at.y + step); i >= 0)
+        improve(p, patches_[i].source.x, patches_[i].source.y - step);
       for (const Offset& o : offsets_) improve(p, p.at.x + o.x, p.at.y + o.y);
       Random random(options_.seed, p.at.y * 65536ull + p.at.x, scale_ * 1000 + pass + 1);
       for (int radius = reach; radius >= 1; radius /= 2) {
@@ -241,8 +246,8 @@ class Completion {
   int r_;
   std::vector<Offset> sources_;
   std::vector<Patch> patches_;
-  std::vector<int> index_;        ///< patch centred at a pixel, -1 = none
-  std::vector<uint8_t> source_;   ///< whether the patch at a pixel may be copied
+  std::vector<int> index_;       ///< patch centred at a pixel, -1 = none
+  std::vector<uint8_t> source_;  ///< whether the patch at a pixel may be copied
   cv::Mat depth_;
 };
 
@@ -259,24 +264,27 @@ std::vector<Offset> repeated_offsets(const ImageF& picture, const ImageU8& known
   const int reach_x = width * 3 / 4, reach_y = height * 3 / 4;
   const int columns = 2 * reach_x + 1;
   std::vector<float> cost(static_cast<size_t>(columns) * (2 * reach_y + 1), INFINITY);
-  parallel_for(2 * reach_y + 1, [&](std::ptrdiff_t row) {
-    const int dy = static_cast<int>(row) - reach_y;
-    for (int dx = -reach_x; dx <= reach_x; ++dx) {
-      if (dx * dx + dy * dy < 9) continue;
-      size_t tried = 0, met = 0;
-      float sum = 0;
-      for (size_t i = 0; i < probes.size(); i += step, ++tried) {
-        const int x = probes[i].x + dx, y = probes[i].y + dy;
-        if (x < 0 || y < 0 || x >= width || y >= height || !known(x, y)) continue;
-        ++met;
-        for (int k = 0; k < 3; ++k) {
-          const float d = picture(x, y, k) - picture(probes[i].x, probes[i].y, k);
-          sum += d * d;
+  parallel_for(
+      2 * reach_y + 1,
+      [&](std::ptrdiff_t row) {
+        const int dy = static_cast<int>(row) - reach_y;
+        for (int dx = -reach_x; dx <= reach_x; ++dx) {
+          if (dx * dx + dy * dy < 9) continue;
+          size_t tried = 0, met = 0;
+          float sum = 0;
+          for (size_t i = 0; i < probes.size(); i += step, ++tried) {
+            const int x = probes[i].x + dx, y = probes[i].y + dy;
+            if (x < 0 || y < 0 || x >= width || y >= height || !known(x, y)) continue;
+            ++met;
+            for (int k = 0; k < 3; ++k) {
+              const float d = picture(x, y, k) - picture(probes[i].x, probes[i].y, k);
+              sum += d * d;
+            }
+          }
+          if (5 * met >= 2 * tried) cost[row * columns + dx + reach_x] = sum / static_cast<float>(met);
         }
-      }
-      if (5 * met >= 2 * tried) cost[row * columns + dx + reach_x] = sum / static_cast<float>(met);
-    }
-  }, 4);
+      },
+      4);
   struct Candidate {
     float cost;
     Offset offset;
@@ -297,7 +305,8 @@ std::vector<Offset> repeated_offsets(const ImageF& picture, const ImageU8& known
   return offsets;
 }
 
-ImageF exemplar_fill(const ExemplarOptions& options, const ImageF& picture, const ImageU8& known, const ImageU8& target) {
+ImageF exemplar_fill(const ExemplarOptions& options, const ImageF& picture, const ImageU8& known,
+                     const ImageU8& target) {
   CHECK(picture.channels == 3 && known.pixels() == picture.pixels() && target.pixels() == picture.pixels());
   std::vector<Level> levels = {{picture, known, target}};
   for (size_t i = 0; i < known.data.size(); ++i) levels[0].known.data[i] = known.data[i] && !target.data[i];
@@ -314,7 +323,8 @@ ImageF exemplar_fill(const ExemplarOptions& options, const ImageF& picture, cons
   std::vector<std::vector<Offset>> offsets(levels.size());
   offsets[probe] = offsets_around(levels[probe], options.offsets);
   for (size_t s = probe + 1; s < levels.size(); ++s)
-    for (const Offset& o : offsets[s - 1]) offsets[s].push_back({static_cast<int>(std::lround(o.x / 2.0)), static_cast<int>(std::lround(o.y / 2.0))});
+    for (const Offset& o : offsets[s - 1])
+      offsets[s].push_back({static_cast<int>(std::lround(o.x / 2.0)), static_cast<int>(std::lround(o.y / 2.0))});
   if (probe == 1)
     for (const Offset& o : offsets[1])
       for (int j = -1; j <= 1; ++j)

@@ -8,9 +8,9 @@
 namespace pliant {
 
 struct ExemplarOptions {
-  int patch_radius = 3;   ///< patches of (2 r + 1)^2 pixels
-  int rounds = 6;         ///< search and vote rounds at every scale
-  int offsets = 12;       ///< repeated translations of the known picture that are always tried
+  int patch_radius = 3;  ///< patches of (2 r + 1)^2 pixels
+  int rounds = 6;        ///< search and vote rounds at every scale
+  int offsets = 12;      ///< repeated translations of the known picture that are always tried
   uint64_t seed = 0;
 };
 
@@ -27,6 +27,7 @@ std::vector<Offset> repeated_offsets(const ImageF& picture, const ImageU8& known
 /// Shechtman, Irani 2007) over PatchMatch (Barnes et al. 2009), coarse to fine; the search also tries the translations
 /// under which the surroundings repeat (after He and Sun 2012), so that planks and tiles keep their period.  The
 /// first guess where no translation helps is Telea's (2004).
-ImageF exemplar_fill(const ExemplarOptions& options, const ImageF& picture, const ImageU8& known, const ImageU8& target);
+ImageF exemplar_fill(const ExemplarOptions& options, const ImageF& picture, const ImageU8& known,
+                     const ImageU8& target);
 
 }  // namespace pliant

@@ -23,8 +23,10 @@ Observation observe(const HoleOptions& options, const GaussianCloud& background,
       float alpha = 0;
       for (uint32_t e = W.row_start[pixel]; e < W.row_start[pixel + 1]; ++e) {
         alpha += W.weight[e];
-        if (W.gaussian[e] < background.size()) total[W.gaussian[e]] += W.weight[e];
-        else seen.data[pixel] += W.weight[e];
+        if (W.gaussian[e] < background.size())
+          total[W.gaussian[e]] += W.weight[e];
+        else
+          seen.data[pixel] += W.weight[e];
       }
       outside.data[pixel] = alpha < 0.5f;
     }
@@ -37,8 +39,8 @@ Observation observe(const HoleOptions& options, const GaussianCloud& background,
   return observation;
 }
 
-HoleView find_hole(const HoleOptions& options, const Observation& observation, size_t view, const GaussianCloud& background,
-                   const std::vector<Camera>& cameras) {
+HoleView find_hole(const HoleOptions& options, const Observation& observation, size_t view,
+                   const GaussianCloud& background, const std::vector<Camera>& cameras) {
   std::vector<float> unobserved = observation.unobserved;
   CHECK(unobserved.size() <= background.size());
   unobserved.resize(background.size(), 0.0f);
@@ -49,9 +51,9 @@ HoleView find_hole(const HoleOptions& options, const Observation& observation, s
   const int width = object.width, height = object.height;
   result.hole = result.open = ImageU8(width, height, 1);
   for (size_t i = 0; i < object.data.size(); ++i)
-    result.hole.data[i] = !observation.ignored[view].data[i] && object.data[i] >= options.min_object &&
-                          (result.picture.alpha.data[i] < options.min_alpha ||
-                           result.picture.features.data[i] > options.max_unobserved);
+    result.hole.data[i] =
+        !observation.ignored[view].data[i] && object.data[i] >= options.min_object &&
+        (result.picture.alpha.data[i] < options.min_alpha || result.picture.features.data[i] > options.max_unobserved);
 
   // What is thinner than three pixels is the soft edge of a splat, not a hole.
   cv::Mat hole(height, width, CV_8U, result.hole.data.data()), part;

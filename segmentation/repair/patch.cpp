@@ -45,17 +45,21 @@ Neighbourhood neighbourhood(const GaussianCloud& cloud, const std::vector<int>& 
 
 /// Colour at image point (u, v), whose pixel (i, j) has its centre at (i + 0.5, j + 0.5).
 void bilinear(const ImageF& image, float u, float v, float* out) {
-  const float x = std::clamp(u - 0.5f, 0.0f, static_cast<float>(image.width - 1)), y = std::clamp(v - 0.5f, 0.0f, static_cast<float>(image.height - 1));
-  const int i = std::min(static_cast<int>(x), std::max(0, image.width - 2)), j = std::min(static_cast<int>(y), std::max(0, image.height - 2));
+  const float x = std::clamp(u - 0.5f, 0.0f, static_cast<float>(image.width - 1)),
+              y = std::clamp(v - 0.5f, 0.0f, static_cast<float>(image.height - 1));
+  const int i = std::min(static_cast<int>(x), std::max(0, image.width - 2)),
+            j = std::min(static_cast<int>(y), std::max(0, image.height - 2));
   const int i1 = std::min(i + 1, image.width - 1), j1 = std::min(j + 1, image.height - 1);
   const float a = x - static_cast<float>(i), b = y - static_cast<float>(j);
   for (int k = 0; k < 3; ++k)
-    out[k] = (1 - b) * ((1 - a) * image(i, j, k) + a * image(i1, j, k)) + b * ((1 - a) * image(i, j1, k) + a * image(i1, j1, k));
+    out[k] = (1 - b) * ((1 - a) * image(i, j, k) + a * image(i1, j, k)) +
+             b * ((1 - a) * image(i, j1, k) + a * image(i1, j1, k));
 }
 
 }  // namespace
 
-PlaneFill::PlaneFill(PlanePicture of) : picture(std::move(of)), color(picture.color), colored(picture.target.width, picture.target.height, 1) {}
+PlaneFill::PlaneFill(PlanePicture of)
+    : picture(std::move(of)), color(picture.color), colored(picture.target.width, picture.target.height, 1) {}
 
 void fill_from_texture(PlaneFill& plane, const ExemplarOptions& options) {
   const PlanePicture& p = plane.picture;
@@ -69,7 +73,8 @@ void fill_from_texture(PlaneFill& plane, const ExemplarOptions& options) {
   plane.colored = p.target;
 }
 
-ImageU8 fill_from_view(PlaneFill& plane, int index, const ViewFill& view, const HoleGeometry& geometry, const Camera& camera) {
+ImageU8 fill_from_view(PlaneFill& plane, int index, const ViewFill& view, const HoleGeometry& geometry,
+                       const Camera& camera) {
   ImageU8 here(view.mask.width, view.mask.height, 1), now(plane.colored.width, plane.colored.height, 1);
   for (size_t i = 0; i < here.data.size(); ++i) here.data[i] = geometry.plane[i] == index;
   cv::Mat wide(here.height, here.width, CV_8U, here.data.data());
@@ -99,7 +104,8 @@ GaussianCloud plane_patch(const PlaneFill& plane, const ImageU8& which, const Ga
   for (int y = 0; y < which.height; ++y)
     for (int x = 0; x < which.width; ++x)
       if (which(x, y) && !picture.covered(x, y))
-        add_disc(patch, picture.point(x + 0.5f, y + 0.5f), rotation, picture.texel, around.thickness, around.opacity, plane.color.at(x, y));
+        add_disc(patch, picture.point(x + 0.5f, y + 0.5f), rotation, picture.texel, around.thickness, around.opacity,
+                 plane.color.at(x, y));
   return patch;
 }
 
@@ -123,7 +129,8 @@ GaussianCloud view_patch(const HoleView& view, const Camera& camera, const Image
   const int width = view.hole.width, height = view.hole.height;
   const ImageU8 known = source_mask(view.picture, view.hole);
 
-  // Depth: the surroundings' inverse depths weighted by inverse squared distance in the picture.  Transparent lines have none.
+  // Depth: the surroundings' inverse depths weighted by inverse squared distance in the picture.  Transparent lines
+  // have none.
   std::vector<std::pair<Vec2f, float>> ring;
   cv::Mat hole(height, width, CV_8U, const_cast<uint8_t*>(view.hole.data.data())), near;
   cv::dilate(hole, near, cv::Mat::ones(9, 9, CV_8U));
@@ -135,7 +142,8 @@ GaussianCloud view_patch(const HoleView& view, const Camera& camera, const Image
   if (ring.empty()) return patch;
   const size_t step = std::max<size_t>(1, ring.size() / 800);
   const Vec3f forward = camera.forward().cast<float>();
-  const Vec4f rotation = quaternion_wxyz(Eigen::Quaternionf::FromTwoVectors(Vec3f::UnitZ(), -forward).toRotationMatrix());
+  const Vec4f rotation =
+      quaternion_wxyz(Eigen::Quaternionf::FromTwoVectors(Vec3f::UnitZ(), -forward).toRotationMatrix());
   const Eigen::Isometry3d world_from_cam = camera.cam_from_world.inverse();
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
@@ -160,8 +168,8 @@ GaussianCloud view_patch(const HoleView& view, const Camera& camera, const Image
   return patch;
 }
 
-FilledView show_planes(const std::vector<PlaneFill>& planes, const ImageF& picture, const ImageU8& hole, const HoleGeometry& geometry,
-                       const Camera& camera) {
+FilledView show_planes(const std::vector<PlaneFill>& planes, const ImageF& picture, const ImageU8& hole,
+                       const HoleGeometry& geometry, const Camera& camera) {
   FilledView out{camera, picture, ImageU8(hole.width, hole.height, 1)};
   for (size_t i = 0; i < geometry.plane.size(); ++i) {
     const int k = geometry.plane[i];

@@ -23,9 +23,10 @@ struct ViewFill {
   ImageU8 mask;
 };
 
-/// Fills the target texels that a view sees in its filled pixels on plane `index` with their colour.  Returns those that
-/// were filled now.
-ImageU8 fill_from_view(PlaneFill& plane, int index, const ViewFill& view, const HoleGeometry& geometry, const Camera& camera);
+/// Fills the target texels that a view sees in its filled pixels on plane `index` with their colour.  Returns those
+/// that were filled now.
+ImageU8 fill_from_view(PlaneFill& plane, int index, const ViewFill& view, const HoleGeometry& geometry,
+                       const Camera& camera);
 
 /// Flat discs for the texels of `which` (1 = wanted) that the plane does not cover yet.  One picture serves all views,
 /// so they agree.
@@ -39,7 +40,7 @@ ViewFill fill_view(const HoleView& view, const ExemplarOptions& options, Inpaint
 GaussianCloud view_patch(const HoleView& view, const Camera& camera, const ImageF& filled, const ImageU8& which);
 
 /// What a view should show: the filled planes in its hole, elsewhere `picture`, as it is now.
-FilledView show_planes(const std::vector<PlaneFill>& planes, const ImageF& picture, const ImageU8& hole, const HoleGeometry& geometry,
-                       const Camera& camera);
+FilledView show_planes(const std::vector<PlaneFill>& planes, const ImageF& picture, const ImageU8& hole,
+                       const HoleGeometry& geometry, const Camera& camera);
 
 }  // namespace pliant

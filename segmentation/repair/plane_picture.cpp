@@ -68,16 +68,18 @@ Camera front_camera(const PlanePicture& picture, int width, int height) {
   camera.fx = camera.fy = distance / picture.texel;
   camera.cx = 0.5 * width, camera.cy = 0.5 * height;
   Eigen::Matrix3d axes;
-  axes.row(0) = picture.u.cast<double>(), axes.row(1) = picture.v.cast<double>(), axes.row(2) = -picture.normal.cast<double>();
-  const Vec3d eye = (picture.point(0.5f * width, 0.5f * height) + picture.normal * static_cast<float>(distance)).cast<double>();
+  axes.row(0) = picture.u.cast<double>(), axes.row(1) = picture.v.cast<double>(),
+  axes.row(2) = -picture.normal.cast<double>();
+  const Vec3d eye =
+      (picture.point(0.5f * width, 0.5f * height) + picture.normal * static_cast<float>(distance)).cast<double>();
   camera.cam_from_world.linear() = axes;
   camera.cam_from_world.translation() = -axes * eye;
   return camera;
 }
 
 /// Whether some view sees a point of the plane through its hole.
-bool seen_through_hole(int plane, const Vec3d& x, const std::vector<HoleGeometry>& geometry, const Observation& observation,
-                       const std::vector<Camera>& cameras) {
+bool seen_through_hole(int plane, const Vec3d& x, const std::vector<HoleGeometry>& geometry,
+                       const Observation& observation, const std::vector<Camera>& cameras) {
   for (size_t v = 0; v < geometry.size(); ++v) {
     const Camera& c = cameras[observation.view[v]];
     const Vec3d at = c.cam_from_world * x;
@@ -90,7 +92,8 @@ bool seen_through_hole(int plane, const Vec3d& x, const std::vector<HoleGeometry
   return false;
 }
 
-/// Opacity of surfaces: thin dark lines, which training leaves transparent before the black, are as opaque as what is beside them.
+/// Opacity of surfaces: thin dark lines, which training leaves transparent before the black, are as opaque as what is
+/// beside them.
 cv::Mat surface_opacity(const RenderResult& picture) {
   cv::Mat closed;
   const cv::Mat alpha(picture.alpha.height, picture.alpha.width, CV_32F, const_cast<float*>(picture.alpha.data.data()));
@@ -120,9 +123,10 @@ ImageU8 source_mask(const RenderResult& picture, const ImageU8& target) {
   return known;
 }
 
-PlanePicture picture_plane(const PlanePictureOptions& options, const Surfaces& surfaces, int index, const std::vector<HoleView>& views,
-                           const std::vector<HoleGeometry>& geometry, const Observation& observation,
-                           const GaussianCloud& background, const std::vector<Camera>& cameras) {
+PlanePicture picture_plane(const PlanePictureOptions& options, const Surfaces& surfaces, int index,
+                           const std::vector<HoleView>& views, const std::vector<HoleGeometry>& geometry,
+                           const Observation& observation, const GaussianCloud& background,
+                           const std::vector<Camera>& cameras) {
   constexpr float kOpaque = 0.97f;
   const Opening opening = find_opening(index, views, geometry, observation, cameras);
   if (opening.point.size() < 4) return {};
@@ -137,7 +141,8 @@ PlanePicture picture_plane(const PlanePictureOptions& options, const Surfaces& s
 
   // The picture spans the hole and its surroundings.
   std::vector<float> us, vs;
-  for (const Vec3f& x : opening.point) us.push_back(picture.u.dot(x - plane.point)), vs.push_back(picture.v.dot(x - plane.point));
+  for (const Vec3f& x : opening.point)
+    us.push_back(picture.u.dot(x - plane.point)), vs.push_back(picture.v.dot(x - plane.point));
   const Vec2f ru = inner_range(std::move(us)), rv = inner_range(std::move(vs));
   const float span = std::max(ru[1] - ru[0], rv[1] - rv[0]);
   float texel = 0.9f * opening.footprint;
@@ -150,14 +155,14 @@ PlanePicture picture_plane(const PlanePictureOptions& options, const Surfaces& s
   // The plane's own Gaussians.  Those that nobody observed say nothing.
   for (size_t p = 0; p < background.size(); ++p) {
     const Vec2f at = picture.coordinates(background.position[p]);
-    if (std::abs(plane.normal.dot(background.position[p] - plane.point)) <= 2 * surfaces.tolerance && at.minCoeff() > -20 &&
-        at[0] < static_cast<float>(width + 20) && at[1] < static_cast<float>(height + 20) &&
+    if (std::abs(plane.normal.dot(background.position[p] - plane.point)) <= 2 * surfaces.tolerance &&
+        at.minCoeff() > -20 && at[0] < static_cast<float>(width + 20) && at[1] < static_cast<float>(height + 20) &&
         !(p < observation.unobserved.size() && observation.unobserved[p] > 0))
       picture.members.push_back(static_cast<int>(p));
   }
   if (picture.members.empty()) return {};
-  const RenderResult seen =
-      render(flat_colored(background, picture.members, front.centre().cast<float>()), front_camera(picture, width, height));
+  const RenderResult seen = render(flat_colored(background, picture.members, front.centre().cast<float>()),
+                                   front_camera(picture, width, height));
 
   // Texels that a view sees through its hole.
   picture.covered = picture.target = ImageU8(width, height, 1);

@@ -29,13 +29,15 @@ struct PlanePictureOptions {
 };
 
 /// Empty when no view sees the plane through a hole.
-PlanePicture picture_plane(const PlanePictureOptions& options, const Surfaces& surfaces, int plane, const std::vector<HoleView>& views,
-                           const std::vector<HoleGeometry>& geometry, const Observation& observation,
-                           const GaussianCloud& background, const std::vector<Camera>& cameras);
+PlanePicture picture_plane(const PlanePictureOptions& options, const Surfaces& surfaces, int plane,
+                           const std::vector<HoleView>& views, const std::vector<HoleGeometry>& geometry,
+                           const Observation& observation, const GaussianCloud& background,
+                           const std::vector<Camera>& cameras);
 
 /// Colour without the black that shines through, but for thin lines: trained scenes leave dark joints transparent.
 ImageF surface_color(const RenderResult& picture);
-/// What may be copied: opaque enough for its colour to be known or a thin line in what is, and not at the fading rim of the target.
+/// What may be copied: opaque enough for its colour to be known or a thin line in what is, and not at the fading rim of
+/// the target.
 ImageU8 source_mask(const RenderResult& picture, const ImageU8& target);
 
 }  // namespace pliant

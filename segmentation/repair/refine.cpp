@@ -38,8 +38,14 @@ Crop crop(const FilledView& view, int ring, size_t first_new, const GaussianClou
   cv::Mat mask(height, width, CV_8U, const_cast<uint8_t*>(view.mask.data.data())), grown;
   cv::dilate(mask, grown, cv::Mat::ones(2 * ring + 1, 2 * ring + 1, CV_8U));
   cv::Rect box = cv::boundingRect(grown);
-  box = cv::Rect(box.x - kBorder, box.y - kBorder, box.width + 2 * kBorder, box.height + 2 * kBorder) & cv::Rect(0, 0, width, height);
-  Crop part{view.camera, ImageF(box.width, box.height, 3), ImageF(box.width, box.height, 1), ImageF(box.width, box.height, 1), {}, 0};
+  box = cv::Rect(box.x - kBorder, box.y - kBorder, box.width + 2 * kBorder, box.height + 2 * kBorder) &
+        cv::Rect(0, 0, width, height);
+  Crop part{view.camera,
+            ImageF(box.width, box.height, 3),
+            ImageF(box.width, box.height, 1),
+            ImageF(box.width, box.height, 1),
+            {},
+            0};
   part.camera.width = box.width, part.camera.height = box.height;
   part.camera.cx -= box.x, part.camera.cy -= box.y;
   for (int y = 0; y < box.height; ++y)
@@ -94,11 +100,13 @@ double error_inside(const std::vector<Crop>& crops) {
 
 }  // namespace
 
-RefineSummary refine(const RefineOptions& options, const std::vector<FilledView>& views, size_t first_new, GaussianCloud& cloud) {
+RefineSummary refine(const RefineOptions& options, const std::vector<FilledView>& views, size_t first_new,
+                     GaussianCloud& cloud) {
   RefineSummary summary;
   std::vector<Crop> crops;
   if (options.rounds > 0 && first_new < cloud.size())
-    for (const size_t v : largest(views, options.max_views)) crops.push_back(crop(views[v], options.ring, first_new, cloud));
+    for (const size_t v : largest(views, options.max_views))
+      crops.push_back(crop(views[v], options.ring, first_new, cloud));
   summary.views = crops.size();
   if (crops.empty()) return summary;
   summary.mse_before = error_inside(crops);
@@ -121,7 +129,8 @@ RefineSummary refine(const RefineOptions& options, const std::vector<FilledView>
       opacity.step(now.opacity, g.opacity, rate * options.opacity_rate);
       scale.step(now.scale, g.scale, rate * options.scale_rate);
       for (size_t i = 0; i < now.scale.size(); ++i)
-        now.scale[i] = std::clamp(now.scale[i], start.scale[i] - options.most_scale, start.scale[i] + options.most_scale);
+        now.scale[i] =
+            std::clamp(now.scale[i], start.scale[i] - options.most_scale, start.scale[i] + options.most_scale);
     }
   }
   for (Crop& part : crops) put(now, part.first_new, part.cloud);

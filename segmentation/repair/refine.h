@@ -16,13 +16,13 @@ struct FilledView {
 };
 
 struct RefineOptions {
-  int rounds = 8;             ///< over all views; 0 = nothing is refined
-  int max_views = 12;         ///< with the largest holes
-  int ring = 3;               ///< pixels around a hole in which the picture must stay as it is
-  float color_rate = 0.01f;   ///< of Adam [colour]
-  float opacity_rate = 0.03f; ///< [logit]
-  float scale_rate = 0.01f;   ///< [log]
-  float most_scale = 0.35f;   ///< largest change of a log scale
+  int rounds = 8;              ///< over all views; 0 = nothing is refined
+  int max_views = 12;          ///< with the largest holes
+  int ring = 3;                ///< pixels around a hole in which the picture must stay as it is
+  float color_rate = 0.01f;    ///< of Adam [colour]
+  float opacity_rate = 0.03f;  ///< [logit]
+  float scale_rate = 0.01f;    ///< [log]
+  float most_scale = 0.35f;    ///< largest change of a log scale
 };
 
 struct RefineSummary {
@@ -34,6 +34,7 @@ struct RefineSummary {
 /// Makes the Gaussians from `first_new` on reproduce the filled views: descends on the mean squared difference in the
 /// holes and a ring around them, through the reverse pass of the renderer, over their colour, opacity and scale.  All
 /// others enter the pictures and are left bit for bit as they are.  Equal for any number of threads.
-RefineSummary refine(const RefineOptions& options, const std::vector<FilledView>& views, size_t first_new, GaussianCloud& cloud);
+RefineSummary refine(const RefineOptions& options, const std::vector<FilledView>& views, size_t first_new,
+                     GaussianCloud& cloud);
 
 }  // namespace pliant

@@ -41,7 +41,8 @@ float change_outside(const HoleView& before, const HoleView& after) {
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       if (near.at<uint8_t>(y, x)) continue;
-      for (int k = 0; k < 3; ++k) sum += std::abs(before.picture.color(x, y, k) - after.picture.color(x, y, k)), ++count;
+      for (int k = 0; k < 3; ++k)
+        sum += std::abs(before.picture.color(x, y, k) - after.picture.color(x, y, k)), ++count;
     }
   return count ? static_cast<float>(sum / static_cast<double>(count)) : 0.0f;
 }
@@ -56,7 +57,8 @@ int support_plane(const Surfaces& surfaces, const std::vector<HoleGeometry>& geo
   for (size_t k = 0; k < pixels.size(); ++k) {
     if (pixels[k] == 0 || (best >= 0 && pixels[k] <= pixels[best])) continue;
     std::vector<float> height;
-    for (const Vec3f& x : object.position) height.push_back(surfaces.plane[k].plane.normal.dot(x - surfaces.plane[k].plane.point));
+    for (const Vec3f& x : object.position)
+      height.push_back(surfaces.plane[k].plane.normal.dot(x - surfaces.plane[k].plane.point));
     std::sort(height.begin(), height.end());
     const float low = height[height.size() / 50], high = height[height.size() - 1 - height.size() / 50];
     if (std::abs(low) < 0.1f * (high - low)) best = static_cast<int>(k);
@@ -73,7 +75,8 @@ class Repair {
     result_.background = background;
     summary_.views = choose_views(cameras, options.max_views);
     observation_ = observe(options.hole, background, removed, cameras, summary_.views);
-    summary_.unobserved = static_cast<size_t>(std::count(observation_.unobserved.begin(), observation_.unobserved.end(), 1.0f));
+    summary_.unobserved =
+        static_cast<size_t>(std::count(observation_.unobserved.begin(), observation_.unobserved.end(), 1.0f));
   }
 
   void find_holes() {
@@ -164,8 +167,10 @@ class Repair {
     std::vector<int> kept;
     std::vector<float> unobserved;
     for (size_t p = 0, next = 0; p < result_.background.size(); ++p) {
-      if (next < gone.size() && gone[next] == static_cast<int>(p)) ++next;
-      else kept.push_back(static_cast<int>(p)), unobserved.push_back(observation_.unobserved[p]);
+      if (next < gone.size() && gone[next] == static_cast<int>(p))
+        ++next;
+      else
+        kept.push_back(static_cast<int>(p)), unobserved.push_back(observation_.unobserved[p]);
     }
     result_.background = result_.background.select(kept), observation_.unobserved = std::move(unobserved);
   }
@@ -219,7 +224,7 @@ class Repair {
   Surfaces surfaces_;
   std::vector<HoleGeometry> geometry_;  ///< [views]
   std::vector<PlaneFill> planes_;
-  std::vector<uint8_t> used_;           ///< [planes] 1 = has new Gaussians
+  std::vector<uint8_t> used_;  ///< [planes] 1 = has new Gaussians
 };
 
 }  // namespace
@@ -229,7 +234,9 @@ size_t RepairSummary::after() const { return std::accumulate(hole_after.begin(),
 
 std::string RepairSummary::describe() const {
   char text[256];
-  std::snprintf(text, sizeof(text), "hole of %zu pixels in %zu views filled with %zu Gaussians on %zu planes and %zu placed view by view; %zu pixels left; %.1f s",
+  std::snprintf(text, sizeof(text),
+                "hole of %zu pixels in %zu views filled with %zu Gaussians on %zu planes and %zu placed view by view; "
+                "%zu pixels left; %.1f s",
                 before(), views.size(), plane_gaussians, planes, view_gaussians, after(), seconds);
   return text;
 }
@@ -237,15 +244,19 @@ std::string RepairSummary::describe() const {
 std::string RepairSummary::describe_shadow() const {
   char text[256] = "";
   if (shadow == Shadow::Verdict::kPlain)
-    std::snprintf(text, sizeof(text), "contact shadow that leaves %.0f %% of the light beside the object: %s", 100 * shadow_darkest,
-                  shadow_lifted ? ("lifted from " + std::to_string(shadow_gaussians) + " Gaussians").c_str() : "kept, as asked");
+    std::snprintf(
+        text, sizeof(text), "contact shadow that leaves %.0f %% of the light beside the object: %s",
+        100 * shadow_darkest,
+        shadow_lifted ? ("lifted from " + std::to_string(shadow_gaussians) + " Gaussians").c_str() : "kept, as asked");
   else if (shadow == Shadow::Verdict::kDoubtful)
-    std::snprintf(text, sizeof(text), "the support is darker around the object, but %s: left as it is", shadow_doubt.c_str());
+    std::snprintf(text, sizeof(text), "the support is darker around the object, but %s: left as it is",
+                  shadow_doubt.c_str());
   return text;
 }
 
 RepairResult repair(const RepairOptions& options, const GaussianCloud& background, const GaussianCloud& removed,
-                    const std::vector<Camera>& cameras, const std::function<void(double done)>& progress, Inpainter* inpainter) {
+                    const std::vector<Camera>& cameras, const std::function<void(double done)>& progress,
+                    Inpainter* inpainter) {
   const auto start = std::chrono::steady_clock::now();
   auto report = [&](double done) {
     if (progress) progress(done);

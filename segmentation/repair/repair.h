@@ -14,8 +14,8 @@ namespace pliant {
 /// Filling of the hole that an extracted object leaves.
 struct RepairOptions {
   HoleOptions hole;
-  int max_views = 24;        ///< evenly chosen cameras that are looked at, whatever their order
-  int ring = 14;             ///< width [pixels] of a hole's surroundings from which surfaces are taken
+  int max_views = 24;  ///< evenly chosen cameras that are looked at, whatever their order
+  int ring = 14;       ///< width [pixels] of a hole's surroundings from which surfaces are taken
   int max_planes = 4;
   int max_view_patches = 6;  ///< views that may be filled one by one after the planes
   size_t min_pixels = 12;    ///< holes smaller than this are left to the rasteriser's soft edges
@@ -26,22 +26,23 @@ struct RepairOptions {
 };
 
 struct RepairSummary {
-  std::vector<int> views;            ///< cameras that were looked at
+  std::vector<int> views;                       ///< cameras that were looked at
   std::vector<size_t> hole_before, hole_after;  ///< pixels per view
   size_t planes = 0, plane_gaussians = 0, view_gaussians = 0;
-  size_t inpainted_views = 0;        ///< that went through the inpainter
+  size_t inpainted_views = 0;  ///< that went through the inpainter
   RefineSummary refinement;
-  size_t unobserved = 0;             ///< background Gaussians that no view saw while the object was there
-  float outside_change = 0;          ///< largest mean colour change of a view outside its hole (3 pixels grown), the shadow aside
+  size_t unobserved = 0;  ///< background Gaussians that no view saw while the object was there
+  float outside_change =
+      0;  ///< largest mean colour change of a view outside its hole (3 pixels grown), the shadow aside
   Shadow::Verdict shadow = Shadow::Verdict::kNone;
-  std::string shadow_doubt;          ///< why a darker surrounding was left
+  std::string shadow_doubt;  ///< why a darker surrounding was left
   bool shadow_lifted = false;
-  float shadow_darkest = 1;          ///< light left beside the footprint
-  size_t shadow_gaussians = 0;       ///< whose colour changed
+  float shadow_darkest = 1;     ///< light left beside the footprint
+  size_t shadow_gaussians = 0;  ///< whose colour changed
   double seconds = 0;
   size_t before() const;
   size_t after() const;
-  std::string describe() const;      ///< one sentence
+  std::string describe() const;         ///< one sentence
   std::string describe_shadow() const;  ///< one sentence; empty when there is none
 };
 
@@ -55,11 +56,11 @@ struct RepairResult {
 
 /// Fills the hole (design: pixels whose accumulated opacity falls below 0.9 after removal or whose front was never
 /// observed, where the object was seen).  Never observed Gaussians that only the hole shows are taken out, and a plain
-/// contact shadow on the plane under the object is taken off the colours there; all others stay bit for bit as they are.
-/// Surfaces around the hole are continued as planes with their own texture, what is left is filled view by view, largest
-/// hole first.  With an inpainter, the view with the largest hole is filled by it and carried to the others on the planes
-/// (or at the depth of the surroundings), then what is still open in the view with most of it, and so on.  Last, the new
-/// Gaussians are refined against the filled views.
+/// contact shadow on the plane under the object is taken off the colours there; all others stay bit for bit as they
+/// are. Surfaces around the hole are continued as planes with their own texture, what is left is filled view by view,
+/// largest hole first.  With an inpainter, the view with the largest hole is filled by it and carried to the others on
+/// the planes (or at the depth of the surroundings), then what is still open in the view with most of it, and so on.
+/// Last, the new Gaussians are refined against the filled views.
 RepairResult repair(const RepairOptions& options, const GaussianCloud& background, const GaussianCloud& removed,
                     const std::vector<Camera>& cameras, const std::function<void(double done)>& progress = {},
                     Inpainter* inpainter = nullptr);

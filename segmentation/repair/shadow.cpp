@@ -49,7 +49,8 @@ Layout lay_out(const ShadowOptions& options, const PlanePicture& picture) {
   Layout layout{picture.target.width, picture.target.height, footprint_of(picture), {}, 0, 0, 0, picture.known};
   cv::Mat outside(layout.height, layout.width, CV_8U);
   size_t area = 0;
-  for (size_t i = 0; i < layout.footprint.data.size(); ++i) outside.data[i] = !layout.footprint.data[i], area += layout.footprint.data[i];
+  for (size_t i = 0; i < layout.footprint.data.size(); ++i)
+    outside.data[i] = !layout.footprint.data[i], area += layout.footprint.data[i];
   cv::distanceTransform(outside, layout.distance, cv::DIST_L2, 5);
   layout.radius = std::sqrt(static_cast<float>(area) / static_cast<float>(M_PI));
   layout.reach = options.reach * layout.radius;
@@ -76,7 +77,10 @@ struct Match {
 class PatchLight {
  public:
   PatchLight(const PlanePicture& picture, const Layout& layout, std::vector<Offset> offsets)
-      : known_(picture.known), reference_(layout.reference), offsets_(std::move(offsets)), log_(layout.width, layout.height, 4) {
+      : known_(picture.known),
+        reference_(layout.reference),
+        offsets_(std::move(offsets)),
+        log_(layout.width, layout.height, 4) {
     for (int y = 0; y < layout.height; ++y)
       for (int x = 0; x < layout.width; ++x) {
         const float* c = picture.color.at(x, y);
@@ -101,7 +105,8 @@ class PatchLight {
       }
     if (matches.size() < 2) return false;
     // The better half speaks, and all that are as good.
-    std::stable_sort(matches.begin(), matches.end(), [](const Match& a, const Match& b) { return a.residual < b.residual; });
+    std::stable_sort(matches.begin(), matches.end(),
+                     [](const Match& a, const Match& b) { return a.residual < b.residual; });
     const float most = std::max(matches[(matches.size() - 1) / 2].residual, kGood);
     while (matches.back().residual > most) matches.pop_back();
     for (int k = 0; k < 4; ++k) {
@@ -115,16 +120,19 @@ class PatchLight {
  private:
   static constexpr int kRadius = 2, kEnough = (2 * kRadius + 1) * (2 * kRadius + 1) / 2;
   static constexpr size_t kMatches = 10;  ///< places that a texel is compared with
-  static constexpr float kGood = 0.01f;  ///< variance of the log ratio below which patches are alike
+  static constexpr float kGood = 0.01f;   ///< variance of the log ratio below which patches are alike
 
   template <class Visit>
   void each(int x, int y, int dx, int dy, Visit visit) const {
-    for (int v = std::max({y - kRadius, 0, -dy}); v <= std::min({y + kRadius, log_.height - 1, log_.height - 1 - dy}); ++v)
-      for (int u = std::max({x - kRadius, 0, -dx}); u <= std::min({x + kRadius, log_.width - 1, log_.width - 1 - dx}); ++u)
+    for (int v = std::max({y - kRadius, 0, -dy}); v <= std::min({y + kRadius, log_.height - 1, log_.height - 1 - dy});
+         ++v)
+      for (int u = std::max({x - kRadius, 0, -dx}); u <= std::min({x + kRadius, log_.width - 1, log_.width - 1 - dx});
+           ++u)
         if (known_(u, v) && reference_(u + dx, v + dy)) visit(log_.at(u, v), log_.at(u + dx, v + dy));
   }
   Match match(int x, int y, int dx, int dy) const {
-    if (x + dx < 0 || y + dy < 0 || x + dx >= log_.width || y + dy >= log_.height || !reference_(x + dx, y + dy)) return {};
+    if (x + dx < 0 || y + dy < 0 || x + dx >= log_.width || y + dy >= log_.height || !reference_(x + dx, y + dy))
+      return {};
     float sum = 0, square = 0;
     int n = 0;
     each(x, y, dx, dy, [&](const float* here, const float* there) {
@@ -150,16 +158,20 @@ Light measure_light(const ShadowOptions& options, const PlanePicture& picture, c
   Light light;
   light.valid = cv::Mat::zeros(layout.height, layout.width, CV_32F);
   for (cv::Mat& ratio : light.ratio) ratio = cv::Mat::zeros(layout.height, layout.width, CV_32F);
-  const PatchLight patches(picture, layout, repeated_offsets(picture.color, layout.reference, layout.reference, options.offsets));
-  parallel_for(layout.height, [&](std::ptrdiff_t row) {
-    const int y = static_cast<int>(row);
-    for (int x = 0; x < layout.width; ++x) {
-      float ratio[4];
-      if (!picture.known(x, y) || !patches.measure(x, y, ratio)) continue;
-      for (int k = 0; k < 4; ++k) light.ratio[k].at<float>(y, x) = ratio[k];
-      light.valid.at<float>(y, x) = 1;
-    }
-  }, 4);
+  const PatchLight patches(picture, layout,
+                           repeated_offsets(picture.color, layout.reference, layout.reference, options.offsets));
+  parallel_for(
+      layout.height,
+      [&](std::ptrdiff_t row) {
+        const int y = static_cast<int>(row);
+        for (int x = 0; x < layout.width; ++x) {
+          float ratio[4];
+          if (!picture.known(x, y) || !patches.measure(x, y, ratio)) continue;
+          for (int k = 0; k < 4; ++k) light.ratio[k].at<float>(y, x) = ratio[k];
+          light.valid.at<float>(y, x) = 1;
+        }
+      },
+      4);
   cv::Mat weight;
   cv::GaussianBlur(light.valid, weight, {}, layout.blur);
   for (cv::Mat& ratio : light.ratio) {
@@ -174,7 +186,9 @@ Light measure_light(const ShadowOptions& options, const PlanePicture& picture, c
 float remove_trend(const Layout& layout, const cv::Mat& valid, cv::Mat& ratio) {
   Eigen::Matrix3d A = Eigen::Matrix3d::Identity() * 1e-9;
   Vec3d b = Vec3d::Zero();
-  auto row = [&](int x, int y) { return Vec3d(1, static_cast<double>(x) / layout.width, static_cast<double>(y) / layout.height); };
+  auto row = [&](int x, int y) {
+    return Vec3d(1, static_cast<double>(x) / layout.width, static_cast<double>(y) / layout.height);
+  };
   auto used = [&](int x, int y) { return layout.reference(x, y) && valid.at<float>(y, x) > 0.5f; };
   for (int y = 0; y < layout.height; ++y)
     for (int x = 0; x < layout.width; ++x)
@@ -215,7 +229,8 @@ float Shadow::gain_at(const Vec3f& x) const {
   const int i = static_cast<int>(std::floor(at[0])), j = static_cast<int>(std::floor(at[1]));
   if (i < 0 || j < 0 || i + 1 >= gain.width || j + 1 >= gain.height) return 1;
   const float a = at[0] - static_cast<float>(i), b = at[1] - static_cast<float>(j);
-  return (1 - b) * ((1 - a) * gain(i, j) + a * gain(i + 1, j)) + b * ((1 - a) * gain(i, j + 1) + a * gain(i + 1, j + 1));
+  return (1 - b) * ((1 - a) * gain(i, j) + a * gain(i + 1, j)) +
+         b * ((1 - a) * gain(i, j + 1) + a * gain(i + 1, j + 1));
 }
 
 Shadow find_shadow(const ShadowOptions& options, const PlanePicture& picture) {
@@ -230,7 +245,8 @@ Shadow find_shadow(const ShadowOptions& options, const PlanePicture& picture) {
   const cv::Mat& ratio = light.ratio[3];
 
   // Dark at the rim, and from there on while it is darker than the light varies elsewhere.
-  const float threshold = std::max(options.min_darkening, 4 * spread), low = std::max(0.25f * options.min_darkening, spread);
+  const float threshold = std::max(options.min_darkening, 4 * spread),
+              low = std::max(0.25f * options.min_darkening, spread);
   cv::Mat dark = cv::Mat::zeros(layout.height, layout.width, CV_8U);
   size_t rim = 0, dark_rim = 0;
   for (int y = 0; y < layout.height; ++y)
@@ -261,7 +277,8 @@ Shadow find_shadow(const ShadowOptions& options, const PlanePicture& picture) {
   shadow.area = static_cast<float>(count) * picture.texel * picture.texel;
   shadow.verdict = Shadow::Verdict::kPlain;
   for (int k = 0; k < 3; ++k)
-    if (std::abs(sum[k] - sum[3]) > options.max_tint * std::abs(sum[3])) shadow.verdict = Shadow::Verdict::kDoubtful, shadow.doubt = "its hue differs";
+    if (std::abs(sum[k] - sum[3]) > options.max_tint * std::abs(sum[3]))
+      shadow.verdict = Shadow::Verdict::kDoubtful, shadow.doubt = "its hue differs";
   if (static_cast<double>(deep_end) > 0.02 * static_cast<double>(count))
     shadow.verdict = Shadow::Verdict::kDoubtful, shadow.doubt = "it goes on farther than a contact shadow";
   // Steps of the region's border are smoothed away.

@@ -17,15 +17,15 @@ struct ShadowOptions {
 /// The darkening of a support around the place where an object stood.
 struct Shadow {
   enum class Verdict {
-    kNone,       ///< the support is not darker around the footprint than elsewhere
-    kPlain,      ///< a dark region that touches the footprint, fades out within reach and keeps the colour's hue
-    kDoubtful,   ///< darker, but it may be paint or a shadow cast from farther away
+    kNone,      ///< the support is not darker around the footprint than elsewhere
+    kPlain,     ///< a dark region that touches the footprint, fades out within reach and keeps the colour's hue
+    kDoubtful,  ///< darker, but it may be paint or a shadow cast from farther away
   } verdict = Verdict::kNone;
-  std::string doubt;            ///< why it is not plain
-  PlanePicture picture;         ///< geometry of `gain`
-  ImageF gain;                  ///< [H, W, 1] light that is left, 1 outside the shadow
-  float darkest = 1;            ///< least gain beside the footprint
-  float area = 0;               ///< of the shadow around the footprint (scene units squared)
+  std::string doubt;     ///< why it is not plain
+  PlanePicture picture;  ///< geometry of `gain`
+  ImageF gain;           ///< [H, W, 1] light that is left, 1 outside the shadow
+  float darkest = 1;     ///< least gain beside the footprint
+  float area = 0;        ///< of the shadow around the footprint (scene units squared)
 
   /// Light left at a point of the plane, bilinear; 1 outside the picture.
   float gain_at(const Vec3f& x) const;

@@ -21,7 +21,9 @@ struct Surroundings {
   std::vector<Offset> band;  ///< known pixels near the target
   float variance = 0;        ///< of their colour, summed over channels
 
-  bool is_known(int x, int y) const { return x >= 0 && y >= 0 && x < picture.width && y < picture.height && known(x, y); }
+  bool is_known(int x, int y) const {
+    return x >= 0 && y >= 0 && x < picture.width && y < picture.height && known(x, y);
+  }
   /// Bilinear colour at (x, y) counted from pixel centres; false unless all four pixels are known.
   bool sample(float x, float y, float* out) const {
     const int i = static_cast<int>(std::floor(x)), j = static_cast<int>(std::floor(y));
@@ -29,7 +31,8 @@ struct Surroundings {
     const int i1 = a > 0 ? i + 1 : i, j1 = b > 0 ? j + 1 : j;
     if (!is_known(i, j) || !is_known(i1, j) || !is_known(i, j1) || !is_known(i1, j1)) return false;
     for (int k = 0; k < 3; ++k)
-      out[k] = (1 - b) * ((1 - a) * picture(i, j, k) + a * picture(i1, j, k)) + b * ((1 - a) * picture(i, j1, k) + a * picture(i1, j1, k));
+      out[k] = (1 - b) * ((1 - a) * picture(i, j, k) + a * picture(i1, j, k)) +
+               b * ((1 - a) * picture(i, j1, k) + a * picture(i1, j1, k));
     return true;
   }
 };
@@ -143,7 +146,8 @@ void add_membrane(const Surroundings& around, const ImageU8& label, const std::v
 
 }  // namespace
 
-std::optional<ShiftFill> shift_fill(const ShiftOptions& options, const ImageF& picture, const ImageU8& known, const ImageU8& target) {
+std::optional<ShiftFill> shift_fill(const ShiftOptions& options, const ImageF& picture, const ImageU8& known,
+                                    const ImageU8& target) {
   CHECK(picture.channels == 3 && known.pixels() == picture.pixels() && target.pixels() == picture.pixels());
   ImageU8 usable = known;
   for (size_t i = 0; i < known.data.size(); ++i) usable.data[i] = known.data[i] && !target.data[i];

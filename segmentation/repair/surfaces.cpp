@@ -18,7 +18,8 @@ std::vector<int> ring_pixels(const HoleView& view, int ring) {
   std::vector<int> pixels;
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
-      if (distance.at<float>(y, x) >= 1.5f && distance.at<float>(y, x) <= static_cast<float>(ring) && view.picture.alpha(x, y) > 0.95f)
+      if (distance.at<float>(y, x) >= 1.5f && distance.at<float>(y, x) <= static_cast<float>(ring) &&
+          view.picture.alpha(x, y) > 0.95f)
         pixels.push_back(y * width + x);
   return pixels;
 }
@@ -26,7 +27,8 @@ std::vector<int> ring_pixels(const HoleView& view, int ring) {
 Vec3f world_point(const HoleView& view, const Camera& camera, int pixel) {
   const double z = view.picture.depth.data[pixel] / view.picture.alpha.data[pixel];
   const double u = pixel % camera.width + 0.5, v = pixel / camera.width + 0.5;
-  return (camera.cam_from_world.inverse() * Vec3d((u - camera.cx) / camera.fx * z, (v - camera.cy) / camera.fy * z, z)).cast<float>();
+  return (camera.cam_from_world.inverse() * Vec3d((u - camera.cx) / camera.fx * z, (v - camera.cy) / camera.fy * z, z))
+      .cast<float>();
 }
 
 /// Parameter of the ray eye + t * ray on the plane, infinite behind the camera.
@@ -110,7 +112,8 @@ Surfaces find_surfaces(const std::vector<HoleView>& views, const Observation& ob
   Vec3f centre = Vec3f::Zero();
   for (const Vec3f& x : used) centre += x / static_cast<float>(used.size());
   for (const Vec3f& x : used) distance.push_back((x - centre).norm());
-  std::nth_element(distance.begin(), distance.begin() + static_cast<std::ptrdiff_t>(distance.size() / 2), distance.end());
+  std::nth_element(distance.begin(), distance.begin() + static_cast<std::ptrdiff_t>(distance.size() / 2),
+                   distance.end());
   surfaces.tolerance = 0.02f * distance[distance.size() / 2];
 
   const size_t enough = std::max<size_t>(30, used.size() / 20);
@@ -122,8 +125,10 @@ Surfaces find_surfaces(const std::vector<HoleView>& views, const Observation& ob
     Box near;
     size_t next = 0;
     for (size_t i = 0; i < used.size(); ++i) {
-      if (next < plane.inliers.size() && plane.inliers[next] == static_cast<int>(i)) near.add(used[i]), ++next;
-      else if (std::abs(plane.normal.dot(used[i] - plane.point)) > 2 * surfaces.tolerance) rest.push_back(used[i]);
+      if (next < plane.inliers.size() && plane.inliers[next] == static_cast<int>(i))
+        near.add(used[i]), ++next;
+      else if (std::abs(plane.normal.dot(used[i] - plane.point)) > 2 * surfaces.tolerance)
+        rest.push_back(used[i]);
     }
     used = std::move(rest);
     settle(plane, background, near, surfaces.tolerance);
@@ -137,7 +142,8 @@ Surfaces find_surfaces(const std::vector<HoleView>& views, const Observation& ob
 
 HoleGeometry place_hole(const Surfaces& surfaces, const HoleView& view, const Camera& camera, int ring) {
   const int width = view.hole.width, height = view.hole.height;
-  HoleGeometry geometry{std::vector<int>(view.hole.pixels(), -1), std::vector<Vec3f>(view.hole.pixels(), Vec3f::Zero()), {}};
+  HoleGeometry geometry{
+      std::vector<int>(view.hole.pixels(), -1), std::vector<Vec3f>(view.hole.pixels(), Vec3f::Zero()), {}};
   const int planes = static_cast<int>(surfaces.plane.size());
   if (planes == 0 || view.pixels == 0) return geometry;
 
@@ -164,8 +170,10 @@ HoleGeometry place_hole(const Surfaces& surfaces, const HoleView& view, const Ca
   count[planes] = static_cast<size_t>(width) * height - static_cast<size_t>(cv::countNonZero(away[planes]));
   for (int k = 0; k <= planes; ++k) {
     if (count[k]) middle[k] /= static_cast<float>(count[k]);
-    if (count[k] < std::max<size_t>(4, all / 50)) count[k] = 0;
-    else cv::distanceTransform(away[k], away[k], cv::DIST_L2, 5);
+    if (count[k] < std::max<size_t>(4, all / 50))
+      count[k] = 0;
+    else
+      cv::distanceTransform(away[k], away[k], cv::DIST_L2, 5);
   }
   // Two planes form a corner towards the camera when each lies in front of the other.
   auto corner = [&](int a, int b) {
@@ -184,8 +192,10 @@ HoleGeometry place_hole(const Surfaces& surfaces, const HoleView& view, const Ca
       for (int k = 0; k <= planes; ++k) {
         if (!count[k]) continue;
         if (k < planes) t[k] = hit(surfaces.plane[k].plane, eye, ray);
-        if (k < planes && !(std::isfinite(t[k]) && surfaces.plane[k].holds(eye + t[k] * ray))) t[k] = INFINITY;
-        else if (nearest < 0 || away[k].at<float>(y, x) < away[nearest].at<float>(y, x)) nearest = k;
+        if (k < planes && !(std::isfinite(t[k]) && surfaces.plane[k].holds(eye + t[k] * ray)))
+          t[k] = INFINITY;
+        else if (nearest < 0 || away[k].at<float>(y, x) < away[nearest].at<float>(y, x))
+          nearest = k;
       }
       const int pixel = y * width + x;
       if (nearest < 0 || nearest == planes) {

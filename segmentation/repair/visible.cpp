@@ -7,10 +7,10 @@ namespace pliant {
 namespace {
 
 /// Where views see points: 1 = in front of what is there, in the hole; 2 = outside it.
-std::vector<uint8_t> where_seen(const std::vector<Vec3f>& points, const std::vector<HoleView>& views, const std::vector<int>& camera_of,
-                                const std::vector<Camera>& cameras) {
-  constexpr int kSoftEdge = 2;      // pixels around a hole that belong to its blurred border
-  constexpr double kSlack = 0.02;   // of the depth of what is there
+std::vector<uint8_t> where_seen(const std::vector<Vec3f>& points, const std::vector<HoleView>& views,
+                                const std::vector<int>& camera_of, const std::vector<Camera>& cameras) {
+  constexpr int kSoftEdge = 2;     // pixels around a hole that belong to its blurred border
+  constexpr double kSlack = 0.02;  // of the depth of what is there
   std::vector<uint8_t> seen(points.size(), 0);
   for (size_t v = 0; v < views.size(); ++v) {
     const HoleView& view = views[v];
@@ -25,8 +25,10 @@ std::vector<uint8_t> where_seen(const std::vector<Vec3f>& points, const std::vec
       const int px = static_cast<int>(u), py = static_cast<int>(w);
       const float alpha = view.picture.alpha(px, py);
       const double there = alpha > 0.5f ? view.picture.depth(px, py) / alpha : INFINITY;
-      if (near.at<uint8_t>(py, px)) seen[i] |= x.z() <= (1 + kSlack) * there ? 1 : 0;
-      else seen[i] |= x.z() <= (1 - kSlack) * there ? 2 : 0;
+      if (near.at<uint8_t>(py, px))
+        seen[i] |= x.z() <= (1 + kSlack) * there ? 1 : 0;
+      else
+        seen[i] |= x.z() <= (1 - kSlack) * there ? 2 : 0;
     }
   }
   return seen;
@@ -34,8 +36,8 @@ std::vector<uint8_t> where_seen(const std::vector<Vec3f>& points, const std::vec
 
 }  // namespace
 
-GaussianCloud inside_holes(const GaussianCloud& patch, const std::vector<HoleView>& views, const Observation& observation,
-                           const std::vector<Camera>& cameras) {
+GaussianCloud inside_holes(const GaussianCloud& patch, const std::vector<HoleView>& views,
+                           const Observation& observation, const std::vector<Camera>& cameras) {
   const std::vector<uint8_t> seen = where_seen(patch.position, views, observation.view, cameras);
   std::vector<int> kept;
   for (size_t i = 0; i < patch.size(); ++i)

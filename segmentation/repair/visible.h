@@ -8,8 +8,8 @@ namespace pliant {
 
 /// The Gaussians of `patch` that no view sees outside its hole: nothing may be added in front of what is there, nor
 /// where there was nothing.
-GaussianCloud inside_holes(const GaussianCloud& patch, const std::vector<HoleView>& views, const Observation& observation,
-                           const std::vector<Camera>& cameras);
+GaussianCloud inside_holes(const GaussianCloud& patch, const std::vector<HoleView>& views,
+                           const Observation& observation, const std::vector<Camera>& cameras);
 
 /// Never observed Gaussians that come into view in holes and nowhere else: nobody knows whether they are right.
 std::vector<int> uncovered_guesses(const GaussianCloud& background, const Observation& observation,

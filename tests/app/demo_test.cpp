@@ -58,7 +58,8 @@ std::vector<NamedShape> shapes() {
   all.push_back({"sphere", make_ellipsoid(Vec3d::Constant(0.05)), 4 * kPi * 0.05 * 0.05});
   // Prolate spheroid: 2 pi b^2 (1 + a / (b e) asin e), e^2 = 1 - b^2 / a^2.
   const double e = std::sqrt(1 - 0.02 * 0.02 / (0.05 * 0.05));
-  all.push_back({"spheroid", make_ellipsoid({0.05, 0.02, 0.02}), 2 * kPi * 4e-4 * (1 + 0.05 / (0.02 * e) * std::asin(e))});
+  all.push_back(
+      {"spheroid", make_ellipsoid({0.05, 0.02, 0.02}), 2 * kPi * 4e-4 * (1 + 0.05 / (0.02 * e) * std::asin(e))});
   all.push_back({"cuboid", make_cuboid({0.05, 0.04, 0.06}), 8 * (0.05 * 0.04 + 0.05 * 0.06 + 0.04 * 0.06)});
   all.push_back({"frustum", make_lathe({{0.03, 0.0}, {0.05, 0.08}, {0.01, 0.08}}),
                  kPi * (0.08 * std::hypot(0.02, 0.08) + 0.05 * 0.05 - 0.01 * 0.01)});
@@ -87,7 +88,8 @@ TEST(DemoShapes, CoverHasOnePointPerSquareOfTheSpacingAndKeepsDistance) {
     EXPECT_NEAR(points.size() * spacing * spacing / s.area, 1, 0.06) << s.name;
     const std::vector<int> nearest = k_nearest(points, points, 2);
     size_t crowded = 0;
-    for (size_t i = 0; i < points.size(); ++i) crowded += (points[i] - points[nearest[2 * i + 1]]).norm() < 0.4f * spacing;
+    for (size_t i = 0; i < points.size(); ++i)
+      crowded += (points[i] - points[nearest[2 * i + 1]]).norm() < 0.4f * spacing;
     EXPECT_LT(crowded, 0.02 * points.size()) << s.name;
   }
 }
@@ -97,7 +99,8 @@ TEST(DemoShapes, MeshVerticesLieOnTheSurfaceAndTrianglesFaceOutwards) {
   const TriangleMesh mesh = shape->mesh(0.004);
   for (const Vec3d& x : mesh.vertex) EXPECT_NEAR(x.cwiseQuotient(Vec3d(0.05, 0.03, 0.02)).norm(), 1, 1e-12);
   double volume = 0;
-  for (const Eigen::Vector3i& t : mesh.triangle) volume += mesh.vertex[t[0]].dot(mesh.vertex[t[1]].cross(mesh.vertex[t[2]])) / 6;
+  for (const Eigen::Vector3i& t : mesh.triangle)
+    volume += mesh.vertex[t[0]].dot(mesh.vertex[t[1]].cross(mesh.vertex[t[2]])) / 6;
   EXPECT_NEAR(std::abs(volume) / (4.0 / 3 * 3.14159265 * 0.05 * 0.03 * 0.02), 1, 0.02);
 }
 
@@ -121,7 +124,8 @@ TEST(DemoStage, PhotoShowsThePaintedColourOfTheShapeItMeets) {
   for (const StagePart& part : stage.parts()) {
     if (part.id != kBallId && part.flower_part != FlowerPart::kStem) continue;
     const Vec3d middle = part.world_from_local * part.shape->bound_centre(), at = camera.cam_from_world * middle;
-    const int x = static_cast<int>(camera.fx * at.x() / at.z() + camera.cx), y = static_cast<int>(camera.fy * at.y() / at.z() + camera.cy);
+    const int x = static_cast<int>(camera.fx * at.x() / at.z() + camera.cx),
+              y = static_cast<int>(camera.fy * at.y() / at.z() + camera.cy);
     const Ray ray{camera.centre(), camera.ray(x + 0.5, y + 0.5)};
     const StageHit hit = stage.cast(ray);
     if (stage.parts()[hit.part].shape != part.shape) continue;
@@ -143,7 +147,8 @@ TEST(DemoStage, ThingsStandOnTheTableWithoutTouchingForSeveralSeeds) {
         const Vec3d x = a.world_from_local * p.position;
         EXPECT_GT(x.z(), -1e-9) << "seed " << seed << " id " << a.id;
         for (const StagePart& b : stage.parts())
-          EXPECT_FALSE(b.id != a.id && b.id != kTableId && b.shape->inside(b.world_from_local.inverse() * x)) << "seed " << seed;
+          EXPECT_FALSE(b.id != a.id && b.id != kTableId && b.shape->inside(b.world_from_local.inverse() * x))
+              << "seed " << seed;
       }
     }
   }
@@ -230,7 +235,8 @@ TEST(DemoReference, FreeSwingHasAFrequencyBetweenOneAndAHalfAndTwoAndAHalfHertz)
   for (const SimulationState& state : motion.frames) {
     double sway = 0;
     for (size_t i = 0; i < state.size(); ++i)
-      if ((motion.samples.position[i] - blossom).norm() < 0.02f) sway += state.x[i].x() - motion.samples.position[i].x();
+      if ((motion.samples.position[i] - blossom).norm() < 0.02f)
+        sway += state.x[i].x() - motion.samples.position[i].x();
     if (state.time > 0.4 && sway * before < 0) crossings.push_back(state.time - sway / (sway - before) / options.fps);
     before = sway;
   }
@@ -244,12 +250,14 @@ TEST(DemoReference, FilmBeginsWithThePhotoAndMovesOnlyTheFlower) {
   const Stage stage(1);
   const ReferenceMotion motion = simulate_reference(stage, quick_motion(0.5));
   std::vector<Camera> cameras = stage_cameras(stage, 8, 120, 90);
-  const Camera& camera = *std::find_if(cameras.begin(), cameras.end(), [](const Camera& c) { return c.name == front_view_name(8); });
+  const Camera& camera =
+      *std::find_if(cameras.begin(), cameras.end(), [](const Camera& c) { return c.name == front_view_name(8); });
   const ReferenceFilm film = film_reference(stage, motion, camera);
   ASSERT_EQ(film.frames.size(), 12u);
   const Photo photo = take_photo(stage, camera);
   double squared = 0;
-  for (size_t i = 0; i < photo.color.data.size(); ++i) squared += std::pow(photo.color.data[i] - film.frames[0].data[i], 2);
+  for (size_t i = 0; i < photo.color.data.size(); ++i)
+    squared += std::pow(photo.color.data[i] - film.frames[0].data[i], 2);
   EXPECT_LT(std::sqrt(squared / photo.color.data.size()), 0.01);
   // Twelve pixels at the default width of 400.
   EXPECT_GT(film.peak_pixels() * 400 / 120, 12);
@@ -321,7 +329,8 @@ TEST(DemoSplats, TrainingBringsHeldOutPhotosNearerAndMovesNoGaussianFar) {
     return sum;
   };
   EXPECT_GT(psnr(trained), psnr(laid.cloud) + 4);
-  // What is known of each Gaussian holds as long as it stays on its thing: millimetres where neighbours are a centimetre or two apart.
+  // What is known of each Gaussian holds as long as it stays on its thing: millimetres where neighbours are a
+  // centimetre or two apart.
   std::vector<float> moved;
   for (size_t i = 0; i < trained.size(); ++i) moved.push_back((trained.position[i] - laid.cloud.position[i]).norm());
   std::nth_element(moved.begin(), moved.begin() + moved.size() * 99 / 100, moved.end());

@@ -26,14 +26,17 @@ const json* row(const json& objects, const std::string& name) {
 TEST(SegmentEdit, ChangesTheObjectsOfARunKeepsThemAndCanBeUndone) {
   const TemporaryFolder folder;
   const std::string scene = (folder / "scene").string(), out = (folder / "run").string();
-  ASSERT_EQ(run_quietly({"demo", "--out", scene, "--gaussians", "6000", "--photos", "8", "--width", "120", "--height", "90", "--no-video"}), 0);
+  ASSERT_EQ(run_quietly({"demo", "--out", scene, "--gaussians", "6000", "--photos", "8", "--width", "120", "--height",
+                         "90", "--no-video"}),
+            0);
   const std::vector<std::string> segment = {"segment", scene, "--out", out, "--segment-iterations", "20"};
   ASSERT_EQ(run_quietly(segment), 0);
   ASSERT_EQ(run_quietly({"extract", out, "--object", "flower"}), 0);
   const std::filesystem::path run = out;
   EXPECT_TRUE(std::filesystem::exists(run / "features.png"));
   const json before = parsed(run / "objects.json");
-  const std::string found = sha256_of_file(run / "segmentation.h5"), background = sha256_of_file(run / "background.ply");
+  const std::string found = sha256_of_file(run / "segmentation.h5"),
+                    background = sha256_of_file(run / "background.ply");
   ASSERT_GE(before.size(), 3u);
   for (const json& object : before) {
     EXPECT_EQ(object["found"], "masks");
@@ -49,7 +52,8 @@ TEST(SegmentEdit, ChangesTheObjectsOfARunKeepsThemAndCanBeUndone) {
   EXPECT_EQ(run_quietly({"segment", "--out", out}), 2);
 
   // In the order of the command line: the new name is known to the merge.
-  ASSERT_EQ(run_quietly({"segment", "edit", out, "--name", "flower=tulip", "--merge", "tulip,table", "--split", "tulip"}), 0);
+  ASSERT_EQ(
+      run_quietly({"segment", "edit", out, "--name", "flower=tulip", "--merge", "tulip,table", "--split", "tulip"}), 0);
   const json after = parsed(run / "objects.json");
   ASSERT_TRUE(row(after, "tulip"));
   EXPECT_EQ((*row(after, "tulip"))["id"], (*row(before, "flower"))["id"]);
@@ -63,7 +67,9 @@ TEST(SegmentEdit, ChangesTheObjectsOfARunKeepsThemAndCanBeUndone) {
   EXPECT_EQ(segmentation.class_id.size(), after.size());
 
   // Its folder has the new name, and run.json says so before extract has run again.
-  const auto folder_of = [&](const std::string& name) { return run / ("objects/" + (*row(after, "tulip"))["id"].dump() + "_" + name); };
+  const auto folder_of = [&](const std::string& name) {
+    return run / ("objects/" + (*row(after, "tulip"))["id"].dump() + "_" + name);
+  };
   EXPECT_FALSE(std::filesystem::exists(folder_of("flower")));
   EXPECT_TRUE(std::filesystem::exists(folder_of("tulip") / "object.ply"));
   const json extracted = parsed(run / "run.json")["stages"]["extract"];

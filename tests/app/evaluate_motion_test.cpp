@@ -25,7 +25,8 @@ TEST(FitOscillation, FrequencyDecayAndAmplitudeOfAClosedFormAreFound) {
       std::vector<double> values;
       for (int i = 0; i < 75; ++i) {
         const double t = i / 30.0;
-        values.push_back(0.3 - 0.1 * t + 1.7 * std::exp(-decay * t) * std::sin(2 * M_PI * frequency * t + 0.4) + 0.01 * Random(3, i).normal());
+        values.push_back(0.3 - 0.1 * t + 1.7 * std::exp(-decay * t) * std::sin(2 * M_PI * frequency * t + 0.4) +
+                         0.01 * Random(3, i).normal());
       }
       const DampedOscillation found = fit_oscillation(values, 30);
       EXPECT_NEAR(found.frequency / frequency, 1, 0.01) << frequency << " " << decay;
@@ -65,7 +66,8 @@ float texture(double x, double y, int kind) {
   double sum = 0, total = 0;
   for (int k = 0; k < 6; ++k) {
     Random random(20 + kind, k);
-    const double angle = 2 * M_PI * random.uniform(), length = 9 + 18 * random.uniform(), phase = 2 * M_PI * random.uniform();
+    const double angle = 2 * M_PI * random.uniform(), length = 9 + 18 * random.uniform(),
+                 phase = 2 * M_PI * random.uniform();
     sum += std::sin(2 * M_PI * (x * std::cos(angle) + y * std::sin(angle)) / length + phase), total += 1;
   }
   return static_cast<float>(0.5 + 0.45 * sum / total * 1.6);
@@ -86,7 +88,8 @@ struct Swing {
         const double u = x + 0.5 - 0.5 * width - shift, v = y + 0.5 - 0.5 * height;
         const double edge = std::clamp(20 - std::hypot(u, v) + 0.5, 0.0, 1.0);
         for (int c = 0; c < 3; ++c)
-          picture(x, y, c) = static_cast<float>(edge * std::clamp(texture(u + 7 * c, v, 0), 0.f, 1.f) + (1 - edge) * 0.6 * std::clamp(texture(x, y + 5 * c, 1), 0.f, 1.f));
+          picture(x, y, c) = static_cast<float>(edge * std::clamp(texture(u + 7 * c, v, 0), 0.f, 1.f) +
+                                                (1 - edge) * 0.6 * std::clamp(texture(x, y + 5 * c, 1), 0.f, 1.f));
       }
     return picture;
   }
@@ -139,10 +142,19 @@ TEST(EvaluateMotion, OfItselfIsWithoutErrorAndAStillVideoHasNoFrequency) {
   EXPECT_TRUE(out["prediction"]["frequency_hz"].is_null());
   EXPECT_NEAR(out["amplitude_error"].get<double>(), 1, 0.05);
   EXPECT_GT(out["flow_error"].get<double>(), 0.7);
-  expect_error(Failure::kInput, {"still", "nothing that moves"}, [&] { evaluate_motion(folder / "truth", folder / "still", score); });
+  expect_error(Failure::kInput, {"still", "nothing that moves"},
+               [&] { evaluate_motion(folder / "truth", folder / "still", score); });
   // The command line fails where an assertion does.
-  const std::vector<std::string> command = {"evaluate", "motion", (folder / "truth").string(), (folder / "truth").string(), "--fps", "30", "--out",
-                                            (folder / "out.json").string(), "--json", "--assert"};
+  const std::vector<std::string> command = {"evaluate",
+                                            "motion",
+                                            (folder / "truth").string(),
+                                            (folder / "truth").string(),
+                                            "--fps",
+                                            "30",
+                                            "--out",
+                                            (folder / "out.json").string(),
+                                            "--json",
+                                            "--assert"};
   auto with = command;
   with.push_back("frequency_error<=0.02");
   EXPECT_EQ(run_quietly(with), 0);
@@ -158,7 +170,8 @@ TEST(EvaluateMotion, UselessInputIsRefused) {
   MotionScore score;
   expect_error(Failure::kInput, {"fps"}, [&] { evaluate_motion(folder / "a", folder / "a", score); });
   score.fps = 30;
-  expect_error(Failure::kInput, {"none", "does not exist"}, [&] { evaluate_motion(folder / "none", folder / "a", score); });
+  expect_error(Failure::kInput, {"none", "does not exist"},
+               [&] { evaluate_motion(folder / "none", folder / "a", score); });
   swing.width = 48;
   swing.write_folder(folder / "narrow");
   expect_error(Failure::kInput, {"narrow"}, [&] { evaluate_motion(folder / "narrow", folder / "a", score); });
@@ -177,7 +190,8 @@ TEST(EvaluateMotion, OfParticlesGivesTheirFrequencyDampingAndAmplitude) {
       TrajectoryFile::Frame frame;
       frame.time = f / 30.0;
       for (int p = 0; p <= 50; ++p) {
-        const double z = p / 50.0, sway = amplitude * std::exp(-decay * frame.time) * std::sin(2 * M_PI * frequency * frame.time);
+        const double z = p / 50.0,
+                     sway = amplitude * std::exp(-decay * frame.time) * std::sin(2 * M_PI * frequency * frame.time);
         frame.position.push_back(Vec3d(sway * z, 0.3 * sway * z, z).cast<float>());
       }
       frame.velocity.assign(51, Vec3f::Zero()), frame.F.assign(51, Mat3f::Identity());

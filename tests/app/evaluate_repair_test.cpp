@@ -21,7 +21,8 @@ namespace {
 
 DemoOptions small(const std::filesystem::path& out) {
   DemoOptions options;
-  options.out = out, options.width = 120, options.height = 90, options.photos = 6, options.gaussians = 12000, options.video = false;
+  options.out = out, options.width = 120, options.height = 90, options.photos = 6, options.gaussians = 12000,
+  options.video = false;
   return options;
 }
 
@@ -33,15 +34,19 @@ TEST(HiddenTruth, CoversTheFlowerAndAgreesWithThePhotosBesideIt) {
   for (const Camera& camera : read_cameras(cameras_in(scene), scene / "photos").cameras) {
     const IdImage masks = read_ids(scene / "masks" / (camera.name + ".png"));
     const IdImage hidden = read_ids(scene / "truth/hidden" / (camera.name + ".png"));
-    const ImageF photo = read_image(camera.photo), bare = read_image(scene / "truth/without_object" / (camera.name + ".png"));
+    const ImageF photo = read_image(camera.photo),
+                 bare = read_image(scene / "truth/without_object" / (camera.name + ".png"));
     for (int y = 0; y < masks.height; ++y)
       for (int x = 0; x < masks.width; ++x) {
         ASSERT_EQ(masks(x, y) == kFlowerId, hidden(x, y) != kInPlainView);
         never += hidden(x, y) == kNeverSeen, elsewhere += hidden(x, y) == kSeenElsewhere;
         bool near = false;
         for (int j = std::max(0, y - 1); j <= std::min(masks.height - 1, y + 1); ++j)
-          for (int i = std::max(0, x - 1); i <= std::min(masks.width - 1, x + 1); ++i) near = near || masks(i, j) == kFlowerId;
-        if (!near) { ASSERT_EQ(photo(x, y, 1), bare(x, y, 1)) << x << ' ' << y; }
+          for (int i = std::max(0, x - 1); i <= std::min(masks.width - 1, x + 1); ++i)
+            near = near || masks(i, j) == kFlowerId;
+        if (!near) {
+          ASSERT_EQ(photo(x, y, 1), bare(x, y, 1)) << x << ' ' << y;
+        }
       }
   }
   EXPECT_GT(never, 100u);
@@ -73,12 +78,16 @@ TEST(EvaluateRepair, TheTrueBackgroundBeatsAHoleAndInpaintingOfEveryViewAlone) {
   const Vec3f foot = stage.world_from_flower().translation().cast<float>();
   std::vector<int> below;
   for (size_t p = 0; p < whole.label.size(); ++p)
-    if (whole.label[p] == kTableId && (whole.surface[p] - foot).head<2>().norm() < stage.flower().pot_radius) below.push_back(static_cast<int>(p));
+    if (whole.label[p] == kTableId && (whole.surface[p] - foot).head<2>().norm() < stage.flower().pot_radius)
+      below.push_back(static_cast<int>(p));
   GaussianCloud repaired = background;
   repaired.append(whole.cloud.select(below));
   write_ply(run / "background_repaired.ply", repaired);
   const json out = evaluate_repair(run, scene);
-  EXPECT_TRUE(assert_metrics(out, {"psnr>=26", "gain_over_opencv>=3", "consistency_psnr>=26", "outside.psnr>=40", "pixels>100"}).empty()) << out.dump(1);
+  EXPECT_TRUE(
+      assert_metrics(out, {"psnr>=26", "gain_over_opencv>=3", "consistency_psnr>=26", "outside.psnr>=40", "pixels>100"})
+          .empty())
+      << out.dump(1);
   EXPECT_GT(out["psnr"].get<double>(), unrepaired["psnr"].get<double>() + 10);
 }
 

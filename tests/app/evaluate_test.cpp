@@ -1,10 +1,11 @@
 // Metrics with known answers, what they refuse, and conditions on them.
 
+#include "app/evaluate/evaluate.h"
+
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "app/evaluate/evaluate.h"
 #include "app/evaluate/metrics.h"
 #include "app/store/material.h"
 #include "app/store/segmentation.h"
@@ -50,7 +51,8 @@ TEST(EvaluateImages, IdenticalPicturesHaveNoPsnrAndSsimOne) {
 
 TEST(EvaluateImages, SsimOfTwoConstantPicturesIsTheLuminanceTerm) {
   const TemporaryFolder folder;
-  write_image(folder / "truth/v.png", ImageF(20, 20, 3, 0.2f)), write_image(folder / "pred/v.png", ImageF(20, 20, 3, 0.6f));
+  write_image(folder / "truth/v.png", ImageF(20, 20, 3, 0.2f)),
+      write_image(folder / "pred/v.png", ImageF(20, 20, 3, 0.6f));
   const json out = evaluate_images(folder / "pred", folder / "truth");
   const double c1 = 1e-4, x = 51.0 / 255, y = 153.0 / 255;
   EXPECT_NEAR(out["ssim"].get<double>(), (2 * x * y + c1) / (x * x + y * y + c1), 1e-6);
@@ -60,8 +62,10 @@ TEST(EvaluateImages, SsimOfANegativeIsNegativeAndLossOfContrastLowersIt) {
   const TemporaryFolder folder;
   const ImageF a = noise(60, 50, 2);
   ImageF negative = a, half = a;
-  for (size_t i = 0; i < a.data.size(); ++i) negative.data[i] = 239.0f / 255 - a.data[i], half.data[i] = 0.5f * a.data[i] + 0.23f;
-  write_image(folder / "truth.png", a), write_image(folder / "negative.png", negative), write_image(folder / "half.png", half);
+  for (size_t i = 0; i < a.data.size(); ++i)
+    negative.data[i] = 239.0f / 255 - a.data[i], half.data[i] = 0.5f * a.data[i] + 0.23f;
+  write_image(folder / "truth.png", a), write_image(folder / "negative.png", negative),
+      write_image(folder / "half.png", half);
   EXPECT_LT(evaluate_images(folder / "negative.png", folder / "truth.png")["ssim"].get<double>(), -0.5);
   const double ssim_of_half = evaluate_images(folder / "half.png", folder / "truth.png")["ssim"];
   EXPECT_LT(ssim_of_half, 0.9);
@@ -75,7 +79,8 @@ TEST(EvaluateImages, MissingExtraSmallAndDifferentlySizedPicturesAreErrors) {
   expect_error(Failure::kInput, {"pred", "b", "lacks"}, [&] { evaluate_images(folder / "pred", folder / "truth"); });
   expect_error(Failure::kInput, {"pred", "b", "lacks"}, [&] { evaluate_images(folder / "truth", folder / "pred"); });
   write_image(folder / "pred/b.png", noise(21, 20, 2));
-  expect_error(Failure::kInput, {"b.png", "21 x 20", "20 x 20"}, [&] { evaluate_images(folder / "pred", folder / "truth"); });
+  expect_error(Failure::kInput, {"b.png", "21 x 20", "20 x 20"},
+               [&] { evaluate_images(folder / "pred", folder / "truth"); });
   folder.file("pred/b.png", "no picture");
   expect_error(Failure::kInput, {"b.png", "decoded"}, [&] { evaluate_images(folder / "pred", folder / "truth"); });
   write_image(folder / "pred/b.jpg", noise(20, 20, 2));
@@ -105,8 +110,12 @@ TEST(EvaluateSegmentation, IouOfAShiftedSquareFollowsTheFormula) {
     const double other = (rest - 20.0 * shift) / (rest + 20.0 * shift);
     EXPECT_NEAR(out["miou"].get<double>(), 0.5 * (in / of + other), 1e-12);
     EXPECT_NEAR(out["accuracy"].get<double>(), (2400 - 40.0 * shift) / 2400, 1e-12);
-    if (shift == 0) { EXPECT_EQ(out["boundary_miou"], 1.0); }
-    if (shift == 3) { EXPECT_LT(out["boundary_miou"], out["miou"]); }
+    if (shift == 0) {
+      EXPECT_EQ(out["boundary_miou"], 1.0);
+    }
+    if (shift == 3) {
+      EXPECT_LT(out["boundary_miou"], out["miou"]);
+    }
   }
 }
 
@@ -167,7 +176,8 @@ TEST(EvaluateSegmentation, NamesMatchIdsWhenBothSidesHaveThem) {
   EXPECT_EQ(out["miou"], 1.0);
   EXPECT_EQ(out["per_id"]["5"]["name"], "mug");
   folder.file("pred/labels.json", R"({"1": "mug", "2": 3})");
-  expect_error(Failure::kInput, {"labels.json", "2"}, [&] { evaluate_segmentation(folder / "pred", folder / "truth/masks"); });
+  expect_error(Failure::kInput, {"labels.json", "2"},
+               [&] { evaluate_segmentation(folder / "pred", folder / "truth/masks"); });
 }
 
 TEST(EvaluateSegmentation, LabelsOfGaussiansAreComparedById) {
@@ -178,17 +188,21 @@ TEST(EvaluateSegmentation, LabelsOfGaussiansAreComparedById) {
   EXPECT_NEAR(out["miou"].get<double>(), 0.5 * (3.0 / 4 + 2.0 / 3), 1e-12);
   EXPECT_NEAR(out["accuracy"].get<double>(), 5.0 / 6, 1e-12);
   write_labels(folder / "short.h5", {{1, 1}, {}}, "{}");
-  expect_error(Failure::kInput, {"short.h5", "2 Gaussians", "8"}, [&] { evaluate_segmentation(folder / "short.h5", folder / "truth.h5"); });
+  expect_error(Failure::kInput, {"short.h5", "2 Gaussians", "8"},
+               [&] { evaluate_segmentation(folder / "short.h5", folder / "truth.h5"); });
 }
 
 TEST(EvaluateSegmentation, UselessInputIsRefused) {
   const TemporaryFolder folder;
   write_ids(folder / "truth/a.png", square(10, 5, 9)), write_ids(folder / "pred/other.png", square(10, 5, 9));
-  expect_error(Failure::kInput, {"pred", "no picture of any name"}, [&] { evaluate_segmentation(folder / "pred", folder / "truth"); });
+  expect_error(Failure::kInput, {"pred", "no picture of any name"},
+               [&] { evaluate_segmentation(folder / "pred", folder / "truth"); });
   write_ids(folder / "pred/a.png", IdImage(10, 10, 1, 5));
-  expect_error(Failure::kInput, {"a.png", "10 x 10"}, [&] { evaluate_segmentation(folder / "pred", folder / "truth"); });
+  expect_error(Failure::kInput, {"a.png", "10 x 10"},
+               [&] { evaluate_segmentation(folder / "pred", folder / "truth"); });
   write_ids(folder / "zero/a.png", IdImage(60, 40, 1, 0));
-  expect_error(Failure::kInput, {"zero", "labels nothing"}, [&] { evaluate_segmentation(folder / "zero", folder / "zero"); });
+  expect_error(Failure::kInput, {"zero", "labels nothing"},
+               [&] { evaluate_segmentation(folder / "zero", folder / "zero"); });
 }
 
 TEST(Frequency, OfADecayingOscillationIsFoundByBothMethods) {
@@ -213,7 +227,8 @@ TrajectoryFile swaying(int particles, int frames, double fps, double hertz, doub
     TrajectoryFile::Frame frame;
     frame.time = f / fps;
     for (int p = 0; p < particles; ++p) {
-      const double z = p / (particles - 1.0), sway = amplitude * std::exp(-0.3 * frame.time) * std::sin(2 * M_PI * hertz * frame.time);
+      const double z = p / (particles - 1.0),
+                   sway = amplitude * std::exp(-0.3 * frame.time) * std::sin(2 * M_PI * hertz * frame.time);
       frame.position.push_back(Vec3d(sway * z, 0, z).cast<float>());
     }
     frame.velocity.assign(particles, Vec3f::Zero()), frame.F.assign(particles, Mat3f::Identity());
@@ -250,19 +265,24 @@ TEST(EvaluateTrajectory, NeedsFramesAndOverlap) {
   const TemporaryFolder folder;
   write_trajectory(folder / "truth.h5", swaying(11, 30, 30, 2, 0.1), "{}");
   write_trajectory(folder / "one.h5", swaying(11, 1, 30, 2, 0.1), "{}");
-  expect_error(Failure::kInput, {"one.h5", "fewer than 2 frames"}, [&] { evaluate_trajectory(folder / "one.h5", folder / "truth.h5"); });
+  expect_error(Failure::kInput, {"one.h5", "fewer than 2 frames"},
+               [&] { evaluate_trajectory(folder / "one.h5", folder / "truth.h5"); });
   write_trajectory(folder / "tiny.h5", swaying(11, 2, 3000, 2, 0.1), "{}");
-  expect_error(Failure::kInput, {"tiny.h5", "overlap"}, [&] { evaluate_trajectory(folder / "tiny.h5", folder / "truth.h5"); });
-  expect_error(Failure::kInput, {"does not exist"}, [&] { evaluate_trajectory(folder / "none.h5", folder / "truth.h5"); });
+  expect_error(Failure::kInput, {"tiny.h5", "overlap"},
+               [&] { evaluate_trajectory(folder / "tiny.h5", folder / "truth.h5"); });
+  expect_error(Failure::kInput, {"does not exist"},
+               [&] { evaluate_trajectory(folder / "none.h5", folder / "truth.h5"); });
 }
 
 TEST(EvaluateMaterial, AFactorOfTenIsOneDecadeAndVolumesWeigh) {
   const TemporaryFolder folder;
-  MaterialFile truth = {{1e5f, 1e6f, 1e5f, 1e5f}, {0.3f, 0.3f, 0.3f, 0.3f}, {1000, 1000, 1000, 1000}, "truth", {}, {7, 1, 1, 1}};
+  MaterialFile truth = {
+      {1e5f, 1e6f, 1e5f, 1e5f}, {0.3f, 0.3f, 0.3f, 0.3f}, {1000, 1000, 1000, 1000}, "truth", {}, {7, 1, 1, 1}};
   for (int i = 0; i < 4; ++i) truth.position.push_back(Vec3f(i, 0, 0));
   write_material(folder / "truth.h5", truth, "{}");
   // Two predicted samples stand for the four true ones: rows 0, 1 and rows 2, 3.
-  const MaterialFile pred = {{1e6f, 1e5f}, {0.4f, 0.3f}, {1100, 1000}, "guess", {{0.4f, 0.1f, 0}, {2.6f, 0.1f, 0}}, {1, 1}};
+  const MaterialFile pred = {{1e6f, 1e5f}, {0.4f, 0.3f}, {1100, 1000}, "guess", {{0.4f, 0.1f, 0}, {2.6f, 0.1f, 0}},
+                             {1, 1}};
   write_material(folder / "pred.h5", pred, "{}");
   const json out = evaluate_material(folder / "pred.h5", folder / "truth.h5");
   EXPECT_NEAR(out["log10_young_error"].get<double>(), 0.25, 1e-6);
@@ -273,18 +293,26 @@ TEST(EvaluateMaterial, AFactorOfTenIsOneDecadeAndVolumesWeigh) {
   EXPECT_NEAR(out["poisson_error"].get<double>(), 0.05, 1e-6);
   EXPECT_NEAR(out["density_relative_error"].get<double>(), 0.05, 1e-6);
   write_material(folder / "bare.h5", {{1}, {0.3f}, {1}, "x", {}, {}}, "{}");
-  expect_error(Failure::kInput, {"bare.h5", "position"}, [&] { evaluate_material(folder / "bare.h5", folder / "truth.h5"); });
+  expect_error(Failure::kInput, {"bare.h5", "position"},
+               [&] { evaluate_material(folder / "bare.h5", folder / "truth.h5"); });
 }
 
 TEST(AssertMetrics, ReportsWhatDoesNotHoldAndRefusesWhatItCannotRead) {
-  const json metrics = {{"psnr", 28.5}, {"ssim", nullptr}, {"identical", false}, {"tip", {{"peak", 0.2}}}, {"per_image", {{"a.b", {{"psnr", 5}}}}}};
-  EXPECT_TRUE(assert_metrics(metrics, {"psnr>=28.5", "psnr > 28", "psnr<29", "psnr <= 28.5", "psnr==28.5", "tip.peak>=0.1"}).empty());
+  const json metrics = {{"psnr", 28.5},
+                        {"ssim", nullptr},
+                        {"identical", false},
+                        {"tip", {{"peak", 0.2}}},
+                        {"per_image", {{"a.b", {{"psnr", 5}}}}}};
+  EXPECT_TRUE(
+      assert_metrics(metrics, {"psnr>=28.5", "psnr > 28", "psnr<29", "psnr <= 28.5", "psnr==28.5", "tip.peak>=0.1"})
+          .empty());
   const auto failures = assert_metrics(metrics, {"psnr>=30", "tip.peak<0.1", "ssim>=0", "per_image.a.b.psnr>=6"});
   ASSERT_EQ(failures.size(), 4u);
   EXPECT_EQ(failures[0], "psnr is 28.5 but psnr>=30 was asked for");
   EXPECT_NE(failures[2].find("undefined"), std::string::npos);
   expect_error(Failure::kUsage, {"psmr", "'psnr'"}, [&] { assert_metrics(metrics, {"psmr>=3"}); });
-  for (const char* bad : {"psnr", "psnr>=", "psnr>=high", "psnr=>3", "psnr=3", ">=3", "psnr>=nan", "tip>=1", "identical>=1"}) {
+  for (const char* bad :
+       {"psnr", "psnr>=", "psnr>=high", "psnr=>3", "psnr=3", ">=3", "psnr>=nan", "tip>=1", "identical>=1"}) {
     expect_error(Failure::kUsage, {"--assert"}, [&] { assert_metrics(metrics, {bad}); });
   }
 }

@@ -30,18 +30,21 @@ TEST(FitCommand, AVideoTellsStiffnessAndDampingAndSimulateUsesThem) {
   const double truth = json::parse(read_text(folder / "scene/truth/flower.json"))["solids"]["stem"]["young"];
   fs::remove_all(folder / "scene/truth");
   const std::string scene = (folder / "scene").string(), out = (folder / "run").string();
-  const std::vector<std::string> run = {"run", scene, "--out", out, "--particles", "600", "--duration", "1", "--fps", "12",
-                                        "--segment-iterations", "60", "--fit-until", "1.1", "--no-orbit"};
+  const std::vector<std::string> run = {"run",         scene, "--out",     out,  "--particles",          "600",
+                                        "--duration",  "1",   "--fps",     "12", "--segment-iterations", "60",
+                                        "--fit-until", "1.1", "--no-orbit"};
   ASSERT_EQ(run_quietly(run), 0);
 
   json manifest = json::parse(read_text(folder / "run/run.json"));
   const json fit = manifest["stages"]["fit"]["summary"];
-  EXPECT_NEAR(std::log10(fit["young_pa"].get<double>() / truth), 0, 0.2);  // leaves and blossom are softer than the stem
+  EXPECT_NEAR(std::log10(fit["young_pa"].get<double>() / truth), 0,
+              0.2);  // leaves and blossom are softer than the stem
   EXPECT_GT(fit["damping_time_s"].get<double>(), 0.5);
   EXPECT_LT(fit["rms_px"].get<double>(), 0.4 * fit["rms_still_px"].get<double>());
   EXPECT_GE(fit["first_frame"].get<int>(), 6);  // a force pushes until 0.375 s, frame 9
   EXPECT_GT(fit["frames_later"].get<int>(), 0);
-  for (const char* file : {"fit/results.json", "fit/side_by_side.mp4"}) EXPECT_TRUE(fs::exists(folder / "run" / file)) << file;
+  for (const char* file : {"fit/results.json", "fit/side_by_side.mp4"})
+    EXPECT_TRUE(fs::exists(folder / "run" / file)) << file;
 
   // Every solid sample has the fitted value, and the motion of the video is what is simulated.
   const fs::path object = folder / "run/objects" / fs::directory_iterator(folder / "run/objects")->path().filename();
@@ -59,12 +62,15 @@ TEST(FitCommand, AVideoTellsStiffnessAndDampingAndSimulateUsesThem) {
   ASSERT_EQ(run_quietly({"simulate", out, "--young", "30000", "--duration", "0.2", "--overwrite"}), 0);
   manifest = json::parse(read_text(folder / "run/run.json"));
   EXPECT_EQ(manifest["stages"]["simulate"]["options"]["material"]["young"], 30000);
-  EXPECT_NEAR(read_material(object / "material.h5").young.front(), material.young.front(), 1e-3);  // the fit's file stays
+  EXPECT_NEAR(read_material(object / "material.h5").young.front(), material.young.front(),
+              1e-3);  // the fit's file stays
 
   // Wrong cameras and files end with the right code: another camera of the scene did not take this video.
   EXPECT_EQ(run_quietly({"fit", out, "--video-camera", "view_001", "--overwrite"}), 1);
   EXPECT_EQ(run_quietly({"fit", out, "--video-camera", "vieww_001", "--overwrite"}), 2);
-  EXPECT_EQ(run_quietly({"fit", out, "--video", (folder / "nothing.mp4").string(), "--video-camera", "view_001", "--overwrite"}), 1);
+  EXPECT_EQ(run_quietly({"fit", out, "--video", (folder / "nothing.mp4").string(), "--video-camera", "view_001",
+                         "--overwrite"}),
+            1);
   fs::remove_all(folder);
 }
 
@@ -77,8 +83,9 @@ TEST(FitCommand, WithoutTheVideoTheMaterialIsTheSceneFilesAndTheCommandLines) {
   make_demo(demo);
   const json settings = json::parse(read_text(folder / "scene/scene.json"));
   ASSERT_TRUE(settings.contains("video"));
-  ASSERT_EQ(run_quietly({"run", (folder / "scene").string(), "--out", (folder / "run").string(), "--no-video", "--density", "450", "--poisson", "0.2", "--particles", "300",
-                         "--duration", "0.2", "--fps", "10", "--segment-iterations", "40", "--no-orbit"}),
+  ASSERT_EQ(run_quietly({"run", (folder / "scene").string(), "--out", (folder / "run").string(), "--no-video",
+                         "--density", "450", "--poisson", "0.2", "--particles", "300", "--duration", "0.2", "--fps",
+                         "10", "--segment-iterations", "40", "--no-orbit"}),
             0);
   const json stages = json::parse(read_text(folder / "run/run.json"))["stages"];
   EXPECT_FALSE(stages.contains("fit"));

@@ -1,5 +1,5 @@
-// What a fit to a video may vary, and how, by the way that the command goes: fields of stiffness, gradients, PhysDreamer's
-// recipe, a program that judges; and a fit that is interrupted.
+// What a fit to a video may vary, and how, by the way that the command goes: fields of stiffness, gradients,
+// PhysDreamer's recipe, a program that judges; and a fit that is interrupted.
 
 #include <fmt/format.h>
 
@@ -28,15 +28,20 @@ TEST_F(FitVideo, PartsAreThoseOfGivenLabels) {
   // Labels of another scene, and labels that tell nothing apart.
   LabelFile wrong{std::vector<uint32_t>(cloud.size(), 3), {}};
   write_labels(folder / "same.h5", wrong, "{}");
-  expect_refused({"--field", "parts", "--part-labels", (folder / "same.h5").string()}, {"same on everything", "uniform"});
+  expect_refused({"--field", "parts", "--part-labels", (folder / "same.h5").string()},
+                 {"same on everything", "uniform"});
   wrong.label.pop_back();
   write_labels(folder / "few.h5", wrong, "{}");
-  expect_refused({"--field", "parts", "--part-labels", (folder / "few.h5").string()}, {"few.h5", std::to_string(cloud.size())});
+  expect_refused({"--field", "parts", "--part-labels", (folder / "few.h5").string()},
+                 {"few.h5", std::to_string(cloud.size())});
 
   LabelFile labels;
-  for (const Vec3f& x : cloud.position) labels.label.push_back(x.z() > 0.16f ? 7 : 3);  // of a flower of 0.32 m, where its motion tells the two apart
+  for (const Vec3f& x : cloud.position)
+    labels.label.push_back(x.z() > 0.16f ? 7 : 3);  // of a flower of 0.32 m, where its motion tells the two apart
   write_labels(folder / "halves.h5", labels, "{}");
-  ASSERT_EQ(run_quietly(fit({"--field", "parts", "--part-labels", (folder / "halves.h5").string(), "--until", "0.9", "--points", "100"})), 0);
+  ASSERT_EQ(run_quietly(fit({"--field", "parts", "--part-labels", (folder / "halves.h5").string(), "--until", "0.9",
+                             "--points", "100"})),
+            0);
   const fs::path object = fs::directory_iterator(folder / "run/objects")->path();
   const MaterialFile material = read_material(object / "material.h5");
   std::map<long, double> mean_height;  // of the samples of each stiffness, but for rounding
@@ -48,7 +53,8 @@ TEST_F(FitVideo, PartsAreThoseOfGivenLabels) {
       mean_height[stiffness] += particles.solid_position[s].z(), ++count[stiffness];
     }
   ASSERT_EQ(count.size(), 2u);
-  const double first = mean_height.begin()->second / count.begin()->second, second = mean_height.rbegin()->second / count.rbegin()->second;
+  const double first = mean_height.begin()->second / count.begin()->second,
+               second = mean_height.rbegin()->second / count.rbegin()->second;
   EXPECT_GT(std::abs(first - second), 0.03);
   const json steps = json::parse(read_text(folder / "run/fit/results.json"))["steps"];
   ASSERT_EQ(steps.size(), 3u);
@@ -64,7 +70,8 @@ TEST_F(FitVideo, SmoothFieldsAndTriplanesAreFittedByTheCommand) {
   const std::string out = (folder / "small").string();
   ASSERT_EQ(run_quietly({"seed", out, "--particles", "200", "--overwrite"}), 0);
   const auto fitted = [&](std::vector<std::string> more) {
-    more.insert(more.begin(), {"fit", out, "--overwrite", "--points", "60", "--video-last", "0.9", "--compare-fps", "12"});
+    more.insert(more.begin(),
+                {"fit", out, "--overwrite", "--points", "60", "--video-last", "0.9", "--compare-fps", "12"});
     EXPECT_EQ(run_quietly(more), 0);
     return json::parse(read_text(folder / "small/fit/results.json"));
   };
@@ -96,16 +103,20 @@ TEST_F(FitVideo, SmoothFieldsAndTriplanesAreFittedByTheCommand) {
   ASSERT_EQ(planes["steps"].size(), 4u);
   EXPECT_EQ(planes["steps"][3]["name"], "gradients");
   EXPECT_LT(planes["rms_px"].get<double>(), 0.3 * planes["rms_still_px"].get<double>());
-  EXPECT_NE(planes["undetermined"].dump().find("The uncertainty of E is what the followed points leave open"), std::string::npos);
+  EXPECT_NE(planes["undetermined"].dump().find("The uncertainty of E is what the followed points leave open"),
+            std::string::npos);
   const VelocityFile start = read_velocity(object / "velocity.h5");
   EXPECT_EQ(start.velocity.size(), 200u);
   for (const Vec3f& v : start.velocity) EXPECT_TRUE(v.allFinite());
 }
 
 TEST_F(FitVideo, GradientsComparePicturesAndFlowOfSeveralCamerasBesideTracks) {
-  const std::vector<std::string> twice = {"--video", file.string(), "--camera", camera, "--video", file.string(), "--camera", camera, "--video-fps", std::to_string(fps)};
+  const std::vector<std::string> twice = {"--video",     file.string(), "--camera", camera,        "--video",
+                                          file.string(), "--camera",    camera,     "--video-fps", std::to_string(fps)};
   std::vector<std::string> more = twice;
-  for (const char* word : {"--loss", "both", "--loss-lambda", "0.2", "--flow-weight", "0.5", "--gradient-window", "4", "--gradient-iterations", "6", "--fit-poisson", "--until", "0.9"}) more.push_back(word);
+  for (const char* word : {"--loss", "both", "--loss-lambda", "0.2", "--flow-weight", "0.5", "--gradient-window", "4",
+                           "--gradient-iterations", "6", "--fit-poisson", "--until", "0.9"})
+    more.push_back(word);
   ASSERT_EQ(run_quietly(fit(more)), 0);
   const json result = json::parse(read_text(folder / "run/fit/results.json"));
   ASSERT_EQ(result["iterations"].size(), 6u);  // the last three of them over all frames
@@ -125,7 +136,12 @@ TEST_F(FitVideo, GradientsComparePicturesAndFlowOfSeveralCamerasBesideTracks) {
 }
 
 TEST_F(FitVideo, PhysDreamersRecipeGoesFromTheStiffnessThatIsGiven) {
-  const std::vector<std::string> recipe = {"--recipe", "physdreamer", "--from", "0.5", "--until", "0.9", "--points", "100", "--gradient-iterations", "8", "--young", "20000", "--poisson", "0.3", "--density", "300"};
+  const std::vector<std::string> recipe = {"--recipe",  "physdreamer", "--from",
+                                           "0.5",       "--until",     "0.9",
+                                           "--points",  "100",         "--gradient-iterations",
+                                           "8",         "--young",     "20000",
+                                           "--poisson", "0.3",         "--density",
+                                           "300"};
   ASSERT_EQ(run_quietly(fit(recipe)), 0);
   const json result = json::parse(read_text(folder / "run/fit/results.json"));
   ASSERT_EQ(result["steps"].size(), 2u);
@@ -145,8 +161,10 @@ TEST_F(FitVideo, PhysDreamersRecipeGoesFromTheStiffnessThatIsGiven) {
   EXPECT_NEAR(read_material(object / "material.h5").young.front() / result["young_pa"].get<double>(), 1, 1e-5);
   EXPECT_NE(read_text(folder / "run/fit/report.html").find("not searched"), std::string::npos);
   EXPECT_FALSE(fs::exists(folder / "run/fit/search.png"));
-  for (const char* picture : {"loss.png", "young.png", "uncertainty.png"}) EXPECT_TRUE(fs::exists(folder / "run/fit" / picture)) << picture;
-  EXPECT_EQ(read_material(object / "material.h5").log10_young_sigma.size(), read_material(object / "material.h5").young.size());
+  for (const char* picture : {"loss.png", "young.png", "uncertainty.png"})
+    EXPECT_TRUE(fs::exists(folder / "run/fit" / picture)) << picture;
+  EXPECT_EQ(read_material(object / "material.h5").log10_young_sigma.size(),
+            read_material(object / "material.h5").young.size());
 }
 
 TEST_F(FitVideo, InterruptedBetweenStepsOfGaussNewtonItEndsWithTheSameFiles) {
@@ -208,10 +226,13 @@ for line in sys.stdin:
   json silent = json::parse(settings);
   silent.erase("video");
   write_text(folder / "scene/scene.json", silent.dump());
-  const std::vector<std::string> guided = fit({"--guide-with", "python3 " + (folder / "still.py").string(), "--guide-frames", "8", "--gradient-iterations", "8", "--camera", camera});
+  const std::vector<std::string> guided =
+      fit({"--guide-with", "python3 " + (folder / "still.py").string(), "--guide-frames", "8", "--gradient-iterations",
+           "8", "--camera", camera});
   const int died = run_quietly(guided), code = run_quietly(guided);
   const json result = code == 0 ? json::parse(read_text(folder / "run/fit/results.json")) : json();
-  const int refused = run_quietly(fit({"--guide-with", "exit 3;", "--camera", camera})), wrong = run_quietly(fit({"--guide-with", "exit 3;", "--loss", "both"}));
+  const int refused = run_quietly(fit({"--guide-with", "exit 3;", "--camera", camera})),
+            wrong = run_quietly(fit({"--guide-with", "exit 3;", "--loss", "both"}));
   write_text(folder / "scene/scene.json", settings);
   EXPECT_EQ(died, 1);
   ASSERT_EQ(code, 0);

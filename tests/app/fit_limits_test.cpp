@@ -1,10 +1,10 @@
 // The sentences about what a video does not determine.
 
-#include "app/pipeline/fit_outcome.h"
-
 #include <gtest/gtest.h>
 
 #include <functional>
+
+#include "app/pipeline/fit_outcome.h"
 
 namespace pliant {
 namespace {
@@ -17,7 +17,8 @@ bool says(const FitEvidence& evidence, const std::string& words, double fps = 24
 
 TEST(FitLimits, EachWeakPointIsSaidAndOnlyThen) {
   FitEvidence sure;
-  sure.young = 1e5, sure.rms = 0.5, sure.damping_low = 1, sure.damping_time = 1.1, sure.damping_high = 1.2, sure.periods = 3, sure.strongest_hz = 2;
+  sure.young = 1e5, sure.rms = 0.5, sure.damping_low = 1, sure.damping_time = 1.1, sure.damping_high = 1.2,
+  sure.periods = 3, sure.strongest_hz = 2;
   sure.one_stiffness = false, sure.losses = {1, 0.05};
   struct Weak {
     std::string words;
@@ -30,10 +31,14 @@ TEST(FitLimits, EachWeakPointIsSaidAndOnlyThen) {
       {"was not worked out", [](FitEvidence& e) { e.errors_known = false; }},
       {"followed downhill", [](FitEvidence& e) { e.searched = false; }},
       {"pictures and flow were not asked", [](FitEvidence& e) { e.by_gradients = true; }},
-      {"E = 4e+05 Pa explains the video almost as well", [](FitEvidence& e) { e.rival_factor = {4}, e.rival_rms = {0.55}; }},
+      {"E = 4e+05 Pa explains the video almost as well",
+       [](FitEvidence& e) { e.rival_factor = {4}, e.rival_rms = {0.55}; }},
       {"Film faster", [](FitEvidence& e) { e.strongest_hz = 7; }},
       {"Only 0.5 of a period", [](FitEvidence& e) { e.periods = 0.5; }},
-      {"object's own damping time is 1 s", [](FitEvidence& e) { e.losses = {1, 0.2}; }},
+      {"object's own damping time is 1 s",
+       [](FitEvidence& e) {
+         e.losses = {1, 0.2};
+       }},
       {"Damping is hardly determined", [](FitEvidence& e) { e.damping_high = 9; }},
       {"30 frames a second", [](FitEvidence& e) { e.stated_fps = 30; }},
   };
@@ -54,7 +59,8 @@ TEST(FitOutcome, AFieldThatWasLeftIsWrittenAsTheConstantItIs) {
   EXPECT_EQ(source_of(fit, MaterialKind::kParts), "by parts, fitted to the reference video");
   EXPECT_EQ(source_of(fit, MaterialKind::kTriplanes), "triplanes, fitted to the reference video");
   fit.field_left = true;
-  for (const MaterialKind kind : {MaterialKind::kParts, MaterialKind::kSmooth}) EXPECT_EQ(source_of(fit, kind), "homogeneous, fitted to the reference video");
+  for (const MaterialKind kind : {MaterialKind::kParts, MaterialKind::kSmooth})
+    EXPECT_EQ(source_of(fit, kind), "homogeneous, fitted to the reference video");
 }
 
 }  // namespace

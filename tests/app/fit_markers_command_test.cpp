@@ -26,7 +26,8 @@ using nlohmann::json;
 
 constexpr double kYoung = 1.2e5, kDamping = 0.25, kRelease = 0.3, kUnit = kBeamUnit;
 
-/// What markers on that beam do when it is let go under gravity at kRelease; columns in the order y, x, z, with x reversed.
+/// What markers on that beam do when it is let go under gravity at kRelease; columns in the order y, x, z, with x
+/// reversed.
 std::string recording(const RunDirectory& run, const Scene& scene) {
   ParticleFile file = read_particles(run / (object_folder(run) + "/particles.h5"));
   ObjectMaterial material;
@@ -38,7 +39,8 @@ std::string recording(const RunDirectory& run, const Scene& scene) {
   load.push_back(gravity);
   MarkerModelOptions options;
   options.simulate.gravity.setZero(), options.simulate.fps = 240, options.reach = 0.05;
-  const std::vector<Vec3d> rest = {kUnit * Vec3d(0.78, 0.08, 1.15), kUnit * Vec3d(0.6, 0.0, 1.08), kUnit * Vec3d(0.45, 0.14, 1.05), Vec3d(3, 3, 3)};
+  const std::vector<Vec3d> rest = {kUnit * Vec3d(0.78, 0.08, 1.15), kUnit * Vec3d(0.6, 0.0, 1.08),
+                                   kUnit * Vec3d(0.45, 0.14, 1.05), Vec3d(3, 3, 3)};
   const MarkerMotion motion = MarkerModel(options, body.particles, load, rest).run({1, kDamping, 0}, 0.8);
   std::string table = "time_s";
   for (const char* name : {"tip", "mid", "near", "wall"})
@@ -50,7 +52,8 @@ std::string recording(const RunDirectory& run, const Scene& scene) {
     for (int k = 0; k < 4; ++k) {
       const Vec3d x = rest[k] + (k < 3 ? motion.at(t / 120.0 - kRelease, k) : Vec3d::Zero());
       const auto noise = [&](int a) { return 2e-5 * Random(7, t, 3 * k + a).normal(); };
-      std::snprintf(row, sizeof row, ",%.5f,%.5f,%.5f", 1e3 * (x.y() + noise(0)), 1e3 * (0.1 - x.x() + noise(1)), 1e3 * (x.z() + noise(2)));
+      std::snprintf(row, sizeof row, ",%.5f,%.5f,%.5f", 1e3 * (x.y() + noise(0)), 1e3 * (0.1 - x.x() + noise(1)),
+                    1e3 * (x.z() + noise(2)));
       table += row;
     }
   }
@@ -67,8 +70,16 @@ TEST(FitMarkersCommand, ATableOfMarkersTellsStiffnessDampingAndRelease) {
   const RunDirectory run = RunDirectory::open(out);
   const std::string table = recording(run, load_run_scene(run));
   folder.file("markers.csv", table);
-  const std::vector<std::string> fit = {"fit", out, "--markers", (folder / "markers.csv").string(), "--marker-axes", "-y,x,z",
-                                        "--marker-offset", "0.1,0,0", "--marker-window", "0.35"};
+  const std::vector<std::string> fit = {"fit",
+                                        out,
+                                        "--markers",
+                                        (folder / "markers.csv").string(),
+                                        "--marker-axes",
+                                        "-y,x,z",
+                                        "--marker-offset",
+                                        "0.1,0,0",
+                                        "--marker-window",
+                                        "0.35"};
   std::vector<std::string> wrong_start = fit;
   wrong_start.insert(wrong_start.end(), {"--young", "15000"});
   ASSERT_EQ(run_quietly(wrong_start), 0);
@@ -80,7 +91,8 @@ TEST(FitMarkersCommand, ATableOfMarkersTellsStiffnessDampingAndRelease) {
   EXPECT_LT(result["rms_with_later_mm"].get<double>(), 1.5);
   EXPECT_EQ(result["markers"], json({"tip", "mid", "near"}));
   EXPECT_NE(result["undetermined"].dump().find("density"), std::string::npos);
-  for (const char* file : {"fit/markers.png", "fit/search.png", "fit/report.html"}) EXPECT_TRUE(fs::exists(folder / "run" / file)) << file;
+  for (const char* file : {"fit/markers.png", "fit/search.png", "fit/report.html"})
+    EXPECT_TRUE(fs::exists(folder / "run" / file)) << file;
   const fs::path object = run / object_folder(run);
   EXPECT_NEAR(read_material(object / "material.h5").young.front() / result["young_pa"].get<double>(), 1, 1e-5);
   EXPECT_TRUE(read_velocity(object / "velocity.h5").velocity.front().isZero(0));
@@ -112,7 +124,8 @@ TEST(FitMarkersCommand, ATableOfMarkersTellsStiffnessDampingAndRelease) {
   int asked = 0, most = std::numeric_limits<int>::max();
   const Context context{progress, [&] { return ++asked > most; }};
   FitStage stage;
-  stage.markers.file = (folder / "markers.csv").string(), stage.markers.axes = "-y,x,z", stage.markers.offset = {0.1, 0, 0}, stage.markers.window = 0.35;
+  stage.markers.file = (folder / "markers.csv").string(), stage.markers.axes = "-y,x,z",
+  stage.markers.offset = {0.1, 0, 0}, stage.markers.window = 0.35;
   stage.material.young = 15000;
   const auto fit_up_to = [&](int calls) {
     asked = 0, most = calls;
@@ -124,7 +137,8 @@ TEST(FitMarkersCommand, ATableOfMarkersTellsStiffnessDampingAndRelease) {
   const int all = asked;
   const auto numbers = [&] {
     const json now = json::parse(read_text(folder / "run/fit/results.json"));
-    return json({now["young_pa"], now["damping_time_s"], now["release_s"], now["log10_sigma"], now["loss"], now["search_young_pa_rms_mm"]});
+    return json({now["young_pa"], now["damping_time_s"], now["release_s"], now["log10_sigma"], now["loss"],
+                 now["search_young_pa_rms_mm"]});
   };
   const json whole = numbers();
   for (const int share : {3, 8}) {

@@ -1,5 +1,5 @@
-// Which videos a fit takes, by the way that the command goes: cameras that are named, given in a file or found; videos that
-// another program makes; and what is refused with a reason.
+// Which videos a fit takes, by the way that the command goes: cameras that are named, given in a file or found; videos
+// that another program makes; and what is refused with a reason.
 
 #include <fmt/format.h>
 
@@ -19,19 +19,24 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 double degrees_between(const Camera& a, const Camera& b) {
-  return 180 / M_PI * Eigen::AngleAxisd(a.cam_from_world.linear() * b.cam_from_world.linear().transpose().eval()).angle();
+  return 180 / M_PI *
+         Eigen::AngleAxisd(a.cam_from_world.linear() * b.cam_from_world.linear().transpose().eval()).angle();
 }
 
 TEST_F(FitVideo, WhatTheObjectsMotionCannotExplainIsRefusedWithItsReason) {
-  expect_refused({"--video-camera", camera == "view_001" ? "view_002" : "view_001"}, {"does not show the scene from camera"});
-  expect_refused({"--video", write("still.mp4", std::vector<ImageF>(12, frames[0])), "--video-camera", camera}, {"still.mp4", "does not move"});
+  expect_refused({"--video-camera", camera == "view_001" ? "view_002" : "view_001"},
+                 {"does not show the scene from camera"});
+  expect_refused({"--video", write("still.mp4", std::vector<ImageF>(12, frames[0])), "--video-camera", camera},
+                 {"still.mp4", "does not move"});
   std::vector<ImageF> cut = frames;
   for (size_t f = cut.size() / 2; f < cut.size(); ++f) std::reverse(cut[f].data.begin(), cut[f].data.end());
-  expect_refused({"--video", write("cut.mp4", cut), "--video-camera", camera}, {"cut.mp4", "jumps at frame " + std::to_string(cut.size() / 2)});
+  expect_refused({"--video", write("cut.mp4", cut), "--video-camera", camera},
+                 {"cut.mp4", "jumps at frame " + std::to_string(cut.size() / 2)});
   std::vector<ImageF> other = frames;
   for (ImageF& picture : other) std::reverse(picture.data.begin(), picture.data.end());
   const std::string other_file = write("other.mp4", other);
-  expect_refused({"--video", other_file, "--video-camera", camera}, {"other.mp4", "check that the video is of this scene"});
+  expect_refused({"--video", other_file, "--video-camera", camera},
+                 {"other.mp4", "check that the video is of this scene"});
   expect_refused({"--video", other_file, "--video-camera", "find"}, {"none of the 8 known cameras"});
   // The scene file tells another rate than the file.
   const std::string settings = read_text(folder / "scene/scene.json");
@@ -48,7 +53,8 @@ TEST_F(FitVideo, TheCameraComesFromAPoseFileOrIsFoundByTheFirstFrame) {
   EXPECT_EQ(truth.name, camera);
   Camera beside = truth;
   beside.name = "phone";
-  beside.cam_from_world.linear() = Eigen::AngleAxisd(0.02, Vec3d::UnitY()).toRotationMatrix() * beside.cam_from_world.linear();
+  beside.cam_from_world.linear() =
+      Eigen::AngleAxisd(0.02, Vec3d::UnitY()).toRotationMatrix() * beside.cam_from_world.linear();
   write_cameras(folder / "pose/transforms.json", {beside});
   stage.pose = (folder / "pose/transforms.json").string();
   EXPECT_NEAR(degrees_between(load(stage).camera, beside), 0, 1e-3);
@@ -120,7 +126,9 @@ TEST_F(FitVideo, WhatAMaskLeavesDarkIsNotCompared) {
   // One for every frame: what is dark from the fourth on is followed until then.
   fs::create_directories(folder / "masks");
   char name[32];
-  for (size_t f = 0; f < frames.size(); ++f) std::snprintf(name, sizeof name, "%04zu.png", f), write_image(folder / "masks" / name, mask_from(f < 3 ? 0 : width));
+  for (size_t f = 0; f < frames.size(); ++f)
+    std::snprintf(name, sizeof name, "%04zu.png", f),
+        write_image(folder / "masks" / name, mask_from(f < 3 ? 0 : width));
   stage.video_mask = (folder / "masks").string();
   const FitScene some = load_fit_scene(context, run, scene, stage);
   EXPECT_EQ(some.pixel.size(), whole.pixel.size());
@@ -141,11 +149,16 @@ TEST_F(FitVideo, WhatAMaskLeavesDarkIsNotCompared) {
   EXPECT_FALSE(is_compared(three.further[0], 3, middle - 2, height / 2));
 
   fs::remove(folder / "masks" / name);
-  expect_error(Failure::kInput, {"masks", std::to_string(frames.size())}, [&] { load_fit_scene(context, run, scene, stage); });
+  expect_error(Failure::kInput, {"masks", std::to_string(frames.size())},
+               [&] { load_fit_scene(context, run, scene, stage); });
   write_image(folder / "square.png", ImageF(64, 64, 3, 1.0f));
   const std::string square = (folder / "square.png").string();
-  expect_refused({"--video", file.string(), "--camera", camera, "--video", file.string(), "--camera", camera, "--video-mask", "none", "--video-mask", square}, {"square.png", "64 x 64"});
-  EXPECT_EQ(run_quietly(fit({"--video", file.string(), "--camera", camera, "--video-mask", "none", "--video-mask", square})), 2);
+  expect_refused({"--video", file.string(), "--camera", camera, "--video", file.string(), "--camera", camera,
+                  "--video-mask", "none", "--video-mask", square},
+                 {"square.png", "64 x 64"});
+  EXPECT_EQ(
+      run_quietly(fit({"--video", file.string(), "--camera", camera, "--video-mask", "none", "--video-mask", square})),
+      2);
   EXPECT_EQ(run_quietly(fit({"--video-mask", "nothing.png"})), 2);
 }
 
@@ -178,23 +191,28 @@ TEST_F(FitVideo, FramesAreComparedAtTheRateThatIsAskedFor) {
   // What a wrong rate would do to E is said with the numbers.
   const double young = half["young_pa"];
   const std::string said = half["undetermined"].dump();
-  for (const std::string& words : {fmt::format("{:.4g} frames a second", fps), fmt::format("4 times as large, {:.3g} Pa", 4 * young), fmt::format("a quarter, {:.3g} Pa", young / 4)})
+  for (const std::string& words :
+       {fmt::format("{:.4g} frames a second", fps), fmt::format("4 times as large, {:.3g} Pa", 4 * young),
+        fmt::format("a quarter, {:.3g} Pa", young / 4)})
     EXPECT_NE(said.find(words), std::string::npos) << words << " in: " << said;
   // A folder of frames has no rate of its own.
   fs::create_directories(folder / "no_rate");
   for (int f = 0; f < 3; ++f) write_image(folder / "no_rate" / (std::to_string(f) + ".png"), frames[f]);
-  expect_refused({"--video", (folder / "no_rate").string(), "--camera", camera}, {"no_rate", "has no frame rate", "--video-fps"});
+  expect_refused({"--video", (folder / "no_rate").string(), "--camera", camera},
+                 {"no_rate", "has no frame rate", "--video-fps"});
 }
 
 TEST_F(FitVideo, AProgramMakesTheVideoThatIsFitted) {
   // It films what the scene's own video shows, whatever it is asked.
   fs::create_directories(folder / "film");
   char name[32];
-  for (size_t f = 0; f < frames.size(); ++f) std::snprintf(name, sizeof name, "%04zu.png", f), write_image(folder / "film" / name, frames[f]);
+  for (size_t f = 0; f < frames.size(); ++f)
+    std::snprintf(name, sizeof name, "%04zu.png", f), write_image(folder / "film" / name, frames[f]);
   write_text(folder / "film.sh", "cp " + (folder / "film").string() + "/*.png \"$1/frames/\"\n");
   const std::string command = "sh " + (folder / "film.sh").string();
-  ASSERT_EQ(run_quietly(fit({"--generate-with", command, "--generate-frames", std::to_string(frames.size()), "--generate-prompt", "it swings", "--video-camera",
-                             camera, "--video-fps", std::to_string(fps)})),
+  ASSERT_EQ(run_quietly(
+                fit({"--generate-with", command, "--generate-frames", std::to_string(frames.size()),
+                     "--generate-prompt", "it swings", "--video-camera", camera, "--video-fps", std::to_string(fps)})),
             0);
   const json request = json::parse(read_text(folder / "run/fit/generated/request.json"));
   EXPECT_EQ(request["prompt"], "it swings");

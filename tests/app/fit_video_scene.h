@@ -62,7 +62,8 @@ class FitVideo : public ::testing::Test {
     // The run directory names the scene that it was made from.
     std::string run = read_text(folder / "run/run.json");
     const std::string from = read_text(prepared / "place");
-    for (size_t at = run.find(from); at != std::string::npos; at = run.find(from, at)) run.replace(at, from.size(), folder.string());
+    for (size_t at = run.find(from); at != std::string::npos; at = run.find(from, at))
+      run.replace(at, from.size(), folder.string());
     write_text(folder / "run/run.json", run);
     const nlohmann::json video = nlohmann::json::parse(read_text(folder / "scene/scene.json"))["video"];
     file = folder / "scene" / video["file"].get<std::string>();
@@ -90,7 +91,8 @@ class FitVideo : public ::testing::Test {
     const int code = run_quietly(fit(std::move(more)));
     const std::string said = ::testing::internal::GetCapturedStderr();
     EXPECT_EQ(code, 1) << said;
-    for (const std::string& word : words) EXPECT_NE(said.find(word), std::string::npos) << "'" << word << "' in: " << said;
+    for (const std::string& word : words)
+      EXPECT_NE(said.find(word), std::string::npos) << "'" << word << "' in: " << said;
     EXPECT_FALSE(std::filesystem::exists(folder / "run/fit/results.json"));
   }
   static ReferenceVideo load(const FitStage& stage) {

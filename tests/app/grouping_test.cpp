@@ -21,17 +21,34 @@ using nlohmann::json;
 
 json parsed(const std::filesystem::path& file) { return json::parse(read_text(file)); }
 
-/// A PLY as Gaussian Grouping writes it, with obj_dc_0 to obj_dc_15: two rows of 40 Gaussians, 1 and 3 above the ground.
-/// The attribute of row r is the r-th unit vector, but for one Gaussian of the first row, which lies between.
+/// A PLY as Gaussian Grouping writes it, with obj_dc_0 to obj_dc_15: two rows of 40 Gaussians, 1 and 3 above the
+/// ground. The attribute of row r is the r-th unit vector, but for one Gaussian of the first row, which lies between.
 std::string grouping_ply() {
   std::string out = "ply\nformat binary_little_endian 1.0\nelement vertex 80\n";
-  for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
+  for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0",
+                           "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
     out += std::string("property float ") + name + "\n";
   for (int k = 0; k < 16; ++k) out += "property float obj_dc_" + std::to_string(k) + "\n";
   out += "end_header\n";
   for (int i = 0; i < 80; ++i) {
     const int row = i / 40;
-    std::vector<float> v = {0.05f * static_cast<float>(i % 40), 0, row ? 3.0f : 1.0f, 0, 0, 0, 0.5f, 0.1f, -0.4f, 3, -3, -3, -3, 1, 0, 0, 0};
+    std::vector<float> v = {0.05f * static_cast<float>(i % 40),
+                            0,
+                            row ? 3.0f : 1.0f,
+                            0,
+                            0,
+                            0,
+                            0.5f,
+                            0.1f,
+                            -0.4f,
+                            3,
+                            -3,
+                            -3,
+                            -3,
+                            1,
+                            0,
+                            0,
+                            0};
     std::vector<float> y(16, 0.0f);
     y[row] = 1;
     if (i == 7) y[0] = 0.6f, y[1] = 0.4f;
@@ -53,7 +70,8 @@ TEST(GaussianGrouping, AttributeAndClassifierAreTakenAsTheyAre) {
   const std::string model = (folder / "model").string(), out = (folder / "run").string();
   folder.file("model/point_cloud/iteration_30000/point_cloud.ply", grouping_ply());
   folder.file("model/point_cloud/iteration_30000/classifier.pth", grouping_classifier());
-  const std::vector<std::string> command = {"segment", model, "--out", out, "--gaussian-grouping", model, "--orbit-views", "4"};
+  const std::vector<std::string> command = {"segment", model,           "--out", out, "--gaussian-grouping",
+                                            model,     "--orbit-views", "4"};
   ASSERT_EQ(run_quietly(command), 0);
   const Segmentation s = read_segmentation(folder / "run/segmentation.h5");
   EXPECT_EQ(s.class_id, (std::vector<uint32_t>{0, 9}));
@@ -78,13 +96,17 @@ TEST(GaussianGrouping, AttributeAndClassifierAreTakenAsTheyAre) {
   std::vector<std::string> anew = command;
   anew.push_back("--overwrite");
   EXPECT_EQ(run_quietly(anew), 1);  // 15 channels
-  EXPECT_EQ(run_quietly({"segment", model, "--out", (folder / "other").string(), "--gaussian-grouping", folder.path().string()}), 1);
+  EXPECT_EQ(run_quietly({"segment", model, "--out", (folder / "other").string(), "--gaussian-grouping",
+                         folder.path().string()}),
+            1);
 }
 
 TEST(SheetPrompts, AClickOnTheSheetIsOneOnThePictureItShowsAndStaysItWhenRepeated) {
   const TemporaryFolder folder;
   const std::string scene = (folder / "scene").string(), out = (folder / "run").string();
-  ASSERT_EQ(run_quietly({"demo", "--out", scene, "--gaussians", "6000", "--photos", "8", "--width", "120", "--height", "90", "--no-video"}), 0);
+  ASSERT_EQ(run_quietly({"demo", "--out", scene, "--gaussians", "6000", "--photos", "8", "--width", "120", "--height",
+                         "90", "--no-video"}),
+            0);
   EXPECT_EQ(run_quietly({"segment", scene, "--out", out, "--click", "sheet,5,5"}), 2);  // no sheet yet
   ASSERT_EQ(run_quietly({"segment", scene, "--out", out, "--segment-iterations", "10"}), 0);
   const json cells = parsed(folder / "run/objects_sheet.json"), objects = parsed(folder / "run/objects.json");
@@ -96,7 +118,8 @@ TEST(SheetPrompts, AClickOnTheSheetIsOneOnThePictureItShowsAndStaysItWhenRepeate
   const json& cell = cells[at + 1];
   const double x = cell["x"].get<double>() + 90, y = cell["y"].get<double>() + 90;
   const std::string click = "sheet," + std::to_string(static_cast<int>(x)) + "," + std::to_string(static_cast<int>(y));
-  const std::vector<std::string> command = {"segment", scene, "--out", out, "--click", click, "--segment-iterations", "10"};
+  const std::vector<std::string> command = {"segment", scene, "--out", out, "--click", click, "--segment-iterations",
+                                            "10"};
   EXPECT_EQ(run_quietly(command), 2);  // another result is there
   std::vector<std::string> anew = command;
   anew.push_back("--overwrite");
@@ -110,7 +133,8 @@ TEST(SheetPrompts, AClickOnTheSheetIsOneOnThePictureItShowsAndStaysItWhenRepeate
   const std::string before = sha256_of_file(folder / "run/segmentation.h5");
   ASSERT_EQ(run_quietly(command), 0);
   EXPECT_EQ(sha256_of_file(folder / "run/segmentation.h5"), before);
-  EXPECT_EQ(run_quietly({"segment", scene, "--out", out, "--click", "sheet,0,0", "--overwrite"}), 2);       // a gap of the sheet
+  EXPECT_EQ(run_quietly({"segment", scene, "--out", out, "--click", "sheet,0,0", "--overwrite"}),
+            2);  // a gap of the sheet
   EXPECT_EQ(run_quietly({"segment", scene, "--out", out, "--click", "sheet,a,0", "--overwrite"}), 2);
 }
 

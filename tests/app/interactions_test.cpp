@@ -46,10 +46,10 @@ TEST(Interactions, GrabPathAndBelowRegionAreScaled) {
 }
 
 TEST(Interactions, RegionsSurviveTheWayThroughJson) {
-  for (const Region& region : {Region::all(), Region::sphere({1, 2, 3}, 4), Region::box({0, 0, 0}, {1, 2, 3}),
-                               Region::half_space({0, 0, 0.25}, {0, 0, 1}),
-                               Region::half_space({1, 0, 0.25}, {0.6, 0, 0.8}),
-                               Region::cylinder({0, 0.5, 0}, {1, 0.5, 0}, 0.3)}) {
+  for (const Region& region :
+       {Region::all(), Region::sphere({1, 2, 3}, 4), Region::box({0, 0, 0}, {1, 2, 3}),
+        Region::half_space({0, 0, 0.25}, {0, 0, 1}), Region::half_space({1, 0, 0.25}, {0.6, 0, 0.8}),
+        Region::cylinder({0, 0.5, 0}, {1, 0.5, 0}, 0.3)}) {
     const Region back = parse_region(region_to_json(region), {1.0, {0, 0, 1}}, "test");
     for (const Vec3d& x : {Vec3d(0.5, 0.5, 0.2), Vec3d(0.5, 0.5, 0.3), Vec3d(9, 9, 9), Vec3d(1, 2, 6.9)})
       EXPECT_EQ(back.contains(x), region.contains(x));
@@ -105,7 +105,9 @@ TEST(Interactions, MistakesNameFileRowFieldAndRemedy) {
   EXPECT_EQ(error_of(R"([{"type": "gust", "wind": [1, 0, 0], "acceleration": [1, 0, 0]}])").field, "wind");
   EXPECT_EQ(error_of(R"([{"type": "collider"}])").field, "region");
   EXPECT_EQ(error_of(R"([{"type": "collider", "region": "all"}])").field, "region");
-  EXPECT_NE(error_of(R"([{"type": "collider", "region": {"sphere": [0, 0, 0, 1]}, "contact": "slipp"}])").remedy.find("slip"), std::string::npos);
+  EXPECT_NE(
+      error_of(R"([{"type": "collider", "region": {"sphere": [0, 0, 0, 1]}, "contact": "slipp"}])").remedy.find("slip"),
+      std::string::npos);
   EXPECT_EQ(error_of(R"([{"type": "poke", "path": [[0, 0, 0, 0]]}])").field, "radius");
   EXPECT_EQ(error_of(R"([{"type": "poke", "radius": 1, "path": [[1, 0, 0, 0], [0, 0, 0, 0]]}])").field, "path");
   EXPECT_EQ(error_of(R"([{"type": "pin", "region": {"cylinder": [0, 0, 0, 0, 0, 0, 1]}}])").field, "region.cylinder");

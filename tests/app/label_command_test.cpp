@@ -26,7 +26,8 @@ class LabelCommand : public ::testing::Test {
   static void TearDownTestSuite() { fs::remove_all(folder); }
 
   static int segment(const fs::path& out, std::vector<std::string> options) {
-    std::vector<std::string> command = {"segment", (folder / "scene").string(), "--out", out.string(), "--segment-iterations", "20", "--hold-out"};
+    std::vector<std::string> command = {
+        "segment", (folder / "scene").string(), "--out", out.string(), "--segment-iterations", "20", "--hold-out"};
     command.insert(command.end(), options.begin(), options.end());
     return run_quietly(command);
   }
@@ -103,16 +104,23 @@ TEST_F(LabelCommand, TrackedPhotosShareTheIdOfAThing) {
 TEST(LabelCommandReal, ARealDetectorNamesThePottedFlower) {
   const char* given = std::getenv("PLIANT_DATA");
   fs::path net;
-  for (const fs::path& data : {fs::path(given ? given : ""), fs::path(PLIANT_SOURCE_DIR) / "../shared/data", fs::path(PLIANT_SOURCE_DIR) / "../../shared/data"})
+  for (const fs::path& data : {fs::path(given ? given : ""), fs::path(PLIANT_SOURCE_DIR) / "../shared/data",
+                               fs::path(PLIANT_SOURCE_DIR) / "../../shared/data"})
     if (net.empty() && fs::exists(data / "weights/yolox_nano.onnx")) net = data / "weights/yolox_nano.onnx";
   if (net.empty()) GTEST_SKIP() << "weights/yolox_nano.onnx is absent (set PLIANT_DATA to its folder)";
   const TemporaryFolder folder;
   const std::string scene = (folder / "scene").string(), out = (folder / "run").string();
-  ASSERT_EQ(run_quietly({"demo", "--out", scene, "--gaussians", "9000", "--photos", "12", "--width", "240", "--height", "180", "--no-video"}), 0);
-  ASSERT_EQ(run_quietly({"segment", scene, "--out", out, "--detector", net.string(), "--text", "vase", "--segment-iterations", "20", "--hold-out"}), 0);
+  ASSERT_EQ(run_quietly({"demo", "--out", scene, "--gaussians", "9000", "--photos", "12", "--width", "240", "--height",
+                         "180", "--no-video"}),
+            0);
+  ASSERT_EQ(run_quietly({"segment", scene, "--out", out, "--detector", net.string(), "--text", "vase",
+                         "--segment-iterations", "20", "--hold-out"}),
+            0);
   double best = 0;
   for (const auto& [name, id] : objects_of(folder / "run")) {
-    if (name != "rest") { EXPECT_EQ(name.rfind("vase", 0), 0u) << name; }
+    if (name != "rest") {
+      EXPECT_EQ(name.rfind("vase", 0), 0u) << name;
+    }
     if (name != "rest") best = std::max(best, iou_in(folder / "run/held_out", id, folder / "scene/masks", 1));
   }
   EXPECT_GT(best, 0.3);  // it is the pot that looks like a vase
@@ -125,7 +133,8 @@ TEST_F(LabelCommand, WhatIsMissingIsToldByTheOptionThatWasTyped) {
     ::testing::internal::CaptureStderr();
     EXPECT_EQ(segment(out / "run", std::move(options)), 2);
     const std::string said = ::testing::internal::GetCapturedStderr();
-    for (const std::string& word : words) EXPECT_NE(said.find(word), std::string::npos) << "'" << word << "' in: " << said;
+    for (const std::string& word : words)
+      EXPECT_NE(said.find(word), std::string::npos) << "'" << word << "' in: " << said;
     EXPECT_EQ(said.find("--label-photos"), std::string::npos) << said;
   };
   refused({"--segmenter", file}, {"--segmenter", "net.onnx", "--click", "--detector"});

@@ -51,17 +51,29 @@ TEST(NetworkCommandTorch, AGivenSegmenterTurnsAClickInAPhotoIntoTheObject) {
   write_torch_module(folder / "sam.pt", kSameColour, R"({"kind": "sam", "size": 256})", {{"iou", {1, 1}, {0.9f}}});
   const fs::path truth = folder / "scene/masks";
   const auto segment = [&](const std::string& out, std::vector<std::string> gestures) {
-    std::vector<std::string> command = {"segment", (folder / "scene").string(), "--out", (folder / out).string(), "--segmenter", (folder / "sam.pt").string(),
-                                        "--trust-torchscript", "--segment-iterations", "20", "--hold-out"};
+    std::vector<std::string> command = {"segment",
+                                        (folder / "scene").string(),
+                                        "--out",
+                                        (folder / out).string(),
+                                        "--segmenter",
+                                        (folder / "sam.pt").string(),
+                                        "--trust-torchscript",
+                                        "--segment-iterations",
+                                        "20",
+                                        "--hold-out"};
     command.insert(command.end(), gestures.begin(), gestures.end());
     return run_quietly(command);
   };
   // The photos are painted: only the segmenter, which reads them, can tell the box and the mug in this way.
   ASSERT_EQ(segment("box", {"--click", "view_001," + pixel_of(truth / "view_001.png", kRedThing)}), 0);
-  EXPECT_GT(iou_in(folder / "box/held_out", objects_of(folder / "box").find("object")->second, truth, kRedThing), 0.65);  // one photo does not show its back
+  EXPECT_GT(iou_in(folder / "box/held_out", objects_of(folder / "box").find("object")->second, truth, kRedThing),
+            0.65);  // one photo does not show its back
   EXPECT_TRUE(fs::exists(folder / "box/prompted/view_001.jpg"));
-  ASSERT_EQ(segment("mug", {"--stroke", "fg,view_001," + pixel_of(truth / "view_001.png", kBlueThing) + "," + pixel_of(truth / "view_001.png", kBlueThing),
-                            "--click", "view_003," + pixel_of(truth / "view_003.png", kBlueThing)}), 0);
+  ASSERT_EQ(segment("mug", {"--stroke",
+                            "fg,view_001," + pixel_of(truth / "view_001.png", kBlueThing) + "," +
+                                pixel_of(truth / "view_001.png", kBlueThing),
+                            "--click", "view_003," + pixel_of(truth / "view_003.png", kBlueThing)}),
+            0);
   EXPECT_GT(iou_in(folder / "mug/held_out", objects_of(folder / "mug").find("object")->second, truth, kBlueThing), 0.6);
 
   ::testing::internal::CaptureStderr();
@@ -84,8 +96,11 @@ size_t magenta_in(const fs::path& splats) {
 
 TEST(NetworkCommandTorch, RepairFillsTheHoleWithWhatTheGivenInpainterPaints) {
   const TemporaryFolder folder;
-  const std::string scene = (folder / "scene").string(), run = (folder / "run").string(), net = (folder / "lama.pt").string();
-  ASSERT_EQ(run_quietly({"demo", "--out", scene, "--gaussians", "9000", "--photos", "8", "--width", "160", "--height", "120", "--no-video"}), 0);
+  const std::string scene = (folder / "scene").string(), run = (folder / "run").string(),
+                    net = (folder / "lama.pt").string();
+  ASSERT_EQ(run_quietly({"demo", "--out", scene, "--gaussians", "9000", "--photos", "8", "--width", "160", "--height",
+                         "120", "--no-video"}),
+            0);
   ASSERT_EQ(run_quietly({"segment", scene, "--out", run, "--segment-iterations", "20"}), 0);
   ASSERT_EQ(run_quietly({"extract", run, "--object", "flower"}), 0);
   write_torch_module(net, kMagenta, R"({"kind": "lama"})", {{"colour", {1, 3, 1, 1}, {1, 0, 1}}});

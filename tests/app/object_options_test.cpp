@@ -27,8 +27,10 @@ void extract_made_scene(const fs::path& folder, const fs::path& run, const MadeS
   fs::create_directories(folder / "masks");
   write_ply(folder / "splats.ply", scene.cloud);
   write_cameras(folder / "transforms.json", scene.cameras);
-  for (const Camera& camera : scene.cameras) write_ids(folder / "masks" / (camera.name + ".png"), cast_ids(scene, camera));
-  write_text(folder / "scene.json", R"({"splats": "splats.ply", "cameras": "transforms.json", "masks": "masks", "up": [0, 0, 1]})");
+  for (const Camera& camera : scene.cameras)
+    write_ids(folder / "masks" / (camera.name + ".png"), cast_ids(scene, camera));
+  write_text(folder / "scene.json",
+             R"({"splats": "splats.ply", "cameras": "transforms.json", "masks": "masks", "up": [0, 0, 1]})");
   ASSERT_EQ(run_quietly({"segment", folder.string(), "--out", run.string(), "--segment-iterations", "20"}), 0);
   ASSERT_EQ(run_quietly({"extract", run.string(), "--object", "300"}), 0);
 }
@@ -46,16 +48,19 @@ TEST(ExtractOptions, HullTakesWhatLiesBetweenThePartsOfTheObject) {
   const TemporaryFolder out;
   const MadeScene::Ball between = {Vec3f(0, 0, 0.08f), 0.1f, 70000, Vec3f(0.1f, 0.3f, 0.8f)};
   const MadeScene scene = made_scene({{Vec3f(-0.42f, 0, 0.15f), 0.3f, 300, Vec3f(0.8f, 0.1f, 0.1f)},
-                                      {Vec3f(0.42f, 0, 0.15f), 0.3f, 300, Vec3f(0.8f, 0.1f, 0.1f)}, between});
+                                      {Vec3f(0.42f, 0, 0.15f), 0.3f, 300, Vec3f(0.8f, 0.1f, 0.1f)},
+                                      between});
   extract_made_scene(out / "scene", out / "run", scene);
   const auto between_taken = [&] {
     size_t taken = 0;
-    for (const Vec3f& x : read_ply(object_file(out / "run", "object.ply")).position) taken += (x - between.centre).norm() < between.radius;
+    for (const Vec3f& x : read_ply(object_file(out / "run", "object.ply")).position)
+      taken += (x - between.centre).norm() < between.radius;
     return taken;
   };
-  const size_t standing = static_cast<size_t>(std::count_if(scene.cloud.position.begin(), scene.cloud.position.end(), [&](const Vec3f& x) {
-    return (x - between.centre).norm() < between.radius && x.z() > 0.06f;
-  }));
+  const size_t standing =
+      static_cast<size_t>(std::count_if(scene.cloud.position.begin(), scene.cloud.position.end(), [&](const Vec3f& x) {
+        return (x - between.centre).norm() < between.radius && x.z() > 0.06f;
+      }));
   ASSERT_GT(standing, 20u);
   EXPECT_EQ(between_taken(), 0u);
   EXPECT_EQ(summary(out / "run", "extract")["rules"]["hull"]["moved"], 0);
@@ -92,7 +97,8 @@ TEST_F(OneBall, ShadowKeepLeavesTheColoursOfTheSupport) {
   const auto brightened = [&] {  // Gaussians of the table that are brighter now
     const GaussianCloud after = read_ply(run / "background_repaired.ply");
     std::map<std::array<float, 3>, float> red;
-    for (size_t p = 0; p < after.size(); ++p) red[{after.position[p].x(), after.position[p].y(), after.position[p].z()}] = after.sh_of(p)[0];
+    for (size_t p = 0; p < after.size(); ++p)
+      red[{after.position[p].x(), after.position[p].y(), after.position[p].z()}] = after.sh_of(p)[0];
     size_t count = 0;
     for (size_t p = 0; p < before.size(); ++p) {
       const auto found = red.find({before.position[p].x(), before.position[p].y(), before.position[p].z()});
@@ -115,7 +121,8 @@ constexpr float kSoftAbove = 0.25f;  // a third of the ball
 std::pair<size_t, size_t> above_and_below(const ParticleFile& file) {
   std::pair<size_t, size_t> count;
   for (const Vec3f& x : file.driving_position)
-    if ((x - two_balls()[0].centre).norm() < 0.2f && std::abs(x.z() - kSoftAbove) > 0.02f) ++(x.z() > kSoftAbove ? count.first : count.second);
+    if ((x - two_balls()[0].centre).norm() < 0.2f && std::abs(x.z() - kSoftAbove) > 0.02f)
+      ++(x.z() > kSoftAbove ? count.first : count.second);
   return count;
 }
 
@@ -141,7 +148,8 @@ TEST_F(OneBall, PgasPlacesTheWantedNumberOfParticlesDenserWhereTheFileSaysSoft) 
   EXPECT_EQ(pgas.solid_position, kmeans.solid_position);
   double volume = 0, expected = 0;
   for (const float v : pgas.driving_volume) volume += v;
-  for (size_t i = 0; i < pgas.solid_volume.size(); ++i) expected += pgas.solid_driver[i] >= 0 ? pgas.solid_volume[i] : 0;
+  for (size_t i = 0; i < pgas.solid_volume.size(); ++i)
+    expected += pgas.solid_driver[i] >= 0 ? pgas.solid_volume[i] : 0;
   EXPECT_NEAR(volume / expected, 1, 1e-5);
   const auto [above, below] = above_and_below(pgas);
 

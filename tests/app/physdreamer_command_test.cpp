@@ -1,5 +1,5 @@
-// A scene folder of PhysDreamer, made from the demo's flower, through the command line: what moves, what is held, its video,
-// and fields as they were released.
+// A scene folder of PhysDreamer, made from the demo's flower, through the command line: what moves, what is held, its
+// video, and fields as they were released.
 
 #include <gtest/gtest.h>
 
@@ -40,14 +40,16 @@ TEST(PhysDreamerCommand, BoxesHoldWhatIsHeldAndNothingElse) {
   std::vector<Vec3f> held, free;
   for (int i = 0; i < 4000; ++i) {
     Random random(3, i);
-    const Vec3f x(static_cast<float>(random.uniform()), static_cast<float>(random.uniform()), static_cast<float>(random.uniform()));
+    const Vec3f x(static_cast<float>(random.uniform()), static_cast<float>(random.uniform()),
+                  static_cast<float>(random.uniform()));
     (x.sum() < 1.2f ? held : free).push_back(x);  // a slanted border
   }
   const auto boxes = boxes_around(held, free, 0.05);
   EXPECT_LE(boxes.size(), 64u);
   size_t within = 0;
   for (const Vec3f& x : held) within += inside(boxes, x);
-  EXPECT_GT(static_cast<double>(within), 0.75 * static_cast<double>(held.size()));  // cells on the border belong to what is free
+  EXPECT_GT(static_cast<double>(within),
+            0.75 * static_cast<double>(held.size()));  // cells on the border belong to what is free
   for (const Vec3f& x : free) EXPECT_FALSE(inside(boxes, x));
   EXPECT_TRUE(boxes_around({}, free, 0.05).empty());
 }
@@ -106,7 +108,8 @@ void expect_masks_and_videos(const fs::path& scene, const RunDirectory& run) {
   fs::rename(second, scene / "videos" / (beside + "_other.mp4"));
   FitStage other;
   other.camera = beside;
-  expect_error(Failure::kInput, {beside + "_other.mp4", "does not show the scene from camera '" + beside}, [&] { load_fit(run, other, said); });
+  expect_error(Failure::kInput, {beside + "_other.mp4", "does not show the scene from camera '" + beside},
+               [&] { load_fit(run, other, said); });
   fs::remove(scene / "videos" / (beside + "_other.mp4")), fs::remove_all(scene / "masks");
 }
 
@@ -114,11 +117,13 @@ void expect_masks_and_videos(const fs::path& scene, const RunDirectory& run) {
 std::string constant_field(const std::vector<float>& value) {
   std::vector<std::pair<std::string, std::string>> tensors;
   std::vector<std::string> storages;
-  const auto add = [&](const std::string& name, const std::vector<int64_t>& shape, float fill, const std::vector<float>& values = {}) {
+  const auto add = [&](const std::string& name, const std::vector<int64_t>& shape, float fill,
+                       const std::vector<float>& values = {}) {
     int64_t count = 1;
     std::vector<int64_t> stride(shape.size());
     for (size_t a = shape.size(); a-- > 0;) stride[a] = count, count *= shape[a];
-    tensors.push_back({name, tensor_pickle("FloatStorage", static_cast<int>(storages.size()), count, 0, shape, stride)});
+    tensors.push_back(
+        {name, tensor_pickle("FloatStorage", static_cast<int>(storages.size()), count, 0, shape, stride)});
     storages.push_back(floats(values.empty() ? std::vector<float>(count, fill) : values));
   };
   const int64_t n = static_cast<int64_t>(value.size());
@@ -143,7 +148,8 @@ void make_folder(const fs::path& folder) {
   std::string cameras = read_text(folder / "demo/transforms.json");
   for (size_t at = 0; (at = cameras.find("photos/", at)) != std::string::npos;) cameras.replace(at, 7, "images/");
   write_text(scene / "transforms_train.json", cameras);
-  fs::rename(folder / "demo/reference.mp4", scene / "videos" / (settings["video"]["camera"].get<std::string>() + "_swing.mp4"));
+  fs::rename(folder / "demo/reference.mp4",
+             scene / "videos" / (settings["video"]["camera"].get<std::string>() + "_swing.mp4"));
   const LabelFile labels = read_labels(folder / "demo/truth/labels.h5");
   const GaussianCloud cloud = read_ply(scene / "point_cloud.ply");
   const json box = settings["pinned"][0]["box"];
@@ -162,10 +168,13 @@ TEST(PhysDreamerCommand, ASceneFolderRunsAsItIsAndItsReleasedFieldsAreTaken) {
   make_folder(folder.path());
   const std::string scene = (folder / "flower").string(), out = (folder / "run").string();
   EXPECT_EQ(run_quietly({"info", scene, "--json"}), 0);
-  ASSERT_EQ(run_quietly({"run", scene, "--out", out, "--segment-iterations", "60", "--particles", "500", "--duration", "0.3", "--fps", "10", "--no-orbit"}), 0);
+  ASSERT_EQ(run_quietly({"run", scene, "--out", out, "--segment-iterations", "60", "--particles", "500", "--duration",
+                         "0.3", "--fps", "10", "--no-orbit"}),
+            0);
   const json stages = json::parse(read_text(folder / "run/run.json"))["stages"];
   EXPECT_EQ(stages["extract"]["summary"]["name"], "object");
-  EXPECT_GT(stages["extract"]["summary"]["object_gaussians"].get<size_t>(), 0.8 * read_ply(folder / "flower/clean_object_points.ply").size());
+  EXPECT_GT(stages["extract"]["summary"]["object_gaussians"].get<size_t>(),
+            0.8 * read_ply(folder / "flower/clean_object_points.ply").size());
   EXPECT_GT(stages["seed"]["summary"]["pinned"].size(), 0u);
   EXPECT_EQ(stages["fit"]["options"]["material"]["density"], 2000);
   EXPECT_GT(stages["fit"]["summary"]["young_pa"].get<double>(), 0);
@@ -180,7 +189,8 @@ TEST(PhysDreamerCommand, ASceneFolderRunsAsItIsAndItsReleasedFieldsAreTaken) {
   const RunDirectory run = RunDirectory::open(out);
   const fs::path object = run / object_folder(run);
   const Scene loaded = load_run_scene(run);
-  const double edge = physdreamer_roles({}, *physdreamer_folder(loaded), loaded.cloud.position).space.scale * loaded.metres_per_unit;
+  const double edge =
+      physdreamer_roles({}, *physdreamer_folder(loaded), loaded.cloud.position).space.scale * loaded.metres_per_unit;
   const MaterialFile material = read_material(object / "material.h5");
   for (const float young : material.young) EXPECT_NEAR(young / (1.25e5 * edge * edge), 1, 1e-5);
   EXPECT_EQ(material.density.front(), 2000);
@@ -204,9 +214,12 @@ TEST(PhysDreamerFields, WhatIsNoFieldIsRefusedByName) {
   EXPECT_EQ(field.hidden, 4);
   EXPECT_EQ(field.resolution, 8);
   EXPECT_EQ(field.parameters.size(), 3u * 4 * 64 + 16 + 4 + 12 + 3);
-  expect_error(Failure::kInput, {"good.pt", "3 values", "1 are needed"}, [&] { read_physdreamer_field(folder / "good.pt", 1); });
-  folder.file("conv.pt", torch_archive("a", conv_pickle(3, 4), {floats(std::vector<float>(12)), floats(std::vector<float>(3))}));
-  expect_error(Failure::kInput, {"conv.pt", "weight", "no plane"}, [&] { read_physdreamer_field(folder / "conv.pt", 1); });
+  expect_error(Failure::kInput, {"good.pt", "3 values", "1 are needed"},
+               [&] { read_physdreamer_field(folder / "good.pt", 1); });
+  folder.file("conv.pt",
+              torch_archive("a", conv_pickle(3, 4), {floats(std::vector<float>(12)), floats(std::vector<float>(3))}));
+  expect_error(Failure::kInput, {"conv.pt", "weight", "no plane"},
+               [&] { read_physdreamer_field(folder / "conv.pt", 1); });
 }
 
 }  // namespace

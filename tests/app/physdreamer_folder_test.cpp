@@ -21,8 +21,10 @@ struct PhysDreamer : testing::Test {
 
   void write_points(const std::string& name, const std::vector<Vec3f>& points) {
     std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(points.size()) +
-                       "\nproperty double x\nproperty double y\nproperty double z\nelement face 0\nproperty list uchar int vertex_indices\nend_header\n";
-    for (const Vec3f& x : points) text += std::to_string(x.x()) + " " + std::to_string(x.y()) + " " + std::to_string(x.z()) + "\n";
+                       "\nproperty double x\nproperty double y\nproperty double z\nelement face 0\nproperty list uchar "
+                       "int vertex_indices\nend_header\n";
+    for (const Vec3f& x : points)
+      text += std::to_string(x.x()) + " " + std::to_string(x.y()) + " " + std::to_string(x.z()) + "\n";
     folder.file(name, text);
   }
 
@@ -30,7 +32,8 @@ struct PhysDreamer : testing::Test {
     std::vector<Vec3f> object, moving, filled;
     for (int i = 0; i < 200; ++i) {
       const bool stalk = i < 100;
-      const Vec3f x = stalk ? Vec3f(0.03f * (i % 3), 0.2f, i / 99.0f) : Vec3f(0.1f * (i % 10), 0.1f * (i / 10 - 10), -0.2f);
+      const Vec3f x =
+          stalk ? Vec3f(0.03f * (i % 3), 0.2f, i / 99.0f) : Vec3f(0.1f * (i % 10), 0.1f * (i / 10 - 10), -0.2f);
       cloud.resize(i + 1);
       cloud.position[i] = x;
       if (stalk) object.push_back(x + Vec3f(0.004f, 0, 0));
@@ -121,7 +124,8 @@ TEST_F(PhysDreamer, FramesInVideosBelongToTheCameraOfTheFoldersName) {
   ASSERT_EQ(unnamed.videos.size(), 1u);
   EXPECT_EQ(unnamed.videos[0].camera, "");
   EXPECT_FALSE(unnamed.settings.video);
-  EXPECT_TRUE(std::any_of(unnamed.warnings.begin(), unnamed.warnings.end(), [](const std::string& w) { return w.find("none of the 3") != std::string::npos; }));
+  EXPECT_TRUE(std::any_of(unnamed.warnings.begin(), unnamed.warnings.end(),
+                          [](const std::string& w) { return w.find("none of the 3") != std::string::npos; }));
 }
 
 TEST_F(PhysDreamer, AVideoOfAnotherShapeKeepsTheHorizontalFieldOfView) {
@@ -150,22 +154,26 @@ TEST_F(PhysDreamer, AMaskHasTheHorizontalFieldOfViewOfItsCamera) {
     // What a ray hits is the same in all of them.
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x) {
-        const double u = (x + 0.5 - video.cx) / video.fx * camera.fx + camera.cx, v = (y + 0.5 - video.cy) / video.fy * camera.fy + camera.cy;
+        const double u = (x + 0.5 - video.cx) / video.fx * camera.fx + camera.cx,
+                     v = (y + 0.5 - video.cy) / video.fy * camera.fy + camera.cy;
         const bool inside = v > 0 && v < 48;
-        EXPECT_EQ(seen(x, y), inside ? mask(static_cast<int>(u), static_cast<int>(v), 0) : 0) << width << ' ' << x << ' ' << y;
+        EXPECT_EQ(seen(x, y), inside ? mask(static_cast<int>(u), static_cast<int>(v), 0) : 0)
+            << width << ' ' << x << ' ' << y;
       }
   }
 }
 
 TEST_F(PhysDreamer, WhatIsMissingIsNamed) {
   std::filesystem::remove(folder / "moving_part_points.ply");
-  expect_error(Failure::kInput, {"moving_part_points.ply", "is missing"}, [&] { read_physdreamer_folder(folder.path()); });
+  expect_error(Failure::kInput, {"moving_part_points.ply", "is missing"},
+               [&] { read_physdreamer_folder(folder.path()); });
   write_points("moving_part_points.ply", {{50, 0, 0}});
   const PhysDreamerRoles held = physdreamer_roles({}, read_physdreamer_folder(folder.path()), cloud.position);
   ASSERT_EQ(held.warnings.size(), 1u);
   EXPECT_NE(held.warnings[0].find("held fixed"), std::string::npos);
   write_points("clean_object_points.ply", {{50, 0, 0}});
-  expect_error(Failure::kInput, {"clean_object_points.ply", "0.01"}, [&] { physdreamer_roles({}, read_physdreamer_folder(folder.path()), cloud.position); });
+  expect_error(Failure::kInput, {"clean_object_points.ply", "0.01"},
+               [&] { physdreamer_roles({}, read_physdreamer_folder(folder.path()), cloud.position); });
   std::filesystem::remove(folder / "transforms_train.json");
   expect_error(Failure::kInput, {"transforms_train.json", "sparse/0"}, [&] { read_physdreamer_folder(folder.path()); });
   std::filesystem::remove(folder / "point_cloud.ply");

@@ -47,7 +47,8 @@ const char* kBread = R"({"substep_dt": 1e-4, "frame_dt": 4e-2, "frame_num": 100,
   "material": "jelly", "g": [0, 0, 0], "n_grid": 150, "scale": 0.6, "rpic_damping": 0.5,
   "boundary_conditions": [{"type": "enforce_particle_translation", "point": [0.75, 1, 1], "size": [0.08, 1, 1], "velocity": [-0.2, 0, 0], "start_time": 0, "end_time": 2},
     {"type": "enforce_particle_translation", "point": [1.25, 1, 1], "size": [0.08, 1, 1], "velocity": [0.2, 0, 0], "start_time": 0, "end_time": 2}]})";
-const char* kWolf = R"({"substep_dt": 2e-5, "frame_dt": 2e-2, "frame_num": 100, "E": 5e7, "nu": 0.3, "density": 200, "material": "sand",
+const char* kWolf =
+    R"({"substep_dt": 2e-5, "frame_dt": 2e-2, "frame_num": 100, "E": 5e7, "nu": 0.3, "density": 200, "material": "sand",
   "friction_angle": 30, "g": [0, 0, -9.8], "n_grid": 200,
   "boundary_conditions": [{"type": "surface_collider", "point": [0, 0, 0.55], "normal": [0, 0, 1], "surface": "other", "friction": 0.4},
     {"type": "release_particles_sequentially", "normal": [0, 0, 1], "start_position": 0.5, "end_position": 1.5, "num_layers": 10, "start_time": 0, "end_time": 0.1}]})";
@@ -64,7 +65,8 @@ void expect_refused(const std::string& text, const std::vector<std::string>& wor
     ADD_FAILURE() << "accepted: " << text;
   } catch (const Error& error) {
     EXPECT_TRUE(error.failure == Failure::kUsage || error.failure == Failure::kInput) << error.what();
-    for (const std::string& word : words) EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << word << " in: " << error.what();
+    for (const std::string& word : words)
+      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << word << " in: " << error.what();
   }
 }
 
@@ -79,7 +81,8 @@ Particles stand_in(const PhysGaussianConfig& config, std::vector<Vec3d>& gaussia
     for (int j = 0; j < nx; ++j)
       for (int k = 0; k < nz; ++k) {
         Random random(11, p.position.size());
-        const Vec3d cell(i - 0.5 * nx, j - 0.5 * nx, k - 0.5 * nz), jitter(random.uniform(), random.uniform(), random.uniform());
+        const Vec3d cell(i - 0.5 * nx, j - 0.5 * nx, k - 0.5 * nz),
+            jitter(random.uniform(), random.uniform(), random.uniform());
         p.position.push_back((Vec3d::Ones() + h * (cell + jitter)).cast<float>());
         gaussians.push_back(p.position.back().cast<double>());
       }
@@ -145,13 +148,15 @@ TEST(PhysGaussianConfig, MistakesNameFileKeyAndRemedy) {
   expect_refused(R"({"rotation_degree": [90], "rotation_axis": [3]})", {"rotation_axis"});
   expect_refused(R"({"sim_area": [1, 0, 0, 1, 0, 1]})", {"sim_area"});
   expect_refused(R"({"boundary_conditions": [{"type": "cubiod"}]})", {"boundary_conditions[0]", "cuboid"});
-  expect_refused(R"({"boundary_conditions": [{"type": "cuboid", "point": [1,1,1]}]})", {"boundary_conditions[0]", "size"});
+  expect_refused(R"({"boundary_conditions": [{"type": "cuboid", "point": [1,1,1]}]})",
+                 {"boundary_conditions[0]", "size"});
   expect_refused(R"({"boundary_conditions": [{"type": "bounding_box", "velocity": [0,0,0]}]})", {"velocity"});
   expect_refused(R"({"additional_material_params": [{"point": [1,1,1]}]})", {"additional_material_params[0]", "size"});
 }
 
 TEST(PhysGaussianSpace, TurnsThenScalesThenCentres) {
-  PhysGaussianConfig config = parse(R"({"g": [0,0,0], "rotation_degree": [90, 90], "rotation_axis": [0, 2], "scale": 0.6, "opacity_threshold": 0.5,
+  PhysGaussianConfig config = parse(
+      R"({"g": [0,0,0], "rotation_degree": [90, 90], "rotation_axis": [0, 2], "scale": 0.6, "opacity_threshold": 0.5,
                                         "sim_area": [-9, 9, -9, 9, -1, 9]})");
   GaussianCloud cloud;
   cloud.resize(5);
@@ -174,7 +179,8 @@ TEST(PhysGaussianSpace, TurnsThenScalesThenCentres) {
 }
 
 TEST(PhysGaussianMaterial, BoxesOverrideAndLawsTakeOurConstants) {
-  PhysGaussianConfig config = parse(R"({"material": "metal", "yield_stress": 100, "hardening": 1, "xi": 2, "E": 1e4, "nu": 0.25, "g": [0,0,0],
+  PhysGaussianConfig config =
+      parse(R"({"material": "metal", "yield_stress": 100, "hardening": 1, "xi": 2, "E": 1e4, "nu": 0.25, "g": [0,0,0],
     "additional_material_params": [{"point": [1, 1, 1.5], "size": [1, 1, 0.5], "E": 2e4, "density": 50}]})");
   std::vector<Vec3d> gaussians;
   Particles p = stand_in(config, gaussians);
@@ -198,7 +204,9 @@ TEST(PhysGaussianWorld, AnImpulseKeepsTheChangeOfVelocityOfTheReleasedCode) {
   Particles p = stand_in(config, gaussians);
   // The released code: each Gaussian is a particle with an equal part of its cell's volume; v += force / mass * dt.
   std::map<std::array<int, 3>, int> count;
-  const auto cell = [&](const Vec3d& x) { return std::array<int, 3>{int(x[0] / 0.1), int(x[1] / 0.1), int(x[2] / 0.1)}; };
+  const auto cell = [&](const Vec3d& x) {
+    return std::array<int, 3>{int(x[0] / 0.1), int(x[1] / 0.1), int(x[2] / 0.1)};
+  };
   for (const Vec3d& x : gaussians) ++count[cell(x)];
   double momentum = 0, mass = 0;
   for (const Vec3d& x : gaussians) momentum += 0.5 * 1e-3 * 4, mass += 200 * 1e-3 / count[cell(x)];
@@ -221,13 +229,16 @@ TEST(PhysGaussianWorld, CompatibilityRepeatsWhatTheDefaultPutsRight) {
   EXPECT_EQ(compat.options.substeps, 200);
   EXPECT_GE(right.notes.size(), 2u);
   const PhysGaussianConfig wolf = parse(kWolf);
-  const auto layers = [&](Compatibility c) { return physgaussian_world(wolf, c, p, gaussians).interactions.size() - 1; };
+  const auto layers = [&](Compatibility c) {
+    return physgaussian_world(wolf, c, p, gaussians).interactions.size() - 1;
+  };
   EXPECT_EQ(layers(Compatibility::kCorrected), 9u);  // the first is free from the start
   EXPECT_EQ(layers(Compatibility::kPhysGaussian), 49u);
 }
 
-const std::map<std::string, const char*> kReleased = {{"ficus", kFicus}, {"vasedeck", kVasedeck}, {"pillow2sofa", kPillow},
-                                                     {"plane", kPlane}, {"tear_bread", kBread}, {"wolf", kWolf}};
+const std::map<std::string, const char*> kReleased = {{"ficus", kFicus},        {"vasedeck", kVasedeck},
+                                                      {"pillow2sofa", kPillow}, {"plane", kPlane},
+                                                      {"tear_bread", kBread},   {"wolf", kWolf}};
 
 class ReleasedConfiguration : public testing::TestWithParam<std::string> {};
 

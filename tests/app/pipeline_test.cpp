@@ -22,16 +22,27 @@ class PipelineTest : public ::testing::Test {
     folder = fs::temp_directory_path() / ("pliant_pipeline_" + std::to_string(getpid()));
     fs::remove_all(folder);
     fs::create_directories(folder);
-    ASSERT_EQ(run_pliant({"demo", "--out", (folder / "scene").string(), "--gaussians", "9000", "--photos", "12", "--width", "160",
-                      "--height", "120", "--no-video", "--quiet"}),
+    ASSERT_EQ(run_pliant({"demo", "--out", (folder / "scene").string(), "--gaussians", "9000", "--photos", "12",
+                          "--width", "160", "--height", "120", "--no-video", "--quiet"}),
               0);
     fs::remove_all(folder / "scene" / "truth");
   }
   static void TearDownTestSuite() { fs::remove_all(folder); }
 
   static std::vector<std::string> run_command(const std::string& out) {
-    return {"run", (folder / "scene").string(), "--out", (folder / out).string(), "--particles", "1000", "--duration", "1.5",
-            "--fps", "12", "--segment-iterations", "60", "--quiet"};
+    return {"run",
+            (folder / "scene").string(),
+            "--out",
+            (folder / out).string(),
+            "--particles",
+            "1000",
+            "--duration",
+            "1.5",
+            "--fps",
+            "12",
+            "--segment-iterations",
+            "60",
+            "--quiet"};
   }
 
   static fs::path folder;
@@ -41,8 +52,8 @@ fs::path PipelineTest::folder;
 TEST_F(PipelineTest, FromSceneToClipOfAFlowerThatMovesAndComesBack) {
   ASSERT_EQ(run_pliant(run_command("run")), 0);
   const fs::path run = folder / "run";
-  for (const char* file : {"clip.mp4", "clip_orbit.mp4", "report.html", "run.json", "objects.json", "objects.png", "segmentation.h5",
-                           "background.ply", "background_repaired.ply", "interactions.json"})
+  for (const char* file : {"clip.mp4", "clip_orbit.mp4", "report.html", "run.json", "objects.json", "objects.png",
+                           "segmentation.h5", "background.ply", "background_repaired.ply", "interactions.json"})
     EXPECT_TRUE(fs::exists(run / file)) << file;
   const json manifest = json::parse(read_text(run / "run.json"));
   const json motion = manifest["stages"]["simulate"]["summary"]["motion"];
@@ -88,7 +99,8 @@ TEST_F(PipelineTest, ADemoThatFailsLeavesNoLock) {
 
 TEST_F(PipelineTest, AMissingFileExitsWithOne) {
   EXPECT_EQ(run_pliant({"info", (folder / "absent.ply").string()}), 1);
-  write_text(folder / "lying.ply", "ply\nformat binary_little_endian 1.0\nelement vertex 999999999\nproperty float x\nend_header\n");
+  write_text(folder / "lying.ply",
+             "ply\nformat binary_little_endian 1.0\nelement vertex 999999999\nproperty float x\nend_header\n");
   EXPECT_EQ(run_pliant({"convert", (folder / "lying.ply").string(), (folder / "out.ply").string()}), 1);
   EXPECT_FALSE(fs::exists(folder / "out.ply"));
 }

@@ -59,7 +59,8 @@ void make_photos(const fs::path& folder, int count = 16) {
   std::vector<Camera> cameras;
   for (int i = 0; i < count; ++i) {
     const double angle = 2 * M_PI * i / count, height = 0.6 * std::sin(3 * angle);
-    Camera camera = look_at({2 * std::cos(angle), 2 * std::sin(angle), height}, {0, 0, 0}, {0, 0, 1}, kWidth, kHeight, 90);
+    Camera camera =
+        look_at({2 * std::cos(angle), 2 * std::sin(angle), height}, {0, 0, 0}, {0, 0, 1}, kWidth, kHeight, 90);
     camera.name = "v" + std::to_string(10 + i);
     camera.photo = (folder / "photos" / (camera.name + ".png")).string();
     fs::create_directories(folder / "photos");
@@ -94,7 +95,8 @@ TEST_F(Reconstruct, FindsAMadeSceneAgainFromItsPhotos) {
   EXPECT_EQ(results["curve"].size(), 20u);
   EXPECT_LT(results["curve"][0]["psnr"].get<double>(), results["curve"][19]["psnr"].get<double>());
   EXPECT_EQ(results["start"]["kind"], "random");
-  for (const char* file : {"point_cloud/iteration_600/point_cloud.ply", "cameras.json", "preview.png", "run.json"}) EXPECT_TRUE(fs::exists(out / file)) << file;
+  for (const char* file : {"point_cloud/iteration_600/point_cloud.ply", "cameras.json", "preview.png", "run.json"})
+    EXPECT_TRUE(fs::exists(out / file)) << file;
   EXPECT_FALSE(fs::exists(out / "checkpoint.h5"));
   EXPECT_FALSE(fs::exists(out / "photos")) << "photos that were not changed are not copied";
 
@@ -117,7 +119,8 @@ TEST_F(Reconstruct, FindsAMadeSceneAgainFromItsPhotos) {
 bool train(const fs::path& photos, const fs::path& out, ReconstructStage stage, int questions, bool overwrite = false) {
   RunDirectory run = RunDirectory::create(out);
   Progress progress(true);
-  const Context context{progress, [&, asked = 0]() mutable { return questions >= 0 && asked++ >= questions; }, 1, 1, overwrite};
+  const Context context{progress, [&, asked = 0]() mutable { return questions >= 0 && asked++ >= questions; }, 1, 1,
+                        overwrite};
   try {
     run_reconstruct(context, run, photos, stage);
     return true;
@@ -149,7 +152,8 @@ TEST_F(Reconstruct, AnInterruptedTrainingThatIsGoneOnWithEndsWithTheSameBits) {
       ASSERT_LT(++interrupted, 10);
     }
     EXPECT_GE(interrupted, 2);
-    for (const char* file : {"point_cloud/iteration_250/point_cloud.ply", "cameras.json", "transforms.json", "scene.json", "preview.png"})
+    for (const char* file :
+         {"point_cloud/iteration_250/point_cloud.ply", "cameras.json", "transforms.json", "scene.json", "preview.png"})
       EXPECT_EQ(sha256_of_file(whole / file), sha256_of_file(parts / file)) << file;
     EXPECT_EQ(parsed(whole / "results.json")["held_out"], parsed(parts / "results.json")["held_out"]);
     EXPECT_EQ(parsed(whole / "results.json")["exposure"], parsed(parts / "results.json")["exposure"]);
@@ -165,23 +169,32 @@ TEST_F(Reconstruct, TheCheckpointOfOtherOptionsIsRefusedByNameUnlessOverwriting)
   ASSERT_FALSE(train(folder / "set", folder / "scene", stage, 20));
   const std::string before = sha256_of_file(folder / "scene/checkpoint.h5");
   stage.train.most_gaussians = 700;
-  expect_error(Failure::kUsage, {"checkpoint.h5", "'gaussians' was 600, now 700", "--overwrite"}, [&] { train(folder / "set", folder / "scene", stage, -1); });
+  expect_error(Failure::kUsage, {"checkpoint.h5", "'gaussians' was 600, now 700", "--overwrite"},
+               [&] { train(folder / "set", folder / "scene", stage, -1); });
   EXPECT_EQ(sha256_of_file(folder / "scene/checkpoint.h5"), before);
   EXPECT_TRUE(train(folder / "set", folder / "scene", stage, -1, true));
 
   fs::remove_all(folder / "scene");
   ASSERT_FALSE(train(folder / "set", folder / "scene", stage, 20));
   write_text(folder / "scene/checkpoint.h5", "damaged");
-  expect_error(Failure::kInput, {"checkpoint.h5", "--overwrite"}, [&] { train(folder / "set", folder / "scene", stage, -1); });
+  expect_error(Failure::kInput, {"checkpoint.h5", "--overwrite"},
+               [&] { train(folder / "set", folder / "scene", stage, -1); });
   EXPECT_TRUE(train(folder / "set", folder / "scene", stage, -1, true));
 }
 
 TEST_F(Reconstruct, WhatTheScenesFileSaysLivesOn) {
   const TemporaryFolder folder;
   make_photos(folder / "set", 6);
-  const json said = {{"cameras", "transforms.json"}, {"photos", "photos"}, {"masks", "masks"}, {"labels", "labels.json"},
-                     {"up", {0, 0, 1}}, {"metres_per_unit", 0.5}, {"object", "ball"}, {"support", "table"},
-                     {"pinned", {{{"sphere", {0, 0, 0, 1}}}}}, {"material", {{"young", 1000.0}}}};
+  const json said = {{"cameras", "transforms.json"},
+                     {"photos", "photos"},
+                     {"masks", "masks"},
+                     {"labels", "labels.json"},
+                     {"up", {0, 0, 1}},
+                     {"metres_per_unit", 0.5},
+                     {"object", "ball"},
+                     {"support", "table"},
+                     {"pinned", {{{"sphere", {0, 0, 0, 1}}}}},
+                     {"material", {{"young", 1000.0}}}};
   write_json(folder / "set/scene.json", said);
   write_json(folder / "set/labels.json", {{"1", "ball"}, {"2", "table"}});
   IdImage ids(kWidth, kHeight, 1);
@@ -192,7 +205,8 @@ TEST_F(Reconstruct, WhatTheScenesFileSaysLivesOn) {
 
   for (const bool smaller : {false, true}) {
     const fs::path out = folder / (smaller ? "smaller" : "same");
-    ASSERT_EQ(run_quietly(command(folder / "set", out, {"--iterations", "20", "--longest-side", smaller ? "40" : "960"})), 0);
+    ASSERT_EQ(
+        run_quietly(command(folder / "set", out, {"--iterations", "20", "--longest-side", smaller ? "40" : "960"})), 0);
     const Scene scene = load_scene(out);
     EXPECT_EQ(scene.metres_per_unit, 0.5);
     EXPECT_EQ(scene.up, Eigen::Vector3d(0, 0, 1));
@@ -221,7 +235,8 @@ void make_masks(const fs::path& folder) {
     const RenderResult picture = render(cloud, camera, {}, side, 2);
     IdImage ids(camera.width, camera.height, 1, 0);
     for (size_t k = 0; k < ids.data.size(); ++k)
-      if (picture.alpha.data[k] > 0.5f) ids.data[k] = picture.features.data[2 * k] > picture.features.data[2 * k + 1] ? 3 : 8;
+      if (picture.alpha.data[k] > 0.5f)
+        ids.data[k] = picture.features.data[2 * k] > picture.features.data[2 * k + 1] ? 3 : 8;
     fs::create_directories(folder / "masks");
     write_ids(folder / "masks" / (camera.name + ".png"), ids);
   }
@@ -231,8 +246,21 @@ TEST_F(Reconstruct, LabelsTrainedAlongWithTheSceneDivideItsGaussians) {
   const TemporaryFolder folder;
   make_photos(folder / "set");
   make_masks(folder / "set");
-  const std::vector<std::string> segment = {"segment", (folder / "set").string(), "--joint", "--masks", (folder / "set/masks").string(), "--start",
-                                            "random", "--gaussians", "1k", "--sh-degree", "0", "--iterations", "400", "--out", (folder / "run").string()};
+  const std::vector<std::string> segment = {"segment",
+                                            (folder / "set").string(),
+                                            "--joint",
+                                            "--masks",
+                                            (folder / "set/masks").string(),
+                                            "--start",
+                                            "random",
+                                            "--gaussians",
+                                            "1k",
+                                            "--sh-degree",
+                                            "0",
+                                            "--iterations",
+                                            "400",
+                                            "--out",
+                                            (folder / "run").string()};
   ASSERT_EQ(run_quietly(segment), 0);
   const Segmentation segmentation = read_segmentation(folder / "run/segmentation.h5");
   const Scene scene = load_scene(folder / "run/scene");
@@ -249,10 +277,15 @@ TEST_F(Reconstruct, LabelsTrainedAlongWithTheSceneDivideItsGaussians) {
   ASSERT_EQ(run_quietly(segment), 0) << "what is done is not done again";
 
   // A scene that is trained already keeps its Gaussians.
-  ASSERT_EQ(run_quietly({"segment", (folder / "run/scene").string(), "--joint", "--masks", (folder / "set/masks").string(), "--iterations", "20", "--sh-degree",
-                    "0", "--out", (folder / "again").string()}), 0);
+  ASSERT_EQ(
+      run_quietly({"segment", (folder / "run/scene").string(), "--joint", "--masks", (folder / "set/masks").string(),
+                   "--iterations", "20", "--sh-degree", "0", "--out", (folder / "again").string()}),
+      0);
   EXPECT_EQ(load_scene(folder / "again/scene").cloud.size(), scene.cloud.size());
-  EXPECT_EQ(run_quietly({"segment", (folder / "set").string(), "--joint", "--iterations", "5", "--out", (folder / "none").string()}), 2) << "no masks";
+  EXPECT_EQ(run_quietly({"segment", (folder / "set").string(), "--joint", "--iterations", "5", "--out",
+                         (folder / "none").string()}),
+            2)
+      << "no masks";
 }
 
 TEST_F(Reconstruct, TimeIsHonoured) {
@@ -265,18 +298,20 @@ TEST_F(Reconstruct, TimeIsHonoured) {
   EXPECT_GE(seconds, 2.0);
   EXPECT_LE(seconds, 2.5);  // the last iteration and what belongs to it
   EXPECT_GE(wall, 1.8);
-  EXPECT_LE(wall, 3.5);     // and writing the results
+  EXPECT_LE(wall, 3.5);  // and writing the results
 }
 
 TEST_F(Reconstruct, PhotosWithoutCamerasAreToldHowToGetThem) {
   const TemporaryFolder folder;
   make_photos(folder / "set", 4);
   fs::remove(folder / "set/transforms.json");
-  expect_error(Failure::kInput, {"4 photos", "no cameras", "colmap automatic_reconstructor", (folder / "set/photos").string()},
+  expect_error(Failure::kInput,
+               {"4 photos", "no cameras", "colmap automatic_reconstructor", (folder / "set/photos").string()},
                [&] { find_photo_set(folder / "set"); });
   EXPECT_TRUE(lacks_splats(folder / "set"));
   EXPECT_EQ(run_quietly(command(folder / "set", folder / "scene")), 1);
-  EXPECT_EQ(run_quietly({"run", (folder / "set").string(), "--out", (folder / "run").string(), "--aabb", "0,0,0,1,1,1"}), 1);
+  EXPECT_EQ(
+      run_quietly({"run", (folder / "set").string(), "--out", (folder / "run").string(), "--aabb", "0,0,0,1,1,1"}), 1);
   EXPECT_EQ(run_quietly(command(folder / "absent", folder / "scene")), 1);
 }
 
@@ -286,10 +321,20 @@ TEST_F(Reconstruct, TooFewPhotosAndImpossibleOptionsEndWithTheRightExitCode) {
   EXPECT_EQ(run_quietly(command(folder / "one", folder / "a")), 1);
   make_photos(folder / "set", 4);
   EXPECT_EQ(run_quietly(command(folder / "set", folder / "b", {"--hold-out", "1"})), 2);
-  for (const std::vector<std::string>& bad : std::vector<std::vector<std::string>>{
-           {"--time", "10x"}, {"--time", "0s"}, {"--time", "-5"}, {"--iterations", "0"}, {"--time", "5s", "--iterations", "100"}, {"--gaussians", "many"},
-           {"--gaussians", "0"}, {"--gaussians", "2kk"}, {"--background", "0,0"}, {"--background", "0,0,2"}, {"--sh-degree", "4"}, {"--strategy", "best"},
-           {"--photos", "nowhere"}})
+  for (const std::vector<std::string>& bad :
+       std::vector<std::vector<std::string>>{{"--time", "10x"},
+                                             {"--time", "0s"},
+                                             {"--time", "-5"},
+                                             {"--iterations", "0"},
+                                             {"--time", "5s", "--iterations", "100"},
+                                             {"--gaussians", "many"},
+                                             {"--gaussians", "0"},
+                                             {"--gaussians", "2kk"},
+                                             {"--background", "0,0"},
+                                             {"--background", "0,0,2"},
+                                             {"--sh-degree", "4"},
+                                             {"--strategy", "best"},
+                                             {"--photos", "nowhere"}})
     EXPECT_EQ(run_quietly(command(folder / "set", folder / "c", bad)), 2) << bad[0] << " " << bad[1];
   EXPECT_EQ(run_quietly(command(folder / "set", folder / "d", {"--start", "points"})), 2);
 }

@@ -4,13 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <opencv2/videoio.hpp>
 
 #include "gaussians/io/image_io.h"
 #include "tests/app/beam_scene.h"
 #include "tests/app/run_pliant.h"
 #include "tests/temporary_folder.h"
-
-#include <opencv2/videoio.hpp>
 
 namespace pliant {
 namespace {
@@ -23,10 +22,14 @@ TEST(RenderFrames, AreThoseOfTheClip) {
   make_beam_scene(folder / "scene");
   const fs::path out = folder / "run";
   const std::string run = out.string();
-  ASSERT_EQ(run_quietly({"segment", (folder / "scene").string(), "--out", run, "--aabb", "-0.1,-0.1,0.9,0.9,0.3,1.3"}), 0);
-  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
-           {"extract", run, "--object", "object"}, {"repair", run}, {"seed", run, "--particles", "300", "--no-pin-contact"},
-           {"simulate", run, "--young", "50000", "--fps", "20", "--duration", "0.2"}, {"render", run, "--no-orbit"}})
+  ASSERT_EQ(run_quietly({"segment", (folder / "scene").string(), "--out", run, "--aabb", "-0.1,-0.1,0.9,0.9,0.3,1.3"}),
+            0);
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"extract", run, "--object", "object"},
+                                             {"repair", run},
+                                             {"seed", run, "--particles", "300", "--no-pin-contact"},
+                                             {"simulate", run, "--young", "50000", "--fps", "20", "--duration", "0.2"},
+                                             {"render", run, "--no-orbit"}})
     ASSERT_EQ(run_quietly(words), 0) << words[0];
   EXPECT_FALSE(fs::exists(out / "clip"));
   // A killed run left some; other choices are not taken silently.

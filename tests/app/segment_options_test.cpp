@@ -17,7 +17,9 @@ class SegmentOptions : public ::testing::Test {
   static void SetUpTestSuite() {
     folder = fs::temp_directory_path() / ("pliant_segment_options_" + std::to_string(getpid()));
     fs::remove_all(folder);
-    ASSERT_EQ(run_quietly({"demo", "--out", scene(), "--gaussians", "9000", "--photos", "8", "--width", "160", "--height", "120", "--no-video"}), 0);
+    ASSERT_EQ(run_quietly({"demo", "--out", scene(), "--gaussians", "9000", "--photos", "8", "--width", "160",
+                           "--height", "120", "--no-video"}),
+              0);
   }
   static void TearDownTestSuite() { fs::remove_all(folder); }
 
@@ -51,7 +53,8 @@ TEST_F(SegmentOptions, ZeroAsBackgroundMakesAnObjectOfUnlabelledPixels) {
   EXPECT_EQ(objects_of(out / "plain").count("background"), 0u);
   EXPECT_EQ(objects_of(out / "zero").count("background"), 1u);
   size_t background = 0, flower = 0;
-  for (const json& object : json::parse(read_text(out / "zero/objects.json"))) (object["name"] == "background" ? background : flower) = object["gaussians"];
+  for (const json& object : json::parse(read_text(out / "zero/objects.json")))
+    (object["name"] == "background" ? background : flower) = object["gaussians"];
   EXPECT_GT(background, 2 * flower);
 }
 
@@ -59,7 +62,8 @@ TEST_F(SegmentOptions, WithoutTheVoteTheAttributeStartsWorse) {
   const TemporaryFolder out;
   ASSERT_EQ(segment(out / "vote", {"--segment-iterations", "3"}), 0);
   ASSERT_EQ(segment(out / "random", {"--segment-iterations", "3", "--no-vote"}), 0);
-  EXPECT_LT(summary(out / "vote", "segment")["cross_entropy"].get<double>(), 0.5 * summary(out / "random", "segment")["cross_entropy"].get<double>());
+  EXPECT_LT(summary(out / "vote", "segment")["cross_entropy"].get<double>(),
+            0.5 * summary(out / "random", "segment")["cross_entropy"].get<double>());
   testing::internal::CaptureStdout();
   EXPECT_EQ(run_pliant({"segment", "--help"}), 0);
   const std::string help = testing::internal::GetCapturedStdout();

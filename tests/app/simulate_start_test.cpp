@@ -41,18 +41,26 @@ TEST(SimulateStart, DiesAwayAsFastAsItsFileSaysOnAnyGrid) {
   double drag[2];
   for (const int particles : {300, 800}) {
     const std::string out = (folder / ("run_" + std::to_string(particles))).string();
-    ASSERT_EQ(run_quietly({"segment", (folder / "scene").string(), "--out", out, "--aabb", "-0.1,-0.1,0.9,0.9,0.3,1.3"}), 0);
+    ASSERT_EQ(
+        run_quietly({"segment", (folder / "scene").string(), "--out", out, "--aabb", "-0.1,-0.1,0.9,0.9,0.3,1.3"}), 0);
     ASSERT_EQ(run_quietly({"extract", out, "--object", "object"}), 0);
     ASSERT_EQ(run_quietly({"seed", out, "--particles", std::to_string(particles), "--no-pin-contact"}), 0);
     const auto simulated = [&](const char* file, std::vector<std::string> more = {}) {
-      std::vector<std::string> words = {"simulate", out, "--velocity", (folder / file).string(), "--young", std::to_string(kYoung), "--fps", "120", "--overwrite"};
+      std::vector<std::string> words = {
+          "simulate", out,   "--velocity", (folder / file).string(), "--young", std::to_string(kYoung),
+          "--fps",    "120", "--overwrite"};
       words.insert(words.end(), more.begin(), more.end());
       EXPECT_EQ(run_quietly(words), 0);
-      return json::parse(read_text(fs::path(out) / "run.json"))["stages"]["simulate"]["summary"]["damping_time_s"].get<double>();
+      return json::parse(read_text(fs::path(out) / "run.json"))["stages"]["simulate"]["summary"]["damping_time_s"]
+          .get<double>();
     };
     drag[particles > 300] = simulated("own.h5", {"--duration", "0.6"});
     const fs::path object = fs::path(out) / object_folder(RunDirectory::open(out));
-    EXPECT_NEAR(decay_rate(object, [](const Vec3f&) { return kYoung; }, 0.35, 900) * kWhole, 1, 0.1) << particles;
+    EXPECT_NEAR(decay_rate(
+                    object, [](const Vec3f&) { return kYoung; }, 0.35, 900) *
+                    kWhole,
+                1, 0.1)
+        << particles;
     // The drag of a file that says nothing of the whole, and one that the user gives, are taken as they are.
     if (particles > 300) continue;
     EXPECT_EQ(simulated("drag.h5", {"--duration", "0.02"}), 2);

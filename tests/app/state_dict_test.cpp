@@ -17,7 +17,8 @@ TEST(StateDict, TensorsOfAConvolutionAreReadAsWritten) {
   const TemporaryFolder folder;
   std::vector<float> weight, bias = {0.5f, -1.25f, 3e-5f};
   for (int k = 0; k < 12; ++k) weight.push_back(0.1f * static_cast<float>(k) - 0.3f);
-  const auto file = folder.file("classifier.pth", torch_archive("classifier", conv_pickle(3, 4), {floats(weight), floats(bias)}));
+  const auto file =
+      folder.file("classifier.pth", torch_archive("classifier", conv_pickle(3, 4), {floats(weight), floats(bias)}));
   const auto tensors = read_state_dict(file);
   ASSERT_EQ(tensors.size(), 2u);
   EXPECT_EQ(tensors.at("weight").shape, (std::vector<int64_t>{3, 4, 1, 1}));
@@ -36,8 +37,10 @@ TEST(StateDict, StridesOffsetsAndOtherPrecisionsAreHonoured) {
                                         {"h", tensor_pickle("HalfStorage", 1, 4, 0, {4}, {1})},
                                         {"b", tensor_pickle("BFloat16Storage", 2, 2, 0, {2}, {1})},
                                         {"steps", tensor_pickle("LongStorage", 3, 1, 0, {}, {})}});
-  const auto tensors = read_state_dict(folder.file("s.pth", torch_archive("archive", pickle, {doubles, std::string(reinterpret_cast<const char*>(half), 8),
-                                                                                              std::string(reinterpret_cast<const char*>(brain), 4), std::string(8, '\1')})));
+  const auto tensors = read_state_dict(folder.file(
+      "s.pth", torch_archive("archive", pickle,
+                             {doubles, std::string(reinterpret_cast<const char*>(half), 8),
+                              std::string(reinterpret_cast<const char*>(brain), 4), std::string(8, '\1')})));
   EXPECT_EQ(tensors.at("t").data, (std::vector<float>{1, 3, 5, 2, 4, 6}));
   EXPECT_EQ(tensors.at("h").data, (std::vector<float>{1, -2, 1.0f / 1024, std::ldexp(1.0f, -24)}));
   EXPECT_EQ(tensors.at("b").data, (std::vector<float>{1, -2}));
@@ -47,14 +50,15 @@ TEST(StateDict, StridesOffsetsAndOtherPrecisionsAreHonoured) {
 TEST(StateDict, APickleThatWouldRunAProgramIsRefusedByName) {
   const TemporaryFolder folder;
   const auto refused = [&](const std::string& pickle, const std::vector<std::string>& words) {
-    expect_error(Failure::kInput, words, [&] { read_state_dict(folder.file("evil.pth", torch_archive("archive", pickle, {}))); });
+    expect_error(Failure::kInput, words,
+                 [&] { read_state_dict(folder.file("evil.pth", torch_archive("archive", pickle, {}))); });
   };
   const std::string head = "\x80\x02";
   refused(head + "cos\nsystem\nX" + std::string("\x04\0\0\0echo", 8) + "\x85R.", {"os.system", "run a program"});
   refused(head + "cbuiltins\neval\n(X" + std::string("\x01\0\0\0", 4) + "1tR.", {"builtins.eval"});
   refused(head + "c__builtin__\ngetattr\n.", {"__builtin__.getattr"});
-  refused(head + "(i__main__\nx\n.", {"operation"});                       // INST
-  refused(head + "\x93.", {"operation 147"});                              // STACK_GLOBAL
+  refused(head + "(i__main__\nx\n.", {"operation"});  // INST
+  refused(head + "\x93.", {"operation 147"});         // STACK_GLOBAL
   refused(std::string("\x80\x04\x95", 3), {"protocol 4"});
   refused(head + "R.", {"there is none"});
   refused(head + "}u.", {"mark"});
@@ -69,7 +73,9 @@ TEST(StateDict, TensorsThatReachBeyondTheirStorageAreRefused) {
   const TemporaryFolder folder;
   const auto refused = [&](const std::string& tensor, const std::string& word) {
     const std::string pickle = pickle_of({{"weight", tensor}});
-    expect_error(Failure::kInput, {"weight", word}, [&] { read_state_dict(folder.file("t.pth", torch_archive("archive", pickle, {floats({1, 2, 3, 4})}))); });
+    expect_error(Failure::kInput, {"weight", word}, [&] {
+      read_state_dict(folder.file("t.pth", torch_archive("archive", pickle, {floats({1, 2, 3, 4})})));
+    });
   };
   refused(tensor_pickle("FloatStorage", 0, 4, 0, {5}, {1}), "more elements");
   refused(tensor_pickle("FloatStorage", 0, 4, 2, {3}, {1}), "beyond the end");
@@ -88,7 +94,9 @@ TEST(StateDict, OtherFormatsAreNamedAndNoTruncationCrashes) {
   expect_error(Failure::kInput, {"TorchScript"}, [&] {
     read_state_dict(folder.file("script.pt", zip_archive({{"m/data.pkl", "x"}, {"m/constants.pkl", "y"}})));
   });
-  expect_error(Failure::kInput, {"data.pkl", "missing"}, [&] { read_state_dict(folder.file("empty.pth", zip_archive({{"m/version", "3"}}))); });
+  expect_error(Failure::kInput, {"data.pkl", "missing"}, [&] {
+    read_state_dict(folder.file("empty.pth", zip_archive({{"m/version", "3"}})));
+  });
   expect_error(Failure::kInput, {"byteorder"}, [&] {
     read_state_dict(folder.file("big.pth", zip_archive({{"m/data.pkl", conv_pickle(1, 1)}, {"m/byteorder", "big"}})));
   });
@@ -97,7 +105,9 @@ TEST(StateDict, OtherFormatsAreNamedAndNoTruncationCrashes) {
     EXPECT_THROW(read_state_dict(folder.file("cut.pth", good.substr(0, length))), Error) << length;
   const std::string pickle = conv_pickle(2, 3);
   for (size_t length = 0; length < pickle.size(); ++length)
-    EXPECT_THROW(read_state_dict(folder.file("cut.pth", torch_archive("a", pickle.substr(0, length), {floats({1, 2, 3, 4, 5, 6}), floats({7, 8})}))), Error)
+    EXPECT_THROW(read_state_dict(folder.file("cut.pth", torch_archive("a", pickle.substr(0, length),
+                                                                      {floats({1, 2, 3, 4, 5, 6}), floats({7, 8})}))),
+                 Error)
         << length;
   // Every byte of the pickle flipped in turn: an error or other values, never a crash.
   for (size_t at = 0; at < pickle.size(); ++at)
@@ -105,7 +115,8 @@ TEST(StateDict, OtherFormatsAreNamedAndNoTruncationCrashes) {
       std::string flipped = pickle;
       flipped[at] = static_cast<char>(flipped[at] ^ 1 << bit);
       try {
-        read_state_dict(folder.file("flip.pth", torch_archive("a", flipped, {floats({1, 2, 3, 4, 5, 6}), floats({7, 8})})));
+        read_state_dict(
+            folder.file("flip.pth", torch_archive("a", flipped, {floats({1, 2, 3, 4, 5, 6}), floats({7, 8})})));
       } catch (const Error&) {
       }
     }

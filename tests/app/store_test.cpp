@@ -53,13 +53,15 @@ Segmentation some_segmentation() {
   s.class_id = {1, 4, 70000}, s.class_name = {"flower", "größe \"x\"", "table"};
   for (int i = 0; i < 50; ++i) s.label.push_back(s.class_id[i % 3]), s.seen.push_back(i % 2);
   s.confidence = floats(50, 0, 1);
-  s.class_cameras = {{0, 2, 7}, {}, {1}}, s.class_origin = {"masks", "split from 1", "größe"}, s.next_id = 80000, s.screen_variance = 0.15;
+  s.class_cameras = {{0, 2, 7}, {}, {1}}, s.class_origin = {"masks", "split from 1", "größe"}, s.next_id = 80000,
+  s.screen_variance = 0.15;
   return s;
 }
 
 ParticleFile some_particles() {
   ParticleFile p;
-  p.solid_position = vectors(40), p.solid_volume = floats(40, 0, 1), p.driving_position = vectors(5), p.driving_volume = floats(5, 0, 1);
+  p.solid_position = vectors(40), p.solid_volume = floats(40, 0, 1), p.driving_position = vectors(5),
+  p.driving_volume = floats(5, 0, 1);
   for (int i = 0; i < 40; ++i) p.solid_driver.push_back(i % 6 - 1);
   p.cell_size = 0.03, p.metres_per_unit = 0.25, p.pinned_json = R"([{"sphere": [0, 0, 0, 1]}])";
   return p;
@@ -164,7 +166,8 @@ TrainingCheckpoint some_training(bool everything) {
   visit_gaussian_arrays(s, [](const std::string&, auto& array) {
     for (float& value : flat(array)) value = static_cast<float>(dice.normal());
   });
-  for (auto* m : {&s.shared_moments, &s.exposure_moments}) m->first = floats(m->first.size()), m->second = floats(m->second.size());
+  for (auto* m : {&s.shared_moments, &s.exposure_moments})
+    m->first = floats(m->first.size()), m->second = floats(m->second.size());
   s.cloud.position[3].x() = NAN;  // a Gaussian that was lost is kept for the strategy to deal with
   c.start_json = R"({"kind": "random"})", c.provenance_json = R"({"seed": 1})";
   return c;
@@ -250,7 +253,8 @@ TEST(Store, EqualContentsGiveEqualBytesAtAnotherTime) {
     if (name[0] == 'a') std::this_thread::sleep_for(std::chrono::milliseconds(1100));
   }
   for (const char* kind : {"_s.h5", "_t.h5", "_p.h5"}) {
-    EXPECT_EQ(sha256_of_file(folder / (std::string("a") + kind)), sha256_of_file(folder / (std::string("b") + kind))) << kind;
+    EXPECT_EQ(sha256_of_file(folder / (std::string("a") + kind)), sha256_of_file(folder / (std::string("b") + kind)))
+        << kind;
   }
   EXPECT_EQ(Hdf5Reader(folder / "a_t.h5").text("/", "provenance"), provenance);
 }
@@ -259,7 +263,8 @@ TEST(Store, FilesOfAnotherKindNameFileAndDataset) {
   const TemporaryFolder folder;
   write_particles(folder / "p.h5", some_particles(), "{}");
   const std::string good = read_text(folder / "p.h5");
-  const auto refused = [&](const fs::path& file, std::vector<std::string> words, const std::function<void(const fs::path&)>& read) {
+  const auto refused = [&](const fs::path& file, std::vector<std::string> words,
+                           const std::function<void(const fs::path&)>& read) {
     words.push_back(file.filename());
     expect_error(Failure::kInput, words, [&] { read(file); });
   };
@@ -268,7 +273,8 @@ TEST(Store, FilesOfAnotherKindNameFileAndDataset) {
   refused(folder.path(), {"is not a file"}, particles);
   refused(folder.file("empty.h5", ""), {"not an HDF5 file"}, particles);
   refused(folder.file("text.h5", "hello"), {"not an HDF5 file"}, particles);
-  for (size_t part = 1; part < 8; ++part) refused(folder.file("cut.h5", good.substr(0, good.size() * part / 8)), {}, particles);
+  for (size_t part = 1; part < 8; ++part)
+    refused(folder.file("cut.h5", good.substr(0, good.size() * part / 8)), {}, particles);
   refused(folder / "p.h5", {"/label", "missing"}, [](const fs::path& f) { read_segmentation(f); });
   refused(folder / "p.h5", {"/label", "missing"}, [](const fs::path& f) { read_labels(f); });
   refused(folder / "p.h5", {"/solid/young", "missing"}, [](const fs::path& f) { read_material(f); });

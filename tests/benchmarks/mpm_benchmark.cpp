@@ -1,7 +1,7 @@
 // Speed of the material point method on cubes of a stated recipe: particles at random places, 8 to a cell on average,
 // E = 1e5 Pa, nu = 0.3, rho = 1000 kg/m^3, falling freely; 10k in 32^3, 100k in 64^3, 1M in 128^3 cells.  Beside each
-// rate: nanoseconds per particle of the parts of a step on one thread, and forward and back, and the shares of the limits that the machine's
-// multiply-add peak and memory bandwidth, measured in the same run, set for that work.
+// rate: nanoseconds per particle of the parts of a step on one thread, and forward and back, and the shares of the
+// limits that the machine's multiply-add peak and memory bandwidth, measured in the same run, set for that work.
 //
 //   mpm_benchmark --benchmark_repetitions=5 --benchmark_report_aggregates_only=true
 
@@ -72,7 +72,8 @@ const MachineLimits& limits(int threads) {
 }
 
 void advance(Subject& s, int steps) {
-  s.solver->advance(steps, s.dt, s.loads, [](int) {}, [] { return true; });
+  s.solver->advance(
+      steps, s.dt, s.loads, [](int) {}, [] { return true; });
 }
 
 // Arguments: particles, law, threads.
@@ -136,7 +137,8 @@ void forward_and_reverse(benchmark::State& state) {
   };
   const auto record = [&] {
     tape.clear();
-    s.solver->advance(steps, s.dt, s.loads, [](int) {}, [] { return true; }, &tape);
+    s.solver->advance(
+        steps, s.dt, s.loads, [](int) {}, [] { return true; }, &tape);
   };
   record();
   for (auto _ : state) {

@@ -129,9 +129,12 @@ TEST_F(CheckVideo, FramesRepeatedOrDroppedAtEvenDistancesTellTheTrueRate) {
   EXPECT_EQ(shown(32, [](int t) { return t; }).rhythm.period, 0);
   const VideoChecks doubled = shown(32, [](int t) { return t / 2; });
   expect_finding(doubled, VideoProblem::kRepeated, false, "true rate is probably 12 frames");
-  EXPECT_NE(doubled.find(VideoProblem::kRepeated)->sentence.find("too small by 4: say that it has 48"), std::string::npos);
-  expect_finding(shown(38, [](int t) { return t / 3; }), VideoProblem::kRepeated, false, "true rate is probably 8 frames");
-  expect_finding(shown(40, [](int t) { return t * 5 / 6; }), VideoProblem::kRepeated, false, "true rate is probably 20 frames");
+  EXPECT_NE(doubled.find(VideoProblem::kRepeated)->sentence.find("too small by 4: say that it has 48"),
+            std::string::npos);
+  expect_finding(shown(38, [](int t) { return t / 3; }), VideoProblem::kRepeated, false,
+                 "true rate is probably 8 frames");
+  expect_finding(shown(40, [](int t) { return t * 5 / 6; }), VideoProblem::kRepeated, false,
+                 "true rate is probably 20 frames");
   const VideoChecks dropped = shown(32, [](int t) { return t * 3 / 2; });
   expect_finding(dropped, VideoProblem::kDropped, false, "true rate is 36 frames");
   EXPECT_NE(dropped.find(VideoProblem::kDropped)->sentence.find("too large by 2.25"), std::string::npos);

@@ -1,12 +1,13 @@
-// What a clip is compared with, beside points that are followed: its pictures, its optical flow, and what another program
-// thinks of the drawn motion.
+// What a clip is compared with, beside points that are followed: its pictures, its optical flow, and what another
+// program thinks of the drawn motion.
+
+#include "fitting/fit/clip_objective.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 
 #include "fitting/fields/part_field.h"
-#include "fitting/fit/clip_objective.h"
 #include "fitting/fit/fit_clip.h"
 #include "gaussians/base/error.h"
 #include "tests/fitting/made_motion.h"
@@ -28,13 +29,16 @@ struct Filmed {
   ClipFrames frames{0, kFrames, 0, 1, 100};
   ClipTerms terms;
 
-  explicit Filmed(int size = 1) : camera(block_camera(64 * size, 56 * size, 0.1)) { terms.drawn = drawn, terms.seen = {seen}, terms.track_weight = 0; }
+  explicit Filmed(int size = 1) : camera(block_camera(64 * size, 56 * size, 0.1)) {
+    terms.drawn = drawn, terms.seen = {seen}, terms.track_weight = 0;
+  }
 
   /// ln of the factor of E that gradients find; 0.69 is right.
   double found(int iterations = 25, double first_window = kFrames) const {
     ClipFitOptions options;
     options.material = std::make_shared<PartField>(motion.particles.size(), 1), options.damping = false;
-    options.gradient.iterations = iterations, options.gradient.material_rate = 0.08, options.gradient.first_window = static_cast<int>(first_window);
+    options.gradient.iterations = iterations, options.gradient.material_rate = 0.08,
+    options.gradient.first_window = static_cast<int>(first_window);
     options.gradient.noisy = terms.guide != nullptr;
     const ClipFit fit = fit_clip(options, motion, clip_objective(terms, nullptr, frames), {});
     return std::log(fit.motion.particles.young[0] / motion.particles.young[0]);
@@ -52,16 +56,21 @@ TEST(ClipObjective, PoissonsRatioIsFoundWithTheStiffness) {
   Filmed filmed;
   for (float& nu : filmed.truth.particles.poisson) nu = 0.42f;
   PointTracks tracks;
-  for (int k = 0; k < 16; ++k) tracks.rest.push_back(Vec3f(0.02f * static_cast<float>(k % 2), 0.02f * static_cast<float>(k / 2 % 2), 0.01f + 0.008f * static_cast<float>(k / 4)));
+  for (int k = 0; k < 16; ++k)
+    tracks.rest.push_back(Vec3f(0.02f * static_cast<float>(k % 2), 0.02f * static_cast<float>(k / 2 % 2),
+                                0.01f + 0.008f * static_cast<float>(k / 4)));
   std::vector<Vec3f> drivers(filmed.truth.particles.position);
   const BodyPoints<float> points(tracks.rest, drivers, 1);
-  for (const auto& state : rollout<float>(filmed.truth.options, filmed.truth.particles, filmed.truth.interactions, filmed.truth.start).frames) {
+  for (const auto& state :
+       rollout<float>(filmed.truth.options, filmed.truth.particles, filmed.truth.interactions, filmed.truth.start)
+           .frames) {
     tracks.weight.emplace_back(16, 1.0), tracks.place.emplace_back();
     for (const Vec3f& X : points.positions(state)) tracks.place.back().push_back(X.cast<double>());
   }
   ClipFitOptions options;
   options.material = options.poisson = std::make_shared<PartField>(drivers.size(), 1), options.damping = false;
-  options.gradient.iterations = 60, options.gradient.material_rate = 0.06, options.gradient.poisson_rate = 0.1, options.gradient.first_window = kFrames;
+  options.gradient.iterations = 60, options.gradient.material_rate = 0.06, options.gradient.poisson_rate = 0.1,
+  options.gradient.first_window = kFrames;
   Objective<float> objective;
   objective.terms.push_back({1e6, std::make_shared<TrackLoss<float>>(tracks, drivers, 1, 1e-2)});
   const Particles found = fit_clip(options, filmed.motion, objective, {}).motion.particles;
@@ -94,7 +103,8 @@ TEST(ClipObjective, WhatIsCutAwayDoesNotCount) {
   Objective<float> a, b;
   a.terms.push_back({1, std::make_shared<PictureLoss<float>>(PictureLossOptions{}, filmed.drawn, whole)});
   b.terms.push_back({1, std::make_shared<PictureLoss<float>>(PictureLossOptions{}, filmed.drawn, part)});
-  const MotionGradient<float> by_a = motion_loss_adjoint(filmed.motion, a), by_b = motion_loss_adjoint(filmed.motion, b);
+  const MotionGradient<float> by_a = motion_loss_adjoint(filmed.motion, a),
+                              by_b = motion_loss_adjoint(filmed.motion, b);
   EXPECT_GT(by_a.loss, 1e-3);
   EXPECT_NEAR(by_b.loss, by_a.loss, 1e-4 * by_a.loss);
   double size = 0, difference = 0;
@@ -108,7 +118,8 @@ TEST(ClipObjective, FlowOfFilmedFramesIsWhatIsDrawn) {
   Filmed filmed(3);
   const auto loss_of = [&](const Motion<float>& motion) {
     Objective<float> objective;
-    objective.whole.push_back({1, std::make_shared<FlowLoss<float>>(filmed.drawn, flow_of_clip(filmed.seen, filmed.frames), 1)});
+    objective.whole.push_back(
+        {1, std::make_shared<FlowLoss<float>>(filmed.drawn, flow_of_clip(filmed.seen, filmed.frames), 1)});
     return motion_loss(motion, objective);
   };
   Motion<float> still = filmed.truth;

@@ -42,7 +42,8 @@ std::vector<double> noise(size_t width, double a, uint64_t seed) {
     for (size_t k = 0; k < kPoints; ++k)
       for (size_t c = 0; c < 2; ++c) {
         double sum = 0;
-        for (size_t j = 0; j < width; ++j) sum += Random(seed + 2 * t + c, k + j).normal() / std::sqrt(static_cast<double>(width));
+        for (size_t j = 0; j < width; ++j)
+          sum += Random(seed + 2 * t + c, k + j).normal() / std::sqrt(static_cast<double>(width));
         out.push_back(t == 0 ? sum : a * out[out.size() - 2 * kPoints] + std::sqrt(1 - a * a) * sum);
       }
   return out;
@@ -88,7 +89,8 @@ Eigen::MatrixXd waves(double rows, double points) {
   Eigen::MatrixXd out(kRows * kPoints * 2, 3);
   for (size_t t = 0; t < kRows; ++t)
     for (size_t k = 0; k < kPoints; ++k)
-      for (size_t c = 0; c < 2; ++c) out.row((t * kPoints + k) * 2 + c) << 1, std::cos(2 * M_PI * t / rows), std::cos(2 * M_PI * k / points);
+      for (size_t c = 0; c < 2; ++c)
+        out.row((t * kPoints + k) * 2 + c) << 1, std::cos(2 * M_PI * t / rows), std::cos(2 * M_PI * k / points);
   return out;
 }
 
@@ -96,7 +98,10 @@ TEST(ErrorCorrelation, AGradientsVarianceIsTheSpectrumOfTheErrorsWhereItVaries) 
   const std::vector<Vec3f> place = on_a_line(kPoints);
   const Eigen::MatrixXd J = waves(12, 15);
   const Eigen::VectorXd alone = (J.transpose() * J).diagonal();
-  const auto ratio = [&](size_t width, double a) { return Eigen::Vector3d(ErrorCorrelation(noise(width, a, 1), place, 2).of_gradient(J).diagonal().cwiseQuotient(alone)); };
+  const auto ratio = [&](size_t width, double a) {
+    return Eigen::Vector3d(
+        ErrorCorrelation(noise(width, a, 1), place, 2).of_gradient(J).diagonal().cwiseQuotient(alone));
+  };
   // Of an autoregression (1 - a^2) / (1 + a^2 - 2 a cos w).
   const Eigen::Vector3d slow = ratio(1, 0.5);
   EXPECT_NEAR(slow[0], 3, 0.5);
@@ -127,7 +132,8 @@ TEST(ErrorCorrelation, EachPointHasErrorsOfItsOwnSize) {
 }
 
 TEST(CovarianceWith, IsThatOfManyFitsToErrorsThatGoTogether) {
-  // Fits of three waves with a prior, to errors of neighbours in time and space: their spread against the one that is expected.
+  // Fits of three waves with a prior, to errors of neighbours in time and space: their spread against the one that is
+  // expected.
   const std::vector<Vec3f> place = on_a_line(kPoints);
   const Eigen::MatrixXd J = waves(12, 15);
   Eigen::Matrix3d information = J.transpose() * J;
@@ -141,11 +147,13 @@ TEST(CovarianceWith, IsThatOfManyFitsToErrorsThatGoTogether) {
     // The truth is as likely as the prior says.
     Random random(7, fit);
     const Eigen::Vector3d truth = Eigen::Vector3d(random.normal(), random.normal(), random.normal()) / std::sqrt(prior);
-    const Eigen::Vector3d found = inverse * (J.transpose() * (J * truth + Eigen::Map<const Eigen::VectorXd>(errors.data(), J.rows())));
+    const Eigen::Vector3d found =
+        inverse * (J.transpose() * (J * truth + Eigen::Map<const Eigen::VectorXd>(errors.data(), J.rows())));
     spread += (found - truth) * (found - truth).transpose() / kFits;
     expected += covariance_with(ErrorCorrelation(errors, place, 2), J, inverse) / kFits;
   }
-  for (int p = 0; p < 3; ++p) EXPECT_NEAR(std::log(spread(p, p) / expected(p, p)), 0, 0.7) << p;  // 30 fits: 26 % each way
+  for (int p = 0; p < 3; ++p)
+    EXPECT_NEAR(std::log(spread(p, p) / expected(p, p)), 0, 0.7) << p;  // 30 fits: 26 % each way
   // What nothing determines stays so.
   Eigen::MatrixXd open = inverse;
   open.row(1).setZero(), open.col(1).setZero(), open(1, 1) = INFINITY;

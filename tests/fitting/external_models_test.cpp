@@ -1,4 +1,5 @@
-// Programs that make or judge videos: the protocols, against small stand-ins, and everything that such programs do wrong.
+// Programs that make or judge videos: the protocols, against small stand-ins, and everything that such programs do
+// wrong.
 
 #include <chrono>
 #include <cmath>
@@ -17,7 +18,8 @@ namespace fs = std::filesystem;
 
 Camera camera_of(int width, int height) {
   Camera camera;
-  camera.name = "view_a", camera.width = width, camera.height = height, camera.fx = camera.fy = 30, camera.cx = 12, camera.cy = 8;
+  camera.name = "view_a", camera.width = width, camera.height = height, camera.fx = camera.fy = 30, camera.cx = 12,
+  camera.cy = 8;
   return camera;
 }
 
@@ -28,35 +30,42 @@ struct ExternalModels : testing::Test {
 
   ReferenceVideo generate(const std::string& text, double time_limit = 20) {
     GenerateOptions options;
-    options.command = script(text), options.frames = 3, options.fps = 12, options.time_limit = time_limit, options.seed = 41;
+    options.command = script(text), options.frames = 3, options.fps = 12, options.time_limit = time_limit,
+    options.seed = 41;
     ImageF first(24, 16, 3, 0.25f);
     return generate_video(options, first, camera_of(24, 16), folder / "work");
   }
 };
 
 TEST_F(ExternalModels, AGeneratorGetsThePictureTheCameraAndTheRequest) {
-  const ReferenceVideo video = generate("cd \"$1\"; cat camera.json request.json > seen.txt; for k in 0 1 2; do cp first.png frames/000$k.png; done; cp first.png frames/0003.png");
+  const ReferenceVideo video = generate(
+      "cd \"$1\"; cat camera.json request.json > seen.txt; for k in 0 1 2; do cp first.png frames/000$k.png; done; cp "
+      "first.png frames/0003.png");
   ASSERT_EQ(video.frames.size(), 3u);
   EXPECT_DOUBLE_EQ(video.fps, 12);
   EXPECT_NEAR(video.frames[2](5, 5, 1), 0.25, 0.003);
   EXPECT_EQ(video.warnings.size(), 1u);
   const std::string seen = read_text(folder / "work/seen.txt");
-  for (const char* word : {"view_a", "cam_from_world", "\"frames\": 3", "\"seed\": 41", "\"width\": 24", "frames/%04d.png"})
+  for (const char* word :
+       {"view_a", "cam_from_world", "\"frames\": 3", "\"seed\": 41", "\"width\": 24", "frames/%04d.png"})
     EXPECT_NE(seen.find(word), std::string::npos) << word;
 }
 
 TEST_F(ExternalModels, WhatAGeneratorDoesWrongIsSaid) {
   expect_error(Failure::kInput, {"exit code 3", "out of memory"}, [&] { generate("echo out of memory >&2; exit 3"); });
-  expect_error(Failure::kInput, {"0001.png", "is missing", "1 pictures"}, [&] { generate("cp \"$1/first.png\" \"$1/frames/0000.png\""); });
+  expect_error(Failure::kInput, {"0001.png", "is missing", "1 pictures"},
+               [&] { generate("cp \"$1/first.png\" \"$1/frames/0000.png\""); });
   write_image(folder / "small.png", ImageF(8, 8, 3));
-  expect_error(Failure::kInput, {"0000.png", "8 x 8", "24 x 16"}, [&] { generate("cp \"$1/../small.png\" \"$1/frames/0000.png\""); });
+  expect_error(Failure::kInput, {"0000.png", "8 x 8", "24 x 16"},
+               [&] { generate("cp \"$1/../small.png\" \"$1/frames/0000.png\""); });
   expect_error(Failure::kInput, {"0000.png"}, [&] { generate("echo no picture > \"$1/frames/0000.png\""); });
   const auto start = std::chrono::steady_clock::now();
   expect_error(Failure::kInput, {"within 0.3 s"}, [&] { generate("sleep 30 & sleep 30", 0.3); });
   EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 10);
   GenerateOptions options;
   options.command = "/no/such/program";
-  expect_error(Failure::kInput, {"exit code 127"}, [&] { generate_video(options, ImageF(24, 16, 3), camera_of(24, 16), folder / "work"); });
+  expect_error(Failure::kInput, {"exit code 127"},
+               [&] { generate_video(options, ImageF(24, 16, 3), camera_of(24, 16), folder / "work"); });
   options.interrupted = [] { return true; };
   options.command = "sleep 30;";
   EXPECT_THROW(generate_video(options, ImageF(24, 16, 3), camera_of(24, 16), folder / "work"), Error);
@@ -88,12 +97,14 @@ class Picture:
 def load_image(file): return Picture(open(file, "rb").read(), None)
 )");
   GenerateOptions options;
-  options.command = "PYTHONPATH=" + (folder / "modules").string() + " python3 " PLIANT_SOURCE_DIR "/fitting/fit/adapters/stable_video_diffusion.py";
+  options.command = "PYTHONPATH=" + (folder / "modules").string() +
+                    " python3 " PLIANT_SOURCE_DIR "/fitting/fit/adapters/stable_video_diffusion.py";
   options.frames = 4, options.seed = 5;
   const ReferenceVideo video = generate_video(options, ImageF(24, 16, 3, 0.5f), camera_of(24, 16), folder / "work");
   EXPECT_EQ(video.frames.size(), 4u);
   options.frames = 99;
-  expect_error(Failure::kInput, {"exit code 1", "at most 25"}, [&] { generate_video(options, ImageF(24, 16, 3), camera_of(24, 16), folder / "work"); });
+  expect_error(Failure::kInput, {"exit code 1", "at most 25"},
+               [&] { generate_video(options, ImageF(24, 16, 3), camera_of(24, 16), folder / "work"); });
 }
 
 /// Loss 1 + step; the gradient is the picture itself.
@@ -130,20 +141,26 @@ TEST_F(ExternalModels, WhatAGuideDoesWrongIsSaid) {
     Guidance guide(options, folder / "work");
     guide.evaluate(frames, 24);
   };
-  expect_error(Failure::kInput, {"its start", "exit code 4", "no weights"}, [&] { run("echo no weights >&2; exit 4"); });
+  expect_error(Failure::kInput, {"its start", "exit code 4", "no weights"},
+               [&] { run("echo no weights >&2; exit 4"); });
   expect_error(Failure::kInput, {"ready", "2"}, [&] { run("echo '{\"ready\": 2}'; sleep 30"); });
   expect_error(Failure::kInput, {"step 0", "exit code 5"}, [&] { run(ready + "exit 5"); });
   expect_error(Failure::kInput, {"step 0", "within 0.2 s"}, [&] { run(ready + "sleep 30", 0.2); });
-  expect_error(Failure::kInput, {"step 0", "too dark"}, [&] { run(ready + "echo '{\"error\": \"too dark\"}'; read line"); });
+  expect_error(Failure::kInput, {"step 0", "too dark"},
+               [&] { run(ready + "echo '{\"error\": \"too dark\"}'; read line"); });
   expect_error(Failure::kInput, {"NUMBER"}, [&] { run(ready + "echo '{\"step\": 1, \"loss\": 2}'; read line"); });
-  expect_error(Failure::kInput, {"nothing", "576 bytes"}, [&] { run(ready + "echo '{\"step\": 0, \"loss\": 2}'; read line"); });
-  expect_error(Failure::kInput, {"5 bytes", "576"}, [&] { run(ready + "echo four > gradient.f32; echo '{\"step\": 0, \"loss\": 2}'; read line"); });
+  expect_error(Failure::kInput, {"nothing", "576 bytes"},
+               [&] { run(ready + "echo '{\"step\": 0, \"loss\": 2}'; read line"); });
+  expect_error(Failure::kInput, {"5 bytes", "576"},
+               [&] { run(ready + "echo four > gradient.f32; echo '{\"step\": 0, \"loss\": 2}'; read line"); });
   const std::string all_ones = "head -c 576 /dev/zero | tr '\\000' '\\377' > gradient.f32; ";
-  expect_error(Failure::kInput, {"not finite", "frame 0"}, [&] { run(ready + all_ones + "echo '{\"step\": 0, \"loss\": 2}'; read line"); });
+  expect_error(Failure::kInput, {"not finite", "frame 0"},
+               [&] { run(ready + all_ones + "echo '{\"step\": 0, \"loss\": 2}'; read line"); });
   expect_error(Failure::kInput, {"its answer"}, [&] { run(ready + "echo '{broken'; read line"); });
 }
 
-/// A pipeline whose latents are means of 8 x 8 pixels and whose model knows one video for each prompt: grey levels 0.3 and 0.1.
+/// A pipeline whose latents are means of 8 x 8 pixels and whose model knows one video for each prompt: grey levels 0.3
+/// and 0.1.
 const char* const kPipeline = R"(
 import os, types, torch
 MIX = torch.tensor([[1.0, 0.5, 0.0], [0.0, 1.0, -0.5], [0.25, 0.0, 1.0], [1.0, -1.0, 1.0]])
@@ -181,24 +198,31 @@ class DiffusionPipeline:
 std::vector<ImageF> coloured_frames(int width, int height) {
   std::vector<ImageF> frames(3, ImageF(width, height, 3));
   for (size_t t = 0; t < 3; ++t)
-    for (size_t i = 0; i < frames[t].data.size(); ++i) frames[t].data[i] = static_cast<float>(0.5 + 0.4 * std::sin(0.37 * static_cast<double>(i) + 1.3 * static_cast<double>(t)));
+    for (size_t i = 0; i < frames[t].data.size(); ++i)
+      frames[t].data[i] =
+          static_cast<float>(0.5 + 0.4 * std::sin(0.37 * static_cast<double>(i) + 1.3 * static_cast<double>(t)));
   return frames;
 }
 
 TEST_F(ExternalModels, ScoreDistillationPullsFramesToWhatTheModelKnows) {
   std::string python;
   for (const char* name : {"/usr/bin/python3", "python3"})
-    if (python.empty() && system((std::string(name) + " -W ignore -c 'import numpy, torch' > /dev/null 2>&1").c_str()) == 0) python = name;
+    if (python.empty() &&
+        system((std::string(name) + " -W ignore -c 'import numpy, torch' > /dev/null 2>&1").c_str()) == 0)
+      python = name;
   if (python.empty()) GTEST_SKIP() << "needs python3 with torch and numpy";
   folder.file("modules/diffusers.py", kPipeline);
   const auto start = [&](const std::string& kind) {
     GuidanceOptions options;
-    options.command = "PYTHONDONTWRITEBYTECODE=1 OMP_NUM_THREADS=1 KIND=" + kind + " PYTHONPATH=" + (folder / "modules").string() + " " + python + " -W ignore " PLIANT_SOURCE_DIR
-                      "/fitting/fit/adapters/score_distillation.py --prompt 'it swings' --guidance-scale 2 --area 8192 --noise 0.5 0.5";
+    options.command = "PYTHONDONTWRITEBYTECODE=1 OMP_NUM_THREADS=1 KIND=" + kind +
+                      " PYTHONPATH=" + (folder / "modules").string() + " " + python +
+                      " -W ignore " PLIANT_SOURCE_DIR
+                      "/fitting/fit/adapters/score_distillation.py --prompt 'it swings' --guidance-scale 2 --area 8192 "
+                      "--noise 0.5 0.5";
     return std::make_unique<Guidance>(options, folder / kind);
   };
-  // The noise leaves no trace: eps_hat - eps = sqrt(a / (1 - a)) (z - z*), with a = 0.5 in the middle of the times and z* of the grey level
-  // 0.1 + 2 (0.3 - 0.1).  Through means of 64 pixels, the mix of colours and 2 x - 1:
+  // The noise leaves no trace: eps_hat - eps = sqrt(a / (1 - a)) (z - z*), with a = 0.5 in the middle of the times and
+  // z* of the grey level 0.1 + 2 (0.3 - 0.1).  Through means of 64 pixels, the mix of colours and 2 x - 1:
   const double mix[4][3] = {{1, 0.5, 0}, {0, 1, -0.5}, {0.25, 0, 1}, {1, -1, 1}}, scale = 0.5, grey = 0.5;
   const int width = 128, height = 64;
   const double latents = 3 * 4 * (width / 8) * (height / 8);
@@ -238,12 +262,15 @@ TEST_F(ExternalModels, ScoreDistillationPullsFramesToWhatTheModelKnows) {
     value = before - h;
     const double below = guide->evaluate(small, 24).loss;
     value = before;
-    EXPECT_NEAR((above - below) / (2 * h), there.gradient[1].data[i], 0.01 * std::abs(there.gradient[1].data[i]) + 2e-8) << i;
+    EXPECT_NEAR((above - below) / (2 * h), there.gradient[1].data[i], 0.01 * std::abs(there.gradient[1].data[i]) + 2e-8)
+        << i;
   }
 
   // A model of v tells the same; another kind is refused by its name.
   const GuidanceResult of_v = start("v_prediction")->evaluate(frames, 24);
-  for (size_t i = 0; i < frames[0].data.size(); i += 97) EXPECT_NEAR(of_v.gradient[0].data[i], result.gradient[0].data[i], 1e-4 * std::abs(result.gradient[0].data[i]) + 1e-9);
+  for (size_t i = 0; i < frames[0].data.size(); i += 97)
+    EXPECT_NEAR(of_v.gradient[0].data[i], result.gradient[0].data[i],
+                1e-4 * std::abs(result.gradient[0].data[i]) + 1e-9);
   expect_error(Failure::kInput, {"step 0", "prediction_type is flow"}, [&] { start("flow")->evaluate(frames, 24); });
 }
 

@@ -23,7 +23,9 @@ ImageF photo_of(const GaussianCloud& cloud, const Camera& camera) {
 Camera perturbed(const Camera& camera, double degrees, double shift, uint64_t seed) {
   Random random(seed);
   Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
-  motion.linear() = Eigen::AngleAxisd(degrees * M_PI / 180, Vec3d(random.normal(), random.normal(), random.normal()).normalized()).toRotationMatrix();
+  motion.linear() =
+      Eigen::AngleAxisd(degrees * M_PI / 180, Vec3d(random.normal(), random.normal(), random.normal()).normalized())
+          .toRotationMatrix();
   motion.translation() = shift * Vec3d(random.normal(), random.normal(), random.normal()).normalized();
   Camera out = camera;
   out.cam_from_world = motion * camera.cam_from_world;
@@ -31,7 +33,8 @@ Camera perturbed(const Camera& camera, double degrees, double shift, uint64_t se
 }
 
 double degrees_between(const Camera& a, const Camera& b) {
-  return 180 / M_PI * Eigen::AngleAxisd(a.cam_from_world.linear() * b.cam_from_world.linear().transpose().eval()).angle();
+  return 180 / M_PI *
+         Eigen::AngleAxisd(a.cam_from_world.linear() * b.cam_from_world.linear().transpose().eval()).angle();
 }
 
 TEST(FindCamera, APoseTwoDegreesAndTwoPercentOffIsRecovered) {
@@ -46,7 +49,8 @@ TEST(FindCamera, APoseTwoDegreesAndTwoPercentOffIsRecovered) {
     EXPECT_LT(refined.before.score, 0.5);
     EXPECT_GT(refined.after.score, 0.9);
     EXPECT_LT(refined.after.shift, 0.3);
-    RecordProperty("microdegrees_" + std::to_string(seed), static_cast<int>(1e6 * degrees_between(refined.camera, truth)));
+    RecordProperty("microdegrees_" + std::to_string(seed),
+                   static_cast<int>(1e6 * degrees_between(refined.camera, truth)));
     RecordProperty("renders_" + std::to_string(seed), refined.renders);
   }
 }
@@ -75,7 +79,8 @@ TEST(FindCamera, APictureOfSomethingElseIsNotFound) {
   EXPECT_FALSE(found.found);
   EXPECT_NE(found.sentence.find("none of the 3"), std::string::npos);
   cameras[0].width = cameras[1].width = cameras[2].width = 300;
-  expect_error(Failure::kInput, {"120 x 90", "none of the 3"}, [&] { find_camera({}, cloud, {}, cameras, ImageF(120, 90, 3)); });
+  expect_error(Failure::kInput, {"120 x 90", "none of the 3"},
+               [&] { find_camera({}, cloud, {}, cameras, ImageF(120, 90, 3)); });
 }
 
 }  // namespace

@@ -1,12 +1,13 @@
 // Fields of E and v0 by exact gradients: they find what a twin was made of, and continue where they were stopped.
 
+#include "fitting/fit/fit_gradient.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "fitting/fields/part_field.h"
 #include "fitting/fields/triplane_field.h"
-#include "fitting/fit/fit_gradient.h"
 #include "tests/fitting/twin_stem.h"
 
 namespace pliant {
@@ -31,7 +32,8 @@ struct Problem {
     motion.start = twin.kicked(0.5), motion.interactions = twin.pins;
     motion.options.simulate.fps = twin.fps, motion.options.simulate.duration = frames / twin.fps;
     motion.options.simulate.damping_time = twin.damping_time;
-    objective.terms.push_back({1, std::make_shared<TrackLoss<float>>(twin.film(twin.pins, motion.start, true, frames))});
+    objective.terms.push_back(
+        {1, std::make_shared<TrackLoss<float>>(twin.film(twin.pins, motion.start, true, frames))});
   }
 };
 
@@ -92,7 +94,8 @@ TEST(FitGradient, AStoppedFitContinuesToTheSameNumbersBitForBit) {
   };
   GradientFitState whole = begun(), stopped = begun();
   fit_gradient(options, problem.motion, problem.objective, fields, whole);
-  fit_gradient(options, problem.motion, problem.objective, fields, stopped, [](const GradientFitState& s) { return s.rows.size() < 3; });
+  fit_gradient(options, problem.motion, problem.objective, fields, stopped,
+               [](const GradientFitState& s) { return s.rows.size() < 3; });
   ASSERT_EQ(stopped.rows.size(), 3u);
   fit_gradient(options, problem.motion, problem.objective, fields, stopped);
   EXPECT_EQ(whole.now.material, stopped.now.material);
@@ -112,7 +115,8 @@ TEST(FitGradient, TriplanesFindTwoParts) {
   const std::vector<double> factor = field->values(state.best.material);
   std::vector<double> error;
   for (size_t i = 0; i < factor.size(); ++i)
-    if (problem.motion.particles.position[i].z() > 0.015f) error.push_back(std::abs(factor[i] - problem.wanted[problem.part[i]]) / std::log(10.0));
+    if (problem.motion.particles.position[i].z() > 0.015f)
+      error.push_back(std::abs(factor[i] - problem.wanted[problem.part[i]]) / std::log(10.0));
   std::nth_element(error.begin(), error.begin() + error.size() / 2, error.end());
   EXPECT_LT(error[error.size() / 2], 0.15);
 }

@@ -75,7 +75,8 @@ TEST(FitMarkers, FindsStiffnessDampingAndReleaseFromTenTimesWrongEitherWay) {
 TEST(FitMarkers, GoesOnFromWhereverItWasInterruptedAndEndsTheSame) {
   const MarkerTracks tracks = recording(1e-5);
   std::vector<MarkerFitState> kept;
-  const MarkerFitResult whole = fit_markers(options(), bar(3 * kYoung), let_go(), tracks, {}, {}, [&](const MarkerFitState& s) { kept.push_back(s); });
+  const MarkerFitResult whole = fit_markers(options(), bar(3 * kYoung), let_go(), tracks, {}, {},
+                                            [&](const MarkerFitState& s) { kept.push_back(s); });
   ASSERT_GT(kept.size(), 6u);
   EXPECT_TRUE(kept.back().searched);
   for (size_t k = 0; k < kept.size(); k += 3) {

@@ -1,12 +1,13 @@
 // Twin experiments with E that differs from place to place.
 
+#include "fitting/fit/fit_material.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstdio>
 
 #include "fitting/fit/dissipation.h"
-#include "fitting/fit/fit_material.h"
 #include "gaussians/base/error.h"
 #include "tests/fitting/twin_stem.h"
 
@@ -49,11 +50,17 @@ void fit_two_parts(MaterialKind kind, double tolerance) {
   const std::vector<double> constant(guess.size(), 3e5 * std::pow(10.0, fit.homogeneous.log10_factor));
   const double error = median_error(fit.young, twin.particles), best_constant = median_error(constant, twin.particles);
   // A stiff spot makes time steps smaller, and transfers take more in them: damping is what both lose together.
-  Motion<float> motion{fit.particles, fit.found.start, twin.pins, {}}, truth{twin.particles, twin.kicked(0.5), twin.pins, {}};
-  motion.options.simulate.fps = twin.fps * fit.found.subframes, motion.options.simulate.substeps = fit.found.substeps, motion.options.simulate.damping_time = fit.found.damping_time;
-  motion.options.simulate.duration = fit.found.rollout_frame(fit.found.last_frame, twin.fps) / motion.options.simulate.fps;
-  truth.options.simulate.fps = twin.fps, truth.options.simulate.damping_time = twin.damping_time, truth.options.simulate.duration = frames / twin.fps;
-  truth.options.simulate.substeps = simulate<float>(truth.options.simulate, truth.particles, truth.interactions, truth.start).summary.substeps_of_frame.at(0);
+  Motion<float> motion{fit.particles, fit.found.start, twin.pins, {}},
+      truth{twin.particles, twin.kicked(0.5), twin.pins, {}};
+  motion.options.simulate.fps = twin.fps * fit.found.subframes, motion.options.simulate.substeps = fit.found.substeps,
+  motion.options.simulate.damping_time = fit.found.damping_time;
+  motion.options.simulate.duration =
+      fit.found.rollout_frame(fit.found.last_frame, twin.fps) / motion.options.simulate.fps;
+  truth.options.simulate.fps = twin.fps, truth.options.simulate.damping_time = twin.damping_time,
+  truth.options.simulate.duration = frames / twin.fps;
+  truth.options.simulate.substeps =
+      simulate<float>(truth.options.simulate, truth.particles, truth.interactions, truth.start)
+          .summary.substeps_of_frame.at(0);
   const double damping = dissipation_of(truth).whole / dissipation_of(motion).whole;
   // Of the start, what the picture shows: x and z.
   const auto seen_velocity = [&](const SimulationState& start) {
@@ -63,9 +70,12 @@ void fit_two_parts(MaterialKind kind, double tolerance) {
     return Vec3d(mean.x(), 0, mean.z());
   };
   const Vec3d found_velocity = seen_velocity(fit.found.start), true_velocity = seen_velocity(twin.kicked(0.5));
-  const double direction = std::acos(found_velocity.normalized().dot(true_velocity.normalized())) * 57.29578, speed = found_velocity.norm() / true_velocity.norm();
-  printf("median |log10 E error| %.3f, best constant %.3f, damping time x %.3f (drag alone x %.3f), start %.1f degrees and x %.3f\n", error, best_constant, damping,
-         fit.found.damping_time / twin.damping_time, direction, speed);
+  const double direction = std::acos(found_velocity.normalized().dot(true_velocity.normalized())) * 57.29578,
+               speed = found_velocity.norm() / true_velocity.norm();
+  printf(
+      "median |log10 E error| %.3f, best constant %.3f, damping time x %.3f (drag alone x %.3f), start %.1f degrees "
+      "and x %.3f\n",
+      error, best_constant, damping, fit.found.damping_time / twin.damping_time, direction, speed);
   EXPECT_LT(direction, 5);
   EXPECT_NEAR(speed, 1, 0.1);
   EXPECT_LT(error, tolerance);
@@ -92,10 +102,14 @@ void fit_two_parts(MaterialKind kind, double tolerance) {
   if (kind != MaterialKind::kParts) return;
   // About the same motion the posterior after gradients is as wide but for a factor of two.
   MaterialFit about = fit;
-  find_posterior(options, motion, tracks, {fit.found.first_frame, fit.found.last_frame, fit.found.rollout_frame(fit.found.first_frame, twin.fps), fit.found.subframes, twin.fps}, {}, about);
+  find_posterior(options, motion, tracks,
+                 {fit.found.first_frame, fit.found.last_frame, fit.found.rollout_frame(fit.found.first_frame, twin.fps),
+                  fit.found.subframes, twin.fps},
+                 {}, about);
   double least = INFINITY, most = 0;
   for (size_t i = 0; i < guess.size(); ++i)
-    if (twin.particles.position[i].z() > 0.015f) least = std::min(least, about.sigma[i] / fit.sigma[i]), most = std::max(most, about.sigma[i] / fit.sigma[i]);
+    if (twin.particles.position[i].z() > 0.015f)
+      least = std::min(least, about.sigma[i] / fit.sigma[i]), most = std::max(most, about.sigma[i] / fit.sigma[i]);
   printf("sigma after gradients against that of Gauss-Newton: %.2f to %.2f\n", least, most);
   EXPECT_GT(least, 0.5);
   EXPECT_LT(most, 2);
@@ -126,7 +140,8 @@ TEST(FitMaterial, AFieldIsOnlyTakenWhereItExplainsMoreThanTheBestConstant) {
   EXPECT_EQ(taken.found.damping_time, 100);
   EXPECT_EQ(left.found.damping_time, 0.6);
   for (size_t i = 0; i < n; ++i) {
-    EXPECT_NEAR(std::log10(taken.young[i] / twin.particles.young[i]), -0.3 + 0.1 + (twin.part[i] == 0 ? 0.5 : -0.5) / std::log(10.0), 1e-5);
+    EXPECT_NEAR(std::log10(taken.young[i] / twin.particles.young[i]),
+                -0.3 + 0.1 + (twin.part[i] == 0 ? 0.5 : -0.5) / std::log(10.0), 1e-5);
     EXPECT_NEAR(std::log10(left.young[i] / twin.particles.young[i]), -0.3, 1e-5);
     EXPECT_TRUE(taken.determined(i));
     EXPECT_FALSE(left.determined(i));
@@ -140,9 +155,12 @@ TEST(FitMaterial, TriplanesGoOnFromTheBestConstantAndFromWhereTheyWereStopped) {
   const TwoParts twin;
   const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.5), true, 16, 20, 0.05);
   MaterialFitOptions options;
-  options.kind = MaterialKind::kTriplanes, options.smooth.modes = 3, options.vibration.most_smooth = 3, options.gradient.iterations = 20, options.gradient.growth = 0.3;
+  options.kind = MaterialKind::kTriplanes, options.smooth.modes = 3, options.vibration.most_smooth = 3,
+  options.gradient.iterations = 20, options.gradient.growth = 0.3;
   options.vibration.modes.most = 4, options.vibration.refine.tolerance = 1e-2, options.vibration.search.first = 0.08;
-  const auto fit = [&](const MaterialFitProgress& kept) { return fit_material(options, twin.particles, twin.pins, tracks, twin.fps, {}, kept); };
+  const auto fit = [&](const MaterialFitProgress& kept) {
+    return fit_material(options, twin.particles, twin.pins, tracks, twin.fps, {}, kept);
+  };
   MaterialFitProgress begun, interrupted;
   begun.keep_homogeneous = [&](const VibrationFit& f) { interrupted.homogeneous = f; };
   begun.keep_field = [&](const VibrationFit& f) { interrupted.field = f; };

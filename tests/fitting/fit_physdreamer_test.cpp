@@ -30,13 +30,16 @@ Vec3d momentum(const SimulationState& state, const TwinStem& twin, float above) 
   return sum;
 }
 
-double degrees_between(const Vec3d& a, const Vec3d& b) { return 180 / std::numbers::pi * std::acos(a.normalized().dot(b.normalized())); }
+double degrees_between(const Vec3d& a, const Vec3d& b) {
+  return 180 / std::numbers::pi * std::acos(a.normalized().dot(b.normalized()));
+}
 
 TEST(FitPhysDreamer, WithTheRightStiffnessThreeFramesTellTheDirectionOfTheStart) {
   const TwinStem twin;
   const SimulationState truth = twin.kicked(0.5);
   const TrackLoss<float> tracks = twin.film(twin.pins, truth, false, 5, 20);
-  const MaterialFit fit = fit_physdreamer(recipe(MaterialKind::kUniform, 60), twin.particles, twin.pins, tracks, twin.fps);
+  const MaterialFit fit =
+      fit_physdreamer(recipe(MaterialKind::kUniform, 60), twin.particles, twin.pins, tracks, twin.fps);
   const SimulationState& start = fit.homogeneous.start;
   EXPECT_LT(degrees_between(momentum(start, twin, 0), momentum(truth, twin, 0)), 5);
   EXPECT_LT(degrees_between(momentum(start, twin, 0.075f), momentum(truth, twin, 0.075f)), 5);
@@ -51,7 +54,9 @@ TEST(FitPhysDreamer, FromHalfTheStiffnessTheRecipeComesNearerAndContinuesToTheSa
   const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.5), true, 12, 20);
   Particles guess = twin.particles;
   for (float& E : guess.young) E /= 2;
-  const auto recipe_from = [&](MaterialFitProgress kept) { return fit_physdreamer(recipe(MaterialKind::kUniform, 24), guess, twin.pins, tracks, twin.fps, {}, std::move(kept)); };
+  const auto recipe_from = [&](MaterialFitProgress kept) {
+    return fit_physdreamer(recipe(MaterialKind::kUniform, 24), guess, twin.pins, tracks, twin.fps, {}, std::move(kept));
+  };
   MaterialFitProgress first, second, third;
   first.keep_velocity = [&](const GradientFitState& state) {
     if (state.rows.size() == 20) second.velocity = state;
@@ -80,7 +85,9 @@ TEST(FitPhysDreamer, FromHalfTheStiffnessTheRecipeComesNearerAndContinuesToTheSa
 
 TEST(FitPhysDreamer, AVideoOfThreeFramesIsRefused) {
   const TwinStem twin;
-  EXPECT_THROW(fit_physdreamer({}, twin.particles, twin.pins, twin.film(twin.pins, twin.kicked(0.5), true, 3, 5), twin.fps), Error);
+  EXPECT_THROW(
+      fit_physdreamer({}, twin.particles, twin.pins, twin.film(twin.pins, twin.kicked(0.5), true, 3, 5), twin.fps),
+      Error);
 }
 
 }  // namespace

@@ -75,14 +75,19 @@ TEST(GaussNewton, AlongPrincipalAxesRoundingIsNotTakenForInformation) {
   // The sum of two parameters is seen well, their difference hardly, and residuals come in steps.
   const Residuals rounded = [](std::span<const double> p) {
     std::vector<double> r;
-    for (int i = 0; i < 200; ++i) r.push_back(0.003 * std::round((100 * (p[0] + p[1] - 3) * std::cos(i) + 0.1 * (p[0] - p[1] - 1) * std::sin(2 * i)) / 0.003));
+    for (int i = 0; i < 200; ++i)
+      r.push_back(
+          0.003 *
+          std::round((100 * (p[0] + p[1] - 3) * std::cos(i) + 0.1 * (p[0] - p[1] - 1) * std::sin(2 * i)) / 0.003));
     return r;
   };
   GaussNewtonOptions options;
   options.prior = {2, 1}, options.prior_sigma = {10, 10}, options.difference = {1e-3, 1e-3};
   // (p0 - p1) / sqrt 2: sum of (0.1 sqrt 2 sin)^2, and the prior.
   const double sigma = 1 / std::sqrt(0.02 * 100 + 0.01);
-  const auto across = [](const GaussNewtonResult& r) { return std::sqrt(0.5 * (r.covariance(0, 0) + r.covariance(1, 1)) - r.covariance(0, 1)); };
+  const auto across = [](const GaussNewtonResult& r) {
+    return std::sqrt(0.5 * (r.covariance(0, 0) + r.covariance(1, 1)) - r.covariance(0, 1));
+  };
   EXPECT_LT(across(gauss_newton(options, rounded, std::vector<double>{2.2, 0.9})), 0.5 * sigma);
   options.principal_axes = true;
   const auto fit = gauss_newton(options, rounded, std::vector<double>{2.2, 0.9});
@@ -94,7 +99,8 @@ TEST(GaussNewton, AlongPrincipalAxesRoundingIsNotTakenForInformation) {
 TEST(GaussNewton, StopsAfterTheMostDifferencesWithWhatItHas) {
   GaussNewtonOptions options;
   options.most_jacobians = 1;
-  const auto fit = gauss_newton(options, against(swing(std::vector<double>{2, 1.5, 12}, 0, 0), 1), std::vector<double>{2.1, 1.4, 12.1});
+  const auto fit = gauss_newton(options, against(swing(std::vector<double>{2, 1.5, 12}, 0, 0), 1),
+                                std::vector<double>{2.1, 1.4, 12.1});
   EXPECT_EQ(fit.summary.stopped_by, "most differences");
   EXPECT_LE(fit.summary.evaluations, 1 + 3 + 1);
   EXPECT_GT(fit.sigma(0), 0);
@@ -105,11 +111,13 @@ TEST(GaussNewton, ACorrectedJacobianAgreesWithEveryStepAndTheResultHasTheOneFoun
   GaussNewtonOptions options;
   options.keep_jacobian = true;
   std::vector<GaussNewtonState> states;
-  const auto fit = gauss_newton(options, against(swing(std::vector<double>{2, 1.5, 12}, 0, 0), 1), std::vector<double>{1, 0.2, 11}, {},
-                                [&](const GaussNewtonState& state) { states.push_back(state); });
+  const auto fit =
+      gauss_newton(options, against(swing(std::vector<double>{2, 1.5, 12}, 0, 0), 1), std::vector<double>{1, 0.2, 11},
+                   {}, [&](const GaussNewtonState& state) { states.push_back(state); });
   int corrected = 0;
   for (size_t k = 1; k < states.size(); ++k) {
-    const Eigen::VectorXd moved = states[k].parameters - states[k - 1].parameters, change = states[k].residuals - states[k - 1].residuals;
+    const Eigen::VectorXd moved = states[k].parameters - states[k - 1].parameters,
+                          change = states[k].residuals - states[k - 1].residuals;
     if (moved.norm() == 0 || !states[k].linearised || states[k].jacobians != states[k - 1].jacobians) continue;
     EXPECT_LT((states[k].jacobian * moved - change).norm(), 1e-9 * change.norm() + 1e-12) << k;
     EXPECT_GT((states[k].jacobian - states[k].differences).norm(), 0);
@@ -118,7 +126,9 @@ TEST(GaussNewton, ACorrectedJacobianAgreesWithEveryStepAndTheResultHasTheOneFoun
   EXPECT_GT(corrected, 3);
   EXPECT_EQ(fit.jacobian, states.back().differences);
   for (size_t k = 1; k < states.size(); ++k)
-    if (states[k].jacobians > states[k - 1].jacobians) { EXPECT_EQ(states[k].jacobian, states[k].differences); }
+    if (states[k].jacobians > states[k - 1].jacobians) {
+      EXPECT_EQ(states[k].jacobian, states[k].differences);
+    }
 }
 
 TEST(GaussNewton, CorrectionsTakeFewerRunsAndDoNotDependOnTheUnitsOfParameters) {
@@ -128,7 +138,8 @@ TEST(GaussNewton, CorrectionsTakeFewerRunsAndDoNotDependOnTheUnitsOfParameters) 
     std::vector<double> y;
     for (size_t s = 0; s < swings; ++s) {
       const double before = s ? p[3 * s - 1] : 0.0;
-      for (const double v : swing(std::vector<double>{p[3 * s], p[3 * s + 1], p[3 * s + 2] + 0.1 * before}, 0, 0)) y.push_back(v);
+      for (const double v : swing(std::vector<double>{p[3 * s], p[3 * s + 1], p[3 * s + 2] + 0.1 * before}, 0, 0))
+        y.push_back(v);
     }
     return y;
   };
@@ -167,8 +178,8 @@ TEST(GaussNewton, CorrectionsTakeFewerRunsAndDoNotDependOnTheUnitsOfParameters) 
 }
 
 TEST(GaussNewton, AStepThatWasCutIsNotTheEnd) {
-  // One residual that a parameter can take away, 5 steps of the longest kind off, beside a large one that nothing changes:
-  // each step lowers the loss by less than the tolerance.
+  // One residual that a parameter can take away, 5 steps of the longest kind off, beside a large one that nothing
+  // changes: each step lowers the loss by less than the tolerance.
   const auto r = [](std::span<const double> p) { return std::vector<double>{p[0] - 5, 100.0}; };
   GaussNewtonOptions options;
   options.largest_step = {1}, options.tolerance = 1e-2;
@@ -190,7 +201,9 @@ TEST(GaussNewton, AStepThatWasDampedIsNotTheEnd) {
 
 TEST(GaussNewton, ACurvedValleyIsFollowedToItsEnd) {
   // Rosenbrock's (1960), beside what nothing changes.
-  const auto r = [](std::span<const double> p) { return std::vector<double>{10 * (p[1] - p[0] * p[0]), 1 - p[0], 10.0}; };
+  const auto r = [](std::span<const double> p) {
+    return std::vector<double>{10 * (p[1] - p[0] * p[0]), 1 - p[0], 10.0};
+  };
   for (const bool keep : {false, true}) {
     GaussNewtonOptions options;
     options.keep_jacobian = keep, options.tolerance = 1e-5, options.max_iterations = 200;
@@ -259,9 +272,12 @@ TEST(GaussNewton, InterruptedAtAnyIterationItEndsWithTheSameBits) {
   kinds[3].jacobian = kinds[2].rough_jacobian;
   kinds[4].low = {0, 1.8, 0}, kinds[4].high = {9, 9, 11.9}, kinds[4].keep_jacobian = true;
   for (size_t kind = 0; kind < kinds.size(); ++kind) {
-    const std::vector<double> from = kind == 3 ? std::vector<double>{2.1, 1.4, 12.1} : kind == 4 ? std::vector<double>{1, 2, 11} : start;
+    const std::vector<double> from = kind == 3   ? std::vector<double>{2.1, 1.4, 12.1}
+                                     : kind == 4 ? std::vector<double>{1, 2, 11}
+                                                 : start;
     std::vector<GaussNewtonState> states;
-    const auto whole = gauss_newton(kinds[kind], r, from, {}, [&](const GaussNewtonState& state) { states.push_back(state); });
+    const auto whole =
+        gauss_newton(kinds[kind], r, from, {}, [&](const GaussNewtonState& state) { states.push_back(state); });
     ASSERT_GT(states.size(), 4u);
     for (const GaussNewtonState& state : states) {
       const auto continued = gauss_newton(kinds[kind], r, from, state);
@@ -274,7 +290,10 @@ TEST(GaussNewton, InterruptedAtAnyIterationItEndsWithTheSameBits) {
       EXPECT_EQ(continued.summary.stopped_by, whole.summary.stopped_by);
     }
     // One that has ended evaluates nothing.
-    EXPECT_EQ(gauss_newton(kinds[kind], [](std::span<const double>) { return std::vector<double>(); }, from, states.back()).parameters, whole.parameters);
+    EXPECT_EQ(gauss_newton(
+                  kinds[kind], [](std::span<const double>) { return std::vector<double>(); }, from, states.back())
+                  .parameters,
+              whole.parameters);
   }
 }
 

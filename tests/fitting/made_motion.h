@@ -43,7 +43,8 @@ std::shared_ptr<DrawnObject<T>> drawn_block(const BasicParticles<T>& particles, 
   const auto paint = [&](GaussianCloud& cloud, size_t g, Vec3d x, double size, uint64_t seed) {
     Random random(seed, g);
     cloud.position[g] = (x / metres_per_unit).cast<float>();
-    for (int k = 0; k < 3; ++k) cloud.log_scale[g][k] = static_cast<float>(std::log(size / metres_per_unit) + 0.3 * random.normal());
+    for (int k = 0; k < 3; ++k)
+      cloud.log_scale[g][k] = static_cast<float>(std::log(size / metres_per_unit) + 0.3 * random.normal());
     for (int k = 0; k < 4; ++k) cloud.rotation[g][k] = static_cast<float>(random.normal());
     cloud.opacity_logit[g] = static_cast<float>(random.uniform(0, 2));
     for (int k = 0; k < 12; ++k) cloud.sh_of(g)[k] = static_cast<float>((k < 3 ? 0.8 : 0.1) * random.normal());

@@ -36,7 +36,8 @@ struct MadeVideo {
       const auto ease = [](double f) { return f * f * f * (f * (6 * f - 15) + 10); };
       const double a = ease(u - i), b = ease(v - j);
       const auto at = [&](int k, int l) { return lattice[((k & 63) * 64 + (l & 63)) * 8 + (channel + 3 * kind) % 8]; };
-      sum += 0.5 * ((1 - b) * ((1 - a) * at(i, j) + a * at(i + 1, j)) + b * ((1 - a) * at(i, j + 1) + a * at(i + 1, j + 1)));
+      sum += 0.5 *
+             ((1 - b) * ((1 - a) * at(i, j) + a * at(i + 1, j)) + b * ((1 - a) * at(i, j + 1) + a * at(i + 1, j + 1)));
     }
     return sum;
   }
@@ -45,7 +46,8 @@ struct MadeVideo {
     const bool disc = local.norm() < radius;
     Eigen::Vector3d out;
     for (int c = 0; c < 3; ++c)
-      out[c] = disc ? 0.3 + 0.7 * texture(local.x(), local.y(), c, 1) : 0.7 * texture(0.6 * (p.x() - wall_shift * t), 0.6 * p.y(), c, 5);
+      out[c] = disc ? 0.3 + 0.7 * texture(local.x(), local.y(), c, 1)
+                    : 0.7 * texture(0.6 * (p.x() - wall_shift * t), 0.6 * p.y(), c, 5);
     return out;
   }
   ImageF frame(int t) const {
@@ -55,7 +57,8 @@ struct MadeVideo {
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
         for (int s = 0; s < 4; ++s) sum += 0.25 * colour({x + 0.25 + 0.5 * (s % 2), y + 0.25 + 0.5 * (s / 2)}, t);
         Random random(7, static_cast<uint64_t>(t) * width * height + static_cast<uint64_t>(y) * width + x);
-        for (int c = 0; c < 3; ++c) picture(x, y, c) = static_cast<float>(std::clamp(sum[c] + noise * random.normal(), 0.0, 1.0));
+        for (int c = 0; c < 3; ++c)
+          picture(x, y, c) = static_cast<float>(std::clamp(sum[c] + noise * random.normal(), 0.0, 1.0));
       }
     return picture;
   }
@@ -69,7 +72,8 @@ struct MadeVideo {
   ImageU8 mask() const {
     ImageU8 out(width, height, 1);
     for (int y = 0; y < height; ++y)
-      for (int x = 0; x < width; ++x) out(x, y) = (Eigen::Vector2d(x + 0.5, y + 0.5) - rest()).norm() < radius ? 255 : 0;
+      for (int x = 0; x < width; ++x)
+        out(x, y) = (Eigen::Vector2d(x + 0.5, y + 0.5) - rest()).norm() < radius ? 255 : 0;
     return out;
   }
   /// Points on the disc, out to `share` of its radius.

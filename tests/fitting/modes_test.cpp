@@ -1,6 +1,7 @@
+#include "fitting/fit/modes.h"
+
 #include <gtest/gtest.h>
 
-#include "fitting/fit/modes.h"
 #include "gaussians/base/error.h"
 #include "tests/fitting/twin_stem.h"
 
@@ -42,7 +43,8 @@ TEST(VibrationModes, ABodyReleasedInItsLowestModeSwingsAtItsFrequency) {
     double along = 0;
     for (size_t i = 0; i < state.size(); ++i)
       along += stem.particles.mass[i] * modes.shape[0][i].dot((state.x[i] - stem.particles.position[i]).cast<double>());
-    if (before < 0 && along >= 0) passages.push_back(time_before + (state.time - time_before) * before / (before - along));
+    if (before < 0 && along >= 0)
+      passages.push_back(time_before + (state.time - time_before) * before / (before - along));
     before = along, time_before = state.time;
     return true;
   });

@@ -66,8 +66,8 @@ TEST(MotionGradient, PixelsToMaterialAndVelocityAgreeWithDifferencesOverThreeFra
     const auto drawn = drawn_block<double>(motion.particles, 60, metres_per_unit);
     const Camera camera = block_camera(28, 24, metres_per_unit);
     Objective<double> objective;
-    objective.terms.push_back({1, std::make_shared<PictureLoss<double, false>>(PictureLossOptions{}, drawn,
-                                                                               film<double, false>(other, *drawn, camera))});
+    objective.terms.push_back({1, std::make_shared<PictureLoss<double, false>>(
+                                      PictureLossOptions{}, drawn, film<double, false>(other, *drawn, camera))});
     compare(motion, objective, 1e-4);
   }
 }
@@ -157,14 +157,16 @@ TEST(MotionGradient, FloatWithCutOffsPointsWhereDoubleWithoutThemPointsOverEight
   seen_single.camera = camera;
   for (const Image<double>& frame : seen.frames) {
     seen_single.frames.emplace_back(frame.width, frame.height, 3);
-    for (size_t k = 0; k < frame.data.size(); ++k) seen_single.frames.back().data[k] = static_cast<float>(frame.data[k]);
+    for (size_t k = 0; k < frame.data.size(); ++k)
+      seen_single.frames.back().data[k] = static_cast<float>(frame.data[k]);
   }
   Objective<double> exact;
   exact.terms.push_back({1, std::make_shared<PictureLoss<double, false>>(PictureLossOptions{}, drawn, seen)});
   Objective<float> used;
   used.terms.push_back({1, std::make_shared<PictureLoss<float>>(PictureLossOptions{}, drawn_single, seen_single)});
   const auto a = flat(motion, motion_loss_adjoint(motion, exact)), b = flat(single, motion_loss_adjoint(single, used));
-  for (const auto& [first, last] : {std::pair<size_t, size_t>{0, motion.particles.size()}, {motion.particles.size(), a.size()}}) {
+  for (const auto& [first, last] :
+       {std::pair<size_t, size_t>{0, motion.particles.size()}, {motion.particles.size(), a.size()}}) {
     double ab = 0, aa = 0, bb = 0;
     for (size_t i = first; i < last; ++i) ab += a[i] * b[i], aa += a[i] * a[i], bb += b[i] * b[i];
     const double cosine = ab / std::sqrt(aa * bb);

@@ -1,6 +1,7 @@
+#include "fitting/fields/part_field.h"
+
 #include <gtest/gtest.h>
 
-#include "fitting/fields/part_field.h"
 #include "gaussians/base/random.h"
 
 namespace pliant {

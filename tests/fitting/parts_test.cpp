@@ -52,7 +52,8 @@ TEST(Parts, WhatIsHeldTakesNoPartsOfItsOwn) {
 TEST(Parts, ThereAreNoMorePartsThanDifferentPoints) {
   PartsOptions options;
   options.count = 5;
-  const std::vector<Vec3f> position = {Vec3f(0, 0, 0), Vec3f(1, 0, 0), Vec3f(0, 0, 0), Vec3f(1, 0, 0)}, color(4, Vec3f::Zero());
+  const std::vector<Vec3f> position = {Vec3f(0, 0, 0), Vec3f(1, 0, 0), Vec3f(0, 0, 0), Vec3f(1, 0, 0)},
+                           color(4, Vec3f::Zero());
   EXPECT_EQ(find_parts(options, position, color), (std::vector<uint32_t>{0, 1, 0, 1}));
   EXPECT_EQ(find_parts(options, position, color, std::vector<uint8_t>(4, 1)), (std::vector<uint32_t>{0, 0, 0, 0}));
 }

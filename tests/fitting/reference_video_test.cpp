@@ -133,7 +133,8 @@ TEST(ReferenceVideo, ARateThatDisagreesIsSaidAndFollowedOnlyWhenTrusted) {
   const ReferenceVideo video = load_reference_video(options, file, camera_of(64, 48));
   EXPECT_DOUBLE_EQ(video.fps, 24);
   ASSERT_EQ(video.warnings.size(), 1u);
-  for (const char* word : {"24", "48", "4 times"}) EXPECT_NE(video.warnings[0].find(word), std::string::npos) << video.warnings[0];
+  for (const char* word : {"24", "48", "4 times"})
+    EXPECT_NE(video.warnings[0].find(word), std::string::npos) << video.warnings[0];
   options.trust_declared = true;
   const ReferenceVideo slow = load_reference_video(options, file, camera_of(64, 48));
   EXPECT_DOUBLE_EQ(slow.fps, 48);
@@ -147,7 +148,8 @@ TEST(ReferenceVideo, WhatIsNoUsableVideoIsNamed) {
     return load_reference_video(options, file, camera_of(64, 48));
   };
   expect_error(Failure::kInput, {"absent.mp4", "does not exist"}, [&] { load(folder / "absent.mp4"); });
-  expect_error(Failure::kInput, {"text.mp4", "not a video"}, [&] { load(folder.file("text.mp4", "this is no video")); });
+  expect_error(Failure::kInput, {"text.mp4", "not a video"},
+               [&] { load(folder.file("text.mp4", "this is no video")); });
   expect_error(Failure::kInput, {"empty.mp4", "not a video"}, [&] { load(folder.file("empty.mp4", "")); });
   VideoOptions rate;
   rate.declared_fps = 24;
@@ -162,7 +164,8 @@ TEST(ReferenceVideo, WhatIsNoUsableVideoIsNamed) {
   expect_error(Failure::kUsage, {"fps", "1000000"}, [&] { load(folder / "one", rate); });
 
   const auto file = video_of(folder, 12, 24);
-  expect_error(Failure::kInput, {"64 x 48", "view_a", "64 x 64"}, [&] { load_reference_video({}, file, camera_of(64, 64)); });
+  expect_error(Failure::kInput, {"64 x 48", "view_a", "64 x 64"},
+               [&] { load_reference_video({}, file, camera_of(64, 64)); });
   VideoOptions late;
   late.first = 5;
   expect_error(Failure::kInput, {"clip.mp4", "0 frames", "from 5 s"}, [&] { load(file, late); });

@@ -7,7 +7,8 @@
 namespace pliant {
 namespace {
 
-/// A rod in x whose left half is of another colour, in light that differs from point to point; the parts put the border wrong.
+/// A rod in x whose left half is of another colour, in light that differs from point to point; the parts put the border
+/// wrong.
 struct Rod {
   std::vector<Vec3f> position, color;
   std::vector<uint8_t> thin, held;
@@ -18,7 +19,8 @@ struct Rod {
       Random random(3, i);
       const Vec3d x(random.uniform(-1, 1), random.uniform(0, 0.1), random.uniform(0, 0.1));
       const double light = random.uniform(0.5, 1);
-      const Vec3d base = x.x() < 0 ? Vec3d(0.5, 0.4, 0.3) : Vec3d(0.4, 0.5, 0.3), noise(random.normal(), random.normal(), random.normal());
+      const Vec3d base = x.x() < 0 ? Vec3d(0.5, 0.4, 0.3) : Vec3d(0.4, 0.5, 0.3),
+                  noise(random.normal(), random.normal(), random.normal());
       position.push_back(x.cast<float>()), color.push_back((light * base + 0.005 * noise).cast<float>());
       thin.push_back(0), held.push_back(0), truth.push_back(x.x() >= 0), given.push_back(x.x() >= border);
     }

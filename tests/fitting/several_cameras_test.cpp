@@ -33,12 +33,15 @@ struct Seen {
     at.velocity = {velocity.x(), velocity.y(), velocity.z()};
     return with_fields(motion, {nullptr, &field}, at);
   }
-  /// Twelve points in the middle, which bending away from the first camera does not lift, as each of the cameras sees them, with errors.
+  /// Twelve points in the middle, which bending away from the first camera does not lift, as each of the cameras sees
+  /// them, with errors.
   PointTracks tracks(const std::vector<Camera>& cameras, double noise = kNoise) const {
     PointTracks tracks;
     tracks.camera = cameras[0], tracks.further.assign(cameras.begin() + 1, cameras.end());
     for (size_t c = 0; c < cameras.size(); ++c)
-      for (int k = 0; k < 12; ++k) tracks.rest.push_back(Vec3f(0.003f + 0.005f * (k % 4), 0.01f, 0.015f + 0.008f * (k / 4))), tracks.camera_of.push_back(static_cast<int>(c));
+      for (int k = 0; k < 12; ++k)
+        tracks.rest.push_back(Vec3f(0.003f + 0.005f * (k % 4), 0.01f, 0.015f + 0.008f * (k / 4))),
+            tracks.camera_of.push_back(static_cast<int>(c));
     const BodyPoints<float> points(tracks.rest, drivers, 1);
     const Motion<float> truth = moved();
     for (const auto& state : rollout<float>(truth.options, truth.particles, truth.interactions, truth.start).frames) {
@@ -56,7 +59,8 @@ struct Seen {
   Vec3d sigma(const std::vector<Camera>& cameras) const {
     Objective<float> objective;
     const TrackLoss<float> exact(tracks(cameras, 0), drivers, 1, 100);
-    objective.terms.push_back({0.5 * exact.total_weight() / (kNoise * kNoise), std::make_shared<TrackLoss<float>>(exact)});
+    objective.terms.push_back(
+        {0.5 * exact.total_weight() / (kNoise * kNoise), std::make_shared<TrackLoss<float>>(exact)});
     const auto loss = [&](const Vec3d& by) {
       Motion<float> other = moved();
       for (Vec3f& v : other.start.v) v += by.cast<float>();
@@ -77,7 +81,8 @@ struct Seen {
     objective.terms.push_back({1, std::make_shared<TrackLoss<float>>(tracks(cameras), drivers, 1, 3)});
     ClipFitOptions options;
     options.velocity = std::make_shared<PartField>(field), options.damping = false;
-    options.gradient.iterations = 40, options.gradient.velocity_rate = 0.01, options.gradient.first_window = kFrames, options.gradient.velocity_roughness = 0;
+    options.gradient.iterations = 40, options.gradient.velocity_rate = 0.01, options.gradient.first_window = kFrames,
+    options.gradient.velocity_roughness = 0;
     const ClipFit fit = fit_clip(options, motion, objective, {});
     return fit.motion.start.v.back().cast<double>();
   }
@@ -90,7 +95,8 @@ Camera side_camera() { return look_at({-1.2, 0.01, 0.025}, {0.01, 0.01, 0.02}, {
 TEST(SeveralCameras, TwoDetermineTheVelocityAlongTheLineOfSightOfOne) {
   const Seen seen;
   const Vec3d one = seen.sigma({front_camera()}), two = seen.sigma({front_camera(), side_camera()});
-  printf("standard deviation of v0 in m/s: one camera (%.4f %.4f %.4f), two (%.4f %.4f %.4f)\n", one.x(), one.y(), one.z(), two.x(), two.y(), two.z());
+  printf("standard deviation of v0 in m/s: one camera (%.4f %.4f %.4f), two (%.4f %.4f %.4f)\n", one.x(), one.y(),
+         one.z(), two.x(), two.y(), two.z());
   EXPECT_GT(one.y(), 4 * one.x());
   EXPECT_LT(two.y(), 1.5 * two.x());
   const Vec3d error = seen.found({front_camera(), side_camera()}) - seen.velocity;

@@ -1,6 +1,7 @@
+#include "fitting/fields/smooth_field.h"
+
 #include <gtest/gtest.h>
 
-#include "fitting/fields/smooth_field.h"
 #include "gaussians/base/random.h"
 
 namespace pliant {
@@ -10,7 +11,8 @@ std::vector<Vec3f> points_of(int count) {
   std::vector<Vec3f> points;
   for (int i = 0; i < count; ++i) {
     Random random(3, i);
-    points.push_back(Vec3f(static_cast<float>(random.uniform()), static_cast<float>(random.uniform()), static_cast<float>(3 * random.uniform())));
+    points.push_back(Vec3f(static_cast<float>(random.uniform()), static_cast<float>(random.uniform()),
+                           static_cast<float>(3 * random.uniform())));
   }
   return points;
 }
@@ -42,7 +44,8 @@ TEST(SmoothField, AdjointIsTheTransposeOfValuesAndSlopesAreDerivatives) {
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<Vec3f> there = points, back = points;
     for (size_t i = 0; i < points.size(); ++i) there[i][axis] += h, back[i][axis] -= h;
-    const Eigen::MatrixXd difference = (field.modes_at(there) - field.modes_at(back)) / (2 * h), slope = field.slopes(points, axis);
+    const Eigen::MatrixXd difference = (field.modes_at(there) - field.modes_at(back)) / (2 * h),
+                          slope = field.slopes(points, axis);
     EXPECT_LT((difference - slope).norm(), 1e-3 * slope.norm());
   }
 }

@@ -17,7 +17,8 @@ std::vector<double> made(double share) {
   std::vector<double> errors;
   for (size_t t = 0; t < kRows; ++t)
     for (size_t c = 0; c < kColumns; ++c) {
-      const double own = std::sqrt(1 - share) * Random(1, t * kColumns + c).normal(), common = std::sqrt(share) * Random(2, c).normal();
+      const double own = std::sqrt(1 - share) * Random(1, t * kColumns + c).normal(),
+                   common = std::sqrt(share) * Random(2, c).normal();
       errors.push_back((t + c) % 10 == 0 ? 0 : own + common);
     }
   return errors;
@@ -63,8 +64,8 @@ TEST(StayingErrors, AnErrorThatIsAloneInItsColumnWeighsLessForWhatStaysIsInIt) {
   EXPECT_EQ(errors, (std::vector<double>{0.5, -1, 1.5}));
 }
 
-// A slope through points that are all off by the same is found as well as if they were not (Gauss and Markov), and better than by
-// ordinary least squares.
+// A slope through points that are all off by the same is found as well as if they were not (Gauss and Markov), and
+// better than by ordinary least squares.
 TEST(StayingErrors, AFitWithoutThemIsTheBestLinearOne) {
   const std::vector<double> errors = made(0.8);
   double ordinary = 0, evened = 0;

@@ -65,7 +65,8 @@ TEST(TrackPixels, EdgesOfTheObjectAreFollowedBecauseTheWallDoesNotCount) {
   MadeVideo made;
   made.frames = 20;
   std::vector<Eigen::Vector2d> points;
-  for (int k = 0; k < 16; ++k) points.push_back(made.rest() + 32 * Eigen::Vector2d(std::cos(k * M_PI / 8), std::sin(k * M_PI / 8)));
+  for (int k = 0; k < 16; ++k)
+    points.push_back(made.rest() + 32 * Eigen::Vector2d(std::cos(k * M_PI / 8), std::sin(k * M_PI / 8)));
   const TrackError e = error_of(made, track_pixels({}, made.video(), points, made.mask()), points);
   EXPECT_LT(e.rms, 0.2);
   EXPECT_LT(e.lost, 0.2);
@@ -79,7 +80,8 @@ TEST(TrackPixels, HiddenPointsCountNothingAndAreFoundAgain) {
   for (int t = 4; t < 9; ++t)
     for (int y = 0; y < made.height; ++y)
       for (int x = 0; x < 74; ++x)
-        for (int c = 0; c < 3; ++c) video.frames[t](x, y, c) = static_cast<float>(MadeVideo::texture(1.3 * x, 0.9 * y, 2 - c, 3));
+        for (int c = 0; c < 3; ++c)
+          video.frames[t](x, y, c) = static_cast<float>(MadeVideo::texture(1.3 * x, 0.9 * y, 2 - c, 3));
   const auto points = made.points();
   const PixelTracks tracks = track_pixels({}, video, points, made.mask());
   double hidden = 0, again = 0;

@@ -34,8 +34,8 @@ struct TwinStem {
   }
 
   /// Tracks of `count` points up the front face, in metres or in pixels of a camera, with Gaussian errors.
-  TrackLoss<float> film(const std::vector<Interaction>& acting, const SimulationState& start, bool in_picture, int frames,
-                        int count = 10, double noise = 0, uint64_t seed = 1) const {
+  TrackLoss<float> film(const std::vector<Interaction>& acting, const SimulationState& start, bool in_picture,
+                        int frames, int count = 10, double noise = 0, uint64_t seed = 1) const {
     SimulateOptions options;
     options.fps = fps, options.duration = frames / fps, options.damping_time = damping_time;
     PointTracks seen;
@@ -60,7 +60,8 @@ struct TwinStem {
   TrackLoss<float> pushed(bool in_picture, double push, int frames) const {
     std::vector<Interaction> acting = pins;
     Interaction force;
-    force.type = InteractionType::kPointForce, force.vector = {push, 0.4 * push, 0}, force.start = 0.02, force.duration = 0.1;
+    force.type = InteractionType::kPointForce, force.vector = {push, 0.4 * push, 0}, force.start = 0.02,
+    force.duration = 0.1;
     force.region = Region::half_space(Vec3d(0, 0, 0.07), Vec3d(0, 0, -1));
     acting.push_back(force);
     return film(acting, initial_state(particles), in_picture, frames);

@@ -24,8 +24,10 @@ std::vector<double> drawn(size_t count, double sigma, uint64_t seed) {
 void expect_adjoint(const Field& field, const std::vector<double>& at) {
   AdjointCheckOptions check;
   check.step = 1e-4, check.unit_cotangents = 4, check.inputs = 60;
-  const AdjointCheck found = check_adjoint([&](const std::vector<double>& p) { return field.values(p); },
-                                           [&](const std::vector<double>& p, const std::vector<double>& w) { return field.values_adjoint(p, w); }, at, check);
+  const AdjointCheck found = check_adjoint(
+      [&](const std::vector<double>& p) { return field.values(p); },
+      [&](const std::vector<double>& p, const std::vector<double>& w) { return field.values_adjoint(p, w); }, at,
+      check);
   EXPECT_LE(found.worst, 1e-6) << found.message;
 }
 

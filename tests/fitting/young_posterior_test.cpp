@@ -18,8 +18,10 @@ using testing::TwinStem;
 
 Motion<float> motion_of(const TwinStem& twin, const SimulationState& start, int frames) {
   Motion<float> motion{twin.particles, start, twin.pins, {}};
-  motion.options.simulate.fps = twin.fps, motion.options.simulate.duration = frames / twin.fps, motion.options.simulate.damping_time = twin.damping_time;
-  motion.options.simulate.substeps = rollout<float>(motion.options, motion.particles, motion.interactions, motion.start).substeps;
+  motion.options.simulate.fps = twin.fps, motion.options.simulate.duration = frames / twin.fps,
+  motion.options.simulate.damping_time = twin.damping_time;
+  motion.options.simulate.substeps =
+      rollout<float>(motion.options, motion.particles, motion.interactions, motion.start).substeps;
   return motion;
 }
 
@@ -30,7 +32,8 @@ TEST(YoungPosterior, WhatNeverMovesKeepsThePriorAndWhatBendsIsDetermined) {
   SmoothFieldOptions options;
   options.modes = 32, options.length = 0.015;
   const SmoothField field(options, twin.particles.position);
-  const YoungPosterior found = posterior_about(motion_of(twin, start, 10), field, 1, twin.film(twin.pins, start, true, 10, 20, 0.05));
+  const YoungPosterior found =
+      posterior_about(motion_of(twin, start, 10), field, 1, twin.film(twin.pins, start, true, 10, 20, 0.05));
   const double decade = std::log(10.0), prior = options.sigma / decade;
   double least_below = INFINITY, most_bent = 0, most = 0;
   for (size_t i = 0; i < twin.particles.size(); ++i) {
@@ -53,11 +56,15 @@ TEST(YoungPosterior, OfOneStiffnessCoversTheErrorsOfRepeatedMeasurements) {
   const SimulationState start = twin.kicked(0.5);
   const PartField field(twin.particles.size(), 1);
   const Motion<float> motion = motion_of(twin, start, 8);
-  const auto sigma = [&](double noise) { return posterior_about(motion, field, INFINITY, twin.film(twin.pins, start, true, 8, 20, noise)).log10_sigma; };
+  const auto sigma = [&](double noise) {
+    return posterior_about(motion, field, INFINITY, twin.film(twin.pins, start, true, 8, 20, noise)).log10_sigma;
+  };
   const double one = sigma(0.05), two = sigma(0.1);
   EXPECT_GT(one, 0);
   EXPECT_NEAR(two / one, 2, 0.3);
-  EXPECT_THROW(posterior_about(motion, field, INFINITY, twin.film(twin.pins, start, true, 8, 20, 0.1), [] { return true; }), Error);
+  EXPECT_THROW(
+      posterior_about(motion, field, INFINITY, twin.film(twin.pins, start, true, 8, 20, 0.1), [] { return true; }),
+      Error);
 }
 
 TEST(YoungPosterior, GoesOnFromWhereItWasInterrupted) {
@@ -69,7 +76,8 @@ TEST(YoungPosterior, GoesOnFromWhereItWasInterrupted) {
   std::vector<PosteriorState> kept;
   std::atomic<int> asked = 0;
   const auto never = [&] { return ++asked, false; };
-  const YoungPosterior whole = posterior_about(motion, field, INFINITY, tracks, never, {}, [&](const PosteriorState& state) { kept.push_back(state); });
+  const YoungPosterior whole = posterior_about(motion, field, INFINITY, tracks, never, {},
+                                               [&](const PosteriorState& state) { kept.push_back(state); });
   const int all = asked.exchange(0);
   ASSERT_GE(kept.size(), 2u);
   const YoungPosterior rest = posterior_about(motion, field, INFINITY, tracks, never, kept[0]);

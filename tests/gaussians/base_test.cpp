@@ -66,7 +66,8 @@ TEST(OrderedSum, IsEqualBitForBitForAnyThreadCount) {
   auto sum = [&](int threads) {
     const int before = omp_get_max_threads();
     omp_set_num_threads(threads);
-    const float total = ordered_sum(static_cast<std::ptrdiff_t>(values.size()), 0.0f, [&](std::ptrdiff_t i) { return values[i]; });
+    const float total =
+        ordered_sum(static_cast<std::ptrdiff_t>(values.size()), 0.0f, [&](std::ptrdiff_t i) { return values[i]; });
     omp_set_num_threads(before);
     return total;
   };

@@ -37,10 +37,12 @@ SparsePoints observed_points(const std::vector<Camera>& cameras) {
   SparsePoints points;
   Random random(6);
   for (int p = 0; p < 100; ++p) {
-    points.position.push_back(Vec3d(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5)).cast<float>());
+    points.position.push_back(
+        Vec3d(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5)).cast<float>());
     for (size_t c = 0; c < cameras.size(); ++c) {
       const Vec2f noise(static_cast<float>(0.3 * random.normal()), static_cast<float>(0.3 * random.normal()));
-      points.observations.push_back({p, static_cast<int>(c), project(cameras[c], points.position[p].cast<double>())->cast<float>() + noise});
+      points.observations.push_back(
+          {p, static_cast<int>(c), project(cameras[c], points.position[p].cast<double>())->cast<float>() + noise});
     }
   }
   points.color.resize(points.position.size(), Vec3f::Ones());
@@ -48,7 +50,8 @@ SparsePoints observed_points(const std::vector<Camera>& cameras) {
 }
 
 TEST(PoseConvention, NamesAreReadBack) {
-  for (const PoseConvention convention : kPoseConventions) EXPECT_EQ(pose_convention_named(name_of(convention)), convention);
+  for (const PoseConvention convention : kPoseConventions)
+    EXPECT_EQ(pose_convention_named(name_of(convention)), convention);
   EXPECT_FALSE(pose_convention_named("sideways"));
 }
 
@@ -57,7 +60,8 @@ TEST(PoseConvention, AppliedToMisreadCamerasGivesTheTrueOnes) {
   for (const PoseConvention convention : kPoseConventions) {
     if (convention == PoseConvention::kTurned) continue;
     for (const bool opengl : {false, true}) {
-      const auto cameras = apply_convention(convention, opengl ? "transforms.json" : "COLMAP text", misread(convention, opengl, truth));
+      const auto cameras =
+          apply_convention(convention, opengl ? "transforms.json" : "COLMAP text", misread(convention, opengl, truth));
       for (size_t i = 0; i < truth.size(); ++i) {
         EXPECT_TRUE(cameras[i].cam_from_world.isApprox(truth[i].cam_from_world, 1e-9)) << name_of(convention) << opengl;
       }
@@ -89,9 +93,11 @@ TEST(CheckPoses, ByPointsFindsEveryMisreading) {
       SCOPED_TRACE(name_of(convention));
       std::vector<Camera> wrong = misread(convention, opengl, truth);
       if (convention == PoseConvention::kTurned) wrong = apply_convention(convention, "", truth);
-      expect_error(Failure::kInput, {"cameras.test", std::string("--poses ") + name_of(convention), "100 % agree", "px"}, [&] {
-        check_poses({}, camera_file(wrong, opengl ? "transforms.json" : "COLMAP text"), with_cameras(photos, wrong), points);
-      });
+      expect_error(Failure::kInput,
+                   {"cameras.test", std::string("--poses ") + name_of(convention), "100 % agree", "px"}, [&] {
+                     check_poses({}, camera_file(wrong, opengl ? "transforms.json" : "COLMAP text"),
+                                 with_cameras(photos, wrong), points);
+                   });
     }
   }
 }
@@ -110,7 +116,8 @@ TEST(CheckPoses, ByFeaturesFindsEveryMisreading) {
     SCOPED_TRACE(name_of(convention));
     std::vector<Camera> wrong = misread(convention, true, truth);
     if (convention == PoseConvention::kTurned) wrong = apply_convention(convention, "", truth);
-    expect_error(Failure::kInput, {"cameras.test", std::string("--poses ") + name_of(convention), "feature matches", "px"},
+    expect_error(Failure::kInput,
+                 {"cameras.test", std::string("--poses ") + name_of(convention), "feature matches", "px"},
                  [&] { check_poses({}, camera_file(wrong, "transforms.json"), with_cameras(photos, wrong), {}); });
   }
 }
@@ -131,8 +138,9 @@ TEST(CheckPoses, FindPhotosThatWereTurnedAfterTheirPointsWereFound) {
 
 TEST(CheckPoses, WarnOfAnotherReadingWhenTheUserHasChosen) {
   const std::vector<Camera> truth = arc_of_cameras(6), wrong = misread(PoseConvention::kFlipped, false, truth);
-  const PoseReport report = check_poses({.refuse = false}, camera_file(wrong),
-                                        with_cameras({std::vector<TrainingPhoto>(6), false, {}}, wrong), observed_points(truth));
+  const PoseReport report =
+      check_poses({.refuse = false}, camera_file(wrong),
+                  with_cameras({std::vector<TrainingPhoto>(6), false, {}}, wrong), observed_points(truth));
   EXPECT_EQ(report.points.best, PoseConvention::kFlipped);
   ASSERT_EQ(report.warnings.size(), 1u);
   EXPECT_NE(report.warnings[0].find("axes are flipped"), std::string::npos);
@@ -151,8 +159,12 @@ TEST(CheckPoses, WarnWhenNoReadingFits) {
   const std::vector<Camera> truth = arc_of_cameras(6);
   std::vector<Camera> shuffled = truth;
   for (int i = 0; i < 6; ++i) shuffled[i] = truth[(i * 5 + 2) % 6];
-  for (int i = 0; i < 6; i += 2) shuffled[i].cam_from_world.linear() = (Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 1, 0).normalized()) * shuffled[i].cam_from_world.linear()).eval();
-  const PoseReport report = check_poses({}, camera_file(shuffled), with_cameras({std::vector<TrainingPhoto>(6), false, {}}, shuffled), observed_points(truth));
+  for (int i = 0; i < 6; i += 2)
+    shuffled[i].cam_from_world.linear() =
+        (Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 1, 0).normalized()) * shuffled[i].cam_from_world.linear()).eval();
+  const PoseReport report =
+      check_poses({}, camera_file(shuffled), with_cameras({std::vector<TrainingPhoto>(6), false, {}}, shuffled),
+                  observed_points(truth));
   EXPECT_LT(report.points.fits[0].share, 0.3);
   ASSERT_EQ(report.warnings.size(), 1u);
   EXPECT_NE(report.warnings[0].find("may not belong together"), std::string::npos);
@@ -185,7 +197,8 @@ TEST(CheckPoses, JudgeCoordinatesAgainstTheirSpread) {
     return cameras;
   };
   const auto check = [&](const std::vector<Camera>& cameras, const SparsePoints& points) {
-    return check_poses({}, camera_file(cameras), with_cameras({std::vector<TrainingPhoto>(5), false, {}}, cameras), points);
+    return check_poses({}, camera_file(cameras), with_cameras({std::vector<TrainingPhoto>(5), false, {}}, cameras),
+                       points);
   };
   expect_error(Failure::kInput, {"units from the origin", "common offset"}, [&] { check(moved(5e6), {}); });
   SparsePoints points = observed_points(truth);

@@ -12,7 +12,8 @@ TEST(FileLock, WhatAnotherProcessHoldsIsRefusedWithItsNumberUntilItEnds) {
   const TemporaryFolder folder;
   {
     const HeldElsewhere other(folder / "lock");
-    expect_error(Failure::kUsage, {"results", "process " + std::to_string(other.process()), "another folder"}, [&] { FileLock(folder / "lock", "results"); });
+    expect_error(Failure::kUsage, {"results", "process " + std::to_string(other.process()), "another folder"},
+                 [&] { FileLock(folder / "lock", "results"); });
     FileLock(folder / "other", "results");
   }
   FileLock(folder / "lock", "results");

@@ -37,11 +37,13 @@ TEST(WriteAtomically, LeavesTheOldFileAndNothingElseWhenWritingFails) {
   const TemporaryFolder folder;
   const fs::path file = folder / "deep/inside/a.txt";
   write_text(file, "old");
-  EXPECT_THROW(write_atomically(file, [](const fs::path& temporary) {
-    EXPECT_EQ(temporary.extension(), ".txt");
-    std::ofstream(temporary) << "half";
-    throw std::runtime_error("disk full");
-  }), std::runtime_error);
+  EXPECT_THROW(write_atomically(file,
+                                [](const fs::path& temporary) {
+                                  EXPECT_EQ(temporary.extension(), ".txt");
+                                  std::ofstream(temporary) << "half";
+                                  throw std::runtime_error("disk full");
+                                }),
+               std::runtime_error);
   EXPECT_EQ(read_text(file), "old");
   EXPECT_EQ(entries(file.parent_path()), 1);
   write_text(file, "new");

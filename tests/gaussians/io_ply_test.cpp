@@ -37,7 +37,8 @@ std::string ascii_ply(int rows, const std::vector<std::string>& names = kRequire
   for (const std::string& name : names) text += "property float " + name + "\n";
   text += "end_header\n";
   for (int i = 0; i < rows; ++i) {
-    for (size_t k = 0; k < names.size(); ++k) text += std::to_string(0.01 * (i * 100 + k + 1)) + (k + 1 < names.size() ? " " : "\n");
+    for (size_t k = 0; k < names.size(); ++k)
+      text += std::to_string(0.01 * (i * 100 + k + 1)) + (k + 1 < names.size() ? " " : "\n");
   }
   return text;
 }
@@ -123,12 +124,13 @@ TEST(Ply, RowsWithNanAreDroppedButOpaqueAndFlatGaussiansAreKept) {
   const TemporaryFolder folder;
   std::string text = ascii_ply(0);
   text = replaced(text, "vertex 0", "vertex 6");
-  text += "nan 0 0 0 0 0 0 -1 -1 -1 1 0 0 0\n"
-          "1 0 0 0 0 0 inf -inf -1 -1 1 0 0 0\n"
-          "2 0 0 0 0 0 0 inf -1 -1 1 0 0 0\n"
-          "3 0 0 0 -inf 0 0 -1 -1 -1 1 0 0 0\n"
-          "4 0 0 0 0 0 0 -1 -1 -1 0 0 0 0\n"
-          "5 1e30 0 0 0 0 0 -1 -1 -1 1 0 0 0\n";
+  text +=
+      "nan 0 0 0 0 0 0 -1 -1 -1 1 0 0 0\n"
+      "1 0 0 0 0 0 inf -inf -1 -1 1 0 0 0\n"
+      "2 0 0 0 0 0 0 inf -1 -1 1 0 0 0\n"
+      "3 0 0 0 -inf 0 0 -1 -1 -1 1 0 0 0\n"
+      "4 0 0 0 0 0 0 -1 -1 -1 0 0 0 0\n"
+      "5 1e30 0 0 0 0 0 -1 -1 -1 1 0 0 0\n";
   ReadReport report;
   const GaussianCloud cloud = read_ply(folder.file("a.ply", text), &report);
   ASSERT_EQ(cloud.size(), 2u);
@@ -185,12 +187,16 @@ TEST(Ply, HostileFilesNameFileAndFieldAndAllocateNothing) {
       {ascii.substr(0, ascii.size() - 60), {"property", "end early"}},
       {replaced(ascii, "vertex 2", "vertex 200000"), {"200000"}},
       {"ply\nformat binary_little_endian 1.0\nelement chunk 1\nproperty float min_x\nelement vertex 1\n"
-       "property uint packed_position\nend_header\n", {"element chunk", "1 rows"}},
-      {"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n1 2 3\n",
+       "property uint packed_position\nend_header\n",
+       {"element chunk", "1 rows"}},
+      {"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n1 2 "
+       "3\n",
        {"f_dc_0", "point cloud"}},
-      {replaced(good, "element vertex", "element face 1000000\nproperty list uchar int i\nelement vertex"), {"face", "early"}},
+      {replaced(good, "element vertex", "element face 1000000\nproperty list uchar int i\nelement vertex"),
+       {"face", "early"}},
       {replaced(good, "element vertex", "element face 3\nproperty list int double i\nelement vertex"), {"property i"}},
-      {replaced(good, "element vertex", "element face 3\nproperty list float double i\nelement vertex"), {"property i", "length"}},
+      {replaced(good, "element vertex", "element face 3\nproperty list float double i\nelement vertex"),
+       {"property i", "length"}},
   };
   for (size_t i = 0; i < cases.size(); ++i) {
     SCOPED_TRACE(i);

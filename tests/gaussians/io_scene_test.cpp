@@ -64,7 +64,8 @@ GaussianCloud cone(float sign) {
   cloud.resize(4000);
   Random random(6);
   for (Vec3f& x : cloud.position) {
-    const float height = 1 - std::cbrt(random.uniform(0, 1)), radius = 0.5f * (1 - height) * std::sqrt(random.uniform(0, 1));
+    const float height = 1 - std::cbrt(random.uniform(0, 1)),
+                radius = 0.5f * (1 - height) * std::sqrt(random.uniform(0, 1));
     const float angle = random.uniform(0, 2 * M_PI);
     x = Vec3f(radius * std::cos(angle), sign * height, radius * std::sin(angle));
   }
@@ -84,8 +85,9 @@ TEST(UpDirection, IsNotTheNormalOfTheFlatSideOfAThing) {
   cloud.resize(3300);
   Random random(7);
   for (size_t i = 0; i < cloud.size(); ++i) {
-    cloud.position[i] = i < 3000 ? Vec3f(random.uniform(-0.02, 0.02), random.uniform(-2, 0), random.uniform(-0.25, 0.25))
-                                 : Vec3f(random.uniform(0, 0.5), random.uniform(-0.1, 0), random.uniform(-0.25, 0.25));
+    cloud.position[i] = i < 3000
+                            ? Vec3f(random.uniform(-0.02, 0.02), random.uniform(-2, 0), random.uniform(-0.25, 0.25))
+                            : Vec3f(random.uniform(0, 0.5), random.uniform(-0.1, 0), random.uniform(-0.25, 0.25));
   }
   cloud.log_scale.assign(cloud.size(), Vec3f::Constant(-4)), cloud.opacity_logit.assign(cloud.size(), 2);
   EXPECT_FALSE(up_of_support_plane(cloud));
@@ -95,7 +97,8 @@ TEST(UpDirection, IsNotTheNormalOfTheFlatSideOfAThing) {
 TEST(UpDirection, OfCamerasIsTheirMeanPictureUp) {
   std::vector<Camera> cameras;
   for (int i = 0; i < 8; ++i) {
-    cameras.push_back(look_at({3 * std::cos(i * M_PI / 4), 3 * std::sin(i * M_PI / 4), 2}, {0, 0, 0}, {0, 0, 1}, 40, 30, 30));
+    cameras.push_back(
+        look_at({3 * std::cos(i * M_PI / 4), 3 * std::sin(i * M_PI / 4), 2}, {0, 0, 0}, {0, 0, 1}, 40, 30, 30));
   }
   const auto found = up_of_cameras(cameras);
   ASSERT_TRUE(found);

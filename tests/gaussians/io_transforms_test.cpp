@@ -19,7 +19,12 @@ namespace {
 json identity() { return {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}; }
 
 json one_frame() {
-  return {{"fl_x", 500}, {"fl_y", 510}, {"cx", 330}, {"cy", 240}, {"w", 640}, {"h", 480},
+  return {{"fl_x", 500},
+          {"fl_y", 510},
+          {"cx", 330},
+          {"cy", 240},
+          {"w", 640},
+          {"h", 480},
           {"frames", {{{"file_path", "images/a.png"}, {"transform_matrix", identity()}}}}};
 }
 
@@ -49,7 +54,8 @@ TEST(Transforms, PrincipalPointIsTakenWithoutAHalfPixelShift) {
 TEST(Transforms, ValuesOfAFrameWinOverThoseOfTheFile) {
   const TemporaryFolder folder;
   json file = one_frame();
-  file["frames"].push_back({{"file_path", "images/b.png"}, {"transform_matrix", identity()}, {"fl_x", 700}, {"w", 100}, {"h", 50}});
+  file["frames"].push_back(
+      {{"file_path", "images/b.png"}, {"transform_matrix", identity()}, {"fl_x", 700}, {"w", 100}, {"h", 50}});
   const std::vector<Camera> cameras = read_transforms(folder.file("t.json", file.dump())).cameras;
   EXPECT_EQ(cameras[0].fx, 500);
   EXPECT_EQ(cameras[1].fx, 700);
@@ -60,7 +66,8 @@ TEST(Transforms, ValuesOfAFrameWinOverThoseOfTheFile) {
 TEST(Transforms, BlenderAngleGivesTheFocalLengthAndThePhotoTheSize) {
   const TemporaryFolder folder;
   write_image(folder / "train/r_0.png", ImageF(80, 60, 3, 0.5f));
-  const json file = {{"camera_angle_x", M_PI / 2}, {"frames", {{{"file_path", "./train/r_0"}, {"transform_matrix", identity()}}}}};
+  const json file = {{"camera_angle_x", M_PI / 2},
+                     {"frames", {{{"file_path", "./train/r_0"}, {"transform_matrix", identity()}}}}};
   const Camera camera = read_transforms(folder.file("t.json", file.dump())).cameras.at(0);
   EXPECT_EQ(camera.width, 80);
   EXPECT_EQ(camera.height, 60);
@@ -107,7 +114,8 @@ TEST(Transforms, EqualStemsTakeTheirFoldersIntoTheName) {
   EXPECT_EQ(cameras[0].name, "images_a");
   EXPECT_EQ(cameras[1].name, "left_a");
   file["frames"][1]["file_path"] = "images/a.png";
-  expect_error(Failure::kInput, {"images/a.png", "two frames"}, [&] { read_transforms(folder.file("t.json", file.dump())); });
+  expect_error(Failure::kInput, {"images/a.png", "two frames"},
+               [&] { read_transforms(folder.file("t.json", file.dump())); });
 }
 
 TEST(Transforms, WritingAndReadingKeepsEveryCamera) {
@@ -166,7 +174,8 @@ TEST(Transforms, MalformedFilesNameFrameAndKey) {
   refused(Failure::kUsage, changed("/frames/0", 3), {"frames[0]", "object"});
   refused(Failure::kUsage, changed("/frames/0/file_path", 3), {"frames[0].file_path", "3"});
   refused(Failure::kUsage, changed("/frames/0/transform_matrix", "x"), {"frames[0].transform_matrix"});
-  refused(Failure::kUsage, changed("/frames/0/transform_matrix/1", {1, 2}), {"frames[0].transform_matrix", "4 numbers"});
+  refused(Failure::kUsage, changed("/frames/0/transform_matrix/1", {1, 2}),
+          {"frames[0].transform_matrix", "4 numbers"});
   refused(Failure::kUsage, changed("/frames/0/transform_matrix/1/1", nullptr), {"frames[0].transform_matrix", "null"});
   refused(Failure::kUsage, changed("/frames/0/transform_matrix/1/1", 2.0), {"frames[0].transform_matrix", "rotation"});
   refused(Failure::kUsage, changed("/frames/0/transform_matrix/1/1", -1.0), {"frames[0].transform_matrix", "rotation"});

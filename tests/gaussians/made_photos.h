@@ -27,7 +27,8 @@ inline TrainingPhotos photos_of(const GaussianCloud& cloud, int count, int width
   for (int i = 0; i < count; ++i) {
     TrainingPhoto photo;
     const double angle = 6.283185307179586 * i / count;
-    photo.camera = look_at({3.5 * std::cos(angle), 3.5 * std::sin(angle), i % 3 - 1.0}, {0, 0, 0}, {0, 0, 1}, width, height, 1.3 * width);
+    photo.camera = look_at({3.5 * std::cos(angle), 3.5 * std::sin(angle), i % 3 - 1.0}, {0, 0, 0}, {0, 0, 1}, width,
+                           height, 1.3 * width);
     photo.camera.name = "photo_" + std::to_string(i);
     const ImageF picture = render(cloud, photo.camera).color;
     photo.pixels = ImageU8(width, height, 3);

@@ -1,8 +1,9 @@
 // Automatic orbits: everything that counts is in every picture, floaters do not count, paths close smoothly.
 
+#include "gaussians/base/orbit.h"
+
 #include <gtest/gtest.h>
 
-#include "gaussians/base/orbit.h"
 #include "gaussians/base/random.h"
 
 namespace pliant {
@@ -43,7 +44,8 @@ TEST(Orbit, FramingHoldsAPlainThingOfFewLargeGaussiansAndAFineOneOfManySmall) {
   Random random(2);
   for (size_t i = 0; i < cloud.size(); ++i) {
     const bool fine = i < 10000;
-    cloud.position[i] = Vec3f(random.uniform(0, 1), random.uniform(0, 1), fine ? random.uniform(0, 1) : random.uniform(-0.2, 0));
+    cloud.position[i] =
+        Vec3f(random.uniform(0, 1), random.uniform(0, 1), fine ? random.uniform(0, 1) : random.uniform(-0.2, 0));
     cloud.log_scale[i] = Vec3f::Constant(std::log(fine ? 0.002f : 0.03f)), cloud.opacity_logit[i] = 4;
   }
   const Framing framing = robust_framing(cloud, {0, 0, 1});

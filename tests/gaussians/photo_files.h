@@ -39,10 +39,10 @@ inline std::string with_orientation(const std::string& jpeg, int orientation, bo
     return bytes;
   };
   std::string tiff = big_endian ? "MM" : "II";
-  tiff += number(42, 2) + number(8, 4);                                     // the directory follows the header
-  tiff += number(1, 2);                                                     // one entry
+  tiff += number(42, 2) + number(8, 4);  // the directory follows the header
+  tiff += number(1, 2);                  // one entry
   tiff += number(274, 2) + number(3, 2) + number(1, 4) + number(orientation, 2) + number(0, 2);  // one short
-  tiff += number(0, 4);                                                     // no further directory
+  tiff += number(0, 4);                                                                          // no further directory
   const std::string contents = std::string("Exif\0\0", 6) + tiff;
   const auto length = static_cast<int>(contents.size()) + 2;
   std::string segment = "\xff\xe1";

@@ -13,7 +13,9 @@ namespace {
 
 /// No symmetry, and smooth enough for JPEG.
 cv::Mat gradient(int width, int height) {
-  return picture_of(width, height, [](int x, int y, int c) { return c == 0 ? 10 * x : c == 1 ? 12 * y : 3 * x + 5 * y; });
+  return picture_of(width, height, [](int x, int y, int c) {
+    return c == 0 ? 10 * x : c == 1 ? 12 * y : 3 * x + 5 * y;
+  });
 }
 
 void expect_same(const cv::Mat& bgr, const ImageU8& rgb) {
@@ -75,7 +77,8 @@ TEST(Photo, JpegThatEndsEarlyIsRefusedAtEveryLength) {
   const std::string whole = with_orientation(encoded(".jpg", gradient(64, 48)), 1, false);
   EXPECT_TRUE(jpeg_is_whole(whole));
   EXPECT_TRUE(jpeg_is_whole(whole + "trailing bytes"));
-  for (size_t length = 0; length < whole.size(); ++length) ASSERT_FALSE(jpeg_is_whole(whole.substr(0, length))) << length;
+  for (size_t length = 0; length < whole.size(); ++length)
+    ASSERT_FALSE(jpeg_is_whole(whole.substr(0, length))) << length;
   // The decoder alone would take it: half of it would be grey.
   const auto file = folder.file("half.jpg", whole.substr(0, whole.size() - whole.size() / 4));
   expect_error(Failure::kInput, {"half.jpg", "ends before"}, [&] { read_photo(file); });

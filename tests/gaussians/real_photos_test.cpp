@@ -36,7 +36,8 @@ TEST_P(RealPhotos, AgreeWithTheirPosesAndShareManyPoints) {
   EXPECT_TRUE(photos_without_points(photos, points).empty());
 }
 
-INSTANTIATE_TEST_SUITE_P(Captures, RealPhotos, testing::Values(Known{"photos_fox", 50, 1200}, Known{"photos_temple", 19, 500}),
+INSTANTIATE_TEST_SUITE_P(Captures, RealPhotos,
+                         testing::Values(Known{"photos_fox", 50, 1200}, Known{"photos_temple", 19, 500}),
                          [](const auto& info) { return std::string(info.param.folder); });
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Laws of densification: Gaussians that share a place look like the one they replace, budgets hold, what is broken goes.
+// Laws of densification: Gaussians that share a place look like the one they replace, budgets hold, what is broken
+// goes.
 
 #include <gtest/gtest.h>
 

@@ -69,7 +69,8 @@ TEST(AdamRows, FollowAdamInEveryColumn) {
 TEST(Exposure, DerivativesFollowFiniteDifferences) {
   Image<double> color(5, 4, 3), adj(5, 4, 3);
   std::vector<double> exposure(kExposureSize);
-  for (size_t k = 0; k < color.data.size(); ++k) color.data[k] = Random(1, k).uniform(), adj.data[k] = Random(2, k).normal();
+  for (size_t k = 0; k < color.data.size(); ++k)
+    color.data[k] = Random(1, k).uniform(), adj.data[k] = Random(2, k).normal();
   for (int k = 0; k < kExposureSize; ++k) exposure[k] = kNeutralExposure[k] + 0.2 * Random(3, k).normal();
   const auto value = [&](const Image<double>& image, const std::vector<double>& M) {
     const Image<double> out = expose(image, M.data());
@@ -118,7 +119,9 @@ TEST(Schedule, RunsThroughTheSameStagesWhateverTheLength) {
   EXPECT_EQ(level_at(options, 0.0, 420), 1);
   EXPECT_EQ(planned_gaussians(options, 100, 10000, 0.0), 100u);
   EXPECT_EQ(planned_gaussians(options, 100, 10000, options.grow_until), 10000u);
-  EXPECT_NEAR(static_cast<double>(planned_gaussians(options, 100, 10000, 0.5 * (options.refine_from + options.grow_until))), 1000, 1);
+  EXPECT_NEAR(
+      static_cast<double>(planned_gaussians(options, 100, 10000, 0.5 * (options.refine_from + options.grow_until))),
+      1000, 1);
   EXPECT_EQ(planned_gaussians(options, 500, 100, 1.0), 500u);
 }
 
@@ -132,7 +135,8 @@ TEST(StartCloud, RandomOneFillsWhatTheCamerasLookAt) {
 
 TEST(StartCloud, PointsKeepTheirColourAndReachTheirNeighbours) {
   std::vector<Vec3f> position, color;
-  for (int i = 0; i < 64; ++i) position.emplace_back(i % 4, i / 4 % 4, i / 16), color.emplace_back(0.25f, 0.5f, i / 64.0f);
+  for (int i = 0; i < 64; ++i)
+    position.emplace_back(i % 4, i / 4 % 4, i / 16), color.emplace_back(0.25f, 0.5f, i / 64.0f);
   const GaussianCloud cloud = cloud_from_points(position, color);
   for (int i = 0; i < 64; ++i) {
     EXPECT_NEAR(std::exp(cloud.log_scale[i].x()), 1, 1e-5);
@@ -164,7 +168,7 @@ TEST_F(TrainerOnOneThread, ExposureTakesUpHowBrightAPhotoIs) {
   TrainOptions options = quick(500, 400);
   options.exposure = true;
   options.exposure_rate = 0.05f;  // each photo is shown 40 times only
-  options.sh_degree = 0;  // else colours that depend on the view take it up
+  options.sh_degree = 0;          // else colours that depend on the view take it up
   Trainer trainer(options, photos, random_cloud(cameras_of(photos), 300, 1));
   while (!trainer.finished()) trainer.step();
   const auto shown_grey = [&](size_t photo) {
@@ -224,7 +228,8 @@ TrainingPhotos cut_out_photos(const GaussianCloud& cloud) {
   for (TrainingPhoto& photo : photos.photos) {
     const ImageF alpha = render(cloud, photo.camera).alpha;
     photo.alpha = ImageU8(48, 40, 1);
-    for (size_t i = 0; i < alpha.data.size(); ++i) photo.alpha.data[i] = static_cast<uint8_t>(255 * alpha.data[i] + 0.5f);
+    for (size_t i = 0; i < alpha.data.size(); ++i)
+      photo.alpha.data[i] = static_cast<uint8_t>(255 * alpha.data[i] + 0.5f);
   }
   return photos;
 }
@@ -240,11 +245,13 @@ TEST_F(TrainerOnOneThread, AHoleStaysOpenOnlyWhenTheColourBehindItChanges) {
   GaussianCloud plugged = ring;
   GaussianCloud plug = painted_ball(80, 11);
   for (int i = 0; i < 80; ++i) {
-    plug.position[i] = plug.position[i].cwiseProduct(Vec3f(0.35f, 0.05f, 0.35f)), plug.log_scale[i].setConstant(std::log(0.12f));
+    plug.position[i] = plug.position[i].cwiseProduct(Vec3f(0.35f, 0.05f, 0.35f)),
+    plug.log_scale[i].setConstant(std::log(0.12f));
     for (int c = 0; c < 3; ++c) plug.sh_of(i)[c] = -0.5f / kSh0;
   }
   plugged.append(plug);
-  // Only views through the hole: from the side the plug hides the far part of the ring and would have to go in any case.
+  // Only views through the hole: from the side the plug hides the far part of the ring and would have to go in any
+  // case.
   TrainingPhotos photos = cut_out_photos(ring);
   std::erase_if(photos.photos, [](const TrainingPhoto& photo) { return std::abs(photo.camera.centre().y()) < 3; });
   const Camera front = look_at({0, 3.5, 0}, {0, 0, 0}, {0, 0, 1}, 48, 40, 62);
@@ -254,8 +261,10 @@ TEST_F(TrainerOnOneThread, AHoleStaysOpenOnlyWhenTheColourBehindItChanges) {
     Trainer trainer(options, photos, plugged);
     while (!trainer.finished()) trainer.step();
     const ImageF alpha = render(trainer.state().cloud, front).alpha;
-    if (changing) EXPECT_LT(alpha(24, 20), 0.05f);
-    else EXPECT_GT(alpha(24, 20), 0.9f);
+    if (changing)
+      EXPECT_LT(alpha(24, 20), 0.05f);
+    else
+      EXPECT_GT(alpha(24, 20), 0.9f);
     EXPECT_GT(alpha(24 + 18, 20), 0.8f);  // the ring
   }
 }

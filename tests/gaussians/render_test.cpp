@@ -178,7 +178,8 @@ TEST(Render, TwoGaussiansAreTheirClosedFormInFloat) { expect_closed_form_of_two<
 TEST(Render, WithoutCutOffsThePictureIsSmoothAndUncut) {
   const Camera camera = plain_camera(64, 16, 60);
   const GaussianCloud cloud = ball({0, 0, 2}, 0.05f, 0.999f, {1, 1, 1});
-  const Rendered<double> cut = render_as<double>(cloud_cast<double>(cloud), camera), uncut = render_as<double, false>(cloud_cast<double>(cloud), camera);
+  const Rendered<double> cut = render_as<double>(cloud_cast<double>(cloud), camera),
+                         uncut = render_as<double, false>(cloud_cast<double>(cloud), camera);
   EXPECT_EQ(cut.alpha(25, 8), 0);
   EXPECT_GT(uncut.alpha(25, 8), 1e-6);
   EXPECT_LT(uncut.alpha(25, 8), 1.0 / 255);

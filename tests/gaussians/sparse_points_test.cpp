@@ -65,7 +65,8 @@ class Model {
  private:
   static std::string binary_camera() {
     std::string bytes;
-    put(bytes, uint64_t(1)), put(bytes, uint32_t(1)), put(bytes, int32_t(4)), put(bytes, uint64_t(640)), put(bytes, uint64_t(480));
+    put(bytes, uint64_t(1)), put(bytes, uint32_t(1)), put(bytes, int32_t(4)), put(bytes, uint64_t(640)),
+        put(bytes, uint64_t(480));
     for (const double value : {500.0, 500.0, 320.0, 240.0, kLens[0], kLens[1], kLens[2], kLens[3]}) put(bytes, value);
     return bytes;
   }
@@ -98,7 +99,8 @@ class Model {
   }
   std::string text_images() const {
     std::string text;
-    images([&](double value) { text.append(" ").append(std::to_string(value)); }, [&](int i) { text += i == 0 ? "7" : "\n9"; },
+    images([&](double value) { text.append(" ").append(std::to_string(value)); },
+           [&](int i) { text += i == 0 ? "7" : "\n9"; },
            [&](int i, int p, const Eigen::Vector2d& x) {
              if (p < 0)
                text.append(" 1 ").append(name_of(i)).append("\n");
@@ -112,7 +114,8 @@ class Model {
 double worst_reprojection(const SparsePoints& points, const std::vector<Camera>& cameras) {
   double worst = 0;
   for (const auto& [point, camera, pixel] : points.observations) {
-    worst = std::max(worst, (*project(cameras[camera], points.position[point].cast<double>()) - pixel.cast<double>()).norm());
+    worst = std::max(worst,
+                     (*project(cameras[camera], points.position[point].cast<double>()) - pixel.cast<double>()).norm());
   }
   return worst;
 }
@@ -154,7 +157,9 @@ TEST(SparsePoints, DamagedBinaryFilesAreNamed) {
   const Model model;
   model.write(folder, true);
   const std::string good = model.binary_points();
-  const auto with = [](std::string bytes, size_t at, const std::string& change) { return bytes.replace(at, change.size(), change); };
+  const auto with = [](std::string bytes, size_t at, const std::string& change) {
+    return bytes.replace(at, change.size(), change);
+  };
   std::string nan;
   put(nan, double(NAN));
   const std::string many(8, '\x7f');
@@ -205,9 +210,11 @@ TEST(SparsePoints, OfTransformsAreThePlyThatItNames) {
   nlohmann::json json = nlohmann::json::parse(std::ifstream(folder / "transforms.json"));
   json["ply_file_path"] = "sparse.ply";
   folder.file("transforms.json", json.dump());
-  EXPECT_NE(read_sparse_points(folder.path(), model.cameras_).source.find("sparse.ply, which do not exist"), std::string::npos);
-  const std::string header = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
-                             "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
+  EXPECT_NE(read_sparse_points(folder.path(), model.cameras_).source.find("sparse.ply, which do not exist"),
+            std::string::npos);
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
   folder.file("sparse.ply", header + "1 2 3 255 0 51\n4 5 6 0 255 0\n");
   points = read_sparse_points(folder / "transforms.json", model.cameras_);
   ASSERT_EQ(points.position.size(), 2u);

@@ -41,7 +41,8 @@ cv::Mat photo_of_pattern(const Camera& camera) {
 }
 
 /// The file with `camera` three times, under three names, so that there are enough photos.
-CameraFile three_of(const TemporaryFolder& folder, Camera camera, const std::string& bytes, const std::string& extension) {
+CameraFile three_of(const TemporaryFolder& folder, Camera camera, const std::string& bytes,
+                    const std::string& extension) {
   std::vector<Camera> cameras;
   for (const char* name : {"a", "b", "c"}) {
     camera.name = name, camera.photo = folder.file(name + extension, bytes).string();
@@ -65,7 +66,8 @@ double worst_error(const TrainingPhoto& photo, double (*expected)(const Eigen::V
 TEST(TrainingPhotos, WithoutLensAndOfTheRightSizeAreTheFilesOnDisk) {
   const TemporaryFolder folder;
   const Camera camera = camera_of(60, 40, {}, "a");
-  const TrainingPhotos photos = load_training_photos({}, three_of(folder, camera, encoded(".png", photo_of_pattern(camera)), ".png"));
+  const TrainingPhotos photos =
+      load_training_photos({}, three_of(folder, camera, encoded(".png", photo_of_pattern(camera)), ".png"));
   ASSERT_EQ(photos.photos.size(), 3u);
   EXPECT_FALSE(photos.changed);
   EXPECT_TRUE(photos.warnings.empty());
@@ -81,7 +83,8 @@ TEST(TrainingPhotos, UndistortedPhotoIsThePictureOfItsPinhole) {
   for (const Lens& lens : {kBarrel, kPincushion}) {
     const TemporaryFolder folder;
     const Camera camera = camera_of(300, 200, lens, "a");
-    const TrainingPhotos photos = load_training_photos({}, three_of(folder, camera, encoded(".png", photo_of_pattern(camera)), ".png"));
+    const TrainingPhotos photos =
+        load_training_photos({}, three_of(folder, camera, encoded(".png", photo_of_pattern(camera)), ".png"));
     const TrainingPhoto& photo = photos.photos[0];
     EXPECT_TRUE(photos.changed && photo.changed);
     EXPECT_EQ(photo.camera.distortion, Lens());
@@ -97,15 +100,16 @@ TEST(TrainingPhotos, ScaledPhotoIsTheAreaAverageSeenByTheScaledCamera) {
   const Camera camera = camera_of(450, 300, kPincushion, "a");
   PhotoOptions options;
   options.longest_side = 200;
-  const TrainingPhotos photos = load_training_photos(options, three_of(folder, camera, encoded(".png", photo_of_pattern(camera)), ".png"));
+  const TrainingPhotos photos =
+      load_training_photos(options, three_of(folder, camera, encoded(".png", photo_of_pattern(camera)), ".png"));
   const TrainingPhoto& photo = photos.photos[0];
   EXPECT_LE(std::max(photo.camera.width, photo.camera.height), 200);
   EXPECT_GT(photo.camera.width, 180);
   EXPECT_LE(worst_error(photo, pattern), 2.0);
 }
 
-/// A 3D point is painted as a blob where the lens puts it; after loading, the blob must lie where the new camera sees the
-/// point.
+/// A 3D point is painted as a blob where the lens puts it; after loading, the blob must lie where the new camera sees
+/// the point.
 TEST(TrainingPhotos, PointsInSpaceStayOnTheirFeatures) {
   const Eigen::Vector3d points[] = {{0.3, 0.25, 0.1}, {-0.4, 0.1, 0.3}, {0.05, -0.3, -0.2}, {-0.1, 0.05, 0}};
   const TemporaryFolder folder;
@@ -120,7 +124,8 @@ TEST(TrainingPhotos, PointsInSpaceStayOnTheirFeatures) {
   for (const int side : {0, 240, 211}) {
     PhotoOptions options;
     options.longest_side = side;
-    const TrainingPhoto photo = load_training_photos(options, three_of(folder, camera, encoded(".png", picture), ".png")).photos[0];
+    const TrainingPhoto photo =
+        load_training_photos(options, three_of(folder, camera, encoded(".png", picture), ".png")).photos[0];
     for (const auto& point : points) {
       const Eigen::Vector2d expected = *project(photo.camera, point);
       Eigen::Vector3d sum(0, 0, 0);
@@ -177,7 +182,8 @@ TEST(TrainingPhotos, TransparentOnesAreOnTheBackground) {
   picture.at<cv::Vec4b>(2, 3)[3] = 0, picture.at<cv::Vec4b>(2, 4)[3] = 51;
   PhotoOptions options;
   options.background = Vec3f(1, 1, 1);
-  const TrainingPhotos photos = load_training_photos(options, three_of(folder, camera_of(30, 20, {}, "a"), encoded(".png", picture), ".png"));
+  const TrainingPhotos photos =
+      load_training_photos(options, three_of(folder, camera_of(30, 20, {}, "a"), encoded(".png", picture), ".png"));
   EXPECT_TRUE(photos.changed);
   const ImageU8& pixels = photos.photos[0].pixels;
   EXPECT_EQ(pixels(3, 2, 0), 255);
@@ -200,7 +206,9 @@ TEST(TrainingPhotos, AlphaIsScaledUndistortedAndPutOnAnotherColourWithItsPhoto) 
   std::vector<ImageF> put;
   for (const Vec3f& background : {Vec3f(0, 0, 0), to}) {
     options.background = background;
-    const TrainingPhoto photo = load_training_photos(options, three_of(folder, camera_of(120, 90, kBarrel, "a"), encoded(".png", picture), ".png")).photos[0];
+    const TrainingPhoto photo = load_training_photos(options, three_of(folder, camera_of(120, 90, kBarrel, "a"),
+                                                                       encoded(".png", picture), ".png"))
+                                    .photos[0];
     ASSERT_EQ(photo.alpha.width, photo.pixels.width);
     ASSERT_EQ(photo.alpha.height, photo.pixels.height);
     Camera camera;
@@ -210,7 +218,8 @@ TEST(TrainingPhotos, AlphaIsScaledUndistortedAndPutOnAnotherColourWithItsPhoto) 
     put.push_back(pixels);
   }
   double worst = 0;
-  for (size_t i = 0; i < put[0].data.size(); ++i) worst = std::max(worst, std::abs(double(put[0].data[i]) - put[1].data[i]));
+  for (size_t i = 0; i < put[0].data.size(); ++i)
+    worst = std::max(worst, std::abs(double(put[0].data[i]) - put[1].data[i]));
   EXPECT_LT(worst, 2.0 / 255);
   EXPECT_GT(std::abs(put[0](1, 10, 1) - put[0](28, 10, 1)), 0.2f);
 }
@@ -242,13 +251,13 @@ TEST(TrainingPhotos, DamagedAndMisshapenOnesAreLeftOutAndNamed) {
   const std::string good = encoded(".jpg", photo_of_pattern(camera));
   const std::string twice = encoded(".jpg", photo_of_pattern(camera.scaled(2)));
   const std::string square = encoded(".jpg", photo_of_pattern(camera_of(50, 50, {}, "")));
-  for (const auto& [name, bytes] : std::vector<std::pair<std::string, std::string>>{
-           {"f", good},
-           {"b_cut", good.substr(0, good.size() / 2)},
-           {"c_twice", twice},
-           {"d_square", square},
-           {"e_text", "text"},
-           {"a", good}}) {
+  for (const auto& [name, bytes] :
+       std::vector<std::pair<std::string, std::string>>{{"f", good},
+                                                        {"b_cut", good.substr(0, good.size() / 2)},
+                                                        {"c_twice", twice},
+                                                        {"d_square", square},
+                                                        {"e_text", "text"},
+                                                        {"a", good}}) {
     cameras.push_back(camera);
     cameras.back().name = name, cameras.back().photo = folder.file(name + ".jpg", bytes).string();
   }
@@ -266,7 +275,8 @@ TEST(TrainingPhotos, DamagedAndMisshapenOnesAreLeftOutAndNamed) {
     EXPECT_NE(all.find(words), std::string::npos) << words << " in " << all;
   }
   cameras.resize(3);
-  expect_error(Failure::kInput, {"cameras.test", "only 2 usable photos", "at least 3", "1 of 3 photos (33 %)", "b_cut.jpg"},
+  expect_error(Failure::kInput,
+               {"cameras.test", "only 2 usable photos", "at least 3", "1 of 3 photos (33 %)", "b_cut.jpg"},
                [&] { load_training_photos({}, camera_file(cameras)); });
   cameras.resize(1);
   expect_error(Failure::kInput, {"only one usable photo"}, [&] { load_training_photos({}, camera_file(cameras)); });
@@ -289,7 +299,8 @@ TEST(TrainingPhotos, ReaderLeavesLensAndSizesToThem) {
   std::vector<Camera> cameras;
   for (const char* name : {"a", "b", "c"}) {
     Camera camera = camera_of(120, 90, kBarrel, name);
-    camera.photo = folder.file(std::string(name) + ".png", encoded(".png", photo_of_pattern(camera.scaled(0.5)))).string();
+    camera.photo =
+        folder.file(std::string(name) + ".png", encoded(".png", photo_of_pattern(camera.scaled(0.5)))).string();
     cameras.push_back(camera);
   }
   std::ofstream(cameras[0].photo) << "damaged";

@@ -17,7 +17,8 @@ namespace {
 std::vector<Vec3d> some_points(int n) {
   std::vector<Vec3d> points;
   Random random(8);
-  for (int i = 0; i < n; ++i) points.emplace_back(random.uniform(-0.8, 0.8), random.uniform(-0.6, 0.6), random.uniform(-0.5, 0.5));
+  for (int i = 0; i < n; ++i)
+    points.emplace_back(random.uniform(-0.8, 0.8), random.uniform(-0.6, 0.6), random.uniform(-0.5, 0.5));
   return points;
 }
 
@@ -128,7 +129,8 @@ TEST(Matches, WithinABandLieInItAndAgreeWithTheGeometry) {
   EXPECT_GT(guided.size(), 150u);
   for (const FeatureMatch& m : guided) {
     const Vec3d line = F * Vec3d(a.pixel[m.first].x(), a.pixel[m.first].y(), 1);
-    EXPECT_LT(std::abs(line.dot(Vec3d(b.pixel[m.second].x(), b.pixel[m.second].y(), 1))) / line.head<2>().norm(), 2.001);
+    EXPECT_LT(std::abs(line.dot(Vec3d(b.pixel[m.second].x(), b.pixel[m.second].y(), 1))) / line.head<2>().norm(),
+              2.001);
   }
   std::vector<double> distances;
   for (const FeatureMatch& m : free) distances.push_back(sampson_distance(F, a.pixel[m.first], b.pixel[m.second]));
@@ -163,13 +165,14 @@ TEST(TriangulatePhotos, PointsLieOnTheSurfaceWithItsColours) {
   }
   for (const auto& [point, camera, pixel] : points.observations) {
     EXPECT_FALSE(photos.photos[camera].held_out);
-    errors.push_back((*project(photos.photos[camera].camera, points.position[point].cast<double>()) - pixel.cast<double>()).norm());
+    errors.push_back(
+        (*project(photos.photos[camera].camera, points.position[point].cast<double>()) - pixel.cast<double>()).norm());
     const uint8_t* rgb = photos.photos[camera].pixels.at(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
     for (int c = 0; c < 3; ++c) color_errors.push_back(std::abs(points.color[point][c] - rgb[c] / 255.0f));
   }
   EXPECT_LT(median(errors), 0.25);
   EXPECT_LT(*std::max_element(errors.begin(), errors.end()), 2 * 0.32 + 0.01);  // 2 px of a photo of 1000 px
-  EXPECT_LT(median(height_errors), 0.02);  // the Gaussians are that large
+  EXPECT_LT(median(height_errors), 0.02);                                       // the Gaussians are that large
   std::sort(height_errors.begin(), height_errors.end());
   EXPECT_LT(height_errors[height_errors.size() * 95 / 100], 0.08);
   EXPECT_LT(median(color_errors), 0.05);
@@ -180,7 +183,8 @@ TEST(TriangulatePhotos, OneWithAWrongPoseSeesHardlyAnyPointAndIsNamed) {
   TrainingPhotos photos = photos_of(textured_sheet(), arc_of_cameras(9));
   EXPECT_TRUE(photos_without_points(photos, triangulate_photos({}, photos)).empty());
   photos.photos[3].camera.cam_from_world.linear() =
-      (Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 1, 0).normalized()) * photos.photos[3].camera.cam_from_world.linear()).eval();
+      (Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 1, 0).normalized()) * photos.photos[3].camera.cam_from_world.linear())
+          .eval();
   const std::vector<std::string> warnings = photos_without_points(photos, triangulate_photos({}, photos));
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_EQ(warnings[0].rfind("view_d: sees", 0), 0u) << warnings[0];

@@ -51,7 +51,8 @@ const Vec3d kSize(0.04, 0.03, 0.05);
 TEST(Abuse, StiffBesideSoft) {
   auto p = testing::block<float>(kSize, 0.01);
   for (size_t i = 0; i < p.size(); ++i) p.young[i] = p.position[i].z() > 0.025f ? 1e11f : 1e2f;
-  const Outcome out = outcome_of(p, {of_type(InteractionType::kPointForce, Vec3d(0.1, 0, 0))}, initial_state(p), short_run(5000));
+  const Outcome out =
+      outcome_of(p, {of_type(InteractionType::kPointForce, Vec3d(0.1, 0, 0))}, initial_state(p), short_run(5000));
   EXPECT_TRUE(out.finished) << out.error;
 }
 
@@ -109,7 +110,8 @@ TEST(Abuse, CollidersThatStartInsideOfTheBody) {
   for (const ContactKind kind : {ContactKind::kSticky, ContactKind::kSlip, ContactKind::kSeparating}) {
     for (const bool container : {false, true}) {
       Interaction inside = of_type(InteractionType::kCollider, Vec3d(0.5, 0, 0));
-      inside.region = Region::sphere(Vec3d(0.02, 0.015, 0.02), 0.015), inside.contact = kind, inside.container = container;
+      inside.region = Region::sphere(Vec3d(0.02, 0.015, 0.02), 0.015), inside.contact = kind,
+      inside.container = container;
       inside.friction = 0.5, inside.angular_velocity = Vec3d(0, 0, 20);
       const Outcome out = outcome_of(p, {inside}, initial_state(p), short_run());
       EXPECT_TRUE(out.finished) << out.error;
@@ -120,7 +122,8 @@ TEST(Abuse, CollidersThatStartInsideOfTheBody) {
 TEST(Abuse, ObjectsThatStartInsideEachOther) {
   auto p = testing::block<float>(kSize, 0.01);
   for (size_t i = 0; i < p.size(); ++i) p.object.push_back(i % 2);
-  const Outcome out = outcome_of(p, {of_type(InteractionType::kImpulse, Vec3d(0.01, 0, 0))}, initial_state(p), short_run());
+  const Outcome out =
+      outcome_of(p, {of_type(InteractionType::kImpulse, Vec3d(0.01, 0, 0))}, initial_state(p), short_run());
   EXPECT_TRUE(out.finished) << out.error;
 }
 

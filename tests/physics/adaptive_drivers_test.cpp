@@ -1,5 +1,5 @@
-// Driving particles by PGAS: the law of Poisson disks, the spacing that the formula gives, what is conserved, and that a
-// body which they move vibrates as with K-means.
+// Driving particles by PGAS: the law of Poisson disks, the spacing that the formula gives, what is conserved, and that
+// a body which they move vibrates as with K-means.
 
 #include "physics/body/adaptive_drivers.h"
 
@@ -26,7 +26,8 @@ struct Block {
 Block block_of_two(const Vec3d& size, double spacing, double border, double ratio) {
   Block block;
   block.samples = testing::solid(size, spacing, [](const Vec3d&) { return true; });
-  for (const Vec3f& x : block.samples.position) block.young.push_back(static_cast<float>(x.z() > border ? 1e5 / ratio : 1e5));
+  for (const Vec3f& x : block.samples.position)
+    block.young.push_back(static_cast<float>(x.z() > border ? 1e5 / ratio : 1e5));
   return block;
 }
 
@@ -38,7 +39,9 @@ TEST(PoissonDisk, KeepsDisksApartAndLeavesNoGap) {
   ASSERT_GT(disks.size(), 100u);
   for (const int a : disks)
     for (const int b : disks)
-      if (a != b) { EXPECT_GE((samples.position[a] - samples.position[b]).norm(), 0.99999f * std::min(radius[a], radius[b])); }
+      if (a != b) {
+        EXPECT_GE((samples.position[a] - samples.position[b]).norm(), 0.99999f * std::min(radius[a], radius[b]));
+      }
   for (size_t i = 0; i < samples.size(); ++i) {
     float nearest = INFINITY;
     for (const int d : disks) nearest = std::min(nearest, (samples.position[d] - samples.position[i]).norm());
@@ -64,13 +67,17 @@ TEST(RelativeRadii, FollowTheFormula) {
   int inner = 0;
   for (size_t i = 0; i < bulk; ++i) {
     const Vec3f& x = body.samples.position[i];
-    if (body.young[i] == 1e5f) { EXPECT_EQ(relative[i], 1); }
-    else if (x.z() > 0.30f && x.z() < 0.36f && std::min(x.x(), x.y()) > 0.04f && std::max(x.x(), x.y()) < 0.16f) sum += relative[i], ++inner;
+    if (body.young[i] == 1e5f) {
+      EXPECT_EQ(relative[i], 1);
+    } else if (x.z() > 0.30f && x.z() < 0.36f && std::min(x.x(), x.y()) > 0.04f && std::max(x.x(), x.y()) < 0.16f)
+      sum += relative[i], ++inner;
   }
   EXPECT_NEAR(sum / inner, 0.5, 0.05);  // K_hat = 10, less the scatter of the samples
-  for (size_t i = bulk; i < rod; ++i) ASSERT_NEAR(relative[i], std::sqrt(10.0 / 16), 1e-3) << (i < sheet ? "sheet" : "rod");
+  for (size_t i = bulk; i < rod; ++i)
+    ASSERT_NEAR(relative[i], std::sqrt(10.0 / 16), 1e-3) << (i < sheet ? "sheet" : "rod");
   for (size_t i = rod; i < relative.size(); ++i) ASSERT_EQ(relative[i], 1);  // the minimum caps 10 / 2
-  EXPECT_EQ(relative_radii(body.samples, std::vector<float>(body.samples.size(), 7.0f)), std::vector<float>(body.samples.size(), 1.0f));
+  EXPECT_EQ(relative_radii(body.samples, std::vector<float>(body.samples.size(), 7.0f)),
+            std::vector<float>(body.samples.size(), 1.0f));
 }
 
 TEST(PgasDrivers, SpacingFollowsStiffness) {
@@ -96,7 +103,8 @@ std::pair<double, double> fill_of_cells(const DrivingParticles& drivers, const V
     std::map<std::array<int, 3>, int> count;
     for (const Vec3f& x : drivers.position) {
       const Vec3d u = x.cast<double>() / dx + Vec3d::Constant(offset);
-      ++count[{static_cast<int>(std::floor(u.x())), static_cast<int>(std::floor(u.y())), static_cast<int>(std::floor(u.z()))}];
+      ++count[{static_cast<int>(std::floor(u.x())), static_cast<int>(std::floor(u.y())),
+               static_cast<int>(std::floor(u.z()))}];
     }
     const Eigen::Array3i first = (low / dx + Vec3d::Constant(offset)).array().ceil().cast<int>();
     const Eigen::Array3i last = (high / dx + Vec3d::Constant(offset)).array().floor().cast<int>();
@@ -191,12 +199,14 @@ TEST(PgasDrivers, KeepThreeOfTheirCellsInsideThePinnedRegion) {
 /// First frequency of a bar along x, clamped below x = kFoot, whose root (or tip) is four times softer than the rest.
 double bar_frequency(bool adaptive, bool soft_root, double& cell_size) {
   constexpr double kHeight = 0.03, kFoot = 0.015, kStiff = 263824;
-  const SolidSamples samples = testing::solid({kFoot + 0.1, kHeight, kHeight}, kHeight / 14, [](const Vec3d&) { return true; });
+  const SolidSamples samples =
+      testing::solid({kFoot + 0.1, kHeight, kHeight}, kHeight / 14, [](const Vec3d&) { return true; });
   ElasticSamples material = ElasticSamples::homogeneous(samples.size(), kStiff, 0.4, 1070);
   for (size_t i = 0; i < samples.size(); ++i)
     if (soft_root ? samples.position[i].x() < 0.055f : samples.position[i].x() > 0.075f) material.young[i] /= 4;
   const DriverOptions options{1500, 0, 10};
-  const DrivingParticles drivers = adaptive ? pgas_drivers(options, samples, material.young) : kmeans_drivers(options, samples);
+  const DrivingParticles drivers =
+      adaptive ? pgas_drivers(options, samples, material.young) : kmeans_drivers(options, samples);
   cell_size = drivers.cell_size;
   const Particles particles = make_particles<float>(drivers, samples, material, 1.0);
   std::vector<double> weight;

@@ -57,7 +57,8 @@ List random_particles(double spread) {
   List u;
   for (int p = 0; p < kCount; ++p) {
     Random random(5, p);
-    for (int a = 0; a < 3; ++a) u.push_back(kOrigin[a] + kDx * (0.6 + static_cast<double>(random.below(4)) + 0.8 * random.uniform()));
+    for (int a = 0; a < 3; ++a)
+      u.push_back(kOrigin[a] + kDx * (0.6 + static_cast<double>(random.below(4)) + 0.8 * random.uniform()));
     for (int k = 0; k < 9; ++k) u.push_back((k % 4 == 0) + spread * random.normal());
     for (int k = 0; k < 12; ++k) u.push_back(random.normal());
   }

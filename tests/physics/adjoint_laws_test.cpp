@@ -43,7 +43,8 @@ class AdjointLaws : public ::testing::TestWithParam<Law> {};
 void expect_gradient(const Case& c, Law law) {
   if (law != Law::kHencky) {
     const auto end = rollout(c.options, c.particles, c.interactions, c.start).frames.back();
-    ASSERT_GT((end.F[1] - end.memory[1].F_total).norm() + (end.F[1] - end.memory[1].F_viscous).norm(), 1e-3) << "no flow";
+    ASSERT_GT((end.F[1] - end.memory[1].F_total).norm() + (end.F[1] - end.memory[1].F_viscous).norm(), 1e-3)
+        << "no flow";
   }
   const RolloutGradient<double> gradient = c.gradient();
   AdjointCheckOptions options;

@@ -14,9 +14,12 @@ namespace pliant::testing {
 /// Input `kind` of a roll-out as a list of numbers of order one.
 enum class Input { kX, kV, kC, kF, kYoung, kPoisson, kMass, kForces, kGravity, kDamping, kMemory };
 inline const std::vector<std::pair<Input, std::string>> kInputs = {
-    {Input::kX, "x"},       {Input::kV, "v"},           {Input::kC, "C"},       {Input::kF, "F"},
-    {Input::kYoung, "E"},   {Input::kPoisson, "nu"},    {Input::kMass, "mass"}, {Input::kForces, "forces"},
-    {Input::kGravity, "g"}, {Input::kDamping, "damping"}, {Input::kMemory, "memory"}};
+    {Input::kX, "x"},          {Input::kV, "v"},
+    {Input::kC, "C"},          {Input::kF, "F"},
+    {Input::kYoung, "E"},      {Input::kPoisson, "nu"},
+    {Input::kMass, "mass"},    {Input::kForces, "forces"},
+    {Input::kGravity, "g"},    {Input::kDamping, "damping"},
+    {Input::kMemory, "memory"}};
 
 template <class T>
 struct RolloutCase {
@@ -40,7 +43,8 @@ struct RolloutCase {
       for (size_t i = 0; i < g.x.size(); ++i) {
         Random random(11, i, frame);
         for (int a = 0; a < 3; ++a) g.x[i][a] += T(random.normal() / dx), g.v[i][a] += T(random.normal());
-        for (int k = 0; k < 9; ++k) g.C[i](k / 3, k % 3) += T(random.normal() * dx), g.F[i](k / 3, k % 3) += T(random.normal());
+        for (int k = 0; k < 9; ++k)
+          g.C[i](k / 3, k % 3) += T(random.normal() * dx), g.F[i](k / 3, k % 3) += T(random.normal());
         if (!memory) continue;
         for (int k = 0; k < 9; ++k) g.memory[i].F_total(k / 3, k % 3) += T(random.normal());
         for (int k = 0; k < 9; ++k) g.memory[i].F_viscous(k / 3, k % 3) += T(random.normal());
@@ -66,7 +70,8 @@ struct RolloutCase {
   }
   double value() const { return functional(rollout(options, particles, interactions, start)); }
   RolloutGradient<T> gradient() const {
-    return rollout_adjoint<T>(options, particles, interactions, rollout(options, particles, interactions, start), cotangent());
+    return rollout_adjoint<T>(options, particles, interactions, rollout(options, particles, interactions, start),
+                              cotangent());
   }
   /// The part of a gradient that belongs to get(kind).
   std::vector<double> part(const RolloutGradient<T>& g, Input kind) const {

@@ -64,14 +64,17 @@ TEST(AdjointRollout, SixtySubstepsOnTheGroundWithFrictionAgreeWithDifferences) {
   Case free = c;
   free.interactions.pop_back();
   ASSERT_GT((rollout(c.options, c.particles, c.interactions, c.start).frames.back().x[0] -
-             rollout(free.options, free.particles, free.interactions, free.start).frames.back().x[0]).norm(), 1e-3);
+             rollout(free.options, free.particles, free.interactions, free.start).frames.back().x[0])
+                .norm(),
+            1e-3);
   expect_gradient(c);
 }
 
 TEST(AdjointRollout, GravityThatTakesTurnsReachesTheRightNumbers) {
   Case c = testing::moving_block<double>();
   Interaction gravity;
-  gravity.type = InteractionType::kGravity, gravity.vector = {1, -2, 3}, gravity.start = 0.005, gravity.duration = 0.005;
+  gravity.type = InteractionType::kGravity, gravity.vector = {1, -2, 3}, gravity.start = 0.005,
+  gravity.duration = 0.005;
   c.interactions = {gravity};
   const RolloutGradient<double> gradient = c.gradient();
   for (const Input kind : {Input::kForces, Input::kGravity}) {
@@ -83,7 +86,8 @@ TEST(AdjointRollout, GravityThatTakesTurnsReachesTheRightNumbers) {
 TEST(AdjointRollout, SixtySubstepsUnderATorqueAgreeWithDifferences) {
   Case c = testing::moving_block<double>(2);
   Interaction it;
-  it.type = InteractionType::kTorque, it.vector = {1e-3, -2e-3, 1.5e-3}, it.region = Region::sphere({0.015, 0.015, 0.015}, 0.01);
+  it.type = InteractionType::kTorque, it.vector = {1e-3, -2e-3, 1.5e-3},
+  it.region = Region::sphere({0.015, 0.015, 0.015}, 0.01);
   it.start = 0.0012, it.duration = 0.01;
   c.interactions = {it};
   it.vector = {0, 0, 5e-4}, it.region = Region::all();
@@ -92,21 +96,26 @@ TEST(AdjointRollout, SixtySubstepsUnderATorqueAgreeWithDifferences) {
   Case free = c;
   free.interactions.clear();
   ASSERT_GT((rollout(c.options, c.particles, c.interactions, c.start).frames.back().v[0] -
-             rollout(free.options, free.particles, {}, free.start).frames.back().v[0]).norm(), 1e-2);
+             rollout(free.options, free.particles, {}, free.start).frames.back().v[0])
+                .norm(),
+            1e-2);
   expect_gradient(c);
 }
 
 TEST(AdjointRollout, SixtySubstepsInTheWindAgreeWithDifferences) {
   Case c = testing::moving_block<double>(2);
   Interaction it;
-  it.type = InteractionType::kWind, it.vector = {8, -3, 2}, it.region = Region::all(), it.start = 0.0012, it.duration = 0.01;
+  it.type = InteractionType::kWind, it.vector = {8, -3, 2}, it.region = Region::all(), it.start = 0.0012,
+  it.duration = 0.01;
   it.air_density = 100;  // air alone moves too little to see
   c.interactions = {it};
   c.interactions.push_back(testing::pin_below(0.004));
   Case free = c;
   free.interactions.erase(free.interactions.begin());
   ASSERT_GT((rollout(c.options, c.particles, c.interactions, c.start).frames.back().v[0] -
-             rollout(free.options, free.particles, free.interactions, free.start).frames.back().v[0]).norm(), 1e-2);
+             rollout(free.options, free.particles, free.interactions, free.start).frames.back().v[0])
+                .norm(),
+            1e-2);
   expect_gradient(c);
 }
 
@@ -126,7 +135,9 @@ Case touching_objects(double cells, double friction, int objects = 2) {
 
 void expect_gradient_of_contact(const Case& c) {
   // Neither free of each other nor one body.
-  const auto end = [](const Case& of) { return rollout(of.options, of.particles, of.interactions, of.start).frames.back().v[0]; };
+  const auto end = [](const Case& of) {
+    return rollout(of.options, of.particles, of.interactions, of.start).frames.back().v[0];
+  };
   Case other = c;
   other.options.simulate.object_friction = 0;
   EXPECT_GT((end(c) - end(other)).norm(), 1e-3);
@@ -236,8 +247,10 @@ TEST(AdjointRollout, AWindowOfOneFrameEndsWhereTheFrameBegan) {
   std::vector<double> young(c.particles.size(), 0.0);
   for (int f = 1; f < static_cast<int>(r.frames.size()); ++f) {
     const Rollout<double> one{{r.frames[f - 1], r.frames[f]}, r.substeps, {}};
-    const auto g = rollout_adjoint<double>(c.options, c.particles, c.interactions, one,
-                                           [&](int k, StateGradient<double>& s) { if (k > 0) c.cotangent()(f, s); });
+    const auto g =
+        rollout_adjoint<double>(c.options, c.particles, c.interactions, one, [&](int k, StateGradient<double>& s) {
+          if (k > 0) c.cotangent()(f, s);
+        });
     for (size_t i = 0; i < young.size(); ++i) young[i] += g.young[i];
     if (f == 1) {
       StateGradient<double> start = g.start;

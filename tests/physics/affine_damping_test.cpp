@@ -22,7 +22,8 @@ State spinning(const BasicParticles<double>& p) {
 TEST(AffineDamping, RpicKeepsTheSpinAndPicNothing) {
   auto p = testing::block<double>({0.04, 0.04, 0.04}, 0.01, 1.0, 1e-3);
   SimulateOptions options;
-  options.fps = 1000, options.duration = 0.001, options.substeps = 1, options.gravity.setZero(), options.courant_cap = 1;
+  options.fps = 1000, options.duration = 0.001, options.substeps = 1, options.gravity.setZero(),
+  options.courant_cap = 1;
   const auto inner = [&](const State& s) {
     Mat3d mean = Mat3d::Zero();
     int count = 0;

@@ -1,3 +1,5 @@
+#include "physics/mpm/block_grid.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,7 +8,6 @@
 #include <tuple>
 
 #include "gaussians/base/random.h"
-#include "physics/mpm/block_grid.h"
 
 namespace pliant {
 namespace {

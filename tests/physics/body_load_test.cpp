@@ -28,7 +28,8 @@ TEST(BodyLoad, TheAdjointAgreesWithDifferences) {
       for (int a = 0; a < 3; ++a) visit((*v)[a]);
     visit(of_load.drag);
   };
-  for (const auto* v : {&load.acceleration, &load.angular, &load.centre, &load.wind}) all.insert(all.end(), v->data(), v->data() + 3);
+  for (const auto* v : {&load.acceleration, &load.angular, &load.centre, &load.wind})
+    all.insert(all.end(), v->data(), v->data() + 3);
   all.push_back(load.drag);
   const auto set = [&](const std::vector<double>& values) {
     size_t k = 0;

@@ -6,10 +6,10 @@
 
 namespace pliant::testing {
 
-/// First frequency [Hz] of a body that `wall` holds, by the time until it first turns round after gravity is switched on;
-/// 0 when it does not within `duration`.  `weight` of the particles is near the shape of the first mode.
-inline double first_frequency(const Particles& particles, const Interaction& wall, const Vec3d& gravity, const std::vector<double>& weight,
-                              double duration) {
+/// First frequency [Hz] of a body that `wall` holds, by the time until it first turns round after gravity is switched
+/// on; 0 when it does not within `duration`.  `weight` of the particles is near the shape of the first mode.
+inline double first_frequency(const Particles& particles, const Interaction& wall, const Vec3d& gravity,
+                              const std::vector<double>& weight, double duration) {
   constexpr double fps = 400;
   SimulateOptions options;
   options.fps = fps, options.duration = duration, options.gravity.setZero();
@@ -18,7 +18,8 @@ inline double first_frequency(const Particles& particles, const Interaction& wal
   std::vector<double> sag;
   simulate<float>(options, particles, {wall, load}, initial_state(particles), [&](const SimulationState& s) {
     double sum = 0;
-    for (size_t i = 0; i < s.size(); ++i) sum += weight[i] * (s.x[i] - particles.position[i]).cast<double>().dot(gravity);
+    for (size_t i = 0; i < s.size(); ++i)
+      sum += weight[i] * (s.x[i] - particles.position[i]).cast<double>().dot(gravity);
     sag.push_back(sum);
     return true;
   });

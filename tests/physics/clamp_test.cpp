@@ -38,7 +38,8 @@ TEST(Clamp, TheFrequencyOfACantileverDoesNotDependOnTheGrid) {
   const auto measure = [&](const Vec3d& offset, const Mat3d& turn) {
     const double f = frequency(offset, turn);
     low = std::min(low, f), high = std::max(high, f);
-    std::printf("offset %.2f %.2f %.2f%s: %.3f Hz\n", offset.x(), offset.y(), offset.z(), &turn == &turned ? " turned" : "", f);
+    std::printf("offset %.2f %.2f %.2f%s: %.3f Hz\n", offset.x(), offset.y(), offset.z(),
+                &turn == &turned ? " turned" : "", f);
   };
   for (const double x : {0.0, 0.25, 0.5, 0.75}) measure(Vec3d(x, 0, 0), straight);
   measure(Vec3d(0.4, 0.25, 0.6), straight);

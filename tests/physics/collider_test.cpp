@@ -42,7 +42,8 @@ TEST(Collider, NormalsAreTheGradientsOfTheDistances) {
       Vec3d gradient;
       for (int a = 0; a < 3; ++a)
         gradient[a] = (collider.surface(x + 1e-6 * Vec3d::Unit(a)).distance -
-                       collider.surface(x - 1e-6 * Vec3d::Unit(a)).distance) / 2e-6;
+                       collider.surface(x - 1e-6 * Vec3d::Unit(a)).distance) /
+                      2e-6;
       if (std::abs(gradient.norm() - 1) > 1e-4) continue;  // astride an edge of the distance field
       ++checked;
       EXPECT_LT((at.normal - gradient).norm(), 1e-5) << x.transpose();
@@ -98,7 +99,8 @@ struct NodeFixture {
     sphere.shape = Region::sphere(Vec3d(0.1, 0.2, 0.1), 0.15), sphere.friction = 0.3;
     sphere.angular_velocity = Vec3d(0, 3, 1);
     slip.kind = ContactKind::kSlip, slip.shape = Region::box(Vec3d(0.1, -0.3, -0.3), Vec3d(0.3, 0.3, 0.3));
-    sticky.kind = ContactKind::kSticky, sticky.shape = Region::cylinder(Vec3d(-0.3, -0.2, 0.1), Vec3d(0.3, -0.2, 0.1), 0.05);
+    sticky.kind = ContactKind::kSticky,
+    sticky.shape = Region::cylinder(Vec3d(-0.3, -0.2, 0.1), Vec3d(0.3, -0.2, 0.1), 0.05);
     loads.colliders = {plane, sphere, slip, sticky};
     loads.pins = {Region::sphere(Vec3d(-0.2, 0.2, 0.2), 0.1)};
     loads.density = {1000};
@@ -150,8 +152,7 @@ TEST(NodeConditions, TheImpulseReportedIsTheMomentumTaken) {
   apply_node_conditions(fixture.loads, fixture.block, impulse.data());
   Vec3d gained = Vec3d::Zero(), reported = Vec3d::Zero();
   for (int k = 0; k < BlockGrid::kNodes; ++k)
-    for (int a = 0; a < 3; ++a)
-      gained[a] += before[k].lane[3] * (fixture.node[k].lane[a] - before[k].lane[a]);
+    for (int a = 0; a < 3; ++a) gained[a] += before[k].lane[3] * (fixture.node[k].lane[a] - before[k].lane[a]);
   for (const Vec3d& j : impulse) {
     EXPECT_GT(j.norm(), 0);
     reported += j;
@@ -209,12 +210,14 @@ struct Course {
   SimulateSummary summary;
 };
 Course run(const BasicParticles<double>& particles, const Vec3d& gravity, const std::vector<Interaction>& script,
-        double seconds, const State& start, double damping_time = 0, double viscosity_time = 0) {
+           double seconds, const State& start, double damping_time = 0, double viscosity_time = 0) {
   SimulateOptions options;
   options.viscosity_time = viscosity_time;
   options.fps = 50, options.duration = seconds, options.gravity = gravity, options.damping_time = damping_time;
   Course out;
-  out.summary = simulate<double>(options, particles, script, start, [&](const State& s) { return out.states.push_back(s), true; }).summary;
+  out.summary = simulate<double>(options, particles, script, start, [&](const State& s) {
+                  return out.states.push_back(s), true;
+                }).summary;
   return out;
 }
 
@@ -229,7 +232,9 @@ Slide slide(double angle, double friction, double thickness) {
   tilted.type = InteractionType::kGravity, tilted.start = 0.1;
   tilted.vector = kGravity * Vec3d(std::sin(angle), 0, -std::cos(angle));
   const Interaction plane = collider(Region::half_space(Vec3d::Zero(), Vec3d::UnitZ()), friction);
-  const auto states = run(particles, {0, 0, -kGravity * std::cos(angle)}, {plane, tilted}, 0.52, initial_state(particles), 0, 6e-4).states;
+  const auto states =
+      run(particles, {0, 0, -kGravity * std::cos(angle)}, {plane, tilted}, 0.52, initial_state(particles), 0, 6e-4)
+          .states;
   const State &half = states[20], &end = states.back();
   return {(centre(end) - centre(half)).x(), mean_velocity(end).x(),
           (mean_velocity(end) - mean_velocity(half)).x() / (end.time - half.time)};
@@ -271,9 +276,8 @@ TEST(ColliderLaw, ABodyRestsOnAPlaneAtTheRightHeightWhereverTheNodesLie) {
 }
 
 BasicParticles<double> ball(double radius, double dx, double young) {
-  return testing::fill_shape<double>(Vec3d::Constant(2 * radius), dx, 2, 1.0, young, 0.3, 1000, [&](const Vec3d& x) {
-    return (x - Vec3d::Constant(radius)).norm() < radius;
-  });
+  return testing::fill_shape<double>(Vec3d::Constant(2 * radius), dx, 2, 1.0, young, 0.3, 1000,
+                                     [&](const Vec3d& x) { return (x - Vec3d::Constant(radius)).norm() < radius; });
 }
 
 /// Least signed distance of a particle from the shape, in cells.
@@ -347,7 +351,8 @@ TEST(ColliderLaw, AMovingStickyBoxCarriesABodyAndGivesItTheImpulseItReports) {
 
 TEST(ColliderLaw, ATurningStickyCylinderTurnsABody) {
   const auto particles = testing::block<double>({0.04, 0.04, 0.06}, 0.01, 1.0, 1e5);
-  Interaction chuck = collider(Region::cylinder(Vec3d(0.02, 0.02, -0.05), Vec3d(0.02, 0.02, 0.03), 0.05), 0, ContactKind::kSticky);
+  Interaction chuck =
+      collider(Region::cylinder(Vec3d(0.02, 0.02, -0.05), Vec3d(0.02, 0.02, 0.03), 0.05), 0, ContactKind::kSticky);
   chuck.angular_velocity = Vec3d(0, 0, 2), chuck.pivot = Vec3d(0.02, 0.02, 0);
   const State end = run(particles, Vec3d::Zero(), {chuck}, 0.4, initial_state(particles), 0.05).states.back();
   const Mat3d turn = Eigen::AngleAxisd(0.8, Vec3d::UnitZ()).toRotationMatrix();
@@ -383,7 +388,7 @@ TEST(ColliderLaw, ASeparatingPokeReportsTheForceOfItsFinger) {
   for (const auto& frame : pushed.summary.impulse_of_frame) given += frame[1];
   const Vec3d momentum = particles.total_mass() * mean_velocity(pushed.states.back());
   EXPECT_NEAR(given.x(), momentum.x(), 1e-10);
-  EXPECT_GT(mean_velocity(pushed.states.back()).x(), 0.19);  // at least the finger's speed
+  EXPECT_GT(mean_velocity(pushed.states.back()).x(), 0.19);         // at least the finger's speed
   EXPECT_EQ(pushed.summary.impulse_of_frame[0][1], Vec3d::Zero());  // 2 cm away at first
   EXPECT_GT(deepest(pushed.states.back(), floor, 0.01), -0.5);
 }

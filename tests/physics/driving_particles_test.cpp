@@ -15,7 +15,8 @@ namespace pliant {
 namespace {
 
 SolidSamples stem() {
-  return testing::solid({0.1, 0.1, 0.6}, 0.01, [](const Vec3d& x) { return (x.head<2>() - Vec3d(0.05, 0.05, 0).head<2>()).norm() < 0.05; });
+  return testing::solid({0.1, 0.1, 0.6}, 0.01,
+                        [](const Vec3d& x) { return (x.head<2>() - Vec3d(0.05, 0.05, 0).head<2>()).norm() < 0.05; });
 }
 
 template <class F>
@@ -39,7 +40,8 @@ TEST(KmeansDrivers, KeepVolumeAndCentreAndLeaveNoneEmpty) {
     EXPECT_EQ(std::set<int>(drivers.sample_driver.begin(), drivers.sample_driver.end()).size(), n);
     double volume = 0;
     Vec3d moment = Vec3d::Zero(), expected = Vec3d::Zero();
-    for (size_t d = 0; d < n; ++d) volume += drivers.volume[d], moment += drivers.volume[d] * drivers.position[d].cast<double>();
+    for (size_t d = 0; d < n; ++d)
+      volume += drivers.volume[d], moment += drivers.volume[d] * drivers.position[d].cast<double>();
     for (size_t i = 0; i < samples.size(); ++i) expected += samples.volume[i] * samples.position[i].cast<double>();
     EXPECT_NEAR(volume / samples.total_volume(), 1, 1e-5);
     EXPECT_LT((moment - expected).norm(), 1e-5 * expected.norm());
@@ -88,7 +90,8 @@ TEST(ThinParts, KeepMassAndBendingStiffness) {
     const DrivingParticles drivers = kmeans_drivers({200, 0, 10}, samples);
     const double full = kThinCells * drivers.cell_size, ratio = thickness / full, area = rod ? ratio * ratio : ratio;
     ASSERT_LT(ratio, 1);
-    const auto particles = make_particles<double>(drivers, samples, ElasticSamples::homogeneous(samples.size(), 1e7, 0.3, 900), 1);
+    const auto particles =
+        make_particles<double>(drivers, samples, ElasticSamples::homogeneous(samples.size(), 1e7, 0.3, 900), 1);
     EXPECT_NEAR(particles.total_mass() / (900 * samples.total_volume()), 1, 1e-5);
     EXPECT_NEAR(particles.total_volume() / (samples.total_volume() / area), 1, 1e-5);
     double out = 0, up = 0;
@@ -206,9 +209,14 @@ TEST(Material, ParticlesCarrySumsAndLogarithmicMeans) {
 
 TEST(Material, ImpossibleValuesAreUsageErrors) {
   EXPECT_EQ(failure_of([] { validate_material("m", 1e5, 0.3, 1000); }), 0);
-  for (const auto& [young, poisson, density] :
-       std::vector<std::array<double, 3>>{{-1, 0.3, 1000}, {0, 0.3, 1000}, {1e5, 0.5, 1000}, {1e5, -1, 1000},
-                                          {1e5, 0.3, 0}, {NAN, 0.3, 1000}, {1e5, NAN, 1000}, {1e5, 0.3, INFINITY}})
+  for (const auto& [young, poisson, density] : std::vector<std::array<double, 3>>{{-1, 0.3, 1000},
+                                                                                  {0, 0.3, 1000},
+                                                                                  {1e5, 0.5, 1000},
+                                                                                  {1e5, -1, 1000},
+                                                                                  {1e5, 0.3, 0},
+                                                                                  {NAN, 0.3, 1000},
+                                                                                  {1e5, NAN, 1000},
+                                                                                  {1e5, 0.3, INFINITY}})
     EXPECT_EQ(failure_of([&] { validate_material("m", young, poisson, density); }), 2) << young << poisson << density;
   try {
     validate_material("scene.json", -5, 0.3, 1000);

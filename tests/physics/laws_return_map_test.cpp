@@ -17,13 +17,17 @@ double excess(const Material& m, const Mat3d& tau, double history) {
   const double shear = deviator(tau).norm();
   switch (m.law) {
     case Law::kMetal:
-    case Law::kPlasticine: return shear - std::sqrt(2.0 / 3) * std::max(0.0, m.yield_stress + m.hardening * history);
-    case Law::kFoam: return shear - std::sqrt(2.0 / 3) * m.yield_stress;
+    case Law::kPlasticine:
+      return shear - std::sqrt(2.0 / 3) * std::max(0.0, m.yield_stress + m.hardening * history);
+    case Law::kFoam:
+      return shear - std::sqrt(2.0 / 3) * m.yield_stress;
     case Law::kSand: {
       const double s = std::sin(m.friction_angle * M_PI / 180);
       return shear + std::sqrt(2.0 / 3) * 2 * s / (3 - s) * tau.trace();
     }
-    default: ADD_FAILURE(); return 0;
+    default:
+      ADD_FAILURE();
+      return 0;
   }
 }
 

@@ -175,10 +175,17 @@ TEST(SoundSpeed, IsThatOfTheRestStateWithAllBranches) {
     const Material m = material_of(law);
     const double c = sound_speed(m, young, poisson, density);
     switch (law) {
-      case Law::kSnow: EXPECT_NEAR(c / p_wave, std::exp(1.5), 1e-12); break;
-      case Law::kFluid: EXPECT_NEAR(c, std::sqrt(young / (3 * (1 - 2 * poisson)) / density), 1e-9); break;
-      case Law::kViscoelastic: EXPECT_NEAR(c, std::sqrt((l.lambda + 2 * l.mu + 5e4) / density), 1e-9); break;
-      default: EXPECT_NEAR(c, p_wave, 1e-9);
+      case Law::kSnow:
+        EXPECT_NEAR(c / p_wave, std::exp(1.5), 1e-12);
+        break;
+      case Law::kFluid:
+        EXPECT_NEAR(c, std::sqrt(young / (3 * (1 - 2 * poisson)) / density), 1e-9);
+        break;
+      case Law::kViscoelastic:
+        EXPECT_NEAR(c, std::sqrt((l.lambda + 2 * l.mu + 5e4) / density), 1e-9);
+        break;
+      default:
+        EXPECT_NEAR(c, p_wave, 1e-9);
     }
   }
 }

@@ -84,9 +84,9 @@ TEST(StressKernels, SurviveInvertedAndStretchedMatrices) {
 }
 
 TEST(StressKernels, ExtremeMatricesGetTheStressOfTheLawItself) {
-  std::vector<Mat3<float>> extreme = {Mat3<float>::Zero(), 1e-8f * Mat3<float>::Identity(),
-                                      1e8f * Mat3<float>::Identity(), -Mat3<float>::Identity(),
-                                      Vec3<float>(1, 1, 0).asDiagonal(), Vec3<float>(3, 1, -0.5f).asDiagonal()};
+  std::vector<Mat3<float>> extreme = {
+      Mat3<float>::Zero(),      1e-8f * Mat3<float>::Identity(),   1e8f * Mat3<float>::Identity(),
+      -Mat3<float>::Identity(), Vec3<float>(1, 1, 0).asDiagonal(), Vec3<float>(3, 1, -0.5f).asDiagonal()};
   for (const InstructionSet set : instruction_sets())
     for (const StressKind kind : {StressKind::kFixedCorotated, StressKind::kNeoHookean})
       for (const Mat3<float>& F : extreme) {
@@ -129,7 +129,8 @@ struct OneStep {
     Mpm<float> solver(particles, kDx, origin);
     solver.load(state, Vec3d::Constant(-1), Vec3d::Constant(1));
     StepLoads<float> same = loads;
-    EXPECT_TRUE(solver.advance(1, static_cast<float>(kDt), same, [](int) {}, [] { return true; }));
+    EXPECT_TRUE(solver.advance(
+        1, static_cast<float>(kDt), same, [](int) {}, [] { return true; }));
     BasicSimulationState<float> after;
     solver.store(after);
     return after;
@@ -167,12 +168,11 @@ struct OneStep {
       const double kept = material.damping_time > 0 ? std::exp(-2 * kDt / material.damping_time) : 1.0;
       for_nodes(i, [&](PlainNode& n, double w, const Vec3d& d) {
         n.v += w * (mass * kept * (state.v[i].cast<double>() + C * d) -
-                            kDt * particles.volume[i] * 4 / (kDx * kDx) * (tau * d));
+                    kDt * particles.volume[i] * 4 / (kDx * kDx) * (tau * d));
         n.mass += w * mass;
       });
     }
-    for (auto& [at, n] : node)
-      n.v = loads.velocity_scale * (n.v / n.mass + kDt * loads.gravity.cast<double>()).eval();
+    for (auto& [at, n] : node) n.v = loads.velocity_scale * (n.v / n.mass + kDt * loads.gravity.cast<double>()).eval();
     BasicSimulationState<double> after;
     for (size_t i = 0; i < state.size(); ++i) {
       Vec3d v = Vec3d::Zero();
@@ -233,8 +233,10 @@ TEST(MpmKernels, MixedLawsViscosityAndDampingEqualPlainLoopsInDouble) {
 
 TEST(MpmKernels, BitsDoNotDependOnTheNumberOfThreads) {
   BasicParticles<float> particles = testing::block<float>({0.16, 0.08, 0.08}, 0.01, 1.0, 1e5);
-  particles.materials = {{.law = Law::kFixedCorotated}, {.law = Law::kNeoHookean}, {.law = Law::kViscoelastic,
-                          .branch_shear = 1e4, .branch_lambda = 1e4, .branch_viscosity = 100}};
+  particles.materials = {
+      {.law = Law::kFixedCorotated},
+      {.law = Law::kNeoHookean},
+      {.law = Law::kViscoelastic, .branch_shear = 1e4, .branch_lambda = 1e4, .branch_viscosity = 100}};
   BasicSimulationState<float> state = initial_state(particles), first;
   for (size_t i = 0; i < particles.size(); ++i) {
     particles.material_index.push_back(static_cast<uint16_t>(Random(8, i).uniform(0, 3)));
@@ -247,7 +249,8 @@ TEST(MpmKernels, BitsDoNotDependOnTheNumberOfThreads) {
     solver.load(state, Vec3d::Constant(-1), Vec3d::Constant(1));
     StepLoads<float> loads;
     loads.gravity = Vec3<float>(0, 0, -9.81f);
-    ASSERT_TRUE(solver.advance(40, 3e-4f, loads, [](int) {}, [] { return true; }));
+    ASSERT_TRUE(solver.advance(
+        40, 3e-4f, loads, [](int) {}, [] { return true; }));
     BasicSimulationState<float> after;
     solver.store(after);
     if (threads == 1) first = after;
@@ -271,7 +274,8 @@ TEST(MpmKernels, AFreeBodyKeepsMassMomentumAndAngularMomentum) {
     solver.load(state, Vec3d::Constant(-10), Vec3d::Constant(10));
     const Totals before = solver.particle_totals();
     StepLoads<float> none;
-    ASSERT_TRUE(solver.advance(500, 5e-4f, none, [](int) {}, [] { return true; }));
+    ASSERT_TRUE(solver.advance(
+        500, 5e-4f, none, [](int) {}, [] { return true; }));
     const Totals after = solver.particle_totals();
     EXPECT_EQ(after.mass, before.mass);
     EXPECT_LT((after.momentum - before.momentum).norm(), 1e-4 * before.momentum.norm());

@@ -137,7 +137,8 @@ TEST(Sleep, ABlockAtRestCostsNothingUntilItIsTouched) {
     solver.load(pair.state, Vec3d::Constant(-1), Vec3d::Constant(1));
     const auto advance = [&](int steps) {
       const int64_t before = solver.particle_updates();
-      EXPECT_TRUE(solver.advance(steps, static_cast<float>(dt), none, [](int) {}, [] { return true; }));
+      EXPECT_TRUE(solver.advance(
+          steps, static_cast<float>(dt), none, [](int) {}, [] { return true; }));
       return solver.particle_updates() - before;
     };
     advance(100);  // 0.02 s: the gap is still 12 cm
@@ -162,7 +163,8 @@ TEST(Sleep, ALoadAndAChangeOfGravityWake) {
     solver.load(pair.state, Vec3d::Constant(-1), Vec3d::Constant(1));
     StepLoads<float> loads;
     const auto advance = [&](int steps) {
-      EXPECT_TRUE(solver.advance(steps, static_cast<float>(dt), loads, [](int) {}, [] { return true; }));
+      EXPECT_TRUE(solver.advance(
+          steps, static_cast<float>(dt), loads, [](int) {}, [] { return true; }));
     };
     advance(100);
     const int64_t before = solver.particle_updates();
@@ -185,10 +187,12 @@ TEST(Sleep, ContinuesAcrossAStoredState) {
   BasicSimulationState<float> middle;
   Mpm<float> first(pair.particles, 0.01, Vec3d::Zero(), options), second(pair.particles, 0.01, Vec3d::Zero(), options);
   first.load(pair.state, Vec3d::Constant(-1), Vec3d::Constant(1));
-  first.advance(60, 2e-4f, none, [](int) {}, [] { return true; });
+  first.advance(
+      60, 2e-4f, none, [](int) {}, [] { return true; });
   first.store(middle);
   second.load(middle, Vec3d::Constant(-1), Vec3d::Constant(1));
-  second.advance(20, 2e-4f, none, [](int) {}, [] { return true; });
+  second.advance(
+      20, 2e-4f, none, [](int) {}, [] { return true; });
   EXPECT_EQ(second.particle_updates(), 20 * each);
 }
 

@@ -48,8 +48,12 @@ TEST(ObjectContact, AnExchangeKeepsMomentumLosesEnergyAndLetsGo) {
       const NodePair before = random_pair(s, true);
       NodePair after = before;
       exchange_impulse(mu, after);
-      const auto momentum = [](const NodePair& p) -> Vec3d { return p.mass[0] * p.velocity[0] + p.mass[1] * p.velocity[1]; };
-      const auto energy = [](const NodePair& p) { return p.mass[0] * p.velocity[0].squaredNorm() + p.mass[1] * p.velocity[1].squaredNorm(); };
+      const auto momentum = [](const NodePair& p) -> Vec3d {
+        return p.mass[0] * p.velocity[0] + p.mass[1] * p.velocity[1];
+      };
+      const auto energy = [](const NodePair& p) {
+        return p.mass[0] * p.velocity[0].squaredNorm() + p.mass[1] * p.velocity[1].squaredNorm();
+      };
       EXPECT_LT((momentum(after) - momentum(before)).norm(), 1e-14);
       EXPECT_LT(energy(after), energy(before));
       const Vec3d n = (before.gradient[1] - before.gradient[0]).normalized();
@@ -135,12 +139,14 @@ TEST(ObjectContactLaw, EqualBlocksExchangeTheirVelocitiesAndKeepTheirMomentum) {
       if (particles.object[i] == 0) start.v[i].x() = 0.5;
     double surface = INFINITY;
     const Means before = means(particles, start);
-    const Means after = means(particles, simulate<double>(options_of(100, 0.12), particles, {}, start, [&](const State& s) {
-      // The gap at which the second block starts to move.
-      const Means now = means(particles, s);
-      if (now.velocity[1].x() > 0.02 && surface == INFINITY) surface = now.position[1].x() - now.position[0].x() - 0.14;
-      return true;
-    }).state);
+    const Means after =
+        means(particles, simulate<double>(options_of(100, 0.12), particles, {}, start, [&](const State& s) {
+                           // The gap at which the second block starts to move.
+                           const Means now = means(particles, s);
+                           if (now.velocity[1].x() > 0.02 && surface == INFINITY)
+                             surface = now.position[1].x() - now.position[0].x() - 0.14;
+                           return true;
+                         }).state);
     const auto total = [](const Means& m) -> Vec3d { return m.mass[0] * m.velocity[0] + m.mass[1] * m.velocity[1]; };
     EXPECT_LT((total(after) - total(before)).norm(), 1e-12 * total(before).norm());
     // Nodes in contact take one velocity, so the outermost cell's share of the energy is lost.
@@ -162,7 +168,8 @@ TEST(ObjectContactLaw, BodiesThatPartDoNotStick) {
 }
 
 TEST(ObjectContactLaw, ABlockRestsOnAnotherAndSlidesWithAQuarterMoreFrictionAtMost) {
-  const auto slab = testing::block<double>({0.14, 0.06, 0.03}, 0.01, 1.0, 1e5), block = testing::block<double>({0.05, 0.04, 0.03}, 0.01, 1.0, 1e5);
+  const auto slab = testing::block<double>({0.14, 0.06, 0.03}, 0.01, 1.0, 1e5),
+             block = testing::block<double>({0.05, 0.04, 0.03}, 0.01, 1.0, 1e5);
   const auto particles = two(slab, block, Vec3d(0.01, 0.01, 0.03));
   Interaction pin;
   pin.type = InteractionType::kPin, pin.region = Region::half_space(Vec3d(0, 0, 0.012), Vec3d::UnitZ());
@@ -173,7 +180,8 @@ TEST(ObjectContactLaw, ABlockRestsOnAnotherAndSlidesWithAQuarterMoreFrictionAtMo
     gravity.type = InteractionType::kGravity;
     gravity.vector = kGravity * Vec3d(std::sin(angle), 0, -std::cos(angle));
     std::vector<Means> path;
-    simulate<double>(options, particles, {pin, gravity}, initial_state(particles), [&](const State& s) { return path.push_back(means(particles, s)), true; });
+    simulate<double>(options, particles, {pin, gravity}, initial_state(particles),
+                     [&](const State& s) { return path.push_back(means(particles, s)), true; });
     return path;
   };
   const double mu = 0.4, critical = std::atan(mu), steep = critical + 0.17;

@@ -61,7 +61,8 @@ TEST(Push, IsSizedToTheStiffness) {
     push.vector = Vec3d(size.newtons, 0, 0);
     SimulateOptions real = options.simulate;
     real.duration = 0.3;
-    const double peak = simulate<float>(real, particles, {clamp(), push}, initial_state(particles)).summary.max_displacement;
+    const double peak =
+        simulate<float>(real, particles, {clamp(), push}, initial_state(particles)).summary.max_displacement;
     EXPECT_NEAR(peak / (kLength + kFoot), options.fraction, 0.35 * options.fraction);
     EXPECT_LE(size.trials, options.trials);
   }

@@ -50,7 +50,8 @@ TEST(RestShape, ASolvedBodyDoesNotDroopAndRisesByItsSagWhenGravityEnds) {
   EXPECT_LT(s.rest_shape_residual, 1e-3 * 0.12);
   double drift = 0;
   for (int f = 0; f <= 20; ++f)
-    for (size_t i = 0; i < particles.size(); ++i) drift = std::max(drift, (states[f].x[i] - particles.position[i]).norm());
+    for (size_t i = 0; i < particles.size(); ++i)
+      drift = std::max(drift, (states[f].x[i] - particles.position[i]).norm());
   EXPECT_LT(drift, 0.005 * kLength);
 
   // The sag of the same beam when it is loaded from its unloaded shape.
@@ -58,7 +59,8 @@ TEST(RestShape, ASolvedBodyDoesNotDroopAndRisesByItsSagWhenGravityEnds) {
   loading.rest_shape = RestShapeMode::kCaptured, loading.gravity.setZero();
   Interaction load;
   load.type = InteractionType::kGravity, load.vector = Vec3d(0, 0, -kGravity);
-  const double sag = -tip(particles, simulate<double>(loading, particles, {wall(), load}, initial_state(particles)).state);
+  const double sag =
+      -tip(particles, simulate<double>(loading, particles, {wall(), load}, initial_state(particles)).state);
   EXPECT_GT(sag, 0.002);
   EXPECT_NEAR(tip(particles, states.back()) / sag, 1, 0.05);
 }

@@ -40,7 +40,8 @@ GaussianCloud table_and_wall() {
     }
   for (int k = 0; k < 12; ++k) {
     Random random(12, k);
-    add(cloud, Vec3f(random.uniform(0.1, 0.8), random.uniform(0.1, 0.9), random.uniform(0.3, 0.8)), Vec3f::Constant(0.01f), k);
+    add(cloud, Vec3f(random.uniform(0.1, 0.8), random.uniform(0.1, 0.9), random.uniform(0.3, 0.8)),
+        Vec3f::Constant(0.01f), k);
   }
   return cloud;
 }

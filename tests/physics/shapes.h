@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "gaussians/base/random.h"
-#include "physics/mpm/particles.h"
 #include "physics/body/samples.h"
+#include "physics/mpm/particles.h"
 
 namespace pliant::testing {
 

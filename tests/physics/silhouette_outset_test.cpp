@@ -46,7 +46,8 @@ double radius_in_pictures(const GaussianCloud& cloud, const std::vector<Camera>&
   double sum = 0;
   for (const Camera& camera : cameras) {
     const ImageF alpha = render(cloud, camera).alpha;
-    const double area = static_cast<double>(std::count_if(alpha.data.begin(), alpha.data.end(), [](float a) { return a >= 0.5f; }));
+    const double area =
+        static_cast<double>(std::count_if(alpha.data.begin(), alpha.data.end(), [](float a) { return a >= 0.5f; }));
     sum += camera.centre().norm() * std::sin(std::atan(std::sqrt(area / kPi) / camera.fx)) / cameras.size();
   }
   return sum;

@@ -1,16 +1,17 @@
 // Laws of whole simulations, mostly in double on the templates that run in float.
 
-#include "physics/simulate/energy.h"
 #include "physics/simulate/simulate.h"
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <Eigen/Geometry>
+
 #include "gaussians/base/error.h"
-#include "physics/laws/law.h"
 #include "physics/body/make_particles.h"
+#include "physics/laws/law.h"
 #include "physics/mpm/mpm.h"
+#include "physics/simulate/energy.h"
 #include "physics/simulate/loads.h"
 #include "tests/physics/shapes.h"
 
@@ -127,7 +128,8 @@ TEST(Simulate, PinnedNodesHoldAndAReleasedPinFalls) {
 TEST(Simulate, AngularAndLinearMomentumOfAFreeBodyAreKept) {
   const auto particles = testing::block<double>({0.03, 0.03, 0.06}, 0.01);
   State start = initial_state(particles);
-  for (size_t i = 0; i < start.size(); ++i) start.v[i] = Vec3d(0, 3, 0).cross(start.x[i]) + Vec3d(0.1, 0.5 * start.x[i].z(), 0);
+  for (size_t i = 0; i < start.size(); ++i)
+    start.v[i] = Vec3d(0, 3, 0).cross(start.x[i]) + Vec3d(0.1, 0.5 * start.x[i].z(), 0);
   SimulateOptions options = options_of(30, 0.3);
   options.gravity.setZero();
   const auto totals = [&](const State& s) {
@@ -150,7 +152,8 @@ TEST(Simulate, AngularAndLinearMomentumOfAFreeBodyAreKept) {
 TEST(Simulate, TimeCentredEnergyNeverGrows) {
   const auto particles = testing::block<double>({0.03, 0.03, 0.08}, 0.01);
   State start = initial_state(particles);
-  for (size_t i = 0; i < start.size(); ++i) start.v[i] = Vec3d(0.5 * start.x[i].z() / 0.08, 0, 0.2 * start.x[i].z() / 0.08);
+  for (size_t i = 0; i < start.size(); ++i)
+    start.v[i] = Vec3d(0.5 * start.x[i].z() / 0.08, 0, 0.2 * start.x[i].z() / 0.08);
   // One substep a frame, so that every step is seen: 2e-4 s is a Courant number of 0.29.
   SimulateOptions options = options_of(10000, 0.2);
   options.substeps = 1;
@@ -186,7 +189,8 @@ TEST(Simulate, TrajectoriesAreEqualForOneTwoAndFourThreads) {
   for (const int n : {1, 2, 4}) {
     omp_set_num_threads(n);
     final.push_back(simulate<float>(options_of(30, 0.2), particles, {pin_below(0.02), gust(Vec3d(5, 1, 0))},
-                                    initial_state(particles)).state);
+                                    initial_state(particles))
+                        .state);
   }
   omp_set_num_threads(threads);
   EXPECT_TRUE(equal(final[0], final[1]));
@@ -200,11 +204,11 @@ TEST(Simulate, ResumedRunsEqualUnbrokenOnes) {
   grab.path = {{0, Vec3d(0.02, 0.02, 0.09)}, {0.3, Vec3d(0.05, 0.02, 0.09)}};
   const std::vector<Interaction> script = {pin_below(0.02), gust(Vec3d(5, 1, 0), 0.1), grab};
   SimulationState saved;
-  const auto whole = simulate<float>(options_of(30, 0.4), particles, script, initial_state(particles),
-                                     [&](const SimulationState& s) {
-                                       if (s.frame == 5) saved = s;
-                                       return true;
-                                     });
+  const auto whole =
+      simulate<float>(options_of(30, 0.4), particles, script, initial_state(particles), [&](const SimulationState& s) {
+        if (s.frame == 5) saved = s;
+        return true;
+      });
   const auto resumed = simulate<float>(options_of(30, 0.4), particles, script, saved);
   EXPECT_TRUE(equal(whole.state, resumed.state));
   EXPECT_EQ(resumed.summary.frames, whole.summary.frames - 5);
@@ -213,12 +217,13 @@ TEST(Simulate, ResumedRunsEqualUnbrokenOnes) {
 TEST(Simulate, TheSinkSeesEveryFrameAndCanStop) {
   const auto particles = testing::block<float>({0.03, 0.03, 0.03}, 0.01);
   int expected = 0;
-  auto result = simulate<float>(options_of(25, 0.4), particles, {}, initial_state(particles), [&](const SimulationState& s) {
-    EXPECT_EQ(s.frame, expected);
-    EXPECT_DOUBLE_EQ(s.time, expected / 25.0);
-    ++expected;
-    return true;
-  });
+  auto result =
+      simulate<float>(options_of(25, 0.4), particles, {}, initial_state(particles), [&](const SimulationState& s) {
+        EXPECT_EQ(s.frame, expected);
+        EXPECT_DOUBLE_EQ(s.time, expected / 25.0);
+        ++expected;
+        return true;
+      });
   EXPECT_EQ(expected, 11);
   EXPECT_FALSE(result.stopped);
   result = simulate<float>(options_of(25, 0.4), particles, {}, initial_state(particles),
@@ -244,10 +249,12 @@ TEST(Simulate, AnUnstableFrameIsRepeatedWithSmallerSteps) {
   SimulateOptions options = options_of(30, 0.2);
   // c = 3.67 m/s needs 31 substeps a frame; 4 are unstable until they have been halved often enough.
   options.substeps = 4;
-  const auto result = simulate<double>(options, particles, {pin_below(0.02), gust(Vec3d(3, 0, 0))}, initial_state(particles));
+  const auto result =
+      simulate<double>(options, particles, {pin_below(0.02), gust(Vec3d(3, 0, 0))}, initial_state(particles));
   EXPECT_GT(result.summary.retries, 0);
   options.substeps = 0;
-  const auto reference = simulate<double>(options, particles, {pin_below(0.02), gust(Vec3d(3, 0, 0))}, initial_state(particles));
+  const auto reference =
+      simulate<double>(options, particles, {pin_below(0.02), gust(Vec3d(3, 0, 0))}, initial_state(particles));
   EXPECT_EQ(reference.summary.retries, 0);
   EXPECT_LT((result.state.x.back() - reference.state.x.back()).norm(), 0.01);
 }
@@ -304,7 +311,8 @@ TEST(Simulate, ImpossibleInputIsAUsageError) {
     }
     return 0;
   };
-  const auto run = [&](const BasicParticles<double>& p, const SimulateOptions& o, std::vector<Interaction> script = {}) {
+  const auto run = [&](const BasicParticles<double>& p, const SimulateOptions& o,
+                       std::vector<Interaction> script = {}) {
     return failure([&] { simulate<double>(o, p, script, initial_state(p)); });
   };
   const SimulateOptions options = options_of(30, 0.1);

@@ -23,7 +23,8 @@ struct Cloud {
       Random random(3, i);
       for (int a = 0; a < 3; ++a) {
         state.v[i][a] = random.normal();
-        for (int b = 0; b < 3; ++b) state.C[i](a, b) = 20 * random.normal(), state.F[i](a, b) += strain * random.normal();
+        for (int b = 0; b < 3; ++b)
+          state.C[i](a, b) = 20 * random.normal(), state.F[i](a, b) += strain * random.normal();
       }
       momentum_scale += particles.mass[i] * state.v[i].norm();
       angular_scale += particles.mass[i] * state.v[i].norm() * state.x[i].norm();

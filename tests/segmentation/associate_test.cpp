@@ -25,7 +25,8 @@ MaskSet shuffled(MaskSet masks, uint64_t seed = 1) {
       if (id == 0) continue;
       Random random(seed, view.camera, fresh.size());
       uint32_t& own = fresh[id];
-      while (own == 0 || (taken.count(own) && fresh.size() != taken.size() - 1)) own = 1 + static_cast<uint32_t>(random.below(60000));
+      while (own == 0 || (taken.count(own) && fresh.size() != taken.size() - 1))
+        own = 1 + static_cast<uint32_t>(random.below(60000));
       taken.insert(own);
       id = own;
     }
@@ -52,8 +53,10 @@ Errors errors_of(const MaskSet& masks, const MaskSet& truth) {
       if (own.data[i] == 0) continue;
       ++errors.pixels;
       const uint32_t id = view.ids.data[i];
-      if (id == 0) ++errors.empty;
-      else errors.wrong += !match.count(id) || match.at(id) != own.data[i];
+      if (id == 0)
+        ++errors.empty;
+      else
+        errors.wrong += !match.count(id) || match.at(id) != own.data[i];
     }
   }
   return errors;
@@ -71,7 +74,8 @@ TEST(Associate, ConsistentIdsComeBackAsTheyAre) {
   masks.names = {{300, "red ball"}};
   const AssociateResult result = associate({}, scene.cloud, scene.cameras, masks);
   ASSERT_EQ(result.masks.views.size(), masks.views.size());
-  for (size_t v = 0; v < masks.views.size(); ++v) EXPECT_EQ(result.masks.views[v].ids.data, masks.views[v].ids.data) << v;
+  for (size_t v = 0; v < masks.views.size(); ++v)
+    EXPECT_EQ(result.masks.views[v].ids.data, masks.views[v].ids.data) << v;
   EXPECT_EQ(result.masks.names, masks.names);
   EXPECT_EQ(result.summary.groups, 4);
   EXPECT_EQ(result.summary.kept_ids, 4);
@@ -101,7 +105,8 @@ TEST(Associate, DoesNotDependOnTheOrderOfViewsNorOnTheIdsInsideThem) {
     for (size_t i = other.views.size(); i > 1; --i) std::swap(other.views[i - 1], other.views[random.below(i)]);
     const AssociateResult found = associate({}, scene.cloud, scene.cameras, other);
     ASSERT_EQ(found.masks.views.size(), expected.masks.views.size());
-    for (const MaskSet::View& view : found.masks.views) EXPECT_EQ(view.ids.data, expected.masks.views[view.camera].ids.data);
+    for (const MaskSet::View& view : found.masks.views)
+      EXPECT_EQ(view.ids.data, expected.masks.views[view.camera].ids.data);
   }
 }
 
@@ -134,8 +139,8 @@ TEST(Associate, AMaskOfTwoObjectsIsCutAlongThem) {
   const MadeScene scene = made_scene(three_balls(), 12);
   const MaskSet truth = cast_masks(scene);
   MaskSet masks = truth;
-  replace(masks.views[1].ids, 300, 70000);                  // two balls
-  replace(masks.views[5].ids, 7, MadeScene::kTable);        // a ball and the table under it
+  replace(masks.views[1].ids, 300, 70000);            // two balls
+  replace(masks.views[5].ids, 7, MadeScene::kTable);  // a ball and the table under it
   replace(masks.views[9].ids, 300, MadeScene::kTable), replace(masks.views[9].ids, 70000, MadeScene::kTable);
   const AssociateResult result = associate({}, scene.cloud, scene.cameras, shuffled(masks));
   EXPECT_EQ(result.summary.groups, 4);
@@ -190,7 +195,8 @@ TEST(Associate, ATrackThatLosesItsIdGetsItBack) {
   MaskSet masks = truth;
   for (int v = 6; v < 10; ++v) replace(masks.views[v].ids, 300, 5000);
   const AssociateResult result = associate({}, scene.cloud, scene.cameras, masks);
-  for (size_t v = 0; v < truth.views.size(); ++v) EXPECT_EQ(result.masks.views[v].ids.data, truth.views[v].ids.data) << v;
+  for (size_t v = 0; v < truth.views.size(); ++v)
+    EXPECT_EQ(result.masks.views[v].ids.data, truth.views[v].ids.data) << v;
 }
 
 TEST(Associate, HeldOutMasksAreNeverLookedAt) {
@@ -200,7 +206,8 @@ TEST(Associate, HeldOutMasksAreNeverLookedAt) {
   for (uint32_t& id : wrong.views[5].ids.data) id = 999;
   AssociateOptions options;
   options.held_out = {5};
-  const AssociateResult a = associate(options, scene.cloud, scene.cameras, masks), b = associate(options, scene.cloud, scene.cameras, wrong);
+  const AssociateResult a = associate(options, scene.cloud, scene.cameras, masks),
+                        b = associate(options, scene.cloud, scene.cameras, wrong);
   ASSERT_EQ(a.masks.views.size(), 9u);
   for (size_t v = 0; v < 9; ++v) EXPECT_EQ(a.masks.views[v].ids.data, b.masks.views[v].ids.data);
 }
@@ -216,7 +223,8 @@ TEST(Associate, EqualBitForBitForAnyNumberOfThreads) {
   for (int n : {2, 3}) {
     omp_set_num_threads(n);
     const AssociateResult many = associate({}, scene.cloud, scene.cameras, masks);
-    for (size_t v = 0; v < masks.views.size(); ++v) EXPECT_EQ(one.masks.views[v].ids.data, many.masks.views[v].ids.data);
+    for (size_t v = 0; v < masks.views.size(); ++v)
+      EXPECT_EQ(one.masks.views[v].ids.data, many.masks.views[v].ids.data);
     EXPECT_EQ(one.summary.overlap, many.summary.overlap);
   }
   omp_set_num_threads(threads);
@@ -226,7 +234,8 @@ TEST(Associate, FourHundredObjectsAndMoreIdsThanEightBitsHold) {
   std::vector<MadeScene::Ball> balls;
   for (int i = 0; i < 20; ++i)
     for (int j = 0; j < 20; ++j)
-      balls.push_back({Vec3f(-0.9f + 1.8f * i / 19, -0.9f + 1.8f * j / 19, 0.035f), 0.045f, static_cast<uint32_t>(1000 + 20 * i + j), Vec3f::Zero()});
+      balls.push_back({Vec3f(-0.9f + 1.8f * i / 19, -0.9f + 1.8f * j / 19, 0.035f), 0.045f,
+                       static_cast<uint32_t>(1000 + 20 * i + j), Vec3f::Zero()});
   MadeScene scene = made_scene(balls, 0);
   scene.cloud = {}, scene.truth.clear();
   for (float x = -1; x <= 1; x += 0.02f)
@@ -239,7 +248,8 @@ TEST(Associate, FourHundredObjectsAndMoreIdsThanEightBitsHold) {
     }
   for (int v = 0; v < 6; ++v) {
     const double angle = 2 * M_PI * v / 6;
-    scene.cameras.push_back(look_at({1.5 * std::cos(angle), 1.5 * std::sin(angle), 2.2}, {0, 0, 0}, {0, 0, 1}, 330, 280, 385));
+    scene.cameras.push_back(
+        look_at({1.5 * std::cos(angle), 1.5 * std::sin(angle), 2.2}, {0, 0, 0}, {0, 0, 1}, 330, 280, 385));
     scene.cameras.back().name = "view" + std::to_string(v);
   }
   const MaskSet truth = cast_masks(scene);

@@ -32,11 +32,13 @@ double best_iou(const MadeScene& scene, const AutomaticResult& result, uint32_t 
 }
 
 std::vector<MadeScene::Ball> balls_on_a_circle(int count) {
-  const Vec3f colours[] = {{0.8f, 0.1f, 0.1f}, {0.1f, 0.3f, 0.8f}, {0.2f, 0.7f, 0.2f}, {0.9f, 0.8f, 0.2f}, {0.8f, 0.8f, 0.8f}};
+  const Vec3f colours[] = {
+      {0.8f, 0.1f, 0.1f}, {0.1f, 0.3f, 0.8f}, {0.2f, 0.7f, 0.2f}, {0.9f, 0.8f, 0.2f}, {0.8f, 0.8f, 0.8f}};
   std::vector<MadeScene::Ball> balls;
   for (int k = 0; k < count; ++k) {
     const float angle = 2 * static_cast<float>(M_PI) * k / count, radius = 0.14f + 0.02f * k;
-    balls.push_back({Vec3f(0.6f * std::cos(angle), 0.6f * std::sin(angle), 0.8f * radius), radius, 10u + k, colours[k]});
+    balls.push_back(
+        {Vec3f(0.6f * std::cos(angle), 0.6f * std::sin(angle), 0.8f * radius), radius, 10u + k, colours[k]});
   }
   return balls;
 }
@@ -71,7 +73,8 @@ TEST(Automatic, APlaneAloneHasNoObject) {
 TEST(Automatic, AWallIsASupportAndNoObject) {
   MadeScene scene = made_scene(two_balls());
   for (float x = -1; x <= 1; x += 0.03f)
-    for (float z = 0.03f; z <= 0.9f; z += 0.03f) add_disc(scene.cloud, Vec3f(x, 1, z), -Vec3f::UnitY(), 0.018f, Vec3f(0.5f, 0.6f, 0.6f));
+    for (float z = 0.03f; z <= 0.9f; z += 0.03f)
+      add_disc(scene.cloud, Vec3f(x, 1, z), -Vec3f::UnitY(), 0.018f, Vec3f(0.5f, 0.6f, 0.6f));
   std::erase_if(scene.cameras, [](const Camera& camera) { return camera.centre().y() > 0.5; });
   const AutomaticResult result = find_in(scene);
   EXPECT_EQ(result.summary.objects, 2);
@@ -82,7 +85,8 @@ TEST(Automatic, AWallIsASupportAndNoObject) {
 TEST(Automatic, WhatFloatsIsNoObject) {
   MadeScene scene = made_scene(two_balls());
   for (int k = 0; k < 200; ++k)
-    add_disc(scene.cloud, Vec3f(0.02f * (k % 14), 0.02f * (k / 14), 0.9f), Vec3f::UnitZ(), 0.015f, Vec3f(0.3f, 0.3f, 0.3f));
+    add_disc(scene.cloud, Vec3f(0.02f * (k % 14), 0.02f * (k / 14), 0.9f), Vec3f::UnitZ(), 0.015f,
+             Vec3f(0.3f, 0.3f, 0.3f));
   const AutomaticResult result = find_in(scene);
   EXPECT_EQ(result.summary.objects, 2);
   EXPECT_EQ(result.found[result.label.back() - 1].kind, FoundThing::Kind::kRest);
@@ -117,7 +121,8 @@ TEST(Automatic, MasksShowTheObjectsOnlyInViewsThatAreNotHeldOut) {
     const IdImage truth = cast_ids(scene, scene.cameras[view.camera]);
     size_t both = 0, either = 0;
     for (size_t i = 0; i < truth.data.size(); ++i) {
-      const bool a = truth.data[i] != 0 && truth.data[i] != MadeScene::kTable, b = view.ids.data[i] == 1 || view.ids.data[i] == 2;
+      const bool a = truth.data[i] != 0 && truth.data[i] != MadeScene::kTable,
+                 b = view.ids.data[i] == 1 || view.ids.data[i] == 2;
       both += a && b, either += a || b;
     }
     EXPECT_GT(static_cast<double>(both), 0.8 * static_cast<double>(either));
@@ -134,7 +139,8 @@ TEST(Automatic, EqualForAnyNumberOfThreads) {
   omp_set_num_threads(threads);
   EXPECT_EQ(one.label, three.label);
   ASSERT_EQ(one.masks.views.size(), three.masks.views.size());
-  for (size_t v = 0; v < one.masks.views.size(); ++v) EXPECT_EQ(one.masks.views[v].ids.data, three.masks.views[v].ids.data);
+  for (size_t v = 0; v < one.masks.views.size(); ++v)
+    EXPECT_EQ(one.masks.views[v].ids.data, three.masks.views[v].ids.data);
 }
 
 TEST(Automatic, HostileCloudsGiveNothing) {
@@ -180,7 +186,8 @@ SurfacePicture flat_picture(Pixel pixel) {
   picture.width = 60, picture.height = 40, picture.focal = 50;
   for (int y = 0; y < picture.height; ++y)
     for (int x = 0; x < picture.width; ++x) {
-      picture.alpha.push_back(1), picture.lab.push_back(Vec3f::Constant(0.5f)), picture.normal.push_back(-Vec3f::UnitZ());
+      picture.alpha.push_back(1), picture.lab.push_back(Vec3f::Constant(0.5f)),
+          picture.normal.push_back(-Vec3f::UnitZ());
       float depth = 2;
       pixel(x, y, picture.lab.back(), picture.normal.back(), depth, picture.alpha.back());
       picture.point.push_back(depth * Vec3f((x - 30) / 50.0f, (y - 20) / 50.0f, 1));
@@ -195,20 +202,27 @@ uint32_t segments_of(const SurfacePicture& picture) {
 
 TEST(PictureSegments, EdgesOfColourNormalAndDepthPartThePictureAndSlopesDoNot) {
   EXPECT_EQ(segments_of(flat_picture([](int, int, Vec3f&, Vec3f&, float&, float&) {})), 1u);
-  EXPECT_EQ(segments_of(flat_picture([](int x, int, Vec3f& lab, Vec3f&, float&, float&) { lab[0] = x < 30 ? 0.3f : 0.6f; })), 2u);
+  EXPECT_EQ(
+      segments_of(flat_picture([](int x, int, Vec3f& lab, Vec3f&, float&, float&) { lab[0] = x < 30 ? 0.3f : 0.6f; })),
+      2u);
   EXPECT_EQ(segments_of(flat_picture([](int x, int, Vec3f&, Vec3f& normal, float&, float&) {
               if (x < 30) normal = Vec3f(1, 0, -1).normalized();
-            })), 2u);
-  EXPECT_EQ(segments_of(flat_picture([](int x, int, Vec3f&, Vec3f&, float& depth, float&) { depth = x < 30 ? 2.0f : 3.0f; })), 2u);
+            })),
+            2u);
+  EXPECT_EQ(
+      segments_of(flat_picture([](int x, int, Vec3f&, Vec3f&, float& depth, float&) { depth = x < 30 ? 2.0f : 3.0f; })),
+      2u);
   // A plane seen at a slant: depth changes fast from pixel to pixel, but along its tangent.
   EXPECT_EQ(segments_of(flat_picture([](int x, int, Vec3f&, Vec3f& normal, float& depth, float&) {
               normal = Vec3f(-1, 0, -1).normalized();
               depth = 2 / (1 + (x - 30) / 50.0f);
-            })), 1u);
+            })),
+            1u);
 }
 
 TEST(PictureSegments, WhatIsNotOpaqueStaysUnlabelled) {
-  const SurfacePicture picture = flat_picture([](int x, int, Vec3f&, Vec3f&, float&, float& alpha) { alpha = x < 30 ? 1.0f : 0.2f; });
+  const SurfacePicture picture =
+      flat_picture([](int x, int, Vec3f&, Vec3f&, float&, float& alpha) { alpha = x < 30 ? 1.0f : 0.2f; });
   const IdImage ids = picture_segments({}, picture);
   EXPECT_EQ(ids(10, 10), 1u);
   EXPECT_EQ(ids(40, 10), 0u);
@@ -225,10 +239,12 @@ void add_sheet(const Vec3f& corner, const Vec3f& a, const Vec3f& b, int count, s
 
 TEST(PlanesBehind, AreThoseWideOnesClearOfTheThingWithNothingBeyond) {
   std::vector<Vec3f> wall, all;
-  add_sheet(Vec3f(-2, -2, 0), Vec3f(4, 0, 0), Vec3f(0, 4, 0), 6000, wall);   // z = 0
+  add_sheet(Vec3f(-2, -2, 0), Vec3f(4, 0, 0), Vec3f(0, 4, 0), 6000, wall);  // z = 0
   all = wall;
   add_sheet(Vec3f(-0.2f, -0.2f, 0.5f), Vec3f(0.4f, 0, 0), Vec3f(0, 0.4f, 0), 150, all);  // a small plate before it
-  const auto behind = [](const std::vector<Vec3f>& points, const Vec3f& thing) { return planes_behind({}, points, thing, 5, 0.01f); };
+  const auto behind = [](const std::vector<Vec3f>& points, const Vec3f& thing) {
+    return planes_behind({}, points, thing, 5, 0.01f);
+  };
   const std::vector<Support> found = behind(all, Vec3f(0, 0, 0.6f));
   ASSERT_EQ(found.size(), 1u) << "the plate is no wall";
   EXPECT_GT(found[0].normal.z(), 0.999f);

@@ -16,7 +16,8 @@ inline Segmentation certain(const std::vector<uint32_t>& label, const std::vecto
   s.attribute.assign(label.size() * kSemanticChannels, 0.0f);
   for (size_t p = 0; p < label.size(); ++p) {
     const int c = class_of_id(s, label[p]);
-    for (int k = 0; k < kSemanticChannels; ++k) s.attribute[p * kSemanticChannels + k] = s.classifier[c * kSemanticChannels + k] / 12;
+    for (int k = 0; k < kSemanticChannels; ++k)
+      s.attribute[p * kSemanticChannels + k] = s.classifier[c * kSemanticChannels + k] / 12;
   }
   s.seen.assign(label.size(), 1);
   update_labels(s);

@@ -4,8 +4,8 @@
 
 namespace pliant {
 
-inline const Vec3f kFoot(-0.35f, 0.1f, 0);     // of the first of two_balls()
-constexpr float kFootRadius = 0.26f;           // where it meets the table
+inline const Vec3f kFoot(-0.35f, 0.1f, 0);  // of the first of two_balls()
+constexpr float kFootRadius = 0.26f;        // where it meets the table
 
 /// Light left on the table beside that ball: soft, half at the rim, stronger on one side.
 inline float soft_gain(const Vec3f& x) {

@@ -1,5 +1,5 @@
-// Changing the objects by hand: what a merge joins a split takes apart, a dropped object becomes its surroundings, labels
-// that an edit does not name stay, ids are never used twice, and pictures agree with labels.
+// Changing the objects by hand: what a merge joins a split takes apart, a dropped object becomes its surroundings,
+// labels that an edit does not name stay, ids are never used twice, and pictures agree with labels.
 
 #include "segmentation/lift/edit.h"
 
@@ -38,7 +38,9 @@ struct Fitted {
   EditOutcome edit(ObjectEdit::Kind kind, const std::string& text) {
     return apply_edit({}, ObjectEdit::parse(kind, text), scene.cloud, scene.cameras, segmentation);
   }
-  std::vector<uint32_t> picture(size_t camera) const { return render_ids(segmentation, scene.cloud, scene.cameras[camera]).data; }
+  std::vector<uint32_t> picture(size_t camera) const {
+    return render_ids(segmentation, scene.cloud, scene.cameras[camera]).data;
+  }
 };
 
 using Kind = ObjectEdit::Kind;
@@ -64,7 +66,8 @@ void expect_consistent(const Segmentation& s) {
   EXPECT_EQ(again.label, s.label);
   EXPECT_EQ(again.confidence, s.confidence);
   EXPECT_TRUE(std::is_sorted(s.class_id.begin(), s.class_id.end(), std::less_equal<>()) || s.class_id.size() < 2);
-  for (size_t n : {s.class_name.size(), s.classifier_bias.size(), s.classifier.size() / kSemanticChannels, s.class_cameras.size()})
+  for (size_t n :
+       {s.class_name.size(), s.classifier_bias.size(), s.classifier.size() / kSemanticChannels, s.class_cameras.size()})
     EXPECT_EQ(n, s.class_id.size());
 }
 
@@ -80,7 +83,8 @@ TEST(Edit, MergedObjectsAreOneWithTheFirstIdAndNameInLabelsAndPictures) {
   for (uint32_t& id : expected) id = id == 70000 || id == 5 ? 300 : id;
   for (uint32_t& id : picture) id = id == 70000 || id == 5 ? 300 : id;
   std::set<int> cameras;
-  for (int c : {1, 2, 3}) cameras.insert(f.segmentation.class_cameras[c].begin(), f.segmentation.class_cameras[c].end());
+  for (int c : {1, 2, 3})
+    cameras.insert(f.segmentation.class_cameras[c].begin(), f.segmentation.class_cameras[c].end());
 
   const EditOutcome outcome = f.edit(Kind::kMerge, "plum,70000,pear");
   EXPECT_EQ(f.segmentation.label, expected);
@@ -142,7 +146,8 @@ TEST(Edit, AConnectedObjectIsCutWhereItsColourChanges) {
   std::vector<uint8_t> member;
   for (float x = -0.5f; x < 0.5f; x += 0.02f)
     for (float y = 0; y < 0.2f; y += 0.02f) {
-      add_disc(cloud, Vec3f(x, y, 0), Vec3f::UnitZ(), 0.015f, x < 0.13f ? Vec3f(0.8f, 0.1f, 0.1f) : Vec3f(0.1f, 0.1f, 0.8f));
+      add_disc(cloud, Vec3f(x, y, 0), Vec3f::UnitZ(), 0.015f,
+               x < 0.13f ? Vec3f(0.8f, 0.1f, 0.1f) : Vec3f(0.1f, 0.1f, 0.8f));
       member.push_back(1);
     }
   const SplitResult result = split_object({}, cloud, member);
@@ -169,7 +174,8 @@ TEST(Edit, ADumbbellOfMottledColourIsCutAtItsHandle) {
   EXPECT_TRUE(result.cut);
   EXPECT_LT(result.cut_share, 0.05);
   for (size_t p = 0; p < cloud.size(); ++p)
-    if (std::abs(cloud.position[p].x()) > 0.17f) EXPECT_EQ(result.part[p] == result.part[0], cloud.position[p].x() < 0) << p;
+    if (std::abs(cloud.position[p].x()) > 0.17f)
+      EXPECT_EQ(result.part[p] == result.part[0], cloud.position[p].x() < 0) << p;
 }
 
 TEST(Edit, SeventyObjectsInSixteenChannelsStayApart) {
@@ -178,14 +184,16 @@ TEST(Edit, SeventyObjectsInSixteenChannelsStayApart) {
   std::vector<uint32_t> blob;
   for (uint32_t k = 0; k < 70; ++k)
     for (int i = 0; i < 20; ++i) {
-      add_disc(cloud, Vec3f(static_cast<float>(k), 0.02f * static_cast<float>(i % 5), 0.02f * static_cast<float>(i / 5)), Vec3f::UnitZ(), 0.015f,
-               Vec3f::Ones());
+      add_disc(cloud,
+               Vec3f(static_cast<float>(k), 0.02f * static_cast<float>(i % 5), 0.02f * static_cast<float>(i / 5)),
+               Vec3f::UnitZ(), 0.015f, Vec3f::Ones());
       blob.push_back(k);
     }
   Segmentation s;
   s.class_id = {1}, s.class_name = {"all"}, s.classifier_bias = {0.0f};
   s.classifier = class_codes(1, 3);
-  for (size_t p = 0; p < cloud.size(); ++p) s.attribute.insert(s.attribute.end(), s.classifier.begin(), s.classifier.end());
+  for (size_t p = 0; p < cloud.size(); ++p)
+    s.attribute.insert(s.attribute.end(), s.classifier.begin(), s.classifier.end());
   for (float& w : s.classifier) w *= 8;
   s.seen.assign(cloud.size(), 1), s.class_cameras = {{}};
   update_labels(s);
@@ -202,13 +210,15 @@ TEST(Edit, WithoutAnythingAroundEverythingIsUnlabelled) {
   f.edit(Kind::kMerge, "3,5,300,70000");
   f.edit(Kind::kDrop, "table");
   EXPECT_EQ(f.segmentation.class_id, std::vector<uint32_t>{0});
-  EXPECT_EQ(std::count(f.segmentation.label.begin(), f.segmentation.label.end(), 0), static_cast<std::ptrdiff_t>(f.scene.cloud.size()));
+  EXPECT_EQ(std::count(f.segmentation.label.begin(), f.segmentation.label.end(), 0),
+            static_cast<std::ptrdiff_t>(f.scene.cloud.size()));
   expect_consistent(f.segmentation);
 }
 
 TEST(Edit, MistakesNameTheNearestObjectAndChangeNothing) {
   Fitted f = fitted();
-  expect_error(Failure::kUsage, {"--drop", "plumm", "did you mean 'plum'", "70000 = berry"}, [&] { f.edit(Kind::kDrop, "plumm"); });
+  expect_error(Failure::kUsage, {"--drop", "plumm", "did you mean 'plum'", "70000 = berry"},
+               [&] { f.edit(Kind::kDrop, "plumm"); });
   expect_error(Failure::kUsage, {"--merge", "twice"}, [&] { f.edit(Kind::kMerge, "300,plum"); });
   expect_error(Failure::kUsage, {"--merge", "two or more"}, [&] { f.edit(Kind::kMerge, "300"); });
   expect_error(Failure::kUsage, {"--name", "ID=NAME"}, [&] { f.edit(Kind::kName, "300"); });

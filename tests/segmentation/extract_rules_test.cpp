@@ -14,10 +14,13 @@ namespace {
 const std::vector<uint32_t> kIds = {3, 300, 70000};
 constexpr float kOpacity = 0.95f;  // of every disc of a made scene
 
-/// Counts by rule agree with the summary, only `fired` fired, and its share of opacity is that of `count` equal Gaussians.
+/// Counts by rule agree with the summary, only `fired` fired, and its share of opacity is that of `count` equal
+/// Gaussians.
 void expect_only(const ExtractResult& result, ExtractRule fired, size_t count, float opacity = kOpacity) {
   const ExtractSummary& s = result.summary;
-  const size_t summary[kExtractRules] = {0, s.below_probability, s.outliers, s.floaters, s.contact_to_support, s.contact_to_object, s.enclosed, s.islands, s.hull};
+  const size_t summary[kExtractRules] = {
+      0,          s.below_probability, s.outliers, s.floaters, s.contact_to_support, s.contact_to_object,
+      s.enclosed, s.islands,           s.hull};
   size_t counted[kExtractRules] = {};
   for (ExtractRule rule : result.rule) ++counted[static_cast<int>(rule)];
   for (int k = 1; k < kExtractRules; ++k) {
@@ -25,7 +28,8 @@ void expect_only(const ExtractResult& result, ExtractRule fired, size_t count, f
     EXPECT_EQ(counted[k], expected ? count : 0u) << name_of(static_cast<ExtractRule>(k));
     EXPECT_EQ(summary[k], counted[k]) << name_of(static_cast<ExtractRule>(k));
     EXPECT_EQ(s.moved_by(static_cast<ExtractRule>(k)), summary[k]);
-    EXPECT_NEAR(s.opacity_share[k], expected ? count * opacity / (s.candidates * kOpacity) : 0.0, 1e-3 / s.candidates) << k;
+    EXPECT_NEAR(s.opacity_share[k], expected ? count * opacity / (s.candidates * kOpacity) : 0.0, 1e-3 / s.candidates)
+        << k;
   }
   EXPECT_EQ(result.object.size() + result.background.size() + result.dropped.size(), result.rule.size());
 }
@@ -76,13 +80,15 @@ TEST(ExtractRules, AMissingPatchOfASurfaceIsNotInsideButWhatAHollowHoldsIs) {
   const MadeScene::Ball ball = scene.balls[0];
   std::vector<int> keep;
   for (size_t p = 0; p < scene.cloud.size(); ++p)
-    if (scene.truth[p] != 300 || scene.cloud.position[p].z() < ball.centre.z() + 0.5f * ball.radius) keep.push_back(static_cast<int>(p));
+    if (scene.truth[p] != 300 || scene.cloud.position[p].z() < ball.centre.z() + 0.5f * ball.radius)
+      keep.push_back(static_cast<int>(p));
   std::vector<uint32_t> truth;
   for (int p : keep) truth.push_back(scene.truth[p]);
   scene.cloud = scene.cloud.select(keep), scene.truth = truth;
   for (int i = 0; i < 5; ++i) {
     add_disc(scene.cloud, ball.centre + Vec3f(0.03f * i - 0.06f, 0.0f, 0.02f), Vec3f::UnitZ(), 0.01f, Vec3f::Ones());
-    add_disc(scene.cloud, ball.centre + Vec3f(0.03f * i - 0.06f, 1.3f * ball.radius, 0.1f), Vec3f::UnitZ(), 0.01f, Vec3f::Ones());
+    add_disc(scene.cloud, ball.centre + Vec3f(0.03f * i - 0.06f, 1.3f * ball.radius, 0.1f), Vec3f::UnitZ(), 0.01f,
+             Vec3f::Ones());
     scene.truth.insert(scene.truth.end(), {70000, 70000});
   }
   const Segmentation segmentation = certain(scene.truth, kIds);
@@ -109,9 +115,10 @@ TEST(ExtractRules, SmallIslandsThatOnlyTheObjectHoldsAreItsUnlessTheyAreAnObject
   const ExtractResult taken = extracted(with_patch(above, 70000));
   expect_only(taken, ExtractRule::kIsland, 9, 0.95f);
   for (size_t p = plain.truth.size(); p < plain.truth.size() + 9; ++p) EXPECT_EQ(taken.rule[p], ExtractRule::kIsland);
-  expect_only(extracted(with_patch(above, 5)), ExtractRule::kNone, 0);                                    // nothing else has its label
-  expect_only(extracted(with_patch(above + Vec3f(0, 0, 0.5f), 70000)), ExtractRule::kNone, 0);            // far from the object
-  expect_only(extracted(with_patch(ball.centre + Vec3f(0, 0.36f, -0.1f), 70000)), ExtractRule::kNone, 0);  // the table holds it
+  expect_only(extracted(with_patch(above, 5)), ExtractRule::kNone, 0);  // nothing else has its label
+  expect_only(extracted(with_patch(above + Vec3f(0, 0, 0.5f), 70000)), ExtractRule::kNone, 0);  // far from the object
+  expect_only(extracted(with_patch(ball.centre + Vec3f(0, 0.36f, -0.1f), 70000)), ExtractRule::kNone,
+              0);  // the table holds it
 }
 
 TEST(ExtractRules, TheSheetShowsTheObjectInGreenAndAFloaterInItsColour) {

@@ -56,7 +56,8 @@ TEST(Islands, APatchOfAnotherLabelOnABallIsMergedAndARealBallIsNot) {
   // The side of the ball away from the table's middle is labelled as the table, which it does not touch.
   size_t patch = 0;
   for (size_t p = 0; p < label.size(); ++p)
-    if (scene.truth[p] == 300 && scene.cloud.position[p].z() > 0.8f * scene.balls[0].radius + scene.balls[0].centre.z()) label[p] = MadeScene::kTable, ++patch;
+    if (scene.truth[p] == 300 && scene.cloud.position[p].z() > 0.8f * scene.balls[0].radius + scene.balls[0].centre.z())
+      label[p] = MadeScene::kTable, ++patch;
   ASSERT_GT(patch, 3u);
   Segmentation segmentation = certain(label, kIds);
   EXPECT_EQ(merge_islands({}, scene.cloud, segmentation), patch);
@@ -113,7 +114,8 @@ TEST(Extract, GaussiansAtTheContactGoToTheSideOfThePlaneTheyLieOn) {
   EXPECT_EQ(result.summary.contact_to_support, 1u);
   EXPECT_EQ(result.summary.contact_to_object, 1u);
   EXPECT_TRUE(std::binary_search(result.object.begin(), result.object.end(), raised));
-  EXPECT_FALSE(std::binary_search(result.object.begin(), result.object.end(), static_cast<int>(scene.cloud.size()) - 1));
+  EXPECT_FALSE(
+      std::binary_search(result.object.begin(), result.object.end(), static_cast<int>(scene.cloud.size()) - 1));
 }
 
 TEST(Extract, AnUnknownIdIsAUsageErrorThatListsTheKnownOnes) {

@@ -48,7 +48,8 @@ TEST(FeaturePicture, ColoursDoNotChangeWhenTheAttributeSpaceIsTurnedOrMirrored) 
   const Square turn = a_rotation(3);
   Square mirror = turn;
   mirror.col(2) *= -1;
-  const std::vector<float> a = skewed_samples(3000, Square::Identity()), b = skewed_samples(3000, turn), c = skewed_samples(3000, mirror);
+  const std::vector<float> a = skewed_samples(3000, Square::Identity()), b = skewed_samples(3000, turn),
+                           c = skewed_samples(3000, mirror);
   const PrincipalColors of_a = PrincipalColors::of(a), of_b = PrincipalColors::of(b), of_c = PrincipalColors::of(c);
   for (size_t i = 0; i < a.size(); i += kY) {
     EXPECT_LT((of_a.color(a.data() + i) - of_b.color(b.data() + i)).norm(), 1e-4f);

@@ -84,9 +84,9 @@ TEST(FlowTracker, ALostThingIsPromptedAnewByAdd) {
   tracker.start(picture_at(30), ids_at(30));
   EXPECT_EQ(tracker.step(made_picture(kWidth, kHeight, {})).lost, std::vector<uint32_t>{kId});
   FlowTracker other = tracker;
-  EXPECT_EQ(tracker.add(ids_at(60)).lost.size(), 0u);     // by its id
+  EXPECT_EQ(tracker.add(ids_at(60)).lost.size(), 0u);  // by its id
   other.step(made_picture(kWidth, kHeight, {disc_at(60)}));
-  EXPECT_EQ(other.add(ids_at(60, 5)).ids(60, 42), kId);   // by its colours
+  EXPECT_EQ(other.add(ids_at(60, 5)).ids(60, 42), kId);  // by its colours
 }
 
 TEST(FlowTracker, RefusesAPictureOfAnotherSize) {

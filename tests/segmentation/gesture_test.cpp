@@ -226,7 +226,8 @@ TEST_F(GestureTest, AClickTakesAThingOfManyColoursWholeFromThePlaneBehindIt) {
   const Vec3f colours[3] = {{0.8f, 0.1f, 0.1f}, {0.7f, 0.5f, 0.3f}, {0.1f, 0.3f, 0.8f}};
   for (size_t p = 0; p < scene.truth.size(); ++p) {
     if (scene.truth[p] != 300) continue;
-    const Vec3f& colour = colours[std::clamp(static_cast<int>(std::floor((scene.cloud.position[p].x() + 0.6f) / 0.2f)), 0, 2)];
+    const Vec3f& colour =
+        colours[std::clamp(static_cast<int>(std::floor((scene.cloud.position[p].x() + 0.6f) / 0.2f)), 0, 2)];
     for (int k = 0; k < 3; ++k) scene.cloud.sh_of(p)[k] = (colour[k] - 0.5f) / kSh0;
   }
   options.up = Vec3f::Zero();  // it may hang at a wall

@@ -20,15 +20,19 @@ class RampPainter : public Inpainter {
     for (int y = 0; y < mask.height; ++y)
       for (int x = 0; x < mask.width; ++x)
         if (mask(x, y))
-          for (int k = 0; k < 3; ++k) out(x, y, k) = ramp(x + 0.5f, y + 0.5f, static_cast<int>(masks.size()), mask.width, mask.height)[k];
+          for (int k = 0; k < 3; ++k)
+            out(x, y, k) = ramp(x + 0.5f, y + 0.5f, static_cast<int>(masks.size()), mask.width, mask.height)[k];
     for (const float value : picture.data) in_range = in_range && value >= 0 && value <= 1;
     masks.push_back(mask);
     return out;
   }
   static Vec3f ramp(float x, float y, int call, int width, int height) {
-    return {x / static_cast<float>(width), y / static_cast<float>(height), std::max(0.0f, 0.9f - 0.4f * static_cast<float>(call))};
+    return {x / static_cast<float>(width), y / static_cast<float>(height),
+            std::max(0.0f, 0.9f - 0.4f * static_cast<float>(call))};
   }
-  size_t painted(size_t call) const { return std::accumulate(masks[call].data.begin(), masks[call].data.end(), size_t(0)); }
+  size_t painted(size_t call) const {
+    return std::accumulate(masks[call].data.begin(), masks[call].data.end(), size_t(0));
+  }
 
   std::vector<ImageU8> masks;
   bool in_range = true;
@@ -43,7 +47,8 @@ struct Painted {
 Painted painted(int max_planes, int refine_rounds) {
   const MadeScene scene = made_scene(two_balls(), 8, 160, 120);
   std::vector<int> object, background;
-  for (size_t p = 0; p < scene.truth.size(); ++p) (scene.truth[p] == 300 ? object : background).push_back(static_cast<int>(p));
+  for (size_t p = 0; p < scene.truth.size(); ++p)
+    (scene.truth[p] == 300 ? object : background).push_back(static_cast<int>(p));
   Painted out{scene.cloud.select(background), scene.cloud.select(object), scene.cameras, {}, {}};
   RepairOptions options;
   options.max_planes = max_planes, options.refine.rounds = refine_rounds;
@@ -68,7 +73,8 @@ TEST(Inpainter, PaintsTheLargestHoleFirstAndWhatItShowsIsNotPaintedAgain) {
   EXPECT_EQ(out.result.summary.inpainted_views, out.painter.masks.size());
   const RepairSummary& summary = out.result.summary;
   EXPECT_GE(out.painter.painted(0), *std::max_element(summary.hole_before.begin(), summary.hole_before.end()));
-  for (size_t call = 1; call < out.painter.masks.size(); ++call) EXPECT_LT(out.painter.painted(call), out.painter.painted(0) / 4);
+  for (size_t call = 1; call < out.painter.masks.size(); ++call)
+    EXPECT_LT(out.painter.painted(call), out.painter.painted(0) / 4);
   EXPECT_LT(summary.after(), summary.before() / 50);
   EXPECT_LT(summary.outside_change, 2e-3f);
 }
@@ -80,8 +86,11 @@ TEST(Inpainter, NewGaussiansCarryTheColourOfThePaintedViewWhereTheyProject) {
   for (size_t p = out.result.first_new; p < out.result.background.size(); ++p, ++total) {
     const Vec3d x = camera.cam_from_world * out.result.background.position[p].cast<double>();
     const double u = camera.fx * x.x() / x.z() + camera.cx, v = camera.fy * x.y() / x.z() + camera.cy;
-    if (u < 0 || v < 0 || u >= camera.width || v >= camera.height || !out.painter.masks[0](static_cast<int>(u), static_cast<int>(v))) continue;
-    const Vec3f wanted = RampPainter::ramp(static_cast<float>(u), static_cast<float>(v), 0, camera.width, camera.height);
+    if (u < 0 || v < 0 || u >= camera.width || v >= camera.height ||
+        !out.painter.masks[0](static_cast<int>(u), static_cast<int>(v)))
+      continue;
+    const Vec3f wanted =
+        RampPainter::ramp(static_cast<float>(u), static_cast<float>(v), 0, camera.width, camera.height);
     // Beside the mask the ramp is mixed with the picture.
     if ((color(out.result.background, p) - wanted).cwiseAbs().maxCoeff() < 0.01f) ++checked;
     EXPECT_LT(std::abs(out.result.background.position[p].z()), 0.002f);

@@ -1,12 +1,13 @@
-// The semantic attribute that trains with the scene: derivatives against finite differences in double, and training of a
-// painted ball whose two halves are two objects.
+// The semantic attribute that trains with the scene: derivatives against finite differences in double, and training of
+// a painted ball whose two halves are two objects.
+
+#include "segmentation/lift/joint_term.h"
 
 #include <gtest/gtest.h>
 #include <omp.h>
 
 #include "gaussians/base/error.h"
 #include "gaussians/reconstruct/start_cloud.h"
-#include "segmentation/lift/joint_term.h"
 #include "tests/gaussians/made_photos.h"
 
 namespace pliant {

@@ -22,8 +22,12 @@ struct MadeDetector : Detector {
 
   std::vector<Detection> detect(const ImageF&, const std::vector<std::string>& names) override {
     asked = names;
-    std::vector<Detection> all = {{23, 33, 67, 77, red_score, "flower"}, {97, 44, 133, 80, 0.8f, "ball"}, {98, 44, 134, 81, 0.6f, "cup"}, {0, 0, 30, 30, 0.1f, "cup"}};
-    if (!names.empty()) std::erase_if(all, [&](const Detection& d) { return !std::count(names.begin(), names.end(), d.label); });
+    std::vector<Detection> all = {{23, 33, 67, 77, red_score, "flower"},
+                                  {97, 44, 133, 80, 0.8f, "ball"},
+                                  {98, 44, 134, 81, 0.6f, "cup"},
+                                  {0, 0, 30, 30, 0.1f, "cup"}};
+    if (!names.empty())
+      std::erase_if(all, [&](const Detection& d) { return !std::count(names.begin(), names.end(), d.label); });
     return all;
   }
   std::vector<std::string> vocabulary() const override { return known; }
@@ -42,7 +46,8 @@ struct MadeSegmenter : PromptableSegmenter {
     ImageF logits(kWidth, kHeight, 1, -4.0f);
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x) {
-        bool in = prompt.box && x + 0.5f > prompt.box->x0 && x + 0.5f < prompt.box->x1 && y + 0.5f > prompt.box->y0 && y + 0.5f < prompt.box->y1;
+        bool in = prompt.box && x + 0.5f > prompt.box->x0 && x + 0.5f < prompt.box->x1 && y + 0.5f > prompt.box->y0 &&
+                  y + 0.5f < prompt.box->y1;
         for (const auto& point : prompt.points)
           for (const MadeDisc& disc : {kRed, kBlue}) in |= disc.contains(point.x, point.y) && disc.contains(x, y);
         if (in) logits(x, y) = 4;
@@ -120,7 +125,8 @@ TEST(LabelPhoto, EverythingModeWithoutWeightsFindsADiscOnATexturedGround) {
   LabelOptions options;
   options.everything = EverythingOptions::weight_free();
   options.everything.points_per_side = 2;
-  const LabelledPhoto photo = label_photo(options, {nullptr, nullptr, &segmenter}, made_picture(96, 72, {{26, 20, 14}}));
+  const LabelledPhoto photo =
+      label_photo(options, {nullptr, nullptr, &segmenter}, made_picture(96, 72, {{26, 20, 14}}));
   ASSERT_GT(photo.ids(26, 20), 0u);
   ImageF found(96, 72, 1, -1.0f);
   for (size_t i = 0; i < found.data.size(); ++i)
@@ -141,7 +147,9 @@ TEST(PaintMasks, ASmallThingLiesInFrontOfTheLargeOneAroundItAndElseTheBetterScor
       for (int x = static_cast<int>(x0); x < x1; ++x) logits(x, y) = 1;
     return picture_mask(logits, name, score);
   };
-  const LabelledPhoto photo = paint_masks({}, 60, 40, {square(10, 10, 18, 18, "cup", 0.4f), square(0, 0, 40, 40, "table", 0.9f), square(30, 0, 50, 40, "chair", 0.8f)});
+  const LabelledPhoto photo = paint_masks(
+      {}, 60, 40,
+      {square(10, 10, 18, 18, "cup", 0.4f), square(0, 0, 40, 40, "table", 0.9f), square(30, 0, 50, 40, "chair", 0.8f)});
   ASSERT_EQ(photo.things.size(), 3u);
   EXPECT_EQ(photo.things[0].name, "table");
   EXPECT_EQ(photo.things[photo.ids(12, 12) - 1].name, "cup");

@@ -23,7 +23,8 @@ inline ImageF made_picture(int width, int height, const std::vector<MadeDisc>& d
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       Random random(3, static_cast<uint64_t>(y) * width + x);
-      const float u = x - shift, blotch = 0.12f * std::sin(0.31f * u) * std::cos(0.23f * y) + 0.06f * std::sin(0.9f * u + 0.7f * y);
+      const float u = x - shift,
+                  blotch = 0.12f * std::sin(0.31f * u) * std::cos(0.23f * y) + 0.06f * std::sin(0.9f * u + 0.7f * y);
       Vec3f colour = std::fmod(u + 1000, 12.0f) < 4 ? Vec3f(0.1f, 0.2f, 0.1f) : Vec3f(0.35f, 0.5f, 0.3f);
       colour += Vec3f::Constant(blotch);
       for (const MadeDisc& disc : discs)

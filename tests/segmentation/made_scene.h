@@ -49,8 +49,8 @@ inline Vec3f plank_colour(float x, float) {
   return phase < 0.12f ? Vec3f(0.2f, 0.12f, 0.08f) : Vec3f(0.7f, 0.5f, 0.3f);
 }
 
-/// A table with balls; Gaussians that no camera sees (inside and under a ball) are left out, as in a real capture.  Steps are
-/// the distances between Gaussians of the table and of a ball.
+/// A table with balls; Gaussians that no camera sees (inside and under a ball) are left out, as in a real capture.
+/// Steps are the distances between Gaussians of the table and of a ball.
 inline MadeScene made_scene(const std::vector<MadeScene::Ball>& balls, int views = 10, int width = 120, int height = 90,
                             float step = 0.03f, float ball_step = 0.03f) {
   MadeScene scene;
@@ -75,15 +75,16 @@ inline MadeScene made_scene(const std::vector<MadeScene::Ball>& balls, int views
   }
   for (int v = 0; v < views; ++v) {
     const double angle = 2 * M_PI * v / views, lift = v % 2 ? 0.9 : 1.6;
-    Camera camera = look_at({2.2 * std::cos(angle), 2.2 * std::sin(angle), lift}, {0, 0, 0.1}, {0, 0, 1}, width, height, width * 0.9);
+    Camera camera = look_at({2.2 * std::cos(angle), 2.2 * std::sin(angle), lift}, {0, 0, 0.1}, {0, 0, 1}, width, height,
+                            width * 0.9);
     camera.name = "view" + std::to_string(v);
     scene.cameras.push_back(camera);
   }
   return scene;
 }
 
-/// First and past-the-last pixels, along x and y, between the tangents from the camera to a ball; all of the picture when
-/// the ball reaches to the camera's plane.
+/// First and past-the-last pixels, along x and y, between the tangents from the camera to a ball; all of the picture
+/// when the ball reaches to the camera's plane.
 inline std::array<int, 4> ball_pixels(const MadeScene::Ball& ball, const Camera& camera) {
   const Vec3d c = camera.cam_from_world * ball.centre.cast<double>();
   const double r2 = static_cast<double>(ball.radius) * ball.radius, depth = c.z() * c.z() - r2;
@@ -93,7 +94,8 @@ inline std::array<int, 4> ball_pixels(const MadeScene::Ball& ball, const Camera&
     const double focal = k ? camera.fy : camera.fx, centre = k ? camera.cy : camera.cx;
     const double wide = ball.radius * std::sqrt(c[k] * c[k] + depth);
     range[2 * k] = std::max(0, static_cast<int>(std::floor(centre + focal * (c[k] * c.z() - wide) / depth)));
-    range[2 * k + 1] = std::min(range[2 * k + 1], static_cast<int>(std::ceil(centre + focal * (c[k] * c.z() + wide) / depth)) + 1);
+    range[2 * k + 1] =
+        std::min(range[2 * k + 1], static_cast<int>(std::ceil(centre + focal * (c[k] * c.z() + wide) / depth)) + 1);
   }
   return range;
 }
@@ -104,34 +106,40 @@ inline IdImage cast_ids(const MadeScene& scene, const Camera& camera) {
   const Vec3d eye = camera.centre();
   std::vector<std::array<int, 4>> pixels;
   for (const auto& ball : scene.balls) pixels.push_back(ball_pixels(ball, camera));
-  parallel_for(camera.height, [&](std::ptrdiff_t row) {
-    const int y = static_cast<int>(row);
-    std::vector<double> nearest(camera.width, INFINITY);
-    for (int x = 0; x < camera.width; ++x) {
-      const Vec3d ray = camera.ray(x + 0.5, y + 0.5);
-      if (ray.z() >= 0) continue;
-      const double t = -eye.z() / ray.z();
-      const Vec3d hit = eye + t * ray;
-      if (std::abs(hit.x()) < MadeScene::kHalf && std::abs(hit.y()) < MadeScene::kHalf) nearest[x] = t, ids(x, y) = MadeScene::kTable;
-    }
-    for (size_t b = 0; b < scene.balls.size(); ++b) {
-      const auto& [x0, x1, y0, y1] = pixels[b];
-      if (y < y0 || y >= y1) continue;
-      const auto& ball = scene.balls[b];
-      const Vec3d to = ball.centre.cast<double>() - eye;
-      const double r2 = ball.radius * ball.radius;
-      for (int x = x0; x < x1; ++x) {
-        const double along = to.dot(camera.ray(x + 0.5, y + 0.5)), miss = to.squaredNorm() - along * along;
-        if (miss < r2 && along - std::sqrt(r2 - miss) < nearest[x]) nearest[x] = along - std::sqrt(r2 - miss), ids(x, y) = ball.id;
-      }
-    }
-  }, 8);
+  parallel_for(
+      camera.height,
+      [&](std::ptrdiff_t row) {
+        const int y = static_cast<int>(row);
+        std::vector<double> nearest(camera.width, INFINITY);
+        for (int x = 0; x < camera.width; ++x) {
+          const Vec3d ray = camera.ray(x + 0.5, y + 0.5);
+          if (ray.z() >= 0) continue;
+          const double t = -eye.z() / ray.z();
+          const Vec3d hit = eye + t * ray;
+          if (std::abs(hit.x()) < MadeScene::kHalf && std::abs(hit.y()) < MadeScene::kHalf)
+            nearest[x] = t, ids(x, y) = MadeScene::kTable;
+        }
+        for (size_t b = 0; b < scene.balls.size(); ++b) {
+          const auto& [x0, x1, y0, y1] = pixels[b];
+          if (y < y0 || y >= y1) continue;
+          const auto& ball = scene.balls[b];
+          const Vec3d to = ball.centre.cast<double>() - eye;
+          const double r2 = ball.radius * ball.radius;
+          for (int x = x0; x < x1; ++x) {
+            const double along = to.dot(camera.ray(x + 0.5, y + 0.5)), miss = to.squaredNorm() - along * along;
+            if (miss < r2 && along - std::sqrt(r2 - miss) < nearest[x])
+              nearest[x] = along - std::sqrt(r2 - miss), ids(x, y) = ball.id;
+          }
+        }
+      },
+      8);
   return ids;
 }
 
 inline MaskSet cast_masks(const MadeScene& scene) {
   MaskSet masks;
-  for (size_t c = 0; c < scene.cameras.size(); ++c) masks.views.push_back({static_cast<int>(c), cast_ids(scene, scene.cameras[c])});
+  for (size_t c = 0; c < scene.cameras.size(); ++c)
+    masks.views.push_back({static_cast<int>(c), cast_ids(scene, scene.cameras[c])});
   return masks;
 }
 

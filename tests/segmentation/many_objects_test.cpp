@@ -1,4 +1,5 @@
-// More objects than channels of the attribute: all are found, with any id, and nothing depends on the order of the views.
+// More objects than channels of the attribute: all are found, with any id, and nothing depends on the order of the
+// views.
 
 #include <gtest/gtest.h>
 
@@ -47,13 +48,17 @@ TEST(ManyObjects, ThirtySixBallsAndATableAreAllFoundInSixteenChannels) {
   const std::vector<ObjectEntry> objects = list_objects(segmentation, scene.cloud.position);
   for (const ObjectEntry& object : objects) {
     EXPECT_GT(object.views, 4) << object.id;
-    const auto ball = std::find_if(scene.balls.begin(), scene.balls.end(), [&](const auto& b) { return b.id == object.id; });
+    const auto ball =
+        std::find_if(scene.balls.begin(), scene.balls.end(), [&](const auto& b) { return b.id == object.id; });
     if (ball == scene.balls.end()) continue;
     // The 2nd to 98th percentile of what stands above the table.
-    EXPECT_LT((0.5f * (object.bounds.low + object.bounds.high) - ball->centre).head<2>().norm(), 0.3f * ball->radius) << object.id;
+    EXPECT_LT((0.5f * (object.bounds.low + object.bounds.high) - ball->centre).head<2>().norm(), 0.3f * ball->radius)
+        << object.id;
   }
   std::vector<IdImage> truth, predicted;
-  for (int c : {0, 3}) truth.push_back(cast_ids(scene, scene.cameras[c])), predicted.push_back(render_ids(segmentation, scene.cloud, scene.cameras[c]));
+  for (int c : {0, 3})
+    truth.push_back(cast_ids(scene, scene.cameras[c])),
+        predicted.push_back(render_ids(segmentation, scene.cloud, scene.cameras[c]));
   EXPECT_GT(id_agreement(predicted, truth).mean, 0.85);
 }
 

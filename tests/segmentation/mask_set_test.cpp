@@ -114,7 +114,8 @@ TEST(MaskSet, FoldersOfOneViewMayBeNamedOrNumberedAsInLerfMask) {
     write_rectangle(folder / "scene/test_mask" / view / "plate.png", 0, 0, 6, 4);
     write_rectangle(folder / "scene/test_mask" / view / "spoon.png", 2, 1, 4, 2);
   }
-  const MaskSet named = load_masks(folder / "a", "", cameras(3)), numbered = load_masks(folder / "scene/test_mask", "", cameras(3));
+  const MaskSet named = load_masks(folder / "a", "", cameras(3)),
+                numbered = load_masks(folder / "scene/test_mask", "", cameras(3));
   for (const MaskSet* masks : {&named, &numbered}) {
     ASSERT_EQ(masks->views.size(), 2u);
     EXPECT_EQ(masks->views[0].camera, 1);

@@ -30,7 +30,8 @@ TEST(ObjectsSheet, HoldsTheOverviewAndACropOfEveryObject) {
   const auto result = fit_semantic_field(options, scene.cloud, scene.cameras, cast_masks(scene));
   const ImageF sheet = objects_sheet(result.segmentation, scene.cloud, scene.cameras,
                                      [&](int camera) { return render(scene.cloud, scene.cameras[camera]).color; });
-  if (const char* folder = std::getenv("PLIANT_TEST_SHEETS")) write_image(std::filesystem::path(folder) / "objects.png", sheet);
+  if (const char* folder = std::getenv("PLIANT_TEST_SHEETS"))
+    write_image(std::filesystem::path(folder) / "objects.png", sheet);
   ASSERT_EQ(sheet.channels, 3);
   EXPECT_GE(sheet.width, 200);
   EXPECT_GE(sheet.height, 150 + 180);
@@ -54,7 +55,8 @@ TEST(ObjectsSheet, CellsTellWhichPixelOfWhichCameraIsShown) {
     ImageF picture(200, 150, 3);
     for (int y = 0; y < 150; ++y)
       for (int x = 0; x < 200; ++x)
-        picture(x, y, 0) = (x + 0.5f) / 200, picture(x, y, 1) = (y + 0.5f) / 150, picture(x, y, 2) = static_cast<float>(camera) / 8;
+        picture(x, y, 0) = (x + 0.5f) / 200, picture(x, y, 1) = (y + 0.5f) / 150,
+                      picture(x, y, 2) = static_cast<float>(camera) / 8;
     return picture;
   };
   std::vector<SheetCell> cells;
@@ -65,11 +67,13 @@ TEST(ObjectsSheet, CellsTellWhichPixelOfWhichCameraIsShown) {
     int right = 0, looked = 0;
     for (int y = cell.y + 5; y < cell.y + cell.height - 5; y += 6)
       for (int x = cell.x + 5; x < cell.x + cell.width - 5; x += 6) {
-        const double px = cell.origin_x + (x + 0.5 - cell.x) * cell.scale, py = cell.origin_y + (y + 0.5 - cell.y) * cell.scale;
+        const double px = cell.origin_x + (x + 0.5 - cell.x) * cell.scale,
+                     py = cell.origin_y + (y + 0.5 - cell.y) * cell.scale;
         if (px < 2 || py < 2 || px > 198 || py > 148) continue;
         const float* color = sheet.at(x, y);
         ++looked;  // all but outlines
-        right += std::abs(200 * color[0] - px) < 1.5 && std::abs(150 * color[1] - py) < 1.5 && std::abs(8 * color[2] - cell.camera) < 0.1;
+        right += std::abs(200 * color[0] - px) < 1.5 && std::abs(150 * color[1] - py) < 1.5 &&
+                 std::abs(8 * color[2] - cell.camera) < 0.1;
       }
     EXPECT_GT(looked, 50);
     EXPECT_GT(right, 0.75 * looked) << k;

@@ -14,7 +14,7 @@ namespace {
 constexpr float kRadius = 0.22f;  // of the new discs' region
 
 struct Wall {
-  GaussianCloud cloud;        ///< fixed discs, then new ones with washed-out colours
+  GaussianCloud cloud;  ///< fixed discs, then new ones with washed-out colours
   size_t first_new = 0;
   std::vector<FilledView> views;
 };

@@ -21,7 +21,8 @@ struct Parts {
 
 Parts without(const MadeScene& scene, uint32_t id) {
   std::vector<int> object, background;
-  for (size_t p = 0; p < scene.truth.size(); ++p) (scene.truth[p] == id ? object : background).push_back(static_cast<int>(p));
+  for (size_t p = 0; p < scene.truth.size(); ++p)
+    (scene.truth[p] == id ? object : background).push_back(static_cast<int>(p));
   return {scene.cloud.select(background), scene.cloud.select(object)};
 }
 
@@ -29,8 +30,10 @@ Parts without(const MadeScene& scene, uint32_t id) {
 GaussianCloud kept(const GaussianCloud& background, const RepairResult& result) {
   std::vector<int> rest;
   for (size_t p = 0, next = 0; p < background.size(); ++p)
-    if (next < result.replaced.size() && result.replaced[next] == static_cast<int>(p)) ++next;
-    else rest.push_back(static_cast<int>(p));
+    if (next < result.replaced.size() && result.replaced[next] == static_cast<int>(p))
+      ++next;
+    else
+      rest.push_back(static_cast<int>(p));
   EXPECT_EQ(rest.size(), result.first_new);
   return background.select(rest);
 }
@@ -49,7 +52,8 @@ void expect_equal(const GaussianCloud& a, const GaussianCloud& b, size_t count) 
 /// Writes the sheet for looking at when PLIANT_TEST_SHEETS names a folder.
 void show(const RepairResult& result, const Parts& parts, const std::vector<Camera>& cameras, const std::string& name) {
   if (const char* folder = std::getenv("PLIANT_TEST_SHEETS"))
-    write_image(std::filesystem::path(folder) / ("repair_" + name + ".png"), repair_sheet(result, parts.background, parts.object, cameras));
+    write_image(std::filesystem::path(folder) / ("repair_" + name + ".png"),
+                repair_sheet(result, parts.background, parts.object, cameras));
 }
 
 float luminance(const float* rgb) { return 0.299f * rgb[0] + 0.587f * rgb[1] + 0.114f * rgb[2]; }
@@ -81,7 +85,9 @@ TEST(Hole, GaussiansThatNobodyObservedAreAHoleEvenWhereTheyAreOpaque) {
   // Junk inside the first ball, wide enough to hide what is below it.
   for (int i = 0; i < 200; ++i) {
     Random random(3, i);
-    add_disc(scene.cloud, Vec3f(-0.35f, 0.1f, 0.05f) + Vec3f(0.1 * random.normal(), 0.1 * random.normal(), 0).cwiseMax(-0.16f).cwiseMin(0.16f),
+    add_disc(scene.cloud,
+             Vec3f(-0.35f, 0.1f, 0.05f) +
+                 Vec3f(0.1 * random.normal(), 0.1 * random.normal(), 0).cwiseMax(-0.16f).cwiseMin(0.16f),
              Vec3f::UnitZ(), 0.03f, Vec3f(0, 1, 0));
     scene.truth.push_back(MadeScene::kTable);
   }
@@ -112,7 +118,8 @@ TEST(Repair, ClosesTheHoleWithoutTouchingTheBackground) {
   for (int v : {0, 3, 6, 9}) {
     const Observation seen = observe({}, parts.background, parts.object, scene.cameras, {v});
     const HoleView before = find_hole({}, seen, 0, parts.background, scene.cameras);
-    const ImageF after = render(result.background, scene.cameras[v]).color, truth = render(whole, scene.cameras[v]).color;
+    const ImageF after = render(result.background, scene.cameras[v]).color,
+                 truth = render(whole, scene.cameras[v]).color;
     for (size_t i = 0; i < truth.pixels(); ++i) {
       if (!before.hole.data[i]) continue;
       error += std::abs(luminance(after.data.data() + 3 * i) - luminance(truth.data.data() + 3 * i));
@@ -141,10 +148,12 @@ TEST(Repair, WhatNobodySawInTheHoleIsReplacedAndNothingElseThatNobodySaw) {
   const size_t seen = parts.background.size();
   for (float x = -0.1f; x <= 0.1f; x += 0.03f)
     for (float y = -0.1f; y <= 0.1f; y += 0.03f)
-      add_disc(parts.background, Vec3f(-0.35f + x, 0.1f + y, 0.05f), Vec3f::UnitZ(), 0.02f, Vec3f(0, 1, 0));  // inside the ball
+      add_disc(parts.background, Vec3f(-0.35f + x, 0.1f + y, 0.05f), Vec3f::UnitZ(), 0.02f,
+               Vec3f(0, 1, 0));  // inside the ball
   const size_t inside = parts.background.size();
   for (int i = 0; i < 30; ++i)  // behind the table
-    add_disc(parts.background, Vec3f(0.02f * static_cast<float>(i), -0.5f, -0.05f), Vec3f::UnitZ(), 0.01f, Vec3f(0, 1, 0));
+    add_disc(parts.background, Vec3f(0.02f * static_cast<float>(i), -0.5f, -0.05f), Vec3f::UnitZ(), 0.01f,
+             Vec3f(0, 1, 0));
   const RepairResult result = repair({}, parts.background, parts.object, scene.cameras);
   size_t junk = 0;
   for (const int p : result.replaced) {
@@ -155,7 +164,8 @@ TEST(Repair, WhatNobodySawInTheHoleIsReplacedAndNothingElseThatNobodySaw) {
   expect_equal(result.background, kept(parts.background, result), result.first_new);
   for (const Camera& camera : scene.cameras) {
     const ImageF picture = render(result.background, camera).color;
-    for (size_t i = 0; i < picture.pixels(); ++i) ASSERT_LT(picture.data[3 * i + 1], 0.1f + picture.data[3 * i] + picture.data[3 * i + 2]);
+    for (size_t i = 0; i < picture.pixels(); ++i)
+      ASSERT_LT(picture.data[3 * i + 1], 0.1f + picture.data[3 * i] + picture.data[3 * i + 2]);
   }
 }
 
@@ -199,7 +209,8 @@ TEST(Repair, EqualBitForBitForAnyNumberOfThreads) {
   omp_set_num_threads(threads);
   ASSERT_EQ(one.background.size(), three.background.size());
   EXPECT_EQ(one.background.sh, three.background.sh);
-  for (size_t p = 0; p < one.background.size(); ++p) ASSERT_EQ(one.background.position[p], three.background.position[p]);
+  for (size_t p = 0; p < one.background.size(); ++p)
+    ASSERT_EQ(one.background.position[p], three.background.position[p]);
 }
 
 TEST(Repair, ViewByViewFillingClosesTheHoleToo) {

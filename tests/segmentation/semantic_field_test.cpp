@@ -44,9 +44,11 @@ MaskSet masks_of_truth(const MadeScene& scene, double screen_variance) {
   s.classifier = class_codes(classes, 1), s.classifier_bias.assign(classes, 0.0f);
   s.attribute.resize(scene.cloud.size() * kY);
   for (size_t p = 0; p < scene.cloud.size(); ++p)
-    std::copy_n(s.classifier.begin() + class_of_id(s, scene.truth[p]) * kY, kY, s.attribute.begin() + static_cast<std::ptrdiff_t>(p) * kY);
+    std::copy_n(s.classifier.begin() + class_of_id(s, scene.truth[p]) * kY, kY,
+                s.attribute.begin() + static_cast<std::ptrdiff_t>(p) * kY);
   MaskSet masks;
-  for (size_t c = 0; c < scene.cameras.size(); ++c) masks.views.push_back({static_cast<int>(c), render_ids(s, scene.cloud, scene.cameras[c])});
+  for (size_t c = 0; c < scene.cameras.size(); ++c)
+    masks.views.push_back({static_cast<int>(c), render_ids(s, scene.cloud, scene.cameras[c])});
   return masks;
 }
 
@@ -73,7 +75,8 @@ TEST(SemanticField, VoteAloneAndPolishedAgreeWithTheTruth) {
   options.iterations = 0;
   const double vote = held_out_miou(scene, fit_semantic_field(options, scene.cloud, scene.cameras, masks).segmentation);
   options.iterations = 60;
-  const double polished = held_out_miou(scene, fit_semantic_field(options, scene.cloud, scene.cameras, masks).segmentation);
+  const double polished =
+      held_out_miou(scene, fit_semantic_field(options, scene.cloud, scene.cameras, masks).segmentation);
   EXPECT_GT(vote, 0.93);
   EXPECT_GT(polished, 0.95);
   EXPECT_GE(polished, vote - 0.003);
@@ -82,7 +85,8 @@ TEST(SemanticField, VoteAloneAndPolishedAgreeWithTheTruth) {
 TEST(SemanticField, SplatsThatStickOutOfTheSilhouetteDoNotTakeTheLabelBehindThem) {
   MadeScene scene = made_scene({{Vec3f(0, 0, 0.5f), 0.3f, 300, Vec3f(0.8f, 0.1f, 0.1f)}});  // a ball in the air
   scene.cameras.clear();  // from one side, so that what lies at the silhouette is met there only
-  for (int v = 0; v < 6; ++v) scene.cameras.push_back(look_at({2.2, -0.8 + 0.32 * v, 1.1}, {0, 0, 0.1}, {0, 0, 1}, 160, 120, 144));
+  for (int v = 0; v < 6; ++v)
+    scene.cameras.push_back(look_at({2.2, -0.8 + 0.32 * v, 1.1}, {0, 0, 0.1}, {0, 0, 1}, 160, 120, 144));
   std::vector<int> kept;
   std::vector<uint32_t> truth;
   for (size_t p = 0; p < scene.truth.size(); ++p) {
@@ -102,7 +106,8 @@ TEST(SemanticField, SplatsThatStickOutOfTheSilhouetteDoNotTakeTheLabelBehindThem
     options.iterations = 0, options.border = border;
     const auto labels = fit_semantic_field(options, scene.cloud, scene.cameras, masks).segmentation.label;
     size_t count = 0;
-    for (size_t p = 0; p < labels.size(); ++p) count += scene.truth[p] != MadeScene::kTable && labels[p] == MadeScene::kTable;
+    for (size_t p = 0; p < labels.size(); ++p)
+      count += scene.truth[p] != MadeScene::kTable && labels[p] == MadeScene::kTable;
     return count;
   };
   const size_t without = lost(0), with = lost(2);
@@ -134,7 +139,9 @@ TEST(SemanticField, SilhouettesOfSplatsThatStickOutAreDrawnWithASharperFilter) {
     options.find_filter = find_filter;
     const Segmentation found = fit_semantic_field(options, scene.cloud, scene.cameras, masks).segmentation;
     std::vector<IdImage> predicted, truth;
-    for (int v : {0, 5}) predicted.push_back(render_ids(found, scene.cloud, scene.cameras[v])), truth.push_back(cast_ids(scene, scene.cameras[v]));
+    for (int v : {0, 5})
+      predicted.push_back(render_ids(found, scene.cloud, scene.cameras[v])),
+          truth.push_back(cast_ids(scene, scene.cameras[v]));
     return boundary_agreement(predicted, truth, 2).mean;
   };
   const double as_colour = edges(false), found = edges(true);
@@ -182,7 +189,8 @@ TEST(SemanticField, RenderedAttributeEqualsWTimesY) {
   for (size_t pixel = 0; pixel < W.pixels(); ++pixel)
     for (int k = 0; k < kY; ++k) {
       double sum = 0;
-      for (uint32_t e = W.row_start[pixel]; e < W.row_start[pixel + 1]; ++e) sum += double(W.weight[e]) * y[W.gaussian[e] * kY + k];
+      for (uint32_t e = W.row_start[pixel]; e < W.row_start[pixel + 1]; ++e)
+        sum += double(W.weight[e]) * y[W.gaussian[e] * kY + k];
       worst = std::max(worst, std::abs(picture.features.data[pixel * kY + k] - static_cast<float>(sum)));
     }
   EXPECT_LT(worst, 1e-5f);
@@ -247,7 +255,8 @@ TEST(Vote, DecodedClassIsTheOneWithTheMostVotesForAnyNumberOfClasses) {
     start_from_votes(votes, classes, 8, 1, model);
     for (int p = 0; p < 500; ++p) {
       const auto share = votes.of(p);
-      const int winner = std::max_element(share.begin(), share.end(), [](auto& a, auto& b) { return a.weight < b.weight; })->cls;
+      const int winner =
+          std::max_element(share.begin(), share.end(), [](auto& a, auto& b) { return a.weight < b.weight; })->cls;
       std::vector<float> probability(classes);
       class_softmax(model, model.attribute.data() + p * kY, probability.data());
       EXPECT_EQ(std::max_element(probability.begin(), probability.end()) - probability.begin(), winner) << classes;
@@ -287,7 +296,8 @@ TEST(Selection, WhatFallsOutsideTheBoxIsCountedAndBecomesRest) {
   const auto shape = SelectionShape::from_sphere({-0.35, 0.1, 0.3, 0.35});
   SemanticOptions options;
   options.iterations = 0;
-  auto result = fit_semantic_field(options, scene.cloud, scene.cameras, selection_masks(shape, scene.cloud, scene.cameras));
+  auto result =
+      fit_semantic_field(options, scene.cloud, scene.cameras, selection_masks(shape, scene.cloud, scene.cameras));
   size_t inside = 0;
   while (result.segmentation.label[inside] != SelectionShape::kObject) ++inside;
   const size_t far = scene.cloud.size() - 1;  // on the other ball

@@ -69,7 +69,8 @@ TEST(SemanticLoss, BlendedAttributeIsWTimesY) {
   for (size_t r = 0; r < W.rows(); ++r)
     for (int k = 0; k < kY; ++k) {
       double sum = 0;
-      for (uint32_t e = W.row_start[r]; e < W.row_start[r + 1]; ++e) sum += W.weight[e] * model.attribute[W.gaussian[e] * kY + k];
+      for (uint32_t e = W.row_start[r]; e < W.row_start[r + 1]; ++e)
+        sum += W.weight[e] * model.attribute[W.gaussian[e] * kY + k];
       EXPECT_NEAR(S[r * kY + k], sum, 1e-14);
     }
 }
@@ -118,7 +119,7 @@ TEST(SemanticLoss, UniformPredictionCostsOneBecauseOfTheLogarithmOfC) {
 TEST(SemanticLoss, GroupingOfTwoGaussiansIsTheirDivergenceOverC) {
   SemanticModel<double> model;
   model.resize(2, 2);
-  model.classifier[0] = 1;  // logit of class 0 = y[0]
+  model.classifier[0] = 1;             // logit of class 0 = y[0]
   model.attribute[0] = std::log(3.0);  // P = (3/4, 1/4); Q = (1/2, 1/2)
   const std::vector<int> anchors = {0}, graph = {1, 0};
   const double kl = 0.75 * std::log(0.75 / 0.5) + 0.25 * std::log(0.25 / 0.5);

@@ -1,4 +1,5 @@
-// The contact shadow of a removed object: its gain is measured, it goes when it is plain and is asked to, and paint stays.
+// The contact shadow of a removed object: its gain is measured, it goes when it is plain and is asked to, and paint
+// stays.
 
 #include "segmentation/repair/shadow.h"
 
@@ -18,8 +19,10 @@ template <class Gain>
 Stained stained(Gain gain) {
   MadeScene scene = made_scene(two_balls(), 8, 200, 150);
   std::vector<int> object, background;
-  for (size_t p = 0; p < scene.truth.size(); ++p) (scene.truth[p] == 300 ? object : background).push_back(static_cast<int>(p));
-  Stained out{scene.cloud.select(background), scene.cloud.select(object), scene.cloud.select(background), scene.cameras};
+  for (size_t p = 0; p < scene.truth.size(); ++p)
+    (scene.truth[p] == 300 ? object : background).push_back(static_cast<int>(p));
+  Stained out{scene.cloud.select(background), scene.cloud.select(object), scene.cloud.select(background),
+              scene.cameras};
   shade_table(out.background, gain);
   return out;
 }
@@ -30,8 +33,10 @@ float color(const GaussianCloud& cloud, size_t p, int k) { return 0.5f + kSh0 * 
 std::vector<int> kept(const Stained& scene, const RepairResult& result) {
   std::vector<int> rest;
   for (size_t p = 0, next = 0; p < scene.background.size(); ++p)
-    if (next < result.replaced.size() && result.replaced[next] == static_cast<int>(p)) ++next;
-    else rest.push_back(static_cast<int>(p));
+    if (next < result.replaced.size() && result.replaced[next] == static_cast<int>(p))
+      ++next;
+    else
+      rest.push_back(static_cast<int>(p));
   EXPECT_EQ(rest.size(), result.first_new);
   return rest;
 }

@@ -29,7 +29,8 @@ Holed tiles(bool repeat, float drift, double radius = 15) {
       made.target(x, y) = hole, made.known(x, y) = !hole;
       for (int k = 0; k < 3; ++k) {
         const uint64_t cell = repeat ? (y % kTile) * kTile + x % kTile : y * kWidth + x;
-        made.whole(x, y, k) = static_cast<float>(0.2 + 0.5 * Random(3, cell, k).uniform()) + drift * static_cast<float>(x) / kWidth;
+        made.whole(x, y, k) =
+            static_cast<float>(0.2 + 0.5 * Random(3, cell, k).uniform()) + drift * static_cast<float>(x) / kWidth;
         made.picture(x, y, k) = hole ? 0.0f : made.whole(x, y, k);
       }
     }
@@ -42,7 +43,8 @@ TEST(ShiftFill, TilesAreContinuedUnderDriftingLight) {
   ASSERT_TRUE(fill.has_value());
   for (size_t i = 0; i < made.target.data.size(); ++i) {
     EXPECT_EQ(fill->left.data[i], 0);
-    for (int k = 0; k < 3; ++k) EXPECT_NEAR(fill->picture.data[3 * i + k], made.whole.data[3 * i + k], made.target.data[i] ? 0.02f : 0.0f);
+    for (int k = 0; k < 3; ++k)
+      EXPECT_NEAR(fill->picture.data[3 * i + k], made.whole.data[3 * i + k], made.target.data[i] ? 0.02f : 0.0f);
   }
 }
 

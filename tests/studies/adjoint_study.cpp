@@ -17,8 +17,8 @@
 namespace pliant {
 namespace {
 
-using testing::Input;
 using nlohmann::json;
+using testing::Input;
 
 double seconds_of(const std::function<void()>& call) {
   const auto begin = std::chrono::steady_clock::now();
@@ -80,7 +80,8 @@ testing::RolloutCase<float> large_case(int n, int frames, int substeps, Law law)
   c.particles = testing::block<float>(Vec3d::Constant(std::round(2 * cells) / 2 * dx), dx, 0.9, 2e4, 0.3, 1000);
   c.particles.materials[0].law = law;
   c.start = initial_state(c.particles);
-  for (size_t i = 0; i < c.start.size(); ++i) c.start.v[i] = Vec3f(0.3f * c.start.x[i].z() / (float(cells * dx)), 0.f, 0.f);
+  for (size_t i = 0; i < c.start.size(); ++i)
+    c.start.v[i] = Vec3f(0.3f * c.start.x[i].z() / (float(cells * dx)), 0.f, 0.f);
   c.options.simulate.fps = 1 / (substeps * 2e-4), c.options.simulate.substeps = substeps;
   c.options.simulate.duration = frames * substeps * 2e-4;
   c.interactions.push_back(testing::pin_below(0.012));
@@ -93,12 +94,18 @@ json cost(int n, int frames, int substeps, Law law, size_t memory) {
   Rollout<float> forward;
   const double rollout_seconds =
       seconds_of([&] { forward = rollout(c.options, c.particles, c.interactions, c.start); });
-  const RolloutGradient<float> g = rollout_adjoint<float>(c.options, c.particles, c.interactions, forward, c.cotangent());
+  const RolloutGradient<float> g =
+      rollout_adjoint<float>(c.options, c.particles, c.interactions, forward, c.cotangent());
   const double work = static_cast<double>(c.particles.size()) * frames * substeps * 1e-9;
-  return {{"particles", c.particles.size()}, {"frames", frames}, {"substeps", substeps}, {"law", law_name(law)},
+  return {{"particles", c.particles.size()},
+          {"frames", frames},
+          {"substeps", substeps},
+          {"law", law_name(law)},
           {"threads", omp_get_max_threads()},
-          {"forward_ns", forward.summary.seconds / work}, {"rollout_ns", rollout_seconds / work},
-          {"recompute_ns", g.forward_seconds / work}, {"reverse_ns", g.reverse_seconds / work},
+          {"forward_ns", forward.summary.seconds / work},
+          {"rollout_ns", rollout_seconds / work},
+          {"recompute_ns", g.forward_seconds / work},
+          {"reverse_ns", g.reverse_seconds / work},
           {"reverse_over_forward", g.reverse_seconds / forward.summary.seconds},
           {"megabytes", static_cast<double>(g.bytes) / (1 << 20)},
           {"peak_megabytes", peak_megabytes()}};

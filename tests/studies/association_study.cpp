@@ -1,7 +1,7 @@
 // Association of masks and the attribute that follows, on a demo scene with known truth:
 //   association_study SCENE_FOLDER [CASE ...]
-// Every case damages the clean masks of all but every 8th photo, associates, fits the attribute with frozen geometry and
-// scores the held-out photos (true masks, never looked at).  "rerasterised" recomputes the blend weights in every
+// Every case damages the clean masks of all but every 8th photo, associates, fits the attribute with frozen geometry
+// and scores the held-out photos (true masks, never looked at).  "rerasterised" recomputes the blend weights in every
 // iteration.  Prints JSON.
 
 #include <chrono>
@@ -47,8 +47,11 @@ struct Study {
       const double start = now();
       AssociateResult result = associate({}, scene.cloud, scene.cameras, training);
       seconds = now() - start;
-      json["association"] = {{"seconds", seconds}, {"summary", result.summary.describe()}, {"consistency", result.summary.consistency},
-                             {"groups", result.summary.groups}, {"pixels", pixels(result.masks)}};
+      json["association"] = {{"seconds", seconds},
+                             {"summary", result.summary.describe()},
+                             {"consistency", result.summary.consistency},
+                             {"groups", result.summary.groups},
+                             {"pixels", pixels(result.masks)}};
       used = std::move(result.masks);
     }
     const double start = now();
@@ -70,9 +73,12 @@ struct Study {
     for (size_t v = 0; v < ours.size(); ++v)
       for (size_t i = 0; i < ours[v].data.size(); ++i) {
         const uint32_t id = ours[v].data[i];
-        if (id == 0) ++empty;
-        else if (match.count(id) && match.at(id) == theirs[v].data[i]) ++right;
-        else ++wrong;
+        if (id == 0)
+          ++empty;
+        else if (match.count(id) && match.at(id) == theirs[v].data[i])
+          ++right;
+        else
+          ++wrong;
       }
     return {{"right", right}, {"wrong", wrong}, {"unlabelled", empty}};
   }
@@ -90,8 +96,10 @@ int main(int argc, char** argv) {
   for (const auto& [id, name] : all.names)
     if (name == "mug") away = id;
   for (MaskSet::View& view : all.views) {
-    if (view.camera % 8 == 0) study.held_out.push_back(view.camera), study.truth.push_back(view.ids);
-    else study.masks.views.push_back(std::move(view));
+    if (view.camera % 8 == 0)
+      study.held_out.push_back(view.camera), study.truth.push_back(view.ids);
+    else
+      study.masks.views.push_back(std::move(view));
   }
   const std::vector<std::string> wanted(argv + 2, argv + argc);
   Json json = {{"gaussians", study.scene.cloud.size()}, {"views", study.masks.views.size()}};
@@ -114,18 +122,24 @@ int main(int argc, char** argv) {
       {"all_other_damage", {.shuffle = true, .missing = 0.2, .merged_or_split = 0.1, .away = away, .seed = 77}},
   };
   for (const auto& [name, damage] : cases) run(name, [&] { return study.measure(damaged(study.masks, damage), true); });
-  run("forty_damages", [&] {  // association alone: which share of labelled pixels is wrong, and whether all objects are found
-    Json out = {{"miou", 1.0}, {"boundary_miou", 1.0}, {"seconds", 0.0}};
-    for (uint64_t seed = 1; seed <= 40; ++seed) {
-      const MaskDamage damage{.shuffle = true, .missing = 0.2, .merged_or_split = 0.1,
-                              .away = all.names.empty() ? 0 : std::next(all.names.begin(), seed % all.names.size())->first, .seed = seed};
-      const AssociateResult result = associate({}, study.scene.cloud, study.scene.cameras, damaged(study.masks, damage));
-      const Json pixels = study.pixels(result.masks);
-      const double wrong = pixels["wrong"], right = pixels["right"];
-      out["objects"].push_back(result.summary.groups), out["wrong"].push_back(wrong / (wrong + right));
-    }
-    return out;
-  });
+  run("forty_damages",
+      [&] {  // association alone: which share of labelled pixels is wrong, and whether all objects are found
+        Json out = {{"miou", 1.0}, {"boundary_miou", 1.0}, {"seconds", 0.0}};
+        for (uint64_t seed = 1; seed <= 40; ++seed) {
+          const MaskDamage damage{
+              .shuffle = true,
+              .missing = 0.2,
+              .merged_or_split = 0.1,
+              .away = all.names.empty() ? 0 : std::next(all.names.begin(), seed % all.names.size())->first,
+              .seed = seed};
+          const AssociateResult result =
+              associate({}, study.scene.cloud, study.scene.cameras, damaged(study.masks, damage));
+          const Json pixels = study.pixels(result.masks);
+          const double wrong = pixels["wrong"], right = pixels["right"];
+          out["objects"].push_back(result.summary.groups), out["wrong"].push_back(wrong / (wrong + right));
+        }
+        return out;
+      });
   run("all_not_associated", [&] { return study.measure(damaged(study.masks, cases[5].second), false); });
   run("rerasterised", [&] {
     SemanticOptions options;

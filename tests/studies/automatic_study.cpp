@@ -45,7 +45,8 @@ ImageF sheet_of(const Scene& scene, const std::vector<uint32_t>& label, uint32_t
     IdImage ids(camera.width, camera.height, 1);
     for (size_t i = 0; i < weights.pixels(); ++i) {
       std::vector<float> sum(rest + 1, 0.0f);
-      for (uint32_t e = weights.row_start[i]; e < weights.row_start[i + 1]; ++e) sum[label[weights.gaussian[e]]] += weights.weight[e];
+      for (uint32_t e = weights.row_start[i]; e < weights.row_start[i + 1]; ++e)
+        sum[label[weights.gaussian[e]]] += weights.weight[e];
       const auto best = std::max_element(sum.begin(), sum.end());
       if (*best > 0.2f) ids.data[i] = static_cast<uint32_t>(best - sum.begin());
     }
@@ -100,7 +101,8 @@ int main(int argc, char** argv) {
     for (const FoundThing& thing : result.found) {
       size_t count = 0;
       for (uint32_t id : result.label) count += id == thing.id;
-      std::printf("  %2u %-10s %6.2f %% %7zu  %s\n", thing.id, thing.name.c_str(), 100 * thing.share, count, thing.how.c_str());
+      std::printf("  %2u %-10s %6.2f %% %7zu  %s\n", thing.id, thing.name.c_str(), 100 * thing.share, count,
+                  thing.how.c_str());
     }
     write_image(out / (name + ".png"), sheet_of(scene, result.label, result.found.back().id));
     if (truths.contains(name)) score(truths.at(name), scene, result);

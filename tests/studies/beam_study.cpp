@@ -1,8 +1,9 @@
-// The silicone beam 30 x 30 x 100 mm (E 263,824 Pa, rho 1070 kg/m^3) that is clamped at one end and let go under gravity.
+// The silicone beam 30 x 30 x 100 mm (E 263,824 Pa, rho 1070 kg/m^3) that is clamped at one end and let go under
+// gravity.
 //   beam_study fem CELLS NU [swing]      static sag of the tip face and first frequency against finite elements
-//   beam_study slender CELLS OFFSET_X OFFSET_Y OFFSET_Z   beam of L = 10 h: how the answer depends on where the grid lies
-//   beam_study damping CELLS FLIP_TIME COURANT DAMPING_RATIO   decay of the first mode
-//   beam_study capture CSV CELLS NU DAMPING_TIME FLIP_TIME OUT.png   against motion capture; overlay plot
+//   beam_study slender CELLS OFFSET_X OFFSET_Y OFFSET_Z   beam of L = 10 h: how the answer depends on where the grid
+//   lies beam_study damping CELLS FLIP_TIME COURANT DAMPING_RATIO   decay of the first mode beam_study capture CSV
+//   CELLS NU DAMPING_TIME FLIP_TIME OUT.png   against motion capture; overlay plot
 // One JSON object per case.
 
 #include <algorithm>
@@ -50,9 +51,11 @@ Swing swing(const BeamCase& c) {
   for (Vec3f& x : p.position) x += shift;
   SimulateOptions options;
   options.gravity.setZero(), options.fps = c.fps, options.duration = c.duration;
-  options.viscosity_time = c.viscosity_time, options.damping_time = c.damping_time, options.flip_time = c.flip_time, options.courant = c.courant;
+  options.viscosity_time = c.viscosity_time, options.damping_time = c.damping_time, options.flip_time = c.flip_time,
+  options.courant = c.courant;
   Interaction pin, load;
-  pin.type = InteractionType::kPin, pin.region = Region::half_space(Vec3d(foot + c.offset.x() * dx, 0, 0), Vec3d(1, 0, 0));
+  pin.type = InteractionType::kPin,
+  pin.region = Region::half_space(Vec3d(foot + c.offset.x() * dx, 0, 0), Vec3d(1, 0, 0));
   load.type = InteractionType::kGust, load.vector = Vec3d(0, 0, -c.gravity);
   const double begin_of_tip = c.offset.x() * dx + foot + (c.from < 1 ? c.from * c.length : c.length - dx);
   Swing out;
@@ -99,7 +102,8 @@ Fit fit(const Swing& s) {
   const std::vector<Extreme> e = extremes(s.tip, s.fps);
   if (e.size() < 3) return {};
   const size_t last = e.size() - 1;
-  const double ratio = std::pow(std::abs((e[last].value - e[last - 1].value) / (e[1].value - e[0].value)), 1.0 / static_cast<double>(last - 1));
+  const double ratio = std::pow(std::abs((e[last].value - e[last - 1].value) / (e[1].value - e[0].value)),
+                                1.0 / static_cast<double>(last - 1));
   Fit f;
   f.frequency = 0.5 * static_cast<double>(last) / (e[last].time - e[0].time);
   f.sag = e[0].value / (1 + ratio);
@@ -107,8 +111,12 @@ Fit fit(const Swing& s) {
   return f;
 }
 
-double fem_sag(double poisson) { return poisson < 0.42 ? 6.92e-3 : poisson < 0.47 ? 6.83e-3 : poisson < 0.495 ? 6.68e-3 : 6.64e-3; }
-double fem_frequency(double poisson) { return poisson < 0.42 ? 7.29 : poisson < 0.47 ? 7.34 : poisson < 0.495 ? 7.42 : 7.44; }
+double fem_sag(double poisson) {
+  return poisson < 0.42 ? 6.92e-3 : poisson < 0.47 ? 6.83e-3 : poisson < 0.495 ? 6.68e-3 : 6.64e-3;
+}
+double fem_frequency(double poisson) {
+  return poisson < 0.42 ? 7.29 : poisson < 0.47 ? 7.34 : poisson < 0.495 ? 7.42 : 7.44;
+}
 
 void fem(int cells, double poisson, bool at_rest) {
   BeamCase c;
@@ -119,10 +127,12 @@ void fem(int cells, double poisson, bool at_rest) {
   BeamCase rest = c;
   rest.damping_time = 0.06, rest.duration = 0.6, rest.fps = 50;
   const double sag = at_rest ? swing(rest).tip.back() : f.sag;
-  std::printf("{\"study\": \"fem\", \"cells\": %d, \"poisson\": %g, \"particles\": %zu, \"sag_mm\": %.4f, \"sag_error\": %.4f, "
-              "\"frequency\": %.4f, \"frequency_error\": %.4f, \"sag_of_swing_mm\": %.4f, \"log_decrement\": %.4f, \"seconds\": %.1f}\n",
-              cells, poisson, s.particles, 1e3 * sag, sag / fem_sag(poisson) - 1, f.frequency, f.frequency / fem_frequency(poisson) - 1,
-              1e3 * f.sag, f.decrement, s.seconds);
+  std::printf(
+      "{\"study\": \"fem\", \"cells\": %d, \"poisson\": %g, \"particles\": %zu, \"sag_mm\": %.4f, \"sag_error\": %.4f, "
+      "\"frequency\": %.4f, \"frequency_error\": %.4f, \"sag_of_swing_mm\": %.4f, \"log_decrement\": %.4f, "
+      "\"seconds\": %.1f}\n",
+      cells, poisson, s.particles, 1e3 * sag, sag / fem_sag(poisson) - 1, f.frequency,
+      f.frequency / fem_frequency(poisson) - 1, 1e3 * f.sag, f.decrement, s.seconds);
 }
 
 void slender(int cells, const Vec3d& offset) {
@@ -134,9 +144,11 @@ void slender(int cells, const Vec3d& offset) {
   c.gravity = sag * 8 * stiffness, c.fps = 80 * frequency, c.duration = 2.2 / frequency;
   const Swing s = swing(c);
   const Fit f = fit(s);
-  std::printf("{\"study\": \"slender\", \"cells\": %d, \"offset\": [%g, %g, %g], \"frequency_error\": %.4f, \"sag_error\": %.4f, "
-              "\"log_decrement\": %.4f, \"seconds\": %.1f}\n",
-              cells, offset[0], offset[1], offset[2], f.frequency / frequency - 1, f.sag / sag - 1, f.decrement, s.seconds);
+  std::printf(
+      "{\"study\": \"slender\", \"cells\": %d, \"offset\": [%g, %g, %g], \"frequency_error\": %.4f, \"sag_error\": "
+      "%.4f, "
+      "\"log_decrement\": %.4f, \"seconds\": %.1f}\n",
+      cells, offset[0], offset[1], offset[2], f.frequency / frequency - 1, f.sag / sag - 1, f.decrement, s.seconds);
 }
 
 void damping(int cells, double flip_time, double courant, double ratio) {
@@ -146,8 +158,10 @@ void damping(int cells, double flip_time, double courant, double ratio) {
   c.cells = cells, c.duration = 6 / 7.3;
   const Swing s = swing(c);
   const Fit f = fit(s);
-  std::printf("{\"study\": \"damping\", \"cells\": %d, \"flip_time\": %g, \"courant\": %g, \"damping_ratio\": %g, \"log_decrement\": %.4f, \"left_after_5_periods\": %.4f, \"seconds\": %.1f}\n",
-              cells, flip_time, courant, ratio, f.decrement, std::exp(-5 * f.decrement), s.seconds);
+  std::printf(
+      "{\"study\": \"damping\", \"cells\": %d, \"flip_time\": %g, \"courant\": %g, \"damping_ratio\": %g, "
+      "\"log_decrement\": %.4f, \"left_after_5_periods\": %.4f, \"seconds\": %.1f}\n",
+      cells, flip_time, courant, ratio, f.decrement, std::exp(-5 * f.decrement), s.seconds);
 }
 
 /// Mean sag of the tip's markers against those of the clamp, m, from the release on; 100 Hz.
@@ -178,14 +192,17 @@ void plot(const std::string& file, const std::vector<double>& capture, const Swi
   cv::Mat image(height, width, CV_8UC3, cv::Scalar(255, 255, 255));
   const double seconds = 2.0, top = 14e-3;
   const auto at = [&](double t, double y) {
-    return cv::Point(left + static_cast<int>(t / seconds * (width - left - 20)), 20 + static_cast<int>(y / top * (height - bottom - 20)));
+    return cv::Point(left + static_cast<int>(t / seconds * (width - left - 20)),
+                     20 + static_cast<int>(y / top * (height - bottom - 20)));
   };
   for (int mm = 0; mm <= 14; mm += 2) {
     cv::line(image, at(0, mm * 1e-3), at(seconds, mm * 1e-3), cv::Scalar(225, 225, 225));
-    cv::putText(image, std::to_string(mm) + " mm", at(0, mm * 1e-3) - cv::Point(60, -5), cv::FONT_HERSHEY_SIMPLEX, 0.45, cv::Scalar(0, 0, 0));
+    cv::putText(image, std::to_string(mm) + " mm", at(0, mm * 1e-3) - cv::Point(60, -5), cv::FONT_HERSHEY_SIMPLEX, 0.45,
+                cv::Scalar(0, 0, 0));
   }
   for (int k = 0; k <= 4; ++k)
-    cv::putText(image, cv::format("%.1f s", 0.5 * k), at(0.5 * k, top) + cv::Point(-10, 25), cv::FONT_HERSHEY_SIMPLEX, 0.45, cv::Scalar(0, 0, 0));
+    cv::putText(image, cv::format("%.1f s", 0.5 * k), at(0.5 * k, top) + cv::Point(-10, 25), cv::FONT_HERSHEY_SIMPLEX,
+                0.45, cv::Scalar(0, 0, 0));
   const auto curve = [&](const std::vector<double>& y, double fps, double begin, const cv::Scalar& colour, int thick) {
     for (size_t k = 0; k + 1 < y.size() && (k + 1) / fps + begin < seconds; ++k) {
       if (k / fps + begin < 0) continue;
@@ -194,12 +211,13 @@ void plot(const std::string& file, const std::vector<double>& capture, const Swi
   };
   curve(capture, 100, 0, cv::Scalar(40, 40, 40), 2);
   curve(model.tip, model.fps, shift, cv::Scalar(30, 90, 230), 2);
-  cv::putText(image, "motion capture (black), MPM (orange): sag of the tip's markers", cv::Point(left + 200, height - 12),
-              cv::FONT_HERSHEY_SIMPLEX, 0.55, cv::Scalar(0, 0, 0));
+  cv::putText(image, "motion capture (black), MPM (orange): sag of the tip's markers",
+              cv::Point(left + 200, height - 12), cv::FONT_HERSHEY_SIMPLEX, 0.55, cv::Scalar(0, 0, 0));
   cv::imwrite(file, image);
 }
 
-void capture(const std::string& csv, int cells, double poisson, double damping_time, double flip_time, const std::string& picture) {
+void capture(const std::string& csv, int cells, double poisson, double damping_time, double flip_time,
+             const std::string& picture) {
   const std::vector<double> measured = read_capture(csv);
   Swing real;
   real.tip = measured, real.fps = 100;
@@ -208,7 +226,8 @@ void capture(const std::string& csv, int cells, double poisson, double damping_t
   double sag = 0;
   for (size_t k = measured.size() - 40; k < measured.size(); ++k) sag += measured[k] / 40;
   BeamCase c;
-  c.cells = cells, c.poisson = poisson, c.damping_time = damping_time, c.flip_time = flip_time, c.duration = 1.6, c.fps = 1000, c.from = 0.95;
+  c.cells = cells, c.poisson = poisson, c.damping_time = damping_time, c.flip_time = flip_time, c.duration = 1.6,
+  c.fps = 1000, c.from = 0.95;
   const Swing s = swing(c);
   Swing first = s;
   first.tip.resize(1200);
@@ -225,11 +244,14 @@ void capture(const std::string& csv, int cells, double poisson, double damping_t
     const double model = s.tip[i] + (t - i) * (s.tip[i + 1] - s.tip[i]);
     squares += (model - measured[k]) * (model - measured[k]), energy += (measured[k] - sag) * (measured[k] - sag);
   }
-  std::printf("{\"study\": \"capture\", \"cells\": %d, \"poisson\": %g, \"damping_time\": %g, \"flip_time\": %g, \"sag_mm\": %.4f, \"captured_sag_mm\": %.4f, "
-              "\"sag_error\": %.4f, \"frequency\": %.4f, \"captured_frequency\": %.4f, \"frequency_error\": %.4f, \"log_decrement\": %.4f, "
-              "\"captured_log_decrement\": %.4f, \"residual_over_motion\": %.4f, \"seconds\": %.1f}\n",
-              cells, poisson, damping_time, flip_time, 1e3 * still, 1e3 * sag, still / sag - 1, f.frequency, f_real.frequency,
-              f.frequency / f_real.frequency - 1, f.decrement, f_real.decrement, std::sqrt(squares / energy), s.seconds);
+  std::printf(
+      "{\"study\": \"capture\", \"cells\": %d, \"poisson\": %g, \"damping_time\": %g, \"flip_time\": %g, \"sag_mm\": "
+      "%.4f, \"captured_sag_mm\": %.4f, "
+      "\"sag_error\": %.4f, \"frequency\": %.4f, \"captured_frequency\": %.4f, \"frequency_error\": %.4f, "
+      "\"log_decrement\": %.4f, "
+      "\"captured_log_decrement\": %.4f, \"residual_over_motion\": %.4f, \"seconds\": %.1f}\n",
+      cells, poisson, damping_time, flip_time, 1e3 * still, 1e3 * sag, still / sag - 1, f.frequency, f_real.frequency,
+      f.frequency / f_real.frequency - 1, f.decrement, f_real.decrement, std::sqrt(squares / energy), s.seconds);
   plot(picture, measured, s, shift);
 }
 
@@ -248,7 +270,9 @@ int main(int argc, char** argv) {
   } else if (study == "capture" && argc == 8) {
     capture(argv[2], std::atoi(argv[3]), std::atof(argv[4]), std::atof(argv[5]), std::atof(argv[6]), argv[7]);
   } else {
-    std::fprintf(stderr, "usage: beam_study fem CELLS NU | slender CELLS OX OY OZ | damping CELLS FLIP_TIME COURANT DAMPING_RATIO | capture CSV CELLS NU DAMPING_TIME FLIP_TIME OUT.png\n");
+    std::fprintf(stderr,
+                 "usage: beam_study fem CELLS NU | slender CELLS OX OY OZ | damping CELLS FLIP_TIME COURANT "
+                 "DAMPING_RATIO | capture CSV CELLS NU DAMPING_TIME FLIP_TIME OUT.png\n");
     return 2;
   }
   return 0;

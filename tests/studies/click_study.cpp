@@ -57,8 +57,8 @@ int main(int argc, char** argv) {
         const double iou = static_cast<double>(both) / static_cast<double>(either);
         sum += iou, least = std::min(least, iou), ++pictures;
       }
-      std::printf("%-10s camera %zu: mean %.3f min %.3f, %zu Gaussians, %.1f s\n", masks.name_of(id).c_str(), view, sum / std::max(1, pictures),
-                  least, result.summary.selected, result.summary.seconds);
+      std::printf("%-10s camera %zu: mean %.3f min %.3f, %zu Gaussians, %.1f s\n", masks.name_of(id).c_str(), view,
+                  sum / std::max(1, pictures), least, result.summary.selected, result.summary.seconds);
       std::fflush(stdout);
     }
 }

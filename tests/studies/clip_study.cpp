@@ -82,15 +82,19 @@ json hole_luminance(const Scene& scene, const RunDirectory& run, const std::stri
     for (int y = 0; y < picture.height; ++y)
       for (int x = 0; x < picture.width; ++x) {
         const double luminance = 0.299 * picture(x, y, 0) + 0.587 * picture(x, y, 1) + 0.114 * picture(x, y, 2);
-        if (inside.at<uint8_t>(y, x)) in += luminance, ++in_count;
-        else if (far.at<uint8_t>(y, x) && !near.at<uint8_t>(y, x)) ring += luminance, squares += luminance * luminance, ++ring_count;
+        if (inside.at<uint8_t>(y, x))
+          in += luminance, ++in_count;
+        else if (far.at<uint8_t>(y, x) && !near.at<uint8_t>(y, x))
+          ring += luminance, squares += luminance * luminance, ++ring_count;
       }
     const double mean = ring / ring_count;
     sigmas.push_back(std::abs(in / in_count - mean) / std::sqrt(squares / ring_count - mean * mean));
   }
   double sum = 0;
   for (double s : sigmas) sum += s;
-  return {{"views", sigmas.size()}, {"hole_pixels", open}, {"mean_sigma", sigmas.empty() ? 0 : sum / sigmas.size()},
+  return {{"views", sigmas.size()},
+          {"hole_pixels", open},
+          {"mean_sigma", sigmas.empty() ? 0 : sum / sigmas.size()},
           {"worst_sigma", sigmas.empty() ? 0 : *std::max_element(sigmas.begin(), sigmas.end())}};
 }
 
@@ -104,7 +108,8 @@ int main(int argc, char** argv) {
   const RunDirectory run = RunDirectory::open(argv[2]);
   const nlohmann::json& extract = run.summary("extract", "");
   const nlohmann::json result = {
-      {"still_objects_px", still_objects(scene, (run / "clip.mp4").string(), run.summary("render", "")["camera"], extract["id"])},
+      {"still_objects_px",
+       still_objects(scene, (run / "clip.mp4").string(), run.summary("render", "")["camera"], extract["id"])},
       {"hole", hole_luminance(scene, run, extract["folder"])},
       {"motion", run.summary("simulate", "")["motion"]}};
   std::printf("%s\n", result.dump(2).c_str());

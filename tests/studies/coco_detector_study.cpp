@@ -1,6 +1,6 @@
 // The detector of FILE on the photos of masks_coco64: coco_detector_study DATA_FOLDER/masks_coco64 FILE [SCORE]
-// A detection is right when its name is that of a truth not yet taken and their boxes overlap by an IoU of 0.5, best first.
-// Every right one is then the prompt of the segmenter without weights: mean IoU of its masks, by size.
+// A detection is right when its name is that of a truth not yet taken and their boxes overlap by an IoU of 0.5, best
+// first. Every right one is then the prompt of the segmenter without weights: mean IoU of its masks, by size.
 
 #include <algorithm>
 #include <array>
@@ -30,7 +30,8 @@ std::vector<Truth> read_truth(const fs::path& file, const ImageF& photo, const s
   for (CocoInstance& instance : read_instances(file, photo.width, photo.height)) {
     Truth truth{std::move(instance), {}, false};
     truth.detection.label = names.at(truth.category);
-    truth.detection.x0 = truth.box.x0, truth.detection.x1 = truth.box.x1, truth.detection.y0 = truth.box.y0, truth.detection.y1 = truth.box.y1;
+    truth.detection.x0 = truth.box.x0, truth.detection.x1 = truth.box.x1, truth.detection.y0 = truth.box.y0,
+    truth.detection.y1 = truth.box.y1;
     truths.push_back(std::move(truth));
   }
   return truths;
@@ -86,17 +87,27 @@ int main(int argc, char** argv) {
       ++right, ++right_of[size_class(best->pixels)];
       const auto before = std::chrono::steady_clock::now();
       if (!encoded) segmenter.encode(photo), encoded = true;
-      const double iou = mask_iou(best->mask, segmenter.segment({MaskPrompt::Box{detection.x0, detection.y0, detection.x1, detection.y1}, {}}).front().logits);
+      const double iou = mask_iou(
+          best->mask, segmenter.segment({MaskPrompt::Box{detection.x0, detection.y0, detection.x1, detection.y1}, {}})
+                          .front()
+                          .logits);
       segmenting += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
       for (MaskScore& score : scores)
         if (best->pixels > score.least * score.least) score.sum += iou, ++score.count;
     }
   }
-  const auto share = [](size_t part, size_t whole) { return whole ? static_cast<double>(part) / static_cast<double>(whole) : 0; };
+  const auto share = [](size_t part, size_t whole) {
+    return whole ? static_cast<double>(part) / static_cast<double>(whole) : 0;
+  };
   nlohmann::ordered_json result = {
-      {"photos", photos.size()}, {"instances", total}, {"detections", found}, {"recall", share(right, total)},
-      {"precision", share(right, found)}, {"recall_below_32", share(right_of[0], total_of[0])},
-      {"recall_32_to_96", share(right_of[1], total_of[1])}, {"recall_above_96", share(right_of[2], total_of[2])},
+      {"photos", photos.size()},
+      {"instances", total},
+      {"detections", found},
+      {"recall", share(right, total)},
+      {"precision", share(right, found)},
+      {"recall_below_32", share(right_of[0], total_of[0])},
+      {"recall_32_to_96", share(right_of[1], total_of[1])},
+      {"recall_above_96", share(right_of[2], total_of[2])},
       {"seconds_per_photo", seconds / static_cast<double>(std::max<size_t>(photos.size(), 1))}};
   for (const MaskScore& score : scores) {
     auto& row = result["masks_of_matched"][">" + std::to_string(static_cast<int>(score.least)) + "^2"];

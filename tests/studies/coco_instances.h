@@ -14,8 +14,8 @@ namespace pliant {
 /// An object of a COCO photo.
 struct CocoInstance {
   size_t category = 0;
-  ImageF mask;             ///< 1 inside, -1 outside
-  MaskPrompt::Box box;     ///< of the mask
+  ImageF mask;          ///< 1 inside, -1 outside
+  MaskPrompt::Box box;  ///< of the mask
   double pixels = 0;
 };
 

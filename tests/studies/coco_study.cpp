@@ -29,7 +29,8 @@ ImageF filled(const MaskPrompt::Box& box, int width, int height, bool ellipse) {
   ImageF mask(width, height, 1, -1);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
-      const float u = (x + 0.5f - box.x0) / (box.x1 - box.x0) * 2 - 1, v = (y + 0.5f - box.y0) / (box.y1 - box.y0) * 2 - 1;
+      const float u = (x + 0.5f - box.x0) / (box.x1 - box.x0) * 2 - 1,
+                  v = (y + 0.5f - box.y0) / (box.y1 - box.y0) * 2 - 1;
       if (ellipse ? u * u + v * v <= 1 : std::max(std::abs(u), std::abs(v)) <= 1) mask(x, y) = 1;
     }
   return mask;
@@ -68,14 +69,16 @@ int main(int argc, char** argv) {
     const ImageF photo = read_image(photos[k]);
     GrabCutSegmenter segmenter(options);
     segmenter.encode(photo);
-    for (CocoInstance& read : read_instances(data / "labels/train2017" / photos[k].stem().concat(".txt"), photo.width, photo.height)) {
+    for (CocoInstance& read :
+         read_instances(data / "labels/train2017" / photos[k].stem().concat(".txt"), photo.width, photo.height)) {
       Measured instance{std::move(read)};
       instance.photo = static_cast<int>(k);
       const double start = omp_get_wtime();
       const SegmentedMask mask = segmenter.segment({instance.box, {}}).front();
       instance.seconds = omp_get_wtime() - start;
       instance.predicted = mask.predicted_iou;
-      for (int m = 0; m < 2; ++m) instance.iou[m] = mask_iou(instance.mask, filled(instance.box, photo.width, photo.height, m));
+      for (int m = 0; m < 2; ++m)
+        instance.iou[m] = mask_iou(instance.mask, filled(instance.box, photo.width, photo.height, m));
       instance.iou[2] = mask_iou(instance.mask, mask.logits);
       instance.mask = {};
       found[k].push_back(std::move(instance));
@@ -92,7 +95,9 @@ int main(int argc, char** argv) {
       double sum[3] = {}, seconds = 0, predicted = 0;
       size_t count = 0;
       for (const Measured& instance : all) {
-        if (instance.pixels <= side * side || (part == "even" && instance.photo % 2) || (part == "odd" && instance.photo % 2 == 0)) continue;
+        if (instance.pixels <= side * side || (part == "even" && instance.photo % 2) ||
+            (part == "odd" && instance.photo % 2 == 0))
+          continue;
         for (int m = 0; m < 3; ++m) sum[m] += instance.iou[m];
         seconds += instance.seconds, predicted += std::abs(instance.predicted - instance.iou[2]), ++count;
       }

@@ -1,7 +1,7 @@
 // Where gradients alone lead.  gradient_start_study OUT.json [ITERATIONS=100]
-// A stem of one E is filmed while it swings; exact gradients of E and damping (Adam, a window that grows, as PhysDreamer)
-// start from E times each factor, once with the true v0 given and once with v0 = 0 and found too.  Reported beside the
-// search over log E, which needs no start.
+// A stem of one E is filmed while it swings; exact gradients of E and damping (Adam, a window that grows, as
+// PhysDreamer) start from E times each factor, once with the true v0 given and once with v0 = 0 and found too. Reported
+// beside the search over log E, which needs no start.
 
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -25,7 +25,9 @@ class SmoothVelocity : public Field {
   explicit SmoothVelocity(std::span<const Vec3f> points) : one_(options(), points) {}
   size_t points() const override { return one_.points(); }
   int channels() const override { return 3; }
-  std::vector<double> constant(std::span<const double>) const override { return std::vector<double>(3 * one_.parameters(), 0.0); }
+  std::vector<double> constant(std::span<const double>) const override {
+    return std::vector<double>(3 * one_.parameters(), 0.0);
+  }
   std::vector<double> values(std::span<const double> parameters) const override {
     std::vector<double> out(3 * points());
     for (size_t c = 0; c < 3; ++c) {
@@ -34,11 +36,13 @@ class SmoothVelocity : public Field {
     }
     return out;
   }
-  std::vector<double> values_adjoint(std::span<const double> parameters, std::span<const double> adj_values) const override {
+  std::vector<double> values_adjoint(std::span<const double> parameters,
+                                     std::span<const double> adj_values) const override {
     std::vector<double> out, adj(points());
     for (size_t c = 0; c < 3; ++c) {
       for (size_t i = 0; i < adj.size(); ++i) adj[i] = adj_values[3 * i + c];
-      const std::vector<double> by = one_.values_adjoint(parameters.subspan(c * one_.parameters(), one_.parameters()), adj);
+      const std::vector<double> by =
+          one_.values_adjoint(parameters.subspan(c * one_.parameters(), one_.parameters()), adj);
       out.insert(out.end(), by.begin(), by.end());
     }
     return out;
@@ -54,7 +58,8 @@ class SmoothVelocity : public Field {
 };
 
 /// log10 of what remains of a factor of E after gradients.
-double remaining(const testing::TwinStem& twin, const TrackLoss<float>& tracks, double factor, bool know_velocity, int iterations) {
+double remaining(const testing::TwinStem& twin, const TrackLoss<float>& tracks, double factor, bool know_velocity,
+                 int iterations) {
   Motion<float> motion{twin.particles, twin.kicked(0.4), twin.pins, {}};
   for (float& young : motion.particles.young) young = static_cast<float>(young * factor);
   if (!know_velocity) motion.start = initial_state(motion.particles);
@@ -85,11 +90,19 @@ int main(int argc, char** argv) {
     VibrationFitOptions options;
     options.modes.most = 6, options.refine.tolerance = 1e-3, options.most_smooth = 6;
     const VibrationFit found = fit_vibration(options, guess, twin.pins, tracks, twin.fps);
-    const double search = found.search.minima[0].log10_factor + std::log10(factor), refined = found.log10_factor + std::log10(factor);
-    const double known = remaining(twin, tracks, factor, true, iterations), unknown = remaining(twin, tracks, factor, false, iterations);
-    rows.push_back({{"start", std::log10(factor)}, {"search", search}, {"search_and_gauss_newton", refined}, {"gradients_true_v0", known}, {"gradients_v0_found_too", unknown}});
-    std::printf("start x %7.3f: log10 of E over the truth after search %+.3f, Gauss-Newton %+.3f; gradients alone %+.3f with the true v0, %+.3f with v0 found too\n",
-                factor, search, refined, known, unknown);
+    const double search = found.search.minima[0].log10_factor + std::log10(factor),
+                 refined = found.log10_factor + std::log10(factor);
+    const double known = remaining(twin, tracks, factor, true, iterations),
+                 unknown = remaining(twin, tracks, factor, false, iterations);
+    rows.push_back({{"start", std::log10(factor)},
+                    {"search", search},
+                    {"search_and_gauss_newton", refined},
+                    {"gradients_true_v0", known},
+                    {"gradients_v0_found_too", unknown}});
+    std::printf(
+        "start x %7.3f: log10 of E over the truth after search %+.3f, Gauss-Newton %+.3f; gradients alone %+.3f with "
+        "the true v0, %+.3f with v0 found too\n",
+        factor, search, refined, known, unknown);
     std::fflush(stdout);
   }
   write_json(argv[1], {{"iterations", iterations}, {"rows", rows}});

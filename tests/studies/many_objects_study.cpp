@@ -1,9 +1,11 @@
 // A plane with SIDE x SIDE balls at 1200 x 900, end to end from id masks written as PNG:
 //   many_objects_study OUT_FOLDER [SIDE=20 [VIEWS=24 [WIDTH=1200 [CASE [ITERATIONS]]]]]
-// OUT_FOLDER becomes a scene that `pliant segment` takes too.  The masks' ids are shuffled in every view in the second case.
-// OUT_FOLDER/truth holds the true ids of every 8th photo, for
-//   pliant segment OUT_FOLDER --hold-out --out RUN;  pliant evaluate segmentation RUN/held_out OUT_FOLDER/truth --band 2
-// CASE: clean, shuffled, or write, where only the folder is made; both cases without it.  Scores are on every 8th photo, never learnt from, for objects of at least 300 px in it.  Prints JSON.
+// OUT_FOLDER becomes a scene that `pliant segment` takes too.  The masks' ids are shuffled in every view in the second
+// case. OUT_FOLDER/truth holds the true ids of every 8th photo, for
+//   pliant segment OUT_FOLDER --hold-out --out RUN;  pliant evaluate segmentation RUN/held_out OUT_FOLDER/truth --band
+//   2
+// CASE: clean, shuffled, or write, where only the folder is made; both cases without it.  Scores are on every 8th
+// photo, never learnt from, for objects of at least 300 px in it.  Prints JSON.
 
 #include <sys/resource.h>
 
@@ -63,16 +65,23 @@ Json score(const MadeScene& scene, const std::vector<int>& held_out, const Segme
   }
   double worst = 1;
   for (const auto& [id, iou] : whole.iou) worst = std::min(worst, iou);
-  return {{"classes", segmentation.class_id.size()}, {"objects_found", found.size()}, {"objects_scored", whole.iou.size()}, {"miou", whole.mean},
-          {"worst_iou", worst}, {"boundary_miou", edge.mean}, {"gaussians_right", static_cast<double>(right) / scene.truth.size()}};
+  return {{"classes", segmentation.class_id.size()},
+          {"objects_found", found.size()},
+          {"objects_scored", whole.iou.size()},
+          {"miou", whole.mean},
+          {"worst_iou", worst},
+          {"boundary_miou", edge.mean},
+          {"gaussians_right", static_cast<double>(right) / scene.truth.size()}};
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 2) return std::fprintf(stderr, "usage: %s OUT_FOLDER [SIDE [VIEWS [WIDTH [CASE [ITERATIONS]]]]]\n", argv[0]), 2;
+  if (argc < 2)
+    return std::fprintf(stderr, "usage: %s OUT_FOLDER [SIDE [VIEWS [WIDTH [CASE [ITERATIONS]]]]]\n", argv[0]), 2;
   const fs::path out = argv[1];
-  const int side = argc > 2 ? std::atoi(argv[2]) : 20, views = argc > 3 ? std::atoi(argv[3]) : 24, width = argc > 4 ? std::atoi(argv[4]) : 1200;
+  const int side = argc > 2 ? std::atoi(argv[2]) : 20, views = argc > 3 ? std::atoi(argv[3]) : 24,
+            width = argc > 4 ? std::atoi(argv[4]) : 1200;
   const std::string only = argc > 5 ? argv[5] : "";
   const float ball_step = 0.06f * 1.9f / static_cast<float>(side);
   const MadeScene scene = made_scene(grid_of_balls(side), views, width, width * 3 / 4, 0.012f, ball_step);
@@ -81,7 +90,8 @@ int main(int argc, char** argv) {
   fs::create_directories(out / "masks");
   write_ply(out / "splats.ply", scene.cloud);
   write_transforms(out / "transforms.json", scene.cameras);
-  write_text(out / "scene.json", R"({"splats": "splats.ply", "cameras": "transforms.json", "masks": "masks", "up": [0, 0, 1]})");
+  write_text(out / "scene.json",
+             R"({"splats": "splats.ply", "cameras": "transforms.json", "masks": "masks", "up": [0, 0, 1]})");
   fs::create_directories(out / "truth");
   for (int c = 0; c < views; ++c) {
     const IdImage ids = cast_ids(scene, scene.cameras[c]);

@@ -65,8 +65,10 @@ inline MaskSet damaged(MaskSet masks, const MaskDamage& damage) {
       } else if (draw < damage.missing) {
         std::replace(ids.data.begin(), ids.data.end(), id, 0u);
       } else if (draw < damage.missing + damage.merged_or_split) {
-        if (random.uniform() < 0.5) merge_with_neighbour(ids, id, random);
-        else split_mask(ids, id, fresh++, random);
+        if (random.uniform() < 0.5)
+          merge_with_neighbour(ids, id, random);
+        else
+          split_mask(ids, id, fresh++, random);
       }
     }
     if (damage.shuffle) {
@@ -89,7 +91,8 @@ inline MaskSet damaged(MaskSet masks, const MaskDamage& damage) {
 }
 
 /// Predicted id -> true id by overlap.
-inline std::map<uint32_t, uint32_t> match_by_overlap(const std::vector<IdImage>& predicted, const std::vector<IdImage>& truth) {
+inline std::map<uint32_t, uint32_t> match_by_overlap(const std::vector<IdImage>& predicted,
+                                                     const std::vector<IdImage>& truth) {
   OverlapMatch match;
   for (size_t v = 0; v < truth.size(); ++v) match.add(predicted[v].data, truth[v].data);
   return match.match();

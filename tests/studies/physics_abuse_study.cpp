@@ -1,6 +1,6 @@
-// physics_abuse_study [minutes] [seed]: random bodies under random interactions, one in twenty of which misses.  Every frame has to be finite or the
-// run has to end in a typed error; memory must not grow.  Prints one line of JSON; exit code 1 when something else
-// happened.
+// physics_abuse_study [minutes] [seed]: random bodies under random interactions, one in twenty of which misses.  Every
+// frame has to be finite or the run has to end in a typed error; memory must not grow.  Prints one line of JSON; exit
+// code 1 when something else happened.
 
 #include <sys/resource.h>
 
@@ -39,10 +39,17 @@ Interaction random_interaction(const Particles& body, Random& random, bool misse
   if (misses) at += Vec3d(0.5, 0.5, 0.5);
   const Vec3d half = 0.5 * power(random, -2.5, -1) * direction(random), n = direction(random);
   switch (random.below(misses ? 3 : 4)) {
-    case 0: it.region = Region::sphere(at, power(random, -2.5, -1)); break;
-    case 1: it.region = Region::box(at - half.cwiseAbs(), at + half.cwiseAbs()); break;
-    case 2: it.region = Region::cylinder(at - half, at + half, power(random, -2.5, -1)); break;
-    default: it.region = Region::half_space(at + 1e-4 * n, n);
+    case 0:
+      it.region = Region::sphere(at, power(random, -2.5, -1));
+      break;
+    case 1:
+      it.region = Region::box(at - half.cwiseAbs(), at + half.cwiseAbs());
+      break;
+    case 2:
+      it.region = Region::cylinder(at - half, at + half, power(random, -2.5, -1));
+      break;
+    default:
+      it.region = Region::half_space(at + 1e-4 * n, n);
   }
   it.vector = power(random, -3, random.below(8) == 0 ? 9 : 1.5) * direction(random);
   it.contact = static_cast<ContactKind>(random.below(3)), it.container = random.below(4) == 0;
@@ -59,7 +66,8 @@ Interaction random_interaction(const Particles& body, Random& random, bool misse
 
 Particles random_body(Random& random) {
   const Vec3d size(0.01 * (1 + random.below(5)), 0.01 * (1 + random.below(5)), 0.01 * (1 + random.below(7)));
-  Particles p = testing::block<float>(size, 0.01, 1.0, power(random, 2.5, 6), random.uniform(0, 0.49), power(random, 2, 4));
+  Particles p =
+      testing::block<float>(size, 0.01, 1.0, power(random, 2.5, 6), random.uniform(0, 0.49), power(random, 2, 4));
   Material material;
   material.law = static_cast<Law>(random.below(law_names().size()));
   material.yield_stress = power(random, 1, 4), material.branch_shear = material.branch_lambda = power(random, 2, 5);
@@ -105,12 +113,14 @@ int run(double minutes, uint64_t seed) {
     if (random.below(10) == 0) options.rest_shape = RestShapeMode::kSolve;
     const double start = seconds();
     try {
-      const bool stopped = simulate<float>(options, particles, script, initial_state(particles), [&](const SimulationState& s) {
-        bool good = true;
-        for (size_t i = 0; i < s.size(); ++i) good &= s.x[i].allFinite() && s.v[i].allFinite() && s.F[i].allFinite();
-        if (!good) ++bad, std::fprintf(stderr, "run %d frame %d is not finite\n", runs, s.frame);
-        return ++frames, good && seconds() - start < kLongest;
-      }).stopped;
+      const bool stopped =
+          simulate<float>(options, particles, script, initial_state(particles), [&](const SimulationState& s) {
+            bool good = true;
+            for (size_t i = 0; i < s.size(); ++i)
+              good &= s.x[i].allFinite() && s.v[i].allFinite() && s.F[i].allFinite();
+            if (!good) ++bad, std::fprintf(stderr, "run %d frame %d is not finite\n", runs, s.frame);
+            return ++frames, good && seconds() - start < kLongest;
+          }).stopped;
       (stopped ? cut : finished) += 1;
     } catch (const Error& error) {
       (error.failure == Failure::kNumerical ? numerical : usage) += 1;
@@ -123,9 +133,11 @@ int run(double minutes, uint64_t seed) {
   }
   for (const auto& [message, count] : messages) std::fprintf(stderr, "%6d  %s\n", count, message.c_str());
   const bool grew = early > 0 && late > 1.2 * early + 20;
-  std::printf("{\"runs\": %d, \"frames\": %lld, \"finished\": %d, \"cut_short\": %d, \"numerical_errors\": %d, \"usage_errors\": %d, "
-              "\"not_finite_or_untyped\": %d, \"resident_mb_after_200\": %.1f, \"resident_mb_at_end\": %.1f}\n",
-              runs, static_cast<long long>(frames), finished, cut, numerical, usage, bad, early, late);
+  std::printf(
+      "{\"runs\": %d, \"frames\": %lld, \"finished\": %d, \"cut_short\": %d, \"numerical_errors\": %d, "
+      "\"usage_errors\": %d, "
+      "\"not_finite_or_untyped\": %d, \"resident_mb_after_200\": %.1f, \"resident_mb_at_end\": %.1f}\n",
+      runs, static_cast<long long>(frames), finished, cut, numerical, usage, bad, early, late);
   return bad > 0 || grew;
 }
 

@@ -32,7 +32,8 @@ void cantilever(int cells, bool random) {
   const double foot = 3 * dx;
   Particles p = testing::block<float>({length + foot, height, height}, dx, random ? 1.0 : 0.0, young, poisson, density);
   const double inertia = std::pow(height, 4) / 12, area = height * height;
-  const double frequency = 1.8751 * 1.8751 / (2 * kPi) * std::sqrt(young * inertia / (density * area * std::pow(length, 4)));
+  const double frequency =
+      1.8751 * 1.8751 / (2 * kPi) * std::sqrt(young * inertia / (density * area * std::pow(length, 4)));
   const double sag = 0.01 * length, load = sag * 8 * young * inertia / (density * area * std::pow(length, 4));
 
   SimulateOptions options;
@@ -67,12 +68,12 @@ void cantilever(int cells, bool random) {
   // Equal decay on both half swings: sag = (peak^2 ...) of x = s (1 - q cos) with x(0) = 0.
   const double q = (peak - low) > 0 ? (peak - low) / peak : 1;  // ratio of successive half swings
   const double measured_sag = peak / (1 + q);
-  std::printf("{\"study\": \"cantilever\", \"cells\": %d, \"random\": %s, \"particles\": %zu, \"frequency\": %.5g, "
-              "\"frequency_error\": %.4f, \"sag\": %.5g, \"sag_error\": %.4f, \"log_decrement\": %.4f, "
-              "\"substeps\": %lld, \"seconds\": %.1f}\n",
-              cells, random ? "true" : "false", p.size(), 1 / return_time, 1 / return_time / frequency - 1,
-              measured_sag, measured_sag / sag - 1, -2 * std::log(q), static_cast<long long>(result.state.substeps),
-              seconds_since(begin));
+  std::printf(
+      "{\"study\": \"cantilever\", \"cells\": %d, \"random\": %s, \"particles\": %zu, \"frequency\": %.5g, "
+      "\"frequency_error\": %.4f, \"sag\": %.5g, \"sag_error\": %.4f, \"log_decrement\": %.4f, "
+      "\"substeps\": %lld, \"seconds\": %.1f}\n",
+      cells, random ? "true" : "false", p.size(), 1 / return_time, 1 / return_time / frequency - 1, measured_sag,
+      measured_sag / sag - 1, -2 * std::log(q), static_cast<long long>(result.state.substeps), seconds_since(begin));
 }
 
 struct Stem {
@@ -115,11 +116,12 @@ void stem(int count) {
     peak = std::max(peak, sum / mass);
     return true;
   });
-  std::printf("{\"study\": \"stem\", \"particles\": %zu, \"cells_thick\": %.2f, \"volume_error\": %.5f, \"peak\": %.6g, "
-              "\"seconds\": %.1f}\n",
-              p.size(), Stem::kWidth / p.cell_size,
-              stem.samples.total_volume() / (kPi / 4 * Stem::kWidth * Stem::kWidth * (Stem::kLength + Stem::kFoot)) - 1,
-              peak, seconds_since(begin));
+  std::printf(
+      "{\"study\": \"stem\", \"particles\": %zu, \"cells_thick\": %.2f, \"volume_error\": %.5f, \"peak\": %.6g, "
+      "\"seconds\": %.1f}\n",
+      p.size(), Stem::kWidth / p.cell_size,
+      stem.samples.total_volume() / (kPi / 4 * Stem::kWidth * Stem::kWidth * (Stem::kLength + Stem::kFoot)) - 1, peak,
+      seconds_since(begin));
 }
 
 void drift(int count) {
@@ -145,9 +147,10 @@ void speed(int count, double seconds) {
   for (int threads = 1; threads <= most; threads *= 2) {
     omp_set_num_threads(threads);
     const auto summary = simulate<float>(options, p, {pin, gust}, initial_state(p)).summary;
-    std::printf("{\"study\": \"speed\", \"particles\": %zu, \"threads\": %d, \"million_particle_substeps_per_second\": "
-                "%.2f, \"seconds\": %.2f}\n",
-                p.size(), threads, summary.particle_substeps / summary.seconds * 1e-6, summary.seconds);
+    std::printf(
+        "{\"study\": \"speed\", \"particles\": %zu, \"threads\": %d, \"million_particle_substeps_per_second\": "
+        "%.2f, \"seconds\": %.2f}\n",
+        p.size(), threads, summary.particle_substeps / summary.seconds * 1e-6, summary.seconds);
   }
   omp_set_num_threads(most);
 }
@@ -167,7 +170,8 @@ int main(int argc, char** argv) {
   } else if (study == "speed") {
     pliant::speed(static_cast<int>(number(2, 8000)), number(3, 1));
   } else {
-    std::fprintf(stderr, "usage: physics_study cantilever CELLS [random] | stem COUNT... | drift COUNT | speed COUNT SECONDS\n");
+    std::fprintf(
+        stderr, "usage: physics_study cantilever CELLS [random] | stem COUNT... | drift COUNT | speed COUNT SECONDS\n");
     return 2;
   }
 }

@@ -1,7 +1,7 @@
 // The semantic attribute, extraction and repair on the demo scene:
 //   semantic_field_study SCENE_FOLDER [OUT_FOLDER [SEED]]
-// SCENE_FOLDER is made with that seed when it does not exist.  mIoU is on every 8th photo, which is never optimised on; "missing"
-// erases 20 % of the masks (an id in a photo).  Prints JSON; pictures go to OUT_FOLDER.
+// SCENE_FOLDER is made with that seed when it does not exist.  mIoU is on every 8th photo, which is never optimised on;
+// "missing" erases 20 % of the masks (an id in a photo).  Prints JSON; pictures go to OUT_FOLDER.
 
 #include <chrono>
 #include <cstdio>
@@ -52,11 +52,16 @@ struct Study {
     SemanticResult result = fit_semantic_field(options, scene.cloud, scene.cameras, training);
     const double seconds = now() - start;
     std::vector<IdImage> predicted;
-    for (int camera : held_out) predicted.push_back(render_ids(result.segmentation, scene.cloud, scene.cameras[camera]));
+    for (int camera : held_out)
+      predicted.push_back(render_ids(result.segmentation, scene.cloud, scene.cameras[camera]));
     const IdAgreement agreement = id_agreement(predicted, truth);
-    Json json = {{"miou", agreement.mean}, {"seconds", seconds}, {"iterations", iterations},
-                 {"cross_entropy", result.summary.cross_entropy}, {"grouping", result.summary.grouping},
-                 {"unseen", result.summary.unseen}, {"cached_megabytes", result.summary.cached_bytes >> 20}};
+    Json json = {{"miou", agreement.mean},
+                 {"seconds", seconds},
+                 {"iterations", iterations},
+                 {"cross_entropy", result.summary.cross_entropy},
+                 {"grouping", result.summary.grouping},
+                 {"unseen", result.summary.unseen},
+                 {"cached_megabytes", result.summary.cached_bytes >> 20}};
     for (const auto& [id, iou] : agreement.iou) json["iou"][masks.name_of(id)] = iou;
     if (out) *out = std::move(result.segmentation);
     return json;
@@ -85,7 +90,8 @@ double luminance_deviation(const RepairResult& result, const GaussianCloud& back
         }
         bool near = false;
         for (int j = std::max(0, y - 6); j <= std::min(after.height - 1, y + 6) && !near; ++j)
-          for (int i = std::max(0, x - 6); i <= std::min(after.width - 1, x + 6) && !near; ++i) near = before.hole(i, j);
+          for (int i = std::max(0, x - 6); i <= std::min(after.width - 1, x + 6) && !near; ++i)
+            near = before.hole(i, j);
         if (near) sum += l, squares += l * l, ++ring;
       }
     const double mean = sum / ring, sigma = std::sqrt(std::max(1e-8, squares / ring - mean * mean));
@@ -136,19 +142,28 @@ int main(int argc, char** argv) {
   }
   start = now();
   const ExtractResult parts = extract(extract_options, scene.cloud, segmentation);
-  json["extract"] = {{"seconds", now() - start}, {"object", parts.object.size()}, {"summary", parts.summary.describe()},
-                     {"support", study.masks.name_of(parts.summary.support)}, {"contact", parts.contact.found},
-                     {"touching", parts.contact.touching}, {"band", {parts.contact.band_low, parts.contact.band_high}},
-                     {"thickness", parts.contact.thickness}, {"size", parts.contact.size}};
+  json["extract"] = {{"seconds", now() - start},
+                     {"object", parts.object.size()},
+                     {"summary", parts.summary.describe()},
+                     {"support", study.masks.name_of(parts.summary.support)},
+                     {"contact", parts.contact.found},
+                     {"touching", parts.contact.touching},
+                     {"band", {parts.contact.band_low, parts.contact.band_high}},
+                     {"thickness", parts.contact.thickness},
+                     {"size", parts.contact.size}};
   const GaussianCloud object = scene.cloud.select(parts.object), background = scene.cloud.select(parts.background);
   const RepairResult repaired = repair({}, background, object, scene.cameras);
-  json["repair"] = {{"seconds", repaired.summary.seconds}, {"summary", repaired.summary.describe()},
-                    {"before", repaired.summary.hole_before}, {"after", repaired.summary.hole_after},
-                    {"outside_change", repaired.summary.outside_change}, {"unobserved", repaired.summary.unobserved},
+  json["repair"] = {{"seconds", repaired.summary.seconds},
+                    {"summary", repaired.summary.describe()},
+                    {"before", repaired.summary.hole_before},
+                    {"after", repaired.summary.hole_after},
+                    {"outside_change", repaired.summary.outside_change},
+                    {"unobserved", repaired.summary.unobserved},
                     {"luminance_sigma", luminance_deviation(repaired, background, object, scene.cameras)}};
   write_image(out / "repair.png", repair_sheet(repaired, background, object, scene.cameras));
   for (int camera : {5, 15, 25, 35})
     if (camera < static_cast<int>(scene.cameras.size()))
-      write_image(out / ("repaired_" + std::to_string(camera) + ".png"), render(repaired.background, scene.cameras[camera]).color);
+      write_image(out / ("repaired_" + std::to_string(camera) + ".png"),
+                  render(repaired.background, scene.cameras[camera]).color);
   std::printf("%s\n", json.dump(1).c_str());
 }

@@ -1,6 +1,6 @@
 // Silhouettes of an object before a dark ground: silhouettes_study PHOTOS OUT_FOLDER [RGBA_FOLDER]
-// 1 = object, 2 = the rest: grey above 0.19, closed by a 5 x 5 square, largest part, holes filled.  RGBA_FOLDER gets the
-// photos with the silhouettes as alpha, for `pliant reconstruct` (put the cameras' file beside them).
+// 1 = object, 2 = the rest: grey above 0.19, closed by a 5 x 5 square, largest part, holes filled.  RGBA_FOLDER gets
+// the photos with the silhouettes as alpha, for `pliant reconstruct` (put the cameras' file beside them).
 
 #include <cstdio>
 #include <filesystem>

@@ -1,6 +1,6 @@
 // A mask carried through a video: track_study DATA_FOLDER OUT_FOLDER [KEY=VALUE...]
-// DATA_FOLDER/video_bmx: bmx-trees/*.jpg and bmx-trees_mask/*.png.  The tracker gets the mask of picture 0; written are the
-// overlap with the true mask in every picture, where it said that the rider is lost, and overlays of some pictures.
+// DATA_FOLDER/video_bmx: bmx-trees/*.jpg and bmx-trees_mask/*.png.  The tracker gets the mask of picture 0; written are
+// the overlap with the true mask in every picture, where it said that the rider is lost, and overlays of some pictures.
 
 #include <algorithm>
 #include <chrono>
@@ -30,7 +30,8 @@ int main(int argc, char** argv) {
   const auto truth_of = [&](size_t k) {
     const ImageF mask = read_image(masks[k]);
     IdImage ids(mask.width, mask.height, 1);
-    for (size_t i = 0; i < ids.data.size(); ++i) ids.data[i] = mask.data[3 * i] > 0.02f || mask.data[3 * i + 1] > 0.02f || mask.data[3 * i + 2] > 0.02f;
+    for (size_t i = 0; i < ids.data.size(); ++i)
+      ids.data[i] = mask.data[3 * i] > 0.02f || mask.data[3 * i + 1] > 0.02f || mask.data[3 * i + 2] > 0.02f;
     return ids;
   };
   FlowTrackerOptions options;
@@ -60,7 +61,8 @@ int main(int argc, char** argv) {
     const TrackedFrame frame = tracker.step(picture);
     const IdImage truth = truth_of(k);
     size_t both = 0, either = 0;
-    for (size_t i = 0; i < truth.data.size(); ++i) both += truth.data[i] && frame.ids.data[i], either += truth.data[i] || frame.ids.data[i];
+    for (size_t i = 0; i < truth.data.size(); ++i)
+      both += truth.data[i] && frame.ids.data[i], either += truth.data[i] || frame.ids.data[i];
     const double iou = either ? static_cast<double>(both) / static_cast<double>(either) : 1;
     const bool lost = !frame.lost.empty();
     rows.push_back({{"picture", k}, {"iou", iou}, {"lost", lost}});
@@ -70,6 +72,7 @@ int main(int argc, char** argv) {
     if (k % 5 == 0) write_image(out / (pictures[k].stem().string() + ".jpg"), overlay_ids(picture, frame.ids));
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  std::printf("mean of pictures 1-10: %.3f; %d pictures followed at %.3f, %d of them wrongly; %.2f s a picture\n", first, kept, followed / std::max(1, kept), wrong, seconds / static_cast<double>(rows.size()));
+  std::printf("mean of pictures 1-10: %.3f; %d pictures followed at %.3f, %d of them wrongly; %.2f s a picture\n",
+              first, kept, followed / std::max(1, kept), wrong, seconds / static_cast<double>(rows.size()));
   std::ofstream(out / "track.json") << rows.dump(1) << "\n";
 }

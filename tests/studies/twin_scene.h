@@ -19,8 +19,10 @@ namespace pliant::study {
 
 constexpr double kWidth = 0.05, kHeight = 0.22, kClamp = 0.03;  // m; scene units are metres
 
-inline void add_face(GaussianCloud& cloud, Vec3d corner, Vec3d u, Vec3d v, double spacing, double contrast, uint64_t seed) {
-  const int nu = static_cast<int>(std::lround(u.norm() / spacing)), nv = static_cast<int>(std::lround(v.norm() / spacing));
+inline void add_face(GaussianCloud& cloud, Vec3d corner, Vec3d u, Vec3d v, double spacing, double contrast,
+                     uint64_t seed) {
+  const int nu = static_cast<int>(std::lround(u.norm() / spacing)),
+            nv = static_cast<int>(std::lround(v.norm() / spacing));
   const Vec3d normal = u.cross(v).normalized();
   for (int i = 0; i < nu; ++i)
     for (int j = 0; j < nv; ++j) {
@@ -30,12 +32,14 @@ inline void add_face(GaussianCloud& cloud, Vec3d corner, Vec3d u, Vec3d v, doubl
       const Vec3d x = corner + (i + 0.5) / nu * u + (j + 0.5) / nv * v;
       cloud.position[g] = x.cast<float>();
       for (int a = 0; a < 3; ++a)
-        cloud.log_scale[g][a] = static_cast<float>(std::log(std::abs(normal[a]) > 0.5 ? 0.05 * spacing : 0.6 * spacing));
+        cloud.log_scale[g][a] =
+            static_cast<float>(std::log(std::abs(normal[a]) > 0.5 ? 0.05 * spacing : 0.6 * spacing));
       cloud.rotation[g] = Eigen::Vector4f(1, 0, 0, 0);
       cloud.opacity_logit[g] = 4;
       // The upper half of the bar is redder, so that parts can be told by colour.
       const double warm = contrast > 0.5 && x.z() > 0.5 * (kClamp + kHeight) ? 0.5 : -0.3;
-      for (int c = 0; c < 3; ++c) cloud.sh_of(g)[c] = static_cast<float>(contrast * random.normal() + (c == 0 ? warm : 0));
+      for (int c = 0; c < 3; ++c)
+        cloud.sh_of(g)[c] = static_cast<float>(contrast * random.normal() + (c == 0 ? warm : 0));
     }
 }
 
@@ -45,19 +49,26 @@ inline void write_bar_scene(const std::filesystem::path& folder) {
   GaussianCloud cloud;
   cloud.sh_degree = 0;
   const double w = kWidth, h = kHeight, s = 0.0022;
-  add_face(cloud, {0, 0, 0}, {w, 0, 0}, {0, 0, h}, s, 0.8, 1), add_face(cloud, {0, w, 0}, {w, 0, 0}, {0, 0, h}, s, 0.8, 2);
-  add_face(cloud, {0, 0, 0}, {0, w, 0}, {0, 0, h}, s, 0.8, 3), add_face(cloud, {w, 0, 0}, {0, w, 0}, {0, 0, h}, s, 0.8, 4);
-  add_face(cloud, {0, 0, h}, {w, 0, 0}, {0, w, 0}, s, 0.8, 5), add_face(cloud, {0, 0, 0}, {w, 0, 0}, {0, w, 0}, s, 0.8, 6);
+  add_face(cloud, {0, 0, 0}, {w, 0, 0}, {0, 0, h}, s, 0.8, 1),
+      add_face(cloud, {0, w, 0}, {w, 0, 0}, {0, 0, h}, s, 0.8, 2);
+  add_face(cloud, {0, 0, 0}, {0, w, 0}, {0, 0, h}, s, 0.8, 3),
+      add_face(cloud, {w, 0, 0}, {0, w, 0}, {0, 0, h}, s, 0.8, 4);
+  add_face(cloud, {0, 0, h}, {w, 0, 0}, {0, w, 0}, s, 0.8, 5),
+      add_face(cloud, {0, 0, 0}, {w, 0, 0}, {0, w, 0}, s, 0.8, 6);
   add_face(cloud, {-0.6, 0.5, -0.4}, {1.2, 0, 0}, {0, 0, 1.0}, 0.02, 0.2, 7);
   write_ply(folder / "splats.ply", cloud);
   std::vector<Camera> cameras;
   for (int k = 0; k < 8; ++k) {
     const double angle = (k - 3.5) * 0.25 - M_PI / 2;
-    cameras.push_back(look_at({0.025 + 0.55 * std::cos(angle), 0.025 + 0.55 * std::sin(angle), 0.16}, {0.025, 0.025, 0.12}, {0, 0, 1}, 400, 300, 560));
+    cameras.push_back(look_at({0.025 + 0.55 * std::cos(angle), 0.025 + 0.55 * std::sin(angle), 0.16},
+                              {0.025, 0.025, 0.12}, {0, 0, 1}, 400, 300, 560));
     cameras.back().name = "view_" + std::to_string(k);
   }
   write_transforms(folder / "transforms.json", cameras);
-  write_json(folder / "scene.json", {{"splats", "splats.ply"}, {"cameras", "transforms.json"}, {"up", {0, 0, 1}}, {"metres_per_unit", 1.0},
+  write_json(folder / "scene.json", {{"splats", "splats.ply"},
+                                     {"cameras", "transforms.json"},
+                                     {"up", {0, 0, 1}},
+                                     {"metres_per_unit", 1.0},
                                      {"pinned", {{{"box", {-0.01, -0.01, -0.01, w + 0.01, w + 0.01, kClamp}}}}},
                                      {"material", {{"young", 1e5}, {"poisson", 0.3}, {"density", 1000.0}}}});
 }

@@ -3,7 +3,8 @@
 //   field=uniform|parts|smooth|triplanes how it is fitted (default: kind)
 //   grid=same|other                      the reference has other particles on the same grid, or a finer grid
 //   cases=10 first=1 noise=2 (of 255) particles=2000 frames=24
-//   codec=h264|none                      the reference is rendered into a video of 0.4 Mbit/s at 400 x 300, or into frames
+//   codec=h264|none                      the reference is rendered into a video of 0.4 Mbit/s at 400 x 300, or into
+//   frames
 // A bar is simulated and rendered by PLIANT, noise is added to every other frame, and a fit reads nothing else.
 
 #include <fmt/format.h>
@@ -31,8 +32,9 @@ using nlohmann::json;
 
 namespace {
 
-std::map<std::string, std::string> keys = {{"kind", "uniform"}, {"field", ""}, {"grid", "same"}, {"cases", "10"}, {"first", "1"},
-                                           {"noise", "2"}, {"particles", "2000"}, {"frames", "24"}, {"codec", "h264"}, {"fit", ""}};
+std::map<std::string, std::string> keys = {{"kind", "uniform"}, {"field", ""},  {"grid", "same"},      {"cases", "10"},
+                                           {"first", "1"},      {"noise", "2"}, {"particles", "2000"}, {"frames", "24"},
+                                           {"codec", "h264"},   {"fit", ""}};
 std::string pliant_program;
 constexpr double kFps = 24;
 
@@ -51,9 +53,11 @@ fs::path seeded(const fs::path& out, int particles, int seed) {
   if (fs::exists(run / "done")) return run;
   fs::remove_all(run);
   const std::string where = run.string(), log = (out / "seed.log").string();
-  const bool good = call(fmt::format("segment {} --out {} --aabb -0.01,-0.01,-0.01,0.06,0.06,0.23", (out / "scene").string(), where), log) &&
-                    call("extract " + where + " --object 1", log) && call("repair " + where, log) &&
-                    call(fmt::format("seed {} --particles {} --seed {}", where, particles, seed), log);
+  const bool good =
+      call(fmt::format("segment {} --out {} --aabb -0.01,-0.01,-0.01,0.06,0.06,0.23", (out / "scene").string(), where),
+           log) &&
+      call("extract " + where + " --object 1", log) && call("repair " + where, log) &&
+      call(fmt::format("seed {} --particles {} --seed {}", where, particles, seed), log);
   if (!good) std::exit(1);
   write_text(run / "done", "");
   return run;
@@ -64,8 +68,8 @@ fs::path object_of(const fs::path& run) {
   return {};
 }
 
-/// Every `every`-th frame of a clip, the first one too, with Gaussian noise of standard deviation `sigma` of 255, as PNG files;
-/// `clip` is a folder of frames or a video.
+/// Every `every`-th frame of a clip, the first one too, with Gaussian noise of standard deviation `sigma` of 255, as
+/// PNG files; `clip` is a folder of frames or a video.
 int noisy_frames(const fs::path& clip, const fs::path& folder, double sigma, uint64_t seed, int every) {
   fs::create_directories(folder);
   const std::unique_ptr<FrameSource> source = open_frames(clip, kFps);
@@ -104,33 +108,43 @@ int main(int argc, char** argv) {
   for (int i = 3; i < argc; ++i) {
     const std::string text = argv[i];
     const size_t at = text.find('=');
-    if (at == std::string::npos || !keys.count(text.substr(0, at))) return std::fprintf(stderr, "no such key: %s\n", argv[i]), 2;
+    if (at == std::string::npos || !keys.count(text.substr(0, at)))
+      return std::fprintf(stderr, "no such key: %s\n", argv[i]), 2;
     keys[text.substr(0, at)] = text.substr(at + 1);
   }
-  const std::string kind = keys["kind"], field = keys["field"].empty() ? (kind == "velocity" ? "uniform" : kind) : keys["field"];
+  const std::string kind = keys["kind"],
+                    field = keys["field"].empty() ? (kind == "velocity" ? "uniform" : kind) : keys["field"];
   if (keys["codec"] != "none" && keys["codec"] != "h264") return std::fprintf(stderr, "codec is none or h264\n"), 2;
   const bool same = keys["grid"] == "same";
   const int particles = static_cast<int>(number("particles")), frames = static_cast<int>(number("frames"));
   if (!fs::exists(out / "scene" / "scene.json")) write_bar_scene(out / "scene");
-  const fs::path truth_seed = same ? seeded(out, particles, 2) : seeded(out, 3 * particles, 2), fit_seed = seeded(out, particles, 1);
+  const fs::path truth_seed = same ? seeded(out, particles, 2) : seeded(out, 3 * particles, 2),
+                 fit_seed = seeded(out, particles, 1);
 
   json rows = json::array();
   for (int k = 0; k < static_cast<int>(number("cases")); ++k) {
     const uint64_t seed = static_cast<uint64_t>(number("first")) + k;
     Random random(seed, 1);
     // The bar's lowest frequency is about .2237 sqrt(E / 1 kPa) Hz: 1 to 6 periods in a second of 24 frames.
-    const double log_low = std::log(2.2e4), log_high = std::log(7.0e5), middle = kind == "uniform" ? random.uniform(log_low, log_high) : random.uniform(std::log(6e4), std::log(2e5));
-    const double damping = random.uniform(0.5, 2.0), angle = random.uniform(-0.5, 0.5), frequency = 0.2237 * std::sqrt(std::exp(middle) / 1000);
+    const double log_low = std::log(2.2e4), log_high = std::log(7.0e5),
+                 middle = kind == "uniform" ? random.uniform(log_low, log_high)
+                                            : random.uniform(std::log(6e4), std::log(2e5));
+    const double damping = random.uniform(0.5, 2.0), angle = random.uniform(-0.5, 0.5),
+                 frequency = 0.2237 * std::sqrt(std::exp(middle) / 1000);
     const double speed = random.uniform(0.08, 0.14) * 0.19 * 2 * M_PI * frequency;
     const Vec3d tip = speed * Vec3d(angle < 0 ? -1 : 1, random.uniform(-0.4, 0.4), 0);
     const double wrong = kind == "uniform" ? (k % 2 ? 30.0 : 1 / 30.0) : 3.0;
     std::function<double(const Vec3f&)> factor = [](const Vec3f&) { return 0.0; };
-    if (kind == "parts") factor = [](const Vec3f& x) { return x.z() > 0.5 * (kClamp + kHeight) ? -0.5 * std::log(10.0) : 0.5 * std::log(10.0); };
+    if (kind == "parts")
+      factor = [](const Vec3f& x) {
+        return x.z() > 0.5 * (kClamp + kHeight) ? -0.5 * std::log(10.0) : 0.5 * std::log(10.0);
+      };
     if (kind == "smooth") factor = smooth_truth(seed);
     const auto young = [&](const Vec3f& x) { return std::exp(middle + factor(x)); };
 
     const std::string codec = keys["codec"] == "h264" ? "" : "_" + keys["codec"];
-    const fs::path truth = out / fmt::format("truth_{}_{}_{}{}", kind, keys["grid"], seed, codec), run = out / fmt::format("fit_{}_{}_{}_{}{}", kind, field, keys["grid"], seed, codec);
+    const fs::path truth = out / fmt::format("truth_{}_{}_{}{}", kind, keys["grid"], seed, codec),
+                   run = out / fmt::format("fit_{}_{}_{}_{}{}", kind, field, keys["grid"], seed, codec);
     fs::path frames_folder = truth / "frames";
     if (!fs::exists(frames_folder)) {
       fs::remove_all(truth);
@@ -138,18 +152,25 @@ int main(int argc, char** argv) {
       write_bar_material(truth / "truth_material.h5", young);
       write_bar_velocity(truth / "truth_velocity.h5", tip, damping);
       // Twice the frame rate gives other time steps.
-      if (!call(fmt::format("simulate {} --material {} --velocity {} --fps {} --duration {} --no-floor", truth.string(), (truth / "truth_material.h5").string(),
-                            (truth / "truth_velocity.h5").string(), 2 * kFps, (frames - 1) / kFps), truth / "log") ||
-          !call(fmt::format("render {} --camera view_3 --no-orbit{}", truth.string(), codec.empty() ? "" : " --frames"), truth / "log"))
+      if (!call(fmt::format("simulate {} --material {} --velocity {} --fps {} --duration {} --no-floor", truth.string(),
+                            (truth / "truth_material.h5").string(), (truth / "truth_velocity.h5").string(), 2 * kFps,
+                            (frames - 1) / kFps),
+                truth / "log") ||
+          !call(fmt::format("render {} --camera view_3 --no-orbit{}", truth.string(), codec.empty() ? "" : " --frames"),
+                truth / "log"))
         return 1;
-      const int count = noisy_frames(truth / (codec.empty() ? "clip.mp4" : "clip"), truth / "frames.partial", number("noise"), seed, 2);
+      const int count = noisy_frames(truth / (codec.empty() ? "clip.mp4" : "clip"), truth / "frames.partial",
+                                     number("noise"), seed, 2);
       fs::rename(truth / "frames.partial", frames_folder);
-      std::printf("case %d: E %.3g Pa, f1 %.2f Hz, damping %.2f s, %d frames\n", static_cast<int>(seed), std::exp(middle), frequency, damping, count);
+      std::printf("case %d: E %.3g Pa, f1 %.2f Hz, damping %.2f s, %d frames\n", static_cast<int>(seed),
+                  std::exp(middle), frequency, damping, count);
     }
     fs::remove_all(run);
     fs::copy(fit_seed, run, fs::copy_options::recursive);
-    if (!call(fmt::format("fit {} --video {} --video-camera view_3 --video-fps {} --from 0 --field {} --young {} {} {}", run.string(), frames_folder.string(),
-                          kFps, field, std::exp(middle) * wrong, field == "parts" ? "--parts 2" : "", keys["fit"]), run / "log")) {
+    if (!call(fmt::format("fit {} --video {} --video-camera view_3 --video-fps {} --from 0 --field {} --young {} {} {}",
+                          run.string(), frames_folder.string(), kFps, field, std::exp(middle) * wrong,
+                          field == "parts" ? "--parts 2" : "", keys["fit"]),
+              run / "log")) {
       rows.push_back({{"case", seed}, {"failed", true}});
       continue;
     }
@@ -182,7 +203,8 @@ int main(int argc, char** argv) {
     std::vector<double> constant_error;
     for (size_t i = 0; i < found.young.size(); ++i)
       if (solid.solid_position[i].z() >= kClamp + 0.01)
-        constant_error.push_back(std::abs(std::log10(result["constant_young_pa"].get<double>() / young(solid.solid_position[i]))));
+        constant_error.push_back(
+            std::abs(std::log10(result["constant_young_pa"].get<double>() / young(solid.solid_position[i]))));
     std::nth_element(constant_error.begin(), constant_error.begin() + constant_error.size() / 2, constant_error.end());
     Vec3d seen = Vec3d::Zero(), wanted = Vec3d::Zero();
     for (size_t i = 0; i < start.velocity.size(); ++i) {
@@ -191,20 +213,42 @@ int main(int argc, char** argv) {
       wanted += bar_velocity(tip, start.position[i]);
     }
     // View 3 looks nearly along y: its picture shows x and z.
-    const Vec3d depth = (Vec3d(0.025, 0.025, 0.12) - Vec3d(0.025 + 0.55 * std::cos(-0.125 - M_PI / 2), 0.025 + 0.55 * std::sin(-0.125 - M_PI / 2), 0.16)).normalized();
+    const Vec3d depth = (Vec3d(0.025, 0.025, 0.12) - Vec3d(0.025 + 0.55 * std::cos(-0.125 - M_PI / 2),
+                                                           0.025 + 0.55 * std::sin(-0.125 - M_PI / 2), 0.16))
+                            .normalized();
     const Vec3d seen_flat = seen - depth * depth.dot(seen), wanted_flat = wanted - depth * depth.dot(wanted);
-    const double direction = std::acos(std::clamp(seen_flat.normalized().dot(wanted_flat.normalized()), -1.0, 1.0)) * 180 / M_PI;
-    rows.push_back({{"case", seed}, {"young", std::exp(middle)}, {"median", median}, {"bias", bias}, {"constant", constant_error[constant_error.size() / 2]},
-                    {"damping", result.value("whole_damping_time_s", 0.0) / damping}, {"damping_truth", 1 / (damping * testing::decay_rate(object_of(truth), young))}, {"damping_beside_transfers", result["damping_time_s"].get<double>() / damping}, {"direction_deg", direction},
-                    {"magnitude", seen_flat.norm() / wanted_flat.norm()}, {"depth_found", depth.dot(seen) / wanted_flat.norm()},
-                    {"depth_true", depth.dot(wanted) / wanted_flat.norm()}, {"rms_px", result["rms_px"]}, {"sigma", result["log10_sigma"]},
-                    {"known_share", double(known) / error.size()}, {"known_median", known ? known_error[known / 2] : 0.0}, {"within_1_sigma", known ? double(within) / known : 0.0},
-                    {"periods", frequency * (frames - 1) / kFps}, {"steps", result["steps"]}});
+    const double direction =
+        std::acos(std::clamp(seen_flat.normalized().dot(wanted_flat.normalized()), -1.0, 1.0)) * 180 / M_PI;
+    rows.push_back({{"case", seed},
+                    {"young", std::exp(middle)},
+                    {"median", median},
+                    {"bias", bias},
+                    {"constant", constant_error[constant_error.size() / 2]},
+                    {"damping", result.value("whole_damping_time_s", 0.0) / damping},
+                    {"damping_truth", 1 / (damping * testing::decay_rate(object_of(truth), young))},
+                    {"damping_beside_transfers", result["damping_time_s"].get<double>() / damping},
+                    {"direction_deg", direction},
+                    {"magnitude", seen_flat.norm() / wanted_flat.norm()},
+                    {"depth_found", depth.dot(seen) / wanted_flat.norm()},
+                    {"depth_true", depth.dot(wanted) / wanted_flat.norm()},
+                    {"rms_px", result["rms_px"]},
+                    {"sigma", result["log10_sigma"]},
+                    {"known_share", double(known) / error.size()},
+                    {"known_median", known ? known_error[known / 2] : 0.0},
+                    {"within_1_sigma", known ? double(within) / known : 0.0},
+                    {"periods", frequency * (frames - 1) / kFps},
+                    {"steps", result["steps"]}});
     const json& r = rows.back();
-    std::printf("case %d %s/%s/%s: median |dlog10 E| %.3f bias %+.3f constant %.3f; damping x %.2f (the truth itself x %.2f, what the fit needs beside its grid x %.2f); v0 %.1f deg, x %.2f, depth %.2f of %.2f; rms %.3f px, periods %.1f; known %.2f, median there %.3f, in 1 sigma %.2f\n",
-                static_cast<int>(seed), kind.c_str(), field.c_str(), keys["grid"].c_str(), median, bias, r["constant"].get<double>(), r["damping"].get<double>(), r["damping_truth"].get<double>(), r["damping_beside_transfers"].get<double>(), direction,
-                r["magnitude"].get<double>(), r["depth_found"].get<double>(), r["depth_true"].get<double>(), r["rms_px"].get<double>(), r["periods"].get<double>(), r["known_share"].get<double>(),
-                r["known_median"].get<double>(), r["within_1_sigma"].get<double>());
+    std::printf(
+        "case %d %s/%s/%s: median |dlog10 E| %.3f bias %+.3f constant %.3f; damping x %.2f (the truth itself x %.2f, "
+        "what the fit needs beside its grid x %.2f); v0 %.1f deg, x %.2f, depth %.2f of %.2f; rms %.3f px, periods "
+        "%.1f; known %.2f, median there %.3f, in 1 sigma %.2f\n",
+        static_cast<int>(seed), kind.c_str(), field.c_str(), keys["grid"].c_str(), median, bias,
+        r["constant"].get<double>(), r["damping"].get<double>(), r["damping_truth"].get<double>(),
+        r["damping_beside_transfers"].get<double>(), direction, r["magnitude"].get<double>(),
+        r["depth_found"].get<double>(), r["depth_true"].get<double>(), r["rms_px"].get<double>(),
+        r["periods"].get<double>(), r["known_share"].get<double>(), r["known_median"].get<double>(),
+        r["within_1_sigma"].get<double>());
     std::fflush(stdout);
     write_json(out / fmt::format("twin_{}_{}_{}.json", kind, field, keys["grid"]), rows);
   }

@@ -1,7 +1,7 @@
 // Is the stated standard deviation of E(x) true?  uncertainty_study OUT.json [SEEDS=16] [NOISE_PX=0.1] [LENGTH_M=0.03]
 // Stems whose ln E is a smooth random field are filmed by one camera with Gaussian errors; each is fitted from a wrong
-// homogeneous start.  Pooled over seeds and places that the fit calls determined: the share of errors within one and two
-// standard deviations, and the median error.
+// homogeneous start.  Pooled over seeds and places that the fit calls determined: the share of errors within one and
+// two standard deviations, and the median error.
 
 #include <algorithm>
 #include <cstdio>
@@ -26,7 +26,9 @@ int main(int argc, char** argv) {
     MaterialFitOptions options;
     options.kind = MaterialKind::kSmooth;
     options.smooth.sigma = 0.8, options.smooth.length = length, options.smooth.modes = 24;
-    options.vibration.modes.most = 6, options.vibration.search.first = 0, options.vibration.refine.tolerance = argc > 7 ? std::atof(argv[7]) : 1e-3, options.vibration.most_smooth = argc > 6 ? std::atoi(argv[6]) : 6;
+    options.vibration.modes.most = 6, options.vibration.search.first = 0,
+    options.vibration.refine.tolerance = argc > 7 ? std::atof(argv[7]) : 1e-3,
+    options.vibration.most_smooth = argc > 6 ? std::atoi(argv[6]) : 6;
     const SmoothField truth(options.smooth, twin.particles.position);
     std::vector<double> z(truth.parameters());
     for (size_t k = 0; k < z.size(); ++k) z[k] = Random(seed, k).normal();
@@ -52,18 +54,30 @@ int main(int argc, char** argv) {
     determined += count, within_one += one, within_two += two;
     std::sort(of_seed.begin(), of_seed.end());
     const double median = of_seed.empty() ? 0 : of_seed[of_seed.size() / 2];
-    rows.push_back({{"seed", seed}, {"determined", count}, {"median", median}, {"within_1_sigma", one}, {"within_2_sigma", two},
-                    {"damping", fit.found.damping_time / twin.damping_time}, {"rms_px", fit.found.rms}});
-    std::printf("seed %d: %zu determined, median |dlog10 E| %.3f, within 1 sigma %.2f, 2 sigma %.2f, damping x %.2f, rms %.3f px\n", seed, count, median,
-                count ? double(one) / count : 0, count ? double(two) / count : 0, fit.found.damping_time / twin.damping_time, fit.found.rms);
+    rows.push_back({{"seed", seed},
+                    {"determined", count},
+                    {"median", median},
+                    {"within_1_sigma", one},
+                    {"within_2_sigma", two},
+                    {"damping", fit.found.damping_time / twin.damping_time},
+                    {"rms_px", fit.found.rms}});
+    std::printf(
+        "seed %d: %zu determined, median |dlog10 E| %.3f, within 1 sigma %.2f, 2 sigma %.2f, damping x %.2f, rms %.3f "
+        "px\n",
+        seed, count, median, count ? double(one) / count : 0, count ? double(two) / count : 0,
+        fit.found.damping_time / twin.damping_time, fit.found.rms);
     std::fflush(stdout);
   }
   std::sort(errors.begin(), errors.end());
   const double n = std::max<double>(1, determined);
-  const json result = {{"places", places}, {"determined", determined}, {"within_1_sigma", within_one / n}, {"within_2_sigma", within_two / n},
-                       {"median", errors.empty() ? 0 : errors[errors.size() / 2]}, {"seeds", rows}};
-  std::printf("%zu of %zu places determined: %.1f %% within 1 sigma, %.1f %% within 2; median |dlog10 E| %.3f\n", determined, places, 100 * within_one / n,
-              100 * within_two / n, result["median"].get<double>());
+  const json result = {{"places", places},
+                       {"determined", determined},
+                       {"within_1_sigma", within_one / n},
+                       {"within_2_sigma", within_two / n},
+                       {"median", errors.empty() ? 0 : errors[errors.size() / 2]},
+                       {"seeds", rows}};
+  std::printf("%zu of %zu places determined: %.1f %% within 1 sigma, %.1f %% within 2; median |dlog10 E| %.3f\n",
+              determined, places, 100 * within_one / n, 100 * within_two / n, result["median"].get<double>());
   write_json(argv[1], result);
   return 0;
 }

@@ -12,8 +12,10 @@ cv::Mat to_blob(const Tensor& tensor) {
   if (sizes.size() == 1) sizes.push_back(1);  // a cv::Mat has two axes at least
   cv::Mat blob(static_cast<int>(sizes.size()), sizes.data(), CV_32F);
   float* out = blob.ptr<float>();
-  if (tensor.type == Tensor::Type::kFloat32) std::copy(tensor.values.begin(), tensor.values.end(), out);
-  else std::copy(tensor.integers.begin(), tensor.integers.end(), out);
+  if (tensor.type == Tensor::Type::kFloat32)
+    std::copy(tensor.values.begin(), tensor.values.end(), out);
+  else
+    std::copy(tensor.integers.begin(), tensor.integers.end(), out);
   return blob;
 }
 
@@ -38,8 +40,8 @@ class OnnxBackend : public Backend {
     net_.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
   }
 
-  std::vector<Tensor> run(const std::string&, const std::vector<std::string>& input_names, const std::vector<Tensor>& inputs,
-                          const std::vector<std::string>& outputs) override {
+  std::vector<Tensor> run(const std::string&, const std::vector<std::string>& input_names,
+                          const std::vector<Tensor>& inputs, const std::vector<std::string>& outputs) override {
     for (size_t i = 0; i < inputs.size(); ++i) net_.setInput(to_blob(inputs[i]), input_names[i]);
     std::vector<cv::Mat> blobs;
     net_.forward(blobs, outputs);

@@ -14,7 +14,8 @@ std::set<std::string> operators_in(const std::string& code) {
 
 std::string operator_of_message(const std::string& text) {
   std::smatch match;
-  for (const char* words : {R"(Unknown builtin op: (\w+::\w+))", R"(Couldn't find operator:? '?(\w+::\w+))", R"(variants are available:\s+(\w+::\w+)\()"})
+  for (const char* words : {R"(Unknown builtin op: (\w+::\w+))", R"(Couldn't find operator:? '?(\w+::\w+))",
+                            R"(variants are available:\s+(\w+::\w+)\()"})
     if (std::regex_search(text, match, std::regex(words))) return match[1];
   return "";
 }

@@ -40,7 +40,8 @@ void limit_memory(uint64_t bytes) {
 void end_with_the_other_side() {
   std::thread([] {
     pollfd entry{kSocket, 0, 0};
-    while (poll(&entry, 1, -1) <= 0) {}
+    while (poll(&entry, 1, -1) <= 0) {
+    }
     _exit(0);
   }).detach();
 }
@@ -58,7 +59,8 @@ Message answer_to(const Message& request, LoadBackend load, std::unique_ptr<Back
     backend = load(request.text, static_cast<int>(request.threads));
   } else if (backend) {
     const auto inputs = request.names.begin() + static_cast<long>(request.tensors.size());
-    answer.tensors = backend->run(request.text, {request.names.begin(), inputs}, request.tensors, {inputs, request.names.end()});
+    answer.tensors =
+        backend->run(request.text, {request.names.begin(), inputs}, request.tensors, {inputs, request.names.end()});
   }
   return answer;
 }
@@ -72,7 +74,9 @@ int serve(LoadBackend load) {
   std::unique_ptr<Backend> backend;
   for (;;) {
     Message request, answer;
-    if (channel.receive(request, std::numeric_limits<double>::max(), std::numeric_limits<uint64_t>::max()) != Channel::Received::kMessage) return 0;
+    if (channel.receive(request, std::numeric_limits<double>::max(), std::numeric_limits<uint64_t>::max()) !=
+        Channel::Received::kMessage)
+      return 0;
     try {
       answer = answer_to(request, load, backend);
     } catch (const std::bad_alloc&) {

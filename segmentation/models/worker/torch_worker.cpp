@@ -26,13 +26,27 @@ Tensor from_torch(const at::Tensor& given) {
   tensor.shape = given.sizes().vec();
   const at::Tensor dense = given.detach().to(torch::kCPU).contiguous();
   switch (given.scalar_type()) {
-    case torch::kFloat32: tensor.values.assign(dense.data_ptr<float>(), dense.data_ptr<float>() + dense.numel()); return tensor;
-    case torch::kInt64: tensor.type = Tensor::Type::kInt64; break;
-    case torch::kBool: tensor.type = Tensor::Type::kBool; break;
-    case torch::kFloat16: tensor.type = Tensor::Type::kFloat16; return tensor;
-    case torch::kFloat64: tensor.type = Tensor::Type::kFloat64; return tensor;
-    case torch::kInt32: tensor.type = Tensor::Type::kInt32; return tensor;
-    default: tensor.type = Tensor::Type::kOther; return tensor;
+    case torch::kFloat32:
+      tensor.values.assign(dense.data_ptr<float>(), dense.data_ptr<float>() + dense.numel());
+      return tensor;
+    case torch::kInt64:
+      tensor.type = Tensor::Type::kInt64;
+      break;
+    case torch::kBool:
+      tensor.type = Tensor::Type::kBool;
+      break;
+    case torch::kFloat16:
+      tensor.type = Tensor::Type::kFloat16;
+      return tensor;
+    case torch::kFloat64:
+      tensor.type = Tensor::Type::kFloat64;
+      return tensor;
+    case torch::kInt32:
+      tensor.type = Tensor::Type::kInt32;
+      return tensor;
+    default:
+      tensor.type = Tensor::Type::kOther;
+      return tensor;
   }
   const at::Tensor whole = dense.to(torch::kInt64);
   tensor.integers.assign(whole.data_ptr<int64_t>(), whole.data_ptr<int64_t>() + whole.numel());
@@ -40,11 +54,16 @@ Tensor from_torch(const at::Tensor& given) {
 }
 
 void collect(const c10::IValue& value, std::vector<Tensor>& tensors) {
-  if (value.isTensor()) tensors.push_back(from_torch(value.toTensor()));
-  else if (value.isTuple()) for (const c10::IValue& part : value.toTupleRef().elements()) collect(part, tensors);
-  else if (value.isTensorList()) for (const at::Tensor& part : value.toTensorVector()) tensors.push_back(from_torch(part));
-  else if (value.isList()) for (const c10::IValue& part : value.toListRef()) collect(part, tensors);
-  else throw std::runtime_error("returns a " + value.tagKind() + " where the contract has tensors");
+  if (value.isTensor())
+    tensors.push_back(from_torch(value.toTensor()));
+  else if (value.isTuple())
+    for (const c10::IValue& part : value.toTupleRef().elements()) collect(part, tensors);
+  else if (value.isTensorList())
+    for (const at::Tensor& part : value.toTensorVector()) tensors.push_back(from_torch(part));
+  else if (value.isList())
+    for (const c10::IValue& part : value.toListRef()) collect(part, tensors);
+  else
+    throw std::runtime_error("returns a " + value.tagKind() + " where the contract has tensors");
 }
 
 /// The first line of a message of libtorch, which is what a person can use.
@@ -62,7 +81,8 @@ std::set<std::string> missing_operators(const std::string& file) {
     const auto [data, size] = archive.getRecord(record);
     for (const std::string& name : operators_in({static_cast<const char*>(data.get()), size})) {
       const auto symbol = c10::Symbol::fromQualString(name);
-      if (torch::jit::getAllOperatorsFor(symbol).empty() && torch::jit::getAllBuiltinFunctionsFor(symbol).empty()) missing.insert(name);
+      if (torch::jit::getAllOperatorsFor(symbol).empty() && torch::jit::getAllBuiltinFunctionsFor(symbol).empty())
+        missing.insert(name);
     }
   }
   return missing;
@@ -73,7 +93,8 @@ std::string load_failure(const std::string& file, const std::string& message) {
   const std::string first = operator_of_message(message);
   if (first.empty()) return first_line(message);
   std::set<std::string> missing = missing_operators(file);
-  if (missing.empty()) return "needs " + operators_text({first}) + " in a form that libtorch " TORCH_VERSION " does not have";
+  if (missing.empty())
+    return "needs " + operators_text({first}) + " in a form that libtorch " TORCH_VERSION " does not have";
   return "needs " + operators_text(missing) + ", which libtorch " TORCH_VERSION " does not have";
 }
 
@@ -99,7 +120,8 @@ class TorchBackend : public Backend {
     if (!found) throw std::runtime_error("has no method '" + method + "'");
     const size_t arguments = found->function().getSchema().arguments().size() - 1;  // without self
     if (arguments != inputs.size())
-      throw std::runtime_error("takes " + std::to_string(arguments) + " inputs in '" + method + "' where the contract has " + std::to_string(inputs.size()));
+      throw std::runtime_error("takes " + std::to_string(arguments) + " inputs in '" + method +
+                               "' where the contract has " + std::to_string(inputs.size()));
     std::vector<c10::IValue> values;
     for (const Tensor& tensor : inputs) values.push_back(to_torch(tensor));
     c10::InferenceMode inference;

@@ -1,5 +1,5 @@
-// The export scripts, run on stand-ins with the interface of the official packages (export_check.py), write what the loaders
-// accept.
+// The export scripts, run on stand-ins with the interface of the official packages (export_check.py), write what the
+// loaders accept.
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -18,8 +18,11 @@ namespace {
 bool exported(const std::string& name, const TemporaryFolder& folder) {
   const std::string source = PLIANT_SOURCE_DIR, log = folder / "log";
   for (const char* python : {"/usr/bin/python3", "python3"}) {
-    const int status = std::system(("PYTHONDONTWRITEBYTECODE=1 " + std::string(python) + " -W ignore '" + source + "/tests/segmentation/models/export_check.py' '" +
-                                    source + "/segmentation/models/export' '" + folder.path().string() + "' " + name + " > '" + log + "' 2>&1").c_str());
+    const int status =
+        std::system(("PYTHONDONTWRITEBYTECODE=1 " + std::string(python) + " -W ignore '" + source +
+                     "/tests/segmentation/models/export_check.py' '" + source + "/segmentation/models/export' '" +
+                     folder.path().string() + "' " + name + " > '" + log + "' 2>&1")
+                        .c_str());
     if (WEXITSTATUS(status) == 77 || WEXITSTATUS(status) == 127) continue;
     EXPECT_EQ(status, 0) << read_text(log);
     return true;
@@ -37,7 +40,8 @@ ImageF ramp(int width, int height) {
   ImageF picture(width, height, 3);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
-      picture(x, y, 0) = static_cast<float>(x) / width, picture(x, y, 1) = static_cast<float>(y) / height, picture(x, y, 2) = 0.5f;
+      picture(x, y, 0) = static_cast<float>(x) / width, picture(x, y, 1) = static_cast<float>(y) / height,
+                    picture(x, y, 2) = 0.5f;
   return picture;
 }
 

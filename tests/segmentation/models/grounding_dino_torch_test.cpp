@@ -1,9 +1,8 @@
-#include "segmentation/models/grounding_dino.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "segmentation/models/grounding_dino.h"
 #include "segmentation/models/picture.h"
 #include "tests/segmentation/models/torch_modules.h"
 #include "tests/temporary_folder.h"
@@ -14,7 +13,8 @@ namespace {
 
 const char* const kVocabulary = "[PAD]\n[UNK]\n[CLS]\n[SEP]\n.\nred\nflower\nvase\nchair\n##s\n";
 
-// Box q likes the piece whose number is 6 + q; its logits tell of all inputs of the text, its box of those of the picture.
+// Box q likes the piece whose number is 6 + q; its logits tell of all inputs of the text, its box of those of the
+// picture.
 const char* const kModule = R"(
 def forward(self, image, padding, input_ids, attention_mask, position_ids, token_type_ids, text_self_attention_masks):
     rows = []
@@ -32,7 +32,8 @@ def forward(self, image, padding, input_ids, attention_mask, position_ids, token
 float sigmoid(float x) { return 1 / (1 + std::exp(-x)); }
 
 std::unique_ptr<GroundingDino> made(const TemporaryFolder& folder) {
-  write_torch_module(folder / "dino.pt", kModule, R"({"kind": "grounding-dino", "height": 24, "width": 32, "tokens": 10})",
+  write_torch_module(folder / "dino.pt", kModule,
+                     R"({"kind": "grounding-dino", "height": 24, "width": 32, "tokens": 10})",
                      {{"shrink", {3}, {1.f, 0.75f, 0.5f}}});
   ModuleOptions trusted;
   trusted.trust_torchscript = true;
@@ -63,7 +64,8 @@ TEST(GroundingPrompts, NamesArePartedByPointsAndSeeOnlyThemselves) {
 TEST(GroundingPrompts, MoreNamesThanFitGoIntoFurtherPrompts) {
   TemporaryFolder folder;
   const WordPiece tokenizer(folder.file("vocab.txt", kVocabulary));
-  const std::vector<GroundingPrompt> prompts = grounding_prompts(tokenizer, {"red", "flower", "vase", "chair", "red chair"}, 8);
+  const std::vector<GroundingPrompt> prompts =
+      grounding_prompts(tokenizer, {"red", "flower", "vase", "chair", "red chair"}, 8);
   ASSERT_EQ(prompts.size(), 2u);
   EXPECT_EQ(prompts[0].spans.size(), 3u);
   EXPECT_EQ(prompts[1].spans[0].name, 3u);
@@ -75,7 +77,8 @@ TEST(GroundingDinoTorch, BoxesAndNamesFollowFromEveryInput) {
   TemporaryFolder folder;
   const auto dino = made(folder);
   ImageF picture(16, 16, 3);  // 24 of 32 columns of the network are picture
-  for (size_t i = 0; i < picture.data.size(); i += 3) picture.data[i] = 0.75f, picture.data[i + 1] = 0.5f, picture.data[i + 2] = 0.25f;
+  for (size_t i = 0; i < picture.data.size(); i += 3)
+    picture.data[i] = 0.75f, picture.data[i + 1] = 0.5f, picture.data[i + 2] = 0.25f;
   const std::vector<Detection> found = dino->detect(picture, {"red flower", "vase"});
   ASSERT_EQ(found.size(), 2u);  // the third box likes a piece that is not there
   EXPECT_EQ(found[0].label, "red flower");

@@ -1,7 +1,6 @@
-#include "segmentation/models/lama.h"
-
 #include <gtest/gtest.h>
 
+#include "segmentation/models/lama.h"
 #include "tests/segmentation/models/torch_modules.h"
 #include "tests/temporary_folder.h"
 
@@ -47,8 +46,10 @@ void expect_mended(Lama& lama, int width, int height, const ImageU8& mask) {
   const ImageF mended = lama.inpaint(damaged, mask);
   for (size_t i = 0; i < mask.data.size(); ++i)
     for (int c = 0; c < 3; ++c) {
-      if (mask.data[i]) ASSERT_NEAR(mended.data[i * 3 + c], whole.data[i * 3 + c], 2e-3) << i;
-      else ASSERT_EQ(mended.data[i * 3 + c], damaged.data[i * 3 + c]) << i;
+      if (mask.data[i])
+        ASSERT_NEAR(mended.data[i * 3 + c], whole.data[i * 3 + c], 2e-3) << i;
+      else
+        ASSERT_EQ(mended.data[i * 3 + c], damaged.data[i * 3 + c]) << i;
     }
 }
 
@@ -78,5 +79,6 @@ TEST(LamaTorch, SurroundingsLargerThanATileAreFilledByTiles) {
 
 TEST(LamaTorch, ValuesOfAnotherRangeBreakTheContract) {
   TemporaryFolder folder;
-  expect_error(Failure::kInput, {"lama.pt", "out of range", "inpainted: float32 [1,3,h,w]"}, [&] { made(folder, R"({"kind": "lama"})", 255); });
+  expect_error(Failure::kInput, {"lama.pt", "out of range", "inpainted: float32 [1,3,h,w]"},
+               [&] { made(folder, R"({"kind": "lama"})", 255); });
 }

@@ -1,7 +1,6 @@
-#include "segmentation/models/make_models.h"
-
 #include <gtest/gtest.h>
 
+#include "segmentation/models/make_models.h"
 #include "tests/segmentation/models/torch_modules.h"
 #include "tests/temporary_folder.h"
 
@@ -27,19 +26,23 @@ TEST(MakeModelsTorch, AFileInTheWrongSlotIsSentToItsOwn) {
 
 TEST(MakeModelsTorch, ListsOfWordsAreFoundBesideTheNetworkOrByTheOption) {
   TemporaryFolder folder;
-  write_torch_module(folder / "ram.pt", "def forward(self, image):\n  return torch.mean(image, [2, 3])\n", R"({"kind": "ram", "size": 8})");
+  write_torch_module(folder / "ram.pt", "def forward(self, image):\n  return torch.mean(image, [2, 3])\n",
+                     R"({"kind": "ram", "size": 8})");
   ModelChoice choice;
   choice.trust_torchscript = true;
   choice.tagger = folder / "ram.pt";
   expect_error(Failure::kUsage, {"--vocabulary", "ram.pt", "tag list", "ram.txt"}, [&] { make_tagger(choice); });
-  choice.vocabularies = {folder.file("words.txt", "[PAD]\n[UNK]\n[CLS]\n[SEP]\n"), folder.file("tags.txt", "a\nb\nc\n")};
+  choice.vocabularies = {folder.file("words.txt", "[PAD]\n[UNK]\n[CLS]\n[SEP]\n"),
+                         folder.file("tags.txt", "a\nb\nc\n")};
   EXPECT_NE(make_tagger(choice), nullptr);
   EXPECT_EQ(choice.files().size(), 3u);
 }
 
 TEST(MakeModelsTorch, EachNetworkOfAChoiceGetsItsShareOfTheMemory) {
   TemporaryFolder folder;
-  write_torch_module(folder / "ram.pt", "def forward(self, image):\n  return torch.ones([1, 1 << 48]) + image[0, 0, 0, 0]\n", R"({"kind": "ram", "size": 8})");
+  write_torch_module(folder / "ram.pt",
+                     "def forward(self, image):\n  return torch.ones([1, 1 << 48]) + image[0, 0, 0, 0]\n",
+                     R"({"kind": "ram", "size": 8})");
   ModelChoice choice;
   choice.trust_torchscript = true;
   choice.tagger = folder / "ram.pt", choice.vocabularies = {folder.file("tags.txt", "a\nb\nc\n")};

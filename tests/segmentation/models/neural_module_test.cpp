@@ -16,7 +16,8 @@ namespace {
 std::string line_network(float scale, float offset, const std::string& operation = "Add") {
   OnnxWriter onnx;
   onnx.input("x", {1, 2, 2}), onnx.output("y", {1, 2, 2});
-  onnx.weights("scale", {1, 2, 2}, std::vector<float>(4, scale)), onnx.weights("offset", {1, 2, 2}, std::vector<float>(4, offset));
+  onnx.weights("scale", {1, 2, 2}, std::vector<float>(4, scale)),
+      onnx.weights("offset", {1, 2, 2}, std::vector<float>(4, offset));
   onnx.node("Mul", {"x", "scale"}, {"scaled"});
   onnx.node(operation, {"scaled", "offset"}, {"y"});
   return onnx.bytes();
@@ -43,20 +44,25 @@ TEST(NeuralModule, AnOnnxFileComputesWhatItSays) {
 TEST(NeuralModule, AnotherShapeIsRefusedWithTheLineAndWhatWasFound) {
   TemporaryFolder folder;
   NeuralModule module(folder.file("line.onnx", line_network(1, 0)), {});
-  expect_error(Failure::kInput, {"line.onnx", "output 'y'", "is float32 [1,2,2]", "y: float32 [1,n+1,2]"},
-               [&] { module.verify(line_contract("1,n+1,2"), {{"n", 2}}); });
+  expect_error(Failure::kInput, {"line.onnx", "output 'y'", "is float32 [1,2,2]", "y: float32 [1,n+1,2]"}, [&] {
+    module.verify(line_contract("1,n+1,2"), {{"n", 2}});
+  });
 }
 
 TEST(NeuralModule, NotANumberIsRefused) {
   TemporaryFolder folder;
   NeuralModule module(folder.file("line.onnx", line_network(NAN, 0)), {});
-  expect_error(Failure::kInput, {"4 values out of range", "nan"}, [&] { module.verify(line_contract("1,2,n"), {{"n", 2}}); });
+  expect_error(Failure::kInput, {"4 values out of range", "nan"}, [&] {
+    module.verify(line_contract("1,2,n"), {{"n", 2}});
+  });
 }
 
 TEST(NeuralModule, ValuesOutOfTheRangeOfTheContractAreRefused) {
   TemporaryFolder folder;
   NeuralModule module(folder.file("line.onnx", line_network(0, 5)), {});
-  expect_error(Failure::kInput, {"4 values out of range, the first is 5"}, [&] { module.verify(line_contract("1,2,n", 4), {{"n", 2}}); });
+  expect_error(Failure::kInput, {"4 values out of range, the first is 5"}, [&] {
+    module.verify(line_contract("1,2,n", 4), {{"n", 2}});
+  });
 }
 
 TEST(NeuralModule, AnUnknownOperatorIsNamed) {
@@ -82,7 +88,8 @@ TEST(NeuralModule, FilesThatAreNoNetworkSayWhatTheyAre) {
   write_image(folder / "picture.png", ImageF(4, 3, 3)), write_image(folder / "picture.jpg", ImageF(4, 3, 3));
   const auto refused = [&](const std::string& name, const std::string& bytes, const std::string& kind) {
     if (!bytes.empty()) folder.file(name, bytes);
-    expect_error(Failure::kInput, {name, "is " + kind + ", not a network", "give an ONNX or TorchScript file"}, [&] { read_model_file(folder / name); });
+    expect_error(Failure::kInput, {name, "is " + kind + ", not a network", "give an ONNX or TorchScript file"},
+                 [&] { read_model_file(folder / name); });
   };
   for (const char* name : {"sam.onnx", "sam.pt"}) {
     refused(name, read_text(folder / "picture.png"), "a PNG picture");
@@ -90,9 +97,12 @@ TEST(NeuralModule, FilesThatAreNoNetworkSayWhatTheyAre) {
     refused(name, "weights: see the release page\n", "a text");
     refused(name, "{\"kind\": \"sam\"}\n", "a text (JSON)");
     refused(name, "  <!DOCTYPE HTML><html><title>404</title>", "a web page");
-    refused(name, "version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 3\n", "a pointer of Git LFS, whose file has not been downloaded");
-    refused(name, std::string("\x0a\0\0\0\0\0\0\0{\"a\":\"b\" }", 18), "a safetensors file: weights without the network");
-    refused(name, std::string("\x80\x02\x8a\x0al\xfc", 6), "a pickle of Python, as old versions of torch.save write: weights without the network");
+    refused(name, "version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 3\n",
+            "a pointer of Git LFS, whose file has not been downloaded");
+    refused(name, std::string("\x0a\0\0\0\0\0\0\0{\"a\":\"b\" }", 18),
+            "a safetensors file: weights without the network");
+    refused(name, std::string("\x80\x02\x8a\x0al\xfc", 6),
+            "a pickle of Python, as old versions of torch.save write: weights without the network");
   }
   folder.file("empty.onnx", ""), refused("empty.onnx", "", "an empty file");
 }
@@ -122,7 +132,8 @@ TEST(Contract, LettersStandForOneLengthEverywhere) {
 
 TEST(Contract, ExampleInputsCoverTheirRange) {
   Contract contract;
-  contract.inputs = {{"image", Tensor::Type::kFloat32, "1,3,8h,w", 0, 255}, {"words", Tensor::Type::kInt64, "1,T", 0, 99}};
+  contract.inputs = {{"image", Tensor::Type::kFloat32, "1,3,8h,w", 0, 255},
+                     {"words", Tensor::Type::kInt64, "1,T", 0, 99}};
   const std::vector<Tensor> inputs = example_inputs(contract, {{"h", 4}, {"w", 16}, {"T", 50}});
   EXPECT_EQ(inputs[0].shape, (std::vector<int64_t>{1, 3, 32, 16}));
   const auto [low, high] = std::minmax_element(inputs[0].values.begin(), inputs[0].values.end());

@@ -1,10 +1,9 @@
-#include "segmentation/models/ram.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <map>
 
+#include "segmentation/models/ram.h"
 #include "tests/segmentation/models/torch_modules.h"
 #include "tests/temporary_folder.h"
 
@@ -13,7 +12,8 @@ using namespace pliant;
 namespace {
 
 std::unique_ptr<NeuralModule> made(const TemporaryFolder& folder) {
-  write_torch_module(folder / "ram.pt", "def forward(self, image):\n  return torch.mean(image, [2, 3])\n", R"({"kind": "ram", "size": 8})");
+  write_torch_module(folder / "ram.pt", "def forward(self, image):\n  return torch.mean(image, [2, 3])\n",
+                     R"({"kind": "ram", "size": 8})");
   ModuleOptions trusted;
   trusted.trust_torchscript = true;
   return std::make_unique<NeuralModule>(folder / "ram.pt", trusted);
@@ -25,7 +25,8 @@ TEST(RamTorch, TagsAboveTheirOwnThresholdBestFirst) {
   TemporaryFolder folder;
   Ram ram(made(folder), TagList::read(folder.file("ram.txt", "rose\t0.6\ngrass\t0.9\nsky\n")));
   ImageF picture(20, 10, 3);
-  for (size_t i = 0; i < picture.data.size(); i += 3) picture.data[i] = 0.7f, picture.data[i + 1] = 0.9f, picture.data[i + 2] = 1;
+  for (size_t i = 0; i < picture.data.size(); i += 3)
+    picture.data[i] = 0.7f, picture.data[i + 1] = 0.9f, picture.data[i + 2] = 1;
   const std::vector<Tag> tags = ram.tag(picture);
   ASSERT_EQ(tags.size(), 2u);
   EXPECT_EQ(tags[0].name, "sky");
@@ -38,20 +39,24 @@ TEST(RamTorch, EveryPixelCountsInItsPlaceAndChannel) {
   TemporaryFolder folder;
   MadeTensor weights{"weights", {1, 3, 8, 8}, {}};
   for (int i = 0; i < 3 * 64; ++i) weights.values.push_back(0.001f * static_cast<float>(i * i % 97));
-  write_torch_module(folder / "ram.pt", "def forward(self, image):\n  return torch.sum(image * self.weights, [2, 3])\n", R"({"kind": "ram", "size": 8})", {weights});
+  write_torch_module(folder / "ram.pt", "def forward(self, image):\n  return torch.sum(image * self.weights, [2, 3])\n",
+                     R"({"kind": "ram", "size": 8})", {weights});
   ModuleOptions trusted;
   trusted.trust_torchscript = true;
-  Ram ram(std::make_unique<NeuralModule>(folder / "ram.pt", trusted), TagList::read(folder.file("ram.txt", "rose\t0\ngrass\t0\nsky\t0\n")));
+  Ram ram(std::make_unique<NeuralModule>(folder / "ram.pt", trusted),
+          TagList::read(folder.file("ram.txt", "rose\t0\ngrass\t0\nsky\t0\n")));
   ImageF picture(8, 8, 3);
   for (int y = 0; y < 8; ++y)
     for (int x = 0; x < 8; ++x)
-      picture(x, y, 0) = 0.1f * static_cast<float>(x), picture(x, y, 1) = 0.08f * static_cast<float>(y), picture(x, y, 2) = 0.01f * static_cast<float>(x * y);
+      picture(x, y, 0) = 0.1f * static_cast<float>(x), picture(x, y, 1) = 0.08f * static_cast<float>(y),
+                    picture(x, y, 2) = 0.01f * static_cast<float>(x * y);
   const float mean[] = {0.485f, 0.456f, 0.406f}, deviation[] = {0.229f, 0.224f, 0.225f};
   std::map<std::string, float> expected;
   for (int c = 0; c < 3; ++c) {
     float logit = 0;
     for (int y = 0; y < 8; ++y)
-      for (int x = 0; x < 8; ++x) logit += (picture(x, y, c) - mean[c]) / deviation[c] * weights.values[(c * 8 + y) * 8 + x];
+      for (int x = 0; x < 8; ++x)
+        logit += (picture(x, y, c) - mean[c]) / deviation[c] * weights.values[(c * 8 + y) * 8 + x];
     expected[std::vector<std::string>{"rose", "grass", "sky"}[c]] = logit;
   }
   const std::vector<Tag> tags = ram.tag(picture);
@@ -67,5 +72,6 @@ TEST(RamTorch, AListOfAnotherLengthBreaksTheContract) {
 
 TEST(TagList, AThresholdThatIsNoShareIsRefused) {
   TemporaryFolder folder;
-  expect_error(Failure::kInput, {"ram.txt", "line 2", "'high'"}, [&] { TagList::read(folder.file("ram.txt", "a\nb\thigh\n")); });
+  expect_error(Failure::kInput, {"ram.txt", "line 2", "'high'"},
+               [&] { TagList::read(folder.file("ram.txt", "a\nb\thigh\n")); });
 }

@@ -1,7 +1,6 @@
-#include "segmentation/models/sam.h"
-
 #include <gtest/gtest.h>
 
+#include "segmentation/models/sam.h"
 #include "tests/segmentation/models/torch_modules.h"
 #include "tests/temporary_folder.h"
 
@@ -30,12 +29,14 @@ ModuleOptions trusted() {
 }
 
 std::string decode_method(const std::string& name) {
-  return "def " + name + "(self, image_embeddings, point_coords, point_labels, mask_input, has_mask_input, orig_im_size):" + kDecode;
+  return "def " + name +
+         "(self, image_embeddings, point_coords, point_labels, mask_input, has_mask_input, orig_im_size):" + kDecode;
 }
 
 Sam one_file(const TemporaryFolder& folder, const std::string& fit) {
   write_torch_module(folder / "sam.pt", std::string("def encode(self, image):") + kEncode + decode_method("decode"),
-                     R"({"kind": "sam", "size": 64, "fit": ")" + fit + "\"}", {{"iou", {1, 4}, {0.5f, 0.7f, 1.9f, 0.8f}}});
+                     R"({"kind": "sam", "size": 64, "fit": ")" + fit + "\"}",
+                     {{"iou", {1, 4}, {0.5f, 0.7f, 1.9f, 0.8f}}});
   return Sam(std::make_unique<NeuralModule>(folder / "sam.pt", trusted()), nullptr);
 }
 
@@ -93,7 +94,8 @@ TEST(SamTorch, EncoderAndDecoderMayBeTwoFiles) {
   TemporaryFolder folder;
   write_torch_module(folder / "encoder.pt", std::string("def forward(self, image):") + kEncode, R"({"size": 64})");
   write_torch_module(folder / "decoder.pt", decode_method("forward"), "", {{"iou", {1, 4}, {0.5f, 0.7f, 0.9f, 0.8f}}});
-  Sam sam(std::make_unique<NeuralModule>(folder / "encoder.pt", trusted()), std::make_unique<NeuralModule>(folder / "decoder.pt", trusted()));
+  Sam sam(std::make_unique<NeuralModule>(folder / "encoder.pt", trusted()),
+          std::make_unique<NeuralModule>(folder / "decoder.pt", trusted()));
   sam.encode(halves(64, 64));
   EXPECT_NEAR(sam.segment({std::nullopt, {{32, 32, false}}})[0].logits(4, 4), kBright + 2 + 0.064f + 0.0064f, 1e-4);
   expect_error(Failure::kUsage, {"no box and no point"}, [&] { sam.segment({}); });

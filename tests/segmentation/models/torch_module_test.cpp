@@ -24,14 +24,17 @@ ModuleOptions trusted() {
 void expect_refused(const std::string& body, const std::vector<std::string>& words, ModuleOptions options = trusted()) {
   TemporaryFolder folder;
   write_torch_module(folder / "made.pt", "def forward(self, x, k):\n" + body);
-  expect_error(Failure::kInput, words, [&] { NeuralModule(folder / "made.pt", options).verify(line_contract(), {{"n", 3}}); });
+  expect_error(Failure::kInput, words, [&] {
+    NeuralModule(folder / "made.pt", options).verify(line_contract(), {{"n", 3}});
+  });
 }
 
 }  // namespace
 
 TEST(TorchModule, TorchScriptComputesWhatItSays) {
   TemporaryFolder folder;
-  write_torch_module(folder / "made.pt", "def forward(self, x, k):\n  return x * self.a + k\n", "", {{"a", {1, 2}, {10, 20}}});
+  write_torch_module(folder / "made.pt", "def forward(self, x, k):\n  return x * self.a + k\n", "",
+                     {{"a", {1, 2}, {10, 20}}});
   NeuralModule module(folder / "made.pt", trusted());
   const Contract contract = line_contract();
   module.verify(contract, {{"n", 2}});
@@ -65,9 +68,13 @@ TEST(TorchModule, AnotherNumberOfInputsOrMethodsIsRefused) {
   TemporaryFolder folder;
   write_torch_module(folder / "made.pt", "def encode(self, x):\n  return x\n");
   Contract contract = line_contract();
-  expect_error(Failure::kInput, {"has no method 'forward'"}, [&] { NeuralModule(folder / "made.pt", trusted()).verify(contract, {{"n", 3}}); });
+  expect_error(Failure::kInput, {"has no method 'forward'"}, [&] {
+    NeuralModule(folder / "made.pt", trusted()).verify(contract, {{"n", 3}});
+  });
   contract.method = "encode";
-  expect_error(Failure::kInput, {"takes 1 inputs in 'encode'"}, [&] { NeuralModule(folder / "made.pt", trusted()).verify(contract, {{"n", 3}}); });
+  expect_error(Failure::kInput, {"takes 1 inputs in 'encode'"}, [&] {
+    NeuralModule(folder / "made.pt", trusted()).verify(contract, {{"n", 3}});
+  });
 }
 
 TEST(TorchModule, OneThatNeverReturnsIsStopped) {
@@ -83,26 +90,34 @@ TEST(TorchModule, OneThatWantsTooMuchMemoryIsStopped) {
 }
 
 TEST(TorchModule, OneThatCrashesIsAnError) {
-  expect_refused("  i = torch.full([1, 1], 1 << 45, dtype=4)\n"
-                 "  return x + torch._sparse_coo_tensor_unsafe(i, torch.ones([1]), [4]).to_dense()[:3]\n", {"signal 11"});
+  expect_refused(
+      "  i = torch.full([1, 1], 1 << 45, dtype=4)\n"
+      "  return x + torch._sparse_coo_tensor_unsafe(i, torch.ones([1]), [4]).to_dense()[:3]\n",
+      {"signal 11"});
 }
 
-TEST(TorchModule, AnErrorInsideTellsItsReason) { expect_refused("  return torch.reshape(x, [7])\n", {"shape '[7]' is invalid"}); }
+TEST(TorchModule, AnErrorInsideTellsItsReason) {
+  expect_refused("  return torch.reshape(x, [7])\n", {"shape '[7]' is invalid"});
+}
 
 TEST(TorchModule, AllOperatorsThatLibtorchLacksAreNamed) {
   TemporaryFolder folder;
   const auto made = [&](const std::string& name) {
-    write_torch_module(folder / name, "def forward(self, x, k):\n  return torch.sin(torch.cos(x)) + torch.roll(x, [1], [0]) + k\n");
+    write_torch_module(folder / name,
+                       "def forward(self, x, k):\n  return torch.sin(torch.cos(x)) + torch.roll(x, [1], [0]) + k\n");
     return folder / name;
   };
   const auto load = [](const std::filesystem::path& file) { NeuralModule(file, trusted()); };
   replace_in_code(made("one.pt"), "torch.sin(", "torch.fold_spacetime(");
-  expect_error(Failure::kInput, {"one.pt", "needs the operator aten::fold_spacetime, which libtorch"}, [&] { load(folder / "one.pt"); });
+  expect_error(Failure::kInput, {"one.pt", "needs the operator aten::fold_spacetime, which libtorch"},
+               [&] { load(folder / "one.pt"); });
   replace_in_code(made("two.pt"), "torch.sin(", "torch.fold_spacetime(");
   replace_in_code(folder / "two.pt", "torch.cos(", "ops.vision.unfold(");
-  expect_error(Failure::kInput, {"two.pt", "needs the operators aten::fold_spacetime, vision::unfold, which libtorch"}, [&] { load(folder / "two.pt"); });
+  expect_error(Failure::kInput, {"two.pt", "needs the operators aten::fold_spacetime, vision::unfold, which libtorch"},
+               [&] { load(folder / "two.pt"); });
   replace_in_code(made("form.pt"), "torch.sin(", "torch.sin(3, ");
-  expect_error(Failure::kInput, {"form.pt", "needs the operator aten::sin in a form that libtorch"}, [&] { load(folder / "form.pt"); });
+  expect_error(Failure::kInput, {"form.pt", "needs the operator aten::sin in a form that libtorch"},
+               [&] { load(folder / "form.pt"); });
   replace_in_code(made("whole.pt"), "torch.sin(", "torch.tan(");
   EXPECT_NO_THROW(load(folder / "whole.pt"));
 }

@@ -22,11 +22,13 @@ void replace_in_code(const std::filesystem::path& file, const std::string& piece
   caffe2::serialize::PyTorchStreamReader in(whole.string());
   caffe2::serialize::PyTorchStreamWriter out(file.string());
   for (const std::string& record : in.getAllRecords()) {
-    if (record == "version" || record.ends_with(".debug_pkl")) continue;  // the writer adds the one, the other is of the old code
+    if (record == "version" || record.ends_with(".debug_pkl"))
+      continue;  // the writer adds the one, the other is of the old code
     const auto [data, size] = in.getRecord(record);
     std::string bytes(static_cast<const char*>(data.get()), size);
     if (record.ends_with(".py"))
-      for (size_t at = bytes.find(piece); at != std::string::npos; at = bytes.find(piece, at + other.size())) bytes.replace(at, piece.size(), other);
+      for (size_t at = bytes.find(piece); at != std::string::npos; at = bytes.find(piece, at + other.size()))
+        bytes.replace(at, piece.size(), other);
     out.writeRecord(record, bytes.data(), bytes.size());
   }
   out.writeEndOfFile();

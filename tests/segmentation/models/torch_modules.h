@@ -14,10 +14,11 @@ struct MadeTensor {
 };
 
 /// Saves a TorchScript module with these methods ("def forward(self, x): ..."), tensors and description.
-void write_torch_module(const std::filesystem::path& file, const std::string& methods, const std::string& description = "",
-                        const std::vector<MadeTensor>& tensors = {});
+void write_torch_module(const std::filesystem::path& file, const std::string& methods,
+                        const std::string& description = "", const std::vector<MadeTensor>& tensors = {});
 
-/// Replaces a piece of the source code inside a saved module, so that it holds what the libtorch at hand cannot compile.
+/// Replaces a piece of the source code inside a saved module, so that it holds what the libtorch at hand cannot
+/// compile.
 void replace_in_code(const std::filesystem::path& file, const std::string& piece, const std::string& other);
 
 }  // namespace pliant

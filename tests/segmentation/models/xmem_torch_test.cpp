@@ -1,7 +1,6 @@
-#include "segmentation/models/xmem.h"
-
 #include <gtest/gtest.h>
 
+#include "segmentation/models/xmem.h"
 #include "tests/segmentation/models/torch_modules.h"
 #include "tests/temporary_folder.h"
 
@@ -9,8 +8,9 @@ using namespace pliant;
 
 namespace {
 
-// Keys are the mean colours of squares of 16 pixels, values the shares of the masks in them, so that things are followed
-// by their colour.  Every other input adds a little to one thing more than to the others, and cannot change the winner.
+// Keys are the mean colours of squares of 16 pixels, values the shares of the masks in them, so that things are
+// followed by their colour.  Every other input adds a little to one thing more than to the others, and cannot change
+// the winner.
 const char* const kModule = R"(
 def encode_key(self, frame):
     f16 = torch.avg_pool2d(frame, [16, 16])
@@ -31,11 +31,11 @@ def segment(self, f16, f8, f4, readout, hidden, last_masks):
     return torch.clamp(hidden + 0.001, 0.0, 1.0), torch.cat([rest, things], 1)
 )";
 
-// Writes what arrives as numbers into the ids: of the squares of 16 pixels in row r, as many as number r says belong to a
-// thing, to the first one counted from the left, to the second from the right.  The numbers are means of f16 (red),
-// f8 (green), f4 (blue + 3), readout, hidden, and a fifth of the squares in last_masks.  A value is the sum of the means of
-// frame (red), f16 and hidden and a tenth of the squares in the mask, a hidden state that tenth more than before, and one
-// more after each frame.
+// Writes what arrives as numbers into the ids: of the squares of 16 pixels in row r, as many as number r says belong to
+// a thing, to the first one counted from the left, to the second from the right.  The numbers are means of f16 (red),
+// f8 (green), f4 (blue + 3), readout, hidden, and a fifth of the squares in last_masks.  A value is the sum of the
+// means of frame (red), f16 and hidden and a tenth of the squares in the mask, a hidden state that tenth more than
+// before, and one more after each frame.
 const char* const kNumbers = R"(
 def encode_key(self, frame):
     f16 = torch.avg_pool2d(frame, [16, 16])
@@ -131,10 +131,10 @@ TEST(XmemTorch, DetectionsCorrectWhatTheyLieOnAndTheOthersAreFollowedFromThenOn)
   IdImage found;
   picture_of({{90, 0, 0, 1, 0, 0}, {kRed, 96, 48, 0, 1, 0}, {12, 48, 0, 0, 0, 1}}, found);
   const TrackedFrame corrected = tracker.add(found);
-  EXPECT_EQ(corrected.ids(4, 4), kRed);    // a detection on a followed thing is that thing
-  EXPECT_EQ(corrected.ids(52, 4), 12u);    // another one keeps its id
+  EXPECT_EQ(corrected.ids(4, 4), kRed);  // a detection on a followed thing is that thing
+  EXPECT_EQ(corrected.ids(52, 4), 12u);  // another one keeps its id
   const uint32_t green = corrected.ids(100, 52);
-  EXPECT_NE(green, kRed);                  // unless that is taken
+  EXPECT_NE(green, kRed);  // unless that is taken
   EXPECT_NE(green, 12u);
   EXPECT_NE(green, 0u);
   for (int t = 1; t < 5; ++t) {
@@ -146,11 +146,12 @@ TEST(XmemTorch, DetectionsCorrectWhatTheyLieOnAndTheOthersAreFollowedFromThenOn)
 TEST(XmemTorch, EveryInputOfEveryNetworkReachesTheIds) {
   TemporaryFolder folder;
   Xmem tracker = made(folder, kNumbers);
-  constexpr int kColumns = 20, kRows = 6;  // squares of 16 pixels
+  constexpr int kColumns = 20, kRows = 6;                      // squares of 16 pixels
   const auto plain = [](float red, float green, float blue) {  // in deviations of ImageNet from its mean
     ImageF picture(16 * kColumns, 16 * kRows, 3);
     for (size_t i = 0; i < picture.data.size(); i += 3)
-      picture.data[i] = 0.485f + 0.229f * red, picture.data[i + 1] = 0.456f + 0.224f * green, picture.data[i + 2] = 0.406f + 0.225f * blue;
+      picture.data[i] = 0.485f + 0.229f * red, picture.data[i + 1] = 0.456f + 0.224f * green,
+      picture.data[i + 2] = 0.406f + 0.225f * blue;
     return picture;
   };
   using Numbers = std::vector<int>;
@@ -173,15 +174,18 @@ TEST(XmemTorch, EveryInputOfEveryNetworkReachesTheIds) {
     EXPECT_EQ(numbers(ids, kBlue), second);
   };
   expect({1, 2, 4, 7, 3, 6}, {1, 2, 4, 10, 6, 12});  // 23 and 35 squares
-  expect({1, 2, 4, 7, 4, 4}, {1, 2, 4, 10, 7, 7});   // 22 and 31, remembered: hidden 6 and 10, values 1 + 1 + 4 + 2 and 1 + 1 + 7 + 3
+  expect({1, 2, 4, 7, 4, 4},
+         {1, 2, 4, 10, 7, 7});  // 22 and 31, remembered: hidden 6 and 10, values 1 + 1 + 4 + 2 and 1 + 1 + 7 + 3
   expect({1, 2, 4, 8, 6, 4}, {1, 2, 4, 12, 10, 6});
 }
 
 TEST(XmemTorch, EveryNetworkIsHeldToTheTimeOfTheDryRun) {
   TemporaryFolder folder;
   const std::string endless = "    while bool(torch.ge(torch.mean(f16), -100.0)):\n        f16 = f16 + 0.0\n";
-  for (const auto& [method, begin] : {std::pair<std::string, std::string>{"encode_value", "    share ="}, {"segment", "    told = (torch.mean(f16) + torch.mean(f8)"}})
-    expect_error(Failure::kInput, {"xmem.pt", method, "gave no answer within 3.0 s"}, [&] { made(folder, with(kModule, begin, endless + begin), 3); });
+  for (const auto& [method, begin] : {std::pair<std::string, std::string>{"encode_value", "    share ="},
+                                      {"segment", "    told = (torch.mean(f16) + torch.mean(f8)"}})
+    expect_error(Failure::kInput, {"xmem.pt", method, "gave no answer within 3.0 s"},
+                 [&] { made(folder, with(kModule, begin, endless + begin), 3); });
 }
 
 TEST(XmemTorch, AStartWithoutThingsWaitsForDetectionsAndSizesMustAgree) {

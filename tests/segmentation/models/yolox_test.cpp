@@ -82,8 +82,9 @@ TEST(Boxes, OverlapIsThatOfRectangles) {
 }
 
 TEST(Boxes, OfOverlappingBoxesOfOneNameTheBestStays) {
-  const std::vector<Detection> kept =
-      suppress_overlaps({{0, 0, 10, 10, 0.5f, "a"}, {1, 0, 10, 10, 0.9f, "a"}, {0, 0, 10, 10, 0.4f, "b"}, {20, 0, 30, 10, 0.3f, "a"}}, 0.5f);
+  const std::vector<Detection> kept = suppress_overlaps(
+      {{0, 0, 10, 10, 0.5f, "a"}, {1, 0, 10, 10, 0.9f, "a"}, {0, 0, 10, 10, 0.4f, "b"}, {20, 0, 30, 10, 0.3f, "a"}},
+      0.5f);
   ASSERT_EQ(kept.size(), 3u);
   EXPECT_FLOAT_EQ(kept[0].score, 0.9f);
   EXPECT_EQ(kept[1].label, "b");
