@@ -17,20 +17,24 @@ inline double decay_rate(const std::filesystem::path& object, const std::functio
   const TrajectoryFile motion = read_trajectory(object / "trajectory.h5");
   const float unit = static_cast<float>(motion.metres_per_unit);
   Particles p;
-  p.position = file.driving_position, p.cell_size = 0;
+  p.position = file.driving_position;
+  p.cell_size = 0;
   for (size_t i = 0; i < p.size(); ++i) {
-    p.volume.push_back(file.driving_volume[i] * unit * unit * unit),
-        p.mass.push_back(static_cast<float>(density) * p.volume[i]);
-    p.young.push_back(static_cast<float>(young(p.position[i]))), p.poisson.push_back(static_cast<float>(poisson));
+    p.volume.push_back(file.driving_volume[i] * unit * unit * unit);
+    p.mass.push_back(static_cast<float>(density) * p.volume[i]);
+    p.young.push_back(static_cast<float>(young(p.position[i])));
+    p.poisson.push_back(static_cast<float>(poisson));
   }
   double kinetic = 0, before = 0, first = 0, last = 0;
   for (size_t f = 0; f < motion.frames.size(); ++f) {
     SimulationState state = initial_state(p);
-    state.v = motion.frames[f].velocity, state.F = motion.frames[f].F;
+    state.v = motion.frames[f].velocity;
+    state.F = motion.frames[f].F;
     const double now = kinetic_energy(p, state), all = now + elastic_energy(p, state);
     if (f > 0) kinetic += 0.5 * (before + now) / motion.fps;
     if (f == 0) first = all;
-    before = now, last = all;
+    before = now;
+    last = all;
   }
   return (first - last) / (4 * kinetic);
 }

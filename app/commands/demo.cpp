@@ -86,7 +86,8 @@ void add_demo(CLI::App& app, Program& program) {
   add_common(*command, program);
   command->callback([=, &program] {
     program.action = [=, &program](Context& context) {
-      options->out = program.out, options->seed = program.seed;
+      options->out = program.out;
+      options->seed = program.seed;
       return make_demo_once(context, *options);
     };
   });

@@ -35,11 +35,13 @@ nlohmann::json run_all(Context& context, const Program& program, const RunOption
   const Scene scene = attach_or_reconstruct(context, run, options.scene, options.reconstruct, options.segment);
   const std::string no_fit = why_no_fit(scene, options);
   const bool fits = no_fit.empty();
-  if (fits)
-    check_fit_stage(options.fit, has_video(scene, options.fit)), check_material(scene, options.simulate.material, true);
-  else
-    check_no_fit_stage(options.fit, no_fit, "leave it out, or let the material be fitted"),
-        check_material(scene, options.simulate);
+  if (fits) {
+    check_fit_stage(options.fit, has_video(scene, options.fit));
+    check_material(scene, options.simulate.material, true);
+  } else {
+    check_no_fit_stage(options.fit, no_fit, "leave it out, or let the material be fitted");
+    check_material(scene, options.simulate);
+  }
   run_segment(context, run, scene, options.segment);
   ExtractStage extract = options.extract;
   if (extract.object.empty() && !options.segment.physgaussian.empty()) extract.object = "object";

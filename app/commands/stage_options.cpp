@@ -43,7 +43,8 @@ Scene attach_or_reconstruct(const Context& context, RunDirectory& run, const Sce
   std::string source = options.source;
   const bool untrained = lacks_splats(source);
   check_networks(segment);
-  stage.joint = segment.joint, stage.masks = segment.masks;
+  stage.joint = segment.joint;
+  stage.masks = segment.masks;
   if (segment.joint && !untrained) stage.splats = load_scene(source, options.load_options()).settings.splats.string();
   if (untrained || segment.joint) {
     RunDirectory reconstruction = RunDirectory::create(run / "scene");
@@ -117,7 +118,8 @@ void add_reconstruct_options(CLI::App& command, ReconstructStage& stage, const s
         const std::vector<double> color = parse_numbers("--background", text, 3);
         for (const double value : color)
           if (value < 0 || value > 1) throw CLI::ValidationError("--background", "'" + text + "' is not in 0..1");
-        train.render.background = Vec3d(color[0], color[1], color[2]).cast<float>(), train.changing_backdrop = false;
+        train.render.background = Vec3d(color[0], color[1], color[2]).cast<float>();
+        train.changing_backdrop = false;
       },
       "Colour r,g,b in 0..1 behind the scene and behind photos with alpha (default: black; behind photos with alpha "
       "another colour each time)");
@@ -179,7 +181,11 @@ void add_label_options(CLI::App& command, LabelStage& stage) {
   command.add_flag("--label-photos", stage.photos,
                    "Make the masks from the photos, into labelled/ (implied by the options that say how)");
   command.add_option_function<std::string>(
-      "--text", [&stage](const std::string& text) { stage.text = text, stage.photos = true; },
+      "--text",
+      [&stage](const std::string& text) {
+        stage.text = text;
+        stage.photos = true;
+      },
       "Label these things only, names separated by commas (a detector with a fixed list takes the nearest of its "
       "names)");
   command.add_flag_callback(

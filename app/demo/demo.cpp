@@ -67,11 +67,14 @@ void write_reference(const DemoOptions& options, const Stage& stage, const std::
   const std::string name = front_view_name(options.photos);
   const Camera& camera = *std::find_if(cameras.begin(), cameras.end(), [&](const Camera& c) { return c.name == name; });
   ReferenceOptions reference;
-  reference.particles = options.video_particles, reference.seed = options.seed;
-  reference.seconds = options.video_seconds, reference.fps = options.video_fps;
+  reference.particles = options.video_particles;
+  reference.seed = options.seed;
+  reference.seconds = options.video_seconds;
+  reference.fps = options.video_fps;
   auto start = std::chrono::steady_clock::now();
   const ReferenceMotion motion = simulate_reference(stage, reference);
-  summary.simulate_seconds = since(start), summary.push_newtons = motion.interactions.back().vector.norm();
+  summary.simulate_seconds = since(start);
+  summary.push_newtons = motion.interactions.back().vector.norm();
 
   start = std::chrono::steady_clock::now();
   const ReferenceFilm film = film_reference(stage, motion, camera);
@@ -80,7 +83,8 @@ void write_reference(const DemoOptions& options, const Stage& stage, const std::
   for (const ImageF& frame : film.frames) video.write(frame);
   video.close();
   write_truth(options.out / "truth", motion, film, camera, options.seed);
-  summary.peak_pixels = film.peak_pixels(), summary.peak_metres = film.peak_metres(),
+  summary.peak_pixels = film.peak_pixels();
+  summary.peak_metres = film.peak_metres();
   summary.film_seconds = since(start);
 }
 
@@ -123,7 +127,8 @@ DemoSummary make_demo(const DemoOptions& options) {
   auto start = std::chrono::steady_clock::now();
   const std::vector<ImageU8> photos = write_photos(stage, out, cameras);
   write_transforms(out / "transforms.json", cameras);
-  summary.photos = static_cast<int>(cameras.size()), summary.photo_seconds = since(start);
+  summary.photos = static_cast<int>(cameras.size());
+  summary.photo_seconds = since(start);
 
   start = std::chrono::steady_clock::now();
   StageSplats splats = make_splats(stage, cameras, options.gaussians, options.seed);
@@ -132,7 +137,8 @@ DemoSummary make_demo(const DemoOptions& options) {
   Json labels;
   for (const auto& [id, name] : stage_names()) labels[std::to_string(id)] = name;
   write_text(out / "labels.json", labels.dump(2) + "\n");
-  summary.gaussians = splats.cloud.size(), summary.splat_seconds = since(start);
+  summary.gaussians = splats.cloud.size();
+  summary.splat_seconds = since(start);
   for (const uint32_t id : splats.label) ++summary.gaussians_of[stage_names().at(id)];
 
   write_truth(out / "truth", stage, splats, options.seed);

@@ -126,8 +126,9 @@ ReferenceFilm film_reference(const Stage& stage, const ReferenceMotion& motion, 
   const Binding binding = pliant::bind(bind_options, points.position, motion.samples.position);
 
   ReferenceFilm film;
-  film.frames.resize(motion.frames.size()), film.tip.resize(motion.frames.size()),
-      film.pixel.resize(motion.frames.size());
+  film.frames.resize(motion.frames.size());
+  film.tip.resize(motion.frames.size());
+  film.pixel.resize(motion.frames.size());
   parallel_for(static_cast<std::ptrdiff_t>(motion.frames.size()), [&](std::ptrdiff_t f) {
     GaussianCloud now;
     deform({}, points, binding, motion.samples.position, motion.frames[f].x, motion.frames[f].F, now);

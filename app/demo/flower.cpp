@@ -19,7 +19,9 @@ constexpr double kLeafSoftness = 8.2, kBlossomSoftness = 16;  // Young's modulus
 
 Isometry3d frame(const Vec3d& origin, const Vec3d& x, const Vec3d& y) {
   Isometry3d pose = Isometry3d::Identity();
-  pose.linear().col(0) = x, pose.linear().col(1) = y, pose.linear().col(2) = x.cross(y);
+  pose.linear().col(0) = x;
+  pose.linear().col(1) = y;
+  pose.linear().col(2) = x.cross(y);
   pose.translation() = origin;
   return pose;
 }
@@ -82,10 +84,15 @@ BeamShape bend(const Beam& beam, const ElasticSolid& solid, double density_load,
   double line = 0, line_moment = 0;  // of the stem above
   for (int i = kBeamSegments - 1; i >= 0; --i) {
     const double z = (i + 0.5) * h, area = std::numbers::pi * beam.radius(z) * beam.radius(z), q = density_load * area;
-    shear[i] = line + 0.5 * q * h, moment[i] = line_moment + 0.5 * h * line;
-    line_moment += h * line + 0.5 * q * h * h, line += q * h;
+    shear[i] = line + 0.5 * q * h;
+    moment[i] = line_moment + 0.5 * h * line;
+    line_moment += h * line + 0.5 * q * h * h;
+    line += q * h;
     for (size_t r = 0; r < beam.riders.size(); ++r)
-      if (beam.riders[r].attached > z) shear[i] += force[r], moment[i] += force[r] * (beam.riders[r].centre - z);
+      if (beam.riders[r].attached > z) {
+        shear[i] += force[r];
+        moment[i] += force[r] * (beam.riders[r].centre - z);
+      }
   }
   BeamShape shape{std::vector<double>(kBeamSegments + 1, 0), std::vector<double>(kBeamSegments + 1, 0)};
   double rotation = 0;
@@ -116,11 +123,13 @@ double first_frequency(const Beam& beam, const ElasticSolid& solid) {
     const double h = beam.length / kBeamSegments, r = beam.radius((i + 0.5) * h);
     const double mass = solid.density * std::numbers::pi * r * r * h,
                  w = 0.5 * (shape.deflection[i] + shape.deflection[i + 1]);
-    work += mass * w, energy += mass * w * w;
+    work += mass * w;
+    energy += mass * w * w;
   }
   for (const Rider& rider : beam.riders) {
     const double w = rider_deflection(beam, shape, rider);
-    work += rider.mass * w, energy += rider.mass * w * w;
+    work += rider.mass * w;
+    energy += rider.mass * w * w;
   }
   return std::sqrt(work / energy) / (2 * std::numbers::pi);
 }
@@ -135,7 +144,8 @@ Beam beam_of(const Flower& flower, const FlowerSolid& samples) {
     if (samples.part[i] == FlowerPart::kStem && z <= flower.free_length) continue;
     Rider& rider = riders[samples.part[i] == FlowerPart::kLeaf ? (x.x() > 0 ? 0 : 1) : 2];
     const double mass = flower.solid(samples.part[i]).density * samples.cell * samples.cell * samples.cell;
-    rider.centre += mass * z, rider.mass += mass;
+    rider.centre += mass * z;
+    rider.mass += mass;
   }
   for (size_t r = 0; r < riders.size(); ++r) {
     riders[r].centre /= riders[r].mass;
@@ -206,12 +216,14 @@ Flower make_flower(uint64_t seed) {
   for (const FlowerPiece& piece : f.pieces)
     for (const SurfacePoint& p : piece.shape->cover(0.05 * d, seed)) {
       const Vec3d x = piece.flower_from_local * p.position;
-      f.height = std::max(f.height, x.z()), f.reach = std::max(f.reach, x.head<2>().norm());
+      f.height = std::max(f.height, x.z());
+      f.reach = std::max(f.reach, x.head<2>().norm());
     }
 
   // The frequency goes with the square root of Young's modulus.
   f.stem = {1e5, kPoisson, kDensity};
-  f.leaf = {1e5 / kLeafSoftness, kPoisson, kDensity}, f.blossom = {1e5 / kBlossomSoftness, kPoisson, kDensity};
+  f.leaf = {1e5 / kLeafSoftness, kPoisson, kDensity};
+  f.blossom = {1e5 / kBlossomSoftness, kPoisson, kDensity};
   const double scale = std::pow(kFrequency / flower_mechanics(f).frequency, 2);
   for (ElasticSolid* solid : {&f.stem, &f.leaf, &f.blossom}) solid->young *= scale;
   return f;
@@ -231,7 +243,8 @@ FlowerSolid sample_flower(const Flower& flower, double cell, double lowest, uint
             Vec3d(0, 0, lowest) + cell * (Vec3d(low.x() + i, low.y() + j, static_cast<double>(k)) + in_cell);
         const FlowerPart part = flower.part_at(x);
         if (part == FlowerPart::kNone) continue;
-        layer[k].position.push_back(x), layer[k].part.push_back(part);
+        layer[k].position.push_back(x);
+        layer[k].part.push_back(part);
       }
   });
   FlowerSolid samples;
@@ -257,7 +270,9 @@ FlowerMechanics flower_mechanics(const Flower& flower) {
     for (int i = 0; i < 40; ++i) cell = std::cbrt(8 * volume_with(cell) / particles);
     return cell;
   };
-  m.cell_8k = cell_for(8000), m.cell_4k = cell_for(4000), m.volume = volume_with(m.cell_8k);
+  m.cell_8k = cell_for(8000);
+  m.cell_4k = cell_for(4000);
+  m.volume = volume_with(m.cell_8k);
   m.stem_cells = d / m.cell_8k;
   m.leaf_cells = 2 * flower.leaf_semi_axes.z() / m.cell_8k;
   m.contrast = flower.stem.young / std::max(flower.leaf.young, flower.blossom.young);

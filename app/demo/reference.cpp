@@ -47,21 +47,28 @@ ReferenceMotion simulate_reference(const Stage& stage, const ReferenceOptions& o
     particles.mass.push_back(static_cast<float>(volume * material.density));
   }
   motion.samples.thickness.assign(motion.samples.position.size(), 0.0f);
-  particles.position = motion.samples.position, particles.volume = motion.samples.volume;
-  particles.young = motion.material.young, particles.poisson = motion.material.poisson;
+  particles.position = motion.samples.position;
+  particles.volume = motion.samples.volume;
+  particles.young = motion.material.young;
+  particles.poisson = motion.material.poisson;
 
   // A short push on a body that swings at frequency f moves it 2 sin(pi f T) times as far as the same force at rest.
   const auto [low, high] = stage.pinned_box();
   Interaction pin, push;
-  pin.type = InteractionType::kPin, pin.region = Region::box(low, high);
-  push.type = InteractionType::kPointForce, push.start = kPushStart, push.duration = kPushDuration;
+  pin.type = InteractionType::kPin;
+  pin.region = Region::box(low, high);
+  push.type = InteractionType::kPointForce;
+  push.start = kPushStart;
+  push.duration = kPushDuration;
   push.region = Region::sphere(stage.world_from_flower() * flower.blossom_centre, 1.2 * flower.tip_diameter);
   const double gain = 2 * std::sin(std::numbers::pi * mechanics.frequency * kPushDuration);
   push.vector = Vec3d(std::round(1e4 * options.travel / (mechanics.compliance * gain)) / 1e4, 0, 0);
   motion.interactions = {pin, push};
 
-  motion.options.fps = options.fps, motion.options.duration = options.seconds;
-  motion.options.courant = options.courant, motion.options.damping_time = options.damping_time;
+  motion.options.fps = options.fps;
+  motion.options.duration = options.seconds;
+  motion.options.courant = options.courant;
+  motion.options.damping_time = options.damping_time;
   const size_t count = static_cast<size_t>(std::lround(options.seconds * options.fps));
   const auto result = simulate<float>(motion.options, particles, motion.interactions, initial_state(particles),
                                       [&](const SimulationState& state) {

@@ -78,7 +78,8 @@ class Ellipsoid final : public AnalyticShape {
     for (int r = 0; r < rows; ++r)
       for (int c = 0; c < columns; ++c) {
         const SurfacePoint p = at(std::numbers::pi * r / (rows - 1), kTwoPi * c / columns);
-        mesh.vertex.push_back(p.position), mesh.normal.push_back(p.normal);
+        mesh.vertex.push_back(p.position);
+        mesh.normal.push_back(p.normal);
       }
     connect_rows(mesh, rows, columns);
     return mesh;
@@ -131,8 +132,14 @@ class Cuboid final : public AnalyticShape {
       }
       const double a = (-half_[k] - ray.origin[k]) / ray.direction[k],
                    b = (half_[k] - ray.origin[k]) / ray.direction[k];
-      if (std::min(a, b) > enter) enter = std::min(a, b), enter_axis = k;
-      if (std::max(a, b) < leave) leave = std::max(a, b), leave_axis = k;
+      if (std::min(a, b) > enter) {
+        enter = std::min(a, b);
+        enter_axis = k;
+      }
+      if (std::max(a, b) < leave) {
+        leave = std::max(a, b);
+        leave_axis = k;
+      }
     }
     if (enter > leave) return {};
     const bool from_inside = enter <= t_min;
@@ -155,7 +162,8 @@ class Cuboid final : public AnalyticShape {
             SurfacePoint p{Vec3d::Zero(), Vec3d::Zero()};
             p.normal[k] = face % 2 ? -1 : 1;
             p.position[k] = half_[k] * p.normal[k];
-            p.position[i] = half_[i] * (2 * row - 1), p.position[j] = half_[j] * (2 * column - 1);
+            p.position[i] = half_[i] * (2 * row - 1);
+            p.position[j] = half_[j] * (2 * column - 1);
             points.push_back(p);
           });
     }
@@ -172,7 +180,10 @@ class Lathe final : public AnalyticShape {
  public:
   explicit Lathe(std::vector<Vector2d> profile) : profile_(std::move(profile)) {
     double low = kNoHit, high = -kNoHit;
-    for (const Vector2d& p : profile_) low = std::min(low, p.y()), high = std::max(high, p.y());
+    for (const Vector2d& p : profile_) {
+      low = std::min(low, p.y());
+      high = std::max(high, p.y());
+    }
     centre_ = Vec3d(0, 0, 0.5 * (low + high));
     for (const Vector2d& p : profile_) radius_ = std::max(radius_, std::hypot(p.x(), p.y() - centre_.z()));
   }
@@ -186,7 +197,8 @@ class Lathe final : public AnalyticShape {
       const int count = crossings(s, ray, roots);
       for (int i = 0; i < count; ++i) {
         if (!(roots[i] > t_min && roots[i] < best.t)) continue;
-        best.t = roots[i], found = true;
+        best.t = roots[i];
+        found = true;
         const Vec3d x = ray.origin + best.t * ray.direction;
         best.normal = around(outward(s), std::atan2(x.y(), x.x()));
       }
@@ -228,7 +240,8 @@ class Lathe final : public AnalyticShape {
       for (int r = 0; r <= last; ++r, ++rows)
         for (int c = 0; c < columns; ++c) {
           const SurfacePoint p = at(s, static_cast<double>(r) / pieces, kTwoPi * c / columns);
-          mesh.vertex.push_back(p.position), mesh.normal.push_back(p.normal);
+          mesh.vertex.push_back(p.position);
+          mesh.normal.push_back(p.normal);
         }
     }
     connect_rows(mesh, rows, columns);

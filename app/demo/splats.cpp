@@ -64,7 +64,8 @@ Vec3d footprint_colour(const StagePart& part, const SurfacePoint& p, double sigm
   for (int i = -2; i <= 2; ++i)
     for (int j = -2; j <= 2; ++j) {
       const double weight = std::exp(-0.5 * 0.49 * (i * i + j * j));
-      sum += weight * part.colour(p.position + 0.7 * sigma * (i * u + j * v), p.normal), total += weight;
+      sum += weight * part.colour(p.position + 0.7 * sigma * (i * u + j * v), p.normal);
+      total += weight;
     }
   return sum / total;
 }
@@ -80,8 +81,9 @@ void append(const Stage& stage, const std::vector<Camera>& cameras, const std::v
             double inset, StageSplats& out) {
   const size_t begin = out.cloud.size();
   out.cloud.resize(begin + discs.size());
-  out.surface.resize(begin + discs.size()), out.label.resize(begin + discs.size()),
-      out.flower_part.resize(begin + discs.size());
+  out.surface.resize(begin + discs.size());
+  out.label.resize(begin + discs.size());
+  out.flower_part.resize(begin + discs.size());
   const double sigma = kInPlane * spacing;
   parallel_for(
       static_cast<std::ptrdiff_t>(discs.size()),
@@ -91,7 +93,8 @@ void append(const Stage& stage, const std::vector<Camera>& cameras, const std::v
         const size_t i = begin + static_cast<size_t>(k);
         Mat3d axes;
         axes.col(2) = part.world_from_local.linear() * p.normal;
-        axes.col(0) = axes.col(2).unitOrthogonal(), axes.col(1) = axes.col(2).cross(axes.col(0));
+        axes.col(0) = axes.col(2).unitOrthogonal();
+        axes.col(1) = axes.col(2).cross(axes.col(0));
         const Vec3d surface = part.world_from_local * p.position;
         out.surface[i] = surface.cast<float>();
         out.cloud.position[i] = (surface - inset * pixel_size(cameras, surface) * axes.col(2)).cast<float>();
@@ -101,7 +104,8 @@ void append(const Stage& stage, const std::vector<Camera>& cameras, const std::v
         out.cloud.opacity_logit[i] = logit(kOpacity);
         const Vec3f colour = footprint_colour(part, p, sigma).cast<float>();
         for (int c = 0; c < 3; ++c) out.cloud.sh_of(i)[c] = (colour[c] - 0.5f) / kSh0;
-        out.label[i] = part.id, out.flower_part[i] = part.flower_part;
+        out.label[i] = part.id;
+        out.flower_part[i] = part.flower_part;
       },
       256);
 }

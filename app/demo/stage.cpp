@@ -78,9 +78,13 @@ Stage::Stage(uint64_t seed) : flower_(make_flower(seed)) {
 
 Stage Stage::without(uint32_t id) const {
   Stage rest = *this;
-  rest.parts_.clear(), rest.placed_.clear();
+  rest.parts_.clear();
+  rest.placed_.clear();
   for (size_t i = 0; i < parts_.size(); ++i)
-    if (parts_[i].id != id) rest.parts_.push_back(parts_[i]), rest.placed_.push_back(placed_[i]);
+    if (parts_[i].id != id) {
+      rest.parts_.push_back(parts_[i]);
+      rest.placed_.push_back(placed_[i]);
+    }
   return rest;
 }
 
@@ -97,10 +101,18 @@ void Stage::add_flower(uint64_t seed) {
   const Vec3d green(random.uniform(0.20, 0.30), random.uniform(0.46, 0.56), random.uniform(0.18, 0.26));
   for (const FlowerPiece& piece : flower_.pieces) {
     Paint paint{Paint::Kind::kPlain, pot, pot, 0.012, seed * 64 + parts_.size()};
-    if (piece.part == FlowerPart::kPot && piece.tone == 1) paint.albedo = kSoil, paint.grain = 0.007;
-    if (piece.part == FlowerPart::kStem) paint.albedo = 0.9 * green, paint.grain = 0.010;
-    if (piece.part == FlowerPart::kLeaf)
-      paint.albedo = green + Vec3d(0.02, 0.10, 0.0) * piece.tone, paint.grain = 0.010;
+    if (piece.part == FlowerPart::kPot && piece.tone == 1) {
+      paint.albedo = kSoil;
+      paint.grain = 0.007;
+    }
+    if (piece.part == FlowerPart::kStem) {
+      paint.albedo = 0.9 * green;
+      paint.grain = 0.010;
+    }
+    if (piece.part == FlowerPart::kLeaf) {
+      paint.albedo = green + Vec3d(0.02, 0.10, 0.0) * piece.tone;
+      paint.grain = 0.010;
+    }
     if (piece.part == FlowerPart::kBlossom) {
       const Vec3d heart = petal.y() > 0.6 ? Vec3d(0.48, 0.28, 0.14) : Vec3d(0.90, 0.72, 0.22);
       paint.albedo = piece.tone == 0 ? heart : Vec3d(petal * (piece.tone == 1 ? 1.0 : 0.90));
@@ -209,7 +221,11 @@ std::vector<Camera> stage_cameras(const Stage& stage, int count, int width, int 
   for (int i = 0; i < count; ++i) {
     double azimuth = count > 1 ? -75.0 + 150.0 * i / (count - 1) : 0, elevation = kElevation[i % 3],
            distance = kDistance[i % 4];
-    if (i == front_view(count)) azimuth = 0, elevation = 10, distance = 0.80;
+    if (i == front_view(count)) {
+      azimuth = 0;
+      elevation = 10;
+      distance = 0.80;
+    }
     const double a = azimuth * kDegree, e = elevation * kDegree;
     const Vec3d eye = focus + distance * Vec3d(std::sin(a) * std::cos(e), -std::cos(a) * std::cos(e), std::sin(e));
     Camera camera = look_at(eye, focus, Vec3d::UnitZ(), width, height, static_cast<double>(width));

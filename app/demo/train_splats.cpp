@@ -13,12 +13,17 @@ GaussianCloud train_splats(const GaussianCloud& laid, const std::vector<Camera>&
   const size_t hold_out_every = PhotoOptions{}.hold_out_every;
   for (size_t i = 0; i < photos.size(); ++i) {
     TrainingPhoto photo;
-    photo.camera = cameras[i], photo.pixels = photos[i], photo.held_out = i % hold_out_every == 0;
+    photo.camera = cameras[i];
+    photo.pixels = photos[i];
+    photo.held_out = i % hold_out_every == 0;
     training.photos.push_back(std::move(photo));
   }
   TrainOptions options;
-  options.iterations = iterations, options.seed = seed;
-  options.densification = Densification::kNone, options.sh_degree = 0, options.coarse_to_fine = false;
+  options.iterations = iterations;
+  options.seed = seed;
+  options.densification = Densification::kNone;
+  options.sh_degree = 0;
+  options.coarse_to_fine = false;
   Trainer trainer(options, training, laid);
   while (!trainer.finished()) trainer.step();
   return trainer.state().cloud;

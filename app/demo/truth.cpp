@@ -32,7 +32,8 @@ Json interaction_json(const Interaction& interaction) {
   if (interaction.type == InteractionType::kPin) {
     json["region"]["box"] = {r.point.x(), r.point.y(), r.point.z(), r.vector.x(), r.vector.y(), r.vector.z()};
   } else {
-    json["start"] = interaction.start, json["duration"] = interaction.duration;
+    json["start"] = interaction.start;
+    json["duration"] = interaction.duration;
     json["region"]["sphere"] = {r.point.x(), r.point.y(), r.point.z(), r.radius};
     json["force"] = {interaction.vector.x(), interaction.vector.y(), interaction.vector.z()};
   }
@@ -42,12 +43,17 @@ Json interaction_json(const Interaction& interaction) {
 TrajectoryFile thinned(const ReferenceMotion& motion) {
   const size_t step = std::max<size_t>(1, motion.samples.size() / kStoredParticles);
   TrajectoryFile trajectory;
-  trajectory.object = "flower", trajectory.fps = motion.options.fps, trajectory.cell_size = motion.cell_size;
+  trajectory.object = "flower";
+  trajectory.fps = motion.options.fps;
+  trajectory.cell_size = motion.cell_size;
   for (const SimulationState& state : motion.frames) {
     TrajectoryFile::Frame frame;
-    frame.time = state.time, frame.step = state.substeps;
+    frame.time = state.time;
+    frame.step = state.substeps;
     for (size_t i = 0; i < state.size(); i += step) {
-      frame.position.push_back(state.x[i]), frame.velocity.push_back(state.v[i]), frame.F.push_back(state.F[i]);
+      frame.position.push_back(state.x[i]);
+      frame.velocity.push_back(state.v[i]);
+      frame.F.push_back(state.F[i]);
     }
     trajectory.frames.push_back(std::move(frame));
   }
@@ -73,7 +79,8 @@ void write_truth(const fs::path& folder, const Stage& stage, const StageSplats& 
   json["stem"] = {{"tip_diameter", flower.tip_diameter},
                   {"base_diameter", flower.base_diameter},
                   {"free_length", flower.free_length}};
-  json["height"] = flower.height, json["pin_height"] = flower.pin_height;
+  json["height"] = flower.height;
+  json["pin_height"] = flower.pin_height;
   json["mechanics"] = {{"volume", m.volume},
                        {"cell_8k", m.cell_8k},
                        {"stem_cells_8k", m.stem_cells},
@@ -99,10 +106,14 @@ void write_truth(const fs::path& folder, const ReferenceMotion& motion, const Re
   write_trajectory(folder / "trajectory.h5", thinned(motion), provenance(seed));
 
   Json json;
-  json["camera"] = camera.name, json["fps"] = motion.options.fps;
-  json["particles"] = motion.samples.size(), json["cell_size"] = motion.cell_size;
-  json["damping_time"] = motion.options.damping_time, json["time_step"] = motion.summary.min_dt;
-  json["peak_pixels"] = film.peak_pixels(), json["peak_metres"] = film.peak_metres();
+  json["camera"] = camera.name;
+  json["fps"] = motion.options.fps;
+  json["particles"] = motion.samples.size();
+  json["cell_size"] = motion.cell_size;
+  json["damping_time"] = motion.options.damping_time;
+  json["time_step"] = motion.summary.min_dt;
+  json["peak_pixels"] = film.peak_pixels();
+  json["peak_metres"] = film.peak_metres();
   for (size_t f = 0; f < film.tip.size(); ++f) {
     json["pixel"].push_back({film.pixel[f].x(), film.pixel[f].y()});
     json["tip"].push_back({film.tip[f].x(), film.tip[f].y(), film.tip[f].z()});
@@ -111,7 +122,8 @@ void write_truth(const fs::path& folder, const ReferenceMotion& motion, const Re
 }
 
 void write_hidden_truth(const fs::path& folder, const Stage& stage, const std::vector<Camera>& cameras) {
-  fs::create_directories(folder / "without_object"), fs::create_directories(folder / "hidden");
+  fs::create_directories(folder / "without_object");
+  fs::create_directories(folder / "hidden");
   const Stage bare = stage.without(kFlowerId);
   for (const Camera& camera : cameras) {
     write_image(folder / "without_object" / (camera.name + ".png"), take_photo(bare, camera).color);

@@ -69,14 +69,19 @@ json evaluate_images(const fs::path& prediction, const fs::path& truth) {
     json row = {{"identical", mse == 0}};
     ssim.push_back(pliant::ssim(a, b, {}, SsimWindows::kInside));
     error.push_back(mse);
-    if (mse > 0)
-      psnr.push_back(psnr_of_mse(mse)), row["psnr"] = psnr.back();
-    else
-      ++identical, row["psnr"] = nullptr;
+    if (mse > 0) {
+      psnr.push_back(psnr_of_mse(mse));
+      row["psnr"] = psnr.back();
+    } else {
+      ++identical;
+      row["psnr"] = nullptr;
+    }
     row["ssim"] = ssim.back();
     out["per_image"][name] = std::move(row);
   }
-  add_statistics(out, "psnr", psnr), add_statistics(out, "ssim", ssim), add_statistics(out, "mse", error);
+  add_statistics(out, "psnr", psnr);
+  add_statistics(out, "ssim", ssim);
+  add_statistics(out, "mse", error);
   out["identical"] = identical == static_cast<int>(theirs.size());
   out["identical_pictures"] = identical;
   return out;

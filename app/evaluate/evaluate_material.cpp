@@ -40,15 +40,18 @@ json evaluate_material(const fs::path& prediction, const fs::path& truth_path) {
     error[i] = std::abs(signed_error);
     largest = std::max(largest, error[i]);
     bias += signed_error / static_cast<double>(n);
-    weighted += truth.volume[i] * error[i], volume += truth.volume[i];
+    weighted += truth.volume[i] * error[i];
+    volume += truth.volume[i];
     poisson += std::abs(static_cast<double>(ours.poisson[k]) - truth.poisson[i]) / static_cast<double>(n);
     density += std::abs(static_cast<double>(ours.density[k]) / truth.density[i] - 1) / static_cast<double>(n);
   }
   json out = {{"kind", "material"}, {"samples", ours.young.size()}, {"samples_in_truth", n}, {"source", ours.source}};
   add_statistics(out, "log10_young_error", error);
   out["log10_young_error_volume_weighted"] = volume > 0 ? json(weighted / volume) : json(nullptr);
-  out["log10_young_error_max"] = largest, out["log10_young_bias"] = bias;
-  out["poisson_error"] = poisson, out["density_relative_error"] = density;
+  out["log10_young_error_max"] = largest;
+  out["log10_young_bias"] = bias;
+  out["poisson_error"] = poisson;
+  out["density_relative_error"] = density;
   return out;
 }
 

@@ -30,10 +30,15 @@ ReferenceVideo read_video(const fs::path& path, const MotionScore& score, double
   if (camera.width == 0) {
     const std::optional<TimedFrame> first = open_frames(path, score.fps > 0 ? score.fps : 0)->next();
     if (!first) throw input_error(path.string(), "", "has no frame", "name a video or a folder of frames");
-    camera.name = "video", camera.width = first->picture.width, camera.height = first->picture.height;
+    camera.name = "video";
+    camera.width = first->picture.width;
+    camera.height = first->picture.height;
   }
   VideoOptions options;
-  options.declared_fps = score.fps, options.fps = fps, options.first = score.from, options.last = score.until;
+  options.declared_fps = score.fps;
+  options.fps = fps;
+  options.first = score.from;
+  options.last = score.until;
   return load_reference_video(options, path, camera);
 }
 
@@ -82,20 +87,29 @@ PointMotion follow(const ReferenceVideo& video, const ImageU8& region) {
   for (const bool strict : {true, false}) {
     for (size_t k = 0; k < points.size(); ++k) {
       double least = 1, mean = 0;
-      for (const auto& frame : tracks.weight)
-        least = std::min(least, frame[k]), mean += frame[k] / static_cast<double>(tracks.weight.size());
+      for (const auto& frame : tracks.weight) {
+        least = std::min(least, frame[k]);
+        mean += frame[k] / static_cast<double>(tracks.weight.size());
+      }
       const double w = strict ? least : mean;
-      if (w > (strict ? 0.05 : 0.2)) kept.push_back(k), weight.push_back(w);
+      if (w > (strict ? 0.05 : 0.2)) {
+        kept.push_back(k);
+        weight.push_back(w);
+      }
     }
     if (kept.size() >= 10) break;
-    if (strict) kept.clear(), weight.clear();
+    if (strict) {
+      kept.clear();
+      weight.clear();
+    }
   }
   motion.weight = weight;
   for (const auto& frame : tracks.pixel) {
     motion.displacement.emplace_back();
     for (const size_t k : kept) {
       const Eigen::Vector2d d = frame[k] - points[k];
-      motion.displacement.back().push_back(d.x()), motion.displacement.back().push_back(d.y());
+      motion.displacement.back().push_back(d.x());
+      motion.displacement.back().push_back(d.y());
     }
   }
   return motion;
@@ -159,7 +173,9 @@ void compare_flow(json& out, const ReferenceVideo& ours, const ReferenceVideo& t
       for (int x = 0; x < a[f].width; ++x) {
         const Eigen::Vector2d p(a[f](x, y, 0), a[f](x, y, 1)), t(b[f](x, y, 0), b[f](x, y, 1));
         if (std::max(p.norm(), t.norm()) < 0.25) continue;
-        error += (p - t).norm(), magnitude += t.norm(), ++pixels;
+        error += (p - t).norm();
+        magnitude += t.norm();
+        ++pixels;
       }
   out["flow_error_px"] = pixels > 0 ? json(error / pixels) : json(nullptr);
   out["flow_in_truth_px"] = pixels > 0 ? json(magnitude / pixels) : json(nullptr);
@@ -176,11 +192,13 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
   json out = {{"kind", "motion"}};
   PointMotion ours, truth;
   if (particles) {
-    ours = particles_of(prediction), truth = particles_of(truth_path);
+    ours = particles_of(prediction);
+    truth = particles_of(truth_path);
   } else {
     const ReferenceVideo true_video = read_video(truth_path, score, 0, {});
     const ReferenceVideo video = read_video(prediction, score, true_video.fps, true_video.camera);
-    truth = follow(true_video, moving_region(true_video)), ours = follow(video, moving_region(video));
+    truth = follow(true_video, moving_region(true_video));
+    ours = follow(video, moving_region(video));
     out["fps"] = true_video.fps;
     compare_flow(out, video, true_video);
   }

@@ -31,7 +31,10 @@ struct SquaredError {
   void add(const float* a, const float* b) {
     for (int k = 0; k < 3; ++k, ++count) sum += (static_cast<double>(a[k]) - b[k]) * (static_cast<double>(a[k]) - b[k]);
   }
-  void add(const SquaredError& other) { sum += other.sum, count += other.count; }
+  void add(const SquaredError& other) {
+    sum += other.sum;
+    count += other.count;
+  }
   /// Null without pixels and without error.
   json psnr() const {
     return count == 0 || sum == 0 ? json(nullptr) : json(psnr_of_mse(sum / static_cast<double>(count)));
@@ -114,8 +117,10 @@ void compare_views(const HiddenView& from, const HiddenView& to, SquaredError& r
       float there[3];
       bilinear(to.after.color, u, v, there);
       repair.add(from.after.color.at(x, y), there);
-      for (size_t k = 0; k < alone.size(); ++k)
-        bilinear(to.alone[k], u, v, there), alone[k].add(from.alone[k].at(x, y), there);
+      for (size_t k = 0; k < alone.size(); ++k) {
+        bilinear(to.alone[k], u, v, there);
+        alone[k].add(from.alone[k].at(x, y), there);
+      }
     }
 }
 
@@ -162,13 +167,17 @@ json evaluate_repair(const fs::path& run, const fs::path& scene) {
       for (int x = 0; x < view.hidden.width; ++x) {
         const float* truth = view.truth.at(x, y);
         if (!near.at<uint8_t>(y, x)) outside.add(view.after.color.at(x, y), view.before.color.at(x, y));
-        if (view.hidden(x, y) == kSeenElsewhere)
-          elsewhere.add(view.after.color.at(x, y), truth), elsewhere_before.add(view.before.color.at(x, y), truth);
+        if (view.hidden(x, y) == kSeenElsewhere) {
+          elsewhere.add(view.after.color.at(x, y), truth);
+          elsewhere_before.add(view.before.color.at(x, y), truth);
+        }
         if (view.hidden(x, y) != kNeverSeen) continue;
-        here.add(view.after.color.at(x, y), truth), here_before.add(view.before.color.at(x, y), truth);
+        here.add(view.after.color.at(x, y), truth);
+        here_before.add(view.before.color.at(x, y), truth);
         for (size_t k = 0; k < baselines; ++k) here_alone[k].add(view.alone[k].at(x, y), truth);
       }
-    never.add(here), never_before.add(here_before);
+    never.add(here);
+    never_before.add(here_before);
     for (size_t k = 0; k < baselines; ++k) alone[k].add(here_alone[k]);
     if (here.count) per_view[view.camera.name] = {{"pixels", here.count / 3}, {"psnr", here.psnr()}};
   }

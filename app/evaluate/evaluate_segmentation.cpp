@@ -48,7 +48,10 @@ std::map<uint32_t, uint32_t> match_names(const Names& ours, const Names& theirs)
   for (const auto& [our_id, our_name] : ours) {
     match[our_id] = kUnmatched;
     for (const auto& [their_id, their_name] : theirs) {
-      if (our_name == their_name) match[our_id] = their_id, common = true;
+      if (our_name == their_name) {
+        match[our_id] = their_id;
+        common = true;
+      }
     }
   }
   if (!common) match.clear();
@@ -74,9 +77,10 @@ void count(const std::vector<uint32_t>& ours, const std::vector<uint32_t>& their
     const size_t run = next - i;
     labelled += static_cast<double>(run);
     overlap[theirs[i]].either += run;
-    if (ours[i] == theirs[i])
-      overlap[theirs[i]].both += run, correct += static_cast<double>(run);
-    else if (ours[i] != 0)
+    if (ours[i] == theirs[i]) {
+      overlap[theirs[i]].both += run;
+      correct += static_cast<double>(run);
+    } else if (ours[i] != 0)
       overlap[ours[i]].either += run;
   }
 }
@@ -192,9 +196,13 @@ json evaluate_segmentation(const fs::path& prediction, const fs::path& truth, co
     double sum = 0;
     for (uint32_t id : ids) sum += here[id].iou();
     if (!ids.empty()) per_view[name] = sum / static_cast<double>(ids.size());
-    for (const auto& [id, o] : here) overlap[id].both += o.both, overlap[id].either += o.either;
+    for (const auto& [id, o] : here) {
+      overlap[id].both += o.both;
+      overlap[id].either += o.either;
+    }
     all.insert(ids.begin(), ids.end());
-    correct += right, labelled += here_labelled;
+    correct += right;
+    labelled += here_labelled;
   }
   if (missing.size() == theirs.size()) {
     throw input_error(prediction.string(), theirs.begin()->first, "has no picture of any name in the truth",
@@ -214,7 +222,8 @@ json evaluate_segmentation(const fs::path& prediction, const fs::path& truth, co
               {"matched_by", matched_by(score, match)}};
   add_overlaps(out, "iou", overlap, all, names);
   add_overlaps(out, "boundary_iou", edges, all, names);
-  out["boundary_miou"] = out["mboundary_iou"], out.erase("mboundary_iou");
+  out["boundary_miou"] = out["mboundary_iou"];
+  out.erase("mboundary_iou");
   return out;
 }
 

@@ -41,7 +41,8 @@ double extent(const std::vector<Vec3f>& position, const Vec3d& direction) {
   double low = INFINITY, high = -INFINITY;
   for (const Vec3f& x : position) {
     const double h = direction.dot(x.cast<double>());
-    low = std::min(low, h), high = std::max(high, h);
+    low = std::min(low, h);
+    high = std::max(high, h);
   }
   return high - low;
 }
@@ -81,7 +82,10 @@ json describe_tip(const std::vector<Vec3d>& tip, const Vec3d& direction, double 
   std::vector<double> along;
   for (size_t i = 0; i < tip.size(); ++i) {
     over_time.push_back(tip[i].norm());
-    if (tip[i].norm() > peak) peak = tip[i].norm(), peak_frame = i;
+    if (tip[i].norm() > peak) {
+      peak = tip[i].norm();
+      peak_frame = i;
+    }
     if (i >= first) along.push_back(direction.dot(tip[i]));
   }
   json out = {{"peak", peak},
@@ -124,14 +128,18 @@ json evaluate_trajectory(const fs::path& prediction, const fs::path& truth_path)
       our_move[p] = displacement(ours, static_cast<size_t>(partner[p]), time) / height;
       true_move[p] = displacement(truth, p, time) / height;
       const double error = (our_move[p] - true_move[p]).norm();
-      frame_sum += error, squares += error * error, largest = std::max(largest, error);
+      frame_sum += error;
+      squares += error * error;
+      largest = std::max(largest, error);
     }
     sum += frame_sum;
     error_of_frame.push_back(frame_sum / static_cast<double>(rest.size()));
-    our_tip.push_back(Vec3d::Zero()), true_tip.push_back(Vec3d::Zero());
-    for (size_t p : tip)
-      our_tip.back() += our_move[p] / static_cast<double>(tip.size()),
-          true_tip.back() += true_move[p] / static_cast<double>(tip.size());
+    our_tip.push_back(Vec3d::Zero());
+    true_tip.push_back(Vec3d::Zero());
+    for (size_t p : tip) {
+      our_tip.back() += our_move[p] / static_cast<double>(tip.size());
+      true_tip.back() += true_move[p] / static_cast<double>(tip.size());
+    }
   }
   // The oscillation is free after the peak, unless the peak is so late that little is left.
   size_t first = 0;

@@ -19,7 +19,8 @@ std::vector<double> detrended(const std::vector<double>& values) {
   for (double value : values) mean += value / n;
   for (size_t i = 0; i < values.size(); ++i) {
     const double t = static_cast<double>(i) - 0.5 * (n - 1);
-    slope += t * (values[i] - mean), spread += t * t;
+    slope += t * (values[i] - mean);
+    spread += t * t;
   }
   std::vector<double> out;
   for (size_t i = 0; i < values.size(); ++i)
@@ -45,7 +46,9 @@ void add_statistics(nlohmann::json& out, const std::string& name, const std::vec
   double mean = 0, variance = 0;
   for (double value : values) mean += value / n;
   for (double value : values) variance += (value - mean) * (value - mean) / n;
-  out[name] = mean, out[name + "_median"] = median(values), out[name + "_std"] = std::sqrt(variance);
+  out[name] = mean;
+  out[name + "_median"] = median(values);
+  out[name + "_std"] = std::sqrt(variance);
 }
 
 std::map<std::string, fs::path> pictures_of(const fs::path& folder) {
@@ -91,7 +94,10 @@ double dominant_frequency(const std::vector<double>& values, double rate) {
   double best = 0, strongest = 0;
   for (double frequency = lowest; frequency <= 0.5 * rate; frequency += step) {
     const double p = power(frequency);
-    if (p > strongest) strongest = p, best = frequency;
+    if (p > strongest) {
+      strongest = p;
+      best = frequency;
+    }
   }
   // The top of a parabola through the maximum and its neighbours.
   const double left = power(best - step), right = power(best + step), curvature = left - 2 * strongest + right;

@@ -28,7 +28,8 @@ LinearFit fit_linear(const std::vector<double>& values, double rate, double freq
   };
   for (size_t i = 0; i < values.size(); ++i) {
     const Eigen::Vector4d row = basis(i);
-    A += row * row.transpose(), b += values[i] * row;
+    A += row * row.transpose();
+    b += values[i] * row;
   }
   A += 1e-12 * A.trace() * Eigen::Matrix4d::Identity();
   const Eigen::Vector4d x = A.ldlt().solve(b);
@@ -44,7 +45,8 @@ double squares_about_line(const std::vector<double>& values) {
   for (const double value : values) mean += value / n;
   for (size_t i = 0; i < values.size(); ++i) {
     const double t = static_cast<double>(i) - 0.5 * (n - 1);
-    slope += t * (values[i] - mean), spread += t * t;
+    slope += t * (values[i] - mean);
+    spread += t * t;
   }
   for (size_t i = 0; i < values.size(); ++i)
     sum += std::pow(values[i] - mean - slope / spread * (static_cast<double>(i) - 0.5 * (n - 1)), 2);
@@ -64,7 +66,11 @@ DampedOscillation fit_oscillation(const std::vector<double>& values, double rate
   const auto try_at = [&](double f, double d) {
     if (f < 0.5 / duration || f > 0.5 * rate || d < -1 / duration || d > 20 / duration) return;
     const double left = fit_linear(values, rate, f, d).left;
-    if (left < least) least = left, frequency = f, decay = d;
+    if (left < least) {
+      least = left;
+      frequency = f;
+      decay = d;
+    }
   };
   for (int i = -15; i <= 15; ++i)
     for (int k = -2; k <= 30; ++k) try_at(peak + i * frequency_step, k * decay_step);
@@ -73,9 +79,14 @@ DampedOscillation fit_oscillation(const std::vector<double>& values, double rate
     for (int i = -1; i <= 1; ++i)
       for (int k = -1; k <= 1; ++k)
         if (i != 0 || k != 0) try_at(f + i * frequency_step, d + k * decay_step);
-    if (least == before) frequency_step *= 0.5, decay_step *= 0.5;
+    if (least == before) {
+      frequency_step *= 0.5;
+      decay_step *= 0.5;
+    }
   }
-  best.frequency = frequency, best.decay = decay, best.explained = 1 - least / all;
+  best.frequency = frequency;
+  best.decay = decay;
+  best.explained = 1 - least / all;
   best.amplitude = fit_linear(values, rate, frequency, decay).amplitude;
   return best;
 }

@@ -29,10 +29,12 @@ bool before(const std::string& a, const std::string& b) {
       const int x = std::stoi(a.substr(i, std::min<size_t>(m - i, 9))),
                 y = std::stoi(b.substr(j, std::min<size_t>(n - j, 9)));
       if (x != y) return x < y;
-      i = m, j = n;
+      i = m;
+      j = n;
     } else {
       if (a[i] != b[j]) return a[i] < b[j];
-      ++i, ++j;
+      ++i;
+      ++j;
     }
   }
   return a.size() - i < b.size() - j;
@@ -58,7 +60,10 @@ PhysDreamerField read_physdreamer_field(const std::filesystem::path& file, int c
     if (t.shape.size() != 4) continue;
     if (t.shape[0] != 1 || t.shape[2] != t.shape[3])
       throw refused(name, "has the shape " + text_of(t.shape) + ", which is no plane of features");
-    if (planes == 0) field.features = static_cast<int>(t.shape[1]), field.resolution = static_cast<int>(t.shape[2]);
+    if (planes == 0) {
+      field.features = static_cast<int>(t.shape[1]);
+      field.resolution = static_cast<int>(t.shape[2]);
+    }
     if (t.shape[1] != field.features || t.shape[2] != field.resolution)
       throw refused(name, "has the shape " + text_of(t.shape) + ", unlike the plane before it");
     field.parameters.insert(field.parameters.end(), t.data.begin(), t.data.end());

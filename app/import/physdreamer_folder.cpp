@@ -146,7 +146,9 @@ PhysDreamerRoles physdreamer_roles(const PhysDreamerOptions& options, const Phys
   for (size_t i = 0; i < position.size(); ++i) {
     roles.object[i] = !roles.object[i];
     if (!roles.object[i]) continue;
-    low = std::min(low, position[i].minCoeff()), high = std::max(high, position[i].maxCoeff()), ++count;
+    low = std::min(low, position[i].minCoeff());
+    high = std::max(high, position[i].maxCoeff());
+    ++count;
   }
   if (count == 0) {
     throw input_error("clean_object_points.ply", "",
@@ -155,7 +157,8 @@ PhysDreamerRoles physdreamer_roles(const PhysDreamerOptions& options, const Phys
   }
   // One smallest and one largest coordinate over all axes.
   PhysDreamerSpace& space = roles.space;
-  space.scale = kCubeSide * (high - low), space.shift = kCubeMargin * (high - low) - low;
+  space.scale = kCubeSide * (high - low);
+  space.shift = kCubeMargin * (high - low) - low;
 
   const double distance = options.frozen_distance / options.grid * space.scale;
   roles.frozen = far_from(position, folder.moving_points, distance);
@@ -171,7 +174,7 @@ PhysDreamerRoles physdreamer_roles(const PhysDreamerOptions& options, const Phys
   for (size_t i = 0; i < position.size(); ++i)
     if (roles.object[i]) box.extend(space.inside(position[i].cast<double>()));
   for (const Vec3f& x : folder.filled_points) box.extend(space.inside(x.cast<double>()));
-  space.field_low = box.center() - 0.5 * kFieldBox * box.sizes(),
+  space.field_low = box.center() - 0.5 * kFieldBox * box.sizes();
   space.field_high = box.center() + 0.5 * kFieldBox * box.sizes();
   return roles;
 }
@@ -180,9 +183,11 @@ Camera physdreamer_camera(const Camera& camera, int width, int height) {
   CHECK(width > 0 && height > 0);
   const double scale = static_cast<double>(width) / camera.width;
   Camera out = camera;
-  out.width = width, out.height = height;
-  out.fx *= scale, out.fy *= scale;
-  out.cx = 0.5 * width + scale * (camera.cx - 0.5 * camera.width),
+  out.width = width;
+  out.height = height;
+  out.fx *= scale;
+  out.fy *= scale;
+  out.cx = 0.5 * width + scale * (camera.cx - 0.5 * camera.width);
   out.cy = 0.5 * height + scale * (camera.cy - 0.5 * camera.height);
   return out;
 }

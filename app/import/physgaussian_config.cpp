@@ -154,10 +154,13 @@ Boundary read_boundary(const JsonObject& object, const json& row) {
   b.type = form.type;
   keys.number("start_time", b.start, 0);
   keys.number("end_time", b.end, b.start);
-  keys.vector("point", b.point), keys.half_extent("size", b.half);
-  keys.vector("velocity", b.velocity), keys.vector("force", b.force);
+  keys.vector("point", b.point);
+  keys.half_extent("size", b.half);
+  keys.vector("velocity", b.velocity);
+  keys.vector("force", b.force);
   keys.flag("reset", b.reset, row);
-  keys.whole("num_dt", b.num_dt, 1, 1 << 30), keys.whole("num_layers", b.num_layers, 1, 1 << 20);
+  keys.whole("num_dt", b.num_dt, 1, 1 << 30);
+  keys.whole("num_layers", b.num_layers, 1, 1 << 20);
   if (object.has("normal")) {
     keys.vector("normal", b.normal);
     if (!(b.normal.norm() > 0)) throw object.complaint("normal", "has no length", "give a direction such as [0, 0, 1]");
@@ -172,12 +175,15 @@ Boundary read_boundary(const JsonObject& object, const json& row) {
   keys.number("friction", b.friction, 0);
   if (object.has("half_height_and_radius")) {
     const std::vector<double> v = object.numbers("half_height_and_radius", 2);
-    b.half_height = v[0], b.radius = v[1];
+    b.half_height = v[0];
+    b.radius = v[1];
     if (!(v[0] > 0 && v[1] > 0))
       throw object.complaint("half_height_and_radius", "is not positive", "give [half height, radius]");
   }
-  keys.number("rotation_scale", b.rotation), keys.number("translation_scale", b.translation);
-  keys.number("start_position", b.start_position), keys.number("end_position", b.end_position);
+  keys.number("rotation_scale", b.rotation);
+  keys.number("translation_scale", b.translation);
+  keys.number("start_position", b.start_position);
+  keys.number("end_position", b.end_position);
   return b;
 }
 
@@ -187,8 +193,11 @@ Config::MaterialBox read_material_box(const JsonObject& object, const Config& co
   const Keys keys(object);
   for (const char* key : {"point", "size"})
     if (!object.has(key)) throw object.complaint(key, "is missing", "give the centre and the half extents of the box");
-  keys.vector("point", box.point), keys.half_extent("size", box.half);
-  keys.positive("E", box.young), keys.number("nu", box.poisson, 0, 0.4999), keys.positive("density", box.density);
+  keys.vector("point", box.point);
+  keys.half_extent("size", box.half);
+  keys.positive("E", box.young);
+  keys.number("nu", box.poisson, 0, 0.4999);
+  keys.positive("density", box.density);
   return box;
 }
 
@@ -200,8 +209,8 @@ Config::Filling read_filling(const JsonObject& object, const json& row, Config& 
   filling.n_grid = 4 * config.n_grid;
   const Keys keys(object);
   keys.whole("n_grid", filling.n_grid, 4, 4096);
-  keys.positive("density_threshold", filling.density_threshold),
-      keys.positive("search_threshold", filling.search_threshold);
+  keys.positive("density_threshold", filling.density_threshold);
+  keys.positive("search_threshold", filling.search_threshold);
   keys.whole("max_particles_num", filling.max_particles_num, 1, 1 << 30);
   keys.whole("max_partciels_per_cell", filling.max_particles_per_cell, 1, 64);
   if (keys.has("max_particles_per_cell")) {
@@ -213,23 +222,28 @@ Config::Filling read_filling(const JsonObject& object, const json& row, Config& 
   keys.whole("search_exclude_direction", filling.search_exclude_direction, -1, 6);
   keys.whole("ray_cast_direction", filling.ray_cast_direction, -1, 6);
   keys.six("boundary", filling.boundary, row);
-  keys.flag("smooth", filling.smooth, row), keys.flag("visualize", filling.visualize, row);
+  keys.flag("smooth", filling.smooth, row);
+  keys.flag("visualize", filling.visualize, row);
   return filling;
 }
 
 void read_view(const Keys& keys, const json& top, Config::View& view) {
-  keys.vector("mpm_space_viewpoint_center", view.centre), keys.vector("mpm_space_vertical_upward_axis", view.up);
+  keys.vector("mpm_space_viewpoint_center", view.centre);
+  keys.vector("mpm_space_vertical_upward_axis", view.up);
   if (!(view.up.norm() > 0))
     throw keys.object().complaint("mpm_space_vertical_upward_axis", "has no length", "give a direction");
   keys.whole("default_camera_index", view.default_camera_index, -1, 1 << 30);
-  keys.flag("show_hint", view.show_hint, top), keys.flag("move_camera", view.move_camera, top);
+  keys.flag("show_hint", view.show_hint, top);
+  keys.flag("move_camera", view.move_camera, top);
   const auto optional = [&](const char* key, std::optional<double>& value) {
     if (keys.has(key) && !top[key].is_null()) value = keys.object().number(key);
   };
-  optional("init_azimuthm", view.azimuth), optional("init_elevation", view.elevation),
-      optional("init_radius", view.radius);
-  keys.number("delta_a", view.delta_azimuth), keys.number("delta_e", view.delta_elevation),
-      keys.number("delta_r", view.delta_radius);
+  optional("init_azimuthm", view.azimuth);
+  optional("init_elevation", view.elevation);
+  optional("init_radius", view.radius);
+  keys.number("delta_a", view.delta_azimuth);
+  keys.number("delta_e", view.delta_elevation);
+  keys.number("delta_r", view.delta_radius);
 }
 
 void read_rotations(const JsonObject& object, const json& top, Config& config) {
@@ -268,10 +282,16 @@ Config read_physgaussian_config(const std::filesystem::path& file) {
   if (std::find(kMaterials.begin(), kMaterials.end(), c.material) == kMaterials.end())
     throw object.complaint("material", "'" + c.material + "' is unknown",
                            "did you mean '" + nearest_name(c.material, kMaterials) + "'?");
-  keys.positive("grid_lim", c.grid_lim), keys.whole("n_grid", c.n_grid, 8, 4096);
-  keys.positive("E", c.young), keys.number("nu", c.poisson, 0, 0.4999), keys.positive("density", c.density);
-  keys.number("yield_stress", c.yield_stress, 0), keys.number("xi", c.xi, 0), keys.number("softening", c.softening, 0);
-  keys.number("plastic_viscosity", c.plastic_viscosity, 0), keys.number("friction_angle", c.friction_angle, 0, 89);
+  keys.positive("grid_lim", c.grid_lim);
+  keys.whole("n_grid", c.n_grid, 8, 4096);
+  keys.positive("E", c.young);
+  keys.number("nu", c.poisson, 0, 0.4999);
+  keys.positive("density", c.density);
+  keys.number("yield_stress", c.yield_stress, 0);
+  keys.number("xi", c.xi, 0);
+  keys.number("softening", c.softening, 0);
+  keys.number("plastic_viscosity", c.plastic_viscosity, 0);
+  keys.number("friction_angle", c.friction_angle, 0, 89);
   keys.flag("hardening", c.hardening, top);
   if (keys.has("g"))
     keys.vector("g", c.gravity);
@@ -281,9 +301,11 @@ Config read_physgaussian_config(const std::filesystem::path& file) {
   if (keys.has("pic_damping"))
     c.notes.push_back("pic_damping is read and never used by PhysGaussian; it is ignored here as well");
   keys.positive("grid_v_damping_scale", c.grid_v_damping_scale);
-  keys.positive("substep_dt", c.substep_dt), keys.positive("frame_dt", c.frame_dt),
-      keys.whole("frame_num", c.frame_num, 1, 1000000);
-  keys.number("opacity_threshold", c.opacity_threshold, 0, 1), keys.positive("scale", c.scale);
+  keys.positive("substep_dt", c.substep_dt);
+  keys.positive("frame_dt", c.frame_dt);
+  keys.whole("frame_num", c.frame_num, 1, 1000000);
+  keys.number("opacity_threshold", c.opacity_threshold, 0, 1);
+  keys.positive("scale", c.scale);
   read_rotations(object, top, c);
   keys.six("sim_area", c.sim_area, top);
   const auto rows = [&](const char* key, auto&& use) {

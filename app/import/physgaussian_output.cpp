@@ -28,13 +28,17 @@ SimFrame frame_in_space(const TrajectoryFile& trajectory, size_t f, const Simula
   const TrajectoryFile::Frame& other = trajectory.frames[f < last ? f + 1 : (f > 0 ? f - 1 : f)];
   const double dt = other.time - frame.time;
   SimFrame out;
-  out.x.resize(3 * n), out.v.resize(3 * n), out.F.resize(9 * n), out.C.resize(9 * n);
+  out.x.resize(3 * n);
+  out.v.resize(3 * n);
+  out.F.resize(9 * n);
+  out.C.resize(9 * n);
   for (size_t i = 0; i < n; ++i) {
     const Vec3d x = space.from_scene(frame.position[i].cast<double>()), v = space.R * frame.velocity[i].cast<double>();
     const Mat3d F = space.R * frame.F[i].cast<double>() * space.R.transpose();
     const Mat3d C = velocity_gradient(F, space.R * other.F[i].cast<double>() * space.R.transpose(), dt);
     for (int a = 0; a < 3; ++a) {
-      out.x[a * n + i] = static_cast<float>(x[a]), out.v[a * n + i] = static_cast<float>(v[a]);
+      out.x[a * n + i] = static_cast<float>(x[a]);
+      out.v[a * n + i] = static_cast<float>(v[a]);
       for (int b = 0; b < 3; ++b) {
         out.F[(3 * a + b) * n + i] = static_cast<float>(F(a, b));
         out.C[(3 * a + b) * n + i] = static_cast<float>(C(a, b));
@@ -71,8 +75,10 @@ void write_physgaussian_output(const fs::path& folder, const PhysGaussianOutput&
     if (what.h5) {
       write_hdf5(target / name_of(f, "h5"), [&](Hdf5Writer& out) {
         const float time = static_cast<float>(trajectory.frames[f].time);
-        out.dataset("x", frame.x.data(), {3, n}), out.dataset("time", &time, {1, 1});
-        out.dataset("f_tensor", frame.F.data(), {9, n}), out.dataset("v", frame.v.data(), {3, n});
+        out.dataset("x", frame.x.data(), {3, n});
+        out.dataset("time", &time, {1, 1});
+        out.dataset("f_tensor", frame.F.data(), {9, n});
+        out.dataset("v", frame.v.data(), {3, n});
         out.dataset("C", frame.C.data(), {9, n});
       });
     }

@@ -44,7 +44,8 @@ SimulationSpace simulation_space(const PhysGaussianConfig& config, const Gaussia
   for (size_t i = 0; i < cloud.size(); ++i) {
     if (!members[i]) continue;
     const Vec3d x = space.R * cloud.position[i].cast<double>();
-    low = low.cwiseMin(x), high = high.cwiseMax(x);
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
   }
   const double extent = (high - low).maxCoeff();
   if (!(extent > 0))

@@ -26,15 +26,21 @@ Material material_of(const PhysGaussianConfig& c, Compatibility compatibility, d
   Material m;
   const double uniaxial = std::sqrt(1.5) * c.yield_stress;
   if (c.material == "metal") {
-    m.law = Law::kMetal, m.yield_stress = uniaxial, m.hardening = c.hardening ? 3 * mu * c.xi : 0;
+    m.law = Law::kMetal;
+    m.yield_stress = uniaxial;
+    m.hardening = c.hardening ? 3 * mu * c.xi : 0;
   } else if (c.material == "sand") {
-    m.law = Law::kSand, m.friction_angle = c.friction_angle;
+    m.law = Law::kSand;
+    m.friction_angle = c.friction_angle;
   } else if (c.material == "foam") {
-    m.law = Law::kFoam, m.yield_stress = c.yield_stress, m.plastic_viscosity = c.plastic_viscosity;
+    m.law = Law::kFoam;
+    m.yield_stress = c.yield_stress;
+    m.plastic_viscosity = c.plastic_viscosity;
   } else if (c.material == "snow") {
     m.law = Law::kSnow;
   } else if (c.material == "plasticine") {
-    m.law = Law::kPlasticine, m.yield_stress = uniaxial,
+    m.law = Law::kPlasticine;
+    m.yield_stress = uniaxial;
     m.hardening = compatibility == Compatibility::kCorrected ? -3 * mu * c.softening : -1.5 * c.softening;
   }
   m.as_physgaussian = compatibility == Compatibility::kPhysGaussian;
@@ -57,7 +63,8 @@ Vec3d velocity_change(const PhysGaussianConfig& c, const Boundary& b, const std:
     double density = c.density;
     for (const auto& box : c.additional_material)
       if (in_box(x, box.point, box.half)) density = box.density;
-    ++touched, mass += density * dx * dx * dx / count[cell(x)];
+    ++touched;
+    mass += density * dx * dx * dx / count[cell(x)];
   }
   if (touched == 0)
     throw usage_error("boundary_conditions", "particle_impulse", "touches no Gaussian",
@@ -104,7 +111,9 @@ class WorldBuilder {
  private:
   Interaction& push(InteractionType type, const Boundary& b) {
     Interaction it;
-    it.type = type, it.start = b.start, it.duration = b.end - b.start;
+    it.type = type;
+    it.start = b.start;
+    it.duration = b.end - b.start;
     world_.interactions.push_back(it);
     return world_.interactions.back();
   }
@@ -114,13 +123,16 @@ class WorldBuilder {
 
   void cuboid(const Boundary& b) {
     Interaction& it = push(InteractionType::kCollider, b);
-    it.contact = ContactKind::kSticky, it.region = Region::box(b.point - b.half, b.point + b.half),
+    it.contact = ContactKind::kSticky;
+    it.region = Region::box(b.point - b.half, b.point + b.half);
     it.vector = b.velocity;
     if (!b.reset) return;
     if (compat_) {
       // The whole grid stands still for 15 steps.
       Interaction& still = push(InteractionType::kCollider, b);
-      still.contact = ContactKind::kSticky, still.start = b.end, still.duration = 15 * c_.substep_dt;
+      still.contact = ContactKind::kSticky;
+      still.start = b.end;
+      still.duration = 15 * c_.substep_dt;
       still.region = Region::box(Vec3d::Zero(), Vec3d::Constant(c_.grid_lim));
       note("cuboid with reset: the whole grid stands still for 15 steps after it, as in PhysGaussian");
     } else {
@@ -150,7 +162,8 @@ class WorldBuilder {
   void bounding_box(const Boundary& b) {
     const double wall = 3 * c_.cell_size();
     Interaction& it = push(InteractionType::kCollider, b);
-    it.contact = ContactKind::kSeparating, it.container = true;
+    it.contact = ContactKind::kSeparating;
+    it.container = true;
     it.region = Region::box(Vec3d::Constant(wall), Vec3d::Constant(c_.grid_lim - wall));
   }
 
@@ -174,7 +187,8 @@ class WorldBuilder {
     note_nodes();
     Interaction& it = push(InteractionType::kCollider, b);
     const Vec3d centre = b.point + way_before(b);
-    it.contact = ContactKind::kSticky, it.region = Region::box(centre - b.half, centre + b.half),
+    it.contact = ContactKind::kSticky;
+    it.region = Region::box(centre - b.half, centre + b.half);
     it.vector = b.velocity;
   }
 
@@ -184,7 +198,9 @@ class WorldBuilder {
     const Vec3d centre = b.point + way_before(b);
     it.contact = ContactKind::kSticky;
     it.region = Region::cylinder(centre - b.half_height * b.normal, centre + b.half_height * b.normal, b.radius);
-    it.vector = b.translation * b.normal, it.angular_velocity = b.rotation * b.normal, it.pivot = centre;
+    it.vector = b.translation * b.normal;
+    it.angular_velocity = b.rotation * b.normal;
+    it.pivot = centre;
   }
 
   void surface(const Boundary& b) {
@@ -211,7 +227,8 @@ class WorldBuilder {
     for (int k = 0; k < layers; ++k) {
       // Layer k and all after it are held until its time comes.
       Boundary timed = b;
-      timed.start = 0, timed.end = b.start + (b.end - b.start) * k / layers;
+      timed.start = 0;
+      timed.end = b.start + (b.end - b.start) * k / layers;
       if (!(timed.end > 0)) continue;
       const double plane = b.start_position + (b.end_position - b.start_position) * k / layers;
       Interaction& it = push(InteractionType::kCollider, timed);
@@ -230,14 +247,19 @@ class WorldBuilder {
 }  // namespace
 
 void set_physgaussian_material(const PhysGaussianConfig& config, Compatibility compatibility, Particles& particles) {
-  particles.materials.clear(), particles.material_index.clear();
+  particles.materials.clear();
+  particles.material_index.clear();
   std::map<double, uint16_t> index_of_shear;
   for (size_t i = 0; i < particles.size(); ++i) {
     double young = config.young, poisson = config.poisson, density = config.density;
     for (const auto& box : config.additional_material)
-      if (in_box(particles.position[i].cast<double>(), box.point, box.half))
-        young = box.young, poisson = box.poisson, density = box.density;
-    particles.young[i] = static_cast<float>(young), particles.poisson[i] = static_cast<float>(poisson);
+      if (in_box(particles.position[i].cast<double>(), box.point, box.half)) {
+        young = box.young;
+        poisson = box.poisson;
+        density = box.density;
+      }
+    particles.young[i] = static_cast<float>(young);
+    particles.poisson[i] = static_cast<float>(poisson);
     particles.mass[i] = static_cast<float>(density) * particles.volume[i];
     const double mu = lame(young, poisson).mu;
     const auto [at, added] = index_of_shear.try_emplace(mu, static_cast<uint16_t>(index_of_shear.size()));
@@ -251,7 +273,8 @@ PhysGaussianWorld physgaussian_world(const PhysGaussianConfig& config, Compatibi
   PhysGaussianWorld world;
   world.notes = config.notes;
   const bool compat = compatibility == Compatibility::kPhysGaussian;
-  world.options.fps = 1 / config.frame_dt, world.options.duration = config.frame_num * config.frame_dt;
+  world.options.fps = 1 / config.frame_dt;
+  world.options.duration = config.frame_num * config.frame_dt;
   world.options.gravity = config.gravity;
   world.options.pic = config.rpic_damping < -0.001;
   // Factors per substep, as rates of decay in seconds.

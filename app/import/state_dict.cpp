@@ -109,7 +109,8 @@ class TensorReader {
 
     const std::string bytes =
         storage_bytes(name, pickle_[id.items[2]].text, static_cast<uint64_t>(count) * known->bytes);
-    tensor.shape = shape, tensor.data.resize(elements);
+    tensor.shape = shape;
+    tensor.data.resize(elements);
     std::vector<int64_t> index(shape.size(), 0);
     for (uint64_t i = 0; i < elements; ++i) {
       int64_t at = offset;
@@ -182,8 +183,10 @@ std::map<std::string, StateTensor> read_state_dict(const std::filesystem::path& 
   bool found = false, script = false;
   for (const std::string& name : zip.names()) {
     if (name.size() >= 8 && name.compare(name.size() - 8, 8, "data.pkl") == 0 &&
-        (name.size() == 8 || name[name.size() - 9] == '/'))
-      folder = name.substr(0, name.size() - 8), found = true;
+        (name.size() == 8 || name[name.size() - 9] == '/')) {
+      folder = name.substr(0, name.size() - 8);
+      found = true;
+    }
     script = script || name.find("constants.pkl") != std::string::npos;
   }
   if (script)

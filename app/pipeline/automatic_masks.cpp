@@ -32,7 +32,8 @@ bool segments_automatically(const SegmentStage& stage, bool selecting, bool has_
 
 AutomaticResult automatic_masks(const Context& context, const Scene& scene, const std::vector<int>& held_out) {
   AutomaticOptions options;
-  options.up = scene.up.cast<float>(), options.held_out = held_out;
+  options.up = scene.up.cast<float>();
+  options.held_out = held_out;
   options.support.seed = context.seed + 1;
   options.solid.footprint.render.antialiased = scene.report.antialiased;
   AutomaticResult result = find_objects(options, scene.cloud, scene.cameras);

@@ -41,16 +41,24 @@ struct Axis {
   double low = INFINITY, high = -INFINITY, step = 1;
 
   void add(double value) {
-    if (std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
+    if (std::isfinite(value)) {
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
   }
   void settle(int wanted, double margin) {
-    if (!(low <= high)) low = 0, high = 1;
+    if (!(low <= high)) {
+      low = 0;
+      high = 1;
+    }
     if (high - low <= 1e-12 * std::max(std::abs(low), std::abs(high))) {
       const double spread = high == 0 ? 1 : 0.1 * std::abs(high);
-      low -= spread, high += spread;
+      low -= spread;
+      high += spread;
     }
     const double width = high - low;
-    low -= margin * width, high += margin * width;
+    low -= margin * width;
+    high += margin * width;
     const double rough = (high - low) / wanted, power = std::pow(10, std::floor(std::log10(rough)));
     step = power * (rough / power < 1.5 ? 1 : rough / power < 3.5 ? 2 : rough / power < 7.5 ? 5 : 10);
   }
@@ -70,10 +78,14 @@ ImageF draw_chart(const Chart& chart) {
   for (const Curve& curve : chart.curves) {
     CHECK(curve.x.size() == curve.y.size());
     for (size_t i = 0; i < curve.x.size(); ++i)
-      if (std::isfinite(curve.y[i])) across.add(curve.x[i]), up.add(curve.y[i]);
+      if (std::isfinite(curve.y[i])) {
+        across.add(curve.x[i]);
+        up.add(curve.y[i]);
+      }
   }
   if (chart.from_zero) up.add(0);
-  across.settle(8, 0), up.settle(6, 0.06);
+  across.settle(8, 0);
+  up.settle(6, 0.06);
   const int width = chart.width - kLeft - kRight, height = chart.height - kTop - kBottom;
   const auto place = [&](double x, double y) {
     const double v = std::clamp(up.share(y), -1.0, 2.0);

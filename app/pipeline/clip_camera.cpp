@@ -24,7 +24,8 @@ std::optional<Rectangle> projection(const Camera& camera, const Box& box) {
     if (in_camera.z() < 1e-6) return std::nullopt;
     const Eigen::Vector2d u(camera.fx * in_camera.x() / in_camera.z() + camera.cx,
                             camera.fy * in_camera.y() / in_camera.z() + camera.cy);
-    out.low = out.low.cwiseMin(u), out.high = out.high.cwiseMax(u);
+    out.low = out.low.cwiseMin(u);
+    out.high = out.high.cwiseMax(u);
   }
   return out;
 }
@@ -51,7 +52,8 @@ Camera closer(const Camera& camera, const Box& box, const Eigen::Vector3d& up, d
   if (!seen) return camera;
   const Eigen::Vector2d extent = (seen->high - seen->low).cwiseQuotient(Eigen::Vector2d(camera.width, camera.height));
   const double zoom = std::max(1.0, share / extent.maxCoeff());
-  out.fx *= zoom, out.fy *= zoom;
+  out.fx *= zoom;
+  out.fy *= zoom;
   return out;
 }
 

@@ -10,14 +10,16 @@ PushPlace default_push_place(const Particles& particles, const Vec3d& up, const 
   double low = INFINITY, high = -INFINITY;
   for (const Vec3f& x : particles.position) {
     const double h = up.dot(x.cast<double>());
-    low = std::min(low, h), high = std::max(high, h);
+    low = std::min(low, h);
+    high = std::max(high, h);
   }
   Vec3d sum = Vec3d::Zero();
   double mass = 0;
   for (size_t p = 0; p < particles.size(); ++p) {
     const Vec3d x = particles.position[p].cast<double>();
     if (up.dot(x) < high - 0.1 * (high - low)) continue;
-    sum += particles.mass[p] * x, mass += particles.mass[p];
+    sum += particles.mass[p] * x;
+    mass += particles.mass[p];
   }
   const Vec3d tip = sum / mass;
 

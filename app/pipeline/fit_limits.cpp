@@ -22,7 +22,8 @@ FitBlindness find_blindness(const FitScene& fit, const FittedMotion& motion) {
   double along = 0, all = 0;
   for (size_t i = 0; i < p.size(); ++i) {
     const Vec3d v = motion.frames[0].v[i].cast<double>(), ray = (p.position[i].cast<double>() - eye).normalized();
-    along += p.mass[i] * std::pow(v.dot(ray), 2), all += p.mass[i] * v.squaredNorm();
+    along += p.mass[i] * std::pow(v.dot(ray), 2);
+    all += p.mass[i] * v.squaredNorm();
   }
   if (fit.further.empty()) out.depth_share = all > 0 ? along / all : 0;
 

@@ -34,7 +34,8 @@ ClipTerms clip_terms(const Context& context, const RunDirectory& run, const Comp
     }
   if (!stage.guide.empty()) {
     terms.guide = start_guide(context, run, stage, first_step);
-    terms.guide_camera = fit.video.camera, terms.guide_weight = stage.guide_weight;
+    terms.guide_camera = fit.video.camera;
+    terms.guide_weight = stage.guide_weight;
   }
   return terms;
 }
@@ -45,8 +46,10 @@ std::shared_ptr<Guidance> start_guide(const Context& context, const RunDirectory
                                       int first_step) {
   GuidanceOptions options;
   options.first_step = first_step;
-  options.command = stage.guide, options.interrupted = context.interrupted;
-  options.step_limit = stage.guide_limit, options.start_limit = 2 * stage.guide_limit;
+  options.command = stage.guide;
+  options.interrupted = context.interrupted;
+  options.step_limit = stage.guide_limit;
+  options.start_limit = 2 * stage.guide_limit;
   context.progress.say(fmt::format("fit: waits until `{}` is ready", stage.guide));
   auto guide = std::make_shared<Guidance>(options, run / "fit/guide");
   context.progress.say(fmt::format("fit: '{}' judges the drawn motion", guide->name()));
@@ -59,8 +62,10 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
   VibrationFitOptions& vibration = options.vibration;
   vibration.simulate.gravity = -9.81 * scene.up;
   vibration.search.first = stage.from;
-  vibration.refine.tolerance = 1e-3, vibration.modes.most = 6;
-  vibration.most_modes = 4, vibration.most_periods = 3.5;
+  vibration.refine.tolerance = 1e-3;
+  vibration.modes.most = 6;
+  vibration.most_modes = 4;
+  vibration.most_periods = 3.5;
   vibration.stop = context.interrupted;
   if (stage.field == "parts") {
     options.kind = MaterialKind::kParts;
@@ -72,8 +77,10 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
   if (stage.field == "smooth") options.kind = MaterialKind::kSmooth;
   if (stage.field == "triplanes")
     options.kind = MaterialKind::kTriplanes;
-  else
-    options.gradient.material_rate = kDirectRate, options.gradient.astray = kAstray;
+  else {
+    options.gradient.material_rate = kDirectRate;
+    options.gradient.astray = kAstray;
+  }
   options.gradient.iterations = stage.compare.iterations;
   options.gradient_window = stage.compare.window;
   options.poisson = stage.compare.poisson;

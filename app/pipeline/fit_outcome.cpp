@@ -53,17 +53,24 @@ double mean_young(const FitScene& scene, const MaterialFile& material) {
   double sum = 0;
   size_t moving = 0;
   for (size_t s = 0; s < material.young.size(); ++s)
-    if (scene.body.file.solid_driver[s] >= 0) sum += std::log(material.young[s]), ++moving;
+    if (scene.body.file.solid_driver[s] >= 0) {
+      sum += std::log(material.young[s]);
+      ++moving;
+    }
   return std::exp(sum / std::max<size_t>(1, moving));
 }
 
 VelocityFile fitted_velocity(const FitScene& fit, const VibrationFit& found, const Dissipation& losses) {
   VelocityFile out;
-  out.position = fit.body.file.driving_position, out.velocity = found.start.v, out.F = found.start.F,
+  out.position = fit.body.file.driving_position;
+  out.velocity = found.start.v;
+  out.F = found.start.F;
   out.C = found.start.C;
   for (size_t i = 0; i < found.start.size(); ++i)
     out.displacement.push_back(found.start.x[i] - fit.body.particles.position[i]);
-  out.time = found.time, out.damping_time = found.damping_time, out.source = "fitted to the reference video";
+  out.time = found.time;
+  out.damping_time = found.damping_time;
+  out.source = "fitted to the reference video";
   if (losses.whole > 0) out.whole_damping_time = 1 / losses.whole;
   return out;
 }
@@ -72,7 +79,8 @@ FitFindings findings_of(const MaterialFit& fit, const Particles& before, double 
   FitFindings out;
   const VibrationFit &constant = fit.homogeneous, &found = fit.found;
   out.young = young_before * std::pow(10.0, found.log10_factor);
-  out.young_of_driver = fitted_young(fit, before, young_before), out.sigma_of_driver = fit.sigma;
+  out.young_of_driver = fitted_young(fit, before, young_before);
+  out.sigma_of_driver = fit.sigma;
   for (const double factor : constant.search.log10_factor)
     out.search_young.push_back(young_before * std::pow(10.0, factor));
   out.search_unexplained = constant.search.unexplained;
@@ -87,10 +95,14 @@ FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, const Mat
   const VibrationFit& found = fit.found;
   FitEvidence out;
   out.stated_fps = scene.video.source_fps;
-  out.young = young, out.log10_sigma = found.log10_sigma, out.rms = found.rms,
+  out.young = young;
+  out.log10_sigma = found.log10_sigma;
+  out.rms = found.rms;
   out.periods = fit.homogeneous.search.periods;
-  out.damping_time = found.damping_time, out.damping_low = found.damping_time_low,
-  out.damping_high = found.damping_time_high, out.losses = fit.losses;
+  out.damping_time = found.damping_time;
+  out.damping_low = found.damping_time_low;
+  out.damping_high = found.damping_time_high;
+  out.losses = fit.losses;
   const double seconds = (scene.used - fit.homogeneous.search.first_frame) / scene.video.fps;
   out.strongest_hz = seconds > 0 ? fit.homogeneous.search.periods / seconds : 0;
   for (size_t k = 0; k < fit.homogeneous.candidate_factor.size(); ++k) {
@@ -98,13 +110,16 @@ FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, const Mat
     out.rival_rms.push_back(fit.homogeneous.candidate_rms[k] * found.rms / std::max(fit.homogeneous.rms, 1e-12));
   }
   out.searched = !fit.homogeneous.search.log10_factor.empty();
-  out.one_stiffness = options.kind == MaterialKind::kUniform, out.poisson_fitted = options.poisson,
-  out.errors_known = !fit.sigma.empty(), out.by_gradients = !fit.iterations.empty();
+  out.one_stiffness = options.kind == MaterialKind::kUniform;
+  out.poisson_fitted = options.poisson;
+  out.errors_known = !fit.sigma.empty();
+  out.by_gradients = !fit.iterations.empty();
   out.field_left = fit.field_left;
   double whole = 0, undecided = 0;
   for (size_t i = 0; i < fit.sigma.size(); ++i) {
     const double volume = scene.body.particles.volume[i];
-    whole += volume, undecided += fit.determined(i) ? 0 : volume;
+    whole += volume;
+    undecided += fit.determined(i) ? 0 : volume;
   }
   out.undecided_volume = whole > 0 ? undecided / whole : 0;
   return out;

@@ -32,7 +32,10 @@ std::vector<int> speakers(const DrawnObject<float>& drawn, const std::vector<flo
   std::vector<Vec3f> position;
   std::vector<int> which, out(drawn.drivers.size(), -1);
   for (size_t d = 0; d < weight.size(); ++d)
-    if (weight[d] > kLeastWeight) position.push_back(drawn.drivers[d]), which.push_back(static_cast<int>(d));
+    if (weight[d] > kLeastWeight) {
+      position.push_back(drawn.drivers[d]);
+      which.push_back(static_cast<int>(d));
+    }
   if (position.empty()) return out;
   const std::vector<int> nearest = k_nearest(position, drawn.drivers, 1);
   for (size_t d = 0; d < out.size(); ++d) out[d] = which[nearest[d]];
@@ -48,7 +51,8 @@ std::vector<uint32_t> parts_of(const FitScene& fit, int count) {
   std::vector<float> weight(drivers, 0.0f);
   visit_moved(drawn, [&](int d, size_t g, float w) {
     const float* sh = drawn.object.sh_of(g);
-    sum[d] += w * (Vec3f::Constant(0.5f) + kSh0 * Vec3f(sh[0], sh[1], sh[2])).cwiseMax(0).cwiseMin(1), weight[d] += w;
+    sum[d] += w * (Vec3f::Constant(0.5f) + kSh0 * Vec3f(sh[0], sh[1], sh[2])).cwiseMax(0).cwiseMin(1);
+    weight[d] += w;
   });
   const std::vector<int> of = speakers(drawn, weight);
   for (size_t d = 0; d < drivers; ++d)
@@ -76,7 +80,10 @@ std::vector<uint32_t> labelled_parts(const FitScene& fit, const Scene& scene, co
   const std::vector<int> original = k_nearest(scene.cloud.position, drawn.object.position, 1);
   std::vector<std::map<uint32_t, float>> votes(drawn.drivers.size());
   std::vector<float> weight(drawn.drivers.size(), 0.0f);
-  visit_moved(drawn, [&](int d, size_t g, float w) { votes[d][labels.label[original[g]]] += w, weight[d] += w; });
+  visit_moved(drawn, [&](int d, size_t g, float w) {
+    votes[d][labels.label[original[g]]] += w;
+    weight[d] += w;
+  });
   const std::vector<int> of = speakers(drawn, weight);
   std::map<uint32_t, uint32_t> number;  // of the parts, without gaps
   std::vector<uint32_t> part(drawn.drivers.size(), 0);

@@ -41,7 +41,8 @@ ImageF picture_of_drivers(const FitScene& fit, const std::vector<double>& value,
   CHECK(value.size() == drawn.drivers.size() && low > 0);
   if (high < 1.02 * low) {
     const double middle = std::sqrt(low * high);
-    low = middle / 1.6, high = middle * 1.6;
+    low = middle / 1.6;
+    high = middle * 1.6;
   }
   // Blended logarithm and share of Gaussians that follow drivers.
   const size_t background = drawn.background.size();
@@ -53,10 +54,12 @@ ImageF picture_of_drivers(const FitScene& fit, const std::vector<double>& value,
       const size_t slot = g * Binding::kCount + k;
       const int driver = drawn.binding.driver[slot];
       if (driver < 0) break;
-      sum += drawn.binding.weight[slot] * std::log(value[driver]), total += drawn.binding.weight[slot];
+      sum += drawn.binding.weight[slot] * std::log(value[driver]);
+      total += drawn.binding.weight[slot];
     }
     if (!(total > 0)) continue;
-    features[2 * (background + g)] = 1, features[2 * (background + g) + 1] = static_cast<float>(sum / total);
+    features[2 * (background + g)] = 1;
+    features[2 * (background + g) + 1] = static_cast<float>(sum / total);
   }
   const ImageF shares = render(all, fit.video.camera, drawn.render, features, 2).features;
   const ImageF bar = draw_log_bar(low, high, label, fit.still.width);
@@ -85,7 +88,8 @@ SpaceTimeSlices::SpaceTimeSlices(const FitView& fit) : width_(fit.still.width), 
         if (!(fit.moving(x, y) > 0.5f)) continue;
         double change = 0;
         for (int c = 0; c < 3; ++c) change += std::abs(frame(x, y, c) - first(x, y, c));
-        of_row[y] += change, of_column[x] += change;
+        of_row[y] += change;
+        of_column[x] += change;
       }
   }
   row_ = static_cast<int>(std::max_element(of_row.begin(), of_row.end()) - of_row.begin());
@@ -95,10 +99,15 @@ SpaceTimeSlices::SpaceTimeSlices(const FitView& fit) : width_(fit.still.width), 
 void SpaceTimeSlices::add(const ImageF& seen, const ImageF& drawn) {
   ++frames_;
   for (int x = 0; x < width_; ++x)
-    for (int c = 0; c < 3; ++c) seen_row_.push_back(seen(x, row_, c)), drawn_row_.push_back(drawn(x, row_, c));
+    for (int c = 0; c < 3; ++c) {
+      seen_row_.push_back(seen(x, row_, c));
+      drawn_row_.push_back(drawn(x, row_, c));
+    }
   for (int y = 0; y < height_; ++y)
-    for (int c = 0; c < 3; ++c)
-      seen_column_.push_back(seen(column_, y, c)), drawn_column_.push_back(drawn(column_, y, c));
+    for (int c = 0; c < 3; ++c) {
+      seen_column_.push_back(seen(column_, y, c));
+      drawn_column_.push_back(drawn(column_, y, c));
+    }
 }
 
 ImageF SpaceTimeSlices::picture() const {

@@ -47,15 +47,30 @@ MaterialFitProgress kept_progress(const Context& context, const RunDirectory& ru
   const std::shared_ptr<FitCheckpoint> checkpoint = kept_checkpoint(context, file, provenance);
   const auto write = [checkpoint, file] { write_fit_checkpoint(file, *checkpoint); };
   MaterialFitProgress kept;
-  kept.homogeneous = checkpoint->homogeneous, kept.field = checkpoint->field;
-  kept.vibration = checkpoint->vibration, kept.velocity = checkpoint->velocity, kept.gradient = checkpoint->gradient,
+  kept.homogeneous = checkpoint->homogeneous;
+  kept.field = checkpoint->field;
+  kept.vibration = checkpoint->vibration;
+  kept.velocity = checkpoint->velocity;
+  kept.gradient = checkpoint->gradient;
   kept.posterior = checkpoint->posterior;
-  kept.keep_vibration = [=](const VibrationFitState& state) { checkpoint->vibration = state, write(); };
-  kept.keep_homogeneous = [=](const VibrationFit& fit) {
-    checkpoint->homogeneous = fit, checkpoint->vibration = {}, write();
+  kept.keep_vibration = [=](const VibrationFitState& state) {
+    checkpoint->vibration = state;
+    write();
   };
-  kept.keep_field = [=](const VibrationFit& fit) { checkpoint->field = fit, checkpoint->vibration = {}, write(); };
-  kept.keep_posterior = [=](const PosteriorState& state) { checkpoint->posterior = state, write(); };
+  kept.keep_homogeneous = [=](const VibrationFit& fit) {
+    checkpoint->homogeneous = fit;
+    checkpoint->vibration = {};
+    write();
+  };
+  kept.keep_field = [=](const VibrationFit& fit) {
+    checkpoint->field = fit;
+    checkpoint->vibration = {};
+    write();
+  };
+  kept.keep_posterior = [=](const PosteriorState& state) {
+    checkpoint->posterior = state;
+    write();
+  };
   const auto go_on = [&context] { return !(context.interrupted && context.interrupted()); };
   kept.keep_velocity = [=](const GradientFitState& state) { return checkpoint->velocity = state, write(), go_on(); };
   kept.keep_gradient = [=](const GradientFitState& state) { return checkpoint->gradient = state, write(), go_on(); };

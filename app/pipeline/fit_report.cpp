@@ -28,7 +28,8 @@ ImageF side_by_side_picture(const ImageF& seen, const ImageF& drawn) {
   for (int y = 0; y < seen.height; ++y)
     for (int x = 0; x < seen.width; ++x)
       for (int c = 0; c < 3; ++c) {
-        side(x, y, c) = seen(x, y, c), side(seen.width + x, y, c) = drawn(x, y, c);
+        side(x, y, c) = seen(x, y, c);
+        side(seen.width + x, y, c) = drawn(x, y, c);
         side(2 * seen.width + x, y, c) = 0.5f + seen(x, y, c) - drawn(x, y, c);
       }
   return side;
@@ -51,7 +52,10 @@ MotionScores compare_view(const FitScene& fit, const FitView& view, const Fitted
     if (f >= static_cast<int>(view.video.frames.size())) break;
     const ImageF& seen = view.video.frames.at(f);
     const ImageF drawn = render(fit.drawn->at(motion.frames[k]), view.video.camera, fit.drawn->render).color;
-    if (pictures) writer->write(side_by_side_picture(seen, drawn)), slices.add(seen, drawn);
+    if (pictures) {
+      writer->write(side_by_side_picture(seen, drawn));
+      slices.add(seen, drawn);
+    }
     const bool used = f < fit.used;
     ImageF compared = mask;
     if (!view.compared.empty()) leave_out(compared, view, f);
@@ -62,8 +66,14 @@ MotionScores compare_view(const FitScene& fit, const FitView& view, const Fitted
   }
   if (pictures) writer->close();
   if (pictures && !motion.frames.empty()) write_image(folder / ("slices" + suffix + ".png"), slices.picture());
-  if (scores.frames_used) scores.psnr_used /= scores.frames_used, scores.still_used /= scores.frames_used;
-  if (scores.frames_later) scores.psnr_later /= scores.frames_later, scores.still_later /= scores.frames_later;
+  if (scores.frames_used) {
+    scores.psnr_used /= scores.frames_used;
+    scores.still_used /= scores.frames_used;
+  }
+  if (scores.frames_later) {
+    scores.psnr_later /= scores.frames_later;
+    scores.still_later /= scores.frames_later;
+  }
   return scores;
 }
 
@@ -75,9 +85,15 @@ MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, con
   for (size_t i = 0; i < views.size(); ++i) {
     const MotionScores one = compare_view(fit, *views[i], motion, folder, i == 0 ? "" : "_" + std::to_string(i + 1));
     const double share = 1.0 / static_cast<double>(views.size());
-    mean.psnr_used += share * one.psnr_used, mean.psnr_later += share * one.psnr_later, mean.rest += share * one.rest;
-    mean.still_used += share * one.still_used, mean.still_later += share * one.still_later;
-    if (i == 0) mean.frames_used = one.frames_used, mean.frames_later = one.frames_later;
+    mean.psnr_used += share * one.psnr_used;
+    mean.psnr_later += share * one.psnr_later;
+    mean.rest += share * one.rest;
+    mean.still_used += share * one.still_used;
+    mean.still_later += share * one.still_later;
+    if (i == 0) {
+      mean.frames_used = one.frames_used;
+      mean.frames_later = one.frames_later;
+    }
   }
   return mean;
 }
@@ -116,7 +132,8 @@ void write_fit_pictures(const fs::path& folder, const FitScene& fit, const FitFi
     Curve curve{stage.name, {}, stage.value, false, color};
     for (size_t i = 0; i < stage.value.size(); ++i) curve.x.push_back(static_cast<double>(i));
     Curve dots{"", curve.x, curve.y, true, color};
-    charts.back().curves.push_back(std::move(curve)), charts.back().curves.push_back(std::move(dots));
+    charts.back().curves.push_back(std::move(curve));
+    charts.back().curves.push_back(std::move(dots));
   }
   for (size_t k = 0; k < charts.size(); ++k)
     write_image(folder / (k == 0 ? "loss.png" : fmt::format("loss_{}.png", k + 1)), draw_chart(charts[k]));

@@ -70,14 +70,16 @@ FitScene load_body(const RunDirectory& run, const Scene& scene, const FitStage& 
   GaussianCloud object = read_ply(run / (folder + "/object.ply")),
                 background = read_ply(run / "background_repaired.ply");
   const int degree = std::max(object.sh_degree, background.sh_degree);
-  object = with_sh_degree(object, degree), background = with_sh_degree(background, degree);
+  object = with_sh_degree(object, degree);
+  background = with_sh_degree(background, degree);
   fit.drawn = std::make_shared<DrawnObject<float>>();
   DrawnObject<float>& drawn = *fit.drawn;
   drawn.metres_per_unit = scene.metres_per_unit;
   drawn.drivers = fit.body.file.driving_position;
   drawn.render.antialiased = scene.report.antialiased;
   drawn.binding = bind_object(scene, fit.body.file, object);
-  drawn.object = object, drawn.background = background;
+  drawn.object = object;
+  drawn.background = background;
   return fit;
 }
 
@@ -110,7 +112,8 @@ ImageF look(const FitScene& fit, FitView& view) {
 void keep_foreground(const Context& context, FitView& view, const ImageF& mask) {
   double before = 0, kept = 0;
   for (size_t i = 0; i < mask.data.size(); ++i) {
-    before += view.moving.data[i], kept += view.moving.data[i] *= mask.data[i];
+    before += view.moving.data[i];
+    kept += view.moving.data[i] *= mask.data[i];
     view.mask.data[i] = view.moving.data[i] > 0.5f;
   }
   const std::string sentence = fmt::format("the mask of camera '{}' holds {:.0f} % of what can move there",
@@ -166,7 +169,8 @@ FitScene load_still_scene(const Context&, const RunDirectory& run, const Scene& 
 PointTracks follow_points(const Context& context, const FitScene& fit) {
   PointTracks tracks;
   tracks.camera = fit.video.camera;
-  tracks.place.resize(fit.used), tracks.weight.resize(fit.used);
+  tracks.place.resize(fit.used);
+  tracks.weight.resize(fit.used);
   int number = 0;
   for (const FitView* view : fit.views()) {
     ReferenceVideo seen = view->video;

@@ -87,10 +87,14 @@ NamedVideo named_video(const Scene& scene, const FitStage& stage) {
     if (its != folder->videos.end()) out.file = its->file;
   }
   if (const PhysDreamerFolder::Video* listed = folder ? folder->find_video(out.file) : nullptr) {
-    out.physdreamer = out.fps_holds = true, out.fps = kPhysDreamerFps;
+    out.physdreamer = out.fps_holds = true;
+    out.fps = kPhysDreamerFps;
     if (stage.camera.empty()) out.camera = listed->camera;
   }
-  if (stage.fps > 0) out.fps = stage.fps, out.fps_holds = true;
+  if (stage.fps > 0) {
+    out.fps = stage.fps;
+    out.fps_holds = true;
+  }
   return out;
 }
 
@@ -137,9 +141,11 @@ Camera find_in_scene(const Context& context, const RunDirectory& run, const Scen
 ReferenceVideo generate(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage) {
   const Camera camera = unfilmed_camera(run, scene, stage);
   GenerateOptions options;
-  options.command = stage.generate.command, options.prompt = stage.generate.prompt,
+  options.command = stage.generate.command;
+  options.prompt = stage.generate.prompt;
   options.frames = stage.generate.frames;
-  options.fps = stage.fps > 0 ? stage.fps : kGeneratedFps, options.seed = context.seed,
+  options.fps = stage.fps > 0 ? stage.fps : kGeneratedFps;
+  options.seed = context.seed;
   options.interrupted = context.interrupted;
   context.progress.say(
       fmt::format("fit: `{}` makes {} frames from camera '{}'", options.command, options.frames, camera.name));
@@ -165,8 +171,12 @@ std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& 
     masks = {resized(mask, video.camera.width, video.camera.height)};
   } else {
     VideoOptions options;
-    options.first = stage.first, options.last = stage.last, options.declared_fps = video.source_fps;
-    options.trust_declared = true, options.fps = video.fps, options.resampling = Resampling::kNearest;
+    options.first = stage.first;
+    options.last = stage.last;
+    options.declared_fps = video.source_fps;
+    options.trust_declared = true;
+    options.fps = video.fps;
+    options.resampling = Resampling::kNearest;
     masks = load_reference_video(options, file, video.camera).frames;
     if (masks.size() != video.frames.size())
       throw input_error(stage.video_mask, "frames",
@@ -192,8 +202,12 @@ FitStage further_video(const FitStage& stage, size_t i) {
                       fmt::format("give --video FILE as often as {}, in the same order", option));
   }
   FitStage one = stage;
-  one.further.clear(), one.generate = {}, one.pose.clear();
-  one.video = further.video, one.camera = further.camera, one.video_mask = further.mask;
+  one.further.clear();
+  one.generate = {};
+  one.pose.clear();
+  one.video = further.video;
+  one.camera = further.camera;
+  one.video_mask = further.mask;
   return one;
 }
 
@@ -216,8 +230,11 @@ ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, c
   const std::string& name = named.camera;
   tell_choice(context, scene, stage, file);
   VideoOptions options;
-  options.fps = fps, options.declared_fps = named.fps, options.trust_declared = named.fps_holds;
-  options.first = stage.first, options.last = stage.last;
+  options.fps = fps;
+  options.declared_fps = named.fps;
+  options.trust_declared = named.fps_holds;
+  options.first = stage.first;
+  options.last = stage.last;
   if (!stage.pose.empty()) {
     if (stage.camera == kFind)
       throw usage_error("--video-camera", kFind, "and --video-pose are both given",
@@ -240,7 +257,9 @@ ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, c
   Camera any = camera;
   if (any.width == 0) {
     const ImageF first = first_picture(file, options.declared_fps);
-    any.name = "video", any.width = first.width, any.height = first.height;
+    any.name = "video";
+    any.width = first.width;
+    any.height = first.height;
   }
   ReferenceVideo video = load_reference_video(options, file, any);
   if (camera.width == 0) {

@@ -32,9 +32,11 @@ std::vector<int> rows_for(const std::filesystem::path& file, const std::string& 
 ElasticSamples given_material(const std::filesystem::path& file, const ParticleFile& particles) {
   const MaterialFile m = read_material(file);
   ElasticSamples solid;
-  for (const int row : rows_for(file, "/solid/young", m.young.size(), m.position, particles.solid_position))
-    solid.young.push_back(m.young[row]), solid.poisson.push_back(m.poisson[row]),
-        solid.density.push_back(m.density[row]);
+  for (const int row : rows_for(file, "/solid/young", m.young.size(), m.position, particles.solid_position)) {
+    solid.young.push_back(m.young[row]);
+    solid.poisson.push_back(m.poisson[row]);
+    solid.density.push_back(m.density[row]);
+  }
   return solid;
 }
 
@@ -46,7 +48,10 @@ SimulationState given_start(const std::filesystem::path& file, const ParticleFil
   SimulationState state = initial_state(body);
   for (size_t i = 0; i < state.size(); ++i) {
     const int row = rows[i];
-    state.x[i] += v.displacement[row], state.v[i] = v.velocity[row], state.F[i] = v.F[row], state.C[i] = v.C[row];
+    state.x[i] += v.displacement[row];
+    state.v[i] = v.velocity[row];
+    state.F[i] = v.F[row];
+    state.C[i] = v.C[row];
   }
   return state;
 }

@@ -23,7 +23,8 @@ Segmentation grouping_objects(const Scene& scene, const std::filesystem::path& c
             " channels, 16 are expected",
         "give the two files of one model");
   Segmentation all;
-  all.attribute = scene.report.object_features, all.classifier = classifier.weight,
+  all.attribute = scene.report.object_features;
+  all.classifier = classifier.weight;
   all.classifier_bias = classifier.bias;
   CHECK(all.attribute.size() == scene.cloud.size() * kY);
   for (int c = 0; c < classifier.classes; ++c) all.class_id.push_back(static_cast<uint32_t>(c));
@@ -37,7 +38,8 @@ Segmentation grouping_objects(const Scene& scene, const std::filesystem::path& c
   for (size_t c = 0; c < members.size(); ++c) {
     if (members[c] == 0) continue;
     const uint32_t id = all.class_id[c];
-    used.class_id.push_back(id), used.class_name.push_back(id == 0 ? "background" : names.name_of(id));
+    used.class_id.push_back(id);
+    used.class_name.push_back(id == 0 ? "background" : names.name_of(id));
     used.classifier.insert(used.classifier.end(), all.classifier.begin() + static_cast<std::ptrdiff_t>(c * kY),
                            all.classifier.begin() + static_cast<std::ptrdiff_t>((c + 1) * kY));
     used.classifier_bias.push_back(all.classifier_bias[c]);

@@ -165,7 +165,8 @@ Interaction parse_row(const json& row, const InteractionFrame& frame, const std:
     case InteractionType::kPoke:
       required(row, "radius", where);
       out.path = parse_path(required(row, "path", where), metres, where);
-      out.region.kind = Region::Kind::kSphere, out.region.point = out.path.front().position;
+      out.region.kind = Region::Kind::kSphere;
+      out.region.point = out.path.front().position;
       out.region.radius = metres * number(row, "radius", 0, where);
       out.friction = number(row, "friction", 0.5, where);
       break;

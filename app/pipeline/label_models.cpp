@@ -6,7 +6,9 @@ namespace pliant {
 
 OpenLabelModels open_label_models(const ModelChoice& choice) {
   OpenLabelModels open;
-  open.tagger = make_tagger(choice), open.detector = make_detector(choice), open.segmenter = make_segmenter(choice);
+  open.tagger = make_tagger(choice);
+  open.detector = make_detector(choice);
+  open.segmenter = make_segmenter(choice);
   if (!open.segmenter) open.segmenter = std::make_unique<GrabCutSegmenter>();
   return open;
 }

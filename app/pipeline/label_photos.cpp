@@ -131,7 +131,8 @@ json run_label(const Context& context, RunDirectory& run, const Scene& scene, co
   }
   return run.stage(context, key, [&]() -> json {
     const fs::path folder = run / "labelled";
-    fs::create_directories(folder / "photos"), fs::create_directories(folder / "seen");
+    fs::create_directories(folder / "photos");
+    fs::create_directories(folder / "seen");
     if (stage.track) {
       const MaskSet masks = tracked_labels(context, scene, options, stage, folder / "seen");
       write_set(folder, masks, scene.cameras);
@@ -161,7 +162,8 @@ json run_label(const Context& context, RunDirectory& run, const Scene& scene, co
       if (c == 0)
         for (const std::string& sentence : photo->said) context.progress.say("label: " + sentence);
       for (const LabelledThing& thing : photo->things) ++times[thing.name.empty() ? "things" : thing.name];
-      cameras.push_back(c), photos.push_back(std::move(*photo));
+      cameras.push_back(c);
+      photos.push_back(std::move(*photo));
       context.progress.done(c + 1);
     }
     context.progress.end();

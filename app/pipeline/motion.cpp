@@ -8,8 +8,10 @@ nlohmann::json describe_motion(const TrajectoryFile& trajectory, const ParticleF
                                double height, double quiet) {
   const Vec3f axis = up.cast<float>();
   float low = INFINITY, high = -INFINITY;
-  for (const Vec3f& x : particles.driving_position)
-    low = std::min(low, axis.dot(x)), high = std::max(high, axis.dot(x));
+  for (const Vec3f& x : particles.driving_position) {
+    low = std::min(low, axis.dot(x));
+    high = std::max(high, axis.dot(x));
+  }
   std::vector<size_t> tip;
   for (size_t p = 0; p < particles.driving_position.size(); ++p)
     if (axis.dot(particles.driving_position[p]) >= high - 0.1f * (high - low)) tip.push_back(p);
@@ -19,7 +21,8 @@ nlohmann::json describe_motion(const TrajectoryFile& trajectory, const ParticleF
     Vec3d mean = Vec3d::Zero();
     for (size_t p : tip) mean += (frame.position[p] - particles.driving_position[p]).cast<double>();
     const double moved = mean.norm() / static_cast<double>(tip.size()) / height;
-    peak = std::max(peak, moved), end = moved;
+    peak = std::max(peak, moved);
+    end = moved;
     if (frame.time <= quiet) before = std::max(before, moved);
     for (size_t p = 0; p < frame.position.size(); ++p)
       any = std::max(any, static_cast<double>((frame.position[p] - particles.driving_position[p]).norm()) / height);

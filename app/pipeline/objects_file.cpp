@@ -32,7 +32,10 @@ json objects_to_json(const std::vector<ObjectEntry>& objects, double metres_per_
     json row = {{"id", object.id},       {"name", object.name},
                 {"score", object.score}, {"gaussians", object.gaussians},
                 {"views", object.views}, {"found", object.origin}};
-    if (object.gaussians > 0) row["bounds"] = box_to_json(object.bounds), row["bounds_m"] = box_to_json(metres);
+    if (object.gaussians > 0) {
+      row["bounds"] = box_to_json(object.bounds);
+      row["bounds_m"] = box_to_json(metres);
+    }
     rows.push_back(std::move(row));
   }
   return rows;

@@ -74,7 +74,8 @@ PhotoSet find_photo_set(const fs::path& source, const fs::path& photos) {
   if (!scene.empty() && fs::is_regular_file(scene, ignored)) {
     set.scene = read_json(scene);
     set.settings = read_scene_file(scene);
-    set.cameras = set.settings.cameras, set.photos = set.settings.photos;
+    set.cameras = set.settings.cameras;
+    set.photos = set.settings.photos;
     if (set.cameras.empty()) set.cameras = cameras_in(scene.parent_path());
   } else {
     set.cameras = cameras_at(source);

@@ -30,7 +30,8 @@ HeldGrid held_grid(std::span<const Vec3f> held, std::span<const Vec3f> free, dou
   Box box;
   for (const Vec3f& x : held) box.add(x);
   HeldGrid grid;
-  grid.low = box.low - Vec3f::Constant(static_cast<float>(0.5 * cell)), grid.cell = cell;
+  grid.low = box.low - Vec3f::Constant(static_cast<float>(0.5 * cell));
+  grid.cell = cell;
   for (int a = 0; a < 3; ++a) grid.size[a] = static_cast<int>(std::ceil(box.size()[a] / cell)) + 1;
   std::vector<Vec3f> all(held.begin(), held.end());
   all.insert(all.end(), free.begin(), free.end());
@@ -46,8 +47,10 @@ HeldGrid held_grid(std::span<const Vec3f> held, std::span<const Vec3f> free, dou
       }
   const auto cell_of = [&](const Vec3f& x, std::array<int, 3>& c) {
     bool inside = true;
-    for (int a = 0; a < 3; ++a)
-      c[a] = static_cast<int>(std::floor((x[a] - grid.low[a]) / cell)), inside &= c[a] >= 0 && c[a] < grid.size[a];
+    for (int a = 0; a < 3; ++a) {
+      c[a] = static_cast<int>(std::floor((x[a] - grid.low[a]) / cell));
+      inside &= c[a] >= 0 && c[a] < grid.size[a];
+    }
     return inside;
   };
   std::array<int, 3> c{};
@@ -76,7 +79,8 @@ std::vector<SceneFile::Region> boxes_of(HeldGrid grid) {
         for (int axis = 0; axis < 3; ++axis)
           while (end[axis] < grid.size[axis]) {
             std::array<int, 3> from = begin, to = end;
-            from[axis] = end[axis], to[axis] = end[axis] + 1;
+            from[axis] = end[axis];
+            to[axis] = end[axis] + 1;
             if (!all_held(from, to)) break;
             ++end[axis];
           }
@@ -84,7 +88,8 @@ std::vector<SceneFile::Region> boxes_of(HeldGrid grid) {
           for (int b = begin[1]; b < end[1]; ++b)
             for (int a = begin[0]; a < end[0]; ++a) grid.held[grid.index(a, b, c)] = 0;
         SceneFile::Region box;
-        box.low = grid.corner(begin[0], begin[1], begin[2]), box.high = grid.corner(end[0], end[1], end[2]);
+        box.low = grid.corner(begin[0], begin[1], begin[2]);
+        box.high = grid.corner(end[0], end[1], end[2]);
         boxes.push_back(box);
       }
   return boxes;
@@ -110,7 +115,8 @@ std::optional<PhysDreamerFolder> physdreamer_folder(const Scene& scene) {
 void take_physdreamer_settings(Scene& scene, const PhysDreamerFolder& folder) {
   SceneFile& settings = scene.settings;
   settings.video = folder.settings.video;
-  settings.material.density = folder.settings.material.density, settings.material.poisson = kPoisson;
+  settings.material.density = folder.settings.material.density;
+  settings.material.poisson = kPoisson;
   settings.object = "object";
   if (settings.photos.empty()) settings.photos = folder.settings.photos;
   const PhysDreamerOptions options;

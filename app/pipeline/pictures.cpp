@@ -28,7 +28,8 @@ ImageF depth_picture(const RenderResult& result) {
   for (size_t i = 0; i < picture.pixels(); ++i) {
     if (result.alpha.data[i] < 0.5f) continue;
     const float z = picture.data[i] = result.depth.data[i] / result.alpha.data[i];
-    near = std::min(near, z), far = std::max(far, z);
+    near = std::min(near, z);
+    far = std::max(far, z);
   }
   for (float& z : picture.data) z = z > 0 ? 1.0f - 0.9f * (z - near) / std::max(far - near, 1e-9f) : 0.0f;
   return picture;
@@ -67,7 +68,10 @@ nlohmann::json render_pictures(const Context& context, const Scene& scene, const
     context.progress.done(static_cast<int>(i) + 1);
   }
   context.progress.end();
-  if (video) writer->close(), files.push_back(out.string());
+  if (video) {
+    writer->close();
+    files.push_back(out.string());
+  }
   context.progress.say("wrote " + std::to_string(cameras.size()) + (video ? " frames to " : " pictures to ") +
                        out.string());
   return {{"pictures", files}, {"cameras", cameras.size()}};

@@ -17,7 +17,9 @@ void Progress::say(const std::string& sentence) {
 void Progress::warn(const std::string& sentence) { std::fprintf(stderr, "warning: %s\n", sentence.c_str()); }
 
 void Progress::begin(const std::string& name, int total) {
-  name_ = name, total_ = std::max(total, 1), last_percent_ = -1;
+  name_ = name;
+  total_ = std::max(total, 1);
+  last_percent_ = -1;
   start_ = last_draw_ = std::chrono::steady_clock::now();
 }
 

@@ -72,7 +72,8 @@ std::string resolved(const Sheet& sheet, const std::string& option, const std::s
     const json& size = (*cell)["picture"];
     if (px < 0 || py < 0 || px > size[0].get<double>() || py > size[1].get<double>())
       throw outside(words[k], words[k + 1]);
-    words[k] = fmt::format("{:.2f}", px), words[k + 1] = fmt::format("{:.2f}", py);
+    words[k] = fmt::format("{:.2f}", px);
+    words[k + 1] = fmt::format("{:.2f}", py);
   }
   if (cell) words[at] = (*cell)["camera"].get<std::string>();
   std::string out;
@@ -121,7 +122,9 @@ json selection_cells(const std::vector<Camera>& sides) {
     json row = cell_json(cell, camera), pose = json::array();
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 4; ++j) pose.push_back(camera.cam_from_world.matrix()(i, j));
-    row["focal"] = {camera.fx, camera.fy}, row["centre"] = {camera.cx, camera.cy}, row["cam_from_world"] = pose;
+    row["focal"] = {camera.fx, camera.fy};
+    row["centre"] = {camera.cx, camera.cy};
+    row["cam_from_world"] = pose;
     rows.push_back(row);
   }
   return rows;
@@ -133,10 +136,13 @@ std::vector<Camera> cameras_of(const json& cells, const std::string& file) {
   try {
     for (const json& cell : cells) {
       Camera camera;
-      camera.name = cell.at("camera"), camera.width = cell.at("picture").at(0),
+      camera.name = cell.at("camera");
+      camera.width = cell.at("picture").at(0);
       camera.height = cell.at("picture").at(1);
-      camera.fx = cell.at("focal").at(0), camera.fy = cell.at("focal").at(1);
-      camera.cx = cell.at("centre").at(0), camera.cy = cell.at("centre").at(1);
+      camera.fx = cell.at("focal").at(0);
+      camera.fy = cell.at("focal").at(1);
+      camera.cx = cell.at("centre").at(0);
+      camera.cy = cell.at("centre").at(1);
       for (int k = 0; k < 12; ++k) camera.cam_from_world.matrix()(k / 4, k % 4) = cell.at("cam_from_world").at(k);
       cameras.push_back(camera);
     }

@@ -46,7 +46,8 @@ std::optional<Interaction> floor_of(const json& extract, const std::vector<Inter
     return Vec3d(contact[key][0].get<double>(), contact[key][1].get<double>(), contact[key][2].get<double>());
   };
   Interaction floor;
-  floor.type = InteractionType::kGround, floor.friction = kFriction;
+  floor.type = InteractionType::kGround;
+  floor.friction = kFriction;
   floor.region = Region::half_space(vector("point"), vector("normal")).scaled(scene.metres_per_unit);
   return floor;
 }
@@ -60,7 +61,8 @@ Interaction obstacle_of(const Context& context, const RunDirectory& run, const S
   SceneDistanceOptions options;
   for (const Vec3f& x : particles.position) options.box.add(x * units);
   const Vec3f margin = Vec3f::Constant(kMargin * options.box.size().maxCoeff());
-  options.box.low -= margin, options.box.high += margin;
+  options.box.low -= margin;
+  options.box.high += margin;
   if (!scene.cameras_are_orbit)
     for (const Camera& camera : scene.cameras) options.viewpoints.push_back(camera.centre().cast<float>());
   const GaussianCloud background = read_ply(run / "background.ply");
@@ -73,7 +75,8 @@ Interaction obstacle_of(const Context& context, const RunDirectory& run, const S
   context.progress.say(fmt::format("simulate: {} surface pieces of the rest of the scene are an obstacle, friction {}",
                                    distance.summary.surfels, kFriction));
   Interaction obstacle;
-  obstacle.type = InteractionType::kCollider, obstacle.friction = kFriction;
+  obstacle.type = InteractionType::kCollider;
+  obstacle.friction = kFriction;
   obstacle.distance = std::make_shared<SignedDistanceGrid>(scaled(distance.grid, scene.metres_per_unit));
   return obstacle;
 }
@@ -86,9 +89,11 @@ json sized_push(const Context& context, const SimulationPlan& plan, const RunDir
   const Vec3d right = camera.cam_from_world.linear().row(0).transpose();
   const PushPlace place = default_push_place(body.particles, scene.up, right);
   PushOptions sizing;
-  sizing.simulate = plan.options, sizing.up = scene.up,
+  sizing.simulate = plan.options;
+  sizing.up = scene.up;
   sizing.height = extract["height"].get<double>() * scene.metres_per_unit;
-  sizing.fraction = stage.push, sizing.duration = kPushDuration;
+  sizing.fraction = stage.push;
+  sizing.duration = kPushDuration;
   if (const auto floor = stage.floor ? floor_of(extract, {}, scene) : std::nullopt) held.push_back(*floor);
   const PushSize size = size_push(sizing, body.particles, held, place.region, place.direction);
   push = {{"newtons", size.newtons}, {"expected_peak", size.peak_fraction}, {"trials", size.trials}};
@@ -117,8 +122,10 @@ SimulatedBody make_body(ParticleFile file, const Scene& scene, const ElasticSamp
     simulated.poisson.push_back(solid.poisson[s]);
     simulated.density.push_back(solid.density[s]);
   }
-  body.drivers.position = body.file.driving_position, body.drivers.volume = body.file.driving_volume;
-  body.drivers.thickness = body.file.driving_thickness, body.drivers.rod = body.file.driving_rod;
+  body.drivers.position = body.file.driving_position;
+  body.drivers.volume = body.file.driving_volume;
+  body.drivers.thickness = body.file.driving_thickness;
+  body.drivers.rod = body.file.driving_rod;
   body.drivers.cell_size = body.file.cell_size;
   body.particles = make_particles<float>(body.drivers, body.samples, simulated, scene.metres_per_unit);
   body.particles.materials = {material};
@@ -129,10 +136,12 @@ SimulatedBody make_body(ParticleFile file, const Scene& scene, const ElasticSamp
 SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, const Scene& scene,
                                const SimulateStage& stage, const SimulatedBody& body, bool moving) {
   SimulationPlan plan;
-  plan.options.fps = stage.fps, plan.options.duration = stage.duration,
+  plan.options.fps = stage.fps;
+  plan.options.duration = stage.duration;
   plan.options.damping_time = stage.damping_time.value_or(kDampingTime);
   plan.options.rest_shape = stage.rest_shape == "solve" ? RestShapeMode::kSolve : RestShapeMode::kCaptured;
-  plan.options.settle_time = stage.settle, plan.options.sleep_speed = stage.sleep_speed,
+  plan.options.settle_time = stage.settle;
+  plan.options.sleep_speed = stage.sleep_speed;
   plan.options.flip_time = stage.flip_time;
   plan.options.gravity = stage.gravity ? Vec3d(-9.81 * scene.up) : Vec3d::Zero();
   const std::vector<Interaction> pins = pins_of(body.file, scene);
@@ -183,7 +192,8 @@ SimulationPlan plan_physgaussian(const Context& context, const RunDirectory& run
   context.progress.say(fmt::format("physgaussian: cells of {:.4g} (configuration: {:.4g}), {} particles",
                                    body.particles.cell_size, config.cell_size(), body.particles.size()));
   SimulationPlan plan;
-  plan.options = world.options, plan.interactions = world.interactions;
+  plan.options = world.options;
+  plan.interactions = world.interactions;
   plan.script = {{"physgaussian", json::parse(read_text(stage.physgaussian))}, {"notes", world.notes}};
   return plan;
 }

@@ -66,7 +66,9 @@ json run_extract(const Context& context, RunDirectory& run, const Scene& scene, 
                      {folder + "/object.ply", "background.ply", "extract.png"}};
   return run.stage(context, key, [&]() -> json {
     ExtractOptions options;
-    options.object = id, options.probability = static_cast<float>(stage.threshold), options.up = scene.up.cast<float>();
+    options.object = id;
+    options.probability = static_cast<float>(stage.threshold);
+    options.up = scene.up.cast<float>();
     options.hull = stage.hull;
     for (size_t c = 0; c < segmentation.class_id.size(); ++c)
       if (!scene.settings.support.empty() && segmentation.class_name[c] == scene.settings.support)

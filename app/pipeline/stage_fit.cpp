@@ -23,7 +23,9 @@ constexpr double kOutlier = 3;  // px of a track's error beyond which it counts 
 FittedMotion replay(const FitScene& fit, const VibrationFit& found, const Particles& particles,
                     const SimulateOptions& base) {
   SimulateOptions options = base;
-  options.fps = fit.video.fps * found.subframes, options.damping_time = found.damping_time, options.settle_time = 0;
+  options.fps = fit.video.fps * found.subframes;
+  options.damping_time = found.damping_time;
+  options.settle_time = 0;
   options.duration = found.rollout_frame(static_cast<int>(fit.video.frames.size()) - 1, fit.video.fps) / options.fps;
   FittedMotion motion;
   motion.first_frame = found.first_frame;
@@ -132,7 +134,8 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
     if (found_material.losses.whole > 0) result["whole_damping_time_s"] = 1 / found_material.losses.whole;
     if (stage.compare.poisson) result["poisson"] = fitted.poisson.at(0);
     json full = result;
-    full["search"] = curve_to_json(found_material.homogeneous.search), full["modes_hz"] = json::array();
+    full["search"] = curve_to_json(found_material.homogeneous.search);
+    full["modes_hz"] = json::array();
     for (const double omega : found.modes.omega) full["modes_hz"].push_back(omega / 6.283185307179586);
     if (!found_material.iterations.empty()) full["iterations"] = iterations_to_json(found_material.iterations);
     write_text(run / "fit/results.json", full.dump(2) + "\n");

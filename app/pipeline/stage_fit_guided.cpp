@@ -22,7 +22,8 @@ constexpr double kFps = 24;
 Motion<float> pushed_motion(const SimulationPlan& plan, const FitScene& fit) {
   Motion<float> motion{fit.body.particles, initial_state(fit.body.particles), plan.interactions, {}};
   motion.options.simulate = plan.options;
-  motion.options.simulate.settle_time = 0, motion.options.simulate.sleep_speed = 0;
+  motion.options.simulate.settle_time = 0;
+  motion.options.simulate.sleep_speed = 0;
   motion.options.simulate.substeps =
       rollout<float>(motion.options, motion.particles, motion.interactions, motion.start).substeps;
   return motion;
@@ -67,10 +68,15 @@ json run_guided_fit(const Context& context, RunDirectory& run, const Scene& scen
     clear_fit_pictures(run);
     const FitScene fit = load_still_scene(context, run, scene, stage, unfilmed_camera(run, scene, stage));
     SimulateStage forces;
-    forces.interactions = compare.load, forces.fps = fps, forces.duration = (compare.guide_frames - 1) / fps,
+    forces.interactions = compare.load;
+    forces.fps = fps;
+    forces.duration = (compare.guide_frames - 1) / fps;
     forces.settle = 0;
     SimulationPlan plan = plan_simulation(context, run, scene, forces, fit.body);
-    if (compare.load.empty()) plan.interactions.front().start = 0, plan.script[0]["start"] = 0;  // the push, at once
+    if (compare.load.empty()) {
+      plan.interactions.front().start = 0;
+      plan.script[0]["start"] = 0;
+    }  // the push, at once
     write_text(run / "fit/interactions.json", plan.script.dump(2) + "\n");
     const Motion<float> motion = pushed_motion(plan, fit);
 
@@ -93,12 +99,14 @@ json run_guided_fit(const Context& context, RunDirectory& run, const Scene& scen
       if (fit.body.file.solid_driver[s] < 0) stored.young[s] = static_cast<float>(young);
     write_material(run / (folder + "/material.h5"), stored, provenance);
     VibrationFit start;
-    start.start = motion.start, start.damping_time = damping_time;
+    start.start = motion.start;
+    start.damping_time = damping_time;
     write_velocity(run / (folder + "/velocity.h5"), fitted_velocity(fit, start, {}), provenance);
 
     write_clip(run / "fit/guided.mp4", fit, found.motion);
     FitFindings findings;
-    findings.young = young, findings.refinements = {{"guided", "loss of the guiding program", {}}};
+    findings.young = young;
+    findings.refinements = {{"guided", "loss of the guiding program", {}}};
     for (size_t i = 0; i < found.motion.particles.size(); ++i)
       findings.young_of_driver.push_back(material.young * found.motion.particles.young[i] /
                                          fit.body.particles.young[i]);

@@ -61,7 +61,8 @@ std::vector<Interaction> load_of(const MarkerStage& stage, const Scene& scene, c
   std::vector<Interaction> all;
   if (stage.interactions.empty()) {
     Interaction gravity;
-    gravity.type = InteractionType::kGust, gravity.vector = -9.81 * scene.up;
+    gravity.type = InteractionType::kGust;
+    gravity.vector = -9.81 * scene.up;
     all.push_back(gravity);
   } else {
     all = parse_interactions(read_text(stage.interactions), {scene.metres_per_unit, scene.up}, stage.interactions);
@@ -91,29 +92,35 @@ ImageF marker_chart(const MarkerTracks& tracks, const MarkerFitResult& r, double
   order.resize(std::min<size_t>(order.size(), 4));
   Chart chart;
   chart.title = "Markers after the release: measured (dots) and simulated (lines)";
-  chart.x_label = "time of the recording [s]", chart.y_label = "distance from rest [mm]", chart.from_zero = true;
+  chart.x_label = "time of the recording [s]";
+  chart.y_label = "distance from rest [mm]";
+  chart.from_zero = true;
   chart.marks = {r.parameters.release + window};
   int color = 0;
   for (const auto& [most, k] : order) {
     Curve measured{"", {}, {}, true, color}, simulated{tracks.name[r.markers[k]], {}, {}, false, color};
     ++color;
     for (size_t t = 0; t < expected.samples(); ++t) {
-      simulated.x.push_back(expected.time[t]),
-          simulated.y.push_back(1e3 * (expected.position[t][k] - rest[r.markers[k]]).norm());
+      simulated.x.push_back(expected.time[t]);
+      simulated.y.push_back(1e3 * (expected.position[t][k] - rest[r.markers[k]]).norm());
       const size_t row =
           std::lower_bound(tracks.time.begin(), tracks.time.end(), expected.time[t]) - tracks.time.begin();
       measured.x.push_back(expected.time[t]);
       measured.y.push_back(
           expected.weight[t][k] > 0 ? 1e3 * (tracks.position[row][r.markers[k]] - rest[r.markers[k]]).norm() : NAN);
     }
-    chart.curves.push_back(measured), chart.curves.push_back(simulated);
+    chart.curves.push_back(measured);
+    chart.curves.push_back(simulated);
   }
   return draw_chart(chart);
 }
 
 ImageF search_chart(const MarkerFitResult& r) {
   Curve curve{"", {}, {}, true, 0}, best{"fitted", {std::log10(r.young)}, {1e3 * r.rms}, true, 1};
-  for (const auto& c : r.search) curve.x.push_back(std::log10(c.young)), curve.y.push_back(1e3 * c.rms);
+  for (const auto& c : r.search) {
+    curve.x.push_back(std::log10(c.young));
+    curve.y.push_back(1e3 * c.rms);
+  }
   return draw_chart({"Search: what each stiffness leaves unexplained",
                      "log10 of Young's modulus [Pa]",
                      "deviation [mm]",
@@ -172,11 +179,13 @@ json run_marker_fit(const Context& context, RunDirectory& run, const Scene& scen
     const std::vector<Interaction> load = load_of(m, scene, body.file);
     MarkerFitOptions options;
     options.model.simulate.gravity = m.interactions.empty() ? Vec3d::Zero() : Vec3d(-9.81 * scene.up);
-    options.model.simulate.fps = state_rate(tracks), options.model.simulate.courant = 0.5;
+    options.model.simulate.fps = state_rate(tracks);
+    options.model.simulate.courant = 0.5;
     options.model.reach = m.reach > 0 ? m.reach : 2 * body.particles.cell_size;
     options.release_range =
         std::clamp(0.15 * m.window, 0.03, 0.2);  // a slow body has moved little when it is seen to move
-    options.window = m.window, options.search_decades = guessed ? 2 : 1.5;
+    options.window = m.window;
+    options.search_decades = guessed ? 2 : 1.5;
     if (m.rest) options.rest_begin = *m.rest;
     if (m.release) options.release = *m.release;
     const auto say = [&](const std::string& line) {
@@ -193,7 +202,8 @@ json run_marker_fit(const Context& context, RunDirectory& run, const Scene& scen
     // As much again, that the fit has not seen: a prediction.
     MarkerFitOptions later = options;
     later.fit_young = later.fit_damping = later.fit_release = later.search = false;
-    later.release = found.parameters.release, later.damping_time = found.parameters.damping_time;
+    later.release = found.parameters.release;
+    later.damping_time = found.parameters.damping_time;
     later.window = std::min(2 * options.window, tracks.time.back() - found.parameters.release);
     Particles fitted = body.particles;
     for (float& young : fitted.young) young = static_cast<float>(young * found.parameters.young_factor);
@@ -206,9 +216,12 @@ json run_marker_fit(const Context& context, RunDirectory& run, const Scene& scen
                    {solid.young, solid.poisson, solid.density, "homogeneous, fitted to markers", {}, {}}, provenance);
     VelocityFile start;
     const size_t n = body.particles.size();
-    start.velocity.assign(n, Vec3f::Zero()), start.displacement.assign(n, Vec3f::Zero());
-    start.F.assign(n, Mat3f::Identity()), start.C.assign(n, Mat3f::Zero());
-    start.time = found.parameters.release, start.damping_time = found.parameters.damping_time,
+    start.velocity.assign(n, Vec3f::Zero());
+    start.displacement.assign(n, Vec3f::Zero());
+    start.F.assign(n, Mat3f::Identity());
+    start.C.assign(n, Mat3f::Zero());
+    start.time = found.parameters.release;
+    start.damping_time = found.parameters.damping_time;
     start.source = "at rest until its release";
     write_velocity(run / (folder + "/velocity.h5"), start, provenance);
     write_image(run / "fit/markers.png", marker_chart(tracks, seen, options.window));
@@ -240,7 +253,8 @@ json run_marker_fit(const Context& context, RunDirectory& run, const Scene& scen
                 {"seconds", found.seconds},
                 {"undetermined", undetermined(found, options, m.interactions.empty())}};
     json full = out;
-    full["search_young_pa_rms_mm"] = curve, full["loss"] = found.loss;
+    full["search_young_pa_rms_mm"] = curve;
+    full["loss"] = found.loss;
     full["rms_axis_mm"] = {1e3 * found.rms_axis.x(), 1e3 * found.rms_axis.y(), 1e3 * found.rms_axis.z()};
     full["warnings"] = found.warnings;
     write_text(run / "fit/results.json", full.dump(2) + "\n");

@@ -26,8 +26,12 @@ constexpr double kYoungLow = 1, kYoungHigh = 5e8;      // that its demo clamps t
 std::vector<double> values_at(const PhysDreamerField& stored, const PhysDreamerSpace& space,
                               const std::vector<Vec3f>& points, int threads) {
   TriplaneOptions options;
-  options.channels = stored.channels, options.resolution = stored.resolution, options.features = stored.features;
-  options.hidden = stored.hidden, options.layers = stored.layers, options.threads = std::max(1, threads);
+  options.channels = stored.channels;
+  options.resolution = stored.resolution;
+  options.features = stored.features;
+  options.hidden = stored.hidden;
+  options.layers = stored.layers;
+  options.threads = std::max(1, threads);
   const std::vector<Vec3f> corners = {space.field_low.cast<float>(), space.field_high.cast<float>()};
   std::vector<Vec3f> inside;
   for (const Vec3f& x : points) inside.push_back(space.inside(x.cast<double>()).cast<float>());
@@ -64,7 +68,8 @@ json run_released_fit(const Context& context, RunDirectory& run, const Scene& sc
       const double young =
           metres * metres * std::clamp(*stage.released_young + kYoungStep * raw[s], kYoungLow, kYoungHigh);
       solid.young[s] = static_cast<float>(young);
-      low = std::min(low, young), high = std::max(high, young),
+      low = std::min(low, young);
+      high = std::max(high, young);
       mean += std::log(young) / static_cast<double>(raw.size());
     }
     write_material(run / (folder + "/material.h5"),
@@ -72,8 +77,11 @@ json run_released_fit(const Context& context, RunDirectory& run, const Scene& sc
 
     const size_t n = particles.driving_position.size();
     VelocityFile start;
-    start.velocity.assign(n, Vec3f::Zero()), start.displacement.assign(n, Vec3f::Zero());
-    start.F.assign(n, Mat3f::Identity()), start.C.assign(n, Mat3f::Zero()), start.source = "released by PhysDreamer";
+    start.velocity.assign(n, Vec3f::Zero());
+    start.displacement.assign(n, Vec3f::Zero());
+    start.F.assign(n, Mat3f::Identity());
+    start.C.assign(n, Mat3f::Zero());
+    start.source = "released by PhysDreamer";
     double fastest = 0;
     if (!source->velocity_field.empty()) {
       const std::vector<double> v = values_at(read_physdreamer_field(source->velocity_field, 3), space,

@@ -58,7 +58,8 @@ std::unique_ptr<JointTerm> joint_term(const Context& context, const PhotoSet& se
 /// A trained scene goes on in small steps and keeps its Gaussians.
 TrainingStart go_on_from(const std::string& splats, TrainOptions& options) {
   GaussianCloud cloud = read_splats(splats);
-  options.densification = Densification::kNone, options.coarse_to_fine = false;
+  options.densification = Densification::kNone;
+  options.coarse_to_fine = false;
   options.position_rate *= 0.1f;
   options.sh_degree = std::max(options.sh_degree, cloud.sh_degree);
   const std::string sentence = fmt::format("{} Gaussians of {}", cloud.size(), splats);
@@ -96,7 +97,10 @@ StageKey key_of(const PhotoSet& set, const CameraFile& cameras, const Reconstruc
   if (!set.settings.file.empty()) key.inputs["scene.json"] = set.settings.file;
   const fs::path masks = masks_of(set, stage);
   if (!masks.empty()) key.inputs["masks"] = masks;
-  if (stage.joint) key.options["joint"] = true, key.outputs.push_back("segmentation.h5");
+  if (stage.joint) {
+    key.options["joint"] = true;
+    key.outputs.push_back("segmentation.h5");
+  }
   if (!stage.splats.empty()) key.inputs["splats"] = stage.splats;
   return key;
 }
@@ -143,7 +147,8 @@ SparsePoints checked_points(const Context& context, const ReconstructStage& stag
   const PoseReport report = check_poses({.refuse = stage.poses == "auto"}, cameras, photos, points);
   context.progress.say("reconstruct: " + report.sentence);
   for (const std::string& warning : report.warnings) context.progress.warn(warning);
-  start["poses"] = report.sentence, start["warnings"] = report.warnings;
+  start["poses"] = report.sentence;
+  start["warnings"] = report.warnings;
   return points;
 }
 
@@ -165,7 +170,9 @@ json results_json(const StageKey& key, const ReconstructStage& stage, const Trai
   double psnr = 0, ssim = 0, corrected = 0;
   for (const PhotoQuality& q : quality) {
     rows.push_back({{"name", q.name}, {"psnr", q.psnr}, {"ssim", q.ssim}, {"corrected_psnr", q.corrected_psnr}});
-    psnr += q.psnr / quality.size(), corrected += q.corrected_psnr / quality.size(), ssim += q.ssim / quality.size();
+    psnr += q.psnr / quality.size();
+    corrected += q.corrected_psnr / quality.size();
+    ssim += q.ssim / quality.size();
   }
   json results = {{"gaussians", state.cloud.size()},
                   {"iterations", state.iteration},
@@ -178,7 +185,11 @@ json results_json(const StageKey& key, const ReconstructStage& stage, const Trai
                   {"warnings", warnings},
                   {"psnr", nullptr},
                   {"ssim", nullptr}};
-  if (!quality.empty()) results["psnr"] = psnr, results["ssim"] = ssim, results["corrected_psnr"] = corrected;
+  if (!quality.empty()) {
+    results["psnr"] = psnr;
+    results["ssim"] = ssim;
+    results["corrected_psnr"] = corrected;
+  }
   if (!state.exposure.empty()) {
     for (size_t i = 0; i < photos.photos.size(); ++i)
       results["exposure"][photos.photos[i].camera.name] =
@@ -248,7 +259,10 @@ json run_reconstruct(const Context& context, RunDirectory& run, const fs::path& 
     const TrainingState& state = trainer->state();
     const std::vector<std::string> lost = write_trained_scene(
         run.path(), {set, cameras, photos, state.cloud, state.iteration, options.render.antialiased});
-    for (const std::string& sentence : lost) context.progress.warn(sentence), warnings.push_back(sentence);
+    for (const std::string& sentence : lost) {
+      context.progress.warn(sentence);
+      warnings.push_back(sentence);
+    }
     if (term) {
       std::vector<Camera> pinholes;
       for (const TrainingPhoto& photo : photos.photos) pinholes.push_back(photo.camera);

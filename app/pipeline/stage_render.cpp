@@ -35,7 +35,10 @@ json run_render(const Context& context, RunDirectory& run, const Scene& scene, c
                {{"camera", options.camera}, {"orbit", options.orbit}},
                moving_scene_files(run),
                {"clip.mp4", "clip_frames.png"}};
-  if (options.frames) key.options["frames"] = true, key.outputs.push_back("clip");
+  if (options.frames) {
+    key.options["frames"] = true;
+    key.outputs.push_back("clip");
+  }
   if (options.orbit) key.outputs.push_back("clip_orbit.mp4");
   return run.stage(context, key, [&]() -> json {
     const MovingScene moving = load_moving_scene(run, scene);
@@ -47,7 +50,8 @@ json run_render(const Context& context, RunDirectory& run, const Scene& scene, c
     const int frames = static_cast<int>(moving.trajectory.frames.size());
     // Photographed scenes are seen from one side only, so the moving camera swings; others are circled once.
     OrbitPathOptions turn;
-    turn.frames = frames, turn.degrees = scene.cameras_are_orbit ? 360 : 25;
+    turn.frames = frames;
+    turn.degrees = scene.cameras_are_orbit ? 360 : 25;
     const std::vector<Camera> path = orbit_path(turn, fixed, bounds.centre().cast<double>(), scene.up);
 
     std::vector<ImageF> moments;
@@ -72,7 +76,10 @@ json run_render(const Context& context, RunDirectory& run, const Scene& scene, c
     film("clip.mp4", 0, [&](int) -> const Camera& { return fixed; });
     if (options.orbit) film("clip_orbit.mp4", frames, [&](int f) -> const Camera& { return path[f]; });
     context.progress.end();
-    if (options.frames) std::filesystem::remove_all(run / "clip"), std::filesystem::rename(unfinished, run / "clip");
+    if (options.frames) {
+      std::filesystem::remove_all(run / "clip");
+      std::filesystem::rename(unfinished, run / "clip");
+    }
     write_contact_sheet(run / "clip_frames.png", moments);
     return {{"frames", frames},
             {"camera", fixed.name},

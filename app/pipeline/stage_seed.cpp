@@ -124,9 +124,11 @@ json run_seed(const Context& context, RunDirectory& run, const Scene& scene, con
     const SolidSamples samples = sample_solid(fill, object, pins, particles, filled, part);
 
     ParticleFile file;
-    file.solid_position = samples.position, file.solid_volume = samples.volume;
+    file.solid_position = samples.position;
+    file.solid_volume = samples.volume;
     DriverOptions options;
-    options.count = particles, options.seed = context.seed;
+    options.count = particles;
+    options.seed = context.seed;
     DrivingParticles drivers;
     if (adaptive) {
       const ElasticSamples material =
@@ -142,9 +144,12 @@ json run_seed(const Context& context, RunDirectory& run, const Scene& scene, con
     }
     file.solid_driver.assign(samples.size(), -1);
     for (size_t k = 0; k < part.kept.size(); ++k) file.solid_driver[part.kept[k]] = drivers.sample_driver[k];
-    file.driving_position = drivers.position, file.driving_volume = drivers.volume;
-    file.driving_thickness = drivers.thickness, file.driving_rod = drivers.rod;
-    file.cell_size = drivers.cell_size, file.metres_per_unit = scene.metres_per_unit;
+    file.driving_position = drivers.position;
+    file.driving_volume = drivers.volume;
+    file.driving_thickness = drivers.thickness;
+    file.driving_rod = drivers.rod;
+    file.cell_size = drivers.cell_size;
+    file.metres_per_unit = scene.metres_per_unit;
     const json held = pins_of_part(pins, samples, part);
     file.pinned_json = held.dump();
     write_particles(run / (folder + "/particles.h5"), file, run.provenance(context, key));

@@ -48,7 +48,8 @@ MaskSet gesture_masks(const Context& context, const RunDirectory& run, const Sce
                       const std::vector<Camera>& cameras, const std::optional<SelectionShape>& shape,
                       std::vector<Camera> sides, std::vector<uint8_t>& member) {
   GestureOptions options;
-  options.seed = context.seed, options.up = scene.up.cast<float>();
+  options.seed = context.seed;
+  options.up = scene.up.cast<float>();
   options.render.antialiased = scene.report.antialiased;
   context.progress.say(fmt::format("segment: selecting by {} boxes and {} strokes and clicks", gesture.boxes.size(),
                                    gesture.strokes.size()));
@@ -77,7 +78,8 @@ MaskSet associated_masks(const Context& context, const Scene& scene, const Segme
   if (stage.zero_is_background) label_background(masks);
   if (stage.associate == "never" || stage.label.track) return masks;
   AssociateOptions options;
-  options.held_out = semantic.held_out, options.footprint.render = semantic.render;
+  options.held_out = semantic.held_out;
+  options.footprint.render = semantic.render;
   if (stage.associate == "auto" && !labelled) options.keep_above = 0.75;
   const MaskSet as_labelled = masks;
   const uint32_t rest = labelled ? take_out_rest(masks) : 0;
@@ -94,11 +96,15 @@ std::string origin_of(const SegmentStage& stage, bool by_roles) {
   const auto add = [&](bool given, const char* name) {
     how += given ? (how.empty() ? "" : ", ") + std::string(name) : "";
   };
-  add(!stage.physgaussian.empty(), "PhysGaussian configuration"), add(!stage.boxes.empty(), "box"),
-      add(!stage.clicks.empty(), "click");
-  add(!stage.strokes.empty(), "stroke"), add(!stage.aabb.empty(), "aabb"), add(!stage.sphere.empty(), "sphere"),
-      add(stage.joint, "joint training");
-  add(!stage.gaussian_grouping.empty(), "Gaussian Grouping"), add(prompts_segmenter(stage), "segmenter");
+  add(!stage.physgaussian.empty(), "PhysGaussian configuration");
+  add(!stage.boxes.empty(), "box");
+  add(!stage.clicks.empty(), "click");
+  add(!stage.strokes.empty(), "stroke");
+  add(!stage.aabb.empty(), "aabb");
+  add(!stage.sphere.empty(), "sphere");
+  add(stage.joint, "joint training");
+  add(!stage.gaussian_grouping.empty(), "Gaussian Grouping");
+  add(prompts_segmenter(stage), "segmenter");
   return how.empty() ? "masks" : how;
 }
 

@@ -54,14 +54,17 @@ std::vector<Mat3f> drawn_deformation(const SimulationState& state) {
 TrajectoryFile assemble(const FrameStore& frames, int count, const SimulatedBody& body, const std::string& object,
                         double fps, const Scene& scene) {
   TrajectoryFile out;
-  out.object = object, out.fps = fps, out.metres_per_unit = body.space.scale,
+  out.object = object;
+  out.fps = fps;
+  out.metres_per_unit = body.space.scale;
   out.cell_size = body.particles.cell_size / body.space.scale;
   out.up = scene.up;
   const Mat3f R = body.space.R.cast<float>();
   for (int f = 0; f < count; ++f) {
     const SimulationState state = frames.frame(f);
     TrajectoryFile::Frame frame;
-    frame.time = state.time, frame.step = state.substeps;
+    frame.time = state.time;
+    frame.step = state.substeps;
     frame.F = drawn_deformation(state);
     for (Mat3f& F : frame.F) F = R.transpose() * F * R;
     for (const Vec3f& x : state.x) frame.position.push_back(body.space.to_scene(x.cast<double>()).cast<float>());

@@ -102,7 +102,8 @@ void train_to_end(const Context& context, const ReconstructStage& stage, const T
     const bool due = stage.checkpoint_every > 0 ? step.iteration % stage.checkpoint_every == 0
                                                 : seconds_since(last_save) > kCheckpointSeconds;
     if (due || context.interrupted() || trainer.finished()) {
-      trainer.spend(seconds_since(start)), start = Clock::now();
+      trainer.spend(seconds_since(start));
+      start = Clock::now();
       save(trainer.state());
       last_save = Clock::now();
     }

@@ -16,9 +16,11 @@ void thin_out(SparsePoints& points, size_t count) {
   if (n <= count) return;
   for (size_t i = 0; i < count; ++i) {
     const size_t from = i * n / count;
-    points.position[i] = points.position[from], points.color[i] = points.color[from];
+    points.position[i] = points.position[from];
+    points.color[i] = points.color[from];
   }
-  points.position.resize(count), points.color.resize(count);
+  points.position.resize(count);
+  points.color.resize(count);
 }
 
 }  // namespace

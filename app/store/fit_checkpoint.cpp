@@ -14,30 +14,52 @@ constexpr int32_t kFormat = 2;  // raised when a fit takes other steps, or keeps
 /// Every array of doubles of a fit, but the modes' shapes.
 template <class Fit, class Visit>
 void visit_numbers(Fit& fit, Visit&& visit) {
-  visit("young_sigma", fit.young_sigma), visit("parameters", fit.field), visit("modes_omega", fit.modes.omega),
-      visit("modes_decay", fit.modes.decay);
-  visit("search_log10_factor", fit.search.log10_factor), visit("search_unexplained", fit.search.unexplained);
-  visit("gauss_newton_loss", fit.summary.loss), visit("candidate_factor", fit.candidate_factor),
-      visit("candidate_rms", fit.candidate_rms);
+  visit("young_sigma", fit.young_sigma);
+  visit("parameters", fit.field);
+  visit("modes_omega", fit.modes.omega);
+  visit("modes_decay", fit.modes.decay);
+  visit("search_log10_factor", fit.search.log10_factor);
+  visit("search_unexplained", fit.search.unexplained);
+  visit("gauss_newton_loss", fit.summary.loss);
+  visit("candidate_factor", fit.candidate_factor);
+  visit("candidate_rms", fit.candidate_rms);
 }
 
 /// Every single number, as a double.
 template <class Fit, class Visit>
 void visit_scalars(Fit& fit, Visit&& visit) {
-  visit(fit.log10_factor), visit(fit.log10_sigma), visit(fit.damping_time), visit(fit.damping_time_low),
-      visit(fit.damping_time_high);
-  visit(fit.time), visit(fit.first_frame), visit(fit.last_frame), visit(fit.subframes), visit(fit.substeps);
-  visit(fit.rms_search), visit(fit.rms), visit(fit.rms_rest), visit(fit.seconds), visit(fit.seconds_search),
-      visit(fit.summary.converged), visit(fit.summary.evaluations), visit(fit.summary.rms),
-      visit(fit.search.first_frame), visit(fit.search.periods);
+  visit(fit.log10_factor);
+  visit(fit.log10_sigma);
+  visit(fit.damping_time);
+  visit(fit.damping_time_low);
+  visit(fit.damping_time_high);
+  visit(fit.time);
+  visit(fit.first_frame);
+  visit(fit.last_frame);
+  visit(fit.subframes);
+  visit(fit.substeps);
+  visit(fit.rms_search);
+  visit(fit.rms);
+  visit(fit.rms_rest);
+  visit(fit.seconds);
+  visit(fit.seconds_search);
+  visit(fit.summary.converged);
+  visit(fit.summary.evaluations);
+  visit(fit.summary.rms);
+  visit(fit.search.first_frame);
+  visit(fit.search.periods);
 }
 
 template <class State, class Visit>
 void visit_gradient(State& state, Visit&& visit) {
-  visit("now_material", state.now.material), visit("now_velocity", state.now.velocity);
-  visit("now_poisson", state.now.poisson), visit("best_poisson", state.best.poisson);
-  visit("best_material", state.best.material), visit("best_velocity", state.best.velocity);
-  visit("first_moment", state.first_moment), visit("second_moment", state.second_moment);
+  visit("now_material", state.now.material);
+  visit("now_velocity", state.now.velocity);
+  visit("now_poisson", state.now.poisson);
+  visit("best_poisson", state.best.poisson);
+  visit("best_material", state.best.material);
+  visit("best_velocity", state.best.velocity);
+  visit("first_moment", state.first_moment);
+  visit("second_moment", state.second_moment);
 }
 
 /// Rows of fixed-size matrices as one array of numbers.
@@ -86,8 +108,10 @@ void write_fit(Hdf5Writer& out, const std::string& group, const VibrationFit& fi
   visit_numbers(fit, [&](const char* name, const std::vector<double>& values) {
     out.dataset(group + "/" + name, values.data(), {values.size()});
   });
-  write_matrices(out, group + "/x", fit.start.x), write_matrices(out, group + "/v", fit.start.v);
-  write_matrices(out, group + "/C", fit.start.C), write_matrices(out, group + "/F", fit.start.F);
+  write_matrices(out, group + "/x", fit.start.x);
+  write_matrices(out, group + "/v", fit.start.v);
+  write_matrices(out, group + "/C", fit.start.C);
+  write_matrices(out, group + "/F", fit.start.F);
   write_modes(out, group, fit.modes);
 }
 
@@ -105,15 +129,22 @@ VibrationFit read_fit(const Hdf5Reader& in, const std::string& group) {
   fit.start.x = read_matrices<Vec3f>(in, group + "/x", kAny);
   const size_t n = fit.start.x.size();
   fit.start.v = read_matrices<Vec3f>(in, group + "/v", n);
-  fit.start.C = read_matrices<Mat3f>(in, group + "/C", n), fit.start.F = read_matrices<Mat3f>(in, group + "/F", n);
+  fit.start.C = read_matrices<Mat3f>(in, group + "/C", n);
+  fit.start.F = read_matrices<Mat3f>(in, group + "/F", n);
   read_modes(in, group, n, fit.modes);
   return fit;
 }
 
 template <class State, class Visit>
 void visit_refinement(State& state, Visit&& visit) {
-  visit(state.damping), visit(state.raise), visit(state.linearised), visit(state.fresh), visit(state.iteration),
-      visit(state.jacobians), visit(state.evaluations), visit(state.converged);
+  visit(state.damping);
+  visit(state.raise);
+  visit(state.linearised);
+  visit(state.fresh);
+  visit(state.iteration);
+  visit(state.jacobians);
+  visit(state.evaluations);
+  visit(state.converged);
 }
 
 void write_refinement(Hdf5Writer& out, const std::string& group, const GaussNewtonState& state) {
@@ -144,7 +175,8 @@ GaussNewtonState read_refinement(const Hdf5Reader& in, const std::string& group)
     const std::vector<double> values = in.dataset<double>(group + name, {kAny});
     return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())));
   };
-  state.parameters = vector("/parameters"), state.residuals = vector("/residuals");
+  state.parameters = vector("/parameters");
+  state.residuals = vector("/residuals");
   const Eigen::Index p = state.parameters.size(), r = state.residuals.size();
   state.fixed = in.dataset<uint8_t>(group + "/fixed", {static_cast<size_t>(p)});
   for (const auto& [name, J] :
@@ -186,7 +218,7 @@ VibrationFitState read_vibration(const Hdf5Reader& in) {
   VibrationFitState state;
   if (in.has("/modes")) {
     VibrationModes& modes = state.modes.emplace();
-    modes.omega = in.dataset<double>("/modes/modes_omega", {kAny}),
+    modes.omega = in.dataset<double>("/modes/modes_omega", {kAny});
     modes.decay = in.dataset<double>("/modes/modes_decay", {kAny});
     read_modes(in, "/modes", kAny, modes);
   }
@@ -217,9 +249,13 @@ GradientFitState read_gradient(const Hdf5Reader& in, const std::string& group) {
     values = in.dataset<double>(group + "/" + name, {kAny});
   });
   const std::vector<double> scalars = in.dataset<double>(group + "/scalars", {7});
-  g.now.damping = scalars[0], g.best.damping = scalars[1], g.best_loss = scalars[2];
-  g.without_better = static_cast<int>(scalars[3]), g.finished = scalars[4] != 0;
-  g.steps = static_cast<long>(scalars[5]), g.rate = scalars[6];
+  g.now.damping = scalars[0];
+  g.best.damping = scalars[1];
+  g.best_loss = scalars[2];
+  g.without_better = static_cast<int>(scalars[3]);
+  g.finished = scalars[4] != 0;
+  g.steps = static_cast<long>(scalars[5]);
+  g.rate = scalars[6];
   const std::vector<double> rows = in.dataset<double>(group + "/rows", {kAny, kColumns});
   for (size_t i = 0; i < rows.size(); i += kColumns)
     g.rows.push_back({static_cast<int>(rows[i]), rows[i + 1], rows[i + 2], rows[i + 3], rows[i + 4], rows[i + 5]});
@@ -240,7 +276,8 @@ MarkerFitState read_markers(const Hdf5Reader& in) {
   MarkerFitState state;
   const std::vector<double> rows = in.dataset<double>("/markers/search", {kAny, 2});
   if (rows.empty()) throw in.complaint("/markers/search", "is empty");
-  state.searched = rows[0] != 0, state.best = static_cast<int>(rows[1]);
+  state.searched = rows[0] != 0;
+  state.best = static_cast<int>(rows[1]);
   for (size_t i = 2; i < rows.size(); i += 2) state.simulated.push_back({static_cast<int>(rows[i]), rows[i + 1]});
   if (in.has("/markers/refinement")) state.refinement = read_refinement(in, "/markers/refinement");
   return state;
@@ -253,7 +290,8 @@ void write_fit_checkpoint(const fs::path& file, const FitCheckpoint& checkpoint)
     if (checkpoint.homogeneous) write_fit(out, "/homogeneous", *checkpoint.homogeneous);
     if (checkpoint.field) write_fit(out, "/field", *checkpoint.field);
     write_vibration(out, checkpoint.vibration);
-    write_gradient(out, "/velocity", checkpoint.velocity), write_gradient(out, "/gradient", checkpoint.gradient);
+    write_gradient(out, "/velocity", checkpoint.velocity);
+    write_gradient(out, "/gradient", checkpoint.gradient);
     write_refinements(out, "/posterior_", checkpoint.posterior);
     write_markers(out, checkpoint.markers);
     out.dataset("/format", &kFormat, {1});
@@ -274,7 +312,8 @@ FitCheckpoint read_fit_checkpoint(const fs::path& file) {
   if (in.has("/homogeneous")) checkpoint.homogeneous = read_fit(in, "/homogeneous");
   if (in.has("/field")) checkpoint.field = read_fit(in, "/field");
   checkpoint.vibration = read_vibration(in);
-  checkpoint.velocity = read_gradient(in, "/velocity"), checkpoint.gradient = read_gradient(in, "/gradient");
+  checkpoint.velocity = read_gradient(in, "/velocity");
+  checkpoint.gradient = read_gradient(in, "/gradient");
   checkpoint.posterior = read_refinements(in, "/posterior_");
   if (in.has("/markers")) checkpoint.markers = read_markers(in);
   return checkpoint;

@@ -55,10 +55,17 @@ void write_frame(const fs::path& folder, const SimulationState& state) {
   CHECK(state.memory.empty() || state.memory.size() == n);
   Header header{};
   std::memcpy(header.magic, kMagic, sizeof kMagic);
-  header.particles = n, header.memories = state.memory.size(), header.frame = state.frame,
-  header.substeps = state.substeps, header.time = state.time;
+  header.particles = n;
+  header.memories = state.memory.size();
+  header.frame = state.frame;
+  header.substeps = state.substeps;
+  header.time = state.time;
   std::string bytes(reinterpret_cast<const char*>(&header), sizeof header);
-  put(bytes, state.x), put(bytes, state.v), put(bytes, state.C), put(bytes, state.F), put(bytes, state.memory);
+  put(bytes, state.x);
+  put(bytes, state.v);
+  put(bytes, state.C);
+  put(bytes, state.F);
+  put(bytes, state.memory);
   bytes += sha256_of_text(bytes);
   write_text(file_of(folder, state.frame), bytes);
 }
@@ -87,10 +94,15 @@ SimulationState read_frame(const fs::path& folder, int frame) {
   const size_t end = bytes.size() - kDigest;
   if (sha256_of_text(bytes.substr(0, end)) != bytes.substr(end)) throw damaged("checksum", "does not fit the contents");
   SimulationState state;
-  state.frame = frame, state.substeps = header.substeps, state.time = header.time;
+  state.frame = frame;
+  state.substeps = header.substeps;
+  state.time = header.time;
   const char* at = bytes.data() + sizeof header;
-  take(at, header.particles, state.x), take(at, header.particles, state.v);
-  take(at, header.particles, state.C), take(at, header.particles, state.F), take(at, header.memories, state.memory);
+  take(at, header.particles, state.x);
+  take(at, header.particles, state.v);
+  take(at, header.particles, state.C);
+  take(at, header.particles, state.F);
+  take(at, header.memories, state.memory);
   return state;
 }
 

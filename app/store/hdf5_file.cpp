@@ -92,7 +92,8 @@ std::string text_of(const Shape& shape) {
 /// Selects slab `index` of a dataset's space.
 void select_slab(hid_t space, const Shape& shape, size_t index) {
   std::vector<hsize_t> start(shape.size(), 0), count(shape.begin(), shape.end());
-  start[0] = index, count[0] = 1;
+  start[0] = index;
+  count[0] = 1;
   H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr);
 }
 

@@ -21,7 +21,9 @@ class Hdf5Handle {
   Hdf5Handle(Hdf5Handle&& other) noexcept : id_(other.id_), close_(other.close_) { other.id_ = -1; }
   Hdf5Handle& operator=(Hdf5Handle&& other) noexcept {
     reset();
-    id_ = other.id_, close_ = other.close_, other.id_ = -1;
+    id_ = other.id_;
+    close_ = other.close_;
+    other.id_ = -1;
     return *this;
   }
   int64_t get() const { return id_; }

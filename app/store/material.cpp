@@ -54,7 +54,8 @@ MaterialFile read_material(const fs::path& file) {
       throw in.complaint("/solid/young", "has " + std::to_string(n) + " rows but " + beside.string() + " has " +
                                              std::to_string(particles.solid_position.size()) + " samples");
     }
-    m.position = std::move(particles.solid_position), m.volume = std::move(particles.solid_volume);
+    m.position = std::move(particles.solid_position);
+    m.volume = std::move(particles.solid_volume);
   }
   return m;
 }

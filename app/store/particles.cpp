@@ -16,7 +16,8 @@ void write_particles(const fs::path& file, const ParticleFile& p, const std::str
   const std::vector<float> thickness = p.driving_rod.empty() ? std::vector<float>(drivers, 0.0f) : p.driving_thickness;
   const std::vector<uint8_t> rod = p.driving_rod.empty() ? std::vector<uint8_t>(drivers, 0) : p.driving_rod;
   write_hdf5(file, [&](Hdf5Writer& out) {
-    out.group("/solid"), out.group("/driving");
+    out.group("/solid");
+    out.group("/driving");
     write_vectors(out, "/solid/position", p.solid_position);
     out.dataset("/solid/volume", p.solid_volume.data(), {solids});
     out.dataset("/solid/driver", p.solid_driver.data(), {solids});

@@ -13,12 +13,16 @@ using Frame = TrajectoryFile::Frame;
 void write_clock(Hdf5Writer& out, const std::string& element, const std::string& first,
                  const std::vector<Frame>& frames) {
   if (element != first) {
-    out.link(first + "/step", element + "/step"), out.link(first + "/time", element + "/time");
+    out.link(first + "/step", element + "/step");
+    out.link(first + "/time", element + "/time");
     return;
   }
   std::vector<int64_t> step;
   std::vector<double> time;
-  for (const Frame& frame : frames) step.push_back(frame.step), time.push_back(frame.time);
+  for (const Frame& frame : frames) {
+    step.push_back(frame.step);
+    time.push_back(frame.time);
+  }
   out.dataset(element + "/step", step.data(), {step.size()});
   out.dataset(element + "/time", time.data(), {time.size()});
   out.text(element + "/time", "unit", "s");
@@ -41,7 +45,8 @@ void write_trajectory(const fs::path& file, const TrajectoryFile& t, const std::
     }
     out.integers("/h5md", "version", {1, 1});
     out.text("/h5md/author", "name", "pliant");
-    out.text("/h5md/creator", "name", "pliant"), out.text("/h5md/creator", "version", PLIANT_VERSION);
+    out.text("/h5md/creator", "name", "pliant");
+    out.text("/h5md/creator", "version", PLIANT_VERSION);
     out.integers(root + "/box", "dimension", {3});
     out.texts(root + "/box", "boundary", {"none", "none", "none"});
     for (const std::string& element : {position, velocity, F}) write_clock(out, element, position, t.frames);
@@ -56,9 +61,11 @@ void write_trajectory(const fs::path& file, const TrajectoryFile& t, const std::
       }
       return rows.data();
     });
-    out.text(position + "/value", "unit", "scene unit"), out.text(velocity + "/value", "unit", "m s-1");
-    out.number("/", "fps", t.fps), out.number("/", "metres_per_unit", t.metres_per_unit),
-        out.number("/", "cell_size", t.cell_size);
+    out.text(position + "/value", "unit", "scene unit");
+    out.text(velocity + "/value", "unit", "m s-1");
+    out.number("/", "fps", t.fps);
+    out.number("/", "metres_per_unit", t.metres_per_unit);
+    out.number("/", "cell_size", t.cell_size);
     if (!t.up.isZero()) out.numbers("/", "up", {t.up.x(), t.up.y(), t.up.z()});
     out.text("/", "provenance", provenance_json);
   });
@@ -75,7 +82,8 @@ TrajectoryFile read_trajectory(const fs::path& file, const std::string& object) 
     t.object = names[0];
   }
   const std::string root = "/particles/" + t.object;
-  t.fps = in.number("/", "fps"), t.metres_per_unit = in.number("/", "metres_per_unit"),
+  t.fps = in.number("/", "fps");
+  t.metres_per_unit = in.number("/", "metres_per_unit");
   t.cell_size = in.number("/", "cell_size");
   if (!(t.fps > 0)) throw in.complaint("/@fps", "is not positive");
   if (!(t.metres_per_unit > 0)) throw in.complaint("/@metres_per_unit", "is not positive");
@@ -87,7 +95,8 @@ TrajectoryFile read_trajectory(const fs::path& file, const std::string& object) 
   const std::vector<double> time = in.dataset<double>(root + "/position/time", {frames});
   t.frames.resize(frames);
   for (size_t i = 0; i < frames; ++i) {
-    t.frames[i].time = time[i], t.frames[i].step = step[i];
+    t.frames[i].time = time[i];
+    t.frames[i].step = step[i];
     if (!std::isfinite(time[i]) || (i > 0 && time[i] <= time[i - 1]))
       throw in.complaint(root + "/position/time", "does not grow");
   }

@@ -25,8 +25,11 @@ CloudOf<T> DrawnObject<T>::at(const BasicSimulationState<T>& state) const {
   CloudOf<T> moved, all = background;
   deform_as<T>(deform, object, binding, drivers, in_scene_units(state.x, metres_per_unit), state.F, moved);
   all.sh_degree = object.sh_degree;
-  append(all.position, moved.position), append(all.rotation, moved.rotation), append(all.log_scale, moved.log_scale);
-  append(all.opacity_logit, moved.opacity_logit), append(all.sh, moved.sh);
+  append(all.position, moved.position);
+  append(all.rotation, moved.rotation);
+  append(all.log_scale, moved.log_scale);
+  append(all.opacity_logit, moved.opacity_logit);
+  append(all.sh, moved.sh);
   return all;
 }
 
@@ -67,7 +70,10 @@ void picture_adjoint(const DrawnObject<T>& object, const Camera& camera, const B
 
 Camera cropped(const Camera& camera, int x, int y, int width, int height) {
   Camera part = camera;
-  part.cx -= x, part.cy -= y, part.width = width, part.height = height;
+  part.cx -= x;
+  part.cy -= y;
+  part.width = width;
+  part.height = height;
   return part;
 }
 

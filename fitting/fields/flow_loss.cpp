@@ -23,7 +23,8 @@ std::vector<T> ways(const Camera& camera, const std::vector<Vec3<T>>& from, cons
   for (size_t g = first; g < from.size(); ++g) {
     if (!in_front(camera, from[g], to[g])) continue;
     const auto moved = (project_point<T>(camera, to[g]) - project_point<T>(camera, from[g])).eval();
-    way[2 * g] = moved.x(), way[2 * g + 1] = moved.y();
+    way[2 * g] = moved.x();
+    way[2 * g + 1] = moved.y();
   }
   return way;
 }
@@ -65,8 +66,8 @@ double FlowLoss<T, kCutOffs>::of_pair(const typename SeenFlow<T>::Pair& pair,
     const double root = std::sqrt(1 + (x * x + y * y) / d2);
     loss += weight * 2 * d2 * (root - 1);
     if (gradient.empty()) continue;
-    adj.features.data[2 * i] = T(adj_value * weight * 2 / root * x),
-                          adj.features.data[2 * i + 1] = T(adj_value * weight * 2 / root * y);
+    adj.features.data[2 * i] = T(adj_value * weight * 2 / root * x);
+    adj.features.data[2 * i + 1] = T(adj_value * weight * 2 / root * y);
   }
   if (gradient.empty()) return loss;
 

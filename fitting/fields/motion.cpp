@@ -10,8 +10,12 @@ double since(Clock::time_point start) { return std::chrono::duration<double>(Clo
 
 template <class T>
 void add(const StateGradient<T>& from, StateGradient<T>& to) {
-  for (size_t i = 0; i < from.x.size(); ++i)
-    to.x[i] += from.x[i], to.v[i] += from.v[i], to.C[i] += from.C[i], to.F[i] += from.F[i];
+  for (size_t i = 0; i < from.x.size(); ++i) {
+    to.x[i] += from.x[i];
+    to.v[i] += from.v[i];
+    to.C[i] += from.C[i];
+    to.F[i] += from.F[i];
+  }
 }
 
 }  // namespace
@@ -35,7 +39,8 @@ MotionGradient<T> motion_loss_adjoint(const Motion<T>& motion, const Objective<T
   MotionGradient<T> result;
   auto clock = Clock::now();
   const Rollout<T> run = rollout<T>(motion.options, motion.particles, motion.interactions, motion.start);
-  result.rollout_seconds = since(clock), clock = Clock::now();
+  result.rollout_seconds = since(clock);
+  clock = Clock::now();
   std::vector<StateGradient<T>> whole;  // [frames], unless nothing looks at all of them
   if (!objective.whole.empty()) whole.assign(run.frames.size(), StateGradient<T>::zero(motion.particles.size()));
   for (const auto& term : objective.whole)

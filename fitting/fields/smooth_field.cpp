@@ -33,7 +33,8 @@ SmoothField::SmoothField(const SmoothFieldOptions& options, std::span<const Vec3
     throw usage_error("smooth field", "sigma, modes, centres, length", "must be positive", "correct them");
   Box box;
   for (const Vec3f& x : points) box.add(x);
-  sigma_ = options.sigma, level_sigma_ = options.level_sigma;
+  sigma_ = options.sigma;
+  level_sigma_ = options.level_sigma;
   length_ = options.length > 0 ? options.length : std::max(1e-12, 0.2 * double(box.size().norm()));
   centres_ = spread(points, options.centres);
   const Eigen::Index n = static_cast<Eigen::Index>(centres_.size());

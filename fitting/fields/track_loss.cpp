@@ -30,11 +30,12 @@ template <class T>
 TrackLoss<T> TrackLoss<T>::on_rollout(int first, int last, int lead, int every) const {
   CHECK(first >= 0 && last < static_cast<int>(tracks_.place.size()) && lead >= 0 && every > 0);
   TrackLoss out = *this;
-  out.tracks_.place.assign(lead + every * (last - first) + 1, {}),
-      out.tracks_.weight.assign(out.tracks_.place.size(), {});
-  for (int f = first; f <= last; ++f)
-    out.tracks_.place[lead + every * (f - first)] = tracks_.place[f],
-                                          out.tracks_.weight[lead + every * (f - first)] = tracks_.weight[f];
+  out.tracks_.place.assign(lead + every * (last - first) + 1, {});
+  out.tracks_.weight.assign(out.tracks_.place.size(), {});
+  for (int f = first; f <= last; ++f) {
+    out.tracks_.place[lead + every * (f - first)] = tracks_.place[f];
+    out.tracks_.weight[lead + every * (f - first)] = tracks_.weight[f];
+  }
   out.add_weights();
   return out;
 }

@@ -79,14 +79,18 @@ Patch::Patch(const AlignOptions& options, const GradientPicture& picture, const 
 
 PatchFit Patch::align(const GradientPicture& picture, const PatchWarp& start) const {
   PatchFit fit;
-  fit.warp = start, fit.sigma = std::numeric_limits<double>::infinity();
+  fit.warp = start;
+  fit.sigma = std::numeric_limits<double>::infinity();
   double gain = 1, bias[3] = {0, 0, 0};
   double total = 0;
   for (const Pixel& p : pixels_) total += p.weight;
   for (int iteration = 0; iteration <= options_.iterations; ++iteration) {
     Normal normal[3];
     Columns sum[3];
-    for (int c = 0; c < 3; ++c) normal[c].setZero(), sum[c].setZero();
+    for (int c = 0; c < 3; ++c) {
+      normal[c].setZero();
+      sum[c].setZero();
+    }
     double weight_sum = 0, inside = 0;
     for (const Pixel& p : pixels_) {
       const Vector2d at = fit.warp.position + fit.warp.linear * p.offset;
@@ -140,8 +144,10 @@ PatchFit Patch::align(const GradientPicture& picture, const PatchWarp& start) co
     const double length = step.head<2>().norm(), limit = 0.3 * options_.radius;
     const double share = length > limit ? limit / length : 1;
     fit.warp.position += share * step.head<2>();
-    fit.warp.linear(0, 0) += share * step[2], fit.warp.linear(0, 1) += share * step[3];
-    fit.warp.linear(1, 0) += share * step[4], fit.warp.linear(1, 1) += share * step[5];
+    fit.warp.linear(0, 0) += share * step[2];
+    fit.warp.linear(0, 1) += share * step[3];
+    fit.warp.linear(1, 0) += share * step[4];
+    fit.warp.linear(1, 1) += share * step[5];
     if (length < options_.enough && iteration > 1) iteration = std::max(iteration, options_.iterations - 1);
   }
   return fit;

@@ -55,7 +55,10 @@ double mean_colour(const ImageF& picture, const ImageU8& ignored) {
   size_t n = 0;
   for (size_t i = 0; i < picture.pixels(); ++i)
     if (ignored.data[i] == 0)
-      for (int c = 0; c < 3; ++c) sum += picture.data[3 * i + c], ++n;
+      for (int c = 0; c < 3; ++c) {
+        sum += picture.data[3 * i + c];
+        ++n;
+      }
   return n > 0 ? sum / static_cast<double>(n) : 0;
 }
 
@@ -163,7 +166,10 @@ class Checker {
     int worst = 0;
     for (int t = 1; t < frames && first > 0; ++t) {
       const double light = std::abs(mean_colour(video_.frames[t], surroundings_) / first - 1);
-      if (light > checks_.light) checks_.light = light, worst = t;
+      if (light > checks_.light) {
+        checks_.light = light;
+        worst = t;
+      }
     }
     if (checks_.light > options_.noted_light && !jumped_ && turned_ < 0) {
       found(VideoProblem::kLight, false, checks_.light, options_.noted_light, worst,
@@ -236,7 +242,8 @@ class Checker {
         for (int x = 0; x < flow.width; ++x)
           if (surroundings_(x, y) == 0 && contrast(x, y) > kTextured) {
             still.push_back(std::hypot(flow(x, y, 0), flow(x, y, 1)));
-            still_u.push_back(flow(x, y, 0)), still_v.push_back(flow(x, y, 1));
+            still_u.push_back(flow(x, y, 0));
+            still_v.push_back(flow(x, y, 1));
           }
       background = still.size();
       const float u = static_cast<float>(quantile(still_u, 0.5)), v = static_cast<float>(quantile(still_v, 0.5));
@@ -246,10 +253,14 @@ class Checker {
           if (object_(x, y) != 0 && contrast(x, y) > kTextured)
             object.push_back(std::hypot(flow(x, y, 0) - u, flow(x, y, 1) - v));
       checks_.noise = std::max(checks_.noise, quantile(still_u, 0.5));
-      if (const double drift = quantile(still, 0.5); drift > checks_.drift)
-        checks_.drift = drift, drift_frame = pairs[k].second;
-      if (const double motion = quantile(object, 0.95); motion > checks_.motion)
-        checks_.motion = motion, motion_frame = pairs[k].second;
+      if (const double drift = quantile(still, 0.5); drift > checks_.drift) {
+        checks_.drift = drift;
+        drift_frame = pairs[k].second;
+      }
+      if (const double motion = quantile(object, 0.95); motion > checks_.motion) {
+        checks_.motion = motion;
+        motion_frame = pairs[k].second;
+      }
     }
     const double width = picture_.width, limit = options_.most_drift * width;
     if (turned_ >= 0 || (checks_.drift > options_.noted_drift * width && background > 100 && !jumped_)) {

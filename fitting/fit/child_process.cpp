@@ -49,8 +49,10 @@ ChildProcess::ChildProcess(ChildOptions options) : options_(std::move(options)) 
   }
   close(log);
   if (options_.talks) {
-    close(to[0]), close(from[1]);
-    input_ = to[1], output_ = from[0];
+    close(to[0]);
+    close(from[1]);
+    input_ = to[1];
+    output_ = from[0];
     fcntl(input_, F_SETFL, O_NONBLOCK);
   }
   if (process_ < 0) throw failed("cannot be started");
@@ -111,7 +113,10 @@ ChildProcess::Read ChildProcess::read_line(std::string& line, double seconds) {
 }
 
 void ChildProcess::close_input() {
-  if (input_ >= 0) close(input_), input_ = -1;
+  if (input_ >= 0) {
+    close(input_);
+    input_ = -1;
+  }
 }
 
 std::optional<int> ChildProcess::wait(double seconds) {

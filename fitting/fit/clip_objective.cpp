@@ -33,12 +33,18 @@ SeenFrames<float> cut_to_weight(const Camera& camera, std::span<const ImageF> fr
   int x0 = weight.width, y0 = weight.height, x1 = 0, y1 = 0;
   for (int y = 0; y < weight.height; ++y)
     for (int x = 0; x < weight.width; ++x)
-      if (weight(x, y) > 0)
-        x0 = std::min(x0, x), y0 = std::min(y0, y), x1 = std::max(x1, x + 1), y1 = std::max(y1, y + 1);
+      if (weight(x, y) > 0) {
+        x0 = std::min(x0, x);
+        y0 = std::min(y0, y);
+        x1 = std::max(x1, x + 1);
+        y1 = std::max(y1, y + 1);
+      }
   if (x1 <= x0)
     throw input_error("fit", "video", "shows nothing that moves", "check the camera of the video, and what is pinned");
-  x0 = std::max(0, x0 - kBorder), y0 = std::max(0, y0 - kBorder);
-  x1 = std::min(weight.width, x1 + kBorder), y1 = std::min(weight.height, y1 + kBorder);
+  x0 = std::max(0, x0 - kBorder);
+  y0 = std::max(0, y0 - kBorder);
+  x1 = std::min(weight.width, x1 + kBorder);
+  y1 = std::min(weight.height, y1 + kBorder);
   SeenFrames<float> out;
   out.camera = cropped(camera, x0, y0, x1 - x0, y1 - y0);
   for (const ImageF& frame : frames) out.frames.push_back(cut(frame, x0, y0, x1 - x0, y1 - y0));
@@ -48,7 +54,10 @@ SeenFrames<float> cut_to_weight(const Camera& camera, std::span<const ImageF> fr
 
 SeenFlow<float> flow_of_clip(const SeenFrames<float>& seen, const ClipFrames& frames) {
   std::vector<std::pair<int, int>> pairs;
-  for (int f = frames.first; f < frames.last; ++f) pairs.push_back({f, f + 1}), pairs.push_back({f + 1, f});
+  for (int f = frames.first; f < frames.last; ++f) {
+    pairs.push_back({f, f + 1});
+    pairs.push_back({f + 1, f});
+  }
   std::vector<ImageF> flows = dense_flows(seen.frames, pairs);
   SeenFlow<float> out;
   out.camera = seen.camera;
@@ -56,7 +65,9 @@ SeenFlow<float> flow_of_clip(const SeenFrames<float>& seen, const ClipFrames& fr
     const int f = pairs[k].first;
     const ImageF& back = flows[k + 1];
     auto& pair = out.pairs.emplace_back();
-    pair.from = frames.of(f), pair.to = frames.of(f + 1), pair.flow = std::move(flows[k]);
+    pair.from = frames.of(f);
+    pair.to = frames.of(f + 1);
+    pair.flow = std::move(flows[k]);
     pair.weight = seen.weight.empty() ? ImageF(seen.camera.width, seen.camera.height, 1, 1.0f)
                                       : seen.weight[seen.weight.size() == 1 ? 0 : f];
     for (int y = 0; y < seen.camera.height; ++y)

@@ -26,7 +26,10 @@ std::vector<double> in_time(std::span<const double> residuals, size_t columns) {
       double variance = 0, together = 0;
       for (size_t k = 0; k < rows; ++k) variance += at(k) * at(k);
       for (size_t k = lag; k < rows; ++k) together += at(k) * at(k - lag);
-      if (variance > 0) sum += together / variance, ++counted;
+      if (variance > 0) {
+        sum += together / variance;
+        ++counted;
+      }
     }
     if (counted == 0 || sum <= 0) break;
     found.push_back(sum / counted);
@@ -52,7 +55,8 @@ UnitErrors unit_errors(std::span<const double> residuals, size_t points, size_t 
         of_point.push_back(residuals[(t * points + k) * axes + a] / std::sqrt(square));
     }
     if (of_point.size() != axes * rows) continue;
-    out.point.push_back(k), out.row.insert(out.row.end(), of_point.begin(), of_point.end());
+    out.point.push_back(k);
+    out.row.insert(out.row.end(), of_point.begin(), of_point.end());
   }
   return out;
 }
@@ -78,8 +82,10 @@ ErrorCorrelation::ErrorCorrelation(std::span<const double> errors, std::span<con
   rows_ = errors.size() / columns;
   for (size_t c = 0; c < columns; ++c) {
     double square = 0, count = 0;
-    for (size_t t = 0; t < rows_; ++t)
-      square += std::pow(errors[t * columns + c], 2), count += errors[t * columns + c] != 0;
+    for (size_t t = 0; t < rows_; ++t) {
+      square += std::pow(errors[t * columns + c], 2);
+      count += errors[t * columns + c] != 0;
+    }
     size_.push_back(std::sqrt(square / std::max(1.0, count)));
   }
   own_ = in_time(errors, columns);
@@ -106,8 +112,12 @@ ErrorCorrelation::ErrorCorrelation(std::span<const double> errors, std::span<con
   };
   std::vector<double> together, pairs;
   for_pairs([&](size_t i, size_t j, size_t b) {
-    if (b >= pairs.size()) together.resize(b + 1, 0.0), pairs.resize(b + 1, 0.0);
-    together[b] += correlation(i, j, 0), pairs[b] += 1;
+    if (b >= pairs.size()) {
+      together.resize(b + 1, 0.0);
+      pairs.resize(b + 1, 0.0);
+    }
+    together[b] += correlation(i, j, 0);
+    pairs[b] += 1;
   });
   size_t reach = 0;
   while (reach < pairs.size() && (pairs[reach] == 0 || together[reach] > 0)) ++reach;
@@ -178,7 +188,10 @@ Eigen::MatrixXd ErrorCorrelation::of_gradient(const Eigen::MatrixXd& jacobian) c
 
 double unexplained(std::span<const double> errors, std::span<const Vec3f> place, size_t axes) {
   double square = 0, count = 0;
-  for (const double r : errors) square += r * r, count += r != 0;
+  for (const double r : errors) {
+    square += r * r;
+    count += r != 0;
+  }
   return std::sqrt(ErrorCorrelation(errors, place, axes).factor() * square / std::max(1.0, count));
 }
 
@@ -186,7 +199,10 @@ Eigen::MatrixXd covariance_with(const ErrorCorrelation& correlation, const Eigen
                                 const Eigen::MatrixXd& covariance) {
   Eigen::MatrixXd known = covariance;
   for (Eigen::Index i = 0; i < known.rows(); ++i)
-    if (std::isinf(known(i, i))) known.row(i).setZero(), known.col(i).setZero();
+    if (std::isinf(known(i, i))) {
+      known.row(i).setZero();
+      known.col(i).setZero();
+    }
   Eigen::MatrixXd out = known + known * (correlation.of_gradient(jacobian) - jacobian.transpose() * jacobian) * known;
   for (Eigen::Index i = 0; i < known.rows(); ++i)
     if (std::isinf(covariance(i, i))) out(i, i) = INFINITY;

@@ -11,7 +11,9 @@ Dissipation dissipation_of(const Motion<float>& motion) {
   SimulateOptions options = motion.options.simulate;
   const int frames = static_cast<int>(std::lround(options.fps * options.duration));
   const int substeps = std::max(1, options.substeps);
-  options.fps *= substeps, options.substeps = 1, options.duration = double(frames) * substeps / options.fps;
+  options.fps *= substeps;
+  options.substeps = 1;
+  options.duration = double(frames) * substeps / options.fps;
   double kinetic = 0, first = 0, last = 0, before = 0;
   simulate<float>(options, motion.particles, motion.interactions, motion.start, [&](const SimulationState& state) {
     const double now = kinetic_energy(motion.particles, state);

@@ -45,8 +45,10 @@ double middle_depth(const RenderResult& picture) {
 ImageF with_colours_of(ImageF picture, const ImageF& scene) {
   for (int c = 0; c < 3; ++c) {
     double of_picture = 0, of_scene = 0;
-    for (size_t i = 0; i < picture.pixels(); ++i)
-      of_picture += picture.data[3 * i + c], of_scene += scene.data[3 * i + c];
+    for (size_t i = 0; i < picture.pixels(); ++i) {
+      of_picture += picture.data[3 * i + c];
+      of_scene += scene.data[3 * i + c];
+    }
     const float gain = of_picture > 0 ? static_cast<float>(std::clamp(of_scene / of_picture, 0.5, 2.0)) : 1.0f;
     for (size_t i = 0; i < picture.pixels(); ++i) picture.data[3 * i + c] *= gain;
   }
@@ -64,9 +66,15 @@ double shifted_correlation(const ImageF& a, const ImageF& b, int du, int dv) {
     for (int y = top; y < bottom; ++y)
       for (int x = left; x < right; ++x) {
         const double va = a(x, y, c), vb = b(x + du, y + dv, c);
-        sum_a += va, sum_b += vb, ab += va * vb, aa += va * va, bb += vb * vb;
+        sum_a += va;
+        sum_b += vb;
+        ab += va * vb;
+        aa += va * va;
+        bb += vb * vb;
       }
-    ab -= sum_a * sum_b / n, aa -= sum_a * sum_a / n, bb -= sum_b * sum_b / n;
+    ab -= sum_a * sum_b / n;
+    aa -= sum_a * sum_a / n;
+    bb -= sum_b * sum_b / n;
   }
   return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0;
 }
@@ -163,7 +171,11 @@ Camera minimise(const RefineOptions& options, PoseLoss& loss, Camera camera) {
     Vector6 step = -inverse * gradient;
     if (!scaled) step *= 0.5 / step.norm();
     if (step.norm() > kLongestStep) step *= kLongestStep / step.norm();
-    if (step.dot(gradient) >= 0) step = -0.5 * gradient.normalized(), inverse.setIdentity(), scaled = false;
+    if (step.dot(gradient) >= 0) {
+      step = -0.5 * gradient.normalized();
+      inverse.setIdentity();
+      scaled = false;
+    }
     Camera trial;
     double there = 0, share = 1;
     int halvings = 0;
@@ -174,18 +186,23 @@ Camera minimise(const RefineOptions& options, PoseLoss& loss, Camera camera) {
     }
     if (halvings == kHalvings) {
       if (!scaled) break;
-      inverse.setIdentity(), scaled = false;
+      inverse.setIdentity();
+      scaled = false;
       continue;
     }
     step *= share;
     Vector6 gradient_there;
     value = loss.value(trial, gradient_there);
     const Vector6 change = gradient_there - gradient;
-    camera = trial, gradient = gradient_there;
+    camera = trial;
+    gradient = gradient_there;
     if (step.norm() < options.smallest_step) break;
     const double curvature = change.dot(step);
     if (curvature <= 1e-10 * change.norm() * step.norm()) continue;
-    if (!scaled) inverse = curvature / change.squaredNorm() * Matrix6::Identity(), scaled = true;
+    if (!scaled) {
+      inverse = curvature / change.squaredNorm() * Matrix6::Identity();
+      scaled = true;
+    }
     const Matrix6 left = Matrix6::Identity() - step * change.transpose() / curvature;
     inverse = left * inverse * left.transpose() + step * step.transpose() / curvature;
   }
@@ -259,7 +276,11 @@ FoundCamera find_camera(const FindCameraOptions& options, const GaussianCloud& c
     const Camera small = fitted_to(camera, options.search_size);
     const double score =
         match_score(resized(picture, small.width, small.height), render(cloud, small, rendering).color);
-    if (score > best) best = score, out.nearest = i, out.refined.camera = camera;
+    if (score > best) {
+      best = score;
+      out.nearest = i;
+      out.refined.camera = camera;
+    }
   }
   const Camera start = cameras[out.nearest].resized(picture.width, picture.height);
   out.refined.camera = refine_up_to(options.refine, cloud, rendering, out.refined.camera, picture, coarse + 1,

@@ -14,8 +14,9 @@ ClipFit fit_clip(const ClipFitOptions& options, const Motion<float>& motion, con
   const auto start = [](const Field* field, std::vector<double>& parameters) {
     if (field && parameters.empty()) parameters = field->constant(std::vector<double>(field->channels(), 0.0));
   };
-  start(fields.material, state.now.material), start(fields.velocity, state.now.velocity),
-      start(fields.poisson, state.now.poisson);
+  start(fields.material, state.now.material);
+  start(fields.velocity, state.now.velocity);
+  start(fields.poisson, state.now.poisson);
   bool stopped = false;
   fit_gradient(options.gradient, motion, objective, fields, state, [&](const GradientFitState& now) {
     if (progress && now.rows.size() % 10 == 0)

@@ -45,16 +45,18 @@ std::vector<double> packed(const GradientFitParameters& at, bool damping) {
 
 void unpack(std::span<const double> row, bool damping, GradientFitParameters& at) {
   auto from = row.begin();
-  for (auto* part : {&at.material, &at.velocity, &at.poisson})
-    std::copy_n(from, part->size(), part->begin()), from += static_cast<std::ptrdiff_t>(part->size());
+  for (auto* part : {&at.material, &at.velocity, &at.poisson}) {
+    std::copy_n(from, part->size(), part->begin());
+    from += static_cast<std::ptrdiff_t>(part->size());
+  }
   if (damping) at.damping = row.back();
 }
 
 /// The rate of each parameter, in the same row.
 std::vector<double> rates_of(const GradientFitOptions& options, const GradientFitParameters& at, bool damping) {
   std::vector<double> rates(at.material.size(), options.material_rate);
-  rates.insert(rates.end(), at.velocity.size(), options.velocity_rate),
-      rates.insert(rates.end(), at.poisson.size(), options.poisson_rate);
+  rates.insert(rates.end(), at.velocity.size(), options.velocity_rate);
+  rates.insert(rates.end(), at.poisson.size(), options.poisson_rate);
   if (damping) rates.push_back(options.damping_rate);
   return rates;
 }
@@ -149,26 +151,36 @@ void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion
   CHECK(!fields.damping || motion.options.simulate.damping_time > 0);
   const std::vector<double> rates = rates_of(options, state.now, fields.damping);
   const size_t count = rates.size();
-  if (state.first_moment.empty()) state.first_moment.assign(count, 0.0), state.second_moment.assign(count, 0.0);
+  if (state.first_moment.empty()) {
+    state.first_moment.assign(count, 0.0);
+    state.second_moment.assign(count, 0.0);
+  }
   CHECK(state.first_moment.size() == count && state.second_moment.size() == count);
   const int all = frames_of(motion);
   // The start is a candidate too: a short window may lead away from a good one.
-  if (state.rows.empty() && !options.noisy && window_of(options, 0, all) < all)
-    state.best_loss = motion_loss(with_fields(motion, fields, state.now), objective), state.best = state.now;
+  if (state.rows.empty() && !options.noisy && window_of(options, 0, all) < all) {
+    state.best_loss = motion_loss(with_fields(motion, fields, state.now), objective);
+    state.best = state.now;
+  }
   while (!state.finished && static_cast<int>(state.rows.size()) < options.iterations) {
     const int k = static_cast<int>(state.rows.size()), window = window_of(options, k, all);
     GradientFitRow row;
     const std::vector<double> gradient = gradient_of(options, motion, objective, fields, state.now, window, row);
     if (window == all) {
       const bool better = state.best_loss < 0 || row.loss < (1 - options.better) * state.best_loss;
-      if (state.best_loss < 0 || row.loss < state.best_loss || options.noisy)
-        state.best_loss = row.loss, state.best = state.now;
+      if (state.best_loss < 0 || row.loss < state.best_loss || options.noisy) {
+        state.best_loss = row.loss;
+        state.best = state.now;
+      }
       state.without_better = better ? 0 : state.without_better + 1;
       state.finished = state.without_better >= options.patience && !options.noisy;
       if (!options.noisy && row.loss > (1 + options.astray) * state.best_loss) {
         // Adam's steps are of the size of its rates however near the best is: back to it, with half of them.
-        state.now = state.best, state.rate *= 0.5, state.steps = 0;
-        state.first_moment.assign(count, 0.0), state.second_moment.assign(count, 0.0);
+        state.now = state.best;
+        state.rate *= 0.5;
+        state.steps = 0;
+        state.first_moment.assign(count, 0.0);
+        state.second_moment.assign(count, 0.0);
         state.rows.push_back(row);
         if (sink && !sink(state)) return;
         continue;
@@ -182,7 +194,9 @@ void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion
     for (size_t i = 0; i < count; ++i) parameters[i] += step[i] * rates[i];
     unpack(parameters, fields.damping, state.now);
     for (double& p : state.now.material) p = std::clamp(p, -options.material_limit, options.material_limit);
-    state.first_moment = adam.first_moment(), state.second_moment = adam.second_moment(), ++state.steps;
+    state.first_moment = adam.first_moment();
+    state.second_moment = adam.second_moment();
+    ++state.steps;
     state.rows.push_back(row);
     if (sink && !sink(state)) return;
   }

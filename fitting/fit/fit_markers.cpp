@@ -45,7 +45,8 @@ class MarkerFit {
     for (size_t t = 0; t < tracks.samples(); ++t) {
       if (tracks.time[t] < onset_ - options.release_range || tracks.time[t] > onset_ + options.window) continue;
       measured_.time.push_back(tracks.time[t]);
-      measured_.displacement.emplace_back(), measured_.weight.emplace_back();
+      measured_.displacement.emplace_back();
+      measured_.weight.emplace_back();
       for (const int k : model_.bound()) {
         measured_.displacement.back().push_back(tracks.position[t][k] - rest_[k]);
         measured_.weight.back().push_back(tracks.weight[t][k]);
@@ -104,7 +105,8 @@ class MarkerFit {
     const auto known = motions_.find(key);
     if (known != motions_.end() && known->second.duration() >= duration - 0.5 / known->second.fps) return known->second;
     if (motions_.size() > 100) motions_.clear();
-    ++result_.rollouts, result_.simulated_seconds += duration;
+    ++result_.rollouts;
+    result_.simulated_seconds += duration;
     return motions_[key] = model_.run(p, duration, substeps_);
   }
 
@@ -166,13 +168,20 @@ class MarkerFit {
       if (hurry > stretch) break;
       const double loss =
           squares(residuals([&](double s, size_t k) { return Vec3d(base.at(s * hurry, k) / ratio); }, p.release));
-      if (loss < least) least = loss, best = step;
+      if (loss < least) {
+        least = loss;
+        best = step;
+      }
     }
     return best;
   }
 
   void search(MarkerParameters& p) {
-    if (!state_.searched) state_.best = searched(p), state_.searched = true, keep();
+    if (!state_.searched) {
+      state_.best = searched(p);
+      state_.searched = true;
+      keep();
+    }
     p.young_factor = factor(state_.best);
     for (const MarkerFitState::Simulated& one : state_.simulated)
       if (std::isfinite(one.loss)) result_.search.push_back(candidate(one));
@@ -185,14 +194,18 @@ class MarkerFit {
     for (int round = 0; round < 6; ++round) {
       const int next = proposal(p, best, stretch);
       const bool stays = next == best;
-      best = next, stretch = std::pow(10.0, 0.15);  // from now on up to 0.3 decades stiffer
+      best = next;
+      stretch = std::pow(10.0, 0.15);  // from now on up to 0.3 decades stiffer
       if (stays) break;
     }
     // What was proposed is compared with its neighbours, and the least loss of all that was simulated counts.
     for (bool moved = true; moved;) {
       moved = false;
       for (const int side : {-1, 1})
-        if (simulated(p, best + side) < simulated(p, best)) best += side, moved = true;
+        if (simulated(p, best + side) < simulated(p, best)) {
+          best += side;
+          moved = true;
+        }
     }
     return best;
   }
@@ -212,10 +225,14 @@ class MarkerFit {
     std::vector<double> start;
     for (const Unknown& u : unknowns) {
       start.push_back(u.start);
-      gauss.difference.push_back(u.difference), gauss.largest_step.push_back(u.largest_step);
-      gauss.low.push_back(u.low), gauss.high.push_back(u.high);
+      gauss.difference.push_back(u.difference);
+      gauss.largest_step.push_back(u.largest_step);
+      gauss.low.push_back(u.low);
+      gauss.high.push_back(u.high);
     }
-    gauss.max_iterations = options_.max_iterations, gauss.tolerance = 1e-4, gauss.jacobian = options_.jacobian;
+    gauss.max_iterations = options_.max_iterations;
+    gauss.tolerance = 1e-4;
+    gauss.jacobian = options_.jacobian;
     const auto parameters_of = [&, base = p](std::span<const double> x) {
       MarkerParameters q = base;
       size_t at = 0;
@@ -230,9 +247,15 @@ class MarkerFit {
           const MarkerParameters q = parameters_of(x);
           return residuals(motion(q, duration()), q.release);
         },
-        start, state_.refinement, [&](const GaussNewtonState& now) { state_.refinement = now, keep(); });
+        start, state_.refinement,
+        [&](const GaussNewtonState& now) {
+          state_.refinement = now;
+          keep();
+        });
     p = parameters_of(fit.parameters);
-    result_.jacobian = fit.jacobian, result_.loss = fit.summary.loss, result_.converged = fit.summary.converged;
+    result_.jacobian = fit.jacobian;
+    result_.loss = fit.summary.loss;
+    result_.converged = fit.summary.converged;
     // Errors of a marker go on for a while, and neighbours share them.
     std::vector<Vec3f> place;
     for (const int k : model_.bound()) place.push_back(rest_[k].cast<float>());
@@ -257,7 +280,8 @@ class MarkerFit {
       const double s = measured_.time[t] - p.release;
       if (s < 0) continue;
       result_.expected.time.push_back(measured_.time[t]);
-      result_.expected.position.emplace_back(), result_.expected.weight.push_back(measured_.weight[t]);
+      result_.expected.position.emplace_back();
+      result_.expected.weight.push_back(measured_.weight[t]);
       for (size_t k = 0; k < model_.bound().size(); ++k) {
         const Vec3d expected = moved.at(s, k);
         result_.expected.position.back().push_back(rest_[model_.bound()[k]] + expected);
@@ -265,7 +289,8 @@ class MarkerFit {
         seen += measured_.weight[t][k];
       }
     }
-    result_.rms_axis = (sum / seen).cwiseSqrt(), result_.rms = std::sqrt(sum.sum() / seen);
+    result_.rms_axis = (sum / seen).cwiseSqrt();
+    result_.rms = std::sqrt(sum.sum() / seen);
   }
 
   const MarkerFitOptions& options_;

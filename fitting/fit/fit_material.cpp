@@ -56,9 +56,12 @@ Motion<float> motion_of(const VibrationFit& fit, const VibrationFitOptions& opti
   Motion<float> motion{particles, fit.start, interactions, {}};
   SimulateOptions& simulate = motion.options.simulate;
   simulate = options.simulate;
-  simulate.fps = fps * fit.subframes, simulate.substeps = fit.substeps, simulate.damping_time = fit.damping_time;
+  simulate.fps = fps * fit.subframes;
+  simulate.substeps = fit.substeps;
+  simulate.damping_time = fit.damping_time;
   simulate.duration = fit.rollout_frame(fit.last_frame, fps) / simulate.fps;
-  simulate.settle_time = 0, simulate.sleep_speed = 0;
+  simulate.settle_time = 0;
+  simulate.sleep_speed = 0;
   return motion;
 }
 
@@ -76,10 +79,14 @@ void add_field(const MaterialFitOptions& options, VibrationFitOptions vibration,
                const TrackLoss<float>& tracks, double fps, const std::function<void(const std::string&)>& progress,
                const MaterialFitProgress& kept, MaterialFit& fit) {
   const bool parts = options.kind == MaterialKind::kParts;
-  vibration.field = field, vibration.candidates = 1, vibration.refine.max_iterations *= 2;
-  vibration.field_sigma = parts ? options.part_sigma * kDecade : 1, vibration.factor_sigma = kCommon;
+  vibration.field = field;
+  vibration.candidates = 1;
+  vibration.refine.max_iterations *= 2;
+  vibration.field_sigma = parts ? options.part_sigma * kDecade : 1;
+  vibration.factor_sigma = kCommon;
   vibration.field_limit = parts ? options.decades * kDecade : kMostSigmas;
-  vibration.search.low = -0.3, vibration.search.high = 0.3;
+  vibration.search.low = -0.3;
+  vibration.search.high = 0.3;
   vibration.search.first = fit.homogeneous.first_frame / fps;
   vibration.known_modes = fit.homogeneous.modes.stiffer(std::pow(10.0, fit.homogeneous.log10_factor));
   const Particles base = fit.particles;
@@ -117,10 +124,12 @@ void refine_by_gradients(const MaterialFitOptions& options, const VibrationFitOp
   const ClipFit clip = fit_clip(varied, motion, clip_objective(options.clip, &tracks, frames), kept.gradient, progress,
                                 kept.keep_gradient);
   const Motion<float>& best = clip.motion;
-  fit.particles = best.particles, fit.found.start = best.start,
+  fit.particles = best.particles;
+  fit.found.start = best.start;
   fit.found.damping_time = best.options.simulate.damping_time;
   fit.found.substeps = best.options.simulate.substeps;
-  fit.iterations = clip.iterations, fit.field_left = false;
+  fit.iterations = clip.iterations;
+  fit.field_left = false;
   fit.steps.push_back(step_of("gradients", clip, tracks, frames));
   fit.found.rms = fit.steps.back().rms;
   find_posterior(options, best, tracks, frames, kept, fit);
@@ -135,8 +144,10 @@ ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particle
   varied.gradient = options.gradient;
   if (options.kind == MaterialKind::kTriplanes) {
     TriplaneOptions planes = options.planes, velocity_planes = options.planes;
-    planes.low = {-kDecade * options.decades}, planes.high = {kDecade * options.decades};
-    velocity_planes.channels = 3, velocity_planes.resolution = 24;
+    planes.low = {-kDecade * options.decades};
+    planes.high = {kDecade * options.decades};
+    velocity_planes.channels = 3;
+    velocity_planes.resolution = 24;
     varied.material = std::make_shared<WeightedField>(make_triplane_field(planes, particles.position), free);
     varied.velocity = std::make_shared<WeightedField>(make_triplane_field(velocity_planes, particles.position), free);
   } else {
@@ -146,7 +157,10 @@ ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particle
     varied.gradient.material_limit = options.kind == MaterialKind::kSmooth ? kMostSigmas : options.decades * kDecade;
   }
   if (options.poisson) varied.poisson = std::make_shared<PartField>(particles.size(), 1);
-  if (options.clip.guide_weight > 0) varied.gradient.noisy = true, varied.gradient.growth = 0;
+  if (options.clip.guide_weight > 0) {
+    varied.gradient.noisy = true;
+    varied.gradient.growth = 0;
+  }
   return varied;
 }
 
@@ -162,11 +176,13 @@ void find_posterior(const MaterialFitOptions& options, const Motion<float>& moti
   const YoungPosterior posterior =
       posterior_about(motion, *field, sigma, tracks.on_rollout(frames.first, frames.last, frames.lead, frames.every),
                       options.vibration.stop, kept.posterior, kept.keep_posterior);
-  fit.sigma = posterior.young_sigma, fit.prior_sigma = prior_sigma_of(options);
+  fit.sigma = posterior.young_sigma;
+  fit.prior_sigma = prior_sigma_of(options);
   add_left_out(field.get(), fit.sigma);
   VibrationFit& found = fit.found;
   const double spread = std::exp(std::min(5.0, posterior.log_damping_sigma));
-  found.log10_sigma = posterior.log10_sigma, found.damping_time_low = found.damping_time / spread,
+  found.log10_sigma = posterior.log10_sigma;
+  found.damping_time_low = found.damping_time / spread;
   found.damping_time_high = found.damping_time * spread;
 }
 
@@ -194,7 +210,8 @@ MaterialFit fit_material(const MaterialFitOptions& options, const Particles& par
   if (!kept.homogeneous && kept.keep_homogeneous) kept.keep_homogeneous(fit.homogeneous);
   fit.found = fit.homogeneous;
   fit.particles = fit.found.fitted(particles);
-  fit.sigma = fit.found.young_sigma, fit.prior_sigma = INFINITY;
+  fit.sigma = fit.found.young_sigma;
+  fit.prior_sigma = INFINITY;
   fit.steps = {{"search", fit.homogeneous.rms_search, fit.homogeneous.seconds_search, true, "", {}},
                step_of("homogeneous", fit.homogeneous)};
   if (const auto field = field_of(options, particles))

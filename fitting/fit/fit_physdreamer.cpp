@@ -49,13 +49,16 @@ std::shared_ptr<const Field> velocity_field(const MaterialFitOptions& options, c
   for (double& w : weight) w *= speed;
   if (options.kind == MaterialKind::kTriplanes) {
     TriplaneOptions planes = options.planes;
-    planes.channels = 3, planes.resolution = 24;
+    planes.channels = 3;
+    planes.resolution = 24;
     return std::make_shared<WeightedField>(make_triplane_field(planes, particles.position), weight);
   }
   Box box;
   for (const Vec3f& x : particles.position) box.add(x);
   SmoothFieldOptions smooth;
-  smooth.sigma = 1, smooth.modes = options.vibration.most_smooth, smooth.least = 1e-5,
+  smooth.sigma = 1;
+  smooth.modes = options.vibration.most_smooth;
+  smooth.least = 1e-5;
   smooth.length = kSmoothLength * double(box.size().norm());
   return std::make_shared<WeightedField>(
       std::make_shared<AxesField>(std::make_shared<SmoothField>(smooth, particles.position)), weight);
@@ -64,7 +67,8 @@ std::shared_ptr<const Field> velocity_field(const MaterialFitOptions& options, c
 /// At the time step that a simulation from its start chooses.
 void fix_time_step(Motion<float>& motion) {
   RolloutOptions one = motion.options;
-  one.simulate.duration = 1 / one.simulate.fps, one.simulate.substeps = 0;
+  one.simulate.duration = 1 / one.simulate.fps;
+  one.simulate.substeps = 0;
   motion.options.simulate.substeps = rollout<float>(one, motion.particles, motion.interactions, motion.start).substeps;
 }
 
@@ -84,19 +88,25 @@ MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& 
   Motion<float> motion{particles, initial_state(particles), interactions, {}};
   SimulateOptions& simulate = motion.options.simulate;
   simulate = options.vibration.simulate;
-  simulate.fps = fps, simulate.settle_time = 0, simulate.sleep_speed = 0;
+  simulate.fps = fps;
+  simulate.settle_time = 0;
+  simulate.sleep_speed = 0;
   motion.options.gradient_window = options.gradient_window;
 
   MaterialFit fit;
   VibrationFit& given = fit.homogeneous;
-  given.time = first / fps, given.first_frame = given.search.first_frame = first, given.last_frame = last,
+  given.time = first / fps;
+  given.first_frame = given.search.first_frame = first;
+  given.last_frame = last;
   given.damping_time = simulate.damping_time;
   const auto tracks_of = [&](const ClipFrames& frames) { return tracks.on_rollout(frames.first, frames.last, 0, 1); };
   given.rms_rest = given.rms_search = tracks_of(all).rms(std::vector<SimulationState>(all.count(), motion.start));
 
   // v0(x) under the E that is given.
   ClipFitOptions start;
-  start.damping = false, start.gradient = options.gradient, start.gradient.growth = 0;
+  start.damping = false;
+  start.gradient = options.gradient;
+  start.gradient.growth = 0;
   start.velocity = velocity_field(options, particles, interactions, typical_speed(tracks_of(early), particles, fps));
   if (options.kind != MaterialKind::kTriplanes) start.gradient.velocity_rate = kDirectRate;
   simulate.duration = kFirstFrames / fps;
@@ -108,23 +118,28 @@ MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& 
 
   // E(x) from there.
   ClipFitOptions material = gradient_fields(options, particles, interactions);
-  material.velocity = nullptr, material.damping = false;
+  material.velocity = nullptr;
+  material.damping = false;
   simulate.duration = (last - first) / fps;
   fix_time_step(motion);
   given.rms =
-      tracks_of(all).rms(rollout<float>(motion.options, motion.particles, motion.interactions, motion.start).frames),
+      tracks_of(all).rms(rollout<float>(motion.options, motion.particles, motion.interactions, motion.start).frames);
   given.substeps = simulate.substeps;
   const ClipFit clip = fit_clip(material, motion, clip_objective(options.clip, &tracks, all), kept.gradient, progress,
                                 kept.keep_gradient);
   fit.steps.push_back(step_of("material", clip, tracks, all));
 
-  fit.found = given, fit.found.rms = fit.steps.back().rms, fit.found.substeps = clip.motion.options.simulate.substeps;
-  fit.particles = clip.motion.particles, fit.iterations = clip.iterations;
+  fit.found = given;
+  fit.found.rms = fit.steps.back().rms;
+  fit.found.substeps = clip.motion.options.simulate.substeps;
+  fit.particles = clip.motion.particles;
+  fit.iterations = clip.iterations;
   fit.young.assign(fit.particles.young.begin(), fit.particles.young.end());
   for (size_t i = 0; i < particles.size(); ++i)
     fit.found.log10_factor += std::log10(fit.young[i] / particles.young[i]) / static_cast<double>(particles.size());
   find_posterior(options, clip.motion, tracks, all, kept, fit);
-  given.seconds = velocity.seconds, fit.found.seconds = velocity.seconds + clip.seconds;
+  given.seconds = velocity.seconds;
+  fit.found.seconds = velocity.seconds + clip.seconds;
   return fit;
 }
 

@@ -42,14 +42,18 @@ class Journal {
                            std::span<const double> from, int iterations, double noise,
                            const Eigen::MatrixXd& jacobian = {}, double field_spread = 1) {
     GaussNewtonOptions options = rollouts.bounded(base, field_spread);
-    options.max_iterations = iterations, options.jacobian = jacobian;
+    options.max_iterations = iterations;
+    options.jacobian = jacobian;
     options.parallel = options.keep_jacobian = true;
     std::vector<GaussNewtonState>& all = state_.refinements;
     const size_t k = made_++;
     if (k == all.size()) all.emplace_back();
     return gauss_newton(
         options, [&](std::span<const double> p) { return rollouts.residuals(p, noise); }, from, all[k],
-        [&](const GaussNewtonState& now) { all[k] = now, keep(); });
+        [&](const GaussNewtonState& now) {
+          all[k] = now;
+          keep();
+        });
   }
 
  private:
@@ -83,7 +87,8 @@ void set_young_sigma(VibrationFit& fit, const VibrationFitOptions& options, size
   by.col(0).setOnes();
   if (size > 0) by.rightCols(size) = sensitivity(*options.field, fit.field);
   YoungPosterior posterior = young_posterior(by, scaled);
-  fit.log10_sigma = posterior.log10_sigma, fit.young_sigma = std::move(posterior.young_sigma);
+  fit.log10_sigma = posterior.log10_sigma;
+  fit.young_sigma = std::move(posterior.young_sigma);
 }
 
 /// What remains, as a share of the noise.  Errors of neighbouring frames and points are not independent: how far they
@@ -109,14 +114,16 @@ GaussNewtonResult refine_field(const VibrationFitOptions& options, const TrackLo
   const auto keep_loss = [&] {
     double square = 0;
     for (const double r : rollouts.residuals(result.parameters, noise)) square += 0.5 * noise * noise * r * r;
-    summary.loss.push_back(square), ++summary.evaluations;
+    summary.loss.push_back(square);
+    ++summary.evaluations;
   };
   const auto tell = [&](const char* what, int number, const char* of) {
     say("%s %d %s: rms error %.3g after %d steps, %d roll-outs, until %s", what, number, of,
         rollouts.rms(result.parameters), static_cast<int>(result.summary.loss.size()) - 1, result.summary.evaluations,
         result.summary.stopped_by.c_str());
   };
-  axes.most_jacobians = kOfWindow, axes.tolerance = 10 * options.refine.tolerance;
+  axes.most_jacobians = kOfWindow;
+  axes.tolerance = 10 * options.refine.tolerance;
   for (int frames = kFirstWindow; frames < kWholeWindow * count; frames *= 2) {
     keep_loss();
     rollouts.compare_until(rollouts.first_frame() + frames);
@@ -135,7 +142,8 @@ GaussNewtonResult refine_field(const VibrationFitOptions& options, const TrackLo
     // The transfers damp more at small time steps: when E is nearly known, rounds go on at the one that a simulation
     // will take.
     if (round == 2) rollouts.fix_time_step(result.parameters, kSame);
-    noise *= change, axes.rough_jacobian = result.jacobian / change;
+    noise *= change;
+    axes.rough_jacobian = result.jacobian / change;
     axes.most_jacobians = std::max(1, std::min(left, kOfRound) / static_cast<int>(2 * from.size()));
     axes.tolerance = (round == 0 ? 10 : 1) * options.refine.tolerance;
     result = journal.refine(rollouts, axes, result.parameters, options.refine.max_iterations, noise, {},
@@ -175,13 +183,16 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   };
   VibrationFit fit;
   Journal journal(state, sink);
-  if (!options.known_modes && !state.modes)
-    state.modes = vibration_modes(options.modes, particles, interactions), journal.keep();
+  if (!options.known_modes && !state.modes) {
+    state.modes = vibration_modes(options.modes, particles, interactions);
+    journal.keep();
+  }
   fit.modes = options.known_modes ? *options.known_modes : *state.modes;
   say("%d vibration modes, the lowest at %.2f Hz with the present E (%.1f s)", static_cast<int>(fit.modes.size()),
       fit.modes.omega.at(0) / 6.283185307, fit.modes.seconds);
   fit.search = modal_search(options.search, fit.modes, particles, tracks, fps);
-  fit.first_frame = fit.search.first_frame, fit.rms_rest = rms_of_rest(tracks, particles, fit.first_frame);
+  fit.first_frame = fit.search.first_frame;
+  fit.rms_rest = rms_of_rest(tracks, particles, fit.first_frame);
   say("search: E x %.3g explains %.1f %% of the motion from frame %d on, %.1f periods of the strongest mode",
       std::pow(10.0, fit.search.minima[0].log10_factor), 100 * (1 - fit.search.minima[0].unexplained), fit.first_frame,
       fit.search.periods);
@@ -204,10 +215,15 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     result.parameters = fitter->start();
     if (!options.field) result = journal.refine(*fitter, options.refine, fitter->start(), 2, std::max(before, 1e-12));
     const double after = fitter->rms(result.parameters);
-    fit.candidate_factor.push_back(result.parameters[0] / std::log(10.0)), fit.candidate_rms.push_back(after);
+    fit.candidate_factor.push_back(result.parameters[0] / std::log(10.0));
+    fit.candidate_rms.push_back(after);
     say("roll-outs from E x %.3g: rms error %.3g -> %.3g at E x %.3g", std::pow(10.0, minimum.log10_factor), before,
         after, std::exp(result.parameters[0]));
-    if (after < least) least = after, best = std::move(fitter), parameters = result.parameters;
+    if (after < least) {
+      least = after;
+      best = std::move(fitter);
+      parameters = result.parameters;
+    }
   }
   double noise = options.noise > 0 ? options.noise : std::max(least, 1e-12);
   GaussNewtonResult result;
@@ -227,11 +243,15 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     result =
         journal.refine(*best, options.refine, result.parameters, kLastSteps, noise * wider, result.jacobian / wider);
   fit.rms = best->rms(result.parameters);
-  fit.log10_factor = result.parameters[0] / std::log(10.0), fit.damping_time = std::exp(-result.parameters[1]);
+  fit.log10_factor = result.parameters[0] / std::log(10.0);
+  fit.damping_time = std::exp(-result.parameters[1]);
   const std::span<const double> field = best->field_of(result.parameters);
   fit.field.assign(field.begin(), field.end());
-  fit.time = best->time(), fit.subframes = best->subframes(), fit.substeps = best->substeps(),
-  fit.last_frame = best->last_frame(), fit.start = best->state_of(result.parameters);
+  fit.time = best->time();
+  fit.subframes = best->subframes();
+  fit.substeps = best->substeps();
+  fit.last_frame = best->last_frame();
+  fit.start = best->state_of(result.parameters);
 
   if (result.covariance.size() > 0) {
     // One weight for all errors is that of what does not change from frame to frame; every direction has its own.
@@ -240,7 +260,8 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
           covariance_with(ErrorCorrelation(result.residuals, tracks.tracks().rest, tracks.tracks().axes()),
                           result.jacobian, result.covariance);
     const double spread = std::exp(std::min(5.0, result.sigma(1)));
-    fit.damping_time_low = fit.damping_time / spread, fit.damping_time_high = fit.damping_time * spread;
+    fit.damping_time_low = fit.damping_time / spread;
+    fit.damping_time_high = fit.damping_time * spread;
     set_young_sigma(fit, options, particles.size(), result.covariance);
   }
   fit.seconds = since();

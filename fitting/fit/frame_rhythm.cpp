@@ -23,7 +23,10 @@ struct Places {
 
 Places places_of(std::span<const float> change, size_t begin, size_t end, int period) {
   std::vector<double> mean(period, 0), count(period, 0);
-  for (size_t t = begin; t < end; ++t) mean[t % period] += change[t], count[t % period] += 1;
+  for (size_t t = begin; t < end; ++t) {
+    mean[t % period] += change[t];
+    count[t % period] += 1;
+  }
   for (int q = 0; q < period; ++q) mean[q] /= count[q];
   std::vector<double> sorted = mean;
   std::sort(sorted.rbegin(), sorted.rend());

@@ -22,7 +22,8 @@ bool before(const std::string& a, const std::string& b) {
   while (i < a.size() && j < b.size()) {
     if (!digit(a[i]) || !digit(b[j])) {
       if (a[i] != b[j]) return a[i] < b[j];
-      ++i, ++j;
+      ++i;
+      ++j;
       continue;
     }
     while (i < a.size() && a[i] == '0') ++i;
@@ -33,7 +34,8 @@ bool before(const std::string& a, const std::string& b) {
     if (m - i != n - j) return m - i < n - j;
     const int order = a.compare(i, m - i, b, j, n - j);
     if (order != 0) return order < 0;
-    i = m, j = n;
+    i = m;
+    j = n;
   }
   return a.size() - i != b.size() - j ? a.size() - i < b.size() - j : a < b;
 }
@@ -76,7 +78,8 @@ class VideoFile : public FrameSource {
     if (read_ == 0) first_stamp_ = stamp;
     const double since_first = stamp - first_stamp_;
     frame.time = read_ == 0 || since_first > last_ ? since_first : fps_ > 0 ? read_ / fps_ : 0;
-    last_ = frame.time, ++read_;
+    last_ = frame.time;
+    ++read_;
     return frame;
   }
   double fps() const override { return fps_; }
@@ -101,7 +104,10 @@ class PictureFolder : public FrameSource {
     if (read_ >= files_.size()) return std::nullopt;
     TimedFrame frame{static_cast<double>(read_) / fps_, read_image(files_[read_])};
     const ImageF& picture = frame.picture;
-    if (read_ == 0) width_ = picture.width, height_ = picture.height;
+    if (read_ == 0) {
+      width_ = picture.width;
+      height_ = picture.height;
+    }
     if (picture.width != width_ || picture.height != height_) {
       throw input_error(files_[read_].string(), "",
                         "has " + std::to_string(picture.width) + " x " + std::to_string(picture.height) +

@@ -144,8 +144,10 @@ VectorXd step_of(MatrixXd information, double damping, const std::vector<uint8_t
   for (Eigen::Index i = 0; i < pull.size(); ++i) {
     information(i, i) += damping * std::max(information(i, i), 1e-300);
     if (!fixed[i] && information(i, i) > 1e-200) continue;
-    information.row(i).setZero(), information.col(i).setZero();
-    information(i, i) = 1, pull[i] = 0;
+    information.row(i).setZero();
+    information.col(i).setZero();
+    information(i, i) = 1;
+    pull[i] = 0;
   }
   return -information.ldlt().solve(pull);
 }
@@ -185,7 +187,8 @@ GaussNewtonState begun(const GaussNewtonOptions& options, Problem& problem, std:
   state.residuals = problem.residuals(p);
   if (state.residuals.size() == 0)
     throw numerical_error("least squares", "the start has no finite residuals", "start from other parameters");
-  state.fixed.assign(start.size(), 0), state.damping = options.damping;
+  state.fixed.assign(start.size(), 0);
+  state.damping = options.damping;
   state.loss.push_back(problem.loss(p, state.residuals));
   return state;
 }
@@ -234,7 +237,10 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
     state.evaluations = problem.evaluations;
     if (sink) sink(state);
   };
-  const auto stop = [&](const char* reason, bool converged) { state.stopped_by = reason, state.converged = converged; };
+  const auto stop = [&](const char* reason, bool converged) {
+    state.stopped_by = reason;
+    state.converged = converged;
+  };
   // With the J of the state.
   const auto linearise = [&] {
     gradient = state.jacobian.transpose() * r + problem.precision.cwiseProduct(p - problem.prior);
@@ -262,7 +268,8 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
         state.jacobian = options.principal_axes ? problem.jacobian_along(covariance_of(information, state.fixed), p, r)
                                                 : problem.jacobian(p, r);
       state.differences = state.jacobian;
-      state.fresh = true, ++state.jacobians;
+      state.fresh = true;
+      ++state.jacobians;
       linearise();
       keep();
     }
@@ -292,21 +299,26 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
         state.jacobian += (r_trial - r - state.jacobian * moved) * along.transpose() / along.dot(moved);
     }
     if (better) {
-      p = trial, r = r_trial, loss = loss_trial;
+      p = trial;
+      r = r_trial;
+      loss = loss_trial;
       state.linearised = state.fresh = false;
       state.loss.push_back(loss);
     }
     // As Nielsen (1999): less the better the step was foreseen, and more for every trial in a row that failed.
     const double foreseen = predicted > 0 ? std::min(1.0, fall / predicted) : 0;
     state.damping *= better ? std::max(0.1, 1 - std::pow(2 * foreseen - 1, 3)) : state.raise;
-    state.damping = std::max(1e-12, state.damping), state.raise = better ? 2 : 2 * state.raise;
+    state.damping = std::max(1e-12, state.damping);
+    state.raise = better ? 2 : 2 * state.raise;
     const bool renewable = !state.fresh && options.jacobian.size() == 0 &&
                            (options.most_jacobians == 0 || state.jacobians < options.most_jacobians);
     if (share == 1 && std::max(better ? fall : std::abs(predicted), left) <= options.tolerance * loss)
       stop("small change", true);
-    else if (options.keep_jacobian && renewable && state.damping > kWorn)
-      state.damping = options.damping, state.raise = 2, state.linearised = false;
-    else if (state.damping > kHopeless)
+    else if (options.keep_jacobian && renewable && state.damping > kWorn) {
+      state.damping = options.damping;
+      state.raise = 2;
+      state.linearised = false;
+    } else if (state.damping > kHopeless)
       stop("no better step", false);
     else if (options.keep_jacobian)
       linearise();

@@ -54,7 +54,9 @@ ReferenceVideo generate_video(const GenerateOptions& options, const ImageF& firs
                                        {"write", "frames/%04d.png"}});
 
   ChildOptions child;
-  child.command = options.command, child.argument = fs::absolute(folder).string(), child.log = folder / "log.txt",
+  child.command = options.command;
+  child.argument = fs::absolute(folder).string();
+  child.log = folder / "log.txt";
   child.interrupted = options.interrupted;
   ChildProcess process(child);
   const std::optional<int> code = process.wait(options.time_limit);
@@ -69,7 +71,9 @@ ReferenceVideo generate_video(const GenerateOptions& options, const ImageF& firs
                       "see " + (folder / "log.txt").string());
 
   ReferenceVideo video;
-  video.camera = camera, video.fps = video.source_fps = options.fps, video.frames_in_file = options.frames;
+  video.camera = camera;
+  video.fps = video.source_fps = options.fps;
+  video.frames_in_file = options.frames;
   for (int f = 0; f < options.frames; ++f) {
     const fs::path file = frames / fmt::format("{:04}.png", f);
     if (!fs::exists(file)) {

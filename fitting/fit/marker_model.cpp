@@ -60,7 +60,8 @@ MarkerMotion MarkerModel::run(const MarkerParameters& parameters, double duratio
   Particles particles = particles_;
   for (float& young : particles.young) young = static_cast<float>(young * parameters.young_factor);
   SimulateOptions options = options_.simulate;
-  options.duration = duration, options.substeps = substeps;
+  options.duration = duration;
+  options.substeps = substeps;
   (options_.damping == DampingKind::kKelvinVoigt ? options.viscosity_time : options.damping_time) =
       parameters.damping_time;
   MarkerMotion motion;

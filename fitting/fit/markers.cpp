@@ -67,7 +67,8 @@ Columns columns_of(const std::vector<std::string>& titles, const std::string& fi
     if (plain == "t" || plain == "time" || plain == "t_s" || plain == "time_s" || plain == "t_ms" ||
         plain == "time_ms") {
       if (out.time >= 0) fail(column, "a second column of times, '" + name + "'", "keep one");
-      out.time = static_cast<int>(column), out.time_unit = plain.ends_with("_ms") ? 1e-3 : 1;
+      out.time = static_cast<int>(column);
+      out.time_unit = plain.ends_with("_ms") ? 1e-3 : 1;
       continue;
     }
     const double unit = remove_ending(name, "_mm") ? 1e-3 : (remove_ending(name, "_m"), 1.0);
@@ -88,7 +89,8 @@ Columns columns_of(const std::vector<std::string>& titles, const std::string& fi
     }
     if (marker->column[axis - 'x'] >= 0)
       fail(column, "a second column '" + titles[column] + "'", "give every marker a name of its own");
-    marker->column[axis - 'x'] = static_cast<int>(column), marker->unit[axis - 'x'] = unit;
+    marker->column[axis - 'x'] = static_cast<int>(column);
+    marker->unit[axis - 'x'] = unit;
   }
   if (out.time < 0) fail(0, "no column of times", "name it 'time' (seconds)");
   if (out.markers.empty()) fail(0, "no marker", "name the columns time, m0_x, m0_y, m0_z, m1_x ...");
@@ -152,7 +154,8 @@ MarkerTracks read_markers(const std::filesystem::path& path) {
                         "time " + cells[columns.time] + " does not come after the line before",
                         "sort the lines by time");
     tracks.time.push_back(time);
-    tracks.position.emplace_back(), tracks.weight.emplace_back();
+    tracks.position.emplace_back();
+    tracks.weight.emplace_back();
     for (const Columns::Marker& m : columns.markers) {
       Vec3d x;
       for (int a = 0; a < 3; ++a) x[a] = m.unit[a] * cell(m.column[a]);
@@ -194,7 +197,8 @@ std::vector<Vec3d> mean_position(const MarkerTracks& tracks, double begin, doubl
     double total = 0;
     for (size_t t = 0; t < tracks.samples(); ++t) {
       if (tracks.time[t] < begin || tracks.time[t] > end) continue;
-      mean[k] += tracks.weight[t][k] * tracks.position[t][k], total += tracks.weight[t][k];
+      mean[k] += tracks.weight[t][k] * tracks.position[t][k];
+      total += tracks.weight[t][k];
     }
     mean[k] /= total;  // NaN where nothing was measured
   }

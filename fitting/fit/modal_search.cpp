@@ -38,7 +38,8 @@ std::vector<Frame> compress(const VibrationModes& modes, const Particles& partic
   const PointTracks& seen = tracks.tracks();
   std::vector<Frame> frames(seen.place.size());
   for (size_t f = 0; f < frames.size(); ++f) {
-    frames[f].products = Eigen::MatrixXd::Zero(m, m), frames[f].moments = Eigen::VectorXd::Zero(m);
+    frames[f].products = Eigen::MatrixXd::Zero(m, m);
+    frames[f].moments = Eigen::VectorXd::Zero(m);
     for (size_t p = 0; p < seen.place[f].size(); ++p) {
       const double w = seen.weight[f][p];
       if (!(w > 0)) continue;
@@ -63,13 +64,16 @@ class Searcher {
     const double root = std::pow(10.0, 0.5 * log10_factor);
     const int m = static_cast<int>(modes_.size());
     ModalMotion motion;
-    motion.log10_factor = log10_factor, motion.damping_rate = damping_rate, motion.time = first / fps_;
+    motion.log10_factor = log10_factor;
+    motion.damping_rate = damping_rate;
+    motion.time = first / fps_;
     Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(2 * m, 2 * m);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(2 * m);
     double total = 0;
     std::vector<bool> slow(m);  // slow enough for the frame rate
     for (int k = 0; k < m; ++k) {
-      motion.omega.push_back(modes_.omega[k] * root), motion.rate.push_back(damping_rate + modes_.decay[k] * root);
+      motion.omega.push_back(modes_.omega[k] * root);
+      motion.rate.push_back(damping_rate + modes_.decay[k] * root);
       slow[k] = motion.omega[k] < 0.8 * std::numbers::pi * fps_;
     }
     if (!slow[0]) return motion.cosine.assign(m, 0.0), motion.sine.assign(m, 0.0), motion;
@@ -78,7 +82,8 @@ class Searcher {
       const double s = static_cast<double>(f) / fps_ - motion.time;
       for (int k = 0; k < m; ++k) {
         const double fall = slow[k] ? std::exp(-motion.rate[k] * s) : 0;
-        time[k] = fall * std::cos(motion.omega[k] * s), time[m + k] = fall * std::sin(motion.omega[k] * s);
+        time[k] = fall * std::cos(motion.omega[k] * s);
+        time[m + k] = fall * std::sin(motion.omega[k] * s);
       }
       for (int a = 0; a < 2 * m; ++a) {
         right[a] += time[a] * frames_[f].moments[a % m];
@@ -92,7 +97,8 @@ class Searcher {
       normal(a, a) += options_.ridge * strongest * ratio * ratio;
     }
     const Eigen::VectorXd x = normal.ldlt().solve(right);
-    motion.cosine.assign(x.data(), x.data() + m), motion.sine.assign(x.data() + m, x.data() + 2 * m);
+    motion.cosine.assign(x.data(), x.data() + m);
+    motion.sine.assign(x.data() + m, x.data() + 2 * m);
     // |d|^2 - 2 x.r + x.N x with the prior in N is |d|^2 - x.r.
     motion.unexplained = total > 0 ? std::clamp((total - x.dot(right)) / total, 0.0, 1.0) : 1;
     return motion;
@@ -188,7 +194,8 @@ ModalSearch modal_search(const ModalSearchOptions& options, const VibrationModes
                                           : searcher.first_free_frame();
   const std::vector<ModalMotion> curve = searcher.curve(result.first_frame, options.step);
   for (size_t i = 0; i < curve.size(); ++i) {
-    result.log10_factor.push_back(curve[i].log10_factor), result.unexplained.push_back(curve[i].unexplained);
+    result.log10_factor.push_back(curve[i].log10_factor);
+    result.unexplained.push_back(curve[i].unexplained);
     const double here = curve[i].unexplained;
     const bool low =
         (i == 0 || here <= curve[i - 1].unexplained) && (i + 1 == curve.size() || here < curve[i + 1].unexplained);
@@ -212,11 +219,15 @@ SimulationState modal_state(const VibrationModes& modes, const Particles& partic
     Vec3d u = Vec3d::Zero(), v = Vec3d::Zero();
     Mat3d G = Mat3d::Zero(), C = Mat3d::Zero();
     for (size_t k = 0; k < modes.size(); ++k) {
-      u += displacement[k] * modes.shape[k][i], v += velocity[k] * modes.shape[k][i];
-      G += displacement[k] * modes.gradient[k][i], C += velocity[k] * modes.gradient[k][i];
+      u += displacement[k] * modes.shape[k][i];
+      v += velocity[k] * modes.shape[k][i];
+      G += displacement[k] * modes.gradient[k][i];
+      C += velocity[k] * modes.gradient[k][i];
     }
-    state.x[i] += u.cast<float>(), state.v[i] = v.cast<float>();
-    state.F[i] += G.cast<float>(), state.C[i] = C.cast<float>();
+    state.x[i] += u.cast<float>();
+    state.v[i] = v.cast<float>();
+    state.F[i] += G.cast<float>();
+    state.C[i] = C.cast<float>();
   }
   return state;
 }
@@ -227,7 +238,10 @@ double time_near_rest(const ModalMotion& motion, double time, double step) {
   for (int i = 0; i * step <= std::min(half_period, time) + 1e-9; ++i) {
     double square = 0;
     for (size_t k = 0; k < motion.omega.size(); ++k) square += std::pow(motion.displacement(k, time - i * step), 2);
-    if (square < least) least = square, best = time - i * step;
+    if (square < least) {
+      least = square;
+      best = time - i * step;
+    }
   }
   return best;
 }

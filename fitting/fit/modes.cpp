@@ -27,8 +27,10 @@ double dot(const std::vector<double>& a, const std::vector<double>& b) {
 BasicParticles<double> in_double(const Particles& p) {
   BasicParticles<double> out;
   for (const Vec3f& x : p.position) out.position.push_back(x.cast<double>());
-  out.volume.assign(p.volume.begin(), p.volume.end()), out.mass.assign(p.mass.begin(), p.mass.end());
-  out.young.assign(p.young.begin(), p.young.end()), out.poisson.assign(p.poisson.begin(), p.poisson.end());
+  out.volume.assign(p.volume.begin(), p.volume.end());
+  out.mass.assign(p.mass.begin(), p.mass.end());
+  out.young.assign(p.young.begin(), p.young.end());
+  out.poisson.assign(p.poisson.begin(), p.poisson.end());
   out.cell_size = p.cell_size;
   return out;  // fixed corotated: all laws agree for small strains
 }
@@ -81,7 +83,9 @@ class ModeFinder {
     constexpr int kSubsteps = 8;
     SimulateOptions options = undamped();
     const double dt = options.courant * particles_.cell_size / sound_;
-    options.substeps = kSubsteps, options.fps = 1 / (kSubsteps * dt), options.duration = options_.most_substeps * dt;
+    options.substeps = kSubsteps;
+    options.fps = 1 / (kSubsteps * dt);
+    options.duration = options_.most_substeps * dt;
     BasicSimulationState<double> start = initial_state(particles_);
     for (size_t i = 0; i < start.size(); ++i) start.v[i] = options_.speed * sound_ * velocity_of(kind, start.x[i]);
     std::vector<Snapshot> passed;
@@ -97,7 +101,8 @@ class ModeFinder {
       if (static_cast<int>(passed.size()) >= 2 * options_.snapshots) {  // keep every other one
         std::vector<Snapshot> kept;
         for (size_t k = 1; k < passed.size(); k += 2) kept.push_back(std::move(passed[k]));
-        passed = std::move(kept), stride *= 2;
+        passed = std::move(kept);
+        stride *= 2;
       }
       farthest = std::max(farthest, along);
       away = away || along < farthest;
@@ -110,13 +115,16 @@ class ModeFinder {
   void measure(VibrationModes& modes, size_t k) {
     constexpr int kFrames = 64;  // of the expected period
     SimulateOptions options = undamped();
-    options.fps = kFrames * modes.omega[k] / (2 * std::numbers::pi), options.duration = 2 * kFrames / options.fps;
+    options.fps = kFrames * modes.omega[k] / (2 * std::numbers::pi);
+    options.duration = 2 * kFrames / options.fps;
     BasicSimulationState<double> start = initial_state(particles_);
     double fastest = 0;
     for (const Vec3d& u : modes.shape[k]) fastest = std::max(fastest, u.norm());
     const double speed = options_.speed * sound_ / fastest;
-    for (size_t i = 0; i < start.size(); ++i)
-      start.v[i] = speed * modes.shape[k][i], start.C[i] = speed * modes.gradient[k][i];
+    for (size_t i = 0; i < start.size(); ++i) {
+      start.v[i] = speed * modes.shape[k][i];
+      start.C[i] = speed * modes.gradient[k][i];
+    }
     std::vector<double> passage, peak(1, 0.0);
     double before = 0, time_before = 0;
     simulate<double>(options, particles_, pins_, start, [&](const BasicSimulationState<double>& state) {
@@ -128,7 +136,8 @@ class ModeFinder {
         peak.push_back(0.0);
       }
       peak.back() = std::max(peak.back(), std::abs(along));
-      before = along, time_before = state.time;
+      before = along;
+      time_before = state.time;
       return passage.size() < 2;
     });
     if (passage.size() < 2) return;  // too strongly damped: the estimate stays
@@ -141,14 +150,16 @@ class ModeFinder {
     for (size_t i = 0; i < state.size(); ++i) {
       const Vec3d u = root_mass_[i] * (state.x[i] - particles_.position[i]);
       const Mat3d G = state.F[i] - Mat3d::Identity();
-      s.u.insert(s.u.end(), u.data(), u.data() + 3), s.G.insert(s.G.end(), G.data(), G.data() + 9);
+      s.u.insert(s.u.end(), u.data(), u.data() + 3);
+      s.G.insert(s.G.end(), G.data(), G.data() + 9);
     }
     return s;
   }
 
   static Snapshot combination(const std::vector<Snapshot>& of, const Eigen::VectorXd& weight) {
     Snapshot out;
-    out.u.assign(of[0].u.size(), 0.0), out.G.assign(of[0].G.size(), 0.0);
+    out.u.assign(of[0].u.size(), 0.0);
+    out.G.assign(of[0].G.size(), 0.0);
     for (size_t s = 0; s < of.size(); ++s) {
       for (size_t k = 0; k < out.u.size(); ++k) out.u[k] += weight[s] * of[s].u[k];
       for (size_t k = 0; k < out.G.size(); ++k) out.G[k] += weight[s] * of[s].G[k];
@@ -205,7 +216,8 @@ class ModeFinder {
       if (!modes.omega.empty() && std::sqrt(square) > options_.highest * modes.omega[0]) break;
       modes.omega.push_back(std::sqrt(square));
       const Snapshot s = combination(trial, eigen.eigenvectors().col(k));
-      modes.shape.emplace_back(), modes.gradient.emplace_back();
+      modes.shape.emplace_back();
+      modes.gradient.emplace_back();
       for (size_t i = 0; i < particles_.size(); ++i) {
         modes.shape.back().push_back(Eigen::Map<const Vec3d>(s.u.data() + 3 * i) / root_mass_[i]);
         modes.gradient.back().push_back(Eigen::Map<const Mat3d>(s.G.data() + 9 * i));

@@ -14,7 +14,10 @@ size_t nearest(const std::vector<Feature>& centres, const Feature& x, double& sq
   size_t best = 0;
   square = INFINITY;
   for (size_t c = 0; c < centres.size(); ++c)
-    if (const double d = (centres[c] - x).squaredNorm(); d < square) square = d, best = c;
+    if (const double d = (centres[c] - x).squaredNorm(); d < square) {
+      square = d;
+      best = c;
+    }
   return best;
 }
 
@@ -43,7 +46,10 @@ std::vector<uint32_t> find_parts(const PartsOptions& options, std::span<const Ve
   double counted = 0;
   for (size_t i = 0; i < points.size(); ++i) {
     points[i] << position[i].cast<double>() / extent, options.color_weight * color[i].cast<double>();
-    if (free(i)) mean += points[i], counted += 1;
+    if (free(i)) {
+      mean += points[i];
+      counted += 1;
+    }
   }
   mean /= std::max(1.0, counted);
   // First the point farthest from the middle, then each time the one farthest from all centres so far.
@@ -55,7 +61,10 @@ std::vector<uint32_t> find_parts(const PartsOptions& options, std::span<const Ve
       if (!free(i)) continue;
       double square = (points[i] - mean).squaredNorm();
       if (!centres.empty()) nearest(centres, points[i], square);
-      if (square > farthest) farthest = square, next = &points[i];
+      if (square > farthest) {
+        farthest = square;
+        next = &points[i];
+      }
     }
     if (!next) break;
     centres.push_back(*next);
@@ -71,7 +80,10 @@ std::vector<uint32_t> find_parts(const PartsOptions& options, std::span<const Ve
       const uint32_t c = static_cast<uint32_t>(nearest(centres, points[i], square));
       moved |= c != part[i] || round == 0;
       part[i] = c;
-      if (free(i)) sum[c] += points[i], count[c] += 1;
+      if (free(i)) {
+        sum[c] += points[i];
+        count[c] += 1;
+      }
     }
     for (size_t c = 0; c < centres.size(); ++c)
       if (count[c] > 0) centres[c] = sum[c] / count[c];
@@ -96,7 +108,8 @@ std::optional<std::vector<uint32_t>> join_alike(const PartsOptions& options, std
     if (!held.empty() && held[i]) continue;
     Eigen::Vector4d look;
     look << color[i].cast<double>(), options.thin_weight * (thin[i] ? 1 : 0);
-    looks[part[i]].sum += look, looks[part[i]].count += 1;
+    looks[part[i]].sum += look;
+    looks[part[i]].count += 1;
   }
   for (uint32_t p = 0; p < parts; ++p) looks[p].members = {p};
   std::erase_if(looks, [](const Look& look) { return look.count == 0; });
@@ -105,10 +118,15 @@ std::optional<std::vector<uint32_t>> join_alike(const PartsOptions& options, std
     size_t first = 0, second = 0;
     for (size_t a = 0; a < looks.size(); ++a)
       for (size_t b = a + 1; b < looks.size(); ++b)
-        if (const double d = (looks[a].mean() - looks[b].mean()).norm(); d < least) least = d, first = a, second = b;
+        if (const double d = (looks[a].mean() - looks[b].mean()).norm(); d < least) {
+          least = d;
+          first = a;
+          second = b;
+        }
     if (!(least < options.alike)) break;
     Look& kept = looks[first];
-    kept.sum += looks[second].sum, kept.count += looks[second].count;
+    kept.sum += looks[second].sum;
+    kept.count += looks[second].count;
     kept.members.insert(kept.members.end(), looks[second].members.begin(), looks[second].members.end());
     looks.erase(looks.begin() + static_cast<std::ptrdiff_t>(second));
   }

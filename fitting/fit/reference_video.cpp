@@ -125,7 +125,9 @@ ReferenceVideo load_reference_video(const VideoOptions& options, const fs::path&
   const std::string name = file_or_folder.string();
   const auto source = open_frames(file_or_folder, options.declared_fps);
   ReferenceVideo video;
-  video.camera = camera, video.file_fps = source->fps(), video.declared_fps = options.declared_fps;
+  video.camera = camera;
+  video.file_fps = source->fps();
+  video.declared_fps = options.declared_fps;
   const double rate = video.source_fps = agreed_rate(options, name, video);
   const double stretch = video.file_fps > 0 ? video.file_fps / rate : 1;
   video.fps = options.fps > 0 ? options.fps : rate;

@@ -21,14 +21,21 @@ class LookOfPart {
     Eigen::Matrix2d square = Eigen::Matrix2d::Zero();
     double count = 0, of_thin = 0;
     for (size_t i = 0; i < ratios.size(); ++i)
-      if (part[i] == p) mean_ += ratios[i], square += ratios[i] * ratios[i].transpose(), count += 1, of_thin += thin[i];
+      if (part[i] == p) {
+        mean_ += ratios[i];
+        square += ratios[i] * ratios[i].transpose();
+        count += 1;
+        of_thin += thin[i];
+      }
     known_ = count > 0;
     if (!known_) return;
     mean_ /= count;
     const Eigen::Matrix2d covariance =
         square / count - mean_ * mean_.transpose() + spread * spread * Eigen::Matrix2d::Identity();
-    inverse_ = covariance.inverse(), half_log_ = 0.5 * std::log(covariance.determinant());
-    of_thin_ = -std::log((of_thin + 1) / (count + 2)), of_thick_ = -std::log((count - of_thin + 1) / (count + 2));
+    inverse_ = covariance.inverse();
+    half_log_ = 0.5 * std::log(covariance.determinant());
+    of_thin_ = -std::log((of_thin + 1) / (count + 2));
+    of_thick_ = -std::log((count - of_thin + 1) / (count + 2));
   }
   double cost(const Ratios& ratios, bool thin) const {
     return known_ ? 0.5 * (ratios - mean_).dot(inverse_ * (ratios - mean_)) + half_log_ + (thin ? of_thin_ : of_thick_)
@@ -59,8 +66,10 @@ std::vector<uint32_t> settle_parts(const SettleOptions& options, std::vector<uin
   std::vector<uint32_t> of;
   for (const size_t i : free) {
     const Eigen::Array3d c = color[i].cast<double>().array() + options.dark;
-    place.push_back(position[i]), of.push_back(part[i]);
-    ratios.push_back({std::log(c[0] / c[1]), std::log(c[2] / c[1])}), is_thin.push_back(thin[i]);
+    place.push_back(position[i]);
+    of.push_back(part[i]);
+    ratios.push_back({std::log(c[0] / c[1]), std::log(c[2] / c[1])});
+    is_thin.push_back(thin[i]);
   }
   const int k = std::min<int>(options.neighbours + 1, static_cast<int>(free.size()));
   const std::vector<int> neighbour = k_nearest(place, place, k);  // itself among them
@@ -75,7 +84,8 @@ std::vector<uint32_t> settle_parts(const SettleOptions& options, std::vector<uin
       for (int j = 0; j < k; ++j)
         if (const size_t n = neighbour[i * k + j]; n != i) cost[of[n]] -= options.like;
       const uint32_t best = static_cast<uint32_t>(std::min_element(cost.begin(), cost.end()) - cost.begin());
-      moved |= best != of[i], of[i] = best;
+      moved |= best != of[i];
+      of[i] = best;
     }
     if (!moved) break;
   }

@@ -51,7 +51,9 @@ StartShapes StartShapes::smooth(const Particles& particles, int most, double rat
   SmoothFieldOptions options;
   Box box;
   for (const Vec3f& x : particles.position) box.add(x);
-  options.sigma = particles.cell_size, options.modes = most, options.least = 1e-5;
+  options.sigma = particles.cell_size;
+  options.modes = most;
+  options.least = 1e-5;
   options.length = length > 0 ? length : 0.35 * double(box.size().norm());
   const SmoothField field(options, particles.position);
   const Eigen::MatrixXd slope[3] = {field.slopes(particles.position, 0), field.slopes(particles.position, 1),
@@ -62,7 +64,8 @@ StartShapes StartShapes::smooth(const Particles& particles, int most, double rat
       Shape shape;
       shape.rate = rate;
       for (Eigen::Index i = 0; i < field.modes().rows(); ++i) {
-        shape.u.push_back(Vec3f::Zero()), shape.G.push_back(Mat3f::Zero());
+        shape.u.push_back(Vec3f::Zero());
+        shape.G.push_back(Mat3f::Zero());
         shape.u.back()[axis] = static_cast<float>(field.modes()(i, k));
         for (int b = 0; b < 3; ++b) shape.G.back()(axis, b) = static_cast<float>(slope[b](i, k));
       }
@@ -121,7 +124,8 @@ SimulationState StartShapes::state(const Particles& particles, std::span<const d
       }
     }
   };
-  add(displacement, false), add(velocity, true);
+  add(displacement, false);
+  add(velocity, true);
   return state;
 }
 

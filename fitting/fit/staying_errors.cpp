@@ -21,9 +21,13 @@ double staying_share(std::span<const double> errors, size_t columns) {
   double together = 0, alone = 0;
   for (size_t c = 0; c < columns; ++c) {
     double sum = 0, squares = 0, count = 0;
-    for (size_t i = c; i < errors.size(); i += columns)
-      sum += errors[i], squares += errors[i] * errors[i], count += errors[i] != 0;
-    together += sum * sum - squares, alone += (count - 1) * squares;
+    for (size_t i = c; i < errors.size(); i += columns) {
+      sum += errors[i];
+      squares += errors[i] * errors[i];
+      count += errors[i] != 0;
+    }
+    together += sum * sum - squares;
+    alone += (count - 1) * squares;
   }
   return alone > 0 ? std::clamp(together / alone, 0.0, kMost) : 0;
 }
@@ -34,7 +38,10 @@ void even_out(std::span<double> values, std::span<const double> measured, size_t
   for (size_t c = 0; c < columns; ++c) {
     double sum = 0, count = 0;
     for (size_t i = c; i < values.size(); i += columns)
-      if (measured[i] != 0) sum += values[i], count += 1;
+      if (measured[i] != 0) {
+        sum += values[i];
+        count += 1;
+      }
     if (count == 0) continue;
     const double less = (1 - kept_of_mean(to, count) / kept_of_mean(from, count)) * sum / count;
     for (size_t i = c; i < values.size(); i += columns)

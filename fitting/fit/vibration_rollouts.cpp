@@ -32,7 +32,8 @@ VibrationRollouts::VibrationRollouts(const VibrationFitOptions& options, const P
   at_rest_ = first_ == 0;
   const int n = at_rest_ ? 1 : options.search.starts;
   time_ = at_rest_ ? 0 : time_near_rest(motion, first_ / fps, 1 / (fps * n));
-  lead_ = static_cast<int>(std::lround((first_ / fps - time_) * fps * n)), subframes_ = n;
+  lead_ = static_cast<int>(std::lround((first_ / fps - time_) * fps * n));
+  subframes_ = n;
   simulate_ = options.simulate;
   simulate_.fps = fps * n;
   const int frames = static_cast<int>(tracks.tracks().place.size());
@@ -40,11 +41,14 @@ VibrationRollouts::VibrationRollouts(const VibrationFitOptions& options, const P
   if (search.periods > options.most_periods)
     last_ = first_ + static_cast<int>(std::ceil((last_ - first_) * options.most_periods / search.periods));
   compare_until(last_);
-  simulate_.settle_time = 0, simulate_.sleep_speed = 0;
+  simulate_.settle_time = 0;
+  simulate_.sleep_speed = 0;
   shapes_ = at_rest_ ? StartShapes::smooth(particles, options.most_smooth, motion.omega[0])
                      : StartShapes::of_modes(modes, motion, particles, options.most_modes);
   stop_ = options.stop;
-  field_ = options.field.get(), field_sigma_ = options.field_sigma, field_limit_ = options.field_limit,
+  field_ = options.field.get();
+  field_sigma_ = options.field_sigma;
+  field_limit_ = options.field_limit;
   factor_sigma_ = options.factor_sigma;
   if (field_) field_step_ = largest_steps();
   field_size_ = field_step_.size();
@@ -60,7 +64,8 @@ VibrationRollouts::VibrationRollouts(const VibrationFitOptions& options, const P
 
 void VibrationRollouts::fix_time_step(std::vector<double> p, double margin) {
   SimulateOptions options = simulate_;
-  options.duration = 1 / options.fps, options.substeps = 0;
+  options.duration = 1 / options.fps;
+  options.substeps = 0;
   p[0] += margin;
   const SimulateResult result = simulate<float>(options, particles_of(p), interactions_, state_of(p));
   simulate_.substeps = result.summary.substeps_of_frame.at(0);
@@ -114,16 +119,27 @@ std::vector<double> VibrationRollouts::errors_of(std::span<const double> p, doub
 
 GaussNewtonOptions VibrationRollouts::bounded(GaussNewtonOptions options, double field_spread) const {
   const size_t count = start_.size(), first_amplitude = 2 + field_size_;
-  options.difference.assign(count, 0.02), options.difference[0] = 0.01, options.difference[1] = 0.05;
-  options.low.assign(count, -INFINITY), options.high.assign(count, INFINITY);
-  options.low[1] = std::log(0.01), options.high[1] = std::log(50.0);
-  options.largest_step.assign(count, 2.0), options.largest_step[0] = 0.12, options.largest_step[1] = 0.7;
-  options.prior.assign(count, 0.0), options.prior_sigma.assign(count, INFINITY);
-  options.prior[0] = start_[0], options.prior_sigma[0] = factor_sigma_;
-  for (size_t j = 2; j < first_amplitude; ++j)
-    options.low[j] = -field_limit_, options.high[j] = field_limit_,
-    options.prior_sigma[j] = field_spread * field_sigma_, options.largest_step[j] = field_step_[j - 2],
+  options.difference.assign(count, 0.02);
+  options.difference[0] = 0.01;
+  options.difference[1] = 0.05;
+  options.low.assign(count, -INFINITY);
+  options.high.assign(count, INFINITY);
+  options.low[1] = std::log(0.01);
+  options.high[1] = std::log(50.0);
+  options.largest_step.assign(count, 2.0);
+  options.largest_step[0] = 0.12;
+  options.largest_step[1] = 0.7;
+  options.prior.assign(count, 0.0);
+  options.prior_sigma.assign(count, INFINITY);
+  options.prior[0] = start_[0];
+  options.prior_sigma[0] = factor_sigma_;
+  for (size_t j = 2; j < first_amplitude; ++j) {
+    options.low[j] = -field_limit_;
+    options.high[j] = field_limit_;
+    options.prior_sigma[j] = field_spread * field_sigma_;
+    options.largest_step[j] = field_step_[j - 2];
     options.difference[j] = 0.02 * field_sigma_;
+  }
   // What a single camera hardly sees stays of the size of what it does see; a smooth velocity, some of whose shapes die
   // away between two frames, near that of the vibration.
   double largest = 0.1;

@@ -77,7 +77,10 @@ YoungPosterior posterior_about(const Motion<float>& motion, const Field& field, 
     Motion<float> moved = with_fields(motion, {&field, nullptr, damping, nullptr}, there);
     if (shapes) {
       const SimulationState change = shapes->state(motion.particles, {}, p.last(amplitudes));
-      for (size_t i = 0; i < change.size(); ++i) moved.start.v[i] += change.v[i], moved.start.C[i] += change.C[i];
+      for (size_t i = 0; i < change.size(); ++i) {
+        moved.start.v[i] += change.v[i];
+        moved.start.C[i] += change.C[i];
+      }
     }
     std::vector<double> errors;
     int frame = 0;
@@ -97,17 +100,22 @@ YoungPosterior posterior_about(const Motion<float>& motion, const Field& field, 
   GaussNewtonOptions options;
   options.max_iterations = 1;  // which finds J
   options.principal_axes = options.parallel = true;
-  options.prior.assign(count, 0.0), options.prior_sigma.assign(count, field_sigma),
-      options.largest_step.assign(count, kStartSigma);
+  options.prior.assign(count, 0.0);
+  options.prior_sigma.assign(count, field_sigma);
+  options.largest_step.assign(count, kStartSigma);
   std::fill_n(options.prior_sigma.end() - static_cast<std::ptrdiff_t>(amplitudes), amplitudes, kStartSigma);
-  if (damping) options.prior_sigma[directions] = kDampingSigma, options.largest_step[directions] = kDampingStep;
+  if (damping) {
+    options.prior_sigma[directions] = kDampingSigma;
+    options.largest_step[directions] = kDampingStep;
+  }
   GaussNewtonResult found;
   state.resize(std::size(kFarthest));
   for (size_t k = 0; k < state.size(); ++k) {
     const double farthest = kFarthest[k];
     for (size_t a = 0; a < directions; ++a)
       options.largest_step[a] = farthest / std::max(1e-12, by.col(static_cast<Eigen::Index>(a)).cwiseAbs().maxCoeff());
-    options.difference = options.largest_step, options.rough_jacobian = found.jacobian;
+    options.difference = options.largest_step;
+    options.rough_jacobian = found.jacobian;
     found = gauss_newton(options, residuals, here, state[k], [&](const GaussNewtonState& now) {
       state[k] = now;
       if (sink) sink(state);

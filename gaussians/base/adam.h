@@ -21,7 +21,9 @@ class Adam {
 
   /// Continues after `steps` steps that left these moments; the other constants are the defaults.
   Adam(std::vector<T> first_moment, std::vector<T> second_moment, long steps) : Adam(0) {
-    first_ = std::move(first_moment), second_ = std::move(second_moment), steps_ = steps;
+    first_ = std::move(first_moment);
+    second_ = std::move(second_moment);
+    steps_ = steps;
   }
 
   const std::vector<T>& first_moment() const { return first_; }

@@ -34,9 +34,13 @@ struct Camera {
   /// The same view in a picture of another size.
   Camera resized(int new_width, int new_height) const {
     Camera c = *this;
-    c.width = new_width, c.height = new_height;
+    c.width = new_width;
+    c.height = new_height;
     const double sx = static_cast<double>(c.width) / width, sy = static_cast<double>(c.height) / height;
-    c.fx *= sx, c.cx *= sx, c.fy *= sy, c.cy *= sy;
+    c.fx *= sx;
+    c.cx *= sx;
+    c.fy *= sy;
+    c.cy *= sy;
     return c;
   }
 };

@@ -48,7 +48,10 @@ std::vector<double> extrapolated_derivative(Values&& values, double h) {
         entry.push_back((factor * finer[k] - coarser[k]) / (factor - 1));
         error += std::pow(std::max(std::abs(entry[k] - finer[k]), std::abs(entry[k] - coarser[k])), 2);
       }
-      if (error < least) least = error, best = entry;
+      if (error < least) {
+        least = error;
+        best = entry;
+      }
     }
   }
   return best.empty() ? table[kLevels - 1][0] : best;

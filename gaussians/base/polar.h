@@ -29,13 +29,16 @@ HOST_DEVICE void symmetric_eigen(Eigen::Matrix<T, N, N> A, Eigen::Matrix<T, N, 1
         const T c = 1 / std::sqrt(t * t + 1), s = t * c;
         for (int k = 0; k < N; ++k) {
           const T a = A(k, p), b = A(k, q);
-          A(k, p) = c * a - s * b, A(k, q) = s * a + c * b;
+          A(k, p) = c * a - s * b;
+          A(k, q) = s * a + c * b;
         }
         for (int k = 0; k < N; ++k) {
           const T a = A(p, k), b = A(q, k);
-          A(p, k) = c * a - s * b, A(q, k) = s * a + c * b;
+          A(p, k) = c * a - s * b;
+          A(q, k) = s * a + c * b;
           const T u = vector(k, p), v = vector(k, q);
-          vector(k, p) = c * u - s * v, vector(k, q) = s * u + c * v;
+          vector(k, p) = c * u - s * v;
+          vector(k, q) = s * u + c * v;
         }
         A(p, q) = A(q, p) = 0;
       }

@@ -35,7 +35,8 @@ std::vector<uint32_t> sorted_order(std::span<const Key> keys) {
       const uint32_t before = start;
       for (auto& of_block : count) {
         const uint32_t here = of_block[d];
-        of_block[d] = start, start += here;
+        of_block[d] = start;
+        start += here;
       }
       trivial |= start - before == static_cast<uint32_t>(n);
     }
@@ -43,10 +44,12 @@ std::vector<uint32_t> sorted_order(std::span<const Key> keys) {
     parallel_for(blocks, [&](std::ptrdiff_t b) {
       for (std::ptrdiff_t i = b * block; i < std::min(n, (b + 1) * block); ++i) {
         const uint32_t to = count[b][digit(i)]++;
-        next[to] = order[i], next_key[to] = key[i];
+        next[to] = order[i];
+        next_key[to] = key[i];
       }
     });
-    order.swap(next), key.swap(next_key);
+    order.swap(next);
+    key.swap(next_key);
   }
   return order;
 }

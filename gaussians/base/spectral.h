@@ -35,7 +35,8 @@ HOST_DEVICE Mat3<T> spectral_derivative(const Svd<T>& svd, const Vec3<T>& f, con
       const T difference = spectral_detail::quotient<T>(f[i] - f[j], s[i] - s[j], (own - other) / 2, scale);
       const T sum = spectral_detail::quotient<T>(f[i] + f[j], s[i] + s[j], (own + other) / 2, scale);
       const T symmetric = difference * (A(i, j) + A(j, i)) / 2, antisymmetric = sum * (A(i, j) - A(j, i)) / 2;
-      B(i, j) = symmetric + antisymmetric, B(j, i) = symmetric - antisymmetric;
+      B(i, j) = symmetric + antisymmetric;
+      B(j, i) = symmetric - antisymmetric;
     }
   }
   return svd.U * B * svd.V.transpose();

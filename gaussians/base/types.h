@@ -22,7 +22,10 @@ using Mat3 = Eigen::Matrix<T, 3, 3>;
 struct Box {
   Vec3f low = Vec3f::Constant(INFINITY), high = Vec3f::Constant(-INFINITY);
 
-  void add(const Vec3f& x) { low = low.cwiseMin(x), high = high.cwiseMax(x); }
+  void add(const Vec3f& x) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
   bool contains(const Vec3f& x) const { return (x.array() >= low.array()).all() && (x.array() <= high.array()).all(); }
   Vec3f size() const { return high - low; }
   Vec3f centre() const { return 0.5f * (low + high); }

@@ -31,7 +31,8 @@ fs::path find_photo(const fs::path& photos, const std::vector<fs::path>& folders
 bool read_photo_size(const std::string& photo, PhotoFit fit, int& width, int& height) {
   try {
     const ImageF picture = read_image(photo);
-    width = picture.width, height = picture.height;
+    width = picture.width;
+    height = picture.height;
     return true;
   } catch (const Error&) {
     if (fit == PhotoFit::kFirstPhoto) throw;
@@ -81,9 +82,11 @@ void CameraCollector::keep_frames_with_photos() {
   std::vector<std::string> names;
   for (size_t i = 0; i < result_.cameras.size(); ++i) {
     if (result_.cameras[i].photo.empty()) continue;
-    cameras.push_back(std::move(result_.cameras[i])), names.push_back(names_[i]);
+    cameras.push_back(std::move(result_.cameras[i]));
+    names.push_back(names_[i]);
   }
-  result_.cameras = std::move(cameras), names_ = std::move(names);
+  result_.cameras = std::move(cameras);
+  names_ = std::move(names);
   result_.warnings.push_back(file_.string() + ": " + std::to_string(missing) + " of " + std::to_string(result_.frames) +
                              " frames name photos that do not exist; they are left out");
 }

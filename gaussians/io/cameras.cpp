@@ -70,7 +70,8 @@ fs::path cameras_in(const fs::path& folder) {
     if (is_transforms_name(entry.path())) transforms.push_back(entry.path());
     if (is_par_file(entry.path())) par.push_back(entry.path());
   }
-  std::sort(transforms.begin(), transforms.end()), std::sort(par.begin(), par.end());
+  std::sort(transforms.begin(), transforms.end());
+  std::sort(par.begin(), par.end());
   if (!transforms.empty()) return transforms.front();
   if (fs::is_regular_file(folder / "cameras.json", ignored)) return folder / "cameras.json";
   for (const char* model : {"", "sparse/0", "sparse", "colmap/sparse/0"}) {

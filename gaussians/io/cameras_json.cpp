@@ -51,13 +51,16 @@ CameraFile read_cameras_json(const fs::path& file, const fs::path& photos, Photo
       throw entry.complaint(width >= 1 && width <= 65536 ? "height" : "width", "is out of range",
                             "sizes are 1 to 65536 pixels");
     }
-    camera.width = static_cast<int>(width), camera.height = static_cast<int>(height);
-    camera.fx = entry.number("fx"), camera.fy = entry.number("fy");
+    camera.width = static_cast<int>(width);
+    camera.height = static_cast<int>(height);
+    camera.fx = entry.number("fx");
+    camera.fy = entry.number("fy");
     for (const char* key : {"fx", "fy"}) {
       if (!(entry.number(key) > 0))
         throw entry.complaint(key, "is " + std::to_string(entry.number(key)), "it must be positive");
     }
-    camera.cx = 0.5 * camera.width, camera.cy = 0.5 * camera.height;
+    camera.cx = 0.5 * camera.width;
+    camera.cy = 0.5 * camera.height;
     const std::string name = entry.text("img_name");
     camera.photo = find_photo(photos, {folder / "images", folder / "input", folder}, name).string();
     collector.add(std::move(camera), name);

@@ -19,8 +19,11 @@ constexpr float kSmallestByteAlpha = 1e-6f;  // alpha of the byte 0; 1 - this is
 CloudBuilder::CloudBuilder(int sh_degree, size_t rows, int object_channels) : channels_(object_channels) {
   CHECK(sh_degree >= 0 && sh_degree <= 3);
   cloud_.sh_degree = sh_degree;
-  cloud_.position.reserve(rows), cloud_.rotation.reserve(rows), cloud_.log_scale.reserve(rows);
-  cloud_.opacity_logit.reserve(rows), cloud_.sh.reserve(rows * cloud_.sh_count() * 3);
+  cloud_.position.reserve(rows);
+  cloud_.rotation.reserve(rows);
+  cloud_.log_scale.reserve(rows);
+  cloud_.opacity_logit.reserve(rows);
+  cloud_.sh.reserve(rows * cloud_.sh_count() * 3);
   features_.reserve(rows * channels_);
 }
 
@@ -48,8 +51,10 @@ bool CloudBuilder::add(const SplatRow& row, std::span<const float> object_featur
 }
 
 GaussianCloud CloudBuilder::finish(ReadReport& report) {
-  report.rows = rows_, report.dropped = dropped_;
-  report.object_channels = channels_, report.object_features = std::move(features_);
+  report.rows = rows_;
+  report.dropped = dropped_;
+  report.object_channels = channels_;
+  report.object_features = std::move(features_);
   if (dropped_ > 0) {
     report.warnings.push_back(std::to_string(dropped_) + " of " + std::to_string(rows_) +
                               " Gaussians with NaN, infinite or absurd values were left out");

@@ -44,13 +44,15 @@ Camera camera_of(const Model& model, uint64_t width, uint64_t height, const std:
       throw input_error(file, field, "holds values that are not finite", "the file is damaged");
   }
   Camera camera;
-  camera.width = static_cast<int>(width), camera.height = static_cast<int>(height);
+  camera.width = static_cast<int>(width);
+  camera.height = static_cast<int>(height);
   const std::string name = model.name;
   const bool two_focals = name == "PINHOLE" || name == "OPENCV";
   size_t at = 0;
   camera.fx = p[at++];
   camera.fy = two_focals ? p[at++] : camera.fx;
-  camera.cx = p[at++], camera.cy = p[at++];
+  camera.cx = p[at++];
+  camera.cy = p[at++];
   for (size_t k = 0; at < p.size(); ++k) camera.distortion[k] = p[at++];
   if (!(camera.fx > 0 && camera.fy > 0)) {
     throw input_error(file, field, "has the focal length " + std::to_string(std::min(camera.fx, camera.fy)),

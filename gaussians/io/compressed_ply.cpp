@@ -60,7 +60,8 @@ Vec4f unpack_rotation(uint32_t word) {
   for (int k = 0, shift = 20; k < 4; ++k) {
     if (k == largest) continue;
     q[k] = (share(word, shift, 10) - 0.5f) * static_cast<float>(M_SQRT2);
-    rest -= q[k] * q[k], shift -= 10;
+    rest -= q[k] * q[k];
+    shift -= 10;
   }
   q[largest] = std::sqrt(std::max(rest, 0.0f));
   return q;

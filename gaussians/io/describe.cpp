@@ -31,7 +31,10 @@ json array_of(const Vector& v) {
 json describe_splats(const GaussianCloud& cloud, const ReadReport& report) {
   json out = {{"format", report.format},   {"gaussians", cloud.size()},    {"rows", report.rows},
               {"dropped", report.dropped}, {"sh_degree", cloud.sh_degree}, {"antialiased", report.antialiased}};
-  if (report.levels > 1) out["levels_of_detail"] = report.levels, out["level"] = report.level;
+  if (report.levels > 1) {
+    out["levels_of_detail"] = report.levels;
+    out["level"] = report.level;
+  }
   if (report.object_channels > 0) out["object_feature_channels"] = report.object_channels;
   if (cloud.size() == 0) return out;
   const Box bounds = cloud.bounds();
@@ -47,7 +50,8 @@ json describe_splats(const GaussianCloud& cloud, const ReadReport& report) {
   double sum = 0, faint = 0;
   for (size_t i = 0; i < cloud.size(); ++i) {
     value[i] = sigmoid(cloud.opacity_logit[i]);
-    sum += value[i], faint += value[i] < 1.0f / 255;
+    sum += value[i];
+    faint += value[i] < 1.0f / 255;
   }
   const auto n = static_cast<double>(cloud.size());
   out["opacity"] = {{"mean", rounded(sum / n)},
@@ -68,10 +72,13 @@ json describe_cameras(const std::vector<Camera>& cameras) {
   for (const Camera& camera : cameras) {
     const std::string size = std::to_string(camera.width) + "x" + std::to_string(camera.height);
     if (std::find(sizes.begin(), sizes.end(), size) == sizes.end()) sizes.push_back(size);
-    low = std::min({low, camera.fx, camera.fy}), high = std::max({high, camera.fx, camera.fy});
+    low = std::min({low, camera.fx, camera.fy});
+    high = std::max({high, camera.fx, camera.fy});
     photos += !camera.photo.empty();
   }
-  out["sizes"] = sizes, out["focal"] = {rounded(low), rounded(high)}, out["photos"] = photos;
+  out["sizes"] = sizes;
+  out["focal"] = {rounded(low), rounded(high)};
+  out["photos"] = photos;
   out["names"] = {cameras.front().name, cameras.back().name};
   for (size_t k = 0; k < kDistortionNames.size(); ++k) {
     const auto [least, most] =
@@ -136,7 +143,8 @@ json describe(const fs::path& path, std::optional<int> level) {
     out["kind"] = "splats";
     out["splats"] = describe_splats(cloud, report);
     const UpDirection up = cloud.size() > 0 ? up_of_cloud(cloud) : UpDirection{};
-    out["up"] = array_of(up.up), out["up_source"] = up.source;
+    out["up"] = array_of(up.up);
+    out["up_source"] = up.source;
     out["warnings"] = report.warnings;
   } else if (!cameras.empty()) {
     const CameraFile file = read_cameras(cameras);
@@ -153,7 +161,8 @@ json describe(const fs::path& path, std::optional<int> level) {
     out["splats"] = describe_splats(scene.cloud, scene.report);
     out["cameras"] = describe_cameras(scene.cameras);
     out["cameras"]["source"] = scene.cameras_are_orbit ? "automatic orbit" : scene.settings.cameras.string();
-    out["up"] = array_of(scene.up), out["up_source"] = scene.up_source;
+    out["up"] = array_of(scene.up);
+    out["up_source"] = scene.up_source;
     out["metres_per_unit"] = scene.metres_per_unit;
     out["settings"] = describe_settings(scene.settings);
     out["warnings"] = scene.warnings;

@@ -13,7 +13,8 @@ FileLock::FileLock(const std::filesystem::path& file, const std::string& folder)
     : descriptor_(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
   if (descriptor_ < 0) return;
   struct flock lock = {};
-  lock.l_type = F_WRLCK, lock.l_whence = SEEK_SET;
+  lock.l_type = F_WRLCK;
+  lock.l_whence = SEEK_SET;
   if (fcntl(descriptor_, F_SETLK, &lock) == 0 || (errno != EACCES && errno != EAGAIN)) return;
   const bool known = fcntl(descriptor_, F_GETLK, &lock) == 0 && lock.l_type != F_UNLCK && lock.l_pid > 0;
   ::close(descriptor_);

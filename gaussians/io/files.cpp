@@ -107,8 +107,10 @@ std::string nearest_name(const std::string& name, const std::vector<std::string>
   std::string best;
   size_t best_distance = SIZE_MAX;
   for (const std::string& candidate : candidates)
-    if (const size_t distance = edit_distance(name, candidate); distance < best_distance)
-      best_distance = distance, best = candidate;
+    if (const size_t distance = edit_distance(name, candidate); distance < best_distance) {
+      best_distance = distance;
+      best = candidate;
+    }
   return best;
 }
 

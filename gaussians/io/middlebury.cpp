@@ -24,7 +24,10 @@ Camera camera_of(const double* v, const std::string& file, const std::string& fi
     throw refuse("has a K with skew or of another kind");
   if (!(v[0] > 0 && v[4] > 0)) throw refuse("has the focal length " + std::to_string(std::min(v[0], v[4])));
   Camera camera;
-  camera.fx = v[0], camera.cx = v[2], camera.fy = v[4], camera.cy = v[5];
+  camera.fx = v[0];
+  camera.cx = v[2];
+  camera.fy = v[4];
+  camera.cy = v[5];
   Eigen::Matrix3d rotation = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(v + 9);
   if (!make_rotation(rotation)) throw refuse("has an R that is no rotation");
   camera.cam_from_world.linear() = rotation;

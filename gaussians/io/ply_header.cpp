@@ -47,7 +47,8 @@ class HeaderParser {
       if (keyword == "comment" || keyword == "obj_info") {
         header_.comments.push_back(line.substr(line.find(keyword) + keyword.size()));
       } else if (keyword == "format") {
-        read_format(words), has_format = true;
+        read_format(words);
+        has_format = true;
       } else if (keyword == "element") {
         read_element(words);
       } else if (keyword == "property") {
@@ -106,7 +107,10 @@ class HeaderParser {
     PlyProperty property;
     std::string type, count_type;
     words >> type;
-    if (type == "list") property.list = true, words >> count_type >> type;
+    if (type == "list") {
+      property.list = true;
+      words >> count_type >> type;
+    }
     words >> property.name;
     if (header_.elements.empty() || property.name.empty()) {
       throw complain("property " + property.name, "has no element or no name", "the file is damaged");

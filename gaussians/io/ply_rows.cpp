@@ -13,8 +13,10 @@ constexpr size_t kBlockRows = 4096;
 
 PlyRows::PlyRows(std::istream& in, const PlyHeader& header, const PlyElement& element, std::string file, uint64_t size)
     : in_(in), element_(element), file_(std::move(file)), ascii_(header.ascii), size_(size) {
-  for (const PlyProperty& property : element.properties)
-    offset_.push_back(row_bytes_), row_bytes_ += ply_size(property.type);
+  for (const PlyProperty& property : element.properties) {
+    offset_.push_back(row_bytes_);
+    row_bytes_ += ply_size(property.type);
+  }
 }
 
 void PlyRows::check_size() {

@@ -28,7 +28,10 @@ fs::path splats_of_model(const fs::path& folder) {
     const auto [end, failed] = std::from_chars(name.data() + prefix.size(), name.data() + name.size(), number);
     if (failed != std::errc() || end != name.data() + name.size() || number <= largest) continue;
     const fs::path splats = entry.path() / "point_cloud.ply";
-    if (fs::is_regular_file(splats, ignored)) largest = number, best = splats;
+    if (fs::is_regular_file(splats, ignored)) {
+      largest = number;
+      best = splats;
+    }
   }
   return best;
 }
@@ -86,16 +89,19 @@ void choose_up(const LoadOptions& options, Scene& scene) {
   if (options.up) {
     if (!(options.up->norm() > 1e-9) || !options.up->allFinite())
       throw usage_error("--up", "", "is not a direction", "give x,y,z");
-    scene.up = options.up->normalized(), scene.up_source = "given by the user";
+    scene.up = options.up->normalized();
+    scene.up_source = "given by the user";
     return;
   }
   if (scene.settings.up) {
-    scene.up = *scene.settings.up, scene.up_source = "given by " + scene.settings.file.string();
+    scene.up = *scene.settings.up;
+    scene.up_source = "given by " + scene.settings.file.string();
     return;
   }
   std::optional<UpDirection> found = up_of_cameras(scene.cameras);
   if (!found) found = up_of_cloud(scene.cloud);
-  scene.up = found->up, scene.up_source = found->source;
+  scene.up = found->up;
+  scene.up_source = found->source;
 }
 
 }  // namespace
@@ -126,7 +132,9 @@ Scene load_scene(const fs::path& source, const LoadOptions& options) {
   choose_up(options, scene);
   if (scene.cameras.empty()) {
     OrbitOptions orbit;
-    orbit.views = options.orbit_views, orbit.width = options.orbit_width, orbit.height = options.orbit_height;
+    orbit.views = options.orbit_views;
+    orbit.width = options.orbit_width;
+    orbit.height = options.orbit_height;
     if (orbit.views < 1 || orbit.width < 1 || orbit.height < 1) {
       throw usage_error("--orbit-views", "", "is not positive", "give at least one view");
     }

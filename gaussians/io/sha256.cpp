@@ -36,7 +36,14 @@ void Sha256::compress(const uint8_t* block) {
   for (int t = 0; t < 64; ++t) {
     const uint32_t t1 = h + (rotr(e, 6) ^ rotr(e, 11) ^ rotr(e, 25)) + ((e & f) ^ (~e & g)) + kRound[t] + w[t];
     const uint32_t t2 = (rotr(a, 2) ^ rotr(a, 13) ^ rotr(a, 22)) + ((a & b) ^ (a & c) ^ (b & c));
-    h = g, g = f, f = e, e = d + t1, d = c, c = b, b = a, a = t1 + t2;
+    h = g;
+    g = f;
+    f = e;
+    e = d + t1;
+    d = c;
+    c = b;
+    b = a;
+    a = t1 + t2;
   }
   const uint32_t added[8] = {a, b, c, d, e, f, g, h};
   for (int i = 0; i < 8; ++i) state_[i] += added[i];
@@ -48,8 +55,13 @@ void Sha256::add(const void* bytes, size_t count) {
   while (count > 0) {
     const size_t taken = std::min(count, block_.size() - filled_);
     std::memcpy(block_.data() + filled_, in, taken);
-    filled_ += taken, in += taken, count -= taken;
-    if (filled_ == block_.size()) compress(block_.data()), filled_ = 0;
+    filled_ += taken;
+    in += taken;
+    count -= taken;
+    if (filled_ == block_.size()) {
+      compress(block_.data());
+      filled_ = 0;
+    }
   }
 }
 

@@ -98,7 +98,8 @@ GaussianCloud read_sog_levels(const fs::path& file, int level, ReadReport* repor
   found.files = {file};
   int first = level, last = level;
   if (level == kAllLevels) {
-    first = 0, last = levels.levels() - 1;
+    first = 0;
+    last = levels.levels() - 1;
   } else if (level == kFinestLevel) {
     for (first = 0; first < levels.levels() && !levels.complete(first);) ++first;
     if (first == levels.levels())
@@ -123,14 +124,16 @@ GaussianCloud read_sog_levels(const fs::path& file, int level, ReadReport* repor
                               "the files do not belong together");
       }
       cloud.append(chunk);
-      found.rows += part.rows, found.dropped += part.dropped;
+      found.rows += part.rows;
+      found.dropped += part.dropped;
       found.antialiased = found.antialiased || part.antialiased;
       found.files.insert(found.files.end(), part.files.begin(), part.files.end());
       for (const std::string& warning : part.warnings)
         found.warnings.push_back(levels.name(index).string() + ": " + warning);
     }
   }
-  found.levels = levels.levels(), found.level = level == kAllLevels ? kAllLevels : first;
+  found.levels = levels.levels();
+  found.level = level == kAllLevels ? kAllLevels : first;
   found.format = "streamed SOG, " + (level == kAllLevels ? "all levels" : "level " + std::to_string(first)) + " of " +
                  std::to_string(levels.levels()) + ", SH degree " + std::to_string(cloud.sh_degree);
   if (report) *report = std::move(found);

@@ -92,7 +92,8 @@ void read_binary_points(const fs::path& path, ColmapTracks& tracks, SparsePoints
   ByteReader in(bytes, path.string());
   const auto count = in.take<uint64_t>("number of points");
   in.expect(count, kPointBytes, "number of points");
-  points.position.reserve(count), points.color.reserve(count);
+  points.position.reserve(count);
+  points.color.reserve(count);
   for (uint64_t i = 0; i < count; ++i) {
     const std::string field = "point " + std::to_string(in.take<uint64_t>("point id"));
     double position[3], color[3];

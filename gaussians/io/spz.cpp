@@ -223,7 +223,10 @@ GaussianCloud read_spz(const std::filesystem::path& file, ReadReport* report) {
   const auto width = widths(header);
   const uint8_t* at[kAttributes];
   const auto* begin = reinterpret_cast<const uint8_t*>(raw.data());
-  for (int k = 0; k < kAttributes; ++k) at[k] = begin, begin += header.count * width[k];
+  for (int k = 0; k < kAttributes; ++k) {
+    at[k] = begin;
+    begin += header.count * width[k];
+  }
   const int degree = std::min<int>(header.sh_degree, 3);
   CloudBuilder builder(degree, header.count);
   for (size_t i = 0; i < header.count; ++i) {

@@ -32,7 +32,8 @@ Eigen::Isometry3d read_pose(const JsonObject& frame) {
   if ((world_from_cam.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-6) throw refuse("has another last row");
   Eigen::Matrix3d rotation = world_from_cam.topLeftCorner<3, 3>();
   if (!make_rotation(rotation)) throw refuse("does not begin with a rotation");
-  rotation.col(1) *= -1, rotation.col(2) *= -1;
+  rotation.col(1) *= -1;
+  rotation.col(2) *= -1;
   Eigen::Isometry3d cam_from_world = Eigen::Isometry3d::Identity();
   cam_from_world.linear() = rotation.transpose();
   cam_from_world.translation() = -rotation.transpose() * world_from_cam.topRightCorner<3, 1>();
@@ -92,12 +93,14 @@ class Reader {
       if (!(w >= 1 && w <= 65536 && h >= 1 && h <= 65536)) {
         throw frame.complaint(w >= 1 && w <= 65536 ? "h" : "w", "is out of range", "sizes are 1 to 65536 pixels");
       }
-      camera.width = static_cast<int>(w), camera.height = static_cast<int>(h);
+      camera.width = static_cast<int>(w);
+      camera.height = static_cast<int>(h);
       return;
     }
     // Without sizes in the file the first photo tells them.
     if (!size_was_sought_) find_size();
-    camera.width = photo_width_, camera.height = photo_height_;
+    camera.width = photo_width_;
+    camera.height = photo_height_;
     if (camera.width == 0 && has(frame, "cx") && has(frame, "cy")) {
       camera.width = static_cast<int>(std::lround(std::clamp(2 * number(frame, "cx"), 0.0, 65536.0)));
       camera.height = static_cast<int>(std::lround(std::clamp(2 * number(frame, "cy"), 0.0, 65536.0)));
@@ -176,7 +179,8 @@ void write_transforms(const fs::path& file, const std::vector<Camera>& cameras) 
             ? camera.name
             : fs::absolute(camera.photo).lexically_normal().lexically_proximate(folder).generic_string();
     Eigen::Matrix4d world_from_cam = camera.cam_from_world.inverse().matrix();
-    world_from_cam.col(1) *= -1, world_from_cam.col(2) *= -1;
+    world_from_cam.col(1) *= -1;
+    world_from_cam.col(2) *= -1;
     frame["transform_matrix"] = nlohmann::json::array();
     for (int i = 0; i < 4; ++i) {
       const Eigen::Vector4d row = world_from_cam.row(i).array() + 0.0;  // -0 becomes 0

@@ -38,7 +38,11 @@ void judge(const std::vector<Eigen::Vector3d>& samples, double band, Plane& plan
     const double height = plane.normal.dot(x) - plane.offset;
     ++(std::abs(height) <= band ? inside : height > 0 ? above : below);
   }
-  if (below > above) plane.normal = -plane.normal, plane.offset = -plane.offset, std::swap(above, below);
+  if (below > above) {
+    plane.normal = -plane.normal;
+    plane.offset = -plane.offset;
+    std::swap(above, below);
+  }
   plane.share = static_cast<double>(inside) / static_cast<double>(samples.size());
   plane.below = above > 0 ? static_cast<double>(below) / (above + below) : 1.0;
   plane.score = plane.share * (1 + kUsualWorld * std::max(0.0, -plane.normal.y()));
@@ -59,7 +63,8 @@ double spread(const std::vector<Eigen::Vector2d>& points, const std::vector<floa
   Eigen::Matrix2d square = Eigen::Matrix2d::Zero();
   for (size_t i = 0; i < points.size(); ++i) {
     const double w = weight.empty() ? 1.0 : weight[i];
-    total += w, mean += w * points[i];
+    total += w;
+    mean += w * points[i];
   }
   if (!(total > 0)) return 0;
   mean /= total;
@@ -90,7 +95,10 @@ Plane refit(const std::vector<Eigen::Vector3d>& samples, double band, const Plan
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   std::vector<const Eigen::Vector3d*> inside;
   for (const Eigen::Vector3d& x : samples) {
-    if (std::abs(plane.normal.dot(x) - plane.offset) <= band) inside.push_back(&x), mean += x;
+    if (std::abs(plane.normal.dot(x) - plane.offset) <= band) {
+      inside.push_back(&x);
+      mean += x;
+    }
   }
   if (inside.size() < 3) return plane;
   mean /= static_cast<double>(inside.size());

@@ -28,7 +28,10 @@ struct VideoWriter::State {
   }
   /// Ends the encoder; true when it wrote a whole file.
   bool finish() {
-    if (pipe >= 0) ::close(pipe), pipe = -1;
+    if (pipe >= 0) {
+      ::close(pipe);
+      pipe = -1;
+    }
     if (encoder < 0) return false;
     int status = 0;
     while (waitpid(encoder, &status, 0) < 0 && errno == EINTR) {
@@ -44,7 +47,8 @@ VideoWriter::VideoWriter(const fs::path& file, double fps, int width, int height
   s.file = file;
   s.temporary =
       file.parent_path() / (file.stem().string() + ".tmp" + std::to_string(getpid()) + file.extension().string());
-  s.width = width & ~1, s.height = height & ~1;
+  s.width = width & ~1;
+  s.height = height & ~1;
   s.frame.resize(static_cast<size_t>(s.width) * s.height * 3);
   const std::string size = std::to_string(s.width) + "x" + std::to_string(s.height), rate = std::to_string(fps);
   const bool faithful = coding == VideoCoding::kFaithful;

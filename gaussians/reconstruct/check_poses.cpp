@@ -128,7 +128,10 @@ std::vector<Match> match_neighbours(const PoseCheckOptions& options, const Train
                                     const std::vector<Camera>& cameras) {
   const std::vector<PhotoPair> pairs = probable_pairs(options.seeds, cameras);
   std::set<int> used;
-  for (const auto& [i, j] : pairs) used.insert(i), used.insert(j);
+  for (const auto& [i, j] : pairs) {
+    used.insert(i);
+    used.insert(j);
+  }
   const std::vector<int> order(used.begin(), used.end());
   std::vector<PhotoFeatures> features(photos.photos.size());
   const FeatureOptions feature_options = {.most = options.features, .longest_side = 1000};
@@ -150,7 +153,10 @@ std::vector<Match> match_neighbours(const PoseCheckOptions& options, const Train
 /// What the places of the cameras alone forbid.
 void check_places(const std::string& where, const std::vector<Camera>& cameras, PoseReport& report) {
   Vec3d low = Vec3d::Constant(INFINITY), high = -low;
-  for (const Camera& camera : cameras) low = low.cwiseMin(camera.centre()), high = high.cwiseMax(camera.centre());
+  for (const Camera& camera : cameras) {
+    low = low.cwiseMin(camera.centre());
+    high = high.cwiseMax(camera.centre());
+  }
   const double spread = (high - low).norm(), distance = low.cwiseAbs().cwiseMax(high.cwiseAbs()).norm();
   if (!std::isfinite(spread))
     throw input_error(where, "", "has cameras at places that are not finite", "the file is damaged");
@@ -241,7 +247,8 @@ std::vector<Camera> apply_convention(PoseConvention convention, const std::strin
                                      std::vector<Camera> cameras) {
   const Eigen::DiagonalMatrix<double, 3> flip(1, -1, -1), turn(-1, -1, 1);
   const auto turned_by = [](const Eigen::DiagonalMatrix<double, 3>& axes, Eigen::Isometry3d& pose) {
-    pose.linear() = (axes * pose.linear()).eval(), pose.translation() = (axes * pose.translation()).eval();
+    pose.linear() = (axes * pose.linear()).eval();
+    pose.translation() = (axes * pose.translation()).eval();
   };
   const bool inverse = convention == PoseConvention::kInverse || convention == PoseConvention::kInverseFlipped;
   const bool flipped = convention == PoseConvention::kFlipped || convention == PoseConvention::kInverseFlipped;
@@ -255,8 +262,10 @@ std::vector<Camera> apply_convention(PoseConvention convention, const std::strin
     if (flipped != (inverse && opengl)) turned_by(flip, pose);
     if (convention == PoseConvention::kTurned) {
       turned_by(turn, pose);
-      camera.cx = camera.width - camera.cx, camera.cy = camera.height - camera.cy;
-      camera.distortion[2] *= -1, camera.distortion[3] *= -1;
+      camera.cx = camera.width - camera.cx;
+      camera.cy = camera.height - camera.cy;
+      camera.distortion[2] *= -1;
+      camera.distortion[3] *= -1;
     }
   }
   return cameras;

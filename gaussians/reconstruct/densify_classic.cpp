@@ -27,7 +27,8 @@ void shrink_into(const GaussianCloud& before, size_t from, Random random, Gaussi
 
 void gather_screen_gradient(std::span<const Vec2f> screen, int width, int height, TrainingState& state) {
   CHECK(screen.size() == state.cloud.size());
-  state.screen_gradient.resize(screen.size(), 0.0f), state.times_seen.resize(screen.size(), 0.0f);
+  state.screen_gradient.resize(screen.size(), 0.0f);
+  state.times_seen.resize(screen.size(), 0.0f);
   const Vec2f half(0.5f * width, 0.5f * height);
   parallel_for(
       static_cast<std::ptrdiff_t>(screen.size()),
@@ -41,7 +42,8 @@ void gather_screen_gradient(std::span<const Vec2f> screen, int width, int height
 
 ClassicSummary clone_split_prune(const TrainOptions& options, float extent, size_t budget, TrainingState& state) {
   const size_t n = state.cloud.size();
-  state.screen_gradient.resize(n, 0.0f), state.times_seen.resize(n, 0.0f);
+  state.screen_gradient.resize(n, 0.0f);
+  state.times_seen.resize(n, 0.0f);
   std::vector<int> wanted;
   std::vector<float> mean(n, 0.0f);
   std::vector<uint8_t> keep(n, 1);
@@ -78,7 +80,8 @@ ClassicSummary clone_split_prune(const TrainOptions& options, float extent, size
     shrink_into(before, from, Random(options.seed ^ kSplitStream, 2 * from, state.iteration), state.cloud, place[from]);
     shrink_into(before, from, Random(options.seed ^ kSplitStream, 2 * from + 1, state.iteration), state.cloud, made);
   }
-  state.screen_gradient.assign(state.cloud.size(), 0.0f), state.times_seen.assign(state.cloud.size(), 0.0f);
+  state.screen_gradient.assign(state.cloud.size(), 0.0f);
+  state.times_seen.assign(state.cloud.size(), 0.0f);
   return summary;
 }
 

@@ -43,7 +43,8 @@ SharedOpacity share_opacity(double opacity, int copies) {
     double binomial = 1, power = shared;  // C(i-1, k), shared^(k+1)
     for (int k = 0; k < i; ++k) {
       denominator += (k % 2 ? -1 : 1) * binomial * power / std::sqrt(k + 1.0);
-      binomial *= static_cast<double>(i - 1 - k) / (k + 1), power *= shared;
+      binomial *= static_cast<double>(i - 1 - k) / (k + 1);
+      power *= shared;
     }
   }
   return {shared, opacity / denominator};
@@ -86,7 +87,8 @@ McmcSummary relocate_and_grow(const TrainOptions& options, size_t wanted, Traini
     rows.insert(rows.end(), source.begin() + dead.size(), source.end());
     keep_gaussians(state, rows);
   }
-  summary.moved = dead.size(), summary.added = added;
+  summary.moved = dead.size();
+  summary.added = added;
   return summary;
 }
 

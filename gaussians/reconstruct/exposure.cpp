@@ -44,7 +44,9 @@ void expose_adjoint(const Image<T>& color, const T* M, Image<T>& adj, T* adj_M) 
           T* g = adj.at(x, static_cast<int>(y));
           const T r = M[0] * g[0] + M[4] * g[1] + M[8] * g[2], gr = M[1] * g[0] + M[5] * g[1] + M[9] * g[2],
                   b = M[2] * g[0] + M[6] * g[1] + M[10] * g[2];
-          g[0] = r, g[1] = gr, g[2] = b;
+          g[0] = r;
+          g[1] = gr;
+          g[2] = b;
         }
       },
       16);

@@ -32,7 +32,9 @@ struct Best {
 
   void add(int candidate, int d) {
     if (d < distance) {
-      second = distance, distance = d, index = candidate;
+      second = distance;
+      distance = d;
+      index = candidate;
     } else if (d < second) {
       second = d;
     }
@@ -45,7 +47,8 @@ class FeatureGrid {
  public:
   explicit FeatureGrid(const std::vector<Vec2f>& points) : points_(points) {
     for (const Vec2f& p : points) {
-      columns_ = std::max(columns_, cell(p.x()) + 1), rows_ = std::max(rows_, cell(p.y()) + 1);
+      columns_ = std::max(columns_, cell(p.x()) + 1);
+      rows_ = std::max(rows_, cell(p.y()) + 1);
     }
     first_.assign(static_cast<size_t>(columns_) * rows_ + 1, 0);
     for (const Vec2f& p : points) ++first_[number(cell(p.x()), cell(p.y())) + 1];
@@ -123,7 +126,8 @@ PhotoFeatures find_features(const FeatureOptions& options, const TrainingPhoto& 
     std::array<uint8_t, 128> root;
     for (int k = 0; k < 128; ++k)
       root[k] = static_cast<uint8_t>(std::min(255.0f, 512 * std::sqrt(raw[k] / sum) + 0.5f));
-    features.pixel.push_back(pixel), features.descriptor.push_back(root);
+    features.pixel.push_back(pixel);
+    features.descriptor.push_back(root);
   }
   return features;
 }
@@ -131,7 +135,10 @@ PhotoFeatures find_features(const FeatureOptions& options, const TrainingPhoto& 
 std::vector<PhotoPair> overlapping_pairs(const std::vector<Camera>& cameras, int neighbours) {
   const int n = static_cast<int>(cameras.size());
   std::vector<Vec3d> centre, forward;
-  for (const Camera& camera : cameras) centre.push_back(camera.centre()), forward.push_back(camera.forward());
+  for (const Camera& camera : cameras) {
+    centre.push_back(camera.centre());
+    forward.push_back(camera.forward());
+  }
   // The unit of distance: how far neighbouring places typically are from each other.
   std::vector<double> nearest;
   for (int i = 0; i < n; ++i) {
@@ -211,7 +218,8 @@ std::vector<FeatureMatch> match_features(const MatchOptions& options, const Phot
     }
     for (const int j : partners) {
       const int d = squared_distance(features1.descriptor[i], features2.descriptor[j]);
-      best1[i].add(j, d), best2[j].add(i, d);
+      best1[i].add(j, d);
+      best2[j].add(i, d);
     }
   }
   const double squared_ratio = options.ratio * options.ratio;

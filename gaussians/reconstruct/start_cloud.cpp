@@ -28,7 +28,10 @@ GaussianCloud cloud_from_points(std::span<const Vec3f> position, std::span<const
     float sum = 0, count = 0;
     for (int k = 0; k < neighbours; ++k) {
       const int j = near[i * neighbours + k];
-      if (j >= 0 && static_cast<size_t>(j) != i) sum += (position[j] - position[i]).squaredNorm(), ++count;
+      if (j >= 0 && static_cast<size_t>(j) != i) {
+        sum += (position[j] - position[i]).squaredNorm();
+        ++count;
+      }
     }
     cloud.position[i] = position[i];
     cloud.log_scale[i].setConstant(0.5f * std::log(std::max(1e-7f, count > 0 ? sum / count : 1.0f)));
@@ -45,7 +48,9 @@ GaussianCloud random_cloud(const std::vector<Camera>& cameras, size_t count, uin
   Eigen::Vector3d b = Eigen::Vector3d::Zero(), mean = Eigen::Vector3d::Zero();
   for (const Camera& camera : cameras) {
     const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - camera.forward() * camera.forward().transpose();
-    A += across, b += across * camera.centre(), mean += camera.centre() / cameras.size();
+    A += across;
+    b += across * camera.centre();
+    mean += camera.centre() / cameras.size();
   }
   b += 1e-6 * mean;
   const Eigen::Vector3d centre = A.ldlt().solve(b);

@@ -141,8 +141,10 @@ TrainStep Trainer::step() {
   state_.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   report.progress = training_progress(options_, state_.iteration, state_.seconds);
   densify(before, report.progress);
-  report.iteration = state_.iteration, report.gaussians = state_.cloud.size();
-  report.width = shown.camera.width, report.height = shown.camera.height;
+  report.iteration = state_.iteration;
+  report.gaussians = state_.cloud.size();
+  report.width = shown.camera.width;
+  report.height = shown.camera.height;
   return report;
 }
 
@@ -216,7 +218,10 @@ void Trainer::measure() {
   const std::vector<PhotoQuality> quality = held_out_quality(state_.cloud, photos_, options_.render);
   if (quality.empty()) return;
   CurvePoint point{state_.iteration, state_.seconds, state_.cloud.size(), 0, 0};
-  for (const PhotoQuality& q : quality) point.psnr += q.psnr / quality.size(), point.ssim += q.ssim / quality.size();
+  for (const PhotoQuality& q : quality) {
+    point.psnr += q.psnr / quality.size();
+    point.ssim += q.ssim / quality.size();
+  }
   state_.curve.push_back(point);
 }
 

@@ -111,9 +111,12 @@ void undo_lens(Lenses& lenses, TrainingPhoto& photo, Loaded& loaded) {
     photo.weight = ImageU8(pinhole.width, pinhole.height, 1);
     for (size_t i = 0; i < lens->seen.size(); ++i) photo.weight.data[i] = lens->seen[i].allFinite() ? 255 : 0;
   }
-  photo.camera.width = pinhole.width, photo.camera.height = pinhole.height;
-  photo.camera.fx = pinhole.fx, photo.camera.fy = pinhole.fy;
-  photo.camera.cx = pinhole.cx, photo.camera.cy = pinhole.cy;
+  photo.camera.width = pinhole.width;
+  photo.camera.height = pinhole.height;
+  photo.camera.fx = pinhole.fx;
+  photo.camera.fy = pinhole.fy;
+  photo.camera.cx = pinhole.cx;
+  photo.camera.cy = pinhole.cy;
   photo.camera.distortion = {};
   loaded.undistorted = true;
 }
@@ -129,10 +132,14 @@ Loaded load_photo(const PhotoOptions& options, const Camera& camera, Lenses& len
                           : "");
     return loaded;
   }
-  if (!stored.alpha.empty()) composite(options.background, stored), loaded.composited = true;
+  if (!stored.alpha.empty()) {
+    composite(options.background, stored);
+    loaded.composited = true;
+  }
   TrainingPhoto photo;
   photo.camera = camera;
-  photo.pixels = std::move(stored.pixels), photo.alpha = std::move(stored.alpha);
+  photo.pixels = std::move(stored.pixels);
+  photo.alpha = std::move(stored.alpha);
   loaded.fitted = photo.pixels.width != camera.width || photo.pixels.height != camera.height;
   if (loaded.fitted) photo.camera = camera.resized(photo.pixels.width, photo.pixels.height);
   scale_down(options.longest_side, photo, loaded);

@@ -11,7 +11,10 @@ namespace pliant {
 /// First and second moments of Adam for one array, of the array's shape.
 struct Moments {
   std::vector<float> first, second;
-  void resize(size_t n) { first.resize(n, 0.0f), second.resize(n, 0.0f); }
+  void resize(size_t n) {
+    first.resize(n, 0.0f);
+    second.resize(n, 0.0f);
+  }
 };
 
 /// Quality on the held-out photos at some point of a training.

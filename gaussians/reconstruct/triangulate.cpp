@@ -41,14 +41,16 @@ class Tracks {
   }
   /// Joins two sets that have no photo in common.
   void unite(int i, int j) {
-    i = find(i), j = find(j);
+    i = find(i);
+    j = find(j);
     if (i == j) return;
     if (i > j) std::swap(i, j);
     std::vector<int> both;
     std::set_union(photos_[i].begin(), photos_[i].end(), photos_[j].begin(), photos_[j].end(),
                    std::back_inserter(both));
     if (both.size() != photos_[i].size() + photos_[j].size()) return;
-    parent_[j] = i, photos_[i] = std::move(both);
+    parent_[j] = i;
+    photos_[i] = std::move(both);
     photos_[j] = {};
   }
 
@@ -120,7 +122,10 @@ class Triangulation {
       MatchOptions options = options_.matches;
       options.band *= scale(j);
       found[p] = match_features(options, features_[i], features_[j], &F);
-      for (FeatureMatch& m : found[p]) m.first += first_[i], m.second += first_[j];
+      for (FeatureMatch& m : found[p]) {
+        m.first += first_[i];
+        m.second += first_[j];
+      }
     });
     std::vector<FeatureMatch> matches;
     for (const auto& some : found) matches.insert(matches.end(), some.begin(), some.end());
@@ -233,7 +238,8 @@ bool triangulate_point(std::span<const Sighting> sightings, Vec3d& point) {
   for (const Sighting& s : sightings) {
     const Vec3d d = s.camera->ray(s.pixel.x(), s.pixel.y());
     const Mat3d across = Mat3d::Identity() - d * d.transpose();
-    A += across, b += across * s.camera->centre();
+    A += across;
+    b += across * s.camera->centre();
   }
   const Eigen::LDLT<Mat3d> solver(A);
   if (!(solver.vectorD().minCoeff() > 1e-10)) return false;
@@ -250,7 +256,8 @@ bool triangulate_point(std::span<const Sighting> sightings, Vec3d& point) {
       J = (J / p.z() * s.camera->cam_from_world.linear()).eval();
       const Eigen::Vector2d r(s.camera->fx * x + s.camera->cx - s.pixel.x(),
                               s.camera->fy * y + s.camera->cy - s.pixel.y());
-      JtJ += J.transpose() * J, Jtr += J.transpose() * r;
+      JtJ += J.transpose() * J;
+      Jtr += J.transpose() * r;
     }
     // The last round only looks whether the point lies in front of all cameras.
     if (step < kGaussNewtonSteps) point -= JtJ.ldlt().solve(Jtr);

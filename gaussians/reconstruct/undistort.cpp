@@ -48,9 +48,11 @@ Undistortion make_undistortion(const Camera& camera) {
   Undistortion result;
   Camera& pinhole = result.pinhole = camera;
   pinhole.distortion = {};
-  pinhole.fx *= shrink, pinhole.fy *= shrink;
+  pinhole.fx *= shrink;
+  pinhole.fy *= shrink;
   // The centre of the first pixel lies on the corner of the rectangle, that of the last one inside it.
-  pinhole.cx = 0.5 - r.left * pinhole.fx, pinhole.cy = 0.5 - r.top * pinhole.fy;
+  pinhole.cx = 0.5 - r.left * pinhole.fx;
+  pinhole.cy = 0.5 - r.top * pinhole.fy;
   pinhole.width = static_cast<int>(across * shrink + 1e-6) + 1;
   pinhole.height = static_cast<int>(down * shrink + 1e-6) + 1;
   result.seen.reserve(static_cast<size_t>(pinhole.width) * pinhole.height);

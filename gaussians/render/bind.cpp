@@ -74,7 +74,8 @@ Binding bind(const BindOptions& options, std::span<const Vec3f> gaussians, std::
         for (size_t k = 0; k < chosen.size(); ++k) {
           const float q = chosen[k].distance / cut, w = (1 - q * q) * (1 - q * q);
           out.driver[g * Binding::kCount + k] = chosen[k].index;
-          out.weight[g * Binding::kCount + k] = w, total += w;
+          out.weight[g * Binding::kCount + k] = w;
+          total += w;
         }
         for (size_t k = 0; k < chosen.size(); ++k) {
           float& w = out.weight[g * Binding::kCount + k];

@@ -25,7 +25,8 @@ struct ViewGradient {
   void operator+=(const ViewGradient& other) {
     for (int i = 0; i < 3; ++i) {
       for (int k = 0; k < 3; ++k) R[i][k] += other.R[i][k];
-      t[i] += other.t[i], centre[i] += other.centre[i];
+      t[i] += other.t[i];
+      centre[i] += other.centre[i];
     }
   }
 };

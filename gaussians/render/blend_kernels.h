@@ -40,7 +40,8 @@ struct Blend {
     for (int k = 0; k < 4; ++k) sum[block][k] = fma(c.weight, value.base[k], sum[block][k]);
     if (kChannels == 0) return;
     const int n = waiting[block]++;
-    weight[block][n] = c.weight, feature[block][n] = value.feature;
+    weight[block][n] = c.weight;
+    feature[block][n] = value.feature;
   }
   INLINE void end(const Values<T>&, size_t) {
     if (kChannels != 0 && ++splats == kBatch) add_features();
@@ -128,13 +129,16 @@ struct BlendAdjoint {
     for (int k = 0; k < 4; ++k) at.sum[k] = fma(c.weight, g[k], at.sum[k]);
     if (kChannels != 0) {
       along += along_features(at.value.feature, g + 4);
-      weight[at.blocks] = c.weight, block_of_weight[at.blocks++] = block;
+      weight[at.blocks] = c.weight;
+      block_of_weight[at.blocks++] = block;
     }
     const Pack<T> behind = fma(-c.weight, along, rest[block]);
     rest[block] = behind;
     const Pack<T> slope = c.transmittance * along - behind / (T(1) - c.alpha);
     const Pack<T> s = where(c.smooth, c.alpha * slope), se = s * c.e, sd = s * c.d;
-    at.moment[kMoment] += s, at.moment[kMomentE] += se, at.moment[kMomentD] += sd;
+    at.moment[kMoment] += s;
+    at.moment[kMomentE] += se;
+    at.moment[kMomentD] += sd;
     at.moment[kMomentEE] = fma(se, c.e, at.moment[kMomentEE]);
     at.moment[kMomentED] = fma(se, c.d, at.moment[kMomentED]);
     at.moment[kMomentDD] = fma(sd, c.d, at.moment[kMomentDD]);
@@ -237,7 +241,8 @@ void write_weights(const TileInput<T>& in, const uint32_t* first, uint32_t* gaus
   for (int pixel = 0; pixel < kTilePixels; ++pixel) next[pixel] = first[pixel];
   for_each_weight<T, kCutOffs>(in, [&](int pixel, uint32_t index, T w) {
     const uint32_t entry = next[pixel]++;
-    gaussian[entry] = index, weight[entry] = w;
+    gaussian[entry] = index;
+    weight[entry] = w;
   });
 }
 

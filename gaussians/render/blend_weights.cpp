@@ -10,7 +10,8 @@ BlendWeights blend_weights(const GaussianCloud& cloud, const Camera& camera, con
       cloud, camera, options.antialiased, options.most_pairs, options.instruction_set, options.screen_variance);
   const BlendKernels<float>& kernels = blend_kernels<float, true>(options.instruction_set);
   BlendWeights out;
-  out.width = camera.width, out.height = camera.height;
+  out.width = camera.width;
+  out.height = camera.height;
   TileLists lists;
   int binned = -1;  // the band that `lists` holds
   const auto for_each_tile = [&](auto&& visit) {
@@ -40,7 +41,8 @@ BlendWeights blend_weights(const GaussianCloud& cloud, const Camera& camera, con
   }
   CHECK_MSG(total < UINT32_MAX, "too many blend weights in one view");
   out.row_start.push_back(static_cast<uint32_t>(total));
-  out.gaussian.resize(total), out.weight.resize(total);
+  out.gaussian.resize(total);
+  out.weight.resize(total);
   for_each_tile([&](std::ptrdiff_t tile, const TileInput<float>& in) {
     kernels.write_weights(in, next.data() + tile * kTilePixels, out.gaussian.data(), out.weight.data());
   });

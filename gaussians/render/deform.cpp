@@ -25,7 +25,9 @@ struct Drivers {
       const int d = binding.driver[g * Binding::kCount + count];
       if (d < 0) break;
       weight[count] = T(binding.weight[g * Binding::kCount + count]);
-      rest[count] = drivers_rest[d], now[count] = drivers_now[d], F[count] = gradients[d];
+      rest[count] = drivers_rest[d];
+      now[count] = drivers_now[d];
+      F[count] = gradients[d];
     }
   }
   RigidFit<T> fit() const { return fit_rigid<T>(count, weight, rest, now, F); }

@@ -25,7 +25,8 @@ HOST_DEVICE RigidFit<T> fit_rigid(int count, const T* weight, const Vec3<T>* res
                                   const Mat3<T>* F) {
   RigidFit<T> fit{Mat3<T>::Zero(), Vec3<T>::Zero(), Vec3<T>::Zero(), Mat3<T>::Zero(), Mat3<T>::Zero(), T(0)};
   for (int j = 0; j < count; ++j) {
-    fit.rest += weight[j] * rest[j], fit.now += weight[j] * now[j];
+    fit.rest += weight[j] * rest[j];
+    fit.now += weight[j] * now[j];
     fit.F += weight[j] * F[j];
   }
   for (int j = 0; j < count; ++j) {
@@ -142,7 +143,8 @@ HOST_DEVICE void principal_axes(Mat3<T> A, Mat3<T>& axes, Vec3<T>& length) {
         const T t = (zeta >= T(0) ? T(1) : T(-1)) / (std::abs(zeta) + std::sqrt(zeta * zeta + 1));
         const T cosine = 1 / std::sqrt(t * t + 1), sine = t * cosine;
         const Vec3<T> x = A.col(p), y = A.col(q);
-        A.col(p) = cosine * x - sine * y, A.col(q) = sine * x + cosine * y;
+        A.col(p) = cosine * x - sine * y;
+        A.col(q) = sine * x + cosine * y;
       }
     }
     if (!turned) break;
@@ -158,7 +160,8 @@ HOST_DEVICE void principal_axes(Mat3<T> A, Mat3<T>& axes, Vec3<T>& length) {
     axes.setIdentity();
     return;
   }
-  axes.col(longest) = A.col(longest) / length[longest], axes.col(second) = A.col(second) / length[second];
+  axes.col(longest) = A.col(longest) / length[longest];
+  axes.col(second) = A.col(second) / length[second];
   const int third = 3 - longest - second;
   axes.col(third) = axes.col((third + 1) % 3).cross(axes.col((third + 2) % 3));
 }

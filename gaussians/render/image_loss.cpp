@@ -157,8 +157,12 @@ PhotometricLoss both_losses(const ImagePair<T>& pair, double adj_l1 = 0, double 
     }
   });
   PhotometricLoss loss;
-  for (const auto& row : rows) loss.l1 += row.l1, loss.dssim += row.dissimilarity;
-  loss.l1 *= inverse, loss.dssim *= inverse;
+  for (const auto& row : rows) {
+    loss.l1 += row.l1;
+    loss.dssim += row.dissimilarity;
+  }
+  loss.l1 *= inverse;
+  loss.dssim *= inverse;
   return loss;
 }
 

@@ -34,7 +34,8 @@ INLINE FootprintGradient<T> footprint_gradient(const Footprint<T>& f, const Pack
   out.u = 2 * hx * sums[kMomentE];
   out.v = 2 * (hy * sums[kMomentD] - slope * hx * sums[kMomentE]);
   out.depth = sums[kAdjDepth];
-  out.xx = blur * adj_determinant, out.yy = adj_yy + out.xx;
+  out.xx = blur * adj_determinant;
+  out.yy = adj_yy + out.xx;
   out.xy = adj_slope * inverse_yy;
   out.sharp = adj_sharp + adj_determinant;
   return out;
@@ -155,7 +156,10 @@ void project_adjoint(const ProjectAdjointInput<T>& in, const CloudGradient<T>& o
   __builtin_memcpy(entries, &wide, sizeof entries);
   sum_lanes(entries, 15, total);
   for (int k = 0; k < 9; ++k) adj_view.R[k / 3][k % 3] += total[k];
-  for (int k = 0; k < 3; ++k) adj_view.t[k] += total[9 + k], adj_view.centre[k] += total[12 + k];
+  for (int k = 0; k < 3; ++k) {
+    adj_view.t[k] += total[9 + k];
+    adj_view.centre[k] += total[12 + k];
+  }
 }
 
 }  // namespace pliant::PLIANT_ISA

@@ -13,15 +13,22 @@ View<T> make_view(const Camera& camera, double screen_variance = splat::kScreenV
   const Eigen::Vector3d t = camera.cam_from_world.translation(), centre = camera.centre();
   for (int i = 0; i < 3; ++i) {
     for (int k = 0; k < 3; ++k) view.R[i][k] = T(camera.cam_from_world.linear()(i, k));
-    view.t[i] = T(t[i]), view.centre[i] = T(centre[i]);
+    view.t[i] = T(t[i]);
+    view.centre[i] = T(centre[i]);
   }
-  view.fx = T(camera.fx), view.fy = T(camera.fy), view.cx = T(camera.cx), view.cy = T(camera.cy);
+  view.fx = T(camera.fx);
+  view.fy = T(camera.fy);
+  view.cx = T(camera.cx);
+  view.cy = T(camera.cy);
   // With the principal point in the middle these are -+ 1.3 tan(field of view / 2).
   const double extra_x = (splat::kFrustumClamp - 1) * 0.5 * camera.width, low_x = camera.cx + extra_x;
   const double extra_y = (splat::kFrustumClamp - 1) * 0.5 * camera.height, low_y = camera.cy + extra_y;
-  view.low_x = T(-low_x / camera.fx), view.high_x = T((camera.width - camera.cx + extra_x) / camera.fx);
-  view.low_y = T(-low_y / camera.fy), view.high_y = T((camera.height - camera.cy + extra_y) / camera.fy);
-  view.width = camera.width, view.height = camera.height;
+  view.low_x = T(-low_x / camera.fx);
+  view.high_x = T((camera.width - camera.cx + extra_x) / camera.fx);
+  view.low_y = T(-low_y / camera.fy);
+  view.high_y = T((camera.height - camera.cy + extra_y) / camera.fy);
+  view.width = camera.width;
+  view.height = camera.height;
   view.blur = T(screen_variance);
   return view;
 }

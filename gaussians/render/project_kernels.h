@@ -18,10 +18,17 @@ struct WideView {
 
   INLINE explicit WideView(const View<T>& v) {
     for (int i = 0; i < 3; ++i) R.row[i] = everywhere(v.R[i]);
-    t = everywhere(v.t), centre = everywhere(v.centre);
+    t = everywhere(v.t);
+    centre = everywhere(v.centre);
     const Pack<T> zero{};
-    fx = zero + v.fx, fy = zero + v.fy, cx = zero + v.cx, cy = zero + v.cy;
-    low_x = zero + v.low_x, high_x = zero + v.high_x, low_y = zero + v.low_y, high_y = zero + v.high_y;
+    fx = zero + v.fx;
+    fy = zero + v.fy;
+    cx = zero + v.cx;
+    cy = zero + v.cy;
+    low_x = zero + v.low_x;
+    high_x = zero + v.high_x;
+    low_y = zero + v.low_y;
+    high_y = zero + v.high_y;
     blur = zero + v.blur;
   }
 };
@@ -51,7 +58,10 @@ INLINE Rotation<T> load_rotation(const T* from, const Rows& rows) {
   out.inverse_norm = where(turned, T(1) / square_root(squared));
   const Pack<T> w = turned ? wxyz[0] * out.inverse_norm : Pack<T>{} + T(1);
   const Pack<T> x = wxyz[1] * out.inverse_norm, y = wxyz[2] * out.inverse_norm, z = wxyz[3] * out.inverse_norm;
-  out.w = w, out.x = x, out.y = y, out.z = z;
+  out.w = w;
+  out.x = x;
+  out.y = y;
+  out.z = z;
   out.R.row[0] = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)};
   out.R.row[1] = {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)};
   out.R.row[2] = {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)};
@@ -70,8 +80,10 @@ INLINE void rotation_adjoint(const Rotation<T>& at, const PackMatrix<T>& G, Pack
   const Pack<T> az = x * mixed.y + y * mixed.x + w * turn.z - 2 * z * (r0.x + r1.y);
   // 2 dR/dq is tangent already up to the part along q, which the normalisation takes away.
   const Pack<T> along = w * aw + x * ax + y * ay + z * az, scale = 2 * at.inverse_norm;
-  adj_wxyz[0] = scale * (aw - along * w), adj_wxyz[1] = scale * (ax - along * x);
-  adj_wxyz[2] = scale * (ay - along * y), adj_wxyz[3] = scale * (az - along * z);
+  adj_wxyz[0] = scale * (aw - along * w);
+  adj_wxyz[1] = scale * (ax - along * x);
+  adj_wxyz[2] = scale * (ay - along * y);
+  adj_wxyz[3] = scale * (az - along * z);
 }
 
 /// Projected Gaussian: mean in pixels (the centre of pixel (i, j) is (i + 0.5, j + 0.5)), and 2D covariance.
@@ -96,18 +108,26 @@ INLINE Footprint<T> footprint(const WideView<T>& view, const Pack3<T>& p, const 
                               const Pack3<T>& scale) {
   Footprint<T> f;
   f.p = p;
-  f.x = p.x / p.z, f.y = p.y / p.z;
-  f.u = fma(view.fx, f.x, view.cx), f.v = fma(view.fy, f.y, view.cy);
-  f.inside_x = (f.x >= view.low_x) & (f.x <= view.high_x), f.inside_y = (f.y >= view.low_y) & (f.y <= view.high_y);
-  f.held_x = lower(higher(f.x, view.low_x), view.high_x), f.held_y = lower(higher(f.y, view.low_y), view.high_y);
-  f.scale_x = view.fx / p.z, f.scale_y = view.fy / p.z;
+  f.x = p.x / p.z;
+  f.y = p.y / p.z;
+  f.u = fma(view.fx, f.x, view.cx);
+  f.v = fma(view.fy, f.y, view.cy);
+  f.inside_x = (f.x >= view.low_x) & (f.x <= view.high_x);
+  f.inside_y = (f.y >= view.low_y) & (f.y <= view.high_y);
+  f.held_x = lower(higher(f.x, view.low_x), view.high_x);
+  f.held_y = lower(higher(f.y, view.low_y), view.high_y);
+  f.scale_x = view.fx / p.z;
+  f.scale_y = view.fy / p.z;
   f.jx = f.scale_x * fma(-f.held_x, view.R.row[2], view.R.row[0]);
   f.jy = f.scale_y * fma(-f.held_y, view.R.row[2], view.R.row[1]);
-  f.mx = product(scale, transposed(R, f.jx)), f.my = product(scale, transposed(R, f.jy));
+  f.mx = product(scale, transposed(R, f.jx));
+  f.my = product(scale, transposed(R, f.jy));
   f.normal = cross(f.mx, f.my);
   const Pack<T> blur = view.blur;
   const Pack<T> xx = dot(f.mx, f.mx), yy = dot(f.my, f.my);
-  f.xx = xx + blur, f.yy = yy + blur, f.xy = dot(f.mx, f.my);
+  f.xx = xx + blur;
+  f.yy = yy + blur;
+  f.xy = dot(f.mx, f.my);
   f.sharp = dot(f.normal, f.normal);
   f.determinant = f.sharp + blur * (xx + yy) + blur * blur;
   return f;
@@ -161,7 +181,10 @@ INLINE Splat<T>* project_lanes(const ProjectInput<T>& in, const WideView<T>& vie
   if (kCutOffs) {
     const V reach = (2 / kLog2E) * (log2_opacity + (kLog2Of255 + kReachMargin));
     const V half_x = square_root(reach * f.xx) + kMargin, half_y = square_root(reach * f.yy) + kMargin;
-    low_x = f.u - half_x, high_x = f.u + half_x, low_y = f.v - half_y, high_y = f.v + half_y;
+    low_x = f.u - half_x;
+    high_x = f.u + half_x;
+    low_y = f.v - half_y;
+    high_y = f.v + half_y;
     seen &= (high_x >= V{}) & (low_x <= V{} + width) & (high_y >= V{}) & (low_y <= V{} + height);
   }
   if (!lane_bits(seen)) return out;

@@ -14,7 +14,8 @@ void render_tile(const BlendKernels<T>& kernels, TileInput<T> in, const Vec3<T>&
   const T* features = in.features;
   const int channels = in.channels;
   for (int first = 0; first == 0 || first < channels; first += kMostChannelsAtOnce) {
-    in.features = features + first, in.channels = std::min(kMostChannelsAtOnce, channels - first);
+    in.features = features + first;
+    in.channels = std::min(kMostChannelsAtOnce, channels - first);
     kernels.blend(in, transmittance, sums);
     for_each_pixel(in, [&](int x, int y, int pixel) {
       for (int c = 0; c < in.channels; ++c) out.features.at(x, y)[first + c] = sums[(4 + c) * kTilePixels + pixel];

@@ -82,7 +82,8 @@ ViewGradient<T> gather_gaussians(const BlendKernels<T>& kernels, ProjectAdjointI
     uint32_t index[kAtOnce];
     T sums[kAtOnce * kPairSlots];
     ProjectAdjointInput<T> in = input;
-    in.index = index, in.sums = sums;
+    in.index = index;
+    in.sums = sums;
     for (std::ptrdiff_t s = b * kBlock; s < last;) {
       for (in.count = 0; in.count < kAtOnce && s < last; ++s) {
         const uint32_t begin = lists.first_pair[s], end = lists.first_pair[s + 1], i = projected.splats[s].index;
@@ -93,7 +94,8 @@ ViewGradient<T> gather_gaussians(const BlendKernels<T>& kernels, ProjectAdjointI
           // Entries of a splat lie far apart; those that come up are asked for in time, with both ends.
           if (pair + kAhead < lists.entry_of_pair.size()) {
             const T* ahead = pair_gradient + lists.entry_of_pair[pair + kAhead] * pair_stride;
-            __builtin_prefetch(ahead), __builtin_prefetch(ahead + pair_stride - 1);
+            __builtin_prefetch(ahead);
+            __builtin_prefetch(ahead + pair_stride - 1);
           }
           const T* from = pair_gradient + lists.entry_of_pair[pair] * pair_stride;
           for (int k = 0; k < kPairSlots; ++k) sum[k] += from[k];
@@ -165,7 +167,10 @@ RenderGradient<T> render_adjoint_as(const CloudOf<T>& cloud, const Camera& camer
     parallel_for(tiles, [&](std::ptrdiff_t tile) {
       thread_local std::unique_ptr<Scratch<T>> scratch;
       thread_local int room = -1;
-      if (room < blended) scratch = std::make_unique<Scratch<T>>((9 + 2 * blended) * kTilePixels), room = blended;
+      if (room < blended) {
+        scratch = std::make_unique<Scratch<T>>((9 + 2 * blended) * kTilePixels);
+        room = blended;
+      }
       T* adj_sums = scratch->data();
       T* rest = adj_sums + (4 + blended) * kTilePixels;
       const TileInput<T> in = tile_input(projected, lists, static_cast<int>(tile), features, channels);

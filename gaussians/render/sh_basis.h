@@ -17,7 +17,9 @@ SH_INLINE void sh_basis(int degree, V x, V y, V z, V* basis) {
   basis[0] = V{} + T(0.28209479177387814);
   if (degree < 1) return;
   const T k1 = T(0.4886025119029199);
-  basis[1] = -k1 * y, basis[2] = k1 * z, basis[3] = -k1 * x;
+  basis[1] = -k1 * y;
+  basis[2] = k1 * z;
+  basis[3] = -k1 * x;
   if (degree < 2) return;
   const V xx = x * x, yy = y * y, zz = z * z;
   const T k2 = T(1.0925484305920792);
@@ -44,7 +46,9 @@ SH_INLINE void sh_basis_adjoint(int degree, V x, V y, V z, const V* adj_basis, V
   adj_d[0] = adj_d[1] = adj_d[2] = V{};
   if (degree < 1) return;
   const T k1 = T(0.4886025119029199);
-  adj_d[0] = -k1 * b[3], adj_d[1] = -k1 * b[1], adj_d[2] = k1 * b[2];
+  adj_d[0] = -k1 * b[3];
+  adj_d[1] = -k1 * b[1];
+  adj_d[2] = k1 * b[2];
   if (degree < 2) return;
   const V xx = x * x, yy = y * y, zz = z * z;
   const T k2 = T(1.0925484305920792);

@@ -47,7 +47,9 @@ class ShRotation {
       // Degree 1 is the vector field (-y, z, -x).
       for (int c = 0; c < 3; ++c) {
         const Vec3<T> v = R * Vec3<T>(-sh[9 + c], -sh[3 + c], sh[6 + c]);
-        sh[3 + c] = S(-v[1]), sh[6 + c] = S(v[2]), sh[9 + c] = S(-v[0]);
+        sh[3 + c] = S(-v[1]);
+        sh[6 + c] = S(v[2]);
+        sh[9 + c] = S(-v[0]);
       }
     }
     if (degree >= 2) rotate_band<5>(R, kDirections2, inverse2_, sh + 12);

@@ -34,15 +34,20 @@ inline __attribute__((always_inline)) void column_moments(const T* const* x, con
     T mean_x = T(kWeight[0]) * p, mean_y = T(kWeight[0]) * q;
     T s = T(kWeight[0]) * (p * p + q * q), r = T(kWeight[0]) * (p * q);
     const auto add = [&](T w, T a, T b, T c, T d) __attribute__((always_inline)) {
-      mean_x += w * (a + b), mean_y += w * (c + d);
-      s += w * ((a * a + c * c) + (b * b + d * d)), r += w * (a * c + b * d);
+      mean_x += w * (a + b);
+      mean_y += w * (c + d);
+      s += w * ((a * a + c * c) + (b * b + d * d));
+      r += w * (a * c + b * d);
     };
     add(T(kWeight[1]), x4[i], x6[i], y4[i], y6[i]);
     add(T(kWeight[2]), x3[i], x7[i], y3[i], y7[i]);
     add(T(kWeight[3]), x2[i], x8[i], y2[i], y8[i]);
     add(T(kWeight[4]), x1[i], x9[i], y1[i], y9[i]);
     add(T(kWeight[5]), x0[i], x10[i], y0[i], y10[i]);
-    out.x[i] = mean_x, out.y[i] = mean_y, out.squares[i] = s, out.product[i] = r;
+    out.x[i] = mean_x;
+    out.y[i] = mean_y;
+    out.squares[i] = s;
+    out.product[i] = r;
   }
 }
 

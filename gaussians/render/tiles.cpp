@@ -32,8 +32,10 @@ std::vector<int> cut_bands(const ProjectedSplats<T>& projected, size_t total, si
   const int stride = projected.tiles_x + 1;
   std::vector<int64_t> corner(static_cast<size_t>(stride) * (projected.tiles_y + 1), 0);
   for (const Splat<T>& s : projected.splats) {
-    ++corner[s.first_row * stride + s.first_column], --corner[s.first_row * stride + s.last_column + 1];
-    --corner[(s.last_row + 1) * stride + s.first_column], ++corner[(s.last_row + 1) * stride + s.last_column + 1];
+    ++corner[s.first_row * stride + s.first_column];
+    --corner[s.first_row * stride + s.last_column + 1];
+    --corner[(s.last_row + 1) * stride + s.first_column];
+    ++corner[(s.last_row + 1) * stride + s.last_column + 1];
   }
   std::vector<int> bands = {0};
   std::vector<int64_t> above(projected.tiles_x, 0);
@@ -44,7 +46,10 @@ std::vector<int> cut_bands(const ProjectedSplats<T>& projected, size_t total, si
     above[column] += corner[row * stride + column];
     along = (column > 0 ? along : 0) + above[column];
     const size_t here = static_cast<size_t>(along);
-    if (in_band > 0 && in_band + here > most) bands.push_back(tile), in_band = 0;
+    if (in_band > 0 && in_band + here > most) {
+      bands.push_back(tile);
+      in_band = 0;
+    }
     in_band += here;
   }
   bands.push_back(projected.tiles());
@@ -59,8 +64,10 @@ ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera,
   CHECK(screen_variance > 0);
   CHECK(camera.width > 0 && camera.height > 0 && cloud.sh_degree >= 0 && cloud.sh_degree <= 3);
   ProjectedSplats<T> out;
-  out.width = camera.width, out.height = camera.height;
-  out.tiles_x = (camera.width + kTileSize - 1) / kTileSize, out.tiles_y = (camera.height + kTileSize - 1) / kTileSize;
+  out.width = camera.width;
+  out.height = camera.height;
+  out.tiles_x = (camera.width + kTileSize - 1) / kTileSize;
+  out.tiles_y = (camera.height + kTileSize - 1) / kTileSize;
   CHECK_MSG(out.tiles_x < 65536 && out.tiles_y < 65536, "picture too large");
 
   const View<T> view = make_view<T>(camera, screen_variance);
@@ -94,7 +101,8 @@ template <class T, bool kCutOffs>
 TileLists bin_splats(const ProjectedSplats<T>& projected, int band, InstructionSet set) {
   constexpr std::ptrdiff_t kSmallestBlock = 2048, kMostBlocks = 16;
   TileLists out;
-  out.first_tile = projected.bands[band], out.last_tile = projected.bands[band + 1];
+  out.first_tile = projected.bands[band];
+  out.last_tile = projected.bands[band + 1];
   const int low = out.first_tile / projected.tiles_x, high = (out.last_tile - 1) / projected.tiles_x;
   const int tiles = out.last_tile - out.first_tile;
   const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(projected.order.size());
@@ -120,7 +128,8 @@ TileLists bin_splats(const ProjectedSplats<T>& projected, int band, InstructionS
   uint32_t before = 0;
   for (uint32_t& first : first_pair) {
     const uint32_t here = first;
-    first = before, before += here;
+    first = before;
+    before += here;
   }
   out.start.resize(tiles + 1);
   size_t total = 0;
@@ -128,12 +137,14 @@ TileLists bin_splats(const ProjectedSplats<T>& projected, int band, InstructionS
     out.start[tile] = static_cast<uint32_t>(total);
     for (std::ptrdiff_t b = 0; b < blocks; ++b) {
       const uint32_t here = count[b * tiles + tile];
-      count[b * tiles + tile] = static_cast<uint32_t>(total), total += here;
+      count[b * tiles + tile] = static_cast<uint32_t>(total);
+      total += here;
     }
   }
   CHECK_MSG(total < UINT32_MAX, "too many pairs of tile and splat");
   out.start[tiles] = static_cast<uint32_t>(total);
-  out.entries.resize(total), out.entry_of_pair.resize(total);
+  out.entries.resize(total);
+  out.entry_of_pair.resize(total);
   parallel_for(blocks, [&](std::ptrdiff_t b) {
     uint32_t splat = UINT32_MAX, pair = 0;
     for (size_t k = 0; k < found[b]; ++k) {

@@ -143,7 +143,8 @@ SimulatedPart select_simulated(const SolidSamples& samples, std::span<const Regi
     const double volume = full_driver_volume(kept, relative_radii(kept, kept_young), count);
     const int next = std::max(1, static_cast<int>(std::lround(kept.total_volume() / volume)));
     if (std::abs(next - full) <= 0.01 * full) break;
-    full = next, part = select_simulated(samples, pinned, full);
+    full = next;
+    part = select_simulated(samples, pinned, full);
   }
   return part;
 }

@@ -56,7 +56,8 @@ void fill_empty(const SolidSamples& samples, DrivingParticles& drivers) {
     if (members[d] > 0) continue;
     while (members[drivers.sample_driver[order[next]]] < 2) ++next;
     const int i = order[next++];
-    --members[drivers.sample_driver[i]], ++members[d];
+    --members[drivers.sample_driver[i]];
+    ++members[d];
     drivers.sample_driver[i] = static_cast<int>(d);
   }
 }
@@ -68,7 +69,9 @@ DrivingParticles kmeans_drivers(const DriverOptions& options, const SolidSamples
   const size_t m = samples.size(), n = std::min(m, static_cast<size_t>(options.count));
 
   DrivingParticles drivers;
-  drivers.position.resize(n), drivers.volume.resize(n), drivers.sample_driver.resize(m);
+  drivers.position.resize(n);
+  drivers.volume.resize(n);
+  drivers.sample_driver.resize(m);
   const std::vector<int> order = curve_order(samples, options.seed);
   for (size_t k = 0; k < m; ++k) drivers.sample_driver[order[k]] = static_cast<int>(k * n / m);
   update_centres(samples, drivers);
@@ -105,7 +108,10 @@ SimulatedPart select_simulated(const SolidSamples& samples, std::span<const Regi
       static_cast<std::ptrdiff_t>(samples.size()),
       [&](std::ptrdiff_t i) {
         thread_local std::vector<NearestPoints::Hit> hits;
-        if (depth[i] >= 0) tree.query(samples.position[i], 1, hits), distance[i] = hits[0].distance;
+        if (depth[i] >= 0) {
+          tree.query(samples.position[i], 1, hits);
+          distance[i] = hits[0].distance;
+        }
       },
       256);
 
@@ -115,7 +121,10 @@ SimulatedPart select_simulated(const SolidSamples& samples, std::span<const Regi
   SimulatedPart part;
   part.cell_size = static_cast<float>(dx);
   for (size_t i = 0; i < samples.size(); ++i)
-    if (keep(i, dx)) part.kept.push_back(static_cast<int>(i)), part.volume += samples.volume[i];
+    if (keep(i, dx)) {
+      part.kept.push_back(static_cast<int>(i));
+      part.volume += samples.volume[i];
+    }
   return part;
 }
 

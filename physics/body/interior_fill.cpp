@@ -77,20 +77,30 @@ void sample_inside(const std::vector<Cell>& cells, const WindingNumber& winding,
         };
         const Vec3f corner = low + h * Vec3f(cell.x, cell.y, cell.z);
         if (cell.whole) {
-          position[c] = corner + h * jitter(), volume[c] = h * h * h;
+          position[c] = corner + h * jitter();
+          volume[c] = h * h * h;
           return;
         }
         int inside = 0;
         Vec3f sum = Vec3f::Zero();
         for (int p = 0; p < kPoints; ++p) {
           const Vec3f x = corner + h / kSide * (Vec3f(p / (kSide * kSide), p / kSide % kSide, p % kSide) + jitter());
-          if (winding.at(x) > kInside) ++inside, sum += x;
+          if (winding.at(x) > kInside) {
+            ++inside;
+            sum += x;
+          }
         }
-        if (inside > 0) position[c] = sum / inside, volume[c] = h * h * h * inside / kPoints;
+        if (inside > 0) {
+          position[c] = sum / inside;
+          volume[c] = h * h * h * inside / kPoints;
+        }
       },
       64);
   for (size_t c = 0; c < cells.size(); ++c)
-    if (volume[c] > 0) samples.position.push_back(position[c]), samples.volume.push_back(volume[c]);
+    if (volume[c] > 0) {
+      samples.position.push_back(position[c]);
+      samples.volume.push_back(volume[c]);
+    }
 }
 
 /// Surfels that bound no inside: the winding number is near 1 on neither side.
@@ -148,7 +158,9 @@ void sample_sheets(const std::vector<Surfel>& sheets, const Vec3f& low, float h,
     const double volume = static_cast<double>(s.sheet_area) * sheet_thickness(s);
     if (!(volume > 0)) continue;  // needles and Gaussians that coincide have no area
     Sum& sum = cells[{static_cast<int>(u.x()), static_cast<int>(u.y()), static_cast<int>(u.z())}];
-    sum.position += volume * s.position.cast<double>(), sum.volume += volume, sum.area += s.sheet_area;
+    sum.position += volume * s.position.cast<double>();
+    sum.volume += volume;
+    sum.area += s.sheet_area;
   }
   for (const auto& [cell, sum] : cells) {
     samples.position.push_back((sum.position / sum.volume).cast<float>());
@@ -202,7 +214,8 @@ SolidSamples fill_interior(const FillOptions& options, const GaussianCloud& obje
   std::vector<float> spacing;
   Box box;
   for (const Surfel& s : surfels) {
-    surface.push_back(s.position), spacing.push_back(std::sqrt(s.area));
+    surface.push_back(s.position);
+    spacing.push_back(std::sqrt(s.area));
     box.add(s.position);
   }
   std::nth_element(spacing.begin(), spacing.begin() + spacing.size() / 2, spacing.end());
@@ -232,7 +245,9 @@ SolidSamples fill_interior(const FillOptions& options, const GaussianCloud& obje
     throw usage_error("seed", "object", "has no volume", "select an object with more than a few Gaussians");
   if (summary) {
     *summary = {};
-    summary->volume = samples.total_volume(), summary->samples = samples.size(), summary->cell = h;
+    summary->volume = samples.total_volume();
+    summary->samples = samples.size();
+    summary->cell = h;
     summary->thin_samples = samples.size() - solid;
     for (size_t i = solid; i < samples.size(); ++i) summary->thin_volume += samples.volume[i];
   }

@@ -16,7 +16,9 @@ ElasticSamples ElasticSamples::select(std::span<const int> indices) const {
   ElasticSamples out;
   for (const int i : indices) {
     CHECK(i >= 0 && static_cast<size_t>(i) < size());
-    out.young.push_back(young[i]), out.poisson.push_back(poisson[i]), out.density.push_back(density[i]);
+    out.young.push_back(young[i]);
+    out.poisson.push_back(poisson[i]);
+    out.density.push_back(density[i]);
   }
   return out;
 }
@@ -60,7 +62,8 @@ BasicParticles<T> make_particles(const DrivingParticles& drivers, const SolidSam
     const double full = kThinCells * drivers.cell_size, t = drivers.thickness.empty() ? 0 : drivers.thickness[d];
     if (t > 0 && t < full) {
       const double ratio = std::max(t / full, kThinnestPart), area = drivers.rod[d] ? ratio * ratio : ratio;
-      simulated /= area, young *= area * ratio * ratio;
+      simulated /= area;
+      young *= area * ratio * ratio;
     }
     out.position.push_back((drivers.position[d].cast<double>() * s).cast<T>());
     out.volume.push_back(static_cast<T>(simulated * s3));

@@ -39,7 +39,8 @@ double remove_floaters(Cloud& cloud, int& floaters) {
   Cloud kept;
   for (size_t i = 0; i < company.size(); ++i) {
     if (company[i] > kCompanyReach * spacing) continue;
-    kept.surfel.push_back(cloud.surfel[i]), kept.position.push_back(cloud.position[i]);
+    kept.surfel.push_back(cloud.surfel[i]);
+    kept.position.push_back(cloud.position[i]);
   }
   floaters = static_cast<int>(cloud.position.size() - kept.position.size());
   cloud = std::move(kept);
@@ -70,7 +71,8 @@ double distance_at(const Vec3d& x, const Cloud& cloud, const std::vector<Nearest
     plane += w * (x - s.position.cast<double>()).dot(s.normal.cast<double>());
     foot += w * s.position.cast<double>();
   }
-  plane /= weights, foot /= weights;
+  plane /= weights;
+  foot /= weights;
   // Where the surface ends, its plane goes on without matter behind it.
   const double aside = std::sqrt(std::max((x - foot).squaredNorm() - plane * plane, 0.0));
   if (plane < 0 && aside > hole_radius + 0.5 * -plane) return aside - hole_radius;
@@ -101,11 +103,13 @@ SceneDistanceResult make_scene_distance(const SceneDistanceOptions& options, std
   Cloud cloud;
   const float margin = static_cast<float>((options.truncation + 2) * grid.spacing);
   Box reach = options.box;
-  reach.low -= Vec3f::Constant(margin), reach.high += Vec3f::Constant(margin);
+  reach.low -= Vec3f::Constant(margin);
+  reach.high += Vec3f::Constant(margin);
   for (size_t i = 0; i < surfels.size(); ++i) {
     if (!excluded.empty() && excluded[i]) continue;
     if (!reach.contains(surfels[i].position) || !surfels[i].normal.allFinite()) continue;
-    cloud.surfel.push_back(surfels[i]), cloud.position.push_back(surfels[i].position);
+    cloud.surfel.push_back(surfels[i]);
+    cloud.position.push_back(surfels[i].position);
   }
   const double spacing = cloud.position.empty() ? 0 : remove_floaters(cloud, result.summary.floaters);
   result.summary.surfels = static_cast<int>(cloud.position.size());
@@ -133,7 +137,8 @@ SceneDistanceResult make_scene_distance(const SceneDistanceOptions& options, std
 }
 
 SignedDistanceGrid scaled(SignedDistanceGrid grid, double factor) {
-  grid.origin *= factor, grid.spacing *= factor;
+  grid.origin *= factor;
+  grid.spacing *= factor;
   for (float& d : grid.value) d *= static_cast<float>(factor);
   return grid;
 }

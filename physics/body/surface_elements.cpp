@@ -63,7 +63,8 @@ std::vector<Vec3<T>> surface_elements(const BasicParticles<T>& particles, double
       for (int k = 0; k < 3; ++k) {
         const double u = s[k].offset;
         const double slope[3] = {-(1.5 - u), 2 * (1 - u), u - 0.5};  // dN/dx; with 1 - u from the middle node
-        w[k] = s[k].weight[o[k]], d[k] = slope[o[k]];
+        w[k] = s[k].weight[o[k]];
+        d[k] = slope[o[k]];
       }
       const double here = share.get(s[0].base + a, s[1].base + b, s[2].base + c);
       filled += here * w[0] * w[1] * w[2];

@@ -20,9 +20,10 @@ constexpr float kReach = 2;  // standard deviations to which a Gaussian is surfa
 class DiscGrid {
  public:
   DiscGrid(const std::vector<Surfel>& surfels, const std::vector<float>& radius) : surfels_(surfels), radius_(radius) {
-    for (size_t i = 0; i < surfels.size(); ++i)
-      box_.add(surfels[i].position - Vec3f::Constant(radius[i])),
-          box_.add(surfels[i].position + Vec3f::Constant(radius[i]));
+    for (size_t i = 0; i < surfels.size(); ++i) {
+      box_.add(surfels[i].position - Vec3f::Constant(radius[i]));
+      box_.add(surfels[i].position + Vec3f::Constant(radius[i]));
+    }
     std::vector<float> sorted(radius);
     std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
     cell_ = std::max(1.5f * sorted[sorted.size() / 2], box_.size().maxCoeff() / kMaxSide);
@@ -72,7 +73,8 @@ class DiscGrid {
         if ((x + t * d - s.position).squaredNorm() < r * r) return false;
       }
       const int a = next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : (next[1] < next[2] ? 1 : 2);
-      at[a] += step[a], next[a] += delta[a];
+      at[a] += step[a];
+      next[a] += delta[a];
     }
   }
 
@@ -181,7 +183,8 @@ std::vector<Surfel> make_surfels(const SurfelOptions& options, const GaussianClo
         symmetric_eigen<float, 3>(own, value, axes);
         if (value[0] > kFlat * value[1]) symmetric_eigen<float, 3>(own + spread, value, axes);
         Surfel& s = surfels[i];
-        s.position = position[i], s.normal = axes.col(0);
+        s.position = position[i];
+        s.normal = axes.col(0);
         // Discs of this radius cover a surface that is sampled at random; none reaches far beyond its own Gaussian.
         radius[i] = kReach * std::sqrt(covariance[i].trace());
         if (hits.size() > 1) radius[i] = std::min(radius[i], 0.7f * hits.back().distance);
@@ -210,7 +213,8 @@ std::vector<Surfel> make_surfels(const SurfelOptions& options, const GaussianClo
           float reach = 0;
           for (const auto& hit : hits) {
             if (hit.index == i || !counts(surfels[hit.index])) continue;
-            ++found, reach = hit.distance;
+            ++found;
+            reach = hit.distance;
             if (found == kNeighbours) break;
           }
           return found > 0 ? std::min(footprint, kPi * reach * reach / found) : footprint;
@@ -224,7 +228,8 @@ std::vector<Surfel> make_surfels(const SurfelOptions& options, const GaussianClo
         for (const auto& hit : hits) {
           if (hit.distance > radius[i] || std::abs(surfels[hit.index].normal.dot(normal)) < 0.7f) continue;
           const float d = normal.dot(position[hit.index] - position[i]);
-          depth += d * d, ++count;
+          depth += d * d;
+          ++count;
         }
         surfels[i].thickness =
             std::sqrt(12 * (normal.dot(S * normal) + depth / static_cast<float>(std::max(count, 1))));

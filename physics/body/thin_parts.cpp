@@ -77,14 +77,16 @@ namespace {
 /// Thickness and kind of the drivers from their samples, thick where most of the volume is.
 void find_thickness(const SolidSamples& samples, const std::vector<uint8_t>& rod, DrivingParticles& drivers) {
   const size_t n = drivers.size();
-  drivers.thickness.assign(n, 0.0f), drivers.rod.assign(n, 0);
+  drivers.thickness.assign(n, 0.0f);
+  drivers.rod.assign(n, 0);
   if (samples.thickness.empty()) return;
   std::vector<double> thin(n, 0), sum(n, 0), line(n, 0);
   for (size_t i = 0; i < samples.size(); ++i) {
     if (!(samples.thickness[i] > 0)) continue;
     const int d = drivers.sample_driver[i];
     line[d] += rod[i] ? samples.volume[i] : 0.0f;
-    thin[d] += samples.volume[i], sum[d] += static_cast<double>(samples.volume[i]) * samples.thickness[i];
+    thin[d] += samples.volume[i];
+    sum[d] += static_cast<double>(samples.volume[i]) * samples.thickness[i];
   }
   for (size_t d = 0; d < n; ++d) {
     if (!(thin[d] > 0.5 * drivers.volume[d])) continue;
@@ -146,7 +148,9 @@ void spread_thin_parts(uint64_t seed, const SolidSamples& samples, DrivingPartic
     second[d] = static_cast<int>(drivers.size());
     for (const float side : {-1.0f, 1.0f}) {
       drivers.position.push_back(middle - 0.5f * offsets[d].first + side * 0.8660254f * offsets[d].second);
-      drivers.volume.push_back(0), drivers.thickness.push_back(drivers.thickness[d]), drivers.rod.push_back(1);
+      drivers.volume.push_back(0);
+      drivers.thickness.push_back(drivers.thickness[d]);
+      drivers.rod.push_back(1);
     }
     drivers.volume[d] = 0;
   }

@@ -31,7 +31,9 @@ int WindingNumber::build(int begin, int end) {
   float weight = 0;
   for (int i = begin; i < end; ++i) {
     const float area = discs_[i].moment.norm();
-    node.centre += area * discs_[i].position, node.moment += discs_[i].moment, weight += area;
+    node.centre += area * discs_[i].position;
+    node.moment += discs_[i].moment;
+    weight += area;
     box.add(discs_[i].position);
   }
   node.centre = weight > 0 ? Vec3f(node.centre / weight) : box.centre();

@@ -126,7 +126,8 @@ LawGradient<T> kirchhoff_stress_adjoint(const LawPoint<T>& point, const Mat3<T>&
   if (m.law == Law::kSnow) {
     const SnowHardening<T> hardening(m.compaction_hardening, memory.history);
     g.history = hardening.slope * (g.mu * point.mu + g.lambda * point.lambda);
-    g.mu *= hardening.factor, g.lambda *= hardening.factor;
+    g.mu *= hardening.factor;
+    g.lambda *= hardening.factor;
   }
   if (m.law == Law::kFluid) {
     if (m.bulk_modulus > 0) g.lambda = 0;
@@ -159,7 +160,9 @@ LawGradient<T> return_map_adjoint(const LawPoint<T>& point, T dt, const Mat3<T>&
                                   const LawMemory<T>& trial_memory, const LawGradient<T>& adj) {
   const Material& m = *point.material;
   LawGradient<T> g;
-  g.F = adj.F, g.F_viscous = adj.F_viscous, g.history = adj.history;
+  g.F = adj.F;
+  g.F_viscous = adj.F_viscous;
+  g.history = adj.history;
   with_return_map(m, dt, [&](const auto& map) {
     g = principal_return_map_adjoint(map, point.mu, point.lambda, trial_F, trial_memory.history, adj.F, adj.history);
     g.F_viscous = adj.F_viscous;

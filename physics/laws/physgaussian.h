@@ -31,7 +31,8 @@ struct StretchedHencky {
     const Vec3<T> by_p = (s.U.transpose() * adj_P * s.V).diagonal();
     LawGradient<T> g;
     g.F = spectral_adjoint<T>(s, p, slope, adj_P) + A * (s.U * p.asDiagonal() * s.V.transpose());
-    g.mu = 2 * by_p.dot(e), g.lambda = by_p.sum() * e.sum();
+    g.mu = 2 * by_p.dot(e);
+    g.lambda = by_p.sum() * e.sum();
     return g;
   }
 

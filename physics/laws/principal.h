@@ -37,7 +37,8 @@ LawGradient<T> principal_return_map_adjoint(const Map& map, T mu, T lambda, cons
                  D::input(lambda, 5)};
   LawGradient<T> g;
   if (!map(p)) {
-    g.F = adj_F, g.history = adj_history;
+    g.F = adj_F;
+    g.history = adj_history;
     return g;
   }
   Vec3<T> sigma;
@@ -53,7 +54,9 @@ LawGradient<T> principal_return_map_adjoint(const Map& map, T mu, T lambda, cons
     for (int i = 0; i < 3; ++i) sum += adj_sigma[i] * p.sigma[i].slope[k];
     return sum;
   };
-  g.history = by(3), g.mu = by(4), g.lambda = by(5);
+  g.history = by(3);
+  g.mu = by(4);
+  g.lambda = by(5);
   const Vec3<T> through_history = adj_history * Vec3<T>(p.history.slope[0], p.history.slope[1], p.history.slope[2]);
   g.F = spectral_adjoint<T>(s, sigma, slope, adj_F) + s.U * through_history.asDiagonal() * s.V.transpose();
   return g;

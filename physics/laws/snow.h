@@ -25,8 +25,14 @@ struct SnowClamp {
       changed = true;
     }
     constexpr double kMost = 3;  // of |ln J_p|
-    if (p.history > S(kMost)) p.history = S(kMost), changed = true;
-    if (p.history < S(-kMost)) p.history = S(-kMost), changed = true;
+    if (p.history > S(kMost)) {
+      p.history = S(kMost);
+      changed = true;
+    }
+    if (p.history < S(-kMost)) {
+      p.history = S(-kMost);
+      changed = true;
+    }
     return changed;
   }
 };

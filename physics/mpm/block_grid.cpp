@@ -38,7 +38,10 @@ void BlockGrid::build(std::span<const Coordinates> block_of_particle) {
     const uint64_t key = key_of(c);
     if (key != last_key) {
       last = block_table_.insert(key, static_cast<int>(keys.size()));
-      if (last == static_cast<int>(keys.size())) keys.push_back(key), count.push_back(0);
+      if (last == static_cast<int>(keys.size())) {
+        keys.push_back(key);
+        count.push_back(0);
+      }
       last_key = key;
     }
     number[i] = last;
@@ -76,7 +79,10 @@ void BlockGrid::move(std::span<const Move> moves) {
     --size[b];
     const uint64_t key = key_of(moves[m].to);
     target[m] = block_table_.insert(key, static_cast<int>(size.size()));
-    if (target[m] == static_cast<int>(size.size())) appearing.push_back(key), size.push_back(0);
+    if (target[m] == static_cast<int>(size.size())) {
+      appearing.push_back(key);
+      size.push_back(0);
+    }
     ++size[target[m]];
   }
 
@@ -84,7 +90,10 @@ void BlockGrid::move(std::span<const Move> moves) {
   std::vector<int> begin(1, 0);
   const bool same = appearing.empty() && std::find(size.begin(), size.end(), 0) == size.end();
   if (same) {
-    for (int k = 0; k < old_blocks; ++k) next[k] = begin.back(), begin.push_back(begin.back() + size[k]);
+    for (int k = 0; k < old_blocks; ++k) {
+      next[k] = begin.back();
+      begin.push_back(begin.back() + size[k]);
+    }
   } else {
     std::vector<std::pair<uint64_t, int>> kept;
     for (size_t k = 0; k < size.size(); ++k)
@@ -97,7 +106,8 @@ void BlockGrid::move(std::span<const Move> moves) {
     for (const auto& [key, k] : kept) {
       sorted_keys.push_back(key);
       previous_.push_back(k < old_blocks ? k : -1);
-      next[k] = begin.back(), begin.push_back(begin.back() + size[k]);
+      next[k] = begin.back();
+      begin.push_back(begin.back() + size[k]);
     }
     link(sorted_keys);
   }
@@ -127,7 +137,9 @@ int BlockGrid::find(const Coordinates& c) const { return block_table_.find(key_o
 void BlockGrid::link(const std::vector<uint64_t>& sorted_keys) {
   ++link_version_;
   const size_t blocks = sorted_keys.size();
-  block_.clear(), node_block_.clear(), node_links_.clear();
+  block_.clear();
+  node_block_.clear();
+  node_links_.clear();
   particle_links_.resize(blocks);
   block_table_.clear(blocks);
   node_table_.clear(2 * blocks);
@@ -136,9 +148,14 @@ void BlockGrid::link(const std::vector<uint64_t>& sorted_keys) {
     block_.push_back(coordinates_of(sorted_keys[b]));
     for (int o = 0; o < 8; ++o) {
       Coordinates c = block_[b];
-      c.x += o >> 2, c.y += o >> 1 & 1, c.z += o & 1;
+      c.x += o >> 2;
+      c.y += o >> 1 & 1;
+      c.z += o & 1;
       const int fresh = static_cast<int>(node_block_.size()), n = node_table_.insert(key_of(c), fresh);
-      if (n == fresh) node_block_.push_back(c), node_links_.push_back({-1, -1, -1, -1, -1, -1, -1, -1});
+      if (n == fresh) {
+        node_block_.push_back(c);
+        node_links_.push_back({-1, -1, -1, -1, -1, -1, -1, -1});
+      }
       particle_links_[b][o] = n;
       node_links_[n][o] = static_cast<int>(b);
     }

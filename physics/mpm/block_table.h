@@ -11,7 +11,9 @@ class BlockTable {
   void clear(size_t expected) {
     size_t slots = 16;
     while (slots < 4 * expected) slots *= 2;
-    key_.assign(slots, kFree), value_.resize(slots), count_ = 0;
+    key_.assign(slots, kFree);
+    value_.resize(slots);
+    count_ = 0;
   }
   /// The number stored under `key`, or -1.
   int find(uint64_t key) const {
@@ -23,7 +25,11 @@ class BlockTable {
   int insert(uint64_t key, int value) {
     if (2 * (count_ + 1) > key_.size()) grow();
     const size_t slot = slot_of(key);
-    if (key_[slot] == kFree) key_[slot] = key, value_[slot] = value, ++count_;
+    if (key_[slot] == kFree) {
+      key_[slot] = key;
+      value_[slot] = value;
+      ++count_;
+    }
     return value_[slot];
   }
 

@@ -94,8 +94,10 @@ void velocity_gain_adjoint(const BodyLoad<T>& load, T dt, const LoadedParticle<T
     for (int j = 0; j < 3; ++j) {
       const int a = (i + 1) % 3, b = (i + 2) % 3, k = (j + 1) % 3, q = (j + 2) % 3;
       const T w = adj_element[i] * e[j];
-      by.F(a, k) += w * p.F(b, q), by.F(b, q) += w * p.F(a, k);
-      by.F(a, q) -= w * p.F(b, k), by.F(b, k) -= w * p.F(a, q);
+      by.F(a, k) += w * p.F(b, q);
+      by.F(b, q) += w * p.F(a, k);
+      by.F(a, q) -= w * p.F(b, k);
+      by.F(b, k) -= w * p.F(a, q);
     }
 }
 

@@ -18,7 +18,10 @@ SignedDistanceGrid::Sample Collider::surface(const Vec3d& x) const {
   SignedDistanceGrid::Sample s =
       grid ? grid->sample(own) : SignedDistanceGrid::Sample{shape.signed_distance(own), shape.normal(own)};
   s.normal = rotation * s.normal;
-  if (container) s.distance = -s.distance, s.normal = -s.normal;
+  if (container) {
+    s.distance = -s.distance;
+    s.normal = -s.normal;
+  }
   return s;
 }
 

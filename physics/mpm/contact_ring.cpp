@@ -19,7 +19,8 @@ struct FlatSlope {
     const double s = std::min(share, 1 - share), sign = share < 0.5 ? 1 : -1;
     if (!(s > 0)) return;
     if (s < 1.0 / 6) {
-      value = 0.5 * std::cbrt(36 * s * s), by_share = sign * value / (1.5 * s);
+      value = 0.5 * std::cbrt(36 * s * s);
+      by_share = sign * value / (1.5 * s);
       return;
     }
     const double first = (0.5 - s) / 0.75, distance = (0.5 - s + first * first * first / 3) / 0.75;

@@ -32,7 +32,10 @@ INLINE void reverse_gather_run(const AdjointRun<T>& run, const T* velocity, T* p
   StencilLanes<T> stencil;
   alignas(64) T value[kLanes][16], slopes[kLanes][12];
   T *value_at[kLanes], *slopes_at[kLanes];
-  for (int l = 0; l < kLanes; ++l) value_at[l] = value[l], slopes_at[l] = slopes[l];
+  for (int l = 0; l < kLanes; ++l) {
+    value_at[l] = value[l];
+    slopes_at[l] = slopes[l];
+  }
   const T dt = run.dt, c_scale = 4 * run.inverse_dx;
   for (int first = 0; first < run.count; first += kLanes) {
     const T* tape[kLanes];
@@ -51,7 +54,8 @@ INLINE void reverse_gather_run(const AdjointRun<T>& run, const T* velocity, T* p
     if (__builtin_expect(any_put_back != 0, 0))
       for (int a = 0; a < 3; ++a) {
         const auto out = (put_back & (1 << a)) != 0;
-        by_place[a] = out ? Pack<T>{} : by_place[a], by_motion[a] = out ? Pack<T>{} : by_motion[a];
+        by_place[a] = out ? Pack<T>{} : by_place[a];
+        by_motion[a] = out ? Pack<T>{} : by_motion[a];
       }
     stencil.set(place, run.origin, run.inverse_dx);
 

@@ -26,9 +26,11 @@ INLINE void gather_one(const T* corner, const T (*weight)[kLanes], int lane, T* 
   for (int i = 0; i < 3; ++i) {
     const T* node = corner + i * kPlane;
     const Two a = load<Two>(node) * wy0, b = load<Two>(node + 2 * kRow) * wy2;
-    v01[i] = fma(load<Two>(node + kRow), all<Two>(wy1), a + b), y01[i] = b - a;
+    v01[i] = fma(load<Two>(node + kRow), all<Two>(wy1), a + b);
+    y01[i] = b - a;
     const One c = load<One>(node + 8) * wy0, d = load<One>(node + 2 * kRow + 8) * wy2;
-    v2[i] = fma(load<One>(node + kRow + 8), all<One>(wy1), c + d), y2[i] = d - c;
+    v2[i] = fma(load<One>(node + kRow + 8), all<One>(wy1), c + d);
+    y2[i] = d - c;
   }
   const T wx0 = weight[0][lane], wx1 = weight[1][lane], wx2 = weight[2][lane];
   const Two a = v01[0] * wx0, b = v01[2] * wx2;
@@ -81,8 +83,11 @@ INLINE void gather_run(const GatherInput<T>& in, GatherReport<T>& report) {
     load_group<T>(at, kPlaceGroup, place);
     const SplinePack<T> sx((place[0] - run.origin[0]) * run.inverse_dx),
         sy((place[1] - run.origin[1]) * run.inverse_dx), sz((place[2] - run.origin[2]) * run.inverse_dx);
-    for (int i = 0; i < 3; ++i)
-      store(weight[i], sx.weight[i]), store(weight[3 + i], sy.weight[i]), store(weight[6 + i], sz.weight[i]);
+    for (int i = 0; i < 3; ++i) {
+      store(weight[i], sx.weight[i]);
+      store(weight[3 + i], sy.weight[i]);
+      store(weight[6 + i], sz.weight[i]);
+    }
     corners<T>(sx.base, sy.base, sz.base, corner);
     for (int l = 0; l < lanes; ++l) gather_one<T>(patch + corner[l], weight, l, moment[l]);
     for (int l = lanes; l < kLanes; ++l) __builtin_memcpy(moment[l], moment[lanes - 1], sizeof moment[l]);
@@ -133,7 +138,8 @@ INLINE void gather_run(const GatherInput<T>& in, GatherReport<T>& report) {
       const Pack<T> inside = lower(higher(place[a], all<Pack<T>>(in.low[a])), all<Pack<T>>(in.high[a]));
       const auto out = inside != place[a];
       place[a] = inside;
-      rest[a] = out ? Pack<T>{} : rest[a], new_v[a] = out ? Pack<T>{} : new_v[a];
+      rest[a] = out ? Pack<T>{} : rest[a];
+      new_v[a] = out ? Pack<T>{} : new_v[a];
       strayed |= out;
       left |= (stencil_base<T>((place[a] - run.origin[a]) * run.inverse_dx) >> 2) != in.block[a];
     }

@@ -19,7 +19,8 @@ StressKind stress_kind(Law law) {
 template <class T>
 Mpm<T>::Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin, const MpmOptions& options)
     : rest_(particles.size()), kernels_(&mpm_kernels<T>(best_instruction_set())), options_(options) {
-  data_.dx = static_cast<T>(dx), data_.inverse_dx = static_cast<T>(1 / dx);
+  data_.dx = static_cast<T>(dx);
+  data_.inverse_dx = static_cast<T>(1 / dx);
   data_.origin = origin.cast<T>();
   data_.materials = particles.materials;
   data_.reference = particles.position;
@@ -30,12 +31,16 @@ Mpm<T>::Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin, 
     const Material& material = particles.material(i);
     ParticleRecord<T>& r = rest_[i];
     r = {};
-    r.mass = particles.mass[i], r.volume = particles.volume[i], r.mu = law.mu, r.lambda = law.lambda;
+    r.mass = particles.mass[i];
+    r.volume = particles.volume[i];
+    r.mu = law.mu;
+    r.lambda = law.lambda;
     r.index = static_cast<int>(i);
     r.material = particles.material_index.empty() ? 0 : particles.material_index[i];
     r.object = particles.object.empty() ? 0 : particles.object[i];
     const Viscosity<T> viscous = viscosity<T>({&material, law.mu, law.lambda});
-    r.shear_viscosity = viscous.shear, r.bulk_viscosity = viscous.bulk;
+    r.shear_viscosity = viscous.shear;
+    r.bulk_viscosity = viscous.bulk;
     r.damping_rate = material.damping_time > 0 ? static_cast<T>(2 / material.damping_time) : T(0);
     const StressKind kind = stress_kind(material.law);
     r.stress_kind = static_cast<T>(static_cast<int>(kind));
@@ -44,7 +49,8 @@ Mpm<T>::Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin, 
     plain &= kind == uniform_ && r.shear_viscosity == 0 && r.bulk_viscosity == 0 && r.damping_rate == 0;
   }
   if (!plain) uniform_ = StressKind::kGiven;
-  data_.side.resize(given), data_.given_stress.resize(6 * static_cast<size_t>(given));
+  data_.side.resize(given);
+  data_.given_stress.resize(6 * static_cast<size_t>(given));
 }
 
 template <class T>
@@ -79,7 +85,8 @@ void Mpm<T>::load(const BasicSimulationState<T>& state, const Vec3d& low, const 
   }
   // Records lie in memory as the blocks are walked.
   data_.grid.build(block);
-  data_.record.resize(n), data_.slot.resize(n);
+  data_.record.resize(n);
+  data_.slot.resize(n);
   constexpr std::ptrdiff_t kChunk = 4096;
   parallel_for((static_cast<std::ptrdiff_t>(n) + kChunk - 1) / kChunk, [&](std::ptrdiff_t c) {
     for (size_t s = c * kChunk; s < std::min<size_t>(n, (c + 1) * kChunk); ++s) {
@@ -100,8 +107,12 @@ template <class T>
 void Mpm<T>::load_record(int i, const BasicSimulationState<T>& state, ParticleRecord<T>& r) {
   r = rest_[i];
   for (int a = 0; a < 3; ++a) {
-    r.x[a] = std::clamp(state.x[i][a], data_.low[a], data_.high[a]), r.v[a] = state.v[i][a];
-    for (int b = 0; b < 3; ++b) r.C[3 * a + b] = state.C[i](a, b), r.F[3 * a + b] = state.F[i](a, b);
+    r.x[a] = std::clamp(state.x[i][a], data_.low[a], data_.high[a]);
+    r.v[a] = state.v[i][a];
+    for (int b = 0; b < 3; ++b) {
+      r.C[3 * a + b] = state.C[i](a, b);
+      r.F[3 * a + b] = state.F[i](a, b);
+    }
   }
   if (r.side < 0) return;
   data_.side[r.side] = {};
@@ -112,15 +123,22 @@ void Mpm<T>::load_record(int i, const BasicSimulationState<T>& state, ParticleRe
 template <class T>
 void Mpm<T>::store(BasicSimulationState<T>& state) const {
   const size_t n = data_.record.size();
-  state.x.resize(n), state.v.resize(n), state.C.resize(n), state.F.resize(n);
+  state.x.resize(n);
+  state.v.resize(n);
+  state.C.resize(n);
+  state.F.resize(n);
   const bool memory =
       std::any_of(data_.materials.begin(), data_.materials.end(), [](const Material& m) { return has_memory(m.law); });
   state.memory.resize(memory ? n : 0);
   store_rest(state);
   for (const ParticleRecord<T>& r : data_.record) {
     for (int a = 0; a < 3; ++a) {
-      state.x[r.index][a] = r.x[a], state.v[r.index][a] = r.v[a];
-      for (int b = 0; b < 3; ++b) state.C[r.index](a, b) = r.C[3 * a + b], state.F[r.index](a, b) = r.F[3 * a + b];
+      state.x[r.index][a] = r.x[a];
+      state.v[r.index][a] = r.v[a];
+      for (int b = 0; b < 3; ++b) {
+        state.C[r.index](a, b) = r.C[3 * a + b];
+        state.F[r.index](a, b) = r.F[3 * a + b];
+      }
     }
     if (!memory) continue;
     if (r.side >= 0) state.memory[r.index] = data_.side[r.side].memory;
@@ -134,7 +152,10 @@ void Mpm<T>::fit_blocks() {
   data_.patch.resize(static_cast<size_t>(data_.grid.particle_blocks()) * BlockGrid::kPatchNodes);
   data_.node.resize(static_cast<size_t>(data_.grid.node_blocks()) * BlockGrid::kNodes);
   report_.resize(data_.grid.particle_blocks());
-  if (options_.flip_time > 0) data_.old_patch.resize(data_.patch.size()), data_.old_node.resize(data_.node.size());
+  if (options_.flip_time > 0) {
+    data_.old_patch.resize(data_.patch.size());
+    data_.old_node.resize(data_.node.size());
+  }
   if (sleeping()) node_motion_.resize(data_.grid.node_blocks());
 }
 
@@ -163,7 +184,9 @@ void Mpm<T>::collect_reports() {
   std::vector<BlockGrid::Move> moves;
   for (int b = 0; b < data_.grid.particle_blocks(); ++b) {
     const GatherReport<T>& report = report_[b];
-    finite_ &= report.finite, strays_ += report.strays, updates_ += report.particles;
+    finite_ &= report.finite;
+    strays_ += report.strays;
+    updates_ += report.particles;
     speed = std::max(speed, report.max_speed_squared);
     for (int m = 0; m < report.moves && finite_; ++m) {
       const int begin = data_.grid.begin(b), place = begin + moved_[begin + m];

@@ -16,8 +16,12 @@ void Mpm<T>::set_given_stress(const ParticleRecord<T>& r, const Mat3<T>& F) {
   const LawPoint<T> point{&data_.materials[r.material], r.mu, r.lambda};
   const Mat3<T> tau = kirchhoff_stress(point, F, data_.side[r.side].memory);
   T* stress = data_.given_stress.data() + size_t{6} * static_cast<size_t>(r.side);
-  stress[0] = tau(0, 0), stress[1] = tau(1, 1), stress[2] = tau(2, 2);
-  stress[3] = tau(1, 2), stress[4] = tau(0, 2), stress[5] = tau(0, 1);
+  stress[0] = tau(0, 0);
+  stress[1] = tau(1, 1);
+  stress[2] = tau(2, 2);
+  stress[3] = tau(1, 2);
+  stress[4] = tau(0, 2);
+  stress[5] = tau(0, 1);
 }
 
 /// `grid_C` [count, 9] moved F; null where it is the C that the particles keep.

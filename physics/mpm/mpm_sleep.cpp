@@ -63,7 +63,8 @@ template <class T>
 void Mpm<T>::wake_on_change(const StepLoads<T>& loads) {
   const bool same =
       last_conditions_ == kNoConditions || (last_gravity_ == loads.gravity && last_conditions_ == conditions(loads));
-  last_gravity_ = loads.gravity, last_conditions_ = conditions(loads);
+  last_gravity_ = loads.gravity;
+  last_conditions_ = conditions(loads);
   if (same) return;
   for (BlockRest<T>& rest : rest_of_block_) rest = {};
 }
@@ -78,10 +79,14 @@ bool Mpm<T>::scatter_can_wait(int b, T dt, const StepLoads<T>& loads) {
     if (load.pressure != T(0) || load.drag != T(0) || !load.acceleration.isZero(0) || !load.angular.isZero(0))
       active |= load.bit;
   for (int s = data_.grid.begin(b); active != 0 && s < data_.grid.begin(b + 1); ++s)
-    if (data_.record[data_.grid.order()[s]].bits & active) rest = {}, active = 0;
+    if (data_.record[data_.grid.order()[s]].bits & active) {
+      rest = {};
+      active = 0;
+    }
   if (rest.asleep && rest.patch_dt == dt) return true;
   // A new time step changes the impulses of the nodes a little; they are compared with these from then on.
-  rest.patch_dt = dt, rest.settled = false;
+  rest.patch_dt = dt;
+  rest.settled = false;
   return false;
 }
 

@@ -22,7 +22,10 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
   const int threads = std::clamp(omp_get_max_threads(), 1, std::max(1, useful));
   std::exception_ptr error;
   Queue reorder, scatter, update, contact, conditions, gather;
-  if (tape) tape->low = data_.low, tape->high = data_.high;
+  if (tape) {
+    tape->low = data_.low;
+    tape->high = data_.high;
+  }
   bool going = true, good = true, reordering = false;
   const int chunks = static_cast<int>((data_.record.size() + kReorderChunk - 1) / kReorderChunk);
   // What one thread does between steps.
@@ -33,15 +36,24 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
         good = finite_ && check();
       }
       going = good && k < count;
-      if (going) prepare(k), clear_impulses(loads);
+      if (going) {
+        prepare(k);
+        clear_impulses(loads);
+      }
       if (going && sleeping()) wake_on_change(loads);
       reordering = going && moves_since_reorder_ * kMovesPerReorder > static_cast<int64_t>(data_.record.size());
       if (reordering) spare_record_.resize(data_.record.size());
       if (going && tape) tape->begin_step(dt, loads, data_.grid, data_.side.size(), flip(dt));
     } catch (...) {
-      error = std::current_exception(), going = false;
+      error = std::current_exception();
+      going = false;
     }
-    scatter.reset(), update.reset(), contact.reset(), conditions.reset(), gather.reset(), reorder.reset();
+    scatter.reset();
+    update.reset();
+    contact.reset();
+    conditions.reset();
+    gather.reset();
+    reorder.reset();
   };
   std::unique_ptr<Barrier> barrier;
 #pragma omp parallel num_threads(threads)
@@ -55,7 +67,10 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
       if (reordering) {
         for (int c; (c = reorder.take()) < chunks;) reorder_chunk(c);
         barrier->wait();
-        if (omp_get_thread_num() == 0) data_.record.swap(spare_record_), moves_since_reorder_ = 0;
+        if (omp_get_thread_num() == 0) {
+          data_.record.swap(spare_record_);
+          moves_since_reorder_ = 0;
+        }
         barrier->wait();
       }
       for (int b; (b = scatter.take()) < data_.grid.particle_blocks();) {
@@ -91,7 +106,10 @@ void Mpm<T>::record_block(int b, TapeStep<T>& step) const {
     const ParticleRecord<T>& r = data_.record[data_.grid.order()[s]];
     TapeParticle<T>& to = step.particle[s];
     step.index[s] = r.index;
-    std::copy_n(r.x, 3, to.x), std::copy_n(r.F, 9, to.F), std::copy_n(r.v, 3, to.v), std::copy_n(r.C, 9, to.C);
+    std::copy_n(r.x, 3, to.x);
+    std::copy_n(r.F, 9, to.F);
+    std::copy_n(r.v, 3, to.v);
+    std::copy_n(r.C, 9, to.C);
     if (r.side < 0) continue;
     step.memory[r.side] = data_.side[r.side].memory;
     std::copy_n(data_.given_stress.data() + 6 * r.side, 6, step.given_stress.data() + 6 * r.side);
@@ -108,8 +126,11 @@ void Mpm<T>::record_node_block(int n, TapeStep<T>& step) const {
 template <class T>
 typename Mpm<T>::Snapshot Mpm<T>::save() const {
   Snapshot snapshot;
-  snapshot.record_ = data_.record, snapshot.slot_ = data_.slot, snapshot.grid_ = data_.grid;
-  snapshot.side_ = data_.side, snapshot.given_stress_ = data_.given_stress;
+  snapshot.record_ = data_.record;
+  snapshot.slot_ = data_.slot;
+  snapshot.grid_ = data_.grid;
+  snapshot.side_ = data_.side;
+  snapshot.given_stress_ = data_.given_stress;
   snapshot.rest_of_block_ = rest_of_block_;
   snapshot.moves_since_reorder_ = moves_since_reorder_;
   return snapshot;
@@ -118,8 +139,11 @@ typename Mpm<T>::Snapshot Mpm<T>::save() const {
 template <class T>
 void Mpm<T>::restore(const Snapshot& snapshot) {
   CHECK(snapshot.record_.size() == rest_.size());
-  data_.record = snapshot.record_, data_.slot = snapshot.slot_, data_.grid = snapshot.grid_;
-  data_.side = snapshot.side_, data_.given_stress = snapshot.given_stress_;
+  data_.record = snapshot.record_;
+  data_.slot = snapshot.slot_;
+  data_.grid = snapshot.grid_;
+  data_.side = snapshot.side_;
+  data_.given_stress = snapshot.given_stress_;
   rest_of_block_ = snapshot.rest_of_block_;
   moves_since_reorder_ = snapshot.moves_since_reorder_;
   fit_blocks();

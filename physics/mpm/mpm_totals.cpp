@@ -20,7 +20,10 @@ typename Mpm<T>::Motion Mpm<T>::motion_of(std::span<const int> particles) const 
     motion.centre += m * Vec3d(r.x[0], r.x[1], r.x[2]);
     motion.velocity += m * Vec3d(r.v[0], r.v[1], r.v[2]);
   }
-  if (motion.mass > 0) motion.centre /= motion.mass, motion.velocity /= motion.mass;
+  if (motion.mass > 0) {
+    motion.centre /= motion.mass;
+    motion.velocity /= motion.mass;
+  }
   return motion;
 }
 
@@ -47,7 +50,9 @@ Totals Mpm<T>::grid_totals(bool velocities) const {
                       double(data_.dx) * Vec3d(kSide * block.x + k / (kSide * kSide),
                                                kSide * block.y + k / kSide % kSide, kSide * block.z + k % kSide);
       const Vec3d momentum = Vec3d(node.lane[0], node.lane[1], node.lane[2]) * (velocities ? mass : 1.0);
-      totals.mass += mass, totals.momentum += momentum, totals.angular += x.cross(momentum);
+      totals.mass += mass;
+      totals.momentum += momentum;
+      totals.angular += x.cross(momentum);
     }
   }
   return totals;
@@ -59,7 +64,8 @@ Totals Mpm<T>::particle_totals() const {
   for (const ParticleRecord<T>& r : data_.record) {
     const double m = r.mass, inertia = 0.25 * m * data_.dx * data_.dx;
     const Vec3d x(r.x[0], r.x[1], r.x[2]), v(r.v[0], r.v[1], r.v[2]);
-    totals.mass += m, totals.momentum += m * v;
+    totals.mass += m;
+    totals.momentum += m * v;
     totals.angular += m * x.cross(v) + inertia * Vec3d(r.C[7] - r.C[5], r.C[2] - r.C[6], r.C[3] - r.C[1]);
   }
   return totals;

@@ -15,8 +15,12 @@ void exact_stress(StressKind kind, const T* F, T mu, T lambda, T* tau) {
   const LawPoint<T> point{&kMaterial[static_cast<int>(kind)], mu, lambda};
   const Mat3<T> stress =
       kirchhoff_stress<T>(point, Eigen::Map<const Eigen::Matrix<T, 3, 3, Eigen::RowMajor>>(F), LawMemory<T>{});
-  tau[0] = stress(0, 0), tau[1] = stress(1, 1), tau[2] = stress(2, 2);
-  tau[3] = stress(1, 2), tau[4] = stress(0, 2), tau[5] = stress(0, 1);
+  tau[0] = stress(0, 0);
+  tau[1] = stress(1, 1);
+  tau[2] = stress(2, 2);
+  tau[3] = stress(1, 2);
+  tau[4] = stress(0, 2);
+  tau[5] = stress(0, 1);
 }
 
 }  // namespace
@@ -54,7 +58,8 @@ void Mpm<T>::scatter_block(int b, T dt, const StepLoads<T>& loads) {
   if (!loads.body.empty()) apply_body_loads(b, dt, loads);
   ScatterInput<T> in;
   in.run = run_of(b);
-  in.dt = dt, in.viscosity_time = loads.viscosity_time;
+  in.dt = dt;
+  in.viscosity_time = loads.viscosity_time;
   in.inertia_only = false;
   in.given_stress = data_.given_stress.data();
   in.exact_stress = exact_stress<T>;
@@ -117,7 +122,8 @@ void Mpm<T>::damp_affine(int b, T strain_rate_kept, T spin_kept) {
       for (int j = i; j < 3; ++j) {
         const T symmetric = strain_rate_kept * T(0.5) * (C[3 * i + j] + C[3 * j + i]);
         const T spin = spin_kept * T(0.5) * (C[3 * i + j] - C[3 * j + i]);
-        C[3 * i + j] = symmetric + spin, C[3 * j + i] = symmetric - spin;
+        C[3 * i + j] = symmetric + spin;
+        C[3 * j + i] = symmetric - spin;
       }
     }
   }
@@ -136,7 +142,11 @@ void Mpm<T>::gather_block(int b, T dt, const StepLoads<T>& loads) {
   in.dt = dt;
   const BlockGrid::Coordinates& block = data_.grid.block(b);
   const int coordinates[3] = {block.x, block.y, block.z};
-  for (int a = 0; a < 3; ++a) in.low[a] = data_.low[a], in.high[a] = data_.high[a], in.block[a] = coordinates[a];
+  for (int a = 0; a < 3; ++a) {
+    in.low[a] = data_.low[a];
+    in.high[a] = data_.high[a];
+    in.block[a] = coordinates[a];
+  }
   in.flip = flip(dt);
   for (int o = 0; o < 8; ++o) {
     const size_t node = static_cast<size_t>(data_.grid.nodes_of(b)[o]) * BlockGrid::kNodes;

@@ -68,7 +68,8 @@ void exchange_impulse_adjoint(double friction, const NodePair& pair, NodePair& a
   adj.velocity[0] += adj_relative;
   adj.velocity[1] -= adj_relative;
   const Vec3d adj_g = (adj_normal - adj_normal.dot(meet.normal) * meet.normal) / meet.steepness;
-  adj.gradient[1] = adj_g, adj.gradient[0] = -adj_g;
+  adj.gradient[1] = adj_g;
+  adj.gradient[0] = -adj_g;
 }
 
 namespace {
@@ -121,10 +122,12 @@ void apply_object_contact_adjoint(const StepLoads<T>& loads, const BlockGrid& gr
       for (int b = a + 1; b < ring.size(); ++b) {
         NodePair pair;
         if (!ring.meet(a, b, k, pair)) continue;
-        pair.velocity[0] = velocity_of(now[a]), pair.velocity[1] = velocity_of(now[b]);
+        pair.velocity[0] = velocity_of(now[a]);
+        pair.velocity[1] = velocity_of(now[b]);
         met.push_back({{a, b}, pair});
         exchange_impulse(loads.object_friction, pair);
-        set_velocity(now[a], pair.velocity[0]), set_velocity(now[b], pair.velocity[1]);
+        set_velocity(now[a], pair.velocity[0]);
+        set_velocity(now[b], pair.velocity[1]);
       }
     for (size_t m = met.size(); m-- > 0;) {
       NodePair by{{0, 0}, {}, {Vec3d::Zero(), Vec3d::Zero()}};
@@ -133,7 +136,8 @@ void apply_object_contact_adjoint(const StepLoads<T>& loads, const BlockGrid& gr
       for (int i = 0; i < 2; ++i) {
         const size_t place = at(met[m].body[i]);
         by.velocity[i] = velocity_of(adj.velocity[place]);
-        by_node[i] = &adj.mass[place], by_density[i] = &adj.density[ring.block(met[m].body[i])];
+        by_node[i] = &adj.mass[place];
+        by_density[i] = &adj.density[ring.block(met[m].body[i])];
       }
       exchange_impulse_adjoint(loads.object_friction, met[m].pair, by);
       for (int i = 0; i < 2; ++i) set_velocity(adj.velocity[at(met[m].body[i])], by.velocity[i]);

@@ -35,25 +35,34 @@ AlongCylinder along_cylinder(const Region& r, const Vec3d& x) {
 
 Region Region::sphere(const Vec3d& centre, double radius) {
   Region r;
-  r.kind = Kind::kSphere, r.point = centre, r.radius = radius;
+  r.kind = Kind::kSphere;
+  r.point = centre;
+  r.radius = radius;
   return r;
 }
 
 Region Region::box(const Vec3d& low, const Vec3d& high) {
   Region r;
-  r.kind = Kind::kBox, r.point = low, r.vector = high;
+  r.kind = Kind::kBox;
+  r.point = low;
+  r.vector = high;
   return r;
 }
 
 Region Region::half_space(const Vec3d& point, const Vec3d& normal) {
   Region r;
-  r.kind = Kind::kHalfSpace, r.point = point, r.vector = normal.normalized();
+  r.kind = Kind::kHalfSpace;
+  r.point = point;
+  r.vector = normal.normalized();
   return r;
 }
 
 Region Region::cylinder(const Vec3d& end, const Vec3d& other_end, double radius) {
   Region r;
-  r.kind = Kind::kCylinder, r.point = end, r.vector = other_end, r.radius = radius;
+  r.kind = Kind::kCylinder;
+  r.point = end;
+  r.vector = other_end;
+  r.radius = radius;
   return r;
 }
 
@@ -116,14 +125,17 @@ Region Region::grown(double distance) const {
       r.radius += distance;
       break;
     case Kind::kBox:
-      r.point.array() -= distance, r.vector.array() += distance;
+      r.point.array() -= distance;
+      r.vector.array() += distance;
       break;
     case Kind::kHalfSpace:
       r.point += distance * vector;
       break;
     case Kind::kCylinder: {
       const Vec3d along = distance * direction(vector - point, Vec3d::UnitZ());
-      r.point -= along, r.vector += along, r.radius += distance;
+      r.point -= along;
+      r.vector += along;
+      r.radius += distance;
       break;
     }
   }

@@ -62,7 +62,8 @@ struct StressPack {
       for (int k = 0; k < 6; ++k) one_S[k] = S[k][l];
       run.exact_adjoint(law, one_F, mu[l], lambda[l], one_S, by_F, by_lame);
       for (int k = 0; k < 9; ++k) by.F[k][l] = by_F[k];
-      by.mu[l] = by_lame[0], by.lambda[l] = by_lame[1];
+      by.mu[l] = by_lame[0];
+      by.lambda[l] = by_lame[1];
     }
   }
 
@@ -79,7 +80,8 @@ struct StressPack {
       reverse_law(static_cast<StressKind>(law), unsafe[law], shaped[law], S, part);
       const auto lane = mine(static_cast<StressKind>(law));
       for (int k = 0; k < 9; ++k) by.F[k] = lane ? part.F[k] : by.F[k];
-      by.mu = lane ? part.mu : by.mu, by.lambda = lane ? part.lambda : by.lambda;
+      by.mu = lane ? part.mu : by.mu;
+      by.lambda = lane ? part.lambda : by.lambda;
     }
     for (int l = 0; l < lanes; ++l) {
       if ((present[0] | present[1]) >> l & 1) continue;
@@ -98,7 +100,10 @@ struct ScatterSums {
                      const T* nodes) {
     alignas(64) T affine[kLanes][16], out[kLanes][28];
     T *affine_at[kLanes], *out_at[kLanes];
-    for (int l = 0; l < kLanes; ++l) affine_at[l] = affine[l], out_at[l] = out[l];
+    for (int l = 0; l < kLanes; ++l) {
+      affine_at[l] = affine[l];
+      out_at[l] = out[l];
+    }
     Pack<T> base[3];
     for (int b = 0; b < 3; ++b) {
       base[b] = value[b];
@@ -148,9 +153,12 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
     Pack<T> kept = all<Pack<T>>(T(1)), loaded_v[3] = {v[0], v[1], v[2]};
     if constexpr (kMixture == Mixture::kAny) {
       const Pack<T> time = all<Pack<T>>(run.viscosity_time);
-      shear = fma(time, mu, damping[0]), bulk = fma(time, *lambda, damping[1]);
+      shear = fma(time, mu, damping[0]);
+      bulk = fma(time, *lambda, damping[1]);
       for (int i = 0; i < 3; ++i) tau[i] += fma(shear + shear, C[4 * i], bulk * C_trace);
-      tau[3] += shear * (C[5] + C[7]), tau[4] += shear * (C[2] + C[6]), tau[5] += shear * (C[1] + C[3]);
+      tau[3] += shear * (C[5] + C[7]);
+      tau[4] += shear * (C[2] + C[6]);
+      tau[5] += shear * (C[1] + C[3]);
       kept = exponential(-run.dt * damping[2]);
     }
     if (run.loaded_v)
@@ -167,7 +175,7 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
     Pack<T> S[6];
     for (int i = 0; i < 3; ++i) S[i] = s * sums.by_along[i][i];
     const Pack<T> half = T(0.5) * s;
-    S[3] = half * (sums.by_along[1][2] + sums.by_along[2][1]),
+    S[3] = half * (sums.by_along[1][2] + sums.by_along[2][1]);
     S[4] = half * (sums.by_along[0][2] + sums.by_along[2][0]);
     S[5] = half * (sums.by_along[0][1] + sums.by_along[1][0]);
     // Derivative by the factor of v and C, over that factor.
@@ -215,11 +223,14 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
       for (int k = 0; k < 9; ++k) by_C[k] = fma(shear + shear, S[symmetric[k]], by_C[k]);
       for (int k = 0; k < 9; k += 4) by_C[k] = fma(bulk, S_trace, by_C[k]);
       const Pack<T> time = run.viscosity_time + rest[1];
-      by.mu = fma(by_shear, time, by.mu), by.lambda = fma(by_bulk, time, by.lambda);
+      by.mu = fma(by_shear, time, by.mu);
+      by.lambda = fma(by_bulk, time, by.lambda);
       total[3] += fma(by_shear, mu, by_bulk * *lambda);
       rest[0] -= run.dt * carried * by_kept;
     }
-    total[0] += by_mass, total[1] += by.mu, total[2] += by.lambda;
+    total[0] += by_mass;
+    total[1] += by.mu;
+    total[2] += by.lambda;
     rest[2] = Pack<T>{};
     for (int a = 0; a < 3; ++a) {
       const auto out_of = (place[a] == all<Pack<T>>(run.low[a])) | (place[a] == all<Pack<T>>(run.high[a]));

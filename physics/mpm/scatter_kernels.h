@@ -37,7 +37,9 @@ INLINE void total_stress(const ScatterInput<T>& in, StressKind kind, const T* co
   const Pack<T> time = all<Pack<T>>(in.viscosity_time), shear = fma(time, mu, damping[0]);
   const Pack<T> pressure = fma(time, lambda, damping[1]) * (C[0] + C[4] + C[8]);
   for (int i = 0; i < 3; ++i) tau[i] += fma(shear + shear, C[4 * i], pressure);
-  tau[3] += shear * (C[5] + C[7]), tau[4] += shear * (C[2] + C[6]), tau[5] += shear * (C[1] + C[3]);
+  tau[3] += shear * (C[5] + C[7]);
+  tau[4] += shear * (C[2] + C[6]);
+  tau[5] += shear * (C[1] + C[3]);
 }
 
 /// Adds one particle: node (i, j, k) receives w_ij wz_k (base + i X + j Y + k Z).
@@ -60,9 +62,11 @@ INLINE void scatter_one(const T* value, const T (*weight)[kLanes], int lane, T* 
       const T w = weight[3 * i + j][lane];
       store(node, fma(all<Two>(w), row01, load<Two>(node)));
       store(node + 8, fma(all<One>(w), row2, load<One>(node + 8)));
-      row01 += y01, row2 += y2;
+      row01 += y01;
+      row2 += y2;
     }
-    plane01 += x01, plane2 += x2;
+    plane01 += x01;
+    plane2 += x2;
   }
 }
 
@@ -94,7 +98,8 @@ INLINE void scatter_run(const ScatterInput<T>& in, StressKind kind, T* patch) {
     Pack<T> m = mass * run.dx, carried = mass;
     if (kMixture == Mixture::kAny && !in.inertia_only) {
       const Pack<T> kept = exponential(-in.dt * damping[2]);
-      m *= kept, carried *= kept;
+      m *= kept;
+      carried *= kept;
     }
     const int symmetric[9] = {0, 5, 4, 5, 1, 3, 4, 3, 2};
     Pack<T> along[3][3];

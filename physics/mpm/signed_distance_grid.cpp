@@ -24,7 +24,10 @@ SignedDistanceGrid::Sample SignedDistanceGrid::sample(const Vec3d& x) const {
     const int o[3] = {corner >> 2, corner >> 1 & 1, corner & 1};
     const double v = value[(static_cast<size_t>(cell[0] + o[0]) * size[1] + cell[1] + o[1]) * size[2] + cell[2] + o[2]];
     double w[3], d[3];
-    for (int a = 0; a < 3; ++a) w[a] = o[a] ? at[a] : 1 - at[a], d[a] = o[a] ? 1 : -1;
+    for (int a = 0; a < 3; ++a) {
+      w[a] = o[a] ? at[a] : 1 - at[a];
+      d[a] = o[a] ? 1 : -1;
+    }
     distance += w[0] * w[1] * w[2] * v;
     gradient += v * Vec3d(d[0] * w[1] * w[2], w[0] * d[1] * w[2], w[0] * w[1] * d[2]);
   }

@@ -27,10 +27,17 @@ StepAdjoint<T>::StepAdjoint(const BasicParticles<T>& particles, const MpmData<T>
 
 template <class T>
 void StepAdjoint<T>::set_constants(AdjointRecord<T>& r, const ParticleRecord<T>& of) const {
-  r.mass = of.mass, r.volume = of.volume, r.mu = of.mu, r.lambda = of.lambda;
-  r.shear_viscosity = of.shear_viscosity, r.bulk_viscosity = of.bulk_viscosity;
-  r.damping_rate = of.damping_rate, r.stress_kind = of.stress_kind;
-  r.bits = of.bits, r.material = of.material, r.side = of.side;
+  r.mass = of.mass;
+  r.volume = of.volume;
+  r.mu = of.mu;
+  r.lambda = of.lambda;
+  r.shear_viscosity = of.shear_viscosity;
+  r.bulk_viscosity = of.bulk_viscosity;
+  r.damping_rate = of.damping_rate;
+  r.stress_kind = of.stress_kind;
+  r.bits = of.bits;
+  r.material = of.material;
+  r.side = of.side;
   const Material& material = particles_.materials[of.material];
   r.viscosity_time = material.law == Law::kFluid ? T(0) : static_cast<T>(material.viscosity_time);
 }
@@ -55,11 +62,13 @@ void StepAdjoint<T>::load(const StateGradient<T>& gradient, const BasicSimulatio
     if (!plain || r.stress_kind != static_cast<T>(static_cast<int>(uniform_))) uniform_ = StressKind::kGiven;
     int put_back = 0;
     for (int a = 0; a < 3; ++a) {
-      r.x[a] = gradient.x[i][a], r.v[a] = gradient.v[i][a];
+      r.x[a] = gradient.x[i][a];
+      r.v[a] = gradient.v[i][a];
       r.v_after[a] = state.v[i][a];
       put_back |= (state.x[i][a] == tape.low[a] || state.x[i][a] == tape.high[a]) << a;
       for (int c = 0; c < 3; ++c) {
-        r.C[3 * a + c] = gradient.C[i](a, c), r.F[3 * a + c] = gradient.F[i](a, c);
+        r.C[3 * a + c] = gradient.C[i](a, c);
+        r.F[3 * a + c] = gradient.F[i](a, c);
         r.C_after[3 * a + c] = state.C[i](a, c);
       }
     }
@@ -78,9 +87,12 @@ void StepAdjoint<T>::store(StateGradient<T>& gradient) const {
   for (const AdjointRecord<T>& r : record_) {
     if (r.side >= 0 && has_memory(particles_.materials[r.material].law)) gradient.memory[r.index] = memory_[r.side];
     for (int a = 0; a < 3; ++a) {
-      gradient.x[r.index][a] = r.x[a], gradient.v[r.index][a] = r.v[a];
-      for (int c = 0; c < 3; ++c)
-        gradient.C[r.index](a, c) = r.C[3 * a + c], gradient.F[r.index](a, c) = r.F[3 * a + c];
+      gradient.x[r.index][a] = r.x[a];
+      gradient.v[r.index][a] = r.v[a];
+      for (int c = 0; c < 3; ++c) {
+        gradient.C[r.index](a, c) = r.C[3 * a + c];
+        gradient.F[r.index](a, c) = r.F[3 * a + c];
+      }
     }
   }
 }
@@ -97,7 +109,8 @@ typename StepAdjoint<T>::Motion StepAdjoint<T>::motion_of(const TapeStep<T>& ste
     motion.centre += m * Vec3d(p.x[0], p.x[1], p.x[2]);
     motion.velocity += m * Vec3d(p.v[0], p.v[1], p.v[2]);
   }
-  motion.centre /= motion.mass, motion.velocity /= motion.mass;
+  motion.centre /= motion.mass;
+  motion.velocity /= motion.mass;
   return motion;
 }
 
@@ -110,7 +123,8 @@ void StepAdjoint<T>::motion_adjoint(const TapeStep<T>& step, std::span<const int
     const double share = r.mass / motion.mass;
     double by_mass = 0;
     for (int a = 0; a < 3; ++a) {
-      r.x[a] += static_cast<T>(share * by_centre[a]), r.v[a] += static_cast<T>(share * by_velocity[a]);
+      r.x[a] += static_cast<T>(share * by_centre[a]);
+      r.v[a] += static_cast<T>(share * by_velocity[a]);
       by_mass += by_centre[a] * (p.x[a] - motion.centre[a]) + by_velocity[a] * (p.v[a] - motion.velocity[a]);
     }
     r.by_mass += static_cast<T>(by_mass / motion.mass);
@@ -152,8 +166,11 @@ ParticleGradient<T> StepAdjoint<T>::particle_gradient() const {
   for (std::vector<T>* field : {&result.mass, &result.mu, &result.lambda, &result.viscosity_time, &result.damping_rate})
     field->resize(n);
   for (const AdjointRecord<T>& r : record_) {
-    result.mass[r.index] = r.by_mass, result.mu[r.index] = r.by_mu, result.lambda[r.index] = r.by_lambda;
-    result.viscosity_time[r.index] = r.by_viscosity_time, result.damping_rate[r.index] = r.by_damping_rate;
+    result.mass[r.index] = r.by_mass;
+    result.mu[r.index] = r.by_mu;
+    result.lambda[r.index] = r.by_lambda;
+    result.viscosity_time[r.index] = r.by_viscosity_time;
+    result.damping_rate[r.index] = r.by_damping_rate;
   }
   return result;
 }
@@ -181,7 +198,8 @@ void StepAdjoint<T>::reverse(const StepTape<T>& tape, const std::function<void(i
       going = k >= 0;
       if (going) begin_step(tape, tape[k]);
     } catch (...) {
-      error = std::current_exception(), going = false;
+      error = std::current_exception();
+      going = false;
     }
     for (Queue* queue : {&forward, &contact, &conditions, &gather, &reverse_nodes, &separate, &update, &scatter})
       queue->reset();

@@ -23,7 +23,12 @@ LawPoint<T> plain_point(StressKind kind, T mu, T lambda) {
 
 template <class T>
 void six_of(const Mat3<T>& m, T* six) {
-  six[0] = m(0, 0), six[1] = m(1, 1), six[2] = m(2, 2), six[3] = m(1, 2), six[4] = m(0, 2), six[5] = m(0, 1);
+  six[0] = m(0, 0);
+  six[1] = m(1, 1);
+  six[2] = m(2, 2);
+  six[3] = m(1, 2);
+  six[4] = m(0, 2);
+  six[5] = m(0, 1);
 }
 template <class T>
 Mat3<T> symmetric(const T* six) {
@@ -42,7 +47,8 @@ void exact_adjoint(StressKind kind, const T* F, T mu, T lambda, const T* S, T* b
   const LawGradient<T> g = kirchhoff_stress_adjoint<T>(plain_point(kind, mu, lambda), Eigen::Map<const RowMajor<T>>(F),
                                                        LawMemory<T>{}, symmetric(S));
   Eigen::Map<RowMajor<T>>{by_F} = g.F;
-  by_lame[0] = g.mu, by_lame[1] = g.lambda;
+  by_lame[0] = g.mu;
+  by_lame[1] = g.lambda;
 }
 
 /// The nodes of a particle block's patch, out of its eight node blocks.
@@ -68,27 +74,43 @@ Node<T>* block_of(std::vector<Node<T>>& nodes, int n) {
 template <class T>
 void StepAdjoint<T>::begin_step(const StepTape<T>& tape, const TapeStep<T>& step) {
   run_ = {};
-  run_.dt = step.dt, run_.flip = step.flip, run_.viscosity_time = step.loads.viscosity_time;
-  run_.dx = solver_.dx, run_.inverse_dx = solver_.inverse_dx;
-  for (int a = 0; a < 3; ++a)
-    run_.origin[a] = solver_.origin[a], run_.low[a] = tape.low[a], run_.high[a] = tape.high[a];
-  run_.slot = slot_.data(), run_.record = record_.data();
-  run_.exact_stress = exact_stress<T>, run_.exact_adjoint = exact_adjoint<T>;
+  run_.dt = step.dt;
+  run_.flip = step.flip;
+  run_.viscosity_time = step.loads.viscosity_time;
+  run_.dx = solver_.dx;
+  run_.inverse_dx = solver_.inverse_dx;
+  for (int a = 0; a < 3; ++a) {
+    run_.origin[a] = solver_.origin[a];
+    run_.low[a] = tape.low[a];
+    run_.high[a] = tape.high[a];
+  }
+  run_.slot = slot_.data();
+  run_.record = record_.data();
+  run_.exact_stress = exact_stress<T>;
+  run_.exact_adjoint = exact_adjoint<T>;
   const BlockGrid& grid = *step.grid;
-  velocity_.resize(step.node.size()), updated_.resize(step.node.size()), adj_node_.resize(step.node.size());
+  velocity_.resize(step.node.size());
+  updated_.resize(step.node.size());
+  adj_node_.resize(step.node.size());
   by_density_.assign(grid.has_siblings() ? grid.node_blocks() : 0, 0.0);
-  if (grid.has_siblings())
-    before_contact_.resize(step.node.size()), by_contact_mass_.assign(step.node.size(), Node<T>{});
+  if (grid.has_siblings()) {
+    before_contact_.resize(step.node.size());
+    by_contact_mass_.assign(step.node.size(), Node<T>{});
+  }
   patch_.resize(static_cast<size_t>(grid.particle_blocks()) * BlockGrid::kPatchNodes);
   block_sums_.assign(step.loads.body.size() * grid.particle_blocks(), {});
   node_sums_.resize(grid.node_blocks());
-  if (step.flip > T(0)) adj_old_node_.resize(step.node.size()), old_patch_.resize(patch_.size());
+  if (step.flip > T(0)) {
+    adj_old_node_.resize(step.node.size());
+    old_patch_.resize(patch_.size());
+  }
 }
 
 template <class T>
 AdjointRun<T> StepAdjoint<T>::run_of(const TapeStep<T>& step, int b) const {
   AdjointRun<T> run = run_;
-  run.particle = step.particle.data() + step.begin[b], run.index = step.index.data() + step.begin[b];
+  run.particle = step.particle.data() + step.begin[b];
+  run.index = step.index.data() + step.begin[b];
   run.count = step.begin[b + 1] - step.begin[b];
   return run;
 }
@@ -157,10 +179,13 @@ void StepAdjoint<T>::reverse_return_maps(const TapeStep<T>& step, int b, T* by_g
     trial.F_viscous = advance * before.F_viscous;
     MemoryGradient<T>& memory = memory_[r.side];
     LawGradient<T> by;
-    by.F = Eigen::Map<const RowMajor<T>>(r.F), by.F_viscous = memory.F_viscous, by.history = memory.history;
+    by.F = Eigen::Map<const RowMajor<T>>(r.F);
+    by.F_viscous = memory.F_viscous;
+    by.history = memory.history;
     by = return_map_adjoint(point, step.dt, trial_F, trial, by);
     Eigen::Map<RowMajor<T>>(r.F) = by.F;
-    r.by_mu += by.mu, r.by_lambda += by.lambda;
+    r.by_mu += by.mu;
+    r.by_lambda += by.lambda;
     Eigen::Map<RowMajor<T>>{by_grid_C} =
         step.dt * (by.F_viscous * before.F_viscous.transpose() + memory.F_total * before.F_total.transpose());
     memory.F_viscous = advance.transpose() * by.F_viscous;
@@ -201,12 +226,16 @@ void StepAdjoint<T>::reverse_body_loads(const TapeStep<T>& step, int b) {
     for (size_t l = 0; l < step.loads.body.size(); ++l)
       if (r.bits & step.loads.body[l].bit)
         velocity_gain_adjoint(step.loads.body[l], step.dt, p, by_gain, by, by_load[l]);
-    for (int a = 0; a < 3; ++a) r.x[a] += by.x[a], r.v[a] += by.v[a];
+    for (int a = 0; a < 3; ++a) {
+      r.x[a] += by.x[a];
+      r.v[a] += by.v[a];
+    }
     Eigen::Map<RowMajor<T>>(r.F) += by.F;
     // The stiffness is (lambda + 2 mu) V / (m dx^2).
     const T by_modulus = by.stiffness * r.volume / r.mass * solver_.inverse_dx * solver_.inverse_dx;
     r.by_mass += by.mass - by.stiffness * p.stiffness / r.mass;
-    r.by_mu += 2 * by_modulus, r.by_lambda += by_modulus;
+    r.by_mu += 2 * by_modulus;
+    r.by_lambda += by_modulus;
   }
 }
 
@@ -219,8 +248,10 @@ void StepAdjoint<T>::reverse_given_stress(const TapeStep<T>& step, int b, const 
     const LawGradient<T> by = kirchhoff_stress_adjoint<T>(point, Eigen::Map<const RowMajor<T>>(step.particle[s].F),
                                                           step.memory[r.side], symmetric(by_stress));
     Eigen::Map<RowMajor<T>>(r.F) += by.F;
-    r.by_mu += by.mu, r.by_lambda += by.lambda;
-    memory_[r.side].F_viscous += by.F_viscous, memory_[r.side].history += by.history;
+    r.by_mu += by.mu;
+    r.by_lambda += by.lambda;
+    memory_[r.side].F_viscous += by.F_viscous;
+    memory_[r.side].history += by.history;
   }
 }
 
@@ -294,11 +325,13 @@ void StepAdjoint<T>::reverse_scatter(const TapeStep<T>& step, int b) {
   const bool uniform = uniform_ != StressKind::kGiven && !(step.loads.viscosity_time > T(0));
   std::vector<T> stress, by_stress;
   if (!memory_.empty()) {
-    stress.resize(6 * static_cast<size_t>(run.count)), by_stress.resize(stress.size());
+    stress.resize(6 * static_cast<size_t>(run.count));
+    by_stress.resize(stress.size());
     for (int s = 0; s < run.count; ++s)
       if (const int side = record_[slot_[run.index[s]]].side; side >= 0)
         std::copy_n(step.given_stress.data() + 6 * side, 6, stress.data() + 6 * s);
-    run.given_stress = stress.data(), run.by_given_stress = by_stress.data();
+    run.given_stress = stress.data();
+    run.by_given_stress = by_stress.data();
   }
   kernels_.scatter[static_cast<int>(uniform ? uniform_ : StressKind::kGiven)](run, patch[0]->lane, patch[1]->lane);
   if (!memory_.empty()) reverse_given_stress(step, b, by_stress.data());
@@ -308,7 +341,10 @@ void StepAdjoint<T>::reverse_scatter(const TapeStep<T>& step, int b) {
 template <class T>
 StepLoadsGradient StepAdjoint<T>::sum_loads(const TapeStep<T>& step) const {
   StepLoadsGradient sum;
-  for (const StepLoadsGradient& s : node_sums_) sum.gravity += s.gravity, sum.velocity_scale += s.velocity_scale;
+  for (const StepLoadsGradient& s : node_sums_) {
+    sum.gravity += s.gravity;
+    sum.velocity_scale += s.velocity_scale;
+  }
   for (int n = 0; n < static_cast<int>(by_density_.size()); ++n) {
     const size_t object = static_cast<size_t>(step.grid->node_block(n).object);
     if (sum.density.size() <= object) sum.density.resize(object + 1);
@@ -319,7 +355,10 @@ StepLoadsGradient StepAdjoint<T>::sum_loads(const TapeStep<T>& step) const {
   for (size_t k = 0; k < block_sums_.size(); ++k) {
     const BodyLoadGradient& s = block_sums_[k];
     BodyLoadGradient& body = sum.body[k % loads];
-    body.acceleration += s.acceleration, body.angular += s.angular, body.centre += s.centre, body.wind += s.wind;
+    body.acceleration += s.acceleration;
+    body.angular += s.angular;
+    body.centre += s.centre;
+    body.wind += s.wind;
     body.drag += s.drag;
   }
   return sum;

@@ -44,11 +44,15 @@ class StepTape {
     const bool same = size_ > 0 && step_[size_ - 1].grid->link_version() == grid.link_version();
     step.grid = same ? step_[size_ - 1].grid : std::make_shared<const BlockGrid>(grid);
     ++size_;
-    step.dt = dt, step.loads = loads, step.flip = flip;
+    step.dt = dt;
+    step.loads = loads;
+    step.flip = flip;
     step.begin.resize(grid.particle_blocks() + 1);
     for (int b = 0; b <= grid.particle_blocks(); ++b) step.begin[b] = grid.begin(b);
-    step.particle.resize(grid.order().size()), step.index.resize(grid.order().size());
-    step.memory.resize(sides), step.given_stress.resize(6 * sides);
+    step.particle.resize(grid.order().size());
+    step.index.resize(grid.order().size());
+    step.memory.resize(sides);
+    step.given_stress.resize(6 * sides);
     step.node.resize(static_cast<size_t>(grid.node_blocks()) * BlockGrid::kNodes);
     step.old_node.resize(flip > T(0) ? step.node.size() : 0);
   }

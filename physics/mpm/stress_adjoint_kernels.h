@@ -32,7 +32,8 @@ template <class T>
 INLINE uint32_t fixed_corotated_adjoint(const Pack<T>* F, const Pack<T>* R, Pack<T> mu, Pack<T> lambda,
                                         const Pack<T>* S, StressAdjointPack<T>& by) {
   Pack<T> SF[9], SR[9], cof[9];
-  symmetric_times<T>(S, F, SF), symmetric_times<T>(S, R, SR);
+  symmetric_times<T>(S, F, SF);
+  symmetric_times<T>(S, R, SR);
   const Pack<T> J = cofactors<T>(F, cof);
   // M = tr(U) I - U of the symmetric U; near 8 at rest.
   const Pack<T> u0 = columns<T>(R, 0, F, 0), u1 = columns<T>(R, 1, F, 1), u2 = columns<T>(R, 2, F, 2);

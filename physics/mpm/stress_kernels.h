@@ -14,9 +14,15 @@ constexpr double kLeastDeterminant = 1.01e-3;
 template <class T>
 INLINE Pack<T> cofactors(const Pack<T>* X, Pack<T>* c) {
   const auto minor = [&](int a, int b, int d, int e) { return fma(X[a], X[b], -(X[d] * X[e])); };
-  c[0] = minor(4, 8, 5, 7), c[1] = minor(5, 6, 3, 8), c[2] = minor(3, 7, 4, 6);
-  c[3] = minor(2, 7, 1, 8), c[4] = minor(0, 8, 2, 6), c[5] = minor(1, 6, 0, 7);
-  c[6] = minor(1, 5, 2, 4), c[7] = minor(2, 3, 0, 5), c[8] = minor(0, 4, 1, 3);
+  c[0] = minor(4, 8, 5, 7);
+  c[1] = minor(5, 6, 3, 8);
+  c[2] = minor(3, 7, 4, 6);
+  c[3] = minor(2, 7, 1, 8);
+  c[4] = minor(0, 8, 2, 6);
+  c[5] = minor(1, 6, 0, 7);
+  c[6] = minor(1, 5, 2, 4);
+  c[7] = minor(2, 3, 0, 5);
+  c[8] = minor(0, 4, 1, 3);
   return fma(X[2], c[2], fma(X[1], c[1], X[0] * c[0]));
 }
 
@@ -78,8 +84,12 @@ INLINE uint32_t neo_hookean(const Pack<T>* F, Pack<T> mu, Pack<T> lambda, Pack<T
   const Pack<T> xx = row(0, 0), yy = row(1, 1), zz = row(2, 2);
   const auto safe = (J > all<Pack<T>>(T(kLeastDeterminant))) & (xx + yy + zz < all<Pack<T>>(T(1e6)));
   const Pack<T> pressure = lambda * (T(0.693147180559945309) * logarithm2(J));
-  tau[0] = fma(mu, xx - T(1), pressure), tau[1] = fma(mu, yy - T(1), pressure), tau[2] = fma(mu, zz - T(1), pressure);
-  tau[3] = mu * row(1, 2), tau[4] = mu * row(0, 2), tau[5] = mu * row(0, 1);
+  tau[0] = fma(mu, xx - T(1), pressure);
+  tau[1] = fma(mu, yy - T(1), pressure);
+  tau[2] = fma(mu, zz - T(1), pressure);
+  tau[3] = mu * row(1, 2);
+  tau[4] = mu * row(0, 2);
+  tau[5] = mu * row(0, 1);
   return lane_bits(~safe);
 }
 
@@ -113,7 +123,8 @@ void stress_of(StressKind kind, int count, const T* F, const T* mu, const T* lam
     const auto at = [&](int lane) { return first + lane < count ? first + lane : count - 1; };
     for (int lane = 0; lane < kLanes; ++lane) {
       for (int k = 0; k < 9; ++k) f[k][lane] = F[9 * at(lane) + k];
-      m[lane] = mu[at(lane)], l[lane] = lambda[at(lane)];
+      m[lane] = mu[at(lane)];
+      l[lane] = lambda[at(lane)];
     }
     pack_stress<T>(kind, f, m, l, exact_stress, t);
     for (int lane = 0; lane < kLanes; ++lane)

@@ -38,12 +38,17 @@ struct NodeRow {
   INLINE static NodeRow from(const T* node) { return {load<TwoNodes<T>>(node), load<OneNode<T>>(node + 8)}; }
   INLINE NodeRow times(T w) const { return {two * w, one * w}; }
   INLINE NodeRow times(const NodeRow& b) const { return {two * b.two, one * b.one}; }
-  INLINE void add(const NodeRow& b) { two += b.two, one += b.one; }
+  INLINE void add(const NodeRow& b) {
+    two += b.two;
+    one += b.one;
+  }
   INLINE void add_scaled(const NodeRow& b, T w) {
-    two = fma(b.two, all<TwoNodes<T>>(w), two), one = fma(b.one, all<OneNode<T>>(w), one);
+    two = fma(b.two, all<TwoNodes<T>>(w), two);
+    one = fma(b.one, all<OneNode<T>>(w), one);
   }
   INLINE void add_product(const NodeRow& a, const NodeRow& b) {
-    two = fma(a.two, b.two, two), one = fma(a.one, b.one, one);
+    two = fma(a.two, b.two, two);
+    one = fma(a.one, b.one, one);
   }
   INLINE NodeRow minus(const NodeRow& b) const { return {two - b.two, one - b.one}; }
   /// Sum of the three nodes.
@@ -66,7 +71,8 @@ struct AffineRows {
     using One = OneNode<T>;
     const One base = load<One>(value), X = load<One>(value + 4), Y = load<One>(value + 8), Z = load<One>(value + 12);
     plane = {join<T>(base, base + Z), base + (Z + Z)};
-    along_x = {join<T>(X, X), X}, along_y = {join<T>(Y, Y), Y};
+    along_x = {join<T>(X, X), X};
+    along_y = {join<T>(Y, Y), Y};
   }
 };
 
@@ -78,13 +84,17 @@ struct SlopeSums {
 
   INLINE void add_row(const NodeRow<T>& p, T weight_y, T slope_y, bool first) {
     if (first) {
-      weighted = p.times(weight_y), sloped = p.times(slope_y);
+      weighted = p.times(weight_y);
+      sloped = p.times(slope_y);
       return;
     }
-    weighted.add_scaled(p, weight_y), sloped.add_scaled(p, slope_y);
+    weighted.add_scaled(p, weight_y);
+    sloped.add_scaled(p, slope_y);
   }
   INLINE void end_plane(T weight_x, T slope_x) {
-    by_x.add_scaled(weighted, slope_x), by_y.add_scaled(sloped, weight_x), by_z.add_scaled(weighted, weight_x);
+    by_x.add_scaled(weighted, slope_x);
+    by_y.add_scaled(sloped, weight_x);
+    by_z.add_scaled(weighted, weight_x);
   }
   /// Writes four numbers each, whose sums are the slopes along x, y, z.
   INLINE void finish(const NodeRow<T>& weight_z, const NodeRow<T>& slope_z, T* out) const {
@@ -109,7 +119,8 @@ INLINE void scatter_with_slopes(const StencilLanes<T>& s, int lane, const T* h, 
       const int at = i * kPlane + j * kRow;
       NodeRow<T> node = NodeRow<T>::from(patch_corner + at);
       node.add_product(row, weight_z.times(weight_x * s.weight[3 + j][lane]));
-      store(patch_corner + at, node.two), store(patch_corner + at + 8, node.one);
+      store(patch_corner + at, node.two);
+      store(patch_corner + at + 8, node.one);
       sums.add_row(row.times(NodeRow<T>::from(u_corner + at)), s.weight[3 + j][lane], s.slope[3 + j][lane], j == 0);
       row.add(rows.along_y);
     }
@@ -139,7 +150,8 @@ INLINE void gather_with_slopes(const StencilLanes<T>& s, int lane, const T* q, c
       if (j == 1) plane.add_scaled(a, weight);
       if (j == 2) {
         const NodeRow<T> high = a.times(weight);
-        plane.add(high), low = high.minus(low);
+        plane.add(high);
+        low = high.minus(low);
       }
       row.add(rows.along_y);
     }

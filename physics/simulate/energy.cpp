@@ -22,7 +22,8 @@ double elastic_energy(const BasicParticles<T>& particles, const BasicSimulationS
     LawMemory<double> memory;
     if (!state.memory.empty()) {
       const LawMemory<T>& m = state.memory[i];
-      memory.F_total = m.F_total.template cast<double>(), memory.F_viscous = m.F_viscous.template cast<double>(),
+      memory.F_total = m.F_total.template cast<double>();
+      memory.F_viscous = m.F_viscous.template cast<double>();
       memory.history = m.history;
     }
     sum += particles.volume[i] * energy_density<double>({&particles.material(i), law.mu, law.lambda},

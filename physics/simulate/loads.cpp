@@ -46,12 +46,17 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
   std::vector<double> mass;
   for (size_t i = 0; i < particles.size(); ++i) {
     const size_t object = particles.object.empty() ? 0 : particles.object[i];
-    if (mass.size() <= object) mass.resize(object + 1), volume_.resize(object + 1);
-    mass[object] += particles.mass[i], volume_[object] += particles.volume[i];
+    if (mass.size() <= object) {
+      mass.resize(object + 1);
+      volume_.resize(object + 1);
+    }
+    mass[object] += particles.mass[i];
+    volume_[object] += particles.volume[i];
     bounds.add(particles.position[i].template cast<float>());
   }
   for (size_t o = 0; o < mass.size(); ++o) density_.push_back(volume_[o] > 0 ? mass[o] / volume_[o] : 0);
-  body_size_ = bounds.size().norm() + 4 * dx, cell_size_ = dx;
+  body_size_ = bounds.size().norm() + 4 * dx;
+  cell_size_ = dx;
   int used_bits = 0;
   for (size_t k = 0; k < interactions.size(); ++k) {
     validate_interaction(interactions[k], k);
@@ -75,7 +80,8 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
     if (it.type == InteractionType::kPin && it.start == 0 && used_bits < 32) {
       for (size_t i = 0; i < particles.size(); ++i) {
         if (it.region.signed_distance(particles.position[i].template cast<double>()) > kClampReach * dx) continue;
-        entry.sprung = true, bits_[i] |= uint32_t{1} << used_bits;
+        entry.sprung = true;
+        bits_[i] |= uint32_t{1} << used_bits;
       }
       if (entry.sprung) entry.bit = uint32_t{1} << used_bits++;
     }
@@ -129,7 +135,9 @@ void LoadSchedule<T>::add_torque(const Entry& entry, double part, const Mpm<T>& 
   const double inertia = solver.inertia_of(entry.touched, centre, torque / size);
   if (!(inertia > 0)) return;  // all on the axis
   BodyLoad<T> load;
-  load.bit = entry.bit, load.angular = (part / inertia * torque).template cast<T>(), load.centre = centre.cast<T>();
+  load.bit = entry.bit;
+  load.angular = (part / inertia * torque).template cast<T>();
+  load.centre = centre.cast<T>();
   loads.body.push_back(load);
 }
 
@@ -157,8 +165,11 @@ template <class T>
 Collider LoadSchedule<T>::collider_at(const Entry& entry, double t, double dt) const {
   const Interaction& it = entry.interaction;
   Collider collider;
-  collider.kind = it.contact, collider.friction = it.friction, collider.container = it.container;
-  collider.shape = it.region, collider.grid = it.distance;
+  collider.kind = it.contact;
+  collider.friction = it.friction;
+  collider.container = it.container;
+  collider.shape = it.region;
+  collider.grid = it.distance;
   if (it.type == InteractionType::kGround) return collider;
   Vec3d pivot = it.pivot;
   if (it.type == InteractionType::kPoke) collider.shape.point = pivot = it.path.front().position;
@@ -196,7 +207,10 @@ template <class T>
 void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads) const {
   const double middle = t + 0.5 * dt;
   Vec3d gravity = options_.gravity;
-  loads.body.clear(), loads.pins.clear(), loads.colliders.clear(), loads.density = density_;
+  loads.body.clear();
+  loads.pins.clear();
+  loads.colliders.clear();
+  loads.density = density_;
   loads.object_friction = options_.object_friction;
   std::vector<int> collider_source, pin_source, body_source;
   for (size_t k = 0; k < entries_.size(); ++k) {
@@ -214,7 +228,8 @@ void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>
         loads.pins.push_back(entry.sprung ? it.region.grown(-(kPinReach + kClampDepth) * cell_size_) : it.region);
         if (!entry.sprung) break;
         loads.body.emplace_back();
-        loads.body.back().bit = entry.bit, loads.body.back().spring = static_cast<T>(kClampSpring);
+        loads.body.back().bit = entry.bit;
+        loads.body.back().spring = static_cast<T>(kClampSpring);
         break;
       case InteractionType::kPointForce:
         if (part > 0) add<T>(loads, entry.bit, part / entry.mass * it.vector);
@@ -246,7 +261,8 @@ void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>
       case InteractionType::kWind:
         if (!(part > 0)) break;
         loads.body.emplace_back();
-        loads.body.back().bit = entry.bit, loads.body.back().wind = it.vector.template cast<T>();
+        loads.body.back().bit = entry.bit;
+        loads.body.back().wind = it.vector.template cast<T>();
         loads.body.back().pressure = static_cast<T>(part * 0.5 * it.air_density * it.drag_coefficient);
         break;
     }

@@ -14,7 +14,8 @@ namespace {
 Particles coarsen(const Particles& particles, int count) {
   if (static_cast<int>(particles.size()) <= count) return particles;
   SolidSamples samples;
-  samples.position = particles.position, samples.volume = particles.volume;
+  samples.position = particles.position;
+  samples.volume = particles.volume;
   DriverOptions options;
   options.count = count;
   const DrivingParticles drivers = kmeans_drivers(options, samples);
@@ -23,13 +24,16 @@ Particles coarsen(const Particles& particles, int count) {
   for (size_t i = 0; i < particles.size(); ++i) {
     const int d = drivers.sample_driver[i];
     const double v = particles.volume[i];
-    volume[d] += v, mass[d] += particles.mass[i];
-    log_young[d] += v * std::log(particles.young[i]), poisson[d] += v * particles.poisson[i];
+    volume[d] += v;
+    mass[d] += particles.mass[i];
+    log_young[d] += v * std::log(particles.young[i]);
+    poisson[d] += v * particles.poisson[i];
   }
   Particles out;
   out.position = drivers.position;
   for (size_t d = 0; d < n; ++d) {
-    out.volume.push_back(static_cast<float>(volume[d])), out.mass.push_back(static_cast<float>(mass[d]));
+    out.volume.push_back(static_cast<float>(volume[d]));
+    out.mass.push_back(static_cast<float>(mass[d]));
     out.young.push_back(static_cast<float>(std::exp(log_young[d] / volume[d])));
     out.poisson.push_back(static_cast<float>(poisson[d] / volume[d]));
   }
@@ -64,7 +68,8 @@ PushSize size_push(const PushOptions& options, const Particles& particles, const
     double low = INFINITY, high = -INFINITY;
     for (const Vec3f& x : particles.position) {
       const double z = x.cast<double>().dot(options.up.normalized());
-      low = std::min(low, z), high = std::max(high, z);
+      low = std::min(low, z);
+      high = std::max(high, z);
     }
     height = high - low;
   }
@@ -72,10 +77,12 @@ PushSize size_push(const PushOptions& options, const Particles& particles, const
 
   Interaction push;
   push.type = InteractionType::kPointForce;
-  push.duration = options.duration, push.region = widened(region, body.cell_size);
+  push.duration = options.duration;
+  push.region = widened(region, body.cell_size);
   SimulateOptions trial = options.simulate;
   trial.duration = 2 * options.duration;  // a short push peaks after its end
-  trial.cell_size = 0, trial.settle_time = 0;
+  trial.cell_size = 0;
+  trial.settle_time = 0;
 
   // A first force that would accelerate the body through the wanted way, were it free, and is small for a pinned one.
   const double way = options.fraction * height;

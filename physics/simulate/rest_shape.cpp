@@ -20,7 +20,10 @@ RestShape<T> solve_rest_shape(const RestShapeOptions& options, const BasicPartic
 
   const size_t n = particles.size();
   Vec3<T> low = particles.position[0], high = low;
-  for (const Vec3<T>& x : particles.position) low = low.cwiseMin(x), high = high.cwiseMax(x);
+  for (const Vec3<T>& x : particles.position) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
   const double size = static_cast<double>((high - low).norm());
   // Settling has to be finer than the residual that is asked for.
   const double speed = 0.2 * rest_speed(loaded, particles);
@@ -43,7 +46,8 @@ RestShape<T> solve_rest_shape(const RestShapeOptions& options, const BasicPartic
     for (size_t i = 0; i < n; ++i)
       residual = std::max(residual, static_cast<double>((state.x[i] - particles.position[i]).norm()));
     if (best.unloaded.empty() || residual < summary.residual) {
-      best.unloaded = unloaded, best.state = std::move(state);
+      best.unloaded = unloaded;
+      best.state = std::move(state);
       summary.residual = residual;
     } else {
       damping *= 0.5;

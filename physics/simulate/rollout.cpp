@@ -31,7 +31,10 @@ int parts_of(int n, size_t step_bytes, size_t snapshot_bytes, size_t memory) {
   size_t least = SIZE_MAX;
   for (int parts = 2; parts <= n; ++parts) {
     const size_t bytes = (n + parts - 1) / parts * step_bytes + parts * snapshot_bytes;
-    if (bytes < least) least = bytes, best = parts;
+    if (bytes < least) {
+      least = bytes;
+      best = parts;
+    }
     if (bytes <= memory) return parts;
   }
   return best;
@@ -96,13 +99,15 @@ class Reverser {
       const int first = first_of(part);
       tape_.clear();
       run(start, first, first_of(part + 1), &tape_);
-      forward_seconds_ += seconds_since(clock), clock = std::chrono::steady_clock::now();
+      forward_seconds_ += seconds_since(clock);
+      clock = std::chrono::steady_clock::now();
       if (part == parts - 1) adjoint_.load(gradient, end, tape_);
       const double time = start.frame / options_.fps, dt = simulator_.time_step(substeps_);
       adjoint_.reverse(tape_, [&](int k, const StepLoadsGradient& by_loads) {
         simulator_.schedule().at_adjoint(time + (first + k) * dt, dt, tape_[k], by_loads, adjoint_, loads_);
       });
-      reverse_seconds_ += seconds_since(clock), clock = std::chrono::steady_clock::now();
+      reverse_seconds_ += seconds_since(clock);
+      clock = std::chrono::steady_clock::now();
     }
     adjoint_.store(gradient);
     bytes_ = std::max(bytes_, tape_.bytes() + (parts > 1 ? parts * snapshot_bytes : 0) + adjoint_.bytes());
@@ -118,7 +123,8 @@ class Reverser {
     result.damping_time = loads_.damping_time;
     add_damping(particles, by, result);
     if (!(options_.viscosity_time > 0)) result.viscosity_time = 0;
-    result.forward_seconds = forward_seconds_, result.reverse_seconds = reverse_seconds_;
+    result.forward_seconds = forward_seconds_;
+    result.reverse_seconds = reverse_seconds_;
     result.bytes = bytes_;
   }
 
@@ -174,7 +180,8 @@ RolloutGradient<T> rollout_adjoint(const RolloutOptions& options, const BasicPar
   const size_t n = particles.size();
   RolloutGradient<T> result;
   result.start = StateGradient<T>::zero(n);
-  result.young.resize(n), result.poisson.resize(n);
+  result.young.resize(n);
+  result.poisson.resize(n);
   Reverser<T> reverser(options, particles, interactions, rollout.substeps);
   for (int k = static_cast<int>(rollout.frames.size()) - 1; k > 0; --k) {
     if (options.gradient_window > 0 && k % options.gradient_window == 0) result.start = StateGradient<T>::zero(n);

@@ -12,8 +12,10 @@ constexpr int kStillFrames = 4;  // in a row that count as rest
 template <class T>
 double mean_square_speed(const BasicParticles<T>& particles, const BasicSimulationState<T>& state) {
   double sum = 0, mass = 0;
-  for (size_t i = 0; i < state.size(); ++i)
-    sum += particles.mass[i] * static_cast<double>(state.v[i].squaredNorm()), mass += particles.mass[i];
+  for (size_t i = 0; i < state.size(); ++i) {
+    sum += particles.mass[i] * static_cast<double>(state.v[i].squaredNorm());
+    mass += particles.mass[i];
+  }
   return sum / mass;
 }
 
@@ -56,13 +58,17 @@ SettleSummary settle(Simulator<T>& simulator, const BasicParticles<T>& particles
     if (quiet >= kStillFrames) summary.at_rest = true;
     if (now < last) {  // past a maximum: here forces balance in the mean
       summary.at_rest |= peak < still;
-      stop(state), last = 0, peak = 0;
+      stop(state);
+      last = 0;
+      peak = 0;
     } else {
       last = now;
     }
   }
   stop(state);
-  state.time = 0, state.frame = 0, state.substeps = 0;
+  state.time = 0;
+  state.frame = 0;
+  state.substeps = 0;
   for (size_t i = 0; i < start.size(); ++i)
     summary.displacement = std::max(summary.displacement, static_cast<double>((state.x[i] - start[i]).norm()));
   return summary;
@@ -71,7 +77,10 @@ SettleSummary settle(Simulator<T>& simulator, const BasicParticles<T>& particles
 template <class T>
 double rest_speed(const SimulateOptions& options, const BasicParticles<T>& particles) {
   Vec3<T> low = particles.position[0], high = low;
-  for (const Vec3<T>& x : particles.position) low = low.cwiseMin(x), high = high.cwiseMax(x);
+  for (const Vec3<T>& x : particles.position) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
   const double size = std::max(static_cast<double>((high - low).norm()), static_cast<double>(particles.cell_size));
   return kRestShare * std::sqrt(2 * options.gravity.norm() * size);
 }

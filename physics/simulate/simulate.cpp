@@ -68,7 +68,10 @@ std::string describe_thin_parts(const BasicParticles<T>& particles, double dx, S
   const std::vector<uint8_t> thin = thin_parts(particles, dx);
   double count = 0;
   for (size_t i = 0; i < thin.size(); ++i)
-    if (thin[i]) ++count, summary.thin_bounds.add(particles.position[i].template cast<float>());
+    if (thin[i]) {
+      ++count;
+      summary.thin_bounds.add(particles.position[i].template cast<float>());
+    }
   summary.thin_share = count / static_cast<double>(thin.size());
   if (summary.thin_share < kWorthSaying) return "";
   const auto text = [](const Vec3f& x) {
@@ -137,8 +140,10 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
       solve.simulate = options;
       RestShape<T> shape = solve_rest_shape(solve, particles, interactions);
       result.state = std::move(shape.state);
-      summary.settle_seconds = shape.summary.seconds, summary.rest_shape_residual = shape.summary.residual;
-      summary.rest_shape_sag = shape.summary.sag, summary.rest_shape_iterations = shape.summary.iterations;
+      summary.settle_seconds = shape.summary.seconds;
+      summary.rest_shape_residual = shape.summary.residual;
+      summary.rest_shape_sag = shape.summary.sag;
+      summary.rest_shape_iterations = shape.summary.iterations;
       if (!shape.summary.converged)
         summary.warnings.push_back("the unloaded shape was not found: at rest the body is " +
                                    std::to_string(shape.summary.residual) + " m off the captured shape");
@@ -147,7 +152,8 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
       Simulator<T> resting(options, particles, resting_interactions(interactions), ignored);
       const SettleSummary settled =
           settle(resting, particles, options.settle_time, rest_speed(options, particles), result.state);
-      summary.settle_displacement = settled.displacement, summary.settle_seconds = settled.seconds;
+      summary.settle_displacement = settled.displacement;
+      summary.settle_seconds = settled.seconds;
       if (!settled.at_rest)
         summary.warnings.push_back("the body still moves with " + std::to_string(settled.speed) + " m/s after " +
                                    std::to_string(settled.seconds) + " s of settling");

@@ -14,8 +14,10 @@ namespace {
 template <class T>
 Vec3d grid_origin(const BasicParticles<T>& particles, double dx) {
   Vec3d low = Vec3d::Constant(INFINITY), high = Vec3d::Constant(-INFINITY);
-  for (const Vec3<T>& x : particles.position)
-    low = low.cwiseMin(x.template cast<double>()), high = high.cwiseMax(x.template cast<double>());
+  for (const Vec3<T>& x : particles.position) {
+    low = low.cwiseMin(x.template cast<double>());
+    high = high.cwiseMax(x.template cast<double>());
+  }
   return dx * (0.5 / dx * (low + high)).array().round().matrix();
 }
 
@@ -58,7 +60,8 @@ Simulator<T>::Simulator(const SimulateOptions& options, const BasicParticles<T>&
     const double time = options.viscosity_time * (law.lambda + 2 * law.mu) + viscous.bulk + 2 * viscous.shear;
     const double xi = time / modulus * c / dx_;
     sound_speed_ = std::max(sound_speed_, c * (std::sqrt(1 + xi * xi) + xi));
-    low = low.cwiseMin(particles.position[i]), high = high.cwiseMax(particles.position[i]);
+    low = low.cwiseMin(particles.position[i]);
+    high = high.cwiseMax(particles.position[i]);
   }
   diagonal_ = std::max((high - low).template cast<double>().norm(), 8 * dx_);
 }

@@ -30,7 +30,9 @@ bool covers(const PictureMask& mask, const MaskPrompt::Point& point) {
 
 EverythingOptions EverythingOptions::weight_free() {
   EverythingOptions options;
-  options.points_per_side = 12, options.least_iou = 0.6f, options.least_stability = 0.75f;
+  options.points_per_side = 12;
+  options.least_iou = 0.6f;
+  options.least_stability = 0.75f;
   options.skip_covered = true;
   return options;
 }
@@ -56,7 +58,10 @@ std::vector<PictureMask> segment_everything(const EverythingOptions& options, co
   }
   std::vector<MaskPrompt::Box> boxes;
   std::vector<float> scores;
-  for (const PictureMask& mask : masks) boxes.push_back(mask.box()), scores.push_back(mask.score);
+  for (const PictureMask& mask : masks) {
+    boxes.push_back(mask.box());
+    scores.push_back(mask.score);
+  }
   std::vector<PictureMask> kept;
   for (size_t k : suppress_duplicates(boxes, scores, options.box_nms)) kept.push_back(std::move(masks[k]));
   return kept;

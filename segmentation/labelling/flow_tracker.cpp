@@ -49,7 +49,8 @@ Looks looks_of(const ImageF& lab, const ImageF& mask, float context) {
 
 TrackedFrame FlowTracker::start(const ImageF& picture, const IdImage& masks) {
   things_.clear();
-  width_ = picture.width, height_ = picture.height;
+  width_ = picture.width;
+  height_ = picture.height;
   take(picture);
   return add(masks);
 }
@@ -89,7 +90,9 @@ TrackedFrame FlowTracker::frame() const {
 
 void FlowTracker::follow(uint32_t id, const ImageF& mask) {
   Thing& thing = things_[id];
-  thing.mask = mask, thing.pixels = pixels_of(mask), thing.lost = false;
+  thing.mask = mask;
+  thing.pixels = pixels_of(mask);
+  thing.lost = false;
   thing.look.blend(looks_of(lab_, mask, options_.context).thing, 0.5f);
 }
 
@@ -162,7 +165,9 @@ ImageF FlowTracker::cut_around(const ImageF& carried, const ImageF& trust, const
   const PictureWindow window(carried.width, carried.height, grown_box(carried, options_.context), options_.window);
   const ImageF colors = window.read(lab), odds = window.read(prior), far = window.read(distance);
   GrabCutInput input;
-  input.width = window.width, input.height = window.height, input.prior = odds.data;
+  input.width = window.width;
+  input.height = window.height;
+  input.prior = odds.data;
   for (size_t i = 0; i < colors.pixels(); ++i) {
     input.lab.push_back(Eigen::Map<const Vec3f>(colors.data.data() + 3 * i));
     input.start.push_back(odds.data[i] > 0);
@@ -221,7 +226,8 @@ bool FlowTracker::recall(const ImageF& lab, const ColorHistogram& ground, const 
     const Looks looks = looks_of(lab, mask, options_.context);
     const float alike = looks.thing.likeness(thing.look);
     if (alike < options_.recall_alike || alike < looks.around.likeness(thing.look) + 0.1f || alike <= best) continue;
-    best = alike, found = std::move(mask);
+    best = alike;
+    found = std::move(mask);
   }
   if (best > 0) thing.mask = std::move(found);
   return best > 0;
@@ -250,14 +256,21 @@ TrackedFrame FlowTracker::add(const IdImage& detections) {
     float overlap = options_.match, alike = options_.recall_alike;
     for (const auto& [other, thing] : things_) {
       if (thing.lost || std::count(met.begin(), met.end(), other)) continue;
-      if (const float iou = mask_iou(mask, thing.mask); iou >= overlap) overlap = iou, best = other;
+      if (const float iou = mask_iou(mask, thing.mask); iou >= overlap) {
+        overlap = iou;
+        best = other;
+      }
     }
     if (best == 0 && things_.count(id) && things_.at(id).lost) best = id;
     if (best == 0)
       for (const auto& [other, thing] : things_)
-        if (thing.lost && look.likeness(thing.look) > alike) alike = look.likeness(thing.look), best = other;
+        if (thing.lost && look.likeness(thing.look) > alike) {
+          alike = look.likeness(thing.look);
+          best = other;
+        }
     if (best == 0) best = things_.count(id) ? std::max(things_.rbegin()->first, given.rbegin()->first) + 1 : id;
-    follow(best, mask), met.push_back(best);
+    follow(best, mask);
+    met.push_back(best);
     for (auto& [other, thing] : things_)
       if (other != best && !thing.lost)
         for (size_t i = 0; i < mask.data.size(); ++i)

@@ -28,7 +28,8 @@ std::optional<FlowTracker::Carried> FlowTracker::carry_by_flow(const Flows& flow
       carried.mask(x, y) = std::clamp(sample(thing.mask, u, v, 0), -1.0f, 1.0f);
       if (sure) carried.trust(x, y) = 1;
       if (carried.mask(x, y) <= 0) continue;
-      ++inside, believed += sure;
+      ++inside;
+      believed += sure;
       for (int c = 0; c < 3; ++c) carried.misfit += square(lab_(x, y, c) - sample(lab_before, u, v, c));
     }
   carried.misfit /= static_cast<float>(std::max<size_t>(1, inside));
@@ -60,11 +61,15 @@ std::optional<FlowTracker::Carried> FlowTracker::carry_by_shift(const ImageF& la
       for (size_t k = 0; k < pixels.size(); k += step, ++looked) {
         const int x = pixels[k].x() + dx, y = pixels[k].y() + dy;
         if (x < 0 || y < 0 || x >= width || y >= height) continue;
-        sum += (color(lab_, x, y) - color(lab_before, pixels[k].x(), pixels[k].y())).squaredNorm(), ++inside;
+        sum += (color(lab_, x, y) - color(lab_before, pixels[k].x(), pixels[k].y())).squaredNorm();
+        ++inside;
       }
       if (static_cast<float>(inside) < kInside * static_cast<float>(looked)) continue;
       costs.push_back(sum / static_cast<float>(inside));
-      if (costs.back() < least) least = costs.back(), shift = {dx, dy};
+      if (costs.back() < least) {
+        least = costs.back();
+        shift = {dx, dy};
+      }
     }
   if (costs.empty()) return std::nullopt;
   std::nth_element(costs.begin(), costs.begin() + static_cast<std::ptrdiff_t>(costs.size() / 2), costs.end());

@@ -43,10 +43,17 @@ float share_on_border(const ImageF& logits, const PromptBox& box) {
   size_t inside = 0, mask = 0;
   const auto look = [&](int x, int y) {
     if (x < 0 || y < 0 || x >= logits.width || y >= logits.height) return;
-    ++inside, mask += logits(x, y) > 0;
+    ++inside;
+    mask += logits(x, y) > 0;
   };
-  for (int x = x0; x <= x1; ++x) look(x, y0), look(x, y1);
-  for (int y = y0; y <= y1; ++y) look(x0, y), look(x1, y);
+  for (int x = x0; x <= x1; ++x) {
+    look(x, y0);
+    look(x, y1);
+  }
+  for (int y = y0; y <= y1; ++y) {
+    look(x0, y);
+    look(x1, y);
+  }
   return inside > 0 ? static_cast<float>(mask) / static_cast<float>(inside) : 0;
 }
 
@@ -62,8 +69,10 @@ std::vector<SegmentedMask> GrabCutSegmenter::segment(const MaskPrompt& prompt) {
   PromptBox seeds{INFINITY, INFINITY, -INFINITY, -INFINITY};
   for (const Point& p : prompt.points) {
     if (!p.foreground) continue;
-    seeds.x0 = std::min(seeds.x0, p.x), seeds.x1 = std::max(seeds.x1, p.x);
-    seeds.y0 = std::min(seeds.y0, p.y), seeds.y1 = std::max(seeds.y1, p.y);
+    seeds.x0 = std::min(seeds.x0, p.x);
+    seeds.x1 = std::max(seeds.x1, p.x);
+    seeds.y0 = std::min(seeds.y0, p.y);
+    seeds.y1 = std::max(seeds.y1, p.y);
   }
   std::vector<SegmentedMask> candidates(options_.sizes.size());
   parallel_for(static_cast<std::ptrdiff_t>(candidates.size()), [&](std::ptrdiff_t k) {
@@ -88,9 +97,12 @@ SegmentedMask GrabCutSegmenter::cut(const PromptBox& box, bool tight, const std:
   const PictureWindow window(lab_.width, lab_.height, grown(box, options_.context), size);
   const ImageF lab = window.read(lab_);
   GrabCutInput input;
-  input.width = window.width, input.height = window.height;
+  input.width = window.width;
+  input.height = window.height;
   const size_t n = lab.pixels();
-  input.lab.resize(n), input.seed.assign(n, PixelSeed::kUnknown), input.prior.assign(n, 0.0f);
+  input.lab.resize(n);
+  input.seed.assign(n, PixelSeed::kUnknown);
+  input.prior.assign(n, 0.0f);
   const Vec2f low = window.to_window(box.x0, box.y0), high = window.to_window(box.x1, box.y1);
   const Vec2f centre = 0.5f * (low + high), half = (0.5f * (high - low)).cwiseMax(0.5f);
   const float longest = static_cast<float>(size), dot = std::max(1.0f, options_.dot * longest);

@@ -57,11 +57,14 @@ MaskPrompt::Box PictureMask::box() const {
 
 PictureMask picture_mask(const ImageF& logits, std::string name, float score) {
   PictureMask mask;
-  mask.name = std::move(name), mask.score = score;
+  mask.name = std::move(name);
+  mask.score = score;
   const MaskPrompt::Box box = box_of_mask(logits);
   if (!(box.x1 > box.x0)) return mask;
-  mask.x0 = static_cast<int>(box.x0), mask.y0 = static_cast<int>(box.y0);
-  mask.width = static_cast<int>(box.x1) - mask.x0, mask.height = static_cast<int>(box.y1) - mask.y0;
+  mask.x0 = static_cast<int>(box.x0);
+  mask.y0 = static_cast<int>(box.y0);
+  mask.width = static_cast<int>(box.x1) - mask.x0;
+  mask.height = static_cast<int>(box.y1) - mask.y0;
   mask.inside.resize(static_cast<size_t>(mask.width) * mask.height);
   for (int y = 0; y < mask.height; ++y)
     for (int x = 0; x < mask.width; ++x)
@@ -88,7 +91,10 @@ LabelledPhoto paint_masks(const PaintOptions& options, int width, int height, st
   for (size_t k : front_to_back(options, sorted)) {
     const uint32_t id = static_cast<uint32_t>(k) + 1;
     paint(k, [&](uint32_t& pixel) {
-      if (pixel == 0) pixel = id, ++left[k];
+      if (pixel == 0) {
+        pixel = id;
+        ++left[k];
+      }
     });
     const size_t least =
         std::max(options.least_pixels, static_cast<size_t>(options.least_left * static_cast<float>(sorted[k].pixels)));

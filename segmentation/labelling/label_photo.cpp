@@ -104,7 +104,10 @@ LabelledPhoto label_photo(const LabelOptions& options, const LabelModels& models
                 [&](const Detection& d) { return d.score < options.least_score || !(d.x1 > d.x0 && d.y1 > d.y0); });
   std::vector<MaskPrompt::Box> boxes;
   std::vector<float> scores;
-  for (const Detection& d : detections) boxes.push_back({d.x0, d.y0, d.x1, d.y1}), scores.push_back(d.score);
+  for (const Detection& d : detections) {
+    boxes.push_back({d.x0, d.y0, d.x1, d.y1});
+    scores.push_back(d.score);
+  }
   std::vector<PictureMask> masks;
   if (!detections.empty()) models.segmenter->encode(picture);
   for (size_t k : suppress_duplicates(boxes, scores, options.box_nms)) {

@@ -17,23 +17,30 @@ MaskPrompt::Box box_of_mask(const ImageF& logits) {
   for (int y = 0; y < logits.height; ++y)
     for (int x = 0; x < logits.width; ++x) {
       if (!(logits(x, y) > 0)) continue;
-      box.x0 = std::min<float>(box.x0, x), box.x1 = std::max<float>(box.x1, x + 1);
-      box.y0 = std::min<float>(box.y0, y), box.y1 = std::max<float>(box.y1, y + 1);
+      box.x0 = std::min<float>(box.x0, x);
+      box.x1 = std::max<float>(box.x1, x + 1);
+      box.y0 = std::min<float>(box.y0, y);
+      box.y1 = std::max<float>(box.y1, y + 1);
     }
   return box;
 }
 
 float stability(const ImageF& logits, float offset) {
   size_t sure = 0, maybe = 0;
-  for (const float logit : logits.data) sure += logit > offset, maybe += logit > -offset;
+  for (const float logit : logits.data) {
+    sure += logit > offset;
+    maybe += logit > -offset;
+  }
   return maybe > 0 ? static_cast<float>(sure) / static_cast<float>(maybe) : 0;
 }
 
 float mask_iou(const ImageF& a, const ImageF& b) {
   CHECK(a.width == b.width && a.height == b.height);
   size_t both = 0, either = 0;
-  for (size_t i = 0; i < a.data.size(); ++i)
-    both += a.data[i] > 0 && b.data[i] > 0, either += a.data[i] > 0 || b.data[i] > 0;
+  for (size_t i = 0; i < a.data.size(); ++i) {
+    both += a.data[i] > 0 && b.data[i] > 0;
+    either += a.data[i] > 0 || b.data[i] > 0;
+  }
   return either > 0 ? static_cast<float>(both) / static_cast<float>(either) : 0;
 }
 
@@ -68,7 +75,10 @@ void tidy_parts(const std::vector<uint8_t>& given, float least, float least_hole
     for (size_t i = 0; i < given.size(); ++i)
       if (given[i]) turns[part[i]] = 0;
     for (size_t i = 0; i < given.size(); ++i)
-      if (turns[part[i]]) logits.data[i] = -logits.data[i], mask.data[i] = !holes ? 0 : 1;
+      if (turns[part[i]]) {
+        logits.data[i] = -logits.data[i];
+        mask.data[i] = !holes ? 0 : 1;
+      }
   }
 }
 

@@ -18,8 +18,10 @@ cv::Mat as_mat(const ImageF& image) {
 PictureWindow::PictureWindow(int picture_width, int picture_height, const MaskPrompt::Box& area, int longest) {
   CHECK(picture_width > 0 && picture_height > 0 && longest > 0);
   const auto whole = [](float value, int low, int high) { return std::clamp(static_cast<int>(value), low, high); };
-  x0 = whole(std::floor(area.x0), 0, picture_width - 1), x1 = whole(std::ceil(area.x1), x0 + 1, picture_width);
-  y0 = whole(std::floor(area.y0), 0, picture_height - 1), y1 = whole(std::ceil(area.y1), y0 + 1, picture_height);
+  x0 = whole(std::floor(area.x0), 0, picture_width - 1);
+  x1 = whole(std::ceil(area.x1), x0 + 1, picture_width);
+  y0 = whole(std::floor(area.y0), 0, picture_height - 1);
+  y1 = whole(std::ceil(area.y1), y0 + 1, picture_height);
   const double scale = static_cast<double>(longest) / std::max(x1 - x0, y1 - y0);
   width = std::max(1, static_cast<int>((x1 - x0) * scale + 0.5));
   height = std::max(1, static_cast<int>((y1 - y0) * scale + 0.5));

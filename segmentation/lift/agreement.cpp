@@ -49,7 +49,10 @@ void count_boundaries(const IdImage& predicted, const IdImage& truth, int band,
     else if (const auto found = here.find(p); found != here.end())
       ++found->second.either;
   }
-  for (const auto& [id, count] : here) overlap[id].both += count.both, overlap[id].either += count.either;
+  for (const auto& [id, count] : here) {
+    overlap[id].both += count.both;
+    overlap[id].either += count.either;
+  }
 }
 
 IdAgreement boundary_agreement(std::span<const IdImage> predicted, std::span<const IdImage> truth, int band) {
@@ -70,7 +73,9 @@ void OverlapMatch::add(std::span<const uint32_t> predicted, std::span<const uint
     for (next = i + 1; next < truth.size() && truth[next] == truth[i] && predicted[next] == predicted[i];) ++next;
     if (truth[i] == 0 || predicted[i] == 0) continue;
     const size_t run = next - i;
-    both_[{predicted[i], truth[i]}] += run, predicted_[predicted[i]] += run, truth_[truth[i]] += run;
+    both_[{predicted[i], truth[i]}] += run;
+    predicted_[predicted[i]] += run;
+    truth_[truth[i]] += run;
   }
 }
 

@@ -72,8 +72,11 @@ std::vector<uint32_t> ids_of_groups(const GroupBank& bank, const std::vector<Vie
   uint32_t last = 0;
   for (int g = 0; g < bank.groups(); ++g)
     for (const auto& [old, pixels] : tally[g].by_id)
-      if (2 * pixels > tally[g].whole && 2 * pixels > all[old])
-        id[g] = old, last = std::max(last, old), ++summary.kept_ids;
+      if (2 * pixels > tally[g].whole && 2 * pixels > all[old]) {
+        id[g] = old;
+        last = std::max(last, old);
+        ++summary.kept_ids;
+      }
   std::vector<int> by_size(bank.groups());
   std::iota(by_size.begin(), by_size.end(), 0);
   std::stable_sort(by_size.begin(), by_size.end(), [&](int a, int b) { return tally[a].whole > tally[b].whole; });
@@ -123,8 +126,10 @@ AssociateResult associate(const AssociateOptions& options, const GaussianCloud& 
   if (options.keep_above <= 1) {
     summary.consistency = judged_consistency(options, cloud, cameras, masks, order, found);
     if (summary.consistency > options.keep_above) {
-      summary.associated = false, summary.views = static_cast<int>(order.size());
-      result.masks.names = masks.names, result.masks.warnings = masks.warnings;
+      summary.associated = false;
+      summary.views = static_cast<int>(order.size());
+      result.masks.names = masks.names;
+      result.masks.warnings = masks.warnings;
       for (size_t v : std::set<size_t>(order.begin(), order.end())) result.masks.views.push_back(masks.views[v]);
       return result;
     }
@@ -133,7 +138,8 @@ AssociateResult associate(const AssociateOptions& options, const GaussianCloud& 
   std::vector<ViewFootprints> views;
   for (size_t v : order) views.push_back(std::move(found[v]));
   const MaskRelations relations = relate(options.relation, views);
-  summary.views = static_cast<int>(views.size()), summary.masks = relations.masks();
+  summary.views = static_cast<int>(views.size());
+  summary.masks = relations.masks();
   summary.consistency = id_consistency(relations, views);
   GroupBank bank(options, cloud.size(), views, group_masks(options.graph, relations));
   for (int round = 0; round < options.rounds && bank.update(); ++round) {
@@ -155,12 +161,15 @@ AssociateResult associate(const AssociateOptions& options, const GaussianCloud& 
     for (size_t m = 0; m < views[v].masks(); ++m) {
       const std::vector<int>& groups = bank.groups_of_mask(v, m);
       cut = cut || groups.size() > 1;
-      summary.merged += groups.size() > 1, summary.ignored += groups.empty();
+      summary.merged += groups.size() > 1;
+      summary.ignored += groups.empty();
       if (groups.size() != 1) continue;
       if (times[groups[0]] > 1)
         ++summary.split;
-      else
-        summary.overlap += bank.overlap(v, m, groups[0]), ++clean;
+      else {
+        summary.overlap += bank.overlap(v, m, groups[0]);
+        ++clean;
+      }
     }
     for (size_t pixel = 0; pixel < mask.size(); ++pixel)
       if (mask[pixel] >= 0 && bank.groups_of_mask(v, mask[pixel]).size() == 1)

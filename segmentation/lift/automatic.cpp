@@ -26,8 +26,10 @@ IdImage ids_of_view(const GaussianCloud& cloud, const Camera& camera, const Rend
           const size_t pixel = static_cast<size_t>(y) * camera.width + x;
           std::fill(sum.begin(), sum.end(), 0.0f);
           float alpha = 0;
-          for (uint32_t e = weights.row_start[pixel]; e < weights.row_start[pixel + 1]; ++e)
-            sum[label[weights.gaussian[e]]] += weights.weight[e], alpha += weights.weight[e];
+          for (uint32_t e = weights.row_start[pixel]; e < weights.row_start[pixel + 1]; ++e) {
+            sum[label[weights.gaussian[e]]] += weights.weight[e];
+            alpha += weights.weight[e];
+          }
           if (alpha >= kOpaque)
             ids.data[pixel] = static_cast<uint32_t>(std::max_element(sum.begin(), sum.end()) - sum.begin());
         }
@@ -81,7 +83,8 @@ AutomaticResult find_objects(const AutomaticOptions& options, const GaussianClou
     const uint32_t mine = at >= 0                   ? at + 1
                           : at == SceneParts::kRest ? rest
                                                     : first_support + (SceneParts::kRest - 1 - at);
-    solid[scene.gaussian[i]] = 1, out.label[scene.gaussian[i]] = mine;
+    solid[scene.gaussian[i]] = 1;
+    out.label[scene.gaussian[i]] = mine;
     total += scene.mass[i];
     if (at < 0) out.found[mine - 1].share += scene.mass[i];
   }
@@ -89,8 +92,11 @@ AutomaticResult find_objects(const AutomaticOptions& options, const GaussianClou
   std::vector<Vec3f> position;
   std::vector<uint8_t> seen;
   for (size_t p = 0; p < cloud.size(); ++p)
-    if (cloud.position[p].allFinite())
-      finite.push_back(static_cast<int>(p)), position.push_back(cloud.position[p]), seen.push_back(solid[p]);
+    if (cloud.position[p].allFinite()) {
+      finite.push_back(static_cast<int>(p));
+      position.push_back(cloud.position[p]);
+      seen.push_back(solid[p]);
+    }
   const std::vector<int> source = nearest_seen(position, seen);
   for (size_t k = 0; k < finite.size(); ++k)
     if (source[k] >= 0) out.label[finite[k]] = out.label[finite[source[k]]];

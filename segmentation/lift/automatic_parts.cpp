@@ -27,7 +27,8 @@ int support_of(const PartOptions& options, const SolidScene& scene, const std::v
     float low = INFINITY, high = -INFINITY;
     for (int i : part.nodes) {
       const float h = supports[k].height(scene.cloud.position[i]);
-      low = std::min(low, h), high = std::max(high, h);
+      low = std::min(low, h);
+      high = std::max(high, h);
     }
     if (low <= supports[k].tolerance + options.reach * (high - low)) return static_cast<int>(k);
   }
@@ -45,7 +46,10 @@ SceneParts scene_parts(const PartOptions& options, const SolidScene& scene, cons
     for (size_t k = 0; k < supports.size() && standing[i]; ++k) {
       const float above = supports[k].height(scene.cloud.position[i]) - supports[k].tolerance;
       on_ground[i] |= (k == 0 && above <= 2 * scene.graph.spacing);
-      if (above <= 0) standing[i] = 0, out.object[i] = SceneParts::kRest - 1 - static_cast<int>(k);
+      if (above <= 0) {
+        standing[i] = 0;
+        out.object[i] = SceneParts::kRest - 1 - static_cast<int>(k);
+      }
     }
 
   const std::vector<int> number = connected_parts(scene.graph, standing, options.link, true);
@@ -64,7 +68,8 @@ SceneParts scene_parts(const PartOptions& options, const SolidScene& scene, cons
     for (std::vector<int>& members : things) {
       Part thing = part_of(scene, std::move(members));
       if (!shows_enough(options, thing)) continue;
-      thing.support = whole.support, thing.parted = things.size() > 1;
+      thing.support = whole.support;
+      thing.parted = things.size() > 1;
       out.objects.push_back(std::move(thing));
     }
   }

@@ -28,12 +28,17 @@ int root_of(std::vector<int>& parent, int i) {
 }  // namespace
 
 void GroupSums::add(const GroupSums& other) {
-  share += other.share, volume += other.volume, weight += other.weight, lab += other.lab, feet += other.feet;
+  share += other.share;
+  volume += other.volume;
+  weight += other.weight;
+  lab += other.lab;
+  feet += other.feet;
 }
 
 GroupSums sums_of(const SolidScene& scene, int i) {
   GroupSums sums;
-  sums.share = scene.mass[i], sums.weight = scene.graph.opacity[i];
+  sums.share = scene.mass[i];
+  sums.weight = scene.graph.opacity[i];
   sums.lab = sums.weight * scene.graph.lab[i].cast<double>();
   return sums;
 }
@@ -76,10 +81,13 @@ std::vector<int> split_things(const SplitOptions& options, const SolidScene& sce
   for (size_t e : inner) {
     const int a = root_of(parent, place[scene.graph.edges[e].a]), b = root_of(parent, place[scene.graph.edges[e].b]);
     const double near = scene.graph.edge_nearness[e], agreed = near * scene.agreement[e];
-    sums[a].volume += agreed, sums[b].volume += agreed;
+    sums[a].volume += agreed;
+    sums[b].volume += agreed;
     if (a == b) continue;
-    for (auto [from, to] : {std::pair{a, b}, std::pair{b, a}})
-      ties[from][to].nearness += near, ties[from][to].agreement += agreed;
+    for (auto [from, to] : {std::pair{a, b}, std::pair{b, a}}) {
+      ties[from][to].nearness += near;
+      ties[from][to].agreement += agreed;
+    }
   }
 
   // Groups that grow make ties weaker, so an old entry may promise too much and is then weighed anew.
@@ -103,13 +111,16 @@ std::vector<int> split_things(const SplitOptions& options, const SolidScene& sce
     const bool both_stand = sums[a].feet >= kFewestFeet && sums[b].feet >= kFewestFeet;
     if (both_stand && distinct(options, sums[a], sums[b], ties[a].at(b))) continue;
     if (ties[a].size() < ties[b].size()) std::swap(a, b);
-    parent[b] = a, sums[a].add(sums[b]);
+    parent[b] = a;
+    sums[a].add(sums[b]);
     ties[a].erase(b);
     for (const auto& [c, border] : ties[b]) {
       if (c == a) continue;
       ties[c].erase(b);
-      for (GroupBorder* sum : {&ties[a][c], &ties[c][a]})
-        sum->nearness += border.nearness, sum->agreement += border.agreement;
+      for (GroupBorder* sum : {&ties[a][c], &ties[c][a]}) {
+        sum->nearness += border.nearness;
+        sum->agreement += border.agreement;
+      }
       offer(a, c);
     }
     ties[b].clear();

@@ -33,7 +33,9 @@ struct Candidate {
   size_t below = 0;
 
   Candidate(const Plane& plane, float tolerance, const Vec3f& normal, const std::vector<Vec3f>& samples) {
-    support.point = plane.point, support.normal = normal, support.tolerance = tolerance;
+    support.point = plane.point;
+    support.normal = normal;
+    support.tolerance = tolerance;
     for (const Vec3f& x : samples) {
       const float h = support.height(x);
       if (std::abs(h) <= tolerance)
@@ -140,7 +142,8 @@ std::vector<Support> planes_behind(const SupportOptions& options, const std::vec
     for (const Vec3f& x : samples) {
       if ((x - foot).norm() > reach) continue;
       const float h = support.height(x);
-      on += std::abs(h) <= support.tolerance, beyond += h < -support.tolerance;
+      on += std::abs(h) <= support.tolerance;
+      beyond += h < -support.tolerance;
     }
     if (height > options.clear * support.tolerance && on >= kFewest && beyond <= options.beyond * on)
       planes.push_back(support);
@@ -157,8 +160,10 @@ std::vector<Support> find_supports(const SupportOptions& options, const SolidSce
 
   std::optional<Candidate> ground;
   float thickness = tolerance;
-  for (float rough = 1; rough <= options.roughest && !ground; rough *= 2)
-    thickness = rough * tolerance, ground = lowest_ground(options, samples, up, thickness, cell);
+  for (float rough = 1; rough <= options.roughest && !ground; rough *= 2) {
+    thickness = rough * tolerance;
+    ground = lowest_ground(options, samples, up, thickness, cell);
+  }
   if (!ground) return {};
   ground->settle(scene.graph.spacing);
   std::vector<Support> supports = {ground->support};

@@ -40,7 +40,10 @@ std::vector<Vec3f> surface_normals(const GaussianCloud& cloud, int neighbours) {
             if (const int p = near[i * neighbours + j]; p >= 0)
               visit(cloud.position[p].cast<double>(), sigmoid(cloud.opacity_logit[p]));
         };
-        each([&](const Vec3d& x, double w) { mean += w * x, total += w; });
+        each([&](const Vec3d& x, double w) {
+          mean += w * x;
+          total += w;
+        });
         mean /= total;
         Mat3d covariance = Mat3d::Zero();
         each([&](const Vec3d& x, double w) { covariance += w * (x - mean) * (x - mean).transpose(); });
@@ -105,7 +108,10 @@ SolidScene solid_scene(const SolidOptions& options, const GaussianCloud& cloud, 
     }
     for (size_t e = 0; e < same.size(); ++e) {
       const int a = segment[scene.graph.edges[e].a], b = segment[scene.graph.edges[e].b];
-      if (a >= 0 && b >= 0) seen[e] += 1, same[e] += a == b;
+      if (a >= 0 && b >= 0) {
+        seen[e] += 1;
+        same[e] += a == b;
+      }
     }
     ++scene.views;
   }

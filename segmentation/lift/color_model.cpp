@@ -59,7 +59,11 @@ ColorModel ColorModel::fit(const ColorModelOptions& options, std::span<const Vec
   double total = 0;
   for (size_t i = 0; i < all.size(); i += step) {
     const float weight = all_weights.empty() ? 1.0f : all_weights[i];
-    if (weight > 0) colors.push_back(all[i]), weights.push_back(weight), total += weight;
+    if (weight > 0) {
+      colors.push_back(all[i]);
+      weights.push_back(weight);
+      total += weight;
+    }
   }
   if (colors.empty()) return model;
 
@@ -86,7 +90,9 @@ ColorModel ColorModel::fit(const ColorModelOptions& options, std::span<const Vec
       const Vec3d x = colors[i].cast<double>();
       for (size_t k = 0; k < share.size(); ++k) {
         const double w = weights[i] * share[k] / sum;
-        moments[k].weight += w, moments[k].first += w * x, moments[k].second += w * x * x.transpose();
+        moments[k].weight += w;
+        moments[k].first += w * x;
+        moments[k].second += w * x * x.transpose();
       }
     }
     for (size_t k = 0; k < share.size(); ++k) {

@@ -57,7 +57,8 @@ Plane fit_plane(const std::vector<Vec3f>& points, float tolerance, uint64_t seed
   const Trial& winner =
       *std::max_element(trials.begin(), trials.end(), [](const auto& a, const auto& b) { return a.count < b.count; });
   if (winner.count < 0) return best;
-  best.point = winner.point, best.normal = winner.normal;
+  best.point = winner.point;
+  best.normal = winner.normal;
   for (int round = 0; round < 3; ++round) {
     const std::vector<int> inliers = near_plane(points, best.point, best.normal, tolerance);
     if (inliers.size() < 3) break;
@@ -72,7 +73,8 @@ Plane fit_plane(const std::vector<Vec3f>& points, float tolerance, uint64_t seed
     const Eigen::SelfAdjointEigenSolver<Mat3d> axes(covariance / static_cast<double>(inliers.size()));
     const Vec3f normal = axes.eigenvectors().col(0).cast<float>();
     if (max_tilt > 0 && std::abs(normal.dot(up)) < min_cosine) break;
-    best.point = mean.cast<float>(), best.normal = normal;
+    best.point = mean.cast<float>();
+    best.normal = normal;
     best.rms = static_cast<float>(std::sqrt(std::max(0.0, axes.eigenvalues()[0])));
   }
   if (best.normal.dot(up) < 0) best.normal = -best.normal;

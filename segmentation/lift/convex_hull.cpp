@@ -21,7 +21,8 @@ class Corral {
   /// Takes one more point in; false when that brings nothing.
   bool add(const Vec3d& point) {
     const double before = nearest().squaredNorm();
-    points_.push_back(point), weights_.push_back(0);
+    points_.push_back(point);
+    weights_.push_back(0);
     while (true) {
       const Eigen::VectorXd flat = nearest_of_plane();
       const Eigen::Index n = flat.size();
@@ -33,11 +34,14 @@ class Corral {
       double way = 1;
       Eigen::Index first = 0;
       for (Eigen::Index k = 0; k < n; ++k)
-        if (flat[k] <= 0 && weights_[k] / (weights_[k] - flat[k]) <= way)
-          way = weights_[k] / (weights_[k] - flat[k]), first = k;
+        if (flat[k] <= 0 && weights_[k] / (weights_[k] - flat[k]) <= way) {
+          way = weights_[k] / (weights_[k] - flat[k]);
+          first = k;
+        }
       if (!(way >= 0)) way = 0;
       for (Eigen::Index k = 0; k < n; ++k) weights_[k] += way * (flat[k] - weights_[k]);
-      points_.erase(points_.begin() + first), weights_.erase(weights_.begin() + first);
+      points_.erase(points_.begin() + first);
+      weights_.erase(weights_.begin() + first);
       if (points_.size() == 1) {
         weights_[0] = 1;
         break;
@@ -96,7 +100,10 @@ bool ConvexHull::contains(const Vec3f& x, float tolerance) const {
     size_t least = 0;
     float reach = INFINITY;
     for (size_t p = 0; p < points_.size(); ++p)
-      if (const float along = direction.dot(points_[p]); along < reach) reach = along, least = p;
+      if (const float along = direction.dot(points_[p]); along < reach) {
+        reach = along;
+        least = p;
+      }
     const Vec3d corner = points_[least].cast<double>() - x.cast<double>();
     if (nearest.dot(corner) > slack * nearest.norm()) return false;  // the plane across `nearest` separates
     if (!corral.add(corner)) break;

@@ -31,14 +31,16 @@ EditOutcome merge(const ObjectEdit& edit, Segmentation& s) {
     if (std::count(ids.begin(), ids.end(), s.class_id[c]))
       throw usage_error(edit.option(), edit.text(), "names object " + described(s, c) + " twice",
                         "give two different objects or more");
-    ids.push_back(s.class_id[c]), names.push_back(described(s, c));
+    ids.push_back(s.class_id[c]);
+    names.push_back(described(s, c));
   }
   EditOutcome outcome{{ids[0]}, 0, ""};
   std::string others, origin = "merged from " + std::to_string(ids[0]);
   for (size_t k = 1; k < ids.size(); ++k) {
     outcome.gaussians += members_of(s, ids[k]);
     merge_classes(ids[0], ids[k], s);
-    others += (k > 1 ? ", " : "") + names[k], origin += (k + 1 < ids.size() ? ", " : " and ") + std::to_string(ids[k]);
+    others += (k > 1 ? ", " : "") + names[k];
+    origin += (k + 1 < ids.size() ? ", " : " and ") + std::to_string(ids[k]);
   }
   set_origin(s, ids[0], origin);
   outcome.sentence = others + " became part of " + names[0];
@@ -83,7 +85,10 @@ EditOutcome split(const SplitOptions& options, const ObjectEdit& edit, const Gau
   EditOutcome outcome{{id}, 0, ""};
   std::string list;
   for (int k = 1; k < parts.parts; ++k) {
-    for (size_t p = 0; p < member.size(); ++p) member[p] = parts.part[p] == k, outcome.gaussians += member[p];
+    for (size_t p = 0; p < member.size(); ++p) {
+      member[p] = parts.part[p] == k;
+      outcome.gaussians += member[p];
+    }
     const uint32_t fresh = unused_id(s);
     split_class(id, fresh, free_name(s, name), member, s);
     set_origin(s, fresh, "split from " + std::to_string(id));
@@ -152,7 +157,8 @@ ObjectEdit ObjectEdit::parse(Kind kind, const std::string& text) {
     const size_t at = text.find('=');
     if (at == std::string::npos || at == 0 || at + 1 == text.size())
       throw refuse("is no object and a name", "give ID=NAME, for example 3=vase");
-    edit.objects = {text.substr(0, at)}, edit.name = text.substr(at + 1);
+    edit.objects = {text.substr(0, at)};
+    edit.name = text.substr(at + 1);
     if (edit.name.find_first_not_of("0123456789") == std::string::npos)
       throw refuse("is a name that reads as an id", "give a name with a letter in it");
     for (char c : edit.name)

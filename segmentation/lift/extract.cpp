@@ -69,9 +69,12 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
   double whole = 0;
   for (size_t p = 0; p < cloud.size(); ++p) {
     if (probability[p] >= options.probability) {
-      place[p] = Place::kObject, ++summary.candidates, whole += sigmoid(cloud.opacity_logit[p]);
+      place[p] = Place::kObject;
+      ++summary.candidates;
+      whole += sigmoid(cloud.opacity_logit[p]);
     } else if (segmentation.label[p] == options.object) {
-      rule[p] = ExtractRule::kProbability, ++summary.below_probability;
+      rule[p] = ExtractRule::kProbability;
+      ++summary.below_probability;
     }
   }
   const auto nothing_left = [&] {

@@ -69,12 +69,16 @@ void settle_contact(const GaussianCloud& cloud, const Segmentation& segmentation
       if (place[above[i]] == Place::kBackground && votes >= needed) to_object.push_back(above[i]);
     }
     if (to_object.empty()) break;
-    for (int p : to_object) place[p] = Place::kObject, rule[p] = ExtractRule::kFromSupport;
+    for (int p : to_object) {
+      place[p] = Place::kObject;
+      rule[p] = ExtractRule::kFromSupport;
+    }
     summary.contact_to_object += to_object.size();
   }
   for (size_t i = 0; i < below.size(); ++i) {
     if (nearest[i] < 0 || (support_points[nearest[i]] - cloud.position[below[i]]).norm() > 3 * link) continue;
-    place[below[i]] = Place::kBackground, rule[below[i]] = ExtractRule::kToSupport;
+    place[below[i]] = Place::kBackground;
+    rule[below[i]] = ExtractRule::kToSupport;
     ++summary.contact_to_support;
   }
 }
@@ -92,7 +96,10 @@ size_t take_enclosed(const GaussianCloud& cloud, std::vector<Place>& place, std:
         if (const int n = around[p * kAround + j]; n >= 0) votes += place[n] == Place::kObject;
       if (2 * votes > kAround) enclosed.push_back(p);
     }
-    for (size_t p : enclosed) place[p] = Place::kObject, rule[p] = ExtractRule::kEnclosed;
+    for (size_t p : enclosed) {
+      place[p] = Place::kObject;
+      rule[p] = ExtractRule::kEnclosed;
+    }
     taken += enclosed.size();
     if (enclosed.empty()) break;
   }
@@ -139,7 +146,9 @@ size_t take_islands(const GaussianCloud& cloud, const Segmentation& segmentation
                                             [](const auto& a, const auto& b) { return a.second < b.second; });
     const bool itself = commonest->first != object_id && 2 * commonest->second > of_label[commonest->first];
     if (!island.touches || itself || island.height <= size[root] * contact_tolerance(contact)) continue;
-    place[indices[k]] = Place::kObject, rule[indices[k]] = ExtractRule::kIsland, ++taken;
+    place[indices[k]] = Place::kObject;
+    rule[indices[k]] = ExtractRule::kIsland;
+    ++taken;
   }
   return taken;
 }
@@ -160,7 +169,11 @@ size_t take_hull(const GaussianCloud& cloud, const ContactRegion& contact, std::
       256);
   size_t taken = 0;
   for (size_t p = 0; p < place.size(); ++p)
-    if (inside[p]) place[p] = Place::kObject, rule[p] = ExtractRule::kHull, ++taken;
+    if (inside[p]) {
+      place[p] = Place::kObject;
+      rule[p] = ExtractRule::kHull;
+      ++taken;
+    }
   return taken;
 }
 

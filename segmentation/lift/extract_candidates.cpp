@@ -81,9 +81,13 @@ float mark_outliers(const GaussianCloud& cloud, const std::vector<int>& members,
   for (size_t i = 0; i < points.size(); ++i) {
     int count = 0;
     for (int j = 0; j < k; ++j)
-      if (const int n = near[i * k + j]; n >= 0) distance[i] += (points[n] - points[i]).norm(), ++count;
+      if (const int n = near[i * k + j]; n >= 0) {
+        distance[i] += (points[n] - points[i]).norm();
+        ++count;
+      }
     if (count) distance[i] /= static_cast<float>(count);
-    sum += distance[i], squares += double(distance[i]) * distance[i];
+    sum += distance[i];
+    squares += double(distance[i]) * distance[i];
   }
   const double mean = sum / points.size(), deviation = std::sqrt(std::max(0.0, squares / points.size() - mean * mean));
   outlier.assign(points.size(), 0);

@@ -56,7 +56,8 @@ PrincipalColors PrincipalColors::of(std::span<const float> samples) {
       std::nth_element(scores.begin(), place, scores.end());
       return *place;
     };
-    colors.low[k] = at(0.01), colors.high[k] = at(0.99);
+    colors.low[k] = at(0.01);
+    colors.high[k] = at(0.99);
   }
   return colors;
 }

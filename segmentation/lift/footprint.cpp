@@ -47,8 +47,10 @@ ViewFootprints footprints(const FootprintOptions& options, const BlendWeights& w
         lead[p] += w;
       else if (lead[p] >= w)
         lead[p] -= w;
-      else
-        candidate[p] = mask[pixel], lead[p] = w - lead[p];
+      else {
+        candidate[p] = mask[pixel];
+        lead[p] = w - lead[p];
+      }
     }
   for (size_t pixel = 0; pixel < mask.size(); ++pixel)
     for (uint32_t e = weights.row_start[pixel]; e < weights.row_start[pixel + 1]; ++e)
@@ -83,8 +85,9 @@ Sample sample_of(const ViewFootprints& view, double rate) {
   sample.of_mask.assign(view.masks(), 0.0f);
   for (size_t e = 0; e < view.gaussian.size(); ++e) {
     if (view.mask[e] < 0 || (rate < 1 && Random(0, view.gaussian[e]).uniform() >= rate)) continue;
-    sample.gaussian.push_back(view.gaussian[e]), sample.mask.push_back(view.mask[e]),
-        sample.mass.push_back(view.mass[e]);
+    sample.gaussian.push_back(view.gaussian[e]);
+    sample.mask.push_back(view.mask[e]);
+    sample.mass.push_back(view.mass[e]);
     sample.of_mask[view.mask[e]] += view.mass[e];
   }
   return sample;
@@ -102,8 +105,10 @@ Common compare(const Sample& a, const Sample& b) {
   Common common;
   const size_t rows = a.of_mask.size(), columns = common.columns = b.of_mask.size();
   common.both.assign(rows * columns, 0.0f);
-  common.of_a.assign(rows, 0.0f), common.seen_of_a.assign(rows, 0.0f);
-  common.of_b.assign(columns, 0.0f), common.seen_of_b.assign(columns, 0.0f);
+  common.of_a.assign(rows, 0.0f);
+  common.seen_of_a.assign(rows, 0.0f);
+  common.of_b.assign(columns, 0.0f);
+  common.seen_of_b.assign(columns, 0.0f);
   for (size_t e = 0, f = 0; e < a.gaussian.size() && f < b.gaussian.size();) {
     if (a.gaussian[e] < b.gaussian[f]) {
       ++e;
@@ -113,9 +118,12 @@ Common compare(const Sample& a, const Sample& b) {
       const float mass = std::min(a.mass[e], b.mass[f]);
       const int i = a.mask[e], j = b.mask[f];
       common.both[i * columns + j] += mass;
-      common.of_a[i] += mass, common.of_b[j] += mass;
-      common.seen_of_a[i] += a.mass[e], common.seen_of_b[j] += b.mass[f];
-      ++e, ++f;
+      common.of_a[i] += mass;
+      common.of_b[j] += mass;
+      common.seen_of_a[i] += a.mass[e];
+      common.seen_of_b[j] += b.mass[f];
+      ++e;
+      ++f;
     }
   }
   return common;
@@ -155,7 +163,10 @@ MaskRelations relate(const RelationOptions& options, std::span<const ViewFootpri
           out.container[slot] =
               overlap >= options.contained * shared ? out.first[other] + static_cast<int>(j) : MaskRelations::kDivided;
         }
-        if (jaccard > nearest) nearest = jaccard, out.nearest[slot] = out.first[other] + static_cast<int>(j);
+        if (jaccard > nearest) {
+          nearest = jaccard;
+          out.nearest[slot] = out.first[other] + static_cast<int>(j);
+        }
       }
     };
     for (size_t i = 0; i < common.of_a.size(); ++i)
@@ -183,7 +194,8 @@ double id_consistency(const MaskRelations& relations, std::span<const ViewFootpr
       for (int other = 0; other < V; ++other) {
         const int nearest = relations.nearest_of(m, other);
         if (other == v || nearest < 0) continue;
-        ++compared, equal += id[m] == id[nearest];
+        ++compared;
+        equal += id[m] == id[nearest];
       }
   return compared > 0 ? static_cast<double>(equal) / static_cast<double>(compared) : 1.0;
 }

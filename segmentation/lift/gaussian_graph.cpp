@@ -33,13 +33,19 @@ struct Adjacency {
   std::vector<float> weight;
 
   explicit Adjacency(const GaussianGraph& graph) : start(graph.nodes.size() + 1, 0) {
-    for (const CutEdge& e : graph.edges) ++start[e.a + 1], ++start[e.b + 1];
+    for (const CutEdge& e : graph.edges) {
+      ++start[e.a + 1];
+      ++start[e.b + 1];
+    }
     std::partial_sum(start.begin(), start.end(), start.begin());
     std::vector<int> next(start.begin(), start.end() - 1);
-    to.resize(start.back()), weight.resize(start.back());
+    to.resize(start.back());
+    weight.resize(start.back());
     for (const CutEdge& e : graph.edges) {
-      to[next[e.a]] = e.b, weight[next[e.a]++] = e.weight;
-      to[next[e.b]] = e.a, weight[next[e.b]++] = e.weight;
+      to[next[e.a]] = e.b;
+      weight[next[e.a]++] = e.weight;
+      to[next[e.b]] = e.a;
+      weight[next[e.b]++] = e.weight;
     }
   }
 };
@@ -54,14 +60,17 @@ GaussianGraph gaussian_graph(const GaussianCloud& cloud, std::span<const uint8_t
   for (size_t p = 0; p < cloud.size(); ++p) {
     if (!member[p]) continue;
     place[p] = static_cast<int>(graph.nodes.size());
-    graph.nodes.push_back(static_cast<int>(p)), centres.push_back(cloud.position[p]);
-    graph.lab.push_back(lab_of_rgb(rgb_of(cloud, p))), graph.opacity.push_back(sigmoid(cloud.opacity_logit[p]));
+    graph.nodes.push_back(static_cast<int>(p));
+    centres.push_back(cloud.position[p]);
+    graph.lab.push_back(lab_of_rgb(rgb_of(cloud, p)));
+    graph.opacity.push_back(sigmoid(cloud.opacity_logit[p]));
   }
   const size_t step = std::max<size_t>(1, (cloud.size() - graph.nodes.size()) / kOutsideSamples);
   for (size_t p = 0, outside = 0; p < cloud.size(); ++p)
-    if (!member[p] && outside++ % step == 0)
-      graph.outside_lab.push_back(lab_of_rgb(rgb_of(cloud, p))),
-          graph.outside_opacity.push_back(sigmoid(cloud.opacity_logit[p]));
+    if (!member[p] && outside++ % step == 0) {
+      graph.outside_lab.push_back(lab_of_rgb(rgb_of(cloud, p)));
+      graph.outside_opacity.push_back(sigmoid(cloud.opacity_logit[p]));
+    }
   const int k = neighbours + 1;  // the first one is the Gaussian itself or one at the same place
   const std::vector<int> near = k_nearest(cloud.position, centres, k);
 
@@ -128,7 +137,10 @@ void cut_graph(const GraphCutOptions& options, const GaussianGraph& graph, std::
         std::vector<Vec3f> colors;
         std::vector<float> weights;
         for (size_t i = 0; i < n; ++i)
-          if (label[i] == side) colors.push_back(graph.lab[i]), weights.push_back(graph.opacity[i]);
+          if (label[i] == side) {
+            colors.push_back(graph.lab[i]);
+            weights.push_back(graph.opacity[i]);
+          }
         if (side == 0 && options.outside > 0 && !graph.outside_lab.empty()) {
           double inner = 0, outer = 0;
           for (float w : weights) inner += w;
@@ -191,7 +203,10 @@ std::vector<uint8_t> attached_parts(const GaussianGraph& graph, const std::vecto
   for (size_t k = 0; k < graph.edges.size(); ++k) {
     const int a = part[graph.edges[k].a], b = part[graph.edges[k].b];
     const double tie = graph.edge_nearness[k];
-    if (a >= 0 && b >= 0 && a != b) between[{a, b}] += tie, between[{b, a}] += tie;
+    if (a >= 0 && b >= 0 && a != b) {
+      between[{a, b}] += tie;
+      between[{b, a}] += tie;
+    }
     if (a >= 0 && b < 0) to_rest[a] += tie;
     if (b >= 0 && a < 0) to_rest[b] += tie;
   }
@@ -203,7 +218,10 @@ std::vector<uint8_t> attached_parts(const GaussianGraph& graph, const std::vecto
     for (const auto& [pair, tie] : between)
       if (wanted[pair.second]) to_object[pair.first] += tie;
     for (size_t k = 0; k < wanted.size(); ++k)
-      if (!wanted[k] && to_object[k] > 2 * to_rest[k]) wanted[k] = 1, changed = true;
+      if (!wanted[k] && to_object[k] > 2 * to_rest[k]) {
+        wanted[k] = 1;
+        changed = true;
+      }
   }
   return wanted;
 }
@@ -214,7 +232,10 @@ std::vector<int> enclosed_nodes(const GaussianGraph& graph, const std::vector<ui
   CHECK(label.size() == n && outside.size() == n);
   std::vector<uint8_t> away(n);
   double object = 0;
-  for (size_t i = 0; i < n; ++i) away[i] = !label[i], object += label[i] ? graph.opacity[i] : 0;
+  for (size_t i = 0; i < n; ++i) {
+    away[i] = !label[i];
+    object += label[i] ? graph.opacity[i] : 0;
+  }
   const std::vector<int> part = connected_parts(graph, away, link, true);
   std::vector<double> mass(n, 0), ties(n, 0);
   for (size_t i = 0; i < n; ++i) {
@@ -236,7 +257,10 @@ std::vector<int> order_from(const GaussianGraph& graph, const std::vector<int>& 
   std::vector<float> length(graph.nodes.size(), INFINITY);
   using Step = std::pair<float, int>;
   std::priority_queue<Step, std::vector<Step>, std::greater<>> open;
-  for (int s : sources) length[s] = 0, open.push({0.0f, s});
+  for (int s : sources) {
+    length[s] = 0;
+    open.push({0.0f, s});
+  }
   std::vector<uint8_t> taken(graph.nodes.size(), 0);
   std::vector<int> order;
   while (!open.empty()) {
@@ -248,7 +272,10 @@ std::vector<int> order_from(const GaussianGraph& graph, const std::vector<int>& 
     for (int e = adjacency.start[i]; e < adjacency.start[i + 1]; ++e) {
       if (!(adjacency.weight[e] > 1e-6f)) continue;
       const float next = d + 0.1f - std::log(adjacency.weight[e]);
-      if (next < length[adjacency.to[e]]) length[adjacency.to[e]] = next, open.push({next, adjacency.to[e]});
+      if (next < length[adjacency.to[e]]) {
+        length[adjacency.to[e]] = next;
+        open.push({next, adjacency.to[e]});
+      }
     }
   }
   if (lengths) *lengths = std::move(length);
@@ -259,7 +286,11 @@ size_t best_sweep(const GaussianGraph& graph, const std::vector<int>& order, siz
   const Adjacency adjacency(graph);
   std::vector<double> degree(graph.nodes.size(), 0);
   double total = 0;
-  for (const CutEdge& e : graph.edges) degree[e.a] += e.weight, degree[e.b] += e.weight, total += 2.0 * e.weight;
+  for (const CutEdge& e : graph.edges) {
+    degree[e.a] += e.weight;
+    degree[e.b] += e.weight;
+    total += 2.0 * e.weight;
+  }
   std::vector<uint8_t> inside(graph.nodes.size(), 0);
   double cut = 0, volume = 0, least = INFINITY;
   size_t best = std::min(fewest, order.size());
@@ -268,10 +299,15 @@ size_t best_sweep(const GaussianGraph& graph, const std::vector<int>& order, siz
     double shared = 0;
     for (int e = adjacency.start[i]; e < adjacency.start[i + 1]; ++e)
       if (inside[adjacency.to[e]]) shared += adjacency.weight[e];
-    inside[i] = 1, volume += degree[i], cut += degree[i] - 2 * shared;
+    inside[i] = 1;
+    volume += degree[i];
+    cut += degree[i] - 2 * shared;
     if (k + 1 < fewest || !(volume > 0)) continue;
     const double conductance = cut / std::max(1e-12, std::min(volume, total - volume));
-    if (conductance < least) least = conductance, best = k + 1;
+    if (conductance < least) {
+      least = conductance;
+      best = k + 1;
+    }
   }
   return best;
 }

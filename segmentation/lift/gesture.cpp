@@ -19,8 +19,10 @@ constexpr float kPlaneShare = 0.22f;
 void count_rules(const std::vector<SelectionRule>& rules, GestureResult::Summary& summary) {
   summary.selected = summary.outside = summary.cut = summary.part = summary.refined = 0;
   for (SelectionRule rule : rules) {
-    summary.selected += rule == SelectionRule::kKept, summary.outside += rule == SelectionRule::kOutside;
-    summary.cut += rule == SelectionRule::kCut, summary.part += rule == SelectionRule::kPart;
+    summary.selected += rule == SelectionRule::kKept;
+    summary.outside += rule == SelectionRule::kOutside;
+    summary.cut += rule == SelectionRule::kCut;
+    summary.part += rule == SelectionRule::kPart;
     summary.refined += rule == SelectionRule::kRefined;
   }
 }
@@ -44,7 +46,8 @@ void Selector::keep_main_part() {
   if (options_.attach) wanted = attached_parts(graph_, part, std::move(wanted));
   for (size_t i = 0; i < label_.size(); ++i) {
     if (!label_[i] || wanted[part[i]]) continue;
-    label_[i] = 0, rule_[graph_.nodes[i]] = SelectionRule::kPart;
+    label_[i] = 0;
+    rule_[graph_.nodes[i]] = SelectionRule::kPart;
   }
 }
 
@@ -83,8 +86,10 @@ void Selector::give_back_enclosed() {
     outside[i] = fixed_[p] < 0 || (ground.found && ground.plane_share >= kPlaneShare &&
                                    ground.height(cloud_.position[p]) < kThick * ground.thickness);
   }
-  for (const int i : enclosed_nodes(graph_, label_, outside, options_.link, options_.enclosed, kTouch))
-    label_[i] = 1, ++summary_.enclosed;
+  for (const int i : enclosed_nodes(graph_, label_, outside, options_.link, options_.enclosed, kTouch)) {
+    label_[i] = 1;
+    ++summary_.enclosed;
+  }
 }
 
 std::vector<float> Selector::memberships() const {
@@ -136,7 +141,10 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
     // Evidence alone decides how sure the label is, the cut which side it is on.
     const float sure = sigmoid(std::clamp(evidence_[i], -6.0f, 6.0f));
     result.probability[p] = label_[i] ? std::max(sure, 0.55f) : std::min(sure, 0.45f);
-    if (label_[i]) rule_[p] = SelectionRule::kKept, summary_.selected += 1;
+    if (label_[i]) {
+      rule_[p] = SelectionRule::kKept;
+      summary_.selected += 1;
+    }
   }
   if (summary_.selected == 0)
     throw usage_error(gesture_.boxes.empty() ? "--click" : "--box", "", "selects nothing",
@@ -151,8 +159,13 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
 GestureOptions GestureOptions::prototype() {
   GestureOptions options;
   options.attach = false;
-  options.support = 0, options.stroke_reach = 0, options.unseen_prior = 1;
-  options.apart_from_planes = false, options.enclosed = 1, options.one_by_one = false, options.refine_rounds = 1,
+  options.support = 0;
+  options.stroke_reach = 0;
+  options.unseen_prior = 1;
+  options.apart_from_planes = false;
+  options.enclosed = 1;
+  options.one_by_one = false;
+  options.refine_rounds = 1;
   options.cut.outside = options.refine_cut.outside = 0;
   return options;
 }
@@ -174,7 +187,8 @@ namespace {
 GestureResult joined(const GestureResult& before, GestureResult after, bool adds) {
   for (size_t p = 0; p < after.rule.size(); ++p) {
     if (after.selected(p) == before.selected(p) || after.selected(p) == adds) continue;
-    after.probability[p] = before.probability[p], after.rule[p] = before.rule[p];
+    after.probability[p] = before.probability[p];
+    after.rule[p] = before.rule[p];
   }
   count_rules(after.rule, after.summary);
   after.summary.seconds += before.summary.seconds;

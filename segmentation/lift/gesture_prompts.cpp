@@ -73,8 +73,10 @@ void add_box(const std::string& text, const std::vector<Camera>& cameras, Gestur
   BoxPrompt box;
   box.camera = words.camera(0);
   const Vec2f a = words.point(1, cameras[box.camera]), b = words.point(3, cameras[box.camera]);
-  box.x0 = std::min(a.x(), b.x()), box.x1 = std::max(a.x(), b.x());
-  box.y0 = std::min(a.y(), b.y()), box.y1 = std::max(a.y(), b.y());
+  box.x0 = std::min(a.x(), b.x());
+  box.x1 = std::max(a.x(), b.x());
+  box.y0 = std::min(a.y(), b.y());
+  box.y1 = std::max(a.y(), b.y());
   if (!(box.x1 - box.x0 >= 4 && box.y1 - box.y0 >= 4))
     throw words.wrong("is a box of less than 4 x 4 pixels", "give two opposite corners around the object");
   for (const BoxPrompt& other : gesture.boxes)
@@ -89,7 +91,8 @@ void add_click(const std::string& text, const std::vector<Camera>& cameras, floa
   if (words.words.size() != 3)
     throw words.wrong_form("has " + std::to_string(words.words.size()) + " values, 3 are needed");
   StrokePrompt stroke;
-  stroke.camera = words.camera(0), stroke.width = width;
+  stroke.camera = words.camera(0);
+  stroke.width = width;
   stroke.points = {words.point(1, cameras[stroke.camera])};
   gesture.strokes.push_back(stroke);
 }
@@ -101,7 +104,9 @@ void add_stroke(const std::string& text, const std::vector<Camera>& cameras, flo
                            " values, 6 or a larger even number are needed");
   if (words.words[0] != "fg" && words.words[0] != "bg") throw words.wrong_form("begins with '" + words.words[0] + "'");
   StrokePrompt stroke;
-  stroke.foreground = words.words[0] == "fg", stroke.width = width, stroke.camera = words.camera(1);
+  stroke.foreground = words.words[0] == "fg";
+  stroke.width = width;
+  stroke.camera = words.camera(1);
   for (size_t at = 2; at < words.words.size(); at += 2)
     stroke.points.push_back(words.point(at, cameras[stroke.camera]));
   gesture.strokes.push_back(stroke);

@@ -14,14 +14,18 @@ GroupBank::GroupBank(const AssociateOptions& options, size_t gaussians, std::spa
   for (const ViewFootprints& view : views) {
     auto& masks = assigned_.emplace_back(view.masks());
     for (auto& mask : masks) {
-      if (group[next] >= 0) mask.push_back(group[next]), groups_ = std::max(groups_, group[next] + 1);
+      if (group[next] >= 0) {
+        mask.push_back(group[next]);
+        groups_ = std::max(groups_, group[next] + 1);
+      }
       ++next;
     }
     auto& mass = mass_.emplace_back(view.masks(), 0.0f);
     for (size_t e = 0; e < view.gaussian.size(); ++e)
       if (view.mask[e] >= 0) mass[view.mask[e]] += view.mass[e];
   }
-  shares_.resize(views.size()), shown_.resize(views.size());
+  shares_.resize(views.size());
+  shown_.resize(views.size());
 }
 
 void GroupBank::take_owners() {

@@ -92,7 +92,8 @@ double JointTerm::group(const AttributeView& view, float weight, SemanticModel<f
   std::vector<Vec3f> at(anchors.size());
   for (size_t a = 0; a < anchors.size(); ++a) {
     const size_t member = Random(options_.seed, a, (uint64_t(view.iteration) << 8) + kAnchors).below(members.size());
-    anchors[a] = members[member], at[a] = points[member];
+    anchors[a] = members[member];
+    at[a] = points[member];
   }
   // Rows of the graph are filled for the anchors only.
   const int k = options_.neighbours;
@@ -132,8 +133,11 @@ Segmentation JointTerm::segmentation(const TrainingState& state, const std::vect
                                      const RenderOptions& render) const {
   const SemanticModel<float> model = model_of(state.shared);
   Segmentation out;
-  out.class_id = class_id_, out.class_name = class_name_;
-  out.attribute = state.attribute, out.classifier = model.classifier, out.classifier_bias = model.bias;
+  out.class_id = class_id_;
+  out.class_name = class_name_;
+  out.attribute = state.attribute;
+  out.classifier = model.classifier;
+  out.classifier_bias = model.bias;
   std::vector<float> total(state.cloud.size(), 0.0f);
   for (size_t photo = 0; photo < ids_.size(); ++photo) {
     if (ids_[photo].empty()) continue;

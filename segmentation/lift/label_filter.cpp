@@ -39,14 +39,16 @@ double best_label_filter(const SemanticOptions& options, const GaussianCloud& cl
   std::vector<int> others;
   std::vector<IdImage> truth;
   for (const MaskSet::View& view : few_views(masks).views) {
-    if ((learnt.views.size() + others.size()) % 3 == 1)
-      others.push_back(view.camera), truth.push_back(view.ids);
-    else
+    if ((learnt.views.size() + others.size()) % 3 == 1) {
+      others.push_back(view.camera);
+      truth.push_back(view.ids);
+    } else
       learnt.views.push_back(view);
   }
   if (others.empty()) return start;
   SemanticOptions quick = options;
-  quick.find_filter = false, quick.start_from_vote = true,
+  quick.find_filter = false;
+  quick.start_from_vote = true;
   quick.iterations = kRounds * static_cast<int>(learnt.views.size());
   const auto variance = [&](int step) { return start * std::pow(0.5, 0.5 * step); };
   const auto wrong_pixels = [&](int step) {
@@ -67,7 +69,8 @@ double best_label_filter(const SemanticOptions& options, const GaussianCloud& cl
     for (int step = direction; - kCoarsest <= step && step <= kFinest; step += direction) {
       const double here = wrong_pixels(step);
       if (!(here < (best == 0 ? kFirstGain : kGain) * least)) break;
-      best = step, least = here;
+      best = step;
+      least = here;
     }
   }
   return variance(best == 0 && options.trained_on_views ? kTrained : best);

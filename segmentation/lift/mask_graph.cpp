@@ -18,7 +18,8 @@ bool stands_on_several(const MaskGraphOptions& options, const MaskRelations& rel
   for (int v = 0; v < relations.views(); ++v) {
     const int container = relations.container_of(mask, v);
     if (container == mask || container == MaskRelations::kUnseen) continue;
-    ++seen, divided += container == MaskRelations::kDivided;
+    ++seen;
+    divided += container == MaskRelations::kDivided;
   }
   return divided > options.divided * seen;
 }
@@ -46,7 +47,8 @@ Evidence evidence(const Places& a, const Places& b) {
   for (auto i = a.in.begin(), j = b.in.begin(); i != a.in.end() && j != b.in.end();) {
     if (i->first == j->first) sum.support += int64_t(i->second) * j->second;
     const bool next_i = i->first <= j->first, next_j = j->first <= i->first;
-    i += next_i, j += next_j;
+    i += next_i;
+    j += next_j;
   }
   for (size_t v = 0; v < a.seen.size(); ++v) sum.against += int64_t(a.seen[v]) * b.seen[v];
   sum.against -= sum.support;
@@ -62,7 +64,8 @@ std::vector<Places> places_of_masks(const MaskRelations& relations, const std::v
         for (int v = 0; v < relations.views() && !several[m]; ++v) {
           const int container = relations.container_of(static_cast<int>(m), v);
           if (container < 0 || several[container]) continue;
-          places[m].in.emplace_back(container, 1), places[m].seen[v] = 1;
+          places[m].in.emplace_back(container, 1);
+          places[m].seen[v] = 1;
         }
         std::sort(places[m].in.begin(), places[m].in.end());
       },
@@ -135,7 +138,10 @@ std::vector<int> group_masks(const MaskGraphOptions& options, const MaskRelation
       joined.push_back(b);
     }
     std::sort(joined.begin(), joined.end());
-    for (int m : joined) places[root_of(parent, m)].add(places[m]), places[m] = {};
+    for (int m : joined) {
+      places[root_of(parent, m)].add(places[m]);
+      places[m] = {};
+    }
     for (Pair& pair : pairs) pair = std::minmax({root_of(parent, pair.first), root_of(parent, pair.second)});
     std::erase_if(pairs, [](const Pair& pair) { return pair.first == pair.second; });
     std::sort(pairs.begin(), pairs.end());

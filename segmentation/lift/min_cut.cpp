@@ -26,7 +26,8 @@ std::vector<uint8_t> min_cut(std::span<const float> gain, std::span<const CutEdg
           edge.b < static_cast<int>(gain.size()));
     const int64_t capacity = whole(edge.weight);
     if (edge.a == edge.b || capacity == 0) continue;
-    graph.addEdges(edge.a, edge.b, capacity, capacity), connected = true;
+    graph.addEdges(edge.a, edge.b, capacity, capacity);
+    connected = true;
   }
   if (!connected) return label;
   graph.maxFlow();

@@ -27,7 +27,10 @@ std::map<uint32_t, Extent> extents(const IdImage& ids) {
     for (int x = 0; x < ids.width; ++x) {
       if (ids(x, y) == 0) continue;
       Extent& e = found[ids(x, y)];
-      e.x0 = std::min(e.x0, x), e.x1 = std::max(e.x1, x), e.y0 = std::min(e.y0, y), e.y1 = std::max(e.y1, y);
+      e.x0 = std::min(e.x0, x);
+      e.x1 = std::max(e.x1, x);
+      e.y0 = std::min(e.y0, y);
+      e.y1 = std::max(e.y1, y);
       ++e.pixels;
     }
   return found;
@@ -120,7 +123,10 @@ ImageF objects_sheet(const Segmentation& segmentation, const GaussianCloud& clou
     double shown = 0;
     for (const auto& [id, extent] : extents(ids))
       shown += std::sqrt(static_cast<double>(extent.pixels) / static_cast<double>(best[id].extent.pixels));
-    if (shown > most) most = shown, overview = camera;
+    if (shown > most) {
+      most = shown;
+      overview = camera;
+    }
   }
 
   ImageF top = overlay_ids(picture(overview), looked_at[overview]);

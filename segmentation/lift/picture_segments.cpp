@@ -31,7 +31,9 @@ class Segments {
   float tolerance(int root, float scale) const { return inner_[root] + scale / static_cast<float>(size_[root]); }
   void join(int a, int b, float weight) {
     if (size_[a] < size_[b]) std::swap(a, b);
-    parent_[b] = a, size_[a] += size_[b], inner_[a] = std::max({inner_[a], inner_[b], weight});
+    parent_[b] = a;
+    size_[a] += size_[b];
+    inner_[a] = std::max({inner_[a], inner_[b], weight});
   }
 
  private:
@@ -47,9 +49,13 @@ SurfacePicture surface_picture(const BlendWeights& weights, const Camera& camera
                                std::span<const Vec3f> rgb, std::span<const Vec3f> normal) {
   CHECK(position.size() == rgb.size() && rgb.size() == normal.size());
   SurfacePicture out;
-  out.width = weights.width, out.height = weights.height, out.focal = std::max(camera.fx, camera.fy);
-  out.alpha.resize(weights.pixels()), out.lab.resize(weights.pixels());
-  out.point.resize(weights.pixels()), out.normal.resize(weights.pixels());
+  out.width = weights.width;
+  out.height = weights.height;
+  out.focal = std::max(camera.fx, camera.fy);
+  out.alpha.resize(weights.pixels());
+  out.lab.resize(weights.pixels());
+  out.point.resize(weights.pixels());
+  out.normal.resize(weights.pixels());
   const Mat3f turn = camera.cam_from_world.linear().cast<float>();
   const Vec3f shift = camera.cam_from_world.translation().cast<float>(), eye = camera.centre().cast<float>();
   parallel_for(
@@ -60,7 +66,9 @@ SurfacePicture surface_picture(const BlendWeights& weights, const Camera& camera
         for (uint32_t e = weights.row_start[i]; e < weights.row_start[i + 1]; ++e) {
           const uint32_t p = weights.gaussian[e];
           const float w = weights.weight[e];
-          alpha += w, color += w * rgb[p], depth += w * (turn.row(2).dot(position[p]) + shift.z());
+          alpha += w;
+          color += w * rgb[p];
+          depth += w * (turn.row(2).dot(position[p]) + shift.z());
           facing += (normal[p].dot(eye - position[p]) < 0 ? -w : w) * normal[p];
         }
         out.alpha[i] = alpha;

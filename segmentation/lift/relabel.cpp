@@ -31,7 +31,10 @@ std::vector<Attribute> class_means(const Segmentation& s, std::span<const uint32
   for (size_t p = 0; p < label.size(); ++p) {
     const ConstAttributeMap y(s.attribute.data() + p * kY);
     length += y.norm();
-    if (const int c = class_of_id(s, label[p]); c >= 0) sum[c] += y.cast<double>(), ++count[c];
+    if (const int c = class_of_id(s, label[p]); c >= 0) {
+      sum[c] += y.cast<double>();
+      ++count[c];
+    }
   }
   std::vector<Attribute> mean(s.class_id.size());
   for (size_t c = 0; c < mean.size(); ++c) {
@@ -75,7 +78,10 @@ Attribute free_direction(const Segmentation& s, uint64_t seed) {
     Attribute u;
     for (int k = 0; k < kY; ++k) u[k] = static_cast<float>(random.normal());
     u.normalize();
-    if (const float coherence = (rows * u).cwiseAbs().maxCoeff(); coherence < least) least = coherence, best = u;
+    if (const float coherence = (rows * u).cwiseAbs().maxCoeff(); coherence < least) {
+      least = coherence;
+      best = u;
+    }
   }
   return best;
 }
@@ -163,7 +169,8 @@ void split_class(uint32_t from, uint32_t id, const std::string& name, std::span<
   const Attribute row = length * direction, target = mean[a].norm() * direction;
   s.classifier.insert(s.classifier.end(), row.data(), row.data() + kY);
   s.classifier_bias.push_back(s.classifier_bias[a]);
-  s.class_id.push_back(id), s.class_name.push_back(name);
+  s.class_id.push_back(id);
+  s.class_name.push_back(name);
   if (!s.class_cameras.empty()) s.class_cameras.push_back(s.class_cameras[a]);
   if (!s.class_origin.empty()) s.class_origin.push_back("");
   s.next_id = id + 1;
@@ -186,8 +193,11 @@ size_t drop_class(uint32_t id, const std::vector<Vec3f>& position, Segmentation&
   const size_t dropped = static_cast<size_t>(std::count(kept.begin(), kept.end(), 0));
   std::vector<uint32_t> wanted = s.label;
   if (dropped == kept.size()) {
-    s.class_id = {0}, s.class_name = {"unlabelled"};
-    s.classifier.assign(kY, 0.0f), s.classifier_bias.assign(1, 0.0f), s.attribute.assign(s.attribute.size(), 0.0f);
+    s.class_id = {0};
+    s.class_name = {"unlabelled"};
+    s.classifier.assign(kY, 0.0f);
+    s.classifier_bias.assign(1, 0.0f);
+    s.attribute.assign(s.attribute.size(), 0.0f);
     if (!s.class_cameras.empty()) s.class_cameras = {{}};
     if (!s.class_origin.empty()) s.class_origin = {"every object was dropped"};
     std::fill(wanted.begin(), wanted.end(), 0u);

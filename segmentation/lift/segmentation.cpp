@@ -22,7 +22,10 @@ size_t best_class(const Segmentation& s, const float* y) {
   size_t best = 0;
   float largest = -INFINITY;
   for (size_t c = 0; c < s.class_id.size(); ++c)
-    if (const float value = class_logit(s, c, y); value > largest) largest = value, best = c;
+    if (const float value = class_logit(s, c, y); value > largest) {
+      largest = value;
+      best = c;
+    }
   return best;
 }
 
@@ -53,7 +56,8 @@ std::vector<float> class_probabilities(const Segmentation& segmentation, size_t 
 
 void update_labels(Segmentation& segmentation) {
   const size_t n = segmentation.attribute.size() / kY;
-  segmentation.label.resize(n), segmentation.confidence.resize(n);
+  segmentation.label.resize(n);
+  segmentation.confidence.resize(n);
   parallel_for(
       static_cast<std::ptrdiff_t>(n),
       [&](std::ptrdiff_t p) {
@@ -73,7 +77,8 @@ std::vector<ObjectEntry> list_objects(const Segmentation& segmentation, const st
   std::vector<ObjectEntry> entries;
   for (size_t c = 0; c < members.size(); ++c) {
     ObjectEntry entry;
-    entry.id = segmentation.class_id[c], entry.name = segmentation.class_name[c];
+    entry.id = segmentation.class_id[c];
+    entry.name = segmentation.class_name[c];
     entry.gaussians = members[c].size();
     if (c < segmentation.class_cameras.size()) entry.views = static_cast<int>(segmentation.class_cameras[c].size());
     if (c < segmentation.class_origin.size()) entry.origin = segmentation.class_origin[c];
@@ -84,7 +89,8 @@ std::vector<ObjectEntry> list_objects(const Segmentation& segmentation, const st
       std::vector<float> values(members[c].size());
       for (int axis = 0; axis < 3; ++axis) {
         for (size_t k = 0; k < values.size(); ++k) values[k] = position[members[c][k]][axis];
-        entry.bounds.low[axis] = quantile(values, 0.02), entry.bounds.high[axis] = quantile(values, 0.98);
+        entry.bounds.low[axis] = quantile(values, 0.02);
+        entry.bounds.high[axis] = quantile(values, 0.98);
       }
     }
     entries.push_back(std::move(entry));

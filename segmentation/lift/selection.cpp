@@ -31,7 +31,8 @@ void check_numbers(const std::vector<double>& values, size_t count, const char* 
 SelectionShape SelectionShape::from_aabb(const std::vector<double>& v) {
   check_numbers(v, 6, "--aabb", "six numbers x0,y0,z0,x1,y1,z1");
   SelectionShape shape;
-  shape.box.add(Vec3f(v[0], v[1], v[2])), shape.box.add(Vec3f(v[3], v[4], v[5]));
+  shape.box.add(Vec3f(v[0], v[1], v[2]));
+  shape.box.add(Vec3f(v[3], v[4], v[5]));
   if (!(shape.box.size().minCoeff() > 0))
     throw usage_error("--aabb", "", "encloses no volume: " + text_of(v), "give two opposite corners of a box");
   return shape;
@@ -41,7 +42,9 @@ SelectionShape SelectionShape::from_sphere(const std::vector<double>& v) {
   check_numbers(v, 4, "--sphere", "four numbers x,y,z,r");
   if (!(v[3] > 0)) throw usage_error("--sphere", "r", "is " + text_of({v[3]}), "give a radius above 0");
   SelectionShape shape;
-  shape.sphere = true, shape.centre = Vec3f(v[0], v[1], v[2]), shape.radius = static_cast<float>(v[3]);
+  shape.sphere = true;
+  shape.centre = Vec3f(v[0], v[1], v[2]);
+  shape.radius = static_cast<float>(v[3]);
   return shape;
 }
 
@@ -58,7 +61,8 @@ MaskSet member_masks(const std::string& option, std::span<const uint8_t> members
   for (size_t p = 0; p < cloud.size(); ++p) {
     const bool in = members[p] != 0;
     inside += in;
-    member[2 * p] = in, member[2 * p + 1] = !in;
+    member[2 * p] = in;
+    member[2 * p + 1] = !in;
   }
   MaskSet masks;
   masks.names = {{SelectionShape::kObject, "object"}, {SelectionShape::kRest, "rest"}};

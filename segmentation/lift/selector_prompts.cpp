@@ -49,10 +49,13 @@ void Selector::fix_seeds() {
       if (stroke.foreground && !member_[p]) continue;
       if (lift.inside[p] > lift.inside[best]) best = p;
       if (lift.inside[p] < kStrokeWeight || lift.inside[p] < kStrokeShare * lift.total[p]) continue;
-      fixed_[p] = stroke.foreground ? 1 : -1, ++found;
+      fixed_[p] = stroke.foreground ? 1 : -1;
+      ++found;
     }
-    if (found == 0 && lift.inside[best] > 0 && (!stroke.foreground || member_[best]))
-      fixed_[best] = stroke.foreground ? 1 : -1, ++found;
+    if (found == 0 && lift.inside[best] > 0 && (!stroke.foreground || member_[best])) {
+      fixed_[best] = stroke.foreground ? 1 : -1;
+      ++found;
+    }
     if (found == 0)
       summary_.warnings.push_back(std::string(stroke.points.size() == 1 ? "a click" : "a stroke") + " in '" +
                                   cameras_[stroke.camera].name + "' meets nothing that may belong to the object");
@@ -79,9 +82,11 @@ void Selector::spread_seeds() {
 
 GrabCutInput Selector::input_of(const WindowView& window, const RenderResult& picture) const {
   GrabCutInput input;
-  input.width = window.camera.width, input.height = window.camera.height;
+  input.width = window.camera.width;
+  input.height = window.camera.height;
   const size_t n = picture.color.pixels();
-  input.lab.resize(n), input.seed.assign(n, PixelSeed::kUnknown);
+  input.lab.resize(n);
+  input.seed.assign(n, PixelSeed::kUnknown);
   for (size_t i = 0; i < n; ++i) {
     const float* rgb = picture.color.data.data() + 3 * i;
     input.lab[i] = lab_of_rgb(Vec3f(rgb[0], rgb[1], rgb[2]));

@@ -67,7 +67,10 @@ void Selector::propose_around_seeds() {
   const size_t count = best_sweep(apart, order, std::max<size_t>(20, 2 * sources.size()));
   label_.assign(graph_.nodes.size(), 0);
   evidence_.assign(graph_.nodes.size(), -options_.evidence);
-  for (size_t k = 0; k < count; ++k) label_[order[k]] = 1, evidence_[order[k]] = options_.evidence;
+  for (size_t k = 0; k < count; ++k) {
+    label_[order[k]] = 1;
+    evidence_[order[k]] = options_.evidence;
+  }
   for (size_t i = 0; i < graph_.nodes.size(); ++i)
     if (fixed_[graph_.nodes[i]]) evidence_[i] = fixed_[graph_.nodes[i]] * kFixed;
   cut_graph(options_.cut, graph_, evidence_, label_);

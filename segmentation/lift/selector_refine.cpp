@@ -29,11 +29,13 @@ std::vector<WindowView> Selector::views_of_selection() const {
     for (size_t k = 0; k < selected.size(); k += step, ++looked) {
       Eigen::Vector2d x;
       if (!project_point(cameras_[c], selected[k], x)) continue;
-      us.push_back(static_cast<float>(x.x())), vs.push_back(static_cast<float>(x.y()));
+      us.push_back(static_cast<float>(x.x()));
+      vs.push_back(static_cast<float>(x.y()));
       inside += x.x() >= 0 && x.y() >= 0 && x.x() <= cameras_[c].width && x.y() <= cameras_[c].height;
     }
     if (inside * 2 < looked || looked == 0) continue;
-    std::sort(us.begin(), us.end()), std::sort(vs.begin(), vs.end());
+    std::sort(us.begin(), us.end());
+    std::sort(vs.begin(), vs.end());
     const auto at = [](const std::vector<float>& v, double share) {
       return v[static_cast<size_t>(share * static_cast<double>(v.size() - 1))];
     };
@@ -82,8 +84,10 @@ void Selector::refine() {
     const RenderResult picture = render(cloud_, window.camera, options_.render, membership, 2);
     GrabCutInput input = input_of(window, picture);
     std::vector<float> P(picture.color.pixels()), sure(P.size());
-    for (size_t i = 0; i < P.size(); ++i)
-      P[i] = picture.features.data[2 * i], sure[i] = picture.features.data[2 * i + 1];
+    for (size_t i = 0; i < P.size(); ++i) {
+      P[i] = picture.features.data[2 * i];
+      sure[i] = picture.features.data[2 * i + 1];
+    }
     // Pixels farther than the band from the selection are background.
     const int band = options_.refine_band;
     std::vector<uint8_t> near(P.size(), 0);
@@ -95,10 +99,11 @@ void Selector::refine() {
             if ((i - x) * (i - x) + (j - y) * (j - y) <= band * band)
               near[static_cast<size_t>(j) * input.width + i] = 1;
       }
-    input.prior.resize(P.size()), input.start.resize(P.size());
+    input.prior.resize(P.size());
+    input.start.resize(P.size());
     for (size_t i = 0; i < P.size(); ++i) {
       if (!near[i] && input.seed[i] == PixelSeed::kUnknown) input.seed[i] = PixelSeed::kBackground;
-      input.prior[i] = options_.refine_prior * (options_.unseen_prior < 1 ? sure[i] : 2 * P[i] - 1),
+      input.prior[i] = options_.refine_prior * (options_.unseen_prior < 1 ? sure[i] : 2 * P[i] - 1);
       input.start[i] = P[i] > 0.5f;
     }
     seed_strokes(window, input);

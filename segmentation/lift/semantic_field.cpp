@@ -108,8 +108,9 @@ class Fit {
         view.weights = compact_view(weights, view.chosen.pixels, cloud_.size());
         view.cached = summary.cached_bytes + view.weights.bytes() <= options_.memory_bytes;
         if (view.cached) {
-          summary.cached_bytes += view.weights.bytes(), summary.entries += view.weights.weight.size(),
-              ++summary.cached_views;
+          summary.cached_bytes += view.weights.bytes();
+          summary.entries += view.weights.weight.size();
+          ++summary.cached_views;
         } else {
           view.weights = {};
         }
@@ -156,8 +157,10 @@ class Fit {
       adam_y.step(model.attribute, gradient.attribute, static_cast<float>(options_.attribute_rate * fall));
       adam_w.step(model.classifier, gradient.classifier, static_cast<float>(options_.classifier_rate * fall));
       adam_b.step(model.bias, gradient.bias, static_cast<float>(options_.classifier_rate * fall));
-      if (it >= options_.iterations - tail)
-        summary.cross_entropy += cross_entropy / tail, summary.grouping += grouping / tail;
+      if (it >= options_.iterations - tail) {
+        summary.cross_entropy += cross_entropy / tail;
+        summary.grouping += grouping / tail;
+      }
       if (progress) progress(it + 1, options_.iterations, cross_entropy + grouping);
     }
   }
@@ -190,11 +193,16 @@ void keep_sure_labels(const SemanticOptions& options, const ClassVotes& votes, c
         float largest = -INFINITY;
         for (int c = 0; c < start.classes; ++c)
           if (const float value = (from * ConstRow(start.classifier.data() + c * kSemanticChannels)).sum();
-              value > largest)
-            largest = value, label = c;
+              value > largest) {
+            largest = value;
+            label = c;
+          }
         if (seen[p]) {
           float most = 0, total = 0;
-          for (const auto& vote : votes.of(p)) most = std::max(most, vote.weight), total += vote.weight;
+          for (const auto& vote : votes.of(p)) {
+            most = std::max(most, vote.weight);
+            total += vote.weight;
+          }
           if (most < options.sure_vote * total) return;
         }
         // The lead of the label over every other class is linear along the way back.

@@ -15,8 +15,12 @@ constexpr int kWidth = 400, kHeight = 320, kColumns = 4, kLine = 26;
 
 std::vector<Camera> sheet_sides(const GaussianCloud& object, const Eigen::Vector3d& up) {
   OrbitOptions orbit;
-  orbit.views = 2 * kColumns, orbit.width = kWidth, orbit.height = kHeight, orbit.elevations = {15, 30};
-  orbit.field_of_view = 30, orbit.margin = 1.5;
+  orbit.views = 2 * kColumns;
+  orbit.width = kWidth;
+  orbit.height = kHeight;
+  orbit.elevations = {15, 30};
+  orbit.field_of_view = 30;
+  orbit.margin = 1.5;
   return orbit_cameras(orbit, object, up);
 }
 
@@ -43,8 +47,10 @@ ImageF sides_sheet(const GaussianCloud& cloud, const std::vector<Camera>& sides,
         Vec3f color(picture.color(x, y, 0), picture.color(x, y, 1), picture.color(x, y, 2));
         float covered = 0;
         Vec3f tint = Vec3f::Zero();
-        for (int k = 0; k < shown; ++k)
-          covered += picture.features(x, y, k), tint += picture.features(x, y, k) * kinds[k].color;
+        for (int k = 0; k < shown; ++k) {
+          covered += picture.features(x, y, k);
+          tint += picture.features(x, y, k) * kinds[k].color;
+        }
         color = 0.55f * (1 - covered) * color + 0.5f * covered * color + 0.5f * tint;
         for (int k = 0; k < 3; ++k) sheet(cell.x + x, cell.y + y, k) = std::clamp(color[k], 0.0f, 1.0f);
       }

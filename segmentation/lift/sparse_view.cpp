@@ -20,7 +20,8 @@ CompactView compact_view(const BlendWeights& weights, std::span<const uint32_t> 
     }
     view.row_start.push_back(static_cast<uint32_t>(view.gaussian.size()));
   }
-  view.gaussian.shrink_to_fit(), view.weight.shrink_to_fit();
+  view.gaussian.shrink_to_fit();
+  view.weight.shrink_to_fit();
   view.index_columns(gaussians);
   return view;
 }

@@ -35,7 +35,8 @@ struct SparseView {
   void index_columns(size_t gaussians) {
     std::vector<uint32_t> count(gaussians + 1, 0);
     for (uint32_t p : gaussian) ++count[p];
-    column.clear(), column_start.assign(1, 0);
+    column.clear();
+    column_start.assign(1, 0);
     for (size_t p = 0; p < gaussians; ++p) {
       if (count[p] == 0) continue;
       column.push_back(static_cast<uint32_t>(p));
@@ -43,11 +44,13 @@ struct SparseView {
       column_start.push_back(begin + count[p]);
       count[p] = begin;  // next free place of this column
     }
-    row.resize(gaussian.size()), column_weight.resize(gaussian.size());
+    row.resize(gaussian.size());
+    column_weight.resize(gaussian.size());
     for (uint32_t r = 0; r < rows(); ++r)
       for (uint32_t e = row_start[r]; e < row_start[r + 1]; ++e) {
         const uint32_t place = count[gaussian[e]]++;
-        row[place] = r, column_weight[place] = weight[e];
+        row[place] = r;
+        column_weight[place] = weight[e];
       }
   }
 };

@@ -62,8 +62,10 @@ std::vector<uint8_t> cut_between_ends(const SplitOptions& options, const Gaussia
   const auto hold = [&](const std::vector<int>& order, float value) {
     for (size_t k = 0; k < std::min(fixed, order.size() / 3); ++k) evidence[order[k]] = value;
   };
-  evidence[inner.back()] = kSure, evidence[order_a.back()] = -kSure;
-  hold(order_a, kSure), hold(order_b, -kSure);
+  evidence[inner.back()] = kSure;
+  evidence[order_a.back()] = -kSure;
+  hold(order_a, kSure);
+  hold(order_b, -kSure);
   cut_graph(options.cut, graph, evidence, label);
   return label;
 }
@@ -84,7 +86,8 @@ SplitResult split_object(const SplitOptions& options, const GaussianCloud& cloud
     result.parts = large_parts(graph, part, options.crumb);
     if (result.parts == 1) {
       const std::vector<int> before = part;
-      graph.border.clear(), graph.border_nearness.clear();  // what lies around the object is on neither side
+      graph.border.clear();
+      graph.border_nearness.clear();  // what lies around the object is on neither side
       const std::vector<uint8_t> label =
           cut_between_ends(options, graph, static_cast<int>(std::find(part.begin(), part.end(), 0) - part.begin()));
       double mass[2] = {0, 0};

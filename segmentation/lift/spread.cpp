@@ -45,7 +45,10 @@ std::vector<int> nearest_seen(std::span<const Vec3f> position, const std::vector
   auto relax = [&](int p, float so_far, int from) {
     for (auto edge = edges_of(p); edge != edges.end() && edge->first == p; ++edge) {
       const float next = so_far + (position[edge->second] - position[p]).squaredNorm();
-      if (next < cost[edge->second]) cost[edge->second] = next, queue.emplace(next, edge->second, from);
+      if (next < cost[edge->second]) {
+        cost[edge->second] = next;
+        queue.emplace(next, edge->second, from);
+      }
     }
   };
   for (int p = 0; p < n; ++p)
@@ -62,7 +65,10 @@ std::vector<int> nearest_seen(std::span<const Vec3f> position, const std::vector
   std::vector<int> seen_index;
   std::vector<Vec3f> seen_points;
   for (int p = 0; p < n; ++p)
-    if (seen[p]) seen_index.push_back(p), seen_points.push_back(position[p]);
+    if (seen[p]) {
+      seen_index.push_back(p);
+      seen_points.push_back(position[p]);
+    }
   const NearestPoints tree(seen_points);
   std::vector<NearestPoints::Hit> hits;
   for (int p : gaps) {

@@ -110,7 +110,8 @@ ChosenPixels choose_pixels(const std::vector<int>& cls, int width, int height, i
         for (int x = x0; x < std::min(width, x0 + stride); ++x) {
           const uint32_t pixel = static_cast<uint32_t>(y) * width + x;
           if (cls[pixel] < 0 || !(near[pixel] || (x == drawn_x && y == drawn_y))) continue;
-          chosen.pixels.push_back(pixel), chosen.target.push_back(cls[pixel]);
+          chosen.pixels.push_back(pixel);
+          chosen.target.push_back(cls[pixel]);
         }
     }
   return chosen;

@@ -12,7 +12,8 @@ void ClassVotes::add(size_t p, int cls, float weight) {
   Vote* slot = slots_.data() + p * kSlots;
   for (int s = 0; s < kSlots; ++s) {
     if (slot[s].cls != cls && slot[s].cls >= 0) continue;
-    slot[s].cls = cls, slot[s].weight += weight;
+    slot[s].cls = cls;
+    slot[s].weight += weight;
     return;
   }
   std::vector<Vote>& more = more_[static_cast<uint32_t>(p)];
@@ -76,7 +77,10 @@ std::vector<float> class_codes(int classes, uint64_t seed) {
       code.normalize();
       float coherence = -1;
       for (const Code& other : codes) coherence = std::max(coherence, code.dot(other));
-      if (coherence < best_coherence) best_coherence = coherence, best = code;
+      if (coherence < best_coherence) {
+        best_coherence = coherence;
+        best = code;
+      }
     }
     codes.push_back(best);
   }
@@ -107,11 +111,17 @@ void start_from_votes(const ClassVotes& votes, int classes, float sharpness, uin
           for (const auto& vote : share) sum += vote.weight;
           if (!(sum > 0)) break;
           Code mixed = Code::Zero();
-          for (auto& vote : share) vote.weight /= sum, mixed += vote.weight * code(vote.cls);
+          for (auto& vote : share) {
+            vote.weight /= sum;
+            mixed += vote.weight * code(vote.cls);
+          }
           int decoded = 0;
           float largest = -INFINITY;
           for (int c = 0; c < classes; ++c)
-            if (const float value = code(c).dot(mixed); value > largest) largest = value, decoded = c;
+            if (const float value = code(c).dot(mixed); value > largest) {
+              largest = value;
+              decoded = c;
+            }
           if (decoded == winner) {
             y = mixed;
             break;

@@ -17,8 +17,10 @@ WindowView::WindowView(const std::vector<Camera>& cameras, int camera_index, con
   camera.photo.clear();
   camera.width = std::max(8, static_cast<int>(std::lround(width * scale)));
   camera.height = std::max(8, static_cast<int>(std::lround(height * scale)));
-  camera.fx *= scale, camera.fy *= scale;
-  camera.cx = (camera.cx - x0) * scale, camera.cy = (camera.cy - y0) * scale;
+  camera.fx *= scale;
+  camera.fy *= scale;
+  camera.cx = (camera.cx - x0) * scale;
+  camera.cy = (camera.cy - y0) * scale;
 }
 
 bool project_point(const Camera& camera, const Vec3f& x, Eigen::Vector2d& pixel) {
@@ -61,7 +63,10 @@ void Lift::add(const GaussianCloud& cloud, const Camera& camera, const RenderOpt
 }
 
 void Lift::add(const Lift& other, float weight) {
-  for (size_t p = 0; p < total.size(); ++p) inside[p] += weight * other.inside[p], total[p] += weight * other.total[p];
+  for (size_t p = 0; p < total.size(); ++p) {
+    inside[p] += weight * other.inside[p];
+    total[p] += weight * other.total[p];
+  }
 }
 
 }  // namespace pliant

@@ -16,7 +16,10 @@ struct PictureRect {
 
   bool empty() const { return !(x0 < x1 && y0 < y1); }
   void add(double x, double y) {
-    x0 = std::min(x0, x), x1 = std::max(x1, x), y0 = std::min(y0, y), y1 = std::max(y1, y);
+    x0 = std::min(x0, x);
+    x1 = std::max(x1, x);
+    y0 = std::min(y0, y);
+    y1 = std::max(y1, y);
   }
   PictureRect grown(double share) const {
     const double dx = share * (x1 - x0), dy = share * (y1 - y0);

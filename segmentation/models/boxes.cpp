@@ -25,9 +25,9 @@ std::vector<Detection> suppress_overlaps(std::vector<Detection> boxes, float mos
 }
 
 bool clip_box(Detection& box, int width, int height) {
-  box.x0 = std::clamp(box.x0, 0.f, static_cast<float>(width)),
+  box.x0 = std::clamp(box.x0, 0.f, static_cast<float>(width));
   box.x1 = std::clamp(box.x1, 0.f, static_cast<float>(width));
-  box.y0 = std::clamp(box.y0, 0.f, static_cast<float>(height)),
+  box.y0 = std::clamp(box.y0, 0.f, static_cast<float>(height));
   box.y1 = std::clamp(box.y1, 0.f, static_cast<float>(height));
   return box.x1 > box.x0 && box.y1 > box.y0;
 }

@@ -60,7 +60,9 @@ std::string packed(const Message& message) {
   for (const Tensor& tensor : message.tensors)
     room += 128 + tensor.values.size() * sizeof(float) + tensor.integers.size() * sizeof(int64_t);
   bytes.reserve(room);
-  put(bytes, message.kind), put(bytes, message.threads), put(bytes, message.memory);
+  put(bytes, message.kind);
+  put(bytes, message.threads);
+  put(bytes, message.memory);
   put_array(bytes, message.text.data(), message.text.size());
   put(bytes, static_cast<uint64_t>(message.names.size()));
   for (const std::string& name : message.names) put_array(bytes, name.data(), name.size());
@@ -78,7 +80,8 @@ Message unpacked(const std::string& bytes) {
   ByteReader reader(bytes, "message");
   Message message;
   message.kind = reader.take<Message::Kind>("kind");
-  message.threads = reader.take<uint64_t>("threads"), message.memory = reader.take<uint64_t>("memory");
+  message.threads = reader.take<uint64_t>("threads");
+  message.memory = reader.take<uint64_t>("memory");
   take_array(reader, message.text);
   const auto names = reader.take<uint64_t>("names");
   reader.expect(names, 8, "names");
@@ -90,7 +93,9 @@ Message unpacked(const std::string& bytes) {
   for (Tensor& tensor : message.tensors) {
     tensor.type = reader.take<Tensor::Type>("type");
     if (tensor.type > Tensor::Type::kOther) tensor.type = Tensor::Type::kOther;
-    take_array(reader, tensor.shape), take_array(reader, tensor.values), take_array(reader, tensor.integers);
+    take_array(reader, tensor.shape);
+    take_array(reader, tensor.values);
+    take_array(reader, tensor.integers);
   }
   return message;
 }
@@ -108,7 +113,10 @@ bool Channel::send(const Message& message, double seconds) {
       if (!wait_for(descriptor_, POLLOUT, deadline)) return false;
       const ssize_t sent = ::send(descriptor_, data, left, MSG_NOSIGNAL | MSG_DONTWAIT);
       if (sent < 0 && errno != EINTR && errno != EAGAIN) return false;
-      if (sent > 0) data += sent, left -= sent;
+      if (sent > 0) {
+        data += sent;
+        left -= sent;
+      }
     }
     return true;
   };
@@ -122,7 +130,10 @@ Channel::Received Channel::receive(Message& message, double seconds, uint64_t mo
       if (!wait_for(descriptor_, POLLIN, deadline)) return Received::kTooLate;
       const ssize_t got = ::recv(descriptor_, data, left, MSG_DONTWAIT);
       if (got == 0 || (got < 0 && errno != EINTR && errno != EAGAIN)) return Received::kClosed;
-      if (got > 0) data += got, left -= got;
+      if (got > 0) {
+        data += got;
+        left -= got;
+      }
     }
     return Received::kMessage;
   };

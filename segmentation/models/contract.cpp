@@ -32,9 +32,10 @@ std::vector<Axis> axes_of(const std::string& shape) {
       axis.plus = std::atoll(axis.letter.c_str() + plus + 1);
       axis.letter.resize(plus);
     }
-    if (axis.letter.empty())
-      axis.plus += number, axis.factor = 0;
-    else if (numbered)
+    if (axis.letter.empty()) {
+      axis.plus += number;
+      axis.factor = 0;
+    } else if (numbered)
       axis.factor = number;
     axes.push_back(axis);
   }

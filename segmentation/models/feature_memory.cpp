@@ -100,7 +100,9 @@ std::vector<std::vector<float>> FeatureMemory::read(const std::vector<float>& qu
     for (std::ptrdiff_t k = 0; k < c; ++k)
       for (std::ptrdiff_t q = 0; q < count; ++q) {
         const float e = selection[k * m + begin + q], x = query[k * m + begin + q];
-        chosen(k, q) = e, product(k, q) = 2 * x * e, rest[q] += e * x * x;
+        chosen(k, q) = e;
+        product(k, q) = 2 * x * e;
+        rest[q] += e * x * x;
       }
     Matrix similarity = keys * product - squares * chosen;
     similarity.rowwise() -= rest;

@@ -13,7 +13,8 @@ namespace {
 /// Positions count anew after every separator, and only the pieces between two of them see each other.
 void link_pieces(const WordPiece& tokenizer, GroundingPrompt& prompt) {
   const size_t length = prompt.ids.size();
-  prompt.positions.assign(length, 0), prompt.pairs.assign(length * length, 0);
+  prompt.positions.assign(length, 0);
+  prompt.pairs.assign(length * length, 0);
   for (size_t i = 0; i < length; ++i) prompt.pairs[i * length + i] = 1;
   size_t begin = 0;
   for (size_t end = 0; end < length; ++end) {
@@ -38,7 +39,8 @@ std::vector<GroundingPrompt> grounding_prompts(const WordPiece& tokenizer, const
   const auto finish = [&](GroundingPrompt& prompt) {
     prompt.ids.push_back(tokenizer.id("[SEP]"));
     prompt.attention.assign(prompt.ids.size(), 1);
-    prompt.ids.resize(length, 0), prompt.attention.resize(length, 0);
+    prompt.ids.resize(length, 0);
+    prompt.attention.resize(length, 0);
     link_pieces(tokenizer, prompt);
   };
   for (size_t n = 0; n < names.size(); ++n) {
@@ -65,7 +67,9 @@ std::vector<GroundingPrompt> grounding_prompts(const WordPiece& tokenizer, const
 GroundingDino::GroundingDino(std::unique_ptr<NeuralModule> module, WordPiece tokenizer, const Options& options)
     : module_(std::move(module)), tokenizer_(std::move(tokenizer)), options_(options) {
   const ModelFile& file = module_->file();
-  height_ = file.size_of("height", 800), width_ = file.size_of("width", 1200), tokens_ = file.size_of("tokens", 256);
+  height_ = file.size_of("height", 800);
+  width_ = file.size_of("width", 1200);
+  tokens_ = file.size_of("tokens", 256);
   const double last = static_cast<double>(tokenizer_.size()) - 1;
   const auto type = Tensor::Type::kInt64, flag = Tensor::Type::kBool;
   contract_.inputs = {{"image", Tensor::Type::kFloat32, "1,3,H,W", -2.2, 2.7, "ImageNet mean and deviation, red first"},
@@ -115,11 +119,16 @@ std::vector<Detection> GroundingDino::detect(const ImageF& picture, const std::v
           if (probability > options_.text_threshold) sum += probability;
         }
         const float mean = sum / static_cast<float>(span.end - span.begin);
-        if (mean > best) best = mean, box.label = names[span.name];
+        if (mean > best) {
+          best = mean;
+          box.label = names[span.name];
+        }
       }
       if (box.score <= options_.box_threshold) continue;
-      box.x0 = (shares[0] - shares[2] / 2) * picture.width, box.x1 = (shares[0] + shares[2] / 2) * picture.width;
-      box.y0 = (shares[1] - shares[3] / 2) * picture.height, box.y1 = (shares[1] + shares[3] / 2) * picture.height;
+      box.x0 = (shares[0] - shares[2] / 2) * picture.width;
+      box.x1 = (shares[0] + shares[2] / 2) * picture.width;
+      box.y0 = (shares[1] - shares[3] / 2) * picture.height;
+      box.y1 = (shares[1] + shares[3] / 2) * picture.height;
       if (clip_box(box, picture.width, picture.height)) boxes.push_back(std::move(box));
     }
   }

@@ -26,10 +26,17 @@ Window surroundings(const ImageU8& mask, double context) {
   int x0 = mask.width, y0 = mask.height, x1 = 0, y1 = 0;
   for (int y = 0; y < mask.height; ++y)
     for (int x = 0; x < mask.width; ++x)
-      if (mask(x, y)) x0 = std::min(x0, x), x1 = std::max(x1, x + 1), y0 = std::min(y0, y), y1 = std::max(y1, y + 1);
+      if (mask(x, y)) {
+        x0 = std::min(x0, x);
+        x1 = std::max(x1, x + 1);
+        y0 = std::min(y0, y);
+        y1 = std::max(y1, y + 1);
+      }
   if (x0 >= x1) return {0, 0, 0, 0};
   const int grow = std::max(64, static_cast<int>(context * std::max(x1 - x0, y1 - y0)));
-  x0 = std::max(0, x0 - grow), y0 = std::max(0, y0 - grow), x1 = std::min(mask.width, x1 + grow),
+  x0 = std::max(0, x0 - grow);
+  y0 = std::max(0, y0 - grow);
+  x1 = std::min(mask.width, x1 + grow);
   y1 = std::min(mask.height, y1 + grow);
   return {x0, y0, x1 - x0, y1 - y0};
 }
@@ -54,7 +61,8 @@ std::vector<int> tile_starts(int length, int tile, int overlap) {
 Lama::Lama(std::unique_ptr<NeuralModule> module, const Options& options)
     : module_(std::move(module)), options_(options) {
   const ModelFile& file = module_->file();
-  fixed_height_ = file.size_of("height", 0), fixed_width_ = file.size_of("width", fixed_height_),
+  fixed_height_ = file.size_of("height", 0);
+  fixed_width_ = file.size_of("width", fixed_height_);
   range_ = file.size_of("range", 1);
   if (fixed_width_) options_.tile = std::min({options_.tile, fixed_width_, fixed_height_});
   options_.overlap = std::min(options_.overlap, options_.tile / 4);

@@ -30,7 +30,9 @@ std::unique_ptr<NeuralModule> load(const ModelChoice& choice, const std::string&
   if (const auto known = kOptionOf.find(kind); known != kOptionOf.end() && known->second != option)
     throw usage_error(option, file.string(), "holds '" + kind + "'", "give it as " + known->second);
   ModuleOptions options;
-  options.option = option, options.trust_torchscript = choice.trust_torchscript, options.networks = choice.networks();
+  options.option = option;
+  options.trust_torchscript = choice.trust_torchscript;
+  options.networks = choice.networks();
   if (YoloxDetector::recognises(model) && kOptionOf.at("yolox") != option)
     options.advice = "it is YOLOX by its outline; give it as " + kOptionOf.at("yolox");
   if (option == "--tracker" && model.format == ModelFile::Format::kOnnx)

@@ -56,7 +56,8 @@ NeuralModule::NeuralModule(const std::filesystem::path& file, const ModuleOption
   Message request;
   request.kind = Message::Kind::kLoad;
   request.text = std::filesystem::absolute(file).string();
-  request.threads = static_cast<uint64_t>(options_.threads), request.memory = options_.memory;
+  request.threads = static_cast<uint64_t>(options_.threads);
+  request.memory = options_.memory;
   Message answer;
   try {
     answer = process_->worker.ask(request, options_.load_seconds, options_.memory);
@@ -103,7 +104,9 @@ std::vector<Tensor> NeuralModule::run_within(const Contract& contract, const std
   CHECK(inputs.size() == contract.inputs.size());
   Lengths lengths;
   Message request;
-  request.kind = Message::Kind::kRun, request.text = method, request.tensors = inputs;
+  request.kind = Message::Kind::kRun;
+  request.text = method;
+  request.tensors = inputs;
   for (size_t i = 0; i < inputs.size(); ++i) {
     const std::string wrong = breach_of_shape(contract.inputs[i], inputs[i], lengths);
     CHECK_MSG(wrong.empty(), describe(contract.inputs[i]) + " " + wrong);

@@ -61,7 +61,7 @@ Fitted fit_picture(const ImageF& picture, int width, int height, float padding) 
   Fitted fitted;
   fitted.width = std::clamp(static_cast<int>(std::lround(picture.width * scale)), 1, width);
   fitted.height = std::clamp(static_cast<int>(std::lround(picture.height * scale)), 1, height);
-  fitted.scale_x = static_cast<float>(fitted.width) / picture.width,
+  fitted.scale_x = static_cast<float>(fitted.width) / picture.width;
   fitted.scale_y = static_cast<float>(fitted.height) / picture.height;
   const ImageF small = resize_picture(picture, fitted.width, fitted.height);
   fitted.picture = ImageF(width, height, picture.channels, padding);

@@ -26,7 +26,8 @@ TagList TagList::read(const std::filesystem::path& file) {
                           "has the threshold '" + line.substr(tab + 1) + "'",
                           "write NAME, a tab, and a number in 0..1");
     }
-    tags.names.push_back(line.substr(0, tab)), tags.thresholds.push_back(threshold);
+    tags.names.push_back(line.substr(0, tab));
+    tags.thresholds.push_back(threshold);
   }
   if (tags.names.empty())
     throw input_error(file.string(), "", "has no names", "give the tag list of the network, one name per line");

@@ -59,16 +59,23 @@ Sam::Sam(std::unique_ptr<NeuralModule> encoder, std::unique_ptr<NeuralModule> de
   const ModelFile& file = encoder_->file();
   const nlohmann::json about = file.about();
   size_ = file.size_of("size", 1024);
-  square_ = about.value("fit", "longest") == "square", pads_boxes_ = about.value("pad_boxes", false);
+  square_ = about.value("fit", "longest") == "square";
+  pads_boxes_ = about.value("pad_boxes", false);
   const std::vector<std::string> names = feature_names(file);
   const auto type = Tensor::Type::kFloat32;
   encode_ = encoder_contract(file);
-  if (!decoder_) encode_.method = "encode", decode_.method = "decode";
+  if (!decoder_) {
+    encode_.method = "encode";
+    decode_.method = "decode";
+  }
   const std::vector<Tensor> features = encoder_->verify(encode_, {{"S", size_}});
   int64_t height = 0, width = 0;
   for (size_t i = 0; i < features.size(); ++i) {
     decode_.inputs.push_back({names[i], type, fixed(features[i].shape)});
-    if (encode_.outputs[i].shape == "1,256,h,w") height = features[i].shape[2], width = features[i].shape[3];
+    if (encode_.outputs[i].shape == "1,256,h,w") {
+      height = features[i].shape[2];
+      width = features[i].shape[3];
+    }
   }
   takes_size_ =
       !decoder_ || decoder_->file().format != ModelFile::Format::kOnnx || has_input(decoder_->file(), "orig_im_size");
@@ -87,13 +94,16 @@ Sam::Sam(std::unique_ptr<NeuralModule> encoder, std::unique_ptr<NeuralModule> de
 }
 
 void Sam::encode(const ImageF& picture) {
-  width_ = picture.width, height_ = picture.height;
+  width_ = picture.width;
+  height_ = picture.height;
   Fitted fitted;
-  if (square_)
-    fitted.picture = resize_picture(picture, size_, size_), fitted.width = fitted.height = size_;
-  else
+  if (square_) {
+    fitted.picture = resize_picture(picture, size_, size_);
+    fitted.width = fitted.height = size_;
+  } else
     fitted = fit_picture(picture, size_, size_, 0);
-  scaled_width_ = fitted.width, scaled_height_ = fitted.height;
+  scaled_width_ = fitted.width;
+  scaled_height_ = fitted.height;
   Tensor image = to_planes(fitted.picture, Normalisation::imagenet());
   for (int c = 0; c < 3; ++c)  // padding is zero after the normalisation
     for (int y = 0; y < size_; ++y)
@@ -108,7 +118,8 @@ std::vector<SegmentedMask> Sam::segment(const MaskPrompt& prompt) {
     throw usage_error("prompt", "", "has no box and no point", "point at something");
   std::vector<float> places, labels;
   const auto add = [&](float x, float y, float label) {  // SAM counts from the centres of pixels
-    places.push_back(x * scaled_width_ / width_ - 0.5f), places.push_back(y * scaled_height_ / height_ - 0.5f);
+    places.push_back(x * scaled_width_ / width_ - 0.5f);
+    places.push_back(y * scaled_height_ / height_ - 0.5f);
     labels.push_back(label);
   };
   for (const MaskPrompt::Point& point : prompt.points) {
@@ -128,10 +139,12 @@ std::vector<SegmentedMask> Sam::segment(const MaskPrompt& prompt) {
           "prompt", "",
           "has a box outside the picture of " + std::to_string(width_) + " x " + std::to_string(height_) + " pixels",
           "draw it inside");
-    add(x0, y0, 2), add(x1, y1, 3);
+    add(x0, y0, 2);
+    add(x1, y1, 3);
   }
   if (!prompt.box || pads_boxes_) {
-    places.insert(places.end(), {0, 0}), labels.push_back(-1);
+    places.insert(places.end(), {0, 0});
+    labels.push_back(-1);
   }
   const auto count = static_cast<int64_t>(labels.size());
   std::vector<Tensor> inputs = features_;

@@ -13,14 +13,17 @@ Tensor Tensor::floats(std::vector<int64_t> shape, float value) {
 
 Tensor Tensor::floats(std::vector<int64_t> shape, std::vector<float> values) {
   Tensor tensor;
-  tensor.shape = std::move(shape), tensor.values = std::move(values);
+  tensor.shape = std::move(shape);
+  tensor.values = std::move(values);
   CHECK(tensor.count() == static_cast<int64_t>(tensor.values.size()));
   return tensor;
 }
 
 Tensor Tensor::whole(std::vector<int64_t> shape, std::vector<int64_t> integers, Type type) {
   Tensor tensor;
-  tensor.type = type, tensor.shape = std::move(shape), tensor.integers = std::move(integers);
+  tensor.type = type;
+  tensor.shape = std::move(shape);
+  tensor.integers = std::move(integers);
   CHECK(tensor.count() == static_cast<int64_t>(tensor.integers.size()));
   return tensor;
 }

@@ -59,8 +59,11 @@ Xmem::Xmem(std::unique_ptr<NeuralModule> module, const Options& options)
 
 TrackedFrame Xmem::start(const ImageF& picture, const IdImage& masks) {
   CHECK(masks.width == picture.width && masks.height == picture.height);
-  memory_.clear(), things_.clear(), hidden_.clear();
-  width_ = picture.width, height_ = picture.height;
+  memory_.clear();
+  things_.clear();
+  hidden_.clear();
+  width_ = picture.width;
+  height_ = picture.height;
   read_frame(picture);
   ids_ = masks;
   for (const auto& [id, area] : areas(masks)) things_.push_back(id);
@@ -111,14 +114,17 @@ TrackedFrame Xmem::add(const IdImage& detections) {
   std::map<uint32_t, uint32_t> id_of;
   for (const auto& [detection, area] : areas(detections)) {
     for (const auto& [thing, pixels] : shared[detection])
-      if (static_cast<double>(pixels) > options_.correction * static_cast<double>(area))
-        id_of[detection] = thing, corrected.insert(thing);
+      if (static_cast<double>(pixels) > options_.correction * static_cast<double>(area)) {
+        id_of[detection] = thing;
+        corrected.insert(thing);
+      }
     if (id_of.count(detection)) continue;
     uint32_t id = detection;
     for (uint32_t next = *std::max_element(detections.data.begin(), detections.data.end()); taken.count(id); ++next)
       id = std::max(next, 1u);
     id_of[detection] = id;
-    taken.insert(id), things_.push_back(id);
+    taken.insert(id);
+    things_.push_back(id);
   }
   for (size_t i = 0; i < ids_.data.size(); ++i) {
     if (detections.data[i])
@@ -133,7 +139,7 @@ TrackedFrame Xmem::add(const IdImage& detections) {
 /// Scales, pads and encodes the next picture.
 void Xmem::read_frame(const ImageF& picture) {
   const double scale = std::min(1.0, static_cast<double>(options_.short_side) / std::min(width_, height_));
-  scaled_width_ = std::max(1, static_cast<int>(std::lround(width_ * scale))),
+  scaled_width_ = std::max(1, static_cast<int>(std::lround(width_ * scale)));
   scaled_height_ = std::max(1, static_cast<int>(std::lround(height_ * scale)));
   const int width = (scaled_width_ + 15) / 16 * 16, height = (scaled_height_ + 15) / 16 * 16;
   const Tensor small = to_planes(resize_picture(picture, scaled_width_, scaled_height_), Normalisation::imagenet());
@@ -203,7 +209,10 @@ IdImage Xmem::ids_of(const Tensor& probabilities) const {
     cv::Mat whole;
     cv::resize(padded(cv::Rect(0, 0, scaled_width_, scaled_height_)), whole, {width_, height_}, 0, 0, cv::INTER_LINEAR);
     for (size_t i = 0; i < best.size(); ++i)
-      if (whole.ptr<float>()[i] > best[i]) best[i] = whole.ptr<float>()[i], ids.data[i] = k ? things_[k - 1] : 0;
+      if (whole.ptr<float>()[i] > best[i]) {
+        best[i] = whole.ptr<float>()[i];
+        ids.data[i] = k ? things_[k - 1] : 0;
+      }
   }
   return ids;
 }

@@ -82,8 +82,10 @@ std::vector<Detection> YoloxDetector::detect(const ImageF& picture, const std::v
         if (!names.empty() && std::find(names.begin(), names.end(), box.label) == names.end()) continue;
         const float half_width = std::exp(row[2]) * stride / 2, half_height = std::exp(row[3]) * stride / 2;
         const float centre_x = (row[0] + x) * stride, centre_y = (row[1] + y) * stride;
-        box.x0 = (centre_x - half_width) / fitted.scale_x, box.x1 = (centre_x + half_width) / fitted.scale_x;
-        box.y0 = (centre_y - half_height) / fitted.scale_y, box.y1 = (centre_y + half_height) / fitted.scale_y;
+        box.x0 = (centre_x - half_width) / fitted.scale_x;
+        box.x1 = (centre_x + half_width) / fitted.scale_x;
+        box.y0 = (centre_y - half_height) / fitted.scale_y;
+        box.y1 = (centre_y + half_height) / fitted.scale_y;
         if (clip_box(box, picture.width, picture.height)) boxes.push_back(std::move(box));
       }
     }

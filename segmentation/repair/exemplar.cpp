@@ -97,7 +97,10 @@ class Completion {
     const cv::Mat distance = distance_to(level.target);
     for (int y = 0; y < level.height(); ++y)
       for (int x = 0; x < level.width(); ++x) {
-        if (whole_source(x, y)) sources_.push_back({x, y}), source_[static_cast<size_t>(y) * level.width() + x] = 1;
+        if (whole_source(x, y)) {
+          sources_.push_back({x, y});
+          source_[static_cast<size_t>(y) * level.width() + x] = 1;
+        }
         if (distance.at<float>(y, x) > 1.5f * static_cast<float>(r_)) continue;
         if (!near_target(x, y)) continue;
         index_[static_cast<size_t>(y) * level.width() + x] = static_cast<int>(patches_.size());
@@ -130,7 +133,8 @@ class Completion {
   void run() {
     for (int round = 0; round < options_.rounds; ++round) {
       for (Patch& p : patches_) p.cost = cost(p.at, p.source, INFINITY);
-      search(2 * round, false), search(2 * round + 1, true);
+      search(2 * round, false);
+      search(2 * round + 1, true);
       vote(round + 1 == options_.rounds);
     }
   }
@@ -183,7 +187,10 @@ class Completion {
   void improve(Patch& p, int x, int y) const {
     if (!is_source(x, y)) return;
     const float c = cost(p.at, {x, y}, p.cost);
-    if (c < p.cost) p.cost = c, p.source = {x, y};
+    if (c < p.cost) {
+      p.cost = c;
+      p.source = {x, y};
+    }
   }
 
   void search(int pass, bool backwards) {

@@ -99,7 +99,9 @@ GaussianCloud plane_patch(const PlaneFill& plane, const ImageU8& which, const Ga
   GaussianCloud patch;
   const Neighbourhood around = neighbourhood(background, picture.members);
   Eigen::Matrix3f frame;
-  frame.col(0) = picture.u, frame.col(1) = picture.normal.cross(picture.u), frame.col(2) = picture.normal;
+  frame.col(0) = picture.u;
+  frame.col(1) = picture.normal.cross(picture.u);
+  frame.col(2) = picture.normal;
   const Vec4f rotation = quaternion_wxyz(frame);
   for (int y = 0; y < which.height; ++y)
     for (int x = 0; x < which.width; ++x)
@@ -153,7 +155,8 @@ GaussianCloud view_patch(const HoleView& view, const Camera& camera, const Image
       double total = 0, below = 0;
       for (size_t i = 0; i < ring.size(); i += step) {
         const double d2 = (ring[i].first - Vec2f(x, y)).squaredNorm();
-        candidates.emplace_back(ring[i].second, 1 / (d2 * d2)), total += 1 / (d2 * d2);
+        candidates.emplace_back(ring[i].second, 1 / (d2 * d2));
+        total += 1 / (d2 * d2);
       }
       std::sort(candidates.begin(), candidates.end());
       size_t pick = 0;

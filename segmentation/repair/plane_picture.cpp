@@ -19,7 +19,8 @@ GaussianCloud flat_colored(const GaussianCloud& cloud, const std::vector<int>& m
     const Vec3f color = sh_color<float>(out.sh_degree, out.sh_of(i), (out.position[i] - eye).normalized());
     for (int k = 0; k < 3; ++k) dc[3 * i + k] = (color[k] - 0.5f) / kSh0;
   }
-  out.sh = std::move(dc), out.sh_degree = 0;
+  out.sh = std::move(dc);
+  out.sh_degree = 0;
   return out;
 }
 
@@ -44,7 +45,10 @@ Opening find_opening(int plane, const std::vector<HoleView>& views, const std::v
       const Vec3d in_camera = camera.cam_from_world * geometry[v].point[i].cast<double>();
       footprint.push_back(static_cast<float>(in_camera.z() / camera.fx));
     }
-    if (here > most) most = here, opening.widest = v;
+    if (here > most) {
+      most = here;
+      opening.widest = v;
+    }
   }
   if (footprint.empty()) return opening;
   const auto middle = footprint.begin() + static_cast<std::ptrdiff_t>(footprint.size() / 2);
@@ -63,12 +67,15 @@ Vec2f inner_range(std::vector<float> values) {
 /// Camera far in front of the picture, whose pixels are its texels.
 Camera front_camera(const PlanePicture& picture, int width, int height) {
   Camera camera;
-  camera.width = width, camera.height = height;
+  camera.width = width;
+  camera.height = height;
   const double distance = 30.0 * picture.texel * std::max(width, height);
   camera.fx = camera.fy = distance / picture.texel;
-  camera.cx = 0.5 * width, camera.cy = 0.5 * height;
+  camera.cx = 0.5 * width;
+  camera.cy = 0.5 * height;
   Eigen::Matrix3d axes;
-  axes.row(0) = picture.u.cast<double>(), axes.row(1) = picture.v.cast<double>(),
+  axes.row(0) = picture.u.cast<double>();
+  axes.row(1) = picture.v.cast<double>();
   axes.row(2) = -picture.normal.cast<double>();
   const Vec3d eye =
       (picture.point(0.5f * width, 0.5f * height) + picture.normal * static_cast<float>(distance)).cast<double>();
@@ -137,12 +144,16 @@ PlanePicture picture_plane(const PlanePictureOptions& options, const Surfaces& s
   const Vec3f right = front.cam_from_world.linear().row(0).transpose().cast<float>();
   Vec3f u = right - plane.normal * plane.normal.dot(right);
   if (u.norm() < 1e-3f) u = plane.normal.unitOrthogonal();
-  picture.normal = plane.normal, picture.u = u.normalized(), picture.v = (-plane.normal).cross(picture.u);
+  picture.normal = plane.normal;
+  picture.u = u.normalized();
+  picture.v = (-plane.normal).cross(picture.u);
 
   // The picture spans the hole and its surroundings.
   std::vector<float> us, vs;
-  for (const Vec3f& x : opening.point)
-    us.push_back(picture.u.dot(x - plane.point)), vs.push_back(picture.v.dot(x - plane.point));
+  for (const Vec3f& x : opening.point) {
+    us.push_back(picture.u.dot(x - plane.point));
+    vs.push_back(picture.v.dot(x - plane.point));
+  }
   const Vec2f ru = inner_range(std::move(us)), rv = inner_range(std::move(vs));
   const float span = std::max(ru[1] - ru[0], rv[1] - rv[0]);
   float texel = 0.9f * opening.footprint;

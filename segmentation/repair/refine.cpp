@@ -46,8 +46,10 @@ Crop crop(const FilledView& view, int ring, size_t first_new, const GaussianClou
             ImageF(box.width, box.height, 1),
             {},
             0};
-  part.camera.width = box.width, part.camera.height = box.height;
-  part.camera.cx -= box.x, part.camera.cy -= box.y;
+  part.camera.width = box.width;
+  part.camera.height = box.height;
+  part.camera.cx -= box.x;
+  part.camera.cy -= box.y;
   for (int y = 0; y < box.height; ++y)
     for (int x = 0; x < box.width; ++x) {
       std::copy_n(view.color.at(box.x + x, box.y + y), 3, part.color.at(x, y));
@@ -93,7 +95,8 @@ double error_inside(const std::vector<Crop>& crops) {
   double sum = 0, pixels = 0;
   for (const Crop& part : crops) {
     const double n = std::accumulate(part.inside.data.begin(), part.inside.data.end(), 0.0);
-    sum += n * mse_loss(render(part.cloud, part.camera).color, part.color, part.inside), pixels += n;
+    sum += n * mse_loss(render(part.cloud, part.camera).color, part.color, part.inside);
+    pixels += n;
   }
   return sum / pixels;
 }

@@ -41,8 +41,10 @@ float change_outside(const HoleView& before, const HoleView& after) {
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       if (near.at<uint8_t>(y, x)) continue;
-      for (int k = 0; k < 3; ++k)
-        sum += std::abs(before.picture.color(x, y, k) - after.picture.color(x, y, k)), ++count;
+      for (int k = 0; k < 3; ++k) {
+        sum += std::abs(before.picture.color(x, y, k) - after.picture.color(x, y, k));
+        ++count;
+      }
     }
   return count ? static_cast<float>(sum / static_cast<double>(count)) : 0.0f;
 }
@@ -91,7 +93,10 @@ class Repair {
     surfaces_ = find_surfaces(before_, observation_, result_.background, cameras_, options_.ring, options_.max_planes);
     for (size_t v = 0; v < views(); ++v) {
       geometry_.push_back(place_hole(surfaces_, before_[v], camera(v), options_.ring));
-      for (int pixel : geometry_[v].nowhere) observation_.ignored[v].data[pixel] = 1, before_[v].hole.data[pixel] = 0;
+      for (int pixel : geometry_[v].nowhere) {
+        observation_.ignored[v].data[pixel] = 1;
+        before_[v].hole.data[pixel] = 0;
+      }
       before_[v].pixels -= geometry_[v].nowhere.size();
       summary_.hole_before.push_back(before_[v].pixels);
     }
@@ -101,7 +106,9 @@ class Repair {
     const int support = support_plane(surfaces_, geometry_, removed_);
     if (support < 0) return;
     const Shadow shadow = find_shadow(options_.shadow, picture(support, {.margin = 2.0f, .most_texels = 240}));
-    summary_.shadow = shadow.verdict, summary_.shadow_doubt = shadow.doubt, summary_.shadow_darkest = shadow.darkest;
+    summary_.shadow = shadow.verdict;
+    summary_.shadow_doubt = shadow.doubt;
+    summary_.shadow_darkest = shadow.darkest;
     summary_.shadow_lifted = options_.repair_shadow && shadow.verdict == Shadow::Verdict::kPlain;
     if (!summary_.shadow_lifted) return;
     summary_.shadow_gaussians = lift_shadow(shadow, result_.background);
@@ -124,7 +131,8 @@ class Repair {
   /// What is left, one view after the other, largest hole first.  Holes only shrink, so a size that was measured before
   /// the last patch is an upper bound.
   void fill_views() {
-    now_.resize(views()), measured_.assign(views(), -1);
+    now_.resize(views());
+    measured_.assign(views(), -1);
     for (size_t v = 0; v < views(); ++v) measure(v);
     std::vector<uint8_t> done(views(), 0);
     for (int turn = 0; turn < options_.max_view_patches; ++turn) {
@@ -169,10 +177,13 @@ class Repair {
     for (size_t p = 0, next = 0; p < result_.background.size(); ++p) {
       if (next < gone.size() && gone[next] == static_cast<int>(p))
         ++next;
-      else
-        kept.push_back(static_cast<int>(p)), unobserved.push_back(observation_.unobserved[p]);
+      else {
+        kept.push_back(static_cast<int>(p));
+        unobserved.push_back(observation_.unobserved[p]);
+      }
     }
-    result_.background = result_.background.select(kept), observation_.unobserved = std::move(unobserved);
+    result_.background = result_.background.select(kept);
+    observation_.unobserved = std::move(unobserved);
   }
 
   size_t add(const GaussianCloud& patch) {
@@ -183,11 +194,15 @@ class Repair {
   }
   void add_texels(size_t k, const ImageU8& texels) {
     const size_t added = add(plane_patch(planes_[k], texels, result_.background));
-    summary_.plane_gaussians += added, used_[k] |= added > 0;
+    summary_.plane_gaussians += added;
+    used_[k] |= added > 0;
   }
 
   void measure(size_t v) {
-    if (measured_[v] != patches_) now_[v] = hole(v), measured_[v] = patches_;
+    if (measured_[v] != patches_) {
+      now_[v] = hole(v);
+      measured_[v] = patches_;
+    }
   }
   size_t largest_hole(const std::vector<uint8_t>& done) {
     for (;;) {
@@ -263,7 +278,8 @@ RepairResult repair(const RepairOptions& options, const GaussianCloud& backgroun
   };
   if (background.size() == 0 || removed.size() == 0 || cameras.empty()) {
     RepairResult untouched;
-    untouched.background = background, untouched.first_new = background.size();
+    untouched.background = background;
+    untouched.first_new = background.size();
     return untouched;
   }
   Repair work(options, background, removed, cameras, inpainter);

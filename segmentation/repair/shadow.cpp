@@ -49,8 +49,10 @@ Layout lay_out(const ShadowOptions& options, const PlanePicture& picture) {
   Layout layout{picture.target.width, picture.target.height, footprint_of(picture), {}, 0, 0, 0, picture.known};
   cv::Mat outside(layout.height, layout.width, CV_8U);
   size_t area = 0;
-  for (size_t i = 0; i < layout.footprint.data.size(); ++i)
-    outside.data[i] = !layout.footprint.data[i], area += layout.footprint.data[i];
+  for (size_t i = 0; i < layout.footprint.data.size(); ++i) {
+    outside.data[i] = !layout.footprint.data[i];
+    area += layout.footprint.data[i];
+  }
   cv::distanceTransform(outside, layout.distance, cv::DIST_L2, 5);
   layout.radius = std::sqrt(static_cast<float>(area) / static_cast<float>(M_PI));
   layout.reach = options.reach * layout.radius;
@@ -137,7 +139,9 @@ class PatchLight {
     int n = 0;
     each(x, y, dx, dy, [&](const float* here, const float* there) {
       const float d = here[3] - there[3];
-      sum += d, square += d * d, ++n;
+      sum += d;
+      square += d * d;
+      ++n;
     });
     if (n < kEnough) return {};
     const float count = static_cast<float>(n);
@@ -145,7 +149,10 @@ class PatchLight {
   }
   float mean(int x, int y, const Match& m, int k) const {
     float sum = 0, n = 0;
-    each(x, y, m.dx, m.dy, [&](const float* here, const float* there) { sum += here[k] - there[k], ++n; });
+    each(x, y, m.dx, m.dy, [&](const float* here, const float* there) {
+      sum += here[k] - there[k];
+      ++n;
+    });
     return sum / n;
   }
 
@@ -192,7 +199,10 @@ float remove_trend(const Layout& layout, const cv::Mat& valid, cv::Mat& ratio) {
   auto used = [&](int x, int y) { return layout.reference(x, y) && valid.at<float>(y, x) > 0.5f; };
   for (int y = 0; y < layout.height; ++y)
     for (int x = 0; x < layout.width; ++x)
-      if (used(x, y)) A += row(x, y) * row(x, y).transpose(), b += row(x, y) * ratio.at<float>(y, x);
+      if (used(x, y)) {
+        A += row(x, y) * row(x, y).transpose();
+        b += row(x, y) * ratio.at<float>(y, x);
+      }
   const Vec3d trend = A.ldlt().solve(b);
   std::vector<float> left;
   for (int y = 0; y < layout.height; ++y)
@@ -255,7 +265,8 @@ Shadow find_shadow(const ShadowOptions& options, const PlanePicture& picture) {
       if (d == 0 || d > layout.reach || light.valid.at<float>(y, x) < 0.1f) continue;
       dark.at<uint8_t>(y, x) = ratio.at<float>(y, x) < -low;
       if (d > 2 * layout.blur + 3) continue;
-      ++rim, dark_rim += ratio.at<float>(y, x) < -threshold;
+      ++rim;
+      dark_rim += ratio.at<float>(y, x) < -threshold;
     }
   if (rim == 0 || static_cast<float>(dark_rim) < options.min_rim * static_cast<float>(rim)) return shadow;
   const cv::Mat region = around_footprint(layout.footprint, dark);
@@ -270,17 +281,22 @@ Shadow find_shadow(const ShadowOptions& options, const PlanePicture& picture) {
       if (!region.at<uint8_t>(y, x) || light.valid.at<float>(y, x) < 0.1f) continue;
       shadow.gain(x, y) = std::clamp(std::exp(ratio.at<float>(y, x)), kLeastGain, 1.0f);
       if (d == 0) continue;
-      ++count, deep_end += d > 0.9f * layout.reach && ratio.at<float>(y, x) < -threshold;
+      ++count;
+      deep_end += d > 0.9f * layout.reach && ratio.at<float>(y, x) < -threshold;
       for (int k = 0; k < 4; ++k) sum[k] += light.ratio[k].at<float>(y, x);
       shadow.darkest = std::min(shadow.darkest, shadow.gain(x, y));
     }
   shadow.area = static_cast<float>(count) * picture.texel * picture.texel;
   shadow.verdict = Shadow::Verdict::kPlain;
   for (int k = 0; k < 3; ++k)
-    if (std::abs(sum[k] - sum[3]) > options.max_tint * std::abs(sum[3]))
-      shadow.verdict = Shadow::Verdict::kDoubtful, shadow.doubt = "its hue differs";
-  if (static_cast<double>(deep_end) > 0.02 * static_cast<double>(count))
-    shadow.verdict = Shadow::Verdict::kDoubtful, shadow.doubt = "it goes on farther than a contact shadow";
+    if (std::abs(sum[k] - sum[3]) > options.max_tint * std::abs(sum[3])) {
+      shadow.verdict = Shadow::Verdict::kDoubtful;
+      shadow.doubt = "its hue differs";
+    }
+  if (static_cast<double>(deep_end) > 0.02 * static_cast<double>(count)) {
+    shadow.verdict = Shadow::Verdict::kDoubtful;
+    shadow.doubt = "it goes on farther than a contact shadow";
+  }
   // Steps of the region's border are smoothed away.
   cv::Mat gain(layout.height, layout.width, CV_32F, shadow.gain.data.data()), soft;
   cv::GaussianBlur(gain, soft, {}, 0.5 * layout.blur);

@@ -41,7 +41,10 @@ Surroundings look_around(const ImageF& picture, const ImageU8& known, const Imag
   Surroundings around{picture, known, target, {}, 0};
   cv::Mat outside(picture.height, picture.width, CV_8U), distance;
   size_t area = 0;
-  for (size_t i = 0; i < target.data.size(); ++i) outside.data[i] = !target.data[i], area += target.data[i];
+  for (size_t i = 0; i < target.data.size(); ++i) {
+    outside.data[i] = !target.data[i];
+    area += target.data[i];
+  }
   cv::distanceTransform(outside, distance, cv::DIST_L2, 5);
   const float width = std::max(6.0f, 0.5f * std::sqrt(static_cast<float>(area) / static_cast<float>(M_PI)));
   double sum[3] = {0, 0, 0}, square = 0;
@@ -49,7 +52,10 @@ Surroundings look_around(const ImageF& picture, const ImageU8& known, const Imag
     for (int x = 0; x < picture.width; ++x) {
       if (!known(x, y) || distance.at<float>(y, x) > width) continue;
       around.band.push_back({x, y});
-      for (int k = 0; k < 3; ++k) sum[k] += picture(x, y, k), square += picture(x, y, k) * picture(x, y, k);
+      for (int k = 0; k < 3; ++k) {
+        sum[k] += picture(x, y, k);
+        square += picture(x, y, k) * picture(x, y, k);
+      }
     }
   const double n = std::max<double>(1, static_cast<double>(around.band.size()));
   around.variance = static_cast<float>((square - (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) / n) / n);
@@ -69,7 +75,8 @@ float error_of(const Surroundings& around, float dx, float dy) {
     ++met;
     for (int k = 0; k < 3; ++k) {
       const float d = there[k] - around.picture(at.x, at.y, k);
-      square += d * d, sum[k] += d;
+      square += d * d;
+      sum[k] += d;
     }
   }
   if (5 * met < 2 * tried || met == 0) return INFINITY;
@@ -87,7 +94,10 @@ Shift refined(const Surroundings& around, const Offset& start) {
       for (const auto& [sx, sy] : {std::pair{step, 0.0f}, {-step, 0.0f}, {0.0f, step}, {0.0f, -step}}) {
         // Blur by interpolation hides noise, so a fraction must earn its place.
         const float error = error_of(around, best.x + sx, best.y + sy);
-        if (error < 0.98f * best.error) best = {best.x + sx, best.y + sy, error}, better = true;
+        if (error < 0.98f * best.error) {
+          best = {best.x + sx, best.y + sy, error};
+          better = true;
+        }
       }
     }
   return best;
@@ -117,7 +127,8 @@ void add_membrane(const Surroundings& around, const ImageU8& label, const std::v
       weight.at<float>(y, x) = 1;
       for (int k = 0; k < 3; ++k) difference.at<cv::Vec3f>(y, x)[k] = around.picture(x, y, k) - there[k];
     }
-  cv::GaussianBlur(difference, difference, {}, 2 * kRim), cv::GaussianBlur(weight, weight, {}, 2 * kRim);
+  cv::GaussianBlur(difference, difference, {}, 2 * kRim);
+  cv::GaussianBlur(weight, weight, {}, 2 * kRim);
   // Jacobi iterations over the target; around it the smoothed difference stands.
   cv::Mat value = cv::Mat::zeros(height, width, CV_32FC3);
   std::vector<Offset> inner;
@@ -135,7 +146,10 @@ void add_membrane(const Surroundings& around, const ImageU8& label, const std::v
       float n = 0;
       for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
         const int i = at.x + dx, j = at.y + dy;
-        if (i >= 0 && j >= 0 && i < width && j < height) sum += old.at<cv::Vec3f>(j, i), ++n;
+        if (i >= 0 && j >= 0 && i < width && j < height) {
+          sum += old.at<cv::Vec3f>(j, i);
+          ++n;
+        }
       }
       value.at<cv::Vec3f>(at.y, at.x) = sum / n;
     }
@@ -171,8 +185,11 @@ std::optional<ShiftFill> shift_fill(const ShiftOptions& options, const ImageF& p
       if (!target(x, y)) continue;
       ++wanted;
       for (size_t s = 0; s < shifts.size() && fill.left(x, y); ++s)
-        if (around.sample(static_cast<float>(x) + shifts[s].x, static_cast<float>(y) + shifts[s].y, filled.at(x, y)))
-          label(x, y) = static_cast<uint8_t>(s), fill.left(x, y) = 0, ++reached;
+        if (around.sample(static_cast<float>(x) + shifts[s].x, static_cast<float>(y) + shifts[s].y, filled.at(x, y))) {
+          label(x, y) = static_cast<uint8_t>(s);
+          fill.left(x, y) = 0;
+          ++reached;
+        }
     }
   if (reached == 0 || static_cast<double>(reached) < options.least_reached * static_cast<double>(wanted)) return {};
   add_membrane(around, label, shifts, filled);

@@ -57,7 +57,8 @@ void settle(Plane& plane, const GaussianCloud& background, const Box& near, floa
   Plane settled = fit_plane(centres, tolerance, 31);
   if (settled.inliers.size() < 30 || std::abs(settled.normal.dot(plane.normal)) < 0.98f) return;
   if (settled.normal.dot(plane.normal) < 0) settled.normal = -settled.normal;
-  plane.point = settled.point, plane.normal = settled.normal;
+  plane.point = settled.point;
+  plane.normal = settled.normal;
 }
 
 /// Axes and hull of a plane from the background's Gaussians on it.
@@ -86,7 +87,8 @@ bool Surface::holds(const Vec3f& x) const {
   for (size_t i = 0; i < hull.size(); ++i) {
     const Vec2f a = hull[i], b = hull[(i + 1) % hull.size()];
     const float side = ((b[0] - a[0]) * (at[1] - a[1]) - (b[1] - a[1]) * (at[0] - a[0])) / (b - a).norm();
-    left += side > margin, right += side < -margin;
+    left += side > margin;
+    right += side < -margin;
   }
   return left == 0 || right == 0;
 }
@@ -125,9 +127,10 @@ Surfaces find_surfaces(const std::vector<HoleView>& views, const Observation& ob
     Box near;
     size_t next = 0;
     for (size_t i = 0; i < used.size(); ++i) {
-      if (next < plane.inliers.size() && plane.inliers[next] == static_cast<int>(i))
-        near.add(used[i]), ++next;
-      else if (std::abs(plane.normal.dot(used[i] - plane.point)) > 2 * surfaces.tolerance)
+      if (next < plane.inliers.size() && plane.inliers[next] == static_cast<int>(i)) {
+        near.add(used[i]);
+        ++next;
+      } else if (std::abs(plane.normal.dot(used[i] - plane.point)) > 2 * surfaces.tolerance)
         rest.push_back(used[i]);
     }
     used = std::move(rest);
@@ -159,11 +162,15 @@ HoleGeometry place_hole(const Surfaces& surfaces, const HoleView& view, const Ca
     float nearest = 2 * surfaces.tolerance;
     for (int k = 0; k < planes; ++k) {
       const Plane& plane = surfaces.plane[k].plane;
-      if (const float d = std::abs(plane.normal.dot(x - plane.point)); d < nearest) nearest = d, best = k;
+      if (const float d = std::abs(plane.normal.dot(x - plane.point)); d < nearest) {
+        nearest = d;
+        best = k;
+      }
     }
     ++all;
     away[best].at<uint8_t>(pixel / width, pixel % width) = 0;
-    ++count[best], middle[best] += x;
+    ++count[best];
+    middle[best] += x;
   }
   // Depth is blended along edges and creases: thin lines of points on no plane are no surface of their own.
   cv::morphologyEx(away[planes], away[planes], cv::MORPH_CLOSE, cv::Mat::ones(5, 5, CV_8U));

@@ -50,7 +50,10 @@ std::vector<int> uncovered_guesses(const GaussianCloud& background, const Observ
   std::vector<int> guesses, out;
   std::vector<Vec3f> points;
   for (size_t p = 0; p < background.size(); ++p)
-    if (observation.unobserved[p] > 0) guesses.push_back(static_cast<int>(p)), points.push_back(background.position[p]);
+    if (observation.unobserved[p] > 0) {
+      guesses.push_back(static_cast<int>(p));
+      points.push_back(background.position[p]);
+    }
   const std::vector<uint8_t> seen = where_seen(points, views, observation.view, cameras);
   for (size_t i = 0; i < guesses.size(); ++i)
     if (seen[i] == 1) out.push_back(guesses[i]);

@@ -27,7 +27,8 @@ TEST(AutomaticSegmentation, FindsWhatStandsOnTheTableWithNoMasksAndNoPrompts) {
   std::map<std::string, int> kinds;
   size_t gaussians = 0;
   for (const json& object : json::parse(read_text(folder / "run/objects.json"))) {
-    ++kinds[object.at("kind").get<std::string>()], gaussians += object.at("gaussians").get<size_t>();
+    ++kinds[object.at("kind").get<std::string>()];
+    gaussians += object.at("gaussians").get<size_t>();
     EXPECT_FALSE(object.at("found").get<std::string>().empty());
   }
   EXPECT_EQ(kinds["object"], 4);   // flower, ball, box and mug

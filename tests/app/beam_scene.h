@@ -17,7 +17,9 @@ inline void make_beam_scene(const std::filesystem::path& folder) {
   const auto add = [&](const Vec3f& x, float size, float grey) {
     const size_t i = cloud.size();
     cloud.resize(i + 1);
-    cloud.position[i] = x, cloud.log_scale[i] = Vec3f::Constant(std::log(size)), cloud.rotation[i] = Vec4f(1, 0, 0, 0);
+    cloud.position[i] = x;
+    cloud.log_scale[i] = Vec3f::Constant(std::log(size));
+    cloud.rotation[i] = Vec4f(1, 0, 0, 0);
     cloud.opacity_logit[i] = 4;
     for (int c = 0; c < 3; ++c) cloud.sh_of(i)[c] = grey;
   };

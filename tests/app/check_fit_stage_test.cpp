@@ -24,7 +24,8 @@ void expect_refused(const std::vector<Unused>& choices, const std::function<void
   EXPECT_NO_THROW(check_fit_stage(usual, has_video));
   for (const Unused& choice : choices) {
     FitStage stage;
-    kind(stage), choice.choose(stage);
+    kind(stage);
+    choice.choose(stage);
     try {
       check_fit_stage(stage, has_video);
       ADD_FAILURE() << choice.option << " was not refused";
@@ -66,7 +67,9 @@ TEST(CheckFitStage, OptionsOfGradientsAreRefusedWhereNoneRun) {
            [](FitStage& s) { s.compare.flow_weight = 1; }, [](FitStage& s) { s.recipe = "physdreamer"; },
            [](FitStage& s) { s.compare.poisson = true; }}) {
     FitStage stage;
-    kind(stage), stage.compare.window = 1, stage.compare.iterations = 5;
+    kind(stage);
+    stage.compare.window = 1;
+    stage.compare.iterations = 5;
     EXPECT_NO_THROW(check_fit_stage(stage, true));
   }
 }
@@ -104,13 +107,20 @@ TEST(CheckFitStage, WhatBelongsToAnotherOptionIsRefusedWithoutIt) {
       {{"--video-first", [](FitStage& s) { s.first = 1; }}, {"--compare-fps", [](FitStage& s) { s.compare_fps = 12; }}},
       [](FitStage& s) { s.generate.command = "x"; }, false);
   expect_refused(
-      {{"--parts", [](FitStage& s) { s.parts = 3; }}}, [](FitStage& s) { s.field = "parts", s.part_labels = "l.h5"; },
+      {{"--parts", [](FitStage& s) { s.parts = 3; }}},
+      [](FitStage& s) {
+        s.field = "parts";
+        s.part_labels = "l.h5";
+      },
       true);
 }
 
 TEST(CheckFitStage, InRunOptionsAreNamedAsTheyAreTypedThere) {
   const auto in_run = [](const std::function<void(FitStage&)>& kind) {
-    return [kind](FitStage& s) { s.prefix = "fit-", kind(s); };
+    return [kind](FitStage& s) {
+      s.prefix = "fit-";
+      kind(s);
+    };
   };
   expect_refused({{"--fit-field", [](FitStage& s) { s.field = "smooth"; }},
                   {"--fit-points", [](FitStage& s) { s.points = 100; }},

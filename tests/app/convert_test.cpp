@@ -15,7 +15,10 @@ GaussianCloud few() {
   GaussianCloud cloud;
   cloud.sh_degree = 1;
   cloud.resize(3);
-  for (int i = 0; i < 3; ++i) cloud.position[i] = Vec3f(0.25f * i, 0.5f, -1), cloud.sh_of(i)[5] = 0.25f * i;
+  for (int i = 0; i < 3; ++i) {
+    cloud.position[i] = Vec3f(0.25f * i, 0.5f, -1);
+    cloud.sh_of(i)[5] = 0.25f * i;
+  }
   return cloud;
 }
 

@@ -33,8 +33,13 @@ namespace fs = std::filesystem;
 
 DemoOptions small(const fs::path& out, uint64_t seed = 1) {
   DemoOptions options;
-  options.out = out, options.seed = seed;
-  options.width = 80, options.height = 60, options.photos = 8, options.gaussians = 4000, options.video = false;
+  options.out = out;
+  options.seed = seed;
+  options.width = 80;
+  options.height = 60;
+  options.photos = 8;
+  options.gaussians = 4000;
+  options.video = false;
   return options;
 }
 
@@ -220,14 +225,16 @@ TEST(DemoFlower, SampledVolumeConvergesToTheSolid) {
 /// A reference motion that is quick to compute.
 ReferenceOptions quick_motion(double seconds) {
   ReferenceOptions options;
-  options.particles = 1500, options.seconds = seconds;
+  options.particles = 1500;
+  options.seconds = seconds;
   return options;
 }
 
 TEST(DemoReference, FreeSwingHasAFrequencyBetweenOneAndAHalfAndTwoAndAHalfHertz) {
   const Stage stage(1);
   ReferenceOptions options = quick_motion(1.6);
-  options.fps = 60, options.damping_time = 0;
+  options.fps = 60;
+  options.damping_time = 0;
   const ReferenceMotion motion = simulate_reference(stage, options);
   const Vec3f blossom = (stage.world_from_flower() * stage.flower().blossom_centre).cast<float>();
   std::vector<double> crossings;
@@ -273,7 +280,9 @@ TEST(DemoReference, FilmBeginsWithThePhotoAndMovesOnlyTheFlower) {
 TEST(DemoReference, MaterialOfTheSamplesDiffersEightfoldAndSceneFileIsFarOff) {
   TemporaryFolder folder;
   DemoOptions options = small(folder / "scene");
-  options.video = true, options.video_particles = 1000, options.video_seconds = 0.25;
+  options.video = true;
+  options.video_particles = 1000;
+  options.video_seconds = 0.25;
   make_demo(options);
   const MaterialFile truth = read_material(folder / "scene/truth/material.h5");
   const auto [softest, stiffest] = std::minmax_element(truth.young.begin(), truth.young.end());
@@ -297,11 +306,15 @@ TEST(Demo, FilesAreEqualForOneSeedAndAnyThreadCountAndDifferForAnother) {
   const int threads = omp_get_max_threads();
   auto make = [&](const char* name, uint64_t seed, int thread_count) {
     DemoOptions options = small(folder / name, seed);
-    options.video = true, options.video_particles = 1000, options.video_seconds = 0.25;
+    options.video = true;
+    options.video_particles = 1000;
+    options.video_seconds = 0.25;
     omp_set_num_threads(thread_count);
     make_demo(options);
   };
-  make("a", 1, 1), make("b", 1, 4), make("c", 2, 2);
+  make("a", 1, 1);
+  make("b", 1, 4);
+  make("c", 2, 2);
   omp_set_num_threads(threads);
   const auto a = contents(folder / "a"), b = contents(folder / "b"), c = contents(folder / "c");
   EXPECT_EQ(a, b);

@@ -44,7 +44,9 @@ TEST(FitOscillation, ValuesThatDoNotOscillateHaveNoFrequency) {
 TEST(DescribeVibration, SmallSwingsAreMeasuredOnTheirOwn) {
   // A pendulum that is slower by a tenth at its largest swing.
   PointMotion motion;
-  motion.rate = 30, motion.dims = 1, motion.weight = {1};
+  motion.rate = 30;
+  motion.dims = 1;
+  motion.weight = {1};
   double phase = 0;
   for (int i = 0; i < 150; ++i) {
     const double amplitude = std::exp(-1.2 * i / 30.0);
@@ -68,7 +70,8 @@ float texture(double x, double y, int kind) {
     Random random(20 + kind, k);
     const double angle = 2 * M_PI * random.uniform(), length = 9 + 18 * random.uniform(),
                  phase = 2 * M_PI * random.uniform();
-    sum += std::sin(2 * M_PI * (x * std::cos(angle) + y * std::sin(angle)) / length + phase), total += 1;
+    sum += std::sin(2 * M_PI * (x * std::cos(angle) + y * std::sin(angle)) / length + phase);
+    total += 1;
   }
   return static_cast<float>(0.5 + 0.45 * sum / total * 1.6);
 }
@@ -107,7 +110,9 @@ TEST(EvaluateMotion, OfAFilmedDiscGivesItsFrequencyDampingAndAmplitude) {
   const TemporaryFolder folder;
   Swing truth, other;
   truth.write_video(folder / "truth.mp4");
-  other.frequency = 1.84, other.decay = 1.0, other.amplitude = 4;
+  other.frequency = 1.84;
+  other.decay = 1.0;
+  other.amplitude = 4;
   other.write_folder(folder / "other");
   MotionScore score;
   score.fps = 30;
@@ -185,7 +190,8 @@ TEST(EvaluateMotion, OfParticlesGivesTheirFrequencyDampingAndAmplitude) {
   const TemporaryFolder folder;
   const auto write = [&](const std::string& name, double frequency, double decay, double amplitude) {
     TrajectoryFile t;
-    t.fps = 30, t.up = {0, 0, 1};
+    t.fps = 30;
+    t.up = {0, 0, 1};
     for (int f = 0; f < 90; ++f) {
       TrajectoryFile::Frame frame;
       frame.time = f / 30.0;
@@ -194,12 +200,14 @@ TEST(EvaluateMotion, OfParticlesGivesTheirFrequencyDampingAndAmplitude) {
                      sway = amplitude * std::exp(-decay * frame.time) * std::sin(2 * M_PI * frequency * frame.time);
         frame.position.push_back(Vec3d(sway * z, 0.3 * sway * z, z).cast<float>());
       }
-      frame.velocity.assign(51, Vec3f::Zero()), frame.F.assign(51, Mat3f::Identity());
+      frame.velocity.assign(51, Vec3f::Zero());
+      frame.F.assign(51, Mat3f::Identity());
       t.frames.push_back(frame);
     }
     write_trajectory(folder / name, t, "{}");
   };
-  write("truth.h5", 1.3, 0.4, 0.1), write("ours.h5", 1.43, 0.4, 0.12);
+  write("truth.h5", 1.3, 0.4, 0.1);
+  write("ours.h5", 1.43, 0.4, 0.12);
   const json out = evaluate_motion(folder / "ours.h5", folder / "truth.h5");
   EXPECT_NEAR(out["truth"]["frequency_hz"].get<double>(), 1.3, 0.005);
   EXPECT_NEAR(out["truth"]["decay_per_s"].get<double>(), 0.4, 0.01);

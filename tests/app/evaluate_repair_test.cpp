@@ -21,7 +21,11 @@ namespace {
 
 DemoOptions small(const std::filesystem::path& out) {
   DemoOptions options;
-  options.out = out, options.width = 120, options.height = 90, options.photos = 6, options.gaussians = 12000,
+  options.out = out;
+  options.width = 120;
+  options.height = 90;
+  options.photos = 6;
+  options.gaussians = 12000;
   options.video = false;
   return options;
 }
@@ -39,7 +43,8 @@ TEST(HiddenTruth, CoversTheFlowerAndAgreesWithThePhotosBesideIt) {
     for (int y = 0; y < masks.height; ++y)
       for (int x = 0; x < masks.width; ++x) {
         ASSERT_EQ(masks(x, y) == kFlowerId, hidden(x, y) != kInPlainView);
-        never += hidden(x, y) == kNeverSeen, elsewhere += hidden(x, y) == kSeenElsewhere;
+        never += hidden(x, y) == kNeverSeen;
+        elsewhere += hidden(x, y) == kSeenElsewhere;
         bool near = false;
         for (int j = std::max(0, y - 1); j <= std::min(masks.height - 1, y + 1); ++j)
           for (int i = std::max(0, x - 1); i <= std::min(masks.width - 1, x + 1); ++i)
@@ -66,7 +71,8 @@ TEST(EvaluateRepair, TheTrueBackgroundBeatsAHoleAndInpaintingOfEveryViewAlone) {
   for (size_t p = 0; p < splats.label.size(); ++p)
     if (splats.label[p] != kFlowerId) rest.push_back(static_cast<int>(p));
   const GaussianCloud background = splats.cloud.select(rest);
-  write_ply(run / "background.ply", background), write_ply(run / "background_repaired.ply", background);
+  write_ply(run / "background.ply", background);
+  write_ply(run / "background_repaired.ply", background);
   const json unrepaired = evaluate_repair(run, scene);
   EXPECT_EQ(unrepaired["psnr"], unrepaired["psnr_before"]);
   EXPECT_TRUE(unrepaired["outside"]["identical"].get<bool>());

@@ -31,7 +31,8 @@ TEST(EvaluateImages, AnOffsetOfTenLevelsIs28Point13Decibels) {
   const TemporaryFolder folder;
   ImageF a = noise(40, 30, 1), b = a;
   for (float& value : b.data) value += 10.0f / 255;
-  write_image(folder / "truth/v.png", a), write_image(folder / "pred/v.png", b);
+  write_image(folder / "truth/v.png", a);
+  write_image(folder / "pred/v.png", b);
   const json out = evaluate_images(folder / "pred", folder / "truth");
   EXPECT_NEAR(out["psnr"].get<double>(), 20 * std::log10(25.5), 1e-4);
   EXPECT_NEAR(out["psnr"].get<double>(), 28.13, 0.005);
@@ -41,7 +42,8 @@ TEST(EvaluateImages, AnOffsetOfTenLevelsIs28Point13Decibels) {
 
 TEST(EvaluateImages, IdenticalPicturesHaveNoPsnrAndSsimOne) {
   const TemporaryFolder folder;
-  write_image(folder / "truth/v.png", noise(40, 30, 1)), write_image(folder / "pred/v.png", noise(40, 30, 1));
+  write_image(folder / "truth/v.png", noise(40, 30, 1));
+  write_image(folder / "pred/v.png", noise(40, 30, 1));
   const json out = evaluate_images(folder / "pred", folder / "truth");
   EXPECT_TRUE(out["psnr"].is_null());
   EXPECT_EQ(out["identical"], true);
@@ -51,8 +53,8 @@ TEST(EvaluateImages, IdenticalPicturesHaveNoPsnrAndSsimOne) {
 
 TEST(EvaluateImages, SsimOfTwoConstantPicturesIsTheLuminanceTerm) {
   const TemporaryFolder folder;
-  write_image(folder / "truth/v.png", ImageF(20, 20, 3, 0.2f)),
-      write_image(folder / "pred/v.png", ImageF(20, 20, 3, 0.6f));
+  write_image(folder / "truth/v.png", ImageF(20, 20, 3, 0.2f));
+  write_image(folder / "pred/v.png", ImageF(20, 20, 3, 0.6f));
   const json out = evaluate_images(folder / "pred", folder / "truth");
   const double c1 = 1e-4, x = 51.0 / 255, y = 153.0 / 255;
   EXPECT_NEAR(out["ssim"].get<double>(), (2 * x * y + c1) / (x * x + y * y + c1), 1e-6);
@@ -62,10 +64,13 @@ TEST(EvaluateImages, SsimOfANegativeIsNegativeAndLossOfContrastLowersIt) {
   const TemporaryFolder folder;
   const ImageF a = noise(60, 50, 2);
   ImageF negative = a, half = a;
-  for (size_t i = 0; i < a.data.size(); ++i)
-    negative.data[i] = 239.0f / 255 - a.data[i], half.data[i] = 0.5f * a.data[i] + 0.23f;
-  write_image(folder / "truth.png", a), write_image(folder / "negative.png", negative),
-      write_image(folder / "half.png", half);
+  for (size_t i = 0; i < a.data.size(); ++i) {
+    negative.data[i] = 239.0f / 255 - a.data[i];
+    half.data[i] = 0.5f * a.data[i] + 0.23f;
+  }
+  write_image(folder / "truth.png", a);
+  write_image(folder / "negative.png", negative);
+  write_image(folder / "half.png", half);
   EXPECT_LT(evaluate_images(folder / "negative.png", folder / "truth.png")["ssim"].get<double>(), -0.5);
   const double ssim_of_half = evaluate_images(folder / "half.png", folder / "truth.png")["ssim"];
   EXPECT_LT(ssim_of_half, 0.9);
@@ -74,7 +79,8 @@ TEST(EvaluateImages, SsimOfANegativeIsNegativeAndLossOfContrastLowersIt) {
 
 TEST(EvaluateImages, MissingExtraSmallAndDifferentlySizedPicturesAreErrors) {
   const TemporaryFolder folder;
-  write_image(folder / "truth/a.png", noise(20, 20, 1)), write_image(folder / "truth/b.png", noise(20, 20, 2));
+  write_image(folder / "truth/a.png", noise(20, 20, 1));
+  write_image(folder / "truth/b.png", noise(20, 20, 2));
   write_image(folder / "pred/a.png", noise(20, 20, 1));
   expect_error(Failure::kInput, {"pred", "b", "lacks"}, [&] { evaluate_images(folder / "pred", folder / "truth"); });
   expect_error(Failure::kInput, {"pred", "b", "lacks"}, [&] { evaluate_images(folder / "truth", folder / "pred"); });
@@ -103,7 +109,8 @@ IdImage square(int left, uint32_t id, uint32_t rest) {
 TEST(EvaluateSegmentation, IouOfAShiftedSquareFollowsTheFormula) {
   const TemporaryFolder folder;
   for (int shift : {0, 3, 20}) {
-    write_ids(folder / "truth/v.png", square(10, 5, 9)), write_ids(folder / "pred/v.png", square(10 + shift, 5, 9));
+    write_ids(folder / "truth/v.png", square(10, 5, 9));
+    write_ids(folder / "pred/v.png", square(10 + shift, 5, 9));
     const json out = evaluate_segmentation(folder / "pred", folder / "truth");
     const double in = 20.0 * (20 - shift), of = 20.0 * (20 + shift), rest = 2400 - 400;
     EXPECT_NEAR(out["per_id"]["5"]["iou"].get<double>(), in / of, 1e-12);
@@ -121,7 +128,8 @@ TEST(EvaluateSegmentation, IouOfAShiftedSquareFollowsTheFormula) {
 
 TEST(EvaluateSegmentation, TheBandOfTheBoundaryScoreIsChosen) {
   const TemporaryFolder folder;
-  write_ids(folder / "truth/v.png", square(10, 5, 0)), write_ids(folder / "pred/v.png", square(11, 5, 0));
+  write_ids(folder / "truth/v.png", square(10, 5, 0));
+  write_ids(folder / "pred/v.png", square(11, 5, 0));
   SegmentationScore score;
   score.band = 1;  // a ring of 76 pixels, 38 of which both have; 18 of ours lie inside it
   const json out = evaluate_segmentation(folder / "pred", folder / "truth", score);
@@ -132,7 +140,8 @@ TEST(EvaluateSegmentation, TheBandOfTheBoundaryScoreIsChosen) {
 
 TEST(EvaluateSegmentation, IdsWithoutAMeaningAreMatchedByOverlap) {
   const TemporaryFolder folder;
-  write_ids(folder / "truth/v.png", square(10, 5, 9)), write_ids(folder / "pred/v.png", square(10, 9, 70));
+  write_ids(folder / "truth/v.png", square(10, 5, 9));
+  write_ids(folder / "pred/v.png", square(10, 9, 70));
   SegmentationScore score;
   EXPECT_LT(evaluate_segmentation(folder / "pred", folder / "truth", score)["miou"], 0.2);
   score.match = "overlap";
@@ -143,7 +152,8 @@ TEST(EvaluateSegmentation, IdsWithoutAMeaningAreMatchedByOverlap) {
 
 TEST(EvaluateSegmentation, PicturesWithoutAPredictionAreLeftOutOnRequest) {
   const TemporaryFolder folder;
-  write_ids(folder / "truth/a.png", square(10, 5, 0)), write_ids(folder / "pred/a.png", square(10, 5, 0));
+  write_ids(folder / "truth/a.png", square(10, 5, 0));
+  write_ids(folder / "pred/a.png", square(10, 5, 0));
   write_ids(folder / "truth/b.png", square(10, 5, 0));
   SegmentationScore score;
   score.common = true;
@@ -152,13 +162,15 @@ TEST(EvaluateSegmentation, PicturesWithoutAPredictionAreLeftOutOnRequest) {
 
 TEST(EvaluateSegmentation, UnlabelledPixelsOfTheTruthDoNotCount) {
   const TemporaryFolder folder;
-  write_ids(folder / "truth/v.png", square(10, 5, 0)), write_ids(folder / "pred/v.png", square(10, 5, 5));
+  write_ids(folder / "truth/v.png", square(10, 5, 0));
+  write_ids(folder / "pred/v.png", square(10, 5, 5));
   EXPECT_EQ(evaluate_segmentation(folder / "pred", folder / "truth")["miou"], 1.0);
 }
 
 TEST(EvaluateSegmentation, AMissingPictureCountsAsZero) {
   const TemporaryFolder folder;
-  write_ids(folder / "truth/a.png", square(10, 5, 0)), write_ids(folder / "pred/a.png", square(10, 5, 0));
+  write_ids(folder / "truth/a.png", square(10, 5, 0));
+  write_ids(folder / "pred/a.png", square(10, 5, 0));
   write_ids(folder / "truth/b.png", square(10, 5, 0));
   const json out = evaluate_segmentation(folder / "pred", folder / "truth");
   EXPECT_EQ(out["miou"], 0.5);
@@ -168,7 +180,8 @@ TEST(EvaluateSegmentation, AMissingPictureCountsAsZero) {
 
 TEST(EvaluateSegmentation, NamesMatchIdsWhenBothSidesHaveThem) {
   const TemporaryFolder folder;
-  write_ids(folder / "truth/masks/v.png", square(10, 5, 9)), write_ids(folder / "pred/v.png", square(10, 1, 2));
+  write_ids(folder / "truth/masks/v.png", square(10, 5, 9));
+  write_ids(folder / "pred/v.png", square(10, 1, 2));
   EXPECT_EQ(evaluate_segmentation(folder / "pred", folder / "truth/masks")["miou"], 0.0);
   folder.file("truth/labels.json", R"({"5": "mug", "9": "table"})");
   folder.file("pred/labels.json", R"({"1": "mug", "2": "table"})");
@@ -194,7 +207,8 @@ TEST(EvaluateSegmentation, LabelsOfGaussiansAreComparedById) {
 
 TEST(EvaluateSegmentation, UselessInputIsRefused) {
   const TemporaryFolder folder;
-  write_ids(folder / "truth/a.png", square(10, 5, 9)), write_ids(folder / "pred/other.png", square(10, 5, 9));
+  write_ids(folder / "truth/a.png", square(10, 5, 9));
+  write_ids(folder / "pred/other.png", square(10, 5, 9));
   expect_error(Failure::kInput, {"pred", "no picture of any name"},
                [&] { evaluate_segmentation(folder / "pred", folder / "truth"); });
   write_ids(folder / "pred/a.png", IdImage(10, 10, 1, 5));
@@ -222,7 +236,8 @@ TEST(Frequency, OfADecayingOscillationIsFoundByBothMethods) {
 /// A rod of unit height along z that sways along x, `amplitude` at the tip.
 TrajectoryFile swaying(int particles, int frames, double fps, double hertz, double amplitude) {
   TrajectoryFile t;
-  t.fps = fps, t.up = {0, 0, 1};
+  t.fps = fps;
+  t.up = {0, 0, 1};
   for (int f = 0; f < frames; ++f) {
     TrajectoryFile::Frame frame;
     frame.time = f / fps;
@@ -231,7 +246,8 @@ TrajectoryFile swaying(int particles, int frames, double fps, double hertz, doub
                    sway = amplitude * std::exp(-0.3 * frame.time) * std::sin(2 * M_PI * hertz * frame.time);
       frame.position.push_back(Vec3d(sway * z, 0, z).cast<float>());
     }
-    frame.velocity.assign(particles, Vec3f::Zero()), frame.F.assign(particles, Mat3f::Identity());
+    frame.velocity.assign(particles, Vec3f::Zero());
+    frame.F.assign(particles, Mat3f::Identity());
     t.frames.push_back(frame);
   }
   return t;

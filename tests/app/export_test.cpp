@@ -58,15 +58,19 @@ class ExportTest : public testing::Test {
       for (float y = -0.3f; y < 0.31f; y += 0.1f)
         for (float z = -0.3f; z < 0.31f; z += 0.1f) particles.driving_position.push_back({x, y, z});
     particles.driving_volume.assign(particles.driving_position.size(), 1e-3f);
-    particles.solid_position = particles.driving_position, particles.solid_volume = particles.driving_volume;
+    particles.solid_position = particles.driving_position;
+    particles.solid_volume = particles.driving_volume;
     for (size_t i = 0; i < particles.driving_position.size(); ++i)
       particles.solid_driver.push_back(static_cast<int>(i));
     particles.cell_size = 0.2;
     write_particles(folder / "run/objects/1_ball/particles.h5", particles, "{}");
-    trajectory.object = "ball", trajectory.fps = 30, trajectory.cell_size = 0.2;
+    trajectory.object = "ball";
+    trajectory.fps = 30;
+    trajectory.cell_size = 0.2;
     for (int f = 0; f < kFrames; ++f) {
       TrajectoryFile::Frame frame;
-      frame.time = f / 30.0, frame.step = 10 * f;
+      frame.time = f / 30.0;
+      frame.step = 10 * f;
       for (const Vec3f& x : particles.driving_position)
         frame.position.push_back((motion(f) * x.cast<double>()).cast<float>());
       frame.velocity.assign(frame.position.size(), Vec3f::Zero());

@@ -50,7 +50,8 @@ TEST_F(FitVideo, PartsAreThoseOfGivenLabels) {
   for (size_t s = 0; s < material.young.size(); ++s)
     if (particles.solid_driver[s] >= 0) {
       const long stiffness = std::lround(1e3 * std::log(material.young[s]));
-      mean_height[stiffness] += particles.solid_position[s].z(), ++count[stiffness];
+      mean_height[stiffness] += particles.solid_position[s].z();
+      ++count[stiffness];
     }
   ASSERT_EQ(count.size(), 2u);
   const double first = mean_height.begin()->second / count.begin()->second,
@@ -175,9 +176,11 @@ TEST_F(FitVideo, InterruptedBetweenStepsOfGaussNewtonItEndsWithTheSameFiles) {
   RunDirectory run = RunDirectory::open(folder / "run");
   const Scene scene = load_run_scene(run);
   FitStage stage;
-  stage.until = 0.9, stage.points = 60;
+  stage.until = 0.9;
+  stage.points = 60;
   const auto fit_up_to = [&](int calls) {
-    asked = 0, most = calls;
+    asked = 0;
+    most = calls;
     run_fit(context, run, scene, stage);
   };
   const auto files = [&] {

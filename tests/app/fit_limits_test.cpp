@@ -17,9 +17,15 @@ bool says(const FitEvidence& evidence, const std::string& words, double fps = 24
 
 TEST(FitLimits, EachWeakPointIsSaidAndOnlyThen) {
   FitEvidence sure;
-  sure.young = 1e5, sure.rms = 0.5, sure.damping_low = 1, sure.damping_time = 1.1, sure.damping_high = 1.2,
-  sure.periods = 3, sure.strongest_hz = 2;
-  sure.one_stiffness = false, sure.losses = {1, 0.05};
+  sure.young = 1e5;
+  sure.rms = 0.5;
+  sure.damping_low = 1;
+  sure.damping_time = 1.1;
+  sure.damping_high = 1.2;
+  sure.periods = 3;
+  sure.strongest_hz = 2;
+  sure.one_stiffness = false;
+  sure.losses = {1, 0.05};
   struct Weak {
     std::string words;
     std::function<void(FitEvidence&)> make;
@@ -32,7 +38,10 @@ TEST(FitLimits, EachWeakPointIsSaidAndOnlyThen) {
       {"followed downhill", [](FitEvidence& e) { e.searched = false; }},
       {"pictures and flow were not asked", [](FitEvidence& e) { e.by_gradients = true; }},
       {"E = 4e+05 Pa explains the video almost as well",
-       [](FitEvidence& e) { e.rival_factor = {4}, e.rival_rms = {0.55}; }},
+       [](FitEvidence& e) {
+         e.rival_factor = {4};
+         e.rival_rms = {0.55};
+       }},
       {"Film faster", [](FitEvidence& e) { e.strongest_hz = 7; }},
       {"Only 0.5 of a period", [](FitEvidence& e) { e.periods = 0.5; }},
       {"object's own damping time is 1 s",
@@ -50,7 +59,8 @@ TEST(FitLimits, EachWeakPointIsSaidAndOnlyThen) {
   }
   // A rival that explains much less is none.
   FitEvidence rival = sure;
-  rival.rival_factor = {4}, rival.rival_rms = {0.9};
+  rival.rival_factor = {4};
+  rival.rival_rms = {0.9};
   EXPECT_FALSE(says(rival, "almost as well"));
 }
 

@@ -31,14 +31,19 @@ constexpr double kYoung = 1.2e5, kDamping = 0.25, kRelease = 0.3, kUnit = kBeamU
 std::string recording(const RunDirectory& run, const Scene& scene) {
   ParticleFile file = read_particles(run / (object_folder(run) + "/particles.h5"));
   ObjectMaterial material;
-  material.young = kYoung, material.poisson = 0.35, material.density = 900;
+  material.young = kYoung;
+  material.poisson = 0.35;
+  material.density = 900;
   const SimulatedBody body = make_body(file, scene, solid_material(file, material), material.material);
   std::vector<Interaction> load = pins_of(body.file, scene);
   Interaction gravity;
-  gravity.type = InteractionType::kGust, gravity.vector = Vec3d(0, 0, -9.81);
+  gravity.type = InteractionType::kGust;
+  gravity.vector = Vec3d(0, 0, -9.81);
   load.push_back(gravity);
   MarkerModelOptions options;
-  options.simulate.gravity.setZero(), options.simulate.fps = 240, options.reach = 0.05;
+  options.simulate.gravity.setZero();
+  options.simulate.fps = 240;
+  options.reach = 0.05;
   const std::vector<Vec3d> rest = {kUnit * Vec3d(0.78, 0.08, 1.15), kUnit * Vec3d(0.6, 0.0, 1.08),
                                    kUnit * Vec3d(0.45, 0.14, 1.05), Vec3d(3, 3, 3)};
   const MarkerMotion motion = MarkerModel(options, body.particles, load, rest).run({1, kDamping, 0}, 0.8);
@@ -124,11 +129,14 @@ TEST(FitMarkersCommand, ATableOfMarkersTellsStiffnessDampingAndRelease) {
   int asked = 0, most = std::numeric_limits<int>::max();
   const Context context{progress, [&] { return ++asked > most; }};
   FitStage stage;
-  stage.markers.file = (folder / "markers.csv").string(), stage.markers.axes = "-y,x,z",
-  stage.markers.offset = {0.1, 0, 0}, stage.markers.window = 0.35;
+  stage.markers.file = (folder / "markers.csv").string();
+  stage.markers.axes = "-y,x,z";
+  stage.markers.offset = {0.1, 0, 0};
+  stage.markers.window = 0.35;
   stage.material.young = 15000;
   const auto fit_up_to = [&](int calls) {
-    asked = 0, most = calls;
+    asked = 0;
+    most = calls;
     fs::remove(folder / "run/fit/results.json");
     RunDirectory again = RunDirectory::open(out);
     run_fit(context, again, load_run_scene(again), stage);

@@ -88,7 +88,8 @@ TEST_F(FitVideo, TheCameraComesFromAPoseFileOrIsFoundByTheFirstFrame) {
 
 TEST_F(FitVideo, APartOfTheFileIsTaken) {
   FitStage stage;
-  stage.first = 5 / fps, stage.last = 14 / fps;
+  stage.first = 5 / fps;
+  stage.last = 14 / fps;
   const ReferenceVideo part = load(stage);
   EXPECT_EQ(part.frames.size(), 10u);
   EXPECT_NEAR(part.start, 5 / fps, 1e-6);
@@ -126,9 +127,10 @@ TEST_F(FitVideo, WhatAMaskLeavesDarkIsNotCompared) {
   // One for every frame: what is dark from the fourth on is followed until then.
   fs::create_directories(folder / "masks");
   char name[32];
-  for (size_t f = 0; f < frames.size(); ++f)
-    std::snprintf(name, sizeof name, "%04zu.png", f),
-        write_image(folder / "masks" / name, mask_from(f < 3 ? 0 : width));
+  for (size_t f = 0; f < frames.size(); ++f) {
+    std::snprintf(name, sizeof name, "%04zu.png", f);
+    write_image(folder / "masks" / name, mask_from(f < 3 ? 0 : width));
+  }
   stage.video_mask = (folder / "masks").string();
   const FitScene some = load_fit_scene(context, run, scene, stage);
   EXPECT_EQ(some.pixel.size(), whole.pixel.size());
@@ -139,7 +141,9 @@ TEST_F(FitVideo, WhatAMaskLeavesDarkIsNotCompared) {
   }
   // Each video has its own.
   FitStage both;
-  both.video = file.string(), both.camera = camera, both.video_mask = "none";
+  both.video = file.string();
+  both.camera = camera;
+  both.video_mask = "none";
   both.further = {{file.string(), camera, (folder / "mask.png").string()}, {file.string(), camera, ""}};
   const FitScene three = load_fit_scene(context, run, scene, both);
   ASSERT_EQ(three.further.size(), 2u);
@@ -168,7 +172,9 @@ TEST_F(FitVideo, FramesAreComparedAtTheRateThatIsAskedFor) {
   const RunDirectory run = RunDirectory::open(folder / "run");
   FitStage stage;
   stage.compare_fps = fps / 2;
-  stage.video = file.string(), stage.camera = camera, stage.further = {{file.string(), camera, ""}};
+  stage.video = file.string();
+  stage.camera = camera;
+  stage.further = {{file.string(), camera, ""}};
   const FitScene scene = load_fit_scene(context, run, load_run_scene(run), stage);
   for (const FitView* view : scene.views()) {
     EXPECT_DOUBLE_EQ(view->video.fps, fps / 2);
@@ -206,8 +212,10 @@ TEST_F(FitVideo, AProgramMakesTheVideoThatIsFitted) {
   // It films what the scene's own video shows, whatever it is asked.
   fs::create_directories(folder / "film");
   char name[32];
-  for (size_t f = 0; f < frames.size(); ++f)
-    std::snprintf(name, sizeof name, "%04zu.png", f), write_image(folder / "film" / name, frames[f]);
+  for (size_t f = 0; f < frames.size(); ++f) {
+    std::snprintf(name, sizeof name, "%04zu.png", f);
+    write_image(folder / "film" / name, frames[f]);
+  }
   write_text(folder / "film.sh", "cp " + (folder / "film").string() + "/*.png \"$1/frames/\"\n");
   const std::string command = "sh " + (folder / "film.sh").string();
   ASSERT_EQ(run_quietly(

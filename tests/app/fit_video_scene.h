@@ -28,8 +28,13 @@ class FitVideo : public ::testing::Test {
     std::filesystem::remove_all(partial);
     DemoOptions demo;
     demo.training = 50;
-    demo.out = partial / "scene", demo.gaussians = 9000, demo.photos = 8, demo.width = 240, demo.height = 180;
-    demo.video_particles = 2500, demo.video_seconds = 1.25;
+    demo.out = partial / "scene";
+    demo.gaussians = 9000;
+    demo.photos = 8;
+    demo.width = 240;
+    demo.height = 180;
+    demo.video_particles = 2500;
+    demo.video_seconds = 1.25;
     make_demo(demo);
     std::filesystem::remove_all(partial / "scene/truth");
     const std::string out = (partial / "run").string();
@@ -72,7 +77,10 @@ class FitVideo : public ::testing::Test {
     fps = source->fps();
     while (auto frame = source->next()) frames.push_back(frame->picture);
   }
-  static void TearDownTestSuite() { std::filesystem::remove_all(folder), frames.clear(); }
+  static void TearDownTestSuite() {
+    std::filesystem::remove_all(folder);
+    frames.clear();
+  }
 
   static std::string write(const std::string& name, const std::vector<ImageF>& pictures) {
     VideoWriter writer(folder / name, fps, pictures[0].width, pictures[0].height);

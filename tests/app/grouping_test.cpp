@@ -51,7 +51,10 @@ std::string grouping_ply() {
                             0};
     std::vector<float> y(16, 0.0f);
     y[row] = 1;
-    if (i == 7) y[0] = 0.6f, y[1] = 0.4f;
+    if (i == 7) {
+      y[0] = 0.6f;
+      y[1] = 0.4f;
+    }
     v.insert(v.end(), y.begin(), y.end());
     out += floats(v);
   }
@@ -61,7 +64,9 @@ std::string grouping_ply() {
 /// 256 classes as the released code has: 9 for the first row, 0 (background) for the second, the others never.
 std::string grouping_classifier(int channels = 16) {
   std::vector<float> weight(256 * static_cast<size_t>(channels), 0.0f), bias(256, -5.0f);
-  weight[9 * static_cast<size_t>(channels) + 0] = 10, weight[1] = 10, bias[9] = bias[0] = 0;
+  weight[9 * static_cast<size_t>(channels) + 0] = 10;
+  weight[1] = 10;
+  bias[9] = bias[0] = 0;
   return torch_archive("classifier", conv_pickle(256, channels), {floats(weight), floats(bias)});
 }
 

@@ -74,7 +74,8 @@ TEST_F(LabelCommand, APhotoThatHasItsRecordIsNotLabelledAgain) {
   ASSERT_FALSE(kept.at("things").empty());
   for (json& thing : kept["things"]) thing["name"] = "kept " + thing["name"].get<std::string>();
   write_text(photos / "view_001.json", kept.dump());
-  fs::remove(photos / "view_002.json"), fs::remove(out / "run/labelled/labels.json");
+  fs::remove(photos / "view_002.json");
+  fs::remove(out / "run/labelled/labels.json");
   // Whatever comes of the changed masks, they were made from the record that was kept.
   std::vector<std::string> again = options;
   segment(out / "run", again);

@@ -41,7 +41,11 @@ std::string pixel_of(const fs::path& mask, uint32_t id) {
   size_t count = 0, x = 0, y = 0;
   for (int j = 0; j < ids.height; ++j)
     for (int i = 0; i < ids.width; ++i)
-      if (ids(i, j) == id) ++count, x += i, y += j;
+      if (ids(i, j) == id) {
+        ++count;
+        x += i;
+        y += j;
+      }
   return std::to_string(x / count) + "," + std::to_string(y / count);
 }
 

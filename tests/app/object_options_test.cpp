@@ -156,8 +156,10 @@ TEST_F(OneBall, PgasPlacesTheWantedNumberOfParticlesDenserWhereTheFileSaysSoft) 
   // E four times smaller at the top, given at the samples.
   MaterialFile material;
   for (const Vec3f& x : pgas.solid_position) material.young.push_back(x.z() > kSoftAbove ? 2.5e4f : 1e5f);
-  material.poisson.assign(material.young.size(), 0.3f), material.density.assign(material.young.size(), 900.0f);
-  material.position = pgas.solid_position, material.volume = pgas.solid_volume;
+  material.poisson.assign(material.young.size(), 0.3f);
+  material.density.assign(material.young.size(), 900.0f);
+  material.position = pgas.solid_position;
+  material.volume = pgas.solid_volume;
   write_material(out / "material.h5", material, "{}");
   const std::string file = (out / "material.h5").string();
   EXPECT_EQ(seed({"--material", file, "--overwrite"}), 2);  // K-means has no use for it

@@ -23,8 +23,10 @@ inline void make_painted_demo(const std::filesystem::path& scene) {
   for (const auto& entry : std::filesystem::directory_iterator(scene / "masks")) {
     const IdImage ids = read_ids(entry.path());
     ImageF photo(ids.width, ids.height, 3);
-    for (size_t i = 0; i < ids.data.size(); ++i)
-      photo.data[3 * i] = ids.data[i] == kRedThing, photo.data[3 * i + 2] = ids.data[i] == kBlueThing;
+    for (size_t i = 0; i < ids.data.size(); ++i) {
+      photo.data[3 * i] = ids.data[i] == kRedThing;
+      photo.data[3 * i + 2] = ids.data[i] == kBlueThing;
+    }
     write_image(scene / "photos" / entry.path().filename(), photo);
   }
 }
@@ -42,14 +44,17 @@ inline std::string centroid_yolox(float leaf, float sky) {
           kernel[((row * 3 + blue_first) * 32 + y) * 32 + x] = weight(x + 0.5f, y + 0.5f) / (255.f * 768.f);
     };
     const auto one = [](float, float) { return 1.f; };
-    sum(above, 0, [&](float x, float) { return x / stride; }),
-        sum(above, 1, [&](float, float y) { return y / stride; }), sum(above, class_row, one);
+    sum(above, 0, [&](float x, float) { return x / stride; });
+    sum(above, 1, [&](float, float y) { return y / stride; });
+    sum(above, class_row, one);
     for (const int row : {0, 1, class_row}) sum(below, row, one);
     std::vector<float> above_bias = {0, 0, std::log(size / stride), std::log(size / stride), 1, 0, 0},
                        below_bias(7, 1.f);
     for (const int row : {0, 1, class_row}) below_bias[row] = 1e-5f;
-    onnx.weights(name + "_a", {7, 3, 32, 32}, above), onnx.weights(name + "_ab", {7}, above_bias);
-    onnx.weights(name + "_b", {7, 3, 32, 32}, below), onnx.weights(name + "_bb", {7}, below_bias);
+    onnx.weights(name + "_a", {7, 3, 32, 32}, above);
+    onnx.weights(name + "_ab", {7}, above_bias);
+    onnx.weights(name + "_b", {7, 3, 32, 32}, below);
+    onnx.weights(name + "_bb", {7}, below_bias);
     for (const char* part : {"_a", "_b"})
       onnx.node("Conv", {"images", name + part, name + part + "b"}, {name + part + "_out"},
                 {{"kernel_shape", {32, 32}}, {"strides", {32, 32}}});
@@ -57,7 +62,8 @@ inline std::string centroid_yolox(float leaf, float sky) {
     onnx.integers(name + "_rows", {1, 7, 1});
     onnx.node("Reshape", {name + "_cell", name + "_rows"}, {name});
   };
-  thing("sky", 0, 6, 8, sky), thing("leaf", 2, 5, 32, leaf);  // the first cell of stride 8 and that of stride 32
+  thing("sky", 0, 6, 8, sky);
+  thing("leaf", 2, 5, 32, leaf);  // the first cell of stride 8 and that of stride 32
   onnx.weights("nothing", {7 * 19, 3, 32, 32}, std::vector<float>(7 * 19 * 3 * 1024));
   onnx.weights("nothing_b", {7 * 19}, std::vector<float>(7 * 19));
   onnx.node("Conv", {"images", "nothing", "nothing_b"}, {"nothing_out"},
@@ -79,7 +85,8 @@ inline double iou_in(const std::filesystem::path& folder, uint32_t id, const std
     const IdImage found = read_ids(entry.path()), wanted = read_ids(truth / entry.path().filename());
     for (size_t i = 0; i < found.data.size(); ++i) {
       const bool a = found.data[i] == id, b = wanted.data[i] == true_id;
-      both += a && b, either += a || b;
+      both += a && b;
+      either += a || b;
     }
   }
   return either ? static_cast<double>(both) / static_cast<double>(either) : 0;

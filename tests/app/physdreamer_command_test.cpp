@@ -94,7 +94,8 @@ void expect_masks_and_videos(const fs::path& scene, const RunDirectory& run) {
     }
   // By name: its camera and 30 frames a second, though the file says 24.
   FitStage both;
-  both.video = second.string(), both.further = {{first.string(), "", ""}};
+  both.video = second.string();
+  both.further = {{first.string(), "", ""}};
   const FitScene two = load_fit(run, both, said);
   EXPECT_EQ(said.find("is fitted, and not"), std::string::npos) << said;
   ASSERT_EQ(two.further.size(), 1u);
@@ -110,7 +111,8 @@ void expect_masks_and_videos(const fs::path& scene, const RunDirectory& run) {
   other.camera = beside;
   expect_error(Failure::kInput, {beside + "_other.mp4", "does not show the scene from camera '" + beside},
                [&] { load_fit(run, other, said); });
-  fs::remove(scene / "videos" / (beside + "_other.mp4")), fs::remove_all(scene / "masks");
+  fs::remove(scene / "videos" / (beside + "_other.mp4"));
+  fs::remove_all(scene / "masks");
 }
 
 /// A field whose value is the same everywhere: only the last bias is not zero.
@@ -121,15 +123,20 @@ std::string constant_field(const std::vector<float>& value) {
                        const std::vector<float>& values = {}) {
     int64_t count = 1;
     std::vector<int64_t> stride(shape.size());
-    for (size_t a = shape.size(); a-- > 0;) stride[a] = count, count *= shape[a];
+    for (size_t a = shape.size(); a-- > 0;) {
+      stride[a] = count;
+      count *= shape[a];
+    }
     tensors.push_back(
         {name, tensor_pickle("FloatStorage", static_cast<int>(storages.size()), count, 0, shape, stride)});
     storages.push_back(floats(values.empty() ? std::vector<float>(count, fill) : values));
   };
   const int64_t n = static_cast<int64_t>(value.size());
   for (int k = 0; k < 3; ++k) add("planes." + std::to_string(k), {1, 4, 8, 8}, 0.3f);
-  add("decoder.0.weight", {4, 4}, 0.1f), add("decoder.0.bias", {4}, 0.0f);
-  add("decoder.2.weight", {n, 4}, 0.0f), add("decoder.2.bias", {n}, 0, value);
+  add("decoder.0.weight", {4, 4}, 0.1f);
+  add("decoder.0.bias", {4}, 0.0f);
+  add("decoder.2.weight", {n, 4}, 0.0f);
+  add("decoder.2.bias", {n}, 0, value);
   return torch_archive("archive", pickle_of(tensors), storages);
 }
 
@@ -137,8 +144,13 @@ std::string constant_field(const std::vector<float>& value) {
 void make_folder(const fs::path& folder) {
   DemoOptions demo;
   demo.training = 50;
-  demo.out = folder / "demo", demo.gaussians = 9000, demo.photos = 8, demo.width = 240, demo.height = 180;
-  demo.video_particles = 2000, demo.video_seconds = 1;
+  demo.out = folder / "demo";
+  demo.gaussians = 9000;
+  demo.photos = 8;
+  demo.width = 240;
+  demo.height = 180;
+  demo.video_particles = 2000;
+  demo.video_seconds = 1;
   make_demo(demo);
   const fs::path scene = folder / "flower";
   const json settings = json::parse(read_text(folder / "demo/scene.json"));

@@ -50,7 +50,8 @@ struct PhysDreamer : testing::Test {
     std::vector<Camera> cameras;
     for (const char* name : {"frame_1", "frame_10", "frame_2"}) {
       Camera camera = look_at({3, 0, 0.5}, {0, 0, 0.5}, {0, 0, 1}, 64, 48, 60);
-      camera.name = name, camera.photo = (folder / "images" / (std::string(name) + ".png")).string();
+      camera.name = name;
+      camera.photo = (folder / "images" / (std::string(name) + ".png")).string();
       write_image(camera.photo, ImageF(64, 48, 3, 0.5f));
       cameras.push_back(camera);
     }

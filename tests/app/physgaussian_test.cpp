@@ -88,7 +88,8 @@ Particles stand_in(const PhysGaussianConfig& config, std::vector<Vec3d>& gaussia
       }
   p.volume.assign(p.size(), static_cast<float>(h * h * h));
   p.mass.assign(p.size(), static_cast<float>(200 * h * h * h));
-  p.young.assign(p.size(), 1e5f), p.poisson.assign(p.size(), 0.3f);
+  p.young.assign(p.size(), 1e5f);
+  p.poisson.assign(p.size(), 0.3f);
   return p;
 }
 
@@ -170,7 +171,8 @@ TEST(PhysGaussianSpace, TurnsThenScalesThenCentres) {
   Vec3d low = Vec3d::Constant(9), high = -low;
   for (int i = 0; i < 3; ++i) {
     const Vec3d x = space.from_scene(cloud.position[i].cast<double>());
-    low = low.cwiseMin(x), high = high.cwiseMax(x);
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
     EXPECT_LT((space.to_scene(x) - cloud.position[i].cast<double>()).norm(), 1e-12);
   }
   EXPECT_LT((0.5 * (low + high) - Vec3d::Ones()).norm(), 1e-12);
@@ -209,7 +211,10 @@ TEST(PhysGaussianWorld, AnImpulseKeepsTheChangeOfVelocityOfTheReleasedCode) {
   };
   for (const Vec3d& x : gaussians) ++count[cell(x)];
   double momentum = 0, mass = 0;
-  for (const Vec3d& x : gaussians) momentum += 0.5 * 1e-3 * 4, mass += 200 * 1e-3 / count[cell(x)];
+  for (const Vec3d& x : gaussians) {
+    momentum += 0.5 * 1e-3 * 4;
+    mass += 200 * 1e-3 / count[cell(x)];
+  }
   const PhysGaussianWorld world = physgaussian_world(config, Compatibility::kCorrected, p, gaussians);
   ASSERT_EQ(world.interactions.size(), 1u);
   const Interaction& it = world.interactions[0];
@@ -265,16 +270,19 @@ TEST(PhysGaussianOutput, HasTheShapesOfTheReleasedCodeInSimulationSpace) {
   const TemporaryFolder folder;
   SimulationSpace space;
   space.R = Eigen::AngleAxisd(0.7, Vec3d(1, 2, 3).normalized()).toRotationMatrix();
-  space.scale = 0.5, space.offset = Vec3d(1, 0.5, 2);
+  space.scale = 0.5;
+  space.offset = Vec3d(1, 0.5, 2);
   // A body that is stretched at a steady rate: dF/dt F^-1 is known.
   TrajectoryFile t;
   Mat3d L = Mat3d::Zero();
-  L(0, 1) = 0.3, L(2, 2) = -0.2;
+  L(0, 1) = 0.3;
+  L(2, 2) = -0.2;
   for (int f = 0; f < 3; ++f) {
     TrajectoryFile::Frame frame;
     frame.time = 1e-3 * f;
     const Mat3d F = Mat3d::Identity() + frame.time * L;
-    frame.position = {Vec3f(1, 2, 3), Vec3f(-1, 0, 1)}, frame.velocity = {Vec3f(0, 1, 0), Vec3f(1, 0, 0)};
+    frame.position = {Vec3f(1, 2, 3), Vec3f(-1, 0, 1)};
+    frame.velocity = {Vec3f(0, 1, 0), Vec3f(1, 0, 0)};
     frame.F = {F.cast<float>(), F.cast<float>()};
     t.frames.push_back(frame);
   }

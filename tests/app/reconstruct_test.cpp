@@ -132,7 +132,9 @@ bool train(const fs::path& photos, const fs::path& out, ReconstructStage stage, 
 
 ReconstructStage short_stage() {
   ReconstructStage stage;
-  stage.train.iterations = 250, stage.train.most_gaussians = 600, stage.train.exposure = true;
+  stage.train.iterations = 250;
+  stage.train.most_gaussians = 600;
+  stage.train.exposure = true;
   stage.start = "random";
   return stage;
 }
@@ -157,7 +159,8 @@ TEST_F(Reconstruct, AnInterruptedTrainingThatIsGoneOnWithEndsWithTheSameBits) {
       EXPECT_EQ(sha256_of_file(whole / file), sha256_of_file(parts / file)) << file;
     EXPECT_EQ(parsed(whole / "results.json")["held_out"], parsed(parts / "results.json")["held_out"]);
     EXPECT_EQ(parsed(whole / "results.json")["exposure"], parsed(parts / "results.json")["exposure"]);
-    fs::remove_all(whole), fs::remove_all(parts);
+    fs::remove_all(whole);
+    fs::remove_all(parts);
   }
 }
 
@@ -270,7 +273,8 @@ TEST_F(Reconstruct, LabelsTrainedAlongWithTheSceneDivideItsGaussians) {
     const Vec3f& x = scene.cloud.position[i];
     if (x.norm() > 0.5f || std::abs(x.z()) < 0.1f) continue;
     const double opacity = sigmoid(scene.cloud.opacity_logit[i]);
-    all += opacity, right += opacity * (segmentation.label[i] == (x.z() > 0 ? 8u : 3u));
+    all += opacity;
+    right += opacity * (segmentation.label[i] == (x.z() > 0 ? 8u : 3u));
   }
   EXPECT_GT(right / all, 0.93);
   EXPECT_EQ(parsed(folder / "run/objects.json").size(), 2u);

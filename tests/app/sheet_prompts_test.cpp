@@ -24,8 +24,12 @@ std::string box_around(const std::filesystem::path& mask, uint32_t id) {
   int x0 = ids.width, y0 = ids.height, x1 = 0, y1 = 0;
   for (int y = 0; y < ids.height; ++y)
     for (int x = 0; x < ids.width; ++x)
-      if (ids(x, y) == id)
-        x0 = std::min(x0, x), x1 = std::max(x1, x + 1), y0 = std::min(y0, y), y1 = std::max(y1, y + 1);
+      if (ids(x, y) == id) {
+        x0 = std::min(x0, x);
+        x1 = std::max(x1, x + 1);
+        y0 = std::min(y0, y);
+        y1 = std::max(y1, y + 1);
+      }
   std::string text = mask.stem().string();
   for (int v : {std::max(0, x0 - 2), std::max(0, y0 - 2), std::min(ids.width, x1 + 2), std::min(ids.height, y1 + 2)})
     text += "," + std::to_string(v);
@@ -72,7 +76,11 @@ TEST(SelectionSheet, StrokesOnItTakeAwayWhatTheyCoverAndMeanTheSameWhenRepeatedO
       int near = 0;
       for (int j = -6; j <= 6; j += 2)
         for (int i = -6; i <= 6; i += 2) near += tinted(x + i, y + j);
-      if (near > best) best = near, at_x = x, at_y = y;
+      if (near > best) {
+        best = near;
+        at_x = x;
+        at_y = y;
+      }
     }
   ASSERT_GT(best, 10);
   const auto stroke = [](int x, int y) {

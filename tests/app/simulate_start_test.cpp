@@ -25,10 +25,15 @@ VelocityFile swing(double whole_damping_time) {
     for (const float y : {0.0f, 0.14f})
       for (const float z : {1.0f, 1.14f}) {
         const float s = std::max(0.0f, (0.02f * i - 0.1f) / 0.7f);
-        v.position.push_back(Vec3f(0.02f * i, y, z)), v.velocity.push_back(Vec3f(0, 0, 0.4f * s * s));
-        v.displacement.push_back(Vec3f::Zero()), v.F.push_back(Mat3f::Identity()), v.C.push_back(Mat3f::Zero());
+        v.position.push_back(Vec3f(0.02f * i, y, z));
+        v.velocity.push_back(Vec3f(0, 0, 0.4f * s * s));
+        v.displacement.push_back(Vec3f::Zero());
+        v.F.push_back(Mat3f::Identity());
+        v.C.push_back(Mat3f::Zero());
       }
-  v.damping_time = 2, v.whole_damping_time = whole_damping_time, v.source = "made";
+  v.damping_time = 2;
+  v.whole_damping_time = whole_damping_time;
+  v.source = "made";
   return v;
 }
 

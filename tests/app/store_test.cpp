@@ -49,27 +49,42 @@ std::vector<Mat3f> matrices(size_t n) {
 Segmentation some_segmentation() {
   Segmentation s;
   s.attribute = floats(50 * kSemanticChannels);
-  s.classifier = floats(3 * kSemanticChannels), s.classifier_bias = floats(3);
-  s.class_id = {1, 4, 70000}, s.class_name = {"flower", "größe \"x\"", "table"};
-  for (int i = 0; i < 50; ++i) s.label.push_back(s.class_id[i % 3]), s.seen.push_back(i % 2);
+  s.classifier = floats(3 * kSemanticChannels);
+  s.classifier_bias = floats(3);
+  s.class_id = {1, 4, 70000};
+  s.class_name = {"flower", "größe \"x\"", "table"};
+  for (int i = 0; i < 50; ++i) {
+    s.label.push_back(s.class_id[i % 3]);
+    s.seen.push_back(i % 2);
+  }
   s.confidence = floats(50, 0, 1);
-  s.class_cameras = {{0, 2, 7}, {}, {1}}, s.class_origin = {"masks", "split from 1", "größe"}, s.next_id = 80000,
+  s.class_cameras = {{0, 2, 7}, {}, {1}};
+  s.class_origin = {"masks", "split from 1", "größe"};
+  s.next_id = 80000;
   s.screen_variance = 0.15;
   return s;
 }
 
 ParticleFile some_particles() {
   ParticleFile p;
-  p.solid_position = vectors(40), p.solid_volume = floats(40, 0, 1), p.driving_position = vectors(5),
+  p.solid_position = vectors(40);
+  p.solid_volume = floats(40, 0, 1);
+  p.driving_position = vectors(5);
   p.driving_volume = floats(5, 0, 1);
   for (int i = 0; i < 40; ++i) p.solid_driver.push_back(i % 6 - 1);
-  p.cell_size = 0.03, p.metres_per_unit = 0.25, p.pinned_json = R"([{"sphere": [0, 0, 0, 1]}])";
+  p.cell_size = 0.03;
+  p.metres_per_unit = 0.25;
+  p.pinned_json = R"([{"sphere": [0, 0, 0, 1]}])";
   return p;
 }
 
 TrajectoryFile some_trajectory() {
   TrajectoryFile t;
-  t.object = "1_flower", t.fps = 24, t.metres_per_unit = 0.5, t.cell_size = 0.02, t.up = {0, 0.6, -0.8};
+  t.object = "1_flower";
+  t.fps = 24;
+  t.metres_per_unit = 0.5;
+  t.cell_size = 0.02;
+  t.up = {0, 0.6, -0.8};
   for (int i = 0; i < 4; ++i) t.frames.push_back({i / 24.0, 10 * i, vectors(6), vectors(6), matrices(6)});
   return t;
 }
@@ -154,22 +169,30 @@ TEST(Store, TrajectorySurvivesInTheShapeOfH5md) {
 TrainingCheckpoint some_training(bool everything) {
   TrainingCheckpoint c;
   TrainingState& s = c.state;
-  s.iteration = 321, s.seconds = 12.5, s.started_with = 5;
+  s.iteration = 321;
+  s.seconds = 12.5;
+  s.started_with = 5;
   s.cloud.sh_degree = 1;
   s.cloud.resize(7);
   if (everything) {
-    s.attribute = floats(7 * 3), s.shared = floats(11), s.exposure = floats(2 * 12);
-    s.screen_gradient = floats(7), s.times_seen = floats(7);
+    s.attribute = floats(7 * 3);
+    s.shared = floats(11);
+    s.exposure = floats(2 * 12);
+    s.screen_gradient = floats(7);
+    s.times_seen = floats(7);
     s.curve = {{100, 3.25, 6, 21.5, 0.7}, {200, 7.5, 7, INFINITY, 1}};
   }
   fit_moments(s);
   visit_gaussian_arrays(s, [](const std::string&, auto& array) {
     for (float& value : flat(array)) value = static_cast<float>(dice.normal());
   });
-  for (auto* m : {&s.shared_moments, &s.exposure_moments})
-    m->first = floats(m->first.size()), m->second = floats(m->second.size());
+  for (auto* m : {&s.shared_moments, &s.exposure_moments}) {
+    m->first = floats(m->first.size());
+    m->second = floats(m->second.size());
+  }
   s.cloud.position[3].x() = NAN;  // a Gaussian that was lost is kept for the strategy to deal with
-  c.start_json = R"({"kind": "random"})", c.provenance_json = R"({"seed": 1})";
+  c.start_json = R"({"kind": "random"})";
+  c.provenance_json = R"({"seed": 1})";
   return c;
 }
 
@@ -313,17 +336,20 @@ TEST(Store, WrongShapesTypesAndValuesNameTheDataset) {
   p.solid_driver[3] = 5;
   write_particles(folder / "bad.h5", p, "{}");
   expect_error(Failure::kInput, {"/solid/driver", "5 of 5"}, [&] { read_particles(folder / "bad.h5"); });
-  p = some_particles(), p.driving_position[2].y() = NAN;
+  p = some_particles();
+  p.driving_position[2].y() = NAN;
   write_particles(folder / "bad.h5", p, "{}");
   expect_error(Failure::kInput, {"/driving/position", "row 2"}, [&] { read_particles(folder / "bad.h5"); });
-  p = some_particles(), p.pinned_json = "[{";
+  p = some_particles();
+  p.pinned_json = "[{";
   write_particles(folder / "bad.h5", p, "{}");
   expect_error(Failure::kInput, {"pinned", "JSON"}, [&] { read_particles(folder / "bad.h5"); });
   TrajectoryFile t = some_trajectory();
   t.frames[2].time = 0;
   write_trajectory(folder / "bad.h5", t, "{}");
   expect_error(Failure::kInput, {"/particles/1_flower/position/time"}, [&] { read_trajectory(folder / "bad.h5"); });
-  t = some_trajectory(), t.frames[1].F[3](0, 0) = NAN;
+  t = some_trajectory();
+  t.frames[1].F[3](0, 0) = NAN;
   write_trajectory(folder / "bad.h5", t, "{}");
   expect_error(Failure::kInput, {"/F/value", "frame 1"}, [&] { read_trajectory(folder / "bad.h5"); });
   expect_error(Failure::kInput, {"/particles/other"}, [&] { read_trajectory(folder / "bad.h5", "other"); });
@@ -336,7 +362,9 @@ TEST(Store, PromisedArraysThatAreNotStoredAreRefusedBeforeTheyAreAllocated) {
   const hid_t space = H5Screate_simple(1, &rows, nullptr), properties = H5Pcreate(H5P_DATASET_CREATE);
   H5Pset_chunk(properties, 1, &chunk);
   H5Dclose(H5Dcreate2(file, "/label", H5T_NATIVE_UINT32, space, H5P_DEFAULT, properties, H5P_DEFAULT));
-  H5Pclose(properties), H5Sclose(space), H5Fclose(file);
+  H5Pclose(properties);
+  H5Sclose(space);
+  H5Fclose(file);
   expect_error(Failure::kInput, {"huge.h5", "/label", "not stored"}, [&] { read_labels(folder / "huge.h5"); });
 }
 
@@ -345,8 +373,13 @@ TEST(Frames, ContinueBitForBitAndAreCountedUpToTheFirstBadOne) {
   EXPECT_EQ(last_frame(folder / "partial"), -1);
   for (int i = 0; i < 4; ++i) {
     SimulationState state;
-    state.frame = i, state.time = i / 30.0, state.substeps = 40 * i;
-    state.x = vectors(9), state.v = vectors(9), state.C = matrices(9), state.F = matrices(9);
+    state.frame = i;
+    state.time = i / 30.0;
+    state.substeps = 40 * i;
+    state.x = vectors(9);
+    state.v = vectors(9);
+    state.C = matrices(9);
+    state.F = matrices(9);
     if (i % 2 == 0)
       for (const Mat3f& F : matrices(9)) state.memory.push_back({F, F.transpose(), F(1, 2)});
     write_frame(folder / "partial", state);
@@ -377,11 +410,14 @@ TEST(Frames, ContinueBitForBitAndAreCountedUpToTheFirstBadOne) {
   std::string changed = good;
   changed[200] ^= 1;
   damaged(changed, {"checksum"});
-  changed = good, changed[0] = 'X';
+  changed = good;
+  changed[0] = 'X';
   damaged(changed, {"magic"});
-  changed = good, changed[15] = '\x7f';
+  changed = good;
+  changed[15] = '\x7f';
   damaged(changed, {"particles"});
-  changed = good, changed[16] = 3;
+  changed = good;
+  changed[16] = 3;
   damaged(changed, {"memories"});
   damaged(read_text(folder / "partial/0003.bin"), {"frame"});
   fs::remove(folder / "partial/0001.bin");

@@ -49,7 +49,10 @@ double fma_rate(int threads) {
   int lanes = 4;
   float (*chains)() = multiply_add_chains;
 #if defined(__x86_64__)
-  if (best_instruction_set() == InstructionSet::kAvx2) chains = fma_chains_avx2, lanes = 8;
+  if (best_instruction_set() == InstructionSet::kAvx2) {
+    chains = fma_chains_avx2;
+    lanes = 8;
+  }
 #endif
   double best = 0;
   for (int trial = 0; trial < 5; ++trial) {
@@ -70,7 +73,8 @@ double fma_rate(int threads) {
 double copy_rate(int threads) {
   constexpr size_t kBytes = size_t{128} << 20;
   const std::unique_ptr<char[]> from(new char[kBytes]), to(new char[kBytes]);
-  std::memset(from.get(), 1, kBytes), std::memset(to.get(), 2, kBytes);
+  std::memset(from.get(), 1, kBytes);
+  std::memset(to.get(), 2, kBytes);
   double best = 0;
   for (int trial = 0; trial < 5; ++trial) {
     const double start = seconds();

@@ -46,8 +46,10 @@ Subject make_subject(int n, Law law) {
                             0.5 + side * random.uniform(-0.5, 0.5));
   }
   const float volume = static_cast<float>(side * side * side / n);
-  p.volume.assign(n, volume), p.mass.assign(n, 1000 * volume);
-  p.young.assign(n, 1e5f), p.poisson.assign(n, 0.3f);
+  p.volume.assign(n, volume);
+  p.mass.assign(n, 1000 * volume);
+  p.young.assign(n, 1e5f);
+  p.poisson.assign(n, 0.3f);
   p.cell_size = static_cast<float>(dx);
   s.state = initial_state(p);
   s.loads.gravity = Vec3<float>(0, 0, -9.81f);

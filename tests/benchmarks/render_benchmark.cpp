@@ -22,7 +22,10 @@ namespace {
 GaussianCloud cloud_of(int n) {
   RandomCloudOptions options;
   options.gaussians = n;
-  if (n > 100'000) options.smallest /= 2, options.largest /= 2;
+  if (n > 100'000) {
+    options.smallest /= 2;
+    options.largest /= 2;
+  }
   return random_cloud(options);
 }
 

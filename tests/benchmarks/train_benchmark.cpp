@@ -17,7 +17,10 @@ namespace {
 void iteration(benchmark::State& state) {
   RandomCloudOptions recipe;
   recipe.gaussians = static_cast<int>(state.range(0));
-  if (recipe.gaussians > 100'000) recipe.smallest /= 2, recipe.largest /= 2;
+  if (recipe.gaussians > 100'000) {
+    recipe.smallest /= 2;
+    recipe.largest /= 2;
+  }
   omp_set_num_threads(static_cast<int>(state.range(2)));
 
   TrainingPhotos photos;
@@ -28,7 +31,8 @@ void iteration(benchmark::State& state) {
   TrainOptions options;
   options.densification = state.range(3) ? Densification::kMcmc : Densification::kNone;
   options.refine_from = 2;  // only the noise of MCMC
-  options.coarse_to_fine = false, options.iterations = 1'000'000'000;
+  options.coarse_to_fine = false;
+  options.iterations = 1'000'000'000;
   options.position_rate = options.final_position_rate = 1e-12f;  // the cloud stays what it is
   options.opacity_rate = options.scale_rate = options.rotation_rate = options.color_rate = 1e-9f;
   Trainer trainer(options, photos, with_sh_degree(random_cloud(recipe), static_cast<int>(state.range(1))));

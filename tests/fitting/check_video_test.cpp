@@ -12,7 +12,13 @@ namespace {
 
 struct CheckVideo : testing::Test {
   MadeVideo made;
-  CheckVideo() { made.travel = 8, made.turn = 0.15, made.radius = 26, made.noise = 0.01, made.frames = 12; }
+  CheckVideo() {
+    made.travel = 8;
+    made.turn = 0.15;
+    made.radius = 26;
+    made.noise = 0.01;
+    made.frames = 12;
+  }
   VideoChecks check(const ReferenceVideo& video) const {
     MadeVideo clean = made;
     clean.noise = 0;
@@ -75,7 +81,8 @@ TEST_F(CheckVideo, FramesMissingBeforeAStillBackgroundAreSaid) {
 }
 
 TEST_F(CheckVideo, AStillObjectIsRefusedAlsoUnderNoise) {
-  made.travel = 0.1, made.turn = 0;
+  made.travel = 0.1;
+  made.turn = 0;
   for (const double noise : {0.0, 0.02}) {
     made.noise = noise;
     expect_finding(check(made.video()), VideoProblem::kStatic, true, "does not move");
@@ -95,7 +102,8 @@ TEST_F(CheckVideo, AMovingCameraIsRefusedSlowOrFast) {
 
 TEST_F(CheckVideo, ARateThatTheFileContradictsIsRefusedUnlessItIsMeant) {
   ReferenceVideo video = made.video();
-  video.file_fps = 30, video.declared_fps = 24;
+  video.file_fps = 30;
+  video.declared_fps = 24;
   expect_finding(check(video), VideoProblem::kRate, true, "30");
   video.declared_rate_holds = true;
   EXPECT_EQ(check(video).find(VideoProblem::kRate), nullptr);
@@ -111,7 +119,8 @@ TEST_F(CheckVideo, ChangesOfLightAreSaidAndAHiddenObjectIsRefused) {
 }
 
 TEST_F(CheckVideo, RepeatedFramesAreSaid) {
-  made.noise = 0, made.frames = 20;
+  made.noise = 0;
+  made.frames = 20;
   ReferenceVideo doubled = made.video();
   for (int t = 1; t < made.frames; t += 2) doubled.frames[t] = doubled.frames[t - 1];
   expect_finding(check(doubled), VideoProblem::kRepeated, false, "lower rate");

@@ -30,14 +30,18 @@ struct Filmed {
   ClipTerms terms;
 
   explicit Filmed(int size = 1) : camera(block_camera(64 * size, 56 * size, 0.1)) {
-    terms.drawn = drawn, terms.seen = {seen}, terms.track_weight = 0;
+    terms.drawn = drawn;
+    terms.seen = {seen};
+    terms.track_weight = 0;
   }
 
   /// ln of the factor of E that gradients find; 0.69 is right.
   double found(int iterations = 25, double first_window = kFrames) const {
     ClipFitOptions options;
-    options.material = std::make_shared<PartField>(motion.particles.size(), 1), options.damping = false;
-    options.gradient.iterations = iterations, options.gradient.material_rate = 0.08,
+    options.material = std::make_shared<PartField>(motion.particles.size(), 1);
+    options.damping = false;
+    options.gradient.iterations = iterations;
+    options.gradient.material_rate = 0.08;
     options.gradient.first_window = static_cast<int>(first_window);
     options.gradient.noisy = terms.guide != nullptr;
     const ClipFit fit = fit_clip(options, motion, clip_objective(terms, nullptr, frames), {});
@@ -64,12 +68,16 @@ TEST(ClipObjective, PoissonsRatioIsFoundWithTheStiffness) {
   for (const auto& state :
        rollout<float>(filmed.truth.options, filmed.truth.particles, filmed.truth.interactions, filmed.truth.start)
            .frames) {
-    tracks.weight.emplace_back(16, 1.0), tracks.place.emplace_back();
+    tracks.weight.emplace_back(16, 1.0);
+    tracks.place.emplace_back();
     for (const Vec3f& X : points.positions(state)) tracks.place.back().push_back(X.cast<double>());
   }
   ClipFitOptions options;
-  options.material = options.poisson = std::make_shared<PartField>(drivers.size(), 1), options.damping = false;
-  options.gradient.iterations = 60, options.gradient.material_rate = 0.06, options.gradient.poisson_rate = 0.1,
+  options.material = options.poisson = std::make_shared<PartField>(drivers.size(), 1);
+  options.damping = false;
+  options.gradient.iterations = 60;
+  options.gradient.material_rate = 0.06;
+  options.gradient.poisson_rate = 0.1;
   options.gradient.first_window = kFrames;
   Objective<float> objective;
   objective.terms.push_back({1e6, std::make_shared<TrackLoss<float>>(tracks, drivers, 1, 1e-2)});
@@ -86,7 +94,8 @@ TEST(ClipObjective, FlowAloneFindsTheStiffness) {
 
 TEST(ClipObjective, AShortGradientWindowStillFindsTheStiffness) {
   Filmed filmed;
-  filmed.terms.picture_weight = 1, filmed.motion.options.gradient_window = 3;
+  filmed.terms.picture_weight = 1;
+  filmed.motion.options.gradient_window = 3;
   EXPECT_NEAR(filmed.found(), std::log(2.0), 0.15);
 }
 
@@ -108,8 +117,10 @@ TEST(ClipObjective, WhatIsCutAwayDoesNotCount) {
   EXPECT_GT(by_a.loss, 1e-3);
   EXPECT_NEAR(by_b.loss, by_a.loss, 1e-4 * by_a.loss);
   double size = 0, difference = 0;
-  for (size_t i = 0; i < filmed.motion.particles.size(); ++i)
-    size += std::abs(by_a.by.young[i]), difference += std::abs(by_a.by.young[i] - by_b.by.young[i]);
+  for (size_t i = 0; i < filmed.motion.particles.size(); ++i) {
+    size += std::abs(by_a.by.young[i]);
+    difference += std::abs(by_a.by.young[i] - by_b.by.young[i]);
+  }
   EXPECT_LT(difference, 1e-3 * size);
   EXPECT_THROW(cut_to_weight(filmed.camera, filmed.seen.frames, ImageF(64, 56, 1, 0.0f)), Error);
 }
@@ -159,7 +170,8 @@ TEST(ClipObjective, AProgramThatPullsPixelsToAClipLeadsToItsStiffness) {
   GuidanceOptions options;
   options.command = "python3 " + folder.file("pull.py", kPull).string();
   filmed.terms.guide = std::make_shared<Guidance>(options, folder / "work");
-  filmed.terms.guide_weight = 100, filmed.terms.guide_camera = filmed.camera;
+  filmed.terms.guide_weight = 100;
+  filmed.terms.guide_camera = filmed.camera;
   EXPECT_NEAR(filmed.found(20), std::log(2.0), 0.15);
 }
 

@@ -124,7 +124,8 @@ TEST(ErrorCorrelation, EachPointHasErrorsOfItsOwnSize) {
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(kRows * kPoints * 2, 2);
   for (size_t r = 0; r < errors.size(); ++r) {
     const bool loud = r / 2 % kPoints < 100;
-    errors[r] *= loud ? 3 : 1, J(static_cast<Eigen::Index>(r), loud) = 1;
+    errors[r] *= loud ? 3 : 1;
+    J(static_cast<Eigen::Index>(r), loud) = 1;
   }
   const Eigen::MatrixXd found = ErrorCorrelation(errors, on_a_line(kPoints), 2).of_gradient(J);
   EXPECT_NEAR(found(0, 0) / (kRows * 200 * 2), 1, 0.15);
@@ -156,7 +157,9 @@ TEST(CovarianceWith, IsThatOfManyFitsToErrorsThatGoTogether) {
     EXPECT_NEAR(std::log(spread(p, p) / expected(p, p)), 0, 0.7) << p;  // 30 fits: 26 % each way
   // What nothing determines stays so.
   Eigen::MatrixXd open = inverse;
-  open.row(1).setZero(), open.col(1).setZero(), open(1, 1) = INFINITY;
+  open.row(1).setZero();
+  open.col(1).setZero();
+  open(1, 1) = INFINITY;
   const Eigen::MatrixXd still = covariance_with(ErrorCorrelation(noise(2, 0.5, 1), place, 2), J, open);
   EXPECT_TRUE(std::isinf(still(1, 1)) && std::isfinite(still(0, 0)) && std::isfinite(still(0, 2)));
 }

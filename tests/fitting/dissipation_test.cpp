@@ -13,8 +13,12 @@ using namespace testing;
 Motion<float> swing(const TwinStem& stem, double damping_time, double flip_time = 0) {
   Motion<float> motion{stem.particles, stem.kicked(0.2), stem.pins, {}};
   SimulateOptions& options = motion.options.simulate;
-  options.fps = 50, options.duration = 1, options.substeps = 20, options.gravity.setZero();
-  options.damping_time = damping_time, options.flip_time = flip_time;
+  options.fps = 50;
+  options.duration = 1;
+  options.substeps = 20;
+  options.gravity.setZero();
+  options.damping_time = damping_time;
+  options.flip_time = flip_time;
   return motion;
 }
 

@@ -18,7 +18,11 @@ namespace fs = std::filesystem;
 
 Camera camera_of(int width, int height) {
   Camera camera;
-  camera.name = "view_a", camera.width = width, camera.height = height, camera.fx = camera.fy = 30, camera.cx = 12,
+  camera.name = "view_a";
+  camera.width = width;
+  camera.height = height;
+  camera.fx = camera.fy = 30;
+  camera.cx = 12;
   camera.cy = 8;
   return camera;
 }
@@ -30,7 +34,10 @@ struct ExternalModels : testing::Test {
 
   ReferenceVideo generate(const std::string& text, double time_limit = 20) {
     GenerateOptions options;
-    options.command = script(text), options.frames = 3, options.fps = 12, options.time_limit = time_limit,
+    options.command = script(text);
+    options.frames = 3;
+    options.fps = 12;
+    options.time_limit = time_limit;
     options.seed = 41;
     ImageF first(24, 16, 3, 0.25f);
     return generate_video(options, first, camera_of(24, 16), folder / "work");
@@ -99,7 +106,8 @@ def load_image(file): return Picture(open(file, "rb").read(), None)
   GenerateOptions options;
   options.command = "PYTHONPATH=" + (folder / "modules").string() +
                     " python3 " PLIANT_SOURCE_DIR "/fitting/fit/adapters/stable_video_diffusion.py";
-  options.frames = 4, options.seed = 5;
+  options.frames = 4;
+  options.seed = 5;
   const ReferenceVideo video = generate_video(options, ImageF(24, 16, 3, 0.5f), camera_of(24, 16), folder / "work");
   EXPECT_EQ(video.frames.size(), 4u);
   options.frames = 99;
@@ -137,7 +145,9 @@ TEST_F(ExternalModels, WhatAGuideDoesWrongIsSaid) {
   const std::string ready = "cd \"$1\"; echo '{\"ready\": 1}'; read line; ";
   const auto run = [&](const std::string& text, double limit = 20) {
     GuidanceOptions options;
-    options.command = script(text), options.start_limit = 20, options.step_limit = limit;
+    options.command = script(text);
+    options.start_limit = 20;
+    options.step_limit = limit;
     Guidance guide(options, folder / "work");
     guide.evaluate(frames, 24);
   };

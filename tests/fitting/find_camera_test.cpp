@@ -74,7 +74,8 @@ TEST(FindCamera, APictureOfSomethingElseIsNotFound) {
   std::vector<Camera> cameras = arc_of_cameras(3);
   for (Camera& camera : cameras) camera = camera.resized(120, 90);
   FindCameraOptions options;
-  options.candidates = 1, options.refine.sizes = {64};
+  options.candidates = 1;
+  options.refine.sizes = {64};
   const FoundCamera found = find_camera(options, cloud, {}, cameras, photo_of(textured_sheet(800, 77), cameras[1]));
   EXPECT_FALSE(found.found);
   EXPECT_NE(found.sentence.find("none of the 3"), std::string::npos);

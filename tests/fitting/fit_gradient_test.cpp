@@ -29,8 +29,10 @@ struct Problem {
       part.push_back(twin.particles.position[i].z() > 0.05f);
       if (part[i]) twin.particles.young[i] /= 3;
     }
-    motion.start = twin.kicked(0.5), motion.interactions = twin.pins;
-    motion.options.simulate.fps = twin.fps, motion.options.simulate.duration = frames / twin.fps;
+    motion.start = twin.kicked(0.5);
+    motion.interactions = twin.pins;
+    motion.options.simulate.fps = twin.fps;
+    motion.options.simulate.duration = frames / twin.fps;
     motion.options.simulate.damping_time = twin.damping_time;
     objective.terms.push_back(
         {1, std::make_shared<TrackLoss<float>>(twin.film(twin.pins, motion.start, true, frames))});
@@ -42,7 +44,9 @@ TEST(FitGradient, PartsAndDampingOfATwinAreFound) {
   problem.motion.options.simulate.damping_time *= 2;
   const PartField field(problem.part, 1);
   GradientFitOptions options;
-  options.iterations = 70, options.material_rate = 0.05, options.damping_rate = 0.05;
+  options.iterations = 70;
+  options.material_rate = 0.05;
+  options.damping_rate = 0.05;
   GradientFitState state;
   state.now.material = {0, 0};
   fit_gradient(options, problem.motion, problem.objective, {&field, nullptr, true}, state);
@@ -56,7 +60,10 @@ TEST(FitGradient, AtTheBestItStaysThereHoweverLargeTheRates) {
   Problem problem(8);
   const PartField field(problem.part, 1);
   GradientFitOptions options;
-  options.iterations = 12, options.growth = 0, options.material_rate = 0.4, options.astray = 0.02;
+  options.iterations = 12;
+  options.growth = 0;
+  options.material_rate = 0.4;
+  options.astray = 0.02;
   GradientFitState state;
   state.now.material = {problem.wanted[0], problem.wanted[1]};
   fit_gradient(options, problem.motion, problem.objective, {&field}, state);
@@ -89,7 +96,8 @@ TEST(FitGradient, AStoppedFitContinuesToTheSameNumbersBitForBit) {
   options.iterations = 6;
   const auto begun = [] {
     GradientFitState state;
-    state.now.material = {0, 0}, state.now.velocity.assign(6, 0.0);
+    state.now.material = {0, 0};
+    state.now.velocity.assign(6, 0.0);
     return state;
   };
   GradientFitState whole = begun(), stopped = begun();

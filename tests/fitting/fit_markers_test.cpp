@@ -15,15 +15,19 @@ Particles bar(double young) { return testing::block<float>({0.1 + 3 * kDx, 0.03,
 
 std::vector<Interaction> let_go() {
   Interaction pin, load;
-  pin.type = InteractionType::kPin, pin.region = Region::half_space(Vec3d(3 * kDx, 0, 0), Vec3d(1, 0, 0));
-  load.type = InteractionType::kGust, load.vector = Vec3d(0, 0, -9.81);
+  pin.type = InteractionType::kPin;
+  pin.region = Region::half_space(Vec3d(3 * kDx, 0, 0), Vec3d(1, 0, 0));
+  load.type = InteractionType::kGust;
+  load.vector = Vec3d(0, 0, -9.81);
   return {pin, load};
 }
 
 MarkerFitOptions options() {
   MarkerFitOptions o;
-  o.model.simulate.gravity.setZero(), o.model.simulate.fps = 200;
-  o.window = 0.2, o.damping_time = 0.5;
+  o.model.simulate.gravity.setZero();
+  o.model.simulate.fps = 200;
+  o.window = 0.2;
+  o.damping_time = 0.5;
   return o;
 }
 
@@ -36,13 +40,15 @@ MarkerTracks recording(double noise) {
   tracks.name = {"a", "b", "c", "d"};
   for (int t = 0; t < 36; ++t) {
     tracks.time.push_back(0.01 * t);
-    tracks.position.push_back(rest), tracks.weight.emplace_back(4, 1.0);
+    tracks.position.push_back(rest);
+    tracks.weight.emplace_back(4, 1.0);
     for (int k = 0; k < 3; ++k) {
       tracks.position[t][k] += motion.at(0.01 * t - kRelease, k);
       for (int a = 0; a < 3; ++a) tracks.position[t][k][a] += noise * Random(1, t, 3 * k + a).normal();
     }
   }
-  tracks.weight[20][1] = 0, tracks.position[20][1] = {9, 9, 9};  // a gap
+  tracks.weight[20][1] = 0;
+  tracks.position[20][1] = {9, 9, 9};  // a gap
   return tracks;
 }
 
@@ -94,7 +100,8 @@ TEST(FitMarkers, GoesOnFromWhereverItWasInterruptedAndEndsTheSame) {
 TEST(FitMarkers, WithNothingToFitItIsAPrediction) {
   MarkerFitOptions o = options();
   o.fit_young = o.fit_damping = o.fit_release = o.search = false;
-  o.release = kRelease, o.damping_time = kDamping;
+  o.release = kRelease;
+  o.damping_time = kDamping;
   const auto prediction = fit_markers(o, bar(kYoung), let_go(), recording(0));
   EXPECT_LT(prediction.rms, 1e-5);
   EXPECT_EQ(prediction.rollouts, 1);

@@ -44,19 +44,25 @@ void fit_two_parts(MaterialKind kind, double tolerance) {
   Particles guess = twin.particles;
   guess.young.assign(guess.size(), 3e5f);
   MaterialFitOptions options;
-  options.kind = kind, options.part = twin.part, options.smooth.modes = 10;
-  options.vibration.modes.most = 6, options.vibration.refine.tolerance = 2e-3, options.vibration.most_smooth = 7;
+  options.kind = kind;
+  options.part = twin.part;
+  options.smooth.modes = 10;
+  options.vibration.modes.most = 6;
+  options.vibration.refine.tolerance = 2e-3;
+  options.vibration.most_smooth = 7;
   const MaterialFit fit = fit_material(options, guess, twin.pins, tracks, twin.fps);
   const std::vector<double> constant(guess.size(), 3e5 * std::pow(10.0, fit.homogeneous.log10_factor));
   const double error = median_error(fit.young, twin.particles), best_constant = median_error(constant, twin.particles);
   // A stiff spot makes time steps smaller, and transfers take more in them: damping is what both lose together.
   Motion<float> motion{fit.particles, fit.found.start, twin.pins, {}},
       truth{twin.particles, twin.kicked(0.5), twin.pins, {}};
-  motion.options.simulate.fps = twin.fps * fit.found.subframes, motion.options.simulate.substeps = fit.found.substeps,
+  motion.options.simulate.fps = twin.fps * fit.found.subframes;
+  motion.options.simulate.substeps = fit.found.substeps;
   motion.options.simulate.damping_time = fit.found.damping_time;
   motion.options.simulate.duration =
       fit.found.rollout_frame(fit.found.last_frame, twin.fps) / motion.options.simulate.fps;
-  truth.options.simulate.fps = twin.fps, truth.options.simulate.damping_time = twin.damping_time,
+  truth.options.simulate.fps = twin.fps;
+  truth.options.simulate.damping_time = twin.damping_time;
   truth.options.simulate.duration = frames / twin.fps;
   truth.options.simulate.substeps =
       simulate<float>(truth.options.simulate, truth.particles, truth.interactions, truth.start)
@@ -108,8 +114,10 @@ void fit_two_parts(MaterialKind kind, double tolerance) {
                  {}, about);
   double least = INFINITY, most = 0;
   for (size_t i = 0; i < guess.size(); ++i)
-    if (twin.particles.position[i].z() > 0.015f)
-      least = std::min(least, about.sigma[i] / fit.sigma[i]), most = std::max(most, about.sigma[i] / fit.sigma[i]);
+    if (twin.particles.position[i].z() > 0.015f) {
+      least = std::min(least, about.sigma[i] / fit.sigma[i]);
+      most = std::max(most, about.sigma[i] / fit.sigma[i]);
+    }
   printf("sigma after gradients against that of Gauss-Newton: %.2f to %.2f\n", least, most);
   EXPECT_GT(least, 0.5);
   EXPECT_LT(most, 2);
@@ -124,13 +132,22 @@ TEST(FitMaterial, AFieldIsOnlyTakenWhereItExplainsMoreThanTheBestConstant) {
   const size_t n = twin.particles.size();
   const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.5), true, 2);
   MaterialFitOptions options;
-  options.kind = MaterialKind::kParts, options.part = twin.part;
+  options.kind = MaterialKind::kParts;
+  options.part = twin.part;
   VibrationFit constant, field;
-  constant.log10_factor = -0.3, constant.rms = 1, constant.damping_time = 0.6, constant.young_sigma.assign(n, 0.01);
-  field.log10_factor = 0.1, field.field = {0.5, -0.5}, field.damping_time = 100, field.young_sigma.assign(n, 0.02);
+  constant.log10_factor = -0.3;
+  constant.rms = 1;
+  constant.damping_time = 0.6;
+  constant.young_sigma.assign(n, 0.01);
+  field.log10_factor = 0.1;
+  field.field = {0.5, -0.5};
+  field.damping_time = 100;
+  field.young_sigma.assign(n, 0.02);
   const auto fit = [&](double rms) {
     MaterialFitProgress kept;
-    kept.homogeneous = constant, kept.field = field, kept.field->rms = rms;
+    kept.homogeneous = constant;
+    kept.field = field;
+    kept.field->rms = rms;
     kept.homogeneous->start = kept.field->start = initial_state(twin.particles);
     return fit_material(options, twin.particles, twin.pins, tracks, twin.fps, {}, kept);
   };
@@ -155,9 +172,14 @@ TEST(FitMaterial, TriplanesGoOnFromTheBestConstantAndFromWhereTheyWereStopped) {
   const TwoParts twin;
   const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.5), true, 16, 20, 0.05);
   MaterialFitOptions options;
-  options.kind = MaterialKind::kTriplanes, options.smooth.modes = 3, options.vibration.most_smooth = 3,
-  options.gradient.iterations = 20, options.gradient.growth = 0.3;
-  options.vibration.modes.most = 4, options.vibration.refine.tolerance = 1e-2, options.vibration.search.first = 0.08;
+  options.kind = MaterialKind::kTriplanes;
+  options.smooth.modes = 3;
+  options.vibration.most_smooth = 3;
+  options.gradient.iterations = 20;
+  options.gradient.growth = 0.3;
+  options.vibration.modes.most = 4;
+  options.vibration.refine.tolerance = 1e-2;
+  options.vibration.search.first = 0.08;
   const auto fit = [&](const MaterialFitProgress& kept) {
     return fit_material(options, twin.particles, twin.pins, tracks, twin.fps, {}, kept);
   };

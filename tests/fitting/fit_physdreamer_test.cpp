@@ -18,7 +18,8 @@ using testing::TwinStem;
 MaterialFitOptions recipe(MaterialKind kind, int iterations) {
   MaterialFitOptions options;
   options.kind = kind;
-  options.gradient.iterations = iterations, options.gradient.material_rate = 0.05;
+  options.gradient.iterations = iterations;
+  options.gradient.material_rate = 0.05;
   return options;
 }
 
@@ -60,7 +61,8 @@ TEST(FitPhysDreamer, FromHalfTheStiffnessTheRecipeComesNearerAndContinuesToTheSa
   MaterialFitProgress first, second, third;
   first.keep_velocity = [&](const GradientFitState& state) {
     if (state.rows.size() == 20) second.velocity = state;
-    return third.velocity = state, true;
+    third.velocity = state;
+    return true;
   };
   first.keep_gradient = [&](const GradientFitState& state) {
     if (state.rows.size() == 20) third.gradient = state;

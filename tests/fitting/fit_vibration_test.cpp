@@ -36,7 +36,9 @@ TEST(FitVibration, IsEqualBitForBitForAnyNumberOfThreads) {
   Particles guess = twin.particles;
   for (float& E : guess.young) E *= 3;
   VibrationFitOptions options;
-  options.modes.most = 3, options.candidates = 1, options.refine.max_iterations = 3;
+  options.modes.most = 3;
+  options.candidates = 1;
+  options.refine.max_iterations = 3;
   const int before = omp_get_max_threads();
   omp_set_num_threads(1);
   const VibrationFit one = fit_vibration(options, guess, twin.pins, tracks, twin.fps);
@@ -55,14 +57,23 @@ TEST(FitVibration, InterruptedBetweenAnyTwoIterationsItEndsWithTheSameBits) {
   const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.5), true, 6, 6, 0.05);
   Particles guess = twin.particles;
   std::vector<uint32_t> part;
-  for (size_t i = 0; i < guess.size(); ++i)
-    part.push_back(guess.position[i].z() > 0.05f), guess.young[i] *= part.back() ? 2.0f : 1.5f;
+  for (size_t i = 0; i < guess.size(); ++i) {
+    part.push_back(guess.position[i].z() > 0.05f);
+    guess.young[i] *= part.back() ? 2.0f : 1.5f;
+  }
   VibrationFitOptions options;
-  options.modes.most = 2, options.candidates = 2, options.most_smooth = 2, options.refine.max_iterations = 5;
-  options.search.low = -0.4, options.search.high = 0.4;
+  options.modes.most = 2;
+  options.candidates = 2;
+  options.most_smooth = 2;
+  options.refine.max_iterations = 5;
+  options.search.low = -0.4;
+  options.search.high = 0.4;
   for (const bool field : {false, true}) {
-    if (field)
-      options.field = std::make_shared<PartField>(part, 1), options.field_sigma = 1, options.factor_sigma = 0.05;
+    if (field) {
+      options.field = std::make_shared<PartField>(part, 1);
+      options.field_sigma = 1;
+      options.factor_sigma = 0.05;
+    }
     std::vector<VibrationFitState> states;
     const auto fit = [&](const VibrationFitState& from, const VibrationFitSink& sink) {
       return fit_vibration(options, guess, twin.pins, tracks, twin.fps, {}, from, sink);

@@ -36,7 +36,8 @@ TEST(GaussNewton, StraightLineIsSolvedInOneStepWithTheClosedFormCovariance) {
     return out;
   };
   GaussNewtonOptions options;
-  options.damping = 0, options.max_iterations = 2;
+  options.damping = 0;
+  options.max_iterations = 2;
   const auto fit = gauss_newton(options, r, std::vector<double>{0, 0});
   EXPECT_NEAR(fit.parameters[0], 3, 1e-9);
   EXPECT_NEAR(fit.parameters[1], -0.5, 1e-9);
@@ -82,7 +83,9 @@ TEST(GaussNewton, AlongPrincipalAxesRoundingIsNotTakenForInformation) {
     return r;
   };
   GaussNewtonOptions options;
-  options.prior = {2, 1}, options.prior_sigma = {10, 10}, options.difference = {1e-3, 1e-3};
+  options.prior = {2, 1};
+  options.prior_sigma = {10, 10};
+  options.difference = {1e-3, 1e-3};
   // (p0 - p1) / sqrt 2: sum of (0.1 sqrt 2 sin)^2, and the prior.
   const double sigma = 1 / std::sqrt(0.02 * 100 + 0.01);
   const auto across = [](const GaussNewtonResult& r) {
@@ -154,7 +157,10 @@ TEST(GaussNewton, CorrectionsTakeFewerRunsAndDoNotDependOnTheUnitsOfParameters) 
     std::vector<double> from = start;
     GaussNewtonOptions options;
     options.keep_jacobian = keep;
-    for (size_t i = 0; i < from.size(); ++i) from[i] /= units[i], options.difference.push_back(1e-5 / units[i]);
+    for (size_t i = 0; i < from.size(); ++i) {
+      from[i] /= units[i];
+      options.difference.push_back(1e-5 / units[i]);
+    }
     const Residuals r = [&](std::span<const double> q) {
       std::vector<double> p(q.begin(), q.end());
       for (size_t i = 0; i < p.size(); ++i) p[i] *= units[i];
@@ -182,7 +188,8 @@ TEST(GaussNewton, AStepThatWasCutIsNotTheEnd) {
   // changes: each step lowers the loss by less than the tolerance.
   const auto r = [](std::span<const double> p) { return std::vector<double>{p[0] - 5, 100.0}; };
   GaussNewtonOptions options;
-  options.largest_step = {1}, options.tolerance = 1e-2;
+  options.largest_step = {1};
+  options.tolerance = 1e-2;
   const auto fit = gauss_newton(options, r, std::vector<double>{0});
   EXPECT_NEAR(fit.parameters[0], 5, 0.01);
   EXPECT_EQ(fit.summary.stopped_by, "small change");
@@ -192,7 +199,8 @@ TEST(GaussNewton, AStepThatWasDampedIsNotTheEnd) {
   // The first steps gain next to nothing: what ends a fit is that a whole step would.
   const auto r = [](std::span<const double> p) { return std::vector<double>{p[0] - 5, 100.0}; };
   GaussNewtonOptions options;
-  options.damping = 1e3, options.tolerance = 1e-4;
+  options.damping = 1e3;
+  options.tolerance = 1e-4;
   const auto fit = gauss_newton(options, r, std::vector<double>{0});
   EXPECT_NEAR(fit.parameters[0], 5, 1);
   EXPECT_LE(0.5 * std::pow(fit.parameters[0] - 5, 2), 1e-4 * fit.summary.loss.back());
@@ -206,7 +214,9 @@ TEST(GaussNewton, ACurvedValleyIsFollowedToItsEnd) {
   };
   for (const bool keep : {false, true}) {
     GaussNewtonOptions options;
-    options.keep_jacobian = keep, options.tolerance = 1e-5, options.max_iterations = 200;
+    options.keep_jacobian = keep;
+    options.tolerance = 1e-5;
+    options.max_iterations = 200;
     const auto fit = gauss_newton(options, r, std::vector<double>{-1.2, 1});
     EXPECT_EQ(fit.summary.stopped_by, "small change") << keep;
     EXPECT_LE(fit.summary.loss.back() - 50, 1e-3) << keep;
@@ -230,7 +240,8 @@ TEST(GaussNewton, BoundsHoldAtEveryTrialAndAParameterAtItsBoundIsNotDetermined) 
     return std::vector<double>{p[0] - 3, p[1] - 2 * p[0]};
   };
   GaussNewtonOptions options;
-  options.low = {0, -10}, options.high = {1, 10};
+  options.low = {0, -10};
+  options.high = {1, 10};
   const auto fit = gauss_newton(options, r, std::vector<double>{0.2, 0});
   EXPECT_TRUE(held);
   EXPECT_NEAR(fit.parameters[0], 1, 1e-12);
@@ -244,7 +255,8 @@ TEST(GaussNewton, APriorIsOneMoreMeasurement) {
   // Measurement 0 +- 1 and prior 4 +- 0.5 meet at (0 / 1 + 4 / 0.25) / (1 + 4), variance 1 / 5; parameter 1 is free.
   const auto r = [](std::span<const double> p) { return std::vector<double>{p[0]}; };
   GaussNewtonOptions options;
-  options.prior = {4, 0}, options.prior_sigma = {0.5, INFINITY};
+  options.prior = {4, 0};
+  options.prior_sigma = {0.5, INFINITY};
   const auto fit = gauss_newton(options, r, std::vector<double>{0, 7});
   EXPECT_NEAR(fit.parameters[0], 3.2, 1e-6);
   EXPECT_NEAR(fit.covariance(0, 0), 0.2, 1e-6);
@@ -266,11 +278,17 @@ TEST(GaussNewton, InterruptedAtAnyIterationItEndsWithTheSameBits) {
   const std::vector<double> truth = {2, 1.5, 12}, start = {1, 0.2, 11};
   const Residuals r = against(swing(truth, 0.05, 3), 0.05);
   std::vector<GaussNewtonOptions> kinds(5);
-  kinds[1].keep_jacobian = true, kinds[1].parallel = true;
-  kinds[2].principal_axes = true, kinds[2].prior = start, kinds[2].prior_sigma = {1, 2, 1}, kinds[2].most_jacobians = 3;
+  kinds[1].keep_jacobian = true;
+  kinds[1].parallel = true;
+  kinds[2].principal_axes = true;
+  kinds[2].prior = start;
+  kinds[2].prior_sigma = {1, 2, 1};
+  kinds[2].most_jacobians = 3;
   kinds[2].rough_jacobian = gauss_newton({}, r, truth).jacobian;
   kinds[3].jacobian = kinds[2].rough_jacobian;
-  kinds[4].low = {0, 1.8, 0}, kinds[4].high = {9, 9, 11.9}, kinds[4].keep_jacobian = true;
+  kinds[4].low = {0, 1.8, 0};
+  kinds[4].high = {9, 9, 11.9};
+  kinds[4].keep_jacobian = true;
   for (size_t kind = 0; kind < kinds.size(); ++kind) {
     const std::vector<double> from = kind == 3   ? std::vector<double>{2.1, 1.4, 12.1}
                                      : kind == 4 ? std::vector<double>{1, 2, 11}

@@ -18,10 +18,13 @@ Motion<T> swinging_block(int frames, double young = 2e4, double speed = 0.4) {
   m.start = initial_state(m.particles);
   for (size_t i = 0; i < m.particles.size(); ++i) m.start.v[i].x() = T(speed * m.particles.position[i].z() / 0.04);
   Interaction pin;
-  pin.type = InteractionType::kPin, pin.region = Region::half_space(Vec3d(0, 0, 0.008), Vec3d(0, 0, 1));
+  pin.type = InteractionType::kPin;
+  pin.region = Region::half_space(Vec3d(0, 0, 0.008), Vec3d(0, 0, 1));
   m.interactions = {pin};
-  m.options.simulate.fps = 100, m.options.simulate.duration = frames / 100.0;
-  m.options.simulate.damping_time = 0.3, m.options.simulate.substeps = 24;
+  m.options.simulate.fps = 100;
+  m.options.simulate.duration = frames / 100.0;
+  m.options.simulate.damping_time = 0.3;
+  m.options.simulate.substeps = 24;
   return m;
 }
 
@@ -39,7 +42,8 @@ std::shared_ptr<DrawnObject<T>> drawn_block(const BasicParticles<T>& particles, 
   drawn->metres_per_unit = metres_per_unit;
   GaussianCloud object, wall;
   object.sh_degree = wall.sh_degree = 1;
-  object.resize(count), wall.resize(9);
+  object.resize(count);
+  wall.resize(9);
   const auto paint = [&](GaussianCloud& cloud, size_t g, Vec3d x, double size, uint64_t seed) {
     Random random(seed, g);
     cloud.position[g] = (x / metres_per_unit).cast<float>();
@@ -58,7 +62,8 @@ std::shared_ptr<DrawnObject<T>> drawn_block(const BasicParticles<T>& particles, 
   for (const Vec3<T>& x : particles.position) drivers.push_back((x / T(metres_per_unit)).template cast<float>());
   drawn->binding = pliant::bind({}, object.position, drivers);
   for (const Vec3f& x : drivers) drawn->drivers.push_back(x.cast<T>());
-  drawn->object = cloud_cast<T>(object), drawn->background = cloud_cast<T>(wall);
+  drawn->object = cloud_cast<T>(object);
+  drawn->background = cloud_cast<T>(wall);
   return drawn;
 }
 

@@ -64,7 +64,10 @@ struct MadeVideo {
   }
   ReferenceVideo video() const {
     ReferenceVideo out;
-    out.camera.name = "made", out.camera.width = width, out.camera.height = height, out.fps = 24;
+    out.camera.name = "made";
+    out.camera.width = width;
+    out.camera.height = height;
+    out.fps = 24;
     for (int t = 0; t < frames; ++t) out.frames.push_back(frame(t));
     return out;
   }

@@ -35,7 +35,8 @@ TEST(VibrationModes, ABodyReleasedInItsLowestModeSwingsAtItsFrequency) {
   for (size_t i = 0; i < start.size(); ++i) start.v[i] = (1e-4 * modes.omega[0] * modes.shape[0][i]).cast<float>();
   SimulateOptions options;
   options.gravity.setZero();
-  options.fps = 400, options.duration = 5.0 / (modes.omega[0] / 6.2832);
+  options.fps = 400;
+  options.duration = 5.0 / (modes.omega[0] / 6.2832);
   // Every second passage through rest ends a period.
   std::vector<double> passages;
   double before = 0, time_before = 0;
@@ -45,7 +46,8 @@ TEST(VibrationModes, ABodyReleasedInItsLowestModeSwingsAtItsFrequency) {
       along += stem.particles.mass[i] * modes.shape[0][i].dot((state.x[i] - stem.particles.position[i]).cast<double>());
     if (before < 0 && along >= 0)
       passages.push_back(time_before + (state.time - time_before) * before / (before - along));
-    before = along, time_before = state.time;
+    before = along;
+    time_before = state.time;
     return true;
   });
   ASSERT_GE(passages.size(), 3u);

@@ -107,7 +107,10 @@ TEST(MotionGradient, DrawnFlowToMaterialAndVelocityAgreesWithDifferences) {
   Random random(3);
   for (const auto& [from, to] : {std::pair<int, int>{0, 1}, {1, 2}, {0, 3}}) {
     auto& pair = seen.pairs.emplace_back();
-    pair.from = from, pair.to = to, pair.flow = Image<double>(28, 24, 2), pair.weight = Image<double>(28, 24, 1);
+    pair.from = from;
+    pair.to = to;
+    pair.flow = Image<double>(28, 24, 2);
+    pair.weight = Image<double>(28, 24, 1);
     for (double& value : pair.flow.data) value = 0.3 * random.normal();
     for (double& value : pair.weight.data) value = random.uniform();
   }
@@ -129,8 +132,11 @@ TEST(MotionGradient, TheFlowOfGaussiansThatMoveAlikeIsTheirMotionInThePicture) {
   seen.camera = block_camera(28, 24, 0.1);
   const double expected = seen.camera.fx * 1e-3 / 0.13;
   auto& pair = seen.pairs.emplace_back();
-  pair.to = 1, pair.flow = Image<double>(28, 24, 2), pair.weight = Image<double>(28, 24, 1);
-  pair.weight(14, 12) = 1, pair.flow(14, 12, 0) = expected;
+  pair.to = 1;
+  pair.flow = Image<double>(28, 24, 2);
+  pair.weight = Image<double>(28, 24, 1);
+  pair.weight(14, 12) = 1;
+  pair.flow(14, 12, 0) = expected;
   EXPECT_LT((FlowLoss<double, false>(drawn, seen, 10).value(frames)), 0.01 * expected * expected);
   pair.flow(14, 12, 0) = 0;
   EXPECT_NEAR((FlowLoss<double, false>(drawn, seen, 10).value(frames)), expected * expected, 0.2 * expected * expected);
@@ -168,7 +174,11 @@ TEST(MotionGradient, FloatWithCutOffsPointsWhereDoubleWithoutThemPointsOverEight
   for (const auto& [first, last] :
        {std::pair<size_t, size_t>{0, motion.particles.size()}, {motion.particles.size(), a.size()}}) {
     double ab = 0, aa = 0, bb = 0;
-    for (size_t i = first; i < last; ++i) ab += a[i] * b[i], aa += a[i] * a[i], bb += b[i] * b[i];
+    for (size_t i = first; i < last; ++i) {
+      ab += a[i] * b[i];
+      aa += a[i] * a[i];
+      bb += b[i] * b[i];
+    }
     const double cosine = ab / std::sqrt(aa * bb);
     EXPECT_GT(cosine, 0.999);
     printf("1 - cosine by %s: %.2e\n", first == 0 ? "log E" : "v0", 1 - cosine);

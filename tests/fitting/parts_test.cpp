@@ -68,7 +68,8 @@ struct Patches {
     for (uint32_t i = 0; i < 400; ++i) {
       Random random(2, i);
       const Vec3d mean = i / 100 == 3 ? Vec3d(0.7, 0.2, 0.2) : Vec3d(0.2, i / 100 == 1 ? 0.32 : 0.3, 0.1);
-      part.push_back(i / 100), thin.push_back(i / 100 == 2);
+      part.push_back(i / 100);
+      thin.push_back(i / 100 == 2);
       color.push_back((mean + 0.05 * Vec3d(random.normal(), random.normal(), random.normal())).cast<float>());
     }
   }
@@ -84,7 +85,10 @@ TEST(Parts, WhatIsHeldHasNoSayInTheLook) {
   // Half of the second part is held and blue: by the mean of all its points it would be another material.
   Patches patches;
   std::vector<uint8_t> held(400, 0);
-  for (uint32_t i = 100; i < 150; ++i) patches.color[i] = Vec3f(0, 0, 1), held[i] = 1;
+  for (uint32_t i = 100; i < 150; ++i) {
+    patches.color[i] = Vec3f(0, 0, 1);
+    held[i] = 1;
+  }
   EXPECT_NE(join_alike({}, patches.part, patches.color, patches.thin).value()[199], 0u);
   EXPECT_EQ(join_alike({}, patches.part, patches.color, patches.thin, held).value()[199], 0u);
 }

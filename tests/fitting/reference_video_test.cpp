@@ -14,7 +14,9 @@ namespace {
 
 Camera camera_of(int width, int height) {
   Camera camera;
-  camera.name = "view_a", camera.width = width, camera.height = height;
+  camera.name = "view_a";
+  camera.width = width;
+  camera.height = height;
   return camera;
 }
 
@@ -79,13 +81,15 @@ TEST(ReferenceVideo, LinearResamplingKeepsInstantsAndNearestStaysWithinHalfAFram
 TEST(ReferenceVideo, TrimmingStartsAtAWholeFrameAndEndsInTime) {
   const TemporaryFolder folder;
   VideoOptions options;
-  options.first = 0.52, options.last = 1.5;
+  options.first = 0.52;
+  options.last = 1.5;
   const ReferenceVideo video = load_reference_video(options, video_of(folder, 48, 24), camera_of(64, 48));
   EXPECT_NEAR(video.start, 12 / 24.0, 1e-6);
   ASSERT_EQ(video.frames.size(), 25u);
   EXPECT_EQ(video.blended, 0);
   for (size_t f = 0; f < 25; ++f) EXPECT_NEAR(mean(video.frames[f]), grey_at((12.0 + f) / 24), 0.006);
-  options.first = 1.9, options.last = 9;
+  options.first = 1.9;
+  options.last = 9;
   EXPECT_EQ(load_reference_video(options, folder / "clip.mp4", camera_of(64, 48)).warnings.size(), 1u);
 }
 
@@ -109,7 +113,10 @@ TEST(ReferenceVideo, FramesAreScaledToTheCameraWhosePixelsKeepTheirPlace) {
   for (int f = 0; f < 2; ++f) {
     ImageF ramp(80, 60, 3);
     for (int y = 0; y < 60; ++y)
-      for (int x = 0; x < 80; ++x) ramp(x, y, 0) = (x + 0.5f) / 80, ramp(x, y, 1) = (y + 0.5f) / 60;
+      for (int x = 0; x < 80; ++x) {
+        ramp(x, y, 0) = (x + 0.5f) / 80;
+        ramp(x, y, 1) = (y + 0.5f) / 60;
+      }
     write_image(folder / (std::to_string(f) + ".png"), ramp);
   }
   VideoOptions options;

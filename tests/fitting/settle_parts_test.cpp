@@ -21,8 +21,12 @@ struct Rod {
       const double light = random.uniform(0.5, 1);
       const Vec3d base = x.x() < 0 ? Vec3d(0.5, 0.4, 0.3) : Vec3d(0.4, 0.5, 0.3),
                   noise(random.normal(), random.normal(), random.normal());
-      position.push_back(x.cast<float>()), color.push_back((light * base + 0.005 * noise).cast<float>());
-      thin.push_back(0), held.push_back(0), truth.push_back(x.x() >= 0), given.push_back(x.x() >= border);
+      position.push_back(x.cast<float>());
+      color.push_back((light * base + 0.005 * noise).cast<float>());
+      thin.push_back(0);
+      held.push_back(0);
+      truth.push_back(x.x() >= 0);
+      given.push_back(x.x() >= border);
     }
   }
   size_t wrong(const std::vector<uint32_t>& part) const {
@@ -43,7 +47,10 @@ TEST(SettleParts, BordersGoWhereTheColourChangesInAnyLight) {
 
 TEST(SettleParts, WhatIsThinGoesWithTheThin) {
   Rod rod(0.2);
-  for (size_t i = 0; i < 800; ++i) rod.color[i] = Vec3f(0.4f, 0.4f, 0.4f), rod.thin[i] = rod.truth[i];
+  for (size_t i = 0; i < 800; ++i) {
+    rod.color[i] = Vec3f(0.4f, 0.4f, 0.4f);
+    rod.thin[i] = rod.truth[i];
+  }
   SettleOptions options;
   options.like = 0.2;  // one look alone speaks softly where many points are on the wrong side
   EXPECT_EQ(rod.wrong(settle_parts(options, rod.given, rod.position, rod.color, rod.thin)), 0u);
@@ -54,7 +61,8 @@ TEST(SettleParts, OnePointAmongOthersTakesAfterThem) {
   Rod rod(0);
   size_t odd = 0;
   while (std::abs(rod.position[odd].x() - 0.6f) > 0.05f) ++odd;
-  rod.given[odd] = 0, rod.color[odd] = Vec3f(0.45f, 0.45f, 0.3f);
+  rod.given[odd] = 0;
+  rod.color[odd] = Vec3f(0.45f, 0.45f, 0.3f);
   const std::vector<uint32_t> settled = settle_parts({}, rod.given, rod.position, rod.color, rod.thin);
   EXPECT_EQ(settled[odd] == settled[0], rod.truth[odd] == rod.truth[0]);
 }
@@ -64,8 +72,11 @@ TEST(SettleParts, WhatIsHeldStaysAndHasNoSay) {
   const std::vector<uint32_t> without = settle_parts({}, rod.given, rod.position, rod.color, rod.thin);
   Random random(4);
   for (size_t i = 0; i < 200; ++i) {
-    rod.position.push_back(rod.position[i]), rod.color.push_back(Vec3f(0, 0, 1)), rod.thin.push_back(1);
-    rod.given.push_back(rod.given[i]), rod.held.push_back(1);
+    rod.position.push_back(rod.position[i]);
+    rod.color.push_back(Vec3f(0, 0, 1));
+    rod.thin.push_back(1);
+    rod.given.push_back(rod.given[i]);
+    rod.held.push_back(1);
   }
   const std::vector<uint32_t> with = settle_parts({}, rod.given, rod.position, rod.color, rod.thin, rod.held);
   for (size_t i = 0; i < 800; ++i) EXPECT_EQ(with[i], without[i]) << i;

@@ -37,15 +37,18 @@ struct Seen {
   /// them, with errors.
   PointTracks tracks(const std::vector<Camera>& cameras, double noise = kNoise) const {
     PointTracks tracks;
-    tracks.camera = cameras[0], tracks.further.assign(cameras.begin() + 1, cameras.end());
+    tracks.camera = cameras[0];
+    tracks.further.assign(cameras.begin() + 1, cameras.end());
     for (size_t c = 0; c < cameras.size(); ++c)
-      for (int k = 0; k < 12; ++k)
-        tracks.rest.push_back(Vec3f(0.003f + 0.005f * (k % 4), 0.01f, 0.015f + 0.008f * (k / 4))),
-            tracks.camera_of.push_back(static_cast<int>(c));
+      for (int k = 0; k < 12; ++k) {
+        tracks.rest.push_back(Vec3f(0.003f + 0.005f * (k % 4), 0.01f, 0.015f + 0.008f * (k / 4)));
+        tracks.camera_of.push_back(static_cast<int>(c));
+      }
     const BodyPoints<float> points(tracks.rest, drivers, 1);
     const Motion<float> truth = moved();
     for (const auto& state : rollout<float>(truth.options, truth.particles, truth.interactions, truth.start).frames) {
-      tracks.weight.emplace_back(tracks.rest.size(), 1.0), tracks.place.emplace_back();
+      tracks.weight.emplace_back(tracks.rest.size(), 1.0);
+      tracks.place.emplace_back();
       const std::vector<Vec3f> X = points.positions(state);
       for (size_t k = 0; k < X.size(); ++k) {
         Random random(3, tracks.place.size() * 100 + k);
@@ -80,8 +83,11 @@ struct Seen {
     Objective<float> objective;
     objective.terms.push_back({1, std::make_shared<TrackLoss<float>>(tracks(cameras), drivers, 1, 3)});
     ClipFitOptions options;
-    options.velocity = std::make_shared<PartField>(field), options.damping = false;
-    options.gradient.iterations = 40, options.gradient.velocity_rate = 0.01, options.gradient.first_window = kFrames,
+    options.velocity = std::make_shared<PartField>(field);
+    options.damping = false;
+    options.gradient.iterations = 40;
+    options.gradient.velocity_rate = 0.01;
+    options.gradient.first_window = kFrames;
     options.gradient.velocity_roughness = 0;
     const ClipFit fit = fit_clip(options, motion, objective, {});
     return fit.motion.start.v.back().cast<double>();
@@ -115,7 +121,9 @@ TEST(SeveralCameras, TheirLossIsTheMeanOfTheirLosses) {
   double sum = 0;
   for (int c = 0; c < 2; ++c) {
     PointTracks own = tracks;
-    own.camera = both[c], own.further.clear(), own.camera_of.clear();
+    own.camera = both[c];
+    own.further.clear();
+    own.camera_of.clear();
     const auto half = [&](auto& all) { all = {all.begin() + 12 * c, all.begin() + 12 * (c + 1)}; };
     half(own.rest);
     for (auto& frame : own.place) half(frame);

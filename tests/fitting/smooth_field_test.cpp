@@ -20,7 +20,10 @@ std::vector<Vec3f> points_of(int count) {
 TEST(SmoothField, ItsModesAddUpToTheCovarianceOfTheRandomField) {
   const std::vector<Vec3f> points = points_of(150);
   SmoothFieldOptions options;
-  options.sigma = 0.7, options.length = 1.2, options.modes = 60, options.least = 1e-9;
+  options.sigma = 0.7;
+  options.length = 1.2;
+  options.modes = 60;
+  options.least = 1e-9;
   const SmoothField field(options, points);
   const Eigen::MatrixXd covariance = field.modes() * field.modes().transpose();
   for (size_t a = 0; a < points.size(); a += 7)
@@ -43,7 +46,10 @@ TEST(SmoothField, AdjointIsTheTransposeOfValuesAndSlopesAreDerivatives) {
   const float h = 0.01f;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<Vec3f> there = points, back = points;
-    for (size_t i = 0; i < points.size(); ++i) there[i][axis] += h, back[i][axis] -= h;
+    for (size_t i = 0; i < points.size(); ++i) {
+      there[i][axis] += h;
+      back[i][axis] -= h;
+    }
     const Eigen::MatrixXd difference = (field.modes_at(there) - field.modes_at(back)) / (2 * h),
                           slope = field.slopes(points, axis);
     EXPECT_LT((difference - slope).norm(), 1e-3 * slope.norm());

@@ -32,7 +32,8 @@ double correlation(const std::vector<double>& errors) {
       for (size_t s = 0; s <= t; ++s) {
         const double a = errors[t * kColumns + c], b = errors[s * kColumns + c];
         if (a == 0 || b == 0) continue;
-        (s == t ? squares : together) += a * b, (s == t ? count : pairs) += 1;
+        (s == t ? squares : together) += a * b;
+        (s == t ? count : pairs) += 1;
       }
   return together / pairs / (squares / count);
 }
@@ -50,7 +51,8 @@ TEST(StayingErrors, TheShareIsFoundAndWithoutItErrorsAreIndependent) {
 TEST(StayingErrors, WhatWasTakenForOneShareComesBackOrIsTakenForAnother) {
   const std::vector<double> errors = made(0.4);
   std::vector<double> there = errors, direct = errors;
-  even_out(there, errors, kColumns, 0, 0.2), even_out(there, errors, kColumns, 0.2, 0.6);
+  even_out(there, errors, kColumns, 0, 0.2);
+  even_out(there, errors, kColumns, 0.2, 0.6);
   even_out(direct, errors, kColumns, 0, 0.6);
   for (size_t i = 0; i < errors.size(); ++i) ASSERT_NEAR(there[i], direct[i], 1e-12);
   even_out(there, errors, kColumns, 0.6, 0);
@@ -71,15 +73,22 @@ TEST(StayingErrors, AFitWithoutThemIsTheBestLinearOne) {
   double ordinary = 0, evened = 0;
   for (size_t c = 0; c < kColumns; ++c) {
     std::vector<double> by(kRows), error(kRows);
-    for (size_t t = 0; t < kRows; ++t) by[t] = 1 + 0.1 * t, error[t] = errors[t * kColumns + c];
+    for (size_t t = 0; t < kRows; ++t) {
+      by[t] = 1 + 0.1 * t;
+      error[t] = errors[t * kColumns + c];
+    }
     const auto slope = [&] {
       double up = 0, down = 0;
       for (size_t t = 0; t < kRows; ++t)
-        if (errors[t * kColumns + c] != 0) up += by[t] * error[t], down += by[t] * by[t];
+        if (errors[t * kColumns + c] != 0) {
+          up += by[t] * error[t];
+          down += by[t] * by[t];
+        }
       return up / down;
     };
     ordinary += std::pow(slope(), 2);
-    even_out(by, error, 1, 0, 0.8), even_out(error, error, 1, 0, 0.8);
+    even_out(by, error, 1, 0, 0.8);
+    even_out(error, error, 1, 0, 0.8);
     evened += std::pow(slope(), 2);
   }
   EXPECT_LT(evened, 0.4 * ordinary);

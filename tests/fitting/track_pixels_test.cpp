@@ -21,12 +21,16 @@ TrackError error_of(const MadeVideo& made, const PixelTracks& tracks, const std:
   size_t counted = 0, all = 0;
   for (size_t t = 0; t < tracks.pixel.size(); ++t)
     for (size_t i = 0; i < points.size(); ++i) {
-      ++all, sum += tracks.weight[t][i];
+      ++all;
+      sum += tracks.weight[t][i];
       if (tracks.weight[t][i] <= 0.5) continue;
       const double d = (tracks.pixel[t][i] - made.moved(points[i], static_cast<int>(t))).norm();
-      square += d * d, e.worst = std::max(e.worst, d), ++counted;
+      square += d * d;
+      e.worst = std::max(e.worst, d);
+      ++counted;
     }
-  e.rms = std::sqrt(square / std::max<size_t>(1, counted)), e.weight = sum / all;
+  e.rms = std::sqrt(square / std::max<size_t>(1, counted));
+  e.weight = sum / all;
   e.lost = 1 - static_cast<double>(counted) / all;
   testing::Test::RecordProperty("rms_millipixels", static_cast<int>(1e3 * e.rms));
   testing::Test::RecordProperty("lost_per_mille", static_cast<int>(1e3 * e.lost));
@@ -46,7 +50,10 @@ TEST(TrackPixels, FollowsATurningTextureWithinAFewHundredthsOfAPixel) {
 
 TEST(TrackPixels, NoiseCostsLittleAndIsForetold) {
   MadeVideo made;
-  made.noise = 0.02, made.frames = 10, made.travel = 10, made.turn = 0.3;
+  made.noise = 0.02;
+  made.frames = 10;
+  made.travel = 10;
+  made.turn = 0.3;
   const auto points = made.points();
   const PixelTracks tracks = track_pixels({}, made.video(), points, made.mask());
   const TrackError e = error_of(made, tracks, points);
@@ -56,7 +63,10 @@ TEST(TrackPixels, NoiseCostsLittleAndIsForetold) {
   double square = 0, n = 0;
   for (size_t t = 1; t < tracks.sigma.size(); ++t)
     for (size_t i = 0; i < points.size(); ++i)
-      if (tracks.weight[t][i] > 0.5) square += 2 * tracks.sigma[t][i] * tracks.sigma[t][i], ++n;
+      if (tracks.weight[t][i] > 0.5) {
+        square += 2 * tracks.sigma[t][i] * tracks.sigma[t][i];
+        ++n;
+      }
   EXPECT_GT(std::sqrt(square / n), 0.4 * e.rms);
   EXPECT_LT(std::sqrt(square / n), 2.5 * e.rms);
 }
@@ -74,7 +84,9 @@ TEST(TrackPixels, EdgesOfTheObjectAreFollowedBecauseTheWallDoesNotCount) {
 
 TEST(TrackPixels, HiddenPointsCountNothingAndAreFoundAgain) {
   MadeVideo made;
-  made.travel = 6, made.turn = 0.15, made.frames = 14;
+  made.travel = 6;
+  made.turn = 0.15;
+  made.frames = 14;
   ReferenceVideo video = made.video();
   // A bar of another texture stands before the left half during some frames.
   for (int t = 4; t < 9; ++t)
@@ -91,7 +103,10 @@ TEST(TrackPixels, HiddenPointsCountNothingAndAreFoundAgain) {
     bool covered = true;
     for (int t = 4; t < 9; ++t) covered = covered && place(t).x() < 68;
     if (!covered) continue;
-    for (int t = 4; t < 9; ++t) hidden += tracks.weight[t][i], ++hidden_count;
+    for (int t = 4; t < 9; ++t) {
+      hidden += tracks.weight[t][i];
+      ++hidden_count;
+    }
     for (int t = 10; t < 14; ++t)
       if (tracks.weight[t][i] > 0.5) {
         again += 1;
@@ -106,7 +121,8 @@ TEST(TrackPixels, HiddenPointsCountNothingAndAreFoundAgain) {
 
 TEST(TrackPixels, APointWithoutTextureCountsNothing) {
   ReferenceVideo video;
-  video.camera.width = 80, video.camera.height = 60;
+  video.camera.width = 80;
+  video.camera.height = 60;
   video.frames.assign(3, ImageF(80, 60, 3, 0.5f));
   const PixelTracks tracks = track_pixels({}, video, std::vector<Eigen::Vector2d>{{40, 30}, {-5, 10}});
   for (int t = 0; t < 3; ++t)

@@ -38,9 +38,14 @@ TEST_F(TriplaneFieldTest, StartsAsTheConstantThatItIsAskedFor) {
   const auto points = cloud(50, 1);
   for (const int layers : {1, 2, 3}) {
     TriplaneOptions o;
-    o.layers = layers, o.channels = 3, o.resolution = 5;
+    o.layers = layers;
+    o.channels = 3;
+    o.resolution = 5;
     for (const bool bounded : {false, true}) {
-      if (bounded) o.low = {-2, 0, 10}, o.high = {4, 20, 13};
+      if (bounded) {
+        o.low = {-2, 0, 10};
+        o.high = {4, 20, 13};
+      }
       const auto field = make_triplane_field(o, points);
       const std::vector<double> value = {0.7, 14, 12.9};
       const auto p = field->constant(value);
@@ -54,11 +59,19 @@ TEST_F(TriplaneFieldTest, StartsAsTheConstantThatItIsAskedFor) {
 
 TEST_F(TriplaneFieldTest, AdjointsOfValuesAndRoughnessAgreeWithDifferences) {
   AdjointCheckOptions check;
-  check.step = 1e-4, check.unit_cotangents = 6, check.inputs = 300;  // shorter than the way to the next kink of a ReLU
+  check.step = 1e-4;
+  check.unit_cotangents = 6;
+  check.inputs = 300;  // shorter than the way to the next kink of a ReLU
   for (const int layers : {2, 3}) {
     TriplaneOptions o;
-    o.channels = 2, o.resolution = 4, o.features = 6, o.hidden = 8, o.layers = layers, o.scale = 0.5;
-    o.low = {-3, 0}, o.high = {3, 5};
+    o.channels = 2;
+    o.resolution = 4;
+    o.features = 6;
+    o.hidden = 8;
+    o.layers = layers;
+    o.scale = 0.5;
+    o.low = {-3, 0};
+    o.high = {3, 5};
     const auto field = make_triplane_field(o, cloud(20, 2));
     const auto p = disturbed(field->constant(std::vector<double>{1, 2}), 0.3, 3);
     const auto values = [&](const std::vector<double>& q) { return field->values(q); };
@@ -81,7 +94,8 @@ TEST_F(TriplaneFieldTest, AdjointsOfValuesAndRoughnessAgreeWithDifferences) {
 
 TEST_F(TriplaneFieldTest, RoughnessIsTheMeanSquaredSlopeOfThePlanes) {
   TriplaneOptions o;
-  o.resolution = 6, o.features = 2;
+  o.resolution = 6;
+  o.features = 2;
   const auto field = make_triplane_field(o, cloud(3, 4));
   std::vector<double> p(field->parameters(), 0.0);
   for (int i = 0; i < 3 * 2 * 36; ++i) p[i] = 0.25 * (i % 6) - 2 * (i / 6 % 6);  // slope .25 along rows, -2 across
@@ -90,13 +104,16 @@ TEST_F(TriplaneFieldTest, RoughnessIsTheMeanSquaredSlopeOfThePlanes) {
 
 TEST_F(TriplaneFieldTest, BoundsHoldHoweverLargeTheParameters) {
   TriplaneOptions o;
-  o.low = {std::log(1e3)}, o.high = {std::log(1e8)};
+  o.low = {std::log(1e3)};
+  o.high = {std::log(1e8)};
   const auto field = make_triplane_field(o, cloud(200, 5));
   double least = INFINITY, most = 0;
   for (const double by : {0.3, 1.0, 30.0}) {
     for (uint64_t seed = 0; seed < 5; ++seed) {
-      for (const double v : field->values(disturbed(field->constant(std::vector<double>{11}), by, seed)))
-        least = std::min(least, v), most = std::max(most, v);
+      for (const double v : field->values(disturbed(field->constant(std::vector<double>{11}), by, seed))) {
+        least = std::min(least, v);
+        most = std::max(most, v);
+      }
     }
   }
   EXPECT_GE(least, o.low[0]);
@@ -123,7 +140,9 @@ TEST_F(TriplaneFieldTest, EqualForASeedAndLeavesTheNumberOfThreadsAlone) {
   omp_set_num_threads(3);
   for (const int torch_threads : {1, 2}) {
     TriplaneOptions o;
-    o.resolution = 24, o.seed = 5, o.threads = torch_threads;
+    o.resolution = 24;
+    o.seed = 5;
+    o.threads = torch_threads;
     std::vector<double> first, gradient;
     for (int run = 0; run < 2; ++run) {
       const auto field = make_triplane_field(o, points);
@@ -133,7 +152,8 @@ TEST_F(TriplaneFieldTest, EqualForASeedAndLeavesTheNumberOfThreadsAlone) {
         EXPECT_EQ(p, first);
         EXPECT_EQ(g, gradient);
       }
-      first = p, gradient = g;
+      first = p;
+      gradient = g;
       EXPECT_EQ(omp_get_max_threads(), 3);
     }
     o.seed = 6;
@@ -158,14 +178,17 @@ TEST_F(TriplaneFieldTest, CanFollowASmoothField) {
   const auto values = field->values_at(p, others);
   double mean = 0, spread = 0, error = 0;
   for (const Vec3f& x : others) mean += truth(x) / others.size();
-  for (size_t i = 0; i < others.size(); ++i)
-    spread += std::pow(truth(others[i]) - mean, 2), error += std::pow(truth(others[i]) - values[i], 2);
+  for (size_t i = 0; i < others.size(); ++i) {
+    spread += std::pow(truth(others[i]) - mean, 2);
+    error += std::pow(truth(others[i]) - values[i], 2);
+  }
   EXPECT_GT(1 - error / spread, 0.99);
 }
 
 TEST(TriplaneOptions, ImpossibleOnesAreRefusedBeforeAnythingIsLoaded) {
   TriplaneOptions o;
-  o.low = {2}, o.high = {1};
+  o.low = {2};
+  o.high = {1};
   EXPECT_THROW(make_triplane_field(o, cloud(3, 1)), Error);
   EXPECT_THROW(make_triplane_field({}, {}), Error);
 }

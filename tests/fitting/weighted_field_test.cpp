@@ -23,7 +23,9 @@ std::vector<double> drawn(size_t count, double sigma, uint64_t seed) {
 
 void expect_adjoint(const Field& field, const std::vector<double>& at) {
   AdjointCheckOptions check;
-  check.step = 1e-4, check.unit_cotangents = 4, check.inputs = 60;
+  check.step = 1e-4;
+  check.unit_cotangents = 4;
+  check.inputs = 60;
   const AdjointCheck found = check_adjoint(
       [&](const std::vector<double>& p) { return field.values(p); },
       [&](const std::vector<double>& p, const std::vector<double>& w) { return field.values_adjoint(p, w); }, at,
@@ -51,7 +53,8 @@ TEST(WeightedField, FieldsOfGradientsLeaveWhatIsPinnedForGoodAsItIs) {
   const TwinStem twin;
   std::vector<Interaction> acting = twin.pins;
   Interaction passing = twin.pins[0];  // one that ends, higher up
-  passing.region = Region::half_space(Vec3d(0, 0, 0.05), Vec3d(0, 0, 1)), passing.duration = 0.1;
+  passing.region = Region::half_space(Vec3d(0, 0, 0.05), Vec3d(0, 0, 1));
+  passing.duration = 0.1;
   acting.push_back(passing);
   const std::vector<double> free = free_particles(twin.particles, acting);
   MaterialFitOptions options;

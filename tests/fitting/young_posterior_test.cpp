@@ -18,7 +18,8 @@ using testing::TwinStem;
 
 Motion<float> motion_of(const TwinStem& twin, const SimulationState& start, int frames) {
   Motion<float> motion{twin.particles, start, twin.pins, {}};
-  motion.options.simulate.fps = twin.fps, motion.options.simulate.duration = frames / twin.fps,
+  motion.options.simulate.fps = twin.fps;
+  motion.options.simulate.duration = frames / twin.fps;
   motion.options.simulate.damping_time = twin.damping_time;
   motion.options.simulate.substeps =
       rollout<float>(motion.options, motion.particles, motion.interactions, motion.start).substeps;
@@ -30,7 +31,8 @@ TEST(YoungPosterior, WhatNeverMovesKeepsThePriorAndWhatBendsIsDetermined) {
   twin.pins[0].region = Region::half_space(Vec3d(0, 0, 0.05), Vec3d(0, 0, 1));
   const SimulationState start = twin.kicked(0.5);
   SmoothFieldOptions options;
-  options.modes = 32, options.length = 0.015;
+  options.modes = 32;
+  options.length = 0.015;
   const SmoothField field(options, twin.particles.position);
   const YoungPosterior found =
       posterior_about(motion_of(twin, start, 10), field, 1, twin.film(twin.pins, start, true, 10, 20, 0.05));

@@ -21,7 +21,10 @@ GaussianCloud random_cloud(int n, int degree, uint64_t seed) {
   cloud.resize(n);
   Random random(seed);
   for (int i = 0; i < n; ++i) {
-    for (int k = 0; k < 3; ++k) cloud.position[i][k] = random.normal(), cloud.log_scale[i][k] = random.normal();
+    for (int k = 0; k < 3; ++k) {
+      cloud.position[i][k] = random.normal();
+      cloud.log_scale[i][k] = random.normal();
+    }
     for (int k = 0; k < 4; ++k) cloud.rotation[i][k] = random.normal();
     cloud.opacity_logit[i] = random.normal();
   }
@@ -85,7 +88,8 @@ TEST(Random, StreamDependsOnlyOnSeedElementAndStep) {
   const int n = 200000;
   for (int i = 0; i < n; ++i) {
     const double x = Random(7, i).normal();
-    mean += x / n, square += x * x / n;
+    mean += x / n;
+    square += x * x / n;
   }
   EXPECT_NEAR(mean, 0.0, 0.01);
   EXPECT_NEAR(square, 1.0, 0.02);

@@ -91,7 +91,8 @@ TEST(CheckAdjoint, SamplesLargeProblemsAndStillSeesOneWrongInput) {
   Values x(n);
   for (int i = 0; i < n; ++i) x[i] = Random(3, i).normal();
   AdjointCheckOptions options;
-  options.inputs = 20, options.unit_cotangents = 10;
+  options.inputs = 20;
+  options.unit_cotangents = 10;
   EXPECT_LT(check_adjoint(f, adjoint(1), x, options).worst, 1e-8);
   EXPECT_GT(check_adjoint(f, adjoint(1.01), x, options).worst, 1e-5) << "the random directions see every input";
 }

@@ -210,7 +210,12 @@ TEST(CheckPoses, JudgeCoordinatesAgainstTheirSpread) {
 
 TEST(CheckPoses, RefusePrincipalPointsOutsideThePicture) {
   std::vector<Camera> cameras = arc_of_cameras(3);
-  for (Camera& camera : cameras) camera.width = 240, camera.height = 400, camera.cx = 250, camera.cy = 120;
+  for (Camera& camera : cameras) {
+    camera.width = 240;
+    camera.height = 400;
+    camera.cx = 250;
+    camera.cy = 120;
+  }
   expect_error(Failure::kInput, {"cx, cy", "view_a", "(250, 120)", "240 x 400", "exchange cx and cy"}, [&] {
     check_poses({}, camera_file(cameras), with_cameras({std::vector<TrainingPhoto>(3), false, {}}, cameras), {});
   });

@@ -32,7 +32,9 @@ TEST(DeformAdjoint, RigidFitAgreesWithDifferences) {
           [&](const Values& x) {
             const RigidFit<double> fit = fit_at(x);
             Values y;
-            append(y, fit.R), append(y, fit.now), append(y, fit.F);
+            append(y, fit.R);
+            append(y, fit.now);
+            append(y, fit.F);
             return y;
           },
           [&](const Values& x, const Values& y) {
@@ -109,11 +111,14 @@ DeformGradientOf<T> gradient_of(const DeformOptions& options, const Scene& scene
   std::vector<Mat3<T>> F, covariance(n);
   std::vector<T> sh;
   for (size_t d = 0; d < m.rest.size(); ++d) {
-    rest.push_back(m.rest[d].cast<T>()), now.push_back(m.now[d].cast<T>()), F.push_back(m.F[d].cast<T>());
+    rest.push_back(m.rest[d].cast<T>());
+    now.push_back(m.now[d].cast<T>());
+    F.push_back(m.F[d].cast<T>());
   }
   for (size_t g = 0; g < n; ++g) {
     const double* row = y.data() + g * (12 + sh_size);
-    position[g] = Vec3d(row).cast<T>(), covariance[g] = Mat3d(row + 3).cast<T>();
+    position[g] = Vec3d(row).cast<T>();
+    covariance[g] = Mat3d(row + 3).cast<T>();
     for (size_t k = 0; k < sh_size; ++k) sh.push_back(static_cast<T>(row[12 + k]));
   }
   return deform_adjoint<T>(options, cloud_cast<T>(scene.rest), scene.binding, rest, now, F, position, covariance, sh);
@@ -155,8 +160,11 @@ TEST_P(WholeDeform, DoubleKernelsGiveWhatDeformGivesInFloat) {
     static_cast<CloudOf<float>&>(rest) = cloud_cast<float>(scene.rest);
     std::vector<Vec3f> from, to;
     std::vector<Mat3f> F;
-    for (size_t d = 0; d < m.rest.size(); ++d)
-      from.push_back(m.rest[d].cast<float>()), to.push_back(m.now[d].cast<float>()), F.push_back(m.F[d].cast<float>());
+    for (size_t d = 0; d < m.rest.size(); ++d) {
+      from.push_back(m.rest[d].cast<float>());
+      to.push_back(m.now[d].cast<float>());
+      F.push_back(m.F[d].cast<float>());
+    }
     deform(options, rest, scene.binding, from, to, F, out);
     for (size_t g = 0; g < rest.size(); ++g) {
       const double* row = expected.data() + g * 60;
@@ -189,7 +197,8 @@ TEST(DeformAdjoint, FloatAgreesWithDoubleAndIsEqualBitForBitForOneToFourThreads)
   omp_set_num_threads(before);
   double error = 0, size = 0;
   for (size_t k = 0; k < first.size(); ++k) {
-    error += std::pow(first[k] - expected[k], 2), size += expected[k] * expected[k];
+    error += std::pow(first[k] - expected[k], 2);
+    size += expected[k] * expected[k];
   }
   EXPECT_LT(std::sqrt(error / size), 1e-5);
 }
@@ -218,7 +227,8 @@ TEST(DeformAdjoint, LossOfAPictureOfMovedGaussiansAgreesWithDifferencesOfTheDriv
       render_as<double, false>(carried({}, scene, make_motion("photo", 12, false, all[2].F[0], 0.05)), camera).color;
   for (Motion m : {all[0], all[2], all[4], all[5]}) {
     AdjointCheckOptions options = small_steps();
-    options.random_cotangents = 0, options.inputs = 60;
+    options.random_cotangents = 0;
+    options.inputs = 60;
     const AdjointCheck check = check_adjoint(
         [&](const Values& x) {
           m.set(x);

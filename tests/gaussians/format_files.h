@@ -24,8 +24,10 @@ inline GaussianCloud some_gaussians(int n, int degree, uint64_t seed = 5) {
   cloud.resize(n);
   Random random(seed);
   for (int i = 0; i < n; ++i) {
-    for (int k = 0; k < 3; ++k)
-      cloud.position[i][k] = random.uniform(-1.5, 2), cloud.log_scale[i][k] = random.uniform(-8, 1);
+    for (int k = 0; k < 3; ++k) {
+      cloud.position[i][k] = random.uniform(-1.5, 2);
+      cloud.log_scale[i][k] = random.uniform(-8, 1);
+    }
     for (int k = 0; k < 4; ++k) cloud.rotation[i][k] = random.normal();
     cloud.opacity_logit[i] = random.uniform(-4, 4);
     for (int k = 0; k < cloud.sh_count() * 3; ++k) cloud.sh_of(i)[k] = random.uniform(-0.9, 0.9);
@@ -53,8 +55,10 @@ inline std::string gzip(const std::string& bytes) {
   z_stream z = {};
   EXPECT_EQ(deflateInit2(&z, 6, Z_DEFLATED, 16 + MAX_WBITS, 9, Z_DEFAULT_STRATEGY), Z_OK);
   std::string out(deflateBound(&z, bytes.size()), '\0');
-  z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data())), z.avail_in = static_cast<uInt>(bytes.size());
-  z.next_out = reinterpret_cast<Bytef*>(out.data()), z.avail_out = static_cast<uInt>(out.size());
+  z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+  z.avail_in = static_cast<uInt>(bytes.size());
+  z.next_out = reinterpret_cast<Bytef*>(out.data());
+  z.avail_out = static_cast<uInt>(out.size());
   EXPECT_EQ(deflate(&z, Z_FINISH), Z_STREAM_END);
   out.resize(z.total_out);
   deflateEnd(&z);
@@ -66,13 +70,19 @@ inline std::string webp(const std::vector<uint8_t>& rgba, int width, int height)
   EXPECT_EQ(rgba.size(), 4u * width * height);
   WebPConfig config;
   WebPConfigInit(&config);
-  config.lossless = 1, config.exact = 1, config.method = 0, config.quality = 0;
+  config.lossless = 1;
+  config.exact = 1;
+  config.method = 0;
+  config.quality = 0;
   WebPPicture picture;
   WebPPictureInit(&picture);
-  picture.use_argb = 1, picture.width = width, picture.height = height;
+  picture.use_argb = 1;
+  picture.width = width;
+  picture.height = height;
   WebPMemoryWriter writer;
   WebPMemoryWriterInit(&writer);
-  picture.writer = WebPMemoryWrite, picture.custom_ptr = &writer;
+  picture.writer = WebPMemoryWrite;
+  picture.custom_ptr = &writer;
   EXPECT_TRUE(WebPPictureImportRGBA(&picture, rgba.data(), 4 * width));
   EXPECT_TRUE(WebPEncode(&config, &picture));
   const std::string out(reinterpret_cast<const char*>(writer.mem), writer.size);

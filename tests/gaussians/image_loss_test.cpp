@@ -37,10 +37,18 @@ double direct_ssim(const ImageD& a, const ImageD& b, const ImageD& weight, bool 
             norm += w;
             if (x + dx < 0 || y + dy < 0 || x + dx >= a.width || y + dy >= a.height) continue;
             const double p = a(x + dx, y + dy, c), q = b(x + dx, y + dy, c);
-            ma += w * p, mb += w * q, aa += w * p * p, bb += w * q * q, ab += w * p * q;
+            ma += w * p;
+            mb += w * q;
+            aa += w * p * p;
+            bb += w * q * q;
+            ab += w * p * q;
           }
         }
-        ma /= norm, mb /= norm, aa /= norm, bb /= norm, ab /= norm;
+        ma /= norm;
+        mb /= norm;
+        aa /= norm;
+        bb /= norm;
+        ab /= norm;
         const double c1 = 0.0001, c2 = 0.0009, w = weight.empty() ? 1 : weight(x, y);
         sum += w * (2 * ma * mb + c1) * (2 * (ab - ma * mb) + c2) /
                ((ma * ma + mb * mb + c1) * (aa - ma * ma + bb - mb * mb + c2));
@@ -214,7 +222,10 @@ TEST(ImageLoss, EqualBitForBitForOneToFourThreads) {
     omp_set_num_threads(threads);
     const PhotometricLoss loss = photometric_loss_adjoint({}, a, b, weight, 1, adj);
     const std::vector<double> now = {loss.l1, loss.dssim, ssim(a, b), l1_loss(a, b, weight), mse_loss(a, b, weight)};
-    if (threads == 1) values = now, first = adj;
+    if (threads == 1) {
+      values = now;
+      first = adj;
+    }
     EXPECT_EQ(now, values) << threads;
     EXPECT_EQ(adj.data, first.data) << threads;
   }

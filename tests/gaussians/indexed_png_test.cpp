@@ -85,7 +85,8 @@ TEST(IndexedPng, DamagedFilesAreRefusedAndNoneCrashes) {
   flipped[good.find("IDAT") + 6] ^= 1;
   expect_error(Failure::kInput, {"IDAT", "checksum"}, [&] { read_palette_indices(folder.file("f.png", flipped)); });
   std::string huge = good;
-  huge.replace(16, 4, big_endian(60000)), huge.replace(20, 4, big_endian(60000));
+  huge.replace(16, 4, big_endian(60000));
+  huge.replace(20, 4, big_endian(60000));
   huge.replace(29, 4,
                big_endian(static_cast<uint32_t>(crc32(0, reinterpret_cast<const Bytef*>(huge.data() + 12), 17))));
   expect_error(Failure::kInput, {"IDAT", "too short"}, [&] { read_palette_indices(folder.file("h.png", huge)); });

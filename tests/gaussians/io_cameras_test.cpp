@@ -24,7 +24,9 @@ std::vector<Camera> some_cameras() {
   for (int i = 0; i < 3; ++i) {
     cameras.push_back(look_at({3.0 - i, 1.0 + i, 2.0 - 2 * i}, {0.1, 0, 0}, {0, -1, 0.1}, 640, 480, 500));
     cameras.back().name = "view_" + std::to_string(i);
-    cameras.back().cx = 310, cameras.back().cy = 250, cameras.back().fy = 510;
+    cameras.back().cx = 310;
+    cameras.back().cy = 250;
+    cameras.back().fy = 510;
   }
   return cameras;
 }
@@ -46,8 +48,11 @@ const ColmapModel kModels[] = {
 
 std::string binary_cameras(int model, const std::vector<double>& parameters) {
   std::string bytes;
-  put(bytes, uint64_t(1)), put(bytes, uint32_t(7)), put(bytes, int32_t(model)), put(bytes, uint64_t(640)),
-      put(bytes, uint64_t(480));
+  put(bytes, uint64_t(1));
+  put(bytes, uint32_t(7));
+  put(bytes, int32_t(model));
+  put(bytes, uint64_t(640));
+  put(bytes, uint64_t(480));
   for (double value : parameters) put(bytes, value);
   return bytes;
 }
@@ -183,7 +188,8 @@ TEST(Colmap, HostileFilesNameFileRecordAndValue) {
   };
   for (const Case& one : cases) {
     SCOPED_TRACE(&one - cases);
-    folder.file("cameras.bin", one.cameras), folder.file("images.bin", one.images);
+    folder.file("cameras.bin", one.cameras);
+    folder.file("images.bin", one.images);
     expect_error(Failure::kInput, one.words, [&] { read_cameras(folder.path()); });
   }
   const auto read = [&](const fs::path&) { read_cameras(folder.path()); };
@@ -197,7 +203,8 @@ TEST(Colmap, HostileTextNamesTheLine) {
   const TemporaryFolder folder;
   const std::string cameras = text_cameras(kModels[1]), images = text_images(some_cameras());
   const auto refused = [&](const std::string& c, const std::string& i, const std::vector<std::string>& words) {
-    folder.file("cameras.txt", c), folder.file("images.txt", i);
+    folder.file("cameras.txt", c);
+    folder.file("images.txt", i);
     expect_error(Failure::kInput, words, [&] { read_cameras(folder.path()); });
   };
   refused("7 PINHOLE 640", images, {"cameras.txt", "line 1"});
@@ -264,11 +271,15 @@ std::string par_file(const std::vector<Camera>& cameras) {
                   camera.fy, camera.cy);
     text += line;
     for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j)
-        std::snprintf(line, sizeof line, " %.17g", camera.cam_from_world.linear()(i, j)), text += line;
+      for (int j = 0; j < 3; ++j) {
+        std::snprintf(line, sizeof line, " %.17g", camera.cam_from_world.linear()(i, j));
+        text += line;
+      }
     }
-    for (int i = 0; i < 3; ++i)
-      std::snprintf(line, sizeof line, " %.17g", camera.cam_from_world.translation()[i]), text += line;
+    for (int i = 0; i < 3; ++i) {
+      std::snprintf(line, sizeof line, " %.17g", camera.cam_from_world.translation()[i]);
+      text += line;
+    }
     text += "\n";
   }
   return text;

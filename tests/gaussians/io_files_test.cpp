@@ -63,7 +63,9 @@ TEST(Pictures, EightBitColoursSurviveAPngExactlyAndKeepRedFirst) {
   ImageF image(7, 5, 3);
   Random random(3);
   for (float& value : image.data) value = static_cast<float>(random.below(256)) / 255.0f;
-  image(2, 1, 0) = 1.0f, image(2, 1, 1) = 0.0f, image(2, 1, 2) = 0.0f;
+  image(2, 1, 0) = 1.0f;
+  image(2, 1, 1) = 0.0f;
+  image(2, 1, 2) = 0.0f;
   write_image(folder / "a.png", image);
   const ImageF back = read_image(folder / "a.png");
   ASSERT_EQ(back.width, 7);

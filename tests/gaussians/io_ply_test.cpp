@@ -20,7 +20,10 @@ GaussianCloud some_cloud(int n, int degree) {
   cloud.resize(n);
   Random random(5);
   for (int i = 0; i < n; ++i) {
-    for (int k = 0; k < 3; ++k) cloud.position[i][k] = random.normal(), cloud.log_scale[i][k] = random.normal() - 3;
+    for (int k = 0; k < 3; ++k) {
+      cloud.position[i][k] = random.normal();
+      cloud.log_scale[i][k] = random.normal() - 3;
+    }
     for (int k = 0; k < 4; ++k) cloud.rotation[i][k] = random.normal();
     cloud.opacity_logit[i] = random.normal();
   }
@@ -107,10 +110,19 @@ TEST(Ply, OtherElementsAndTypesArePassedOver) {
   for (size_t i = 3; i < kRequired.size(); ++i) text += "property float " + kRequired[i] + "\n";
   text += "element tail 5\nproperty list int float v\nend_header\n";
   const auto put = [&](auto value) { text.append(reinterpret_cast<const char*>(&value), sizeof value); };
-  put(1.0), put(2.0);
-  put(uint8_t(3)), put(7), put(8), put(9), put(uint8_t(1));
-  put(uint8_t(0)), put(uint8_t(2));
-  put(0.25), put(int16_t(-7)), put(uint8_t(200)), put(4000000000u);
+  put(1.0);
+  put(2.0);
+  put(uint8_t(3));
+  put(7);
+  put(8);
+  put(9);
+  put(uint8_t(1));
+  put(uint8_t(0));
+  put(uint8_t(2));
+  put(0.25);
+  put(int16_t(-7));
+  put(uint8_t(200));
+  put(4000000000u);
   for (size_t i = 3; i < kRequired.size(); ++i) put(static_cast<float>(i));
   ReadReport report;
   const GaussianCloud cloud = read_ply(folder.file("a.ply", text), &report);

@@ -28,7 +28,8 @@ GaussianCloud ball(int n, const Vec3f& centre, float radius) {
       for (int k = 0; k < 3; ++k) x[k] = random.uniform(-1, 1);
     } while (x.norm() > 1);
     cloud.position[i] = centre + radius * x;
-    cloud.opacity_logit[i] = 2, cloud.log_scale[i] = Vec3f::Constant(-4);
+    cloud.opacity_logit[i] = 2;
+    cloud.log_scale[i] = Vec3f::Constant(-4);
   }
   return cloud;
 }
@@ -69,7 +70,8 @@ GaussianCloud cone(float sign) {
     const float angle = random.uniform(0, 2 * M_PI);
     x = Vec3f(radius * std::cos(angle), sign * height, radius * std::sin(angle));
   }
-  cloud.log_scale.assign(4000, Vec3f::Constant(-4)), cloud.opacity_logit.assign(4000, 2);
+  cloud.log_scale.assign(4000, Vec3f::Constant(-4));
+  cloud.opacity_logit.assign(4000, 2);
   return cloud;
 }
 
@@ -89,7 +91,8 @@ TEST(UpDirection, IsNotTheNormalOfTheFlatSideOfAThing) {
                             ? Vec3f(random.uniform(-0.02, 0.02), random.uniform(-2, 0), random.uniform(-0.25, 0.25))
                             : Vec3f(random.uniform(0, 0.5), random.uniform(-0.1, 0), random.uniform(-0.25, 0.25));
   }
-  cloud.log_scale.assign(cloud.size(), Vec3f::Constant(-4)), cloud.opacity_logit.assign(cloud.size(), 2);
+  cloud.log_scale.assign(cloud.size(), Vec3f::Constant(-4));
+  cloud.opacity_logit.assign(cloud.size(), 2);
   EXPECT_FALSE(up_of_support_plane(cloud));
   EXPECT_EQ(up_of_cloud(cloud).up, Eigen::Vector3d(0, -1, 0));
 }

@@ -35,8 +35,10 @@ Entries sog_files(const GaussianCloud& cloud) {
   const Box box = cloud.bounds();
   std::vector<uint8_t> low(4 * width * height, 255), high = low, quats = low, scales = low, sh0 = low, labels = low;
   json meta = {{"version", 2}, {"count", n}};
-  for (int k = 0; k < 3; ++k)
-    meta["means"]["mins"].push_back(log_of(box.low[k])), meta["means"]["maxs"].push_back(log_of(box.high[k]));
+  for (int k = 0; k < 3; ++k) {
+    meta["means"]["mins"].push_back(log_of(box.low[k]));
+    meta["means"]["maxs"].push_back(log_of(box.high[k]));
+  }
   const int rest = cloud.sh_count() - 1;
   std::vector<uint8_t> palette(4 * 64 * std::max(rest, 1) * ((n + 63) / 64), 255);
   for (int i = 0; i < n; ++i) {
@@ -51,12 +53,14 @@ Entries sog_files(const GaussianCloud& cloud) {
     for (int k = 0; k < 3; ++k) {
       const double a = log_of(box.low[k]), b = log_of(box.high[k]);
       const long fixed = std::lround(65535 * (log_of(cloud.position[i][k]) - a) / (b - a));
-      low[4 * i + k] = fixed & 255, high[4 * i + k] = static_cast<uint8_t>(fixed >> 8);
+      low[4 * i + k] = fixed & 255;
+      high[4 * i + k] = static_cast<uint8_t>(fixed >> 8);
       scales[4 * i + k] = place(cloud.log_scale[i][k], -10, 2);
       sh0[4 * i + k] = place(cloud.sh_of(i)[k], -1, 1);
     }
     sh0[4 * i + 3] = static_cast<uint8_t>(std::lround(255 * sigmoid(cloud.opacity_logit[i])));
-    labels[4 * i] = i & 255, labels[4 * i + 1] = static_cast<uint8_t>(i >> 8);
+    labels[4 * i] = i & 255;
+    labels[4 * i + 1] = static_cast<uint8_t>(i >> 8);
     for (int k = 0; k < rest; ++k) {
       for (int c = 0; c < 3; ++c) palette[4 * (i * rest + k) + c] = place(cloud.sh_of(i)[3 + 3 * k + c], -1, 1);
     }
@@ -66,14 +70,19 @@ Entries sog_files(const GaussianCloud& cloud) {
     meta[key]["files"].push_back(name);
     files.emplace_back(name, webp(pixels, w, h));
   };
-  add("means", "means_l.webp", low, width, height), add("means", "means_u.webp", high, width, height);
+  add("means", "means_l.webp", low, width, height);
+  add("means", "means_u.webp", high, width, height);
   add("quats", "quats.webp", quats, width, height);
-  add("scales", "scales.webp", scales, width, height), meta["scales"]["codebook"] = codebook(-10, 2);
-  add("sh0", "sh0.webp", sh0, width, height), meta["sh0"]["codebook"] = codebook(-1, 1);
+  add("scales", "scales.webp", scales, width, height);
+  meta["scales"]["codebook"] = codebook(-10, 2);
+  add("sh0", "sh0.webp", sh0, width, height);
+  meta["sh0"]["codebook"] = codebook(-1, 1);
   if (rest > 0) {
-    add("shN", "shN_centroids.webp", palette, 64 * rest, (n + 63) / 64),
-        add("shN", "shN_labels.webp", labels, width, height);
-    meta["shN"]["bands"] = cloud.sh_degree, meta["shN"]["count"] = n, meta["shN"]["codebook"] = codebook(-1, 1);
+    add("shN", "shN_centroids.webp", palette, 64 * rest, (n + 63) / 64);
+    add("shN", "shN_labels.webp", labels, width, height);
+    meta["shN"]["bands"] = cloud.sh_degree;
+    meta["shN"]["count"] = n;
+    meta["shN"]["codebook"] = codebook(-1, 1);
   }
   files.emplace_back("meta.json", meta.dump());
   return files;
@@ -323,14 +332,19 @@ std::string compressed_ply(const GaussianCloud& cloud, bool coloured) {
   const int rest = 3 * (cloud.sh_count() - 1);
   std::string text = "ply\nformat binary_little_endian 1.0\nelement chunk " + std::to_string(chunks) + "\n";
   std::vector<std::pair<std::string, float>> bounds;
-  for (const char* axis : {"x", "y", "z"})
-    bounds.push_back({std::string("min_") + axis, -2.0f}), bounds.push_back({std::string("max_") + axis, 2.0f});
-  for (const char* axis : {"x", "y", "z"})
-    bounds.push_back({std::string("min_scale_") + axis, -9.0f}),
-        bounds.push_back({std::string("max_scale_") + axis, 2.0f});
+  for (const char* axis : {"x", "y", "z"}) {
+    bounds.push_back({std::string("min_") + axis, -2.0f});
+    bounds.push_back({std::string("max_") + axis, 2.0f});
+  }
+  for (const char* axis : {"x", "y", "z"}) {
+    bounds.push_back({std::string("min_scale_") + axis, -9.0f});
+    bounds.push_back({std::string("max_scale_") + axis, 2.0f});
+  }
   if (coloured) {
-    for (const char* axis : {"r", "g", "b"})
-      bounds.push_back({std::string("min_") + axis, -0.25f}), bounds.push_back({std::string("max_") + axis, 1.25f});
+    for (const char* axis : {"r", "g", "b"}) {
+      bounds.push_back({std::string("min_") + axis, -0.25f});
+      bounds.push_back({std::string("max_") + axis, 1.25f});
+    }
   }
   for (const auto& [name, value] : bounds) text += "property float " + name + "\n";
   text += "element vertex " + std::to_string(n) + "\n";

@@ -21,7 +21,8 @@ namespace {
 /// the file's axes, x right, y up, z back.
 std::string legacy_spz(uint32_t version) {
   std::string bytes = "NGSP";
-  put(bytes, version), put(bytes, uint32_t(2));
+  put(bytes, version);
+  put(bytes, uint32_t(2));
   bytes += std::string("\1\14\1\0", 4);  // degree 1, 12 fractional bits, antialiased
   for (int sign : {1, -1}) {
     for (int k = 1; k <= 3; ++k) {
@@ -130,13 +131,19 @@ TEST(Spz, AnExtensionMayNameTheAxes) {
   for (const auto& one : cases) {
     std::string raw = legacy_spz(3);
     raw[14] = 2;
-    put(raw, 0xADBE0002u), put(raw, uint32_t(12)), raw += std::string(12, '\0');  // another extension
-    put(raw, 0xADBE0003u), put(raw, uint32_t(4)), put(raw, one.axes);
+    put(raw, 0xADBE0002u);
+    put(raw, uint32_t(12));
+    raw += std::string(12, '\0');  // another extension
+    put(raw, 0xADBE0003u);
+    put(raw, uint32_t(4));
+    put(raw, one.axes);
     EXPECT_EQ(read_spz(folder.file("a.spz", gzip(raw))).position[0], one.first / 4096) << one.axes;
   }
   std::string raw = legacy_spz(3);
   raw[14] = 2;
-  put(raw, 0xADBE0003u), put(raw, uint32_t(4)), put(raw, uint32_t(3));
+  put(raw, 0xADBE0003u);
+  put(raw, uint32_t(4));
+  put(raw, uint32_t(3));
   expect_error(Failure::kInput, {"a.spz", "coordinate system", "3"},
                [&] { read_spz(folder.file("a.spz", gzip(raw))); });
   std::memset(&raw[raw.size() - 8], 0x7f, 4);
@@ -147,7 +154,9 @@ TEST(Spz, AnExtensionMayNameTheAxes) {
 TEST(Spz, WhatIsOutsideItsRangesIsClampedAndCounted) {
   const TemporaryFolder folder;
   GaussianCloud cloud = some_gaussians(4, 1);
-  cloud.log_scale[1][0] = -14, cloud.sh_of(2)[5] = 3, cloud.sh_of(3)[0] = -9;
+  cloud.log_scale[1][0] = -14;
+  cloud.sh_of(2)[5] = 3;
+  cloud.sh_of(3)[0] = -9;
   EXPECT_EQ(write_spz(folder / "a.spz", cloud), 3u);
   const GaussianCloud back = read_spz(folder / "a.spz");
   EXPECT_EQ(back.log_scale[1][0], -10);
@@ -158,7 +167,8 @@ TEST(Spz, WhatIsOutsideItsRangesIsClampedAndCounted) {
 TEST(Spz, HarmonicsOfDegreeFourAreCutWithAWarning) {
   const TemporaryFolder folder;
   std::string raw = "NGSP";
-  put(raw, uint32_t(3)), put(raw, uint32_t(1));
+  put(raw, uint32_t(3));
+  put(raw, uint32_t(1));
   raw += std::string("\4\14\0\0", 4) + std::string(9 + 1 + 3 + 3 + 4, '\x40') + std::string(72, '\x81');
   ReadReport report;
   const GaussianCloud cloud = read_spz(folder.file("a.spz", gzip(raw)), &report);
@@ -220,7 +230,8 @@ TEST(Spz, HostileFilesNameFileAndFieldBeforeAnythingIsAllocated) {
 TEST(Spz, ABombWhoseStreamsAreLongerThanTheTableSaysStopsAtTheTable) {
   const TemporaryFolder folder;
   std::string bytes = "NGSP";
-  put(bytes, uint32_t(4)), put(bytes, uint32_t(1));
+  put(bytes, uint32_t(4));
+  put(bytes, uint32_t(1));
   bytes += std::string("\0\14\0\5", 4);
   put(bytes, uint32_t(32));
   bytes += std::string(12, '\0');
@@ -228,7 +239,8 @@ TEST(Spz, ABombWhoseStreamsAreLongerThanTheTableSaysStopsAtTheTable) {
   std::string streams;
   for (const uint64_t size : sizes) {
     const std::string stream = compress_zstd(std::string(64 << 20, '\0'));
-    put(bytes, uint64_t(stream.size())), put(bytes, size);
+    put(bytes, uint64_t(stream.size()));
+    put(bytes, size);
     streams += stream;
   }
   expect_error(Failure::kInput, {"case.spz", "positions", "damaged"},
@@ -279,7 +291,12 @@ TEST(Splat, NanInfiniteAndAbsurdRowsAreLeftOutAndCounted) {
   write_splat(folder / "a.splat", some_gaussians(8, 0));
   std::string bytes = read_text(folder / "a.splat");
   const auto set = [&](int row, int column, float value) { std::memcpy(&bytes[32 * row + 4 * column], &value, 4); };
-  set(0, 1, NAN), set(1, 0, INFINITY), set(2, 3, NAN), set(3, 4, -1.0f), set(4, 5, INFINITY), set(5, 0, 1e30f);
+  set(0, 1, NAN);
+  set(1, 0, INFINITY);
+  set(2, 3, NAN);
+  set(3, 4, -1.0f);
+  set(4, 5, INFINITY);
+  set(5, 0, 1e30f);
   set(6, 3, 0.0f);  // a flat Gaussian is legal
   ReadReport report;
   const GaussianCloud cloud = read_splat(folder.file("a.splat", bytes), &report);

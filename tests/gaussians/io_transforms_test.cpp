@@ -46,7 +46,8 @@ TEST(Transforms, PrincipalPointIsTakenWithoutAHalfPixelShift) {
   EXPECT_EQ(camera.cx, 330);
   EXPECT_EQ(camera.cy, 240);
   json file = one_frame();
-  file.erase("cx"), file.erase("cy");
+  file.erase("cx");
+  file.erase("cy");
   // The centre of the picture is the corner between the middle pixels.
   EXPECT_EQ(read_transforms(folder.file("t.json", file.dump())).cameras.at(0).cx, 320);
 }
@@ -146,7 +147,8 @@ TEST(Transforms, WritingAndReadingKeepsEveryCamera) {
 TEST(Transforms, DistortionIsIgnoredWithAWarning) {
   const TemporaryFolder folder;
   json file = one_frame();
-  file["k1"] = 0.05, file["p1"] = 0.0;
+  file["k1"] = 0.05;
+  file["p1"] = 0.0;
   write_image(folder / "images/a.png", ImageF(640, 480, 3, 0.5f));
   const CameraFile read = read_transforms(folder.file("t.json", file.dump()));
   ASSERT_EQ(read.warnings.size(), 1u);

@@ -126,7 +126,9 @@ inline CloudOf<double> carried(const DeformOptions& options, const Scene& scene,
       const int d = scene.binding.driver[g * Binding::kCount + count];
       if (d < 0) break;
       w[count] = scene.binding.weight[g * Binding::kCount + count];
-      from[count] = m.rest[d], to[count] = m.now[d], F[count] = m.F[d];
+      from[count] = m.rest[d];
+      to[count] = m.now[d];
+      F[count] = m.F[d];
     }
     if (count == 0) continue;
     const RigidFit<double> fit = fit_rigid<double>(count, w, from, to, F);
@@ -136,7 +138,8 @@ inline CloudOf<double> carried(const DeformOptions& options, const Scene& scene,
     principal_axes<double>(carried_frame<double>(options, fit) * A, axes, length);
     const Eigen::Quaterniond q(axes);
     out.position[g] = carried_position<double>(options, fit, scene.rest.position[g]);
-    out.rotation[g] = {q.w(), q.x(), q.y(), q.z()}, out.log_scale[g] = length.array().log();
+    out.rotation[g] = {q.w(), q.x(), q.y(), q.z()};
+    out.log_scale[g] = length.array().log();
     rotation.apply(fit.R, scene.rest.sh_degree, out.sh_of(g));
   }
   return out;
@@ -147,7 +150,8 @@ inline Values flat(const CloudOf<double>& cloud, bool with_sh) {
   Values y;
   for (size_t g = 0; g < cloud.size(); ++g) {
     const Mat3d A = covariance_factor<double>(cloud.rotation[g], cloud.log_scale[g]);
-    append(y, cloud.position[g]), append(y, Mat3d(A * A.transpose()));
+    append(y, cloud.position[g]);
+    append(y, Mat3d(A * A.transpose()));
     if (with_sh) y.insert(y.end(), cloud.sh_of(g), cloud.sh_of(g) + cloud.sh_count() * 3);
   }
   return y;

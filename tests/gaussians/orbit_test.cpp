@@ -46,7 +46,8 @@ TEST(Orbit, FramingHoldsAPlainThingOfFewLargeGaussiansAndAFineOneOfManySmall) {
     const bool fine = i < 10000;
     cloud.position[i] =
         Vec3f(random.uniform(0, 1), random.uniform(0, 1), fine ? random.uniform(0, 1) : random.uniform(-0.2, 0));
-    cloud.log_scale[i] = Vec3f::Constant(std::log(fine ? 0.002f : 0.03f)), cloud.opacity_logit[i] = 4;
+    cloud.log_scale[i] = Vec3f::Constant(std::log(fine ? 0.002f : 0.03f));
+    cloud.opacity_logit[i] = 4;
   }
   const Framing framing = robust_framing(cloud, {0, 0, 1});
   EXPECT_LT(framing.low[2], -0.18);
@@ -60,7 +61,8 @@ TEST(Orbit, EveryViewHoldsTheRobustBoxAndOneJustFits) {
   const GaussianCloud cloud = box_with_floaters(5000, 100);
   for (const Eigen::Vector3d& up : {Eigen::Vector3d(0, -1, 0), Eigen::Vector3d(0.1, 0.2, 1)}) {
     OrbitOptions options;
-    options.views = 12, options.margin = 1.0;
+    options.views = 12;
+    options.margin = 1.0;
     const Framing framing = robust_framing(cloud, up);
     double tightest = 1e9;
     const std::vector<Camera> cameras = orbit_cameras(options, cloud, up);

@@ -46,7 +46,8 @@ inline std::string with_orientation(const std::string& jpeg, int orientation, bo
   const std::string contents = std::string("Exif\0\0", 6) + tiff;
   const auto length = static_cast<int>(contents.size()) + 2;
   std::string segment = "\xff\xe1";
-  segment += static_cast<char>(length >> 8), segment += static_cast<char>(length);
+  segment += static_cast<char>(length >> 8);
+  segment += static_cast<char>(length);
   return jpeg.substr(0, 2) + segment + contents + jpeg.substr(2);
 }
 

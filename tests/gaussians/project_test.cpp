@@ -56,7 +56,8 @@ TEST(PackMath, LogarithmAgreesWithTheCLibrary) {
       near_one[k] = 0.4f + 1.2f * static_cast<float>(i + k) / 1e6f;
       any[k] = static_cast<float>(std::exp2(Random(1, i, k).uniform(-126, 127)));
     }
-    check(near_one), check(any);
+    check(near_one);
+    check(any);
   }
   EXPECT_LT(worst, 2.5e-7);
   std::printf("worst relative error of log2: %.2g\n", worst);
@@ -108,8 +109,12 @@ class Projection : public testing::TestWithParam<InstructionSet> {
     std::vector<std::vector<float>> rows(cloud.size());
     for (size_t i = 0; i < cloud.size(); ++i) {
       const auto append = [&](const float* from, int n) { rows[i].insert(rows[i].end(), from, from + n); };
-      append(g.position[i].data(), 3), append(g.rotation[i].data(), 4), append(g.log_scale[i].data(), 3);
-      append(&g.opacity_logit[i], 1), append(g.sh_of(i), 3 * g.sh_count()), append(covariance[i].data(), 9);
+      append(g.position[i].data(), 3);
+      append(g.rotation[i].data(), 4);
+      append(g.log_scale[i].data(), 3);
+      append(&g.opacity_logit[i], 1);
+      append(g.sh_of(i), 3 * g.sh_count());
+      append(covariance[i].data(), 9);
     }
     return rows;
   }
@@ -169,8 +174,10 @@ TEST_P(Projection, AbsurdGaussiansAreLeftOutAndDoNotDisturbTheirNeighbours) {
 TEST_P(Projection, ZeroQuaternionMeansNoRotationAndInfiniteLogitFullOpacity) {
   CloudOf<float> cloud = random_cloud(9, 0), upright = cloud;
   for (const size_t i : {2, 4, 7}) {
-    cloud.rotation[i].setZero(), upright.rotation[i] = Vec4f(1, 0, 0, 0);
-    cloud.opacity_logit[i] = INFINITY, upright.opacity_logit[i] = 100;
+    cloud.rotation[i].setZero();
+    upright.rotation[i] = Vec4f(1, 0, 0, 0);
+    cloud.opacity_logit[i] = INFINITY;
+    upright.opacity_logit[i] = 100;
   }
   const std::vector<Splat<float>> a = splats(cloud, 0, 9), b = splats(upright, 0, 9);
   ASSERT_EQ(a.size(), b.size());
@@ -210,7 +217,8 @@ TEST_P(Projection, DerivativesOfAGaussianDoNotDependOnItsNeighbours) {
     double size = 0, difference = 0;
     for (int k = 0; k < 15; ++k) {
       const double a = reinterpret_cast<const float*>(&view_of_all)[k];
-      difference += std::pow(a - reinterpret_cast<const float*>(&view_one_by_one)[k], 2), size += a * a;
+      difference += std::pow(a - reinterpret_cast<const float*>(&view_one_by_one)[k], 2);
+      size += a * a;
     }
     EXPECT_LT(std::sqrt(difference), 1e-5 * std::sqrt(size));
   }

@@ -115,7 +115,9 @@ TEST(RealScenes, TheAngelIsTheSamePictureInBothFormatsAfterItsHalfTurn) {
   const GaussianCloud sog = read_splats(folder / "angel.sog");
   turn_half(ply, 2);  // x and y have the other sign
   OrbitOptions options;
-  options.views = 3, options.width = 400, options.height = 300;
+  options.views = 3;
+  options.width = 400;
+  options.height = 300;
   for (const Camera& camera : orbit_cameras(options, sog, {0, -1, 0})) {
     const double similar = psnr(render(sog, camera, {}), render(ply, camera, {}));
     std::printf("PSNR %s: %.2f dB\n", camera.name.c_str(), similar);

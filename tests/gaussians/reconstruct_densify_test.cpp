@@ -77,7 +77,8 @@ TEST(Mcmc, NoiseMovesFaintGaussiansWithinTheirShapeAndLeavesOpaqueOnes) {
 TEST(Classic, SplitsLargeClonesSmallPrunesFaintAndKeepsTheBudget) {
   TrainOptions options;
   TrainingState state = state_of(painted_ball(100, 3));
-  state.screen_gradient.assign(100, 0), state.times_seen.assign(100, 2);
+  state.screen_gradient.assign(100, 0);
+  state.times_seen.assign(100, 2);
   for (int i = 0; i < 30; ++i) state.screen_gradient[i] = 1e-3f + 1e-5f * i;  // mean 5e-4, above the threshold
   for (int i = 0; i < 10; ++i) state.cloud.log_scale[i].setConstant(std::log(1e-3f));
   for (int i = 90; i < 95; ++i) state.cloud.opacity_logit[i] = -9;

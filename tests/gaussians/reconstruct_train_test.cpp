@@ -28,7 +28,8 @@ class TrainerOnOneThread : public ::testing::Test {
 
 TrainOptions quick(int iterations, size_t gaussians) {
   TrainOptions options;
-  options.iterations = iterations, options.most_gaussians = gaussians;
+  options.iterations = iterations;
+  options.most_gaussians = gaussians;
   options.refine_every = 20;
   return options;
 }
@@ -69,8 +70,10 @@ TEST(AdamRows, FollowAdamInEveryColumn) {
 TEST(Exposure, DerivativesFollowFiniteDifferences) {
   Image<double> color(5, 4, 3), adj(5, 4, 3);
   std::vector<double> exposure(kExposureSize);
-  for (size_t k = 0; k < color.data.size(); ++k)
-    color.data[k] = Random(1, k).uniform(), adj.data[k] = Random(2, k).normal();
+  for (size_t k = 0; k < color.data.size(); ++k) {
+    color.data[k] = Random(1, k).uniform();
+    adj.data[k] = Random(2, k).normal();
+  }
   for (int k = 0; k < kExposureSize; ++k) exposure[k] = kNeutralExposure[k] + 0.2 * Random(3, k).normal();
   const auto value = [&](const Image<double>& image, const std::vector<double>& M) {
     const Image<double> out = expose(image, M.data());
@@ -84,12 +87,14 @@ TEST(Exposure, DerivativesFollowFiniteDifferences) {
   const double h = 1e-5;
   for (int k = 0; k < kExposureSize; ++k) {
     std::vector<double> up = exposure, down = exposure;
-    up[k] += h, down[k] -= h;
+    up[k] += h;
+    down[k] -= h;
     EXPECT_NEAR(adj_exposure[k], (value(color, up) - value(color, down)) / (2 * h), 1e-6);
   }
   for (size_t k = 0; k < color.data.size(); ++k) {
     Image<double> up = color, down = color;
-    up.data[k] += h, down.data[k] -= h;
+    up.data[k] += h;
+    down.data[k] -= h;
     EXPECT_NEAR(adj_color.data[k], (value(up, exposure) - value(down, exposure)) / (2 * h), 1e-6);
   }
 }
@@ -99,7 +104,8 @@ TEST(Exposure, IsFoundAgainByLeastSquares) {
   for (size_t k = 0; k < color.data.size(); ++k) color.data[k] = static_cast<float>(Random(4, k).uniform());
   const float truth[kExposureSize] = {0.8f, 0.1f, 0, 0.05f, 0, 1.1f, 0.02f, -0.1f, 0.03f, 0, 0.7f, 0};
   ImageF target = expose(color, truth), weight(20, 15, 1, 1.0f);
-  target(3, 3, 0) = 50, weight(3, 3) = 0;
+  target(3, 3, 0) = 50;
+  weight(3, 3) = 0;
   const auto found = fit_exposure(color, target, weight);
   for (int k = 0; k < kExposureSize; ++k) EXPECT_NEAR(found[k], truth[k], 1e-5);
 }
@@ -135,8 +141,10 @@ TEST(StartCloud, RandomOneFillsWhatTheCamerasLookAt) {
 
 TEST(StartCloud, PointsKeepTheirColourAndReachTheirNeighbours) {
   std::vector<Vec3f> position, color;
-  for (int i = 0; i < 64; ++i)
-    position.emplace_back(i % 4, i / 4 % 4, i / 16), color.emplace_back(0.25f, 0.5f, i / 64.0f);
+  for (int i = 0; i < 64; ++i) {
+    position.emplace_back(i % 4, i / 4 % 4, i / 16);
+    color.emplace_back(0.25f, 0.5f, i / 64.0f);
+  }
   const GaussianCloud cloud = cloud_from_points(position, color);
   for (int i = 0; i < 64; ++i) {
     EXPECT_NEAR(std::exp(cloud.log_scale[i].x()), 1, 1e-5);
@@ -148,7 +156,8 @@ TEST_F(TrainerOnOneThread, RecoversAScenesPhotosFromRandomGaussians) {
   const TrainingPhotos photos = photos_of(painted_ball(300, 5), 12, 56, 44);
   for (const Densification strategy : {Densification::kMcmc, Densification::kClassic}) {
     TrainOptions options = quick(400, 900);
-    options.densification = strategy, options.resets = 0;
+    options.densification = strategy;
+    options.resets = 0;
     Trainer trainer(options, photos, random_cloud(cameras_of(photos), 400, 1));
     trainer.measure();
     const double before = trainer.state().curve[0].psnr, after = trained_psnr(trainer);
@@ -185,7 +194,9 @@ TEST(Trainer, IsEqualBitForBitForAnyThreadCountAndOverABreak) {
   const int threads_before = omp_get_max_threads();
   for (const Densification strategy : {Densification::kMcmc, Densification::kClassic}) {
     TrainOptions options = quick(90, 600);
-    options.densification = strategy, options.exposure = true, options.screen_gradient = 1e-5f;
+    options.densification = strategy;
+    options.exposure = true;
+    options.screen_gradient = 1e-5f;
     const GaussianCloud start = random_cloud(cameras_of(photos), 300, 1);
     omp_set_num_threads(1);
     Trainer one(options, photos, start);
@@ -215,10 +226,14 @@ TEST_F(TrainerOnOneThread, DoesNotLearnFromPixelsThatDoNotCount) {
       for (int x = 0; x < 10; ++x)
         for (int c = 0; c < 3; ++c) photo.pixels(x, y, c) = 255;
   TrainOptions options = quick(40, 300);
-  options.loss.weight_dssim = 0, options.loss.weight_l1 = 1;  // windows of SSIM reach across the border
+  options.loss.weight_dssim = 0;
+  options.loss.weight_l1 = 1;  // windows of SSIM reach across the border
   const GaussianCloud start = random_cloud(cameras_of(photos), 300, 1);
   Trainer a(options, photos, start), b(options, spoilt, start);
-  while (!a.finished()) a.step(), b.step();
+  while (!a.finished()) {
+    a.step();
+    b.step();
+  }
   expect_equal(a.state(), b.state());
 }
 
@@ -240,12 +255,13 @@ TEST_F(TrainerOnOneThread, AHoleStaysOpenOnlyWhenTheColourBehindItChanges) {
   for (int i = 0; i < 500; ++i) {
     const double turn = 0.0125663706 * i;
     const Vec3f out(std::cos(turn), 0, std::sin(turn));
-    ring.position[i] = out + 0.15f * (i % 3 - 1) * Vec3f(0, 1, 0), ring.log_scale[i].setConstant(std::log(0.1f));
+    ring.position[i] = out + 0.15f * (i % 3 - 1) * Vec3f(0, 1, 0);
+    ring.log_scale[i].setConstant(std::log(0.1f));
   }
   GaussianCloud plugged = ring;
   GaussianCloud plug = painted_ball(80, 11);
   for (int i = 0; i < 80; ++i) {
-    plug.position[i] = plug.position[i].cwiseProduct(Vec3f(0.35f, 0.05f, 0.35f)),
+    plug.position[i] = plug.position[i].cwiseProduct(Vec3f(0.35f, 0.05f, 0.35f));
     plug.log_scale[i].setConstant(std::log(0.12f));
     for (int c = 0; c < 3; ++c) plug.sh_of(i)[c] = -0.5f / kSh0;
   }
@@ -257,7 +273,8 @@ TEST_F(TrainerOnOneThread, AHoleStaysOpenOnlyWhenTheColourBehindItChanges) {
   const Camera front = look_at({0, 3.5, 0}, {0, 0, 0}, {0, 0, 1}, 48, 40, 62);
   for (const bool changing : {true, false}) {
     TrainOptions options = quick(150, 1000);
-    options.densification = Densification::kNone, options.changing_backdrop = changing;
+    options.densification = Densification::kNone;
+    options.changing_backdrop = changing;
     Trainer trainer(options, photos, plugged);
     while (!trainer.finished()) trainer.step();
     const ImageF alpha = render(trainer.state().cloud, front).alpha;

@@ -24,7 +24,8 @@ double harmonic(int l, int m, const Vector3d& d) {
   double previous = 0;
   for (int k = a + 1; k <= l; ++k) {
     const double next = ((2 * k - 1) * d.z() * p - (k + a - 1) * previous) / (k - a);
-    previous = p, p = next;
+    previous = p;
+    p = next;
   }
   double ratio = 1;  // (l - a)! / (l + a)!
   for (int k = l - a + 1; k <= l + a; ++k) ratio /= k;
@@ -55,7 +56,9 @@ bool prepare(const GaussianCloud& cloud, size_t i, const Camera& camera, bool an
   J << camera.fx / t.z(), 0, -camera.fx * x / (t.z() * t.z()), 0, camera.fy / t.z(), -camera.fy * y / (t.z() * t.z());
   const Matrix2d sharp = J * W * sigma * W.transpose() * J.transpose();
   const Matrix2d blurred = sharp + 0.3 * Matrix2d::Identity();
-  out.u = camera.fx * t.x() / t.z() + camera.cx, out.v = camera.fy * t.y() / t.z() + camera.cy, out.z = t.z();
+  out.u = camera.fx * t.x() / t.z() + camera.cx;
+  out.v = camera.fy * t.y() / t.z() + camera.cy;
+  out.z = t.z();
   out.inverse = blurred.inverse();
   out.opacity = 1 / (1 + std::exp(-static_cast<double>(cloud.opacity_logit[i])));
   if (antialiased) out.opacity *= std::sqrt(std::max(0.000025, sharp.determinant() / blurred.determinant()));
@@ -92,15 +95,19 @@ ReferencePicture render_slowly(const GaussianCloud& cloud, const Camera& camera,
         const double alpha = std::min(0.99, d.opacity * std::exp(-0.5 * offset.dot(d.inverse * offset)));
         close |= near(alpha, 1.0 / 255, 2e-4);
         if (alpha < 1.0 / 255) continue;
-        close |= d.z - previous_z < 1e-6 * d.z, previous_z = d.z;
+        close |= d.z - previous_z < 1e-6 * d.z;
+        previous_z = d.z;
         const double after = T * (1 - alpha);
         close |= near(after, 1e-4, 1e-3);
         if (after < 1e-4) break;
-        color += alpha * T * d.color, depth += alpha * T * d.z;
+        color += alpha * T * d.color;
+        depth += alpha * T * d.z;
         T = after;
       }
       for (int c = 0; c < 3; ++c) out.color(px, py, c) = color[c] + T * background[c];
-      out.depth(px, py) = depth, out.alpha(px, py) = 1 - T, out.close_call(px, py) = close;
+      out.depth(px, py) = depth;
+      out.alpha(px, py) = 1 - T;
+      out.close_call(px, py) = close;
     }
   }
   return out;

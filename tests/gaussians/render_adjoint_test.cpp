@@ -55,7 +55,10 @@ struct Inputs {
     }
     for (double& x : cloud.sh) visit(x);
     for (double& x : features) visit(x);
-    for (int k = 0; k < 3; ++k) visit(rotation[k]), visit(translation[k]);
+    for (int k = 0; k < 3; ++k) {
+      visit(rotation[k]);
+      visit(translation[k]);
+    }
   }
   Values packed() {
     Values x;
@@ -106,7 +109,8 @@ AdjointCheck check_picture(Inputs inputs, const Camera& camera, bool antialiased
                            size_t spoiled = SIZE_MAX, double filter = splat::kScreenVariance) {
   RenderOptions options;
   options.background = Vec3f(0.25f, 0.5f, 1.0f);
-  options.antialiased = antialiased, options.screen_variance = filter;
+  options.antialiased = antialiased;
+  options.screen_variance = filter;
   const auto f = [&](const Values& x) {
     const Inputs in = inputs.unpacked(x);
     return flattened(render_as<double, kCutOffs>(in.cloud, moved(camera, in.rotation, in.translation), options,
@@ -139,7 +143,8 @@ TEST(RenderAdjoint, EveryPixelOfAFewGaussiansAgreesWithFiniteDifferences) {
 
 TEST(RenderAdjoint, AnotherFilterAgreesWithFiniteDifferences) {
   AdjointCheckOptions check;
-  check.step = 1e-3, check.unit_cotangents = 4;
+  check.step = 1e-3;
+  check.unit_cotangents = 4;
   const AdjointCheck result =
       check_picture<false>(inputs_of(spread_cloud(5, 3, 0.2, 0.7)), test_camera(9, 8), true, check, SIZE_MAX, 0.07);
   EXPECT_LT(result.worst, kTolerance) << result.message;
@@ -148,7 +153,8 @@ TEST(RenderAdjoint, AnotherFilterAgreesWithFiniteDifferences) {
 TEST(RenderAdjoint, OneWrongEntryIsNoticed) {
   Inputs inputs = inputs_of(spread_cloud(5, 3, 0.2, 0.7));
   AdjointCheckOptions check;
-  check.step = 1e-3, check.unit_cotangents = 4;
+  check.step = 1e-3;
+  check.unit_cotangents = 4;
   for (const size_t entry : {0, 25, 54}) {
     const AdjointCheck result = check_picture<false>(inputs, test_camera(9, 8), false, check, entry);
     EXPECT_GT(result.worst, 5 * kTolerance) << entry;
@@ -157,8 +163,11 @@ TEST(RenderAdjoint, OneWrongEntryIsNoticed) {
 
 TEST(RenderAdjoint, PictureOfFiveHundredGaussiansAgreesWithFiniteDifferences) {
   AdjointCheckOptions check;
-  check.step = 3e-4, check.unit_cotangents = 3, check.random_cotangents = 3;
-  check.inputs = 60, check.random_directions = 4;
+  check.step = 3e-4;
+  check.unit_cotangents = 3;
+  check.random_cotangents = 3;
+  check.inputs = 60;
+  check.random_directions = 4;
   const AdjointCheck result =
       check_picture<false>(inputs_of(spread_cloud(500, 1, 0.03, 0.3)), test_camera(20, 18), false, check);
   EXPECT_LT(result.worst, kTolerance) << result.message;
@@ -253,7 +262,10 @@ struct FloatScene {
 std::vector<float> all_of(const RenderGradient<float>& g) {
   std::vector<float> out = g.cloud.opacity_logit;
   for (size_t i = 0; i < g.cloud.size(); ++i) {
-    for (int k = 0; k < 3; ++k) out.push_back(g.cloud.position[i][k]), out.push_back(g.cloud.log_scale[i][k]);
+    for (int k = 0; k < 3; ++k) {
+      out.push_back(g.cloud.position[i][k]);
+      out.push_back(g.cloud.log_scale[i][k]);
+    }
     for (int k = 0; k < 4; ++k) out.push_back(g.cloud.rotation[i][k]);
     for (int k = 0; k < 9; ++k) out.push_back(g.covariance[i](k / 3, k % 3));
   }
@@ -265,8 +277,10 @@ std::vector<float> all_of(const RenderGradient<float>& g) {
 
 double relative_difference(const std::vector<float>& a, const std::vector<float>& b) {
   double difference = 0, size = 0;
-  for (size_t k = 0; k < a.size(); ++k)
-    difference += std::pow(double(a[k]) - b[k], 2), size += std::pow(double(b[k]), 2);
+  for (size_t k = 0; k < a.size(); ++k) {
+    difference += std::pow(double(a[k]) - b[k], 2);
+    size += std::pow(double(b[k]), 2);
+  }
   return std::sqrt(difference / size);
 }
 
@@ -278,7 +292,8 @@ TEST(RenderAdjoint, ScreenGradientsSumUpToThatOfThePrincipalPoint) {
   for (size_t k = 0; k < adj.color.data.size(); ++k) adj.color.data[k] = Random(5, k).normal();
   const auto value = [&](double cx, double cy) {
     Camera shifted = camera;
-    shifted.cx += cx, shifted.cy += cy;
+    shifted.cx += cx;
+    shifted.cy += cy;
     const Rendered<double> picture = render_as<double, false>(cloud, shifted);
     double sum = 0;
     for (size_t k = 0; k < adj.color.data.size(); ++k) sum += adj.color.data[k] * picture.color.data[k];
@@ -334,14 +349,18 @@ TEST(RenderAdjoint, FloatFollowsDouble) {
   const Rendered<double> picture = render_as<double>(cloud, scene.camera, {}, features, kChannels);
   Rendered<double> adj = picture;
   const auto copy = [](const ImageF& from, Image<double>& to) { to.data.assign(from.data.begin(), from.data.end()); };
-  copy(scene.adj.color, adj.color), copy(scene.adj.depth, adj.depth);
-  copy(scene.adj.alpha, adj.alpha), copy(scene.adj.features, adj.features);
+  copy(scene.adj.color, adj.color);
+  copy(scene.adj.depth, adj.depth);
+  copy(scene.adj.alpha, adj.alpha);
+  copy(scene.adj.features, adj.features);
   const auto exact = render_adjoint_as<double>(cloud, scene.camera, {}, features, kChannels, picture, adj);
   const RenderGradient<float> single = scene.gradient();
   const auto compare = [&](const auto& a, const auto& b) {
     double difference = 0, size = 0;
-    for (size_t i = 0; i < a.size(); ++i)
-      difference += (a[i].template cast<double>() - b[i]).squaredNorm(), size += b[i].squaredNorm();
+    for (size_t i = 0; i < a.size(); ++i) {
+      difference += (a[i].template cast<double>() - b[i]).squaredNorm();
+      size += b[i].squaredNorm();
+    }
     return std::sqrt(difference / size);
   };
   EXPECT_LT(compare(single.cloud.position, exact.cloud.position), 1e-3);
@@ -364,8 +383,10 @@ TEST(RenderAdjoint, BiasOfTheCutOffsIsSmall) {
   const CloudOf<double> cut = gradient.template operator()<true>(), smooth = gradient.template operator()<false>();
   const auto bias = [&](auto&& part) {
     double difference = 0, size = 0;
-    for (size_t i = 0; i < cloud.size(); ++i)
-      difference += (part(cut, i) - part(smooth, i)).squaredNorm(), size += part(smooth, i).squaredNorm();
+    for (size_t i = 0; i < cloud.size(); ++i) {
+      difference += (part(cut, i) - part(smooth, i)).squaredNorm();
+      size += part(smooth, i).squaredNorm();
+    }
     return std::sqrt(difference / size);
   };
   const double position = bias([](const auto& c, size_t i) { return c.position[i]; });

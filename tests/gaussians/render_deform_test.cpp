@@ -78,7 +78,8 @@ TEST(SphericalHarmonics, RotatedCoefficientsAtDAreTheOriginalsAtTheTransposeTime
       for (int l = 0; l <= 3; ++l) {  // band by band
         double left = 0, right = 0, single = 0;
         for (int k = l * l; k < (l + 1) * (l + 1); ++k) {
-          left += at_d[k] * rotated[3 * k + 1], right += at_back[k] * sh[3 * k + 1];
+          left += at_d[k] * rotated[3 * k + 1];
+          right += at_back[k] * sh[3 * k + 1];
           single += at_d[k] * sh_float[3 * k + 1];
         }
         EXPECT_NEAR(left, right, 1e-13) << "degree " << l;
@@ -175,7 +176,8 @@ TEST_P(RigidMotion, MovesPositionCovarianceAndColourExactly) {
     const Mat3d expected = R * covariance(rest, i).cast<double>() * R.transpose();
     EXPECT_LT((covariance(out, i).cast<double>() - expected).norm() / expected.norm(), 2e-6);
     Vec3f a = rest.log_scale[i], b = out.log_scale[i];
-    std::sort(a.data(), a.data() + 3), std::sort(b.data(), b.data() + 3);
+    std::sort(a.data(), a.data() + 3);
+    std::sort(b.data(), b.data() + 3);
     EXPECT_LT((a - b).cwiseAbs().maxCoeff(), 2e-5f) << "lengths of thin Gaussians keep their precision";
     EXPECT_EQ(out.opacity_logit[i], rest.opacity_logit[i]);
   }
@@ -183,7 +185,8 @@ TEST_P(RigidMotion, MovesPositionCovarianceAndColourExactly) {
   const Camera camera = look_at({1.1, -1.4, 0.7}, {0, 0, 0}, {0, 0, 1}, 80, 60, 90);
   Camera follows = camera;
   Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
-  motion.linear() = R, motion.translation() = t;
+  motion.linear() = R;
+  motion.translation() = t;
   follows.cam_from_world = camera.cam_from_world * motion.inverse();
   const RenderResult before = render(rest, camera), after = render(out, follows);
   int different = 0;

@@ -51,8 +51,11 @@ GaussianCloud ball(const Vec3f& centre, float scale, float opacity, const Vec3f&
 // A camera at the origin that looks along z.
 Camera plain_camera(int width, int height, double focal) {
   Camera camera;
-  camera.width = width, camera.height = height;
-  camera.fx = camera.fy = focal, camera.cx = width / 2.0, camera.cy = height / 2.0;
+  camera.width = width;
+  camera.height = height;
+  camera.fx = camera.fy = focal;
+  camera.cx = width / 2.0;
+  camera.cy = height / 2.0;
   return camera;
 }
 
@@ -123,7 +126,8 @@ void expect_closed_form_of_one(double tolerance, double filter = 0.3) {
   const GaussianCloud cloud =
       ball({0.05f, -0.03f, static_cast<float>(z)}, static_cast<float>(scale), static_cast<float>(opacity), color);
   RenderOptions options;
-  options.background = background, options.screen_variance = filter;
+  options.background = background;
+  options.screen_variance = filter;
   const Rendered<T> picture = render_as<T>(cloud_cast<T>(cloud), camera, options);
   const double u = focal * 0.05f / z + 20, v = focal * -0.03f / z + 15;
   // J = f/z [1 0 -x/z; 0 1 -y/z]; for a ball the covariance is s^2 J J^T plus that of the filter.

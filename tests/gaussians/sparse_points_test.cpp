@@ -25,7 +25,8 @@ class Model {
   Model() {
     for (int i = 0; i < 2; ++i) {
       cameras_.push_back(look_at({i - 0.5, 0.3, -3}, {0, 0, 0}, {0, -1, 0}, 640, 480, 500));
-      cameras_.back().distortion = kLens, cameras_.back().name = i == 0 ? "left" : "right";
+      cameras_.back().distortion = kLens;
+      cameras_.back().name = i == 0 ? "left" : "right";
     }
   }
 
@@ -43,9 +44,14 @@ class Model {
       put(bytes, uint64_t(100 + p));
       for (const double value : kPoints[p]) put(bytes, value);
       bytes += {char(51), char(102), char(255)};
-      put(bytes, 0.5), put(bytes, uint64_t(p < 2 ? 2 : 1));
-      put(bytes, uint32_t(7)), put(bytes, p);
-      if (p < 2) put(bytes, uint32_t(9)), put(bytes, p);
+      put(bytes, 0.5);
+      put(bytes, uint64_t(p < 2 ? 2 : 1));
+      put(bytes, uint32_t(7));
+      put(bytes, p);
+      if (p < 2) {
+        put(bytes, uint32_t(9));
+        put(bytes, p);
+      }
     }
     return bytes;
   }
@@ -65,8 +71,11 @@ class Model {
  private:
   static std::string binary_camera() {
     std::string bytes;
-    put(bytes, uint64_t(1)), put(bytes, uint32_t(1)), put(bytes, int32_t(4)), put(bytes, uint64_t(640)),
-        put(bytes, uint64_t(480));
+    put(bytes, uint64_t(1));
+    put(bytes, uint32_t(1));
+    put(bytes, int32_t(4));
+    put(bytes, uint64_t(640));
+    put(bytes, uint64_t(480));
     for (const double value : {500.0, 500.0, 320.0, 240.0, kLens[0], kLens[1], kLens[2], kLens[3]}) put(bytes, value);
     return bytes;
   }
@@ -143,7 +152,8 @@ TEST(SparsePoints, ObservationsFollowCamerasThatWereReorderedScaledOrUndistorted
   Model model;
   model.write(folder, true);
   std::vector<Camera> cameras = {model.cameras_[1].scaled(0.25), model.cameras_[0]};
-  cameras[1].distortion = {}, cameras[1].cx -= 11;
+  cameras[1].distortion = {};
+  cameras[1].cx -= 11;
   const SparsePoints points = read_sparse_points(folder.path(), cameras);
   EXPECT_EQ(points.observations.size(), 5u);
   EXPECT_LT(worst_reprojection(points, cameras), 1e-3);

@@ -36,46 +36,58 @@ struct Map {
 };
 
 const std::vector<Map>& maps() {
-  static const std::vector<Map> all = {
-      {"F F^T F",
-       [](const Vec3d& s, Vec3d& f, Mat3d& J) { f = s.array().cube(), J = Vec3d(3 * s.array().square()).asDiagonal(); },
-       [](const Mat3d& F) -> Mat3d { return F * F.transpose() * F; }},
-      {"|F|^2 F",
-       [](const Vec3d& s, Vec3d& f, Mat3d& J) {
-         f = s.squaredNorm() * s, J = s.squaredNorm() * Mat3d::Identity() + 2 * s * s.transpose();
-       },
-       [](const Mat3d& F) -> Mat3d { return F.squaredNorm() * F; }},
-      {"cofactor",
-       [](const Vec3d& s, Vec3d& f, Mat3d& J) {
-         f = Vec3d(s[1] * s[2], s[0] * s[2], s[0] * s[1]);
-         J << 0, s[2], s[1], s[2], 0, s[0], s[1], s[0], 0;
-       },
-       [](const Mat3d& F) -> Mat3d { return cofactor(F); }},
-      {"neo-Hookean stress",
-       [](const Vec3d& s, Vec3d& f, Mat3d& J) {
-         const double l = std::log(s.prod());
-         const Vec3d r = s.cwiseInverse();
-         f = 0.7 * (s - r) + 1.3 * l * r;
-         J = 1.3 * r * r.transpose();
-         for (int i = 0; i < 3; ++i) J(i, i) += 0.7 * (1 + r[i] * r[i]) - 1.3 * l * r[i] * r[i];
-       },
-       [](const Mat3d& F) -> Mat3d {
-         const Mat3d inverse = cofactor(F) / F.determinant();
-         return 0.7 * (F - inverse) + 1.3 * std::log(F.determinant()) * inverse;
-       },
-       true},
-      {"Hencky strain",
-       [](const Vec3d& s, Vec3d& f, Mat3d& J) { f = s.array().log(), J = s.cwiseInverse().asDiagonal(); }, nullptr,
-       true},
-      {"polar rotation", [](const Vec3d&, Vec3d& f, Mat3d& J) { f.setOnes(), J.setZero(); },
-       [](const Mat3d& F) -> Mat3d { return polar_rotation<double>(F); }, true},
-      {"an asymmetric coupling",
-       [](const Vec3d& s, Vec3d& f, Mat3d& J) {
-         // f_i = s_i^2 sum s: J is not symmetric, so that a forgotten transpose shows.
-         f = s.array().square() * s.sum();
-         J = Mat3d(Vec3d(2 * s * s.sum()).asDiagonal()) + Vec3d(s.array().square()) * Vec3d::Ones().transpose();
-       },
-       nullptr, true}};
+  static const std::vector<Map> all = {{"F F^T F",
+                                        [](const Vec3d& s, Vec3d& f, Mat3d& J) {
+                                          f = s.array().cube();
+                                          J = Vec3d(3 * s.array().square()).asDiagonal();
+                                        },
+                                        [](const Mat3d& F) -> Mat3d { return F * F.transpose() * F; }},
+                                       {"|F|^2 F",
+                                        [](const Vec3d& s, Vec3d& f, Mat3d& J) {
+                                          f = s.squaredNorm() * s;
+                                          J = s.squaredNorm() * Mat3d::Identity() + 2 * s * s.transpose();
+                                        },
+                                        [](const Mat3d& F) -> Mat3d { return F.squaredNorm() * F; }},
+                                       {"cofactor",
+                                        [](const Vec3d& s, Vec3d& f, Mat3d& J) {
+                                          f = Vec3d(s[1] * s[2], s[0] * s[2], s[0] * s[1]);
+                                          J << 0, s[2], s[1], s[2], 0, s[0], s[1], s[0], 0;
+                                        },
+                                        [](const Mat3d& F) -> Mat3d { return cofactor(F); }},
+                                       {"neo-Hookean stress",
+                                        [](const Vec3d& s, Vec3d& f, Mat3d& J) {
+                                          const double l = std::log(s.prod());
+                                          const Vec3d r = s.cwiseInverse();
+                                          f = 0.7 * (s - r) + 1.3 * l * r;
+                                          J = 1.3 * r * r.transpose();
+                                          for (int i = 0; i < 3; ++i)
+                                            J(i, i) += 0.7 * (1 + r[i] * r[i]) - 1.3 * l * r[i] * r[i];
+                                        },
+                                        [](const Mat3d& F) -> Mat3d {
+                                          const Mat3d inverse = cofactor(F) / F.determinant();
+                                          return 0.7 * (F - inverse) + 1.3 * std::log(F.determinant()) * inverse;
+                                        },
+                                        true},
+                                       {"Hencky strain",
+                                        [](const Vec3d& s, Vec3d& f, Mat3d& J) {
+                                          f = s.array().log();
+                                          J = s.cwiseInverse().asDiagonal();
+                                        },
+                                        nullptr, true},
+                                       {"polar rotation",
+                                        [](const Vec3d&, Vec3d& f, Mat3d& J) {
+                                          f.setOnes();
+                                          J.setZero();
+                                        },
+                                        [](const Mat3d& F) -> Mat3d { return polar_rotation<double>(F); }, true},
+                                       {"an asymmetric coupling",
+                                        [](const Vec3d& s, Vec3d& f, Mat3d& J) {
+                                          // f_i = s_i^2 sum s: J is not symmetric, so that a forgotten transpose shows.
+                                          f = s.array().square() * s.sum();
+                                          J = Mat3d(Vec3d(2 * s * s.sum()).asDiagonal()) +
+                                              Vec3d(s.array().square()) * Vec3d::Ones().transpose();
+                                        },
+                                        nullptr, true}};
   return all;
 }
 
@@ -144,8 +156,11 @@ TEST(Spectral, DerivativeAndAdjointAreTransposesOfEachOther) {
   for (uint64_t seed = 0; seed < 20; ++seed) {
     Random random(seed);
     Mat3d F, dF, adj;
-    for (int k = 0; k < 9; ++k)
-      F.data()[k] = random.normal(), dF.data()[k] = random.normal(), adj.data()[k] = random.normal();
+    for (int k = 0; k < 9; ++k) {
+      F.data()[k] = random.normal();
+      dF.data()[k] = random.normal();
+      adj.data()[k] = random.normal();
+    }
     const Svd<double> s = svd(F);
     map.f(s.sigma, f, J);
     const double left = spectral_derivative<double>(s, f, J, dF).cwiseProduct(adj).sum();

@@ -33,7 +33,8 @@ inline std::vector<Camera> arc_of_cameras(int n, double step = 0.14) {
     const double angle = step * (i - 0.5 * (n - 1));
     const Eigen::Vector3d eye(2.6 * std::sin(angle), 0.3 - 0.15 * (i % 3), -2.6 * std::cos(angle));
     cameras.push_back(look_at(eye, {0, 0, 0}, {0.1, -1, 0}, 320, 240, 300));
-    cameras.back().cx += 3, cameras.back().cy -= 2;
+    cameras.back().cx += 3;
+    cameras.back().cy -= 2;
     cameras.back().name = "view_" + std::string(1, static_cast<char>('a' + i));
   }
   return cameras;

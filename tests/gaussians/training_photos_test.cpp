@@ -29,8 +29,11 @@ double pattern(const Eigen::Vector2d& x, int c) {
 
 Camera camera_of(int width, int height, const Lens& lens, const std::string& name) {
   Camera camera = look_at({0.1, 0.2, -2}, {0, 0, 0}, {0, -1, 0}, width, height, 0.9 * width);
-  camera.fy *= 1.01, camera.cx += 4, camera.cy -= 3;
-  camera.distortion = lens, camera.name = name;
+  camera.fy *= 1.01;
+  camera.cx += 4;
+  camera.cy -= 3;
+  camera.distortion = lens;
+  camera.name = name;
   return camera;
 }
 
@@ -45,7 +48,8 @@ CameraFile three_of(const TemporaryFolder& folder, Camera camera, const std::str
                     const std::string& extension) {
   std::vector<Camera> cameras;
   for (const char* name : {"a", "b", "c"}) {
-    camera.name = name, camera.photo = folder.file(name + extension, bytes).string();
+    camera.name = name;
+    camera.photo = folder.file(name + extension, bytes).string();
     cameras.push_back(camera);
   }
   return camera_file(cameras);
@@ -179,7 +183,8 @@ TEST(TrainingPhotos, AreTurnedOnlyWhenTheirCameraHasTheShapeOfTheTurnedPicture) 
 TEST(TrainingPhotos, TransparentOnesAreOnTheBackground) {
   const TemporaryFolder folder;
   cv::Mat picture(20, 30, CV_8UC4, cv::Scalar(0, 100, 200, 255));
-  picture.at<cv::Vec4b>(2, 3)[3] = 0, picture.at<cv::Vec4b>(2, 4)[3] = 51;
+  picture.at<cv::Vec4b>(2, 3)[3] = 0;
+  picture.at<cv::Vec4b>(2, 4)[3] = 51;
   PhotoOptions options;
   options.background = Vec3f(1, 1, 1);
   const TrainingPhotos photos =
@@ -259,7 +264,8 @@ TEST(TrainingPhotos, DamagedAndMisshapenOnesAreLeftOutAndNamed) {
                                                         {"e_text", "text"},
                                                         {"a", good}}) {
     cameras.push_back(camera);
-    cameras.back().name = name, cameras.back().photo = folder.file(name + ".jpg", bytes).string();
+    cameras.back().name = name;
+    cameras.back().photo = folder.file(name + ".jpg", bytes).string();
   }
   const TrainingPhotos photos = load_training_photos({}, camera_file(cameras));
   ASSERT_EQ(photos.photos.size(), 3u);

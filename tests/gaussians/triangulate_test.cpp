@@ -94,7 +94,8 @@ TEST(Features, LieWhereTheBlobsAre) {
   cloud.resize(centres.size());
   for (size_t i = 0; i < centres.size(); ++i) {
     cloud.position[i] = centres[i].cast<float>();
-    cloud.log_scale[i].setConstant(std::log(0.02f)), cloud.opacity_logit[i] = 3;
+    cloud.log_scale[i].setConstant(std::log(0.02f));
+    cloud.opacity_logit[i] = 3;
     for (int c = 0; c < 3; ++c) cloud.sh_of(i)[c] = 1.5f;
   }
   const TrainingPhotos photos = photos_of(cloud, arc_of_cameras(1));
@@ -104,7 +105,10 @@ TEST(Features, LieWhereTheBlobsAre) {
   for (const Vec3d& centre : centres) {
     const Vec2f expected = project(photos.photos[0].camera, centre)->cast<float>();
     for (const Vec2f& pixel : features.pixel) {
-      if ((pixel - expected).norm() < 0.7f) sum += pixel - expected, ++count;
+      if ((pixel - expected).norm() < 0.7f) {
+        sum += pixel - expected;
+        ++count;
+      }
     }
   }
   ASSERT_GT(count, 30);
@@ -147,7 +151,8 @@ TEST(OverlappingPairs, LookTheSameWayFromDifferentPlaces) {
     EXPECT_LT(i, j);
     EXPECT_GT(cameras[i].forward().dot(cameras[j].forward()), 0.2);
     EXPECT_FALSE(i == 0 && j == 24);
-    ++partners[i], ++partners[j];
+    ++partners[i];
+    ++partners[j];
   }
   for (const int n : partners) EXPECT_GE(n, 6);
   EXPECT_TRUE(overlapping_pairs({cameras[0]}, 6).empty());

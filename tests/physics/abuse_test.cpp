@@ -22,7 +22,8 @@ Outcome outcome_of(const Particles& particles, const std::vector<Interaction>& s
     for (size_t i = 0; i < s.size(); ++i)
       EXPECT_TRUE(s.x[i].allFinite() && s.v[i].allFinite() && s.C[i].allFinite() && s.F[i].allFinite());
     EXPECT_EQ(s.frame, out.frames);
-    return ++out.frames, true;
+    ++out.frames;
+    return true;
   };
   try {
     simulate<float>(options, particles, script, std::move(start), sink);
@@ -36,13 +37,15 @@ Outcome outcome_of(const Particles& particles, const std::vector<Interaction>& s
 
 SimulateOptions short_run(double fps = 50, int frames = 3) {
   SimulateOptions options;
-  options.fps = fps, options.duration = frames / fps;
+  options.fps = fps;
+  options.duration = frames / fps;
   return options;
 }
 
 Interaction of_type(InteractionType type, const Vec3d& vector = Vec3d::Zero()) {
   Interaction it;
-  it.type = type, it.vector = vector;
+  it.type = type;
+  it.vector = vector;
   return it;
 }
 
@@ -79,7 +82,9 @@ TEST(Abuse, DeformationsThatNoBodyHas) {
 TEST(Abuse, ParticlesFarAway) {
   const auto p = testing::block<float>(kSize, 0.01);
   SimulationState start = initial_state(p);
-  start.x[0] = Vec3f(1e6f, 0, 0), start.x[1] = Vec3f(0, -1e20f, 0), start.x[2] = Vec3f(0.3f, 0.3f, 0.3f);
+  start.x[0] = Vec3f(1e6f, 0, 0);
+  start.x[1] = Vec3f(0, -1e20f, 0);
+  start.x[2] = Vec3f(0.3f, 0.3f, 0.3f);
   EXPECT_TRUE(outcome_of(p, {}, start, short_run()).finished);
 }
 
@@ -110,9 +115,11 @@ TEST(Abuse, CollidersThatStartInsideOfTheBody) {
   for (const ContactKind kind : {ContactKind::kSticky, ContactKind::kSlip, ContactKind::kSeparating}) {
     for (const bool container : {false, true}) {
       Interaction inside = of_type(InteractionType::kCollider, Vec3d(0.5, 0, 0));
-      inside.region = Region::sphere(Vec3d(0.02, 0.015, 0.02), 0.015), inside.contact = kind,
+      inside.region = Region::sphere(Vec3d(0.02, 0.015, 0.02), 0.015);
+      inside.contact = kind;
       inside.container = container;
-      inside.friction = 0.5, inside.angular_velocity = Vec3d(0, 0, 20);
+      inside.friction = 0.5;
+      inside.angular_velocity = Vec3d(0, 0, 20);
       const Outcome out = outcome_of(p, {inside}, initial_state(p), short_run());
       EXPECT_TRUE(out.finished) << out.error;
     }

@@ -61,7 +61,8 @@ TEST(RelativeRadii, FollowTheFormula) {
   const size_t rod = body.samples.size();
   for (int i = 0; i < 400; ++i) body.samples.position.emplace_back(-2.0f, 0.01f * i, 0.0f);
   body.samples.volume.resize(body.samples.size(), 1e-6f);
-  body.young.resize(rod, 1e5f / 16), body.young.resize(body.samples.size(), 1e5f / 2);
+  body.young.resize(rod, 1e5f / 16);
+  body.young.resize(body.samples.size(), 1e5f / 2);
   const std::vector<float> relative = relative_radii(body.samples, body.young);
   double sum = 0;
   int inner = 0;
@@ -69,8 +70,10 @@ TEST(RelativeRadii, FollowTheFormula) {
     const Vec3f& x = body.samples.position[i];
     if (body.young[i] == 1e5f) {
       EXPECT_EQ(relative[i], 1);
-    } else if (x.z() > 0.30f && x.z() < 0.36f && std::min(x.x(), x.y()) > 0.04f && std::max(x.x(), x.y()) < 0.16f)
-      sum += relative[i], ++inner;
+    } else if (x.z() > 0.30f && x.z() < 0.36f && std::min(x.x(), x.y()) > 0.04f && std::max(x.x(), x.y()) < 0.16f) {
+      sum += relative[i];
+      ++inner;
+    }
   }
   EXPECT_NEAR(sum / inner, 0.5, 0.05);  // K_hat = 10, less the scatter of the samples
   for (size_t i = bulk; i < rod; ++i)
@@ -110,7 +113,11 @@ std::pair<double, double> fill_of_cells(const DrivingParticles& drivers, const V
     const Eigen::Array3i last = (high / dx + Vec3d::Constant(offset)).array().floor().cast<int>();
     for (int i = first.x(); i < last.x(); ++i)
       for (int j = first.y(); j < last.y(); ++j)
-        for (int k = first.z(); k < last.z(); ++k) ++cells, sum += count[{i, j, k}], sparse += count[{i, j, k}] < few;
+        for (int k = first.z(); k < last.z(); ++k) {
+          ++cells;
+          sum += count[{i, j, k}];
+          sparse += count[{i, j, k}] < few;
+        }
   }
   return {sparse / cells, sum / cells};
 }
@@ -145,8 +152,10 @@ TEST(PgasDrivers, CarrySumsAndLogarithmicMeansOfTheirSamples) {
   Vec3d moment = Vec3d::Zero(), expected = Vec3d::Zero();
   for (size_t i = 0; i < material.size(); ++i) {
     const double v = body.samples.volume[i];
-    mass += v * material.density[i], expected += v * body.samples.position[i].cast<double>();
-    volume[drivers.sample_driver[i]] += v, log_young[drivers.sample_driver[i]] += v * std::log(material.young[i]);
+    mass += v * material.density[i];
+    expected += v * body.samples.position[i].cast<double>();
+    volume[drivers.sample_driver[i]] += v;
+    log_young[drivers.sample_driver[i]] += v * std::log(material.young[i]);
   }
   EXPECT_NEAR(particles.total_mass() / mass, 1, 1e-9);
   EXPECT_NEAR(particles.total_volume() / body.samples.total_volume(), 1, 1e-9);
@@ -213,7 +222,8 @@ double bar_frequency(bool adaptive, bool soft_root, double& cell_size) {
   for (size_t i = 0; i < particles.size(); ++i)
     weight.push_back(particles.mass[i] * std::pow(std::max<double>(0, particles.position[i].x() - kFoot), 2));
   Interaction wall;
-  wall.type = InteractionType::kPin, wall.region = Region::half_space(Vec3d(kFoot, 0, 0), Vec3d::UnitX());
+  wall.type = InteractionType::kPin;
+  wall.region = Region::half_space(Vec3d(kFoot, 0, 0), Vec3d::UnitX());
   return testing::first_frequency(particles, wall, Vec3d(0, 0, -9.81), weight, 0.16);
 }
 

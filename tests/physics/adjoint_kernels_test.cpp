@@ -36,7 +36,8 @@ void exact_adjoint(StressKind kind, const double* F, double mu, double lambda, c
   S << s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2];
   const auto g = kirchhoff_stress_adjoint<double>({&material, mu, lambda}, Eigen::Map<const Row3>(F), {}, S);
   Eigen::Map<Row3>{by_F} = g.F;
-  by_lame[0] = g.mu, by_lame[1] = g.lambda;
+  by_lame[0] = g.mu;
+  by_lame[1] = g.lambda;
 }
 
 /// Calls visit(node of the patch, weight, node minus particle [cells]) for the 27 nodes around x.
@@ -77,17 +78,29 @@ struct OneBlock {
       at(p) = {};
       at(p).volume = kVolume;
     }
-    run.particle = particle.data(), run.record = record.data(), run.index = index.data(), run.slot = slot.data();
-    run.count = kCount, run.dt = kDt, run.dx = kDx, run.inverse_dx = 1 / kDx;
-    for (int a = 0; a < 3; ++a) run.origin[a] = kOrigin[a], run.low[a] = -1e9, run.high[a] = 1e9;
-    run.exact_stress = exact_stress, run.exact_adjoint = exact_adjoint;
+    run.particle = particle.data();
+    run.record = record.data();
+    run.index = index.data();
+    run.slot = slot.data();
+    run.count = kCount;
+    run.dt = kDt;
+    run.dx = kDx;
+    run.inverse_dx = 1 / kDx;
+    for (int a = 0; a < 3; ++a) {
+      run.origin[a] = kOrigin[a];
+      run.low[a] = -1e9;
+      run.high[a] = 1e9;
+    }
+    run.exact_stress = exact_stress;
+    run.exact_adjoint = exact_adjoint;
   }
   AdjointRecord<double>& at(int p) { return record[slot[p]]; }
 };
 
 AdjointCheckOptions few() {
   AdjointCheckOptions options;
-  options.unit_cotangents = 6, options.inputs = 40;
+  options.unit_cotangents = 6;
+  options.inputs = 40;
   return options;
 }
 
@@ -105,8 +118,10 @@ struct Gather {
       Mat3d C = Mat3d::Zero(), C_before = C;
       for_nodes(x, [&](int n, double w, const Vec3d& d) {
         const Vec3d vi = Eigen::Map<const Vec3d>(node + 3 * n), old_vi = Eigen::Map<const Vec3d>(old + 3 * n);
-        pic += w * vi, C += 4 / kDx * w * vi * d.transpose();
-        before += w * old_vi, C_before += 4 / kDx * w * old_vi * d.transpose();
+        pic += w * vi;
+        C += 4 / kDx * w * vi * d.transpose();
+        before += w * old_vi;
+        C_before += 4 / kDx * w * old_vi * d.transpose();
       });
       const Vec3d v = pic + flip * (Eigen::Map<const Vec3d>(x + 12) - before);
       const Row3 F = (Mat3d::Identity() + kDt * C) * Eigen::Map<const Row3>(x + 3);
@@ -199,7 +214,10 @@ struct Scatter {
     for (int p = 0; p < kCount; ++p) {
       AdjointRecord<double>& r = block.at(p);
       const double* x = u.data() + kStride * p;
-      r.mass = x[24], r.mu = x[25], r.lambda = x[26], r.damping_rate = any ? x[27] : 0;
+      r.mass = x[24];
+      r.mu = x[25];
+      r.lambda = x[26];
+      r.damping_rate = any ? x[27] : 0;
       r.stress_kind = static_cast<double>(static_cast<int>(kind));
       for (int a = 0; a < 3; ++a) loaded_v.push_back(x[12 + a] + gain(p)[a]);
     }
@@ -268,7 +286,8 @@ TEST(AdjointKernels, NodeUpdateWithPinsAndFrictionAgreesWithDifferences) {
   loads.velocity_scale = 0.9;
   loads.pins = {Region::half_space(Vec3d(0, 0, -0.2), Vec3d(0, 0, 1))};
   Collider ground;
-  ground.kind = ContactKind::kSeparating, ground.friction = 0.4;
+  ground.kind = ContactKind::kSeparating;
+  ground.friction = 0.4;
   ground.shape = Region::half_space(Vec3d(0.6, 0, 0), Vec3d(1, 0, 0));
   loads.colliders = {ground};
   const auto block_of = [](Node<double>* node) { return NodeBlock<double>{node, Vec3d(0, 0, 0), kDx}; };
@@ -282,7 +301,8 @@ TEST(AdjointKernels, NodeUpdateWithPinsAndFrictionAgreesWithDifferences) {
   u.insert(u.end(), {1, -2, 3, 0.9});
   const auto loads_of = [&](const List& at) {
     StepLoads<double> l = loads;
-    l.gravity = Vec3d(at[4 * n], at[4 * n + 1], at[4 * n + 2]), l.velocity_scale = at[4 * n + 3];
+    l.gravity = Vec3d(at[4 * n], at[4 * n + 1], at[4 * n + 2]);
+    l.velocity_scale = at[4 * n + 3];
     return l;
   };
   const auto sums_of = [&](const List& at, Node<double>* node) {
@@ -320,7 +340,8 @@ TEST(AdjointKernels, NodeUpdateWithPinsAndFrictionAgreesWithDifferences) {
       return out;
     };
     AdjointCheckOptions options = few();
-    options.step = 1e-3, options.inputs = 300;
+    options.step = 1e-3;
+    options.inputs = 300;
     const AdjointCheck check = check_adjoint(forward, adjoint, u, options);
     EXPECT_LT(check.worst, 1e-6) << name_of(set) << " " << check.message;
   }

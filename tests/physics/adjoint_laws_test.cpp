@@ -16,10 +16,17 @@ Case block_of(Law law) {
   Case c = testing::moving_block<double>(2);
   c.interactions.resize(1);
   Material m;
-  m.law = law, m.damping_time = 0.5, m.viscosity_time = 1e-4;
-  m.yield_stress = 300, m.plastic_viscosity = 20, m.hardening = law == Law::kPlasticine ? -200 : 2000;
-  m.dynamic_viscosity = 0.5, m.bulk_modulus = 3e4;
-  m.branch_shear = 5e3, m.branch_lambda = 4e3, m.branch_viscosity = 10;
+  m.law = law;
+  m.damping_time = 0.5;
+  m.viscosity_time = 1e-4;
+  m.yield_stress = 300;
+  m.plastic_viscosity = 20;
+  m.hardening = law == Law::kPlasticine ? -200 : 2000;
+  m.dynamic_viscosity = 0.5;
+  m.bulk_modulus = 3e4;
+  m.branch_shear = 5e3;
+  m.branch_lambda = 4e3;
+  m.branch_viscosity = 10;
   c.particles.materials = {Material{}, m};
   c.particles.material_index.assign(c.particles.size(), 1);
   c.particles.material_index[0] = 0;  // beside a law without a memory
@@ -34,7 +41,8 @@ Case block_of(Law law) {
     if (law == Law::kSand) c.start.F[i] *= 0.97;
     if (law == Law::kSnow) c.particles.young[i] *= 0.02;  // it hardens
   }
-  c.options.simulate.duration = 0.01, c.options.simulate.substeps = 10;
+  c.options.simulate.duration = 0.01;
+  c.options.simulate.substeps = 10;
   return c;
 }
 
@@ -49,7 +57,9 @@ void expect_gradient(const Case& c, Law law) {
   const RolloutGradient<double> gradient = c.gradient();
   AdjointCheckOptions options;
   options.step = law == Law::kSand ? 1e-5 : 1e-4;  // the edges of its cone lie close
-  options.random_cotangents = 0, options.inputs = 3, options.random_directions = 1;
+  options.random_cotangents = 0;
+  options.inputs = 3;
+  options.random_directions = 1;
   for (const auto& [kind, name] : testing::kInputs) {
     if (c.get(kind).empty()) continue;
     const AdjointCheck result = check_adjoint(

@@ -42,9 +42,14 @@ struct RolloutCase {
       if (memory) g.memory.resize(g.x.size());
       for (size_t i = 0; i < g.x.size(); ++i) {
         Random random(11, i, frame);
-        for (int a = 0; a < 3; ++a) g.x[i][a] += T(random.normal() / dx), g.v[i][a] += T(random.normal());
-        for (int k = 0; k < 9; ++k)
-          g.C[i](k / 3, k % 3) += T(random.normal() * dx), g.F[i](k / 3, k % 3) += T(random.normal());
+        for (int a = 0; a < 3; ++a) {
+          g.x[i][a] += T(random.normal() / dx);
+          g.v[i][a] += T(random.normal());
+        }
+        for (int k = 0; k < 9; ++k) {
+          g.C[i](k / 3, k % 3) += T(random.normal() * dx);
+          g.F[i](k / 3, k % 3) += T(random.normal());
+        }
         if (!memory) continue;
         for (int k = 0; k < 9; ++k) g.memory[i].F_total(k / 3, k % 3) += T(random.normal());
         for (int k = 0; k < 9; ++k) g.memory[i].F_viscous(k / 3, k % 3) += T(random.normal());
@@ -76,13 +81,19 @@ struct RolloutCase {
   /// The part of a gradient that belongs to get(kind).
   std::vector<double> part(const RolloutGradient<T>& g, Input kind) const {
     RolloutCase by = *this;  // derivatives in the places of the values
-    by.start.x = g.start.x, by.start.v = g.start.v, by.start.C = g.start.C, by.start.F = g.start.F;
+    by.start.x = g.start.x;
+    by.start.v = g.start.v;
+    by.start.C = g.start.C;
+    by.start.F = g.start.F;
     for (size_t i = 0; i < g.start.memory.size(); ++i)
       by.start.memory[i] = {g.start.memory[i].F_total, g.start.memory[i].F_viscous, g.start.memory[i].history};
-    by.particles.young = g.young, by.particles.poisson = g.poisson, by.particles.mass = g.mass;
+    by.particles.young = g.young;
+    by.particles.poisson = g.poisson;
+    by.particles.mass = g.mass;
     for (size_t k = 0; k < interactions.size(); ++k) by.interactions[k].vector = g.interaction[k];
     by.options.simulate.gravity = g.gravity;
-    by.options.simulate.damping_time = g.damping_time, by.options.simulate.viscosity_time = g.viscosity_time;
+    by.options.simulate.damping_time = g.damping_time;
+    by.options.simulate.viscosity_time = g.viscosity_time;
     for (size_t m = 0; m < particles.materials.size(); ++m) {
       by.particles.materials[m].damping_time = g.material[m].damping_time;
       by.particles.materials[m].viscosity_time = g.material[m].viscosity_time;
@@ -130,7 +141,8 @@ struct RolloutCase {
       visit(options.simulate.damping_time, 1);
       visit(options.simulate.viscosity_time, 1e-3);
       Material& damped = particles.materials.back();
-      visit(damped.damping_time, 1), visit(damped.viscosity_time, 1e-3);
+      visit(damped.damping_time, 1);
+      visit(damped.viscosity_time, 1e-3);
     }
     return numbers;
   }
@@ -144,7 +156,9 @@ RolloutCase<T> moving_block(double cells = 2.5) {
   c.particles = block<T>(Vec3d::Constant(cells * dx), dx, 0.7, 2e4, 0.3, 1000);
   // Two laws that the kernels know, one with damping of its own.
   Material rubber;
-  rubber.law = Law::kNeoHookean, rubber.damping_time = 0.3, rubber.viscosity_time = 3e-4;
+  rubber.law = Law::kNeoHookean;
+  rubber.damping_time = 0.3;
+  rubber.viscosity_time = 3e-4;
   c.particles.materials = {Material{}, rubber};
   for (size_t i = 0; i < c.particles.size(); ++i) c.particles.material_index.push_back(i % 3 == 0);
   c.start = initial_state(c.particles);
@@ -159,28 +173,44 @@ RolloutCase<T> moving_block(double cells = 2.5) {
       c.start.F[i](k / 3, k % 3) += T(0.03 * random.normal());
     }
   }
-  c.options.simulate.fps = 200, c.options.simulate.duration = 0.015, c.options.simulate.substeps = 20;
-  c.options.simulate.damping_time = 0.4, c.options.simulate.viscosity_time = 2e-4;
+  c.options.simulate.fps = 200;
+  c.options.simulate.duration = 0.015;
+  c.options.simulate.substeps = 20;
+  c.options.simulate.damping_time = 0.4;
+  c.options.simulate.viscosity_time = 2e-4;
 
   const double size = cells * dx;
   Interaction it;
-  it.type = InteractionType::kPointForce, it.vector = {0.03, -0.02, 0.05}, it.duration = 0.00705;
+  it.type = InteractionType::kPointForce;
+  it.vector = {0.03, -0.02, 0.05};
+  it.duration = 0.00705;
   it.region = Region::sphere({size, size, size}, 0.6 * size);
   c.interactions.push_back(it);
-  it.type = InteractionType::kImpulse, it.vector = {2e-3, 3e-3, -1e-3}, it.start = 0.00615;
+  it.type = InteractionType::kImpulse;
+  it.vector = {2e-3, 3e-3, -1e-3};
+  it.start = 0.00615;
   it.region = Region::sphere({0, 0, size}, 0.5 * size);
   c.interactions.push_back(it);
-  it.type = InteractionType::kGust, it.vector = {1, 2, -0.5}, it.start = 0.002, it.rate = 5;
+  it.type = InteractionType::kGust;
+  it.vector = {1, 2, -0.5};
+  it.start = 0.002;
+  it.rate = 5;
   it.region = Region::all();
   c.interactions.push_back(it);
-  it.vector = {-2, 1, 1}, it.start = 0, it.rate = 0;
+  it.vector = {-2, 1, 1};
+  it.start = 0;
+  it.rate = 0;
   it.region = Region::sphere({size, 0, size}, 0.5 * size);
   c.interactions.push_back(it);
   it = {};
-  it.type = InteractionType::kGrab, it.region = Region::sphere({0, size, size}, 0.5 * size);
+  it.type = InteractionType::kGrab;
+  it.region = Region::sphere({0, size, size}, 0.5 * size);
   it.path = {{0, {0, size, size}}, {0.01, {-0.3 * size, size, 1.2 * size}}, {1, {0, size, size}}};
   c.interactions.push_back(it);
-  it.path[1].position[0] = size, it.max_force = 0.02, it.stiffness = 100, it.damping = 1;
+  it.path[1].position[0] = size;
+  it.max_force = 0.02;
+  it.stiffness = 100;
+  it.damping = 1;
   it.region = Region::sphere({0, 0, size}, 0.4 * size);
   c.interactions.push_back(it);
   return c;
@@ -188,14 +218,16 @@ RolloutCase<T> moving_block(double cells = 2.5) {
 
 inline Interaction ground(double z, double friction) {
   Interaction it;
-  it.type = InteractionType::kGround, it.friction = friction;
+  it.type = InteractionType::kGround;
+  it.friction = friction;
   it.region = Region::half_space(Vec3d(0, 0, z), Vec3d(0, 0, 1));
   return it;
 }
 
 inline Interaction pin_below(double z) {
   Interaction it;
-  it.type = InteractionType::kPin, it.region = Region::half_space(Vec3d(0, 0, z), Vec3d(0, 0, 1));
+  it.type = InteractionType::kPin;
+  it.region = Region::half_space(Vec3d(0, 0, z), Vec3d(0, 0, 1));
   return it;
 }
 

@@ -15,7 +15,10 @@ using Case = testing::RolloutCase<double>;
 /// Worst relative disagreement of the gradient with differences, input by input and along random directions.
 AdjointCheck check(const Case& c, Input kind, const RolloutGradient<double>& gradient, double step = 1e-5) {
   AdjointCheckOptions options;
-  options.step = step, options.random_cotangents = 0, options.inputs = 4, options.random_directions = 1;
+  options.step = step;
+  options.random_cotangents = 0;
+  options.inputs = 4;
+  options.random_directions = 1;
   return check_adjoint([&](const std::vector<double>& u) { return std::vector<double>{c.with(kind, u).value()}; },
                        [&](const std::vector<double>&, const std::vector<double>& adj) {
                          std::vector<double> g = c.part(gradient, kind);
@@ -73,7 +76,9 @@ TEST(AdjointRollout, SixtySubstepsOnTheGroundWithFrictionAgreeWithDifferences) {
 TEST(AdjointRollout, GravityThatTakesTurnsReachesTheRightNumbers) {
   Case c = testing::moving_block<double>();
   Interaction gravity;
-  gravity.type = InteractionType::kGravity, gravity.vector = {1, -2, 3}, gravity.start = 0.005,
+  gravity.type = InteractionType::kGravity;
+  gravity.vector = {1, -2, 3};
+  gravity.start = 0.005;
   gravity.duration = 0.005;
   c.interactions = {gravity};
   const RolloutGradient<double> gradient = c.gradient();
@@ -86,11 +91,14 @@ TEST(AdjointRollout, GravityThatTakesTurnsReachesTheRightNumbers) {
 TEST(AdjointRollout, SixtySubstepsUnderATorqueAgreeWithDifferences) {
   Case c = testing::moving_block<double>(2);
   Interaction it;
-  it.type = InteractionType::kTorque, it.vector = {1e-3, -2e-3, 1.5e-3},
+  it.type = InteractionType::kTorque;
+  it.vector = {1e-3, -2e-3, 1.5e-3};
   it.region = Region::sphere({0.015, 0.015, 0.015}, 0.01);
-  it.start = 0.0012, it.duration = 0.01;
+  it.start = 0.0012;
+  it.duration = 0.01;
   c.interactions = {it};
-  it.vector = {0, 0, 5e-4}, it.region = Region::all();
+  it.vector = {0, 0, 5e-4};
+  it.region = Region::all();
   c.interactions.push_back(it);
   // It turns the block at all.
   Case free = c;
@@ -105,7 +113,10 @@ TEST(AdjointRollout, SixtySubstepsUnderATorqueAgreeWithDifferences) {
 TEST(AdjointRollout, SixtySubstepsInTheWindAgreeWithDifferences) {
   Case c = testing::moving_block<double>(2);
   Interaction it;
-  it.type = InteractionType::kWind, it.vector = {8, -3, 2}, it.region = Region::all(), it.start = 0.0012,
+  it.type = InteractionType::kWind;
+  it.vector = {8, -3, 2};
+  it.region = Region::all();
+  it.start = 0.0012;
   it.duration = 0.01;
   it.air_density = 100;  // air alone moves too little to see
   c.interactions = {it};
@@ -156,15 +167,18 @@ TEST(AdjointRollout, SixtySubstepsOfThreeObjectsThatMeetAgreeWithDifferences) {
 
 TEST(AdjointRollout, ABlendWithFlipAgreesWithDifferences) {
   Case c = on_the_ground(2);
-  c.options.simulate.duration = 0.01, c.options.simulate.flip_time = 0.002;
+  c.options.simulate.duration = 0.01;
+  c.options.simulate.flip_time = 0.002;
   expect_gradient(c);
 }
 
 TEST(AdjointRollout, DampedAffineVelocitiesAgreeWithDifferences) {
   Case c = testing::moving_block<double>(2);
-  c.options.simulate.duration = 0.01, c.options.simulate.substeps = 10;
+  c.options.simulate.duration = 0.01;
+  c.options.simulate.substeps = 10;
   for (const bool pic : {false, true}) {
-    c.options.simulate.strain_rate_damping = 150, c.options.simulate.pic = pic;
+    c.options.simulate.strain_rate_damping = 150;
+    c.options.simulate.pic = pic;
     const RolloutGradient<double> gradient = c.gradient();
     for (const Input kind : {Input::kX, Input::kF, Input::kYoung}) {
       const AdjointCheck result = check(c, kind, gradient, 1e-4);
@@ -202,7 +216,9 @@ TEST(AdjointRollout, EqualsSimulateBitForBit) {
 /// Over 1 to 4 threads.
 void expect_equal_bits(Case c) {
   ASSERT_GE(c.particles.size(), 4000u);
-  c.options.simulate.fps = 500, c.options.simulate.duration = 0.004, c.options.simulate.substeps = 8;
+  c.options.simulate.fps = 500;
+  c.options.simulate.duration = 0.004;
+  c.options.simulate.substeps = 8;
   const int before = omp_get_max_threads();
   omp_set_num_threads(1);
   const RolloutGradient<double> one = c.gradient();
@@ -217,10 +233,14 @@ TEST(AdjointRollout, EqualBitForBitForAnyNumberOfThreads) {
   expect_equal_bits(on_the_ground(8));
   Case c = touching_objects(8, 0.3);
   Interaction it;
-  it.type = InteractionType::kTorque, it.vector = {0, 0, 1e-2}, it.region = Region::sphere({0.04, 0.04, 0.08}, 0.02);
+  it.type = InteractionType::kTorque;
+  it.vector = {0, 0, 1e-2};
+  it.region = Region::sphere({0.04, 0.04, 0.08}, 0.02);
   c.interactions.push_back(it);
   it = {};
-  it.type = InteractionType::kWind, it.vector = {8, -3, 2}, it.air_density = 100;
+  it.type = InteractionType::kWind;
+  it.vector = {8, -3, 2};
+  it.air_density = 100;
   c.interactions.push_back(it);
   expect_equal_bits(c);
 }
@@ -278,7 +298,10 @@ TEST(AdjointRollout, FloatAgreesWithDouble) {
     if (c.get(kind).empty()) continue;
     const std::vector<double> u = c.part(a, kind), v = f.part(b, kind);
     double difference = 0, size = 0;
-    for (size_t k = 0; k < u.size(); ++k) difference += (u[k] - v[k]) * (u[k] - v[k]), size += u[k] * u[k];
+    for (size_t k = 0; k < u.size(); ++k) {
+      difference += (u[k] - v[k]) * (u[k] - v[k]);
+      size += u[k] * u[k];
+    }
     EXPECT_LT(std::sqrt(difference / size), 1e-3) << name;
   }
 }

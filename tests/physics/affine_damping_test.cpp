@@ -14,21 +14,31 @@ using State = BasicSimulationState<double>;
 State spinning(const BasicParticles<double>& p) {
   State s = initial_state(p);
   Mat3d C = Mat3d::Zero();
-  C(0, 1) = 6, C(1, 0) = 2;
-  for (size_t i = 0; i < p.size(); ++i) s.C[i] = C, s.v[i] = C * (p.position[i] - Vec3d(0.02, 0.02, 0.02));
+  C(0, 1) = 6;
+  C(1, 0) = 2;
+  for (size_t i = 0; i < p.size(); ++i) {
+    s.C[i] = C;
+    s.v[i] = C * (p.position[i] - Vec3d(0.02, 0.02, 0.02));
+  }
   return s;
 }
 
 TEST(AffineDamping, RpicKeepsTheSpinAndPicNothing) {
   auto p = testing::block<double>({0.04, 0.04, 0.04}, 0.01, 1.0, 1e-3);
   SimulateOptions options;
-  options.fps = 1000, options.duration = 0.001, options.substeps = 1, options.gravity.setZero(),
+  options.fps = 1000;
+  options.duration = 0.001;
+  options.substeps = 1;
+  options.gravity.setZero();
   options.courant_cap = 1;
   const auto inner = [&](const State& s) {
     Mat3d mean = Mat3d::Zero();
     int count = 0;
     for (size_t i = 0; i < p.size(); ++i)
-      if ((p.position[i] - Vec3d::Constant(0.02)).cwiseAbs().maxCoeff() < 0.01) mean += s.C[i], ++count;
+      if ((p.position[i] - Vec3d::Constant(0.02)).cwiseAbs().maxCoeff() < 0.01) {
+        mean += s.C[i];
+        ++count;
+      }
     return Mat3d(mean / count);
   };
   options.strain_rate_damping = 1000 * std::log(4.0);

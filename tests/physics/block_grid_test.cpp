@@ -42,7 +42,9 @@ void expect_consistent(const BlockGrid& grid, const std::vector<Coordinates>& bl
     for (int o = 0; o < 8; ++o) {
       const int n = grid.nodes_of(b)[o];
       Coordinates expected = grid.block(b);
-      expected.x += o >> 2, expected.y += o >> 1 & 1, expected.z += o & 1;
+      expected.x += o >> 2;
+      expected.y += o >> 1 & 1;
+      expected.z += o & 1;
       ASSERT_EQ(grid.node_block(n), expected);
       ASSERT_EQ(grid.sources_of(n)[o], b);
     }

@@ -13,17 +13,24 @@ namespace {
 
 TEST(BodyLoad, TheAdjointAgreesWithDifferences) {
   BodyLoad<double> load;
-  load.acceleration = Vec3d(1, 2, 3), load.drag = 0.7, load.angular = Vec3d(3, -1, 2), load.centre = Vec3d(0.1, 0.2, 0);
-  load.spring = 1.5, load.wind = Vec3d(4, 1, 0), load.pressure = 0.6;
+  load.acceleration = Vec3d(1, 2, 3);
+  load.drag = 0.7;
+  load.angular = Vec3d(3, -1, 2);
+  load.centre = Vec3d(0.1, 0.2, 0);
+  load.spring = 1.5;
+  load.wind = Vec3d(4, 1, 0);
+  load.pressure = 0.6;
   LoadedParticle<double> p;
-  p.reference = Vec3d(0.2, 0.1, 0.1), p.exposure = Vec3d(-2, 0.3, 0.4);
+  p.reference = Vec3d(0.2, 0.1, 0.1);
+  p.exposure = Vec3d(-2, 0.3, 0.4);
   // x, v, F, mass, stiffness; acceleration, angular, centre, wind, drag.
   std::vector<double> all = {0.3, -0.2, 0.5, 1, -0.5, 0.2, 1.1, 0.1, -0.2, 0.05, 0.9, 0.1, 0.2, -0.1, 1.05, 0.8, 2};
   const auto walk = [](auto& particle, auto& of_load, auto&& visit) {
     for (int a = 0; a < 3; ++a) visit(particle.x[a]);
     for (int a = 0; a < 3; ++a) visit(particle.v[a]);
     for (int k = 0; k < 9; ++k) visit(particle.F(k / 3, k % 3));
-    visit(particle.mass), visit(particle.stiffness);
+    visit(particle.mass);
+    visit(particle.stiffness);
     for (auto* v : {&of_load.acceleration, &of_load.angular, &of_load.centre, &of_load.wind})
       for (int a = 0; a < 3; ++a) visit((*v)[a]);
     visit(of_load.drag);
@@ -64,7 +71,9 @@ TEST(SurfaceElements, OfABallSumToItsAreaPointOutwardAndClose) {
   const auto elements = surface_elements(ball, dx);
   for (size_t i = 0; i < elements.size(); ++i) {
     const Vec3d out = (ball.position[i] - Vec3d::Constant(radius)).normalized();
-    sum += elements[i], area += elements[i].norm(), outward += elements[i].dot(out);
+    sum += elements[i];
+    area += elements[i].norm();
+    outward += elements[i].dot(out);
   }
   EXPECT_NEAR(outward / (4 * 3.14159265 * radius * radius), 1, 0.12);
   EXPECT_NEAR(area / outward, 1, 0.25);  // the rest is noise of the particles' places
@@ -81,7 +90,8 @@ TEST(ThinParts, AreThoseOfLessThanThreeCells) {
   int wrong = 0, plate = 0;
   for (size_t i = 0; i < thin.size(); ++i) {
     const bool expected = body.position[i].x() < 0.05;
-    plate += expected, wrong += (thin[i] != 0) != expected;
+    plate += expected;
+    wrong += (thin[i] != 0) != expected;
   }
   EXPECT_GT(plate, 300);
   EXPECT_LT(wrong, 0.1 * thin.size());  // beside the thick block

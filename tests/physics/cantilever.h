@@ -12,9 +12,12 @@ inline double first_frequency(const Particles& particles, const Interaction& wal
                               const std::vector<double>& weight, double duration) {
   constexpr double fps = 400;
   SimulateOptions options;
-  options.fps = fps, options.duration = duration, options.gravity.setZero();
+  options.fps = fps;
+  options.duration = duration;
+  options.gravity.setZero();
   Interaction load;
-  load.type = InteractionType::kGravity, load.vector = gravity;
+  load.type = InteractionType::kGravity;
+  load.vector = gravity;
   std::vector<double> sag;
   simulate<float>(options, particles, {wall, load}, initial_state(particles), [&](const SimulationState& s) {
     double sum = 0;

@@ -37,7 +37,8 @@ TEST(Clamp, TheFrequencyOfACantileverDoesNotDependOnTheGrid) {
   double low = INFINITY, high = 0;
   const auto measure = [&](const Vec3d& offset, const Mat3d& turn) {
     const double f = frequency(offset, turn);
-    low = std::min(low, f), high = std::max(high, f);
+    low = std::min(low, f);
+    high = std::max(high, f);
     std::printf("offset %.2f %.2f %.2f%s: %.3f Hz\n", offset.x(), offset.y(), offset.z(),
                 &turn == &turned ? " turned" : "", f);
   };

@@ -17,7 +17,8 @@ constexpr double kGravity = 9.81, kPi = 3.14159265358979324;
 
 SignedDistanceGrid sphere_grid(double radius, double spacing, int nodes) {
   SignedDistanceGrid grid;
-  grid.spacing = spacing, grid.size = {nodes, nodes, nodes};
+  grid.spacing = spacing;
+  grid.size = {nodes, nodes, nodes};
   grid.origin = Vec3d::Constant(-0.5 * spacing * (nodes - 1));
   grid.value.resize(static_cast<size_t>(nodes) * nodes * nodes);
   for (int i = 0; i < nodes; ++i)
@@ -30,9 +31,11 @@ TEST(Collider, NormalsAreTheGradientsOfTheDistances) {
   Collider cylinder, box, container;
   cylinder.shape = Region::cylinder(Vec3d(0.1, 0.2, 0), Vec3d(0.5, -0.3, 0.4), 0.3);
   box.shape = Region::box(Vec3d(-0.3, -0.2, -0.1), Vec3d(0.4, 0.2, 0.3));
-  container.shape = Region::sphere(Vec3d(0.1, 0, 0), 0.4), container.container = true;
+  container.shape = Region::sphere(Vec3d(0.1, 0, 0), 0.4);
+  container.container = true;
   for (Collider collider : {cylinder, box, container}) {
-    collider.angular_velocity = Vec3d(0.3, 2, -1), collider.move(Vec3d(0.1, 0.1, 0), Vec3d(0.05, 0, 0.02), 0.7);
+    collider.angular_velocity = Vec3d(0.3, 2, -1);
+    collider.move(Vec3d(0.1, 0.1, 0), Vec3d(0.05, 0, 0.02), 0.7);
     int checked = 0;
     for (int i = 0; i < 400; ++i) {
       Random random(5, i);
@@ -77,10 +80,14 @@ TEST(Collider, ASampledDistanceIsThatOfTheShapeItWasMadeFrom) {
 TEST(Collider, TheVelocityOfASurfaceIsThatOfItsMotion) {
   Collider a, b;
   a.shape = b.shape = Region::sphere(Vec3d(0.3, 0, 0), 0.1);
-  for (Collider* c : {&a, &b}) c->velocity = Vec3d(1, 2, 3), c->angular_velocity = Vec3d(0.5, -2, 1);
+  for (Collider* c : {&a, &b}) {
+    c->velocity = Vec3d(1, 2, 3);
+    c->angular_velocity = Vec3d(0.5, -2, 1);
+  }
   const double t = 0.4, h = 1e-6;
   const Vec3d pivot(0.1, 0.2, -0.1);
-  a.move(pivot, t * a.velocity, t), b.move(pivot, (t + h) * b.velocity, t + h);
+  a.move(pivot, t * a.velocity, t);
+  b.move(pivot, (t + h) * b.velocity, t + h);
   const Vec3d own(0.31, -0.05, 0.02);
   const Vec3d x = a.rotation * own + a.translation, later = b.rotation * own + b.translation;
   EXPECT_LT(((later - x) / h - a.velocity_at(x)).norm(), 1e-4);
@@ -94,12 +101,15 @@ struct NodeFixture {
 
   NodeFixture() {
     Collider plane, sphere, slip, sticky;
-    plane.shape = Region::half_space(Vec3d(0, 0, -0.1), Vec3d(0.3, 0.1, 1)), plane.friction = 0.4;
+    plane.shape = Region::half_space(Vec3d(0, 0, -0.1), Vec3d(0.3, 0.1, 1));
+    plane.friction = 0.4;
     plane.velocity = Vec3d(0.2, 0, 0.1);
-    sphere.shape = Region::sphere(Vec3d(0.1, 0.2, 0.1), 0.15), sphere.friction = 0.3;
+    sphere.shape = Region::sphere(Vec3d(0.1, 0.2, 0.1), 0.15);
+    sphere.friction = 0.3;
     sphere.angular_velocity = Vec3d(0, 3, 1);
-    slip.kind = ContactKind::kSlip, slip.shape = Region::box(Vec3d(0.1, -0.3, -0.3), Vec3d(0.3, 0.3, 0.3));
-    sticky.kind = ContactKind::kSticky,
+    slip.kind = ContactKind::kSlip;
+    slip.shape = Region::box(Vec3d(0.1, -0.3, -0.3), Vec3d(0.3, 0.3, 0.3));
+    sticky.kind = ContactKind::kSticky;
     sticky.shape = Region::cylinder(Vec3d(-0.3, -0.2, 0.1), Vec3d(0.3, -0.2, 0.1), 0.05);
     loads.colliders = {plane, sphere, slip, sticky};
     loads.pins = {Region::sphere(Vec3d(-0.2, 0.2, 0.2), 0.1)};
@@ -122,7 +132,8 @@ TEST(NodeConditions, TheAdjointAgreesWithDifferences) {
     for (size_t i = 0; i < values.size(); ++i) fixture.node[i / 3].lane[i % 3] = values[i];
   };
   AdjointCheckOptions options;
-  options.step = 1e-4, options.unit_cotangents = 200;
+  options.step = 1e-4;
+  options.unit_cotangents = 200;
   const AdjointCheck check = check_adjoint(
       [&](const std::vector<double>& values) {
         set(values);
@@ -189,7 +200,10 @@ TEST(NodeConditions, AHalfSpaceFillsTheShareOfANodeThatItsSplineSays) {
 
 Interaction collider(const Region& shape, double friction, ContactKind kind = ContactKind::kSeparating) {
   Interaction it;
-  it.type = InteractionType::kCollider, it.region = shape, it.friction = friction, it.contact = kind;
+  it.type = InteractionType::kCollider;
+  it.region = shape;
+  it.friction = friction;
+  it.contact = kind;
   return it;
 }
 
@@ -213,7 +227,10 @@ Course run(const BasicParticles<double>& particles, const Vec3d& gravity, const 
            double seconds, const State& start, double damping_time = 0, double viscosity_time = 0) {
   SimulateOptions options;
   options.viscosity_time = viscosity_time;
-  options.fps = 50, options.duration = seconds, options.gravity = gravity, options.damping_time = damping_time;
+  options.fps = 50;
+  options.duration = seconds;
+  options.gravity = gravity;
+  options.damping_time = damping_time;
   Course out;
   out.summary = simulate<double>(options, particles, script, start, [&](const State& s) {
                   return out.states.push_back(s), true;
@@ -229,7 +246,8 @@ struct Slide {
 Slide slide(double angle, double friction, double thickness) {
   const auto particles = testing::block<double>({0.06, 0.06, thickness}, 0.01, 1.0, 1e5);
   Interaction tilted;
-  tilted.type = InteractionType::kGravity, tilted.start = 0.1;
+  tilted.type = InteractionType::kGravity;
+  tilted.start = 0.1;
   tilted.vector = kGravity * Vec3d(std::sin(angle), 0, -std::cos(angle));
   const Interaction plane = collider(Region::half_space(Vec3d::Zero(), Vec3d::UnitZ()), friction);
   const auto states =
@@ -268,7 +286,8 @@ TEST(ColliderLaw, ABodyRestsOnAPlaneAtTheRightHeightWhereverTheNodesLie) {
       double sunk = 0, count = 0;
       for (size_t i = 0; i < end.size(); ++i) {
         if (particles.position[i].dot(tilt) > 0.005) continue;
-        sunk += (end.x[i] - particles.position[i]).dot(tilt), ++count;
+        sunk += (end.x[i] - particles.position[i]).dot(tilt);
+        ++count;
       }
       EXPECT_LT(std::abs(sunk / count), 0.3 * 0.01) << thickness << " " << tilt.transpose();
     }
@@ -283,7 +302,9 @@ BasicParticles<double> ball(double radius, double dx, double young) {
 /// Least signed distance of a particle from the shape, in cells.
 double deepest(const State& s, const Interaction& obstacle, double dx) {
   Collider c;
-  c.shape = obstacle.region, c.container = obstacle.container, c.grid = obstacle.distance;
+  c.shape = obstacle.region;
+  c.container = obstacle.container;
+  c.grid = obstacle.distance;
   double least = INFINITY;
   for (const Vec3d& x : s.x) least = std::min(least, c.surface(x).distance / dx);
   return least;
@@ -317,9 +338,13 @@ TEST(ColliderLaw, AFrictionlessBoxHoldsASoftBlockInItsCornersToo) {
   const double dx = 0.01, side = 0.06, young = 2e4, poisson = 0.3;
   const auto particles = testing::block<double>({side, side, side}, dx, 1.0, young, poisson);
   SimulateOptions options;
-  options.fps = 50, options.duration = 0.6, options.damping_time = 0.03;
+  options.fps = 50;
+  options.duration = 0.6;
+  options.damping_time = 0.03;
   Interaction walls;
-  walls.type = InteractionType::kCollider, walls.container = true, walls.friction = 0;
+  walls.type = InteractionType::kCollider;
+  walls.container = true;
+  walls.friction = 0;
   walls.region = Region::box(Vec3d::Zero(), Vec3d(side, side, 1));
   const auto result = simulate<double>(options, particles, {walls}, initial_state(particles));
   const Lame<double> l = lame(young, poisson);
@@ -329,7 +354,10 @@ TEST(ColliderLaw, AFrictionlessBoxHoldsASoftBlockInItsCornersToo) {
   for (size_t i = 0; i < particles.size(); ++i) {
     const Vec3d x = result.state.x[i], above = Vec3d(side, side, 1) - x;
     EXPECT_GT(std::min(x.minCoeff(), above.minCoeff()), -0.4 * dx) << x.transpose();
-    if (particles.position[i].z() > side - dx) top += particles.position[i].z() - x.z(), ++count;
+    if (particles.position[i].z() > side - dx) {
+      top += particles.position[i].z() - x.z();
+      ++count;
+    }
   }
   EXPECT_LT(std::abs(top / count - sink), 0.4 * dx) << "sank " << top / count << " m, theory " << sink;
 }
@@ -337,7 +365,8 @@ TEST(ColliderLaw, AFrictionlessBoxHoldsASoftBlockInItsCornersToo) {
 TEST(ColliderLaw, AMovingStickyBoxCarriesABodyAndGivesItTheImpulseItReports) {
   const auto particles = testing::block<double>({0.04, 0.04, 0.06}, 0.01, 1.0, 4e4);
   Interaction box = collider(Region::box(Vec3d(-0.02, -0.02, -0.03), Vec3d(0.06, 0.06, 0.01)), 0, ContactKind::kSticky);
-  box.vector = Vec3d(0.3, -0.1, 0.2), box.duration = 0.3;
+  box.vector = Vec3d(0.3, -0.1, 0.2);
+  box.duration = 0.3;
   const Course carried = run(particles, Vec3d::Zero(), {box}, 0.5, initial_state(particles), 0.0);
   const Vec3d moved = centre(carried.states[15]) - centre(carried.states[0]);
   EXPECT_LT((moved - 0.3 * box.vector).norm(), 0.1 * 0.3 * box.vector.norm());
@@ -353,7 +382,8 @@ TEST(ColliderLaw, ATurningStickyCylinderTurnsABody) {
   const auto particles = testing::block<double>({0.04, 0.04, 0.06}, 0.01, 1.0, 1e5);
   Interaction chuck =
       collider(Region::cylinder(Vec3d(0.02, 0.02, -0.05), Vec3d(0.02, 0.02, 0.03), 0.05), 0, ContactKind::kSticky);
-  chuck.angular_velocity = Vec3d(0, 0, 2), chuck.pivot = Vec3d(0.02, 0.02, 0);
+  chuck.angular_velocity = Vec3d(0, 0, 2);
+  chuck.pivot = Vec3d(0.02, 0.02, 0);
   const State end = run(particles, Vec3d::Zero(), {chuck}, 0.4, initial_state(particles), 0.05).states.back();
   const Mat3d turn = Eigen::AngleAxisd(0.8, Vec3d::UnitZ()).toRotationMatrix();
   for (size_t i = 0; i < end.size(); ++i) {
@@ -381,7 +411,9 @@ TEST(ColliderLaw, ASeparatingPokeReportsTheForceOfItsFinger) {
   const auto particles = testing::block<double>({0.04, 0.04, 0.04}, 0.01, 1.0, 1e5);
   const Interaction floor = collider(Region::half_space(Vec3d::Zero(), Vec3d::UnitZ()), 0);
   Interaction poke;
-  poke.type = InteractionType::kPoke, poke.region.kind = Region::Kind::kSphere, poke.region.radius = 0.02;
+  poke.type = InteractionType::kPoke;
+  poke.region.kind = Region::Kind::kSphere;
+  poke.region.radius = 0.02;
   poke.path = {{0, Vec3d(-0.04, 0.02, 0.02)}, {0.5, Vec3d(0.06, 0.02, 0.02)}};
   const Course pushed = run(particles, {0, 0, -kGravity}, {floor, poke}, 0.6, initial_state(particles));
   Vec3d given = Vec3d::Zero();

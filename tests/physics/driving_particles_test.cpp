@@ -40,8 +40,10 @@ TEST(KmeansDrivers, KeepVolumeAndCentreAndLeaveNoneEmpty) {
     EXPECT_EQ(std::set<int>(drivers.sample_driver.begin(), drivers.sample_driver.end()).size(), n);
     double volume = 0;
     Vec3d moment = Vec3d::Zero(), expected = Vec3d::Zero();
-    for (size_t d = 0; d < n; ++d)
-      volume += drivers.volume[d], moment += drivers.volume[d] * drivers.position[d].cast<double>();
+    for (size_t d = 0; d < n; ++d) {
+      volume += drivers.volume[d];
+      moment += drivers.volume[d] * drivers.position[d].cast<double>();
+    }
     for (size_t i = 0; i < samples.size(); ++i) expected += samples.volume[i] * samples.position[i].cast<double>();
     EXPECT_NEAR(volume / samples.total_volume(), 1, 1e-5);
     EXPECT_LT((moment - expected).norm(), 1e-5 * expected.norm());
@@ -99,7 +101,8 @@ TEST(ThinParts, KeepMassAndBendingStiffness) {
       EXPECT_EQ(drivers.rod[d], rod);
       EXPECT_NEAR(particles.young[d] / (1e7 * area * ratio * ratio), 1, 1e-4);
       const Vec3f& x = drivers.position[d];
-      out += (rod ? x.tail<2>().squaredNorm() : x.z() * x.z()) / drivers.size(), up += x.z() / drivers.size();
+      out += (rod ? x.tail<2>().squaredNorm() : x.z() * x.z()) / drivers.size();
+      up += x.z() / drivers.size();
     }
     // The drivers lie around the middle with the variance of a slab, or of a round rod along each of two axes.
     EXPECT_NEAR(out / (full * full), rod ? 1.0 / 8 : 1.0 / 12, 0.01);
@@ -115,10 +118,13 @@ TEST(ThinParts, KeepMassAndBendingStiffness) {
 double relative_deflection(const Particles& particles, double clamp, double length, double mass_over_stiffness,
                            double acceleration) {
   Interaction pin, gust;
-  pin.type = InteractionType::kPin, pin.region = Region::half_space(Vec3d(clamp, 0, 0), Vec3d(1, 0, 0));
-  gust.type = InteractionType::kGust, gust.vector = Vec3d(0, 0, acceleration);
+  pin.type = InteractionType::kPin;
+  pin.region = Region::half_space(Vec3d(clamp, 0, 0), Vec3d(1, 0, 0));
+  gust.type = InteractionType::kGust;
+  gust.vector = Vec3d(0, 0, acceleration);
   SimulateOptions options;
-  options.duration = 1.0, options.damping_time = 0.15;
+  options.duration = 1.0;
+  options.damping_time = 0.15;
   const auto result = simulate<float>(options, particles, {pin, gust}, initial_state(particles));
   double measured = 0, expected = 0;
   for (size_t i = 0; i < particles.size(); ++i) {
@@ -145,7 +151,8 @@ TEST(ThinParts, AThinRodBendsLikeABeamHoweverSlowly) {
   SolidSamples samples;
   for (int i = 0; i < 1200; ++i) samples.position.emplace_back(step * (i + 0.5), 0.0f, 0.0f);
   samples.volume.assign(1200, static_cast<float>(step * 3.14159265 / 4 * thickness * thickness));
-  samples.thickness.assign(1200, thickness), samples.spacing = thickness;
+  samples.thickness.assign(1200, thickness);
+  samples.spacing = thickness;
   const DrivingParticles drivers = kmeans_drivers({60, 0, 10}, samples);
   const Particles particles =
       make_particles<float>(drivers, samples, ElasticSamples::homogeneous(samples.size(), young, 0.0, density), 1);
@@ -194,7 +201,9 @@ TEST(Material, ParticlesCarrySumsAndLogarithmicMeans) {
   samples.position = {{0, 0, 0}, {0.1f, 0, 0}, {5, 0, 0}};
   samples.volume = {1, 3, 2};
   DrivingParticles drivers;
-  drivers.position = {{0.075f, 0, 0}, {5, 0, 0}}, drivers.volume = {4, 2}, drivers.sample_driver = {0, 0, 1};
+  drivers.position = {{0.075f, 0, 0}, {5, 0, 0}};
+  drivers.volume = {4, 2};
+  drivers.sample_driver = {0, 0, 1};
   drivers.cell_size = 2;
   const ElasticSamples material = {{1e4f, 1e6f, 5e5f}, {0.1f, 0.3f, 0.4f}, {500, 1500, 1000}};
   const auto particles = make_particles<double>(drivers, samples, material, 0.1);

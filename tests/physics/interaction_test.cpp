@@ -17,7 +17,11 @@ struct Experiment {
   SimulateOptions options;
   std::vector<State> states;
 
-  Experiment() { options.gravity.setZero(), options.fps = 40, options.duration = 0.5; }
+  Experiment() {
+    options.gravity.setZero();
+    options.fps = 40;
+    options.duration = 0.5;
+  }
   BasicSimulateResult<double> go(const std::vector<Interaction>& script) {
     states.clear();
     return simulate<double>(options, particles, script, initial_state(particles),
@@ -33,7 +37,8 @@ struct Experiment {
     double mass = 0;
     for (size_t i = 0; i < s.size(); ++i) {
       if (!region.contains(particles.position[i])) continue;
-      sum += particles.mass[i] * s.x[i], mass += particles.mass[i];
+      sum += particles.mass[i] * s.x[i];
+      mass += particles.mass[i];
     }
     return sum / mass;
   }
@@ -41,13 +46,17 @@ struct Experiment {
 
 Interaction make(InteractionType type, const Vec3d& vector, double start = 0, double duration = INFINITY) {
   Interaction it;
-  it.type = type, it.vector = vector, it.start = start, it.duration = duration;
+  it.type = type;
+  it.vector = vector;
+  it.start = start;
+  it.duration = duration;
   return it;
 }
 
 Interaction ground(double z, double friction) {
   Interaction it = make(InteractionType::kGround, Vec3d::Zero());
-  it.region = Region::half_space(Vec3d(0, 0, z), Vec3d(0, 0, 1)), it.friction = friction;
+  it.region = Region::half_space(Vec3d(0, 0, z), Vec3d(0, 0, 1));
+  it.friction = friction;
   return it;
 }
 
@@ -101,7 +110,8 @@ TEST(Interaction, GrabBringsTheCentreToItsTarget) {
   grab.region = Region::sphere(Vec3d(0.015, 0.015, 0.1), 0.025);
   const Vec3d rest = run.centre(initial_state(run.particles), grab.region), target = rest + Vec3d(0.02, 0.01, -0.003);
   grab.path = {{0.0, rest}, {0.3, target}, {1.0, target}};
-  grab.stiffness = 2000, grab.damping = 20;
+  grab.stiffness = 2000;
+  grab.damping = 20;
   run.options.damping_time = 0.1;
   run.go({pin, grab});
   EXPECT_LT((run.centre(run.states.back(), grab.region) - target).norm(), 0.05 * (target - rest).norm());

@@ -108,7 +108,8 @@ TEST(InteriorFill, AnEllipsoidAndABoxKeepTheirVolumes) {
     Random random(3, i);
     const int face = static_cast<int>(random.below(6));
     Vec3d x(random.uniform(), random.uniform(), random.uniform()), normal = Vec3d::Zero();
-    x[face / 2] = face % 2, normal[face / 2] = face % 2 ? 1 : -1;
+    x[face / 2] = face % 2;
+    normal[face / 2] = face % 2 ? 1 : -1;
     box.add(x, normal);
   }
   EXPECT_NEAR(fill(ellipsoid.cloud, 4000).volume / (4.0 / 3 * kPi * axes.prod()), 1, 0.03);
@@ -147,7 +148,8 @@ TEST(InteriorFill, GaussiansWithoutAreaGiveNoSampleThatIsNotFinite) {
 TEST(InteriorFill, IsRepeatable) {
   const GaussianCloud cloud = cylinder(0.1, 0.3, 2000, true);
   SolidSamples a, b;
-  fill(cloud, 2000, &a), fill(cloud, 2000, &b);
+  fill(cloud, 2000, &a);
+  fill(cloud, 2000, &b);
   EXPECT_TRUE(a.position == b.position && a.volume == b.volume);
 }
 

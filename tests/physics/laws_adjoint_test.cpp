@@ -76,7 +76,8 @@ AdjointCheck check_return_map(const Material& material, double dt, const Values&
       [&](const Values& x, const Values& y) {
         const Inputs in(x);
         LawGradient<double> adj;
-        adj.F = Eigen::Map<const Mat3d>(y.data()), adj.F_viscous = Eigen::Map<const Mat3d>(y.data() + 9);
+        adj.F = Eigen::Map<const Mat3d>(y.data());
+        adj.F_viscous = Eigen::Map<const Mat3d>(y.data() + 9);
         adj.history = y[18];
         return values_of(return_map_adjoint({&material, in.mu, in.lambda}, dt, in.F, in.memory(), adj));
       },
@@ -171,7 +172,9 @@ TEST(ReturnMapAdjoint, PassesElasticStatesThrough) {
     const Material material = material_of(law);
     const Mat3d F = with_stretches(3, 1.001, 1, 0.999);
     LawGradient<double> adj;
-    adj.F = random_matrix(1, 1.0), adj.F_viscous = random_matrix(2, 1.0), adj.history = 3;
+    adj.F = random_matrix(1, 1.0);
+    adj.F_viscous = random_matrix(2, 1.0);
+    adj.history = 3;
     const LawGradient<double> g = return_map_adjoint({&material, kMu, kLambda}, 1e-3, F, LawMemory<double>{}, adj);
     EXPECT_EQ(g.F, adj.F) << law_name(law);
     EXPECT_EQ(g.F_viscous, adj.F_viscous);

@@ -40,7 +40,9 @@ inline Bodies block_of(const Substance& s, const Vec3d& size, double dx, double 
 /// Plane that matter slides along, sticks to, or rests on with Coulomb friction 1.
 inline Interaction wall(const Vec3d& point, const Vec3d& normal, ContactKind contact = ContactKind::kSlip) {
   Interaction it;
-  it.type = InteractionType::kGround, it.contact = contact, it.friction = 1;
+  it.type = InteractionType::kGround;
+  it.contact = contact;
+  it.friction = 1;
   it.region = Region::half_space(point, normal);
   return it;
 }
@@ -52,7 +54,9 @@ inline void add_walls(std::vector<Interaction>& world, const Vec3d& size, int ax
 
 inline SimulateOptions run_options(double fps, double duration, const Vec3d& gravity = Vec3d(0, 0, -9.81)) {
   SimulateOptions options;
-  options.fps = fps, options.duration = duration, options.gravity = gravity;
+  options.fps = fps;
+  options.duration = duration;
+  options.gravity = gravity;
   return options;
 }
 
@@ -70,7 +74,8 @@ inline double p_wave_speed(const Substance& s, double expected, int cells_wide =
     if (!state.memory.empty()) state.memory[i].F_viscous = state.F[i];
   }
   std::vector<Interaction> world;
-  add_walls(world, size, 1), add_walls(world, size, 2);
+  add_walls(world, size, 1);
+  add_walls(world, size, 2);
   const double step = 0.2 * dx / expected;  // a fifth of a cell
   double weight[2] = {}, moment[2] = {};
   simulate<double>(
@@ -80,7 +85,8 @@ inline double p_wave_speed(const Substance& s, double expected, int cells_wide =
           for (size_t i = 0; i < p.size(); ++i)
             if (std::abs(p.position[i].x() - stations[k]) < 0.5 * dx) velocity += now.v[i].x();
           velocity = std::max(velocity, 0.0) * (std::abs(now.time * expected - (stations[k] - first)) < 10 * dx);
-          weight[k] += velocity * velocity, moment[k] += velocity * velocity * now.time;
+          weight[k] += velocity * velocity;
+          moment[k] += velocity * velocity * now.time;
         }
         return true;
       });
@@ -93,13 +99,16 @@ inline double compressed_pressure(const Substance& s, double strain) {
   const Bodies p = block_of(s, Vec3d::Constant(side), dx);
   BodyState state = initial_state(p);
   for (size_t i = 0; i < p.size(); ++i) {
-    state.x[i] *= 1 - strain, state.F[i] *= 1 - strain;
+    state.x[i] *= 1 - strain;
+    state.F[i] *= 1 - strain;
     if (!state.memory.empty()) state.memory[i].F_viscous = state.F[i];
   }
   Mpm<double> solver(p, dx, Vec3d::Zero());
   solver.load(state, Vec3d::Constant(-1), Vec3d::Constant(1));
   const StepLoads<double> none;
-  solver.particles_to_grid(dt, none), solver.update_grid(dt, none), solver.grid_to_particles(dt);
+  solver.particles_to_grid(dt, none);
+  solver.update_grid(dt, none);
+  solver.grid_to_particles(dt);
   solver.store(state);
   double momentum = 0;
   for (size_t i = 0; i < p.size(); ++i)
@@ -145,7 +154,9 @@ class EndlessLayer {
         if (i == j) continue;
         const double shift = std::round((particles.position[i].x() - particles.position[j].x()) / period_) * period_;
         state.x[i] = state.x[j] + Vec3d(shift, 0, 0);
-        state.v[i] = state.v[j], state.C[i] = state.C[j], state.F[i] = state.F[j];
+        state.v[i] = state.v[j];
+        state.C[i] = state.C[j];
+        state.F[i] = state.F[j];
         if (!state.memory.empty()) state.memory[i] = state.memory[j];
       }
     }
@@ -166,8 +177,11 @@ class EndlessLayer {
 inline double sand_slope_run(double friction_angle, double slope, int cells, double duration) {
   const double dx = 0.1, depth = cells * dx, g = 9.81, angle = slope * M_PI / 180;
   Substance sand;
-  sand.material.law = Law::kSand, sand.material.friction_angle = friction_angle;
-  sand.young = 1e7, sand.poisson = 0.3, sand.density = 1600;
+  sand.material.law = Law::kSand;
+  sand.material.friction_angle = friction_angle;
+  sand.young = 1e7;
+  sand.poisson = 0.3;
+  sand.density = 1600;
   EndlessLayer layer(sand, dx, 2 * dx, depth);
   for (size_t i = 0; i < layer.state.size(); ++i) {
     const double pressure = sand.density * g * std::cos(angle) * (depth - layer.state.x[i].z());
@@ -182,8 +196,10 @@ inline double sand_slope_run(double friction_angle, double slope, int cells, dou
               double sum = 0;
               int count = 0;
               for (size_t i = 0; i < now.size(); ++i)
-                if (layer.particles.position[i].z() > depth - dx)
-                  sum += now.x[i].x() - layer.particles.position[i].x(), ++count;
+                if (layer.particles.position[i].z() > depth - dx) {
+                  sum += now.x[i].x() - layer.particles.position[i].x();
+                  ++count;
+                }
               run = sum / count / dx;
               return true;
             });
@@ -205,14 +221,19 @@ inline double shear_flow_decay_time(const Substance& fluid, double dx, int cells
     layer.state.C[i](0, 2) = -1e-3 * c * M_PI / depth * std::sin(phase);
   }
   std::vector<Interaction> world;
-  add_walls(world, Vec3d(1, 2 * dx, depth), 1), add_walls(world, Vec3d(1, 2 * dx, depth), 2);
+  add_walls(world, Vec3d(1, 2 * dx, depth), 1);
+  add_walls(world, Vec3d(1, 2 * dx, depth), 2);
   double first = 0, last = 0, start = 0, end = 0;
   layer.run(run_options(1, 1, Vec3d::Zero()), world, 1.2 * expected, [&](const BodyState& now) {
     double sum = 0;
     for (size_t i = 0; i < now.size(); ++i)
       sum += now.v[i].x() * std::cos(M_PI * layer.particles.position[i].z() / depth);
-    if (now.time < 0.2 * expected) first = sum, start = now.time;
-    last = sum, end = now.time;
+    if (now.time < 0.2 * expected) {
+      first = sum;
+      start = now.time;
+    }
+    last = sum;
+    end = now.time;
     return true;
   });
   return (end - start) / std::log(first / last);
@@ -234,7 +255,8 @@ inline double decay_time_in_shear(const Substance& s, double strain, double dura
   add_walls(world, Vec3d(1, 2 * dx, 1), 1);
   double first = 0, last = 0, end = 0;
   layer.run(run_options(1, 1, Vec3d::Zero()), world, duration, [&](const BodyState& now) {
-    last = 0, end = now.time;
+    last = 0;
+    end = now.time;
     for (size_t i = 0; i < now.size(); ++i) last += excess(now.F[i], now.memory[i]);
     if (first == 0) first = last;
     return true;
@@ -299,7 +321,8 @@ inline Dent dent(const Substance& s, double pressure, double duration, double dx
   const Vec3d size(10 * dx, 10 * dx, height), middle(5 * dx, 5 * dx, height);
   const Bodies p = block_of(s, size, dx);
   Interaction press;
-  press.region = Region::sphere(middle, radius), press.duration = duration;
+  press.region = Region::sphere(middle, radius);
+  press.duration = duration;
   press.vector = Vec3d(0, 0, -pressure * M_PI * radius * radius);
   SimulateOptions options = run_options(20 / duration, 2 * duration);
   options.damping_time = duration / 10;
@@ -312,8 +335,14 @@ inline Dent dent(const Substance& s, double pressure, double duration, double dx
                        if (p.position[i].z() < height - dx) continue;
                        const double sink = p.position[i].z() - now.x[i].z();
                        const double r = (p.position[i] - middle).head<2>().norm();
-                       if (r < radius) pressed += sink, ++inside;
-                       if (r > 4 * dx) around += sink, ++outside;
+                       if (r < radius) {
+                         pressed += sink;
+                         ++inside;
+                       }
+                       if (r > 4 * dx) {
+                         around += sink;
+                         ++outside;
+                       }
                      }
                      const double depth = pressed / inside - around / outside;
                      if (now.time <= duration * 1.0001) result.loaded = depth;
@@ -333,12 +362,14 @@ struct WaterColumn {
 inline WaterColumn water_column(int cells, double duration, bool suddenly) {
   const double dx = 0.01, depth = cells * dx, g = 9.81;
   Substance water;
-  water.material.law = Law::kFluid, water.material.bulk_modulus = 200 * water.density * g * depth;
+  water.material.law = Law::kFluid;
+  water.material.bulk_modulus = 200 * water.density * g * depth;
   water.material.dynamic_viscosity = 0.01;
   const Vec3d size(6 * dx, 6 * dx, depth);
   const Bodies p = block_of(water, size, dx);
   std::vector<Interaction> world = {wall(Vec3d::Zero(), Vec3d::UnitZ())};
-  add_walls(world, size, 0), add_walls(world, size, 1);
+  add_walls(world, size, 0);
+  add_walls(world, size, 1);
   BodyState start = initial_state(p);
   for (size_t i = 0; i < p.size() && !suddenly; ++i) {
     const double pressure = water.density * g * (depth - p.position[i].z()), gamma = water.material.pressure_exponent;
@@ -353,7 +384,11 @@ inline WaterColumn water_column(int cells, double duration, bool suddenly) {
       const double pressure = -kirchhoff_stress({&p.materials[0], 0, 0}, now.F[i], {}).trace() / 3 / J;
       mean += pressure / static_cast<double>(p.size());
       if (std::abs(now.x[i].z() - 0.5 * depth) > 0.3 * depth) continue;  // away from bottom and surface
-      n += 1, z += now.x[i].z(), q += pressure, zz += now.x[i].z() * now.x[i].z(), zq += now.x[i].z() * pressure;
+      n += 1;
+      z += now.x[i].z();
+      q += pressure;
+      zz += now.x[i].z() * now.x[i].z();
+      zq += now.x[i].z() * pressure;
     }
     frames += 1;
     return true;
@@ -373,10 +408,14 @@ inline double energy_growth(const Substance& s, int cells, int steps, double cou
   const double c = sound_speed(s.material, s.young, s.poisson, s.density);
   Mat3d stretch = Mat3d::Identity(), rate = Mat3d::Zero();
   stretch.diagonal() = Vec3d(1.1, 0.95, 0.92);
-  rate(0, 1) = 0.05 * c / (cells * dx), rate(1, 0) = -rate(0, 1), rate(2, 2) = -0.05 * c / (cells * dx);
+  rate(0, 1) = 0.05 * c / (cells * dx);
+  rate(1, 0) = -rate(0, 1);
+  rate(2, 2) = -0.05 * c / (cells * dx);
   for (size_t i = 0; i < p.size(); ++i) {
     state.x[i] = centre + stretch * (state.x[i] - centre);
-    state.v[i] = rate * (state.x[i] - centre), state.C[i] = rate, state.F[i] = stretch;
+    state.v[i] = rate * (state.x[i] - centre);
+    state.C[i] = rate;
+    state.F[i] = stretch;
   }
   Mpm<double> solver(p, dx, Vec3d::Zero());
   solver.load(state, Vec3d::Constant(-10), Vec3d::Constant(10));
@@ -396,12 +435,16 @@ inline double energy_growth(const Substance& s, int cells, int steps, double cou
   };
   double before = kinetic(), stored = potential(), start = 0, least = INFINITY, most = 0;
   for (int k = 0; k <= steps; ++k) {
-    solver.particles_to_grid(dt, none), solver.update_grid(dt, none), solver.grid_to_particles(dt);
+    solver.particles_to_grid(dt, none);
+    solver.update_grid(dt, none);
+    solver.grid_to_particles(dt);
     solver.store(state);
     const double after = kinetic(), energy = stored + 0.5 * (before + after);
     if (k == 0) start = energy;
-    least = std::min(least, energy), most = std::max(most, (energy - least) / start);
-    before = after, stored = potential();
+    least = std::min(least, energy);
+    most = std::max(most, (energy - least) / start);
+    before = after;
+    stored = potential();
   }
   return most;
 }

@@ -14,8 +14,12 @@ using namespace pliant::testing;
 Substance substance(Law law) {
   Substance s;
   s.material.law = law;
-  s.material.yield_stress = 1e4, s.material.plastic_viscosity = 50, s.material.hardening = 0;
-  s.material.branch_shear = 3e4, s.material.branch_lambda = 2e4, s.material.branch_viscosity = 1e6;
+  s.material.yield_stress = 1e4;
+  s.material.plastic_viscosity = 50;
+  s.material.hardening = 0;
+  s.material.branch_shear = 3e4;
+  s.material.branch_lambda = 2e4;
+  s.material.branch_viscosity = 1e6;
   return s;
 }
 
@@ -53,21 +57,25 @@ TEST(LawBodies, ALayerHeldInShearRelaxesInTheTimeOfItsBranch) {
 
 TEST(LawBodies, FoamHeldInShearRelaxesInTheTimeViscosityOverTwoMu) {
   Substance s = substance(Law::kFoam);
-  s.material.yield_stress = 1e3, s.material.plastic_viscosity = 2 * s.moduli().mu * 0.02;
+  s.material.yield_stress = 1e3;
+  s.material.plastic_viscosity = 2 * s.moduli().mu * 0.02;
   EXPECT_NEAR(foam_relaxation_time(s) / 0.02, 1, 0.05);
 }
 
 TEST(LawBodies, ShearFlowOfAFluidDecaysByItsViscosity) {
   Substance s = substance(Law::kFluid);
-  s.material.bulk_modulus = 1e5, s.material.dynamic_viscosity = 20;
+  s.material.bulk_modulus = 1e5;
+  s.material.dynamic_viscosity = 20;
   const double expected = s.density * std::pow(0.08 / M_PI, 2) / s.material.dynamic_viscosity;
   EXPECT_NEAR(shear_flow_decay_time(s, 0.01, 8) / expected, 1, 0.05);
 }
 
 Substance soft_metal(Law law) {
   Substance s;
-  s.material.law = law, s.material.yield_stress = 2e4;
-  s.young = 2e6, s.density = 2000;
+  s.material.law = law;
+  s.material.yield_stress = 2e4;
+  s.young = 2e6;
+  s.density = 2000;
   return s;
 }
 
@@ -84,7 +92,10 @@ TEST(LawBodies, AnElasticBodyLosesItsDent) {
 
 TEST(LawBodies, ASnowBallKeepsItsShape) {
   Substance s;
-  s.material.law = Law::kSnow, s.young = 1.4e5, s.poisson = 0.2, s.density = 400;
+  s.material.law = Law::kSnow;
+  s.young = 1.4e5;
+  s.poisson = 0.2;
+  s.density = 400;
   const auto [before, after] = rest_on_ground(ball_of(s, 0.2, 6), 0.3);
   EXPECT_LT(after.width, 1.1 * before.width);
   EXPECT_GT(after.height, 0.9 * before.height);
@@ -92,7 +103,8 @@ TEST(LawBodies, ASnowBallKeepsItsShape) {
 
 TEST(LawBodies, AFoamColumnStandsUntilItsWeightExceedsTheYieldStress) {
   Substance s;
-  s.material.law = Law::kFoam, s.young = 2e5;
+  s.material.law = Law::kFoam;
+  s.young = 2e5;
   const double height = 0.12, weight = s.density * 9.81 * height;
   s.material.plastic_viscosity = 100;
   for (const double part : {2.0, 0.1}) {
@@ -108,7 +120,8 @@ TEST(LawBodies, AFoamColumnStandsUntilItsWeightExceedsTheYieldStress) {
 
 TEST(LawBodies, PlasticineThatSoftensSinksFurther) {
   Substance s;
-  s.material.law = Law::kPlasticine, s.young = 2e5;
+  s.material.law = Law::kPlasticine;
+  s.young = 2e5;
   const double height = 0.12, weight = s.density * 9.81 * height;
   s.material.yield_stress = 0.7 * weight;
   double left[2];

@@ -17,10 +17,14 @@ constexpr Law kAllLaws[] = {Law::kFixedCorotated, Law::kNeoHookean, Law::kHencky
 inline Material material_of(Law law) {
   Material m;
   m.law = law;
-  m.yield_stress = 2e3, m.hardening = law == Law::kPlasticine ? -8e3 : 5e3, m.plastic_viscosity = 300;
+  m.yield_stress = 2e3;
+  m.hardening = law == Law::kPlasticine ? -8e3 : 5e3;
+  m.plastic_viscosity = 300;
   m.friction_angle = 32;
   m.dynamic_viscosity = 2;
-  m.branch_shear = 2e4, m.branch_lambda = 1e4, m.branch_viscosity = 400;
+  m.branch_shear = 2e4;
+  m.branch_lambda = 1e4;
+  m.branch_viscosity = 400;
   return m;
 }
 

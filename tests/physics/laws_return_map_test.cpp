@@ -95,7 +95,8 @@ TEST_P(Yield, TurnsWithTheBodyAndIgnoresDirectionsOfTheMaterial) {
     if (svd(F).sigma[0] < 0.02) continue;
     const Mat3d R = random_rotation(++i), Q = random_rotation(i + 500);
     Body body(GetParam(), F), turned(GetParam(), R * F * Q);
-    body.map(), turned.map();
+    body.map();
+    turned.map();
     EXPECT_LE((turned.F - R * body.F * Q).norm(), 1e-10 * body.F.norm());
     EXPECT_NEAR(turned.memory.history, body.memory.history, 1e-10);
   }
@@ -119,7 +120,10 @@ double pull(Body& body, double log_strain, int steps) {
     double a = 0, b = -0.5 * step, fa = side_stress(a), fb = side_stress(b);
     for (int it = 0; it < 40 && std::abs(fb) > 1e-9 * kMu && fa != fb; ++it) {
       const double c = b - fb * (b - a) / (fb - fa);
-      a = b, fa = fb, b = c, fb = side_stress(c);
+      a = b;
+      fa = fb;
+      b = c;
+      fb = side_stress(c);
     }
     body.F = Vec3d(std::exp(step), std::exp(b), std::exp(b)).asDiagonal() * body.F;
     body.map();
@@ -172,10 +176,12 @@ TEST(Sand, SeparatesFreelyAndBearsLoadOnlyWhenTheGapIsClosed) {
   EXPECT_LT(body.tau().norm(), 1e-10 * kMu);
   EXPECT_NEAR(body.memory.history, gap, 1e-12);
   // Half of the gap pressed out: still nothing; the rest and a little more: pressure of the little more.
-  body.F *= std::exp(-gap / 6), body.map();
+  body.F *= std::exp(-gap / 6);
+  body.map();
   EXPECT_LT(body.tau().norm(), 1e-10 * kMu);
   EXPECT_NEAR(body.memory.history, gap / 2, 1e-12);
-  body.F *= std::exp(-gap / 6 - 0.001), body.map();
+  body.F *= std::exp(-gap / 6 - 0.001);
+  body.map();
   EXPECT_EQ(body.memory.history, 0);
   EXPECT_NEAR(body.tau().trace() / 3, -0.003 * (kLambda + 2 * kMu / 3), 1e-8 * kMu);
 }

@@ -26,7 +26,8 @@ class Stress : public ::testing::TestWithParam<Law> {
 TEST_P(Stress, IsTheDerivativeOfTheEnergy) {
   int checked = 0;
   AdjointCheckOptions options;
-  options.step = 1e-3, options.random_cotangents = 0;
+  options.step = 1e-3;
+  options.random_cotangents = 0;
   for (const Mat3d& F : smooth_states()) {
     if (smooth_margin(GetParam(), F) < 0.02) continue;
     memory.history = GetParam() == Law::kSnow ? -0.05 : 0.01;
@@ -125,7 +126,9 @@ void expect_finite_everywhere(Law law) {
       EXPECT_TRUE(mapped.allFinite() && after.F_viscous.allFinite() && std::isfinite(after.history)) << F;
       EXPECT_TRUE(kirchhoff_stress(point, mapped, after).allFinite()) << F;
       LawGradient<T> adj;
-      adj.F = cotangent, adj.F_viscous = cotangent, adj.history = 1;
+      adj.F = cotangent;
+      adj.F_viscous = cotangent;
+      adj.history = 1;
       const LawGradient<T> back = return_map_adjoint(point, T(1e-4), F, memory, adj);
       EXPECT_TRUE(back.F.allFinite() && back.F_viscous.allFinite()) << F;
       EXPECT_TRUE(std::isfinite(back.history) && std::isfinite(back.mu) && std::isfinite(back.lambda)) << F;

@@ -52,7 +52,8 @@ void expect_stress_of_law(InstructionSet set, Law law, double spread, double tol
   for (int i = 0; i < n; ++i) {
     matrix[i] = random_matrix(i, spread);
     for (int k = 0; k < 9; ++k) F[9 * i + k] = static_cast<T>(matrix[i](k / 3, k % 3));
-    mu[i] = static_cast<T>(kMu * (1 + i % 4)), lambda[i] = static_cast<T>(kLambda * (1 + i % 4));
+    mu[i] = static_cast<T>(kMu * (1 + i % 4));
+    lambda[i] = static_cast<T>(kLambda * (1 + i % 4));
   }
   const StressKind kind = law == Law::kNeoHookean ? StressKind::kNeoHookean : StressKind::kFixedCorotated;
   mpm_kernels<T>(set).stress(kind, n, F.data(), mu.data(), lambda.data(), call_law<T>, tau.data());
@@ -92,7 +93,10 @@ TEST(StressKernels, ExtremeMatricesGetTheStressOfTheLawItself) {
       for (const Mat3<float>& F : extreme) {
         // Beside a healthy particle in the same pack.
         float in[18], mu[2] = {kMu, kMu}, lambda[2] = {kLambda, kLambda}, tau[12], expected[6];
-        for (int k = 0; k < 9; ++k) in[k] = F(k / 3, k % 3), in[9 + k] = static_cast<float>(k % 4 == 0);
+        for (int k = 0; k < 9; ++k) {
+          in[k] = F(k / 3, k % 3);
+          in[9 + k] = static_cast<float>(k % 4 == 0);
+        }
         mpm_kernels<float>(set).stress(kind, 2, in, mu, lambda, call_law<float>, tau);
         call_law<float>(kind, in, mu[0], lambda[0], expected);
         for (int k = 0; k < 6; ++k) {
@@ -181,7 +185,9 @@ struct OneStep {
         v += w * n.v;
         C += w * 4 / (kDx * kDx) * n.v * d.transpose();
       });
-      after.x.push_back(state.x[i].cast<double>() + kDt * v), after.v.push_back(v), after.C.push_back(C);
+      after.x.push_back(state.x[i].cast<double>() + kDt * v);
+      after.v.push_back(v);
+      after.C.push_back(C);
       const Mat3d step = Mat3d::Identity() + kDt * C;
       after.F.push_back(step * state.F[i].cast<double>());
       after.memory.emplace_back();

@@ -64,13 +64,17 @@ Swing swing(double flip_time) {
   };
   for (size_t i = 0; i < p.size(); ++i) {
     Cell& c = cell_of(state.x[i]);
-    ++c.count, c.x += state.x[i].cast<double>(), c.v += state.v[i].cast<double>(), c.C += state.C[i].cast<double>();
+    ++c.count;
+    c.x += state.x[i].cast<double>();
+    c.v += state.v[i].cast<double>();
+    c.C += state.C[i].cast<double>();
   }
   double rough = 0, all = 0;
   for (size_t i = 0; i < p.size(); ++i) {
     const Cell& c = cell_of(state.x[i]);
     const Vec3d v = state.v[i].cast<double>(), d = state.x[i].cast<double>() - c.x / c.count;
-    rough += (v - c.v / c.count - c.C / c.count * d).squaredNorm(), all += v.squaredNorm();
+    rough += (v - c.v / c.count - c.C / c.count * d).squaredNorm();
+    all += v.squaredNorm();
   }
   return {std::log(extremum[1] / extremum[3]), std::sqrt(rough / all)};
 }
@@ -87,13 +91,15 @@ TEST(FlipBlend, HalvesTheNumericalDampingOfBendingWithoutNoise) {
 TEST(FlipBlend, WithoutFlowTheTotalDeformationIsTheElasticOne) {
   BasicParticles<double> p = testing::block<double>(Vec3d::Constant(0.03), 0.01, 0.8, 2e4);
   Material metal;
-  metal.law = Law::kMetal, metal.yield_stress = 1e9;
+  metal.law = Law::kMetal;
+  metal.yield_stress = 1e9;
   p.materials = {metal};
   auto start = initial_state(p);
   for (size_t i = 0; i < p.size(); ++i)
     for (int a = 0; a < 3; ++a) start.v[i][a] = 0.3 * Random(9, i).normal() + 20 * p.position[i][(a + 1) % 3];
   SimulateOptions options;
-  options.duration = 0.1, options.flip_time = 0.05;
+  options.duration = 0.1;
+  options.flip_time = 0.05;
   const auto end = simulate<double>(options, p, {}, start).state;
   double worst = 0, moved = 0;
   for (size_t i = 0; i < p.size(); ++i) {
@@ -132,7 +138,10 @@ TEST(Sleep, ABlockAtRestCostsNothingUntilItIsTouched) {
   double momentum[2];
   for (const bool sleeping : {false, true}) {
     MpmOptions options;
-    if (sleeping) options.sleep_speed = 1e-3, options.sleep_time = 0.01;
+    if (sleeping) {
+      options.sleep_speed = 1e-3;
+      options.sleep_time = 0.01;
+    }
     Mpm<float> solver(pair.particles, 0.01, Vec3d::Zero(), options);
     solver.load(pair.state, Vec3d::Constant(-1), Vec3d::Constant(1));
     const auto advance = [&](int steps) {

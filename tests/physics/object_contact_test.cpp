@@ -19,7 +19,10 @@ NodePair random_pair(uint64_t seed, bool approaching) {
   for (int i = 0; i < 2; ++i) {
     Random random(seed, i);
     pair.mass[i] = random.uniform(0.5, 2);
-    for (int a = 0; a < 3; ++a) pair.velocity[i][a] = random.normal(), pair.gradient[i][a] = random.normal();
+    for (int a = 0; a < 3; ++a) {
+      pair.velocity[i][a] = random.normal();
+      pair.gradient[i][a] = random.normal();
+    }
   }
   const Vec3d n = (pair.gradient[1] - pair.gradient[0]).normalized();
   const double approach = (pair.velocity[0] - pair.velocity[1]).dot(n);
@@ -36,9 +39,13 @@ std::vector<double> flat(const NodePair& p) {
 
 NodePair unflat(const std::vector<double>& x) {
   NodePair p;
-  p.mass[0] = x[0], p.mass[1] = x[1];
+  p.mass[0] = x[0];
+  p.mass[1] = x[1];
   for (int i = 0; i < 2; ++i)
-    for (int a = 0; a < 3; ++a) p.velocity[i][a] = x[2 + 3 * i + a], p.gradient[i][a] = x[8 + 3 * i + a];
+    for (int a = 0; a < 3; ++a) {
+      p.velocity[i][a] = x[2 + 3 * i + a];
+      p.gradient[i][a] = x[8 + 3 * i + a];
+    }
   return p;
 }
 
@@ -104,8 +111,12 @@ TEST(ObjectContact, TheAdjointAgreesWithDifferences) {
 BasicParticles<double> two(BasicParticles<double> a, const BasicParticles<double>& b, const Vec3d& at) {
   a.object.assign(a.size(), 0);
   for (size_t i = 0; i < b.size(); ++i) {
-    a.position.push_back(b.position[i] + at), a.volume.push_back(b.volume[i]), a.mass.push_back(b.mass[i]);
-    a.young.push_back(b.young[i]), a.poisson.push_back(b.poisson[i]), a.object.push_back(1);
+    a.position.push_back(b.position[i] + at);
+    a.volume.push_back(b.volume[i]);
+    a.mass.push_back(b.mass[i]);
+    a.young.push_back(b.young[i]);
+    a.poisson.push_back(b.poisson[i]);
+    a.object.push_back(1);
   }
   return a;
 }
@@ -118,15 +129,22 @@ Means means(const BasicParticles<double>& p, const State& s) {
   Means m{{Vec3d::Zero(), Vec3d::Zero()}, {Vec3d::Zero(), Vec3d::Zero()}, {0, 0}};
   for (size_t i = 0; i < s.size(); ++i) {
     const int o = p.object[i];
-    m.mass[o] += p.mass[i], m.position[o] += p.mass[i] * s.x[i], m.velocity[o] += p.mass[i] * s.v[i];
+    m.mass[o] += p.mass[i];
+    m.position[o] += p.mass[i] * s.x[i];
+    m.velocity[o] += p.mass[i] * s.v[i];
   }
-  for (int o = 0; o < 2; ++o) m.position[o] /= m.mass[o], m.velocity[o] /= m.mass[o];
+  for (int o = 0; o < 2; ++o) {
+    m.position[o] /= m.mass[o];
+    m.velocity[o] /= m.mass[o];
+  }
   return m;
 }
 
 SimulateOptions options_of(double fps, double duration, const Vec3d& gravity = Vec3d::Zero()) {
   SimulateOptions options;
-  options.fps = fps, options.duration = duration, options.gravity = gravity;
+  options.fps = fps;
+  options.duration = duration;
+  options.gravity = gravity;
   return options;
 }
 
@@ -172,10 +190,12 @@ TEST(ObjectContactLaw, ABlockRestsOnAnotherAndSlidesWithAQuarterMoreFrictionAtMo
              block = testing::block<double>({0.05, 0.04, 0.03}, 0.01, 1.0, 1e5);
   const auto particles = two(slab, block, Vec3d(0.01, 0.01, 0.03));
   Interaction pin;
-  pin.type = InteractionType::kPin, pin.region = Region::half_space(Vec3d(0, 0, 0.012), Vec3d::UnitZ());
+  pin.type = InteractionType::kPin;
+  pin.region = Region::half_space(Vec3d(0, 0, 0.012), Vec3d::UnitZ());
   const auto run = [&](double angle, double friction) {
     SimulateOptions options = options_of(50, 0.3);  // gravity is switched on, for the pin would cancel it
-    options.viscosity_time = 6e-4, options.object_friction = friction;
+    options.viscosity_time = 6e-4;
+    options.object_friction = friction;
     Interaction gravity;
     gravity.type = InteractionType::kGravity;
     gravity.vector = kGravity * Vec3d(std::sin(angle), 0, -std::cos(angle));

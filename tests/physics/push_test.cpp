@@ -27,7 +27,8 @@ Particles stem(int count, double young = 3e5) {
 
 Interaction clamp() {
   Interaction pin;
-  pin.type = InteractionType::kPin, pin.region = Region::half_space(Vec3d(0, 0, kFoot), Vec3d(0, 0, 1));
+  pin.type = InteractionType::kPin;
+  pin.region = Region::half_space(Vec3d(0, 0, kFoot), Vec3d(0, 0, 1));
   return pin;
 }
 
@@ -38,7 +39,8 @@ TEST(Push, TheSameNewtonsBendStemsOfAnyNumberOfParticlesAlike) {
     SimulateOptions options;
     options.duration = 0.15;
     Interaction push;
-    push.type = InteractionType::kPointForce, push.vector = Vec3d(0.01, 0, 0);
+    push.type = InteractionType::kPointForce;
+    push.vector = Vec3d(0.01, 0, 0);
     push.region = Region::box(Vec3d(-1, -1, kFoot + 0.8 * kLength), Vec3d(1, 1, 1));
     return simulate<float>(options, particles, {clamp(), push}, initial_state(particles)).summary.max_displacement;
   };
@@ -49,7 +51,9 @@ TEST(Push, TheSameNewtonsBendStemsOfAnyNumberOfParticlesAlike) {
 TEST(Push, IsSizedToTheStiffness) {
   PushOptions options;
   options.simulate.fps = 30;
-  options.duration = 0.2, options.fraction = 0.15, options.max_particles = 800;
+  options.duration = 0.2;
+  options.fraction = 0.15;
+  options.max_particles = 800;
   const Region tip = Region::sphere(Vec3d(0.01, 0.01, kFoot + kLength), 0.02);
   double newtons[2];
   for (int k = 0; k < 2; ++k) {
@@ -57,7 +61,9 @@ TEST(Push, IsSizedToTheStiffness) {
     const PushSize size = size_push(options, particles, {clamp()}, tip, Vec3d(2, 0, 0));
     newtons[k] = size.newtons;
     Interaction push;
-    push.type = InteractionType::kPointForce, push.region = tip, push.duration = options.duration;
+    push.type = InteractionType::kPointForce;
+    push.region = tip;
+    push.duration = options.duration;
     push.vector = Vec3d(size.newtons, 0, 0);
     SimulateOptions real = options.simulate;
     real.duration = 0.3;

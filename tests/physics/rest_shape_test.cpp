@@ -22,23 +22,30 @@ BasicParticles<double> beam(double young) {
 
 Interaction wall() {
   Interaction pin;
-  pin.type = InteractionType::kPin, pin.region = Region::half_space(Vec3d::Zero(), Vec3d::UnitX());
+  pin.type = InteractionType::kPin;
+  pin.region = Region::half_space(Vec3d::Zero(), Vec3d::UnitX());
   return pin;
 }
 
 double tip(const BasicParticles<double>& p, const State& s) {
   double sum = 0, count = 0;
   for (size_t i = 0; i < s.size(); ++i)
-    if (p.position[i].x() > kLength - 0.01) sum += s.x[i].z() - p.position[i].z(), ++count;
+    if (p.position[i].x() > kLength - 0.01) {
+      sum += s.x[i].z() - p.position[i].z();
+      ++count;
+    }
   return sum / count;
 }
 
 TEST(RestShape, ASolvedBodyDoesNotDroopAndRisesByItsSagWhenGravityEnds) {
   const auto particles = beam(2.4e5);
   SimulateOptions options;
-  options.fps = 50, options.duration = 1, options.rest_shape = RestShapeMode::kSolve;
+  options.fps = 50;
+  options.duration = 1;
+  options.rest_shape = RestShapeMode::kSolve;
   Interaction weightless;
-  weightless.type = InteractionType::kGravity, weightless.start = 0.4;  // to the vector zero
+  weightless.type = InteractionType::kGravity;
+  weightless.start = 0.4;  // to the vector zero
   options.damping_time = 0.1;
   std::vector<State> states;
   const auto result = simulate<double>(options, particles, {wall(), weightless}, initial_state(particles),
@@ -56,9 +63,11 @@ TEST(RestShape, ASolvedBodyDoesNotDroopAndRisesByItsSagWhenGravityEnds) {
 
   // The sag of the same beam when it is loaded from its unloaded shape.
   SimulateOptions loading = options;
-  loading.rest_shape = RestShapeMode::kCaptured, loading.gravity.setZero();
+  loading.rest_shape = RestShapeMode::kCaptured;
+  loading.gravity.setZero();
   Interaction load;
-  load.type = InteractionType::kGravity, load.vector = Vec3d(0, 0, -kGravity);
+  load.type = InteractionType::kGravity;
+  load.vector = Vec3d(0, 0, -kGravity);
   const double sag =
       -tip(particles, simulate<double>(loading, particles, {wall(), load}, initial_state(particles)).state);
   EXPECT_GT(sag, 0.002);
@@ -74,10 +83,13 @@ TEST(Settle, ADroppedBodyEndsAtRestSoonAndSaysHowFarItFell) {
   auto particles = testing::block<double>({0.04, 0.04, 0.04}, 0.01, 1.0, 5e4);
   for (Vec3d& x : particles.position) x.z() += 0.02;
   Interaction ground;
-  ground.type = InteractionType::kGround, ground.friction = 0.5;
+  ground.type = InteractionType::kGround;
+  ground.friction = 0.5;
   ground.region = Region::half_space(Vec3d::Zero(), Vec3d::UnitZ());
   SimulateOptions options;
-  options.fps = 50, options.duration = 0.3, options.settle_time = 5;
+  options.fps = 50;
+  options.duration = 0.3;
+  options.settle_time = 5;
   std::vector<State> states;
   const auto result = simulate<double>(options, particles, {ground}, initial_state(particles),
                                        [&](const State& s) { return states.push_back(s), true; });

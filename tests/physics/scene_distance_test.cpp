@@ -51,8 +51,10 @@ std::vector<Vec3f> cameras() { return {{0.1f, 0.1f, 0.9f}, {0.2f, 0.9f, 0.7f}, {
 TEST(SceneDistance, ATableAndAWallHaveTheirDistancesAndNormals) {
   const std::vector<Surfel> surfels = make_surfels({}, table_and_wall());
   SceneDistanceOptions options;
-  options.box.add(Vec3f(0.2f, 0.2f, 0.0f)), options.box.add(Vec3f(1.0f, 0.8f, 0.6f));
-  options.spacing = 0.0125, options.viewpoints = cameras();
+  options.box.add(Vec3f(0.2f, 0.2f, 0.0f));
+  options.box.add(Vec3f(1.0f, 0.8f, 0.6f));
+  options.spacing = 0.0125;
+  options.viewpoints = cameras();
   const SceneDistanceResult result = make_scene_distance(options, surfels);
   EXPECT_GE(result.summary.floaters, 8);
   EXPECT_LT(result.summary.floaters, 30);
@@ -66,7 +68,9 @@ TEST(SceneDistance, ATableAndAWallHaveTheirDistancesAndNormals) {
     const auto at = result.grid.sample(x);
     const double error = std::abs(at.distance - truth);
     const Vec3d normal = table < wall ? Vec3d(0, 0, 1) : Vec3d(-1, 0, 0);
-    sum += error * error, worst = std::max(worst, error), ++count;
+    sum += error * error;
+    worst = std::max(worst, error);
+    ++count;
     turned += std::acos(std::min(1.0, at.normal.dot(normal)));
   }
   ASSERT_GT(count, 300);
@@ -82,8 +86,10 @@ TEST(SceneDistance, BesideTheEndOfATableIsNothing) {
   for (int i = 0; i < 30; ++i)
     for (int j = 0; j < 30; ++j) add(cloud, Vec3f(0.02f * i, 0.02f * j, 0), Vec3f(0.012f, 0.012f, 0.002f), i * 30 + j);
   SceneDistanceOptions options;
-  options.box.add(Vec3f(-0.3f, -0.3f, -0.2f)), options.box.add(Vec3f(0.9f, 0.9f, 0.3f));
-  options.spacing = 0.02, options.viewpoints = {Vec3f(0.3f, 0.3f, 2)};
+  options.box.add(Vec3f(-0.3f, -0.3f, -0.2f));
+  options.box.add(Vec3f(0.9f, 0.9f, 0.3f));
+  options.spacing = 0.02;
+  options.viewpoints = {Vec3f(0.3f, 0.3f, 2)};
   const SceneDistanceResult result = make_scene_distance(options, make_surfels({}, cloud));
   EXPECT_LT(result.grid.sample(Vec3d(0.3, 0.3, -0.1)).distance, -0.09);
   EXPECT_GT(result.grid.sample(Vec3d(0.3, 0.3, 0.1)).distance, 0.09);
@@ -94,7 +100,8 @@ TEST(SceneDistance, BesideTheEndOfATableIsNothing) {
 TEST(SceneDistance, SurfelsOfTheObjectItselfAndOfNothingLeaveNoObstacle) {
   const std::vector<Surfel> surfels = make_surfels({}, table_and_wall());
   SceneDistanceOptions options;
-  options.box.add(Vec3f(0.2f, 0.2f, 0.0f)), options.box.add(Vec3f(0.6f, 0.6f, 0.3f));
+  options.box.add(Vec3f(0.2f, 0.2f, 0.0f));
+  options.box.add(Vec3f(0.6f, 0.6f, 0.3f));
   const std::vector<uint8_t> all(surfels.size(), 1);
   EXPECT_TRUE(make_scene_distance(options, surfels, all).grid.value.empty());
   EXPECT_TRUE(make_scene_distance(options, {}).grid.value.empty());
@@ -106,8 +113,10 @@ TEST(SceneDistance, SurfelsOfTheObjectItselfAndOfNothingLeaveNoObstacle) {
 
 TEST(SceneDistance, ABallDroppedOnTheTableRestsAtTheRightHeight) {
   SceneDistanceOptions options;
-  options.box.add(Vec3f(0.2f, 0.2f, -0.1f)), options.box.add(Vec3f(0.7f, 0.7f, 0.5f));
-  options.spacing = 0.015, options.viewpoints = cameras();
+  options.box.add(Vec3f(0.2f, 0.2f, -0.1f));
+  options.box.add(Vec3f(0.7f, 0.7f, 0.5f));
+  options.spacing = 0.015;
+  options.viewpoints = cameras();
   const SceneDistanceResult scene = make_scene_distance(options, make_surfels({}, table_and_wall()));
   constexpr double dx = 0.02, radius = 0.07;
   auto ball = testing::fill_shape<double>(Vec3d::Constant(2 * radius), dx, 2, 1.0, 1e5, 0.3, 1000, [&](const Vec3d& x) {
@@ -115,14 +124,21 @@ TEST(SceneDistance, ABallDroppedOnTheTableRestsAtTheRightHeight) {
   });
   for (Vec3d& x : ball.position) x += Vec3d(0.38, 0.38, kTable + 0.03);
   Interaction table;
-  table.type = InteractionType::kCollider, table.friction = 0.5;
+  table.type = InteractionType::kCollider;
+  table.friction = 0.5;
   table.distance = std::make_shared<SignedDistanceGrid>(scene.grid);
   SimulateOptions run;
-  run.fps = 50, run.duration = 0.8, run.damping_time = 0.2;
+  run.fps = 50;
+  run.duration = 0.8;
+  run.damping_time = 0.2;
   const auto end = simulate<double>(run, ball, {table}, initial_state(ball)).state;
   Vec3d centre = Vec3d::Zero(), velocity = Vec3d::Zero();
-  for (size_t i = 0; i < end.size(); ++i) centre += end.x[i], velocity += end.v[i];
-  centre /= static_cast<double>(end.size()), velocity /= static_cast<double>(end.size());
+  for (size_t i = 0; i < end.size(); ++i) {
+    centre += end.x[i];
+    velocity += end.v[i];
+  }
+  centre /= static_cast<double>(end.size());
+  velocity /= static_cast<double>(end.size());
   EXPECT_NEAR(centre.z(), kTable + radius, 0.5 * dx);
   EXPECT_LT(velocity.norm(), 0.03);
 }

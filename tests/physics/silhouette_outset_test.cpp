@@ -24,8 +24,11 @@ GaussianCloud sphere(int count) {
     const double z = 1 - (2 * i + 1.0) / count, r = std::sqrt(1 - z * z), angle = 2.39996323 * i;
     const Vec3f n(r * std::cos(angle), r * std::sin(angle), z);
     Mat3f R;
-    R.col(2) = n, R.col(0) = n.unitOrthogonal(), R.col(1) = n.cross(Vec3f(R.col(0)));
-    cloud.position[i] = kRadius * n, cloud.rotation[i] = quaternion_wxyz(R);
+    R.col(2) = n;
+    R.col(0) = n.unitOrthogonal();
+    R.col(1) = n.cross(Vec3f(R.col(0)));
+    cloud.position[i] = kRadius * n;
+    cloud.rotation[i] = quaternion_wxyz(R);
     cloud.log_scale[i] = Vec3d(sigma, sigma, 0.2 * sigma).array().log().matrix().cast<float>();
     cloud.opacity_logit[i] = 3;
   }
@@ -55,7 +58,8 @@ double radius_in_pictures(const GaussianCloud& cloud, const std::vector<Camera>&
 
 double filled_radius(const GaussianCloud& cloud, float outset) {
   FillOptions options;
-  options.target_count = 20000, options.outset = outset;
+  options.target_count = 20000;
+  options.outset = outset;
   FillSummary summary;
   fill_interior(options, cloud, &summary);
   return std::cbrt(summary.volume * 3 / (4 * kPi));

@@ -22,20 +22,24 @@ using State = BasicSimulationState<double>;
 
 SimulateOptions options_of(double fps, double duration) {
   SimulateOptions options;
-  options.fps = fps, options.duration = duration;
+  options.fps = fps;
+  options.duration = duration;
   return options;
 }
 
 Interaction pin_below(double z, double duration = INFINITY) {
   Interaction pin;
-  pin.type = InteractionType::kPin, pin.duration = duration;
+  pin.type = InteractionType::kPin;
+  pin.duration = duration;
   pin.region = Region::half_space(Vec3d(0, 0, z), Vec3d(0, 0, 1));
   return pin;
 }
 
 Interaction gust(const Vec3d& acceleration, double duration = INFINITY) {
   Interaction it;
-  it.type = InteractionType::kGust, it.vector = acceleration, it.duration = duration;
+  it.type = InteractionType::kGust;
+  it.vector = acceleration;
+  it.duration = duration;
   return it;
 }
 
@@ -170,11 +174,15 @@ TEST(Simulate, TimeCentredEnergyNeverGrows) {
     if (s.frame > 1) {
       // v lies half a step before x: PE_n + (KE_n + KE_n+1) / 2.
       const double energy = last_potential + 0.5 * (last_kinetic + kinetic);
-      if (first == 0) first = energy, last = energy;
+      if (first == 0) {
+        first = energy;
+        last = energy;
+      }
       largest_rise = std::max(largest_rise, energy - last);
       last = energy;
     }
-    last_potential = potential, last_kinetic = kinetic;
+    last_potential = potential;
+    last_kinetic = kinetic;
     return true;
   });
   EXPECT_LT(largest_rise, 1e-5 * first);
@@ -200,7 +208,8 @@ TEST(Simulate, TrajectoriesAreEqualForOneTwoAndFourThreads) {
 TEST(Simulate, ResumedRunsEqualUnbrokenOnes) {
   const auto particles = testing::block<float>({0.04, 0.04, 0.1}, 0.01);
   Interaction grab;
-  grab.type = InteractionType::kGrab, grab.region = Region::sphere(Vec3d(0.02, 0.02, 0.1), 0.02);
+  grab.type = InteractionType::kGrab;
+  grab.region = Region::sphere(Vec3d(0.02, 0.02, 0.1), 0.02);
   grab.path = {{0, Vec3d(0.02, 0.02, 0.09)}, {0.3, Vec3d(0.05, 0.02, 0.09)}};
   const std::vector<Interaction> script = {pin_below(0.02), gust(Vec3d(5, 1, 0), 0.1), grab};
   SimulationState saved;
@@ -262,13 +271,16 @@ TEST(Simulate, AnUnstableFrameIsRepeatedWithSmallerSteps) {
 TEST(Simulate, AHopelessFrameIsANumericalFailureAfterTheLastGoodFrame) {
   const auto particles = testing::block<double>({0.04, 0.04, 0.06}, 0.01);
   Interaction blow;
-  blow.type = InteractionType::kPointForce, blow.vector = Vec3d(1e30, 0, 0), blow.start = 0.1;
+  blow.type = InteractionType::kPointForce;
+  blow.vector = Vec3d(1e30, 0, 0);
+  blow.start = 0.1;
   blow.region = Region::sphere(Vec3d(0.02, 0.02, 0.05), 0.02);
   int frames = -1;
   try {
     simulate<double>(options_of(30, 1), particles, {blow}, initial_state(particles), [&](const State& s) {
       for (const Vec3d& x : s.x) EXPECT_TRUE(x.allFinite());
-      return frames = s.frame, true;
+      frames = s.frame;
+      return true;
     });
     FAIL() << "no error";
   } catch (const Error& error) {
@@ -285,7 +297,8 @@ TEST(Simulate, AnOscillationDecaysInTheGivenTime) {
   for (size_t i = 0; i < start.size(); ++i) start.v[i].z() = 0.05 * std::sin(1.5707963 * start.x[i].z() / 0.08);
   const auto amplitude = [&](double damping_time, double viscosity_time) {
     SimulateOptions options = options_of(400, 0.3);
-    options.damping_time = damping_time, options.viscosity_time = viscosity_time;
+    options.damping_time = damping_time;
+    options.viscosity_time = viscosity_time;
     options.substeps = 8;
     double peak = 0;
     simulate<double>(options, particles, {pin_below(0.0)}, start, [&](const State& s) {
@@ -321,11 +334,14 @@ TEST(Simulate, ImpossibleInputIsAUsageError) {
   auto bad = good;
   bad.young[3] = -1;
   EXPECT_EQ(run(bad, options), 2);
-  bad = good, bad.poisson[3] = 0.5;
+  bad = good;
+  bad.poisson[3] = 0.5;
   EXPECT_EQ(run(bad, options), 2);
-  bad = good, bad.mass[3] = 0;
+  bad = good;
+  bad.mass[3] = 0;
   EXPECT_EQ(run(bad, options), 2);
-  bad = good, bad.position[3].x() = NAN;
+  bad = good;
+  bad.position[3].x() = NAN;
   EXPECT_EQ(run(bad, options), 2);
   for (const double fps : {0.0, -1.0, static_cast<double>(NAN)}) EXPECT_EQ(run(good, options_of(fps, 1)), 2);
   EXPECT_EQ(run(good, options_of(30, -1)), 2);

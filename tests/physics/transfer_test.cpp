@@ -23,8 +23,10 @@ struct Cloud {
       Random random(3, i);
       for (int a = 0; a < 3; ++a) {
         state.v[i][a] = random.normal();
-        for (int b = 0; b < 3; ++b)
-          state.C[i](a, b) = 20 * random.normal(), state.F[i](a, b) += strain * random.normal();
+        for (int b = 0; b < 3; ++b) {
+          state.C[i](a, b) = 20 * random.normal();
+          state.F[i](a, b) += strain * random.normal();
+        }
       }
       momentum_scale += particles.mass[i] * state.v[i].norm();
       angular_scale += particles.mass[i] * state.v[i].norm() * state.x[i].norm();
@@ -40,7 +42,8 @@ TEST(Spline, WeightsSumToOneAndReproduceLinearFields) {
     double sum = 0, first = 0, second = 0;
     for (int k = 0; k < 3; ++k) {
       EXPECT_GE(s.weight[k], 0);
-      sum += s.weight[k], first += s.weight[k] * (k - s.offset);
+      sum += s.weight[k];
+      first += s.weight[k] * (k - s.offset);
       second += s.weight[k] * (k - s.offset) * (k - s.offset);
     }
     EXPECT_NEAR(sum, 1, 4 * kEps);
@@ -93,8 +96,11 @@ TEST(Transfer, AffineVelocityFieldsAreReproduced) {
   Mat3d A;
   A << 1, -2, 3, 0.5, 4, -1, 2, 1, -3;
   const Vec3d b(0.3, -0.2, 0.1);
-  for (size_t i = 0; i < cloud.state.size(); ++i)
-    cloud.state.v[i] = A * cloud.state.x[i] + b, cloud.state.C[i] = A, cloud.state.F[i].setIdentity();
+  for (size_t i = 0; i < cloud.state.size(); ++i) {
+    cloud.state.v[i] = A * cloud.state.x[i] + b;
+    cloud.state.C[i] = A;
+    cloud.state.F[i].setIdentity();
+  }
   cloud.solver.load(cloud.state, Vec3d::Constant(-1), Vec3d::Constant(1));
   const double dt = 1e-6;
   cloud.solver.particles_to_grid(dt, {});

@@ -97,7 +97,8 @@ TEST(Associate, IdsOfOneViewEachBecomeIdsOfAllViews) {
 TEST(Associate, DoesNotDependOnTheOrderOfViewsNorOnTheIdsInsideThem) {
   const MadeScene scene = made_scene(three_balls());
   MaskSet masks = cast_masks(scene);
-  replace(masks.views[2].ids, 300, MadeScene::kTable), replace(masks.views[4].ids, 7, 0);
+  replace(masks.views[2].ids, 300, MadeScene::kTable);
+  replace(masks.views[4].ids, 7, 0);
   const AssociateResult expected = associate({}, scene.cloud, scene.cameras, shuffled(masks, 1));
   for (uint64_t seed : {2, 3}) {
     MaskSet other = shuffled(masks, seed);
@@ -141,7 +142,8 @@ TEST(Associate, AMaskOfTwoObjectsIsCutAlongThem) {
   MaskSet masks = truth;
   replace(masks.views[1].ids, 300, 70000);            // two balls
   replace(masks.views[5].ids, 7, MadeScene::kTable);  // a ball and the table under it
-  replace(masks.views[9].ids, 300, MadeScene::kTable), replace(masks.views[9].ids, 70000, MadeScene::kTable);
+  replace(masks.views[9].ids, 300, MadeScene::kTable);
+  replace(masks.views[9].ids, 70000, MadeScene::kTable);
   const AssociateResult result = associate({}, scene.cloud, scene.cameras, shuffled(masks));
   EXPECT_EQ(result.summary.groups, 4);
   EXPECT_EQ(result.summary.merged, 3);
@@ -237,7 +239,8 @@ TEST(Associate, FourHundredObjectsAndMoreIdsThanEightBitsHold) {
       balls.push_back({Vec3f(-0.9f + 1.8f * i / 19, -0.9f + 1.8f * j / 19, 0.035f), 0.045f,
                        static_cast<uint32_t>(1000 + 20 * i + j), Vec3f::Zero()});
   MadeScene scene = made_scene(balls, 0);
-  scene.cloud = {}, scene.truth.clear();
+  scene.cloud = {};
+  scene.truth.clear();
   for (float x = -1; x <= 1; x += 0.02f)
     for (float y = -1; y <= 1; y += 0.02f) add_disc(scene.cloud, Vec3f(x, y, 0), Vec3f::UnitZ(), 0.012f, Vec3f::Ones());
   for (const auto& ball : balls)
@@ -315,7 +318,8 @@ TEST(CountBoundaries, AreTheOverlapsOfTheBandsOfEachIdByItself) {
         for (int x = 0; x < 60; ++x) {
           if (truth(x, y) == 0) continue;
           const bool a = ring(ours, x, y), b = ring(truth, x, y);
-          both += a && b, either += a || b;
+          both += a && b;
+          either += a || b;
         }
       EXPECT_EQ(count.both, both) << id;
       EXPECT_EQ(count.either, either) << id;

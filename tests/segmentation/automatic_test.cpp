@@ -24,7 +24,8 @@ double best_iou(const MadeScene& scene, const AutomaticResult& result, uint32_t 
     size_t both = 0, either = 0;
     for (size_t p = 0; p < scene.truth.size(); ++p) {
       const bool a = scene.truth[p] == truth, b = result.label[p] == thing.id;
-      both += a && b, either += a || b;
+      both += a && b;
+      either += a || b;
     }
     best = std::max(best, static_cast<double>(both) / static_cast<double>(either));
   }
@@ -123,7 +124,8 @@ TEST(Automatic, MasksShowTheObjectsOnlyInViewsThatAreNotHeldOut) {
     for (size_t i = 0; i < truth.data.size(); ++i) {
       const bool a = truth.data[i] != 0 && truth.data[i] != MadeScene::kTable,
                  b = view.ids.data[i] == 1 || view.ids.data[i] == 2;
-      both += a && b, either += a || b;
+      both += a && b;
+      either += a || b;
     }
     EXPECT_GT(static_cast<double>(both), 0.8 * static_cast<double>(either));
   }
@@ -183,11 +185,14 @@ TEST(Automatic, BrokenGaussiansAmongSoundOnesChangeNothing) {
 template <class Pixel>
 SurfacePicture flat_picture(Pixel pixel) {
   SurfacePicture picture;
-  picture.width = 60, picture.height = 40, picture.focal = 50;
+  picture.width = 60;
+  picture.height = 40;
+  picture.focal = 50;
   for (int y = 0; y < picture.height; ++y)
     for (int x = 0; x < picture.width; ++x) {
-      picture.alpha.push_back(1), picture.lab.push_back(Vec3f::Constant(0.5f)),
-          picture.normal.push_back(-Vec3f::UnitZ());
+      picture.alpha.push_back(1);
+      picture.lab.push_back(Vec3f::Constant(0.5f));
+      picture.normal.push_back(-Vec3f::UnitZ());
       float depth = 2;
       pixel(x, y, picture.lab.back(), picture.normal.back(), depth, picture.alpha.back());
       picture.point.push_back(depth * Vec3f((x - 30) / 50.0f, (y - 20) / 50.0f, 1));

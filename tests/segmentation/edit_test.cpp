@@ -29,7 +29,8 @@ struct Fitted {
 
   Fitted() {
     SemanticOptions options;
-    options.iterations = 40, options.seed = 2;
+    options.iterations = 40;
+    options.seed = 2;
     segmentation = fit_semantic_field(options, scene.cloud, scene.cameras, cast_masks(scene)).segmentation;
     merge_islands({}, scene.cloud, segmentation);
     segmentation.class_name = {"table", "pear", "plum", "berry"};  // ids 3, 5, 300, 70000
@@ -126,8 +127,10 @@ TEST(Edit, ADroppedObjectTakesTheLabelOfWhatItStandsOn) {
 
 TEST(Edit, TheOrderOfMergesDoesNotMatterForTheParts) {
   Fitted a = fitted(), b = fitted();
-  a.edit(Kind::kMerge, "300,5"), a.edit(Kind::kMerge, "3,70000");
-  b.edit(Kind::kMerge, "70000,3"), b.edit(Kind::kMerge, "5,300");
+  a.edit(Kind::kMerge, "300,5");
+  a.edit(Kind::kMerge, "3,70000");
+  b.edit(Kind::kMerge, "70000,3");
+  b.edit(Kind::kMerge, "5,300");
   EXPECT_EQ(parts_of(a.segmentation.label), parts_of(b.segmentation.label));
 }
 
@@ -135,7 +138,8 @@ TEST(Edit, IdsAreNeverUsedAgain) {
   Fitted f = fitted();
   f.edit(Kind::kMerge, "300,5");
   EXPECT_EQ(f.edit(Kind::kSplit, "300").ids.back(), 70001u);
-  f.edit(Kind::kDrop, "70001"), f.edit(Kind::kDrop, "70000");
+  f.edit(Kind::kDrop, "70001");
+  f.edit(Kind::kDrop, "70000");
   f.edit(Kind::kMerge, "3,300");
   EXPECT_EQ(f.edit(Kind::kSplit, "3").ids[1], 70002u);
 }
@@ -190,12 +194,15 @@ TEST(Edit, SeventyObjectsInSixteenChannelsStayApart) {
       blob.push_back(k);
     }
   Segmentation s;
-  s.class_id = {1}, s.class_name = {"all"}, s.classifier_bias = {0.0f};
+  s.class_id = {1};
+  s.class_name = {"all"};
+  s.classifier_bias = {0.0f};
   s.classifier = class_codes(1, 3);
   for (size_t p = 0; p < cloud.size(); ++p)
     s.attribute.insert(s.attribute.end(), s.classifier.begin(), s.classifier.end());
   for (float& w : s.classifier) w *= 8;
-  s.seen.assign(cloud.size(), 1), s.class_cameras = {{}};
+  s.seen.assign(cloud.size(), 1);
+  s.class_cameras = {{}};
   update_labels(s);
   SplitOptions options;
   options.crumb = 0.001f;
@@ -226,7 +233,8 @@ TEST(Edit, MistakesNameTheNearestObjectAndChangeNothing) {
   expect_error(Failure::kUsage, {"--name", "pear", "object 5"}, [&] { f.edit(Kind::kName, "300=pear"); });
   EXPECT_EQ(f.segmentation.label, fitted().segmentation.label);
   EXPECT_EQ(f.segmentation.class_id, fitted().segmentation.class_id);
-  f.edit(Kind::kName, "300=vase"), f.edit(Kind::kName, "5=big red=vase");
+  f.edit(Kind::kName, "300=vase");
+  f.edit(Kind::kName, "5=big red=vase");
   EXPECT_EQ(f.segmentation.class_name[2], "vase");
   EXPECT_EQ(f.segmentation.class_name[1], "big red=vase");
   EXPECT_EQ(class_of_object(f.segmentation, "--object", "vase"), 2u);

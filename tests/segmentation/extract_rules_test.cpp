@@ -36,7 +36,9 @@ void expect_only(const ExtractResult& result, ExtractRule fired, size_t count, f
 
 ExtractResult extract_ball(const MadeScene& scene, const Segmentation& segmentation, bool hull = false) {
   ExtractOptions options;
-  options.object = 300, options.support = MadeScene::kTable, options.hull = hull;
+  options.object = 300;
+  options.support = MadeScene::kTable;
+  options.hull = hull;
   return extract(options, scene.cloud, segmentation);
 }
 
@@ -84,7 +86,8 @@ TEST(ExtractRules, AMissingPatchOfASurfaceIsNotInsideButWhatAHollowHoldsIs) {
       keep.push_back(static_cast<int>(p));
   std::vector<uint32_t> truth;
   for (int p : keep) truth.push_back(scene.truth[p]);
-  scene.cloud = scene.cloud.select(keep), scene.truth = truth;
+  scene.cloud = scene.cloud.select(keep);
+  scene.truth = truth;
   for (int i = 0; i < 5; ++i) {
     add_disc(scene.cloud, ball.centre + Vec3f(0.03f * i - 0.06f, 0.0f, 0.02f), Vec3f::UnitZ(), 0.01f, Vec3f::Ones());
     add_disc(scene.cloud, ball.centre + Vec3f(0.03f * i - 0.06f, 1.3f * ball.radius, 0.1f), Vec3f::UnitZ(), 0.01f,

@@ -38,7 +38,9 @@ TEST(Extract, ProbabilityBelowTheThresholdStaysInTheBackground) {
     for (int k = 0; k < kSemanticChannels; ++k) segmentation.attribute[p * kSemanticChannels + k] *= 0.03f;
   update_labels(segmentation);
   ExtractOptions options;
-  options.object = 300, options.enclosed = false, options.island_share = 0;
+  options.object = 300;
+  options.enclosed = false;
+  options.island_share = 0;
   const ExtractResult result = extract(options, scene.cloud, segmentation);
   EXPECT_EQ(result.summary.below_probability, 3u);
   for (int p : doubtful) EXPECT_TRUE(std::binary_search(result.background.begin(), result.background.end(), p));
@@ -56,8 +58,11 @@ TEST(Islands, APatchOfAnotherLabelOnABallIsMergedAndARealBallIsNot) {
   // The side of the ball away from the table's middle is labelled as the table, which it does not touch.
   size_t patch = 0;
   for (size_t p = 0; p < label.size(); ++p)
-    if (scene.truth[p] == 300 && scene.cloud.position[p].z() > 0.8f * scene.balls[0].radius + scene.balls[0].centre.z())
-      label[p] = MadeScene::kTable, ++patch;
+    if (scene.truth[p] == 300 &&
+        scene.cloud.position[p].z() > 0.8f * scene.balls[0].radius + scene.balls[0].centre.z()) {
+      label[p] = MadeScene::kTable;
+      ++patch;
+    }
   ASSERT_GT(patch, 3u);
   Segmentation segmentation = certain(label, kIds);
   EXPECT_EQ(merge_islands({}, scene.cloud, segmentation), patch);
@@ -109,7 +114,8 @@ TEST(Extract, GaussiansAtTheContactGoToTheSideOfThePlaneTheyLieOn) {
   ASSERT_GE(raised, 0);
   scene.truth[raised] = MadeScene::kTable;
   ExtractOptions options;
-  options.object = 300, options.support = MadeScene::kTable;
+  options.object = 300;
+  options.support = MadeScene::kTable;
   const ExtractResult result = extract(options, scene.cloud, certain(scene.truth, kIds));
   EXPECT_EQ(result.summary.contact_to_support, 1u);
   EXPECT_EQ(result.summary.contact_to_object, 1u);

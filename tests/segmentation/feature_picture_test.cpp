@@ -75,7 +75,8 @@ TEST(FeaturePicture, TwoObjectsShowInTwoColoursWhereTheyAre) {
   for (int y = 0; y < ids.height; ++y)
     for (int x = 0; x < ids.width; ++x) {
       auto& [sum, count] = mean.try_emplace(ids(x, y), Vec3f::Zero(), 0).first->second;
-      sum += Eigen::Map<const Vec3f>(sheet.at(8 + x, 16 + ids.height + y)), ++count;
+      sum += Eigen::Map<const Vec3f>(sheet.at(8 + x, 16 + ids.height + y));
+      ++count;
     }
   for (auto& [id, entry] : mean) entry.first /= static_cast<float>(entry.second);
   EXPECT_LT(mean[0].first.norm(), 0.15f);

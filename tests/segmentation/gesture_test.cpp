@@ -24,7 +24,9 @@ TEST(ColorModel, RecoversAKnownMixture) {
     colors.push_back(x);
   }
   ColorModelOptions options;
-  options.components = 2, options.ridge = 0, options.rounds = 30;
+  options.components = 2;
+  options.ridge = 0;
+  options.rounds = 30;
   const ColorModel model = ColorModel::fit(options, colors);
   ASSERT_EQ(model.components().size(), 2u);
   const int first = model.components()[0].weight < 0.5f ? 0 : 1;
@@ -100,7 +102,8 @@ TEST(GaussianGraph, WhatTouchesNothingButTheObjectIsEnclosed) {
   EXPECT_EQ(enclosed(nothing, 0.01f), (std::vector<int>{3, 4}));
   EXPECT_TRUE(enclosed(nothing, 0.9f).empty()) << "too light";
   EXPECT_TRUE(enclosed({0, 0, 0, 0, 1}, 0.01f).empty()) << "one of the pair is known to be outside";
-  graph.border = {{4, 17, 0.0f}}, graph.border_nearness = {0.5f};
+  graph.border = {{4, 17, 0.0f}};
+  graph.border_nearness = {0.5f};
   EXPECT_TRUE(enclosed(nothing, 0.01f).empty()) << "tied to what lies outside the box";
   graph.edge_nearness[3] = 0;
   EXPECT_EQ(enclosed(nothing, 0.01f), (std::vector<int>{3})) << "4 is tied to the outside, but 3 no longer to 4";
@@ -112,7 +115,8 @@ TEST(GaussianGraph, PartsBelongToTheObjectWhenTheyLieAgainstItMoreThanAgainstThe
   graph.nodes = {0, 1, 2, 3, 4, 5, 6};
   graph.edges = {{0, 1, 0.9f}, {1, 2, 0.01f}, {2, 3, 0.01f}, {1, 4, 0.01f}, {4, 5, 0.01f}, {5, 6, 0.9f}};
   graph.edge_nearness = {0.9f, 0.8f, 0.7f, 0.5f, 0.9f, 0.9f};
-  graph.opacity.assign(7, 1.0f), graph.opacity[0] = 5;
+  graph.opacity.assign(7, 1.0f);
+  graph.opacity[0] = 5;
   const std::vector<uint8_t> label = {1, 1, 1, 1, 1, 0, 0};
   const std::vector<int> part = connected_parts(graph, label, 0.02f);
   std::vector<uint8_t> wanted(8, 0);
@@ -126,7 +130,8 @@ TEST(GaussianGraph, PartsBelongToTheObjectWhenTheyLieAgainstItMoreThanAgainstThe
 
 TEST(GrabCut, FindsADiscOfAnotherColourInsideALooseBox) {
   GrabCutInput input;
-  input.width = 60, input.height = 50;
+  input.width = 60;
+  input.height = 50;
   for (int y = 0; y < 50; ++y)
     for (int x = 0; x < 60; ++x) {
       const bool disc = (x - 30) * (x - 30) + (y - 25) * (y - 25) < 144;
@@ -150,7 +155,8 @@ struct GestureTest : ::testing::Test {
   GestureOptions options;
 
   GestureTest() {
-    options.window = options.refine_window = 120, options.refine_views = 6;
+    options.window = options.refine_window = 120;
+    options.refine_views = 6;
     options.up = Vec3f::UnitZ();
   }
 
@@ -161,8 +167,10 @@ struct GestureTest : ::testing::Test {
     for (int y = 0; y < ids.height; ++y)
       for (int x = 0; x < ids.width; ++x)
         if (ids(x, y) == id) {
-          box.x0 = std::min<float>(box.x0, x), box.x1 = std::max<float>(box.x1, x + 1);
-          box.y0 = std::min<float>(box.y0, y), box.y1 = std::max<float>(box.y1, y + 1);
+          box.x0 = std::min<float>(box.x0, x);
+          box.x1 = std::max<float>(box.x1, x + 1);
+          box.y0 = std::min<float>(box.y0, y);
+          box.y1 = std::max<float>(box.y1, y + 1);
         }
     const float dx = loosen * (box.x1 - box.x0), dy = loosen * (box.y1 - box.y0);
     return {camera, box.x0 - dx, box.y0 - dy, box.x1 + dx, box.y1 + dy};
@@ -244,7 +252,8 @@ TEST_F(GestureTest, AClickTakesAThingOfManyColoursWholeFromThePlaneBehindIt) {
 TEST_F(GestureTest, ABackgroundStrokeRemovesALeak) {
   // A ball grows out of another of the same colour, and one box holds both: it is a leak until a stroke crosses it.
   auto balls = two_balls();
-  balls[1].colour = balls[0].colour, balls[1].centre = Vec3f(0.06f, 0.1f, 0.15f);
+  balls[1].colour = balls[0].colour;
+  balls[1].centre = Vec3f(0.06f, 0.1f, 0.15f);
   scene = made_scene(balls);
   Gesture gesture;
   BoxPrompt a = box_of(300, 0, 0.05f), b = box_of(70000, 0, 0.05f);

@@ -87,7 +87,8 @@ TEST(MaskMeasures, PartsWithoutASeedAndSmallHolesTurn) {
   ImageF logits(20, 10, 1, -1);
   for (int y = 2; y < 8; ++y)
     for (int x = 2; x < 10; ++x) logits(x, y) = 1;
-  logits(5, 5) = -1, logits(15, 5) = 1;
+  logits(5, 5) = -1;
+  logits(15, 5) = 1;
   std::vector<uint8_t> wanted(logits.data.size(), 0);
   wanted[3 * 20 + 3] = 1;
   tidy_parts(wanted, 0.1f, 0.1f, logits);

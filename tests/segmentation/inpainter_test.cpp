@@ -51,7 +51,8 @@ Painted painted(int max_planes, int refine_rounds) {
     (scene.truth[p] == 300 ? object : background).push_back(static_cast<int>(p));
   Painted out{scene.cloud.select(background), scene.cloud.select(object), scene.cameras, {}, {}};
   RepairOptions options;
-  options.max_planes = max_planes, options.refine.rounds = refine_rounds;
+  options.max_planes = max_planes;
+  options.refine.rounds = refine_rounds;
   out.result = repair(options, out.background, out.object, out.cameras, {}, &out.painter);
   return out;
 }

@@ -51,17 +51,20 @@ TEST(BlendedSemanticLoss, DerivativesFollowFiniteDifferences) {
   const double h = 1e-5;
   for (size_t k = 0; k < S.size(); ++k) {
     std::vector<double> up = S, down = S;
-    up[k] += h, down[k] -= h;
+    up[k] += h;
+    down[k] -= h;
     EXPECT_NEAR(adj[k], (value(up, model) - value(down, model)) / (2 * h), 1e-8);
   }
   for (size_t k = 0; k < model.classifier.size(); ++k) {
     SemanticModel<double> up = model, down = model;
-    up.classifier[k] += h, down.classifier[k] -= h;
+    up.classifier[k] += h;
+    down.classifier[k] -= h;
     EXPECT_NEAR(gradient.classifier[k], (value(S, up) - value(S, down)) / (2 * h), 1e-8);
   }
   for (int c = 0; c < classes; ++c) {
     SemanticModel<double> up = model, down = model;
-    up.bias[c] += h, down.bias[c] -= h;
+    up.bias[c] += h;
+    down.bias[c] -= h;
     EXPECT_NEAR(gradient.bias[c], (value(S, up) - value(S, down)) / (2 * h), 1e-8);
   }
 }
@@ -74,7 +77,9 @@ class JointTraining : public ::testing::Test {
       masks_.views.push_back({static_cast<int>(i), halves(photos_.photos[i].camera)});
       if (photos_.photos[i].held_out) joint_.held_out.push_back(static_cast<int>(i));
     }
-    options_.iterations = 400, options_.most_gaussians = 700, options_.refine_every = 20;
+    options_.iterations = 400;
+    options_.most_gaussians = 700;
+    options_.refine_every = 20;
     start_ = random_cloud(cameras_of(photos_), 400, 1);
   }
 
@@ -91,8 +96,12 @@ class JointTraining : public ::testing::Test {
 TEST_F(JointTraining, LabelsHeldOutPhotosAndKeepsThePictures) {
   const JointTerm term(joint_, masks_);
   Trainer alone(options_, photos_, start_), joint(options_, photos_, start_, &term);
-  while (!joint.finished()) alone.step(), joint.step();
-  alone.measure(), joint.measure();
+  while (!joint.finished()) {
+    alone.step();
+    joint.step();
+  }
+  alone.measure();
+  joint.measure();
   EXPECT_GT(joint.state().curve[0].psnr, alone.state().curve[0].psnr - 0.5);
 
   const Segmentation segmentation = term.segmentation(joint.state(), cameras_of(photos_), {});
@@ -113,7 +122,10 @@ TEST_F(JointTraining, NeverLooksAtMasksThatAreHeldOut) {
     for (uint32_t& id : spoilt.views[i].ids.data) id = kRight;
   const JointTerm term(joint_, masks_), other(joint_, spoilt);
   Trainer a(options_, photos_, start_, &term), b(options_, photos_, start_, &other);
-  while (!a.finished()) a.step(), b.step();
+  while (!a.finished()) {
+    a.step();
+    b.step();
+  }
   EXPECT_EQ(a.state().attribute, b.state().attribute);
   EXPECT_EQ(a.state().shared, b.state().shared);
 }

@@ -163,8 +163,10 @@ TEST(PaintMasks, ASmallThingLiesInFrontOfTheLargeOneAroundItAndElseTheBetterScor
 TEST(LabelSet, AThingOfANameHasOneIdInAllPhotosAndNamesFollowAnAssociation) {
   LabelledPhoto a, b;
   a.ids = b.ids = IdImage(4, 1, 1);
-  a.ids.data = {1, 1, 2, 0}, a.things = {{1, "dog", 0.9f, {}, 2}, {2, "ball", 0.5f, {}, 1}};
-  b.ids.data = {1, 2, 2, 0}, b.things = {{1, "ball", 0.9f, {}, 1}, {2, "dog", 0.5f, {}, 2}};
+  a.ids.data = {1, 1, 2, 0};
+  a.things = {{1, "dog", 0.9f, {}, 2}, {2, "ball", 0.5f, {}, 1}};
+  b.ids.data = {1, 2, 2, 0};
+  b.things = {{1, "ball", 0.9f, {}, 1}, {2, "dog", 0.5f, {}, 2}};
   const MaskSet masks = gather_labels({.rest = true}, {4, 7}, {a, b});
   EXPECT_EQ(masks.names.at(1), "rest");
   EXPECT_EQ(masks.views[0].ids.data, (std::vector<uint32_t>{2, 2, 3, 1}));

@@ -116,8 +116,10 @@ inline IdImage cast_ids(const MadeScene& scene, const Camera& camera) {
           if (ray.z() >= 0) continue;
           const double t = -eye.z() / ray.z();
           const Vec3d hit = eye + t * ray;
-          if (std::abs(hit.x()) < MadeScene::kHalf && std::abs(hit.y()) < MadeScene::kHalf)
-            nearest[x] = t, ids(x, y) = MadeScene::kTable;
+          if (std::abs(hit.x()) < MadeScene::kHalf && std::abs(hit.y()) < MadeScene::kHalf) {
+            nearest[x] = t;
+            ids(x, y) = MadeScene::kTable;
+          }
         }
         for (size_t b = 0; b < scene.balls.size(); ++b) {
           const auto& [x0, x1, y0, y1] = pixels[b];
@@ -127,8 +129,10 @@ inline IdImage cast_ids(const MadeScene& scene, const Camera& camera) {
           const double r2 = ball.radius * ball.radius;
           for (int x = x0; x < x1; ++x) {
             const double along = to.dot(camera.ray(x + 0.5, y + 0.5)), miss = to.squaredNorm() - along * along;
-            if (miss < r2 && along - std::sqrt(r2 - miss) < nearest[x])
-              nearest[x] = along - std::sqrt(r2 - miss), ids(x, y) = ball.id;
+            if (miss < r2 && along - std::sqrt(r2 - miss) < nearest[x]) {
+              nearest[x] = along - std::sqrt(r2 - miss);
+              ids(x, y) = ball.id;
+            }
           }
         }
       },

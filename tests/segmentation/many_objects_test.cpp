@@ -42,8 +42,10 @@ TEST(ManyObjects, ThirtySixBallsAndATableAreAllFoundInSixteenChannels) {
   ASSERT_EQ(segmentation.class_id.size(), 37u);
   std::map<uint32_t, size_t> right, total;
   for (size_t p = 0; p < scene.truth.size(); ++p)
-    if (segmentation.seen[p] && !under_a_ball(scene, p))
-      ++total[scene.truth[p]], right[scene.truth[p]] += segmentation.label[p] == scene.truth[p];
+    if (segmentation.seen[p] && !under_a_ball(scene, p)) {
+      ++total[scene.truth[p]];
+      right[scene.truth[p]] += segmentation.label[p] == scene.truth[p];
+    }
   for (const auto& [id, count] : total) EXPECT_GT(right[id], 0.9 * count) << id;
   const std::vector<ObjectEntry> objects = list_objects(segmentation, scene.cloud.position);
   for (const ObjectEntry& object : objects) {
@@ -56,9 +58,10 @@ TEST(ManyObjects, ThirtySixBallsAndATableAreAllFoundInSixteenChannels) {
         << object.id;
   }
   std::vector<IdImage> truth, predicted;
-  for (int c : {0, 3})
-    truth.push_back(cast_ids(scene, scene.cameras[c])),
-        predicted.push_back(render_ids(segmentation, scene.cloud, scene.cameras[c]));
+  for (int c : {0, 3}) {
+    truth.push_back(cast_ids(scene, scene.cameras[c]));
+    predicted.push_back(render_ids(segmentation, scene.cloud, scene.cameras[c]));
+  }
   EXPECT_GT(id_agreement(predicted, truth).mean, 0.85);
 }
 

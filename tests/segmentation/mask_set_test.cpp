@@ -10,7 +10,11 @@ namespace {
 
 std::vector<Camera> cameras(int count) {
   std::vector<Camera> out(count);
-  for (int i = 0; i < count; ++i) out[i].name = "photo" + std::to_string(i), out[i].width = 6, out[i].height = 4;
+  for (int i = 0; i < count; ++i) {
+    out[i].name = "photo" + std::to_string(i);
+    out[i].width = 6;
+    out[i].height = 4;
+  }
   return out;
 }
 

@@ -54,9 +54,11 @@ TEST(ObjectsSheet, CellsTellWhichPixelOfWhichCameraIsShown) {
   const auto coordinates = [](int camera) {
     ImageF picture(200, 150, 3);
     for (int y = 0; y < 150; ++y)
-      for (int x = 0; x < 200; ++x)
-        picture(x, y, 0) = (x + 0.5f) / 200, picture(x, y, 1) = (y + 0.5f) / 150,
-                      picture(x, y, 2) = static_cast<float>(camera) / 8;
+      for (int x = 0; x < 200; ++x) {
+        picture(x, y, 0) = (x + 0.5f) / 200;
+        picture(x, y, 1) = (y + 0.5f) / 150;
+        picture(x, y, 2) = static_cast<float>(camera) / 8;
+      }
     return picture;
   };
   std::vector<SheetCell> cells;

@@ -47,7 +47,8 @@ TEST(Refine, NewGaussiansTakeOnWhatTheViewsShowAndNoOthersMove) {
   Wall scene = wall();
   const GaussianCloud before = scene.cloud;
   RefineOptions options;
-  options.rounds = 40, options.color_rate = 0.05f;
+  options.rounds = 40;
+  options.color_rate = 0.05f;
   const RefineSummary summary = refine(options, scene.views, scene.first_new, scene.cloud);
   EXPECT_TRUE(summary.kept);
   EXPECT_EQ(summary.views, 5u);

@@ -261,7 +261,8 @@ TEST(ExemplarFill, AStripePatternIsContinuedInPhase) {
   for (int y = 0; y < 80; ++y)
     for (int x = 0; x < 96; ++x) {
       const bool hole = std::hypot(x - 48, y - 40) < 17;
-      target(x, y) = hole, known(x, y) = !hole;
+      target(x, y) = hole;
+      known(x, y) = !hole;
       for (int k = 0; k < 3; ++k) picture(x, y, k) = hole ? 0.5f : pattern(x, y);
     }
   const ImageF filled = exemplar_fill({}, picture, known, target);
@@ -272,7 +273,8 @@ TEST(ExemplarFill, AStripePatternIsContinuedInPhase) {
         EXPECT_EQ(filled(x, y), picture(x, y));
         continue;
       }
-      ++count, right += std::abs(filled(x, y) - pattern(x, y)) < 0.15f;
+      ++count;
+      right += std::abs(filled(x, y) - pattern(x, y)) < 0.15f;
     }
   EXPECT_GT(right, 0.93 * count);
 }
@@ -280,7 +282,10 @@ TEST(ExemplarFill, AStripePatternIsContinuedInPhase) {
 TEST(ExemplarFill, WithoutAWholeSourcePatchTheSurroundingsAreSpread) {
   ImageF picture(12, 12, 3, 0.3f);
   ImageU8 known(12, 12, 1), target(12, 12, 1, 1);
-  for (int x = 0; x < 12; ++x) known(x, 0) = 1, target(x, 0) = 0;
+  for (int x = 0; x < 12; ++x) {
+    known(x, 0) = 1;
+    target(x, 0) = 0;
+  }
   const ImageF filled = exemplar_fill({}, picture, known, target);
   for (float value : filled.data) EXPECT_NEAR(value, 0.3f, 0.01f);
 }

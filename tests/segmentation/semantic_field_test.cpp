@@ -39,9 +39,11 @@ double right_labels(const MadeScene& scene, const Segmentation& segmentation) {
 /// Masks as true labels draw them with a low-pass filter of this variance [px^2].
 MaskSet masks_of_truth(const MadeScene& scene, double screen_variance) {
   Segmentation s;
-  s.class_id = cast_masks(scene).ids(), s.screen_variance = screen_variance;
+  s.class_id = cast_masks(scene).ids();
+  s.screen_variance = screen_variance;
   const int classes = static_cast<int>(s.class_id.size());
-  s.classifier = class_codes(classes, 1), s.classifier_bias.assign(classes, 0.0f);
+  s.classifier = class_codes(classes, 1);
+  s.classifier_bias.assign(classes, 0.0f);
   s.attribute.resize(scene.cloud.size() * kY);
   for (size_t p = 0; p < scene.cloud.size(); ++p)
     std::copy_n(s.classifier.begin() + class_of_id(s, scene.truth[p]) * kY, kY,
@@ -61,7 +63,9 @@ SemanticOptions quick_options() {
 TEST(SemanticField, RandomAttributesReachTheTruthThroughBlendingAlone) {
   const MadeScene scene = made_scene(two_balls());
   SemanticOptions options = quick_options();
-  options.start_from_vote = false, options.iterations = 100, options.attribute_rate = 0.05;
+  options.start_from_vote = false;
+  options.iterations = 100;
+  options.attribute_rate = 0.05;
   const SemanticResult result = fit_semantic_field(options, scene.cloud, scene.cameras, cast_masks(scene));
   EXPECT_EQ(result.segmentation.class_id, (std::vector<uint32_t>{3, 300, 70000}));
   EXPECT_GT(held_out_miou(scene, result.segmentation), 0.95);
@@ -97,13 +101,18 @@ TEST(SemanticField, SplatsThatStickOutOfTheSilhouetteDoNotTakeTheLabelBehindThem
         visible = visible || normal.dot((camera.centre().cast<float>() - scene.cloud.position[p]).normalized()) > -0.1f;
       scene.cloud.position[p] += 0.02f * normal;
     }
-    if (visible) kept.push_back(static_cast<int>(p)), truth.push_back(scene.truth[p]);
+    if (visible) {
+      kept.push_back(static_cast<int>(p));
+      truth.push_back(scene.truth[p]);
+    }
   }
-  scene.cloud = scene.cloud.select(kept), scene.truth = truth;
+  scene.cloud = scene.cloud.select(kept);
+  scene.truth = truth;
   const MaskSet masks = cast_masks(scene);
   auto lost = [&](int border) {  // Gaussians of balls labelled table
     SemanticOptions options;
-    options.iterations = 0, options.border = border;
+    options.iterations = 0;
+    options.border = border;
     const auto labels = fit_semantic_field(options, scene.cloud, scene.cameras, masks).segmentation.label;
     size_t count = 0;
     for (size_t p = 0; p < labels.size(); ++p)
@@ -139,9 +148,10 @@ TEST(SemanticField, SilhouettesOfSplatsThatStickOutAreDrawnWithASharperFilter) {
     options.find_filter = find_filter;
     const Segmentation found = fit_semantic_field(options, scene.cloud, scene.cameras, masks).segmentation;
     std::vector<IdImage> predicted, truth;
-    for (int v : {0, 5})
-      predicted.push_back(render_ids(found, scene.cloud, scene.cameras[v])),
-          truth.push_back(cast_ids(scene, scene.cameras[v]));
+    for (int v : {0, 5}) {
+      predicted.push_back(render_ids(found, scene.cloud, scene.cameras[v]));
+      truth.push_back(cast_ids(scene, scene.cameras[v]));
+    }
     return boundary_agreement(predicted, truth, 2).mean;
   };
   const double as_colour = edges(false), found = edges(true);
@@ -246,10 +256,12 @@ TEST(Vote, DecodedClassIsTheOneWithTheMostVotesForAnyNumberOfClasses) {
       for (int k = 0; k < 7; ++k) {
         Random random(classes, p, k);
         target.push_back(static_cast<int>(random.below(classes)));
-        weights.gaussian.push_back(p), weights.weight.push_back(static_cast<float>(random.uniform(0.1, 1)));
+        weights.gaussian.push_back(p);
+        weights.weight.push_back(static_cast<float>(random.uniform(0.1, 1)));
         weights.row_start.push_back(static_cast<uint32_t>(weights.gaussian.size()));
       }
-    weights.width = static_cast<int>(target.size()), weights.height = 1;
+    weights.width = static_cast<int>(target.size());
+    weights.height = 1;
     votes.add(weights, target);
     SemanticModel<float> model;
     start_from_votes(votes, classes, 8, 1, model);
@@ -266,7 +278,8 @@ TEST(Vote, DecodedClassIsTheOneWithTheMostVotesForAnyNumberOfClasses) {
 
 TEST(IdAgreement, CountsIntersectionsOverUnionsAndLeavesUnlabelledPixelsOut) {
   IdImage truth(4, 1, 1), predicted(4, 1, 1);
-  truth.data = {5, 5, 9, 0}, predicted.data = {5, 9, 9, 5};
+  truth.data = {5, 5, 9, 0};
+  predicted.data = {5, 9, 9, 5};
   const IdAgreement agreement = id_agreement(std::vector{predicted}, std::vector{truth});
   EXPECT_DOUBLE_EQ(agreement.iou.at(5), 0.5);
   EXPECT_DOUBLE_EQ(agreement.iou.at(9), 0.5);
@@ -286,7 +299,8 @@ TEST(Selection, ABoxBecomesMasksAndTheAttributeStaysInsideIt) {
   for (size_t p = 0; p < scene.truth.size(); ++p) {
     const bool object = result.segmentation.label[p] == SelectionShape::kObject;
     EXPECT_TRUE(!object || shape.contains(scene.cloud.position[p], 0.021f * shape.extent()));
-    ball += scene.truth[p] == 300, right += object && scene.truth[p] == 300;
+    ball += scene.truth[p] == 300;
+    right += object && scene.truth[p] == 300;
   }
   EXPECT_GT(right, 0.95 * ball);
 }

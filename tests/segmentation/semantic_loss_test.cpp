@@ -22,7 +22,8 @@ SparseView<double> random_view(int rows, int gaussians, uint64_t seed) {
     for (int p = 0; p < gaussians; ++p) {
       if (random.uniform() < 0.5) continue;
       const double alpha = random.uniform(0.05, 0.7);
-      view.gaussian.push_back(p), view.weight.push_back(alpha * transmittance);
+      view.gaussian.push_back(p);
+      view.weight.push_back(alpha * transmittance);
       transmittance *= 1 - alpha;
     }
     view.row_start.push_back(static_cast<uint32_t>(view.gaussian.size()));
@@ -128,8 +129,11 @@ TEST(SemanticLoss, GroupingOfTwoGaussiansIsTheirDivergenceOverC) {
 
 TEST(SemanticLoss, SixteenBitWeightsAreWithinTheirRounding) {
   BlendWeights weights;
-  weights.width = 2, weights.height = 1;
-  weights.row_start = {0, 2, 3}, weights.gaussian = {1, 0, 1}, weights.weight = {0.123456f, 0.77f, 0.99f};
+  weights.width = 2;
+  weights.height = 1;
+  weights.row_start = {0, 2, 3};
+  weights.gaussian = {1, 0, 1};
+  weights.weight = {0.123456f, 0.77f, 0.99f};
   const std::vector<uint32_t> pixels = {0, 1};
   const CompactView view = compact_view(weights, pixels, 2);
   for (size_t e = 0; e < 3; ++e) EXPECT_NEAR(view.weight[e] * view.unit, weights.weight[e], 7.7e-6);

@@ -68,7 +68,9 @@ TEST(Shadow, ASoftContactShadowIsLiftedWithinFourPerCent) {
     const Vec3f& x = before.position[p];
     const float gain = soft_gain(x), recovered = color(before, p, 0) / color(result.background, p, 0);
     if (std::abs(x.z()) > 1e-4f || gain > 0.97f || (x - kFoot).norm() < kFootRadius + 0.03f) continue;
-    error += std::abs(recovered - gain), shadow += 1 - gain, ++count;
+    error += std::abs(recovered - gain);
+    shadow += 1 - gain;
+    ++count;
   }
   ASSERT_GT(count, 50u);
   EXPECT_LT(error, 0.04 * static_cast<double>(count));
@@ -79,7 +81,10 @@ TEST(Shadow, ASoftContactShadowIsLiftedWithinFourPerCent) {
   for (size_t p = result.first_new; p < result.background.size(); ++p) {
     const Vec3f& x = result.background.position[p];
     const float phase = x.x() / 0.25f - std::floor(x.x() / 0.25f);
-    if (phase > 0.3f && phase < 0.8f) light += color(result.background, p, 0), ++plain;
+    if (phase > 0.3f && phase < 0.8f) {
+      light += color(result.background, p, 0);
+      ++plain;
+    }
   }
   EXPECT_NEAR(light / static_cast<double>(plain), 0.7, 0.06);
 }

@@ -26,7 +26,8 @@ Holed tiles(bool repeat, float drift, double radius = 15) {
   for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x) {
       const bool hole = std::hypot(x - 48, y - 40) < radius;
-      made.target(x, y) = hole, made.known(x, y) = !hole;
+      made.target(x, y) = hole;
+      made.known(x, y) = !hole;
       for (int k = 0; k < 3; ++k) {
         const uint64_t cell = repeat ? (y % kTile) * kTile + x % kTile : y * kWidth + x;
         made.whole(x, y, k) =
@@ -71,7 +72,8 @@ TEST(ShiftFill, NoiseIsRefused) {
 
 TEST(PlanePicture, ATransparentLineStaysDarkAndAFadingEndDoesNot) {
   RenderResult picture;
-  picture.color = ImageF(30, 20, 3), picture.alpha = ImageF(30, 20, 1);
+  picture.color = ImageF(30, 20, 3);
+  picture.alpha = ImageF(30, 20, 1);
   constexpr float kColor = 0.6f;
   for (int y = 0; y < 20; ++y)
     for (int x = 0; x < 30; ++x) {

@@ -35,7 +35,8 @@ double peak_megabytes() {
 /// A block that is thrown onto a rough ground or bends on a pin, for `substeps` in frames of 50.
 testing::RolloutCase<double> long_case(bool pinned, int substeps) {
   auto c = testing::moving_block<double>(4);
-  c.options.simulate.fps = 1.0 / (50 * 2e-4), c.options.simulate.substeps = 50;
+  c.options.simulate.fps = 1.0 / (50 * 2e-4);
+  c.options.simulate.substeps = 50;
   c.options.simulate.duration = substeps * 2e-4;
   if (pinned) {
     c.interactions.push_back(testing::pin_below(0.004));
@@ -60,14 +61,20 @@ json directions(const testing::RolloutCase<double>& c, int count, double step) {
       double slope = 0;
       for (size_t k = 0; k < at.size(); ++k) {
         const double u = Random(17, k, d).normal() / std::sqrt(static_cast<double>(at.size()));
-        plus[k] += step * u, minus[k] -= step * u, slope += g[k] * u;
+        plus[k] += step * u;
+        minus[k] -= step * u;
+        slope += g[k] * u;
       }
       const double difference = (c.with(kind, plus).value() - c.with(kind, minus).value()) / (2 * step);
-      one_product += slope * difference, one_reverse += slope * slope, one_difference += difference * difference;
+      one_product += slope * difference;
+      one_reverse += slope * slope;
+      one_difference += difference * difference;
       worst = std::max(worst, std::abs(slope - difference) / std::max(std::abs(slope), std::abs(difference)));
     }
     result[name] = {{"cosine", one_product / std::sqrt(one_reverse * one_difference)}, {"worst_relative", worst}};
-    product += one_product, reverse_squares += one_reverse, difference_squares += one_difference;
+    product += one_product;
+    reverse_squares += one_reverse;
+    difference_squares += one_difference;
   }
   result["all"] = {{"cosine", product / std::sqrt(reverse_squares * difference_squares)}};
   return result;
@@ -82,7 +89,8 @@ testing::RolloutCase<float> large_case(int n, int frames, int substeps, Law law)
   c.start = initial_state(c.particles);
   for (size_t i = 0; i < c.start.size(); ++i)
     c.start.v[i] = Vec3f(0.3f * c.start.x[i].z() / (float(cells * dx)), 0.f, 0.f);
-  c.options.simulate.fps = 1 / (substeps * 2e-4), c.options.simulate.substeps = substeps;
+  c.options.simulate.fps = 1 / (substeps * 2e-4);
+  c.options.simulate.substeps = substeps;
   c.options.simulate.duration = frames * substeps * 2e-4;
   c.interactions.push_back(testing::pin_below(0.012));
   return c;

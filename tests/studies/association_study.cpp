@@ -57,7 +57,8 @@ struct Study {
     const double start = now();
     SemanticResult result = fit_semantic_field(options, scene.cloud, scene.cameras, used);
     merge_islands({}, scene.cloud, result.segmentation);
-    json["attribute_seconds"] = now() - start, json["seconds"] = seconds + now() - start;
+    json["attribute_seconds"] = now() - start;
+    json["seconds"] = seconds + now() - start;
     json.update(score(result.segmentation));
     return json;
   }
@@ -67,7 +68,10 @@ struct Study {
     std::vector<IdImage> ours, theirs;
     for (const MaskSet::View& view : associated.views)
       for (const MaskSet::View& own : masks.views)
-        if (own.camera == view.camera) ours.push_back(view.ids), theirs.push_back(own.ids);
+        if (own.camera == view.camera) {
+          ours.push_back(view.ids);
+          theirs.push_back(own.ids);
+        }
     const auto match = match_by_overlap(ours, theirs);
     size_t right = 0, wrong = 0, empty = 0;
     for (size_t v = 0; v < ours.size(); ++v)
@@ -96,9 +100,10 @@ int main(int argc, char** argv) {
   for (const auto& [id, name] : all.names)
     if (name == "mug") away = id;
   for (MaskSet::View& view : all.views) {
-    if (view.camera % 8 == 0)
-      study.held_out.push_back(view.camera), study.truth.push_back(view.ids);
-    else
+    if (view.camera % 8 == 0) {
+      study.held_out.push_back(view.camera);
+      study.truth.push_back(view.ids);
+    } else
       study.masks.views.push_back(std::move(view));
   }
   const std::vector<std::string> wanted(argv + 2, argv + argc);
@@ -136,7 +141,8 @@ int main(int argc, char** argv) {
               associate({}, study.scene.cloud, study.scene.cameras, damaged(study.masks, damage));
           const Json pixels = study.pixels(result.masks);
           const double wrong = pixels["wrong"], right = pixels["right"];
-          out["objects"].push_back(result.summary.groups), out["wrong"].push_back(wrong / (wrong + right));
+          out["objects"].push_back(result.summary.groups);
+          out["wrong"].push_back(wrong / (wrong + right));
         }
         return out;
       });

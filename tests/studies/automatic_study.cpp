@@ -64,7 +64,8 @@ ImageF sheet_of(const Scene& scene, const std::vector<uint32_t>& label, uint32_t
 void score(const nlohmann::json& entry, const Scene& scene, const AutomaticResult& result) {
   const std::vector<uint8_t> inside = inside_solid(entry.at("solid"), scene.cloud);
   OrbitOptions orbit;
-  orbit.views = 48, orbit.elevations = {0, 15, 0, 30};
+  orbit.views = 48;
+  orbit.elevations = {0, 15, 0, 30};
   const std::vector<Camera> all = orbit_cameras(orbit, scene.cloud, scene.up);
   for (const FoundThing& thing : result.found) {
     if (thing.kind != FoundThing::Kind::kObject) continue;
@@ -74,9 +75,13 @@ void score(const nlohmann::json& entry, const Scene& scene, const AutomaticResul
       const auto truth = rendered(scene.cloud, camera, {inside.begin(), inside.end()});
       const auto mask = rendered(scene.cloud, camera, membership_of(result.label, thing.id));
       size_t both = 0, either = 0;
-      for (size_t i = 0; i < mask.size(); ++i) both += mask[i] && truth[i], either += mask[i] || truth[i];
+      for (size_t i = 0; i < mask.size(); ++i) {
+        both += mask[i] && truth[i];
+        either += mask[i] || truth[i];
+      }
       const double iou = either ? static_cast<double>(both) / static_cast<double>(either) : 1;
-      sum += iou / 12, least = std::min(least, iou);
+      sum += iou / 12;
+      least = std::min(least, iou);
     }
     if (sum > 0.1) std::printf("  %s: IoU with the truth %.3f (least %.3f)\n", thing.name.c_str(), sum, least);
   }

@@ -37,8 +37,10 @@ Beam beam(int cells, double young) {
       testing::block<float>({kHeight, kHeight, kLength + 3 * out.dx}, out.dx, 0.0, young, kPoisson, kDensity);
   for (Vec3f& x : out.particles.position) x.z() -= static_cast<float>(3 * out.dx);
   Interaction pin, load;
-  pin.type = InteractionType::kPin, pin.region = Region::half_space(Vec3d::Zero(), Vec3d(0, 0, 1));
-  load.type = InteractionType::kGust, load.vector = Vec3d(-kGravity, 0, 0);
+  pin.type = InteractionType::kPin;
+  pin.region = Region::half_space(Vec3d::Zero(), Vec3d(0, 0, 1));
+  load.type = InteractionType::kGust;
+  load.vector = Vec3d(-kGravity, 0, 0);
   out.interactions = {pin, load};
   return out;
 }
@@ -67,7 +69,10 @@ MarkerTracks recording(const std::string& file) {
 
 MarkerFitOptions options() {
   MarkerFitOptions o;
-  o.model.simulate.gravity.setZero(), o.model.simulate.fps = 200, o.model.simulate.courant = 0.5, o.model.reach = 0.012;
+  o.model.simulate.gravity.setZero();
+  o.model.simulate.fps = 200;
+  o.model.simulate.courant = 0.5;
+  o.model.reach = 0.012;
   o.rest_begin = kFrom;
   return o;
 }
@@ -100,7 +105,10 @@ json report(const char* study, int cells, const MarkerFitResult& r) {
           {"seconds", r.seconds}};
 }
 
-void print(const json& j) { std::printf("%s\n", j.dump().c_str()), std::fflush(stdout); }
+void print(const json& j) {
+  std::printf("%s\n", j.dump().c_str());
+  std::fflush(stdout);
+}
 
 /// From WRONG times the published E at the first number of cells; finer grids start where the coarser one ended, with
 /// its derivatives.
@@ -114,7 +122,10 @@ void fit(const std::string& a, double wrong, const std::vector<int>& grids) {
     json j = report("fit", cells, r);
     j["start"] = young;
     print(j);
-    young = r.young, o.search = false, o.damping_time = r.parameters.damping_time, o.jacobian = r.jacobian;
+    young = r.young;
+    o.search = false;
+    o.damping_time = r.parameters.damping_time;
+    o.jacobian = r.jacobian;
     o.max_iterations = 3;
   }
 }
@@ -129,7 +140,8 @@ std::pair<double, double> naive(const MarkerTracks& tracks, const MarkerFitResul
     const MarkerTracks now = resampled(tracks, std::vector<double>{t});
     for (int k = 0; k < 3; ++k, ++n) {
       const Vec3d d = expected(t - like.parameters.release, k) - (now.position[0][k] - rest[k]);
-      all += d.squaredNorm(), down += d.x() * d.x();
+      all += d.squaredNorm();
+      down += d.x() * d.x();
     }
   }
   return {std::sqrt(all / n), std::sqrt(down / n)};
@@ -158,7 +170,8 @@ json hung(int cells, double young, double damping_time, double weight, const Mar
   for (double t = 0.005; t < 1.09; t += 0.001) {
     const double y = -(swing.at(t, 0) + swing.at(t, 1) + swing.at(t, 2)).x() / 3 - sag;
     if (before < 0 && y >= 0) crossings.push_back(before_time + (t - before_time) * before / (before - y));
-    before = y, before_time = t;
+    before = y;
+    before_time = t;
   }
   const double frequency = (static_cast<double>(crossings.size()) - 1) / (crossings.back() - crossings.front());
   return {{"study", "hung"},
@@ -174,7 +187,8 @@ void predict(const std::string& a, const std::string& b, int cells, double young
   const MarkerTracks first = recording(a), second = recording(b);
   const Beam body = beam(cells, young);
   MarkerFitOptions o = options();
-  o.search = o.fit_young = o.fit_damping = false, o.damping_time = damping_time;
+  o.search = o.fit_young = o.fit_damping = false;
+  o.damping_time = damping_time;
   const MarkerFitResult model = fit_markers(o, body.particles, body.interactions, second);
   json j = report("run b", cells, model);
   print(j);
@@ -202,9 +216,12 @@ void kelvin(const std::string& a, int cells, double young, double damping_time) 
   const MarkerTracks tracks = recording(a);
   const Beam body = beam(cells, young);
   MarkerFitOptions o = options();
-  o.search = o.fit_young = false, o.max_iterations = 3, o.damping_time = damping_time;
+  o.search = o.fit_young = false;
+  o.max_iterations = 3;
+  o.damping_time = damping_time;
   print(report("mass proportional", cells, fit_markers(o, body.particles, body.interactions, tracks)));
-  o.model.damping = DampingKind::kKelvinVoigt, o.damping_time = 2 / (damping_time * std::pow(2 * kPi * 7.75, 2));
+  o.model.damping = DampingKind::kKelvinVoigt;
+  o.damping_time = 2 / (damping_time * std::pow(2 * kPi * 7.75, 2));
   print(report("Kelvin-Voigt", cells, fit_markers(o, body.particles, body.interactions, tracks)));
 }
 

@@ -50,23 +50,32 @@ Swing swing(const BeamCase& c) {
   const Vec3f shift = (c.offset * dx).cast<float>();
   for (Vec3f& x : p.position) x += shift;
   SimulateOptions options;
-  options.gravity.setZero(), options.fps = c.fps, options.duration = c.duration;
-  options.viscosity_time = c.viscosity_time, options.damping_time = c.damping_time, options.flip_time = c.flip_time,
+  options.gravity.setZero();
+  options.fps = c.fps;
+  options.duration = c.duration;
+  options.viscosity_time = c.viscosity_time;
+  options.damping_time = c.damping_time;
+  options.flip_time = c.flip_time;
   options.courant = c.courant;
   Interaction pin, load;
-  pin.type = InteractionType::kPin,
+  pin.type = InteractionType::kPin;
   pin.region = Region::half_space(Vec3d(foot + c.offset.x() * dx, 0, 0), Vec3d(1, 0, 0));
-  load.type = InteractionType::kGust, load.vector = Vec3d(0, 0, -c.gravity);
+  load.type = InteractionType::kGust;
+  load.vector = Vec3d(0, 0, -c.gravity);
   const double begin_of_tip = c.offset.x() * dx + foot + (c.from < 1 ? c.from * c.length : c.length - dx);
   Swing out;
-  out.fps = c.fps, out.particles = p.size(), out.dx = dx;
+  out.fps = c.fps;
+  out.particles = p.size();
+  out.dx = dx;
   const auto begin = std::chrono::steady_clock::now();
   simulate<float>(options, p, {pin, load}, initial_state(p), [&](const SimulationState& s) {
     double sum = 0, slope = 0;
     int count = 0;
     for (size_t i = 0; i < s.size(); ++i) {
       if (p.position[i].x() < begin_of_tip) continue;
-      sum += p.position[i].z() - s.x[i].z(), slope += s.F[i](2, 0), ++count;
+      sum += p.position[i].z() - s.x[i].z();
+      slope += s.F[i](2, 0);
+      ++count;
     }
     // From the mean of the outermost cell to the face, by the slope there.
     out.tip.push_back(sum / count + (c.from < 1 ? 0 : -0.5 * dx * slope / count));
@@ -120,12 +129,15 @@ double fem_frequency(double poisson) {
 
 void fem(int cells, double poisson, bool at_rest) {
   BeamCase c;
-  c.cells = cells, c.poisson = poisson;
+  c.cells = cells;
+  c.poisson = poisson;
   const Swing s = swing(c);
   const Fit f = fit(s);
   // At rest: strongly damped motion.
   BeamCase rest = c;
-  rest.damping_time = 0.06, rest.duration = 0.6, rest.fps = 50;
+  rest.damping_time = 0.06;
+  rest.duration = 0.6;
+  rest.fps = 50;
   const double sag = at_rest ? swing(rest).tip.back() : f.sag;
   std::printf(
       "{\"study\": \"fem\", \"cells\": %d, \"poisson\": %g, \"particles\": %zu, \"sag_mm\": %.4f, \"sag_error\": %.4f, "
@@ -137,11 +149,18 @@ void fem(int cells, double poisson, bool at_rest) {
 
 void slender(int cells, const Vec3d& offset) {
   BeamCase c;
-  c.cells = cells, c.poisson = 0.3, c.height = 0.02, c.length = 0.2, c.young = 1e6, c.offset = offset;
+  c.cells = cells;
+  c.poisson = 0.3;
+  c.height = 0.02;
+  c.length = 0.2;
+  c.young = 1e6;
+  c.offset = offset;
   const double inertia = std::pow(c.height, 4) / 12, area = c.height * c.height;
   const double stiffness = c.young * inertia / (kDensity * area * std::pow(c.length, 4));
   const double frequency = 1.8751 * 1.8751 / (2 * kPi) * std::sqrt(stiffness), sag = 0.01 * c.length;
-  c.gravity = sag * 8 * stiffness, c.fps = 80 * frequency, c.duration = 2.2 / frequency;
+  c.gravity = sag * 8 * stiffness;
+  c.fps = 80 * frequency;
+  c.duration = 2.2 / frequency;
   const Swing s = swing(c);
   const Fit f = fit(s);
   std::printf(
@@ -154,8 +173,11 @@ void slender(int cells, const Vec3d& offset) {
 void damping(int cells, double flip_time, double courant, double ratio) {
   constexpr double kFirstMode = 2 * kPi * 7.3;  // rad/s
   BeamCase c;
-  c.flip_time = flip_time, c.courant = courant, c.damping_time = ratio > 0 ? 1 / (ratio * kFirstMode) : 0;
-  c.cells = cells, c.duration = 6 / 7.3;
+  c.flip_time = flip_time;
+  c.courant = courant;
+  c.damping_time = ratio > 0 ? 1 / (ratio * kFirstMode) : 0;
+  c.cells = cells;
+  c.duration = 6 / 7.3;
   const Swing s = swing(c);
   const Fit f = fit(s);
   std::printf(
@@ -220,14 +242,20 @@ void capture(const std::string& csv, int cells, double poisson, double damping_t
              const std::string& picture) {
   const std::vector<double> measured = read_capture(csv);
   Swing real;
-  real.tip = measured, real.fps = 100;
+  real.tip = measured;
+  real.fps = 100;
   real.tip.resize(std::min<size_t>(real.tip.size(), 120));
   const Fit f_real = fit(real);
   double sag = 0;
   for (size_t k = measured.size() - 40; k < measured.size(); ++k) sag += measured[k] / 40;
   BeamCase c;
-  c.cells = cells, c.poisson = poisson, c.damping_time = damping_time, c.flip_time = flip_time, c.duration = 1.6,
-  c.fps = 1000, c.from = 0.95;
+  c.cells = cells;
+  c.poisson = poisson;
+  c.damping_time = damping_time;
+  c.flip_time = flip_time;
+  c.duration = 1.6;
+  c.fps = 1000;
+  c.from = 0.95;
   const Swing s = swing(c);
   Swing first = s;
   first.tip.resize(1200);
@@ -242,7 +270,8 @@ void capture(const std::string& csv, int cells, double poisson, double damping_t
     if (t < 0 || t + 1 >= static_cast<double>(s.tip.size())) continue;
     const size_t i = static_cast<size_t>(t);
     const double model = s.tip[i] + (t - i) * (s.tip[i + 1] - s.tip[i]);
-    squares += (model - measured[k]) * (model - measured[k]), energy += (measured[k] - sag) * (measured[k] - sag);
+    squares += (model - measured[k]) * (model - measured[k]);
+    energy += (measured[k] - sag) * (measured[k] - sag);
   }
   std::printf(
       "{\"study\": \"capture\", \"cells\": %d, \"poisson\": %g, \"damping_time\": %g, \"flip_time\": %g, \"sag_mm\": "

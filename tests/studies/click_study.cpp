@@ -51,11 +51,14 @@ int main(int argc, char** argv) {
         size_t both = 0, either = 0;
         for (size_t i = 0; i < picture.features.data.size(); ++i) {
           const bool ours = picture.features.data[i] > 0.5f, truth = masks.views[v].ids.data[i] == id;
-          both += ours && truth, either += ours || truth;
+          both += ours && truth;
+          either += ours || truth;
         }
         if (either == 0) continue;
         const double iou = static_cast<double>(both) / static_cast<double>(either);
-        sum += iou, least = std::min(least, iou), ++pictures;
+        sum += iou;
+        least = std::min(least, iou);
+        ++pictures;
       }
       std::printf("%-10s camera %zu: mean %.3f min %.3f, %zu Gaussians, %.1f s\n", masks.name_of(id).c_str(), view,
                   sum / std::max(1, pictures), least, result.summary.selected, result.summary.seconds);

@@ -50,7 +50,8 @@ json still_objects(const Scene& scene, const std::string& clip, const std::strin
     for (int y = 0; y < flow.rows; ++y)
       for (int x = 0; x < flow.cols; ++x) {
         const cv::Vec2f d = flow.at<cv::Vec2f>(y, x);
-        parts[(*ids)(x, y)].first.push_back(d[0]), parts[(*ids)(x, y)].second.push_back(d[1]);
+        parts[(*ids)(x, y)].first.push_back(d[0]);
+        parts[(*ids)(x, y)].second.push_back(d[1]);
       }
     for (auto& [id, d] : parts)
       if (id != 0 && id != moved) largest[id] = std::max(largest[id], std::hypot(median(d.first), median(d.second)));
@@ -82,10 +83,14 @@ json hole_luminance(const Scene& scene, const RunDirectory& run, const std::stri
     for (int y = 0; y < picture.height; ++y)
       for (int x = 0; x < picture.width; ++x) {
         const double luminance = 0.299 * picture(x, y, 0) + 0.587 * picture(x, y, 1) + 0.114 * picture(x, y, 2);
-        if (inside.at<uint8_t>(y, x))
-          in += luminance, ++in_count;
-        else if (far.at<uint8_t>(y, x) && !near.at<uint8_t>(y, x))
-          ring += luminance, squares += luminance * luminance, ++ring_count;
+        if (inside.at<uint8_t>(y, x)) {
+          in += luminance;
+          ++in_count;
+        } else if (far.at<uint8_t>(y, x) && !near.at<uint8_t>(y, x)) {
+          ring += luminance;
+          squares += luminance * luminance;
+          ++ring_count;
+        }
       }
     const double mean = ring / ring_count;
     sigmas.push_back(std::abs(in / in_count - mean) / std::sqrt(squares / ring_count - mean * mean));

@@ -30,7 +30,9 @@ std::vector<Truth> read_truth(const fs::path& file, const ImageF& photo, const s
   for (CocoInstance& instance : read_instances(file, photo.width, photo.height)) {
     Truth truth{std::move(instance), {}, false};
     truth.detection.label = names.at(truth.category);
-    truth.detection.x0 = truth.box.x0, truth.detection.x1 = truth.box.x1, truth.detection.y0 = truth.box.y0,
+    truth.detection.x0 = truth.box.x0;
+    truth.detection.x1 = truth.box.x1;
+    truth.detection.y0 = truth.box.y0;
     truth.detection.y1 = truth.box.y1;
     truths.push_back(std::move(truth));
   }
@@ -52,7 +54,8 @@ int main(int argc, char** argv) {
   const fs::path folder = argv[1];
   const float least = argc > 3 ? std::strtof(argv[3], nullptr) : 0.3f;
   ModelChoice choice;
-  choice.detector = argv[2], choice.trust_torchscript = true;
+  choice.detector = argv[2];
+  choice.trust_torchscript = true;
   const auto detector = make_detector(choice);
   const std::vector<std::string> names = detector->vocabulary();
   std::vector<fs::path> photos;
@@ -73,7 +76,10 @@ int main(int argc, char** argv) {
     const auto start = std::chrono::steady_clock::now();
     const std::vector<Detection> detections = detector->detect(photo, {});
     seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    for (const Truth& truth : truths) ++total, ++total_of[size_class(truth.pixels)];
+    for (const Truth& truth : truths) {
+      ++total;
+      ++total_of[size_class(truth.pixels)];
+    }
     for (const Detection& detection : detections) {
       if (detection.score < least) continue;
       ++found;
@@ -84,16 +90,23 @@ int main(int argc, char** argv) {
           best = &truth;
       if (!best) continue;
       best->taken = true;
-      ++right, ++right_of[size_class(best->pixels)];
+      ++right;
+      ++right_of[size_class(best->pixels)];
       const auto before = std::chrono::steady_clock::now();
-      if (!encoded) segmenter.encode(photo), encoded = true;
+      if (!encoded) {
+        segmenter.encode(photo);
+        encoded = true;
+      }
       const double iou = mask_iou(
           best->mask, segmenter.segment({MaskPrompt::Box{detection.x0, detection.y0, detection.x1, detection.y1}, {}})
                           .front()
                           .logits);
       segmenting += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
       for (MaskScore& score : scores)
-        if (best->pixels > score.least * score.least) score.sum += iou, ++score.count;
+        if (best->pixels > score.least * score.least) {
+          score.sum += iou;
+          ++score.count;
+        }
     }
   }
   const auto share = [](size_t part, size_t whole) {

@@ -33,7 +33,10 @@ inline std::vector<CocoInstance> read_instances(const std::filesystem::path& lab
     cv::fillPoly(mask, std::vector<std::vector<cv::Point>>{corners}, 1);
     instance.mask = ImageF(width, height, 1, -1);
     for (size_t i = 0; i < instance.mask.data.size(); ++i)
-      if (mask.data[i]) instance.mask.data[i] = 1, ++instance.pixels;
+      if (mask.data[i]) {
+        instance.mask.data[i] = 1;
+        ++instance.pixels;
+      }
     instance.box = box_of_mask(instance.mask);
     if (instance.pixels > 0) instances.push_back(std::move(instance));
   }

@@ -99,10 +99,14 @@ int main(int argc, char** argv) {
             (part == "odd" && instance.photo % 2 == 0))
           continue;
         for (int m = 0; m < 3; ++m) sum[m] += instance.iou[m];
-        seconds += instance.seconds, predicted += std::abs(instance.predicted - instance.iou[2]), ++count;
+        seconds += instance.seconds;
+        predicted += std::abs(instance.predicted - instance.iou[2]);
+        ++count;
       }
       auto& row = rows[part][">" + std::to_string(side) + "^2"];
-      row["instances"] = count, row["seconds"] = seconds / count, row["predicted_iou_error"] = predicted / count;
+      row["instances"] = count;
+      row["seconds"] = seconds / count;
+      row["predicted_iou_error"] = predicted / count;
       for (int m = 0; m < 3; ++m) row[names[m]] = sum[m] / count;
       std::printf(" | >%2d^2 %3zu ellipse %.3f segmenter %.3f", side, count, sum[1] / count, sum[2] / count);
       if (side == 0) std::printf(" (%.3f s, predicted off by %.3f)", seconds / count, predicted / count);

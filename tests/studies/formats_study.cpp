@@ -36,7 +36,9 @@ int main(int argc, char** argv) {
                       {"f_dc", colour},       {"f_rest", harmonics},    {"radians", angle}};
   }
   OrbitOptions options;
-  options.views = 3, options.width = 400, options.height = 300;
+  options.views = 3;
+  options.width = 400;
+  options.height = 300;
   for (const Camera& camera : orbit_cameras(options, a, up_of_cloud(a).up)) {
     const ImageF x = render(a, camera, {}).color, y = render(b, camera, {}).color;
     double sum = 0;

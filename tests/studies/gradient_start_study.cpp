@@ -51,7 +51,10 @@ class SmoothVelocity : public Field {
  private:
   static SmoothFieldOptions options() {
     SmoothFieldOptions options;
-    options.sigma = 0.3, options.modes = 8, options.least = 1e-5, options.length = 0.035;
+    options.sigma = 0.3;
+    options.modes = 8;
+    options.least = 1e-5;
+    options.length = 0.035;
     return options;
   }
   SmoothField one_;
@@ -64,12 +67,15 @@ double remaining(const testing::TwinStem& twin, const TrackLoss<float>& tracks, 
   for (float& young : motion.particles.young) young = static_cast<float>(young * factor);
   if (!know_velocity) motion.start = initial_state(motion.particles);
   SimulateOptions& simulate = motion.options.simulate;
-  simulate.fps = twin.fps, simulate.duration = kFrames / twin.fps, simulate.damping_time = twin.damping_time;
+  simulate.fps = twin.fps;
+  simulate.duration = kFrames / twin.fps;
+  simulate.damping_time = twin.damping_time;
   ClipFitOptions options;
   options.material = std::make_shared<PartField>(motion.particles.size(), 1);
   if (!know_velocity) options.velocity = std::make_shared<SmoothVelocity>(motion.particles.position);
   options.gradient.iterations = options.gradient.patience = iterations;
-  options.gradient.material_rate = 0.1, options.gradient.velocity_rate = 0.1;
+  options.gradient.material_rate = 0.1;
+  options.gradient.velocity_rate = 0.1;
   Objective<float> objective;
   objective.terms.push_back({1, std::make_shared<TrackLoss<float>>(tracks)});
   const ClipFit fit = fit_clip(options, motion, objective, {});
@@ -88,7 +94,9 @@ int main(int argc, char** argv) {
     Particles guess = twin.particles;
     for (float& young : guess.young) young = static_cast<float>(young * factor);
     VibrationFitOptions options;
-    options.modes.most = 6, options.refine.tolerance = 1e-3, options.most_smooth = 6;
+    options.modes.most = 6;
+    options.refine.tolerance = 1e-3;
+    options.most_smooth = 6;
     const VibrationFit found = fit_vibration(options, guess, twin.pins, tracks, twin.fps);
     const double search = found.search.minima[0].log10_factor + std::log10(factor),
                  refined = found.log10_factor + std::log10(factor);

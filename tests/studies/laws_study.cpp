@@ -30,8 +30,12 @@ void report(const char* study, const std::string& which, double measured, double
 Substance substance(Law law) {
   Substance s;
   s.material.law = law;
-  s.material.yield_stress = 1e4, s.material.plastic_viscosity = 50, s.material.hardening = 0;
-  s.material.branch_shear = 3e4, s.material.branch_lambda = 2e4, s.material.branch_viscosity = 1e6;
+  s.material.yield_stress = 1e4;
+  s.material.plastic_viscosity = 50;
+  s.material.hardening = 0;
+  s.material.branch_shear = 3e4;
+  s.material.branch_lambda = 2e4;
+  s.material.branch_viscosity = 1e6;
   return s;
 }
 
@@ -100,7 +104,10 @@ void relaxation() {
 
 void snow() {
   Substance s;
-  s.material.law = Law::kSnow, s.young = 1.4e5, s.poisson = 0.2, s.density = 400;
+  s.material.law = Law::kSnow;
+  s.young = 1.4e5;
+  s.poisson = 0.2;
+  s.density = 400;
   for (const int cells : {10, 14}) {
     const auto [before, after] = rest_on_ground(ball_of(s, 0.2, cells), 2.0);
     const double growth = after.width / before.width - 1;
@@ -112,7 +119,9 @@ void snow() {
 
 void metal() {
   Substance s;
-  s.material.law = Law::kMetal, s.young = 1e7, s.density = 2000;
+  s.material.law = Law::kMetal;
+  s.young = 1e7;
+  s.density = 2000;
   s.material.yield_stress = 1e5;
   for (const double hardening : {0.0, 5e5}) {
     s.material.hardening = hardening;
@@ -127,7 +136,9 @@ void metal() {
 
 void foam() {
   Substance s;
-  s.material.law = Law::kFoam, s.young = 2e5, s.density = 1000;
+  s.material.law = Law::kFoam;
+  s.young = 2e5;
+  s.density = 1000;
   const double height = 0.12, weight = s.density * 9.81 * height;
   s.material.plastic_viscosity = 100;
   const Bodies shape = block_of(s, Vec3d(0.08, 0.08, height), 0.01, 1.0);
@@ -143,7 +154,9 @@ void foam() {
 
 void plasticine() {
   Substance s;
-  s.material.law = Law::kPlasticine, s.young = 2e5, s.density = 1000;
+  s.material.law = Law::kPlasticine;
+  s.young = 2e5;
+  s.density = 1000;
   const double height = 0.12, weight = s.density * 9.81 * height;
   s.material.yield_stress = 0.7 * weight;
   double left[2];

@@ -61,7 +61,10 @@ Json score(const MadeScene& scene, const std::vector<int>& held_out, const Segme
   std::set<uint32_t> found;
   for (size_t p = 0; p < scene.truth.size(); ++p) {
     const auto at = match.find(segmentation.label[p]);
-    if (at != match.end() && at->second == scene.truth[p]) ++right, found.insert(scene.truth[p]);
+    if (at != match.end() && at->second == scene.truth[p]) {
+      ++right;
+      found.insert(scene.truth[p]);
+    }
   }
   double worst = 1;
   for (const auto& [id, iou] : whole.iou) worst = std::min(worst, iou);
@@ -122,7 +125,8 @@ int main(int argc, char** argv) {
     const double middle = now();
     SemanticResult result = fit_semantic_field(options, scene.cloud, scene.cameras, used);
     merge_islands({}, scene.cloud, result.segmentation);
-    entry["attribute_seconds"] = now() - middle, entry["cached_megabytes"] = result.summary.cached_bytes >> 20;
+    entry["attribute_seconds"] = now() - middle;
+    entry["cached_megabytes"] = result.summary.cached_bytes >> 20;
     const double rendering = now();
     render_ids(result.segmentation, scene.cloud, scene.cameras[0]);
     entry["id_picture_seconds"] = now() - rendering;

@@ -42,7 +42,11 @@ inline void split_mask(IdImage& ids, uint32_t id, uint32_t fresh, Random random)
   double sum_x = 0, sum_y = 0, n = 0;
   for (int y = 0; y < ids.height; ++y)
     for (int x = 0; x < ids.width; ++x)
-      if (ids(x, y) == id) sum_x += x, sum_y += y, ++n;
+      if (ids(x, y) == id) {
+        sum_x += x;
+        sum_y += y;
+        ++n;
+      }
   if (n == 0) return;
   const double angle = random.uniform(0, 6.283185307179586), nx = std::cos(angle), ny = std::sin(angle);
   for (int y = 0; y < ids.height; ++y)

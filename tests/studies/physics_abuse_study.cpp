@@ -34,7 +34,8 @@ Vec3d direction(Random& random) { return Vec3d(random.normal(), random.normal(),
 Interaction random_interaction(const Particles& body, Random& random, bool misses) {
   Interaction it;
   it.type = static_cast<InteractionType>(random.below(interaction_names().size()));
-  it.start = random.uniform(0, 0.2), it.duration = random.uniform(0, 0.3);
+  it.start = random.uniform(0, 0.2);
+  it.duration = random.uniform(0, 0.3);
   Vec3d at = body.position[random.below(body.size())].cast<double>();
   if (misses) at += Vec3d(0.5, 0.5, 0.5);
   const Vec3d half = 0.5 * power(random, -2.5, -1) * direction(random), n = direction(random);
@@ -52,7 +53,8 @@ Interaction random_interaction(const Particles& body, Random& random, bool misse
       it.region = Region::half_space(at + 1e-4 * n, n);
   }
   it.vector = power(random, -3, random.below(8) == 0 ? 9 : 1.5) * direction(random);
-  it.contact = static_cast<ContactKind>(random.below(3)), it.container = random.below(4) == 0;
+  it.contact = static_cast<ContactKind>(random.below(3));
+  it.container = random.below(4) == 0;
   it.friction = random.below(6) == 0 ? INFINITY : random.uniform(0, 1.5);
   it.angular_velocity = random.below(2) ? Vec3d(Vec3d::Zero()) : Vec3d(power(random, -1, 2) * direction(random));
   it.rate = random.below(2) ? 0 : power(random, -1, 3);
@@ -70,8 +72,10 @@ Particles random_body(Random& random) {
       testing::block<float>(size, 0.01, 1.0, power(random, 2.5, 6), random.uniform(0, 0.49), power(random, 2, 4));
   Material material;
   material.law = static_cast<Law>(random.below(law_names().size()));
-  material.yield_stress = power(random, 1, 4), material.branch_shear = material.branch_lambda = power(random, 2, 5);
-  material.branch_viscosity = power(random, 0, 3), material.plastic_viscosity = power(random, 0, 2);
+  material.yield_stress = power(random, 1, 4);
+  material.branch_shear = material.branch_lambda = power(random, 2, 5);
+  material.branch_viscosity = power(random, 0, 3);
+  material.plastic_viscosity = power(random, 0, 2);
   p.materials = {material};
   if (random.below(3) == 0)
     for (const Vec3f& x : p.position) p.object.push_back(x.z() > 0.5f * static_cast<float>(size.z()));
@@ -104,7 +108,9 @@ int run(double minutes, uint64_t seed) {
     for (uint64_t k = random.below(4) + 1; k > 0; --k)
       script.push_back(random_interaction(particles, random, random.below(20) == 0));
     SimulateOptions options;
-    options.duration = 0.3, options.fps = 30, options.max_retries = 2;
+    options.duration = 0.3;
+    options.fps = 30;
+    options.max_retries = 2;
     options.gravity = random.below(8) == 0 ? Vec3d(0, 0, -1e4) : Vec3d(0, 0, -9.81);
     if (random.below(6) == 0) options.settle_time = 0.3;
     if (random.below(6) == 0) options.flip_time = power(random, -4, 0);
@@ -118,7 +124,10 @@ int run(double minutes, uint64_t seed) {
             bool good = true;
             for (size_t i = 0; i < s.size(); ++i)
               good &= s.x[i].allFinite() && s.v[i].allFinite() && s.F[i].allFinite();
-            if (!good) ++bad, std::fprintf(stderr, "run %d frame %d is not finite\n", runs, s.frame);
+            if (!good) {
+              ++bad;
+              std::fprintf(stderr, "run %d frame %d is not finite\n", runs, s.frame);
+            }
             return ++frames, good && seconds() - start < kLongest;
           }).stopped;
       (stopped ? cut : finished) += 1;
@@ -126,7 +135,8 @@ int run(double minutes, uint64_t seed) {
       (error.failure == Failure::kNumerical ? numerical : usage) += 1;
       ++messages[anonymous(error.what())];
     } catch (const std::exception& error) {
-      ++bad, std::fprintf(stderr, "run %d: %s\n", runs, error.what());
+      ++bad;
+      std::fprintf(stderr, "run %d: %s\n", runs, error.what());
     }
     if (runs == 200) early = resident_megabytes();
     late = resident_megabytes();

@@ -41,15 +41,20 @@ void cantilever(int cells, bool random) {
   options.fps = 60 * frequency;
   options.duration = 1.2 / frequency;
   Interaction pin, gust;
-  pin.type = InteractionType::kPin, pin.region = Region::half_space(Vec3d(foot, 0, 0), Vec3d(1, 0, 0));
-  gust.type = InteractionType::kGust, gust.vector = Vec3d(0, 0, -load);
+  pin.type = InteractionType::kPin;
+  pin.region = Region::half_space(Vec3d(foot, 0, 0), Vec3d(1, 0, 0));
+  gust.type = InteractionType::kGust;
+  gust.vector = Vec3d(0, 0, -load);
   std::vector<double> tip;
   const auto begin = std::chrono::steady_clock::now();
   const auto result = simulate<float>(options, p, {pin, gust}, initial_state(p), [&](const SimulationState& s) {
     double sum = 0;
     int count = 0;
     for (size_t i = 0; i < s.size(); ++i)
-      if (p.position[i].x() > foot + length - dx) sum += p.position[i].z() - s.x[i].z(), ++count;
+      if (p.position[i].x() > foot + length - dx) {
+        sum += p.position[i].z() - s.x[i].z();
+        ++count;
+      }
     tip.push_back(sum / count);
     return true;
   });
@@ -85,7 +90,8 @@ struct Stem {
     samples = testing::solid({kWidth, kWidth, kLength + kFoot}, kWidth / 26, [](const Vec3d& x) {
       return std::hypot(x.x() - 0.5 * kWidth, x.y() - 0.5 * kWidth) < 0.5 * kWidth;
     });
-    pin.type = InteractionType::kPin, pin.region = Region::half_space(Vec3d(0, 0, kFoot), Vec3d(0, 0, 1));
+    pin.type = InteractionType::kPin;
+    pin.region = Region::half_space(Vec3d(0, 0, kFoot), Vec3d(0, 0, 1));
   }
   Particles particles(int count) const {
     const SimulatedPart part = select_simulated(samples, std::vector<Region>{pin.region}, count);
@@ -101,9 +107,11 @@ void stem(int count) {
   const Stem stem;
   const Particles p = stem.particles(count);
   SimulateOptions options;
-  options.duration = 0.25, options.fps = 120;
+  options.duration = 0.25;
+  options.fps = 120;
   Interaction push;
-  push.type = InteractionType::kPointForce, push.vector = Vec3d(0.02, 0, 0);
+  push.type = InteractionType::kPointForce;
+  push.vector = Vec3d(0.02, 0, 0);
   push.region = Region::box(Vec3d(-1, -1, Stem::kFoot + 0.8 * Stem::kLength), Vec3d(1, 1, 1));
   double peak = 0;
   const auto begin = std::chrono::steady_clock::now();
@@ -111,7 +119,8 @@ void stem(int count) {
     double sum = 0, mass = 0;
     for (size_t i = 0; i < s.size(); ++i) {
       if (p.position[i].z() < Stem::kFoot + 0.8 * Stem::kLength) continue;
-      sum += p.mass[i] * (s.x[i].x() - p.position[i].x()), mass += p.mass[i];
+      sum += p.mass[i] * (s.x[i].x() - p.position[i].x());
+      mass += p.mass[i];
     }
     peak = std::max(peak, sum / mass);
     return true;
@@ -139,8 +148,10 @@ void speed(int count, double seconds) {
   const int side = std::max(1, static_cast<int>(std::lround(std::cbrt(count / 64.0))));
   const Particles p = testing::block<float>({side * dx, side * dx, 8 * side * dx}, dx, 1.0, 1e5);
   Interaction pin, gust;
-  pin.type = InteractionType::kPin, pin.region = Region::half_space(Vec3d(0, 0, 2 * dx), Vec3d(0, 0, 1));
-  gust.type = InteractionType::kGust, gust.vector = Vec3d(1, 0, 0);
+  pin.type = InteractionType::kPin;
+  pin.region = Region::half_space(Vec3d(0, 0, 2 * dx), Vec3d(0, 0, 1));
+  gust.type = InteractionType::kGust;
+  gust.vector = Vec3d(1, 0, 0);
   SimulateOptions options;
   options.duration = seconds;
   const int most = omp_get_max_threads();

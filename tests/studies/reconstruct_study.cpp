@@ -79,19 +79,22 @@ int main(int argc, char** argv) {
     ImageF picture = render(scene.cloud, *camera).color;
     for (float& value : picture.data) value = std::clamp(value, 0.0f, 1.0f);
     const double share = 1.0 / results["held_out"].size();
-    psnr += share * psnr_of_mse(mse_loss(picture, photo)),
-        similarity += share * ssim(picture, photo, {}, SsimWindows::kInside);
+    psnr += share * psnr_of_mse(mse_loss(picture, photo));
+    similarity += share * ssim(picture, photo, {}, SsimWindows::kInside);
     if (level > 0) {
       const ImageF object = silhouette(photo, static_cast<float>(level));
       const double pixels = std::count(object.data.begin(), object.data.end(), 1.0f);
-      object_error += mse_loss(picture, photo, object) * pixels, object_pixels += pixels;
+      object_error += mse_loss(picture, photo, object) * pixels;
+      object_pixels += pixels;
     }
     for (const MaskSet::View& view : truth_masks.views) {
       if (view.camera != camera - scene.cameras.begin()) continue;
-      predicted.push_back(render_ids(segmentation, scene.cloud, *camera)), truth.push_back(view.ids);
+      predicted.push_back(render_ids(segmentation, scene.cloud, *camera));
+      truth.push_back(view.ids);
     }
   }
-  out["psnr"] = psnr, out["ssim"] = similarity;
+  out["psnr"] = psnr;
+  out["ssim"] = similarity;
   if (level > 0) out["object_psnr"] = psnr_of_mse(object_error / object_pixels);
   if (!predicted.empty()) {
     const IdAgreement agreement = id_agreement(predicted, truth);

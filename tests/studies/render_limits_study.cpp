@@ -41,12 +41,14 @@ Figures measure(const std::function<GaussianCloud()>& make, int width, int heigh
   const double start = now();
   RenderTape<float> tape;
   const RenderResult picture = render(cloud, camera, {}, {}, 0, &tape);
-  f.seconds = now() - start, f.forward_mb = resident_mb() - f.cloud_mb;
+  f.seconds = now() - start;
+  f.forward_mb = resident_mb() - f.cloud_mb;
   RenderResult adj;
   adj.color = ImageF(width, height, 3, 0.1f);
   const double before = now();
   const RenderGradient<float> g = render_adjoint(cloud, camera, {}, {}, 0, picture, adj, &tape);
-  f.adjoint_seconds = now() - before, f.adjoint_mb = resident_mb() - f.cloud_mb;
+  f.adjoint_seconds = now() - before;
+  f.adjoint_mb = resident_mb() - f.cloud_mb;
   f.finite = true;
   for (const float value : picture.color.data) f.finite &= std::isfinite(value);
   for (const auto& x : g.cloud.position) f.finite &= x.allFinite();
@@ -68,7 +70,10 @@ Figures in_own_process(const std::function<GaussianCloud()>& make, int width, in
   int status = 0;
   waitpid(child, &status, 0);
   close(ends[0]);
-  if (!whole || status != 0) std::printf("  process ended with status %d\n", status), f = {};
+  if (!whole || status != 0) {
+    std::printf("  process ended with status %d\n", status);
+    f = {};
+  }
   return f;
 }
 

@@ -58,7 +58,8 @@ struct Study {
     scene = load_scene(data / entry.at("splats").get<std::string>(), load);
     truth = as_membership(inside_solid(entry.at("solid"), scene.cloud));
     OrbitOptions orbit;
-    orbit.views = 48, orbit.elevations = {0, 15, 0, 30};
+    orbit.views = 48;
+    orbit.elevations = {0, 15, 0, 30};
     const std::vector<Camera> all = orbit_cameras(orbit, scene.cloud, scene.up);
     for (int k = 0; k < 12; ++k) held_out.push_back(all[4 * k + 1 + 2 * (k % 2)]);
     for (const Camera& camera : held_out) held_out_truth.push_back(rendered(scene.cloud, camera, truth));
@@ -77,12 +78,17 @@ struct Study {
       BoxPrompt box{index, INFINITY, INFINITY, 0, 0};
       for (int y = 0; y < camera.height; ++y)
         for (int x = 0; x < camera.width; ++x)
-          if (mask[static_cast<size_t>(y) * camera.width + x])
-            box.x0 = std::min<float>(box.x0, x), box.y0 = std::min<float>(box.y0, y),
-            box.x1 = std::max<float>(box.x1, x + 1), box.y1 = std::max<float>(box.y1, y + 1);
+          if (mask[static_cast<size_t>(y) * camera.width + x]) {
+            box.x0 = std::min<float>(box.x0, x);
+            box.y0 = std::min<float>(box.y0, y);
+            box.x1 = std::max<float>(box.x1, x + 1);
+            box.y1 = std::max<float>(box.y1, y + 1);
+          }
       const float dx = loosen * (box.x1 - box.x0), dy = loosen * (box.y1 - box.y0);
-      box.x0 = std::max(0.0f, box.x0 - dx), box.x1 = std::min<float>(camera.width, box.x1 + dx);
-      box.y0 = std::max(0.0f, box.y0 - dy), box.y1 = std::min<float>(camera.height, box.y1 + dy);
+      box.x0 = std::max(0.0f, box.x0 - dx);
+      box.x1 = std::min<float>(camera.width, box.x1 + dx);
+      box.y0 = std::max(0.0f, box.y0 - dy);
+      box.y1 = std::min<float>(camera.height, box.y1 + dy);
       gesture.boxes.push_back(box);
     }
     return gesture;
@@ -98,10 +104,13 @@ struct Study {
     for (size_t v = 0; v < held_out.size(); ++v) {
       const Mask mask = rendered(scene.cloud, held_out[v], membership);
       size_t both = 0, either = 0;
-      for (size_t i = 0; i < mask.size(); ++i)
-        both += mask[i] && held_out_truth[v][i], either += mask[i] || held_out_truth[v][i];
+      for (size_t i = 0; i < mask.size(); ++i) {
+        both += mask[i] && held_out_truth[v][i];
+        either += mask[i] || held_out_truth[v][i];
+      }
       const double iou = either ? static_cast<double>(both) / static_cast<double>(either) : 1;
-      sum += iou, least = std::min(least, iou);
+      sum += iou;
+      least = std::min(least, iou);
       if (v % 3 != 0 || picture.empty()) continue;
       const ImageF color = render(scene.cloud, held_out[v]).color;
       const int x0 = v / 3 % 2 * color.width, y0 = static_cast<int>(v) / 6 * color.height;
@@ -117,11 +126,15 @@ struct Study {
     }
     if (!picture.empty()) write_image(picture, sheet);
     size_t same = 0, any = 0;
-    for (size_t p = 0; p < truth.size(); ++p)
-      same += truth[p] > 0 && membership[p] > 0, any += truth[p] > 0 || membership[p] > 0;
-    json["mean"] = sum / static_cast<double>(held_out.size()), json["min"] = least;
+    for (size_t p = 0; p < truth.size(); ++p) {
+      same += truth[p] > 0 && membership[p] > 0;
+      any += truth[p] > 0 || membership[p] > 0;
+    }
+    json["mean"] = sum / static_cast<double>(held_out.size());
+    json["min"] = least;
     json["gaussians_iou"] = static_cast<double>(same) / static_cast<double>(any);
-    json["seconds"] = result.summary.seconds, json["summary"] = result.summary.describe();
+    json["seconds"] = result.summary.seconds;
+    json["summary"] = result.summary.describe();
     return json;
   }
 
@@ -140,7 +153,9 @@ struct Study {
         for (int k = 1; k < count; ++k) {
           if (stats.at<int>(k, cv::CC_STAT_AREA) <= largest) continue;
           largest = stats.at<int>(k, cv::CC_STAT_AREA);
-          best.camera = static_cast<int>(c), best.foreground = missing, region = number == k;
+          best.camera = static_cast<int>(c);
+          best.foreground = missing;
+          region = number == k;
         }
       }
     }
@@ -163,8 +178,10 @@ struct Study {
       while (cv::Rect(0, 0, depth.cols, depth.rows).contains(at(t + 1)) && depth.at<float>(at(t + 1)) > reach) ++t;
       best.points.push_back(Vec2f(2 * at(t).x + 1, 2 * at(t).y + 1));
     }
-    if ((best.points[0] - best.points[1]).norm() < 2)
-      best.points.pop_back(), best.width = std::min<float>(best.width, 4 * depth.at<float>(deepest));
+    if ((best.points[0] - best.points[1]).norm() < 2) {
+      best.points.pop_back();
+      best.width = std::min<float>(best.width, 4 * depth.at<float>(deepest));
+    }
     return best;
   }
 };

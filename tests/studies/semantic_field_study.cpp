@@ -46,7 +46,9 @@ struct Study {
 
   Json measure(const MaskSet& training, bool vote, int iterations, double rate, Segmentation* out = nullptr) const {
     SemanticOptions options;
-    options.start_from_vote = vote, options.iterations = iterations, options.held_out = held_out;
+    options.start_from_vote = vote;
+    options.iterations = iterations;
+    options.held_out = held_out;
     if (rate > 0) options.attribute_rate = rate;
     const double start = now();
     SemanticResult result = fit_semantic_field(options, scene.cloud, scene.cameras, training);
@@ -85,14 +87,19 @@ double luminance_deviation(const RepairResult& result, const GaussianCloud& back
       for (int x = 0; x < after.width; ++x) {
         const double l = luminance(after.at(x, y));
         if (before.hole(x, y)) {
-          hole += l, ++inside;
+          hole += l;
+          ++inside;
           continue;
         }
         bool near = false;
         for (int j = std::max(0, y - 6); j <= std::min(after.height - 1, y + 6) && !near; ++j)
           for (int i = std::max(0, x - 6); i <= std::min(after.width - 1, x + 6) && !near; ++i)
             near = before.hole(i, j);
-        if (near) sum += l, squares += l * l, ++ring;
+        if (near) {
+          sum += l;
+          squares += l * l;
+          ++ring;
+        }
       }
     const double mean = sum / ring, sigma = std::sqrt(std::max(1e-8, squares / ring - mean * mean));
     worst = std::max(worst, std::abs(hole / inside - mean) / sigma);
@@ -107,7 +114,8 @@ int main(int argc, char** argv) {
   const std::filesystem::path folder = argv[1], out = argc > 2 ? argv[2] : ".";
   if (!std::filesystem::exists(folder)) {
     DemoOptions demo;
-    demo.out = folder, demo.video = false;
+    demo.out = folder;
+    demo.video = false;
     if (argc > 3) demo.seed = std::stoull(argv[3]);
     make_demo(demo);
   }
@@ -117,7 +125,10 @@ int main(int argc, char** argv) {
   const Scene& scene = study.scene;
   study.masks = load_masks(scene.settings.masks, scene.settings.labels, scene.cameras);
   for (const MaskSet::View& view : study.masks.views)
-    if (view.camera % 8 == 0) study.held_out.push_back(view.camera), study.truth.push_back(view.ids);
+    if (view.camera % 8 == 0) {
+      study.held_out.push_back(view.camera);
+      study.truth.push_back(view.ids);
+    }
 
   Json json = {{"gaussians", scene.cloud.size()}, {"views", study.masks.views.size()}};
   const MaskSet missing = with_missing(study.masks);

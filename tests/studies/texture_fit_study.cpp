@@ -64,8 +64,11 @@ struct Fit {
 Fit fit(const ImageF& photo, int gaussians, int iterations, int threads) {
   omp_set_num_threads(threads);
   Camera camera;
-  camera.width = photo.width, camera.height = photo.height;
-  camera.fx = camera.fy = photo.width, camera.cx = photo.width / 2.0, camera.cy = photo.height / 2.0;
+  camera.width = photo.width;
+  camera.height = photo.height;
+  camera.fx = camera.fy = photo.width;
+  camera.cx = photo.width / 2.0;
+  camera.cy = photo.height / 2.0;
   GaussianCloud cloud = start_cloud(gaussians, camera);
   Adam<float> position(3 * cloud.size()), rotation(4 * cloud.size()), scale(3 * cloud.size()), opacity(cloud.size()),
       color(cloud.sh.size());

@@ -61,13 +61,19 @@ int main(int argc, char** argv) {
     const TrackedFrame frame = tracker.step(picture);
     const IdImage truth = truth_of(k);
     size_t both = 0, either = 0;
-    for (size_t i = 0; i < truth.data.size(); ++i)
-      both += truth.data[i] && frame.ids.data[i], either += truth.data[i] || frame.ids.data[i];
+    for (size_t i = 0; i < truth.data.size(); ++i) {
+      both += truth.data[i] && frame.ids.data[i];
+      either += truth.data[i] || frame.ids.data[i];
+    }
     const double iou = either ? static_cast<double>(both) / static_cast<double>(either) : 1;
     const bool lost = !frame.lost.empty();
     rows.push_back({{"picture", k}, {"iou", iou}, {"lost", lost}});
     if (k <= 10) first += iou / 10;
-    if (!lost) followed += iou, ++kept, wrong += iou < 0.2;
+    if (!lost) {
+      followed += iou;
+      ++kept;
+      wrong += iou < 0.2;
+    }
     std::printf("%2zu %s %.3f\n", k, lost ? "lost" : "    ", iou);
     if (k % 5 == 0) write_image(out / (pictures[k].stem().string() + ".jpg"), overlay_ids(picture, frame.ids));
   }

@@ -49,12 +49,12 @@ inline void write_bar_scene(const std::filesystem::path& folder) {
   GaussianCloud cloud;
   cloud.sh_degree = 0;
   const double w = kWidth, h = kHeight, s = 0.0022;
-  add_face(cloud, {0, 0, 0}, {w, 0, 0}, {0, 0, h}, s, 0.8, 1),
-      add_face(cloud, {0, w, 0}, {w, 0, 0}, {0, 0, h}, s, 0.8, 2);
-  add_face(cloud, {0, 0, 0}, {0, w, 0}, {0, 0, h}, s, 0.8, 3),
-      add_face(cloud, {w, 0, 0}, {0, w, 0}, {0, 0, h}, s, 0.8, 4);
-  add_face(cloud, {0, 0, h}, {w, 0, 0}, {0, w, 0}, s, 0.8, 5),
-      add_face(cloud, {0, 0, 0}, {w, 0, 0}, {0, w, 0}, s, 0.8, 6);
+  add_face(cloud, {0, 0, 0}, {w, 0, 0}, {0, 0, h}, s, 0.8, 1);
+  add_face(cloud, {0, w, 0}, {w, 0, 0}, {0, 0, h}, s, 0.8, 2);
+  add_face(cloud, {0, 0, 0}, {0, w, 0}, {0, 0, h}, s, 0.8, 3);
+  add_face(cloud, {w, 0, 0}, {0, w, 0}, {0, 0, h}, s, 0.8, 4);
+  add_face(cloud, {0, 0, h}, {w, 0, 0}, {0, w, 0}, s, 0.8, 5);
+  add_face(cloud, {0, 0, 0}, {w, 0, 0}, {0, w, 0}, s, 0.8, 6);
   add_face(cloud, {-0.6, 0.5, -0.4}, {1.2, 0, 0}, {0, 0, 1.0}, 0.02, 0.2, 7);
   write_ply(folder / "splats.ply", cloud);
   std::vector<Camera> cameras;
@@ -87,7 +87,9 @@ void write_bar_material(const std::filesystem::path& file, Young&& young) {
   MaterialFile m;
   m.position = bar_points();
   for (const Vec3f& x : m.position) {
-    m.young.push_back(static_cast<float>(young(x))), m.poisson.push_back(0.3f), m.density.push_back(1000.0f);
+    m.young.push_back(static_cast<float>(young(x)));
+    m.poisson.push_back(0.3f);
+    m.density.push_back(1000.0f);
     m.volume.push_back(0.004f * 0.004f * 0.004f);
   }
   m.source = "truth of a twin experiment";
@@ -105,11 +107,14 @@ inline void write_bar_velocity(const std::filesystem::path& file, const Vec3d& a
   v.position = bar_points();
   for (const Vec3f& x : v.position) {
     const double s = std::max(0.0, (x.z() - kClamp) / (kHeight - kClamp));
-    v.velocity.push_back(bar_velocity(at_tip, x).cast<float>()), v.displacement.push_back(Vec3f::Zero());
-    v.F.push_back(Mat3f::Identity()), v.C.push_back(Mat3f::Zero());
+    v.velocity.push_back(bar_velocity(at_tip, x).cast<float>());
+    v.displacement.push_back(Vec3f::Zero());
+    v.F.push_back(Mat3f::Identity());
+    v.C.push_back(Mat3f::Zero());
     v.C.back().col(2) = (2 * s / (kHeight - kClamp) * at_tip).cast<float>();
   }
-  v.whole_damping_time = v.damping_time = damping_time, v.source = "truth of a twin experiment";
+  v.whole_damping_time = v.damping_time = damping_time;
+  v.source = "truth of a twin experiment";
   write_velocity(file, v, "{}");
 }
 

@@ -89,7 +89,9 @@ int noisy_frames(const fs::path& clip, const fs::path& folder, double sigma, uin
 /// ln of a factor of E at points, of a random field that is smooth over a third of the bar.
 std::function<double(const Vec3f&)> smooth_truth(uint64_t seed) {
   SmoothFieldOptions options;
-  options.sigma = 0.8, options.length = 0.06, options.modes = 12;
+  options.sigma = 0.8;
+  options.length = 0.06;
+  options.modes = 12;
   const std::vector<Vec3f> points = bar_points();
   const auto field = std::make_shared<SmoothField>(options, points);
   std::vector<double> p(field->parameters());
@@ -185,7 +187,8 @@ int main(int argc, char** argv) {
     for (size_t i = 0; i < found.young.size(); ++i) {
       if (solid.solid_position[i].z() < kClamp + 0.01) continue;
       const double e = std::log10(found.young[i] / young(solid.solid_position[i]));
-      error.push_back(std::abs(e)), bias += e;
+      error.push_back(std::abs(e));
+      bias += e;
     }
     bias /= static_cast<double>(error.size());
     // Where the fit says that it knows: error against the stated standard deviation.
@@ -194,7 +197,8 @@ int main(int argc, char** argv) {
     for (size_t i = 0; i < found.log10_young_sigma.size(); ++i) {
       if (solid.solid_position[i].z() < kClamp + 0.01 || found.log10_young_sigma[i] > 0.25) continue;
       known_error.push_back(std::abs(std::log10(found.young[i] / young(solid.solid_position[i]))));
-      ++known, within += known_error.back() < found.log10_young_sigma[i];
+      ++known;
+      within += known_error.back() < found.log10_young_sigma[i];
     }
     std::sort(known_error.begin(), known_error.end());
     std::nth_element(error.begin(), error.begin() + error.size() / 2, error.end());

@@ -25,9 +25,12 @@ int main(int argc, char** argv) {
     testing::TwinStem twin;
     MaterialFitOptions options;
     options.kind = MaterialKind::kSmooth;
-    options.smooth.sigma = 0.8, options.smooth.length = length, options.smooth.modes = 24;
-    options.vibration.modes.most = 6, options.vibration.search.first = 0,
-    options.vibration.refine.tolerance = argc > 7 ? std::atof(argv[7]) : 1e-3,
+    options.smooth.sigma = 0.8;
+    options.smooth.length = length;
+    options.smooth.modes = 24;
+    options.vibration.modes.most = 6;
+    options.vibration.search.first = 0;
+    options.vibration.refine.tolerance = argc > 7 ? std::atof(argv[7]) : 1e-3;
     options.vibration.most_smooth = argc > 6 ? std::atoi(argv[6]) : 6;
     const SmoothField truth(options.smooth, twin.particles.position);
     std::vector<double> z(truth.parameters());
@@ -48,10 +51,15 @@ int main(int argc, char** argv) {
       ++places;
       if (!fit.determined(i)) continue;
       const double error = std::abs(std::log10(fit.young[i] / twin.particles.young[i]));
-      ++count, one += error < fit.sigma[i], two += error < 2 * fit.sigma[i];
-      of_seed.push_back(error), errors.push_back(error);
+      ++count;
+      one += error < fit.sigma[i];
+      two += error < 2 * fit.sigma[i];
+      of_seed.push_back(error);
+      errors.push_back(error);
     }
-    determined += count, within_one += one, within_two += two;
+    determined += count;
+    within_one += one;
+    within_two += two;
     std::sort(of_seed.begin(), of_seed.end());
     const double median = of_seed.empty() ? 0 : of_seed[of_seed.size() / 2];
     rows.push_back({{"seed", seed},

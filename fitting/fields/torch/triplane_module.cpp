@@ -43,7 +43,8 @@ class TorchTriplaneField : public TriplaneField {
     grid_ = grid_of(points);
     if (!options_.low.empty()) {
       const at::Tensor low = tensor_of(options_.low), high = tensor_of(options_.high);
-      middle_ = (low + high) / 2, half_ = (high - low) / 2;
+      middle_ = (low + high) / 2;
+      half_ = (high - low) / 2;
     }
   }
 
@@ -129,7 +130,8 @@ class TorchTriplaneField : public TriplaneField {
     for (int plane = 0; plane < 3; ++plane)
       for (const Vec3f& point : points) {
         const Vec3d x = (point.cast<double>() - centre).cwiseQuotient(half);
-        *out++ = x[kFirst[plane]], *out++ = x[kSecond[plane]];
+        *out++ = x[kFirst[plane]];
+        *out++ = x[kSecond[plane]];
       }
     return grid;
   }

@@ -39,9 +39,11 @@ ModelChoice trusting() {
 ImageF ramp(int width, int height) {
   ImageF picture(width, height, 3);
   for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x)
-      picture(x, y, 0) = static_cast<float>(x) / width, picture(x, y, 1) = static_cast<float>(y) / height,
-                    picture(x, y, 2) = 0.5f;
+    for (int x = 0; x < width; ++x) {
+      picture(x, y, 0) = static_cast<float>(x) / width;
+      picture(x, y, 1) = static_cast<float>(y) / height;
+      picture(x, y, 2) = 0.5f;
+    }
   return picture;
 }
 

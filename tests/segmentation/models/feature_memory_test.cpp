@@ -41,8 +41,10 @@ double expected(const std::vector<FeatureMemory::Frame>& frames, uint32_t thing,
   }
   std::sort(pixels.rbegin(), pixels.rend());
   double sum = 0, total = 0;
-  for (size_t k = 0; k < std::min(top, pixels.size()); ++k)
-    sum += std::exp(pixels[k].first) * pixels[k].second, total += std::exp(pixels[k].first);
+  for (size_t k = 0; k < std::min(top, pixels.size()); ++k) {
+    sum += std::exp(pixels[k].first) * pixels[k].second;
+    total += std::exp(pixels[k].first);
+  }
   return sum / total;
 }
 

@@ -77,8 +77,11 @@ TEST(GroundingDinoTorch, BoxesAndNamesFollowFromEveryInput) {
   TemporaryFolder folder;
   const auto dino = made(folder);
   ImageF picture(16, 16, 3);  // 24 of 32 columns of the network are picture
-  for (size_t i = 0; i < picture.data.size(); i += 3)
-    picture.data[i] = 0.75f, picture.data[i + 1] = 0.5f, picture.data[i + 2] = 0.25f;
+  for (size_t i = 0; i < picture.data.size(); i += 3) {
+    picture.data[i] = 0.75f;
+    picture.data[i + 1] = 0.5f;
+    picture.data[i + 2] = 0.25f;
+  }
   const std::vector<Detection> found = dino->detect(picture, {"red flower", "vase"});
   ASSERT_EQ(found.size(), 2u);  // the third box likes a piece that is not there
   EXPECT_EQ(found[0].label, "red flower");

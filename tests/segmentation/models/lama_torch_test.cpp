@@ -41,7 +41,10 @@ void expect_mended(Lama& lama, int width, int height, const ImageU8& mask) {
   const ImageF whole = plain(width, height);
   ImageF damaged = whole;
   for (size_t i = 0; i < mask.data.size(); ++i)
-    if (mask.data[i]) damaged.data[i * 3] = 0, damaged.data[i * 3 + 1] = 1;
+    if (mask.data[i]) {
+      damaged.data[i * 3] = 0;
+      damaged.data[i * 3 + 1] = 1;
+    }
   damaged(0, 0, 1) = 0.3f;
   const ImageF mended = lama.inpaint(damaged, mask);
   for (size_t i = 0; i < mask.data.size(); ++i)
@@ -72,7 +75,8 @@ TEST(LamaTorch, AFileOfOneSizeAndOfTheRange255) {
 TEST(LamaTorch, SurroundingsLargerThanATileAreFilledByTiles) {
   TemporaryFolder folder;
   Lama::Options options;
-  options.tile = 64, options.overlap = 16;
+  options.tile = 64;
+  options.overlap = 16;
   Lama lama = made(folder, R"({"kind": "lama"})", 1, options);
   expect_mended(lama, 200, 150, hole(200, 150, 20, 20, 180, 90));
 }

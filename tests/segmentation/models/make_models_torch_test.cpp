@@ -45,7 +45,8 @@ TEST(MakeModelsTorch, EachNetworkOfAChoiceGetsItsShareOfTheMemory) {
                      R"({"kind": "ram", "size": 8})");
   ModelChoice choice;
   choice.trust_torchscript = true;
-  choice.tagger = folder / "ram.pt", choice.vocabularies = {folder.file("tags.txt", "a\nb\nc\n")};
+  choice.tagger = folder / "ram.pt";
+  choice.vocabularies = {folder.file("tags.txt", "a\nb\nc\n")};
   for (const char* detector : {"", "another.onnx"}) {
     choice.detector = detector;
     const std::string share = " " + std::to_string(memory_share(*detector ? 2 : 1) >> 20) + " MB";

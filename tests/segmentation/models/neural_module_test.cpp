@@ -15,9 +15,10 @@ namespace {
 /// y = scale x + offset, [1,2,2].
 std::string line_network(float scale, float offset, const std::string& operation = "Add") {
   OnnxWriter onnx;
-  onnx.input("x", {1, 2, 2}), onnx.output("y", {1, 2, 2});
-  onnx.weights("scale", {1, 2, 2}, std::vector<float>(4, scale)),
-      onnx.weights("offset", {1, 2, 2}, std::vector<float>(4, offset));
+  onnx.input("x", {1, 2, 2});
+  onnx.output("y", {1, 2, 2});
+  onnx.weights("scale", {1, 2, 2}, std::vector<float>(4, scale));
+  onnx.weights("offset", {1, 2, 2}, std::vector<float>(4, offset));
   onnx.node("Mul", {"x", "scale"}, {"scaled"});
   onnx.node(operation, {"scaled", "offset"}, {"y"});
   return onnx.bytes();
@@ -85,7 +86,8 @@ TEST(NeuralModule, FilesThatAreNoNetworkSayWhatTheyAre) {
   expect_error(Failure::kInput, {"cannot be read"}, [&] { read_model_file(folder / "absent.onnx"); });
   for (const std::string& bytes : {std::string(1000, '\0'), std::string(1000, '\xff')})
     expect_error(Failure::kInput, {"not ONNX"}, [&] { read_model_file(folder.file("garbage", bytes)); });
-  write_image(folder / "picture.png", ImageF(4, 3, 3)), write_image(folder / "picture.jpg", ImageF(4, 3, 3));
+  write_image(folder / "picture.png", ImageF(4, 3, 3));
+  write_image(folder / "picture.jpg", ImageF(4, 3, 3));
   const auto refused = [&](const std::string& name, const std::string& bytes, const std::string& kind) {
     if (!bytes.empty()) folder.file(name, bytes);
     expect_error(Failure::kInput, {name, "is " + kind + ", not a network", "give an ONNX or TorchScript file"},
@@ -104,7 +106,8 @@ TEST(NeuralModule, FilesThatAreNoNetworkSayWhatTheyAre) {
     refused(name, std::string("\x80\x02\x8a\x0al\xfc", 6),
             "a pickle of Python, as old versions of torch.save write: weights without the network");
   }
-  folder.file("empty.onnx", ""), refused("empty.onnx", "", "an empty file");
+  folder.file("empty.onnx", "");
+  refused("empty.onnx", "", "an empty file");
 }
 
 TEST(NeuralModule, AWorkerThatEndsIsAnErrorAndNotTheEndOfThisProgram) {

@@ -18,7 +18,10 @@ std::string made(const std::vector<std::string>& inputs, const std::vector<std::
                  const std::string& description = "", const std::vector<int64_t>& shape = {1, 3, 64, 64}) {
   OnnxWriter onnx;
   for (const std::string& name : inputs) onnx.input(name, shape);
-  for (const std::string& name : outputs) onnx.output(name, shape), onnx.node("Identity", {inputs.back()}, {name});
+  for (const std::string& name : outputs) {
+    onnx.output(name, shape);
+    onnx.node("Identity", {inputs.back()}, {name});
+  }
   return onnx.bytes(description);
 }
 
@@ -95,7 +98,8 @@ TEST(OnnxSlots, AnOutputThatIsNotThereAndAnInputOfAnotherLengthAreNamed) {
 TEST(OnnxSlots, AnEncoderAloneIsNoSegmenterAndAFolderNoNetwork) {
   TemporaryFolder folder;
   OnnxWriter onnx;
-  onnx.input("image", {1, 3, 64, 64}), onnx.output("embeddings", {1, 256, 64, 64});
+  onnx.input("image", {1, 3, 64, 64});
+  onnx.output("embeddings", {1, 256, 64, 64});
   onnx.weights("kernel", {256, 3, 1, 1}, std::vector<float>(256 * 3, 1.f));
   onnx.node("Conv", {"image", "kernel"}, {"embeddings"}, {{"kernel_shape", {1, 1}}});
   ModelChoice choice;
@@ -115,8 +119,10 @@ TEST(MemoryShare, ManyNetworksTogetherTakeNoMoreThanOneAlone) {
   EXPECT_GE(memory_share(6), memory_share(1) / 6 - 1);
   ModelChoice choice;
   EXPECT_EQ(choice.networks(), 0);
-  choice.detector = choice.tracker = "net", choice.segmenter = "encoder,decoder";
+  choice.detector = choice.tracker = "net";
+  choice.segmenter = "encoder,decoder";
   EXPECT_EQ(choice.networks(), 4);
-  choice.segmenter = "both", choice.vocabularies = {"words"};
+  choice.segmenter = "both";
+  choice.vocabularies = {"words"};
   EXPECT_EQ(choice.networks(), 3);
 }

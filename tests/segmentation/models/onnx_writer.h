@@ -24,7 +24,8 @@ class OnnxWriter {
     std::string node;
     for (const std::string& name : inputs) text(node, 1, name);
     for (const std::string& name : outputs) text(node, 2, name);
-    text(node, 3, "node_" + outputs[0]), text(node, 4, kind);
+    text(node, 3, "node_" + outputs[0]);
+    text(node, 4, kind);
     for (const Attribute& attribute : attributes) {
       std::string entry;
       text(entry, 1, attribute.name);
@@ -48,10 +49,13 @@ class OnnxWriter {
     std::string model, opset, graph = graph_;
     text(graph, 2, "made");
     number(opset, 2, 11);
-    number(model, 1, 7), text(model, 8, opset), text(model, 7, graph);
+    number(model, 1, 7);
+    text(model, 8, opset);
+    text(model, 7, graph);
     if (!description.empty()) {
       std::string entry;
-      text(entry, 1, "pliant"), text(entry, 2, description);
+      text(entry, 1, "pliant");
+      text(entry, 2, description);
       text(model, 14, entry);
     }
     return model;
@@ -62,16 +66,22 @@ class OnnxWriter {
     for (; value > 127; value >>= 7) out += static_cast<char>((value & 127) | 128);
     out += static_cast<char>(value);
   }
-  static void number(std::string& out, uint64_t field, uint64_t value) { varint(out, field << 3), varint(out, value); }
+  static void number(std::string& out, uint64_t field, uint64_t value) {
+    varint(out, field << 3);
+    varint(out, value);
+  }
   static void text(std::string& out, uint64_t field, const std::string& value) {
-    varint(out, field << 3 | 2), varint(out, value.size());
+    varint(out, field << 3 | 2);
+    varint(out, value.size());
     out += value;
   }
 
   void tensor(const std::string& name, const std::vector<int64_t>& shape, uint64_t type, const std::string& raw) {
     std::string entry;
     for (const int64_t length : shape) number(entry, 1, static_cast<uint64_t>(length));
-    number(entry, 2, type), text(entry, 8, name), text(entry, 9, raw);
+    number(entry, 2, type);
+    text(entry, 8, name);
+    text(entry, 9, raw);
     text(graph_, 5, entry);
   }
 
@@ -82,8 +92,11 @@ class OnnxWriter {
       number(axis, 1, static_cast<uint64_t>(length));
       text(axes, 1, axis);
     }
-    number(tensor_type, 1, 1), text(tensor_type, 2, axes);
-    text(type, 1, tensor_type), text(info, 1, name), text(info, 2, type);
+    number(tensor_type, 1, 1);
+    text(tensor_type, 2, axes);
+    text(type, 1, tensor_type);
+    text(info, 1, name);
+    text(info, 2, type);
     return info;
   }
 

@@ -25,8 +25,11 @@ TEST(RamTorch, TagsAboveTheirOwnThresholdBestFirst) {
   TemporaryFolder folder;
   Ram ram(made(folder), TagList::read(folder.file("ram.txt", "rose\t0.6\ngrass\t0.9\nsky\n")));
   ImageF picture(20, 10, 3);
-  for (size_t i = 0; i < picture.data.size(); i += 3)
-    picture.data[i] = 0.7f, picture.data[i + 1] = 0.9f, picture.data[i + 2] = 1;
+  for (size_t i = 0; i < picture.data.size(); i += 3) {
+    picture.data[i] = 0.7f;
+    picture.data[i + 1] = 0.9f;
+    picture.data[i + 2] = 1;
+  }
   const std::vector<Tag> tags = ram.tag(picture);
   ASSERT_EQ(tags.size(), 2u);
   EXPECT_EQ(tags[0].name, "sky");
@@ -47,9 +50,11 @@ TEST(RamTorch, EveryPixelCountsInItsPlaceAndChannel) {
           TagList::read(folder.file("ram.txt", "rose\t0\ngrass\t0\nsky\t0\n")));
   ImageF picture(8, 8, 3);
   for (int y = 0; y < 8; ++y)
-    for (int x = 0; x < 8; ++x)
-      picture(x, y, 0) = 0.1f * static_cast<float>(x), picture(x, y, 1) = 0.08f * static_cast<float>(y),
-                    picture(x, y, 2) = 0.01f * static_cast<float>(x * y);
+    for (int x = 0; x < 8; ++x) {
+      picture(x, y, 0) = 0.1f * static_cast<float>(x);
+      picture(x, y, 1) = 0.08f * static_cast<float>(y);
+      picture(x, y, 2) = 0.01f * static_cast<float>(x * y);
+    }
   const float mean[] = {0.485f, 0.456f, 0.406f}, deviation[] = {0.229f, 0.224f, 0.225f};
   std::map<std::string, float> expected;
   for (int c = 0; c < 3; ++c) {

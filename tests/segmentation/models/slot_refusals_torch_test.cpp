@@ -112,7 +112,8 @@ TEST(SlotRefusals, YoloxOfAnotherShapeOrWithoutNumbers) {
   TemporaryFolder folder;
   const auto made = [&](int64_t rows, float weight) {  // says 21 rows of 7, gives `rows`
     OnnxWriter onnx;
-    onnx.input("images", {1, 3, 32, 32}), onnx.output("output", {1, 21, 7});
+    onnx.input("images", {1, 3, 32, 32});
+    onnx.output("output", {1, 21, 7});
     onnx.weights("kernel", {7 * rows, 3, 32, 32}, std::vector<float>(7 * rows * 3 * 1024, weight));
     onnx.integers("shape", {1, rows, 7});
     onnx.node("Conv", {"images", "kernel"}, {"cells"}, {{"kernel_shape", {32, 32}}, {"strides", {32, 32}}});

@@ -17,7 +17,8 @@ Contract line_contract() {
 
 ModuleOptions trusted() {
   ModuleOptions options;
-  options.trust_torchscript = true, options.load_seconds = 60;
+  options.trust_torchscript = true;
+  options.load_seconds = 60;
   return options;
 }
 

@@ -66,14 +66,16 @@ def segment(self, f16, f8, f4, readout, hidden, last_masks):
 
 Xmem::Options options_of(int every) {
   Xmem::Options options;
-  options.every = every, options.top = 4;
+  options.every = every;
+  options.top = 4;
   return options;
 }
 
 Xmem made(const TemporaryFolder& folder, const std::string& methods = kModule, double load_seconds = 300) {
   write_torch_module(folder / "xmem.pt", methods, R"({"kind": "xmem", "hidden": 2})");
   ModuleOptions trusted;
-  trusted.trust_torchscript = true, trusted.load_seconds = load_seconds;
+  trusted.trust_torchscript = true;
+  trusted.load_seconds = load_seconds;
   return Xmem(std::make_unique<NeuralModule>(folder / "xmem.pt", trusted), options_of(2));
 }
 
@@ -97,7 +99,9 @@ ImageF picture_of(const std::vector<Square>& squares, IdImage& ids) {
   for (const Square& square : squares)
     for (int y = square.y; y < square.y + 32; ++y)
       for (int x = std::max(square.x, 0); x < square.x + 32; ++x) {
-        picture(x, y, 0) = square.red, picture(x, y, 1) = square.green, picture(x, y, 2) = square.blue;
+        picture(x, y, 0) = square.red;
+        picture(x, y, 1) = square.green;
+        picture(x, y, 2) = square.blue;
         ids(x, y) = square.id;
       }
   return picture;
@@ -149,9 +153,11 @@ TEST(XmemTorch, EveryInputOfEveryNetworkReachesTheIds) {
   constexpr int kColumns = 20, kRows = 6;                      // squares of 16 pixels
   const auto plain = [](float red, float green, float blue) {  // in deviations of ImageNet from its mean
     ImageF picture(16 * kColumns, 16 * kRows, 3);
-    for (size_t i = 0; i < picture.data.size(); i += 3)
-      picture.data[i] = 0.485f + 0.229f * red, picture.data[i + 1] = 0.456f + 0.224f * green,
+    for (size_t i = 0; i < picture.data.size(); i += 3) {
+      picture.data[i] = 0.485f + 0.229f * red;
+      picture.data[i + 1] = 0.456f + 0.224f * green;
       picture.data[i + 2] = 0.406f + 0.225f * blue;
+    }
     return picture;
   };
   using Numbers = std::vector<int>;

@@ -15,7 +15,11 @@ namespace {
 
 void paint(ImageF& picture, int x0, int y0, int x1, int y1, float red, float green, float blue) {
   for (int y = y0; y < y1; ++y)
-    for (int x = x0; x < x1; ++x) picture(x, y, 0) = red, picture(x, y, 1) = green, picture(x, y, 2) = blue;
+    for (int x = x0; x < x1; ++x) {
+      picture(x, y, 0) = red;
+      picture(x, y, 1) = green;
+      picture(x, y, 2) = blue;
+    }
 }
 
 std::unique_ptr<Detector> made(const TemporaryFolder& folder) {
