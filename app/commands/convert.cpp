@@ -1,4 +1,5 @@
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "app/commands/stage_options.h"
 #include "gaussians/base/error.h"

@@ -1,4 +1,5 @@
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "app/commands/stage_options.h"
 #include "app/import/physdreamer_folder.h"

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "app/commands/stage_options.h"
 #include "app/pipeline/pictures.h"
 

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "app/pipeline/physdreamer_scene.h"
 #include "app/pipeline/stages.h"
 #include "gaussians/base/error.h"

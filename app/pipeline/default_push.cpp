@@ -1,6 +1,7 @@
 #include "app/pipeline/default_push.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "app/pipeline/interactions.h"
 

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "app/pipeline/fit_report.h"
 #include "app/pipeline/html.h"
 #include "gaussians/io/files.h"

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "app/pipeline/run_directory.h"
 #include "segmentation/labelling/label_photo.h"

@@ -1,6 +1,7 @@
 #include "app/pipeline/material.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "app/import/physgaussian_config.h"
 #include "app/pipeline/stages.h"

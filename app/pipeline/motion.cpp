@@ -1,6 +1,7 @@
 #include "app/pipeline/motion.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 namespace pliant {
 

@@ -1,6 +1,7 @@
 #include "app/pipeline/moving_scene.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "app/pipeline/interactions.h"
 #include "app/pipeline/stages.h"

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cctype>
+#include <nlohmann/json.hpp>
 
 #include "app/pipeline/photos.h"
 #include "app/pipeline/sheet_prompts.h"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"

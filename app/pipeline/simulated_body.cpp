@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "app/pipeline/clip_camera.h"
 #include "app/pipeline/default_push.h"
 #include "app/pipeline/interactions.h"

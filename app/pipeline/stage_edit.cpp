@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "app/pipeline/objects_file.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"

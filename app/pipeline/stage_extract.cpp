@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "app/pipeline/objects_file.h"
 #include "app/pipeline/stages.h"

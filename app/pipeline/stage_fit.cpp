@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "app/pipeline/fit_options.h"
 #include "app/pipeline/fit_outcome.h"

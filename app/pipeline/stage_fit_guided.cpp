@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "app/pipeline/fit_options.h"
 #include "app/pipeline/fit_outcome.h"

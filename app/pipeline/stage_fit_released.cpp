@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "app/import/physdreamer_fields.h"
 #include "app/pipeline/fit_report.h"

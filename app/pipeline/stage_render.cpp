@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <functional>
+#include <nlohmann/json.hpp>
 
 #include "app/pipeline/clip_camera.h"
 #include "app/pipeline/moving_scene.h"

@@ -1,3 +1,5 @@
+#include <nlohmann/json.hpp>
+
 #include "app/pipeline/stages.h"
 #include "gaussians/io/image_io.h"
 #include "gaussians/io/ply.h"

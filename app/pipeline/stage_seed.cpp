@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "app/import/physgaussian_space.h"
 #include "app/pipeline/given_fields.h"

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "app/import/gaussian_grouping.h"
 #include "app/import/physgaussian_space.h"
 #include "app/pipeline/automatic_masks.h"

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "app/pipeline/given_fields.h"
 #include "app/pipeline/motion.h"

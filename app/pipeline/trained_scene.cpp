@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "app/pipeline/training_masks.h"
 #include "gaussians/io/cameras_json.h"

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "app/pipeline/fit_scene.h"
 #include "app/store/fit_checkpoint.h"

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "app/pipeline/fit_scene.h"

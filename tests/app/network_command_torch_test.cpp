@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "gaussians/io/ply.h"
 #include "tests/app/painted_demo.h"
 #include "tests/segmentation/models/torch_modules.h"

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <nlohmann/json.hpp>
+
 #include "gaussians/base/error.h"
 #include "gaussians/io/files.h"
 #include "tests/held_elsewhere.h"
