@@ -54,7 +54,7 @@ std::vector<ImageU8> write_photos(const Stage& stage, const fs::path& out, const
   fs::create_directories(out / "masks");
   std::vector<ImageU8> photos;
   for (const Camera& camera : cameras) {
-    const Photo photo = take_photo(stage, camera);
+    const DemoPhoto photo = take_photo(stage, camera);
     photos.push_back(to_8_bit(photo.color));
     write_image(camera.photo, photo.color);
     write_ids(out / "masks" / (camera.name + ".png"), photo.ids);

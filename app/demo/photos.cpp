@@ -4,8 +4,8 @@
 
 namespace pliant {
 
-Photo take_photo(const Stage& stage, const Camera& camera) {
-  Photo photo{ImageF(camera.width, camera.height, 3), IdImage(camera.width, camera.height, 1)};
+DemoPhoto take_photo(const Stage& stage, const Camera& camera) {
+  DemoPhoto photo{ImageF(camera.width, camera.height, 3), IdImage(camera.width, camera.height, 1)};
   const Vec3d eye = camera.centre();
   parallel_for(
       camera.height,

@@ -6,11 +6,11 @@
 namespace pliant {
 
 /// A view of the stage by ray casting.
-struct Photo {
+struct DemoPhoto {
   ImageF color;  ///< [H, W, 3], mean of 3 x 3 rays a pixel
   IdImage ids;   ///< [H, W], what the ray through the pixel's centre meets; 0 = nothing
 };
-Photo take_photo(const Stage& stage, const Camera& camera);
+DemoPhoto take_photo(const Stage& stage, const Camera& camera);
 
 constexpr int kSamplesAcross = 3;  ///< rays per pixel along each axis
 

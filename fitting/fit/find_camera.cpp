@@ -161,7 +161,7 @@ class PoseLoss {
 };
 
 /// Nocedal and Wright (2006), algorithm 6.1, with a line search that halves.
-Camera minimise(const RefineOptions& options, PoseLoss& loss, Camera camera) {
+Camera minimise(const CameraRefineOptions& options, PoseLoss& loss, Camera camera) {
   Vector6 gradient;
   double value = loss.value(camera, gradient);
   Matrix6 inverse = Matrix6::Identity();
@@ -210,7 +210,7 @@ Camera minimise(const RefineOptions& options, PoseLoss& loss, Camera camera) {
 }
 
 /// Refines at the sizes up to `largest` px.
-Camera refine_up_to(const RefineOptions& options, const GaussianCloud& cloud, const RenderOptions& rendering,
+Camera refine_up_to(const CameraRefineOptions& options, const GaussianCloud& cloud, const RenderOptions& rendering,
                     Camera camera, const ImageF& picture, int smallest, int largest, int& renders) {
   const int own = std::max(picture.width, picture.height);
   for (const int size : options.sizes) {
@@ -232,7 +232,7 @@ void compare(RefinedCamera& refined, const Camera& start) {
 
 }  // namespace
 
-RefinedCamera refine_camera(const RefineOptions& options, const GaussianCloud& cloud, const RenderOptions& rendering,
+RefinedCamera refine_camera(const CameraRefineOptions& options, const GaussianCloud& cloud, const RenderOptions& rendering,
                             const Camera& start, const ImageF& picture) {
   CHECK(!options.sizes.empty() && std::is_sorted(options.sizes.begin(), options.sizes.end()));
   RefinedCamera out;

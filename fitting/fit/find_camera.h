@@ -10,7 +10,7 @@
 
 namespace pliant {
 
-struct RefineOptions {
+struct CameraRefineOptions {
   std::vector<int> sizes = {64, 128, 256,
                             512};  ///< px of the longer side, one after the other, up to the picture's own
   int iterations = 30;             ///< at each size
@@ -30,14 +30,14 @@ struct RefinedCamera {
 /// Shanno along the renderer's derivatives by the camera.  Poses turn about a point in the middle of the scene, which
 /// keeps turns and shifts apart.  The picture's mean colours are first matched to the scene's, and shifts of the view
 /// tried one by one on a coarse one.  The camera has the picture's size; its lens stays.
-RefinedCamera refine_camera(const RefineOptions& options, const GaussianCloud& cloud, const RenderOptions& rendering,
+RefinedCamera refine_camera(const CameraRefineOptions& options, const GaussianCloud& cloud, const RenderOptions& rendering,
                             const Camera& start, const ImageF& picture);
 
 struct FindCameraOptions {
   int search_size = 96;      ///< px of the longer side while known cameras are compared
   int candidates = 3;        ///< best known cameras that are refined
   double least_score = 0.3;  ///< of the refined view: below, the picture shows something else
-  RefineOptions refine;
+  CameraRefineOptions refine;
 };
 
 struct FoundCamera {

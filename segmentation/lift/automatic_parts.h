@@ -12,7 +12,7 @@ struct PartOptions {
   float least_share = 0.001f;  ///< of a picture, mean over the views, that an object shows
   int least_gaussians = 30;
   float reach = 0.2f;  ///< an object's lowest point lies within so much of its height of a support
-  SplitOptions split;
+  SeparateTouchingOptions split;
 };
 
 /// What every Gaussian of the scene belongs to.

@@ -43,14 +43,14 @@ GroupSums sums_of(const SolidScene& scene, int i) {
   return sums;
 }
 
-bool distinct(const SplitOptions& options, const GroupSums& a, const GroupSums& b, const GroupBorder& border) {
+bool distinct(const SeparateTouchingOptions& options, const GroupSums& a, const GroupSums& b, const GroupBorder& border) {
   Vec3d shift = a.mean_lab() - b.mean_lab();
   shift.x() *= options.lightness;
   return std::min(a.share, b.share) >= options.least_share && border.agreement < options.agreement * border.nearness &&
          shift.norm() >= options.color;
 }
 
-std::vector<int> split_things(const SplitOptions& options, const SolidScene& scene, const std::vector<int>& nodes,
+std::vector<int> split_things(const SeparateTouchingOptions& options, const SolidScene& scene, const std::vector<int>& nodes,
                               const std::vector<uint8_t>& foot) {
   const int n = static_cast<int>(nodes.size());
   std::vector<int> place(scene.size(), -1), parent(n);

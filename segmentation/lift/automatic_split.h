@@ -6,7 +6,7 @@
 
 namespace pliant {
 
-struct SplitOptions {
+struct SeparateTouchingOptions {
   float seed = 0.7f;  ///< agreement from which on neighbours make a seed
   float agreement =
       0.5f;             ///< two things differ when the views join less than this share of what lies against each other
@@ -31,13 +31,13 @@ struct GroupBorder {
 };
 
 /// Whether two groups that touch are different things by the views and by colour.
-bool distinct(const SplitOptions& options, const GroupSums& a, const GroupSums& b, const GroupBorder& border);
+bool distinct(const SeparateTouchingOptions& options, const GroupSums& a, const GroupSums& b, const GroupBorder& border);
 
 /// Parts a connected set of Gaussians (`nodes`, ascending places in the scene) into things that stand by themselves:
 /// Gaussians that the views join make small seeds; these grow together, the strongest tie for the smaller one's size
 /// first, but two that have feet (`foot` [S] != 0) and are distinct never do.  What has no feet always finds something
 /// to belong to.  Returns the group of every node, by first node.
-std::vector<int> split_things(const SplitOptions& options, const SolidScene& scene, const std::vector<int>& nodes,
+std::vector<int> split_things(const SeparateTouchingOptions& options, const SolidScene& scene, const std::vector<int>& nodes,
                               const std::vector<uint8_t>& foot);
 
 }  // namespace pliant

@@ -124,7 +124,7 @@ TEST(DemoPaint, PlanksAndTilesArePeriodic) {
 TEST(DemoStage, PhotoShowsThePaintedColourOfTheShapeItMeets) {
   const Stage stage(1);
   const Camera camera = stage_cameras(stage, 8, 80, 60)[3];
-  const Photo photo = take_photo(stage, camera);
+  const DemoPhoto photo = take_photo(stage, camera);
   int compared = 0;
   for (const StagePart& part : stage.parts()) {
     if (part.id != kBallId && part.flower_part != FlowerPart::kStem) continue;
@@ -261,7 +261,7 @@ TEST(DemoReference, FilmBeginsWithThePhotoAndMovesOnlyTheFlower) {
       *std::find_if(cameras.begin(), cameras.end(), [](const Camera& c) { return c.name == front_view_name(8); });
   const ReferenceFilm film = film_reference(stage, motion, camera);
   ASSERT_EQ(film.frames.size(), 12u);
-  const Photo photo = take_photo(stage, camera);
+  const DemoPhoto photo = take_photo(stage, camera);
   double squared = 0;
   for (size_t i = 0; i < photo.color.data.size(); ++i)
     squared += std::pow(photo.color.data[i] - film.frames[0].data[i], 2);

@@ -1,0 +1,87 @@
+// What the sources themselves have to keep: one format, one statement a line, one definition of every type.
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "tests/source_text.h"
+
+namespace fs = std::filesystem;
+using source_text::comma_joined_statements;
+using source_text::tokens_of;
+using source_text::types_defined;
+
+namespace {
+
+const fs::path kRoot = PLIANT_SOURCE_DIR;
+
+std::vector<fs::path> sources_below(std::initializer_list<const char*> folders) {
+  std::vector<fs::path> out;
+  for (const char* folder : folders)
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder))
+      if (entry.path().extension() == ".h" || entry.path().extension() == ".cpp") out.push_back(entry.path());
+  return out;
+}
+
+std::string text_of(const fs::path& file) {
+  std::ostringstream out;
+  out << std::ifstream(file).rdbuf();
+  return out.str();
+}
+
+std::string name_of(const fs::path& file) { return fs::relative(file, kRoot).generic_string(); }
+
+}  // namespace
+
+TEST(Sources, AreFormattedByTheirClangFormat) {
+  if (std::system("clang-format-14 --version > /dev/null 2>&1") != 0)
+    GTEST_SKIP() << "clang-format-14 is not installed";
+  const std::string command = "cd '" + kRoot.string() +
+                              "' && find gaussians segmentation physics fitting app tests -name '*.h' -print0 -o "
+                              "-name '*.cpp' -print0 | xargs -0 clang-format-14 --dry-run --Werror > /dev/null 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0) << "tests/format formats them";
+}
+
+TEST(Sources, HoldOneStatementALine) {
+  for (const fs::path& file : sources_below({"gaussians", "segmentation", "physics", "fitting", "app", "tests"}))
+    for (int line : comma_joined_statements(tokens_of(text_of(file))))
+      ADD_FAILURE() << name_of(file) << ":" << line << " joins statements by a comma";
+}
+
+// Two types of one name in one program are one type to the linker (the one definition rule): their constructors and
+// destructors are weak symbols, of which it keeps either.
+TEST(Sources, DefineEveryTypeOfANamedNamespaceOnce) {
+  std::map<std::string, std::set<std::string>> files;
+  for (const fs::path& file : sources_below({"gaussians", "segmentation", "physics", "fitting", "app"}))
+    for (const std::string& type : types_defined(tokens_of(text_of(file)))) {
+      const bool first = files[type].insert(name_of(file)).second;
+      EXPECT_TRUE(first) << type << " is defined twice in " << name_of(file);
+    }
+  EXPECT_GT(files.size(), 300u);
+  for (const auto& [type, where] : files) {
+    EXPECT_EQ(where.size(), 1u) << type << " is defined in " << *where.begin() << " and in " << *where.rbegin();
+  }
+}
+
+TEST(SourceText, FindsStatementsJoinedByCommas) {
+  const auto lines = [](const char* text) { return comma_joined_statements(tokens_of(text)); };
+  EXPECT_EQ(lines("void f() {\n  a = 1, b = 2;\n}"), std::vector<int>{2});
+  EXPECT_EQ(lines("void f() {\n  if (x) g(1), h[i].k += 2;\n}"), std::vector<int>{2});
+  EXPECT_EQ(lines("auto f = [&] { ++i, ++j; };"), std::vector<int>{1});
+  EXPECT_EQ(lines("void f() { for (int i = 0, j = 1; i < j; ++i, --j) g(i, j); }"), std::vector<int>{});
+  EXPECT_EQ(lines("void f() { std::map<int, int> a = {{1, 2}}, b; m << 1, 2; run<T, 3>(x); }"), std::vector<int>{});
+  EXPECT_EQ(lines("const char* t = \"a = 1, b = 2;\";  // a = 1, b = 2;\n"), std::vector<int>{});
+}
+
+TEST(SourceText, FindsTypesOfNamedNamespaces) {
+  const std::string text =
+      "namespace a { namespace { struct Own {}; } template <class T> struct B { struct C {}; }; enum class D { kE }; "
+      "template <> struct B<int> {}; struct Forward; struct Outer::Inner { int x; }; void f() { struct Local {}; } }";
+  EXPECT_EQ(types_defined(tokens_of(text)), (std::vector<std::string>{"a::B", "a::D"}));
+}
