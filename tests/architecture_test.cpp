@@ -1,11 +1,15 @@
-// Includes flow one way: gaussians -> {segmentation, physics} -> fitting -> app.  Every #include of the sources is
-// compared with the table of permissions below, so that a shortcut across rooms turns the suite red.
+// Includes flow one way: gaussians -> {segmentation, physics} -> fitting -> app.  A link line of CMake is a permission:
+// every #include of the sources is compared with the link lines and with the tables below, so that a shortcut across
+// rooms turns the suite red.  And what makes a file easy to find: small folders, one name once, a header for every
+// source.
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <regex>
 #include <set>
@@ -17,55 +21,42 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct Permission {
-  std::set<std::string> rooms;    // folders whose headers may be included, besides the folder itself
-  std::set<std::string> outside;  // first path component of third-party headers
+const fs::path kRoot = PLIANT_SOURCE_DIR;
+constexpr int kMaxFiles = 40;  // in a folder
+
+// The rooms that a room may include, besides itself.
+const std::map<std::string, std::set<std::string>> kRooms = {
+    {"gaussians", {}},
+    {"segmentation", {"gaussians"}},
+    {"physics", {"gaussians"}},
+    {"fitting", {"gaussians", "physics"}},
+    {"app", {"gaussians", "segmentation", "physics", "fitting"}},
 };
 
-const std::set<std::string> kEverywhere = {"Eigen", "omp.h"};
-
-const std::map<std::string, Permission> kTable = {
-    {"gaussians/base", {{}, {"nanoflann.hpp", "immintrin.h"}}},
-    {"gaussians/render", {{"gaussians/base"}, {}}},
-    {"gaussians/io", {{"gaussians/base"}, {"nlohmann", "opencv2", "zlib.h", "zstd.h", "webp", "minizip"}}},
-    {"gaussians/reconstruct", {{"gaussians/base", "gaussians/render", "gaussians/io"}, {"opencv2"}}},
-    {"segmentation/lift",
-     {{"gaussians/base", "gaussians/render", "gaussians/io", "gaussians/reconstruct"}, {"nlohmann", "opencv2"}}},
-    {"segmentation/model_interfaces", {{"gaussians/base"}, {}}},
-    {"segmentation/models",
-     {{"gaussians/base", "gaussians/io", "segmentation/model_interfaces"}, {"nlohmann", "opencv2"}}},
-    {"segmentation/models/worker", {{"segmentation/models"}, {"torch", "caffe2", "opencv2"}}},
-    {"segmentation/labelling",
-     {{"gaussians/base", "gaussians/render", "gaussians/io", "segmentation/lift", "segmentation/model_interfaces"},
-      {"opencv2"}}},
-    {"segmentation/repair",
-     {{"gaussians/base", "gaussians/render", "gaussians/io", "segmentation/lift", "segmentation/model_interfaces"},
-      {"opencv2"}}},
-    {"physics/laws", {{"gaussians/base"}, {}}},
-    {"physics/mpm", {{"gaussians/base", "physics/laws"}, {}}},
-    {"physics/body", {{"gaussians/base", "gaussians/render", "physics/laws", "physics/mpm"}, {}}},
-    {"physics/simulate", {{"gaussians/base", "physics/laws", "physics/mpm", "physics/body"}, {}}},
-    {"fitting/fields",
-     {{"gaussians/base", "gaussians/render", "physics/laws", "physics/mpm", "physics/body", "physics/simulate"}, {}}},
-    {"fitting/fields/torch", {{"gaussians/base", "fitting/fields"}, {"torch", "ATen"}}},
-    {"fitting/fit",
-     {{"gaussians/base", "gaussians/render", "gaussians/io", "physics/laws", "physics/mpm", "physics/body",
-       "physics/simulate", "fitting/fields"},
-      {"opencv2", "fmt", "nlohmann"}}},
-    {"app/store",
-     {{"gaussians/base", "gaussians/io", "gaussians/reconstruct", "segmentation/lift", "physics/laws", "physics/mpm",
-       "physics/body", "physics/simulate", "fitting/fields", "fitting/fit"},
-      {"hdf5.h", "nlohmann"}}},
-    {"app/import",
-     {{"gaussians/base", "gaussians/io", "physics/laws", "physics/mpm", "physics/body", "physics/simulate",
-       "app/store"},
-      {"fmt", "nlohmann"}}},
+// Libraries, by the first part of their headers' paths, that a folder may use besides Eigen and OpenMP.
+const std::map<std::string, std::set<std::string>> kLibraries = {
+    {"gaussians/base", {"nanoflann.hpp"}},
+    {"gaussians/simd", {"immintrin.h"}},
+    {"gaussians/io/files", {"nlohmann", "zlib.h", "zstd.h", "minizip"}},
+    {"gaussians/io/images", {"opencv2", "zlib.h", "webp"}},
+    {"gaussians/io/splats", {"nlohmann"}},
+    {"gaussians/io/cameras", {"nlohmann"}},
+    {"gaussians/io/scene", {"nlohmann"}},
+    {"gaussians/vision", {"opencv2"}},
+    {"gaussians/reconstruct", {"opencv2"}},
+    {"segmentation/labels", {"nlohmann"}},
+    {"segmentation/graph", {"opencv2"}},
+    {"segmentation/sheets", {"opencv2"}},
+    {"segmentation/models", {"nlohmann", "opencv2"}},
+    {"segmentation/models/worker", {"torch", "caffe2", "opencv2"}},
+    {"segmentation/labelling", {"opencv2"}},
+    {"segmentation/repair", {"opencv2"}},
+    {"fitting/fields/torch", {"torch", "ATen"}},
+    {"fitting/observe", {"opencv2", "fmt", "nlohmann"}},
+    {"fitting/fit", {"fmt"}},
+    {"app/store", {"hdf5.h", "nlohmann"}},
 };
-
-// The rooms of app that see every room below them.
-const std::set<std::string> kAppRooms = {"app", "app/commands", "app/pipeline", "app/demo", "app/evaluate"};
-
-std::string room_of(const fs::path& relative_folder) { return relative_folder.generic_string(); }
+const std::set<std::string> kAppLibraries = {"fmt", "nlohmann", "opencv2"};
 
 bool is_standard_header(const std::string& header) {
   return header.find('.') == std::string::npos && header.find('/') == std::string::npos;
@@ -78,47 +69,181 @@ bool is_system_header(const std::string& header) {
   return allowed.count(header) > 0;
 }
 
+std::string top_of(const std::string& path) { return path.substr(0, path.find('/')); }
+std::string folder_of(const std::string& path) { return fs::path(path).parent_path().generic_string(); }
+
+struct Source {
+  std::string path, folder;                  ///< from the root
+  std::vector<std::string> quoted, angular;  ///< headers that it includes
+};
+
+/// Every .h and .cpp of the rooms and of the tests.
+const std::vector<Source>& sources() {
+  static const std::vector<Source> all = [] {
+    const std::regex include(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
+    std::vector<Source> out;
+    for (const char* top : {"gaussians", "segmentation", "physics", "fitting", "app", "tests"}) {
+      for (const auto& entry : fs::recursive_directory_iterator(kRoot / top)) {
+        const std::string extension = entry.path().extension();
+        if (extension != ".h" && extension != ".cpp") continue;
+        Source source;
+        source.path = fs::relative(entry.path(), kRoot).generic_string();
+        source.folder = folder_of(source.path);
+        std::ifstream in(entry.path());
+        for (std::string line; std::getline(in, line);) {
+          std::smatch match;
+          if (std::regex_search(line, match, include))
+            (match[1] == "\"" ? source.quoted : source.angular).push_back(match[2]);
+        }
+        out.push_back(std::move(source));
+      }
+    }
+    return out;
+  }();
+  return all;
+}
+
+/// Folders that a folder links with, directly or through others.  The folder of a library is where its pliant_room()
+/// stands; a folder without one belongs to the library above it and sees what that sees.
+std::map<std::string, std::set<std::string>> permissions() {
+  std::map<std::string, std::string> folder;           // of a library
+  std::map<std::string, std::set<std::string>> links;  // of a folder: libraries
+  const std::regex room(R"(pliant_room\((\w+)([^)]*)\))"), library(R"(pliant_\w+)");
+  for (const auto& [top, below] : kRooms) {
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / top)) {
+      if (entry.path().filename() != "CMakeLists.txt") continue;
+      std::ostringstream text;
+      text << std::ifstream(entry.path()).rdbuf();
+      std::smatch match;
+      const std::string content = text.str();
+      if (!std::regex_search(content, match, room)) continue;
+      const std::string here = fs::relative(entry.path().parent_path(), kRoot).generic_string();
+      folder[match[1]] = here;
+      const std::string rest = match[2];
+      for (std::sregex_iterator it(rest.begin(), rest.end(), library), end; it != end; ++it)
+        links[here].insert(it->str());
+    }
+  }
+  std::map<std::string, std::set<std::string>> out;
+  const std::function<void(const std::string&, std::set<std::string>&)> add = [&](const std::string& from,
+                                                                                  std::set<std::string>& seen) {
+    for (const std::string& name : links[from])
+      if (folder.count(name) && seen.insert(folder[name]).second) add(folder[name], seen);
+  };
+  for (const auto& [name, here] : folder) add(here, out[here]);
+  return out;
+}
+
+/// The folder whose library a folder belongs to.
+std::string library_folder(const std::map<std::string, std::set<std::string>>& permitted, std::string folder) {
+  while (!permitted.count(folder) && folder.find('/') != std::string::npos) folder = folder_of(folder);
+  return folder;
+}
+
 }  // namespace
 
 TEST(Architecture, EveryIncludeIsPermitted) {
-  const fs::path root = PLIANT_SOURCE_DIR;
-  const std::regex include(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
-  int files = 0;
-  for (const char* top : {"gaussians", "segmentation", "physics", "fitting", "app"}) {
-    for (const auto& entry : fs::recursive_directory_iterator(root / top)) {
-      const std::string extension = entry.path().extension();
-      if (extension != ".h" && extension != ".cpp") continue;
-      ++files;
-      const std::string room = room_of(fs::relative(entry.path().parent_path(), root));
-      const bool app_room = kAppRooms.count(room) > 0;
-      ASSERT_TRUE(app_room || kTable.count(room)) << room << " has no line in the table of permissions";
-      std::ifstream in(entry.path());
-      for (std::string line; std::getline(in, line);) {
-        std::smatch match;
-        if (!std::regex_search(line, match, include)) continue;
-        const std::string header = match[2];
-        const std::string where = fs::relative(entry.path(), root).string() + ": " + line;
-        if (match[1] == "\"") {
-          const std::string target = room_of(fs::path(header).parent_path());
-          const bool allowed = target == room || app_room || kTable.at(room).rooms.count(target);
-          EXPECT_TRUE(allowed) << where << "\n  " << room << " may not include " << target;
-          if (app_room) EXPECT_TRUE(kTable.count(target) || kAppRooms.count(target)) << where;
-        } else if (!is_standard_header(header) && !is_system_header(header)) {
-          const std::string library = header.substr(0, header.find('/'));
-          const bool allowed = kEverywhere.count(library) || app_room || kTable.at(room).outside.count(library);
-          EXPECT_TRUE(allowed) << where << "\n  " << room << " may not use " << library;
-        }
-      }
+  const auto permitted = permissions();
+  ASSERT_GT(permitted.size(), 40u);
+  for (const Source& source : sources()) {
+    if (top_of(source.path) == "tests") continue;
+    const std::string here = library_folder(permitted, source.folder);
+    for (const std::string& header : source.quoted) {
+      const std::string target = folder_of(header);
+      const std::string there = library_folder(permitted, target);
+      if (target == source.folder || there == here) continue;
+      const bool linked = source.folder == "app" || (permitted.count(here) && permitted.at(here).count(there));
+      EXPECT_TRUE(linked) << source.path << " includes " << header << ", but " << here << " does not link " << there;
+      const bool room = top_of(here) == top_of(there) || kRooms.at(top_of(here)).count(top_of(there));
+      EXPECT_TRUE(room) << source.path << ": " << top_of(here) << " may not include " << top_of(there);
+    }
+    for (const std::string& header : source.angular) {
+      if (is_standard_header(header) || is_system_header(header)) continue;
+      const std::string library = top_of(header);
+      const auto own = kLibraries.find(source.folder);
+      const bool allowed = library == "Eigen" || library == "omp.h" ||
+                           (own != kLibraries.end() && own->second.count(library)) ||
+                           (top_of(source.path) == "app" && kAppLibraries.count(library)) ||
+                           (source.folder == "app/commands" && library == "CLI");
+      EXPECT_TRUE(allowed) << source.path << ": " << source.folder << " may not use " << library;
     }
   }
-  EXPECT_GT(files, 10);
+}
+
+TEST(Architecture, FoldersIncludeEachOtherInNoCircle) {
+  std::map<std::string, std::set<std::string>> includes;
+  for (const Source& source : sources()) {
+    if (top_of(source.path) == "tests") continue;
+    for (const std::string& header : source.quoted)
+      if (folder_of(header) != source.folder) includes[source.folder].insert(folder_of(header));
+  }
+  std::map<std::string, int> state;  // 1 = on the way from the start, 2 = done
+  std::vector<std::string> way;
+  const std::function<void(const std::string&)> visit = [&](const std::string& folder) {
+    state[folder] = 1;
+    way.push_back(folder);
+    for (const std::string& next : includes[folder]) {
+      if (state[next] == 0) visit(next);
+      if (state[next] != 1) continue;
+      std::string circle = next;
+      for (auto it = std::find(way.begin(), way.end(), next) + 1; it != way.end(); ++it) circle += " -> " + *it;
+      ADD_FAILURE() << circle << " -> " << next;
+    }
+    way.pop_back();
+    state[folder] = 2;
+  };
+  std::vector<std::string> folders;
+  for (const auto& [folder, targets] : includes) folders.push_back(folder);
+  for (const std::string& folder : folders)
+    if (state[folder] == 0) visit(folder);
+  EXPECT_GT(folders.size(), 40u);
+}
+
+TEST(Architecture, NoFolderHasMoreThanFortyFiles) {
+  for (const auto& [top, below] : std::map<std::string, std::set<std::string>>{kRooms.begin(), kRooms.end()}) {
+    std::map<std::string, int> files;
+    for (const std::string& place : {top, "tests/" + top}) {
+      for (const auto& entry : fs::recursive_directory_iterator(kRoot / place))
+        if (entry.is_regular_file()) ++files[entry.path().parent_path()];
+    }
+    for (const auto& [folder, count] : files) EXPECT_LE(count, kMaxFiles) << folder;
+  }
+}
+
+TEST(Architecture, NoTwoFilesOfARoomHaveOneName) {
+  std::map<std::pair<std::string, std::string>, std::string> first;  // room and name -> path
+  for (const Source& source : sources()) {
+    const bool test = top_of(source.path) == "tests";
+    const std::string room = test ? folder_of(source.path).substr(0, source.path.find('/', 6)) : top_of(source.path);
+    const auto [it, fresh] = first.insert({{room, fs::path(source.path).filename()}, source.path});
+    EXPECT_TRUE(fresh) << source.path << " and " << it->second;
+  }
+}
+
+// foo_part.cpp holds a part of what foo.h declares, in its folder or in the one above.  Commands, programs and what is
+// compiled for an instruction set are declared elsewhere.
+TEST(Architecture, EverySourceHasAHeader) {
+  std::set<std::string> headers;
+  for (const Source& source : sources())
+    if (source.path.ends_with(".h")) headers.insert(source.path.substr(0, source.path.size() - 2));
+  for (const Source& source : sources()) {
+    const std::string stem = fs::path(source.path).stem();
+    if (!source.path.ends_with(".cpp") || top_of(source.path) == "tests" || source.folder == "app/commands") continue;
+    if (stem == "main" || stem.ends_with("_avx2") || stem.ends_with("_baseline")) continue;
+    bool found = false;
+    for (size_t end = stem.size(); end != std::string::npos && end > 0; end = stem.rfind('_', end - 1)) {
+      const std::string name = stem.substr(0, end);
+      found |= headers.count(source.folder + "/" + name) || headers.count(folder_of(source.folder) + "/" + name);
+    }
+    EXPECT_TRUE(found) << source.path << ": no header has its name, nor what stands before a _ of it";
+  }
 }
 
 // A function that is compiled both for every processor and for a newer one under the same name is one weak symbol, and
 // the linker may keep the version that older processors cannot run.  So all functions of the files that are compiled
 // for an instruction set carry its namespace.
 TEST(Architecture, CodeForAnInstructionSetHasNoNamesThatOtherFilesShare) {
-  for (const char* library : {PLIANT_RENDER_LIBRARY, PLIANT_MPM_LIBRARY}) {
+  for (const char* library : {PLIANT_RENDER_LIBRARY, PLIANT_KERNELS_LIBRARY}) {
     const std::string command = std::string("nm -A -C --defined-only ") + library + " 2>/dev/null";
     FILE* pipe = popen(command.c_str(), "r");
     ASSERT_NE(pipe, nullptr);
@@ -144,7 +269,7 @@ TEST(Architecture, CodeForAnInstructionSetHasNoNamesThatOtherFilesShare) {
 TEST(Architecture, TopLevelIsTheAgreedOne) {
   const std::set<std::string> agreed = {"CMakeLists.txt", "segmentation", "gaussians", "physics", "fitting", "app",
                                         "tests",          "README.md",    "LICENSE"};
-  for (const auto& entry : fs::directory_iterator(PLIANT_SOURCE_DIR)) {
+  for (const auto& entry : fs::directory_iterator(kRoot)) {
     const std::string name = entry.path().filename();
     if (name[0] == '.' || name.rfind("build", 0) == 0) continue;
     EXPECT_TRUE(agreed.count(name)) << name << " does not belong at the top level";

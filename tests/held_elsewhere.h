@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "gaussians/io/file_lock.h"
+#include "gaussians/io/files/file_lock.h"
 
 namespace pliant {
 

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "app/pipeline/progress.h"
+#include "app/run/progress.h"
 
 namespace pliant {
 

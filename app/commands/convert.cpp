@@ -3,8 +3,8 @@
 
 #include "app/commands/stage_options.h"
 #include "gaussians/base/error.h"
-#include "gaussians/io/cameras.h"
-#include "gaussians/io/splats.h"
+#include "gaussians/io/cameras/cameras.h"
+#include "gaussians/io/splats/splats.h"
 
 namespace pliant {
 namespace {

@@ -1,14 +1,13 @@
-#include "app/demo/demo.h"
-
 #include <fmt/format.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "app/commands/command.h"
+#include "app/demo/make_demo.h"
 #include "gaussians/base/error.h"
-#include "gaussians/io/file_lock.h"
-#include "gaussians/io/files.h"
+#include "gaussians/io/files/file_lock.h"
+#include "gaussians/io/files/files.h"
 
 namespace pliant {
 namespace {

@@ -1,4 +1,5 @@
 #include "app/commands/stage_options.h"
+#include "app/simulate/export_stage.h"
 
 namespace pliant {
 namespace {

@@ -1,5 +1,5 @@
 #include "app/commands/stage_options.h"
-#include "app/pipeline/fit_stage.h"
+#include "app/fit/fit_stage.h"
 
 namespace pliant {
 namespace {

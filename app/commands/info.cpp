@@ -3,7 +3,7 @@
 
 #include "app/commands/stage_options.h"
 #include "app/import/physdreamer_folder.h"
-#include "gaussians/io/describe.h"
+#include "gaussians/io/scene/describe.h"
 
 namespace pliant {
 namespace {

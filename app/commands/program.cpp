@@ -12,7 +12,7 @@
 
 #include "app/commands/command.h"
 #include "gaussians/base/error.h"
-#include "gaussians/io/files.h"
+#include "gaussians/io/files/files.h"
 
 namespace pliant {
 namespace {

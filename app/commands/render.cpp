@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands/stage_options.h"
-#include "app/pipeline/pictures.h"
+#include "app/simulate/pictures.h"
 
 namespace pliant {
 

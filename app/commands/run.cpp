@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands/stage_options.h"
-#include "app/pipeline/fit_video.h"
+#include "app/fit/fit_video.h"
 
 namespace pliant {
 namespace {

@@ -1,6 +1,6 @@
 #include "app/commands/command.h"
 #include "app/commands/stage_options.h"
-#include "app/pipeline/stage_edit.h"
+#include "app/segment/edit_stage.h"
 
 namespace pliant {
 namespace {

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "app/pipeline/label_choice.h"
-#include "app/pipeline/photo_set.h"
+#include "app/reconstruct/photo_set.h"
+#include "app/segment/label_choice.h"
 #include "gaussians/base/error.h"
-#include "gaussians/io/splats.h"
+#include "gaussians/io/splats/splats.h"
 
 namespace pliant {
 

@@ -3,7 +3,14 @@
 #include <memory>
 
 #include "app/commands/command.h"
-#include "app/pipeline/stages.h"
+#include "app/reconstruct/reconstruct_stage.h"
+#include "app/run/attach_scene.h"
+#include "app/segment/extract_stage.h"
+#include "app/segment/repair_stage.h"
+#include "app/segment/segment_stage.h"
+#include "app/simulate/render_stage.h"
+#include "app/simulate/seed_stage.h"
+#include "app/simulate/simulate_stage.h"
 
 namespace pliant {
 

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "app/demo/photos.h"
+#include "app/demo/raycast.h"
 #include "app/store/material.h"
 #include "app/store/segmentation.h"
 #include "app/store/trajectory.h"
 #include "gaussians/base/portable.h"
-#include "gaussians/io/files.h"
-#include "gaussians/io/image_io.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/images/image_io.h"
 
 namespace pliant {
 namespace {

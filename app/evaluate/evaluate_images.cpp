@@ -4,7 +4,7 @@
 #include "app/evaluate/evaluate.h"
 #include "app/evaluate/metrics.h"
 #include "gaussians/base/error.h"
-#include "gaussians/io/image_io.h"
+#include "gaussians/io/images/image_io.h"
 #include "gaussians/render/image_loss.h"
 
 namespace fs = std::filesystem;

@@ -5,10 +5,10 @@
 #include "app/evaluate/evaluate.h"
 #include "app/evaluate/vibration.h"
 #include "app/store/trajectory.h"
-#include "fitting/fit/frame_source.h"
-#include "fitting/fit/track_pixels.h"
+#include "fitting/observe/frame_source.h"
+#include "fitting/observe/track_pixels.h"
 #include "gaussians/base/error.h"
-#include "gaussians/io/optical_flow.h"
+#include "gaussians/vision/optical_flow.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;

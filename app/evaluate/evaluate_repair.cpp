@@ -7,9 +7,9 @@
 #include "app/evaluate/evaluate.h"
 #include "app/evaluate/metrics.h"
 #include "gaussians/base/error.h"
-#include "gaussians/io/cameras.h"
-#include "gaussians/io/image_io.h"
-#include "gaussians/io/ply.h"
+#include "gaussians/io/cameras/cameras.h"
+#include "gaussians/io/images/image_io.h"
+#include "gaussians/io/splats/ply.h"
 #include "gaussians/render/image_loss.h"
 #include "gaussians/render/render.h"
 

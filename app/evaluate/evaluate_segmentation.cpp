@@ -7,9 +7,9 @@
 #include "app/evaluate/metrics.h"
 #include "app/store/segmentation.h"
 #include "gaussians/base/error.h"
-#include "gaussians/io/image_io.h"
-#include "gaussians/io/json_file.h"
-#include "segmentation/lift/agreement.h"
+#include "gaussians/io/files/json_file.h"
+#include "gaussians/io/images/image_io.h"
+#include "segmentation/labels/agreement.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;

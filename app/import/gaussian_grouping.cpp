@@ -5,7 +5,7 @@
 
 #include "app/import/state_dict.h"
 #include "gaussians/base/error.h"
-#include "gaussians/io/scene.h"
+#include "gaussians/io/scene/scene.h"
 
 namespace pliant {
 namespace fs = std::filesystem;

@@ -8,9 +8,9 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
-#include "gaussians/io/cameras.h"
-#include "gaussians/io/image_io.h"
-#include "gaussians/io/ply_points.h"
+#include "gaussians/io/cameras/cameras.h"
+#include "gaussians/io/cameras/ply_points.h"
+#include "gaussians/io/images/image_io.h"
 
 namespace fs = std::filesystem;
 

@@ -8,7 +8,7 @@
 
 #include "gaussians/base/camera.h"
 #include "gaussians/base/image.h"
-#include "gaussians/io/scene.h"
+#include "gaussians/io/scene/scene.h"
 
 namespace pliant {
 

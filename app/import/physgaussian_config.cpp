@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "gaussians/base/error.h"
-#include "gaussians/io/files.h"
-#include "gaussians/io/json_file.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/files/json_file.h"
 
 namespace pliant {
 using nlohmann::json;

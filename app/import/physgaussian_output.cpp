@@ -5,7 +5,7 @@
 
 #include "app/store/hdf5_file.h"
 #include "gaussians/base/error.h"
-#include "gaussians/io/files.h"
+#include "gaussians/io/files/files.h"
 
 namespace fs = std::filesystem;
 

@@ -4,7 +4,7 @@
 #include <map>
 
 #include "gaussians/base/error.h"
-#include "gaussians/io/byte_reader.h"
+#include "gaussians/io/files/byte_reader.h"
 
 namespace pliant {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "app/import/pickle.h"
 #include "gaussians/base/error.h"
-#include "gaussians/io/zip_archive.h"
+#include "gaussians/io/files/zip_archive.h"
 
 namespace pliant {
 namespace {

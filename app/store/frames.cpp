@@ -6,8 +6,8 @@
 #include <type_traits>
 
 #include "gaussians/base/error.h"
-#include "gaussians/io/files.h"
-#include "gaussians/io/sha256.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/files/sha256.h"
 
 namespace fs = std::filesystem;
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "gaussians/base/error.h"
-#include "gaussians/io/files.h"
+#include "gaussians/io/files/files.h"
 
 namespace fs = std::filesystem;
 

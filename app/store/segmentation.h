@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "segmentation/lift/segmentation.h"
+#include "segmentation/labels/segmentation.h"
 
 namespace pliant {
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "fitting/fields/field.h"
-#include "fitting/fields/motion.h"
+#include "fitting/objective/motion.h"
 
 namespace pliant {
 

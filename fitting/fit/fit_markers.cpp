@@ -7,7 +7,7 @@
 #include <cmath>
 #include <map>
 
-#include "fitting/fit/correlation.h"
+#include "fitting/solve/correlation.h"
 #include "gaussians/base/error.h"
 
 namespace pliant {

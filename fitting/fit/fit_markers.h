@@ -4,8 +4,8 @@
 #include <limits>
 #include <string>
 
-#include "fitting/fit/gauss_newton.h"
 #include "fitting/fit/marker_model.h"
+#include "fitting/solve/gauss_newton.h"
 
 namespace pliant {
 

@@ -2,11 +2,11 @@
 
 #include "fitting/fields/smooth_field.h"
 #include "fitting/fields/triplane_field.h"
-#include "fitting/fit/clip_objective.h"
-#include "fitting/fit/dissipation.h"
 #include "fitting/fit/fit_clip.h"
 #include "fitting/fit/fit_vibration.h"
 #include "fitting/fit/young_posterior.h"
+#include "fitting/modal/dissipation.h"
+#include "fitting/objective/clip_objective.h"
 
 namespace pliant {
 

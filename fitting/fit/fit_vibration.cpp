@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <utility>
 
-#include "fitting/fit/correlation.h"
 #include "fitting/fit/vibration_rollouts.h"
 #include "fitting/fit/young_posterior.h"
+#include "fitting/solve/correlation.h"
 #include "gaussians/base/error.h"
 
 namespace pliant {

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "fitting/fields/field.h"
-#include "fitting/fit/gauss_newton.h"
-#include "fitting/fit/modal_search.h"
+#include "fitting/modal/modal_search.h"
+#include "fitting/solve/gauss_newton.h"
 
 namespace pliant {
 

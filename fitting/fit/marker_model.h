@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "fitting/fields/body_points.h"
-#include "fitting/fit/markers.h"
+#include "fitting/objective/body_points.h"
+#include "fitting/observe/markers.h"
 #include "physics/simulate/simulate.h"
 
 namespace pliant {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "fitting/fit/staying_errors.h"
 #include "fitting/fit/young_posterior.h"
+#include "fitting/solve/staying_errors.h"
 #include "gaussians/base/error.h"
 
 namespace pliant {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "fitting/fit/fit_vibration.h"
-#include "fitting/fit/start_shapes.h"
+#include "fitting/modal/start_shapes.h"
 
 namespace pliant {
 

@@ -5,10 +5,10 @@
 #include <iterator>
 #include <optional>
 
-#include "fitting/fit/correlation.h"
 #include "fitting/fit/fit_gradient.h"
-#include "fitting/fit/start_shapes.h"
-#include "fitting/fit/staying_errors.h"
+#include "fitting/modal/start_shapes.h"
+#include "fitting/solve/correlation.h"
+#include "fitting/solve/staying_errors.h"
 #include "gaussians/base/error.h"
 
 namespace pliant {

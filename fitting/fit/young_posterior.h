@@ -4,9 +4,9 @@
 #include <functional>
 
 #include "fitting/fields/field.h"
-#include "fitting/fields/motion.h"
-#include "fitting/fields/track_loss.h"
-#include "fitting/fit/gauss_newton.h"
+#include "fitting/objective/motion.h"
+#include "fitting/objective/track_loss.h"
+#include "fitting/solve/gauss_newton.h"
 
 namespace pliant {
 

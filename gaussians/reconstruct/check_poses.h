@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "gaussians/io/camera_file.h"
-#include "gaussians/io/sparse_points.h"
+#include "gaussians/io/cameras/camera_file.h"
+#include "gaussians/io/cameras/sparse_points.h"
 #include "gaussians/reconstruct/training_photos.h"
 
 namespace pliant {

@@ -11,8 +11,8 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
-#include "gaussians/io/image_io.h"
-#include "gaussians/io/photo.h"
+#include "gaussians/io/images/image_io.h"
+#include "gaussians/io/images/photo.h"
 #include "gaussians/reconstruct/undistort.h"
 
 namespace fs = std::filesystem;

@@ -7,7 +7,7 @@
 #include "gaussians/base/camera.h"
 #include "gaussians/base/image.h"
 #include "gaussians/base/types.h"
-#include "gaussians/io/camera_file.h"
+#include "gaussians/io/cameras/camera_file.h"
 
 namespace pliant {
 

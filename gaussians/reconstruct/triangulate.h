@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "gaussians/io/sparse_points.h"
+#include "gaussians/io/cameras/sparse_points.h"
 #include "gaussians/reconstruct/match_photos.h"
 #include "gaussians/reconstruct/training_photos.h"
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "gaussians/base/pack.h"
 #include "gaussians/render/blend.h"
+#include "gaussians/simd/pack.h"
 
 // Which blocks of which tiles a splat can change.  Here the lanes of a pack are rows of pixels.
 

@@ -1,10 +1,11 @@
+#include "gaussians/render/bind.h"
+
 #include <algorithm>
 #include <array>
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/portable.h"
-#include "gaussians/render/deform.h"
 
 namespace pliant {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <cstddef>
 
-#include "gaussians/base/instruction_set.h"
 #include "gaussians/render/splat.h"
+#include "gaussians/simd/instruction_set.h"
 
 namespace pliant {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "gaussians/base/pack.h"
+#include "gaussians/simd/pack.h"
 
 // Rows of arrays [N, width] between memory and lanes, one row per lane.
 

@@ -1,9 +1,9 @@
 #pragma once
 
-#include "gaussians/base/pack_math.h"
 #include "gaussians/render/blend.h"
 #include "gaussians/render/pack_rows.h"
 #include "gaussians/render/sh_basis.h"
+#include "gaussians/simd/pack_math.h"
 
 // From Gaussians to splats.  Here the lanes of a pack are Gaussians.
 

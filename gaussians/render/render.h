@@ -6,8 +6,8 @@
 #include "gaussians/base/camera.h"
 #include "gaussians/base/gaussian_cloud.h"
 #include "gaussians/base/image.h"
-#include "gaussians/base/instruction_set.h"
 #include "gaussians/render/tiles.h"
+#include "gaussians/simd/instruction_set.h"
 
 namespace pliant {
 

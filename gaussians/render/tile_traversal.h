@@ -1,7 +1,7 @@
 #pragma once
 
-#include "gaussians/base/pack.h"
 #include "gaussians/render/blend.h"
+#include "gaussians/simd/pack.h"
 
 // Which pixels a splat meets, and what it does to them.  A tile is 4 columns of blocks, 4 px wide and kLanes / 4 px
 // high; the pixels of a block are the lanes of one pack.

@@ -7,8 +7,8 @@
 #include <type_traits>
 
 #include "gaussians/base/error.h"
-#include "gaussians/base/radix_sort.h"
 #include "gaussians/render/project_input.h"
+#include "gaussians/simd/radix_sort.h"
 
 namespace pliant {
 namespace {

@@ -5,9 +5,9 @@
 
 #include "gaussians/base/camera.h"
 #include "gaussians/base/gaussian_cloud.h"
-#include "gaussians/base/instruction_set.h"
 #include "gaussians/base/portable.h"
 #include "gaussians/render/blend.h"
+#include "gaussians/simd/instruction_set.h"
 
 namespace pliant {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "physics/body/samples.h"
-#include "physics/mpm/region.h"
+#include "physics/loads/region.h"
 
 namespace pliant {
 

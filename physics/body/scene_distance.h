@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "physics/body/surfels.h"
-#include "physics/mpm/signed_distance_grid.h"
+#include "physics/loads/signed_distance_grid.h"
 
 namespace pliant {
 

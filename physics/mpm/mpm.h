@@ -5,11 +5,11 @@
 #include <span>
 #include <vector>
 
-#include "physics/mpm/kernels.h"
+#include "physics/loads/step_loads.h"
+#include "physics/mpm/kernels/kernels.h"
 #include "physics/mpm/mpm_data.h"
 #include "physics/mpm/mpm_options.h"
 #include "physics/mpm/particles.h"
-#include "physics/mpm/step_loads.h"
 #include "physics/mpm/step_tape.h"
 
 namespace pliant {

@@ -4,8 +4,8 @@
 
 #include "gaussians/base/types.h"
 #include "physics/mpm/block_grid.h"
+#include "physics/mpm/kernels/particle_record.h"
 #include "physics/mpm/node_conditions.h"
-#include "physics/mpm/particle_record.h"
 #include "physics/mpm/particles.h"
 
 namespace pliant {

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "physics/loads/step_loads.h"
 #include "physics/mpm/block_grid.h"
-#include "physics/mpm/step_loads.h"
 
 namespace pliant {
 

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "physics/laws/law.h"
+#include "physics/loads/step_loads.h"
 #include "physics/mpm/block_grid.h"
+#include "physics/mpm/kernels/tape_particle.h"
 #include "physics/mpm/node_conditions.h"
-#include "physics/mpm/step_loads.h"
-#include "physics/mpm/tape_particle.h"
 
 namespace pliant {
 

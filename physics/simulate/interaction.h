@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/mpm/collider.h"
+#include "physics/loads/collider.h"
 
 namespace pliant {
 

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "physics/mpm/adjoint/step_adjoint.h"
 #include "physics/mpm/mpm.h"
-#include "physics/mpm/step_adjoint.h"
 #include "physics/simulate/interaction.h"
 #include "physics/simulate/simulate.h"
 

@@ -3,7 +3,7 @@
 #include <functional>
 #include <vector>
 
-#include "physics/mpm/step_adjoint.h"
+#include "physics/mpm/adjoint/step_adjoint.h"
 #include "physics/simulate/simulate.h"
 
 namespace pliant {

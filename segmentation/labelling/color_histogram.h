@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "gaussians/base/image.h"
-#include "segmentation/lift/color_model.h"
+#include "segmentation/graph/color_model.h"
 
 namespace pliant {
 

@@ -5,7 +5,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
-#include "gaussians/io/optical_flow.h"
+#include "gaussians/vision/optical_flow.h"
 #include "segmentation/labelling/mask_measures.h"
 #include "segmentation/labelling/picture_window.h"
 

@@ -4,9 +4,9 @@
 #include <optional>
 
 #include "segmentation/labelling/color_histogram.h"
-#include "segmentation/lift/grab_cut.h"
 #include "segmentation/model_interfaces/promptable_segmenter.h"
 #include "segmentation/model_interfaces/tracker.h"
+#include "segmentation/select/grab_cut.h"
 
 namespace pliant {
 

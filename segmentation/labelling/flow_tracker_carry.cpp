@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gaussians/io/optical_flow.h"
+#include "gaussians/vision/optical_flow.h"
 #include "segmentation/labelling/flow_tracker.h"
 
 namespace pliant {

@@ -3,8 +3,8 @@
 #include <cstdint>
 
 #include "segmentation/labelling/picture_window.h"
-#include "segmentation/lift/grab_cut.h"
 #include "segmentation/model_interfaces/promptable_segmenter.h"
+#include "segmentation/select/grab_cut.h"
 
 namespace pliant {
 

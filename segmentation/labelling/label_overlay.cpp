@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <opencv2/imgproc.hpp>
 
-#include "segmentation/lift/objects_sheet.h"
+#include "segmentation/sheets/objects_sheet.h"
 
 namespace pliant {
 

@@ -5,8 +5,8 @@
 #include <sstream>
 
 #include "gaussians/base/error.h"
-#include "gaussians/io/edit_distance.h"
-#include "gaussians/io/files.h"
+#include "gaussians/io/files/edit_distance.h"
+#include "gaussians/io/files/files.h"
 
 namespace pliant {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "segmentation/labelling/id_picture.h"
-#include "segmentation/lift/mask_set.h"
+#include "segmentation/labels/mask_set.h"
 
 namespace pliant {
 

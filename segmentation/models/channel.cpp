@@ -10,7 +10,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "gaussians/io/byte_reader.h"
+#include "gaussians/io/files/byte_reader.h"
 
 namespace pliant {
 namespace {

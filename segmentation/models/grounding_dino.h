@@ -2,7 +2,7 @@
 
 #include "segmentation/model_interfaces/detector.h"
 #include "segmentation/models/neural_module.h"
-#include "segmentation/models/wordpiece.h"
+#include "segmentation/models/text/wordpiece.h"
 
 namespace pliant {
 

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "gaussians/base/error.h"
-#include "gaussians/io/files.h"
+#include "gaussians/io/files/files.h"
 #include "segmentation/models/grounding_dino.h"
 #include "segmentation/models/lama.h"
 #include "segmentation/models/ram.h"

@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "gaussians/base/error.h"
-#include "gaussians/io/files.h"
-#include "gaussians/io/json_file.h"
-#include "gaussians/io/zip_archive.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/files/json_file.h"
+#include "gaussians/io/files/zip_archive.h"
 #include "segmentation/models/file_kind.h"
 
 namespace pliant {

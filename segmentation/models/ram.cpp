@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "gaussians/base/error.h"
-#include "gaussians/io/files.h"
+#include "gaussians/io/files/files.h"
 #include "segmentation/models/picture.h"
 
 namespace pliant {

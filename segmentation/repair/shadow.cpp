@@ -13,7 +13,7 @@ namespace {
 
 constexpr float kLeastGain = 0.2f;
 
-float median(std::vector<float>& values) {
+float median_of(std::vector<float>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
@@ -114,7 +114,7 @@ class PatchLight {
     for (int k = 0; k < 4; ++k) {
       std::vector<float> values;
       for (const Match& m : matches) values.push_back(mean(x, y, m, k));
-      ratio[k] = median(values);
+      ratio[k] = median_of(values);
     }
     return true;
   }
@@ -210,7 +210,7 @@ float remove_trend(const Layout& layout, const cv::Mat& valid, cv::Mat& ratio) {
       ratio.at<float>(y, x) -= static_cast<float>(trend.dot(row(x, y)));
       if (used(x, y)) left.push_back(std::abs(ratio.at<float>(y, x)));
     }
-  return left.empty() ? INFINITY : 1.4826f * median(left);
+  return left.empty() ? INFINITY : 1.4826f * median_of(left);
 }
 
 /// The part of `dark` that touches the footprint: 1 in it and in the footprint.

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "segmentation/lift/contact.h"
+#include "segmentation/graph/contact.h"
 #include "segmentation/repair/hole.h"
 
 namespace pliant {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "gaussians/io/files.h"
-#include "gaussians/io/ply.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/splats/ply.h"
 
 namespace pliant::testing {
 

@@ -8,11 +8,12 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "app/demo/demo.h"
-#include "app/pipeline/fit_video.h"
-#include "fitting/fit/frame_source.h"
-#include "gaussians/io/files.h"
-#include "gaussians/io/video.h"
+#include "app/demo/make_demo.h"
+#include "app/fit/fit_video.h"
+#include "app/run/attach_scene.h"
+#include "fitting/observe/frame_source.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/images/video.h"
 #include "tests/app/run_pliant.h"
 
 namespace pliant {

@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "gaussians/io/files.h"
-#include "gaussians/io/image_io.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/images/image_io.h"
 #include "tests/app/run_pliant.h"
 #include "tests/segmentation/models/onnx_writer.h"
 

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <memory>
 
-#include "gaussians/base/instruction_set.h"
+#include "gaussians/simd/instruction_set.h"
 
 #if defined(__x86_64__)
 #include <immintrin.h>

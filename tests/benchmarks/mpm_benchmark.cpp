@@ -15,8 +15,8 @@
 
 #include "gaussians/base/memory.h"
 #include "gaussians/base/random.h"
+#include "physics/mpm/adjoint/step_adjoint.h"
 #include "physics/mpm/mpm.h"
-#include "physics/mpm/step_adjoint.h"
 #include "tests/benchmarks/machine_limits.h"
 
 namespace pliant {

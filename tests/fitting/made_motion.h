@@ -2,10 +2,11 @@
 
 // A small pinned block that moves, drawn by Gaussians in its inside in front of a wall.
 
-#include "fitting/fields/motion.h"
-#include "fitting/fields/picture_loss.h"
-#include "fitting/fields/track_loss.h"
+#include "fitting/objective/motion.h"
+#include "fitting/objective/picture_loss.h"
+#include "fitting/objective/track_loss.h"
 #include "gaussians/base/random.h"
+#include "gaussians/render/bind.h"
 #include "tests/physics/shapes.h"
 
 namespace pliant::testing {

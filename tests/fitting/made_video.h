@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "fitting/fit/reference_video.h"
+#include "fitting/observe/reference_video.h"
 #include "gaussians/base/random.h"
 
 namespace pliant {

@@ -6,7 +6,7 @@
 
 #include "gaussians/base/camera.h"
 #include "gaussians/base/image.h"
-#include "gaussians/io/camera_file.h"
+#include "gaussians/io/cameras/camera_file.h"
 #include "tests/temporary_folder.h"
 
 namespace pliant {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "segmentation/lift/segmentation.h"
-#include "segmentation/lift/vote.h"
+#include "segmentation/field/vote.h"
+#include "segmentation/labels/segmentation.h"
 
 namespace pliant {
 

@@ -11,7 +11,7 @@
 #include "gaussians/base/gaussian_cloud.h"
 #include "gaussians/base/portable.h"
 #include "gaussians/base/random.h"
-#include "segmentation/lift/mask_set.h"
+#include "segmentation/labels/mask_set.h"
 
 namespace pliant {
 

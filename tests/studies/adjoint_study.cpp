@@ -12,7 +12,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "tests/physics/adjoint_rollout_case.h"
+#include "tests/physics/simulate/adjoint_rollout_case.h"
 
 namespace pliant {
 namespace {

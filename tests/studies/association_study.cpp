@@ -9,11 +9,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "gaussians/io/scene.h"
-#include "segmentation/lift/agreement.h"
-#include "segmentation/lift/associate.h"
-#include "segmentation/lift/islands.h"
-#include "segmentation/lift/semantic_field.h"
+#include "gaussians/io/scene/scene.h"
+#include "segmentation/associate/associate.h"
+#include "segmentation/field/islands.h"
+#include "segmentation/field/semantic_field.h"
+#include "segmentation/labels/agreement.h"
 #include "tests/studies/mask_damage.h"
 
 using namespace pliant;

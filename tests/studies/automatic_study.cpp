@@ -9,11 +9,11 @@
 #include <nlohmann/json.hpp>
 
 #include "gaussians/base/orbit.h"
-#include "gaussians/io/image_io.h"
-#include "gaussians/io/scene.h"
+#include "gaussians/io/images/image_io.h"
+#include "gaussians/io/scene/scene.h"
 #include "gaussians/render/render.h"
-#include "segmentation/lift/automatic.h"
-#include "segmentation/lift/objects_sheet.h"
+#include "segmentation/discover/automatic.h"
+#include "segmentation/sheets/objects_sheet.h"
 #include "tests/studies/selection_truth.h"
 
 using namespace pliant;

@@ -6,10 +6,10 @@
 #include <cstdlib>
 #include <opencv2/imgproc.hpp>
 
-#include "gaussians/io/scene.h"
+#include "gaussians/io/scene/scene.h"
 #include "gaussians/render/render.h"
-#include "segmentation/lift/gesture.h"
-#include "segmentation/lift/mask_set.h"
+#include "segmentation/labels/mask_set.h"
+#include "segmentation/select/gesture.h"
 
 using namespace pliant;
 

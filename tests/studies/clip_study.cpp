@@ -11,11 +11,11 @@
 #include <opencv2/video/tracking.hpp>
 #include <opencv2/videoio.hpp>
 
-#include "app/pipeline/run_directory.h"
-#include "gaussians/io/files.h"
-#include "gaussians/io/ply.h"
-#include "gaussians/io/scene.h"
-#include "segmentation/lift/mask_set.h"
+#include "app/run/run_directory.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/scene/scene.h"
+#include "gaussians/io/splats/ply.h"
+#include "segmentation/labels/mask_set.h"
 #include "segmentation/repair/hole.h"
 
 namespace pliant {

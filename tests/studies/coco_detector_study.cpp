@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "gaussians/io/image_io.h"
+#include "gaussians/io/images/image_io.h"
 #include "segmentation/labelling/grab_cut_segmenter.h"
 #include "segmentation/models/boxes.h"
 #include "segmentation/models/make_models.h"

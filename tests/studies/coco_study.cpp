@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "gaussians/base/portable.h"
-#include "gaussians/io/image_io.h"
+#include "gaussians/io/images/image_io.h"
 #include "segmentation/labelling/grab_cut_segmenter.h"
 #include "segmentation/labelling/mask_measures.h"
 #include "tests/studies/coco_instances.h"

@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "gaussians/base/orbit.h"
-#include "gaussians/io/half_turn.h"
-#include "gaussians/io/splats.h"
-#include "gaussians/io/up_direction.h"
+#include "gaussians/io/scene/up_direction.h"
+#include "gaussians/io/splats/half_turn.h"
+#include "gaussians/io/splats/splats.h"
 #include "gaussians/render/render.h"
 
 using namespace pliant;

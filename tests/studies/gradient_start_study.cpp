@@ -9,7 +9,7 @@
 #include "fitting/fields/part_field.h"
 #include "fitting/fields/smooth_field.h"
 #include "fitting/fit/fit_clip.h"
-#include "gaussians/io/json_file.h"
+#include "gaussians/io/files/json_file.h"
 #include "tests/fitting/twin_stem.h"
 
 using namespace pliant;

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <string>
 
-#include "tests/physics/laws_bodies.h"
+#include "tests/physics/simulate/laws_bodies.h"
 
 namespace pliant {
 namespace {

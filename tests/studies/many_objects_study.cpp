@@ -16,15 +16,15 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "gaussians/io/files.h"
-#include "gaussians/io/image_io.h"
-#include "gaussians/io/ply.h"
-#include "gaussians/io/transforms.h"
+#include "gaussians/io/cameras/transforms.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/images/image_io.h"
+#include "gaussians/io/splats/ply.h"
 #include "gaussians/render/render.h"
-#include "segmentation/lift/agreement.h"
-#include "segmentation/lift/associate.h"
-#include "segmentation/lift/islands.h"
-#include "segmentation/lift/semantic_field.h"
+#include "segmentation/associate/associate.h"
+#include "segmentation/field/islands.h"
+#include "segmentation/field/semantic_field.h"
+#include "segmentation/labels/agreement.h"
 #include "tests/segmentation/made_scene.h"
 
 using namespace pliant;

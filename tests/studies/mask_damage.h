@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "gaussians/base/random.h"
-#include "segmentation/lift/agreement.h"
-#include "segmentation/lift/mask_set.h"
+#include "segmentation/labels/agreement.h"
+#include "segmentation/labels/mask_set.h"
 
 namespace pliant {
 

@@ -11,12 +11,12 @@
 #include <string>
 
 #include "app/store/segmentation.h"
-#include "gaussians/io/files.h"
-#include "gaussians/io/image_io.h"
-#include "gaussians/io/scene.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/images/image_io.h"
+#include "gaussians/io/scene/scene.h"
 #include "gaussians/render/image_loss.h"
 #include "gaussians/render/render.h"
-#include "segmentation/lift/mask_set.h"
+#include "segmentation/labels/mask_set.h"
 
 using namespace pliant;
 using nlohmann::json;

@@ -12,7 +12,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "gaussians/io/json_file.h"
+#include "gaussians/io/files/json_file.h"
 #include "gaussians/render/render.h"
 #include "tests/benchmarks/random_cloud.h"
 

@@ -15,10 +15,10 @@
 #include <opencv2/imgproc.hpp>
 
 #include "gaussians/base/orbit.h"
-#include "gaussians/io/image_io.h"
-#include "gaussians/io/scene.h"
+#include "gaussians/io/images/image_io.h"
+#include "gaussians/io/scene/scene.h"
 #include "gaussians/render/render.h"
-#include "segmentation/lift/gesture.h"
+#include "segmentation/select/gesture.h"
 #include "tests/studies/selection_truth.h"
 
 using namespace pliant;

@@ -10,14 +10,14 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "app/demo/demo.h"
+#include "app/demo/make_demo.h"
 #include "gaussians/base/random.h"
-#include "gaussians/io/image_io.h"
-#include "gaussians/io/scene.h"
-#include "segmentation/lift/extract.h"
-#include "segmentation/lift/objects_sheet.h"
-#include "segmentation/lift/semantic_field.h"
+#include "gaussians/io/images/image_io.h"
+#include "gaussians/io/scene/scene.h"
+#include "segmentation/field/semantic_field.h"
+#include "segmentation/objects/extract.h"
 #include "segmentation/repair/repair.h"
+#include "segmentation/sheets/objects_sheet.h"
 
 using namespace pliant;
 using Json = nlohmann::ordered_json;

@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "gaussians/io/image_io.h"
+#include "gaussians/io/images/image_io.h"
 
 using namespace pliant;
 namespace fs = std::filesystem;

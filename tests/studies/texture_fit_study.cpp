@@ -14,8 +14,8 @@
 #include "gaussians/base/adam.h"
 #include "gaussians/base/memory.h"
 #include "gaussians/base/random.h"
-#include "gaussians/io/image_io.h"
-#include "gaussians/io/json_file.h"
+#include "gaussians/io/files/json_file.h"
+#include "gaussians/io/images/image_io.h"
 #include "gaussians/render/image_loss.h"
 #include "gaussians/render/render.h"
 

@@ -9,9 +9,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "gaussians/io/image_io.h"
+#include "gaussians/io/images/image_io.h"
 #include "segmentation/labelling/flow_tracker.h"
-#include "segmentation/lift/objects_sheet.h"
+#include "segmentation/sheets/objects_sheet.h"
 
 using namespace pliant;
 namespace fs = std::filesystem;

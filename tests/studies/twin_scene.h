@@ -11,9 +11,9 @@
 #include "gaussians/base/camera.h"
 #include "gaussians/base/gaussian_cloud.h"
 #include "gaussians/base/random.h"
-#include "gaussians/io/json_file.h"
-#include "gaussians/io/ply.h"
-#include "gaussians/io/transforms.h"
+#include "gaussians/io/cameras/transforms.h"
+#include "gaussians/io/files/json_file.h"
+#include "gaussians/io/splats/ply.h"
 
 namespace pliant::study {
 

@@ -18,10 +18,10 @@
 
 #include "app/store/particles.h"
 #include "fitting/fields/smooth_field.h"
-#include "fitting/fit/frame_source.h"
+#include "fitting/observe/frame_source.h"
 #include "gaussians/base/nearest.h"
-#include "gaussians/io/files.h"
-#include "gaussians/io/image_io.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/images/image_io.h"
 #include "tests/energy_decay.h"
 #include "tests/studies/twin_scene.h"
 

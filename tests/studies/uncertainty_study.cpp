@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "fitting/fit/fit_material.h"
-#include "gaussians/io/json_file.h"
+#include "gaussians/io/files/json_file.h"
 #include "tests/fitting/twin_stem.h"
 
 using namespace pliant;

@@ -6,7 +6,7 @@
 
 #include <cstdlib>
 
-#include "gaussians/io/files.h"
+#include "gaussians/io/files/files.h"
 #include "segmentation/models/make_models.h"
 #include "tests/temporary_folder.h"
 

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "gaussians/io/files.h"
-#include "gaussians/io/image_io.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/images/image_io.h"
 #include "segmentation/models/worker_process.h"
 #include "tests/segmentation/models/made_yolox.h"
 #include "tests/temporary_folder.h"

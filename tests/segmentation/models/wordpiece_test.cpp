@@ -1,10 +1,10 @@
-#include "segmentation/models/wordpiece.h"
+#include "segmentation/models/text/wordpiece.h"
 
 #include <gtest/gtest.h>
 
 #include <map>
 
-#include "segmentation/models/unicode.h"
+#include "segmentation/models/text/unicode.h"
 #include "tests/temporary_folder.h"
 
 using namespace pliant;

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "gaussians/io/files.h"
+#include "gaussians/io/files/files.h"
 #include "segmentation/models/boxes.h"
 #include "segmentation/models/make_models.h"
 #include "segmentation/models/picture.h"

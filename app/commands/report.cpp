@@ -1,0 +1,80 @@
+#include "app/commands/report.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/fit/fit_report.h"
+#include "app/report/html.h"
+#include "app/run/attach_scene.h"
+#include "gaussians/io/files/files.h"
+
+namespace pliant {
+using nlohmann::json;
+
+namespace {
+
+std::string times_table(const json& stages) {
+  std::string rows;
+  double total = 0;
+  for (const char* name : {"segment", "extract", "repair", "seed", "fit", "simulate", "render"}) {
+    if (!stages.contains(name)) continue;
+    const double seconds = stages[name]["wall_s"];
+    total += seconds;
+    rows += fmt::format("<tr><td>{}</td><td>{:.1f}</td><td>{:.0f}</td><td><code>{}</code></td></tr>\n", name, seconds,
+                        stages[name]["peak_memory_mb"].get<double>(), html_escaped(stages[name]["options"].dump()));
+  }
+  return fmt::format(
+      "<table><tr><th>stage</th><th>seconds</th><th>peak memory [MB]</th><th>options</th></tr>\n{}"
+      "<tr><td>all</td><td>{:.1f}</td><td></td><td></td></tr></table>\n",
+      rows, total);
+}
+
+std::string rules_table(const json& extract) {
+  if (!extract.contains("rules")) return "";
+  std::string rows;
+  for (const auto& [name, rule] : extract["rules"].items())
+    rows +=
+        fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{:.3f} %</td></tr>\n", html_escaped(name),
+                    rule.value("moved", 0), rule["gaussians"].get<size_t>(), 100 * rule["opacity_share"].get<double>());
+  return "<table><tr><th>rule</th><th>Gaussians moved</th><th>not moved again by a later rule</th><th>share of the "
+         "candidates' opacity</th></tr>\n" +
+         rows + "</table>\n";
+}
+
+}  // namespace
+
+void write_report(const RunDirectory& run, const Scene& scene, const std::string& command) {
+  const json& stages = run.manifest()["stages"];
+  const json& simulate = stages["simulate"]["summary"];
+  const json& extract = stages["extract"]["summary"];
+  std::string html = html_begin("Pliant report");
+  html += fmt::format("<h1>{}</h1>\n", html_escaped(scene.source.filename().string()));
+  html += fmt::format("<p>{} Gaussians, {} cameras{}; up is {}; one unit is {:g} m.</p>\n", scene.cloud.size(),
+                      scene.cameras.size(), scene.cameras_are_orbit ? " of an orbit" : "",
+                      html_escaped(scene.up_source), scene.metres_per_unit);
+  html += html_video(run, "clip.mp4", "The object under the interactions, fixed camera");
+  html += html_video(run, "clip_orbit.mp4", "The same, from a moving camera");
+  html += html_picture(run, "clip_frames.png", "Eight moments of the clip");
+  html += fmt::format(
+      "<p>Object <b>{}</b>: {} Gaussians. Mass {:.4g} kg; tip moves {:.1f} % of the object's height and ends at {:.1f} "
+      "%.</p>\n",
+      html_escaped(extract.value("name", "")), extract.value("object_gaussians", 0), simulate.value("mass_kg", 0.0),
+      100 * simulate["motion"].value("tip_peak", 0.0), 100 * simulate["motion"].value("tip_end", 0.0));
+  html += "<h2>Objects</h2>\n" + html_picture(run, "objects.png", "Objects found, with id and name");
+  for (const json& edit : run.note("edits")) html += "<p>By hand: " + html_escaped(edit.value("did", "")) + ".</p>\n";
+  html += html_picture(run, "features.png",
+                       "Semantic attribute: its first three principal components as red, green and blue");
+  html += "<h2>Extract</h2>\n" +
+          html_picture(run, "extract.png", "The object, and what each rule took from it or gave to it") +
+          rules_table(extract);
+  html += "<h2>Repair</h2>\n" + html_picture(run, "repair.png", "Before, hole, after");
+  if (is_fitted(run)) html += "<h2>Fit</h2>\n" + fit_section(run);
+  html += "<h2>Times</h2>\n" + times_table(stages);
+  html += "<h2>Interactions</h2>\n<pre>" + html_escaped(read_text(run / "interactions.json")) + "</pre>\n";
+  html += fmt::format("<h2>Reproduce</h2>\n<pre>{}</pre>\n<p>Pliant {}, seed {}.</p>\n</body></html>\n",
+                      html_escaped(command), PLIANT_VERSION, stages["simulate"]["options"]["seed"].dump());
+  write_text(run / "report.html", html);
+}
+
+}  // namespace pliant

@@ -1,0 +1,96 @@
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "app/evaluate/evaluate.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
+
+using nlohmann::json;
+
+namespace pliant {
+namespace {
+
+/// Keys of all numbers (and nulls), nested ones joined by a dot.
+void collect(const json& object, const std::string& prefix, std::vector<std::string>& keys) {
+  for (const auto& [key, value] : object.items()) {
+    if (value.is_object())
+      collect(value, prefix + key + ".", keys);
+    else if (value.is_number() || value.is_null())
+      keys.push_back(prefix + key);
+  }
+}
+
+const json* find(const json& object, const std::string& key) {
+  if (const auto whole = object.find(key); whole != object.end()) return &*whole;
+  for (size_t dot = key.find('.'); dot != std::string::npos; dot = key.find('.', dot + 1)) {
+    const auto outer = object.find(key.substr(0, dot));
+    if (outer == object.end() || !outer->is_object()) continue;
+    if (const json* inner = find(*outer, key.substr(dot + 1))) return inner;
+  }
+  return nullptr;
+}
+
+std::string trimmed(const std::string& text) {
+  const size_t begin = text.find_first_not_of(" \t"), end = text.find_last_not_of(" \t");
+  return begin == std::string::npos ? "" : text.substr(begin, end - begin + 1);
+}
+
+/// The value that a null stands for: the PSNR of identical pictures is infinite, everything else is unknown.
+double value_of_null(const json& metrics, const std::string& key) {
+  const size_t dot = key.rfind('.');
+  const json* owner = dot == std::string::npos ? &metrics : find(metrics, key.substr(0, dot));
+  const std::string leaf = dot == std::string::npos ? key : key.substr(dot + 1);
+  const bool identical = owner && owner->is_object() && owner->value("identical", false);
+  return identical && (leaf == "psnr" || leaf == "psnr_median") ? INFINITY : NAN;
+}
+
+}  // namespace
+
+std::vector<std::string> assert_metrics(const json& metrics, const std::vector<std::string>& conditions) {
+  std::vector<std::string> failures;
+  for (const std::string& condition : conditions) {
+    const size_t at = condition.find_first_of("<>=");
+    const auto unreadable = [&](const std::string& problem) {
+      return usage_error("--assert", condition, problem, "write it like psnr>=30, with one of >= <= > < ==");
+    };
+    if (at == std::string::npos) throw unreadable("has no comparison");
+    const size_t end = condition.find_first_not_of("<>=", at);
+    const std::string key = trimmed(condition.substr(0, at)), operation = condition.substr(at, end - at);
+    const std::string bound_text = end == std::string::npos ? "" : trimmed(condition.substr(end));
+    char* rest = nullptr;
+    const double bound = std::strtod(bound_text.c_str(), &rest);
+    if (bound_text.empty() || *rest != '\0' || std::isnan(bound))
+      throw unreadable("has no number after the comparison");
+    const json* found = find(metrics, key);
+    if (!found || (!found->is_number() && !found->is_null())) {
+      std::vector<std::string> keys;
+      collect(metrics, "", keys);
+      throw usage_error("--assert", key, "is not a metric of this evaluation",
+                        "did you mean '" + nearest_name(key, keys) + "'?");
+    }
+    const double value = found->is_null() ? value_of_null(metrics, key) : found->get<double>();
+    bool holds = false;
+    if (operation == ">=")
+      holds = value >= bound;
+    else if (operation == "<=")
+      holds = value <= bound;
+    else if (operation == ">")
+      holds = value > bound;
+    else if (operation == "<")
+      holds = value < bound;
+    else if (operation == "==")
+      holds = value == bound;
+    else
+      throw unreadable("has the unknown comparison '" + operation + "'");
+    if (holds) continue;
+    char number[32];
+    std::snprintf(number, sizeof number, "%.6g", value);
+    failures.push_back(key + " is " + (std::isnan(value) ? "undefined" : number) + " but " + condition +
+                       " was asked for");
+  }
+  return failures;
+}
+
+}  // namespace pliant

@@ -1,0 +1,138 @@
+#include "app/fit/fit_limits.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "gaussians/base/nearest.h"
+
+namespace pliant {
+
+namespace {
+constexpr double kNotable = 0.1;  // share of the losses
+}
+
+FitBlindness find_blindness(const FitScene& fit, const FittedMotion& motion) {
+  FitBlindness out;
+  const Particles& p = fit.body.particles;
+  if (motion.frames.empty()) return out;
+  // Along the rays of the camera, at the first frame that was compared.
+  const Vec3d eye = fit.drawn->metres_per_unit * fit.video.camera.centre();
+  double along = 0, all = 0;
+  for (size_t i = 0; i < p.size(); ++i) {
+    const Vec3d v = motion.frames[0].v[i].cast<double>(), ray = (p.position[i].cast<double>() - eye).normalized();
+    along += p.mass[i] * std::pow(v.dot(ray), 2);
+    all += p.mass[i] * v.squaredNorm();
+  }
+  if (fit.further.empty()) out.depth_share = all > 0 ? along / all : 0;
+
+  double volume = 0, unseen = 0;
+  std::vector<Vec3f> points;
+  for (const FitView* view : fit.views()) points.insert(points.end(), view->points.begin(), view->points.end());
+  if (!points.empty()) {
+    const NearestPoints tree(points);
+    const double reach = 3 * fit.body.file.cell_size;
+    std::vector<NearestPoints::Hit> hits;
+    for (size_t i = 0; i < p.size(); ++i) {
+      hits.clear();
+      tree.query(fit.drawn->drivers[i], 1, hits);
+      volume += p.volume[i];
+      if (hits.empty() || hits[0].distance > reach) unseen += p.volume[i];
+    }
+    out.unseen_volume = volume > 0 ? unseen / volume : 0;
+  }
+
+  // Largest Green strain of each particle over all frames.
+  std::vector<float> strain(p.size(), 0.0f);
+  for (const SimulationState& state : motion.frames)
+    for (size_t i = 0; i < p.size(); ++i)
+      strain[i] = std::max(strain[i], 0.5f * (state.F[i].transpose() * state.F[i] - Mat3f::Identity()).norm());
+  std::vector<float> sorted = strain;
+  std::sort(sorted.begin(), sorted.end());
+  const float most = sorted[static_cast<size_t>(0.95 * static_cast<double>(sorted.size() - 1))];
+  double stiff = 0, whole = 0;
+  for (size_t i = 0; i < p.size(); ++i) {
+    whole += p.volume[i];
+    if (strain[i] < 0.05f * most) stiff += p.volume[i];
+  }
+  out.stiff_volume = whole > 0 ? stiff / whole : 0;
+  return out;
+}
+
+std::vector<std::string> undetermined_by_video(const FitEvidence& e, const FitBlindness& blindness, double fps) {
+  std::vector<std::string> out;
+  out.push_back(fmt::format(
+      "A motion tells E / density, not E alone: E holds for the density that was given, and {}.",
+      e.poisson_fitted ? "Poisson's ratio, which changes a motion little, may be far from the one that was found"
+                       : "Poisson's ratio is the one that was given"));
+  if (e.stated_fps > 0)
+    out.push_back(
+        fmt::format("E grows with the square of the frame rate, which is taken to be {:.4g} frames a second: were it "
+                    "twice that in truth, E would be 4 times as "
+                    "large, {:.3g} Pa; were it half, a quarter, {:.3g} Pa.",
+                    e.stated_fps, 4 * e.young, e.young / 4));
+  if (blindness.depth_share)
+    out.push_back(
+        fmt::format("One camera hardly sees motion along its line of sight, which has {:.0f} % of the energy of the "
+                    "fitted start: there the start is "
+                    "what the object's own vibrations make likely.",
+                    100 * *blindness.depth_share));
+  if (blindness.unseen_volume > 0.02)
+    out.push_back(fmt::format(
+        "{:.0f} % of what moves lies away from every point that was followed; nothing was seen of its motion.",
+        100 * blindness.unseen_volume));
+  if (blindness.stiff_volume > 0.02)
+    out.push_back(fmt::format("{:.0f} % of the object hardly deforms in this video; it might as well be much stiffer.",
+                              100 * blindness.stiff_volume));
+  if (!e.searched)
+    out.push_back(
+        "E was followed downhill from the one that was given, not searched for: another may explain the video better. "
+        "Damping was not fitted.");
+  if (e.field_left)
+    out.push_back(
+        "Stiffness that differs from place to place explained the motion no better than one for the whole object, "
+        "which was kept: the video does not tell "
+        "its parts apart.");
+  if (e.one_stiffness)
+    out.push_back("One stiffness was fitted for the whole object; differences between its parts were not looked for.");
+  else if (!e.errors_known)
+    out.push_back("How sure E is from place to place was not worked out; a fit with --field smooth says so.");
+  else if (e.undecided_volume > 0.02)
+    out.push_back(
+        fmt::format("Where uncertainty.png is bright, in {:.0f} % of the object, its stiffness against the rest is a "
+                    "guess: the video leaves it as "
+                    "uncertain as it was before.",
+                    100 * e.undecided_volume));
+  if (e.by_gradients && e.errors_known)
+    out.push_back(
+        "The uncertainty of E is what the followed points leave open near the fit that was found; pictures and flow "
+        "were not asked.");
+  for (size_t k = 0; k < e.rival_factor.size(); ++k) {
+    const double ratio = e.rival_factor[k];
+    if (std::abs(std::log10(ratio)) > 0.05 && e.rival_rms[k] < 1.3 * e.rms)
+      out.push_back(fmt::format("E = {:.3g} Pa explains the video almost as well ({:.2f} px against {:.2f}).",
+                                e.young * ratio, e.rival_rms[k], e.rms));
+  }
+  if (e.strongest_hz > 0.25 * fps)
+    out.push_back(
+        fmt::format("The strongest vibration, {:.2g} Hz, is above a quarter of the {:.3g} frames a second: a slower "
+                    "one that is seen at the same "
+                    "instants could be mistaken for it. Film faster.",
+                    e.strongest_hz, fps));
+  if (e.periods > 0 && e.periods < 1)
+    out.push_back(fmt::format(
+        "Only {:.1f} of a period is seen: E and the way the motion starts are hard to tell apart.", e.periods));
+  if (e.losses.transfers > kNotable * e.losses.whole)
+    out.push_back(
+        fmt::format("The solver's grid takes energy too, as a damping time of {:.2g} s would: {:.2g} s is what it "
+                    "needs beside that, and on another grid the motion "
+                    "would die away differently. With all losses the object's own damping time is {:.2g} s.",
+                    1 / e.losses.transfers, e.damping_time, 1 / e.losses.whole));
+  if (e.damping_high > 3 * e.damping_low)
+    out.push_back(fmt::format("Damping is hardly determined: any time from {:.2g} s to {:.2g} s would do.",
+                              e.damping_low, e.damping_high));
+  return out;
+}
+
+}  // namespace pliant

@@ -1,0 +1,104 @@
+#include "app/fit/fit_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "gaussians/base/error.h"
+
+namespace pliant {
+using nlohmann::json;
+
+namespace {
+
+constexpr int kGrow = 8;              // px by which the moving mask is grown where pictures are compared
+constexpr double kDirectRate = 0.03;  // of ln E where it is a parameter itself, not what a network makes of many
+constexpr double kAstray = 0.02;  // of the loss: such a fit begins at an optimum of the tracks, and Adam's steps are as
+                                  // large as its rates there too
+
+/// What gradients compare.
+ClipTerms clip_terms(const Context& context, const RunDirectory& run, const CompareStage& stage, const FitScene& fit,
+                     int first_step) {
+  ClipTerms terms;
+  terms.drawn = fit.drawn;
+  terms.track_weight = stage.loss == "pictures" ? 0 : 1;
+  terms.picture_weight = stage.loss == "tracks" ? 0 : stage.picture_weight;
+  terms.picture.photometric = {stage.lambda, 1 - stage.lambda};
+  terms.flow_weight = stage.flow_weight;
+  if (terms.picture_weight > 0 || terms.flow_weight > 0)
+    for (const FitView* view : fit.views()) {
+      // What some frame hides is left out of all of them.
+      ImageF mask = motion_mask(*view, fit.used, kGrow);
+      for (int f = 0; f < fit.used && !view->compared.empty(); ++f) leave_out(mask, *view, f);
+      terms.seen.push_back(cut_to_weight(view->video.camera, std::span(view->video.frames).first(fit.used), mask));
+    }
+  if (!stage.guide.empty()) {
+    terms.guide = start_guide(context, run, stage, first_step);
+    terms.guide_camera = fit.video.camera;
+    terms.guide_weight = stage.guide_weight;
+  }
+  return terms;
+}
+
+}  // namespace
+
+std::shared_ptr<Guidance> start_guide(const Context& context, const RunDirectory& run, const CompareStage& stage,
+                                      int first_step) {
+  GuidanceOptions options;
+  options.first_step = first_step;
+  options.command = stage.guide;
+  options.interrupted = context.interrupted;
+  options.step_limit = stage.guide_limit;
+  options.start_limit = 2 * stage.guide_limit;
+  context.progress.say(fmt::format("fit: waits until `{}` is ready", stage.guide));
+  auto guide = std::make_shared<Guidance>(options, run / "fit/guide");
+  context.progress.say(fmt::format("fit: '{}' judges the drawn motion", guide->name()));
+  return guide;
+}
+
+MaterialFitOptions material_fit_options(const Context& context, const RunDirectory& run, const Scene& scene,
+                                        const FitStage& stage, const FitScene& fit, const GradientFitState& done) {
+  MaterialFitOptions options;
+  VibrationFitOptions& vibration = options.vibration;
+  vibration.simulate.gravity = -9.81 * scene.up;
+  vibration.search.first = stage.from;
+  vibration.refine.tolerance = 1e-3;
+  vibration.modes.most = 6;
+  vibration.most_modes = 4;
+  vibration.most_periods = 3.5;
+  vibration.stop = context.interrupted;
+  if (stage.field == "parts") {
+    options.kind = MaterialKind::kParts;
+    options.part =
+        stage.part_labels.empty() ? parts_of(fit, stage.parts) : labelled_parts(fit, scene, stage.part_labels);
+    context.progress.say(
+        fmt::format("fit: {} parts that may differ in stiffness", *std::ranges::max_element(options.part) + 1));
+  }
+  if (stage.field == "smooth") options.kind = MaterialKind::kSmooth;
+  if (stage.field == "triplanes")
+    options.kind = MaterialKind::kTriplanes;
+  else {
+    options.gradient.material_rate = kDirectRate;
+    options.gradient.astray = kAstray;
+  }
+  options.gradient.iterations = stage.compare.iterations;
+  options.gradient_window = stage.compare.window;
+  options.poisson = stage.compare.poisson;
+  options.clip = clip_terms(context, run, stage.compare, fit, static_cast<int>(done.rows.size()));
+  return options;
+}
+
+json compare_to_json(const CompareStage& stage) {
+  return {{"loss", stage.loss},
+          {"lambda", stage.lambda},
+          {"picture_weight", stage.picture_weight},
+          {"flow_weight", stage.flow_weight},
+          {"window", stage.window},
+          {"iterations", stage.iterations},
+          {"poisson", stage.poisson},
+          {"guide", stage.guide},
+          {"guide_weight", stage.guide_weight}};
+}
+
+}  // namespace pliant

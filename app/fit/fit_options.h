@@ -1,0 +1,19 @@
+#pragma once
+
+#include "app/fit/fit_scene.h"
+#include "fitting/fit/fit_material.h"
+
+namespace pliant {
+
+/// What a stage asks of the fit of `fit`, to its videos or, without any, to a guiding program, which goes on after
+/// `done`.
+MaterialFitOptions material_fit_options(const Context& context, const RunDirectory& run, const Scene& scene,
+                                        const FitStage& stage, const FitScene& fit, const GradientFitState& done);
+
+nlohmann::json compare_to_json(const CompareStage& stage);
+
+/// Starts the program of stage.compare.guide, which talks through fit/guide/.
+std::shared_ptr<Guidance> start_guide(const Context& context, const RunDirectory& run, const CompareStage& stage,
+                                      int first_step);
+
+}  // namespace pliant

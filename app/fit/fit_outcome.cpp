@@ -1,0 +1,158 @@
+#include "app/fit/fit_outcome.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace pliant {
+using nlohmann::json;
+
+namespace {
+
+/// E of the material at the drivers.  That of the particles is lower or higher where parts thinner than the cells bend.
+std::vector<double> fitted_young(const MaterialFit& fit, const Particles& before, double young_before) {
+  std::vector<double> young;
+  for (size_t i = 0; i < before.size(); ++i) young.push_back(young_before * fit.young[i] / before.young[i]);
+  return young;
+}
+
+}  // namespace
+
+MaterialFile fitted_material(const FitScene& scene, const Particles& fitted, double rest_factor,
+                             const std::string& source) {
+  MaterialFile out{scene.solid.young, scene.solid.poisson, scene.solid.density, source, {}, {}};
+  // Factors of E of the particles hold for their samples too, whose E does not know of thin parts' equivalent
+  // stiffness.
+  const Particles& before = scene.body.particles;
+  for (size_t s = 0; s < out.young.size(); ++s) {
+    const int driver = scene.body.file.solid_driver[s];
+    out.young[s] =
+        static_cast<float>(out.young[s] * (driver >= 0 ? fitted.young[driver] / before.young[driver] : rest_factor));
+    if (driver >= 0) out.poisson[s] = fitted.poisson[driver];
+  }
+  return out;
+}
+
+std::string source_of(const MaterialFit& fit, MaterialKind kind) {
+  const auto name = [](MaterialKind of) {
+    switch (of) {
+      case MaterialKind::kUniform:
+        return "homogeneous";
+      case MaterialKind::kParts:
+        return "by parts";
+      case MaterialKind::kSmooth:
+        return "a smooth field";
+      case MaterialKind::kTriplanes:
+        return "triplanes";
+    }
+    return "";
+  };
+  return std::string(name(fit.field_left ? MaterialKind::kUniform : kind)) + ", fitted to the reference video";
+}
+
+double mean_young(const FitScene& scene, const MaterialFile& material) {
+  double sum = 0;
+  size_t moving = 0;
+  for (size_t s = 0; s < material.young.size(); ++s)
+    if (scene.body.file.solid_driver[s] >= 0) {
+      sum += std::log(material.young[s]);
+      ++moving;
+    }
+  return std::exp(sum / std::max<size_t>(1, moving));
+}
+
+VelocityFile fitted_velocity(const FitScene& fit, const VibrationFit& found, const Dissipation& losses) {
+  VelocityFile out;
+  out.position = fit.body.file.driving_position;
+  out.velocity = found.start.v;
+  out.F = found.start.F;
+  out.C = found.start.C;
+  for (size_t i = 0; i < found.start.size(); ++i)
+    out.displacement.push_back(found.start.x[i] - fit.body.particles.position[i]);
+  out.time = found.time;
+  out.damping_time = found.damping_time;
+  out.source = "fitted to the reference video";
+  if (losses.whole > 0) out.whole_damping_time = 1 / losses.whole;
+  return out;
+}
+
+FitFindings findings_of(const MaterialFit& fit, const Particles& before, double young_before) {
+  FitFindings out;
+  const VibrationFit &constant = fit.homogeneous, &found = fit.found;
+  out.young = young_before * std::pow(10.0, found.log10_factor);
+  out.young_of_driver = fitted_young(fit, before, young_before);
+  out.sigma_of_driver = fit.sigma;
+  for (const double factor : constant.search.log10_factor)
+    out.search_young.push_back(young_before * std::pow(10.0, factor));
+  out.search_unexplained = constant.search.unexplained;
+  for (const FitStep& step : fit.steps)
+    out.refinements.push_back(
+        {step.name, step.by_gradients ? "loss of the frames compared" : "points off by [px]", step.loss});
+  return out;
+}
+
+FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, const MaterialFitOptions& options,
+                        double young) {
+  const VibrationFit& found = fit.found;
+  FitEvidence out;
+  out.stated_fps = scene.video.source_fps;
+  out.young = young;
+  out.log10_sigma = found.log10_sigma;
+  out.rms = found.rms;
+  out.periods = fit.homogeneous.search.periods;
+  out.damping_time = found.damping_time;
+  out.damping_low = found.damping_time_low;
+  out.damping_high = found.damping_time_high;
+  out.losses = fit.losses;
+  const double seconds = (scene.used - fit.homogeneous.search.first_frame) / scene.video.fps;
+  out.strongest_hz = seconds > 0 ? fit.homogeneous.search.periods / seconds : 0;
+  for (size_t k = 0; k < fit.homogeneous.candidate_factor.size(); ++k) {
+    out.rival_factor.push_back(std::pow(10.0, fit.homogeneous.candidate_factor[k] - fit.homogeneous.log10_factor));
+    out.rival_rms.push_back(fit.homogeneous.candidate_rms[k] * found.rms / std::max(fit.homogeneous.rms, 1e-12));
+  }
+  out.searched = !fit.homogeneous.search.log10_factor.empty();
+  out.one_stiffness = options.kind == MaterialKind::kUniform;
+  out.poisson_fitted = options.poisson;
+  out.errors_known = !fit.sigma.empty();
+  out.by_gradients = !fit.iterations.empty();
+  out.field_left = fit.field_left;
+  double whole = 0, undecided = 0;
+  for (size_t i = 0; i < fit.sigma.size(); ++i) {
+    const double volume = scene.body.particles.volume[i];
+    whole += volume;
+    undecided += fit.determined(i) ? 0 : volume;
+  }
+  out.undecided_volume = whole > 0 ? undecided / whole : 0;
+  return out;
+}
+
+json curve_to_json(const ModalSearch& search) {
+  json rows = json::array();
+  for (size_t i = 0; i < search.log10_factor.size(); ++i)
+    rows.push_back({search.log10_factor[i], search.unexplained[i]});
+  return rows;
+}
+
+json steps_to_json(const std::vector<FitStep>& steps) {
+  json rows = json::array();
+  for (const FitStep& step : steps) {
+    rows.push_back({{"name", step.name}, {"rms_px", step.rms}, {"seconds", step.seconds}});
+    if (!step.stopped_by.empty())
+      rows.back().update({{"converged", step.converged}, {"stopped_by", step.stopped_by}, {"loss", step.loss}});
+  }
+  return rows;
+}
+
+json iterations_to_json(const std::vector<GradientFitRow>& rows) {
+  json out = json::array();
+  for (const GradientFitRow& row : rows)
+    out.push_back({{"frames", row.frames},
+                   {"loss", row.loss},
+                   {"rollout_s", row.rollout_seconds},
+                   {"frames_s", row.frames_seconds},
+                   {"reverse_s", row.reverse_seconds},
+                   {"field_s", row.field_seconds}});
+  return out;
+}
+
+}  // namespace pliant

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "app/fit/fit_limits.h"
+#include "app/store/material.h"
+#include "app/store/velocity.h"
+#include "fitting/fit/fit_material.h"
+
+namespace pliant {
+
+/// material.h5: each solid sample's E times its driving particle's factor, `fitted` against the body, and that
+/// particle's Poisson's ratio; samples that are held get `rest_factor`.
+MaterialFile fitted_material(const FitScene& scene, const Particles& fitted, double rest_factor,
+                             const std::string& source);
+/// How E(x) was found, for material.h5: the constant's, where a field was left.
+std::string source_of(const MaterialFit& fit, MaterialKind kind);
+/// Mean logarithm of E over the samples that move, as E [Pa].
+double mean_young(const FitScene& scene, const MaterialFile& material);
+/// velocity.h5: how the fitted motion starts.
+VelocityFile fitted_velocity(const FitScene& scene, const VibrationFit& found, const Dissipation& losses);
+
+/// What the pictures of a fit show, and what is said on how well it is determined.
+FitFindings findings_of(const MaterialFit& fit, const Particles& before, double young_before);
+FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, const MaterialFitOptions& options, double young);
+
+nlohmann::json curve_to_json(const ModalSearch& search);
+nlohmann::json steps_to_json(const std::vector<FitStep>& steps);
+nlohmann::json iterations_to_json(const std::vector<GradientFitRow>& rows);
+
+}  // namespace pliant

@@ -1,0 +1,142 @@
+#include "app/fit/fit_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "app/fit/fit_pictures.h"
+#include "app/report/chart.h"
+#include "gaussians/io/images/image_io.h"
+#include "gaussians/io/images/video.h"
+#include "gaussians/render/image_loss.h"
+
+namespace pliant {
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kSurest = 0.01, kVaguest = 1;  // decades, ends of the scale of uncertainty
+constexpr int kScoreGrow = 8;                        // px by which the moving mask is grown for scores
+
+double psnr_in(const ImageF& a, const ImageF& b, const ImageF& weight) { return psnr_of_mse(mse_loss(a, b, weight)); }
+
+/// Seen, drawn, and half grey plus their difference.
+ImageF side_by_side_picture(const ImageF& seen, const ImageF& drawn) {
+  ImageF side(3 * seen.width, seen.height, 3);
+  for (int y = 0; y < seen.height; ++y)
+    for (int x = 0; x < seen.width; ++x)
+      for (int c = 0; c < 3; ++c) {
+        side(x, y, c) = seen(x, y, c);
+        side(seen.width + x, y, c) = drawn(x, y, c);
+        side(2 * seen.width + x, y, c) = 0.5f + seen(x, y, c) - drawn(x, y, c);
+      }
+  return side;
+}
+
+/// Of one video; the names of pictures end in `suffix`.
+MotionScores compare_view(const FitScene& fit, const FitView& view, const FittedMotion& motion, const fs::path& folder,
+                          const std::string& suffix) {
+  const ImageF mask = motion_mask(view, static_cast<int>(view.video.frames.size()), kScoreGrow);
+  const ImageF& first = view.video.frames[0];
+  MotionScores scores;
+  scores.rest = psnr_in(view.still, first, mask);
+  const bool pictures = !folder.empty();
+  SpaceTimeSlices slices(view);
+  std::optional<VideoWriter> writer;
+  if (pictures)
+    writer.emplace(folder / ("side_by_side" + suffix + ".mp4"), view.video.fps, 3 * first.width, first.height);
+  for (size_t k = 0; k < motion.frames.size(); ++k) {
+    const int f = motion.first_frame + static_cast<int>(k);
+    if (f >= static_cast<int>(view.video.frames.size())) break;
+    const ImageF& seen = view.video.frames.at(f);
+    const ImageF drawn = render(fit.drawn->at(motion.frames[k]), view.video.camera, fit.drawn->render).color;
+    if (pictures) {
+      writer->write(side_by_side_picture(seen, drawn));
+      slices.add(seen, drawn);
+    }
+    const bool used = f < fit.used;
+    ImageF compared = mask;
+    if (!view.compared.empty()) leave_out(compared, view, f);
+    if (std::none_of(compared.data.begin(), compared.data.end(), [](float w) { return w > 0; })) continue;
+    (used ? scores.psnr_used : scores.psnr_later) += psnr_in(drawn, seen, compared);
+    (used ? scores.still_used : scores.still_later) += psnr_in(first, seen, compared);
+    ++(used ? scores.frames_used : scores.frames_later);
+  }
+  if (pictures) writer->close();
+  if (pictures && !motion.frames.empty()) write_image(folder / ("slices" + suffix + ".png"), slices.picture());
+  if (scores.frames_used) {
+    scores.psnr_used /= scores.frames_used;
+    scores.still_used /= scores.frames_used;
+  }
+  if (scores.frames_later) {
+    scores.psnr_later /= scores.frames_later;
+    scores.still_later /= scores.frames_later;
+  }
+  return scores;
+}
+
+}  // namespace
+
+MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, const fs::path& folder) {
+  const std::vector<const FitView*> views = fit.views();
+  MotionScores mean;
+  for (size_t i = 0; i < views.size(); ++i) {
+    const MotionScores one = compare_view(fit, *views[i], motion, folder, i == 0 ? "" : "_" + std::to_string(i + 1));
+    const double share = 1.0 / static_cast<double>(views.size());
+    mean.psnr_used += share * one.psnr_used;
+    mean.psnr_later += share * one.psnr_later;
+    mean.rest += share * one.rest;
+    mean.still_used += share * one.still_used;
+    mean.still_later += share * one.still_later;
+    if (i == 0) {
+      mean.frames_used = one.frames_used;
+      mean.frames_later = one.frames_later;
+    }
+  }
+  return mean;
+}
+
+void write_fit_pictures(const fs::path& folder, const FitScene& fit, const FitFindings& findings) {
+  if (!findings.young_of_driver.empty()) {
+    const auto [low, high] = std::minmax_element(findings.young_of_driver.begin(), findings.young_of_driver.end());
+    write_image(folder / "young.png",
+                picture_of_drivers(fit, findings.young_of_driver, *low, *high, "Young's modulus [Pa]"));
+  }
+  if (!findings.sigma_of_driver.empty()) {
+    std::vector<double> sigma = findings.sigma_of_driver;
+    for (double& s : sigma) s = std::clamp(s, kSurest, kVaguest);
+    write_image(folder / "uncertainty.png",
+                picture_of_drivers(fit, sigma, kSurest, kVaguest, "one standard deviation of log10 E [decades]"));
+  }
+  if (!findings.search_young.empty()) {
+    Curve curve{"", {}, findings.search_unexplained, false, 0};
+    for (const double young : findings.search_young) curve.x.push_back(std::log10(young));
+    Chart chart{"Search: what each stiffness leaves unexplained",
+                "log10 of Young's modulus [Pa]",
+                "share of the motion",
+                {curve},
+                {},
+                true};
+    chart.marks = {std::log10(findings.young)};
+    write_image(folder / "search.png", draw_chart(chart));
+  }
+  // Stages whose values mean the same share a chart.
+  std::vector<Chart> charts;
+  for (const FitFindings::Refinement& stage : findings.refinements) {
+    if (stage.value.empty()) continue;
+    if (charts.empty() || charts.back().y_label != stage.label)
+      charts.push_back({"Refinement on simulated motions", "step", stage.label, {}, {}, true});
+    const int color = static_cast<int>(charts.back().curves.size()) / 2;
+    Curve curve{stage.name, {}, stage.value, false, color};
+    for (size_t i = 0; i < stage.value.size(); ++i) curve.x.push_back(static_cast<double>(i));
+    Curve dots{"", curve.x, curve.y, true, color};
+    charts.back().curves.push_back(std::move(curve));
+    charts.back().curves.push_back(std::move(dots));
+  }
+  for (size_t k = 0; k < charts.size(); ++k)
+    write_image(folder / (k == 0 ? "loss.png" : fmt::format("loss_{}.png", k + 1)), draw_chart(charts[k]));
+}
+
+}  // namespace pliant

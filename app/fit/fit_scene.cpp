@@ -1,0 +1,230 @@
+#include "app/fit/fit_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "app/fit/fit_video.h"
+#include "app/run/attach_scene.h"
+#include "app/simulate/moving_scene.h"
+#include "app/simulate/simulate_stage.h"
+#include "app/store/particles.h"
+#include "fitting/observe/check_video.h"
+#include "fitting/observe/track_pixels.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/splats/ply.h"
+
+namespace pliant {
+namespace {
+
+constexpr double kLeastForeground = 0.5;  // of what can move: less says that a mask is of something else
+
+/// A video that no motion of the object can explain is refused; what is doubtful is said.
+void check(const Context& context, const FitView& view, const std::string& file) {
+  const VideoChecks checks = check_video({}, view.video, view.still, view.mask);
+  require_usable(checks, file);
+  for (const VideoFinding& finding : checks.findings) context.progress.warn(finding.sentence);
+}
+
+/// Gaussians of the object that follow a driver and are not held.
+std::vector<uint8_t> free_gaussians(const CloudOf<float>& object, const Binding& binding) {
+  std::vector<uint8_t> free(object.size());
+  for (size_t i = 0; i < free.size(); ++i) free[i] = binding.driver[i * Binding::kCount] >= 0;
+  return free;
+}
+
+/// Surface points on a grid over the pixels in which mostly free Gaussians are seen.
+void choose_points(FitView& fit, const ImageF& depth, int wanted) {
+  size_t inside = 0;
+  for (const float share : fit.moving.data) inside += share > 0.8f;
+  if (inside < 30)
+    throw input_error("fit", "object",
+                      fmt::format("shows only {} pixels that can move to camera '{}'", inside, fit.video.camera.name),
+                      "check the camera of the video, and what is pinned");
+  const double step = std::max(1.0, std::sqrt(static_cast<double>(inside) / wanted));
+  const Camera& camera = fit.video.camera;
+  const Eigen::Isometry3d world_from_cam = camera.cam_from_world.inverse();
+  for (double y = step / 2; y < fit.moving.height; y += step)
+    for (double x = step / 2; x < fit.moving.width; x += step) {
+      const int i = static_cast<int>(x), j = static_cast<int>(y);
+      if (!(fit.moving(i, j) > 0.8f) || !is_compared(fit, 0, i, j)) continue;
+      const Eigen::Vector2d pixel(i + 0.5, j + 0.5);
+      const double z = depth(i, j);
+      fit.pixel.push_back(pixel);
+      fit.points.push_back(
+          (world_from_cam * Vec3d((pixel.x() - camera.cx) / camera.fx * z, (pixel.y() - camera.cy) / camera.fy * z, z))
+              .cast<float>());
+    }
+}
+
+/// The body and its Gaussians in front of the repaired background.
+FitScene load_body(const RunDirectory& run, const Scene& scene, const FitStage& stage) {
+  FitScene fit;
+  const std::string folder = object_folder(run);
+  ParticleFile particles = read_particles(run / (folder + "/particles.h5"));
+  const ObjectMaterial material = check_material(scene, stage.material, true);
+  fit.solid = solid_material(particles, material);
+  fit.body = make_body(std::move(particles), scene, fit.solid, material.material);
+  fit.pins = pins_of(fit.body.file, scene);
+  GaussianCloud object = read_ply(run / (folder + "/object.ply")),
+                background = read_ply(run / "background_repaired.ply");
+  const int degree = std::max(object.sh_degree, background.sh_degree);
+  object = with_sh_degree(object, degree);
+  background = with_sh_degree(background, degree);
+  fit.drawn = std::make_shared<DrawnObject<float>>();
+  DrawnObject<float>& drawn = *fit.drawn;
+  drawn.metres_per_unit = scene.metres_per_unit;
+  drawn.drivers = fit.body.file.driving_position;
+  drawn.render.antialiased = scene.report.antialiased;
+  drawn.binding = bind_object(scene, fit.body.file, object);
+  drawn.object = object;
+  drawn.background = background;
+  return fit;
+}
+
+/// What the view's camera sees of it at rest; returns the depth [H, W, 1] of what can move.
+ImageF look(const FitScene& fit, FitView& view) {
+  const DrawnObject<float>& drawn = *fit.drawn;
+  const std::vector<uint8_t> free = free_gaussians(drawn.object, drawn.binding);
+  const CloudOf<float> all = drawn.at(initial_state(fit.body.particles));
+  std::vector<float> features(2 * all.size(), 0.0f);
+  for (size_t i = 0; i < free.size(); ++i)
+    if (free[i]) {
+      const size_t g = drawn.background.size() + i;
+      features[2 * g] = 1;
+      features[2 * g + 1] = static_cast<float>((view.video.camera.cam_from_world * all.position[g].cast<double>()).z());
+    }
+  const RenderResult picture = render(all, view.video.camera, drawn.render, features, 2);
+  view.still = picture.color;
+  view.moving = ImageF(picture.color.width, picture.color.height, 1);
+  ImageF depth = view.moving;
+  for (size_t i = 0; i < view.moving.data.size(); ++i) {
+    view.moving.data[i] = picture.features.data[2 * i];
+    depth.data[i] = picture.features.data[2 * i + 1] / std::max(picture.features.data[2 * i], 1e-6f);
+  }
+  view.mask = ImageU8(view.moving.width, view.moving.height, 1);
+  for (size_t i = 0; i < view.mask.data.size(); ++i) view.mask.data[i] = view.moving.data[i] > 0.5f;
+  return depth;
+}
+
+/// Only what the mask [H, W, 1] has as foreground can move in the view.
+void keep_foreground(const Context& context, FitView& view, const ImageF& mask) {
+  double before = 0, kept = 0;
+  for (size_t i = 0; i < mask.data.size(); ++i) {
+    before += view.moving.data[i];
+    kept += view.moving.data[i] *= mask.data[i];
+    view.mask.data[i] = view.moving.data[i] > 0.5f;
+  }
+  const std::string sentence = fmt::format("the mask of camera '{}' holds {:.0f} % of what can move there",
+                                           view.video.camera.name, 100 * kept / std::max(before, 1e-12));
+  if (kept < kLeastForeground * before)
+    context.progress.warn(sentence + ": check that it is bright where the object is");
+  else
+    context.progress.say("fit: " + sentence);
+}
+
+FitView load_view(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage,
+                  const FitScene& fit, double fps) {
+  FitView view;
+  view.video = load_fit_video(context, run, scene, stage, fps);
+  for (const std::string& warning : view.video.warnings) context.progress.warn(warning);
+  view.compared = load_compared(stage, view.video);
+  const ImageF depth = look(fit, view);
+  if (const ImageF mask = load_object_mask(scene, view.video.camera); mask.width > 0)
+    keep_foreground(context, view, mask);
+  check(context, view, video_name(scene, stage));
+  choose_points(view, depth, stage.points);
+  return view;
+}
+
+}  // namespace
+
+std::vector<const FitView*> FitScene::views() const {
+  std::vector<const FitView*> all = {this};
+  for (const FitView& view : further) all.push_back(&view);
+  return all;
+}
+
+FitScene load_fit_scene(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage) {
+  FitScene fit = load_body(run, scene, stage);
+  static_cast<FitView&>(fit) = load_view(context, run, scene, stage, fit, stage.compare_fps);
+  for (size_t i = 0; i < stage.further.size(); ++i)
+    fit.further.push_back(load_view(context, run, scene, further_video(stage, i), fit, fit.video.fps));
+  int frames = static_cast<int>(fit.video.frames.size());
+  fit.used =
+      stage.until > 0 ? std::clamp(static_cast<int>(std::lround(stage.until * fit.video.fps)) + 1, 3, frames) : frames;
+  for (const FitView& view : fit.further) fit.used = std::min(fit.used, static_cast<int>(view.video.frames.size()));
+  return fit;
+}
+
+FitScene load_still_scene(const Context&, const RunDirectory& run, const Scene& scene, const FitStage& stage,
+                          const Camera& camera) {
+  FitScene fit = load_body(run, scene, stage);
+  fit.video.camera = camera;
+  look(fit, fit);
+  return fit;
+}
+
+PointTracks follow_points(const Context& context, const FitScene& fit) {
+  PointTracks tracks;
+  tracks.camera = fit.video.camera;
+  tracks.place.resize(fit.used);
+  tracks.weight.resize(fit.used);
+  int number = 0;
+  for (const FitView* view : fit.views()) {
+    ReferenceVideo seen = view->video;
+    seen.frames.resize(fit.used);
+    PixelTracks followed = track_pixels({}, seen, view->pixel, view->mask);
+    context.progress.say(fmt::format("fit: {} points followed through {} frames of camera '{}', mean weight {:.2f}",
+                                     view->pixel.size(), fit.used, view->video.camera.name, followed.kept));
+    if (followed.kept < 0.05)
+      throw input_error("fit", "video", "does not let the object's points be followed",
+                        "check that it shows this object from camera '" + view->video.camera.name + "'");
+    for (int f = 0; f < fit.used && !view->compared.empty(); ++f)
+      for (size_t k = 0; k < view->pixel.size(); ++k)
+        if (!is_compared(*view, f, followed.pixel[f][k].x(), followed.pixel[f][k].y())) followed.weight[f][k] = 0;
+    tracks.rest.insert(tracks.rest.end(), view->points.begin(), view->points.end());
+    tracks.camera_of.insert(tracks.camera_of.end(), view->points.size(), number);
+    if (number++ > 0) tracks.further.push_back(view->video.camera);
+    for (int f = 0; f < fit.used; ++f) {
+      for (const Eigen::Vector2d& x : followed.pixel[f]) tracks.place[f].push_back({x.x(), x.y(), 0});
+      tracks.weight[f].insert(tracks.weight[f].end(), followed.weight[f].begin(), followed.weight[f].end());
+    }
+  }
+  return tracks;
+}
+
+bool is_compared(const FitView& view, int frame, double x, double y) {
+  if (!(x >= 0 && y >= 0 && x < view.moving.width && y < view.moving.height)) return false;
+  if (view.compared.empty()) return true;
+  return view.compared[view.compared.size() == 1 ? 0 : frame](static_cast<int>(x), static_cast<int>(y)) > 0;
+}
+
+void leave_out(ImageF& mask, const FitView& view, int frame) {
+  for (int y = 0; y < mask.height; ++y)
+    for (int x = 0; x < mask.width; ++x)
+      if (!is_compared(view, frame, x, y)) mask(x, y) = 0;
+}
+
+ImageF motion_mask(const FitView& fit, int frames, int grow) {
+  cv::Mat mask(fit.moving.height, fit.moving.width, CV_8U, cv::Scalar(0));
+  const ImageF& first = fit.video.frames[0];
+  for (int y = 0; y < mask.rows; ++y)
+    for (int x = 0; x < mask.cols; ++x) {
+      float change = 0;
+      for (const ImageF& frame : std::span(fit.video.frames).first(frames))
+        for (int c = 0; c < 3; ++c) change = std::max(change, std::abs(frame(x, y, c) - first(x, y, c)));
+      mask.at<uint8_t>(y, x) = change > 0.08f || fit.moving(x, y) > 0.5f;
+    }
+  cv::Mat opened, grown;
+  cv::morphologyEx(mask, opened, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_RECT, {3, 3}));
+  cv::dilate(opened, grown, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * grow + 1, 2 * grow + 1}));
+  ImageF out(mask.cols, mask.rows, 1);
+  for (size_t i = 0; i < out.data.size(); ++i) out.data[i] = grown.data[i] ? 1.0f : 0.0f;
+  return out;
+}
+
+}  // namespace pliant

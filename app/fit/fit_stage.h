@@ -1,0 +1,96 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/run/run_directory.h"
+#include "app/simulate/object_material.h"
+#include "gaussians/io/scene/scene.h"
+
+namespace pliant {
+
+/// Markers on the object that were measured after it was let go from rest, instead of a video.
+struct MarkerStage {
+  std::string file;               ///< table, see fitting/fit/markers.h
+  std::string axes = "x,y,z";     ///< columns along the scene's x, y and z, each with a sign if need be: "y,-x,z"
+  std::string units = "metres";   ///< of the columns without a unit of their own: metres, or scene units
+  std::vector<double> offset;     ///< [3] of the scene's frame, in those units; added to the markers; empty = none
+  double reach = 0;               ///< m; farther from the material a marker is not on the object; 0 = two cells
+  std::optional<double> rest;     ///< s of the recording, from which on the object is at rest; default: its begin
+  std::optional<double> release;  ///< s of the recording; default: where motion sets in
+  double window = 1;              ///< s after the release that the fit sees; as much again judges it
+  std::string interactions;       ///< file; what acts from the release on; empty = gravity
+};
+
+/// An image-to-video model that makes the video, see fitting/fit/generate_video.h.
+struct GenerateStage {
+  std::string command;  ///< empty = none
+  std::string prompt;
+  int frames = 14;
+};
+
+/// What gradients through the simulation compare beside, or instead of, the points that are followed.
+struct CompareStage {
+  std::string loss = "tracks";  ///< tracks, pictures, both
+  double lambda = 0.1;          ///< share of L1 in the loss of pictures; the rest is D-SSIM
+  double picture_weight = 10;   ///< that this loss counts against the tracks' mean squared error in px
+  double flow_weight =
+      0;           ///< that the flow's mean squared error [px a frame] counts against it; 0 = flow is not compared
+  int window = 0;  ///< frames through which gradients run back; 0 = all
+  int iterations = 100;
+  bool poisson = false;      ///< Poisson's ratio is fitted too
+  std::string guide;         ///< a program that judges the drawn motion, see fitting/fit/guidance.h; empty = none
+  double guide_weight = 1;   ///< of its loss
+  double guide_limit = 300;  ///< s that it may take for a step; twice that until it is ready
+  int guide_frames = 14;     ///< without a video, that are drawn
+  std::string load;          ///< file, without a video: what acts; empty = one push sized to the stiffness
+};
+
+/// fit: a video of the moving object, or markers on it -> material.h5, velocity.h5, fit/.
+struct FitStage {
+  MarkerStage markers;        ///< no file: a video
+  std::string video, camera;  ///< file or folder, and the camera that took it; empty = the scene file's; camera "find":
+                              ///< by the first frame
+  std::string pose;           ///< file of cameras, one of which took it, instead of a camera of the scene
+  std::string video_mask;     ///< picture, or folder or video of as many frames: pixels that are dark there are not
+                              ///< compared; "none": all are
+  bool refine_camera = false;  ///< until the scene looks like the first frame
+  struct Further {
+    std::string video, camera, mask;
+  };
+  std::vector<Further> further;  ///< videos of other cameras of the same motion, which begin at the same instant
+  GenerateStage generate;        ///< a program that makes the video instead
+  CompareStage compare;
+  double first = 0, last = 0;            ///< s of the file, the part that is used; last 0 = to its end
+  std::optional<double> released_young;  ///< Pa in PhysDreamer's cube, E0 of the fields in its scene folder, which are
+                                         ///< taken instead of a fit
+  double fps = 0;          ///< of a folder of frames, or against the file's; 0 = the scene file's, else the file's own
+  double compare_fps = 0;  ///< frames a second that are compared, of all videos; 0 = the first one's own
+  double from = -1;        ///< s of the video, from which on nothing pushes the object; negative = found
+  double until = 0;        ///< s of the video; later frames only judge the fit; 0 = all are used
+  int points = 400;        ///< of the object's surface that are followed
+  std::string field = "uniform";  ///< E(x): uniform, parts, smooth, triplanes
+  std::string recipe = "search";  ///< search: over stiffness, then Gauss-Newton; physdreamer: gradients alone, v0 first
+                                  ///< (fit_physdreamer.h)
+  int parts = 6;                  ///< patches of the object by place and colour; those that look alike are one part
+  std::string part_labels;        ///< file with labels of the scene's Gaussians, that say the parts instead
+  MaterialValues material;        ///< command line's; E is where the search starts
+  std::string prefix;             ///< of options that bear one on the command line: "fit-" in `run`
+  std::string typed(const std::string& option) const { return "--" + prefix + option; }
+};
+/// Throws Error{kUsage} for what a fit of this kind would leave unused, by the name of its option.
+void check_fit_stage(const FitStage& stage, bool has_video);
+/// The same for any choice at all, when nothing is fitted: `where` says why ("with --no-video").
+void check_no_fit_stage(const FitStage& stage, const std::string& where, const std::string& advice);
+
+nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
+/// Without a video: E(x) and damping under given forces, by what stage.compare.guide thinks of the drawn motion
+/// (PhysDreamer's setting turned round, as in DreamPhysics, Huang et al. 2024, and Physics3D, Liu et al. 2024).
+nlohmann::json run_guided_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
+/// The same with stage.markers.
+nlohmann::json run_marker_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
+/// With stage.released_young: E = E0 + 1000 f(x), v0 = 0.1 g(x) of sim_fields.pt and velo_fields.pt, in SI units.
+nlohmann::json run_released_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
+
+}  // namespace pliant

@@ -1,0 +1,314 @@
+#include "app/fit/fit_video.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "app/run/attach_scene.h"
+#include "app/run/physdreamer_scene.h"
+#include "app/simulate/clip_camera.h"
+#include "fitting/observe/find_camera.h"
+#include "fitting/observe/frame_source.h"
+#include "fitting/observe/generate_video.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/cameras/cameras.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/images/image_io.h"
+#include "gaussians/io/splats/ply.h"
+#include "gaussians/vision/resize.h"
+
+namespace pliant {
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kGeneratedFps = 24;
+const char *const kFind = "find", *const kNone = "none";
+
+const Camera& camera_named(const std::vector<Camera>& cameras, const std::string& name, const std::string& where) {
+  for (const Camera& camera : cameras)
+    if (camera.name == name) return camera;
+  std::vector<std::string> names = {kFind};
+  for (const Camera& camera : cameras) names.push_back(camera.name);
+  throw usage_error("--video-camera", name, "is not a camera of " + where,
+                    fmt::format("did you mean '{}'?", nearest_name(name, names)));
+}
+
+/// The camera of a pose file that has one, or the one of that name.
+Camera camera_of_pose_file(const FitStage& stage) {
+  const std::vector<Camera> cameras = read_cameras(stage.pose).cameras;
+  if (cameras.empty())
+    throw input_error(stage.pose, "", "has no camera",
+                      "give a transforms.json, cameras.json or COLMAP model with the video's camera");
+  if (!stage.camera.empty()) return camera_named(cameras, stage.camera, stage.pose);
+  if (cameras.size() > 1)
+    throw usage_error("--video-pose", stage.pose, fmt::format("has {} cameras", cameras.size()),
+                      "say with --video-camera NAME which one took the video");
+  return cameras[0];
+}
+
+bool has_mask(const FitStage& stage) { return !stage.video_mask.empty() && stage.video_mask != kNone; }
+
+RenderOptions rendering_of(const Scene& scene) {
+  RenderOptions rendering;
+  rendering.antialiased = scene.report.antialiased;
+  return rendering;
+}
+
+/// The video that a stage names, or else the scene.
+struct NamedVideo {
+  fs::path file;
+  std::string camera;        ///< empty = to be found
+  double fps = 0;            ///< that the stage or the scene tells
+  bool fps_holds = false;    ///< against the file's
+  bool physdreamer = false;  ///< of such a folder: it has the horizontal field of view of its camera
+};
+
+/// The name of the camera, empty where it is to be found.
+std::string known_camera(const Scene& scene, const FitStage& stage) {
+  if (stage.camera == kFind) return "";
+  if (!stage.camera.empty()) return stage.camera;
+  return scene.settings.video ? scene.settings.video->camera : "";
+}
+
+NamedVideo named_video(const Scene& scene, const FitStage& stage) {
+  const auto& known = scene.settings.video;
+  if (stage.video.empty() && !known)
+    throw usage_error("fit", "--video", "is not given, and the scene has no reference video",
+                      "give --video FILE, with --video-camera NAME where the camera is known");
+  NamedVideo out;
+  out.file = stage.video.empty() ? known->file : fs::path(stage.video);
+  out.camera = known_camera(scene, stage);
+  if (stage.video.empty()) out.fps = known->fps;
+  const std::optional<PhysDreamerFolder> folder = physdreamer_folder(scene);
+  // Of such a folder, a camera names its video too.
+  if (folder && stage.video.empty() && !stage.camera.empty()) {
+    const auto its = std::find_if(folder->videos.begin(), folder->videos.end(),
+                                  [&](const auto& video) { return video.camera == stage.camera; });
+    if (its != folder->videos.end()) out.file = its->file;
+  }
+  if (const PhysDreamerFolder::Video* listed = folder ? folder->find_video(out.file) : nullptr) {
+    out.physdreamer = out.fps_holds = true;
+    out.fps = kPhysDreamerFps;
+    if (stage.camera.empty()) out.camera = listed->camera;
+  }
+  if (stage.fps > 0) {
+    out.fps = stage.fps;
+    out.fps_holds = true;
+  }
+  return out;
+}
+
+/// Which of several videos of a PhysDreamer folder is fitted, and how to fit others.
+void tell_choice(const Context& context, const Scene& scene, const FitStage& stage, const fs::path& file) {
+  const std::optional<PhysDreamerFolder> folder = physdreamer_folder(scene);
+  if (!stage.video.empty() || !folder || folder->videos.size() < 2) return;
+  std::string others;
+  for (const PhysDreamerFolder::Video& video : folder->videos)
+    if (video.file != file) others += (others.empty() ? "" : ", ") + video.file.filename().string();
+  context.progress.warn(
+      fmt::format("{} is fitted, and not {}: clips that a model made show different motions. --video FILE or "
+                  "--video-camera NAME picks another; give --video "
+                  "FILE once for each of those that were filmed at the same time",
+                  file.string(), others));
+}
+
+void tell(const Context& context, const RunDirectory& run, const RefinedCamera& refined) {
+  fs::create_directories(run / "fit");
+  write_cameras(run / "fit/transforms.json", {refined.camera});
+  context.progress.say(fmt::format(
+      "fit: the video's camera matches the scene by {:.2f} (before: {:.2f}), {:.2f} px beside it, after {} renders",
+      refined.after.score, refined.before.score, refined.after.shift, refined.renders));
+}
+
+ImageF first_picture(const fs::path& file, double folder_fps) {
+  const std::optional<TimedFrame> first = open_frames(file, folder_fps)->next();
+  if (!first) throw input_error(file.string(), "", "has no frame", "name a video or a folder of frames");
+  return first->picture;
+}
+
+Camera find_in_scene(const Context& context, const RunDirectory& run, const Scene& scene, const fs::path& file,
+                     const ImageF& first) {
+  context.progress.say(fmt::format("fit: looking for the video's camera among {} known ones", scene.cameras.size()));
+  const FoundCamera found = find_camera({}, scene.cloud, rendering_of(scene), scene.cameras, first);
+  if (!found.found) throw input_error(file.string(), "camera", found.sentence, "");
+  context.progress.say("fit: " + found.sentence);
+  tell(context, run, found.refined);
+  Camera camera = found.refined.camera;
+  camera.name = scene.cameras[found.nearest].name + "_found";
+  return camera;
+}
+
+ReferenceVideo generate(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage) {
+  const Camera camera = unfilmed_camera(run, scene, stage);
+  GenerateOptions options;
+  options.command = stage.generate.command;
+  options.prompt = stage.generate.prompt;
+  options.frames = stage.generate.frames;
+  options.fps = stage.fps > 0 ? stage.fps : kGeneratedFps;
+  options.seed = context.seed;
+  options.interrupted = context.interrupted;
+  context.progress.say(
+      fmt::format("fit: `{}` makes {} frames from camera '{}'", options.command, options.frames, camera.name));
+  return generate_video(options, render(scene.cloud, camera, rendering_of(scene)).color, camera, run / "fit/generated");
+}
+
+}  // namespace
+
+std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& video) {
+  std::vector<ImageF> masks;
+  if (!has_mask(stage)) return {};
+  const fs::path file = stage.video_mask;
+  const std::string extension = file.extension();
+  if (extension == ".png" || extension == ".jpg" || extension == ".jpeg") {
+    const ImageF mask = read_image(file);
+    if (std::abs(static_cast<double>(mask.width) / mask.height /
+                     (static_cast<double>(video.camera.width) / video.camera.height) -
+                 1) > 0.02)
+      throw input_error(stage.video_mask, "size",
+                        fmt::format("is {} x {}, of another shape than the video's {} x {}", mask.width, mask.height,
+                                    video.camera.width, video.camera.height),
+                        "give a mask in the video's shape");
+    masks = {resized(mask, video.camera.width, video.camera.height)};
+  } else {
+    VideoOptions options;
+    options.first = stage.first;
+    options.last = stage.last;
+    options.declared_fps = video.source_fps;
+    options.trust_declared = true;
+    options.fps = video.fps;
+    options.resampling = Resampling::kNearest;
+    masks = load_reference_video(options, file, video.camera).frames;
+    if (masks.size() != video.frames.size())
+      throw input_error(stage.video_mask, "frames",
+                        fmt::format("are {} and the video's {}", masks.size(), video.frames.size()),
+                        "give one mask for every frame, or one picture for all");
+  }
+  std::vector<ImageU8> compared;
+  for (const ImageF& mask : masks) {
+    ImageU8 out(mask.width, mask.height, 1);
+    for (int y = 0; y < mask.height; ++y)
+      for (int x = 0; x < mask.width; ++x) out(x, y) = mask(x, y, 0) > 0.5f ? 255 : 0;
+    compared.push_back(std::move(out));
+  }
+  return compared;
+}
+
+FitStage further_video(const FitStage& stage, size_t i) {
+  const FitStage::Further& further = stage.further[i];
+  if (further.video.empty()) {
+    const bool camera = !further.camera.empty();
+    const char* option = !camera ? "--video-mask" : stage.prefix.empty() ? "--camera" : "--video-camera";
+    throw usage_error(option, camera ? further.camera : further.mask, "has no video",
+                      fmt::format("give --video FILE as often as {}, in the same order", option));
+  }
+  FitStage one = stage;
+  one.further.clear();
+  one.generate = {};
+  one.pose.clear();
+  one.video = further.video;
+  one.camera = further.camera;
+  one.video_mask = further.mask;
+  return one;
+}
+
+Camera unfilmed_camera(const RunDirectory& run, const Scene& scene, const FitStage& stage) {
+  const std::string name = known_camera(scene, stage);
+  if (!stage.pose.empty()) return camera_of_pose_file(stage);
+  if (!name.empty()) return camera_named(scene.cameras, name, "the scene");
+  return clip_camera(scene, "", robust_bounds(read_ply(run / (object_folder(run) + "/object.ply"))));
+}
+
+ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const Scene& scene,
+                              const FitStage& stage, double fps) {
+  if (!stage.generate.command.empty()) {
+    if (!stage.video.empty())
+      throw usage_error("fit", "--generate-with", "and --video are both given", "give one of them");
+    return generate(context, run, scene, stage);
+  }
+  const NamedVideo named = named_video(scene, stage);
+  const fs::path& file = named.file;
+  const std::string& name = named.camera;
+  tell_choice(context, scene, stage, file);
+  VideoOptions options;
+  options.fps = fps;
+  options.declared_fps = named.fps;
+  options.trust_declared = named.fps_holds;
+  options.first = stage.first;
+  options.last = stage.last;
+  if (!stage.pose.empty()) {
+    if (stage.camera == kFind)
+      throw usage_error("--video-camera", kFind, "and --video-pose are both given",
+                        "give one of them; --refine-camera refines a pose");
+  } else if (!name.empty()) {
+    camera_named(scene.cameras, name, "the scene");
+  }
+  Camera camera;
+  if (!stage.pose.empty())
+    camera = camera_of_pose_file(stage);
+  else if (!name.empty())
+    camera = camera_named(scene.cameras, name, "the scene");
+  if (camera.width > 0 && named.physdreamer) {
+    const ImageF first = first_picture(file, options.declared_fps);
+    camera = physdreamer_camera(camera, first.width, first.height);
+  }
+  if (camera.width > 0 && !stage.refine_camera) return load_reference_video(options, file, camera);
+
+  // The first frame in its own size says where its camera is.
+  Camera any = camera;
+  if (any.width == 0) {
+    const ImageF first = first_picture(file, options.declared_fps);
+    any.name = "video";
+    any.width = first.width;
+    any.height = first.height;
+  }
+  ReferenceVideo video = load_reference_video(options, file, any);
+  if (camera.width == 0) {
+    video.camera = find_in_scene(context, run, scene, file, video.frames[0]);
+  } else {
+    const RefinedCamera refined = refine_camera({}, scene.cloud, rendering_of(scene), camera, video.frames[0]);
+    tell(context, run, refined);
+    video.camera = refined.camera;
+  }
+  return video;
+}
+
+ImageF load_object_mask(const Scene& scene, const Camera& camera) {
+  const std::optional<PhysDreamerFolder> folder = physdreamer_folder(scene);
+  return folder ? physdreamer_mask(*folder, camera) : ImageF();
+}
+
+bool has_video(const Scene& scene, const FitStage& stage) {
+  return !stage.video.empty() || !stage.generate.command.empty() || scene.settings.video;
+}
+
+void add_video_to_key(StageKey& key, const Scene& scene, const FitStage& stage) {
+  key.options.update({{"camera", stage.camera},
+                      {"fps", stage.fps},
+                      {"first", stage.first},
+                      {"last", stage.last},
+                      {"refine_camera", stage.refine_camera}});
+  if (stage.compare_fps > 0) key.options["compare_fps"] = stage.compare_fps;
+  if (has_mask(stage)) key.inputs["video_mask"] = stage.video_mask;
+  if (!stage.pose.empty()) key.inputs["pose"] = stage.pose;
+  if (!stage.generate.command.empty())
+    key.options["generate"] = {
+        {"command", stage.generate.command}, {"prompt", stage.generate.prompt}, {"frames", stage.generate.frames}};
+  else
+    key.inputs["video"] = named_video(scene, stage).file;
+  if (const auto folder = physdreamer_folder(scene); folder && !folder->masks.empty())
+    key.inputs["masks"] = scene.source / "masks";
+  for (size_t i = 0; i < stage.further.size(); ++i) {
+    const FitStage one = further_video(stage, i);
+    key.inputs["video_" + std::to_string(i + 2)] = one.video;
+    if (has_mask(one)) key.inputs["video_mask_" + std::to_string(i + 2)] = one.video_mask;
+    key.options["further_cameras"].push_back(one.camera);
+  }
+}
+
+std::string video_name(const Scene& scene, const FitStage& stage) {
+  return stage.generate.command.empty() ? named_video(scene, stage).file.string()
+                                        : "the video of `" + stage.generate.command + "`";
+}
+
+}  // namespace pliant

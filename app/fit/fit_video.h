@@ -1,0 +1,38 @@
+#pragma once
+
+#include "app/fit/fit_stage.h"
+#include "fitting/observe/reference_video.h"
+
+namespace pliant {
+
+/// The video that a fit explains and the camera that took it: one of the scene's, one of a pose file, or, when none is
+/// named, the one that its first frame shows (fit/transforms.json keeps what was found).  With stage.generate, a
+/// program makes the video from the scene as the camera sees it.  Throws Error{kUsage} for names that are not there,
+/// Error{kInput} for files that cannot be used and for a first frame that shows something else.
+/// `fps`: frames a second that are wanted; 0 = its own.
+ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const Scene& scene,
+                              const FitStage& stage, double fps = 0);
+
+/// [T of the video] or [1], or empty without a stage.video_mask: 0 = a pixel that is not compared.  Throws
+/// Error{kInput} for a mask of another shape or number of frames.
+std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& video);
+
+/// Where a PhysDreamer folder's mask of this camera has the foreground at rest, [H, W, 1]; empty without one.
+ImageF load_object_mask(const Scene& scene, const Camera& camera);
+
+/// The stage of a further video alone.
+FitStage further_video(const FitStage& stage, size_t i);
+
+/// The camera of a video that does not exist yet: the one that is named, else one that sees the object well.
+Camera unfilmed_camera(const RunDirectory& run, const Scene& scene, const FitStage& stage);
+
+/// Whether there is a video, or a program that makes one.
+bool has_video(const Scene& scene, const FitStage& stage);
+
+/// What of the stage decides the video: options and files.
+void add_video_to_key(StageKey& key, const Scene& scene, const FitStage& stage);
+
+/// How messages name it.
+std::string video_name(const Scene& scene, const FitStage& stage);
+
+}  // namespace pliant

@@ -1,0 +1,117 @@
+#include "app/reconstruct/photo_set.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "gaussians/base/error.h"
+#include "gaussians/io/cameras/cameras.h"
+#include "gaussians/io/files/json_file.h"
+#include "gaussians/io/splats/ply_header.h"
+#include "gaussians/io/splats/splats.h"
+
+namespace pliant {
+namespace fs = std::filesystem;
+
+namespace {
+
+bool is_photo(const fs::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  return extension == ".png" || extension == ".jpg" || extension == ".jpeg";
+}
+
+size_t photos_in(const fs::path& folder) {
+  std::error_code ignored;
+  size_t count = 0;
+  for (const auto& entry : fs::directory_iterator(folder, ignored))
+    count += entry.is_regular_file(ignored) && is_photo(entry.path());
+  return count;
+}
+
+/// Where the photos of a folder without cameras are.
+fs::path folder_of_photos(const fs::path& folder) {
+  for (const char* name : {"images", "photos", "input"})
+    if (photos_in(folder / name) > 0) return folder / name;
+  return folder;
+}
+
+/// A PLY of points, such as nerfstudio's sparse_pc.ply, not of Gaussians.
+bool is_point_cloud(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string magic(3, ' ');
+  if (!in.read(magic.data(), 3) || magic != "ply") return false;
+  in.seekg(0);
+  const PlyHeader header = read_ply_header(in, file);
+  const PlyElement* vertex = header.find("vertex");
+  return vertex && vertex->find("x") >= 0 && vertex->find("opacity") < 0;
+}
+
+Error no_cameras(const fs::path& source) {
+  const fs::path photos = folder_of_photos(source);
+  const std::string folder = source.string();
+  return input_error(
+      folder, "",
+      fmt::format("holds {} photos but no cameras (transforms.json, COLMAP model, cameras.json, *_par.txt)",
+                  photos_in(photos)),
+      fmt::format(
+          "get them with `colmap automatic_reconstructor --workspace_path {} --image_path {}`, then repeat the command",
+          folder, photos.string()));
+}
+
+}  // namespace
+
+PhotoSet find_photo_set(const fs::path& source, const fs::path& photos) {
+  PhotoSet set;
+  set.source = source;
+  std::error_code ignored;
+  if (!fs::exists(source, ignored))
+    throw input_error(source.string(), "", "does not exist", "check the name of the photos");
+  const bool folder = fs::is_directory(source, ignored);
+  const fs::path scene = folder ? source / "scene.json" : source.filename() == "scene.json" ? source : fs::path();
+  if (!scene.empty() && fs::is_regular_file(scene, ignored)) {
+    set.scene = read_json(scene);
+    set.settings = read_scene_file(scene);
+    set.cameras = set.settings.cameras;
+    set.photos = set.settings.photos;
+    if (set.cameras.empty()) set.cameras = cameras_in(scene.parent_path());
+  } else {
+    set.cameras = cameras_at(source);
+    if (set.cameras.empty() && folder) set.cameras = cameras_in(source);
+  }
+  if (!photos.empty()) {
+    if (!fs::is_directory(photos, ignored))
+      throw usage_error("--photos", photos.string(), "is not a folder", "name the folder of the photos");
+    set.photos = photos;
+  } else if (set.photos.empty() && folder) {
+    set.photos = source;
+  }
+  if (!set.cameras.empty()) return set;
+  if (folder || !scene.empty()) throw no_cameras(folder ? source : source.parent_path());
+  throw input_error(
+      source.string(), "", "holds no cameras that are known",
+      "name a folder with photos and cameras, or a transforms.json, cameras.json, COLMAP model or *_par.txt");
+}
+
+bool lacks_splats(const fs::path& source) {
+  std::error_code ignored;
+  if (!fs::exists(source, ignored)) return false;
+  if (source.filename() == "scene.json") return read_scene_file(source).splats.empty();
+  if (!fs::is_directory(source, ignored)) return splats_at(source).empty() && !cameras_at(source).empty();
+  if (fs::is_regular_file(source / "scene.json", ignored)) return read_scene_file(source / "scene.json").splats.empty();
+  const fs::path splats = splats_of_folder(source);
+  if (!splats.empty() && !is_point_cloud(splats)) return false;
+  return !cameras_at(source).empty() || !cameras_in(source).empty() || photos_in(folder_of_photos(source)) > 0;
+}
+
+CameraFile read_photo_cameras(const PhotoSet& set) {
+  CameraFile file = read_cameras(set.cameras, set.photos, PhotoFit::kEachPhoto);
+  if (file.photos_found == 0)
+    throw input_error(set.cameras.string(), "", fmt::format("lists {} photos, none of which was found", file.frames),
+                      "put them beside it as it names them, or name their folder with --photos");
+  return file;
+}
+
+}  // namespace pliant

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "app/run/run_directory.h"
+#include "gaussians/reconstruct/train_options.h"
+#include "gaussians/reconstruct/training_photos.h"
+
+namespace pliant {
+
+/// reconstruct: photos with cameras -> a scene that every other stage takes: point_cloud/iteration_N/point_cloud.ply,
+/// cameras.json, transforms.json, photos/ (those that were undistorted or scaled), scene.json, results.json,
+/// preview.png.
+struct ReconstructStage {
+  std::string photos;  ///< folder of the photos, when they are not beside the cameras
+  TrainOptions train;  ///< train.render.background is also what photos with alpha are put on
+  PhotoOptions photo;
+  std::string start = "auto";  ///< auto, points, triangulate, random; see training_start.h
+  std::string poses =
+      "auto";                ///< a reading of the poses, see check_poses.h; auto: as given, unless another fits better
+  int checkpoint_every = 0;  ///< iterations; 0 = about every minute
+  bool joint = false;        ///< train the semantic attribute along with the scene -> segmentation.h5
+  std::string masks;         ///< folder, of joint training; empty = the scene file's
+  std::string splats;        ///< file, of joint training: start from this trained scene
+};
+nlohmann::json run_reconstruct(const Context& context, RunDirectory& run, const std::filesystem::path& source,
+                               const ReconstructStage& stage);
+
+}  // namespace pliant

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "app/reconstruct/photo_set.h"
+#include "gaussians/reconstruct/training_photos.h"
+
+namespace pliant {
+
+/// A trained scene and what it was trained on.
+struct TrainedScene {
+  const PhotoSet& set;
+  const CameraFile& cameras;  ///< as read, with their lenses
+  const TrainingPhotos& photos;
+  const GaussianCloud& cloud;
+  int iteration = 0;
+  bool antialiased = false;
+};
+
+/// Writes a scene folder in the layout of 3DGS: point_cloud/iteration_N/point_cloud.ply, cameras.json, and for exact
+/// cameras transforms.json; photos/ and masks/ hold those that the training changed.  scene.json comes last and keeps
+/// what the source's says.  What an earlier training wrote there is removed.  Returns sentences about what could not be
+/// kept.
+std::vector<std::string> write_trained_scene(const std::filesystem::path& folder, const TrainedScene& scene);
+
+}  // namespace pliant

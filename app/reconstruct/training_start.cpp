@@ -1,0 +1,70 @@
+#include "app/reconstruct/training_start.h"
+
+#include <fmt/format.h>
+
+#include "gaussians/base/error.h"
+#include "gaussians/reconstruct/start_cloud.h"
+#include "gaussians/reconstruct/trainer.h"
+#include "gaussians/reconstruct/triangulate.h"
+
+namespace pliant {
+namespace {
+
+/// At most `count` of the points, evenly spread over their order.
+void thin_out(SparsePoints& points, size_t count) {
+  const size_t n = points.position.size();
+  if (n <= count) return;
+  for (size_t i = 0; i < count; ++i) {
+    const size_t from = i * n / count;
+    points.position[i] = points.position[from];
+    points.color[i] = points.color[from];
+  }
+  points.position.resize(count);
+  points.color.resize(count);
+}
+
+}  // namespace
+
+TrainingStart start_training(const Context& context, const ReconstructStage& stage, SparsePoints points,
+                             const TrainingPhotos& photos) {
+  const size_t budget = gaussian_budget(stage.train, photos);
+  std::string reasons;  // why the kinds that were tried do not do
+  const auto from_points = [&](const char* kind, SparsePoints points) -> TrainingStart {
+    const size_t found = points.position.size();
+    thin_out(points, budget);
+    std::string sentence = points.source;
+    if (found > budget) sentence += fmt::format("; {} of {} points, as many as Gaussians are allowed", budget, found);
+    return {cloud_from_points(points.position, points.color),
+            {{"kind", kind}, {"points", found}, {"sentence", sentence}}};
+  };
+  const auto enough = [&](const SparsePoints& points, const char* what) {
+    if (points.position.size() >= kFewestStartPoints) return true;
+    reasons += fmt::format(
+        "{}{}: {}", reasons.empty() ? "" : "; ", what,
+        points.empty() ? points.source : fmt::format("only {} points ({})", points.position.size(), points.source));
+    return false;
+  };
+  const auto asked_for = [&](const char* kind) {
+    if (stage.start == kind)
+      throw usage_error("--start", kind, "is not to be had: " + reasons, "leave --start out, or give --start random");
+  };
+
+  if (stage.start == "auto" || stage.start == "points") {
+    if (enough(points, "structure from motion")) return from_points("points", std::move(points));
+    asked_for("points");
+  }
+  if (stage.start == "auto" || stage.start == "triangulate") {
+    context.progress.say("reconstruct: matching features between the photos");
+    points = triangulate_photos({}, photos);
+    if (enough(points, "triangulation")) return from_points("triangulate", std::move(points));
+    asked_for("triangulate");
+  }
+  const size_t count = std::max<size_t>(1, budget / 4);
+  std::string sentence = fmt::format("{} random Gaussians in the ball that the cameras look at", count);
+  if (!reasons.empty()) sentence += " (" + reasons + ")";
+  std::vector<Camera> cameras;
+  for (const TrainingPhoto& photo : photos.photos) cameras.push_back(photo.camera);
+  return {random_cloud(cameras, count, context.seed), {{"kind", "random"}, {"points", count}, {"sentence", sentence}}};
+}
+
+}  // namespace pliant

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "app/reconstruct/reconstruct_stage.h"
+#include "gaussians/io/cameras/sparse_points.h"
+
+namespace pliant {
+
+/// The Gaussians that a training begins with, and how they came about.
+struct TrainingStart {
+  GaussianCloud cloud;
+  nlohmann::json description;  ///< {kind, points, sentence}
+};
+
+/// Fewer points are no start: random Gaussians are a better one.
+constexpr size_t kFewestStartPoints = 100;
+
+/// As stage.start says: `points` of structure from motion, points triangulated from the
+/// photos, random ones, or (auto) the first of these that are enough.  A kind that was asked for and is not to be had
+/// is a usage error.
+TrainingStart start_training(const Context& context, const ReconstructStage& stage, SparsePoints points,
+                             const TrainingPhotos& photos);
+
+}  // namespace pliant

@@ -1,0 +1,69 @@
+#include "app/report/html.h"
+
+#include <fmt/format.h>
+
+#include "gaussians/io/files/files.h"
+
+namespace pliant {
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string base64(const std::string& bytes) {
+  static const char kAlphabet[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  for (size_t i = 0; i < bytes.size(); i += 3) {
+    uint32_t group = 0;
+    for (size_t k = 0; k < 3; ++k) group = group << 8 | (i + k < bytes.size() ? static_cast<uint8_t>(bytes[i + k]) : 0);
+    for (int k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : kAlphabet[group >> (18 - 6 * k) & 63];
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string html_begin(const std::string& title) {
+  return fmt::format(
+             "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+             "content=\"width=device-width,initial-scale=1\"><title>{}</title><style>",
+             html_escaped(title)) +
+         "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222}"
+         "img,video{max-width:100%;border:1px solid #ccc}figure{margin:1rem 0}figcaption{color:#555}"
+         "table{display:block;overflow-x:auto;border-collapse:collapse}td,th{border:1px solid #ccc;padding:.2rem "
+         ".6rem;text-align:left;vertical-align:top}"
+         "pre{overflow-x:auto}code{font-size:.85em;word-break:break-all}</style></head><body>\n";
+}
+
+std::string html_escaped(const std::string& text) {
+  std::string out;
+  for (char c : text) {
+    if (c == '<')
+      out += "&lt;";
+    else if (c == '>')
+      out += "&gt;";
+    else if (c == '&')
+      out += "&amp;";
+    else if (c == '"')
+      out += "&quot;";
+    else
+      out += c;
+  }
+  return out;
+}
+
+std::string html_picture(const RunDirectory& run, const std::string& file, const std::string& caption) {
+  if (!fs::exists(run / file)) return "";
+  return fmt::format("<figure><img src=\"data:image/png;base64,{}\" alt=\"{}\"><figcaption>{}</figcaption></figure>\n",
+                     base64(read_text(run / file)), html_escaped(caption), html_escaped(caption));
+}
+
+std::string html_video(const RunDirectory& run, const std::string& file, const std::string& caption) {
+  if (!fs::exists(run / file)) return "";
+  return fmt::format(
+      "<figure><video src=\"data:video/mp4;base64,{}\" controls loop muted autoplay playsinline></video>"
+      "<figcaption>{}</figcaption></figure>\n",
+      base64(read_text(run / file)), html_escaped(caption));
+}
+
+}  // namespace pliant

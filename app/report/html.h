@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "app/run/run_directory.h"
+
+namespace pliant {
+
+/// A page up to the begin of its body.
+std::string html_begin(const std::string& title);
+std::string html_escaped(const std::string& text);
+/// A PNG picture, or an mp4 video, of the run directory within the page, with a caption; empty when there is no such
+/// file.
+std::string html_picture(const RunDirectory& run, const std::string& file, const std::string& caption);
+std::string html_video(const RunDirectory& run, const std::string& file, const std::string& caption);
+
+}  // namespace pliant

@@ -1,0 +1,244 @@
+#include "app/run/run_directory.h"
+
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
+
+namespace pliant {
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+constexpr const char* kLock = ".lock";
+
+/// Restarts the kernel's record of this process's peak memory; without permission the peak stays that of the process.
+void reset_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5"; }
+
+double peak_memory_megabytes() {
+  std::ifstream in("/proc/self/status");
+  for (std::string line; std::getline(in, line);)
+    if (line.rfind("VmHWM:", 0) == 0) return std::stod(line.substr(6)) / 1024;
+  return 0;
+}
+
+/// Whether a name is that of a temporary of write_atomically: .NAME.tmp<digits>.EXTENSION.
+bool is_temporary(const std::string& name) {
+  const size_t at = name.rfind(".tmp");
+  if (name[0] != '.' || at == std::string::npos || at == 0) return false;
+  const size_t end = name.find_first_not_of("0123456789", at + 4);
+  return end != at + 4 && (end == std::string::npos || name[end] == '.');
+}
+
+/// True when nothing but files inside the run directory changed since the record was made.
+bool only_own_files_differ(const fs::path& run, const StageKey& key, const json& record, const json& options,
+                           const json& inputs) {
+  if (record["options"] != options || record["inputs"].size() != inputs.size()) return false;
+  for (const auto& [role, file] : key.inputs) {
+    const bool own = fs::weakly_canonical(file).string().rfind(fs::weakly_canonical(run).string() + "/", 0) == 0;
+    if (!record["inputs"].contains(role) || (!own && record["inputs"][role] != inputs[role])) return false;
+  }
+  return true;
+}
+
+/// Texts in `value` that name the folder `before` or something in it name `after` instead.
+void rename_paths(const std::string& before, const std::string& after, json& value) {
+  if (value.is_structured())
+    for (json& element : value) rename_paths(before, after, element);
+  if (!value.is_string()) return;
+  const std::string text = value;
+  if (text == before || text.starts_with(before + "/")) value = after + text.substr(before.size());
+}
+
+}  // namespace
+
+std::string first_difference(const json& before, const json& now, const std::string& kind) {
+  for (const auto& [key, value] : now.items())
+    if (!before.contains(key) || before[key] != value)
+      return fmt::format("{} '{}' was {}, now {}", kind, key, before.contains(key) ? before[key].dump() : "absent",
+                         value.dump());
+  for (const auto& [key, value] : before.items())
+    if (!now.contains(key)) return fmt::format("{} '{}' was {}, now absent", kind, key, value.dump());
+  return "";
+}
+
+std::string hash_of_input(const fs::path& path) {
+  if (!fs::is_directory(path)) return sha256_of_file(path);
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(path))
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  std::string text;
+  for (const fs::path& file : files) text += fs::relative(file, path).string() + " " + sha256_of_file(file) + "\n";
+  return sha256_of_text(text);
+}
+
+RunDirectory::RunDirectory(fs::path path) : path_(std::move(path)) { read(); }
+
+void RunDirectory::read() {
+  if (!fs::exists(path_ / "run.json")) {
+    manifest_ = {{"pliant", PLIANT_VERSION}, {"scene", nullptr}, {"stages", json::object()}};
+    return;
+  }
+  manifest_ = json::parse(read_text(path_ / "run.json"), nullptr, false);
+  if (manifest_.is_discarded() || !manifest_.contains("stages") || !manifest_["stages"].is_object())
+    throw input_error((path_ / "run.json").string(), "stages", "is not a record of a run",
+                      "restore the file, or give another --out");
+}
+
+void RunDirectory::hold() {
+  if (lock_) return;
+  lock_ = std::make_shared<const FileLock>(path_ / kLock, path_.string());
+  // Another program may have written to it since it was read.
+  const fs::path record = path_ / "run.json";
+  if (fs::exists(record) && json::parse(read_text(record), nullptr, false) != manifest_) read();
+}
+
+RunDirectory RunDirectory::create(const fs::path& path) {
+  if (fs::exists(path) && !fs::is_directory(path))
+    throw usage_error("--out", path.string(), "is a file", "give a folder");
+  // What a killed program was about to write is nobody's.
+  std::vector<fs::path> leftovers;
+  bool empty = true;
+  if (fs::exists(path)) {
+    for (const auto& entry : fs::directory_iterator(path)) {
+      const std::string name = entry.path().filename().string();
+      if (is_temporary(name))
+        leftovers.push_back(entry.path());
+      else if (name != kLock)
+        empty = false;
+    }
+  }
+  if (!empty && !fs::exists(path / "run.json"))
+    throw usage_error("--out", path.string(), "holds files but no run.json", "give a new or an empty folder");
+  std::error_code failed;
+  fs::create_directories(path, failed);
+  if (failed) throw usage_error("--out", path.string(), failed.message(), "give a folder that can be written");
+  RunDirectory run(path);
+  run.hold();
+  for (const fs::path& file : leftovers) fs::remove(file, failed);
+  return run;
+}
+
+RunDirectory RunDirectory::open(const fs::path& path) {
+  if (!fs::exists(path / "run.json"))
+    throw usage_error(path.string(), "", "is not a run directory: it has no run.json",
+                      "make one with `pliant segment SCENE --out DIR` or `pliant run SCENE --out DIR`");
+  return RunDirectory(path);
+}
+
+void RunDirectory::save() const { write_text(path_ / "run.json", manifest_.dump(2) + "\n"); }
+
+void RunDirectory::set_scene(const json& scene, bool overwrite) {
+  hold();
+  if (!manifest_["scene"].is_null() && !overwrite) {
+    const std::string changed = first_difference(manifest_["scene"], scene, "scene");
+    if (!changed.empty())
+      throw usage_error(path_.string(), "", changed, "give another --out, or --overwrite to start anew");
+  }
+  manifest_["scene"] = scene;
+  save();
+}
+
+bool RunDirectory::has(const std::string& stage) const { return manifest_["stages"].contains(stage); }
+
+void RunDirectory::forget(const std::string& stage) {
+  hold();
+  manifest_["stages"].erase(stage);
+  save();
+}
+
+std::string RunDirectory::move_folder(const std::string& before, const std::string& after) {
+  if (before == after || !fs::is_directory(path_ / before)) return "";
+  hold();
+  std::string aside;
+  if (fs::exists(path_ / after)) {
+    for (int k = 1; aside.empty() || fs::exists(path_ / aside); ++k) aside = fmt::format("{}.{}", after, k);
+    fs::rename(path_ / after, path_ / aside);
+  }
+  fs::rename(path_ / before, path_ / after);
+  rename_paths(before, after, manifest_["stages"]);
+  save();
+  return aside;
+}
+
+void RunDirectory::set_note(const std::string& name, const json& value) {
+  hold();
+  if (value.empty() && !manifest_.contains(name)) return;
+  if (value.empty())
+    manifest_.erase(name);
+  else
+    manifest_[name] = value;
+  save();
+}
+
+const json& RunDirectory::summary(const std::string& stage, const std::string& hint) const {
+  if (!has(stage)) throw usage_error(path_.string(), "", "stage '" + stage + "' has not run here", hint);
+  return manifest_["stages"][stage]["summary"];
+}
+
+std::string RunDirectory::provenance(const Context& context, const StageKey& key) const {
+  json inputs = json::object();
+  for (const auto& [role, file] : key.inputs) inputs[role] = hash_of_input(file);
+  return json{{"pliant", PLIANT_VERSION},
+              {"stage", key.name},
+              {"seed", context.seed},
+              {"options", key.options},
+              {"inputs", inputs}}
+      .dump();
+}
+
+json RunDirectory::stage(const Context& context, const StageKey& key, const std::function<json()>& body) {
+  hold();
+  json options = key.options;
+  options["seed"] = context.seed;
+  json inputs = json::object();
+  for (const auto& [role, file] : key.inputs) inputs[role] = hash_of_input(file);
+
+  if (has(key.name)) {
+    const json& record = manifest_["stages"][key.name];
+    std::string changed = first_difference(record["options"], options, "option");
+    if (changed.empty()) changed = first_difference(record["inputs"], inputs, "input");
+    // Files of the same kind may be there from elsewhere: of an object that had another name.
+    const bool complete = record["outputs"] == json(key.outputs) &&
+                          std::all_of(key.outputs.begin(), key.outputs.end(),
+                                      [&](const std::string& output) { return fs::exists(path_ / output); });
+    if (changed.empty() && complete) {
+      context.progress.say(fmt::format("{}: unchanged, skipped", key.name));
+      return record["summary"];
+    }
+    // Files of this run directory were replaced on purpose by an earlier stage; what the user gave is never replaced
+    // without being asked to.
+    if (!changed.empty() && !context.overwrite && !only_own_files_differ(path_, key, record, options, inputs))
+      throw usage_error(path_.string(), key.name, changed,
+                        "give --overwrite to replace the old result, or another --out");
+    if (!changed.empty()) context.progress.say(fmt::format("{}: {}, done again", key.name, changed));
+    manifest_["stages"].erase(key.name);
+  }
+  save();  // what an interrupted stage leaves lies in a run directory
+
+  reset_peak_memory();
+  const auto start = std::chrono::steady_clock::now();
+  json summary = body();
+  if (context.interrupted())
+    throw Error(Failure::kInterrupted, key.name, "", "interrupted", "run the same command to continue");
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  manifest_["stages"][key.name] = {{"options", options},
+                                   {"inputs", inputs},
+                                   {"outputs", key.outputs},
+                                   {"summary", summary},
+                                   {"wall_s", seconds},
+                                   {"peak_memory_mb", peak_memory_megabytes()},
+                                   {"threads", omp_get_max_threads()}};
+  save();
+  context.progress.say(fmt::format("{}: {:.1f} s", key.name, seconds));
+  return summary;
+}
+
+}  // namespace pliant

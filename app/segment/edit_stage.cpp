@@ -1,0 +1,61 @@
+#include "app/segment/edit_stage.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/segment/objects_file.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
+
+namespace pliant {
+using nlohmann::json;
+
+json run_edit(const Context& context, RunDirectory& run, const Scene& scene, const EditStage& stage) {
+  if (stage.edits.empty())
+    throw usage_error("segment edit", "", "has nothing to do",
+                      "give --merge 3,7, --split 4, --drop 9 or --name 3=vase");
+  Segmentation segmentation = read_objects(run, scene);
+  std::vector<std::pair<uint32_t, std::string>> named_before;
+  for (size_t c = 0; c < segmentation.class_id.size(); ++c)
+    named_before.emplace_back(segmentation.class_id[c], segmentation.class_name[c]);
+  json operations = json::array();
+  for (const ObjectEdit& edit : stage.edits) {
+    const EditOutcome outcome = apply_edit({}, edit, scene.cloud, scene.cameras, segmentation);
+    context.progress.say("edit: " + outcome.sentence);
+    operations.push_back({{"option", edit.option()},
+                          {"value", edit.text()},
+                          {"gaussians", outcome.gaussians},
+                          {"did", outcome.sentence}});
+  }
+  json edits = run.note("edits");
+  for (const json& operation : operations) edits.push_back(operation);
+  const json provenance = {{"pliant", PLIANT_VERSION}, {"stage", "edit"}, {"edits", edits}};
+  const json before = json::parse(read_text(run / "objects.json"), nullptr, false);
+  const auto keep_kinds = [&](json& rows) {  // what the automatic mode found objects as
+    if (!before.is_array()) return;
+    for (json& row : rows)
+      for (const json& old : before)
+        if (old.is_object() && old.contains("kind") && old.value("id", json()) == row["id"]) row["kind"] = old["kind"];
+  };
+  const std::vector<ObjectEntry> objects =
+      write_objects(run, scene, "segment", provenance.dump(), segmentation, keep_kinds);
+  run.set_note("edits", edits);
+  for (const auto& [id, name] : named_before) {
+    const int c = class_of_id(segmentation, id);
+    if (c < 0 || segmentation.class_name[c] == name) continue;
+    const std::string before = folder_of_object(id, name), after = folder_of_object(id, segmentation.class_name[c]);
+    const bool there = std::filesystem::exists(run / before);
+    const std::string aside = run.move_folder(before, after);
+    if (!aside.empty()) context.progress.say("edit: what was in " + after + " is kept in " + aside);
+    if (there) context.progress.say("edit: " + before + " is now " + after);
+  }
+  for (const ObjectEntry& object : objects)
+    context.progress.say(fmt::format("edit: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name,
+                                     object.gaussians, object.score));
+  if (run.has("extract"))
+    context.progress.say("edit: extract and what follows it see other objects and run again when they are asked for");
+  return {{"edits", operations}, {"objects", objects_to_json(objects, scene.metres_per_unit)}};
+}
+
+}  // namespace pliant

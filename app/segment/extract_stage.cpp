@@ -1,0 +1,113 @@
+#include "app/segment/extract_stage.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "app/segment/objects_file.h"
+#include "gaussians/base/error.h"
+#include "gaussians/base/orbit.h"
+#include "gaussians/io/images/image_io.h"
+#include "gaussians/io/splats/ply.h"
+#include "segmentation/labels/object_names.h"
+#include "segmentation/sheets/extract_sheet.h"
+
+namespace pliant {
+using nlohmann::json;
+
+namespace {
+
+/// Class of the object that the user means by id or name; without a wish the scene file's, else the only one.  What
+/// a selection or the automatic mode (`automatic`) made of the rest of the scene counts only when it is asked for.
+size_t chosen_class(const Segmentation& segmentation, const std::string& wish, std::string scene_default,
+                    bool automatic) {
+  const std::vector<std::string>& names = segmentation.class_name;
+  if (automatic && std::find(names.begin(), names.end(), scene_default) == names.end()) scene_default.clear();
+  const std::string wanted = wish.empty() ? scene_default : wish;
+  if (!wanted.empty()) return class_of_object(segmentation, "--object", wanted);
+  std::vector<size_t> candidates;
+  for (size_t c = 0; c < names.size(); ++c)
+    if (names[c] != "rest" && !(automatic && names[c].starts_with("support_"))) candidates.push_back(c);
+  if (candidates.size() == 1) return candidates[0];
+  throw usage_error("--object", "", "is needed: the scene has several objects",
+                    "choose one of " + list_of_objects(segmentation));
+}
+
+/// What every rule moved: number of Gaussians, how many of them no later rule moved again, and the share of the latter
+/// in the candidates' opacity.
+json rules_json(const ExtractResult& result) {
+  std::array<size_t, kExtractRules> left = {};
+  for (ExtractRule rule : result.rule) ++left[static_cast<int>(rule)];
+  json rows = json::object();
+  for (int k = 1; k < kExtractRules; ++k) {
+    const ExtractRule rule = static_cast<ExtractRule>(k);
+    rows[name_of(rule)] = {{"moved", result.summary.moved_by(rule)},
+                           {"gaussians", left[k]},
+                           {"opacity_share", result.summary.opacity_share[k]}};
+  }
+  return rows;
+}
+
+json vector_json(const Vec3f& v) { return {v.x(), v.y(), v.z()}; }
+
+}  // namespace
+
+json run_extract(const Context& context, RunDirectory& run, const Scene& scene, const ExtractStage& stage) {
+  const json segmented = run.summary("segment", "run `pliant segment SCENE --out DIR` first");
+  const Segmentation segmentation = read_objects(run, scene);
+  const size_t chosen =
+      chosen_class(segmentation, stage.object, scene.settings.object, segmented.value("automatic", false));
+  const uint32_t id = segmentation.class_id[chosen];
+  const std::string name = segmentation.class_name[chosen];
+  const std::string folder = folder_of_object(id, name);
+
+  const StageKey key{"extract",
+                     {{"id", id}, {"threshold", stage.threshold}, {"hull", stage.hull}},
+                     {{"segmentation", run / "segmentation.h5"}},
+                     {folder + "/object.ply", "background.ply", "extract.png"}};
+  return run.stage(context, key, [&]() -> json {
+    ExtractOptions options;
+    options.object = id;
+    options.probability = static_cast<float>(stage.threshold);
+    options.up = scene.up.cast<float>();
+    options.hull = stage.hull;
+    for (size_t c = 0; c < segmentation.class_id.size(); ++c)
+      if (!scene.settings.support.empty() && segmentation.class_name[c] == scene.settings.support)
+        options.support = segmentation.class_id[c];
+    const ExtractResult result = extract(options, scene.cloud, segmentation);
+    const GaussianCloud object = scene.cloud.select(result.object);
+    std::filesystem::create_directories(run / folder);
+    write_ply(run / (folder + "/object.ply"), object, scene.report.antialiased);
+    write_ply(run / "background.ply", scene.cloud.select(result.background), scene.report.antialiased);
+
+    RenderOptions render;
+    render.antialiased = scene.report.antialiased;
+    write_image(run / "extract.png", extract_sheet(result, scene.cloud, scene.up, render));
+
+    const Framing framing = robust_framing(object, scene.up);
+    const double height = framing.high.z() - framing.low.z();
+    context.progress.say("extract: " + result.summary.describe());
+    json summary = {{"id", id},
+                    {"name", name},
+                    {"folder", folder},
+                    {"object_gaussians", result.object.size()},
+                    {"background_gaussians", result.background.size()},
+                    {"height", height},
+                    {"candidates", result.summary.candidates},
+                    {"dropped", result.summary.dropped},
+                    {"rules", rules_json(result)}};
+    if (result.contact.found) {
+      std::string support = "support";
+      for (size_t c = 0; c < segmentation.class_id.size(); ++c)
+        if (segmentation.class_id[c] == result.summary.support) support = segmentation.class_name[c];
+      summary["contact"] = {{"support", support},
+                            {"point", vector_json(result.contact.point)},
+                            {"normal", vector_json(result.contact.normal)},
+                            {"band", result.contact.band_high}};
+    }
+    return summary;
+  });
+}
+
+}  // namespace pliant

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "app/run/run_directory.h"
+#include "gaussians/io/scene/scene.h"
+
+namespace pliant {
+
+/// extract: one object -> objects/<id>_<name>/object.ply, background.ply.
+struct ExtractStage {
+  std::string object;  ///< id or name; empty = the scene file's, else the only one
+  double threshold = 0.5;
+  bool hull = false;  ///< what lies in the convex hull of the object belongs to it
+};
+nlohmann::json run_extract(const Context& context, RunDirectory& run, const Scene& scene, const ExtractStage& stage);
+
+}  // namespace pliant

@@ -1,0 +1,83 @@
+#include "app/segment/objects_file.h"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <nlohmann/json.hpp>
+
+#include "app/segment/photo_or_render.h"
+#include "app/segment/sheet_prompts.h"
+#include "app/store/segmentation.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/images/image_io.h"
+#include "segmentation/sheets/feature_picture.h"
+#include "segmentation/sheets/objects_sheet.h"
+
+namespace pliant {
+using nlohmann::json;
+
+namespace {
+
+json box_to_json(const Box& box) {
+  return {{"low", {box.low.x(), box.low.y(), box.low.z()}}, {"high", {box.high.x(), box.high.y(), box.high.z()}}};
+}
+
+}  // namespace
+
+json objects_to_json(const std::vector<ObjectEntry>& objects, double metres_per_unit) {
+  json rows = json::array();
+  for (const ObjectEntry& object : objects) {
+    Box metres{object.bounds.low * static_cast<float>(metres_per_unit),
+               object.bounds.high * static_cast<float>(metres_per_unit)};
+    json row = {{"id", object.id},       {"name", object.name},
+                {"score", object.score}, {"gaussians", object.gaussians},
+                {"views", object.views}, {"found", object.origin}};
+    if (object.gaussians > 0) {
+      row["bounds"] = box_to_json(object.bounds);
+      row["bounds_m"] = box_to_json(metres);
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::vector<ObjectEntry> write_objects(const RunDirectory& run, const Scene& scene, const std::string& origin,
+                                       const std::string& provenance, Segmentation& segmentation,
+                                       const std::function<void(json& rows)>& complete) {
+  if (segmentation.class_cameras.empty()) find_class_cameras(scene.cloud, scene.cameras, segmentation);
+  segmentation.class_origin.resize(segmentation.class_id.size());
+  for (std::string& known : segmentation.class_origin)
+    if (known.empty()) known = origin;
+  std::vector<ObjectEntry> objects = list_objects(segmentation, scene.cloud.position);
+  const auto picture = [&](int camera) { return photo_or_render(scene, camera); };
+  std::vector<SheetCell> cells;
+  const ImageF sheet = objects_sheet(segmentation, scene.cloud, scene.cameras, picture, 12, &cells);
+  const ImageF features = features_sheet(segmentation.attribute, scene.cloud, scene.cameras, picture);
+  write_segmentation(run / "segmentation.h5", segmentation, provenance);
+  json rows = objects_to_json(objects, scene.metres_per_unit);
+  if (complete) complete(rows);
+  write_text(run / "objects.json", rows.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+  write_image(run / "objects.png", sheet);
+  write_sheet_cells(run, cells, scene.cameras);
+  write_image(run / "features.png", features);
+  return objects;
+}
+
+std::string folder_of_object(uint32_t id, std::string name) {
+  for (char& c : name)
+    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '_') c = '_';
+  return fmt::format("objects/{}_{}", id, name);
+}
+
+Segmentation read_objects(const RunDirectory& run, const Scene& scene) {
+  run.summary("segment", "run `pliant segment SCENE --out DIR` first");
+  Segmentation segmentation = read_segmentation(run / "segmentation.h5");
+  if (segmentation.label.size() != scene.cloud.size())
+    throw input_error((run / "segmentation.h5").string(), "label",
+                      fmt::format("has {} rows, the scene {} Gaussians", segmentation.label.size(), scene.cloud.size()),
+                      "segment the scene again with --overwrite");
+  return segmentation;
+}
+
+}  // namespace pliant

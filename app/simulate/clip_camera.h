@@ -1,0 +1,15 @@
+#pragma once
+
+#include "gaussians/io/scene/scene.h"
+
+namespace pliant {
+
+/// The camera of the fixed clip: `name` if given (a usage error lists the names when it is unknown), else the reference
+/// video's, else the one that sees the whole of `object` largest and nearest the middle; of an orbit, turned to the
+/// object and with a lens that shows it large.
+Camera clip_camera(const Scene& scene, const std::string& name, const Box& object);
+
+/// 2nd to 98th percentile of the positions, along each axis.
+Box robust_bounds(const GaussianCloud& cloud);
+
+}  // namespace pliant

@@ -1,0 +1,145 @@
+#include "app/simulate/export_stage.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "app/import/physgaussian_output.h"
+#include "app/run/attach_scene.h"
+#include "app/simulate/moving_scene.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/splats/ply.h"
+
+namespace pliant {
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+constexpr const char* kRecord = "sequence.json";
+
+bool is_frame(const std::string& name) {
+  return name.rfind("frame_", 0) == 0 && name.find('/') == std::string::npos && fs::path(name).extension() == ".ply";
+}
+
+/// Removes what a killed export had not finished.
+void remove_unfinished(const fs::path& folder) {
+  std::vector<fs::path> unfinished;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name[0] == '.' && name.find(".tmp") != std::string::npos && is_frame(name.substr(1)))
+      unfinished.push_back(entry);
+  }
+  for (const fs::path& file : unfinished) fs::remove(file);
+}
+
+/// Makes `folder` ready for the sequence that `record` describes.  It must be new, empty, or hold (part of) the same
+/// sequence; one that differs is removed when `overwrite` is given.  Files of other kinds are never touched.
+void claim_folder(const fs::path& folder, const json& record, bool overwrite) {
+  if (fs::exists(folder) && !fs::is_directory(folder))
+    throw usage_error("--ply-sequence", folder.string(), "is a file", "give a folder");
+  std::error_code failed;
+  fs::create_directories(folder, failed);
+  if (failed)
+    throw usage_error("--ply-sequence", folder.string(), failed.message(), "give a folder that can be written");
+
+  std::set<std::string> replaced;
+  if (fs::exists(folder / kRecord)) {
+    const json before = json::parse(read_text(folder / kRecord), nullptr, false);
+    if (!before.is_object() || !before.contains("frames") || !before["frames"].is_array())
+      throw input_error((folder / kRecord).string(), "frames", "is not a record of a sequence", "give another folder");
+    remove_unfinished(folder);
+    const std::string changed = first_difference(before, record, "value");
+    if (changed.empty()) return;
+    if (!overwrite)
+      throw usage_error(folder.string(), "", "holds another sequence: " + changed,
+                        "give --overwrite to replace it, or another folder");
+    for (const json& frame : before["frames"]) {
+      const std::string name = frame.is_object() ? frame.value("file", "") : "";
+      if (is_frame(name)) replaced.insert(name);
+    }
+  }
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name != kRecord && !replaced.count(name))
+      throw usage_error("--ply-sequence", folder.string(), "holds '" + name + "', which is not of a sequence",
+                        "give a new or an empty folder");
+  }
+  for (const std::string& name : replaced) fs::remove(folder / name);
+  write_text(folder / kRecord, record.dump(2) + "\n");
+}
+
+/// The files that PhysGaussian writes of its particles, in the space of the simulation.
+json export_physgaussian(const Context& context, const RunDirectory& run, const ExportStage& stage) {
+  const fs::path folder = stage.physgaussian_output;
+  if (fs::exists(folder) && !(fs::is_directory(folder) && (fs::is_empty(folder) || context.overwrite)))
+    throw usage_error("--physgaussian-output", folder.string(), "exists",
+                      "give a new or an empty folder, or --overwrite");
+  const json space = run.summary("simulate", "run `pliant simulate` first")["space"];
+  SimulationSpace simulated;
+  simulated.scale = space["scale"];
+  for (int i = 0; i < 3; ++i) {
+    simulated.offset[i] = space["offset"][i];
+    for (int k = 0; k < 3; ++k) simulated.R(i, k) = space["rotation"][i][k];
+  }
+  const TrajectoryFile trajectory = read_trajectory(run / (object_folder(run) + "/trajectory.h5"));
+  write_physgaussian_output(folder, {}, trajectory, simulated);
+  context.progress.say(fmt::format("wrote {} frames of {} particles to {}", trajectory.frames.size(),
+                                   trajectory.frames[0].position.size(), (folder / "simulation_ply").string()));
+  return {{"folder", folder.string()}, {"frames", trajectory.frames.size()}};
+}
+
+}  // namespace
+
+json run_export(const Context& context, RunDirectory& run, const Scene& scene, const ExportStage& stage) {
+  if (stage.ply_sequence.empty() == stage.physgaussian_output.empty())
+    throw usage_error("export", "", "needs exactly one thing to write",
+                      "give --ply-sequence FOLDER or --physgaussian-output FOLDER");
+  if (!stage.physgaussian_output.empty()) return export_physgaussian(context, run, stage);
+  const auto inputs = moving_scene_files(run);
+  const MovingScene moving = load_moving_scene(run, scene);
+  const TrajectoryFile& trajectory = moving.trajectory;
+
+  json record = {{"pliant", PLIANT_VERSION},
+                 {"content", stage.object_only ? "object" : "object and background"},
+                 {"every", stage.every},
+                 {"fps", trajectory.fps / stage.every},
+                 {"metres_per_unit", trajectory.metres_per_unit},
+                 {"up", {scene.up[0], scene.up[1], scene.up[2]}},
+                 {"inputs", json::object()},
+                 {"frames", json::array()}};
+  for (const auto& [role, file] : inputs) record["inputs"][role] = hash_of_input(file);
+  std::vector<const TrajectoryFile::Frame*> frames;
+  for (size_t f = 0; f < trajectory.frames.size(); f += stage.every) {
+    record["frames"].push_back(
+        {{"file", fmt::format("frame_{:04d}.ply", frames.size())}, {"time", trajectory.frames[f].time}});
+    frames.push_back(&trajectory.frames[f]);
+  }
+  const fs::path folder = stage.ply_sequence;
+  claim_folder(folder, record, context.overwrite);
+
+  // Frames are renamed into place when whole, so that those which are there need not be written again.
+  int written = 0;
+  context.progress.begin("export", static_cast<int>(frames.size()));
+  for (size_t k = 0; k < frames.size(); ++k) {
+    if (context.interrupted())
+      throw Error(Failure::kInterrupted, "export", "", "interrupted", "run the same command to continue");
+    const fs::path file = folder / record["frames"][k]["file"].get<std::string>();
+    if (!fs::exists(file)) {
+      write_ply(file, stage.object_only ? moving.object_at(*frames[k]) : moving.all_at(*frames[k]), moving.antialiased);
+      ++written;
+    }
+    context.progress.done(static_cast<int>(k) + 1);
+  }
+  context.progress.end();
+  context.progress.say(fmt::format("wrote {} of {} frames to {}", written, frames.size(), folder.string()));
+  return {{"folder", folder.string()},
+          {"frames", frames.size()},
+          {"written", written},
+          {"fps", record["fps"]},
+          {"gaussians", moving.object.size() + (stage.object_only ? 0 : moving.background.size())}};
+}
+
+}  // namespace pliant

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "app/run/run_directory.h"
+#include "gaussians/io/scene/scene.h"
+
+namespace pliant {
+
+/// export: numbered splat files of the moving scene, outside of the run directory.
+struct ExportStage {
+  std::string ply_sequence;         ///< folder; sequence.json there says what the files are
+  std::string physgaussian_output;  ///< folder for simulation_ply/sim_*.h5 and .ply
+  int every = 1;                    ///< take every Nth frame of the trajectory
+  bool object_only = false;         ///< without the background
+};
+nlohmann::json run_export(const Context& context, RunDirectory& run, const Scene& scene, const ExportStage& stage);
+
+}  // namespace pliant

@@ -1,0 +1,59 @@
+#include "app/simulate/given_fields.h"
+
+#include <fmt/format.h>
+
+#include <numeric>
+
+#include "app/store/material.h"
+#include "app/store/velocity.h"
+#include "gaussians/base/error.h"
+#include "gaussians/base/nearest.h"
+
+namespace pliant {
+namespace {
+
+/// For each of `points`, the row of the file that counts for it.
+std::vector<int> rows_for(const std::filesystem::path& file, const std::string& field, size_t rows,
+                          const std::vector<Vec3f>& places, const std::vector<Vec3f>& points) {
+  if (rows == points.size() && (places.empty() || places == points)) {
+    std::vector<int> same(rows);
+    std::iota(same.begin(), same.end(), 0);
+    return same;
+  }
+  if (places.empty())
+    throw input_error(file.string(), field,
+                      fmt::format("has {} rows for {} points of the object, and no positions", rows, points.size()),
+                      "it was made for other particles: make it again, or add positions");
+  return k_nearest(places, points, 1);
+}
+
+}  // namespace
+
+ElasticSamples given_material(const std::filesystem::path& file, const ParticleFile& particles) {
+  const MaterialFile m = read_material(file);
+  ElasticSamples solid;
+  for (const int row : rows_for(file, "/solid/young", m.young.size(), m.position, particles.solid_position)) {
+    solid.young.push_back(m.young[row]);
+    solid.poisson.push_back(m.poisson[row]);
+    solid.density.push_back(m.density[row]);
+  }
+  return solid;
+}
+
+SimulationState given_start(const std::filesystem::path& file, const ParticleFile& particles, const Particles& body) {
+  const VelocityFile v = read_velocity(file);
+  const std::vector<int> rows =
+      rows_for(file, "/driving/velocity", v.velocity.size(), v.position, particles.driving_position);
+  CHECK(rows.size() == body.size());
+  SimulationState state = initial_state(body);
+  for (size_t i = 0; i < state.size(); ++i) {
+    const int row = rows[i];
+    state.x[i] += v.displacement[row];
+    state.v[i] = v.velocity[row];
+    state.F[i] = v.F[row];
+    state.C[i] = v.C[row];
+  }
+  return state;
+}
+
+}  // namespace pliant

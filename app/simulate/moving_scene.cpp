@@ -1,0 +1,63 @@
+#include "app/simulate/moving_scene.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "app/import/interactions.h"
+#include "app/run/attach_scene.h"
+#include "gaussians/io/splats/ply.h"
+#include "gaussians/render/bind.h"
+#include "gaussians/render/deform.h"
+
+namespace pliant {
+using nlohmann::json;
+
+Binding bind_object(const Scene& scene, const ParticleFile& particles, const GaussianCloud& object) {
+  Binding binding = pliant::bind({}, object.position, particles.driving_position);
+  for (const json& row : json::parse(particles.pinned_json)) {
+    const Region region = parse_region(row, {scene.metres_per_unit, scene.up}, "particles.h5");
+    for (size_t i = 0; i < object.size(); ++i)
+      if (region.contains(object.position[i].cast<double>())) binding.driver[i * Binding::kCount] = -1;
+  }
+  return binding;
+}
+
+size_t MovingScene::moving() const {
+  size_t count = 0;
+  for (size_t i = 0; i < binding.size(); ++i) count += binding.driver[i * Binding::kCount] >= 0;
+  return count;
+}
+
+GaussianCloud MovingScene::object_at(const TrajectoryFile::Frame& frame) const {
+  GaussianCloud moved;
+  deform({}, object, binding, particles.driving_position, frame.position, frame.F, moved);
+  return moved;
+}
+
+GaussianCloud MovingScene::all_at(const TrajectoryFile::Frame& frame) const {
+  GaussianCloud all = background;
+  all.append(object_at(frame));
+  return all;
+}
+
+std::map<std::string, std::filesystem::path> moving_scene_files(const RunDirectory& run) {
+  run.summary("simulate", "run `pliant simulate` first");
+  const std::string folder = object_folder(run);
+  return {{"object", run / (folder + "/object.ply")},
+          {"background", run / "background_repaired.ply"},
+          {"trajectory", run / (folder + "/trajectory.h5")}};
+}
+
+MovingScene load_moving_scene(const RunDirectory& run, const Scene& scene) {
+  const auto files = moving_scene_files(run);
+  MovingScene moving;
+  moving.object = read_ply(files.at("object"));
+  moving.background = read_ply(files.at("background"));
+  moving.particles = read_particles(run / (object_folder(run) + "/particles.h5"));
+  moving.trajectory = read_trajectory(files.at("trajectory"));
+  moving.antialiased = scene.report.antialiased;
+  moving.binding = bind_object(scene, moving.particles, moving.object);
+  return moving;
+}
+
+}  // namespace pliant

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "app/run/run_directory.h"
+#include "app/store/particles.h"
+#include "app/store/trajectory.h"
+#include "gaussians/base/binding.h"
+#include "gaussians/base/gaussian_cloud.h"
+#include "gaussians/io/scene/scene.h"
+
+namespace pliant {
+
+/// A simulated run as it is drawn: the object follows its driving particles in front of the repaired background.
+struct MovingScene {
+  GaussianCloud object, background;  ///< at rest
+  ParticleFile particles;
+  TrajectoryFile trajectory;
+  Binding binding;           ///< object's Gaussians to driving particles; pinned ones follow none
+  bool antialiased = false;  ///< the scene was trained with mip-splatting
+
+  size_t moving() const;  ///< Gaussians that follow a particle
+  GaussianCloud object_at(const TrajectoryFile::Frame& frame) const;
+  /// Background, then object.
+  GaussianCloud all_at(const TrajectoryFile::Frame& frame) const;
+};
+
+/// The object's Gaussians to its driving particles; those in a pinned region are rigid and follow none.
+Binding bind_object(const Scene& scene, const ParticleFile& particles, const GaussianCloud& object);
+
+/// A usage error says so when the run has not been simulated.
+MovingScene load_moving_scene(const RunDirectory& run, const Scene& scene);
+
+/// The files that `load_moving_scene` reads, by role, for records of what a result was made from.
+std::map<std::string, std::filesystem::path> moving_scene_files(const RunDirectory& run);
+
+}  // namespace pliant

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+
+#include "gaussians/io/scene/scene.h"
+#include "physics/laws/material.h"
+
+namespace pliant {
+
+/// A constant of a constitutive law as scene files name it; the command line writes it with dashes.
+struct MaterialConstant {
+  const char* name;
+  double Material::*value;
+  const char* description;
+};
+std::span<const MaterialConstant> material_constants();
+
+/// The homogeneous material of an object.
+struct ObjectMaterial {
+  double young = 0, poisson = 0, density = 0;  ///< Pa, 1, kg/m^3
+  Material material;
+};
+
+/// The material that simulate will use: command line over scene file.  A usage error names what is missing, unknown or
+/// impossible, before any work is done.  A Young's modulus that a fit has found or will find may be missing: it is
+/// kUnknownYoung then.
+ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_line, bool young_is_fitted = false);
+
+constexpr double kUnknownYoung = 1e5;  ///< Pa, where a fit starts that is told nothing
+
+/// {young, poisson, density, law, constants that were changed}, for records.
+nlohmann::json material_to_json(const ObjectMaterial& material);
+
+}  // namespace pliant

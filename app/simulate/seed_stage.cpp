@@ -1,0 +1,187 @@
+#include "app/simulate/seed_stage.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "app/import/interactions.h"
+#include "app/import/physgaussian_space.h"
+#include "app/run/attach_scene.h"
+#include "app/simulate/given_fields.h"
+#include "app/store/particles.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/splats/ply.h"
+#include "physics/body/adaptive_drivers.h"
+#include "physics/body/interior_fill.h"
+#include "physics/body/silhouette_outset.h"
+
+namespace pliant {
+using nlohmann::json;
+
+namespace {
+
+constexpr int kSamplesPerDriver = 8;
+
+/// What holds the object, in scene units: the scene file's regions, --pin-below, and the contact with the support.
+std::vector<Region> pinned_regions(const Context& context, const Scene& scene, const SeedStage& stage,
+                                   const json& extract) {
+  std::vector<Region> pins;
+  for (const SceneFile::Region& region : scene.settings.pinned) {
+    const Vec3d low = region.low.cast<double>();
+    pins.push_back(region.sphere ? Region::sphere(low, region.high.x()) : Region::box(low, region.high.cast<double>()));
+  }
+  if (stage.pin_below) pins.push_back(Region::half_space(scene.up * *stage.pin_below, scene.up));
+  if (stage.pin_contact && !stage.pin_below && extract.contains("contact")) {
+    const json& contact = extract["contact"];
+    const Vec3d point(contact["point"][0], contact["point"][1], contact["point"][2]);
+    const Vec3d normal(contact["normal"][0], contact["normal"][1], contact["normal"][2]);
+    pins.push_back(Region::half_space(point + normal * contact["band"].get<double>(), normal));
+    context.progress.say(fmt::format("seed: held where it touches '{}'", contact["support"].get<std::string>()));
+  }
+  return pins;
+}
+
+/// Dense samples of the solid, refined until the simulated part has enough of them for every driver.
+SolidSamples sample_solid(const FillOptions& first, const GaussianCloud& object, const std::vector<Region>& pins,
+                          int drivers, FillSummary& summary, SimulatedPart& part) {
+  FillOptions options = first;
+  SolidSamples samples = fill_interior(options, object, &summary);
+  part = select_simulated(samples, pins, drivers);
+  const double wanted = static_cast<double>(kSamplesPerDriver) * drivers;
+  if (part.kept.size() < 0.8 * wanted) {
+    const double grow = std::min(wanted / part.kept.size(), 4e6 / options.target_count);
+    options.target_count = static_cast<int>(options.target_count * grow);
+    samples = fill_interior(options, object, &summary);
+    part = select_simulated(samples, pins, drivers);
+  }
+  return samples;
+}
+
+/// Driving particles, eight to a cell, that fill the object with the cells of a configuration of PhysGaussian.
+int particles_of_configuration(const Context& context, const std::string& file, const FillOptions& fill,
+                               const GaussianCloud& object) {
+  constexpr int kMost = 2000000;
+  const PhysGaussianConfig config = read_physgaussian_config(file);
+  const double cell = config.cell_size() / simulation_space(config, object, physgaussian_members(config, object)).scale;
+  FillSummary filled;
+  fill_interior(fill, object, &filled);
+  const double wanted = 8 * filled.volume / (cell * cell * cell);
+  if (wanted > kMost)
+    context.progress.warn(
+        fmt::format("the configuration's cells ask for {:.3g} particles; {} are used", wanted, kMost));
+  return static_cast<int>(std::clamp<double>(wanted, 200, kMost));
+}
+
+/// Pins without those that hold only samples that are not simulated: they hold nothing that could move.
+json pins_of_part(const std::vector<Region>& pins, const SolidSamples& samples, const SimulatedPart& part) {
+  json rows = json::array();
+  for (const Region& pin : pins) {
+    const auto holds = [&](const Vec3f& x) { return pin.signed_distance(x.cast<double>()) < 0; };
+    const bool some =
+        std::any_of(part.kept.begin(), part.kept.end(), [&](int i) { return holds(samples.position[i]); });
+    if (some || std::none_of(samples.position.begin(), samples.position.end(), holds))
+      rows.push_back(region_to_json(pin));
+  }
+  return rows;
+}
+
+}  // namespace
+
+json run_seed(const Context& context, RunDirectory& run, const Scene& scene, const SeedStage& stage) {
+  const std::string folder = object_folder(run);
+  const json extract = run.summary("extract", "run `pliant extract` first");
+  const bool configured = !stage.physgaussian.empty(), adaptive = stage.drivers == "pgas",
+             given = !stage.material_file.empty();
+  if (given && !adaptive)
+    throw usage_error("seed", "--material", "is of no use to --drivers " + stage.drivers,
+                      "give --drivers pgas, or leave it out");
+  const std::vector<Region> pins = configured ? std::vector<Region>{} : pinned_regions(context, scene, stage, extract);
+  json pin_rows = json::array();
+  for (const Region& pin : pins) pin_rows.push_back(region_to_json(pin));
+
+  StageKey key{"seed",
+               {{"particles", stage.particles}, {"pins", pin_rows}, {"metres_per_unit", scene.metres_per_unit}},
+               {{"object", run / (folder + "/object.ply")}},
+               {folder + "/particles.h5"}};
+  if (!scene.cameras_are_orbit)
+    key.inputs["cameras"] = scene.settings.cameras;  // their pictures tell how large the solid is
+  if (adaptive) key.options["drivers"] = stage.drivers;
+  if (given) key.inputs["material"] = stage.material_file;
+  if (configured) key.inputs["physgaussian"] = stage.physgaussian;
+  return run.stage(context, key, [&]() -> json {
+    const GaussianCloud object = read_ply(run / (folder + "/object.ply"));
+    FillOptions fill;
+    fill.seed = context.seed;
+    if (!scene.cameras_are_orbit) {
+      RenderOptions render;
+      render.antialiased = scene.report.antialiased;
+      fill.outset = silhouette_outset(object, scene.cameras, render);
+    }
+    const int particles =
+        configured ? particles_of_configuration(context, stage.physgaussian, fill, object) : stage.particles;
+    fill.target_count = kSamplesPerDriver * particles;
+    FillSummary filled;
+    SimulatedPart part;
+    const SolidSamples samples = sample_solid(fill, object, pins, particles, filled, part);
+
+    ParticleFile file;
+    file.solid_position = samples.position;
+    file.solid_volume = samples.volume;
+    DriverOptions options;
+    options.count = particles;
+    options.seed = context.seed;
+    DrivingParticles drivers;
+    if (adaptive) {
+      const ElasticSamples material =
+          given ? given_material(stage.material_file, file) : ElasticSamples::homogeneous(samples.size(), 1, 0, 1);
+      part = select_simulated(samples, pins, particles, material.young);
+      if (!given)
+        context.progress.say(
+            "seed: E is taken to be the same everywhere, so pgas places them evenly (--material F.h5 says where it is "
+            "not)");
+      drivers = pgas_drivers(options, samples.select(part.kept), material.select(part.kept).young);
+    } else {
+      drivers = kmeans_drivers(options, samples.select(part.kept));
+    }
+    file.solid_driver.assign(samples.size(), -1);
+    for (size_t k = 0; k < part.kept.size(); ++k) file.solid_driver[part.kept[k]] = drivers.sample_driver[k];
+    file.driving_position = drivers.position;
+    file.driving_volume = drivers.volume;
+    file.driving_thickness = drivers.thickness;
+    file.driving_rod = drivers.rod;
+    file.cell_size = drivers.cell_size;
+    file.metres_per_unit = scene.metres_per_unit;
+    const json held = pins_of_part(pins, samples, part);
+    file.pinned_json = held.dump();
+    write_particles(run / (folder + "/particles.h5"), file, run.provenance(context, key));
+
+    const double cube = scene.metres_per_unit * scene.metres_per_unit * scene.metres_per_unit;
+    context.progress.say(fmt::format(
+        "seed: {} driving particles by {}, cells of {:.4g} units, {:.4g} litres simulated of {:.4g}", drivers.size(),
+        stage.drivers, drivers.cell_size, 1000 * part.volume * cube, 1000 * filled.volume * cube));
+    const size_t thin =
+        static_cast<size_t>(std::count_if(drivers.thickness.begin(), drivers.thickness.end(),
+                                          [&](float t) { return t > 0 && t < kThinCells * drivers.cell_size; }));
+    if (thin > 0)
+      context.progress.warn(
+          fmt::format("{} of {} driving particles lie in parts thinner than {} cells; they move with their mass and an "
+                      "equivalent stiffness (--particles makes cells smaller)",
+                      thin, drivers.size(), kThinCells));
+    if (pins.empty() && !configured)
+      context.progress.warn("nothing holds the object; it will fall (--pin-below, or pinned regions in scene.json)");
+    return {{"samples", samples.size()},
+            {"drivers", drivers.size()},
+            {"placed_by", stage.drivers},
+            {"cell_size", drivers.cell_size},
+            {"outset", fill.outset},
+            {"volume", filled.volume},
+            {"simulated_volume", part.volume},
+            {"thin_samples", filled.thin_samples},
+            {"thin_drivers", thin},
+            {"pinned", held}};
+  });
+}
+
+}  // namespace pliant

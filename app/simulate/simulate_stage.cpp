@@ -1,0 +1,267 @@
+#include "app/simulate/simulate_stage.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "app/run/attach_scene.h"
+#include "app/simulate/given_fields.h"
+#include "app/simulate/motion.h"
+#include "app/simulate/simulated_body.h"
+#include "app/store/frames.h"
+#include "app/store/material.h"
+#include "app/store/trajectory.h"
+#include "app/store/velocity.h"
+#include "fitting/modal/dissipation.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
+#include "physics/simulate/simulate.h"
+
+namespace pliant {
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+/// Streams frames to DIR.partial and picks up after the last whole one when the same computation was interrupted.
+class FrameStore {
+ public:
+  FrameStore(const fs::path& folder, const std::string& key) : folder_(folder) {
+    const fs::path record = folder / "key.json";
+    if (fs::exists(folder) && !(fs::exists(record) && read_text(record) == key)) fs::remove_all(folder);
+    fs::create_directories(folder);
+    if (!fs::exists(record)) write_text(record, key);
+  }
+
+  /// State of the last whole frame, or `otherwise`.
+  SimulationState resume(const SimulationState& otherwise) const {
+    const int last = last_frame(folder_);
+    return last < 0 ? otherwise : read_frame(folder_, last);
+  }
+  void add(const SimulationState& state) { write_frame(folder_, state); }
+  SimulationState frame(int index) const { return read_frame(folder_, index); }
+  void remove() { fs::remove_all(folder_); }
+
+ private:
+  fs::path folder_;
+};
+
+/// What Gaussians follow: the whole deformation, the permanent part included.
+std::vector<Mat3f> drawn_deformation(const SimulationState& state) {
+  if (state.memory.empty()) return state.F;
+  std::vector<Mat3f> F;
+  for (const LawMemory<float>& memory : state.memory) F.push_back(memory.F_total);
+  return F;
+}
+
+TrajectoryFile assemble(const FrameStore& frames, int count, const SimulatedBody& body, const std::string& object,
+                        double fps, const Scene& scene) {
+  TrajectoryFile out;
+  out.object = object;
+  out.fps = fps;
+  out.metres_per_unit = body.space.scale;
+  out.cell_size = body.particles.cell_size / body.space.scale;
+  out.up = scene.up;
+  const Mat3f R = body.space.R.cast<float>();
+  for (int f = 0; f < count; ++f) {
+    const SimulationState state = frames.frame(f);
+    TrajectoryFile::Frame frame;
+    frame.time = state.time;
+    frame.step = state.substeps;
+    frame.F = drawn_deformation(state);
+    for (Mat3f& F : frame.F) F = R.transpose() * F * R;
+    for (const Vec3f& x : state.x) frame.position.push_back(body.space.to_scene(x.cast<double>()).cast<float>());
+    for (const Vec3f& v : state.v) frame.velocity.push_back(R.transpose() * v);
+    out.frames.push_back(std::move(frame));
+  }
+  return out;
+}
+
+json space_to_json(const SimulationSpace& space) {
+  json rows = json::array();
+  for (int i = 0; i < 3; ++i) rows.push_back({space.R(i, 0), space.R(i, 1), space.R(i, 2)});
+  return {
+      {"rotation", rows}, {"scale", space.scale}, {"offset", {space.offset.x(), space.offset.y(), space.offset.z()}}};
+}
+
+json rest_shape_to_json(const SimulateSummary& s) {
+  return {{"iterations", s.rest_shape_iterations}, {"residual_m", s.rest_shape_residual}, {"sag_m", s.rest_shape_sag}};
+}
+
+/// Whether the fitted motion starts by itself; after a fit to markers it is a load that moves the body.
+bool starts_moving(const fs::path& file) {
+  const VelocityFile v = read_velocity(file);
+  const auto zero = [](const Vec3f& x) { return x.isZero(0); };
+  return !std::all_of(v.velocity.begin(), v.velocity.end(), zero) ||
+         !std::all_of(v.displacement.begin(), v.displacement.end(), zero);
+}
+
+/// The stage's options, with the damping that a fit found unless the user gave another.
+SimulateStage with_fitted_damping(SimulateStage stage, const fs::path& file) {
+  if (!stage.damping_time) stage.damping_time = read_velocity(file).damping_time;
+  return stage;
+}
+
+/// Of a start that was found on another grid: the drag that lets it die away as fast on this one, over its first
+/// second.
+double damping_on_this_grid(const Context& context, const VelocityFile& start, const SimulatedBody& body,
+                            const SimulationState& state, const SimulateOptions& options,
+                            const std::vector<Interaction>& pins) {
+  constexpr double kLongest = 1;  // s
+  Motion<float> motion{body.particles, state, pins, {}};
+  motion.options.simulate = options;
+  motion.options.simulate.gravity.setZero();
+  motion.options.simulate.settle_time = motion.options.simulate.sleep_speed = 0;
+  motion.options.simulate.duration = std::min(options.duration, kLongest);
+  const double time = damping_time_beside_transfers(std::move(motion), start.whole_damping_time);
+  if (time > 0)
+    context.progress.say(
+        fmt::format("simulate: a damping time of {:.3g} s in all: {:.3g} s beside what this grid takes",
+                    start.whole_damping_time, time));
+  else
+    context.progress.warn(fmt::format(
+        "this grid alone takes more than the damping time of {:.3g} s says: seed more particles for a finer one",
+        start.whole_damping_time));
+  return time;
+}
+
+/// Momentum that each interaction gave to the body, in the order of interactions.json and what was added to it.
+json impulses_to_json(const SimulateSummary& s) {
+  std::vector<Vec3d> sum;
+  for (const std::vector<Vec3d>& frame : s.impulse_of_frame) {
+    sum.resize(frame.size(), Vec3d::Zero());
+    for (size_t k = 0; k < frame.size(); ++k) sum[k] += frame[k];
+  }
+  json rows = json::array();
+  for (const Vec3d& v : sum) rows.push_back({v.x(), v.y(), v.z()});
+  return rows;
+}
+
+}  // namespace
+
+json run_simulate(const Context& context, RunDirectory& run, const Scene& scene, const SimulateStage& stage) {
+  const std::string folder = object_folder(run);
+  run.summary("seed", "run `pliant seed` first");
+  const bool physgaussian = !stage.physgaussian.empty();
+  const bool fitted = !physgaussian && stage.use_fit && is_fitted(run) && !stage.material.young;
+  // Fields come from files that the user gives, else from the fit: the material, and how the motion started, once more.
+  const bool given = !stage.material_file.empty();
+  if (given && stage.material.young)
+    throw usage_error("simulate", "--material", "and --young both say what E is", "give one of them");
+  const fs::path material_file = given ? fs::path(stage.material_file) : run / (folder + "/material.h5");
+  const fs::path velocity_file =
+      stage.velocity_file.empty() ? run / (folder + "/velocity.h5") : fs::path(stage.velocity_file);
+  const bool replay =
+      !stage.velocity_file.empty() || (fitted && !given && stage.interactions.empty() && starts_moving(velocity_file));
+  const ObjectMaterial material =
+      fitted || given ? check_material(scene, stage.material, true) : check_material(scene, stage);
+
+  StageKey key{"simulate",
+               {{"material", material_to_json(material)}},
+               {{"particles", run / (folder + "/particles.h5")}},
+               {folder + "/trajectory.h5", "interactions.json"}};
+  if (fitted || given) key.inputs["material"] = material_file;
+  if (fitted || replay) key.inputs["velocity"] = velocity_file;
+  if (!fitted && !given && !is_fitted(run)) key.outputs.push_back(folder + "/material.h5");
+  if (physgaussian) {
+    key.options["compat"] = stage.compat;
+    key.inputs["physgaussian"] = stage.physgaussian;
+  } else {
+    key.options.update({{"fps", stage.fps},
+                        {"duration", stage.duration},
+                        {"damping_time", stage.damping_time.value_or(-1)},
+                        {"gravity", stage.gravity},
+                        {"floor", stage.floor},
+                        {"rest_shape", stage.rest_shape},
+                        {"settle", stage.settle},
+                        {"sleep_speed", stage.sleep_speed},
+                        {"flip_time", stage.flip_time},
+                        {"obstacles", stage.obstacles}});
+    if (replay)
+      key.options["replay"] = true;
+    else if (stage.interactions.empty())
+      key.options["push"] = stage.push;
+    else
+      key.inputs["interactions"] = stage.interactions;
+  }
+
+  return run.stage(context, key, [&]() -> json {
+    const std::string provenance = run.provenance(context, key);
+    ParticleFile particles = read_particles(run / (folder + "/particles.h5"));
+    const ElasticSamples solid =
+        fitted || given ? given_material(material_file, particles) : solid_material(particles, material);
+    if (given)
+      context.progress.say("simulate: material of " + stage.material_file);
+    else if (fitted)
+      context.progress.say("simulate: material and damping of the fit");
+    else if (!is_fitted(run))
+      write_material(run / (folder + "/material.h5"),
+                     {solid.young, solid.poisson, solid.density, "homogeneous", {}, {}}, provenance);
+    SimulatedBody body = make_body(std::move(particles), scene, solid, material.material);
+    SimulationPlan plan =
+        physgaussian
+            ? plan_physgaussian(context, run, stage, body)
+            : plan_simulation(context, run, scene, fitted || replay ? with_fitted_damping(stage, velocity_file) : stage,
+                              body, replay);
+    write_text(run / "interactions.json", plan.script.dump(2) + "\n");
+
+    FrameStore frames(run / (folder + "/trajectory.partial"), provenance);
+    const SimulationState rest =
+        replay ? given_start(velocity_file, body.file, body.particles) : initial_state(body.particles);
+    if (!stage.velocity_file.empty() && !stage.damping_time && !physgaussian)
+      if (const VelocityFile v = read_velocity(velocity_file); v.whole_damping_time > 0)
+        plan.options.damping_time =
+            damping_on_this_grid(context, v, body, rest, plan.options, pins_of(body.file, scene));
+    const int total = static_cast<int>(std::lround(plan.options.fps * plan.options.duration));
+    context.progress.begin("simulate", total);
+    SimulateResult result = simulate<float>(plan.options, body.particles, plan.interactions, frames.resume(rest),
+                                            [&](const SimulationState& state) {
+                                              frames.add(state);
+                                              context.progress.done(state.frame);
+                                              return !context.interrupted();
+                                            });
+    context.progress.end();
+    if (result.stopped)
+      throw Error(Failure::kInterrupted, "simulate", "", "interrupted", "run the same command to continue");
+    for (const std::string& warning : result.summary.warnings) context.progress.warn(warning);
+
+    const json extract = run.summary("extract", "");
+    const TrajectoryFile trajectory = assemble(frames, total + 1, body, extract["name"], plan.options.fps, scene);
+    write_trajectory(run / (folder + "/trajectory.h5"), trajectory, provenance);
+    frames.remove();
+
+    const SimulateSummary& s = result.summary;
+    const double height = extract["height"].get<double>() * scene.metres_per_unit;
+    if (s.settle_displacement > 0.02 * height)
+      context.progress.warn(fmt::format(
+          "nothing holds the object: coming to rest moved it by {:.0f} % of its height before the first frame "
+          "(--settle 0 starts from the captured place)",
+          100 * s.settle_displacement / height));
+    const json motion = describe_motion(trajectory, body.file, scene.up, extract["height"].get<double>());
+    context.progress.say(fmt::format("simulate: tip moves {:.1f} % of the object's height and ends at {:.1f} %",
+                                     100 * motion["tip_peak"].get<double>(), 100 * motion["tip_end"].get<double>()));
+    return {
+        {"frames", total},
+        {"mass_kg", s.mass},
+        {"cell_size_m", s.cell_size},
+        {"dt_min_s", s.min_dt},
+        {"dt_max_s", s.max_dt},
+        {"substeps_max",
+         s.substeps_of_frame.empty() ? 0 : *std::max_element(s.substeps_of_frame.begin(), s.substeps_of_frame.end())},
+        {"strays", s.strays},
+        {"retries", s.retries},
+        {"gravity_cancelled", s.gravity_cancelled},
+        {"settle_displacement_m", s.settle_displacement},
+        {"rest_shape", rest_shape_to_json(s)},
+        {"thin_share", s.thin_share},
+        {"impulses_Ns", impulses_to_json(s)},
+        {"push", plan.push},
+        {"damping_time_s", plan.options.damping_time},
+        {"motion", motion},
+        {"floor", plan.floor},
+        {"space", space_to_json(body.space)}};
+  });
+}
+
+}  // namespace pliant

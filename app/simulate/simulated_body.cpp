@@ -1,0 +1,204 @@
+#include "app/simulate/simulated_body.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/import/interactions.h"
+#include "app/run/attach_scene.h"
+#include "app/simulate/clip_camera.h"
+#include "app/simulate/default_push.h"
+#include "fitting/fields/uniform_field.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/splats/ply.h"
+#include "physics/body/scene_distance.h"
+
+namespace pliant {
+using nlohmann::json;
+
+namespace {
+
+constexpr double kPushStart = 0.3, kPushDuration = 0.3;  // s
+
+}  // namespace
+
+std::vector<Interaction> pins_of(const ParticleFile& file, const Scene& scene) {
+  std::vector<Interaction> pins;
+  for (const json& row : json::parse(file.pinned_json)) {
+    Interaction pin;
+    pin.type = InteractionType::kPin;
+    pin.region = parse_region(row, {scene.metres_per_unit, scene.up}, "particles.h5").scaled(scene.metres_per_unit);
+    pins.push_back(pin);
+  }
+  return pins;
+}
+
+namespace {
+
+/// The plane that the object rests on, as a floor that nothing passes: the support's plane that `extract` found, where
+/// the interactions name no ground of their own.
+std::optional<Interaction> floor_of(const json& extract, const std::vector<Interaction>& interactions,
+                                    const Scene& scene) {
+  constexpr double kFriction = 0.5;
+  for (const Interaction& it : interactions)
+    if (it.type == InteractionType::kGround) return std::nullopt;
+  if (!extract.contains("contact")) return std::nullopt;
+  const json& contact = extract["contact"];
+  const auto vector = [&](const char* key) {
+    return Vec3d(contact[key][0].get<double>(), contact[key][1].get<double>(), contact[key][2].get<double>());
+  };
+  Interaction floor;
+  floor.type = InteractionType::kGround;
+  floor.friction = kFriction;
+  floor.region = Region::half_space(vector("point"), vector("normal")).scaled(scene.metres_per_unit);
+  return floor;
+}
+
+/// The rest of the scene near the object as an obstacle.
+Interaction obstacle_of(const Context& context, const RunDirectory& run, const Scene& scene,
+                        const Particles& particles) {
+  constexpr double kFriction = 0.5;
+  constexpr float kMargin = 0.5f;  // of the object's size, on every side
+  const float units = static_cast<float>(1 / scene.metres_per_unit);
+  SceneDistanceOptions options;
+  for (const Vec3f& x : particles.position) options.box.add(x * units);
+  const Vec3f margin = Vec3f::Constant(kMargin * options.box.size().maxCoeff());
+  options.box.low -= margin;
+  options.box.high += margin;
+  if (!scene.cameras_are_orbit)
+    for (const Camera& camera : scene.cameras) options.viewpoints.push_back(camera.centre().cast<float>());
+  const GaussianCloud background = read_ply(run / "background.ply");
+  std::vector<int> near;
+  for (size_t i = 0; i < background.size(); ++i)
+    if (options.box.contains(background.position[i])) near.push_back(static_cast<int>(i));
+  const SceneDistanceResult distance = make_scene_distance(options, make_surfels({}, background.select(near)));
+  if (distance.grid.value.empty())
+    throw usage_error("--obstacles", "", "finds nothing of the scene near the object", "leave it out");
+  context.progress.say(fmt::format("simulate: {} surface pieces of the rest of the scene are an obstacle, friction {}",
+                                   distance.summary.surfels, kFriction));
+  Interaction obstacle;
+  obstacle.type = InteractionType::kCollider;
+  obstacle.friction = kFriction;
+  obstacle.distance = std::make_shared<SignedDistanceGrid>(scaled(distance.grid, scene.metres_per_unit));
+  return obstacle;
+}
+
+/// Without a script: one sideways push at the top, as strong as the body's stiffness asks for.
+json sized_push(const Context& context, const SimulationPlan& plan, const RunDirectory& run, const Scene& scene,
+                const SimulateStage& stage, const SimulatedBody& body, std::vector<Interaction> held, json& push) {
+  const json extract = run.summary("extract", "");
+  const Camera camera = clip_camera(scene, "", robust_bounds(read_ply(run / (object_folder(run) + "/object.ply"))));
+  const Vec3d right = camera.cam_from_world.linear().row(0).transpose();
+  const PushPlace place = default_push_place(body.particles, scene.up, right);
+  PushOptions sizing;
+  sizing.simulate = plan.options;
+  sizing.up = scene.up;
+  sizing.height = extract["height"].get<double>() * scene.metres_per_unit;
+  sizing.fraction = stage.push;
+  sizing.duration = kPushDuration;
+  if (const auto floor = stage.floor ? floor_of(extract, {}, scene) : std::nullopt) held.push_back(*floor);
+  const PushSize size = size_push(sizing, body.particles, held, place.region, place.direction);
+  push = {{"newtons", size.newtons}, {"expected_peak", size.peak_fraction}, {"trials", size.trials}};
+  context.progress.say(
+      fmt::format("simulate: no interactions given: one push of {:.3g} N at the top, from {} s to {} s", size.newtons,
+                  kPushStart, kPushStart + kPushDuration));
+  return json::array({push_row(place, size.newtons, kPushStart, kPushDuration, scene.metres_per_unit)});
+}
+
+}  // namespace
+
+ElasticSamples solid_material(const ParticleFile& file, const ObjectMaterial& material) {
+  return uniform_field(file.solid_position.size(), material.young, material.poisson, material.density);
+}
+
+SimulatedBody make_body(ParticleFile file, const Scene& scene, const ElasticSamples& solid, const Material& material) {
+  SimulatedBody body;
+  body.file = std::move(file);
+  ElasticSamples simulated;
+  for (size_t s = 0; s < body.file.solid_position.size(); ++s) {
+    if (body.file.solid_driver[s] < 0) continue;
+    body.samples.position.push_back(body.file.solid_position[s]);
+    body.samples.volume.push_back(body.file.solid_volume[s]);
+    body.drivers.sample_driver.push_back(body.file.solid_driver[s]);
+    simulated.young.push_back(solid.young[s]);
+    simulated.poisson.push_back(solid.poisson[s]);
+    simulated.density.push_back(solid.density[s]);
+  }
+  body.drivers.position = body.file.driving_position;
+  body.drivers.volume = body.file.driving_volume;
+  body.drivers.thickness = body.file.driving_thickness;
+  body.drivers.rod = body.file.driving_rod;
+  body.drivers.cell_size = body.file.cell_size;
+  body.particles = make_particles<float>(body.drivers, body.samples, simulated, scene.metres_per_unit);
+  body.particles.materials = {material};
+  body.space.scale = scene.metres_per_unit;
+  return body;
+}
+
+SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, const Scene& scene,
+                               const SimulateStage& stage, const SimulatedBody& body, bool moving) {
+  SimulationPlan plan;
+  plan.options.fps = stage.fps;
+  plan.options.duration = stage.duration;
+  plan.options.damping_time = stage.damping_time.value_or(kDampingTime);
+  plan.options.rest_shape = stage.rest_shape == "solve" ? RestShapeMode::kSolve : RestShapeMode::kCaptured;
+  plan.options.settle_time = stage.settle;
+  plan.options.sleep_speed = stage.sleep_speed;
+  plan.options.flip_time = stage.flip_time;
+  plan.options.gravity = stage.gravity ? Vec3d(-9.81 * scene.up) : Vec3d::Zero();
+  const std::vector<Interaction> pins = pins_of(body.file, scene);
+  const std::string file = stage.interactions.empty() ? "interactions.json" : stage.interactions;
+  if (moving) {
+    plan.script = json::array();
+  } else if (stage.interactions.empty()) {
+    plan.script = sized_push(context, plan, run, scene, stage, body, pins, plan.push);
+    plan.interactions = parse_interactions(plan.script.dump(), {scene.metres_per_unit, scene.up}, file);
+  } else {
+    const std::string text = read_text(stage.interactions);
+    plan.interactions = parse_interactions(text, {scene.metres_per_unit, scene.up}, file);
+    plan.script = json::parse(text);
+  }
+  plan.interactions.insert(plan.interactions.end(), pins.begin(), pins.end());
+  if (stage.obstacles) plan.interactions.push_back(obstacle_of(context, run, scene, body.particles));
+  const json extract = run.summary("extract", "");
+  if (const auto floor = stage.floor && !stage.obstacles ? floor_of(extract, plan.interactions, scene) : std::nullopt) {
+    plan.floor = true;
+    plan.interactions.push_back(*floor);
+    context.progress.say(fmt::format("simulate: nothing passes below the plane of '{}', friction {}",
+                                     extract["contact"]["support"].get<std::string>(), floor->friction));
+  }
+  return plan;
+}
+
+SimulationPlan plan_physgaussian(const Context& context, const RunDirectory& run, const SimulateStage& stage,
+                                 SimulatedBody& body) {
+  const PhysGaussianConfig config = read_physgaussian_config(stage.physgaussian);
+  const Compatibility compatibility = stage.compat.empty() ? Compatibility::kCorrected : Compatibility::kPhysGaussian;
+  const GaussianCloud object = read_ply(run / (object_folder(run) + "/object.ply"));
+  const std::vector<uint8_t> members = physgaussian_members(config, object);
+  const SimulationSpace space = simulation_space(config, object, members);
+
+  // From metres of the scene into the configuration's space, whose unit stands for a metre.
+  const double ratio = space.scale / body.space.scale;
+  for (Vec3f& x : body.particles.position) x = space.from_scene(x.cast<double>() / body.space.scale).cast<float>();
+  for (float& volume : body.particles.volume) volume *= static_cast<float>(ratio * ratio * ratio);
+  body.particles.cell_size *= static_cast<float>(ratio);
+  body.space = space;
+  set_physgaussian_material(config, compatibility, body.particles);
+
+  std::vector<Vec3d> gaussians;
+  for (size_t i = 0; i < object.size(); ++i)
+    if (members[i]) gaussians.push_back(space.from_scene(object.position[i].cast<double>()));
+  const PhysGaussianWorld world = physgaussian_world(config, compatibility, body.particles, gaussians);
+  for (const std::string& note : world.notes) context.progress.say("physgaussian: " + note);
+  context.progress.say(fmt::format("physgaussian: cells of {:.4g} (configuration: {:.4g}), {} particles",
+                                   body.particles.cell_size, config.cell_size(), body.particles.size()));
+  SimulationPlan plan;
+  plan.options = world.options;
+  plan.interactions = world.interactions;
+  plan.script = {{"physgaussian", json::parse(read_text(stage.physgaussian))}, {"notes", world.notes}};
+  return plan;
+}
+
+}  // namespace pliant

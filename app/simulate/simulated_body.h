@@ -1,0 +1,49 @@
+#pragma once
+
+#include <optional>
+
+#include "app/import/physgaussian_world.h"
+#include "app/simulate/simulate_stage.h"
+#include "app/store/particles.h"
+#include "physics/body/make_particles.h"
+#include "physics/simulate/simulate.h"
+
+namespace pliant {
+
+/// The object as the solver takes it.
+struct SimulatedBody {
+  ParticleFile file;
+  SolidSamples samples;  ///< simulated ones, scene units
+  DrivingParticles drivers;
+  Particles particles;  ///< SI, in `space`
+  SimulationSpace space;
+};
+
+/// The homogeneous material at every solid sample.
+ElasticSamples solid_material(const ParticleFile& file, const ObjectMaterial& material);
+
+/// The particles that `solid`, the material of all solid samples, gives.
+SimulatedBody make_body(ParticleFile file, const Scene& scene, const ElasticSamples& solid, const Material& material);
+
+/// What `seed` says holds the object, in metres.
+std::vector<Interaction> pins_of(const ParticleFile& file, const Scene& scene);
+
+/// What acts on it and for how long.
+struct SimulationPlan {
+  SimulateOptions options;
+  std::vector<Interaction> interactions;
+  nlohmann::json script;  ///< rows of interactions.json
+  nlohmann::json push;    ///< how the automatic push was sized, or null
+  bool floor = false;     ///< the support's plane was added
+};
+
+/// From the stage's options: an interaction script, nothing (`moving`: the body moves already) or one push sized to the
+/// stiffness; pins, the support's floor.
+SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, const Scene& scene,
+                               const SimulateStage& stage, const SimulatedBody& body, bool moving = false);
+
+/// From a configuration of PhysGaussian; moves `body` into its simulation space and gives it its material.
+SimulationPlan plan_physgaussian(const Context& context, const RunDirectory& run, const SimulateStage& stage,
+                                 SimulatedBody& body);
+
+}  // namespace pliant

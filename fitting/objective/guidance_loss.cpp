@@ -1,0 +1,35 @@
+#include "fitting/objective/guidance_loss.h"
+
+#include <algorithm>
+
+namespace pliant {
+
+GuidanceResult GuidanceLoss::ask(std::span<const SimulationState> frames) const {
+  std::vector<ImageF> pictures;
+  for (size_t f = frames_.lead; f < frames.size(); f += frames_.every) {
+    pictures.push_back(picture_of(*object_, camera_, frames[f]));
+    for (float& value : pictures.back().data) value = std::clamp(value, 0.0f, 1.0f);
+  }
+  return guide_->evaluate(pictures, frames_.fps);
+}
+
+double GuidanceLoss::value(std::span<const SimulationState> frames) const { return ask(frames).loss; }
+
+double GuidanceLoss::value_adjoint(std::span<const SimulationState> frames, double adj_value,
+                                   std::span<StateGradient<float>> gradient) const {
+  const GuidanceResult result = ask(frames);
+  for (size_t k = 0; k < result.gradient.size(); ++k) {
+    const size_t f = frames_.lead + k * frames_.every;
+    picture_adjoint<float>(
+        *object_, camera_, frames[f],
+        [&](const ImageF&) {
+          ImageF adj = result.gradient[k];
+          for (float& value : adj.data) value *= static_cast<float>(adj_value);
+          return adj;
+        },
+        gradient[f]);
+  }
+  return result.loss;
+}
+
+}  // namespace pliant

@@ -1,0 +1,318 @@
+#include "fitting/observe/check_video.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "gaussians/base/error.h"
+#include "gaussians/base/portable.h"
+#include "gaussians/vision/optical_flow.h"
+
+namespace pliant {
+namespace {
+
+constexpr double kMargin = 0.06;         // of the width, around the object at rest: what it may move over
+constexpr double kTextured = 8.0 / 255;  // contrast from which flow is taken to be right
+constexpr double kRateTolerance = 0.01;
+constexpr double kMoving = 0.2;  // of the usual change from frame to frame: below it the object rests
+constexpr double kSame = 0.1;    // of the change before and after: a frame shown again
+constexpr double kLeap = 1.7;    // of the change before and after: frames are missing
+constexpr int kLongestJump = 2;  // frames: a longer series of jumps is a camera in motion
+constexpr double kNoiseFactor = 3;
+
+double quantile(std::vector<float> values, double q) {
+  if (values.empty()) return 0;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+ImageU8 dilated(const ImageU8& mask, int radius) {
+  ImageU8 out(mask.width, mask.height, 1);
+  const cv::Mat from(mask.height, mask.width, CV_8UC1, const_cast<uint8_t*>(mask.data.data()));
+  cv::Mat to(mask.height, mask.width, CV_8UC1, out.data.data());
+  cv::dilate(from, to, cv::getStructuringElement(cv::MORPH_ELLIPSE, cv::Size(2 * radius + 1, 2 * radius + 1)));
+  return out;
+}
+
+/// Mean absolute difference of colours where `mask` is (or is not) 0.
+double mean_difference(const ImageF& a, const ImageF& b, const ImageU8& mask, bool inside) {
+  double sum = 0;
+  size_t n = 0;
+  for (size_t i = 0; i < a.pixels(); ++i) {
+    if ((mask.data[i] != 0) != inside) continue;
+    for (int c = 0; c < 3; ++c) sum += std::abs(a.data[3 * i + c] - b.data[3 * i + c]);
+    n += 3;
+  }
+  return n > 0 ? sum / static_cast<double>(n) : 0;
+}
+
+double mean_colour(const ImageF& picture, const ImageU8& ignored) {
+  double sum = 0;
+  size_t n = 0;
+  for (size_t i = 0; i < picture.pixels(); ++i)
+    if (ignored.data[i] == 0)
+      for (int c = 0; c < 3; ++c) {
+        sum += picture.data[3 * i + c];
+        ++n;
+      }
+  return n > 0 ? sum / static_cast<double>(n) : 0;
+}
+
+class Checker {
+ public:
+  Checker(const VideoCheckOptions& options, const ReferenceVideo& video, const ImageF& picture, const ImageU8& object)
+      : options_(options),
+        video_(video),
+        picture_(picture),
+        object_(object),
+        surroundings_(dilated(object, std::max(2, static_cast<int>(kMargin * picture.width)))) {}
+
+  VideoChecks run() {
+    check_view();
+    check_rate();
+    check_jumps();
+    check_motion();
+    std::stable_sort(checks_.findings.begin(), checks_.findings.end(),
+                     [](const auto& a, const auto& b) { return a.refuse > b.refuse; });
+    return std::move(checks_);
+  }
+
+ private:
+  void found(VideoProblem problem, bool refuse, double value, double limit, int frame, std::string sentence) {
+    checks_.findings.push_back({problem, refuse, value, limit, frame, std::move(sentence)});
+  }
+  double seconds(int frame) const { return video_.start + frame / video_.fps; }
+
+  void check_view() {
+    const double width = picture_.width;
+    checks_.match = match_pictures(picture_, video_.frames[0]);
+    const auto& [score, shift] = checks_.match;
+    const std::string& camera = video_.camera.name;
+    if (score < options_.least_score) {
+      found(
+          VideoProblem::kOtherView, true, score, options_.least_score, 0,
+          fmt::format("The first frame does not show the scene from camera '{}': it matches the rendered scene by "
+                      "{:.2f} ({:.2f} is needed).  "
+                      "Name the camera that took the video, or let it be found; check that the video is of this scene.",
+                      camera, score, options_.least_score));
+    } else if (shift > options_.most_shift * width) {
+      found(VideoProblem::kOtherView, true, shift, options_.most_shift * width, 0,
+            fmt::format("The first frame is shifted against the scene seen from camera '{}' by {:.1f} px (at most "
+                        "{:.1f}).  Let the camera be refined, or name "
+                        "the right one.",
+                        camera, shift, options_.most_shift * width));
+    } else if (shift > options_.noted_shift * width) {
+      found(VideoProblem::kViewOff, false, shift, options_.noted_shift * width, 0,
+            fmt::format("The first frame lies {:.1f} px beside the scene seen from camera '{}'.  Refining the camera "
+                        "makes the fit more exact.",
+                        shift, camera));
+    }
+    const auto pixels = std::count_if(object_.data.begin(), object_.data.end(), [](uint8_t m) { return m != 0; });
+    if (pixels < options_.least_pixels) {
+      found(VideoProblem::kHidden, true, static_cast<double>(pixels), options_.least_pixels, 0,
+            fmt::format(
+                "The object covers {} pixels of camera '{}', too few to see it move.  Name a camera that sees it.",
+                pixels, camera));
+    }
+  }
+
+  void check_rate() {
+    if (video_.file_fps == 0 || video_.declared_fps == 0 || video_.declared_rate_holds) return;
+    if (std::abs(video_.declared_fps / video_.file_fps - 1) <= kRateTolerance) return;
+    found(VideoProblem::kRate, true, video_.declared_fps, video_.file_fps, -1,
+          fmt::format("The scene file says {:.4g} frames per second, the video file {:.4g}; E grows with the square of "
+                      "the rate, here by {:.2g}.  Correct "
+                      "video.fps in the scene file, or say that it holds (slow motion).",
+                      video_.declared_fps, video_.file_fps, std::pow(video_.declared_fps / video_.file_fps, 2)));
+  }
+
+  /// Cuts, fast turns of the camera, changes of light and repeated frames, from neighbouring frames.
+  void check_jumps() {
+    const int frames = static_cast<int>(video_.frames.size());
+    std::vector<double> score(frames, 1), change(frames, 0);
+    std::vector<float> moved(frames, 0);
+    parallel_for(frames - 1, [&](std::ptrdiff_t k) {
+      const ImageF &a = video_.frames[k], &b = video_.frames[k + 1];
+      score[k + 1] = match_score(a, b, surroundings_);
+      change[k + 1] = mean_difference(a, b, surroundings_, false);
+      moved[k + 1] = static_cast<float>(mean_difference(a, b, surroundings_, true));
+    });
+    const auto jump = [&](int t) {
+      return t < frames && score[t] < options_.least_continuity && change[t] > options_.least_change;
+    };
+    for (int t = 1; t < frames; ++t) {
+      if (change[t] > options_.least_change) checks_.continuity = std::min(checks_.continuity, score[t]);
+      if (!jump(t)) continue;
+      int end = t;
+      while (jump(end + 1)) ++end;
+      if (end - t < kLongestJump) {
+        jumped_ = true;
+        found(VideoProblem::kCut, true, score[t], options_.least_continuity, t,
+              fmt::format("The video jumps at frame {} ({:.2f} s): the background there matches the frame before by "
+                          "{:.2f} ({:.2f} is needed).  Take the part "
+                          "before or after it (first, last).",
+                          t, seconds(t), score[t], options_.least_continuity));
+      } else {
+        turned_ = t;
+      }
+      t = end;
+    }
+
+    const double first = mean_colour(video_.frames[0], surroundings_);
+    int worst = 0;
+    for (int t = 1; t < frames && first > 0; ++t) {
+      const double light = std::abs(mean_colour(video_.frames[t], surroundings_) / first - 1);
+      if (light > checks_.light) {
+        checks_.light = light;
+        worst = t;
+      }
+    }
+    if (checks_.light > options_.noted_light && !jumped_ && turned_ < 0) {
+      found(VideoProblem::kLight, false, checks_.light, options_.noted_light, worst,
+            fmt::format("The background's brightness changes by {:.0f} % (frame {}, {:.2f} s).  Film with fixed "
+                        "exposure; colours are compared as they are.",
+                        100 * checks_.light, worst, seconds(worst)));
+    }
+
+    // Frames are repeated when they stand still between others that do not.
+    const double usual = quantile({moved.begin() + 1, moved.end()}, 0.9);
+    int repeated = 0, leap = 0;
+    for (int t = 2; t + 1 < frames; ++t) {
+      const auto [less, more] = std::minmax(moved[t - 1], moved[t + 1]);
+      if (!(less > kMoving * usual)) continue;
+      repeated += moved[t] < kSame * less;
+      if (moved[t] > kLeap * more && (leap == 0 || moved[t] > moved[leap])) leap = t;
+    }
+    checks_.rhythm = find_rhythm(moved);
+    const double filmed = checks_.rhythm.share() * video_.fps;
+    if (checks_.rhythm.missing > 0 && !jumped_ && turned_ < 0) {
+      const int every = checks_.rhythm.period + 1;
+      found(VideoProblem::kDropped, false, filmed, video_.fps, -1,
+            fmt::format("One step of the object in {} is twice as long as the others: of every {} frames that were "
+                        "filmed one is missing.  If the true rate is {:.4g} "
+                        "frames per second, times are right; if it is {:.4g}, they run too fast and E comes out too "
+                        "large by {:.3g}.  Write the video anew with all frames.",
+                        checks_.rhythm.period, every, filmed, video_.fps, std::pow(filmed / video_.fps, 2)));
+    } else if (leap > 0 && !jumped_ && turned_ < 0) {
+      const double ratio = moved[leap] / std::max(moved[leap - 1], moved[leap + 1]);
+      found(VideoProblem::kLeap, false, ratio, kLeap, leap,
+            fmt::format("The object leaps at frame {} ({:.2f} s): the picture changes {:.1f} times as much as before "
+                        "and after.  If frames are missing there, take "
+                        "the part before or after it (first, last).",
+                        leap, seconds(leap), ratio));
+    }
+    const int period = checks_.rhythm.period, twice = checks_.rhythm.repeated;
+    checks_.repeated = twice > 0 ? static_cast<double>(twice) / period : static_cast<double>(repeated) / frames;
+    if (twice > 0) {
+      found(VideoProblem::kRepeated, false, checks_.repeated, options_.noted_repeats, -1,
+            fmt::format("{} of every {} frames show{} the one before again: the video was filmed at a lower rate than "
+                        "{:.4g}, the true rate is probably {:.4g} frames per "
+                        "second.  Compare it at that rate (compare-fps).  If the motion was slowed down by that, E "
+                        "comes out too small by {:.3g}: say that it has {:.4g} "
+                        "(video-fps).",
+                        twice, period, twice == 1 ? "s" : "", video_.fps, filmed, std::pow(video_.fps / filmed, 2),
+                        video_.fps * video_.fps / filmed));
+    } else if (checks_.repeated > options_.noted_repeats) {
+      found(VideoProblem::kRepeated, false, checks_.repeated, options_.noted_repeats, -1,
+            fmt::format("{} of {} frames show the one before again: the video was filmed at a lower rate than {:.4g} "
+                        "frames per second.  Write it anew at its own "
+                        "rate: `ffmpeg -i F -vf mpdecimate out.mp4`.",
+                        repeated, frames, video_.fps));
+    }
+  }
+
+  /// Drift of the background and motion of the object, from the flow between the first frame and others.
+  void check_motion() {
+    const int frames = static_cast<int>(video_.frames.size()), compared = std::min(frames - 1, options_.flow_frames);
+    std::vector<std::pair<int, int>> pairs;
+    for (int k = 1; k <= compared; ++k)
+      pairs.push_back({0, static_cast<int>(std::lround(static_cast<double>(k) * (frames - 1) / compared))});
+    const std::vector<ImageF> flows = dense_flows(video_.frames, pairs);
+    const ImageF contrast = local_contrast(video_.frames[0]);
+    int drift_frame = 0, motion_frame = 0;
+    size_t background = 0;
+    for (size_t k = 0; k < flows.size(); ++k) {
+      const ImageF& flow = flows[k];
+      std::vector<float> still, still_u, still_v, object;
+      for (int y = 0; y < flow.height; ++y)
+        for (int x = 0; x < flow.width; ++x)
+          if (surroundings_(x, y) == 0 && contrast(x, y) > kTextured) {
+            still.push_back(std::hypot(flow(x, y, 0), flow(x, y, 1)));
+            still_u.push_back(flow(x, y, 0));
+            still_v.push_back(flow(x, y, 1));
+          }
+      background = still.size();
+      const float u = static_cast<float>(quantile(still_u, 0.5)), v = static_cast<float>(quantile(still_v, 0.5));
+      for (size_t i = 0; i < still.size(); ++i) still_u[i] = std::hypot(still_u[i] - u, still_v[i] - v);
+      for (int y = 0; y < flow.height; ++y)
+        for (int x = 0; x < flow.width; ++x)
+          if (object_(x, y) != 0 && contrast(x, y) > kTextured)
+            object.push_back(std::hypot(flow(x, y, 0) - u, flow(x, y, 1) - v));
+      checks_.noise = std::max(checks_.noise, quantile(still_u, 0.5));
+      if (const double drift = quantile(still, 0.5); drift > checks_.drift) {
+        checks_.drift = drift;
+        drift_frame = pairs[k].second;
+      }
+      if (const double motion = quantile(object, 0.95); motion > checks_.motion) {
+        checks_.motion = motion;
+        motion_frame = pairs[k].second;
+      }
+    }
+    const double width = picture_.width, limit = options_.most_drift * width;
+    if (turned_ >= 0 || (checks_.drift > options_.noted_drift * width && background > 100 && !jumped_)) {
+      const bool refuse = turned_ >= 0 || checks_.drift > limit;
+      found(VideoProblem::kCameraMoves, refuse, checks_.drift, refuse ? limit : options_.noted_drift * width,
+            drift_frame,
+            fmt::format("The camera moves: the background drifts by {:.1f} px until frame {} ({:.2f} s).  Use a "
+                        "tripod, or stabilise the video on its background first.",
+                        checks_.drift, drift_frame, seconds(drift_frame)));
+    }
+    const double least = std::max(options_.least_motion, kNoiseFactor * checks_.noise);
+    if (checks_.motion < least && !jumped_ && turned_ < 0) {
+      found(VideoProblem::kStatic, true, checks_.motion, least, motion_frame,
+            fmt::format("The object does not move: {:.2f} px at most, where {:.2f} are above the noise.  A still "
+                        "object says nothing about its material: film it "
+                        "swinging, or take the part of the video where it does.",
+                        checks_.motion, least));
+    }
+  }
+
+  const VideoCheckOptions& options_;
+  const ReferenceVideo& video_;
+  const ImageF& picture_;
+  const ImageU8& object_;
+  const ImageU8 surroundings_;
+  bool jumped_ = false;
+  int turned_ = -1;
+  VideoChecks checks_;
+};
+
+}  // namespace
+
+const VideoFinding* VideoChecks::find(VideoProblem problem) const {
+  for (const VideoFinding& finding : findings)
+    if (finding.problem == problem) return &finding;
+  return nullptr;
+}
+
+VideoChecks check_video(const VideoCheckOptions& options, const ReferenceVideo& video, const ImageF& picture,
+                        const ImageU8& object) {
+  CHECK(video.frames.size() >= 2 && video.fps > 0);
+  const ImageF& first = video.frames[0];
+  CHECK(picture.width == first.width && picture.height == first.height && picture.channels == 3);
+  CHECK(object.width == first.width && object.height == first.height && object.channels == 1);
+  return Checker(options, video, picture, object).run();
+}
+
+void require_usable(const VideoChecks& checks, const std::string& file) {
+  std::string sentences;
+  for (const VideoFinding& finding : checks.findings)
+    if (finding.refuse) sentences += (sentences.empty() ? "" : "  ") + finding.sentence;
+  if (!sentences.empty()) throw input_error(file, "", "cannot be fitted.  " + sentences, "");
+}
+
+}  // namespace pliant

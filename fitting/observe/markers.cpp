@@ -1,0 +1,226 @@
+#include "fitting/observe/markers.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+std::string trimmed(std::string text) {
+  const char* space = " \t\r\"";
+  text.erase(0, std::min(text.find_first_not_of(space), text.size()));
+  text.erase(text.find_last_not_of(space) + 1);
+  return text;
+}
+
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+std::vector<std::string> split(const std::string& line, char separator) {
+  std::vector<std::string> cells;
+  for (size_t begin = 0;;) {
+    const size_t end = line.find(separator, begin);
+    cells.push_back(trimmed(line.substr(begin, end - begin)));
+    if (end == std::string::npos) return cells;
+    begin = end + 1;
+  }
+}
+
+bool remove_ending(std::string& text, const std::string& ending) {
+  if (text.size() < ending.size() || lower(text.substr(text.size() - ending.size())) != ending) return false;
+  text.resize(text.size() - ending.size());
+  return true;
+}
+
+/// What the columns of a table mean.
+struct Columns {
+  std::vector<std::string> title;
+  int time = -1;
+  double time_unit = 1;
+  struct Marker {
+    std::string name;
+    std::array<int, 3> column = {-1, -1, -1};
+    std::array<double, 3> unit = {1, 1, 1};
+  };
+  std::vector<Marker> markers;
+};
+
+Columns columns_of(const std::vector<std::string>& titles, const std::string& file, size_t line) {
+  Columns out;
+  out.title = titles;
+  const auto fail = [&](size_t column, const std::string& problem, const std::string& remedy) {
+    throw input_error(file, "line " + std::to_string(line) + ", column " + std::to_string(column + 1), problem, remedy);
+  };
+  for (size_t column = 0; column < titles.size(); ++column) {
+    std::string name = titles[column];
+    const std::string plain = lower(name);
+    if (plain == "t" || plain == "time" || plain == "t_s" || plain == "time_s" || plain == "t_ms" ||
+        plain == "time_ms") {
+      if (out.time >= 0) fail(column, "a second column of times, '" + name + "'", "keep one");
+      out.time = static_cast<int>(column);
+      out.time_unit = plain.ends_with("_ms") ? 1e-3 : 1;
+      continue;
+    }
+    const double unit = remove_ending(name, "_mm") ? 1e-3 : (remove_ending(name, "_m"), 1.0);
+    const char axis = name.empty() ? ' ' : static_cast<char>(std::tolower(name.back()));
+    const bool alone = name.size() == 1;
+    if (axis < 'x' || axis > 'z' || !(alone || name[name.size() - 2] == '_'))
+      fail(column, "'" + titles[column] + "' is neither a time nor a coordinate",
+           "name the columns time, m0_x, m0_y, m0_z, m1_x ...");
+    name = alone ? "" : name.substr(0, name.size() - 2);
+    // Without names, a marker is complete when its coordinate comes a second time.
+    auto marker = std::find_if(out.markers.begin(), out.markers.end(), [&](const Columns::Marker& m) {
+      return alone ? &m == &out.markers.back() && m.column[axis - 'x'] < 0 : m.name == name;
+    });
+    if (marker == out.markers.end()) {
+      out.markers.push_back(
+          {alone ? std::string("m").append(std::to_string(out.markers.size())) : name, {-1, -1, -1}, {1, 1, 1}});
+      marker = out.markers.end() - 1;
+    }
+    if (marker->column[axis - 'x'] >= 0)
+      fail(column, "a second column '" + titles[column] + "'", "give every marker a name of its own");
+    marker->column[axis - 'x'] = static_cast<int>(column);
+    marker->unit[axis - 'x'] = unit;
+  }
+  if (out.time < 0) fail(0, "no column of times", "name it 'time' (seconds)");
+  if (out.markers.empty()) fail(0, "no marker", "name the columns time, m0_x, m0_y, m0_z, m1_x ...");
+  for (const Columns::Marker& m : out.markers)
+    for (int a = 0; a < 3; ++a)
+      if (m.column[a] < 0)
+        throw input_error(file, "line " + std::to_string(line),
+                          "marker '" + m.name + "' has no " + "xyz"[a] + " column", "give x, y and z of every marker");
+  return out;
+}
+
+/// NaN for a gap.
+double number(const std::string& cell, const std::string& file, size_t line, int column, const Columns& columns) {
+  const std::string plain = lower(cell);
+  if (plain.empty() || plain == "nan" || plain == "na") return kNaN;
+  double value = 0;
+  const char* begin = cell.data() + (cell[0] == '+');
+  const auto [end, error] = std::from_chars(begin, cell.data() + cell.size(), value);
+  if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value))
+    throw input_error(
+        file,
+        "line " + std::to_string(line) + ", column " + std::to_string(column + 1) + " (" + columns.title[column] + ")",
+        "'" + cell + "' is not a number", "write decimal numbers with a point; leave a gap empty");
+  return value;
+}
+
+}  // namespace
+
+MarkerTracks read_markers(const std::filesystem::path& path) {
+  const std::string file = path.string();
+  std::ifstream in(path);
+  if (!in) throw input_error(file, "", "cannot be read", "check the path");
+  MarkerTracks tracks;
+  Columns columns;
+  char separator = ',';
+  size_t at = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++at;
+    if (at == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);
+    if (trimmed(line).empty() || trimmed(line)[0] == '#') continue;
+    if (columns.title.empty()) {
+      separator = line.find(';') != std::string::npos ? ';' : ',';
+      columns = columns_of(split(line, separator), file, at);
+      for (const Columns::Marker& m : columns.markers) tracks.name.push_back(m.name);
+      continue;
+    }
+    const std::vector<std::string> cells = split(line, separator);
+    const std::string where = "line " + std::to_string(at);
+    if (cells.size() != columns.title.size())
+      throw input_error(
+          file, where,
+          std::to_string(cells.size()) + " columns where the first line has " + std::to_string(columns.title.size()),
+          "complete the line; leave gaps empty");
+    const auto cell = [&](int column) { return number(cells[column], file, at, column, columns); };
+    const double time = columns.time_unit * cell(columns.time);
+    if (!std::isfinite(time))
+      throw input_error(file, where + ", column " + std::to_string(columns.time + 1), "no time",
+                        "every line needs one");
+    if (!tracks.time.empty() && time <= tracks.time.back())
+      throw input_error(file, where + ", column " + std::to_string(columns.time + 1),
+                        "time " + cells[columns.time] + " does not come after the line before",
+                        "sort the lines by time");
+    tracks.time.push_back(time);
+    tracks.position.emplace_back();
+    tracks.weight.emplace_back();
+    for (const Columns::Marker& m : columns.markers) {
+      Vec3d x;
+      for (int a = 0; a < 3; ++a) x[a] = m.unit[a] * cell(m.column[a]);
+      const bool measured = x.allFinite();
+      tracks.position.back().push_back(measured ? x : Vec3d::Zero());
+      tracks.weight.back().push_back(measured ? 1 : 0);
+    }
+  }
+  if (tracks.samples() < 2)
+    throw input_error(file, "", "fewer than two lines of measurements", "give a line of names and one per instant");
+  return tracks;
+}
+
+MarkerTracks resampled(const MarkerTracks& tracks, std::span<const double> times) {
+  MarkerTracks out;
+  out.name = tracks.name;
+  out.time.assign(times.begin(), times.end());
+  for (const double t : times) {
+    out.position.emplace_back(tracks.markers(), Vec3d::Zero());
+    out.weight.emplace_back(tracks.markers(), 0.0);
+    const size_t after = std::lower_bound(tracks.time.begin(), tracks.time.end(), t) - tracks.time.begin();
+    if (after == tracks.samples()) continue;
+    const bool exact = tracks.time[after] == t;
+    if (after == 0 && !exact) continue;
+    const size_t before = exact ? after : after - 1;
+    const double f = exact ? 0 : (t - tracks.time[before]) / (tracks.time[after] - tracks.time[before]);
+    for (size_t k = 0; k < tracks.markers(); ++k) {
+      out.weight.back()[k] = std::min(tracks.weight[before][k], tracks.weight[after][k]);
+      if (out.weight.back()[k] > 0)
+        out.position.back()[k] = (1 - f) * tracks.position[before][k] + f * tracks.position[after][k];
+    }
+  }
+  return out;
+}
+
+std::vector<Vec3d> mean_position(const MarkerTracks& tracks, double begin, double end) {
+  std::vector<Vec3d> mean(tracks.markers(), Vec3d::Zero());
+  for (size_t k = 0; k < mean.size(); ++k) {
+    double total = 0;
+    for (size_t t = 0; t < tracks.samples(); ++t) {
+      if (tracks.time[t] < begin || tracks.time[t] > end) continue;
+      mean[k] += tracks.weight[t][k] * tracks.position[t][k];
+      total += tracks.weight[t][k];
+    }
+    mean[k] /= total;  // NaN where nothing was measured
+  }
+  return mean;
+}
+
+double onset_of_motion(const MarkerTracks& tracks, std::span<const Vec3d> rest, double share) {
+  CHECK(rest.size() == tracks.markers() && tracks.samples() > 0);
+  // Comparisons with NaN are false.
+  const auto distance = [&](size_t t) {
+    double most = 0;
+    for (size_t k = 0; k < rest.size(); ++k) {
+      const double d = tracks.weight[t][k] > 0 ? (tracks.position[t][k] - rest[k]).norm() : 0;
+      if (d > most) most = d;
+    }
+    return most;
+  };
+  double largest = 0;
+  for (size_t t = 0; t < tracks.samples(); ++t) largest = std::max(largest, distance(t));
+  size_t onset = 0;
+  while (largest > 0 && onset < tracks.samples() && distance(onset) <= share * largest) ++onset;
+  return tracks.time[onset > 0 ? onset - 1 : 0];
+}
+
+}  // namespace pliant

@@ -1,0 +1,119 @@
+#include "fitting/observe/track_pixels.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "gaussians/base/error.h"
+#include "gaussians/base/portable.h"
+#include "gaussians/vision/optical_flow.h"
+
+namespace pliant {
+namespace {
+
+using Eigen::Matrix2d, Eigen::Vector2d;
+
+Vector2d flow_at(const ImageF& flow, const Vector2d& p) {
+  return {sample(flow, p.x(), p.y(), 0), sample(flow, p.x(), p.y(), 1)};
+}
+
+/// The affine map nearest to the flow around p.
+PatchWarp warp_of_flow(const ImageF& flow, const Vector2d& p, int radius) {
+  PatchWarp warp;
+  warp.position = p + flow_at(flow, p);
+  const double r = 0.5 * radius;
+  warp.linear.col(0) += (flow_at(flow, p + Vector2d(r, 0)) - flow_at(flow, p - Vector2d(r, 0))) / (2 * r);
+  warp.linear.col(1) += (flow_at(flow, p + Vector2d(0, r)) - flow_at(flow, p - Vector2d(0, r))) / (2 * r);
+  const double size = warp.linear.determinant();
+  if (!(size > 0.4 && size < 2.5)) warp.linear.setIdentity();
+  return warp;
+}
+
+bool sound(const PatchFit& fit) {
+  const double size = fit.warp.linear.determinant();
+  return fit.inside && fit.warp.position.allFinite() && size > 0.25 && size < 4;
+}
+
+double smooth_step(double low, double high, double x) {
+  const double s = std::clamp((x - low) / (high - low), 0.0, 1.0);
+  return s * s * (3 - 2 * s);
+}
+
+}  // namespace
+
+PixelTracks track_pixels(const TrackOptions& options, const ReferenceVideo& video, std::span<const Vector2d> points,
+                         const ImageU8& object) {
+  const size_t frames = video.frames.size(), count = points.size();
+  CHECK(frames > 0);
+  CHECK(object.empty() ||
+        (object.width == video.frames[0].width && object.height == video.frames[0].height && object.channels == 1));
+  PixelTracks tracks;
+  tracks.pixel.assign(frames, std::vector<Vector2d>(points.begin(), points.end()));
+  tracks.weight.assign(frames, std::vector<double>(count, 0.0));
+  tracks.sigma.assign(frames, std::vector<double>(count, 0.0));
+
+  const GradientPicture first(video.frames[0]);
+  std::vector<Patch> patches;
+  std::vector<PatchWarp> last(count);
+  for (size_t i = 0; i < count; ++i) {
+    patches.emplace_back(options.patch, first, object, points[i]);
+    last[i].position = points[i];
+    const PatchFit fit = patches[i].align(first, last[i]);
+    tracks.sigma[0][i] = fit.sigma;
+    tracks.weight[0][i] = fit.inside ? 1 / (1 + std::pow(fit.sigma / options.blur, 2)) : 0;
+  }
+
+  for (size_t t = 1; t < frames; ++t) {
+    const int now = static_cast<int>(t), before = now - 1;
+    const std::vector<std::pair<int, int>> steps = {{before, now}, {now, before}};
+    const std::vector<ImageF> step = dense_flows(video.frames, steps, FlowQuality::kFine);
+    const GradientPicture picture(video.frames[t]);
+    // From the frame before, with the turn that the patch had there.
+    std::vector<PatchWarp> chained(count);
+    std::vector<PatchFit> best(count);
+    parallel_for(static_cast<std::ptrdiff_t>(count), [&](std::ptrdiff_t i) {
+      chained[i] = {last[i].position + flow_at(step[0], last[i].position), last[i].linear};
+      best[i] = patches[i].align(picture, chained[i]);
+    });
+
+    // From the first frame, which finds what was hidden for a while.
+    const auto doubtful = [&](const PatchFit& fit) {
+      return !sound(fit) || fit.correlation < options.high_correlation;
+    };
+    std::vector<ImageF> whole;
+    if (std::any_of(best.begin(), best.end(), doubtful)) {
+      const std::vector<std::pair<int, int>> pairs = {{0, now}, {now, 0}};
+      whole = dense_flows(video.frames, pairs, FlowQuality::kQuick);
+      parallel_for(static_cast<std::ptrdiff_t>(count), [&](std::ptrdiff_t i) {
+        if (!doubtful(best[i])) return;
+        const PatchFit direct = patches[i].align(picture, warp_of_flow(whole[0], points[i], options.patch.radius));
+        if (sound(direct) && (!sound(best[i]) || direct.correlation > best[i].correlation)) best[i] = direct;
+      });
+    }
+
+    for (size_t i = 0; i < count; ++i) {
+      if (!sound(best[i])) {
+        last[i].position = tracks.pixel[t][i] = chained[i].position;
+        tracks.sigma[t][i] = std::numeric_limits<double>::infinity();
+        continue;
+      }
+      const Vector2d p = best[i].warp.position;
+      double round_trip = (p + flow_at(step[1], p) - last[i].position).norm();
+      if (!whole.empty()) round_trip = std::min(round_trip, (p + flow_at(whole[1], p) - points[i]).norm());
+      tracks.weight[t][i] = std::exp(-0.5 * std::pow(round_trip / options.round_trip, 2)) *
+                            smooth_step(options.low_correlation, options.high_correlation, best[i].correlation) /
+                            (1 + std::pow(best[i].sigma / options.blur, 2));
+      tracks.pixel[t][i] = p;
+      tracks.sigma[t][i] = best[i].sigma;
+      last[i] = best[i].warp;
+    }
+  }
+  double sum = 0;
+  for (const auto& row : tracks.weight)
+    for (const double w : row) sum += w;
+  tracks.kept = count > 0 ? sum / static_cast<double>(frames * count) : 0;
+  return tracks;
+}
+
+}  // namespace pliant

@@ -1,0 +1,141 @@
+#include "gaussians/io/cameras/camera_file.h"
+
+#include <Eigen/SVD>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "gaussians/base/error.h"
+#include "gaussians/io/images/image_io.h"
+
+namespace fs = std::filesystem;
+
+namespace pliant {
+
+const std::array<const char*, 6> kDistortionNames = {"k1", "k2", "p1", "p2", "k3", "k4"};
+
+fs::path find_photo(const fs::path& photos, const std::vector<fs::path>& folders, const std::string& name) {
+  std::vector<fs::path> stems;
+  if (!photos.empty()) stems = {photos / name, photos / fs::path(name).filename()};
+  for (const fs::path& folder : folders) stems.push_back(folder / name);
+  for (const fs::path& stem : stems) {
+    for (const char* suffix : {"", ".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"}) {
+      std::error_code ignored;
+      const fs::path candidate = stem.string() + suffix;
+      if (fs::is_regular_file(candidate, ignored)) return candidate.lexically_normal();
+    }
+  }
+  return {};
+}
+
+bool read_photo_size(const std::string& photo, PhotoFit fit, int& width, int& height) {
+  try {
+    const ImageF picture = read_image(photo);
+    width = picture.width;
+    height = picture.height;
+    return true;
+  } catch (const Error&) {
+    if (fit == PhotoFit::kFirstPhoto) throw;
+    return false;
+  }
+}
+
+bool make_rotation(Eigen::Matrix3d& matrix) {
+  const double defect = (matrix.transpose() * matrix - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (!(defect < 1e-2) || matrix.determinant() < 0) return false;
+  if (defect > 1e-9) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    matrix = svd.matrixU() * svd.matrixV().transpose();
+  }
+  return true;
+}
+
+void CameraCollector::add(Camera camera, const std::string& photo_name) {
+  camera.name = fs::path(photo_name).stem().string();
+  ++result_.frames;
+  result_.photos_found += !camera.photo.empty();
+  names_.push_back(photo_name);
+  result_.cameras.push_back(std::move(camera));
+}
+
+CameraFile CameraCollector::finish(const std::string& format, bool sizes_are_of_photos) {
+  result_.format = format;
+  result_.files = {file_};
+  keep_frames_with_photos();
+  make_names_unique();
+  if (fit_ == PhotoFit::kFirstPhoto) {
+    if (!sizes_are_of_photos) match_size_of_photos();
+    warn_of_distortion();
+  }
+  return std::move(result_);
+}
+
+void CameraCollector::keep_frames_with_photos() {
+  const int missing = result_.frames - result_.photos_found;
+  if (missing == 0) return;
+  if (result_.photos_found == 0) {
+    result_.warnings.push_back(file_.string() + ": none of the " + std::to_string(missing) +
+                               " photos exists; the cameras are used without photos");
+    return;
+  }
+  std::vector<Camera> cameras;
+  std::vector<std::string> names;
+  for (size_t i = 0; i < result_.cameras.size(); ++i) {
+    if (result_.cameras[i].photo.empty()) continue;
+    cameras.push_back(std::move(result_.cameras[i]));
+    names.push_back(names_[i]);
+  }
+  result_.cameras = std::move(cameras);
+  names_ = std::move(names);
+  result_.warnings.push_back(file_.string() + ": " + std::to_string(missing) + " of " + std::to_string(result_.frames) +
+                             " frames name photos that do not exist; they are left out");
+}
+
+/// Cameras are found by name, so equal stems (train/r_0, test/r_0) take their folders into the name.
+void CameraCollector::make_names_unique() {
+  std::map<std::string, int> uses;
+  for (const Camera& camera : result_.cameras) ++uses[camera.name];
+  std::set<std::string> taken;
+  for (size_t i = 0; i < result_.cameras.size(); ++i) {
+    std::string& name = result_.cameras[i].name;
+    if (uses[name] > 1) {
+      name = fs::path(names_[i]).lexically_normal().replace_extension().generic_string();
+      for (char& c : name) c = c == '/' ? '_' : c;
+    }
+    if (name.empty() || !taken.insert(name).second) {
+      throw input_error(file_.string(), "file_path", "'" + names_[i] + "' names two frames",
+                        "give each frame its own photo");
+    }
+  }
+}
+
+/// Photos that were scaled after the camera file was written: the cameras follow the first photo.
+void CameraCollector::match_size_of_photos() {
+  if (result_.cameras.empty() || result_.cameras[0].photo.empty()) return;
+  const ImageF photo = read_image(result_.cameras[0].photo);
+  const Camera first = result_.cameras[0];
+  if (photo.width == first.width && photo.height == first.height) return;
+  const double scale = static_cast<double>(photo.width) / first.width;
+  const std::string sizes = std::to_string(photo.width) + " x " + std::to_string(photo.height) +
+                            " pixels but the camera says " + std::to_string(first.width) + " x " +
+                            std::to_string(first.height);
+  if (std::abs(first.height * scale - photo.height) > 1.0) {
+    throw input_error(first.photo, "", "has " + sizes, "use the photos that the cameras belong to");
+  }
+  for (Camera& camera : result_.cameras) camera = camera.scaled(scale);
+  result_.warnings.push_back(first.photo + ": has " + sizes + "; the cameras are scaled to the photos");
+}
+
+void CameraCollector::warn_of_distortion() {
+  std::string names;
+  for (size_t k = 0; k < kDistortionNames.size(); ++k) {
+    bool used = false;
+    for (const Camera& camera : result_.cameras) used = used || camera.distortion[k] != 0;
+    if (used) names += (names.empty() ? "" : ", ") + std::string(kDistortionNames[k]);
+  }
+  if (names.empty()) return;
+  result_.warnings.push_back(file_.string() + ": lens distortion (" + names +
+                             ") is ignored; undistort the photos for exact results");
+}
+
+}  // namespace pliant

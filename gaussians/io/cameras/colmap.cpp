@@ -1,0 +1,60 @@
+#include "gaussians/io/cameras/colmap.h"
+
+#include <Eigen/Geometry>
+
+#include "gaussians/base/error.h"
+#include "gaussians/io/cameras/colmap_records.h"
+
+namespace fs = std::filesystem;
+
+namespace pliant {
+namespace {
+
+void add_frame(const ColmapImage& image, const std::map<uint32_t, Camera>& cameras, const fs::path& folder,
+               const fs::path& photos, const std::string& file, const std::string& field, CameraCollector& collector) {
+  const auto found = cameras.find(image.camera);
+  if (found == cameras.end()) {
+    throw input_error(file, field, "names the camera " + std::to_string(image.camera) + ", which does not exist",
+                      "the files do not belong together");
+  }
+  Eigen::Quaterniond q(image.q[0], image.q[1], image.q[2], image.q[3]);
+  const Eigen::Vector3d t(image.t[0], image.t[1], image.t[2]);
+  if (!q.coeffs().allFinite() || !(q.norm() > 1e-6) || !t.allFinite()) {
+    throw input_error(file, field, "has no pose: a zero quaternion or values that are not finite",
+                      "the file is damaged");
+  }
+  Camera camera = found->second;
+  camera.cam_from_world.linear() = q.normalized().toRotationMatrix();
+  camera.cam_from_world.translation() = t;
+  const fs::path around = folder / "..", above = folder / "../..";
+  camera.photo =
+      find_photo(photos, {folder / "images", around / "images", above / "images", folder, around, above}, image.photo)
+          .string();
+  collector.add(std::move(camera), image.photo);
+}
+
+}  // namespace
+
+bool is_colmap(const fs::path& folder) { return !colmap_extension(folder).empty(); }
+
+CameraFile read_colmap(const fs::path& folder, const fs::path& photos, PhotoFit fit) {
+  const std::string extension = colmap_extension(folder);
+  if (extension.empty()) {
+    throw input_error(folder.string(), "", "holds no cameras.bin and images.bin (or .txt)",
+                      "name a COLMAP model, for example sparse/0");
+  }
+  const fs::path cameras_file = folder / ("cameras" + extension), images_file = folder / ("images" + extension);
+  const std::map<uint32_t, Camera> cameras = read_colmap_cameras(cameras_file);
+  CameraCollector collector(images_file, fit);
+  bool any = false;
+  for_each_colmap_image(images_file, false, [&](const ColmapImage& image, const std::string& field) {
+    add_frame(image, cameras, folder, photos, images_file.string(), field, collector);
+    any = true;
+  });
+  if (!any) throw input_error(images_file.string(), "", "holds no image", "name a model with registered images");
+  CameraFile result = collector.finish(extension == ".bin" ? "COLMAP binary" : "COLMAP text");
+  result.files.push_back(cameras_file);
+  return result;
+}
+
+}  // namespace pliant

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+
+#include "gaussians/io/cameras/camera_file.h"
+
+namespace pliant {
+
+/// Whether the folder holds cameras and images of COLMAP, binary or text.
+bool is_colmap(const std::filesystem::path& folder);
+
+/// Reads cameras.{bin,txt} and images.{bin,txt} of a COLMAP model; binary wins.  Camera models SIMPLE_PINHOLE, PINHOLE,
+/// SIMPLE_RADIAL, RADIAL and OPENCV, others are refused.  Axes and pixel centres are ours.  Photos are looked for in
+/// `photos` (may be empty) and in the `images` folder of the model or of the folders around it.  Throws Error{kInput}
+/// naming file, record and value.
+CameraFile read_colmap(const std::filesystem::path& folder, const std::filesystem::path& photos = {},
+                       PhotoFit fit = PhotoFit::kFirstPhoto);
+
+}  // namespace pliant

@@ -1,0 +1,11 @@
+#pragma once
+
+#include "gaussians/io/cameras/sparse_points.h"
+
+namespace pliant {
+
+/// x, y, z and, when there are such properties, red, green, blue of the vertices of a PLY.  Throws Error{kInput} naming
+/// file, property and vertex.
+SparsePoints read_ply_points(const std::filesystem::path& file);
+
+}  // namespace pliant

@@ -1,0 +1,215 @@
+#include "gaussians/io/cameras/sparse_points.h"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <unordered_map>
+
+#include "gaussians/base/lens.h"
+#include "gaussians/io/cameras/cameras.h"
+#include "gaussians/io/cameras/colmap_records.h"
+#include "gaussians/io/cameras/ply_points.h"
+#include "gaussians/io/files/byte_reader.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/files/json_file.h"
+#include "gaussians/io/splats/ply_header.h"
+#include "gaussians/io/splats/ply_rows.h"
+
+namespace fs = std::filesystem;
+
+namespace pliant {
+namespace {
+
+constexpr uint64_t kPointBytes = 8 + 3 * 8 + 3 + 8 + 8;  // id, position, colour, error, length of the track
+
+void add_point(SparsePoints& points, const double* position, const double* color, const std::string& file,
+               const std::string& field) {
+  const Vec3f x = Eigen::Map<const Vec3d>(position).cast<float>();
+  if (!x.allFinite()) throw input_error(file, field, "has a position that is not finite", "the file is damaged");
+  points.position.push_back(x);
+  points.color.push_back((Eigen::Map<const Vec3d>(color).cast<float>() / 255).cwiseMax(0.0f).cwiseMin(1.0f));
+}
+
+/// What the images of a COLMAP model say about the cameras that were passed.
+class ColmapTracks {
+ public:
+  ColmapTracks(const fs::path& folder, const std::string& extension, const std::vector<Camera>& cameras)
+      : cameras_(cameras) {
+    std::unordered_map<std::string, int> by_name;
+    for (size_t i = 0; i < cameras.size(); ++i) by_name[cameras[i].name] = static_cast<int>(i);
+    const auto lenses = read_colmap_cameras(folder / ("cameras" + extension));
+    for_each_colmap_image(folder / ("images" + extension), true, [&](const ColmapImage& image, const std::string&) {
+      View& view = views_[image.id];
+      view.points = image.points;
+      // A name is the stem of the photo, or the whole path where stems repeat (CameraCollector).
+      std::string whole = fs::path(image.photo).lexically_normal().replace_extension().generic_string();
+      for (char& c : whole) c = c == '/' ? '_' : c;
+      for (const std::string& name : {whole, fs::path(image.photo).stem().string()}) {
+        const auto found = by_name.find(name);
+        if (view.camera < 0 && found != by_name.end()) view.camera = found->second;
+      }
+      const auto lens = lenses.find(image.camera);
+      if (lens != lenses.end()) view.model = lens->second;
+    });
+  }
+
+  void add(uint32_t image, uint32_t index, const std::string& file, const std::string& field, SparsePoints& points) {
+    const auto found = views_.find(image);
+    if (found == views_.end()) {
+      throw input_error(file, field, "is seen by the image " + std::to_string(image) + ", which does not exist",
+                        "the files do not belong together");
+    }
+    const View& view = found->second;
+    if (index >= view.points.size()) {
+      throw input_error(file, field,
+                        "is the feature " + std::to_string(index) + " of the image " + std::to_string(image) +
+                            ", which has " + std::to_string(view.points.size()),
+                        "the files do not belong together");
+    }
+    if (view.camera < 0 || view.model.width == 0) return;
+    // The same ray through the lens of the model and through that of the camera that was passed.
+    const Camera& camera = cameras_[static_cast<size_t>(view.camera)];
+    const auto ray = unproject(view.model, view.points[index]);
+    if (!ray) return;
+    const Eigen::Vector2d x = distort(camera.distortion, *ray);
+    const Eigen::Vector2d pixel(camera.fx * x.x() + camera.cx, camera.fy * x.y() + camera.cy);
+    points.observations.push_back({static_cast<int>(points.position.size()) - 1, view.camera, pixel.cast<float>()});
+  }
+
+ private:
+  struct View {
+    int camera = -1;
+    Camera model;  ///< intrinsics to which the features refer
+    std::vector<Eigen::Vector2d> points;
+  };
+
+  const std::vector<Camera>& cameras_;
+  std::unordered_map<uint32_t, View> views_;
+};
+
+void read_binary_points(const fs::path& path, ColmapTracks& tracks, SparsePoints& points) {
+  const std::string bytes = read_text(path);
+  ByteReader in(bytes, path.string());
+  const auto count = in.take<uint64_t>("number of points");
+  in.expect(count, kPointBytes, "number of points");
+  points.position.reserve(count);
+  points.color.reserve(count);
+  for (uint64_t i = 0; i < count; ++i) {
+    const std::string field = "point " + std::to_string(in.take<uint64_t>("point id"));
+    double position[3], color[3];
+    for (double& value : position) value = in.take<double>(field);
+    for (double& value : color) value = in.take<uint8_t>(field);
+    in.take<double>(field);  // the mean reprojection error
+    add_point(points, position, color, in.file(), field);
+    const auto length = in.take<uint64_t>(field);
+    in.expect(length, 8, field + ": length of the track");
+    for (uint64_t k = 0; k < length; ++k) {
+      const auto image = in.take<uint32_t>(field), index = in.take<uint32_t>(field);
+      tracks.add(image, index, in.file(), field, points);
+    }
+  }
+}
+
+void read_text_points(const fs::path& path, ColmapTracks& tracks, SparsePoints& points) {
+  std::istringstream in(read_text(path));
+  std::string line;
+  for (int number = 0; next_colmap_line(in, line, number);) {
+    if (line.find_first_not_of(" \t") == std::string::npos) continue;
+    const std::string field = "line " + std::to_string(number);
+    std::istringstream words(line);
+    uint64_t id;
+    double position[3], color[3], error;
+    words >> id;
+    for (double& value : position) words >> value;
+    for (double& value : color) words >> value;
+    if (!(words >> error)) {
+      throw input_error(path.string(), field, "is '" + line.substr(0, 60) + "'",
+                        "it must be: id, x, y, z, r, g, b, error, track");
+    }
+    add_point(points, position, color, path.string(), field);
+    for (uint32_t image, index; words >> image;) {
+      if (!(words >> index)) throw input_error(path.string(), field, "ends inside a track", "the file is truncated");
+      tracks.add(image, index, path.string(), field, points);
+    }
+    if (!words.eof())
+      throw input_error(path.string(), field, "has a track that is not numbers", "it must be: image, feature, ...");
+  }
+}
+
+void read_colmap_points(const fs::path& folder, const std::vector<Camera>& cameras, SparsePoints& points) {
+  const std::string extension = colmap_extension(folder);
+  const fs::path file = folder / ("points3D" + extension);
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored)) {
+    points.source = folder.string() + " holds no points3D" + extension;
+    return;
+  }
+  ColmapTracks tracks(folder, extension, cameras);
+  if (extension == ".bin")
+    read_binary_points(file, tracks, points);
+  else
+    read_text_points(file, tracks, points);
+  points.file = file;
+  points.source = std::to_string(points.position.size()) + " points of " + file.string();
+}
+
+}  // namespace
+
+SparsePoints read_ply_points(const fs::path& file) {
+  SparsePoints points;
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw input_error(file.string(), "", "cannot be opened", "check its permissions");
+  const PlyHeader header = read_ply_header(in, file);
+  const PlyElement* vertex = header.find("vertex");
+  int column[6];
+  const char* names[] = {"x", "y", "z", "red", "green", "blue"};
+  for (int k = 0; k < 6; ++k) {
+    column[k] = vertex ? vertex->find(names[k]) : -1;
+    if (k < 3 && column[k] < 0)
+      throw input_error(file.string(), std::string("property ") + names[k], "is missing", "name a point cloud");
+  }
+  if (vertex->has_list()) throw input_error(file.string(), "element vertex", "holds a list", "name a point cloud");
+  for (const PlyElement& element : header.elements) {
+    PlyRows rows(in, header, element, file.string(), fs::file_size(file));
+    if (&element != vertex) {
+      rows.skip();
+      continue;
+    }
+    rows.check_size();
+    const bool colored = column[3] >= 0 && column[4] >= 0 && column[5] >= 0;
+    const bool bytes = colored && vertex->properties[column[3]].type == PlyType::kUint8;
+    rows.for_each_row([&](const float* row) {
+      double position[3], color[3];
+      for (int k = 0; k < 3; ++k) {
+        position[k] = row[column[k]];
+        color[k] = colored ? row[column[3 + k]] * (bytes ? 1.0 : 255.0) : 127.5;
+      }
+      add_point(points, position, color, file.string(), "vertex " + std::to_string(points.position.size()));
+    });
+    break;
+  }
+  points.file = file;
+  points.source = std::to_string(points.position.size()) + " points of " + file.string();
+  return points;
+}
+
+SparsePoints read_sparse_points(const fs::path& path, const std::vector<Camera>& cameras) {
+  SparsePoints points;
+  std::error_code ignored;
+  fs::path at = cameras_at(path);
+  if (at.empty() && fs::is_directory(path, ignored)) at = cameras_in(path);
+  if (fs::is_directory(at, ignored)) {
+    read_colmap_points(at, cameras, points);
+    return points;
+  }
+  points.source = at.string() + " comes without points";
+  if (at.extension() != ".json") return points;
+  const nlohmann::json json = read_json(at);
+  if (!json.is_object() || !json.contains("ply_file_path")) return points;
+  const fs::path file = at.parent_path() / JsonObject(json, at.string(), "", Failure::kInput).text("ply_file_path");
+  if (fs::is_regular_file(file, ignored)) return read_ply_points(file);
+  points.source = at.string() + " names the points " + file.string() + ", which do not exist";
+  return points;
+}
+
+}  // namespace pliant

@@ -1,0 +1,35 @@
+#include "gaussians/io/images/webp.h"
+
+#include <webp/decode.h>
+
+#include "gaussians/base/error.h"
+
+namespace pliant {
+
+ImageU8 decode_webp(std::string_view bytes, size_t most_pixels, const std::string& file) {
+  const auto* data = reinterpret_cast<const uint8_t*>(bytes.data());
+  WebPBitstreamFeatures features;
+  if (WebPGetFeatures(data, bytes.size(), &features) != VP8_STATUS_OK) {
+    throw input_error(file, "", "is no WebP picture or its header is damaged", "fetch the file again");
+  }
+  if (features.has_animation || features.format == 1) {
+    throw input_error(
+        file, "",
+        features.has_animation ? "is an animation" : "is a lossy WebP picture, which changes the values in it",
+        "write it as lossless WebP");
+  }
+  const std::string size = std::to_string(features.width) + " x " + std::to_string(features.height) + " pixels";
+  if (static_cast<size_t>(features.width) * static_cast<size_t>(features.height) > most_pixels) {
+    throw input_error(
+        file, "", "has " + size + ", at most " + std::to_string(most_pixels) + " are justified by the scene's counts",
+        "the file is damaged, or meant to exhaust the memory");
+  }
+  ImageU8 picture(features.width, features.height, 4);
+  if (!WebPDecodeRGBAInto(data, bytes.size(), picture.data.data(), picture.data.size(), 4 * picture.width)) {
+    throw input_error(file, "", "is a WebP picture of " + size + " that cannot be decoded",
+                      "the file is truncated or damaged; fetch it again");
+  }
+  return picture;
+}
+
+}  // namespace pliant

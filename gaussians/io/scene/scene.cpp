@@ -1,0 +1,154 @@
+#include "gaussians/io/scene/scene.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include "gaussians/base/error.h"
+#include "gaussians/base/orbit.h"
+#include "gaussians/io/cameras/cameras.h"
+#include "gaussians/io/scene/up_direction.h"
+#include "gaussians/io/splats/splats.h"
+
+namespace fs = std::filesystem;
+
+namespace pliant {
+namespace {
+
+/// point_cloud/iteration_<largest>/point_cloud.ply of a 3DGS model folder; empty when there is none.
+fs::path splats_of_model(const fs::path& folder) {
+  const fs::path iterations = folder / "point_cloud";
+  std::error_code ignored;
+  if (!fs::is_directory(iterations, ignored)) return {};
+  fs::path best;
+  long long largest = -1;
+  for (const auto& entry : fs::directory_iterator(iterations)) {
+    const std::string name = entry.path().filename().string(), prefix = "iteration_";
+    if (name.rfind(prefix, 0) != 0) continue;
+    long long number = -1;
+    const auto [end, failed] = std::from_chars(name.data() + prefix.size(), name.data() + name.size(), number);
+    if (failed != std::errc() || end != name.data() + name.size() || number <= largest) continue;
+    const fs::path splats = entry.path() / "point_cloud.ply";
+    if (fs::is_regular_file(splats, ignored)) {
+      largest = number;
+      best = splats;
+    }
+  }
+  return best;
+}
+
+/// The only splat file of a folder; empty when there is none or more than one.
+fs::path only_splats_in(const fs::path& folder) {
+  fs::path found;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    if (!entry.is_regular_file(ignored) || splats_at(entry.path()).empty()) continue;
+    if (!found.empty()) return {};
+    found = entry.path();
+  }
+  return found;
+}
+
+/// Cameras beside the splats, or in the 3DGS model folder that they lie in.
+fs::path cameras_of_splats(const fs::path& splats) {
+  const fs::path folder = splats.parent_path();
+  const fs::path beside = cameras_in(folder);
+  if (!beside.empty() || folder.filename().string().rfind("iteration_", 0) != 0) return beside;
+  return cameras_in(folder / "../..").lexically_normal();
+}
+
+/// Fills in where splats and cameras are.
+SceneFile locate(const fs::path& source) {
+  std::error_code ignored;
+  SceneFile scene;
+  if (!fs::exists(source, ignored))
+    throw input_error(source.string(), "", "does not exist", "check the name of the scene");
+  if (!fs::is_directory(source, ignored)) {
+    if (source.filename() == "scene.json") {
+      scene = read_scene_file(source);
+    } else {
+      scene.splats = source;
+    }
+  } else if (fs::is_regular_file(source / "scene.json", ignored)) {
+    scene = read_scene_file(source / "scene.json");
+  } else {
+    scene.splats = splats_of_folder(source);
+    scene.cameras = cameras_in(source);
+    if (scene.splats.empty()) {
+      throw input_error(
+          source.string(), "",
+          "holds no scene.json, no point_cloud/iteration_*/point_cloud.ply, and no or several splat files",
+          "name a splat file, a 3DGS model folder, or a folder with scene.json");
+    }
+  }
+  if (scene.splats.empty()) throw input_error(scene.file.string(), "splats", "is missing", "name the splat file");
+  if (scene.cameras.empty()) scene.cameras = cameras_of_splats(scene.splats);
+  return scene;
+}
+
+void choose_up(const LoadOptions& options, Scene& scene) {
+  if (options.up) {
+    if (!(options.up->norm() > 1e-9) || !options.up->allFinite())
+      throw usage_error("--up", "", "is not a direction", "give x,y,z");
+    scene.up = options.up->normalized();
+    scene.up_source = "given by the user";
+    return;
+  }
+  if (scene.settings.up) {
+    scene.up = *scene.settings.up;
+    scene.up_source = "given by " + scene.settings.file.string();
+    return;
+  }
+  std::optional<UpDirection> found = up_of_cameras(scene.cameras);
+  if (!found) found = up_of_cloud(scene.cloud);
+  scene.up = found->up;
+  scene.up_source = found->source;
+}
+
+}  // namespace
+
+fs::path splats_of_folder(const fs::path& folder) {
+  fs::path splats = splats_of_model(folder);
+  if (splats.empty()) splats = splats_at(folder);
+  std::error_code ignored;
+  // Other point clouds beside it say what its parts do (PhysDreamer).
+  if (splats.empty() && fs::is_regular_file(folder / "point_cloud.ply", ignored)) splats = folder / "point_cloud.ply";
+  return splats.empty() ? only_splats_in(folder) : splats;
+}
+
+Scene load_scene(const fs::path& source, const LoadOptions& options) {
+  Scene scene;
+  scene.source = source;
+  scene.settings = locate(source);
+  scene.cloud = read_splats(scene.settings.splats, &scene.report, options.level.value_or(kFinestLevel));
+  scene.warnings = scene.report.warnings;
+  if (scene.cloud.size() == 0) {
+    throw input_error(scene.settings.splats.string(), "", "holds no usable Gaussian", "name a trained scene");
+  }
+  if (!scene.settings.cameras.empty()) {
+    CameraFile file = read_cameras(scene.settings.cameras, scene.settings.photos);
+    scene.cameras = std::move(file.cameras);
+    scene.warnings.insert(scene.warnings.end(), file.warnings.begin(), file.warnings.end());
+  }
+  choose_up(options, scene);
+  if (scene.cameras.empty()) {
+    OrbitOptions orbit;
+    orbit.views = options.orbit_views;
+    orbit.width = options.orbit_width;
+    orbit.height = options.orbit_height;
+    if (orbit.views < 1 || orbit.width < 1 || orbit.height < 1) {
+      throw usage_error("--orbit-views", "", "is not positive", "give at least one view");
+    }
+    scene.cameras = orbit_cameras(orbit, scene.cloud, scene.up);
+    scene.cameras_are_orbit = true;
+  }
+  const std::optional<double> metres =
+      options.metres_per_unit ? options.metres_per_unit : scene.settings.metres_per_unit;
+  if (metres && !(*metres > 0 && std::isfinite(*metres))) {
+    throw usage_error("metres_per_unit", "", "is " + std::to_string(*metres), "it must be positive");
+  }
+  scene.metres_per_unit = metres.value_or(1.0);
+  if (!metres) scene.warnings.push_back("the scale of the scene is unknown: one unit is taken as one metre");
+  return scene;
+}
+
+}  // namespace pliant

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gaussians/base/camera.h"
+#include "gaussians/base/gaussian_cloud.h"
+#include "gaussians/io/splats/ply.h"
+#include "gaussians/io/splats/read_report.h"
+
+namespace pliant {
+
+/// Homogeneous material: Young's modulus [Pa], Poisson's ratio, density [kg/m^3]; the constitutive law's name and its
+/// constants, whose names the physics knows.
+struct MaterialValues {
+  std::optional<double> young, poisson, density;
+  std::string law;
+  std::map<std::string, double> constants;
+};
+
+/// A reference video that shows the object moving.
+struct VideoReference {
+  std::filesystem::path file;
+  std::string camera;  ///< name of the camera that took it
+  double fps = 0;
+};
+
+/// Contents of scene.json; every path is resolved against the folder of the file.
+/// Keys: splats, cameras, photos, masks, labels, video {file, camera, fps}, up [3], metres_per_unit, support (name of
+/// an id), object (name of the id that `run` takes when none is given), pinned [{box: [x0,y0,z0,x1,y1,z1]} |
+/// {sphere: [x,y,z,r]}], material {young, poisson, density, law,
+/// constants {name: value}}.
+struct SceneFile {
+  std::filesystem::path file, splats, cameras, photos, masks, labels;
+  std::optional<VideoReference> video;
+  std::optional<Eigen::Vector3d> up;
+  std::optional<double> metres_per_unit;
+  std::string support, object;
+  struct Region {
+    bool sphere = false;
+    Vec3f low, high;  ///< box corners; for a sphere `low` is the centre and high.x() the radius
+    bool contains(const Vec3f& x) const;
+  };
+  std::vector<Region> pinned;
+  MaterialValues material;
+};
+
+/// Parses scene.json; unknown keys are usage errors that name the nearest known key, impossible values (young <= 0,
+/// poisson outside (-1, 0.5), density <= 0, metres_per_unit <= 0) name the key and the value.
+SceneFile read_scene_file(const std::filesystem::path& file);
+
+/// A scene as the stages see it.
+struct Scene {
+  std::filesystem::path source;  ///< what the user named
+  SceneFile settings;
+  GaussianCloud cloud;
+  ReadReport report;
+  std::vector<Camera> cameras;     ///< from files, or an orbit
+  bool cameras_are_orbit = false;  ///< no cameras were found: the orbit's renders stand in for photos
+  Eigen::Vector3d up = {0, 0, 1};  ///< unit
+  std::string up_source;           ///< how `up` was found, a sentence
+  double metres_per_unit = 1;
+  std::vector<std::string> warnings;
+};
+
+/// The splats in a folder without scene.json: those of the last iteration of a 3DGS model folder, a SOG,
+/// point_cloud.ply, or the only splat file.  Empty when there are none or several.
+std::filesystem::path splats_of_folder(const std::filesystem::path& folder);
+
+/// Loads splats of any format (splats.h), a 3DGS model folder, a folder with one splat file, or one with scene.json.
+/// Cameras: the scene file's, else those beside the splats or in the model folder (cameras.h), else an orbit of
+/// `orbit_views` views.
+struct LoadOptions {
+  std::optional<int> level;  ///< of detail of a streamed SOG, 0 = finest; default: the finest that is there
+  std::optional<Eigen::Vector3d> up;
+  std::optional<double> metres_per_unit;
+  int orbit_views = 24, orbit_width = 800, orbit_height = 600;
+};
+Scene load_scene(const std::filesystem::path& source, const LoadOptions& options = {});
+
+}  // namespace pliant

@@ -1,0 +1,190 @@
+#include "gaussians/io/scene/up_direction.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "gaussians/base/orbit.h"
+#include "gaussians/base/random.h"
+
+namespace pliant {
+namespace {
+
+constexpr int kSamples = 8000, kHypotheses = 500;
+constexpr double kBand = 0.03;       // half thickness of a plane / robust diagonal of the cloud
+constexpr double kLeastShare = 0.2;  // of the opacity in the plane
+constexpr double kMostBelow = 0.10;  // of what is outside the plane
+constexpr double kUsualWorld = 0.5;  // bonus of planes that agree with -y, the usual up of reconstructed scenes
+constexpr double kUsualTilt = 40 * M_PI / 180;  // of reconstructed scenes against it
+constexpr double kLeastWidth = 0.3;             // of a ground / its length
+constexpr double kLeastGround = 1.5;            // area of a ground / area of what stands on it
+constexpr float kSole = 0.03f;                  // height of the slab on which a thing stands / its height
+constexpr double kClearlyWider = 2;             // spread of one sole / spread of the other
+
+struct Plane {
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  double offset = 0;  // normal . x
+  double share = 0;   // of the samples inside the band
+  double below = 1;   // share of the samples outside the band that lie on the negative side
+  double score = 0;
+  double width = 0;   // share of its length
+  double ground = 0;  // area inside the band / area above it, both by standard deviations
+};
+
+/// Counts the samples in, above and below the plane and turns its normal so that most lie above.
+void judge(const std::vector<Eigen::Vector3d>& samples, double band, Plane& plane) {
+  int inside = 0, above = 0, below = 0;
+  for (const Eigen::Vector3d& x : samples) {
+    const double height = plane.normal.dot(x) - plane.offset;
+    ++(std::abs(height) <= band ? inside : height > 0 ? above : below);
+  }
+  if (below > above) {
+    plane.normal = -plane.normal;
+    plane.offset = -plane.offset;
+    std::swap(above, below);
+  }
+  plane.share = static_cast<double>(inside) / static_cast<double>(samples.size());
+  plane.below = above > 0 ? static_cast<double>(below) / (above + below) : 1.0;
+  plane.score = plane.share * (1 + kUsualWorld * std::max(0.0, -plane.normal.y()));
+}
+
+/// Whether the plane carries the rest.  One that is far from the usual vertical must also be a ground: wide, and wider
+/// than what is above, because the flat side of a thing fits a plane as well.
+bool stands_on(const Plane& plane) {
+  if (plane.share < kLeastShare || plane.below > kMostBelow) return false;
+  const bool usual = -plane.normal.y() >= std::cos(kUsualTilt);
+  return usual || (plane.width >= kLeastWidth && plane.ground >= kLeastGround);
+}
+
+/// Square root of the determinant of the covariance of weighted points: their area by standard deviations.
+double spread(const std::vector<Eigen::Vector2d>& points, const std::vector<float>& weight) {
+  double total = 0;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d square = Eigen::Matrix2d::Zero();
+  for (size_t i = 0; i < points.size(); ++i) {
+    const double w = weight.empty() ? 1.0 : weight[i];
+    total += w;
+    mean += w * points[i];
+  }
+  if (!(total > 0)) return 0;
+  mean /= total;
+  for (size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector2d d = points[i] - mean;
+    square += (weight.empty() ? 1.0 : weight[i]) / total * d * d.transpose();
+  }
+  return std::sqrt(std::max(square.determinant(), 0.0));
+}
+
+/// Spread of the lowest slab of the cloud when `sign` * y points up.
+double spread_of_sole(const GaussianCloud& cloud, const std::vector<float>& area, float sign) {
+  std::vector<float> height(cloud.size());
+  for (size_t i = 0; i < cloud.size(); ++i) height[i] = sign * cloud.position[i].y();
+  const double bottom = weighted_percentile(height, area, 0.01), top = weighted_percentile(height, area, 0.99);
+  std::vector<Eigen::Vector2d> points;
+  std::vector<float> weight;
+  for (size_t i = 0; i < cloud.size(); ++i) {
+    if (height[i] < bottom || height[i] > bottom + kSole * (top - bottom)) continue;
+    points.emplace_back(cloud.position[i].x(), cloud.position[i].z());
+    weight.push_back(area[i]);
+  }
+  return spread(points, weight);
+}
+
+/// Least-squares plane through the samples inside the band.
+Plane refit(const std::vector<Eigen::Vector3d>& samples, double band, const Plane& plane) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  std::vector<const Eigen::Vector3d*> inside;
+  for (const Eigen::Vector3d& x : samples) {
+    if (std::abs(plane.normal.dot(x) - plane.offset) <= band) {
+      inside.push_back(&x);
+      mean += x;
+    }
+  }
+  if (inside.size() < 3) return plane;
+  mean /= static_cast<double>(inside.size());
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d* x : inside) covariance += (*x - mean) * (*x - mean).transpose();
+  Plane fitted;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance);
+  fitted.normal = axes.eigenvectors().col(0);
+  fitted.offset = fitted.normal.dot(mean);
+  judge(samples, band, fitted);
+  fitted.width = std::sqrt(axes.eigenvalues()[1] / axes.eigenvalues()[2]);
+  std::vector<Eigen::Vector2d> in, above;
+  for (const Eigen::Vector3d& x : samples) {
+    const double height = fitted.normal.dot(x) - fitted.offset;
+    if (height >= -band) (height <= band ? in : above).push_back(axes.eigenvectors().rightCols<2>().transpose() * x);
+  }
+  fitted.ground = spread(in, {}) / std::max(spread(above, {}), 1e-30);
+  return fitted;
+}
+
+/// Positions drawn in proportion to opacity.
+std::vector<Eigen::Vector3d> draw_samples(const GaussianCloud& cloud) {
+  std::vector<double> cumulative(cloud.size());
+  double total = 0;
+  for (size_t i = 0; i < cloud.size(); ++i) cumulative[i] = total += sigmoid(cloud.opacity_logit[i]);
+  std::vector<Eigen::Vector3d> samples;
+  Random random(0);
+  for (int k = 0; k < kSamples; ++k) {
+    const auto at = std::upper_bound(cumulative.begin(), cumulative.end(), random.uniform() * total);
+    const size_t i = std::min<size_t>(at - cumulative.begin(), cloud.size() - 1);
+    samples.push_back(cloud.position[i].cast<double>());
+  }
+  return samples;
+}
+
+}  // namespace
+
+std::optional<UpDirection> up_of_cameras(const std::vector<Camera>& cameras) {
+  if (cameras.size() < 3) return std::nullopt;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Camera& camera : cameras) mean -= camera.cam_from_world.linear().row(1).transpose();
+  mean /= static_cast<double>(cameras.size());
+  if (mean.norm() < 0.3) return std::nullopt;
+  return UpDirection{mean.normalized(), "mean up of the " + std::to_string(cameras.size()) + " cameras"};
+}
+
+UpDirection up_of_standing(const GaussianCloud& cloud) {
+  const std::string otherwise = "the usual up of reconstructed scenes, because no support plane is evident";
+  if (cloud.size() < 100) return {{0, -1, 0}, "-y, " + otherwise};
+  const std::vector<float> area = visible_area(cloud);
+  const double usual = spread_of_sole(cloud, area, -1), reversed = spread_of_sole(cloud, area, 1);
+  if (reversed > kClearlyWider * usual)
+    return {{0, 1, 0}, "+y, because the thing stands wider that way round than with -y up"};
+  return {{0, -1, 0}, "-y, " + otherwise};
+}
+
+UpDirection up_of_cloud(const GaussianCloud& cloud) {
+  const std::optional<UpDirection> plane = up_of_support_plane(cloud);
+  return plane ? *plane : up_of_standing(cloud);
+}
+
+std::optional<UpDirection> up_of_support_plane(const GaussianCloud& cloud) {
+  if (cloud.size() < 100) return std::nullopt;
+  const double band = kBand * robust_framing(cloud, Eigen::Vector3d(0, -1, 0)).diagonal();
+  const std::vector<Eigen::Vector3d> samples = draw_samples(cloud);
+  Plane best;
+  Random random(1);
+  for (int k = 0; k < kHypotheses; ++k) {
+    const Eigen::Vector3d& a = samples[random.below(samples.size())];
+    const Eigen::Vector3d& b = samples[random.below(samples.size())];
+    const Eigen::Vector3d& c = samples[random.below(samples.size())];
+    Plane plane;
+    plane.normal = (b - a).cross(c - a);
+    if (plane.normal.norm() < band * band) continue;
+    plane.normal.normalize();
+    plane.offset = plane.normal.dot(a);
+    judge(samples, band, plane);
+    // A rough plane cuts into what stands on it, so the strict test comes after the fit.
+    if (plane.score > best.score && plane.below <= 2 * kMostBelow) best = plane;
+  }
+  if (best.score == 0) return std::nullopt;
+  for (int k = 0; k < 5; ++k) best = refit(samples, band, best);
+  if (!stands_on(best)) return std::nullopt;
+  const int percent = static_cast<int>(std::lround(100 * best.share));
+  return UpDirection{best.normal,
+                     "normal of the support plane, which holds " + std::to_string(percent) + " % of the opacity"};
+}
+
+}  // namespace pliant

@@ -1,0 +1,182 @@
+#include "gaussians/io/splats/ply.h"
+
+#include <algorithm>
+#include <fstream>
+
+#include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/splats/cloud_builder.h"
+#include "gaussians/io/splats/compressed_ply.h"
+#include "gaussians/io/splats/ply_header.h"
+#include "gaussians/io/splats/ply_rows.h"
+
+namespace fs = std::filesystem;
+
+namespace pliant {
+namespace {
+
+constexpr float kSurfelThickness = -4.60517f;  // ln of third axis / smaller axis for 2DGS surfels
+constexpr int kMostObjectChannels = 64;
+constexpr size_t kWrittenRows = 4096;
+
+/// Columns of the parameters of a Gaussian; -1 = absent.
+struct Layout {
+  int x[3], dc[3], opacity, scale[3], rot[4];
+  std::vector<int> rest, object;
+  int degree = 0;
+};
+
+Layout find_layout(const PlyElement& vertex, const std::string& file) {
+  const auto required = [&](const std::string& name) {
+    const int index = vertex.find(name);
+    if (index < 0) {
+      throw input_error(file, "property " + name, "is missing in element vertex",
+                        "this is not a 3DGS PLY; a plain point cloud or mesh has no Gaussians");
+    }
+    return index;
+  };
+  for (const PlyProperty& property : vertex.properties) {
+    if (property.list) {
+      throw input_error(file, "property " + property.name, "is a list inside element vertex", "this is not a 3DGS PLY");
+    }
+  }
+  Layout layout;
+  for (int k = 0; k < 3; ++k) {
+    layout.x[k] = required(std::string(1, "xyz"[k]));
+    layout.dc[k] = required("f_dc_" + std::to_string(k));
+    layout.scale[k] = k < 2 ? required("scale_" + std::to_string(k)) : vertex.find("scale_2");
+  }
+  layout.opacity = required("opacity");
+  for (int k = 0; k < 4; ++k) layout.rot[k] = required("rot_" + std::to_string(k));
+  const auto is_rest = [](const PlyProperty& property) { return property.name.rfind("f_rest_", 0) == 0; };
+  const auto count = std::count_if(vertex.properties.begin(), vertex.properties.end(), is_rest);
+  const int counts[] = {0, 9, 24, 45};
+  const auto* degree = std::find(std::begin(counts), std::end(counts), count);
+  if (degree == std::end(counts)) {
+    throw input_error(file, "property f_rest", "occurs " + std::to_string(count) + " times",
+                      "SH degrees 0 to 3 have 0, 9, 24 or 45");
+  }
+  layout.degree = static_cast<int>(degree - counts);
+  for (int i = 0; i < count; ++i) layout.rest.push_back(required("f_rest_" + std::to_string(i)));
+  for (int i = 0; i < kMostObjectChannels; ++i) {
+    const int column = vertex.find("obj_dc_" + std::to_string(i));
+    if (column < 0) break;
+    layout.object.push_back(column);
+  }
+  return layout;
+}
+
+/// The row of the file as a Gaussian.
+SplatRow row_of(const Layout& layout, const float* values) {
+  SplatRow row;
+  for (int k = 0; k < 3; ++k) {
+    row.position[k] = values[layout.x[k]];
+    row.log_scale[k] = layout.scale[k] < 0 ? 0.0f : values[layout.scale[k]];
+    row.sh[k] = values[layout.dc[k]];
+  }
+  if (layout.scale[2] < 0) row.log_scale[2] = std::min(row.log_scale[0], row.log_scale[1]) + kSurfelThickness;
+  for (int k = 0; k < 4; ++k) row.rotation[k] = values[layout.rot[k]];
+  row.opacity_logit = values[layout.opacity];
+  // In the file all red coefficients come first, then green, then blue.
+  const int rest = static_cast<int>(layout.rest.size()) / 3;
+  for (int k = 0; k < rest; ++k) {
+    for (int c = 0; c < 3; ++c) row.sh[3 + 3 * k + c] = values[layout.rest[c * rest + k]];
+  }
+  return row;
+}
+
+/// Whether a comment says how the scene was trained (Brush, Postshot); the last one wins.
+void read_render_mode(const std::string& comment, bool& antialiased) {
+  size_t at = comment.find("SplatRenderMode:");
+  if (at != std::string::npos) antialiased = comment.find("mip", at) != std::string::npos;
+  at = comment.find("antialiased ");
+  if (at != std::string::npos) antialiased = comment.compare(at + 12, 1, "1") == 0;
+}
+
+}  // namespace
+
+GaussianCloud read_ply(const fs::path& file, ReadReport* report) {
+  const std::string name = file.string();
+  std::error_code failed;
+  if (!fs::exists(file, failed)) throw input_error(name, "", "does not exist", "check the name");
+  if (!fs::is_regular_file(file, failed)) throw input_error(name, "", "is not a file", "name a PLY file");
+  const uint64_t size = fs::file_size(file);
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw input_error(name, "", "cannot be opened", "check its permissions");
+  const PlyHeader header = read_ply_header(in, file);
+  const PlyElement* vertex = header.find("vertex");
+  if (is_compressed_ply(header)) return read_compressed_ply(in, header, file, size, report);
+  if (!vertex) throw input_error(name, "element vertex", "is missing", "this is not a 3DGS PLY");
+  const Layout layout = find_layout(*vertex, name);
+  if (vertex->count > INT32_MAX) {
+    throw input_error(name, "element vertex", "has " + std::to_string(vertex->count) + " rows",
+                      "at most 2147483647 are supported");
+  }
+  for (const PlyElement& element : header.elements) {
+    if (&element == vertex) break;
+    PlyRows(in, header, element, name, size).skip();
+  }
+
+  PlyRows rows(in, header, *vertex, name, size);
+  rows.check_size();
+  CloudBuilder builder(layout.degree, vertex->count, static_cast<int>(layout.object.size()));
+  std::vector<float> object(layout.object.size());
+  rows.for_each_row([&](const float* values) {
+    for (size_t k = 0; k < object.size(); ++k) object[k] = values[layout.object[k]];
+    builder.add(row_of(layout, values), object);
+  });
+
+  ReadReport found;
+  GaussianCloud cloud = builder.finish(found);
+  found.files = {file};
+  found.format =
+      std::string(layout.scale[2] < 0 ? "2DGS" : "3DGS") + " PLY, SH degree " + std::to_string(layout.degree);
+  for (const std::string& comment : header.comments) read_render_mode(comment, found.antialiased);
+  if (layout.scale[2] < 0) {
+    found.warnings.push_back(
+        "scale_2 is absent (2DGS surfels): the third axis is taken 100 times thinner than the others");
+  }
+  if (report) *report = std::move(found);
+  return cloud;
+}
+
+void write_ply(const fs::path& file, const GaussianCloud& cloud, bool antialiased) {
+  const int rest = cloud.sh_count() - 1;
+  std::vector<std::string> names = {"x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2"};
+  for (int i = 0; i < 3 * rest; ++i) names.push_back("f_rest_" + std::to_string(i));
+  for (const char* name : {"opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"}) {
+    names.push_back(name);
+  }
+  std::string header = "ply\nformat binary_little_endian 1.0\n";
+  if (antialiased) header += "comment SplatRenderMode: mip\n";
+  header += "element vertex " + std::to_string(cloud.size()) + "\n";
+  for (const std::string& name : names) header += "property float " + name + "\n";
+  header += "end_header\n";
+
+  write_atomically(file, [&](const fs::path& temporary) {
+    std::ofstream out(temporary, std::ios::binary);
+    out.write(header.data(), static_cast<std::streamsize>(header.size()));
+    std::vector<float> block;
+    for (size_t i = 0; i < cloud.size(); ++i) {
+      const float* sh = cloud.sh_of(i);
+      block.insert(block.end(), cloud.position[i].data(), cloud.position[i].data() + 3);
+      block.insert(block.end(), 3, 0.0f);
+      block.insert(block.end(), sh, sh + 3);
+      for (int c = 0; c < 3; ++c) {
+        for (int k = 1; k <= rest; ++k) block.push_back(sh[3 * k + c]);
+      }
+      block.push_back(cloud.opacity_logit[i]);
+      block.insert(block.end(), cloud.log_scale[i].data(), cloud.log_scale[i].data() + 3);
+      block.insert(block.end(), cloud.rotation[i].data(), cloud.rotation[i].data() + 4);
+      if ((i + 1) % kWrittenRows == 0 || i + 1 == cloud.size()) {
+        out.write(reinterpret_cast<const char*>(block.data()),
+                  static_cast<std::streamsize>(block.size() * sizeof(float)));
+        block.clear();
+      }
+    }
+    out.close();
+    if (!out) throw input_error(file.string(), "", "cannot be written", "check permissions and free space");
+  });
+}
+
+}  // namespace pliant

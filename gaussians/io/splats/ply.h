@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+
+#include "gaussians/base/gaussian_cloud.h"
+#include "gaussians/io/splats/read_report.h"
+
+namespace pliant {
+
+/// Reads a 3DGS PLY by property name (INRIA order and dialects: extra properties and elements, float/double/uchar
+/// types, missing normals, any SH degree 0..3, ascii or binary little endian, 2DGS without scale_2), Gaussian
+/// Grouping's obj_dc_*, or a compressed PLY (compressed_ply.h). Throws Error{kInput} naming the file and the property.
+GaussianCloud read_ply(const std::filesystem::path& file, ReadReport* report = nullptr);
+
+/// Writes the canonical INRIA layout (binary little endian, f_rest channel-major), atomically.  `antialiased` adds the
+/// comment by which mip-splatting scenes are recognised.
+void write_ply(const std::filesystem::path& file, const GaussianCloud& cloud, bool antialiased = false);
+
+}  // namespace pliant

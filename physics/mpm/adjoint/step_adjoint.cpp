@@ -1,0 +1,254 @@
+#include "physics/mpm/adjoint/step_adjoint.h"
+
+#include <algorithm>
+#include <exception>
+#include <memory>
+
+#include "gaussians/base/error.h"
+#include "gaussians/base/portable.h"
+#include "physics/mpm/object_contact.h"
+#include "physics/mpm/team.h"
+
+namespace pliant {
+
+template <class T>
+StepAdjoint<T>::StepAdjoint(const BasicParticles<T>& particles, const MpmData<T>& solver)
+    : particles_(particles),
+      solver_(solver),
+      forward_(mpm_kernels<T>(best_instruction_set())),
+      kernels_(adjoint_kernels<T>(best_instruction_set())),
+      record_(particles.size()),
+      slot_(particles.size()) {
+  for (size_t i = 0; i < record_.size(); ++i) {
+    record_[i] = {};
+    record_[i].index = slot_[i] = static_cast<int>(i);
+  }
+}
+
+template <class T>
+void StepAdjoint<T>::set_constants(AdjointRecord<T>& r, const ParticleRecord<T>& of) const {
+  r.mass = of.mass;
+  r.volume = of.volume;
+  r.mu = of.mu;
+  r.lambda = of.lambda;
+  r.shear_viscosity = of.shear_viscosity;
+  r.bulk_viscosity = of.bulk_viscosity;
+  r.damping_rate = of.damping_rate;
+  r.stress_kind = of.stress_kind;
+  r.bits = of.bits;
+  r.material = of.material;
+  r.side = of.side;
+  const Material& material = particles_.materials[of.material];
+  r.viscosity_time = material.law == Law::kFluid ? T(0) : static_cast<T>(material.viscosity_time);
+}
+
+template <class T>
+void StepAdjoint<T>::load(const StateGradient<T>& gradient, const BasicSimulationState<T>& state,
+                          const StepTape<T>& tape) {
+  CHECK(tape.size() > 0 && gradient.x.size() == record_.size() && state.size() == record_.size());
+  // Records lie in memory as the blocks are walked.
+  const TapeStep<T>& last = tape[tape.size() - 1];
+  std::vector<AdjointRecord<T>> sorted(record_.size());
+  for (size_t s = 0; s < record_.size(); ++s) sorted[s] = record_[slot_[last.index[s]]];
+  record_ = std::move(sorted);
+  memory_.assign(solver_.side.size(), {});
+  uniform_ = static_cast<StressKind>(static_cast<int>(solver_.record[0].stress_kind));
+  for (size_t s = 0; s < record_.size(); ++s) {
+    AdjointRecord<T>& r = record_[s];
+    const int i = r.index;
+    slot_[i] = static_cast<int>(s);
+    set_constants(r, solver_.record[solver_.slot[i]]);
+    const bool plain = r.shear_viscosity == T(0) && r.bulk_viscosity == T(0) && r.damping_rate == T(0);
+    if (!plain || r.stress_kind != static_cast<T>(static_cast<int>(uniform_))) uniform_ = StressKind::kGiven;
+    int put_back = 0;
+    for (int a = 0; a < 3; ++a) {
+      r.x[a] = gradient.x[i][a];
+      r.v[a] = gradient.v[i][a];
+      r.v_after[a] = state.v[i][a];
+      put_back |= (state.x[i][a] == tape.low[a] || state.x[i][a] == tape.high[a]) << a;
+      for (int c = 0; c < 3; ++c) {
+        r.C[3 * a + c] = gradient.C[i](a, c);
+        r.F[3 * a + c] = gradient.F[i](a, c);
+        r.C_after[3 * a + c] = state.C[i](a, c);
+      }
+    }
+    r.put_back = static_cast<T>(put_back);
+    if (gradient.memory.empty()) continue;
+    if (r.side >= 0) memory_[r.side] = gradient.memory[i];
+    // Without a memory the elastic part is the whole.
+    if (r.side >= 0 && has_memory(particles_.materials[r.material].law)) continue;
+    for (int k = 0; k < 9; ++k) r.F[k] += gradient.memory[i].F_total(k / 3, k % 3);
+  }
+}
+
+template <class T>
+void StepAdjoint<T>::store(StateGradient<T>& gradient) const {
+  gradient.memory.assign(particles_.has_memory() ? record_.size() : 0, {});
+  for (const AdjointRecord<T>& r : record_) {
+    if (r.side >= 0 && has_memory(particles_.materials[r.material].law)) gradient.memory[r.index] = memory_[r.side];
+    for (int a = 0; a < 3; ++a) {
+      gradient.x[r.index][a] = r.x[a];
+      gradient.v[r.index][a] = r.v[a];
+      for (int c = 0; c < 3; ++c) {
+        gradient.C[r.index](a, c) = r.C[3 * a + c];
+        gradient.F[r.index](a, c) = r.F[3 * a + c];
+      }
+    }
+  }
+}
+
+template <class T>
+typename StepAdjoint<T>::Motion StepAdjoint<T>::motion_of(const TapeStep<T>& step, std::span<const int> particles) {
+  place_.resize(record_.size());
+  for (size_t s = 0; s < step.index.size(); ++s) place_[step.index[s]] = static_cast<int>(s);
+  Motion motion;
+  for (const int i : particles) {
+    const TapeParticle<T>& p = step.particle[place_[i]];
+    const double m = record_[slot_[i]].mass;
+    motion.mass += m;
+    motion.centre += m * Vec3d(p.x[0], p.x[1], p.x[2]);
+    motion.velocity += m * Vec3d(p.v[0], p.v[1], p.v[2]);
+  }
+  motion.centre /= motion.mass;
+  motion.velocity /= motion.mass;
+  return motion;
+}
+
+template <class T>
+void StepAdjoint<T>::motion_adjoint(const TapeStep<T>& step, std::span<const int> particles, const Motion& motion,
+                                    const Vec3d& by_centre, const Vec3d& by_velocity) {
+  for (const int i : particles) {
+    const TapeParticle<T>& p = step.particle[place_[i]];
+    AdjointRecord<T>& r = record_[slot_[i]];
+    const double share = r.mass / motion.mass;
+    double by_mass = 0;
+    for (int a = 0; a < 3; ++a) {
+      r.x[a] += static_cast<T>(share * by_centre[a]);
+      r.v[a] += static_cast<T>(share * by_velocity[a]);
+      by_mass += by_centre[a] * (p.x[a] - motion.centre[a]) + by_velocity[a] * (p.v[a] - motion.velocity[a]);
+    }
+    r.by_mass += static_cast<T>(by_mass / motion.mass);
+  }
+}
+
+template <class T>
+double StepAdjoint<T>::inertia_of(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre,
+                                  const Vec3d& axis) const {
+  double sum = 0;
+  for (const int i : particles) {
+    const T* x = step.particle[place_[i]].x;
+    sum += record_[slot_[i]].mass * (Vec3d(x[0], x[1], x[2]) - centre).cross(axis).squaredNorm();
+  }
+  return sum;
+}
+
+template <class T>
+Vec3d StepAdjoint<T>::inertia_adjoint(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre,
+                                      const Vec3d& axis, double by_inertia) {
+  // sum m (r^2 - (r . n)^2); about the centre of mass it does not change with the centre.
+  Vec3d by_axis = Vec3d::Zero();
+  for (const int i : particles) {
+    const T* x = step.particle[place_[i]].x;
+    AdjointRecord<T>& r = record_[slot_[i]];
+    const Vec3d arm = Vec3d(x[0], x[1], x[2]) - centre, across = arm - arm.dot(axis) * axis;
+    const double twice = 2 * by_inertia * r.mass;
+    for (int a = 0; a < 3; ++a) r.x[a] += static_cast<T>(twice * across[a]);
+    r.by_mass += static_cast<T>(by_inertia * across.squaredNorm());
+    by_axis -= twice * arm.dot(axis) * arm;
+  }
+  return by_axis;
+}
+
+template <class T>
+ParticleGradient<T> StepAdjoint<T>::particle_gradient() const {
+  const size_t n = record_.size();
+  ParticleGradient<T> result;
+  for (std::vector<T>* field : {&result.mass, &result.mu, &result.lambda, &result.viscosity_time, &result.damping_rate})
+    field->resize(n);
+  for (const AdjointRecord<T>& r : record_) {
+    result.mass[r.index] = r.by_mass;
+    result.mu[r.index] = r.by_mu;
+    result.lambda[r.index] = r.by_lambda;
+    result.viscosity_time[r.index] = r.by_viscosity_time;
+    result.damping_rate[r.index] = r.by_damping_rate;
+  }
+  return result;
+}
+
+template <class T>
+size_t StepAdjoint<T>::bytes() const {
+  return record_.capacity() * (sizeof(AdjointRecord<T>) + sizeof(int)) +
+         (velocity_.capacity() + updated_.capacity() + before_contact_.capacity() + by_contact_mass_.capacity() +
+          adj_node_.capacity() + patch_.capacity() + old_patch_.capacity() + adj_old_node_.capacity()) *
+             sizeof(Node<T>);
+}
+
+template <class T>
+void StepAdjoint<T>::reverse(const StepTape<T>& tape, const std::function<void(int, const StepLoadsGradient&)>& loads) {
+  constexpr int kParticlesPerThread = 1000;  // below this a thread costs more than it brings
+  const int useful = static_cast<int>(std::min<size_t>(record_.size() / kParticlesPerThread, 1024));
+  const int threads = std::clamp(omp_get_max_threads(), 1, std::max(1, useful));
+  std::exception_ptr error;
+  Queue forward, contact, conditions, gather, reverse_nodes, separate, update, scatter;
+  bool going = true;
+  // What one thread does between steps.
+  const auto between = [&](int k) {
+    try {
+      if (k + 1 < tape.size()) loads(k + 1, sum_loads(tape[k + 1]));
+      going = k >= 0;
+      if (going) begin_step(tape, tape[k]);
+    } catch (...) {
+      error = std::current_exception();
+      going = false;
+    }
+    for (Queue* queue : {&forward, &contact, &conditions, &gather, &reverse_nodes, &separate, &update, &scatter})
+      queue->reset();
+  };
+  std::unique_ptr<Barrier> barrier;
+#pragma omp parallel num_threads(threads)
+  {
+#pragma omp single
+    barrier = std::make_unique<Barrier>(omp_get_num_threads());
+    for (int k = tape.size() - 1;; --k) {
+      if (omp_get_thread_num() == 0) between(k);
+      barrier->wait();
+      if (!going) break;
+      const TapeStep<T>& step = tape[k];
+      const int blocks = step.grid->particle_blocks(), node_blocks = step.grid->node_blocks();
+      const bool several = step.grid->has_siblings();
+      for (int n; (n = forward.take()) < node_blocks;) {
+        find_velocities(step, n);
+        if (!several) find_conditioned_velocities(step, n);
+      }
+      barrier->wait();
+      if (several) {
+        for (int n; (n = contact.take()) < node_blocks;)
+          apply_object_contact(step.loads, *step.grid, solver_.dx, updated_, n);
+        barrier->wait();
+        for (int n; (n = conditions.take()) < node_blocks;) find_conditioned_velocities(step, n);
+        barrier->wait();
+      }
+      for (int b; (b = gather.take()) < blocks;) reverse_gather(step, b);
+      barrier->wait();
+      for (int n; (n = reverse_nodes.take()) < node_blocks;) {
+        reverse_conditions(step, n);
+        if (!several) reverse_update(step, n);
+      }
+      barrier->wait();
+      if (several) {
+        for (int n; (n = separate.take()) < node_blocks;) reverse_contact(step, n);
+        barrier->wait();
+        for (int n; (n = update.take()) < node_blocks;) reverse_update(step, n);
+        barrier->wait();
+      }
+      for (int b; (b = scatter.take()) < blocks;) reverse_scatter(step, b);
+      barrier->wait();
+    }
+  }
+  if (error) std::rethrow_exception(error);
+}
+
+template class StepAdjoint<float>;
+template class StepAdjoint<double>;
+
+}  // namespace pliant

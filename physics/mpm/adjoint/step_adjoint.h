@@ -1,0 +1,134 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "physics/mpm/kernels/kernels.h"
+#include "physics/mpm/kernels/step_adjoint_view.h"
+#include "physics/mpm/mpm_data.h"
+#include "physics/mpm/particles.h"
+#include "physics/mpm/step_tape.h"
+
+namespace pliant {
+
+/// Derivatives of a scalar L with respect to what a particle remembers.
+template <class T>
+struct MemoryGradient {
+  Mat3<T> F_total = Mat3<T>::Zero(), F_viscous = Mat3<T>::Zero();
+  T history = 0;
+};
+
+/// Derivatives of a scalar L with respect to a state.
+template <class T>
+struct StateGradient {
+  std::vector<Vec3<T>> x, v;                   ///< [N, 3]
+  std::vector<Mat3<T>> C, F;                   ///< [N, 3, 3]
+  std::vector<MemoryGradient<T>> memory = {};  ///< [N] or empty = zero
+
+  static StateGradient zero(size_t n) {
+    return {std::vector<Vec3<T>>(n, Vec3<T>::Zero()),
+            std::vector<Vec3<T>>(n, Vec3<T>::Zero()),
+            std::vector<Mat3<T>>(n, Mat3<T>::Zero()),
+            std::vector<Mat3<T>>(n, Mat3<T>::Zero()),
+            {}};
+  }
+};
+
+/// Derivatives of L with respect to what acts during one substep.
+struct StepLoadsGradient {
+  Vec3d gravity = Vec3d::Zero();
+  double velocity_scale = 0;
+  std::vector<double> density;         ///< of each object, as far as any touch
+  std::vector<BodyLoadGradient> body;  ///< in the order of StepLoads::body
+};
+
+/// Derivatives of L with respect to the constants of the particles, over all steps gone back through.
+template <class T>
+struct ParticleGradient {
+  std::vector<T> mass;            ///< [N] at fixed volume
+  std::vector<T> mu, lambda;      ///< [N] Lame parameters
+  std::vector<T> viscosity_time;  ///< [N] Kelvin-Voigt, of the loads and of the material together
+  std::vector<T> damping_rate;    ///< [N] of the material
+};
+
+/// Goes back through recorded steps of `Mpm`: the exact derivative of each line of a step, by hand.  Sums are taken in
+/// a fixed order, so results are equal bit for bit for any number of threads.  Not differentiated: the choice of
+/// nodes under a particle (weights are continuous there), and the place to which a stray is put back.
+template <class T>
+class StepAdjoint {
+ public:
+  /// `solver` takes the steps; both must outlive this.
+  StepAdjoint(const BasicParticles<T>& particles, const MpmData<T>& solver);
+
+  /// Sets the derivatives with respect to `state`, the state after the last step of `tape`.
+  void load(const StateGradient<T>& gradient, const BasicSimulationState<T>& state, const StepTape<T>& tape);
+  /// Goes back through the steps of `tape`, last one first.  After step k, loads(k, gradient) is called, which may add
+  /// what the particles did to the loads (`motion_adjoint`).
+  void reverse(const StepTape<T>& tape, const std::function<void(int, const StepLoadsGradient&)>& loads);
+  /// Derivatives with respect to the state before the first step.
+  void store(StateGradient<T>& gradient) const;
+
+  /// Centre of mass and mean velocity of some particles at the start of a step; the functions below it want to be
+  /// called for the same step afterwards.
+  struct Motion {
+    Vec3d centre = Vec3d::Zero(), velocity = Vec3d::Zero();
+    double mass = 0;
+  };
+  Motion motion_of(const TapeStep<T>& step, std::span<const int> particles);
+  /// The way back: adds to the derivatives by the particles at the start of the step, which was the last gone through.
+  void motion_adjoint(const TapeStep<T>& step, std::span<const int> particles, const Motion& motion,
+                      const Vec3d& by_centre, const Vec3d& by_velocity);
+  /// The same for `Mpm::inertia_of` about the centre of mass; returns the derivative by the axis.
+  Vec3d inertia_adjoint(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre, const Vec3d& axis,
+                        double by_inertia);
+  double inertia_of(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre,
+                    const Vec3d& axis) const;
+  ParticleGradient<T> particle_gradient() const;
+  size_t bytes() const;
+
+ private:
+  void set_constants(AdjointRecord<T>& record, const ParticleRecord<T>& of) const;
+  void begin_step(const StepTape<T>& tape, const TapeStep<T>& step);
+  AdjointRun<T> run_of(const TapeStep<T>& step, int b) const;
+  NodeBlock<T> node_block(const TapeStep<T>& step, std::vector<Node<T>>& nodes, int n) const;
+  void find_velocities(const TapeStep<T>& step, int n);
+  void find_conditioned_velocities(const TapeStep<T>& step, int n);
+  void reverse_affine_damping(const TapeStep<T>& step, int b, const Node<T>* velocity);
+  void reverse_return_maps(const TapeStep<T>& step, int b, T* by_grid_C);
+  void reverse_gather(const TapeStep<T>& step, int b);
+  void reverse_conditions(const TapeStep<T>& step, int n);
+  void reverse_contact(const TapeStep<T>& step, int n);
+  void reverse_update(const TapeStep<T>& step, int n);
+  void reverse_scatter(const TapeStep<T>& step, int b);
+  std::vector<T> loaded_velocities(const TapeStep<T>& step, int b) const;
+  void reverse_body_loads(const TapeStep<T>& step, int b);
+  void reverse_given_stress(const TapeStep<T>& step, int b, const T* by_stress);
+  StepLoadsGradient sum_loads(const TapeStep<T>& step) const;
+
+  const BasicParticles<T>& particles_;
+  const MpmData<T>& solver_;
+  const MpmKernels<T>& forward_;
+  const AdjointKernels<T>& kernels_;
+  StressKind uniform_;                             // law of all particles, or kGiven
+  std::vector<AdjointRecord<T>> record_;           // in block order of the last step loaded
+  std::vector<MemoryGradient<T>> memory_;          // by ParticleRecord::side
+  std::vector<int> slot_;                          // of particle i in record_
+  std::vector<int> place_;                         // of particle i in the step of `motion_of`
+  AdjointRun<T> run_;                              // what the blocks of the present step have in common
+  std::vector<Node<T>> velocity_;                  // [node blocks, 4, 4, 4] after the conditions
+  std::vector<Node<T>> updated_;                   // before the conditions
+  std::vector<Node<T>> before_contact_;            // before contact between objects, where there is any
+  std::vector<Node<T>> by_contact_mass_;           // see ContactGradient
+  std::vector<double> by_density_;                 // [node blocks]
+  std::vector<Node<T>> patch_;                     // [particle blocks, 6, 6, 6] derivatives by them
+  std::vector<Node<T>> adj_node_;                  // [node blocks, 4, 4, 4] summed; then by momentum and mass
+  std::vector<Node<T>> old_patch_, adj_old_node_;  // the same for velocities before the step, where flip > 0
+  std::vector<BodyLoadGradient> block_sums_;       // [particle blocks, body loads]
+  std::vector<StepLoadsGradient> node_sums_;       // [node blocks]
+};
+
+extern template class StepAdjoint<float>;
+extern template class StepAdjoint<double>;
+
+}  // namespace pliant

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstdint>
+
+#include "gaussians/simd/instruction_set.h"
+#include "physics/mpm/kernels/particle_record.h"
+
+namespace pliant {
+
+/// How a kernel comes to the stress of a particle.
+enum class StressKind { kFixedCorotated, kNeoHookean, kGiven };
+
+/// The particles of one block: record[order[0]] .. record[order[count - 1]].  Only plain data crosses into the files
+/// of an instruction set.
+template <class T>
+struct ParticleRun {
+  ParticleRecord<T>* record;
+  const int* order;
+  int count;
+  T origin[3], dx, inverse_dx;
+};
+
+/// Nodes are four numbers, momentum or velocity and mass; a patch holds 6 x 6 x 6 of them, a block 4 x 4 x 4.
+template <class T>
+struct ScatterInput {
+  ParticleRun<T> run;
+  T dt;
+  T viscosity_time;       ///< s, Kelvin-Voigt, for all particles
+  bool inertia_only;      ///< leaves out the impulses of the stress, and damping
+  const T* given_stress;  ///< [ParticleRecord::side, 6] xx, yy, zz, yz, xz, xy, Pa; with StressKind::kGiven
+  /// Kirchhoff stress of one particle for any F, where the fast way is not safe (inverted, singular, very stretched).
+  void (*exact_stress)(StressKind kind, const T* F, T mu, T lambda, T* tau);
+};
+
+template <class T>
+struct GatherInput {
+  ParticleRun<T> run;
+  T dt;
+  T low[3], high[3];     ///< m, bounds of the particles
+  int block[3];          ///< coordinates of the block
+  const T* node[8];      ///< velocities of the node blocks that the block's patch covers
+  T flip;                ///< part kept of what the grid cannot represent of v and C, 0 = APIC
+  const T* old_node[8];  ///< velocities before the step, where flip > 0
+  T* grid_C;             ///< [count, 9] or null; where flip > 0 it receives the C of the grid, which moves F
+  int* moved;            ///< [count], receives the places in the run whose particles left the block
+};
+
+template <class T>
+struct GatherReport {
+  T max_speed_squared;
+  int particles, strays, moves;
+  bool finite;
+};
+
+/// The loops that depend on the instruction set.
+template <class T>
+struct MpmKernels {
+  /// patch = sums of w m (v + C d) - dt V tau (4 / dx^2) w d and of w m.  One function for bodies of one law without
+  /// damping or viscosity, by StressKind, and [2] for anything.
+  void (*scatter[3])(const ScatterInput<T>&, T* patch);
+  /// node = sum of the parts of up to eight patches (or null) that lie in this block of nodes.
+  void (*sum_nodes)(const T* const* patch, T* node);
+  /// Momenta become velocities: v <- (v + fall) scale.
+  void (*update_nodes)(T* node, const T* fall, T scale);
+  /// v, C from the nodes, F <- (I + dt C) F, x <- x + dt v.
+  void (*gather)(const GatherInput<T>&, GatherReport<T>&);
+  /// Kirchhoff stress tau [count, 6] of F [count, 9] by the law `kind`.
+  void (*stress)(StressKind kind, int count, const T* F, const T* mu, const T* lambda,
+                 void (*exact_stress)(StressKind, const T*, T, T, T*), T* tau);
+};
+
+template <class T>
+const MpmKernels<T>& mpm_kernels(InstructionSet set);
+
+namespace baseline {
+template <class T>
+const MpmKernels<T>& mpm_kernels();
+}
+namespace avx2 {
+template <class T>
+const MpmKernels<T>& mpm_kernels();
+}
+
+}  // namespace pliant

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "physics/mpm/kernels/gather_kernels.h"
+#include "physics/mpm/kernels/scatter_kernels.h"
+
+namespace pliant::PLIANT_ISA {
+
+template <class T>
+const MpmKernels<T>& mpm_kernels() {
+  static constexpr MpmKernels<T> kKernels = {{scatter_fixed_corotated<T>, scatter_neo_hookean<T>, scatter_any<T>},
+                                             sum_nodes<T>,
+                                             update_nodes<T>,
+                                             gather<T>,
+                                             stress_of<T>};
+  return kKernels;
+}
+
+template const MpmKernels<float>& mpm_kernels<float>();
+template const MpmKernels<double>& mpm_kernels<double>();
+
+}  // namespace pliant::PLIANT_ISA

@@ -1,2 +1,0 @@
-#define PLIANT_ISA baseline
-#include "physics/mpm/kernels_table.h"

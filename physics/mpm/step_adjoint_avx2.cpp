@@ -1,5 +1,0 @@
-// Compiled with -mavx2 -mfma where the compiler targets x86-64.
-#if defined(__AVX2__)
-#define PLIANT_ISA avx2
-#include "physics/mpm/step_adjoint_table.h"
-#endif

@@ -1,0 +1,192 @@
+#include "segmentation/discover/automatic_supports.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+#include "gaussians/base/error.h"
+#include "gaussians/base/orbit.h"
+#include "gaussians/base/random.h"
+#include "segmentation/graph/contact.h"
+
+namespace pliant {
+namespace {
+
+constexpr int kSamples = 12000;
+constexpr size_t kFewest = 30;  // samples of a plane
+constexpr int kGroundTries = 4;
+constexpr float kNoise = 3.5f;     // tolerance / standard deviation of a plane's points
+constexpr int kCells = 64;         // of the grid for areas, along the diagonal
+constexpr float kUpright = 0.35f;  // cosine between the normals of a wall and of the ground
+
+float quantile(std::vector<float> values, double fraction) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// A plane among the samples, and what lies on it and on its sides.
+struct Candidate {
+  Support support;
+  std::vector<Vec3f> inside, above;
+  size_t below = 0;
+
+  Candidate(const Plane& plane, float tolerance, const Vec3f& normal, const std::vector<Vec3f>& samples) {
+    support.point = plane.point;
+    support.normal = normal;
+    support.tolerance = tolerance;
+    for (const Vec3f& x : samples) {
+      const float h = support.height(x);
+      if (std::abs(h) <= tolerance)
+        inside.push_back(x);
+      else if (h > 0)
+        above.push_back(x);
+      else
+        ++below;
+    }
+    support.share = static_cast<double>(inside.size()) / static_cast<double>(samples.size());
+  }
+  double share_below() const {
+    return below > 0 ? static_cast<double>(below) / static_cast<double>(below + above.size()) : 0;
+  }
+
+  /// The tolerance follows the noise of the plane's points, but not below the spacing of the Gaussians.
+  void settle(float spacing) {
+    std::vector<float> distance;
+    for (const Vec3f& x : inside) distance.push_back(std::abs(support.height(x)));
+    const float deviation = 1.4826f * quantile(distance, 0.5);
+    support.tolerance = std::min(support.tolerance, std::max(kNoise * deviation, spacing));
+  }
+};
+
+/// Extent of points along a direction, 2nd to 98th percentile.
+float width_along(const std::vector<Vec3f>& points, const Vec3f& direction) {
+  if (points.empty()) return 0;
+  std::vector<float> values;
+  for (const Vec3f& x : points) values.push_back(direction.dot(x));
+  return quantile(values, 0.98) - quantile(values, 0.02);
+}
+
+/// Cells of a grid across `normal` that hold points.
+size_t occupied_cells(const std::vector<Vec3f>& points, const Vec3f& normal, float cell) {
+  const Vec3f u = normal.unitOrthogonal(), v = normal.cross(u);
+  std::set<std::pair<int, int>> cells;
+  const auto index = [&](float x) { return static_cast<int>(std::clamp(std::floor(x / cell), -1e6f, 1e6f)); };
+  for (const Vec3f& x : points) cells.insert({index(u.dot(x)), index(v.dot(x))});
+  return cells.size();
+}
+
+void remove_near(const Support& support, float tolerance, std::vector<Vec3f>& points) {
+  std::erase_if(points, [&](const Vec3f& x) { return std::abs(support.height(x)) <= tolerance; });
+}
+
+/// The lowest plane that can be the ground, with so thick a consensus.
+std::optional<Candidate> lowest_ground(const SupportOptions& options, const std::vector<Vec3f>& samples,
+                                       const Vec3f& up, float tolerance, float cell) {
+  std::optional<Candidate> ground;
+  std::vector<Vec3f> left = samples;
+  for (int k = 0; k < kGroundTries && left.size() >= kFewest; ++k) {
+    const Plane plane = fit_plane(left, tolerance, options.seed + k, up, options.tilt);
+    if (plane.inliers.size() < kFewest) break;
+    Candidate found(plane, tolerance, plane.normal, samples);
+    remove_near(found.support, tolerance, left);
+    const size_t above = occupied_cells(found.above, plane.normal, cell);
+    if (found.support.share < options.ground_share || found.share_below() > options.below) continue;
+    if (static_cast<float>(occupied_cells(found.inside, plane.normal, cell)) <
+        options.ground_area * static_cast<float>(above))
+      continue;
+    if (!ground || up.dot(found.support.point - ground->support.point) < 0) ground = std::move(found);
+  }
+  return ground;
+}
+
+}  // namespace
+
+std::vector<Vec3f> draw_points(std::span<const Vec3f> position, std::span<const float> mass, uint64_t seed) {
+  CHECK(position.size() == mass.size());
+  std::vector<double> cumulative(mass.size());
+  double total = 0;
+  for (size_t i = 0; i < mass.size(); ++i) cumulative[i] = total += mass[i];
+  std::vector<Vec3f> samples;
+  if (!(total > 0)) return samples;
+  Random random(seed);
+  for (int k = 0; k < kSamples; ++k) {
+    const auto at = std::upper_bound(cumulative.begin(), cumulative.end(), random.uniform() * total);
+    samples.push_back(position[std::min<size_t>(at - cumulative.begin(), position.size() - 1)]);
+  }
+  return samples;
+}
+
+std::vector<Support> planes_behind(const SupportOptions& options, const std::vector<Vec3f>& samples, const Vec3f& thing,
+                                   float diagonal, float spacing) {
+  std::vector<Support> planes;
+  const float tolerance = std::max(options.tolerance * diagonal, spacing);
+  std::vector<Vec3f> left = samples;
+  for (int k = 0; k <= options.most_walls && left.size() >= kFewest; ++k) {
+    const Plane plane = fit_plane(left, tolerance, options.seed + k);
+    if (plane.inliers.size() < kFewest) break;
+    const float side = plane.normal.dot(thing - plane.point) > 0 ? 1.0f : -1.0f;
+    Candidate found(plane, tolerance, side * plane.normal, samples);
+    remove_near(found.support, tolerance, left);
+    found.support.share =
+        static_cast<double>(plane.inliers.size()) / static_cast<double>(samples.size());  // not of planes before
+    if (found.support.share < options.wide) continue;
+    found.settle(spacing);
+    // What counts is what lies behind the thing, not elsewhere: beside a table there is a floor.
+    const Support& support = found.support;
+    const float height = support.height(thing);
+    const Vec3f foot = thing - height * support.normal;
+    const float reach = std::max(options.around * height, 4 * tolerance);
+    size_t on = 0, beyond = 0;
+    for (const Vec3f& x : samples) {
+      if ((x - foot).norm() > reach) continue;
+      const float h = support.height(x);
+      on += std::abs(h) <= support.tolerance;
+      beyond += h < -support.tolerance;
+    }
+    if (height > options.clear * support.tolerance && on >= kFewest && beyond <= options.beyond * on)
+      planes.push_back(support);
+  }
+  return planes;
+}
+
+std::vector<Support> find_supports(const SupportOptions& options, const SolidScene& scene, const Vec3f& up) {
+  const std::vector<Vec3f> samples = draw_points(scene.cloud.position, scene.mass, options.seed);
+  if (samples.size() < kFewest) return {};
+  const float diagonal = static_cast<float>(robust_framing(scene.cloud, up.cast<double>()).diagonal());
+  const float tolerance = std::max(options.tolerance * diagonal, scene.graph.spacing),
+              cell = std::max(diagonal / kCells, 1e-12f);
+
+  std::optional<Candidate> ground;
+  float thickness = tolerance;
+  for (float rough = 1; rough <= options.roughest && !ground; rough *= 2) {
+    thickness = rough * tolerance;
+    ground = lowest_ground(options, samples, up, thickness, cell);
+  }
+  if (!ground) return {};
+  ground->settle(scene.graph.spacing);
+  std::vector<Support> supports = {ground->support};
+
+  std::vector<Vec3f> left = samples;
+  remove_near(supports[0], thickness, left);
+  for (int k = 0; k < options.most_walls && left.size() >= kFewest; ++k) {
+    const Plane plane = fit_plane(left, tolerance, options.seed + 100 + k);
+    if (plane.inliers.size() < kFewest) break;
+    Candidate wall(plane, tolerance, plane.normal, samples);
+    if (wall.below > wall.above.size()) wall = Candidate(plane, tolerance, -plane.normal, samples);
+    remove_near(wall.support, tolerance, left);
+    const Vec3f across = supports[0].normal.cross(wall.support.normal);
+    if (wall.support.share < options.wall_share || wall.share_below() > options.behind ||
+        across.norm() < std::sqrt(1 - kUpright * kUpright) ||
+        width_along(wall.inside, across.normalized()) <
+            options.wall_width * width_along(ground->inside, across.normalized()))
+      continue;
+    wall.settle(scene.graph.spacing);
+    wall.support.wall = true;
+    supports.push_back(wall.support);
+  }
+  return supports;
+}
+
+}  // namespace pliant

@@ -1,0 +1,133 @@
+#include "segmentation/labels/mask_layouts.h"
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+#include <set>
+
+#include "gaussians/base/error.h"
+#include "gaussians/io/images/image_io.h"
+
+namespace pliant {
+namespace fs = std::filesystem;
+
+namespace {
+
+/// One binary picture: what it shows and in which camera.
+struct BinaryMask {
+  std::string label;
+  int camera = -1;
+  fs::path file;
+};
+
+std::vector<fs::path> sorted_entries(const fs::path& folder) {
+  std::vector<fs::path> entries;
+  for (const auto& entry : fs::directory_iterator(folder)) entries.push_back(entry.path());
+  std::sort(entries.begin(), entries.end());
+  return entries;
+}
+
+int camera_named(const std::vector<Camera>& cameras, const std::string& name) {
+  for (size_t c = 0; c < cameras.size(); ++c)
+    if (cameras[c].name == name) return static_cast<int>(c);
+  return -1;
+}
+
+std::optional<uint32_t> whole_number(const std::string& text) {
+  uint32_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+/// Cameras whose photos are not in images_train/ beside the masks, by name; empty without that folder.
+std::vector<int> novel_cameras(const fs::path& folder, const std::vector<Camera>& cameras) {
+  const fs::path trained = folder.parent_path() / "images_train";
+  std::vector<int> novel;
+  if (!fs::is_directory(trained)) return novel;
+  std::set<std::string> names;
+  for (const fs::path& file : sorted_entries(trained)) names.insert(file.stem().string());
+  for (size_t c = 0; c < cameras.size(); ++c)
+    if (!names.count(fs::path(cameras[c].name).stem().string())) novel.push_back(static_cast<int>(c));
+  std::sort(novel.begin(), novel.end(), [&](int a, int b) { return cameras[a].name < cameras[b].name; });
+  return novel;
+}
+
+std::vector<BinaryMask> find_masks(const fs::path& folder, const std::vector<Camera>& cameras) {
+  const std::vector<int> novel = novel_cameras(folder, cameras);
+  std::vector<BinaryMask> masks;
+  for (const fs::path& inner : sorted_entries(folder)) {
+    if (!fs::is_directory(inner)) continue;
+    const std::string name = inner.filename().string();
+    int view = camera_named(cameras, name);
+    if (const auto number = whole_number(name); view < 0 && number && *number < novel.size()) view = novel[*number];
+    for (const fs::path& file : sorted_entries(inner)) {
+      if (file.extension() != ".png" && file.extension() != ".jpg") continue;
+      const std::string stem = file.stem().string();
+      if (view >= 0)
+        masks.push_back({stem, view, file});
+      else if (const int camera = camera_named(cameras, stem); camera >= 0)
+        masks.push_back({name, camera, file});
+    }
+  }
+  return masks;
+}
+
+/// Pixels above half of the picture's largest value.
+std::vector<uint8_t> read_binary(const fs::path& file, const Camera& camera) {
+  const ImageF picture = read_image(file);
+  if (picture.width != camera.width || picture.height != camera.height)
+    throw input_error(file.string(), "",
+                      "is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) + ", but camera " +
+                          camera.name + " is " + std::to_string(camera.width) + "x" + std::to_string(camera.height),
+                      "make masks at the size of the photos");
+  const float largest = *std::max_element(picture.data.begin(), picture.data.end());
+  std::vector<uint8_t> inside(picture.pixels(), 0);
+  for (size_t i = 0; i < inside.size() && largest > 0; ++i)
+    for (int k = 0; k < 3; ++k) inside[i] |= picture.data[3 * i + k] > 0.5f * largest;
+  return inside;
+}
+
+std::map<std::string, uint32_t> ids_of_labels(const std::vector<BinaryMask>& masks) {
+  std::map<std::string, uint32_t> ids;
+  for (const BinaryMask& mask : masks) ids[mask.label] = 0;
+  const bool numbers =
+      std::all_of(ids.begin(), ids.end(), [](const auto& entry) { return whole_number(entry.first).value_or(0) > 0; });
+  uint32_t next = 1;
+  for (auto& [label, id] : ids) id = numbers ? *whole_number(label) : next++;
+  return ids;
+}
+
+}  // namespace
+
+MaskSet load_binary_masks(const fs::path& folder, const std::vector<Camera>& cameras) {
+  const std::vector<BinaryMask> found = find_masks(folder, cameras);
+  const std::map<std::string, uint32_t> ids = ids_of_labels(found);
+  MaskSet masks;
+  for (size_t c = 0; c < cameras.size(); ++c) {
+    struct Layer {
+      uint32_t id;
+      std::vector<uint8_t> inside;
+      std::ptrdiff_t pixels;
+    };
+    std::vector<Layer> layers;
+    for (const BinaryMask& mask : found) {
+      if (mask.camera != static_cast<int>(c)) continue;
+      std::vector<uint8_t> inside = read_binary(mask.file, cameras[c]);
+      const auto pixels = std::count(inside.begin(), inside.end(), 1);
+      layers.push_back({ids.at(mask.label), std::move(inside), pixels});
+    }
+    if (layers.empty()) continue;
+    std::stable_sort(layers.begin(), layers.end(), [](const Layer& a, const Layer& b) { return a.pixels > b.pixels; });
+    IdImage picture(cameras[c].width, cameras[c].height, 1);
+    for (const Layer& layer : layers)
+      for (size_t i = 0; i < picture.data.size(); ++i)
+        if (layer.inside[i]) picture.data[i] = layer.id;
+    masks.views.push_back({static_cast<int>(c), std::move(picture)});
+  }
+  for (const auto& [label, id] : ids)
+    if (!whole_number(label)) masks.names[id] = label;
+  return masks;
+}
+
+}  // namespace pliant

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "segmentation/labels/mask_set.h"
+
+namespace pliant {
+
+/// Binary pictures of one object each, in folders.  Two layouts are told apart by the names of the folders:
+///   <camera>/<label>.png   one folder for each view, as in LERF-Mask (Ye et al. 2024), where folders may also be
+///   numbered:
+///                          the k-th of those cameras, by name, whose photo is not in images_train/ beside the masks;
+///   <label>/<camera>.png   one folder for each object.
+/// A pixel belongs to an object above half of the picture's largest value; where objects overlap the smaller one wins.
+/// Labels that are all whole numbers are the ids, else labels are numbered from 1 in alphabetical order.  Pixels of no
+/// object are 0.  Empty when the folder has neither layout.
+MaskSet load_binary_masks(const std::filesystem::path& folder, const std::vector<Camera>& cameras);
+
+}  // namespace pliant

@@ -1,0 +1,121 @@
+#include "segmentation/labels/mask_set.h"
+
+#include <algorithm>
+#include <charconv>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/images/image_io.h"
+#include "segmentation/labels/mask_layouts.h"
+
+namespace pliant {
+namespace fs = std::filesystem;
+
+std::vector<uint32_t> MaskSet::ids() const {
+  std::set<uint32_t> found;
+  for (const View& view : views) {
+    uint32_t last = 0;
+    for (uint32_t id : view.ids.data) {
+      if (id != last && id != 0) found.insert(id);
+      last = id;
+    }
+  }
+  return {found.begin(), found.end()};
+}
+
+std::string MaskSet::name_of(uint32_t id) const {
+  const auto it = names.find(id);
+  return it != names.end() ? it->second : "object_" + std::to_string(id);
+}
+
+std::map<uint32_t, std::string> read_label_names(const fs::path& file) {
+  const char* remedy = "write a JSON object such as {\"1\": \"flower\", \"2\": \"table\"}";
+  nlohmann::json json;
+  try {
+    json = nlohmann::json::parse(read_text(file));
+  } catch (const nlohmann::json::exception& e) {
+    throw input_error(file.string(), "", std::string("is not JSON: ") + e.what(), remedy);
+  }
+  if (!json.is_object()) throw input_error(file.string(), "", "is not a JSON object", remedy);
+  std::map<uint32_t, std::string> names;
+  for (const auto& [key, value] : json.items()) {
+    uint32_t id = 0;
+    const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), id);
+    if (error != std::errc() || end != key.data() + key.size() || id == 0)
+      throw input_error(file.string(), key, "is not an id, a whole number above 0", remedy);
+    if (!value.is_string()) throw input_error(file.string(), key, "has a name that is not a string", remedy);
+    names[id] = value.get<std::string>();
+  }
+  return names;
+}
+
+uint32_t label_background(MaskSet& masks) {
+  const std::vector<uint32_t> ids = masks.ids();
+  const uint32_t background = ids.empty() ? 1 : ids.back() + 1;
+  for (MaskSet::View& view : masks.views) std::replace(view.ids.data.begin(), view.ids.data.end(), 0u, background);
+  masks.names[background] = "background";
+  return background;
+}
+
+namespace {
+
+/// The id picture of a camera, empty when there is none.
+fs::path id_picture(const fs::path& folder, const Camera& camera) {
+  for (const std::string& name : {camera.name, fs::path(camera.photo).filename().string()})
+    if (!name.empty() && fs::is_regular_file(folder / (name + ".png"))) return folder / (name + ".png");
+  return {};
+}
+
+}  // namespace
+
+MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::vector<Camera>& cameras) {
+  if (!fs::is_directory(folder))
+    throw input_error(folder.string(), "masks", "is not a folder",
+                      "name a folder with one id picture per photo, or select with --aabb or --sphere");
+  MaskSet masks;
+  std::vector<std::string> missing;
+  for (size_t c = 0; c < cameras.size(); ++c) {
+    const Camera& camera = cameras[c];
+    const fs::path file = id_picture(folder, camera);
+    if (file.empty()) {
+      missing.push_back(camera.name);
+      continue;
+    }
+    IdImage ids = read_ids(file);
+    if (ids.width != camera.width || ids.height != camera.height)
+      throw input_error(file.string(), "",
+                        "is " + std::to_string(ids.width) + "x" + std::to_string(ids.height) + ", but camera " +
+                            camera.name + " is " + std::to_string(camera.width) + "x" + std::to_string(camera.height),
+                        "make masks at the size of the photos");
+    masks.views.push_back({static_cast<int>(c), std::move(ids)});
+  }
+  if (masks.views.empty()) {
+    masks = load_binary_masks(folder, cameras);
+    missing.clear();
+    for (size_t c = 0; c < cameras.size(); ++c)
+      if (std::none_of(masks.views.begin(), masks.views.end(),
+                       [&](const MaskSet::View& view) { return view.camera == static_cast<int>(c); }))
+        missing.push_back(cameras[c].name);
+  }
+  if (masks.views.empty())
+    throw input_error(folder.string(), "",
+                      "holds no mask for any of the " + std::to_string(cameras.size()) + " cameras",
+                      "name masks like the photos, for example " +
+                          (cameras.empty() ? std::string("0001") : cameras.front().name) + ".png");
+  if (!missing.empty()) {
+    std::string names;
+    for (size_t i = 0; i < missing.size() && i < 5; ++i) names += (i ? ", " : "") + missing[i];
+    if (missing.size() > 5) names += ", ...";
+    masks.warnings.push_back(std::to_string(missing.size()) + " of " + std::to_string(cameras.size()) +
+                             " cameras have no mask in " + folder.string() + ": " + names);
+  }
+  if (masks.ids().empty())
+    throw input_error(folder.string(), "", "holds masks without any object: every pixel is 0 (unlabelled)",
+                      "give every object an id above 0; the rest of the scene needs an id too");
+  if (!labels.empty()) masks.names = read_label_names(labels);
+  return masks;
+}
+
+}  // namespace pliant

@@ -1,0 +1,72 @@
+#include "segmentation/select/window_view.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gaussians/base/error.h"
+#include "gaussians/render/blend_weights.h"
+#include "gaussians/render/splat.h"
+
+namespace pliant {
+
+WindowView::WindowView(const std::vector<Camera>& cameras, int camera_index, const PictureRect& rect, int longest)
+    : source(camera_index), camera(cameras[camera_index]), x0(rect.x0), y0(rect.y0) {
+  CHECK(!rect.empty() && longest > 0);
+  const double width = rect.x1 - rect.x0, height = rect.y1 - rect.y0;
+  scale = longest / std::max(width, height);
+  camera.photo.clear();
+  camera.width = std::max(8, static_cast<int>(std::lround(width * scale)));
+  camera.height = std::max(8, static_cast<int>(std::lround(height * scale)));
+  camera.fx *= scale;
+  camera.fy *= scale;
+  camera.cx = (camera.cx - x0) * scale;
+  camera.cy = (camera.cy - y0) * scale;
+}
+
+bool project_point(const Camera& camera, const Vec3f& x, Eigen::Vector2d& pixel) {
+  const Vec3d p = camera.cam_from_world * x.cast<double>();
+  if (!(p.z() > splat::kNear)) return false;
+  pixel = {camera.fx * p.x() / p.z() + camera.cx, camera.fy * p.y() / p.z() + camera.cy};
+  return true;
+}
+
+std::vector<uint8_t> stroke_pixels(const WindowView& window, const StrokePrompt& stroke) {
+  std::vector<uint8_t> mask(static_cast<size_t>(window.camera.width) * window.camera.height, 0);
+  const float radius = std::max(0.75f, 0.5f * stroke.width * static_cast<float>(window.scale));
+  for (size_t k = 0; k < stroke.points.size(); ++k) {
+    const Vec2f a = window.to_window(stroke.points[k].x(), stroke.points[k].y());
+    const Vec2f& next = stroke.points[std::min(k + 1, stroke.points.size() - 1)];
+    const Vec2f d = window.to_window(next.x(), next.y()) - a;
+    const Vec2f low = a.cwiseMin(a + d).array() - radius - 1, high = a.cwiseMax(a + d).array() + radius + 1;
+    for (int y = std::max(0, static_cast<int>(low.y()));
+         y < std::min<int>(window.camera.height, static_cast<int>(high.y()) + 1); ++y)
+      for (int x = std::max(0, static_cast<int>(low.x()));
+           x < std::min<int>(window.camera.width, static_cast<int>(high.x()) + 1); ++x) {
+        const Vec2f p(x + 0.5f, y + 0.5f);
+        const float t = std::clamp((p - a).dot(d) / std::max(d.squaredNorm(), 1e-12f), 0.0f, 1.0f);
+        if ((p - a - t * d).norm() <= radius) mask[static_cast<size_t>(y) * window.camera.width + x] = 1;
+      }
+  }
+  return mask;
+}
+
+void Lift::add(const GaussianCloud& cloud, const Camera& camera, const RenderOptions& options,
+               const std::vector<uint8_t>& mask) {
+  CHECK(inside.size() == cloud.size());
+  const BlendWeights weights = blend_weights(cloud, camera, options);
+  CHECK(mask.size() == weights.pixels());
+  for (size_t pixel = 0; pixel < weights.pixels(); ++pixel)
+    for (uint32_t e = weights.row_start[pixel]; e < weights.row_start[pixel + 1]; ++e) {
+      total[weights.gaussian[e]] += weights.weight[e];
+      if (mask[pixel]) inside[weights.gaussian[e]] += weights.weight[e];
+    }
+}
+
+void Lift::add(const Lift& other, float weight) {
+  for (size_t p = 0; p < total.size(); ++p) {
+    inside[p] += weight * other.inside[p];
+    total[p] += weight * other.total[p];
+  }
+}
+
+}  // namespace pliant

@@ -1,0 +1,107 @@
+#include "segmentation/sheets/feature_picture.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+#include "gaussians/base/error.h"
+#include "gaussians/render/render.h"
+
+namespace pliant {
+namespace {
+
+constexpr int kY = kSemanticChannels, kFeatureGap = 8, kWidest = 480;
+using Attribute = Eigen::Matrix<double, kY, 1>;
+using ConstRow = Eigen::Map<const Eigen::Matrix<float, kY, 1>>;
+
+/// Puts `picture`, scaled to `width`, at (x, y) of the sheet.
+void put(const ImageF& picture, int x, int y, int width, int height, ImageF& sheet) {
+  const cv::Mat from(picture.height, picture.width, CV_32FC3, const_cast<float*>(picture.data.data()));
+  cv::Mat to(sheet.height, sheet.width, CV_32FC3, sheet.data.data());
+  cv::Mat cell = to(cv::Rect(x, y, width, height));
+  cv::resize(from, cell, cell.size(), 0, 0, width < picture.width ? cv::INTER_AREA : cv::INTER_LINEAR);
+}
+
+}  // namespace
+
+PrincipalColors PrincipalColors::of(std::span<const float> samples) {
+  PrincipalColors colors;
+  const size_t n = samples.size() / kY;
+  if (n == 0) return colors;
+  for (size_t i = 0; i < n; ++i) colors.mean += ConstRow(samples.data() + i * kY).cast<double>();
+  colors.mean /= static_cast<double>(n);
+  Eigen::Matrix<double, kY, kY> covariance = Eigen::Matrix<double, kY, kY>::Zero();
+  for (size_t i = 0; i < n; ++i) {
+    const Attribute d = ConstRow(samples.data() + i * kY).cast<double>() - colors.mean;
+    covariance.selfadjointView<Eigen::Lower>().rankUpdate(d);
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, kY, kY>> solver(covariance / static_cast<double>(n));
+  const double total = solver.eigenvalues().sum();
+  std::vector<double> scores(n);
+  for (int k = 0; k < 3; ++k) {
+    if (!(solver.eigenvalues()[kY - 1 - k] > 1e-9 * total)) continue;
+    Attribute axis = solver.eigenvectors().col(kY - 1 - k);
+    double third = 0;
+    for (size_t i = 0; i < n; ++i) {
+      scores[i] = axis.dot(ConstRow(samples.data() + i * kY).cast<double>() - colors.mean);
+      third += scores[i] * scores[i] * scores[i];
+    }
+    if (third < 0) {
+      axis = -axis;
+      for (double& score : scores) score = -score;
+    }
+    colors.axes.col(k) = axis;
+    const auto at = [&](double share) {
+      const auto place = scores.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(n - 1));
+      std::nth_element(scores.begin(), place, scores.end());
+      return *place;
+    };
+    colors.low[k] = at(0.01);
+    colors.high[k] = at(0.99);
+  }
+  return colors;
+}
+
+Vec3f PrincipalColors::color(const float* attribute) const {
+  const Vec3d score = axes.transpose() * (ConstRow(attribute).cast<double>() - mean);
+  Vec3f out = Vec3f::Constant(0.5f);
+  for (int k = 0; k < 3; ++k)
+    if (high[k] > low[k]) out[k] = static_cast<float>(std::clamp((score[k] - low[k]) / (high[k] - low[k]), 0.0, 1.0));
+  return out;
+}
+
+ImageF features_sheet(const std::vector<float>& attribute, const GaussianCloud& cloud,
+                      const std::vector<Camera>& cameras, const std::function<ImageF(int camera)>& picture, int views) {
+  CHECK(!cameras.empty() && attribute.size() == cloud.size() * kY);
+  const int shown = std::min<int>(views, static_cast<int>(cameras.size()));
+  std::vector<RenderResult> blended;
+  std::vector<int> chosen;
+  std::vector<float> samples;
+  for (int v = 0; v < shown; ++v) {
+    chosen.push_back(static_cast<int>(static_cast<size_t>(v) * cameras.size() / shown));
+    blended.push_back(render(cloud, cameras[chosen.back()], {}, attribute, kY));
+    const RenderResult& view = blended.back();
+    for (size_t i = 0; i < view.alpha.pixels(); ++i)
+      if (view.alpha.data[i] >= 0.5f)
+        samples.insert(samples.end(), view.features.data.data() + i * kY, view.features.data.data() + (i + 1) * kY);
+  }
+  const PrincipalColors colors = PrincipalColors::of(samples);
+
+  const int width = std::min(kWidest, cameras[chosen[0]].width);
+  int height = 0;
+  for (int c : chosen) height = std::max(height, width * cameras[c].height / cameras[c].width);
+  ImageF sheet(shown * (width + kFeatureGap) + kFeatureGap, 2 * (height + kFeatureGap) + kFeatureGap, 3, 0.1f);
+  for (int v = 0; v < shown; ++v) {
+    const RenderResult& view = blended[v];
+    ImageF features(view.alpha.width, view.alpha.height, 3);
+    for (size_t i = 0; i < features.pixels(); ++i)
+      if (view.alpha.data[i] >= 0.5f)
+        Eigen::Map<Vec3f>(features.data.data() + 3 * i) = colors.color(view.features.data.data() + i * kY);
+    const int x = kFeatureGap + v * (width + kFeatureGap), own = width * features.height / features.width;
+    put(picture(chosen[v]), x, kFeatureGap, width, own, sheet);
+    put(features, x, 2 * kFeatureGap + height, width, own, sheet);
+  }
+  return sheet;
+}
+
+}  // namespace pliant

@@ -1,0 +1,67 @@
+// `convert` and `info` take every format, and refuse what does not fit with the right exit code.
+
+#include <gtest/gtest.h>
+
+#include "gaussians/io/cameras/cameras.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/splats/splats.h"
+#include "tests/app/run_pliant.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+GaussianCloud few() {
+  GaussianCloud cloud;
+  cloud.sh_degree = 1;
+  cloud.resize(3);
+  for (int i = 0; i < 3; ++i) {
+    cloud.position[i] = Vec3f(0.25f * i, 0.5f, -1);
+    cloud.sh_of(i)[5] = 0.25f * i;
+  }
+  return cloud;
+}
+
+TEST(Convert, SplatsBecomeAnyFormatThatIsWritten) {
+  const TemporaryFolder folder;
+  write_splats(folder / "a.ply", few());
+  std::string from = (folder / "a.ply").string();
+  for (const char* name : {"b.spz", "c.ply", "d.splat", "e.spz"}) {
+    const std::string to = (folder / name).string();
+    EXPECT_EQ(run_quietly({"convert", from, to}), 0);
+    const GaussianCloud cloud = read_splats(to);
+    ASSERT_EQ(cloud.size(), 3u);
+    EXPECT_EQ(cloud.position[2], few().position[2]);
+    from = to;
+  }
+  EXPECT_EQ(read_splats(folder / "c.ply").sh_of(2)[5], 0.5f);
+  EXPECT_EQ(run_quietly({"info", (folder / "b.spz").string(), (folder / "d.splat").string(), "--json"}), 0);
+  EXPECT_EQ(run_quietly({"convert", from, (folder / "b.spz").string()}), 2);  // it exists
+  EXPECT_EQ(run_quietly({"convert", from, (folder / "b.spz").string(), "--overwrite", "--sh-degree", "0"}), 0);
+  EXPECT_EQ(read_splats(folder / "b.spz").sh_degree, 0);
+  EXPECT_EQ(run_quietly({"convert", from, (folder / "f.glb").string()}), 2);
+  EXPECT_EQ(run_quietly({"convert", from, (folder / "f.json").string()}), 2);
+  EXPECT_EQ(run_quietly({"convert", from, (folder / "f.ply").string(), "--level", "2"}), 2);
+  EXPECT_EQ(run_quietly({"convert", from, (folder / "f.ply").string(), "--level", "-1"}), 2);
+  EXPECT_EQ(run_quietly({"info", folder.file("broken.spz", "NGSP")}), 1);
+}
+
+TEST(Convert, CamerasBecomeTransformsOrCamerasJson) {
+  const TemporaryFolder folder;
+  folder.file("sparse/0/cameras.txt", "1 OPENCV 64 48 50 51 32 24 0.1 0 0 0\n");
+  folder.file("sparse/0/images.txt", "1 1 0 0 0 1 2 3 1 a.png\n\n2 0 1 0 0 1 2 3 1 b.png\n\n");
+  const std::string transforms = (folder / "t.json").string();
+  EXPECT_EQ(run_quietly({"convert", (folder / "sparse/0").string(), transforms}), 0);
+  const std::vector<Camera> cameras = read_cameras(transforms).cameras;
+  ASSERT_EQ(cameras.size(), 2u);
+  EXPECT_EQ(cameras[1].fy, 51);
+  EXPECT_EQ(cameras[1].distortion[0], 0.1);
+  EXPECT_EQ(run_quietly({"convert", transforms, (folder / "cameras.json").string()}), 0);
+  EXPECT_TRUE(
+      read_cameras(folder / "cameras.json").cameras[1].cam_from_world.isApprox(cameras[1].cam_from_world, 1e-9));
+  EXPECT_EQ(run_quietly({"convert", transforms, (folder / "x.ply").string()}), 1);
+  EXPECT_EQ(run_quietly({"info", (folder / "sparse/0").string(), transforms}), 0);
+}
+
+}  // namespace
+}  // namespace pliant

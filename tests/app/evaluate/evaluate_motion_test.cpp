@@ -1,0 +1,221 @@
+// Motions with known frequency, damping and amplitude, as values, as videos and as trajectories.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/evaluate/evaluate.h"
+#include "app/evaluate/vibration.h"
+#include "app/store/trajectory.h"
+#include "gaussians/base/random.h"
+#include "gaussians/io/images/image_io.h"
+#include "gaussians/io/images/video.h"
+#include "tests/app/run_pliant.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+using nlohmann::json;
+
+TEST(FitOscillation, FrequencyDecayAndAmplitudeOfAClosedFormAreFound) {
+  for (const double frequency : {0.7, 1.9, 6.3})
+    for (const double decay : {0.0, 0.6, 2.5}) {
+      std::vector<double> values;
+      for (int i = 0; i < 75; ++i) {
+        const double t = i / 30.0;
+        values.push_back(0.3 - 0.1 * t + 1.7 * std::exp(-decay * t) * std::sin(2 * M_PI * frequency * t + 0.4) +
+                         0.01 * Random(3, i).normal());
+      }
+      const DampedOscillation found = fit_oscillation(values, 30);
+      EXPECT_NEAR(found.frequency / frequency, 1, 0.01) << frequency << " " << decay;
+      EXPECT_NEAR(found.decay, decay, 0.02 + 0.03 * decay);
+      EXPECT_NEAR(found.amplitude / 1.7, 1, 0.05);
+      EXPECT_GT(found.explained, 0.99);
+    }
+}
+
+TEST(FitOscillation, ValuesThatDoNotOscillateHaveNoFrequency) {
+  EXPECT_EQ(fit_oscillation(std::vector<double>(40, 2.0), 30).frequency, 0);
+  EXPECT_EQ(fit_oscillation({1, 2, 1, 2}, 30).frequency, 0);
+}
+
+TEST(DescribeVibration, SmallSwingsAreMeasuredOnTheirOwn) {
+  // A pendulum that is slower by a tenth at its largest swing.
+  PointMotion motion;
+  motion.rate = 30;
+  motion.dims = 1;
+  motion.weight = {1};
+  double phase = 0;
+  for (int i = 0; i < 150; ++i) {
+    const double amplitude = std::exp(-1.2 * i / 30.0);
+    motion.displacement.push_back({20 * amplitude * std::cos(phase)});
+    phase += 2 * M_PI * 3.2 * (1 - 0.1 * amplitude * amplitude) / 30;
+  }
+  int first = -1;
+  const Vibration found = describe_vibration(motion, first);
+  EXPECT_LT(found.oscillation.frequency, 0.98 * 3.2);
+  EXPECT_NEAR(found.small.frequency / 3.2, 1, 0.01);
+  // One that does not die away has no small swings.
+  for (int i = 0; i < 150; ++i) motion.displacement[i][0] = std::cos(0.6 * i);
+  first = -1;
+  EXPECT_EQ(describe_vibration(motion, first).small.frequency, 0);
+}
+
+/// A smooth texture that never repeats, of one of two kinds.
+float texture(double x, double y, int kind) {
+  double sum = 0, total = 0;
+  for (int k = 0; k < 6; ++k) {
+    Random random(20 + kind, k);
+    const double angle = 2 * M_PI * random.uniform(), length = 9 + 18 * random.uniform(),
+                 phase = 2 * M_PI * random.uniform();
+    sum += std::sin(2 * M_PI * (x * std::cos(angle) + y * std::sin(angle)) / length + phase);
+    total += 1;
+  }
+  return static_cast<float>(0.5 + 0.45 * sum / total * 1.6);
+}
+
+struct Swing {
+  double frequency = 1.6, decay = 0.5, amplitude = 6;  // Hz, 1/s, px
+  double fps = 30;
+  int frames = 40, width = 96, height = 72;
+
+  double at(double t) const { return amplitude * std::exp(-decay * t) * std::cos(2 * M_PI * frequency * t); }
+  /// A textured disc that swings sideways before a textured wall.
+  ImageF frame(int f) const {
+    ImageF picture(width, height, 3);
+    const double shift = at(f / fps);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        const double u = x + 0.5 - 0.5 * width - shift, v = y + 0.5 - 0.5 * height;
+        const double edge = std::clamp(20 - std::hypot(u, v) + 0.5, 0.0, 1.0);
+        for (int c = 0; c < 3; ++c)
+          picture(x, y, c) = static_cast<float>(edge * std::clamp(texture(u + 7 * c, v, 0), 0.f, 1.f) +
+                                                (1 - edge) * 0.6 * std::clamp(texture(x, y + 5 * c, 1), 0.f, 1.f));
+      }
+    return picture;
+  }
+  void write_folder(const std::filesystem::path& folder) const {
+    for (int f = 0; f < frames; ++f) write_image(folder / ("f" + std::to_string(f) + ".png"), frame(f));
+  }
+  void write_video(const std::filesystem::path& file) const {
+    VideoWriter writer(file, fps, width, height);
+    for (int f = 0; f < frames; ++f) writer.write(frame(f));
+    writer.close();
+  }
+};
+
+TEST(EvaluateMotion, OfAFilmedDiscGivesItsFrequencyDampingAndAmplitude) {
+  const TemporaryFolder folder;
+  Swing truth, other;
+  truth.write_video(folder / "truth.mp4");
+  other.frequency = 1.84;
+  other.decay = 1.0;
+  other.amplitude = 4;
+  other.write_folder(folder / "other");
+  MotionScore score;
+  score.fps = 30;
+  const json out = evaluate_motion(folder / "other", folder / "truth.mp4", score);
+  EXPECT_NEAR(out["truth"]["frequency_hz"].get<double>(), 1.6, 0.016);
+  EXPECT_NEAR(out["prediction"]["frequency_hz"].get<double>(), 1.84, 0.02);
+  EXPECT_NEAR(out["truth"]["damping_time_s"].get<double>(), 2, 0.1);
+  EXPECT_NEAR(out["prediction"]["log_decrement"].get<double>(), 1 / 1.84, 0.03);
+  // From the first peak to the next one on the other side.
+  EXPECT_NEAR(out["truth"]["amplitude_px"].get<double>(), 0.5 * (truth.at(0) - truth.at(0.5 / 1.6)), 0.25);
+  EXPECT_NEAR(out["frequency_error"].get<double>(), 0.15, 0.02);
+  EXPECT_NEAR(out["damping_error"].get<double>(), 1, 0.1);
+  EXPECT_NEAR(out["amplitude_error"].get<double>(), 0.37, 0.06);
+  EXPECT_GT(out["flow_error"].get<double>(), 0.3);
+  EXPECT_GT(out["truth"]["explained"].get<double>(), 0.98);
+}
+
+TEST(EvaluateMotion, OfItselfIsWithoutErrorAndAStillVideoHasNoFrequency) {
+  const TemporaryFolder folder;
+  Swing truth;
+  truth.frames = 24;
+  truth.write_folder(folder / "truth");
+  MotionScore score;
+  score.fps = 30;
+  json out = evaluate_motion(folder / "truth", folder / "truth", score);
+  EXPECT_EQ(out["frequency_error"], 0);
+  EXPECT_EQ(out["flow_error_px"], 0);
+  Swing still = truth;
+  still.amplitude = 0;
+  still.write_folder(folder / "still");
+  out = evaluate_motion(folder / "still", folder / "truth", score);
+  EXPECT_TRUE(out["prediction"]["frequency_hz"].is_null());
+  EXPECT_NEAR(out["amplitude_error"].get<double>(), 1, 0.05);
+  EXPECT_GT(out["flow_error"].get<double>(), 0.7);
+  expect_error(Failure::kInput, {"still", "nothing that moves"},
+               [&] { evaluate_motion(folder / "truth", folder / "still", score); });
+  // The command line fails where an assertion does.
+  const std::vector<std::string> command = {"evaluate",
+                                            "motion",
+                                            (folder / "truth").string(),
+                                            (folder / "truth").string(),
+                                            "--fps",
+                                            "30",
+                                            "--out",
+                                            (folder / "out.json").string(),
+                                            "--json",
+                                            "--assert"};
+  auto with = command;
+  with.push_back("frequency_error<=0.02");
+  EXPECT_EQ(run_quietly(with), 0);
+  with.back() = "truth.frequency_hz>=3";
+  EXPECT_EQ(run_quietly(with), 1);
+}
+
+TEST(EvaluateMotion, UselessInputIsRefused) {
+  const TemporaryFolder folder;
+  Swing swing;
+  swing.frames = 3;
+  swing.write_folder(folder / "a");
+  MotionScore score;
+  expect_error(Failure::kInput, {"fps"}, [&] { evaluate_motion(folder / "a", folder / "a", score); });
+  score.fps = 30;
+  expect_error(Failure::kInput, {"none", "does not exist"},
+               [&] { evaluate_motion(folder / "none", folder / "a", score); });
+  swing.width = 48;
+  swing.write_folder(folder / "narrow");
+  expect_error(Failure::kInput, {"narrow"}, [&] { evaluate_motion(folder / "narrow", folder / "a", score); });
+  folder.file("lie.mp4", "no video");
+  expect_error(Failure::kInput, {"lie.mp4"}, [&] { evaluate_motion(folder / "lie.mp4", folder / "a", score); });
+  folder.file("t.h5", "no trajectory");
+  expect_error(Failure::kInput, {"trajectory"}, [&] { evaluate_motion(folder / "t.h5", folder / "a", score); });
+}
+
+TEST(EvaluateMotion, OfParticlesGivesTheirFrequencyDampingAndAmplitude) {
+  const TemporaryFolder folder;
+  const auto write = [&](const std::string& name, double frequency, double decay, double amplitude) {
+    TrajectoryFile t;
+    t.fps = 30;
+    t.up = {0, 0, 1};
+    for (int f = 0; f < 90; ++f) {
+      TrajectoryFile::Frame frame;
+      frame.time = f / 30.0;
+      for (int p = 0; p <= 50; ++p) {
+        const double z = p / 50.0,
+                     sway = amplitude * std::exp(-decay * frame.time) * std::sin(2 * M_PI * frequency * frame.time);
+        frame.position.push_back(Vec3d(sway * z, 0.3 * sway * z, z).cast<float>());
+      }
+      frame.velocity.assign(51, Vec3f::Zero());
+      frame.F.assign(51, Mat3f::Identity());
+      t.frames.push_back(frame);
+    }
+    write_trajectory(folder / name, t, "{}");
+  };
+  write("truth.h5", 1.3, 0.4, 0.1);
+  write("ours.h5", 1.43, 0.4, 0.12);
+  const json out = evaluate_motion(folder / "ours.h5", folder / "truth.h5");
+  EXPECT_NEAR(out["truth"]["frequency_hz"].get<double>(), 1.3, 0.005);
+  EXPECT_NEAR(out["truth"]["decay_per_s"].get<double>(), 0.4, 0.01);
+  EXPECT_NEAR(out["frequency_error"].get<double>(), 0.1, 0.005);
+  EXPECT_NEAR(out["damping_error"].get<double>(), 0, 0.03);
+  EXPECT_NEAR(out["amplitude_error"].get<double>(), 0.2, 0.02);
+  EXPECT_FALSE(out.contains("flow_error"));
+}
+
+}  // namespace
+}  // namespace pliant

@@ -1,0 +1,337 @@
+// Metrics with known answers, what they refuse, and conditions on them.
+
+#include "app/evaluate/evaluate.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/evaluate/metrics.h"
+#include "app/store/material.h"
+#include "app/store/segmentation.h"
+#include "app/store/trajectory.h"
+#include "gaussians/base/random.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/images/image_io.h"
+#include "tests/temporary_folder.h"
+
+using nlohmann::json;
+
+namespace pliant {
+namespace {
+
+ImageF noise(int width, int height, uint64_t seed) {
+  ImageF image(width, height, 3);
+  Random random(seed);
+  for (float& value : image.data) value = static_cast<float>(random.below(200) + 20) / 255.0f;
+  return image;
+}
+
+TEST(EvaluateImages, AnOffsetOfTenLevelsIs28Point13Decibels) {
+  const TemporaryFolder folder;
+  ImageF a = noise(40, 30, 1), b = a;
+  for (float& value : b.data) value += 10.0f / 255;
+  write_image(folder / "truth/v.png", a);
+  write_image(folder / "pred/v.png", b);
+  const json out = evaluate_images(folder / "pred", folder / "truth");
+  EXPECT_NEAR(out["psnr"].get<double>(), 20 * std::log10(25.5), 1e-4);
+  EXPECT_NEAR(out["psnr"].get<double>(), 28.13, 0.005);
+  EXPECT_EQ(out["psnr_std"], 0);
+  EXPECT_EQ(out["identical"], false);
+}
+
+TEST(EvaluateImages, IdenticalPicturesHaveNoPsnrAndSsimOne) {
+  const TemporaryFolder folder;
+  write_image(folder / "truth/v.png", noise(40, 30, 1));
+  write_image(folder / "pred/v.png", noise(40, 30, 1));
+  const json out = evaluate_images(folder / "pred", folder / "truth");
+  EXPECT_TRUE(out["psnr"].is_null());
+  EXPECT_EQ(out["identical"], true);
+  EXPECT_NEAR(out["ssim"].get<double>(), 1, 1e-12);
+  EXPECT_TRUE(assert_metrics(out, {"psnr>=60", "ssim >= 0.999"}).empty());
+}
+
+TEST(EvaluateImages, SsimOfTwoConstantPicturesIsTheLuminanceTerm) {
+  const TemporaryFolder folder;
+  write_image(folder / "truth/v.png", ImageF(20, 20, 3, 0.2f));
+  write_image(folder / "pred/v.png", ImageF(20, 20, 3, 0.6f));
+  const json out = evaluate_images(folder / "pred", folder / "truth");
+  const double c1 = 1e-4, x = 51.0 / 255, y = 153.0 / 255;
+  EXPECT_NEAR(out["ssim"].get<double>(), (2 * x * y + c1) / (x * x + y * y + c1), 1e-6);
+}
+
+TEST(EvaluateImages, SsimOfANegativeIsNegativeAndLossOfContrastLowersIt) {
+  const TemporaryFolder folder;
+  const ImageF a = noise(60, 50, 2);
+  ImageF negative = a, half = a;
+  for (size_t i = 0; i < a.data.size(); ++i) {
+    negative.data[i] = 239.0f / 255 - a.data[i];
+    half.data[i] = 0.5f * a.data[i] + 0.23f;
+  }
+  write_image(folder / "truth.png", a);
+  write_image(folder / "negative.png", negative);
+  write_image(folder / "half.png", half);
+  EXPECT_LT(evaluate_images(folder / "negative.png", folder / "truth.png")["ssim"].get<double>(), -0.5);
+  const double ssim_of_half = evaluate_images(folder / "half.png", folder / "truth.png")["ssim"];
+  EXPECT_LT(ssim_of_half, 0.9);
+  EXPECT_GT(ssim_of_half, 0.5);
+}
+
+TEST(EvaluateImages, MissingExtraSmallAndDifferentlySizedPicturesAreErrors) {
+  const TemporaryFolder folder;
+  write_image(folder / "truth/a.png", noise(20, 20, 1));
+  write_image(folder / "truth/b.png", noise(20, 20, 2));
+  write_image(folder / "pred/a.png", noise(20, 20, 1));
+  expect_error(Failure::kInput, {"pred", "b", "lacks"}, [&] { evaluate_images(folder / "pred", folder / "truth"); });
+  expect_error(Failure::kInput, {"pred", "b", "lacks"}, [&] { evaluate_images(folder / "truth", folder / "pred"); });
+  write_image(folder / "pred/b.png", noise(21, 20, 2));
+  expect_error(Failure::kInput, {"b.png", "21 x 20", "20 x 20"},
+               [&] { evaluate_images(folder / "pred", folder / "truth"); });
+  folder.file("pred/b.png", "no picture");
+  expect_error(Failure::kInput, {"b.png", "decoded"}, [&] { evaluate_images(folder / "pred", folder / "truth"); });
+  write_image(folder / "pred/b.jpg", noise(20, 20, 2));
+  expect_error(Failure::kInput, {"b", "two pictures"}, [&] { evaluate_images(folder / "pred", folder / "truth"); });
+  expect_error(Failure::kInput, {"none"}, [&] { evaluate_images(folder / "none", folder / "truth"); });
+  std::filesystem::create_directories(folder / "empty");
+  expect_error(Failure::kInput, {"holds no picture"}, [&] { evaluate_images(folder / "empty", folder / "truth"); });
+  write_image(folder / "s/a.png", noise(8, 8, 1));
+  expect_error(Failure::kInput, {"11 x 11"}, [&] { evaluate_images(folder / "s", folder / "s"); });
+}
+
+IdImage square(int left, uint32_t id, uint32_t rest) {
+  IdImage ids(60, 40, 1, rest);
+  for (int y = 10; y < 30; ++y) {
+    for (int x = left; x < left + 20; ++x) ids(x, y) = id;
+  }
+  return ids;
+}
+
+TEST(EvaluateSegmentation, IouOfAShiftedSquareFollowsTheFormula) {
+  const TemporaryFolder folder;
+  for (int shift : {0, 3, 20}) {
+    write_ids(folder / "truth/v.png", square(10, 5, 9));
+    write_ids(folder / "pred/v.png", square(10 + shift, 5, 9));
+    const json out = evaluate_segmentation(folder / "pred", folder / "truth");
+    const double in = 20.0 * (20 - shift), of = 20.0 * (20 + shift), rest = 2400 - 400;
+    EXPECT_NEAR(out["per_id"]["5"]["iou"].get<double>(), in / of, 1e-12);
+    const double other = (rest - 20.0 * shift) / (rest + 20.0 * shift);
+    EXPECT_NEAR(out["miou"].get<double>(), 0.5 * (in / of + other), 1e-12);
+    EXPECT_NEAR(out["accuracy"].get<double>(), (2400 - 40.0 * shift) / 2400, 1e-12);
+    if (shift == 0) {
+      EXPECT_EQ(out["boundary_miou"], 1.0);
+    }
+    if (shift == 3) {
+      EXPECT_LT(out["boundary_miou"], out["miou"]);
+    }
+  }
+}
+
+TEST(EvaluateSegmentation, TheBandOfTheBoundaryScoreIsChosen) {
+  const TemporaryFolder folder;
+  write_ids(folder / "truth/v.png", square(10, 5, 0));
+  write_ids(folder / "pred/v.png", square(11, 5, 0));
+  SegmentationScore score;
+  score.band = 1;  // a ring of 76 pixels, 38 of which both have; 18 of ours lie inside it
+  const json out = evaluate_segmentation(folder / "pred", folder / "truth", score);
+  EXPECT_NEAR(out["boundary_miou"].get<double>(), 38.0 / 94, 1e-12);
+  score.band = 100;  // the whole square
+  EXPECT_EQ(evaluate_segmentation(folder / "pred", folder / "truth", score)["boundary_miou"], out["miou"]);
+}
+
+TEST(EvaluateSegmentation, IdsWithoutAMeaningAreMatchedByOverlap) {
+  const TemporaryFolder folder;
+  write_ids(folder / "truth/v.png", square(10, 5, 9));
+  write_ids(folder / "pred/v.png", square(10, 9, 70));
+  SegmentationScore score;
+  EXPECT_LT(evaluate_segmentation(folder / "pred", folder / "truth", score)["miou"], 0.2);
+  score.match = "overlap";
+  const json out = evaluate_segmentation(folder / "pred", folder / "truth", score);
+  EXPECT_EQ(out["miou"], 1.0);
+  EXPECT_EQ(out["matched_by"], "overlap");
+}
+
+TEST(EvaluateSegmentation, PicturesWithoutAPredictionAreLeftOutOnRequest) {
+  const TemporaryFolder folder;
+  write_ids(folder / "truth/a.png", square(10, 5, 0));
+  write_ids(folder / "pred/a.png", square(10, 5, 0));
+  write_ids(folder / "truth/b.png", square(10, 5, 0));
+  SegmentationScore score;
+  score.common = true;
+  EXPECT_EQ(evaluate_segmentation(folder / "pred", folder / "truth", score)["miou"], 1.0);
+}
+
+TEST(EvaluateSegmentation, UnlabelledPixelsOfTheTruthDoNotCount) {
+  const TemporaryFolder folder;
+  write_ids(folder / "truth/v.png", square(10, 5, 0));
+  write_ids(folder / "pred/v.png", square(10, 5, 5));
+  EXPECT_EQ(evaluate_segmentation(folder / "pred", folder / "truth")["miou"], 1.0);
+}
+
+TEST(EvaluateSegmentation, AMissingPictureCountsAsZero) {
+  const TemporaryFolder folder;
+  write_ids(folder / "truth/a.png", square(10, 5, 0));
+  write_ids(folder / "pred/a.png", square(10, 5, 0));
+  write_ids(folder / "truth/b.png", square(10, 5, 0));
+  const json out = evaluate_segmentation(folder / "pred", folder / "truth");
+  EXPECT_EQ(out["miou"], 0.5);
+  EXPECT_EQ(out["per_view"]["b"], 0.0);
+  EXPECT_EQ(out["missing"], json({"b"}));
+}
+
+TEST(EvaluateSegmentation, NamesMatchIdsWhenBothSidesHaveThem) {
+  const TemporaryFolder folder;
+  write_ids(folder / "truth/masks/v.png", square(10, 5, 9));
+  write_ids(folder / "pred/v.png", square(10, 1, 2));
+  EXPECT_EQ(evaluate_segmentation(folder / "pred", folder / "truth/masks")["miou"], 0.0);
+  folder.file("truth/labels.json", R"({"5": "mug", "9": "table"})");
+  folder.file("pred/labels.json", R"({"1": "mug", "2": "table"})");
+  const json out = evaluate_segmentation(folder / "pred", folder / "truth/masks/");
+  EXPECT_EQ(out["miou"], 1.0);
+  EXPECT_EQ(out["per_id"]["5"]["name"], "mug");
+  folder.file("pred/labels.json", R"({"1": "mug", "2": 3})");
+  expect_error(Failure::kInput, {"labels.json", "2"},
+               [&] { evaluate_segmentation(folder / "pred", folder / "truth/masks"); });
+}
+
+TEST(EvaluateSegmentation, LabelsOfGaussiansAreComparedById) {
+  const TemporaryFolder folder;
+  write_labels(folder / "truth.h5", {{1, 1, 1, 1, 2, 2, 0, 0}, {{1, "a"}, {2, "b"}}}, "{}");
+  write_labels(folder / "pred.h5", {{1, 1, 1, 2, 2, 2, 7, 0}, {}}, "{}");
+  const json out = evaluate_segmentation(folder / "pred.h5", folder / "truth.h5");
+  EXPECT_NEAR(out["miou"].get<double>(), 0.5 * (3.0 / 4 + 2.0 / 3), 1e-12);
+  EXPECT_NEAR(out["accuracy"].get<double>(), 5.0 / 6, 1e-12);
+  write_labels(folder / "short.h5", {{1, 1}, {}}, "{}");
+  expect_error(Failure::kInput, {"short.h5", "2 Gaussians", "8"},
+               [&] { evaluate_segmentation(folder / "short.h5", folder / "truth.h5"); });
+}
+
+TEST(EvaluateSegmentation, UselessInputIsRefused) {
+  const TemporaryFolder folder;
+  write_ids(folder / "truth/a.png", square(10, 5, 9));
+  write_ids(folder / "pred/other.png", square(10, 5, 9));
+  expect_error(Failure::kInput, {"pred", "no picture of any name"},
+               [&] { evaluate_segmentation(folder / "pred", folder / "truth"); });
+  write_ids(folder / "pred/a.png", IdImage(10, 10, 1, 5));
+  expect_error(Failure::kInput, {"a.png", "10 x 10"},
+               [&] { evaluate_segmentation(folder / "pred", folder / "truth"); });
+  write_ids(folder / "zero/a.png", IdImage(60, 40, 1, 0));
+  expect_error(Failure::kInput, {"zero", "labels nothing"},
+               [&] { evaluate_segmentation(folder / "zero", folder / "zero"); });
+}
+
+TEST(Frequency, OfADecayingOscillationIsFoundByBothMethods) {
+  for (double hertz : {0.9, 1.7, 3.2}) {
+    std::vector<double> values;
+    for (int i = 0; i < 90; ++i) {
+      const double t = i / 30.0;
+      values.push_back(0.2 + 0.05 * t + std::exp(-0.4 * t) * std::cos(2 * M_PI * hertz * t + 0.3));
+    }
+    EXPECT_NEAR(dominant_frequency(values, 30), hertz, 0.05) << hertz;
+    EXPECT_NEAR(zero_crossing_frequency(values, 30), hertz, 0.12) << hertz;
+  }
+  EXPECT_EQ(dominant_frequency(std::vector<double>(50, 1.0), 30), 0);
+  EXPECT_EQ(zero_crossing_frequency(std::vector<double>(50, 1.0), 30), 0);
+}
+
+/// A rod of unit height along z that sways along x, `amplitude` at the tip.
+TrajectoryFile swaying(int particles, int frames, double fps, double hertz, double amplitude) {
+  TrajectoryFile t;
+  t.fps = fps;
+  t.up = {0, 0, 1};
+  for (int f = 0; f < frames; ++f) {
+    TrajectoryFile::Frame frame;
+    frame.time = f / fps;
+    for (int p = 0; p < particles; ++p) {
+      const double z = p / (particles - 1.0),
+                   sway = amplitude * std::exp(-0.3 * frame.time) * std::sin(2 * M_PI * hertz * frame.time);
+      frame.position.push_back(Vec3d(sway * z, 0, z).cast<float>());
+    }
+    frame.velocity.assign(particles, Vec3f::Zero());
+    frame.F.assign(particles, Mat3f::Identity());
+    t.frames.push_back(frame);
+  }
+  return t;
+}
+
+TEST(EvaluateTrajectory, OfItselfIsWithoutErrorAndItsFrequencyIsFound) {
+  const TemporaryFolder folder;
+  write_trajectory(folder / "trajectory.h5", swaying(101, 90, 30, 2.0, 0.2), "{}");
+  const json out = evaluate_trajectory(folder / "trajectory.h5", folder.path());
+  EXPECT_EQ(out["position_error_max"], 0);
+  EXPECT_NEAR(out["tip"]["dominant_frequency"].get<double>(), 2.0, 0.05);
+  EXPECT_NEAR(out["tip"]["peak"].get<double>(), 0.2 * 0.955 * std::exp(-0.3 / 8), 0.006);
+  EXPECT_EQ(out["frequency_error"], 0);
+  EXPECT_EQ(out["height"], 1.0);
+}
+
+TEST(EvaluateTrajectory, OtherParticlesRatesAndAmplitudesGiveTheKnownError) {
+  const TemporaryFolder folder;
+  write_trajectory(folder / "truth.h5", swaying(401, 72, 24, 1.5, 0.2), "{}");
+  write_trajectory(folder / "same.h5", swaying(200, 360, 120, 1.5, 0.2), "{}");
+  EXPECT_LT(evaluate_trajectory(folder / "same.h5", folder / "truth.h5")["position_error_max"], 1.5e-3);
+  write_trajectory(folder / "half.h5", swaying(401, 72, 24, 1.5, 0.1), "{}");
+  const json out = evaluate_trajectory(folder / "half.h5", folder / "truth.h5");
+  EXPECT_NEAR(out["peak_error"].get<double>(), 0.5, 1e-4);
+  EXPECT_NEAR(out["tip_error_mean"].get<double>() / 0.95, out["position_error_mean"].get<double>() * 2, 2e-3);
+  write_trajectory(folder / "slow.h5", swaying(401, 72, 24, 1.2, 0.2), "{}");
+  EXPECT_NEAR(evaluate_trajectory(folder / "slow.h5", folder / "truth.h5")["frequency_error"].get<double>(), 0.2, 0.03);
+}
+
+TEST(EvaluateTrajectory, NeedsFramesAndOverlap) {
+  const TemporaryFolder folder;
+  write_trajectory(folder / "truth.h5", swaying(11, 30, 30, 2, 0.1), "{}");
+  write_trajectory(folder / "one.h5", swaying(11, 1, 30, 2, 0.1), "{}");
+  expect_error(Failure::kInput, {"one.h5", "fewer than 2 frames"},
+               [&] { evaluate_trajectory(folder / "one.h5", folder / "truth.h5"); });
+  write_trajectory(folder / "tiny.h5", swaying(11, 2, 3000, 2, 0.1), "{}");
+  expect_error(Failure::kInput, {"tiny.h5", "overlap"},
+               [&] { evaluate_trajectory(folder / "tiny.h5", folder / "truth.h5"); });
+  expect_error(Failure::kInput, {"does not exist"},
+               [&] { evaluate_trajectory(folder / "none.h5", folder / "truth.h5"); });
+}
+
+TEST(EvaluateMaterial, AFactorOfTenIsOneDecadeAndVolumesWeigh) {
+  const TemporaryFolder folder;
+  MaterialFile truth = {
+      {1e5f, 1e6f, 1e5f, 1e5f}, {0.3f, 0.3f, 0.3f, 0.3f}, {1000, 1000, 1000, 1000}, "truth", {}, {7, 1, 1, 1}};
+  for (int i = 0; i < 4; ++i) truth.position.push_back(Vec3f(i, 0, 0));
+  write_material(folder / "truth.h5", truth, "{}");
+  // Two predicted samples stand for the four true ones: rows 0, 1 and rows 2, 3.
+  const MaterialFile pred = {{1e6f, 1e5f}, {0.4f, 0.3f}, {1100, 1000}, "guess", {{0.4f, 0.1f, 0}, {2.6f, 0.1f, 0}},
+                             {1, 1}};
+  write_material(folder / "pred.h5", pred, "{}");
+  const json out = evaluate_material(folder / "pred.h5", folder / "truth.h5");
+  EXPECT_NEAR(out["log10_young_error"].get<double>(), 0.25, 1e-6);
+  EXPECT_NEAR(out["log10_young_error_median"].get<double>(), 0, 1e-6);
+  EXPECT_NEAR(out["log10_young_error_max"].get<double>(), 1, 1e-6);
+  EXPECT_NEAR(out["log10_young_error_volume_weighted"].get<double>(), 0.7, 1e-6);
+  EXPECT_NEAR(out["log10_young_bias"].get<double>(), 0.25, 1e-6);
+  EXPECT_NEAR(out["poisson_error"].get<double>(), 0.05, 1e-6);
+  EXPECT_NEAR(out["density_relative_error"].get<double>(), 0.05, 1e-6);
+  write_material(folder / "bare.h5", {{1}, {0.3f}, {1}, "x", {}, {}}, "{}");
+  expect_error(Failure::kInput, {"bare.h5", "position"},
+               [&] { evaluate_material(folder / "bare.h5", folder / "truth.h5"); });
+}
+
+TEST(AssertMetrics, ReportsWhatDoesNotHoldAndRefusesWhatItCannotRead) {
+  const json metrics = {{"psnr", 28.5},
+                        {"ssim", nullptr},
+                        {"identical", false},
+                        {"tip", {{"peak", 0.2}}},
+                        {"per_image", {{"a.b", {{"psnr", 5}}}}}};
+  EXPECT_TRUE(
+      assert_metrics(metrics, {"psnr>=28.5", "psnr > 28", "psnr<29", "psnr <= 28.5", "psnr==28.5", "tip.peak>=0.1"})
+          .empty());
+  const auto failures = assert_metrics(metrics, {"psnr>=30", "tip.peak<0.1", "ssim>=0", "per_image.a.b.psnr>=6"});
+  ASSERT_EQ(failures.size(), 4u);
+  EXPECT_EQ(failures[0], "psnr is 28.5 but psnr>=30 was asked for");
+  EXPECT_NE(failures[2].find("undefined"), std::string::npos);
+  expect_error(Failure::kUsage, {"psmr", "'psnr'"}, [&] { assert_metrics(metrics, {"psmr>=3"}); });
+  for (const char* bad :
+       {"psnr", "psnr>=", "psnr>=high", "psnr=>3", "psnr=3", ">=3", "psnr>=nan", "tip>=1", "identical>=1"}) {
+    expect_error(Failure::kUsage, {"--assert"}, [&] { assert_metrics(metrics, {bad}); });
+  }
+}
+
+}  // namespace
+}  // namespace pliant

@@ -1,0 +1,188 @@
+// What a fit would leave unused is refused by the name of its option.
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "app/fit/fit_stage.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/splats/ply.h"
+#include "tests/app/run_pliant.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+struct Unused {
+  const char* option;
+  std::function<void(FitStage&)> choose;
+};
+
+void expect_refused(const std::vector<Unused>& choices, const std::function<void(FitStage&)>& kind, bool has_video) {
+  FitStage usual;
+  kind(usual);
+  EXPECT_NO_THROW(check_fit_stage(usual, has_video));
+  for (const Unused& choice : choices) {
+    FitStage stage;
+    kind(stage);
+    choice.choose(stage);
+    try {
+      check_fit_stage(stage, has_video);
+      ADD_FAILURE() << choice.option << " was not refused";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.failure, Failure::kUsage);
+      EXPECT_NE(std::string(error.what()).find(choice.option), std::string::npos) << error.what();
+    }
+  }
+}
+
+TEST(CheckFitStage, OptionsOfVideosAreRefusedWithMarkersAndWithReleasedFields) {
+  const std::vector<Unused> of_videos = {{"--field", [](FitStage& s) { s.field = "smooth"; }},
+                                         {"--until", [](FitStage& s) { s.until = 1; }},
+                                         {"--recipe", [](FitStage& s) { s.recipe = "physdreamer"; }},
+                                         {"--from", [](FitStage& s) { s.from = 0; }},
+                                         {"--camera", [](FitStage& s) { s.camera = "a"; }},
+                                         {"--loss", [](FitStage& s) { s.compare.loss = "both"; }},
+                                         {"--fit-poisson", [](FitStage& s) { s.compare.poisson = true; }},
+                                         {"--guide-with", [](FitStage& s) { s.compare.guide = "x"; }},
+                                         {"--generate-with", [](FitStage& s) { s.generate.command = "x"; }},
+                                         {"--points", [](FitStage& s) { s.points = 100; }},
+                                         {"--video-fps", [](FitStage& s) { s.fps = 24; }},
+                                         {"--video", [](FitStage& s) { s.video = "v.mp4"; }},
+                                         {"--compare-fps", [](FitStage& s) { s.compare_fps = 12; }},
+                                         {"--video-mask", [](FitStage& s) { s.video_mask = "m.png"; }}};
+  expect_refused(
+      of_videos, [](FitStage& s) { s.markers.file = "m.csv"; }, false);
+  expect_refused(
+      of_videos, [](FitStage& s) { s.released_young = 1e5; }, true);
+}
+
+TEST(CheckFitStage, OptionsOfGradientsAreRefusedWhereNoneRun) {
+  const std::vector<Unused> of_gradients = {{"--gradient-window", [](FitStage& s) { s.compare.window = 1; }},
+                                            {"--gradient-iterations", [](FitStage& s) { s.compare.iterations = 5; }}};
+  expect_refused(
+      of_gradients, [](FitStage& s) { s.field = "smooth"; }, true);
+  for (const auto& kind : std::vector<std::function<void(FitStage&)>>{
+           [](FitStage& s) { s.field = "triplanes"; }, [](FitStage& s) { s.compare.loss = "pictures"; },
+           [](FitStage& s) { s.compare.flow_weight = 1; }, [](FitStage& s) { s.recipe = "physdreamer"; },
+           [](FitStage& s) { s.compare.poisson = true; }}) {
+    FitStage stage;
+    kind(stage);
+    stage.compare.window = 1;
+    stage.compare.iterations = 5;
+    EXPECT_NO_THROW(check_fit_stage(stage, true));
+  }
+}
+
+TEST(CheckFitStage, WhatBelongsToAnotherOptionIsRefusedWithoutIt) {
+  expect_refused(
+      {{"--loss-lambda", [](FitStage& s) { s.compare.lambda = 0.5; }},
+       {"--picture-weight", [](FitStage& s) { s.compare.picture_weight = 1; }},
+       {"--guide-frames", [](FitStage& s) { s.compare.guide_frames = 5; }},
+       {"--generate-prompt", [](FitStage& s) { s.generate.prompt = "a"; }},
+       {"--parts", [](FitStage& s) { s.parts = 3; }},
+       {"--part-labels", [](FitStage& s) { s.part_labels = "l.h5"; }}},
+      [](FitStage&) {}, true);
+  expect_refused(
+      {{"--marker-axes", [](FitStage& s) { s.markers.axes = "y,x,z"; }},
+       {"--marker-offset",
+        [](FitStage& s) {
+          s.markers.offset = {0, 0, 1};
+        }},
+       {"--marker-release", [](FitStage& s) { s.markers.release = 0; }},
+       {"--marker-window", [](FitStage& s) { s.markers.window = 2; }}},
+      [](FitStage&) {}, true);
+  expect_refused(
+      {{"--points", [](FitStage& s) { s.points = 100; }},
+       {"--until", [](FitStage& s) { s.until = 1; }},
+       {"--compare-fps", [](FitStage& s) { s.compare_fps = 12; }}},
+      [](FitStage& s) { s.compare.guide = "x"; }, false);
+  expect_refused(
+      {{"--guide-with", [](FitStage& s) { s.compare.guide = "x"; }}}, [](FitStage& s) { s.recipe = "physdreamer"; },
+      true);
+  expect_refused(
+      {{"--guide-load", [](FitStage& s) { s.compare.load = "l.json"; }}}, [](FitStage& s) { s.compare.guide = "x"; },
+      true);
+  expect_refused(
+      {{"--video-first", [](FitStage& s) { s.first = 1; }}, {"--compare-fps", [](FitStage& s) { s.compare_fps = 12; }}},
+      [](FitStage& s) { s.generate.command = "x"; }, false);
+  expect_refused(
+      {{"--parts", [](FitStage& s) { s.parts = 3; }}},
+      [](FitStage& s) {
+        s.field = "parts";
+        s.part_labels = "l.h5";
+      },
+      true);
+}
+
+TEST(CheckFitStage, InRunOptionsAreNamedAsTheyAreTypedThere) {
+  const auto in_run = [](const std::function<void(FitStage&)>& kind) {
+    return [kind](FitStage& s) {
+      s.prefix = "fit-";
+      kind(s);
+    };
+  };
+  expect_refused({{"--fit-field", [](FitStage& s) { s.field = "smooth"; }},
+                  {"--fit-points", [](FitStage& s) { s.points = 100; }},
+                  {"--fit-compare-fps", [](FitStage& s) { s.compare_fps = 12; }},
+                  {"--fit-loss", [](FitStage& s) { s.compare.loss = "both"; }},
+                  {"--video-camera", [](FitStage& s) { s.camera = "a"; }},
+                  {"--video-fps", [](FitStage& s) { s.fps = 24; }}},
+                 in_run([](FitStage& s) { s.markers.file = "m.csv"; }), false);
+  expect_refused(
+      {{"add --fit-loss", [](FitStage& s) { s.compare.lambda = 0.5; }},
+       {"add --fit-field parts", [](FitStage& s) { s.parts = 3; }},
+       {"--fit-flow-weight, --fit-field triplanes or --fit-recipe", [](FitStage& s) { s.compare.window = 1; }}},
+      in_run([](FitStage&) {}), true);
+}
+
+/// `run` on a few Gaussians without a video ends with 2 before its first stage, and says these words.
+void expect_run_refuses(std::vector<std::string> options, const std::string& words) {
+  const TemporaryFolder folder;
+  GaussianCloud cloud;
+  cloud.resize(60);
+  for (int i = 0; i < 60; ++i)
+    cloud.position[i] = Vec3f(0.1f * static_cast<float>(i % 4), 0.1f * static_cast<float>(i / 4 % 4),
+                              0.1f * static_cast<float>(i / 16));
+  write_ply(folder / "scene.ply", cloud);
+  const std::string markers = folder.file("markers.csv", "time,a_x,a_y,a_z\n").string();
+  for (std::string& option : options)
+    if (option == "MARKERS") option = markers;
+  options.insert(options.begin(),
+                 {"run", (folder / "scene.ply").string(), "--out", (folder / "run").string(), "--aabb", "0,0,0,1,1,1"});
+  ::testing::internal::CaptureStderr();
+  const int code = run_quietly(options);
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_EQ(code, 2) << said;
+  EXPECT_NE(said.find(words), std::string::npos) << said;
+  EXPECT_FALSE(std::filesystem::exists(folder / "run/segmentation.h5"));
+}
+
+TEST(CheckFitStage, RunRefusesBeforeItsFirstStage) {
+  expect_run_refuses({"--markers", "MARKERS", "--fit-field", "smooth"}, "--fit-field: does nothing with --markers");
+  for (const std::string option : {"--fit-points", "--video-fps", "--video"})
+    expect_run_refuses({"--markers", "MARKERS", option, "50"}, option + ": does nothing with --markers");
+}
+
+TEST(CheckFitStage, WhereRunFitsNothingOptionsOfTheFitAreRefused) {
+  expect_run_refuses({"--fit-field", "smooth"}, "--fit-field: does nothing without a reference video");
+  expect_run_refuses({"--fit-gradient-iterations", "5"},
+                     "--fit-gradient-iterations: does nothing without a reference video");
+  expect_run_refuses({"--no-video", "--markers", "MARKERS"}, "--markers: does nothing with --no-video");
+  expect_run_refuses({"--young", "1e5", "--markers", "MARKERS"}, "--markers: does nothing with --young");
+  const auto refused = [](const std::function<void(FitStage&)>& choose) {
+    FitStage stage;
+    choose(stage);
+    EXPECT_THROW(check_no_fit_stage(stage, "here", "leave it out"), Error);
+  };
+  EXPECT_NO_THROW(check_no_fit_stage(FitStage(), "here", "leave it out"));
+  refused([](FitStage& s) { s.released_young = 1e5; });
+  refused([](FitStage& s) { s.compare.lambda = 0.5; });
+  refused([](FitStage& s) { s.compare.guide_limit = 5; });
+  refused([](FitStage& s) { s.generate.prompt = "x"; });
+  refused([](FitStage& s) { s.part_labels = "l.h5"; });
+  refused([](FitStage& s) { s.markers.reach = 1; });
+}
+
+}  // namespace
+}  // namespace pliant

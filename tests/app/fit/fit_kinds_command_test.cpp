@@ -1,0 +1,254 @@
+// What a fit to a video may vary, and how, by the way that the command goes: fields of stiffness, gradients,
+// PhysDreamer's recipe, a program that judges; and a fit that is interrupted.
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "app/fit/fit_scene.h"
+#include "app/run/attach_scene.h"
+#include "app/store/fit_checkpoint.h"
+#include "app/store/material.h"
+#include "app/store/particles.h"
+#include "app/store/segmentation.h"
+#include "app/store/velocity.h"
+#include "fitting/fields/triplane_field.h"
+#include "gaussians/io/splats/ply.h"
+#include "tests/app/fit_video_scene.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+TEST_F(FitVideo, PartsAreThoseOfGivenLabels) {
+  const GaussianCloud cloud = read_ply(folder / "scene/splats.ply");
+  // Labels of another scene, and labels that tell nothing apart.
+  LabelFile wrong{std::vector<uint32_t>(cloud.size(), 3), {}};
+  write_labels(folder / "same.h5", wrong, "{}");
+  expect_refused({"--field", "parts", "--part-labels", (folder / "same.h5").string()},
+                 {"same on everything", "uniform"});
+  wrong.label.pop_back();
+  write_labels(folder / "few.h5", wrong, "{}");
+  expect_refused({"--field", "parts", "--part-labels", (folder / "few.h5").string()},
+                 {"few.h5", std::to_string(cloud.size())});
+
+  LabelFile labels;
+  for (const Vec3f& x : cloud.position)
+    labels.label.push_back(x.z() > 0.16f ? 7 : 3);  // of a flower of 0.32 m, where its motion tells the two apart
+  write_labels(folder / "halves.h5", labels, "{}");
+  ASSERT_EQ(run_quietly(fit({"--field", "parts", "--part-labels", (folder / "halves.h5").string(), "--until", "0.9",
+                             "--points", "100"})),
+            0);
+  const fs::path object = fs::directory_iterator(folder / "run/objects")->path();
+  const MaterialFile material = read_material(object / "material.h5");
+  std::map<long, double> mean_height;  // of the samples of each stiffness, but for rounding
+  std::map<long, size_t> count;
+  const ParticleFile particles = read_particles(object / "particles.h5");
+  for (size_t s = 0; s < material.young.size(); ++s)
+    if (particles.solid_driver[s] >= 0) {
+      const long stiffness = std::lround(1e3 * std::log(material.young[s]));
+      mean_height[stiffness] += particles.solid_position[s].z();
+      ++count[stiffness];
+    }
+  ASSERT_EQ(count.size(), 2u);
+  const double first = mean_height.begin()->second / count.begin()->second,
+               second = mean_height.rbegin()->second / count.rbegin()->second;
+  EXPECT_GT(std::abs(first - second), 0.03);
+  const json steps = json::parse(read_text(folder / "run/fit/results.json"))["steps"];
+  ASSERT_EQ(steps.size(), 3u);
+  EXPECT_EQ(steps[2]["name"], "field");
+  EXPECT_FALSE(steps[2]["stopped_by"].get<std::string>().empty());
+  EXPECT_LE(steps[2]["loss"].back().get<double>(), steps[2]["loss"].front().get<double>());
+  EXPECT_NE(read_text(folder / "run/fit/report.html").find("ended by"), std::string::npos);
+}
+
+TEST_F(FitVideo, SmoothFieldsAndTriplanesAreFittedByTheCommand) {
+  // Few particles and frames: what is looked at is that each kind comes out whole.
+  fs::copy(folder / "run", folder / "small", fs::copy_options::recursive);
+  const std::string out = (folder / "small").string();
+  ASSERT_EQ(run_quietly({"seed", out, "--particles", "200", "--overwrite"}), 0);
+  const auto fitted = [&](std::vector<std::string> more) {
+    more.insert(more.begin(),
+                {"fit", out, "--overwrite", "--points", "60", "--video-last", "0.9", "--compare-fps", "12"});
+    EXPECT_EQ(run_quietly(more), 0);
+    return json::parse(read_text(folder / "small/fit/results.json"));
+  };
+  const fs::path object = fs::directory_iterator(folder / "small/objects")->path();
+  const size_t samples = read_particles(object / "particles.h5").solid_position.size();
+  const json smooth = fitted({"--field", "smooth"});
+  const MaterialFile uneven = read_material(object / "material.h5");
+  EXPECT_EQ(uneven.source.substr(0, 14), "a smooth field");
+  const auto [least, most] = std::minmax_element(uneven.young.begin(), uneven.young.end());
+  EXPECT_GT(*most, 1.05f * *least);
+  EXPECT_GT(*least, 0);
+  // How sure each sample's E is goes with it.
+  ASSERT_EQ(uneven.log10_young_sigma.size(), samples);
+  for (const float sigma : uneven.log10_young_sigma) EXPECT_TRUE(std::isfinite(sigma) && sigma > 0);
+  ASSERT_EQ(smooth["steps"].size(), 3u);
+  EXPECT_EQ(smooth["steps"][2]["name"], "field");
+  EXPECT_LE(smooth["steps"][2]["loss"].back().get<double>(), smooth["steps"][2]["loss"].front().get<double>());
+  EXPECT_LT(smooth["rms_px"].get<double>(), 0.3 * smooth["rms_still_px"].get<double>());
+
+  if (!has_triplane_fields()) GTEST_SKIP() << "the rest needs triplanes, and this is built without libtorch";
+  const json planes = fitted({"--field", "triplanes", "--gradient-iterations", "4"});
+  const MaterialFile material = read_material(object / "material.h5");
+  EXPECT_EQ(material.source.substr(0, 9), "triplanes");
+  ASSERT_EQ(material.young.size(), samples);
+  ASSERT_EQ(material.log10_young_sigma.size(), samples);
+  for (const float sigma : material.log10_young_sigma) EXPECT_TRUE(std::isfinite(sigma) && sigma > 0);
+  ASSERT_EQ(planes["iterations"].size(), 4u);
+  EXPECT_GT(planes["iterations"][3]["field_s"].get<double>(), 0);
+  ASSERT_EQ(planes["steps"].size(), 4u);
+  EXPECT_EQ(planes["steps"][3]["name"], "gradients");
+  EXPECT_LT(planes["rms_px"].get<double>(), 0.3 * planes["rms_still_px"].get<double>());
+  EXPECT_NE(planes["undetermined"].dump().find("The uncertainty of E is what the followed points leave open"),
+            std::string::npos);
+  const VelocityFile start = read_velocity(object / "velocity.h5");
+  EXPECT_EQ(start.velocity.size(), 200u);
+  for (const Vec3f& v : start.velocity) EXPECT_TRUE(v.allFinite());
+}
+
+TEST_F(FitVideo, GradientsComparePicturesAndFlowOfSeveralCamerasBesideTracks) {
+  const std::vector<std::string> twice = {"--video",     file.string(), "--camera", camera,        "--video",
+                                          file.string(), "--camera",    camera,     "--video-fps", std::to_string(fps)};
+  std::vector<std::string> more = twice;
+  for (const char* word : {"--loss", "both", "--loss-lambda", "0.2", "--flow-weight", "0.5", "--gradient-window", "4",
+                           "--gradient-iterations", "6", "--fit-poisson", "--until", "0.9"})
+    more.push_back(word);
+  ASSERT_EQ(run_quietly(fit(more)), 0);
+  const json result = json::parse(read_text(folder / "run/fit/results.json"));
+  ASSERT_EQ(result["iterations"].size(), 6u);  // the last three of them over all frames
+  EXPECT_EQ(result["iterations"][3]["frames"], result["iterations"][5]["frames"]);
+  // They begin where the tracks were explained best, and stay near it.
+  EXPECT_LT(result["iterations"][5]["loss"].get<double>(), 1.02 * result["iterations"][3]["loss"].get<double>());
+  EXPECT_LT(result["rms_px"].get<double>(), 1.1 * result["rms_homogeneous_px"].get<double>());
+  EXPECT_GT(result["poisson"].get<double>(), 0);
+  EXPECT_LT(result["poisson"].get<double>(), 0.49);
+  EXPECT_NE(result["poisson"].get<double>(), 0.3);
+  EXPECT_GT(result["log10_sigma"].get<double>(), 0);
+  EXPECT_TRUE(fs::exists(folder / "run/fit/uncertainty.png"));
+  EXPECT_LT(result["rms_px"].get<double>(), 0.5 * result["rms_still_px"].get<double>());
+  // A camera without a video, and terms without a video to compare.
+  EXPECT_EQ(run_quietly(fit({"--video", file.string(), "--camera", camera, "--camera", camera})), 2);
+  EXPECT_EQ(run_quietly(fit({"--loss", "nothing"})), 2);
+}
+
+TEST_F(FitVideo, PhysDreamersRecipeGoesFromTheStiffnessThatIsGiven) {
+  const std::vector<std::string> recipe = {"--recipe",  "physdreamer", "--from",
+                                           "0.5",       "--until",     "0.9",
+                                           "--points",  "100",         "--gradient-iterations",
+                                           "8",         "--young",     "20000",
+                                           "--poisson", "0.3",         "--density",
+                                           "300"};
+  ASSERT_EQ(run_quietly(fit(recipe)), 0);
+  const json result = json::parse(read_text(folder / "run/fit/results.json"));
+  ASSERT_EQ(result["steps"].size(), 2u);
+  for (const json& step : result["steps"]) {
+    EXPECT_EQ(step["loss"].size(), 8u);
+    EXPECT_FALSE(step["stopped_by"].get<std::string>().empty());
+  }
+  EXPECT_EQ(result["steps"][0]["name"], "velocity");
+  EXPECT_LT(result["steps"][0]["loss"][7], result["steps"][0]["loss"][0]);
+  EXPECT_EQ(result["steps"][1]["name"], "material");
+  EXPECT_TRUE(result["search"].empty());
+  EXPECT_EQ(result["first_frame"].get<int>(), std::lround(0.5 * fps));
+  EXPECT_EQ(result["damping_time_s"], 0);
+  EXPECT_NE(result["young_pa"], 20000);
+  EXPECT_NEAR(std::log(result["young_pa"].get<double>() / 20000), 0, 0.3);  // 8 steps of at most 0.03
+  const fs::path object = fs::directory_iterator(folder / "run/objects")->path();
+  EXPECT_NEAR(read_material(object / "material.h5").young.front() / result["young_pa"].get<double>(), 1, 1e-5);
+  EXPECT_NE(read_text(folder / "run/fit/report.html").find("not searched"), std::string::npos);
+  EXPECT_FALSE(fs::exists(folder / "run/fit/search.png"));
+  for (const char* picture : {"loss.png", "young.png", "uncertainty.png"})
+    EXPECT_TRUE(fs::exists(folder / "run/fit" / picture)) << picture;
+  EXPECT_EQ(read_material(object / "material.h5").log10_young_sigma.size(),
+            read_material(object / "material.h5").young.size());
+}
+
+TEST_F(FitVideo, InterruptedBetweenStepsOfGaussNewtonItEndsWithTheSameFiles) {
+  Progress progress(true);
+  std::atomic<int> asked = 0;
+  int most = std::numeric_limits<int>::max();
+  Context context{progress, [&] { return ++asked > most; }};
+  RunDirectory run = RunDirectory::open(folder / "run");
+  const Scene scene = load_run_scene(run);
+  FitStage stage;
+  stage.until = 0.9;
+  stage.points = 60;
+  const auto fit_up_to = [&](int calls) {
+    asked = 0;
+    most = calls;
+    run_fit(context, run, scene, stage);
+  };
+  const auto files = [&] {
+    const fs::path object = fs::directory_iterator(folder / "run/objects")->path();
+    return read_text(object / "material.h5") + read_text(object / "velocity.h5");
+  };
+  context.overwrite = true;
+  fs::remove(folder / "run/fit/results.json");
+  fit_up_to(most);
+  const std::string whole = files();
+  const int all = asked;
+  context.overwrite = false;
+  const fs::path checkpoint = folder / "run/fit/checkpoint.h5";
+  EXPECT_FALSE(fs::exists(checkpoint));
+
+  fs::remove(folder / "run/fit/results.json");
+  expect_error(Failure::kInterrupted, {}, [&] { fit_up_to(3 * all / 4); });
+  const FitCheckpoint kept = read_fit_checkpoint(checkpoint);
+  EXPECT_FALSE(kept.homogeneous);
+  EXPECT_FALSE(kept.vibration.refinements.empty());
+  fit_up_to(std::numeric_limits<int>::max());
+  EXPECT_EQ(files(), whole);
+  EXPECT_LT(asked.load(), all);
+}
+
+TEST_F(FitVideo, WithoutAVideoAProgramThatLikesStillnessGuidesTheMaterial) {
+  // Derivatives of half the squared distance from the first frame: the more a motion is damped, the less it moves.
+  if (system("command -v python3 > /dev/null") != 0) GTEST_SKIP() << "python3 is not installed";
+  write_text(folder / "still.py", R"(
+import array, json, os, sys
+print(json.dumps({'ready': 1, 'name': 'stillness'}), flush=True)
+for line in sys.stdin:
+    request = json.loads(line)
+    if 'quit' in request: break
+    steps = sys.argv[1] + '/steps.txt'
+    died = os.path.exists(steps) and '6' in open(steps).read()
+    open(steps, 'a').write('%d ' % request['step'])
+    if request['step'] == 6 and not died: sys.exit('no memory')
+    frames = array.array('f'); frames.frombytes(open(sys.argv[1] + '/frames.f32', 'rb').read())
+    size = len(frames) // request['shape'][0]
+    pull = array.array('f', [frames[i] - frames[i % size] for i in range(len(frames))])
+    pull.tofile(open(sys.argv[1] + '/gradient.f32', 'wb'))
+    print(json.dumps({'step': request['step'], 'loss': 0.5 * sum(p * p for p in pull)}), flush=True)
+)");
+  const std::string settings = read_text(folder / "scene/scene.json");
+  json silent = json::parse(settings);
+  silent.erase("video");
+  write_text(folder / "scene/scene.json", silent.dump());
+  const std::vector<std::string> guided =
+      fit({"--guide-with", "python3 " + (folder / "still.py").string(), "--guide-frames", "8", "--gradient-iterations",
+           "8", "--camera", camera});
+  const int died = run_quietly(guided), code = run_quietly(guided);
+  const json result = code == 0 ? json::parse(read_text(folder / "run/fit/results.json")) : json();
+  const int refused = run_quietly(fit({"--guide-with", "exit 3;", "--camera", camera})),
+            wrong = run_quietly(fit({"--guide-with", "exit 3;", "--loss", "both"}));
+  write_text(folder / "scene/scene.json", settings);
+  EXPECT_EQ(died, 1);
+  ASSERT_EQ(code, 0);
+  EXPECT_EQ(read_text(folder / "run/fit/guide/steps.txt"), "0 1 2 3 4 5 6 6 7 ");
+  EXPECT_LT(result["damping_time_s"].get<double>(), 0.95);
+  EXPECT_NE(result["young_pa"], result["young_before_pa"]);
+  EXPECT_LT(result["loss_last"].get<double>(), result["loss_first"].get<double>());
+  EXPECT_EQ(result["guide"], "stillness");
+  EXPECT_EQ(refused, 1);
+  EXPECT_EQ(wrong, 2);
+}
+
+}  // namespace
+}  // namespace pliant

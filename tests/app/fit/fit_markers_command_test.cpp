@@ -1,0 +1,164 @@
+// From marker tracks on a made beam to its stiffness, by the command line.
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "app/fit/fit_stage.h"
+#include "app/run/attach_scene.h"
+#include "app/simulate/simulated_body.h"
+#include "app/store/material.h"
+#include "app/store/velocity.h"
+#include "fitting/fit/marker_model.h"
+#include "gaussians/base/random.h"
+#include "gaussians/io/files/files.h"
+#include "tests/app/beam_scene.h"
+#include "tests/app/run_pliant.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace testing;
+using nlohmann::json;
+
+constexpr double kYoung = 1.2e5, kDamping = 0.25, kRelease = 0.3, kUnit = kBeamUnit;
+
+/// What markers on that beam do when it is let go under gravity at kRelease; columns in the order y, x, z, with x
+/// reversed.
+std::string recording(const RunDirectory& run, const Scene& scene) {
+  ParticleFile file = read_particles(run / (object_folder(run) + "/particles.h5"));
+  ObjectMaterial material;
+  material.young = kYoung;
+  material.poisson = 0.35;
+  material.density = 900;
+  const SimulatedBody body = make_body(file, scene, solid_material(file, material), material.material);
+  std::vector<Interaction> load = pins_of(body.file, scene);
+  Interaction gravity;
+  gravity.type = InteractionType::kGust;
+  gravity.vector = Vec3d(0, 0, -9.81);
+  load.push_back(gravity);
+  MarkerModelOptions options;
+  options.simulate.gravity.setZero();
+  options.simulate.fps = 240;
+  options.reach = 0.05;
+  const std::vector<Vec3d> rest = {kUnit * Vec3d(0.78, 0.08, 1.15), kUnit * Vec3d(0.6, 0.0, 1.08),
+                                   kUnit * Vec3d(0.45, 0.14, 1.05), Vec3d(3, 3, 3)};
+  const MarkerMotion motion = MarkerModel(options, body.particles, load, rest).run({1, kDamping, 0}, 0.8);
+  std::string table = "time_s";
+  for (const char* name : {"tip", "mid", "near", "wall"})
+    for (const char* axis : {"x", "y", "z"}) table += std::string(",") + name + "_" + axis + "_mm";
+  char row[128];
+  for (int t = 0; t < 120; ++t) {
+    std::snprintf(row, sizeof row, "\n%.4f", t / 120.0);
+    table += row;
+    for (int k = 0; k < 4; ++k) {
+      const Vec3d x = rest[k] + (k < 3 ? motion.at(t / 120.0 - kRelease, k) : Vec3d::Zero());
+      const auto noise = [&](int a) { return 2e-5 * Random(7, t, 3 * k + a).normal(); };
+      std::snprintf(row, sizeof row, ",%.5f,%.5f,%.5f", 1e3 * (x.y() + noise(0)), 1e3 * (0.1 - x.x() + noise(1)),
+                    1e3 * (x.z() + noise(2)));
+      table += row;
+    }
+  }
+  return table + "\n";
+}
+
+TEST(FitMarkersCommand, ATableOfMarkersTellsStiffnessDampingAndRelease) {
+  const TemporaryFolder folder;
+  make_beam_scene(folder / "scene");
+  const std::string scene = (folder / "scene").string(), out = (folder / "run").string();
+  ASSERT_EQ(run_quietly({"segment", scene, "--out", out, "--aabb", "-0.1,-0.1,0.9,0.9,0.3,1.3"}), 0);
+  ASSERT_EQ(run_quietly({"extract", out, "--object", "object"}), 0);
+  ASSERT_EQ(run_quietly({"seed", out, "--particles", "500", "--no-pin-contact"}), 0);
+  const RunDirectory run = RunDirectory::open(out);
+  const std::string table = recording(run, load_run_scene(run));
+  folder.file("markers.csv", table);
+  const std::vector<std::string> fit = {"fit",
+                                        out,
+                                        "--markers",
+                                        (folder / "markers.csv").string(),
+                                        "--marker-axes",
+                                        "-y,x,z",
+                                        "--marker-offset",
+                                        "0.1,0,0",
+                                        "--marker-window",
+                                        "0.35"};
+  std::vector<std::string> wrong_start = fit;
+  wrong_start.insert(wrong_start.end(), {"--young", "15000"});
+  ASSERT_EQ(run_quietly(wrong_start), 0);
+  const json result = json::parse(read_text(folder / "run/fit/results.json"));
+  EXPECT_NEAR(std::log10(result["young_pa"].get<double>() / kYoung), 0, 0.01);
+  EXPECT_NEAR(result["damping_time_s"].get<double>(), kDamping, 0.03);
+  EXPECT_NEAR(result["release_s"].get<double>(), kRelease, 1e-3);
+  EXPECT_LT(result["rms_mm"].get<double>(), 0.4);  // the tip falls by more than 100 mm
+  EXPECT_LT(result["rms_with_later_mm"].get<double>(), 1.5);
+  EXPECT_EQ(result["markers"], json({"tip", "mid", "near"}));
+  EXPECT_NE(result["undetermined"].dump().find("density"), std::string::npos);
+  for (const char* file : {"fit/markers.png", "fit/search.png", "fit/report.html"})
+    EXPECT_TRUE(fs::exists(folder / "run" / file)) << file;
+  const fs::path object = run / object_folder(run);
+  EXPECT_NEAR(read_material(object / "material.h5").young.front() / result["young_pa"].get<double>(), 1, 1e-5);
+  EXPECT_TRUE(read_velocity(object / "velocity.h5").velocity.front().isZero(0));
+
+  // The same again is no work; other options are refused until asked for.
+  const std::string record = read_text(folder / "run/run.json");
+  ASSERT_EQ(run_quietly(wrong_start), 0);
+  EXPECT_EQ(read_text(folder / "run/run.json"), record);
+  EXPECT_EQ(run_quietly(fit), 2);
+
+  // What cannot be used is said with the right exit code.
+  const auto refused = [&](const std::string& bytes, std::vector<std::string> more) {
+    folder.file("bad.csv", bytes);
+    std::vector<std::string> command = {"fit", out, "--markers", (folder / "bad.csv").string(), "--overwrite"};
+    command.insert(command.end(), more.begin(), more.end());
+    return run_quietly(command);
+  };
+  EXPECT_EQ(refused("time,a_x,a_y\n0,1,2\n", {}), 1);
+  EXPECT_EQ(refused(table.substr(0, table.size() / 2) + ",abc\n", {}), 1);
+  EXPECT_EQ(refused(table, {}), 1);  // another frame: no marker lies on the beam
+  EXPECT_EQ(refused(table, {"--marker-axes", "x,x,z"}), 2);
+  EXPECT_EQ(refused(table, {"--marker-axes", "y,x,z"}), 2);  // mirrored
+  EXPECT_EQ(refused(table, {"--video", "a.mp4"}), 2);
+  EXPECT_EQ(run_quietly({"fit", out, "--markers", (folder / "none.csv").string(), "--overwrite"}), 1);
+  EXPECT_EQ(json::parse(read_text(folder / "run/fit/results.json")), result);
+
+  // Interrupted in the search or in the refinement it goes on, and ends with the same numbers.
+  Progress progress(true);
+  int asked = 0, most = std::numeric_limits<int>::max();
+  const Context context{progress, [&] { return ++asked > most; }};
+  FitStage stage;
+  stage.markers.file = (folder / "markers.csv").string();
+  stage.markers.axes = "-y,x,z";
+  stage.markers.offset = {0.1, 0, 0};
+  stage.markers.window = 0.35;
+  stage.material.young = 15000;
+  const auto fit_up_to = [&](int calls) {
+    asked = 0;
+    most = calls;
+    fs::remove(folder / "run/fit/results.json");
+    RunDirectory again = RunDirectory::open(out);
+    run_fit(context, again, load_run_scene(again), stage);
+  };
+  fit_up_to(most);
+  const int all = asked;
+  const auto numbers = [&] {
+    const json now = json::parse(read_text(folder / "run/fit/results.json"));
+    return json({now["young_pa"], now["damping_time_s"], now["release_s"], now["log10_sigma"], now["loss"],
+                 now["search_young_pa_rms_mm"]});
+  };
+  const json whole = numbers();
+  for (const int share : {3, 8}) {
+    expect_error(Failure::kInterrupted, {}, [&] { fit_up_to(share * all / 10); });
+    EXPECT_TRUE(fs::exists(folder / "run/fit/checkpoint.h5"));
+    fit_up_to(std::numeric_limits<int>::max());
+    EXPECT_LT(asked, all) << share;
+    EXPECT_EQ(numbers(), whole) << share;
+    EXPECT_FALSE(fs::exists(folder / "run/fit/checkpoint.h5"));
+  }
+}
+
+}  // namespace
+}  // namespace pliant

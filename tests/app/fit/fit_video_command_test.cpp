@@ -1,0 +1,242 @@
+// Which videos a fit takes, by the way that the command goes: cameras that are named, given in a file or found; videos
+// that another program makes; and what is refused with a reason.
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "app/fit/fit_scene.h"
+#include "app/run/attach_scene.h"
+#include "gaussians/io/cameras/cameras.h"
+#include "gaussians/io/images/image_io.h"
+#include "tests/app/fit_video_scene.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+double degrees_between(const Camera& a, const Camera& b) {
+  return 180 / M_PI *
+         Eigen::AngleAxisd(a.cam_from_world.linear() * b.cam_from_world.linear().transpose().eval()).angle();
+}
+
+TEST_F(FitVideo, WhatTheObjectsMotionCannotExplainIsRefusedWithItsReason) {
+  expect_refused({"--video-camera", camera == "view_001" ? "view_002" : "view_001"},
+                 {"does not show the scene from camera"});
+  expect_refused({"--video", write("still.mp4", std::vector<ImageF>(12, frames[0])), "--video-camera", camera},
+                 {"still.mp4", "does not move"});
+  std::vector<ImageF> cut = frames;
+  for (size_t f = cut.size() / 2; f < cut.size(); ++f) std::reverse(cut[f].data.begin(), cut[f].data.end());
+  expect_refused({"--video", write("cut.mp4", cut), "--video-camera", camera},
+                 {"cut.mp4", "jumps at frame " + std::to_string(cut.size() / 2)});
+  std::vector<ImageF> other = frames;
+  for (ImageF& picture : other) std::reverse(picture.data.begin(), picture.data.end());
+  const std::string other_file = write("other.mp4", other);
+  expect_refused({"--video", other_file, "--video-camera", camera},
+                 {"other.mp4", "check that the video is of this scene"});
+  expect_refused({"--video", other_file, "--video-camera", "find"}, {"none of the 8 known cameras"});
+  // The scene file tells another rate than the file.
+  const std::string settings = read_text(folder / "scene/scene.json");
+  json wrong = json::parse(settings);
+  wrong["video"]["fps"] = 2 * fps;
+  write_text(folder / "scene/scene.json", wrong.dump());
+  expect_refused({}, {"frames per second", "grows with the square of the rate"});
+  write_text(folder / "scene/scene.json", settings);
+}
+
+TEST_F(FitVideo, TheCameraComesFromAPoseFileOrIsFoundByTheFirstFrame) {
+  FitStage stage;
+  const Camera truth = load(stage).camera;
+  EXPECT_EQ(truth.name, camera);
+  Camera beside = truth;
+  beside.name = "phone";
+  beside.cam_from_world.linear() =
+      Eigen::AngleAxisd(0.02, Vec3d::UnitY()).toRotationMatrix() * beside.cam_from_world.linear();
+  write_cameras(folder / "pose/transforms.json", {beside});
+  stage.pose = (folder / "pose/transforms.json").string();
+  EXPECT_NEAR(degrees_between(load(stage).camera, beside), 0, 1e-3);
+  stage.refine_camera = true;
+  EXPECT_LT(degrees_between(load(stage).camera, truth), 0.3);
+  FitStage search;
+  search.camera = "find";
+  const ReferenceVideo found = load(search);
+  EXPECT_LT(degrees_between(found.camera, truth), 0.3);
+  EXPECT_EQ(found.camera.name, camera + "_found");
+  // What was found is a pose file.
+  FitStage again;
+  again.pose = (folder / "run/fit/transforms.json").string();
+  EXPECT_LT(degrees_between(load(again).camera, found.camera), 1e-3);
+
+  FitStage wrong = search;
+  wrong.pose = stage.pose;
+  expect_error(Failure::kUsage, {"--video-camera", "--video-pose"}, [&] { load(wrong); });
+  wrong = FitStage();
+  wrong.camera = "fnd";
+  expect_error(Failure::kUsage, {"did you mean 'find'"}, [&] { load(wrong); });
+  beside.photo = (folder / "scene/photos" / (camera == "view_001" ? "view_002.png" : "view_001.png")).string();
+  write_cameras(folder / "pose/transforms.json", {beside, truth});
+  wrong = FitStage();
+  wrong.pose = stage.pose;
+  expect_error(Failure::kUsage, {"2 cameras", "--video-camera"}, [&] { load(wrong); });
+  write_text(folder / "pose/bad.json", "{}");
+  wrong.pose = (folder / "pose/bad.json").string();
+  EXPECT_THROW(load(wrong), Error);
+}
+
+TEST_F(FitVideo, APartOfTheFileIsTaken) {
+  FitStage stage;
+  stage.first = 5 / fps;
+  stage.last = 14 / fps;
+  const ReferenceVideo part = load(stage);
+  EXPECT_EQ(part.frames.size(), 10u);
+  EXPECT_NEAR(part.start, 5 / fps, 1e-6);
+}
+
+TEST_F(FitVideo, WhatAMaskLeavesDarkIsNotCompared) {
+  Progress progress(true);
+  const Context context{progress, [] { return false; }};
+  const RunDirectory run = RunDirectory::open(folder / "run");
+  const Scene scene = load_run_scene(run);
+  FitStage stage;
+  const FitScene whole = load_fit_scene(context, run, scene, stage);
+  const int width = whole.moving.width, height = whole.moving.height;
+  double middle = 0;
+  for (const Eigen::Vector2d& x : whole.pixel) middle += x.x() / static_cast<double>(whole.pixel.size());
+  const auto mask_from = [&](double left) {
+    ImageF mask(width, height, 3);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        for (int c = 0; c < 3; ++c) mask(x, y, c) = x >= left;
+    return mask;
+  };
+  // One for all frames: no point begins, and no pixel counts, in its dark half.
+  write_image(folder / "mask.png", mask_from(middle));
+  stage.video_mask = (folder / "mask.png").string();
+  const FitScene half = load_fit_scene(context, run, scene, stage);
+  EXPECT_GT(half.pixel.size(), 20u);
+  for (const Eigen::Vector2d& x : half.pixel) EXPECT_GE(x.x() + 1, middle);
+  ImageF weight(width, height, 1, -1);
+  weight.data.assign(weight.data.size(), 1.0f);
+  leave_out(weight, half, 3);
+  EXPECT_EQ(weight(static_cast<int>(middle) - 2, height / 2), 0);
+  EXPECT_EQ(weight(static_cast<int>(middle) + 2, height / 2), 1);
+
+  // One for every frame: what is dark from the fourth on is followed until then.
+  fs::create_directories(folder / "masks");
+  char name[32];
+  for (size_t f = 0; f < frames.size(); ++f) {
+    std::snprintf(name, sizeof name, "%04zu.png", f);
+    write_image(folder / "masks" / name, mask_from(f < 3 ? 0 : width));
+  }
+  stage.video_mask = (folder / "masks").string();
+  const FitScene some = load_fit_scene(context, run, scene, stage);
+  EXPECT_EQ(some.pixel.size(), whole.pixel.size());
+  const PointTracks tracks = follow_points(context, some);
+  for (size_t f = 0; f < frames.size(); ++f) {
+    const double seen = std::accumulate(tracks.weight[f].begin(), tracks.weight[f].end(), 0.0);
+    EXPECT_EQ(seen > 0, f < 3) << f;
+  }
+  // Each video has its own.
+  FitStage both;
+  both.video = file.string();
+  both.camera = camera;
+  both.video_mask = "none";
+  both.further = {{file.string(), camera, (folder / "mask.png").string()}, {file.string(), camera, ""}};
+  const FitScene three = load_fit_scene(context, run, scene, both);
+  ASSERT_EQ(three.further.size(), 2u);
+  EXPECT_EQ(three.pixel.size(), whole.pixel.size());
+  EXPECT_EQ(three.further[0].pixel.size(), half.pixel.size());
+  EXPECT_TRUE(three.compared.empty() && three.further[1].compared.empty());
+  EXPECT_FALSE(is_compared(three.further[0], 3, middle - 2, height / 2));
+
+  fs::remove(folder / "masks" / name);
+  expect_error(Failure::kInput, {"masks", std::to_string(frames.size())},
+               [&] { load_fit_scene(context, run, scene, stage); });
+  write_image(folder / "square.png", ImageF(64, 64, 3, 1.0f));
+  const std::string square = (folder / "square.png").string();
+  expect_refused({"--video", file.string(), "--camera", camera, "--video", file.string(), "--camera", camera,
+                  "--video-mask", "none", "--video-mask", square},
+                 {"square.png", "64 x 64"});
+  EXPECT_EQ(
+      run_quietly(fit({"--video", file.string(), "--camera", camera, "--video-mask", "none", "--video-mask", square})),
+      2);
+  EXPECT_EQ(run_quietly(fit({"--video-mask", "nothing.png"})), 2);
+}
+
+TEST_F(FitVideo, FramesAreComparedAtTheRateThatIsAskedFor) {
+  Progress progress(true);
+  const Context context{progress, [] { return false; }};
+  const RunDirectory run = RunDirectory::open(folder / "run");
+  FitStage stage;
+  stage.compare_fps = fps / 2;
+  stage.video = file.string();
+  stage.camera = camera;
+  stage.further = {{file.string(), camera, ""}};
+  const FitScene scene = load_fit_scene(context, run, load_run_scene(run), stage);
+  for (const FitView* view : scene.views()) {
+    EXPECT_DOUBLE_EQ(view->video.fps, fps / 2);
+    EXPECT_EQ(view->video.frames.size(), (frames.size() + 1) / 2);
+    EXPECT_EQ(view->video.blended, 0);
+    EXPECT_DOUBLE_EQ(view->video.source_fps, fps);
+  }
+  // Every second frame tells the same material.
+  const auto fitted = [&](std::vector<std::string> more) {
+    more.insert(more.end(), {"--points", "100"});
+    EXPECT_EQ(run_quietly(fit(more)), 0);
+    return json::parse(read_text(folder / "run/fit/results.json"));
+  };
+  const json all = fitted({}), half = fitted({"--compare-fps", std::to_string(fps / 2)});
+  EXPECT_EQ(all["fps"], fps);
+  EXPECT_EQ(half["fps"], fps / 2);
+  EXPECT_EQ(all["frames_used"], frames.size());
+  EXPECT_EQ(half["frames_used"], (frames.size() + 1) / 2);
+  EXPECT_NEAR(half["young_pa"].get<double>() / all["young_pa"].get<double>(), 1, 0.04);
+  // What a wrong rate would do to E is said with the numbers.
+  const double young = half["young_pa"];
+  const std::string said = half["undetermined"].dump();
+  for (const std::string& words :
+       {fmt::format("{:.4g} frames a second", fps), fmt::format("4 times as large, {:.3g} Pa", 4 * young),
+        fmt::format("a quarter, {:.3g} Pa", young / 4)})
+    EXPECT_NE(said.find(words), std::string::npos) << words << " in: " << said;
+  // A folder of frames has no rate of its own.
+  fs::create_directories(folder / "no_rate");
+  for (int f = 0; f < 3; ++f) write_image(folder / "no_rate" / (std::to_string(f) + ".png"), frames[f]);
+  expect_refused({"--video", (folder / "no_rate").string(), "--camera", camera},
+                 {"no_rate", "has no frame rate", "--video-fps"});
+}
+
+TEST_F(FitVideo, AProgramMakesTheVideoThatIsFitted) {
+  // It films what the scene's own video shows, whatever it is asked.
+  fs::create_directories(folder / "film");
+  char name[32];
+  for (size_t f = 0; f < frames.size(); ++f) {
+    std::snprintf(name, sizeof name, "%04zu.png", f);
+    write_image(folder / "film" / name, frames[f]);
+  }
+  write_text(folder / "film.sh", "cp " + (folder / "film").string() + "/*.png \"$1/frames/\"\n");
+  const std::string command = "sh " + (folder / "film.sh").string();
+  ASSERT_EQ(run_quietly(
+                fit({"--generate-with", command, "--generate-frames", std::to_string(frames.size()),
+                     "--generate-prompt", "it swings", "--video-camera", camera, "--video-fps", std::to_string(fps)})),
+            0);
+  const json request = json::parse(read_text(folder / "run/fit/generated/request.json"));
+  EXPECT_EQ(request["prompt"], "it swings");
+  EXPECT_EQ(request["frames"], frames.size());
+  const json result = json::parse(read_text(folder / "run/fit/results.json"));
+  EXPECT_GT(result["young_pa"].get<double>(), 0);
+  EXPECT_LT(result["rms_px"].get<double>(), 0.5 * result["rms_still_px"].get<double>());
+  EXPECT_GE(result["undetermined"].size(), 3u);
+  for (const char* picture : {"slices.png", "search.png", "loss.png", "young.png", "uncertainty.png", "report.html"})
+    EXPECT_TRUE(fs::exists(folder / "run/fit" / picture)) << picture;
+  EXPECT_NE(read_text(folder / "run/fit/report.html").find("does not determine"), std::string::npos);
+  EXPECT_EQ(run_quietly(fit({"--generate-with", "exit 3;", "--video-camera", camera})), 1);
+  EXPECT_EQ(run_quietly(fit({"--generate-with", command, "--video", file.string()})), 2);
+}
+
+}  // namespace
+}  // namespace pliant

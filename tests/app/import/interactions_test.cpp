@@ -1,0 +1,119 @@
+// Interaction scripts: units, and a typed message with file, row, field and remedy for every kind of mistake.
+
+#include "app/import/interactions.h"
+
+#include <gtest/gtest.h>
+
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+const InteractionFrame kHalfMetre{0.5, {0, 0, 1}};
+
+Error error_of(const std::string& text) {
+  try {
+    parse_interactions(text, kHalfMetre, "push.json");
+  } catch (const Error& error) {
+    return error;
+  }
+  ADD_FAILURE() << "accepted: " << text;
+  return usage_error("", "", "", "");
+}
+
+TEST(Interactions, PositionsAreSceneUnitsAndForcesNewtons) {
+  const auto rows = parse_interactions(
+      R"([{"type": "point_force", "region": {"sphere": [2, 4, 6, 1]}, "force": [0, 3, 0], "start": 0.5, "duration": 0.2}])",
+      kHalfMetre, "push.json");
+  ASSERT_EQ(rows.size(), 1u);
+  EXPECT_EQ(rows[0].type, InteractionType::kPointForce);
+  EXPECT_EQ(rows[0].region.point, Vec3d(1, 2, 3));
+  EXPECT_EQ(rows[0].region.radius, 0.5);
+  EXPECT_EQ(rows[0].vector, Vec3d(0, 3, 0));
+  EXPECT_EQ(rows[0].start, 0.5);
+  EXPECT_EQ(rows[0].end(), 0.7);
+}
+
+TEST(Interactions, GrabPathAndBelowRegionAreScaled) {
+  const auto rows = parse_interactions(
+      R"([{"type": "grab", "region": "all", "path": [[0, 1, 0, 0], [1, 3, 0, 0]], "max_force": 2},
+          {"type": "pin", "region": {"below": 0.4}}])",
+      kHalfMetre, "push.json");
+  EXPECT_EQ(rows[0].path[1].position, Vec3d(1.5, 0, 0));
+  EXPECT_EQ(rows[0].max_force, 2);
+  EXPECT_TRUE(rows[1].region.contains({7, 7, 0.19}));
+  EXPECT_FALSE(rows[1].region.contains({7, 7, 0.21}));
+}
+
+TEST(Interactions, RegionsSurviveTheWayThroughJson) {
+  for (const Region& region :
+       {Region::all(), Region::sphere({1, 2, 3}, 4), Region::box({0, 0, 0}, {1, 2, 3}),
+        Region::half_space({0, 0, 0.25}, {0, 0, 1}), Region::half_space({1, 0, 0.25}, {0.6, 0, 0.8}),
+        Region::cylinder({0, 0.5, 0}, {1, 0.5, 0}, 0.3)}) {
+    const Region back = parse_region(region_to_json(region), {1.0, {0, 0, 1}}, "test");
+    for (const Vec3d& x : {Vec3d(0.5, 0.5, 0.2), Vec3d(0.5, 0.5, 0.3), Vec3d(9, 9, 9), Vec3d(1, 2, 6.9)})
+      EXPECT_EQ(back.contains(x), region.contains(x));
+  }
+}
+
+TEST(Interactions, CollidersAndFingersAreScaledAndMove) {
+  const auto rows = parse_interactions(
+      R"([{"type": "collider", "region": {"cylinder": [0, 0, 0, 0, 0, 2, 1]}, "contact": "slip", "container": true,
+           "velocity": [1, 0, 0], "angular_velocity": [0, 0, 3], "pivot": [2, 0, 0], "start": 1},
+          {"type": "poke", "radius": 0.4, "path": [[0, 2, 0, 0], [1, 4, 0, 0]], "friction": 0.1}])",
+      kHalfMetre, "push.json");
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[0].region.vector, Vec3d(0, 0, 1));
+  EXPECT_EQ(rows[0].region.radius, 0.5);
+  EXPECT_EQ(rows[0].contact, ContactKind::kSlip);
+  EXPECT_TRUE(rows[0].container);
+  EXPECT_EQ(rows[0].vector, Vec3d(1, 0, 0));
+  EXPECT_EQ(rows[0].angular_velocity, Vec3d(0, 0, 3));
+  EXPECT_EQ(rows[0].pivot, Vec3d(1, 0, 0));
+  EXPECT_EQ(rows[1].region.radius, 0.2);
+  EXPECT_EQ(rows[1].path[1].position, Vec3d(2, 0, 0));
+  EXPECT_EQ(rows[1].friction, 0.1);
+}
+
+TEST(Interactions, TorqueAndWindAreSi) {
+  const auto rows = parse_interactions(
+      R"([{"type": "torque", "region": "all", "torque": [0, 0, 0.2], "duration": 1},
+          {"type": "wind", "wind": [3, 0, 0], "drag_coefficient": 0.5}])",
+      kHalfMetre, "push.json");
+  EXPECT_EQ(rows[0].vector, Vec3d(0, 0, 0.2));
+  EXPECT_EQ(rows[1].vector, Vec3d(3, 0, 0));
+  EXPECT_EQ(rows[1].drag_coefficient, 0.5);
+  EXPECT_EQ(rows[1].air_density, 1.2);
+  EXPECT_EQ(error_of(R"([{"type": "torque", "region": "all"}])").field, "torque");
+  EXPECT_EQ(error_of(R"([{"type": "wind", "wind": [1, 0, 0], "drag": 2}])").field, "drag");
+}
+
+TEST(Interactions, MistakesNameFileRowFieldAndRemedy) {
+  const Error unknown_type = error_of(R"([{"type": "gravty"}])");
+  EXPECT_EQ(unknown_type.failure, Failure::kUsage);
+  EXPECT_EQ(unknown_type.where, "push.json[0]");
+  EXPECT_NE(unknown_type.remedy.find("gravity"), std::string::npos);
+
+  const Error unknown_key = error_of(R"([{"type": "pin", "region": "all", "strat": 1}])");
+  EXPECT_EQ(unknown_key.field, "strat");
+  EXPECT_NE(unknown_key.remedy.find("start"), std::string::npos);
+
+  EXPECT_EQ(error_of(R"([{"type": "point_force", "force": [1, 0, 0]}])").field, "region");
+  EXPECT_EQ(error_of(R"([{"type": "point_force", "region": "all", "force": [1, 0]}])").field, "force");
+  EXPECT_EQ(error_of(R"([{"type": "pin", "region": {"sphere": [0, 0, 0, -1]}}])").field, "region.sphere");
+  EXPECT_EQ(error_of(R"([{"type": "pin", "region": {"box": [1, 0, 0, 0, 1, 1]}}])").field, "region.box");
+  EXPECT_EQ(error_of(R"([{"type": "gust", "wind": [1, 0, 0], "acceleration": [1, 0, 0]}])").field, "wind");
+  EXPECT_EQ(error_of(R"([{"type": "collider"}])").field, "region");
+  EXPECT_EQ(error_of(R"([{"type": "collider", "region": "all"}])").field, "region");
+  EXPECT_NE(
+      error_of(R"([{"type": "collider", "region": {"sphere": [0, 0, 0, 1]}, "contact": "slipp"}])").remedy.find("slip"),
+      std::string::npos);
+  EXPECT_EQ(error_of(R"([{"type": "poke", "path": [[0, 0, 0, 0]]}])").field, "radius");
+  EXPECT_EQ(error_of(R"([{"type": "poke", "radius": 1, "path": [[1, 0, 0, 0], [0, 0, 0, 0]]}])").field, "path");
+  EXPECT_EQ(error_of(R"([{"type": "pin", "region": {"cylinder": [0, 0, 0, 0, 0, 0, 1]}}])").field, "region.cylinder");
+  EXPECT_EQ(error_of("{}").failure, Failure::kUsage);
+  EXPECT_EQ(error_of("[").failure, Failure::kUsage);
+}
+
+}  // namespace
+}  // namespace pliant

@@ -1,0 +1,347 @@
+// From photos to a scene: a made scene is found again from its pictures, an interrupted training ends with the same
+// bits, the source's scene.json lives on, budgets hold, and what cannot be done is said.
+
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "app/reconstruct/photo_set.h"
+#include "app/reconstruct/reconstruct_stage.h"
+#include "app/store/segmentation.h"
+#include "gaussians/base/random.h"
+#include "gaussians/io/cameras/transforms.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/files/json_file.h"
+#include "gaussians/io/images/image_io.h"
+#include "gaussians/render/render.h"
+#include "tests/app/run_pliant.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// Pictures this small are not worth more than one thread.
+class Reconstruct : public ::testing::Test {
+ protected:
+  Reconstruct() : threads_(omp_get_max_threads()) { omp_set_num_threads(1); }
+  ~Reconstruct() override { omp_set_num_threads(threads_); }
+
+ private:
+  int threads_;
+};
+
+constexpr int kWidth = 80, kHeight = 60;
+
+/// Blobs of many colours in a ball of radius 0.5.
+GaussianCloud made_cloud() {
+  GaussianCloud cloud;
+  cloud.resize(150);
+  for (size_t i = 0; i < cloud.size(); ++i) {
+    Random random(5, i);
+    const Vec3d direction(random.normal(), random.normal(), random.normal());
+    cloud.position[i] = (0.5 * std::cbrt(random.uniform()) * direction.normalized()).cast<float>();
+    cloud.log_scale[i].setConstant(std::log(0.07f));
+    cloud.opacity_logit[i] = 2;
+    for (int c = 0; c < 3; ++c) cloud.sh_of(i)[c] = static_cast<float>(random.uniform(-1.5, 1.5));
+  }
+  return cloud;
+}
+
+/// Photos of the made cloud from all around: transforms.json and photos/.
+void make_photos(const fs::path& folder, int count = 16) {
+  const GaussianCloud cloud = made_cloud();
+  std::vector<Camera> cameras;
+  for (int i = 0; i < count; ++i) {
+    const double angle = 2 * M_PI * i / count, height = 0.6 * std::sin(3 * angle);
+    Camera camera =
+        look_at({2 * std::cos(angle), 2 * std::sin(angle), height}, {0, 0, 0}, {0, 0, 1}, kWidth, kHeight, 90);
+    camera.name = "v" + std::to_string(10 + i);
+    camera.photo = (folder / "photos" / (camera.name + ".png")).string();
+    fs::create_directories(folder / "photos");
+    write_image(camera.photo, render(cloud, camera).color);
+    cameras.push_back(camera);
+  }
+  write_transforms(folder / "transforms.json", cameras);
+}
+
+std::vector<std::string> command(const fs::path& photos, const fs::path& out, std::vector<std::string> more = {}) {
+  std::vector<std::string> words = {"reconstruct", photos.string(), "--out", out.string()};
+  words.insert(words.end(), more.begin(), more.end());
+  for (const auto& [option, value] : {std::pair{"--start", "random"}, {"--gaussians", "1k"}, {"--sh-degree", "0"}})
+    if (std::find(more.begin(), more.end(), option) == more.end()) words.insert(words.end(), {option, value});
+  return words;
+}
+
+json parsed(const fs::path& file) { return json::parse(read_text(file)); }
+
+TEST_F(Reconstruct, FindsAMadeSceneAgainFromItsPhotos) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set");
+  const fs::path out = folder / "scene";
+  ASSERT_EQ(run_quietly(command(folder / "set", out, {"--iterations", "600"})), 0);
+
+  const json results = parsed(out / "results.json");
+  EXPECT_GE(results["psnr"].get<double>(), 25);
+  EXPECT_EQ(results["held_out"].size(), 2u);
+  EXPECT_EQ(results["photos"], 14);
+  EXPECT_EQ(results["iterations"], 600);
+  EXPECT_LE(results["gaussians"].get<int>(), 1000);
+  EXPECT_EQ(results["curve"].size(), 20u);
+  EXPECT_LT(results["curve"][0]["psnr"].get<double>(), results["curve"][19]["psnr"].get<double>());
+  EXPECT_EQ(results["start"]["kind"], "random");
+  for (const char* file : {"point_cloud/iteration_600/point_cloud.ply", "cameras.json", "preview.png", "run.json"})
+    EXPECT_TRUE(fs::exists(out / file)) << file;
+  EXPECT_FALSE(fs::exists(out / "checkpoint.h5"));
+  EXPECT_FALSE(fs::exists(out / "photos")) << "photos that were not changed are not copied";
+
+  // The scene is one like any other, with its photos.
+  const Scene scene = load_scene(out);
+  EXPECT_EQ(scene.cloud.size(), results["gaussians"].get<size_t>());
+  ASSERT_EQ(scene.cameras.size(), 16u);
+  EXPECT_TRUE(fs::equivalent(scene.cameras[3].photo, folder / "set/photos/v13.png"));
+  ASSERT_EQ(run_quietly({"render", out.string(), "--out", (folder / "views").string()}), 0);
+  EXPECT_TRUE(fs::exists(folder / "views/v13.png"));
+
+  // Once is enough.
+  const std::string record = read_text(out / "run.json");
+  ASSERT_EQ(run_quietly(command(folder / "set", out, {"--iterations", "600"})), 0);
+  EXPECT_EQ(read_text(out / "run.json"), record);
+  EXPECT_EQ(run_quietly(command(folder / "set", out, {"--iterations", "601"})), 2);
+}
+
+/// Trains with the library; interrupted after so many questions about it, two an iteration (-1 = never).
+bool train(const fs::path& photos, const fs::path& out, ReconstructStage stage, int questions, bool overwrite = false) {
+  RunDirectory run = RunDirectory::create(out);
+  Progress progress(true);
+  const Context context{progress, [&, asked = 0]() mutable { return questions >= 0 && asked++ >= questions; }, 1, 1,
+                        overwrite};
+  try {
+    run_reconstruct(context, run, photos, stage);
+    return true;
+  } catch (const Error& error) {
+    if (error.failure != Failure::kInterrupted) throw;
+    return false;
+  }
+}
+
+ReconstructStage short_stage() {
+  ReconstructStage stage;
+  stage.train.iterations = 250;
+  stage.train.most_gaussians = 600;
+  stage.train.exposure = true;
+  stage.start = "random";
+  return stage;
+}
+
+TEST_F(Reconstruct, AnInterruptedTrainingThatIsGoneOnWithEndsWithTheSameBits) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set", 8);
+  for (const Densification strategy : {Densification::kMcmc, Densification::kClassic}) {
+    ReconstructStage stage = short_stage();
+    stage.train.densification = strategy;
+    const fs::path whole = folder / "whole", parts = folder / "parts";
+    ASSERT_TRUE(train(folder / "set", whole, stage, -1));
+    int interrupted = 0;
+    while (!train(folder / "set", parts, stage, 130)) {
+      EXPECT_TRUE(fs::exists(parts / "checkpoint.h5"));
+      EXPECT_FALSE(fs::exists(parts / "scene.json"));
+      ASSERT_LT(++interrupted, 10);
+    }
+    EXPECT_GE(interrupted, 2);
+    for (const char* file :
+         {"point_cloud/iteration_250/point_cloud.ply", "cameras.json", "transforms.json", "scene.json", "preview.png"})
+      EXPECT_EQ(sha256_of_file(whole / file), sha256_of_file(parts / file)) << file;
+    EXPECT_EQ(parsed(whole / "results.json")["held_out"], parsed(parts / "results.json")["held_out"]);
+    EXPECT_EQ(parsed(whole / "results.json")["exposure"], parsed(parts / "results.json")["exposure"]);
+    fs::remove_all(whole);
+    fs::remove_all(parts);
+  }
+}
+
+TEST_F(Reconstruct, TheCheckpointOfOtherOptionsIsRefusedByNameUnlessOverwriting) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set", 8);
+  ReconstructStage stage = short_stage();
+  stage.train.iterations = 60;
+  ASSERT_FALSE(train(folder / "set", folder / "scene", stage, 20));
+  const std::string before = sha256_of_file(folder / "scene/checkpoint.h5");
+  stage.train.most_gaussians = 700;
+  expect_error(Failure::kUsage, {"checkpoint.h5", "'gaussians' was 600, now 700", "--overwrite"},
+               [&] { train(folder / "set", folder / "scene", stage, -1); });
+  EXPECT_EQ(sha256_of_file(folder / "scene/checkpoint.h5"), before);
+  EXPECT_TRUE(train(folder / "set", folder / "scene", stage, -1, true));
+
+  fs::remove_all(folder / "scene");
+  ASSERT_FALSE(train(folder / "set", folder / "scene", stage, 20));
+  write_text(folder / "scene/checkpoint.h5", "damaged");
+  expect_error(Failure::kInput, {"checkpoint.h5", "--overwrite"},
+               [&] { train(folder / "set", folder / "scene", stage, -1); });
+  EXPECT_TRUE(train(folder / "set", folder / "scene", stage, -1, true));
+}
+
+TEST_F(Reconstruct, WhatTheScenesFileSaysLivesOn) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set", 6);
+  const json said = {{"cameras", "transforms.json"},
+                     {"photos", "photos"},
+                     {"masks", "masks"},
+                     {"labels", "labels.json"},
+                     {"up", {0, 0, 1}},
+                     {"metres_per_unit", 0.5},
+                     {"object", "ball"},
+                     {"support", "table"},
+                     {"pinned", {{{"sphere", {0, 0, 0, 1}}}}},
+                     {"material", {{"young", 1000.0}}}};
+  write_json(folder / "set/scene.json", said);
+  write_json(folder / "set/labels.json", {{"1", "ball"}, {"2", "table"}});
+  IdImage ids(kWidth, kHeight, 1);
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) ids(x, y) = x < kWidth / 2 ? 1 : 2;
+  fs::create_directories(folder / "set/masks");
+  for (int i = 10; i < 16; ++i) write_ids(folder / ("set/masks/v" + std::to_string(i) + ".png"), ids);
+
+  for (const bool smaller : {false, true}) {
+    const fs::path out = folder / (smaller ? "smaller" : "same");
+    ASSERT_EQ(
+        run_quietly(command(folder / "set", out, {"--iterations", "20", "--longest-side", smaller ? "40" : "960"})), 0);
+    const Scene scene = load_scene(out);
+    EXPECT_EQ(scene.metres_per_unit, 0.5);
+    EXPECT_EQ(scene.up, Eigen::Vector3d(0, 0, 1));
+    EXPECT_EQ(scene.settings.object, "ball");
+    EXPECT_EQ(scene.settings.support, "table");
+    EXPECT_EQ(scene.settings.pinned.size(), 1u);
+    EXPECT_EQ(scene.settings.material.young, 1000.0);
+    EXPECT_TRUE(fs::equivalent(scene.settings.labels, folder / "set/labels.json"));
+    ASSERT_EQ(scene.cameras.size(), 6u);
+    EXPECT_EQ(scene.cameras[2].width, smaller ? 40 : kWidth);
+    EXPECT_EQ(fs::path(scene.cameras[2].photo).parent_path().filename(), "photos");
+    EXPECT_EQ(fs::equivalent(scene.settings.masks, folder / "set/masks"), !smaller);
+    const IdImage seen = read_ids(scene.settings.masks / "v12.png");
+    ASSERT_EQ(seen.width, scene.cameras[2].width);
+    EXPECT_EQ(seen(seen.width / 2 - 1, 5), 1u);
+    EXPECT_EQ(seen(seen.width / 2, 5), 2u);
+  }
+}
+
+/// Which side of the plane z = 0 most of what a pixel shows lies on; 0 where nothing is.
+void make_masks(const fs::path& folder) {
+  const GaussianCloud cloud = made_cloud();
+  std::vector<float> side(2 * cloud.size(), 0.0f);
+  for (size_t i = 0; i < cloud.size(); ++i) side[2 * i + (cloud.position[i].z() > 0)] = 1;
+  for (const Camera& camera : read_transforms(folder / "transforms.json").cameras) {
+    const RenderResult picture = render(cloud, camera, {}, side, 2);
+    IdImage ids(camera.width, camera.height, 1, 0);
+    for (size_t k = 0; k < ids.data.size(); ++k)
+      if (picture.alpha.data[k] > 0.5f)
+        ids.data[k] = picture.features.data[2 * k] > picture.features.data[2 * k + 1] ? 3 : 8;
+    fs::create_directories(folder / "masks");
+    write_ids(folder / "masks" / (camera.name + ".png"), ids);
+  }
+}
+
+TEST_F(Reconstruct, LabelsTrainedAlongWithTheSceneDivideItsGaussians) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set");
+  make_masks(folder / "set");
+  const std::vector<std::string> segment = {"segment",
+                                            (folder / "set").string(),
+                                            "--joint",
+                                            "--masks",
+                                            (folder / "set/masks").string(),
+                                            "--start",
+                                            "random",
+                                            "--gaussians",
+                                            "1k",
+                                            "--sh-degree",
+                                            "0",
+                                            "--iterations",
+                                            "400",
+                                            "--out",
+                                            (folder / "run").string()};
+  ASSERT_EQ(run_quietly(segment), 0);
+  const Segmentation segmentation = read_segmentation(folder / "run/segmentation.h5");
+  const Scene scene = load_scene(folder / "run/scene");
+  ASSERT_EQ(segmentation.label.size(), scene.cloud.size());
+  double right = 0, all = 0;
+  for (size_t i = 0; i < scene.cloud.size(); ++i) {
+    const Vec3f& x = scene.cloud.position[i];
+    if (x.norm() > 0.5f || std::abs(x.z()) < 0.1f) continue;
+    const double opacity = sigmoid(scene.cloud.opacity_logit[i]);
+    all += opacity;
+    right += opacity * (segmentation.label[i] == (x.z() > 0 ? 8u : 3u));
+  }
+  EXPECT_GT(right / all, 0.93);
+  EXPECT_EQ(parsed(folder / "run/objects.json").size(), 2u);
+  ASSERT_EQ(run_quietly(segment), 0) << "what is done is not done again";
+
+  // A scene that is trained already keeps its Gaussians.
+  ASSERT_EQ(
+      run_quietly({"segment", (folder / "run/scene").string(), "--joint", "--masks", (folder / "set/masks").string(),
+                   "--iterations", "20", "--sh-degree", "0", "--out", (folder / "again").string()}),
+      0);
+  EXPECT_EQ(load_scene(folder / "again/scene").cloud.size(), scene.cloud.size());
+  EXPECT_EQ(run_quietly({"segment", (folder / "set").string(), "--joint", "--iterations", "5", "--out",
+                         (folder / "none").string()}),
+            2)
+      << "no masks";
+}
+
+TEST_F(Reconstruct, TimeIsHonoured) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set", 8);
+  const auto start = std::chrono::steady_clock::now();
+  ASSERT_EQ(run_quietly(command(folder / "set", folder / "scene", {"--time", "2s"})), 0);
+  const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double seconds = parsed(folder / "scene/results.json")["seconds"];
+  EXPECT_GE(seconds, 2.0);
+  EXPECT_LE(seconds, 2.5);  // the last iteration and what belongs to it
+  EXPECT_GE(wall, 1.8);
+  EXPECT_LE(wall, 3.5);  // and writing the results
+}
+
+TEST_F(Reconstruct, PhotosWithoutCamerasAreToldHowToGetThem) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set", 4);
+  fs::remove(folder / "set/transforms.json");
+  expect_error(Failure::kInput,
+               {"4 photos", "no cameras", "colmap automatic_reconstructor", (folder / "set/photos").string()},
+               [&] { find_photo_set(folder / "set"); });
+  EXPECT_TRUE(lacks_splats(folder / "set"));
+  EXPECT_EQ(run_quietly(command(folder / "set", folder / "scene")), 1);
+  EXPECT_EQ(
+      run_quietly({"run", (folder / "set").string(), "--out", (folder / "run").string(), "--aabb", "0,0,0,1,1,1"}), 1);
+  EXPECT_EQ(run_quietly(command(folder / "absent", folder / "scene")), 1);
+}
+
+TEST_F(Reconstruct, TooFewPhotosAndImpossibleOptionsEndWithTheRightExitCode) {
+  const TemporaryFolder folder;
+  make_photos(folder / "one", 1);
+  EXPECT_EQ(run_quietly(command(folder / "one", folder / "a")), 1);
+  make_photos(folder / "set", 4);
+  EXPECT_EQ(run_quietly(command(folder / "set", folder / "b", {"--hold-out", "1"})), 2);
+  for (const std::vector<std::string>& bad :
+       std::vector<std::vector<std::string>>{{"--time", "10x"},
+                                             {"--time", "0s"},
+                                             {"--time", "-5"},
+                                             {"--iterations", "0"},
+                                             {"--time", "5s", "--iterations", "100"},
+                                             {"--gaussians", "many"},
+                                             {"--gaussians", "0"},
+                                             {"--gaussians", "2kk"},
+                                             {"--background", "0,0"},
+                                             {"--background", "0,0,2"},
+                                             {"--sh-degree", "4"},
+                                             {"--strategy", "best"},
+                                             {"--photos", "nowhere"}})
+    EXPECT_EQ(run_quietly(command(folder / "set", folder / "c", bad)), 2) << bad[0] << " " << bad[1];
+  EXPECT_EQ(run_quietly(command(folder / "set", folder / "d", {"--start", "points"})), 2);
+}
+
+}  // namespace
+}  // namespace pliant

@@ -1,0 +1,50 @@
+// From splats alone to objects, through the command line.
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "gaussians/io/files/files.h"
+#include "tests/app/run_pliant.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+using nlohmann::json;
+
+TEST(AutomaticSegmentation, FindsWhatStandsOnTheTableWithNoMasksAndNoPrompts) {
+  const TemporaryFolder folder;
+  const std::string scene = (folder / "scene").string(), out = (folder / "run").string(),
+                    score = (folder / "score.json").string();
+  ASSERT_EQ(run_quietly({"demo", "--out", scene, "--gaussians", "10000", "--photos", "12", "--width", "160", "--height",
+                         "120", "--no-video"}),
+            0);
+  ASSERT_EQ(run_quietly({"segment", scene, "--out", out, "--auto", "--hold-out", "--segment-iterations", "20"}), 0);
+
+  // Kinds and reasons are told, and every Gaussian belongs to something.
+  std::map<std::string, int> kinds;
+  size_t gaussians = 0;
+  for (const json& object : json::parse(read_text(folder / "run/objects.json"))) {
+    ++kinds[object.at("kind").get<std::string>()];
+    gaussians += object.at("gaussians").get<size_t>();
+    EXPECT_FALSE(object.at("found").get<std::string>().empty());
+  }
+  EXPECT_EQ(kinds["object"], 4);   // flower, ball, box and mug
+  EXPECT_EQ(kinds["support"], 2);  // table and wall
+  EXPECT_GT(gaussians, 9000u);
+
+  // Views that were not looked at show them where they are; only `evaluate` reads the true masks.
+  ASSERT_EQ(run_quietly({"evaluate", "segmentation", out + "/held_out", scene + "/masks", "--match", "overlap",
+                         "--common", "--out", score, "--assert", "miou>=0.85"}),
+            0);
+  for (const auto& [id, row] : json::parse(read_text(score)).at("per_id").items())
+    EXPECT_GT(row.at("iou"), 0.7) << row.dump();
+
+  // Nothing else may be given with it.
+  EXPECT_EQ(run_quietly({"segment", scene, "--out", out, "--auto", "--click", "view_000,80,60", "--overwrite"}), 2);
+}
+
+}  // namespace
+}  // namespace pliant

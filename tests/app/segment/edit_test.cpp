@@ -1,0 +1,102 @@
+// `segment edit` on a run directory: files, later stages, repeating and undoing.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "app/store/segmentation.h"
+#include "gaussians/io/files/files.h"
+#include "tests/app/run_pliant.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+using nlohmann::json;
+
+json parsed(const std::filesystem::path& file) { return json::parse(read_text(file)); }
+
+const json* row(const json& objects, const std::string& name) {
+  for (const json& object : objects)
+    if (object["name"] == name) return &object;
+  return nullptr;
+}
+
+TEST(SegmentEdit, ChangesTheObjectsOfARunKeepsThemAndCanBeUndone) {
+  const TemporaryFolder folder;
+  const std::string scene = (folder / "scene").string(), out = (folder / "run").string();
+  ASSERT_EQ(run_quietly({"demo", "--out", scene, "--gaussians", "6000", "--photos", "8", "--width", "120", "--height",
+                         "90", "--no-video"}),
+            0);
+  const std::vector<std::string> segment = {"segment", scene, "--out", out, "--segment-iterations", "20"};
+  ASSERT_EQ(run_quietly(segment), 0);
+  ASSERT_EQ(run_quietly({"extract", out, "--object", "flower"}), 0);
+  const std::filesystem::path run = out;
+  EXPECT_TRUE(std::filesystem::exists(run / "features.png"));
+  const json before = parsed(run / "objects.json");
+  const std::string found = sha256_of_file(run / "segmentation.h5"),
+                    background = sha256_of_file(run / "background.ply");
+  ASSERT_GE(before.size(), 3u);
+  for (const json& object : before) {
+    EXPECT_EQ(object["found"], "masks");
+    EXPECT_GT(object["views"].get<int>(), 0) << object;
+    for (const char* key : {"id", "score", "gaussians", "bounds", "bounds_m"}) EXPECT_TRUE(object.contains(key)) << key;
+  }
+  ASSERT_TRUE(row(before, "flower") && row(before, "table"));
+
+  // The wrong name changes nothing, not even what came before it on the command line.
+  EXPECT_EQ(run_quietly({"segment", "edit", out, "--name", "flower=tulip", "--drop", "tabel"}), 2);
+  EXPECT_EQ(sha256_of_file(run / "segmentation.h5"), found);
+  EXPECT_EQ(run_quietly({"segment", "edit", out}), 2);
+  EXPECT_EQ(run_quietly({"segment", "--out", out}), 2);
+
+  // In the order of the command line: the new name is known to the merge.
+  ASSERT_EQ(
+      run_quietly({"segment", "edit", out, "--name", "flower=tulip", "--merge", "tulip,table", "--split", "tulip"}), 0);
+  const json after = parsed(run / "objects.json");
+  ASSERT_TRUE(row(after, "tulip"));
+  EXPECT_EQ((*row(after, "tulip"))["id"], (*row(before, "flower"))["id"]);
+  EXPECT_FALSE(row(after, "table"));
+  EXPECT_EQ(parsed(run / "run.json")["edits"].size(), 3u);
+  size_t total = 0, total_before = 0;
+  for (const json& object : after) total += object["gaussians"].get<size_t>();
+  for (const json& object : before) total_before += object["gaussians"].get<size_t>();
+  EXPECT_EQ(total, total_before);
+  const Segmentation segmentation = read_segmentation(run / "segmentation.h5");
+  EXPECT_EQ(segmentation.class_id.size(), after.size());
+
+  // Its folder has the new name, and run.json says so before extract has run again.
+  const auto folder_of = [&](const std::string& name) {
+    return run / ("objects/" + (*row(after, "tulip"))["id"].dump() + "_" + name);
+  };
+  EXPECT_FALSE(std::filesystem::exists(folder_of("flower")));
+  EXPECT_TRUE(std::filesystem::exists(folder_of("tulip") / "object.ply"));
+  const json extracted = parsed(run / "run.json")["stages"]["extract"];
+  EXPECT_EQ(run / extracted["summary"]["folder"].get<std::string>(), folder_of("tulip"));
+  EXPECT_EQ(run / extracted["outputs"][0].get<std::string>(), folder_of("tulip") / "object.ply");
+  // What bears the name already is kept beside it.
+  std::filesystem::create_directories(folder_of("rose"));
+  write_text(folder_of("rose") / "object.ply", "somebody's");
+  ASSERT_EQ(run_quietly({"segment", "edit", out, "--name", "tulip=rose"}), 0);
+  EXPECT_EQ(read_text(folder_of("rose.1") / "object.ply"), "somebody's");
+  EXPECT_GT(std::filesystem::file_size(folder_of("rose") / "object.ply"), 1000u);
+  ASSERT_EQ(run_quietly({"segment", "edit", out, "--name", "rose=tulip"}), 0);
+  EXPECT_TRUE(std::filesystem::exists(folder_of("tulip") / "object.ply"));
+
+  // Later stages run again by themselves; segment keeps the edits until it is told to overwrite.
+  ASSERT_EQ(run_quietly({"extract", out, "--object", "tulip"}), 0);
+  EXPECT_NE(sha256_of_file(run / "background.ply"), background);
+  const std::string edited = sha256_of_file(run / "segmentation.h5");
+  ASSERT_EQ(run_quietly(segment), 0);
+  EXPECT_EQ(sha256_of_file(run / "segmentation.h5"), edited);
+  std::vector<std::string> again = segment;
+  again.push_back("--overwrite");
+  ASSERT_EQ(run_quietly(again), 0);
+  EXPECT_EQ(sha256_of_file(run / "segmentation.h5"), found);
+  EXPECT_EQ(parsed(run / "objects.json"), before);
+  EXPECT_FALSE(parsed(run / "run.json").contains("edits"));
+}
+
+}  // namespace
+}  // namespace pliant

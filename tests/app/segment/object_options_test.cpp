@@ -1,0 +1,175 @@
+// What single options of extract, repair and seed change in the result, on small made scenes.
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "app/store/material.h"
+#include "app/store/particles.h"
+#include "gaussians/io/cameras/cameras.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/images/image_io.h"
+#include "gaussians/io/splats/ply.h"
+#include "tests/app/run_pliant.h"
+#include "tests/segmentation/repair/contact_shadow.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// A run directory in which object 300 of the scene has been extracted.
+void extract_made_scene(const fs::path& folder, const fs::path& run, const MadeScene& scene) {
+  fs::create_directories(folder / "masks");
+  write_ply(folder / "splats.ply", scene.cloud);
+  write_cameras(folder / "transforms.json", scene.cameras);
+  for (const Camera& camera : scene.cameras)
+    write_ids(folder / "masks" / (camera.name + ".png"), cast_ids(scene, camera));
+  write_text(folder / "scene.json",
+             R"({"splats": "splats.ply", "cameras": "transforms.json", "masks": "masks", "up": [0, 0, 1]})");
+  ASSERT_EQ(run_quietly({"segment", folder.string(), "--out", run.string(), "--segment-iterations", "20"}), 0);
+  ASSERT_EQ(run_quietly({"extract", run.string(), "--object", "300"}), 0);
+}
+
+json summary(const fs::path& run, const std::string& stage) {
+  return json::parse(read_text(run / "run.json")).at("stages").at(stage).at("summary");
+}
+
+fs::path object_file(const fs::path& run, const std::string& file) {
+  return run / summary(run, "extract").at("folder").get<std::string>() / file;
+}
+
+TEST(ExtractOptions, HullTakesWhatLiesBetweenThePartsOfTheObject) {
+  // Two balls are one object; a smaller one stands between them, within their convex hull.
+  const TemporaryFolder out;
+  const MadeScene::Ball between = {Vec3f(0, 0, 0.08f), 0.1f, 70000, Vec3f(0.1f, 0.3f, 0.8f)};
+  const MadeScene scene = made_scene({{Vec3f(-0.42f, 0, 0.15f), 0.3f, 300, Vec3f(0.8f, 0.1f, 0.1f)},
+                                      {Vec3f(0.42f, 0, 0.15f), 0.3f, 300, Vec3f(0.8f, 0.1f, 0.1f)},
+                                      between});
+  extract_made_scene(out / "scene", out / "run", scene);
+  const auto between_taken = [&] {
+    size_t taken = 0;
+    for (const Vec3f& x : read_ply(object_file(out / "run", "object.ply")).position)
+      taken += (x - between.centre).norm() < between.radius;
+    return taken;
+  };
+  const size_t standing =
+      static_cast<size_t>(std::count_if(scene.cloud.position.begin(), scene.cloud.position.end(), [&](const Vec3f& x) {
+        return (x - between.centre).norm() < between.radius && x.z() > 0.06f;
+      }));
+  ASSERT_GT(standing, 20u);
+  EXPECT_EQ(between_taken(), 0u);
+  EXPECT_EQ(summary(out / "run", "extract")["rules"]["hull"]["moved"], 0);
+  ASSERT_EQ(run_quietly({"extract", (out / "run").string(), "--object", "300", "--hull", "--overwrite"}), 0);
+  EXPECT_GE(between_taken(), standing);
+  EXPECT_EQ(summary(out / "run", "extract")["rules"]["hull"]["moved"], between_taken());
+}
+
+/// A run on two balls, the first (object 300) with a contact shadow, that every test works on a copy of.
+class OneBall : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder = fs::temp_directory_path() / ("pliant_one_ball_" + std::to_string(getpid()));
+    fs::remove_all(folder);
+    MadeScene scene = made_scene(two_balls(), 8, 200, 150);
+    shade_table(scene.cloud, [](const Vec3f& x) { return Vec3f::Constant(soft_gain(x)).eval(); });
+    extract_made_scene(folder / "scene", folder / "run", scene);
+  }
+  static void TearDownTestSuite() { fs::remove_all(folder); }
+
+  static fs::path copy_of_run(const TemporaryFolder& out) {
+    fs::copy(folder / "run", out / "run", fs::copy_options::recursive);
+    return out / "run";
+  }
+
+  static fs::path folder;
+};
+fs::path OneBall::folder;
+
+TEST_F(OneBall, ShadowKeepLeavesTheColoursOfTheSupport) {
+  const TemporaryFolder out;
+  const fs::path run = copy_of_run(out);
+  const GaussianCloud before = read_ply(run / "background.ply");
+  const auto brightened = [&] {  // Gaussians of the table that are brighter now
+    const GaussianCloud after = read_ply(run / "background_repaired.ply");
+    std::map<std::array<float, 3>, float> red;
+    for (size_t p = 0; p < after.size(); ++p)
+      red[{after.position[p].x(), after.position[p].y(), after.position[p].z()}] = after.sh_of(p)[0];
+    size_t count = 0;
+    for (size_t p = 0; p < before.size(); ++p) {
+      const auto found = red.find({before.position[p].x(), before.position[p].y(), before.position[p].z()});
+      count += found != red.end() && found->second > before.sh_of(p)[0] + 0.01f;
+    }
+    return count;
+  };
+  ASSERT_EQ(run_quietly({"repair", run.string()}), 0);
+  EXPECT_GT(brightened(), 50u);
+  EXPECT_GT(summary(run, "repair")["shadow_gaussians"].get<size_t>(), 50u);
+  ASSERT_EQ(run_quietly({"repair", run.string(), "--shadow", "keep", "--overwrite"}), 0);
+  EXPECT_EQ(brightened(), 0u);
+  EXPECT_EQ(summary(run, "repair")["shadow_gaussians"], 0);
+  EXPECT_NE(summary(run, "repair")["shadow"].get<std::string>().find("kept"), std::string::npos);
+}
+
+constexpr float kSoftAbove = 0.25f;  // a third of the ball
+
+/// Driving particles above and below kSoftAbove, where the ball's surface is far.
+std::pair<size_t, size_t> above_and_below(const ParticleFile& file) {
+  std::pair<size_t, size_t> count;
+  for (const Vec3f& x : file.driving_position)
+    if ((x - two_balls()[0].centre).norm() < 0.2f && std::abs(x.z() - kSoftAbove) > 0.02f)
+      ++(x.z() > kSoftAbove ? count.first : count.second);
+  return count;
+}
+
+TEST_F(OneBall, PgasPlacesTheWantedNumberOfParticlesDenserWhereTheFileSaysSoft) {
+  const TemporaryFolder out;
+  const fs::path run = copy_of_run(out);
+  const auto seed = [&](std::vector<std::string> options) {
+    options.insert(options.begin(), {"seed", run.string(), "--particles", "800"});
+    return run_quietly(options);
+  };
+  EXPECT_EQ(seed({"--drivers", "voronoi"}), 2);
+  EXPECT_FALSE(fs::exists(object_file(run, "particles.h5")));
+  ASSERT_EQ(seed({}), 0);
+  EXPECT_EQ(summary(run, "seed")["placed_by"], "kmeans");
+  const ParticleFile kmeans = read_particles(object_file(run, "particles.h5"));
+
+  EXPECT_EQ(seed({"--drivers", "pgas"}), 2);  // the stage has run with another option
+  ASSERT_EQ(seed({"--drivers", "pgas", "--overwrite"}), 0);
+  EXPECT_EQ(summary(run, "seed")["placed_by"], "pgas");
+  const ParticleFile pgas = read_particles(object_file(run, "particles.h5"));
+  EXPECT_NEAR(pgas.driving_position.size(), 800, 16);
+  EXPECT_NE(pgas.driving_position, kmeans.driving_position);
+  EXPECT_EQ(pgas.solid_position, kmeans.solid_position);
+  double volume = 0, expected = 0;
+  for (const float v : pgas.driving_volume) volume += v;
+  for (size_t i = 0; i < pgas.solid_volume.size(); ++i)
+    expected += pgas.solid_driver[i] >= 0 ? pgas.solid_volume[i] : 0;
+  EXPECT_NEAR(volume / expected, 1, 1e-5);
+  const auto [above, below] = above_and_below(pgas);
+
+  // E four times smaller at the top, given at the samples.
+  MaterialFile material;
+  for (const Vec3f& x : pgas.solid_position) material.young.push_back(x.z() > kSoftAbove ? 2.5e4f : 1e5f);
+  material.poisson.assign(material.young.size(), 0.3f);
+  material.density.assign(material.young.size(), 900.0f);
+  material.position = pgas.solid_position;
+  material.volume = pgas.solid_volume;
+  write_material(out / "material.h5", material, "{}");
+  const std::string file = (out / "material.h5").string();
+  EXPECT_EQ(seed({"--material", file, "--overwrite"}), 2);  // K-means has no use for it
+  ASSERT_EQ(seed({"--drivers", "pgas", "--material", file, "--overwrite"}), 0);
+  const ParticleFile soft = read_particles(object_file(run, "particles.h5"));
+  EXPECT_NEAR(soft.driving_position.size(), 800, 16);
+  EXPECT_GT(soft.cell_size, 1.15 * pgas.cell_size);
+  const auto [soft_above, soft_below] = above_and_below(soft);
+  EXPECT_GT(static_cast<double>(soft_above) / soft_below, 2.5 * above / below);
+}
+
+}  // namespace
+}  // namespace pliant

@@ -1,0 +1,179 @@
+// A hand-made run of an object that turns and travels, exported as numbered splat files: they hold what `render` draws.
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/commands/program.h"
+#include "app/run/attach_scene.h"
+#include "app/simulate/moving_scene.h"
+#include "gaussians/base/random.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/splats/ply.h"
+#include "gaussians/render/render.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr int kFrames = 7;
+
+GaussianCloud cloud_at(const Vec3f& centre, int count, uint64_t seed) {
+  GaussianCloud cloud;
+  cloud.sh_degree = 2;
+  cloud.resize(count);
+  for (int i = 0; i < count; ++i) {
+    Random random(seed, i);
+    for (int k = 0; k < 3; ++k) {
+      cloud.position[i][k] = centre[k] + static_cast<float>(random.uniform(-0.25, 0.25));
+      cloud.log_scale[i][k] = static_cast<float>(random.uniform(-4, -2.5));
+    }
+    for (int k = 0; k < 4; ++k) cloud.rotation[i][k] = static_cast<float>(random.normal());
+    cloud.opacity_logit[i] = static_cast<float>(random.uniform(0, 3));
+    for (int k = 0; k < cloud.sh_count() * 3; ++k) cloud.sh_of(i)[k] = static_cast<float>(0.3 * random.normal());
+  }
+  return cloud;
+}
+
+class ExportTest : public testing::Test {
+ protected:
+  static Eigen::Isometry3d motion(int frame) {
+    Eigen::Isometry3d m = Eigen::Isometry3d::Identity();
+    m.linear() = Eigen::AngleAxisd(0.2 * frame, Eigen::Vector3d(0.3, -0.5, 0.8).normalized()).toRotationMatrix();
+    m.translation() = Eigen::Vector3d(0.03, 0.01, 0.02) * frame;
+    return m;
+  }
+
+  ExportTest() : object(cloud_at(Vec3f::Zero(), 300, 1)), background(cloud_at(Vec3f(0, 0.6f, 0), 200, 2)) {
+    GaussianCloud whole = background;
+    whole.append(object);
+    write_ply(folder / "scene.ply", whole);
+    write_ply(folder / "run/objects/1_ball/object.ply", object);
+    write_ply(folder / "run/background_repaired.ply", background);
+    ParticleFile particles;
+    for (float x = -0.3f; x < 0.31f; x += 0.1f)
+      for (float y = -0.3f; y < 0.31f; y += 0.1f)
+        for (float z = -0.3f; z < 0.31f; z += 0.1f) particles.driving_position.push_back({x, y, z});
+    particles.driving_volume.assign(particles.driving_position.size(), 1e-3f);
+    particles.solid_position = particles.driving_position;
+    particles.solid_volume = particles.driving_volume;
+    for (size_t i = 0; i < particles.driving_position.size(); ++i)
+      particles.solid_driver.push_back(static_cast<int>(i));
+    particles.cell_size = 0.2;
+    write_particles(folder / "run/objects/1_ball/particles.h5", particles, "{}");
+    trajectory.object = "ball";
+    trajectory.fps = 30;
+    trajectory.cell_size = 0.2;
+    for (int f = 0; f < kFrames; ++f) {
+      TrajectoryFile::Frame frame;
+      frame.time = f / 30.0;
+      frame.step = 10 * f;
+      for (const Vec3f& x : particles.driving_position)
+        frame.position.push_back((motion(f) * x.cast<double>()).cast<float>());
+      frame.velocity.assign(frame.position.size(), Vec3f::Zero());
+      frame.F.assign(frame.position.size(), motion(f).linear().cast<float>());
+      trajectory.frames.push_back(frame);
+    }
+    write_trajectory(folder / "run/objects/1_ball/trajectory.h5", trajectory, "{}");
+    const json manifest = {
+        {"scene", {{"source", (folder / "scene.ply").string()}, {"orbit_views", 4}}},
+        {"stages", {{"extract", {{"summary", {{"folder", "objects/1_ball"}}}}}, {"simulate", {{"summary", {}}}}}}};
+    write_text(folder / "run/run.json", manifest.dump());
+  }
+
+  int run(std::vector<std::string> options) const {
+    options.insert(options.begin(), {"pliant", "export", (folder / "run").string(), "--quiet"});
+    std::vector<const char*> argv;
+    for (const std::string& option : options) argv.push_back(option.c_str());
+    return run_program(static_cast<int>(argv.size()), argv.data());
+  }
+  std::string out() const { return (folder / "ply").string(); }
+  GaussianCloud frame(int k) const { return read_ply(folder / ("ply/frame_000" + std::to_string(k) + ".ply")); }
+
+  TemporaryFolder folder;
+  GaussianCloud object, background;
+  TrajectoryFile trajectory;
+  const Camera camera = look_at({0.9, -1.2, 0.6}, {0, 0.2, 0}, {0, 0, 1}, 120, 90, 110);
+};
+
+TEST_F(ExportTest, FramesHoldTheBackgroundAsItIsAndTheObjectTurnedAndMoved) {
+  ASSERT_EQ(run({"--ply-sequence", out()}), 0);
+  for (int f = 0; f < kFrames; ++f) {
+    const GaussianCloud cloud = frame(f);
+    ASSERT_EQ(cloud.size(), background.size() + object.size());
+    EXPECT_EQ(cloud.sh_degree, 2);
+    for (size_t i = 0; i < background.size(); ++i) ASSERT_EQ(cloud.position[i], background.position[i]);
+    for (size_t i = 0; i < object.size(); ++i) {
+      const Vec3f expected = (motion(f) * object.position[i].cast<double>()).cast<float>();
+      ASSERT_LT((cloud.position[background.size() + i] - expected).norm(), 1e-5f);
+    }
+  }
+  // Frame 0 is the scene at rest, for the eye as well.
+  GaussianCloud rest = background;
+  rest.append(object);
+  const ImageF a = render(frame(0), camera).color, b = render(rest, camera).color;
+  for (size_t i = 0; i < a.data.size(); ++i) ASSERT_NEAR(a.data[i], b.data[i], 2e-3f);
+  // A camera that travels with the object sees later frames of it as it was at rest: colours turned with it.
+  ASSERT_EQ(run({"--ply-sequence", (folder / "alone").string(), "--object-only"}), 0);
+  const GaussianCloud alone = read_ply(folder / "alone/frame_0005.ply");
+  ASSERT_EQ(alone.size(), object.size());
+  Camera follows = camera;
+  follows.cam_from_world = camera.cam_from_world * motion(5).inverse();
+  const ImageF c = render(alone, follows).color, d = render(object, camera).color;
+  int different = 0;
+  for (size_t i = 0; i < c.data.size(); ++i) different += std::abs(c.data[i] - d.data[i]) > 2e-3f;
+  EXPECT_LE(different, 5) << "only pixels at a threshold may differ";
+}
+
+TEST_F(ExportTest, APictureOfAnExportedFrameIsThatOfTheFrameThatRenderDraws) {
+  ASSERT_EQ(run({"--ply-sequence", out(), "--every", "3"}), 0);
+  EXPECT_FALSE(fs::exists(folder / "ply/frame_0003.ply"));
+  const RunDirectory directory = RunDirectory::open(folder / "run");
+  const MovingScene moving = load_moving_scene(directory, load_run_scene(directory));
+  EXPECT_EQ(moving.moving(), object.size());
+  for (const int k : {0, 1, 2}) {
+    const ImageF exported = render(frame(k), camera).color;
+    EXPECT_EQ(exported.data, render(moving.all_at(moving.trajectory.frames[3 * k]), camera).color.data) << k;
+  }
+  const json record = json::parse(read_text(folder / "ply/sequence.json"));
+  EXPECT_EQ(record["fps"], 10);
+  EXPECT_EQ(record["frames"].size(), 3u);
+  EXPECT_NEAR(record["frames"][2]["time"].get<double>(), 0.2, 1e-12);
+}
+
+TEST_F(ExportTest, ARepeatedCommandWritesOnlyWhatIsMissing) {
+  ASSERT_EQ(run({"--ply-sequence", out()}), 0);
+  const std::string hash = sha256_of_file(folder / "ply/frame_0004.ply");
+  fs::remove(folder / "ply/frame_0004.ply");
+  folder.file("ply/.frame_0004.tmp77.ply", "half");
+  const auto before = fs::last_write_time(folder / "ply/frame_0003.ply");
+  ASSERT_EQ(run({"--ply-sequence", out()}), 0);
+  EXPECT_EQ(sha256_of_file(folder / "ply/frame_0004.ply"), hash);
+  EXPECT_EQ(fs::last_write_time(folder / "ply/frame_0003.ply"), before);
+  EXPECT_FALSE(fs::exists(folder / "ply/.frame_0004.tmp77.ply"));
+}
+
+TEST_F(ExportTest, AnotherSequenceOrOtherFilesAreNotMixedIn) {
+  ASSERT_EQ(run({"--ply-sequence", out()}), 0);
+  EXPECT_EQ(run({"--ply-sequence", out(), "--every", "2"}), 2);
+  EXPECT_EQ(run({"--ply-sequence", out(), "--object-only"}), 2);
+  EXPECT_TRUE(fs::exists(folder / "ply/frame_0006.ply"));
+  EXPECT_EQ(run({"--ply-sequence", out(), "--every", "2", "--overwrite"}), 0);
+  EXPECT_TRUE(fs::exists(folder / "ply/frame_0003.ply"));
+  EXPECT_FALSE(fs::exists(folder / "ply/frame_0004.ply"));
+  folder.file("ply/mine.txt", "keep");
+  EXPECT_EQ(run({"--ply-sequence", out(), "--overwrite"}), 2);
+  EXPECT_EQ(read_text(folder / "ply/mine.txt"), "keep");
+  EXPECT_TRUE(fs::exists(folder / "ply/frame_0003.ply")) << "refused before anything was removed";
+  folder.file("other/mine.txt", "keep");
+  EXPECT_EQ(run({"--ply-sequence", (folder / "other").string()}), 2);
+  EXPECT_EQ(run({"--ply-sequence", (folder / "other/mine.txt").string()}), 2);
+  EXPECT_EQ(run({}), 2);
+  EXPECT_EQ(run({"--ply-sequence", out(), "--every", "0"}), 2);
+}
+
+}  // namespace
+}  // namespace pliant

@@ -1,0 +1,195 @@
+// Reference videos: the wanted instants at the wanted size, and files that are no video are said to be none.
+
+#include "fitting/observe/reference_video.h"
+
+#include <cmath>
+
+#include "gaussians/io/images/image_io.h"
+#include "gaussians/io/images/video.h"
+#include "gaussians/render/image_loss.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+Camera camera_of(int width, int height) {
+  Camera camera;
+  camera.name = "view_a";
+  camera.width = width;
+  camera.height = height;
+  return camera;
+}
+
+/// Grey that tells the instant: 0.1 at 0 s, rising 0.3 a second.
+float grey_at(double time) { return static_cast<float>(0.1 + 0.3 * time); }
+
+std::filesystem::path video_of(const TemporaryFolder& folder, int frames, double fps, int width = 64, int height = 48) {
+  VideoWriter video(folder / "clip.mp4", fps, width, height);
+  for (int f = 0; f < frames; ++f) video.write(ImageF(width, height, 3, grey_at(f / fps)));
+  video.close();
+  return folder / "clip.mp4";
+}
+
+double mean(const ImageF& picture) {
+  double sum = 0;
+  for (const float v : picture.data) sum += v;
+  return sum / static_cast<double>(picture.data.size());
+}
+
+TEST(ReferenceVideo, FramesOfAFileAreTakenAsTheyAre) {
+  const TemporaryFolder folder;
+  const ReferenceVideo video = load_reference_video({}, video_of(folder, 48, 24), camera_of(64, 48));
+  ASSERT_EQ(video.frames.size(), 48u);
+  EXPECT_DOUBLE_EQ(video.fps, 24);
+  EXPECT_EQ(video.blended, 0);
+  EXPECT_TRUE(video.warnings.empty());
+  for (int f = 0; f < 48; ++f) EXPECT_NEAR(mean(video.frames[f]), grey_at(f / 24.0), 0.006) << f;
+}
+
+TEST(ReferenceVideo, FaithfulCodingKeepsColourAsFineAsLight) {
+  const TemporaryFolder folder;
+  ImageF stripes(64, 48, 3, 0.2f);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x) stripes(x, y, (x + y) % 3 == 0 ? 0 : 1) = 0.7f;
+  const auto psnr = [&](VideoCoding coding) {
+    VideoWriter video(folder / "clip.mp4", 24, 64, 48, coding);
+    for (int f = 0; f < 8; ++f) video.write(stripes);
+    video.close();
+    const ReferenceVideo read = load_reference_video({}, folder / "clip.mp4", camera_of(64, 48));
+    return psnr_of_mse(mse_loss(read.frames[4], stripes));
+  };
+  EXPECT_LT(psnr(VideoCoding::kForBrowsers), 25);
+  EXPECT_GT(psnr(VideoCoding::kFaithful), 36);
+}
+
+TEST(ReferenceVideo, LinearResamplingKeepsInstantsAndNearestStaysWithinHalfAFrame) {
+  const TemporaryFolder folder;
+  const auto file = video_of(folder, 31, 10);
+  VideoOptions options;
+  options.fps = 24;
+  const ReferenceVideo linear = load_reference_video(options, file, camera_of(64, 48));
+  ASSERT_EQ(linear.frames.size(), 73u);
+  EXPECT_GT(linear.blended, 40);
+  EXPECT_EQ(linear.warnings.size(), 1u);
+  for (int f = 0; f < 73; ++f) EXPECT_NEAR(mean(linear.frames[f]), grey_at(f / 24.0), 0.006) << f;
+  options.resampling = Resampling::kNearest;
+  const ReferenceVideo nearest = load_reference_video(options, file, camera_of(64, 48));
+  EXPECT_EQ(nearest.blended, 0);
+  for (int f = 0; f < 73; ++f) EXPECT_NEAR(mean(nearest.frames[f]), grey_at(f / 24.0), 0.006 + 0.3 * 0.05) << f;
+}
+
+TEST(ReferenceVideo, TrimmingStartsAtAWholeFrameAndEndsInTime) {
+  const TemporaryFolder folder;
+  VideoOptions options;
+  options.first = 0.52;
+  options.last = 1.5;
+  const ReferenceVideo video = load_reference_video(options, video_of(folder, 48, 24), camera_of(64, 48));
+  EXPECT_NEAR(video.start, 12 / 24.0, 1e-6);
+  ASSERT_EQ(video.frames.size(), 25u);
+  EXPECT_EQ(video.blended, 0);
+  for (size_t f = 0; f < 25; ++f) EXPECT_NEAR(mean(video.frames[f]), grey_at((12.0 + f) / 24), 0.006);
+  options.first = 1.9;
+  options.last = 9;
+  EXPECT_EQ(load_reference_video(options, folder / "clip.mp4", camera_of(64, 48)).warnings.size(), 1u);
+}
+
+TEST(ReferenceVideo, AFolderIsReadInTheOrderOfItsNumbers) {
+  const TemporaryFolder folder;
+  for (const int f : {0, 1, 2, 9, 10, 11})
+    write_image(folder / ("frame_" + std::to_string(f) + ".png"), ImageF(40, 30, 3, 0.02f * f));
+  VideoOptions options;
+  options.declared_fps = 12;
+  const ReferenceVideo video = load_reference_video(options, folder.path(), camera_of(40, 30));
+  ASSERT_EQ(video.frames.size(), 6u);
+  EXPECT_DOUBLE_EQ(video.fps, 12);
+  for (size_t f = 1; f < 6; ++f) EXPECT_GT(mean(video.frames[f]), mean(video.frames[f - 1]));
+  options.declared_fps = 0;
+  expect_error(Failure::kInput, {folder.path().string(), "fps", "no frame rate"},
+               [&] { load_reference_video(options, folder.path(), camera_of(40, 30)); });
+}
+
+TEST(ReferenceVideo, FramesAreScaledToTheCameraWhosePixelsKeepTheirPlace) {
+  const TemporaryFolder folder;
+  for (int f = 0; f < 2; ++f) {
+    ImageF ramp(80, 60, 3);
+    for (int y = 0; y < 60; ++y)
+      for (int x = 0; x < 80; ++x) {
+        ramp(x, y, 0) = (x + 0.5f) / 80;
+        ramp(x, y, 1) = (y + 0.5f) / 60;
+      }
+    write_image(folder / (std::to_string(f) + ".png"), ramp);
+  }
+  VideoOptions options;
+  options.declared_fps = 24;
+  for (const int width : {40, 120}) {
+    const ReferenceVideo video = load_reference_video(options, folder.path(), camera_of(width, width * 3 / 4));
+    const ImageF& picture = video.frames[1];
+    ASSERT_EQ(picture.width, width);
+    for (int x = 3; x < width - 3; ++x) {
+      EXPECT_NEAR(picture(x, 10, 0), (x + 0.5) / width, 0.004);
+      EXPECT_NEAR(picture(10, x / 2, 1), (x / 2 + 0.5) / picture.height, 0.004);
+    }
+  }
+}
+
+TEST(ReferenceVideo, ARateThatDisagreesIsSaidAndFollowedOnlyWhenTrusted) {
+  const TemporaryFolder folder;
+  const auto file = video_of(folder, 24, 24);
+  VideoOptions options;
+  options.declared_fps = 48;
+  const ReferenceVideo video = load_reference_video(options, file, camera_of(64, 48));
+  EXPECT_DOUBLE_EQ(video.fps, 24);
+  ASSERT_EQ(video.warnings.size(), 1u);
+  for (const char* word : {"24", "48", "4 times"})
+    EXPECT_NE(video.warnings[0].find(word), std::string::npos) << video.warnings[0];
+  options.trust_declared = true;
+  const ReferenceVideo slow = load_reference_video(options, file, camera_of(64, 48));
+  EXPECT_DOUBLE_EQ(slow.fps, 48);
+  EXPECT_EQ(slow.frames.size(), 24u);
+  EXPECT_EQ(slow.blended, 0);
+}
+
+TEST(ReferenceVideo, WhatIsNoUsableVideoIsNamed) {
+  const TemporaryFolder folder;
+  const auto load = [&](const std::filesystem::path& file, const VideoOptions& options = {}) {
+    return load_reference_video(options, file, camera_of(64, 48));
+  };
+  expect_error(Failure::kInput, {"absent.mp4", "does not exist"}, [&] { load(folder / "absent.mp4"); });
+  expect_error(Failure::kInput, {"text.mp4", "not a video"},
+               [&] { load(folder.file("text.mp4", "this is no video")); });
+  expect_error(Failure::kInput, {"empty.mp4", "not a video"}, [&] { load(folder.file("empty.mp4", "")); });
+  VideoOptions rate;
+  rate.declared_fps = 24;
+  std::filesystem::create_directory(folder / "none");
+  expect_error(Failure::kInput, {"none", "no pictures"}, [&] { load(folder / "none", rate); });
+  std::filesystem::create_directory(folder / "one");
+  write_image(folder / "one/0.png", ImageF(64, 48, 3));
+  expect_error(Failure::kInput, {"one", "single frame"}, [&] { load(folder / "one", rate); });
+  write_image(folder / "one/1.png", ImageF(32, 48, 3));
+  expect_error(Failure::kInput, {"1.png", "32 x 48", "64 x 48"}, [&] { load(folder / "one", rate); });
+  rate.declared_fps = 1e6;
+  expect_error(Failure::kUsage, {"fps", "1000000"}, [&] { load(folder / "one", rate); });
+
+  const auto file = video_of(folder, 12, 24);
+  expect_error(Failure::kInput, {"64 x 48", "view_a", "64 x 64"},
+               [&] { load_reference_video({}, file, camera_of(64, 64)); });
+  VideoOptions late;
+  late.first = 5;
+  expect_error(Failure::kInput, {"clip.mp4", "0 frames", "from 5 s"}, [&] { load(file, late); });
+  late.last = 4;
+  expect_error(Failure::kUsage, {"last"}, [&] { load(file, late); });
+  VideoOptions small;
+  small.most_bytes = 1e5;
+  expect_error(Failure::kInput, {"memory", "64 x 48"}, [&] { load(file, small); });
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
+  EXPECT_TRUE([&] {
+    try {
+      return !load(file).warnings.empty();
+    } catch (const Error&) {
+      return true;
+    }
+  }());
+}
+
+}  // namespace
+}  // namespace pliant

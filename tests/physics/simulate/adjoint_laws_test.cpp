@@ -1,0 +1,97 @@
+// Gradients of roll-outs of every law, memory and plastic flow included, against differences in double.
+
+#include <gtest/gtest.h>
+
+#include "gaussians/base/check_adjoint.h"
+#include "tests/physics/simulate/adjoint_rollout_case.h"
+
+namespace pliant {
+namespace {
+
+using testing::Input;
+using Case = testing::RolloutCase<double>;
+using List = std::vector<double>;
+
+Case block_of(Law law) {
+  Case c = testing::moving_block<double>(2);
+  c.interactions.resize(1);
+  Material m;
+  m.law = law;
+  m.damping_time = 0.5;
+  m.viscosity_time = 1e-4;
+  m.yield_stress = 300;
+  m.plastic_viscosity = 20;
+  m.hardening = law == Law::kPlasticine ? -200 : 2000;
+  m.dynamic_viscosity = 0.5;
+  m.bulk_modulus = 3e4;
+  m.branch_shear = 5e3;
+  m.branch_lambda = 4e3;
+  m.branch_viscosity = 10;
+  c.particles.materials = {Material{}, m};
+  c.particles.material_index.assign(c.particles.size(), 1);
+  c.particles.material_index[0] = 0;  // beside a law without a memory
+  c.start = initial_state(c.particles);
+  for (size_t i = 0; i < c.start.size(); ++i) {
+    Random random(4, i);
+    for (int a = 0; a < 3; ++a) c.start.v[i][a] = 0.2 * random.normal();
+    for (int k = 0; k < 9; ++k) {
+      c.start.C[i](k / 3, k % 3) = 5 * random.normal();
+      c.start.F[i](k / 3, k % 3) += 0.03 * random.normal();
+    }
+    if (law == Law::kSand) c.start.F[i] *= 0.97;
+    if (law == Law::kSnow) c.particles.young[i] *= 0.02;  // it hardens
+  }
+  c.options.simulate.duration = 0.01;
+  c.options.simulate.substeps = 10;
+  return c;
+}
+
+class AdjointLaws : public ::testing::TestWithParam<Law> {};
+
+void expect_gradient(const Case& c, Law law) {
+  if (law != Law::kHencky) {
+    const auto end = rollout(c.options, c.particles, c.interactions, c.start).frames.back();
+    ASSERT_GT((end.F[1] - end.memory[1].F_total).norm() + (end.F[1] - end.memory[1].F_viscous).norm(), 1e-3)
+        << "no flow";
+  }
+  const RolloutGradient<double> gradient = c.gradient();
+  AdjointCheckOptions options;
+  options.step = law == Law::kSand ? 1e-5 : 1e-4;  // the edges of its cone lie close
+  options.random_cotangents = 0;
+  options.inputs = 3;
+  options.random_directions = 1;
+  for (const auto& [kind, name] : testing::kInputs) {
+    if (c.get(kind).empty()) continue;
+    const AdjointCheck result = check_adjoint(
+        [&, kind = kind](const List& u) { return List{c.with(kind, u).value()}; },
+        [&, kind = kind](const List&, const List&) { return c.part(gradient, kind); }, c.get(kind), options);
+    EXPECT_LT(result.worst, 1e-5) << name << ": " << result.message;
+  }
+}
+
+TEST_P(AdjointLaws, RolloutAgreesWithDifferences) { expect_gradient(block_of(GetParam()), GetParam()); }
+
+TEST_P(AdjointLaws, RolloutWithFlipAgreesWithDifferences) {
+  Case c = block_of(GetParam());
+  c.options.simulate.flip_time = 0.002;
+  expect_gradient(c, GetParam());
+}
+
+TEST_P(AdjointLaws, PartsOfAFrameGiveTheBitsOfTheWhole) {
+  Case c = block_of(GetParam());
+  const RolloutGradient<double> whole = c.gradient();
+  c.options.memory = 0;
+  const RolloutGradient<double> parts = c.gradient();
+  EXPECT_EQ(whole.start.x, parts.start.x);
+  EXPECT_EQ(whole.start.F, parts.start.F);
+  EXPECT_EQ(whole.young, parts.young);
+  EXPECT_EQ(whole.poisson, parts.poisson);
+}
+
+INSTANTIATE_TEST_SUITE_P(Laws, AdjointLaws,
+                         ::testing::Values(Law::kHencky, Law::kMetal, Law::kSand, Law::kSnow, Law::kFoam,
+                                           Law::kPlasticine, Law::kFluid, Law::kViscoelastic),
+                         [](const auto& info) { return std::string(law_name(info.param)); });
+
+}  // namespace
+}  // namespace pliant

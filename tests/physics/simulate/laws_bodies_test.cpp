@@ -1,0 +1,147 @@
+// Mechanics of small bodies, law by law; tests/studies/laws_study.cpp has the large ones.
+
+#include "tests/physics/simulate/laws_bodies.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/physics/laws/laws_cases.h"
+
+namespace pliant {
+namespace {
+
+using namespace pliant::testing;
+
+Substance substance(Law law) {
+  Substance s;
+  s.material.law = law;
+  s.material.yield_stress = 1e4;
+  s.material.plastic_viscosity = 50;
+  s.material.hardening = 0;
+  s.material.branch_shear = 3e4;
+  s.material.branch_lambda = 2e4;
+  s.material.branch_viscosity = 1e6;
+  return s;
+}
+
+TEST(LawBodies, PressureOfACompressedBlockGivesTheBulkModulus) {
+  for (const Law law : kAllLaws) {
+    const Substance s = substance(law);
+    double expected = s.bulk();
+    if (law == Law::kViscoelastic) expected += s.material.branch_lambda + 2 * s.material.branch_shear / 3;
+    EXPECT_NEAR(measured_bulk_modulus(s) / expected, 1, 1e-3) << law_name(law);
+  }
+}
+
+TEST(LawBodies, PulsesTravelAtTheSpeedOfPressureWaves) {
+  for (const Law law : {Law::kNeoHookean, Law::kFluid}) {
+    const Substance s = substance(law);
+    const Lame<double> l = s.moduli();
+    const double modulus = law == Law::kFluid ? s.bulk() : l.lambda + 2 * l.mu;
+    const double expected = std::sqrt(modulus / s.density);
+    EXPECT_NEAR(p_wave_speed(s, expected, 2) / expected, 1, 0.02) << law_name(law);
+  }
+}
+
+TEST(LawBodies, SandHoldsTwoDegreesBelowItsCriticalSlopeAndFlowsTwoDegreesAbove) {
+  const double critical = critical_slope(30);
+  EXPECT_NEAR(critical, 34.7, 0.05);
+  EXPECT_LT(sand_slope_run(30, critical - 2, 4, 0.15), 0.01);
+  EXPECT_GT(sand_slope_run(30, critical + 2, 4, 0.15), 0.03);
+}
+
+TEST(LawBodies, ALayerHeldInShearRelaxesInTheTimeOfItsBranch) {
+  Substance s = substance(Law::kViscoelastic);
+  s.material.branch_viscosity = 2 * s.material.branch_shear * 0.02;
+  EXPECT_NEAR(branch_relaxation_time(s) / 0.02, 1, 0.05);
+}
+
+TEST(LawBodies, FoamHeldInShearRelaxesInTheTimeViscosityOverTwoMu) {
+  Substance s = substance(Law::kFoam);
+  s.material.yield_stress = 1e3;
+  s.material.plastic_viscosity = 2 * s.moduli().mu * 0.02;
+  EXPECT_NEAR(foam_relaxation_time(s) / 0.02, 1, 0.05);
+}
+
+TEST(LawBodies, ShearFlowOfAFluidDecaysByItsViscosity) {
+  Substance s = substance(Law::kFluid);
+  s.material.bulk_modulus = 1e5;
+  s.material.dynamic_viscosity = 20;
+  const double expected = s.density * std::pow(0.08 / M_PI, 2) / s.material.dynamic_viscosity;
+  EXPECT_NEAR(shear_flow_decay_time(s, 0.01, 8) / expected, 1, 0.05);
+}
+
+Substance soft_metal(Law law) {
+  Substance s;
+  s.material.law = law;
+  s.material.yield_stress = 2e4;
+  s.young = 2e6;
+  s.density = 2000;
+  return s;
+}
+
+TEST(LawBodies, MetalKeepsItsDent) {
+  const Dent d = dent(soft_metal(Law::kMetal), 1e5, 0.03, 0.02);
+  EXPECT_GT(d.loaded, 0.004);
+  EXPECT_GT(d.left, 0.5 * d.loaded);
+}
+
+TEST(LawBodies, AnElasticBodyLosesItsDent) {
+  const Dent d = dent(soft_metal(Law::kHencky), 1e5, 0.03, 0.02);
+  EXPECT_LT(d.left, 0.2 * d.loaded);
+}
+
+TEST(LawBodies, ASnowBallKeepsItsShape) {
+  Substance s;
+  s.material.law = Law::kSnow;
+  s.young = 1.4e5;
+  s.poisson = 0.2;
+  s.density = 400;
+  const auto [before, after] = rest_on_ground(ball_of(s, 0.2, 6), 0.3);
+  EXPECT_LT(after.width, 1.1 * before.width);
+  EXPECT_GT(after.height, 0.9 * before.height);
+}
+
+TEST(LawBodies, AFoamColumnStandsUntilItsWeightExceedsTheYieldStress) {
+  Substance s;
+  s.material.law = Law::kFoam;
+  s.young = 2e5;
+  const double height = 0.12, weight = s.density * 9.81 * height;
+  s.material.plastic_viscosity = 100;
+  for (const double part : {2.0, 0.1}) {
+    s.material.yield_stress = part * weight;
+    const auto [before, after] = rest_on_ground(block_of(s, Vec3d(0.08, 0.08, height), 0.02, 1.0), 0.4);
+    if (part > 1) {
+      EXPECT_GT(after.height, 0.95 * before.height);
+    } else {
+      EXPECT_LT(after.height, 0.75 * before.height);
+    }
+  }
+}
+
+TEST(LawBodies, PlasticineThatSoftensSinksFurther) {
+  Substance s;
+  s.material.law = Law::kPlasticine;
+  s.young = 2e5;
+  const double height = 0.12, weight = s.density * 9.81 * height;
+  s.material.yield_stress = 0.7 * weight;
+  double left[2];
+  for (const int soft : {0, 1}) {
+    s.material.hardening = soft ? -2 * s.material.yield_stress : 0;
+    left[soft] = rest_on_ground(block_of(s, Vec3d(0.06, 0.06, height), 0.02, 1.0), 0.6).second.height / height;
+  }
+  EXPECT_GT(1 - left[1], 3 * (1 - left[0]));
+}
+
+TEST(LawBodies, WaterCarriesItsWeightAndKeepsItsVolume) {
+  const WaterColumn w = water_column(8, 0.3, false);
+  EXPECT_NEAR(w.mean_pressure, 1, 0.03);
+  EXPECT_NEAR(w.height_change, 0, 0.02);
+}
+
+TEST(LawBodies, EnergyOfAFreeBlockDoesNotGrow) {
+  for (const Law law : {Law::kFixedCorotated, Law::kNeoHookean, Law::kHencky})
+    EXPECT_LE(energy_growth(substance(law), 4, 500, 0.4), 1e-3) << law_name(law);
+}
+
+}  // namespace
+}  // namespace pliant

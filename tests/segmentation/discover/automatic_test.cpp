@@ -1,0 +1,268 @@
+#include "segmentation/discover/automatic.h"
+
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include <limits>
+
+#include "segmentation/discover/automatic_supports.h"
+#include "tests/segmentation/made_scene.h"
+
+namespace pliant {
+namespace {
+
+AutomaticResult find_in(const MadeScene& scene) {
+  AutomaticOptions options;
+  return find_objects(options, scene.cloud, scene.cameras);
+}
+
+/// Intersection over union of the Gaussians of a truth id with the found object that fits best.
+double best_iou(const MadeScene& scene, const AutomaticResult& result, uint32_t truth) {
+  double best = 0;
+  for (const FoundThing& thing : result.found) {
+    if (thing.kind != FoundThing::Kind::kObject) continue;
+    size_t both = 0, either = 0;
+    for (size_t p = 0; p < scene.truth.size(); ++p) {
+      const bool a = scene.truth[p] == truth, b = result.label[p] == thing.id;
+      both += a && b;
+      either += a || b;
+    }
+    best = std::max(best, static_cast<double>(both) / static_cast<double>(either));
+  }
+  return best;
+}
+
+std::vector<MadeScene::Ball> balls_on_a_circle(int count) {
+  const Vec3f colours[] = {
+      {0.8f, 0.1f, 0.1f}, {0.1f, 0.3f, 0.8f}, {0.2f, 0.7f, 0.2f}, {0.9f, 0.8f, 0.2f}, {0.8f, 0.8f, 0.8f}};
+  std::vector<MadeScene::Ball> balls;
+  for (int k = 0; k < count; ++k) {
+    const float angle = 2 * static_cast<float>(M_PI) * k / count, radius = 0.14f + 0.02f * k;
+    balls.push_back(
+        {Vec3f(0.6f * std::cos(angle), 0.6f * std::sin(angle), 0.8f * radius), radius, 10u + k, colours[k]});
+  }
+  return balls;
+}
+
+TEST(Automatic, AsManyObjectsAsStandOnAPlaneAreFound) {
+  for (int count : {1, 3, 5}) {
+    const MadeScene scene = made_scene(balls_on_a_circle(count));
+    const AutomaticResult result = find_in(scene);
+    EXPECT_EQ(result.summary.objects, count);
+    EXPECT_EQ(result.summary.supports, 1);
+    for (const auto& ball : scene.balls) EXPECT_GT(best_iou(scene, result, ball.id), 0.8) << count << " objects";
+  }
+}
+
+TEST(Automatic, ObjectsAreNumberedBySizeAndNamed) {
+  const AutomaticResult result = find_in(made_scene(balls_on_a_circle(3)));
+  ASSERT_EQ(result.found.size(), 5u);
+  for (uint32_t k = 0; k < 3; ++k) EXPECT_EQ(result.found[k].name, "object_" + std::to_string(k + 1));
+  EXPECT_GE(result.found[0].share, result.found[1].share);
+  EXPECT_GE(result.found[1].share, result.found[2].share);
+  EXPECT_EQ(result.found[3].name, "support_1");
+  EXPECT_EQ(result.found[4].name, "rest");
+  EXPECT_EQ(result.masks.names.at(1), "object_1");
+}
+
+TEST(Automatic, APlaneAloneHasNoObject) {
+  const AutomaticResult result = find_in(made_scene({}));
+  EXPECT_EQ(result.summary.objects, 0);
+  EXPECT_EQ(result.summary.supports, 1);
+}
+
+TEST(Automatic, AWallIsASupportAndNoObject) {
+  MadeScene scene = made_scene(two_balls());
+  for (float x = -1; x <= 1; x += 0.03f)
+    for (float z = 0.03f; z <= 0.9f; z += 0.03f)
+      add_disc(scene.cloud, Vec3f(x, 1, z), -Vec3f::UnitY(), 0.018f, Vec3f(0.5f, 0.6f, 0.6f));
+  std::erase_if(scene.cameras, [](const Camera& camera) { return camera.centre().y() > 0.5; });
+  const AutomaticResult result = find_in(scene);
+  EXPECT_EQ(result.summary.objects, 2);
+  EXPECT_EQ(result.summary.supports, 2);
+  EXPECT_EQ(result.found[result.label.back() - 1].name, "support_2");
+}
+
+TEST(Automatic, WhatFloatsIsNoObject) {
+  MadeScene scene = made_scene(two_balls());
+  for (int k = 0; k < 200; ++k)
+    add_disc(scene.cloud, Vec3f(0.02f * (k % 14), 0.02f * (k / 14), 0.9f), Vec3f::UnitZ(), 0.015f,
+             Vec3f(0.3f, 0.3f, 0.3f));
+  const AutomaticResult result = find_in(scene);
+  EXPECT_EQ(result.summary.objects, 2);
+  EXPECT_EQ(result.found[result.label.back() - 1].kind, FoundThing::Kind::kRest);
+}
+
+/// Two balls on the table that touch.
+MadeScene touching_balls(const Vec3f& first, const Vec3f& second) {
+  return made_scene({{Vec3f(-0.24f, 0, 0.2f), 0.25f, 10, first}, {Vec3f(0.22f, 0, 0.18f), 0.23f, 20, second}});
+}
+
+TEST(Automatic, ThingsThatTouchArePartedByColourAndAreOneWithoutADifference) {
+  const MadeScene two = touching_balls({0.8f, 0.1f, 0.1f}, {0.1f, 0.3f, 0.8f});
+  const AutomaticResult parted = find_in(two);
+  EXPECT_EQ(parted.summary.objects, 2);
+  for (const auto& ball : two.balls) EXPECT_GT(best_iou(two, parted, ball.id), 0.8);
+  EXPECT_NE(parted.found[0].how.find("parted"), std::string::npos);
+
+  const AutomaticResult one = find_in(touching_balls({0.8f, 0.1f, 0.1f}, {0.8f, 0.1f, 0.1f}));
+  EXPECT_EQ(one.summary.objects, 1);
+  EXPECT_EQ(one.found[0].how.find("parted"), std::string::npos);
+}
+
+TEST(Automatic, MasksShowTheObjectsOnlyInViewsThatAreNotHeldOut) {
+  const MadeScene scene = made_scene(two_balls());
+  AutomaticOptions options;
+  options.held_out = {0, 4};
+  const AutomaticResult result = find_objects(options, scene.cloud, scene.cameras);
+  EXPECT_EQ(result.masks.views.size(), scene.cameras.size() - 2);
+  for (const MaskSet::View& view : result.masks.views) {
+    EXPECT_NE(view.camera, 0);
+    EXPECT_NE(view.camera, 4);
+    const IdImage truth = cast_ids(scene, scene.cameras[view.camera]);
+    size_t both = 0, either = 0;
+    for (size_t i = 0; i < truth.data.size(); ++i) {
+      const bool a = truth.data[i] != 0 && truth.data[i] != MadeScene::kTable,
+                 b = view.ids.data[i] == 1 || view.ids.data[i] == 2;
+      both += a && b;
+      either += a || b;
+    }
+    EXPECT_GT(static_cast<double>(both), 0.8 * static_cast<double>(either));
+  }
+}
+
+TEST(Automatic, EqualForAnyNumberOfThreads) {
+  const MadeScene scene = made_scene(two_balls());
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const AutomaticResult one = find_in(scene);
+  omp_set_num_threads(3);
+  const AutomaticResult three = find_in(scene);
+  omp_set_num_threads(threads);
+  EXPECT_EQ(one.label, three.label);
+  ASSERT_EQ(one.masks.views.size(), three.masks.views.size());
+  for (size_t v = 0; v < one.masks.views.size(); ++v)
+    EXPECT_EQ(one.masks.views[v].ids.data, three.masks.views[v].ids.data);
+}
+
+TEST(Automatic, HostileCloudsGiveNothing) {
+  const MadeScene scene = made_scene(two_balls(), 3);
+  AutomaticOptions options;
+  EXPECT_EQ(find_objects(options, GaussianCloud{}, scene.cameras).summary.objects, 0);
+  EXPECT_EQ(find_objects(options, scene.cloud, {}).summary.objects, 0);
+
+  GaussianCloud one;
+  add_disc(one, Vec3f::Zero(), Vec3f::UnitZ(), 0.1f, Vec3f::Constant(0.5f));
+  EXPECT_EQ(find_objects(options, one, scene.cameras).summary.objects, 0);
+
+  GaussianCloud broken = scene.cloud;
+  for (float& logit : broken.opacity_logit) logit = std::numeric_limits<float>::quiet_NaN();
+  const AutomaticResult result = find_objects(options, broken, scene.cameras);
+  EXPECT_EQ(result.summary.objects, 0);
+  EXPECT_EQ(result.label.size(), broken.size());
+
+  GaussianCloud heap;  // all in one place
+  for (int k = 0; k < 500; ++k) add_disc(heap, Vec3f::Zero(), Vec3f::UnitZ(), 0.1f, Vec3f::Constant(0.5f));
+  EXPECT_EQ(find_objects(options, heap, scene.cameras).label.size(), heap.size());
+}
+
+TEST(Automatic, BrokenGaussiansAmongSoundOnesChangeNothing) {
+  MadeScene scene = made_scene(two_balls());
+  const AutomaticResult sound = find_in(scene);
+  const size_t n = scene.cloud.size();
+  for (int k = 0; k < 20; ++k) {
+    add_disc(scene.cloud, Vec3f(0, 0, 0.3f), Vec3f::UnitZ(), 0.02f, Vec3f::Constant(0.5f));
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    if (k % 3 == 0) scene.cloud.position.back().x() = nan;
+    if (k % 3 == 1) scene.cloud.log_scale.back().y() = nan;
+    if (k % 3 == 2) scene.cloud.sh_of(n + k)[1] = nan;
+  }
+  const AutomaticResult broken = find_in(scene);
+  EXPECT_TRUE(std::equal(sound.label.begin(), sound.label.end(), broken.label.begin()));
+}
+
+/// A picture of a plane, with colour, normal and depth by pixel.
+template <class Pixel>
+SurfacePicture flat_picture(Pixel pixel) {
+  SurfacePicture picture;
+  picture.width = 60;
+  picture.height = 40;
+  picture.focal = 50;
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x) {
+      picture.alpha.push_back(1);
+      picture.lab.push_back(Vec3f::Constant(0.5f));
+      picture.normal.push_back(-Vec3f::UnitZ());
+      float depth = 2;
+      pixel(x, y, picture.lab.back(), picture.normal.back(), depth, picture.alpha.back());
+      picture.point.push_back(depth * Vec3f((x - 30) / 50.0f, (y - 20) / 50.0f, 1));
+    }
+  return picture;
+}
+
+uint32_t segments_of(const SurfacePicture& picture) {
+  const IdImage ids = picture_segments({}, picture);
+  return *std::max_element(ids.data.begin(), ids.data.end());
+}
+
+TEST(PictureSegments, EdgesOfColourNormalAndDepthPartThePictureAndSlopesDoNot) {
+  EXPECT_EQ(segments_of(flat_picture([](int, int, Vec3f&, Vec3f&, float&, float&) {})), 1u);
+  EXPECT_EQ(
+      segments_of(flat_picture([](int x, int, Vec3f& lab, Vec3f&, float&, float&) { lab[0] = x < 30 ? 0.3f : 0.6f; })),
+      2u);
+  EXPECT_EQ(segments_of(flat_picture([](int x, int, Vec3f&, Vec3f& normal, float&, float&) {
+              if (x < 30) normal = Vec3f(1, 0, -1).normalized();
+            })),
+            2u);
+  EXPECT_EQ(
+      segments_of(flat_picture([](int x, int, Vec3f&, Vec3f&, float& depth, float&) { depth = x < 30 ? 2.0f : 3.0f; })),
+      2u);
+  // A plane seen at a slant: depth changes fast from pixel to pixel, but along its tangent.
+  EXPECT_EQ(segments_of(flat_picture([](int x, int, Vec3f&, Vec3f& normal, float& depth, float&) {
+              normal = Vec3f(-1, 0, -1).normalized();
+              depth = 2 / (1 + (x - 30) / 50.0f);
+            })),
+            1u);
+}
+
+TEST(PictureSegments, WhatIsNotOpaqueStaysUnlabelled) {
+  const SurfacePicture picture =
+      flat_picture([](int x, int, Vec3f&, Vec3f&, float&, float& alpha) { alpha = x < 30 ? 1.0f : 0.2f; });
+  const IdImage ids = picture_segments({}, picture);
+  EXPECT_EQ(ids(10, 10), 1u);
+  EXPECT_EQ(ids(40, 10), 0u);
+}
+
+/// Points spread over a parallelogram.
+void add_sheet(const Vec3f& corner, const Vec3f& a, const Vec3f& b, int count, std::vector<Vec3f>& points) {
+  for (int i = 0; i < count; ++i) {
+    Random random(3, points.size());
+    const float s = static_cast<float>(random.uniform()), t = static_cast<float>(random.uniform());
+    points.push_back(corner + s * a + t * b + Vec3f::Constant(0.002f * static_cast<float>(random.normal())));
+  }
+}
+
+TEST(PlanesBehind, AreThoseWideOnesClearOfTheThingWithNothingBeyond) {
+  std::vector<Vec3f> wall, all;
+  add_sheet(Vec3f(-2, -2, 0), Vec3f(4, 0, 0), Vec3f(0, 4, 0), 6000, wall);  // z = 0
+  all = wall;
+  add_sheet(Vec3f(-0.2f, -0.2f, 0.5f), Vec3f(0.4f, 0, 0), Vec3f(0, 0.4f, 0), 150, all);  // a small plate before it
+  const auto behind = [](const std::vector<Vec3f>& points, const Vec3f& thing) {
+    return planes_behind({}, points, thing, 5, 0.01f);
+  };
+  const std::vector<Support> found = behind(all, Vec3f(0, 0, 0.6f));
+  ASSERT_EQ(found.size(), 1u) << "the plate is no wall";
+  EXPECT_GT(found[0].normal.z(), 0.999f);
+  EXPECT_NEAR(found[0].height(Vec3f(0, 0, 0.6f)), 0.6, 0.01);
+  EXPECT_TRUE(behind(all, Vec3f(0, 0, 0.01f)).empty()) << "what was marked lies in the plane";
+  EXPECT_EQ(behind(all, Vec3f(0, 0, -0.6f)).size(), 1u) << "the side does not matter ...";
+  std::vector<Vec3f> two = all;
+  add_sheet(Vec3f(-2, -2, -0.5f), Vec3f(4, 0, 0), Vec3f(0, 4, 0), 3000, two);
+  const std::vector<Support> last = behind(two, Vec3f(0, 0, 0.8f));
+  ASSERT_EQ(last.size(), 1u);
+  EXPECT_NEAR(last[0].height(Vec3f(0, 0, 0.8f)), 1.3, 0.01) << "... but one through which more is seen is no wall";
+  EXPECT_TRUE(behind({}, Vec3f::Zero()).empty());
+}
+
+}  // namespace
+}  // namespace pliant

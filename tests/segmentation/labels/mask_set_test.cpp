@@ -1,0 +1,168 @@
+// Reading id masks: names, wide ids, and one typed message per thing that can be wrong.
+
+#include "segmentation/labels/mask_set.h"
+
+#include "gaussians/io/images/image_io.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+std::vector<Camera> cameras(int count) {
+  std::vector<Camera> out(count);
+  for (int i = 0; i < count; ++i) {
+    out[i].name = "photo" + std::to_string(i);
+    out[i].width = 6;
+    out[i].height = 4;
+  }
+  return out;
+}
+
+IdImage picture(uint32_t id, int width = 6, int height = 4) {
+  IdImage ids(width, height, 1);
+  ids(2, 1) = id;
+  return ids;
+}
+
+TEST(MaskSet, IdsAreReadAtEveryWidthAndNamed) {
+  TemporaryFolder folder;
+  write_ids(folder / "photo0.png", picture(7));
+  write_ids(folder / "photo1.png", picture(300));
+  write_ids(folder / "photo2.png", picture(70001));
+  folder.file("labels.json", R"({"300": "ball"})");
+  const MaskSet masks = load_masks(folder.path(), folder / "labels.json", cameras(3));
+  EXPECT_EQ(masks.ids(), (std::vector<uint32_t>{7, 300, 70001}));
+  EXPECT_EQ(masks.name_of(300), "ball");
+  EXPECT_EQ(masks.name_of(7), "object_7");
+  EXPECT_TRUE(masks.warnings.empty());
+}
+
+TEST(MaskSet, CamerasWithoutAMaskAreWarnedAbout) {
+  TemporaryFolder folder;
+  write_ids(folder / "photo1.png", picture(1));
+  const MaskSet masks = load_masks(folder.path(), "", cameras(3));
+  ASSERT_EQ(masks.views.size(), 1u);
+  EXPECT_EQ(masks.views[0].camera, 1);
+  ASSERT_EQ(masks.warnings.size(), 1u);
+  EXPECT_NE(masks.warnings[0].find("2 of 3 cameras"), std::string::npos);
+}
+
+TEST(MaskSet, NoMaskAtAllIsAnError) {
+  TemporaryFolder folder;
+  expect_error(Failure::kInput, {"photo0.png"}, [&] { load_masks(folder.path(), "", cameras(2)); });
+  expect_error(Failure::kInput, {"nowhere", "--aabb"}, [&] { load_masks(folder / "nowhere", "", cameras(2)); });
+}
+
+TEST(MaskSet, AnotherSizeThanTheCameraIsAnError) {
+  TemporaryFolder folder;
+  write_ids(folder / "photo0.png", picture(1, 5, 4));
+  expect_error(Failure::kInput, {"photo0.png", "5x4", "6x4"}, [&] { load_masks(folder.path(), "", cameras(1)); });
+}
+
+TEST(MaskSet, AnUnreadablePictureIsAnError) {
+  TemporaryFolder folder;
+  folder.file("photo0.png", "not a picture");
+  expect_error(Failure::kInput, {"photo0.png"}, [&] { load_masks(folder.path(), "", cameras(1)); });
+}
+
+TEST(MaskSet, MasksWithoutAnyObjectAreAnError) {
+  TemporaryFolder folder;
+  write_ids(folder / "photo0.png", picture(0));
+  expect_error(Failure::kInput, {"unlabelled", "id above 0"}, [&] { load_masks(folder.path(), "", cameras(1)); });
+}
+
+TEST(MaskSet, LabelsThatAreNoIdsOrNoNamesAreErrors) {
+  TemporaryFolder folder;
+  write_ids(folder / "photo0.png", picture(1));
+  for (const char* bad : {"{\"one\": \"flower\"}", "{\"1\": 5}", "[1]", "{", "{\"-3\": \"x\"}"}) {
+    const auto labels = folder.file("labels.json", bad);
+    expect_error(Failure::kInput, {"labels.json"}, [&] { load_masks(folder.path(), labels, cameras(1)); });
+  }
+}
+
+/// A binary picture: 255 (or `value`) in a rectangle.
+void write_rectangle(const std::filesystem::path& file, int x0, int y0, int x1, int y1, uint32_t value = 255) {
+  std::filesystem::create_directories(file.parent_path());
+  IdImage ids(6, 4, 1);
+  for (int y = y0; y < y1; ++y)
+    for (int x = x0; x < x1; ++x) ids(x, y) = value;
+  write_ids(file, ids);
+}
+
+TEST(MaskSet, FoldersOfOneObjectAreIdsInTheOrderOfTheirNames) {
+  TemporaryFolder folder;
+  write_rectangle(folder / "red apple/photo0.png", 0, 0, 2, 2);
+  write_rectangle(folder / "red apple/photo2.png", 1, 0, 3, 2, 1);  // ones and zeros
+  write_rectangle(folder / "egg/photo0.png", 3, 1, 6, 4);
+  const MaskSet masks = load_masks(folder.path(), "", cameras(3));
+  EXPECT_EQ(masks.name_of(1), "egg");
+  EXPECT_EQ(masks.name_of(2), "red apple");
+  ASSERT_EQ(masks.views.size(), 2u);
+  EXPECT_EQ(masks.views[0].ids(0, 0), 2u);
+  EXPECT_EQ(masks.views[0].ids(3, 1), 1u);
+  EXPECT_EQ(masks.views[0].ids(2, 3), 0u);
+  EXPECT_EQ(masks.views[1].camera, 2);
+  EXPECT_EQ(masks.views[1].ids(1, 0), 2u);
+  EXPECT_EQ(masks.warnings.size(), 1u);
+}
+
+TEST(MaskSet, FoldersOfOneViewMayBeNamedOrNumberedAsInLerfMask) {
+  TemporaryFolder folder;
+  for (const char* view : {"photo1", "photo2"}) {
+    write_rectangle(folder / "a" / view / "plate.png", 0, 0, 6, 4);
+    write_rectangle(folder / "a" / view / "spoon.png", 2, 1, 4, 2);  // lies on the plate
+  }
+  // Numbered folders count the views that are not in images_train/: photo1 and photo2 here.
+  folder.file("scene/images_train/photo0.jpg", "");
+  for (const char* view : {"0", "1"}) {
+    write_rectangle(folder / "scene/test_mask" / view / "plate.png", 0, 0, 6, 4);
+    write_rectangle(folder / "scene/test_mask" / view / "spoon.png", 2, 1, 4, 2);
+  }
+  const MaskSet named = load_masks(folder / "a", "", cameras(3)),
+                numbered = load_masks(folder / "scene/test_mask", "", cameras(3));
+  for (const MaskSet* masks : {&named, &numbered}) {
+    ASSERT_EQ(masks->views.size(), 2u);
+    EXPECT_EQ(masks->views[0].camera, 1);
+    EXPECT_EQ(masks->views[1].camera, 2);
+    EXPECT_EQ(masks->name_of(masks->views[0].ids(2, 1)), "spoon");
+    EXPECT_EQ(masks->name_of(masks->views[0].ids(0, 0)), "plate");
+  }
+}
+
+TEST(MaskSet, FoldersNamedByWholeNumbersAreTheirIds) {
+  TemporaryFolder folder;
+  write_rectangle(folder / "12/photo0.png", 0, 0, 2, 2);
+  write_rectangle(folder / "70001/photo0.png", 4, 0, 6, 2);
+  EXPECT_EQ(load_masks(folder.path(), "", cameras(1)).ids(), (std::vector<uint32_t>{12, 70001}));
+}
+
+TEST(MaskSet, BinaryMasksOfAnotherSizeAreRefused) {
+  TemporaryFolder folder;
+  write_rectangle(folder / "egg/photo0.png", 0, 0, 2, 2);
+  std::vector<Camera> wide = cameras(1);
+  wide[0].width = 12;
+  expect_error(Failure::kInput, {"egg", "6x4", "12x4"}, [&] { load_masks(folder.path(), "", wide); });
+}
+
+TEST(MaskSet, MasksMayCarryTheNameOfThePhotoWithItsExtension) {
+  TemporaryFolder folder;
+  std::vector<Camera> one = cameras(1);
+  one[0].photo = "/somewhere/IMG_7.JPG";
+  write_ids(folder / "IMG_7.JPG.png", picture(5));
+  EXPECT_EQ(load_masks(folder.path(), "", one).ids(), std::vector<uint32_t>{5});
+}
+
+TEST(MaskSet, ZeroAsBackgroundIsAnObjectOfItsOwn) {
+  TemporaryFolder folder;
+  write_ids(folder / "photo0.png", picture(7));
+  write_ids(folder / "photo1.png", picture(300));
+  MaskSet masks = load_masks(folder.path(), "", cameras(2));
+  EXPECT_EQ(label_background(masks), 301u);
+  EXPECT_EQ(masks.ids(), (std::vector<uint32_t>{7, 300, 301}));
+  EXPECT_EQ(masks.name_of(301), "background");
+  EXPECT_EQ(masks.views[0].ids(0, 0), 301u);
+  EXPECT_EQ(masks.views[1].ids(2, 1), 300u);
+}
+
+}  // namespace
+}  // namespace pliant

@@ -1,0 +1,346 @@
+#include "segmentation/select/gesture.h"
+
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include <cmath>
+
+#include "gaussians/base/error.h"
+#include "gaussians/base/random.h"
+#include "segmentation/sheets/selection_sheet.h"
+#include "tests/segmentation/made_scene.h"
+
+using namespace pliant;
+
+TEST(ColorModel, RecoversAKnownMixture) {
+  const Vec3f mean[2] = {{0.2f, 0.1f, -0.3f}, {0.7f, -0.2f, 0.4f}};
+  const Vec3f sigma[2] = {{0.05f, 0.02f, 0.08f}, {0.03f, 0.06f, 0.02f}};
+  Random random(5);
+  std::vector<Vec3f> colors;
+  for (int i = 0; i < 6000; ++i) {
+    const int k = random.uniform() < 0.3 ? 0 : 1;
+    Vec3f x;
+    for (int c = 0; c < 3; ++c) x[c] = mean[k][c] + sigma[k][c] * static_cast<float>(random.normal());
+    colors.push_back(x);
+  }
+  ColorModelOptions options;
+  options.components = 2;
+  options.ridge = 0;
+  options.rounds = 30;
+  const ColorModel model = ColorModel::fit(options, colors);
+  ASSERT_EQ(model.components().size(), 2u);
+  const int first = model.components()[0].weight < 0.5f ? 0 : 1;
+  for (int k = 0; k < 2; ++k) {
+    const ColorModel::Component& c = model.components()[k == 0 ? first : 1 - first];
+    EXPECT_NEAR(c.weight, k == 0 ? 0.3 : 0.7, 0.02);
+    EXPECT_LT((c.mean - mean[k]).norm(), 0.01);
+    for (int a = 0; a < 3; ++a) {
+      EXPECT_NEAR(std::sqrt(c.covariance(a, a)), sigma[k][a], 0.08 * sigma[k][a]);
+      for (int b = 0; b < a; ++b) EXPECT_NEAR(c.covariance(a, b), 0, 0.1 * sigma[k][a] * sigma[k][b]);
+    }
+  }
+}
+
+TEST(ColorModel, DensityIntegratesToOne) {
+  std::vector<Vec3f> colors;
+  Random random(2);
+  for (int i = 0; i < 500; ++i) colors.push_back(Vec3f(random.normal(), random.normal(), random.normal()) * 0.1f);
+  ColorModelOptions options;
+  options.components = 3;
+  const ColorModel model = ColorModel::fit(options, colors);
+  double sum = 0;
+  const float h = 0.04f;
+  for (float x = -0.8f; x < 0.8f; x += h)
+    for (float y = -0.8f; y < 0.8f; y += h)
+      for (float z = -0.8f; z < 0.8f; z += h) sum += std::exp(model.log_density(Vec3f(x, y, z))) * h * h * h;
+  EXPECT_NEAR(sum, 1, 0.01);
+}
+
+TEST(ColorModel, LabOfWhiteGreyAndRed) {
+  EXPECT_LT((lab_of_rgb(Vec3f(1, 1, 1)) - Vec3f(1, 0, 0)).norm(), 2e-3);
+  EXPECT_LT((lab_of_rgb(Vec3f(0, 0, 0))).norm(), 2e-3);
+  EXPECT_LT((lab_of_rgb(Vec3f(1, 0, 0)) - Vec3f(0.5324f, 0.8009f, 0.6720f)).norm(), 5e-3);
+}
+
+TEST(MinCut, EqualsTheBruteForceMinimumOnTinyGraphs) {
+  for (uint64_t trial = 0; trial < 60; ++trial) {
+    Random random(7, trial);
+    const int n = 3 + static_cast<int>(random.below(8));
+    std::vector<float> gain(n);
+    for (float& g : gain) g = static_cast<float>(random.uniform(-2, 2));
+    std::vector<CutEdge> edges;
+    for (int a = 0; a < n; ++a)
+      for (int b = a + 1; b < n; ++b)
+        if (random.uniform() < 0.4) edges.push_back({a, b, static_cast<float>(random.uniform(0, 1.5))});
+    auto energy = [&](const std::vector<uint8_t>& x) {
+      double e = 0;
+      for (int i = 0; i < n; ++i) e -= x[i] ? gain[i] : 0;
+      for (const CutEdge& edge : edges) e += x[edge.a] != x[edge.b] ? edge.weight : 0;
+      return e;
+    };
+    double least = INFINITY;
+    for (int bits = 0; bits < 1 << n; ++bits) {
+      std::vector<uint8_t> x(n);
+      for (int i = 0; i < n; ++i) x[i] = bits >> i & 1;
+      least = std::min(least, energy(x));
+    }
+    EXPECT_NEAR(energy(min_cut(gain, edges)), least, 2e-2) << "trial " << trial;
+  }
+}
+
+TEST(GaussianGraph, WhatTouchesNothingButTheObjectIsEnclosed) {
+  // Nodes 0..2 are the object; 3 and 4 hang on it and on each other, unlike it in colour.
+  GaussianGraph graph;
+  graph.nodes = {0, 1, 2, 3, 4};
+  graph.opacity.assign(5, 0.8f);
+  graph.edges = {{0, 1, 0.9f}, {1, 2, 0.9f}, {2, 3, 0.0f}, {3, 4, 0.0f}};
+  graph.edge_nearness = {0.9f, 0.9f, 0.9f, 0.9f};
+  const std::vector<uint8_t> label = {1, 1, 1, 0, 0}, nothing(5, 0);
+  const auto enclosed = [&](const std::vector<uint8_t>& outside, float least) {
+    return enclosed_nodes(graph, label, outside, 0.02f, least, 0.02f);
+  };
+  EXPECT_EQ(enclosed(nothing, 0.01f), (std::vector<int>{3, 4}));
+  EXPECT_TRUE(enclosed(nothing, 0.9f).empty()) << "too light";
+  EXPECT_TRUE(enclosed({0, 0, 0, 0, 1}, 0.01f).empty()) << "one of the pair is known to be outside";
+  graph.border = {{4, 17, 0.0f}};
+  graph.border_nearness = {0.5f};
+  EXPECT_TRUE(enclosed(nothing, 0.01f).empty()) << "tied to what lies outside the box";
+  graph.edge_nearness[3] = 0;
+  EXPECT_EQ(enclosed(nothing, 0.01f), (std::vector<int>{3})) << "4 is tied to the outside, but 3 no longer to 4";
+}
+
+TEST(GaussianGraph, PartsBelongToTheObjectWhenTheyLieAgainstItMoreThanAgainstTheRest) {
+  // A row of nodes: object 0 1 | nose 2 | tip 3, beside it leak 4 | rest 5 6; colours part all bars.
+  GaussianGraph graph;
+  graph.nodes = {0, 1, 2, 3, 4, 5, 6};
+  graph.edges = {{0, 1, 0.9f}, {1, 2, 0.01f}, {2, 3, 0.01f}, {1, 4, 0.01f}, {4, 5, 0.01f}, {5, 6, 0.9f}};
+  graph.edge_nearness = {0.9f, 0.8f, 0.7f, 0.5f, 0.9f, 0.9f};
+  graph.opacity.assign(7, 1.0f);
+  graph.opacity[0] = 5;
+  const std::vector<uint8_t> label = {1, 1, 1, 1, 1, 0, 0};
+  const std::vector<int> part = connected_parts(graph, label, 0.02f);
+  std::vector<uint8_t> wanted(8, 0);
+  wanted[0] = 1;
+  const std::vector<uint8_t> attached = attached_parts(graph, part, wanted);
+  EXPECT_EQ(part[0], 0);
+  EXPECT_TRUE(attached[part[2]]);
+  EXPECT_TRUE(attached[part[3]]) << "through the nose";
+  EXPECT_FALSE(attached[part[4]]) << "the leak lies against the rest";
+}
+
+TEST(GrabCut, FindsADiscOfAnotherColourInsideALooseBox) {
+  GrabCutInput input;
+  input.width = 60;
+  input.height = 50;
+  for (int y = 0; y < 50; ++y)
+    for (int x = 0; x < 60; ++x) {
+      const bool disc = (x - 30) * (x - 30) + (y - 25) * (y - 25) < 144;
+      Random random(3, y * 60 + x);
+      const Vec3f noise = 0.03f * Vec3f(random.normal(), random.normal(), random.normal());
+      input.lab.push_back((disc ? Vec3f(0.5f, 0.4f, 0.2f) : Vec3f(0.6f, -0.1f, 0.1f)) + noise);
+      input.seed.push_back(x > 12 && x < 50 && y > 6 && y < 44 ? PixelSeed::kUnknown : PixelSeed::kBackground);
+    }
+  const GrabCutResult result = grab_cut({}, input);
+  size_t wrong = 0;
+  for (int y = 0; y < 50; ++y)
+    for (int x = 0; x < 60; ++x)
+      wrong += result.foreground[y * 60 + x] != ((x - 30) * (x - 30) + (y - 25) * (y - 25) < 144);
+  EXPECT_LE(wrong, 6u);
+}
+
+namespace {
+
+struct GestureTest : ::testing::Test {
+  MadeScene scene = made_scene(two_balls());
+  GestureOptions options;
+
+  GestureTest() {
+    options.window = options.refine_window = 120;
+    options.refine_views = 6;
+    options.up = Vec3f::UnitZ();
+  }
+
+  /// Rectangle of an id in a view, grown by a share of its size.
+  BoxPrompt box_of(uint32_t id, int camera, float loosen) const {
+    const IdImage ids = cast_ids(scene, scene.cameras[camera]);
+    BoxPrompt box{camera, INFINITY, INFINITY, 0, 0};
+    for (int y = 0; y < ids.height; ++y)
+      for (int x = 0; x < ids.width; ++x)
+        if (ids(x, y) == id) {
+          box.x0 = std::min<float>(box.x0, x);
+          box.x1 = std::max<float>(box.x1, x + 1);
+          box.y0 = std::min<float>(box.y0, y);
+          box.y1 = std::max<float>(box.y1, y + 1);
+        }
+    const float dx = loosen * (box.x1 - box.x0), dy = loosen * (box.y1 - box.y0);
+    return {camera, box.x0 - dx, box.y0 - dy, box.x1 + dx, box.y1 + dy};
+  }
+
+  /// Pixel where the ball's centre is seen.
+  Vec2f centre_of(int ball, int camera) const {
+    Eigen::Vector2d x;
+    project_point(scene.cameras[camera], scene.balls[ball].centre, x);
+    return x.cast<float>();
+  }
+
+  double iou(const GestureResult& result, uint32_t id) const {
+    size_t both = 0, either = 0;
+    for (size_t p = 0; p < scene.truth.size(); ++p) {
+      both += result.selected(p) && scene.truth[p] == id;
+      either += result.selected(p) || scene.truth[p] == id;
+    }
+    return static_cast<double>(both) / static_cast<double>(either);
+  }
+
+  GestureResult select(const Gesture& gesture, const std::optional<SelectionShape>& shape = {}) const {
+    return select_by_gesture(options, gesture, shape, scene.cloud, scene.cameras);
+  }
+
+  static std::string complaint(const std::function<void()>& action) {
+    try {
+      action();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.failure, Failure::kUsage);
+      EXPECT_FALSE(error.remedy.empty());
+      return error.what();
+    }
+    return "";
+  }
+};
+
+}  // namespace
+
+TEST_F(GestureTest, BoxesAroundABallSelectTheBall) {
+  for (float loosen : {0.03f, 0.1f}) {
+    Gesture gesture;
+    for (int camera : {0, 3, 6}) gesture.boxes.push_back(box_of(300, camera, loosen));
+    EXPECT_GT(iou(select(gesture), 300), 0.93) << loosen;
+  }
+  Gesture one;
+  one.boxes.push_back(box_of(70000, 4, 0.05f));
+  EXPECT_GT(iou(select(one), 70000), 0.85);
+}
+
+TEST_F(GestureTest, AClickSelectsTheClickedOfTwoBalls) {
+  for (int ball : {0, 1}) {
+    Gesture gesture;
+    gesture.strokes.push_back({1, true, {centre_of(ball, 1)}, 6});
+    EXPECT_GT(iou(select(gesture), scene.balls[ball].id), 0.85) << ball;
+  }
+}
+
+TEST_F(GestureTest, AClickTakesAThingOfManyColoursWholeFromThePlaneBehindIt) {
+  // Stripes of three colours, one of them the plane's.
+  const Vec3f colours[3] = {{0.8f, 0.1f, 0.1f}, {0.7f, 0.5f, 0.3f}, {0.1f, 0.3f, 0.8f}};
+  for (size_t p = 0; p < scene.truth.size(); ++p) {
+    if (scene.truth[p] != 300) continue;
+    const Vec3f& colour =
+        colours[std::clamp(static_cast<int>(std::floor((scene.cloud.position[p].x() + 0.6f) / 0.2f)), 0, 2)];
+    for (int k = 0; k < 3; ++k) scene.cloud.sh_of(p)[k] = (colour[k] - 0.5f) / kSh0;
+  }
+  options.up = Vec3f::Zero();  // it may hang at a wall
+  for (int camera : {1, 4, 8}) {
+    Gesture gesture;
+    gesture.strokes.push_back({camera, true, {centre_of(0, camera)}, 4});
+    options.apart_from_planes = true;
+    EXPECT_GT(iou(select(gesture), 300), 0.85) << camera;
+    options.apart_from_planes = false;
+    EXPECT_LT(iou(select(gesture), 300), 0.7) << camera;
+  }
+}
+
+TEST_F(GestureTest, ABackgroundStrokeRemovesALeak) {
+  // A ball grows out of another of the same colour, and one box holds both: it is a leak until a stroke crosses it.
+  auto balls = two_balls();
+  balls[1].colour = balls[0].colour;
+  balls[1].centre = Vec3f(0.06f, 0.1f, 0.15f);
+  scene = made_scene(balls);
+  Gesture gesture;
+  BoxPrompt a = box_of(300, 0, 0.05f), b = box_of(70000, 0, 0.05f);
+  gesture.boxes.push_back({0, std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)});
+  const double before = iou(select(gesture), 300);
+  const Vec2f centre = centre_of(1, 1);
+  gesture.strokes.push_back({1, false, {centre - Vec2f(4, 0), centre + Vec2f(4, 0)}, 6});
+  const GestureResult after = select(gesture);
+  EXPECT_GT(after.summary.seeds, 5u);
+  EXPECT_LT(before, 0.8);
+  EXPECT_GT(iou(after, 300), before + 0.1);
+}
+
+TEST_F(GestureTest, WhatAStrokeCoversIsFixed) {
+  Gesture gesture;
+  gesture.boxes.push_back(box_of(300, 0, 0.3f));
+  const Vec2f table = centre_of(0, 0) + Vec2f(0, 0.6f * (gesture.boxes[0].y1 - gesture.boxes[0].y0) / 1.6f + 4);
+  gesture.strokes.push_back({0, true, {table}, 4});
+  const GestureResult with = select(gesture);
+  EXPECT_GT(with.summary.seeds, 0u);
+  size_t table_selected = 0;
+  for (size_t p = 0; p < scene.truth.size(); ++p)
+    table_selected += with.selected(p) && scene.truth[p] == MadeScene::kTable;
+  EXPECT_GT(table_selected, 0u);
+}
+
+TEST_F(GestureTest, AShapeBoundsTheSelection) {
+  Gesture gesture;
+  gesture.boxes.push_back(box_of(300, 0, 0.05f));
+  const SelectionShape shape = SelectionShape::from_sphere({-0.35, 0.1, 0.3, 0.2});
+  const GestureResult result = select(gesture, shape);
+  for (size_t p = 0; p < scene.truth.size(); ++p)
+    EXPECT_TRUE(!result.selected(p) || shape.contains(scene.cloud.position[p]));
+}
+
+TEST_F(GestureTest, EqualForAnyNumberOfThreads) {
+  Gesture gesture;
+  gesture.boxes.push_back(box_of(300, 0, 0.08f));
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const GestureResult one = select(gesture);
+  omp_set_num_threads(3);
+  const GestureResult three = select(gesture);
+  omp_set_num_threads(threads);
+  EXPECT_EQ(one.probability, three.probability);
+  EXPECT_EQ(one.rule, three.rule);
+}
+
+TEST_F(GestureTest, EveryGaussianHasOneRuleAndTheSheetShowsThem) {
+  Gesture gesture;
+  gesture.boxes.push_back(box_of(300, 0, 0.05f));
+  const GestureResult result = select(gesture);
+  const auto& s = result.summary;
+  EXPECT_EQ(s.selected + s.outside + s.cut + s.part + s.refined, scene.truth.size());
+  for (size_t p = 0; p < scene.truth.size(); ++p) EXPECT_EQ(result.selected(p), result.rule[p] == SelectionRule::kKept);
+  std::vector<int> selected;
+  for (size_t p = 0; p < scene.truth.size(); ++p)
+    if (result.selected(p)) selected.push_back(static_cast<int>(p));
+  const ImageF sheet = selection_sheet(result, scene.cloud, sheet_sides(scene.cloud.select(selected), {0, 0, 1}));
+  size_t green = 0;
+  for (int y = 0; y < sheet.height - 60; ++y)
+    for (int x = 0; x < sheet.width; ++x) green += sheet(x, y, 1) > 0.4f && sheet(x, y, 1) > 1.3f * sheet(x, y, 2);
+  EXPECT_GT(green, 5000u);
+}
+
+TEST_F(GestureTest, MalformedOptionsNameOptionValueAndRemedy) {
+  Gesture gesture;
+  const auto& cameras = scene.cameras;
+  const std::pair<std::string, std::string> boxes[] = {
+      {"view99,1,1,20,20", "view99"}, {"99,1,1,20,20", "99"},         {"0,1,1,20,400", "outside"},
+      {"0,-5,1,20,40", "outside"},    {"0,10,10,10,40", "less than"}, {"0,10,10,40", "4 values"},
+      {"0,1,2,3,4,5", "6 values"},    {"0,1,x,30,40", "'x'"},         {"", "values"}};
+  for (const auto& [text, what] : boxes) {
+    const std::string said = complaint([&] { add_box(text, cameras, gesture); });
+    EXPECT_NE(said.find("--box"), std::string::npos) << text;
+    EXPECT_NE(said.find(what), std::string::npos) << text << " -> " << said;
+  }
+  EXPECT_TRUE(gesture.empty());
+  add_box("view0,1,1,20,20", cameras, gesture);
+  EXPECT_NE(complaint([&] { add_box("0,2,2,30,30", cameras, gesture); }).find("second box"), std::string::npos);
+  EXPECT_NE(complaint([&] { add_click("0,5", cameras, 8, gesture); }).find("--click"), std::string::npos);
+  EXPECT_NE(complaint([&] { add_click("0,5,nan", cameras, 8, gesture); }).find("nan"), std::string::npos);
+  EXPECT_NE(complaint([&] { add_stroke("up,0,1,1,2,2", cameras, 8, gesture); }).find("'up'"), std::string::npos);
+  EXPECT_NE(complaint([&] { add_stroke("fg,0,1,1,2", cameras, 8, gesture); }).find("--stroke"), std::string::npos);
+  EXPECT_NE(complaint([&] { add_stroke("bg,0,1,1,2,2,3", cameras, 8, gesture); }).find("even"), std::string::npos);
+  add_stroke("bg,view1,1,1,2,2,3,3", cameras, 8, gesture);
+  ASSERT_EQ(gesture.strokes.size(), 1u);
+  EXPECT_EQ(gesture.strokes[0].points.size(), 3u);
+  EXPECT_FALSE(gesture.strokes[0].foreground);
+}
