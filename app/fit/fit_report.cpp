@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kSurest = 0.01, kVaguest = 1;  // decades, ends of the scale of uncertainty
-constexpr int kScoreGrow = 8;                        // px by which the moving mask is grown for scores
+constexpr int kScoreGrow = 8;                   // px by which the moving mask is grown for scores
 
 double psnr_in(const ImageF& a, const ImageF& b, const ImageF& weight) { return psnr_of_mse(mse_loss(a, b, weight)); }
 

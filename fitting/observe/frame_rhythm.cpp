@@ -8,7 +8,7 @@ namespace pliant {
 namespace {
 
 constexpr int kLongest = 12, kBlocks = 3;  // frames of a period; periods in each half
-constexpr double kMovingShare = 0.2;            // of the largest change: below it the object rests
+constexpr double kMovingShare = 0.2;       // of the largest change: below it the object rests
 constexpr double kStill = 0.1;             // of the largest step: a frame shown again
 constexpr double kStep =
     0.35;  // of the largest step: one of the motion, since speed changes from place to place of the pattern

@@ -91,7 +91,8 @@ double JointTerm::group(const AttributeView& view, float weight, SemanticModel<f
   std::vector<int> anchors(std::min<size_t>(options_.anchors, members.size()));
   std::vector<Vec3f> at(anchors.size());
   for (size_t a = 0; a < anchors.size(); ++a) {
-    const size_t member = Random(options_.seed, a, (uint64_t(view.iteration) << 8) + kJointAnchors).below(members.size());
+    const size_t member =
+        Random(options_.seed, a, (uint64_t(view.iteration) << 8) + kJointAnchors).below(members.size());
     anchors[a] = members[member];
     at[a] = points[member];
   }
