@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -16,6 +17,9 @@ struct Program {
   int threads = 0;
   bool quiet = false, json = false, overwrite = false;
   std::string command_line;  ///< as typed, for the report
+  bool help_all = false;     ///< the help shows the options of stages as well
+  /// Of every command: an earlier spelling of an option and the one that took its place.
+  std::map<std::string, std::map<std::string, std::string>> renamed;
 
   /// Set by the chosen command; returns what --json prints.
   std::function<nlohmann::json(Context&)> action;
@@ -25,8 +29,6 @@ struct Program {
 void add_common(CLI::App& command, Program& program);
 CLI::Option* add_out(CLI::App& command, Program& program, const std::string& what);
 void add_overwrite(CLI::App& command, Program& program);
-/// A flag such as --no-floor, which makes `value` false.
-void add_negation(CLI::App& command, const std::string& name, bool& value, const std::string& description);
 
 // One function per command, each in the file of its name.
 void add_demo(CLI::App& app, Program& program);

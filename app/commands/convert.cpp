@@ -43,7 +43,7 @@ void add_convert(CLI::App& app, Program& program) {
   command->add_option("OUT", options->out, "File to write; its extension says the format")->required();
   command->add_option("--sh-degree", options->degree, "Keep spherical harmonics up to this degree")
       ->check(CLI::Range(0, 3));
-  add_level(*command, options->level);
+  add_options(*command, program, {"convert", {level_option(options->level)}});
   add_overwrite(*command, program);
   add_common(*command, program);
   command->callback([=, &program] {

@@ -80,7 +80,8 @@ void add_demo(CLI::App& app, Program& program) {
   command->add_option("--height", options->height, "Height of the photos [px]")
       ->check(CLI::Range(16, 8000))
       ->capture_default_str();
-  add_negation(*command, "--no-video", options->video, "Leave out the reference video and its simulation");
+  command->add_flag_callback(
+      "--no-video", [options] { options->video = false; }, "Leave out the reference video and its simulation");
   add_out(*command, program, "Folder of the scene")->required();
   add_overwrite(*command, program);
   add_common(*command, program);

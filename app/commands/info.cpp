@@ -31,7 +31,7 @@ void add_info(CLI::App& app, Program& program) {
   auto files = std::make_shared<std::vector<std::string>>();
   command->add_option("FILE", *files, "Splat files, camera files or scene folders")->required();
   auto level = std::make_shared<std::optional<int>>();
-  add_level(*command, *level);
+  add_options(*command, program, {"info", {level_option(*level)}});
   add_common(*command, program);
   command->callback([=, &program] {
     program.action = [=, &program](Context&) {

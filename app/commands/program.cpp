@@ -11,6 +11,7 @@
 #include <opencv2/core.hpp>
 
 #include "app/commands/command.h"
+#include "app/commands/option_parser.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 
@@ -58,48 +59,55 @@ std::vector<std::string> expand_config(int argc, const char* const* argv) {
   return arguments;
 }
 
-/// Adds the nearest known option to CLI11's message about an unknown one.
-std::string with_nearest_option(const CLI::App& app, const std::string& message) {
+/// Adds to CLI11's message about an unknown option what took its place, or the nearest known one.
+std::string with_nearest_option(const CLI::App& app, const Program& program, const std::string& message) {
   const size_t at = message.rfind("--");
   if (message.find("not expected") == std::string::npos || at == std::string::npos) return message;
+  const std::string given = message.substr(at, message.find_first_of(" =", at) - at);
   const CLI::App* command = &app;
   while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
+  if (const auto renamed = program.renamed.find(command->get_name()); renamed != program.renamed.end())
+    if (const auto now = renamed->second.find(given); now != renamed->second.end())
+      return given + " is now " + now->second;
   std::vector<std::string> known;
   for (const CLI::Option* option : command->get_options())
     for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
-  return message + "; did you mean " + nearest_name(message.substr(at), known) + "?";
+  return message + "; did you mean " + nearest_name(given, known) + "?";
 }
 
 }  // namespace
 
 void add_common(CLI::App& command, Program& program) {
-  command.add_option("--seed", program.seed, "Seed of every random choice")->capture_default_str();
-  command.add_option("--threads", program.threads, "Threads to use; 0 = all cores")->check(CLI::NonNegativeNumber);
+  command.add_option("--seed", program.seed, "Seed of every random choice [1]")->option_text("N");
+  command.add_option("--threads", program.threads, "Threads to use; 0 = all cores")
+      ->option_text("N")
+      ->check(CLI::NonNegativeNumber);
   command.add_flag("--quiet", program.quiet, "No messages but warnings and errors");
   command.add_flag("--json", program.json, "Print the result as JSON on standard output");
-  command.add_option("--config", "JSON object with option names and values; the command line wins");
+  command.add_option("--config", "JSON object with option names and values; the command line wins")
+      ->option_text("FILE");
 }
 
 CLI::Option* add_out(CLI::App& command, Program& program, const std::string& what) {
-  return command.add_option("--out", program.out, what);
+  return command.add_option("--out", program.out, what)->option_text("DIR");
 }
 
 void add_overwrite(CLI::App& command, Program& program) {
   command.add_flag("--overwrite", program.overwrite, "Replace results that other options or inputs made");
-  command.add_flag_function(
-      "--resume", [](int64_t) {}, "Continue an earlier run; this is the default");
-}
-
-void add_negation(CLI::App& command, const std::string& name, bool& value, const std::string& description) {
-  command.add_flag_callback(
-      name, [&value] { value = false; }, description);
 }
 
 int run_program(int argc, const char* const* argv) {
   CLI::App app("Gaussian splats in, an object you can grab out.", "pliant");
   app.set_version_flag("--version", PLIANT_VERSION);
+  app.formatter(std::make_shared<HelpFormatter>());
   app.require_subcommand(1);
   Program program;
+  std::vector<const char*> words(argv, argv + argc);
+  for (const char*& word : words) {
+    if (std::string(word) != "--help-all") continue;
+    program.help_all = true;
+    word = "--help";
+  }
   for (int i = 0; i < argc; ++i) program.command_line += (i ? " " : "") + std::string(argv[i]);
   for (auto* add : {add_run, add_demo, add_info, add_convert, add_reconstruct, add_segment, add_extract, add_repair,
                     add_seed, add_fit, add_simulate, add_render, add_export, add_evaluate})
@@ -109,7 +117,7 @@ int run_program(int argc, const char* const* argv) {
       std::fprintf(stderr, "%s", app.help().c_str());
       return static_cast<int>(Failure::kUsage);
     }
-    std::vector<std::string> arguments = expand_config(argc, argv);
+    std::vector<std::string> arguments = expand_config(argc, words.data());
     std::reverse(arguments.begin(), arguments.end());
     app.parse(arguments);
 
@@ -130,7 +138,7 @@ int run_program(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
     std::fprintf(stderr, "pliant: %s\nRun with --help for the options.\n",
-                 with_nearest_option(app, error.what()).c_str());
+                 with_nearest_option(app, program, error.what()).c_str());
     return static_cast<int>(Failure::kUsage);
   } catch (const Error& error) {
     std::fprintf(stderr, "pliant: %s\n", error.what());

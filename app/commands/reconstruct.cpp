@@ -18,13 +18,14 @@ void add_reconstruct(CLI::App& app, Program& program) {
           "PHOTOS", options->source,
           "Folder with photos and cameras (transforms.json, COLMAP, cameras.json, *_par.txt), or a camera file")
       ->required();
-  add_reconstruct_options(*command, options->stage);
-  add_out(*command, program, "Scene folder to make or continue")->required();
+  add_options(*command, program, options_of(options->stage));
+  add_out(*command, program, "Scene folder to make or continue (default: PHOTOS_scene)");
   add_overwrite(*command, program);
   add_common(*command, program);
   command->callback([options, &program] {
     program.action = [options, &program](Context& context) {
-      RunDirectory run = RunDirectory::create(program.out);
+      const std::string out = program.out.empty() ? default_out(options->source, "scene") : program.out;
+      RunDirectory run = RunDirectory::create(out);
       const nlohmann::json summary = run_reconstruct(context, run, options->source, options->stage);
       context.progress.say(fmt::format("scene: {}", run.path().string()));
       return summary;

@@ -4,6 +4,7 @@
 
 #include "app/commands/stage_options.h"
 #include "app/simulate/pictures.h"
+#include "app/simulate/render_stage.h"
 
 namespace pliant {
 
@@ -15,8 +16,8 @@ void add_render(CLI::App& app, Program& program) {
     PictureOptions pictures;
   };
   auto options = std::make_shared<Options>();
-  add_scene_options(*command, options->scene);
-  add_render_options(*command, options->stage);
+  add_scene_options(*command, program, options->scene);
+  add_options(*command, program, options_of(options->stage));
   command->add_option("--cameras", options->pictures.cameras, "Of a scene: 'scene', 'orbit', or a camera file")
       ->capture_default_str();
   command->add_option("--background", options->pictures.background, "Background colour r,g,b in 0..1")

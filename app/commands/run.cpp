@@ -2,8 +2,14 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/commands/report.h"
 #include "app/commands/stage_options.h"
 #include "app/fit/fit_video.h"
+#include "app/segment/extract_stage.h"
+#include "app/segment/repair_stage.h"
+#include "app/simulate/render_stage.h"
+#include "app/simulate/seed_stage.h"
+#include "app/simulate/simulate_stage.h"
 
 namespace pliant {
 namespace {
@@ -33,7 +39,7 @@ std::string why_no_fit(const Scene& scene, const RunOptions& options) {
 }
 
 nlohmann::json run_all(Context& context, const Program& program, const RunOptions& options) {
-  RunDirectory run = RunDirectory::create(program.out);
+  RunDirectory run = RunDirectory::create(program.out.empty() ? default_out(options.scene.source, "run") : program.out);
   const Scene scene = attach_or_reconstruct(context, run, options.scene, options.reconstruct, options.segment);
   const std::string no_fit = why_no_fit(scene, options);
   const bool fits = no_fit.empty();
@@ -73,23 +79,43 @@ void add_run(CLI::App& app, Program& program) {
   CLI::App* command =
       app.add_subcommand("run", "Everything: from a scene, or photos with cameras, to a clip of an object that moves");
   auto options = std::make_shared<RunOptions>();
-  add_scene_options(*command, options->scene);
-  add_out(*command, program, "Run directory to make or continue")->required();
-  add_reconstruct_options(*command, options->reconstruct, "--hold-out-every");
-  add_segment_options(*command, options->segment);
-  add_extract_options(*command, options->extract);
-  add_repair_options(*command, options->repair);
-  add_inpainter(*command, options->repair.models);
-  add_trust(*command, {&options->segment.label.models, &options->repair.models});
-  add_seed_options(*command, options->seed);
-  add_fit_options(*command, options->fit, "fit-");
-  add_negation(*command, "--no-video", options->use_video, "Do not fit the material to the scene's reference video");
-  add_simulate_options(*command, options->simulate);
-  add_render_options(*command, options->render);
-  add_physgaussian(*command,
-                   {&options->segment.physgaussian, &options->seed.physgaussian, &options->simulate.physgaussian});
+  const Spelling spelling{
+      .own = false,
+      .brief = {"up", "metres-per-unit", "time-limit", "box", "click", "stroke", "aabb", "masks", "auto", "object",
+                "pin-below", "video", "video-camera", "young", "poisson", "density", "interactions", "duration"},
+      .left_out = {"physgaussian"}};
+  Spelling simulate = spelling, seed = spelling, fit = spelling;
+  simulate.left_out.insert("no-fit");
+  seed.left_out.insert("material");
+  fit.left_out.merge(std::set<std::string>{"young", "poisson", "density"});
+  add_scene_options(*command, program, options->scene, spelling);
+  add_out(*command, program, "Run directory to make or continue (default: SCENE_run)");
+  add_options(*command, program, options_of(options->segment), spelling);
+  add_options(*command, program, options_of(options->extract), spelling);
+  add_options(*command, program, options_of(options->seed), seed);
+  add_options(*command, program, options_of(options->simulate), simulate);
+  options->fit.prefix = "fit.";
+  add_options(*command, program, options_of(options->fit), fit);
+  command
+      ->add_flag_callback(
+          "--no-video", [options] { options->use_video = false; }, "Do not fit the material to the scene's video")
+      ->group("Object, material and motion");
+  add_options(*command, program, options_of(options->reconstruct), spelling);
+  add_options(*command, program, options_of(options->repair), spelling);
+  add_options(*command, program, options_of(options->render), spelling);
+  command
+      ->add_option_function<std::string>(
+          "--physgaussian",
+          [options](const std::string& file) {
+            options->segment.physgaussian = options->seed.physgaussian = options->simulate.physgaussian = file;
+          },
+          "Configuration of PhysGaussian: object, material, boundaries, time")
+      ->check(CLI::ExistingFile)
+      ->option_text("FILE")
+      ->group("Object, material and motion");
   add_overwrite(*command, program);
   add_common(*command, program);
+  command->footer("Options of the stages, such as --simulate.fps: pliant run --help-all");
   command->callback([options, &program] {
     program.action = [options, &program](Context& context) { return run_all(context, program, *options); };
   });

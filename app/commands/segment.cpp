@@ -46,12 +46,10 @@ void add_segment(CLI::App& app, Program& program) {
     SegmentStage stage;
   };
   auto options = std::make_shared<Options>();
-  add_scene_options(*command, options->scene);
-  add_reconstruct_options(*command, options->reconstruct, "--hold-out-every");
-  add_segment_options(*command, options->stage);
-  add_trust(*command, {&options->stage.label.models});
-  add_physgaussian(*command, {&options->stage.physgaussian});
-  add_out(*command, program, "Run directory to make or continue");
+  add_scene_options(*command, program, options->scene);
+  add_options(*command, program, options_of(options->stage));
+  add_options(*command, program, options_of(options->reconstruct), {.own = false});
+  add_out(*command, program, "Run directory to make or continue (default: SCENE_run)");
   add_overwrite(*command, program);
   add_common(*command, program);
   const CLI::App* edit = add_edit(*command, program);
@@ -59,9 +57,9 @@ void add_segment(CLI::App& app, Program& program) {
   command->callback([options, edit, &program] {
     if (edit->parsed()) return;
     if (options->scene.source.empty()) throw CLI::RequiredError("SCENE");
-    if (program.out.empty()) throw CLI::RequiredError("--out");
     program.action = [options, &program](Context& context) {
-      RunDirectory run = RunDirectory::create(program.out);
+      const std::string out = program.out.empty() ? default_out(options->scene.source, "run") : program.out;
+      RunDirectory run = RunDirectory::create(out);
       const Scene scene = attach_or_reconstruct(context, run, options->scene, options->reconstruct, options->stage);
       return run_segment(context, run, scene, options->stage);
     };

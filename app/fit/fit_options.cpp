@@ -22,7 +22,7 @@ ClipTerms clip_terms(const Context& context, const RunDirectory& run, const Comp
                      int first_step) {
   ClipTerms terms;
   terms.drawn = fit.drawn;
-  terms.track_weight = stage.loss == "pictures" ? 0 : 1;
+  terms.track_weight = stage.loss == "image" ? 0 : 1;
   terms.picture_weight = stage.loss == "tracks" ? 0 : stage.picture_weight;
   terms.picture.photometric = {stage.lambda, 1 - stage.lambda};
   terms.flow_weight = stage.flow_weight;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "app/run/options.h"
 #include "app/run/run_directory.h"
 #include "app/simulate/object_material.h"
 #include "gaussians/io/scene/scene.h"
@@ -76,9 +77,12 @@ struct FitStage {
   int parts = 6;                  ///< patches of the object by place and colour; those that look alike are one part
   std::string part_labels;        ///< file with labels of the scene's Gaussians, that say the parts instead
   MaterialValues material;        ///< command line's; E is where the search starts
-  std::string prefix;             ///< of options that bear one on the command line: "fit-" in `run`
-  std::string typed(const std::string& option) const { return "--" + prefix + option; }
+  std::string prefix;             ///< of its options on the command line: "fit." in `run`
+  /// An option as the user writes it.
+  std::string typed(const std::string& option) const;
 };
+/// Its options, bound to the fields of `stage`.
+OptionTable options_of(FitStage& stage);
 /// Throws Error{kUsage} for what a fit of this kind would leave unused, by the name of its option.
 void check_fit_stage(const FitStage& stage, bool has_video);
 /// The same for any choice at all, when nothing is fitted: `where` says why ("with --no-video").

@@ -16,13 +16,13 @@ void refuse(const std::vector<Choice>& choices, const std::string& where, const 
 
 /// What only a fit to a video uses that is there already.
 std::vector<Choice> of_watching(const FitStage& stage) {
-  return {{"--video-mask", !stage.video_mask.empty()},
-          {"--refine-camera", stage.refine_camera},
-          {"--video-first", stage.first > 0},
-          {"--video-last", stage.last > 0},
+  return {{stage.typed("video-mask"), !stage.video_mask.empty()},
+          {stage.typed("refine-camera"), stage.refine_camera},
+          {stage.typed("video-first"), stage.first > 0},
+          {stage.typed("video-last"), stage.last > 0},
           {stage.typed("compare-fps"), stage.compare_fps > 0},
-          {stage.typed("from"), stage.from >= 0},
-          {stage.typed("until"), stage.until > 0},
+          {stage.typed("start"), stage.from >= 0},
+          {stage.typed("end"), stage.until > 0},
           {stage.typed("points"), stage.points != FitStage().points}};
 }
 
@@ -30,17 +30,17 @@ std::vector<Choice> of_watching(const FitStage& stage) {
 std::vector<Choice> of_pictures(const FitStage& stage) {
   const CompareStage& c = stage.compare;
   std::vector<Choice> all = of_watching(stage);
-  const std::vector<Choice> more = {{"--video", !stage.video.empty()},
-                                    {stage.prefix.empty() ? "--camera" : "--video-camera", !stage.camera.empty()},
-                                    {"--video-pose", !stage.pose.empty()},
-                                    {"--video-fps", stage.fps > 0},
+  const std::vector<Choice> more = {{stage.typed("video"), !stage.video.empty()},
+                                    {stage.typed("video-camera"), !stage.camera.empty()},
+                                    {stage.typed("video-pose"), !stage.pose.empty()},
+                                    {stage.typed("video-fps"), stage.fps > 0},
                                     {stage.typed("field"), stage.field != "uniform"},
                                     {stage.typed("recipe"), stage.recipe != "search"},
                                     {stage.typed("loss"), c.loss != "tracks"},
                                     {stage.typed("flow-weight"), c.flow_weight > 0},
-                                    {"--fit-poisson", c.poisson},
-                                    {"--guide-with", !c.guide.empty()},
-                                    {"--generate-with", !stage.generate.command.empty()}};
+                                    {stage.typed("fit-poisson"), c.poisson},
+                                    {stage.typed("guidance-cmd"), !c.guide.empty()},
+                                    {stage.typed("video-model-cmd"), !stage.generate.command.empty()}};
   all.insert(all.end(), more.begin(), more.end());
   return all;
 }
@@ -48,10 +48,14 @@ std::vector<Choice> of_pictures(const FitStage& stage) {
 /// What only a fit to markers uses.
 std::vector<Choice> of_markers(const FitStage& stage) {
   const MarkerStage usual, &markers = stage.markers;
-  return {{"--marker-axes", markers.axes != usual.axes},       {"--marker-units", markers.units != usual.units},
-          {"--marker-offset", !markers.offset.empty()},        {"--marker-reach", markers.reach != usual.reach},
-          {"--marker-rest", markers.rest.has_value()},         {"--marker-release", markers.release.has_value()},
-          {"--marker-window", markers.window != usual.window}, {"--marker-load", !markers.interactions.empty()}};
+  return {{stage.typed("marker-axes"), markers.axes != usual.axes},
+          {stage.typed("marker-units"), markers.units != usual.units},
+          {stage.typed("marker-offset"), !markers.offset.empty()},
+          {stage.typed("marker-reach"), markers.reach != usual.reach},
+          {stage.typed("marker-rest"), markers.rest.has_value()},
+          {stage.typed("marker-release"), markers.release.has_value()},
+          {stage.typed("marker-window"), markers.window != usual.window},
+          {stage.typed("marker-load"), !markers.interactions.empty()}};
 }
 
 /// What only gradients use.
@@ -65,19 +69,19 @@ std::vector<Choice> of_gradients(const FitStage& stage) {
 std::vector<Choice> of_picture_loss(const FitStage& stage) {
   const CompareStage usual;
   return {{stage.typed("loss-lambda"), stage.compare.lambda != usual.lambda},
-          {stage.typed("picture-weight"), stage.compare.picture_weight != usual.picture_weight}};
+          {stage.typed("image-weight"), stage.compare.picture_weight != usual.picture_weight}};
 }
 
 /// What only a motion uses that is drawn for a program to judge, without a video.
 std::vector<Choice> of_drawing(const FitStage& stage) {
-  return {{"--guide-frames", stage.compare.guide_frames != CompareStage().guide_frames},
-          {"--guide-load", !stage.compare.load.empty()}};
+  return {{stage.typed("guidance-frames"), stage.compare.guide_frames != CompareStage().guide_frames},
+          {stage.typed("guidance-load"), !stage.compare.load.empty()}};
 }
 
 std::vector<Choice> of_guide(const FitStage& stage) {
   const CompareStage usual;
-  std::vector<Choice> all = {{"--guide-weight", stage.compare.guide_weight != usual.guide_weight},
-                             {"--guide-limit", stage.compare.guide_limit != usual.guide_limit}};
+  std::vector<Choice> all = {{stage.typed("guidance-weight"), stage.compare.guide_weight != usual.guide_weight},
+                             {stage.typed("guidance-timeout"), stage.compare.guide_limit != usual.guide_limit}};
   const std::vector<Choice> more = of_drawing(stage);
   all.insert(all.end(), more.begin(), more.end());
   return all;
@@ -85,8 +89,8 @@ std::vector<Choice> of_guide(const FitStage& stage) {
 
 /// What only a program uses that makes the video.
 std::vector<Choice> of_generating(const FitStage& stage) {
-  return {{"--generate-frames", stage.generate.frames != GenerateStage().frames},
-          {"--generate-prompt", !stage.generate.prompt.empty()}};
+  return {{stage.typed("video-model-frames"), stage.generate.frames != GenerateStage().frames},
+          {stage.typed("video-model-prompt"), !stage.generate.prompt.empty()}};
 }
 
 std::vector<Choice> of_parts(const FitStage& stage) {
@@ -96,9 +100,15 @@ std::vector<Choice> of_parts(const FitStage& stage) {
 
 }  // namespace
 
+std::string FitStage::typed(const std::string& option) const {
+  const bool brief = option == "video" || option == "video-camera";
+  return "--" + (brief ? "" : prefix) + option;
+}
+
 void check_no_fit_stage(const FitStage& stage, const std::string& where, const std::string& advice) {
-  refuse({{"--markers", !stage.markers.file.empty()}, {"--released-fields", stage.released_young.has_value()}}, where,
-         advice);
+  refuse({{stage.typed("markers"), !stage.markers.file.empty()},
+          {stage.typed("released-fields"), stage.released_young.has_value()}},
+         where, advice);
   for (const auto& of : {of_pictures, of_markers, of_gradients, of_picture_loss, of_guide, of_generating, of_parts})
     refuse(of(stage), where, advice);
 }
@@ -107,38 +117,39 @@ void check_fit_stage(const FitStage& stage, bool has_video) {
   const CompareStage& c = stage.compare;
   const bool markers = !stage.markers.file.empty(), guided = !c.guide.empty();
   if (markers)
-    refuse(of_pictures(stage), "with --markers", "leave it out, or fit to a video");
+    refuse(of_pictures(stage), "with " + stage.typed("markers"), "leave it out, or fit to a video");
   else
-    refuse(of_markers(stage), "without markers", "add --markers FILE");
+    refuse(of_markers(stage), "without markers", "add " + stage.typed("markers") + " FILE");
   if (stage.released_young) {
-    refuse({{"--markers", markers}}, "with --released-fields", "leave one of them out");
-    refuse(of_pictures(stage), "with --released-fields, which are taken as they are",
+    refuse({{stage.typed("markers"), markers}}, "with " + stage.typed("released-fields"), "leave one of them out");
+    refuse(of_pictures(stage), "with " + stage.typed("released-fields") + ", which are taken as they are",
            "leave it out, or fit to the video");
   }
   const bool recipe = stage.recipe == "physdreamer";
   if (recipe)
-    refuse({{"--guide-with", guided}},
+    refuse({{stage.typed("guidance-cmd"), guided}},
            "with " + stage.typed("recipe") + " physdreamer, which compares with the video alone",
            "leave one of them out");
   const bool by_gradients =
       recipe || stage.field == "triplanes" || c.loss != "tracks" || c.flow_weight > 0 || c.poisson || guided;
-  const std::string pictures = "add " + stage.typed("loss") + " pictures or both";
+  const std::string pictures = "add " + stage.typed("loss") + " image or both";
   if (!by_gradients)
     refuse(of_gradients(stage), "where no gradients run: the points that are followed are fitted by Gauss-Newton",
            pictures + ", " + stage.typed("flow-weight") + ", " + stage.typed("field") + " triplanes or " +
                stage.typed("recipe") + " physdreamer");
   if (c.loss == "tracks") refuse(of_picture_loss(stage), "without pictures", pictures);
-  if (!guided) refuse(of_guide(stage), "without a program that judges", "add --guide-with CMD");
+  if (!guided) refuse(of_guide(stage), "without a program that judges", "add " + stage.typed("guidance-cmd") + " CMD");
   if (guided && has_video) refuse(of_drawing(stage), "beside a video, which says what is drawn", "leave it out");
   if (guided && !has_video) refuse(of_watching(stage), "without a video", "leave it out, or add --video FILE");
   if (stage.generate.command.empty())
-    refuse(of_generating(stage), "without a program that makes the video", "add --generate-with CMD");
+    refuse(of_generating(stage), "without a program that makes the video",
+           "add " + stage.typed("video-model-cmd") + " CMD");
   else
-    refuse({{"--video-first", stage.first > 0},
-            {"--video-last", stage.last > 0},
-            {"--refine-camera", stage.refine_camera},
+    refuse({{stage.typed("video-first"), stage.first > 0},
+            {stage.typed("video-last"), stage.last > 0},
+            {stage.typed("refine-camera"), stage.refine_camera},
             {stage.typed("compare-fps"), stage.compare_fps > 0}},
-           "with --generate-with, whose video is used as it is made", "leave it out");
+           "with " + stage.typed("video-model-cmd") + ", whose video is used as it is made", "leave it out");
   if (stage.field != "parts")
     refuse(of_parts(stage), "without parts", "add " + stage.typed("field") + " parts");
   else if (!stage.part_labels.empty())

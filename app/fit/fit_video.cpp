@@ -198,7 +198,7 @@ FitStage further_video(const FitStage& stage, size_t i) {
   const FitStage::Further& further = stage.further[i];
   if (further.video.empty()) {
     const bool camera = !further.camera.empty();
-    const char* option = !camera ? "--video-mask" : stage.prefix.empty() ? "--camera" : "--video-camera";
+    const std::string option = stage.typed(camera ? "video-camera" : "video-mask");
     throw usage_error(option, camera ? further.camera : further.mask, "has no video",
                       fmt::format("give --video FILE as often as {}, in the same order", option));
   }
@@ -223,7 +223,7 @@ ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, c
                               const FitStage& stage, double fps) {
   if (!stage.generate.command.empty()) {
     if (!stage.video.empty())
-      throw usage_error("fit", "--generate-with", "and --video are both given", "give one of them");
+      throw usage_error("fit", "--video-model-cmd", "and --video are both given", "give one of them");
     return generate(context, run, scene, stage);
   }
   const NamedVideo named = named_video(scene, stage);

@@ -5,7 +5,7 @@
 
 namespace pliant {
 
-/// Whether PhysGaussian's known defects are repeated (--compat physgaussian) or put right.
+/// Whether PhysGaussian's known defects are repeated (--physgaussian-bugs) or put right.
 enum class Compatibility { kCorrected, kPhysGaussian };
 
 /// What a configuration becomes: everything in simulation space, where it is SI.

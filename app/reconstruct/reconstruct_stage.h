@@ -4,6 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "app/run/options.h"
 #include "app/run/run_directory.h"
 #include "gaussians/reconstruct/train_options.h"
 #include "gaussians/reconstruct/training_photos.h"
@@ -25,6 +26,8 @@ struct ReconstructStage {
   std::string masks;         ///< folder, of joint training; empty = the scene file's
   std::string splats;        ///< file, of joint training: start from this trained scene
 };
+/// Its options, bound to the fields of `stage`.
+OptionTable options_of(ReconstructStage& stage);
 nlohmann::json run_reconstruct(const Context& context, RunDirectory& run, const std::filesystem::path& source,
                                const ReconstructStage& stage);
 

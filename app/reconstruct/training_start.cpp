@@ -46,7 +46,7 @@ TrainingStart start_training(const Context& context, const ReconstructStage& sta
   };
   const auto asked_for = [&](const char* kind) {
     if (stage.start == kind)
-      throw usage_error("--start", kind, "is not to be had: " + reasons, "leave --start out, or give --start random");
+      throw usage_error("--init", kind, "is not to be had: " + reasons, "leave --init out, or give --init random");
   };
 
   if (stage.start == "auto" || stage.start == "points") {

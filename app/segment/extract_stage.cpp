@@ -110,4 +110,20 @@ json run_extract(const Context& context, RunDirectory& run, const Scene& scene, 
   });
 }
 
+OptionTable options_of(ExtractStage& stage) {
+  return {"extract",
+          {{.name = "object",
+            .field = &stage.object,
+            .help = "Object to take (default: scene.json's, or the only one)",
+            .value = "ID|NAME"},
+           {.name = "threshold",
+            .field = &stage.threshold,
+            .help = "Smallest probability of the object's Gaussians",
+            .low = 0,
+            .high = 1},
+           {.name = "hull",
+            .field = &stage.hull,
+            .help = "What lies inside the convex hull of the object, above its support, belongs to it"}}};
+}
+
 }  // namespace pliant

@@ -3,6 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "app/run/options.h"
 #include "app/run/run_directory.h"
 #include "gaussians/io/scene/scene.h"
 
@@ -14,6 +15,8 @@ struct ExtractStage {
   double threshold = 0.5;
   bool hull = false;  ///< what lies in the convex hull of the object belongs to it
 };
+/// Its options, bound to the fields of `stage`.
+OptionTable options_of(ExtractStage& stage);
 nlohmann::json run_extract(const Context& context, RunDirectory& run, const Scene& scene, const ExtractStage& stage);
 
 }  // namespace pliant

@@ -9,17 +9,22 @@ bool has_gestures(const SegmentStage& stage) {
   return !stage.boxes.empty() || !stage.clicks.empty() || !stage.strokes.empty();
 }
 
+/// Whether the photos are to be labelled, or it is said how.
+bool asks_for_labels(const LabelStage& label) {
+  return label.photos || label.everything || label.track || !label.text.empty();
+}
+
 }  // namespace
 
 bool prompts_segmenter(const SegmentStage& stage) {
   const ModelChoice& models = stage.label.models;
-  return has_gestures(stage) && !stage.label.photos && !models.segmenter.empty() && models.detector.empty() &&
+  return has_gestures(stage) && !asks_for_labels(stage.label) && !models.segmenter.empty() && models.detector.empty() &&
          models.tagger.empty();
 }
 
 bool labels_photos(const SegmentStage& stage) {
   const ModelChoice& models = stage.label.models;
-  return stage.label.photos || !models.detector.empty() || !models.tagger.empty() ||
+  return asks_for_labels(stage.label) || !models.detector.empty() || !models.tagger.empty() ||
          (!models.segmenter.empty() && !has_gestures(stage));
 }
 

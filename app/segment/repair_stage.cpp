@@ -52,4 +52,19 @@ json run_repair(const Context& context, RunDirectory& run, const Scene& scene, c
   });
 }
 
+OptionTable options_of(RepairStage& stage) {
+  return {"repair",
+          {{.name = "shadow",
+            .field = &stage.shadow,
+            .help = "Contact shadow of the object on its support",
+            .choices = {"repair", "keep"}},
+           {.name = "inpainter",
+            .field = &stage.models.inpainter,
+            .help = "Network that fills holes: LaMa",
+            .value = "FILE"},
+           {.name = "trust-torchscript",
+            .field = &stage.models.trust_torchscript,
+            .help = "Run a TorchScript file: it is a program and may do anything that you may"}}};
+}
+
 }  // namespace pliant

@@ -3,6 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "app/run/options.h"
 #include "app/run/run_directory.h"
 #include "app/segment/label_models.h"
 #include "gaussians/io/scene/scene.h"
@@ -14,6 +15,8 @@ struct RepairStage {
   std::string shadow = "repair";  ///< of the object on its support, where it is plain: repair or keep
   ModelChoice models;             ///< of which the inpainter fills holes
 };
+/// Its options, bound to the fields of `stage`.
+OptionTable options_of(RepairStage& stage);
 nlohmann::json run_repair(const Context& context, RunDirectory& run, const Scene& scene, const RepairStage& stage);
 
 }  // namespace pliant

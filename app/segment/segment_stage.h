@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/run/options.h"
 #include "app/run/run_directory.h"
 #include "app/segment/label_photos.h"
 #include "gaussians/io/scene/scene.h"
@@ -30,6 +31,8 @@ struct SegmentStage {
   std::string gaussian_grouping;  ///< folder with the classifier of a Gaussian Grouping model, whose attribute is taken
   bool zero_is_background = false;  ///< id 0 of masks or of that classifier is an object like others, the background
 };
+/// Its options, bound to the fields of `stage`.
+OptionTable options_of(SegmentStage& stage);
 nlohmann::json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage);
 
 }  // namespace pliant

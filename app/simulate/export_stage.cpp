@@ -142,4 +142,22 @@ json run_export(const Context& context, RunDirectory& run, const Scene& scene, c
           {"gaussians", moving.object.size() + (stage.object_only ? 0 : moving.background.size())}};
 }
 
+OptionTable options_of(ExportStage& stage) {
+  return {"export",
+          {{.name = "ply-sequence",
+            .field = &stage.ply_sequence,
+            .help = "Folder for frame_0000.ply and so on, one file per frame",
+            .value = "DIR"},
+           {.name = "physgaussian-output",
+            .field = &stage.physgaussian_output,
+            .help = "Folder for the h5 and ply files that PhysGaussian writes",
+            .value = "DIR"},
+           {.name = "every",
+            .field = &stage.every,
+            .help = "Write every Nth frame of the trajectory; files are numbered without gaps",
+            .low = 1,
+            .high = 1e6},
+           {.name = "object-only", .field = &stage.object_only, .help = "Leave the background out"}}};
+}
+
 }  // namespace pliant

@@ -3,6 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "app/run/options.h"
 #include "app/run/run_directory.h"
 #include "gaussians/io/scene/scene.h"
 
@@ -15,6 +16,8 @@ struct ExportStage {
   int every = 1;                    ///< take every Nth frame of the trajectory
   bool object_only = false;         ///< without the background
 };
+/// Its options, bound to the fields of `stage`.
+OptionTable options_of(ExportStage& stage);
 nlohmann::json run_export(const Context& context, RunDirectory& run, const Scene& scene, const ExportStage& stage);
 
 }  // namespace pliant

@@ -93,4 +93,14 @@ json run_render(const Context& context, RunDirectory& run, const Scene& scene, c
   });
 }
 
+OptionTable options_of(RenderStage& stage) {
+  return {"render",
+          {{.name = "camera",
+            .field = &stage.camera,
+            .help = "Camera of clip.mp4 (default: the video's, else one that sees the object well)",
+            .value = "NAME"},
+           {.name = "no-orbit", .field = &stage.orbit, .help = "Leave out clip_orbit.mp4", .off = true},
+           {.name = "frames", .field = &stage.frames, .help = "Write the frames of clip.mp4 as PNG too, into clip/"}}};
+}
+
 }  // namespace pliant

@@ -3,6 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "app/run/options.h"
 #include "app/run/run_directory.h"
 #include "gaussians/io/scene/scene.h"
 
@@ -14,6 +15,8 @@ struct RenderStage {
   bool orbit = true;
   bool frames = false;  ///< also clip/000000.png ..., which lose nothing
 };
+/// Its options, bound to the fields of `stage`.
+OptionTable options_of(RenderStage& stage);
 nlohmann::json run_render(const Context& context, RunDirectory& run, const Scene& scene, const RenderStage& stage);
 
 }  // namespace pliant

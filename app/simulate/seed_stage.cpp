@@ -95,8 +95,8 @@ json run_seed(const Context& context, RunDirectory& run, const Scene& scene, con
   const bool configured = !stage.physgaussian.empty(), adaptive = stage.drivers == "pgas",
              given = !stage.material_file.empty();
   if (given && !adaptive)
-    throw usage_error("seed", "--material", "is of no use to --drivers " + stage.drivers,
-                      "give --drivers pgas, or leave it out");
+    throw usage_error("seed", "--material", "is of no use to --sampling " + stage.drivers,
+                      "give --sampling pgas, or leave it out");
   const std::vector<Region> pins = configured ? std::vector<Region>{} : pinned_regions(context, scene, stage, extract);
   json pin_rows = json::array();
   for (const Region& pin : pins) pin_rows.push_back(region_to_json(pin));
@@ -182,6 +182,38 @@ json run_seed(const Context& context, RunDirectory& run, const Scene& scene, con
             {"thin_drivers", thin},
             {"pinned", held}};
   });
+}
+
+OptionTable options_of(SeedStage& stage) {
+  return {"seed",
+          {{.name = "particles",
+            .field = &stage.particles,
+            .help = "Driving particles; the grid follows from them",
+            .low = 200,
+            .high = 1e7},
+           {.name = "sampling",
+            .field = &stage.drivers,
+            .help = "How they are placed: kmeans, or pgas (Poisson disks, denser where E is small)",
+            .choices = {"kmeans", "pgas"},
+            .formerly = "drivers"},
+           {.name = "material",
+            .field = &stage.material_file,
+            .help = "E(x) that pgas follows, a material.h5 of any particles (default: the same everywhere)",
+            .value = "FILE",
+            .exists = true},
+           {.name = "pin-below",
+            .field = &stage.pin_below,
+            .help = "Fix what lies below this height along up [scene units]",
+            .value = "H"},
+           {.name = "no-pin-contact",
+            .field = &stage.pin_contact,
+            .help = "Do not fix the object where it touches its support",
+            .off = true},
+           {.name = "physgaussian",
+            .field = &stage.physgaussian,
+            .help = "Fill the object with the cells of this configuration of PhysGaussian",
+            .value = "FILE",
+            .exists = true}}};
 }
 
 }  // namespace pliant

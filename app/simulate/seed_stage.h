@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "app/run/options.h"
 #include "app/run/run_directory.h"
 #include "gaussians/io/scene/scene.h"
 
@@ -19,6 +20,8 @@ struct SeedStage {
   std::optional<double> pin_below;  ///< height along up, scene units
   bool pin_contact = true;          ///< pin where the object touches its support
 };
+/// Its options, bound to the fields of `stage`.
+OptionTable options_of(SeedStage& stage);
 nlohmann::json run_seed(const Context& context, RunDirectory& run, const Scene& scene, const SeedStage& stage);
 
 }  // namespace pliant

@@ -165,7 +165,7 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
   if (fitted || replay) key.inputs["velocity"] = velocity_file;
   if (!fitted && !given && !is_fitted(run)) key.outputs.push_back(folder + "/material.h5");
   if (physgaussian) {
-    key.options["compat"] = stage.compat;
+    key.options["physgaussian_bugs"] = stage.physgaussian_bugs;
     key.inputs["physgaussian"] = stage.physgaussian;
   } else {
     key.options.update({{"fps", stage.fps},
@@ -236,7 +236,7 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
     if (s.settle_displacement > 0.02 * height)
       context.progress.warn(fmt::format(
           "nothing holds the object: coming to rest moved it by {:.0f} % of its height before the first frame "
-          "(--settle 0 starts from the captured place)",
+          "(--settle-time 0 starts from the captured place)",
           100 * s.settle_displacement / height));
     const json motion = describe_motion(trajectory, body.file, scene.up, extract["height"].get<double>());
     context.progress.say(fmt::format("simulate: tip moves {:.1f} % of the object's height and ends at {:.1f} %",

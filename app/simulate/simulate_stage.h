@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "app/run/options.h"
 #include "app/run/run_directory.h"
 #include "app/simulate/object_material.h"
 #include "gaussians/io/scene/scene.h"
@@ -14,12 +15,12 @@ constexpr double kDampingTime = 1;  ///< s
 
 /// simulate: material and interactions -> material.h5, interactions.json, trajectory.h5.
 struct SimulateStage {
-  std::string interactions;   ///< file; empty = one push sized to the stiffness
-  std::string physgaussian;   ///< file; a configuration of PhysGaussian instead of material, interactions, fps, ...
-  std::string compat;         ///< "physgaussian": its known defects are repeated
-  MaterialValues material;    ///< command line's
-  std::string material_file;  ///< material.h5 of any particles, whose nearest sample counts; instead of a fit's
-  std::string velocity_file;  ///< velocity.h5 of any particles: how the motion starts; instead of a fit's
+  std::string interactions;  ///< file; empty = one push sized to the stiffness
+  std::string physgaussian;  ///< file; a configuration of PhysGaussian instead of material, interactions, fps, ...
+  bool physgaussian_bugs = false;  ///< its known defects are repeated
+  MaterialValues material;         ///< command line's
+  std::string material_file;       ///< material.h5 of any particles, whose nearest sample counts; instead of a fit's
+  std::string velocity_file;       ///< velocity.h5 of any particles: how the motion starts; instead of a fit's
   double fps = 30, duration = 4;
   std::optional<double> damping_time;  ///< amplitude of motion decays as exp(-t / damping_time) [s]; 0 = none; default:
                                        ///< the fit's, else kDampingTime
@@ -33,6 +34,10 @@ struct SimulateStage {
   bool use_fit = true;     ///< material, damping and start of a fit, where there is one and `material` names no E
   bool floor = true;       ///< the plane of the support is a floor, unless the interactions have a ground
 };
+/// Its options, bound to the fields of `stage`.
+OptionTable options_of(SimulateStage& stage);
+/// --young, --poisson, --density.
+std::vector<Option> material_options(MaterialValues& material);
 /// The material that simulate will use, see material.h; with a configuration of PhysGaussian its own.
 ObjectMaterial check_material(const Scene& scene, const SimulateStage& stage);
 nlohmann::json run_simulate(const Context& context, RunDirectory& run, const Scene& scene, const SimulateStage& stage);

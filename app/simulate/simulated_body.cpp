@@ -74,7 +74,7 @@ Interaction obstacle_of(const Context& context, const RunDirectory& run, const S
     if (options.box.contains(background.position[i])) near.push_back(static_cast<int>(i));
   const SceneDistanceResult distance = make_scene_distance(options, make_surfels({}, background.select(near)));
   if (distance.grid.value.empty())
-    throw usage_error("--obstacles", "", "finds nothing of the scene near the object", "leave it out");
+    throw usage_error("--collide-scene", "", "finds nothing of the scene near the object", "leave it out");
   context.progress.say(fmt::format("simulate: {} surface pieces of the rest of the scene are an obstacle, friction {}",
                                    distance.summary.surfels, kFriction));
   Interaction obstacle;
@@ -174,7 +174,8 @@ SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, 
 SimulationPlan plan_physgaussian(const Context& context, const RunDirectory& run, const SimulateStage& stage,
                                  SimulatedBody& body) {
   const PhysGaussianConfig config = read_physgaussian_config(stage.physgaussian);
-  const Compatibility compatibility = stage.compat.empty() ? Compatibility::kCorrected : Compatibility::kPhysGaussian;
+  const Compatibility compatibility =
+      stage.physgaussian_bugs ? Compatibility::kPhysGaussian : Compatibility::kCorrected;
   const GaussianCloud object = read_ply(run / (object_folder(run) + "/object.ply"));
   const std::vector<uint8_t> members = physgaussian_members(config, object);
   const SimulationSpace space = simulation_space(config, object, members);

@@ -32,7 +32,7 @@ json json_of(const Camera& camera) {
 ReferenceVideo generate_video(const GenerateOptions& options, const ImageF& first, const Camera& camera,
                               const fs::path& folder) {
   if (options.frames < 2 || !(options.fps > 0)) {
-    throw usage_error("--generate-with", options.frames < 2 ? "frames" : "fps",
+    throw usage_error("--video-model-cmd", options.frames < 2 ? "frames" : "fps",
                       fmt::format("is {}", options.frames < 2 ? options.frames : options.fps),
                       "ask for at least two frames at a positive rate");
   }

@@ -8,7 +8,7 @@
 
 namespace pliant {
 
-// An image-to-video model is another program (--generate-with CMD).  It is run once, as `CMD FOLDER`, and finds there
+// An image-to-video model is another program (--video-model-cmd CMD).  It is run once, as `CMD FOLDER`, and finds there
 //   first.png     the scene from the camera, 8-bit RGB; frame 0 of the video
 //   camera.json   {"name", "width", "height", "fx", "fy", "cx", "cy", "cam_from_world": 4 rows of 4}: x right, y down,
 //   z forward request.json  {"protocol": 1, "frames": T, "fps": F, "width": W, "height": H, "seed": S, "prompt": "...",

@@ -11,7 +11,7 @@
 
 namespace pliant {
 
-// A model that judges rendered videos, as by score distillation, is another program that keeps running (--guide-with
+// A model that judges rendered videos, as by score distillation, is another program that keeps running (--guidance-cmd
 // CMD). It is started as `CMD FOLDER` and talks in lines of JSON: it reads them from standard input and writes them to
 // standard output, where lines that do not begin with { are taken for chatter.  Standard error goes to FOLDER/log.txt.
 //   it, once ready:  {"ready": 1, "name": "..."}                                        1 = this protocol

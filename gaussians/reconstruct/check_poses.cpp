@@ -219,7 +219,7 @@ std::string judged(const PoseCheckOptions& options, const std::string& where, co
                                 " (median error " + pixels(given.error) + ")";
     if (options.refuse)
       throw input_error(where, "", problem,
-                        std::string("add --poses ") + name_of(best.convention) + ", or correct the file");
+                        std::string("add --pose-convention ") + name_of(best.convention) + ", or correct the file");
     warnings.push_back(where + ": " + problem);
   } else if (given.share < kFitting) {
     warnings.push_back(where + ": " + sentence + ", and no other reading fits better (the best, " +

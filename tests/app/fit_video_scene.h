@@ -39,7 +39,7 @@ class FitVideo : public ::testing::Test {
     make_demo(demo);
     std::filesystem::remove_all(partial / "scene/truth");
     const std::string out = (partial / "run").string();
-    ASSERT_EQ(run_quietly({"segment", (partial / "scene").string(), "--out", out, "--segment-iterations", "60"}), 0);
+    ASSERT_EQ(run_quietly({"segment", (partial / "scene").string(), "--out", out, "--iterations", "60"}), 0);
     ASSERT_EQ(run_quietly({"extract", out}), 0);
     ASSERT_EQ(run_quietly({"repair", out}), 0);
     ASSERT_EQ(run_quietly({"seed", out, "--particles", "600"}), 0);

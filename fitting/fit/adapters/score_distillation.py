@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Score distillation by a text-to-video model, for `pliant fit --guide-with "python3 score_distillation.py --prompt 'a flower swings'"`.
+"""Score distillation by a text-to-video model, for `pliant fit --guidance-cmd "python3 score_distillation.py --prompt 'a flower swings'"`.
 
 NEVER RUN WITH THE OFFICIAL WEIGHTS: only against a stand-in of the same interface.
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Reference video from Stable Video Diffusion, for `pliant fit --generate-with "python3 stable_video_diffusion.py"`.
+"""Reference video from Stable Video Diffusion, for `pliant fit --video-model-cmd "python3 stable_video_diffusion.py"`.
 
 NEVER RUN WITH THE OFFICIAL WEIGHTS: only against a stand-in of the same interface.
 

@@ -34,13 +34,13 @@ class PipelineTest : public ::testing::Test {
             (folder / "scene").string(),
             "--out",
             (folder / out).string(),
-            "--particles",
+            "--seed.particles",
             "1000",
             "--duration",
             "1.5",
-            "--fps",
+            "--simulate.fps",
             "12",
-            "--segment-iterations",
+            "--segment.iterations",
             "60",
             "--quiet"};
   }

@@ -38,14 +38,14 @@ void expect_refused(const std::vector<Unused>& choices, const std::function<void
 
 TEST(CheckFitStage, OptionsOfVideosAreRefusedWithMarkersAndWithReleasedFields) {
   const std::vector<Unused> of_videos = {{"--field", [](FitStage& s) { s.field = "smooth"; }},
-                                         {"--until", [](FitStage& s) { s.until = 1; }},
+                                         {"--end", [](FitStage& s) { s.until = 1; }},
                                          {"--recipe", [](FitStage& s) { s.recipe = "physdreamer"; }},
-                                         {"--from", [](FitStage& s) { s.from = 0; }},
-                                         {"--camera", [](FitStage& s) { s.camera = "a"; }},
+                                         {"--start", [](FitStage& s) { s.from = 0; }},
+                                         {"--video-camera", [](FitStage& s) { s.camera = "a"; }},
                                          {"--loss", [](FitStage& s) { s.compare.loss = "both"; }},
                                          {"--fit-poisson", [](FitStage& s) { s.compare.poisson = true; }},
-                                         {"--guide-with", [](FitStage& s) { s.compare.guide = "x"; }},
-                                         {"--generate-with", [](FitStage& s) { s.generate.command = "x"; }},
+                                         {"--guidance-cmd", [](FitStage& s) { s.compare.guide = "x"; }},
+                                         {"--video-model-cmd", [](FitStage& s) { s.generate.command = "x"; }},
                                          {"--points", [](FitStage& s) { s.points = 100; }},
                                          {"--video-fps", [](FitStage& s) { s.fps = 24; }},
                                          {"--video", [](FitStage& s) { s.video = "v.mp4"; }},
@@ -77,9 +77,9 @@ TEST(CheckFitStage, OptionsOfGradientsAreRefusedWhereNoneRun) {
 TEST(CheckFitStage, WhatBelongsToAnotherOptionIsRefusedWithoutIt) {
   expect_refused(
       {{"--loss-lambda", [](FitStage& s) { s.compare.lambda = 0.5; }},
-       {"--picture-weight", [](FitStage& s) { s.compare.picture_weight = 1; }},
-       {"--guide-frames", [](FitStage& s) { s.compare.guide_frames = 5; }},
-       {"--generate-prompt", [](FitStage& s) { s.generate.prompt = "a"; }},
+       {"--image-weight", [](FitStage& s) { s.compare.picture_weight = 1; }},
+       {"--guidance-frames", [](FitStage& s) { s.compare.guide_frames = 5; }},
+       {"--video-model-prompt", [](FitStage& s) { s.generate.prompt = "a"; }},
        {"--parts", [](FitStage& s) { s.parts = 3; }},
        {"--part-labels", [](FitStage& s) { s.part_labels = "l.h5"; }}},
       [](FitStage&) {}, true);
@@ -94,14 +94,14 @@ TEST(CheckFitStage, WhatBelongsToAnotherOptionIsRefusedWithoutIt) {
       [](FitStage&) {}, true);
   expect_refused(
       {{"--points", [](FitStage& s) { s.points = 100; }},
-       {"--until", [](FitStage& s) { s.until = 1; }},
+       {"--end", [](FitStage& s) { s.until = 1; }},
        {"--compare-fps", [](FitStage& s) { s.compare_fps = 12; }}},
       [](FitStage& s) { s.compare.guide = "x"; }, false);
   expect_refused(
-      {{"--guide-with", [](FitStage& s) { s.compare.guide = "x"; }}}, [](FitStage& s) { s.recipe = "physdreamer"; },
+      {{"--guidance-cmd", [](FitStage& s) { s.compare.guide = "x"; }}}, [](FitStage& s) { s.recipe = "physdreamer"; },
       true);
   expect_refused(
-      {{"--guide-load", [](FitStage& s) { s.compare.load = "l.json"; }}}, [](FitStage& s) { s.compare.guide = "x"; },
+      {{"--guidance-load", [](FitStage& s) { s.compare.load = "l.json"; }}}, [](FitStage& s) { s.compare.guide = "x"; },
       true);
   expect_refused(
       {{"--video-first", [](FitStage& s) { s.first = 1; }}, {"--compare-fps", [](FitStage& s) { s.compare_fps = 12; }}},
@@ -118,21 +118,21 @@ TEST(CheckFitStage, WhatBelongsToAnotherOptionIsRefusedWithoutIt) {
 TEST(CheckFitStage, InRunOptionsAreNamedAsTheyAreTypedThere) {
   const auto in_run = [](const std::function<void(FitStage&)>& kind) {
     return [kind](FitStage& s) {
-      s.prefix = "fit-";
+      s.prefix = "fit.";
       kind(s);
     };
   };
-  expect_refused({{"--fit-field", [](FitStage& s) { s.field = "smooth"; }},
-                  {"--fit-points", [](FitStage& s) { s.points = 100; }},
-                  {"--fit-compare-fps", [](FitStage& s) { s.compare_fps = 12; }},
-                  {"--fit-loss", [](FitStage& s) { s.compare.loss = "both"; }},
+  expect_refused({{"--fit.field", [](FitStage& s) { s.field = "smooth"; }},
+                  {"--fit.points", [](FitStage& s) { s.points = 100; }},
+                  {"--fit.compare-fps", [](FitStage& s) { s.compare_fps = 12; }},
+                  {"--fit.loss", [](FitStage& s) { s.compare.loss = "both"; }},
                   {"--video-camera", [](FitStage& s) { s.camera = "a"; }},
-                  {"--video-fps", [](FitStage& s) { s.fps = 24; }}},
+                  {"--fit.video-fps", [](FitStage& s) { s.fps = 24; }}},
                  in_run([](FitStage& s) { s.markers.file = "m.csv"; }), false);
   expect_refused(
-      {{"add --fit-loss", [](FitStage& s) { s.compare.lambda = 0.5; }},
-       {"add --fit-field parts", [](FitStage& s) { s.parts = 3; }},
-       {"--fit-flow-weight, --fit-field triplanes or --fit-recipe", [](FitStage& s) { s.compare.window = 1; }}},
+      {{"add --fit.loss", [](FitStage& s) { s.compare.lambda = 0.5; }},
+       {"add --fit.field parts", [](FitStage& s) { s.parts = 3; }},
+       {"--fit.flow-weight, --fit.field triplanes or --fit.recipe", [](FitStage& s) { s.compare.window = 1; }}},
       in_run([](FitStage&) {}), true);
 }
 
@@ -159,17 +159,18 @@ void expect_run_refuses(std::vector<std::string> options, const std::string& wor
 }
 
 TEST(CheckFitStage, RunRefusesBeforeItsFirstStage) {
-  expect_run_refuses({"--markers", "MARKERS", "--fit-field", "smooth"}, "--fit-field: does nothing with --markers");
-  for (const std::string option : {"--fit-points", "--video-fps", "--video"})
-    expect_run_refuses({"--markers", "MARKERS", option, "50"}, option + ": does nothing with --markers");
+  expect_run_refuses({"--fit.markers", "MARKERS", "--fit.field", "smooth"},
+                     "--fit.field: does nothing with --fit.markers");
+  for (const std::string option : {"--fit.points", "--fit.video-fps", "--video"})
+    expect_run_refuses({"--fit.markers", "MARKERS", option, "50"}, option + ": does nothing with --fit.markers");
 }
 
 TEST(CheckFitStage, WhereRunFitsNothingOptionsOfTheFitAreRefused) {
-  expect_run_refuses({"--fit-field", "smooth"}, "--fit-field: does nothing without a reference video");
-  expect_run_refuses({"--fit-gradient-iterations", "5"},
-                     "--fit-gradient-iterations: does nothing without a reference video");
-  expect_run_refuses({"--no-video", "--markers", "MARKERS"}, "--markers: does nothing with --no-video");
-  expect_run_refuses({"--young", "1e5", "--markers", "MARKERS"}, "--markers: does nothing with --young");
+  expect_run_refuses({"--fit.field", "smooth"}, "--fit.field: does nothing without a reference video");
+  expect_run_refuses({"--fit.gradient-iterations", "5"},
+                     "--fit.gradient-iterations: does nothing without a reference video");
+  expect_run_refuses({"--no-video", "--fit.markers", "MARKERS"}, "--fit.markers: does nothing with --no-video");
+  expect_run_refuses({"--young", "1e5", "--fit.markers", "MARKERS"}, "--fit.markers: does nothing with --young");
   const auto refused = [](const std::function<void(FitStage&)>& choose) {
     FitStage stage;
     choose(stage);

@@ -35,9 +35,21 @@ TEST(FitCommand, AVideoTellsStiffnessAndDampingAndSimulateUsesThem) {
   const double truth = json::parse(read_text(folder / "scene/truth/flower.json"))["solids"]["stem"]["young"];
   fs::remove_all(folder / "scene/truth");
   const std::string scene = (folder / "scene").string(), out = (folder / "run").string();
-  const std::vector<std::string> run = {"run",         scene, "--out",     out,  "--particles",          "600",
-                                        "--duration",  "1",   "--fps",     "12", "--segment-iterations", "60",
-                                        "--fit-until", "1.1", "--no-orbit"};
+  const std::vector<std::string> run = {"run",
+                                        scene,
+                                        "--out",
+                                        out,
+                                        "--seed.particles",
+                                        "600",
+                                        "--duration",
+                                        "1",
+                                        "--simulate.fps",
+                                        "12",
+                                        "--segment.iterations",
+                                        "60",
+                                        "--fit.end",
+                                        "1.1",
+                                        "--render.no-orbit"};
   ASSERT_EQ(run_quietly(run), 0);
 
   json manifest = json::parse(read_text(folder / "run/run.json"));
@@ -94,8 +106,8 @@ TEST(FitCommand, WithoutTheVideoTheMaterialIsTheSceneFilesAndTheCommandLines) {
   const json settings = json::parse(read_text(folder / "scene/scene.json"));
   ASSERT_TRUE(settings.contains("video"));
   ASSERT_EQ(run_quietly({"run", (folder / "scene").string(), "--out", (folder / "run").string(), "--no-video",
-                         "--density", "450", "--poisson", "0.2", "--particles", "300", "--duration", "0.2", "--fps",
-                         "10", "--segment-iterations", "40", "--no-orbit"}),
+                         "--density", "450", "--poisson", "0.2", "--seed.particles", "300", "--duration", "0.2",
+                         "--simulate.fps", "10", "--segment.iterations", "40", "--render.no-orbit"}),
             0);
   const json stages = json::parse(read_text(folder / "run/run.json"))["stages"];
   EXPECT_FALSE(stages.contains("fit"));

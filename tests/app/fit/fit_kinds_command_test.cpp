@@ -41,7 +41,7 @@ TEST_F(FitVideo, PartsAreThoseOfGivenLabels) {
   for (const Vec3f& x : cloud.position)
     labels.label.push_back(x.z() > 0.16f ? 7 : 3);  // of a flower of 0.32 m, where its motion tells the two apart
   write_labels(folder / "halves.h5", labels, "{}");
-  ASSERT_EQ(run_quietly(fit({"--field", "parts", "--part-labels", (folder / "halves.h5").string(), "--until", "0.9",
+  ASSERT_EQ(run_quietly(fit({"--field", "parts", "--part-labels", (folder / "halves.h5").string(), "--end", "0.9",
                              "--points", "100"})),
             0);
   const fs::path object = fs::directory_iterator(folder / "run/objects")->path();
@@ -114,11 +114,12 @@ TEST_F(FitVideo, SmoothFieldsAndTriplanesAreFittedByTheCommand) {
 }
 
 TEST_F(FitVideo, GradientsComparePicturesAndFlowOfSeveralCamerasBesideTracks) {
-  const std::vector<std::string> twice = {"--video",     file.string(), "--camera", camera,        "--video",
-                                          file.string(), "--camera",    camera,     "--video-fps", std::to_string(fps)};
+  const std::vector<std::string> twice = {"--video",     file.string(),      "--video-camera", camera,
+                                          "--video",     file.string(),      "--video-camera", camera,
+                                          "--video-fps", std::to_string(fps)};
   std::vector<std::string> more = twice;
   for (const char* word : {"--loss", "both", "--loss-lambda", "0.2", "--flow-weight", "0.5", "--gradient-window", "4",
-                           "--gradient-iterations", "6", "--fit-poisson", "--until", "0.9"})
+                           "--gradient-iterations", "6", "--fit-poisson", "--end", "0.9"})
     more.push_back(word);
   ASSERT_EQ(run_quietly(fit(more)), 0);
   const json result = json::parse(read_text(folder / "run/fit/results.json"));
@@ -134,13 +135,13 @@ TEST_F(FitVideo, GradientsComparePicturesAndFlowOfSeveralCamerasBesideTracks) {
   EXPECT_TRUE(fs::exists(folder / "run/fit/uncertainty.png"));
   EXPECT_LT(result["rms_px"].get<double>(), 0.5 * result["rms_still_px"].get<double>());
   // A camera without a video, and terms without a video to compare.
-  EXPECT_EQ(run_quietly(fit({"--video", file.string(), "--camera", camera, "--camera", camera})), 2);
+  EXPECT_EQ(run_quietly(fit({"--video", file.string(), "--video-camera", camera, "--video-camera", camera})), 2);
   EXPECT_EQ(run_quietly(fit({"--loss", "nothing"})), 2);
 }
 
 TEST_F(FitVideo, PhysDreamersRecipeGoesFromTheStiffnessThatIsGiven) {
-  const std::vector<std::string> recipe = {"--recipe",  "physdreamer", "--from",
-                                           "0.5",       "--until",     "0.9",
+  const std::vector<std::string> recipe = {"--recipe",  "physdreamer", "--start",
+                                           "0.5",       "--end",       "0.9",
                                            "--points",  "100",         "--gradient-iterations",
                                            "8",         "--young",     "20000",
                                            "--poisson", "0.3",         "--density",
@@ -232,12 +233,12 @@ for line in sys.stdin:
   silent.erase("video");
   write_text(folder / "scene/scene.json", silent.dump());
   const std::vector<std::string> guided =
-      fit({"--guide-with", "python3 " + (folder / "still.py").string(), "--guide-frames", "8", "--gradient-iterations",
-           "8", "--camera", camera});
+      fit({"--guidance-cmd", "python3 " + (folder / "still.py").string(), "--guidance-frames", "8",
+           "--gradient-iterations", "8", "--video-camera", camera});
   const int died = run_quietly(guided), code = run_quietly(guided);
   const json result = code == 0 ? json::parse(read_text(folder / "run/fit/results.json")) : json();
-  const int refused = run_quietly(fit({"--guide-with", "exit 3;", "--camera", camera})),
-            wrong = run_quietly(fit({"--guide-with", "exit 3;", "--loss", "both"}));
+  const int refused = run_quietly(fit({"--guidance-cmd", "exit 3;", "--video-camera", camera})),
+            wrong = run_quietly(fit({"--guidance-cmd", "exit 3;", "--loss", "both"}));
   write_text(folder / "scene/scene.json", settings);
   EXPECT_EQ(died, 1);
   ASSERT_EQ(code, 0);

@@ -159,12 +159,12 @@ TEST_F(FitVideo, WhatAMaskLeavesDarkIsNotCompared) {
                [&] { load_fit_scene(context, run, scene, stage); });
   write_image(folder / "square.png", ImageF(64, 64, 3, 1.0f));
   const std::string square = (folder / "square.png").string();
-  expect_refused({"--video", file.string(), "--camera", camera, "--video", file.string(), "--camera", camera,
-                  "--video-mask", "none", "--video-mask", square},
+  expect_refused({"--video", file.string(), "--video-camera", camera, "--video", file.string(), "--video-camera",
+                  camera, "--video-mask", "none", "--video-mask", square},
                  {"square.png", "64 x 64"});
-  EXPECT_EQ(
-      run_quietly(fit({"--video", file.string(), "--camera", camera, "--video-mask", "none", "--video-mask", square})),
-      2);
+  EXPECT_EQ(run_quietly(fit(
+                {"--video", file.string(), "--video-camera", camera, "--video-mask", "none", "--video-mask", square})),
+            2);
   EXPECT_EQ(run_quietly(fit({"--video-mask", "nothing.png"})), 2);
 }
 
@@ -206,7 +206,7 @@ TEST_F(FitVideo, FramesAreComparedAtTheRateThatIsAskedFor) {
   // A folder of frames has no rate of its own.
   fs::create_directories(folder / "no_rate");
   for (int f = 0; f < 3; ++f) write_image(folder / "no_rate" / (std::to_string(f) + ".png"), frames[f]);
-  expect_refused({"--video", (folder / "no_rate").string(), "--camera", camera},
+  expect_refused({"--video", (folder / "no_rate").string(), "--video-camera", camera},
                  {"no_rate", "has no frame rate", "--video-fps"});
 }
 
@@ -220,9 +220,9 @@ TEST_F(FitVideo, AProgramMakesTheVideoThatIsFitted) {
   }
   write_text(folder / "film.sh", "cp " + (folder / "film").string() + "/*.png \"$1/frames/\"\n");
   const std::string command = "sh " + (folder / "film.sh").string();
-  ASSERT_EQ(run_quietly(
-                fit({"--generate-with", command, "--generate-frames", std::to_string(frames.size()),
-                     "--generate-prompt", "it swings", "--video-camera", camera, "--video-fps", std::to_string(fps)})),
+  ASSERT_EQ(run_quietly(fit({"--video-model-cmd", command, "--video-model-frames", std::to_string(frames.size()),
+                             "--video-model-prompt", "it swings", "--video-camera", camera, "--video-fps",
+                             std::to_string(fps)})),
             0);
   const json request = json::parse(read_text(folder / "run/fit/generated/request.json"));
   EXPECT_EQ(request["prompt"], "it swings");
@@ -234,8 +234,8 @@ TEST_F(FitVideo, AProgramMakesTheVideoThatIsFitted) {
   for (const char* picture : {"slices.png", "search.png", "loss.png", "young.png", "uncertainty.png", "report.html"})
     EXPECT_TRUE(fs::exists(folder / "run/fit" / picture)) << picture;
   EXPECT_NE(read_text(folder / "run/fit/report.html").find("does not determine"), std::string::npos);
-  EXPECT_EQ(run_quietly(fit({"--generate-with", "exit 3;", "--video-camera", camera})), 1);
-  EXPECT_EQ(run_quietly(fit({"--generate-with", command, "--video", file.string()})), 2);
+  EXPECT_EQ(run_quietly(fit({"--video-model-cmd", "exit 3;", "--video-camera", camera})), 1);
+  EXPECT_EQ(run_quietly(fit({"--video-model-cmd", command, "--video", file.string()})), 2);
 }
 
 }  // namespace

@@ -73,7 +73,7 @@ void make_photos(const fs::path& folder, int count = 16) {
 std::vector<std::string> command(const fs::path& photos, const fs::path& out, std::vector<std::string> more = {}) {
   std::vector<std::string> words = {"reconstruct", photos.string(), "--out", out.string()};
   words.insert(words.end(), more.begin(), more.end());
-  for (const auto& [option, value] : {std::pair{"--start", "random"}, {"--gaussians", "1k"}, {"--sh-degree", "0"}})
+  for (const auto& [option, value] : {std::pair{"--init", "random"}, {"--max-gaussians", "1k"}, {"--sh-degree", "0"}})
     if (std::find(more.begin(), more.end(), option) == more.end()) words.insert(words.end(), {option, value});
   return words;
 }
@@ -209,7 +209,8 @@ TEST_F(Reconstruct, WhatTheScenesFileSaysLivesOn) {
   for (const bool smaller : {false, true}) {
     const fs::path out = folder / (smaller ? "smaller" : "same");
     ASSERT_EQ(
-        run_quietly(command(folder / "set", out, {"--iterations", "20", "--longest-side", smaller ? "40" : "960"})), 0);
+        run_quietly(command(folder / "set", out, {"--iterations", "20", "--max-image-size", smaller ? "40" : "960"})),
+        0);
     const Scene scene = load_scene(out);
     EXPECT_EQ(scene.metres_per_unit, 0.5);
     EXPECT_EQ(scene.up, Eigen::Vector3d(0, 0, 1));
@@ -254,9 +255,9 @@ TEST_F(Reconstruct, LabelsTrainedAlongWithTheSceneDivideItsGaussians) {
                                             "--joint",
                                             "--masks",
                                             (folder / "set/masks").string(),
-                                            "--start",
+                                            "--init",
                                             "random",
-                                            "--gaussians",
+                                            "--max-gaussians",
                                             "1k",
                                             "--sh-degree",
                                             "0",
@@ -296,7 +297,7 @@ TEST_F(Reconstruct, TimeIsHonoured) {
   const TemporaryFolder folder;
   make_photos(folder / "set", 8);
   const auto start = std::chrono::steady_clock::now();
-  ASSERT_EQ(run_quietly(command(folder / "set", folder / "scene", {"--time", "2s"})), 0);
+  ASSERT_EQ(run_quietly(command(folder / "set", folder / "scene", {"--time-limit", "2s"})), 0);
   const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const double seconds = parsed(folder / "scene/results.json")["seconds"];
   EXPECT_GE(seconds, 2.0);
@@ -324,23 +325,23 @@ TEST_F(Reconstruct, TooFewPhotosAndImpossibleOptionsEndWithTheRightExitCode) {
   make_photos(folder / "one", 1);
   EXPECT_EQ(run_quietly(command(folder / "one", folder / "a")), 1);
   make_photos(folder / "set", 4);
-  EXPECT_EQ(run_quietly(command(folder / "set", folder / "b", {"--hold-out", "1"})), 2);
+  EXPECT_EQ(run_quietly(command(folder / "set", folder / "b", {"--hold-out-every", "1"})), 2);
   for (const std::vector<std::string>& bad :
-       std::vector<std::vector<std::string>>{{"--time", "10x"},
-                                             {"--time", "0s"},
-                                             {"--time", "-5"},
+       std::vector<std::vector<std::string>>{{"--time-limit", "10x"},
+                                             {"--time-limit", "0s"},
+                                             {"--time-limit", "-5"},
                                              {"--iterations", "0"},
-                                             {"--time", "5s", "--iterations", "100"},
-                                             {"--gaussians", "many"},
-                                             {"--gaussians", "0"},
-                                             {"--gaussians", "2kk"},
+                                             {"--time-limit", "5s", "--iterations", "100"},
+                                             {"--max-gaussians", "many"},
+                                             {"--max-gaussians", "0"},
+                                             {"--max-gaussians", "2kk"},
                                              {"--background", "0,0"},
                                              {"--background", "0,0,2"},
                                              {"--sh-degree", "4"},
                                              {"--strategy", "best"},
                                              {"--photos", "nowhere"}})
     EXPECT_EQ(run_quietly(command(folder / "set", folder / "c", bad)), 2) << bad[0] << " " << bad[1];
-  EXPECT_EQ(run_quietly(command(folder / "set", folder / "d", {"--start", "points"})), 2);
+  EXPECT_EQ(run_quietly(command(folder / "set", folder / "d", {"--init", "points"})), 2);
 }
 
 }  // namespace

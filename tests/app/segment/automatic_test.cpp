@@ -21,7 +21,7 @@ TEST(AutomaticSegmentation, FindsWhatStandsOnTheTableWithNoMasksAndNoPrompts) {
   ASSERT_EQ(run_quietly({"demo", "--out", scene, "--gaussians", "10000", "--photos", "12", "--width", "160", "--height",
                          "120", "--no-video"}),
             0);
-  ASSERT_EQ(run_quietly({"segment", scene, "--out", out, "--auto", "--hold-out", "--segment-iterations", "20"}), 0);
+  ASSERT_EQ(run_quietly({"segment", scene, "--out", out, "--auto", "--hold-out", "--iterations", "20"}), 0);
 
   // Kinds and reasons are told, and every Gaussian belongs to something.
   std::map<std::string, int> kinds;

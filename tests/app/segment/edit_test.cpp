@@ -29,7 +29,7 @@ TEST(SegmentEdit, ChangesTheObjectsOfARunKeepsThemAndCanBeUndone) {
   ASSERT_EQ(run_quietly({"demo", "--out", scene, "--gaussians", "6000", "--photos", "8", "--width", "120", "--height",
                          "90", "--no-video"}),
             0);
-  const std::vector<std::string> segment = {"segment", scene, "--out", out, "--segment-iterations", "20"};
+  const std::vector<std::string> segment = {"segment", scene, "--out", out, "--iterations", "20"};
   ASSERT_EQ(run_quietly(segment), 0);
   ASSERT_EQ(run_quietly({"extract", out, "--object", "flower"}), 0);
   const std::filesystem::path run = out;

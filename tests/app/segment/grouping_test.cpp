@@ -113,7 +113,7 @@ TEST(SheetPrompts, AClickOnTheSheetIsOneOnThePictureItShowsAndStaysItWhenRepeate
                          "90", "--no-video"}),
             0);
   EXPECT_EQ(run_quietly({"segment", scene, "--out", out, "--click", "sheet,5,5"}), 2);  // no sheet yet
-  ASSERT_EQ(run_quietly({"segment", scene, "--out", out, "--segment-iterations", "10"}), 0);
+  ASSERT_EQ(run_quietly({"segment", scene, "--out", out, "--iterations", "10"}), 0);
   const json cells = parsed(folder / "run/objects_sheet.json"), objects = parsed(folder / "run/objects.json");
   ASSERT_EQ(cells.size(), objects.size() + 1);
 
@@ -123,8 +123,7 @@ TEST(SheetPrompts, AClickOnTheSheetIsOneOnThePictureItShowsAndStaysItWhenRepeate
   const json& cell = cells[at + 1];
   const double x = cell["x"].get<double>() + 90, y = cell["y"].get<double>() + 90;
   const std::string click = "sheet," + std::to_string(static_cast<int>(x)) + "," + std::to_string(static_cast<int>(y));
-  const std::vector<std::string> command = {"segment", scene, "--out", out, "--click", click, "--segment-iterations",
-                                            "10"};
+  const std::vector<std::string> command = {"segment", scene, "--out", out, "--click", click, "--iterations", "10"};
   EXPECT_EQ(run_quietly(command), 2);  // another result is there
   std::vector<std::string> anew = command;
   anew.push_back("--overwrite");

@@ -28,7 +28,7 @@ class LabelCommand : public ::testing::Test {
 
   static int segment(const fs::path& out, std::vector<std::string> options) {
     std::vector<std::string> command = {
-        "segment", (folder / "scene").string(), "--out", out.string(), "--segment-iterations", "20", "--hold-out"};
+        "segment", (folder / "scene").string(), "--out", out.string(), "--iterations", "20", "--hold-out"};
     command.insert(command.end(), options.begin(), options.end());
     return run_quietly(command);
   }
@@ -115,8 +115,8 @@ TEST(LabelCommandReal, ARealDetectorNamesThePottedFlower) {
   ASSERT_EQ(run_quietly({"demo", "--out", scene, "--gaussians", "9000", "--photos", "12", "--width", "240", "--height",
                          "180", "--no-video"}),
             0);
-  ASSERT_EQ(run_quietly({"segment", scene, "--out", out, "--detector", net.string(), "--text", "vase",
-                         "--segment-iterations", "20", "--hold-out"}),
+  ASSERT_EQ(run_quietly({"segment", scene, "--out", out, "--detector", net.string(), "--text", "vase", "--iterations",
+                         "20", "--hold-out"}),
             0);
   double best = 0;
   for (const auto& [name, id] : objects_of(folder / "run")) {

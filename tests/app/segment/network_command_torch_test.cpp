@@ -64,7 +64,7 @@ TEST(NetworkCommandTorch, AGivenSegmenterTurnsAClickInAPhotoIntoTheObject) {
                                         "--segmenter",
                                         (folder / "sam.pt").string(),
                                         "--trust-torchscript",
-                                        "--segment-iterations",
+                                        "--iterations",
                                         "20",
                                         "--hold-out"};
     command.insert(command.end(), gestures.begin(), gestures.end());
@@ -107,7 +107,7 @@ TEST(NetworkCommandTorch, RepairFillsTheHoleWithWhatTheGivenInpainterPaints) {
   ASSERT_EQ(run_quietly({"demo", "--out", scene, "--gaussians", "9000", "--photos", "8", "--width", "160", "--height",
                          "120", "--no-video"}),
             0);
-  ASSERT_EQ(run_quietly({"segment", scene, "--out", run, "--segment-iterations", "20"}), 0);
+  ASSERT_EQ(run_quietly({"segment", scene, "--out", run, "--iterations", "20"}), 0);
   ASSERT_EQ(run_quietly({"extract", run, "--object", "flower"}), 0);
   write_torch_module(net, kMagenta, R"({"kind": "lama"})", {{"colour", {1, 3, 1, 1}, {1, 0, 1}}});
   ASSERT_EQ(run_quietly({"repair", run}), 0);

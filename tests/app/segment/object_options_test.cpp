@@ -31,7 +31,7 @@ void extract_made_scene(const fs::path& folder, const fs::path& run, const MadeS
     write_ids(folder / "masks" / (camera.name + ".png"), cast_ids(scene, camera));
   write_text(folder / "scene.json",
              R"({"splats": "splats.ply", "cameras": "transforms.json", "masks": "masks", "up": [0, 0, 1]})");
-  ASSERT_EQ(run_quietly({"segment", folder.string(), "--out", run.string(), "--segment-iterations", "20"}), 0);
+  ASSERT_EQ(run_quietly({"segment", folder.string(), "--out", run.string(), "--iterations", "20"}), 0);
   ASSERT_EQ(run_quietly({"extract", run.string(), "--object", "300"}), 0);
 }
 
@@ -133,14 +133,14 @@ TEST_F(OneBall, PgasPlacesTheWantedNumberOfParticlesDenserWhereTheFileSaysSoft) 
     options.insert(options.begin(), {"seed", run.string(), "--particles", "800"});
     return run_quietly(options);
   };
-  EXPECT_EQ(seed({"--drivers", "voronoi"}), 2);
+  EXPECT_EQ(seed({"--sampling", "voronoi"}), 2);
   EXPECT_FALSE(fs::exists(object_file(run, "particles.h5")));
   ASSERT_EQ(seed({}), 0);
   EXPECT_EQ(summary(run, "seed")["placed_by"], "kmeans");
   const ParticleFile kmeans = read_particles(object_file(run, "particles.h5"));
 
-  EXPECT_EQ(seed({"--drivers", "pgas"}), 2);  // the stage has run with another option
-  ASSERT_EQ(seed({"--drivers", "pgas", "--overwrite"}), 0);
+  EXPECT_EQ(seed({"--sampling", "pgas"}), 2);  // the stage has run with another option
+  ASSERT_EQ(seed({"--sampling", "pgas", "--overwrite"}), 0);
   EXPECT_EQ(summary(run, "seed")["placed_by"], "pgas");
   const ParticleFile pgas = read_particles(object_file(run, "particles.h5"));
   EXPECT_NEAR(pgas.driving_position.size(), 800, 16);
@@ -163,7 +163,7 @@ TEST_F(OneBall, PgasPlacesTheWantedNumberOfParticlesDenserWhereTheFileSaysSoft) 
   write_material(out / "material.h5", material, "{}");
   const std::string file = (out / "material.h5").string();
   EXPECT_EQ(seed({"--material", file, "--overwrite"}), 2);  // K-means has no use for it
-  ASSERT_EQ(seed({"--drivers", "pgas", "--material", file, "--overwrite"}), 0);
+  ASSERT_EQ(seed({"--sampling", "pgas", "--material", file, "--overwrite"}), 0);
   const ParticleFile soft = read_particles(object_file(run, "particles.h5"));
   EXPECT_NEAR(soft.driving_position.size(), 800, 16);
   EXPECT_GT(soft.cell_size, 1.15 * pgas.cell_size);

@@ -47,9 +47,9 @@ TEST_F(SegmentOptions, ZeroAsBackgroundMakesAnObjectOfUnlabelledPixels) {
     fs::create_directories(out / "masks");
     write_ids(out / "masks" / entry.path().filename(), ids);
   }
-  const std::vector<std::string> masks = {"--masks", (out / "masks").string(), "--segment-iterations", "20"};
+  const std::vector<std::string> masks = {"--masks", (out / "masks").string(), "--iterations", "20"};
   std::vector<std::string> with = masks;
-  with.insert(with.end(), {"--zero", "background"});
+  with.insert(with.end(), {"--mask-zero", "background"});
   ASSERT_EQ(segment(out / "plain", masks), 0);
   ASSERT_EQ(segment(out / "zero", with), 0);
   EXPECT_EQ(objects_of(out / "plain").count("background"), 0u);
@@ -62,8 +62,8 @@ TEST_F(SegmentOptions, ZeroAsBackgroundMakesAnObjectOfUnlabelledPixels) {
 
 TEST_F(SegmentOptions, WithoutTheVoteTheAttributeStartsWorse) {
   const TemporaryFolder out;
-  ASSERT_EQ(segment(out / "vote", {"--segment-iterations", "3"}), 0);
-  ASSERT_EQ(segment(out / "random", {"--segment-iterations", "3", "--no-vote"}), 0);
+  ASSERT_EQ(segment(out / "vote", {"--iterations", "3"}), 0);
+  ASSERT_EQ(segment(out / "random", {"--iterations", "3", "--no-vote"}), 0);
   EXPECT_LT(summary(out / "vote", "segment")["cross_entropy"].get<double>(),
             0.5 * summary(out / "random", "segment")["cross_entropy"].get<double>());
   testing::internal::CaptureStdout();

@@ -94,7 +94,7 @@ TEST(CheckPoses, ByPointsFindsEveryMisreading) {
       std::vector<Camera> wrong = misread(convention, opengl, truth);
       if (convention == PoseConvention::kTurned) wrong = apply_convention(convention, "", truth);
       expect_error(Failure::kInput,
-                   {"cameras.test", std::string("--poses ") + name_of(convention), "100 % agree", "px"}, [&] {
+                   {"cameras.test", std::string("--pose-convention ") + name_of(convention), "100 % agree", "px"}, [&] {
                      check_poses({}, camera_file(wrong, opengl ? "transforms.json" : "COLMAP text"),
                                  with_cameras(photos, wrong), points);
                    });
@@ -117,7 +117,7 @@ TEST(CheckPoses, ByFeaturesFindsEveryMisreading) {
     std::vector<Camera> wrong = misread(convention, true, truth);
     if (convention == PoseConvention::kTurned) wrong = apply_convention(convention, "", truth);
     expect_error(Failure::kInput,
-                 {"cameras.test", std::string("--poses ") + name_of(convention), "feature matches", "px"},
+                 {"cameras.test", std::string("--pose-convention ") + name_of(convention), "feature matches", "px"},
                  [&] { check_poses({}, camera_file(wrong, "transforms.json"), with_cameras(photos, wrong), {}); });
   }
 }
@@ -132,7 +132,7 @@ TEST(CheckPoses, FindPhotosThatWereTurnedAfterTheirPointsWereFound) {
       for (int x = 0; x < upright.width; ++x) std::copy_n(upright.at(x, y), 3, photo.pixels.at(319 - x, 239 - y));
     }
   }
-  expect_error(Failure::kInput, {"upside down", "--poses turned", "feature matches"},
+  expect_error(Failure::kInput, {"upside down", "--pose-convention turned", "feature matches"},
                [&] { check_poses({}, camera_file(truth), photos, observed_points(truth)); });
 }
 

@@ -1,0 +1,143 @@
+#include "app/commands/option_parser.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+constexpr size_t kNameWidth = 30, kLineWidth = 100;
+
+std::string joined(const std::vector<std::string>& words, const std::string& separator) {
+  return fmt::format("{}", fmt::join(words, separator));
+}
+
+/// What stands for the value of an option in the help.
+std::string value_text(const Option& option) {
+  if (!option.value.empty()) return option.value;
+  if (!option.choices.empty()) return joined(option.choices, "|");
+  if (std::holds_alternative<int*>(option.field) || std::holds_alternative<std::optional<int>*>(option.field))
+    return "N";
+  return std::holds_alternative<std::string*>(option.field) ? "TEXT" : "X";
+}
+
+/// Says what is wrong with a number that an option does not take; empty where it is right.
+std::string out_of_range(const Option& option, const std::string& text) {
+  char* stop = nullptr;
+  const double value = std::strtod(text.c_str(), &stop);
+  if (text.empty() || *stop != 0 || !std::isfinite(value)) return "'" + text + "' is not a number";
+  if (option.positive && !(value > 0)) return "'" + text + "' is not positive";
+  if (value >= option.low && value <= option.high) return "";
+  return std::isfinite(option.high) ? fmt::format("'{}' is not in {:g} to {:g}", text, option.low, option.high)
+                                    : fmt::format("'{}' is less than {:g}", text, option.low);
+}
+
+CLI::Option* bound(CLI::App& command, const std::string& names, const Option& option) {
+  const auto texts = [&](std::function<void(const std::vector<std::string>&)> take) {
+    return command.add_option_function<std::vector<std::string>>(names, std::move(take), option.help)
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  };
+  return std::visit(
+      [&](const auto& field) -> CLI::Option* {
+        using Field = std::decay_t<decltype(field)>;
+        if constexpr (std::is_same_v<Field, bool*>) {
+          return command.add_flag_callback(
+              names, [field, value = !option.off] { *field = value; }, option.help);
+        } else if constexpr (std::is_same_v<Field, OptionParser>) {
+          return texts(field);
+        } else if constexpr (std::is_same_v<Field, std::vector<std::string>*>) {
+          return texts([field](const std::vector<std::string>& words) { *field = words; });
+        } else if constexpr (std::is_same_v<Field, std::vector<double>*>) {
+          return command.add_option_function<std::string>(
+              names,
+              [field, &command, name = option.name, count = option.numbers](const std::string& text) {
+                *field = parse_numbers("--" + name, text, count);
+              },
+              option.help);
+        } else if constexpr (std::is_same_v<Field, std::string*>) {
+          return command.add_option(names, *field, option.help);
+        } else {
+          return command.add_option(names, *field, option.help)->check([option](const std::string& text) {
+            return out_of_range(option, text);
+          });
+        }
+      },
+      option.field);
+}
+
+/// Notes how an option of `run` and of its stage's command was written before.  A name that stays, but needs a prefix
+/// now, comes before a name that another option bore.
+void note_earlier_spellings(Program& program, const CLI::App& command, const std::string& stage, const Option& option,
+                            bool own, const std::string& now) {
+  auto& renamed = program.renamed[command.get_name()];
+  const auto note = [&](const std::string& before, bool stays) {
+    if (before == now) return;
+    if (stays)
+      renamed[before] = now;
+    else
+      renamed.insert({before, now});
+  };
+  if (option.formerly.empty()) note("--" + option.name, true);
+  for (const std::string& name : {option.name, option.formerly}) {
+    if (name.empty()) continue;
+    note("--" + stage + "." + name, false);
+    if (!own) note("--" + stage + "-" + name, false);
+  }
+  if (!option.formerly.empty()) note("--" + option.formerly, false);
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, Program& program, const OptionTable& table, const Spelling& spelling) {
+  for (const Option& option : table.options) {
+    if (spelling.left_out.count(option.name)) continue;
+    const std::string plain = "--" + option.name, full = "--" + table.stage + "." + option.name;
+    const bool brief = spelling.own || spelling.brief.count(option.name);
+    note_earlier_spellings(program, command, table.stage, option, spelling.own, brief ? plain : full);
+    CLI::Option* added = bound(command, brief ? plain + "," + full : full, option);
+    if (!option.choices.empty()) added->check(CLI::IsMember(option.choices));
+    if (option.exists) added->check(CLI::ExistingPath);
+
+    // The help: groups, what stands for the value, and the default.
+    std::string group = option.group;
+    if (group.empty())
+      group = spelling.own ? "Options" : brief ? "Object, material and motion" : "Stage " + table.stage;
+    if (!brief)
+      group = program.help_all ? "Stage " + table.stage + (option.group.empty() ? "" : ": " + option.group) : "";
+    added->group(group);
+    if (std::holds_alternative<bool*>(option.field)) continue;
+    added->option_text(value_text(option));
+    const std::string usual = field_text(option.field);
+    if (!usual.empty() && option.help.find("(default") == std::string::npos)
+      added->description(option.help + " [" + usual + "]");
+  }
+}
+
+std::string HelpFormatter::make_option(const CLI::Option* option, bool is_positional) const {
+  std::string name = is_positional ? option->get_name(true, false) : "--" + option->get_lnames().front();
+  if (!is_positional && option->get_type_size() != 0) name += " " + option->get_option_text();
+  std::string line = "  " + name, out;
+  if (line.size() + 1 > kNameWidth) {
+    out = line + "\n";
+    line.clear();
+  }
+  line.resize(kNameWidth, ' ');
+  std::istringstream words(make_option_desc(option) + (option->get_required() ? " (required)" : ""));
+  bool begun = false;
+  for (std::string word; words >> word; begun = true) {
+    if (begun && line.size() + 1 + word.size() > kLineWidth) {
+      out += line + "\n";
+      line = std::string(kNameWidth, ' ') + word;
+    } else {
+      line += (begun ? " " : "") + word;
+    }
+  }
+  return out + line + "\n";
+}
+
+}  // namespace pliant

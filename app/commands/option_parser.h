@@ -1,0 +1,29 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <set>
+#include <string>
+
+#include "app/commands/command.h"
+#include "app/run/options.h"
+
+namespace pliant {
+
+/// How a command writes the options of a stage.
+struct Spelling {
+  bool own = true;              ///< the stage's own command: --fps, or --simulate.fps
+  std::set<std::string> brief;  ///< where it is not: options that need no prefix; the others are --simulate.fps
+  std::set<std::string> left_out;
+};
+
+/// Adds the options of a table to a command.  Options with a prefix are shown by --help-all alone.  Spellings that are
+/// refused are noted in program.renamed.
+void add_options(CLI::App& command, Program& program, const OptionTable& table, const Spelling& spelling = {});
+
+/// Help of at most 100 columns: the name of an option, what stands for its value, its sentence and its default.
+class HelpFormatter : public CLI::Formatter {
+ public:
+  std::string make_option(const CLI::Option* option, bool is_positional) const override;
+};
+
+}  // namespace pliant

@@ -1,0 +1,82 @@
+#include "app/run/options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+std::string text_of(const std::string& value) { return value; }
+std::string text_of(bool value) { return value ? "on" : ""; }
+std::string text_of(int value) { return fmt::format("{}", value); }
+std::string text_of(double value) { return fmt::format("{:g}", value); }
+std::string text_of(const std::vector<std::string>& values) { return fmt::format("{}", fmt::join(values, " ")); }
+std::string text_of(const std::vector<double>& values) { return fmt::format("{:g}", fmt::join(values, ",")); }
+template <class T>
+std::string text_of(const std::optional<T>& value) {
+  return value ? text_of(*value) : "";
+}
+
+/// A positive number with one of the suffixes.
+double parse_with_suffix(const std::string& option, const std::string& text,
+                         const std::map<std::string, double>& suffixes) {
+  char* stop = nullptr;
+  const double value = std::strtod(text.c_str(), &stop);
+  const auto suffix = suffixes.find(stop);
+  if (stop == text.c_str() || suffix == suffixes.end() || !std::isfinite(value) || !(value * suffix->second > 0)) {
+    std::string known;
+    for (const auto& [name, factor] : suffixes)
+      if (!name.empty()) known += (known.empty() ? "" : ", ") + name;
+    throw usage_error(option, "", "'" + text + "' is not a positive number, with or without " + known, "");
+  }
+  return value * suffix->second;
+}
+
+}  // namespace
+
+size_t parse_count(const std::string& option, const std::string& text) {
+  const double count = parse_with_suffix(option, text, {{"", 1}, {"k", 1e3}, {"K", 1e3}, {"M", 1e6}});
+  if (!(count >= 1 && count <= 1e9)) throw usage_error(option, "", "'" + text + "' is not in 1..1000M", "");
+  return static_cast<size_t>(std::llround(count));
+}
+
+double parse_duration(const std::string& option, const std::string& text) {
+  return parse_with_suffix(option, text, {{"", 1}, {"s", 1}, {"m", 60}, {"h", 3600}});
+}
+
+std::vector<double> parse_numbers(const std::string& option, const std::string& text, size_t count) {
+  std::vector<double> values;
+  size_t begin = 0;
+  while (begin <= text.size()) {
+    const size_t end = std::min(text.find(',', begin), text.size());
+    const std::string word = text.substr(begin, end - begin);
+    char* stop = nullptr;
+    const double value = std::strtod(word.c_str(), &stop);
+    if (word.empty() || *stop != 0 || !std::isfinite(value))
+      throw usage_error(option, "", "'" + word + "' in '" + text + "' is not a number", "");
+    values.push_back(value);
+    begin = end + 1;
+  }
+  if (values.size() != count)
+    throw usage_error(option, "", fmt::format("'{}' has {} numbers, {} are needed", text, values.size(), count), "");
+  return values;
+}
+
+std::string field_text(const OptionField& field) {
+  return std::visit(
+      [](const auto& target) -> std::string {
+        if constexpr (std::is_same_v<std::decay_t<decltype(target)>, OptionParser>)
+          return "";
+        else
+          return text_of(*target);
+      },
+      field);
+}
+
+}  // namespace pliant

@@ -1,0 +1,97 @@
+#include <algorithm>
+
+#include "app/simulate/simulate_stage.h"
+
+namespace pliant {
+
+std::vector<Option> material_options(MaterialValues& material) {
+  return {{.name = "young", .field = &material.young, .help = "Young's modulus [Pa]", .value = "E"},
+          {.name = "poisson", .field = &material.poisson, .help = "Poisson's ratio, -1 < nu < 0.5", .value = "NU"},
+          {.name = "density", .field = &material.density, .help = "Density [kg/m^3]", .value = "RHO"}};
+}
+
+OptionTable options_of(SimulateStage& stage) {
+  OptionTable table{
+      "simulate",
+      {
+          {.name = "interactions",
+           .field = &stage.interactions,
+           .help = "JSON array of forces (default: the fit's motion, or one push)",
+           .value = "FILE"},
+          {.name = "material",
+           .field = &stage.material_file,
+           .help = "E(x), nu(x), rho(x), a material.h5 of any particles",
+           .value = "FILE",
+           .exists = true},
+          {.name = "velocity",
+           .field = &stage.velocity_file,
+           .help = "How the motion starts, a velocity.h5 of any particles",
+           .value = "FILE",
+           .exists = true},
+          {.name = "no-fit", .field = &stage.use_fit, .help = "Do not use what a fit found", .off = true},
+          {.name = "fps", .field = &stage.fps, .help = "Frames per second", .low = 1, .high = 1000},
+          {.name = "duration", .field = &stage.duration, .help = "Length of the clip [s]", .low = 0.01, .high = 3600},
+          {.name = "damping-time",
+           .field = &stage.damping_time,
+           .help = "Motion decays as exp(-t / this) [s]; 0 = undamped (default: what a fit found, else 1)",
+           .low = 0},
+          {.name = "auto-push",
+           .field = &stage.push,
+           .help = "Peak deflection of the automatic push, as a share of the object's height",
+           .low = 0.001,
+           .high = 1,
+           .formerly = "push"},
+          {.name = "rest-shape",
+           .field = &stage.rest_shape,
+           .help = "What the captured shape of a pinned object is: free of stress, or loaded by gravity (solve)",
+           .choices = {"captured", "solve"}},
+          {.name = "settle-time",
+           .field = &stage.settle,
+           .help = "Longest time that an unpinned object gets to come to rest first [s]",
+           .low = 0,
+           .formerly = "settle"},
+          {.name = "sleep-speed",
+           .field = &stage.sleep_speed,
+           .help = "Parts slower than this are not computed until something touches them [m/s]",
+           .low = 0},
+          {.name = "flip-time",
+           .field = &stage.flip_time,
+           .help = "Low-dissipation transfer: particles keep what the grid cannot hold this long [s]; 0 = APIC",
+           .low = 0},
+          {.name = "collide-scene",
+           .field = &stage.obstacles,
+           .help = "The rest of the scene is an obstacle",
+           .formerly = "obstacles"},
+          {.name = "no-gravity", .field = &stage.gravity, .help = "No gravity", .off = true},
+          {.name = "no-floor",
+           .field = &stage.floor,
+           .help = "Let the object pass through the plane that it rests on",
+           .off = true},
+          {.name = "physgaussian",
+           .field = &stage.physgaussian,
+           .help = "Configuration of PhysGaussian: object, material, boundaries, time",
+           .value = "FILE",
+           .exists = true},
+          {.name = "physgaussian-bugs",
+           .field = &stage.physgaussian_bugs,
+           .help = "With --physgaussian: repeat the known defects of that program",
+           .formerly = "compat"},
+          {.name = "law",
+           .field = &stage.material.law,
+           .help = "Constitutive law (default fixed_corotated)",
+           .choices = law_names()},
+      }};
+  for (Option& option : material_options(stage.material)) table.options.push_back(std::move(option));
+  for (const MaterialConstant& constant : material_constants()) {
+    std::string name = constant.name;
+    std::replace(name.begin(), name.end(), '_', '-');
+    const auto set = [&stage, &constant, name](const std::vector<std::string>& words) {
+      stage.material.constants[constant.name] = parse_numbers("--" + name, words.back(), 1)[0];
+    };
+    table.options.push_back(
+        {.name = name, .field = set, .help = constant.description, .value = "X", .group = "Constants of the law"});
+  }
+  return table;
+}
+
+}  // namespace pliant

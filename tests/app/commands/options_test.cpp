@@ -1,0 +1,156 @@
+// The options of every stage are described in one table each; commands write them as the tables say.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "app/fit/fit_stage.h"
+#include "app/reconstruct/reconstruct_stage.h"
+#include "app/segment/extract_stage.h"
+#include "app/segment/repair_stage.h"
+#include "app/segment/segment_stage.h"
+#include "app/simulate/export_stage.h"
+#include "app/simulate/render_stage.h"
+#include "app/simulate/seed_stage.h"
+#include "app/simulate/simulate_stage.h"
+#include "gaussians/base/error.h"
+#include "tests/app/run_pliant.h"
+
+namespace pliant {
+namespace {
+
+/// All tables, bound to stages that live as long as the tests.
+const std::vector<OptionTable>& all_tables() {
+  static ReconstructStage reconstruct;
+  static SegmentStage segment;
+  static ExtractStage extract;
+  static RepairStage repair;
+  static SeedStage seed;
+  static FitStage fit;
+  static SimulateStage simulate;
+  static RenderStage render;
+  static ExportStage exported;
+  static const std::vector<OptionTable> tables = {options_of(reconstruct), options_of(segment), options_of(extract),
+                                                  options_of(repair),      options_of(seed),    options_of(fit),
+                                                  options_of(simulate),    options_of(render),  options_of(exported)};
+  return tables;
+}
+
+/// What a command prints on standard output and on standard error, and its exit code.
+struct Printed {
+  std::string out, error;
+  int code = 0;
+};
+Printed print(std::vector<std::string> arguments) {
+  Printed printed;
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  printed.code = run_pliant(std::move(arguments));
+  printed.out = testing::internal::GetCapturedStdout();
+  printed.error = testing::internal::GetCapturedStderr();
+  return printed;
+}
+
+}  // namespace
+
+TEST(Options, EachIsDescribedOnceInOneSentence) {
+  size_t count = 0;
+  for (const OptionTable& table : all_tables()) {
+    std::set<std::string> names;
+    for (const Option& option : table.options) {
+      ++count;
+      const std::string where = table.stage + "." + option.name;
+      EXPECT_TRUE(names.insert(option.name).second) << where << " stands twice in its table";
+      EXPECT_NE(option.formerly, option.name) << where;
+      EXPECT_GT(option.help.size(), 8u) << where;
+      EXPECT_LE(option.help.size(), 130u) << where;
+      EXPECT_NE(option.help.back(), '.') << where;
+      EXPECT_EQ(option.off, option.name.starts_with("no-")) << where;
+      if (option.off) EXPECT_TRUE(std::holds_alternative<bool*>(option.field)) << where;
+    }
+  }
+  EXPECT_GT(count, 120u);
+}
+
+// The default of a field is a value that its option takes.
+TEST(Options, DefaultsLieInTheirRanges) {
+  for (const OptionTable& table : all_tables())
+    for (const Option& option : table.options) {
+      const std::string where = table.stage + "." + option.name, text = field_text(option.field);
+      if (std::holds_alternative<int*>(option.field) || std::holds_alternative<double*>(option.field)) {
+        const double value = std::stod(text);
+        EXPECT_TRUE(value >= option.low && value <= option.high && (!option.positive || value > 0)) << where;
+      }
+      if (std::holds_alternative<std::string*>(option.field) && !option.choices.empty() && !text.empty())
+        EXPECT_TRUE(std::set<std::string>(option.choices.begin(), option.choices.end()).count(text)) << where;
+    }
+}
+
+TEST(Options, OfAStageNeedNoPrefixInItsOwnCommandAndHaveOneInRun) {
+  const Printed run = print({"run", "--help-all"});
+  EXPECT_EQ(run.code, 0);
+  for (const OptionTable& table : all_tables()) {
+    const std::string own = print({table.stage, "--help"}).out;
+    for (const Option& option : table.options) {
+      EXPECT_NE(own.find("--" + option.name), std::string::npos) << table.stage << " --" << option.name;
+      if (table.stage == "export") continue;  // not a part of `run`
+      const bool shown = run.out.find("--" + table.stage + "." + option.name) != std::string::npos ||
+                         run.out.find("  --" + option.name) != std::string::npos;
+      const bool of_run = (table.stage == "simulate" && option.name == "no-fit") ||
+                          (table.stage == "seed" && option.name == "material");
+      EXPECT_TRUE(shown || of_run) << "run --" << table.stage << "." << option.name;
+    }
+  }
+}
+
+TEST(Options, HelpOfRunFitsOnOneScreen) {
+  const Printed help = print({"run", "--help"});
+  EXPECT_EQ(help.code, 0);
+  EXPECT_LE(std::count(help.out.begin(), help.out.end(), '\n'), 45);
+  size_t begin = 0;
+  while (begin < help.out.size()) {
+    const size_t end = help.out.find('\n', begin);
+    EXPECT_LE(end - begin, 100u) << help.out.substr(begin, end - begin);
+    begin = end + 1;
+  }
+}
+
+TEST(Options, AnEarlierSpellingIsRefusedWithTheNewOne) {
+  const auto refused = [](std::vector<std::string> arguments, const std::string& now) {
+    const Printed printed = print(arguments);
+    EXPECT_EQ(printed.code, 2) << now;
+    EXPECT_NE(printed.error.find("is now " + now), std::string::npos) << printed.error;
+  };
+  refused({"seed", "dir", "--drivers", "pgas"}, "--sampling");
+  refused({"simulate", "dir", "--push=0.1"}, "--auto-push");
+  refused({"fit", "dir", "--until", "2"}, "--end");
+  refused({"segment", "scene", "--segment-iterations", "5"}, "--iterations");
+  refused({"run", "scene", "--fps", "12"}, "--simulate.fps");
+  refused({"run", "scene", "--fit-until", "2"}, "--fit.end");
+  refused({"run", "scene", "--particles", "500"}, "--seed.particles");
+  refused({"run", "scene", "--camera", "a"}, "--render.camera");
+  refused({"run", "scene", "--no-orbit"}, "--render.no-orbit");
+}
+
+TEST(Options, ValuesOutsideOfTheirRangeAreUsageErrors) {
+  for (const OptionTable& table : all_tables())
+    for (const Option& option : table.options) {
+      const bool number = std::holds_alternative<int*>(option.field) || std::holds_alternative<double*>(option.field) ||
+                          std::holds_alternative<std::optional<int>*>(option.field) ||
+                          std::holds_alternative<std::optional<double>*>(option.field);
+      std::vector<std::string> bad;
+      if (number) bad = {"many", "nan"};
+      if (number && std::isfinite(option.low)) bad.push_back(std::to_string(static_cast<int>(option.low) - 1));
+      if (!option.choices.empty()) bad = {"nothing"};
+      if (option.exists) bad = {"no/such/file"};
+      for (const std::string& value : bad) {
+        const std::string name = "--" + table.stage + "." + option.name;
+        const Printed printed = print({table.stage, "dir", name + "=" + value});
+        EXPECT_EQ(printed.code, 2) << name << " " << value;
+        EXPECT_NE(printed.error.find(option.name), std::string::npos) << printed.error;
+      }
+    }
+}
+
+}  // namespace pliant
