@@ -53,6 +53,7 @@ json run_fit(const Context& context, RunDirectory& run, const Scene& scene, cons
   const ObjectMaterial material = check_material(scene, stage.material, true);
   StageKey key{"fit",
                {{"material", material_to_json(material)},
+                {"up", {scene.up.x(), scene.up.y(), scene.up.z()}},
                 {"from", stage.from},
                 {"until", stage.until},
                 {"points", stage.points},

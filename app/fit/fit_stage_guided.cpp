@@ -53,6 +53,7 @@ json run_guided_fit(const Context& context, RunDirectory& run, const Scene& scen
   const double fps = stage.fps > 0 ? stage.fps : kFps;
   StageKey key{"fit",
                {{"material", material_to_json(material)},
+                {"up", {scene.up.x(), scene.up.y(), scene.up.z()}},
                 {"compare", compare_to_json(compare)},
                 {"frames", compare.guide_frames},
                 {"fps", fps},

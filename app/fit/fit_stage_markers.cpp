@@ -162,6 +162,7 @@ json run_marker_fit(const Context& context, RunDirectory& run, const Scene& scen
   const bool guessed = material.young == kUnknownYoung && !stage.material.young;
   StageKey key{"fit",
                {{"material", material_to_json(material)},
+                {"up", {scene.up.x(), scene.up.y(), scene.up.z()}},
                 {"axes", m.axes},
                 {"units", m.units},
                 {"offset", m.offset},

@@ -291,11 +291,15 @@ void add_video_to_key(StageKey& key, const Scene& scene, const FitStage& stage) 
   if (stage.compare_fps > 0) key.options["compare_fps"] = stage.compare_fps;
   if (has_mask(stage)) key.inputs["video_mask"] = stage.video_mask;
   if (!stage.pose.empty()) key.inputs["pose"] = stage.pose;
-  if (!stage.generate.command.empty())
+  if (!stage.generate.command.empty()) {
     key.options["generate"] = {
         {"command", stage.generate.command}, {"prompt", stage.generate.prompt}, {"frames", stage.generate.frames}};
-  else
-    key.inputs["video"] = named_video(scene, stage).file;
+  } else {
+    const NamedVideo video = named_video(scene, stage);
+    key.inputs["video"] = video.file;
+    key.options["camera"] = video.camera;
+    key.options["fps"] = video.fps;
+  }
   if (const auto folder = physdreamer_folder(scene); folder && !folder->masks.empty())
     key.inputs["masks"] = scene.source / "masks";
   for (size_t i = 0; i < stage.further.size(); ++i) {

@@ -63,7 +63,11 @@ json run_extract(const Context& context, RunDirectory& run, const Scene& scene, 
   const std::string folder = folder_of_object(id, name);
 
   const StageKey key{"extract",
-                     {{"id", id}, {"threshold", stage.threshold}, {"hull", stage.hull}},
+                     {{"id", id},
+                      {"threshold", stage.threshold},
+                      {"hull", stage.hull},
+                      {"support", scene.settings.support},
+                      {"up", {scene.up.x(), scene.up.y(), scene.up.z()}}},
                      {{"segmentation", run / "segmentation.h5"}},
                      {folder + "/object.ply", "background.ply", "extract.png"}};
   return run.stage(context, key, [&]() -> json {

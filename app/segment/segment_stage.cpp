@@ -215,6 +215,8 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     key.options["automatic"] = true;
   else if (!selecting)
     key.inputs["masks"] = masks_folder;
+  const bool reads_names = grouping || key.inputs.count("masks");
+  if (reads_names && !scene.settings.labels.empty()) key.inputs["labels"] = scene.settings.labels;
   if (prompted) add_inputs(stage.label.models, key);
   for (const int c : marked) {
     if (!scene.cameras[c].photo.empty()) key.inputs["photo " + scene.cameras[c].name] = scene.cameras[c].photo;

@@ -71,9 +71,13 @@ Box robust_bounds(const GaussianCloud& cloud) {
   return box;
 }
 
+std::string wanted_camera(const Scene& scene, const std::string& name) {
+  return !name.empty() ? name : scene.settings.video ? scene.settings.video->camera : "";
+}
+
 Camera clip_camera(const Scene& scene, const std::string& name, const Box& object) {
   CHECK(!scene.cameras.empty());
-  const std::string wanted = !name.empty() ? name : scene.settings.video ? scene.settings.video->camera : "";
+  const std::string wanted = wanted_camera(scene, name);
   if (!wanted.empty()) {
     for (const Camera& camera : scene.cameras)
       if (camera.name == wanted) return camera;

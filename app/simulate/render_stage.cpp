@@ -34,7 +34,9 @@ void write_contact_sheet(const std::filesystem::path& file, const std::vector<Im
 
 json run_render(const Context& context, RunDirectory& run, const Scene& scene, const RenderStage& options) {
   StageKey key{"render",
-               {{"camera", options.camera}, {"orbit", options.orbit}},
+               {{"camera", wanted_camera(scene, options.camera)},
+                {"orbit", options.orbit},
+                {"up", {scene.up.x(), scene.up.y(), scene.up.z()}}},
                moving_scene_files(run),
                {"clip.mp4", "clip_frames.png"}};
   if (options.frames) {

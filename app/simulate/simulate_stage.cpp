@@ -158,7 +158,7 @@ json run_simulate(const Context& context, RunDirectory& run, const Scene& scene,
       fitted || given ? check_material(scene, stage.material, true) : check_material(scene, stage);
 
   StageKey key{"simulate",
-               {{"material", material_to_json(material)}},
+               {{"material", material_to_json(material)}, {"up", {scene.up.x(), scene.up.y(), scene.up.z()}}},
                {{"particles", run / (folder + "/particles.h5")}},
                {folder + "/trajectory.h5", "interactions.json"}};
   if (fitted || given) key.inputs["material"] = material_file;
