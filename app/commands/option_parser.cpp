@@ -89,6 +89,7 @@ void note_earlier_spellings(Program& program, const CLI::App& command, const std
     if (!own) note("--" + stage + "-" + name, false);
   }
   if (!option.formerly.empty()) note("--" + option.formerly, false);
+  note("--" + option.name, false);
 }
 
 }  // namespace
@@ -100,8 +101,12 @@ void add_options(CLI::App& command, Program& program, const OptionTable& table, 
     const bool brief = spelling.own || spelling.brief.count(option.name);
     note_earlier_spellings(program, command, table.stage, option, spelling.own, brief ? plain : full);
     CLI::Option* added = bound(command, brief ? plain + "," + full : full, option);
-    if (!option.choices.empty()) added->check(CLI::IsMember(option.choices));
-    if (option.exists) added->check(CLI::ExistingPath);
+    if (!option.choices.empty() && option.exists)
+      added->check(CLI::IsMember(option.choices) | CLI::ExistingPath);
+    else if (!option.choices.empty())
+      added->check(CLI::IsMember(option.choices));
+    else if (option.exists)
+      added->check(CLI::ExistingPath);
 
     // The help: groups, what stands for the value, and the default.
     std::string group = option.group;

@@ -22,8 +22,9 @@ void add_reconstruct(CLI::App& app, Program& program) {
   add_out(*command, program, "Scene folder to make or continue (default: PHOTOS_scene)");
   add_overwrite(*command, program);
   add_common(*command, program);
-  command->callback([options, &program] {
-    program.action = [options, &program](Context& context) {
+  command->callback([options, command, &program] {
+    program.action = [options, command, &program](Context& context) {
+      check_given(*command, options->stage);
       const std::string out = program.out.empty() ? default_out(options->source, "scene") : program.out;
       RunDirectory run = RunDirectory::create(out);
       const nlohmann::json summary = run_reconstruct(context, run, options->source, options->stage);

@@ -5,8 +5,28 @@
 #include "app/commands/stage_options.h"
 #include "app/simulate/pictures.h"
 #include "app/simulate/render_stage.h"
+#include "gaussians/base/error.h"
 
 namespace pliant {
+namespace {
+
+OptionTable picture_options(PictureOptions& pictures) {
+  return {
+      "images",
+      {{.name = "cameras",
+        .field = &pictures.cameras,
+        .help = "Of a scene: 'scene', 'orbit', or a camera file",
+        .value = "FILE"},
+       {.name = "background",
+        .field = &pictures.background,
+        .help = "Background color in 0..1",
+        .value = "r,g,b",
+        .numbers = 3},
+       {.name = "depth", .field = &pictures.depth, .help = "Also write depth images (near = bright)"},
+       {.name = "antialiased", .field = &pictures.antialiased, .help = "Opacity compensation for mip-trained scenes"}}};
+}
+
+}  // namespace
 
 void add_render(CLI::App& app, Program& program) {
   CLI::App* command = app.add_subcommand("render", "Pictures of a scene, or the clip of a run directory");
@@ -18,24 +38,26 @@ void add_render(CLI::App& app, Program& program) {
   auto options = std::make_shared<Options>();
   add_scene_options(*command, program, options->scene);
   add_options(*command, program, options_of(options->stage));
-  command->add_option("--cameras", options->pictures.cameras, "Of a scene: 'scene', 'orbit', or a camera file")
-      ->capture_default_str();
-  command->add_option("--background", options->pictures.background, "Background colour r,g,b in 0..1")
-      ->expected(3)
-      ->delimiter(',');
-  command->add_flag("--depth", options->pictures.depth, "Also write depth pictures (near = bright)");
-  command->add_flag("--antialiased", options->pictures.antialiased, "Opacity compensation for mip-trained scenes");
+  add_options(*command, program, picture_options(options->pictures));
   add_out(*command, program, "Of a scene: folder for the pictures, or a .mp4 file");
   add_overwrite(*command, program);
   add_common(*command, program);
-  command->callback([options, &program] {
-    program.action = [options, &program](Context& context) -> nlohmann::json {
+  command->callback([options, command, &program] {
+    program.action = [options, command, &program](Context& context) -> nlohmann::json {
       const std::filesystem::path source = options->scene.source;
       // A reconstructed scene has a run.json of its own.
       if (std::filesystem::exists(source / "run.json") && !std::filesystem::exists(source / "scene.json")) {
+        const Unused of_scenes = {
+            "does nothing for a run directory, whose clip is rendered", "leave it out, or render the scene", {}};
+        refuse_given(*command, options_of(options->scene), of_scenes);
+        refuse_given(*command, picture_options(options->pictures), of_scenes);
+        if (!program.out.empty()) throw usage_error("render", "--out", of_scenes.why, of_scenes.advice);
         RunDirectory run = RunDirectory::open(source);
         return run_render(context, run, load_run_scene(run), options->stage);
       }
+      refuse_given(
+          *command, options_of(options->stage),
+          {"does nothing for a scene, of which images are rendered", "leave it out, or render a run directory", {}});
       if (program.out.empty()) throw CLI::RequiredError("--out");
       const Scene scene = load_scene(source, options->scene.load_options());
       return render_pictures(context, scene, options->pictures, program.out);

@@ -38,9 +38,12 @@ std::string why_no_fit(const Scene& scene, const RunOptions& options) {
   return seen ? "" : "without a reference video";
 }
 
-nlohmann::json run_all(Context& context, const Program& program, const RunOptions& options) {
+nlohmann::json run_all(Context& context, const Program& program, const CLI::App& command, RunOptions& options) {
+  check_given(command, options.segment);
+  check_given(command, options.seed);
+  check_given(command, options.simulate);
   RunDirectory run = RunDirectory::create(program.out.empty() ? default_out(options.scene.source, "run") : program.out);
-  const Scene scene = attach_or_reconstruct(context, run, options.scene, options.reconstruct, options.segment);
+  const Scene scene = attach_or_reconstruct(context, command, run, options.scene, options.reconstruct, options.segment);
   const std::string no_fit = why_no_fit(scene, options);
   const bool fits = no_fit.empty();
   if (fits) {
@@ -116,8 +119,8 @@ void add_run(CLI::App& app, Program& program) {
   add_overwrite(*command, program);
   add_common(*command, program);
   command->footer("Options of the stages, such as --simulate.fps: pliant run --help-all");
-  command->callback([options, &program] {
-    program.action = [options, &program](Context& context) { return run_all(context, program, *options); };
+  command->callback([options, command, &program] {
+    program.action = [=, &program](Context& context) { return run_all(context, program, *command, *options); };
   });
 }
 

@@ -54,13 +54,15 @@ void add_segment(CLI::App& app, Program& program) {
   add_common(*command, program);
   const CLI::App* edit = add_edit(*command, program);
   command->get_option("SCENE")->required(false);
-  command->callback([options, edit, &program] {
+  command->callback([options, edit, command, &program] {
     if (edit->parsed()) return;
     if (options->scene.source.empty()) throw CLI::RequiredError("SCENE");
-    program.action = [options, &program](Context& context) {
+    program.action = [options, command, &program](Context& context) {
+      check_given(*command, options->stage);
       const std::string out = program.out.empty() ? default_out(options->scene.source, "run") : program.out;
       RunDirectory run = RunDirectory::create(out);
-      const Scene scene = attach_or_reconstruct(context, run, options->scene, options->reconstruct, options->stage);
+      const Scene scene =
+          attach_or_reconstruct(context, *command, run, options->scene, options->reconstruct, options->stage);
       return run_segment(context, run, scene, options->stage);
     };
   });

@@ -57,11 +57,14 @@ void add_scene_options(CLI::App& command, Program& program, SceneOptions& option
   add_options(command, program, options_of(options), spelling);
 }
 
-Scene attach_or_reconstruct(const Context& context, RunDirectory& run, const SceneOptions& options,
-                            ReconstructStage stage, const SegmentStage& segment) {
+Scene attach_or_reconstruct(const Context& context, const CLI::App& command, RunDirectory& run,
+                            const SceneOptions& options, ReconstructStage stage, const SegmentStage& segment) {
   std::string source = options.source;
   const bool untrained = lacks_splats(source);
   check_networks(segment);
+  check_given(command, stage);
+  if (!untrained && !segment.joint)
+    refuse_given(command, options_of(stage), {"does nothing: the scene is trained already", "leave it out", {}});
   stage.joint = segment.joint;
   stage.masks = segment.masks;
   if (segment.joint && !untrained) stage.splats = load_scene(source, options.load_options()).settings.splats.string();

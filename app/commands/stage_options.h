@@ -9,6 +9,9 @@
 
 namespace pliant {
 
+struct SeedStage;
+struct SimulateStage;
+
 /// The scene argument and how to read it; shared by every command that starts from a scene.
 struct SceneOptions {
   std::string source;
@@ -27,16 +30,33 @@ Option level_option(std::optional<int>& level);
 
 /// The scene of `run` and `segment`: a source without Gaussians, or with
 /// segment.joint, is first trained into `scene` of the run directory.
-Scene attach_or_reconstruct(const Context& context, RunDirectory& run, const SceneOptions& options,
-                            ReconstructStage stage, const SegmentStage& segment);
+/// Options of the reconstruction that `command` was given for a scene which needs none are refused.
+Scene attach_or_reconstruct(const Context& context, const CLI::App& command, RunDirectory& run,
+                            const SceneOptions& options, ReconstructStage stage, const SegmentStage& segment);
 
 /// Where results of a source go when nobody says: NAME_run, or NAME_scene, in the current folder.
 std::string default_out(const std::string& source, const std::string& ending);
 
+/// Options that do nothing in a certain case.
+struct Unused {
+  std::string why;              ///< "does nothing ..."
+  std::string advice;           ///< what to do instead
+  std::set<std::string> names;  ///< of a table; empty = all of them
+};
+/// Throws Error{kUsage} for the first of these that the user gave.
+void refuse_given(const CLI::App& command, const OptionTable& table, const Unused& unused);
+
+// What would be ignored is refused, by the command line alone.
+void check_given(const CLI::App& command, ReconstructStage& stage);
+void check_given(const CLI::App& command, SegmentStage& stage);
+void check_given(const CLI::App& command, SeedStage& stage);
+void check_given(const CLI::App& command, SimulateStage& stage);
+
 /// A command that works on an existing run directory: `pliant NAME DIR [options]`.
 template <class Stage>
 void add_stage_command(CLI::App& app, Program& program, const std::string& name, const std::string& description,
-                       nlohmann::json (*run_stage)(const Context&, RunDirectory&, const Scene&, const Stage&)) {
+                       nlohmann::json (*run_stage)(const Context&, RunDirectory&, const Scene&, const Stage&),
+                       void (*check)(const CLI::App&, Stage&) = nullptr) {
   CLI::App* command = app.add_subcommand(name, description);
   auto directory = std::make_shared<std::string>();
   auto stage = std::make_shared<Stage>();
@@ -46,6 +66,7 @@ void add_stage_command(CLI::App& app, Program& program, const std::string& name,
   add_common(*command, program);
   command->callback([=, &program] {
     program.action = [=](Context& context) {
+      if (check) check(*command, *stage);
       RunDirectory run = RunDirectory::open(*directory);
       const Scene scene = load_run_scene(run);
       return run_stage(context, run, scene, *stage);

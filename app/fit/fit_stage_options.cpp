@@ -29,7 +29,9 @@ std::vector<Option> video_options(FitStage& stage) {
        .field = paired(stage, &FitStage::video_mask, &Further::mask),
        .help =
            "Image, folder or video: what is dark there, such as a hand, is not compared; 'none' for a video without",
-       .value = "FILE|none"},
+       .value = "FILE|none",
+       .choices = {"none"},
+       .exists = true},
       {.name = "video-pose",
        .field = &stage.pose,
        .help = "File with the camera that took it (transforms.json, cameras.json, COLMAP)",

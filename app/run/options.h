@@ -26,7 +26,7 @@ struct Option {
   std::string group{};  ///< heading in the help; empty = the stage's
   double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
   bool positive = false;               ///< more than 0
-  std::vector<std::string> choices{};  ///< the words that are allowed; empty = any
+  std::vector<std::string> choices{};  ///< the words that are allowed; empty = any; with `exists`, besides files
   bool exists = false;                 ///< the value names a file or folder that is there
   bool off = false;                    ///< a flag that makes its field false
   size_t numbers = 0;                  ///< length of a vector of numbers; 0 = any

@@ -15,7 +15,10 @@
 #include "app/simulate/seed_stage.h"
 #include "app/simulate/simulate_stage.h"
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/splats/ply.h"
 #include "tests/app/run_pliant.h"
+#include "tests/temporary_folder.h"
 
 namespace pliant {
 namespace {
@@ -131,6 +134,8 @@ TEST(Options, AnEarlierSpellingIsRefusedWithTheNewOne) {
   refused({"run", "scene", "--particles", "500"}, "--seed.particles");
   refused({"run", "scene", "--camera", "a"}, "--render.camera");
   refused({"run", "scene", "--no-orbit"}, "--render.no-orbit");
+  refused({"run", "scene", "--hold-out-every", "4"}, "--reconstruct.hold-out-every");
+  refused({"segment", "scene", "--max-gaussians", "1k"}, "--reconstruct.max-gaussians");
 }
 
 TEST(Options, ValuesOutsideOfTheirRangeAreUsageErrors) {
@@ -151,6 +156,42 @@ TEST(Options, ValuesOutsideOfTheirRangeAreUsageErrors) {
         EXPECT_NE(printed.error.find(option.name), std::string::npos) << printed.error;
       }
     }
+}
+
+// What an option of one kind makes useless is refused by its name, before anything is written.
+TEST(Options, WhatWouldBeIgnoredIsRefused) {
+  const TemporaryFolder folder;
+  const std::string config = folder.file("config.json", "{}").string(), out = (folder / "out").string();
+  const std::string run = (folder / "run").string(), scene = (folder / "scene.ply").string();
+  std::filesystem::create_directories(run);
+  write_text(folder / "run/run.json", R"({"scene": null, "stages": {}})");
+  GaussianCloud cloud;
+  cloud.resize(20);
+  write_ply(scene, cloud);
+  const auto refused = [](std::vector<std::string> arguments, const std::string& option) {
+    const Printed printed = print(arguments);
+    EXPECT_EQ(printed.code, 2) << option;
+    EXPECT_NE(printed.error.find(option + ": does nothing"), std::string::npos) << option << ": " << printed.error;
+  };
+  for (const std::string option : {"--particles=500", "--pin-below=0.1", "--no-pin-contact"})
+    refused({"seed", run, "--physgaussian", config, option}, option.substr(0, option.find('=')));
+  for (const std::string option : {"--fps=12", "--duration=1", "--damping-time=1", "--auto-push=0.1", "--settle-time=1",
+                                   "--no-gravity", "--no-floor", "--young=1e4", "--law=sand", "--friction-angle=30"})
+    refused({"simulate", run, "--physgaussian", config, option}, option.substr(0, option.find('=')));
+  refused({"simulate", run, "--physgaussian-bugs"}, "--physgaussian-bugs");
+  refused({"simulate", run, "--interactions", config, "--auto-push=0.1"}, "--auto-push");
+  refused({"segment", scene, "--out", out, "--box", "0,1,1,9,9", "--masks", run}, "--masks");
+  refused({"segment", scene, "--out", out, "--sphere", "0,0,0,1", "--associate", "never"}, "--associate");
+  refused({"segment", scene, "--out", out, "--auto", "--stroke-width", "3"}, "--stroke-width");
+  refused({"segment", scene, "--out", out, "--joint", "--no-vote"}, "--no-vote");
+  refused({"segment", scene, "--out", out, "--gaussian-grouping", run, "--iterations", "5"}, "--iterations");
+  refused({"segment", scene, "--out", out, "--reconstruct.exposure"}, "--reconstruct.exposure");
+  refused({"run", scene, "--out", out, "--time-limit", "5m"}, "--time-limit");
+  refused({"run", scene, "--out", out, "--physgaussian", config, "--simulate.fps", "12"}, "--simulate.fps");
+  for (const std::string option : {"--depth", "--antialiased", "--cameras=orbit", "--background=1,1,1", "--up=0,0,1"})
+    refused({"render", run, option}, option.substr(0, option.find('=')));
+  refused({"render", run, "--out", out}, "--out");
+  refused({"render", scene, "--out", out, "--no-orbit"}, "--no-orbit");
 }
 
 }  // namespace pliant

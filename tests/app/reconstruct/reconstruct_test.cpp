@@ -255,13 +255,13 @@ TEST_F(Reconstruct, LabelsTrainedAlongWithTheSceneDivideItsGaussians) {
                                             "--joint",
                                             "--masks",
                                             (folder / "set/masks").string(),
-                                            "--init",
+                                            "--reconstruct.init",
                                             "random",
-                                            "--max-gaussians",
+                                            "--reconstruct.max-gaussians",
                                             "1k",
-                                            "--sh-degree",
+                                            "--reconstruct.sh-degree",
                                             "0",
-                                            "--iterations",
+                                            "--reconstruct.iterations",
                                             "400",
                                             "--out",
                                             (folder / "run").string()};
@@ -282,12 +282,12 @@ TEST_F(Reconstruct, LabelsTrainedAlongWithTheSceneDivideItsGaussians) {
   ASSERT_EQ(run_quietly(segment), 0) << "what is done is not done again";
 
   // A scene that is trained already keeps its Gaussians.
-  ASSERT_EQ(
-      run_quietly({"segment", (folder / "run/scene").string(), "--joint", "--masks", (folder / "set/masks").string(),
-                   "--iterations", "20", "--sh-degree", "0", "--out", (folder / "again").string()}),
-      0);
+  ASSERT_EQ(run_quietly({"segment", (folder / "run/scene").string(), "--joint", "--masks",
+                         (folder / "set/masks").string(), "--reconstruct.iterations", "20", "--reconstruct.sh-degree",
+                         "0", "--out", (folder / "again").string()}),
+            0);
   EXPECT_EQ(load_scene(folder / "again/scene").cloud.size(), scene.cloud.size());
-  EXPECT_EQ(run_quietly({"segment", (folder / "set").string(), "--joint", "--iterations", "5", "--out",
+  EXPECT_EQ(run_quietly({"segment", (folder / "set").string(), "--joint", "--reconstruct.iterations", "5", "--out",
                          (folder / "none").string()}),
             2)
       << "no masks";

@@ -1,0 +1,64 @@
+#include "app/commands/stage_options.h"
+#include "app/simulate/seed_stage.h"
+#include "app/simulate/simulate_stage.h"
+#include "gaussians/base/error.h"
+
+namespace pliant {
+
+void refuse_given(const CLI::App& command, const OptionTable& table, const Unused& unused) {
+  for (const Option& option : table.options) {
+    if (!unused.names.empty() && !unused.names.count(option.name)) continue;
+    const CLI::Option* added = command.get_option_no_throw("--" + table.stage + "." + option.name);
+    if (added && added->count() > 0)
+      throw usage_error(command.get_name(), "--" + added->get_lnames().front(), unused.why, unused.advice);
+  }
+}
+
+void check_given(const CLI::App& command, ReconstructStage& stage) {
+  if (stage.train.seconds > 0)
+    refuse_given(command, options_of(stage),
+                 {"does nothing with --time-limit", "leave one of them out", {"iterations"}});
+}
+
+void check_given(const CLI::App& command, SegmentStage& stage) {
+  const OptionTable table = options_of(stage);
+  const bool lines = !stage.clicks.empty() || !stage.strokes.empty();
+  const bool selects = lines || !stage.boxes.empty() || !stage.aabb.empty() || !stage.sphere.empty();
+  if (selects)
+    refuse_given(command, table,
+                 {"does nothing beside a selection", "leave one of them out", {"masks", "mask-zero", "associate"}});
+  if (!lines)
+    refuse_given(command, table, {"does nothing without --click or --stroke", "leave it out", {"stroke-width"}});
+  if (stage.joint || !stage.gaussian_grouping.empty())
+    refuse_given(
+        command, table,
+        {"does nothing where the labels are trained already", "leave it out", {"iterations", "no-vote", "associate"}});
+}
+
+void check_given(const CLI::App& command, SeedStage& stage) {
+  if (!stage.physgaussian.empty())
+    refuse_given(command, options_of(stage),
+                 {"does nothing with --physgaussian, whose grid and pins are taken",
+                  "leave it out",
+                  {"particles", "pin-below", "no-pin-contact"}});
+}
+
+void check_given(const CLI::App& command, SimulateStage& stage) {
+  const OptionTable table = options_of(stage);
+  if (stage.physgaussian.empty()) {
+    refuse_given(command, table, {"does nothing without --physgaussian", "leave it out", {"physgaussian-bugs"}});
+    if (!stage.interactions.empty())
+      refuse_given(command, table, {"does nothing with --interactions", "leave one of them out", {"auto-push"}});
+    return;
+  }
+  std::set<std::string> unused = {"interactions", "fps",           "duration",    "damping-time",
+                                  "auto-push",    "rest-shape",    "settle-time", "sleep-speed",
+                                  "flip-time",    "collide-scene", "no-gravity",  "no-floor",
+                                  "law",          "young",         "poisson",     "density"};
+  for (const Option& option : table.options)
+    if (option.group == "Constants of the law") unused.insert(option.name);
+  refuse_given(command, table,
+               {"does nothing with --physgaussian, whose configuration says it", "write it there", unused});
+}
+
+}  // namespace pliant
