@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <map>
 #include <regex>
@@ -16,6 +15,8 @@
 #include <sstream>
 #include <string>
 #include <vector>
+
+#include "tests/source_text.h"
 
 namespace fs = std::filesystem;
 
@@ -82,21 +83,16 @@ const std::vector<Source>& sources() {
   static const std::vector<Source> all = [] {
     const std::regex include(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
     std::vector<Source> out;
-    for (const char* top : {"gaussians", "segmentation", "physics", "fitting", "app", "tests"}) {
-      for (const auto& entry : fs::recursive_directory_iterator(kRoot / top)) {
-        const std::string extension = entry.path().extension();
-        if (extension != ".h" && extension != ".cpp") continue;
-        Source source;
-        source.path = fs::relative(entry.path(), kRoot).generic_string();
-        source.folder = folder_of(source.path);
-        std::ifstream in(entry.path());
-        for (std::string line; std::getline(in, line);) {
-          std::smatch match;
-          if (std::regex_search(line, match, include))
-            (match[1] == "\"" ? source.quoted : source.angular).push_back(match[2]);
-        }
-        out.push_back(std::move(source));
+    for (const std::string& path :
+         source_text::sources_below(kRoot, {"gaussians", "segmentation", "physics", "fitting", "app", "tests"})) {
+      Source source{path, folder_of(path), {}, {}};
+      std::istringstream in(source_text::text_of(kRoot / path));
+      for (std::string line; std::getline(in, line);) {
+        std::smatch match;
+        if (std::regex_search(line, match, include))
+          (match[1] == "\"" ? source.quoted : source.angular).push_back(match[2]);
       }
+      out.push_back(std::move(source));
     }
     return out;
   }();
@@ -112,10 +108,8 @@ std::map<std::string, std::set<std::string>> permissions() {
   for (const auto& [top, below] : kRooms) {
     for (const auto& entry : fs::recursive_directory_iterator(kRoot / top)) {
       if (entry.path().filename() != "CMakeLists.txt") continue;
-      std::ostringstream text;
-      text << std::ifstream(entry.path()).rdbuf();
+      const std::string content = source_text::text_of(entry.path());
       std::smatch match;
-      const std::string content = text.str();
       if (!std::regex_search(content, match, room)) continue;
       const std::string here = fs::relative(entry.path().parent_path(), kRoot).generic_string();
       folder[match[1]] = here;
@@ -200,7 +194,7 @@ TEST(Architecture, FoldersIncludeEachOtherInNoCircle) {
 }
 
 TEST(Architecture, NoFolderHasMoreThanFortyFiles) {
-  for (const auto& [top, below] : std::map<std::string, std::set<std::string>>{kRooms.begin(), kRooms.end()}) {
+  for (const auto& [top, below] : kRooms) {
     std::map<std::string, int> files;
     for (const std::string& place : {top, "tests/" + top}) {
       for (const auto& entry : fs::recursive_directory_iterator(kRoot / place))

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <fstream>
 #include <set>
+#include <sstream>
 
 namespace source_text {
 namespace {
@@ -29,6 +31,21 @@ size_t end_of_literal(std::string_view s, size_t i) {
 }
 
 }  // namespace
+
+std::vector<std::string> sources_below(const std::filesystem::path& root, const std::vector<std::string>& folders) {
+  std::vector<std::string> out;
+  for (const std::string& folder : folders)
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(root / folder))
+      if (entry.path().extension() == ".h" || entry.path().extension() == ".cpp")
+        out.push_back(std::filesystem::relative(entry.path(), root).generic_string());
+  return out;
+}
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ostringstream out;
+  out << std::ifstream(file).rdbuf();
+  return out.str();
+}
 
 std::vector<Token> tokens_of(std::string_view s) {
   static const std::string_view signs[] = {"<<=", ">>=", "->*", "<=>", "...", "->", "::", "<<", "&&", "||", "==", "!=",

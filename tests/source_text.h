@@ -1,11 +1,16 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
 /// What the tests of the sources read: tokens of C++ without comments and preprocessor lines.
 namespace source_text {
+
+/// Paths from `root` of every .h and .cpp below these folders of it.
+std::vector<std::string> sources_below(const std::filesystem::path& root, const std::vector<std::string>& folders);
+std::string text_of(const std::filesystem::path& file);
 
 struct Token {
   enum class Kind { kWord, kNumber, kLiteral, kSign } kind;

@@ -2,40 +2,23 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <set>
-#include <sstream>
 
 #include "tests/source_text.h"
 
 namespace fs = std::filesystem;
 using source_text::comma_joined_statements;
+using source_text::sources_below;
+using source_text::text_of;
 using source_text::tokens_of;
 using source_text::types_defined;
 
 namespace {
 
 const fs::path kRoot = PLIANT_SOURCE_DIR;
-
-std::vector<fs::path> sources_below(std::initializer_list<const char*> folders) {
-  std::vector<fs::path> out;
-  for (const char* folder : folders)
-    for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder))
-      if (entry.path().extension() == ".h" || entry.path().extension() == ".cpp") out.push_back(entry.path());
-  return out;
-}
-
-std::string text_of(const fs::path& file) {
-  std::ostringstream out;
-  out << std::ifstream(file).rdbuf();
-  return out.str();
-}
-
-std::string name_of(const fs::path& file) { return fs::relative(file, kRoot).generic_string(); }
 
 }  // namespace
 
@@ -49,19 +32,20 @@ TEST(Sources, AreFormattedByTheirClangFormat) {
 }
 
 TEST(Sources, HoldOneStatementALine) {
-  for (const fs::path& file : sources_below({"gaussians", "segmentation", "physics", "fitting", "app", "tests"}))
-    for (int line : comma_joined_statements(tokens_of(text_of(file))))
-      ADD_FAILURE() << name_of(file) << ":" << line << " joins statements by a comma";
+  for (const std::string& file :
+       sources_below(kRoot, {"gaussians", "segmentation", "physics", "fitting", "app", "tests"}))
+    for (int line : comma_joined_statements(tokens_of(text_of(kRoot / file))))
+      ADD_FAILURE() << file << ":" << line << " joins statements by a comma";
 }
 
 // Two types of one name in one program are one type to the linker (the one definition rule): their constructors and
 // destructors are weak symbols, of which it keeps either.
 TEST(Sources, DefineEveryTypeOfANamedNamespaceOnce) {
   std::map<std::string, std::set<std::string>> files;
-  for (const fs::path& file : sources_below({"gaussians", "segmentation", "physics", "fitting", "app"}))
-    for (const std::string& type : types_defined(tokens_of(text_of(file)))) {
-      const bool first = files[type].insert(name_of(file)).second;
-      EXPECT_TRUE(first) << type << " is defined twice in " << name_of(file);
+  for (const std::string& file : sources_below(kRoot, {"gaussians", "segmentation", "physics", "fitting", "app"}))
+    for (const std::string& type : types_defined(tokens_of(text_of(kRoot / file)))) {
+      const bool first = files[type].insert(file).second;
+      EXPECT_TRUE(first) << type << " is defined twice in " << file;
     }
   EXPECT_GT(files.size(), 300u);
   for (const auto& [type, where] : files) {

@@ -55,8 +55,18 @@ CLI::Option* bound(CLI::App& command, const std::string& names, const Option& op
         } else if constexpr (std::is_same_v<Field, std::vector<double>*>) {
           return command.add_option_function<std::string>(
               names,
-              [field, &command, name = option.name, count = option.numbers](const std::string& text) {
+              [field, name = option.name, count = option.numbers](const std::string& text) {
                 *field = parse_numbers("--" + name, text, count);
+              },
+              option.help);
+        } else if constexpr (std::is_same_v<Field, CountField> || std::is_same_v<Field, TimeField>) {
+          return command.add_option_function<std::string>(
+              names,
+              [field, name = option.name](const std::string& text) {
+                if constexpr (std::is_same_v<Field, CountField>)
+                  *field.value = parse_count("--" + name, text);
+                else
+                  *field.value = parse_duration("--" + name, text);
               },
               option.help);
         } else if constexpr (std::is_same_v<Field, std::string*>) {
@@ -98,7 +108,7 @@ void add_options(CLI::App& command, Program& program, const OptionTable& table, 
   for (const Option& option : table.options) {
     if (spelling.left_out.count(option.name)) continue;
     const std::string plain = "--" + option.name, full = "--" + table.stage + "." + option.name;
-    const bool brief = spelling.own || spelling.brief.count(option.name);
+    const bool brief = spelling.own || brief_options().count(option.name);
     note_earlier_spellings(program, command, table.stage, option, spelling.own, brief ? plain : full);
     CLI::Option* added = bound(command, brief ? plain + "," + full : full, option);
     if (!option.choices.empty() && option.exists)

@@ -11,8 +11,7 @@ namespace pliant {
 
 /// How a command writes the options of a stage.
 struct Spelling {
-  bool own = true;              ///< the stage's own command: --fps, or --simulate.fps
-  std::set<std::string> brief;  ///< where it is not: options that need no prefix; the others are --simulate.fps
+  bool own = true;  ///< the stage's own command: --fps, or --simulate.fps; else only brief_options() need no prefix
   std::set<std::string> left_out;
 };
 

@@ -82,11 +82,7 @@ void add_run(CLI::App& app, Program& program) {
   CLI::App* command =
       app.add_subcommand("run", "Everything: from a scene, or photos with cameras, to a clip of an object that moves");
   auto options = std::make_shared<RunOptions>();
-  const Spelling spelling{
-      .own = false,
-      .brief = {"up", "metres-per-unit", "time-limit", "box", "click", "stroke", "aabb", "masks", "auto", "object",
-                "pin-below", "video", "video-camera", "young", "poisson", "density", "interactions", "duration"},
-      .left_out = {"physgaussian"}};
+  const Spelling spelling{.own = false, .left_out = {"physgaussian"}};
   Spelling simulate = spelling, seed = spelling, fit = spelling;
   simulate.left_out.insert("no-fit");
   seed.left_out.insert("material");

@@ -101,8 +101,7 @@ std::vector<Choice> of_parts(const FitStage& stage) {
 }  // namespace
 
 std::string FitStage::typed(const std::string& option) const {
-  const bool brief = option == "video" || option == "video-camera";
-  return "--" + (brief ? "" : prefix) + option;
+  return "--" + (brief_options().count(option) ? "" : prefix) + option;
 }
 
 void check_no_fit_stage(const FitStage& stage, const std::string& where, const std::string& advice) {

@@ -19,12 +19,6 @@ OptionTable options_of(ReconstructStage& stage) {
     train.render.background = Vec3d(color[0], color[1], color[2]).cast<float>();
     train.changing_backdrop = false;
   };
-  const auto set_time = [&train](const std::vector<std::string>& words) {
-    train.seconds = parse_duration("--time-limit", words.back());
-  };
-  const auto set_count = [&train](const std::vector<std::string>& words) {
-    train.most_gaussians = parse_count("--max-gaussians", words.back());
-  };
   return {
       "reconstruct",
       {
@@ -33,7 +27,7 @@ OptionTable options_of(ReconstructStage& stage) {
            .help = "Folder of the photos, when they are not beside the cameras",
            .value = "DIR"},
           {.name = "time-limit",
-           .field = set_time,
+           .field = TimeField{&train.seconds},
            .help = "Wall time of the training instead of iterations: 90s, 10m, 1h",
            .value = "TIME",
            .formerly = "time"},
@@ -43,7 +37,7 @@ OptionTable options_of(ReconstructStage& stage) {
            .low = 1,
            .high = 1e7},
           {.name = "max-gaussians",
-           .field = set_count,
+           .field = CountField{&train.most_gaussians},
            .help = "Limit: 50000, 200k, 1.5M (default: one for 100 pixels of the photos, 20k to 150k)",
            .value = "N",
            .formerly = "gaussians"},

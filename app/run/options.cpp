@@ -68,11 +68,22 @@ std::vector<double> parse_numbers(const std::string& option, const std::string& 
   return values;
 }
 
+const std::set<std::string>& brief_options() {
+  static const std::set<std::string> names = {
+      "up",           "metres-per-unit", "time-limit", "box",     "click",        "stroke",
+      "aabb",         "masks",           "auto",       "object",  "pin-below",    "video",
+      "video-camera", "young",           "poisson",    "density", "interactions", "duration"};
+  return names;
+}
+
 std::string field_text(const OptionField& field) {
   return std::visit(
       [](const auto& target) -> std::string {
-        if constexpr (std::is_same_v<std::decay_t<decltype(target)>, OptionParser>)
+        using Field = std::decay_t<decltype(target)>;
+        if constexpr (std::is_same_v<Field, OptionParser>)
           return "";
+        else if constexpr (std::is_same_v<Field, CountField> || std::is_same_v<Field, TimeField>)
+          return *target.value == 0 ? "" : fmt::format("{}", *target.value);
         else
           return text_of(*target);
       },

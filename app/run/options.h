@@ -3,6 +3,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <set>
 #include <string>
 #include <variant>
 #include <vector>
@@ -12,10 +13,17 @@ namespace pliant {
 /// Takes the words that were given, for what is no plain field.
 using OptionParser = std::function<void(const std::vector<std::string>& words)>;
 
+struct CountField {
+  size_t* value;  ///< written 5000, 200k or 1.5M; 0 = not given
+};
+struct TimeField {
+  double* value;  ///< [s], written 90, 90s, 10m or 1h; 0 = not given
+};
+
 /// The field that an option sets.  A bool is a flag; a vector of strings takes a repeated option, a vector of numbers
 /// one word with commas.
 using OptionField = std::variant<bool*, int*, double*, std::optional<int>*, std::optional<double>*, std::string*,
-                                 std::vector<std::string>*, std::vector<double>*, OptionParser>;
+                                 std::vector<std::string>*, std::vector<double>*, CountField, TimeField, OptionParser>;
 
 /// One option of a stage: the only place that names, bounds and explains it.
 struct Option {
@@ -46,7 +54,10 @@ std::vector<double> parse_numbers(const std::string& option, const std::string& 
 size_t parse_count(const std::string& option, const std::string& text);
 double parse_duration(const std::string& option, const std::string& text);
 
-/// Value of a field as text, for the help and for README; empty for an unset one and for a parser.
+/// Options that need no prefix where several stages meet, which is in `run`: those that most people need.
+const std::set<std::string>& brief_options();
+
+/// Value of a field as text, for the help; empty for an unset one and for a parser.
 std::string field_text(const OptionField& field);
 
 }  // namespace pliant

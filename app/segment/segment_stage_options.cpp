@@ -6,12 +6,6 @@ OptionTable options_of(SegmentStage& stage) {
   const char* const kLabels = "Masks made from the photos";
   const char* const kNetworks = "Networks (ONNX or TorchScript)";
   ModelChoice& models = stage.label.models;
-  const auto set_aabb = [&stage](const std::vector<std::string>& words) {
-    stage.aabb = parse_numbers("--aabb", words.back(), 6);
-  };
-  const auto set_sphere = [&stage](const std::vector<std::string>& words) {
-    stage.sphere = parse_numbers("--sphere", words.back(), 4);
-  };
   const auto set_zero = [&stage](const std::vector<std::string>&) { stage.zero_is_background = true; };
   return {"segment",
           {
@@ -33,13 +27,15 @@ OptionTable options_of(SegmentStage& stage) {
                .low = 1,
                .high = 500},
               {.name = "aabb",
-               .field = set_aabb,
+               .field = &stage.aabb,
                .help = "Select what lies in a box [scene units]",
-               .value = "x0,y0,z0,x1,y1,z1"},
+               .value = "x0,y0,z0,x1,y1,z1",
+               .numbers = 6},
               {.name = "sphere",
-               .field = set_sphere,
+               .field = &stage.sphere,
                .help = "Select what lies in a sphere [scene units]",
-               .value = "x,y,z,r"},
+               .value = "x,y,z,r",
+               .numbers = 4},
               {.name = "auto",
                .field = &stage.automatic,
                .help = "Find free-standing objects without masks (default where there are none)"},

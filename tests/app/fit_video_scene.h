@@ -8,13 +8,13 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "app/demo/make_demo.h"
 #include "app/fit/fit_video.h"
 #include "app/run/attach_scene.h"
 #include "fitting/observe/frame_source.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/images/video.h"
 #include "tests/app/run_pliant.h"
+#include "tests/app/small_demo.h"
 
 namespace pliant {
 
@@ -27,16 +27,7 @@ class FitVideo : public ::testing::Test {
     std::filesystem::remove_all(prepared.parent_path());
     const Path partial = prepared.parent_path().string() + "_partial";
     std::filesystem::remove_all(partial);
-    DemoOptions demo;
-    demo.training = 50;
-    demo.out = partial / "scene";
-    demo.gaussians = 9000;
-    demo.photos = 8;
-    demo.width = 240;
-    demo.height = 180;
-    demo.video_particles = 2500;
-    demo.video_seconds = 1.25;
-    make_demo(demo);
+    make_demo(small_demo(partial / "scene"));
     std::filesystem::remove_all(partial / "scene/truth");
     const std::string out = (partial / "run").string();
     ASSERT_EQ(run_quietly({"segment", (partial / "scene").string(), "--out", out, "--iterations", "60"}), 0);

@@ -6,11 +6,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "app/demo/make_demo.h"
 #include "app/store/material.h"
 #include "app/store/velocity.h"
 #include "gaussians/io/files/files.h"
 #include "tests/app/run_pliant.h"
+#include "tests/app/small_demo.h"
 #include "tests/temporary_folder.h"
 
 namespace pliant {
@@ -22,16 +22,7 @@ using nlohmann::json;
 TEST(FitCommand, AVideoTellsStiffnessAndDampingAndSimulateUsesThem) {
   const fs::path folder = fs::temp_directory_path() / ("pliant_fit_" + std::to_string(getpid()));
   fs::remove_all(folder);
-  DemoOptions demo;
-  demo.training = 50;
-  demo.out = folder / "scene";
-  demo.gaussians = 9000;
-  demo.photos = 8;
-  demo.width = 240;
-  demo.height = 180;
-  demo.video_particles = 2500;
-  demo.video_seconds = 1.25;
-  make_demo(demo);
+  make_demo(small_demo(folder / "scene"));
   const double truth = json::parse(read_text(folder / "scene/truth/flower.json"))["solids"]["stem"]["young"];
   fs::remove_all(folder / "scene/truth");
   const std::string scene = (folder / "scene").string(), out = (folder / "run").string();

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "app/demo/make_demo.h"
 #include "app/fit/fit_scene.h"
 #include "app/import/physdreamer_fields.h"
 #include "app/run/attach_scene.h"
@@ -21,6 +20,7 @@
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/splats/ply.h"
 #include "tests/app/run_pliant.h"
+#include "tests/app/small_demo.h"
 #include "tests/app/torch_files.h"
 #include "tests/temporary_folder.h"
 
@@ -142,13 +142,7 @@ std::string constant_field(const std::vector<float>& value) {
 
 /// The demo's scene as PhysDreamer keeps scenes; the flower's stem and blossom move.
 void make_folder(const fs::path& folder) {
-  DemoOptions demo;
-  demo.training = 50;
-  demo.out = folder / "demo";
-  demo.gaussians = 9000;
-  demo.photos = 8;
-  demo.width = 240;
-  demo.height = 180;
+  DemoOptions demo = small_demo(folder / "demo");
   demo.video_particles = 2000;
   demo.video_seconds = 1;
   make_demo(demo);
