@@ -47,7 +47,7 @@ template <class Action>
 void expect_error(Failure failure, const std::vector<std::string>& words, Action&& action) {
   try {
     action();
-    ADD_FAILURE() << "no error was raised";
+    ADD_FAILURE() << "no error was raised about " << (words.empty() ? "anything" : words[0]);
   } catch (const Error& error) {
     EXPECT_EQ(static_cast<int>(error.failure), static_cast<int>(failure)) << error.what();
     for (const std::string& word : words) {

@@ -30,6 +30,9 @@ void add_common(CLI::App& command, Program& program);
 CLI::Option* add_out(CLI::App& command, Program& program, const std::string& what);
 void add_overwrite(CLI::App& command, Program& program);
 
+/// Adds every command to `app`.
+void add_commands(CLI::App& app, Program& program);
+
 // One function per command, each in the file of its name.
 void add_demo(CLI::App& app, Program& program);
 void add_run(CLI::App& app, Program& program);

@@ -13,15 +13,24 @@ namespace fs = std::filesystem;
 
 struct ConvertOptions {
   std::string in, out;
-  int degree = -1;
-  std::optional<int> level;
+  std::optional<int> degree, level;
 };
+
+OptionTable options_of(ConvertOptions& options) {
+  return {"convert",
+          {{.name = "sh-degree",
+            .field = &options.degree,
+            .help = "Keep spherical harmonics up to this degree",
+            .low = 0,
+            .high = 3},
+           level_option(options.level)}};
+}
 
 nlohmann::json convert_splats(const Context& context, const ConvertOptions& options) {
   ReadReport report;
   GaussianCloud cloud = read_splats(options.in, &report, options.level.value_or(kFinestLevel));
   for (const std::string& warning : report.warnings) context.progress.warn(warning);
-  if (options.degree >= 0) cloud = with_sh_degree(cloud, options.degree);
+  if (options.degree) cloud = with_sh_degree(cloud, *options.degree);
   for (const std::string& lost : write_splats(options.out, cloud, report.antialiased)) context.progress.warn(lost);
   return {{"gaussians", cloud.size()}, {"dropped", report.dropped}, {"sh_degree", cloud.sh_degree}};
 }
@@ -41,19 +50,19 @@ void add_convert(CLI::App& app, Program& program) {
   auto options = std::make_shared<ConvertOptions>();
   command->add_option("IN", options->in, "Splats or cameras of any format")->required();
   command->add_option("OUT", options->out, "File to write; its extension says the format")->required();
-  command->add_option("--sh-degree", options->degree, "Keep spherical harmonics up to this degree")
-      ->check(CLI::Range(0, 3));
-  add_options(*command, program, {"convert", {level_option(options->level)}});
+  add_options(*command, program, options_of(*options));
   add_overwrite(*command, program);
   add_common(*command, program);
   command->callback([=, &program] {
-    program.action = [options](Context& context) -> nlohmann::json {
+    program.action = [options, command](Context& context) -> nlohmann::json {
       if (fs::exists(options->out) && !context.overwrite)
         throw usage_error(options->out, "", "exists already", "give --overwrite, or another name");
       const bool to_cameras = fs::path(options->out).extension() == ".json";
       if (to_cameras && !splats_at(options->in).empty())
         throw usage_error(options->out, "", "is a camera file but " + options->in + " holds splats",
                           "splats become .ply, .splat or .spz");
+      const Unused of_splats = {"does nothing for cameras", "leave it out", {}};
+      if (to_cameras) refuse_given(*command, options_of(*options), of_splats);
       return to_cameras ? convert_cameras(context, *options) : convert_splats(context, *options);
     };
   });

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/splats/sog.h"
 
 namespace pliant {
 namespace {
@@ -14,15 +15,6 @@ constexpr size_t kNameWidth = 30, kLineWidth = 100;
 
 std::string joined(const std::vector<std::string>& words, const std::string& separator) {
   return fmt::format("{}", fmt::join(words, separator));
-}
-
-/// What stands for the value of an option in the help.
-std::string value_text(const Option& option) {
-  if (!option.value.empty()) return option.value;
-  if (!option.choices.empty()) return joined(option.choices, "|");
-  if (std::holds_alternative<int*>(option.field) || std::holds_alternative<std::optional<int>*>(option.field))
-    return "N";
-  return std::holds_alternative<std::string*>(option.field) ? "TEXT" : "X";
 }
 
 /// Says what is wrong with a number that an option does not take; empty where it is right.
@@ -48,15 +40,28 @@ CLI::Option* bound(CLI::App& command, const std::string& names, const Option& op
         if constexpr (std::is_same_v<Field, bool*>) {
           return command.add_flag_callback(
               names, [field, value = !option.off] { *field = value; }, option.help);
-        } else if constexpr (std::is_same_v<Field, OptionParser>) {
-          return texts(field);
+        } else if constexpr (std::is_same_v<Field, EntryField>) {
+          return command.add_option_function<double>(
+              names, [field](double value) { (*field.values)[field.name] = value; }, option.help);
+        } else if constexpr (std::is_same_v<Field, LevelField>) {
+          return command.add_option_function<std::string>(
+              names,
+              [field, name = option.name](const std::string& text) {
+                *field.value = text == "all" ? kAllLevels : static_cast<int>(parse_numbers("--" + name, text, 1)[0]);
+                if (**field.value < 0 && text != "all")
+                  throw usage_error("--" + name, "", "'" + text + "' is negative", "");
+              },
+              option.help);
         } else if constexpr (std::is_same_v<Field, std::vector<std::string>*>) {
           return texts([field](const std::vector<std::string>& words) { *field = words; });
         } else if constexpr (std::is_same_v<Field, std::vector<double>*>) {
           return command.add_option_function<std::string>(
               names,
-              [field, name = option.name, count = option.numbers](const std::string& text) {
-                *field = parse_numbers("--" + name, text, count);
+              [field, option](const std::string& text) {
+                *field = parse_numbers("--" + option.name, text, option.numbers);
+                for (const double value : *field)
+                  if (const std::string wrong = out_of_range(option, fmt::format("{:g}", value)); !wrong.empty())
+                    throw usage_error("--" + option.name, text, wrong, "");
               },
               option.help);
         } else if constexpr (std::is_same_v<Field, CountField> || std::is_same_v<Field, TimeField>) {
@@ -103,6 +108,14 @@ void note_earlier_spellings(Program& program, const CLI::App& command, const std
 }
 
 }  // namespace
+
+std::string value_text(const Option& option) {
+  if (!option.value.empty()) return option.value;
+  if (!option.choices.empty()) return joined(option.choices, "|");
+  if (std::holds_alternative<int*>(option.field) || std::holds_alternative<std::optional<int>*>(option.field))
+    return "N";
+  return std::holds_alternative<std::string*>(option.field) ? "TEXT" : "X";
+}
 
 void add_options(CLI::App& command, Program& program, const OptionTable& table, const Spelling& spelling) {
   for (const Option& option : table.options) {

@@ -19,6 +19,9 @@ struct Spelling {
 /// refused are noted in program.renamed.
 void add_options(CLI::App& command, Program& program, const OptionTable& table, const Spelling& spelling = {});
 
+/// What stands for the value of an option in the help: "FILE", "x,y,z", "N".
+std::string value_text(const Option& option);
+
 /// Help of at most 100 columns: the name of an option, what stands for its value, its sentence and its default.
 class HelpFormatter : public CLI::Formatter {
  public:

@@ -93,14 +93,22 @@ CLI::Option* add_out(CLI::App& command, Program& program, const std::string& wha
 }
 
 void add_overwrite(CLI::App& command, Program& program) {
-  command.add_flag("--overwrite", program.overwrite, "Replace results that other options or inputs made");
+  command.add_flag("--overwrite", program.overwrite, "Do not keep earlier results aside; undo edits by hand");
 }
 
-int run_program(int argc, const char* const* argv) {
-  CLI::App app("Gaussian splats in, an object you can grab out.", "pliant");
+void add_commands(CLI::App& app, Program& program) {
+  app.description("Gaussian splats in, an object you can grab out.");
+  app.name("pliant");
   app.set_version_flag("--version", PLIANT_VERSION);
   app.formatter(std::make_shared<HelpFormatter>());
   app.require_subcommand(1);
+  for (auto* add : {add_run, add_demo, add_info, add_convert, add_reconstruct, add_segment, add_extract, add_repair,
+                    add_seed, add_fit, add_simulate, add_render, add_export, add_evaluate})
+    add(app, program);
+}
+
+int run_program(int argc, const char* const* argv) {
+  CLI::App app;
   Program program;
   std::vector<const char*> words(argv, argv + argc);
   for (const char*& word : words) {
@@ -109,9 +117,7 @@ int run_program(int argc, const char* const* argv) {
     word = "--help";
   }
   for (int i = 0; i < argc; ++i) program.command_line += (i ? " " : "") + std::string(argv[i]);
-  for (auto* add : {add_run, add_demo, add_info, add_convert, add_reconstruct, add_segment, add_extract, add_repair,
-                    add_seed, add_fit, add_simulate, add_render, add_export, add_evaluate})
-    add(app, program);
+  add_commands(app, program);
   try {
     if (argc < 2) {
       std::fprintf(stderr, "%s", app.help().c_str());

@@ -59,7 +59,21 @@ void add_render(CLI::App& app, Program& program) {
           *command, options_of(options->stage),
           {"does nothing for a scene, of which images are rendered", "leave it out, or render a run directory", {}});
       if (program.out.empty()) throw CLI::RequiredError("--out");
+      if (program.overwrite)
+        throw usage_error("render", "--overwrite", "does nothing for a scene, whose images are always replaced",
+                          "leave it out");
+      if (std::filesystem::path(program.out).extension() == ".mp4")
+        refuse_given(*command, picture_options(options->pictures),
+                     {"does nothing for a video", "leave it out, or give a folder", {"depth"}});
       const Scene scene = load_scene(source, options->scene.load_options());
+      refuse_given(*command, options_of(options->scene),
+                   {"does nothing for images", "leave it out", {"metres-per-unit", "object-height"}});
+      const bool orbit =
+          options->pictures.cameras == "orbit" || (options->pictures.cameras == "scene" && scene.cameras_are_orbit);
+      if (!orbit)
+        refuse_given(*command, options_of(options->scene),
+                     {"does nothing where no orbit is rendered", "add --cameras orbit", {"up", "orbit-views"}});
+      options->pictures.orbit_views = options->scene.orbit_views;
       return render_pictures(context, scene, options->pictures, program.out);
     };
   });

@@ -73,7 +73,7 @@ void write_report(const RunDirectory& run, const Scene& scene, const std::string
   html += "<h2>Times</h2>\n" + times_table(stages);
   html += "<h2>Interactions</h2>\n<pre>" + html_escaped(read_text(run / "interactions.json")) + "</pre>\n";
   html += fmt::format("<h2>Reproduce</h2>\n<pre>{}</pre>\n<p>Pliant {}, seed {}.</p>\n</body></html>\n",
-                      html_escaped(command), PLIANT_VERSION, stages["simulate"]["options"]["seed"].dump());
+                      html_escaped(command), PLIANT_VERSION, stages["simulate"]["seed"].dump());
   write_text(run / "report.html", html);
 }
 

@@ -43,7 +43,7 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
   check_given(command, options.seed);
   check_given(command, options.simulate);
   RunDirectory run = RunDirectory::create(program.out.empty() ? default_out(options.scene.source, "run") : program.out);
-  const Scene scene = attach_or_reconstruct(context, command, run, options.scene, options.reconstruct, options.segment);
+  Scene scene = attach_or_reconstruct(context, command, run, options.scene, options.reconstruct, options.segment);
   const std::string no_fit = why_no_fit(scene, options);
   const bool fits = no_fit.empty();
   if (fits) {
@@ -57,6 +57,7 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
   ExtractStage extract = options.extract;
   if (extract.object.empty() && !options.segment.physgaussian.empty()) extract.object = "object";
   run_extract(context, run, scene, extract);
+  scale_by_object(run, scene);
   run_repair(context, run, scene, options.repair);
   SeedStage seed = options.seed;
   if (seed.drivers == "pgas") seed.material_file = options.simulate.material_file;
@@ -65,10 +66,10 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
     FitStage fit = options.fit;
     fit.material = options.simulate.material;
     run_fit(context, run, scene, fit);
+  } else {
+    set_fit_aside(context, run);
   }
-  SimulateStage simulate = options.simulate;
-  simulate.use_fit = fits;
-  run_simulate(context, run, scene, simulate);
+  run_simulate(context, run, scene, options.simulate);
   run_render(context, run, scene, options.render);
   write_report(run, scene, program.command_line);
   context.progress.say(

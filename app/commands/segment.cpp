@@ -48,7 +48,7 @@ void add_segment(CLI::App& app, Program& program) {
   auto options = std::make_shared<Options>();
   add_scene_options(*command, program, options->scene);
   add_options(*command, program, options_of(options->stage));
-  add_options(*command, program, options_of(options->reconstruct), {.own = false});
+  add_options(*command, program, options_of(options->reconstruct), {.own = false, .left_out = {}});
   add_out(*command, program, "Run directory to make or continue (default: SCENE_run)");
   add_overwrite(*command, program);
   add_common(*command, program);

@@ -1,5 +1,7 @@
 #include "app/commands/stage_options.h"
 
+#include <fmt/format.h>
+
 #include "app/reconstruct/photo_set.h"
 #include "app/segment/label_choice.h"
 #include "gaussians/base/error.h"
@@ -14,20 +16,19 @@ LoadOptions SceneOptions::load_options() const {
     if (!(direction.norm() > 0)) throw usage_error("--up", "", "has no length", "give a direction such as 0,0,1");
     options.up = direction.normalized();
   }
-  if (metres_per_unit != 0) options.metres_per_unit = metres_per_unit;
+  if (metres_per_unit && object_height)
+    throw usage_error("--object-height", fmt::format("{:g}", *object_height),
+                      "was given together with --metres-per-unit", "leave one of them out: either sets the scale");
+  options.metres_per_unit = metres_per_unit;
+  options.object_height = object_height.value_or(0);
   options.orbit_views = orbit_views;
   options.level = level;
   return options;
 }
 
 Option level_option(std::optional<int>& level) {
-  const auto set = [&level](const std::vector<std::string>& words) {
-    const std::string& text = words.back();
-    level = text == "all" ? kAllLevels : static_cast<int>(parse_numbers("--level", text, 1)[0]);
-    if (*level < 0 && text != "all") throw usage_error("--level", "", "'" + text + "' is negative", "");
-  };
   return {.name = "level",
-          .field = set,
+          .field = LevelField{&level},
           .help = "Level of detail of a streamed SOG, 0 = finest, or 'all' (default: the finest that is there)",
           .value = "N"};
 }
@@ -42,10 +43,14 @@ OptionTable options_of(SceneOptions& options) {
            {.name = "metres-per-unit",
             .field = &options.metres_per_unit,
             .help = "Length of one scene unit [m] (default: scene.json's, else 1)",
-            .low = 0},
+            .positive = true},
+           {.name = "object-height",
+            .field = &options.object_height,
+            .help = "Height of the object along up [m], which sets the length of a scene unit instead",
+            .positive = true},
            {.name = "orbit-views",
             .field = &options.orbit_views,
-            .help = "Views of the orbit when the scene has no cameras",
+            .help = "Views of the orbit when the scene has no cameras (default 24)",
             .low = 4,
             .high = 1000},
            level_option(options.level)}};
@@ -66,8 +71,19 @@ Scene attach_or_reconstruct(const Context& context, const CLI::App& command, Run
   if (!untrained && !segment.joint)
     refuse_given(command, options_of(stage), {"does nothing: the scene is trained already", "leave it out", {}});
   stage.joint = segment.joint;
+  if (segment.joint && segment.hold_out) {
+    refuse_given(
+        command, options_of(stage),
+        {"does nothing with --hold-out, which is every 8th photo", "leave one of them out", {"hold-out-every"}});
+    stage.photo.hold_out_every = 8;
+  }
   stage.masks = segment.masks;
   if (segment.joint && !untrained) stage.splats = load_scene(source, options.load_options()).settings.splats.string();
+  if (!stage.splats.empty())
+    refuse_given(command, options_of(stage),
+                 {"does nothing where a trained scene is trained further",
+                  "leave it out",
+                  {"strategy", "init", "max-gaussians"}});
   if (untrained || segment.joint) {
     RunDirectory reconstruction = RunDirectory::create(run / "scene");
     run_reconstruct(context, reconstruction, source, stage);

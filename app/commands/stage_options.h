@@ -9,6 +9,7 @@
 
 namespace pliant {
 
+struct ExportStage;
 struct SeedStage;
 struct SimulateStage;
 
@@ -16,9 +17,8 @@ struct SimulateStage;
 struct SceneOptions {
   std::string source;
   std::vector<double> up;
-  double metres_per_unit = 0;
-  int orbit_views = 24;
-  std::optional<int> level;
+  std::optional<double> metres_per_unit, object_height;
+  std::optional<int> orbit_views, level;
 
   LoadOptions load_options() const;
 };
@@ -51,6 +51,7 @@ void check_given(const CLI::App& command, ReconstructStage& stage);
 void check_given(const CLI::App& command, SegmentStage& stage);
 void check_given(const CLI::App& command, SeedStage& stage);
 void check_given(const CLI::App& command, SimulateStage& stage);
+void check_given(const CLI::App& command, ExportStage& stage);
 
 /// A command that works on an existing run directory: `pliant NAME DIR [options]`.
 template <class Stage>

@@ -1,4 +1,5 @@
 #include "app/commands/stage_options.h"
+#include "app/simulate/export_stage.h"
 #include "app/simulate/seed_stage.h"
 #include "app/simulate/simulate_stage.h"
 #include "gaussians/base/error.h"
@@ -24,15 +25,33 @@ void check_given(const CLI::App& command, SegmentStage& stage) {
   const OptionTable table = options_of(stage);
   const bool lines = !stage.clicks.empty() || !stage.strokes.empty();
   const bool selects = lines || !stage.boxes.empty() || !stage.aabb.empty() || !stage.sphere.empty();
-  if (selects)
+  const std::set<std::string> of_masks = {"masks", "mask-zero", "associate"};
+  if (selects) refuse_given(command, table, {"does nothing with a selection", "leave one of them out", of_masks});
+  if (!stage.physgaussian.empty())
     refuse_given(command, table,
-                 {"does nothing beside a selection", "leave one of them out", {"masks", "mask-zero", "associate"}});
+                 {"does nothing with --physgaussian, whose sim_area selects the object", "leave it out", of_masks});
+  if (stage.automatic)
+    refuse_given(
+        command, table,
+        {"does nothing with --auto, which needs no masks", "leave one of them out", {"mask-zero", "associate"}});
+  if (stage.label.track)
+    refuse_given(command, table,
+                 {"does nothing with --track, whose ids hold in all photos", "leave one of them out", {"associate"}});
   if (!lines)
     refuse_given(command, table, {"does nothing without --click or --stroke", "leave it out", {"stroke-width"}});
   if (stage.joint || !stage.gaussian_grouping.empty())
-    refuse_given(
-        command, table,
-        {"does nothing where the labels are trained already", "leave it out", {"iterations", "no-vote", "associate"}});
+    refuse_given(command, table,
+                 {"does nothing where the labels are trained already",
+                  "leave it out",
+                  {"iterations", "no-vote", "associate", "mask-zero"}});
+  if (!stage.gaussian_grouping.empty())
+    refuse_given(command, table, {"does nothing with --gaussian-grouping", "leave one of them out", {"auto"}});
+}
+
+void check_given(const CLI::App& command, ExportStage& stage) {
+  if (!stage.physgaussian_output.empty())
+    refuse_given(command, options_of(stage),
+                 {"does nothing with --physgaussian-output", "leave it out", {"every", "object-only"}});
 }
 
 void check_given(const CLI::App& command, SeedStage& stage) {
@@ -41,6 +60,9 @@ void check_given(const CLI::App& command, SeedStage& stage) {
                  {"does nothing with --physgaussian, whose grid and pins are taken",
                   "leave it out",
                   {"particles", "pin-below", "no-pin-contact"}});
+  if (stage.pin_below)
+    refuse_given(command, options_of(stage),
+                 {"does nothing with --pin-below, which says what is fixed", "leave it out", {"no-pin-contact"}});
 }
 
 void check_given(const CLI::App& command, SimulateStage& stage) {
@@ -49,12 +71,17 @@ void check_given(const CLI::App& command, SimulateStage& stage) {
     refuse_given(command, table, {"does nothing without --physgaussian", "leave it out", {"physgaussian-bugs"}});
     if (!stage.interactions.empty())
       refuse_given(command, table, {"does nothing with --interactions", "leave one of them out", {"auto-push"}});
+    if (!stage.velocity_file.empty())
+      refuse_given(command, table,
+                   {"does nothing with --velocity, which starts the motion", "leave one of them out", {"auto-push"}});
+    if (!stage.gravity)
+      refuse_given(command, table, {"does nothing without gravity", "leave one of them out", {"rest-shape"}});
     return;
   }
-  std::set<std::string> unused = {"interactions", "fps",           "duration",    "damping-time",
-                                  "auto-push",    "rest-shape",    "settle-time", "sleep-speed",
-                                  "flip-time",    "collide-scene", "no-gravity",  "no-floor",
-                                  "law",          "young",         "poisson",     "density"};
+  std::set<std::string> unused = {"interactions", "fps",         "duration",    "damping-time", "auto-push",
+                                  "rest-shape",   "settle-time", "sleep-speed", "flip-time",    "collide-scene",
+                                  "no-gravity",   "no-floor",    "law",         "young",        "poisson",
+                                  "density",      "material",    "velocity",    "no-fit"};
   for (const Option& option : table.options)
     if (option.group == "Constants of the law") unused.insert(option.name);
   refuse_given(command, table,

@@ -26,10 +26,10 @@ struct SegmentationScore {
 nlohmann::json evaluate_segmentation(const std::filesystem::path& prediction, const std::filesystem::path& truth,
                                      const SegmentationScore& score = {});
 
-/// Two trajectory.h5.  Each true particle is compared with the predicted particle that is nearest at frame 0, by
-/// displacement since frame 0, at the true times.  Errors are relative to the object's height (its extent along up,
-/// or its largest extent when up is unknown).  Also the motion of the tip (top tenth; the tenth that moves most when
-/// up is unknown): displacement over time, peak, final / peak, dominant frequency [Hz] after the peak.
+/// Two trajectory.h5, compared in metres.  Each true particle is compared with the predicted particle that is nearest
+/// at frame 0, by displacement since frame 0, at the true times.  Errors are relative to the object's height (its
+/// extent along up, or its largest extent when up is unknown).  Also the motion of the tip (top tenth; the tenth that
+/// moves most when up is unknown): displacement over time, peak, final / peak, dominant frequency [Hz] after the peak.
 nlohmann::json evaluate_trajectory(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 
 struct MotionScore {
@@ -42,7 +42,7 @@ struct MotionScore {
 /// Two videos (or folders of frames), or two trajectory.h5.  Points of what moves are followed; the first principal
 /// component of their displacements is the motion's course, to which a damped oscillation is fitted where it is free:
 /// frequency_hz, decay_per_s and damping_time_s (amplitude falls as exp(-t / it)), log_decrement (per period), the
-/// share of the course that it explains; amplitude_px (amplitude_units): half the way from end to end of what moves
+/// share of the course that it explains; amplitude_px (amplitude_m): half the way from end to end of what moves
 /// most. Errors of frequency, damping (decay) and amplitude are relative.  Of videos also the flow from frame to frame:
 /// flow_error_px = mean endpoint error over pixels that move in either, flow_error relative to the truth's flow.  The
 /// prediction is brought to the truth's frame rate and size.  A truth in which nothing moves is an Error{kInput}; a

@@ -131,7 +131,7 @@ PointMotion particles_of(const fs::path& path) {
     motion.displacement.emplace_back();
     for (size_t p = 0; p < n; p += step)
       for (int a = 0; a < 3; ++a)
-        motion.displacement.back().push_back(frame.position[p][a] - t.frames[0].position[p][a]);
+        motion.displacement.back().push_back(t.metres_per_unit * (frame.position[p][a] - t.frames[0].position[p][a]));
   }
   motion.weight.assign(motion.displacement[0].size() / 3, 1.0);
   return motion;
@@ -192,6 +192,14 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
   json out = {{"kind", "motion"}};
   PointMotion ours, truth;
   if (particles) {
+    const auto refuse = [&](const char* option, double value, double usual) {
+      if (value != usual)
+        throw usage_error("evaluate", option, "does nothing for trajectories, which have times of their own",
+                          "leave it out");
+    };
+    refuse("--fps", score.fps, MotionScore().fps);
+    refuse("--from", score.from, MotionScore().from);
+    refuse("--until", score.until, MotionScore().until);
     ours = particles_of(prediction);
     truth = particles_of(truth_path);
   } else {
@@ -202,7 +210,7 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
     out["fps"] = true_video.fps;
     compare_flow(out, video, true_video);
   }
-  const char* unit = particles ? "units" : "px";
+  const char* unit = particles ? "m" : "px";
   if (truth.points() == 0)
     throw input_error(truth_path.string(), "", "shows nothing that moves",
                       "check the file, and the part of it that is compared");

@@ -113,6 +113,9 @@ std::set<uint32_t> labelled_ids(const std::set<uint32_t>& all) {
 }
 
 json evaluate_labels(const fs::path& prediction, const fs::path& truth, const SegmentationScore& score) {
+  if (score.band > 0 || score.common)
+    throw usage_error("evaluate", score.common ? "--common" : "--band", "does nothing for labels of Gaussians",
+                      "leave it out, or compare folders of ID masks");
   LabelFile ours = read_labels(prediction);
   const LabelFile theirs = read_labels(truth);
   if (ours.label.size() != theirs.label.size()) {

@@ -15,6 +15,7 @@ using nlohmann::json;
 namespace pliant {
 namespace {
 
+/// Its positions in metres.
 TrajectoryFile read_moving(const fs::path& path) {
   std::error_code ignored;
   const fs::path file = fs::is_directory(path, ignored) ? path / "trajectory.h5" : path;
@@ -23,6 +24,8 @@ TrajectoryFile read_moving(const fs::path& path) {
     throw input_error(file.string(), "/particles/" + t.object, "has fewer than 2 frames or no particle",
                       "name a simulated trajectory");
   }
+  for (auto& frame : t.frames)
+    for (Vec3f& x : frame.position) x *= static_cast<float>(t.metres_per_unit);
   return t;
 }
 
@@ -159,8 +162,8 @@ json evaluate_trajectory(const fs::path& prediction, const fs::path& truth_path)
               {"frames_in_truth", truth.frames.size()},
               {"particles", ours.frames[0].position.size()},
               {"particles_in_truth", rest.size()},
-              {"height", height},
-              {"height_metres", height * truth.metres_per_unit},
+              {"height", height / truth.metres_per_unit},
+              {"height_metres", height},
               {"position_error_mean", sum / samples},
               {"position_error_rms", std::sqrt(squares / samples)},
               {"position_error_max", largest},

@@ -89,16 +89,4 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
   return options;
 }
 
-json compare_to_json(const CompareStage& stage) {
-  return {{"loss", stage.loss},
-          {"lambda", stage.lambda},
-          {"picture_weight", stage.picture_weight},
-          {"flow_weight", stage.flow_weight},
-          {"window", stage.window},
-          {"iterations", stage.iterations},
-          {"poisson", stage.poisson},
-          {"guide", stage.guide},
-          {"guide_weight", stage.guide_weight}};
-}
-
 }  // namespace pliant

@@ -10,8 +10,6 @@ namespace pliant {
 MaterialFitOptions material_fit_options(const Context& context, const RunDirectory& run, const Scene& scene,
                                         const FitStage& stage, const FitScene& fit, const GradientFitState& done);
 
-nlohmann::json compare_to_json(const CompareStage& stage);
-
 /// Starts the program of stage.compare.guide, which talks through fit/guide/.
 std::shared_ptr<Guidance> start_guide(const Context& context, const RunDirectory& run, const CompareStage& stage,
                                       int first_step);

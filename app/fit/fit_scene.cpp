@@ -61,16 +61,15 @@ void choose_points(FitView& fit, const ImageF& depth, int wanted) {
 }
 
 /// The body and its Gaussians in front of the repaired background.
-FitScene load_body(const RunDirectory& run, const Scene& scene, const FitStage& stage) {
+FitScene load_body(const FitInputs& in) {
   FitScene fit;
-  const std::string folder = object_folder(run);
-  ParticleFile particles = read_particles(run / (folder + "/particles.h5"));
-  const ObjectMaterial material = check_material(scene, stage.material, true);
+  const Scene& scene = in.scene;
+  ParticleFile particles = read_particles(in.files.at("particles"));
+  const ObjectMaterial material = check_material(scene, in.options.material, true);
   fit.solid = solid_material(particles, material);
   fit.body = make_body(std::move(particles), scene, fit.solid, material.material);
   fit.pins = pins_of(fit.body.file, scene);
-  GaussianCloud object = read_ply(run / (folder + "/object.ply")),
-                background = read_ply(run / "background_repaired.ply");
+  GaussianCloud object = read_ply(in.files.at("object")), background = read_ply(in.files.at("background"));
   const int degree = std::max(object.sh_degree, background.sh_degree);
   object = with_sh_degree(object, degree);
   background = with_sh_degree(background, degree);
@@ -126,10 +125,12 @@ void keep_foreground(const Context& context, FitView& view, const ImageF& mask) 
     context.progress.say("fit: " + sentence);
 }
 
-FitView load_view(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage,
+/// What `stage`, the whole one or that of a further video, shows.
+FitView load_view(const Context& context, const RunDirectory& run, const FitInputs& in, const FitStage& stage,
                   const FitScene& fit, double fps) {
   FitView view;
-  view.video = load_fit_video(context, run, scene, stage, fps);
+  const Scene& scene = in.scene;
+  view.video = load_fit_video(context, run, in, stage, fps);
   for (const std::string& warning : view.video.warnings) context.progress.warn(warning);
   view.compared = load_compared(stage, view.video);
   const ImageF depth = look(fit, view);
@@ -148,11 +149,12 @@ std::vector<const FitView*> FitScene::views() const {
   return all;
 }
 
-FitScene load_fit_scene(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage) {
-  FitScene fit = load_body(run, scene, stage);
-  static_cast<FitView&>(fit) = load_view(context, run, scene, stage, fit, stage.compare_fps);
-  for (size_t i = 0; i < stage.further.size(); ++i)
-    fit.further.push_back(load_view(context, run, scene, further_video(stage, i), fit, fit.video.fps));
+FitScene load_fit_scene(const Context& context, const RunDirectory& run, const FitInputs& in) {
+  const FitStage& stage = in.options;
+  FitScene fit = load_body(in);
+  static_cast<FitView&>(fit) = load_view(context, run, in, stage, fit, stage.compare_fps);
+  for (size_t i = 0; i < stage.further_videos(); ++i)
+    fit.further.push_back(load_view(context, run, in, further_video(stage, i), fit, fit.video.fps));
   int frames = static_cast<int>(fit.video.frames.size());
   fit.used =
       stage.until > 0 ? std::clamp(static_cast<int>(std::lround(stage.until * fit.video.fps)) + 1, 3, frames) : frames;
@@ -160,9 +162,8 @@ FitScene load_fit_scene(const Context& context, const RunDirectory& run, const S
   return fit;
 }
 
-FitScene load_still_scene(const Context&, const RunDirectory& run, const Scene& scene, const FitStage& stage,
-                          const Camera& camera) {
-  FitScene fit = load_body(run, scene, stage);
+FitScene load_still_scene(const FitInputs& in, const Camera& camera) {
+  FitScene fit = load_body(in);
   fit.video.camera = camera;
   look(fit, fit);
   return fit;

@@ -35,11 +35,11 @@ struct FitScene : FitView {
   std::vector<const FitView*> views() const;
 };
 
-FitScene load_fit_scene(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage);
+/// `run` is where found cameras and generated videos are written to.
+FitScene load_fit_scene(const Context& context, const RunDirectory& run, const FitInputs& in);
 
 /// The same without a video, before `camera`.
-FitScene load_still_scene(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage,
-                          const Camera& camera);
+FitScene load_still_scene(const FitInputs& in, const Camera& camera);
 
 /// The points of all views followed through the frames that may be used.  Throws Error{kInput} when too few can be
 /// followed.

@@ -43,109 +43,83 @@ FittedMotion replay(const FitScene& fit, const VibrationFit& found, const Partic
 
 }  // namespace
 
-json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage) {
-  check_fit_stage(stage, has_video(scene, stage));
-  if (!stage.markers.file.empty()) return run_marker_fit(context, run, scene, stage);
-  if (stage.released_young) return run_released_fit(context, run, scene, stage);
-  if (!stage.compare.guide.empty() && !has_video(scene, stage)) return run_guided_fit(context, run, scene, stage);
-  const std::string folder = object_folder(run);
-  run.summary("seed", "run `pliant seed` first");
+json fit_to_video(const Context& context, const RunDirectory& run, const FitInputs& in, const std::string& provenance) {
+  const FitStage& stage = in.options;
+  const Scene& scene = in.scene;
   const ObjectMaterial material = check_material(scene, stage.material, true);
-  StageKey key{"fit",
-               {{"material", material_to_json(material)},
-                {"up", {scene.up.x(), scene.up.y(), scene.up.z()}},
-                {"from", stage.from},
-                {"until", stage.until},
-                {"points", stage.points},
-                {"field", stage.field},
-                {"parts", stage.field == "parts" ? stage.parts : 0}},
-               {{"particles", run / (folder + "/particles.h5")},
-                {"object", run / (folder + "/object.ply")},
-                {"background", run / "background_repaired.ply"}},
-               {folder + "/material.h5", folder + "/velocity.h5", "fit/results.json", "fit/side_by_side.mp4"}};
-  add_video_to_key(key, scene, stage);
-  key.options["compare"] = compare_to_json(stage.compare);
-  if (stage.recipe != FitStage().recipe) key.options["recipe"] = stage.recipe;
-  if (!stage.part_labels.empty()) key.inputs["part_labels"] = stage.part_labels;
+  clear_fit_pictures(run);
+  const FitScene fit = load_fit_scene(context, run, in);
+  const TrackLoss<float> tracks(follow_points(context, fit), fit.body.file.driving_position, scene.metres_per_unit,
+                                kOutlier);
+  const auto say = [&](const std::string& line) { context.progress.say("fit: " + line); };
+  const MaterialFitProgress kept = kept_progress(context, run, provenance);
+  const MaterialFitOptions options = material_fit_options(context, run, scene, stage, fit, kept.gradient);
+  const auto fit_by_recipe = stage.recipe == "physdreamer" ? fit_physdreamer : fit_material;
+  const MaterialFit found_material =
+      fit_by_recipe(options, fit.body.particles, fit.pins, tracks, fit.video.fps, say, kept);
+  const VibrationFit& found = found_material.found;
+  const Particles& fitted = found_material.particles;
+  MaterialFile stored =
+      fitted_material(fit, fitted, std::pow(10.0, found.log10_factor), source_of(found_material, options.kind));
+  if (!found_material.sigma.empty())
+    for (const int driver : fit.body.file.solid_driver)
+      stored.log10_young_sigma.push_back(
+          static_cast<float>(driver >= 0 ? found_material.sigma[driver] : found.log10_sigma));
+  const double young = mean_young(fit, stored);
+  write_material(run / in.outputs[0], stored, provenance);
+  write_velocity(run / in.outputs[1], fitted_velocity(fit, found, found_material.losses), provenance);
 
-  const json summary = run.stage(context, key, [&]() -> json {
-    const std::string provenance = run.provenance(context, key);
-    clear_fit_pictures(run);
-    const FitScene fit = load_fit_scene(context, run, scene, stage);
-    const TrackLoss<float> tracks(follow_points(context, fit), fit.body.file.driving_position, scene.metres_per_unit,
-                                  kOutlier);
-    const auto say = [&](const std::string& line) { context.progress.say("fit: " + line); };
-    const MaterialFitProgress kept = kept_progress(context, run, provenance);
-    const MaterialFitOptions options = material_fit_options(context, run, scene, stage, fit, kept.gradient);
-    const auto fit_by_recipe = stage.recipe == "physdreamer" ? fit_physdreamer : fit_material;
-    const MaterialFit found_material =
-        fit_by_recipe(options, fit.body.particles, fit.pins, tracks, fit.video.fps, say, kept);
-    const VibrationFit& found = found_material.found;
-    const Particles& fitted = found_material.particles;
-    MaterialFile stored =
-        fitted_material(fit, fitted, std::pow(10.0, found.log10_factor), source_of(found_material, options.kind));
-    if (!found_material.sigma.empty())
-      for (const int driver : fit.body.file.solid_driver)
-        stored.log10_young_sigma.push_back(
-            static_cast<float>(driver >= 0 ? found_material.sigma[driver] : found.log10_sigma));
-    const double young = mean_young(fit, stored);
-    write_material(run / (folder + "/material.h5"), stored, provenance);
-    write_velocity(run / (folder + "/velocity.h5"), fitted_velocity(fit, found, found_material.losses), provenance);
-
-    const VibrationFit& constant = found_material.homogeneous;
-    const MotionScores constant_scores =
-        compare_motion(fit, replay(fit, constant, constant.fitted(fit.body.particles), options.vibration.simulate), {});
-    const FittedMotion motion = replay(fit, found, fitted, options.vibration.simulate);
-    const MotionScores scores = compare_motion(fit, motion, run / "fit");
-    write_fit_pictures(run / "fit", fit, findings_of(found_material, fit.body.particles, material.young));
-    context.progress.say(
-        fmt::format("fit: E = {:.4g} Pa{} (+-{:.1f} % by noise alone), damping time {:.3g} s; {:.1f} dB where it moves "
-                    "(held first frame {:.1f}, scene at rest against it {:.1f})",
-                    young, stage.field == "uniform" ? "" : " in the mean of its logarithm",
-                    100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used,
-                    scores.still_used, scores.rest));
-    if (scores.frames_later > 0)
-      context.progress.say(fmt::format(
-          "fit: {:.1f} dB over the {} frames that it did not see (best constant E {:.1f}, held first frame {:.1f})",
-          scores.psnr_later, scores.frames_later, constant_scores.psnr_later, scores.still_later));
-    json result = {{"young_pa", young},
-                   {"log10_sigma", found.log10_sigma},
-                   {"damping_time_s", found.damping_time},
-                   {"damping_time_range_s", {found.damping_time_low, found.damping_time_high}},
-                   {"first_frame", found.first_frame},
-                   {"fps", fit.video.fps},
-                   {"frames_used", fit.used},
-                   {"start_s", found.time},
-                   {"periods", found.search.periods},
-                   {"rms_px", found.rms},
-                   {"rms_search_px", found.rms_search},
-                   {"rms_still_px", found.rms_rest},
-                   {"psnr_used", scores.psnr_used},
-                   {"psnr_later", scores.psnr_later},
-                   {"psnr_rest", scores.rest},
-                   {"still_used", scores.still_used},
-                   {"still_later", scores.still_later},
-                   {"frames_later", scores.frames_later},
-                   {"constant_used", constant_scores.psnr_used},
-                   {"constant_later", constant_scores.psnr_later},
-                   {"constant_young_pa", material.young * std::pow(10.0, constant.log10_factor)},
-                   {"rms_homogeneous_px", found_material.homogeneous.rms},
-                   {"steps", steps_to_json(found_material.steps)},
-                   {"undetermined", undetermined_by_video(evidence_of(fit, found_material, options, young),
-                                                          find_blindness(fit, motion), fit.video.fps)}};
-    if (found_material.losses.whole > 0) result["whole_damping_time_s"] = 1 / found_material.losses.whole;
-    if (stage.compare.poisson) result["poisson"] = fitted.poisson.at(0);
-    json full = result;
-    full["search"] = curve_to_json(found_material.homogeneous.search);
-    full["modes_hz"] = json::array();
-    for (const double omega : found.modes.omega) full["modes_hz"].push_back(omega / 6.283185307179586);
-    if (!found_material.iterations.empty()) full["iterations"] = iterations_to_json(found_material.iterations);
-    write_text(run / "fit/results.json", full.dump(2) + "\n");
-    forget_progress(run);
-    return result;
-  });
-  write_fit_page(run);
-  return summary;
+  const VibrationFit& constant = found_material.homogeneous;
+  const MotionScores constant_scores =
+      compare_motion(fit, replay(fit, constant, constant.fitted(fit.body.particles), options.vibration.simulate), {});
+  const FittedMotion motion = replay(fit, found, fitted, options.vibration.simulate);
+  const MotionScores scores = compare_motion(fit, motion, run / "fit");
+  write_fit_pictures(run / "fit", fit, findings_of(found_material, fit.body.particles, material.young));
+  context.progress.say(
+      fmt::format("fit: E = {:.4g} Pa{} (+-{:.1f} % by noise alone), damping time {:.3g} s; {:.1f} dB where it moves "
+                  "(held first frame {:.1f}, scene at rest against it {:.1f})",
+                  young, stage.field == "uniform" ? "" : " in the mean of its logarithm",
+                  100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used,
+                  scores.still_used, scores.rest));
+  if (scores.frames_later > 0)
+    context.progress.say(fmt::format(
+        "fit: {:.1f} dB over the {} frames that it did not see (best constant E {:.1f}, held first frame {:.1f})",
+        scores.psnr_later, scores.frames_later, constant_scores.psnr_later, scores.still_later));
+  json result = {{"young_pa", young},
+                 {"log10_sigma", found.log10_sigma},
+                 {"damping_time_s", found.damping_time},
+                 {"damping_time_range_s", {found.damping_time_low, found.damping_time_high}},
+                 {"first_frame", found.first_frame},
+                 {"fps", fit.video.fps},
+                 {"frames_used", fit.used},
+                 {"start_s", found.time},
+                 {"periods", found.search.periods},
+                 {"rms_px", found.rms},
+                 {"rms_search_px", found.rms_search},
+                 {"rms_still_px", found.rms_rest},
+                 {"psnr_used", scores.psnr_used},
+                 {"psnr_later", scores.psnr_later},
+                 {"psnr_rest", scores.rest},
+                 {"still_used", scores.still_used},
+                 {"still_later", scores.still_later},
+                 {"frames_later", scores.frames_later},
+                 {"constant_used", constant_scores.psnr_used},
+                 {"constant_later", constant_scores.psnr_later},
+                 {"constant_young_pa", material.young * std::pow(10.0, constant.log10_factor)},
+                 {"rms_homogeneous_px", found_material.homogeneous.rms},
+                 {"steps", steps_to_json(found_material.steps)},
+                 {"undetermined", undetermined_by_video(evidence_of(fit, found_material, options, young),
+                                                        find_blindness(fit, motion), fit.video.fps)}};
+  if (found_material.losses.whole > 0) result["whole_damping_time_s"] = 1 / found_material.losses.whole;
+  if (stage.compare.poisson) result["poisson"] = fitted.poisson.at(0);
+  json full = result;
+  full["search"] = curve_to_json(found_material.homogeneous.search);
+  full["modes_hz"] = json::array();
+  for (const double omega : found.modes.omega) full["modes_hz"].push_back(omega / 6.283185307179586);
+  if (!found_material.iterations.empty()) full["iterations"] = iterations_to_json(found_material.iterations);
+  write_text(run / "fit/results.json", full.dump(2) + "\n");
+  forget_progress(run);
+  return result;
 }
 
 }  // namespace pliant

@@ -1,11 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "app/run/options.h"
-#include "app/run/run_directory.h"
+#include "app/run/stage_inputs.h"
 #include "app/simulate/object_material.h"
 #include "gaussians/io/scene/scene.h"
 
@@ -13,7 +14,7 @@ namespace pliant {
 
 /// Markers on the object that were measured after it was let go from rest, instead of a video.
 struct MarkerStage {
-  std::string file;               ///< table, see fitting/fit/markers.h
+  std::string file;               ///< table, see fitting/observe/markers.h
   std::string axes = "x,y,z";     ///< columns along the scene's x, y and z, each with a sign if need be: "y,-x,z"
   std::string units = "metres";   ///< of the columns without a unit of their own: metres, or scene units
   std::vector<double> offset;     ///< [3] of the scene's frame, in those units; added to the markers; empty = none
@@ -24,7 +25,7 @@ struct MarkerStage {
   std::string interactions;       ///< file; what acts from the release on; empty = gravity
 };
 
-/// An image-to-video model that makes the video, see fitting/fit/generate_video.h.
+/// An image-to-video model that makes the video, see fitting/observe/generate_video.h.
 struct GenerateStage {
   std::string command;  ///< empty = none
   std::string prompt;
@@ -33,7 +34,7 @@ struct GenerateStage {
 
 /// What gradients through the simulation compare beside, or instead of, the points that are followed.
 struct CompareStage {
-  std::string loss = "tracks";  ///< tracks, pictures, both
+  std::string loss = "tracks";  ///< tracks, image, both
   double lambda = 0.1;          ///< share of L1 in the loss of pictures; the rest is D-SSIM
   double picture_weight = 10;   ///< that this loss counts against the tracks' mean squared error in px
   double flow_weight =
@@ -41,7 +42,7 @@ struct CompareStage {
   int window = 0;  ///< frames through which gradients run back; 0 = all
   int iterations = 100;
   bool poisson = false;      ///< Poisson's ratio is fitted too
-  std::string guide;         ///< a program that judges the drawn motion, see fitting/fit/guidance.h; empty = none
+  std::string guide;         ///< a program that judges the drawn motion, see fitting/observe/guidance.h; empty = none
   double guide_weight = 1;   ///< of its loss
   double guide_limit = 300;  ///< s that it may take for a step; twice that until it is ready
   int guide_frames = 14;     ///< without a video, that are drawn
@@ -50,18 +51,16 @@ struct CompareStage {
 
 /// fit: a video of the moving object, or markers on it -> material.h5, velocity.h5, fit/.
 struct FitStage {
-  MarkerStage markers;        ///< no file: a video
-  std::string video, camera;  ///< file or folder, and the camera that took it; empty = the scene file's; camera "find":
-                              ///< by the first frame
-  std::string pose;           ///< file of cameras, one of which took it, instead of a camera of the scene
-  std::string video_mask;     ///< picture, or folder or video of as many frames: pixels that are dark there are not
-                              ///< compared; "none": all are
-  bool refine_camera = false;  ///< until the scene looks like the first frame
-  struct Further {
-    std::string video, camera, mask;
-  };
-  std::vector<Further> further;  ///< videos of other cameras of the same motion, which begin at the same instant
-  GenerateStage generate;        ///< a program that makes the video instead
+  MarkerStage markers;               ///< no file: a video
+  std::vector<std::string> videos;   ///< files or folders of the same motion, which begin at the same instant; none =
+                                     ///< the scene file's
+  std::vector<std::string> cameras;  ///< that took them, in their order; "find": by the first frame; none = the scene
+                                     ///< file's
+  std::vector<std::string> masks;    ///< pictures, or folders or videos of as many frames, in their order: pixels that
+                                     ///< are dark there are not compared; "none": all are
+  std::string pose;                  ///< file of cameras, one of which took the first, instead of a camera of the scene
+  bool refine_camera = false;        ///< until the scene looks like the first frame
+  GenerateStage generate;            ///< a program that makes the video instead
   CompareStage compare;
   double first = 0, last = 0;            ///< s of the file, the part that is used; last 0 = to its end
   std::optional<double> released_young;  ///< Pa in PhysDreamer's cube, E0 of the fields in its scene folder, which are
@@ -80,6 +79,11 @@ struct FitStage {
   std::string prefix;             ///< of its options on the command line: "fit." in `run`
   /// An option as the user writes it.
   std::string typed(const std::string& option) const;
+  // Of the first video; empty where it is not told.
+  std::string video() const { return videos.empty() ? "" : videos[0]; }
+  std::string camera() const { return cameras.empty() ? "" : cameras[0]; }
+  std::string video_mask() const { return masks.empty() ? "" : masks[0]; }
+  size_t further_videos() const { return std::max({size_t{1}, videos.size(), cameras.size(), masks.size()}) - 1; }
 };
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(FitStage& stage);
@@ -88,13 +92,27 @@ void check_fit_stage(const FitStage& stage, bool has_video);
 /// The same for any choice at all, when nothing is fitted: `where` says why ("with --no-video").
 void check_no_fit_stage(const FitStage& stage, const std::string& where, const std::string& advice);
 
+/// What the material is fitted to.
+enum class FitKind { kVideo, kMarkers, kReleased, kGuided };
+FitKind kind_of(const FitStage& stage, const Scene& scene);
+using FitInputs = StageInputs<FitStage>;
+FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage& stage);
 nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
+
+/// Moves a fit that is there aside, or removes it when context.overwrite: what follows is not made with it.
+void set_fit_aside(const Context& context, RunDirectory& run);
+
+// The kinds.  `provenance` goes into the files that they write.
+nlohmann::json fit_to_video(const Context& context, const RunDirectory& run, const FitInputs& in,
+                            const std::string& provenance);
 /// Without a video: E(x) and damping under given forces, by what stage.compare.guide thinks of the drawn motion
 /// (PhysDreamer's setting turned round, as in DreamPhysics, Huang et al. 2024, and Physics3D, Liu et al. 2024).
-nlohmann::json run_guided_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
-/// The same with stage.markers.
-nlohmann::json run_marker_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
+nlohmann::json fit_to_guide(const Context& context, const RunDirectory& run, const FitInputs& in,
+                            const std::string& provenance);
+nlohmann::json fit_to_markers(const Context& context, const RunDirectory& run, const FitInputs& in,
+                              const std::string& provenance);
 /// With stage.released_young: E = E0 + 1000 f(x), v0 = 0.1 g(x) of sim_fields.pt and velo_fields.pt, in SI units.
-nlohmann::json run_released_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
+nlohmann::json take_released_fields(const Context& context, const RunDirectory& run, const FitInputs& in,
+                                    const std::string& provenance);
 
 }  // namespace pliant

@@ -16,7 +16,7 @@ void refuse(const std::vector<Choice>& choices, const std::string& where, const 
 
 /// What only a fit to a video uses that is there already.
 std::vector<Choice> of_watching(const FitStage& stage) {
-  return {{stage.typed("video-mask"), !stage.video_mask.empty()},
+  return {{stage.typed("video-mask"), !stage.video_mask().empty()},
           {stage.typed("refine-camera"), stage.refine_camera},
           {stage.typed("video-first"), stage.first > 0},
           {stage.typed("video-last"), stage.last > 0},
@@ -30,8 +30,8 @@ std::vector<Choice> of_watching(const FitStage& stage) {
 std::vector<Choice> of_pictures(const FitStage& stage) {
   const CompareStage& c = stage.compare;
   std::vector<Choice> all = of_watching(stage);
-  const std::vector<Choice> more = {{stage.typed("video"), !stage.video.empty()},
-                                    {stage.typed("video-camera"), !stage.camera.empty()},
+  const std::vector<Choice> more = {{stage.typed("video"), !stage.video().empty()},
+                                    {stage.typed("video-camera"), !stage.camera().empty()},
                                     {stage.typed("video-pose"), !stage.pose.empty()},
                                     {stage.typed("video-fps"), stage.fps > 0},
                                     {stage.typed("field"), stage.field != "uniform"},
@@ -139,12 +139,17 @@ void check_fit_stage(const FitStage& stage, bool has_video) {
   if (c.loss == "tracks") refuse(of_picture_loss(stage), "without pictures", pictures);
   if (!guided) refuse(of_guide(stage), "without a program that judges", "add " + stage.typed("guidance-cmd") + " CMD");
   if (guided && has_video) refuse(of_drawing(stage), "beside a video, which says what is drawn", "leave it out");
-  if (guided && !has_video) refuse(of_watching(stage), "without a video", "leave it out, or add --video FILE");
+  if (guided && !has_video) {
+    refuse(of_watching(stage), "without a video", "leave it out, or add --video FILE");
+    refuse({{stage.typed("loss"), c.loss != "tracks"}, {stage.typed("flow-weight"), c.flow_weight > 0}},
+           "without a video", "give --video FILE, or leave it out");
+  }
   if (stage.generate.command.empty())
     refuse(of_generating(stage), "without a program that makes the video",
            "add " + stage.typed("video-model-cmd") + " CMD");
   else
-    refuse({{stage.typed("video-first"), stage.first > 0},
+    refuse({{stage.typed("video"), !stage.video().empty()},
+            {stage.typed("video-first"), stage.first > 0},
             {stage.typed("video-last"), stage.last > 0},
             {stage.typed("refine-camera"), stage.refine_camera},
             {stage.typed("compare-fps"), stage.compare_fps > 0}},

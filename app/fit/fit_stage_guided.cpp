@@ -42,101 +42,76 @@ void write_clip(const fs::path& file, const FitScene& fit, const Motion<float>& 
 
 }  // namespace
 
-json run_guided_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage) {
+json fit_to_guide(const Context& context, const RunDirectory& run, const FitInputs& in, const std::string& provenance) {
+  const FitStage& stage = in.options;
+  const Scene& scene = in.scene;
   const CompareStage& compare = stage.compare;
-  const std::string folder = object_folder(run);
-  run.summary("seed", "run `pliant seed` first");
-  if (compare.loss != "tracks" || compare.flow_weight > 0)
-    throw usage_error("fit", stage.typed("loss"), "and " + stage.typed("flow-weight") + " need a video",
-                      "give --video FILE, or leave them out");
   const ObjectMaterial material = check_material(scene, stage.material, true);
   const double fps = stage.fps > 0 ? stage.fps : kFps;
-  StageKey key{"fit",
-               {{"material", material_to_json(material)},
-                {"up", {scene.up.x(), scene.up.y(), scene.up.z()}},
-                {"compare", compare_to_json(compare)},
-                {"frames", compare.guide_frames},
-                {"fps", fps},
-                {"camera", stage.camera},
-                {"field", stage.field},
-                {"parts", stage.field == "parts" ? stage.parts : 0}},
-               {{"particles", run / (folder + "/particles.h5")},
-                {"object", run / (folder + "/object.ply")},
-                {"background", run / "background_repaired.ply"}},
-               {folder + "/material.h5", folder + "/velocity.h5", "fit/results.json", "fit/guided.mp4"}};
-  if (!compare.load.empty()) key.inputs["load"] = compare.load;
-  if (!stage.pose.empty()) key.inputs["pose"] = stage.pose;
+  clear_fit_pictures(run);
+  const FitScene fit = load_still_scene(in, unfilmed_camera(in.files.at("object"), scene, stage));
+  SimulateStage forces;
+  forces.interactions = compare.load;
+  forces.fps = fps;
+  forces.duration = (compare.guide_frames - 1) / fps;
+  forces.settle = 0;
+  SimulationPlan plan = plan_simulation(context, in.files, in.found, scene, forces, fit.body);
+  if (compare.load.empty()) {
+    plan.interactions.front().start = 0;
+    plan.script[0]["start"] = 0;
+  }  // the push, at once
+  write_text(run / "fit/interactions.json", plan.script.dump(2) + "\n");
+  const Motion<float> motion = pushed_motion(plan, fit);
 
-  const json summary = run.stage(context, key, [&]() -> json {
-    const std::string provenance = run.provenance(context, key);
-    clear_fit_pictures(run);
-    const FitScene fit = load_still_scene(context, run, scene, stage, unfilmed_camera(run, scene, stage));
-    SimulateStage forces;
-    forces.interactions = compare.load;
-    forces.fps = fps;
-    forces.duration = (compare.guide_frames - 1) / fps;
-    forces.settle = 0;
-    SimulationPlan plan = plan_simulation(context, run, scene, forces, fit.body);
-    if (compare.load.empty()) {
-      plan.interactions.front().start = 0;
-      plan.script[0]["start"] = 0;
-    }  // the push, at once
-    write_text(run / "fit/interactions.json", plan.script.dump(2) + "\n");
-    const Motion<float> motion = pushed_motion(plan, fit);
+  const MaterialFitProgress kept = kept_progress(context, run, provenance);
+  MaterialFitOptions options = material_fit_options(context, run, scene, stage, fit, kept.gradient);
+  options.clip.track_weight = 0;
+  ClipFitOptions varied = gradient_fields(options, motion.particles, motion.interactions);
+  varied.velocity = nullptr;  // forces move it
+  const ClipFrames frames{0, compare.guide_frames - 1, 0, 1, fps};
+  Motion<float> cut = motion;
+  cut.options.gradient_window = compare.window;
+  const ClipFit found = fit_clip(
+      varied, cut, clip_objective(options.clip, nullptr, frames), kept.gradient,
+      [&](const std::string& line) { context.progress.say("fit: " + line); }, kept.keep_gradient);
 
-    const MaterialFitProgress kept = kept_progress(context, run, provenance);
-    MaterialFitOptions options = material_fit_options(context, run, scene, stage, fit, kept.gradient);
-    options.clip.track_weight = 0;
-    ClipFitOptions varied = gradient_fields(options, motion.particles, motion.interactions);
-    varied.velocity = nullptr;  // forces move it
-    const ClipFrames frames{0, compare.guide_frames - 1, 0, 1, fps};
-    Motion<float> cut = motion;
-    cut.options.gradient_window = compare.window;
-    const ClipFit found = fit_clip(
-        varied, cut, clip_objective(options.clip, nullptr, frames), kept.gradient,
-        [&](const std::string& line) { context.progress.say("fit: " + line); }, kept.keep_gradient);
+  MaterialFile stored =
+      fitted_material(fit, found.motion.particles, 1, stage.field + ", guided by '" + options.clip.guide->name() + "'");
+  const double young = mean_young(fit, stored), damping_time = found.motion.options.simulate.damping_time;
+  for (size_t s = 0; s < stored.young.size(); ++s)
+    if (fit.body.file.solid_driver[s] < 0) stored.young[s] = static_cast<float>(young);
+  write_material(run / in.outputs[0], stored, provenance);
+  VibrationFit start;
+  start.start = motion.start;
+  start.damping_time = damping_time;
+  write_velocity(run / in.outputs[1], fitted_velocity(fit, start, {}), provenance);
 
-    MaterialFile stored = fitted_material(fit, found.motion.particles, 1,
-                                          stage.field + ", guided by '" + options.clip.guide->name() + "'");
-    const double young = mean_young(fit, stored), damping_time = found.motion.options.simulate.damping_time;
-    for (size_t s = 0; s < stored.young.size(); ++s)
-      if (fit.body.file.solid_driver[s] < 0) stored.young[s] = static_cast<float>(young);
-    write_material(run / (folder + "/material.h5"), stored, provenance);
-    VibrationFit start;
-    start.start = motion.start;
-    start.damping_time = damping_time;
-    write_velocity(run / (folder + "/velocity.h5"), fitted_velocity(fit, start, {}), provenance);
-
-    write_clip(run / "fit/guided.mp4", fit, found.motion);
-    FitFindings findings;
-    findings.young = young;
-    findings.refinements = {{"guided", "loss of the guiding program", {}}};
-    for (size_t i = 0; i < found.motion.particles.size(); ++i)
-      findings.young_of_driver.push_back(material.young * found.motion.particles.young[i] /
-                                         fit.body.particles.young[i]);
-    for (const GradientFitRow& row : found.iterations) findings.refinements[0].value.push_back(row.loss);
-    write_fit_pictures(run / "fit", fit, findings);
-    context.progress.say(fmt::format("fit: E = {:.4g} Pa (before: {:.4g}), damping time {:.3g} s, after {} steps",
-                                     young, material.young, damping_time, found.iterations.size()));
-    json result = {{"source", "guidance"},
-                   {"guide", options.clip.guide->name()},
-                   {"young_pa", young},
-                   {"young_before_pa", material.young},
-                   {"damping_time_s", damping_time},
-                   {"loss_first", found.iterations.front().loss},
-                   {"loss_last", found.iterations.back().loss},
-                   {"undetermined",
-                    {"Nothing was measured: E and damping are those with which the guiding program likes the drawn "
-                     "motion under these forces."}}};
-    if (compare.poisson) result["poisson"] = found.motion.particles.poisson.at(0);
-    json full = result;
-    full["iterations"] = iterations_to_json(found.iterations);
-    write_text(run / "fit/results.json", full.dump(2) + "\n");
-    forget_progress(run);
-    return result;
-  });
-  write_fit_page(run);
-  return summary;
+  write_clip(run / "fit/guided.mp4", fit, found.motion);
+  FitFindings findings;
+  findings.young = young;
+  findings.refinements = {{"guided", "loss of the guiding program", {}}};
+  for (size_t i = 0; i < found.motion.particles.size(); ++i)
+    findings.young_of_driver.push_back(material.young * found.motion.particles.young[i] / fit.body.particles.young[i]);
+  for (const GradientFitRow& row : found.iterations) findings.refinements[0].value.push_back(row.loss);
+  write_fit_pictures(run / "fit", fit, findings);
+  context.progress.say(fmt::format("fit: E = {:.4g} Pa (before: {:.4g}), damping time {:.3g} s, after {} steps", young,
+                                   material.young, damping_time, found.iterations.size()));
+  json result = {{"source", "guidance"},
+                 {"guide", options.clip.guide->name()},
+                 {"young_pa", young},
+                 {"young_before_pa", material.young},
+                 {"damping_time_s", damping_time},
+                 {"loss_first", found.iterations.front().loss},
+                 {"loss_last", found.iterations.back().loss},
+                 {"undetermined",
+                  {"Nothing was measured: E and damping are those with which the guiding program likes the drawn "
+                   "motion under these forces."}}};
+  if (compare.poisson) result["poisson"] = found.motion.particles.poisson.at(0);
+  json full = result;
+  full["iterations"] = iterations_to_json(found.iterations);
+  write_text(run / "fit/results.json", full.dump(2) + "\n");
+  forget_progress(run);
+  return result;
 }
 
 }  // namespace pliant

@@ -153,120 +153,102 @@ std::vector<std::string> undetermined(const MarkerFitResult& r, const MarkerFitO
 
 }  // namespace
 
-json run_marker_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage) {
+json fit_to_markers(const Context& context, const RunDirectory& run, const FitInputs& in,
+                    const std::string& provenance) {
+  const FitStage& stage = in.options;
+  const Scene& scene = in.scene;
   const MarkerStage& m = stage.markers;
-  const std::string folder = object_folder(run);
-  run.summary("seed", "run `pliant seed` first");
   parse_axes(m.axes);
   const ObjectMaterial material = check_material(scene, stage.material, true);
   const bool guessed = material.young == kUnknownYoung && !stage.material.young;
-  StageKey key{"fit",
-               {{"material", material_to_json(material)},
-                {"up", {scene.up.x(), scene.up.y(), scene.up.z()}},
-                {"axes", m.axes},
-                {"units", m.units},
-                {"offset", m.offset},
-                {"reach", m.reach},
-                {"rest", m.rest ? json(*m.rest) : json()},
-                {"release", m.release ? json(*m.release) : json()},
-                {"window", m.window}},
-               {{"particles", run / (folder + "/particles.h5")}, {"markers", m.file}},
-               {folder + "/material.h5", folder + "/velocity.h5", "fit/results.json", "fit/markers.png"}};
-  if (!m.interactions.empty()) key.inputs["load"] = m.interactions;
+  const MarkerTracks tracks = markers_in_scene(m, scene);
+  ParticleFile particles = read_particles(in.files.at("particles"));
+  ElasticSamples solid = solid_material(particles, material);
+  const SimulatedBody body = make_body(std::move(particles), scene, solid, material.material);
+  const std::vector<Interaction> load = load_of(m, scene, body.file);
+  MarkerFitOptions options;
+  options.model.simulate.gravity = m.interactions.empty() ? Vec3d::Zero() : Vec3d(-9.81 * scene.up);
+  options.model.simulate.fps = state_rate(tracks);
+  options.model.simulate.courant = 0.5;
+  options.model.reach = m.reach > 0 ? m.reach : 2 * body.particles.cell_size;
+  options.release_range =
+      std::clamp(0.15 * m.window, 0.03, 0.2);  // a slow body has moved little when it is seen to move
+  options.window = m.window;
+  options.search_decades = guessed ? 2 : 1.5;
+  if (m.rest) options.rest_begin = *m.rest;
+  if (m.release) options.release = *m.release;
+  const auto say = [&](const std::string& line) {
+    if (context.interrupted())
+      throw Error(Failure::kInterrupted, "fit", "", "interrupted", "run the same command again");
+    context.progress.say("fit: " + line);
+  };
+  say(fmt::format("{} markers, {} instants from {:.4g} s to {:.4g} s", tracks.markers(), tracks.samples(),
+                  tracks.time.front(), tracks.time.back()));
+  const KeptMarkerFit kept = kept_marker_fit(context, run, provenance);
+  const MarkerFitResult found = fit_markers(options, body.particles, load, tracks, say, kept.state, kept.sink);
+  for (const std::string& warning : found.warnings) context.progress.warn(warning);
 
-  const json result = run.stage(context, key, [&]() -> json {
-    const std::string provenance = run.provenance(context, key);
-    const MarkerTracks tracks = markers_in_scene(m, scene);
-    ParticleFile particles = read_particles(run / (folder + "/particles.h5"));
-    ElasticSamples solid = solid_material(particles, material);
-    const SimulatedBody body = make_body(std::move(particles), scene, solid, material.material);
-    const std::vector<Interaction> load = load_of(m, scene, body.file);
-    MarkerFitOptions options;
-    options.model.simulate.gravity = m.interactions.empty() ? Vec3d::Zero() : Vec3d(-9.81 * scene.up);
-    options.model.simulate.fps = state_rate(tracks);
-    options.model.simulate.courant = 0.5;
-    options.model.reach = m.reach > 0 ? m.reach : 2 * body.particles.cell_size;
-    options.release_range =
-        std::clamp(0.15 * m.window, 0.03, 0.2);  // a slow body has moved little when it is seen to move
-    options.window = m.window;
-    options.search_decades = guessed ? 2 : 1.5;
-    if (m.rest) options.rest_begin = *m.rest;
-    if (m.release) options.release = *m.release;
-    const auto say = [&](const std::string& line) {
-      if (context.interrupted())
-        throw Error(Failure::kInterrupted, "fit", "", "interrupted", "run the same command again");
-      context.progress.say("fit: " + line);
-    };
-    say(fmt::format("{} markers, {} instants from {:.4g} s to {:.4g} s", tracks.markers(), tracks.samples(),
-                    tracks.time.front(), tracks.time.back()));
-    const KeptMarkerFit kept = kept_marker_fit(context, run, provenance);
-    const MarkerFitResult found = fit_markers(options, body.particles, load, tracks, say, kept.state, kept.sink);
-    for (const std::string& warning : found.warnings) context.progress.warn(warning);
+  // As much again, that the fit has not seen: a prediction.
+  MarkerFitOptions later = options;
+  later.fit_young = later.fit_damping = later.fit_release = later.search = false;
+  later.release = found.parameters.release;
+  later.damping_time = found.parameters.damping_time;
+  later.window = std::min(2 * options.window, tracks.time.back() - found.parameters.release);
+  Particles fitted = body.particles;
+  for (float& young : fitted.young) young = static_cast<float>(young * found.parameters.young_factor);
+  const bool more = later.window > 1.05 * options.window;
+  const MarkerFitResult seen = more ? fit_markers(later, fitted, load, tracks) : found;
 
-    // As much again, that the fit has not seen: a prediction.
-    MarkerFitOptions later = options;
-    later.fit_young = later.fit_damping = later.fit_release = later.search = false;
-    later.release = found.parameters.release;
-    later.damping_time = found.parameters.damping_time;
-    later.window = std::min(2 * options.window, tracks.time.back() - found.parameters.release);
-    Particles fitted = body.particles;
-    for (float& young : fitted.young) young = static_cast<float>(young * found.parameters.young_factor);
-    const bool more = later.window > 1.05 * options.window;
-    const MarkerFitResult seen = more ? fit_markers(later, fitted, load, tracks) : found;
+  clear_fit_pictures(run);
+  for (float& young : solid.young) young = static_cast<float>(found.young);
+  write_material(run / in.outputs[0],
+                 {solid.young, solid.poisson, solid.density, "homogeneous, fitted to markers", {}, {}}, provenance);
+  VelocityFile start;
+  const size_t n = body.particles.size();
+  start.velocity.assign(n, Vec3f::Zero());
+  start.displacement.assign(n, Vec3f::Zero());
+  start.F.assign(n, Mat3f::Identity());
+  start.C.assign(n, Mat3f::Zero());
+  start.time = found.parameters.release;
+  start.damping_time = found.parameters.damping_time;
+  start.source = "at rest until its release";
+  write_velocity(run / in.outputs[1], start, provenance);
+  write_image(run / "fit/markers.png", marker_chart(tracks, seen, options.window));
+  write_image(run / "fit/search.png", search_chart(found));
 
-    clear_fit_pictures(run);
-    for (float& young : solid.young) young = static_cast<float>(found.young);
-    write_material(run / (folder + "/material.h5"),
-                   {solid.young, solid.poisson, solid.density, "homogeneous, fitted to markers", {}, {}}, provenance);
-    VelocityFile start;
-    const size_t n = body.particles.size();
-    start.velocity.assign(n, Vec3f::Zero());
-    start.displacement.assign(n, Vec3f::Zero());
-    start.F.assign(n, Mat3f::Identity());
-    start.C.assign(n, Mat3f::Zero());
-    start.time = found.parameters.release;
-    start.damping_time = found.parameters.damping_time;
-    start.source = "at rest until its release";
-    write_velocity(run / (folder + "/velocity.h5"), start, provenance);
-    write_image(run / "fit/markers.png", marker_chart(tracks, seen, options.window));
-    write_image(run / "fit/search.png", search_chart(found));
-
-    say(fmt::format(
-        "E = {:.4g} Pa (10^+-{:.3f}), damping time {:.3g} s, release at {:.4f} s; {:.3g} mm off over {} markers",
-        found.young, found.sigma_log10_young, found.parameters.damping_time, found.parameters.release, 1e3 * found.rms,
-        found.markers.size()));
-    if (more)
-      say(fmt::format("{:.3g} mm off with the {:.3g} s after what it saw", 1e3 * seen.rms,
-                      later.window - options.window));
-    json names = json::array(), curve = json::array();
-    for (const int k : found.markers) names.push_back(tracks.name[k]);
-    for (const auto& c : found.search) curve.push_back({c.young, 1e3 * c.rms});
-    json out = {{"source", "markers"},
-                {"young_pa", found.young},
-                {"log10_sigma", found.sigma_log10_young},
-                {"damping_time_s", found.parameters.damping_time},
-                {"log_damping_sigma", found.sigma_log_damping},
-                {"release_s", found.parameters.release},
-                {"release_sigma_s", found.sigma_release},
-                {"rms_mm", 1e3 * found.rms},
-                {"rms_with_later_mm", more ? json(1e3 * seen.rms) : json()},
-                {"window_s", options.window},
-                {"markers", names},
-                {"converged", found.converged},
-                {"rollouts", found.rollouts},
-                {"seconds", found.seconds},
-                {"undetermined", undetermined(found, options, m.interactions.empty())}};
-    json full = out;
-    full["search_young_pa_rms_mm"] = curve;
-    full["loss"] = found.loss;
-    full["rms_axis_mm"] = {1e3 * found.rms_axis.x(), 1e3 * found.rms_axis.y(), 1e3 * found.rms_axis.z()};
-    full["warnings"] = found.warnings;
-    write_text(run / "fit/results.json", full.dump(2) + "\n");
-    forget_progress(run);
-    return out;
-  });
-  write_fit_page(run);
-  return result;
+  say(fmt::format(
+      "E = {:.4g} Pa (10^+-{:.3f}), damping time {:.3g} s, release at {:.4f} s; {:.3g} mm off over {} markers",
+      found.young, found.sigma_log10_young, found.parameters.damping_time, found.parameters.release, 1e3 * found.rms,
+      found.markers.size()));
+  if (more)
+    say(fmt::format("{:.3g} mm off with the {:.3g} s after what it saw", 1e3 * seen.rms,
+                    later.window - options.window));
+  json names = json::array(), curve = json::array();
+  for (const int k : found.markers) names.push_back(tracks.name[k]);
+  for (const auto& c : found.search) curve.push_back({c.young, 1e3 * c.rms});
+  json out = {{"source", "markers"},
+              {"young_pa", found.young},
+              {"log10_sigma", found.sigma_log10_young},
+              {"damping_time_s", found.parameters.damping_time},
+              {"log_damping_sigma", found.sigma_log_damping},
+              {"release_s", found.parameters.release},
+              {"release_sigma_s", found.sigma_release},
+              {"rms_mm", 1e3 * found.rms},
+              {"rms_with_later_mm", more ? json(1e3 * seen.rms) : json()},
+              {"window_s", options.window},
+              {"markers", names},
+              {"converged", found.converged},
+              {"rollouts", found.rollouts},
+              {"seconds", found.seconds},
+              {"undetermined", undetermined(found, options, m.interactions.empty())}};
+  json full = out;
+  full["search_young_pa_rms_mm"] = curve;
+  full["loss"] = found.loss;
+  full["rms_axis_mm"] = {1e3 * found.rms_axis.x(), 1e3 * found.rms_axis.y(), 1e3 * found.rms_axis.z()};
+  full["warnings"] = found.warnings;
+  write_text(run / "fit/results.json", full.dump(2) + "\n");
+  forget_progress(run);
+  return out;
 }
 
 }  // namespace pliant

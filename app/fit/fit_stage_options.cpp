@@ -4,39 +4,32 @@
 namespace pliant {
 namespace {
 
-/// Videos, their cameras and their masks, paired in the order in which they are given.
-OptionParser paired(FitStage& stage, std::string FitStage::*first, std::string FitStage::Further::*more) {
-  return [&stage, first, more](const std::vector<std::string>& words) {
-    if (stage.further.size() + 1 < words.size()) stage.further.resize(words.size() - 1);
-    stage.*first = words[0];
-    for (size_t i = 1; i < words.size(); ++i) stage.further[i - 1].*more = words[i];
-  };
-}
-
 std::vector<Option> video_options(FitStage& stage) {
-  using Further = FitStage::Further;
   return {
       {.name = "video",
-       .field = paired(stage, &FitStage::video, &Further::video),
+       .field = &stage.videos,
        .help = "Video of the moving object (default: scene.json's); repeatable",
-       .value = "FILE"},
+       .value = "FILE",
+       .recorded = Recorded::kElsewhere},
       {.name = "video-camera",
-       .field = paired(stage, &FitStage::camera, &Further::camera),
+       .field = &stage.cameras,
        .help = "Camera that took it, or 'find'; once for each video",
        .value = "NAME",
        .formerly = "camera"},
       {.name = "video-mask",
-       .field = paired(stage, &FitStage::video_mask, &Further::mask),
+       .field = &stage.masks,
        .help =
            "Image, folder or video: what is dark there, such as a hand, is not compared; 'none' for a video without",
        .value = "FILE|none",
        .choices = {"none"},
-       .exists = true},
+       .exists = true,
+       .recorded = Recorded::kElsewhere},
       {.name = "video-pose",
        .field = &stage.pose,
        .help = "File with the camera that took it (transforms.json, cameras.json, COLMAP)",
        .value = "FILE",
-       .exists = true},
+       .exists = true,
+       .recorded = Recorded::kContents},
       {.name = "refine-camera",
        .field = &stage.refine_camera,
        .help = "Move that camera until the scene looks like the first frame"},
@@ -118,10 +111,11 @@ std::vector<Option> guidance_options(CompareStage& stage) {
        .formerly = "guide-weight"},
       {.name = "guidance-timeout",
        .field = &stage.guide_limit,
-       .help = "Longest time for each answer, and half of that for its start [s]",
+       .help = "Longest time for each answer [s]; twice that for its start",
        .group = kGroup,
        .positive = true,
-       .formerly = "guide-limit"},
+       .formerly = "guide-limit",
+       .recorded = Recorded::kElsewhere},
       {.name = "guidance-frames",
        .field = &stage.guide_frames,
        .help = "Without a video: frames that are rendered, at --video-fps (default 24)",
@@ -135,7 +129,8 @@ std::vector<Option> guidance_options(CompareStage& stage) {
        .value = "FILE",
        .group = kGroup,
        .exists = true,
-       .formerly = "guide-load"},
+       .formerly = "guide-load",
+       .recorded = Recorded::kContents},
   };
 }
 
@@ -171,7 +166,8 @@ std::vector<Option> marker_options(MarkerStage& stage) {
        .field = &stage.file,
        .help = "CSV of marker positions after the object was let go from rest: time, NAME_x, NAME_y, NAME_z",
        .value = "FILE",
-       .group = kGroup},
+       .group = kGroup,
+       .recorded = Recorded::kContents},
       {.name = "marker-axes",
        .field = &stage.axes,
        .help = "Columns along the scene's x, y, z, with signs, such as y,-x,z",
@@ -210,7 +206,8 @@ std::vector<Option> marker_options(MarkerStage& stage) {
        .field = &stage.interactions,
        .help = "JSON array of what acts from the release on, its time 0 (default: gravity)",
        .value = "FILE",
-       .group = kGroup},
+       .group = kGroup,
+       .recorded = Recorded::kContents},
   };
 }
 
@@ -253,7 +250,8 @@ OptionTable options_of(FitStage& stage) {
        .field = &stage.part_labels,
        .help = "Labels of the scene's Gaussians (labels.h5, segmentation.h5) that say the parts instead",
        .value = "FILE",
-       .exists = true},
+       .exists = true,
+       .recorded = Recorded::kContents},
       {.name = "released-fields",
        .field = &stage.released_young,
        .help = "Take the fields in a PhysDreamer scene folder with this E0 [Pa in its cube] instead of fitting",

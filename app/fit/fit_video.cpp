@@ -40,14 +40,14 @@ Camera camera_of_pose_file(const FitStage& stage) {
   if (cameras.empty())
     throw input_error(stage.pose, "", "has no camera",
                       "give a transforms.json, cameras.json or COLMAP model with the video's camera");
-  if (!stage.camera.empty()) return camera_named(cameras, stage.camera, stage.pose);
+  if (!stage.camera().empty()) return camera_named(cameras, stage.camera(), stage.pose);
   if (cameras.size() > 1)
     throw usage_error("--video-pose", stage.pose, fmt::format("has {} cameras", cameras.size()),
                       "say with --video-camera NAME which one took the video");
   return cameras[0];
 }
 
-bool has_mask(const FitStage& stage) { return !stage.video_mask.empty() && stage.video_mask != kNone; }
+bool has_mask(const FitStage& stage) { return !stage.video_mask().empty() && stage.video_mask() != kNone; }
 
 RenderOptions rendering_of(const Scene& scene) {
   RenderOptions rendering;
@@ -66,31 +66,31 @@ struct NamedVideo {
 
 /// The name of the camera, empty where it is to be found.
 std::string known_camera(const Scene& scene, const FitStage& stage) {
-  if (stage.camera == kFind) return "";
-  if (!stage.camera.empty()) return stage.camera;
+  if (stage.camera() == kFind) return "";
+  if (!stage.camera().empty()) return stage.camera();
   return scene.settings.video ? scene.settings.video->camera : "";
 }
 
 NamedVideo named_video(const Scene& scene, const FitStage& stage) {
   const auto& known = scene.settings.video;
-  if (stage.video.empty() && !known)
+  if (stage.video().empty() && !known)
     throw usage_error("fit", "--video", "is not given, and the scene has no reference video",
                       "give --video FILE, with --video-camera NAME where the camera is known");
   NamedVideo out;
-  out.file = stage.video.empty() ? known->file : fs::path(stage.video);
+  out.file = stage.video().empty() ? known->file : fs::path(stage.video());
   out.camera = known_camera(scene, stage);
-  if (stage.video.empty()) out.fps = known->fps;
+  if (stage.video().empty()) out.fps = known->fps;
   const std::optional<PhysDreamerFolder> folder = physdreamer_folder(scene);
   // Of such a folder, a camera names its video too.
-  if (folder && stage.video.empty() && !stage.camera.empty()) {
+  if (folder && stage.video().empty() && !stage.camera().empty()) {
     const auto its = std::find_if(folder->videos.begin(), folder->videos.end(),
-                                  [&](const auto& video) { return video.camera == stage.camera; });
+                                  [&](const auto& video) { return video.camera == stage.camera(); });
     if (its != folder->videos.end()) out.file = its->file;
   }
   if (const PhysDreamerFolder::Video* listed = folder ? folder->find_video(out.file) : nullptr) {
     out.physdreamer = out.fps_holds = true;
     out.fps = kPhysDreamerFps;
-    if (stage.camera.empty()) out.camera = listed->camera;
+    if (stage.camera().empty()) out.camera = listed->camera;
   }
   if (stage.fps > 0) {
     out.fps = stage.fps;
@@ -102,7 +102,7 @@ NamedVideo named_video(const Scene& scene, const FitStage& stage) {
 /// Which of several videos of a PhysDreamer folder is fitted, and how to fit others.
 void tell_choice(const Context& context, const Scene& scene, const FitStage& stage, const fs::path& file) {
   const std::optional<PhysDreamerFolder> folder = physdreamer_folder(scene);
-  if (!stage.video.empty() || !folder || folder->videos.size() < 2) return;
+  if (!stage.video().empty() || !folder || folder->videos.size() < 2) return;
   std::string others;
   for (const PhysDreamerFolder::Video& video : folder->videos)
     if (video.file != file) others += (others.empty() ? "" : ", ") + video.file.filename().string();
@@ -139,8 +139,9 @@ Camera find_in_scene(const Context& context, const RunDirectory& run, const Scen
   return camera;
 }
 
-ReferenceVideo generate(const Context& context, const RunDirectory& run, const Scene& scene, const FitStage& stage) {
-  const Camera camera = unfilmed_camera(run, scene, stage);
+ReferenceVideo generate(const Context& context, const RunDirectory& run, const FitInputs& in, const FitStage& stage) {
+  const Scene& scene = in.scene;
+  const Camera camera = unfilmed_camera(in.files.at("object"), scene, stage);
   GenerateOptions options;
   options.command = stage.generate.command;
   options.prompt = stage.generate.prompt;
@@ -158,14 +159,14 @@ ReferenceVideo generate(const Context& context, const RunDirectory& run, const S
 std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& video) {
   std::vector<ImageF> masks;
   if (!has_mask(stage)) return {};
-  const fs::path file = stage.video_mask;
+  const fs::path file = stage.video_mask();
   const std::string extension = file.extension();
   if (extension == ".png" || extension == ".jpg" || extension == ".jpeg") {
     const ImageF mask = read_image(file);
     if (std::abs(static_cast<double>(mask.width) / mask.height /
                      (static_cast<double>(video.camera.width) / video.camera.height) -
                  1) > 0.02)
-      throw input_error(stage.video_mask, "size",
+      throw input_error(stage.video_mask(), "size",
                         fmt::format("is {} x {}, of another shape than the video's {} x {}", mask.width, mask.height,
                                     video.camera.width, video.camera.height),
                         "give a mask in the video's shape");
@@ -180,7 +181,7 @@ std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& 
     options.resampling = Resampling::kNearest;
     masks = load_reference_video(options, file, video.camera).frames;
     if (masks.size() != video.frames.size())
-      throw input_error(stage.video_mask, "frames",
+      throw input_error(stage.video_mask(), "frames",
                         fmt::format("are {} and the video's {}", masks.size(), video.frames.size()),
                         "give one mask for every frame, or one picture for all");
   }
@@ -195,37 +196,36 @@ std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& 
 }
 
 FitStage further_video(const FitStage& stage, size_t i) {
-  const FitStage::Further& further = stage.further[i];
-  if (further.video.empty()) {
-    const bool camera = !further.camera.empty();
+  const size_t k = i + 1;
+  if (k >= stage.videos.size()) {
+    const bool camera = k < stage.cameras.size();
     const std::string option = stage.typed(camera ? "video-camera" : "video-mask");
-    throw usage_error(option, camera ? further.camera : further.mask, "has no video",
+    throw usage_error(option, camera ? stage.cameras[k] : stage.masks[k], "has no video",
                       fmt::format("give --video FILE as often as {}, in the same order", option));
   }
+  const auto only = [k](std::vector<std::string>& all) {
+    all = k < all.size() ? std::vector<std::string>{all[k]} : std::vector<std::string>{};
+  };
   FitStage one = stage;
-  one.further.clear();
   one.generate = {};
   one.pose.clear();
-  one.video = further.video;
-  one.camera = further.camera;
-  one.video_mask = further.mask;
+  only(one.videos);
+  only(one.cameras);
+  only(one.masks);
   return one;
 }
 
-Camera unfilmed_camera(const RunDirectory& run, const Scene& scene, const FitStage& stage) {
+Camera unfilmed_camera(const fs::path& object, const Scene& scene, const FitStage& stage) {
   const std::string name = known_camera(scene, stage);
   if (!stage.pose.empty()) return camera_of_pose_file(stage);
   if (!name.empty()) return camera_named(scene.cameras, name, "the scene");
-  return clip_camera(scene, "", robust_bounds(read_ply(run / (object_folder(run) + "/object.ply"))));
+  return clip_camera(scene, "", robust_bounds(read_ply(object)));
 }
 
-ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const Scene& scene,
+ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const FitInputs& in,
                               const FitStage& stage, double fps) {
-  if (!stage.generate.command.empty()) {
-    if (!stage.video.empty())
-      throw usage_error("fit", "--video-model-cmd", "and --video are both given", "give one of them");
-    return generate(context, run, scene, stage);
-  }
+  const Scene& scene = in.scene;
+  if (!stage.generate.command.empty()) return generate(context, run, in, stage);
   const NamedVideo named = named_video(scene, stage);
   const fs::path& file = named.file;
   const std::string& name = named.camera;
@@ -237,7 +237,7 @@ ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, c
   options.first = stage.first;
   options.last = stage.last;
   if (!stage.pose.empty()) {
-    if (stage.camera == kFind)
+    if (stage.camera() == kFind)
       throw usage_error("--video-camera", kFind, "and --video-pose are both given",
                         "give one of them; --refine-camera refines a pose");
   } else if (!name.empty()) {
@@ -279,35 +279,26 @@ ImageF load_object_mask(const Scene& scene, const Camera& camera) {
 }
 
 bool has_video(const Scene& scene, const FitStage& stage) {
-  return !stage.video.empty() || !stage.generate.command.empty() || scene.settings.video;
+  return !stage.video().empty() || !stage.generate.command.empty() || scene.settings.video;
 }
 
-void add_video_to_key(StageKey& key, const Scene& scene, const FitStage& stage) {
-  key.options.update({{"camera", stage.camera},
-                      {"fps", stage.fps},
-                      {"first", stage.first},
-                      {"last", stage.last},
-                      {"refine_camera", stage.refine_camera}});
-  if (stage.compare_fps > 0) key.options["compare_fps"] = stage.compare_fps;
-  if (has_mask(stage)) key.inputs["video_mask"] = stage.video_mask;
-  if (!stage.pose.empty()) key.inputs["pose"] = stage.pose;
-  if (!stage.generate.command.empty()) {
-    key.options["generate"] = {
-        {"command", stage.generate.command}, {"prompt", stage.generate.prompt}, {"frames", stage.generate.frames}};
-  } else {
-    const NamedVideo video = named_video(scene, stage);
-    key.inputs["video"] = video.file;
-    key.options["camera"] = video.camera;
-    key.options["fps"] = video.fps;
-  }
-  if (const auto folder = physdreamer_folder(scene); folder && !folder->masks.empty())
-    key.inputs["masks"] = scene.source / "masks";
-  for (size_t i = 0; i < stage.further.size(); ++i) {
+InputFiles video_files(const Scene& scene, const FitStage& stage) {
+  InputFiles files;
+  if (stage.generate.command.empty()) files["video"] = named_video(scene, stage).file;
+  if (has_mask(stage)) files["video_mask"] = stage.video_mask();
+  for (size_t i = 0; i < stage.further_videos(); ++i) {
     const FitStage one = further_video(stage, i);
-    key.inputs["video_" + std::to_string(i + 2)] = one.video;
-    if (has_mask(one)) key.inputs["video_mask_" + std::to_string(i + 2)] = one.video_mask;
-    key.options["further_cameras"].push_back(one.camera);
+    files["video_" + std::to_string(i + 2)] = one.video();
+    if (has_mask(one)) files["video_mask_" + std::to_string(i + 2)] = one.video_mask();
   }
+  return files;
+}
+
+bool knows_cameras(const Scene& scene, const FitStage& stage) {
+  bool known = !stage.pose.empty() || !stage.generate.command.empty() || !named_video(scene, stage).camera.empty();
+  for (size_t i = 0; i < stage.further_videos(); ++i)
+    known = known && !named_video(scene, further_video(stage, i)).camera.empty();
+  return known;
 }
 
 std::string video_name(const Scene& scene, const FitStage& stage) {

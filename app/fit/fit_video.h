@@ -9,8 +9,8 @@ namespace pliant {
 /// named, the one that its first frame shows (fit/transforms.json keeps what was found).  With stage.generate, a
 /// program makes the video from the scene as the camera sees it.  Throws Error{kUsage} for names that are not there,
 /// Error{kInput} for files that cannot be used and for a first frame that shows something else.
-/// `fps`: frames a second that are wanted; 0 = its own.
-ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const Scene& scene,
+/// `stage` is that of the inputs, or of a further video of theirs; `fps`: frames a second that are wanted; 0 = its own.
+ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const FitInputs& in,
                               const FitStage& stage, double fps = 0);
 
 /// [T of the video] or [1], or empty without a stage.video_mask: 0 = a pixel that is not compared.  Throws
@@ -24,13 +24,16 @@ ImageF load_object_mask(const Scene& scene, const Camera& camera);
 FitStage further_video(const FitStage& stage, size_t i);
 
 /// The camera of a video that does not exist yet: the one that is named, else one that sees the object well.
-Camera unfilmed_camera(const RunDirectory& run, const Scene& scene, const FitStage& stage);
+Camera unfilmed_camera(const std::filesystem::path& object, const Scene& scene, const FitStage& stage);
 
 /// Whether there is a video, or a program that makes one.
 bool has_video(const Scene& scene, const FitStage& stage);
 
-/// What of the stage decides the video: options and files.
-void add_video_to_key(StageKey& key, const Scene& scene, const FitStage& stage);
+/// The videos and their masks: role -> file or folder.  None for a video that a program makes.
+InputFiles video_files(const Scene& scene, const FitStage& stage);
+
+/// Whether it is told which cameras took the videos.
+bool knows_cameras(const Scene& scene, const FitStage& stage);
 
 /// How messages name it.
 std::string video_name(const Scene& scene, const FitStage& stage);

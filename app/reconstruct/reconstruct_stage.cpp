@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -27,16 +28,20 @@ using nlohmann::json;
 
 namespace {
 
-const char* name_of(Densification strategy) {
-  switch (strategy) {
-    case Densification::kMcmc:
-      return "mcmc";
-    case Densification::kClassic:
-      return "classic";
-    case Densification::kNone:
-      return "none";
+constexpr const char* kCheckpoint = "checkpoint.h5";
+
+/// What the options ask for.
+TrainOptions train_options(const ReconstructStage& stage, uint64_t seed) {
+  const std::map<std::string, Densification> strategies = {
+      {"mcmc", Densification::kMcmc}, {"classic", Densification::kClassic}, {"none", Densification::kNone}};
+  TrainOptions options = stage.train;
+  options.densification = strategies.at(stage.strategy);
+  options.seed = seed;
+  if (!stage.background.empty()) {
+    options.render.background = Vec3d(stage.background[0], stage.background[1], stage.background[2]).cast<float>();
+    options.changing_backdrop = false;
   }
-  return "";
+  return options;
 }
 
 fs::path masks_of(const PhotoSet& set, const ReconstructStage& stage) {
@@ -70,56 +75,15 @@ TrainingStart go_on_from(const std::string& splats, TrainOptions& options) {
   return {std::move(cloud), {{"kind", "splats"}, {"points", count}, {"sentence", sentence}}};
 }
 
-/// What decides the outcome; without a limit of time, bit for bit.
-StageKey key_of(const PhotoSet& set, const CameraFile& cameras, const ReconstructStage& stage) {
-  const TrainOptions& train = stage.train;
-  const Vec3f& background = train.render.background;
-  StageKey key{"reconstruct",
-               {{"gaussians", train.most_gaussians},
-                {"strategy", name_of(train.densification)},
-                {"sh_degree", train.sh_degree},
-                {"exposure", train.exposure},
-                {"antialiased", train.render.antialiased},
-                {"background", {background.x(), background.y(), background.z()}},
-                {"longest_side", stage.photo.longest_side},
-                {"hold_out", stage.photo.hold_out_every},
-                {"start", stage.start},
-                {"poses", stage.poses}},
-               {},
-               {"point_cloud", "scene.json", "cameras.json", "transforms.json", "results.json"}};
-  if (!train.changing_backdrop) key.options["backdrop"] = "fixed";
-  if (train.seconds > 0)
-    key.options["time"] = train.seconds;
-  else
-    key.options["iterations"] = train.iterations;
-  for (const fs::path& file : cameras.files) key.inputs["cameras " + file.filename().string()] = file;
-  for (const Camera& camera : cameras.cameras)
-    if (!camera.photo.empty()) key.inputs["photo " + camera.name] = camera.photo;
-  const fs::path points = read_sparse_points(set.cameras, {}).file;
-  if (!points.empty()) key.inputs["points"] = points;
-  if (!set.settings.file.empty()) key.inputs["scene.json"] = set.settings.file;
-  const fs::path masks = masks_of(set, stage);
-  if (!masks.empty()) key.inputs["masks"] = masks;
-  if (stage.joint) {
-    key.options["joint"] = true;
-    key.outputs.push_back("segmentation.h5");
-  }
-  if (!stage.splats.empty()) key.inputs["splats"] = stage.splats;
-  return key;
-}
-
-/// The checkpoint of an unfinished training with the same options and inputs.
-std::optional<TrainingCheckpoint> unfinished(const Context& context, const fs::path& file,
-                                             const std::string& provenance) {
+/// The checkpoint of an unfinished training with the same options and inputs; one of another is moved aside.
+std::optional<TrainingCheckpoint> unfinished(const Context& context, RunDirectory& run, const std::string& provenance) {
+  const fs::path file = run / kCheckpoint;
   if (!fs::exists(file)) return std::nullopt;
+  std::string changed;
   try {
-    const json before = json::parse(read_training_provenance(file), nullptr, false), now = json::parse(provenance);
-    if (!before.is_object() || !before.contains("options") || !before.contains("inputs") || !before.contains("seed"))
-      throw input_error(file.string(), "provenance", "is no record of options and inputs", "");
-    std::string changed = first_difference(before["options"], now["options"], "option");
-    if (changed.empty() && before["seed"] != now["seed"])
-      changed = fmt::format("option 'seed' was {}, now {}", before["seed"].dump(), now["seed"].dump());
-    if (changed.empty()) changed = first_difference(before["inputs"], now["inputs"], "input");
+    const json before = json::parse(read_training_provenance(file), nullptr, false);
+    if (!before.is_object()) throw input_error(file.string(), "provenance", "is no record of options and inputs", "");
+    changed = first_difference(before, json::parse(provenance));
     if (changed.empty()) {
       TrainingCheckpoint checkpoint = read_training(file);
       const json start = json::parse(checkpoint.start_json, nullptr, false);
@@ -127,17 +91,13 @@ std::optional<TrainingCheckpoint> unfinished(const Context& context, const fs::p
         throw input_error(file.string(), "start", "is no record of a start", "");
       return checkpoint;
     }
-    if (!context.overwrite)
-      throw usage_error(file.string(), "", "is of an unfinished training whose " + changed,
-                        "repeat that command to go on, give --overwrite to start anew, or another --out");
-    context.progress.say("reconstruct: " + changed + ", started anew");
   } catch (const Error& error) {
     if (error.failure != Failure::kInput) throw;
-    if (!context.overwrite)
-      throw input_error(error.where, error.field, error.problem, "give --overwrite to start anew, or another --out");
-    context.progress.warn(fmt::format("{} cannot be used, started anew: {}", file.string(), error.problem));
+    changed = error.problem;
   }
-  fs::remove(file);
+  const std::string aside = run.move_aside({kCheckpoint}).at(0);
+  context.progress.say(
+      fmt::format("reconstruct: {}, started anew; the checkpoint that was there is kept: {}", changed, aside));
   return std::nullopt;
 }
 
@@ -166,9 +126,9 @@ json curve_json(const std::vector<CurvePoint>& curve) {
   return rows;
 }
 
-json results_json(const StageKey& key, const ReconstructStage& stage, const TrainingPhotos& photos,
+json results_json(const json& options, const TrainOptions& train, const TrainingPhotos& photos,
                   const TrainingState& state, const json& start, const std::vector<std::string>& warnings) {
-  const std::vector<PhotoQuality> quality = held_out_quality(state.cloud, photos, stage.train.render);
+  const std::vector<PhotoQuality> quality = held_out_quality(state.cloud, photos, train.render);
   json rows = json::array();
   double psnr = 0, ssim = 0, corrected = 0;
   for (const PhotoQuality& q : quality) {
@@ -184,7 +144,7 @@ json results_json(const StageKey& key, const ReconstructStage& stage, const Trai
                   {"photos", photos.photos.size() - quality.size()},
                   {"held_out", rows},
                   {"curve", curve_json(state.curve)},
-                  {"options", key.options},
+                  {"options", options},
                   {"warnings", warnings},
                   {"psnr", nullptr},
                   {"ssim", nullptr}};
@@ -201,7 +161,102 @@ json results_json(const StageKey& key, const ReconstructStage& stage, const Trai
   return results;
 }
 
+json train_scene(const Context& context, RunDirectory& run, const StageInputs<ReconstructStage>& in,
+                 const PhotoSet& set, const CameraFile& cameras, std::chrono::steady_clock::time_point begin,
+                 const std::string& provenance) {
+  const ReconstructStage& stage = in.options;
+  std::optional<TrainingCheckpoint> earlier = unfinished(context, run, provenance);
+
+  std::vector<std::string> warnings = cameras.warnings;
+  TrainOptions options = train_options(stage, context.seed);
+  PhotoOptions photo_options = stage.photo;
+  photo_options.background = options.render.background;
+  const TrainingPhotos photos = load_training_photos(photo_options, cameras);
+  warnings.insert(warnings.end(), photos.warnings.begin(), photos.warnings.end());
+  for (const std::string& warning : warnings) context.progress.warn(warning);
+  const auto held_out =
+      std::count_if(photos.photos.begin(), photos.photos.end(), [](const TrainingPhoto& p) { return p.held_out; });
+  context.progress.say(fmt::format("reconstruct: {} photos of {}x{}{}, {} more are held out",
+                                   photos.photos.size() - held_out, photos.photos[0].camera.width,
+                                   photos.photos[0].camera.height, photos.changed ? " (changed)" : "", held_out));
+
+  json start;
+  const std::unique_ptr<JointTerm> term = joint_term(context, set, stage, cameras, photos);
+  std::optional<TrainingStart> trained;
+  if (!stage.splats.empty()) trained = go_on_from(stage.splats, options);
+  std::optional<Trainer> trainer;
+  if (earlier) {
+    start = json::parse(earlier->start_json);
+    context.progress.say(fmt::format("reconstruct: going on after iteration {}", earlier->state.iteration));
+    trainer.emplace(options, photos, std::move(earlier->state), term.get());
+  } else {
+    const SparsePoints points = checked_points(context, stage, set, cameras, photos, start);
+    TrainingStart first = trained ? std::move(*trained) : start_training(context, stage, points, photos);
+    start.update(first.description);
+    context.progress.say("reconstruct: start: " + start["sentence"].get<std::string>());
+    trainer.emplace(options, photos, std::move(first.cloud), term.get());
+  }
+  // Reading and matching count, but leave at least half of the time for training.
+  const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (options.seconds > 0 && !earlier && spent > options.seconds / 2)
+    context.progress.warn(
+        fmt::format("reading the photos took {:.1f} s of {:.1f} s; the training gets half of the time all the same",
+                    spent, options.seconds));
+  for (const json& warning : start["warnings"]) warnings.push_back(warning);
+  trainer->spend(options.seconds > 0 ? std::min(spent, options.seconds / 2) : spent);
+
+  train_to_end(context, stage, photos, *trainer, run / "preview.png", [&](const TrainingState& state) {
+    write_training(run / kCheckpoint, {state, start.dump(), provenance});
+  });
+
+  const TrainingState& state = trainer->state();
+  const std::vector<std::string> lost =
+      write_trained_scene(run.path(), {set, cameras, photos, state.cloud, state.iteration, options.render.antialiased});
+  for (const std::string& sentence : lost) {
+    context.progress.warn(sentence);
+    warnings.push_back(sentence);
+  }
+  if (term) {
+    std::vector<Camera> pinholes;
+    for (const TrainingPhoto& photo : photos.photos) pinholes.push_back(photo.camera);
+    write_segmentation(run / "segmentation.h5", term->segmentation(state, pinholes, options.render), provenance);
+  }
+  json results = results_json(key_of(in).options, options, photos, state, start, warnings);
+  results["source"] = fs::weakly_canonical(set.source).string();
+  write_json(run / "results.json", results);
+  context.progress.say(
+      fmt::format("reconstruct: {} Gaussians after {} iterations{}", state.cloud.size(), state.iteration,
+                  held_out == 0 ? ""
+                                : fmt::format(", {:.2f} dB and SSIM {:.3f} on the photos held out",
+                                              results["psnr"].get<double>(), results["ssim"].get<double>())));
+  return {{"gaussians", results["gaussians"]}, {"iterations", results["iterations"]}, {"psnr", results["psnr"]},
+          {"ssim", results["ssim"]},           {"seconds", results["seconds"]},       {"start", start}};
+}
+
 }  // namespace
+
+StageInputs<ReconstructStage> inputs_of(const PhotoSet& set, const CameraFile& cameras, const ReconstructStage& stage) {
+  StageInputs<ReconstructStage> in;
+  in.options = stage;
+  in.outputs = {"point_cloud", "scene.json", "cameras.json", "transforms.json", "results.json"};
+  in.kept = {"point_cloud", "results.json"};
+  for (const fs::path& file : cameras.files) in.files["cameras " + file.filename().string()] = file;
+  for (const Camera& camera : cameras.cameras)
+    if (!camera.photo.empty()) in.files["photo " + camera.name] = camera.photo;
+  const fs::path points = read_sparse_points(set.cameras, {}).file;
+  if (!points.empty()) in.files["points"] = points;
+  // The written scene gets its own masks, for photos without distortion.
+  if (!set.settings.masks.empty()) in.files["masks"] = set.settings.masks;
+  if (stage.joint) {
+    if (!stage.masks.empty()) in.files["joint masks"] = stage.masks;
+    in.found["joint"] = true;
+    if (!set.settings.labels.empty()) in.files["labels"] = set.settings.labels;
+    in.outputs.push_back("segmentation.h5");
+    in.kept.push_back("segmentation.h5");
+  }
+  if (!stage.splats.empty()) in.files["splats"] = stage.splats;
+  return in;
+}
 
 json run_reconstruct(const Context& context, RunDirectory& run, const fs::path& source, const ReconstructStage& stage) {
   const auto begin = std::chrono::steady_clock::now();
@@ -209,80 +264,12 @@ json run_reconstruct(const Context& context, RunDirectory& run, const fs::path& 
   CameraFile cameras = read_photo_cameras(set);
   if (const auto convention = pose_convention_named(stage.poses))
     cameras.cameras = apply_convention(*convention, cameras.format, std::move(cameras.cameras));
-  const StageKey key = key_of(set, cameras, stage);
-  const fs::path checkpoint = run / "checkpoint.h5";
-
-  const json summary = run.stage(context, key, [&]() -> json {
-    const std::string provenance = run.provenance(context, key);
-    std::optional<TrainingCheckpoint> earlier = unfinished(context, checkpoint, provenance);
-
-    std::vector<std::string> warnings = cameras.warnings;
-    TrainOptions options = stage.train;
-    options.seed = context.seed;
-    PhotoOptions photo_options = stage.photo;
-    photo_options.background = options.render.background;
-    const TrainingPhotos photos = load_training_photos(photo_options, cameras);
-    warnings.insert(warnings.end(), photos.warnings.begin(), photos.warnings.end());
-    for (const std::string& warning : warnings) context.progress.warn(warning);
-    const auto held_out =
-        std::count_if(photos.photos.begin(), photos.photos.end(), [](const TrainingPhoto& p) { return p.held_out; });
-    context.progress.say(fmt::format("reconstruct: {} photos of {}x{}{}, {} more are held out",
-                                     photos.photos.size() - held_out, photos.photos[0].camera.width,
-                                     photos.photos[0].camera.height, photos.changed ? " (changed)" : "", held_out));
-
-    json start;
-    const std::unique_ptr<JointTerm> term = joint_term(context, set, stage, cameras, photos);
-    std::optional<TrainingStart> trained;
-    if (!stage.splats.empty()) trained = go_on_from(stage.splats, options);
-    std::optional<Trainer> trainer;
-    if (earlier) {
-      start = json::parse(earlier->start_json);
-      context.progress.say(fmt::format("reconstruct: going on after iteration {}", earlier->state.iteration));
-      trainer.emplace(options, photos, std::move(earlier->state), term.get());
-    } else {
-      const SparsePoints points = checked_points(context, stage, set, cameras, photos, start);
-      TrainingStart first = trained ? std::move(*trained) : start_training(context, stage, points, photos);
-      start.update(first.description);
-      context.progress.say("reconstruct: start: " + start["sentence"].get<std::string>());
-      trainer.emplace(options, photos, std::move(first.cloud), term.get());
-    }
-    // Reading and matching count, but leave at least half of the time for training.
-    const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    if (options.seconds > 0 && !earlier && spent > options.seconds / 2)
-      context.progress.warn(
-          fmt::format("reading the photos took {:.1f} s of {:.1f} s; the training gets half of the time all the same",
-                      spent, options.seconds));
-    for (const json& warning : start["warnings"]) warnings.push_back(warning);
-    trainer->spend(options.seconds > 0 ? std::min(spent, options.seconds / 2) : spent);
-
-    train_to_end(context, stage, photos, *trainer, run / "preview.png", [&](const TrainingState& state) {
-      write_training(checkpoint, {state, start.dump(), provenance});
-    });
-
-    const TrainingState& state = trainer->state();
-    const std::vector<std::string> lost = write_trained_scene(
-        run.path(), {set, cameras, photos, state.cloud, state.iteration, options.render.antialiased});
-    for (const std::string& sentence : lost) {
-      context.progress.warn(sentence);
-      warnings.push_back(sentence);
-    }
-    if (term) {
-      std::vector<Camera> pinholes;
-      for (const TrainingPhoto& photo : photos.photos) pinholes.push_back(photo.camera);
-      write_segmentation(run / "segmentation.h5", term->segmentation(state, pinholes, options.render), provenance);
-    }
-    json results = results_json(key, stage, photos, state, start, warnings);
-    results["source"] = fs::weakly_canonical(source).string();
-    write_json(run / "results.json", results);
-    context.progress.say(
-        fmt::format("reconstruct: {} Gaussians after {} iterations{}", state.cloud.size(), state.iteration,
-                    held_out == 0 ? ""
-                                  : fmt::format(", {:.2f} dB and SSIM {:.3f} on the photos held out",
-                                                results["psnr"].get<double>(), results["ssim"].get<double>())));
-    return {{"gaussians", results["gaussians"]}, {"iterations", results["iterations"]}, {"psnr", results["psnr"]},
-            {"ssim", results["ssim"]},           {"seconds", results["seconds"]},       {"start", start}};
+  const StageInputs<ReconstructStage> in = inputs_of(set, cameras, stage);
+  const json summary = run.stage(context, key_of(in), [&](const std::string& provenance) {
+    return train_scene(context, run, in, set, cameras, begin, provenance);
   });
-  fs::remove(checkpoint);
+  update_scene_file(run.path(), set);
+  fs::remove(run / kCheckpoint);
   return summary;
 }
 

@@ -4,8 +4,9 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "app/reconstruct/photo_set.h"
 #include "app/run/options.h"
-#include "app/run/run_directory.h"
+#include "app/run/stage_inputs.h"
 #include "gaussians/reconstruct/train_options.h"
 #include "gaussians/reconstruct/training_photos.h"
 
@@ -16,7 +17,10 @@ namespace pliant {
 /// preview.png.
 struct ReconstructStage {
   std::string photos;  ///< folder of the photos, when they are not beside the cameras
-  TrainOptions train;  ///< train.render.background is also what photos with alpha are put on
+  TrainOptions train;
+  std::string strategy = "mcmc";   ///< how Gaussians are added and removed: mcmc, classic, none
+  std::vector<double> background;  ///< [3] in 0..1, behind the scene and behind photos with alpha; empty = black, and
+                                   ///< behind such photos another each time
   PhotoOptions photo;
   std::string start = "auto";  ///< auto, points, triangulate, random; see training_start.h
   std::string poses =
@@ -28,6 +32,7 @@ struct ReconstructStage {
 };
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(ReconstructStage& stage);
+StageInputs<ReconstructStage> inputs_of(const PhotoSet& set, const CameraFile& cameras, const ReconstructStage& stage);
 nlohmann::json run_reconstruct(const Context& context, RunDirectory& run, const std::filesystem::path& source,
                                const ReconstructStage& stage);
 

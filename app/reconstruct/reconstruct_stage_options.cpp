@@ -1,31 +1,17 @@
-#include <map>
-
 #include "app/reconstruct/reconstruct_stage.h"
-#include "gaussians/base/error.h"
 
 namespace pliant {
 
 OptionTable options_of(ReconstructStage& stage) {
   TrainOptions& train = stage.train;
-  const auto set_strategy = [&train](const std::vector<std::string>& words) {
-    const std::map<std::string, Densification> strategies = {
-        {"mcmc", Densification::kMcmc}, {"classic", Densification::kClassic}, {"none", Densification::kNone}};
-    train.densification = strategies.at(words.back());
-  };
-  const auto set_background = [&train](const std::vector<std::string>& words) {
-    const std::vector<double> color = parse_numbers("--background", words.back(), 3);
-    for (const double value : color)
-      if (value < 0 || value > 1) throw usage_error("--background", "", "'" + words.back() + "' is not in 0..1", "");
-    train.render.background = Vec3d(color[0], color[1], color[2]).cast<float>();
-    train.changing_backdrop = false;
-  };
   return {
       "reconstruct",
       {
           {.name = "photos",
            .field = &stage.photos,
            .help = "Folder of the photos, when they are not beside the cameras",
-           .value = "DIR"},
+           .value = "DIR",
+           .recorded = Recorded::kElsewhere},
           {.name = "time-limit",
            .field = TimeField{&train.seconds},
            .help = "Wall time of the training instead of iterations: 90s, 10m, 1h",
@@ -42,8 +28,8 @@ OptionTable options_of(ReconstructStage& stage) {
            .value = "N",
            .formerly = "gaussians"},
           {.name = "strategy",
-           .field = set_strategy,
-           .help = "How Gaussians are added and removed (default mcmc)",
+           .field = &stage.strategy,
+           .help = "How Gaussians are added and removed",
            .choices = {"mcmc", "classic", "none"}},
           {.name = "init",
            .field = &stage.start,
@@ -67,10 +53,13 @@ OptionTable options_of(ReconstructStage& stage) {
            .high = 3},
           {.name = "exposure", .field = &train.exposure, .help = "Train exposure and white balance of each photo"},
           {.name = "background",
-           .field = set_background,
+           .field = &stage.background,
            .help = "Color behind the scene and behind photos with alpha, in 0..1 (default: black; behind such photos "
                    "another each time)",
-           .value = "r,g,b"},
+           .value = "r,g,b",
+           .low = 0,
+           .high = 1,
+           .numbers = 3},
           {.name = "antialiased", .field = &train.render.antialiased, .help = "Opacity compensation (mip-splatting)"},
           {.name = "hold-out-every",
            .field = &stage.photo.hold_out_every,
@@ -80,7 +69,8 @@ OptionTable options_of(ReconstructStage& stage) {
           {.name = "checkpoint-every",
            .field = &stage.checkpoint_every,
            .help = "Iterations between two checkpoints; 0 = about a minute",
-           .low = 0},
+           .low = 0,
+           .recorded = Recorded::kElsewhere},
       }};
 }
 

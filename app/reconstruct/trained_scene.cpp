@@ -52,19 +52,13 @@ std::vector<std::string> write_trained_scene(const fs::path& folder, const Train
   write_transforms(folder / "transforms.json", cameras);
   write_cameras_json(folder / "cameras.json", cameras);
 
-  json out = scene.set.scene.is_object() ? scene.set.scene : json::object();
-  out["splats"] = splats;
-  out["cameras"] = "transforms.json";
-  out.erase("photos");
+  json out = {{"splats", splats}, {"cameras", "transforms.json"}};
   if (scene.photos.changed) {
     out["photos"] = "photos";
   } else if (!scene.set.photos.empty()) {
     out["photos"] = path_from(folder, scene.set.photos);
   }
-  if (!settings.labels.empty()) out["labels"] = path_from(folder, settings.labels);
-  if (settings.video) out["video"]["file"] = path_from(folder, settings.video->file);
   if (!settings.masks.empty()) {
-    out.erase("masks");
     if (!scene.photos.changed) {
       out["masks"] = path_from(folder, settings.masks);
     } else if (write_masks(folder / "masks", scene) > 0) {
@@ -74,7 +68,20 @@ std::vector<std::string> write_trained_scene(const fs::path& folder, const Train
     }
   }
   write_json(folder / "scene.json", out);
+  update_scene_file(folder, scene.set);
   return lost;
+}
+
+void update_scene_file(const fs::path& folder, const PhotoSet& set) {
+  const json before = read_json(folder / "scene.json");
+  json now = set.scene.is_object() ? set.scene : json::object();
+  for (const char* made : {"splats", "cameras", "photos", "masks"}) {
+    now.erase(made);
+    if (before.contains(made)) now[made] = before[made];
+  }
+  if (!set.settings.labels.empty()) now["labels"] = path_from(folder, set.settings.labels);
+  if (set.settings.video) now["video"]["file"] = path_from(folder, set.settings.video->file);
+  if (now != before) write_json(folder / "scene.json", now);
 }
 
 }  // namespace pliant

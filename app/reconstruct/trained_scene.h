@@ -16,9 +16,12 @@ struct TrainedScene {
 };
 
 /// Writes a scene folder in the layout of 3DGS: point_cloud/iteration_N/point_cloud.ply, cameras.json, and for exact
-/// cameras transforms.json; photos/ and masks/ hold those that the training changed.  scene.json comes last and keeps
-/// what the source's says.  What an earlier training wrote there is removed.  Returns sentences about what could not be
-/// kept.
+/// cameras transforms.json; photos/ and masks/ hold those that the training changed.  scene.json comes last; what it
+/// says besides is update_scene_file's.  What an earlier training wrote there is removed.  Returns sentences about what
+/// could not be kept.
 std::vector<std::string> write_trained_scene(const std::filesystem::path& folder, const TrainedScene& scene);
+
+/// scene.json of a trained scene says what the source's says now, besides what the training made.
+void update_scene_file(const std::filesystem::path& folder, const PhotoSet& set);
 
 }  // namespace pliant

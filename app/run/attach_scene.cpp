@@ -13,10 +13,12 @@ using nlohmann::json;
 namespace {
 
 json recorded(const std::filesystem::path& source, const LoadOptions& options) {
-  json record = {{"source", std::filesystem::weakly_canonical(source).string()}, {"orbit_views", options.orbit_views}};
+  json record = {{"source", std::filesystem::weakly_canonical(source).string()}};
+  if (options.orbit_views) record["orbit_views"] = *options.orbit_views;
   if (options.level) record["level"] = *options.level;
   if (options.up) record["up"] = {options.up->x(), options.up->y(), options.up->z()};
   if (options.metres_per_unit) record["metres_per_unit"] = *options.metres_per_unit;
+  if (options.object_height > 0) record["object_height"] = options.object_height;
   return record;
 }
 
@@ -31,13 +33,21 @@ Scene load_any_scene(const std::filesystem::path& source, const LoadOptions& opt
 Scene attach_scene(const Context& context, RunDirectory& run, const std::filesystem::path& source,
                    const LoadOptions& options) {
   Scene scene = load_any_scene(source, options);
+  refuse_unused(options, scene);
   run.set_scene(recorded(source, options), context.overwrite);
   for (const std::string& warning : scene.warnings) context.progress.warn(warning);
   context.progress.say(fmt::format("scene: {} Gaussians, {} cameras{}; up: {}", scene.cloud.size(),
                                    scene.cameras.size(), scene.cameras_are_orbit ? " (orbit)" : "", scene.up_source));
-  if (!options.metres_per_unit && !scene.settings.metres_per_unit)
-    context.progress.say("scene: the length of a unit is not known, taken as 1 m (--metres-per-unit)");
+  if (options.object_height == 0 && !options.metres_per_unit && !scene.settings.metres_per_unit)
+    context.progress.say("scene: the length of a unit is not known, taken as 1 m (--metres-per-unit, --object-height)");
+  scale_by_object(run, scene);
   return scene;
+}
+
+void refuse_unused(const LoadOptions& options, const Scene& scene) {
+  if (options.orbit_views && !scene.cameras_are_orbit)
+    throw usage_error("--orbit-views", std::to_string(*options.orbit_views), "does nothing: the scene has cameras",
+                      "leave it out");
 }
 
 Scene load_run_scene(const RunDirectory& run) {
@@ -45,14 +55,30 @@ Scene load_run_scene(const RunDirectory& run) {
   if (!record.is_object())
     throw usage_error(run.path().string(), "scene", "is not recorded", "run `pliant segment SCENE --out DIR` first");
   LoadOptions options;
-  options.orbit_views = record["orbit_views"];
+  if (record.contains("orbit_views")) options.orbit_views = record["orbit_views"].get<int>();
   if (record.contains("level")) options.level = record["level"].get<int>();
   if (record.contains("up")) options.up = Eigen::Vector3d(record["up"][0], record["up"][1], record["up"][2]);
   if (record.contains("metres_per_unit")) options.metres_per_unit = record["metres_per_unit"].get<double>();
-  return load_any_scene(record["source"].get<std::string>(), options);
+  options.object_height = record.value("object_height", 0.0);
+  Scene scene = load_any_scene(record["source"].get<std::string>(), options);
+  scale_by_object(run, scene);
+  return scene;
+}
+
+void scale_by_object(const RunDirectory& run, Scene& scene) {
+  if (scene.object_height > 0 && run.has("extract"))
+    scene.metres_per_unit = scene.object_height / extracted(run, {"height"})["height"].get<double>();
 }
 
 bool is_fitted(const RunDirectory& run) { return run.has("fit"); }
+
+json extracted(const RunDirectory& run, const std::vector<std::string>& names) {
+  const json& all = run.summary("extract", "run `pliant extract DIR --object NAME` first");
+  json out = json::object();
+  for (const std::string& name : names)
+    if (all.contains(name)) out[name] = all[name];
+  return out;
+}
 
 std::string object_folder(const RunDirectory& run) {
   return run.summary("extract", "run `pliant extract DIR --object NAME` first")["folder"];

@@ -14,8 +14,17 @@ Scene load_run_scene(const RunDirectory& run);
 Scene attach_scene(const Context& context, RunDirectory& run, const std::filesystem::path& source,
                    const LoadOptions& options);
 
+/// Throws Error{kUsage} for an option that did nothing when this scene was loaded.
+void refuse_unused(const LoadOptions& options, const Scene& scene);
+
+/// Sets metres_per_unit of a scene by the height of its object, where that is given and the object is extracted.
+void scale_by_object(const RunDirectory& run, Scene& scene);
+
 /// Folder of the extracted object, relative to the run directory.
 std::string object_folder(const RunDirectory& run);
+
+/// Those of these values that `extract` found: name, height [scene units], contact {support, point, normal, band}.
+nlohmann::json extracted(const RunDirectory& run, const std::vector<std::string>& names);
 
 /// Whether this run has been fitted.
 bool is_fitted(const RunDirectory& run);

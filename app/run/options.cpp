@@ -6,10 +6,14 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/splats/sog.h"
 
 namespace pliant {
+using nlohmann::json;
+
 namespace {
 
 std::string text_of(const std::string& value) { return value; }
@@ -69,10 +73,10 @@ std::vector<double> parse_numbers(const std::string& option, const std::string& 
 }
 
 const std::set<std::string>& brief_options() {
-  static const std::set<std::string> names = {
-      "up",           "metres-per-unit", "time-limit", "box",     "click",        "stroke",
-      "aabb",         "masks",           "auto",       "object",  "pin-below",    "video",
-      "video-camera", "young",           "poisson",    "density", "interactions", "duration"};
+  static const std::set<std::string> names = {"up",      "metres-per-unit", "object-height", "time-limit",   "box",
+                                              "click",   "stroke",          "aabb",          "masks",        "auto",
+                                              "object",  "pin-below",       "video",         "video-camera", "young",
+                                              "poisson", "density",         "interactions",  "duration"};
   return names;
 }
 
@@ -80,14 +84,46 @@ std::string field_text(const OptionField& field) {
   return std::visit(
       [](const auto& target) -> std::string {
         using Field = std::decay_t<decltype(target)>;
-        if constexpr (std::is_same_v<Field, OptionParser>)
-          return "";
-        else if constexpr (std::is_same_v<Field, CountField> || std::is_same_v<Field, TimeField>)
+        if constexpr (std::is_same_v<Field, CountField> || std::is_same_v<Field, TimeField>) {
           return *target.value == 0 ? "" : fmt::format("{}", *target.value);
-        else
+        } else if constexpr (std::is_same_v<Field, EntryField>) {
+          const auto entry = target.values->find(target.name);
+          return entry == target.values->end() ? "" : text_of(entry->second);
+        } else if constexpr (std::is_same_v<Field, LevelField>) {
+          return *target.value == kAllLevels ? "all" : text_of(*target.value);
+        } else {
           return text_of(*target);
+        }
       },
       field);
+}
+
+json field_json(const OptionField& field) {
+  return std::visit(
+      [](const auto& target) -> json {
+        using Field = std::decay_t<decltype(target)>;
+        if constexpr (std::is_same_v<Field, CountField> || std::is_same_v<Field, TimeField>) {
+          return *target.value == 0 ? json() : json(*target.value);
+        } else if constexpr (std::is_same_v<Field, EntryField>) {
+          const auto entry = target.values->find(target.name);
+          return entry == target.values->end() ? json() : json(entry->second);
+        } else if constexpr (std::is_same_v<Field, LevelField>) {
+          return *target.value ? json(**target.value) : json();
+        } else if constexpr (std::is_same_v<Field, std::optional<int>*> ||
+                             std::is_same_v<Field, std::optional<double>*>) {
+          return *target ? json(**target) : json();
+        } else {
+          return json(*target);
+        }
+      },
+      field);
+}
+
+std::vector<std::string> field_words(const OptionField& field) {
+  if (const auto* word = std::get_if<std::string*>(&field))
+    return (*word)->empty() ? std::vector<std::string>{} : std::vector<std::string>{**word};
+  if (const auto* words = std::get_if<std::vector<std::string>*>(&field)) return **words;
+  return {};
 }
 
 }  // namespace pliant

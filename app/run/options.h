@@ -1,7 +1,8 @@
 #pragma once
 
-#include <functional>
 #include <limits>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -10,20 +11,32 @@
 
 namespace pliant {
 
-/// Takes the words that were given, for what is no plain field.
-using OptionParser = std::function<void(const std::vector<std::string>& words)>;
-
 struct CountField {
   size_t* value;  ///< written 5000, 200k or 1.5M; 0 = not given
 };
 struct TimeField {
   double* value;  ///< [s], written 90, 90s, 10m or 1h; 0 = not given
 };
+struct EntryField {
+  std::map<std::string, double>* values;
+  std::string name;  ///< of the entry, which is there once it is given
+};
+struct LevelField {
+  std::optional<int>* value;  ///< a number from 0 on, or "all" (kAllLevels)
+};
 
 /// The field that an option sets.  A bool is a flag; a vector of strings takes a repeated option, a vector of numbers
 /// one word with commas.
-using OptionField = std::variant<bool*, int*, double*, std::optional<int>*, std::optional<double>*, std::string*,
-                                 std::vector<std::string>*, std::vector<double>*, CountField, TimeField, OptionParser>;
+using OptionField =
+    std::variant<bool*, int*, double*, std::optional<int>*, std::optional<double>*, std::string*,
+                 std::vector<std::string>*, std::vector<double>*, CountField, TimeField, EntryField, LevelField>;
+
+/// What counts of an option where a result is recorded (StageKey).
+enum class Recorded {
+  kValue,
+  kContents,  ///< of the files and folders that it names, not their names
+  kElsewhere  ///< the stage's inputs say what follows from it; or it changes no result
+};
 
 /// One option of a stage: the only place that names, bounds and explains it.
 struct Option {
@@ -39,6 +52,7 @@ struct Option {
   bool off = false;                    ///< a flag that makes its field false
   size_t numbers = 0;                  ///< length of a vector of numbers; 0 = any
   std::string formerly{};              ///< an earlier name, which is refused with this one
+  Recorded recorded = Recorded::kValue;
 };
 
 /// The options of a stage.
@@ -57,7 +71,13 @@ double parse_duration(const std::string& option, const std::string& text);
 /// Options that need no prefix where several stages meet, which is in `run`: those that most people need.
 const std::set<std::string>& brief_options();
 
-/// Value of a field as text, for the help; empty for an unset one and for a parser.
+/// Value of a field as text, for the help; empty for an unset one.
 std::string field_text(const OptionField& field);
+
+/// Value of a field, null for an unset one.
+nlohmann::json field_json(const OptionField& field);
+
+/// The words of a field that names files: none, one, or several.
+std::vector<std::string> field_words(const OptionField& field);
 
 }  // namespace pliant

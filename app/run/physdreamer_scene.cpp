@@ -107,7 +107,8 @@ std::vector<SceneFile::Region> boxes_around(std::span<const Vec3f> held, std::sp
 
 std::optional<PhysDreamerFolder> physdreamer_folder(const Scene& scene) {
   std::error_code ignored;
-  if (std::filesystem::exists(scene.source / "scene.json", ignored) || !is_physdreamer_folder(scene.source))
+  if (scene.source.empty() || std::filesystem::exists(scene.source / "scene.json", ignored) ||
+      !is_physdreamer_folder(scene.source))
     return std::nullopt;
   return read_physdreamer_folder(scene.source);
 }

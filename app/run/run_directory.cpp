@@ -36,16 +36,7 @@ bool is_temporary(const std::string& name) {
   return end != at + 4 && (end == std::string::npos || name[end] == '.');
 }
 
-/// True when nothing but files inside the run directory changed since the record was made.
-bool only_own_files_differ(const fs::path& run, const StageKey& key, const json& record, const json& options,
-                           const json& inputs) {
-  if (record["options"] != options || record["inputs"].size() != inputs.size()) return false;
-  for (const auto& [role, file] : key.inputs) {
-    const bool own = fs::weakly_canonical(file).string().rfind(fs::weakly_canonical(run).string() + "/", 0) == 0;
-    if (!record["inputs"].contains(role) || (!own && record["inputs"][role] != inputs[role])) return false;
-  }
-  return true;
-}
+bool is_digest(const json& value) { return value.is_string() && value.get_ref<const std::string&>().size() == 64; }
 
 /// Texts in `value` that name the folder `before` or something in it name `after` instead.
 void rename_paths(const std::string& before, const std::string& after, json& value) {
@@ -59,12 +50,33 @@ void rename_paths(const std::string& before, const std::string& after, json& val
 }  // namespace
 
 std::string first_difference(const json& before, const json& now, const std::string& kind) {
-  for (const auto& [key, value] : now.items())
-    if (!before.contains(key) || before[key] != value)
-      return fmt::format("{} '{}' was {}, now {}", kind, key, before.contains(key) ? before[key].dump() : "absent",
-                         value.dump());
-  for (const auto& [key, value] : before.items())
-    if (!now.contains(key)) return fmt::format("{} '{}' was {}, now absent", kind, key, value.dump());
+  const auto text = [](const json& object, const std::string& key) {
+    return !object.contains(key) ? "absent" : is_digest(object[key]) ? "there" : object[key].dump();
+  };
+  for (const json* names : {&now, &before})
+    for (const auto& [key, value] : names->items()) {
+      if (before.contains(key) && now.contains(key) && before[key] == now[key]) continue;
+      if (before.contains(key) && now.contains(key) && is_digest(before[key]))
+        return fmt::format("{} '{}' has changed", kind, key);
+      return fmt::format("{} '{}' was {}, now {}", kind, key, text(before, key), text(now, key));
+    }
+  return "";
+}
+
+json record_of(const StageKey& key, uint64_t seed) {
+  json inputs = json::object();
+  for (const auto& [role, file] : key.inputs) inputs[role] = hash_of_input(file);
+  return {{"seed", seed}, {"options", key.options}, {"scene", key.scene}, {"found", key.found}, {"inputs", inputs}};
+}
+
+std::string first_difference(const json& before, const json& now) {
+  constexpr std::pair<const char*, const char*> kKinds[] = {
+      {"options", "option"}, {"scene", "the scene's"}, {"found", "the earlier stages'"}, {"inputs", "input"}};
+  if (before.value("seed", json()) != now["seed"])
+    return fmt::format("option 'seed' was {}, now {}", before.value("seed", json()).dump(), now["seed"].dump());
+  for (const auto& [key, kind] : kKinds)
+    if (std::string changed = first_difference(before.value(key, json::object()), now[key], kind); !changed.empty())
+      return changed;
   return "";
 }
 
@@ -137,11 +149,10 @@ void RunDirectory::save() const { write_text(path_ / "run.json", manifest_.dump(
 
 void RunDirectory::set_scene(const json& scene, bool overwrite) {
   hold();
-  if (!manifest_["scene"].is_null() && !overwrite) {
-    const std::string changed = first_difference(manifest_["scene"], scene, "scene");
-    if (!changed.empty())
-      throw usage_error(path_.string(), "", changed, "give another --out, or --overwrite to start anew");
-  }
+  if (!manifest_["scene"].is_null() && !overwrite && manifest_["scene"]["source"] != scene["source"])
+    throw usage_error(path_.string(), "",
+                      "is a run of " + manifest_["scene"]["source"].dump() + ", not of " + scene["source"].dump(),
+                      "give another --out, or --overwrite to start anew");
   manifest_["scene"] = scene;
   save();
 }
@@ -157,15 +168,27 @@ void RunDirectory::forget(const std::string& stage) {
 std::string RunDirectory::move_folder(const std::string& before, const std::string& after) {
   if (before == after || !fs::is_directory(path_ / before)) return "";
   hold();
-  std::string aside;
-  if (fs::exists(path_ / after)) {
-    for (int k = 1; aside.empty() || fs::exists(path_ / aside); ++k) aside = fmt::format("{}.{}", after, k);
-    fs::rename(path_ / after, path_ / aside);
-  }
+  const std::vector<std::string> moved = move_aside({after});
+  const std::string aside = moved.empty() ? "" : moved[0];
   fs::rename(path_ / before, path_ / after);
   rename_paths(before, after, manifest_["stages"]);
   save();
   return aside;
+}
+
+std::vector<std::string> RunDirectory::move_aside(const std::vector<std::string>& names) {
+  hold();
+  const auto numbered = [](const std::string& name, int k) { return fmt::format("{}.{}", name, k); };
+  int k = 1;
+  const auto taken = [&](const std::string& name) { return fs::exists(path_ / numbered(name, k)); };
+  while (std::any_of(names.begin(), names.end(), taken)) ++k;
+  std::vector<std::string> moved;
+  for (const std::string& name : names) {
+    if (!fs::exists(path_ / name)) continue;
+    moved.push_back(numbered(name, k));
+    fs::rename(path_ / name, path_ / moved.back());
+  }
+  return moved;
 }
 
 void RunDirectory::set_note(const std::string& name, const json& value) {
@@ -183,59 +206,48 @@ const json& RunDirectory::summary(const std::string& stage, const std::string& h
   return manifest_["stages"][stage]["summary"];
 }
 
-std::string RunDirectory::provenance(const Context& context, const StageKey& key) const {
-  json inputs = json::object();
-  for (const auto& [role, file] : key.inputs) inputs[role] = hash_of_input(file);
-  return json{{"pliant", PLIANT_VERSION},
-              {"stage", key.name},
-              {"seed", context.seed},
-              {"options", key.options},
-              {"inputs", inputs}}
-      .dump();
-}
-
-json RunDirectory::stage(const Context& context, const StageKey& key, const std::function<json()>& body) {
+json RunDirectory::stage(const Context& context, const StageKey& key,
+                         const std::function<json(const std::string& provenance)>& body) {
   hold();
-  json options = key.options;
-  options["seed"] = context.seed;
-  json inputs = json::object();
-  for (const auto& [role, file] : key.inputs) inputs[role] = hash_of_input(file);
-
+  const json now = record_of(key, context.seed);
   if (has(key.name)) {
-    const json& record = manifest_["stages"][key.name];
-    std::string changed = first_difference(record["options"], options, "option");
-    if (changed.empty()) changed = first_difference(record["inputs"], inputs, "input");
+    const json& before = manifest_["stages"][key.name];
+    const std::string changed = first_difference(before, now);
     // Files of the same kind may be there from elsewhere: of an object that had another name.
-    const bool complete = record["outputs"] == json(key.outputs) &&
+    const bool complete = before["outputs"] == json(key.outputs) &&
                           std::all_of(key.outputs.begin(), key.outputs.end(),
                                       [&](const std::string& output) { return fs::exists(path_ / output); });
     if (changed.empty() && complete) {
       context.progress.say(fmt::format("{}: unchanged, skipped", key.name));
-      return record["summary"];
+      return before["summary"];
     }
-    // Files of this run directory were replaced on purpose by an earlier stage; what the user gave is never replaced
-    // without being asked to.
-    if (!changed.empty() && !context.overwrite && !only_own_files_differ(path_, key, record, options, inputs))
-      throw usage_error(path_.string(), key.name, changed,
-                        "give --overwrite to replace the old result, or another --out");
     if (!changed.empty()) context.progress.say(fmt::format("{}: {}, done again", key.name, changed));
+    if (!context.overwrite)
+      if (const std::vector<std::string> moved = move_aside(key.kept); !moved.empty())
+        context.progress.say(fmt::format("{}: what was there before is kept: {}", key.name, fmt::join(moved, ", ")));
+    // What other choices wrote is no result of these; objects keep theirs.
+    for (const std::string output : before["outputs"])
+      if (std::find(key.outputs.begin(), key.outputs.end(), output) == key.outputs.end() &&
+          !output.starts_with("objects/"))
+        fs::remove_all(path_ / output);
     manifest_["stages"].erase(key.name);
   }
   save();  // what an interrupted stage leaves lies in a run directory
 
   reset_peak_memory();
   const auto start = std::chrono::steady_clock::now();
-  json summary = body();
+  json provenance = now;
+  provenance.update({{"pliant", PLIANT_VERSION}, {"stage", key.name}});
+  json summary = body(provenance.dump());
   if (context.interrupted())
     throw Error(Failure::kInterrupted, key.name, "", "interrupted", "run the same command to continue");
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  manifest_["stages"][key.name] = {{"options", options},
-                                   {"inputs", inputs},
-                                   {"outputs", key.outputs},
-                                   {"summary", summary},
-                                   {"wall_s", seconds},
-                                   {"peak_memory_mb", peak_memory_megabytes()},
-                                   {"threads", omp_get_max_threads()}};
+  json& record = manifest_["stages"][key.name] = now;
+  record.update({{"outputs", key.outputs},
+                 {"summary", summary},
+                 {"wall_s", seconds},
+                 {"peak_memory_mb", peak_memory_megabytes()},
+                 {"threads", omp_get_max_threads()}});
   save();
   context.progress.say(fmt::format("{}: {:.1f} s", key.name, seconds));
   return summary;

@@ -13,13 +13,27 @@
 
 namespace pliant {
 
-/// Everything that decides the outcome of a stage, and what it writes.
+/// Files that something is made from: role -> file or folder.
+using InputFiles = std::map<std::string, std::filesystem::path>;
+
+/// Everything that decides the outcome of a stage, and what it writes; see stage_inputs.h.
 struct StageKey {
   std::string name;
-  nlohmann::json options;                               ///< values that the user may set
-  std::map<std::string, std::filesystem::path> inputs;  ///< role -> file or folder, hashed by contents
-  std::vector<std::string> outputs;                     ///< relative to the run directory
+  nlohmann::json options = nlohmann::json::object();  ///< values that the user may set
+  nlohmann::json scene = nlohmann::json::object();    ///< values of the scene
+  nlohmann::json found = nlohmann::json::object();    ///< values that earlier stages found
+  InputFiles inputs;                                  ///< hashed by contents
+  std::vector<std::string> outputs;                   ///< relative to the run directory
+  std::vector<std::string> kept;  ///< files and folders that took long or were made by hand: a new result does not
+                                  ///< replace them, they are moved aside
 };
+
+/// What is recorded of a key: {seed, options, scene, found, inputs (hashes)}.
+nlohmann::json record_of(const StageKey& key, uint64_t seed);
+/// What differs between two such records, as a sentence; empty when nothing does.
+std::string first_difference(const nlohmann::json& before, const nlohmann::json& now);
+/// The same of two JSON objects whose entries are called `kind`: "option 'fps' was 30, now 12".
+std::string first_difference(const nlohmann::json& before, const nlohmann::json& now, const std::string& kind);
 
 /// A run directory and its run.json: the scene it belongs to, and per stage its options, input hashes, outputs,
 /// summary, wall time and peak memory.  From `create`, or the first writing on, no other process may write to it: that
@@ -36,13 +50,16 @@ class RunDirectory {
 
   /// The scene this directory was made from: {source, up, metres_per_unit}.
   const nlohmann::json& scene() const { return manifest_["scene"]; }
-  /// Records the scene; another scene than the recorded one is a usage error unless `overwrite`.
+  /// Records the scene; one of another source than the recorded one is a usage error unless `overwrite`.
   void set_scene(const nlohmann::json& scene, bool overwrite);
 
-  /// Runs `body` unless a record with equal options and input hashes and all outputs exist.  A record that differs is
-  /// a usage error that names the difference, unless context.overwrite.  `body` returns the stage's summary.
+  /// Runs `body` unless the same record and all outputs are there.  Where the record differs, the difference is said,
+  /// and what key.kept names is moved aside first, unless context.overwrite; earlier outputs that are none of
+  /// key.outputs are removed, but for those of objects.  `body` is given the provenance for the
+  /// files that it writes (version, stage and record of the key, no times) and returns the stage's summary.
   /// Returns the summary, old or new.
-  nlohmann::json stage(const Context& context, const StageKey& key, const std::function<nlohmann::json()>& body);
+  nlohmann::json stage(const Context& context, const StageKey& key,
+                       const std::function<nlohmann::json(const std::string& provenance)>& body);
 
   /// Summary of a finished stage; a usage error says which command to run first.
   const nlohmann::json& summary(const std::string& stage, const std::string& hint) const;
@@ -57,8 +74,9 @@ class RunDirectory {
   nlohmann::json note(const std::string& name) const { return manifest_.value(name, nlohmann::json()); }
   void set_note(const std::string& name, const nlohmann::json& value);  ///< an empty value erases it
   const nlohmann::json& manifest() const { return manifest_; }
-  /// Provenance for files written by `stage`: version, seed, options and input hashes, no times.
-  std::string provenance(const Context& context, const StageKey& key) const;
+  /// Moves files and folders aside, under names with one number behind them: fit.1, material.h5.1.  Returns the new
+  /// names; none for what is not there.
+  std::vector<std::string> move_aside(const std::vector<std::string>& names);
 
  private:
   explicit RunDirectory(std::filesystem::path path);
@@ -70,10 +88,6 @@ class RunDirectory {
   nlohmann::json manifest_;
   std::shared_ptr<const FileLock> lock_;  ///< held since it was first written to
 };
-
-/// First difference between two JSON objects, as a sentence such as "option 'fps' was 30, now 12"; empty when they
-/// agree.
-std::string first_difference(const nlohmann::json& before, const nlohmann::json& now, const std::string& kind);
 
 /// SHA-256 over a file, or over names and contents of all files of a folder in order.
 std::string hash_of_input(const std::filesystem::path& path);

@@ -55,7 +55,7 @@ json run_edit(const Context& context, RunDirectory& run, const Scene& scene, con
                                      object.gaussians, object.score));
   if (run.has("extract"))
     context.progress.say("edit: extract and what follows it see other objects and run again when they are asked for");
-  return {{"edits", operations}, {"objects", objects_to_json(objects, scene.metres_per_unit)}};
+  return {{"edits", operations}, {"objects", objects_to_json(objects, scene)}};
 }
 
 }  // namespace pliant

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/segment/objects_file.h"
+#include "app/store/segmentation.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
 #include "gaussians/io/images/image_io.h"
@@ -51,67 +52,74 @@ json rules_json(const ExtractResult& result) {
 
 json vector_json(const Vec3f& v) { return {v.x(), v.y(), v.z()}; }
 
+json extract_object(const Context& context, const RunDirectory& run, const StageInputs<ExtractStage>& in,
+                    const std::string&) {
+  const Scene& scene = in.scene;
+  const Segmentation segmentation = read_segmentation(in.files.at("segmentation"));
+  const uint32_t id = in.found["id"];
+  const std::string name = in.found["name"], folder = folder_of_object(id, name);
+  ExtractOptions options;
+  options.object = id;
+  options.probability = static_cast<float>(in.options.threshold);
+  options.up = scene.up.cast<float>();
+  options.hull = in.options.hull;
+  for (size_t c = 0; c < segmentation.class_id.size(); ++c)
+    if (!scene.settings.support.empty() && segmentation.class_name[c] == scene.settings.support)
+      options.support = segmentation.class_id[c];
+  const ExtractResult result = extract(options, scene.cloud, segmentation);
+  const GaussianCloud object = scene.cloud.select(result.object);
+  std::filesystem::create_directories(run / folder);
+  write_ply(run / (folder + "/object.ply"), object, scene.report.antialiased);
+  write_ply(run / "background.ply", scene.cloud.select(result.background), scene.report.antialiased);
+
+  RenderOptions render;
+  render.antialiased = scene.report.antialiased;
+  write_image(run / "extract.png", extract_sheet(result, scene.cloud, scene.up, render));
+
+  const Framing framing = robust_framing(object, scene.up);
+  const double height = framing.high.z() - framing.low.z();
+  context.progress.say("extract: " + result.summary.describe());
+  json summary = {{"id", id},
+                  {"name", name},
+                  {"folder", folder},
+                  {"object_gaussians", result.object.size()},
+                  {"background_gaussians", result.background.size()},
+                  {"height", height},
+                  {"candidates", result.summary.candidates},
+                  {"dropped", result.summary.dropped},
+                  {"rules", rules_json(result)}};
+  if (result.contact.found) {
+    std::string support = "support";
+    for (size_t c = 0; c < segmentation.class_id.size(); ++c)
+      if (segmentation.class_id[c] == result.summary.support) support = segmentation.class_name[c];
+    summary["contact"] = {{"support", support},
+                          {"point", vector_json(result.contact.point)},
+                          {"normal", vector_json(result.contact.normal)},
+                          {"band", result.contact.band_high}};
+  }
+  return summary;
+}
+
 }  // namespace
 
-json run_extract(const Context& context, RunDirectory& run, const Scene& scene, const ExtractStage& stage) {
+StageInputs<ExtractStage> inputs_of(const RunDirectory& run, const Scene& scene, const ExtractStage& stage) {
   const json segmented = run.summary("segment", "run `pliant segment SCENE --out DIR` first");
   const Segmentation segmentation = read_objects(run, scene);
   const size_t chosen =
       chosen_class(segmentation, stage.object, scene.settings.object, segmented.value("automatic", false));
-  const uint32_t id = segmentation.class_id[chosen];
-  const std::string name = segmentation.class_name[chosen];
-  const std::string folder = folder_of_object(id, name);
+  StageInputs<ExtractStage> in;
+  in.options = stage;
+  in.parts = {ScenePart::kSplats, ScenePart::kUp, ScenePart::kSupport};
+  in.scene = only(in.parts, scene);
+  in.files["segmentation"] = run / "segmentation.h5";
+  in.found = {{"id", segmentation.class_id[chosen]}, {"name", segmentation.class_name[chosen]}};
+  const std::string folder = folder_of_object(segmentation.class_id[chosen], segmentation.class_name[chosen]);
+  in.outputs = {folder + "/object.ply", "background.ply", "extract.png"};
+  return in;
+}
 
-  const StageKey key{"extract",
-                     {{"id", id},
-                      {"threshold", stage.threshold},
-                      {"hull", stage.hull},
-                      {"support", scene.settings.support},
-                      {"up", {scene.up.x(), scene.up.y(), scene.up.z()}}},
-                     {{"segmentation", run / "segmentation.h5"}},
-                     {folder + "/object.ply", "background.ply", "extract.png"}};
-  return run.stage(context, key, [&]() -> json {
-    ExtractOptions options;
-    options.object = id;
-    options.probability = static_cast<float>(stage.threshold);
-    options.up = scene.up.cast<float>();
-    options.hull = stage.hull;
-    for (size_t c = 0; c < segmentation.class_id.size(); ++c)
-      if (!scene.settings.support.empty() && segmentation.class_name[c] == scene.settings.support)
-        options.support = segmentation.class_id[c];
-    const ExtractResult result = extract(options, scene.cloud, segmentation);
-    const GaussianCloud object = scene.cloud.select(result.object);
-    std::filesystem::create_directories(run / folder);
-    write_ply(run / (folder + "/object.ply"), object, scene.report.antialiased);
-    write_ply(run / "background.ply", scene.cloud.select(result.background), scene.report.antialiased);
-
-    RenderOptions render;
-    render.antialiased = scene.report.antialiased;
-    write_image(run / "extract.png", extract_sheet(result, scene.cloud, scene.up, render));
-
-    const Framing framing = robust_framing(object, scene.up);
-    const double height = framing.high.z() - framing.low.z();
-    context.progress.say("extract: " + result.summary.describe());
-    json summary = {{"id", id},
-                    {"name", name},
-                    {"folder", folder},
-                    {"object_gaussians", result.object.size()},
-                    {"background_gaussians", result.background.size()},
-                    {"height", height},
-                    {"candidates", result.summary.candidates},
-                    {"dropped", result.summary.dropped},
-                    {"rules", rules_json(result)}};
-    if (result.contact.found) {
-      std::string support = "support";
-      for (size_t c = 0; c < segmentation.class_id.size(); ++c)
-        if (segmentation.class_id[c] == result.summary.support) support = segmentation.class_name[c];
-      summary["contact"] = {{"support", support},
-                            {"point", vector_json(result.contact.point)},
-                            {"normal", vector_json(result.contact.normal)},
-                            {"band", result.contact.band_high}};
-    }
-    return summary;
-  });
+json run_extract(const Context& context, RunDirectory& run, const Scene& scene, const ExtractStage& stage) {
+  return run_stage(context, run, inputs_of(run, scene, stage), extract_object);
 }
 
 OptionTable options_of(ExtractStage& stage) {
@@ -119,7 +127,8 @@ OptionTable options_of(ExtractStage& stage) {
           {{.name = "object",
             .field = &stage.object,
             .help = "Object to take (default: scene.json's, or the only one)",
-            .value = "ID|NAME"},
+            .value = "ID|NAME",
+            .recorded = Recorded::kElsewhere},
            {.name = "threshold",
             .field = &stage.threshold,
             .help = "Smallest probability of the object's Gaussians",

@@ -48,6 +48,8 @@ void check_networks(const SegmentStage& stage) {
   if (!models.vocabularies.empty() && models.detector.empty() && models.tagger.empty())
     throw usage_error("--vocabulary", models.vocabularies.front(), "belongs to no network",
                       "give the --detector or --tagger that reads it");
+  if (models.trust_torchscript && models.files().empty())
+    throw usage_error("--trust-torchscript", "", "does nothing without a network", "leave it out");
   if (!labels_photos(stage)) return;
   const TypedOption typed = labelling_option(label);
   if (label.everything) {

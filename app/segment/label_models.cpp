@@ -13,9 +13,9 @@ OpenLabelModels open_label_models(const ModelChoice& choice) {
   return open;
 }
 
-void add_inputs(const ModelChoice& choice, StageKey& key) {
-  const std::vector<std::filesystem::path> files = choice.files();
-  for (size_t i = 0; i < files.size(); ++i) key.inputs["network " + std::to_string(i + 1)] = files[i];
+void add_files(const ModelChoice& choice, InputFiles& files) {
+  const std::vector<std::filesystem::path> all = choice.files();
+  for (size_t i = 0; i < all.size(); ++i) files["network " + std::to_string(i + 1)] = all[i];
 }
 
 }  // namespace pliant

@@ -20,7 +20,7 @@ struct OpenLabelModels {
 /// Opens and verifies the networks of a choice; the segmenter without one needs no weights.
 OpenLabelModels open_label_models(const ModelChoice& choice);
 
-/// Adds the files to what decides the outcome of a stage.
-void add_inputs(const ModelChoice& choice, StageKey& key);
+/// Adds the files of the networks to what decides the outcome of a stage.
+void add_files(const ModelChoice& choice, InputFiles& files);
 
 }  // namespace pliant

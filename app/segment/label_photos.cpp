@@ -32,7 +32,7 @@ std::vector<std::string> names_in(const std::string& text) {
   return names;
 }
 
-LabelOptions options_of(const LabelStage& stage) {
+LabelOptions label_options(const LabelStage& stage) {
   LabelOptions options;
   options.names = names_in(stage.text);
   if (stage.models.segmenter.empty()) options.everything = EverythingOptions::weight_free();
@@ -117,65 +117,73 @@ MaskSet tracked_labels(const Context& context, const Scene& scene, const LabelOp
   return masks;
 }
 
+json label_photos(const Context& context, const RunDirectory& run, const StageInputs<LabelStage>& in,
+                  const std::string& provenance) {
+  const Scene& scene = in.scene;
+  const LabelStage& stage = in.options;
+  const LabelOptions options = label_options(stage);
+  const fs::path folder = run / "labelled";
+  fs::create_directories(folder / "photos");
+  fs::create_directories(folder / "seen");
+  if (stage.track) {
+    const MaskSet masks = tracked_labels(context, scene, options, stage, folder / "seen");
+    write_set(folder, masks, scene.cameras);
+    context.progress.say(fmt::format("label: {} things followed through {} photos; look at {}", masks.ids().size(),
+                                     masks.views.size(), (folder / "seen").string()));
+    return {{"photos", masks.views.size()}, {"things", masks.ids().size()}};
+  }
+  OpenLabelModels open;
+  const std::string record = sha256_of_text(provenance);
+  std::vector<int> cameras;
+  std::vector<LabelledPhoto> photos;
+  std::map<std::string, int> times;
+  context.progress.begin("label", static_cast<int>(scene.cameras.size()));
+  for (int c = 0; c < static_cast<int>(scene.cameras.size()); ++c) {
+    if (context.interrupted())
+      throw Error(Failure::kInterrupted, "label", "", "interrupted", "run the same command to continue");
+    const std::string& name = scene.cameras[c].name;
+    std::optional<LabelledPhoto> photo;
+    if (!context.overwrite) photo = read_photo_labels(folder / "photos" / name, record);
+    if (!photo) {
+      if (!open.segmenter) open = open_label_models(stage.models);
+      const ImageF picture = photo_or_render(scene, c);
+      photo = label_photo(options, open.models(), picture);
+      write_image(folder / "seen" / (name + ".jpg"), overlay_labels(picture, *photo));
+      write_photo(folder / "photos" / name, record, *photo);
+    }
+    if (c == 0)
+      for (const std::string& sentence : photo->said) context.progress.say("label: " + sentence);
+    for (const LabelledThing& thing : photo->things) ++times[thing.name.empty() ? "things" : thing.name];
+    cameras.push_back(c);
+    photos.push_back(std::move(*photo));
+    context.progress.done(c + 1);
+  }
+  context.progress.end();
+  refuse_nothing(times.empty(), folder / "seen");
+  write_set(folder, gather_labels({.rest = !stage.everything}, cameras, photos), scene.cameras);
+  std::string found;
+  for (const auto& [name, count] : times) found += fmt::format("{}{} {}", found.empty() ? "" : ", ", count, name);
+  context.progress.say(
+      fmt::format("label: {} photos: {}; look at {}", photos.size(), found, (folder / "seen").string()));
+  return {{"photos", photos.size()}, {"things", times}};
+}
+
 }  // namespace
 
+StageInputs<LabelStage> inputs_of(const RunDirectory&, const Scene& scene, const LabelStage& stage) {
+  StageInputs<LabelStage> in;
+  in.options = stage;
+  in.parts = {ScenePart::kCameras, ScenePart::kPhotos};
+  if (!all_photographed(scene)) in.parts.insert(ScenePart::kSplats);
+  in.scene = only(in.parts, scene);
+  add_files(stage.models, in.files);
+  in.outputs = {"labelled/labels.json"};
+  for (const Camera& camera : scene.cameras) in.outputs.push_back("labelled/" + camera.name + ".png");
+  return in;
+}
+
 json run_label(const Context& context, RunDirectory& run, const Scene& scene, const LabelStage& stage) {
-  const LabelOptions options = options_of(stage);
-  StageKey key{"label",
-               {{"everything", stage.everything}, {"text", stage.text}, {"track", stage.track}},
-               {},
-               {"labelled/labels.json"}};
-  add_inputs(stage.models, key);
-  for (const Camera& camera : scene.cameras) {
-    if (!camera.photo.empty()) key.inputs["photo " + camera.name] = camera.photo;
-    key.outputs.push_back("labelled/" + camera.name + ".png");
-  }
-  return run.stage(context, key, [&]() -> json {
-    const fs::path folder = run / "labelled";
-    fs::create_directories(folder / "photos");
-    fs::create_directories(folder / "seen");
-    if (stage.track) {
-      const MaskSet masks = tracked_labels(context, scene, options, stage, folder / "seen");
-      write_set(folder, masks, scene.cameras);
-      context.progress.say(fmt::format("label: {} things followed through {} photos; look at {}", masks.ids().size(),
-                                       masks.views.size(), (folder / "seen").string()));
-      return {{"photos", masks.views.size()}, {"things", masks.ids().size()}};
-    }
-    OpenLabelModels open;
-    const std::string record = sha256_of_text(run.provenance(context, key));
-    std::vector<int> cameras;
-    std::vector<LabelledPhoto> photos;
-    std::map<std::string, int> times;
-    context.progress.begin("label", static_cast<int>(scene.cameras.size()));
-    for (int c = 0; c < static_cast<int>(scene.cameras.size()); ++c) {
-      if (context.interrupted())
-        throw Error(Failure::kInterrupted, "label", "", "interrupted", "run the same command to continue");
-      const std::string& name = scene.cameras[c].name;
-      std::optional<LabelledPhoto> photo;
-      if (!context.overwrite) photo = read_photo_labels(folder / "photos" / name, record);
-      if (!photo) {
-        if (!open.segmenter) open = open_label_models(stage.models);
-        const ImageF picture = photo_or_render(scene, c);
-        photo = label_photo(options, open.models(), picture);
-        write_image(folder / "seen" / (name + ".jpg"), overlay_labels(picture, *photo));
-        write_photo(folder / "photos" / name, record, *photo);
-      }
-      if (c == 0)
-        for (const std::string& sentence : photo->said) context.progress.say("label: " + sentence);
-      for (const LabelledThing& thing : photo->things) ++times[thing.name.empty() ? "things" : thing.name];
-      cameras.push_back(c);
-      photos.push_back(std::move(*photo));
-      context.progress.done(c + 1);
-    }
-    context.progress.end();
-    refuse_nothing(times.empty(), folder / "seen");
-    write_set(folder, gather_labels({.rest = !stage.everything}, cameras, photos), scene.cameras);
-    std::string found;
-    for (const auto& [name, count] : times) found += fmt::format("{}{} {}", found.empty() ? "" : ", ", count, name);
-    context.progress.say(
-        fmt::format("label: {} photos: {}; look at {}", photos.size(), found, (folder / "seen").string()));
-    return {{"photos", photos.size()}, {"things", times}};
-  });
+  return run_stage(context, run, inputs_of(run, scene, stage), label_photos);
 }
 
 }  // namespace pliant

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "app/run/stage_inputs.h"
 #include "app/segment/label_models.h"
 #include "gaussians/io/scene/scene.h"
 
@@ -14,6 +15,10 @@ struct LabelStage {
   std::string text;         ///< names to look for, separated by commas; empty = everything the models know
   ModelChoice models;
 };
+
+/// Its options, bound to the fields of `stage`.
+OptionTable options_of(LabelStage& stage);
+StageInputs<LabelStage> inputs_of(const RunDirectory& run, const Scene& scene, const LabelStage& stage);
 
 /// Labels the photo of every camera; a photo that was labelled with the same options before is not labelled again.
 nlohmann::json run_label(const Context& context, RunDirectory& run, const Scene& scene, const LabelStage& stage);

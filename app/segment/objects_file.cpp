@@ -25,17 +25,17 @@ json box_to_json(const Box& box) {
 
 }  // namespace
 
-json objects_to_json(const std::vector<ObjectEntry>& objects, double metres_per_unit) {
+json objects_to_json(const std::vector<ObjectEntry>& objects, const Scene& scene) {
+  const float metres_per_unit = static_cast<float>(scene.metres_per_unit);
   json rows = json::array();
   for (const ObjectEntry& object : objects) {
-    Box metres{object.bounds.low * static_cast<float>(metres_per_unit),
-               object.bounds.high * static_cast<float>(metres_per_unit)};
     json row = {{"id", object.id},       {"name", object.name},
                 {"score", object.score}, {"gaussians", object.gaussians},
                 {"views", object.views}, {"found", object.origin}};
     if (object.gaussians > 0) {
       row["bounds"] = box_to_json(object.bounds);
-      row["bounds_m"] = box_to_json(metres);
+      if (scene.object_height == 0)  // else the scale is known only after extract
+        row["bounds_m"] = box_to_json({object.bounds.low * metres_per_unit, object.bounds.high * metres_per_unit});
     }
     rows.push_back(std::move(row));
   }
@@ -55,7 +55,7 @@ std::vector<ObjectEntry> write_objects(const RunDirectory& run, const Scene& sce
   const ImageF sheet = objects_sheet(segmentation, scene.cloud, scene.cameras, picture, 12, &cells);
   const ImageF features = features_sheet(segmentation.attribute, scene.cloud, scene.cameras, picture);
   write_segmentation(run / "segmentation.h5", segmentation, provenance);
-  json rows = objects_to_json(objects, scene.metres_per_unit);
+  json rows = objects_to_json(objects, scene);
   if (complete) complete(rows);
   write_text(run / "objects.json", rows.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
   write_image(run / "objects.png", sheet);
@@ -76,7 +76,7 @@ Segmentation read_objects(const RunDirectory& run, const Scene& scene) {
   if (segmentation.label.size() != scene.cloud.size())
     throw input_error((run / "segmentation.h5").string(), "label",
                       fmt::format("has {} rows, the scene {} Gaussians", segmentation.label.size(), scene.cloud.size()),
-                      "segment the scene again with --overwrite");
+                      "delete it, and segment the scene again");
   return segmentation;
 }
 

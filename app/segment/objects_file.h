@@ -12,7 +12,7 @@
 namespace pliant {
 
 /// Rows of objects.json: id, name, score, gaussians, views, found (how), bounds in scene units and bounds_m in metres.
-nlohmann::json objects_to_json(const std::vector<ObjectEntry>& objects, double metres_per_unit);
+nlohmann::json objects_to_json(const std::vector<ObjectEntry>& objects, const Scene& scene);
 
 /// Writes segmentation.h5, objects.json, objects.png (with objects_sheet.json) and features.png of a run directory.
 /// Lists of cameras that are not known are found first, `origin` is put where it is not known how an object was found,

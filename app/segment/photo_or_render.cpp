@@ -1,5 +1,6 @@
 #include "app/segment/photo_or_render.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "gaussians/base/error.h"
@@ -22,6 +23,11 @@ ImageF photo_or_render(const Scene& scene, int index) {
   RenderOptions options;
   options.antialiased = scene.report.antialiased;
   return render(scene.cloud, camera, options).color;
+}
+
+bool all_photographed(const Scene& scene) {
+  return std::all_of(scene.cameras.begin(), scene.cameras.end(),
+                     [](const Camera& camera) { return std::filesystem::exists(camera.photo); });
 }
 
 }  // namespace pliant

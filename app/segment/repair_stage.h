@@ -4,7 +4,7 @@
 #include <string>
 
 #include "app/run/options.h"
-#include "app/run/run_directory.h"
+#include "app/run/stage_inputs.h"
 #include "app/segment/label_models.h"
 #include "gaussians/io/scene/scene.h"
 
@@ -17,6 +17,7 @@ struct RepairStage {
 };
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(RepairStage& stage);
+StageInputs<RepairStage> inputs_of(const RunDirectory& run, const Scene& scene, const RepairStage& stage);
 nlohmann::json run_repair(const Context& context, RunDirectory& run, const Scene& scene, const RepairStage& stage);
 
 }  // namespace pliant

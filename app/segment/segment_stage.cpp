@@ -78,7 +78,7 @@ MaskSet associated_masks(const Context& context, const Scene& scene, const Segme
   // Names that lie beside the masks are those of things in single photos, as `label` writes them.
   const bool labelled = std::filesystem::exists(folder / "labels.json");
   MaskSet masks = load_masks(folder, labelled ? folder / "labels.json" : scene.settings.labels, scene.cameras);
-  if (stage.zero_is_background) label_background(masks);
+  if (!stage.mask_zero.empty()) label_background(masks);
   if (stage.associate == "never" || stage.label.track) return masks;
   AssociateOptions options;
   options.held_out = semantic.held_out;
@@ -126,30 +126,25 @@ Segmentation joint_segmentation(const std::filesystem::path& file, const Scene& 
   if (segmentation.label.size() != scene.cloud.size())
     throw input_error(file.string(), "label",
                       fmt::format("has {} rows for {} Gaussians", segmentation.label.size(), scene.cloud.size()),
-                      "repeat the command with --overwrite");
+                      "delete it and run.json beside it, and repeat the command");
   return segmentation;
 }
 
-}  // namespace
+/// Where the objects come from.
+enum class Source { kMasks, kAutomatic, kJoint, kGrouping, kConfiguration, kPointFiles, kSegmenter, kGesture, kShape };
 
-json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& given) {
-  const SheetPrompts prompts = with_sheet_prompts(context, run, given);
-  const SegmentStage& stage = prompts.stage;
-  const std::optional<SelectionShape> selection = selection_of(stage);
-  const std::vector<Camera> gesture_cameras = prompts.with_sides(scene.cameras);
-  const Gesture gesture = gesture_of(stage, gesture_cameras);
-  const bool configured = !stage.physgaussian.empty();
-  if (configured && (selection || !gesture.empty()))
+/// What is asked for, where it can be.
+Source source_of(const Scene& scene, const SegmentStage& stage) {
+  const bool gesture = !stage.boxes.empty() || !stage.clicks.empty() || !stage.strokes.empty();
+  const bool shape = selection_of(stage).has_value(), grouping = !stage.gaussian_grouping.empty();
+  const bool configured = !stage.physgaussian.empty(), labelling = labels_photos(stage);
+  if (configured && (shape || gesture))
     throw usage_error("--physgaussian", stage.physgaussian, "was given together with a selection",
                       "its sim_area selects the object");
-  const bool grouping = !stage.gaussian_grouping.empty();
-  check_networks(stage);
-  const bool labelling = labels_photos(stage), prompted = prompts_segmenter(stage);
-  const bool asked = selection || !gesture.empty() || configured || grouping || stage.automatic || stage.joint ||
-                     !stage.masks.empty() || labelling;
-  const std::optional<PhysDreamerFolder> roles = asked ? std::nullopt : physdreamer_folder(scene);
-  const bool by_roles = roles.has_value();
-  const bool selecting = selection || !gesture.empty() || configured || by_roles;
+  const bool asked =
+      shape || gesture || configured || grouping || stage.automatic || stage.joint || !stage.masks.empty() || labelling;
+  const bool by_roles = !asked && physdreamer_folder(scene);
+  const bool selecting = shape || gesture || configured || by_roles;
   if (stage.joint && selecting)
     throw usage_error("--joint", "", "was given together with a selection",
                       "joint training needs masks; give --masks FOLDER");
@@ -162,140 +157,185 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
                       "was given together with --masks, --auto, --joint, --gaussian-grouping or a selection",
                       "leave one of them out: it makes masks of the photos");
   }
-  if (prompted && !prompts.sides.empty())
-    throw usage_error("--segmenter", stage.label.models.segmenter, "looks at photos, and a gesture is on selection.png",
-                      "mark the object in photos or on objects.png");
-  if (labelling) run_label(context, run, scene, stage.label);
-  const std::filesystem::path masks_folder = labelling             ? run / "labelled"
-                                             : stage.masks.empty() ? scene.settings.masks
-                                                                   : std::filesystem::path(stage.masks);
-  const bool automatic = !grouping && segments_automatically(stage, selecting, !masks_folder.empty());
-  if (automatic && !stage.automatic)
-    context.progress.say(
-        "segment: the scene has no masks and nothing is selected: free-standing objects are found automatically");
+  const bool masks = labelling || !stage.masks.empty() || !scene.settings.masks.empty();
+  if (grouping) return Source::kGrouping;
+  if (segments_automatically(stage, selecting, masks)) return Source::kAutomatic;
+  if (stage.joint) return Source::kJoint;
+  if (configured) return Source::kConfiguration;
+  if (by_roles) return Source::kPointFiles;
+  if (prompts_segmenter(stage)) return Source::kSegmenter;
+  return gesture ? Source::kGesture : shape ? Source::kShape : Source::kMasks;
+}
 
+SemanticOptions semantic_options(const StageInputs<SegmentStage>& in, uint64_t seed) {
+  const SegmentStage& stage = in.options;
   SemanticOptions options;
   options.start_from_vote = stage.start_from_vote;
   if (!stage.start_from_vote) options.kl_weight = 2.0;  // what no mask tells comes from neighbours alone
   if (stage.iterations) options.iterations = *stage.iterations;
-  options.seed = context.seed;
-  options.render.antialiased = scene.report.antialiased;
-  options.trained_on_views = !scene.cameras_are_orbit;
-  if (stage.hold_out)
-    for (int c = 0; c < static_cast<int>(scene.cameras.size()); c += 8) options.held_out.push_back(c);
-  const std::vector<int> marked = prompted ? marked_cameras(gesture) : std::vector<int>();
-  std::erase_if(options.held_out, [&](int c) { return std::count(marked.begin(), marked.end(), c) > 0; });
+  options.seed = seed;
+  options.render.antialiased = in.scene.report.antialiased;
+  options.trained_on_views = !in.scene.cameras_are_orbit;
+  options.held_out = in.found.value("held_out", std::vector<int>());
+  return options;
+}
 
-  StageKey key{"segment",
-               {{"aabb", stage.aabb},
-                {"sphere", stage.sphere},
-                {"box", stage.boxes},
-                {"click", stage.clicks},
-                {"stroke", stage.strokes},
-                {"stroke_width", stage.stroke_width},
-                {"vote", stage.start_from_vote},
-                {"associate", stage.associate},
-                {"iterations", options.iterations},
-                {"held_out", options.held_out},
-                {"up", {scene.up.x(), scene.up.y(), scene.up.z()}},
-                {"metres_per_unit", scene.metres_per_unit}},
-               {{"splats", scene.settings.splats}},
-               {"segmentation.h5", "objects.json", "objects.png", "features.png"}};
-  for (const std::filesystem::path& file : scene.report.files) {
-    const auto name = file.lexically_proximate(scene.settings.splats.parent_path());
-    if (file != scene.settings.splats) key.inputs["splats " + name.string()] = file;
-  }
-  if (!scene.settings.cameras.empty()) key.inputs["cameras"] = scene.settings.cameras;
-  const std::filesystem::path trained = scene.source / "segmentation.h5";
-  if (stage.joint)
-    key.inputs["joint"] = trained;
-  else if (grouping)
-    key.inputs["gaussian_grouping"] = grouping_classifier_file(stage.gaussian_grouping);
-  else if (automatic)
-    key.options["automatic"] = true;
-  else if (!selecting)
-    key.inputs["masks"] = masks_folder;
-  const bool reads_names = grouping || key.inputs.count("masks");
-  if (reads_names && !scene.settings.labels.empty()) key.inputs["labels"] = scene.settings.labels;
-  if (prompted) add_inputs(stage.label.models, key);
-  for (const int c : marked) {
-    if (!scene.cameras[c].photo.empty()) key.inputs["photo " + scene.cameras[c].name] = scene.cameras[c].photo;
-    key.outputs.push_back("prompted/" + scene.cameras[c].name + ".jpg");
-  }
-  if (stage.zero_is_background) key.options["zero"] = "background";
-  if (configured) key.inputs["physgaussian"] = stage.physgaussian;
-  if (by_roles) key.inputs["object_points"] = scene.source / "clean_object_points.ply";
-  if (!prompts.sides.empty()) key.options["stroke_sides"] = prompts.sides_json();
-  if (!gesture.empty() && !prompted) key.outputs.push_back("selection.png");
-  for (int camera : options.held_out) key.outputs.push_back("held_out/" + scene.cameras[camera].name + ".png");
+json segment_scene(const Context& context, RunDirectory& run, const StageInputs<SegmentStage>& in,
+                   const std::vector<Camera>& sides, const std::string& provenance) {
+  const SegmentStage& stage = in.options;
+  const Scene& scene = in.scene;
+  const Source source = source_of(scene, stage);
+  const SemanticOptions options = semantic_options(in, context.seed);
+  const std::optional<SelectionShape> selection = selection_of(stage);
+  const std::vector<Camera> gesture_cameras = with_sides(stage, sides, scene.cameras);
+  const Gesture gesture = gesture_of(stage, gesture_cameras);
 
-  if (const json edits = run.note("edits"); !edits.empty()) {
-    if (context.overwrite) run.forget("segment");
+  std::vector<uint8_t> member;  // of a selection by gesture, configuration or point files
+  if (source == Source::kConfiguration)
+    member = physgaussian_members(read_physgaussian_config(stage.physgaussian), scene.cloud);
+  if (source == Source::kPointFiles)
+    member = physdreamer_roles({}, physdreamer_folder(scene).value(), scene.cloud.position).object;
+  SemanticResult result;
+  AutomaticResult found;
+  Segmentation& segmentation = result.segmentation;
+  const auto masks_of = [&]() -> MaskSet {
+    switch (source) {
+      case Source::kAutomatic:
+        found = automatic_masks(context, scene, options.held_out);
+        return std::move(found.masks);
+      case Source::kConfiguration:
+        return member_masks("--physgaussian", member, scene.cloud, scene.cameras);
+      case Source::kPointFiles:
+        return member_masks("clean_object_points.ply", member, scene.cloud, scene.cameras);
+      case Source::kSegmenter:
+        return prompted_masks(context, run, scene, gesture, stage.label.models);
+      case Source::kGesture:
+        return gesture_masks(context, run, scene, gesture, gesture_cameras, selection, sides, member);
+      case Source::kShape:
+        return selection_masks(*selection, scene.cloud, scene.cameras);
+      default:
+        return associated_masks(context, scene, stage, options, in.files.at("masks"));
+    }
+  };
+  if (source == Source::kJoint) {
+    segmentation = joint_segmentation(in.files.at("joint"), scene);
+  } else if (source == Source::kGrouping) {
+    segmentation = grouping_objects(scene, in.files.at("gaussian_grouping"), scene.settings.labels);
+  } else {
+    const MaskSet masks = masks_of();
+    for (const std::string& warning : masks.warnings) context.progress.warn(warning);
+    context.progress.begin("segment", options.iterations);
+    result = fit_semantic_field(options, scene.cloud, scene.cameras, masks,
+                                [&](int done, int, double) { context.progress.done(done); });
+    context.progress.end();
+  }
+  // The result of Gaussian Grouping is taken as it is.
+  const size_t merged = source == Source::kGrouping ? 0 : merge_islands({}, scene.cloud, segmentation);
+  if (merged > 0)
+    context.progress.say(fmt::format("segment: {} Gaussians in small islands took the label around them", merged));
+  size_t restricted = 0;
+  if (!member.empty())
+    restricted = restrict_to_members(member, segmentation);
+  else if (selection)
+    restricted = restrict_to_selection(*selection, scene.cloud, segmentation);
+  if (restricted > 0)
     context.progress.say(
-        context.overwrite ? fmt::format("segment: {} edits by hand are undone", edits.size())
-                          : fmt::format("segment: {} edits by hand are kept, --overwrite undoes them", edits.size()));
+        fmt::format("segment: {} Gaussians outside the selection were given back to the rest", restricted));
+  tell_how_found(found.found, segmentation);
+  const std::vector<ObjectEntry> objects =
+      write_objects(run, scene, origin_of(stage, source == Source::kPointFiles), provenance, segmentation,
+                    [&](json& rows) { tell_kinds(found.found, rows); });
+  run.set_note("edits", {});
+  write_held_out(run, scene, options, segmentation);
+  for (const ObjectEntry& object : objects)
+    context.progress.say(fmt::format("segment: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name,
+                                     object.gaussians, object.score));
+  return {{"automatic", source == Source::kAutomatic},
+          {"objects", objects.size()},
+          {"unseen", result.summary.unseen},
+          {"cross_entropy", result.summary.cross_entropy},
+          {"grouping", result.summary.grouping},
+          {"views", result.summary.views},
+          {"screen_variance", segmentation.screen_variance},
+          {"merged_islands", merged},
+          {"outside_selection", restricted}};
+}
+
+}  // namespace
+
+StageInputs<SegmentStage> inputs_of(const RunDirectory& run, const Scene& scene, const SegmentStage& stage,
+                                    const std::vector<Camera>& sides) {
+  check_networks(stage);
+  const Source source = source_of(scene, stage);
+  StageInputs<SegmentStage> in;
+  in.options = stage;
+  in.parts = {ScenePart::kSplats, ScenePart::kCameras, ScenePart::kPhotos, ScenePart::kUp, ScenePart::kScale};
+  in.outputs = {"segmentation.h5", "objects.json", "objects.png", "features.png"};
+  in.found["automatic"] = source == Source::kAutomatic;
+  std::vector<int> held_out;
+  if (stage.hold_out)
+    for (int c = 0; c < static_cast<int>(scene.cameras.size()); c += 8) held_out.push_back(c);
+  switch (source) {
+    case Source::kMasks:
+      in.parts.insert({ScenePart::kMasks, ScenePart::kLabels});
+      in.files["masks"] = labels_photos(stage)  ? run / "labelled"
+                          : stage.masks.empty() ? scene.settings.masks
+                                                : std::filesystem::path(stage.masks);
+      break;
+    case Source::kJoint:
+      in.files["joint"] = scene.source / "segmentation.h5";
+      break;
+    case Source::kGrouping:
+      in.parts.insert(ScenePart::kLabels);
+      in.files["gaussian_grouping"] = grouping_classifier_file(stage.gaussian_grouping);
+      break;
+    case Source::kPointFiles:
+      in.parts.insert(ScenePart::kFolder);
+      break;
+    case Source::kSegmenter: {
+      if (!sides.empty())
+        throw usage_error("--segmenter", stage.label.models.segmenter,
+                          "looks at photos, and a gesture is on selection.png",
+                          "mark the object in photos or on objects.png");
+      add_files(stage.label.models, in.files);
+      const std::vector<int> marked = marked_cameras(gesture_of(stage, scene.cameras));
+      std::erase_if(held_out, [&](int c) { return std::count(marked.begin(), marked.end(), c) > 0; });
+      for (const int c : marked) in.outputs.push_back("prompted/" + scene.cameras[c].name + ".jpg");
+      break;
+    }
+    case Source::kGesture:
+      gesture_of(stage, with_sides(stage, sides, scene.cameras));
+      in.outputs.push_back("selection.png");
+      if (!sides.empty()) in.found["stroke_sides"] = sides_json(sides);
+      break;
+    default:
+      break;
   }
-  return run.stage(context, key, [&]() -> json {
-    std::vector<uint8_t> member;  // of a selection by gesture or configuration
-    if (configured) member = physgaussian_members(read_physgaussian_config(stage.physgaussian), scene.cloud);
-    if (by_roles) member = physdreamer_roles({}, *roles, scene.cloud.position).object;
-    SemanticResult result;
-    AutomaticResult found;
-    Segmentation& segmentation = result.segmentation;
-    if (stage.joint) {
-      segmentation = joint_segmentation(trained, scene);
-    } else if (grouping) {
-      segmentation = grouping_objects(scene, key.inputs["gaussian_grouping"], scene.settings.labels);
-    } else {
-      if (automatic) found = automatic_masks(context, scene, options.held_out);
-      const MaskSet masks = automatic    ? std::move(found.masks)
-                            : configured ? member_masks("--physgaussian", member, scene.cloud, scene.cameras)
-                            : by_roles   ? member_masks("clean_object_points.ply", member, scene.cloud, scene.cameras)
-                            : prompted   ? prompted_masks(context, run, scene, gesture, stage.label.models)
-                            : !gesture.empty() ? gesture_masks(context, run, scene, gesture, gesture_cameras, selection,
-                                                               prompts.sides, member)
-                            : selection        ? selection_masks(*selection, scene.cloud, scene.cameras)
-                                               : associated_masks(context, scene, stage, options, masks_folder);
-      for (const std::string& warning : masks.warnings) context.progress.warn(warning);
-      context.progress.begin("segment", options.iterations);
-      result = fit_semantic_field(options, scene.cloud, scene.cameras, masks,
-                                  [&](int done, int, double) { context.progress.done(done); });
-      context.progress.end();
-    }
-    const size_t merged = grouping ? 0 : merge_islands({}, scene.cloud, segmentation);  // its result is taken as it is
-    if (merged > 0)
-      context.progress.say(fmt::format("segment: {} Gaussians in small islands took the label around them", merged));
-    size_t restricted = 0;
-    if (selecting) {
-      if (!member.empty())
-        restricted = restrict_to_members(member, segmentation);
-      else if (selection)
-        restricted = restrict_to_selection(*selection, scene.cloud, segmentation);
-      if (restricted > 0)
-        context.progress.say(
-            fmt::format("segment: {} Gaussians outside the selection were given back to the rest", restricted));
-    }
-    tell_how_found(found.found, segmentation);
-    if (!context.overwrite && !run.note("edits").empty())
-      context.progress.warn("objects were found anew, edits by hand are undone");
-    const std::vector<ObjectEntry> objects =
-        write_objects(run, scene, origin_of(stage, by_roles), run.provenance(context, key), segmentation,
-                      [&](json& rows) { tell_kinds(found.found, rows); });
-    run.set_note("edits", {});
-    write_held_out(run, scene, options, segmentation);
-    for (const ObjectEntry& object : objects)
-      context.progress.say(fmt::format("segment: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id,
-                                       object.name, object.gaussians, object.score));
-    return {{"automatic", automatic},
-            {"objects", objects.size()},
-            {"unseen", result.summary.unseen},
-            {"cross_entropy", result.summary.cross_entropy},
-            {"grouping", result.summary.grouping},
-            {"views", result.summary.views},
-            {"screen_variance", segmentation.screen_variance},
-            {"merged_islands", merged},
-            {"outside_selection", restricted}};
+  in.scene = only(in.parts, scene);
+  in.found["held_out"] = held_out;
+  for (const int camera : held_out) in.outputs.push_back("held_out/" + scene.cameras[camera].name + ".png");
+  if (!run.note("edits").empty()) in.kept = {"segmentation.h5", "objects.json", "objects.png"};
+  return in;
+}
+
+json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& given) {
+  const auto [stage, sides] = with_sheet_prompts(context, run, given);
+  check_networks(stage);
+  if (source_of(scene, stage) == Source::kMasks && labels_photos(stage)) run_label(context, run, scene, stage.label);
+  const StageInputs<SegmentStage> in = inputs_of(run, scene, stage, sides);
+  if (in.found["automatic"] && !stage.automatic)
+    context.progress.say(
+        "segment: the scene has no masks and nothing is selected: free-standing objects are found automatically");
+  if (const json edits = run.note("edits"); !edits.empty() && context.overwrite) {
+    run.forget("segment");
+    context.progress.say(fmt::format("segment: {} edits by hand are undone", edits.size()));
+  }
+  const json summary = run.stage(context, key_of(in), [&](const std::string& provenance) {
+    return segment_scene(context, run, in, sides, provenance);
   });
+  if (const json edits = run.note("edits"); !edits.empty())
+    context.progress.say(fmt::format("segment: {} edits by hand are kept; --overwrite undoes them", edits.size()));
+  return summary;
 }
 
 }  // namespace pliant

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/run/options.h"
-#include "app/run/run_directory.h"
+#include "app/run/stage_inputs.h"
 #include "app/segment/label_photos.h"
 #include "gaussians/io/scene/scene.h"
 
@@ -29,10 +29,14 @@ struct SegmentStage {
   bool hold_out = false;          ///< leave every 8th photo out of the optimisation; held_out/ gets its id picture
   bool joint = false;             ///< the scene and its attribute were trained together: take that
   std::string gaussian_grouping;  ///< folder with the classifier of a Gaussian Grouping model, whose attribute is taken
-  bool zero_is_background = false;  ///< id 0 of masks or of that classifier is an object like others, the background
+  std::string mask_zero;  ///< what id 0 of masks or of that classifier is: background, an object like others; empty =
+                          ///< what has no label
 };
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(SegmentStage& stage);
+/// `stage` without gestures on sheets (sheet_prompts.h), the photos labelled.
+StageInputs<SegmentStage> inputs_of(const RunDirectory& run, const Scene& scene, const SegmentStage& stage,
+                                    const std::vector<Camera>& sides = {});
 nlohmann::json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage);
 
 }  // namespace pliant

@@ -100,7 +100,8 @@ json read_cells(const RunDirectory& run, const Sheet& sheet, const std::string& 
     good = good && cell.contains("camera") && cell["camera"].is_string();
   }
   if (!good)
-    throw input_error(file.string(), "", "is not what `segment` wrote", "segment the scene again with --overwrite");
+    throw input_error(file.string(), "", "is not what `segment` wrote",
+                      "delete it and segmentation.h5, and segment the scene again");
   return cells;
 }
 
@@ -115,23 +116,7 @@ json cell_json(const SheetCell& cell, const Camera& camera) {
           {"scale", cell.scale}};
 }
 
-/// Cells of selection.png with the cameras' intrinsics [px] and rows of cam_from_world.
-json selection_cells(const std::vector<Camera>& sides) {
-  json rows = json::array();
-  for (const SheetCell& cell : side_cells(sides)) {
-    const Camera& camera = sides[cell.camera];
-    json row = cell_json(cell, camera), pose = json::array();
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 4; ++j) pose.push_back(camera.cam_from_world.matrix()(i, j));
-    row["focal"] = {camera.fx, camera.fy};
-    row["centre"] = {camera.cx, camera.cy};
-    row["cam_from_world"] = pose;
-    rows.push_back(row);
-  }
-  return rows;
-}
-
-/// The cameras of `cells` that selection_cells gave.
+/// The cameras of `cells` that sides_json gave.
 std::vector<Camera> cameras_of(const json& cells, const std::string& file) {
   std::vector<Camera> cameras;
   try {
@@ -149,16 +134,31 @@ std::vector<Camera> cameras_of(const json& cells, const std::string& file) {
     }
   } catch (const json::exception& wrong) {
     throw input_error(file, "", std::string("is not what `segment` wrote: ") + wrong.what(),
-                      "segment the scene again with --overwrite");
+                      "delete it and segmentation.h5, and segment the scene again");
   }
   return cameras;
 }
 
 }  // namespace
 
-json SheetPrompts::sides_json() const { return selection_cells(sides); }
+json sides_json(const std::vector<Camera>& sides) {
+  json rows = json::array();
+  for (const SheetCell& cell : side_cells(sides)) {
+    const Camera& camera = sides[cell.camera];
+    json row = cell_json(cell, camera), pose = json::array();
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 4; ++j) pose.push_back(camera.cam_from_world.matrix()(i, j));
+    // Intrinsics [px] and rows of cam_from_world.
+    row["focal"] = {camera.fx, camera.fy};
+    row["centre"] = {camera.cx, camera.cy};
+    row["cam_from_world"] = pose;
+    rows.push_back(row);
+  }
+  return rows;
+}
 
-std::vector<Camera> SheetPrompts::with_sides(std::vector<Camera> cameras) const {
+std::vector<Camera> with_sides(const SegmentStage& stage, const std::vector<Camera>& sides,
+                               std::vector<Camera> cameras) {
   for (const Camera& side : sides)
     for (const auto* texts : {&stage.boxes, &stage.clicks, &stage.strokes})
       if (std::any_of(texts->begin(), texts->end(), [&](const std::string& text) {
@@ -171,7 +171,7 @@ std::vector<Camera> SheetPrompts::with_sides(std::vector<Camera> cameras) const 
 }
 
 void write_selection_cells(const RunDirectory& run, const std::vector<Camera>& sides) {
-  write_json(run / kSelection.cells, selection_cells(sides));
+  write_json(run / kSelection.cells, sides_json(sides));
 }
 
 void write_sheet_cells(const RunDirectory& run, const std::vector<SheetCell>& cells,
@@ -184,8 +184,12 @@ void write_sheet_cells(const RunDirectory& run, const std::vector<SheetCell>& ce
 SheetPrompts with_sheet_prompts(const Context& context, RunDirectory& run, const SegmentStage& given) {
   SheetPrompts out{given, {}};
   SegmentStage& stage = out.stage;
-  json known = run.note("sheet_prompts"), options = json::object();
-  if (run.has("segment")) options = run.manifest()["stages"]["segment"]["options"];
+  json known = run.note("sheet_prompts"), options = json::object(), shown = json::array();
+  if (run.has("segment")) {
+    const json& record = run.manifest()["stages"]["segment"];
+    options = record["options"];
+    shown = record.value("found", json::object()).value("stroke_sides", shown);
+  }
   struct Prompts {
     const char* option;
     const char* key;
@@ -207,7 +211,7 @@ SheetPrompts with_sheet_prompts(const Context& context, RunDirectory& run, const
       const json used = options.value(prompts.key, json::array());
       if (known.is_object() && known.contains(name) && std::find(used.begin(), used.end(), known[name]) != used.end()) {
         text = known[name].get<std::string>();
-        cells = options.value("stroke_sides", json::array());
+        cells = shown;
       } else {
         cells = read_cells(run, *sheet, prompts.option, text);
         const std::string found = resolved(*sheet, prompts.option, text, words, prompts.camera, cells);

@@ -15,12 +15,15 @@ void write_sheet_cells(const RunDirectory& run, const std::vector<SheetCell>& ce
 /// Writes selection_sheet.json beside selection.png: the cameras whose pictures it shows, and where.
 void write_selection_cells(const RunDirectory& run, const std::vector<Camera>& sides);
 
+/// `cameras` of the scene, and those sides of selection.png on which a gesture of `stage` was made.
+std::vector<Camera> with_sides(const SegmentStage& stage, const std::vector<Camera>& sides,
+                               std::vector<Camera> cameras);
+/// The cells of selection.png that show the sides.
+nlohmann::json sides_json(const std::vector<Camera>& sides);
+
 struct SheetPrompts {
   SegmentStage stage;         ///< without gestures on sheets
   std::vector<Camera> sides;  ///< of selection.png, when gestures count on them; the scene does not have these
-  nlohmann::json sides_json() const;
-  /// The scene's cameras, and those sides on which a gesture was made.
-  std::vector<Camera> with_sides(std::vector<Camera> cameras) const;
 };
 
 /// Boxes, clicks and strokes whose camera is "sheet" count pixels of objects.png of the run directory, those whose

@@ -99,7 +99,7 @@ json run_export(const Context& context, RunDirectory& run, const Scene& scene, c
                       "give --ply-sequence FOLDER or --physgaussian-output FOLDER");
   if (!stage.physgaussian_output.empty()) return export_physgaussian(context, run, stage);
   const auto inputs = moving_scene_files(run);
-  const MovingScene moving = load_moving_scene(run, scene);
+  const MovingScene moving = load_moving_scene(inputs, scene);
   const TrajectoryFile& trajectory = moving.trajectory;
 
   json record = {{"pliant", PLIANT_VERSION},

@@ -40,20 +40,20 @@ GaussianCloud MovingScene::all_at(const TrajectoryFile::Frame& frame) const {
   return all;
 }
 
-std::map<std::string, std::filesystem::path> moving_scene_files(const RunDirectory& run) {
+InputFiles moving_scene_files(const RunDirectory& run) {
   run.summary("simulate", "run `pliant simulate` first");
   const std::string folder = object_folder(run);
   return {{"object", run / (folder + "/object.ply")},
           {"background", run / "background_repaired.ply"},
+          {"particles", run / (folder + "/particles.h5")},
           {"trajectory", run / (folder + "/trajectory.h5")}};
 }
 
-MovingScene load_moving_scene(const RunDirectory& run, const Scene& scene) {
-  const auto files = moving_scene_files(run);
+MovingScene load_moving_scene(const InputFiles& files, const Scene& scene) {
   MovingScene moving;
   moving.object = read_ply(files.at("object"));
   moving.background = read_ply(files.at("background"));
-  moving.particles = read_particles(run / (object_folder(run) + "/particles.h5"));
+  moving.particles = read_particles(files.at("particles"));
   moving.trajectory = read_trajectory(files.at("trajectory"));
   moving.antialiased = scene.report.antialiased;
   moving.binding = bind_object(scene, moving.particles, moving.object);

@@ -26,10 +26,11 @@ struct MovingScene {
 /// The object's Gaussians to its driving particles; those in a pinned region are rigid and follow none.
 Binding bind_object(const Scene& scene, const ParticleFile& particles, const GaussianCloud& object);
 
-/// A usage error says so when the run has not been simulated.
-MovingScene load_moving_scene(const RunDirectory& run, const Scene& scene);
+/// The files of a moving scene by role: object, background, particles, trajectory.  A usage error says so when the run
+/// has not been simulated.
+InputFiles moving_scene_files(const RunDirectory& run);
 
-/// The files that `load_moving_scene` reads, by role, for records of what a result was made from.
-std::map<std::string, std::filesystem::path> moving_scene_files(const RunDirectory& run);
+/// `files` as moving_scene_files gave them; of the scene antialiased, up and metres_per_unit are used.
+MovingScene load_moving_scene(const InputFiles& files, const Scene& scene);
 
 }  // namespace pliant

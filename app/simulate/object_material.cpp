@@ -11,22 +11,39 @@
 namespace pliant {
 namespace {
 
-constexpr MaterialConstant kConstants[] = {
-    {"viscosity_time", &Material::viscosity_time, "Kelvin-Voigt damping: stress of strain + this * strain rate [s]"},
-    {"yield_stress", &Material::yield_stress, "Uniaxial yield stress; metal, foam, plasticine [Pa]"},
-    {"hardening", &Material::hardening,
-     "Hardening per unit of plastic strain; metal, plasticine (negative: softening) [Pa]"},
-    {"plastic_viscosity", &Material::plastic_viscosity, "Viscosity of plastic flow; foam [Pa s]"},
-    {"friction_angle", &Material::friction_angle, "Angle of internal friction; sand [degrees]"},
-    {"critical_compression", &Material::critical_compression, "Largest elastic compression; snow"},
-    {"critical_stretch", &Material::critical_stretch, "Largest elastic stretch; snow"},
-    {"compaction_hardening", &Material::compaction_hardening, "Hardening by compaction xi; snow"},
-    {"bulk_modulus", &Material::bulk_modulus, "Bulk modulus; fluid; 0 = of E and nu [Pa]"},
-    {"pressure_exponent", &Material::pressure_exponent, "gamma of p = K / gamma (J^-gamma - 1); fluid"},
-    {"dynamic_viscosity", &Material::dynamic_viscosity, "Viscosity; fluid [Pa s]"},
-    {"branch_shear", &Material::branch_shear, "Shear modulus of the relaxing branch; viscoelastic [Pa]"},
-    {"branch_lambda", &Material::branch_lambda, "First Lame parameter of the relaxing branch; viscoelastic [Pa]"},
-    {"branch_viscosity", &Material::branch_viscosity, "Viscosity of the relaxing branch; viscoelastic [Pa s]"},
+const std::vector<MaterialConstant> kConstants = {
+    {"viscosity_time",
+     &Material::viscosity_time,
+     "Kelvin-Voigt damping: stress of strain + this * strain rate [s]",
+     {}},
+    {"yield_stress",
+     &Material::yield_stress,
+     "Uniaxial yield stress; metal, foam, plasticine [Pa]",
+     {Law::kMetal, Law::kFoam, Law::kPlasticine}},
+    {"hardening",
+     &Material::hardening,
+     "Hardening per unit of plastic strain; metal, plasticine (negative: softening) [Pa]",
+     {Law::kMetal, Law::kPlasticine}},
+    {"plastic_viscosity", &Material::plastic_viscosity, "Viscosity of plastic flow; foam [Pa s]", {Law::kFoam}},
+    {"friction_angle", &Material::friction_angle, "Angle of internal friction; sand [degrees]", {Law::kSand}},
+    {"critical_compression", &Material::critical_compression, "Largest elastic compression; snow", {Law::kSnow}},
+    {"critical_stretch", &Material::critical_stretch, "Largest elastic stretch; snow", {Law::kSnow}},
+    {"compaction_hardening", &Material::compaction_hardening, "Hardening by compaction xi; snow", {Law::kSnow}},
+    {"bulk_modulus", &Material::bulk_modulus, "Bulk modulus; fluid; 0 = of E and nu [Pa]", {Law::kFluid}},
+    {"pressure_exponent", &Material::pressure_exponent, "gamma of p = K / gamma (J^-gamma - 1); fluid", {Law::kFluid}},
+    {"dynamic_viscosity", &Material::dynamic_viscosity, "Viscosity; fluid [Pa s]", {Law::kFluid}},
+    {"branch_shear",
+     &Material::branch_shear,
+     "Shear modulus of the relaxing branch; viscoelastic [Pa]",
+     {Law::kViscoelastic}},
+    {"branch_lambda",
+     &Material::branch_lambda,
+     "First Lame parameter of the relaxing branch; viscoelastic [Pa]",
+     {Law::kViscoelastic}},
+    {"branch_viscosity",
+     &Material::branch_viscosity,
+     "Viscosity of the relaxing branch; viscoelastic [Pa s]",
+     {Law::kViscoelastic}},
 };
 
 Law parse_law(const std::string& name) {
@@ -38,16 +55,22 @@ Law parse_law(const std::string& name) {
   return static_cast<Law>(at - names.begin());
 }
 
-void set_constant(const std::string& name, double value, Material& material) {
+/// `where` is how the user writes constants: "--" or "constants.".
+void set_constant(const std::string& where, const std::string& name, double value, Law law, Material& material) {
   std::vector<std::string> names;
   for (const MaterialConstant& constant : kConstants) {
-    if (name == constant.name) {
-      material.*constant.value = value;
-      return;
-    }
     names.push_back(constant.name);
+    if (name != constant.name) continue;
+    if (!constant.laws.empty() && std::count(constant.laws.begin(), constant.laws.end(), law) == 0) {
+      std::string option = name;
+      if (where == "--") std::replace(option.begin(), option.end(), '_', '-');
+      throw usage_error("material", where + option, std::string("does nothing for the law ") + law_name(law),
+                        std::string("leave it out, or choose ") + law_name(constant.laws[0]));
+    }
+    material.*constant.value = value;
+    return;
   }
-  throw usage_error("material", "constants." + name, "is unknown", "did you mean '" + nearest_name(name, names) + "'?");
+  throw usage_error("material", where + name, "is unknown", "did you mean '" + nearest_name(name, names) + "'?");
 }
 
 }  // namespace
@@ -74,8 +97,12 @@ ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_
   ObjectMaterial out{*young, *poisson, *density, {}};
   const std::string& law = command_line.law.empty() ? file.law : command_line.law;
   if (!law.empty()) out.material.law = parse_law(law);
-  for (const auto& [name, constant] : file.constants) set_constant(name, constant, out.material);
-  for (const auto& [name, constant] : command_line.constants) set_constant(name, constant, out.material);
+  // Constants belong to the law that stands beside them; those of a file whose law is replaced may not count.
+  const Law law_of_file = file.law.empty() ? Law::kFixedCorotated : parse_law(file.law);
+  for (const auto& [name, constant] : file.constants)
+    set_constant("constants.", name, constant, law_of_file, out.material);
+  for (const auto& [name, constant] : command_line.constants)
+    set_constant("--", name, constant, out.material.law, out.material);
   validate_material("material", out.material);
   return out;
 }

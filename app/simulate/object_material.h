@@ -2,6 +2,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <span>
+#include <vector>
 
 #include "gaussians/io/scene/scene.h"
 #include "physics/laws/material.h"
@@ -13,6 +14,7 @@ struct MaterialConstant {
   const char* name;
   double Material::*value;
   const char* description;
+  std::vector<Law> laws;  ///< that use it; empty = all
 };
 std::span<const MaterialConstant> material_constants();
 

@@ -16,9 +16,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::vector<Camera> chosen_cameras(const Scene& scene, const std::string& which) {
+std::vector<Camera> chosen_cameras(const Scene& scene, const PictureOptions& options) {
+  const std::string& which = options.cameras;
   if (which == "scene") return scene.cameras;
-  if (which == "orbit") return scene.cameras_are_orbit ? scene.cameras : orbit_cameras({}, scene.cloud, scene.up);
+  if (which == "orbit" && !scene.cameras_are_orbit) {
+    OrbitOptions orbit;
+    orbit.views = options.orbit_views.value_or(orbit.views);
+    return orbit_cameras(orbit, scene.cloud, scene.up);
+  }
+  if (which == "orbit") return scene.cameras;
   return read_cameras(which).cameras;
 }
 
@@ -40,7 +46,7 @@ ImageF depth_picture(const RenderResult& result) {
 
 nlohmann::json render_pictures(const Context& context, const Scene& scene, const PictureOptions& options,
                                const fs::path& out) {
-  const std::vector<Camera> cameras = chosen_cameras(scene, options.cameras);
+  const std::vector<Camera> cameras = chosen_cameras(scene, options);
   if (cameras.empty())
     throw usage_error("--cameras", options.cameras, "has no camera", "give 'orbit' or a camera file");
   RenderOptions render_options;

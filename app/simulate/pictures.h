@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@ struct PictureOptions {
   std::string cameras = "scene";  ///< "scene", "orbit", or a transforms.json
   std::vector<double> background = {0, 0, 0};
   bool depth = false, antialiased = false;
+  std::optional<int> orbit_views;  ///< of "orbit"; default 24
 };
 
 /// Renders a scene from its cameras: one PNG per camera in the folder `out`, or a video when `out` ends in .mp4.

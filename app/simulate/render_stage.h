@@ -4,7 +4,7 @@
 #include <string>
 
 #include "app/run/options.h"
-#include "app/run/run_directory.h"
+#include "app/run/stage_inputs.h"
 #include "gaussians/io/scene/scene.h"
 
 namespace pliant {
@@ -17,6 +17,7 @@ struct RenderStage {
 };
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(RenderStage& stage);
+StageInputs<RenderStage> inputs_of(const RunDirectory& run, const Scene& scene, const RenderStage& stage);
 nlohmann::json run_render(const Context& context, RunDirectory& run, const Scene& scene, const RenderStage& stage);
 
 }  // namespace pliant

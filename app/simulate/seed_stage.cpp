@@ -87,101 +87,106 @@ json pins_of_part(const std::vector<Region>& pins, const SolidSamples& samples, 
   return rows;
 }
 
-}  // namespace
-
-json run_seed(const Context& context, RunDirectory& run, const Scene& scene, const SeedStage& stage) {
-  const std::string folder = object_folder(run);
-  const json extract = run.summary("extract", "run `pliant extract` first");
+json seed_object(const Context& context, const RunDirectory& run, const StageInputs<SeedStage>& in,
+                 const std::string& provenance) {
+  const SeedStage& stage = in.options;
+  const Scene& scene = in.scene;
   const bool configured = !stage.physgaussian.empty(), adaptive = stage.drivers == "pgas",
              given = !stage.material_file.empty();
-  if (given && !adaptive)
+  const std::vector<Region> pins = configured ? std::vector<Region>{} : pinned_regions(context, scene, stage, in.found);
+  const GaussianCloud object = read_ply(in.files.at("object"));
+  FillOptions fill;
+  fill.seed = context.seed;
+  if (!scene.cameras_are_orbit) {
+    RenderOptions render;
+    render.antialiased = scene.report.antialiased;
+    fill.outset = silhouette_outset(object, scene.cameras, render);
+  }
+  const int particles =
+      configured ? particles_of_configuration(context, stage.physgaussian, fill, object) : stage.particles;
+  fill.target_count = kSamplesPerDriver * particles;
+  FillSummary filled;
+  SimulatedPart part;
+  const SolidSamples samples = sample_solid(fill, object, pins, particles, filled, part);
+
+  ParticleFile file;
+  file.solid_position = samples.position;
+  file.solid_volume = samples.volume;
+  DriverOptions options;
+  options.count = particles;
+  options.seed = context.seed;
+  DrivingParticles drivers;
+  if (adaptive) {
+    const ElasticSamples material =
+        given ? given_material(stage.material_file, file) : ElasticSamples::homogeneous(samples.size(), 1, 0, 1);
+    part = select_simulated(samples, pins, particles, material.young);
+    if (!given)
+      context.progress.say(
+          "seed: E is taken to be the same everywhere, so pgas places them evenly (--material F.h5 says where it is "
+          "not)");
+    drivers = pgas_drivers(options, samples.select(part.kept), material.select(part.kept).young);
+  } else {
+    drivers = kmeans_drivers(options, samples.select(part.kept));
+  }
+  file.solid_driver.assign(samples.size(), -1);
+  for (size_t k = 0; k < part.kept.size(); ++k) file.solid_driver[part.kept[k]] = drivers.sample_driver[k];
+  file.driving_position = drivers.position;
+  file.driving_volume = drivers.volume;
+  file.driving_thickness = drivers.thickness;
+  file.driving_rod = drivers.rod;
+  file.cell_size = drivers.cell_size;
+  file.metres_per_unit = scene.metres_per_unit;
+  const json held = pins_of_part(pins, samples, part);
+  file.pinned_json = held.dump();
+  write_particles(run / in.outputs[0], file, provenance);
+
+  const double cube = scene.metres_per_unit * scene.metres_per_unit * scene.metres_per_unit;
+  context.progress.say(fmt::format(
+      "seed: {} driving particles by {}, cells of {:.4g} units, {:.4g} litres simulated of {:.4g}", drivers.size(),
+      stage.drivers, drivers.cell_size, 1000 * part.volume * cube, 1000 * filled.volume * cube));
+  const size_t thin =
+      static_cast<size_t>(std::count_if(drivers.thickness.begin(), drivers.thickness.end(),
+                                        [&](float t) { return t > 0 && t < kThinCells * drivers.cell_size; }));
+  if (thin > 0)
+    context.progress.warn(
+        fmt::format("{} of {} driving particles lie in parts thinner than {} cells; they move with their mass and an "
+                    "equivalent stiffness (--particles makes cells smaller)",
+                    thin, drivers.size(), kThinCells));
+  if (pins.empty() && !configured)
+    context.progress.warn("nothing holds the object; it will fall (--pin-below, or pinned regions in scene.json)");
+  return {{"samples", samples.size()},
+          {"drivers", drivers.size()},
+          {"placed_by", stage.drivers},
+          {"cell_size", drivers.cell_size},
+          {"outset", fill.outset},
+          {"volume", filled.volume},
+          {"simulated_volume", part.volume},
+          {"thin_samples", filled.thin_samples},
+          {"thin_drivers", thin},
+          {"pinned", held}};
+}
+
+}  // namespace
+
+StageInputs<SeedStage> inputs_of(const RunDirectory& run, const Scene& scene, const SeedStage& stage) {
+  if (!stage.material_file.empty() && stage.drivers != "pgas")
     throw usage_error("seed", "--material", "is of no use to --sampling " + stage.drivers,
                       "give --sampling pgas, or leave it out");
-  const std::vector<Region> pins = configured ? std::vector<Region>{} : pinned_regions(context, scene, stage, extract);
-  json pin_rows = json::array();
-  for (const Region& pin : pins) pin_rows.push_back(region_to_json(pin));
+  StageInputs<SeedStage> in;
+  in.options = stage;
+  // Pictures of the cameras tell how large the solid is.
+  in.parts = {ScenePart::kAntialiased, ScenePart::kCameras, ScenePart::kUp, ScenePart::kMetresPerUnit,
+              ScenePart::kPinned};
+  in.scene = only(in.parts, scene);
+  const std::string folder = object_folder(run);
+  in.files["object"] = run / (folder + "/object.ply");
+  in.found = extracted(run, {"contact"});
+  in.outputs = {folder + "/particles.h5"};
+  return in;
+}
 
-  StageKey key{"seed",
-               {{"particles", stage.particles}, {"pins", pin_rows}, {"metres_per_unit", scene.metres_per_unit}},
-               {{"object", run / (folder + "/object.ply")}},
-               {folder + "/particles.h5"}};
-  if (!scene.cameras_are_orbit)
-    key.inputs["cameras"] = scene.settings.cameras;  // their pictures tell how large the solid is
-  if (adaptive) key.options["drivers"] = stage.drivers;
-  if (given) key.inputs["material"] = stage.material_file;
-  if (configured) key.inputs["physgaussian"] = stage.physgaussian;
-  return run.stage(context, key, [&]() -> json {
-    const GaussianCloud object = read_ply(run / (folder + "/object.ply"));
-    FillOptions fill;
-    fill.seed = context.seed;
-    if (!scene.cameras_are_orbit) {
-      RenderOptions render;
-      render.antialiased = scene.report.antialiased;
-      fill.outset = silhouette_outset(object, scene.cameras, render);
-    }
-    const int particles =
-        configured ? particles_of_configuration(context, stage.physgaussian, fill, object) : stage.particles;
-    fill.target_count = kSamplesPerDriver * particles;
-    FillSummary filled;
-    SimulatedPart part;
-    const SolidSamples samples = sample_solid(fill, object, pins, particles, filled, part);
-
-    ParticleFile file;
-    file.solid_position = samples.position;
-    file.solid_volume = samples.volume;
-    DriverOptions options;
-    options.count = particles;
-    options.seed = context.seed;
-    DrivingParticles drivers;
-    if (adaptive) {
-      const ElasticSamples material =
-          given ? given_material(stage.material_file, file) : ElasticSamples::homogeneous(samples.size(), 1, 0, 1);
-      part = select_simulated(samples, pins, particles, material.young);
-      if (!given)
-        context.progress.say(
-            "seed: E is taken to be the same everywhere, so pgas places them evenly (--material F.h5 says where it is "
-            "not)");
-      drivers = pgas_drivers(options, samples.select(part.kept), material.select(part.kept).young);
-    } else {
-      drivers = kmeans_drivers(options, samples.select(part.kept));
-    }
-    file.solid_driver.assign(samples.size(), -1);
-    for (size_t k = 0; k < part.kept.size(); ++k) file.solid_driver[part.kept[k]] = drivers.sample_driver[k];
-    file.driving_position = drivers.position;
-    file.driving_volume = drivers.volume;
-    file.driving_thickness = drivers.thickness;
-    file.driving_rod = drivers.rod;
-    file.cell_size = drivers.cell_size;
-    file.metres_per_unit = scene.metres_per_unit;
-    const json held = pins_of_part(pins, samples, part);
-    file.pinned_json = held.dump();
-    write_particles(run / (folder + "/particles.h5"), file, run.provenance(context, key));
-
-    const double cube = scene.metres_per_unit * scene.metres_per_unit * scene.metres_per_unit;
-    context.progress.say(fmt::format(
-        "seed: {} driving particles by {}, cells of {:.4g} units, {:.4g} litres simulated of {:.4g}", drivers.size(),
-        stage.drivers, drivers.cell_size, 1000 * part.volume * cube, 1000 * filled.volume * cube));
-    const size_t thin =
-        static_cast<size_t>(std::count_if(drivers.thickness.begin(), drivers.thickness.end(),
-                                          [&](float t) { return t > 0 && t < kThinCells * drivers.cell_size; }));
-    if (thin > 0)
-      context.progress.warn(
-          fmt::format("{} of {} driving particles lie in parts thinner than {} cells; they move with their mass and an "
-                      "equivalent stiffness (--particles makes cells smaller)",
-                      thin, drivers.size(), kThinCells));
-    if (pins.empty() && !configured)
-      context.progress.warn("nothing holds the object; it will fall (--pin-below, or pinned regions in scene.json)");
-    return {{"samples", samples.size()},
-            {"drivers", drivers.size()},
-            {"placed_by", stage.drivers},
-            {"cell_size", drivers.cell_size},
-            {"outset", fill.outset},
-            {"volume", filled.volume},
-            {"simulated_volume", part.volume},
-            {"thin_samples", filled.thin_samples},
-            {"thin_drivers", thin},
-            {"pinned", held}};
-  });
+json run_seed(const Context& context, RunDirectory& run, const Scene& scene, const SeedStage& stage) {
+  return run_stage(context, run, inputs_of(run, scene, stage), seed_object);
 }
 
 OptionTable options_of(SeedStage& stage) {
@@ -200,7 +205,8 @@ OptionTable options_of(SeedStage& stage) {
             .field = &stage.material_file,
             .help = "E(x) that pgas follows, a material.h5 of any particles (default: the same everywhere)",
             .value = "FILE",
-            .exists = true},
+            .exists = true,
+            .recorded = Recorded::kContents},
            {.name = "pin-below",
             .field = &stage.pin_below,
             .help = "Fix what lies below this height along up [scene units]",
@@ -213,7 +219,8 @@ OptionTable options_of(SeedStage& stage) {
             .field = &stage.physgaussian,
             .help = "Fill the object with the cells of this configuration of PhysGaussian",
             .value = "FILE",
-            .exists = true}}};
+            .exists = true,
+            .recorded = Recorded::kContents}}};
 }
 
 }  // namespace pliant

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "app/run/options.h"
-#include "app/run/run_directory.h"
+#include "app/run/stage_inputs.h"
 #include "gaussians/io/scene/scene.h"
 
 namespace pliant {
@@ -22,6 +22,7 @@ struct SeedStage {
 };
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(SeedStage& stage);
+StageInputs<SeedStage> inputs_of(const RunDirectory& run, const Scene& scene, const SeedStage& stage);
 nlohmann::json run_seed(const Context& context, RunDirectory& run, const Scene& scene, const SeedStage& stage);
 
 }  // namespace pliant

@@ -138,130 +138,125 @@ json impulses_to_json(const SimulateSummary& s) {
   return rows;
 }
 
+json simulate_object(const Context& context, const RunDirectory& run, const StageInputs<SimulateStage>& in,
+                     const std::string& provenance) {
+  const SimulateStage& stage = in.options;
+  const Scene& scene = in.scene;
+  const bool physgaussian = !stage.physgaussian.empty(), given = !stage.material_file.empty();
+  const bool fields = in.files.count("material"), replay = in.found["replay"], timed = in.files.count("velocity");
+  const ObjectMaterial material = fields ? check_material(scene, stage.material, true) : check_material(scene, stage);
+  ParticleFile particles = read_particles(in.files.at("particles"));
+  const ElasticSamples solid =
+      fields ? given_material(in.files.at("material"), particles) : solid_material(particles, material);
+  if (fields)
+    context.progress.say("simulate: material " + (given ? "of " + stage.material_file : "and damping of the fit"));
+  for (const std::string& output : in.outputs)
+    if (fs::path(output).filename() == "material.h5")
+      write_material(run / output, {solid.young, solid.poisson, solid.density, "homogeneous", {}, {}}, provenance);
+  SimulatedBody body = make_body(std::move(particles), scene, solid, material.material);
+  SimulationPlan plan =
+      physgaussian ? plan_physgaussian(context, in.files, stage, body)
+                   : plan_simulation(context, in.files, in.found, scene,
+                                     timed ? with_fitted_damping(stage, in.files.at("velocity")) : stage, body, replay);
+  write_text(run / "interactions.json", plan.script.dump(2) + "\n");
+
+  const fs::path out = run / in.outputs[0];
+  FrameStore frames(fs::path(out).replace_extension(".partial"), provenance);
+  const SimulationState rest =
+      replay ? given_start(in.files.at("velocity"), body.file, body.particles) : initial_state(body.particles);
+  if (!stage.velocity_file.empty() && !stage.damping_time && !physgaussian)
+    if (const VelocityFile v = read_velocity(in.files.at("velocity")); v.whole_damping_time > 0)
+      plan.options.damping_time = damping_on_this_grid(context, v, body, rest, plan.options, pins_of(body.file, scene));
+  const int total = static_cast<int>(std::lround(plan.options.fps * plan.options.duration));
+  context.progress.begin("simulate", total);
+  SimulateResult result = simulate<float>(plan.options, body.particles, plan.interactions, frames.resume(rest),
+                                          [&](const SimulationState& state) {
+                                            frames.add(state);
+                                            context.progress.done(state.frame);
+                                            return !context.interrupted();
+                                          });
+  context.progress.end();
+  if (result.stopped)
+    throw Error(Failure::kInterrupted, "simulate", "", "interrupted", "run the same command to continue");
+  for (const std::string& warning : result.summary.warnings) context.progress.warn(warning);
+
+  const TrajectoryFile trajectory = assemble(frames, total + 1, body, in.found["name"], plan.options.fps, scene);
+  write_trajectory(out, trajectory, provenance);
+  frames.remove();
+
+  const SimulateSummary& s = result.summary;
+  const double height = in.found["height"].get<double>() * scene.metres_per_unit;
+  if (s.settle_displacement > 0.02 * height)
+    context.progress.warn(fmt::format(
+        "nothing holds the object: coming to rest moved it by {:.0f} % of its height before the first frame "
+        "(--settle-time 0 starts from the captured place)",
+        100 * s.settle_displacement / height));
+  const json motion = describe_motion(trajectory, body.file, scene.up, in.found["height"].get<double>());
+  context.progress.say(fmt::format("simulate: tip moves {:.1f} % of the object's height and ends at {:.1f} %",
+                                   100 * motion["tip_peak"].get<double>(), 100 * motion["tip_end"].get<double>()));
+  return {{"frames", total},
+          {"mass_kg", s.mass},
+          {"cell_size_m", s.cell_size},
+          {"dt_min_s", s.min_dt},
+          {"dt_max_s", s.max_dt},
+          {"substeps_max",
+           s.substeps_of_frame.empty() ? 0 : *std::max_element(s.substeps_of_frame.begin(), s.substeps_of_frame.end())},
+          {"strays", s.strays},
+          {"retries", s.retries},
+          {"gravity_cancelled", s.gravity_cancelled},
+          {"settle_displacement_m", s.settle_displacement},
+          {"rest_shape", rest_shape_to_json(s)},
+          {"thin_share", s.thin_share},
+          {"impulses_Ns", impulses_to_json(s)},
+          {"push", plan.push},
+          {"damping_time_s", plan.options.damping_time},
+          {"motion", motion},
+          {"floor", plan.floor},
+          {"space", space_to_json(body.space)}};
+}
+
 }  // namespace
 
-json run_simulate(const Context& context, RunDirectory& run, const Scene& scene, const SimulateStage& stage) {
+StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene, const SimulateStage& stage) {
   const std::string folder = object_folder(run);
   run.summary("seed", "run `pliant seed` first");
   const bool physgaussian = !stage.physgaussian.empty();
   const bool fitted = !physgaussian && stage.use_fit && is_fitted(run) && !stage.material.young;
+  if (!stage.use_fit && !is_fitted(run))
+    throw usage_error("simulate", "--no-fit", "does nothing: nothing was fitted here", "leave it out");
   // Fields come from files that the user gives, else from the fit: the material, and how the motion started, once more.
-  const bool given = !stage.material_file.empty();
+  const bool given = !stage.material_file.empty(), started = !stage.velocity_file.empty();
   if (given && stage.material.young)
     throw usage_error("simulate", "--material", "and --young both say what E is", "give one of them");
-  const fs::path material_file = given ? fs::path(stage.material_file) : run / (folder + "/material.h5");
-  const fs::path velocity_file =
-      stage.velocity_file.empty() ? run / (folder + "/velocity.h5") : fs::path(stage.velocity_file);
-  const bool replay =
-      !stage.velocity_file.empty() || (fitted && !given && stage.interactions.empty() && starts_moving(velocity_file));
-  const ObjectMaterial material =
-      fitted || given ? check_material(scene, stage.material, true) : check_material(scene, stage);
+  const fs::path velocity_file = started ? fs::path(stage.velocity_file) : run / (folder + "/velocity.h5");
+  const bool replay = started || (fitted && !given && stage.interactions.empty() && starts_moving(velocity_file));
 
-  StageKey key{"simulate",
-               {{"material", material_to_json(material)}, {"up", {scene.up.x(), scene.up.y(), scene.up.z()}}},
-               {{"particles", run / (folder + "/particles.h5")}},
-               {folder + "/trajectory.h5", "interactions.json"}};
-  if (fitted || given) key.inputs["material"] = material_file;
-  if (fitted || replay) key.inputs["velocity"] = velocity_file;
-  if (!fitted && !given && !is_fitted(run)) key.outputs.push_back(folder + "/material.h5");
-  if (physgaussian) {
-    key.options["physgaussian_bugs"] = stage.physgaussian_bugs;
-    key.inputs["physgaussian"] = stage.physgaussian;
-  } else {
-    key.options.update({{"fps", stage.fps},
-                        {"duration", stage.duration},
-                        {"damping_time", stage.damping_time.value_or(-1)},
-                        {"gravity", stage.gravity},
-                        {"floor", stage.floor},
-                        {"rest_shape", stage.rest_shape},
-                        {"settle", stage.settle},
-                        {"sleep_speed", stage.sleep_speed},
-                        {"flip_time", stage.flip_time},
-                        {"obstacles", stage.obstacles}});
-    if (replay)
-      key.options["replay"] = true;
-    else if (stage.interactions.empty())
-      key.options["push"] = stage.push;
-    else
-      key.inputs["interactions"] = stage.interactions;
-  }
+  StageInputs<SimulateStage> in;
+  in.options = stage;
+  in.parts = {ScenePart::kUp, ScenePart::kMetresPerUnit, ScenePart::kMaterial};
+  in.files = {{"particles", run / (folder + "/particles.h5")}};
+  in.outputs = {folder + "/trajectory.h5", "interactions.json"};
+  if (given)
+    in.files["material"] = stage.material_file;
+  else if (fitted)
+    in.files["material"] = run / (folder + "/material.h5");
+  else if (!is_fitted(run))
+    in.outputs.push_back(folder + "/material.h5");
+  if (fitted || replay) in.files["velocity"] = velocity_file;
+  const bool pushed = !physgaussian && !replay && stage.interactions.empty();
+  if (pushed || physgaussian) in.files["object"] = run / (folder + "/object.ply");
+  if (stage.obstacles) in.files["background"] = run / "background.ply";
+  if (pushed || stage.obstacles) in.parts.insert({ScenePart::kCameras, ScenePart::kVideoCamera});
+  in.scene = only(in.parts, scene);
+  in.found = extracted(run, {"name", "height", "contact"});
+  in.found["replay"] = replay;
+  // Said here as well, because command line, scene file and fit say it together.
+  if (!physgaussian) in.found["material"] = material_to_json(check_material(in.scene, stage.material, given || fitted));
+  return in;
+}
 
-  return run.stage(context, key, [&]() -> json {
-    const std::string provenance = run.provenance(context, key);
-    ParticleFile particles = read_particles(run / (folder + "/particles.h5"));
-    const ElasticSamples solid =
-        fitted || given ? given_material(material_file, particles) : solid_material(particles, material);
-    if (given)
-      context.progress.say("simulate: material of " + stage.material_file);
-    else if (fitted)
-      context.progress.say("simulate: material and damping of the fit");
-    else if (!is_fitted(run))
-      write_material(run / (folder + "/material.h5"),
-                     {solid.young, solid.poisson, solid.density, "homogeneous", {}, {}}, provenance);
-    SimulatedBody body = make_body(std::move(particles), scene, solid, material.material);
-    SimulationPlan plan =
-        physgaussian
-            ? plan_physgaussian(context, run, stage, body)
-            : plan_simulation(context, run, scene, fitted || replay ? with_fitted_damping(stage, velocity_file) : stage,
-                              body, replay);
-    write_text(run / "interactions.json", plan.script.dump(2) + "\n");
-
-    FrameStore frames(run / (folder + "/trajectory.partial"), provenance);
-    const SimulationState rest =
-        replay ? given_start(velocity_file, body.file, body.particles) : initial_state(body.particles);
-    if (!stage.velocity_file.empty() && !stage.damping_time && !physgaussian)
-      if (const VelocityFile v = read_velocity(velocity_file); v.whole_damping_time > 0)
-        plan.options.damping_time =
-            damping_on_this_grid(context, v, body, rest, plan.options, pins_of(body.file, scene));
-    const int total = static_cast<int>(std::lround(plan.options.fps * plan.options.duration));
-    context.progress.begin("simulate", total);
-    SimulateResult result = simulate<float>(plan.options, body.particles, plan.interactions, frames.resume(rest),
-                                            [&](const SimulationState& state) {
-                                              frames.add(state);
-                                              context.progress.done(state.frame);
-                                              return !context.interrupted();
-                                            });
-    context.progress.end();
-    if (result.stopped)
-      throw Error(Failure::kInterrupted, "simulate", "", "interrupted", "run the same command to continue");
-    for (const std::string& warning : result.summary.warnings) context.progress.warn(warning);
-
-    const json extract = run.summary("extract", "");
-    const TrajectoryFile trajectory = assemble(frames, total + 1, body, extract["name"], plan.options.fps, scene);
-    write_trajectory(run / (folder + "/trajectory.h5"), trajectory, provenance);
-    frames.remove();
-
-    const SimulateSummary& s = result.summary;
-    const double height = extract["height"].get<double>() * scene.metres_per_unit;
-    if (s.settle_displacement > 0.02 * height)
-      context.progress.warn(fmt::format(
-          "nothing holds the object: coming to rest moved it by {:.0f} % of its height before the first frame "
-          "(--settle-time 0 starts from the captured place)",
-          100 * s.settle_displacement / height));
-    const json motion = describe_motion(trajectory, body.file, scene.up, extract["height"].get<double>());
-    context.progress.say(fmt::format("simulate: tip moves {:.1f} % of the object's height and ends at {:.1f} %",
-                                     100 * motion["tip_peak"].get<double>(), 100 * motion["tip_end"].get<double>()));
-    return {
-        {"frames", total},
-        {"mass_kg", s.mass},
-        {"cell_size_m", s.cell_size},
-        {"dt_min_s", s.min_dt},
-        {"dt_max_s", s.max_dt},
-        {"substeps_max",
-         s.substeps_of_frame.empty() ? 0 : *std::max_element(s.substeps_of_frame.begin(), s.substeps_of_frame.end())},
-        {"strays", s.strays},
-        {"retries", s.retries},
-        {"gravity_cancelled", s.gravity_cancelled},
-        {"settle_displacement_m", s.settle_displacement},
-        {"rest_shape", rest_shape_to_json(s)},
-        {"thin_share", s.thin_share},
-        {"impulses_Ns", impulses_to_json(s)},
-        {"push", plan.push},
-        {"damping_time_s", plan.options.damping_time},
-        {"motion", motion},
-        {"floor", plan.floor},
-        {"space", space_to_json(body.space)}};
-  });
+json run_simulate(const Context& context, RunDirectory& run, const Scene& scene, const SimulateStage& stage) {
+  return run_stage(context, run, inputs_of(run, scene, stage), simulate_object);
 }
 
 }  // namespace pliant

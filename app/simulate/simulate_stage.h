@@ -5,7 +5,7 @@
 #include <string>
 
 #include "app/run/options.h"
-#include "app/run/run_directory.h"
+#include "app/run/stage_inputs.h"
 #include "app/simulate/object_material.h"
 #include "gaussians/io/scene/scene.h"
 
@@ -36,6 +36,7 @@ struct SimulateStage {
 };
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(SimulateStage& stage);
+StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene, const SimulateStage& stage);
 /// --young, --poisson, --density.
 std::vector<Option> material_options(MaterialValues& material);
 /// The material that simulate will use, see material.h; with a configuration of PhysGaussian its own.

@@ -17,18 +17,25 @@ OptionTable options_of(SimulateStage& stage) {
           {.name = "interactions",
            .field = &stage.interactions,
            .help = "JSON array of forces (default: the fit's motion, or one push)",
-           .value = "FILE"},
+           .value = "FILE",
+           .recorded = Recorded::kContents},
           {.name = "material",
            .field = &stage.material_file,
            .help = "E(x), nu(x), rho(x), a material.h5 of any particles",
            .value = "FILE",
-           .exists = true},
+           .exists = true,
+           .recorded = Recorded::kContents},
           {.name = "velocity",
            .field = &stage.velocity_file,
            .help = "How the motion starts, a velocity.h5 of any particles",
            .value = "FILE",
-           .exists = true},
-          {.name = "no-fit", .field = &stage.use_fit, .help = "Do not use what a fit found", .off = true},
+           .exists = true,
+           .recorded = Recorded::kContents},
+          {.name = "no-fit",
+           .field = &stage.use_fit,
+           .help = "Do not use what a fit found",
+           .off = true,
+           .recorded = Recorded::kElsewhere},
           {.name = "fps", .field = &stage.fps, .help = "Frames per second", .low = 1, .high = 1000},
           {.name = "duration", .field = &stage.duration, .help = "Length of the clip [s]", .low = 0.01, .high = 3600},
           {.name = "damping-time",
@@ -71,7 +78,8 @@ OptionTable options_of(SimulateStage& stage) {
            .field = &stage.physgaussian,
            .help = "Configuration of PhysGaussian: object, material, boundaries, time",
            .value = "FILE",
-           .exists = true},
+           .exists = true,
+           .recorded = Recorded::kContents},
           {.name = "physgaussian-bugs",
            .field = &stage.physgaussian_bugs,
            .help = "With --physgaussian: repeat the known defects of that program",
@@ -85,11 +93,11 @@ OptionTable options_of(SimulateStage& stage) {
   for (const MaterialConstant& constant : material_constants()) {
     std::string name = constant.name;
     std::replace(name.begin(), name.end(), '_', '-');
-    const auto set = [&stage, &constant, name](const std::vector<std::string>& words) {
-      stage.material.constants[constant.name] = parse_numbers("--" + name, words.back(), 1)[0];
-    };
-    table.options.push_back(
-        {.name = name, .field = set, .help = constant.description, .value = "X", .group = "Constants of the law"});
+    table.options.push_back({.name = name,
+                             .field = EntryField{&stage.material.constants, constant.name},
+                             .help = constant.description,
+                             .value = "X",
+                             .group = "Constants of the law"});
   }
   return table;
 }

@@ -56,7 +56,7 @@ std::optional<Interaction> floor_of(const json& extract, const std::vector<Inter
 }
 
 /// The rest of the scene near the object as an obstacle.
-Interaction obstacle_of(const Context& context, const RunDirectory& run, const Scene& scene,
+Interaction obstacle_of(const Context& context, const std::filesystem::path& file, const Scene& scene,
                         const Particles& particles) {
   constexpr double kFriction = 0.5;
   constexpr float kMargin = 0.5f;  // of the object's size, on every side
@@ -68,7 +68,7 @@ Interaction obstacle_of(const Context& context, const RunDirectory& run, const S
   options.box.high += margin;
   if (!scene.cameras_are_orbit)
     for (const Camera& camera : scene.cameras) options.viewpoints.push_back(camera.centre().cast<float>());
-  const GaussianCloud background = read_ply(run / "background.ply");
+  const GaussianCloud background = read_ply(file);
   std::vector<int> near;
   for (size_t i = 0; i < background.size(); ++i)
     if (options.box.contains(background.position[i])) near.push_back(static_cast<int>(i));
@@ -85,10 +85,10 @@ Interaction obstacle_of(const Context& context, const RunDirectory& run, const S
 }
 
 /// Without a script: one sideways push at the top, as strong as the body's stiffness asks for.
-json sized_push(const Context& context, const SimulationPlan& plan, const RunDirectory& run, const Scene& scene,
-                const SimulateStage& stage, const SimulatedBody& body, std::vector<Interaction> held, json& push) {
-  const json extract = run.summary("extract", "");
-  const Camera camera = clip_camera(scene, "", robust_bounds(read_ply(run / (object_folder(run) + "/object.ply"))));
+json sized_push(const Context& context, const SimulationPlan& plan, const std::filesystem::path& object,
+                const json& extract, const Scene& scene, const SimulateStage& stage, const SimulatedBody& body,
+                std::vector<Interaction> held, json& push) {
+  const Camera camera = clip_camera(scene, "", robust_bounds(read_ply(object)));
   const Vec3d right = camera.cam_from_world.linear().row(0).transpose();
   const PushPlace place = default_push_place(body.particles, scene.up, right);
   PushOptions sizing;
@@ -136,7 +136,7 @@ SimulatedBody make_body(ParticleFile file, const Scene& scene, const ElasticSamp
   return body;
 }
 
-SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, const Scene& scene,
+SimulationPlan plan_simulation(const Context& context, const InputFiles& files, const json& extract, const Scene& scene,
                                const SimulateStage& stage, const SimulatedBody& body, bool moving) {
   SimulationPlan plan;
   plan.options.fps = stage.fps;
@@ -152,7 +152,7 @@ SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, 
   if (moving) {
     plan.script = json::array();
   } else if (stage.interactions.empty()) {
-    plan.script = sized_push(context, plan, run, scene, stage, body, pins, plan.push);
+    plan.script = sized_push(context, plan, files.at("object"), extract, scene, stage, body, pins, plan.push);
     plan.interactions = parse_interactions(plan.script.dump(), {scene.metres_per_unit, scene.up}, file);
   } else {
     const std::string text = read_text(stage.interactions);
@@ -160,8 +160,7 @@ SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, 
     plan.script = json::parse(text);
   }
   plan.interactions.insert(plan.interactions.end(), pins.begin(), pins.end());
-  if (stage.obstacles) plan.interactions.push_back(obstacle_of(context, run, scene, body.particles));
-  const json extract = run.summary("extract", "");
+  if (stage.obstacles) plan.interactions.push_back(obstacle_of(context, files.at("background"), scene, body.particles));
   if (const auto floor = stage.floor && !stage.obstacles ? floor_of(extract, plan.interactions, scene) : std::nullopt) {
     plan.floor = true;
     plan.interactions.push_back(*floor);
@@ -171,12 +170,12 @@ SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, 
   return plan;
 }
 
-SimulationPlan plan_physgaussian(const Context& context, const RunDirectory& run, const SimulateStage& stage,
+SimulationPlan plan_physgaussian(const Context& context, const InputFiles& files, const SimulateStage& stage,
                                  SimulatedBody& body) {
   const PhysGaussianConfig config = read_physgaussian_config(stage.physgaussian);
   const Compatibility compatibility =
       stage.physgaussian_bugs ? Compatibility::kPhysGaussian : Compatibility::kCorrected;
-  const GaussianCloud object = read_ply(run / (object_folder(run) + "/object.ply"));
+  const GaussianCloud object = read_ply(files.at("object"));
   const std::vector<uint8_t> members = physgaussian_members(config, object);
   const SimulationSpace space = simulation_space(config, object, members);
 

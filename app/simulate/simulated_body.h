@@ -39,11 +39,13 @@ struct SimulationPlan {
 
 /// From the stage's options: an interaction script, nothing (`moving`: the body moves already) or one push sized to the
 /// stiffness; pins, the support's floor.
-SimulationPlan plan_simulation(const Context& context, const RunDirectory& run, const Scene& scene,
-                               const SimulateStage& stage, const SimulatedBody& body, bool moving = false);
+/// `files`: object, for the push, and background, for an obstacle; `extract`: height and contact that it found.
+SimulationPlan plan_simulation(const Context& context, const InputFiles& files, const nlohmann::json& extract,
+                               const Scene& scene, const SimulateStage& stage, const SimulatedBody& body,
+                               bool moving = false);
 
 /// From a configuration of PhysGaussian; moves `body` into its simulation space and gives it its material.
-SimulationPlan plan_physgaussian(const Context& context, const RunDirectory& run, const SimulateStage& stage,
+SimulationPlan plan_physgaussian(const Context& context, const InputFiles& files, const SimulateStage& stage,
                                  SimulatedBody& body);
 
 }  // namespace pliant

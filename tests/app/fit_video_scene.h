@@ -99,7 +99,7 @@ class FitVideo : public ::testing::Test {
     Progress progress(true);
     const Context context{progress, [] { return false; }};
     const RunDirectory run = RunDirectory::open(folder / "run");
-    return load_fit_video(context, run, load_run_scene(run), stage);
+    return load_fit_video(context, run, inputs_of(run, load_run_scene(run), stage), stage);
   }
 
   static inline Path folder, file;

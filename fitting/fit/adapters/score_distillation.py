@@ -3,7 +3,7 @@
 
 NEVER RUN WITH THE OFFICIAL WEIGHTS: only against a stand-in of the same interface.
 
-Protocol (fitting/fit/guidance.h): the last argument is a folder; requests are lines of JSON on standard input, frames.f32 is read
+Protocol (fitting/observe/guidance.h): the last argument is a folder; requests are lines of JSON on standard input, frames.f32 is read
 and gradient.f32 written there.  Needs the Python packages numpy, torch, diffusers, transformers and accelerate, and a GPU with about
 16 GB.  Written for diffusers 0.27: any pipeline with vae, unet (latents [B, C, T, h, w]), a scheduler with alphas_cumprod, and
 encode_prompt, such as TextToVideoSDPipeline.

@@ -3,7 +3,7 @@
 
 NEVER RUN WITH THE OFFICIAL WEIGHTS: only against a stand-in of the same interface.
 
-Protocol (fitting/fit/generate_video.h): the last argument is a folder with first.png, camera.json and request.json;
+Protocol (fitting/observe/generate_video.h): the last argument is a folder with first.png, camera.json and request.json;
 frames/0000.png and so on are written there.  Needs the Python packages torch, diffusers, transformers and accelerate, and
 a GPU with about 12 GB.  The model keeps 14 frames (img2vid) or 25 (img2vid-xt); more are refused, because a second clip
 that begins where the first one ends would not continue its motion.

@@ -66,7 +66,7 @@ json describe_splats(const GaussianCloud& cloud, const ReadReport& report) {
 json describe_cameras(const std::vector<Camera>& cameras) {
   json out = {{"count", cameras.size()}};
   if (cameras.empty()) return out;
-  json sizes = json::array();
+  std::vector<std::string> sizes;
   double low = INFINITY, high = 0;
   size_t photos = 0;
   for (const Camera& camera : cameras) {

@@ -132,7 +132,7 @@ Scene load_scene(const fs::path& source, const LoadOptions& options) {
   choose_up(options, scene);
   if (scene.cameras.empty()) {
     OrbitOptions orbit;
-    orbit.views = options.orbit_views;
+    orbit.views = options.orbit_views.value_or(24);
     orbit.width = options.orbit_width;
     orbit.height = options.orbit_height;
     if (orbit.views < 1 || orbit.width < 1 || orbit.height < 1) {
@@ -147,7 +147,9 @@ Scene load_scene(const fs::path& source, const LoadOptions& options) {
     throw usage_error("metres_per_unit", "", "is " + std::to_string(*metres), "it must be positive");
   }
   scene.metres_per_unit = metres.value_or(1.0);
-  if (!metres) scene.warnings.push_back("the scale of the scene is unknown: one unit is taken as one metre");
+  scene.object_height = options.object_height;
+  if (!metres && options.object_height == 0)
+    scene.warnings.push_back("the scale of the scene is unknown: one unit is taken as one metre");
   return scene;
 }
 

@@ -63,6 +63,7 @@ struct Scene {
   Eigen::Vector3d up = {0, 0, 1};  ///< unit
   std::string up_source;           ///< how `up` was found, a sentence
   double metres_per_unit = 1;
+  double object_height = 0;  ///< [m], 0 = not given; metres_per_unit follows from it once the object is known
   std::vector<std::string> warnings;
 };
 
@@ -77,7 +78,9 @@ struct LoadOptions {
   std::optional<int> level;  ///< of detail of a streamed SOG, 0 = finest; default: the finest that is there
   std::optional<Eigen::Vector3d> up;
   std::optional<double> metres_per_unit;
-  int orbit_views = 24, orbit_width = 800, orbit_height = 600;
+  double object_height = 0;        ///< [m], instead of metres_per_unit; 0 = not given
+  std::optional<int> orbit_views;  ///< default 24
+  int orbit_width = 800, orbit_height = 600;
 };
 Scene load_scene(const std::filesystem::path& source, const LoadOptions& options = {});
 

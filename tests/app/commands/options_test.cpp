@@ -5,40 +5,15 @@
 #include <cmath>
 #include <set>
 
-#include "app/fit/fit_stage.h"
-#include "app/reconstruct/reconstruct_stage.h"
-#include "app/segment/extract_stage.h"
-#include "app/segment/repair_stage.h"
-#include "app/segment/segment_stage.h"
-#include "app/simulate/export_stage.h"
-#include "app/simulate/render_stage.h"
-#include "app/simulate/seed_stage.h"
-#include "app/simulate/simulate_stage.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/splats/ply.h"
+#include "tests/app/commands/all_tables.h"
 #include "tests/app/run_pliant.h"
 #include "tests/temporary_folder.h"
 
 namespace pliant {
 namespace {
-
-/// All tables, bound to stages that live as long as the tests.
-const std::vector<OptionTable>& all_tables() {
-  static ReconstructStage reconstruct;
-  static SegmentStage segment;
-  static ExtractStage extract;
-  static RepairStage repair;
-  static SeedStage seed;
-  static FitStage fit;
-  static SimulateStage simulate;
-  static RenderStage render;
-  static ExportStage exported;
-  static const std::vector<OptionTable> tables = {options_of(reconstruct), options_of(segment), options_of(extract),
-                                                  options_of(repair),      options_of(seed),    options_of(fit),
-                                                  options_of(simulate),    options_of(render),  options_of(exported)};
-  return tables;
-}
 
 /// What a command prints on standard output and on standard error, and its exit code.
 struct Printed {
@@ -70,7 +45,7 @@ TEST(Options, EachIsDescribedOnceInOneSentence) {
       EXPECT_LE(option.help.size(), 130u) << where;
       EXPECT_NE(option.help.back(), '.') << where;
       EXPECT_EQ(option.off, option.name.starts_with("no-")) << where;
-      if (option.off) EXPECT_TRUE(std::holds_alternative<bool*>(option.field)) << where;
+      EXPECT_TRUE(!option.off || std::holds_alternative<bool*>(option.field)) << where;
     }
   }
   EXPECT_GT(count, 120u);
@@ -85,8 +60,9 @@ TEST(Options, DefaultsLieInTheirRanges) {
         const double value = std::stod(text);
         EXPECT_TRUE(value >= option.low && value <= option.high && (!option.positive || value > 0)) << where;
       }
-      if (std::holds_alternative<std::string*>(option.field) && !option.choices.empty() && !text.empty())
+      if (std::holds_alternative<std::string*>(option.field) && !option.choices.empty() && !text.empty()) {
         EXPECT_TRUE(std::set<std::string>(option.choices.begin(), option.choices.end()).count(text)) << where;
+      }
     }
 }
 

@@ -68,11 +68,17 @@ TEST_F(PipelineTest, FromSceneToClipOfAFlowerThatMovesAndComesBack) {
   EXPECT_EQ(sha256_of_file(run / "clip.mp4"), clip);
   EXPECT_EQ(read_text(run / "run.json"), record);
 
-  // Another material is refused until asked for.
+  // Another material is simulated and rendered; what comes before stays.
   std::vector<std::string> other = run_command("run");
   other.insert(other.end(), {"--density", "123"});
-  EXPECT_EQ(run_pliant(other), 2);
-  EXPECT_EQ(sha256_of_file(run / "clip.mp4"), clip);
+  EXPECT_EQ(run_pliant(other), 0);
+  EXPECT_NE(sha256_of_file(run / "clip.mp4"), clip);
+  const json again = json::parse(read_text(run / "run.json"));
+  for (const char* stage : {"segment", "extract", "repair", "seed"})
+    EXPECT_EQ(again["stages"][stage], manifest["stages"][stage]) << stage;
+  EXPECT_NEAR(again["stages"]["simulate"]["summary"]["mass_kg"].get<double>() /
+                  manifest["stages"]["simulate"]["summary"]["mass_kg"].get<double>(),
+              123 / manifest["stages"]["simulate"]["found"]["material"]["density"].get<double>(), 1e-4);
 }
 
 TEST_F(PipelineTest, MistakesOfTheCommandLineExitWithTwo) {

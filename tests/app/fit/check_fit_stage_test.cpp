@@ -41,16 +41,16 @@ TEST(CheckFitStage, OptionsOfVideosAreRefusedWithMarkersAndWithReleasedFields) {
                                          {"--end", [](FitStage& s) { s.until = 1; }},
                                          {"--recipe", [](FitStage& s) { s.recipe = "physdreamer"; }},
                                          {"--start", [](FitStage& s) { s.from = 0; }},
-                                         {"--video-camera", [](FitStage& s) { s.camera = "a"; }},
+                                         {"--video-camera", [](FitStage& s) { s.cameras = {"a"}; }},
                                          {"--loss", [](FitStage& s) { s.compare.loss = "both"; }},
                                          {"--fit-poisson", [](FitStage& s) { s.compare.poisson = true; }},
                                          {"--guidance-cmd", [](FitStage& s) { s.compare.guide = "x"; }},
                                          {"--video-model-cmd", [](FitStage& s) { s.generate.command = "x"; }},
                                          {"--points", [](FitStage& s) { s.points = 100; }},
                                          {"--video-fps", [](FitStage& s) { s.fps = 24; }},
-                                         {"--video", [](FitStage& s) { s.video = "v.mp4"; }},
+                                         {"--video", [](FitStage& s) { s.videos = {"v.mp4"}; }},
                                          {"--compare-fps", [](FitStage& s) { s.compare_fps = 12; }},
-                                         {"--video-mask", [](FitStage& s) { s.video_mask = "m.png"; }}};
+                                         {"--video-mask", [](FitStage& s) { s.masks = {"m.png"}; }}};
   expect_refused(
       of_videos, [](FitStage& s) { s.markers.file = "m.csv"; }, false);
   expect_refused(
@@ -126,7 +126,7 @@ TEST(CheckFitStage, InRunOptionsAreNamedAsTheyAreTypedThere) {
                   {"--fit.points", [](FitStage& s) { s.points = 100; }},
                   {"--fit.compare-fps", [](FitStage& s) { s.compare_fps = 12; }},
                   {"--fit.loss", [](FitStage& s) { s.compare.loss = "both"; }},
-                  {"--video-camera", [](FitStage& s) { s.camera = "a"; }},
+                  {"--video-camera", [](FitStage& s) { s.cameras = {"a"}; }},
                   {"--fit.video-fps", [](FitStage& s) { s.fps = 24; }}},
                  in_run([](FitStage& s) { s.markers.file = "m.csv"; }), false);
   expect_refused(

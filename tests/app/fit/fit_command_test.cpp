@@ -67,9 +67,9 @@ TEST(FitCommand, AVideoTellsStiffnessAndDampingAndSimulateUsesThem) {
   const std::string record = read_text(folder / "run/run.json");
   ASSERT_EQ(run_quietly(run), 0);
   EXPECT_EQ(read_text(folder / "run/run.json"), record);
-  ASSERT_EQ(run_quietly({"simulate", out, "--young", "30000", "--duration", "0.2", "--overwrite"}), 0);
+  ASSERT_EQ(run_quietly({"simulate", out, "--young", "30000", "--duration", "0.2"}), 0);
   manifest = json::parse(read_text(folder / "run/run.json"));
-  EXPECT_EQ(manifest["stages"]["simulate"]["options"]["material"]["young"], 30000);
+  EXPECT_EQ(manifest["stages"]["simulate"]["options"]["young"], 30000);
   EXPECT_NEAR(read_material(object / "material.h5").young.front(), material.young.front(),
               1e-3);  // the fit's file stays
 
@@ -103,7 +103,7 @@ TEST(FitCommand, WithoutTheVideoTheMaterialIsTheSceneFilesAndTheCommandLines) {
   const json stages = json::parse(read_text(folder / "run/run.json"))["stages"];
   EXPECT_FALSE(stages.contains("fit"));
   EXPECT_FALSE(fs::exists(folder / "run/fit"));
-  const json material = stages["simulate"]["options"]["material"];
+  const json material = stages["simulate"]["found"]["material"];
   EXPECT_EQ(material["young"], settings["material"]["young"]);
   EXPECT_EQ(material["density"], 450);
   EXPECT_EQ(material["poisson"], 0.2);

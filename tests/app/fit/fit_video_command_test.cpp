@@ -51,7 +51,7 @@ TEST_F(FitVideo, WhatTheObjectsMotionCannotExplainIsRefusedWithItsReason) {
 
 TEST_F(FitVideo, TheCameraComesFromAPoseFileOrIsFoundByTheFirstFrame) {
   FitStage stage;
-  const Camera truth = load(stage).camera;
+  Camera truth = load(stage).camera;
   EXPECT_EQ(truth.name, camera);
   Camera beside = truth;
   beside.name = "phone";
@@ -63,7 +63,7 @@ TEST_F(FitVideo, TheCameraComesFromAPoseFileOrIsFoundByTheFirstFrame) {
   stage.refine_camera = true;
   EXPECT_LT(degrees_between(load(stage).camera, truth), 0.3);
   FitStage search;
-  search.camera = "find";
+  search.cameras = {"find"};
   const ReferenceVideo found = load(search);
   EXPECT_LT(degrees_between(found.camera, truth), 0.3);
   EXPECT_EQ(found.camera.name, camera + "_found");
@@ -76,9 +76,10 @@ TEST_F(FitVideo, TheCameraComesFromAPoseFileOrIsFoundByTheFirstFrame) {
   wrong.pose = stage.pose;
   expect_error(Failure::kUsage, {"--video-camera", "--video-pose"}, [&] { load(wrong); });
   wrong = FitStage();
-  wrong.camera = "fnd";
+  wrong.cameras = {"fnd"};
   expect_error(Failure::kUsage, {"did you mean 'find'"}, [&] { load(wrong); });
   beside.photo = (folder / "scene/photos" / (camera == "view_001" ? "view_002.png" : "view_001.png")).string();
+  truth.photo = (folder / "scene/photos" / (camera + ".png")).string();
   write_cameras(folder / "pose/transforms.json", {beside, truth});
   wrong = FitStage();
   wrong.pose = stage.pose;
@@ -103,7 +104,7 @@ TEST_F(FitVideo, WhatAMaskLeavesDarkIsNotCompared) {
   const RunDirectory run = RunDirectory::open(folder / "run");
   const Scene scene = load_run_scene(run);
   FitStage stage;
-  const FitScene whole = load_fit_scene(context, run, scene, stage);
+  const FitScene whole = load_fit_scene(context, run, inputs_of(run, scene, stage));
   const int width = whole.moving.width, height = whole.moving.height;
   double middle = 0;
   for (const Eigen::Vector2d& x : whole.pixel) middle += x.x() / static_cast<double>(whole.pixel.size());
@@ -116,8 +117,8 @@ TEST_F(FitVideo, WhatAMaskLeavesDarkIsNotCompared) {
   };
   // One for all frames: no point begins, and no pixel counts, in its dark half.
   write_image(folder / "mask.png", mask_from(middle));
-  stage.video_mask = (folder / "mask.png").string();
-  const FitScene half = load_fit_scene(context, run, scene, stage);
+  stage.masks = {(folder / "mask.png").string()};
+  const FitScene half = load_fit_scene(context, run, inputs_of(run, scene, stage));
   EXPECT_GT(half.pixel.size(), 20u);
   for (const Eigen::Vector2d& x : half.pixel) EXPECT_GE(x.x() + 1, middle);
   ImageF weight(width, height, 1, -1);
@@ -133,8 +134,8 @@ TEST_F(FitVideo, WhatAMaskLeavesDarkIsNotCompared) {
     std::snprintf(name, sizeof name, "%04zu.png", f);
     write_image(folder / "masks" / name, mask_from(f < 3 ? 0 : width));
   }
-  stage.video_mask = (folder / "masks").string();
-  const FitScene some = load_fit_scene(context, run, scene, stage);
+  stage.masks = {(folder / "masks").string()};
+  const FitScene some = load_fit_scene(context, run, inputs_of(run, scene, stage));
   EXPECT_EQ(some.pixel.size(), whole.pixel.size());
   const PointTracks tracks = follow_points(context, some);
   for (size_t f = 0; f < frames.size(); ++f) {
@@ -143,11 +144,10 @@ TEST_F(FitVideo, WhatAMaskLeavesDarkIsNotCompared) {
   }
   // Each video has its own.
   FitStage both;
-  both.video = file.string();
-  both.camera = camera;
-  both.video_mask = "none";
-  both.further = {{file.string(), camera, (folder / "mask.png").string()}, {file.string(), camera, ""}};
-  const FitScene three = load_fit_scene(context, run, scene, both);
+  both.videos = {file.string(), file.string(), file.string()};
+  both.cameras = {camera, camera, camera};
+  both.masks = {"none", (folder / "mask.png").string()};
+  const FitScene three = load_fit_scene(context, run, inputs_of(run, scene, both));
   ASSERT_EQ(three.further.size(), 2u);
   EXPECT_EQ(three.pixel.size(), whole.pixel.size());
   EXPECT_EQ(three.further[0].pixel.size(), half.pixel.size());
@@ -156,7 +156,7 @@ TEST_F(FitVideo, WhatAMaskLeavesDarkIsNotCompared) {
 
   fs::remove(folder / "masks" / name);
   expect_error(Failure::kInput, {"masks", std::to_string(frames.size())},
-               [&] { load_fit_scene(context, run, scene, stage); });
+               [&] { load_fit_scene(context, run, inputs_of(run, scene, stage)); });
   write_image(folder / "square.png", ImageF(64, 64, 3, 1.0f));
   const std::string square = (folder / "square.png").string();
   expect_refused({"--video", file.string(), "--video-camera", camera, "--video", file.string(), "--video-camera",
@@ -174,10 +174,9 @@ TEST_F(FitVideo, FramesAreComparedAtTheRateThatIsAskedFor) {
   const RunDirectory run = RunDirectory::open(folder / "run");
   FitStage stage;
   stage.compare_fps = fps / 2;
-  stage.video = file.string();
-  stage.camera = camera;
-  stage.further = {{file.string(), camera, ""}};
-  const FitScene scene = load_fit_scene(context, run, load_run_scene(run), stage);
+  stage.videos = {file.string(), file.string()};
+  stage.cameras = {camera, camera};
+  const FitScene scene = load_fit_scene(context, run, inputs_of(run, load_run_scene(run), stage));
   for (const FitView* view : scene.views()) {
     EXPECT_DOUBLE_EQ(view->video.fps, fps / 2);
     EXPECT_EQ(view->video.frames.size(), (frames.size() + 1) / 2);

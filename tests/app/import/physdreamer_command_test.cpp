@@ -62,7 +62,7 @@ FitScene load_fit(const RunDirectory& run, const FitStage& stage, std::string& s
     Captured(std::string& said) : said(said) { ::testing::internal::CaptureStderr(); }
     ~Captured() { said = ::testing::internal::GetCapturedStderr(); }
   } captured(said);
-  return load_fit_scene(context, run, load_run_scene(run), stage);
+  return load_fit_scene(context, run, inputs_of(run, load_run_scene(run), stage));
 }
 
 /// Masks say what moves at rest; of several videos the first one is fitted, and others by name, as the folder's are.
@@ -94,8 +94,7 @@ void expect_masks_and_videos(const fs::path& scene, const RunDirectory& run) {
     }
   // By name: its camera and 30 frames a second, though the file says 24.
   FitStage both;
-  both.video = second.string();
-  both.further = {{first.string(), "", ""}};
+  both.videos = {second.string(), first.string()};
   const FitScene two = load_fit(run, both, said);
   EXPECT_EQ(said.find("is fitted, and not"), std::string::npos) << said;
   ASSERT_EQ(two.further.size(), 1u);
@@ -108,7 +107,7 @@ void expect_masks_and_videos(const fs::path& scene, const RunDirectory& run) {
   const std::string beside = camera == "view_001" ? "view_002" : "view_001";
   fs::rename(second, scene / "videos" / (beside + "_other.mp4"));
   FitStage other;
-  other.camera = beside;
+  other.cameras = {beside};
   expect_error(Failure::kInput, {beside + "_other.mp4", "does not show the scene from camera '" + beside},
                [&] { load_fit(run, other, said); });
   fs::remove(scene / "videos" / (beside + "_other.mp4"));
@@ -182,7 +181,7 @@ TEST(PhysDreamerCommand, ASceneFolderRunsAsItIsAndItsReleasedFieldsAreTaken) {
   EXPECT_GT(stages["extract"]["summary"]["object_gaussians"].get<size_t>(),
             0.8 * read_ply(folder / "flower/clean_object_points.ply").size());
   EXPECT_GT(stages["seed"]["summary"]["pinned"].size(), 0u);
-  EXPECT_EQ(stages["fit"]["options"]["material"]["density"], 2000);
+  EXPECT_EQ(stages["fit"]["found"]["material"]["density"], 2000);
   EXPECT_GT(stages["fit"]["summary"]["young_pa"].get<double>(), 0);
 
   expect_masks_and_videos(folder / "flower", RunDirectory::open(out));
@@ -190,7 +189,7 @@ TEST(PhysDreamerCommand, ASceneFolderRunsAsItIsAndItsReleasedFieldsAreTaken) {
   // Released fields: E0 + 1000 f in its cube, whose edge is 1.8 times the object's largest extent.
   folder.file("flower/sim_fields.pt", constant_field({25}));
   folder.file("flower/velo_fields.pt", constant_field({2, 0, -1}));
-  const std::vector<std::string> released = {"fit", out, "--released-fields", "1e5", "--overwrite"};
+  const std::vector<std::string> released = {"fit", out, "--released-fields", "1e5"};
   ASSERT_EQ(run_quietly(released), 0);
   const RunDirectory run = RunDirectory::open(out);
   const fs::path object = run / object_folder(run);

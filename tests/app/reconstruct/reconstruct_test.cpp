@@ -112,7 +112,13 @@ TEST_F(Reconstruct, FindsAMadeSceneAgainFromItsPhotos) {
   const std::string record = read_text(out / "run.json");
   ASSERT_EQ(run_quietly(command(folder / "set", out, {"--iterations", "600"})), 0);
   EXPECT_EQ(read_text(out / "run.json"), record);
-  EXPECT_EQ(run_quietly(command(folder / "set", out, {"--iterations", "601"})), 2);
+  // Another training replaces it and keeps it.
+  const std::string splats = sha256_of_file(scene.settings.splats);
+  const fs::path within = fs::relative(scene.settings.splats, out / "point_cloud");
+  ASSERT_EQ(run_quietly(command(folder / "set", out, {"--iterations", "20"})), 0);
+  EXPECT_EQ(parsed(out / "results.json")["iterations"], 20);
+  EXPECT_EQ(sha256_of_file(out / "point_cloud.1" / within), splats);
+  EXPECT_EQ(parsed(out / "results.json.1")["iterations"], 600);
 }
 
 /// Trains with the library; interrupted after so many questions about it, two an iteration (-1 = never).
@@ -164,7 +170,7 @@ TEST_F(Reconstruct, AnInterruptedTrainingThatIsGoneOnWithEndsWithTheSameBits) {
   }
 }
 
-TEST_F(Reconstruct, TheCheckpointOfOtherOptionsIsRefusedByNameUnlessOverwriting) {
+TEST_F(Reconstruct, TheCheckpointOfOtherOptionsOrADamagedOneIsMovedAside) {
   const TemporaryFolder folder;
   make_photos(folder / "set", 8);
   ReconstructStage stage = short_stage();
@@ -172,17 +178,15 @@ TEST_F(Reconstruct, TheCheckpointOfOtherOptionsIsRefusedByNameUnlessOverwriting)
   ASSERT_FALSE(train(folder / "set", folder / "scene", stage, 20));
   const std::string before = sha256_of_file(folder / "scene/checkpoint.h5");
   stage.train.most_gaussians = 700;
-  expect_error(Failure::kUsage, {"checkpoint.h5", "'gaussians' was 600, now 700", "--overwrite"},
-               [&] { train(folder / "set", folder / "scene", stage, -1); });
-  EXPECT_EQ(sha256_of_file(folder / "scene/checkpoint.h5"), before);
-  EXPECT_TRUE(train(folder / "set", folder / "scene", stage, -1, true));
+  EXPECT_TRUE(train(folder / "set", folder / "scene", stage, -1));
+  EXPECT_EQ(sha256_of_file(folder / "scene/checkpoint.h5.1"), before);
+  EXPECT_FALSE(fs::exists(folder / "scene/checkpoint.h5"));
 
   fs::remove_all(folder / "scene");
   ASSERT_FALSE(train(folder / "set", folder / "scene", stage, 20));
   write_text(folder / "scene/checkpoint.h5", "damaged");
-  expect_error(Failure::kInput, {"checkpoint.h5", "--overwrite"},
-               [&] { train(folder / "set", folder / "scene", stage, -1); });
-  EXPECT_TRUE(train(folder / "set", folder / "scene", stage, -1, true));
+  EXPECT_TRUE(train(folder / "set", folder / "scene", stage, -1));
+  EXPECT_EQ(read_text(folder / "scene/checkpoint.h5.1"), "damaged");
 }
 
 TEST_F(Reconstruct, WhatTheScenesFileSaysLivesOn) {

@@ -1,5 +1,5 @@
-// A stage runs once for equal options and inputs, refuses other options unless asked to overwrite, and is done again
-// when a file of the run directory itself changed.
+// A stage runs once for equal options and inputs and again when something of its key has changed; what cannot be made
+// again cheaply is moved aside first.
 
 #include "app/run/run_directory.h"
 
@@ -27,17 +27,30 @@ class RunDirectoryTest : public ::testing::Test {
   }
   ~RunDirectoryTest() override { fs::remove_all(folder_); }
 
-  int run(const nlohmann::json& options, bool overwrite = false, const std::string& output = "out.txt") {
+  StageKey key(const nlohmann::json& options) const {
+    StageKey key;
+    key.name = "work";
+    key.options = options;
+    key.inputs = {{"input", input_}};
+    key.outputs = {"out.txt"};
+    return key;
+  }
+  int run_key(const StageKey& key, bool overwrite = false) {
     RunDirectory directory = RunDirectory::create(folder_ / "run");
     Progress progress(true);
     const Context context{progress, [] { return false; }, 1, 1, overwrite};
-    const StageKey key{"work", options, {{"input", input_}}, {output}};
-    const auto summary = directory.stage(context, key, [&] {
-      fs::create_directories((directory / output).parent_path());
-      write_text(directory / output, "done");
+    const auto summary = directory.stage(context, key, [&](const std::string& provenance) {
+      const fs::path output = directory / key.outputs[0];
+      fs::create_directories(output.parent_path());
+      write_text(output, provenance);
       return nlohmann::json{{"calls", ++calls_}};
     });
     return summary["calls"];
+  }
+  int run(const nlohmann::json& options, bool overwrite = false, const std::string& output = "out.txt") {
+    StageKey work = key(options);
+    work.outputs = {output};
+    return run_key(work, overwrite);
   }
 
   fs::path folder_, input_;
@@ -80,22 +93,62 @@ TEST_F(RunDirectoryTest, AFolderThatGetsAnotherNameIsFollowedAndFilesThatAreTher
   EXPECT_EQ(run({}, false, "b/out.txt"), 2);
 }
 
-TEST_F(RunDirectoryTest, AnotherOptionIsRefusedByNameUnlessOverwriting) {
-  run({{"young", 1.0}});
-  try {
-    run({{"young", 2.0}});
-    FAIL() << "accepted";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.failure, Failure::kUsage);
-    EXPECT_NE(std::string(error.what()).find("young"), std::string::npos);
-  }
-  EXPECT_EQ(run({{"young", 2.0}}, true), 2);
+TEST_F(RunDirectoryTest, WhateverOfAKeyChangesRunsItAgainAndIsNamed) {
+  StageKey work = key({{"young", 1.0}});
+  work.scene = {{"up", {0, 0, 1}}};
+  work.found = {{"height", 0.5}};
+  EXPECT_EQ(run_key(work), 1);
+  nlohmann::json record = record_of(work, 1);
+  const auto expect_again = [&](const std::string& difference) {
+    const int before = calls_;
+    EXPECT_EQ(run_key(work), before + 1) << difference;
+    EXPECT_EQ(run_key(work), before + 1) << difference;
+    EXPECT_EQ(first_difference(record, record_of(work, 1)), difference);
+    record = record_of(work, 1);
+  };
+  work.options["young"] = 2.0;
+  expect_again("option 'young' was 1.0, now 2.0");
+  work.options["poisson"] = 0.3;
+  expect_again("option 'poisson' was absent, now 0.3");
+  work.scene["up"] = {0, 1, 0};
+  expect_again("the scene's 'up' was [0,0,1], now [0,1,0]");
+  work.found.erase("height");
+  expect_again("the earlier stages' 'height' was 0.5, now absent");
+  write_text(input_, "two");
+  expect_again("input 'input' has changed");
+  work.inputs["other"] = input_;
+  expect_again("input 'other' was absent, now there");
 }
 
-TEST_F(RunDirectoryTest, AnotherInputOfTheUserIsRefused) {
-  run({});
-  write_text(input_, "two");
-  EXPECT_THROW(run({}), Error);
+TEST_F(RunDirectoryTest, WhatTookLongIsMovedAsideUnlessOverwriting) {
+  StageKey work = key({{"a", 1}});
+  work.outputs = {"fit/out.txt", "velocity.h5"};
+  work.kept = {"fit", "velocity.h5", "never_there"};
+  const auto run_with = [&](int a, bool overwrite) {
+    work.options["a"] = a;
+    run_key(work, overwrite);
+    write_text(folder_ / "run/velocity.h5", std::to_string(a));
+  };
+  run_with(1, false);
+  run_with(2, false);
+  EXPECT_EQ(read_text(folder_ / "run/velocity.h5.1"), "1");
+  EXPECT_TRUE(fs::exists(folder_ / "run/fit.1/out.txt"));
+  fs::remove(folder_ / "run/velocity.h5.1");
+  run_with(3, false);  // one number for all that belongs together
+  EXPECT_EQ(read_text(folder_ / "run/velocity.h5.2"), "2");
+  EXPECT_TRUE(fs::exists(folder_ / "run/fit.2/out.txt"));
+  run_with(4, true);
+  EXPECT_FALSE(fs::exists(folder_ / "run/velocity.h5.3"));
+  EXPECT_EQ(read_text(folder_ / "run/velocity.h5"), "4");
+}
+
+TEST_F(RunDirectoryTest, ProvenanceHoldsTheRecordOfTheKey) {
+  const StageKey work = key({{"a", 1}});
+  run_key(work);
+  const nlohmann::json provenance = nlohmann::json::parse(read_text(folder_ / "run/out.txt"));
+  EXPECT_EQ(first_difference(provenance, record_of(work, 1)), "");
+  EXPECT_EQ(provenance["stage"], "work");
+  EXPECT_EQ(provenance["inputs"]["input"], hash_of_input(input_));
 }
 
 TEST_F(RunDirectoryTest, AChangedFileOfTheRunItselfIsFollowed) {

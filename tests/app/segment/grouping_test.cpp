@@ -97,10 +97,7 @@ TEST(GaussianGrouping, AttributeAndClassifierAreTakenAsTheyAre) {
   ASSERT_EQ(run_quietly(command), 0);
   EXPECT_EQ(sha256_of_file(folder / "run/segmentation.h5"), before);
   folder.file("model/point_cloud/iteration_30000/classifier.pth", grouping_classifier(15));
-  EXPECT_EQ(run_quietly(command), 2);
-  std::vector<std::string> anew = command;
-  anew.push_back("--overwrite");
-  EXPECT_EQ(run_quietly(anew), 1);  // 15 channels
+  EXPECT_EQ(run_quietly(command), 1);  // 15 channels
   EXPECT_EQ(run_quietly({"segment", model, "--out", (folder / "other").string(), "--gaussian-grouping",
                          folder.path().string()}),
             1);
@@ -124,10 +121,7 @@ TEST(SheetPrompts, AClickOnTheSheetIsOneOnThePictureItShowsAndStaysItWhenRepeate
   const double x = cell["x"].get<double>() + 90, y = cell["y"].get<double>() + 90;
   const std::string click = "sheet," + std::to_string(static_cast<int>(x)) + "," + std::to_string(static_cast<int>(y));
   const std::vector<std::string> command = {"segment", scene, "--out", out, "--click", click, "--iterations", "10"};
-  EXPECT_EQ(run_quietly(command), 2);  // another result is there
-  std::vector<std::string> anew = command;
-  anew.push_back("--overwrite");
-  ASSERT_EQ(run_quietly(anew), 0);
+  ASSERT_EQ(run_quietly(command), 0);
   const json manifest = parsed(folder / "run/run.json");
   const std::string resolved = manifest["stages"]["segment"]["options"]["click"][0];
   EXPECT_EQ(resolved.substr(0, resolved.find(',')), cell["camera"].get<std::string>());
@@ -137,9 +131,9 @@ TEST(SheetPrompts, AClickOnTheSheetIsOneOnThePictureItShowsAndStaysItWhenRepeate
   const std::string before = sha256_of_file(folder / "run/segmentation.h5");
   ASSERT_EQ(run_quietly(command), 0);
   EXPECT_EQ(sha256_of_file(folder / "run/segmentation.h5"), before);
-  EXPECT_EQ(run_quietly({"segment", scene, "--out", out, "--click", "sheet,0,0", "--overwrite"}),
+  EXPECT_EQ(run_quietly({"segment", scene, "--out", out, "--click", "sheet,0,0"}),
             2);  // a gap of the sheet
-  EXPECT_EQ(run_quietly({"segment", scene, "--out", out, "--click", "sheet,a,0", "--overwrite"}), 2);
+  EXPECT_EQ(run_quietly({"segment", scene, "--out", out, "--click", "sheet,a,0"}), 2);
 }
 
 }  // namespace

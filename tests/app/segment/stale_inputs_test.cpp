@@ -1,4 +1,5 @@
-// A stage does not call a result unchanged when something that it reads has changed: names of labels, the support, up.
+// A stage runs again by itself when something that it reads has changed: names of labels, the support, up.  Which
+// changes concern which stages: stage_keys_test.cpp.
 
 #include <gtest/gtest.h>
 
@@ -44,10 +45,7 @@ class StaleInputs : public testing::Test {
   std::vector<std::string> extract(const std::string& name) const {
     return {"extract", (folder_ / "run").string(), "--object", name};
   }
-  static std::vector<std::string> overwriting(std::vector<std::string> command) {
-    command.push_back("--overwrite");
-    return command;
-  }
+  json stage(const std::string& name) const { return json::parse(read_text(folder_ / "run/run.json"))["stages"][name]; }
 
   TemporaryFolder folder_;
   json settings_;
@@ -56,25 +54,46 @@ class StaleInputs : public testing::Test {
 }  // namespace
 
 TEST_F(StaleInputs, ChangedNamesOfLabelsAreSeen) {
+  const json before = stage("segment");
   EXPECT_EQ(run_quietly(segment()), 0);  // nothing has changed
+  EXPECT_EQ(stage("segment"), before);
   write_text(folder_ / "scene/labels.json", R"({"300": "apple"})");
-  EXPECT_EQ(run_quietly(segment()), 2);
-  ASSERT_EQ(run_quietly(overwriting(segment())), 0);
-  EXPECT_EQ(run_quietly(overwriting(extract("apple"))), 0);
+  EXPECT_EQ(run_quietly(segment()), 0);
+  EXPECT_NE(stage("segment")["inputs"]["labels"], before["inputs"]["labels"]);
+  EXPECT_EQ(run_quietly(extract("ball")), 2);
+  EXPECT_EQ(run_quietly(extract("apple")), 0);
+  EXPECT_TRUE(fs::exists(folder_ / "run/objects/300_apple/object.ply"));
 }
 
-TEST_F(StaleInputs, AChangedSupportIsSeenByExtract) {
-  EXPECT_EQ(run_quietly(extract("ball")), 0);
+TEST_F(StaleInputs, AChangedSupportIsSeenByExtractAlone) {
+  const json segmented = stage("segment"), extracted = stage("extract");
   settings_["support"] = "ground";
   write_settings();
   EXPECT_EQ(run_quietly(segment()), 0);
-  EXPECT_EQ(run_quietly(extract("ball")), 2);
+  EXPECT_EQ(stage("segment"), segmented);
+  EXPECT_EQ(run_quietly(extract("ball")), 0);
+  EXPECT_EQ(stage("extract")["scene"]["support"], "ground");
+  EXPECT_NE(stage("extract"), extracted);
 }
 
 TEST_F(StaleInputs, AChangedUpIsSeenByExtract) {
   settings_["up"] = {0, 0.1, 1};
   write_settings();
-  EXPECT_EQ(run_quietly(extract("ball")), 2);
+  EXPECT_EQ(run_quietly(extract("ball")), 0);
+  EXPECT_GT(stage("extract")["scene"]["up"][1].get<double>(), 0.05);
+}
+
+TEST_F(StaleInputs, EditsByHandAreMovedAsideWhereObjectsAreFoundAgain) {
+  ASSERT_EQ(run_quietly({"segment", "edit", (folder_ / "run").string(), "--name", "ball=apple"}), 0);
+  const std::string edited = read_text(folder_ / "run/objects.json");
+  EXPECT_EQ(run_quietly(segment()), 0);  // nothing else has changed
+  EXPECT_EQ(read_text(folder_ / "run/objects.json"), edited);
+  write_text(folder_ / "scene/labels.json", R"({"300": "globe"})");
+  EXPECT_EQ(run_quietly(segment()), 0);
+  EXPECT_EQ(read_text(folder_ / "run/objects.json.1"), edited);
+  EXPECT_TRUE(fs::exists(folder_ / "run/segmentation.h5.1"));
+  EXPECT_NE(read_text(folder_ / "run/objects.json").find("globe"), std::string::npos);
+  EXPECT_FALSE(json::parse(read_text(folder_ / "run/run.json")).contains("edits"));
 }
 
 }  // namespace pliant

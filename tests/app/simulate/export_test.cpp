@@ -132,7 +132,7 @@ TEST_F(ExportTest, APictureOfAnExportedFrameIsThatOfTheFrameThatRenderDraws) {
   ASSERT_EQ(run({"--ply-sequence", out(), "--every", "3"}), 0);
   EXPECT_FALSE(fs::exists(folder / "ply/frame_0003.ply"));
   const RunDirectory directory = RunDirectory::open(folder / "run");
-  const MovingScene moving = load_moving_scene(directory, load_run_scene(directory));
+  const MovingScene moving = load_moving_scene(moving_scene_files(directory), load_run_scene(directory));
   EXPECT_EQ(moving.moving(), object.size());
   for (const int k : {0, 1, 2}) {
     const ImageF exported = render(frame(k), camera).color;

@@ -1,0 +1,113 @@
+#include <fmt/format.h>
+
+#include "app/fit/fit_report.h"
+#include "app/fit/fit_stage.h"
+#include "app/fit/fit_video.h"
+#include "app/run/attach_scene.h"
+#include "app/run/physdreamer_scene.h"
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+void add_video(const Scene& scene, const FitStage& stage, FitInputs& in) {
+  in.parts.insert({ScenePart::kAntialiased, ScenePart::kCameras, ScenePart::kFolder});
+  const bool named = !stage.videos.empty() || !stage.generate.command.empty();
+  in.parts.insert(named ? ScenePart::kVideoCamera : ScenePart::kVideo);
+  for (const auto& [role, file] : video_files(scene, stage)) in.files[role] = file;
+  // A camera is found by what the scene looks like, a program is shown it, labels are those of its Gaussians.
+  if (!knows_cameras(scene, stage) || stage.refine_camera || !stage.generate.command.empty() ||
+      !stage.part_labels.empty())
+    in.parts.insert(ScenePart::kSplats);
+}
+
+void add_released_fields(const Scene& scene, FitInputs& in) {
+  const std::optional<PhysDreamerFolder> source = physdreamer_folder(scene);
+  if (!source)
+    throw usage_error("--released-fields", "", "needs a scene folder of PhysDreamer", "run on such a folder");
+  if (source->material_field.empty())
+    throw input_error((scene.source / "sim_fields.pt").string(), "", "is missing", "copy the released field there");
+  in.parts.insert({ScenePart::kFolder, ScenePart::kSplats});
+  in.files["material_field"] = source->material_field;
+  if (!source->velocity_field.empty()) in.files["velocity_field"] = source->velocity_field;
+}
+
+}  // namespace
+
+FitKind kind_of(const FitStage& stage, const Scene& scene) {
+  if (!stage.markers.file.empty()) return FitKind::kMarkers;
+  if (stage.released_young) return FitKind::kReleased;
+  return !stage.compare.guide.empty() && !has_video(scene, stage) ? FitKind::kGuided : FitKind::kVideo;
+}
+
+FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage& stage) {
+  check_fit_stage(stage, has_video(scene, stage));
+  run.summary("seed", "run `pliant seed` first");
+  const std::string folder = object_folder(run);
+  const FitKind kind = kind_of(stage, scene);
+  FitInputs in;
+  in.options = stage;
+  in.parts = {ScenePart::kUp, ScenePart::kMetresPerUnit, ScenePart::kMaterial};
+  in.files["particles"] = run / (folder + "/particles.h5");
+  in.outputs = {folder + "/material.h5", folder + "/velocity.h5", "fit/results.json"};
+  in.kept = {"fit", folder + "/material.h5", folder + "/velocity.h5"};
+  // The law and its constants are no options of this stage.
+  in.found["material"] = material_to_json(check_material(scene, stage.material, true));
+  if (kind == FitKind::kVideo || kind == FitKind::kGuided) {
+    in.files["object"] = run / (folder + "/object.ply");
+    in.files["background"] = run / "background_repaired.ply";
+  }
+  switch (kind) {
+    case FitKind::kVideo:
+      add_video(scene, stage, in);
+      in.outputs.push_back("fit/side_by_side.mp4");
+      break;
+    case FitKind::kGuided:
+      in.parts.insert({ScenePart::kAntialiased, ScenePart::kCameras, ScenePart::kVideoCamera});
+      if (!stage.part_labels.empty()) in.parts.insert(ScenePart::kSplats);
+      in.found.update(extracted(run, {"height", "contact"}));
+      in.outputs.push_back("fit/guided.mp4");
+      break;
+    case FitKind::kMarkers:
+      in.outputs.push_back("fit/markers.png");
+      break;
+    case FitKind::kReleased:
+      add_released_fields(scene, in);
+      break;
+  }
+  in.scene = only(in.parts, scene);
+  return in;
+}
+
+void set_fit_aside(const Context& context, RunDirectory& run) {
+  if (!run.has("fit")) return;
+  const std::string folder = object_folder(run);
+  const std::vector<std::string> moved = run.move_aside({"fit", folder + "/material.h5", folder + "/velocity.h5"});
+  run.forget("fit");
+  if (context.overwrite)
+    for (const std::string& name : moved) std::filesystem::remove_all(run / name);
+  else
+    context.progress.say(fmt::format("fit: not used any more, and kept: {}", fmt::join(moved, ", ")));
+}
+
+nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage) {
+  const FitInputs in = inputs_of(run, scene, stage);
+  const auto fit = [&] {
+    switch (kind_of(stage, scene)) {
+      case FitKind::kMarkers:
+        return fit_to_markers;
+      case FitKind::kReleased:
+        return take_released_fields;
+      case FitKind::kGuided:
+        return fit_to_guide;
+      case FitKind::kVideo:
+        break;
+    }
+    return fit_to_video;
+  };
+  nlohmann::json summary = run_stage(context, run, in, fit());
+  write_fit_page(run);
+  return summary;
+}
+
+}  // namespace pliant

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <set>
+#include <string>
+
+#include "app/run/run_directory.h"
+#include "gaussians/io/scene/scene.h"
+
+namespace pliant {
+
+/// What a stage may read of a scene.
+enum class ScenePart {
+  kSplats,       ///< cloud, report, settings.splats
+  kAntialiased,  ///< report.antialiased, for scenes that are drawn from other files
+  kCameras,      ///< cameras, cameras_are_orbit; without photos
+  kPhotos,       ///< the photos of the cameras
+  kUp,
+  kMetresPerUnit,
+  kScale,   ///< metres_per_unit where it does not follow from the object, which need not be known
+  kFolder,  ///< source, for what a scene folder of PhysDreamer holds besides
+  kMasks,   ///< settings.masks, and so on
+  kLabels,
+  kSupport,
+  kObject,
+  kPinned,
+  kMaterial,
+  kVideo,       ///< name of the file, camera and frame rate; not what is in the file
+  kVideoCamera  ///< of that the camera alone
+};
+
+using ScenePartSet = std::set<ScenePart>;
+
+/// The scene with these parts alone; all else is as in an empty scene.
+Scene only(const ScenePartSet& parts, const Scene& scene);
+
+/// The values and the files of parts of a scene that decide what follows from them.
+struct SceneRecord {
+  nlohmann::json values;
+  InputFiles files;
+};
+SceneRecord record_of(const ScenePartSet& parts, const Scene& scene);
+
+}  // namespace pliant

@@ -1,0 +1,16 @@
+#include "app/run/stage_inputs.h"
+
+namespace pliant {
+
+void record_options(const OptionTable& table, StageKey& key) {
+  key.name = table.stage;
+  for (const Option& option : table.options) {
+    if (option.recorded == Recorded::kValue) key.options[option.name] = field_json(option.field);
+    if (option.recorded != Recorded::kContents) continue;
+    const std::vector<std::string> files = field_words(option.field);
+    for (size_t i = 0; i < files.size(); ++i)
+      key.inputs[files.size() == 1 ? option.name : option.name + " " + std::to_string(i + 1)] = files[i];
+  }
+}
+
+}  // namespace pliant

@@ -1,0 +1,177 @@
+// What the READMEs say is true: their command lines are taken by the parser, the options that they name exist, and
+// their tables of options are those of the stages.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "app/commands/command.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
+#include "tests/app/commands/all_tables.h"
+#include "tests/temporary_folder.h"
+
+namespace fs = std::filesystem;
+
+namespace pliant {
+namespace {
+
+const std::vector<std::string> kReadmes = {
+    "README.md",         "app/README.md",          "fitting/README.md",      "gaussians/README.md",
+    "physics/README.md", "segmentation/README.md", ".github/CONTRIBUTING.md"};
+
+std::string readme(const std::string& name) { return read_text(fs::path(PLIANT_SOURCE_DIR) / name); }
+
+/// The words of a line of a shell, without comments.
+std::vector<std::string> words_of(const std::string& line) {
+  std::vector<std::string> words;
+  std::string word;
+  char quote = 0;
+  bool begun = false;
+  for (const char c : line + " ") {
+    if (quote ? c == quote : c == '"' || c == '\'') {
+      quote = quote ? 0 : c;
+      begun = true;
+    } else if (!quote && c == ' ') {
+      if (begun) words.push_back(word);
+      begun = false;
+      word.clear();
+    } else if (!quote && c == '#' && !begun) {
+      break;
+    } else {
+      word += c;
+      begun = true;
+    }
+  }
+  return words;
+}
+
+/// Lines of shell blocks that call pliant.
+std::vector<std::string> command_lines(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  bool shell = false;
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("```")) shell = line == "```sh";
+    while (shell && line.ends_with("\\")) {
+      std::string more;
+      std::getline(in, more);
+      line = line.substr(0, line.size() - 1) + more;
+    }
+    if (shell && line.starts_with("pliant ")) lines.push_back(line);
+  }
+  return lines;
+}
+
+/// What is wrong with a command line, as the parser says it; empty where it is taken.  Files that it names are made.
+std::string complaint(const std::vector<std::string>& words) {
+  const std::regex missing("(?:File|Path|Directory) does not exist: ([^ \n]+)");
+  for (int attempt = 0; attempt < 20; ++attempt) {
+    CLI::App app;
+    Program program;
+    add_commands(app, program);
+    try {
+      app.parse(std::vector<std::string>(words.rbegin(), words.rend() - 1));
+      return "";
+    } catch (const CLI::CallForHelp&) {
+      return "";
+    } catch (const CLI::Error& error) {
+      const std::string said = error.what();
+      std::smatch match;
+      if (!std::regex_search(said, match, missing)) return said;
+      write_text(match[1].str(), "");
+    } catch (const Error& error) {
+      return error.what();
+    }
+  }
+  return "asks for one file after the other";
+}
+
+/// Long names of all options of all commands.
+void add_names(const CLI::App& app, std::set<std::string>& names) {
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& name : option->get_lnames()) names.insert("--" + name);
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) add_names(*command, names);
+}
+
+/// The table of a stage's options as the READMEs show it.
+std::string markdown_of(const OptionTable& table) {
+  const auto escaped = [](std::string text) {
+    for (size_t at = 0; (at = text.find('|', at)) != std::string::npos; at += 2) text.insert(at, "\\");
+    return text;
+  };
+  std::string out = "| option | does | default |\n|---|---|---|\n";
+  for (const Option& option : table.options) {
+    const bool flag = std::holds_alternative<bool*>(option.field);
+    std::string value;
+    if (!flag) value = " " + value_text(option);
+    out += fmt::format("| `--{}{}` | {} | {} |\n", option.name, escaped(value), escaped(option.help),
+                       flag ? "" : escaped(field_text(option.field)));
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST(Readme, CommandLinesAreTakenByTheParser) {
+  const TemporaryFolder folder;
+  const fs::path before = fs::current_path();
+  fs::current_path(folder.path());
+  size_t count = 0;
+  for (const std::string& name : kReadmes)
+    for (const std::string& line : command_lines(readme(name))) {
+      EXPECT_EQ(complaint(words_of(line)), "") << name << ": " << line;
+      ++count;
+    }
+  fs::current_path(before);
+  EXPECT_GT(count, 30u);
+}
+
+TEST(Readme, OptionsThatAreNamedExist) {
+  CLI::App app;
+  Program program;
+  add_commands(app, program);
+  std::set<std::string> known = {"--check", "--help-all", "--version", "--recursive"};
+  add_names(app, known);
+  const std::regex option("(^|[ `(])(--[a-z][a-z0-9]*([-.][a-z0-9]+)*)");
+  const std::set<std::string> of_others = {"--workspace_path", "--image_path", "--build",
+                                           "--install",        "--prefix",     "--gtest_filter"};
+  for (const std::string& name : kReadmes) {
+    const std::string text = readme(name);
+    for (std::sregex_iterator at(text.begin(), text.end(), option), end; at != end; ++at) {
+      const std::string found = (*at)[2];
+      bool other = false;
+      for (const std::string& word : of_others) other = other || word.starts_with(found);
+      EXPECT_TRUE(known.count(found) || other) << name << ": " << found;
+    }
+  }
+}
+
+// With PLIANT_WRITE_READMES=1 in the environment the tables are written instead of compared.
+TEST(Readme, TablesOfOptionsAreThoseOfTheStages) {
+  const bool write = std::getenv("PLIANT_WRITE_READMES") != nullptr;
+  std::set<std::string> shown;
+  for (const std::string& name : kReadmes) {
+    std::string text = readme(name), wanted = text;
+    for (const OptionTable& table : all_tables()) {
+      const std::string begin = "<!-- options: " + table.stage + " -->\n", end = "<!-- end of options -->";
+      const size_t at = wanted.find(begin);
+      if (at == std::string::npos) continue;
+      const size_t stop = wanted.find(end, at);
+      ASSERT_NE(stop, std::string::npos) << name << ": " << begin;
+      shown.insert(table.stage);
+      wanted.replace(at + begin.size(), stop - at - begin.size(), markdown_of(table));
+    }
+    if (write && wanted != text) write_text(fs::path(PLIANT_SOURCE_DIR) / name, text = wanted);
+    EXPECT_TRUE(text == wanted) << name << " shows other options; PLIANT_WRITE_READMES=1 writes them";
+  }
+  for (const OptionTable& table : all_tables())
+    EXPECT_TRUE(shown.count(table.stage)) << "no README shows the options of " << table.stage;
+}
+
+}  // namespace pliant
