@@ -48,19 +48,19 @@ void add_convert(CLI::App& app, Program& program) {
   CLI::App* command =
       app.add_subcommand("convert", "Splats to splats (.ply, .splat, .spz), cameras to cameras (.json)");
   auto options = std::make_shared<ConvertOptions>();
-  command->add_option("IN", options->in, "Splats or cameras of any format")->required();
-  command->add_option("OUT", options->out, "File to write; its extension says the format")->required();
+  command->add_option("IN", options->in, "Splats or cameras in any supported format")->required();
+  command->add_option("OUT", options->out, "File to write; its extension sets the format")->required();
   add_options(*command, program, options_of(*options));
   add_overwrite(*command, program);
   add_common(*command, program);
   command->callback([=, &program] {
     program.action = [options, command](Context& context) -> nlohmann::json {
       if (fs::exists(options->out) && !context.overwrite)
-        throw usage_error(options->out, "", "exists already", "give --overwrite, or another name");
+        throw usage_error(options->out, "", "already exists", "give --overwrite, or another name");
       const bool to_cameras = fs::path(options->out).extension() == ".json";
       if (to_cameras && !splats_at(options->in).empty())
-        throw usage_error(options->out, "", "is a camera file but " + options->in + " holds splats",
-                          "splats become .ply, .splat or .spz");
+        throw usage_error(options->out, "", "is a camera file but " + options->in + " contains splats",
+                          "write splats to .ply, .splat or .spz");
       const Unused of_splats = {"does nothing for cameras", "leave it out", {}};
       if (to_cameras) refuse_given(*command, options_of(*options), of_splats);
       return to_cameras ? convert_cameras(context, *options) : convert_splats(context, *options);

@@ -39,7 +39,7 @@ json make_demo_once(Context& context, DemoOptions options) {
     }
     if (!fs::exists(record) || !context.overwrite)
       throw usage_error("--out", out.string(),
-                        fs::exists(record) ? "holds a demo made with other options" : "holds other files",
+                        fs::exists(record) ? "contains a demo made with other options" : "contains other files",
                         fs::exists(record) ? "give --overwrite, or another folder" : "give a new folder");
   }
   if (out.has_parent_path()) fs::create_directories(out.parent_path());
@@ -64,13 +64,13 @@ void add_demo(CLI::App& app, Program& program) {
       app.add_subcommand("demo", "Make a procedural scene: splats, photos, masks, a reference video, truth/");
   auto options = std::make_shared<DemoOptions>();
   auto kind = std::make_shared<std::string>("potted-flower");
-  command->add_option("--kind", *kind, "Which scene")->check(CLI::IsMember({"potted-flower"}))->capture_default_str();
-  command->add_option("--gaussians", options->gaussians, "Gaussians of the scene")
+  command->add_option("--kind", *kind, "Scene to make")->check(CLI::IsMember({"potted-flower"}))->capture_default_str();
+  command->add_option("--gaussians", options->gaussians, "Number of Gaussians in the scene")
       ->check(CLI::Range(2000, 5000000))
       ->capture_default_str();
   command
       ->add_option("--training", options->training,
-                   "Iterations in which they are optimised against the photos; 0 = flat discs as they were laid")
+                   "Iterations that optimize the Gaussians on the photos; 0 = keep the initial flat disks")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command->add_option("--photos", options->photos, "Photos")->check(CLI::Range(2, 1000))->capture_default_str();
@@ -81,8 +81,8 @@ void add_demo(CLI::App& app, Program& program) {
       ->check(CLI::Range(16, 8000))
       ->capture_default_str();
   command->add_flag_callback(
-      "--no-video", [options] { options->video = false; }, "Leave out the reference video and its simulation");
-  add_out(*command, program, "Folder of the scene")->required();
+      "--no-video", [options] { options->video = false; }, "Skip the reference video and its simulation");
+  add_out(*command, program, "Scene folder to write")->required();
   add_overwrite(*command, program);
   add_common(*command, program);
   command->callback([=, &program] {

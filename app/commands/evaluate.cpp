@@ -17,27 +17,27 @@ void add_score(CLI::App& command, SegmentationScore& score) {
   command.add_option("--band", score.band, "Width of the contour band of boundary_miou [px]; 0 = 2 % of the diagonal")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
-  command
-      .add_option("--match", score.match, "What tells that two ids mean the same: names, else ids (auto); id; overlap")
+  command.add_option("--match", score.match, "How IDs are matched: by name, else by ID (auto); id; overlap")
       ->check(CLI::IsMember({"auto", "id", "overlap"}))
       ->capture_default_str();
-  command.add_flag("--common", score.common, "Leave out pictures that were not predicted instead of scoring them 0");
+  command.add_flag("--common", score.common, "Skip images without a prediction instead of scoring them 0");
 }
 
 void add_score(CLI::App& command, MotionScore& score) {
-  command.add_option("--fps", score.fps, "Frames a second of folders of frames")->check(CLI::PositiveNumber);
-  command.add_option("--from", score.from, "Begin of the part that is compared [s]")->check(CLI::NonNegativeNumber);
-  command.add_option("--until", score.until, "End of it [s] (default: the end)")->check(CLI::PositiveNumber);
+  command.add_option("--fps", score.fps, "Frames per second of image folders")->check(CLI::PositiveNumber);
+  command.add_option("--from", score.from, "Start of the compared interval [s]")->check(CLI::NonNegativeNumber);
+  command.add_option("--until", score.until, "End of the compared interval [s] (default: the end of the clip)")
+      ->check(CLI::PositiveNumber);
   command
       .add_option("--free-from", score.free_from,
-                  "Time in it from which on nothing pushes [s] (default: where the motion is largest)")
+                  "Time after which no force acts [s] (default: where the motion is largest)")
       ->check(CLI::NonNegativeNumber);
 }
 
 }  // namespace
 
 void add_evaluate(CLI::App& app, Program& program) {
-  CLI::App* command = app.add_subcommand("evaluate", "Compare results with the truth");
+  CLI::App* command = app.add_subcommand("evaluate", "Compare results with ground truth");
   command->require_subcommand(1);
   const auto score = std::make_shared<SegmentationScore>();
   const auto motion = std::make_shared<MotionScore>();
@@ -48,10 +48,10 @@ void add_evaluate(CLI::App& app, Program& program) {
     std::function<nlohmann::json(const Path&, const Path&)> evaluate;
   };
   for (const Kind& kind :
-       {Kind{"images", "PSNR and SSIM of two folders of pictures", evaluate_images},
-        Kind{"segmentation", "mIoU of two folders of id pictures, or of two labellings",
+       {Kind{"images", "PSNR and SSIM of two folders of images", evaluate_images},
+        Kind{"segmentation", "mIoU of two folders of ID masks, or of two labelings",
              [score](const Path&a, const Path&b) { return evaluate_segmentation(a, b, *score); }},
-        Kind{"repair", "Run directory and demo scene: the filled hole against the true background", evaluate_repair},
+        Kind{"repair", "Filled hole of a run directory against the true background of its demo scene", evaluate_repair},
         Kind{"trajectory", "Position error, tip motion and frequency of two trajectory.h5", evaluate_trajectory},
         Kind{"motion", "Frequency, damping, amplitude and optical flow of two videos, or of two trajectory.h5",
              [motion](const Path&a, const Path&b) { return evaluate_motion(a, b, *motion); }},
@@ -59,9 +59,9 @@ void add_evaluate(CLI::App& app, Program& program) {
     CLI::App* sub = command->add_subcommand(kind.name, kind.description);
     auto pred = std::make_shared<std::string>(), truth = std::make_shared<std::string>();
     auto asserts = std::make_shared<std::vector<std::string>>();
-    sub->add_option("PRED", *pred, "What was computed")->required();
-    sub->add_option("TRUTH", *truth, "What it should be")->required();
-    sub->add_option("--assert", *asserts, "Fail unless this holds, for example psnr>=30; may be repeated");
+    sub->add_option("PRED", *pred, "Computed result")->required();
+    sub->add_option("TRUTH", *truth, "Ground truth")->required();
+    sub->add_option("--assert", *asserts, "Fail unless this holds, for example psnr>=30; repeatable");
     if (kind.name == std::string("segmentation")) add_score(*sub, *score);
     if (kind.name == std::string("motion")) add_score(*sub, *motion);
     add_out(*sub, program, "Also write the JSON to this file");

@@ -4,7 +4,8 @@
 namespace pliant {
 
 void add_export(CLI::App& app, Program& program) {
-  add_stage_command<ExportStage>(app, program, "export", "The moving scene as splat files", run_export, check_given);
+  add_stage_command<ExportStage>(app, program, "export", "Write the moving scene as splat files", run_export,
+                                 check_given);
 }
 
 }  // namespace pliant

@@ -4,9 +4,8 @@
 namespace pliant {
 
 void add_fit(CLI::App& app, Program& program) {
-  add_stage_command<FitStage>(app, program, "fit",
-                              "Find what the object is made of from a video of its motion, or from markers on it",
-                              run_fit);
+  add_stage_command<FitStage>(
+      app, program, "fit", "Estimate the object's material from a video of its motion, or from markers on it", run_fit);
 }
 
 }  // namespace pliant

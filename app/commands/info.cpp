@@ -27,7 +27,7 @@ nlohmann::json describe_physdreamer(const std::filesystem::path& path) {
 }  // namespace
 
 void add_info(CLI::App& app, Program& program) {
-  CLI::App* command = app.add_subcommand("info", "What a file or scene is: counts, bounds, warnings");
+  CLI::App* command = app.add_subcommand("info", "Describe a file or scene: counts, bounds, warnings");
   auto files = std::make_shared<std::vector<std::string>>();
   command->add_option("FILE", *files, "Splat files, camera files or scene folders")->required();
   auto level = std::make_shared<std::optional<int>>();

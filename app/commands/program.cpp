@@ -78,11 +78,11 @@ std::string with_nearest_option(const CLI::App& app, const Program& program, con
 }  // namespace
 
 void add_common(CLI::App& command, Program& program) {
-  command.add_option("--seed", program.seed, "Seed of every random choice [1]")->option_text("N");
+  command.add_option("--seed", program.seed, "Random seed [1]")->option_text("N");
   command.add_option("--threads", program.threads, "Threads to use; 0 = all cores")
       ->option_text("N")
       ->check(CLI::NonNegativeNumber);
-  command.add_flag("--quiet", program.quiet, "No messages but warnings and errors");
+  command.add_flag("--quiet", program.quiet, "Print only warnings and errors");
   command.add_flag("--json", program.json, "Print the result as JSON on standard output");
   command.add_option("--config", "JSON object with option names and values; the command line wins")
       ->option_text("FILE");
@@ -93,7 +93,7 @@ CLI::Option* add_out(CLI::App& command, Program& program, const std::string& wha
 }
 
 void add_overwrite(CLI::App& command, Program& program) {
-  command.add_flag("--overwrite", program.overwrite, "Do not keep earlier results aside; undo edits by hand");
+  command.add_flag("--overwrite", program.overwrite, "Do not back up earlier results; discard manual edits");
 }
 
 void add_commands(CLI::App& app, Program& program) {

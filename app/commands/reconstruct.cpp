@@ -7,7 +7,7 @@
 namespace pliant {
 
 void add_reconstruct(CLI::App& app, Program& program) {
-  CLI::App* command = app.add_subcommand("reconstruct", "Photos with cameras -> a trained scene");
+  CLI::App* command = app.add_subcommand("reconstruct", "Train a scene from photos with camera poses");
   struct Options {
     std::string source;
     ReconstructStage stage;

@@ -15,7 +15,7 @@ OptionTable picture_options(PictureOptions& pictures) {
       "images",
       {{.name = "cameras",
         .field = &pictures.cameras,
-        .help = "Of a scene: 'scene', 'orbit', or a camera file",
+        .help = "Cameras for a scene: 'scene', 'orbit', or a camera file",
         .value = "FILE"},
        {.name = "background",
         .field = &pictures.background,
@@ -29,7 +29,7 @@ OptionTable picture_options(PictureOptions& pictures) {
 }  // namespace
 
 void add_render(CLI::App& app, Program& program) {
-  CLI::App* command = app.add_subcommand("render", "Pictures of a scene, or the clip of a run directory");
+  CLI::App* command = app.add_subcommand("render", "Render images of a scene, or the clip of a run directory");
   struct Options {
     SceneOptions scene;
     RenderStage stage;
@@ -39,7 +39,7 @@ void add_render(CLI::App& app, Program& program) {
   add_scene_options(*command, program, options->scene);
   add_options(*command, program, options_of(options->stage));
   add_options(*command, program, picture_options(options->pictures));
-  add_out(*command, program, "Of a scene: folder for the pictures, or a .mp4 file");
+  add_out(*command, program, "For a scene: folder for the images, or an .mp4 file");
   add_overwrite(*command, program);
   add_common(*command, program);
   command->callback([options, command, &program] {
@@ -57,7 +57,7 @@ void add_render(CLI::App& app, Program& program) {
       }
       refuse_given(
           *command, options_of(options->stage),
-          {"does nothing for a scene, of which images are rendered", "leave it out, or render a run directory", {}});
+          {"does nothing for a scene, which is rendered as images", "leave it out, or render a run directory", {}});
       if (program.out.empty()) throw CLI::RequiredError("--out");
       if (program.overwrite)
         throw usage_error("render", "--overwrite", "does nothing for a scene, whose images are always replaced",

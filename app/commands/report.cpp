@@ -62,11 +62,12 @@ void write_report(const RunDirectory& run, const Scene& scene, const std::string
       html_escaped(extract.value("name", "")), extract.value("object_gaussians", 0), simulate.value("mass_kg", 0.0),
       100 * simulate["motion"].value("tip_peak", 0.0), 100 * simulate["motion"].value("tip_end", 0.0));
   html += "<h2>Objects</h2>\n" + html_picture(run, "objects.png", "Objects found, with id and name");
-  for (const json& edit : run.note("edits")) html += "<p>By hand: " + html_escaped(edit.value("did", "")) + ".</p>\n";
+  for (const json& edit : run.note("edits"))
+    html += "<p>Manual edit: " + html_escaped(edit.value("did", "")) + ".</p>\n";
   html += html_picture(run, "features.png",
                        "Semantic attribute: its first three principal components as red, green and blue");
   html += "<h2>Extract</h2>\n" +
-          html_picture(run, "extract.png", "The object, and what each rule took from it or gave to it") +
+          html_picture(run, "extract.png", "The object, and the Gaussians that each rule removed or added") +
           rules_table(extract);
   html += "<h2>Repair</h2>\n" + html_picture(run, "repair.png", "Before, hole, after");
   if (is_fitted(run)) html += "<h2>Fit</h2>\n" + fit_section(run);

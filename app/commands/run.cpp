@@ -31,8 +31,8 @@ struct RunOptions {
 std::string why_no_fit(const Scene& scene, const RunOptions& options) {
   const FitStage& fit = options.fit;
   if (!options.use_video) return "with --no-video";
-  if (options.simulate.material.young) return "with --young, which says what the object is made of";
-  if (!options.simulate.physgaussian.empty()) return "with --physgaussian, which says what the object is made of";
+  if (options.simulate.material.young) return "with --young, which sets the material";
+  if (!options.simulate.physgaussian.empty()) return "with --physgaussian, which sets the material";
   const bool seen =
       has_video(scene, fit) || !fit.markers.file.empty() || !fit.compare.guide.empty() || fit.released_young;
   return seen ? "" : "without a reference video";
@@ -50,7 +50,7 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
     check_fit_stage(options.fit, has_video(scene, options.fit));
     check_material(scene, options.simulate.material, true);
   } else {
-    check_no_fit_stage(options.fit, no_fit, "leave it out, or let the material be fitted");
+    check_no_fit_stage(options.fit, no_fit, "leave it out, or allow the material to be fitted");
     check_material(scene, options.simulate);
   }
   run_segment(context, run, scene, options.segment);
@@ -81,7 +81,7 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
 
 void add_run(CLI::App& app, Program& program) {
   CLI::App* command =
-      app.add_subcommand("run", "Everything: from a scene, or photos with cameras, to a clip of an object that moves");
+      app.add_subcommand("run", "All stages: from a scene, or photos with cameras, to a clip of the moving object");
   auto options = std::make_shared<RunOptions>();
   const Spelling spelling{.own = false, .left_out = {"physgaussian"}};
   Spelling simulate = spelling, seed = spelling, fit = spelling;
@@ -109,7 +109,7 @@ void add_run(CLI::App& app, Program& program) {
           [options](const std::string& file) {
             options->segment.physgaussian = options->seed.physgaussian = options->simulate.physgaussian = file;
           },
-          "Configuration of PhysGaussian: object, material, boundaries, time")
+          "PhysGaussian configuration: object, material, boundaries, time")
       ->check(CLI::ExistingFile)
       ->option_text("FILE")
       ->group("Object, material and motion");

@@ -7,7 +7,7 @@ namespace {
 
 /// `pliant segment edit DIR`; edits are applied in the order in which they are written.
 CLI::App* add_edit(CLI::App& segment, Program& program) {
-  CLI::App* command = segment.add_subcommand("edit", "Change the objects of a run directory by hand");
+  CLI::App* command = segment.add_subcommand("edit", "Edit the objects of a run directory");
   auto directory = std::make_shared<std::string>();
   auto stage = std::make_shared<EditStage>();
   command->add_option("DIR", *directory, "Run directory")->required();
@@ -20,10 +20,10 @@ CLI::App* add_edit(CLI::App& segment, Program& program) {
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)
         ->type_name("TEXT");
   };
-  edit("--merge", ObjectEdit::Kind::kMerge, "ID,ID,...: these become one, the first; can be repeated, like the others");
-  edit("--split", ObjectEdit::Kind::kSplit,
-       "ID: falls into its separate parts, or is cut in two by colour and distance");
-  edit("--drop", ObjectEdit::Kind::kDrop, "ID: is no object; its Gaussians take the label around them");
+  edit("--merge", ObjectEdit::Kind::kMerge,
+       "ID,ID,...: merge these objects into the first; repeatable, like the others");
+  edit("--split", ObjectEdit::Kind::kSplit, "ID: split into its separate parts, or cut in two by color and distance");
+  edit("--drop", ObjectEdit::Kind::kDrop, "ID: remove the object; its Gaussians take the label around them");
   edit("--name", ObjectEdit::Kind::kName, "ID=NAME");
   add_common(*command, program);
   command->callback([=, &program] {
@@ -39,7 +39,7 @@ CLI::App* add_edit(CLI::App& segment, Program& program) {
 }  // namespace
 
 void add_segment(CLI::App& app, Program& program) {
-  CLI::App* command = app.add_subcommand("segment", "2D masks or a selection -> a label for every Gaussian");
+  CLI::App* command = app.add_subcommand("segment", "Label every Gaussian from 2D masks or a selection");
   struct Options {
     SceneOptions scene;
     ReconstructStage reconstruct;

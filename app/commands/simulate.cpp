@@ -4,7 +4,7 @@
 namespace pliant {
 
 void add_simulate(CLI::App& app, Program& program) {
-  add_stage_command<SimulateStage>(app, program, "simulate", "Move the object under forces (MLS-MPM)", run_simulate,
+  add_stage_command<SimulateStage>(app, program, "simulate", "Simulate the object under forces (MLS-MPM)", run_simulate,
                                    check_given);
 }
 

@@ -29,7 +29,7 @@ LoadOptions SceneOptions::load_options() const {
 Option level_option(std::optional<int>& level) {
   return {.name = "level",
           .field = LevelField{&level},
-          .help = "Level of detail of a streamed SOG, 0 = finest, or 'all' (default: the finest that is there)",
+          .help = "Level of detail of a streamed SOG, 0 = finest, or 'all' (default: the finest available)",
           .value = "N"};
 }
 
@@ -46,11 +46,11 @@ OptionTable options_of(SceneOptions& options) {
             .positive = true},
            {.name = "object-height",
             .field = &options.object_height,
-            .help = "Height of the object along up [m], which sets the length of a scene unit instead",
+            .help = "Height of the object along up [m], which sets the scene unit instead",
             .positive = true},
            {.name = "orbit-views",
             .field = &options.orbit_views,
-            .help = "Views of the orbit when the scene has no cameras (default 24)",
+            .help = "Orbit views if the scene has no cameras (default 24)",
             .low = 4,
             .high = 1000},
            level_option(options.level)}};
@@ -69,7 +69,7 @@ Scene attach_or_reconstruct(const Context& context, const CLI::App& command, Run
   check_networks(segment);
   check_given(command, stage);
   if (!untrained && !segment.joint)
-    refuse_given(command, options_of(stage), {"does nothing: the scene is trained already", "leave it out", {}});
+    refuse_given(command, options_of(stage), {"does nothing: the scene is already trained", "leave it out", {}});
   stage.joint = segment.joint;
   if (segment.joint && segment.hold_out) {
     refuse_given(
@@ -81,7 +81,7 @@ Scene attach_or_reconstruct(const Context& context, const CLI::App& command, Run
   if (segment.joint && !untrained) stage.splats = load_scene(source, options.load_options()).settings.splats.string();
   if (!stage.splats.empty())
     refuse_given(command, options_of(stage),
-                 {"does nothing where a trained scene is trained further",
+                 {"does nothing when training continues from a trained scene",
                   "leave it out",
                   {"strategy", "init", "max-gaussians"}});
   if (untrained || segment.joint) {

@@ -36,12 +36,12 @@ void check_given(const CLI::App& command, SegmentStage& stage) {
         {"does nothing with --auto, which needs no masks", "leave one of them out", {"mask-zero", "associate"}});
   if (stage.label.track)
     refuse_given(command, table,
-                 {"does nothing with --track, whose ids hold in all photos", "leave one of them out", {"associate"}});
+                 {"does nothing with --track, whose IDs hold in all photos", "leave one of them out", {"associate"}});
   if (!lines)
     refuse_given(command, table, {"does nothing without --click or --stroke", "leave it out", {"stroke-width"}});
   if (stage.joint || !stage.gaussian_grouping.empty())
     refuse_given(command, table,
-                 {"does nothing where the labels are trained already",
+                 {"does nothing where the labels are already trained",
                   "leave it out",
                   {"iterations", "no-vote", "associate", "mask-zero"}});
   if (!stage.gaussian_grouping.empty())
@@ -57,12 +57,12 @@ void check_given(const CLI::App& command, ExportStage& stage) {
 void check_given(const CLI::App& command, SeedStage& stage) {
   if (!stage.physgaussian.empty())
     refuse_given(command, options_of(stage),
-                 {"does nothing with --physgaussian, whose grid and pins are taken",
+                 {"does nothing with --physgaussian, whose grid and pins are used",
                   "leave it out",
                   {"particles", "pin-below", "no-pin-contact"}});
   if (stage.pin_below)
     refuse_given(command, options_of(stage),
-                 {"does nothing with --pin-below, which says what is fixed", "leave it out", {"no-pin-contact"}});
+                 {"does nothing with --pin-below, which sets what is fixed", "leave it out", {"no-pin-contact"}});
 }
 
 void check_given(const CLI::App& command, SimulateStage& stage) {
@@ -85,7 +85,7 @@ void check_given(const CLI::App& command, SimulateStage& stage) {
   for (const Option& option : table.options)
     if (option.group == "Constants of the law") unused.insert(option.name);
   refuse_given(command, table,
-               {"does nothing with --physgaussian, whose configuration says it", "write it there", unused});
+               {"does nothing with --physgaussian, whose configuration sets it", "set it there", unused});
 }
 
 }  // namespace pliant

@@ -88,7 +88,7 @@ std::vector<std::string> assert_metrics(const json& metrics, const std::vector<s
     char number[32];
     std::snprintf(number, sizeof number, "%.6g", value);
     failures.push_back(key + " is " + (std::isnan(value) ? "undefined" : number) + " but " + condition +
-                       " was asked for");
+                       " was required");
   }
   return failures;
 }

@@ -30,8 +30,8 @@ void require_names(const std::map<std::string, fs::path>& a, const std::map<std:
     if (!b.count(name) && count++ == 0) first = name;
   }
   if (count > 0) {
-    throw input_error(folder.string(), first, problem + " (" + std::to_string(count) + " such pictures)",
-                      "both folders must hold pictures of the same names");
+    throw input_error(folder.string(), first, problem + " (" + std::to_string(count) + " such images)",
+                      "both folders must contain images with the same names");
   }
 }
 
@@ -44,14 +44,14 @@ json evaluate_images(const fs::path& prediction, const fs::path& truth) {
   if (!fs::is_directory(prediction, ignored) && !fs::is_directory(truth, ignored)) {
     ours = {{truth.stem().string(), prediction}};
   }
-  require_names(theirs, ours, prediction, "lacks a picture of this name");
-  require_names(ours, theirs, truth, "lacks a picture of this name, which the prediction has");
+  require_names(theirs, ours, prediction, "lacks an image of this name");
+  require_names(ours, theirs, truth, "lacks an image of this name, which the prediction has");
 
   json out = {{"kind", "images"},
               {"pictures", theirs.size()},
               {"protocol",
                {{"range", "8-bit values / 255"},
-                {"ssim", "11x11 Gaussian window, sigma 1.5, windows inside the picture"},
+                {"ssim", "11x11 Gaussian window, sigma 1.5, windows inside the image"},
                 {"psnr", "of the mean squared error over R, G and B"}}}};
   std::vector<double> psnr, ssim, error;
   int identical = 0;
@@ -64,7 +64,7 @@ json evaluate_images(const fs::path& prediction, const fs::path& truth) {
                         "render at the size of the photos");
     }
     if (a.width < 11 || a.height < 11)
-      throw input_error(file.string(), "", "is smaller than 11 x 11 pixels", "SSIM needs a larger picture");
+      throw input_error(file.string(), "", "is smaller than 11 x 11 pixels", "SSIM needs a larger image");
     const double mse = mse_loss(a, b);
     json row = {{"identical", mse == 0}};
     ssim.push_back(pliant::ssim(a, b, {}, SsimWindows::kInside));

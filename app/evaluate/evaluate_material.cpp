@@ -18,9 +18,9 @@ MaterialFile read_placed(const fs::path& path) {
   std::error_code ignored;
   const fs::path file = fs::is_directory(path, ignored) ? path / "material.h5" : path;
   MaterialFile m = read_material(file);
-  if (m.young.empty()) throw input_error(file.string(), "/solid/young", "is empty", "name the material of an object");
+  if (m.young.empty()) throw input_error(file.string(), "/solid/young", "is empty", "give the material of an object");
   if (m.position.empty()) {
-    throw input_error(file.string(), "/solid/position", "is missing, and so is particles.h5 beside the file",
+    throw input_error(file.string(), "/solid/position", "is missing, and so is particles.h5 next to the file",
                       "keep material.h5 in the folder of its particles.h5");
   }
   return m;

@@ -29,7 +29,7 @@ ReferenceVideo read_video(const fs::path& path, const MotionScore& score, double
   Camera camera = like;
   if (camera.width == 0) {
     const std::optional<TimedFrame> first = open_frames(path, score.fps > 0 ? score.fps : 0)->next();
-    if (!first) throw input_error(path.string(), "", "has no frame", "name a video or a folder of frames");
+    if (!first) throw input_error(path.string(), "", "has no frames", "give a video or a folder of frames");
     camera.name = "video";
     camera.width = first->picture.width;
     camera.height = first->picture.height;
@@ -121,8 +121,8 @@ PointMotion particles_of(const fs::path& path) {
   const fs::path file = fs::is_directory(path, ignored) ? path / "trajectory.h5" : path;
   const TrajectoryFile t = read_trajectory(file);
   if (t.frames.size() < 2 || t.frames[0].position.empty())
-    throw input_error(file.string(), "/particles/" + t.object, "has fewer than 2 frames or no particle",
-                      "name a simulated trajectory");
+    throw input_error(file.string(), "/particles/" + t.object, "has fewer than 2 frames or no particles",
+                      "give a simulated trajectory");
   PointMotion motion;
   motion.dims = 3;
   motion.rate = static_cast<double>(t.frames.size() - 1) / (t.frames.back().time - t.frames.front().time);
@@ -194,7 +194,7 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
   if (particles) {
     const auto refuse = [&](const char* option, double value, double usual) {
       if (value != usual)
-        throw usage_error("evaluate", option, "does nothing for trajectories, which have times of their own",
+        throw usage_error("evaluate", option, "does nothing for trajectories, which have their own times",
                           "leave it out");
     };
     refuse("--fps", score.fps, MotionScore().fps);
@@ -212,13 +212,11 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
   }
   const char* unit = particles ? "m" : "px";
   if (truth.points() == 0)
-    throw input_error(truth_path.string(), "", "shows nothing that moves",
-                      "check the file, and the part of it that is compared");
+    throw input_error(truth_path.string(), "", "shows no motion", "check the file and the compared interval");
   int first = score.free_from >= 0 ? static_cast<int>(std::lround(score.free_from * truth.rate)) : -1;
   const Vibration true_vibration = describe_vibration(truth, first);
   if (particles ? !(true_vibration.amplitude > 0) : true_vibration.amplitude < kLeastMotion)
-    throw input_error(truth_path.string(), "", "shows nothing that moves",
-                      "check the file, and the part of it that is compared");
+    throw input_error(truth_path.string(), "", "shows no motion", "check the file and the compared interval");
   out["free_from_s"] = first / truth.rate;
   out["truth"] = to_json(truth, true_vibration, unit);
   Vibration vibration;

@@ -130,7 +130,7 @@ std::vector<HiddenView> read_views(const fs::path& run, const fs::path& scene) {
     std::error_code ignored;
     if (!fs::is_directory(truth / folder, ignored))
       throw input_error(scene.string(), std::string("truth/") + folder, "does not exist",
-                        "name a scene made by `pliant demo`");
+                        "give a scene made by `pliant demo`");
   }
   const GaussianCloud before = read_ply(run / "background.ply"), after = read_ply(run / "background_repaired.ply");
   std::vector<HiddenView> views;
@@ -143,7 +143,7 @@ std::vector<HiddenView> read_views(const fs::path& run, const fs::path& scene) {
                     {}};
     if (view.truth.width != camera.width || view.hidden.width != camera.width || view.truth.height != camera.height ||
         view.hidden.height != camera.height)
-      throw input_error((truth / "hidden" / (camera.name + ".png")).string(), "", "is not of the camera's size",
+      throw input_error((truth / "hidden" / (camera.name + ".png")).string(), "", "does not have the camera's size",
                         "make the scene again");
     view.alone = inpainted_alone(view);
     views.push_back(std::move(view));
@@ -182,8 +182,8 @@ json evaluate_repair(const fs::path& run, const fs::path& scene) {
     if (here.count) per_view[view.camera.name] = {{"pixels", here.count / 3}, {"psnr", here.psnr()}};
   }
   if (never.count == 0)
-    throw input_error((scene / "truth/hidden").string(), "", "has no pixel that no photo shows",
-                      "nothing had to be invented");
+    throw input_error((scene / "truth/hidden").string(), "", "has no pixel hidden in all photos",
+                      "there was nothing to fill in");
   for (const HiddenView& from : views)
     for (const HiddenView& to : views)
       if (&from != &to) compare_views(from, to, consistent, alone_consistent);

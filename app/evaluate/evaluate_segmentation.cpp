@@ -133,7 +133,7 @@ json evaluate_labels(const fs::path& prediction, const fs::path& truth, const Se
   }
   for (uint32_t& id : ours.label) id = matched(match, id);
   const std::set<uint32_t> ids = labelled_ids({theirs.label.begin(), theirs.label.end()});
-  if (ids.empty()) throw input_error(truth.string(), "/label", "labels nothing", "name a file with ids above 0");
+  if (ids.empty()) throw input_error(truth.string(), "/label", "labels no object", "give a file with ids above 0");
   Overlaps overlap;
   double correct = 0, labelled = 0;
   count(ours.label, theirs.label, overlap, correct, labelled);
@@ -208,10 +208,10 @@ json evaluate_segmentation(const fs::path& prediction, const fs::path& truth, co
     labelled += here_labelled;
   }
   if (missing.size() == theirs.size()) {
-    throw input_error(prediction.string(), theirs.begin()->first, "has no picture of any name in the truth",
-                      "name the pictures like the photos");
+    throw input_error(prediction.string(), theirs.begin()->first, "has no image with a name from the truth",
+                      "name the images like the photos");
   }
-  if (all.empty()) throw input_error(truth.string(), "", "labels nothing", "name a folder with ids above 0");
+  if (all.empty()) throw input_error(truth.string(), "", "labels no object", "give a folder with ids above 0");
   json extra = json::array();
   for (const auto& [name, file] : ours) {
     if (!theirs.count(name)) extra.push_back(name);

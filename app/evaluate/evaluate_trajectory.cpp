@@ -21,8 +21,8 @@ TrajectoryFile read_moving(const fs::path& path) {
   const fs::path file = fs::is_directory(path, ignored) ? path / "trajectory.h5" : path;
   TrajectoryFile t = read_trajectory(file);
   if (t.frames.size() < 2 || t.frames[0].position.empty()) {
-    throw input_error(file.string(), "/particles/" + t.object, "has fewer than 2 frames or no particle",
-                      "name a simulated trajectory");
+    throw input_error(file.string(), "/particles/" + t.object, "has fewer than 2 frames or no particles",
+                      "give a simulated trajectory");
   }
   for (auto& frame : t.frames)
     for (Vec3f& x : frame.position) x *= static_cast<float>(t.metres_per_unit);
@@ -111,7 +111,7 @@ json evaluate_trajectory(const fs::path& prediction, const fs::path& truth_path)
     for (int axis = 0; axis < 3; ++axis) height = std::max(height, extent(rest, Vec3d::Unit(axis)));
   }
   if (!(height > 0))
-    throw input_error(truth_path.string(), "/particles/" + truth.object, "has no extent", "name an object");
+    throw input_error(truth_path.string(), "/particles/" + truth.object, "has no extent", "give an object");
   std::vector<double> times;
   for (const auto& frame : truth.frames) {
     if (frame.time <= ours.frames.back().time * (1 + 1e-9)) times.push_back(frame.time);

@@ -62,7 +62,7 @@ std::map<std::string, fs::path> pictures_of(const fs::path& folder) {
     const std::string name = file.stem().string();
     if (name[0] == '.' || (extension != ".png" && extension != ".jpg" && extension != ".jpeg")) return;
     if (!pictures.emplace(name, file).second) {
-      throw input_error(folder.string(), name, "names two pictures", "keep one of them");
+      throw input_error(folder.string(), name, "is the name of two images", "keep one of them");
     }
   };
   if (fs::is_directory(folder, failed)) {
@@ -71,7 +71,7 @@ std::map<std::string, fs::path> pictures_of(const fs::path& folder) {
     add(folder);
   }
   if (pictures.empty())
-    throw input_error(folder.string(), "", "holds no picture", "name a folder of PNG or JPEG pictures");
+    throw input_error(folder.string(), "", "contains no images", "give a folder of PNG or JPEG images");
   return pictures;
 }
 

@@ -62,75 +62,70 @@ FitBlindness find_blindness(const FitScene& fit, const FittedMotion& motion) {
 
 std::vector<std::string> undetermined_by_video(const FitEvidence& e, const FitBlindness& blindness, double fps) {
   std::vector<std::string> out;
-  out.push_back(fmt::format(
-      "A motion tells E / density, not E alone: E holds for the density that was given, and {}.",
-      e.poisson_fitted ? "Poisson's ratio, which changes a motion little, may be far from the one that was found"
-                       : "Poisson's ratio is the one that was given"));
+  out.push_back(fmt::format("Motion determines E / density, not E alone: E is valid for the given density, and {}.",
+                            e.poisson_fitted
+                                ? "Poisson's ratio, which affects motion little, may be far from the fitted value"
+                                : "Poisson's ratio is the given one"));
   if (e.stated_fps > 0)
     out.push_back(
-        fmt::format("E grows with the square of the frame rate, which is taken to be {:.4g} frames a second: were it "
-                    "twice that in truth, E would be 4 times as "
-                    "large, {:.3g} Pa; were it half, a quarter, {:.3g} Pa.",
+        fmt::format("E scales with the square of the frame rate, assumed to be {:.4g} frames per second: at twice that "
+                    "rate, E would be 4 times as large, {:.3g} Pa; at half of it, a quarter, {:.3g} Pa.",
                     e.stated_fps, 4 * e.young, e.young / 4));
   if (blindness.depth_share)
     out.push_back(
-        fmt::format("One camera hardly sees motion along its line of sight, which has {:.0f} % of the energy of the "
-                    "fitted start: there the start is "
-                    "what the object's own vibrations make likely.",
+        fmt::format("One camera barely sees motion along its line of sight, which carries {:.0f} % of the energy of "
+                    "the fitted initial state: that component is inferred from the object's vibration modes.",
                     100 * *blindness.depth_share));
   if (blindness.unseen_volume > 0.02)
-    out.push_back(fmt::format(
-        "{:.0f} % of what moves lies away from every point that was followed; nothing was seen of its motion.",
-        100 * blindness.unseen_volume));
+    out.push_back(
+        fmt::format("{:.0f} % of the moving volume is far from every tracked point; its motion was not observed.",
+                    100 * blindness.unseen_volume));
   if (blindness.stiff_volume > 0.02)
-    out.push_back(fmt::format("{:.0f} % of the object hardly deforms in this video; it might as well be much stiffer.",
+    out.push_back(fmt::format("{:.0f} % of the object barely deforms in this video; it could be much stiffer.",
                               100 * blindness.stiff_volume));
   if (!e.searched)
     out.push_back(
-        "E was followed downhill from the one that was given, not searched for: another may explain the video better. "
-        "Damping was not fitted.");
+        "E was refined from the given value by gradient descent, not searched globally: another value may explain the "
+        "video better. Damping was not fitted.");
   if (e.field_left)
     out.push_back(
-        "Stiffness that differs from place to place explained the motion no better than one for the whole object, "
-        "which was kept: the video does not tell "
-        "its parts apart.");
+        "A spatially varying stiffness explained the motion no better than one for the whole object, which was kept: "
+        "the video does not distinguish its parts.");
   if (e.one_stiffness)
-    out.push_back("One stiffness was fitted for the whole object; differences between its parts were not looked for.");
+    out.push_back("One stiffness was fitted for the whole object; differences between its parts were not considered.");
   else if (!e.errors_known)
-    out.push_back("How sure E is from place to place was not worked out; a fit with --field smooth says so.");
+    out.push_back("The spatial uncertainty of E was not computed; a fit with --field smooth computes it.");
   else if (e.undecided_volume > 0.02)
     out.push_back(
-        fmt::format("Where uncertainty.png is bright, in {:.0f} % of the object, its stiffness against the rest is a "
-                    "guess: the video leaves it as "
-                    "uncertain as it was before.",
+        fmt::format("Where uncertainty.png is bright, in {:.0f} % of the object, its stiffness relative to the rest is "
+                    "a guess: the video does not reduce its prior uncertainty.",
                     100 * e.undecided_volume));
   if (e.by_gradients && e.errors_known)
     out.push_back(
-        "The uncertainty of E is what the followed points leave open near the fit that was found; pictures and flow "
-        "were not asked.");
+        "The uncertainty of E reflects only the tracked points, near the fit that was found; images and optical flow "
+        "were not considered.");
   for (size_t k = 0; k < e.rival_factor.size(); ++k) {
     const double ratio = e.rival_factor[k];
     if (std::abs(std::log10(ratio)) > 0.05 && e.rival_rms[k] < 1.3 * e.rms)
-      out.push_back(fmt::format("E = {:.3g} Pa explains the video almost as well ({:.2f} px against {:.2f}).",
+      out.push_back(fmt::format("E = {:.3g} Pa explains the video almost as well (RMSE {:.2f} px against {:.2f} px).",
                                 e.young * ratio, e.rival_rms[k], e.rms));
   }
   if (e.strongest_hz > 0.25 * fps)
-    out.push_back(
-        fmt::format("The strongest vibration, {:.2g} Hz, is above a quarter of the {:.3g} frames a second: a slower "
-                    "one that is seen at the same "
-                    "instants could be mistaken for it. Film faster.",
-                    e.strongest_hz, fps));
-  if (e.periods > 0 && e.periods < 1)
     out.push_back(fmt::format(
-        "Only {:.1f} of a period is seen: E and the way the motion starts are hard to tell apart.", e.periods));
+        "The dominant vibration, {:.2g} Hz, is above a quarter of the frame rate, {:.3g} frames per second: a slower "
+        "one sampled at the same instants could be mistaken for it. Film at a higher frame rate.",
+        e.strongest_hz, fps));
+  if (e.periods > 0 && e.periods < 1)
+    out.push_back(
+        fmt::format("Only {:.1f} of a period is visible: E and the initial state are hard to distinguish.", e.periods));
   if (e.losses.transfers > kNotable * e.losses.whole)
     out.push_back(
-        fmt::format("The solver's grid takes energy too, as a damping time of {:.2g} s would: {:.2g} s is what it "
-                    "needs beside that, and on another grid the motion "
-                    "would die away differently. With all losses the object's own damping time is {:.2g} s.",
+        fmt::format("The solver's grid also dissipates energy, equivalent to a damping time of {:.2g} s: the "
+                    "simulation adds one of {:.2g} s, and on another grid the motion would decay differently. With all "
+                    "losses the object's own damping time is {:.2g} s.",
                     1 / e.losses.transfers, e.damping_time, 1 / e.losses.whole));
   if (e.damping_high > 3 * e.damping_low)
-    out.push_back(fmt::format("Damping is hardly determined: any time from {:.2g} s to {:.2g} s would do.",
+    out.push_back(fmt::format("Damping is barely determined: any damping time from {:.2g} s to {:.2g} s fits.",
                               e.damping_low, e.damping_high));
   return out;
 }

@@ -51,9 +51,9 @@ std::shared_ptr<Guidance> start_guide(const Context& context, const RunDirectory
   options.interrupted = context.interrupted;
   options.step_limit = stage.guide_limit;
   options.start_limit = 2 * stage.guide_limit;
-  context.progress.say(fmt::format("fit: waits until `{}` is ready", stage.guide));
+  context.progress.say(fmt::format("fit: waiting for `{}` to be ready", stage.guide));
   auto guide = std::make_shared<Guidance>(options, run / "fit/guide");
-  context.progress.say(fmt::format("fit: '{}' judges the drawn motion", guide->name()));
+  context.progress.say(fmt::format("fit: '{}' scores the rendered motion", guide->name()));
   return guide;
 }
 
@@ -73,7 +73,7 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
     options.part =
         stage.part_labels.empty() ? parts_of(fit, stage.parts) : labelled_parts(fit, scene, stage.part_labels);
     context.progress.say(
-        fmt::format("fit: {} parts that may differ in stiffness", *std::ranges::max_element(options.part) + 1));
+        fmt::format("fit: {} parts, each with its own stiffness", *std::ranges::max_element(options.part) + 1));
   }
   if (stage.field == "smooth") options.kind = MaterialKind::kSmooth;
   if (stage.field == "triplanes")

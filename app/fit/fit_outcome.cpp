@@ -87,7 +87,7 @@ FitFindings findings_of(const MaterialFit& fit, const Particles& before, double 
   out.search_unexplained = constant.search.unexplained;
   for (const FitStep& step : fit.steps)
     out.refinements.push_back(
-        {step.name, step.by_gradients ? "loss of the frames compared" : "points off by [px]", step.loss});
+        {step.name, step.by_gradients ? "loss of the compared frames" : "track RMSE [px]", step.loss});
   return out;
 }
 

@@ -19,7 +19,7 @@ std::string place_of(const FitCheckpoint& checkpoint) {
   size_t steps = checkpoint.markers.refinement.loss.size() + checkpoint.markers.simulated.size();
   if (steps > 0) return fmt::format("after {} steps of an interrupted fit", steps);
   for (const GaussNewtonState& refinement : checkpoint.vibration.refinements) steps += refinement.loss.size() - 1;
-  const std::string from = checkpoint.field ? "field" : checkpoint.homogeneous ? "best constant" : "modes";
+  const std::string from = checkpoint.field ? "field" : checkpoint.homogeneous ? "best uniform E" : "modes";
   return steps == 0 ? fmt::format("from the {} of an interrupted fit", from)
                     : fmt::format("after {} steps from the {} of an interrupted fit", steps, from);
 }
@@ -30,10 +30,9 @@ std::shared_ptr<FitCheckpoint> kept_checkpoint(const Context& context, const fs:
   if (fs::exists(file)) {
     const bool same = read_fit_checkpoint_provenance(file) == provenance;
     if (same) *checkpoint = read_fit_checkpoint(file);
-    context.progress.say(
-        same
-            ? "fit: goes on " + place_of(*checkpoint)
-            : "fit: begins anew; the interrupted fit had other options or inputs, or was of another version of Pliant");
+    context.progress.say(same ? "fit: resuming " + place_of(*checkpoint)
+                              : "fit: starting over; the interrupted fit had other options or inputs, or is from "
+                                "another version of Pliant");
   }
   checkpoint->provenance_json = provenance;
   fs::create_directories(file.parent_path());

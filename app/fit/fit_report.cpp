@@ -108,14 +108,14 @@ void write_fit_pictures(const fs::path& folder, const FitScene& fit, const FitFi
     std::vector<double> sigma = findings.sigma_of_driver;
     for (double& s : sigma) s = std::clamp(s, kSurest, kVaguest);
     write_image(folder / "uncertainty.png",
-                picture_of_drivers(fit, sigma, kSurest, kVaguest, "one standard deviation of log10 E [decades]"));
+                picture_of_drivers(fit, sigma, kSurest, kVaguest, "standard deviation of log10 E [decades]"));
   }
   if (!findings.search_young.empty()) {
     Curve curve{"", {}, findings.search_unexplained, false, 0};
     for (const double young : findings.search_young) curve.x.push_back(std::log10(young));
-    Chart chart{"Search: what each stiffness leaves unexplained",
+    Chart chart{"Search: unexplained motion for each stiffness",
                 "log10 of Young's modulus [Pa]",
-                "share of the motion",
+                "unexplained fraction",
                 {curve},
                 {},
                 true};
@@ -127,7 +127,7 @@ void write_fit_pictures(const fs::path& folder, const FitScene& fit, const FitFi
   for (const FitFindings::Refinement& stage : findings.refinements) {
     if (stage.value.empty()) continue;
     if (charts.empty() || charts.back().y_label != stage.label)
-      charts.push_back({"Refinement on simulated motions", "step", stage.label, {}, {}, true});
+      charts.push_back({"Refinement by simulation", "step", stage.label, {}, {}, true});
     const int color = static_cast<int>(charts.back().curves.size()) / 2;
     Curve curve{stage.name, {}, stage.value, false, color};
     for (size_t i = 0; i < stage.value.size(); ++i) curve.x.push_back(static_cast<double>(i));

@@ -20,23 +20,23 @@ std::string numbers(const json& fit) {
                           fmt::format(fmt::runtime(format), scale * fit[key].get<double>()));
   };
   row("young_pa", "Young's modulus", "{:.4g} Pa");
-  row("young_before_pa", "the same before", "{:.4g} Pa");
-  row("log10_sigma", "one standard deviation by noise alone", "{:.3f} decades");
+  row("young_before_pa", "Young's modulus before the fit", "{:.4g} Pa");
+  row("log10_sigma", "standard deviation of log10 E from noise alone", "{:.3f} decades");
   row("poisson", "Poisson's ratio", "{:.3f}");
-  row("whole_damping_time_s", "damping time, the object's own", "{:.3g} s");
+  row("whole_damping_time_s", "total damping time of the object", "{:.3g} s");
   row("damping_time_s",
-      fit.contains("whole_damping_time_s") ? "the same beside what the solver's grid takes" : "damping time",
+      fit.contains("whole_damping_time_s") ? "damping time in addition to the grid's dissipation" : "damping time",
       "{:.3g} s");
   row("release_s", "release", "{:.4f} s");
-  row("rms_mm", "markers off by", "{:.3g} mm");
-  row("rms_with_later_mm", "the same with as much again that the fit did not see", "{:.3g} mm");
-  row("rms_px", "points off by", "{:.2f} px");
-  row("rms_still_px", "the same if nothing moved", "{:.2f} px");
+  row("rms_mm", "marker RMSE", "{:.3g} mm");
+  row("rms_with_later_mm", "marker RMSE with the held-out motion", "{:.3g} mm");
+  row("rms_px", "track RMSE", "{:.2f} px");
+  row("rms_still_px", "track RMSE if nothing moved", "{:.2f} px");
   row("periods", "periods in the video", "{:.1f}");
-  row("psnr_used", "frames that the fit saw", "{:.1f} dB");
+  row("psnr_used", "PSNR of fitted frames", "{:.1f} dB");
   if (fit.value("frames_later", 0) > 0) {
-    row("psnr_later", "later frames", "{:.1f} dB");
-    row("still_later", "the first frame held, against the later ones", "{:.1f} dB");
+    row("psnr_later", "PSNR of later frames", "{:.1f} dB");
+    row("still_later", "PSNR of the static first frame against later ones", "{:.1f} dB");
   }
   return "<table>\n" + rows + "</table>\n";
 }
@@ -44,7 +44,7 @@ std::string numbers(const json& fit) {
 /// What each stage brought, and why it ended.
 std::string steps_table(const json& fit) {
   if (!fit.contains("steps")) return "";
-  std::string rows = "<tr><th>stage</th><th>points off by</th><th>time</th><th>steps</th><th>ended by</th></tr>\n";
+  std::string rows = "<tr><th>stage</th><th>track RMSE</th><th>time</th><th>steps</th><th>stopped by</th></tr>\n";
   for (const json& step : fit["steps"]) {
     const bool refined = step.contains("stopped_by");
     const std::string ended = refined ? fmt::format("<td>{}</td><td>{}{}</td>", step["loss"].size() - 1,
@@ -55,7 +55,7 @@ std::string steps_table(const json& fit) {
                         html_escaped(step["name"].get<std::string>()), step["rms_px"].get<double>(),
                         step["seconds"].get<double>(), ended);
   }
-  return "<p>What each stage brought:</p>\n<table>\n" + rows + "</table>\n";
+  return "<p>Stages of the fit:</p>\n<table>\n" + rows + "</table>\n";
 }
 
 }  // namespace
@@ -64,25 +64,26 @@ std::string fit_section(const RunDirectory& run) {
   const json& fit = run.summary("fit", "run `pliant fit` first");
   std::string html = numbers(fit) + steps_table(fit);
   if (fit.contains("undetermined")) {
-    html += "<p>What this does not determine:</p><ul>\n";
+    html += "<p>Limits of this fit:</p><ul>\n";
     for (const json& sentence : fit["undetermined"])
       html += "<li>" + html_escaped(sentence.get<std::string>()) + "</li>\n";
     html += "</ul>\n";
   }
-  html += html_video(run, "fit/side_by_side.mp4", "The video, the fitted motion, their difference");
+  html += html_video(run, "fit/side_by_side.mp4", "Video, fitted motion, and their difference");
   for (int i = 2; fs::exists(run / fmt::format("fit/side_by_side_{}.mp4", i)); ++i)
-    html += html_video(run, fmt::format("fit/side_by_side_{}.mp4", i), fmt::format("The same of video {}", i));
-  html += html_video(run, "fit/guided.mp4", "The motion with what was found");
+    html += html_video(run, fmt::format("fit/side_by_side_{}.mp4", i),
+                       fmt::format("Video {}, fitted motion, and their difference", i));
+  html += html_video(run, "fit/guided.mp4", "Motion with the fitted material");
   html += html_picture(run, "fit/slices.png",
                        "Space-time slices: a line of pixels over time, in the video and in the fitted motion");
   html += html_picture(run, "fit/markers.png", "Markers: measured and simulated");
-  html += html_picture(run, "fit/search.png", "The search over stiffness");
+  html += html_picture(run, "fit/search.png", "Search over stiffness");
   html += html_picture(
       run, "fit/loss.png",
-      "The refinement, stage by stage: errors over all frames, though a field is fitted to the first few frames first");
-  html += html_picture(run, "fit/loss_2.png", "The same of gradients");
+      "Refinement by stages: errors over all frames, although a field is first fitted to the first few frames");
+  html += html_picture(run, "fit/loss_2.png", "Refinement by gradients");
   html += html_picture(run, "fit/young.png", "Young's modulus on the object");
-  html += html_picture(run, "fit/uncertainty.png", "How well it is known");
+  html += html_picture(run, "fit/uncertainty.png", "Uncertainty of Young's modulus");
   return html;
 }
 

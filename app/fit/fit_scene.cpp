@@ -42,7 +42,7 @@ void choose_points(FitView& fit, const ImageF& depth, int wanted) {
   for (const float share : fit.moving.data) inside += share > 0.8f;
   if (inside < 30)
     throw input_error("fit", "object",
-                      fmt::format("shows only {} pixels that can move to camera '{}'", inside, fit.video.camera.name),
+                      fmt::format("covers only {} movable pixels of camera '{}'", inside, fit.video.camera.name),
                       "check the camera of the video, and what is pinned");
   const double step = std::max(1.0, std::sqrt(static_cast<double>(inside) / wanted));
   const Camera& camera = fit.video.camera;
@@ -117,7 +117,7 @@ void keep_foreground(const Context& context, FitView& view, const ImageF& mask) 
     kept += view.moving.data[i] *= mask.data[i];
     view.mask.data[i] = view.moving.data[i] > 0.5f;
   }
-  const std::string sentence = fmt::format("the mask of camera '{}' holds {:.0f} % of what can move there",
+  const std::string sentence = fmt::format("the mask of camera '{}' covers {:.0f} % of the movable pixels there",
                                            view.video.camera.name, 100 * kept / std::max(before, 1e-12));
   if (kept < kLeastForeground * before)
     context.progress.warn(sentence + ": check that it is bright where the object is");
@@ -179,10 +179,10 @@ PointTracks follow_points(const Context& context, const FitScene& fit) {
     ReferenceVideo seen = view->video;
     seen.frames.resize(fit.used);
     PixelTracks followed = track_pixels({}, seen, view->pixel, view->mask);
-    context.progress.say(fmt::format("fit: {} points followed through {} frames of camera '{}', mean weight {:.2f}",
+    context.progress.say(fmt::format("fit: {} points tracked through {} frames of camera '{}', mean weight {:.2f}",
                                      view->pixel.size(), fit.used, view->video.camera.name, followed.kept));
     if (followed.kept < 0.05)
-      throw input_error("fit", "video", "does not let the object's points be followed",
+      throw input_error("fit", "video", "does not allow the object's points to be tracked",
                         "check that it shows this object from camera '" + view->video.camera.name + "'");
     for (int f = 0; f < fit.used && !view->compared.empty(); ++f)
       for (size_t k = 0; k < view->pixel.size(); ++k)

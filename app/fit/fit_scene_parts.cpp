@@ -95,8 +95,8 @@ std::vector<uint32_t> labelled_parts(const FitScene& fit, const Scene& scene, co
     part[d] = number.emplace(best->first, static_cast<uint32_t>(number.size())).first->second;
   }
   if (number.size() < 2)
-    throw input_error(file, "label", "is the same on everything that moves",
-                      "give labels that tell parts apart, or use --field uniform");
+    throw input_error(file, "label", "is the same for all moving Gaussians",
+                      "give labels that distinguish parts, or use --field uniform");
   return part;
 }
 

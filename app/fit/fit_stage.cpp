@@ -75,16 +75,15 @@ json fit_to_video(const Context& context, const RunDirectory& run, const FitInpu
   const FittedMotion motion = replay(fit, found, fitted, options.vibration.simulate);
   const MotionScores scores = compare_motion(fit, motion, run / "fit");
   write_fit_pictures(run / "fit", fit, findings_of(found_material, fit.body.particles, material.young));
-  context.progress.say(
-      fmt::format("fit: E = {:.4g} Pa{} (+-{:.1f} % by noise alone), damping time {:.3g} s; {:.1f} dB where it moves "
-                  "(held first frame {:.1f}, scene at rest against it {:.1f})",
-                  young, stage.field == "uniform" ? "" : " in the mean of its logarithm",
-                  100 * (std::pow(10.0, found.log10_sigma) - 1), found.damping_time, scores.psnr_used,
-                  scores.still_used, scores.rest));
+  context.progress.say(fmt::format(
+      "fit: E = {:.4g} Pa{} (+-{:.1f} % from noise alone), damping time {:.3g} s; PSNR {:.1f} dB where it moves "
+      "(static first frame {:.1f}, rendered rest state against it {:.1f})",
+      young, stage.field == "uniform" ? "" : " in the geometric mean", 100 * (std::pow(10.0, found.log10_sigma) - 1),
+      found.damping_time, scores.psnr_used, scores.still_used, scores.rest));
   if (scores.frames_later > 0)
-    context.progress.say(fmt::format(
-        "fit: {:.1f} dB over the {} frames that it did not see (best constant E {:.1f}, held first frame {:.1f})",
-        scores.psnr_later, scores.frames_later, constant_scores.psnr_later, scores.still_later));
+    context.progress.say(
+        fmt::format("fit: PSNR {:.1f} dB over {} held-out frames (best uniform E {:.1f}, static first frame {:.1f})",
+                    scores.psnr_later, scores.frames_later, constant_scores.psnr_later, scores.still_later));
   json result = {{"young_pa", young},
                  {"log10_sigma", found.log10_sigma},
                  {"damping_time_s", found.damping_time},

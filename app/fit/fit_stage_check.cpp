@@ -121,31 +121,31 @@ void check_fit_stage(const FitStage& stage, bool has_video) {
     refuse(of_markers(stage), "without markers", "add " + stage.typed("markers") + " FILE");
   if (stage.released_young) {
     refuse({{stage.typed("markers"), markers}}, "with " + stage.typed("released-fields"), "leave one of them out");
-    refuse(of_pictures(stage), "with " + stage.typed("released-fields") + ", which are taken as they are",
+    refuse(of_pictures(stage), "with " + stage.typed("released-fields") + ", which are used unchanged",
            "leave it out, or fit to the video");
   }
   const bool recipe = stage.recipe == "physdreamer";
   if (recipe)
     refuse({{stage.typed("guidance-cmd"), guided}},
-           "with " + stage.typed("recipe") + " physdreamer, which compares with the video alone",
+           "with " + stage.typed("recipe") + " physdreamer, which only compares with the video",
            "leave one of them out");
   const bool by_gradients =
       recipe || stage.field == "triplanes" || c.loss != "tracks" || c.flow_weight > 0 || c.poisson || guided;
   const std::string pictures = "add " + stage.typed("loss") + " image or both";
   if (!by_gradients)
-    refuse(of_gradients(stage), "where no gradients run: the points that are followed are fitted by Gauss-Newton",
+    refuse(of_gradients(stage), "without gradients: the tracked points are fitted by Gauss-Newton",
            pictures + ", " + stage.typed("flow-weight") + ", " + stage.typed("field") + " triplanes or " +
                stage.typed("recipe") + " physdreamer");
-  if (c.loss == "tracks") refuse(of_picture_loss(stage), "without pictures", pictures);
-  if (!guided) refuse(of_guide(stage), "without a program that judges", "add " + stage.typed("guidance-cmd") + " CMD");
-  if (guided && has_video) refuse(of_drawing(stage), "beside a video, which says what is drawn", "leave it out");
+  if (c.loss == "tracks") refuse(of_picture_loss(stage), "without an image loss", pictures);
+  if (!guided) refuse(of_guide(stage), "without a guidance program", "add " + stage.typed("guidance-cmd") + " CMD");
+  if (guided && has_video) refuse(of_drawing(stage), "with a video, which sets what is rendered", "leave it out");
   if (guided && !has_video) {
     refuse(of_watching(stage), "without a video", "leave it out, or add --video FILE");
     refuse({{stage.typed("loss"), c.loss != "tracks"}, {stage.typed("flow-weight"), c.flow_weight > 0}},
            "without a video", "give --video FILE, or leave it out");
   }
   if (stage.generate.command.empty())
-    refuse(of_generating(stage), "without a program that makes the video",
+    refuse(of_generating(stage), "without a program that generates the video",
            "add " + stage.typed("video-model-cmd") + " CMD");
   else
     refuse({{stage.typed("video"), !stage.video().empty()},
@@ -153,12 +153,12 @@ void check_fit_stage(const FitStage& stage, bool has_video) {
             {stage.typed("video-last"), stage.last > 0},
             {stage.typed("refine-camera"), stage.refine_camera},
             {stage.typed("compare-fps"), stage.compare_fps > 0}},
-           "with " + stage.typed("video-model-cmd") + ", whose video is used as it is made", "leave it out");
+           "with " + stage.typed("video-model-cmd") + ", whose video is used unchanged", "leave it out");
   if (stage.field != "parts")
     refuse(of_parts(stage), "without parts", "add " + stage.typed("field") + " parts");
   else if (!stage.part_labels.empty())
     refuse({{stage.typed("parts"), stage.parts != FitStage().parts}},
-           "with " + stage.typed("part-labels") + ", which say how many there are", "leave it out");
+           "with " + stage.typed("part-labels") + ", which set their number", "leave it out");
 }
 
 }  // namespace pliant

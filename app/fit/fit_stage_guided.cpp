@@ -89,7 +89,7 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
   write_clip(run / "fit/guided.mp4", fit, found.motion);
   FitFindings findings;
   findings.young = young;
-  findings.refinements = {{"guided", "loss of the guiding program", {}}};
+  findings.refinements = {{"guided", "loss of the guidance program", {}}};
   for (size_t i = 0; i < found.motion.particles.size(); ++i)
     findings.young_of_driver.push_back(material.young * found.motion.particles.young[i] / fit.body.particles.young[i]);
   for (const GradientFitRow& row : found.iterations) findings.refinements[0].value.push_back(row.loss);
@@ -104,7 +104,7 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
                  {"loss_first", found.iterations.front().loss},
                  {"loss_last", found.iterations.back().loss},
                  {"undetermined",
-                  {"Nothing was measured: E and damping are those with which the guiding program likes the drawn "
+                  {"Nothing was measured: E and damping are those for which the guidance program prefers the rendered "
                    "motion under these forces."}}};
   if (compare.poisson) result["poisson"] = found.motion.particles.poisson.at(0);
   json full = result;

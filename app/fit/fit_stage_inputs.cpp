@@ -24,9 +24,10 @@ void add_video(const Scene& scene, const FitStage& stage, FitInputs& in) {
 void add_released_fields(const Scene& scene, FitInputs& in) {
   const std::optional<PhysDreamerFolder> source = physdreamer_folder(scene);
   if (!source)
-    throw usage_error("--released-fields", "", "needs a scene folder of PhysDreamer", "run on such a folder");
+    throw usage_error("--released-fields", "", "needs a scene folder of PhysDreamer",
+                      "give a PhysDreamer scene folder");
   if (source->material_field.empty())
-    throw input_error((scene.source / "sim_fields.pt").string(), "", "is missing", "copy the released field there");
+    throw input_error((scene.source / "sim_fields.pt").string(), "", "is missing", "copy the published field there");
   in.parts.insert({ScenePart::kFolder, ScenePart::kSplats});
   in.files["material_field"] = source->material_field;
   if (!source->velocity_field.empty()) in.files["velocity_field"] = source->velocity_field;
@@ -87,7 +88,7 @@ void set_fit_aside(const Context& context, RunDirectory& run) {
   if (context.overwrite)
     for (const std::string& name : moved) std::filesystem::remove_all(run / name);
   else
-    context.progress.say(fmt::format("fit: not used any more, and kept: {}", fmt::join(moved, ", ")));
+    context.progress.say(fmt::format("fit: no longer used, but kept: {}", fmt::join(moved, ", ")));
 }
 
 nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage) {

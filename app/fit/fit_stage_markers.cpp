@@ -95,7 +95,7 @@ ImageF marker_chart(const MarkerTracks& tracks, const MarkerFitResult& r, double
   order.resize(std::min<size_t>(order.size(), 4));
   Chart chart;
   chart.title = "Markers after the release: measured (dots) and simulated (lines)";
-  chart.x_label = "time of the recording [s]";
+  chart.x_label = "recording time [s]";
   chart.y_label = "distance from rest [mm]";
   chart.from_zero = true;
   chart.marks = {r.parameters.release + window};
@@ -124,9 +124,9 @@ ImageF search_chart(const MarkerFitResult& r) {
     curve.x.push_back(std::log10(c.young));
     curve.y.push_back(1e3 * c.rms);
   }
-  return draw_chart({"Search: what each stiffness leaves unexplained",
+  return draw_chart({"Search: marker RMSE for each stiffness",
                      "log10 of Young's modulus [Pa]",
-                     "deviation [mm]",
+                     "RMSE [mm]",
                      {curve, best},
                      {},
                      true});
@@ -135,15 +135,16 @@ ImageF search_chart(const MarkerFitResult& r) {
 /// Plain sentences on what this recording cannot tell.
 std::vector<std::string> undetermined(const MarkerFitResult& r, const MarkerFitOptions& options, bool gravity) {
   std::vector<std::string> out;
-  out.push_back(gravity ? "The load is the body's own weight, so the markers determine E / density: E holds for the "
-                          "density that was given."
-                        : "E holds for the density, the Poisson's ratio and the load that were given.");
   out.push_back(
-      "One stiffness was fitted for the whole object; differences between its parts were not looked for, and Poisson's "
-      "ratio was not either.");
-  if (!r.converged) out.push_back("The refinement ended before it had converged.");
+      gravity
+          ? "The load is the body's own weight, so the markers determine E / density: E is valid for the given density."
+          : "E is valid for the given density, Poisson's ratio and load.");
+  out.push_back(
+      "One stiffness was fitted for the whole object; neither differences between its parts nor Poisson's ratio were "
+      "fitted.");
+  if (!r.converged) out.push_back("The refinement stopped before it converged.");
   if (!std::isfinite(r.sigma_release))
-    out.push_back("The instant of the release was not found within what was tried; give --marker-release.");
+    out.push_back("The release time was not found within the range searched; give --marker-release.");
   if (r.sigma_log10_young > 0.1)
     out.push_back(fmt::format("E is known to a factor of {:.2g} only.", std::pow(10.0, r.sigma_log10_young)));
   if (r.sigma_log_damping > 0.5)
@@ -182,7 +183,7 @@ json fit_to_markers(const Context& context, const RunDirectory& run, const FitIn
       throw Error(Failure::kInterrupted, "fit", "", "interrupted", "run the same command again");
     context.progress.say("fit: " + line);
   };
-  say(fmt::format("{} markers, {} instants from {:.4g} s to {:.4g} s", tracks.markers(), tracks.samples(),
+  say(fmt::format("{} markers, {} samples from {:.4g} s to {:.4g} s", tracks.markers(), tracks.samples(),
                   tracks.time.front(), tracks.time.back()));
   const KeptMarkerFit kept = kept_marker_fit(context, run, provenance);
   const MarkerFitResult found = fit_markers(options, body.particles, load, tracks, say, kept.state, kept.sink);
@@ -217,11 +218,11 @@ json fit_to_markers(const Context& context, const RunDirectory& run, const FitIn
   write_image(run / "fit/search.png", search_chart(found));
 
   say(fmt::format(
-      "E = {:.4g} Pa (10^+-{:.3f}), damping time {:.3g} s, release at {:.4f} s; {:.3g} mm off over {} markers",
+      "E = {:.4g} Pa (10^+-{:.3f}), damping time {:.3g} s, release at {:.4f} s; RMSE {:.3g} mm over {} markers",
       found.young, found.sigma_log10_young, found.parameters.damping_time, found.parameters.release, 1e3 * found.rms,
       found.markers.size()));
   if (more)
-    say(fmt::format("{:.3g} mm off with the {:.3g} s after what it saw", 1e3 * seen.rms,
+    say(fmt::format("RMSE {:.3g} mm with the {:.3g} s held out after them", 1e3 * seen.rms,
                     later.window - options.window));
   json names = json::array(), curve = json::array();
   for (const int k : found.markers) names.push_back(tracks.name[k]);

@@ -86,8 +86,8 @@ json take_released_fields(const Context& context, const RunDirectory& run, const
   }
   write_velocity(run / in.outputs[1], start, provenance);
   clear_fit_pictures(run);
-  context.progress.say(
-      fmt::format("fit: released fields: E from {:.3g} to {:.3g} Pa, start up to {:.3g} m/s", low, high, fastest));
+  context.progress.say(fmt::format(
+      "fit: published fields: E from {:.3g} to {:.3g} Pa, initial velocity up to {:.3g} m/s", low, high, fastest));
   const json result = {{"source", "released by PhysDreamer"},
                        {"young_pa", std::exp(mean)},
                        {"young_low_pa", low},

@@ -43,7 +43,7 @@ Camera camera_of_pose_file(const FitStage& stage) {
   if (!stage.camera().empty()) return camera_named(cameras, stage.camera(), stage.pose);
   if (cameras.size() > 1)
     throw usage_error("--video-pose", stage.pose, fmt::format("has {} cameras", cameras.size()),
-                      "say with --video-camera NAME which one took the video");
+                      "choose the video's camera with --video-camera NAME");
   return cameras[0];
 }
 
@@ -107,29 +107,30 @@ void tell_choice(const Context& context, const Scene& scene, const FitStage& sta
   for (const PhysDreamerFolder::Video& video : folder->videos)
     if (video.file != file) others += (others.empty() ? "" : ", ") + video.file.filename().string();
   context.progress.warn(
-      fmt::format("{} is fitted, and not {}: clips that a model made show different motions. --video FILE or "
-                  "--video-camera NAME picks another; give --video "
-                  "FILE once for each of those that were filmed at the same time",
+      fmt::format("{} is fitted, and not {}: generated clips show different motions. --video FILE or --video-camera "
+                  "NAME picks another; repeat --video FILE for videos that were filmed at the same time",
                   file.string(), others));
 }
 
 void tell(const Context& context, const RunDirectory& run, const RefinedCamera& refined) {
   fs::create_directories(run / "fit");
   write_cameras(run / "fit/transforms.json", {refined.camera});
-  context.progress.say(fmt::format(
-      "fit: the video's camera matches the scene by {:.2f} (before: {:.2f}), {:.2f} px beside it, after {} renders",
-      refined.after.score, refined.before.score, refined.after.shift, refined.renders));
+  context.progress.say(
+      fmt::format("fit: the video's camera matches the scene with score {:.2f} (before: {:.2f}), offset {:.2f} px, "
+                  "after {} renders",
+                  refined.after.score, refined.before.score, refined.after.shift, refined.renders));
 }
 
 ImageF first_picture(const fs::path& file, double folder_fps) {
   const std::optional<TimedFrame> first = open_frames(file, folder_fps)->next();
-  if (!first) throw input_error(file.string(), "", "has no frame", "name a video or a folder of frames");
+  if (!first) throw input_error(file.string(), "", "has no frames", "give a video or a folder of frames");
   return first->picture;
 }
 
 Camera find_in_scene(const Context& context, const RunDirectory& run, const Scene& scene, const fs::path& file,
                      const ImageF& first) {
-  context.progress.say(fmt::format("fit: looking for the video's camera among {} known ones", scene.cameras.size()));
+  context.progress.say(
+      fmt::format("fit: searching for the video's camera among {} known cameras", scene.cameras.size()));
   const FoundCamera found = find_camera({}, scene.cloud, rendering_of(scene), scene.cameras, first);
   if (!found.found) throw input_error(file.string(), "camera", found.sentence, "");
   context.progress.say("fit: " + found.sentence);
@@ -150,7 +151,7 @@ ReferenceVideo generate(const Context& context, const RunDirectory& run, const F
   options.seed = context.seed;
   options.interrupted = context.interrupted;
   context.progress.say(
-      fmt::format("fit: `{}` makes {} frames from camera '{}'", options.command, options.frames, camera.name));
+      fmt::format("fit: `{}` generates {} frames from camera '{}'", options.command, options.frames, camera.name));
   return generate_video(options, render(scene.cloud, camera, rendering_of(scene)).color, camera, run / "fit/generated");
 }
 
@@ -167,9 +168,9 @@ std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& 
                      (static_cast<double>(video.camera.width) / video.camera.height) -
                  1) > 0.02)
       throw input_error(stage.video_mask(), "size",
-                        fmt::format("is {} x {}, of another shape than the video's {} x {}", mask.width, mask.height,
-                                    video.camera.width, video.camera.height),
-                        "give a mask in the video's shape");
+                        fmt::format("is {} x {}, but the video is {} x {}", mask.width, mask.height, video.camera.width,
+                                    video.camera.height),
+                        "give a mask with the video's aspect ratio");
     masks = {resized(mask, video.camera.width, video.camera.height)};
   } else {
     VideoOptions options;
@@ -182,8 +183,8 @@ std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& 
     masks = load_reference_video(options, file, video.camera).frames;
     if (masks.size() != video.frames.size())
       throw input_error(stage.video_mask(), "frames",
-                        fmt::format("are {} and the video's {}", masks.size(), video.frames.size()),
-                        "give one mask for every frame, or one picture for all");
+                        fmt::format("are {}, but the video has {}", masks.size(), video.frames.size()),
+                        "give one mask for every frame, or one image for all");
   }
   std::vector<ImageU8> compared;
   for (const ImageF& mask : masks) {

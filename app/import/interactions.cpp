@@ -153,7 +153,7 @@ Interaction parse_row(const json& row, const InteractionFrame& frame, const std:
         out.container = row["container"].get<bool>();
       }
       if (row.contains("velocity") && row.contains("path"))
-        throw usage_error(where, "path", "is given beside velocity", "give one of them");
+        throw usage_error(where, "path", "is given together with velocity", "give one of them");
       if (row.contains("velocity")) out.vector = vector_of(row["velocity"], where, "velocity");
       if (row.contains("angular_velocity"))
         out.angular_velocity = vector_of(row["angular_velocity"], where, "angular_velocity");

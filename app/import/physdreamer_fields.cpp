@@ -59,17 +59,17 @@ PhysDreamerField read_physdreamer_field(const std::filesystem::path& file, int c
     const StateTensor& t = tensors.at(name);
     if (t.shape.size() != 4) continue;
     if (t.shape[0] != 1 || t.shape[2] != t.shape[3])
-      throw refused(name, "has the shape " + text_of(t.shape) + ", which is no plane of features");
+      throw refused(name, "has the shape " + text_of(t.shape) + ", which is not a feature plane");
     if (planes == 0) {
       field.features = static_cast<int>(t.shape[1]);
       field.resolution = static_cast<int>(t.shape[2]);
     }
     if (t.shape[1] != field.features || t.shape[2] != field.resolution)
-      throw refused(name, "has the shape " + text_of(t.shape) + ", unlike the plane before it");
+      throw refused(name, "has the shape " + text_of(t.shape) + ", unlike the previous plane");
     field.parameters.insert(field.parameters.end(), t.data.begin(), t.data.end());
     ++planes;
   }
-  if (planes != 3) throw refused("", fmt::format("has {} planes of features, 3 are needed", planes));
+  if (planes != 3) throw refused("", fmt::format("has {} feature planes, 3 are needed", planes));
 
   int64_t width = field.features;
   for (const std::string& name : names) {
@@ -78,7 +78,7 @@ PhysDreamerField read_physdreamer_field(const std::filesystem::path& file, int c
     if (weight.shape.size() != 2 || end == std::string::npos || end + 6 != name.size()) continue;
     const auto bias = tensors.find(name.substr(0, end) + "bias");
     if (weight.shape[1] != width)
-      throw refused(name, fmt::format("has the shape {}, but {} values come in", text_of(weight.shape), width));
+      throw refused(name, fmt::format("has the shape {}, but its input has {} values", text_of(weight.shape), width));
     if (bias == tensors.end() || bias->second.shape != std::vector<int64_t>{weight.shape[0]})
       throw refused(name, "has no bias of its size");
     if (field.layers > 0 && field.hidden > 0 && weight.shape[1] != field.hidden)
@@ -90,7 +90,7 @@ PhysDreamerField read_physdreamer_field(const std::filesystem::path& file, int c
     ++field.layers;
   }
   if (field.layers == 0) throw refused("", "has no linear layer");
-  if (width != channels) throw refused("", fmt::format("gives {} values at a point, {} are needed", width, channels));
+  if (width != channels) throw refused("", fmt::format("outputs {} values per point, {} are needed", width, channels));
   return field;
 }
 

@@ -31,7 +31,7 @@ std::vector<Vec3f> points_of(const fs::path& file, bool needed) {
     if (!needed) return {};
     throw input_error(
         file.string(), "", "is missing",
-        "a PhysDreamer scene says in it which points belong to the object, and in moving_part_points.ply which move");
+        "a PhysDreamer scene lists in it the points of the object, and in moving_part_points.ply those that move");
   }
   std::vector<Vec3f> points = read_ply_points(file).position;
   if (points.empty() && needed)
@@ -72,9 +72,10 @@ void find_videos(const fs::path& folder, const std::vector<Camera>& cameras, Phy
     out.videos.push_back({videos, camera_of(fs::absolute(folder).filename().string(), cameras)});
   for (const PhysDreamerFolder::Video& video : out.videos)
     if (video.camera.empty())
-      out.warnings.push_back(fmt::format("{} is named after none of the {} cameras: say which one took it",
-                                         video.file.string(), cameras.size()));
-  if (out.videos.empty()) out.warnings.push_back(videos.string() + " holds no videos");
+      out.warnings.push_back(
+          fmt::format("{} is not named after any of the {} cameras: name it after its camera, or give --video-camera",
+                      video.file.string(), cameras.size()));
+  if (out.videos.empty()) out.warnings.push_back(videos.string() + " contains no videos");
 }
 
 /// Which points are farther than `distance` from all of `near`.
@@ -153,7 +154,7 @@ PhysDreamerRoles physdreamer_roles(const PhysDreamerOptions& options, const Phys
   if (count == 0) {
     throw input_error("clean_object_points.ply", "",
                       fmt::format("has no point within {} units of a Gaussian", options.reach),
-                      "the points must lie in the coordinates of point_cloud.ply");
+                      "the points must be in the coordinates of point_cloud.ply");
   }
   // One smallest and one largest coordinate over all axes.
   PhysDreamerSpace& space = roles.space;
@@ -166,9 +167,8 @@ PhysDreamerRoles physdreamer_roles(const PhysDreamerOptions& options, const Phys
   roles.frozen_filled = far_from(folder.filled_points, folder.moving_points, distance);
   const auto held = std::count(roles.frozen.begin(), roles.frozen.end(), 1);
   if (held == static_cast<std::ptrdiff_t>(count))
-    roles.warnings.push_back("all of the object is held fixed: moving_part_points.ply lies elsewhere");
-  if (held == 0)
-    roles.warnings.push_back("nothing of the object is held fixed: moving_part_points.ply covers all of it");
+    roles.warnings.push_back("the whole object is fixed: moving_part_points.ply lies elsewhere");
+  if (held == 0) roles.warnings.push_back("no part of the object is fixed: moving_part_points.ply covers all of it");
 
   Eigen::AlignedBox3d box;
   for (size_t i = 0; i < position.size(); ++i)

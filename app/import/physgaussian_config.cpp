@@ -78,7 +78,7 @@ class Keys {
     double number_value = value;
     number(key, number_value, low, high);
     if (number_value != std::floor(number_value))
-      throw object_.complaint(key, "is " + std::to_string(number_value), "it must be a whole number");
+      throw object_.complaint(key, "is " + std::to_string(number_value), "it must be an integer");
     value = static_cast<int>(number_value);
   }
   /// true, false, or a number as PhysGaussian's files have it.
@@ -192,7 +192,7 @@ Config::MaterialBox read_material_box(const JsonObject& object, const Config& co
   Config::MaterialBox box{Vec3d::Ones(), Vec3d::Ones(), config.young, config.poisson, config.density};
   const Keys keys(object);
   for (const char* key : {"point", "size"})
-    if (!object.has(key)) throw object.complaint(key, "is missing", "give the centre and the half extents of the box");
+    if (!object.has(key)) throw object.complaint(key, "is missing", "give the center and the half extents of the box");
   keys.vector("point", box.point);
   keys.half_extent("size", box.half);
   keys.positive("E", box.young);
@@ -216,7 +216,7 @@ Config::Filling read_filling(const JsonObject& object, const json& row, Config& 
   if (keys.has("max_particles_per_cell")) {
     keys.whole("max_particles_per_cell", filling.max_particles_per_cell, 1, 64);
     config.notes.push_back(
-        "max_particles_per_cell: PhysGaussian ignores this spelling (its key is max_partciels_per_cell); it counts "
+        "max_particles_per_cell: PhysGaussian ignores this spelling (its key is max_partciels_per_cell); it is used "
         "here");
   }
   keys.whole("search_exclude_direction", filling.search_exclude_direction, -1, 6);
@@ -296,7 +296,7 @@ Config read_physgaussian_config(const std::filesystem::path& file) {
   if (keys.has("g"))
     keys.vector("g", c.gravity);
   else
-    c.notes.push_back("g is missing, with which PhysGaussian stops; no gravity is used");
+    c.notes.push_back("g is missing, which makes PhysGaussian stop; no gravity is used");
   keys.number("rpic_damping", c.rpic_damping, -1e9, 1);
   if (keys.has("pic_damping"))
     c.notes.push_back("pic_damping is read and never used by PhysGaussian; it is ignored here as well");

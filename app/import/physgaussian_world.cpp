@@ -134,9 +134,9 @@ class WorldBuilder {
       still.start = b.end;
       still.duration = 15 * c_.substep_dt;
       still.region = Region::box(Vec3d::Zero(), Vec3d::Constant(c_.grid_lim));
-      note("cuboid with reset: the whole grid stands still for 15 steps after it, as in PhysGaussian");
+      note("cuboid with reset: the whole grid is frozen for 15 steps after it, as in PhysGaussian");
     } else {
-      note("cuboid with reset: PhysGaussian stops the whole grid for 15 steps after it; here the body goes on moving");
+      note("cuboid with reset: PhysGaussian freezes the whole grid for 15 steps after it; here the body keeps moving");
     }
   }
 
@@ -179,8 +179,8 @@ class WorldBuilder {
   }
   void note_nodes() {
     note(
-        "velocities that PhysGaussian gives to particles are given to the grid nodes of the part: set particles creep "
-        "under load");
+        "velocities that PhysGaussian prescribes for particles are prescribed for the grid nodes of that part: "
+        "prescribed particles creep under load");
   }
 
   void translation(const Boundary& b) {
@@ -214,7 +214,7 @@ class WorldBuilder {
       it.contact = ContactKind::kSticky;
       note("surface_collider: every kind of surface is sticky, as in PhysGaussian");
     } else if (b.surface != "sticky") {
-      note("surface_collider: PhysGaussian makes every surface sticky; '" + b.surface + "' is what it says here");
+      note("surface_collider: PhysGaussian makes every surface sticky; '" + b.surface + "' is used here");
     }
     if (b.surface == "cut") note("surface_collider cut: PhysGaussian's fixed z limits .4 and .53 are not used");
   }

@@ -42,7 +42,7 @@ class Machine {
   void push_int(int64_t number) { push(PickleValue{Kind::kInt, number, 0, {}, {}, {}}); }
 
   int pop() {
-    if (stack_.empty() || stack_.back() == kMark) throw refuse("takes a value from where there is none");
+    if (stack_.empty() || stack_.back() == kMark) throw refuse("pops a value from an empty stack");
     const int value = stack_.back();
     stack_.pop_back();
     return value;
@@ -57,9 +57,9 @@ class Machine {
     return items;
   }
   PickleValue& top(Kind kind) {
-    if (stack_.empty() || stack_.back() == kMark) throw refuse("takes a value from where there is none");
+    if (stack_.empty() || stack_.back() == kMark) throw refuse("pops a value from an empty stack");
     PickleValue& value = out_.values[stack_.back()];
-    if (value.kind != kind) throw refuse("fills something that is no container of that kind");
+    if (value.kind != kind) throw refuse("fills a value that is not a container of that kind");
     return value;
   }
   void add_entries(const std::vector<int>& items) {
@@ -77,7 +77,7 @@ class Machine {
     std::string text;
     for (char c = in_.take<char>(entry_); c != '\n'; c = in_.take<char>(entry_)) {
       text += c;
-      if (text.size() > 200) throw refuse("names something with more than 200 letters");
+      if (text.size() > 200) throw refuse("has a name of more than 200 letters");
     }
     return text;
   }
@@ -94,7 +94,7 @@ class Machine {
   void reduce() {
     const int arguments = pop(), callable = pop();
     if (out_[callable].kind != Kind::kGlobal || out_[arguments].kind != Kind::kTuple)
-      throw refuse("calls something that has no name");
+      throw refuse("calls an object without a name");
     if (out_[callable].text == "collections OrderedDict") {
       if (!out_[arguments].items.empty()) throw refuse("makes an OrderedDict in an unknown way");
       push(Kind::kDict);
@@ -114,12 +114,12 @@ class Machine {
     return static_cast<int64_t>(number);
   }
   void put(uint32_t key) {
-    if (stack_.empty() || stack_.back() == kMark) throw refuse("remembers a value where there is none");
+    if (stack_.empty() || stack_.back() == kMark) throw refuse("memoizes a value from an empty stack");
     memo_[key] = stack_.back();
   }
   void get(uint32_t key) {
     const auto found = memo_.find(key);
-    if (found == memo_.end()) throw refuse("recalls a value that was never remembered");
+    if (found == memo_.end()) throw refuse("recalls a value that was never memoized");
     stack_.push_back(found->second);
   }
 

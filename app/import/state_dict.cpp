@@ -148,7 +148,7 @@ class TensorReader {
     if (fresh) at->second = zip_.read(folder_ + "data/" + key, size);
     if (at->second.size() != size)
       throw refuse(name, "has a storage of " + std::to_string(at->second.size()) + " bytes, " + std::to_string(size) +
-                             " are promised");
+                             " are declared");
     return at->second;
   }
 
@@ -170,7 +170,7 @@ void refuse_other_formats(const std::filesystem::path& file) {
     throw input_error(file.string(), "", "is in PyTorch's format from before version 1.6",
                       "load it and save it again: torch.save(torch.load(FILE), FILE)");
   if (head.rfind("PK", 0) != 0)
-    throw input_error(file.string(), "", "is no state dict: it is no zip archive",
+    throw input_error(file.string(), "", "is not a state dict: it is not a zip archive",
                       "save it with torch.save(model.state_dict(), FILE)");
 }
 
@@ -203,7 +203,7 @@ std::map<std::string, StateTensor> read_state_dict(const std::filesystem::path& 
   const Pickle pickle = parse_pickle(bytes, allowed_globals(), file.string(), "data.pkl");
   const PickleValue& root = pickle[pickle.root];
   if (root.kind != Kind::kDict)
-    throw input_error(file.string(), "data.pkl", "is no dict of tensors",
+    throw input_error(file.string(), "data.pkl", "is not a dict of tensors",
                       "save the state dict: torch.save(model.state_dict(), FILE)");
   TensorReader reader(pickle, zip, folder, file.string());
   std::map<std::string, StateTensor> tensors;

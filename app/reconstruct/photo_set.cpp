@@ -54,7 +54,7 @@ Error no_cameras(const fs::path& source) {
   const std::string folder = source.string();
   return input_error(
       folder, "",
-      fmt::format("holds {} photos but no cameras (transforms.json, COLMAP model, cameras.json, *_par.txt)",
+      fmt::format("contains {} photos but no cameras (transforms.json, COLMAP model, cameras.json, *_par.txt)",
                   photos_in(photos)),
       fmt::format(
           "get them with `colmap automatic_reconstructor --workspace_path {} --image_path {}`, then repeat the command",
@@ -83,7 +83,7 @@ PhotoSet find_photo_set(const fs::path& source, const fs::path& photos) {
   }
   if (!photos.empty()) {
     if (!fs::is_directory(photos, ignored))
-      throw usage_error("--photos", photos.string(), "is not a folder", "name the folder of the photos");
+      throw usage_error("--photos", photos.string(), "is not a folder", "give the folder of the photos");
     set.photos = photos;
   } else if (set.photos.empty() && folder) {
     set.photos = source;
@@ -91,8 +91,8 @@ PhotoSet find_photo_set(const fs::path& source, const fs::path& photos) {
   if (!set.cameras.empty()) return set;
   if (folder || !scene.empty()) throw no_cameras(folder ? source : source.parent_path());
   throw input_error(
-      source.string(), "", "holds no cameras that are known",
-      "name a folder with photos and cameras, or a transforms.json, cameras.json, COLMAP model or *_par.txt");
+      source.string(), "", "contains no known cameras",
+      "give a folder with photos and cameras, or a transforms.json, cameras.json, COLMAP model or *_par.txt");
 }
 
 bool lacks_splats(const fs::path& source) {
@@ -110,7 +110,7 @@ CameraFile read_photo_cameras(const PhotoSet& set) {
   CameraFile file = read_cameras(set.cameras, set.photos, PhotoFit::kEachPhoto);
   if (file.photos_found == 0)
     throw input_error(set.cameras.string(), "", fmt::format("lists {} photos, none of which was found", file.frames),
-                      "put them beside it as it names them, or name their folder with --photos");
+                      "put them where the file names them, or give their folder with --photos");
   return file;
 }
 

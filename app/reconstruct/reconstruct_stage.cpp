@@ -70,7 +70,7 @@ TrainingStart go_on_from(const std::string& splats, TrainOptions& options) {
   options.coarse_to_fine = false;
   options.position_rate *= 0.1f;
   options.sh_degree = std::max(options.sh_degree, cloud.sh_degree);
-  const std::string sentence = fmt::format("{} Gaussians of {}", cloud.size(), splats);
+  const std::string sentence = fmt::format("{} Gaussians from {}", cloud.size(), splats);
   const size_t count = cloud.size();
   return {std::move(cloud), {{"kind", "splats"}, {"points", count}, {"sentence", sentence}}};
 }
@@ -82,13 +82,14 @@ std::optional<TrainingCheckpoint> unfinished(const Context& context, RunDirector
   std::string changed;
   try {
     const json before = json::parse(read_training_provenance(file), nullptr, false);
-    if (!before.is_object()) throw input_error(file.string(), "provenance", "is no record of options and inputs", "");
+    if (!before.is_object())
+      throw input_error(file.string(), "provenance", "is not a record of options and inputs", "");
     changed = first_difference(before, json::parse(provenance));
     if (changed.empty()) {
       TrainingCheckpoint checkpoint = read_training(file);
       const json start = json::parse(checkpoint.start_json, nullptr, false);
       if (!start.is_object() || !start.contains("warnings"))
-        throw input_error(file.string(), "start", "is no record of a start", "");
+        throw input_error(file.string(), "start", "is not a record of an initialization", "");
       return checkpoint;
     }
   } catch (const Error& error) {
@@ -97,7 +98,7 @@ std::optional<TrainingCheckpoint> unfinished(const Context& context, RunDirector
   }
   const std::string aside = run.move_aside({kCheckpoint}).at(0);
   context.progress.say(
-      fmt::format("reconstruct: {}, started anew; the checkpoint that was there is kept: {}", changed, aside));
+      fmt::format("reconstruct: {}, starting over; the previous checkpoint is kept: {}", changed, aside));
   return std::nullopt;
 }
 
@@ -187,21 +188,20 @@ json train_scene(const Context& context, RunDirectory& run, const StageInputs<Re
   std::optional<Trainer> trainer;
   if (earlier) {
     start = json::parse(earlier->start_json);
-    context.progress.say(fmt::format("reconstruct: going on after iteration {}", earlier->state.iteration));
+    context.progress.say(fmt::format("reconstruct: resuming after iteration {}", earlier->state.iteration));
     trainer.emplace(options, photos, std::move(earlier->state), term.get());
   } else {
     const SparsePoints points = checked_points(context, stage, set, cameras, photos, start);
     TrainingStart first = trained ? std::move(*trained) : start_training(context, stage, points, photos);
     start.update(first.description);
-    context.progress.say("reconstruct: start: " + start["sentence"].get<std::string>());
+    context.progress.say("reconstruct: initialization: " + start["sentence"].get<std::string>());
     trainer.emplace(options, photos, std::move(first.cloud), term.get());
   }
   // Reading and matching count, but leave at least half of the time for training.
   const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.seconds > 0 && !earlier && spent > options.seconds / 2)
-    context.progress.warn(
-        fmt::format("reading the photos took {:.1f} s of {:.1f} s; the training gets half of the time all the same",
-                    spent, options.seconds));
+    context.progress.warn(fmt::format(
+        "reading the photos took {:.1f} s of {:.1f} s; training still gets half of the time", spent, options.seconds));
   for (const json& warning : start["warnings"]) warnings.push_back(warning);
   trainer->spend(options.seconds > 0 ? std::min(spent, options.seconds / 2) : spent);
 
@@ -227,7 +227,7 @@ json train_scene(const Context& context, RunDirectory& run, const StageInputs<Re
   context.progress.say(
       fmt::format("reconstruct: {} Gaussians after {} iterations{}", state.cloud.size(), state.iteration,
                   held_out == 0 ? ""
-                                : fmt::format(", {:.2f} dB and SSIM {:.3f} on the photos held out",
+                                : fmt::format(", {:.2f} dB and SSIM {:.3f} on the held-out photos",
                                               results["psnr"].get<double>(), results["ssim"].get<double>())));
   return {{"gaussians", results["gaussians"]}, {"iterations", results["iterations"]}, {"psnr", results["psnr"]},
           {"ssim", results["ssim"]},           {"seconds", results["seconds"]},       {"start", start}};

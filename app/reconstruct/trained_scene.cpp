@@ -64,7 +64,8 @@ std::vector<std::string> write_trained_scene(const fs::path& folder, const Train
     } else if (write_masks(folder / "masks", scene) > 0) {
       out["masks"] = "masks";
     } else {
-      lost.push_back(fmt::format("{} holds no mask named like a photo: the scene gets none", settings.masks.string()));
+      lost.push_back(
+          fmt::format("{} contains no mask named like a photo: the scene gets no masks", settings.masks.string()));
     }
   }
   write_json(folder / "scene.json", out);

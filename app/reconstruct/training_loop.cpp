@@ -92,7 +92,7 @@ void train_to_end(const Context& context, const ReconstructStage& stage, const T
     if (!std::isfinite(step.loss)) {
       context.progress.end();
       throw numerical_error("reconstruct", fmt::format("the loss is not finite at iteration {}", step.iteration),
-                            "repeat the command to go on from the last checkpoint, or start anew with another --seed");
+                            "repeat the command to resume from the last checkpoint, or start over with another --seed");
     }
     start = Clock::now();
     if (std::floor(step.progress * kMeasurements) > std::floor(before * kMeasurements)) {
@@ -117,7 +117,7 @@ void train_to_end(const Context& context, const ReconstructStage& stage, const T
     if (context.interrupted() && !trainer.finished()) {
       context.progress.end();
       throw Error(Failure::kInterrupted, "reconstruct", "",
-                  fmt::format("interrupted after iteration {}", step.iteration), "repeat the command to go on");
+                  fmt::format("interrupted after iteration {}", step.iteration), "repeat the command to resume");
     }
   }
   context.progress.end();

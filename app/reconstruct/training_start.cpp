@@ -33,7 +33,7 @@ TrainingStart start_training(const Context& context, const ReconstructStage& sta
     const size_t found = points.position.size();
     thin_out(points, budget);
     std::string sentence = points.source;
-    if (found > budget) sentence += fmt::format("; {} of {} points, as many as Gaussians are allowed", budget, found);
+    if (found > budget) sentence += fmt::format("; {} of {} points, the maximum number of Gaussians", budget, found);
     return {cloud_from_points(points.position, points.color),
             {{"kind", kind}, {"points", found}, {"sentence", sentence}}};
   };
@@ -46,7 +46,7 @@ TrainingStart start_training(const Context& context, const ReconstructStage& sta
   };
   const auto asked_for = [&](const char* kind) {
     if (stage.start == kind)
-      throw usage_error("--init", kind, "is not to be had: " + reasons, "leave --init out, or give --init random");
+      throw usage_error("--init", kind, "is not available: " + reasons, "leave --init out, or give --init random");
   };
 
   if (stage.start == "auto" || stage.start == "points") {
@@ -60,7 +60,7 @@ TrainingStart start_training(const Context& context, const ReconstructStage& sta
     asked_for("triangulate");
   }
   const size_t count = std::max<size_t>(1, budget / 4);
-  std::string sentence = fmt::format("{} random Gaussians in the ball that the cameras look at", count);
+  std::string sentence = fmt::format("{} random Gaussians in the sphere that the cameras view", count);
   if (!reasons.empty()) sentence += " (" + reasons + ")";
   std::vector<Camera> cameras;
   for (const TrainingPhoto& photo : photos.photos) cameras.push_back(photo.camera);

@@ -39,7 +39,8 @@ Scene attach_scene(const Context& context, RunDirectory& run, const std::filesys
   context.progress.say(fmt::format("scene: {} Gaussians, {} cameras{}; up: {}", scene.cloud.size(),
                                    scene.cameras.size(), scene.cameras_are_orbit ? " (orbit)" : "", scene.up_source));
   if (options.object_height == 0 && !options.metres_per_unit && !scene.settings.metres_per_unit)
-    context.progress.say("scene: the length of a unit is not known, taken as 1 m (--metres-per-unit, --object-height)");
+    context.progress.say(
+        "scene: the length of a unit is unknown and assumed to be 1 m (--metres-per-unit, --object-height)");
   scale_by_object(run, scene);
   return scene;
 }

@@ -128,10 +128,10 @@ RunDirectory RunDirectory::create(const fs::path& path) {
     }
   }
   if (!empty && !fs::exists(path / "run.json"))
-    throw usage_error("--out", path.string(), "holds files but no run.json", "give a new or an empty folder");
+    throw usage_error("--out", path.string(), "contains files but no run.json", "give a new or an empty folder");
   std::error_code failed;
   fs::create_directories(path, failed);
-  if (failed) throw usage_error("--out", path.string(), failed.message(), "give a folder that can be written");
+  if (failed) throw usage_error("--out", path.string(), failed.message(), "give a writable folder");
   RunDirectory run(path);
   run.hold();
   for (const fs::path& file : leftovers) fs::remove(file, failed);
@@ -152,7 +152,7 @@ void RunDirectory::set_scene(const json& scene, bool overwrite) {
   if (!manifest_["scene"].is_null() && !overwrite && manifest_["scene"]["source"] != scene["source"])
     throw usage_error(path_.string(), "",
                       "is a run of " + manifest_["scene"]["source"].dump() + ", not of " + scene["source"].dump(),
-                      "give another --out, or --overwrite to start anew");
+                      "give another --out, or --overwrite to start over");
   manifest_["scene"] = scene;
   save();
 }
@@ -221,10 +221,10 @@ json RunDirectory::stage(const Context& context, const StageKey& key,
       context.progress.say(fmt::format("{}: unchanged, skipped", key.name));
       return before["summary"];
     }
-    if (!changed.empty()) context.progress.say(fmt::format("{}: {}, done again", key.name, changed));
+    if (!changed.empty()) context.progress.say(fmt::format("{}: {}, running again", key.name, changed));
     if (!context.overwrite)
       if (const std::vector<std::string> moved = move_aside(key.kept); !moved.empty())
-        context.progress.say(fmt::format("{}: what was there before is kept: {}", key.name, fmt::join(moved, ", ")));
+        context.progress.say(fmt::format("{}: previous results are kept: {}", key.name, fmt::join(moved, ", ")));
     // What other choices wrote is no result of these; objects keep theirs.
     for (const std::string output : before["outputs"])
       if (std::find(key.outputs.begin(), key.outputs.end(), output) == key.outputs.end() &&

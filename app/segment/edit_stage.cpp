@@ -47,14 +47,14 @@ json run_edit(const Context& context, RunDirectory& run, const Scene& scene, con
     const std::string before = folder_of_object(id, name), after = folder_of_object(id, segmentation.class_name[c]);
     const bool there = std::filesystem::exists(run / before);
     const std::string aside = run.move_folder(before, after);
-    if (!aside.empty()) context.progress.say("edit: what was in " + after + " is kept in " + aside);
+    if (!aside.empty()) context.progress.say("edit: the previous " + after + " is kept in " + aside);
     if (there) context.progress.say("edit: " + before + " is now " + after);
   }
   for (const ObjectEntry& object : objects)
     context.progress.say(fmt::format("edit: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name,
                                      object.gaussians, object.score));
   if (run.has("extract"))
-    context.progress.say("edit: extract and what follows it see other objects and run again when they are asked for");
+    context.progress.say("edit: the objects have changed; extract and later stages run again when requested");
   return {{"edits", operations}, {"objects", objects_to_json(objects, scene)}};
 }
 

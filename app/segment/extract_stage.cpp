@@ -126,17 +126,17 @@ OptionTable options_of(ExtractStage& stage) {
   return {"extract",
           {{.name = "object",
             .field = &stage.object,
-            .help = "Object to take (default: scene.json's, or the only one)",
+            .help = "Object to cut (default: scene.json's, or the only one)",
             .value = "ID|NAME",
             .recorded = Recorded::kElsewhere},
            {.name = "threshold",
             .field = &stage.threshold,
-            .help = "Smallest probability of the object's Gaussians",
+            .help = "Minimum probability of the object's Gaussians",
             .low = 0,
             .high = 1},
            {.name = "hull",
             .field = &stage.hull,
-            .help = "What lies inside the convex hull of the object, above its support, belongs to it"}}};
+            .help = "Assign Gaussians inside the object's convex hull, above its support, to the object"}}};
 }
 
 }  // namespace pliant

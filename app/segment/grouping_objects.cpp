@@ -15,7 +15,7 @@ Segmentation grouping_objects(const Scene& scene, const std::filesystem::path& c
   const std::string splats = scene.settings.splats.string();
   if (scene.report.object_channels == 0)
     throw input_error(splats, "obj_dc_0", "is missing: these splats were not trained by Gaussian Grouping",
-                      "give the point_cloud.ply beside classifier.pth");
+                      "give the point_cloud.ply next to classifier.pth");
   if (scene.report.object_channels != kY || classifier.channels != kY)
     throw input_error(
         classifier.channels != kY ? classifier_file.string() : splats, "obj_dc",

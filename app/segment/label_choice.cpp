@@ -55,20 +55,20 @@ void check_networks(const SegmentStage& stage) {
   if (label.everything) {
     if (!models.detector.empty() || !models.tagger.empty() || !label.text.empty())
       throw usage_error("--everything", "", "was given together with --detector, --tagger or --text",
-                        "leave it out, or them: it knows no names");
+                        "leave it out, or leave those out: it uses no names");
     return;
   }
   if (models.detector.empty() && typed.name == "--segmenter")
-    throw usage_error(typed.name, typed.value, "is not told what to segment",
+    throw usage_error(typed.name, typed.value, "has no prompt to segment",
                       "point at the object with --click, --box or --stroke, or give --detector FILE, or --everything");
   if (models.detector.empty() && typed.name == "--tagger")
-    throw usage_error(typed.name, typed.value, "finds names but not where the things are", "give --detector FILE, too");
+    throw usage_error(typed.name, typed.value, "finds names but no locations", "also give --detector FILE");
   if (models.detector.empty())
-    throw usage_error(
-        typed.name, typed.value, "needs a detector",
-        typed.name == "--text" ? "give --detector FILE" : "give --detector FILE, or --everything to do without names");
+    throw usage_error(typed.name, typed.value, "needs a detector",
+                      typed.name == "--text" ? "give --detector FILE"
+                                             : "give --detector FILE, or --everything to segment without names");
   if (!models.tagger.empty() && !label.text.empty())
-    throw usage_error("--tagger", models.tagger, "was given together with --text, which says what to look for",
+    throw usage_error("--tagger", models.tagger, "was given together with --text, which sets the names to look for",
                       "leave one of them out");
 }
 

@@ -128,7 +128,7 @@ json label_photos(const Context& context, const RunDirectory& run, const StageIn
   if (stage.track) {
     const MaskSet masks = tracked_labels(context, scene, options, stage, folder / "seen");
     write_set(folder, masks, scene.cameras);
-    context.progress.say(fmt::format("label: {} things followed through {} photos; look at {}", masks.ids().size(),
+    context.progress.say(fmt::format("label: {} objects tracked through {} photos; see {}", masks.ids().size(),
                                      masks.views.size(), (folder / "seen").string()));
     return {{"photos", masks.views.size()}, {"things", masks.ids().size()}};
   }
@@ -163,8 +163,7 @@ json label_photos(const Context& context, const RunDirectory& run, const StageIn
   write_set(folder, gather_labels({.rest = !stage.everything}, cameras, photos), scene.cameras);
   std::string found;
   for (const auto& [name, count] : times) found += fmt::format("{}{} {}", found.empty() ? "" : ", ", count, name);
-  context.progress.say(
-      fmt::format("label: {} photos: {}; look at {}", photos.size(), found, (folder / "seen").string()));
+  context.progress.say(fmt::format("label: {} photos: {}; see {}", photos.size(), found, (folder / "seen").string()));
   return {{"photos", photos.size()}, {"things", times}};
 }
 

@@ -65,8 +65,7 @@ MaskSet prompted_masks(const Context& context, const RunDirectory& run, const Sc
     const MaskPrompt prompt = prompt_in(gesture, c);
     if (!prompt.box && std::none_of(prompt.points.begin(), prompt.points.end(),
                                     [](const MaskPrompt::Point& p) { return p.foreground; }))
-      throw usage_error("--stroke", "bg," + name,
-                        "is all that is marked there, and a segmenter cannot begin with what is not the object",
+      throw usage_error("--stroke", "bg," + name, "is the only prompt there, and a segmenter needs one on the object",
                         "add a --click, --box or --stroke fg in '" + name + "'");
     const ImageF picture = photo_or_render(scene, c);
     segmenter->encode(picture);
@@ -76,8 +75,8 @@ MaskSet prompted_masks(const Context& context, const RunDirectory& run, const Sc
       ids.data[i] = mask.logits.data[i] > 0 ? SelectionShape::kObject : SelectionShape::kRest;
     const auto pixels = std::count(ids.data.begin(), ids.data.end(), SelectionShape::kObject);
     if (pixels == 0)
-      throw usage_error("--segmenter", models.segmenter, "sees nothing at what is marked in '" + name + "'",
-                        "mark it in another place, or with a --box");
+      throw usage_error("--segmenter", models.segmenter, "finds nothing at the prompt in '" + name + "'",
+                        "mark another place, or give a --box");
     context.progress.say(fmt::format("segment: the segmenter's mask in '{}' has {} pixels (predicted overlap {:.2f})",
                                      name, pixels, mask.predicted_iou));
     write_image(folder / (name + ".jpg"), overlay_ids(picture, ids));

@@ -73,12 +73,12 @@ OptionTable options_of(RepairStage& stage) {
             .choices = {"repair", "keep"}},
            {.name = "inpainter",
             .field = &stage.models.inpainter,
-            .help = "Network that fills holes: LaMa",
+            .help = "Inpainting network: LaMa",
             .value = "FILE",
             .recorded = Recorded::kContents},
            {.name = "trust-torchscript",
             .field = &stage.models.trust_torchscript,
-            .help = "Run a TorchScript file: it is a program and may do anything that you may",
+            .help = "Run a TorchScript file: it is a program with all your permissions",
             .recorded = Recorded::kElsewhere}}};
 }
 

@@ -126,7 +126,7 @@ Segmentation joint_segmentation(const std::filesystem::path& file, const Scene& 
   if (segmentation.label.size() != scene.cloud.size())
     throw input_error(file.string(), "label",
                       fmt::format("has {} rows for {} Gaussians", segmentation.label.size(), scene.cloud.size()),
-                      "delete it and run.json beside it, and repeat the command");
+                      "delete it and run.json next to it, and repeat the command");
   return segmentation;
 }
 
@@ -150,7 +150,7 @@ Source source_of(const Scene& scene, const SegmentStage& stage) {
                       "joint training needs masks; give --masks FOLDER");
   if (grouping && (selecting || stage.joint || !stage.masks.empty()))
     throw usage_error("--gaussian-grouping", stage.gaussian_grouping, "was given together with masks or a selection",
-                      "its classifier says what the objects are");
+                      "its classifier defines the objects");
   if (labelling && (selecting || grouping || stage.automatic || stage.joint || !stage.masks.empty())) {
     const TypedOption typed = labelling_option(stage.label);
     throw usage_error(typed.name, typed.value,
@@ -232,7 +232,7 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
   // The result of Gaussian Grouping is taken as it is.
   const size_t merged = source == Source::kGrouping ? 0 : merge_islands({}, scene.cloud, segmentation);
   if (merged > 0)
-    context.progress.say(fmt::format("segment: {} Gaussians in small islands took the label around them", merged));
+    context.progress.say(fmt::format("segment: {} Gaussians in small components took the label around them", merged));
   size_t restricted = 0;
   if (!member.empty())
     restricted = restrict_to_members(member, segmentation);
@@ -240,7 +240,7 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
     restricted = restrict_to_selection(*selection, scene.cloud, segmentation);
   if (restricted > 0)
     context.progress.say(
-        fmt::format("segment: {} Gaussians outside the selection were given back to the rest", restricted));
+        fmt::format("segment: {} Gaussians outside the selection were reassigned to the rest", restricted));
   tell_how_found(found.found, segmentation);
   const std::vector<ObjectEntry> objects =
       write_objects(run, scene, origin_of(stage, source == Source::kPointFiles), provenance, segmentation,
@@ -295,7 +295,7 @@ StageInputs<SegmentStage> inputs_of(const RunDirectory& run, const Scene& scene,
     case Source::kSegmenter: {
       if (!sides.empty())
         throw usage_error("--segmenter", stage.label.models.segmenter,
-                          "looks at photos, and a gesture is on selection.png",
+                          "needs prompts on photos, and one is on selection.png",
                           "mark the object in photos or on objects.png");
       add_files(stage.label.models, in.files);
       const std::vector<int> marked = marked_cameras(gesture_of(stage, scene.cameras));
@@ -328,13 +328,13 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
         "segment: the scene has no masks and nothing is selected: free-standing objects are found automatically");
   if (const json edits = run.note("edits"); !edits.empty() && context.overwrite) {
     run.forget("segment");
-    context.progress.say(fmt::format("segment: {} edits by hand are undone", edits.size()));
+    context.progress.say(fmt::format("segment: {} manual edits are discarded", edits.size()));
   }
   const json summary = run.stage(context, key_of(in), [&](const std::string& provenance) {
     return segment_scene(context, run, in, sides, provenance);
   });
   if (const json edits = run.note("edits"); !edits.empty())
-    context.progress.say(fmt::format("segment: {} edits by hand are kept; --overwrite undoes them", edits.size()));
+    context.progress.say(fmt::format("segment: {} manual edits are kept; --overwrite discards them", edits.size()));
   return summary;
 }
 

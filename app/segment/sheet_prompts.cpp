@@ -51,8 +51,8 @@ std::string resolved(const Sheet& sheet, const std::string& option, const std::s
                      std::vector<std::string> words, size_t at, const json& cells) {
   const auto outside = [&](const std::string& x, const std::string& y) {
     return usage_error(option, text,
-                       "has the pixel " + x + "," + y + ", where " + sheet.picture + " shows no picture or another one",
-                       "choose pixels of one picture of the sheet");
+                       "has the pixel " + x + "," + y + ", where " + sheet.picture + " shows no image or another one",
+                       "choose pixels of one image of the sheet");
   };
   const json* cell = nullptr;
   for (size_t k = at + 1; k + 1 < words.size(); k += 2) {
@@ -86,9 +86,9 @@ std::string resolved(const Sheet& sheet, const std::string& option, const std::s
 json read_cells(const RunDirectory& run, const Sheet& sheet, const std::string& option, const std::string& text) {
   const std::filesystem::path file = run / sheet.cells;
   if (!std::filesystem::exists(file))
-    throw usage_error(option, text, std::string("counts pixels of ") + sheet.picture + ", which is not there",
-                      &sheet == &kSelection ? "select with --box or --click first, or name a camera"
-                                            : "segment the scene first, or name a camera");
+    throw usage_error(option, text, std::string("refers to pixels of ") + sheet.picture + ", which does not exist",
+                      &sheet == &kSelection ? "select with --box or --click first, or give a camera"
+                                            : "segment the scene first, or give a camera");
   const json cells = read_json(file);
   bool good = cells.is_array();
   for (const json& cell : cells) {
@@ -100,7 +100,7 @@ json read_cells(const RunDirectory& run, const Sheet& sheet, const std::string& 
     good = good && cell.contains("camera") && cell["camera"].is_string();
   }
   if (!good)
-    throw input_error(file.string(), "", "is not what `segment` wrote",
+    throw input_error(file.string(), "", "was not written by `segment`",
                       "delete it and segmentation.h5, and segment the scene again");
   return cells;
 }
@@ -133,7 +133,7 @@ std::vector<Camera> cameras_of(const json& cells, const std::string& file) {
       cameras.push_back(camera);
     }
   } catch (const json::exception& wrong) {
-    throw input_error(file, "", std::string("is not what `segment` wrote: ") + wrong.what(),
+    throw input_error(file, "", std::string("was not written by `segment`: ") + wrong.what(),
                       "delete it and segmentation.h5, and segment the scene again");
   }
   return cameras;

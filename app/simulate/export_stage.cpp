@@ -42,8 +42,7 @@ void claim_folder(const fs::path& folder, const json& record, bool overwrite) {
     throw usage_error("--ply-sequence", folder.string(), "is a file", "give a folder");
   std::error_code failed;
   fs::create_directories(folder, failed);
-  if (failed)
-    throw usage_error("--ply-sequence", folder.string(), failed.message(), "give a folder that can be written");
+  if (failed) throw usage_error("--ply-sequence", folder.string(), failed.message(), "give a writable folder");
 
   std::set<std::string> replaced;
   if (fs::exists(folder / kRecord)) {
@@ -54,7 +53,7 @@ void claim_folder(const fs::path& folder, const json& record, bool overwrite) {
     const std::string changed = first_difference(before, record, "value");
     if (changed.empty()) return;
     if (!overwrite)
-      throw usage_error(folder.string(), "", "holds another sequence: " + changed,
+      throw usage_error(folder.string(), "", "contains another sequence: " + changed,
                         "give --overwrite to replace it, or another folder");
     for (const json& frame : before["frames"]) {
       const std::string name = frame.is_object() ? frame.value("file", "") : "";
@@ -64,7 +63,7 @@ void claim_folder(const fs::path& folder, const json& record, bool overwrite) {
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
     if (name != kRecord && !replaced.count(name))
-      throw usage_error("--ply-sequence", folder.string(), "holds '" + name + "', which is not of a sequence",
+      throw usage_error("--ply-sequence", folder.string(), "holds '" + name + "', which is not part of a sequence",
                         "give a new or an empty folder");
   }
   for (const std::string& name : replaced) fs::remove(folder / name);
@@ -95,7 +94,7 @@ json export_physgaussian(const Context& context, const RunDirectory& run, const 
 
 json run_export(const Context& context, RunDirectory& run, const Scene& scene, const ExportStage& stage) {
   if (stage.ply_sequence.empty() == stage.physgaussian_output.empty())
-    throw usage_error("export", "", "needs exactly one thing to write",
+    throw usage_error("export", "", "needs exactly one output",
                       "give --ply-sequence FOLDER or --physgaussian-output FOLDER");
   if (!stage.physgaussian_output.empty()) return export_physgaussian(context, run, stage);
   const auto inputs = moving_scene_files(run);
@@ -150,7 +149,7 @@ OptionTable options_of(ExportStage& stage) {
             .value = "DIR"},
            {.name = "physgaussian-output",
             .field = &stage.physgaussian_output,
-            .help = "Folder for the h5 and ply files that PhysGaussian writes",
+            .help = "Folder for h5 and ply files as PhysGaussian writes them",
             .value = "DIR"},
            {.name = "every",
             .field = &stage.every,

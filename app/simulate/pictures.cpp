@@ -48,7 +48,7 @@ nlohmann::json render_pictures(const Context& context, const Scene& scene, const
                                const fs::path& out) {
   const std::vector<Camera> cameras = chosen_cameras(scene, options);
   if (cameras.empty())
-    throw usage_error("--cameras", options.cameras, "has no camera", "give 'orbit' or a camera file");
+    throw usage_error("--cameras", options.cameras, "has no cameras", "give 'orbit' or a camera file");
   RenderOptions render_options;
   render_options.background = Vec3f(options.background[0], options.background[1], options.background[2]);
   render_options.antialiased = options.antialiased || scene.report.antialiased;
@@ -79,7 +79,7 @@ nlohmann::json render_pictures(const Context& context, const Scene& scene, const
     writer->close();
     files.push_back(out.string());
   }
-  context.progress.say("wrote " + std::to_string(cameras.size()) + (video ? " frames to " : " pictures to ") +
+  context.progress.say("wrote " + std::to_string(cameras.size()) + (video ? " frames to " : " images to ") +
                        out.string());
   return {{"pictures", files}, {"cameras", cameras.size()}};
 }

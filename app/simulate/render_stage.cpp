@@ -106,10 +106,10 @@ OptionTable options_of(RenderStage& stage) {
   return {"render",
           {{.name = "camera",
             .field = &stage.camera,
-            .help = "Camera of clip.mp4 (default: the video's, else one that sees the object well)",
+            .help = "Camera of clip.mp4 (default: the video's, else a clear view of the object)",
             .value = "NAME"},
-           {.name = "no-orbit", .field = &stage.orbit, .help = "Leave out clip_orbit.mp4", .off = true},
-           {.name = "frames", .field = &stage.frames, .help = "Write the frames of clip.mp4 as PNG too, into clip/"}}};
+           {.name = "no-orbit", .field = &stage.orbit, .help = "Skip clip_orbit.mp4", .off = true},
+           {.name = "frames", .field = &stage.frames, .help = "Also write the frames of clip.mp4 as PNG, into clip/"}}};
 }
 
 }  // namespace pliant

@@ -38,7 +38,7 @@ std::vector<Region> pinned_regions(const Context& context, const Scene& scene, c
     const Vec3d point(contact["point"][0], contact["point"][1], contact["point"][2]);
     const Vec3d normal(contact["normal"][0], contact["normal"][1], contact["normal"][2]);
     pins.push_back(Region::half_space(point + normal * contact["band"].get<double>(), normal));
-    context.progress.say(fmt::format("seed: held where it touches '{}'", contact["support"].get<std::string>()));
+    context.progress.say(fmt::format("seed: fixed where it touches '{}'", contact["support"].get<std::string>()));
   }
   return pins;
 }
@@ -69,8 +69,7 @@ int particles_of_configuration(const Context& context, const std::string& file, 
   fill_interior(fill, object, &filled);
   const double wanted = 8 * filled.volume / (cell * cell * cell);
   if (wanted > kMost)
-    context.progress.warn(
-        fmt::format("the configuration's cells ask for {:.3g} particles; {} are used", wanted, kMost));
+    context.progress.warn(fmt::format("the configuration's cells need {:.3g} particles; {} are used", wanted, kMost));
   return static_cast<int>(std::clamp<double>(wanted, 200, kMost));
 }
 
@@ -122,8 +121,7 @@ json seed_object(const Context& context, const RunDirectory& run, const StageInp
     part = select_simulated(samples, pins, particles, material.young);
     if (!given)
       context.progress.say(
-          "seed: E is taken to be the same everywhere, so pgas places them evenly (--material F.h5 says where it is "
-          "not)");
+          "seed: E is assumed to be uniform, so pgas places particles evenly (--material F.h5 gives E(x))");
     drivers = pgas_drivers(options, samples.select(part.kept), material.select(part.kept).young);
   } else {
     drivers = kmeans_drivers(options, samples.select(part.kept));
@@ -142,18 +140,18 @@ json seed_object(const Context& context, const RunDirectory& run, const StageInp
 
   const double cube = scene.metres_per_unit * scene.metres_per_unit * scene.metres_per_unit;
   context.progress.say(fmt::format(
-      "seed: {} driving particles by {}, cells of {:.4g} units, {:.4g} litres simulated of {:.4g}", drivers.size(),
+      "seed: {} driving particles by {}, cells of {:.4g} units, {:.4g} liters simulated of {:.4g}", drivers.size(),
       stage.drivers, drivers.cell_size, 1000 * part.volume * cube, 1000 * filled.volume * cube));
   const size_t thin =
       static_cast<size_t>(std::count_if(drivers.thickness.begin(), drivers.thickness.end(),
                                         [&](float t) { return t > 0 && t < kThinCells * drivers.cell_size; }));
   if (thin > 0)
     context.progress.warn(
-        fmt::format("{} of {} driving particles lie in parts thinner than {} cells; they move with their mass and an "
-                    "equivalent stiffness (--particles makes cells smaller)",
+        fmt::format("{} of {} driving particles are in parts thinner than {} cells; they are simulated with their mass "
+                    "and an equivalent stiffness (more --particles give smaller cells)",
                     thin, drivers.size(), kThinCells));
   if (pins.empty() && !configured)
-    context.progress.warn("nothing holds the object; it will fall (--pin-below, or pinned regions in scene.json)");
+    context.progress.warn("the object is not pinned and will fall (give --pin-below, or pinned regions in scene.json)");
   return {{"samples", samples.size()},
           {"drivers", drivers.size()},
           {"placed_by", stage.drivers},
@@ -170,7 +168,7 @@ json seed_object(const Context& context, const RunDirectory& run, const StageInp
 
 StageInputs<SeedStage> inputs_of(const RunDirectory& run, const Scene& scene, const SeedStage& stage) {
   if (!stage.material_file.empty() && stage.drivers != "pgas")
-    throw usage_error("seed", "--material", "is of no use to --sampling " + stage.drivers,
+    throw usage_error("seed", "--material", "does nothing with --sampling " + stage.drivers,
                       "give --sampling pgas, or leave it out");
   StageInputs<SeedStage> in;
   in.options = stage;
@@ -193,23 +191,23 @@ OptionTable options_of(SeedStage& stage) {
   return {"seed",
           {{.name = "particles",
             .field = &stage.particles,
-            .help = "Driving particles; the grid follows from them",
+            .help = "Number of driving particles, which sets the grid resolution",
             .low = 200,
             .high = 1e7},
            {.name = "sampling",
             .field = &stage.drivers,
-            .help = "How they are placed: kmeans, or pgas (Poisson disks, denser where E is small)",
+            .help = "Particle placement: kmeans, or pgas (Poisson disks, denser where E is small)",
             .choices = {"kmeans", "pgas"},
             .formerly = "drivers"},
            {.name = "material",
             .field = &stage.material_file,
-            .help = "E(x) that pgas follows, a material.h5 of any particles (default: the same everywhere)",
+            .help = "E(x) for pgas, a material.h5 of any particles (default: uniform)",
             .value = "FILE",
             .exists = true,
             .recorded = Recorded::kContents},
            {.name = "pin-below",
             .field = &stage.pin_below,
-            .help = "Fix what lies below this height along up [scene units]",
+            .help = "Fix material below this height along up [scene units]",
             .value = "H"},
            {.name = "no-pin-contact",
             .field = &stage.pin_contact,
@@ -217,7 +215,7 @@ OptionTable options_of(SeedStage& stage) {
             .off = true},
            {.name = "physgaussian",
             .field = &stage.physgaussian,
-            .help = "Fill the object with the cells of this configuration of PhysGaussian",
+            .help = "Fill the object on the grid of this PhysGaussian configuration",
             .value = "FILE",
             .exists = true,
             .recorded = Recorded::kContents}}};

@@ -117,11 +117,11 @@ double damping_on_this_grid(const Context& context, const VelocityFile& start, c
   const double time = damping_time_beside_transfers(std::move(motion), start.whole_damping_time);
   if (time > 0)
     context.progress.say(
-        fmt::format("simulate: a damping time of {:.3g} s in all: {:.3g} s beside what this grid takes",
+        fmt::format("simulate: total damping time {:.3g} s: {:.3g} s in addition to this grid's dissipation",
                     start.whole_damping_time, time));
   else
     context.progress.warn(fmt::format(
-        "this grid alone takes more than the damping time of {:.3g} s says: seed more particles for a finer one",
+        "this grid alone dissipates more than a damping time of {:.3g} s allows: seed more particles for a finer grid",
         start.whole_damping_time));
   return time;
 }
@@ -187,10 +187,10 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
   const SimulateSummary& s = result.summary;
   const double height = in.found["height"].get<double>() * scene.metres_per_unit;
   if (s.settle_displacement > 0.02 * height)
-    context.progress.warn(fmt::format(
-        "nothing holds the object: coming to rest moved it by {:.0f} % of its height before the first frame "
-        "(--settle-time 0 starts from the captured place)",
-        100 * s.settle_displacement / height));
+    context.progress.warn(
+        fmt::format("the object is not pinned: settling moved it by {:.0f} % of its height before the first frame "
+                    "(--settle-time 0 starts from the captured position)",
+                    100 * s.settle_displacement / height));
   const json motion = describe_motion(trajectory, body.file, scene.up, in.found["height"].get<double>());
   context.progress.say(fmt::format("simulate: tip moves {:.1f} % of the object's height and ends at {:.1f} %",
                                    100 * motion["tip_peak"].get<double>(), 100 * motion["tip_end"].get<double>()));
@@ -227,7 +227,7 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
   // Fields come from files that the user gives, else from the fit: the material, and how the motion started, once more.
   const bool given = !stage.material_file.empty(), started = !stage.velocity_file.empty();
   if (given && stage.material.young)
-    throw usage_error("simulate", "--material", "and --young both say what E is", "give one of them");
+    throw usage_error("simulate", "--material", "and --young both set E", "give one of them");
   const fs::path velocity_file = started ? fs::path(stage.velocity_file) : run / (folder + "/velocity.h5");
   const bool replay = started || (fitted && !given && stage.interactions.empty() && starts_moving(velocity_file));
 

@@ -74,9 +74,10 @@ Interaction obstacle_of(const Context& context, const std::filesystem::path& fil
     if (options.box.contains(background.position[i])) near.push_back(static_cast<int>(i));
   const SceneDistanceResult distance = make_scene_distance(options, make_surfels({}, background.select(near)));
   if (distance.grid.value.empty())
-    throw usage_error("--collide-scene", "", "finds nothing of the scene near the object", "leave it out");
-  context.progress.say(fmt::format("simulate: {} surface pieces of the rest of the scene are an obstacle, friction {}",
-                                   distance.summary.surfels, kFriction));
+    throw usage_error("--collide-scene", "", "finds no part of the scene near the object", "leave it out");
+  context.progress.say(
+      fmt::format("simulate: collisions with {} surface elements of the rest of the scene, friction {}",
+                  distance.summary.surfels, kFriction));
   Interaction obstacle;
   obstacle.type = InteractionType::kCollider;
   obstacle.friction = kFriction;
@@ -164,7 +165,7 @@ SimulationPlan plan_simulation(const Context& context, const InputFiles& files, 
   if (const auto floor = stage.floor && !stage.obstacles ? floor_of(extract, plan.interactions, scene) : std::nullopt) {
     plan.floor = true;
     plan.interactions.push_back(*floor);
-    context.progress.say(fmt::format("simulate: nothing passes below the plane of '{}', friction {}",
+    context.progress.say(fmt::format("simulate: the plane of '{}' is a floor, friction {}",
                                      extract["contact"]["support"].get<std::string>(), floor->friction));
   }
   return plan;

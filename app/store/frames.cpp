@@ -74,7 +74,7 @@ SimulationState read_frame(const fs::path& folder, int frame) {
   const fs::path file = file_of(folder, frame);
   const std::string bytes = read_text(file);
   const auto damaged = [&](const std::string& field, const std::string& problem) {
-    return input_error(file.string(), field, problem, "remove the file; the simulation makes it again");
+    return input_error(file.string(), field, problem, "remove the file; the simulation recreates it");
   };
   Header header;
   if (bytes.size() < sizeof header + kDigest) throw damaged("", "is truncated");
@@ -83,16 +83,17 @@ SimulationState read_frame(const fs::path& folder, int frame) {
   const size_t payload = bytes.size() - sizeof header - kDigest, row = kFloats * sizeof(float);
   const bool remembers = header.memories != 0;
   if (remembers && header.memories != header.particles)
-    throw damaged("particles",
-                  "is " + std::to_string(header.particles) + " with memories of " + std::to_string(header.memories));
+    throw damaged("particles", "is " + std::to_string(header.particles) + " with internal variables of " +
+                                   std::to_string(header.memories));
   const size_t whole_row = row + (remembers ? sizeof(LawMemory<float>) : 0);
   if (payload % whole_row != 0 || payload / whole_row != header.particles) {
-    throw damaged("particles", "promises " + std::to_string(header.particles) + " but there are bytes for " +
+    throw damaged("particles", "declares " + std::to_string(header.particles) + " but there are bytes for " +
                                    std::to_string(payload / whole_row));
   }
   if (header.frame != frame) throw damaged("frame", "is " + std::to_string(header.frame));
   const size_t end = bytes.size() - kDigest;
-  if (sha256_of_text(bytes.substr(0, end)) != bytes.substr(end)) throw damaged("checksum", "does not fit the contents");
+  if (sha256_of_text(bytes.substr(0, end)) != bytes.substr(end))
+    throw damaged("checksum", "does not match the contents");
   SimulationState state;
   state.frame = frame;
   state.substeps = header.substeps;

@@ -210,7 +210,7 @@ Hdf5Reader::Hdf5Reader(const fs::path& file) : file_(file.string()) {
   silence();
   std::error_code ignored;
   if (!fs::exists(file, ignored)) throw input_error(file_, "", "does not exist", "check the name");
-  if (!fs::is_regular_file(file, ignored)) throw input_error(file_, "", "is not a file", "name an HDF5 file");
+  if (!fs::is_regular_file(file, ignored)) throw input_error(file_, "", "is not a file", "give an HDF5 file");
   id_ = Hdf5Handle(H5Fopen(file_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!id_.valid()) throw input_error(file_, "", "is not an HDF5 file, or is truncated", "make it again");
 }
@@ -274,7 +274,7 @@ Hdf5Handle Hdf5Reader::open_checked(const std::string& name, const Shape& expect
   double bytes = sizeof(T);
   for (size_t n : found) bytes *= static_cast<double>(n);
   if (bytes > 1100.0 * static_cast<double>(H5Dget_storage_size(set.get())) + 4096) {
-    throw complaint(name, "promises " + text_of(found) + " values that are not stored");
+    throw complaint(name, "declares " + text_of(found) + " values that are not stored");
   }
   return set;
 }
@@ -318,7 +318,7 @@ std::string Hdf5Reader::text(const std::string& object, const std::string& name)
                              H5Aclose);
   const Hdf5Handle type(H5Aget_type(attribute.get()), H5Tclose), space(H5Aget_space(attribute.get()), H5Sclose);
   if (H5Tget_class(type.get()) != H5T_STRING || H5Sget_simple_extent_npoints(space.get()) != 1) {
-    throw complaint(field, "is not a text");
+    throw complaint(field, "is not text");
   }
   if (H5Tis_variable_str(type.get()) > 0) {
     char* value = nullptr;

@@ -77,7 +77,7 @@ void read_class_cameras(const Hdf5Reader& in, Segmentation& s) {
   size_t begin = 0;
   for (int32_t end : ends) {
     if (end < 0 || static_cast<size_t>(end) < begin || static_cast<size_t>(end) > cameras.size())
-      throw in.complaint("/class_cameras_end", "holds " + std::to_string(end) + ", which is no end of a list");
+      throw in.complaint("/class_cameras_end", "holds " + std::to_string(end) + ", which is not the end of a list");
     s.class_cameras.emplace_back(cameras.begin() + static_cast<std::ptrdiff_t>(begin), cameras.begin() + end);
     begin = static_cast<size_t>(end);
   }
@@ -111,7 +111,7 @@ Segmentation read_segmentation(const fs::path& file) {
     if (!origins.is_array() || origins.size() != classes)
       throw in.complaint("/@origins", "is not one text for each id");
     for (const json& origin : origins) {
-      if (!origin.is_string()) throw in.complaint("/@origins", "holds something that is not a text");
+      if (!origin.is_string()) throw in.complaint("/@origins", "contains a value that is not text");
       s.class_origin.push_back(origin.get<std::string>());
     }
   }
@@ -119,12 +119,12 @@ Segmentation read_segmentation(const fs::path& file) {
     s.screen_variance = in.number("/", "screen_variance");
     if (!(s.screen_variance > 0 && s.screen_variance < 100))
       throw in.complaint("/@screen_variance",
-                         "is " + std::to_string(s.screen_variance) + ", which is no variance of a filter");
+                         "is " + std::to_string(s.screen_variance) + ", which is not a filter variance");
   }
   if (in.has_attribute("/", "next_id")) {
     const double next = in.number("/", "next_id");
     if (!(next >= 0 && next <= UINT32_MAX))
-      throw in.complaint("/@next_id", "is " + std::to_string(next) + ", which is no id");
+      throw in.complaint("/@next_id", "is " + std::to_string(next) + ", which is not an id");
     s.next_id = static_cast<uint32_t>(next);
   }
   return s;

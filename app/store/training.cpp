@@ -40,7 +40,7 @@ double whole_number(const Hdf5Reader& in, const std::string& name, double most) 
   const double value = in.number("/", name);
   if (!(value >= 0 && value <= most && value == std::floor(value)))
     throw in.complaint("/@" + name,
-                       "is " + std::to_string(value) + ", not a whole number from 0 to " + std::to_string(most));
+                       "is " + std::to_string(value) + ", not an integer from 0 to " + std::to_string(most));
   return value;
 }
 

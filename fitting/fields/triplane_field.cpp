@@ -39,7 +39,7 @@ Factory load_factory() {
   const char* problem = module ? nullptr : dlerror();
   omp_set_num_threads(threads);
   if (!module)
-    throw input_error(kModule, "", problem ? problem : "not found beside the program",
+    throw input_error(kModule, "", problem ? problem : "not found next to the program",
                       "install libtorch-dev and libopenblas0-openmp and build again, or fit by parts");
   return reinterpret_cast<Factory>(dlsym(module, "pliant_make_triplane_field"));
 }

@@ -36,9 +36,9 @@ class MarkerFit {
     for (size_t k = 0; k < tracks.markers(); ++k)
       if (!(model_.distance(k) <= options.model.reach))
         result_.warnings.push_back("marker '" + tracks.name[k] + "' is " + std::to_string(1e3 * model_.distance(k)) +
-                                   " mm from the body and was left out");
+                                   " mm from the body and was ignored");
     if (model_.bound().empty())
-      throw input_error("markers", "", "none lies on the body at rest", "check the unit and the frame of the markers");
+      throw input_error("markers", "", "none is on the body at rest", "check the units and axes of the markers");
     double log_young = 0;
     for (size_t i = 0; i < particles.size(); ++i) log_young += particles.volume[i] * std::log(particles.young[i]);
     young_ = std::exp(log_young / particles.total_volume());
@@ -59,7 +59,7 @@ class MarkerFit {
     MarkerParameters p{1, options_.damping_time, onset_};
     if (options_.search && options_.fit_young) search(p);
     // From here on the time step stays, so that differences see only what the parameters do.
-    say(fmt::format("refined from E = {:.4g} Pa, damping time {:.3g} s, release at {:.4g} s", young_ * p.young_factor,
+    say(fmt::format("refining from E = {:.4g} Pa, damping time {:.3g} s, release at {:.4g} s", young_ * p.young_factor,
                     p.damping_time, p.release));
     model_.run(p, 1 / options_.model.simulate.fps);
     substeps_ = model_.substeps();
@@ -76,7 +76,7 @@ class MarkerFit {
     // Still until the onset: first against the first places, then against the mean of those before it.
     const auto first = std::lower_bound(tracks.time.begin(), tracks.time.end(), options.rest_begin);
     if (first == tracks.time.end())
-      throw input_error("markers", "", "the recording ends before the body is at rest", "check --rest-begin");
+      throw input_error("markers", "", "the recording ends before the body is at rest", "check --marker-rest");
     const std::ptrdiff_t skip = first - tracks.time.begin();
     MarkerTracks later = tracks;
     later.time.erase(later.time.begin(), later.time.begin() + skip);
@@ -85,8 +85,8 @@ class MarkerFit {
     double onset = *first;
     for (int pass = 0; pass < 2; ++pass) onset = onset_of_motion(later, mean_position(later, *first, onset));
     if (onset <= *first)
-      throw input_error("markers", "", "they move from the first instant on, or not at all",
-                        "record the body at rest before its release, or give --release");
+      throw input_error("markers", "", "they move from the first sample on, or not at all",
+                        "record the body at rest before its release, or give --marker-release");
     return onset;
   }
 
@@ -144,7 +144,7 @@ class MarkerFit {
     }
     state_.simulated.push_back({step, loss});
     const MarkerFitResult::Candidate c = candidate(state_.simulated.back());
-    say(std::isfinite(loss) ? fmt::format("E = {:.4g} Pa: {:.3g} mm off", c.young, 1e3 * c.rms)
+    say(std::isfinite(loss) ? fmt::format("E = {:.4g} Pa: RMSE {:.3g} mm", c.young, 1e3 * c.rms)
                             : fmt::format("E = {:.4g} Pa cannot be simulated", c.young));
     keep();
     return loss;

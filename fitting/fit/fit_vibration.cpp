@@ -118,7 +118,7 @@ GaussNewtonResult refine_field(const VibrationFitOptions& options, const TrackLo
     ++summary.evaluations;
   };
   const auto tell = [&](const char* what, int number, const char* of) {
-    say("%s %d %s: rms error %.3g after %d steps, %d roll-outs, until %s", what, number, of,
+    say("%s %d %s: RMSE %.3g after %d steps, %d roll-outs; stopped by: %s", what, number, of,
         rollouts.rms(result.parameters), static_cast<int>(result.summary.loss.size()) - 1, result.summary.evaluations,
         result.summary.stopped_by.c_str());
   };
@@ -155,7 +155,7 @@ GaussNewtonResult refine_field(const VibrationFitOptions& options, const TrackLo
     // Rounds weigh errors by other noise; as squares of the tracks' unit their losses follow on each other.
     for (double& loss : summary.loss) loss *= noise * noise;
     summary.loss.insert(summary.loss.begin(), before.loss.begin(), before.loss.end());
-    tell("round", round + 1, "of all frames");
+    tell("round", round + 1, "on all frames");
   }
   return result;
 }
@@ -188,12 +188,12 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     journal.keep();
   }
   fit.modes = options.known_modes ? *options.known_modes : *state.modes;
-  say("%d vibration modes, the lowest at %.2f Hz with the present E (%.1f s)", static_cast<int>(fit.modes.size()),
+  say("%d vibration modes, the lowest at %.2f Hz with the current E (%.1f s)", static_cast<int>(fit.modes.size()),
       fit.modes.omega.at(0) / 6.283185307, fit.modes.seconds);
   fit.search = modal_search(options.search, fit.modes, particles, tracks, fps);
   fit.first_frame = fit.search.first_frame;
   fit.rms_rest = rms_of_rest(tracks, particles, fit.first_frame);
-  say("search: E x %.3g explains %.1f %% of the motion from frame %d on, %.1f periods of the strongest mode",
+  say("search: E x %.3g explains %.1f %% of the motion from frame %d on, %.1f periods of the dominant mode",
       std::pow(10.0, fit.search.minima[0].log10_factor), 100 * (1 - fit.search.minima[0].unexplained), fit.first_frame,
       fit.search.periods);
 
@@ -217,8 +217,8 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     const double after = fitter->rms(result.parameters);
     fit.candidate_factor.push_back(result.parameters[0] / std::log(10.0));
     fit.candidate_rms.push_back(after);
-    say("roll-outs from E x %.3g: rms error %.3g -> %.3g at E x %.3g", std::pow(10.0, minimum.log10_factor), before,
-        after, std::exp(result.parameters[0]));
+    say("roll-outs from E x %.3g: RMSE %.3g -> %.3g at E x %.3g", std::pow(10.0, minimum.log10_factor), before, after,
+        std::exp(result.parameters[0]));
     if (after < least) {
       least = after;
       best = std::move(fitter);
@@ -265,9 +265,9 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     set_young_sigma(fit, options, particles.size(), result.covariance);
   }
   fit.seconds = since();
-  say("%d roll-outs, %d steps until %s", fit.summary.evaluations, static_cast<int>(fit.summary.loss.size()) - 1,
+  say("%d roll-outs, %d steps; stopped by: %s", fit.summary.evaluations, static_cast<int>(fit.summary.loss.size()) - 1,
       fit.summary.stopped_by.c_str());
-  say("E x %.4g (10^+-%.3f), damping time %.3g s, rms error %.3g of %.3g", std::exp(result.parameters[0]),
+  say("E x %.4g (10^+-%.3f), damping time %.3g s, RMSE %.3g (static %.3g)", std::exp(result.parameters[0]),
       fit.log10_sigma, fit.damping_time, fit.rms, fit.rms_rest);
   return fit;
 }

@@ -185,7 +185,7 @@ ModalSearch modal_search(const ModalSearchOptions& options, const VibrationModes
     for (const double w : tracks.tracks().weight[f]) weight += w;
   }
   if (!(weight > 0) || !(moved > 0))
-    throw input_error("reference", "motion", "is nowhere: no point of the object moves",
+    throw input_error("reference", "motion", "is missing: no point of the object moves",
                       "give a reference in which the object moves");
   const int count = static_cast<int>(frames.size());
   const Searcher searcher(options, modes, std::move(frames), fps);
@@ -202,8 +202,8 @@ ModalSearch modal_search(const ModalSearchOptions& options, const VibrationModes
     if (low && here < 1) result.minima.push_back(curve[i]);
   }
   if (result.minima.empty())
-    throw input_error("reference", "motion", "is not explained by a vibration at any stiffness",
-                      "check camera and frame rate, and that something holds the object");
+    throw input_error("reference", "motion", "is not explained by vibrations at any stiffness",
+                      "check camera and frame rate, and that the object is pinned");
   std::stable_sort(result.minima.begin(), result.minima.end(),
                    [](const ModalMotion& a, const ModalMotion& b) { return a.unexplained < b.unexplained; });
   if (static_cast<int>(result.minima.size()) > options.most_minima) result.minima.resize(options.most_minima);

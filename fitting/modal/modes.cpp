@@ -42,8 +42,7 @@ class ModeFinder {
     for (const Interaction& it : interactions)
       if (it.type == InteractionType::kPin && it.start <= 0) pins_.push_back(it);
     if (pins_.empty())
-      throw usage_error("fit", "pins",
-                        "hold nothing, and a body that nothing holds has no vibrations to be recognised by",
+      throw usage_error("fit", "pins", "fix nothing, and a body that is not pinned has no vibrations to identify",
                         "pin a part: \"pinned\" in scene.json, or `seed --pin-below`");
     for (size_t i = 0; i < particles_.size(); ++i) {
       const Lame<double> law = lame(particles_.young[i], particles_.poisson[i]);

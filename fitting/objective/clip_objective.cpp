@@ -40,7 +40,7 @@ SeenFrames<float> cut_to_weight(const Camera& camera, std::span<const ImageF> fr
         y1 = std::max(y1, y + 1);
       }
   if (x1 <= x0)
-    throw input_error("fit", "video", "shows nothing that moves", "check the camera of the video, and what is pinned");
+    throw input_error("fit", "video", "shows no motion", "check the camera of the video, and what is pinned");
   x0 = std::max(0, x0 - kBorder);
   y0 = std::max(0, y0 - kBorder);
   x1 = std::min(weight.width, x1 + kBorder);

@@ -93,29 +93,27 @@ class Checker {
     const auto& [score, shift] = checks_.match;
     const std::string& camera = video_.camera.name;
     if (score < options_.least_score) {
-      found(
-          VideoProblem::kOtherView, true, score, options_.least_score, 0,
-          fmt::format("The first frame does not show the scene from camera '{}': it matches the rendered scene by "
-                      "{:.2f} ({:.2f} is needed).  "
-                      "Name the camera that took the video, or let it be found; check that the video is of this scene.",
-                      camera, score, options_.least_score));
+      found(VideoProblem::kOtherView, true, score, options_.least_score, 0,
+            fmt::format("The first frame does not show the scene from camera '{}': its match score with the rendered "
+                        "scene is {:.2f} ({:.2f} is needed).  Give the camera that took the video, or let it be found; "
+                        "check that the video shows this scene.",
+                        camera, score, options_.least_score));
     } else if (shift > options_.most_shift * width) {
       found(VideoProblem::kOtherView, true, shift, options_.most_shift * width, 0,
-            fmt::format("The first frame is shifted against the scene seen from camera '{}' by {:.1f} px (at most "
-                        "{:.1f}).  Let the camera be refined, or name "
-                        "the right one.",
+            fmt::format("The first frame is shifted relative to the scene seen from camera '{}' by {:.1f} px (at most "
+                        "{:.1f}).  Refine the camera, or give the right one.",
                         camera, shift, options_.most_shift * width));
     } else if (shift > options_.noted_shift * width) {
       found(VideoProblem::kViewOff, false, shift, options_.noted_shift * width, 0,
-            fmt::format("The first frame lies {:.1f} px beside the scene seen from camera '{}'.  Refining the camera "
-                        "makes the fit more exact.",
+            fmt::format("The first frame is {:.1f} px off the scene seen from camera '{}'.  Refining the camera makes "
+                        "the fit more accurate.",
                         shift, camera));
     }
     const auto pixels = std::count_if(object_.data.begin(), object_.data.end(), [](uint8_t m) { return m != 0; });
     if (pixels < options_.least_pixels) {
       found(VideoProblem::kHidden, true, static_cast<double>(pixels), options_.least_pixels, 0,
             fmt::format(
-                "The object covers {} pixels of camera '{}', too few to see it move.  Name a camera that sees it.",
+                "The object covers {} pixels of camera '{}', too few to see it move.  Give a camera that sees it.",
                 pixels, camera));
     }
   }
@@ -123,11 +121,12 @@ class Checker {
   void check_rate() {
     if (video_.file_fps == 0 || video_.declared_fps == 0 || video_.declared_rate_holds) return;
     if (std::abs(video_.declared_fps / video_.file_fps - 1) <= kRateTolerance) return;
-    found(VideoProblem::kRate, true, video_.declared_fps, video_.file_fps, -1,
-          fmt::format("The scene file says {:.4g} frames per second, the video file {:.4g}; E grows with the square of "
-                      "the rate, here by {:.2g}.  Correct "
-                      "video.fps in the scene file, or say that it holds (slow motion).",
-                      video_.declared_fps, video_.file_fps, std::pow(video_.declared_fps / video_.file_fps, 2)));
+    found(
+        VideoProblem::kRate, true, video_.declared_fps, video_.file_fps, -1,
+        fmt::format(
+            "The scene file states {:.4g} frames per second, the video file {:.4g}; E scales with the square of the "
+            "rate, here by {:.2g}.  Correct video.fps in the scene file, or confirm it with --video-fps (slow motion).",
+            video_.declared_fps, video_.file_fps, std::pow(video_.declared_fps / video_.file_fps, 2)));
   }
 
   /// Cuts, fast turns of the camera, changes of light and repeated frames, from neighbouring frames.
@@ -152,9 +151,8 @@ class Checker {
       if (end - t < kLongestJump) {
         jumped_ = true;
         found(VideoProblem::kCut, true, score[t], options_.least_continuity, t,
-              fmt::format("The video jumps at frame {} ({:.2f} s): the background there matches the frame before by "
-                          "{:.2f} ({:.2f} is needed).  Take the part "
-                          "before or after it (first, last).",
+              fmt::format("The video jumps at frame {} ({:.2f} s): the match score of the background with the previous "
+                          "frame is {:.2f} ({:.2f} is needed).  Use the part before or after it (first, last).",
                           t, seconds(t), score[t], options_.least_continuity));
       } else {
         turned_ = t;
@@ -174,7 +172,7 @@ class Checker {
     if (checks_.light > options_.noted_light && !jumped_ && turned_ < 0) {
       found(VideoProblem::kLight, false, checks_.light, options_.noted_light, worst,
             fmt::format("The background's brightness changes by {:.0f} % (frame {}, {:.2f} s).  Film with fixed "
-                        "exposure; colours are compared as they are.",
+                        "exposure; colors are compared without correction.",
                         100 * checks_.light, worst, seconds(worst)));
     }
 
@@ -192,35 +190,33 @@ class Checker {
     if (checks_.rhythm.missing > 0 && !jumped_ && turned_ < 0) {
       const int every = checks_.rhythm.period + 1;
       found(VideoProblem::kDropped, false, filmed, video_.fps, -1,
-            fmt::format("One step of the object in {} is twice as long as the others: of every {} frames that were "
-                        "filmed one is missing.  If the true rate is {:.4g} "
-                        "frames per second, times are right; if it is {:.4g}, they run too fast and E comes out too "
-                        "large by {:.3g}.  Write the video anew with all frames.",
-                        checks_.rhythm.period, every, filmed, video_.fps, std::pow(filmed / video_.fps, 2)));
+            fmt::format(
+                "One in {} steps of the object is twice as long as the others: one of every {} filmed frames is "
+                "missing.  If the true rate is {:.4g} frames per second, times are right; if it is {:.4g}, they run "
+                "too fast and E is overestimated by a factor of {:.3g}.  Re-encode the video with all frames.",
+                checks_.rhythm.period, every, filmed, video_.fps, std::pow(filmed / video_.fps, 2)));
     } else if (leap > 0 && !jumped_ && turned_ < 0) {
       const double ratio = moved[leap] / std::max(moved[leap - 1], moved[leap + 1]);
       found(VideoProblem::kLeap, false, ratio, kLeap, leap,
-            fmt::format("The object leaps at frame {} ({:.2f} s): the picture changes {:.1f} times as much as before "
-                        "and after.  If frames are missing there, take "
-                        "the part before or after it (first, last).",
+            fmt::format("The object jumps at frame {} ({:.2f} s): the image changes {:.1f} times as much as before and "
+                        "after.  If frames are missing there, use the part before or after it (first, last).",
                         leap, seconds(leap), ratio));
     }
     const int period = checks_.rhythm.period, twice = checks_.rhythm.repeated;
     checks_.repeated = twice > 0 ? static_cast<double>(twice) / period : static_cast<double>(repeated) / frames;
     if (twice > 0) {
-      found(VideoProblem::kRepeated, false, checks_.repeated, options_.noted_repeats, -1,
-            fmt::format("{} of every {} frames show{} the one before again: the video was filmed at a lower rate than "
-                        "{:.4g}, the true rate is probably {:.4g} frames per "
-                        "second.  Compare it at that rate (compare-fps).  If the motion was slowed down by that, E "
-                        "comes out too small by {:.3g}: say that it has {:.4g} "
-                        "(video-fps).",
-                        twice, period, twice == 1 ? "s" : "", video_.fps, filmed, std::pow(video_.fps / filmed, 2),
-                        video_.fps * video_.fps / filmed));
+      found(
+          VideoProblem::kRepeated, false, checks_.repeated, options_.noted_repeats, -1,
+          fmt::format(
+              "{} of every {} frames repeat{} the previous one: the video was filmed at a lower rate than {:.4g}, the "
+              "true rate is probably {:.4g} frames per second.  Compare it at that rate (compare-fps).  If this slowed "
+              "the motion down, E is underestimated by a factor of {:.3g}: set the rate to {:.4g} (video-fps).",
+              twice, period, twice == 1 ? "s" : "", video_.fps, filmed, std::pow(video_.fps / filmed, 2),
+              video_.fps * video_.fps / filmed));
     } else if (checks_.repeated > options_.noted_repeats) {
       found(VideoProblem::kRepeated, false, checks_.repeated, options_.noted_repeats, -1,
-            fmt::format("{} of {} frames show the one before again: the video was filmed at a lower rate than {:.4g} "
-                        "frames per second.  Write it anew at its own "
-                        "rate: `ffmpeg -i F -vf mpdecimate out.mp4`.",
+            fmt::format("{} of {} frames repeat the previous one: the video was filmed at a lower rate than {:.4g} "
+                        "frames per second.  Re-encode it at its own rate: `ffmpeg -i F -vf mpdecimate out.mp4`.",
                         repeated, frames, video_.fps));
     }
   }
@@ -268,16 +264,16 @@ class Checker {
       found(VideoProblem::kCameraMoves, refuse, checks_.drift, refuse ? limit : options_.noted_drift * width,
             drift_frame,
             fmt::format("The camera moves: the background drifts by {:.1f} px until frame {} ({:.2f} s).  Use a "
-                        "tripod, or stabilise the video on its background first.",
+                        "tripod, or stabilize the video on its background first.",
                         checks_.drift, drift_frame, seconds(drift_frame)));
     }
     const double least = std::max(options_.least_motion, kNoiseFactor * checks_.noise);
     if (checks_.motion < least && !jumped_ && turned_ < 0) {
       found(VideoProblem::kStatic, true, checks_.motion, least, motion_frame,
-            fmt::format("The object does not move: {:.2f} px at most, where {:.2f} are above the noise.  A still "
-                        "object says nothing about its material: film it "
-                        "swinging, or take the part of the video where it does.",
-                        checks_.motion, least));
+            fmt::format(
+                "The object does not move: {:.2f} px at most, where {:.2f} px are above the noise.  A static object "
+                "reveals nothing about its material: film it swinging, or use the part of the video where it does.",
+                checks_.motion, least));
     }
   }
 

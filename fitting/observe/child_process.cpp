@@ -154,7 +154,7 @@ std::string ChildProcess::last_words() const {
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
   std::replace(text.begin(), text.end(), '\n', ' ');
-  return text.empty() ? "" : "; its last words: " + text;
+  return text.empty() ? "" : "; its last output: " + text;
 }
 
 }  // namespace pliant

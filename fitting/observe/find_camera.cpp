@@ -292,13 +292,13 @@ FoundCamera find_camera(const FindCameraOptions& options, const GaussianCloud& c
   out.found = out.refined.after.score >= options.least_score;
   const std::string& name = cameras[out.nearest].name;
   out.sentence = out.found ? fmt::format(
-                                 "The video's camera lies {:.2g} units beside '{}' and is turned by {:.2g} degrees; "
-                                 "its first frame matches the scene by {:.2f}.",
+                                 "The video's camera is {:.2g} units from '{}' and rotated by {:.2g} degrees; its "
+                                 "first frame matches the scene with score {:.2f}.",
                                  out.refined.moved, name, out.refined.turned, out.refined.after.score)
                            : fmt::format(
                                  "The first frame shows the scene from none of the {} known cameras: the best, '{}', "
-                                 "matches by {:.2f} ({:.2f} is needed).  Give a "
-                                 "file with the video's camera, or check that the video is of this scene.",
+                                 "matches with score {:.2f} ({:.2f} is needed).  Give a file with the video's camera, "
+                                 "or check that the video shows this scene.",
                                  cameras.size(), name, out.refined.after.score, options.least_score);
   return out;
 }

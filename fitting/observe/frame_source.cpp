@@ -50,7 +50,7 @@ class VideoFile : public FrameSource {
     }
     if (!open) {
       throw input_error(file.string(), "", "is not a video that can be decoded",
-                        "give an mp4 (H.264), or a folder of pictures; `ffmpeg -i F out.mp4` converts most formats");
+                        "give an mp4 (H.264), or a folder of images; `ffmpeg -i F out.mp4` converts most formats");
     }
     fps_ = capture_.get(cv::CAP_PROP_FPS);
     const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
@@ -96,8 +96,8 @@ class PictureFolder : public FrameSource {
  public:
   PictureFolder(const fs::path& folder, double fps) : files_(pictures_in_order(folder)), fps_(fps) {
     if (files_.empty()) {
-      throw input_error(folder.string(), "", "has no pictures",
-                        "name a video file, or a folder of numbered PNG or JPEG frames");
+      throw input_error(folder.string(), "", "has no images",
+                        "give a video file, or a folder of numbered PNG or JPEG frames");
     }
   }
   std::optional<TimedFrame> next() override {
@@ -152,7 +152,7 @@ std::unique_ptr<FrameSource> open_frames(const fs::path& file_or_folder, double 
   }
   if (!fs::is_directory(file_or_folder, ignored)) return std::make_unique<VideoFile>(file_or_folder);
   if (!(folder_fps > 0)) {
-    throw input_error(file_or_folder.string(), "fps", "is not known: a folder of pictures has no frame rate",
+    throw input_error(file_or_folder.string(), "fps", "is unknown: a folder of images has no frame rate",
                       "give the rate of the camera, in the scene file (video.fps), with --video-fps (fit, run) or "
                       "--fps (evaluate motion)");
   }

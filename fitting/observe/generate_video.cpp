@@ -63,7 +63,7 @@ ReferenceVideo generate_video(const GenerateOptions& options, const ImageF& firs
   if (!code) {
     process.kill();
     throw input_error(options.command, "",
-                      fmt::format("made no video within {:.4g} s{}", options.time_limit, process.last_words()),
+                      fmt::format("generated no video within {:.4g} s{}", options.time_limit, process.last_words()),
                       "allow it more time, or ask for fewer frames");
   }
   if (*code != 0)
@@ -79,14 +79,14 @@ ReferenceVideo generate_video(const GenerateOptions& options, const ImageF& firs
     if (!fs::exists(file)) {
       throw input_error(
           options.command, file.filename().string(),
-          fmt::format("is missing: {} of {} frames were asked for and {} pictures are in {}{}", f + 1, options.frames,
+          fmt::format("is missing: {} of {} frames were requested and {} images are in {}{}", f + 1, options.frames,
                       pictures_in_order(frames).size(), frames.string(), process.last_words()),
           "it must write frames/0000.png and so on, as request.json says");
     }
     ImageF picture = read_image(file);
     if (picture.width != camera.width || picture.height != camera.height) {
       throw input_error(options.command, file.filename().string(),
-                        fmt::format("has {} x {} pixels, {} x {} were asked for", picture.width, picture.height,
+                        fmt::format("has {} x {} pixels, {} x {} were requested", picture.width, picture.height,
                                     camera.width, camera.height),
                         "it must write frames of the size in request.json");
     }
@@ -94,7 +94,7 @@ ReferenceVideo generate_video(const GenerateOptions& options, const ImageF& firs
   }
   const size_t written = pictures_in_order(frames).size();
   if (written > static_cast<size_t>(options.frames))
-    video.warnings.push_back(fmt::format("`{}` wrote {} frames, {} were asked for: the rest is not used",
+    video.warnings.push_back(fmt::format("`{}` wrote {} frames, {} were requested: the rest are ignored",
                                          options.command, written, options.frames));
   return video;
 }

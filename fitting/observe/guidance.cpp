@@ -72,7 +72,7 @@ Guidance::Guidance(const GuidanceOptions& options, const fs::path& folder) {
   state_ = std::make_unique<State>(options, folder);
   const json ready = state_->answer(options.start_limit, "its start");
   if (!ready.contains("ready") || ready["ready"] != 1)
-    throw state_->complaint("said " + ready.dump() + " at its start",
+    throw state_->complaint("sent " + ready.dump() + " at its start",
                             "its first line must be {\"ready\": 1, \"name\": \"...\"}");
   state_->name =
       ready.contains("name") && ready["name"].is_string() ? ready["name"].get<std::string>() : options.command;
@@ -116,7 +116,7 @@ GuidanceResult Guidance::evaluate(std::span<const ImageF> frames, double fps) {
   if (!s.process.write_line(request.dump(), s.options.step_limit)) {
     const std::optional<int> code = s.process.wait(kEndLimit);
     throw s.complaint(
-        fmt::format("does not take {}{}", what, code ? fmt::format(": it ended with exit code {}", *code) : ""),
+        fmt::format("does not accept {}{}", what, code ? fmt::format(": it ended with exit code {}", *code) : ""),
         "see " + (s.folder / "log.txt").string());
   }
   const json answer = s.answer(s.options.step_limit, what);
@@ -132,7 +132,7 @@ GuidanceResult Guidance::evaluate(std::span<const ImageF> frames, double fps) {
   std::error_code missing;
   const auto written = fs::file_size(gradient_file, missing);
   if (missing || written != bytes)
-    throw s.complaint(fmt::format("left {} in gradient.f32 at {}, {} bytes are due",
+    throw s.complaint(fmt::format("left {} in gradient.f32 at {}, {} bytes are expected",
                                   missing ? "nothing" : fmt::format("{} bytes", written), what, bytes),
                       "it must write as many 32-bit floats as frames.f32 has");
   std::ifstream in(gradient_file, std::ios::binary);
@@ -143,7 +143,7 @@ GuidanceResult Guidance::evaluate(std::span<const ImageF> frames, double fps) {
     for (size_t i = 0; i < gradient.data.size(); ++i)
       if (!std::isfinite(gradient.data[i]))
         throw s.complaint(fmt::format("wrote a derivative that is not finite at {}: frame {}, float {}", what, t, i),
-                          "lower its guidance weight or its precision's range");
+                          "lower its guidance weight, or compute in higher precision");
     result.gradient.push_back(std::move(gradient));
   }
   if (!in) throw input_error(gradient_file.string(), "", "cannot be read", "check the disk");

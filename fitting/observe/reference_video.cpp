@@ -68,7 +68,7 @@ class Resampler {
           "reference video", "",
           fmt::format("needs more than {:.1f} GB of memory at {} frames of {} x {}", options_.most_bytes / 1e9,
                       out_.frames.size() + 1, now.picture.width, now.picture.height),
-          "take a part of it (first, last), a lower rate, or a smaller camera");
+          "use a part of it (first, last), a lower rate, or a smaller camera");
     }
     const double share = before_ ? (due() - before_->time) / (now.time - before_->time) : 1;
     if (share > 1 - kSameInstant || (options_.resampling == Resampling::kNearest && share >= 0.5)) {
@@ -92,13 +92,13 @@ double agreed_rate(const VideoOptions& options, const std::string& name, Referen
   if (video.file_fps == 0) return video.declared_fps;
   if (!(video.file_fps >= kLowestRate && video.file_fps <= kHighestRate)) {
     throw input_error(name, "fps", fmt::format("is {}, which no camera has", video.file_fps),
-                      "write the file anew with its true rate: `ffmpeg -r RATE -i F out.mp4`");
+                      "re-encode the file with its true rate: `ffmpeg -r RATE -i F out.mp4`");
   }
   if (video.declared_fps == 0 || std::abs(video.declared_fps / video.file_fps - 1) <= kRateTolerance)
     return video.file_fps;
   video.warnings.push_back(
-      fmt::format("{} runs at {:.4g} frames per second, the scene file says {:.4g}: times follow the {}, and with the "
-                  "other rate E would come out {:.2g} times as large",
+      fmt::format("{} runs at {:.4g} frames per second, the scene file states {:.4g}: times follow the {}, and with "
+                  "the other rate E would be {:.2g} times as large",
                   name, video.file_fps, video.declared_fps, options.trust_declared ? "scene file" : "video",
                   options.trust_declared ? std::pow(video.file_fps / video.declared_fps, 2)
                                          : std::pow(video.declared_fps / video.file_fps, 2)));
@@ -114,7 +114,7 @@ void check_shape(const std::string& name, const ImageF& picture, const Camera& c
       name, "",
       fmt::format("has frames of {} x {} (width / height {:.3f}), but camera '{}' takes {} x {} ({:.3f})",
                   picture.width, picture.height, of_video, camera.name, camera.width, camera.height, of_camera),
-      "crop the video to the camera's field of view, or name the camera that took it");
+      "crop the video to the camera's field of view, or give the camera that took it");
 }
 
 }  // namespace
@@ -159,7 +159,7 @@ ReferenceVideo load_reference_video(const VideoOptions& options, const fs::path&
         "choose a longer part of it (first, last)");
   }
   if (!resampler.complete() && source->frames() > video.frames_in_file + 1) {
-    video.warnings.push_back(fmt::format("{} tells of {} frames but only {} can be decoded: it may be damaged", name,
+    video.warnings.push_back(fmt::format("{} declares {} frames but only {} can be decoded: it may be damaged", name,
                                          source->frames(), video.frames_in_file));
   }
   if (options.last != 0 && options.last > end + 1.5 / rate)
@@ -173,7 +173,7 @@ ReferenceVideo load_reference_video(const VideoOptions& options, const fs::path&
   if (video.blended > 0) {
     video.warnings.push_back(
         fmt::format("{} of {} frames are blends of two, since the video runs at {:.4g} frames per second and {:.4g} "
-                    "are wanted: moving edges are doubled there",
+                    "are requested: moving edges are doubled there",
                     video.blended, video.frames.size(), rate, video.fps));
   }
   return video;

@@ -257,7 +257,7 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
     }
     if (!state.linearised && options.most_jacobians > 0 && state.jacobians == options.most_jacobians) {
       // What is known of the curvature stays that of the last step's start.
-      stop("most differences", false);
+      stop("Jacobian limit", false);
       break;
     }
     if (!state.linearised) {

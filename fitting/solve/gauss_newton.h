@@ -42,7 +42,7 @@ struct GaussNewtonSummary {
   std::vector<double> loss;  ///< at the start and after every accepted step: half the sum of squares, with the prior
   int evaluations = 0;
   bool converged = false;
-  std::string stopped_by;  ///< "small change", "small gradient", "no better step", "iterations" or "most differences"
+  std::string stopped_by;  ///< "small change", "small gradient", "no better step", "iterations" or "Jacobian limit"
   double rms = 0;          ///< of the residuals that are not exactly 0
 };
 

@@ -87,9 +87,9 @@ void warn_of_near_plane(const std::string& where, const std::vector<Camera>& cam
   const auto near = depth.begin() + static_cast<std::ptrdiff_t>(depth.size() / 10);
   std::nth_element(depth.begin(), near, depth.end());
   if (*near > splat::kNear) return;
-  warnings.push_back(where + ": a tenth of what the photos show is nearer than " + number(*near) +
+  warnings.push_back(where + ": a tenth of the photographed content is nearer than " + number(*near) +
                      " units, and nothing nearer than " + number(splat::kNear) +
-                     " is drawn: multiply all positions by " + number(std::ceil(5 * splat::kNear / *near)));
+                     " is rendered: multiply all positions by " + number(std::ceil(5 * splat::kNear / *near)));
 }
 
 /// By how many pixels feature matches miss their epipolar lines.
@@ -178,9 +178,9 @@ void check_principal_points(const std::string& where, const std::vector<Camera>&
     if (c.cx > 0 && c.cx < c.width && c.cy > 0 && c.cy < c.height) continue;
     const bool swapped = c.cy > 0 && c.cy < c.width && c.cx > 0 && c.cx < c.height;
     throw input_error(where, "cx, cy",
-                      "put the principal point of " + c.name + " to (" + number(c.cx) + ", " + number(c.cy) +
-                          "), outside its picture of " + std::to_string(c.width) + " x " + std::to_string(c.height),
-                      swapped ? "exchange cx and cy" : "the intrinsics belong to pictures of another size");
+                      "place the principal point of " + c.name + " to (" + number(c.cx) + ", " + number(c.cy) +
+                          "), outside its image of " + std::to_string(c.width) + " x " + std::to_string(c.height),
+                      swapped ? "swap cx and cy" : "the intrinsics belong to images of another size");
   }
 }
 
@@ -194,13 +194,13 @@ std::string meaning(PoseConvention convention) {
     case PoseConvention::kAsGiven:
       return "poses as the format defines them";
     case PoseConvention::kInverse:
-      return "inverse poses (camera to world and world to camera are exchanged)";
+      return "inverse poses (camera-to-world and world-to-camera are swapped)";
     case PoseConvention::kFlipped:
-      return "cameras whose y and z axes are flipped (OpenGL and OpenCV are exchanged)";
+      return "cameras whose y and z axes are flipped (OpenGL and OpenCV are swapped)";
     case PoseConvention::kInverseFlipped:
       return "inverse poses with flipped y and z axes";
     case PoseConvention::kTurned:
-      return "photos that lie upside down with regard to their cameras";
+      return "photos that are upside down relative to their cameras";
   }
   return {};
 }
@@ -222,7 +222,7 @@ std::string judged(const PoseCheckOptions& options, const std::string& where, co
                         std::string("add --pose-convention ") + name_of(best.convention) + ", or correct the file");
     warnings.push_back(where + ": " + problem);
   } else if (given.share < kFitting) {
-    warnings.push_back(where + ": " + sentence + ", and no other reading fits better (the best, " +
+    warnings.push_back(where + ": " + sentence + ", and no other convention fits better (the best, " +
                        name_of(best.convention) + ": " + percent(best.share) + ", " + pixels(best.error) +
                        "); expect a blurred scene: photos and cameras may not belong together");
   }
@@ -306,7 +306,7 @@ PoseReport check_poses(const PoseCheckOptions& options, const CameraFile& file, 
   if (!report.matches.fits.empty() && report.matches.best == PoseConvention::kAsGiven)
     warn_of_near_plane(where, cameras, matches, report.warnings);
   if (sentences.empty()) {
-    sentences.push_back("poses could not be checked: neighbouring photos share only " + std::to_string(matches.size()) +
+    sentences.push_back("poses could not be checked: neighboring photos share only " + std::to_string(matches.size()) +
                         " features");
     report.warnings.push_back(where + ": " + sentences.back());
   }

@@ -59,7 +59,7 @@ Trainer::Trainer(const TrainOptions& options, const TrainingPhotos& photos, Trai
   const bool fits = state_.cloud.size() > 0 &&
                     state_.exposure.size() == (options.exposure ? photos.photos.size() * kExposureSize : 0) &&
                     state_.attribute_channels() == (term_ ? term_->channels() : 0);
-  if (!fits) throw input_error("checkpoint", "", "belongs to other photos or options", "start anew with --overwrite");
+  if (!fits) throw input_error("checkpoint", "", "belongs to other photos or options", "start over with --overwrite");
   prepare();
 }
 

@@ -43,7 +43,7 @@ bool orient(Photo& photo, const Camera& camera, Loaded& loaded) {
   if (same_shape(camera, width, height)) {
     if (photo.orientation != 1 && (photo.orientation < 5 || width == height)) {
       loaded.unclear = camera.photo + ": the orientation flag is " + std::to_string(photo.orientation) +
-                       " and does not change the size; the camera is taken to be that of the stored pixels";
+                       " and does not change the size; the camera is assumed to be that of the stored pixels";
     }
     return true;
   }
@@ -126,9 +126,9 @@ Loaded load_photo(const PhotoOptions& options, const Camera& camera, Lenses& len
   Photo stored = read_photo(camera.photo);
   if (!orient(stored, camera, loaded)) {
     loaded.problem = camera.photo + ": has " + size_text(stored.pixels.width, stored.pixels.height) +
-                     " pixels, but its camera is of another shape, " + size_text(camera.width, camera.height) +
+                     " pixels, but its camera has another aspect ratio, " + size_text(camera.width, camera.height) +
                      (same_shape(camera, stored.pixels.height, stored.pixels.width)
-                          ? ": the photo was turned, or the camera's width and height are exchanged"
+                          ? ": the photo was rotated, or the camera's width and height are swapped"
                           : "");
     return loaded;
   }
@@ -180,7 +180,7 @@ void check_enough(const std::string& where, const std::string& lost, const Train
                            : "only " + std::to_string(usable) + " usable photos") +
             lost,
         "a scene needs at least " + std::to_string(kFewestPhotos) +
-            " photos from different places (with fewer, depth and what is hidden stay unknown), better 30 or more");
+            " photos from different places (with fewer, depth and hidden parts stay unknown), better 30 or more");
   }
   if (held_out == usable) {
     throw usage_error("hold-out", "", "leaves no photo to train on: all " + std::to_string(usable) + " are held out",
@@ -205,7 +205,7 @@ TrainingPhotos load_training_photos(const PhotoOptions& options, const CameraFil
   });
 
   TrainingPhotos result;
-  say_each(loaded, &Loaded::problem, "; the photo is left out", result.warnings);
+  say_each(loaded, &Loaded::problem, "; the photo is ignored", result.warnings);
   const auto lost = std::count_if(loaded.begin(), loaded.end(), [](const Loaded& l) { return !l.photo; });
   std::string share;
   if (lost > 0) {
@@ -214,9 +214,9 @@ TrainingPhotos load_training_photos(const PhotoOptions& options, const CameraFil
             " %) cannot be used";
     result.warnings.push_back(where + ": " + share);
   }
-  say_how_many(loaded, &Loaded::turned, where,
-               "are turned as their orientation flags say, to the shape of their cameras", result.warnings);
-  say_how_many(loaded, &Loaded::fitted, where, "are of another size than their cameras, which are scaled to them",
+  say_how_many(loaded, &Loaded::turned, where, "are rotated by their orientation flags, to match their cameras",
+               result.warnings);
+  say_how_many(loaded, &Loaded::fitted, where, "have another size than their cameras, which are scaled to them",
                result.warnings);
   say_each(loaded, &Loaded::unclear, "", result.warnings);
 

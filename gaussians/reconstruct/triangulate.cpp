@@ -284,7 +284,7 @@ std::vector<std::string> photos_without_points(const TrainingPhotos& photos, con
     if (photos.photos[i].held_out || seen[i] >= kFewSightings * *middle) continue;
     warnings.push_back((camera.photo.empty() ? camera.name : camera.photo) + ": sees " + std::to_string(seen[i]) +
                        " of the points, other photos typically " + std::to_string(*middle) +
-                       "; its pose may be wrong, or the photo turned");
+                       "; its pose may be wrong, or the photo rotated");
   }
   return warnings;
 }

@@ -42,7 +42,7 @@ Undistortion make_undistortion(const Camera& camera) {
   if (!(across > kSmallestShare * camera.width && down > kSmallestShare * camera.height) ||
       !std::isfinite(across + down)) {
     throw input_error(camera.photo.empty() ? camera.name : camera.photo, "distortion",
-                      "is so strong that no undistorted picture is left", "check k1, k2, p1, p2, k3, k4");
+                      "is so strong that no undistorted image is left", "check k1, k2, p1, p2, k3, k4");
   }
   const double shrink = std::min({1.0, (camera.width - 1) / across, (camera.height - 1) / down});
   Undistortion result;

@@ -68,7 +68,7 @@ ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera,
   out.height = camera.height;
   out.tiles_x = (camera.width + kTileSize - 1) / kTileSize;
   out.tiles_y = (camera.height + kTileSize - 1) / kTileSize;
-  CHECK_MSG(out.tiles_x < 65536 && out.tiles_y < 65536, "picture too large");
+  CHECK_MSG(out.tiles_x < 65536 && out.tiles_y < 65536, "image too large");
 
   const View<T> view = make_view<T>(camera, screen_variance);
   constexpr std::ptrdiff_t kBlock = 4096;

@@ -36,7 +36,7 @@ BasicParticles<T> make_particles(const DrivingParticles& drivers, const SolidSam
   validate_material("material", material);
   if (!(metres_per_unit > 0) || !std::isfinite(metres_per_unit))
     throw usage_error("scene", "metres_per_unit", "is " + std::to_string(metres_per_unit) + ", must be positive",
-                      "give the size of a scene unit in metres");
+                      "give the size of a scene unit in meters");
   if (material.size() != samples.size() || drivers.sample_driver.size() != samples.size())
     throw usage_error(
         "material", "",

@@ -71,7 +71,7 @@ void validate_interaction(const Interaction& interaction, size_t index) {
   if (interaction.type == InteractionType::kCollider && region.kind == Region::Kind::kAll && !interaction.distance)
     throw usage_error(where, "region", "is everything", "give the shape of the collider");
   if (interaction.type == InteractionType::kPoke && region.kind != Region::Kind::kSphere)
-    throw usage_error(where, "radius", "is missing", "give the radius of the finger");
+    throw usage_error(where, "radius", "is missing", "give the radius of the probe");
   const bool needs_path = interaction.type == InteractionType::kGrab || interaction.type == InteractionType::kPoke;
   if (needs_path && interaction.path.empty()) throw usage_error(where, "path", "is empty", "give time-stamped points");
   double last = -1;

@@ -75,7 +75,7 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
     if (it.type == InteractionType::kPin) {
       entry.reaches_body = nearest <= (kPinReach + 1.5) * dx;
       if (!entry.reaches_body)
-        warnings_.push_back(where + " holds nothing: the body is " + std::to_string(nearest) + " m away");
+        warnings_.push_back(where + " fixes nothing: the body is " + std::to_string(nearest) + " m away");
     }
     if (it.type == InteractionType::kPin && it.start == 0 && used_bits < 32) {
       for (size_t i = 0; i < particles.size(); ++i) {

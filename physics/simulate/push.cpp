@@ -58,7 +58,7 @@ PushSize size_push(const PushOptions& options, const Particles& particles, const
   require(particles.size() > 0, "particles", 0, "seed the object first; it has no driving particle");
   require(direction.norm() > 0 && direction.allFinite(), "direction", direction.norm(),
           "give a direction that is not zero");
-  require(options.fraction > 0 && options.fraction < 1, "fraction", options.fraction, "give a part of the height");
+  require(options.fraction > 0 && options.fraction < 1, "fraction", options.fraction, "give a fraction of the height");
   require(options.duration > 0 && std::isfinite(options.duration), "duration", options.duration, "give seconds");
   require(options.trials > 0 && options.max_particles > 0, "trials", options.trials, "give a positive number");
 
@@ -73,7 +73,7 @@ PushSize size_push(const PushOptions& options, const Particles& particles, const
     }
     height = high - low;
   }
-  require(height > 0, "height", height, "give the height of the body in metres");
+  require(height > 0, "height", height, "give the height of the body in meters");
 
   Interaction push;
   push.type = InteractionType::kPointForce;

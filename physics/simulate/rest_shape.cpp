@@ -16,7 +16,7 @@ RestShape<T> solve_rest_shape(const RestShapeOptions& options, const BasicPartic
   SimulateSummary ignored;
   Simulator<T> simulator(loaded, particles, resting_interactions(interactions), ignored);
   if (!simulator.schedule().pinned(0))
-    throw usage_error("rest shape", "pin", "holds nothing at time 0", "pin the body, or let it settle instead");
+    throw usage_error("rest shape", "pin", "fixes nothing at time 0", "pin the body, or let it settle instead");
 
   const size_t n = particles.size();
   Vec3<T> low = particles.position[0], high = low;

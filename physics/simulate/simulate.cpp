@@ -30,7 +30,7 @@ void validate(const SimulateOptions& options, const BasicParticles<T>& particles
   require(options.damping_time >= 0, "damping_time", options.damping_time, "give seconds, 0 = none");
   require(options.viscosity_time >= 0, "viscosity_time", options.viscosity_time, "give seconds, 0 = none");
   require(options.flip_time >= 0, "flip_time", options.flip_time, "give seconds, 0 = APIC");
-  require(options.sleep_speed >= 0, "sleep_speed", options.sleep_speed, "give metres per second, 0 = off");
+  require(options.sleep_speed >= 0, "sleep_speed", options.sleep_speed, "give meters per second, 0 = off");
   require(options.settle_time >= 0, "settle_time", options.settle_time, "give seconds, 0 = none");
   require(options.max_retries >= 0, "max_retries", options.max_retries, "give a number of halvings");
   require(options.gravity.allFinite(), "gravity", options.gravity.norm(), "give three finite numbers");
@@ -80,9 +80,9 @@ std::string describe_thin_parts(const BasicParticles<T>& particles, double dx, S
     return words;
   };
   return std::to_string(std::lround(100 * summary.thin_share)) +
-         " % of the particles lie in parts thinner than 3 cells of " + std::to_string(dx) + " m, between " +
+         " % of the particles are in parts thinner than 3 cells of " + std::to_string(dx) + " m, between " +
          text(summary.thin_bounds.low) + " and " + text(summary.thin_bounds.high) +
-         " m; they bend too stiffly or too softly, more driving particles make the cells smaller";
+         " m; their bending stiffness is inaccurate, more driving particles make the cells smaller";
 }
 
 /// Moving colliders and fingers that gave the body nothing.
@@ -114,7 +114,7 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
   summary.mass = particles.total_mass();
   summary.cell_size = options.cell_size > 0 ? options.cell_size : static_cast<double>(particles.cell_size);
   if (!(summary.cell_size > 0))
-    throw usage_error("simulate", "cell_size", "is " + std::to_string(summary.cell_size), "give metres");
+    throw usage_error("simulate", "cell_size", "is " + std::to_string(summary.cell_size), "give meters");
 
   Simulator<T> simulator(options, particles, interactions, summary);
   summary.warnings = simulator.schedule().warnings();
@@ -124,8 +124,8 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
                        });
   if (options.flip_time > 0 && viscous)
     summary.warnings.push_back(
-        "with flip_time, viscosity damps less than it says, because particles keep velocity gradients "
-        "that the grid cannot hold; damping_time is exact");
+        "with flip_time, viscosity damps less than specified, because particles keep velocity gradients that the grid "
+        "cannot represent; damping_time is exact");
   const bool pinned = simulator.schedule().pinned(0);
   summary.gravity_cancelled = pinned && options.rest_shape == RestShapeMode::kCaptured && options.gravity.norm() > 0;
   const auto deliver = [&] {
@@ -155,7 +155,7 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
       summary.settle_displacement = settled.displacement;
       summary.settle_seconds = settled.seconds;
       if (!settled.at_rest)
-        summary.warnings.push_back("the body still moves with " + std::to_string(settled.speed) + " m/s after " +
+        summary.warnings.push_back("the body still moves at " + std::to_string(settled.speed) + " m/s after " +
                                    std::to_string(settled.seconds) + " s of settling");
     }
     deliver();

@@ -189,15 +189,14 @@ AssociateResult associate(const AssociateOptions& options, const GaussianCloud& 
 std::string AssociateSummary::describe() const {
   char text[400];
   if (!associated) {
-    std::snprintf(text, sizeof(text), "ids agree between views at %.0f %% and are kept", 100 * consistency);
+    std::snprintf(text, sizeof(text), "IDs agree across views at %.0f %% and are kept", 100 * consistency);
     return text;
   }
-  std::snprintf(
-      text, sizeof(text),
-      "%d masks of %d views stand on %d objects, %d of which keep an id that came in; %d masks on several objects were "
-      "cut, %d are parts of one object, %d stand on nothing and were ignored; mean overlap of masks with their objects "
-      "%.2f; the ids that came in agree between views at %.0f %%",
-      masks, views, groups, kept_ids, merged, split, ignored, overlap, 100 * consistency);
+  std::snprintf(text, sizeof(text),
+                "%d masks in %d views belong to %d objects, %d of which keep an input ID; %d masks on several objects "
+                "were cut, %d are parts of one object, %d are on no object and were ignored; mean overlap of masks "
+                "with their objects %.2f; input IDs agree across views at %.0f %%",
+                masks, views, groups, kept_ids, merged, split, ignored, overlap, 100 * consistency);
   return text;
 }
 

@@ -40,7 +40,7 @@ IdImage ids_of_view(const GaussianCloud& cloud, const Camera& camera, const Rend
 
 std::string how_found(const SceneParts::Part& part) {
   const std::string how = part.support < 0 ? "stands free" : "stands on support_" + std::to_string(part.support + 1);
-  return part.parted ? how + ", parted from what it touches by colour and edges" : how;
+  return part.parted ? how + ", separated from what it touches by color and edges" : how;
 }
 
 }  // namespace
@@ -48,8 +48,8 @@ std::string how_found(const SceneParts::Part& part) {
 std::string AutomaticSummary::describe() const {
   char text[256];
   std::snprintf(text, sizeof text,
-                "%d free-standing objects and %d supports from %zu solid Gaussians in %d views, %.0f %% of what they "
-                "show is left as rest",
+                "%d free-standing objects and %d supports from %zu solid Gaussians in %d views, %.0f %% of the visible "
+                "area is left as rest",
                 objects, supports, solid, views, 100 * rest);
   return text;
 }

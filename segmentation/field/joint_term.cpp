@@ -39,7 +39,7 @@ JointTerm::JointTerm(const JointOptions& options, const MaskSet& masks) : option
   }
   class_id_ = used.ids();
   if (class_id_.empty())
-    throw input_error("masks", "", "no view that may be used holds an id above 0", "label at least one object");
+    throw input_error("masks", "", "no usable view contains an ID above 0", "label at least one object");
   for (uint32_t id : class_id_) class_name_.push_back(masks.name_of(id));
 }
 

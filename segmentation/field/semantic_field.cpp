@@ -257,7 +257,7 @@ SemanticResult fit_semantic_field(const SemanticOptions& given, const GaussianCl
   ClassVotes votes(cloud.size());
   fit.prepare(training, segmentation.class_id, votes, result.summary);
   if (result.summary.views == 0)
-    throw input_error("masks", "", "no view that may be used holds an id above 0", "label at least one object");
+    throw input_error("masks", "", "no usable view contains an ID above 0", "label at least one object");
 
   SemanticModel<float> model;
   constexpr float kSharpness = 8.0f;  // logit difference between a unanimous vote and none

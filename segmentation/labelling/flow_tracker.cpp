@@ -102,7 +102,7 @@ TrackedFrame FlowTracker::step(const ImageF& picture) {
     throw input_error("picture", "size",
                       std::to_string(picture.width) + "x" + std::to_string(picture.height) + ", the first one had " +
                           std::to_string(width_) + "x" + std::to_string(height_),
-                      "give pictures of one size");
+                      "give images of one size");
   const ImageF before = picture_, lab_before = lab_;
   take(picture);
   const std::vector<ImageF> frames = {before, picture_};
@@ -237,9 +237,9 @@ TrackedFrame FlowTracker::add(const IdImage& detections) {
   CHECK_MSG(!picture_.empty(), "add before start");
   if (detections.width != width_ || detections.height != height_)
     throw input_error("masks", "size",
-                      std::to_string(detections.width) + "x" + std::to_string(detections.height) +
-                          ", the picture has " + std::to_string(width_) + "x" + std::to_string(height_),
-                      "give masks of the picture's size");
+                      std::to_string(detections.width) + "x" + std::to_string(detections.height) + ", the image has " +
+                          std::to_string(width_) + "x" + std::to_string(height_),
+                      "give masks of the image's size");
   const IdImage ids = scaled(detections);
   std::map<uint32_t, ImageF> given;
   for (size_t i = 0; i < ids.data.size(); ++i)

@@ -22,18 +22,18 @@ PromptBox grown(const PromptBox& box, float share) {
 void check_prompt(const MaskPrompt& prompt, int width, int height) {
   const std::string size = std::to_string(width) + "x" + std::to_string(height);
   const auto refuse = [&](const char* what, const char* problem) {
-    return usage_error("prompt", what, problem, "give pixels of the picture, which is " + size);
+    return usage_error("prompt", what, problem, "give pixels of the image, which is " + size);
   };
   if (!prompt.box &&
       std::none_of(prompt.points.begin(), prompt.points.end(), [](const Point& p) { return p.foreground; }))
-    throw refuse("points", "has neither a box nor a point of the foreground");
+    throw refuse("points", "has neither a box nor a foreground point");
   if (prompt.box) {
     const PromptBox& b = *prompt.box;
     if (!(b.x1 > b.x0 && b.y1 > b.y0)) throw refuse("box", "has no area");
-    if (!(b.x1 > 0 && b.y1 > 0 && b.x0 < width && b.y0 < height)) throw refuse("box", "lies outside the picture");
+    if (!(b.x1 > 0 && b.y1 > 0 && b.x0 < width && b.y0 < height)) throw refuse("box", "is outside the image");
   }
   for (const Point& p : prompt.points)
-    if (!(p.x >= 0 && p.y >= 0 && p.x < width && p.y < height)) throw refuse("points", "has one outside the picture");
+    if (!(p.x >= 0 && p.y >= 0 && p.x < width && p.y < height)) throw refuse("points", "has one outside the image");
 }
 
 /// Share of the border of `box`, where it lies in the picture, that is mask.

@@ -72,12 +72,13 @@ std::vector<std::string> names_for(const Detector& detector, const std::vector<s
   for (const std::string& text : wanted) {
     const std::string name = meant_name(text, vocabulary);
     if (name.empty())
-      throw usage_error("--text", text, "is nothing that this detector knows",
+      throw usage_error("--text", text, "is not a name that this detector knows",
                         "it knows " + std::to_string(vocabulary.size()) + " names, the nearest is '" +
                             nearest_name(text, vocabulary) +
                             "'; give one of them or a detector with an open vocabulary");
     if (words_of(name) != words_of(text))
-      said.push_back("the detector has a fixed list of names: '" + name + "' is looked for instead of '" + text + "'");
+      said.push_back("the detector has a fixed list of names: '" + name + "' is searched for instead of '" + text +
+                     "'");
     if (!std::count(names.begin(), names.end(), name)) names.push_back(name);
   }
   return names;
@@ -96,7 +97,7 @@ LabelledPhoto label_photo(const LabelOptions& options, const LabelModels& models
   if (names.empty() && models.tagger) names = names_from_tags(picture, *models.tagger, *models.detector);
   if (names.empty() && models.detector->vocabulary().empty()) {
     if (!models.tagger)
-      throw usage_error("--detector", "", "wants to be told what to look for", "give --text NAME or a --tagger");
+      throw usage_error("--detector", "", "needs names to look for", "give --text NAME or a --tagger");
     return empty;  // the tagger saw nothing
   }
   std::vector<Detection> detections = models.detector->detect(picture, names);

@@ -44,7 +44,7 @@ std::map<uint32_t, std::string> read_label_names(const fs::path& file) {
     uint32_t id = 0;
     const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), id);
     if (error != std::errc() || end != key.data() + key.size() || id == 0)
-      throw input_error(file.string(), key, "is not an id, a whole number above 0", remedy);
+      throw input_error(file.string(), key, "is not an ID, an integer above 0", remedy);
     if (!value.is_string()) throw input_error(file.string(), key, "has a name that is not a string", remedy);
     names[id] = value.get<std::string>();
   }
@@ -73,7 +73,7 @@ fs::path id_picture(const fs::path& folder, const Camera& camera) {
 MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::vector<Camera>& cameras) {
   if (!fs::is_directory(folder))
     throw input_error(folder.string(), "masks", "is not a folder",
-                      "name a folder with one id picture per photo, or select with --aabb or --sphere");
+                      "give a folder with one ID mask per photo, or select with --aabb or --sphere");
   MaskSet masks;
   std::vector<std::string> missing;
   for (size_t c = 0; c < cameras.size(); ++c) {
@@ -101,7 +101,7 @@ MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::ve
   }
   if (masks.views.empty())
     throw input_error(folder.string(), "",
-                      "holds no mask for any of the " + std::to_string(cameras.size()) + " cameras",
+                      "contains no mask for any of the " + std::to_string(cameras.size()) + " cameras",
                       "name masks like the photos, for example " +
                           (cameras.empty() ? std::string("0001") : cameras.front().name) + ".png");
   if (!missing.empty()) {
@@ -112,8 +112,8 @@ MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::ve
                              " cameras have no mask in " + folder.string() + ": " + names);
   }
   if (masks.ids().empty())
-    throw input_error(folder.string(), "", "holds masks without any object: every pixel is 0 (unlabelled)",
-                      "give every object an id above 0; the rest of the scene needs an id too");
+    throw input_error(folder.string(), "", "contains masks without any object: every pixel is 0 (unlabeled)",
+                      "give every object an ID above 0; the rest of the scene needs an ID too");
   if (!labels.empty()) masks.names = read_label_names(labels);
   return masks;
 }

@@ -10,7 +10,7 @@ std::string list_of_objects(const Segmentation& segmentation, size_t most) {
   for (size_t c = 0; c < segmentation.class_id.size() && c < most; ++c)
     list += (c ? ", " : "") + std::to_string(segmentation.class_id[c]) + " = " + segmentation.class_name[c];
   if (segmentation.class_id.size() > most)
-    list += ", ... (" + std::to_string(segmentation.class_id.size()) + " in all)";
+    list += ", ... (" + std::to_string(segmentation.class_id.size()) + " in total)";
   return list;
 }
 
@@ -29,8 +29,9 @@ size_t class_of_object(const Segmentation& segmentation, const std::string& opti
     for (size_t c : named) ids += (ids.empty() ? "" : ", ") + std::to_string(segmentation.class_id[c]);
     throw usage_error(option, wanted, "is the name of several objects", "give an id: " + ids);
   }
-  throw usage_error(option, wanted, "is not in this scene",
-                    "did you mean '" + nearest_name(wanted, known) + "'? There are " + list_of_objects(segmentation));
+  throw usage_error(
+      option, wanted, "is not in this scene",
+      "did you mean '" + nearest_name(wanted, known) + "'? The objects are " + list_of_objects(segmentation));
 }
 
 }  // namespace pliant

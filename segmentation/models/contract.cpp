@@ -110,7 +110,7 @@ std::string breach_of_outline(const Contract& contract, const OnnxGraph& graph, 
   if (const std::string wrong = missing("output", contract.outputs, graph.outputs); !wrong.empty()) return wrong;
   for (const GraphTensor& input : graph.inputs)
     if (named(contract.inputs, input.name) == contract.inputs.end())
-      return "wants the input '" + input.name + "', which the contract does not have" + file;
+      return "expects the input '" + input.name + "', which the contract does not have" + file;
 
   std::string letters;
   for (const auto& [letter, length] : lengths) letters += ", " + letter + " = " + std::to_string(length);
@@ -126,7 +126,7 @@ std::string breach_of_outline(const Contract& contract, const OnnxGraph& graph, 
       }
       if (!fits)
         return "has " + std::string(out ? "an output" : "an input") + " '" + line.name +
-               "' of other lengths; the contract says " + describe(line) + letters + file;
+               "' of other dimensions; the contract says " + describe(line) + letters + file;
     }
   }
   return "";

@@ -14,17 +14,17 @@ struct Signature {
 };
 
 constexpr Signature kSignatures[] = {
-    {0, "\x89PNG\r\n\x1a\n", "a PNG picture"},
-    {0, "\xff\xd8\xff", "a JPEG picture"},
-    {0, "GIF8", "a GIF picture"},
-    {8, "WEBP", "a WebP picture"},
+    {0, "\x89PNG\r\n\x1a\n", "a PNG image"},
+    {0, "\xff\xd8\xff", "a JPEG image"},
+    {0, "GIF8", "a GIF image"},
+    {8, "WEBP", "a WebP image"},
     {4, "ftyp", "a video (MP4)"},
     {0, "\x1a\x45\xdf\xa3", "a video (Matroska, WebM)"},
     {0, "\x89HDF\r\n\x1a\n", "an HDF5 file"},
-    {4, "TFL3", "a network of TensorFlow Lite"},
+    {4, "TFL3", "a TensorFlow Lite network"},
     {0, "GGUF", "a GGUF file"},
-    {0, "\x80\x02", "a pickle of Python, as old versions of torch.save write: weights without the network"},
-    {0, "version https://git-lfs", "a pointer of Git LFS, whose file has not been downloaded"},
+    {0, "\x80\x02", "a Python pickle, as written by old versions of torch.save: weights without the network"},
+    {0, "version https://git-lfs", "a Git LFS pointer, whose file has not been downloaded"},
     {0, "ply\n", "a PLY file"},
     {0, "ply\r", "a PLY file"},
     {0, "%PDF", "a PDF document"},
@@ -73,7 +73,7 @@ std::string kind_of_file(std::string_view bytes) {
   const size_t first = std::min(head.find_first_not_of(" \t\r\n"), head.size());
   const std::string begin = lower(head.substr(first, 14));
   if (begin.starts_with("<!doctype html") || begin.starts_with("<html")) return "a web page";
-  if (begin.starts_with("{") || begin.starts_with("[{")) return "a text (JSON)";
+  if (begin.starts_with("{") || begin.starts_with("[{")) return "a text file (JSON)";
   return "a text";
 }
 

@@ -49,8 +49,8 @@ std::vector<GroundingPrompt> grounding_prompts(const WordPiece& tokenizer, const
         name.begin(), name.end(), [](char c) { return c == '.' || c == '?'; }, ' ');  // they end a name
     const std::vector<std::string> pieces = tokenizer.tokenize(name);
     if (pieces.empty() || pieces.size() + 3 > length)
-      throw usage_error("name", "", "'" + names[n] + "' has " + std::to_string(pieces.size()) + " pieces of text",
-                        "name things by 1 to " + std::to_string(length - 3) + " pieces");
+      throw usage_error("name", "", "'" + names[n] + "' has " + std::to_string(pieces.size()) + " tokens",
+                        "give names of 1 to " + std::to_string(length - 3) + " tokens");
     if (prompts.empty() || prompts.back().ids.size() + pieces.size() + 2 > length) {
       if (!prompts.empty()) finish(prompts.back());
       prompts.push_back({{}, {tokenizer.id("[CLS]")}, {}, {}, {}});
@@ -73,14 +73,14 @@ GroundingDino::GroundingDino(std::unique_ptr<NeuralModule> module, WordPiece tok
   const double last = static_cast<double>(tokenizer_.size()) - 1;
   const auto type = Tensor::Type::kInt64, flag = Tensor::Type::kBool;
   contract_.inputs = {{"image", Tensor::Type::kFloat32, "1,3,H,W", -2.2, 2.7, "ImageNet mean and deviation, red first"},
-                      {"padding", flag, "1,H,W", 0, 1, "true where there is no picture"},
-                      {"input_ids", type, "1,T", 0, last, "numbers of the pieces"},
-                      {"attention_mask", flag, "1,T", 0, 1, "true for what is not filling"},
+                      {"padding", flag, "1,H,W", 0, 1, "true outside the image"},
+                      {"input_ids", type, "1,T", 0, last, "IDs of the tokens"},
+                      {"attention_mask", flag, "1,T", 0, 1, "true except for padding"},
                       {"position_ids", type, "1,T", 0, 1, "counted from the last separator"},
                       {"token_type_ids", type, "1,T", 0, 0, "zero"},
-                      {"text_self_attention_masks", flag, "1,T,T", 0, 1, "pieces that see each other"}};
-  contract_.outputs = {{"logits", Tensor::Type::kFloat32, "1,Q,T", -INFINITY, 1e30, "of each piece"},
-                       {"boxes", Tensor::Type::kFloat32, "1,Q,4", 0, 1, "centre x, y, width, height"}};
+                      {"text_self_attention_masks", flag, "1,T,T", 0, 1, "tokens that attend to each other"}};
+  contract_.outputs = {{"logits", Tensor::Type::kFloat32, "1,Q,T", -INFINITY, 1e30, "of each token"},
+                       {"boxes", Tensor::Type::kFloat32, "1,Q,4", 0, 1, "center x, y, width, height"}};
   module_->verify(contract_, {{"H", height_}, {"W", width_}, {"T", tokens_}});
 }
 

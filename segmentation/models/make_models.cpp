@@ -34,7 +34,7 @@ std::unique_ptr<NeuralModule> load(const ModelChoice& choice, const std::string&
   options.trust_torchscript = choice.trust_torchscript;
   options.networks = choice.networks();
   if (YoloxDetector::recognises(model) && kOptionOf.at("yolox") != option)
-    options.advice = "it is YOLOX by its outline; give it as " + kOptionOf.at("yolox");
+    options.advice = "its inputs and outputs are those of YOLOX; give it as " + kOptionOf.at("yolox");
   if (option == "--tracker" && model.format == ModelFile::Format::kOnnx)
     throw usage_error(
         option, file.string(),
@@ -66,7 +66,7 @@ fs::path vocabulary_of(const ModelChoice& choice, const fs::path& network, bool 
   throw usage_error("--vocabulary", network.string(),
                     std::string("needs ") +
                         (text_encoder ? "the vocabulary of its text encoder (vocab.txt of BERT)" : "its tag list"),
-                    "give --vocabulary FILE, or put it beside the network as " + beside.filename().string());
+                    "give --vocabulary FILE, or put it next to the network as " + beside.filename().string());
 }
 
 }  // namespace
@@ -116,7 +116,7 @@ std::unique_ptr<PromptableSegmenter> make_segmenter(const ModelChoice& choice) {
   if (files.size() == 2) return std::make_unique<Sam>(std::move(encoder), load(choice, "--segmenter", files[1]));
   encoder->require(Sam::encoder_contract(encoder->file()), {});
   if (encoder->file().format == ModelFile::Format::kOnnx || encoder->file().kind() == "sam-encoder")
-    throw usage_error("--segmenter", files[0], "is an encoder alone", "give --segmenter ENCODER,DECODER");
+    throw usage_error("--segmenter", files[0], "is only an encoder", "give --segmenter ENCODER,DECODER");
   return std::make_unique<Sam>(std::move(encoder), nullptr);
 }
 

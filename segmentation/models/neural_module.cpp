@@ -20,7 +20,7 @@ std::string plain(const std::string& text) {
   std::smatch match;
   if (std::regex_search(text, match, std::regex(R"(Node \[([^\]@]+)[^\]]*\]:\(([^)]*)\))")))
     return "needs the operator " + match[1].str() + " (node " + match[2].str() +
-           ") in a form that OpenCV's DNN module does not have";
+           ") in a form that OpenCV's DNN module does not support";
   return "cannot be used: " + text.substr(0, 400);
 }
 
@@ -42,14 +42,13 @@ NeuralModule::NeuralModule(const std::filesystem::path& file, const ModuleOption
     : file_(read_model_file(file)), options_(options) {
   const bool torch = file_.format == ModelFile::Format::kTorchScript;
   if (torch && !options.trust_torchscript)
-    throw usage_error(options.option, file.string(),
-                      "is TorchScript, which is a program and may do anything that you may",
+    throw usage_error(options.option, file.string(), "is TorchScript, which is a program with all your permissions",
                       "add --trust-torchscript if you trust where it comes from");
   if (options_.threads <= 0) options_.threads = omp_get_max_threads();
   if (options_.memory == 0) options_.memory = memory_share(options_.networks);
   const std::filesystem::path program = program_folder() / (torch ? "pliant_torch_worker" : "pliant_onnx_worker");
   if (!std::filesystem::exists(program))
-    throw input_error(file.string(), "", "needs " + program.string() + ", which is not there",
+    throw input_error(file.string(), "", "needs " + program.string() + ", which does not exist",
                       torch ? "build with libtorch (Debian: libtorch-dev), or give an ONNX file"
                             : "build the target pliant_onnx_worker");
   process_ = std::make_unique<Process>(program);
@@ -122,7 +121,7 @@ std::vector<Tensor> NeuralModule::run_within(const Contract& contract, const std
   }
   if (answer.kind == Message::Kind::kNoMemory)
     throw input_error(name, method, "needs more than " + std::to_string(options_.memory >> 20) + " MB",
-                      "give a smaller network or smaller pictures");
+                      "give a smaller network or smaller images");
   if (answer.kind != Message::Kind::kDone) throw input_error(name, method, plain(answer.text), kExport);
   if (answer.tensors.size() < contract.outputs.size())
     throw input_error(name, method,

@@ -66,9 +66,9 @@ class Fields {
 
   [[noreturn]] void broken() const {
     throw input_error(file_, "",
-                      "is not ONNX, or is cut off (byte " + std::to_string(at_) + " of a part of " +
+                      "is not ONNX, or is truncated (byte " + std::to_string(at_) + " of a part of " +
                           std::to_string(bytes_.size()) + ")",
-                      "give an ONNX or TorchScript file, whole");
+                      "give a complete ONNX or TorchScript file");
   }
 
   std::string_view bytes_;

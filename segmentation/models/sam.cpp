@@ -80,7 +80,7 @@ Sam::Sam(std::unique_ptr<NeuralModule> encoder, std::unique_ptr<NeuralModule> de
   takes_size_ =
       !decoder_ || decoder_->file().format != ModelFile::Format::kOnnx || has_input(decoder_->file(), "orig_im_size");
   decode_.inputs.push_back(
-      {"point_coords", type, "1,N,2", 0, static_cast<double>(size_), "pixels of the scaled picture"});
+      {"point_coords", type, "1,N,2", 0, static_cast<double>(size_), "pixels of the scaled image"});
   decode_.inputs.push_back(
       {"point_labels", type, "1,N", 1, 1, "0 background, 1 foreground, 2 and 3 corners of a box, -1 none"});
   decode_.inputs.push_back(
@@ -115,7 +115,7 @@ void Sam::encode(const ImageF& picture) {
 std::vector<SegmentedMask> Sam::segment(const MaskPrompt& prompt) {
   CHECK_MSG(!features_.empty(), "encode() comes first");
   if (!prompt.box && prompt.points.empty())
-    throw usage_error("prompt", "", "has no box and no point", "point at something");
+    throw usage_error("prompt", "", "has no box and no point", "give a point or a box");
   std::vector<float> places, labels;
   const auto add = [&](float x, float y, float label) {  // SAM counts from the centres of pixels
     places.push_back(x * scaled_width_ / width_ - 0.5f);
@@ -126,7 +126,7 @@ std::vector<SegmentedMask> Sam::segment(const MaskPrompt& prompt) {
     if (!(point.x >= 0 && point.y >= 0 && point.x <= width_ && point.y <= height_))
       throw usage_error(
           "prompt", "",
-          "has a point outside the picture of " + std::to_string(width_) + " x " + std::to_string(height_) + " pixels",
+          "has a point outside the image of " + std::to_string(width_) + " x " + std::to_string(height_) + " pixels",
           "point into it");
     add(point.x, point.y, point.foreground ? 1 : 0);
   }
@@ -137,7 +137,7 @@ std::vector<SegmentedMask> Sam::segment(const MaskPrompt& prompt) {
     if (!(x0 < x1 && y0 < y1))
       throw usage_error(
           "prompt", "",
-          "has a box outside the picture of " + std::to_string(width_) + " x " + std::to_string(height_) + " pixels",
+          "has a box outside the image of " + std::to_string(width_) + " x " + std::to_string(height_) + " pixels",
           "draw it inside");
     add(x0, y0, 2);
     add(x1, y1, 3);

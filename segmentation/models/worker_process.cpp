@@ -40,7 +40,7 @@ WorkerProcess::WorkerProcess(const std::filesystem::path& program) {
   if (failed) {
     process_ = -1;
     throw input_error(path, "", std::string("cannot be started: ") + std::strerror(failed),
-                      "it is built beside pliant and has to stay in the same folder");
+                      "it is built next to pliant and must stay in the same folder");
   }
 }
 
@@ -86,7 +86,7 @@ std::string WorkerProcess::ending() {
     return "ended the process that ran it by signal " + std::to_string(WTERMSIG(status)) + " (" +
            strsignal(WTERMSIG(status)) + ")";
   return ended ? "ended the process that ran it with exit code " + std::to_string(WEXITSTATUS(status))
-               : std::string("does not talk any more to the program");
+               : std::string("no longer communicates with the program");
 }
 
 }  // namespace pliant

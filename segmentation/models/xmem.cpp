@@ -77,7 +77,7 @@ TrackedFrame Xmem::step(const ImageF& picture) {
     throw input_error("tracker", "picture",
                       "is " + std::to_string(picture.width) + " x " + std::to_string(picture.height) +
                           " pixels in a sequence of " + std::to_string(width_) + " x " + std::to_string(height_),
-                      "start anew for pictures of another size");
+                      "start over for images of another size");
   read_frame(picture);
   ++since_memory_;
   if (things_.empty()) return current();
@@ -105,8 +105,8 @@ TrackedFrame Xmem::step(const ImageF& picture) {
 TrackedFrame Xmem::add(const IdImage& detections) {
   CHECK_MSG(width_ > 0, "start() comes first");
   if (detections.width != width_ || detections.height != height_)
-    throw input_error("tracker", "detections", "are not of the size of the pictures",
-                      "give one id for each pixel of the last picture");
+    throw input_error("tracker", "detections", "do not have the size of the images",
+                      "give one ID for each pixel of the last image");
   std::map<uint32_t, std::map<uint32_t, size_t>> shared;  // detection -> followed thing -> pixels
   for (size_t i = 0; i < ids_.data.size(); ++i)
     if (detections.data[i] && ids_.data[i]) ++shared[detections.data[i]][ids_.data[i]];

@@ -30,7 +30,7 @@ EditOutcome merge(const ObjectEdit& edit, Segmentation& s) {
     const size_t c = class_of_object(s, edit.option(), object);
     if (std::count(ids.begin(), ids.end(), s.class_id[c]))
       throw usage_error(edit.option(), edit.text(), "names object " + described(s, c) + " twice",
-                        "give two different objects or more");
+                        "give at least two different objects");
     ids.push_back(s.class_id[c]);
     names.push_back(described(s, c));
   }
@@ -80,7 +80,7 @@ EditOutcome split(const SplitOptions& options, const ObjectEdit& edit, const Gau
   const SplitResult parts = split_object(options, cloud, member);
   if (parts.parts < 2)
     throw usage_error(edit.option(), edit.objects[0],
-                      "has " + std::to_string(members_of(s, id)) + " Gaussians, which cannot be told apart",
+                      "has " + std::to_string(members_of(s, id)) + " Gaussians, which cannot be separated",
                       "choose a larger object");
   EditOutcome outcome{{id}, 0, ""};
   std::string list;
@@ -98,9 +98,9 @@ EditOutcome split(const SplitOptions& options, const ObjectEdit& edit, const Gau
   keep_cameras_that_show(outcome.ids, cloud, cameras, s);
   char share[32];
   std::snprintf(share, sizeof share, "%.1f %%", 100 * parts.cut_share);
-  outcome.sentence = before + " fell into " + std::to_string(parts.parts) + " objects; new: " + list +
-                     (parts.cut ? "; it hangs together and was cut by colour and distance, through at most " +
-                                      std::string(share) + " of the ties of a part"
+  outcome.sentence = before + " was split into " + std::to_string(parts.parts) + " objects; new: " + list +
+                     (parts.cut ? "; it is connected and was cut by color and distance, through at most " +
+                                      std::string(share) + " of the connections of a part"
                                 : "");
   return outcome;
 }
@@ -109,10 +109,9 @@ EditOutcome drop(const ObjectEdit& edit, const GaussianCloud& cloud, Segmentatio
   const size_t c = class_of_object(s, edit.option(), edit.objects[0]);
   const std::string before = described(s, c);
   const size_t gaussians = drop_class(s.class_id[c], cloud.position, s);
-  return {
-      {},
-      gaussians,
-      before + " is no object any more: its " + std::to_string(gaussians) + " Gaussians took the label around them"};
+  return {{},
+          gaussians,
+          before + " was removed: its " + std::to_string(gaussians) + " Gaussians took the label around them"};
 }
 
 EditOutcome rename(const ObjectEdit& edit, Segmentation& s) {
@@ -120,10 +119,10 @@ EditOutcome rename(const ObjectEdit& edit, Segmentation& s) {
   for (size_t other = 0; other < s.class_name.size(); ++other)
     if (other != c && s.class_name[other] == edit.name)
       throw usage_error(edit.option(), edit.name, "is the name of object " + std::to_string(s.class_id[other]),
-                        "give another name, or make them one with --merge");
+                        "give another name, or merge them with --merge");
   const std::string before = described(s, c);
   s.class_name[c] = edit.name;
-  return {{s.class_id[c]}, 0, before + " is called " + edit.name};
+  return {{s.class_id[c]}, 0, before + " was renamed to " + edit.name};
 }
 
 }  // namespace
@@ -156,11 +155,11 @@ ObjectEdit ObjectEdit::parse(Kind kind, const std::string& text) {
   if (kind == Kind::kName) {
     const size_t at = text.find('=');
     if (at == std::string::npos || at == 0 || at + 1 == text.size())
-      throw refuse("is no object and a name", "give ID=NAME, for example 3=vase");
+      throw refuse("is not an object and a name", "give ID=NAME, for example 3=vase");
     edit.objects = {text.substr(0, at)};
     edit.name = text.substr(at + 1);
     if (edit.name.find_first_not_of("0123456789") == std::string::npos)
-      throw refuse("is a name that reads as an id", "give a name with a letter in it");
+      throw refuse("is a name that could be an ID", "give a name with a letter in it");
     for (char c : edit.name)
       if (static_cast<unsigned char>(c) < 32 || c == ',')
         throw refuse("is a name with a comma or an unprintable character", "leave it out");
@@ -170,7 +169,7 @@ ObjectEdit ObjectEdit::parse(Kind kind, const std::string& text) {
   while (begin <= text.size()) {
     const size_t end = kind == Kind::kMerge ? std::min(text.find(',', begin), text.size()) : text.size();
     edit.objects.push_back(text.substr(begin, end - begin));
-    if (edit.objects.back().empty()) throw refuse("holds an empty place", "give ids or names");
+    if (edit.objects.back().empty()) throw refuse("has an empty entry", "give ids or names");
     begin = end + 1;
   }
   if (kind == Kind::kMerge && edit.objects.size() < 2)

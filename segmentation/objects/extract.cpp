@@ -36,12 +36,12 @@ size_t ExtractSummary::moved_by(ExtractRule rule) const {
 }
 
 std::string ExtractSummary::describe() const {
-  return std::to_string(candidates) + " candidates; taken away: " + std::to_string(below_probability) +
+  return std::to_string(candidates) + " candidates; removed: " + std::to_string(below_probability) +
          " below the probability threshold, " + std::to_string(outliers) + " outliers, " + std::to_string(floaters) +
          " floaters (" + std::to_string(dropped) + " of both dropped), " + std::to_string(contact_to_support) +
-         " to the support; " + std::to_string(contact_to_object) + " taken from the support, " +
-         std::to_string(enclosed) + " from among its own, " + std::to_string(islands) +
-         " in islands that only it holds, " + std::to_string(hull) + " from inside its hull";
+         " to the support; added: " + std::to_string(contact_to_object) + " from the support, " +
+         std::to_string(enclosed) + " enclosed by its own, " + std::to_string(islands) +
+         " in components touching only it, " + std::to_string(hull) + " inside its hull";
 }
 
 ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud, const Segmentation& segmentation) {
@@ -79,7 +79,7 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
   }
   const auto nothing_left = [&] {
     return input_error("object " + std::to_string(options.object), segmentation.class_name[cls],
-                       "has no Gaussian left: " + summary.describe(),
+                       "has no Gaussians left: " + summary.describe(),
                        "lower the probability threshold or check the masks");
   };
   if (summary.candidates == 0) throw nothing_left();
@@ -117,7 +117,7 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
   if (summary.support != 0 && class_of_id(segmentation, summary.support) < 0)
     throw usage_error("support", "",
                       "is id " + std::to_string(summary.support) + ", which the segmentation does not have",
-                      "name an id of the scene");
+                      "give an id of the scene");
   std::vector<int> support;
   for (int p : background)
     if (segmentation.label[p] == summary.support) support.push_back(p);

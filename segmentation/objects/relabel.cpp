@@ -134,7 +134,7 @@ void enforce_labels(std::span<const uint32_t> wanted, Segmentation& s) {
     throw numerical_error("segmentation",
                           "the classifier of " + std::to_string(classes) + " classes cannot express the labels of " +
                               std::to_string(failed) + " Gaussians",
-                          "merge or drop objects, or segment the scene anew");
+                          "merge or drop objects, or segment the scene again");
   update_labels(s);
 }
 

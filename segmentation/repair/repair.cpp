@@ -259,12 +259,12 @@ std::string RepairSummary::describe() const {
 std::string RepairSummary::describe_shadow() const {
   char text[256] = "";
   if (shadow == Shadow::Verdict::kPlain)
-    std::snprintf(
-        text, sizeof(text), "contact shadow that leaves %.0f %% of the light beside the object: %s",
-        100 * shadow_darkest,
-        shadow_lifted ? ("lifted from " + std::to_string(shadow_gaussians) + " Gaussians").c_str() : "kept, as asked");
+    std::snprintf(text, sizeof(text), "contact shadow with %.0f %% of the brightness around the object: %s",
+                  100 * shadow_darkest,
+                  shadow_lifted ? ("removed from " + std::to_string(shadow_gaussians) + " Gaussians").c_str()
+                                : "kept, as requested");
   else if (shadow == Shadow::Verdict::kDoubtful)
-    std::snprintf(text, sizeof(text), "the support is darker around the object, but %s: left as it is",
+    std::snprintf(text, sizeof(text), "the support is darker around the object, but %s: left unchanged",
                   shadow_doubt.c_str());
   return text;
 }

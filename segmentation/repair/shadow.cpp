@@ -295,7 +295,7 @@ Shadow find_shadow(const ShadowOptions& options, const PlanePicture& picture) {
     }
   if (static_cast<double>(deep_end) > 0.02 * static_cast<double>(count)) {
     shadow.verdict = Shadow::Verdict::kDoubtful;
-    shadow.doubt = "it goes on farther than a contact shadow";
+    shadow.doubt = "it extends farther than a contact shadow";
   }
   // Steps of the region's border are smoothed away.
   cv::Mat gain(layout.height, layout.width, CV_32F, shadow.gain.data.data()), soft;

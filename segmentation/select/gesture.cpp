@@ -104,7 +104,7 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
   fix_seeds();
   graph_ = gaussian_graph(cloud_, member_, options_.neighbours);
   if (graph_.nodes.empty())
-    throw usage_error(gesture_.boxes.empty() ? "--click" : "--box", "", "leaves no Gaussian that could be selected",
+    throw usage_error(gesture_.boxes.empty() ? "--click" : "--box", "", "leaves no Gaussians that could be selected",
                       "choose boxes that show the same object");
   if (shape) graph_.border.clear();  // a shape may cut through the object, a box does not
   spread_seeds();
@@ -116,7 +116,7 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
     cut(options_.cut, prompts_);
   } else {
     if (std::none_of(fixed_.begin(), fixed_.end(), [](int8_t f) { return f > 0; }))
-      throw usage_error("--click", "", "marks nothing of the object",
+      throw usage_error("--click", "", "marks no part of the object",
                         "click on the object, draw a stroke fg over it, or give a --box");
     propose_around_seeds();
   }
@@ -174,8 +174,8 @@ std::string GestureResult::Summary::describe() const {
   char text[400];
   std::snprintf(text, sizeof(text),
                 "%zu Gaussians selected; outside the frusta %zu, removed by the cut %zu, as separate parts %zu, by the "
-                "refinement over %zu views %zu "
-                "(which added %zu); %zu enclosed by the object came back; %zu fixed by strokes and clicks",
+                "refinement over %zu views %zu (which added %zu); %zu enclosed by the object were restored; %zu fixed "
+                "by strokes and clicks",
                 selected, outside, cut, part, refine_views.size(), refined, added, enclosed, seeds);
   return text;
 }

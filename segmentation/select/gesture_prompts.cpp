@@ -8,9 +8,9 @@
 namespace pliant {
 namespace {
 
-constexpr const char* kBoxForm = "V,x0,y0,x1,y1: a camera and two corners in pixels of its picture";
-constexpr const char* kClickForm = "V,x,y: a camera and a pixel of its picture";
-constexpr const char* kStrokeForm = "fg or bg,V,x0,y0,x1,y1,...: a camera and at least two pixels of its picture";
+constexpr const char* kBoxForm = "V,x0,y0,x1,y1: a camera and two corners in pixels of its image";
+constexpr const char* kClickForm = "V,x,y: a camera and a pixel of its image";
+constexpr const char* kStrokeForm = "fg or bg,V,x0,y0,x1,y1,...: a camera and at least two pixels of its image";
 
 /// The comma-separated words of one option and what is read from them.
 struct Words {
@@ -43,8 +43,7 @@ struct Words {
       return static_cast<int>(number);
     throw wrong("names the camera '" + name + "', which the scene does not have",
                 "give a number from 0 to " + std::to_string(cameras.size() - 1) + " or a name such as '" +
-                    cameras.front().name +
-                    "'; `pliant render SCENE --out FOLDER` writes the pictures under these names");
+                    cameras.front().name + "'; `pliant render SCENE --out FOLDER` writes the images under these names");
   }
 
   Vec2f point(size_t at, const Camera& camera) const {
@@ -57,8 +56,8 @@ struct Words {
         throw wrong_form("holds '" + word + "', which is not a number");
     }
     if (x.x() < 0 || x.y() < 0 || x.x() > static_cast<float>(camera.width) || x.y() > static_cast<float>(camera.height))
-      throw wrong("has the point " + words[at] + "," + words[at + 1] + " outside the picture of '" + camera.name + "'",
-                  "that picture is " + std::to_string(camera.width) + " pixels wide and " +
+      throw wrong("has the point " + words[at] + "," + words[at + 1] + " outside the image of '" + camera.name + "'",
+                  "that image is " + std::to_string(camera.width) + " pixels wide and " +
                       std::to_string(camera.height) + " high");
     return x;
   }
@@ -82,7 +81,7 @@ void add_box(const std::string& text, const std::vector<Camera>& cameras, Gestur
   for (const BoxPrompt& other : gesture.boxes)
     if (other.camera == box.camera)
       throw words.wrong("is a second box in the camera '" + cameras[box.camera].name + "'",
-                        "give one box a camera, around the whole object");
+                        "give one box per camera, around the whole object");
   gesture.boxes.push_back(box);
 }
 

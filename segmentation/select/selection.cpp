@@ -67,7 +67,7 @@ MaskSet member_masks(const std::string& option, std::span<const uint8_t> members
   MaskSet masks;
   masks.names = {{SelectionShape::kObject, "object"}, {SelectionShape::kRest, "rest"}};
   if (inside == cloud.size())
-    masks.warnings.push_back(option + " holds all " + std::to_string(inside) +
+    masks.warnings.push_back(option + " contains all " + std::to_string(inside) +
                              " Gaussians: the whole scene is the object and nothing is left as background");
   for (size_t c = 0; c < cameras.size(); ++c) {
     const RenderResult picture = render(cloud, cameras[c], {}, member, 2);
@@ -82,7 +82,7 @@ MaskSet member_masks(const std::string& option, std::span<const uint8_t> members
   const std::vector<uint32_t> ids = masks.ids();
   if (ids.empty() || ids.front() != SelectionShape::kObject)
     throw usage_error(option, "", "selects " + std::to_string(inside) + " Gaussians that no camera sees",
-                      "choose a region that the cameras show");
+                      "choose a region that the cameras see");
   return masks;
 }
 
@@ -93,7 +93,7 @@ MaskSet selection_masks(const SelectionShape& shape, const GaussianCloud& cloud,
   if (std::count(member.begin(), member.end(), 1) == 0) {
     const Box bounds = cloud.bounds();
     throw usage_error(
-        option, "", "holds no Gaussian",
+        option, "", "contains no Gaussians",
         "the scene spans " + text_of(bounds.low) + " to " + text_of(bounds.high) + ": `pliant info` prints it");
   }
   return member_masks(option, member, cloud, cameras);

@@ -58,7 +58,7 @@ void Selector::fix_seeds() {
     }
     if (found == 0)
       summary_.warnings.push_back(std::string(stroke.points.size() == 1 ? "a click" : "a stroke") + " in '" +
-                                  cameras_[stroke.camera].name + "' meets nothing that may belong to the object");
+                                  cameras_[stroke.camera].name + "' hits no Gaussian that could belong to the object");
     summary_.seeds += found;
   }
 }
@@ -119,7 +119,7 @@ void Selector::look_at_boxes() {
     const GrabCutResult mask = grab_cut(options_.picture, input);
     if (mask.pixels == 0)
       summary_.warnings.push_back("the box in '" + cameras_[box.camera].name +
-                                  "' shows nothing that differs from what is around it");
+                                  "' contains nothing that differs from its surroundings");
     prompts_.add(cloud_, window.camera, options_.render, mask.foreground);
   }
 }

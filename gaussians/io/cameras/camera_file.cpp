@@ -88,7 +88,7 @@ void CameraCollector::keep_frames_with_photos() {
   result_.cameras = std::move(cameras);
   names_ = std::move(names);
   result_.warnings.push_back(file_.string() + ": " + std::to_string(missing) + " of " + std::to_string(result_.frames) +
-                             " frames name photos that do not exist; they are left out");
+                             " frames name photos that do not exist; they are ignored");
 }
 
 /// Cameras are found by name, so equal stems (train/r_0, test/r_0) take their folders into the name.

@@ -97,13 +97,13 @@ CameraFile read_cameras(const fs::path& path, const fs::path& photos, PhotoFit f
     case Format::kNone:
       break;
   }
-  throw input_error(path.string(), "", "holds no cameras that are known",
-                    "name a transforms.json, the cameras.json of 3DGS, a COLMAP model, or a Middlebury _par.txt");
+  throw input_error(path.string(), "", "contains no known cameras",
+                    "give a transforms.json, the cameras.json of 3DGS, a COLMAP model, or a Middlebury _par.txt");
 }
 
 std::vector<std::string> write_cameras(const fs::path& file, const std::vector<Camera>& cameras) {
   if (file.extension() != ".json")
-    throw usage_error(file.string(), "", "is of a format that is not written",
+    throw usage_error(file.string(), "", "is in a format that cannot be written",
                       "cameras: transforms.json or cameras.json");
   if (file.filename() != "cameras.json") return write_transforms(file, cameras), std::vector<std::string>();
   std::vector<std::string> lost;
@@ -114,7 +114,7 @@ std::vector<std::string> write_cameras(const fs::path& file, const std::vector<C
     straight = straight && camera.distortion == Camera().distortion;
   }
   if (!centred)
-    lost.push_back(file.string() + ": cameras.json has no principal point; readers take the middle of the picture");
+    lost.push_back(file.string() + ": cameras.json has no principal point; readers assume the image center");
   if (!straight) lost.push_back(file.string() + ": cameras.json has no lens distortion");
   write_cameras_json(file, cameras);
   return lost;

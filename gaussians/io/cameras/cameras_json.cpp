@@ -25,7 +25,7 @@ Eigen::Isometry3d read_3dgs_pose(const JsonObject& entry) {
       rotation(i, j) = rows[i][j];
     }
   }
-  if (!rotation.allFinite() || !make_rotation(rotation)) throw entry.complaint("rotation", "is no rotation", remedy);
+  if (!rotation.allFinite() || !make_rotation(rotation)) throw entry.complaint("rotation", "is not a rotation", remedy);
   Eigen::Isometry3d world_from_cam = Eigen::Isometry3d::Identity();
   world_from_cam.linear() = rotation;
   world_from_cam.translation() = Eigen::Vector3d(position[0], position[1], position[2]);
@@ -37,7 +37,7 @@ Eigen::Isometry3d read_3dgs_pose(const JsonObject& entry) {
 CameraFile read_cameras_json(const fs::path& file, const fs::path& photos, PhotoFit fit) {
   const nlohmann::json json = read_json(file);
   if (!json.is_array() || json.empty())
-    throw input_error(file.string(), "", "is no array of cameras", "name the cameras.json of a 3DGS model");
+    throw input_error(file.string(), "", "is not an array of cameras", "give the cameras.json of a 3DGS model");
   CameraCollector collector(file, fit);
   const fs::path folder = file.parent_path();
   for (size_t i = 0; i < json.size(); ++i) {

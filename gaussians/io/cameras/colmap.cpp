@@ -40,8 +40,8 @@ bool is_colmap(const fs::path& folder) { return !colmap_extension(folder).empty(
 CameraFile read_colmap(const fs::path& folder, const fs::path& photos, PhotoFit fit) {
   const std::string extension = colmap_extension(folder);
   if (extension.empty()) {
-    throw input_error(folder.string(), "", "holds no cameras.bin and images.bin (or .txt)",
-                      "name a COLMAP model, for example sparse/0");
+    throw input_error(folder.string(), "", "contains no cameras.bin and images.bin (or .txt)",
+                      "give a COLMAP model, for example sparse/0");
   }
   const fs::path cameras_file = folder / ("cameras" + extension), images_file = folder / ("images" + extension);
   const std::map<uint32_t, Camera> cameras = read_colmap_cameras(cameras_file);
@@ -51,7 +51,7 @@ CameraFile read_colmap(const fs::path& folder, const fs::path& photos, PhotoFit 
     add_frame(image, cameras, folder, photos, images_file.string(), field, collector);
     any = true;
   });
-  if (!any) throw input_error(images_file.string(), "", "holds no image", "name a model with registered images");
+  if (!any) throw input_error(images_file.string(), "", "contains no images", "give a model with registered images");
   CameraFile result = collector.finish(extension == ".bin" ? "COLMAP binary" : "COLMAP text");
   result.files.push_back(cameras_file);
   return result;

@@ -29,7 +29,7 @@ Camera camera_of(const double* v, const std::string& file, const std::string& fi
   camera.fy = v[4];
   camera.cy = v[5];
   Eigen::Matrix3d rotation = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(v + 9);
-  if (!make_rotation(rotation)) throw refuse("has an R that is no rotation");
+  if (!make_rotation(rotation)) throw refuse("has an R that is not a rotation");
   camera.cam_from_world.linear() = rotation;
   camera.cam_from_world.translation() = Eigen::Vector3d(v[18], v[19], v[20]);
   return camera;
@@ -53,7 +53,7 @@ CameraFile read_middlebury(const fs::path& file, const fs::path& photos, PhotoFi
   for (long long i = 0; i < count; ++i) {
     const std::string field = "line " + std::to_string(i + 2);
     if (!std::getline(in, line))
-      throw input_error(name, field, "is missing", "line 1 promises " + std::to_string(count) + " photos");
+      throw input_error(name, field, "is missing", "line 1 declares " + std::to_string(count) + " photos");
     std::istringstream words(line);
     std::string photo;
     double values[21];

@@ -166,9 +166,9 @@ SparsePoints read_ply_points(const fs::path& file) {
   for (int k = 0; k < 6; ++k) {
     column[k] = vertex ? vertex->find(names[k]) : -1;
     if (k < 3 && column[k] < 0)
-      throw input_error(file.string(), std::string("property ") + names[k], "is missing", "name a point cloud");
+      throw input_error(file.string(), std::string("property ") + names[k], "is missing", "give a point cloud");
   }
-  if (vertex->has_list()) throw input_error(file.string(), "element vertex", "holds a list", "name a point cloud");
+  if (vertex->has_list()) throw input_error(file.string(), "element vertex", "holds a list", "give a point cloud");
   for (const PlyElement& element : header.elements) {
     PlyRows rows(in, header, element, file.string(), fs::file_size(file));
     if (&element != vertex) {

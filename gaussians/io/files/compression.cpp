@@ -20,7 +20,7 @@ void check_expansion(uint64_t promised_bytes, uint64_t file_bytes, const std::st
   if (promised_bytes <= kSmallScene || promised_bytes / kMostExpansion <= file_bytes) return;
   throw input_error(
       file, field,
-      "promises " + std::to_string(promised_bytes) + " bytes of data in a file of " + std::to_string(file_bytes),
+      "declares " + std::to_string(promised_bytes) + " bytes of data in a file of " + std::to_string(file_bytes),
       "the header is wrong, or the file is meant to exhaust the memory");
 }
 
@@ -62,7 +62,7 @@ void GzipReader::read(std::span<char> out, const std::string& field) {
   if (done == out.size()) return;
   throw input_error(
       file_, field,
-      "the header promises " + std::to_string(out.size()) + " bytes but only " + std::to_string(done) + " follow",
+      "the header declares " + std::to_string(out.size()) + " bytes but only " + std::to_string(done) + " follow",
       "the file is truncated or its header is wrong");
 }
 
@@ -85,7 +85,7 @@ void decompress_zstd(std::string_view compressed, std::span<char> out, const std
   if (done == out.size()) return;
   throw input_error(
       file, field,
-      "the header promises " + std::to_string(out.size()) + " bytes but only " + std::to_string(done) + " follow",
+      "the header declares " + std::to_string(out.size()) + " bytes but only " + std::to_string(done) + " follow",
       "the file is truncated or its header is wrong");
 }
 

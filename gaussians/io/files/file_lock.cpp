@@ -18,10 +18,10 @@ FileLock::FileLock(const std::filesystem::path& file, const std::string& folder)
   if (fcntl(descriptor_, F_SETLK, &lock) == 0 || (errno != EACCES && errno != EAGAIN)) return;
   const bool known = fcntl(descriptor_, F_GETLK, &lock) == 0 && lock.l_type != F_UNLCK && lock.l_pid > 0;
   ::close(descriptor_);
-  throw usage_error(
-      folder, "",
-      "is being written by another pliant" + (known ? " (process " + std::to_string(lock.l_pid) + ")" : std::string()),
-      "wait for it, or use another folder");
+  throw usage_error(folder, "",
+                    "is being written by another pliant process" +
+                        (known ? " (process " + std::to_string(lock.l_pid) + ")" : std::string()),
+                    "wait for it, or use another folder");
 }
 
 FileLock::~FileLock() {

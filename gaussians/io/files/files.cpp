@@ -36,7 +36,7 @@ void flush_to_disk(const fs::path& path, bool folder) {
 std::ifstream open_for_reading(const fs::path& file) {
   std::error_code ignored;
   if (!fs::exists(file, ignored)) throw input_error(file.string(), "", "does not exist", "check the name");
-  if (fs::is_directory(file, ignored)) throw input_error(file.string(), "", "is a folder, not a file", "name a file");
+  if (fs::is_directory(file, ignored)) throw input_error(file.string(), "", "is a folder, not a file", "give a file");
   std::ifstream in(file, std::ios::binary);
   if (!in) throw input_error(file.string(), "", "cannot be opened", "check its permissions");
   return in;

@@ -82,7 +82,7 @@ double JsonObject::number(const std::string& key, double otherwise) const { retu
 
 std::string JsonObject::text(const std::string& key) const {
   const nlohmann::json& value = at(key);
-  if (!value.is_string()) throw complaint(key, "is " + shortened(value), "it must be a text in quotes");
+  if (!value.is_string()) throw complaint(key, "is " + shortened(value), "it must be a string in quotes");
   return value.get<std::string>();
 }
 

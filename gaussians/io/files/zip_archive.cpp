@@ -13,7 +13,7 @@ ZipArchive::ZipArchive(const std::filesystem::path& file) : file_(file.string())
   if (failed) throw input_error(file_, "", "cannot be read: " + failed.message(), "check the name");
   zip_ = unzOpen64(file_.c_str());
   if (!zip_)
-    throw input_error(file_, "", "is no zip archive or its directory is damaged",
+    throw input_error(file_, "", "is not a zip archive or its directory is damaged",
                       "the file is truncated or damaged; fetch it again");
 }
 
@@ -43,7 +43,7 @@ std::string ZipArchive::read(const std::string& entry, uint64_t most) {
     throw refuse("has a damaged directory entry");
   if (info.flag & 1) throw refuse("is encrypted");
   if (info.uncompressed_size > most) {
-    throw refuse("promises " + std::to_string(info.uncompressed_size) + " bytes, at most " + std::to_string(most) +
+    throw refuse("declares " + std::to_string(info.uncompressed_size) + " bytes, at most " + std::to_string(most) +
                  " are justified");
   }
   if (info.compressed_size > file_bytes_) throw refuse("is larger than the archive");
@@ -73,8 +73,8 @@ std::string ZipArchive::read(const std::string& entry, uint64_t most) {
   const bool longer = done == bytes.size() && unzReadCurrentFile(zip_, &more, 1) > 0;
   const int closed = unzCloseCurrentFile(zip_);
   if (done < bytes.size()) throw refuse("its data end early or are damaged");
-  if (longer) throw refuse("holds more than its directory entry says");
-  if (closed == UNZ_CRCERROR) throw refuse("its checksum does not agree with its data");
+  if (longer) throw refuse("contains more than its directory entry states");
+  if (closed == UNZ_CRCERROR) throw refuse("its checksum does not match its data");
   return bytes;
 }
 

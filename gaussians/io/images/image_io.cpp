@@ -16,7 +16,7 @@ namespace {
 cv::Mat decode(const fs::path& file, int flags) {
   std::error_code ignored;
   if (!fs::exists(file, ignored)) throw input_error(file.string(), "", "does not exist", "check the name");
-  if (!fs::is_regular_file(file, ignored)) throw input_error(file.string(), "", "is not a file", "name a picture");
+  if (!fs::is_regular_file(file, ignored)) throw input_error(file.string(), "", "is not a file", "give an image");
   cv::Mat picture;
   std::string why;
   try {
@@ -25,7 +25,7 @@ cv::Mat decode(const fs::path& file, int flags) {
     why = ": " + error.err;
   }
   if (picture.empty()) {
-    throw input_error(file.string(), "", "is not a picture that can be decoded" + why, "use PNG or JPEG");
+    throw input_error(file.string(), "", "is not an image that can be decoded" + why, "use PNG or JPEG");
   }
   return picture;
 }
@@ -50,7 +50,7 @@ ImageF read_image(const fs::path& file) {
   const cv::Mat picture = decode(file, cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
   const int depth = picture.depth();
   if (depth != CV_8U && depth != CV_16U && depth != CV_32F) {
-    throw input_error(file.string(), "", "has an unusual number format", "use 8-bit or 16-bit pictures");
+    throw input_error(file.string(), "", "has an unusual number format", "use 8-bit or 16-bit images");
   }
   cv::Mat scaled;
   picture.convertTo(scaled, CV_32F, depth == CV_8U ? 1.0 / 255 : depth == CV_16U ? 1.0 / 65535 : 1.0);
@@ -93,14 +93,14 @@ IdImage read_ids(const fs::path& file) {
   const cv::Mat picture = decode(file, cv::IMREAD_UNCHANGED);
   const std::string extension = file.extension().string();
   if (extension == ".jpg" || extension == ".jpeg" || extension == ".JPG" || extension == ".JPEG") {
-    throw input_error(file.string(), "", "is a JPEG, whose compression changes ids", "use PNG");
+    throw input_error(file.string(), "", "is a JPEG, whose compression changes IDs", "use PNG");
   }
   const bool grey = picture.type() == CV_8UC1 || picture.type() == CV_16UC1;
   const bool rgb = picture.type() == CV_8UC3 || picture.type() == CV_8UC4;
   if (!grey && !rgb) {
     throw input_error(
         file.string(), "",
-        "is no id picture: it has " + std::to_string(picture.channels()) + " channels of an unexpected depth",
+        "is not an ID mask: it has " + std::to_string(picture.channels()) + " channels of an unexpected depth",
         "use PNG with one channel of 8 or 16 bit, or 8-bit RGB");
   }
   IdImage ids(picture.cols, picture.rows, 1);
@@ -121,7 +121,7 @@ IdImage read_ids(const fs::path& file) {
 
 void write_ids(const fs::path& file, const IdImage& ids) {
   const uint32_t largest = ids.data.empty() ? 0 : *std::max_element(ids.data.begin(), ids.data.end());
-  CHECK_MSG(largest < (1u << 24), "ids above 16777215 do not fit into a picture");
+  CHECK_MSG(largest < (1u << 24), "IDs above 16777215 do not fit into an image");
   cv::Mat picture(ids.height, ids.width, largest < 256 ? CV_8UC1 : largest < 65536 ? CV_16UC1 : CV_8UC3);
   for (int y = 0; y < ids.height; ++y) {
     for (int x = 0; x < ids.width; ++x) {

@@ -46,7 +46,7 @@ std::optional<IdImage> read_palette_indices(const std::filesystem::path& file) {
       std::string(head + 12, 4) != "IHDR" || head[25] != 3)
     return std::nullopt;
   const auto refuse = [&](const std::string& field, const std::string& problem) {
-    return input_error(file.string(), field, problem, "write it anew as a PNG with a palette or with one channel");
+    return input_error(file.string(), field, problem, "save it again as a PNG with a palette or with one channel");
   };
   const uint32_t width = big_endian(head + 16), height = big_endian(head + 20);
   const int depth = head[24];
@@ -54,7 +54,7 @@ std::optional<IdImage> read_palette_indices(const std::filesystem::path& file) {
     throw refuse("IHDR", "gives the size " + std::to_string(width) + "x" + std::to_string(height));
   if (depth != 1 && depth != 2 && depth != 4 && depth != 8)
     throw refuse("IHDR", "gives a palette " + std::to_string(depth) + " bits");
-  if (head[28] != 0) throw refuse("IHDR", "says that the picture is interlaced, which is not read with a palette");
+  if (head[28] != 0) throw refuse("IHDR", "says that the image is interlaced, which is not supported with a palette");
 
   const std::string bytes = read_text(file);
   std::string data;
@@ -69,12 +69,12 @@ std::optional<IdImage> read_palette_indices(const std::filesystem::path& file) {
     at += 12 + length;
   }
   const size_t row_bytes = (static_cast<size_t>(width) * depth + 7) / 8, expected = (row_bytes + 1) * height;
-  if (expected / 1032 > data.size()) throw refuse("IDAT", "is too short for the picture");  // deflate's highest ratio
+  if (expected / 1032 > data.size()) throw refuse("IDAT", "is too short for the image");  // deflate's highest ratio
   std::string raw(expected + 1, '\0');
   uLongf got = static_cast<uLongf>(raw.size());
   const int status = uncompress(reinterpret_cast<Bytef*>(raw.data()), &got, reinterpret_cast<const Bytef*>(data.data()),
                                 static_cast<uLong>(data.size()));
-  if (status != Z_OK || got != expected) throw refuse("IDAT", "does not hold the pixels of the picture");
+  if (status != Z_OK || got != expected) throw refuse("IDAT", "does not contain the pixels of the image");
 
   IdImage ids(static_cast<int>(width), static_cast<int>(height), 1);
   std::string above(row_bytes, '\0'), row;

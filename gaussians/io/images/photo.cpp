@@ -133,7 +133,7 @@ Photo read_photo(const fs::path& file) {
   const std::string bytes = read_text(file);
   if (bytes.empty()) throw input_error(file.string(), "", "is empty", "copy the photo again");
   if (is_jpeg(bytes) && !jpeg_is_whole(bytes))
-    throw input_error(file.string(), "", "is a JPEG that ends before its picture does", "copy the photo again");
+    throw input_error(file.string(), "", "is a JPEG that ends before its image does", "copy the photo again");
   cv::Mat picture;
   std::string why;
   try {
@@ -143,11 +143,10 @@ Photo read_photo(const fs::path& file) {
     why = ": " + error.err;
   }
   if (picture.empty())
-    throw input_error(file.string(), "", "is not a picture that can be decoded" + why,
-                      "copy it again; use PNG or JPEG");
+    throw input_error(file.string(), "", "is not an image that can be decoded" + why, "copy it again; use PNG or JPEG");
   const int depth = picture.depth();
   if (depth != CV_8U && depth != CV_16U)
-    throw input_error(file.string(), "", "has an unusual number format", "use pictures of 8 or 16 bit");
+    throw input_error(file.string(), "", "has an unusual number format", "use 8-bit or 16-bit images");
   if (depth == CV_16U) picture.convertTo(picture, CV_8U, 1.0 / 257);
   Photo photo;
   photo.orientation = exif_orientation(bytes);

@@ -10,12 +10,11 @@ ImageU8 decode_webp(std::string_view bytes, size_t most_pixels, const std::strin
   const auto* data = reinterpret_cast<const uint8_t*>(bytes.data());
   WebPBitstreamFeatures features;
   if (WebPGetFeatures(data, bytes.size(), &features) != VP8_STATUS_OK) {
-    throw input_error(file, "", "is no WebP picture or its header is damaged", "fetch the file again");
+    throw input_error(file, "", "is not a WebP image or its header is damaged", "fetch the file again");
   }
   if (features.has_animation || features.format == 1) {
     throw input_error(
-        file, "",
-        features.has_animation ? "is an animation" : "is a lossy WebP picture, which changes the values in it",
+        file, "", features.has_animation ? "is an animation" : "is a lossy WebP image, which changes the values in it",
         "write it as lossless WebP");
   }
   const std::string size = std::to_string(features.width) + " x " + std::to_string(features.height) + " pixels";
@@ -26,7 +25,7 @@ ImageU8 decode_webp(std::string_view bytes, size_t most_pixels, const std::strin
   }
   ImageU8 picture(features.width, features.height, 4);
   if (!WebPDecodeRGBAInto(data, bytes.size(), picture.data.data(), picture.data.size(), 4 * picture.width)) {
-    throw input_error(file, "", "is a WebP picture of " + size + " that cannot be decoded",
+    throw input_error(file, "", "is a WebP image of " + size + " that cannot be decoded",
                       "the file is truncated or damaged; fetch it again");
   }
   return picture;

@@ -171,8 +171,8 @@ json describe(const fs::path& path, std::optional<int> level) {
     read_splats(path);
   } else {
     throw input_error(
-        path.string(), "", "is of a kind that is not known",
-        "name splats (.ply, .splat, .spz, .sog, meta.json), cameras (.json, COLMAP, _par.txt), or a scene folder");
+        path.string(), "", "is of an unknown kind",
+        "give splats (.ply, .splat, .spz, .sog, meta.json), cameras (.json, COLMAP, _par.txt), or a scene folder");
   }
   return out;
 }

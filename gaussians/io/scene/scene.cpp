@@ -76,11 +76,11 @@ SceneFile locate(const fs::path& source) {
     if (scene.splats.empty()) {
       throw input_error(
           source.string(), "",
-          "holds no scene.json, no point_cloud/iteration_*/point_cloud.ply, and no or several splat files",
-          "name a splat file, a 3DGS model folder, or a folder with scene.json");
+          "contains no scene.json, no point_cloud/iteration_*/point_cloud.ply, and no or several splat files",
+          "give a splat file, a 3DGS model folder, or a folder with scene.json");
     }
   }
-  if (scene.splats.empty()) throw input_error(scene.file.string(), "splats", "is missing", "name the splat file");
+  if (scene.splats.empty()) throw input_error(scene.file.string(), "splats", "is missing", "give the splat file");
   if (scene.cameras.empty()) scene.cameras = cameras_of_splats(scene.splats);
   return scene;
 }
@@ -122,7 +122,7 @@ Scene load_scene(const fs::path& source, const LoadOptions& options) {
   scene.cloud = read_splats(scene.settings.splats, &scene.report, options.level.value_or(kFinestLevel));
   scene.warnings = scene.report.warnings;
   if (scene.cloud.size() == 0) {
-    throw input_error(scene.settings.splats.string(), "", "holds no usable Gaussian", "name a trained scene");
+    throw input_error(scene.settings.splats.string(), "", "contains no usable Gaussians", "give a trained scene");
   }
   if (!scene.settings.cameras.empty()) {
     CameraFile file = read_cameras(scene.settings.cameras, scene.settings.photos);
@@ -149,7 +149,7 @@ Scene load_scene(const fs::path& source, const LoadOptions& options) {
   scene.metres_per_unit = metres.value_or(1.0);
   scene.object_height = options.object_height;
   if (!metres && options.object_height == 0)
-    scene.warnings.push_back("the scale of the scene is unknown: one unit is taken as one metre");
+    scene.warnings.push_back("the scale of the scene is unknown: one unit is assumed to be one meter");
   return scene;
 }
 

@@ -151,7 +151,7 @@ UpDirection up_of_standing(const GaussianCloud& cloud) {
   const std::vector<float> area = visible_area(cloud);
   const double usual = spread_of_sole(cloud, area, -1), reversed = spread_of_sole(cloud, area, 1);
   if (reversed > kClearlyWider * usual)
-    return {{0, 1, 0}, "+y, because the thing stands wider that way round than with -y up"};
+    return {{0, 1, 0}, "+y, because the object stands on a wider base that way than with -y up"};
   return {{0, -1, 0}, "-y, " + otherwise};
 }
 
@@ -184,7 +184,7 @@ std::optional<UpDirection> up_of_support_plane(const GaussianCloud& cloud) {
   if (!stands_on(best)) return std::nullopt;
   const int percent = static_cast<int>(std::lround(100 * best.share));
   return UpDirection{best.normal,
-                     "normal of the support plane, which holds " + std::to_string(percent) + " % of the opacity"};
+                     "normal of the support plane, which has " + std::to_string(percent) + " % of the opacity"};
 }
 
 }  // namespace pliant

@@ -57,7 +57,7 @@ GaussianCloud CloudBuilder::finish(ReadReport& report) {
   report.object_features = std::move(features_);
   if (dropped_ > 0) {
     report.warnings.push_back(std::to_string(dropped_) + " of " + std::to_string(rows_) +
-                              " Gaussians with NaN, infinite or absurd values were left out");
+                              " Gaussians with NaN, infinite or absurd values were dropped");
   }
   if (zero_rotations_ > 0) {
     report.warnings.push_back(std::to_string(zero_rotations_) +

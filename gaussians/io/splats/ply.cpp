@@ -99,7 +99,7 @@ GaussianCloud read_ply(const fs::path& file, ReadReport* report) {
   const std::string name = file.string();
   std::error_code failed;
   if (!fs::exists(file, failed)) throw input_error(name, "", "does not exist", "check the name");
-  if (!fs::is_regular_file(file, failed)) throw input_error(name, "", "is not a file", "name a PLY file");
+  if (!fs::is_regular_file(file, failed)) throw input_error(name, "", "is not a file", "give a PLY file");
   const uint64_t size = fs::file_size(file);
   std::ifstream in(file, std::ios::binary);
   if (!in) throw input_error(name, "", "cannot be opened", "check its permissions");
@@ -134,7 +134,7 @@ GaussianCloud read_ply(const fs::path& file, ReadReport* report) {
   for (const std::string& comment : header.comments) read_render_mode(comment, found.antialiased);
   if (layout.scale[2] < 0) {
     found.warnings.push_back(
-        "scale_2 is absent (2DGS surfels): the third axis is taken 100 times thinner than the others");
+        "scale_2 is absent (2DGS surfels): the third axis is set 100 times thinner than the others");
   }
   if (report) *report = std::move(found);
   return cloud;

@@ -36,7 +36,7 @@ class HeaderParser {
   HeaderParser(std::istream& in, const std::filesystem::path& file) : in_(in), file_(file.string()) {}
 
   PlyHeader parse() {
-    if (next_line() != "ply") throw complain("", "does not begin with the line 'ply'", "name a PLY file");
+    if (next_line() != "ply") throw complain("", "does not begin with the line 'ply'", "give a PLY file");
     bool has_format = false;
     for (;;) {
       const std::string line = next_line();
@@ -97,7 +97,7 @@ class HeaderParser {
     words >> element.name >> count;
     const auto [end, failed] = std::from_chars(count.data(), count.data() + count.size(), element.count);
     if (count.empty() || failed != std::errc() || end != count.data() + count.size()) {
-      throw complain("element " + element.name, "has the count '" + count + "'", "it must be a whole number >= 0");
+      throw complain("element " + element.name, "has the count '" + count + "'", "it must be an integer >= 0");
     }
     if (header_.find(element.name)) throw complain("element " + element.name, "occurs twice", "the file is damaged");
     header_.elements.push_back(std::move(element));
@@ -121,7 +121,7 @@ class HeaderParser {
     if (property.list) {
       property.count_type = type_of(field, count_type);
       if (property.count_type == PlyType::kFloat || property.count_type == PlyType::kDouble) {
-        throw complain(field, "has a list length of type " + count_type, "it must be a whole-number type");
+        throw complain(field, "has a list length of type " + count_type, "it must be an integer type");
       }
     }
     if (element.find(property.name) >= 0) throw complain(field, "occurs twice", "the file is damaged");

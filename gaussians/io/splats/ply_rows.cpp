@@ -26,7 +26,7 @@ void PlyRows::check_size() {
   const uint64_t available = ascii_ ? left + 1 : left;
   if (row > 0 && element_.count > available / row) {
     throw input_error(file_, "element " + element_.name,
-                      "the header promises " + std::to_string(element_.count) + " rows but only " +
+                      "the header declares " + std::to_string(element_.count) + " rows but only " +
                           std::to_string(left) + " bytes follow (room for " + std::to_string(available / row) + ")",
                       "the file is truncated or its header is wrong");
   }

@@ -122,7 +122,7 @@ class Sog {
           value == std::floor(value))) {
       throw object.complaint(
           key, "is " + std::to_string(value),
-          "it must be a whole number of at most " + std::to_string(most) + ", which the size of the files justifies");
+          "it must be an integer of at most " + std::to_string(most) + ", which the size of the files justifies");
     }
     return static_cast<size_t>(value);
   }
@@ -132,7 +132,7 @@ class Sog {
     ImageU8 picture = decode(keys, index, 4 * count_ + 65536);
     if (picture.pixels() < count_) {
       throw keys.complaint("files",
-                           "names a picture of " + std::to_string(picture.pixels()) + " pixels for " +
+                           "names an image of " + std::to_string(picture.pixels()) + " pixels for " +
                                std::to_string(count_) + " Gaussians",
                            "the files do not belong together");
     }
@@ -142,7 +142,7 @@ class Sog {
   ImageU8 decode(const JsonObject& keys, size_t index, size_t most_pixels) {
     const nlohmann::json& files = keys.array("files");
     if (files.size() <= index || !files[index].is_string()) {
-      throw keys.complaint("files", "has no name at place " + std::to_string(index), "the file is damaged");
+      throw keys.complaint("files", "has no name at position " + std::to_string(index), "the file is damaged");
     }
     const std::string name = files[index];
     return decode_webp(source_.read(name, 8 * most_pixels + 65536), most_pixels, source_.name + ": " + name);

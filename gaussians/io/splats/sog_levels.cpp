@@ -39,7 +39,7 @@ class LevelFile {
 
   int levels() const { return levels_; }
 
-  /// The SOG files of a level with the Gaussians that the tree promises of each.
+  /// The SOG files of a level with the Gaussians that the tree declares of each.
   const std::map<size_t, uint64_t>& of(int level) const { return promised_[level]; }
   const fs::path& name(size_t index) const { return names_[index]; }
 
@@ -74,7 +74,7 @@ class LevelFile {
       const JsonObject entry = lods.object(key);
       const double index = entry.number("file"), count = entry.number("count");
       if (!(index >= 0 && index < static_cast<double>(names_.size()) && index == std::floor(index))) {
-        throw complain(entry.path_of("file"), "is " + std::to_string(index), "it must be a place in filenames");
+        throw complain(entry.path_of("file"), "is " + std::to_string(index), "it must be an index into filenames");
       }
       if (!(count >= 0 && count <= INT32_MAX))
         throw complain(entry.path_of("count"), "is " + std::to_string(count), "it must be a count");
@@ -109,7 +109,7 @@ GaussianCloud read_sog_levels(const fs::path& file, int level, ReadReport* repor
                                std::to_string(first) + " is read");
     last = first;
   } else if (level < 0 || level >= levels.levels()) {
-    throw levels.complain("lodLevels", "level " + std::to_string(level) + " was asked for",
+    throw levels.complain("lodLevels", "level " + std::to_string(level) + " was requested",
                           "levels 0 to " + std::to_string(levels.levels() - 1) + " exist");
   }
   GaussianCloud cloud;
@@ -119,8 +119,8 @@ GaussianCloud read_sog_levels(const fs::path& file, int level, ReadReport* repor
       const GaussianCloud chunk = read_sog(levels.name(index), &part);
       if (part.rows != promised) {
         throw levels.complain("tree",
-                              "promises " + std::to_string(promised) + " Gaussians in " + levels.name(index).string() +
-                                  ", which holds " + std::to_string(part.rows),
+                              "declares " + std::to_string(promised) + " Gaussians in " + levels.name(index).string() +
+                                  ", which contains " + std::to_string(part.rows),
                               "the files do not belong together");
       }
       cloud.append(chunk);

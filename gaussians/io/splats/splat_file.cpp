@@ -22,7 +22,7 @@ GaussianCloud read_splat(const std::filesystem::path& file, ReadReport* report) 
   const std::string bytes = read_text(file);
   if (bytes.empty() || bytes.size() % sizeof(Record) != 0) {
     throw input_error(file.string(), "", "has " + std::to_string(bytes.size()) + " bytes, not a multiple of 32",
-                      "the file is truncated or no .splat file");
+                      "the file is truncated or not a .splat file");
   }
   ByteReader in(bytes, file.string());
   CloudBuilder builder(0, bytes.size() / sizeof(Record));

@@ -92,8 +92,8 @@ GaussianCloud read_splats(const fs::path& path, ReadReport* report, int level) {
     case Format::kNone:
       break;
   }
-  throw input_error(path.string(), "", "is no splat file that is known",
-                    "name a .ply, .splat, .spz, .sog, or the meta.json or lod-meta.json of a SOG");
+  throw input_error(path.string(), "", "is not a known splat file",
+                    "give a .ply, .splat, .spz, .sog, or the meta.json or lod-meta.json of a SOG");
 }
 
 std::vector<std::string> write_splats(const fs::path& file, const GaussianCloud& cloud, bool antialiased) {
@@ -105,16 +105,16 @@ std::vector<std::string> write_splats(const fs::path& file, const GaussianCloud&
     const size_t clamped = write_spz(file, cloud, antialiased);
     if (clamped > 0) {
       lost.push_back(file.string() + ": " + std::to_string(clamped) +
-                     " Gaussians are flatter or more colourful than .spz can hold; they are clamped");
+                     " Gaussians are flatter or more saturated than .spz can store; they are clamped");
     }
   } else if (extension == ".splat") {
     write_splat(file, cloud);
     if (cloud.sh_degree > 0)
-      lost.push_back(file.string() + ": .splat has no harmonics: colours no longer depend on the direction of view");
+      lost.push_back(file.string() + ": .splat has no harmonics: colors no longer depend on the viewing direction");
     if (antialiased)
-      lost.push_back(file.string() + ": .splat does not say that the scene was trained with mip-splatting");
+      lost.push_back(file.string() + ": .splat does not record that the scene was trained with mip-splatting");
   } else {
-    throw usage_error(file.string(), "", "is of a format that is not written", "splats: .ply, .splat or .spz");
+    throw usage_error(file.string(), "", "is in a format that cannot be written", "splats: .ply, .splat or .spz");
   }
   return lost;
 }

@@ -53,7 +53,7 @@ uint64_t row_bytes(const Header& header) {
 }
 
 Header checked(const Header& header, uint64_t file_bytes, const std::string& file) {
-  if (header.magic != kMagic) throw input_error(file, "magic", "is not 'NGSP'", "name an .spz file");
+  if (header.magic != kMagic) throw input_error(file, "magic", "is not 'NGSP'", "give an .spz file");
   const auto refuse = [&](const std::string& field, uint32_t value, const std::string& remedy) {
     return input_error(file, field, "is " + std::to_string(value), remedy);
   };
@@ -121,7 +121,7 @@ std::string read_streams(std::string_view bytes, const std::string& file, Header
   const auto table = in.take<TableField>("header");
   if (table.offset < 32) {
     throw input_error(file, "tocByteOffset", "is " + std::to_string(table.offset),
-                      "it must be behind the header of 32 bytes");
+                      "it must be after the header of 32 bytes");
   }
   const std::string_view between = in.take_bytes(table.offset - 32, "tocByteOffset");
   if (header.flags & kExtensions) extensions = between;
@@ -249,7 +249,7 @@ GaussianCloud read_spz(const std::filesystem::path& file, ReadReport* report) {
   found.antialiased = header.flags & kAntialiased;
   GaussianCloud cloud = builder.finish(found);
   if (const int axis = half_turn_of(extensions, name); axis >= 0) turn_half(cloud, axis);
-  if (header.sh_degree > 3) found.warnings.push_back("harmonics of degree 4 are left out");
+  if (header.sh_degree > 3) found.warnings.push_back("harmonics of degree 4 are dropped");
   if (report) *report = std::move(found);
   return cloud;
 }
@@ -268,7 +268,7 @@ size_t write_spz(const std::filesystem::path& file, const GaussianCloud& cloud, 
   header.flags = antialiased ? kAntialiased : 0;
   if (std::ldexp(extent, header.fractional_bits) > kLargestFixed) {
     throw input_error(file.string(), "positions", "reach " + std::to_string(extent) + " units",
-                      "the format holds up to 8388606: write a PLY");
+                      "the format stores up to 8388606: write a PLY");
   }
   std::string raw[kAttributes];
   size_t clamped_count = 0;

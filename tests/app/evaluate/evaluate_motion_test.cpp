@@ -147,7 +147,7 @@ TEST(EvaluateMotion, OfItselfIsWithoutErrorAndAStillVideoHasNoFrequency) {
   EXPECT_TRUE(out["prediction"]["frequency_hz"].is_null());
   EXPECT_NEAR(out["amplitude_error"].get<double>(), 1, 0.05);
   EXPECT_GT(out["flow_error"].get<double>(), 0.7);
-  expect_error(Failure::kInput, {"still", "nothing that moves"},
+  expect_error(Failure::kInput, {"still", "shows no motion"},
                [&] { evaluate_motion(folder / "truth", folder / "still", score); });
   // The command line fails where an assertion does.
   const std::vector<std::string> command = {"evaluate",

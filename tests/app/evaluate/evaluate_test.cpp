@@ -90,10 +90,11 @@ TEST(EvaluateImages, MissingExtraSmallAndDifferentlySizedPicturesAreErrors) {
   folder.file("pred/b.png", "no picture");
   expect_error(Failure::kInput, {"b.png", "decoded"}, [&] { evaluate_images(folder / "pred", folder / "truth"); });
   write_image(folder / "pred/b.jpg", noise(20, 20, 2));
-  expect_error(Failure::kInput, {"b", "two pictures"}, [&] { evaluate_images(folder / "pred", folder / "truth"); });
+  expect_error(Failure::kInput, {"b", "name of two images"},
+               [&] { evaluate_images(folder / "pred", folder / "truth"); });
   expect_error(Failure::kInput, {"none"}, [&] { evaluate_images(folder / "none", folder / "truth"); });
   std::filesystem::create_directories(folder / "empty");
-  expect_error(Failure::kInput, {"holds no picture"}, [&] { evaluate_images(folder / "empty", folder / "truth"); });
+  expect_error(Failure::kInput, {"contains no images"}, [&] { evaluate_images(folder / "empty", folder / "truth"); });
   write_image(folder / "s/a.png", noise(8, 8, 1));
   expect_error(Failure::kInput, {"11 x 11"}, [&] { evaluate_images(folder / "s", folder / "s"); });
 }
@@ -209,13 +210,13 @@ TEST(EvaluateSegmentation, UselessInputIsRefused) {
   const TemporaryFolder folder;
   write_ids(folder / "truth/a.png", square(10, 5, 9));
   write_ids(folder / "pred/other.png", square(10, 5, 9));
-  expect_error(Failure::kInput, {"pred", "no picture of any name"},
+  expect_error(Failure::kInput, {"pred", "no image with a name"},
                [&] { evaluate_segmentation(folder / "pred", folder / "truth"); });
   write_ids(folder / "pred/a.png", IdImage(10, 10, 1, 5));
   expect_error(Failure::kInput, {"a.png", "10 x 10"},
                [&] { evaluate_segmentation(folder / "pred", folder / "truth"); });
   write_ids(folder / "zero/a.png", IdImage(60, 40, 1, 0));
-  expect_error(Failure::kInput, {"zero", "labels nothing"},
+  expect_error(Failure::kInput, {"zero", "labels no object"},
                [&] { evaluate_segmentation(folder / "zero", folder / "zero"); });
 }
 
@@ -324,7 +325,7 @@ TEST(AssertMetrics, ReportsWhatDoesNotHoldAndRefusesWhatItCannotRead) {
           .empty());
   const auto failures = assert_metrics(metrics, {"psnr>=30", "tip.peak<0.1", "ssim>=0", "per_image.a.b.psnr>=6"});
   ASSERT_EQ(failures.size(), 4u);
-  EXPECT_EQ(failures[0], "psnr is 28.5 but psnr>=30 was asked for");
+  EXPECT_EQ(failures[0], "psnr is 28.5 but psnr>=30 was required");
   EXPECT_NE(failures[2].find("undefined"), std::string::npos);
   expect_error(Failure::kUsage, {"psmr", "'psnr'"}, [&] { assert_metrics(metrics, {"psmr>=3"}); });
   for (const char* bad :

@@ -31,7 +31,7 @@ TEST_F(FitVideo, PartsAreThoseOfGivenLabels) {
   LabelFile wrong{std::vector<uint32_t>(cloud.size(), 3), {}};
   write_labels(folder / "same.h5", wrong, "{}");
   expect_refused({"--field", "parts", "--part-labels", (folder / "same.h5").string()},
-                 {"same on everything", "uniform"});
+                 {"same for all moving Gaussians", "uniform"});
   wrong.label.pop_back();
   write_labels(folder / "few.h5", wrong, "{}");
   expect_refused({"--field", "parts", "--part-labels", (folder / "few.h5").string()},
@@ -64,7 +64,7 @@ TEST_F(FitVideo, PartsAreThoseOfGivenLabels) {
   EXPECT_EQ(steps[2]["name"], "field");
   EXPECT_FALSE(steps[2]["stopped_by"].get<std::string>().empty());
   EXPECT_LE(steps[2]["loss"].back().get<double>(), steps[2]["loss"].front().get<double>());
-  EXPECT_NE(read_text(folder / "run/fit/report.html").find("ended by"), std::string::npos);
+  EXPECT_NE(read_text(folder / "run/fit/report.html").find("stopped by"), std::string::npos);
 }
 
 TEST_F(FitVideo, SmoothFieldsAndTriplanesAreFittedByTheCommand) {
@@ -106,7 +106,7 @@ TEST_F(FitVideo, SmoothFieldsAndTriplanesAreFittedByTheCommand) {
   ASSERT_EQ(planes["steps"].size(), 4u);
   EXPECT_EQ(planes["steps"][3]["name"], "gradients");
   EXPECT_LT(planes["rms_px"].get<double>(), 0.3 * planes["rms_still_px"].get<double>());
-  EXPECT_NE(planes["undetermined"].dump().find("The uncertainty of E is what the followed points leave open"),
+  EXPECT_NE(planes["undetermined"].dump().find("The uncertainty of E reflects only the tracked points"),
             std::string::npos);
   const VelocityFile start = read_velocity(object / "velocity.h5");
   EXPECT_EQ(start.velocity.size(), 200u);

@@ -32,24 +32,24 @@ TEST(FitLimits, EachWeakPointIsSaidAndOnlyThen) {
   };
   const std::vector<Weak> all = {
       {"no better than one for the whole object", [](FitEvidence& e) { e.field_left = true; }},
-      {"were not looked for", [](FitEvidence& e) { e.one_stiffness = true; }},
+      {"differences between its parts were not considered", [](FitEvidence& e) { e.one_stiffness = true; }},
       {"in 40 % of the object", [](FitEvidence& e) { e.undecided_volume = 0.4; }},
-      {"was not worked out", [](FitEvidence& e) { e.errors_known = false; }},
-      {"followed downhill", [](FitEvidence& e) { e.searched = false; }},
-      {"pictures and flow were not asked", [](FitEvidence& e) { e.by_gradients = true; }},
+      {"was not computed", [](FitEvidence& e) { e.errors_known = false; }},
+      {"refined from the given value by gradient descent", [](FitEvidence& e) { e.searched = false; }},
+      {"images and optical flow were not considered", [](FitEvidence& e) { e.by_gradients = true; }},
       {"E = 4e+05 Pa explains the video almost as well",
        [](FitEvidence& e) {
          e.rival_factor = {4};
          e.rival_rms = {0.55};
        }},
-      {"Film faster", [](FitEvidence& e) { e.strongest_hz = 7; }},
+      {"Film at a higher frame rate", [](FitEvidence& e) { e.strongest_hz = 7; }},
       {"Only 0.5 of a period", [](FitEvidence& e) { e.periods = 0.5; }},
       {"object's own damping time is 1 s",
        [](FitEvidence& e) {
          e.losses = {1, 0.2};
        }},
-      {"Damping is hardly determined", [](FitEvidence& e) { e.damping_high = 9; }},
-      {"30 frames a second", [](FitEvidence& e) { e.stated_fps = 30; }},
+      {"Damping is barely determined", [](FitEvidence& e) { e.damping_high = 9; }},
+      {"30 frames per second", [](FitEvidence& e) { e.stated_fps = 30; }},
   };
   for (const Weak& weak : all) {
     FitEvidence evidence = sure;

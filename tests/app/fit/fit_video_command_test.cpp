@@ -38,14 +38,14 @@ TEST_F(FitVideo, WhatTheObjectsMotionCannotExplainIsRefusedWithItsReason) {
   for (ImageF& picture : other) std::reverse(picture.data.begin(), picture.data.end());
   const std::string other_file = write("other.mp4", other);
   expect_refused({"--video", other_file, "--video-camera", camera},
-                 {"other.mp4", "check that the video is of this scene"});
+                 {"other.mp4", "check that the video shows this scene"});
   expect_refused({"--video", other_file, "--video-camera", "find"}, {"none of the 8 known cameras"});
   // The scene file tells another rate than the file.
   const std::string settings = read_text(folder / "scene/scene.json");
   json wrong = json::parse(settings);
   wrong["video"]["fps"] = 2 * fps;
   write_text(folder / "scene/scene.json", wrong.dump());
-  expect_refused({}, {"frames per second", "grows with the square of the rate"});
+  expect_refused({}, {"frames per second", "scales with the square of the rate"});
   write_text(folder / "scene/scene.json", settings);
 }
 
@@ -199,7 +199,7 @@ TEST_F(FitVideo, FramesAreComparedAtTheRateThatIsAskedFor) {
   const double young = half["young_pa"];
   const std::string said = half["undetermined"].dump();
   for (const std::string& words :
-       {fmt::format("{:.4g} frames a second", fps), fmt::format("4 times as large, {:.3g} Pa", 4 * young),
+       {fmt::format("{:.4g} frames per second", fps), fmt::format("4 times as large, {:.3g} Pa", 4 * young),
         fmt::format("a quarter, {:.3g} Pa", young / 4)})
     EXPECT_NE(said.find(words), std::string::npos) << words << " in: " << said;
   // A folder of frames has no rate of its own.
@@ -232,7 +232,7 @@ TEST_F(FitVideo, AProgramMakesTheVideoThatIsFitted) {
   EXPECT_GE(result["undetermined"].size(), 3u);
   for (const char* picture : {"slices.png", "search.png", "loss.png", "young.png", "uncertainty.png", "report.html"})
     EXPECT_TRUE(fs::exists(folder / "run/fit" / picture)) << picture;
-  EXPECT_NE(read_text(folder / "run/fit/report.html").find("does not determine"), std::string::npos);
+  EXPECT_NE(read_text(folder / "run/fit/report.html").find("Limits of this fit"), std::string::npos);
   EXPECT_EQ(run_quietly(fit({"--video-model-cmd", "exit 3;", "--video-camera", camera})), 1);
   EXPECT_EQ(run_quietly(fit({"--video-model-cmd", command, "--video", file.string()})), 2);
 }

@@ -83,7 +83,7 @@ void expect_masks_and_videos(const fs::path& scene, const RunDirectory& run) {
   const fs::path first = scene / "videos" / (camera + "_swing.mp4"), second = scene / "videos" / (camera + "_two.mp4");
   fs::copy_file(first, second);
   const FitScene masked = load_fit(run, {}, said);
-  EXPECT_NE(said.find("of what can move"), std::string::npos) << said;
+  EXPECT_NE(said.find("of the movable pixels"), std::string::npos) << said;
   EXPECT_NE(said.find(first.string() + " is fitted, and not " + second.filename().string()), std::string::npos) << said;
   EXPECT_GT(masked.pixel.size(), 20u);
   for (const Eigen::Vector2d& x : masked.pixel) EXPECT_GE(x.x() + 4, middle);
@@ -223,7 +223,7 @@ TEST(PhysDreamerFields, WhatIsNoFieldIsRefusedByName) {
                [&] { read_physdreamer_field(folder / "good.pt", 1); });
   folder.file("conv.pt",
               torch_archive("a", conv_pickle(3, 4), {floats(std::vector<float>(12)), floats(std::vector<float>(3))}));
-  expect_error(Failure::kInput, {"conv.pt", "weight", "no plane"},
+  expect_error(Failure::kInput, {"conv.pt", "weight", "not a feature plane"},
                [&] { read_physdreamer_field(folder / "conv.pt", 1); });
 }
 

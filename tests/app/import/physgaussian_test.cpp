@@ -144,7 +144,7 @@ TEST(PhysGaussianConfig, MistakesNameFileKeyAndRemedy) {
   expect_refused(R"({"material": "jely"})", {"jelly"});
   expect_refused(R"({"material": "metal"})", {"yield_stress"});
   expect_refused(R"({"E": -1})", {"E"});
-  expect_refused(R"({"n_grid": 50.5})", {"n_grid", "whole"});
+  expect_refused(R"({"n_grid": 50.5})", {"n_grid", "integer"});
   expect_refused(R"({"rotation_degree": [90]})", {"rotation_axis"});
   expect_refused(R"({"rotation_degree": [90], "rotation_axis": [3]})", {"rotation_axis"});
   expect_refused(R"({"sim_area": [1, 0, 0, 1, 0, 1]})", {"sim_area"});

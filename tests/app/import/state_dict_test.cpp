@@ -60,12 +60,12 @@ TEST(StateDict, APickleThatWouldRunAProgramIsRefusedByName) {
   refused(head + "(i__main__\nx\n.", {"operation"});  // INST
   refused(head + "\x93.", {"operation 147"});         // STACK_GLOBAL
   refused(std::string("\x80\x04\x95", 3), {"protocol 4"});
-  refused(head + "R.", {"there is none"});
+  refused(head + "R.", {"empty stack"});
   refused(head + "}u.", {"mark"});
-  refused(head + "h\x05.", {"never remembered"});
-  refused(head + "K\x01K\x02s.", {"there is none"});
+  refused(head + "h\x05.", {"never memoized"});
+  refused(head + "K\x01K\x02s.", {"empty stack"});
   refused(head + "X" + std::string("\xff\xff\xff\x7f", 4), {"ends inside"});
-  refused(head + "K\x07.", {"no dict"});
+  refused(head + "K\x07.", {"not a dict"});
   refused(head + "ccollections\nOrderedDict\nK\x01\x85R.", {"OrderedDict"});
 }
 
@@ -90,7 +90,7 @@ TEST(StateDict, OtherFormatsAreNamedAndNoTruncationCrashes) {
   const TemporaryFolder folder;
   const std::string old("\x80\x02\x8a\x0a\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19.\x80\x02", 17);
   expect_error(Failure::kInput, {"before version 1.6"}, [&] { read_state_dict(folder.file("old.pth", old)); });
-  expect_error(Failure::kInput, {"no zip archive"}, [&] { read_state_dict(folder.file("text.pth", "hello")); });
+  expect_error(Failure::kInput, {"not a zip archive"}, [&] { read_state_dict(folder.file("text.pth", "hello")); });
   expect_error(Failure::kInput, {"TorchScript"}, [&] {
     read_state_dict(folder.file("script.pt", zip_archive({{"m/data.pkl", "x"}, {"m/constants.pkl", "y"}})));
   });

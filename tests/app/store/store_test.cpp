@@ -418,7 +418,7 @@ TEST(Frames, ContinueBitForBitAndAreCountedUpToTheFirstBadOne) {
   damaged(changed, {"particles"});
   changed = good;
   changed[16] = 3;
-  damaged(changed, {"memories"});
+  damaged(changed, {"internal variables"});
   damaged(read_text(folder / "partial/0003.bin"), {"frame"});
   fs::remove(folder / "partial/0001.bin");
   EXPECT_EQ(last_frame(folder / "partial"), 0);

@@ -53,7 +53,7 @@ TEST_F(CheckVideo, AnotherViewAndAnotherSceneAreRefused) {
   expect_finding(check(shifted), VideoProblem::kOtherView, true, "made");
   ReferenceVideo other = made.video();
   for (ImageF& frame : other.frames) std::reverse(frame.data.begin(), frame.data.end());
-  expect_finding(check(other), VideoProblem::kOtherView, true, "Name the camera");
+  expect_finding(check(other), VideoProblem::kOtherView, true, "Give the camera");
   // A pixel beside it is within what refinement mends.
   ReferenceVideo near = made.video();
   for (ImageF& frame : near.frames)
@@ -138,7 +138,7 @@ TEST_F(CheckVideo, FramesRepeatedOrDroppedAtEvenDistancesTellTheTrueRate) {
   EXPECT_EQ(shown(32, [](int t) { return t; }).rhythm.period, 0);
   const VideoChecks doubled = shown(32, [](int t) { return t / 2; });
   expect_finding(doubled, VideoProblem::kRepeated, false, "true rate is probably 12 frames");
-  EXPECT_NE(doubled.find(VideoProblem::kRepeated)->sentence.find("too small by 4: say that it has 48"),
+  EXPECT_NE(doubled.find(VideoProblem::kRepeated)->sentence.find("underestimated by a factor of 4: set the rate to 48"),
             std::string::npos);
   expect_finding(shown(38, [](int t) { return t / 3; }), VideoProblem::kRepeated, false,
                  "true rate is probably 8 frames");
@@ -146,7 +146,8 @@ TEST_F(CheckVideo, FramesRepeatedOrDroppedAtEvenDistancesTellTheTrueRate) {
                  "true rate is probably 20 frames");
   const VideoChecks dropped = shown(32, [](int t) { return t * 3 / 2; });
   expect_finding(dropped, VideoProblem::kDropped, false, "true rate is 36 frames");
-  EXPECT_NE(dropped.find(VideoProblem::kDropped)->sentence.find("too large by 2.25"), std::string::npos);
+  EXPECT_NE(dropped.find(VideoProblem::kDropped)->sentence.find("overestimated by a factor of 2.25"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -60,7 +60,7 @@ TEST_F(ExternalModels, AGeneratorGetsThePictureTheCameraAndTheRequest) {
 
 TEST_F(ExternalModels, WhatAGeneratorDoesWrongIsSaid) {
   expect_error(Failure::kInput, {"exit code 3", "out of memory"}, [&] { generate("echo out of memory >&2; exit 3"); });
-  expect_error(Failure::kInput, {"0001.png", "is missing", "1 pictures"},
+  expect_error(Failure::kInput, {"0001.png", "is missing", "1 images"},
                [&] { generate("cp \"$1/first.png\" \"$1/frames/0000.png\""); });
   write_image(folder / "small.png", ImageF(8, 8, 3));
   expect_error(Failure::kInput, {"0000.png", "8 x 8", "24 x 16"},

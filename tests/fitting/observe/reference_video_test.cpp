@@ -161,7 +161,7 @@ TEST(ReferenceVideo, WhatIsNoUsableVideoIsNamed) {
   VideoOptions rate;
   rate.declared_fps = 24;
   std::filesystem::create_directory(folder / "none");
-  expect_error(Failure::kInput, {"none", "no pictures"}, [&] { load(folder / "none", rate); });
+  expect_error(Failure::kInput, {"none", "no images"}, [&] { load(folder / "none", rate); });
   std::filesystem::create_directory(folder / "one");
   write_image(folder / "one/0.png", ImageF(64, 48, 3));
   expect_error(Failure::kInput, {"one", "single frame"}, [&] { load(folder / "one", rate); });

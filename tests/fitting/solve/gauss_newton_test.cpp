@@ -104,7 +104,7 @@ TEST(GaussNewton, StopsAfterTheMostDifferencesWithWhatItHas) {
   options.most_jacobians = 1;
   const auto fit = gauss_newton(options, against(swing(std::vector<double>{2, 1.5, 12}, 0, 0), 1),
                                 std::vector<double>{2.1, 1.4, 12.1});
-  EXPECT_EQ(fit.summary.stopped_by, "most differences");
+  EXPECT_EQ(fit.summary.stopped_by, "Jacobian limit");
   EXPECT_LE(fit.summary.evaluations, 1 + 3 + 1);
   EXPECT_GT(fit.sigma(0), 0);
 }

@@ -152,7 +152,7 @@ TEST(CheckPoses, WarnOfScenesInsideTheNearPlane) {
   for (Camera& camera : cameras) camera.cam_from_world.translation() *= 0.05;
   const PoseReport report = check_poses({}, camera_file(cameras), with_cameras(photos, cameras), {});
   ASSERT_EQ(report.warnings.size(), 1u);
-  EXPECT_NE(report.warnings[0].find("nothing nearer than 0.2 is drawn"), std::string::npos) << report.warnings[0];
+  EXPECT_NE(report.warnings[0].find("nothing nearer than 0.2 is rendered"), std::string::npos) << report.warnings[0];
 }
 
 TEST(CheckPoses, WarnWhenNoReadingFits) {
@@ -216,7 +216,7 @@ TEST(CheckPoses, RefusePrincipalPointsOutsideThePicture) {
     camera.cx = 250;
     camera.cy = 120;
   }
-  expect_error(Failure::kInput, {"cx, cy", "view_a", "(250, 120)", "240 x 400", "exchange cx and cy"}, [&] {
+  expect_error(Failure::kInput, {"cx, cy", "view_a", "(250, 120)", "240 x 400", "swap cx and cy"}, [&] {
     check_poses({}, camera_file(cameras), with_cameras({std::vector<TrainingPhoto>(3), false, {}}, cameras), {});
   });
 }

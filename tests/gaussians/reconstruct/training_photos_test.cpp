@@ -165,7 +165,7 @@ TEST(TrainingPhotos, AreTurnedOnlyWhenTheirCameraHasTheShapeOfTheTurnedPicture) 
   TrainingPhotos photos = load_training_photos({}, three_of(folder, upright, bytes, ".jpg"));
   EXPECT_LE(worst_error(photos.photos[0], pattern), 6);  // of JPEG
   ASSERT_EQ(photos.warnings.size(), 1u);
-  EXPECT_NE(photos.warnings[0].find("3 of 3 photos are turned"), std::string::npos);
+  EXPECT_NE(photos.warnings[0].find("3 of 3 photos are rotated"), std::string::npos);
   EXPECT_TRUE(photos.changed);
 
   photos = load_training_photos({}, three_of(folder, camera_of(240, 160, {}, "a"), bytes, ".jpg"));
@@ -276,8 +276,8 @@ TEST(TrainingPhotos, DamagedAndMisshapenOnesAreLeftOutAndNamed) {
   EXPECT_LE(worst_error(photos.photos[1], pattern), 25);
   std::string all;
   for (const std::string& warning : photos.warnings) all += warning + "\n";
-  for (const char* words : {"b_cut.jpg", "ends before its picture does", "d_square.jpg: has 50 x 50", "e_text.jpg",
-                            "3 of 6 photos (50 %) cannot be used", "1 of 6 photos are of another size"}) {
+  for (const char* words : {"b_cut.jpg", "ends before its image does", "d_square.jpg: has 50 x 50", "e_text.jpg",
+                            "3 of 6 photos (50 %) cannot be used", "1 of 6 photos have another size"}) {
     EXPECT_NE(all.find(words), std::string::npos) << words << " in " << all;
   }
   cameras.resize(3);

@@ -103,11 +103,11 @@ TEST(Automatic, ThingsThatTouchArePartedByColourAndAreOneWithoutADifference) {
   const AutomaticResult parted = find_in(two);
   EXPECT_EQ(parted.summary.objects, 2);
   for (const auto& ball : two.balls) EXPECT_GT(best_iou(two, parted, ball.id), 0.8);
-  EXPECT_NE(parted.found[0].how.find("parted"), std::string::npos);
+  EXPECT_NE(parted.found[0].how.find("separated from"), std::string::npos);
 
   const AutomaticResult one = find_in(touching_balls({0.8f, 0.1f, 0.1f}, {0.8f, 0.1f, 0.1f}));
   EXPECT_EQ(one.summary.objects, 1);
-  EXPECT_EQ(one.found[0].how.find("parted"), std::string::npos);
+  EXPECT_EQ(one.found[0].how.find("separated from"), std::string::npos);
 }
 
 TEST(Automatic, MasksShowTheObjectsOnlyInViewsThatAreNotHeldOut) {

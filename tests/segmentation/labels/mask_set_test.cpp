@@ -68,7 +68,7 @@ TEST(MaskSet, AnUnreadablePictureIsAnError) {
 TEST(MaskSet, MasksWithoutAnyObjectAreAnError) {
   TemporaryFolder folder;
   write_ids(folder / "photo0.png", picture(0));
-  expect_error(Failure::kInput, {"unlabelled", "id above 0"}, [&] { load_masks(folder.path(), "", cameras(1)); });
+  expect_error(Failure::kInput, {"unlabeled", "ID above 0"}, [&] { load_masks(folder.path(), "", cameras(1)); });
 }
 
 TEST(MaskSet, LabelsThatAreNoIdsOrNoNamesAreErrors) {

@@ -94,17 +94,17 @@ TEST(NeuralModule, FilesThatAreNoNetworkSayWhatTheyAre) {
                  [&] { read_model_file(folder / name); });
   };
   for (const char* name : {"sam.onnx", "sam.pt"}) {
-    refused(name, read_text(folder / "picture.png"), "a PNG picture");
-    refused(name, read_text(folder / "picture.jpg"), "a JPEG picture");
+    refused(name, read_text(folder / "picture.png"), "a PNG image");
+    refused(name, read_text(folder / "picture.jpg"), "a JPEG image");
     refused(name, "weights: see the release page\n", "a text");
-    refused(name, "{\"kind\": \"sam\"}\n", "a text (JSON)");
+    refused(name, "{\"kind\": \"sam\"}\n", "a text file (JSON)");
     refused(name, "  <!DOCTYPE HTML><html><title>404</title>", "a web page");
     refused(name, "version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 3\n",
-            "a pointer of Git LFS, whose file has not been downloaded");
+            "a Git LFS pointer, whose file has not been downloaded");
     refused(name, std::string("\x0a\0\0\0\0\0\0\0{\"a\":\"b\" }", 18),
             "a safetensors file: weights without the network");
     refused(name, std::string("\x80\x02\x8a\x0al\xfc", 6),
-            "a pickle of Python, as old versions of torch.save write: weights without the network");
+            "a Python pickle, as written by old versions of torch.save: weights without the network");
   }
   folder.file("empty.onnx", "");
   refused("empty.onnx", "", "an empty file");

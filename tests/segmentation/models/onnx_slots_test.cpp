@@ -41,7 +41,7 @@ TEST(OnnxSlots, ADetectorInAnotherSlotIsSentToItsOwnWithTheBrokenLine) {
   choice.tagger = choice.segmenter = choice.tracker = choice.inpainter = file;
   expect_error(Failure::kInput, with_outline({"net.onnx", "no input 'image'", "image: float32 [1,3,S,S]"}),
                [&] { make_tagger(choice); });
-  expect_error(Failure::kInput, with_outline({"an output 'output' of other lengths", "float32 [1,256,h,w]"}),
+  expect_error(Failure::kInput, with_outline({"an output 'output' of other dimensions", "float32 [1,256,h,w]"}),
                [&] { make_segmenter(choice); });
   expect_error(Failure::kUsage, with_outline({"--tracker", "encode_key", "frame"}), [&] { make_tracker(choice); });
   expect_error(Failure::kInput, with_outline({"no input 'image'", "image: float32 [1,3,h,w]"}),
@@ -76,7 +76,9 @@ TEST(OnnxSlots, AnInputThatTheContractDoesNotHaveIsNamed) {
   NeuralModule module(folder.file("net.onnx", made({"image", "depth"}, {"logits"})), {});
   Contract contract{
       "forward", {{"image", Tensor::Type::kFloat32, "1,3,h,w"}}, {{"logits", Tensor::Type::kFloat32, "1,3,h,w"}}};
-  expect_error(Failure::kInput, {"wants the input 'depth'"}, [&] { module.verify(contract, {{"h", 64}, {"w", 64}}); });
+  expect_error(Failure::kInput, {"expects the input 'depth'"}, [&] {
+    module.verify(contract, {{"h", 64}, {"w", 64}});
+  });
 }
 
 TEST(OnnxSlots, AnOutputThatIsNotThereAndAnInputOfAnotherLengthAreNamed) {
@@ -85,8 +87,8 @@ TEST(OnnxSlots, AnOutputThatIsNotThereAndAnInputOfAnotherLengthAreNamed) {
   Contract contract{
       "forward", {{"image", Tensor::Type::kFloat32, "1,3,S,S"}}, {{"logits", Tensor::Type::kFloat32, "1,3,S,S"}}};
   EXPECT_EQ(module.verify(contract, {{"S", 64}})[0].shape, (std::vector<int64_t>{1, 3, 64, 64}));
-  expect_error(Failure::kInput, {"an input 'image' of other lengths", "[1,3,S,S], finite, S = 48", "image [1,3,64,64]"},
-               [&] {
+  expect_error(Failure::kInput,
+               {"an input 'image' of other dimensions", "[1,3,S,S], finite, S = 48", "image [1,3,64,64]"}, [&] {
                  module.verify(contract, {{"S", 48}});
                });
   contract.outputs.push_back({"boxes", Tensor::Type::kFloat32, "1,4"});

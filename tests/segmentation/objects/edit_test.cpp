@@ -230,7 +230,7 @@ TEST(Edit, MistakesNameTheNearestObjectAndChangeNothing) {
   expect_error(Failure::kUsage, {"--merge", "twice"}, [&] { f.edit(Kind::kMerge, "300,plum"); });
   expect_error(Failure::kUsage, {"--merge", "two or more"}, [&] { f.edit(Kind::kMerge, "300"); });
   expect_error(Failure::kUsage, {"--name", "ID=NAME"}, [&] { f.edit(Kind::kName, "300"); });
-  expect_error(Failure::kUsage, {"--name", "reads as an id"}, [&] { f.edit(Kind::kName, "300=17"); });
+  expect_error(Failure::kUsage, {"--name", "could be an ID"}, [&] { f.edit(Kind::kName, "300=17"); });
   expect_error(Failure::kUsage, {"--name", "pear", "object 5"}, [&] { f.edit(Kind::kName, "300=pear"); });
   EXPECT_EQ(f.segmentation.label, fitted().segmentation.label);
   EXPECT_EQ(f.segmentation.class_id, fitted().segmentation.class_id);

@@ -60,7 +60,7 @@ TEST(Shadow, ASoftContactShadowIsLiftedWithinFourPerCent) {
   EXPECT_EQ(result.summary.shadow, Shadow::Verdict::kPlain) << result.summary.shadow_doubt;
   EXPECT_TRUE(result.summary.shadow_lifted);
   EXPECT_NEAR(result.summary.shadow_darkest, 0.5, 0.12);
-  EXPECT_NE(result.summary.describe_shadow().find("lifted"), std::string::npos);
+  EXPECT_NE(result.summary.describe_shadow().find("removed"), std::string::npos);
   double error = 0, shadow = 0;
   size_t count = 0;
   const GaussianCloud before = scene.background.select(kept(scene, result));

@@ -253,12 +253,12 @@ TEST(CamerasJson, HostileEntriesAreNamed) {
   refused("height", 0, {"[1].height", "range"});
   refused("position", {1, 2}, {"[1].position", "3 numbers"});
   refused("rotation", {{1, 0, 0}, {0, 1, 0}}, {"[1].rotation", "2 rows"});
-  refused("rotation", {{1, 0, 0}, {0, 1, 0}, {0, 0, 2}}, {"[1].rotation", "no rotation"});
+  refused("rotation", {{1, 0, 0}, {0, 1, 0}, {0, 0, 2}}, {"[1].rotation", "not a rotation"});
   refused("rotation", {{1, 0, 0}, {0, "a", 0}, {0, 0, 1}}, {"[1].rotation", "a"});
   refused("img_name", 7, {"[1].img_name"});
   refused("img_name", good[0]["img_name"], {"view_0", "two frames"});
   folder.file("cameras.json", "[]");
-  expect_error(Failure::kInput, {"cameras.json", "no array"}, [&] { read_cameras(folder / "cameras.json"); });
+  expect_error(Failure::kInput, {"cameras.json", "not an array"}, [&] { read_cameras(folder / "cameras.json"); });
   folder.file("cameras.json", "[1");
   expect_error(Failure::kInput, {"cameras.json", "JSON"}, [&] { read_cameras(folder / "cameras.json"); });
 }
@@ -308,7 +308,7 @@ TEST(Middlebury, HostileFilesNameTheLine) {
   refused("-1\n" + good.substr(2), {"line 1"});
   refused("4\n" + good.substr(2), {"line 5", "missing"});
   refused(good.substr(0, good.size() / 2), {"x_par.txt", "line"});
-  refused("1\na.png 500 0 1 0 500 1 0 0 1 1 0 0 0 1 0 0 0 5 0 0 0\n", {"line 2", "no rotation"});
+  refused("1\na.png 500 0 1 0 500 1 0 0 1 1 0 0 0 1 0 0 0 5 0 0 0\n", {"line 2", "not a rotation"});
   refused("1\na.png 500 7 1 0 500 1 0 0 1 1 0 0 0 1 0 0 0 1 0 0 0\n", {"line 2", "skew"});
   refused("1\na.png -5 0 1 0 500 1 0 0 1 1 0 0 0 1 0 0 0 1 0 0 0\n", {"line 2", "focal"});
 }

@@ -159,7 +159,7 @@ TEST(Sog, HostileMetaNamesFileAndKey) {
   refused(R"({"count": "many"})", {"count", "many"});
   refused(R"({"means": null})", {"means", "missing"});
   refused(R"({"means": {"mins": [0, 0]}})", {"means.mins", "3 numbers"});
-  refused(R"({"means": {"files": ["means_l.webp"]}})", {"means.files", "place 1"});
+  refused(R"({"means": {"files": ["means_l.webp"]}})", {"means.files", "position 1"});
   refused(R"({"quats": {"files": ["absent.webp"]}})", {"absent.webp", "missing"});
   refused(R"({"quats": {"files": [7]}})", {"quats.files"});
   refused(R"({"scales": {"codebook": [1, 2]}})", {"scales.codebook", "256 numbers"});
@@ -183,8 +183,8 @@ TEST(Sog, HostilePicturesAreRefusedBeforeTheyAreDecoded) {
     content(files, "quats.webp") = bytes;
     expect_error(Failure::kInput, words, [&] { read_splats(write_zip(folder / "case.sog", files)); });
   };
-  refused("", {"quats.webp", "no WebP"});
-  refused("hello", {"quats.webp", "no WebP"});
+  refused("", {"quats.webp", "not a WebP image"});
+  refused("hello", {"quats.webp", "not a WebP image"});
   Entries copy = good;
   const std::string picture = content(copy, "quats.webp");
   refused(picture.substr(0, picture.size() / 2), {"quats.webp", "cannot be decoded"});
@@ -223,7 +223,7 @@ TEST(Sog, HostileArchivesAreRefused) {
   const size_t means = directory_of("means_l.webp"), quats = directory_of("quats.webp");
   ASSERT_NE(means, std::string::npos);
   ASSERT_NE(quats, std::string::npos);
-  refused(with(quats + 24, 0xfffffff0u), {"quats.webp", "promises", "justified"});
+  refused(with(quats + 24, 0xfffffff0u), {"quats.webp", "declares", "justified"});
   refused(with(quats + 20, 0x7fffffffu), {"case.sog", "quats.webp"});
   refused(with(quats + 42, 0x7fffffffu), {"case.sog", "quats.webp"});
   // Both names lead to the data of the first entry.
@@ -314,7 +314,7 @@ TEST(SogLevels, HostileTreesNameTheKey) {
   refused({{"/filenames/0", "/etc/meta.json"}}, {"filenames", "below"});
   refused({{"/tree/children/0/lods/0/file", 3}}, {"file", "3"});
   refused({{"/tree/children/0/lods/0/count", -1}}, {"count", "-1"});
-  refused({{"/tree/children/0/lods/0/count", 31}}, {"promises 31", "holds 30"});
+  refused({{"/tree/children/0/lods/0/count", 31}}, {"declares 31", "contains 30"});
   refused({{"/tree/children", 5}}, {"tree.children"});
   json deep = json::object(), shallow = deep;
   for (int k = 0; k < 1000; ++k) deep = json{{"children", json::array({deep})}};
@@ -430,7 +430,7 @@ TEST(CompressedPly, HostileFilesNameFileAndElement) {
   refused(good.substr(0, good.size() - 1), {"element sh", "300 rows"});
   refused(replaced("vertex 300", "vertex 2000000000"), {"element chunk", "2000000000"});
   refused(replaced("chunk 2", "chunk 1"), {"element chunk", "1 rows"});
-  refused(replaced("chunk 2", "chunk 99999999999"), {"element chunk", "promises"});
+  refused(replaced("chunk 2", "chunk 99999999999"), {"element chunk", "declares"});
   refused(replaced("sh 300", "sh 299"), {"element sh", "299"});
   refused(replaced("property uchar f_rest_8\n", ""), {"element sh", "8 properties"});
   refused(replaced("uchar f_rest_8", "uint f_rest_8"), {"element sh"});

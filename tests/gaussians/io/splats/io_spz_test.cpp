@@ -196,11 +196,11 @@ TEST(Spz, HostileFilesNameFileAndFieldBeforeAnythingIsAllocated) {
       {gzip(""), {"header"}},
       {gzip("0123456789abcdef"), {"magic"}},
       {gzip(legacy.substr(0, 15)), {"header", "15"}},
-      {gzip(legacy.substr(0, legacy.size() - 1)), {"numPoints", "promises"}},
+      {gzip(legacy.substr(0, legacy.size() - 1)), {"numPoints", "declares"}},
       {gzip(legacy + "x"), {"numPoints", "more data"}},
       {gzip(legacy + std::string(8 << 20, '\0')), {"numPoints", "more data"}},  // a bomb behind a small header
       {gzip(with(legacy, 8, huge_count)), {"numPoints", "2147483647"}},
-      {gzip(with(legacy, 8, std::string("\0\0\0\x40", 4))), {"numPoints", "promises"}},
+      {gzip(with(legacy, 8, std::string("\0\0\0\x40", 4))), {"numPoints", "declares"}},
       {with(legacy, 8, std::string("\0\4\0\0", 4)), {"numPoints", "room for 2"}},
       {gzip(with(legacy, 4, "\x09")), {"version", "9"}},
       {gzip(with(legacy, 12, "\x09")), {"shDegree", "9"}},
@@ -211,7 +211,7 @@ TEST(Spz, HostileFilesNameFileAndFieldBeforeAnythingIsAllocated) {
       {good.substr(0, good.size() - 1), {"harmonics", "truncated"}},
       {with(good, 8, huge_count), {"numPoints"}},
       {with(good, 8, std::string("\0\1\0\0", 4)), {"positions", "numPoints needs"}},
-      {with(good, 8, std::string("\0\0\0\x10", 4)), {"numPoints", "promises"}},
+      {with(good, 8, std::string("\0\0\0\x10", 4)), {"numPoints", "declares"}},
       {with(good, 15, "\7"), {"numStreams", "7"}},
       {with(good, 16, std::string("\4\0\0\0", 4)), {"tocByteOffset", "4"}},
       {with(good, 16, std::string("\xff\xff\xff\x7f", 4)), {"tocByteOffset"}},
@@ -328,11 +328,12 @@ TEST(Splats, AreToldByContentThenByExtension) {
   fs::rename(folder / "a.spz", folder / "b.ply");
   read_splats(folder / "b.ply", &report);
   EXPECT_EQ(report.format, "spz version 4, SH degree 0");
-  expect_error(Failure::kInput, {"a.txt", "no splat file"}, [&] { read_splats(folder.file("a.txt", "hello")); });
+  expect_error(Failure::kInput, {"a.txt", "not a known splat file"},
+               [&] { read_splats(folder.file("a.txt", "hello")); });
   expect_error(Failure::kInput, {"a.ksplat", "splat-transform"},
                [&] { read_splats(folder.file("a.ksplat", "hello")); });
   expect_error(Failure::kUsage, {"--level", "3"}, [&] { read_splats(folder / "a.ply", nullptr, 3); });
-  expect_error(Failure::kUsage, {"a.xyz", "not written"}, [&] { write_splats(folder / "a.xyz", cloud); });
+  expect_error(Failure::kUsage, {"a.xyz", "cannot be written"}, [&] { write_splats(folder / "a.xyz", cloud); });
 }
 
 }  // namespace
