@@ -99,7 +99,7 @@ using FitInputs = StageInputs<FitStage>;
 FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage& stage);
 nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
 
-/// Moves a fit that is there aside, or removes it when context.overwrite: what follows is not made with it.
+/// Moves a fit that is there aside: what follows is not made with it.
 void set_fit_aside(const Context& context, RunDirectory& run);
 
 // The kinds.  `provenance` goes into the files that they write.

@@ -82,13 +82,11 @@ FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage&
 
 void set_fit_aside(const Context& context, RunDirectory& run) {
   if (!run.has("fit")) return;
-  const std::string folder = object_folder(run);
-  const std::vector<std::string> moved = run.move_aside({"fit", folder + "/material.h5", folder + "/velocity.h5"});
+  // The fit may be of another object than the present one.
+  const std::vector<std::string> moved =
+      run.move_aside(run.manifest()["stages"]["fit"].value("kept", std::vector<std::string>{"fit"}));
   run.forget("fit");
-  if (context.overwrite)
-    for (const std::string& name : moved) std::filesystem::remove_all(run / name);
-  else
-    context.progress.say(fmt::format("fit: no longer used, but kept: {}", fmt::join(moved, ", ")));
+  context.progress.say(fmt::format("fit: no longer used, but kept: {}", fmt::join(moved, ", ")));
 }
 
 nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage) {

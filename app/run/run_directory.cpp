@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
@@ -222,9 +223,13 @@ json RunDirectory::stage(const Context& context, const StageKey& key,
       return before["summary"];
     }
     if (!changed.empty()) context.progress.say(fmt::format("{}: {}, running again", key.name, changed));
-    if (!context.overwrite)
-      if (const std::vector<std::string> moved = move_aside(key.kept); !moved.empty())
+    if (!context.overwrite) {
+      // What is kept of the result that is there may be of another object, or of another kind.
+      std::set<std::string> kept(key.kept.begin(), key.kept.end());
+      for (const std::string name : before.value("kept", json::array())) kept.insert(name);
+      if (const std::vector<std::string> moved = move_aside({kept.begin(), kept.end()}); !moved.empty())
         context.progress.say(fmt::format("{}: previous results are kept: {}", key.name, fmt::join(moved, ", ")));
+    }
     // What other choices wrote is no result of these; objects keep theirs.
     for (const std::string output : before["outputs"])
       if (std::find(key.outputs.begin(), key.outputs.end(), output) == key.outputs.end() &&
@@ -244,6 +249,7 @@ json RunDirectory::stage(const Context& context, const StageKey& key,
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   json& record = manifest_["stages"][key.name] = now;
   record.update({{"outputs", key.outputs},
+                 {"kept", key.kept},
                  {"summary", summary},
                  {"wall_s", seconds},
                  {"peak_memory_mb", peak_memory_megabytes()},

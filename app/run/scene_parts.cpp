@@ -132,7 +132,8 @@ const std::vector<PartRow>& rows() {
       {ScenePart::kVideo, [](const Scene& from, Scene& to) { to.settings.video = from.settings.video; },
        [](const Scene& scene, SceneRecord& record) {
          if (const auto& video = scene.settings.video)
-           record.values["video"] = {{"file", video->file.string()}, {"camera", video->camera}, {"fps", video->fps}};
+           record.values["video"] = {
+               {"file", fs::weakly_canonical(video->file).string()}, {"camera", video->camera}, {"fps", video->fps}};
        }},
       {ScenePart::kVideoCamera,
        [](const Scene& from, Scene& to) {

@@ -250,6 +250,7 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
   in.scene = only(in.parts, scene);
   in.found = extracted(run, {"name", "height", "contact"});
   in.found["replay"] = replay;
+  in.found["started"] = started;
   // Said here as well, because command line, scene file and fit say it together.
   if (!physgaussian) in.found["material"] = material_to_json(check_material(in.scene, stage.material, given || fitted));
   return in;
