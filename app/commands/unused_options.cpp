@@ -73,7 +73,9 @@ void check_given(const CLI::App& command, SimulateStage& stage) {
       refuse_given(command, table, {"does nothing with --interactions", "leave one of them out", {"auto-push"}});
     if (!stage.velocity_file.empty())
       refuse_given(command, table,
-                   {"does nothing with --velocity, which starts the motion", "leave one of them out", {"auto-push"}});
+                   {"does nothing with --velocity, which starts the motion",
+                    "leave one of them out",
+                    {"auto-push", "interactions"}});
     if (!stage.gravity)
       refuse_given(command, table, {"does nothing without gravity", "leave one of them out", {"rest-shape"}});
     return;

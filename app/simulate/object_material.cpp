@@ -108,7 +108,7 @@ ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_
 }
 
 ObjectMaterial check_material(const Scene& scene, const SimulateStage& stage) {
-  if (stage.physgaussian.empty()) return check_material(scene, stage.material);
+  if (stage.physgaussian.empty()) return check_material(scene, stage.material, !stage.material_file.empty());
   const PhysGaussianConfig config = read_physgaussian_config(stage.physgaussian);
   return {config.young, config.poisson, config.density, {}};
 }

@@ -292,9 +292,9 @@ TEST_F(OptionEffects, OfSimulate) {
     return both;
   };
   try_all<SimulateStage>({}, usual);
-  try_all<SimulateStage>({"--interactions", v("interactions")}, with({"auto-push", "physgaussian"}));
+  try_all<SimulateStage>({"--interactions", v("interactions")}, with({"auto-push", "physgaussian", "velocity"}));
   try_all<SimulateStage>({"--material", v("material")}, with({"young", "physgaussian"}));
-  try_all<SimulateStage>({"--velocity", v("velocity")}, with({"auto-push", "physgaussian"}));
+  try_all<SimulateStage>({"--velocity", v("velocity")}, with({"auto-push", "interactions", "physgaussian"}));
   try_all<SimulateStage>({"--no-gravity"}, with({"rest-shape", "physgaussian"}));
   const std::map<std::string, Names> laws = {
       {"metal", {"yield-stress", "hardening"}},
