@@ -5,6 +5,8 @@
 #include "app/commands/report.h"
 #include "app/commands/stage_options.h"
 #include "app/fit/fit_video.h"
+#include "app/reconstruct/photo_set.h"
+#include "app/run/attach_scene.h"
 #include "app/segment/extract_stage.h"
 #include "app/segment/repair_stage.h"
 #include "app/simulate/render_stage.h"
@@ -38,21 +40,36 @@ std::string why_no_fit(const Scene& scene, const RunOptions& options) {
   return seen ? "" : "without a reference video";
 }
 
+/// Refuses options that would do nothing, or cannot be, before any work is done.
+void check_choice(const Scene& scene, const CLI::App& command, const RunOptions& options, const std::string& no_fit) {
+  SimulateStage simulate = options.simulate;
+  if (!no_fit.empty()) {
+    check_no_fit_stage(options.fit, no_fit, "leave it out, or allow the material to be fitted");
+    check_material(scene, simulate);
+    return;
+  }
+  check_fit_stage(options.fit, has_video(scene, options.fit));
+  check_material(scene, simulate.material, SetBy::kFit);
+  if (kind_of(options.fit, scene) == FitKind::kVideo && simulate.material_file.empty())
+    refuse_given(
+        command, options_of(simulate),
+        {"does nothing where the fitted motion is replayed", "leave it out, or add --no-video", {"auto-push"}});
+}
+
 nlohmann::json run_all(Context& context, const Program& program, const CLI::App& command, RunOptions& options) {
   check_given(command, options.segment);
   check_given(command, options.seed);
   check_given(command, options.simulate);
   RunDirectory run = RunDirectory::create(program.out.empty() ? default_out(options.scene.source, "run") : program.out);
+  if (lacks_splats(options.scene.source)) {
+    Scene untrained;
+    untrained.settings = find_photo_set(options.scene.source, options.reconstruct.photos).settings;
+    check_choice(untrained, command, options, why_no_fit(untrained, options));
+  }
   Scene scene = attach_or_reconstruct(context, command, run, options.scene, options.reconstruct, options.segment);
   const std::string no_fit = why_no_fit(scene, options);
   const bool fits = no_fit.empty();
-  if (fits) {
-    check_fit_stage(options.fit, has_video(scene, options.fit));
-    check_material(scene, options.simulate.material, true);
-  } else {
-    check_no_fit_stage(options.fit, no_fit, "leave it out, or allow the material to be fitted");
-    check_material(scene, options.simulate);
-  }
+  check_choice(scene, command, options, no_fit);
   run_segment(context, run, scene, options.segment);
   ExtractStage extract = options.extract;
   if (extract.object.empty() && !options.segment.physgaussian.empty()) extract.object = "object";
@@ -62,14 +79,19 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
   SeedStage seed = options.seed;
   if (seed.drivers == "pgas") seed.material_file = options.simulate.material_file;
   run_seed(context, run, scene, seed);
+  SimulateStage simulate = options.simulate;
   if (fits) {
     FitStage fit = options.fit;
     fit.material = options.simulate.material;
     run_fit(context, run, scene, fit);
-  } else {
-    set_fit_aside(context, run);
+    // The fit has used them.
+    simulate.material.poisson.reset();
+    simulate.material.density.reset();
+  } else if (is_fitted(run)) {
+    simulate.use_fit = false;
+    context.progress.say("simulate: the fit that is here is not used " + no_fit);
   }
-  run_simulate(context, run, scene, options.simulate);
+  run_simulate(context, run, scene, simulate);
   run_render(context, run, scene, options.render);
   write_report(run, scene, program.command_line);
   context.progress.say(

@@ -75,7 +75,7 @@ Scene attach_or_reconstruct(const Context& context, const CLI::App& command, Run
     refuse_given(
         command, options_of(stage),
         {"does nothing with --hold-out, which is every 8th photo", "leave one of them out", {"hold-out-every"}});
-    stage.photo.hold_out_every = 8;
+    stage.photo.hold_out_every = PhotoOptions().hold_out_every;
   }
   stage.masks = segment.masks;
   if (segment.joint && !untrained) stage.splats = load_scene(source, options.load_options()).settings.splats.string();
@@ -84,6 +84,9 @@ Scene attach_or_reconstruct(const Context& context, const CLI::App& command, Run
                  {"does nothing when training continues from a trained scene",
                   "leave it out",
                   {"strategy", "init", "max-gaussians"}});
+  if (untrained && options.orbit_views)
+    throw usage_error("--orbit-views", std::to_string(*options.orbit_views), "does nothing: the scene has cameras",
+                      "leave it out");
   if (untrained || segment.joint) {
     RunDirectory reconstruction = RunDirectory::create(run / "scene");
     run_reconstruct(context, reconstruction, source, stage);

@@ -65,7 +65,7 @@ FitScene load_body(const FitInputs& in) {
   FitScene fit;
   const Scene& scene = in.scene;
   ParticleFile particles = read_particles(in.files.at("particles"));
-  const ObjectMaterial material = check_material(scene, in.options.material, true);
+  const ObjectMaterial material = check_material(scene, in.options.material, SetBy::kFit);
   fit.solid = solid_material(particles, material);
   fit.body = make_body(std::move(particles), scene, fit.solid, material.material);
   fit.pins = pins_of(fit.body.file, scene);

@@ -46,7 +46,7 @@ FittedMotion replay(const FitScene& fit, const VibrationFit& found, const Partic
 json fit_to_video(const Context& context, const RunDirectory& run, const FitInputs& in, const std::string& provenance) {
   const FitStage& stage = in.options;
   const Scene& scene = in.scene;
-  const ObjectMaterial material = check_material(scene, stage.material, true);
+  const ObjectMaterial material = check_material(scene, stage.material, SetBy::kFit);
   clear_fit_pictures(run);
   const FitScene fit = load_fit_scene(context, run, in);
   const TrackLoss<float> tracks(follow_points(context, fit), fit.body.file.driving_position, scene.metres_per_unit,

@@ -99,9 +99,6 @@ using FitInputs = StageInputs<FitStage>;
 FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage& stage);
 nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage);
 
-/// Moves a fit that is there aside: what follows is not made with it.
-void set_fit_aside(const Context& context, RunDirectory& run);
-
 // The kinds.  `provenance` goes into the files that they write.
 nlohmann::json fit_to_video(const Context& context, const RunDirectory& run, const FitInputs& in,
                             const std::string& provenance);

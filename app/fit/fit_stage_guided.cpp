@@ -46,7 +46,7 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
   const FitStage& stage = in.options;
   const Scene& scene = in.scene;
   const CompareStage& compare = stage.compare;
-  const ObjectMaterial material = check_material(scene, stage.material, true);
+  const ObjectMaterial material = check_material(scene, stage.material, SetBy::kFit);
   const double fps = stage.fps > 0 ? stage.fps : kFps;
   clear_fit_pictures(run);
   const FitScene fit = load_still_scene(in, unfilmed_camera(in.files.at("object"), scene, stage));

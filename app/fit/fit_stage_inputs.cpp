@@ -1,4 +1,4 @@
-#include <fmt/format.h>
+#include <sstream>
 
 #include "app/fit/fit_report.h"
 #include "app/fit/fit_stage.h"
@@ -10,11 +10,19 @@
 namespace pliant {
 namespace {
 
+/// Files that the command line of a program names: the program itself, a script, weights.
+void add_program(const std::string& option, const std::string& command, FitInputs& in) {
+  std::istringstream words(command);
+  for (std::string word; words >> word;)
+    if (std::error_code none; std::filesystem::is_regular_file(word, none)) in.files[option + " " + word] = word;
+}
+
 void add_video(const Scene& scene, const FitStage& stage, FitInputs& in) {
   in.parts.insert({ScenePart::kAntialiased, ScenePart::kCameras, ScenePart::kFolder});
   const bool named = !stage.videos.empty() || !stage.generate.command.empty();
   in.parts.insert(named ? ScenePart::kVideoCamera : ScenePart::kVideo);
   for (const auto& [role, file] : video_files(scene, stage)) in.files[role] = file;
+  in.found["videos"] = video_records(scene, stage);
   // A camera is found by what the scene looks like, a program is shown it, labels are those of its Gaussians.
   if (!knows_cameras(scene, stage) || stage.refine_camera || !stage.generate.command.empty() ||
       !stage.part_labels.empty())
@@ -48,12 +56,14 @@ FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage&
   const FitKind kind = kind_of(stage, scene);
   FitInputs in;
   in.options = stage;
+  add_program("guidance-cmd", stage.compare.guide, in);
+  add_program("video-model-cmd", stage.generate.command, in);
   in.parts = {ScenePart::kUp, ScenePart::kMetresPerUnit, ScenePart::kMaterial};
   in.files["particles"] = run / (folder + "/particles.h5");
   in.outputs = {folder + "/material.h5", folder + "/velocity.h5", "fit/results.json"};
   in.kept = {"fit", folder + "/material.h5", folder + "/velocity.h5"};
   // The law and its constants are no options of this stage.
-  in.found["material"] = material_to_json(check_material(scene, stage.material, true));
+  in.found["material"] = material_to_json(check_material(scene, stage.material, SetBy::kFit));
   if (kind == FitKind::kVideo || kind == FitKind::kGuided) {
     in.files["object"] = run / (folder + "/object.ply");
     in.files["background"] = run / "background_repaired.ply";
@@ -78,15 +88,6 @@ FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage&
   }
   in.scene = only(in.parts, scene);
   return in;
-}
-
-void set_fit_aside(const Context& context, RunDirectory& run) {
-  if (!run.has("fit")) return;
-  // The fit may be of another object than the present one.
-  const std::vector<std::string> moved =
-      run.move_aside(run.manifest()["stages"]["fit"].value("kept", std::vector<std::string>{"fit"}));
-  run.forget("fit");
-  context.progress.say(fmt::format("fit: no longer used, but kept: {}", fmt::join(moved, ", ")));
 }
 
 nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage) {

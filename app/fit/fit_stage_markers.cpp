@@ -160,7 +160,7 @@ json fit_to_markers(const Context& context, const RunDirectory& run, const FitIn
   const Scene& scene = in.scene;
   const MarkerStage& m = stage.markers;
   parse_axes(m.axes);
-  const ObjectMaterial material = check_material(scene, stage.material, true);
+  const ObjectMaterial material = check_material(scene, stage.material, SetBy::kFit);
   const bool guessed = material.young == kUnknownYoung && !stage.material.young;
   const MarkerTracks tracks = markers_in_scene(m, scene);
   ParticleFile particles = read_particles(in.files.at("particles"));

@@ -48,7 +48,7 @@ json take_released_fields(const Context& context, const RunDirectory& run, const
   const FitStage& stage = in.options;
   const Scene& scene = in.scene;
   const PhysDreamerFolder source = physdreamer_folder(scene).value();
-  const ObjectMaterial material = check_material(scene, stage.material, true);
+  const ObjectMaterial material = check_material(scene, stage.material, SetBy::kFit);
   const ParticleFile particles = read_particles(in.files.at("particles"));
   const PhysDreamerSpace space = physdreamer_roles({}, source, scene.cloud.position).space;
   const double metres = space.scale * scene.metres_per_unit;  // of the cube's edge

@@ -295,6 +295,17 @@ InputFiles video_files(const Scene& scene, const FitStage& stage) {
   return files;
 }
 
+nlohmann::json video_records(const Scene& scene, const FitStage& stage) {
+  nlohmann::json records = nlohmann::json::array();
+  const auto add = [&](const FitStage& one) {
+    const NamedVideo video = named_video(scene, one);
+    records.push_back({{"camera", video.camera}, {"fps", video.fps}, {"fps_holds", video.fps_holds}});
+  };
+  if (stage.generate.command.empty()) add(stage);
+  for (size_t i = 0; i < stage.further_videos(); ++i) add(further_video(stage, i));
+  return records;
+}
+
 bool knows_cameras(const Scene& scene, const FitStage& stage) {
   bool known = !stage.pose.empty() || !stage.generate.command.empty() || !named_video(scene, stage).camera.empty();
   for (size_t i = 0; i < stage.further_videos(); ++i)

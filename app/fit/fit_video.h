@@ -1,5 +1,7 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "app/fit/fit_stage.h"
 #include "fitting/observe/reference_video.h"
 
@@ -31,6 +33,10 @@ bool has_video(const Scene& scene, const FitStage& stage);
 
 /// The videos and their masks: role -> file or folder.  None for a video that a program makes.
 InputFiles video_files(const Scene& scene, const FitStage& stage);
+
+/// What is known of each video besides what is in the file: camera, frames a second, whether those hold against the
+/// file's.
+nlohmann::json video_records(const Scene& scene, const FitStage& stage);
 
 /// Whether it is told which cameras took the videos.
 bool knows_cameras(const Scene& scene, const FitStage& stage);

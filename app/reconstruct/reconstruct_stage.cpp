@@ -21,6 +21,7 @@
 #include "gaussians/io/splats/splats.h"
 #include "gaussians/reconstruct/check_poses.h"
 #include "segmentation/field/joint_term.h"
+#include "segmentation/labels/mask_layouts.h"
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -96,7 +97,7 @@ std::optional<TrainingCheckpoint> unfinished(const Context& context, RunDirector
     if (error.failure != Failure::kInput) throw;
     changed = error.problem;
   }
-  const std::string aside = run.move_aside({kCheckpoint}).at(0);
+  const std::string aside = run.move_aside({kCheckpoint}).at(kCheckpoint);
   context.progress.say(
       fmt::format("reconstruct: {}, starting over; the previous checkpoint is kept: {}", changed, aside));
   return std::nullopt;
@@ -249,6 +250,9 @@ StageInputs<ReconstructStage> inputs_of(const PhotoSet& set, const CameraFile& c
   if (!set.settings.masks.empty()) in.files["masks"] = set.settings.masks;
   if (stage.joint) {
     if (!stage.masks.empty()) in.files["joint masks"] = stage.masks;
+    const std::set<std::string> trained =
+        trained_photos(stage.masks.empty() ? set.settings.masks : fs::path(stage.masks));
+    if (!trained.empty()) in.found["images_train"] = trained;
     in.found["joint"] = true;
     if (!set.settings.labels.empty()) in.files["labels"] = set.settings.labels;
     in.outputs.push_back("segmentation.h5");

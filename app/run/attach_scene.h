@@ -28,5 +28,10 @@ nlohmann::json extracted(const RunDirectory& run, const std::vector<std::string>
 
 /// Whether this run has been fitted.
 bool is_fitted(const RunDirectory& run);
+/// What the fit of this run does not belong to any more: "other particles", "another scale"; empty when it belongs to
+/// what is there.
+std::string fit_is_of(const RunDirectory& run, const Scene& scene);
+/// Throws Error{kUsage} where the simulated motion is of other particles than those that are there.
+void check_simulated(const RunDirectory& run);
 
 }  // namespace pliant

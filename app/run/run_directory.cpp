@@ -37,6 +37,20 @@ bool is_temporary(const std::string& name) {
   return end != at + 4 && (end == std::string::npos || name[end] == '.');
 }
 
+/// When a file was last written; the start of the clock for none.
+fs::file_time_type time_of(const fs::path& file) {
+  std::error_code none;
+  const fs::file_time_type time = fs::last_write_time(file, none);
+  return none ? fs::file_time_type() : time;
+}
+
+/// The names that move_aside gave.
+std::vector<std::string> aside_names(const std::map<std::string, std::string>& moved) {
+  std::vector<std::string> names;
+  for (const auto& [name, aside] : moved) names.push_back(aside);
+  return names;
+}
+
 bool is_digest(const json& value) { return value.is_string() && value.get_ref<const std::string&>().size() == 64; }
 
 /// Texts in `value` that name the folder `before` or something in it name `after` instead.
@@ -166,28 +180,34 @@ void RunDirectory::forget(const std::string& stage) {
   save();
 }
 
+json RunDirectory::last_record(const std::string& stage) const {
+  for (const char* group : {"begun", "stages"})
+    if (const json records = manifest_.value(group, json::object()); records.contains(stage)) return records[stage];
+  return nullptr;
+}
+
 std::string RunDirectory::move_folder(const std::string& before, const std::string& after) {
   if (before == after || !fs::is_directory(path_ / before)) return "";
   hold();
-  const std::vector<std::string> moved = move_aside({after});
-  const std::string aside = moved.empty() ? "" : moved[0];
+  const std::map<std::string, std::string> moved = move_aside({after});
+  const std::string aside = moved.empty() ? "" : moved.at(after);
   fs::rename(path_ / before, path_ / after);
   rename_paths(before, after, manifest_["stages"]);
   save();
   return aside;
 }
 
-std::vector<std::string> RunDirectory::move_aside(const std::vector<std::string>& names) {
+std::map<std::string, std::string> RunDirectory::move_aside(const std::vector<std::string>& names) {
   hold();
   const auto numbered = [](const std::string& name, int k) { return fmt::format("{}.{}", name, k); };
   int k = 1;
   const auto taken = [&](const std::string& name) { return fs::exists(path_ / numbered(name, k)); };
   while (std::any_of(names.begin(), names.end(), taken)) ++k;
-  std::vector<std::string> moved;
+  std::map<std::string, std::string> moved;
   for (const std::string& name : names) {
     if (!fs::exists(path_ / name)) continue;
-    moved.push_back(numbered(name, k));
-    fs::rename(path_ / name, path_ / moved.back());
+    moved[name] = numbered(name, k);
+    fs::rename(path_ / name, path_ / moved[name]);
   }
   return moved;
 }
@@ -207,10 +227,44 @@ const json& RunDirectory::summary(const std::string& stage, const std::string& h
   return manifest_["stages"][stage]["summary"];
 }
 
+RunDirectory::Replaced RunDirectory::begin_replacing(const Context& context, const StageKey& key) {
+  Replaced replaced{manifest_["stages"][key.name], {}, {}};
+  for (const std::string output : replaced.record["outputs"]) replaced.written.emplace(output, time_of(path_ / output));
+  if (!context.overwrite) {
+    // What is kept of the result that is there may be of another object, or of another kind.
+    std::set<std::string> kept(key.kept.begin(), key.kept.end());
+    for (const std::string name : replaced.record.value("kept", json::array())) kept.insert(name);
+    replaced.moved = move_aside({kept.begin(), kept.end()});
+    if (!replaced.moved.empty())
+      context.progress.say(
+          fmt::format("{}: previous results are kept: {}", key.name, fmt::join(aside_names(replaced.moved), ", ")));
+  }
+  manifest_["stages"].erase(key.name);
+  return replaced;
+}
+
+void RunDirectory::put_back(const Context& context, const std::string& stage, const Replaced& replaced) {
+  if (replaced.record.is_null()) return;
+  for (const auto& [name, aside] : replaced.moved) {
+    // An interrupted stage goes on from what it has made; one that fails has made nothing.
+    if (context.interrupted() && fs::exists(path_ / name)) return;
+    fs::remove_all(path_ / name);
+    fs::rename(path_ / aside, path_ / name);
+  }
+  // Where some of its files were written anew already, the previous result is no more.
+  for (const auto& [output, written] : replaced.written)
+    if (time_of(path_ / output) != written) return;
+  manifest_["stages"][stage] = replaced.record;
+  manifest_["begun"].erase(stage);
+  save();
+  context.progress.say(stage + ": the previous result stays");
+}
+
 json RunDirectory::stage(const Context& context, const StageKey& key,
                          const std::function<json(const std::string& provenance)>& body) {
   hold();
   const json now = record_of(key, context.seed);
+  Replaced replaced;
   if (has(key.name)) {
     const json& before = manifest_["stages"][key.name];
     const std::string changed = first_difference(before, now);
@@ -223,30 +277,33 @@ json RunDirectory::stage(const Context& context, const StageKey& key,
       return before["summary"];
     }
     if (!changed.empty()) context.progress.say(fmt::format("{}: {}, running again", key.name, changed));
-    if (!context.overwrite) {
-      // What is kept of the result that is there may be of another object, or of another kind.
-      std::set<std::string> kept(key.kept.begin(), key.kept.end());
-      for (const std::string name : before.value("kept", json::array())) kept.insert(name);
-      if (const std::vector<std::string> moved = move_aside({kept.begin(), kept.end()}); !moved.empty())
-        context.progress.say(fmt::format("{}: previous results are kept: {}", key.name, fmt::join(moved, ", ")));
-    }
-    // What other choices wrote is no result of these; objects keep theirs.
-    for (const std::string output : before["outputs"])
-      if (std::find(key.outputs.begin(), key.outputs.end(), output) == key.outputs.end() &&
-          !output.starts_with("objects/"))
-        fs::remove_all(path_ / output);
-    manifest_["stages"].erase(key.name);
+    replaced = begin_replacing(context, key);
   }
+  manifest_["begun"][key.name] = now;
   save();  // what an interrupted stage leaves lies in a run directory
 
   reset_peak_memory();
   const auto start = std::chrono::steady_clock::now();
   json provenance = now;
   provenance.update({{"pliant", PLIANT_VERSION}, {"stage", key.name}});
-  json summary = body(provenance.dump());
-  if (context.interrupted())
+  json summary;
+  try {
+    summary = body(provenance.dump());
+  } catch (...) {
+    put_back(context, key.name, replaced);
+    throw;
+  }
+  if (context.interrupted()) {
+    put_back(context, key.name, replaced);
     throw Error(Failure::kInterrupted, key.name, "", "interrupted", "run the same command to continue");
+  }
+  // What other choices wrote is no result of these; objects keep theirs.
+  for (const auto& [output, written] : replaced.written)
+    if (std::find(key.outputs.begin(), key.outputs.end(), output) == key.outputs.end() &&
+        !output.starts_with("objects/"))
+      fs::remove_all(path_ / output);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  manifest_["begun"].erase(key.name);
   json& record = manifest_["stages"][key.name] = now;
   record.update({{"outputs", key.outputs},
                  {"kept", key.kept},

@@ -54,7 +54,8 @@ class RunDirectory {
   void set_scene(const nlohmann::json& scene, bool overwrite);
 
   /// Runs `body` unless the same record and all outputs are there.  Where the record differs, the difference is said,
-  /// and what key.kept names is moved aside first, unless context.overwrite; earlier outputs that are none of
+  /// and what key.kept names is moved aside first, unless context.overwrite.  A `body` that fails, unless it was
+  /// interrupted, leaves the previous result as it was; after one that succeeds, earlier outputs that are none of
   /// key.outputs are removed, but for those of objects.  `body` is given the provenance for the
   /// files that it writes (version, stage and record of the key, no times) and returns the stage's summary.
   /// Returns the summary, old or new.
@@ -69,6 +70,9 @@ class RunDirectory {
   /// Moves a folder of results, and what run.json says of it.  What is at `after` already is kept beside it under a
   /// name of its own, which is returned; empty = nothing was there.  Nothing happens when there is no folder `before`.
   std::string move_folder(const std::string& before, const std::string& after);
+  /// The record of the result of a stage that is there, or that was being made when the stage was interrupted; null
+  /// when there is none.
+  nlohmann::json last_record(const std::string& stage) const;
   /// What run.json keeps besides stages: "edits" made by hand since `segment` ran, "sheet_prompts".  Null when there is
   /// none.
   nlohmann::json note(const std::string& name) const { return manifest_.value(name, nlohmann::json()); }
@@ -76,10 +80,20 @@ class RunDirectory {
   const nlohmann::json& manifest() const { return manifest_; }
   /// Moves files and folders aside, under names with one number behind them: fit.1, material.h5.1.  Returns the new
   /// names; none for what is not there.
-  std::vector<std::string> move_aside(const std::vector<std::string>& names);
+  std::map<std::string, std::string> move_aside(const std::vector<std::string>& names);
 
  private:
+  /// A result that a stage is replacing.
+  struct Replaced {
+    nlohmann::json record;                                           ///< null where there was none
+    std::map<std::string, std::string> moved;                        ///< what was moved aside, name -> name since
+    std::map<std::string, std::filesystem::file_time_type> written;  ///< its outputs, and when they were written
+  };
+
   explicit RunDirectory(std::filesystem::path path);
+  Replaced begin_replacing(const Context& context, const StageKey& key);
+  /// Moves back what begin_replacing moved, and records it again.
+  void put_back(const Context& context, const std::string& stage, const Replaced& replaced);
   void read();
   void save() const;
   void hold();  // before anything is changed

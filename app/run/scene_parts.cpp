@@ -98,14 +98,6 @@ const std::vector<PartRow>& rows() {
        [](const Scene& scene, SceneRecord& record) { record.values["up"] = list_of(scene.up); }},
       {ScenePart::kMetresPerUnit, [](const Scene& from, Scene& to) { to.metres_per_unit = from.metres_per_unit; },
        [](const Scene& scene, SceneRecord& record) { record.values["metres_per_unit"] = scene.metres_per_unit; }},
-      {ScenePart::kScale,
-       [](const Scene& from, Scene& to) {
-         to.object_height = from.object_height;
-         if (from.object_height == 0) to.metres_per_unit = from.metres_per_unit;
-       },
-       [](const Scene& scene, SceneRecord& record) {
-         record.values["metres_per_unit"] = scene.object_height > 0 ? json() : json(scene.metres_per_unit);
-       }},
       {ScenePart::kFolder, [](const Scene& from, Scene& to) { to.source = from.source; }, record_folder},
       {ScenePart::kMasks, [](const Scene& from, Scene& to) { to.settings.masks = from.settings.masks; },
        [](const Scene& scene, SceneRecord& record) { record_file("masks", scene.settings.masks, record); }},

@@ -19,7 +19,6 @@ enum class ScenePart {
   kPhotos,       ///< the photos of the cameras
   kUp,
   kMetresPerUnit,
-  kScale,   ///< metres_per_unit where it does not follow from the object, which need not be known
   kFolder,  ///< source, for what a scene folder of PhysDreamer holds besides
   kMasks,   ///< settings.masks, and so on
   kLabels,

@@ -55,7 +55,7 @@ json run_edit(const Context& context, RunDirectory& run, const Scene& scene, con
                                      object.gaussians, object.score));
   if (run.has("extract"))
     context.progress.say("edit: the objects have changed; extract and later stages run again when requested");
-  return {{"edits", operations}, {"objects", objects_to_json(objects, scene)}};
+  return {{"edits", operations}, {"objects", objects_to_json(objects)}};
 }
 
 }  // namespace pliant

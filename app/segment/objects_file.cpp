@@ -25,18 +25,13 @@ json box_to_json(const Box& box) {
 
 }  // namespace
 
-json objects_to_json(const std::vector<ObjectEntry>& objects, const Scene& scene) {
-  const float metres_per_unit = static_cast<float>(scene.metres_per_unit);
+json objects_to_json(const std::vector<ObjectEntry>& objects) {
   json rows = json::array();
   for (const ObjectEntry& object : objects) {
     json row = {{"id", object.id},       {"name", object.name},
                 {"score", object.score}, {"gaussians", object.gaussians},
                 {"views", object.views}, {"found", object.origin}};
-    if (object.gaussians > 0) {
-      row["bounds"] = box_to_json(object.bounds);
-      if (scene.object_height == 0)  // else the scale is known only after extract
-        row["bounds_m"] = box_to_json({object.bounds.low * metres_per_unit, object.bounds.high * metres_per_unit});
-    }
+    if (object.gaussians > 0) row["bounds"] = box_to_json(object.bounds);
     rows.push_back(std::move(row));
   }
   return rows;
@@ -55,7 +50,7 @@ std::vector<ObjectEntry> write_objects(const RunDirectory& run, const Scene& sce
   const ImageF sheet = objects_sheet(segmentation, scene.cloud, scene.cameras, picture, 12, &cells);
   const ImageF features = features_sheet(segmentation.attribute, scene.cloud, scene.cameras, picture);
   write_segmentation(run / "segmentation.h5", segmentation, provenance);
-  json rows = objects_to_json(objects, scene);
+  json rows = objects_to_json(objects);
   if (complete) complete(rows);
   write_text(run / "objects.json", rows.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
   write_image(run / "objects.png", sheet);

@@ -11,8 +11,8 @@
 
 namespace pliant {
 
-/// Rows of objects.json: id, name, score, gaussians, views, found (how), bounds in scene units and bounds_m in metres.
-nlohmann::json objects_to_json(const std::vector<ObjectEntry>& objects, const Scene& scene);
+/// Rows of objects.json: id, name, score, gaussians, views, found (how), bounds in scene units.
+nlohmann::json objects_to_json(const std::vector<ObjectEntry>& objects);
 
 /// Writes segmentation.h5, objects.json, objects.png (with objects_sheet.json) and features.png of a run directory.
 /// Lists of cameras that are not known are found first, `origin` is put where it is not known how an object was found,

@@ -16,10 +16,12 @@
 #include "app/store/segmentation.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/images/image_io.h"
+#include "gaussians/reconstruct/training_photos.h"
 #include "segmentation/associate/associate.h"
 #include "segmentation/field/islands.h"
 #include "segmentation/field/semantic_field.h"
 #include "segmentation/labelling/label_set.h"
+#include "segmentation/labels/mask_layouts.h"
 #include "segmentation/select/selection.h"
 #include "segmentation/sheets/selection_sheet.h"
 
@@ -269,18 +271,21 @@ StageInputs<SegmentStage> inputs_of(const RunDirectory& run, const Scene& scene,
   const Source source = source_of(scene, stage);
   StageInputs<SegmentStage> in;
   in.options = stage;
-  in.parts = {ScenePart::kSplats, ScenePart::kCameras, ScenePart::kPhotos, ScenePart::kUp, ScenePart::kScale};
+  in.parts = {ScenePart::kSplats, ScenePart::kCameras, ScenePart::kPhotos, ScenePart::kUp};
   in.outputs = {"segmentation.h5", "objects.json", "objects.png", "features.png"};
   in.found["automatic"] = source == Source::kAutomatic;
   std::vector<int> held_out;
   if (stage.hold_out)
-    for (int c = 0; c < static_cast<int>(scene.cameras.size()); c += 8) held_out.push_back(c);
+    for (int c = 0; c < static_cast<int>(scene.cameras.size()); c += PhotoOptions().hold_out_every)
+      held_out.push_back(c);
   switch (source) {
     case Source::kMasks:
       in.parts.insert({ScenePart::kMasks, ScenePart::kLabels});
       in.files["masks"] = labels_photos(stage)  ? run / "labelled"
                           : stage.masks.empty() ? scene.settings.masks
                                                 : std::filesystem::path(stage.masks);
+      if (const std::set<std::string> trained = trained_photos(in.files["masks"]); !trained.empty())
+        in.found["images_train"] = trained;
       break;
     case Source::kJoint:
       in.files["joint"] = scene.source / "segmentation.h5";
@@ -305,7 +310,7 @@ StageInputs<SegmentStage> inputs_of(const RunDirectory& run, const Scene& scene,
     }
     case Source::kGesture:
       gesture_of(stage, with_sides(stage, sides, scene.cameras));
-      in.outputs.push_back("selection.png");
+      in.outputs.insert(in.outputs.end(), {"selection.png", "selection_sheet.json"});
       if (!sides.empty()) in.found["stroke_sides"] = sides_json(sides);
       break;
     default:

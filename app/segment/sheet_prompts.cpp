@@ -185,8 +185,7 @@ SheetPrompts with_sheet_prompts(const Context& context, RunDirectory& run, const
   SheetPrompts out{given, {}};
   SegmentStage& stage = out.stage;
   json known = run.note("sheet_prompts"), options = json::object(), shown = json::array();
-  if (run.has("segment")) {
-    const json& record = run.manifest()["stages"]["segment"];
+  if (const json record = run.last_record("segment"); !record.is_null()) {
     options = record["options"];
     shown = record.value("found", json::object()).value("stroke_sides", shown);
   }

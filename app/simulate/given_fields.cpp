@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <numeric>
 
 #include "app/store/material.h"
@@ -11,6 +12,10 @@
 
 namespace pliant {
 namespace {
+
+bool is_uniform(const std::vector<float>& values) {
+  return !values.empty() && std::equal(values.begin() + 1, values.end(), values.begin());
+}
 
 /// For each of `points`, the row of the file that counts for it.
 std::vector<int> rows_for(const std::filesystem::path& file, const std::string& field, size_t rows,
@@ -31,6 +36,9 @@ std::vector<int> rows_for(const std::filesystem::path& file, const std::string& 
 
 ElasticSamples given_material(const std::filesystem::path& file, const ParticleFile& particles) {
   const MaterialFile m = read_material(file);
+  // A uniform material is that of any particles, wherever its own were.
+  if (is_uniform(m.young) && is_uniform(m.poisson) && is_uniform(m.density))
+    return ElasticSamples::homogeneous(particles.solid_position.size(), m.young[0], m.poisson[0], m.density[0]);
   ElasticSamples solid;
   for (const int row : rows_for(file, "/solid/young", m.young.size(), m.position, particles.solid_position)) {
     solid.young.push_back(m.young[row]);

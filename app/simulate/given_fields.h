@@ -9,7 +9,7 @@
 namespace pliant {
 
 /// The material of a material.h5 at the solid samples: row by row where it was made for these, else that of the nearest
-/// of its samples.  Throws Error{kInput} when they cannot be matched.
+/// of its samples, or of any where it is uniform.  Throws Error{kInput} when they cannot be matched.
 ElasticSamples given_material(const std::filesystem::path& file, const ParticleFile& particles);
 
 /// The start of a velocity.h5 for the driving particles, matched alike.

@@ -41,7 +41,7 @@ GaussianCloud MovingScene::all_at(const TrajectoryFile::Frame& frame) const {
 }
 
 InputFiles moving_scene_files(const RunDirectory& run) {
-  run.summary("simulate", "run `pliant simulate` first");
+  check_simulated(run);
   const std::string folder = object_folder(run);
   return {{"object", run / (folder + "/object.ply")},
           {"background", run / "background_repaired.ply"},

@@ -11,6 +11,8 @@
 namespace pliant {
 namespace {
 
+constexpr double kUnusedPoisson = 0.3, kUnusedDensity = 1000;  // where files say these
+
 const std::vector<MaterialConstant> kConstants = {
     {"viscosity_time",
      &Material::viscosity_time,
@@ -77,14 +79,25 @@ void set_constant(const std::string& where, const std::string& name, double valu
 
 std::span<const MaterialConstant> material_constants() { return kConstants; }
 
-ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_line, bool young_is_fitted) {
+ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_line, SetBy by) {
   const MaterialValues& file = scene.settings.material;
   const auto value = [](const std::optional<double>& first, const std::optional<double>& second) {
     return first ? first : second;
   };
-  const auto poisson = value(command_line.poisson, file.poisson), density = value(command_line.density, file.density);
+  auto poisson = value(command_line.poisson, file.poisson), density = value(command_line.density, file.density);
   auto young = value(command_line.young, file.young);
-  if (!young && young_is_fitted) young = kUnknownYoung;
+  if (!young && by == SetBy::kFit) young = kUnknownYoung;
+  if (by == SetBy::kFields) {
+    for (const auto& [option, given] : {std::pair{"--young", command_line.young.has_value()},
+                                        {"--poisson", command_line.poisson.has_value()},
+                                        {"--density", command_line.density.has_value()}})
+      if (given)
+        throw usage_error("material", option, "does nothing: the material is that of a fit or of --material",
+                          "leave it out, or simulate without them (--no-fit)");
+    young = kUnknownYoung;
+    poisson = kUnusedPoisson;
+    density = kUnusedDensity;
+  }
   std::string missing;
   if (!young) missing += " --young";
   if (!poisson) missing += " --poisson";
@@ -108,7 +121,8 @@ ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_
 }
 
 ObjectMaterial check_material(const Scene& scene, const SimulateStage& stage) {
-  if (stage.physgaussian.empty()) return check_material(scene, stage.material, !stage.material_file.empty());
+  if (stage.physgaussian.empty())
+    return check_material(scene, stage.material, stage.material_file.empty() ? SetBy::kNothing : SetBy::kFields);
   const PhysGaussianConfig config = read_physgaussian_config(stage.physgaussian);
   return {config.young, config.poisson, config.density, {}};
 }

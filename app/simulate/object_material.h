@@ -24,10 +24,17 @@ struct ObjectMaterial {
   Material material;
 };
 
+/// What sets the values of a material besides the command line and the scene file.
+enum class SetBy {
+  kNothing,
+  kFit,    ///< E is found, or will be; kUnknownYoung where nothing tells where to start
+  kFields  ///< E, nu and rho are those of a file: what the scene file says of them does not count, and what the command
+           ///< line says is a usage error
+};
+
 /// The material that simulate will use: command line over scene file.  A usage error names what is missing, unknown or
-/// impossible, before any work is done.  A Young's modulus that a fit has found or will find may be missing: it is
-/// kUnknownYoung then.
-ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_line, bool young_is_fitted = false);
+/// impossible, before any work is done.
+ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_line, SetBy by = SetBy::kNothing);
 
 constexpr double kUnknownYoung = 1e5;  ///< Pa, where a fit starts that is told nothing
 

@@ -138,13 +138,21 @@ json impulses_to_json(const SimulateSummary& s) {
   return rows;
 }
 
+/// Whether a file is a fit's, which a simulation without it leaves as it is.
+bool is_output_of_fit(const RunDirectory& run, const std::string& file) {
+  if (!is_fitted(run)) return false;
+  const json& outputs = run.manifest()["stages"]["fit"]["outputs"];
+  return std::find(outputs.begin(), outputs.end(), file) != outputs.end();
+}
+
 json simulate_object(const Context& context, const RunDirectory& run, const StageInputs<SimulateStage>& in,
                      const std::string& provenance) {
   const SimulateStage& stage = in.options;
   const Scene& scene = in.scene;
   const bool physgaussian = !stage.physgaussian.empty(), given = !stage.material_file.empty();
   const bool fields = in.files.count("material"), replay = in.found["replay"], timed = in.files.count("velocity");
-  const ObjectMaterial material = fields ? check_material(scene, stage.material, true) : check_material(scene, stage);
+  const ObjectMaterial material =
+      fields ? check_material(scene, stage.material, SetBy::kFields) : check_material(scene, stage);
   ParticleFile particles = read_particles(in.files.at("particles"));
   const ElasticSamples solid =
       fields ? given_material(in.files.at("material"), particles) : solid_material(particles, material);
@@ -224,12 +232,17 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
   const bool fitted = !physgaussian && stage.use_fit && is_fitted(run) && !stage.material.young;
   if (!stage.use_fit && !is_fitted(run))
     throw usage_error("simulate", "--no-fit", "does nothing: nothing was fitted here", "leave it out");
+  if (const std::string of = fit_is_of(run, scene); fitted && !of.empty())
+    throw usage_error("simulate", "", "would use a fit of " + of,
+                      "run `pliant fit` again, or ignore the fit with --no-fit");
   // Fields come from files that the user gives, else from the fit: the material, and how the motion started, once more.
   const bool given = !stage.material_file.empty(), started = !stage.velocity_file.empty();
-  if (given && stage.material.young)
-    throw usage_error("simulate", "--material", "and --young both set E", "give one of them");
   const fs::path velocity_file = started ? fs::path(stage.velocity_file) : run / (folder + "/velocity.h5");
   const bool replay = started || (fitted && !given && stage.interactions.empty() && starts_moving(velocity_file));
+
+  if (replay && stage.push != SimulateStage().push)
+    throw usage_error("simulate", "--auto-push", "does nothing where the fitted motion is replayed",
+                      "leave it out, or ignore the fit with --no-fit");
 
   StageInputs<SimulateStage> in;
   in.options = stage;
@@ -240,7 +253,7 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
     in.files["material"] = stage.material_file;
   else if (fitted)
     in.files["material"] = run / (folder + "/material.h5");
-  else if (!is_fitted(run))
+  else if (!is_output_of_fit(run, folder + "/material.h5"))
     in.outputs.push_back(folder + "/material.h5");
   if (fitted || replay) in.files["velocity"] = velocity_file;
   const bool pushed = !physgaussian && !replay && stage.interactions.empty();
@@ -252,7 +265,10 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
   in.found["replay"] = replay;
   in.found["started"] = started;
   // Said here as well, because command line, scene file and fit say it together.
-  if (!physgaussian) in.found["material"] = material_to_json(check_material(in.scene, stage.material, given || fitted));
+  in.found["fitted"] = fitted;
+  if (!physgaussian)
+    in.found["material"] =
+        material_to_json(check_material(in.scene, stage.material, given || fitted ? SetBy::kFields : SetBy::kNothing));
   return in;
 }
 

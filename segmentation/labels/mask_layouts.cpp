@@ -42,13 +42,11 @@ std::optional<uint32_t> whole_number(const std::string& text) {
 
 /// Cameras whose photos are not in images_train/ beside the masks, by name; empty without that folder.
 std::vector<int> novel_cameras(const fs::path& folder, const std::vector<Camera>& cameras) {
-  const fs::path trained = folder.parent_path() / "images_train";
   std::vector<int> novel;
-  if (!fs::is_directory(trained)) return novel;
-  std::set<std::string> names;
-  for (const fs::path& file : sorted_entries(trained)) names.insert(file.stem().string());
+  const std::set<std::string> trained = trained_photos(folder);
+  if (trained.empty()) return novel;
   for (size_t c = 0; c < cameras.size(); ++c)
-    if (!names.count(fs::path(cameras[c].name).stem().string())) novel.push_back(static_cast<int>(c));
+    if (!trained.count(fs::path(cameras[c].name).stem().string())) novel.push_back(static_cast<int>(c));
   std::sort(novel.begin(), novel.end(), [&](int a, int b) { return cameras[a].name < cameras[b].name; });
   return novel;
 }
@@ -99,6 +97,15 @@ std::map<std::string, uint32_t> ids_of_labels(const std::vector<BinaryMask>& mas
 }
 
 }  // namespace
+
+std::set<std::string> trained_photos(const fs::path& masks) {
+  // With a slash at its end, a folder would be its own parent.
+  const fs::path trained = (masks.has_filename() ? masks : masks.parent_path()).parent_path() / "images_train";
+  std::set<std::string> names;
+  if (!fs::is_directory(trained)) return names;
+  for (const fs::path& file : sorted_entries(trained)) names.insert(file.stem().string());
+  return names;
+}
 
 MaskSet load_binary_masks(const fs::path& folder, const std::vector<Camera>& cameras) {
   const std::vector<BinaryMask> found = find_masks(folder, cameras);

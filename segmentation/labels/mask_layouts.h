@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -10,12 +11,15 @@ namespace pliant {
 
 /// Binary pictures of one object each, in folders.  Two layouts are told apart by the names of the folders:
 ///   <camera>/<label>.png   one folder for each view, as in LERF-Mask (Ye et al. 2024), where folders may also be
-///   numbered:
-///                          the k-th of those cameras, by name, whose photo is not in images_train/ beside the masks;
+///                          numbered: the k-th of those cameras, by name, whose photo is not in images_train/ beside
+///                          the masks;
 ///   <label>/<camera>.png   one folder for each object.
 /// A pixel belongs to an object above half of the picture's largest value; where objects overlap the smaller one wins.
 /// Labels that are all whole numbers are the ids, else labels are numbered from 1 in alphabetical order.  Pixels of no
 /// object are 0.  Empty when the folder has neither layout.
 MaskSet load_binary_masks(const std::filesystem::path& folder, const std::vector<Camera>& cameras);
+
+/// Names, without endings, of the photos in images_train/ beside a folder of masks; empty without that folder.
+std::set<std::string> trained_photos(const std::filesystem::path& masks);
 
 }  // namespace pliant

@@ -15,6 +15,7 @@
 #include "app/simulate/render_stage.h"
 #include "app/simulate/seed_stage.h"
 #include "app/simulate/simulate_stage.h"
+#include "app/store/velocity.h"
 #include "gaussians/base/error.h"
 #include "tests/app/fit_video_scene.h"
 
@@ -293,7 +294,7 @@ TEST_F(OptionEffects, OfSimulate) {
   };
   try_all<SimulateStage>({}, usual);
   try_all<SimulateStage>({"--interactions", v("interactions")}, with({"auto-push", "physgaussian", "velocity"}));
-  try_all<SimulateStage>({"--material", v("material")}, with({"young", "physgaussian"}));
+  try_all<SimulateStage>({"--material", v("material")}, with({"young", "poisson", "density", "physgaussian"}));
   try_all<SimulateStage>({"--velocity", v("velocity")}, with({"auto-push", "interactions", "physgaussian"}));
   try_all<SimulateStage>({"--no-gravity"}, with({"rest-shape", "physgaussian"}));
   const std::map<std::string, Names> laws = {
@@ -315,6 +316,42 @@ TEST_F(OptionEffects, OfSimulate) {
   }
   for (const char* name : {"physgaussian", "physgaussian-bugs"}) all.erase(name);
   try_all<SimulateStage>({"--physgaussian", v("physgaussian")}, all);
+}
+
+TEST_F(OptionEffects, OfSimulateWithAFit) {
+  const fs::path run = folder / "run", object = run / object_folder(RunDirectory::open(run));
+  json record = json::parse(read_text(run / "run.json"));
+  json& fit = record["stages"]["fit"] = record["stages"]["seed"];
+  fit["inputs"] = {{"particles", hash_of_input(object / "particles.h5")}};
+  fit["scene"] = {{"metres_per_unit", scene_.metres_per_unit}};
+  record["stages"]["simulate"] = fit;
+  write_text(run / "run.json", record.dump());
+  write_text(object / "material.h5", "a fit's");
+  write_text(object / "trajectory.h5", "a simulation's");
+  VelocityFile moving;
+  moving.velocity = moving.displacement = {Vec3f(1, 0, 0)};
+  moving.F = moving.C = {Mat3f::Identity()};
+  write_velocity(object / "velocity.h5", moving, "{}");
+  std::set<std::string> refused = {"physgaussian-bugs", "poisson", "density", "auto-push"};
+  SimulateStage stage;
+  for (const Option& option : options_of(stage).options)
+    if (option.group == "Constants of the law" && option.name != "viscosity-time") refused.insert(option.name);
+  try_all<SimulateStage>({}, refused);
+  for (const char* option : {"poisson", "density", "auto-push"}) refused.erase(option);
+  refused.insert("physgaussian");
+  try_all<SimulateStage>({"--no-fit"}, refused);
+  try_all<RenderStage>({}, {});
+
+  // Of other particles, and of another scale.
+  EXPECT_NO_THROW(keys<SimulateStage>({}));
+  const double scale = scene_.metres_per_unit;
+  scene_.metres_per_unit = 2 * scale;
+  EXPECT_THROW(keys<SimulateStage>({}), Error);
+  scene_.metres_per_unit = scale;
+  write_text(object / "particles.h5", "others");
+  EXPECT_THROW(keys<SimulateStage>({}), Error);
+  EXPECT_NO_THROW(keys<SimulateStage>({"--no-fit"}));
+  EXPECT_THROW(keys<RenderStage>({}), Error);
 }
 
 }  // namespace pliant

@@ -142,6 +142,68 @@ TEST_F(RunDirectoryTest, WhatTookLongIsMovedAsideUnlessOverwriting) {
   EXPECT_EQ(read_text(folder_ / "run/velocity.h5"), "4");
 }
 
+// A new result replaces the previous one when it is there, not when it is begun.
+class ReplacingAResult : public RunDirectoryTest {
+ protected:
+  /// Runs the stage, whose body writes `files` and then fails with `failure`, unless that is none; how it ended.
+  std::optional<Failure> attempt(int a, const std::vector<std::string>& files, std::optional<Failure> failure,
+                                 bool overwrite = false) {
+    StageKey work = key({{"a", a}});
+    work.outputs = {"fit/out.txt", a == 1 ? "old.png" : "new.png"};
+    work.kept = {"fit"};
+    RunDirectory directory = RunDirectory::create(folder_ / "run");
+    Progress progress(true);
+    const bool interrupted = failure == Failure::kInterrupted;
+    try {
+      directory.stage({progress, [=] { return interrupted; }, 1, 1, overwrite}, work, [&](const std::string&) {
+        ++calls_;
+        fs::create_directories(folder_ / "run/fit");
+        for (const std::string& file : files) write_text(folder_ / "run" / file, std::to_string(a));
+        if (failure) throw Error(*failure, "work", "", "ends early", "");
+        return nlohmann::json{{"a", a}};
+      });
+    } catch (const Error& error) {
+      return error.failure;
+    }
+    return std::nullopt;
+  }
+  void make_first() { attempt(1, {"fit/out.txt", "old.png"}, {}); }
+  void expect_first() {
+    EXPECT_EQ(read_text(folder_ / "run/fit/out.txt"), "1");
+    EXPECT_TRUE(fs::exists(folder_ / "run/old.png"));
+    EXPECT_FALSE(fs::exists(folder_ / "run/fit.1"));
+    const int before = calls_;
+    make_first();
+    EXPECT_EQ(calls_, before) << "the first result still counts";
+  }
+};
+
+TEST_F(ReplacingAResult, AStageThatFailsLeavesThePreviousOne) {
+  make_first();
+  EXPECT_EQ(attempt(2, {"fit/checkpoint"}, Failure::kUsage), Failure::kUsage);
+  EXPECT_FALSE(fs::exists(folder_ / "run/fit/checkpoint"));
+  expect_first();
+  EXPECT_EQ(attempt(2, {}, Failure::kInput, true), Failure::kInput);
+  expect_first();
+  EXPECT_EQ(attempt(2, {"fit/out.txt", "new.png"}, {}), std::nullopt);
+  EXPECT_FALSE(fs::exists(folder_ / "run/old.png"));
+  EXPECT_EQ(read_text(folder_ / "run/fit.1/out.txt"), "1");
+}
+
+TEST_F(ReplacingAResult, WhatWasOverwrittenDoesNotCount) {
+  make_first();
+  EXPECT_EQ(attempt(2, {"fit/out.txt"}, Failure::kInput, true), Failure::kInput);
+  EXPECT_FALSE(RunDirectory::open(folder_ / "run").has("work"));
+}
+
+TEST_F(ReplacingAResult, AnInterruptedStageGoesOnFromWhatItHasMade) {
+  make_first();
+  EXPECT_EQ(attempt(2, {"fit/checkpoint"}, Failure::kInterrupted), Failure::kInterrupted);
+  EXPECT_TRUE(fs::exists(folder_ / "run/fit/checkpoint"));
+  EXPECT_EQ(read_text(folder_ / "run/fit.1/out.txt"), "1");
+  EXPECT_EQ(RunDirectory::open(folder_ / "run").last_record("work")["options"]["a"], 2) << "what was being made";
+}
+
 TEST_F(RunDirectoryTest, ProvenanceHoldsTheRecordOfTheKey) {
   const StageKey work = key({{"a", 1}});
   run_key(work);

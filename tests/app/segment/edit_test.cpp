@@ -41,7 +41,7 @@ TEST(SegmentEdit, ChangesTheObjectsOfARunKeepsThemAndCanBeUndone) {
   for (const json& object : before) {
     EXPECT_EQ(object["found"], "masks");
     EXPECT_GT(object["views"].get<int>(), 0) << object;
-    for (const char* key : {"id", "score", "gaussians", "bounds", "bounds_m"}) EXPECT_TRUE(object.contains(key)) << key;
+    for (const char* key : {"id", "score", "gaussians", "bounds"}) EXPECT_TRUE(object.contains(key)) << key;
   }
   ASSERT_TRUE(row(before, "flower") && row(before, "table"));
 
