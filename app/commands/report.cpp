@@ -70,6 +70,7 @@ void write_report(const RunDirectory& run, const Scene& scene, const std::string
           html_picture(run, "extract.png", "The object, and the Gaussians that each rule removed or added") +
           rules_table(extract);
   html += "<h2>Repair</h2>\n" + html_picture(run, "repair.png", "Before, hole, after");
+  html += "<h2>Body</h2>\n" + html_picture(run, "pieces.png", "What hangs together of the simulated body");
   if (stages["simulate"]["found"].value("fitted", false)) html += "<h2>Fit</h2>\n" + fit_section(run);
   html += "<h2>Times</h2>\n" + times_table(stages);
   html += "<h2>Interactions</h2>\n<pre>" + html_escaped(read_text(run / "interactions.json")) + "</pre>\n";

@@ -8,6 +8,7 @@
 #include "app/import/interactions.h"
 #include "app/import/physgaussian_space.h"
 #include "app/run/attach_scene.h"
+#include "app/simulate/body_pieces.h"
 #include "app/simulate/given_fields.h"
 #include "app/store/particles.h"
 #include "gaussians/base/error.h"
@@ -15,6 +16,7 @@
 #include "gaussians/io/splats/ply.h"
 #include "physics/body/adaptive_drivers.h"
 #include "physics/body/interior_fill.h"
+#include "physics/body/pieces.h"
 #include "physics/body/silhouette_outset.h"
 
 namespace pliant {
@@ -44,8 +46,8 @@ std::vector<Region> pinned_regions(const Context& context, const Scene& scene, c
 }
 
 /// Dense samples of the solid, refined until the simulated part has enough of them for every driver.
-SolidSamples sample_solid(const FillOptions& first, const GaussianCloud& object, const std::vector<Region>& pins,
-                          int drivers, FillSummary& summary, SimulatedPart& part) {
+SolidSamples sample_solid(const Context& context, const FillOptions& first, const GaussianCloud& object,
+                          const std::vector<Region>& pins, int drivers, FillSummary& summary, SimulatedPart& part) {
   FillOptions options = first;
   SolidSamples samples = fill_interior(options, object, &summary);
   part = select_simulated(samples, pins, drivers);
@@ -54,6 +56,13 @@ SolidSamples sample_solid(const FillOptions& first, const GaussianCloud& object,
     const double grow = std::min(wanted / part.kept.size(), 4e6 / options.target_count);
     options.target_count = static_cast<int>(options.target_count * grow);
     samples = fill_interior(options, object, &summary);
+    part = select_simulated(samples, pins, drivers);
+  }
+  const float cell = part.cell_size;
+  const BridgeSummary bridged = bridge_gaps({0.5f * cell, 3 * cell, cell}, object, samples);
+  if (bridged.bridges > 0) {
+    context.progress.say(
+        fmt::format("seed: {} gaps in the surface bridged with {} samples", bridged.bridges, bridged.samples));
     part = select_simulated(samples, pins, drivers);
   }
   return samples;
@@ -106,7 +115,7 @@ json seed_object(const Context& context, const RunDirectory& run, const StageInp
   fill.target_count = kSamplesPerDriver * particles;
   FillSummary filled;
   SimulatedPart part;
-  const SolidSamples samples = sample_solid(fill, object, pins, particles, filled, part);
+  const SolidSamples samples = sample_solid(context, fill, object, pins, particles, filled, part);
 
   ParticleFile file;
   file.solid_position = samples.position;
@@ -115,10 +124,15 @@ json seed_object(const Context& context, const RunDirectory& run, const StageInp
   options.count = particles;
   options.seed = context.seed;
   DrivingParticles drivers;
+  ElasticSamples material;
   if (adaptive) {
-    const ElasticSamples material =
-        given ? given_material(stage.material_file, file) : ElasticSamples::homogeneous(samples.size(), 1, 0, 1);
+    material = given ? given_material(stage.material_file, file) : ElasticSamples::homogeneous(samples.size(), 1, 0, 1);
     part = select_simulated(samples, pins, particles, material.young);
+  }
+  const BodyPieces body = find_body_pieces(samples, pins, part);
+  tell_loose(context, body);
+  write_pieces(run, object, scene.up, samples, body);
+  if (adaptive) {
     if (!given)
       context.progress.say(
           "seed: E is assumed to be uniform, so pgas places particles evenly (--material F.h5 gives E(x))");
@@ -161,6 +175,7 @@ json seed_object(const Context& context, const RunDirectory& run, const StageInp
           {"simulated_volume", part.volume},
           {"thin_samples", filled.thin_samples},
           {"thin_drivers", thin},
+          {"pieces", pieces_json(body)},
           {"pinned", held}};
 }
 
@@ -179,7 +194,7 @@ StageInputs<SeedStage> inputs_of(const RunDirectory& run, const Scene& scene, co
   const std::string folder = object_folder(run);
   in.files["object"] = run / (folder + "/object.ply");
   in.found = extracted(run, {"contact"});
-  in.outputs = {folder + "/particles.h5"};
+  in.outputs = {folder + "/particles.h5", "pieces.png"};
   return in;
 }
 

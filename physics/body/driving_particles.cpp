@@ -14,6 +14,8 @@
 namespace pliant {
 namespace {
 
+constexpr int kCoveringRounds = 3;
+
 /// Position along the Morton curve of x in [0, 1)^3, 20 bits an axis.
 uint64_t morton_key(const Vec3d& x) {
   uint64_t key = 0;
@@ -72,15 +74,33 @@ DrivingParticles kmeans_drivers(const DriverOptions& options, const SolidSamples
   drivers.position.resize(n);
   drivers.volume.resize(n);
   drivers.sample_driver.resize(m);
+  // Clustered by what the grid will see of them, so that a leaf gets as many drivers to a cell as a trunk.
+  SolidSamples seen = samples;
+  const double dx = cell_size_of(samples, find_rods(samples), n, [](size_t, double) { return true; });
+  seen.volume = simulated_volumes(samples, dx);
+  std::vector<double> up_to(m + 1, 0);
   const std::vector<int> order = curve_order(samples, options.seed);
-  for (size_t k = 0; k < m; ++k) drivers.sample_driver[order[k]] = static_cast<int>(k * n / m);
-  update_centres(samples, drivers);
+  for (size_t k = 0; k < m; ++k) up_to[k + 1] = up_to[k] + seen.volume[order[k]];
+  for (size_t k = 0; k < m; ++k) {
+    const double middle = 0.5 * (up_to[k] + up_to[k + 1]) / up_to[m];
+    drivers.sample_driver[order[k]] =
+        n == m ? static_cast<int>(k) : std::min(static_cast<int>(middle * n), static_cast<int>(n) - 1);
+  }
+  fill_empty(samples, drivers);
+  update_centres(seen, drivers);
   for (int iteration = 0; iteration < options.iterations && n < m; ++iteration) {
     assign_nearest(samples, drivers);
     fill_empty(samples, drivers);
-    update_centres(samples, drivers);
+    update_centres(seen, drivers);
   }
-  lay_on_grid(options.seed, samples, {}, drivers);
+  for (int round = 0; round < kCoveringRounds && n < m; ++round) {
+    if (!cover_samples(options.seed, samples, dx, drivers)) break;
+    assign_nearest(samples, drivers);
+    fill_empty(samples, drivers);
+    update_centres(seen, drivers);
+  }
+  update_centres(samples, drivers);
+  lay_on_grid(options.seed, samples, dx, drivers);
   return drivers;
 }
 

@@ -28,7 +28,8 @@ constexpr float kThinCells = 0.75f;
 constexpr double kThinnestPart = 0.05;
 
 struct DriverOptions {
-  int count = 8000;  ///< clusters; lowered to the number of samples when there are fewer
+  int count = 8000;  ///< clusters; lowered to the number of samples when there are fewer; thin parts get more where
+                     ///< they would be farther apart than hangs together
   uint64_t seed = 0;
   int iterations = 10;  ///< of Lloyd's algorithm
 };

@@ -146,21 +146,42 @@ std::vector<Surfel> select(const std::vector<Surfel>& surfels, const std::vector
 
 float sheet_thickness(const Surfel& s) { return std::max(s.thickness, 0.05f * std::sqrt(s.sheet_area)); }
 
-/// One sample per occupied cell of side h, at the weighted mean of the surfels in it.
+/// Points about `step` apart across the uniform ellipse that has the variance of a surfel's Gaussian.
+void points_across(const Surfel& s, float step, std::vector<Vec3f>& points) {
+  constexpr float kRadius = 2;  // standard deviations
+  constexpr int kMost = 64;     // points to either side of the middle
+  points.clear();
+  int count[2];
+  for (int a = 0; a < 2; ++a)
+    count[a] = std::min(kMost, static_cast<int>(std::lround(kRadius * s.extent[a].norm() / step)));
+  for (int i = -count[0]; i <= count[0]; ++i)
+    for (int j = -count[1]; j <= count[1]; ++j) {
+      const float u = static_cast<float>(i) / std::max(count[0], 1), v = static_cast<float>(j) / std::max(count[1], 1);
+      if (u * u + v * v <= 1) points.push_back(s.position + kRadius * (u * s.extent[0] + v * s.extent[1]));
+    }
+}
+
+/// One sample per cell of side h that sheets cross, at the weighted mean of what lies in it.
 void sample_sheets(const std::vector<Surfel>& sheets, const Vec3f& low, float h, SolidSamples& samples) {
   struct Sum {
     Vec3d position = Vec3d::Zero();
     double volume = 0, area = 0;
   };
   std::map<std::array<int, 3>, Sum> cells;
+  std::vector<Vec3f> points;
   for (const Surfel& s : sheets) {
-    const Vec3f u = (s.position - low) / h;
-    const double volume = static_cast<double>(s.sheet_area) * sheet_thickness(s);
-    if (!(volume > 0)) continue;  // needles and Gaussians that coincide have no area
-    Sum& sum = cells[{static_cast<int>(u.x()), static_cast<int>(u.y()), static_cast<int>(u.z())}];
-    sum.position += volume * s.position.cast<double>();
-    sum.volume += volume;
-    sum.area += s.sheet_area;
+    if (!(s.sheet_area > 0)) continue;  // needles and Gaussians that coincide have no area
+    points_across(s, h, points);
+    const double area = static_cast<double>(s.sheet_area) / static_cast<double>(points.size());
+    const double volume = area * sheet_thickness(s);
+    for (const Vec3f& x : points) {
+      const Vec3f u = (x - low) / h;
+      const auto floor_of = [](float f) { return static_cast<int>(std::floor(f)); };
+      Sum& sum = cells[{floor_of(u.x()), floor_of(u.y()), floor_of(u.z())}];
+      sum.position += volume * x.cast<double>();
+      sum.volume += volume;
+      sum.area += area;
+    }
   }
   for (const auto& [cell, sum] : cells) {
     samples.position.push_back((sum.position / sum.volume).cast<float>());

@@ -185,6 +185,8 @@ std::vector<Surfel> make_surfels(const SurfelOptions& options, const GaussianClo
         Surfel& s = surfels[i];
         s.position = position[i];
         s.normal = axes.col(0);
+        symmetric_eigen<float, 3>(covariance[i], value, axes);
+        for (int a = 0; a < 2; ++a) s.extent[a] = std::sqrt(std::max(0.0f, value[2 - a])) * axes.col(2 - a);
         // Discs of this radius cover a surface that is sampled at random; none reaches far beyond its own Gaussian.
         radius[i] = kReach * std::sqrt(covariance[i].trace());
         if (hits.size() > 1) radius[i] = std::min(radius[i], 0.7f * hits.back().distance);

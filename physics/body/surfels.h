@@ -12,7 +12,9 @@ struct Surfel {
   float area = 0;          ///< of the closed surface that it stands for
   float sheet_area = 0;    ///< the same if it is part of a thin sheet, whose two sides are one
   float side = 0;          ///< share of rays that escape in front minus that behind; near 0 for a sheet
-  float thickness = 0;     ///< of the layer of Gaussians around it, that of a slab with their spread
+  Vec3f extent[2] = {Vec3f::Zero(), Vec3f::Zero()};  ///< its Gaussian's two largest principal axes, each as long as one
+                                                     ///< standard deviation
+  float thickness = 0;  ///< of the layer of Gaussians around it, that of a slab with their spread
 
   /// Surfels that are equally open on both sides bound nothing.
   bool one_sided() const { return side >= 0.2f; }

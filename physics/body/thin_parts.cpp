@@ -8,11 +8,13 @@
 #include "gaussians/base/polar.h"
 #include "gaussians/base/portable.h"
 #include "gaussians/base/random.h"
+#include "physics/body/adaptive_drivers.h"
 
 namespace pliant {
 namespace {
 
-constexpr float kThickest = 4;  // sample spacings; thicker parts are simulated as they are
+constexpr double kCoverThin = 0.3, kCoverThicker = 0.45;  // cells that a sample is away from its driver at most
+constexpr float kThickest = 4;                            // sample spacings; thicker parts are simulated as they are
 constexpr float kPerCellOfRod = 8 * kThinCells * kThinCells;  // drivers of a thin rod along one cell
 constexpr float kLine = 0.1f;                                 // ratio of variances below which points form a line
 
@@ -50,15 +52,23 @@ std::vector<uint8_t> find_rods(const SolidSamples& samples) {
   return rod;
 }
 
+namespace {
+
+/// How many times a sample counts whose part is simulated as kThinCells dx thick.
+double growth_of(const SolidSamples& samples, const std::vector<uint8_t>& rod, size_t i, double dx) {
+  const double t = samples.thickness.empty() ? 0 : samples.thickness[i];
+  const double growth = t > 0 ? std::clamp(kThinCells * dx / t, 1.0, 1 / kThinnestPart) : 1.0;
+  return rod[i] ? growth * growth : growth;
+}
+
+}  // namespace
+
 double cell_size_of(const SolidSamples& samples, const std::vector<uint8_t>& rod, size_t count,
                     const std::function<bool(size_t, double)>& keep) {
   const auto volume_at = [&](double dx) {
     double sum = 0;
     for (size_t i = 0; i < samples.size(); ++i) {
-      if (!keep(i, dx)) continue;
-      const double t = samples.thickness.empty() ? 0 : samples.thickness[i];
-      const double growth = t > 0 ? std::clamp(kThinCells * dx / t, 1.0, 1 / kThinnestPart) : 1.0;
-      sum += samples.volume[i] * (rod[i] ? growth * growth : growth);
+      if (keep(i, dx)) sum += samples.volume[i] * growth_of(samples, rod, i, dx);
     }
     return sum;
   };
@@ -70,6 +80,36 @@ double cell_size_of(const SolidSamples& samples, const std::vector<uint8_t>& rod
     if (settled) break;
   }
   return dx;
+}
+
+std::vector<float> simulated_volumes(const SolidSamples& samples, double dx) {
+  const std::vector<uint8_t> rod = find_rods(samples);
+  std::vector<float> volume(samples.size());
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const double growth = growth_of(samples, rod, i, dx);
+    const bool in_thin_rod = rod[i] && growth > 1;
+    volume[i] = static_cast<float>(samples.volume[i] * (in_thin_rod ? std::max(1.0, 0.5 * growth) : growth));
+  }
+  return volume;
+}
+
+bool cover_samples(uint64_t seed, const SolidSamples& samples, double dx, DrivingParticles& drivers) {
+  if (samples.thickness.empty()) return false;
+  std::vector<Vec3f> far;
+  std::vector<float> reaches;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const float t = samples.thickness[i];
+    if (!(t > 0)) continue;  // in the bulk drivers lie close
+    const float reach = static_cast<float>((t < kThinCells * dx ? kCoverThin : kCoverThicker) * dx);
+    if ((samples.position[i] - drivers.position[drivers.sample_driver[i]]).norm() <= reach) continue;
+    far.push_back(samples.position[i]);
+    reaches.push_back(reach);
+  }
+  for (const int k : poisson_disk(far, reaches, seed)) {
+    drivers.position.push_back(far[k]);
+    drivers.volume.push_back(0);
+  }
+  return !far.empty();
 }
 
 namespace {
@@ -165,15 +205,9 @@ void spread_thin_parts(uint64_t seed, const SolidSamples& samples, DrivingPartic
 
 }  // namespace
 
-void lay_on_grid(uint64_t seed, const SolidSamples& samples, const std::vector<uint8_t>& sparsest,
-                 DrivingParticles& drivers) {
-  const std::vector<uint8_t> rod = find_rods(samples);
-  const size_t count =
-      sparsest.empty() ? drivers.size() : static_cast<size_t>(std::count(sparsest.begin(), sparsest.end(), 1));
-  CHECK(count > 0);
-  const auto keep = [&](size_t i, double) { return sparsest.empty() || sparsest[drivers.sample_driver[i]]; };
-  drivers.cell_size = static_cast<float>(cell_size_of(samples, rod, count, keep));
-  find_thickness(samples, rod, drivers);
+void lay_on_grid(uint64_t seed, const SolidSamples& samples, double dx, DrivingParticles& drivers) {
+  drivers.cell_size = static_cast<float>(dx);
+  find_thickness(samples, find_rods(samples), drivers);
   spread_thin_parts(seed, samples, drivers);
 }
 

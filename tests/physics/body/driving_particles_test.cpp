@@ -107,7 +107,8 @@ TEST(ThinParts, KeepMassAndBendingStiffness) {
     // The drivers lie around the middle with the variance of a slab, or of a round rod along each of two axes.
     EXPECT_NEAR(out / (full * full), rod ? 1.0 / 8 : 1.0 / 12, 0.01);
     EXPECT_NEAR(up, 0, 0.1 * full);
-    EXPECT_EQ(drivers.size(), rod ? 600u : 200u);
+    // Some more than wanted, where samples would be too far from their driver.
+    EXPECT_NEAR(drivers.size(), rod ? 600 : 200, 4);
     EXPECT_EQ(std::set<int>(drivers.sample_driver.begin(), drivers.sample_driver.end()).size(), drivers.size());
     EXPECT_NEAR(8 * particles.total_volume() / std::pow(particles.cell_size, 3), 200, 2);
   }

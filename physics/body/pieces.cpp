@@ -1,0 +1,185 @@
+#include "physics/body/pieces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+#include "gaussians/base/error.h"
+#include "gaussians/base/nearest.h"
+#include "gaussians/base/portable.h"
+
+namespace pliant {
+namespace {
+
+constexpr float kAlike = 0.3f;     // distance of colours in RGB
+constexpr float kParallel = 0.5f;  // cosine of the angle between normals
+constexpr float kAlong = 0.5f;     // sine of the angle between a gap and the surface
+constexpr float kNeedle = 0.35f;   // ratio of a Gaussian's two largest axes below which it has no normal
+
+/// Samples on both sides of a gap.
+struct Gap {
+  int from = -1, to = -1;
+  float length = 0;
+};
+
+/// What a Gaussian shows of the surface around it.
+struct Look {
+  Vec3f color, normal;  ///< normal zero for a needle
+};
+
+Look look_of(const GaussianCloud& cloud, int i) {
+  const Vec3f scale = cloud.log_scale[i].array().exp();
+  int order[3] = {0, 1, 2};
+  std::sort(order, order + 3, [&](int a, int b) { return scale[a] < scale[b]; });
+  Look look;
+  look.color = Vec3f::Constant(0.5f) + kSh0 * Eigen::Map<const Vec3f>(cloud.sh_of(i));
+  const bool needle = scale[order[1]] < kNeedle * scale[order[2]];
+  look.normal = needle ? Vec3f(Vec3f::Zero()) : Vec3f(rotation_matrix<float>(cloud.rotation[i]).col(order[0]));
+  return look;
+}
+
+/// Whether a gap along the unit vector `along` may be one in a surface that looks so on both sides.
+bool belong_together(const Look& a, const Look& b, const Vec3f& along) {
+  if ((a.color - b.color).norm() > kAlike) return false;
+  const bool both = !a.normal.isZero(0) && !b.normal.isZero(0);
+  return std::abs(a.normal.dot(along)) <= kAlong && std::abs(b.normal.dot(along)) <= kAlong &&
+         (!both || std::abs(a.normal.dot(b.normal)) >= kParallel);
+}
+
+/// Finds the gaps between the pieces of samples and says which of them are bridged.
+class Gaps {
+ public:
+  Gaps(const BridgeOptions& options, const GaussianCloud& object, const SolidSamples& samples)
+      : options_(options),
+        object_(object),
+        samples_(samples),
+        pieces_(find_pieces(samples.position, samples.volume, options.step)),
+        all_(samples.position),
+        shown_(object.position) {}
+
+  size_t pieces() const { return pieces_.size(); }
+
+  /// The shortest gaps that are bridged of every piece but the largest, no two of one piece closer than a step.
+  std::vector<Gap> bridged() const {
+    std::vector<std::vector<int>> members(pieces_.size());
+    for (size_t i = 0; i < samples_.size(); ++i)
+      if (pieces_.piece[i] > 0) members[pieces_.piece[i]].push_back(static_cast<int>(i));
+    std::vector<std::vector<Gap>> found(pieces_.size());
+    parallel_for(
+        static_cast<std::ptrdiff_t>(pieces_.size()) - 1,
+        [&](std::ptrdiff_t p) { found[p + 1] = bridged_of(members[p + 1]); }, 1);
+    std::vector<Gap> out;
+    for (const std::vector<Gap>& gaps : found) out.insert(out.end(), gaps.begin(), gaps.end());
+    return out;
+  }
+
+ private:
+  /// The shortest gap from sample `i` to another piece, up to `most`.
+  std::optional<Gap> gap_from(int i, float most, std::vector<NearestPoints::Hit>& hits) const {
+    all_.within(samples_.position[i], most, hits);
+    for (const NearestPoints::Hit& hit : hits)
+      if (pieces_.piece[hit.index] != pieces_.piece[i] && is_bridged({i, hit.index, hit.distance}))
+        return Gap{i, hit.index, hit.distance};
+    return std::nullopt;
+  }
+
+  bool is_bridged(const Gap& gap) const {
+    if (gap.length <= options_.plain) return true;
+    if (gap.length > options_.reach) return false;
+    const Vec3f a = samples_.position[gap.from], b = samples_.position[gap.to];
+    std::vector<NearestPoints::Hit> hit;
+    const auto look_at = [&](const Vec3f& x) {
+      shown_.query(x, 1, hit);
+      return look_of(object_, hit[0].index);
+    };
+    return belong_together(look_at(a), look_at(b), (b - a) / gap.length);
+  }
+
+  std::vector<Gap> bridged_of(const std::vector<int>& members) const {
+    std::vector<NearestPoints::Hit> hits;
+    std::vector<Gap> gaps;
+    float shortest = options_.reach;
+    for (const int i : members)
+      if (const std::optional<Gap> gap = gap_from(i, std::min(shortest + options_.step, options_.reach), hits)) {
+        shortest = std::min(shortest, gap->length);
+        gaps.push_back(*gap);
+      }
+    std::stable_sort(gaps.begin(), gaps.end(), [](const Gap& a, const Gap& b) { return a.length < b.length; });
+    std::vector<Gap> apart;
+    for (const Gap& gap : gaps) {
+      const Vec3f x = samples_.position[gap.from];
+      const auto near = [&](const Gap& g) { return (samples_.position[g.from] - x).norm() < options_.step; };
+      if (gap.length <= shortest + options_.step && std::none_of(apart.begin(), apart.end(), near))
+        apart.push_back(gap);
+    }
+    return apart;
+  }
+
+  const BridgeOptions& options_;
+  const GaussianCloud& object_;
+  const SolidSamples& samples_;
+  Pieces pieces_;
+  NearestPoints all_, shown_;
+};
+
+}  // namespace
+
+Pieces find_pieces(std::span<const Vec3f> points, std::span<const float> weight, float reach) {
+  CHECK(points.size() == weight.size());
+  const int n = static_cast<int>(points.size());
+  std::vector<int> parent(n);
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  const NearestPoints tree(points);
+  std::vector<NearestPoints::Hit> hits;
+  for (int i = 0; i < n; ++i) {
+    tree.within(points[i], reach, hits);
+    for (const NearestPoints::Hit& hit : hits)
+      if (hit.index < i) parent[root(hit.index)] = root(i);
+  }
+
+  std::vector<double> sum(n, 0);
+  for (int i = 0; i < n; ++i) sum[root(i)] += weight[i];
+  std::vector<int> roots;
+  for (int i = 0; i < n; ++i)
+    if (root(i) == i) roots.push_back(i);
+  std::stable_sort(roots.begin(), roots.end(), [&](int a, int b) { return sum[a] > sum[b]; });
+  Pieces pieces;
+  std::vector<int> number(n);
+  for (const int r : roots) {
+    number[r] = static_cast<int>(pieces.weight.size());
+    pieces.weight.push_back(sum[r]);
+  }
+  for (int i = 0; i < n; ++i) pieces.piece.push_back(number[root(i)]);
+  return pieces;
+}
+
+BridgeSummary bridge_gaps(const BridgeOptions& options, const GaussianCloud& object, SolidSamples& samples) {
+  constexpr int kRounds = 8;  // each at least halves the pieces that can be joined
+  BridgeSummary summary;
+  const size_t before = samples.size();
+  for (int round = 0; round < kRounds; ++round) {
+    const std::vector<Gap> gaps = Gaps(options, object, samples).bridged();
+    if (gaps.empty()) break;
+    for (const Gap& gap : gaps) {
+      const Vec3f a = samples.position[gap.from], b = samples.position[gap.to];
+      const int count = static_cast<int>(gap.length / (0.5f * options.step));
+      for (int k = 1; k <= count; ++k) {
+        samples.position.push_back(a + (b - a) * static_cast<float>(k) / static_cast<float>(count + 1));
+        samples.volume.push_back(0.5f * (samples.volume[gap.from] + samples.volume[gap.to]));
+        if (samples.thickness.empty()) continue;
+        const float one = samples.thickness[gap.from], other = samples.thickness[gap.to];
+        samples.thickness.push_back(one > 0 && other > 0 ? std::min(one, other) : std::max(one, other));
+      }
+    }
+    summary.bridges += static_cast<int>(gaps.size());
+  }
+  summary.samples = samples.size() - before;
+  return summary;
+}
+
+}  // namespace pliant
