@@ -65,6 +65,18 @@ HOST_DEVICE Mat3<T> cofactor(const Mat3<T>& F) {
   return C;
 }
 
+/// Derivative of cofactor(F) in the direction A, which is its own adjoint.
+template <class T>
+HOST_DEVICE Mat3<T> cofactor_derivative(const Mat3<T>& F, const Mat3<T>& A) {
+  Mat3<T> out;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const int a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, d = (j + 2) % 3;
+      out(i, j) = F(a, c) * A(b, d) + A(a, c) * F(b, d) - F(a, d) * A(b, c) - A(a, d) * F(b, c);
+    }
+  return out;
+}
+
 /// The rotation (det = +1) that maximises tr(R^T F), for any F: the dominant eigenvector of a symmetric 4 x 4 matrix
 /// is its quaternion (Davenport; Horn 1987).  Where several rotations are equally good, one is chosen by a fixed rule;
 /// F = 0 gives the identity.

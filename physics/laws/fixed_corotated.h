@@ -24,6 +24,24 @@ struct FixedCorotated {
     return shear + shear.transpose() + lambda * (J - 1) * J * Mat3<T>::Identity();
   }
 
+  /// P = dPsi/dF = 2 mu (F - R) + lambda (J - 1) cof F.
+  Mat3<T> piola(const Mat3<T>& F) const {
+    const Mat3<T> C = cofactor(F);
+    const T J = F.col(0).dot(C.col(0));
+    return 2 * mu * (F - polar_rotation(F)) + lambda * (J - 1) * C;
+  }
+  LawGradient<T> piola_adjoint(const Mat3<T>& F, const Mat3<T>& adj_P) const {
+    const Polar<T> p = polar(F);
+    const Mat3<T> C = cofactor(F), D = F - p.R;
+    const T J = F.col(0).dot(C.col(0)), along = adj_P.cwiseProduct(C).sum();
+    LawGradient<T> g;
+    g.F = 2 * mu * (adj_P - polar_rotation_derivative(p, adj_P)) +
+          lambda * (along * C + (J - 1) * cofactor_derivative(F, adj_P));
+    g.mu = 2 * adj_P.cwiseProduct(D).sum();
+    g.lambda = (J - 1) * along;
+    return g;
+  }
+
   /// dR is the only part that is not plain algebra, and its own adjoint.
   LawGradient<T> stress_adjoint(const Mat3<T>& F, const Mat3<T>& adj_tau) const {
     const Polar<T> p = polar(F);

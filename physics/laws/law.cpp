@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "gaussians/base/error.h"
 #include "physics/laws/drucker_prager.h"
 #include "physics/laws/fixed_corotated.h"
 #include "physics/laws/fluid.h"
@@ -140,6 +141,27 @@ LawGradient<T> kirchhoff_stress_adjoint(const LawPoint<T>& point, const Mat3<T>&
   return g;
 }
 
+bool has_piola(Law law) { return law == Law::kFixedCorotated || law == Law::kNeoHookean; }
+
+template <class T>
+Mat3<T> piola_stress(const LawPoint<T>& point, const Mat3<T>& F) {
+  CHECK(has_piola(point.material->law));
+  const Mat3<T> bounded = Bounded<T>(F).F;
+  if (point.material->law == Law::kNeoHookean) return NeoHookean<T>{point.mu, point.lambda}.piola(bounded);
+  return FixedCorotated<T>{point.mu, point.lambda}.piola(bounded);
+}
+
+template <class T>
+LawGradient<T> piola_stress_adjoint(const LawPoint<T>& point, const Mat3<T>& F, const Mat3<T>& adj_P) {
+  CHECK(has_piola(point.material->law));
+  const Bounded<T> bounded(F);
+  LawGradient<T> g = point.material->law == Law::kNeoHookean
+                         ? NeoHookean<T>{point.mu, point.lambda}.piola_adjoint(bounded.F, adj_P)
+                         : FixedCorotated<T>{point.mu, point.lambda}.piola_adjoint(bounded.F, adj_P);
+  g.F *= bounded.scale;
+  return g;
+}
+
 template <class T>
 void return_map(const LawPoint<T>& point, T dt, Mat3<T>& F, LawMemory<T>& memory) {
   const Material& m = *point.material;
@@ -201,6 +223,8 @@ double sound_speed(const Material& m, double young, double poisson, double densi
   template Mat3<T> kirchhoff_stress(const LawPoint<T>&, const Mat3<T>&, const LawMemory<T>&);               \
   template LawGradient<T> kirchhoff_stress_adjoint(const LawPoint<T>&, const Mat3<T>&, const LawMemory<T>&, \
                                                    const Mat3<T>&);                                         \
+  template Mat3<T> piola_stress(const LawPoint<T>&, const Mat3<T>&);                                        \
+  template LawGradient<T> piola_stress_adjoint(const LawPoint<T>&, const Mat3<T>&, const Mat3<T>&);         \
   template void return_map(const LawPoint<T>&, T, Mat3<T>&, LawMemory<T>&);                                 \
   template LawGradient<T> return_map_adjoint(const LawPoint<T>&, T, const Mat3<T>&, const LawMemory<T>&,    \
                                              const LawGradient<T>&);                                        \

@@ -42,6 +42,14 @@ template <class T>
 LawGradient<T> kirchhoff_stress_adjoint(const LawPoint<T>& point, const Mat3<T>& F, const LawMemory<T>& memory,
                                         const Mat3<T>& adj_tau);
 
+/// Whether a law is elastic and has P = dPsi/dF for any F, so that it can be computed in the reference configuration.
+bool has_piola(Law law);
+/// First Piola-Kirchhoff stress P = dPsi/dF [Pa] of such a law.
+template <class T>
+Mat3<T> piola_stress(const LawPoint<T>& point, const Mat3<T>& F);
+template <class T>
+LawGradient<T> piola_stress_adjoint(const LawPoint<T>& point, const Mat3<T>& F, const Mat3<T>& adj_P);
+
 /// Takes the trial state of a step of length dt, F = (I + dt C) F_n (F_viscous likewise), back to the yield surface.
 /// F_total is not touched.
 template <class T>

@@ -25,6 +25,26 @@ struct NeoHookean {
     return mu * (F * F.transpose()) + (lambda * g.value - mu) * g.slope * J * Mat3<T>::Identity();
   }
 
+  /// P = dPsi/dF = mu F + (lambda g - mu) g' cof F with g = ln J.
+  Mat3<T> piola(const Mat3<T>& F) const {
+    const Mat3<T> C = cofactor(F);
+    const LogVolume g = log_volume(F.col(0).dot(C.col(0)));
+    return mu * F + (lambda * g.value - mu) * g.slope * C;
+  }
+  LawGradient<T> piola_adjoint(const Mat3<T>& F, const Mat3<T>& adj_P) const {
+    const Mat3<T> C = cofactor(F);
+    const T J = F.col(0).dot(C.col(0)), along = adj_P.cwiseProduct(C).sum();
+    const LogVolume g = log_volume(J);
+    const T slope_of_slope = J < kSmallestVolume ? T(0) : -g.slope * g.slope;
+    const T pressure = lambda * g.value - mu;
+    LawGradient<T> out;
+    out.F = mu * adj_P + (lambda * g.slope * g.slope + pressure * slope_of_slope) * along * C +
+            pressure * g.slope * cofactor_derivative(F, adj_P);
+    out.mu = adj_P.cwiseProduct(F).sum() - g.slope * along;
+    out.lambda = g.value * g.slope * along;
+    return out;
+  }
+
   LawGradient<T> stress_adjoint(const Mat3<T>& F, const Mat3<T>& adj_tau) const {
     const Mat3<T> C = cofactor(F), A = T(0.5) * (adj_tau + adj_tau.transpose()), AF = A * F;
     const T J = F.col(0).dot(C.col(0)), trace = A.trace();

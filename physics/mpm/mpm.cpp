@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
@@ -51,6 +52,8 @@ Mpm<T>::Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin, 
   if (!plain) uniform_ = StressKind::kGiven;
   data_.side.resize(given);
   data_.given_stress.resize(6 * static_cast<size_t>(given));
+  CHECK_MSG(!options.lagrangian || (given == 0 && particles.object.empty() && !(options.flip_time > 0)),
+            "only one body of laws with a first Piola-Kirchhoff stress has a reference configuration");
 }
 
 template <class T>
@@ -76,12 +79,16 @@ void Mpm<T>::load(const BasicSimulationState<T>& state, const Vec3d& low, const 
   const Vec3d reach = Vec3d::Constant(static_cast<double>(data_.dx) * (BlockGrid::kSide * BlockGrid::kReach - 8));
   data_.low = low.cwiseMax(centre - reach).template cast<T>();
   data_.high = high.cwiseMin(centre + reach).template cast<T>();
+  if (options_.lagrangian) {  // the grid does not have to reach to where particles are
+    data_.low.setConstant(-std::numeric_limits<T>::infinity());
+    data_.high = -data_.low;
+  }
   std::vector<BlockGrid::Coordinates> block(n);
   strays_ = 0;
   for (size_t i = 0; i < n; ++i) {
     const Vec3<T> inside = state.x[i].cwiseMax(data_.low).cwiseMin(data_.high);
     strays_ += (inside.array() != state.x[i].array()).count();
-    block[i] = block_of(inside.data(), rest_[i].object);
+    block[i] = block_of(options_.lagrangian ? data_.reference[i].data() : inside.data(), rest_[i].object);
   }
   // Records lie in memory as the blocks are walked.
   data_.grid.build(block);
@@ -98,6 +105,8 @@ void Mpm<T>::load(const BasicSimulationState<T>& state, const Vec3d& low, const 
   });
   moved_.resize(n);
   fit_blocks();
+  if (options_.lagrangian) find_node_displacements(state);
+  steps_ = 0;
   if (sleeping()) load_rest(state);
   moves_since_reorder_ = 0;
   finite_ = true;

@@ -25,6 +25,9 @@ struct Totals {
 ///   m_i = sum w m_p, (m v)_i = sum w m_p (v_p + C_p (x_i - x_p)) - dt sum V0 tau (4 / dx^2) w (x_i - x_p)
 ///   v_i <- v_i + dt g, boundary conditions
 ///   v_p = sum w v_i, C_p = (4 / dx^2) sum w v_i (x_i - x_p)^T, F <- (I + dt C) F, x <- x + dt v.
+/// With MpmOptions::lagrangian weights and distances are those at rest, so that they never change: C is the gradient of
+/// v by the rest position, P takes the place of tau, F <- F + dt C.  In all but every transfer_every-th step nodes keep
+/// their velocity: (m v)_i <- m_i v_i - dt sum V0 P (4 / dx^2) w (X_i - X_p).
 template <class T>
 class Mpm {
  public:
@@ -35,7 +38,7 @@ class Mpm {
   /// Surface elements [m^2] of every particle at rest, which wind acts on.
   void set_exposure(std::vector<Vec3<T>> exposure);
 
-  /// Takes over a state.  Particles that leave [low, high] are put back and counted.
+  /// Takes over a state.  Particles that leave [low, high] are put back and counted, but for Lagrangian runs.
   void load(const BasicSimulationState<T>& state, const Vec3d& low, const Vec3d& high);
   /// Writes x, v, C, F in the order of the particles.
   void store(BasicSimulationState<T>& state) const;
@@ -53,11 +56,13 @@ class Mpm {
   /// Bytes of a snapshot, and of one step on a tape with the present blocks.
   size_t snapshot_bytes() const {
     return data_.record.size() * (sizeof(ParticleRecord<T>) + 2 * sizeof(int)) +
+           data_.node_displacement.size() * (sizeof(Vec3<T>) + sizeof(Node<T>)) +
            data_.side.size() * (sizeof(LawSide<T>) + 6 * sizeof(T));
   }
   size_t tape_bytes() const {
     return data_.record.size() * (sizeof(TapeParticle<T>) + sizeof(int)) +
            (data_.node.size() + data_.old_node.size()) * sizeof(Node<T>) +
+           data_.node_displacement.size() * (sizeof(Vec3<T>) + sizeof(Node<T>)) +
            data_.side.size() * (sizeof(LawMemory<T>) + 6 * sizeof(T));
   }
 
@@ -112,7 +117,13 @@ class Mpm {
   void sum_node_block(int n);
   void update_node_block(int n, T dt, const StepLoads<T>& loads);
   void apply_conditions(int n, const StepLoads<T>& loads);
-  void condition_node_block(int n, const StepLoads<T>& loads);
+  void condition_node_block(int n, T dt, const StepLoads<T>& loads);
+  const Vec3<T>* displacement_of(int n) const {
+    return options_.lagrangian ? data_.node_displacement.data() + static_cast<size_t>(n) * BlockGrid::kNodes : nullptr;
+  }
+  void begin_step();
+  void move_nodes(int n, T dt);
+  void find_node_displacements(const BasicSimulationState<T>& state);
   T flip(T dt) const;
   void gather_block(int b, T dt, const StepLoads<T>& loads);
   void damp_affine(int b, T strain_rate_kept, T spin_kept);
@@ -123,6 +134,7 @@ class Mpm {
 
   MpmData<T> data_;
   std::vector<ParticleRecord<T>> rest_;  // in the order of the particles, only constants
+  std::vector<Vec3<T>> gain_;            // [slots] m/s, what loads give to particles, in Lagrangian runs
   std::vector<int> moved_;               // places in their block of the particles that left it, block by block
   std::vector<GatherReport<T>> report_;  // of the last gather, per particle block
   const MpmKernels<T>* kernels_;
@@ -139,6 +151,8 @@ class Mpm {
   static constexpr int kReorderChunk = 2048;
   std::vector<ParticleRecord<T>> spare_record_;
   int64_t moves_since_reorder_ = 0, updates_ = 0;
+  int64_t steps_ = 0;  // since the last load
+  bool whole_ = true;  // whether this step transfers velocities from the particles to the nodes
   bool finite_ = true;
   double max_speed_ = 0;
   int64_t strays_ = 0;
@@ -150,11 +164,18 @@ class Mpm<T>::Snapshot {
   std::vector<ParticleRecord<T>> record_;
   std::vector<int> slot_;
   BlockGrid grid_;
+  std::vector<Vec3<T>> node_displacement_;
+  std::vector<Node<T>> node_velocity_;
+  int64_t steps_;
   std::vector<LawSide<T>> side_;
   std::vector<T> given_stress_;
   std::vector<BlockRest<T>> rest_of_block_;
   int64_t moves_since_reorder_;
 };
+
+/// First Piola-Kirchhoff stress P [9] of a law with nothing but Lame parameters, for any F [9].
+template <class T>
+void exact_piola(StressKind kind, const T* F, T mu, T lambda, T* P);
 
 extern template class Mpm<float>;
 extern template class Mpm<double>;

@@ -8,6 +8,13 @@ struct MpmOptions {
   /// Otherwise particles lose it within this time: new = grid + exp(-dt / flip_time) (old - grid's of the old), for v
   /// as in FLIP (Brackbill and Ruppel 1986) and for C alike; x and F move with the grid's velocity.
   double flip_time = 0;
+  /// Stencils stay those of the rest positions (Total Lagrangian MPM, de Vaucorbeil, Nguyen and Hutchinson 2020): what
+  /// is connected at rest stays connected however far it is stretched, and what is apart does not stick when it meets.
+  /// Nodes get their velocity from the particles when a state is loaded and after every so many steps, so that what the
+  /// particles do not see of it cannot grow; in between they keep it, so that transfers take nothing of the motion.
+  /// For one body of laws that has_piola, without flip_time.
+  bool lagrangian = false;
+  int transfer_every = 16;
   /// m/s; 0 = off.  Blocks whose particles and nodes stay slower than this for `sleep_time` are not computed until
   /// something near them moves or a load changes.
   double sleep_speed = 0;

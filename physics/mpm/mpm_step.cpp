@@ -37,13 +37,17 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
       }
       going = good && k < count;
       if (going) {
+        begin_step();
         prepare(k);
         clear_impulses(loads);
       }
       if (going && sleeping()) wake_on_change(loads);
       reordering = going && moves_since_reorder_ * kMovesPerReorder > static_cast<int64_t>(data_.record.size());
       if (reordering) spare_record_.resize(data_.record.size());
-      if (going && tape) tape->begin_step(dt, loads, data_.grid, data_.side.size(), flip(dt));
+      if (going && tape) {
+        tape->begin_step(dt, loads, data_.grid, data_.side.size(), flip(dt), options_.lagrangian);
+        tape->last().whole = whole_;
+      }
     } catch (...) {
       error = std::current_exception();
       going = false;
@@ -82,14 +86,14 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
         sum_node_block(n);
         if (tape) record_node_block(n, tape->last());
         update_node_block(n, dt, loads);
-        if (!data_.grid.has_siblings()) condition_node_block(n, loads);
+        if (!data_.grid.has_siblings()) condition_node_block(n, dt, loads);
       }
       barrier->wait();
       if (data_.grid.has_siblings()) {
         for (int n; (n = contact.take()) < data_.grid.node_blocks();)
           apply_object_contact(loads, data_.grid, data_.dx, data_.node, n);
         barrier->wait();
-        for (int n; (n = conditions.take()) < data_.grid.node_blocks();) condition_node_block(n, loads);
+        for (int n; (n = conditions.take()) < data_.grid.node_blocks();) condition_node_block(n, dt, loads);
         barrier->wait();
       }
       for (int b; (b = gather.take()) < data_.grid.particle_blocks();) gather_block(b, dt, loads);
@@ -121,6 +125,9 @@ void Mpm<T>::record_node_block(int n, TapeStep<T>& step) const {
   const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
   std::copy_n(data_.node.data() + first, BlockGrid::kNodes, step.node.data() + first);
   if (step.flip > T(0)) std::copy_n(data_.old_node.data() + first, BlockGrid::kNodes, step.old_node.data() + first);
+  if (!options_.lagrangian) return;
+  std::copy_n(data_.node_velocity.data() + first, BlockGrid::kNodes, step.old_node.data() + first);
+  std::copy_n(data_.node_displacement.data() + first, BlockGrid::kNodes, step.node_displacement.data() + first);
 }
 
 template <class T>
@@ -129,6 +136,9 @@ typename Mpm<T>::Snapshot Mpm<T>::save() const {
   snapshot.record_ = data_.record;
   snapshot.slot_ = data_.slot;
   snapshot.grid_ = data_.grid;
+  snapshot.node_displacement_ = data_.node_displacement;
+  snapshot.node_velocity_ = data_.node_velocity;
+  snapshot.steps_ = steps_;
   snapshot.side_ = data_.side;
   snapshot.given_stress_ = data_.given_stress;
   snapshot.rest_of_block_ = rest_of_block_;
@@ -142,6 +152,9 @@ void Mpm<T>::restore(const Snapshot& snapshot) {
   data_.record = snapshot.record_;
   data_.slot = snapshot.slot_;
   data_.grid = snapshot.grid_;
+  data_.node_displacement = snapshot.node_displacement_;
+  data_.node_velocity = snapshot.node_velocity_;
+  steps_ = snapshot.steps_;
   data_.side = snapshot.side_;
   data_.given_stress = snapshot.given_stress_;
   rest_of_block_ = snapshot.rest_of_block_;
@@ -151,6 +164,7 @@ void Mpm<T>::restore(const Snapshot& snapshot) {
 
 template <class T>
 void Mpm<T>::particles_to_grid(T dt, const StepLoads<T>& loads) {
+  begin_step();
   clear_impulses(loads);
   for (int b = 0; b < data_.grid.particle_blocks(); ++b) scatter_block(b, dt, loads);
   for (int n = 0; n < data_.grid.node_blocks(); ++n) sum_node_block(n);
@@ -162,7 +176,7 @@ void Mpm<T>::update_grid(T dt, const StepLoads<T>& loads) {
   for (int n = 0; n < blocks; ++n) update_node_block(n, dt, loads);
   if (data_.grid.has_siblings())
     for (int n = 0; n < blocks; ++n) apply_object_contact(loads, data_.grid, data_.dx, data_.node, n);
-  for (int n = 0; n < blocks; ++n) condition_node_block(n, loads);
+  for (int n = 0; n < blocks; ++n) condition_node_block(n, dt, loads);
 }
 
 template <class T>

@@ -46,9 +46,11 @@ Totals Mpm<T>::grid_totals(bool velocities) const {
     for (int k = 0; k < BlockGrid::kNodes; ++k) {
       const Node<T>& node = data_.node[static_cast<size_t>(n) * BlockGrid::kNodes + k];
       const double mass = node.lane[3];
-      const Vec3d x = data_.origin.template cast<double>() +
-                      double(data_.dx) * Vec3d(kSide * block.x + k / (kSide * kSide),
-                                               kSide * block.y + k / kSide % kSide, kSide * block.z + k % kSide);
+      Vec3d x = data_.origin.template cast<double>() + double(data_.dx) * Vec3d(kSide * block.x + k / (kSide * kSide),
+                                                                                kSide * block.y + k / kSide % kSide,
+                                                                                kSide * block.z + k % kSide);
+      if (options_.lagrangian)
+        x += data_.node_displacement[static_cast<size_t>(n) * BlockGrid::kNodes + k].template cast<double>();
       const Vec3d momentum = Vec3d(node.lane[0], node.lane[1], node.lane[2]) * (velocities ? mass : 1.0);
       totals.mass += mass;
       totals.momentum += momentum;
@@ -66,7 +68,14 @@ Totals Mpm<T>::particle_totals() const {
     const Vec3d x(r.x[0], r.x[1], r.x[2]), v(r.v[0], r.v[1], r.v[2]);
     totals.mass += m;
     totals.momentum += m * v;
-    totals.angular += m * x.cross(v) + inertia * Vec3d(r.C[7] - r.C[5], r.C[2] - r.C[6], r.C[3] - r.C[1]);
+    totals.angular += m * x.cross(v);
+    if (!options_.lagrangian) {
+      totals.angular += inertia * Vec3d(r.C[7] - r.C[5], r.C[2] - r.C[6], r.C[3] - r.C[1]);
+      continue;
+    }
+    // Arms are F d, velocities C d.
+    for (int k = 0; k < 3; ++k)
+      totals.angular += inertia * Vec3d(r.F[k], r.F[3 + k], r.F[6 + k]).cross(Vec3d(r.C[k], r.C[3 + k], r.C[6 + k]));
   }
   return totals;
 }

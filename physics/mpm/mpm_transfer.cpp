@@ -33,7 +33,8 @@ ParticleRun<T> Mpm<T>::run_of(int b) {
           data_.grid.begin(b + 1) - begin,
           {data_.origin[0], data_.origin[1], data_.origin[2]},
           data_.dx,
-          data_.inverse_dx};
+          data_.inverse_dx,
+          options_.lagrangian ? data_.rest_place.data() + 4 * static_cast<size_t>(begin) : nullptr};
 }
 
 /// What the loads give to single particles.
@@ -43,12 +44,17 @@ void Mpm<T>::apply_body_loads(int b, T dt, const StepLoads<T>& loads) {
     ParticleRecord<T>& r = data_.record[data_.grid.order()[s]];
     if (r.bits == 0) continue;
     const LoadedParticle<T> p = loaded_particle(data_, r, r.x, r.v, r.F);
+    Vec3<T> sum = Vec3<T>::Zero();
     for (size_t l = 0; l < loads.body.size(); ++l) {
       if ((r.bits & loads.body[l].bit) == 0) continue;
       const Vec3<T> gain = velocity_gain(loads.body[l], dt, p);
-      for (int a = 0; a < 3; ++a) r.v[a] += gain[a];
+      sum += gain;
       particle_impulse_[b * loads.body.size() + l] += static_cast<double>(r.mass) * gain.template cast<double>();
     }
+    if (options_.lagrangian)
+      gain_[s] = sum;
+    else
+      for (int a = 0; a < 3; ++a) r.v[a] += sum[a];
   }
 }
 
@@ -61,8 +67,11 @@ void Mpm<T>::scatter_block(int b, T dt, const StepLoads<T>& loads) {
   in.dt = dt;
   in.viscosity_time = loads.viscosity_time;
   in.inertia_only = false;
+  in.whole = whole_;
+  in.gain = options_.lagrangian && !loads.body.empty() ? gain_[data_.grid.begin(b)].data() : nullptr;
   in.given_stress = data_.given_stress.data();
   in.exact_stress = exact_stress<T>;
+  in.exact_piola = exact_piola<T>;
   const bool uniform = uniform_ != StressKind::kGiven && !(loads.viscosity_time > T(0));
   const int which = static_cast<int>(uniform ? uniform_ : StressKind::kGiven);
   const size_t patch = static_cast<size_t>(b) * BlockGrid::kPatchNodes;
@@ -84,7 +93,13 @@ void Mpm<T>::sum_node_block(int n) {
     kernels_->sum_nodes(patch, node);
     return node;
   };
-  sum(data_.patch, data_.node);
+  T* node = sum(data_.patch, data_.node);
+  if (!whole_) {
+    // What is summed is the change; masses stay.
+    const T* before = data_.node_velocity[static_cast<size_t>(n) * BlockGrid::kNodes].lane;
+    for (int k = 0; k < 4 * BlockGrid::kNodes; ++k)
+      if (k % 4 != 3) node[k] += node[k | 3] * before[k];
+  }
   if (!(options_.flip_time > 0)) return;
   const T none[3] = {};
   kernels_->update_nodes(sum(data_.old_patch, data_.old_node), none, T(1));
@@ -102,14 +117,16 @@ void Mpm<T>::apply_conditions(int n, const StepLoads<T>& loads) {
   const double dx = data_.dx;
   const Vec3d first = data_.origin.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z);
   apply_node_conditions<T>(
-      loads, {data_.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, first, dx, block.object},
+      loads,
+      {data_.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, first, dx, block.object, displacement_of(n)},
       node_impulse_.data() + static_cast<size_t>(n) * (loads.colliders.size() + loads.pins.size()));
 }
 
 /// Conditions on the updated velocities of a block, and how they move for those who may sleep.
 template <class T>
-void Mpm<T>::condition_node_block(int n, const StepLoads<T>& loads) {
+void Mpm<T>::condition_node_block(int n, T dt, const StepLoads<T>& loads) {
   apply_conditions(n, loads);
+  if (options_.lagrangian) move_nodes(n, dt);
   if (sleeping()) measure_motion(n);
 }
 

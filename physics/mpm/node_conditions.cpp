@@ -17,6 +17,23 @@ Vec3d middle(const NodeBlock<T>& block) {
   return block.first + Vec3d::Constant(0.5 * (BlockGrid::kSide - 1) * block.dx);
 }
 
+/// Around all nodes of a block, where they are now.
+struct Ball {
+  Vec3d centre;
+  double radius;
+};
+template <class T>
+Ball ball_around(const NodeBlock<T>& block) {
+  Ball ball{middle(block), kReachOfBlock * block.dx};
+  if (!block.displacement) return ball;
+  ball.centre.setZero();
+  for (int k = 0; k < BlockGrid::kNodes; ++k) ball.centre += block.position(k) / BlockGrid::kNodes;
+  ball.radius = 0;
+  for (int k = 0; k < BlockGrid::kNodes; ++k)
+    ball.radius = std::max(ball.radius, (block.position(k) - ball.centre).norm());
+  return ball;
+}
+
 /// Cells outside the surface up to which nodes are held.
 double reach(const Collider& collider) { return collider.kind == ContactKind::kSeparating ? kTolerance : kPinReach; }
 
@@ -24,7 +41,8 @@ double reach(const Collider& collider) { return collider.kind == ContactKind::kS
 template <class T, class Visit>
 void for_touched_nodes(const StepLoads<T>& loads, const NodeBlock<T>& block, const Collider& collider, Visit&& visit) {
   const double dx = block.dx;
-  if (collider.surface(middle(block)).distance > (reach(collider) + kReachOfBlock) * dx) return;
+  const Ball ball = ball_around(block);
+  if (collider.surface(ball.centre).distance > reach(collider) * dx + ball.radius) return;
   const size_t object = static_cast<size_t>(block.object);
   const double full = object < loads.density.size() ? loads.density[object] * dx * dx * dx : 0;
   const double share = collider.kind == ContactKind::kSeparating ? 1 : kHeldShare;
@@ -51,7 +69,7 @@ void for_pinned_nodes(const NodeBlock<T>& block, const Region& pin, Visit&& visi
   if (distance - half > reach) return;
   const bool whole = distance + half <= reach;
   for (int k = 0; k < BlockGrid::kNodes; ++k)
-    if (whole || pin.signed_distance(block.position(k)) <= reach) visit(k);
+    if (whole || pin.signed_distance(block.rest_position(k)) <= reach) visit(k);
 }
 
 template <class T>
@@ -101,7 +119,7 @@ void apply_node_conditions_adjoint(const StepLoads<T>& loads, const NodeBlock<T>
   std::vector<std::array<Node<T>, BlockGrid::kNodes>> met(loads.colliders.size());
   std::array<Node<T>, BlockGrid::kNodes> now;
   std::copy_n(block.node, BlockGrid::kNodes, now.begin());
-  const NodeBlock<T> moving{now.data(), block.first, block.dx, block.object};
+  const NodeBlock<T> moving{now.data(), block.first, block.dx, block.object, block.displacement};
   for (size_t c = 0; c < met.size(); ++c) {
     const Collider& collider = loads.colliders[c];
     met[c] = now;

@@ -15,13 +15,18 @@ struct alignas(4 * sizeof(T)) Node {
 template <class T>
 struct NodeBlock {
   Node<T>* node;
-  Vec3d first;     ///< m
-  double dx;       ///< m
-  int object = 0;  ///< whose nodes they are
+  Vec3d first;                            ///< m
+  double dx;                              ///< m
+  int object = 0;                         ///< whose nodes they are
+  const Vec3<T>* displacement = nullptr;  ///< [64] m, in Lagrangian runs
 
-  Vec3d position(int k) const {
+  Vec3d rest_position(int k) const {
     constexpr int s = BlockGrid::kSide;
     return first + dx * Vec3d(k / (s * s), k / s % s, k % s);
+  }
+  Vec3d position(int k) const {
+    const Vec3d at = rest_position(k);
+    return displacement ? Vec3d(at + displacement[k].template cast<double>()) : at;
   }
 };
 
@@ -36,7 +41,8 @@ double filled_share(double distance);
 /// Makes the velocities of a block's nodes obey the pins and colliders of `loads`; lane 3 is the mass.
 /// A node in or near a collider is held back only once it has the mass that a body touching the surface gives it: so
 /// contact begins when surfaces meet, wherever the nodes lie, and not a cell earlier.  What sticks or slips is
-/// held until three quarters of that mass are gone.
+/// held until three quarters of that mass are gone.  Colliders act on nodes where they are now; pins in Lagrangian runs
+/// on those that were in the region at rest, so that nothing else sticks to them.
 /// `impulse`, if given, has room for one vector per collider and one per pin, to which the momentum [N s] given to the
 /// nodes is added.
 template <class T>

@@ -6,6 +6,7 @@
 
 #include "gaussians/base/error.h"
 #include "physics/body/surface_elements.h"
+#include "physics/laws/law.h"
 #include "physics/laws/material.h"
 #include "physics/simulate/rest_shape.h"
 #include "physics/simulate/settle.h"
@@ -34,6 +35,10 @@ void validate(const SimulateOptions& options, const BasicParticles<T>& particles
   require(options.settle_time >= 0, "settle_time", options.settle_time, "give seconds, 0 = none");
   require(options.max_retries >= 0, "max_retries", options.max_retries, "give a number of halvings");
   require(options.gravity.allFinite(), "gravity", options.gravity.norm(), "give three finite numbers");
+
+  if (const std::string why = why_not_lagrangian(options, particles);
+      options.grid == GridKind::kLagrangian && !why.empty())
+    throw usage_error("simulate", "grid", "cannot be Lagrangian: " + why, "use the Eulerian grid");
 
   const size_t n = particles.size();
   require(n > 0, "particles", 0, "seed the object first; it has no driving particle");
@@ -170,6 +175,19 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
   return result;
 }
 
+template <class T>
+std::string why_not_lagrangian(const SimulateOptions& options, const BasicParticles<T>& particles) {
+  for (const Material& material : particles.materials)
+    if (!has_piola(material.law)) return std::string("the law ") + law_name(material.law) + " has no reference shape";
+  if (!particles.object.empty()) return "several bodies meet on one grid";
+  if (options.rest_shape == RestShapeMode::kSolve) return "the body starts with pre-stress";
+  if (options.flip_time > 0) return "flip_time blends what such a grid keeps anyway";
+  if (options.pic || options.strain_rate_damping > 0) return "transfers damp the affine velocity";
+  return "";
+}
+
+template std::string why_not_lagrangian(const SimulateOptions&, const BasicParticles<float>&);
+template std::string why_not_lagrangian(const SimulateOptions&, const BasicParticles<double>&);
 template BasicSimulateResult<float> simulate(const SimulateOptions&, const BasicParticles<float>&,
                                              const std::vector<Interaction>&, BasicSimulationState<float>,
                                              const BasicFrameSink<float>&);

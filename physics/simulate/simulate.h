@@ -17,6 +17,12 @@ enum class RestShapeMode {
   kSolve,     ///< it is in equilibrium under gravity: the unloaded shape is found, the body carries the pre-stress
 };
 
+/// Where stencils lie.
+enum class GridKind {
+  kEulerian,    ///< under the particles as they move: for every law, and what peers do
+  kLagrangian,  ///< where the particles were at rest: elastic bodies neither tear nor stick; see MpmOptions
+};
+
 struct SimulateOptions {
   double fps = 30;
   double duration = 3;             ///< s; frames = round(fps * duration)
@@ -36,6 +42,7 @@ struct SimulateOptions {
   int max_retries = 4;                                  ///< halvings of the time step before a frame is given up
   double flip_time = 0;                                 ///< s, 0 = APIC; see MpmOptions
   double sleep_speed = 0;                               ///< m/s, 0 = off; see MpmOptions
+  GridKind grid = GridKind::kEulerian;
 };
 
 struct SimulateSummary {
@@ -61,6 +68,10 @@ struct SimulateSummary {
   bool gravity_cancelled = false;  ///< a pin holds the body, whose captured shape is its equilibrium
   std::vector<std::string> warnings;
 };
+
+/// Why these particles cannot be simulated on a Lagrangian grid, as a clause; empty when they can.
+template <class T>
+std::string why_not_lagrangian(const SimulateOptions& options, const BasicParticles<T>& particles);
 
 template <class T>
 struct BasicSimulateResult {
@@ -89,6 +100,8 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
                                 const std::vector<Interaction>& interactions, BasicSimulationState<T> start,
                                 const BasicFrameSink<T>& sink = {});
 
+extern template std::string why_not_lagrangian(const SimulateOptions&, const BasicParticles<float>&);
+extern template std::string why_not_lagrangian(const SimulateOptions&, const BasicParticles<double>&);
 extern template BasicSimulateResult<float> simulate(const SimulateOptions&, const BasicParticles<float>&,
                                                     const std::vector<Interaction>&, BasicSimulationState<float>,
                                                     const BasicFrameSink<float>&);

@@ -45,7 +45,9 @@ Simulator<T>::Simulator(const SimulateOptions& options, const BasicParticles<T>&
       dx_(options.cell_size > 0 ? options.cell_size : static_cast<double>(particles.cell_size)),
       schedule_(options, particles, interactions),
       solver_(particles, dx_, grid_origin(particles, dx_),
-              {.flip_time = options.flip_time, .sleep_speed = options.sleep_speed}),
+              {.flip_time = options.flip_time,
+               .lagrangian = options.grid == GridKind::kLagrangian,
+               .sleep_speed = options.sleep_speed}),
       summary_(summary) {
   solver_.set_load_bits(schedule_.bits());
   if (schedule_.has_wind()) solver_.set_exposure(surface_elements(particles, dx_));

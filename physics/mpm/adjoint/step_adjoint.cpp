@@ -52,6 +52,7 @@ void StepAdjoint<T>::load(const StateGradient<T>& gradient, const BasicSimulatio
   for (size_t s = 0; s < record_.size(); ++s) sorted[s] = record_[slot_[last.index[s]]];
   record_ = std::move(sorted);
   memory_.assign(solver_.side.size(), {});
+  adj_velocity_.assign(last.node_displacement.size(), Vec3<T>::Zero());
   uniform_ = static_cast<StressKind>(static_cast<int>(solver_.record[0].stress_kind));
   for (size_t s = 0; s < record_.size(); ++s) {
     AdjointRecord<T>& r = record_[s];

@@ -100,6 +100,7 @@ class StepAdjoint {
   void reverse_conditions(const TapeStep<T>& step, int n);
   void reverse_contact(const TapeStep<T>& step, int n);
   void reverse_update(const TapeStep<T>& step, int n);
+  void reverse_node_momentum(const TapeStep<T>& step, int n);
   void reverse_scatter(const TapeStep<T>& step, int b);
   std::vector<T> loaded_velocities(const TapeStep<T>& step, int b) const;
   void reverse_body_loads(const TapeStep<T>& step, int b);
@@ -110,19 +111,20 @@ class StepAdjoint {
   const MpmData<T>& solver_;
   const MpmKernels<T>& forward_;
   const AdjointKernels<T>& kernels_;
-  StressKind uniform_;                             // law of all particles, or kGiven
-  std::vector<AdjointRecord<T>> record_;           // in block order of the last step loaded
-  std::vector<MemoryGradient<T>> memory_;          // by ParticleRecord::side
-  std::vector<int> slot_;                          // of particle i in record_
-  std::vector<int> place_;                         // of particle i in the step of `motion_of`
-  AdjointRun<T> run_;                              // what the blocks of the present step have in common
-  std::vector<Node<T>> velocity_;                  // [node blocks, 4, 4, 4] after the conditions
-  std::vector<Node<T>> updated_;                   // before the conditions
-  std::vector<Node<T>> before_contact_;            // before contact between objects, where there is any
-  std::vector<Node<T>> by_contact_mass_;           // see ContactGradient
-  std::vector<double> by_density_;                 // [node blocks]
-  std::vector<Node<T>> patch_;                     // [particle blocks, 6, 6, 6] derivatives by them
-  std::vector<Node<T>> adj_node_;                  // [node blocks, 4, 4, 4] summed; then by momentum and mass
+  StressKind uniform_;                     // law of all particles, or kGiven
+  std::vector<AdjointRecord<T>> record_;   // in block order of the last step loaded
+  std::vector<MemoryGradient<T>> memory_;  // by ParticleRecord::side
+  std::vector<int> slot_;                  // of particle i in record_
+  std::vector<int> place_;                 // of particle i in the step of `motion_of`
+  AdjointRun<T> run_;                      // what the blocks of the present step have in common
+  std::vector<Node<T>> velocity_;          // [node blocks, 4, 4, 4] after the conditions
+  std::vector<Node<T>> updated_;           // before the conditions
+  std::vector<Node<T>> before_contact_;    // before contact between objects, where there is any
+  std::vector<Node<T>> by_contact_mass_;   // see ContactGradient
+  std::vector<double> by_density_;         // [node blocks]
+  std::vector<Node<T>> patch_;             // [particle blocks, 6, 6, 6] derivatives by them
+  std::vector<Node<T>> adj_node_;          // [node blocks, 4, 4, 4] summed; then by momentum and mass
+  std::vector<Vec3<T>> adj_velocity_;      // [node blocks, 4, 4, 4] of a Lagrangian grid, by those after the step
   std::vector<Node<T>> old_patch_, adj_old_node_;  // the same for velocities before the step, where flip > 0
   std::vector<BodyLoadGradient> block_sums_;       // [particle blocks, body loads]
   std::vector<StepLoadsGradient> node_sums_;       // [node blocks]

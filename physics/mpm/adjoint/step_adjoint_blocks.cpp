@@ -51,6 +51,15 @@ void exact_adjoint(StressKind kind, const T* F, T mu, T lambda, const T* S, T* b
   by_lame[1] = g.lambda;
 }
 
+template <class T>
+void exact_piola_adjoint(StressKind kind, const T* F, T mu, T lambda, const T* adj_P, T* by_F, T* by_lame) {
+  const LawGradient<T> g = piola_stress_adjoint<T>(plain_point(kind, mu, lambda), Eigen::Map<const RowMajor<T>>(F),
+                                                   Eigen::Map<const RowMajor<T>>(adj_P));
+  Eigen::Map<RowMajor<T>>{by_F} = g.F;
+  by_lame[0] = g.mu;
+  by_lame[1] = g.lambda;
+}
+
 /// The nodes of a particle block's patch, out of its eight node blocks.
 template <class T>
 void collect_patch(const BlockGrid& grid, int b, const std::vector<Node<T>>& nodes, Node<T>* patch) {
@@ -88,6 +97,7 @@ void StepAdjoint<T>::begin_step(const StepTape<T>& tape, const TapeStep<T>& step
   run_.record = record_.data();
   run_.exact_stress = exact_stress<T>;
   run_.exact_adjoint = exact_adjoint<T>;
+  run_.exact_piola_adjoint = exact_piola_adjoint<T>;
   const BlockGrid& grid = *step.grid;
   velocity_.resize(step.node.size());
   updated_.resize(step.node.size());
@@ -112,6 +122,9 @@ AdjointRun<T> StepAdjoint<T>::run_of(const TapeStep<T>& step, int b) const {
   run.particle = step.particle.data() + step.begin[b];
   run.index = step.index.data() + step.begin[b];
   run.count = step.begin[b + 1] - step.begin[b];
+  if (!step.node_displacement.empty())
+    run.rest_place = solver_.rest_place.data() + 4 * static_cast<size_t>(step.begin[b]);
+  run.whole = step.whole;
   return run;
 }
 
@@ -120,7 +133,9 @@ NodeBlock<T> StepAdjoint<T>::node_block(const TapeStep<T>& step, std::vector<Nod
   const BlockGrid::Coordinates& block = step.grid->node_block(n);
   const double dx = solver_.dx;
   return {block_of(nodes, n), solver_.origin.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z),
-          dx, block.object};
+          dx, block.object,
+          step.node_displacement.empty() ? nullptr
+                                         : step.node_displacement.data() + static_cast<size_t>(n) * BlockGrid::kNodes};
 }
 
 template <class T>
@@ -262,8 +277,9 @@ void StepAdjoint<T>::reverse_gather(const TapeStep<T>& step, int b) {
     Node<T>* patch = patches.data() + static_cast<size_t>(b) * BlockGrid::kPatchNodes;
     return std::fill_n(patch, BlockGrid::kPatchNodes, Node<T>{}), patch->lane;
   };
-  collect_patch(*step.grid, b, velocity_, velocity[0]);
-  if (step.flip > T(0) || step.loads.strain_rate_kept != T(1) || step.loads.spin_kept != T(1))
+  const bool lagrangian = !step.node_displacement.empty();
+  if (!lagrangian) collect_patch(*step.grid, b, velocity_, velocity[0]);
+  if (!lagrangian && (step.flip > T(0) || step.loads.strain_rate_kept != T(1) || step.loads.spin_kept != T(1)))
     reverse_affine_damping(step, b, velocity[0]);
   AdjointRun<T> run = run_of(step, b);
   std::vector<T> by_grid_C(particles_.has_memory() ? 9 * static_cast<size_t>(run.count) : 0);
@@ -291,6 +307,10 @@ void StepAdjoint<T>::reverse_conditions(const TapeStep<T>& step, int n) {
   };
   const NodeBlock<T> block = node_block(step, adj_node_, n);
   sum(patch_, block.node);
+  if (!step.node_displacement.empty())
+    for (int k = 0; k < BlockGrid::kNodes; ++k)
+      for (int a = 0; a < 3; ++a)
+        block.node[k].lane[a] += adj_velocity_[static_cast<size_t>(n) * BlockGrid::kNodes + k][a];
   if (step.flip > T(0)) {
     sum(old_patch_, block_of(adj_old_node_, n));
     reverse_node_average(step.old_node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, block_of(adj_old_node_, n));
@@ -312,6 +332,22 @@ void StepAdjoint<T>::reverse_update(const TapeStep<T>& step, int n) {
   reverse_node_update(step.dt, step.loads, step.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, adj,
                       node_sums_[n]);
   if (step.grid->has_siblings()) add_contact_masses(*step.grid, by_contact_mass_, n, adj);
+  if (!step.node_displacement.empty()) reverse_node_momentum(step, n);
+}
+
+/// Where momenta were not whole, they were mass times the velocity before the step, and the change.
+template <class T>
+void StepAdjoint<T>::reverse_node_momentum(const TapeStep<T>& step, int n) {
+  for (int k = 0; k < BlockGrid::kNodes; ++k) {
+    const size_t at = static_cast<size_t>(n) * BlockGrid::kNodes + k;
+    T* adj = adj_node_[at].lane;
+    adj_velocity_[at].setZero();
+    if (step.whole) continue;
+    for (int a = 0; a < 3; ++a) {
+      adj_velocity_[at][a] = step.node[at].lane[3] * adj[a];
+      adj[3] += step.old_node[at].lane[a] * adj[a];
+    }
+  }
 }
 
 template <class T>
@@ -335,7 +371,14 @@ void StepAdjoint<T>::reverse_scatter(const TapeStep<T>& step, int b) {
   }
   kernels_.scatter[static_cast<int>(uniform ? uniform_ : StressKind::kGiven)](run, patch[0]->lane, patch[1]->lane);
   if (!memory_.empty()) reverse_given_stress(step, b, by_stress.data());
-  if (!loaded_v.empty()) reverse_body_loads(step, b);
+  if (loaded_v.empty()) return;
+  reverse_body_loads(step, b);
+  // What loads gave went to the nodes of a Lagrangian grid, whose velocities are not the particles'.
+  if (run.rest_place && !step.whole)
+    for (int s = step.begin[b]; s < step.begin[b + 1]; ++s) {
+      AdjointRecord<T>& r = record_[slot_[step.index[s]]];
+      for (int a = 0; a < 3; ++a) r.v[a] -= r.v_after[a];
+    }
 }
 
 template <class T>

@@ -136,12 +136,4 @@ INLINE void reverse_gather_run(const AdjointRun<T>& run, const T* velocity, T* p
   }
 }
 
-template <class T>
-void reverse_gather(const AdjointRun<T>& run, const T* velocity, T* patch, const T* old_velocity, T* old_patch) {
-  if (run.flip > T(0))
-    reverse_gather_run<T, true>(run, velocity, patch, old_velocity, old_patch);
-  else
-    reverse_gather_run<T, false>(run, velocity, patch, nullptr, nullptr);
-}
-
 }  // namespace pliant::PLIANT_ISA

@@ -18,6 +18,7 @@ struct ParticleRun {
   const int* order;
   int count;
   T origin[3], dx, inverse_dx;
+  const T* rest_place;  ///< [count, 4] positions at rest in Lagrangian runs, whose order is that of memory; else null
 };
 
 /// Nodes are four numbers, momentum or velocity and mass; a patch holds 6 x 6 x 6 of them, a block 4 x 4 x 4.
@@ -27,9 +28,12 @@ struct ScatterInput {
   T dt;
   T viscosity_time;       ///< s, Kelvin-Voigt, for all particles
   bool inertia_only;      ///< leaves out the impulses of the stress, and damping
+  bool whole;             ///< momenta of the particles, not only what changes those of the nodes; Lagrangian runs
+  const T* gain;          ///< [count, 3] m/s, what loads give to the particles of a Lagrangian run, or null
   const T* given_stress;  ///< [ParticleRecord::side, 6] xx, yy, zz, yz, xz, xy, Pa; with StressKind::kGiven
   /// Kirchhoff stress of one particle for any F, where the fast way is not safe (inverted, singular, very stretched).
   void (*exact_stress)(StressKind kind, const T* F, T mu, T lambda, T* tau);
+  void (*exact_piola)(StressKind kind, const T* F, T mu, T lambda, T* P);  ///< [9], the same of Lagrangian runs
 };
 
 template <class T>
@@ -55,14 +59,16 @@ struct GatherReport {
 /// The loops that depend on the instruction set.
 template <class T>
 struct MpmKernels {
-  /// patch = sums of w m (v + C d) - dt V tau (4 / dx^2) w d and of w m.  One function for bodies of one law without
-  /// damping or viscosity, by StressKind, and [2] for anything.
+  /// patch = sums of w m (v + C d) - dt V tau (4 / dx^2) w d and of w m; in Lagrangian runs d is taken at rest, C is
+  /// the gradient of v by the rest position, P stands for tau, and only what changes the nodes' momentum is summed, but
+  /// for inertia_only.  One function for bodies of one law without damping or viscosity, by StressKind, and [2] for
+  /// anything.
   void (*scatter[3])(const ScatterInput<T>&, T* patch);
   /// node = sum of the parts of up to eight patches (or null) that lie in this block of nodes.
   void (*sum_nodes)(const T* const* patch, T* node);
   /// Momenta become velocities: v <- (v + fall) scale.
   void (*update_nodes)(T* node, const T* fall, T scale);
-  /// v, C from the nodes, F <- (I + dt C) F, x <- x + dt v.
+  /// v, C from the nodes, F <- (I + dt C) F, in Lagrangian runs F + dt C, and x <- x + dt v.
   void (*gather)(const GatherInput<T>&, GatherReport<T>&);
   /// Kirchhoff stress tau [count, 6] of F [count, 9] by the law `kind`.
   void (*stress)(StressKind kind, int count, const T* F, const T* mu, const T* lambda,

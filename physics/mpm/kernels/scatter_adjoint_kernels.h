@@ -253,17 +253,4 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
   }
 }
 
-template <class T>
-void reverse_scatter_fixed_corotated(const AdjointRun<T>& run, const T* nodes, const T* old_nodes) {
-  reverse_scatter_run<T, Mixture::kUniform>(run, StressKind::kFixedCorotated, nodes, old_nodes);
-}
-template <class T>
-void reverse_scatter_neo_hookean(const AdjointRun<T>& run, const T* nodes, const T* old_nodes) {
-  reverse_scatter_run<T, Mixture::kUniform>(run, StressKind::kNeoHookean, nodes, old_nodes);
-}
-template <class T>
-void reverse_scatter_any(const AdjointRun<T>& run, const T* nodes, const T* old_nodes) {
-  reverse_scatter_run<T, Mixture::kAny>(run, StressKind::kGiven, nodes, old_nodes);
-}
-
 }  // namespace pliant::PLIANT_ISA

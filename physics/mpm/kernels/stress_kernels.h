@@ -93,6 +93,26 @@ INLINE uint32_t neo_hookean(const Pack<T>* F, Pack<T> mu, Pack<T> lambda, Pack<T
   return lane_bits(~safe);
 }
 
+/// P = 2 mu (F - R) + lambda (J - 1) cof F.
+template <class T>
+INLINE void fixed_corotated_piola_of(const Pack<T>* F, const Pack<T>* R, Pack<T> mu, Pack<T> lambda, Pack<T>* P) {
+  Pack<T> cof[9];
+  const Pack<T> J = cofactors<T>(F, cof), mu2 = mu + mu, pressure = lambda * (J - T(1));
+  for (int k = 0; k < 9; ++k) P[k] = fma(mu2, F[k] - R[k], pressure * cof[k]);
+}
+
+/// P = mu F + (lambda log(J) - mu) / J cof F.
+template <class T>
+INLINE uint32_t neo_hookean_piola(const Pack<T>* F, Pack<T> mu, Pack<T> lambda, Pack<T>* P) {
+  Pack<T> cof[9], square{};
+  const Pack<T> J = cofactors<T>(F, cof);
+  for (int k = 0; k < 9; ++k) square = fma(F[k], F[k], square);
+  const auto safe = (J > all<Pack<T>>(T(kLeastDeterminant))) & (square < all<Pack<T>>(T(1e6)));
+  const Pack<T> pressure = (lambda * (T(0.693147180559945309) * logarithm2(J)) - mu) / J;
+  for (int k = 0; k < 9; ++k) P[k] = fma(mu, F[k], pressure * cof[k]);
+  return lane_bits(~safe);
+}
+
 /// Replaces the stress of the lanes `unsafe` by that of `exact_stress`.
 template <class T>
 __attribute__((noinline)) void repair_stress(uint32_t unsafe, StressKind kind, const Pack<T>* F, const Pack<T>& mu,
@@ -113,6 +133,56 @@ INLINE void pack_stress(StressKind kind, const Pack<T>* F, Pack<T> mu, Pack<T> l
   const uint32_t unsafe =
       kind == StressKind::kFixedCorotated ? fixed_corotated<T>(F, mu, lambda, tau) : neo_hookean<T>(F, mu, lambda, tau);
   if (__builtin_expect(unsafe != 0, 0)) repair_stress<T>(unsafe, kind, F, mu, lambda, exact_stress, tau);
+}
+
+template <class T>
+__attribute__((noinline)) void repair_piola(uint32_t unsafe, StressKind kind, const Pack<T>* F, const Pack<T>& mu,
+                                            const Pack<T>& lambda, void (*exact_piola)(StressKind, const T*, T, T, T*),
+                                            Pack<T>* P) {
+  for (int l = 0; l < kLanes; ++l) {
+    if ((unsafe >> l & 1) == 0) continue;
+    T one_F[9], one[9];
+    for (int k = 0; k < 9; ++k) one_F[k] = F[k][l];
+    exact_piola(kind, one_F, mu[l], lambda[l], one);
+    for (int k = 0; k < 9; ++k) P[k][l] = one[k];
+  }
+}
+
+template <class T>
+INLINE void pack_piola(StressKind kind, const Pack<T>* F, Pack<T> mu, Pack<T> lambda,
+                       void (*exact_piola)(StressKind, const T*, T, T, T*), Pack<T>* P) {
+  uint32_t unsafe;
+  if (kind == StressKind::kNeoHookean) {
+    unsafe = neo_hookean_piola<T>(F, mu, lambda, P);
+  } else {
+    Pack<T> R[9], J;
+    unsafe = rotation<T>(F, R, J);
+    fixed_corotated_piola_of<T>(F, R, mu, lambda, P);
+  }
+  if (__builtin_expect(unsafe != 0, 0)) repair_piola<T>(unsafe, kind, F, mu, lambda, exact_piola, P);
+}
+
+/// out = A B, with transposes where asked for.
+template <bool kTransposeA, bool kTransposeB, class T>
+INLINE void multiply(const Pack<T>* A, const Pack<T>* B, Pack<T>* out) {
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      Pack<T> sum{};
+      for (int k = 0; k < 3; ++k)
+        sum = fma(A[kTransposeA ? 3 * k + i : 3 * i + k], B[kTransposeB ? 3 * j + k : 3 * k + j], sum);
+      out[3 * i + j] = sum;
+    }
+}
+
+/// F^-1, zero where F is nearly flat or inverted.
+template <class T>
+INLINE void safe_inverse(const Pack<T>* F, Pack<T>* out) {
+  Pack<T> cof[9];
+  const Pack<T> J = cofactors<T>(F, cof);
+  const auto safe = J > all<Pack<T>>(T(kLeastDeterminant));
+  const Pack<T> inverse = safe ? T(1) / J : Pack<T>{};
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) out[3 * i + j] = cof[3 * j + i] * inverse;
 }
 
 template <class T>

@@ -1,0 +1,135 @@
+#pragma once
+
+#include "physics/mpm/kernels/scatter_kernels.h"
+#include "physics/mpm/kernels/step_adjoint_view.h"
+#include "physics/mpm/kernels/stress_adjoint_kernels.h"
+
+// First Piola-Kirchhoff stress backwards: from A = dL/dP, row-major like F.
+
+namespace pliant::PLIANT_ISA {
+
+/// Adds scale times the derivative of cof(F) in the direction A, which is its own adjoint.
+template <class T>
+INLINE void add_cofactor_derivative(const Pack<T>* F, const Pack<T>* A, Pack<T> scale, Pack<T>* out) {
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const int a = (i + 1) % 3 * 3, b = (i + 2) % 3 * 3, c = (j + 1) % 3, d = (j + 2) % 3;
+      const Pack<T> plus = fma(F[a + c], A[b + d], A[a + c] * F[b + d]),
+                    minus = fma(F[a + d], A[b + c], A[a + d] * F[b + c]);
+      out[3 * i + j] = fma(scale, plus - minus, out[3 * i + j]);
+    }
+}
+
+/// P = 2 mu (F - R) + lambda (J - 1) cof F, with dR = R [w] as in fixed_corotated_adjoint.
+template <class T>
+INLINE uint32_t fixed_corotated_piola_adjoint(const Pack<T>* F, Pack<T> mu, Pack<T> lambda, const Pack<T>* A,
+                                              StressAdjointPack<T>& by) {
+  Pack<T> R[9], cof[9], J, along{};
+  const uint32_t unsafe = rotation<T>(F, R, J);
+  cofactors<T>(F, cof);
+  const Pack<T> u0 = columns<T>(R, 0, F, 0), u1 = columns<T>(R, 1, F, 1), u2 = columns<T>(R, 2, F, 2);
+  const Pack<T> m01 = -columns<T>(R, 0, F, 1), m02 = -columns<T>(R, 0, F, 2), m12 = -columns<T>(R, 1, F, 2);
+  const Pack<T> m00 = u1 + u2, m11 = u0 + u2, m22 = u0 + u1;
+  const Pack<T> t0 = columns<T>(R, 2, A, 1) - columns<T>(R, 1, A, 2);
+  const Pack<T> t1 = columns<T>(R, 0, A, 2) - columns<T>(R, 2, A, 0);
+  const Pack<T> t2 = columns<T>(R, 1, A, 0) - columns<T>(R, 0, A, 1);
+  const Pack<T> c00 = m11 * m22 - m12 * m12, c01 = m02 * m12 - m01 * m22, c02 = m01 * m12 - m02 * m11;
+  const Pack<T> c11 = m00 * m22 - m02 * m02, c12 = m01 * m02 - m00 * m12, c22 = m00 * m11 - m01 * m01;
+  const Pack<T> determinant = m00 * c00 + m01 * c01 + m02 * c02, inverse = T(1) / determinant;
+  const Pack<T> w0 = (c00 * t0 + c01 * t1 + c02 * t2) * inverse, w1 = (c01 * t0 + c11 * t1 + c12 * t2) * inverse,
+                w2 = (c02 * t0 + c12 * t1 + c22 * t2) * inverse;
+  for (int k = 0; k < 9; ++k) along = fma(A[k], cof[k], along);
+  const Pack<T> mu2 = mu + mu, volume = lambda * along;
+  by.mu = Pack<T>{};
+  for (int i = 0; i < 3; ++i) {
+    const Pack<T>* r = R + 3 * i;
+    const Pack<T> dR[3] = {r[1] * w2 - r[2] * w1, r[2] * w0 - r[0] * w2, r[0] * w1 - r[1] * w0};
+    for (int j = 0; j < 3; ++j) {
+      const int k = 3 * i + j;
+      by.F[k] = fma(mu2, A[k] - dR[j], volume * cof[k]);
+      by.mu = fma(A[k], F[k] - R[k], by.mu);
+    }
+  }
+  add_cofactor_derivative<T>(F, A, lambda * (J - T(1)), by.F);
+  by.mu += by.mu;
+  by.lambda = (J - T(1)) * along;
+  return unsafe | lane_bits(~((determinant > all<Pack<T>>(T(1e-3))) & (determinant < all<Pack<T>>(T(1e9)))));
+}
+
+/// P = mu F + (lambda log(J) - mu) / J cof F.
+template <class T>
+INLINE uint32_t neo_hookean_piola_adjoint(const Pack<T>* F, Pack<T> mu, Pack<T> lambda, const Pack<T>* A,
+                                          StressAdjointPack<T>& by) {
+  Pack<T> cof[9], along{};
+  const Pack<T> J = cofactors<T>(F, cof), inverse = T(1) / J, log_J = T(0.693147180559945309) * logarithm2(J);
+  for (int k = 0; k < 9; ++k) along = fma(A[k], cof[k], along);
+  const Pack<T> pressure = fma(lambda, log_J, -mu) * inverse, volume = (lambda * inverse - pressure) * inverse * along;
+  by.mu = -along * inverse;
+  for (int k = 0; k < 9; ++k) {
+    by.F[k] = fma(mu, A[k], volume * cof[k]);
+    by.mu = fma(A[k], F[k], by.mu);
+  }
+  add_cofactor_derivative<T>(F, A, pressure, by.F);
+  by.lambda = log_J * inverse * along;
+  return lane_bits(~(J > all<Pack<T>>(T(kLeastDeterminant))));
+}
+
+/// Of one law, exact where the fast way is not safe.
+template <class T>
+INLINE void law_piola_adjoint(const AdjointRun<T>& run, StressKind law, const Pack<T>* F, Pack<T> mu, Pack<T> lambda,
+                              const Pack<T>* A, StressAdjointPack<T>& by) {
+  const uint32_t unsafe = law == StressKind::kNeoHookean ? neo_hookean_piola_adjoint<T>(F, mu, lambda, A, by)
+                                                         : fixed_corotated_piola_adjoint<T>(F, mu, lambda, A, by);
+  for (uint32_t bits = unsafe; __builtin_expect(bits != 0, 0); bits &= bits - 1) {
+    const int l = __builtin_ctz(bits);
+    T one_F[9], one_A[9], by_F[9], by_lame[2];
+    for (int k = 0; k < 9; ++k) one_F[k] = F[k][l];
+    for (int k = 0; k < 9; ++k) one_A[k] = A[k][l];
+    run.exact_piola_adjoint(law, one_F, mu[l], lambda[l], one_A, by_F, by_lame);
+    for (int k = 0; k < 9; ++k) by.F[k][l] = by_F[k];
+    by.mu[l] = by_lame[0];
+    by.lambda[l] = by_lame[1];
+  }
+}
+
+/// What the viscous part of total_piola says: derivatives by dF are added to by_dF, by the two viscosities returned.
+template <class T>
+struct ViscosityAdjointPack {
+  Pack<T> shear, bulk;
+};
+template <class T>
+INLINE ViscosityAdjointPack<T> viscous_piola_adjoint(const Pack<T>* F, const Pack<T>* dF, Pack<T> shear, Pack<T> bulk,
+                                                     const Pack<T>* A, Pack<T>* by_F, Pack<T>* by_dF) {
+  Pack<T> inverse[9], L[9], tau[9], AI[9], S[9], by_L[9], by_inverse[9], part[9];
+  safe_inverse<T>(F, inverse);
+  multiply<false, false, T>(dF, inverse, L);
+  const Pack<T> trace = L[0] + L[4] + L[8];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) tau[3 * i + j] = shear * (L[3 * i + j] + L[3 * j + i]);
+  for (int k = 0; k < 9; k += 4) tau[k] += bulk * trace;
+  // P = tau F^-T.
+  multiply<false, false, T>(A, inverse, AI);
+  multiply<true, false, T>(A, tau, by_inverse);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) S[3 * i + j] = T(0.5) * (AI[3 * i + j] + AI[3 * j + i]);
+  const Pack<T> S_trace = S[0] + S[4] + S[8];
+  ViscosityAdjointPack<T> by{Pack<T>{}, S_trace * trace};
+  for (int k = 0; k < 9; ++k) {
+    by.shear = fma(S[k], L[k], by.shear);
+    by_L[k] = (shear + shear) * S[k];
+  }
+  by.shear += by.shear;
+  for (int k = 0; k < 9; k += 4) by_L[k] += bulk * S_trace;
+  // L = dF F^-1.
+  multiply<false, true, T>(by_L, inverse, part);
+  for (int k = 0; k < 9; ++k) by_dF[k] += part[k];
+  multiply<true, false, T>(dF, by_L, part);
+  for (int k = 0; k < 9; ++k) by_inverse[k] += part[k];
+  // d(F^-1) = -F^-1 dF F^-1.
+  multiply<true, false, T>(inverse, by_inverse, part);
+  multiply<false, true, T>(part, inverse, by_inverse);
+  for (int k = 0; k < 9; ++k) by_F[k] -= by_inverse[k];
+  return by;
+}
+
+}  // namespace pliant::PLIANT_ISA
