@@ -135,7 +135,8 @@ INLINE void scatter_run(const ScatterInput<T>& in, StressKind kind, T* patch) {
     const Pack<T> s = stress_scale * volume;
     Pack<T> kept = all<Pack<T>>(T(1));
     if (kMixture == Mixture::kAny && !in.inertia_only) kept = exponential(-in.dt * damping[2]);
-    const Pack<T> carried = mass * (kLagrangian && !in.whole ? kept - T(1) : kept), m = carried * run.dx;
+    const Pack<T> share = kLagrangian && !in.whole ? kept - T(1) : kept;
+    const Pack<T> carried = mass * share, m = mass * run.dx * share;
     Pack<T> along[3][3], X[4];
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b) along[a][b] = fma(m, C[3 * b + a], s * stress[3 * b + a]);
