@@ -100,7 +100,8 @@ void write_pieces(const RunDirectory& run, const GaussianCloud& object, const Ei
   const std::vector<int> nearest = k_nearest(samples.position, object.position, 1);
   std::vector<int> kind(object.size());
   for (size_t g = 0; g < object.size(); ++g) ++kinds[kind[g] = of_sample[nearest[g]]].count;
-  const std::string title = fmt::format("{} pieces of the simulated body", body.pieces.size());
+  const std::string title =
+      fmt::format("the simulated body: {} piece{}", body.pieces.size(), body.pieces.size() == 1 ? "" : "s");
   write_image(run / "pieces.png", sides_sheet(object, sheet_sides(object, up), kind, kinds, title, {}));
 }
 

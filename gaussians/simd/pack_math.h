@@ -36,8 +36,12 @@ inline DoublePack exponential(DoublePack x) {
 /// sqrt(2), log2(m) = 2 / ln(2) artanh((m - 1) / (m + 1)) by its series.
 inline FloatPack logarithm2(FloatPack x) {
   constexpr float kScale = 2.88539008f, kScaleRest = 3.85192598e-08f;  // 2 / ln(2)
-  const Mask<float> bits = reinterpret_cast<Mask<float>>(x), n = (bits - 0x3f3504f3) >> 23;
-  const FloatPack m = reinterpret_cast<FloatPack>(bits - (n << 23)), s = (m - 1.0f) / (m + 1.0f), z = s * s;
+  // Unsigned, because other x may wrap around.
+  typedef uint32_t Bits __attribute__((vector_size(sizeof(FloatPack))));
+  const Bits bits = reinterpret_cast<Bits>(x);
+  const Mask<float> n = reinterpret_cast<Mask<float>>(bits - 0x3f3504f3u) >> 23;
+  const FloatPack m = reinterpret_cast<FloatPack>(bits - (reinterpret_cast<Bits>(n) << 23)),
+                  s = (m - 1.0f) / (m + 1.0f), z = s * s;
   FloatPack p = FloatPack{} + kScale / 9;
   p = fma(p, z, FloatPack{} + kScale / 7);
   p = fma(p, z, FloatPack{} + kScale / 5);

@@ -149,7 +149,8 @@ struct Gather {
     List by;
     for (int p = 0; p < kCount; ++p) {
       by.insert(by.end(), block.at(p).x, block.at(p).x + 12);
-      for (int k = 0; k < 12; ++k) by.push_back(flip > 0 ? block.at(p).v[k] : 0.0);
+      const double* v_and_C = block.at(p).v;
+      for (int k = 0; k < 12; ++k) by.push_back(flip > 0 ? v_and_C[k] : 0.0);
     }
     for (int k = 0; k < 6 * kPatchNodes; ++k)
       by.push_back(by_node[k / (3 * kPatchNodes)][k / 3 % kPatchNodes * 4 + k % 3]);
