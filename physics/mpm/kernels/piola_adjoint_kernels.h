@@ -20,40 +20,25 @@ INLINE void add_cofactor_derivative(const Pack<T>* F, const Pack<T>* A, Pack<T> 
     }
 }
 
-/// P = 2 mu (F - R) + lambda (J - 1) cof F, with dR = R [w] as in fixed_corotated_adjoint.
+/// P = 2 mu (F - R) + lambda (J - 1) cof F.
 template <class T>
 INLINE uint32_t fixed_corotated_piola_adjoint(const Pack<T>* F, Pack<T> mu, Pack<T> lambda, const Pack<T>* A,
                                               StressAdjointPack<T>& by) {
-  Pack<T> R[9], cof[9], J, along{};
-  const uint32_t unsafe = rotation<T>(F, R, J);
+  Pack<T> R[9], cof[9], dR[9], J, along{};
+  uint32_t unsafe = rotation<T>(F, R, J);
+  unsafe |= rotation_derivative<T>(F, R, A, dR);
   cofactors<T>(F, cof);
-  const Pack<T> u0 = columns<T>(R, 0, F, 0), u1 = columns<T>(R, 1, F, 1), u2 = columns<T>(R, 2, F, 2);
-  const Pack<T> m01 = -columns<T>(R, 0, F, 1), m02 = -columns<T>(R, 0, F, 2), m12 = -columns<T>(R, 1, F, 2);
-  const Pack<T> m00 = u1 + u2, m11 = u0 + u2, m22 = u0 + u1;
-  const Pack<T> t0 = columns<T>(R, 2, A, 1) - columns<T>(R, 1, A, 2);
-  const Pack<T> t1 = columns<T>(R, 0, A, 2) - columns<T>(R, 2, A, 0);
-  const Pack<T> t2 = columns<T>(R, 1, A, 0) - columns<T>(R, 0, A, 1);
-  const Pack<T> c00 = m11 * m22 - m12 * m12, c01 = m02 * m12 - m01 * m22, c02 = m01 * m12 - m02 * m11;
-  const Pack<T> c11 = m00 * m22 - m02 * m02, c12 = m01 * m02 - m00 * m12, c22 = m00 * m11 - m01 * m01;
-  const Pack<T> determinant = m00 * c00 + m01 * c01 + m02 * c02, inverse = T(1) / determinant;
-  const Pack<T> w0 = (c00 * t0 + c01 * t1 + c02 * t2) * inverse, w1 = (c01 * t0 + c11 * t1 + c12 * t2) * inverse,
-                w2 = (c02 * t0 + c12 * t1 + c22 * t2) * inverse;
   for (int k = 0; k < 9; ++k) along = fma(A[k], cof[k], along);
   const Pack<T> mu2 = mu + mu, volume = lambda * along;
   by.mu = Pack<T>{};
-  for (int i = 0; i < 3; ++i) {
-    const Pack<T>* r = R + 3 * i;
-    const Pack<T> dR[3] = {r[1] * w2 - r[2] * w1, r[2] * w0 - r[0] * w2, r[0] * w1 - r[1] * w0};
-    for (int j = 0; j < 3; ++j) {
-      const int k = 3 * i + j;
-      by.F[k] = fma(mu2, A[k] - dR[j], volume * cof[k]);
-      by.mu = fma(A[k], F[k] - R[k], by.mu);
-    }
+  for (int k = 0; k < 9; ++k) {
+    by.F[k] = fma(mu2, A[k] - dR[k], volume * cof[k]);
+    by.mu = fma(A[k], F[k] - R[k], by.mu);
   }
   add_cofactor_derivative<T>(F, A, lambda * (J - T(1)), by.F);
   by.mu += by.mu;
   by.lambda = (J - T(1)) * along;
-  return unsafe | lane_bits(~((determinant > all<Pack<T>>(T(1e-3))) & (determinant < all<Pack<T>>(T(1e9)))));
+  return unsafe;
 }
 
 /// P = mu F + (lambda log(J) - mu) / J cof F.
