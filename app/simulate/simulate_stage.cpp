@@ -211,6 +211,7 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
            s.substeps_of_frame.empty() ? 0 : *std::max_element(s.substeps_of_frame.begin(), s.substeps_of_frame.end())},
           {"strays", s.strays},
           {"retries", s.retries},
+          {"solver", is_lagrangian(plan.options, body.particles) ? "lagrangian" : "eulerian"},
           {"gravity_cancelled", s.gravity_cancelled},
           {"settle_displacement_m", s.settle_displacement},
           {"rest_shape", rest_shape_to_json(s)},

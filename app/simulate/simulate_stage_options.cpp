@@ -65,6 +65,11 @@ OptionTable options_of(SimulateStage& stage) {
            .field = &stage.flip_time,
            .help = "Low-dissipation transfer: time that particles keep motion below the grid scale [s]; 0 = APIC",
            .low = 0},
+          {.name = "solver",
+           .field = &stage.solver,
+           .help =
+               "Grid of the body at rest, on which it cannot tear (lagrangian), or of space, for any law (eulerian)",
+           .choices = {"auto", "lagrangian", "eulerian"}},
           {.name = "collide-scene",
            .field = &stage.obstacles,
            .help = "Collide with the rest of the scene",

@@ -109,6 +109,11 @@ json sized_push(const Context& context, const SimulationPlan& plan, const std::f
 
 }  // namespace
 
+GridKind grid_kind(const std::string& solver) {
+  if (solver == "eulerian") return GridKind::kEulerian;
+  return solver == "lagrangian" ? GridKind::kLagrangian : GridKind::kAutomatic;
+}
+
 ElasticSamples solid_material(const ParticleFile& file, const ObjectMaterial& material) {
   return uniform_field(file.solid_position.size(), material.young, material.poisson, material.density);
 }
@@ -147,6 +152,7 @@ SimulationPlan plan_simulation(const Context& context, const InputFiles& files, 
   plan.options.settle_time = stage.settle;
   plan.options.sleep_speed = stage.sleep_speed;
   plan.options.flip_time = stage.flip_time;
+  plan.options.grid = grid_kind(stage.solver);
   plan.options.gravity = stage.gravity ? Vec3d(-9.81 * scene.up) : Vec3d::Zero();
   const std::vector<Interaction> pins = pins_of(body.file, scene);
   const std::string file = stage.interactions.empty() ? "interactions.json" : stage.interactions;
@@ -197,6 +203,7 @@ SimulationPlan plan_physgaussian(const Context& context, const InputFiles& files
                                    body.particles.cell_size, config.cell_size(), body.particles.size()));
   SimulationPlan plan;
   plan.options = world.options;
+  plan.options.grid = GridKind::kEulerian;  // as in that program
   plan.interactions = world.interactions;
   plan.script = {{"physgaussian", json::parse(read_text(stage.physgaussian))}, {"notes", world.notes}};
   return plan;

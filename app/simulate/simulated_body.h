@@ -19,6 +19,9 @@ struct SimulatedBody {
   SimulationSpace space;
 };
 
+/// That of --solver.
+GridKind grid_kind(const std::string& solver);
+
 /// The homogeneous material at every solid sample.
 ElasticSamples solid_material(const ParticleFile& file, const ObjectMaterial& material);
 

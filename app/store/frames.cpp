@@ -14,20 +14,20 @@ namespace fs = std::filesystem;
 namespace pliant {
 namespace {
 
-constexpr char kMagic[8] = {'P', 'L', 'F', 'R', 'A', 'M', 'E', '2'};
+constexpr char kMagic[8] = {'P', 'L', 'F', 'R', 'A', 'M', 'E', '3'};
 constexpr size_t kFloats = 3 + 3 + 9 + 9;  // x, v, C, F of a particle
 static_assert(sizeof(LawMemory<float>) == (9 + 9 + 1) * sizeof(float));
 constexpr size_t kDigest = 64;
 
-/// What precedes the arrays x, v, C, F and, where the laws have one, memory; the SHA-256 of everything before it ends
-/// the file.
+/// What precedes the arrays x, v, C, F and, where there are any, memory of the laws, displacement and velocity of the
+/// nodes; the SHA-256 of everything before it ends the file.
 struct Header {
   char magic[8];
-  uint64_t particles, memories;
+  uint64_t particles, memories, nodes;
   int64_t frame, substeps;
   double time;
 };
-static_assert(sizeof(Header) == 48 && std::is_trivially_copyable_v<Header>);
+static_assert(sizeof(Header) == 56 && std::is_trivially_copyable_v<Header>);
 
 fs::path file_of(const fs::path& folder, int frame) {
   char name[32];
@@ -53,10 +53,12 @@ void write_frame(const fs::path& folder, const SimulationState& state) {
   const size_t n = state.size();
   CHECK(state.v.size() == n && state.C.size() == n && state.F.size() == n);
   CHECK(state.memory.empty() || state.memory.size() == n);
+  CHECK(state.node_displacement.size() == state.node_velocity.size());
   Header header{};
   std::memcpy(header.magic, kMagic, sizeof kMagic);
   header.particles = n;
   header.memories = state.memory.size();
+  header.nodes = state.node_velocity.size();
   header.frame = state.frame;
   header.substeps = state.substeps;
   header.time = state.time;
@@ -66,6 +68,8 @@ void write_frame(const fs::path& folder, const SimulationState& state) {
   put(bytes, state.C);
   put(bytes, state.F);
   put(bytes, state.memory);
+  put(bytes, state.node_displacement);
+  put(bytes, state.node_velocity);
   bytes += sha256_of_text(bytes);
   write_text(file_of(folder, state.frame), bytes);
 }
@@ -81,14 +85,19 @@ SimulationState read_frame(const fs::path& folder, int frame) {
   std::memcpy(&header, bytes.data(), sizeof header);
   if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0) throw damaged("magic", "is not that of a frame");
   const size_t payload = bytes.size() - sizeof header - kDigest, row = kFloats * sizeof(float);
+  constexpr size_t kNode = 2 * sizeof(Vec3f);
   const bool remembers = header.memories != 0;
   if (remembers && header.memories != header.particles)
     throw damaged("particles", "is " + std::to_string(header.particles) + " with internal variables of " +
                                    std::to_string(header.memories));
   const size_t whole_row = row + (remembers ? sizeof(LawMemory<float>) : 0);
-  if (payload % whole_row != 0 || payload / whole_row != header.particles) {
+  if (header.nodes > payload / kNode)
+    throw damaged("nodes", "declares " + std::to_string(header.nodes) + " but there are bytes for " +
+                               std::to_string(payload / kNode));
+  const size_t of_particles = payload - header.nodes * kNode;
+  if (of_particles % whole_row != 0 || of_particles / whole_row != header.particles) {
     throw damaged("particles", "declares " + std::to_string(header.particles) + " but there are bytes for " +
-                                   std::to_string(payload / whole_row));
+                                   std::to_string(of_particles / whole_row));
   }
   if (header.frame != frame) throw damaged("frame", "is " + std::to_string(header.frame));
   const size_t end = bytes.size() - kDigest;
@@ -104,6 +113,8 @@ SimulationState read_frame(const fs::path& folder, int frame) {
   take(at, header.particles, state.C);
   take(at, header.particles, state.F);
   take(at, header.memories, state.memory);
+  take(at, header.nodes, state.node_displacement);
+  take(at, header.nodes, state.node_velocity);
   return state;
 }
 

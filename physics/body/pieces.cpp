@@ -8,6 +8,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/portable.h"
+#include "physics/body/look.h"
 
 namespace pliant {
 namespace {
@@ -15,29 +16,12 @@ namespace {
 constexpr float kAlike = 0.3f;     // distance of colours in RGB
 constexpr float kParallel = 0.5f;  // cosine of the angle between normals
 constexpr float kAlong = 0.5f;     // sine of the angle between a gap and the surface
-constexpr float kNeedle = 0.35f;   // ratio of a Gaussian's two largest axes below which it has no normal
 
 /// Samples on both sides of a gap.
 struct Gap {
   int from = -1, to = -1;
   float length = 0;
 };
-
-/// What a Gaussian shows of the surface around it.
-struct Look {
-  Vec3f color, normal;  ///< normal zero for a needle
-};
-
-Look look_of(const GaussianCloud& cloud, int i) {
-  const Vec3f scale = cloud.log_scale[i].array().exp();
-  int order[3] = {0, 1, 2};
-  std::sort(order, order + 3, [&](int a, int b) { return scale[a] < scale[b]; });
-  Look look;
-  look.color = Vec3f::Constant(0.5f) + kSh0 * Eigen::Map<const Vec3f>(cloud.sh_of(i));
-  const bool needle = scale[order[1]] < kNeedle * scale[order[2]];
-  look.normal = needle ? Vec3f(Vec3f::Zero()) : Vec3f(rotation_matrix<float>(cloud.rotation[i]).col(order[0]));
-  return look;
-}
 
 /// Whether a gap along the unit vector `along` may be one in a surface that looks so on both sides.
 bool belong_together(const Look& a, const Look& b, const Vec3f& along) {

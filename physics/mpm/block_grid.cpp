@@ -140,6 +140,8 @@ void BlockGrid::link(const std::vector<uint64_t>& sorted_keys) {
   block_.clear();
   node_block_.clear();
   node_links_.clear();
+  further_links_.clear();
+  further_begin_.clear();
   particle_links_.resize(blocks);
   block_table_.clear(blocks);
   node_table_.clear(2 * blocks);

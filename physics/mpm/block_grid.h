@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -24,6 +25,8 @@ class BlockGrid {
     int object = 0;  ///< below 2^15
     bool operator==(const Coordinates&) const = default;
   };
+  /// Two particles that hang together.
+  using Link = std::array<int, 2>;
   /// A particle that changes its block.
   struct Move {
     int place;  ///< in order()
@@ -32,6 +35,11 @@ class BlockGrid {
 
   /// Sorts particles by block (stable) and links the blocks.
   void build(std::span<const Coordinates> block_of_particle);
+  /// The same for a body whose particles hang together as `links` say: a block holds only what hangs together within
+  /// it, and shares node blocks only with those that it hangs together with around them, so that parts that merely lie
+  /// near each other have nodes of their own (virtual nodes; Molino, Bao and Fedkiw 2004).  There is no `move`
+  /// afterwards.
+  void build_linked(std::span<const Coordinates> block_of_particle, std::span<const Link> links);
   /// Takes particles to other blocks, where they follow those that stay; `moves` in ascending order of place.
   void move(std::span<const Move> moves);
 
@@ -50,6 +58,11 @@ class BlockGrid {
   const std::array<int, 8>& nodes_of(int b) const { return particle_links_[b]; }
   /// Particle block whose patch reaches into node block n with offset o, or -1.
   const std::array<int, 8>& sources_of(int n) const { return node_links_[n]; }
+  /// More of them, where several blocks of the same coordinates share it.
+  std::span<const std::array<int, 8>> further_sources_of(int n) const {
+    if (further_begin_.empty()) return {};
+    return std::span(further_links_).subspan(further_begin_[n], further_begin_[n + 1] - further_begin_[n]);
+  }
 
   /// Next node block at the same coordinates, of another object; in a ring, so n itself where there is no other.
   int sibling(int n) const { return sibling_[n]; }
@@ -66,14 +79,30 @@ class BlockGrid {
 
  private:
   void link(const std::vector<uint64_t>& sorted_keys);
+  void share_nodes(const std::vector<std::array<int, 2>>& joined);
 
   std::vector<int> begin_, order_, spare_order_;
   std::vector<Coordinates> block_, node_block_;
-  std::vector<std::array<int, 8>> particle_links_, node_links_;
+  std::vector<std::array<int, 8>> particle_links_, node_links_, further_links_;
+  std::vector<int> further_begin_;  // [node blocks + 1], or empty
   std::vector<int> sibling_, previous_;
   BlockTable block_table_, node_table_;
   bool has_siblings_ = false;
   int64_t version_ = 0, link_version_ = 0;
 };
+
+/// The nodes of particle block b's patch [6, 6, 6], out of its eight node blocks.
+template <class N>
+void collect_patch(const BlockGrid& grid, int b, const std::vector<N>& nodes, N* patch) {
+  constexpr int kSide = BlockGrid::kSide, kPatch = BlockGrid::kPatch;
+  for (int o = 0; o < 8; ++o) {
+    const N* from = nodes.data() + static_cast<size_t>(grid.nodes_of(b)[o]) * BlockGrid::kNodes;
+    const int ox = (o >> 2) * kSide, oy = (o >> 1 & 1) * kSide, oz = (o & 1) * kSide;
+    const int ex = ox ? 2 : kSide, ey = oy ? 2 : kSide, ez = oz ? 2 : kSide;
+    for (int i = 0; i < ex; ++i)
+      for (int j = 0; j < ey; ++j)
+        std::copy_n(from + (i * kSide + j) * kSide, ez, patch + ((i + ox) * kPatch + j + oy) * kPatch + oz);
+  }
+}
 
 }  // namespace pliant

@@ -25,6 +25,7 @@ Mpm<T>::Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin, 
   data_.origin = origin.cast<T>();
   data_.materials = particles.materials;
   data_.reference = particles.position;
+  if (options.lagrangian) links_ = particles.links;
   int given = 0;
   bool plain = true;
   for (size_t i = 0; i < particles.size(); ++i) {
@@ -83,15 +84,27 @@ void Mpm<T>::load(const BasicSimulationState<T>& state, const Vec3d& low, const 
     data_.low.setConstant(-std::numeric_limits<T>::infinity());
     data_.high = -data_.low;
   }
-  std::vector<BlockGrid::Coordinates> block(n);
   strays_ = 0;
+  finite_ = true;
+  whole_ = true;
+  moves_since_reorder_ = 0;
+  if (options_.lagrangian && !data_.slot.empty()) {  // stencils and all that hangs on them stay
+    for (size_t s = 0; s < n; ++s) load_record(data_.record[s].index, state, data_.record[s]);
+    load_nodes(state);
+    if (sleeping()) load_rest(state);
+    return;
+  }
+  std::vector<BlockGrid::Coordinates> block(n);
   for (size_t i = 0; i < n; ++i) {
     const Vec3<T> inside = state.x[i].cwiseMax(data_.low).cwiseMin(data_.high);
     strays_ += (inside.array() != state.x[i].array()).count();
     block[i] = block_of(options_.lagrangian ? data_.reference[i].data() : inside.data(), rest_[i].object);
   }
   // Records lie in memory as the blocks are walked.
-  data_.grid.build(block);
+  if (links_.empty())
+    data_.grid.build(block);
+  else
+    data_.grid.build_linked(block, links_);
   data_.record.resize(n);
   data_.slot.resize(n);
   constexpr std::ptrdiff_t kChunk = 4096;
@@ -105,11 +118,11 @@ void Mpm<T>::load(const BasicSimulationState<T>& state, const Vec3d& low, const 
   });
   moved_.resize(n);
   fit_blocks();
-  if (options_.lagrangian) find_node_displacements(state);
-  steps_ = 0;
+  if (options_.lagrangian) {
+    find_rest_constants();
+    load_nodes(state);
+  }
   if (sleeping()) load_rest(state);
-  moves_since_reorder_ = 0;
-  finite_ = true;
 }
 
 template <class T>
@@ -140,6 +153,8 @@ void Mpm<T>::store(BasicSimulationState<T>& state) const {
       std::any_of(data_.materials.begin(), data_.materials.end(), [](const Material& m) { return has_memory(m.law); });
   state.memory.resize(memory ? n : 0);
   store_rest(state);
+  state.node_displacement = data_.node_displacement;
+  state.node_velocity = data_.node_velocity;
   for (const ParticleRecord<T>& r : data_.record) {
     for (int a = 0; a < 3; ++a) {
       state.x[r.index][a] = r.x[a];
@@ -204,6 +219,7 @@ void Mpm<T>::collect_reports() {
     }
   }
   max_speed_ = std::sqrt(static_cast<double>(speed));
+  whole_ = !options_.lagrangian;
   if (moves.empty() || !finite_) return;
   moves_since_reorder_ += static_cast<int64_t>(moves.size());
   const int64_t version = data_.grid.link_version();

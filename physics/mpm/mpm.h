@@ -26,8 +26,9 @@ struct Totals {
 ///   v_i <- v_i + dt g, boundary conditions
 ///   v_p = sum w v_i, C_p = (4 / dx^2) sum w v_i (x_i - x_p)^T, F <- (I + dt C) F, x <- x + dt v.
 /// With MpmOptions::lagrangian weights and distances are those at rest, so that they never change: C is the gradient of
-/// v by the rest position, P takes the place of tau, F <- F + dt C.  In all but every transfer_every-th step nodes keep
-/// their velocity: (m v)_i <- m_i v_i - dt sum V0 P (4 / dx^2) w (X_i - X_p).
+/// v by the rest position, P takes the place of tau, F <- F + dt C.  Nodes keep their velocity and are displaced by it:
+///   (m v)_i <- m_i v_i - dt sum V0 P (4 / dx^2) w (X_i - X_p) - dt sum k w (u_i - u_p - (F_p - I) (X_i - X_p)),
+/// k that of MpmOptions::stabilization.
 template <class T>
 class Mpm {
  public:
@@ -56,13 +57,13 @@ class Mpm {
   /// Bytes of a snapshot, and of one step on a tape with the present blocks.
   size_t snapshot_bytes() const {
     return data_.record.size() * (sizeof(ParticleRecord<T>) + 2 * sizeof(int)) +
-           data_.node_displacement.size() * (sizeof(Vec3<T>) + sizeof(Node<T>)) +
+           2 * data_.node_displacement.size() * sizeof(Vec3<T>) +
            data_.side.size() * (sizeof(LawSide<T>) + 6 * sizeof(T));
   }
   size_t tape_bytes() const {
     return data_.record.size() * (sizeof(TapeParticle<T>) + sizeof(int)) +
            (data_.node.size() + data_.old_node.size()) * sizeof(Node<T>) +
-           data_.node_displacement.size() * (sizeof(Vec3<T>) + sizeof(Node<T>)) +
+           2 * data_.node_displacement.size() * sizeof(Vec3<T>) +
            data_.side.size() * (sizeof(LawMemory<T>) + 6 * sizeof(T));
   }
 
@@ -92,6 +93,13 @@ class Mpm {
   /// Of the particles, the affine part of APIC included.
   Totals particle_totals() const;
 
+  /// J in the nodes of a Lagrangian run after a step: of their motion, half a step before their displacement, and of
+  /// the stabilization.
+  struct NodeEnergy {
+    double kinetic = 0, stabilization = 0;
+  };
+  NodeEnergy node_energy() const;
+
   /// Records, order, links and patches as they are now.
   const MpmData<T>& data() const { return data_; }
 
@@ -114,16 +122,18 @@ class Mpm {
   void set_given_stress(const ParticleRecord<T>& r, const Mat3<T>& F);
   void apply_body_loads(int b, T dt, const StepLoads<T>& loads);
   void scatter_block(int b, T dt, const StepLoads<T>& loads);
-  void sum_node_block(int n);
+  void sum_node_block(int n, T dt);
   void update_node_block(int n, T dt, const StepLoads<T>& loads);
   void apply_conditions(int n, const StepLoads<T>& loads);
   void condition_node_block(int n, T dt, const StepLoads<T>& loads);
   const Vec3<T>* displacement_of(int n) const {
     return options_.lagrangian ? data_.node_displacement.data() + static_cast<size_t>(n) * BlockGrid::kNodes : nullptr;
   }
-  void begin_step();
+  void add_node_momenta(int n, T dt, T* node) const;
   void move_nodes(int n, T dt);
-  void find_node_displacements(const BasicSimulationState<T>& state);
+  void find_rest_constants();
+  void load_nodes(const BasicSimulationState<T>& state);
+  void find_undisplaced();
   T flip(T dt) const;
   void gather_block(int b, T dt, const StepLoads<T>& loads);
   void damp_affine(int b, T strain_rate_kept, T spin_kept);
@@ -134,6 +144,7 @@ class Mpm {
 
   MpmData<T> data_;
   std::vector<ParticleRecord<T>> rest_;  // in the order of the particles, only constants
+  std::vector<BlockGrid::Link> links_;   // see BasicParticles, in Lagrangian runs
   std::vector<Vec3<T>> gain_;            // [slots] m/s, what loads give to particles, in Lagrangian runs
   std::vector<int> moved_;               // places in their block of the particles that left it, block by block
   std::vector<GatherReport<T>> report_;  // of the last gather, per particle block
@@ -151,8 +162,7 @@ class Mpm {
   static constexpr int kReorderChunk = 2048;
   std::vector<ParticleRecord<T>> spare_record_;
   int64_t moves_since_reorder_ = 0, updates_ = 0;
-  int64_t steps_ = 0;  // since the last load
-  bool whole_ = true;  // whether this step transfers velocities from the particles to the nodes
+  bool whole_ = true;  // whether the next step transfers velocities from the particles to the nodes
   bool finite_ = true;
   double max_speed_ = 0;
   int64_t strays_ = 0;
@@ -164,9 +174,8 @@ class Mpm<T>::Snapshot {
   std::vector<ParticleRecord<T>> record_;
   std::vector<int> slot_;
   BlockGrid grid_;
-  std::vector<Vec3<T>> node_displacement_;
-  std::vector<Node<T>> node_velocity_;
-  int64_t steps_;
+  std::vector<Vec3<T>> node_displacement_, node_velocity_;
+  bool whole_;
   std::vector<LawSide<T>> side_;
   std::vector<T> given_stress_;
   std::vector<BlockRest<T>> rest_of_block_;

@@ -43,9 +43,12 @@ struct MpmData {
   std::vector<Material> materials;
   std::vector<LawSide<T>> side;  ///< by ParticleRecord::side
   std::vector<T> given_stress;   ///< [side, 6] Kirchhoff stress xx, yy, zz, yz, xz, xy, Pa
-  std::vector<T> rest_place;     ///< [slots, 4] positions at rest, where MpmOptions::lagrangian is set, else empty
-  std::vector<Vec3<T>> node_displacement;  ///< [node blocks, 4, 4, 4] m, of the nodes, which move in such runs
-  std::vector<Node<T>> node_velocity;      ///< likewise, velocity and mass
+  /// Of Lagrangian runs, else empty: [slots, 4] positions at rest and the stabilization [N/m] of a particle,
+  std::vector<T> rest_place;
+  std::vector<T> undisplaced;         ///< [slots, 12] x and F less what the displacement of the nodes makes of them,
+  std::vector<T> node_stabilization;  ///< [nodes] N/m, sum over w times that of the particles,
+  std::vector<Vec3<T>> node_displacement;  ///< [nodes = node blocks, 4, 4, 4] m,
+  std::vector<Vec3<T>> node_velocity;      ///< [nodes] m/s.
   std::vector<Node<T>> patch;              ///< [particle blocks, 6, 6, 6], what a block scatters
   std::vector<Node<T>> node;  ///< [node blocks, 4, 4, 4], momentum and mass, after the update velocity and mass
   std::vector<Node<T>> old_patch, old_node;  ///< the same without forces and loads; with MpmOptions::flip_time only

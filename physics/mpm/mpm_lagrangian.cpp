@@ -1,11 +1,11 @@
 // Nodes of Lagrangian runs: they belong to the body at rest and move with it.
 
+#include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
-#include "physics/mpm/bspline.h"
 #include "physics/mpm/mpm.h"
+#include "physics/mpm/rest_stencil.h"
 
 namespace pliant {
-
 template <class T>
 void exact_piola(StressKind kind, const T* F, T mu, T lambda, T* P) {
   static const Material kMaterial[2] = {{.law = Law::kFixedCorotated}, {.law = Law::kNeoHookean}};
@@ -16,62 +16,73 @@ void exact_piola(StressKind kind, const T* F, T mu, T lambda, T* P) {
 template void exact_piola(StressKind, const float*, float, float, float*);
 template void exact_piola(StressKind, const double*, double, double, double*);
 
+/// To what was summed over the particles comes the momentum that nodes keep, and their own part of the stabilization.
+template <class T>
+void Mpm<T>::add_node_momenta(int n, T dt, T* node) const {
+  const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
+  for (int k = 0; k < BlockGrid::kNodes; ++k) {
+    const Vec3<T>&v = data_.node_velocity[first + k], &u = data_.node_displacement[first + k];
+    const T mass = whole_ ? T(0) : node[4 * k + 3], stiffness = dt * data_.node_stabilization[first + k];
+    for (int a = 0; a < 3; ++a) node[4 * k + a] += mass * v[a] - stiffness * u[a];
+  }
+}
+
 template <class T>
 void Mpm<T>::move_nodes(int n, T dt) {
   const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
   for (int k = 0; k < BlockGrid::kNodes; ++k) {
     const T* v = data_.node[first + k].lane;
-    data_.node_displacement[first + k] += dt * Vec3<T>(v[0], v[1], v[2]);
-    data_.node_velocity[first + k] = data_.node[first + k];
+    data_.node_velocity[first + k] = Vec3<T>(v[0], v[1], v[2]);
+    data_.node_displacement[first + k] += dt * data_.node_velocity[first + k];
   }
 }
 
+/// What the particles at rest, in their order in memory, are to the nodes.
 template <class T>
-void Mpm<T>::begin_step() {
-  whole_ = !options_.lagrangian || steps_ % options_.transfer_every == 0;
-  ++steps_;
+void Mpm<T>::find_rest_constants() {
+  const size_t slots = data_.record.size();
+  const T share = static_cast<T>(2 * options_.stabilization) * data_.inverse_dx * data_.inverse_dx;
+  data_.rest_place.resize(4 * slots);
+  for (size_t s = 0; s < slots; ++s) {
+    const ParticleRecord<T>& r = data_.record[s];
+    for (int a = 0; a < 3; ++a) data_.rest_place[4 * s + a] = data_.reference[r.index][a];
+    data_.rest_place[4 * s + 3] = share * r.mu * r.volume;
+  }
+  const std::vector<Node<T>> sum = sum_over_particles(
+      data_, [&](int s, T w, const Vec3<T>&, T* lane) { lane[0] += w * data_.rest_place[4 * s + 3]; });
+  data_.node_stabilization.resize(sum.size());
+  for (size_t i = 0; i < sum.size(); ++i) data_.node_stabilization[i] = sum[i].lane[0];
+  gain_.assign(slots, Vec3<T>::Zero());
 }
 
-/// Rest positions by slot, and the displacements of the nodes from those of the particles, as velocities are
-/// transferred: u_i = sum w m (u + (F - I) d) / sum w m.
+/// Displacements and velocities of the nodes: those of the state, or where it has none, as at a start, what the
+/// particles make of them.
 template <class T>
-void Mpm<T>::find_node_displacements(const BasicSimulationState<T>& state) {
-  constexpr int kPatch = BlockGrid::kPatch;
-  data_.rest_place.resize(4 * data_.record.size());
-  data_.node_displacement.resize(data_.node.size());
-  data_.node_velocity.assign(data_.node.size(), Node<T>{});
-  gain_.assign(data_.record.size(), Vec3<T>::Zero());
-  parallel_for(data_.grid.particle_blocks(), [&](std::ptrdiff_t b) {
-    Node<T>* patch = data_.patch.data() + static_cast<size_t>(b) * BlockGrid::kPatchNodes;
-    std::fill_n(patch, BlockGrid::kPatchNodes, Node<T>{});
-    for (int s = data_.grid.begin(static_cast<int>(b)); s < data_.grid.begin(static_cast<int>(b) + 1); ++s) {
-      const ParticleRecord<T>& r = data_.record[s];
-      const Vec3<T>& X = data_.reference[r.index];
-      for (int a = 0; a < 3; ++a) data_.rest_place[4 * static_cast<size_t>(s) + a] = X[a];
-      data_.rest_place[4 * static_cast<size_t>(s) + 3] = 0;
-      const Vec3<T> u = Vec3<T>(r.x[0], r.x[1], r.x[2]) - X;
-      const Mat3<T> strain = state.F[r.index] - Mat3<T>::Identity();
-      const auto along = [&](int a) { return Spline<T>((X[a] - data_.origin[a]) * data_.inverse_dx); };
-      const Spline<T> sx = along(0), sy = along(1), sz = along(2);
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j)
-          for (int k = 0; k < 3; ++k) {
-            const Vec3<T> d(T(i) - sx.offset, T(j) - sy.offset, T(k) - sz.offset);
-            const T m = r.mass * sx.weight[i] * sy.weight[j] * sz.weight[k];
-            const Vec3<T> at_node = m * (u + data_.dx * (strain * d));
-            T* lane = patch[(((sx.base & 3) + i) * kPatch + (sy.base & 3) + j) * kPatch + (sz.base & 3) + k].lane;
-            for (int a = 0; a < 3; ++a) lane[a] += at_node[a];
-            lane[3] += m;
-          }
-    }
-  });
-  parallel_for(data_.grid.node_blocks(), [&](std::ptrdiff_t n) {
-    sum_node_block(static_cast<int>(n));
-    const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
-    for (int k = 0; k < BlockGrid::kNodes; ++k) {
-      const T* sum = data_.node[first + k].lane;
-      data_.node_displacement[first + k] =
-          sum[3] > T(0) ? Vec3<T>(Vec3<T>(sum[0], sum[1], sum[2]) / sum[3]) : Vec3<T>(Vec3<T>::Zero());
+void Mpm<T>::load_nodes(const BasicSimulationState<T>& state) {
+  const size_t nodes = data_.node.size();
+  whole_ = state.node_velocity.empty();
+  if (whole_) {
+    data_.node_displacement = project_displacements(data_, state).displacement;
+    data_.node_velocity.assign(nodes, Vec3<T>::Zero());
+  } else {
+    CHECK(state.node_velocity.size() == nodes && state.node_displacement.size() == nodes);
+    data_.node_displacement = state.node_displacement;
+    data_.node_velocity = state.node_velocity;
+  }
+  find_undisplaced();
+}
+
+/// Each particle's place and deformation gradient less what the displacements of the nodes make of them.
+template <class T>
+void Mpm<T>::find_undisplaced() {
+  data_.undisplaced.resize(12 * data_.record.size());
+  const T scale = 4 * data_.inverse_dx * data_.inverse_dx;
+  for_particles(data_, data_.node_displacement, [&](int s, const AtParticle<T>& displacement) {
+    const ParticleRecord<T>& r = data_.record[s];
+    T* to = data_.undisplaced.data() + 12 * static_cast<size_t>(s);
+    for (int a = 0; a < 3; ++a) {
+      to[a] = r.x[a] - displacement.value[a];
+      for (int c = 0; c < 3; ++c) to[3 + 3 * a + c] = r.F[3 * a + c] - scale * displacement.moment(a, c);
     }
   });
 }

@@ -37,7 +37,6 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
       }
       going = good && k < count;
       if (going) {
-        begin_step();
         prepare(k);
         clear_impulses(loads);
       }
@@ -83,7 +82,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
       }
       barrier->wait();
       for (int n; (n = update.take()) < data_.grid.node_blocks();) {
-        sum_node_block(n);
+        sum_node_block(n, dt);
         if (tape) record_node_block(n, tape->last());
         update_node_block(n, dt, loads);
         if (!data_.grid.has_siblings()) condition_node_block(n, dt, loads);
@@ -126,7 +125,7 @@ void Mpm<T>::record_node_block(int n, TapeStep<T>& step) const {
   std::copy_n(data_.node.data() + first, BlockGrid::kNodes, step.node.data() + first);
   if (step.flip > T(0)) std::copy_n(data_.old_node.data() + first, BlockGrid::kNodes, step.old_node.data() + first);
   if (!options_.lagrangian) return;
-  std::copy_n(data_.node_velocity.data() + first, BlockGrid::kNodes, step.old_node.data() + first);
+  std::copy_n(data_.node_velocity.data() + first, BlockGrid::kNodes, step.node_velocity.data() + first);
   std::copy_n(data_.node_displacement.data() + first, BlockGrid::kNodes, step.node_displacement.data() + first);
 }
 
@@ -138,7 +137,7 @@ typename Mpm<T>::Snapshot Mpm<T>::save() const {
   snapshot.grid_ = data_.grid;
   snapshot.node_displacement_ = data_.node_displacement;
   snapshot.node_velocity_ = data_.node_velocity;
-  snapshot.steps_ = steps_;
+  snapshot.whole_ = whole_;
   snapshot.side_ = data_.side;
   snapshot.given_stress_ = data_.given_stress;
   snapshot.rest_of_block_ = rest_of_block_;
@@ -154,7 +153,7 @@ void Mpm<T>::restore(const Snapshot& snapshot) {
   data_.grid = snapshot.grid_;
   data_.node_displacement = snapshot.node_displacement_;
   data_.node_velocity = snapshot.node_velocity_;
-  steps_ = snapshot.steps_;
+  whole_ = snapshot.whole_;
   data_.side = snapshot.side_;
   data_.given_stress = snapshot.given_stress_;
   rest_of_block_ = snapshot.rest_of_block_;
@@ -164,10 +163,9 @@ void Mpm<T>::restore(const Snapshot& snapshot) {
 
 template <class T>
 void Mpm<T>::particles_to_grid(T dt, const StepLoads<T>& loads) {
-  begin_step();
   clear_impulses(loads);
   for (int b = 0; b < data_.grid.particle_blocks(); ++b) scatter_block(b, dt, loads);
-  for (int n = 0; n < data_.grid.node_blocks(); ++n) sum_node_block(n);
+  for (int n = 0; n < data_.grid.node_blocks(); ++n) sum_node_block(n, dt);
 }
 
 template <class T>

@@ -80,6 +80,27 @@ Totals Mpm<T>::particle_totals() const {
   return totals;
 }
 
+template <class T>
+typename Mpm<T>::NodeEnergy Mpm<T>::node_energy() const {
+  NodeEnergy energy;
+  for (size_t i = 0; i < data_.node_velocity.size(); ++i) {
+    energy.kinetic += 0.5 * data_.node[i].lane[3] * static_cast<double>(data_.node_velocity[i].squaredNorm());
+    energy.stabilization +=
+        0.5 * data_.node_stabilization[i] * static_cast<double>(data_.node_displacement[i].squaredNorm());
+  }
+  // The affine part, to which the rest is orthogonal under the weights.
+  for (size_t s = 0; s < data_.record.size(); ++s) {
+    const ParticleRecord<T>& r = data_.record[s];
+    const T* start = data_.undisplaced.data() + 12 * s;
+    double square = 0;
+    for (int a = 0; a < 3; ++a) square += std::pow(static_cast<double>(r.x[a]) - start[a], 2);
+    for (int k = 0; k < 9; ++k)
+      square += 0.25 * data_.dx * data_.dx * std::pow(static_cast<double>(r.F[k]) - start[3 + k], 2);
+    energy.stabilization -= 0.5 * data_.rest_place[4 * s + 3] * square;
+  }
+  return energy;
+}
+
 template class Mpm<float>;
 template class Mpm<double>;
 

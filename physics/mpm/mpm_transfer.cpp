@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "physics/mpm/mpm.h"
+#include "physics/mpm/node_sums.h"
 
 namespace pliant {
 namespace {
@@ -34,7 +35,8 @@ ParticleRun<T> Mpm<T>::run_of(int b) {
           {data_.origin[0], data_.origin[1], data_.origin[2]},
           data_.dx,
           data_.inverse_dx,
-          options_.lagrangian ? data_.rest_place.data() + 4 * static_cast<size_t>(begin) : nullptr};
+          options_.lagrangian ? data_.rest_place.data() + 4 * static_cast<size_t>(begin) : nullptr,
+          options_.lagrangian ? data_.undisplaced.data() + 12 * static_cast<size_t>(begin) : nullptr};
 }
 
 /// What the loads give to single particles.
@@ -82,27 +84,12 @@ void Mpm<T>::scatter_block(int b, T dt, const StepLoads<T>& loads) {
 }
 
 template <class T>
-void Mpm<T>::sum_node_block(int n) {
-  const auto sum = [&](const std::vector<Node<T>>& patches, std::vector<Node<T>>& nodes) {
-    const T* patch[8];
-    for (int o = 0; o < 8; ++o) {
-      const int source = data_.grid.sources_of(n)[o];
-      patch[o] = source < 0 ? nullptr : patches[static_cast<size_t>(source) * BlockGrid::kPatchNodes].lane;
-    }
-    T* node = nodes[static_cast<size_t>(n) * BlockGrid::kNodes].lane;
-    kernels_->sum_nodes(patch, node);
-    return node;
-  };
-  T* node = sum(data_.patch, data_.node);
-  if (!whole_) {
-    // What is summed is the change; masses stay.
-    const T* before = data_.node_velocity[static_cast<size_t>(n) * BlockGrid::kNodes].lane;
-    for (int k = 0; k < 4 * BlockGrid::kNodes; ++k)
-      if (k % 4 != 3) node[k] += node[k | 3] * before[k];
-  }
+void Mpm<T>::sum_node_block(int n, T dt) {
+  Node<T>* node = sum_patches(*kernels_, data_.grid, n, data_.patch, data_.node);
+  if (options_.lagrangian) add_node_momenta(n, dt, node->lane);
   if (!(options_.flip_time > 0)) return;
   const T none[3] = {};
-  kernels_->update_nodes(sum(data_.old_patch, data_.old_node), none, T(1));
+  kernels_->update_nodes(sum_patches(*kernels_, data_.grid, n, data_.old_patch, data_.old_node)->lane, none, T(1));
 }
 
 template <class T>

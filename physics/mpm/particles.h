@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -22,6 +23,10 @@ struct BasicParticles {
   std::vector<uint16_t> material_index;            ///< [N] into `materials`; empty = all of the first
   std::vector<uint16_t> object;                    ///< [N] bodies that touch but do not stick; empty = one body
 
+  /// Pairs that hang together at rest; where there are any, a Lagrangian grid lets parts that they do not lead to move
+  /// apart, however near they are.  Empty = what shares a cell hangs together.
+  std::vector<std::array<int, 2>> links;
+
   size_t size() const { return position.size(); }
   const Material& material(size_t i) const { return materials[material_index.empty() ? 0 : material_index[i]]; }
   /// Whether the law of any particle has a memory.
@@ -40,6 +45,9 @@ struct BasicSimulationState {
   std::vector<Mat3<T>> C, F;         ///< [N, 3, 3] affine velocity field 1/s, elastic deformation gradient
   std::vector<LawMemory<T>> memory;  ///< [N], or empty when no law has a memory; F is then the whole deformation
 
+  /// [nodes, 3] m and m/s of the nodes of a Lagrangian grid, whose motion is that of the body; where they are empty, as
+  /// at a start, they follow from the particles.
+  std::vector<Vec3<T>> node_displacement, node_velocity;
   std::vector<T> quiet_time;  ///< [N] s for which the neighbourhood has been at rest; empty unless bodies may sleep
 
   size_t size() const { return x.size(); }

@@ -23,10 +23,10 @@ struct TapeStep {
   std::vector<Node<T>> node;              ///< [node blocks, 4, 4, 4] momentum and mass before the update
   bool whole = true;                      ///< momenta are those of the particles, not changes of those of the nodes
   T flip = 0;                             ///< as in GatherInput
-  std::vector<Node<T>> old_node;  ///< [node blocks, 4, 4, 4] velocity before the step and mass; flip > 0, Lagrangian
-  std::vector<Vec3<T>> node_displacement;  ///< [node blocks, 4, 4, 4] before the step, as in MpmData
-  std::vector<LawMemory<T>> memory;        ///< by ParticleRecord::side
-  std::vector<T> given_stress;             ///< [side, 6] as in MpmData
+  std::vector<Node<T>> old_node;          ///< [node blocks, 4, 4, 4] velocity before the step and mass, where flip > 0
+  std::vector<Vec3<T>> node_displacement, node_velocity;  ///< [node blocks, 4, 4, 4] before the step, as in MpmData
+  std::vector<LawMemory<T>> memory;                       ///< by ParticleRecord::side
+  std::vector<T> given_stress;                            ///< [side, 6] as in MpmData
 };
 
 /// Steps in the order in which they were taken.  Memory is kept for the next run.
@@ -56,8 +56,9 @@ class StepTape {
     step.memory.resize(sides);
     step.given_stress.resize(6 * sides);
     step.node.resize(static_cast<size_t>(grid.node_blocks()) * BlockGrid::kNodes);
-    step.old_node.resize(flip > T(0) || lagrangian ? step.node.size() : 0);
+    step.old_node.resize(flip > T(0) ? step.node.size() : 0);
     step.node_displacement.resize(lagrangian ? step.node.size() : 0);
+    step.node_velocity.resize(step.node_displacement.size());
   }
   TapeStep<T>& last() { return step_[size_ - 1]; }
 
@@ -66,7 +67,7 @@ class StepTape {
     for (const TapeStep<T>& s : step_)
       sum += s.particle.capacity() * (sizeof(TapeParticle<T>) + sizeof(int)) +
              (s.node.capacity() + s.old_node.capacity()) * sizeof(Node<T>) +
-             s.node_displacement.capacity() * sizeof(Vec3<T>) +
+             (s.node_displacement.capacity() + s.node_velocity.capacity()) * sizeof(Vec3<T>) +
              s.memory.capacity() * (sizeof(LawMemory<T>) + 6 * sizeof(T));
     return sum;
   }

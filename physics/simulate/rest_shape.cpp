@@ -13,6 +13,7 @@ RestShape<T> solve_rest_shape(const RestShapeOptions& options, const BasicPartic
                               const std::vector<Interaction>& interactions) {
   SimulateOptions loaded = options.simulate;
   loaded.rest_shape = RestShapeMode::kSolve;  // all of gravity acts
+  loaded.grid = GridKind::kEulerian;          // the shape at rest is what is sought
   SimulateSummary ignored;
   Simulator<T> simulator(loaded, particles, resting_interactions(interactions), ignored);
   if (!simulator.schedule().pinned(0))

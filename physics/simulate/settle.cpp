@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/laws/material.h"
+
 namespace pliant {
 namespace {
 
 constexpr double kRestShare = 1e-3;
-constexpr int kStillFrames = 4;  // in a row that count as rest
+constexpr int kStillFrames = 4;      // in a row that count as rest
+constexpr double kShortWaves = 0.3;  // viscosity time over that in which a wave crosses a cell
 
 template <class T>
 double mean_square_speed(const BasicParticles<T>& particles, const BasicSimulationState<T>& state) {
@@ -23,6 +26,7 @@ template <class T>
 void stop(BasicSimulationState<T>& state) {
   std::fill(state.v.begin(), state.v.end(), Vec3<T>::Zero());
   std::fill(state.C.begin(), state.C.end(), Mat3<T>::Zero());
+  std::fill(state.node_velocity.begin(), state.node_velocity.end(), Vec3<T>::Zero());
 }
 
 }  // namespace
@@ -75,6 +79,19 @@ SettleSummary settle(Simulator<T>& simulator, const BasicParticles<T>& particles
 }
 
 template <class T>
+SimulateOptions settling_options(const SimulateOptions& options, const BasicParticles<T>& particles) {
+  SimulateOptions settling = options;
+  if (!is_lagrangian(options, particles)) return settling;
+  double c = 0;
+  for (size_t i = 0; i < particles.size(); ++i)
+    c = std::max(c, sound_speed(particles.material(i), particles.young[i], particles.poisson[i],
+                                static_cast<double>(particles.mass[i]) / particles.volume[i]));
+  const double dx = options.cell_size > 0 ? options.cell_size : static_cast<double>(particles.cell_size);
+  settling.viscosity_time = std::max(options.viscosity_time, kShortWaves * dx / c);
+  return settling;
+}
+
+template <class T>
 double rest_speed(const SimulateOptions& options, const BasicParticles<T>& particles) {
   Vec3<T> low = particles.position[0], high = low;
   for (const Vec3<T>& x : particles.position) {
@@ -87,6 +104,7 @@ double rest_speed(const SimulateOptions& options, const BasicParticles<T>& parti
 
 #define PLIANT_SETTLE(T)                                                                                            \
   template SettleSummary settle(Simulator<T>&, const BasicParticles<T>&, double, double, BasicSimulationState<T>&); \
+  template SimulateOptions settling_options(const SimulateOptions&, const BasicParticles<T>&);                      \
   template double rest_speed(const SimulateOptions&, const BasicParticles<T>&);
 PLIANT_SETTLE(float)
 PLIANT_SETTLE(double)

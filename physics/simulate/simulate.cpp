@@ -154,7 +154,8 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
                                    std::to_string(shape.summary.residual) + " m off the captured shape");
     } else if (options.settle_time > 0 && !pinned) {
       SimulateSummary ignored;
-      Simulator<T> resting(options, particles, resting_interactions(interactions), ignored);
+      Simulator<T> resting(settling_options(options, particles), particles, resting_interactions(interactions),
+                           ignored);
       const SettleSummary settled =
           settle(resting, particles, options.settle_time, rest_speed(options, particles), result.state);
       summary.settle_displacement = settled.displacement;

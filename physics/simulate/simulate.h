@@ -19,6 +19,7 @@ enum class RestShapeMode {
 
 /// Where stencils lie.
 enum class GridKind {
+  kAutomatic,   ///< Lagrangian where it can be
   kEulerian,    ///< under the particles as they move: for every law, and what peers do
   kLagrangian,  ///< where the particles were at rest: elastic bodies neither tear nor stick; see MpmOptions
 };
@@ -42,7 +43,7 @@ struct SimulateOptions {
   int max_retries = 4;                                  ///< halvings of the time step before a frame is given up
   double flip_time = 0;                                 ///< s, 0 = APIC; see MpmOptions
   double sleep_speed = 0;                               ///< m/s, 0 = off; see MpmOptions
-  GridKind grid = GridKind::kEulerian;
+  GridKind grid = GridKind::kAutomatic;
 };
 
 struct SimulateSummary {
@@ -72,6 +73,13 @@ struct SimulateSummary {
 /// Why these particles cannot be simulated on a Lagrangian grid, as a clause; empty when they can.
 template <class T>
 std::string why_not_lagrangian(const SimulateOptions& options, const BasicParticles<T>& particles);
+
+/// Whether they are: as `options` say, or where nothing speaks against it.
+template <class T>
+bool is_lagrangian(const SimulateOptions& options, const BasicParticles<T>& particles) {
+  return options.grid == GridKind::kLagrangian ||
+         (options.grid == GridKind::kAutomatic && why_not_lagrangian(options, particles).empty());
+}
 
 template <class T>
 struct BasicSimulateResult {

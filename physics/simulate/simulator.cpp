@@ -46,7 +46,7 @@ Simulator<T>::Simulator(const SimulateOptions& options, const BasicParticles<T>&
       schedule_(options, particles, interactions),
       solver_(particles, dx_, grid_origin(particles, dx_),
               {.flip_time = options.flip_time,
-               .lagrangian = options.grid == GridKind::kLagrangian,
+               .lagrangian = is_lagrangian(options, particles),
                .sleep_speed = options.sleep_speed}),
       summary_(summary) {
   solver_.set_load_bits(schedule_.bits());

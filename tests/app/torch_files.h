@@ -12,7 +12,7 @@ namespace pliant {
 
 inline std::string little_endian(uint64_t value, int bytes) {
   std::string out;
-  for (int k = 0; k < bytes; ++k) out += static_cast<char>(value >> (8 * k) & 255);
+  for (int k = 0; k < bytes; ++k) out += static_cast<char>(k < 8 ? value >> (8 * k) & 255 : 0);
   return out;
 }
 

@@ -52,7 +52,7 @@ void StepAdjoint<T>::load(const StateGradient<T>& gradient, const BasicSimulatio
   for (size_t s = 0; s < record_.size(); ++s) sorted[s] = record_[slot_[last.index[s]]];
   record_ = std::move(sorted);
   memory_.assign(solver_.side.size(), {});
-  adj_velocity_.assign(last.node_displacement.size(), Vec3<T>::Zero());
+  load_node_gradient(gradient, last.node_displacement.size());
   uniform_ = static_cast<StressKind>(static_cast<int>(solver_.record[0].stress_kind));
   for (size_t s = 0; s < record_.size(); ++s) {
     AdjointRecord<T>& r = record_[s];
@@ -83,7 +83,8 @@ void StepAdjoint<T>::load(const StateGradient<T>& gradient, const BasicSimulatio
 }
 
 template <class T>
-void StepAdjoint<T>::store(StateGradient<T>& gradient) const {
+void StepAdjoint<T>::store(const BasicSimulationState<T>& state, StateGradient<T>& gradient) {
+  if (!adj_velocity_.empty()) reverse_load_nodes(state, gradient);
   gradient.memory.assign(particles_.has_memory() ? record_.size() : 0, {});
   for (const AdjointRecord<T>& r : record_) {
     if (r.side >= 0 && has_memory(particles_.materials[r.material].law)) gradient.memory[r.index] = memory_[r.side];
@@ -173,6 +174,7 @@ ParticleGradient<T> StepAdjoint<T>::particle_gradient() const {
     result.viscosity_time[r.index] = r.by_viscosity_time;
     result.damping_rate[r.index] = r.by_damping_rate;
   }
+  if (!adj_stabilization_.empty()) add_by_stabilization(result.mu);
   return result;
 }
 

@@ -22,15 +22,18 @@ struct MemoryGradient {
 /// Derivatives of a scalar L with respect to a state.
 template <class T>
 struct StateGradient {
-  std::vector<Vec3<T>> x, v;                   ///< [N, 3]
-  std::vector<Mat3<T>> C, F;                   ///< [N, 3, 3]
-  std::vector<MemoryGradient<T>> memory = {};  ///< [N] or empty = zero
+  std::vector<Vec3<T>> x, v;                                        ///< [N, 3]
+  std::vector<Mat3<T>> C, F;                                        ///< [N, 3, 3]
+  std::vector<MemoryGradient<T>> memory = {};                       ///< [N] or empty = zero
+  std::vector<Vec3<T>> node_displacement = {}, node_velocity = {};  ///< [nodes, 3] or empty = zero
 
   static StateGradient zero(size_t n) {
     return {std::vector<Vec3<T>>(n, Vec3<T>::Zero()),
             std::vector<Vec3<T>>(n, Vec3<T>::Zero()),
             std::vector<Mat3<T>>(n, Mat3<T>::Zero()),
             std::vector<Mat3<T>>(n, Mat3<T>::Zero()),
+            {},
+            {},
             {}};
   }
 };
@@ -66,8 +69,8 @@ class StepAdjoint {
   /// Goes back through the steps of `tape`, last one first.  After step k, loads(k, gradient) is called, which may add
   /// what the particles did to the loads (`motion_adjoint`).
   void reverse(const StepTape<T>& tape, const std::function<void(int, const StepLoadsGradient&)>& loads);
-  /// Derivatives with respect to the state before the first step.
-  void store(StateGradient<T>& gradient) const;
+  /// Derivatives with respect to `state`, that before the first step.
+  void store(const BasicSimulationState<T>& state, StateGradient<T>& gradient);
 
   /// Centre of mass and mean velocity of some particles at the start of a step; the functions below it want to be
   /// called for the same step afterwards.
@@ -101,6 +104,11 @@ class StepAdjoint {
   void reverse_contact(const TapeStep<T>& step, int n);
   void reverse_update(const TapeStep<T>& step, int n);
   void reverse_node_momentum(const TapeStep<T>& step, int n);
+  void load_node_gradient(const StateGradient<T>& gradient, size_t nodes);
+  void reverse_load_nodes(const BasicSimulationState<T>& state, StateGradient<T>& gradient);
+  void reverse_undisplaced();
+  void reverse_projection(const BasicSimulationState<T>& state);
+  void add_by_stabilization(std::vector<T>& by_mu) const;
   void reverse_scatter(const TapeStep<T>& step, int b);
   std::vector<T> loaded_velocities(const TapeStep<T>& step, int b) const;
   void reverse_body_loads(const TapeStep<T>& step, int b);
@@ -124,7 +132,10 @@ class StepAdjoint {
   std::vector<double> by_density_;         // [node blocks]
   std::vector<Node<T>> patch_;             // [particle blocks, 6, 6, 6] derivatives by them
   std::vector<Node<T>> adj_node_;          // [node blocks, 4, 4, 4] summed; then by momentum and mass
-  std::vector<Vec3<T>> adj_velocity_;      // [node blocks, 4, 4, 4] of a Lagrangian grid, by those after the step
+  // [node blocks, 4, 4, 4] of a Lagrangian grid: by velocity and displacement after the step, and by the stabilization;
+  // and sum over the steps of dt times the derivative by the momentum.
+  std::vector<Vec3<T>> adj_velocity_, adj_displacement_, momentum_sum_;
+  std::vector<T> adj_stabilization_;
   std::vector<Node<T>> old_patch_, adj_old_node_;  // the same for velocities before the step, where flip > 0
   std::vector<BodyLoadGradient> block_sums_;       // [particle blocks, body loads]
   std::vector<StepLoadsGradient> node_sums_;       // [node blocks]

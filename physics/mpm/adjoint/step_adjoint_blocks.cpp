@@ -5,6 +5,7 @@
 #include "physics/mpm/adjoint/node_update_adjoint.h"
 #include "physics/mpm/adjoint/step_adjoint.h"
 #include "physics/mpm/bspline.h"
+#include "physics/mpm/node_sums.h"
 #include "physics/mpm/object_contact.h"
 
 namespace pliant {
@@ -60,19 +61,6 @@ void exact_piola_adjoint(StressKind kind, const T* F, T mu, T lambda, const T* a
   by_lame[1] = g.lambda;
 }
 
-/// The nodes of a particle block's patch, out of its eight node blocks.
-template <class T>
-void collect_patch(const BlockGrid& grid, int b, const std::vector<Node<T>>& nodes, Node<T>* patch) {
-  for (int o = 0; o < 8; ++o) {
-    const Node<T>* from = nodes.data() + static_cast<size_t>(grid.nodes_of(b)[o]) * BlockGrid::kNodes;
-    const int ox = (o >> 2) * kSide, oy = (o >> 1 & 1) * kSide, oz = (o & 1) * kSide;
-    const int ex = ox ? 2 : kSide, ey = oy ? 2 : kSide, ez = oz ? 2 : kSide;
-    for (int i = 0; i < ex; ++i)
-      for (int j = 0; j < ey; ++j)
-        std::copy_n(from + (i * kSide + j) * kSide, ez, patch + ((i + ox) * kPatch + j + oy) * kPatch + oz);
-  }
-}
-
 template <class T>
 Node<T>* block_of(std::vector<Node<T>>& nodes, int n) {
   return nodes.data() + static_cast<size_t>(n) * BlockGrid::kNodes;
@@ -122,8 +110,10 @@ AdjointRun<T> StepAdjoint<T>::run_of(const TapeStep<T>& step, int b) const {
   run.particle = step.particle.data() + step.begin[b];
   run.index = step.index.data() + step.begin[b];
   run.count = step.begin[b + 1] - step.begin[b];
-  if (!step.node_displacement.empty())
+  if (!step.node_displacement.empty()) {
     run.rest_place = solver_.rest_place.data() + 4 * static_cast<size_t>(step.begin[b]);
+    run.undisplaced = solver_.undisplaced.data() + 12 * static_cast<size_t>(step.begin[b]);
+  }
   run.whole = step.whole;
   return run;
 }
@@ -297,22 +287,15 @@ void StepAdjoint<T>::reverse_gather(const TapeStep<T>& step, int b) {
 
 template <class T>
 void StepAdjoint<T>::reverse_conditions(const TapeStep<T>& step, int n) {
-  const auto sum = [&](const std::vector<Node<T>>& patches, Node<T>* node) {
-    const T* patch[8];
-    for (int o = 0; o < 8; ++o) {
-      const int source = step.grid->sources_of(n)[o];
-      patch[o] = source < 0 ? nullptr : patches[static_cast<size_t>(source) * BlockGrid::kPatchNodes].lane;
-    }
-    forward_.sum_nodes(patch, node->lane);
-  };
   const NodeBlock<T> block = node_block(step, adj_node_, n);
-  sum(patch_, block.node);
+  sum_patches(forward_, *step.grid, n, patch_, adj_node_);
   if (!step.node_displacement.empty())
-    for (int k = 0; k < BlockGrid::kNodes; ++k)
-      for (int a = 0; a < 3; ++a)
-        block.node[k].lane[a] += adj_velocity_[static_cast<size_t>(n) * BlockGrid::kNodes + k][a];
+    for (int k = 0; k < BlockGrid::kNodes; ++k) {
+      const size_t at = static_cast<size_t>(n) * BlockGrid::kNodes + k;
+      for (int a = 0; a < 3; ++a) block.node[k].lane[a] += adj_velocity_[at][a] + step.dt * adj_displacement_[at][a];
+    }
   if (step.flip > T(0)) {
-    sum(old_patch_, block_of(adj_old_node_, n));
+    sum_patches(forward_, *step.grid, n, old_patch_, adj_old_node_);
     reverse_node_average(step.old_node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, block_of(adj_old_node_, n));
   }
   if (!step.loads.colliders.empty() || !step.loads.pins.empty())
@@ -335,18 +318,20 @@ void StepAdjoint<T>::reverse_update(const TapeStep<T>& step, int n) {
   if (!step.node_displacement.empty()) reverse_node_momentum(step, n);
 }
 
-/// Where momenta were not whole, they were mass times the velocity before the step, and the change.
+/// `Mpm::add_node_momenta` backwards.
 template <class T>
 void StepAdjoint<T>::reverse_node_momentum(const TapeStep<T>& step, int n) {
   for (int k = 0; k < BlockGrid::kNodes; ++k) {
     const size_t at = static_cast<size_t>(n) * BlockGrid::kNodes + k;
     T* adj = adj_node_[at].lane;
+    const Vec3<T> by_momentum(adj[0], adj[1], adj[2]), given = step.dt * by_momentum;
+    momentum_sum_[at] += given;
+    adj_displacement_[at] -= solver_.node_stabilization[at] * given;
+    adj_stabilization_[at] -= step.node_displacement[at].dot(given);
     adj_velocity_[at].setZero();
     if (step.whole) continue;
-    for (int a = 0; a < 3; ++a) {
-      adj_velocity_[at][a] = step.node[at].lane[3] * adj[a];
-      adj[3] += step.old_node[at].lane[a] * adj[a];
-    }
+    adj_velocity_[at] = step.node[at].lane[3] * by_momentum;
+    adj[3] += step.node_velocity[at].dot(by_momentum);
   }
 }
 

@@ -18,7 +18,8 @@ struct ParticleRun {
   const int* order;
   int count;
   T origin[3], dx, inverse_dx;
-  const T* rest_place;  ///< [count, 4] positions at rest in Lagrangian runs, whose order is that of memory; else null
+  const T* rest_place;   ///< [count, 4] in Lagrangian runs, whose order is that of memory, see MpmData; else null
+  const T* undisplaced;  ///< [count, 12] likewise
 };
 
 /// Nodes are four numbers, momentum or velocity and mass; a patch holds 6 x 6 x 6 of them, a block 4 x 4 x 4.
@@ -64,8 +65,8 @@ struct MpmKernels {
   /// for inertia_only.  One function for bodies of one law without damping or viscosity, by StressKind, and [2] for
   /// anything.
   void (*scatter[3])(const ScatterInput<T>&, T* patch);
-  /// node = sum of the parts of up to eight patches (or null) that lie in this block of nodes.
-  void (*sum_nodes)(const T* const* patch, T* node);
+  /// node += sum of the parts of up to eight patches (or null) that lie in this block of nodes.
+  void (*add_nodes)(const T* const* patch, T* node);
   /// Momenta become velocities: v <- (v + fall) scale.
   void (*update_nodes)(T* node, const T* fall, T scale);
   /// v, C from the nodes, F <- (I + dt C) F, in Lagrangian runs F + dt C, and x <- x + dt v.

@@ -8,7 +8,7 @@ namespace pliant::PLIANT_ISA {
 template <class T>
 const MpmKernels<T>& mpm_kernels() {
   static constexpr MpmKernels<T> kKernels = {{scatter_fixed_corotated<T>, scatter_neo_hookean<T>, scatter_any<T>},
-                                             sum_nodes<T>,
+                                             add_nodes<T>,
                                              update_nodes<T>,
                                              gather<T>,
                                              stress_of<T>};

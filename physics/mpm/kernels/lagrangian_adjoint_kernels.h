@@ -100,7 +100,8 @@ struct LagrangianSums {
 };
 
 /// m_i = sum w m, and momenta sum w (m (k g + (k - q) v) + (m (k - q) C - dt 4 / dx^2 V P) (X_i - X)), g what loads
-/// give, k what damping keeps and q 0 for whole momenta and 1 for their change, backwards.
+/// give, k what damping keeps and q 0 for whole momenta and 1 for their change, and dt w s (u + G (X_i - X)), s the
+/// stabilization, u and G of the displacement, backwards.
 template <class T, Mixture kMixture>
 INLINE void reverse_scatter_lagrangian(const AdjointRun<T>& run, StressKind kind, const T* nodes) {
   StencilLanes<T> stencil;
@@ -148,6 +149,20 @@ INLINE void reverse_scatter_lagrangian(const AdjointRun<T>& run, StressKind kind
       }
     }
 
+    // The particle's part of the stabilization, whose stiffness is so much of mu.
+    const T* undisplaced[kLanes];
+    for (int l = 0; l < kLanes; ++l) undisplaced[l] = run.undisplaced + 12 * (first + (l < lanes ? l : lanes - 1));
+    Pack<T> before[12], by_affine[9], by_stiffness{};
+    for (int k = 0; k < 12; k += 4) load_group<T>(undisplaced, k, before + k);
+    const Pack<T> stiffness = run.dt * X[3], per_cell = stiffness * run.dx;
+    for (int b = 0; b < 3; ++b) {
+      by_stiffness = fma(sums.by_value[b], place[b] - before[b], by_stiffness);
+      for (int a = 0; a < 3; ++a) {
+        by_affine[3 * b + a] = per_cell * sums.by_along[a][b];
+        by_stiffness = fma(run.dx * sums.by_along[a][b], F[3 * b + a] - before[3 + 3 * b + a], by_stiffness);
+      }
+    }
+
     StressAdjointPack<T> by;
     Pack<T> total[4], rest[4];
     load_group<T>(at, kAdjointSum, total);
@@ -179,7 +194,7 @@ INLINE void reverse_scatter_lagrangian(const AdjointRun<T>& run, StressKind kind
       rest[0] -= run.dt * mass * kept * by_kept;
     }
     total[0] += by_mass;
-    total[1] += by.mu;
+    total[1] += fma(by_stiffness, stiffness / mu, by.mu);
     total[2] += by.lambda;
     rest[2] = Pack<T>{};
     for (int a = 0; a < 3; ++a) {
@@ -189,7 +204,8 @@ INLINE void reverse_scatter_lagrangian(const AdjointRun<T>& run, StressKind kind
 
     Pack<T> by_place[12];
     for (int k = 0; k < 12; k += 4) load_group<T>(at, kAdjointPlace + k, by_place + k);
-    for (int k = 0; k < 9; ++k) by_place[3 + k] += by.F[k];
+    for (int b = 0; b < 3; ++b) by_place[b] = fma(stiffness, sums.by_value[b], by_place[b]);
+    for (int k = 0; k < 9; ++k) by_place[3 + k] += by.F[k] + by_affine[k];
     for (int k = 0; k < 12; k += 4)
       store_group<T>(at, kAdjointPlace + k, by_place[k], by_place[k + 1], by_place[k + 2], by_place[k + 3]);
     // With loads: by what they gave, from which the derivative by v follows once those by the loads are found.

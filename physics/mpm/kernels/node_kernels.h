@@ -20,9 +20,8 @@ INLINE void for_common_rows(int offset, Visit&& visit) {
 }
 
 template <class T>
-void sum_nodes(const T* const* patch, T* node) {
+void add_nodes(const T* const* patch, T* node) {
   using Two = TwoNodes<T>;
-  __builtin_memset(node, 0, sizeof(T) * 4 * 64);
   for (int o = 0; o < 8; ++o) {
     if (!patch[o]) continue;
     for_common_rows(o, [&](int from, int to, int count) {

@@ -145,8 +145,21 @@ INLINE void scatter_run(const ScatterInput<T>& in, StressKind kind, T* patch) {
     const SplinePack<T> sx((X[0] - run.origin[0]) * run.inverse_dx), sy((X[1] - run.origin[1]) * run.inverse_dx),
         sz((X[2] - run.origin[2]) * run.inverse_dx);
     Pack<T> base[3];
+    for (int b = 0; b < 3; ++b) base[b] = carried * v[b];
+    if constexpr (kLagrangian) {
+      // The particle's part of the stabilization.
+      const T* undisplaced[kLanes];
+      for (int l = 0; l < kLanes; ++l) undisplaced[l] = run.undisplaced + 12 * (first + (l < lanes ? l : lanes - 1));
+      Pack<T> before[12];
+      for (int k = 0; k < 12; k += 4) load_group<T>(undisplaced, k, before + k);
+      const Pack<T> stiffness = in.dt * X[3], per_cell = stiffness * run.dx;
+      for (int b = 0; b < 3; ++b) {
+        base[b] += stiffness * (place[b] - before[b]);
+        for (int a = 0; a < 3; ++a) along[a][b] += per_cell * (F[3 * b + a] - before[3 + 3 * b + a]);
+      }
+    }
     for (int b = 0; b < 3; ++b)
-      base[b] = carried * v[b] - along[0][b] * sx.offset - along[1][b] * sy.offset - along[2][b] * sz.offset;
+      base[b] = base[b] - along[0][b] * sx.offset - along[1][b] * sy.offset - along[2][b] * sz.offset;
     if (kLagrangian && in.gain)
       for (int l = 0; l < lanes; ++l)
         for (int b = 0; b < 3; ++b) base[b][l] += mass[l] * kept[l] * in.gain[3 * (first + l) + b];

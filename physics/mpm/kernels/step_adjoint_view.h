@@ -39,13 +39,13 @@ struct AdjointRun {
   AdjointRecord<T>* record;
   int count;
   T dt, viscosity_time, origin[3], dx, inverse_dx, low[3], high[3];
-  T flip;                 ///< as in GatherInput
-  const T* rest_place;    ///< as in ParticleRun
-  bool whole;             ///< as in ScatterInput
-  const T* by_grid_C;     ///< [count, 9] further derivatives by the C of the grid, or null
-  const T* loaded_v;      ///< [count, 3] velocities with what the body loads gave, or null without loads
-  const T* given_stress;  ///< [count, 6] of particles with StressKind::kGiven, as in ScatterInput
-  T* by_given_stress;     ///< [count, 6] receives the derivatives by it
+  T flip;                             ///< as in GatherInput
+  const T *rest_place, *undisplaced;  ///< as in ParticleRun
+  bool whole;                         ///< as in ScatterInput
+  const T* by_grid_C;                 ///< [count, 9] further derivatives by the C of the grid, or null
+  const T* loaded_v;                  ///< [count, 3] velocities with what the body loads gave, or null without loads
+  const T* given_stress;              ///< [count, 6] of particles with StressKind::kGiven, as in ScatterInput
+  T* by_given_stress;                 ///< [count, 6] receives the derivatives by it
   void (*exact_stress)(StressKind kind, const T* F, T mu, T lambda, T* tau);
   /// by_F [9], by_lame [2] of S = dL/dtau (one side of the off-diagonal), where the fast way is not safe.
   void (*exact_adjoint)(StressKind kind, const T* F, T mu, T lambda, const T* S, T* by_F, T* by_lame);

@@ -177,7 +177,7 @@ TEST(FitMaterial, TriplanesGoOnFromTheBestConstantAndFromWhereTheyWereStopped) {
   options.vibration.most_smooth = 3;
   options.gradient.iterations = 20;
   options.gradient.growth = 0.3;
-  options.vibration.modes.most = 4;
+  options.vibration.modes.most = 2;  // with more of them the best constant leaves next to nothing to explain
   options.vibration.refine.tolerance = 1e-2;
   options.vibration.search.first = 0.08;
   const auto fit = [&](const MaterialFitProgress& kept) {

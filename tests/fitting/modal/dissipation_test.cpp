@@ -19,7 +19,17 @@ Motion<float> swing(const TwinStem& stem, double damping_time, double flip_time 
   options.gravity.setZero();
   options.damping_time = damping_time;
   options.flip_time = flip_time;
+  options.grid = GridKind::kEulerian;
   return motion;
+}
+
+TEST(Dissipation, OfALagrangianGridIsThatOfTheDragAlone) {
+  const TwinStem stem;
+  Motion<float> free = swing(stem, 0), slowed = swing(stem, 0.5);
+  for (Motion<float>* motion : {&free, &slowed}) motion->options.simulate.grid = GridKind::kLagrangian;
+  // What is left is motion that the particles do not see, against more than one on an Eulerian grid.
+  EXPECT_LT(std::abs(dissipation_of(free).transfers), 0.1);
+  EXPECT_NEAR(dissipation_of(slowed).whole, 1 / 0.5, 0.1);
 }
 
 TEST(Dissipation, ADragIsWhatTheWholeLosesBesideTheTransfers) {

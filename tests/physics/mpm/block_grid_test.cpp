@@ -59,6 +59,48 @@ TEST(BlockGrid, BlocksHoldTheirParticlesAndLinksLeadThereAndBack) {
   expect_consistent(grid, block_of);
 }
 
+// Two rows of blocks, one above the other, a particle to a block in each; in the first and the last block a link leads
+// from one row to the other, or in none.
+TEST(BlockGrid, BlocksShareNodesOnlyWithWhatTheyHangTogetherWithAroundThem) {
+  constexpr int kBlocks = 6;
+  std::vector<Coordinates> block_of;
+  for (int row = 0; row < 2; ++row)
+    for (int x = 0; x < kBlocks; ++x) block_of.push_back({x, 0, 0});
+  std::vector<BlockGrid::Link> links;
+  for (int row = 0; row < 2; ++row)
+    for (int x = 0; x + 1 < kBlocks; ++x) links.push_back({kBlocks * row + x, kBlocks * row + x + 1});
+  const auto shared_at = [&](const BlockGrid& grid) {
+    // Whether the rows share the first node block of the blocks at x.
+    std::vector<bool> shared;
+    for (int x = 0; x < kBlocks; ++x) shared.push_back(grid.nodes_of(x)[0] == grid.nodes_of(kBlocks + x)[0]);
+    return shared;
+  };
+  BlockGrid apart;
+  apart.build_linked(block_of, links);
+  ASSERT_EQ(apart.particle_blocks(), 2 * kBlocks);
+  EXPECT_EQ(apart.node_blocks(), 2 * (kBlocks + 1) * 4);
+  EXPECT_EQ(shared_at(apart), std::vector<bool>(kBlocks, false));
+
+  links.push_back({0, kBlocks});  // within one block, so that it is not split
+  BlockGrid joined;
+  joined.build_linked(block_of, links);
+  ASSERT_EQ(joined.particle_blocks(), 2 * kBlocks - 1);
+  // Both second blocks hang together with it around their common nodes, and share those; the third ones do not.
+  EXPECT_EQ(joined.node_blocks(), 2 * (kBlocks + 1) * 4 - 8);
+  EXPECT_EQ(joined.nodes_of(1)[0], joined.nodes_of(kBlocks)[0]);
+  EXPECT_NE(joined.nodes_of(2)[0], joined.nodes_of(kBlocks + 1)[0]);
+
+  // Every block is a source of each of its node blocks, once.
+  for (const BlockGrid* grid : {&apart, &joined})
+    for (int b = 0; b < grid->particle_blocks(); ++b)
+      for (int o = 0; o < 8; ++o) {
+        const int n = grid->nodes_of(b)[o];
+        int found = grid->sources_of(n)[o] == b;
+        for (const auto& more : grid->further_sources_of(n)) found += more[o] == b;
+        EXPECT_EQ(found, 1);
+      }
+}
+
 TEST(BlockGrid, MovedParticlesLieWhereANewSortPutsThem) {
   auto block_of = random_blocks(500, 2, 2);
   BlockGrid grid;

@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "gaussians/base/error.h"
-#include "physics/simulate/simulate.h"
+#include "physics/simulate/energy.h"
+#include "physics/simulate/simulator.h"
 #include "tests/physics/shapes.h"
 #include "tests/temporary_folder.h"
 
@@ -46,18 +48,6 @@ struct Motion {
     Vec3d sum = Vec3d::Zero();
     for (size_t i = 0; i < s.size(); ++i) sum += particles.mass[i] * s.x[i];
     return sum / particles.total_mass();
-  }
-  /// Angular momentum about the centre, the affine part of the particles' motion included.
-  Vec3d angular(const State& s) const {
-    const double quarter = 0.25 * particles.cell_size * particles.cell_size;
-    const Vec3d middle = centre(s);
-    Vec3d sum = Vec3d::Zero();
-    for (size_t i = 0; i < s.size(); ++i) {
-      Vec3d own = (s.x[i] - middle).cross(s.v[i]);
-      for (int k = 0; k < 3; ++k) own += quarter * s.F[i].col(k).cross(s.C[i].col(k));
-      sum += particles.mass[i] * own;
-    }
-    return sum;
   }
   /// Largest distance of a particle from where it lies at rest, after the body is laid over its rest shape.
   double distance_from_rest(const State& s) const {
@@ -110,7 +100,7 @@ TEST(Lagrangian, UniformStrainIsInEquilibriumAndAnAffineVelocityStrainsExactly) 
   for (const Mat3d& F : uneven.states.back().F) EXPECT_LT((F - Mat3d::Identity() - 1e-6 * L).norm(), 1e-15);
 }
 
-TEST(Lagrangian, AFreeSpinLosesOnePercentOfItsAngularMomentumInTenTurns) {
+TEST(Lagrangian, AFreeSpinKeepsItsAngularMomentumForTenTurns) {
   Motion spin(Vec3d(0.08, 0.03, 0.03), 0.01, 1, GridKind::kLagrangian);
   const double omega = 2 * kPi * 5;
   State start = initial_state(spin.particles);
@@ -119,13 +109,49 @@ TEST(Lagrangian, AFreeSpinLosesOnePercentOfItsAngularMomentumInTenTurns) {
     start.v[i] = axis.cross(Vec3d(start.x[i] - middle));
     start.C[i] << 0, -omega, 0, omega, 0, 0, 0, 0, 0;
   }
-  spin.go(2.0, start);
-  const Vec3d before = spin.angular(spin.states.front()), after = spin.angular(spin.states.back());
-  EXPECT_LT((after - before).norm(), 0.012 * before.norm());
+  spin.states = {start};
+  SimulateSummary summary;
+  Simulator<double> simulator(spin.options, spin.particles, {}, summary);
+  std::vector<Vec3d> angular;
+  for (State state = start; state.time < 2.0;) {
+    simulator.advance(state);
+    spin.states.push_back(state);
+    angular.push_back(simulator.solver().grid_totals(true).angular);
+  }
+  EXPECT_LT((angular.back() - angular.front()).norm(), 1e-10 * angular.front().norm());
   EXPECT_LT((spin.centre(spin.states.back()) - middle).norm(), 1e-9);
   // Half a turn is opposite, and it is as long as the centrifugal force makes it.
   EXPECT_GT((spin.states[5].x[0] - start.x[0]).norm(), 1.9 * (start.x[0] - middle).norm());
   EXPECT_LT(spin.distance_from_rest(spin.states.back()), 0.001);
+}
+
+// Half a step apart, places and velocities keep an energy near the true one, whose error does not grow (symplectic
+// Euler).
+TEST(Lagrangian, EnergyOfAFreeSwingStaysWithinAPermille) {
+  Motion bar(Vec3d(0.03, 0.03, 0.08), 0.01, 1, GridKind::kLagrangian);
+  bar.options.fps = 10000;
+  bar.options.substeps = 1;
+  State start = initial_state(bar.particles);
+  for (size_t i = 0; i < start.size(); ++i) {
+    start.v[i] = Vec3d(0.5, 0, 0.2) * start.x[i].z() / 0.08;
+    start.C[i] << 0, 0, 0.5 / 0.08, 0, 0, 0, 0, 0, 0.2 / 0.08;
+  }
+  SimulateSummary summary;
+  Simulator<double> simulator(bar.options, bar.particles, {}, summary);
+  std::vector<double> energy;
+  double last_potential = 0, last_kinetic = 0, least_kinetic = INFINITY;
+  for (State state = start; state.frame < 2000;) {
+    simulator.advance(state);
+    const auto nodes = simulator.solver().node_energy();
+    const double potential = elastic_energy(bar.particles, state) + nodes.stabilization;
+    if (state.frame > 1) energy.push_back(last_potential + 0.5 * (last_kinetic + nodes.kinetic));
+    last_potential = potential;
+    last_kinetic = nodes.kinetic;
+    least_kinetic = std::min(least_kinetic, nodes.kinetic);
+  }
+  const auto [low, high] = std::minmax_element(energy.begin(), energy.end());
+  EXPECT_LT(*high - *low, 1e-3 * *high);
+  EXPECT_LT(least_kinetic, 0.96 * *high) << "it swings";
 }
 
 TEST(Lagrangian, ABarBentIntoARingAndLetGoIsStraightAgain) {
@@ -148,7 +174,7 @@ TEST(Lagrangian, ABarBentIntoARingAndLetGoIsStraightAgain) {
   bar.go(4.0, bar.deformed(place, F));
   EXPECT_GT(bar.distance_from_rest(bar.states.front()), 0.3 * length);
   // Places and deformation of the start belong together up to the grid's resolution, and so do those of the end.
-  EXPECT_LT(bar.distance_from_rest(bar.states.back()), 3e-3 * length);
+  EXPECT_LT(bar.distance_from_rest(bar.states.back()), 2e-3 * length);
 }
 
 TEST(Lagrangian, APulledStripStaysWholeAndStraightAndComesBackAndOnAnEulerianGridItTears) {
@@ -185,8 +211,48 @@ TEST(Lagrangian, APulledStripStaysWholeAndStraightAndComesBackAndOnAnEulerianGri
   }
   EXPECT_GT(reached[1], 2.8);
   EXPECT_LT(aside[1], 0.06) << "its width shrinks, but it does not turn";
-  EXPECT_LT(left[1], 0.1) << "back where it was, but for what turned at its edges";
+  EXPECT_LT(left[1], 1e-4) << "back where it was";
   EXPECT_GT(left[0], 0.5) << "the Eulerian grid tears it";
+}
+
+// Two leaves, three tenths of a cell apart at rest, of which one is pulled away by three cells.
+TEST(Lagrangian, PartsThatDoNotHangTogetherMoveApartHoweverNearTheyAre) {
+  const double dx = 0.01, thickness = 0.005, length = 0.12;
+  Motion leaves(Vec3d(length, 0.04, thickness), dx, 0.5, GridKind::kLagrangian);
+  BasicParticles<double>& p = leaves.particles;
+  const size_t one = p.size();
+  const auto append = [&](auto& values) { values.insert(values.end(), values.begin(), values.begin() + one); };
+  append(p.position);
+  for (auto* values : {&p.volume, &p.mass, &p.young, &p.poisson}) append(*values);
+  for (size_t i = one; i < p.size(); ++i) p.position[i].z() += thickness + 0.3 * dx;
+  leaves.options.damping_time = 0.05;
+  Interaction grab;
+  grab.type = InteractionType::kGrab;
+  grab.region = Region::box(Vec3d(length - 0.012, 0, thickness + 0.1 * dx), Vec3d(1, 1, 1));
+  Vec3d rest = Vec3d::Zero();
+  double count = 0;
+  for (size_t i = one; i < p.size(); ++i)
+    if (grab.region.contains(p.position[i])) {
+      rest += p.position[i];
+      ++count;
+    }
+  rest /= count;
+  grab.path = {{0.0, rest}, {0.5, rest + Vec3d(0, 0, 3 * dx)}, {1.0, rest + Vec3d(0, 0, 3 * dx)}};
+  const auto moved = [&](size_t from, size_t to) {
+    double most = 0;
+    for (size_t i = from; i < to; ++i) most = std::max(most, (leaves.states.back().x[i] - p.position[i]).norm());
+    return most / dx;
+  };
+  leaves.script = {pin_left(0.015), grab};
+  leaves.go(1.0, initial_state(p));
+  EXPECT_GT(moved(0, one), 2) << "nodes in common glue them together";
+  for (size_t i = 0; i < p.size(); ++i)
+    for (size_t k = 0; k < i; ++k)
+      if ((i < one) == (k < one) && (p.position[i] - p.position[k]).norm() < 0.8 * dx)
+        p.links.push_back({static_cast<int>(k), static_cast<int>(i)});
+  leaves.go(1.0, initial_state(p));
+  EXPECT_EQ(moved(0, one), 0);
+  EXPECT_GT(moved(one, p.size()), 2.9);
 }
 
 TEST(Lagrangian, IsRefusedWhereThereIsNoReferenceShape) {
