@@ -1,9 +1,9 @@
 #include "physics/body/links.h"
 
 #include <algorithm>
-#include <numeric>
 #include <tuple>
 
+#include "gaussians/base/disjoint_sets.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/portable.h"
 #include "physics/body/look.h"
@@ -17,24 +17,6 @@ constexpr float kSlope = 0.35f;       // or this part of their distance, which a
 constexpr float kParallel = 0.8f;     // cosine of the angle between normals of one sheet
 constexpr float kBulk = 0.35f;        // cells up to which other samples hang together,
 constexpr float kSpacings = 2.2f;     // or this many of their mean distances
-
-/// Sets of numbers that grow together.
-class Sets {
- public:
-  explicit Sets(size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
-  int find(int i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  bool join(int i, int k) {
-    const int a = find(i), b = find(k);
-    parent_[std::max(a, b)] = std::min(a, b);
-    return a != b;
-  }
-
- private:
-  std::vector<int> parent_;
-};
 
 }  // namespace
 
@@ -70,7 +52,7 @@ size_t separate_drivers(const SampleLinks& links, const SolidSamples& samples, D
   const size_t before = drivers.size();
   for (size_t d = 0; d < before; ++d) {
     const std::vector<int>& of = members[d];
-    Sets sets(of.size());
+    DisjointSets sets(of.size());
     for (size_t a = 0; a < of.size(); ++a)
       for (size_t b = 0; b < a; ++b)
         if (sets.find(static_cast<int>(a)) != sets.find(static_cast<int>(b)) && links.linked(of[a], of[b]))
@@ -142,7 +124,7 @@ std::vector<std::array<int, 2>> link_drivers(const SampleLinks& links, const Sol
     result.insert(result.end(), linked[c].begin(), linked[c].end());
     all.insert(all.end(), gaps[c].begin(), gaps[c].end());
   }
-  Sets sets(drivers.size());
+  DisjointSets sets(drivers.size());
   for (const auto& [a, b] : result) sets.join(a, b);
   std::sort(all.begin(), all.end());
   for (const Gap& gap : all)

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 
+#include "gaussians/base/disjoint_sets.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/portable.h"
@@ -112,25 +112,20 @@ class Gaps {
 Pieces find_pieces(std::span<const Vec3f> points, std::span<const float> weight, float reach) {
   CHECK(points.size() == weight.size());
   const int n = static_cast<int>(points.size());
-  std::vector<int> parent(n);
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
+  DisjointSets sets(n);
   const NearestPoints tree(points);
   std::vector<NearestPoints::Hit> hits;
   for (int i = 0; i < n; ++i) {
     tree.within(points[i], reach, hits);
     for (const NearestPoints::Hit& hit : hits)
-      if (hit.index < i) parent[root(hit.index)] = root(i);
+      if (hit.index < i) sets.join(hit.index, i);
   }
 
   std::vector<double> sum(n, 0);
-  for (int i = 0; i < n; ++i) sum[root(i)] += weight[i];
+  for (int i = 0; i < n; ++i) sum[sets.find(i)] += weight[i];
   std::vector<int> roots;
   for (int i = 0; i < n; ++i)
-    if (root(i) == i) roots.push_back(i);
+    if (sets.find(i) == i) roots.push_back(i);
   std::stable_sort(roots.begin(), roots.end(), [&](int a, int b) { return sum[a] > sum[b]; });
   Pieces pieces;
   std::vector<int> number(n);
@@ -138,7 +133,7 @@ Pieces find_pieces(std::span<const Vec3f> points, std::span<const float> weight,
     number[r] = static_cast<int>(pieces.weight.size());
     pieces.weight.push_back(sum[r]);
   }
-  for (int i = 0; i < n; ++i) pieces.piece.push_back(number[root(i)]);
+  for (int i = 0; i < n; ++i) pieces.piece.push_back(number[sets.find(i)]);
   return pieces;
 }
 

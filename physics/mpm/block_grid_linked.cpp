@@ -3,28 +3,11 @@
 #include <map>
 #include <numeric>
 
-#include "gaussians/base/error.h"
+#include "gaussians/base/disjoint_sets.h"
 #include "physics/mpm/block_grid.h"
 
 namespace pliant {
 namespace {
-
-/// Sets of numbers that grow together; each is known by its smallest member.
-class Sets {
- public:
-  explicit Sets(size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
-  int find(int i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(int i, int k) {
-    const int a = find(i), b = find(k);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<int> parent_;
-};
 
 using Place = std::array<int, 3>;
 
@@ -32,7 +15,7 @@ using Place = std::array<int, 3>;
 
 void BlockGrid::build_linked(std::span<const Coordinates> block_of_particle, std::span<const Link> links) {
   const size_t n = block_of_particle.size();
-  Sets hang(n);
+  DisjointSets hang(n);
   for (const auto& [i, k] : links)
     if (block_of_particle[i] == block_of_particle[k]) hang.join(i, k);
   // Parts of a block are numbered as they appear.
@@ -74,7 +57,7 @@ void BlockGrid::share_nodes(const std::vector<std::array<int, 2>>& joined) {
   has_siblings_ = false;
   constexpr std::array<int, 8> kNone = {-1, -1, -1, -1, -1, -1, -1, -1};
   for (const auto& [place, touches] : around) {
-    Sets sets(touches.size());
+    DisjointSets sets(touches.size());
     for (size_t t = 0; t < touches.size(); ++t)
       for (size_t u = 0; u < t; ++u)
         if (std::binary_search(joined.begin(), joined.end(), std::array{touches[u].block, touches[t].block}))
