@@ -53,7 +53,7 @@ Mpm<T>::Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin, 
   if (!plain) uniform_ = StressKind::kGiven;
   data_.side.resize(given);
   data_.given_stress.resize(6 * static_cast<size_t>(given));
-  CHECK_MSG(!options.lagrangian || (given == 0 && particles.object.empty() && !(options.flip_time > 0)),
+  CHECK_MSG(!options.lagrangian || (given == 0 && particles.object.empty() && !(options.flip_time > 0) && !sleeping()),
             "only one body of laws with a first Piola-Kirchhoff stress has a reference configuration");
 }
 
@@ -91,7 +91,6 @@ void Mpm<T>::load(const BasicSimulationState<T>& state, const Vec3d& low, const 
   if (options_.lagrangian && !data_.slot.empty()) {  // stencils and all that hangs on them stay
     for (size_t s = 0; s < n; ++s) load_record(data_.record[s].index, state, data_.record[s]);
     load_nodes(state);
-    if (sleeping()) load_rest(state);
     return;
   }
   std::vector<BlockGrid::Coordinates> block(n);

@@ -6,6 +6,7 @@
 #include "physics/mpm/rest_stencil.h"
 
 namespace pliant {
+
 template <class T>
 void exact_piola(StressKind kind, const T* F, T mu, T lambda, T* P) {
   static const Material kMaterial[2] = {{.law = Law::kFixedCorotated}, {.law = Law::kNeoHookean}};

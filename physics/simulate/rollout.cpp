@@ -190,7 +190,8 @@ RolloutGradient<T> rollout_adjoint(const RolloutOptions& options, const BasicPar
   }
   cotangent(0, result.start);
   reverser.finish(particles, result);
-  result.bytes += rollout.frames.size() * n * sizeof(TapeParticle<T>);
+  const size_t of_nodes = 2 * rollout.frames.back().node_velocity.size() * sizeof(Vec3<T>);
+  result.bytes += rollout.frames.size() * (n * sizeof(TapeParticle<T>) + of_nodes);
   return result;
 }
 

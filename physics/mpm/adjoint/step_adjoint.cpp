@@ -183,7 +183,8 @@ size_t StepAdjoint<T>::bytes() const {
   return record_.capacity() * (sizeof(AdjointRecord<T>) + sizeof(int)) +
          (velocity_.capacity() + updated_.capacity() + before_contact_.capacity() + by_contact_mass_.capacity() +
           adj_node_.capacity() + patch_.capacity() + old_patch_.capacity() + adj_old_node_.capacity()) *
-             sizeof(Node<T>);
+             sizeof(Node<T>) +
+         3 * adj_velocity_.capacity() * sizeof(Vec3<T>) + adj_stabilization_.capacity() * sizeof(T);
 }
 
 template <class T>

@@ -262,6 +262,11 @@ TEST(Lagrangian, IsRefusedWhereThereIsNoReferenceShape) {
   Motion two(Vec3d::Constant(0.02), 0.01, 1, GridKind::kLagrangian);
   two.particles.object.assign(two.particles.size(), 1);
   expect_error(Failure::kUsage, {"bodies"}, [&] { two.go(0.1, initial_state(two.particles)); });
+  Motion sleeper(Vec3d::Constant(0.02), 0.01, 1, GridKind::kLagrangian);
+  sleeper.options.sleep_speed = 0.01;
+  expect_error(Failure::kUsage, {"sleep"}, [&] { sleeper.go(0.1, initial_state(sleeper.particles)); });
+  sleeper.options.grid = GridKind::kAutomatic;
+  EXPECT_FALSE(is_lagrangian(sleeper.options, sleeper.particles));
 }
 
 }  // namespace pliant
