@@ -64,6 +64,9 @@ class BlockGrid {
     return std::span(further_links_).subspan(further_begin_[n], further_begin_[n + 1] - further_begin_[n]);
   }
 
+  /// Whether it was built by build_linked.
+  bool linked() const { return linked_; }
+
   /// Next node block at the same coordinates, of another object; in a ring, so n itself where there is no other.
   int sibling(int n) const { return sibling_[n]; }
   /// Node block of these coordinates, or -1.
@@ -79,7 +82,7 @@ class BlockGrid {
 
  private:
   void link(const std::vector<uint64_t>& sorted_keys);
-  void share_nodes(const std::vector<std::array<int, 2>>& joined);
+  void share_nodes(const std::vector<std::array<int, 2>>& joined, std::span<const int> object);
 
   std::vector<int> begin_, order_, spare_order_;
   std::vector<Coordinates> block_, node_block_;
@@ -87,9 +90,17 @@ class BlockGrid {
   std::vector<int> further_begin_;  // [node blocks + 1], or empty
   std::vector<int> sibling_, previous_;
   BlockTable block_table_, node_table_;
-  bool has_siblings_ = false;
+  bool has_siblings_ = false, linked_ = false;
   int64_t version_ = 0, link_version_ = 0;
 };
+
+/// Number of the node at place `at` of particle block b's patch.
+inline size_t node_of_patch(const BlockGrid& grid, int b, int at) {
+  constexpr int kSide = BlockGrid::kSide, kPatch = BlockGrid::kPatch;
+  const int i = at / (kPatch * kPatch), j = at / kPatch % kPatch, k = at % kPatch;
+  const int block = grid.nodes_of(b)[(i >= kSide) << 2 | (j >= kSide) << 1 | (k >= kSide)];
+  return static_cast<size_t>(block) * BlockGrid::kNodes + ((i % kSide) * kSide + j % kSide) * kSide + k % kSide;
+}
 
 /// The nodes of particle block b's patch [6, 6, 6], out of its eight node blocks.
 template <class N>

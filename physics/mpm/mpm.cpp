@@ -48,13 +48,14 @@ Mpm<T>::Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin, 
     r.stress_kind = static_cast<T>(static_cast<int>(kind));
     r.side = kind == StressKind::kGiven ? given++ : -1;
     if (i == 0) uniform_ = kind;
-    plain &= kind == uniform_ && r.shear_viscosity == 0 && r.bulk_viscosity == 0 && r.damping_rate == 0;
+    viscous_ |= r.shear_viscosity != 0 || r.bulk_viscosity != 0;
+    plain &= kind == uniform_ && !viscous_ && (options.lagrangian || r.damping_rate == 0);
   }
   if (!plain) uniform_ = StressKind::kGiven;
   data_.side.resize(given);
   data_.given_stress.resize(6 * static_cast<size_t>(given));
-  CHECK_MSG(!options.lagrangian || (given == 0 && particles.object.empty() && !(options.flip_time > 0) && !sleeping()),
-            "only one body of laws with a first Piola-Kirchhoff stress has a reference configuration");
+  CHECK_MSG(!options.lagrangian || (given == 0 && !(options.flip_time > 0) && !sleeping()),
+            "only laws with a first Piola-Kirchhoff stress have a reference configuration");
 }
 
 template <class T>
@@ -86,7 +87,6 @@ void Mpm<T>::load(const BasicSimulationState<T>& state, const Vec3d& low, const 
   }
   strays_ = 0;
   finite_ = true;
-  whole_ = true;
   moves_since_reorder_ = 0;
   if (options_.lagrangian && !data_.slot.empty()) {  // stencils and all that hangs on them stay
     for (size_t s = 0; s < n; ++s) load_record(data_.record[s].index, state, data_.record[s]);
@@ -152,8 +152,7 @@ void Mpm<T>::store(BasicSimulationState<T>& state) const {
       std::any_of(data_.materials.begin(), data_.materials.end(), [](const Material& m) { return has_memory(m.law); });
   state.memory.resize(memory ? n : 0);
   store_rest(state);
-  state.node_displacement = data_.node_displacement;
-  state.node_velocity = data_.node_velocity;
+  if (options_.lagrangian) return store_nodes(state);
   for (const ParticleRecord<T>& r : data_.record) {
     for (int a = 0; a < 3; ++a) {
       state.x[r.index][a] = r.x[a];
@@ -174,7 +173,7 @@ template <class T>
 void Mpm<T>::fit_blocks() {
   data_.patch.resize(static_cast<size_t>(data_.grid.particle_blocks()) * BlockGrid::kPatchNodes);
   data_.node.resize(static_cast<size_t>(data_.grid.node_blocks()) * BlockGrid::kNodes);
-  report_.resize(data_.grid.particle_blocks());
+  report_.resize(options_.lagrangian ? data_.grid.node_blocks() : data_.grid.particle_blocks());
   if (options_.flip_time > 0) {
     data_.old_patch.resize(data_.patch.size());
     data_.old_node.resize(data_.node.size());
@@ -205,7 +204,8 @@ void Mpm<T>::collect_reports() {
   }
   T speed = 0;
   std::vector<BlockGrid::Move> moves;
-  for (int b = 0; b < data_.grid.particle_blocks(); ++b) {
+  if (options_.lagrangian) updates_ += static_cast<int64_t>(data_.record.size());
+  for (int b = 0; b < static_cast<int>(report_.size()); ++b) {
     const GatherReport<T>& report = report_[b];
     finite_ &= report.finite;
     strays_ += report.strays;
@@ -218,7 +218,6 @@ void Mpm<T>::collect_reports() {
     }
   }
   max_speed_ = std::sqrt(static_cast<double>(speed));
-  whole_ = !options_.lagrangian;
   if (moves.empty() || !finite_) return;
   moves_since_reorder_ += static_cast<int64_t>(moves.size());
   const int64_t version = data_.grid.link_version();

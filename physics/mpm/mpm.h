@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/loads/step_loads.h"
+#include "physics/mpm/contact_list.h"
 #include "physics/mpm/kernels/kernels.h"
 #include "physics/mpm/mpm_data.h"
 #include "physics/mpm/mpm_options.h"
@@ -25,9 +26,11 @@ struct Totals {
 ///   m_i = sum w m_p, (m v)_i = sum w m_p (v_p + C_p (x_i - x_p)) - dt sum V0 tau (4 / dx^2) w (x_i - x_p)
 ///   v_i <- v_i + dt g, boundary conditions
 ///   v_p = sum w v_i, C_p = (4 / dx^2) sum w v_i (x_i - x_p)^T, F <- (I + dt C) F, x <- x + dt v.
-/// With MpmOptions::lagrangian weights and distances are those at rest, so that they never change: C is the gradient of
-/// v by the rest position, P takes the place of tau, F <- F + dt C.  Nodes keep their velocity and are displaced by it:
-///   (m v)_i <- m_i v_i - dt sum V0 P (4 / dx^2) w (X_i - X_p) - dt sum k w (u_i - u_p - (F_p - I) (X_i - X_p)),
+/// With MpmOptions::lagrangian weights and distances are those at rest, so that they never change.  The motion is that
+/// of the nodes, and particles follow it: with d = X_i - X_p
+///   u_p = sum w u_i, F = I + G, G = (4 / dx^2) sum w u_i d^T, x = X + u_p
+///   v_i <- exp(-rate dt) v_i - (dt / m_i) sum w (V0 P (4 / dx^2) d + k (u_i - u_p - G d)) + dt g, boundary conditions
+///   u_i <- u_i + dt v_i,
 /// k that of MpmOptions::stabilization.
 template <class T>
 class Mpm {
@@ -57,13 +60,12 @@ class Mpm {
   /// Bytes of a snapshot, and of one step on a tape with the present blocks.
   size_t snapshot_bytes() const {
     return data_.record.size() * (sizeof(ParticleRecord<T>) + 2 * sizeof(int)) +
-           2 * data_.node_displacement.size() * sizeof(Vec3<T>) +
+           3 * data_.node_displacement.size() * sizeof(Node<T>) +
            data_.side.size() * (sizeof(LawSide<T>) + 6 * sizeof(T));
   }
   size_t tape_bytes() const {
-    return data_.record.size() * (sizeof(TapeParticle<T>) + sizeof(int)) +
-           (data_.node.size() + data_.old_node.size()) * sizeof(Node<T>) +
-           2 * data_.node_displacement.size() * sizeof(Vec3<T>) +
+    return data_.record.size() * ((options_.lagrangian ? 0 : sizeof(TapeParticle<T>)) + sizeof(int)) +
+           (data_.node.size() + data_.old_node.size() + 2 * data_.node_displacement.size()) * sizeof(Node<T>) +
            data_.side.size() * (sizeof(LawMemory<T>) + 6 * sizeof(T));
   }
 
@@ -90,7 +92,7 @@ class Mpm {
 
   /// Of the nodes between particles_to_grid and update_grid (momenta) or after update_grid (velocities).
   Totals grid_totals(bool velocities) const;
-  /// Of the particles, the affine part of APIC included.
+  /// Of the particles of an Eulerian run, the affine part of APIC included.
   Totals particle_totals() const;
 
   /// J in the nodes of a Lagrangian run after a step: of their motion, half a step before their displacement, and of
@@ -104,6 +106,7 @@ class Mpm {
   const MpmData<T>& data() const { return data_; }
 
  private:
+  ParticlePlace<double> place_of(int particle) const;
   BlockGrid::Coordinates block_of(const T* x, int object) const;
   void load_record(int i, const BasicSimulationState<T>& state, ParticleRecord<T>& r);
   void fit_blocks();
@@ -122,17 +125,21 @@ class Mpm {
   void set_given_stress(const ParticleRecord<T>& r, const Mat3<T>& F);
   void apply_body_loads(int b, T dt, const StepLoads<T>& loads);
   void scatter_block(int b, T dt, const StepLoads<T>& loads);
-  void sum_node_block(int n, T dt);
+  void sum_node_block(int n);
   void update_node_block(int n, T dt, const StepLoads<T>& loads);
   void apply_conditions(int n, const StepLoads<T>& loads);
   void condition_node_block(int n, T dt, const StepLoads<T>& loads);
-  const Vec3<T>* displacement_of(int n) const {
-    return options_.lagrangian ? data_.node_displacement.data() + static_cast<size_t>(n) * BlockGrid::kNodes : nullptr;
-  }
-  void add_node_momenta(int n, T dt, T* node) const;
-  void move_nodes(int n, T dt);
+  ElasticRun<T> elastic_run(int b, T dt, const StepLoads<T>& loads) const;
+  void elastic_block(int b, T dt, const StepLoads<T>& loads);
+  void find_gains(int b, T dt, const StepLoads<T>& loads);
+  void follow_block(int b);
+  void add_contacts(int b, T dt, const StepLoads<T>& loads);
+  bool touching() const { return options_.lagrangian && options_.contact && !contacts_.empty(); }
+  void find_kept(T dt);
+  void displace_node_block(int n, T dt);
   void find_rest_constants();
   void load_nodes(const BasicSimulationState<T>& state);
+  void store_nodes(BasicSimulationState<T>& state) const;
   void find_undisplaced();
   T flip(T dt) const;
   void gather_block(int b, T dt, const StepLoads<T>& loads);
@@ -146,8 +153,14 @@ class Mpm {
   std::vector<ParticleRecord<T>> rest_;  // in the order of the particles, only constants
   std::vector<BlockGrid::Link> links_;   // see BasicParticles, in Lagrangian runs
   std::vector<Vec3<T>> gain_;            // [slots] m/s, what loads give to particles, in Lagrangian runs
+  std::vector<uint8_t> loaded_;          // [particle blocks] whether any particle has load bits, likewise
+  std::vector<T> kept_;                  // [nodes] share of its velocity that a node keeps in a step of kept_dt_
+  T kept_dt_ = 0, light_ = 0;            // s; kg, of the lightest particle
+  ContactList<T> contacts_;
+  std::vector<Vec3<T>> where_, moving_;  // [slots] x and v of particles that may touch
+  bool viscous_ = false;                 // whether the stress of any material depends on the strain rate
   std::vector<int> moved_;               // places in their block of the particles that left it, block by block
-  std::vector<GatherReport<T>> report_;  // of the last gather, per particle block
+  std::vector<GatherReport<T>> report_;  // of the last gather, per particle block, or in Lagrangian runs node block
   const MpmKernels<T>* kernels_;
   StressKind uniform_;  // law of all particles if a kernel for it alone will do, else kGiven
   std::vector<Vec3d> node_impulse_, particle_impulse_;  // [node blocks, colliders and pins], [particle blocks, loads]
@@ -162,7 +175,6 @@ class Mpm {
   static constexpr int kReorderChunk = 2048;
   std::vector<ParticleRecord<T>> spare_record_;
   int64_t moves_since_reorder_ = 0, updates_ = 0;
-  bool whole_ = true;  // whether the next step transfers velocities from the particles to the nodes
   bool finite_ = true;
   double max_speed_ = 0;
   int64_t strays_ = 0;
@@ -174,8 +186,7 @@ class Mpm<T>::Snapshot {
   std::vector<ParticleRecord<T>> record_;
   std::vector<int> slot_;
   BlockGrid grid_;
-  std::vector<Vec3<T>> node_displacement_, node_velocity_;
-  bool whole_;
+  std::vector<Node<T>> node_displacement_, node_displacement_rest_, node_velocity_;
   std::vector<LawSide<T>> side_;
   std::vector<T> given_stress_;
   std::vector<BlockRest<T>> rest_of_block_;

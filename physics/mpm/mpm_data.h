@@ -4,7 +4,7 @@
 
 #include "gaussians/base/types.h"
 #include "physics/mpm/block_grid.h"
-#include "physics/mpm/kernels/particle_record.h"
+#include "physics/mpm/kernels/elastic_run.h"
 #include "physics/mpm/node_conditions.h"
 #include "physics/mpm/particles.h"
 
@@ -43,15 +43,24 @@ struct MpmData {
   std::vector<Material> materials;
   std::vector<LawSide<T>> side;  ///< by ParticleRecord::side
   std::vector<T> given_stress;   ///< [side, 6] Kirchhoff stress xx, yy, zz, yz, xz, xy, Pa
-  /// Of Lagrangian runs, else empty: [slots, 4] positions at rest and the stabilization [N/m] of a particle,
-  std::vector<T> rest_place;
-  std::vector<T> undisplaced;         ///< [slots, 12] x and F less what the displacement of the nodes makes of them,
-  std::vector<T> node_stabilization;  ///< [nodes] N/m, sum over w times that of the particles,
-  std::vector<Vec3<T>> node_displacement;  ///< [nodes = node blocks, 4, 4, 4] m,
-  std::vector<Vec3<T>> node_velocity;      ///< [nodes] m/s.
-  std::vector<Node<T>> patch;              ///< [particle blocks, 6, 6, 6], what a block scatters
-  std::vector<Node<T>> node;  ///< [node blocks, 4, 4, 4], momentum and mass, after the update velocity and mass
+  std::vector<Node<T>> patch;    ///< [particle blocks, 6, 6, 6], what a block scatters
+  std::vector<Node<T>> node;     ///< [node blocks, 4, 4, 4], momentum and mass, after the update velocity and mass
   std::vector<Node<T>> old_patch, old_node;  ///< the same without forces and loads; with MpmOptions::flip_time only
+
+  /// Of Lagrangian runs, whose motion is that of the nodes, else empty.  `node` holds impulses there.
+  std::vector<RestParticle<T>> rest;       ///< [slots]
+  std::vector<int> block_of_slot;          ///< [slots] particle block
+  std::vector<T> undisplaced;              ///< [slots, 12] x and F less what the nodes say of them; empty = nothing
+  std::vector<Node<T>> node_velocity;      ///< [nodes = node blocks, 4, 4, 4] m/s, and mass
+  std::vector<Node<T>> node_displacement;  ///< [nodes] m
+  std::vector<Node<T>> node_displacement_rest;  ///< [nodes] what rounding cut off from it
+  std::vector<T> node_damping;                  ///< [nodes] 1/s, mean of the particles'; empty = none
+};
+
+/// Where a particle is and how it moves.
+template <class T>
+struct ParticlePlace {
+  Vec3<T> x, v;  ///< m, m/s
 };
 
 /// What loads read of particle `index`, in the fields that ParticleRecord and AdjointRecord share.

@@ -1,4 +1,8 @@
-// Nodes of Lagrangian runs: they belong to the body at rest and move with it.
+// Lagrangian runs: nodes belong to the body at rest and carry its motion, which particles follow.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
@@ -17,25 +21,101 @@ void exact_piola(StressKind kind, const T* F, T mu, T lambda, T* P) {
 template void exact_piola(StressKind, const float*, float, float, float*);
 template void exact_piola(StressKind, const double*, double, double, double*);
 
-/// To what was summed over the particles comes the momentum that nodes keep, and their own part of the stabilization.
 template <class T>
-void Mpm<T>::add_node_momenta(int n, T dt, T* node) const {
-  const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
-  for (int k = 0; k < BlockGrid::kNodes; ++k) {
-    const Vec3<T>&v = data_.node_velocity[first + k], &u = data_.node_displacement[first + k];
-    const T mass = whole_ ? T(0) : node[4 * k + 3], stiffness = dt * data_.node_stabilization[first + k];
-    for (int a = 0; a < 3; ++a) node[4 * k + a] += mass * v[a] - stiffness * u[a];
+ElasticRun<T> Mpm<T>::elastic_run(int b, T dt, const StepLoads<T>& loads) const {
+  const size_t begin = static_cast<size_t>(data_.grid.begin(b));
+  ElasticRun<T> run{};
+  run.particle = data_.rest.data() + begin;
+  run.undisplaced = data_.undisplaced.empty() ? nullptr : data_.undisplaced.data() + 12 * begin;
+  run.count = data_.grid.begin(b + 1) - data_.grid.begin(b);
+  for (int a = 0; a < 3; ++a) run.origin[a] = data_.origin[a];
+  run.dx = data_.dx;
+  run.inverse_dx = data_.inverse_dx;
+  run.dt = dt;
+  run.viscosity_time = loads.viscosity_time;
+  run.viscous = viscous_ || loads.viscosity_time > T(0);
+  for (int o = 0; o < 8; ++o) {
+    const size_t node = static_cast<size_t>(data_.grid.nodes_of(b)[o]) * BlockGrid::kNodes;
+    run.displacement[o] = data_.node_displacement[node].lane;
+    run.displacement_rest[o] = data_.node_displacement_rest[node].lane;
+    run.velocity[o] = data_.node_velocity[node].lane;
+  }
+  run.exact_piola = exact_piola<T>;
+  return run;
+}
+
+/// What the loads give to the particles of a block.
+template <class T>
+void Mpm<T>::find_gains(int b, T dt, const StepLoads<T>& loads) {
+  const int begin = data_.grid.begin(b), count = data_.grid.begin(b + 1) - begin;
+  std::vector<TapeParticle<T>> now(count);
+  kernels_->follow_nodes(elastic_run(b, dt, loads), now.data());
+  for (int i = 0; i < count; ++i) {
+    const ParticleRecord<T>& r = data_.record[begin + i];
+    Vec3<T>& sum = gain_[begin + i];
+    if (r.bits == 0) continue;
+    const LoadedParticle<T> p = loaded_particle(data_, r, now[i].x, now[i].v, now[i].F);
+    for (size_t l = 0; l < loads.body.size(); ++l) {
+      if ((r.bits & loads.body[l].bit) == 0) continue;
+      const Vec3<T> gain = velocity_gain(loads.body[l], dt, p);
+      sum += gain;
+      particle_impulse_[b * loads.body.size() + l] += static_cast<double>(r.mass) * gain.template cast<double>();
+    }
   }
 }
 
 template <class T>
-void Mpm<T>::move_nodes(int n, T dt) {
-  const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
-  for (int k = 0; k < BlockGrid::kNodes; ++k) {
-    const T* v = data_.node[first + k].lane;
-    data_.node_velocity[first + k] = Vec3<T>(v[0], v[1], v[2]);
-    data_.node_displacement[first + k] += dt * data_.node_velocity[first + k];
+void Mpm<T>::follow_block(int b) {
+  const int begin = data_.grid.begin(b), count = data_.grid.begin(b + 1) - begin;
+  std::vector<TapeParticle<T>> now(count);
+  kernels_->follow_nodes(elastic_run(b, T(0), {}), now.data());
+  for (int i = 0; i < count; ++i) {
+    where_[begin + i] = Eigen::Map<const Vec3<T>>(now[i].x);
+    moving_[begin + i] = Eigen::Map<const Vec3<T>>(now[i].v);
   }
+}
+
+/// What particles near those of a block give to them.
+template <class T>
+void Mpm<T>::add_contacts(int b, T dt, const StepLoads<T>& loads) {
+  for (int s = data_.grid.begin(b); s < data_.grid.begin(b + 1); ++s)
+    for (const int other : contacts_.near(s)) {
+      const ContactPair<T> pair = contact_pair<T>(data_, s, other, where_, moving_);
+      gain_[s] += contact_impulse(pair, dt, static_cast<T>(loads.object_friction)) / pair.mass[0];
+    }
+}
+
+template <class T>
+void Mpm<T>::elastic_block(int b, T dt, const StepLoads<T>& loads) {
+  ElasticRun<T> run = elastic_run(b, dt, loads);
+  const bool loaded = loaded_[b] && !loads.body.empty(), touches = touching() && contacts_.block_touches()[b];
+  if (loaded || touches) {
+    std::fill_n(gain_.begin() + data_.grid.begin(b), run.count, Vec3<T>::Zero());
+    run.gain = gain_[data_.grid.begin(b)].data();
+  }
+  if (loaded) find_gains(b, dt, loads);
+  if (touches) add_contacts(b, dt, loads);
+  const bool uniform = uniform_ != StressKind::kGiven && !run.viscous;
+  kernels_->elastic_impulses[static_cast<int>(uniform ? uniform_ : StressKind::kGiven)](
+      run, data_.patch[static_cast<size_t>(b) * BlockGrid::kPatchNodes].lane);
+}
+
+/// Shares of their velocity that nodes keep in a step, by the damping of the material.
+template <class T>
+void Mpm<T>::find_kept(T dt) {
+  if (data_.node_damping.empty() || dt == kept_dt_) return;
+  kept_dt_ = dt;
+  kept_.resize(data_.node_damping.size());
+  for (size_t i = 0; i < kept_.size(); ++i) kept_[i] = std::exp(-dt * data_.node_damping[i]);
+}
+
+template <class T>
+void Mpm<T>::displace_node_block(int n, T dt) {
+  const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
+  const T fastest =
+      kernels_->displace_nodes(data_.node_velocity[first].lane, dt, light_, data_.node_displacement[first].lane,
+                               data_.node_displacement_rest[first].lane);
+  report_[n] = {fastest, 0, 0, 0, std::isfinite(fastest)};
 }
 
 /// What the particles at rest, in their order in memory, are to the nodes.
@@ -43,17 +123,31 @@ template <class T>
 void Mpm<T>::find_rest_constants() {
   const size_t slots = data_.record.size();
   const T share = static_cast<T>(2 * options_.stabilization) * data_.inverse_dx * data_.inverse_dx;
-  data_.rest_place.resize(4 * slots);
+  data_.rest.resize(slots);
+  data_.block_of_slot.resize(slots);
+  for (int b = 0; b < data_.grid.particle_blocks(); ++b)
+    std::fill(data_.block_of_slot.begin() + data_.grid.begin(b), data_.block_of_slot.begin() + data_.grid.begin(b + 1),
+              b);
+  bool damped = false;
+  light_ = std::numeric_limits<T>::infinity();
   for (size_t s = 0; s < slots; ++s) {
     const ParticleRecord<T>& r = data_.record[s];
-    for (int a = 0; a < 3; ++a) data_.rest_place[4 * s + a] = data_.reference[r.index][a];
-    data_.rest_place[4 * s + 3] = share * r.mu * r.volume;
+    const Vec3<T>& X = data_.reference[r.index];
+    data_.rest[s] = {{X[0], X[1], X[2]}, share * r.mu * r.volume, r.mass,           r.volume,      r.mu,
+                     r.lambda,           r.shear_viscosity,       r.bulk_viscosity, r.stress_kind, T(0)};
+    light_ = std::min(light_, r.mass);
+    damped |= r.damping_rate > T(0);
   }
-  const std::vector<Node<T>> sum = sum_over_particles(
-      data_, [&](int s, T w, const Vec3<T>&, T* lane) { lane[0] += w * data_.rest_place[4 * s + 3]; });
-  data_.node_stabilization.resize(sum.size());
-  for (size_t i = 0; i < sum.size(); ++i) data_.node_stabilization[i] = sum[i].lane[0];
-  gain_.assign(slots, Vec3<T>::Zero());
+  gain_.resize(slots);
+  where_.resize(slots);
+  moving_.resize(slots);
+  data_.node_displacement_rest.resize(data_.node.size());
+  if (!damped) return;
+  const std::vector<Node<T>> rates = project(data_, [&](int i, const Vec3<T>&) -> Vec3<T> {
+    return {rest_[i].damping_rate, T(0), T(0)};
+  });
+  data_.node_damping.resize(rates.size());
+  for (size_t i = 0; i < rates.size(); ++i) data_.node_damping[i] = rates[i].lane[0];
 }
 
 /// Displacements and velocities of the nodes: those of the state, or where it has none, as at a start, what the
@@ -61,31 +155,77 @@ void Mpm<T>::find_rest_constants() {
 template <class T>
 void Mpm<T>::load_nodes(const BasicSimulationState<T>& state) {
   const size_t nodes = data_.node.size();
-  whole_ = state.node_velocity.empty();
-  if (whole_) {
-    data_.node_displacement = project_displacements(data_, state).displacement;
-    data_.node_velocity.assign(nodes, Vec3<T>::Zero());
+  contacts_.clear();
+  loaded_.assign(data_.grid.particle_blocks(), 0);
+  for (size_t s = 0; s < data_.record.size(); ++s) loaded_[data_.block_of_slot[s]] |= data_.record[s].bits != 0;
+  std::fill(data_.node_displacement_rest.begin(), data_.node_displacement_rest.end(), Node<T>{});
+  if (state.node_velocity.empty()) {
+    data_.node_displacement = project_displacements(data_, state);
+    for (Node<T>& node : data_.node_displacement) node.lane[3] = T(0);
+    data_.node_velocity = project_velocities(data_, state);
   } else {
     CHECK(state.node_velocity.size() == nodes && state.node_displacement.size() == nodes);
-    data_.node_displacement = state.node_displacement;
-    data_.node_velocity = state.node_velocity;
+    if (data_.node_velocity.empty()) data_.node_velocity = project_velocities(data_, state);  // for the masses
+    data_.node_displacement.resize(nodes);
+    for (size_t i = 0; i < nodes; ++i)
+      for (int a = 0; a < 3; ++a) {
+        data_.node_displacement[i].lane[a] = state.node_displacement[i][a];
+        data_.node_velocity[i].lane[a] = state.node_velocity[i][a];
+      }
   }
   find_undisplaced();
 }
 
-/// Each particle's place and deformation gradient less what the displacements of the nodes make of them.
+/// Each particle's place and deformation gradient less what the displacements of the nodes make of them, where that is
+/// more than rounding.
 template <class T>
 void Mpm<T>::find_undisplaced() {
-  data_.undisplaced.resize(12 * data_.record.size());
-  const T scale = 4 * data_.inverse_dx * data_.inverse_dx;
+  const size_t slots = data_.record.size();
+  const T scale = 4 * data_.inverse_dx * data_.inverse_dx, rounding = 64 * std::numeric_limits<T>::epsilon();
+  data_.undisplaced.resize(12 * slots);
+  std::vector<uint8_t> notable(slots);
   for_particles(data_, data_.node_displacement, [&](int s, const AtParticle<T>& displacement) {
     const ParticleRecord<T>& r = data_.record[s];
     T* to = data_.undisplaced.data() + 12 * static_cast<size_t>(s);
     for (int a = 0; a < 3; ++a) {
-      to[a] = r.x[a] - displacement.value[a];
-      for (int c = 0; c < 3; ++c) to[3 + 3 * a + c] = r.F[3 * a + c] - scale * displacement.moment(a, c);
+      const T X = data_.rest[s].X[a], u = displacement.value[a];
+      to[a] = r.x[a] - X - u;
+      notable[s] |= std::abs(to[a]) > rounding * (std::abs(X) + std::abs(u) + data_.dx);
+      for (int c = 0; c < 3; ++c) {
+        const T gradient = scale * displacement.moment(a, c);
+        to[3 + 3 * a + c] = r.F[3 * a + c] - T(a == c) - gradient;
+        notable[s] |= std::abs(to[3 + 3 * a + c]) > rounding * (1 + std::abs(gradient) + std::abs(u) / data_.dx);
+      }
     }
   });
+  if (std::find(notable.begin(), notable.end(), 1) == notable.end()) data_.undisplaced.clear();
+}
+
+template <class T>
+void Mpm<T>::store_nodes(BasicSimulationState<T>& state) const {
+  const size_t nodes = data_.node.size();
+  parallel_for(
+      data_.grid.particle_blocks(),
+      [&](std::ptrdiff_t block) {
+        const int b = static_cast<int>(block), begin = data_.grid.begin(b);
+        std::vector<TapeParticle<T>> now(data_.grid.begin(b + 1) - begin);
+        kernels_->follow_nodes(elastic_run(b, T(0), {}), now.data());
+        using RowMajor = Eigen::Matrix<T, 3, 3, Eigen::RowMajor>;
+        for (size_t k = 0; k < now.size(); ++k) {
+          const int i = data_.record[begin + k].index;
+          state.x[i] = Eigen::Map<const Vec3<T>>(now[k].x);
+          state.v[i] = Eigen::Map<const Vec3<T>>(now[k].v);
+          state.F[i] = Eigen::Map<const RowMajor>(now[k].F);
+          state.C[i] = Eigen::Map<const RowMajor>(now[k].C);
+        }
+      },
+      kBlocksAtOnce);
+  state.node_displacement.resize(nodes);
+  state.node_velocity.resize(nodes);
+  for (size_t i = 0; i < nodes; ++i) {
+    state.node_displacement[i] = three(data_.node_displacement[i]);
+    state.node_velocity[i] = three(data_.node_velocity[i]);
+  }
 }
 
 template class Mpm<float>;

@@ -21,31 +21,33 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
   const int useful = static_cast<int>(std::min<size_t>(data_.record.size() / kParticlesPerThread, 1024));
   const int threads = std::clamp(omp_get_max_threads(), 1, std::max(1, useful));
   std::exception_ptr error;
-  Queue reorder, scatter, update, contact, conditions, gather;
+  Queue reorder, search, follow, scatter, update, contact, conditions, gather;
   if (tape) {
     tape->low = data_.low;
     tape->high = data_.high;
   }
-  bool going = true, good = true, reordering = false;
+  bool going = true, good = true, reordering = false, searching = false;
   const int chunks = static_cast<int>((data_.record.size() + kReorderChunk - 1) / kReorderChunk);
   // What one thread does between steps.
   const auto between = [&](int k) {
     try {
       if (k > 0) {
         collect_reports();
+        contacts_.travel(max_speed_, dt, data_.dx);
         good = finite_ && check();
       }
       going = good && k < count;
       if (going) {
         prepare(k);
         clear_impulses(loads);
+        find_kept(dt);
       }
       if (going && sleeping()) wake_on_change(loads);
       reordering = going && moves_since_reorder_ * kMovesPerReorder > static_cast<int64_t>(data_.record.size());
+      searching = going && options_.lagrangian && options_.contact && contacts_.stale();
       if (reordering) spare_record_.resize(data_.record.size());
       if (going && tape) {
         tape->begin_step(dt, loads, data_.grid, data_.side.size(), flip(dt), options_.lagrangian);
-        tape->last().whole = whole_;
       }
     } catch (...) {
       error = std::current_exception();
@@ -57,6 +59,8 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
     conditions.reset();
     gather.reset();
     reorder.reset();
+    search.reset();
+    follow.reset();
   };
   std::unique_ptr<Barrier> barrier;
 #pragma omp parallel num_threads(threads)
@@ -76,25 +80,39 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
         }
         barrier->wait();
       }
+      if (searching) {
+        for (int b; (b = search.take()) < data_.grid.particle_blocks();) follow_block(b);
+        barrier->wait();
+        if (omp_get_thread_num() == 0) contacts_.build(data_, where_);
+        barrier->wait();
+      }
+      if (touching() && !searching) {
+        for (int b; (b = follow.take()) < data_.grid.particle_blocks();)
+          if (contacts_.block_touches()[b]) follow_block(b);
+        barrier->wait();
+      }
+      if (tape && omp_get_thread_num() == 0) tape->last().touching = touching();
       for (int b; (b = scatter.take()) < data_.grid.particle_blocks();) {
         if (tape) record_block(b, tape->last());
         scatter_block(b, dt, loads);
       }
       barrier->wait();
+      const bool meeting = data_.grid.has_siblings();
       for (int n; (n = update.take()) < data_.grid.node_blocks();) {
-        sum_node_block(n, dt);
+        sum_node_block(n);
         if (tape) record_node_block(n, tape->last());
         update_node_block(n, dt, loads);
-        if (!data_.grid.has_siblings()) condition_node_block(n, dt, loads);
+        if (!meeting) condition_node_block(n, dt, loads);
       }
       barrier->wait();
-      if (data_.grid.has_siblings()) {
+      if (meeting) {
         for (int n; (n = contact.take()) < data_.grid.node_blocks();)
           apply_object_contact(loads, data_.grid, data_.dx, data_.node, n);
         barrier->wait();
         for (int n; (n = conditions.take()) < data_.grid.node_blocks();) condition_node_block(n, dt, loads);
         barrier->wait();
       }
+      if (options_.lagrangian) continue;  // particles follow the nodes
       for (int b; (b = gather.take()) < data_.grid.particle_blocks();) gather_block(b, dt, loads);
       barrier->wait();
     }
@@ -107,8 +125,9 @@ template <class T>
 void Mpm<T>::record_block(int b, TapeStep<T>& step) const {
   for (int s = data_.grid.begin(b); s < data_.grid.begin(b + 1); ++s) {
     const ParticleRecord<T>& r = data_.record[data_.grid.order()[s]];
-    TapeParticle<T>& to = step.particle[s];
     step.index[s] = r.index;
+    if (options_.lagrangian) continue;
+    TapeParticle<T>& to = step.particle[s];
     std::copy_n(r.x, 3, to.x);
     std::copy_n(r.F, 9, to.F);
     std::copy_n(r.v, 3, to.v);
@@ -136,8 +155,8 @@ typename Mpm<T>::Snapshot Mpm<T>::save() const {
   snapshot.slot_ = data_.slot;
   snapshot.grid_ = data_.grid;
   snapshot.node_displacement_ = data_.node_displacement;
+  snapshot.node_displacement_rest_ = data_.node_displacement_rest;
   snapshot.node_velocity_ = data_.node_velocity;
-  snapshot.whole_ = whole_;
   snapshot.side_ = data_.side;
   snapshot.given_stress_ = data_.given_stress;
   snapshot.rest_of_block_ = rest_of_block_;
@@ -152,20 +171,27 @@ void Mpm<T>::restore(const Snapshot& snapshot) {
   data_.slot = snapshot.slot_;
   data_.grid = snapshot.grid_;
   data_.node_displacement = snapshot.node_displacement_;
+  data_.node_displacement_rest = snapshot.node_displacement_rest_;
   data_.node_velocity = snapshot.node_velocity_;
-  whole_ = snapshot.whole_;
   data_.side = snapshot.side_;
   data_.given_stress = snapshot.given_stress_;
   rest_of_block_ = snapshot.rest_of_block_;
   moves_since_reorder_ = snapshot.moves_since_reorder_;
+  contacts_.clear();
   fit_blocks();
 }
 
 template <class T>
 void Mpm<T>::particles_to_grid(T dt, const StepLoads<T>& loads) {
   clear_impulses(loads);
-  for (int b = 0; b < data_.grid.particle_blocks(); ++b) scatter_block(b, dt, loads);
-  for (int n = 0; n < data_.grid.node_blocks(); ++n) sum_node_block(n, dt);
+  find_kept(dt);
+  const int blocks = data_.grid.particle_blocks();
+  if (options_.lagrangian && options_.contact) {
+    for (int b = 0; b < blocks; ++b) follow_block(b);
+    contacts_.build(data_, where_);
+  }
+  for (int b = 0; b < blocks; ++b) scatter_block(b, dt, loads);
+  for (int n = 0; n < data_.grid.node_blocks(); ++n) sum_node_block(n);
 }
 
 template <class T>
@@ -179,7 +205,8 @@ void Mpm<T>::update_grid(T dt, const StepLoads<T>& loads) {
 
 template <class T>
 void Mpm<T>::grid_to_particles(T dt) {
-  for (int b = 0; b < data_.grid.particle_blocks(); ++b) gather_block(b, dt, {});
+  if (!options_.lagrangian)
+    for (int b = 0; b < data_.grid.particle_blocks(); ++b) gather_block(b, dt, {});
   collect_reports();
 }
 

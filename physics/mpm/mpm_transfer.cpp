@@ -34,9 +34,7 @@ ParticleRun<T> Mpm<T>::run_of(int b) {
           data_.grid.begin(b + 1) - begin,
           {data_.origin[0], data_.origin[1], data_.origin[2]},
           data_.dx,
-          data_.inverse_dx,
-          options_.lagrangian ? data_.rest_place.data() + 4 * static_cast<size_t>(begin) : nullptr,
-          options_.lagrangian ? data_.undisplaced.data() + 12 * static_cast<size_t>(begin) : nullptr};
+          data_.inverse_dx};
 }
 
 /// What the loads give to single particles.
@@ -53,15 +51,13 @@ void Mpm<T>::apply_body_loads(int b, T dt, const StepLoads<T>& loads) {
       sum += gain;
       particle_impulse_[b * loads.body.size() + l] += static_cast<double>(r.mass) * gain.template cast<double>();
     }
-    if (options_.lagrangian)
-      gain_[s] = sum;
-    else
-      for (int a = 0; a < 3; ++a) r.v[a] += sum[a];
+    for (int a = 0; a < 3; ++a) r.v[a] += sum[a];
   }
 }
 
 template <class T>
 void Mpm<T>::scatter_block(int b, T dt, const StepLoads<T>& loads) {
+  if (options_.lagrangian) return elastic_block(b, dt, loads);
   if (sleeping() && scatter_can_wait(b, dt, loads)) return;
   if (!loads.body.empty()) apply_body_loads(b, dt, loads);
   ScatterInput<T> in;
@@ -69,11 +65,8 @@ void Mpm<T>::scatter_block(int b, T dt, const StepLoads<T>& loads) {
   in.dt = dt;
   in.viscosity_time = loads.viscosity_time;
   in.inertia_only = false;
-  in.whole = whole_;
-  in.gain = options_.lagrangian && !loads.body.empty() ? gain_[data_.grid.begin(b)].data() : nullptr;
   in.given_stress = data_.given_stress.data();
   in.exact_stress = exact_stress<T>;
-  in.exact_piola = exact_piola<T>;
   const bool uniform = uniform_ != StressKind::kGiven && !(loads.viscosity_time > T(0));
   const int which = static_cast<int>(uniform ? uniform_ : StressKind::kGiven);
   const size_t patch = static_cast<size_t>(b) * BlockGrid::kPatchNodes;
@@ -84,9 +77,8 @@ void Mpm<T>::scatter_block(int b, T dt, const StepLoads<T>& loads) {
 }
 
 template <class T>
-void Mpm<T>::sum_node_block(int n, T dt) {
-  Node<T>* node = sum_patches(*kernels_, data_.grid, n, data_.patch, data_.node);
-  if (options_.lagrangian) add_node_momenta(n, dt, node->lane);
+void Mpm<T>::sum_node_block(int n) {
+  sum_patches(*kernels_, data_.grid, n, data_.patch, data_.node);
   if (!(options_.flip_time > 0)) return;
   const T none[3] = {};
   kernels_->update_nodes(sum_patches(*kernels_, data_.grid, n, data_.old_patch, data_.old_node)->lane, none, T(1));
@@ -94,26 +86,33 @@ void Mpm<T>::sum_node_block(int n, T dt) {
 
 template <class T>
 void Mpm<T>::update_node_block(int n, T dt, const StepLoads<T>& loads) {
+  const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
   const T fall[3] = {dt * loads.gravity[0], dt * loads.gravity[1], dt * loads.gravity[2]};
-  kernels_->update_nodes(data_.node[static_cast<size_t>(n) * BlockGrid::kNodes].lane, fall, loads.velocity_scale);
+  if (options_.lagrangian)
+    kernels_->push_nodes(data_.node[first].lane, kept_.empty() ? nullptr : kept_.data() + first, fall,
+                         loads.velocity_scale, data_.node_velocity[first].lane);
+  else
+    kernels_->update_nodes(data_.node[first].lane, fall, loads.velocity_scale);
 }
 
 template <class T>
 void Mpm<T>::apply_conditions(int n, const StepLoads<T>& loads) {
   const BlockGrid::Coordinates& block = data_.grid.node_block(n);
   const double dx = data_.dx;
-  const Vec3d first = data_.origin.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z);
+  const Vec3d corner = data_.origin.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z);
+  const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
+  const NodeBlock<T> nodes = options_.lagrangian ? NodeBlock<T>{data_.node_velocity.data() + first, corner, dx,
+                                                                block.object, data_.node_displacement.data() + first}
+                                                 : NodeBlock<T>{data_.node.data() + first, corner, dx, block.object};
   apply_node_conditions<T>(
-      loads,
-      {data_.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, first, dx, block.object, displacement_of(n)},
-      node_impulse_.data() + static_cast<size_t>(n) * (loads.colliders.size() + loads.pins.size()));
+      loads, nodes, node_impulse_.data() + static_cast<size_t>(n) * (loads.colliders.size() + loads.pins.size()));
 }
 
 /// Conditions on the updated velocities of a block, and how they move for those who may sleep.
 template <class T>
 void Mpm<T>::condition_node_block(int n, T dt, const StepLoads<T>& loads) {
   apply_conditions(n, loads);
-  if (options_.lagrangian) move_nodes(n, dt);
+  if (options_.lagrangian) displace_node_block(n, dt);
   if (sleeping()) measure_motion(n);
 }
 

@@ -18,7 +18,7 @@ struct NodeBlock {
   Vec3d first;                            ///< m
   double dx;                              ///< m
   int object = 0;                         ///< whose nodes they are
-  const Vec3<T>* displacement = nullptr;  ///< [64] m, in Lagrangian runs
+  const Node<T>* displacement = nullptr;  ///< [64] m, in Lagrangian runs
 
   Vec3d rest_position(int k) const {
     constexpr int s = BlockGrid::kSide;
@@ -26,7 +26,9 @@ struct NodeBlock {
   }
   Vec3d position(int k) const {
     const Vec3d at = rest_position(k);
-    return displacement ? Vec3d(at + displacement[k].template cast<double>()) : at;
+    if (!displacement) return at;
+    const T* u = displacement[k].lane;
+    return at + Vec3d(u[0], u[1], u[2]);
   }
 };
 

@@ -7,7 +7,8 @@
 #include "physics/mpm/mpm_data.h"
 #include "physics/mpm/node_sums.h"
 
-// Transfers between the particles of a Lagrangian run and its nodes that are needed once per frame.
+// Transfers between the particles of a Lagrangian run and its nodes that are needed once per frame or for few
+// particles.
 
 namespace pliant {
 
@@ -47,30 +48,31 @@ std::vector<Node<T>> sum_over_particles(const MpmData<T>& data, Add&& add) {
   return nodes;
 }
 
-template <class T>
-struct ProjectedDisplacements {
-  std::vector<Vec3<T>> displacement;  ///< [nodes] m
-  std::vector<T> mass;                ///< [nodes] kg
-};
+/// Means over the particles, [nodes, 3], and their masses in the fourth lane.
+template <class T, class Value>
+std::vector<Node<T>> project(const MpmData<T>& data, Value&& value_at) {
+  std::vector<Node<T>> nodes = sum_over_particles(data, [&](int s, T w, const Vec3<T>& d, T* lane) {
+    const T m = w * data.rest[s].mass;
+    const Vec3<T> value = m * value_at(data.record[s].index, d);
+    for (int a = 0; a < 3; ++a) lane[a] += value[a];
+    lane[3] += m;
+  });
+  for (Node<T>& node : nodes)
+    for (int a = 0; a < 3; ++a) node.lane[a] = node.lane[3] > T(0) ? node.lane[a] / node.lane[3] : T(0);
+  return nodes;
+}
 
 /// Displacements of the nodes from those of the particles, as velocities are transferred:
 /// u_i = sum w m (u + (F - I) d) / sum w m.
 template <class T>
-ProjectedDisplacements<T> project_displacements(const MpmData<T>& data, const BasicSimulationState<T>& state) {
-  const std::vector<Node<T>> sums = sum_over_particles(data, [&](int s, T w, const Vec3<T>& d, T* lane) {
-    const int i = data.record[s].index;
-    const T m = w * data.record[s].mass;
-    const Vec3<T> u = state.x[i] - data.reference[i] + (state.F[i] * d - d);
-    for (int a = 0; a < 3; ++a) lane[a] += m * u[a];
-    lane[3] += m;
-  });
-  ProjectedDisplacements<T> result{std::vector<Vec3<T>>(sums.size(), Vec3<T>::Zero()), std::vector<T>(sums.size())};
-  for (size_t i = 0; i < sums.size(); ++i) {
-    const T* sum = sums[i].lane;
-    result.mass[i] = sum[3];
-    if (sum[3] > T(0)) result.displacement[i] = Vec3<T>(sum[0], sum[1], sum[2]) / sum[3];
-  }
-  return result;
+std::vector<Node<T>> project_displacements(const MpmData<T>& data, const BasicSimulationState<T>& state) {
+  return project(
+      data, [&](int i, const Vec3<T>& d) -> Vec3<T> { return state.x[i] - data.reference[i] + (state.F[i] * d - d); });
+}
+/// Likewise velocities, sum w m (v + C d) / sum w m.
+template <class T>
+std::vector<Node<T>> project_velocities(const MpmData<T>& data, const BasicSimulationState<T>& state) {
+  return project(data, [&](int i, const Vec3<T>& d) -> Vec3<T> { return state.v[i] + state.C[i] * d; });
 }
 
 /// What the nodes' values are at a particle: sum w a, and sum w a d^T [m], from which the gradient is 4 / dx^2 times
@@ -81,20 +83,39 @@ struct AtParticle {
   Mat3<T> moment = Mat3<T>::Zero();
 };
 
-/// Calls visit(slot, AtParticle of the nodes' values `at_node` [nodes, 3]) for every particle.
+template <class T>
+Vec3<T> three(const Node<T>& node) {
+  return {node.lane[0], node.lane[1], node.lane[2]};
+}
+
+/// At the particle in slot s.
+template <class T>
+AtParticle<T> at_particle(const MpmData<T>& data, int s, const std::vector<Node<T>>& at_node) {
+  AtParticle<T> of;
+  const int b = data.block_of_slot[s];
+  for_stencil(data, data.reference[data.record[s].index], [&](int at, T w, const Vec3<T>& d) {
+    const Vec3<T> a = w * three(at_node[node_of_patch(data.grid, b, at)]);
+    of.value += a;
+    of.moment += a * d.transpose();
+  });
+  return of;
+}
+
+/// Of the particle in slot s, by the nodes.
+template <class T>
+ParticlePlace<T> place_of(const MpmData<T>& data, int s, const std::vector<Node<T>>& displacement,
+                          const std::vector<Node<T>>& velocity) {
+  Vec3<T> x = data.reference[data.record[s].index] + at_particle(data, s, displacement).value;
+  if (!data.undisplaced.empty()) x += Eigen::Map<const Vec3<T>>(data.undisplaced.data() + 12 * static_cast<size_t>(s));
+  return {x, at_particle(data, s, velocity).value};
+}
+
+/// Calls visit(slot, AtParticle of the first three lanes of `at_node` [nodes]) for every particle.
 template <class T, class Visit>
-void for_particles(const MpmData<T>& data, const std::vector<Vec3<T>>& at_node, Visit&& visit) {
+void for_particles(const MpmData<T>& data, const std::vector<Node<T>>& at_node, Visit&& visit) {
   const auto of_block = [&](std::ptrdiff_t b) {
-    Vec3<T> patch[BlockGrid::kPatchNodes];
-    collect_patch(data.grid, static_cast<int>(b), at_node, patch);
-    for (int s = data.grid.begin(static_cast<int>(b)); s < data.grid.begin(static_cast<int>(b) + 1); ++s) {
-      AtParticle<T> of;
-      for_stencil(data, data.reference[data.record[s].index], [&](int at, T w, const Vec3<T>& d) {
-        of.value += w * patch[at];
-        of.moment += w * patch[at] * d.transpose();
-      });
-      visit(s, of);
-    }
+    for (int s = data.grid.begin(static_cast<int>(b)); s < data.grid.begin(static_cast<int>(b) + 1); ++s)
+      visit(s, at_particle(data, s, at_node));
   };
   parallel_for(data.grid.particle_blocks(), of_block, kBlocksAtOnce);
 }

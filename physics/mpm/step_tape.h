@@ -18,15 +18,17 @@ struct TapeStep {
   StepLoads<T> loads;
   std::shared_ptr<const BlockGrid> grid;  ///< shared by steps in which the set of blocks stayed the same
   std::vector<int> begin;                 ///< [particle blocks + 1] first particle of each
-  std::vector<TapeParticle<T>> particle;  ///< [N] at the start, in the order of the blocks
+  std::vector<TapeParticle<T>> particle;  ///< [N] at the start, in the order of the blocks; not in Lagrangian runs
   std::vector<int> index;                 ///< [N] their numbers
-  std::vector<Node<T>> node;              ///< [node blocks, 4, 4, 4] momentum and mass before the update
-  bool whole = true;                      ///< momenta are those of the particles, not changes of those of the nodes
+  std::vector<Node<T>> node;              ///< [node blocks, 4, 4, 4] momentum and mass before the update, or impulse
+  bool touching = false;                  ///< whether any particles of a Lagrangian run were near enough to touch
   T flip = 0;                             ///< as in GatherInput
   std::vector<Node<T>> old_node;          ///< [node blocks, 4, 4, 4] velocity before the step and mass, where flip > 0
-  std::vector<Vec3<T>> node_displacement, node_velocity;  ///< [node blocks, 4, 4, 4] before the step, as in MpmData
+  std::vector<Node<T>> node_displacement, node_velocity;  ///< [node blocks, 4, 4, 4] before the step, as in MpmData
   std::vector<LawMemory<T>> memory;                       ///< by ParticleRecord::side
   std::vector<T> given_stress;                            ///< [side, 6] as in MpmData
+
+  bool lagrangian() const { return !node_velocity.empty(); }
 };
 
 /// Steps in the order in which they were taken.  Memory is kept for the next run.
@@ -51,7 +53,7 @@ class StepTape {
     step.flip = flip;
     step.begin.resize(grid.particle_blocks() + 1);
     for (int b = 0; b <= grid.particle_blocks(); ++b) step.begin[b] = grid.begin(b);
-    step.particle.resize(grid.order().size());
+    step.particle.resize(lagrangian ? 0 : grid.order().size());
     step.index.resize(grid.order().size());
     step.memory.resize(sides);
     step.given_stress.resize(6 * sides);
@@ -66,8 +68,8 @@ class StepTape {
     size_t sum = 0;
     for (const TapeStep<T>& s : step_)
       sum += s.particle.capacity() * (sizeof(TapeParticle<T>) + sizeof(int)) +
-             (s.node.capacity() + s.old_node.capacity()) * sizeof(Node<T>) +
-             (s.node_displacement.capacity() + s.node_velocity.capacity()) * sizeof(Vec3<T>) +
+             (s.node.capacity() + s.old_node.capacity() + s.node_displacement.capacity() + s.node_velocity.capacity()) *
+                 sizeof(Node<T>) +
              s.memory.capacity() * (sizeof(LawMemory<T>) + 6 * sizeof(T));
     return sum;
   }

@@ -109,7 +109,7 @@ class Reverser {
       reverse_seconds_ += seconds_since(clock);
       clock = std::chrono::steady_clock::now();
     }
-    adjoint_.store(start, gradient);
+    adjoint_.store(start, tape_, gradient);
     bytes_ = std::max(bytes_, tape_.bytes() + (parts > 1 ? parts * snapshot_bytes : 0) + adjoint_.bytes());
   }
 

@@ -180,7 +180,6 @@ template <class T>
 std::string why_not_lagrangian(const SimulateOptions& options, const BasicParticles<T>& particles) {
   for (const Material& material : particles.materials)
     if (!has_piola(material.law)) return std::string("the law ") + law_name(material.law) + " has no reference shape";
-  if (!particles.object.empty()) return "several bodies meet on one grid";
   if (options.rest_shape == RestShapeMode::kSolve) return "the body starts with pre-stress";
   if (options.sleep_speed > 0) return "parts may sleep, whose nodes would move on";
   if (options.flip_time > 0) return "flip_time blends what such a grid keeps anyway";

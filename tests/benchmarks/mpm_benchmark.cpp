@@ -12,6 +12,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <tuple>
 
 #include "gaussians/base/memory.h"
 #include "gaussians/base/random.h"
@@ -24,7 +25,8 @@ namespace {
 
 // Least work of one particle in one step: operations with a fused one counting as two (weights twice 60, stress and
 // affine terms 110, scatter 351, gather 360, update 70), and bytes of its record read twice and written once.
-constexpr double kFlops = 950, kCorotatedFlops = 400, kBytes = 128 + 2 * 192;
+// On a Lagrangian grid nothing of a particle is written and the update falls away.
+constexpr double kFlops = 950, kUpdateFlops = 70, kCorotatedFlops = 400, kBytes = 128 + 2 * 192, kRestBytes = 48;
 
 struct Subject {
   BasicParticles<float> particles;
@@ -34,7 +36,7 @@ struct Subject {
   float dt = 0;
 };
 
-Subject make_subject(int n, Law law) {
+Subject make_subject(int n, Law law, bool lagrangian) {
   Subject s;
   const int grid = n > 500'000 ? 128 : n > 50'000 ? 64 : 32;
   const double dx = 1.0 / grid, side = dx * std::cbrt(n / 8.0);
@@ -54,15 +56,15 @@ Subject make_subject(int n, Law law) {
   s.state = initial_state(p);
   s.loads.gravity = Vec3<float>(0, 0, -9.81f);
   s.dt = 1e-4f * 64 / static_cast<float>(grid);
-  s.solver = std::make_unique<Mpm<float>>(p, dx, Vec3d::Zero());
+  s.solver = std::make_unique<Mpm<float>>(p, dx, Vec3d::Zero(), MpmOptions{.lagrangian = lagrangian});
   s.solver->load(s.state, Vec3d::Constant(-10), Vec3d::Constant(10));
   return s;
 }
 
-Subject& subject(int n, Law law) {
-  static std::map<std::pair<int, Law>, Subject> all;
-  const auto [it, is_new] = all.try_emplace({n, law});
-  if (is_new) it->second = make_subject(n, law);
+Subject& subject(int n, Law law, bool lagrangian) {
+  static std::map<std::tuple<int, Law, bool>, Subject> all;
+  const auto [it, is_new] = all.try_emplace({n, law, lagrangian});
+  if (is_new) it->second = make_subject(n, law, lagrangian);
   return it->second;
 }
 
@@ -78,29 +80,32 @@ void advance(Subject& s, int steps) {
       steps, s.dt, s.loads, [](int) {}, [] { return true; });
 }
 
-// Arguments: particles, law, threads.
+// Arguments: particles, law, grid (1 = Lagrangian), threads.
 void step(benchmark::State& state) {
-  const int n = static_cast<int>(state.range(0)), threads = static_cast<int>(state.range(2));
+  const int n = static_cast<int>(state.range(0)), threads = static_cast<int>(state.range(3));
   const Law law = static_cast<Law>(state.range(1));
-  Subject& s = subject(n, law);
+  const bool lagrangian = state.range(2) != 0;
+  Subject& s = subject(n, law, lagrangian);
   omp_set_num_threads(threads);
   const int steps = std::max(2, 2'000'000 / n);
   advance(s, steps);
   for (auto _ : state) advance(s, steps);
   const MachineLimits& machine = limits(threads);
   const double done = static_cast<double>(n) * steps * static_cast<double>(state.iterations());
-  const double flops = kFlops + (law == Law::kFixedCorotated ? kCorotatedFlops : 0);
+  const double bytes = lagrangian ? kRestBytes : kBytes;
+  const double flops =
+      (lagrangian ? kFlops - kUpdateFlops : kFlops) + (law == Law::kFixedCorotated ? kCorotatedFlops : 0);
   const auto rate = [&](double x) { return benchmark::Counter(x, benchmark::Counter::kIsRate); };
   state.counters["Mp/s"] = rate(done * 1e-6);
   state.counters["fma_share"] = rate(done * flops / (machine.fma_gflops * 1e9));
-  state.counters["byte_share"] = rate(done * kBytes / (machine.copy_gb_s * 1e9));
+  state.counters["byte_share"] = rate(done * bytes / (machine.copy_gb_s * 1e9));
   state.counters["fma_GF"] = machine.fma_gflops;
   state.counters["copy_GB/s"] = machine.copy_gb_s;
 }
 
 void phases(benchmark::State& state) {
   const int n = static_cast<int>(state.range(0));
-  Subject& s = subject(n, static_cast<Law>(state.range(1)));
+  Subject& s = subject(n, static_cast<Law>(state.range(1)), state.range(2) != 0);
   omp_set_num_threads(1);
   double seconds[3] = {};
   const auto now = [] { return std::chrono::steady_clock::now(); };
@@ -122,8 +127,8 @@ void phases(benchmark::State& state) {
 
 // Steps forward, the same steps forward with a tape, and back along it; the rate is that of the last two together.
 void forward_and_reverse(benchmark::State& state) {
-  const int n = static_cast<int>(state.range(0)), threads = static_cast<int>(state.range(2));
-  Subject& s = subject(n, static_cast<Law>(state.range(1)));
+  const int n = static_cast<int>(state.range(0)), threads = static_cast<int>(state.range(3));
+  Subject& s = subject(n, static_cast<Law>(state.range(1)), state.range(2) != 0);
   omp_set_num_threads(threads);
   const int steps = std::max(2, 400'000 / n);
   StepAdjoint<float> adjoint(s.particles, s.solver->data());
@@ -161,8 +166,10 @@ void forward_and_reverse(benchmark::State& state) {
 void sizes(benchmark::internal::Benchmark* b, bool threads_too) {
   for (int n : {10'000, 100'000, 1'000'000})
     for (Law law : {Law::kNeoHookean, Law::kFixedCorotated})
-      for (int threads = 1; threads <= (threads_too ? 2 : 1); ++threads) b->Args({n, static_cast<int>(law), threads});
-  b->ArgNames({"particles", "law", "threads"})->Unit(benchmark::kMillisecond)->UseRealTime();
+      for (int lagrangian : {0, 1})
+        for (int threads = 1; threads <= (threads_too ? 2 : 1); ++threads)
+          b->Args({n, static_cast<int>(law), lagrangian, threads});
+  b->ArgNames({"particles", "law", "lagrangian", "threads"})->Unit(benchmark::kMillisecond)->UseRealTime();
 }
 BENCHMARK(step)->Apply([](auto* b) { sizes(b, true); });
 BENCHMARK(forward_and_reverse)->Apply([](auto* b) { sizes(b, true); });

@@ -1,15 +1,27 @@
 #include "physics/mpm/adjoint/step_adjoint.h"
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <memory>
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
 #include "physics/mpm/object_contact.h"
+#include "physics/mpm/rest_stencil.h"
 #include "physics/mpm/team.h"
 
 namespace pliant {
+namespace {
+
+template <class T>
+double max_speed(const std::vector<Node<T>>& velocity) {
+  T square = 0;
+  for (const Node<T>& node : velocity) square = std::max(square, three(node).squaredNorm());
+  return std::sqrt(static_cast<double>(square));
+}
+
+}  // namespace
 
 template <class T>
 StepAdjoint<T>::StepAdjoint(const BasicParticles<T>& particles, const MpmData<T>& solver)
@@ -52,15 +64,18 @@ void StepAdjoint<T>::load(const StateGradient<T>& gradient, const BasicSimulatio
   for (size_t s = 0; s < record_.size(); ++s) sorted[s] = record_[slot_[last.index[s]]];
   record_ = std::move(sorted);
   memory_.assign(solver_.side.size(), {});
-  load_node_gradient(gradient, last.node_displacement.size());
+  load_node_gradient(gradient, last);
+  viscous_ = false;
   uniform_ = static_cast<StressKind>(static_cast<int>(solver_.record[0].stress_kind));
   for (size_t s = 0; s < record_.size(); ++s) {
     AdjointRecord<T>& r = record_[s];
     const int i = r.index;
     slot_[i] = static_cast<int>(s);
     set_constants(r, solver_.record[solver_.slot[i]]);
-    const bool plain = r.shear_viscosity == T(0) && r.bulk_viscosity == T(0) && r.damping_rate == T(0);
-    if (!plain || r.stress_kind != static_cast<T>(static_cast<int>(uniform_))) uniform_ = StressKind::kGiven;
+    viscous_ |= r.shear_viscosity != T(0) || r.bulk_viscosity != T(0);
+    if (viscous_ || (r.damping_rate != T(0) && !last.lagrangian()) ||
+        r.stress_kind != static_cast<T>(static_cast<int>(uniform_)))
+      uniform_ = StressKind::kGiven;
     int put_back = 0;
     for (int a = 0; a < 3; ++a) {
       r.x[a] = gradient.x[i][a];
@@ -83,8 +98,8 @@ void StepAdjoint<T>::load(const StateGradient<T>& gradient, const BasicSimulatio
 }
 
 template <class T>
-void StepAdjoint<T>::store(const BasicSimulationState<T>& state, StateGradient<T>& gradient) {
-  if (!adj_velocity_.empty()) reverse_load_nodes(state, gradient);
+void StepAdjoint<T>::store(const BasicSimulationState<T>& state, const StepTape<T>& tape, StateGradient<T>& gradient) {
+  if (tape[0].lagrangian()) reverse_load_nodes(tape[0], state, gradient);
   gradient.memory.assign(particles_.has_memory() ? record_.size() : 0, {});
   for (const AdjointRecord<T>& r : record_) {
     if (r.side >= 0 && has_memory(particles_.materials[r.material].law)) gradient.memory[r.index] = memory_[r.side];
@@ -100,16 +115,33 @@ void StepAdjoint<T>::store(const BasicSimulationState<T>& state, StateGradient<T
 }
 
 template <class T>
+ParticlePlace<double> StepAdjoint<T>::place_of(const TapeStep<T>& step, int i) const {
+  if (step.lagrangian()) {
+    const ParticlePlace<T> p = pliant::place_of(solver_, solver_.slot[i], step.node_displacement, step.node_velocity);
+    return {p.x.template cast<double>(), p.v.template cast<double>()};
+  }
+  const TapeParticle<T>& p = step.particle[place_[i]];
+  return {Vec3d(p.x[0], p.x[1], p.x[2]), Vec3d(p.v[0], p.v[1], p.v[2])};
+}
+
+/// The record of a particle, derivatives by whose motion will be added to it.
+template <class T>
+AdjointRecord<T>& StepAdjoint<T>::followed_record(int i) {
+  if (!followed_.empty()) followed_[solver_.block_of_slot[solver_.slot[i]]] = 1;
+  return record_[slot_[i]];
+}
+
+template <class T>
 typename StepAdjoint<T>::Motion StepAdjoint<T>::motion_of(const TapeStep<T>& step, std::span<const int> particles) {
   place_.resize(record_.size());
   for (size_t s = 0; s < step.index.size(); ++s) place_[step.index[s]] = static_cast<int>(s);
   Motion motion;
   for (const int i : particles) {
-    const TapeParticle<T>& p = step.particle[place_[i]];
+    const ParticlePlace<double> p = place_of(step, i);
     const double m = record_[slot_[i]].mass;
     motion.mass += m;
-    motion.centre += m * Vec3d(p.x[0], p.x[1], p.x[2]);
-    motion.velocity += m * Vec3d(p.v[0], p.v[1], p.v[2]);
+    motion.centre += m * p.x;
+    motion.velocity += m * p.v;
   }
   motion.centre /= motion.mass;
   motion.velocity /= motion.mass;
@@ -120,8 +152,8 @@ template <class T>
 void StepAdjoint<T>::motion_adjoint(const TapeStep<T>& step, std::span<const int> particles, const Motion& motion,
                                     const Vec3d& by_centre, const Vec3d& by_velocity) {
   for (const int i : particles) {
-    const TapeParticle<T>& p = step.particle[place_[i]];
-    AdjointRecord<T>& r = record_[slot_[i]];
+    const ParticlePlace<double> p = place_of(step, i);
+    AdjointRecord<T>& r = followed_record(i);
     const double share = r.mass / motion.mass;
     double by_mass = 0;
     for (int a = 0; a < 3; ++a) {
@@ -138,8 +170,7 @@ double StepAdjoint<T>::inertia_of(const TapeStep<T>& step, std::span<const int> 
                                   const Vec3d& axis) const {
   double sum = 0;
   for (const int i : particles) {
-    const T* x = step.particle[place_[i]].x;
-    sum += record_[slot_[i]].mass * (Vec3d(x[0], x[1], x[2]) - centre).cross(axis).squaredNorm();
+    sum += record_[slot_[i]].mass * (place_of(step, i).x - centre).cross(axis).squaredNorm();
   }
   return sum;
 }
@@ -150,9 +181,8 @@ Vec3d StepAdjoint<T>::inertia_adjoint(const TapeStep<T>& step, std::span<const i
   // sum m (r^2 - (r . n)^2); about the centre of mass it does not change with the centre.
   Vec3d by_axis = Vec3d::Zero();
   for (const int i : particles) {
-    const T* x = step.particle[place_[i]].x;
-    AdjointRecord<T>& r = record_[slot_[i]];
-    const Vec3d arm = Vec3d(x[0], x[1], x[2]) - centre, across = arm - arm.dot(axis) * axis;
+    AdjointRecord<T>& r = followed_record(i);
+    const Vec3d arm = place_of(step, i).x - centre, across = arm - arm.dot(axis) * axis;
     const double twice = 2 * by_inertia * r.mass;
     for (int a = 0; a < 3; ++a) r.x[a] += static_cast<T>(twice * across[a]);
     r.by_mass += static_cast<T>(by_inertia * across.squaredNorm());
@@ -174,7 +204,7 @@ ParticleGradient<T> StepAdjoint<T>::particle_gradient() const {
     result.viscosity_time[r.index] = r.by_viscosity_time;
     result.damping_rate[r.index] = r.by_damping_rate;
   }
-  if (!adj_stabilization_.empty()) add_by_stabilization(result.mu);
+  if (!adj_stabilization_.empty()) add_node_constants(result);
   return result;
 }
 
@@ -193,19 +223,25 @@ void StepAdjoint<T>::reverse(const StepTape<T>& tape, const std::function<void(i
   const int useful = static_cast<int>(std::min<size_t>(record_.size() / kParticlesPerThread, 1024));
   const int threads = std::clamp(omp_get_max_threads(), 1, std::max(1, useful));
   std::exception_ptr error;
-  Queue forward, contact, conditions, gather, reverse_nodes, separate, update, scatter;
-  bool going = true;
+  Queue search, follow, touch, forward, contact, conditions, gather, reverse_nodes, separate, update, scatter;
+  bool going = true, searching = false;
   // What one thread does between steps.
   const auto between = [&](int k) {
     try {
       if (k + 1 < tape.size()) loads(k + 1, sum_loads(tape[k + 1]));
       going = k >= 0;
       if (going) begin_step(tape, tape[k]);
+      if (going && k + 1 < tape.size() && tape[k].touching)
+        contacts_.travel(max_speed(tape[k + 1].node_velocity), tape[k].dt, solver_.dx);
+      else
+        contacts_.clear();
+      searching = contacts_.stale();
     } catch (...) {
       error = std::current_exception();
       going = false;
     }
-    for (Queue* queue : {&forward, &contact, &conditions, &gather, &reverse_nodes, &separate, &update, &scatter})
+    for (Queue* queue : {&search, &follow, &touch, &forward, &contact, &conditions, &gather, &reverse_nodes, &separate,
+                         &update, &scatter})
       queue->reset();
   };
   std::unique_ptr<Barrier> barrier;
@@ -219,7 +255,7 @@ void StepAdjoint<T>::reverse(const StepTape<T>& tape, const std::function<void(i
       if (!going) break;
       const TapeStep<T>& step = tape[k];
       const int blocks = step.grid->particle_blocks(), node_blocks = step.grid->node_blocks();
-      const bool several = step.grid->has_siblings();
+      const bool several = step.grid->has_siblings() && !step.lagrangian();
       for (int n; (n = forward.take()) < node_blocks;) {
         find_velocities(step, n);
         if (!several) find_conditioned_velocities(step, n);
@@ -245,8 +281,25 @@ void StepAdjoint<T>::reverse(const StepTape<T>& tape, const std::function<void(i
         for (int n; (n = update.take()) < node_blocks;) reverse_update(step, n);
         barrier->wait();
       }
+      if (step.touching) {
+        if (searching) {
+          for (int b; (b = search.take()) < blocks;) follow_block(step, b);
+          barrier->wait();
+          if (omp_get_thread_num() == 0) contacts_.build(solver_, where_);
+          barrier->wait();
+        } else {
+          for (int b; (b = follow.take()) < blocks;)
+            if (contacts_.block_touches()[b]) follow_block(step, b);
+          barrier->wait();
+        }
+      }
       for (int b; (b = scatter.take()) < blocks;) reverse_scatter(step, b);
       barrier->wait();
+      if (step.touching) {
+        for (int b; (b = touch.take()) < blocks;)
+          if (contacts_.block_touches()[b]) reverse_contacts(step, b);
+        barrier->wait();
+      }
     }
   }
   if (error) std::rethrow_exception(error);

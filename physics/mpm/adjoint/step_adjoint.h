@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "physics/mpm/contact_list.h"
 #include "physics/mpm/kernels/kernels.h"
 #include "physics/mpm/kernels/step_adjoint_view.h"
 #include "physics/mpm/mpm_data.h"
@@ -69,8 +70,8 @@ class StepAdjoint {
   /// Goes back through the steps of `tape`, last one first.  After step k, loads(k, gradient) is called, which may add
   /// what the particles did to the loads (`motion_adjoint`).
   void reverse(const StepTape<T>& tape, const std::function<void(int, const StepLoadsGradient&)>& loads);
-  /// Derivatives with respect to `state`, that before the first step.
-  void store(const BasicSimulationState<T>& state, StateGradient<T>& gradient);
+  /// Derivatives with respect to `state`, that before the first step, which is the first of `tape`.
+  void store(const BasicSimulationState<T>& state, const StepTape<T>& tape, StateGradient<T>& gradient);
 
   /// Centre of mass and mean velocity of some particles at the start of a step; the functions below it want to be
   /// called for the same step afterwards.
@@ -91,6 +92,8 @@ class StepAdjoint {
   size_t bytes() const;
 
  private:
+  ParticlePlace<double> place_of(const TapeStep<T>& step, int particle) const;
+  AdjointRecord<T>& followed_record(int particle);
   void set_constants(AdjointRecord<T>& record, const ParticleRecord<T>& of) const;
   void begin_step(const StepTape<T>& tape, const TapeStep<T>& step);
   AdjointRun<T> run_of(const TapeStep<T>& step, int b) const;
@@ -103,15 +106,24 @@ class StepAdjoint {
   void reverse_conditions(const TapeStep<T>& step, int n);
   void reverse_contact(const TapeStep<T>& step, int n);
   void reverse_update(const TapeStep<T>& step, int n);
-  void reverse_node_momentum(const TapeStep<T>& step, int n);
-  void load_node_gradient(const StateGradient<T>& gradient, size_t nodes);
-  void reverse_load_nodes(const BasicSimulationState<T>& state, StateGradient<T>& gradient);
+  ElasticAdjointRun<T> elastic_run(const TapeStep<T>& step, int b) const;
+  void load_node_gradient(const StateGradient<T>& gradient, const TapeStep<T>& last);
+  void reverse_follow(const TapeStep<T>& step, int b);
+  void reverse_displacement(const TapeStep<T>& step, int n);
+  void sum_node_gradient(const BlockGrid& grid, int n);
+  void reverse_push(const TapeStep<T>& step, int n);
+  void reverse_impulses(const TapeStep<T>& step, int b);
+  void reverse_load_nodes(const TapeStep<T>& first, const BasicSimulationState<T>& state, StateGradient<T>& gradient);
+  void follow_block(const TapeStep<T>& step, int b);
+  void add_contacts(const TapeStep<T>& step, int b, std::vector<T>& gain) const;
+  void reverse_contacts(const TapeStep<T>& step, int b);
   void reverse_undisplaced();
-  void reverse_projection(const BasicSimulationState<T>& state);
-  void add_by_stabilization(std::vector<T>& by_mu) const;
+  void reverse_projections(const BasicSimulationState<T>& state);
+  void add_node_constants(ParticleGradient<T>& by) const;
+  std::vector<T> gains(const TapeStep<T>& step, int b, const TapeParticle<T>* particle) const;
   void reverse_scatter(const TapeStep<T>& step, int b);
   std::vector<T> loaded_velocities(const TapeStep<T>& step, int b) const;
-  void reverse_body_loads(const TapeStep<T>& step, int b);
+  void reverse_body_loads(const TapeStep<T>& step, int b, const TapeParticle<T>* particle, const T* by_gains);
   void reverse_given_stress(const TapeStep<T>& step, int b, const T* by_stress);
   StepLoadsGradient sum_loads(const TapeStep<T>& step) const;
 
@@ -119,26 +131,32 @@ class StepAdjoint {
   const MpmData<T>& solver_;
   const MpmKernels<T>& forward_;
   const AdjointKernels<T>& kernels_;
-  StressKind uniform_;                     // law of all particles, or kGiven
-  std::vector<AdjointRecord<T>> record_;   // in block order of the last step loaded
-  std::vector<MemoryGradient<T>> memory_;  // by ParticleRecord::side
-  std::vector<int> slot_;                  // of particle i in record_
-  std::vector<int> place_;                 // of particle i in the step of `motion_of`
-  AdjointRun<T> run_;                      // what the blocks of the present step have in common
-  std::vector<Node<T>> velocity_;          // [node blocks, 4, 4, 4] after the conditions
-  std::vector<Node<T>> updated_;           // before the conditions
-  std::vector<Node<T>> before_contact_;    // before contact between objects, where there is any
-  std::vector<Node<T>> by_contact_mass_;   // see ContactGradient
-  std::vector<double> by_density_;         // [node blocks]
-  std::vector<Node<T>> patch_;             // [particle blocks, 6, 6, 6] derivatives by them
-  std::vector<Node<T>> adj_node_;          // [node blocks, 4, 4, 4] summed; then by momentum and mass
-  // [node blocks, 4, 4, 4] of a Lagrangian grid: by velocity and displacement after the step, and by the stabilization;
-  // and sum over the steps of dt times the derivative by the momentum.
-  std::vector<Vec3<T>> adj_velocity_, adj_displacement_, momentum_sum_;
-  std::vector<T> adj_stabilization_;
+  StressKind uniform_;                             // law of all particles, or kGiven
+  std::vector<AdjointRecord<T>> record_;           // in block order of the last step loaded
+  std::vector<MemoryGradient<T>> memory_;          // by ParticleRecord::side
+  std::vector<int> slot_;                          // of particle i in record_
+  std::vector<int> place_;                         // of particle i in the step of `motion_of`
+  AdjointRun<T> run_;                              // what the blocks of the present step have in common
+  std::vector<Node<T>> velocity_;                  // [node blocks, 4, 4, 4] after the conditions
+  std::vector<Node<T>> updated_;                   // before the conditions
+  std::vector<Node<T>> before_contact_;            // before contact between objects, where there is any
+  std::vector<Node<T>> by_contact_mass_;           // see ContactGradient
+  std::vector<double> by_density_;                 // [node blocks]
+  std::vector<Node<T>> patch_;                     // [particle blocks, 6, 6, 6] derivatives by them
+  std::vector<Node<T>> adj_node_;                  // [node blocks, 4, 4, 4] summed; then by momentum and mass
   std::vector<Node<T>> old_patch_, adj_old_node_;  // the same for velocities before the step, where flip > 0
-  std::vector<BodyLoadGradient> block_sums_;       // [particle blocks, body loads]
-  std::vector<StepLoadsGradient> node_sums_;       // [node blocks]
+  // Of a Lagrangian grid, whose patch_ and old_patch_ hold derivatives by displacement and velocity: [nodes] by
+  // velocity and displacement after the step, by the stabilization and the damping, [slots, 12] by `undisplaced`.
+  std::vector<Vec3<T>> adj_velocity_, adj_displacement_;
+  std::vector<T> adj_stabilization_, adj_damping_, adj_undisplaced_;
+  std::vector<uint8_t> followed_;  // [particle blocks] whether records hold derivatives by what follows the nodes
+  std::vector<T> kept_;            // [nodes] as in Mpm
+  ContactList<T> contacts_;
+  std::vector<Vec3<T>> where_, moving_;       // [slots] x and v of particles that may touch
+  std::vector<T> by_gain_;                    // [slots, 3] derivatives by what loads and contact give to particles
+  bool viscous_ = false;                      // whether the stress of any material depends on the strain rate
+  std::vector<BodyLoadGradient> block_sums_;  // [particle blocks, body loads]
+  std::vector<StepLoadsGradient> node_sums_;  // [node blocks]
 };
 
 extern template class StepAdjoint<float>;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "gaussians/base/error.h"
 #include "physics/laws/law.h"
@@ -53,15 +54,6 @@ void exact_adjoint(StressKind kind, const T* F, T mu, T lambda, const T* S, T* b
 }
 
 template <class T>
-void exact_piola_adjoint(StressKind kind, const T* F, T mu, T lambda, const T* adj_P, T* by_F, T* by_lame) {
-  const LawGradient<T> g = piola_stress_adjoint<T>(plain_point(kind, mu, lambda), Eigen::Map<const RowMajor<T>>(F),
-                                                   Eigen::Map<const RowMajor<T>>(adj_P));
-  Eigen::Map<RowMajor<T>>{by_F} = g.F;
-  by_lame[0] = g.mu;
-  by_lame[1] = g.lambda;
-}
-
-template <class T>
 Node<T>* block_of(std::vector<Node<T>>& nodes, int n) {
   return nodes.data() + static_cast<size_t>(n) * BlockGrid::kNodes;
 }
@@ -85,13 +77,15 @@ void StepAdjoint<T>::begin_step(const StepTape<T>& tape, const TapeStep<T>& step
   run_.record = record_.data();
   run_.exact_stress = exact_stress<T>;
   run_.exact_adjoint = exact_adjoint<T>;
-  run_.exact_piola_adjoint = exact_piola_adjoint<T>;
   const BlockGrid& grid = *step.grid;
+  kept_.resize(step.lagrangian() ? solver_.node_damping.size() : 0);
+  for (size_t i = 0; i < kept_.size(); ++i) kept_[i] = std::exp(-step.dt * solver_.node_damping[i]);
   velocity_.resize(step.node.size());
   updated_.resize(step.node.size());
   adj_node_.resize(step.node.size());
-  by_density_.assign(grid.has_siblings() ? grid.node_blocks() : 0, 0.0);
-  if (grid.has_siblings()) {
+  const bool several = grid.has_siblings() && !step.lagrangian();
+  by_density_.assign(several ? grid.node_blocks() : 0, 0.0);
+  if (several) {
     before_contact_.resize(step.node.size());
     by_contact_mass_.assign(step.node.size(), Node<T>{});
   }
@@ -110,11 +104,6 @@ AdjointRun<T> StepAdjoint<T>::run_of(const TapeStep<T>& step, int b) const {
   run.particle = step.particle.data() + step.begin[b];
   run.index = step.index.data() + step.begin[b];
   run.count = step.begin[b + 1] - step.begin[b];
-  if (!step.node_displacement.empty()) {
-    run.rest_place = solver_.rest_place.data() + 4 * static_cast<size_t>(step.begin[b]);
-    run.undisplaced = solver_.undisplaced.data() + 12 * static_cast<size_t>(step.begin[b]);
-  }
-  run.whole = step.whole;
   return run;
 }
 
@@ -124,15 +113,21 @@ NodeBlock<T> StepAdjoint<T>::node_block(const TapeStep<T>& step, std::vector<Nod
   const double dx = solver_.dx;
   return {block_of(nodes, n), solver_.origin.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z),
           dx, block.object,
-          step.node_displacement.empty() ? nullptr
-                                         : step.node_displacement.data() + static_cast<size_t>(n) * BlockGrid::kNodes};
+          step.lagrangian() ? step.node_displacement.data() + static_cast<size_t>(n) * BlockGrid::kNodes : nullptr};
 }
 
 template <class T>
 void StepAdjoint<T>::find_velocities(const TapeStep<T>& step, int n) {
   Node<T>* node = block_of(updated_, n);
-  std::copy_n(step.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, BlockGrid::kNodes, node);
+  const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
   const Vec3<T> fall = step.dt * step.loads.gravity;
+  if (step.lagrangian()) {
+    std::copy_n(step.node_velocity.data() + first, BlockGrid::kNodes, node);
+    forward_.push_nodes(step.node[first].lane, kept_.empty() ? nullptr : kept_.data() + first, fall.data(),
+                        step.loads.velocity_scale, node->lane);
+    return;
+  }
+  std::copy_n(step.node.data() + first, BlockGrid::kNodes, node);
   forward_.update_nodes(node->lane, fall.data(), step.loads.velocity_scale);
   if (step.grid->has_siblings()) std::copy_n(node, BlockGrid::kNodes, block_of(before_contact_, n));
 }
@@ -199,46 +194,56 @@ void StepAdjoint<T>::reverse_return_maps(const TapeStep<T>& step, int b, T* by_g
   }
 }
 
-/// [count, 3] velocities with what the loads gave to single particles; see `Mpm::apply_body_loads`.
+/// [count, 3] what the loads give to single particles; see `Mpm::apply_body_loads`.
+template <class T>
+std::vector<T> StepAdjoint<T>::gains(const TapeStep<T>& step, int b, const TapeParticle<T>* particle) const {
+  std::vector<T> gain;
+  for (int s = step.begin[b]; s < step.begin[b + 1]; ++s, ++particle) {
+    const AdjointRecord<T>& r = record_[slot_[step.index[s]]];
+    Vec3<T> sum = Vec3<T>::Zero();
+    if (r.bits != 0) {
+      const LoadedParticle<T> p = loaded_particle(solver_, r, particle->x, particle->v, particle->F);
+      for (const BodyLoad<T>& load : step.loads.body)
+        if (r.bits & load.bit) sum += velocity_gain(load, step.dt, p);
+    }
+    gain.insert(gain.end(), sum.data(), sum.data() + 3);
+  }
+  return gain;
+}
+
+/// [count, 3] velocities with those; empty where there are no loads.
 template <class T>
 std::vector<T> StepAdjoint<T>::loaded_velocities(const TapeStep<T>& step, int b) const {
-  std::vector<T> velocity;
-  if (step.loads.body.empty()) return velocity;
-  for (int s = step.begin[b]; s < step.begin[b + 1]; ++s) {
-    const AdjointRecord<T>& r = record_[slot_[step.index[s]]];
-    const TapeParticle<T>& of = step.particle[s];
-    Vec3<T> v(of.v[0], of.v[1], of.v[2]);
-    if (r.bits != 0) {
-      const LoadedParticle<T> p = loaded_particle(solver_, r, of.x, of.v, of.F);
-      for (const BodyLoad<T>& load : step.loads.body)
-        if (r.bits & load.bit) v += velocity_gain(load, step.dt, p);
-    }
-    velocity.insert(velocity.end(), v.data(), v.data() + 3);
-  }
+  if (step.loads.body.empty()) return {};
+  const TapeParticle<T>* particle = step.particle.data() + step.begin[b];
+  std::vector<T> velocity = gains(step, b, particle);
+  for (size_t k = 0; k < velocity.size(); ++k) velocity[k] += particle[k / 3].v[k % 3];
   return velocity;
 }
 
 template <class T>
-void StepAdjoint<T>::reverse_body_loads(const TapeStep<T>& step, int b) {
+void StepAdjoint<T>::reverse_body_loads(const TapeStep<T>& step, int b, const TapeParticle<T>* particle,
+                                        const T* by_gains) {
   BodyLoadGradient* by_load = block_sums_.data() + b * step.loads.body.size();
   for (int s = step.begin[b]; s < step.begin[b + 1]; ++s) {
     AdjointRecord<T>& r = record_[slot_[step.index[s]]];
     if (r.bits == 0) continue;
-    const TapeParticle<T>& of = step.particle[s];
+    const TapeParticle<T>& of = particle[s - step.begin[b]];
     const LoadedParticle<T> p = loaded_particle(solver_, r, of.x, of.v, of.F);
-    const Vec3<T> by_gain(r.v[0], r.v[1], r.v[2]);
-    LoadedParticleGradient<T> by;
+    const T* by = by_gains ? by_gains + 3 * (s - step.begin[b]) : r.v;
+    const Vec3<T> by_gain(by[0], by[1], by[2]);
+    LoadedParticleGradient<T> sum;
     for (size_t l = 0; l < step.loads.body.size(); ++l)
       if (r.bits & step.loads.body[l].bit)
-        velocity_gain_adjoint(step.loads.body[l], step.dt, p, by_gain, by, by_load[l]);
+        velocity_gain_adjoint(step.loads.body[l], step.dt, p, by_gain, sum, by_load[l]);
     for (int a = 0; a < 3; ++a) {
-      r.x[a] += by.x[a];
-      r.v[a] += by.v[a];
+      r.x[a] += sum.x[a];
+      r.v[a] += sum.v[a];
     }
-    Eigen::Map<RowMajor<T>>(r.F) += by.F;
+    Eigen::Map<RowMajor<T>>(r.F) += sum.F;
     // The stiffness is (lambda + 2 mu) V / (m dx^2).
-    const T by_modulus = by.stiffness * r.volume / r.mass * solver_.inverse_dx * solver_.inverse_dx;
-    r.by_mass += by.mass - by.stiffness * p.stiffness / r.mass;
+    const T by_modulus = sum.stiffness * r.volume / r.mass * solver_.inverse_dx * solver_.inverse_dx;
+    r.by_mass += sum.mass - sum.stiffness * p.stiffness / r.mass;
     r.by_mu += 2 * by_modulus;
     r.by_lambda += by_modulus;
   }
@@ -262,14 +267,14 @@ void StepAdjoint<T>::reverse_given_stress(const TapeStep<T>& step, int b, const 
 
 template <class T>
 void StepAdjoint<T>::reverse_gather(const TapeStep<T>& step, int b) {
+  if (step.lagrangian()) return reverse_follow(step, b);
   alignas(64) Node<T> velocity[2][BlockGrid::kPatchNodes];
   const auto cleared = [&](std::vector<Node<T>>& patches) {
     Node<T>* patch = patches.data() + static_cast<size_t>(b) * BlockGrid::kPatchNodes;
     return std::fill_n(patch, BlockGrid::kPatchNodes, Node<T>{}), patch->lane;
   };
-  const bool lagrangian = !step.node_displacement.empty();
-  if (!lagrangian) collect_patch(*step.grid, b, velocity_, velocity[0]);
-  if (!lagrangian && (step.flip > T(0) || step.loads.strain_rate_kept != T(1) || step.loads.spin_kept != T(1)))
+  collect_patch(*step.grid, b, velocity_, velocity[0]);
+  if (step.flip > T(0) || step.loads.strain_rate_kept != T(1) || step.loads.spin_kept != T(1))
     reverse_affine_damping(step, b, velocity[0]);
   AdjointRun<T> run = run_of(step, b);
   std::vector<T> by_grid_C(particles_.has_memory() ? 9 * static_cast<size_t>(run.count) : 0);
@@ -288,12 +293,10 @@ void StepAdjoint<T>::reverse_gather(const TapeStep<T>& step, int b) {
 template <class T>
 void StepAdjoint<T>::reverse_conditions(const TapeStep<T>& step, int n) {
   const NodeBlock<T> block = node_block(step, adj_node_, n);
-  sum_patches(forward_, *step.grid, n, patch_, adj_node_);
-  if (!step.node_displacement.empty())
-    for (int k = 0; k < BlockGrid::kNodes; ++k) {
-      const size_t at = static_cast<size_t>(n) * BlockGrid::kNodes + k;
-      for (int a = 0; a < 3; ++a) block.node[k].lane[a] += adj_velocity_[at][a] + step.dt * adj_displacement_[at][a];
-    }
+  if (step.lagrangian())
+    reverse_displacement(step, n);
+  else
+    sum_patches(forward_, *step.grid, n, patch_, adj_node_);
   if (step.flip > T(0)) {
     sum_patches(forward_, *step.grid, n, old_patch_, adj_old_node_);
     reverse_node_average(step.old_node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, block_of(adj_old_node_, n));
@@ -312,31 +315,15 @@ template <class T>
 void StepAdjoint<T>::reverse_update(const TapeStep<T>& step, int n) {
   Node<T>* adj = block_of(adj_node_, n);
   node_sums_[n] = {};
+  if (step.lagrangian()) return reverse_push(step, n);
   reverse_node_update(step.dt, step.loads, step.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, adj,
                       node_sums_[n]);
   if (step.grid->has_siblings()) add_contact_masses(*step.grid, by_contact_mass_, n, adj);
-  if (!step.node_displacement.empty()) reverse_node_momentum(step, n);
-}
-
-/// `Mpm::add_node_momenta` backwards.
-template <class T>
-void StepAdjoint<T>::reverse_node_momentum(const TapeStep<T>& step, int n) {
-  for (int k = 0; k < BlockGrid::kNodes; ++k) {
-    const size_t at = static_cast<size_t>(n) * BlockGrid::kNodes + k;
-    T* adj = adj_node_[at].lane;
-    const Vec3<T> by_momentum(adj[0], adj[1], adj[2]), given = step.dt * by_momentum;
-    momentum_sum_[at] += given;
-    adj_displacement_[at] -= solver_.node_stabilization[at] * given;
-    adj_stabilization_[at] -= step.node_displacement[at].dot(given);
-    adj_velocity_[at].setZero();
-    if (step.whole) continue;
-    adj_velocity_[at] = step.node[at].lane[3] * by_momentum;
-    adj[3] += step.node_velocity[at].dot(by_momentum);
-  }
 }
 
 template <class T>
 void StepAdjoint<T>::reverse_scatter(const TapeStep<T>& step, int b) {
+  if (step.lagrangian()) return reverse_impulses(step, b);
   alignas(64) Node<T> patch[2][BlockGrid::kPatchNodes];
   collect_patch(*step.grid, b, adj_node_, patch[0]);
   if (step.flip > T(0)) collect_patch(*step.grid, b, adj_old_node_, patch[1]);
@@ -356,14 +343,7 @@ void StepAdjoint<T>::reverse_scatter(const TapeStep<T>& step, int b) {
   }
   kernels_.scatter[static_cast<int>(uniform ? uniform_ : StressKind::kGiven)](run, patch[0]->lane, patch[1]->lane);
   if (!memory_.empty()) reverse_given_stress(step, b, by_stress.data());
-  if (loaded_v.empty()) return;
-  reverse_body_loads(step, b);
-  // What loads gave went to the nodes of a Lagrangian grid, whose velocities are not the particles'.
-  if (run.rest_place && !step.whole)
-    for (int s = step.begin[b]; s < step.begin[b + 1]; ++s) {
-      AdjointRecord<T>& r = record_[slot_[step.index[s]]];
-      for (int a = 0; a < 3; ++a) r.v[a] -= r.v_after[a];
-    }
+  if (!loaded_v.empty()) reverse_body_loads(step, b, step.particle.data() + step.begin[b], nullptr);
 }
 
 template <class T>

@@ -59,7 +59,7 @@ INLINE void about_particle(const Pack<T>* sums, Pack<T> x, Pack<T> y, Pack<T> z,
   }
 }
 
-template <class T, bool kFlip, bool kLagrangian>
+template <class T, bool kFlip>
 INLINE void gather_run(const GatherInput<T>& in, GatherReport<T>& report) {
   const ParticleRun<T>& run = in.run;
   alignas(64) T patch[6 * kPlane];
@@ -81,10 +81,8 @@ INLINE void gather_run(const GatherInput<T>& in, GatherReport<T>& report) {
     const int lanes = point_at(run, first, at);
     Pack<T> place[12], rest[12];
     load_group<T>(at, kPlaceGroup, place);
-    Pack<T> X[4];
-    stencil_place<T, kLagrangian>(run, first, lanes, place, X);
-    const SplinePack<T> sx((X[0] - run.origin[0]) * run.inverse_dx), sy((X[1] - run.origin[1]) * run.inverse_dx),
-        sz((X[2] - run.origin[2]) * run.inverse_dx);
+    const SplinePack<T> sx((place[0] - run.origin[0]) * run.inverse_dx),
+        sy((place[1] - run.origin[1]) * run.inverse_dx), sz((place[2] - run.origin[2]) * run.inverse_dx);
     for (int i = 0; i < 3; ++i) {
       store(weight[i], sx.weight[i]);
       store(weight[3 + i], sy.weight[i]);
@@ -113,9 +111,7 @@ INLINE void gather_run(const GatherInput<T>& in, GatherReport<T>& report) {
     Pack<T>*F = place + 3, dF[9];
     for (int a = 0; a < 3; ++a)
       for (int c = 0; c < 3; ++c)
-        dF[3 * a + c] =
-            in.dt *
-            (kLagrangian ? C[3 * a + c] : fma(C[3 * a + 2], F[6 + c], fma(C[3 * a + 1], F[3 + c], C[3 * a] * F[c])));
+        dF[3 * a + c] = in.dt * fma(C[3 * a + 2], F[6 + c], fma(C[3 * a + 1], F[3 + c], C[3 * a] * F[c]));
     Pack<T> size = speed;
     for (int k = 0; k < 9; ++k) {
       accumulate(F[k], rest[3 + k], dF[k]);
@@ -145,8 +141,7 @@ INLINE void gather_run(const GatherInput<T>& in, GatherReport<T>& report) {
       rest[a] = out ? Pack<T>{} : rest[a];
       new_v[a] = out ? Pack<T>{} : new_v[a];
       strayed |= out;
-      if constexpr (!kLagrangian)
-        left |= (stencil_base<T>((place[a] - run.origin[a]) * run.inverse_dx) >> 2) != in.block[a];
+      left |= (stencil_base<T>((place[a] - run.origin[a]) * run.inverse_dx) >> 2) != in.block[a];
     }
     const uint32_t used = (1u << lanes) - 1;
     if (const uint32_t bits = lane_bits(strayed) & used) report.strays += __builtin_popcount(bits);
@@ -167,16 +162,10 @@ INLINE void gather_run(const GatherInput<T>& in, GatherReport<T>& report) {
 
 template <class T>
 void gather(const GatherInput<T>& in, GatherReport<T>& report) {
-  if (in.run.rest_place) {
-    if (in.flip > T(0))
-      gather_run<T, true, true>(in, report);
-    else
-      gather_run<T, false, true>(in, report);
-  } else if (in.flip > T(0)) {
-    gather_run<T, true, false>(in, report);
-  } else {
-    gather_run<T, false, false>(in, report);
-  }
+  if (in.flip > T(0))
+    gather_run<T, true>(in, report);
+  else
+    gather_run<T, false>(in, report);
 }
 
 }  // namespace pliant::PLIANT_ISA

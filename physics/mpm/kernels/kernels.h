@@ -3,12 +3,9 @@
 #include <cstdint>
 
 #include "gaussians/simd/instruction_set.h"
-#include "physics/mpm/kernels/particle_record.h"
+#include "physics/mpm/kernels/elastic_run.h"
 
 namespace pliant {
-
-/// How a kernel comes to the stress of a particle.
-enum class StressKind { kFixedCorotated, kNeoHookean, kGiven };
 
 /// The particles of one block: record[order[0]] .. record[order[count - 1]].  Only plain data crosses into the files
 /// of an instruction set.
@@ -18,8 +15,6 @@ struct ParticleRun {
   const int* order;
   int count;
   T origin[3], dx, inverse_dx;
-  const T* rest_place;   ///< [count, 4] in Lagrangian runs, whose order is that of memory, see MpmData; else null
-  const T* undisplaced;  ///< [count, 12] likewise
 };
 
 /// Nodes are four numbers, momentum or velocity and mass; a patch holds 6 x 6 x 6 of them, a block 4 x 4 x 4.
@@ -29,12 +24,9 @@ struct ScatterInput {
   T dt;
   T viscosity_time;       ///< s, Kelvin-Voigt, for all particles
   bool inertia_only;      ///< leaves out the impulses of the stress, and damping
-  bool whole;             ///< momenta of the particles, not only what changes those of the nodes; Lagrangian runs
-  const T* gain;          ///< [count, 3] m/s, what loads give to the particles of a Lagrangian run, or null
   const T* given_stress;  ///< [ParticleRecord::side, 6] xx, yy, zz, yz, xz, xy, Pa; with StressKind::kGiven
   /// Kirchhoff stress of one particle for any F, where the fast way is not safe (inverted, singular, very stretched).
   void (*exact_stress)(StressKind kind, const T* F, T mu, T lambda, T* tau);
-  void (*exact_piola)(StressKind kind, const T* F, T mu, T lambda, T* P);  ///< [9], the same of Lagrangian runs
 };
 
 template <class T>
@@ -60,20 +52,30 @@ struct GatherReport {
 /// The loops that depend on the instruction set.
 template <class T>
 struct MpmKernels {
-  /// patch = sums of w m (v + C d) - dt V tau (4 / dx^2) w d and of w m; in Lagrangian runs d is taken at rest, C is
-  /// the gradient of v by the rest position, P stands for tau, and only what changes the nodes' momentum is summed, but
-  /// for inertia_only.  One function for bodies of one law without damping or viscosity, by StressKind, and [2] for
-  /// anything.
+  /// patch = sums of w m (v + C d) - dt V tau (4 / dx^2) w d and of w m.  One function for bodies of one law without
+  /// damping or viscosity, by StressKind, and [2] for anything.
   void (*scatter[3])(const ScatterInput<T>&, T* patch);
   /// node += sum of the parts of up to eight patches (or null) that lie in this block of nodes.
   void (*add_nodes)(const T* const* patch, T* node);
   /// Momenta become velocities: v <- (v + fall) scale.
   void (*update_nodes)(T* node, const T* fall, T scale);
-  /// v, C from the nodes, F <- (I + dt C) F, in Lagrangian runs F + dt C, and x <- x + dt v.
+  /// v, C from the nodes, F <- (I + dt C) F and x <- x + dt v.
   void (*gather)(const GatherInput<T>&, GatherReport<T>&);
   /// Kirchhoff stress tau [count, 6] of F [count, 9] by the law `kind`.
   void (*stress)(StressKind kind, int count, const T* F, const T* mu, const T* lambda,
                  void (*exact_stress)(StressKind, const T*, T, T, T*), T* tau);
+
+  /// Of Lagrangian runs: what particles give to the nodes of their block's patch within a step, their stress, the
+  /// stabilization and the loads; by StressKind as in `scatter`.
+  void (*elastic_impulses[3])(const ElasticRun<T>&, T* patch);
+  /// [count] x, F, v and C, which follow from the nodes.
+  void (*follow_nodes)(const ElasticRun<T>&, TapeParticle<T>*);
+  /// velocity <- (kept velocity + impulse / mass + fall) scale for [64, 4] nodes; kept [64] or null.
+  void (*push_nodes)(const T* impulse, const T* kept, const T* fall, T scale, T* velocity);
+  /// displacement += dt velocity, `rest` being what rounding cuts off.  Returns the square of the largest speed,
+  /// infinite where one is not finite.  Speeds count by mass / `light` where that is below 1: with the lightest
+  /// particle's mass for it no more of a node's speed can be seen in a particle.
+  T (*displace_nodes)(const T* velocity, T dt, T light, T* displacement, T* rest);
 };
 
 template <class T>

@@ -4,6 +4,9 @@
 
 namespace pliant {
 
+/// How a kernel comes to the stress of a particle.
+enum class StressKind { kFixedCorotated, kNeoHookean, kGiven };
+
 /// A particle in memory.  Kernels read four numbers of several particles at a time, so the numbers come in groups of
 /// four, named below by their first; those that the scatter reads come first.  Matrices are row-major.
 template <class T>

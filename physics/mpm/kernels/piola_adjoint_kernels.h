@@ -1,7 +1,6 @@
 #pragma once
 
-#include "physics/mpm/kernels/scatter_kernels.h"
-#include "physics/mpm/kernels/step_adjoint_view.h"
+#include "physics/mpm/kernels/elastic_run.h"
 #include "physics/mpm/kernels/stress_adjoint_kernels.h"
 
 // First Piola-Kirchhoff stress backwards: from A = dL/dP, row-major like F.
@@ -61,8 +60,8 @@ INLINE uint32_t neo_hookean_piola_adjoint(const Pack<T>* F, Pack<T> mu, Pack<T> 
 
 /// Of one law, exact where the fast way is not safe.
 template <class T>
-INLINE void law_piola_adjoint(const AdjointRun<T>& run, StressKind law, const Pack<T>* F, Pack<T> mu, Pack<T> lambda,
-                              const Pack<T>* A, StressAdjointPack<T>& by) {
+INLINE void law_piola_adjoint(const ElasticAdjointRun<T>& run, StressKind law, const Pack<T>* F, Pack<T> mu,
+                              Pack<T> lambda, const Pack<T>* A, StressAdjointPack<T>& by) {
   const uint32_t unsafe = law == StressKind::kNeoHookean ? neo_hookean_piola_adjoint<T>(F, mu, lambda, A, by)
                                                          : fixed_corotated_piola_adjoint<T>(F, mu, lambda, A, by);
   for (uint32_t bits = unsafe; __builtin_expect(bits != 0, 0); bits &= bits - 1) {

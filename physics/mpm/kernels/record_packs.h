@@ -123,18 +123,6 @@ INLINE void prefetch(const ParticleRun<T>& run, int first, int lines) {
   }
 }
 
-/// Where the stencils of a pack of particles lie: at their position, or in Lagrangian runs at that at rest.
-template <class T, bool kLagrangian, class Run>
-INLINE void stencil_place(const Run& run, int first, int lanes, const Pack<T>* place, Pack<T>* at) {
-  if constexpr (kLagrangian) {
-    const T* rest[kLanes];
-    for (int l = 0; l < kLanes; ++l) rest[l] = run.rest_place + 4 * (first + (l < lanes ? l : lanes - 1));
-    load_group<T>(rest, 0, at);
-  } else {
-    for (int a = 0; a < 3; ++a) at[a] = place[a];
-  }
-}
-
 /// Lowest node of the stencil of coordinate x along one axis, in cells: floor((x - origin) / dx - 1/2).
 template <class T>
 INLINE Mask<T> stencil_base(Pack<T> grid_x) {

@@ -39,18 +39,14 @@ struct AdjointRun {
   AdjointRecord<T>* record;
   int count;
   T dt, viscosity_time, origin[3], dx, inverse_dx, low[3], high[3];
-  T flip;                             ///< as in GatherInput
-  const T *rest_place, *undisplaced;  ///< as in ParticleRun
-  bool whole;                         ///< as in ScatterInput
-  const T* by_grid_C;                 ///< [count, 9] further derivatives by the C of the grid, or null
-  const T* loaded_v;                  ///< [count, 3] velocities with what the body loads gave, or null without loads
-  const T* given_stress;              ///< [count, 6] of particles with StressKind::kGiven, as in ScatterInput
-  T* by_given_stress;                 ///< [count, 6] receives the derivatives by it
+  T flip;                 ///< as in GatherInput
+  const T* by_grid_C;     ///< [count, 9] further derivatives by the C of the grid, or null
+  const T* loaded_v;      ///< [count, 3] velocities with what the body loads gave, or null without loads
+  const T* given_stress;  ///< [count, 6] of particles with StressKind::kGiven, as in ScatterInput
+  T* by_given_stress;     ///< [count, 6] receives the derivatives by it
   void (*exact_stress)(StressKind kind, const T* F, T mu, T lambda, T* tau);
   /// by_F [9], by_lame [2] of S = dL/dtau (one side of the off-diagonal), where the fast way is not safe.
   void (*exact_adjoint)(StressKind kind, const T* F, T mu, T lambda, const T* S, T* by_F, T* by_lame);
-  /// The same of Lagrangian runs, from dL/dP [9].
-  void (*exact_piola_adjoint)(StressKind kind, const T* F, T mu, T lambda, const T* adj_P, T* by_F, T* by_lame);
 };
 
 template <class T>
@@ -62,6 +58,14 @@ struct AdjointKernels {
   /// of the inertia alone; by StressKind as in `MpmKernels::scatter`.  Leaves the derivatives by the loaded velocity in
   /// v.
   void (*scatter[3])(const AdjointRun<T>&, const T* nodes, const T* old_nodes);
+
+  /// Reverse of elastic_impulses, from the derivatives `adj` [6, 6, 6] by impulse and, in the fourth lane, by mass.
+  /// Those by displacement and velocity are written to two patches, those by the constants added to the records
+  /// [count].
+  void (*elastic_impulses[3])(const ElasticAdjointRun<T>&, const T* adj, AdjointRecord<T>*, T* by_displacement,
+                              T* by_velocity);
+  /// Reverse of follow_nodes, from the derivatives that the records [count] hold; adds to the patches.
+  void (*follow_nodes)(const ElasticRun<T>&, const AdjointRecord<T>*, T* by_displacement, T* by_velocity);
 };
 
 template <class T>

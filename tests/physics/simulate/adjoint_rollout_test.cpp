@@ -28,12 +28,26 @@ AdjointCheck check(const Case& c, Input kind, const RolloutGradient<double>& gra
                        c.get(kind), options);
 }
 
-void expect_gradient(const Case& c) {
-  const RolloutGradient<double> gradient = c.gradient();
-  for (const auto& [kind, name] : testing::kInputs) {
-    if (c.get(kind).empty()) continue;
-    const AdjointCheck result = check(c, kind, gradient);
-    EXPECT_LT(result.worst, 1e-5) << name << ": " << result.message;
+/// The case on each grid that can carry it.
+std::vector<Case> on_grids(Case c) {
+  std::vector<Case> all;
+  for (const GridKind grid : {GridKind::kEulerian, GridKind::kLagrangian}) {
+    if (grid == GridKind::kLagrangian && !why_not_lagrangian(c.options.simulate, c.particles).empty()) continue;
+    c.options.simulate.grid = grid;
+    all.push_back(c);
+  }
+  return all;
+}
+
+void expect_gradient(const Case& any_grid) {
+  for (const Case& c : on_grids(any_grid)) {
+    const RolloutGradient<double> gradient = c.gradient();
+    for (const auto& [kind, name] : testing::kInputs) {
+      if (c.get(kind).empty()) continue;
+      const AdjointCheck result = check(c, kind, gradient);
+      EXPECT_LT(result.worst, 1e-5) << (c.options.simulate.grid == GridKind::kEulerian ? "Eulerian " : "Lagrangian ")
+                                    << name << ": " << result.message;
+    }
   }
 }
 
@@ -214,19 +228,21 @@ TEST(AdjointRollout, EqualsSimulateBitForBit) {
 }
 
 /// Over 1 to 4 threads.
-void expect_equal_bits(Case c) {
-  ASSERT_GE(c.particles.size(), 4000u);
-  c.options.simulate.fps = 500;
-  c.options.simulate.duration = 0.004;
-  c.options.simulate.substeps = 8;
-  const int before = omp_get_max_threads();
-  omp_set_num_threads(1);
-  const RolloutGradient<double> one = c.gradient();
-  for (const int threads : {2, 3, 4}) {
-    omp_set_num_threads(threads);
-    EXPECT_TRUE(equal(one, c.gradient())) << threads;
+void expect_equal_bits(const Case& any_grid) {
+  ASSERT_GE(any_grid.particles.size(), 4000u);
+  for (Case c : on_grids(any_grid)) {
+    c.options.simulate.fps = 500;
+    c.options.simulate.duration = 0.004;
+    c.options.simulate.substeps = 8;
+    const int before = omp_get_max_threads();
+    omp_set_num_threads(1);
+    const RolloutGradient<double> one = c.gradient();
+    for (const int threads : {2, 3, 4}) {
+      omp_set_num_threads(threads);
+      EXPECT_TRUE(equal(one, c.gradient())) << threads;
+    }
+    omp_set_num_threads(before);
   }
-  omp_set_num_threads(before);
 }
 
 TEST(AdjointRollout, EqualBitForBitForAnyNumberOfThreads) {

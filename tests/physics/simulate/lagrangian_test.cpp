@@ -10,64 +10,16 @@
 #include "gaussians/base/error.h"
 #include "physics/simulate/energy.h"
 #include "physics/simulate/simulator.h"
-#include "tests/physics/shapes.h"
+#include "tests/physics/simulate/recorded_motion.h"
 #include "tests/temporary_folder.h"
 
 namespace pliant {
 namespace {
 
-using State = BasicSimulationState<double>;
+using testing::Motion;
+using testing::pin_left;
+using State = Motion::State;
 constexpr double kPi = 3.14159265358979324;
-
-struct Motion {
-  BasicParticles<double> particles;
-  SimulateOptions options;
-  std::vector<Interaction> script;
-  std::vector<State> states;
-
-  Motion(const Vec3d& size, double dx, double jitter, GridKind grid)
-      : particles(testing::block<double>(size, dx, jitter, 1e5)) {
-    options.gravity.setZero();
-    options.grid = grid;
-    options.fps = 50;
-  }
-  void go(double duration, const State& start) {
-    options.duration = duration;
-    states.clear();
-    simulate<double>(options, particles, script, start, [&](const State& s) { return states.push_back(s), true; });
-  }
-  State deformed(const std::function<Vec3d(const Vec3d&)>& place, const std::function<Mat3d(const Vec3d&)>& F) const {
-    State state = initial_state(particles);
-    for (size_t i = 0; i < state.size(); ++i) {
-      state.x[i] = place(particles.position[i]);
-      state.F[i] = F(particles.position[i]);
-    }
-    return state;
-  }
-  Vec3d centre(const State& s) const {
-    Vec3d sum = Vec3d::Zero();
-    for (size_t i = 0; i < s.size(); ++i) sum += particles.mass[i] * s.x[i];
-    return sum / particles.total_mass();
-  }
-  /// Largest distance of a particle from where it lies at rest, after the body is laid over its rest shape.
-  double distance_from_rest(const State& s) const {
-    Eigen::Matrix3Xd rest(3, s.size()), now(3, s.size());
-    for (size_t i = 0; i < s.size(); ++i) {
-      rest.col(i) = particles.position[i];
-      now.col(i) = s.x[i];
-    }
-    const Eigen::Matrix4d fit = Eigen::umeyama(now, rest, false);
-    const Eigen::Matrix3Xd laid = (fit.topLeftCorner<3, 3>() * now).colwise() + fit.topRightCorner<3, 1>().eval();
-    return (laid - rest).colwise().norm().maxCoeff();
-  }
-};
-
-Interaction pin_left(double x) {
-  Interaction pin;
-  pin.type = InteractionType::kPin;
-  pin.region = Region::half_space(Vec3d(x, 0, 0), Vec3d(1, 0, 0));
-  return pin;
-}
 
 }  // namespace
 
@@ -251,7 +203,7 @@ TEST(Lagrangian, PartsThatDoNotHangTogetherMoveApartHoweverNearTheyAre) {
       if ((i < one) == (k < one) && (p.position[i] - p.position[k]).norm() < 0.8 * dx)
         p.links.push_back({static_cast<int>(k), static_cast<int>(i)});
   leaves.go(1.0, initial_state(p));
-  EXPECT_EQ(moved(0, one), 0);
+  EXPECT_LT(moved(0, one), 0.01);
   EXPECT_GT(moved(one, p.size()), 2.9);
 }
 
@@ -259,9 +211,6 @@ TEST(Lagrangian, IsRefusedWhereThereIsNoReferenceShape) {
   Motion sand(Vec3d::Constant(0.02), 0.01, 1, GridKind::kLagrangian);
   sand.particles.materials[0].law = Law::kSand;
   expect_error(Failure::kUsage, {"Lagrangian", "sand"}, [&] { sand.go(0.1, initial_state(sand.particles)); });
-  Motion two(Vec3d::Constant(0.02), 0.01, 1, GridKind::kLagrangian);
-  two.particles.object.assign(two.particles.size(), 1);
-  expect_error(Failure::kUsage, {"bodies"}, [&] { two.go(0.1, initial_state(two.particles)); });
   Motion sleeper(Vec3d::Constant(0.02), 0.01, 1, GridKind::kLagrangian);
   sleeper.options.sleep_speed = 0.01;
   expect_error(Failure::kUsage, {"sleep"}, [&] { sleeper.go(0.1, initial_state(sleeper.particles)); });

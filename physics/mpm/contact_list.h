@@ -1,0 +1,65 @@
+#pragma once
+
+#include <algorithm>
+#include <span>
+#include <vector>
+
+#include "physics/mpm/block_table.h"
+#include "physics/mpm/mpm_data.h"
+#include "physics/mpm/particle_contact.h"
+
+namespace pliant {
+
+/// Which particles of a Lagrangian run may touch: they lie near each other now, and do not hang together at rest.  A
+/// list holds until something has moved by `kSlack` cells (Verlet 1967).
+template <class T>
+class ContactList {
+ public:
+  static constexpr double kReach = 0.8;  ///< cells between particles from which on they touch
+  static constexpr double kSlack = 0.3;  ///< cells
+  /// Cells between particles at rest from which on they can touch though they are of one body.  Nearer ones share
+  /// nodes, which hold them apart.
+  static constexpr double kApart = 4;
+
+  /// Forgets everything; the next steps begin with a new list.
+  void clear() { travelled_ = kSlack; }
+  /// After a step of dt in which nothing was faster than `speed`.
+  void travel(double speed, double dt, double dx) { travelled_ += 2 * speed * dt / dx; }
+  bool stale() const { return travelled_ >= kSlack; }
+  /// `x` [slots] are the present places.
+  void build(const MpmData<T>& data, std::span<const Vec3<T>> x);
+
+  bool empty() const { return other_.empty(); }
+  /// Slots of the particles near that in slot s, ascending.
+  std::span<const int> near(int s) const { return std::span(other_).subspan(begin_[s], begin_[s + 1] - begin_[s]); }
+  /// [particle blocks] whether any particle of it is near another.
+  const std::vector<uint8_t>& block_touches() const { return block_touches_; }
+
+ private:
+  struct Cell;
+  static bool hang_together(const MpmData<T>& data, int s, int other);
+  static bool hang_together(const MpmData<T>& data, const Cell& a, const Cell& b);
+
+  double travelled_ = kSlack;  // cells since `build`
+  std::vector<int> begin_, other_;
+  std::vector<uint8_t> block_touches_;
+};
+
+/// Two particles that may touch; what lies nearer than kReach at rest does so when it comes nearer still.  `x` and `v`
+/// are [slots].
+template <class T>
+ContactPair<T> contact_pair(const MpmData<T>& data, int s, int other, std::span<const Vec3<T>> x,
+                            std::span<const Vec3<T>> v) {
+  const RestParticle<T>&a = data.rest[s], &b = data.rest[other];
+  const auto at_rest = [&](int i) -> const Vec3<T>& { return data.reference[data.record[i].index]; };
+  const auto stiffness = [&](const RestParticle<T>& p) {
+    return (p.lambda + 2 * p.mu) * p.volume * data.inverse_dx * data.inverse_dx;
+  };
+  return {{x[s], x[other]},
+          {v[s], v[other]},
+          {a.mass, b.mass},
+          {stiffness(a), stiffness(b)},
+          std::min(static_cast<T>(ContactList<T>::kReach) * data.dx, (at_rest(s) - at_rest(other)).norm())};
+}
+
+}  // namespace pliant

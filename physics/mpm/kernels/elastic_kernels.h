@@ -1,0 +1,267 @@
+#pragma once
+
+#include "physics/mpm/kernels/gather_kernels.h"
+#include "physics/mpm/kernels/scatter_kernels.h"
+
+// Lagrangian runs, where stencils and weights are those at rest: x = X + sum w u_i, F = I + 4 / dx^2 sum w u_i d^T,
+// likewise v and the rate C of F, with d the distance of the node from the particle at rest.
+
+namespace pliant::PLIANT_ISA {
+
+/// The particles of a pack; spare lanes repeat the last one.
+template <class T>
+INLINE int point_at(const ElasticRun<T>& run, int first, const T** at) {
+  const int left = run.count - first, lanes = left < kLanes ? left : kLanes;
+  for (int l = 0; l < kLanes; ++l)
+    at[l] = reinterpret_cast<const T*>(run.particle + first + (l < lanes ? l : lanes - 1));
+  return lanes;
+}
+
+/// Splines of a pack laid out for one lane at a time.
+template <class T>
+struct RestStencil {
+  alignas(64) T weight[9][kLanes];    // along x, y, z
+  alignas(64) T product[12][kLanes];  // of x times y, then along z
+  int corner[kLanes];
+  Pack<T> offset[3];  // of the particles from their lowest nodes, cells
+
+  INLINE RestStencil(const ElasticRun<T>& run, const Pack<T>* X) {
+    const SplinePack<T> sx((X[0] - run.origin[0]) * run.inverse_dx), sy((X[1] - run.origin[1]) * run.inverse_dx),
+        sz((X[2] - run.origin[2]) * run.inverse_dx);
+    for (int i = 0; i < 3; ++i) {
+      store(weight[i], sx.weight[i]);
+      store(weight[3 + i], sy.weight[i]);
+      store(weight[6 + i], sz.weight[i]);
+      for (int j = 0; j < 3; ++j) store(product[3 * i + j], sx.weight[i] * sy.weight[j]);
+      store(product[9 + i], sz.weight[i]);
+    }
+    corners<T>(sx.base, sy.base, sz.base, corner);
+    offset[0] = sx.offset;
+    offset[1] = sy.offset;
+    offset[2] = sz.offset;
+  }
+
+  /// value[4] = sum w a_i, and gradient[9] = 4 / dx^2 sum w a_i d^T of its first three lanes.
+  INLINE void gather(int lanes, const T* patch, T inverse_dx, Pack<T>* value, Pack<T>* gradient) const {
+    alignas(64) T moment[kLanes][16];
+    const T* moment_at[kLanes];
+    for (int l = 0; l < kLanes; ++l) moment_at[l] = moment[l < lanes ? l : lanes - 1];
+    for (int l = 0; l < lanes; ++l) gather_one<T>(patch + corner[l], weight, l, moment[l]);
+    Pack<T> sums[16];
+    for (int k = 0; k < 16; k += 4) load_group<T>(moment_at, k, sums + k);
+    for (int k = 0; k < 4; ++k) value[k] = sums[k];
+    about_particle<T>(sums, offset[0] - T(1), offset[1] - T(1), offset[2] - T(1), 4 * inverse_dx, gradient);
+  }
+
+  /// Adds w (value + along d) with d in cells, along[axis][3]; value[3] goes to the fourth lane.
+  INLINE void scatter(int lanes, const Pack<T>* value, const Pack<T> (*along)[3], T* patch) const {
+    alignas(64) T affine[kLanes][16];
+    T* affine_at[kLanes];
+    for (int l = 0; l < kLanes; ++l) affine_at[l] = affine[l];
+    Pack<T> base[3];
+    for (int b = 0; b < 3; ++b) {
+      base[b] = value[b];
+      for (int a = 0; a < 3; ++a) base[b] -= along[a][b] * offset[a];
+    }
+    store_group<T>(affine_at, 0, base[0], base[1], base[2], value[3]);
+    for (int a = 0; a < 3; ++a) store_group<T>(affine_at, 4 + 4 * a, along[a][0], along[a][1], along[a][2], Pack<T>{});
+    for (int l = 0; l < lanes; ++l) scatter_one<T>(affine[l], product, l, patch + corner[l]);
+  }
+};
+
+/// Displacements of the nodes of a block's patch less `common`, that of the node nearest to its first particle, which
+/// strains nothing: so digits are not lost where a body has gone far.
+template <class T>
+INLINE void fill_displacements(const ElasticRun<T>& run, T* patch, OneNode<T>& common) {
+  fill_patch(run.displacement, patch);
+  int nearest = 0;
+  for (int a = 0; a < 3; ++a) {
+    const T t = (run.particle->X[a] - run.origin[a]) * run.inverse_dx + T(0.5);
+    const int cut = static_cast<int>(t);
+    nearest = nearest * 6 + ((cut - (static_cast<T>(cut) > t) - 1) & 3) + 1;
+  }
+  common = load<OneNode<T>>(patch + 4 * nearest);
+  const TwoNodes<T> both = join<T>(common, common);
+  for (int k = 0; k < 6 * kPlane; k += 8) store(patch + k, load<TwoNodes<T>>(patch + k) - both);
+  if (!run.displacement_rest[0]) return;
+  alignas(64) T rest[6 * kPlane];
+  fill_patch(run.displacement_rest, rest);
+  for (int k = 0; k < 6 * kPlane; k += 8) store(patch + k, load<TwoNodes<T>>(patch + k) + load<TwoNodes<T>>(rest + k));
+}
+
+/// F of a pack from the gradient of the displacement.
+template <class T>
+INLINE void deformation(const ElasticRun<T>& run, int first, int lanes, const Pack<T>* gradient, Pack<T>* undisplaced,
+                        Pack<T>* F) {
+  for (int k = 0; k < 9; ++k) F[k] = gradient[k] + T(k % 4 == 0);
+  for (int k = 0; k < 12; ++k) undisplaced[k] = Pack<T>{};
+  if (!run.undisplaced) return;
+  const T* at[kLanes];
+  for (int l = 0; l < kLanes; ++l) at[l] = run.undisplaced + 12 * (first + (l < lanes ? l : lanes - 1));
+  for (int k = 0; k < 12; k += 4) load_group<T>(at, k, undisplaced + k);
+  for (int k = 0; k < 9; ++k) F[k] += undisplaced[3 + k];
+}
+
+/// First Piola-Kirchhoff stress of the pack, viscosity included; `dF` is the rate of F, `further` the last group of
+/// RestParticle.
+template <class T, Mixture kMixture>
+INLINE void total_piola(const ElasticRun<T>& in, StressKind kind, const Pack<T>* F, const Pack<T>* dF, Pack<T> mu,
+                        Pack<T> lambda, const Pack<T>* further, Pack<T>* P) {
+  if constexpr (kMixture == Mixture::kUniform) {
+    pack_piola<T>(kind, F, mu, lambda, in.exact_piola, P);
+    return;
+  }
+  for (int k = 0; k < 9; ++k) P[k] = Pack<T>{};
+  const StressKind laws[2] = {StressKind::kFixedCorotated, StressKind::kNeoHookean};
+  for (const StressKind one : laws) {
+    const auto mine = further[2] == all<Pack<T>>(static_cast<T>(static_cast<int>(one)));
+    if (lane_bits(mine) == 0) continue;
+    Pack<T> shaped[9], part[9];
+    for (int k = 0; k < 9; ++k) shaped[k] = mine ? F[k] : all<Pack<T>>(T(k % 4 == 0));
+    pack_piola<T>(one, shaped, mu, lambda, in.exact_piola, part);
+    for (int k = 0; k < 9; ++k) P[k] = mine ? part[k] : P[k];
+  }
+  if (!in.viscous) return;
+  // Kelvin-Voigt: the linear law applied to the strain rate L = dF F^-1, taken back by F^-T.
+  Pack<T> inverse[9], L[9], tau[9], viscous[9];
+  safe_inverse<T>(F, inverse);
+  multiply<false, false, T>(dF, inverse, L);
+  const Pack<T> time = all<Pack<T>>(in.viscosity_time), shear = fma(time, mu, further[0]);
+  const Pack<T> pressure = fma(time, lambda, further[1]) * (L[0] + L[4] + L[8]);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) tau[3 * i + j] = shear * (L[3 * i + j] + L[3 * j + i]);
+  for (int k = 0; k < 9; k += 4) tau[k] += pressure;
+  multiply<false, true, T>(tau, inverse, viscous);
+  for (int k = 0; k < 9; ++k) P[k] += viscous[k];
+}
+
+/// patch -= its fourth lane times a, node by node: the nodes' own part of the stabilization.
+template <class T>
+INLINE void subtract_own_part(const T* a, T* patch) {
+  using Two = TwoNodes<T>;
+  for (int k = 0; k < 6 * kPlane; k += 8) {
+    const Two sum = load<Two>(patch + k), own = __builtin_shufflevector(sum, sum, 3, 3, 3, 3, 7, 7, 7, 7);
+    store(patch + k, sum - own * load<Two>(a + k));
+  }
+}
+
+template <class T, Mixture kMixture>
+INLINE void elastic_impulses(const ElasticRun<T>& run, StressKind kind, T* patch) {
+  alignas(64) T displacement[6 * kPlane];
+  alignas(64) T velocity[kMixture == Mixture::kAny ? 6 * kPlane : 1];
+  OneNode<T> common;
+  fill_displacements(run, displacement, common);
+  if (kMixture == Mixture::kAny && run.viscous) fill_patch(run.velocity, velocity);
+  __builtin_memset(patch, 0, sizeof(T) * 6 * kPlane);
+  const T stress_scale = -run.dt * 4 * run.inverse_dx;  // times V P, per cell of distance
+  for (int first = 0; first < run.count; first += kLanes) {
+    const T* at[kLanes];
+    const int lanes = point_at(run, first, at);
+    Pack<T> X[4], constant[4], further[4], u[4], gradient[9], undisplaced[12], F[9], v[4], dF[9] = {}, P[9];
+    load_group<T>(at, 0, X);
+    load_group<T>(at, 4, constant);
+    if constexpr (kMixture == Mixture::kAny) load_group<T>(at, 8, further);
+    const RestStencil<T> stencil(run, X);
+    stencil.gather(lanes, displacement, run.inverse_dx, u, gradient);
+    deformation(run, first, lanes, gradient, undisplaced, F);
+    if (kMixture == Mixture::kAny && run.viscous) stencil.gather(lanes, velocity, run.inverse_dx, v, dF);
+    total_piola<T, kMixture>(run, kind, F, dF, constant[2], constant[3], further, P);
+
+    const Pack<T> s = stress_scale * constant[1], stiffness = run.dt * X[3], per_cell = stiffness * run.dx;
+    Pack<T> value[4] = {stiffness * u[0], stiffness * u[1], stiffness * u[2], stiffness}, along[3][3];
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) along[a][b] = fma(per_cell, gradient[3 * b + a], s * P[3 * b + a]);
+    if (run.gain)
+      for (int l = 0; l < lanes; ++l)
+        for (int b = 0; b < 3; ++b) value[b][l] += constant[0][l] * run.gain[3 * (first + l) + b];
+    stencil.scatter(lanes, value, along, patch);
+  }
+  subtract_own_part(displacement, patch);
+}
+
+template <class T>
+void elastic_impulses_fixed_corotated(const ElasticRun<T>& run, T* patch) {
+  elastic_impulses<T, Mixture::kUniform>(run, StressKind::kFixedCorotated, patch);
+}
+template <class T>
+void elastic_impulses_neo_hookean(const ElasticRun<T>& run, T* patch) {
+  elastic_impulses<T, Mixture::kUniform>(run, StressKind::kNeoHookean, patch);
+}
+template <class T>
+void elastic_impulses_any(const ElasticRun<T>& run, T* patch) {
+  elastic_impulses<T, Mixture::kAny>(run, StressKind::kGiven, patch);
+}
+
+template <class T>
+void follow_nodes(const ElasticRun<T>& run, TapeParticle<T>* out) {
+  alignas(64) T displacement[6 * kPlane];
+  alignas(64) T velocity[6 * kPlane];
+  OneNode<T> common;
+  fill_displacements(run, displacement, common);
+  fill_patch(run.velocity, velocity);
+  for (int first = 0; first < run.count; first += kLanes) {
+    const T* at[kLanes];
+    const int lanes = point_at(run, first, at);
+    Pack<T> X[4], u[4], gradient[9], undisplaced[12], F[9], v[4], C[9], x[3];
+    load_group<T>(at, 0, X);
+    const RestStencil<T> stencil(run, X);
+    stencil.gather(lanes, displacement, run.inverse_dx, u, gradient);
+    deformation(run, first, lanes, gradient, undisplaced, F);
+    stencil.gather(lanes, velocity, run.inverse_dx, v, C);
+    for (int a = 0; a < 3; ++a) x[a] = X[a] + common[a] + (u[a] + undisplaced[a]);
+    T* to[kLanes];
+    for (int l = 0; l < kLanes; ++l) to[l] = reinterpret_cast<T*>(out + first + (l < lanes ? l : lanes - 1));
+    store_group<T>(to, kTapePlace, x[0], x[1], x[2], F[0]);
+    store_group<T>(to, kTapePlace + 4, F[1], F[2], F[3], F[4]);
+    store_group<T>(to, kTapePlace + 8, F[5], F[6], F[7], F[8]);
+    store_group<T>(to, kTapeVelocity, v[0], v[1], v[2], C[0]);
+    store_group<T>(to, kTapeVelocity + 4, C[1], C[2], C[3], C[4]);
+    store_group<T>(to, kTapeVelocity + 8, C[5], C[6], C[7], C[8]);
+  }
+}
+
+template <class T>
+void push_nodes(const T* impulse, const T* kept, const T* fall, T scale, T* velocity) {
+  using Two = TwoNodes<T>;
+  const Two dv = {fall[0], fall[1], fall[2], 0, fall[0], fall[1], fall[2], 0};
+  const Two is_mass = {0, 0, 0, 1, 0, 0, 0, 1};
+  for (int k = 0; k < 4 * 64; k += 8) {
+    Two v = load<Two>(velocity + k);
+    const Two mass = __builtin_shufflevector(v, v, 3, 3, 3, 3, 7, 7, 7, 7), old = v;
+    if (kept) v *= join<T>(all<OneNode<T>>(kept[k / 4]), all<OneNode<T>>(kept[k / 4 + 1]));
+    v = fma(load<Two>(impulse + k), T(1) / mass, v + dv) * scale;
+    v = is_mass > Two{} ? old : v;
+    store(velocity + k, mass > Two{} ? v : Two{});
+  }
+}
+
+template <class T>
+T displace_nodes(const T* velocity, T dt, T light, T* displacement, T* rest) {
+  using Two = TwoNodes<T>;
+  const Two moves = {1, 1, 1, 0, 1, 1, 1, 0}, limit = all<Two>(T(1e18));
+  Two fastest{};
+  auto sound = fastest == fastest;
+  for (int k = 0; k < 4 * 64; k += 8) {
+    Two u = load<Two>(displacement + k), below = load<Two>(rest + k);
+    const Two node = load<Two>(velocity + k), v = node * moves, square = v * v;
+    Two seen = __builtin_shufflevector(node, node, 3, 3, 3, 3, 7, 7, 7, 7) / light;
+    seen = seen < T(1) ? seen : all<Two>(T(1));
+    accumulate(u, below, v * dt);
+    store(displacement + k, u);
+    store(rest + k, below);
+    const Two speed = seen * seen *
+                      (square + __builtin_shufflevector(square, square, 1, 2, 0, 3, 5, 6, 4, 7) +
+                       __builtin_shufflevector(square, square, 2, 0, 1, 3, 6, 4, 5, 7));
+    sound &= speed < limit;  // also false for NaN
+    fastest = speed > fastest ? speed : fastest;
+  }
+  T most = 0;
+  bool good = true;
+  for (int k = 0; k < 8; ++k) {
+    most = fastest[k] > most ? fastest[k] : most;
+    good &= sound[k] != 0;
+  }
+  return good ? most : T(1) / T(0);
+}
+
+}  // namespace pliant::PLIANT_ISA

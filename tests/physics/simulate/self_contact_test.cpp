@@ -1,0 +1,153 @@
+// Parts of elastic bodies that meet push each other apart.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/simulate/energy.h"
+#include "physics/simulate/simulator.h"
+#include "tests/physics/simulate/recorded_motion.h"
+
+namespace pliant {
+namespace {
+
+using testing::Motion;
+using testing::pin_left;
+using State = Motion::State;
+constexpr double kCell = 0.01;
+
+/// Appends a copy of the particles that is moved by `shift`; returns the number of the first.
+size_t append_copy(BasicParticles<double>& p, const Vec3d& shift) {
+  const size_t one = p.size();
+  const auto append = [&](auto& values) { values.insert(values.end(), values.begin(), values.begin() + one); };
+  append(p.position);
+  for (auto* values : {&p.volume, &p.mass, &p.young, &p.poisson}) append(*values);
+  for (size_t i = one; i < p.size(); ++i) p.position[i] += shift;
+  return one;
+}
+
+/// Two blocks of four cells, one cell and a half apart along x, as two bodies.
+struct TwoBlocks : Motion {
+  size_t one;
+
+  explicit TwoBlocks(double gap = 1.5) : Motion(Vec3d::Constant(4 * kCell), kCell, 0.5, GridKind::kLagrangian) {
+    one = append_copy(particles, Vec3d((4 + gap) * kCell, 0, 0));
+    for (size_t i = 0; i < particles.size(); ++i) particles.object.push_back(i >= one);
+  }
+  Vec3d mean(const std::vector<Vec3d>& values, size_t from, size_t to) const {
+    Vec3d sum = Vec3d::Zero();
+    for (size_t i = from; i < to; ++i) sum += values[i];
+    return sum / static_cast<double>(to - from);
+  }
+};
+
+}  // namespace
+
+// Two leaves three tenths of a cell apart, of which one is pushed down by three cells: it takes the other along, and
+// nowhere do they change sides.
+TEST(SelfContact, LeavesThatArePushedTogetherDoNotPassThroughEachOther) {
+  const double thickness = 0.5 * kCell, length = 12 * kCell;
+  Motion leaves(Vec3d(length, 4 * kCell, thickness), kCell, 0.5, GridKind::kLagrangian);
+  BasicParticles<double>& p = leaves.particles;
+  const size_t one = append_copy(p, Vec3d(0, 0, thickness + 0.3 * kCell));
+  for (size_t i = 0; i < p.size(); ++i)
+    for (size_t k = 0; k < i; ++k)
+      if ((i < one) == (k < one) && (p.position[i] - p.position[k]).norm() < 0.8 * kCell)
+        p.links.push_back({static_cast<int>(k), static_cast<int>(i)});
+  leaves.options.damping_time = 0.05;
+  Interaction grab;
+  grab.type = InteractionType::kGrab;
+  grab.region = Region::box(Vec3d(length - 1.2 * kCell, 0, thickness + 0.1 * kCell), Vec3d(1, 1, 1));
+  Vec3d rest = Vec3d::Zero();
+  double count = 0;
+  for (size_t i = one; i < p.size(); ++i)
+    if (grab.region.contains(p.position[i])) {
+      rest += p.position[i];
+      ++count;
+    }
+  rest /= count;
+  grab.path = {{0.0, rest}, {0.5, rest - Vec3d(0, 0, 3 * kCell)}, {1.0, rest - Vec3d(0, 0, 3 * kCell)}};
+  leaves.script = {pin_left(1.5 * kCell), grab};
+  leaves.go(1.0, initial_state(p));
+  double pushed = 0, nearest = INFINITY;
+  for (const State& s : leaves.states)
+    for (size_t i = 0; i < one; ++i) {
+      pushed = std::max(pushed, (p.position[i] - s.x[i]).z() / kCell);
+      // Along the normal of the lower leaf, F^-T e_z.
+      const Vec3d normal = cofactor(s.F[i]).col(2).normalized();
+      nearest = std::min(nearest, (s.x[one + i] - s.x[i]).dot(normal) / kCell);
+    }
+  EXPECT_GT(pushed, 2.0);
+  EXPECT_GT(nearest, 0.25) << "cells between particles that lie above each other, 0.8 at rest";
+  RecordProperty("largest_penetration_cells", std::to_string(0.8 - nearest));
+}
+
+// Without friction contact forces have a potential: what collides keeps momentum exactly and energy up to the step.
+TEST(SelfContact, ACollisionKeepsMomentumAndEnergy) {
+  TwoBlocks blocks;
+  blocks.options.object_friction = 0;
+  blocks.options.fps = 2000;
+  State start = initial_state(blocks.particles);
+  for (size_t i = 0; i < blocks.one; ++i) start.v[i].x() = 1.0;
+  SimulateSummary summary;
+  Simulator<double> simulator(blocks.options, blocks.particles, {}, summary);
+  const auto totals = [&] { return simulator.solver().grid_totals(true); };
+  const auto energy = [&](const State& s) {
+    const auto nodes = simulator.solver().node_energy();
+    return nodes.kinetic + nodes.stabilization + elastic_energy(blocks.particles, s);
+  };
+  State state = start;
+  simulator.advance(state);
+  const Totals before = totals();
+  const double first = energy(state);
+  double least = first;
+  while (state.time < 0.06) {
+    simulator.advance(state);
+    least = std::min(least, energy(state));
+  }
+  const Totals after = totals();
+  EXPECT_LT((after.momentum - before.momentum).norm(), 1e-12 * before.momentum.norm());
+  EXPECT_LT((after.angular - before.angular).norm(), 1e-10 * before.angular.norm());
+  EXPECT_LT(least, 0.97 * first) << "some of it is in the contact for a while";
+  EXPECT_NEAR(energy(state) / first, 1, 2e-3);
+  const Vec3d v[2] = {blocks.mean(state.v, 0, blocks.one), blocks.mean(state.v, blocks.one, state.size())};
+  EXPECT_GT(v[1].x() - v[0].x(), 0.5) << "they part again";
+}
+
+// A block that slides on a floor of the same kind under its weight is slowed by friction times g.
+TEST(SelfContact, FrictionBetweenBodiesIsCoulombs) {
+  const Vec3d size(6 * kCell, 4 * kCell, 3 * kCell);
+  Motion sliding(size, kCell, 0, GridKind::kLagrangian);
+  BasicParticles<double>& p = sliding.particles;
+  const size_t one = p.size();
+  // The floor, which the ground holds.
+  const BasicParticles<double> floor = testing::block<double>(Vec3d(24 * kCell, 8 * kCell, 3 * kCell), kCell, 0, 1e5);
+  for (size_t i = 0; i < floor.size(); ++i) {
+    p.position.push_back(floor.position[i] - Vec3d(2 * kCell, 2 * kCell, 3.2 * kCell));
+    p.volume.push_back(floor.volume[i]);
+    p.mass.push_back(floor.mass[i]);
+    p.young.push_back(floor.young[i]);
+    p.poisson.push_back(floor.poisson[i]);
+  }
+  for (size_t i = 0; i < p.size(); ++i) p.object.push_back(i >= one);
+  sliding.options.gravity = Vec3d(0, 0, -9.81);
+  sliding.options.object_friction = 0.3;
+  Interaction ground;
+  ground.type = InteractionType::kGround;
+  ground.region = Region::half_space(Vec3d(0, 0, -3.2 * kCell), Vec3d(0, 0, 1));
+  ground.friction = INFINITY;
+  sliding.script = {ground};
+  State start = initial_state(p);
+  for (size_t i = 0; i < one; ++i) start.v[i].x() = 0.5;
+  sliding.go(0.1, start);
+  const auto speed = [&](const State& s) {
+    double sum = 0;
+    for (size_t i = 0; i < one; ++i) sum += s.v[i].x() / static_cast<double>(one);
+    return sum;
+  };
+  const double slowed = speed(sliding.states.front()) - speed(sliding.states.back());
+  EXPECT_NEAR(slowed, 0.3 * 9.81 * 0.1, 0.1 * 0.3 * 9.81 * 0.1);
+}
+
+}  // namespace pliant
