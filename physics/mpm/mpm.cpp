@@ -173,7 +173,8 @@ template <class T>
 void Mpm<T>::fit_blocks() {
   data_.patch.resize(static_cast<size_t>(data_.grid.particle_blocks()) * BlockGrid::kPatchNodes);
   data_.node.resize(static_cast<size_t>(data_.grid.node_blocks()) * BlockGrid::kNodes);
-  report_.resize(options_.lagrangian ? data_.grid.node_blocks() : data_.grid.particle_blocks());
+  report_.resize(data_.grid.particle_blocks());
+  if (options_.lagrangian) node_report_.resize(data_.grid.node_blocks());
   if (options_.flip_time > 0) {
     data_.old_patch.resize(data_.patch.size());
     data_.old_node.resize(data_.node.size());
@@ -202,10 +203,10 @@ void Mpm<T>::collect_reports() {
     for (size_t k = 0; k < node_impulse_.size(); ++k) impulse_[k % held] += node_impulse_[k];
     for (size_t k = 0; k < particle_impulse_.size(); ++k) impulse_[held + k % loaded] += particle_impulse_[k];
   }
+  if (options_.lagrangian) return collect_node_reports();
   T speed = 0;
   std::vector<BlockGrid::Move> moves;
-  if (options_.lagrangian) updates_ += static_cast<int64_t>(data_.record.size());
-  for (int b = 0; b < static_cast<int>(report_.size()); ++b) {
+  for (int b = 0; b < data_.grid.particle_blocks(); ++b) {
     const GatherReport<T>& report = report_[b];
     finite_ &= report.finite;
     strays_ += report.strays;

@@ -75,7 +75,8 @@ class Mpm {
   void grid_to_particles(T dt);
 
   bool finite() const { return finite_; }
-  double max_speed() const { return max_speed_; }  ///< m/s, after the last step
+  /// m/s, after the last step; in Lagrangian runs from the mean velocity.
+  double max_speed() const { return max_speed_; }
   int64_t strays() const { return strays_; }
   /// Momentum [N s] that the colliders, then the pins, then the body loads gave to the body in the last step.
   const std::vector<Vec3d>& impulses() const { return impulse_; }
@@ -136,6 +137,7 @@ class Mpm {
   void add_contacts(int b, T dt, const StepLoads<T>& loads);
   bool touching() const { return options_.lagrangian && options_.contact && !contacts_.empty(); }
   void find_kept(T dt);
+  void collect_node_reports();
   void displace_node_block(int n, T dt);
   void find_rest_constants();
   void load_nodes(const BasicSimulationState<T>& state);
@@ -150,17 +152,20 @@ class Mpm {
   void record_node_block(int n, TapeStep<T>& step) const;
 
   MpmData<T> data_;
-  std::vector<ParticleRecord<T>> rest_;  // in the order of the particles, only constants
-  std::vector<BlockGrid::Link> links_;   // see BasicParticles, in Lagrangian runs
-  std::vector<Vec3<T>> gain_;            // [slots] m/s, what loads give to particles, in Lagrangian runs
-  std::vector<uint8_t> loaded_;          // [particle blocks] whether any particle has load bits, likewise
-  std::vector<T> kept_;                  // [nodes] share of its velocity that a node keeps in a step of kept_dt_
-  T kept_dt_ = 0, light_ = 0;            // s; kg, of the lightest particle
+  std::vector<ParticleRecord<T>> rest_;     // in the order of the particles, only constants
+  std::vector<BlockGrid::Link> links_;      // see BasicParticles, in Lagrangian runs
+  std::vector<Vec3<T>> gain_;               // [slots] m/s, what loads give to particles, in Lagrangian runs
+  std::vector<uint8_t> loaded_;             // [particle blocks] whether any particle has load bits, likewise
+  std::vector<T> kept_;                     // [nodes] share of its velocity that a node keeps in a step of kept_dt_
+  T kept_dt_ = 0, light_ = 0;               // s; kg, of the lightest particle
+  double mass_ = 0;                         // kg, of all
+  Vec3<T> drift_ = Vec3<T>::Zero();         // m/s, mean velocity before the step
+  std::vector<NodeReport<T>> node_report_;  // of the last step
   ContactList<T> contacts_;
   std::vector<Vec3<T>> where_, moving_;  // [slots] x and v of particles that may touch
   bool viscous_ = false;                 // whether the stress of any material depends on the strain rate
   std::vector<int> moved_;               // places in their block of the particles that left it, block by block
-  std::vector<GatherReport<T>> report_;  // of the last gather, per particle block, or in Lagrangian runs node block
+  std::vector<GatherReport<T>> report_;  // of the last gather, per particle block
   const MpmKernels<T>* kernels_;
   StressKind uniform_;  // law of all particles if a kernel for it alone will do, else kGiven
   std::vector<Vec3d> node_impulse_, particle_impulse_;  // [node blocks, colliders and pins], [particle blocks, loads]

@@ -37,7 +37,6 @@ ElasticRun<T> Mpm<T>::elastic_run(int b, T dt, const StepLoads<T>& loads) const 
   for (int o = 0; o < 8; ++o) {
     const size_t node = static_cast<size_t>(data_.grid.nodes_of(b)[o]) * BlockGrid::kNodes;
     run.displacement[o] = data_.node_displacement[node].lane;
-    run.displacement_rest[o] = data_.node_displacement_rest[node].lane;
     run.velocity[o] = data_.node_velocity[node].lane;
   }
   run.exact_piola = exact_piola<T>;
@@ -112,10 +111,24 @@ void Mpm<T>::find_kept(T dt) {
 template <class T>
 void Mpm<T>::displace_node_block(int n, T dt) {
   const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
-  const T fastest =
-      kernels_->displace_nodes(data_.node_velocity[first].lane, dt, light_, data_.node_displacement[first].lane,
-                               data_.node_displacement_rest[first].lane);
-  report_[n] = {fastest, 0, 0, 0, std::isfinite(fastest)};
+  const NodeFrame<T> frame{{drift_[0], drift_[1], drift_[2]}, light_};
+  kernels_->displace_nodes(data_.node_velocity[first].lane, dt, frame, data_.node_displacement[first].lane,
+                           data_.node_displacement_rest[first].lane, node_report_[n]);
+}
+
+/// Speeds are measured from the mean velocity of the step before, so that it does not matter how fast a body falls.
+template <class T>
+void Mpm<T>::collect_node_reports() {
+  T fastest = 0;
+  Vec3d momentum = Vec3d::Zero();
+  for (const NodeReport<T>& report : node_report_) {
+    fastest = std::max(fastest, report.max_speed_squared);
+    momentum += Vec3d(report.momentum[0], report.momentum[1], report.momentum[2]);
+  }
+  finite_ &= std::isfinite(fastest);
+  updates_ += static_cast<int64_t>(data_.record.size());
+  max_speed_ = std::sqrt(static_cast<double>(fastest));
+  drift_ = (momentum / mass_).template cast<T>();
 }
 
 /// What the particles at rest, in their order in memory, are to the nodes.
@@ -130,12 +143,14 @@ void Mpm<T>::find_rest_constants() {
               b);
   bool damped = false;
   light_ = std::numeric_limits<T>::infinity();
+  mass_ = 0;
   for (size_t s = 0; s < slots; ++s) {
     const ParticleRecord<T>& r = data_.record[s];
     const Vec3<T>& X = data_.reference[r.index];
     data_.rest[s] = {{X[0], X[1], X[2]}, share * r.mu * r.volume, r.mass,           r.volume,      r.mu,
                      r.lambda,           r.shear_viscosity,       r.bulk_viscosity, r.stress_kind, T(0)};
     light_ = std::min(light_, r.mass);
+    mass_ += r.mass;
     damped |= r.damping_rate > T(0);
   }
   gain_.resize(slots);
@@ -173,6 +188,10 @@ void Mpm<T>::load_nodes(const BasicSimulationState<T>& state) {
         data_.node_velocity[i].lane[a] = state.node_velocity[i][a];
       }
   }
+  Vec3d momentum = Vec3d::Zero();
+  for (const Node<T>& node : data_.node_velocity) momentum += node.lane[3] * three(node).template cast<double>();
+  drift_ = (momentum / mass_).template cast<T>();
+  for (int n = 0; n < data_.grid.node_blocks(); ++n) displace_node_block(n, T(0));  // for the reports alone
   find_undisplaced();
 }
 

@@ -101,8 +101,13 @@ void Mpm<T>::apply_conditions(int n, const StepLoads<T>& loads) {
   const double dx = data_.dx;
   const Vec3d corner = data_.origin.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z);
   const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
-  const NodeBlock<T> nodes = options_.lagrangian ? NodeBlock<T>{data_.node_velocity.data() + first, corner, dx,
-                                                                block.object, data_.node_displacement.data() + first}
+  const NodeBlock<T> nodes = options_.lagrangian ? NodeBlock<T>{data_.node_velocity.data() + first,
+                                                                corner,
+                                                                dx,
+                                                                block.object,
+                                                                data_.node_displacement.data() + first,
+                                                                node_report_[n].low,
+                                                                node_report_[n].high}
                                                  : NodeBlock<T>{data_.node.data() + first, corner, dx, block.object};
   apply_node_conditions<T>(
       loads, nodes, node_impulse_.data() + static_cast<size_t>(n) * (loads.colliders.size() + loads.pins.size()));

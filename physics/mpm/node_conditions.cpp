@@ -26,6 +26,12 @@ template <class T>
 Ball ball_around(const NodeBlock<T>& block) {
   Ball ball{middle(block), kReachOfBlock * block.dx};
   if (!block.displacement) return ball;
+  if (block.low) {
+    const Vec3d low(block.low[0], block.low[1], block.low[2]), high(block.high[0], block.high[1], block.high[2]);
+    ball.centre += 0.5 * (low + high);
+    ball.radius += 0.5 * (high - low).norm();
+    return ball;
+  }
   ball.centre.setZero();
   for (int k = 0; k < BlockGrid::kNodes; ++k) ball.centre += block.position(k) / BlockGrid::kNodes;
   ball.radius = 0;
@@ -41,6 +47,7 @@ double reach(const Collider& collider) { return collider.kind == ContactKind::kS
 template <class T, class Visit>
 void for_touched_nodes(const StepLoads<T>& loads, const NodeBlock<T>& block, const Collider& collider, Visit&& visit) {
   const double dx = block.dx;
+  if (block.low && block.low[0] > block.high[0]) return;  // no node has mass
   const Ball ball = ball_around(block);
   if (collider.surface(ball.centre).distance > reach(collider) * dx + ball.radius) return;
   const size_t object = static_cast<size_t>(block.object);

@@ -15,10 +15,11 @@ struct alignas(4 * sizeof(T)) Node {
 template <class T>
 struct NodeBlock {
   Node<T>* node;
-  Vec3d first;                            ///< m
-  double dx;                              ///< m
-  int object = 0;                         ///< whose nodes they are
-  const Node<T>* displacement = nullptr;  ///< [64] m, in Lagrangian runs
+  Vec3d first;                              ///< m
+  double dx;                                ///< m
+  int object = 0;                           ///< whose nodes they are
+  const Node<T>* displacement = nullptr;    ///< [64] m, in Lagrangian runs
+  const T *low = nullptr, *high = nullptr;  ///< [3] bounds of those of nodes that have mass, if known
 
   Vec3d rest_position(int k) const {
     constexpr int s = BlockGrid::kSide;

@@ -14,10 +14,19 @@
 namespace pliant {
 namespace {
 
+/// Largest speed of the nodes from their mean velocity.
 template <class T>
 double max_speed(const std::vector<Node<T>>& velocity) {
+  Vec3d momentum = Vec3d::Zero();
+  double mass = 0;
+  for (const Node<T>& node : velocity) {
+    momentum += node.lane[3] * three(node).template cast<double>();
+    mass += node.lane[3];
+  }
+  const Vec3<T> drift = (momentum / mass).template cast<T>();
   T square = 0;
-  for (const Node<T>& node : velocity) square = std::max(square, three(node).squaredNorm());
+  for (const Node<T>& node : velocity)
+    if (node.lane[3] > T(0)) square = std::max(square, (three(node) - drift).squaredNorm());
   return std::sqrt(static_cast<double>(square));
 }
 

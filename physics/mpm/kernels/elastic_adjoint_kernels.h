@@ -65,8 +65,8 @@ INLINE void elastic_impulses_adjoint(const ElasticAdjointRun<T>& in, StressKind 
   fill_displacements(run, displacement, common);
   const bool viscous = kMixture == Mixture::kAny && run.viscous;
   if (viscous) fill_patch(run.velocity, velocity);
-  __builtin_memset(by_displacement, 0, sizeof(T) * 6 * kPlane);
-  __builtin_memset(by_velocity, 0, sizeof(T) * 6 * kPlane);
+  clear_patch(by_displacement);
+  clear_patch(by_velocity);
   const T stress_scale = -run.dt, per_distance = 4 * run.inverse_dx;
   for (int first = 0; first < run.count; first += kLanes) {
     const T* at[kLanes];

@@ -73,20 +73,20 @@ struct RestStencil {
 /// strains nothing: so digits are not lost where a body has gone far.
 template <class T>
 INLINE void fill_displacements(const ElasticRun<T>& run, T* patch, OneNode<T>& common) {
-  fill_patch(run.displacement, patch);
-  int nearest = 0;
+  int block = 0, node = 0;
   for (int a = 0; a < 3; ++a) {
     const T t = (run.particle->X[a] - run.origin[a]) * run.inverse_dx + T(0.5);
-    const int cut = static_cast<int>(t);
-    nearest = nearest * 6 + ((cut - (static_cast<T>(cut) > t) - 1) & 3) + 1;
+    const int cut = static_cast<int>(t), at = ((cut - (static_cast<T>(cut) > t) - 1) & 3) + 1;
+    block = block * 2 + (at >> 2);
+    node = node * 4 + (at & 3);
   }
-  common = load<OneNode<T>>(patch + 4 * nearest);
+  common = load<OneNode<T>>(run.displacement[block] + 4 * node);
   const TwoNodes<T> both = join<T>(common, common);
-  for (int k = 0; k < 6 * kPlane; k += 8) store(patch + k, load<TwoNodes<T>>(patch + k) - both);
-  if (!run.displacement_rest[0]) return;
-  alignas(64) T rest[6 * kPlane];
-  fill_patch(run.displacement_rest, rest);
-  for (int k = 0; k < 6 * kPlane; k += 8) store(patch + k, load<TwoNodes<T>>(patch + k) + load<TwoNodes<T>>(rest + k));
+  for (int o = 0; o < 8; ++o)
+    for_common_rows(o, [&](int to, int from, int count) {
+      for (int k = 0; k < 4 * count; k += 8)
+        store(patch + to + k, load<TwoNodes<T>>(run.displacement[o] + from + k) - both);
+    });
 }
 
 /// F of a pack from the gradient of the displacement.
@@ -135,6 +135,11 @@ INLINE void total_piola(const ElasticRun<T>& in, StressKind kind, const Pack<T>*
   for (int k = 0; k < 9; ++k) P[k] += viscous[k];
 }
 
+template <class T>
+INLINE void clear_patch(T* patch) {
+  for (int k = 0; k < 6 * kPlane; k += 8) store(patch + k, TwoNodes<T>{});
+}
+
 /// patch -= its fourth lane times a, node by node: the nodes' own part of the stabilization.
 template <class T>
 INLINE void subtract_own_part(const T* a, T* patch) {
@@ -152,7 +157,7 @@ INLINE void elastic_impulses(const ElasticRun<T>& run, StressKind kind, T* patch
   OneNode<T> common;
   fill_displacements(run, displacement, common);
   if (kMixture == Mixture::kAny && run.viscous) fill_patch(run.velocity, velocity);
-  __builtin_memset(patch, 0, sizeof(T) * 6 * kPlane);
+  clear_patch(patch);
   const T stress_scale = -run.dt * 4 * run.inverse_dx;  // times V P, per cell of distance
   for (int first = 0; first < run.count; first += kLanes) {
     const T* at[kLanes];
@@ -236,32 +241,44 @@ void push_nodes(const T* impulse, const T* kept, const T* fall, T scale, T* velo
 }
 
 template <class T>
-T displace_nodes(const T* velocity, T dt, T light, T* displacement, T* rest) {
+void displace_nodes(const T* velocity, T dt, const NodeFrame<T>& frame, T* displacement, T* rest,
+                    NodeReport<T>& report) {
   using Two = TwoNodes<T>;
-  const Two moves = {1, 1, 1, 0, 1, 1, 1, 0}, limit = all<Two>(T(1e18));
-  Two fastest{};
+  const T* r = frame.drift;
+  const Two moves = {dt, dt, dt, 0, dt, dt, dt, 0}, drift = {r[0], r[1], r[2], 0, r[0], r[1], r[2], 0};
+  const Two limit = all<Two>(T(1e18)), one = all<Two>(T(1));
+  const Two far = all<Two>(T(1e30));
+  Two fastest{}, momentum{}, low = far, high = -far;
   auto sound = fastest == fastest;
   for (int k = 0; k < 4 * 64; k += 8) {
     Two u = load<Two>(displacement + k), below = load<Two>(rest + k);
-    const Two node = load<Two>(velocity + k), v = node * moves, square = v * v;
-    Two seen = __builtin_shufflevector(node, node, 3, 3, 3, 3, 7, 7, 7, 7) / light;
-    seen = seen < T(1) ? seen : all<Two>(T(1));
-    accumulate(u, below, v * dt);
+    const Two v = load<Two>(velocity + k), mass = __builtin_shufflevector(v, v, 3, 3, 3, 3, 7, 7, 7, 7);
+    accumulate(u, below, v * moves);
+    low = mass > Two{} ? (u < low ? u : low) : low;
+    high = mass > Two{} ? (u > high ? u : high) : high;
     store(displacement + k, u);
     store(rest + k, below);
-    const Two speed = seen * seen *
-                      (square + __builtin_shufflevector(square, square, 1, 2, 0, 3, 5, 6, 4, 7) +
-                       __builtin_shufflevector(square, square, 2, 0, 1, 3, 6, 4, 5, 7));
+    Two seen = mass / frame.light;
+    seen = seen < one ? seen : one;
+    const Two relative = (v - drift) * seen, square = relative * relative;
+    const Two speed = square + __builtin_shufflevector(square, square, 1, 2, 0, 3, 5, 6, 4, 7) +
+                      __builtin_shufflevector(square, square, 2, 0, 1, 3, 6, 4, 5, 7);
     sound &= speed < limit;  // also false for NaN
     fastest = speed > fastest ? speed : fastest;
+    momentum = fma(v, mass, momentum);
   }
-  T most = 0;
   bool good = true;
+  report.max_speed_squared = 0;
   for (int k = 0; k < 8; ++k) {
-    most = fastest[k] > most ? fastest[k] : most;
+    if (fastest[k] > report.max_speed_squared) report.max_speed_squared = fastest[k];
     good &= sound[k] != 0;
   }
-  return good ? most : T(1) / T(0);
+  for (int a = 0; a < 3; ++a) {
+    report.momentum[a] = momentum[a] + momentum[a + 4];
+    report.low[a] = low[a] < low[a + 4] ? low[a] : low[a + 4];
+    report.high[a] = high[a] > high[a + 4] ? high[a] : high[a + 4];
+  }
+  if (!good) report.max_speed_squared = T(1) / T(0);
 }
 
 }  // namespace pliant::PLIANT_ISA

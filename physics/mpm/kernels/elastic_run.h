@@ -21,11 +21,10 @@ struct ElasticRun {
   const T* undisplaced;             ///< [count, 12] see MpmData, or null
   int count;
   T origin[3], dx, inverse_dx;
-  T dt, viscosity_time;  ///< s; Kelvin-Voigt, for all particles
-  bool viscous;          ///< whether any stress depends on the strain rate
-  const T* gain;         ///< [count, 3] m/s, what loads give to the particles, or null
-  /// Of the node blocks, [64, 4] each: displacement, what rounding cut off from it (or null), velocity and mass.
-  const T *displacement[8], *displacement_rest[8], *velocity[8];
+  T dt, viscosity_time;                    ///< s; Kelvin-Voigt, for all particles
+  bool viscous;                            ///< whether any stress depends on the strain rate
+  const T* gain;                           ///< [count, 3] m/s, what loads give to the particles, or null
+  const T *displacement[8], *velocity[8];  ///< of the node blocks, [64, 4] each; the fourth of velocity is the mass
   void (*exact_piola)(StressKind kind, const T* F, T mu, T lambda, T* P);  ///< [9], where the fast way is not safe
 };
 

@@ -49,6 +49,19 @@ struct GatherReport {
   bool finite;
 };
 
+/// How the speeds of nodes are measured: from the velocity `drift`, and times mass / `light` where that is below 1.
+/// With the lightest particle's mass for it no more of a node's speed can be seen in a particle.
+template <class T>
+struct NodeFrame {
+  T drift[3], light;  ///< m/s, kg
+};
+template <class T>
+struct NodeReport {
+  T max_speed_squared;  ///< infinite where one is not finite
+  T momentum[3];        ///< N s
+  T low[3], high[3];    ///< m, bounds of the displacements of nodes that have mass; low > high where none has
+};
+
 /// The loops that depend on the instruction set.
 template <class T>
 struct MpmKernels {
@@ -72,10 +85,8 @@ struct MpmKernels {
   void (*follow_nodes)(const ElasticRun<T>&, TapeParticle<T>*);
   /// velocity <- (kept velocity + impulse / mass + fall) scale for [64, 4] nodes; kept [64] or null.
   void (*push_nodes)(const T* impulse, const T* kept, const T* fall, T scale, T* velocity);
-  /// displacement += dt velocity, `rest` being what rounding cuts off.  Returns the square of the largest speed,
-  /// infinite where one is not finite.  Speeds count by mass / `light` where that is below 1: with the lightest
-  /// particle's mass for it no more of a node's speed can be seen in a particle.
-  T (*displace_nodes)(const T* velocity, T dt, T light, T* displacement, T* rest);
+  /// displacement += dt velocity, `rest` being what rounding cuts off.
+  void (*displace_nodes)(const T* velocity, T dt, const NodeFrame<T>&, T* displacement, T* rest, NodeReport<T>&);
 };
 
 template <class T>
