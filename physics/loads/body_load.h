@@ -33,6 +33,16 @@ struct LoadedParticle {
   T stiffness;       ///< 1/s^2, (lambda + 2 mu) / (rho dx^2)
 };
 
+/// Whether what the load gives depends on x or F of a particle, or on its v.
+template <class T>
+bool reads_place(const BodyLoad<T>& load) {
+  return load.spring != T(0) || load.pressure > T(0) || !load.angular.isZero();
+}
+template <class T>
+bool reads_motion(const BodyLoad<T>& load) {
+  return load.drag != T(0) || load.pressure > T(0);
+}
+
 /// Velocity that the load gives to the particle in a step of dt; wind is implicit in |w - v|.
 template <class T>
 Vec3<T> velocity_gain(const BodyLoad<T>& load, T dt, const LoadedParticle<T>& p) {

@@ -139,6 +139,7 @@ class Mpm {
   void find_kept(T dt);
   void collect_node_reports();
   void displace_node_block(int n, T dt);
+  void find_pairs();
   void find_rest_constants();
   void load_nodes(const BasicSimulationState<T>& state);
   void store_nodes(BasicSimulationState<T>& state) const;

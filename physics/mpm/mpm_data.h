@@ -49,6 +49,9 @@ struct MpmData {
 
   /// Of Lagrangian runs, whose motion is that of the nodes, else empty.  `node` holds impulses there.
   std::vector<RestParticle<T>> rest;       ///< [slots]
+  std::vector<NodePair2> pair;             ///< of the particle blocks, by node block within each
+  std::vector<int> pair_begin;             ///< [particle blocks, 8] and the end
+  std::vector<uint32_t> active;            ///< [node blocks] pairs that have mass
   std::vector<int> block_of_slot;          ///< [slots] particle block
   std::vector<T> undisplaced;              ///< [slots, 12] x and F less what the nodes say of them; empty = nothing
   std::vector<Node<T>> node_velocity;      ///< [nodes = node blocks, 4, 4, 4] m/s, and mass

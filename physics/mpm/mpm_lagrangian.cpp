@@ -28,6 +28,8 @@ ElasticRun<T> Mpm<T>::elastic_run(int b, T dt, const StepLoads<T>& loads) const 
   run.particle = data_.rest.data() + begin;
   run.undisplaced = data_.undisplaced.empty() ? nullptr : data_.undisplaced.data() + 12 * begin;
   run.count = data_.grid.begin(b + 1) - data_.grid.begin(b);
+  run.pair = data_.pair.data() + data_.pair_begin[8 * static_cast<size_t>(b)];
+  run.pairs = data_.pair_begin[8 * static_cast<size_t>(b) + 8] - data_.pair_begin[8 * static_cast<size_t>(b)];
   for (int a = 0; a < 3; ++a) run.origin[a] = data_.origin[a];
   run.dx = data_.dx;
   run.inverse_dx = data_.inverse_dx;
@@ -47,8 +49,16 @@ ElasticRun<T> Mpm<T>::elastic_run(int b, T dt, const StepLoads<T>& loads) const 
 template <class T>
 void Mpm<T>::find_gains(int b, T dt, const StepLoads<T>& loads) {
   const int begin = data_.grid.begin(b), count = data_.grid.begin(b + 1) - begin;
-  std::vector<TapeParticle<T>> now(count);
-  kernels_->follow_nodes(elastic_run(b, dt, loads), now.data());
+  thread_local std::vector<TapeParticle<T>> now;
+  now.assign(count, {});
+  const bool place = std::any_of(loads.body.begin(), loads.body.end(), reads_place<T>);
+  const bool motion = std::any_of(loads.body.begin(), loads.body.end(), reads_motion<T>);
+  if (place || motion)
+    kernels_->follow_nodes(elastic_run(b, dt, loads),
+                           place && motion ? Follow::kBoth
+                           : place         ? Follow::kPlace
+                                           : Follow::kMotion,
+                           now.data());
   for (int i = 0; i < count; ++i) {
     const ParticleRecord<T>& r = data_.record[begin + i];
     Vec3<T>& sum = gain_[begin + i];
@@ -67,7 +77,7 @@ template <class T>
 void Mpm<T>::follow_block(int b) {
   const int begin = data_.grid.begin(b), count = data_.grid.begin(b + 1) - begin;
   std::vector<TapeParticle<T>> now(count);
-  kernels_->follow_nodes(elastic_run(b, T(0), {}), now.data());
+  kernels_->follow_nodes(elastic_run(b, T(0), {}), Follow::kBoth, now.data());
   for (int i = 0; i < count; ++i) {
     where_[begin + i] = Eigen::Map<const Vec3<T>>(now[i].x);
     moving_[begin + i] = Eigen::Map<const Vec3<T>>(now[i].v);
@@ -112,8 +122,9 @@ template <class T>
 void Mpm<T>::displace_node_block(int n, T dt) {
   const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
   const NodeFrame<T> frame{{drift_[0], drift_[1], drift_[2]}, light_};
-  kernels_->displace_nodes(data_.node_velocity[first].lane, dt, frame, data_.node_displacement[first].lane,
-                           data_.node_displacement_rest[first].lane, node_report_[n]);
+  kernels_->displace_nodes(data_.active[n], data_.node_velocity[first].lane, dt, frame,
+                           data_.node_displacement[first].lane, data_.node_displacement_rest[first].lane,
+                           node_report_[n]);
 }
 
 /// Speeds are measured from the mean velocity of the step before, so that it does not matter how fast a body falls.
@@ -131,6 +142,31 @@ void Mpm<T>::collect_node_reports() {
   drift_ = (momentum / mass_).template cast<T>();
 }
 
+/// Which nodes the particles reach, in pairs along the last axis.
+template <class T>
+void Mpm<T>::find_pairs() {
+  constexpr int kSide = BlockGrid::kSide, kRows = BlockGrid::kPatch, kPairs = BlockGrid::kPatch / 2;
+  data_.pair.clear();
+  data_.pair_begin.assign(1, 0);
+  data_.active.assign(data_.grid.node_blocks(), 0);
+  for (int b = 0; b < data_.grid.particle_blocks(); ++b) {
+    bool reached[kRows * kRows * kPairs] = {};
+    for (int s = data_.grid.begin(b); s < data_.grid.begin(b + 1); ++s)
+      for_stencil(data_, data_.reference[data_.record[s].index],
+                  [&](int at, T, const Vec3<T>&) { reached[at / 2] = true; });
+    for (int o = 0; o < 8; ++o) {
+      for (int p = 0; p < kRows * kRows * kPairs; ++p) {
+        const int i = p / (kRows * kPairs), j = p / kPairs % kRows, k = 2 * (p % kPairs);
+        if (!reached[p] || o != ((i >= kSide) << 2 | (j >= kSide) << 1 | (k >= kSide))) continue;
+        const int node = ((i % kSide) * kSide + j % kSide) * kSide / 2 + k % kSide / 2;
+        data_.pair.push_back({static_cast<uint8_t>(p), static_cast<uint8_t>(o), static_cast<uint8_t>(node)});
+        data_.active[data_.grid.nodes_of(b)[o]] |= 1u << node;
+      }
+      data_.pair_begin.push_back(static_cast<int>(data_.pair.size()));
+    }
+  }
+}
+
 /// What the particles at rest, in their order in memory, are to the nodes.
 template <class T>
 void Mpm<T>::find_rest_constants() {
@@ -141,6 +177,7 @@ void Mpm<T>::find_rest_constants() {
   for (int b = 0; b < data_.grid.particle_blocks(); ++b)
     std::fill(data_.block_of_slot.begin() + data_.grid.begin(b), data_.block_of_slot.begin() + data_.grid.begin(b + 1),
               b);
+  find_pairs();
   bool damped = false;
   light_ = std::numeric_limits<T>::infinity();
   mass_ = 0;
@@ -199,25 +236,31 @@ void Mpm<T>::load_nodes(const BasicSimulationState<T>& state) {
 /// more than rounding.
 template <class T>
 void Mpm<T>::find_undisplaced() {
-  const size_t slots = data_.record.size();
-  const T scale = 4 * data_.inverse_dx * data_.inverse_dx, rounding = 64 * std::numeric_limits<T>::epsilon();
-  data_.undisplaced.resize(12 * slots);
-  std::vector<uint8_t> notable(slots);
-  for_particles(data_, data_.node_displacement, [&](int s, const AtParticle<T>& displacement) {
-    const ParticleRecord<T>& r = data_.record[s];
-    T* to = data_.undisplaced.data() + 12 * static_cast<size_t>(s);
-    for (int a = 0; a < 3; ++a) {
-      const T X = data_.rest[s].X[a], u = displacement.value[a];
-      to[a] = r.x[a] - X - u;
-      notable[s] |= std::abs(to[a]) > rounding * (std::abs(X) + std::abs(u) + data_.dx);
-      for (int c = 0; c < 3; ++c) {
-        const T gradient = scale * displacement.moment(a, c);
-        to[3 + 3 * a + c] = r.F[3 * a + c] - T(a == c) - gradient;
-        notable[s] |= std::abs(to[3 + 3 * a + c]) > rounding * (1 + std::abs(gradient) + std::abs(u) / data_.dx);
+  const T rounding = 64 * std::numeric_limits<T>::epsilon();
+  std::vector<T> left(12 * data_.record.size());
+  std::vector<uint8_t> notable(data_.grid.particle_blocks());
+  data_.undisplaced.clear();
+  const auto of_block = [&](std::ptrdiff_t block) {
+    const int b = static_cast<int>(block), begin = data_.grid.begin(b);
+    std::vector<TapeParticle<T>> now(data_.grid.begin(b + 1) - begin);
+    kernels_->follow_nodes(elastic_run(b, T(0), {}), Follow::kPlace, now.data());
+    for (size_t k = 0; k < now.size(); ++k) {
+      const ParticleRecord<T>& r = data_.record[begin + k];
+      T* to = left.data() + 12 * (begin + k);
+      T moved = 0;
+      for (int a = 0; a < 3; ++a) moved = std::max(moved, std::abs(r.x[a] - data_.rest[begin + k].X[a]));
+      for (int a = 0; a < 3; ++a) {
+        to[a] = r.x[a] - now[k].x[a];
+        notable[b] |= std::abs(to[a]) > rounding * (std::abs(r.x[a]) + moved + data_.dx);
+      }
+      for (int i = 0; i < 9; ++i) {
+        to[3 + i] = r.F[i] - now[k].F[i];
+        notable[b] |= std::abs(to[3 + i]) > rounding * (1 + std::abs(r.F[i]) + moved / data_.dx);
       }
     }
-  });
-  if (std::find(notable.begin(), notable.end(), 1) == notable.end()) data_.undisplaced.clear();
+  };
+  parallel_for(data_.grid.particle_blocks(), of_block, kBlocksAtOnce);
+  if (std::find(notable.begin(), notable.end(), 1) != notable.end()) data_.undisplaced = std::move(left);
 }
 
 template <class T>
@@ -228,7 +271,7 @@ void Mpm<T>::store_nodes(BasicSimulationState<T>& state) const {
       [&](std::ptrdiff_t block) {
         const int b = static_cast<int>(block), begin = data_.grid.begin(b);
         std::vector<TapeParticle<T>> now(data_.grid.begin(b + 1) - begin);
-        kernels_->follow_nodes(elastic_run(b, T(0), {}), now.data());
+        kernels_->follow_nodes(elastic_run(b, T(0), {}), Follow::kBoth, now.data());
         using RowMajor = Eigen::Matrix<T, 3, 3, Eigen::RowMajor>;
         for (size_t k = 0; k < now.size(); ++k) {
           const int i = data_.record[begin + k].index;

@@ -78,7 +78,10 @@ void Mpm<T>::scatter_block(int b, T dt, const StepLoads<T>& loads) {
 
 template <class T>
 void Mpm<T>::sum_node_block(int n) {
-  sum_patches(*kernels_, data_.grid, n, data_.patch, data_.node);
+  if (options_.lagrangian)
+    sum_pairs(*kernels_, data_, n, data_.patch, data_.node);
+  else
+    sum_patches(*kernels_, data_.grid, n, data_.patch, data_.node);
   if (!(options_.flip_time > 0)) return;
   const T none[3] = {};
   kernels_->update_nodes(sum_patches(*kernels_, data_.grid, n, data_.old_patch, data_.old_node)->lane, none, T(1));
@@ -89,7 +92,7 @@ void Mpm<T>::update_node_block(int n, T dt, const StepLoads<T>& loads) {
   const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
   const T fall[3] = {dt * loads.gravity[0], dt * loads.gravity[1], dt * loads.gravity[2]};
   if (options_.lagrangian)
-    kernels_->push_nodes(data_.node[first].lane, kept_.empty() ? nullptr : kept_.data() + first, fall,
+    kernels_->push_nodes(data_.active[n], data_.node[first].lane, kept_.empty() ? nullptr : kept_.data() + first, fall,
                          loads.velocity_scale, data_.node_velocity[first].lane);
   else
     kernels_->update_nodes(data_.node[first].lane, fall, loads.velocity_scale);

@@ -123,8 +123,8 @@ void StepAdjoint<T>::find_velocities(const TapeStep<T>& step, int n) {
   const Vec3<T> fall = step.dt * step.loads.gravity;
   if (step.lagrangian()) {
     std::copy_n(step.node_velocity.data() + first, BlockGrid::kNodes, node);
-    forward_.push_nodes(step.node[first].lane, kept_.empty() ? nullptr : kept_.data() + first, fall.data(),
-                        step.loads.velocity_scale, node->lane);
+    forward_.push_nodes(solver_.active[n], step.node[first].lane, kept_.empty() ? nullptr : kept_.data() + first,
+                        fall.data(), step.loads.velocity_scale, node->lane);
     return;
   }
   std::copy_n(step.node.data() + first, BlockGrid::kNodes, node);

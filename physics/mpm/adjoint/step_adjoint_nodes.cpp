@@ -58,6 +58,8 @@ ElasticAdjointRun<T> StepAdjoint<T>::elastic_run(const TapeStep<T>& step, int b)
   run.particle = solver_.rest.data() + begin;
   run.undisplaced = solver_.undisplaced.empty() ? nullptr : solver_.undisplaced.data() + 12 * begin;
   run.count = step.begin[b + 1] - step.begin[b];
+  run.pair = solver_.pair.data() + solver_.pair_begin[8 * static_cast<size_t>(b)];
+  run.pairs = solver_.pair_begin[8 * static_cast<size_t>(b) + 8] - solver_.pair_begin[8 * static_cast<size_t>(b)];
   std::copy_n(run_.origin, 3, run.origin);
   run.dx = run_.dx;
   run.inverse_dx = run_.inverse_dx;
@@ -157,7 +159,7 @@ void StepAdjoint<T>::reverse_impulses(const TapeStep<T>& step, int b) {
   std::vector<T> gain;
   if (loaded || touches) {
     now.resize(in.run.count);
-    forward_.follow_nodes(in.run, now.data());
+    forward_.follow_nodes(in.run, Follow::kBoth, now.data());
     gain = gains(step, b, now.data());
     if (touches) add_contacts(step, b, gain);
     in.run.gain = gain.data();
@@ -176,7 +178,7 @@ void StepAdjoint<T>::reverse_impulses(const TapeStep<T>& step, int b) {
 template <class T>
 void StepAdjoint<T>::follow_block(const TapeStep<T>& step, int b) {
   std::vector<TapeParticle<T>> now(step.begin[b + 1] - step.begin[b]);
-  forward_.follow_nodes(elastic_run(step, b).run, now.data());
+  forward_.follow_nodes(elastic_run(step, b).run, Follow::kBoth, now.data());
   for (size_t i = 0; i < now.size(); ++i) {
     where_[step.begin[b] + i] = Eigen::Map<const Vec3<T>>(now[i].x);
     moving_[step.begin[b] + i] = Eigen::Map<const Vec3<T>>(now[i].v);

@@ -64,9 +64,11 @@ INLINE void elastic_impulses_adjoint(const ElasticAdjointRun<T>& in, StressKind 
   OneNode<T> common;
   fill_displacements(run, displacement, common);
   const bool viscous = kMixture == Mixture::kAny && run.viscous;
-  if (viscous) fill_patch(run.velocity, velocity);
-  clear_patch(by_displacement);
-  clear_patch(by_velocity);
+  if (viscous) fill_velocities(run, velocity);
+  for (int k = 0; k < 6 * kPlane; k += 8) {
+    store(by_displacement + k, TwoNodes<T>{});
+    store(by_velocity + k, TwoNodes<T>{});
+  }
   const T stress_scale = -run.dt, per_distance = 4 * run.inverse_dx;
   for (int first = 0; first < run.count; first += kLanes) {
     const T* at[kLanes];
@@ -125,7 +127,7 @@ INLINE void elastic_impulses_adjoint(const ElasticAdjointRun<T>& in, StressKind 
     total[2] += stress.by.lambda;
     store_group<T>(record_at, kAdjointSum, total[0], total[1], total[2], total[3]);
   }
-  subtract_own_part(adj, by_displacement);
+  subtract_own_part(run, adj, by_displacement);
 }
 
 template <class T>

@@ -82,11 +82,18 @@ INLINE void fill_displacements(const ElasticRun<T>& run, T* patch, OneNode<T>& c
   }
   common = load<OneNode<T>>(run.displacement[block] + 4 * node);
   const TwoNodes<T> both = join<T>(common, common);
-  for (int o = 0; o < 8; ++o)
-    for_common_rows(o, [&](int to, int from, int count) {
-      for (int k = 0; k < 4 * count; k += 8)
-        store(patch + to + k, load<TwoNodes<T>>(run.displacement[o] + from + k) - both);
-    });
+  for (int i = 0; i < run.pairs; ++i) {
+    const NodePair2 p = run.pair[i];
+    store(patch + 8 * p.patch, load<TwoNodes<T>>(run.displacement[p.block] + 8 * p.node) - both);
+  }
+}
+
+template <class T>
+INLINE void fill_velocities(const ElasticRun<T>& run, T* patch) {
+  for (int i = 0; i < run.pairs; ++i) {
+    const NodePair2 p = run.pair[i];
+    store(patch + 8 * p.patch, load<TwoNodes<T>>(run.velocity[p.block] + 8 * p.node));
+  }
 }
 
 /// F of a pack from the gradient of the displacement.
@@ -136,15 +143,16 @@ INLINE void total_piola(const ElasticRun<T>& in, StressKind kind, const Pack<T>*
 }
 
 template <class T>
-INLINE void clear_patch(T* patch) {
-  for (int k = 0; k < 6 * kPlane; k += 8) store(patch + k, TwoNodes<T>{});
+INLINE void clear_patch(const ElasticRun<T>& run, T* patch) {
+  for (int i = 0; i < run.pairs; ++i) store(patch + 8 * run.pair[i].patch, TwoNodes<T>{});
 }
 
 /// patch -= its fourth lane times a, node by node: the nodes' own part of the stabilization.
 template <class T>
-INLINE void subtract_own_part(const T* a, T* patch) {
+INLINE void subtract_own_part(const ElasticRun<T>& run, const T* a, T* patch) {
   using Two = TwoNodes<T>;
-  for (int k = 0; k < 6 * kPlane; k += 8) {
+  for (int i = 0; i < run.pairs; ++i) {
+    const int k = 8 * run.pair[i].patch;
     const Two sum = load<Two>(patch + k), own = __builtin_shufflevector(sum, sum, 3, 3, 3, 3, 7, 7, 7, 7);
     store(patch + k, sum - own * load<Two>(a + k));
   }
@@ -156,8 +164,8 @@ INLINE void elastic_impulses(const ElasticRun<T>& run, StressKind kind, T* patch
   alignas(64) T velocity[kMixture == Mixture::kAny ? 6 * kPlane : 1];
   OneNode<T> common;
   fill_displacements(run, displacement, common);
-  if (kMixture == Mixture::kAny && run.viscous) fill_patch(run.velocity, velocity);
-  clear_patch(patch);
+  if (kMixture == Mixture::kAny && run.viscous) fill_velocities(run, velocity);
+  clear_patch(run, patch);
   const T stress_scale = -run.dt * 4 * run.inverse_dx;  // times V P, per cell of distance
   for (int first = 0; first < run.count; first += kLanes) {
     const T* at[kLanes];
@@ -181,7 +189,7 @@ INLINE void elastic_impulses(const ElasticRun<T>& run, StressKind kind, T* patch
         for (int b = 0; b < 3; ++b) value[b][l] += constant[0][l] * run.gain[3 * (first + l) + b];
     stencil.scatter(lanes, value, along, patch);
   }
-  subtract_own_part(displacement, patch);
+  subtract_own_part(run, displacement, patch);
 }
 
 template <class T>
@@ -197,51 +205,75 @@ void elastic_impulses_any(const ElasticRun<T>& run, T* patch) {
   elastic_impulses<T, Mixture::kAny>(run, StressKind::kGiven, patch);
 }
 
-template <class T>
-void follow_nodes(const ElasticRun<T>& run, TapeParticle<T>* out) {
-  alignas(64) T displacement[6 * kPlane];
-  alignas(64) T velocity[6 * kPlane];
-  OneNode<T> common;
-  fill_displacements(run, displacement, common);
-  fill_patch(run.velocity, velocity);
+/// kPlace: x and F, else v and C.
+template <class T, bool kPlace>
+INLINE void follow_half(const ElasticRun<T>& run, TapeParticle<T>* out) {
+  alignas(64) T nodes[6 * kPlane];
+  OneNode<T> common{};
+  if constexpr (kPlace)
+    fill_displacements(run, nodes, common);
+  else
+    fill_velocities(run, nodes);
   for (int first = 0; first < run.count; first += kLanes) {
     const T* at[kLanes];
     const int lanes = point_at(run, first, at);
-    Pack<T> X[4], u[4], gradient[9], undisplaced[12], F[9], v[4], C[9], x[3];
+    Pack<T> X[4], value[4], gradient[9];
     load_group<T>(at, 0, X);
     const RestStencil<T> stencil(run, X);
-    stencil.gather(lanes, displacement, run.inverse_dx, u, gradient);
-    deformation(run, first, lanes, gradient, undisplaced, F);
-    stencil.gather(lanes, velocity, run.inverse_dx, v, C);
-    for (int a = 0; a < 3; ++a) x[a] = X[a] + common[a] + (u[a] + undisplaced[a]);
+    stencil.gather(lanes, nodes, run.inverse_dx, value, gradient);
+    if constexpr (kPlace) {
+      Pack<T> undisplaced[12], F[9];
+      deformation(run, first, lanes, gradient, undisplaced, F);
+      for (int a = 0; a < 3; ++a) value[a] = X[a] + common[a] + (value[a] + undisplaced[a]);
+      for (int k = 0; k < 9; ++k) gradient[k] = F[k];
+    }
     T* to[kLanes];
     for (int l = 0; l < kLanes; ++l) to[l] = reinterpret_cast<T*>(out + first + (l < lanes ? l : lanes - 1));
-    store_group<T>(to, kTapePlace, x[0], x[1], x[2], F[0]);
-    store_group<T>(to, kTapePlace + 4, F[1], F[2], F[3], F[4]);
-    store_group<T>(to, kTapePlace + 8, F[5], F[6], F[7], F[8]);
-    store_group<T>(to, kTapeVelocity, v[0], v[1], v[2], C[0]);
-    store_group<T>(to, kTapeVelocity + 4, C[1], C[2], C[3], C[4]);
-    store_group<T>(to, kTapeVelocity + 8, C[5], C[6], C[7], C[8]);
+    constexpr int kAt = kPlace ? kTapePlace : kTapeVelocity;
+    store_group<T>(to, kAt, value[0], value[1], value[2], gradient[0]);
+    store_group<T>(to, kAt + 4, gradient[1], gradient[2], gradient[3], gradient[4]);
+    store_group<T>(to, kAt + 8, gradient[5], gradient[6], gradient[7], gradient[8]);
   }
 }
 
 template <class T>
-void push_nodes(const T* impulse, const T* kept, const T* fall, T scale, T* velocity) {
+void follow_nodes(const ElasticRun<T>& run, Follow what, TapeParticle<T>* out) {
+  if (what != Follow::kMotion) follow_half<T, true>(run, out);
+  if (what != Follow::kPlace) follow_half<T, false>(run, out);
+}
+
+template <class T>
+void add_pairs(const NodePair2* pair, int count, const T* patch, T* node) {
+  using Two = TwoNodes<T>;
+  for (int i = 0; i < count; ++i) {
+    T* to = node + 8 * pair[i].node;
+    store(to, load<Two>(to) + load<Two>(patch + 8 * pair[i].patch));
+  }
+}
+
+/// Calls visit(place) of every pair of nodes in `active`, as steps of numbers.
+template <class Visit>
+INLINE void for_active_pairs(uint32_t active, Visit&& visit) {
+  for (; active != 0; active &= active - 1) visit(8 * __builtin_ctz(active));
+}
+
+template <class T>
+void push_nodes(uint32_t active, const T* impulse, const T* kept, const T* fall, T scale, T* velocity) {
   using Two = TwoNodes<T>;
   const Two dv = {fall[0], fall[1], fall[2], 0, fall[0], fall[1], fall[2], 0};
   const Two is_mass = {0, 0, 0, 1, 0, 0, 0, 1};
-  for (int k = 0; k < 4 * 64; k += 8) {
+  for_active_pairs(active, [&](int k) {
     Two v = load<Two>(velocity + k);
     const Two mass = __builtin_shufflevector(v, v, 3, 3, 3, 3, 7, 7, 7, 7), old = v;
     if (kept) v *= join<T>(all<OneNode<T>>(kept[k / 4]), all<OneNode<T>>(kept[k / 4 + 1]));
     v = fma(load<Two>(impulse + k), T(1) / mass, v + dv) * scale;
     v = is_mass > Two{} ? old : v;
     store(velocity + k, mass > Two{} ? v : Two{});
-  }
+  });
 }
 
 template <class T>
-void displace_nodes(const T* velocity, T dt, const NodeFrame<T>& frame, T* displacement, T* rest,
+void displace_nodes(uint32_t active, const T* velocity, T dt, const NodeFrame<T>& frame, T* displacement, T* rest,
                     NodeReport<T>& report) {
   using Two = TwoNodes<T>;
   const T* r = frame.drift;
@@ -250,7 +282,7 @@ void displace_nodes(const T* velocity, T dt, const NodeFrame<T>& frame, T* displ
   const Two far = all<Two>(T(1e30));
   Two fastest{}, momentum{}, low = far, high = -far;
   auto sound = fastest == fastest;
-  for (int k = 0; k < 4 * 64; k += 8) {
+  for_active_pairs(active, [&](int k) {
     Two u = load<Two>(displacement + k), below = load<Two>(rest + k);
     const Two v = load<Two>(velocity + k), mass = __builtin_shufflevector(v, v, 3, 3, 3, 3, 7, 7, 7, 7);
     accumulate(u, below, v * moves);
@@ -266,7 +298,7 @@ void displace_nodes(const T* velocity, T dt, const NodeFrame<T>& frame, T* displ
     sound &= speed < limit;  // also false for NaN
     fastest = speed > fastest ? speed : fastest;
     momentum = fma(v, mass, momentum);
-  }
+  });
   bool good = true;
   report.max_speed_squared = 0;
   for (int k = 0; k < 8; ++k) {

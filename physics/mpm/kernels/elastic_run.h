@@ -13,6 +13,12 @@ struct RestParticle {
   T shear_viscosity, bulk_viscosity, stress_kind, unused;  ///< as in ParticleRecord
 };
 
+/// Two neighbouring nodes of a block's patch [6, 6, 6] that its particles reach, and where they are among its eight
+/// node blocks: numbers of pairs of nodes, along the last axis.
+struct NodePair2 {
+  uint8_t patch, block, node;
+};
+
 /// The particles of one block of a Lagrangian run, and the eight node blocks around them.  Only plain data crosses into
 /// the files of an instruction set.
 template <class T>
@@ -20,6 +26,8 @@ struct ElasticRun {
   const RestParticle<T>* particle;  ///< [count]
   const T* undisplaced;             ///< [count, 12] see MpmData, or null
   int count;
+  const NodePair2* pair;  ///< [pairs]
+  int pairs;
   T origin[3], dx, inverse_dx;
   T dt, viscosity_time;                    ///< s; Kelvin-Voigt, for all particles
   bool viscous;                            ///< whether any stress depends on the strain rate

@@ -49,6 +49,9 @@ struct GatherReport {
   bool finite;
 };
 
+/// What follows from the nodes.
+enum class Follow { kPlace, kMotion, kBoth };
+
 /// How the speeds of nodes are measured: from the velocity `drift`, and times mass / `light` where that is below 1.
 /// With the lightest particle's mass for it no more of a node's speed can be seen in a particle.
 template <class T>
@@ -81,12 +84,16 @@ struct MpmKernels {
   /// Of Lagrangian runs: what particles give to the nodes of their block's patch within a step, their stress, the
   /// stabilization and the loads; by StressKind as in `scatter`.
   void (*elastic_impulses[3])(const ElasticRun<T>&, T* patch);
-  /// [count] x, F, v and C, which follow from the nodes.
-  void (*follow_nodes)(const ElasticRun<T>&, TapeParticle<T>*);
-  /// velocity <- (kept velocity + impulse / mass + fall) scale for [64, 4] nodes; kept [64] or null.
-  void (*push_nodes)(const T* impulse, const T* kept, const T* fall, T scale, T* velocity);
-  /// displacement += dt velocity, `rest` being what rounding cuts off.
-  void (*displace_nodes)(const T* velocity, T dt, const NodeFrame<T>&, T* displacement, T* rest, NodeReport<T>&);
+  /// [count] x and F, v and C, or both, which follow from the nodes.
+  void (*follow_nodes)(const ElasticRun<T>&, Follow, TapeParticle<T>*);
+  /// node += what the patch of one particle block has for some pairs of the node block.
+  void (*add_pairs)(const NodePair2*, int count, const T* patch, T* node);
+  /// velocity <- (kept velocity + impulse / mass + fall) scale for the pairs of nodes in `active`, a bit each, of a
+  /// node block [64, 4]; kept [64] or null.
+  void (*push_nodes)(uint32_t active, const T* impulse, const T* kept, const T* fall, T scale, T* velocity);
+  /// displacement += dt velocity for the pairs in `active`, `rest` being what rounding cuts off.
+  void (*displace_nodes)(uint32_t active, const T* velocity, T dt, const NodeFrame<T>&, T* displacement, T* rest,
+                         NodeReport<T>&);
 };
 
 template <class T>

@@ -14,6 +14,7 @@ const MpmKernels<T>& mpm_kernels() {
       stress_of<T>,
       {elastic_impulses_fixed_corotated<T>, elastic_impulses_neo_hookean<T>, elastic_impulses_any<T>},
       follow_nodes<T>,
+      add_pairs<T>,
       push_nodes<T>,
       displace_nodes<T>};
   return kKernels;
