@@ -51,6 +51,7 @@ class BlockGrid {
   const std::vector<int>& order() const { return order_; }
   std::vector<int>& order() { return order_; }  ///< particles of a block may be permuted
   const Coordinates& block(int b) const { return block_[b]; }
+  int object_of(int b) const { return linked_ ? linked_object_[b] : block_[b].object; }
   /// Number of the particle block at `c`, or -1.
   int find(const Coordinates& c) const;
   const Coordinates& node_block(int n) const { return node_block_[n]; }
@@ -82,13 +83,13 @@ class BlockGrid {
 
  private:
   void link(const std::vector<uint64_t>& sorted_keys);
-  void share_nodes(const std::vector<std::array<int, 2>>& joined, std::span<const int> object);
+  void share_nodes(const std::vector<std::array<int, 2>>& joined);
 
   std::vector<int> begin_, order_, spare_order_;
   std::vector<Coordinates> block_, node_block_;
   std::vector<std::array<int, 8>> particle_links_, node_links_, further_links_;
   std::vector<int> further_begin_;  // [node blocks + 1], or empty
-  std::vector<int> sibling_, previous_;
+  std::vector<int> sibling_, previous_, linked_object_;
   BlockTable block_table_, node_table_;
   bool has_siblings_ = false, linked_ = false;
   int64_t version_ = 0, link_version_ = 0;

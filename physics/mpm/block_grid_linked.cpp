@@ -30,8 +30,8 @@ void BlockGrid::build_linked(std::span<const Coordinates> block_of_particle, std
   linked_ = true;
 
   // The objects, whose place the numbers of the parts took.
-  std::vector<int> object(particle_blocks());
-  for (int b = 0; b < particle_blocks(); ++b) object[b] = block_of_particle[order_[begin_[b]]].object;
+  linked_object_.resize(particle_blocks());
+  for (int b = 0; b < particle_blocks(); ++b) linked_object_[b] = block_of_particle[order_[begin_[b]]].object;
   std::vector<int> block(n);
   for (int b = 0; b < particle_blocks(); ++b)
     for (int s = begin_[b]; s < begin_[b + 1]; ++s) block[order_[s]] = b;
@@ -40,11 +40,11 @@ void BlockGrid::build_linked(std::span<const Coordinates> block_of_particle, std
     if (block[i] != block[k]) joined.push_back({std::min(block[i], block[k]), std::max(block[i], block[k])});
   std::sort(joined.begin(), joined.end());
   joined.erase(std::unique(joined.begin(), joined.end()), joined.end());
-  share_nodes(joined, object);
+  share_nodes(joined);
 }
 
 /// Gives each set of blocks that are joined among those around a place node blocks of its own there.
-void BlockGrid::share_nodes(const std::vector<std::array<int, 2>>& joined, std::span<const int> object) {
+void BlockGrid::share_nodes(const std::vector<std::array<int, 2>>& joined) {
   struct Touch {
     int block, offset;
   };
@@ -69,7 +69,7 @@ void BlockGrid::share_nodes(const std::vector<std::array<int, 2>>& joined, std::
     for (size_t head = 0; head < touches.size(); ++head) {
       if (sets.find(static_cast<int>(head)) != static_cast<int>(head)) continue;
       const int node = static_cast<int>(node_block_.size());
-      node_block_.push_back({place[0], place[1], place[2], object[touches[head].block]});
+      node_block_.push_back({place[0], place[1], place[2], linked_object_[touches[head].block]});
       node_links_.push_back(kNone);
       for (size_t t = head; t < touches.size(); ++t) {
         if (sets.find(static_cast<int>(t)) != static_cast<int>(head)) continue;

@@ -15,9 +15,7 @@ bool share_nodes(const BlockGrid& grid, int a, int b) {
   return false;
 }
 
-using Place = std::array<int, 3>;
-
-uint64_t key_of(const Place& p) {
+uint64_t key_of(const std::array<int, 3>& p) {
   constexpr int kHalf = 1 << 20;
   uint64_t key = 0;
   for (const int c : p) key = key << 21 | static_cast<uint64_t>(std::clamp(c + kHalf, 0, 2 * kHalf - 1));
@@ -26,23 +24,12 @@ uint64_t key_of(const Place& p) {
 
 }  // namespace
 
-/// Particles that are in one cell of space now, and a ball around where they lie at rest.
 template <class T>
-struct ContactList<T>::Cell {
-  Place place;
-  Vec3<T> centre = Vec3<T>::Zero();
-  T radius = 0;
-  int block = -1;  // of all of them, or -1
-  int object = -1;
-};
-
-template <class T>
-bool ContactList<T>::hang_together(const MpmData<T>& data, int s, int other) {
-  const ParticleRecord<T>&a = data.record[s], &b = data.record[other];
+bool ContactList<T>::hang_together(const MpmData<T>& data, const Body& a, const Body& b) {
   if (a.object != b.object) return false;
   const T apart = static_cast<T>(kApart) * data.dx;
-  if (!((data.reference[a.index] - data.reference[b.index]).squaredNorm() < apart * apart)) return false;
-  return !data.grid.linked() || share_nodes(data.grid, data.block_of_slot[s], data.block_of_slot[other]);
+  if (!((a.rest - b.rest).squaredNorm() < apart * apart)) return false;
+  return !data.grid.linked() || share_nodes(data.grid, a.block, b.block);
 }
 
 template <class T>
@@ -53,80 +40,94 @@ bool ContactList<T>::hang_together(const MpmData<T>& data, const Cell& a, const 
 }
 
 template <class T>
-void ContactList<T>::build(const MpmData<T>& data, std::span<const Vec3<T>> x) {
+void ContactList<T>::sort(const MpmData<T>& data, std::span<const Vec3<T>> x) {
   const int slots = static_cast<int>(x.size());
   const T side = static_cast<T>(kReach + kSlack) * data.dx;
-  const auto rest = [&](int s) -> const Vec3<T>& { return data.reference[data.record[s].index]; };
-  // Particles by cell.
-  BlockTable table;
-  table.clear(static_cast<size_t>(slots) / 4);
-  std::vector<Cell> cell;
-  std::vector<int> cell_of(slots), begin, order(slots);
+  table_.clear(static_cast<size_t>(slots) / 4);
+  cell_.clear();
+  std::vector<int> cell_of(slots), count;
   for (int s = 0; s < slots; ++s) {
     Place place;
     for (int a = 0; a < 3; ++a)
       place[a] = static_cast<int>(std::floor(std::clamp((x[s][a] - data.origin[a]) / side, T(-1e6), T(1e6))));
-    cell_of[s] = table.insert(key_of(place), static_cast<int>(cell.size()));
-    const ParticleRecord<T>& r = data.record[s];
-    const int block = data.block_of_slot[s];
-    if (cell_of[s] == static_cast<int>(cell.size())) {
-      cell.push_back({place, Vec3<T>::Zero(), T(0), block, r.object});
-      begin.push_back(0);
+    const int block = data.block_of_slot[s], object = data.grid.object_of(block);
+    const int c = cell_of[s] = table_.insert(key_of(place), static_cast<int>(cell_.size()));
+    if (c == static_cast<int>(cell_.size())) {
+      cell_.push_back({place, 0, Vec3<T>::Zero(), T(0), block, object});
+      count.push_back(0);
     }
-    Cell& c = cell[cell_of[s]];
-    c.centre += rest(s);
-    if (c.block != block) c.block = -1;
-    if (c.object != r.object) c.object = -1;
-    ++begin[cell_of[s]];
+    cell_[c].centre += Eigen::Map<const Vec3<T>>(data.rest[s].X);
+    if (cell_[c].block != block) cell_[c].block = -1;
+    if (cell_[c].object != object) cell_[c].object = -1;
+    ++count[c];
   }
   int sum = 0;
-  for (size_t c = 0; c < cell.size(); ++c) {
-    cell[c].centre /= static_cast<T>(begin[c]);
-    sum += begin[c];
-    begin[c] = sum - begin[c];
+  for (size_t c = 0; c < cell_.size(); ++c) {
+    cell_[c].begin = sum;
+    cell_[c].centre /= static_cast<T>(count[c]);
+    sum += count[c];
+    count[c] = cell_[c].begin;
   }
-  begin.push_back(sum);
-  std::vector<int> next(begin);
+  cell_.push_back({{}, sum, Vec3<T>::Zero(), T(0), -1, -1});
+  body_.resize(slots);
   for (int s = 0; s < slots; ++s) {
-    Cell& c = cell[cell_of[s]];
-    c.radius = std::max(c.radius, (rest(s) - c.centre).norm());
-    order[next[cell_of[s]]++] = s;
+    Cell& c = cell_[cell_of[s]];
+    const Vec3<T> rest = Eigen::Map<const Vec3<T>>(data.rest[s].X);
+    c.radius = std::max(c.radius, (rest - c.centre).norm());
+    const int block = data.block_of_slot[s];
+    body_[count[cell_of[s]]++] = {x[s], rest, s, block, data.grid.object_of(block)};
   }
+  found_.assign(chunks(), {});
+}
 
-  // Pairs whose cells are neighbours, unless all of both hangs together.
-  std::vector<std::array<int, 2>> pair;
-  const T square = side * side;
-  for (size_t c = 0; c < cell.size(); ++c)
+template <class T>
+void ContactList<T>::search(const MpmData<T>& data, int chunk) {
+  const T side = static_cast<T>(kReach + kSlack) * data.dx, square = side * side;
+  const int cells = static_cast<int>(cell_.size()) - 1;
+  for (int c = chunk * kCellsAtOnce; c < std::min(cells, (chunk + 1) * kCellsAtOnce); ++c)
     for (int o = 0; o < 27; ++o) {
-      const Place& at = cell[c].place;
-      const int d = o == 13 ? static_cast<int>(c)
-                            : table.find(key_of({at[0] + o / 9 - 1, at[1] + o / 3 % 3 - 1, at[2] + o % 3 - 1}));
-      if (d < static_cast<int>(c) || hang_together(data, cell[c], cell[d])) continue;
-      for (int k = begin[c]; k < begin[c + 1]; ++k)
-        for (int m = d == static_cast<int>(c) ? k + 1 : begin[d]; m < begin[d + 1]; ++m) {
-          const int i = order[k], j = order[m];
-          if ((x[i] - x[j]).squaredNorm() < square && !hang_together(data, i, j)) pair.push_back({i, j});
-        }
+      const Place& at = cell_[c].place;
+      const int d = o == 13 ? c : table_.find(key_of({at[0] + o / 9 - 1, at[1] + o / 3 % 3 - 1, at[2] + o % 3 - 1}));
+      if (d < c || hang_together(data, cell_[c], cell_[d])) continue;
+      for (int k = cell_[c].begin; k < cell_[c + 1].begin; ++k)
+        for (int m = d == c ? k + 1 : cell_[d].begin; m < cell_[d + 1].begin; ++m)
+          if ((body_[k].x - body_[m].x).squaredNorm() < square && !hang_together(data, body_[k], body_[m]))
+            found_[chunk].push_back({body_[k].slot, body_[m].slot});
     }
+}
+
+template <class T>
+void ContactList<T>::finish(const MpmData<T>& data) {
+  const int slots = static_cast<int>(body_.size());
   // Both ways, by particle.
   begin_.assign(slots + 1, 0);
-  for (const auto& [i, j] : pair) {
-    ++begin_[i + 1];
-    ++begin_[j + 1];
-  }
+  for (const auto& pairs : found_)
+    for (const auto& [i, j] : pairs) {
+      ++begin_[i + 1];
+      ++begin_[j + 1];
+    }
   for (int s = 0; s < slots; ++s) begin_[s + 1] += begin_[s];
-  other_.resize(2 * pair.size());
-  next.assign(begin_.begin(), begin_.end());
-  for (const auto& [i, j] : pair) {
-    other_[next[i]++] = j;
-    other_[next[j]++] = i;
-  }
+  other_.resize(begin_[slots]);
+  std::vector<int> next(begin_);
+  for (const auto& pairs : found_)
+    for (const auto& [i, j] : pairs) {
+      other_[next[i]++] = j;
+      other_[next[j]++] = i;
+    }
   block_touches_.assign(data.grid.particle_blocks(), 0);
   for (int s = 0; s < slots; ++s) {
+    if (begin_[s] == begin_[s + 1]) continue;
     std::sort(other_.begin() + begin_[s], other_.begin() + begin_[s + 1]);
-    if (begin_[s] < begin_[s + 1]) block_touches_[data.block_of_slot[s]] = 1;
+    block_touches_[data.block_of_slot[s]] = 1;
   }
   travelled_ = 0;
+}
+
+template <class T>
+void ContactList<T>::build(const MpmData<T>& data, std::span<const Vec3<T>> x) {
+  sort(data, x);
+  for (int c = 0; c < chunks(); ++c) search(data, c);
+  finish(data);
 }
 
 template class ContactList<float>;

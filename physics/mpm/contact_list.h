@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <span>
 #include <vector>
 
@@ -15,19 +16,24 @@ namespace pliant {
 template <class T>
 class ContactList {
  public:
-  static constexpr double kReach = 0.8;  ///< cells between particles from which on they touch
-  static constexpr double kSlack = 0.3;  ///< cells
+  static constexpr double kReach = 0.8;   ///< cells between particles from which on they touch
+  static constexpr double kSlack = 0.45;  ///< cells
   /// Cells between particles at rest from which on they can touch though they are of one body.  Nearer ones share
   /// nodes, which hold them apart.
-  static constexpr double kApart = 4;
+  static constexpr double kApart = 4.4;
 
   /// Forgets everything; the next steps begin with a new list.
   void clear() { travelled_ = kSlack; }
   /// After a step of dt in which nothing was faster than `speed`.
   void travel(double speed, double dt, double dx) { travelled_ += 2 * speed * dt / dx; }
   bool stale() const { return travelled_ >= kSlack; }
-  /// `x` [slots] are the present places.
+  /// Anew for the present places `x` [slots].
   void build(const MpmData<T>& data, std::span<const Vec3<T>> x);
+  /// The same in parts: `search` of every chunk may run at the same time.
+  void sort(const MpmData<T>& data, std::span<const Vec3<T>> x);
+  int chunks() const { return (static_cast<int>(cell_.size()) + kCellsAtOnce - 1) / kCellsAtOnce; }
+  void search(const MpmData<T>& data, int chunk);
+  void finish(const MpmData<T>& data);
 
   bool empty() const { return other_.empty(); }
   /// Slots of the particles near that in slot s, ascending.
@@ -36,11 +42,29 @@ class ContactList {
   const std::vector<uint8_t>& block_touches() const { return block_touches_; }
 
  private:
-  struct Cell;
-  static bool hang_together(const MpmData<T>& data, int s, int other);
+  using Place = std::array<int, 3>;
+  static constexpr int kCellsAtOnce = 128;
+
+  /// Particles that are in one cell of space now, and a ball around where they lie at rest.
+  struct Cell {
+    Place place;
+    int begin;  // in body_
+    Vec3<T> centre;
+    T radius;
+    int block, object;  // of all of them, or -1
+  };
+  struct Body {
+    Vec3<T> x, rest;
+    int slot, block, object;
+  };
+  static bool hang_together(const MpmData<T>& data, const Body& a, const Body& b);
   static bool hang_together(const MpmData<T>& data, const Cell& a, const Cell& b);
 
-  double travelled_ = kSlack;  // cells since `build`
+  double travelled_ = kSlack;  // cells since `finish`
+  BlockTable table_;
+  std::vector<Cell> cell_;  // and one after the last
+  std::vector<Body> body_;  // by cell
+  std::vector<std::vector<std::array<int, 2>>> found_;
   std::vector<int> begin_, other_;
   std::vector<uint8_t> block_touches_;
 };

@@ -158,7 +158,8 @@ class Mpm {
   std::vector<Vec3<T>> gain_;               // [slots] m/s, what loads give to particles, in Lagrangian runs
   std::vector<uint8_t> loaded_;             // [particle blocks] whether any particle has load bits, likewise
   std::vector<T> kept_;                     // [nodes] share of its velocity that a node keeps in a step of kept_dt_
-  T kept_dt_ = 0, light_ = 0;               // s; kg, of the lightest particle
+  T kept_dt_ = 0;                           // s
+  std::vector<T> seen_;                     // [nodes] largest weight of a particle
   double mass_ = 0;                         // kg, of all
   Vec3<T> drift_ = Vec3<T>::Zero();         // m/s, mean velocity before the step
   std::vector<NodeReport<T>> node_report_;  // of the last step

@@ -121,7 +121,7 @@ void Mpm<T>::find_kept(T dt) {
 template <class T>
 void Mpm<T>::displace_node_block(int n, T dt) {
   const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
-  const NodeFrame<T> frame{{drift_[0], drift_[1], drift_[2]}, light_};
+  const NodeFrame<T> frame{{drift_[0], drift_[1], drift_[2]}, seen_.data() + first};
   kernels_->displace_nodes(data_.active[n], data_.node_velocity[first].lane, dt, frame,
                            data_.node_displacement[first].lane, data_.node_displacement_rest[first].lane,
                            node_report_[n]);
@@ -179,17 +179,22 @@ void Mpm<T>::find_rest_constants() {
               b);
   find_pairs();
   bool damped = false;
-  light_ = std::numeric_limits<T>::infinity();
   mass_ = 0;
   for (size_t s = 0; s < slots; ++s) {
     const ParticleRecord<T>& r = data_.record[s];
     const Vec3<T>& X = data_.reference[r.index];
     data_.rest[s] = {{X[0], X[1], X[2]}, share * r.mu * r.volume, r.mass,           r.volume,      r.mu,
                      r.lambda,           r.shear_viscosity,       r.bulk_viscosity, r.stress_kind, T(0)};
-    light_ = std::min(light_, r.mass);
     mass_ += r.mass;
     damped |= r.damping_rate > T(0);
   }
+  seen_.assign(data_.node.size(), T(0));
+  for (int b = 0; b < data_.grid.particle_blocks(); ++b)
+    for (int s = data_.grid.begin(b); s < data_.grid.begin(b + 1); ++s)
+      for_stencil(data_, data_.reference[data_.record[s].index], [&](int at, T w, const Vec3<T>&) {
+        T& seen = seen_[node_of_patch(data_.grid, b, at)];
+        seen = std::max(seen, w);
+      });
   gain_.resize(slots);
   where_.resize(slots);
   moving_.resize(slots);

@@ -21,7 +21,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
   const int useful = static_cast<int>(std::min<size_t>(data_.record.size() / kParticlesPerThread, 1024));
   const int threads = std::clamp(omp_get_max_threads(), 1, std::max(1, useful));
   std::exception_ptr error;
-  Queue reorder, search, follow, scatter, update, contact, conditions, gather;
+  Queue reorder, search, meet, follow, scatter, update, contact, conditions, gather;
   if (tape) {
     tape->low = data_.low;
     tape->high = data_.high;
@@ -60,6 +60,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
     gather.reset();
     reorder.reset();
     search.reset();
+    meet.reset();
     follow.reset();
   };
   std::unique_ptr<Barrier> barrier;
@@ -83,7 +84,11 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
       if (searching) {
         for (int b; (b = search.take()) < data_.grid.particle_blocks();) follow_block(b);
         barrier->wait();
-        if (omp_get_thread_num() == 0) contacts_.build(data_, where_);
+        if (omp_get_thread_num() == 0) contacts_.sort(data_, where_);
+        barrier->wait();
+        for (int c; (c = meet.take()) < contacts_.chunks();) contacts_.search(data_, c);
+        barrier->wait();
+        if (omp_get_thread_num() == 0) contacts_.finish(data_);
         barrier->wait();
       }
       if (touching() && !searching) {

@@ -10,6 +10,8 @@
 namespace pliant {
 namespace {
 
+constexpr double kJump = 1.0 / 3;  // cells by which a Lagrangian body may move in a step
+
 /// Origin of the grid: a multiple of dx near the middle of the body, so that coordinates stay small.
 template <class T>
 Vec3d grid_origin(const BasicParticles<T>& particles, double dx) {
@@ -43,11 +45,10 @@ Simulator<T>::Simulator(const SimulateOptions& options, const BasicParticles<T>&
     : options_(options),
       particles_(particles),
       dx_(options.cell_size > 0 ? options.cell_size : static_cast<double>(particles.cell_size)),
+      lagrangian_(is_lagrangian(options, particles)),
       schedule_(options, particles, interactions),
       solver_(particles, dx_, grid_origin(particles, dx_),
-              {.flip_time = options.flip_time,
-               .lagrangian = is_lagrangian(options, particles),
-               .sleep_speed = options.sleep_speed}),
+              {.flip_time = options.flip_time, .lagrangian = lagrangian_, .sleep_speed = options.sleep_speed}),
       summary_(summary) {
   solver_.set_load_bits(schedule_.bits());
   if (schedule_.has_wind()) solver_.set_exposure(surface_elements(particles, dx_));
@@ -75,11 +76,19 @@ double Simulator<T>::fastest(const BasicSimulationState<T>& state) const {
   return speed;
 }
 
+/// How many cells waves and matter run through in a step, as a share of what is stable: on an Eulerian grid both
+/// together, on a Lagrangian one waves alone, while what moves must not jump over what it may touch.
+template <class T>
+double Simulator<T>::courant_number(double speed, double dt, double limit) const {
+  if (!lagrangian_) return (sound_speed_ + speed) * dt / (limit * dx_);
+  return std::max(sound_speed_ / (limit * dx_), speed / (kJump * dx_)) * dt;
+}
+
 template <class T>
 int Simulator<T>::substeps_of(const BasicSimulationState<T>& state) const {
   if (options_.substeps > 0) return options_.substeps;
   const double speed = std::max(fastest(state), schedule_.collider_speed(state.frame / options_.fps, 1 / options_.fps));
-  const double wanted = (sound_speed_ + speed) / (options_.fps * options_.courant * dx_);
+  const double wanted = courant_number(speed, 1 / options_.fps, options_.courant);
   return wanted < kMaxSubstepsOfFrame ? std::max(1, static_cast<int>(std::ceil(wanted))) : kMaxSubstepsOfFrame + 1;
 }
 
@@ -128,7 +137,7 @@ bool Simulator<T>::run(const BasicSimulationState<T>& state, int substeps, int f
       [&](int k) { schedule_.at(start + (first + k) * dt, dt, solver_, loads_); },
       [&] {
         for (size_t l = 0; l < loads_.source.size(); ++l) impulse_[loads_.source[l]] += solver_.impulses()[l];
-        return (sound_speed_ + solver_.max_speed()) * dt <= options_.courant_cap * dx_;
+        return courant_number(solver_.max_speed(), dt, options_.courant_cap) <= 1;
       },
       tape);
 }

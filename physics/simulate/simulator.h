@@ -33,10 +33,12 @@ class Simulator {
 
  private:
   double fastest(const BasicSimulationState<T>& state) const;
+  double courant_number(double speed, double dt, double limit) const;
 
   SimulateOptions options_;
   const BasicParticles<T>& particles_;
   double dx_, diagonal_ = 0, sound_speed_ = 0;
+  bool lagrangian_;
   LoadSchedule<T> schedule_;
   Mpm<T> solver_;
   StepLoads<T> loads_;

@@ -232,7 +232,7 @@ void StepAdjoint<T>::reverse(const StepTape<T>& tape, const std::function<void(i
   const int useful = static_cast<int>(std::min<size_t>(record_.size() / kParticlesPerThread, 1024));
   const int threads = std::clamp(omp_get_max_threads(), 1, std::max(1, useful));
   std::exception_ptr error;
-  Queue search, follow, touch, forward, contact, conditions, gather, reverse_nodes, separate, update, scatter;
+  Queue search, meet, follow, touch, forward, contact, conditions, gather, reverse_nodes, separate, update, scatter;
   bool going = true, searching = false;
   // What one thread does between steps.
   const auto between = [&](int k) {
@@ -249,8 +249,8 @@ void StepAdjoint<T>::reverse(const StepTape<T>& tape, const std::function<void(i
       error = std::current_exception();
       going = false;
     }
-    for (Queue* queue : {&search, &follow, &touch, &forward, &contact, &conditions, &gather, &reverse_nodes, &separate,
-                         &update, &scatter})
+    for (Queue* queue : {&search, &meet, &follow, &touch, &forward, &contact, &conditions, &gather, &reverse_nodes,
+                         &separate, &update, &scatter})
       queue->reset();
   };
   std::unique_ptr<Barrier> barrier;
@@ -294,7 +294,11 @@ void StepAdjoint<T>::reverse(const StepTape<T>& tape, const std::function<void(i
         if (searching) {
           for (int b; (b = search.take()) < blocks;) follow_block(step, b);
           barrier->wait();
-          if (omp_get_thread_num() == 0) contacts_.build(solver_, where_);
+          if (omp_get_thread_num() == 0) contacts_.sort(solver_, where_);
+          barrier->wait();
+          for (int c; (c = meet.take()) < contacts_.chunks();) contacts_.search(solver_, c);
+          barrier->wait();
+          if (omp_get_thread_num() == 0) contacts_.finish(solver_);
           barrier->wait();
         } else {
           for (int b; (b = follow.take()) < blocks;)

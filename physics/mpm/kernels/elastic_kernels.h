@@ -278,7 +278,7 @@ void displace_nodes(uint32_t active, const T* velocity, T dt, const NodeFrame<T>
   using Two = TwoNodes<T>;
   const T* r = frame.drift;
   const Two moves = {dt, dt, dt, 0, dt, dt, dt, 0}, drift = {r[0], r[1], r[2], 0, r[0], r[1], r[2], 0};
-  const Two limit = all<Two>(T(1e18)), one = all<Two>(T(1));
+  const Two limit = all<Two>(T(1e18));
   const Two far = all<Two>(T(1e30));
   Two fastest{}, momentum{}, low = far, high = -far;
   auto sound = fastest == fastest;
@@ -290,8 +290,7 @@ void displace_nodes(uint32_t active, const T* velocity, T dt, const NodeFrame<T>
     high = mass > Two{} ? (u > high ? u : high) : high;
     store(displacement + k, u);
     store(rest + k, below);
-    Two seen = mass / frame.light;
-    seen = seen < one ? seen : one;
+    const Two seen = join<T>(all<OneNode<T>>(frame.seen[k / 4]), all<OneNode<T>>(frame.seen[k / 4 + 1]));
     const Two relative = (v - drift) * seen, square = relative * relative;
     const Two speed = square + __builtin_shufflevector(square, square, 1, 2, 0, 3, 5, 6, 4, 7) +
                       __builtin_shufflevector(square, square, 2, 0, 1, 3, 6, 4, 5, 7);

@@ -52,11 +52,12 @@ struct GatherReport {
 /// What follows from the nodes.
 enum class Follow { kPlace, kMotion, kBoth };
 
-/// How the speeds of nodes are measured: from the velocity `drift`, and times mass / `light` where that is below 1.
-/// With the lightest particle's mass for it no more of a node's speed can be seen in a particle.
+/// How the speeds of nodes are measured: from the velocity `drift`, and times `seen`, the largest share that a node can
+/// have in the motion of a particle.
 template <class T>
 struct NodeFrame {
-  T drift[3], light;  ///< m/s, kg
+  T drift[3];     ///< m/s
+  const T* seen;  ///< [64]
 };
 template <class T>
 struct NodeReport {
