@@ -49,7 +49,7 @@ struct MpmData {
 
   /// Of Lagrangian runs, whose motion is that of the nodes, else empty.  `node` holds impulses there.
   std::vector<RestParticle<T>> rest;       ///< [slots]
-  std::vector<NodePair2> pair;             ///< of the particle blocks, by node block within each
+  std::vector<ReachedPair> pair;           ///< of the particle blocks, by node block within each
   std::vector<int> pair_begin;             ///< [particle blocks, 8] and the end
   std::vector<uint32_t> active;            ///< [node blocks] pairs that have mass
   std::vector<int> block_of_slot;          ///< [slots] particle block

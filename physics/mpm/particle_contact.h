@@ -24,7 +24,7 @@ struct ContactPair {
 
 /// Derivatives of a scalar by what the first particle brings to its contacts.
 template <class T>
-struct ContactGradient1 {
+struct ParticleContactGradient {
   Vec3<T> x = Vec3<T>::Zero(), v = Vec3<T>::Zero();
   T mass = 0, stiffness = 0;
 };
@@ -47,7 +47,8 @@ Vec3<T> contact_impulse(const ContactPair<T>& p, T dt, T friction) {
 /// From adj_J adds the derivatives by what the first particle is; those by the second follow with both exchanged, as J
 /// does, and -adj_J.
 template <class T>
-void contact_impulse_adjoint(const ContactPair<T>& p, T dt, T friction, const Vec3<T>& adj_J, ContactGradient1<T>& by) {
+void contact_impulse_adjoint(const ContactPair<T>& p, T dt, T friction, const Vec3<T>& adj_J,
+                             ParticleContactGradient<T>& by) {
   const Vec3<T> apart = p.x[0] - p.x[1];
   const T distance = apart.norm(), depth = p.reach - distance;
   if (!(depth > T(0)) || !(distance > T(0))) return;

@@ -205,7 +205,7 @@ void StepAdjoint<T>::reverse_contacts(const TapeStep<T>& step, int b) {
   for (int s = step.begin[b]; s < step.begin[b + 1]; ++s) {
     if (contacts_.near(s).empty()) continue;
     AdjointRecord<T>& r = record_[s];
-    ContactGradient1<T> by;
+    ParticleContactGradient<T> by;
     for (const int other : contacts_.near(s)) {
       const ContactPair<T> pair = contact_pair<T>(solver_, s, other, where_, moving_);
       const Vec3<T> adj_J = by_gain(s) / pair.mass[0] - by_gain(other) / pair.mass[1];

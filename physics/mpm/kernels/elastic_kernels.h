@@ -83,7 +83,7 @@ INLINE void fill_displacements(const ElasticRun<T>& run, T* patch, OneNode<T>& c
   common = load<OneNode<T>>(run.displacement[block] + 4 * node);
   const TwoNodes<T> both = join<T>(common, common);
   for (int i = 0; i < run.pairs; ++i) {
-    const NodePair2 p = run.pair[i];
+    const ReachedPair p = run.pair[i];
     store(patch + 8 * p.patch, load<TwoNodes<T>>(run.displacement[p.block] + 8 * p.node) - both);
   }
 }
@@ -91,7 +91,7 @@ INLINE void fill_displacements(const ElasticRun<T>& run, T* patch, OneNode<T>& c
 template <class T>
 INLINE void fill_velocities(const ElasticRun<T>& run, T* patch) {
   for (int i = 0; i < run.pairs; ++i) {
-    const NodePair2 p = run.pair[i];
+    const ReachedPair p = run.pair[i];
     store(patch + 8 * p.patch, load<TwoNodes<T>>(run.velocity[p.block] + 8 * p.node));
   }
 }
@@ -243,7 +243,7 @@ void follow_nodes(const ElasticRun<T>& run, Follow what, TapeParticle<T>* out) {
 }
 
 template <class T>
-void add_pairs(const NodePair2* pair, int count, const T* patch, T* node) {
+void add_pairs(const ReachedPair* pair, int count, const T* patch, T* node) {
   using Two = TwoNodes<T>;
   for (int i = 0; i < count; ++i) {
     T* to = node + 8 * pair[i].node;

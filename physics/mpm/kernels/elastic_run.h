@@ -15,7 +15,7 @@ struct RestParticle {
 
 /// Two neighbouring nodes of a block's patch [6, 6, 6] that its particles reach, and where they are among its eight
 /// node blocks: numbers of pairs of nodes, along the last axis.
-struct NodePair2 {
+struct ReachedPair {
   uint8_t patch, block, node;
 };
 
@@ -26,7 +26,7 @@ struct ElasticRun {
   const RestParticle<T>* particle;  ///< [count]
   const T* undisplaced;             ///< [count, 12] see MpmData, or null
   int count;
-  const NodePair2* pair;  ///< [pairs]
+  const ReachedPair* pair;  ///< [pairs]
   int pairs;
   T origin[3], dx, inverse_dx;
   T dt, viscosity_time;                    ///< s; Kelvin-Voigt, for all particles

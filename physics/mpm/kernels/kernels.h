@@ -88,7 +88,7 @@ struct MpmKernels {
   /// [count] x and F, v and C, or both, which follow from the nodes.
   void (*follow_nodes)(const ElasticRun<T>&, Follow, TapeParticle<T>*);
   /// node += what the patch of one particle block has for some pairs of the node block.
-  void (*add_pairs)(const NodePair2*, int count, const T* patch, T* node);
+  void (*add_pairs)(const ReachedPair*, int count, const T* patch, T* node);
   /// velocity <- (kept velocity + impulse / mass + fall) scale for the pairs of nodes in `active`, a bit each, of a
   /// node block [64, 4]; kept [64] or null.
   void (*push_nodes)(uint32_t active, const T* impulse, const T* kept, const T* fall, T scale, T* velocity);

@@ -73,7 +73,7 @@ TEST(ParticleContact, AdjointAgreesWithDifferences) {
             return std::vector<double>{J[0], J[1], J[2]};
           },
           [&](const std::vector<double>& u, const std::vector<double>& adj) {
-            ContactGradient1<double> by;
+            ParticleContactGradient<double> by;
             contact_impulse_adjoint(with(u), kStep, 0.4, Vec3d(adj[0], adj[1], adj[2]), by);
             return std::vector<double>{by.x[0], by.x[1], by.x[2], by.v[0],
                                        by.v[1], by.v[2], by.mass, 100 * by.stiffness};
