@@ -86,4 +86,16 @@ ContactPair<T> contact_pair(const MpmData<T>& data, int s, int other, std::span<
           std::min(static_cast<T>(ContactList<T>::kReach) * data.dx, (at_rest(s) - at_rest(other)).norm())};
 }
 
+/// Velocity [m/s] that the particles near that in slot s give to it in a step of dt.
+template <class T>
+Vec3<T> contact_gain(const MpmData<T>& data, const ContactList<T>& contacts, int s, std::span<const Vec3<T>> x,
+                     std::span<const Vec3<T>> v, T dt, T friction) {
+  Vec3<T> gain = Vec3<T>::Zero();
+  for (const int other : contacts.near(s)) {
+    const ContactPair<T> pair = contact_pair<T>(data, s, other, x, v);
+    gain += contact_impulse(pair, dt, friction) / pair.mass[0];
+  }
+  return gain;
+}
+
 }  // namespace pliant

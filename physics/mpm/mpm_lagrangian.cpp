@@ -23,24 +23,10 @@ template void exact_piola(StressKind, const double*, double, double, double*);
 
 template <class T>
 ElasticRun<T> Mpm<T>::elastic_run(int b, T dt, const StepLoads<T>& loads) const {
-  const size_t begin = static_cast<size_t>(data_.grid.begin(b));
-  ElasticRun<T> run{};
-  run.particle = data_.rest.data() + begin;
-  run.undisplaced = data_.undisplaced.empty() ? nullptr : data_.undisplaced.data() + 12 * begin;
-  run.count = data_.grid.begin(b + 1) - data_.grid.begin(b);
-  run.pair = data_.pair.data() + data_.pair_begin[8 * static_cast<size_t>(b)];
-  run.pairs = data_.pair_begin[8 * static_cast<size_t>(b) + 8] - data_.pair_begin[8 * static_cast<size_t>(b)];
-  for (int a = 0; a < 3; ++a) run.origin[a] = data_.origin[a];
-  run.dx = data_.dx;
-  run.inverse_dx = data_.inverse_dx;
+  ElasticRun<T> run = run_of_block(data_, b, data_.node_displacement, data_.node_velocity);
   run.dt = dt;
   run.viscosity_time = loads.viscosity_time;
   run.viscous = viscous_ || loads.viscosity_time > T(0);
-  for (int o = 0; o < 8; ++o) {
-    const size_t node = static_cast<size_t>(data_.grid.nodes_of(b)[o]) * BlockGrid::kNodes;
-    run.displacement[o] = data_.node_displacement[node].lane;
-    run.velocity[o] = data_.node_velocity[node].lane;
-  }
   run.exact_piola = exact_piola<T>;
   return run;
 }
@@ -88,10 +74,7 @@ void Mpm<T>::follow_block(int b) {
 template <class T>
 void Mpm<T>::add_contacts(int b, T dt, const StepLoads<T>& loads) {
   for (int s = data_.grid.begin(b); s < data_.grid.begin(b + 1); ++s)
-    for (const int other : contacts_.near(s)) {
-      const ContactPair<T> pair = contact_pair<T>(data_, s, other, where_, moving_);
-      gain_[s] += contact_impulse(pair, dt, static_cast<T>(loads.object_friction)) / pair.mass[0];
-    }
+    gain_[s] += contact_gain<T>(data_, contacts_, s, where_, moving_, dt, static_cast<T>(loads.object_friction));
 }
 
 template <class T>

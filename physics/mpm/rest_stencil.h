@@ -120,4 +120,26 @@ void for_particles(const MpmData<T>& data, const std::vector<Node<T>>& at_node, 
   parallel_for(data.grid.particle_blocks(), of_block, kBlocksAtOnce);
 }
 
+/// The particles of block b for the kernels, with the motion of these nodes; step and stress are left to the caller.
+template <class T>
+ElasticRun<T> run_of_block(const MpmData<T>& data, int b, const std::vector<Node<T>>& displacement,
+                           const std::vector<Node<T>>& velocity) {
+  const size_t begin = static_cast<size_t>(data.grid.begin(b)), list = 8 * static_cast<size_t>(b);
+  ElasticRun<T> run{};
+  run.particle = data.rest.data() + begin;
+  run.undisplaced = data.undisplaced.empty() ? nullptr : data.undisplaced.data() + 12 * begin;
+  run.count = data.grid.begin(b + 1) - data.grid.begin(b);
+  run.pair = data.pair.data() + data.pair_begin[list];
+  run.pairs = data.pair_begin[list + 8] - data.pair_begin[list];
+  for (int a = 0; a < 3; ++a) run.origin[a] = data.origin[a];
+  run.dx = data.dx;
+  run.inverse_dx = data.inverse_dx;
+  for (int o = 0; o < 8; ++o) {
+    const size_t node = static_cast<size_t>(data.grid.nodes_of(b)[o]) * BlockGrid::kNodes;
+    run.displacement[o] = displacement[node].lane;
+    run.velocity[o] = velocity[node].lane;
+  }
+  return run;
+}
+
 }  // namespace pliant

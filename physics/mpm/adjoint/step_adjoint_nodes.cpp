@@ -52,26 +52,12 @@ void StepAdjoint<T>::load_node_gradient(const StateGradient<T>& gradient, const 
 
 template <class T>
 ElasticAdjointRun<T> StepAdjoint<T>::elastic_run(const TapeStep<T>& step, int b) const {
-  const size_t begin = static_cast<size_t>(step.begin[b]);
   ElasticAdjointRun<T> in{};
-  ElasticRun<T>& run = in.run;
-  run.particle = solver_.rest.data() + begin;
-  run.undisplaced = solver_.undisplaced.empty() ? nullptr : solver_.undisplaced.data() + 12 * begin;
-  run.count = step.begin[b + 1] - step.begin[b];
-  run.pair = solver_.pair.data() + solver_.pair_begin[8 * static_cast<size_t>(b)];
-  run.pairs = solver_.pair_begin[8 * static_cast<size_t>(b) + 8] - solver_.pair_begin[8 * static_cast<size_t>(b)];
-  std::copy_n(run_.origin, 3, run.origin);
-  run.dx = run_.dx;
-  run.inverse_dx = run_.inverse_dx;
-  run.dt = step.dt;
-  run.viscosity_time = step.loads.viscosity_time;
-  run.viscous = viscous_ || step.loads.viscosity_time > T(0);
-  for (int o = 0; o < 8; ++o) {
-    const size_t node = static_cast<size_t>(step.grid->nodes_of(b)[o]) * BlockGrid::kNodes;
-    run.displacement[o] = step.node_displacement[node].lane;
-    run.velocity[o] = step.node_velocity[node].lane;
-  }
-  run.exact_piola = exact_piola<T>;
+  in.run = run_of_block(solver_, b, step.node_displacement, step.node_velocity);
+  in.run.dt = step.dt;
+  in.run.viscosity_time = step.loads.viscosity_time;
+  in.run.viscous = viscous_ || step.loads.viscosity_time > T(0);
+  in.run.exact_piola = exact_piola<T>;
   in.exact_piola_adjoint = exact_piola_adjoint<T>;
   return in;
 }
@@ -188,12 +174,11 @@ void StepAdjoint<T>::follow_block(const TapeStep<T>& step, int b) {
 /// Adds what contact gives to the particles of a block to `gain` [count, 3].
 template <class T>
 void StepAdjoint<T>::add_contacts(const TapeStep<T>& step, int b, std::vector<T>& gain) const {
-  for (int s = step.begin[b]; s < step.begin[b + 1]; ++s)
-    for (const int other : contacts_.near(s)) {
-      const ContactPair<T> pair = contact_pair<T>(solver_, s, other, where_, moving_);
-      const Vec3<T> J = contact_impulse(pair, step.dt, static_cast<T>(step.loads.object_friction));
-      for (int a = 0; a < 3; ++a) gain[3 * (s - step.begin[b]) + a] += J[a] / pair.mass[0];
-    }
+  const T friction = static_cast<T>(step.loads.object_friction);
+  for (int s = step.begin[b]; s < step.begin[b + 1]; ++s) {
+    const Vec3<T> given = contact_gain<T>(solver_, contacts_, s, where_, moving_, step.dt, friction);
+    for (int a = 0; a < 3; ++a) gain[3 * (s - step.begin[b]) + a] += given[a];
+  }
 }
 
 /// `Mpm::add_contacts` backwards, for what the particles of a block bring to their contacts, as the first or as the
