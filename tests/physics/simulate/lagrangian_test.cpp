@@ -169,40 +169,18 @@ TEST(Lagrangian, APulledStripStaysWholeAndStraightAndComesBackAndOnAnEulerianGri
 
 // Two leaves, three tenths of a cell apart at rest, of which one is pulled away by three cells.
 TEST(Lagrangian, PartsThatDoNotHangTogetherMoveApartHoweverNearTheyAre) {
-  const double dx = 0.01, thickness = 0.005, length = 0.12;
-  Motion leaves(Vec3d(length, 0.04, thickness), dx, 0.5, GridKind::kLagrangian);
-  BasicParticles<double>& p = leaves.particles;
-  const size_t one = p.size();
-  const auto append = [&](auto& values) { values.insert(values.end(), values.begin(), values.begin() + one); };
-  append(p.position);
-  for (auto* values : {&p.volume, &p.mass, &p.young, &p.poisson}) append(*values);
-  for (size_t i = one; i < p.size(); ++i) p.position[i].z() += thickness + 0.3 * dx;
-  leaves.options.damping_time = 0.05;
-  Interaction grab;
-  grab.type = InteractionType::kGrab;
-  grab.region = Region::box(Vec3d(length - 0.012, 0, thickness + 0.1 * dx), Vec3d(1, 1, 1));
-  Vec3d rest = Vec3d::Zero();
-  double count = 0;
-  for (size_t i = one; i < p.size(); ++i)
-    if (grab.region.contains(p.position[i])) {
-      rest += p.position[i];
-      ++count;
-    }
-  rest /= count;
-  grab.path = {{0.0, rest}, {0.5, rest + Vec3d(0, 0, 3 * dx)}, {1.0, rest + Vec3d(0, 0, 3 * dx)}};
+  testing::TwoLeaves leaves;
+  const BasicParticles<double>& p = leaves.particles;
+  const size_t one = leaves.one;
   const auto moved = [&](size_t from, size_t to) {
     double most = 0;
     for (size_t i = from; i < to; ++i) most = std::max(most, (leaves.states.back().x[i] - p.position[i]).norm());
-    return most / dx;
+    return most / p.cell_size;
   };
-  leaves.script = {pin_left(0.015), grab};
-  leaves.go(1.0, initial_state(p));
+  leaves.move_upper(3);
   EXPECT_GT(moved(0, one), 2) << "nodes in common glue them together";
-  for (size_t i = 0; i < p.size(); ++i)
-    for (size_t k = 0; k < i; ++k)
-      if ((i < one) == (k < one) && (p.position[i] - p.position[k]).norm() < 0.8 * dx)
-        p.links.push_back({static_cast<int>(k), static_cast<int>(i)});
-  leaves.go(1.0, initial_state(p));
+  leaves.link();
+  leaves.move_upper(3);
   EXPECT_LT(moved(0, one), 0.01);
   EXPECT_GT(moved(one, p.size()), 2.9);
 }

@@ -61,4 +61,50 @@ inline Interaction pin_left(double x) {
   return pin;
 }
 
+/// Appends a copy of the particles that is moved by `shift`; returns the number of the first.
+inline size_t append_copy(BasicParticles<double>& p, const Vec3d& shift) {
+  const size_t one = p.size();
+  const auto append = [&](auto& values) { values.insert(values.end(), values.begin(), values.begin() + one); };
+  append(p.position);
+  for (auto* values : {&p.volume, &p.mass, &p.young, &p.poisson}) append(*values);
+  for (size_t i = one; i < p.size(); ++i) p.position[i] += shift;
+  return one;
+}
+
+/// Two leaves of half a cell, three tenths of a cell apart, held at x = 0.
+struct TwoLeaves : Motion {
+  static constexpr double kCell = 0.01, kLength = 12 * kCell, kThickness = 0.5 * kCell;
+  size_t one;  ///< particles of the lower leaf, which come first
+
+  TwoLeaves() : Motion(Vec3d(kLength, 4 * kCell, kThickness), kCell, 0.5, GridKind::kLagrangian) {
+    one = append_copy(particles, Vec3d(0, 0, kThickness + 0.3 * kCell));
+    options.damping_time = 0.05;
+  }
+  /// Says what hangs together.
+  void link() {
+    for (size_t i = 0; i < particles.size(); ++i)
+      for (size_t k = 0; k < i; ++k)
+        if ((i < one) == (k < one) && (particles.position[i] - particles.position[k]).norm() < 0.8 * kCell)
+          particles.links.push_back({static_cast<int>(k), static_cast<int>(i)});
+  }
+  /// Takes the tip of the upper leaf up by so many cells.
+  void move_upper(double cells) {
+    Interaction grab;
+    grab.type = InteractionType::kGrab;
+    grab.region = Region::box(Vec3d(kLength - 1.2 * kCell, 0, kThickness + 0.1 * kCell), Vec3d(1, 1, 1));
+    Vec3d rest = Vec3d::Zero();
+    double count = 0;
+    for (size_t i = one; i < particles.size(); ++i)
+      if (grab.region.contains(particles.position[i])) {
+        rest += particles.position[i];
+        ++count;
+      }
+    rest /= count;
+    const Vec3d there = rest + Vec3d(0, 0, cells * kCell);
+    grab.path = {{0.0, rest}, {0.5, there}, {1.0, there}};
+    script = {pin_left(1.5 * kCell), grab};
+    go(1.0, initial_state(particles));
+  }
+};
+
 }  // namespace pliant::testing

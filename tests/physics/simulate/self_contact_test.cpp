@@ -17,22 +17,12 @@ using testing::pin_left;
 using State = Motion::State;
 constexpr double kCell = 0.01;
 
-/// Appends a copy of the particles that is moved by `shift`; returns the number of the first.
-size_t append_copy(BasicParticles<double>& p, const Vec3d& shift) {
-  const size_t one = p.size();
-  const auto append = [&](auto& values) { values.insert(values.end(), values.begin(), values.begin() + one); };
-  append(p.position);
-  for (auto* values : {&p.volume, &p.mass, &p.young, &p.poisson}) append(*values);
-  for (size_t i = one; i < p.size(); ++i) p.position[i] += shift;
-  return one;
-}
-
 /// Two blocks of four cells, one cell and a half apart along x, as two bodies.
 struct TwoBlocks : Motion {
   size_t one;
 
   explicit TwoBlocks(double gap = 1.5) : Motion(Vec3d::Constant(4 * kCell), kCell, 0.5, GridKind::kLagrangian) {
-    one = append_copy(particles, Vec3d((4 + gap) * kCell, 0, 0));
+    one = testing::append_copy(particles, Vec3d((4 + gap) * kCell, 0, 0));
     for (size_t i = 0; i < particles.size(); ++i) particles.object.push_back(i >= one);
   }
   Vec3d mean(const std::vector<Vec3d>& values, size_t from, size_t to) const {
@@ -47,29 +37,11 @@ struct TwoBlocks : Motion {
 // Two leaves three tenths of a cell apart, of which one is pushed down by three cells: it takes the other along, and
 // nowhere do they change sides.
 TEST(SelfContact, LeavesThatArePushedTogetherDoNotPassThroughEachOther) {
-  const double thickness = 0.5 * kCell, length = 12 * kCell;
-  Motion leaves(Vec3d(length, 4 * kCell, thickness), kCell, 0.5, GridKind::kLagrangian);
-  BasicParticles<double>& p = leaves.particles;
-  const size_t one = append_copy(p, Vec3d(0, 0, thickness + 0.3 * kCell));
-  for (size_t i = 0; i < p.size(); ++i)
-    for (size_t k = 0; k < i; ++k)
-      if ((i < one) == (k < one) && (p.position[i] - p.position[k]).norm() < 0.8 * kCell)
-        p.links.push_back({static_cast<int>(k), static_cast<int>(i)});
-  leaves.options.damping_time = 0.05;
-  Interaction grab;
-  grab.type = InteractionType::kGrab;
-  grab.region = Region::box(Vec3d(length - 1.2 * kCell, 0, thickness + 0.1 * kCell), Vec3d(1, 1, 1));
-  Vec3d rest = Vec3d::Zero();
-  double count = 0;
-  for (size_t i = one; i < p.size(); ++i)
-    if (grab.region.contains(p.position[i])) {
-      rest += p.position[i];
-      ++count;
-    }
-  rest /= count;
-  grab.path = {{0.0, rest}, {0.5, rest - Vec3d(0, 0, 3 * kCell)}, {1.0, rest - Vec3d(0, 0, 3 * kCell)}};
-  leaves.script = {pin_left(1.5 * kCell), grab};
-  leaves.go(1.0, initial_state(p));
+  testing::TwoLeaves leaves;
+  leaves.link();
+  leaves.move_upper(-3);
+  const BasicParticles<double>& p = leaves.particles;
+  const size_t one = leaves.one;
   double pushed = 0, nearest = INFINITY;
   for (const State& s : leaves.states)
     for (size_t i = 0; i < one; ++i) {
