@@ -83,6 +83,7 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
   if (fits) {
     FitStage fit = options.fit;
     fit.material = options.simulate.material;
+    if (!fit.released_young) fit.solver = options.simulate.solver;
     run_fit(context, run, scene, fit);
     // The fit has used them.
     simulate.material.poisson.reset();
@@ -109,7 +110,7 @@ void add_run(CLI::App& app, Program& program) {
   Spelling simulate = spelling, seed = spelling, fit = spelling;
   simulate.left_out.insert("no-fit");
   seed.left_out.insert("material");
-  fit.left_out.merge(std::set<std::string>{"young", "poisson", "density"});
+  fit.left_out.merge(std::set<std::string>{"young", "poisson", "density", "solver"});
   add_scene_options(*command, program, options->scene, spelling);
   add_out(*command, program, "Run directory to make or continue (default: SCENE_run)");
   add_options(*command, program, options_of(options->segment), spelling);

@@ -80,10 +80,10 @@ void check_given(const CLI::App& command, SimulateStage& stage) {
       refuse_given(command, table, {"does nothing without gravity", "leave one of them out", {"rest-shape"}});
     return;
   }
-  std::set<std::string> unused = {"interactions",  "fps",         "duration",    "damping-time", "auto-push",
-                                  "rest-shape",    "settle-time", "sleep-speed", "flip-time",    "solver",
-                                  "collide-scene", "no-gravity",  "no-floor",    "law",          "young",
-                                  "poisson",       "density",     "material",    "velocity",     "no-fit"};
+  std::set<std::string> unused = {
+      "interactions", "fps",       "duration", "damping-time",     "auto-push",     "rest-shape", "settle-time",
+      "sleep-speed",  "flip-time", "solver",   "contact-friction", "collide-scene", "no-gravity", "no-floor",
+      "law",          "young",     "poisson",  "density",          "material",      "velocity",   "no-fit"};
   for (const Option& option : table.options)
     if (option.group == "Constants of the law") unused.insert(option.name);
   refuse_given(command, table,

@@ -62,6 +62,7 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
   MaterialFitOptions options;
   VibrationFitOptions& vibration = options.vibration;
   vibration.simulate.gravity = -9.81 * scene.up;
+  vibration.simulate.grid = grid_kind(stage.solver);
   vibration.search.first = stage.from;
   vibration.refine.tolerance = 1e-3;
   vibration.modes.most = 6;

@@ -76,6 +76,7 @@ struct FitStage {
   int parts = 6;                  ///< patches of the object by place and colour; those that look alike are one part
   std::string part_labels;        ///< file with labels of the scene's Gaussians, that say the parts instead
   MaterialValues material;        ///< command line's; E is where the search starts
+  std::string solver = "auto";    ///< that of the roll-outs, see SimulateStage
   std::string prefix;             ///< of its options on the command line: "fit." in `run`
   /// An option as the user writes it.
   std::string typed(const std::string& option) const;

@@ -120,7 +120,9 @@ void check_fit_stage(const FitStage& stage, bool has_video) {
   else
     refuse(of_markers(stage), "without markers", "add " + stage.typed("markers") + " FILE");
   if (stage.released_young) {
-    refuse({{stage.typed("markers"), markers}, {stage.typed("young"), stage.material.young.has_value()}},
+    refuse({{stage.typed("markers"), markers},
+            {stage.typed("young"), stage.material.young.has_value()},
+            {stage.typed("solver"), stage.solver != FitStage().solver}},
            "with " + stage.typed("released-fields"), "leave one of them out");
     refuse(of_pictures(stage), "with " + stage.typed("released-fields") + ", which are used unchanged",
            "leave it out, or fit to the video");

@@ -55,6 +55,7 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
   forces.fps = fps;
   forces.duration = (compare.guide_frames - 1) / fps;
   forces.settle = 0;
+  forces.solver = stage.solver;
   SimulationPlan plan = plan_simulation(context, in.files, in.found, scene, forces, fit.body);
   if (compare.load.empty()) {
     plan.interactions.front().start = 0;

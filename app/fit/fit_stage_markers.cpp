@@ -171,6 +171,7 @@ json fit_to_markers(const Context& context, const RunDirectory& run, const FitIn
   options.model.simulate.gravity = m.interactions.empty() ? Vec3d::Zero() : Vec3d(-9.81 * scene.up);
   options.model.simulate.fps = state_rate(tracks);
   options.model.simulate.courant = 0.5;
+  options.model.simulate.grid = grid_kind(stage.solver);
   options.model.reach = m.reach > 0 ? m.reach : 2 * body.particles.cell_size;
   options.release_range =
       std::clamp(0.15 * m.window, 0.03, 0.2);  // a slow body has moved little when it is seen to move

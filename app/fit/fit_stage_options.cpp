@@ -257,6 +257,7 @@ OptionTable options_of(FitStage& stage) {
            "Use the published fields of a PhysDreamer scene folder with this E0 [Pa in its cube] instead of fitting",
        .value = "E0",
        .low = 0},
+      solver_option(stage.solver),
   };
   for (const std::vector<Option>& more :
        {own, material_options(stage.material), compare_options(stage.compare), guidance_options(stage.compare),

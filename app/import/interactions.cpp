@@ -120,7 +120,7 @@ Interaction parse_row(const json& row, const InteractionFrame& frame, const std:
       out.path = parse_path(required(row, "path", where), metres, where);
       out.stiffness = number(row, "stiffness", 0, where);
       out.damping = number(row, "damping", 0, where);
-      out.max_force = number(row, "max_force", INFINITY, where);
+      out.max_force = number(row, "max_force", 0, where);
       break;
     }
     case InteractionType::kGust:

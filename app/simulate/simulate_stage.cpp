@@ -209,6 +209,7 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
           {"dt_max_s", s.max_dt},
           {"substeps_max",
            s.substeps_of_frame.empty() ? 0 : *std::max_element(s.substeps_of_frame.begin(), s.substeps_of_frame.end())},
+          {"max_stretch", s.max_stretch},
           {"strays", s.strays},
           {"retries", s.retries},
           {"solver", is_lagrangian(plan.options, body.particles) ? "lagrangian" : "eulerian"},

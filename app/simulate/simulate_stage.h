@@ -30,16 +30,20 @@ struct SimulateStage {
   double settle = 2;       ///< s, at most, that an unpinned body gets to come to rest before frame 0; 0 = none
   double sleep_speed = 0;  ///< m/s below which parts at rest are not computed; 0 = all are
   double flip_time = 0;    ///< s in which particles lose what the grid cannot hold of their motion; 0 = at once (APIC)
-  std::string solver = "auto";  ///< where stencils lie: auto, eulerian or lagrangian, see GridKind
-  bool obstacles = false;       ///< the rest of the scene's Gaussians are an obstacle
-  bool use_fit = true;          ///< material, damping and start of a fit, where there is one and `material` names no E
-  bool floor = true;            ///< the plane of the support is a floor, unless the interactions have a ground
+  std::string solver = "auto";    ///< where stencils lie: auto, eulerian or lagrangian, see GridKind
+  double contact_friction = 0.2;  ///< Coulomb coefficient of parts of the object against each other: low, as of leaves,
+                                  ///< so that none stays hooked on another
+  bool obstacles = false;  ///< the rest of the scene's Gaussians are an obstacle
+  bool use_fit = true;     ///< material, damping and start of a fit, where there is one and `material` names no E
+  bool floor = true;       ///< the plane of the support is a floor, unless the interactions have a ground
 };
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(SimulateStage& stage);
 StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene, const SimulateStage& stage);
 /// --young, --poisson, --density.
 std::vector<Option> material_options(MaterialValues& material);
+/// --solver, see grid_kind.
+Option solver_option(std::string& solver);
 /// The material that simulate will use, see material.h; with a configuration of PhysGaussian its own.
 ObjectMaterial check_material(const Scene& scene, const SimulateStage& stage);
 nlohmann::json run_simulate(const Context& context, RunDirectory& run, const Scene& scene, const SimulateStage& stage);

@@ -10,6 +10,13 @@ std::vector<Option> material_options(MaterialValues& material) {
           {.name = "density", .field = &material.density, .help = "Density [kg/m^3]", .value = "RHO"}};
 }
 
+Option solver_option(std::string& solver) {
+  return {.name = "solver",
+          .field = &solver,
+          .help = "Grid of the body at rest, on which it cannot tear (lagrangian), or of space, for any law (eulerian)",
+          .choices = {"auto", "lagrangian", "eulerian"}};
+}
+
 OptionTable options_of(SimulateStage& stage) {
   OptionTable table{
       "simulate",
@@ -65,11 +72,12 @@ OptionTable options_of(SimulateStage& stage) {
            .field = &stage.flip_time,
            .help = "Low-dissipation transfer: time that particles keep motion below the grid scale [s]; 0 = APIC",
            .low = 0},
-          {.name = "solver",
-           .field = &stage.solver,
-           .help =
-               "Grid of the body at rest, on which it cannot tear (lagrangian), or of space, for any law (eulerian)",
-           .choices = {"auto", "lagrangian", "eulerian"}},
+          solver_option(stage.solver),
+          {.name = "contact-friction",
+           .field = &stage.contact_friction,
+           .help = "Coulomb friction of the object's parts against each other",
+           .low = 0,
+           .high = 10},
           {.name = "collide-scene",
            .field = &stage.obstacles,
            .help = "Collide with the rest of the scene",

@@ -153,7 +153,11 @@ SimulationPlan plan_simulation(const Context& context, const InputFiles& files, 
   plan.options.sleep_speed = stage.sleep_speed;
   plan.options.flip_time = stage.flip_time;
   plan.options.grid = grid_kind(stage.solver);
+  plan.options.object_friction = stage.contact_friction;
   plan.options.gravity = stage.gravity ? Vec3d(-9.81 * scene.up) : Vec3d::Zero();
+  if (stage.contact_friction != SimulateStage().contact_friction && !is_lagrangian(plan.options, body.particles))
+    throw usage_error("--contact-friction", "", "does nothing on a grid of space, where parts that meet stick",
+                      "leave it out, or use an elastic law and --solver lagrangian");
   const std::vector<Interaction> pins = pins_of(body.file, scene);
   const std::string file = stage.interactions.empty() ? "interactions.json" : stage.interactions;
   if (moving) {

@@ -184,7 +184,9 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   VibrationFit fit;
   Journal journal(state, sink);
   if (!options.known_modes && !state.modes) {
-    state.modes = vibration_modes(options.modes, particles, interactions);
+    ModesOptions modes = options.modes;
+    modes.grid = options.simulate.grid;
+    state.modes = vibration_modes(modes, particles, interactions);
     journal.keep();
   }
   fit.modes = options.known_modes ? *options.known_modes : *state.modes;

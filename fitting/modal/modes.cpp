@@ -63,6 +63,7 @@ class ModeFinder {
     SimulateOptions options;
     options.gravity.setZero();
     options.courant = 0.3;
+    options.grid = options_.grid;
     return options;
   }
 

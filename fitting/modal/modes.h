@@ -13,6 +13,7 @@ struct ModesOptions {
   double highest = 12;        ///< modes above this multiple of the lowest frequency are left out
   double speed = 1e-4;        ///< of the free motions, share of the speed of sound: small, so that they are linear
   int most_substeps = 40000;  ///< of a free motion
+  GridKind grid = GridKind::kAutomatic;
 };
 
 /// Small free vibrations of a held body, undamped: x = X + sum of amplitude * shape, F = 1 + sum of amplitude *

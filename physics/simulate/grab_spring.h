@@ -22,19 +22,20 @@ inline Vec3d path_position(const std::vector<Interaction::PathPoint>& path, doub
   return path[k - 1].position + s * (path[k].position - path[k - 1].position);
 }
 
-/// The damped spring of a grab during the substep [t, t + dt].
+/// The damped spring of a grab during the substep [t, t + dt], which gives no more than so many newtons.
 struct GrabSpring {
   static constexpr double kFrequency = 10;  ///< Hz, of the body's mass on the default spring
+  static constexpr double kMaxStrain = 4;   ///< of a cube of the touched material under the default largest force
   static constexpr double kOmega = 2 * 3.14159265358979324 * kFrequency;
 
   double dt, stiffness, damping, max_force;
   Vec3d target, target_velocity;
 
-  GrabSpring(const Interaction& it, double body_mass, double t, double step)
+  GrabSpring(const Interaction& it, double body_mass, double newtons, double t, double step)
       : dt(step),
         stiffness(it.stiffness > 0 ? it.stiffness : kOmega * kOmega * body_mass),
         damping(it.damping > 0 ? it.damping : 2 * std::sqrt(stiffness * body_mass)),
-        max_force(it.max_force),
+        max_force(newtons),
         target(path_position(it.path, t + dt - it.start)),
         target_velocity((target - path_position(it.path, t - it.start)) / dt) {}
 

@@ -33,7 +33,7 @@ void validate_interaction(const Interaction& interaction, size_t index) {
   finite("vector", interaction.vector);
   non_negative("stiffness", interaction.stiffness, false);
   non_negative("damping", interaction.damping, false);
-  require(interaction.max_force > 0, "max_force", interaction.max_force, "give a positive number of newtons");
+  non_negative("max_force", interaction.max_force, true);
   non_negative("rate", interaction.rate, false);
   non_negative("drag_coefficient", interaction.drag_coefficient, false);
   non_negative("air_density", interaction.air_density, false);

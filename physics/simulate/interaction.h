@@ -43,9 +43,9 @@ struct Interaction {
     Vec3d position;
   };
   std::vector<PathPoint> path;
-  double stiffness = 0;                                        ///< grab, N/m; 0 = (2 pi 10 Hz)^2 * mass of the body
-  double damping = 0;                                          ///< grab, N s/m; 0 = critical for the mass of the body
-  double max_force = std::numeric_limits<double>::infinity();  ///< grab, N
+  double stiffness = 0;  ///< grab, N/m; 0 = (2 pi 10 Hz)^2 * mass of the body
+  double damping = 0;    ///< grab, N s/m; 0 = critical for the mass of the body
+  double max_force = 0;  ///< grab, N; 0 = what the touched material gives: 4 times its mean E times its volume^(2/3)
 
   double rate = 0;                                 ///< gust, 1/s
   double drag_coefficient = 1, air_density = 1.2;  ///< wind; kg/m^3

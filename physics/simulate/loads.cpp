@@ -102,9 +102,13 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
         if (!it.region.contains(particles.position[i].template cast<double>())) continue;
         bits_[i] |= entry.bit;
         entry.mass += particles.mass[i];
+        entry.volume += particles.volume[i];
+        entry.max_force += static_cast<double>(particles.young[i]) * particles.volume[i];
         if (it.type == InteractionType::kGrab || it.type == InteractionType::kTorque)
           entry.touched.push_back(static_cast<int>(i));
       }
+      entry.max_force =
+          it.max_force > 0 ? it.max_force : GrabSpring::kMaxStrain * entry.max_force / std::cbrt(entry.volume);
     }
     entries_.push_back(std::move(entry));
   }
@@ -120,7 +124,7 @@ bool LoadSchedule<T>::pinned(double t) const {
 template <class T>
 void LoadSchedule<T>::add_grab(const Entry& entry, double t, double dt, const Mpm<T>& solver,
                                StepLoads<T>& loads) const {
-  const GrabSpring spring(entry.interaction, body_mass_, t, dt);
+  const GrabSpring spring(entry.interaction, body_mass_, entry.max_force, t, dt);
   const auto motion = solver.motion_of(entry.touched);
   const Vec3d force = spring.force(spring.unlimited(motion.centre, motion.velocity, entry.mass));
   add<T>(loads, entry.bit, force / entry.mass);

@@ -21,12 +21,14 @@ constexpr double kClampReach = 0.5, kClampSpring = 2, kClampDepth = 0.75;
 struct LoadsGradient {
   std::vector<Vec3d> vector;         ///< [interactions] by Interaction::vector
   std::vector<double> touched_mass;  ///< [interactions] by the touched mass
+  std::vector<double> max_force;     ///< [interactions] by the default largest force of a grab
   double body_mass = 0;
   Vec3d gravity = Vec3d::Zero();  ///< by SimulateOptions::gravity
   double damping_time = 0;
   std::vector<double> density;  ///< [objects] by the mean density of each, as far as any touch
 
-  explicit LoadsGradient(size_t interactions) : vector(interactions, Vec3d::Zero()), touched_mass(interactions, 0.0) {}
+  explicit LoadsGradient(size_t interactions)
+      : vector(interactions, Vec3d::Zero()), touched_mass(interactions, 0.0), max_force(interactions, 0.0) {}
 };
 
 /// Turns an interaction script into what acts during each substep.
@@ -56,6 +58,8 @@ class LoadSchedule {
                   StepAdjoint<T>& particles, LoadsGradient& gradient) const;
   /// Adds to by_mass [N] what the masses of the touched particles, of the body and of its objects did.
   void add_by_mass(const BasicParticles<T>& particles, const LoadsGradient& gradient, std::vector<T>& by_mass) const;
+  /// Adds to by_young [m^2] what the stiffness of grabbed material did through the largest force.
+  void add_by_young(const BasicParticles<T>& particles, const LoadsGradient& gradient, std::vector<T>& by_young) const;
 
  private:
   struct Entry {
@@ -63,6 +67,8 @@ class LoadSchedule {
     double end = 0;
     uint32_t bit = 0;
     double mass = 0;            // touched, kg
+    double volume = 0;          // touched, m^3
+    double max_force = 0;       // of a grab, N
     std::vector<int> touched;   // only of what depends on their motion
     bool reaches_body = false;  // only of a pin
     bool sprung = false;        // only of a pin: held by springs behind its surface

@@ -72,7 +72,7 @@ void LoadSchedule<T>::grab_adjoint(const Entry& entry, double t, double dt, cons
                                    const Vec3d& by_acceleration, StepAdjoint<T>& particles, size_t number,
                                    LoadsGradient& gradient) const {
   const Interaction& it = entry.interaction;
-  const GrabSpring spring(it, body_mass_, t, dt);
+  const GrabSpring spring(it, body_mass_, entry.max_force, t, dt);
   const auto motion = particles.motion_of(step, entry.touched);
   const double M = entry.mass, D = spring.denominator(M);
   const Vec3d pull = spring.target - motion.centre - dt * motion.velocity;
@@ -85,6 +85,7 @@ void LoadSchedule<T>::grab_adjoint(const Entry& entry, double t, double dt, cons
   // force = unlimited, cut to the largest one along itself
   if (const double newtons = unlimited.norm(); newtons > spring.max_force) {
     const Vec3d n = unlimited / newtons;
+    if (!(it.max_force > 0)) gradient.max_force[number] += by_force.dot(n);
     by_force = spring.max_force / newtons * (by_force - by_force.dot(n) * n);
   }
   // unlimited = (stiffness pull + damping slip) / D, D = 1 + dt (damping + dt stiffness) / M
@@ -134,6 +135,16 @@ void LoadSchedule<T>::add_by_mass(const BasicParticles<T>& particles, const Load
       if (entries_[k].bit & bits_[i]) sum += gradient.touched_mass[k];
     by_mass[i] += static_cast<T>(sum);
   }
+}
+
+template <class T>
+void LoadSchedule<T>::add_by_young(const BasicParticles<T>& particles, const LoadsGradient& gradient,
+                                   std::vector<T>& by_young) const {
+  for (size_t k = 0; k < entries_.size(); ++k)
+    if (gradient.max_force[k] != 0)
+      for (const int i : entries_[k].touched)
+        by_young[i] += static_cast<T>(GrabSpring::kMaxStrain * gradient.max_force[k] * particles.volume[i] /
+                                      std::cbrt(entries_[k].volume));
 }
 
 template class LoadSchedule<float>;

@@ -118,6 +118,7 @@ class Reverser {
     result.mass = by.mass;
     simulator_.schedule().add_by_mass(particles, loads_, result.mass);
     add_young_and_poisson(particles, by, result);
+    simulator_.schedule().add_by_young(particles, loads_, result.young);
     result.interaction = loads_.vector;
     result.gravity = loads_.gravity;
     result.damping_time = loads_.damping_time;

@@ -1,8 +1,10 @@
 #include "physics/simulate/simulate.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 
 #include "gaussians/base/error.h"
 #include "physics/body/surface_elements.h"
@@ -90,6 +92,37 @@ std::string describe_thin_parts(const BasicParticles<T>& particles, double dx, S
          " m; their bending stiffness is inaccurate, more driving particles make the cells smaller";
 }
 
+/// Where elastic material is stretched beyond the range for which anyone has measured its law.
+template <class T>
+void note_stretch(const BasicParticles<T>& particles, const BasicSimulationState<T>& state, SimulateSummary& summary) {
+  for (size_t i = 0; i < state.size(); ++i) {
+    // No stretch is longer than all three together.
+    const T bound = state.F[i].squaredNorm();
+    if (!has_piola(particles.material(i).law) || bound <= kFarStretch * kFarStretch ||
+        bound <= summary.max_stretch * summary.max_stretch)
+      continue;
+    Eigen::SelfAdjointEigenSolver<Mat3d> eigen;
+    const Mat3d F = state.F[i].template cast<double>();
+    eigen.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
+    const double stretch = std::sqrt(eigen.eigenvalues()[2]);
+    if (stretch <= kFarStretch || stretch <= summary.max_stretch) continue;
+    summary.max_stretch = stretch;
+    summary.max_stretch_frame = state.frame;
+    summary.max_stretch_place = particles.position[i].template cast<double>();
+  }
+}
+
+void warn_of_stretch(SimulateSummary& summary) {
+  if (summary.max_stretch == 0) return;
+  const Vec3d& x = summary.max_stretch_place;
+  char line[256];
+  std::snprintf(line, sizeof line,
+                "the material at (%.3g, %.3g, %.3g) m is stretched to %.3g times its length in frame %d, where its law "
+                "is a guess; pull less, or give it a larger Young's modulus",
+                x.x(), x.y(), x.z(), summary.max_stretch, summary.max_stretch_frame);
+  summary.warnings.push_back(line);
+}
+
 /// Moving colliders and fingers that gave the body nothing.
 template <class T>
 void warn_of_misses(const LoadSchedule<T>& schedule, SimulateSummary& summary) {
@@ -135,6 +168,7 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
   summary.gravity_cancelled = pinned && options.rest_shape == RestShapeMode::kCaptured && options.gravity.norm() > 0;
   const auto deliver = [&] {
     summary.max_displacement = std::max(summary.max_displacement, largest_displacement(particles, result.state));
+    note_stretch(particles, result.state, summary);
     result.stopped = sink && !sink(result.state);
   };
   if (const std::string thin = describe_thin_parts(particles, summary.cell_size, summary); !thin.empty())
@@ -172,6 +206,7 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
     deliver();
   }
   warn_of_misses(simulator.schedule(), summary);
+  warn_of_stretch(summary);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return result;
 }

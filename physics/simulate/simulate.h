@@ -10,6 +10,7 @@
 namespace pliant {
 
 constexpr int kMaxSubstepsOfFrame = 1 << 20;
+constexpr double kFarStretch = 2;  ///< beyond which nobody has measured most materials' laws
 
 /// What the captured shape of a body that a pin holds means.
 enum class RestShapeMode {
@@ -39,10 +40,11 @@ struct SimulateOptions {
   double cell_size = 0;            ///< m; 0 = that of the particles
   double settle_time = 0;          ///< s, at most, of settling before frame 0, for bodies that no pin holds
   RestShapeMode rest_shape = RestShapeMode::kCaptured;  ///< of bodies that a pin holds
-  double object_friction = 0.5;                         ///< Coulomb coefficient between the objects of `particles`
-  int max_retries = 4;                                  ///< halvings of the time step before a frame is given up
-  double flip_time = 0;                                 ///< s, 0 = APIC; see MpmOptions
-  double sleep_speed = 0;                               ///< m/s, 0 = off; see MpmOptions
+  double object_friction =
+      0.5;                 ///< Coulomb coefficient between the objects of `particles`, and of parts of one that meet
+  int max_retries = 4;     ///< halvings of the time step before a frame is given up
+  double flip_time = 0;    ///< s, 0 = APIC; see MpmOptions
+  double sleep_speed = 0;  ///< m/s, 0 = off; see MpmOptions
   GridKind grid = GridKind::kAutomatic;
 };
 
@@ -53,10 +55,13 @@ struct SimulateSummary {
   double mass = 0;                     ///< kg
   double cell_size = 0;                ///< m
   double max_displacement = 0;         ///< m, largest distance of a particle from its rest position over all frames
-  double settle_displacement = 0;      ///< m, moved before frame 0
-  double settle_seconds = 0;           ///< s, simulated before frame 0
-  double rest_shape_residual = 0;      ///< m, of the solved rest shape: captured shape against equilibrium
-  double rest_shape_sag = 0;           ///< m, captured against unloaded shape
+  double max_stretch = 0;              ///< of elastic material in any frame, where beyond kFarStretch, else 0
+  int max_stretch_frame = 0;
+  Vec3d max_stretch_place = Vec3d::Zero();  ///< m, at rest
+  double settle_displacement = 0;           ///< m, moved before frame 0
+  double settle_seconds = 0;                ///< s, simulated before frame 0
+  double rest_shape_residual = 0;           ///< m, of the solved rest shape: captured shape against equilibrium
+  double rest_shape_sag = 0;                ///< m, captured against unloaded shape
   int rest_shape_iterations = 0;
   double thin_share = 0;  ///< of the particles, in parts thinner than 3 cells
   Box thin_bounds;        ///< m, of those

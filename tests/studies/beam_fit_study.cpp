@@ -4,7 +4,7 @@
 //   beside two naive
 //                         predictors; then masses hung at the tip
 //   beam_fit_study kelvin A.csv CELLS YOUNG DAMPING_TIME   both kinds of damping
-// One JSON object per case.
+// grid=eulerian|lagrangian anywhere among them; default: the solver's own choice.  One JSON object per case.
 
 #include <cstdio>
 #include <cstdlib>
@@ -13,6 +13,7 @@
 
 #include "fitting/fit/fit_markers.h"
 #include "tests/physics/shapes.h"
+#include "tests/studies/study_grid.h"
 
 namespace pliant {
 namespace {
@@ -20,6 +21,7 @@ namespace {
 using nlohmann::json;
 
 constexpr double kPi = 3.14159265358979324;
+GridKind grid = GridKind::kAutomatic;
 constexpr double kPublished = 263824, kPoisson = 0.45, kDensity = 1070, kHeight = 0.03, kLength = 0.1, kGravity = 9.81;
 constexpr double kFrom = 0.2, kUntil = 0.6;  // s at which both recordings are at rest
 
@@ -72,6 +74,7 @@ MarkerFitOptions options() {
   o.model.simulate.gravity.setZero();
   o.model.simulate.fps = 200;
   o.model.simulate.courant = 0.5;
+  o.model.simulate.grid = grid;
   o.model.reach = 0.012;
   o.rest_begin = kFrom;
   return o;
@@ -230,6 +233,7 @@ void kelvin(const std::string& a, int cells, double young, double damping_time) 
 
 int main(int argc, char** argv) {
   using namespace pliant;
+  pliant::grid = pliant::testing::take_grid(argc, argv);
   const std::string study = argc > 1 ? argv[1] : "";
   if (study == "fit" && argc >= 5) {
     std::vector<int> grids;
@@ -241,7 +245,8 @@ int main(int argc, char** argv) {
     kelvin(argv[2], std::atoi(argv[3]), std::atof(argv[4]), std::atof(argv[5]));
   } else {
     std::fprintf(stderr,
-                 "usage: beam_fit_study fit A.csv WRONG CELLS... | predict A.csv B.csv CELLS YOUNG DAMPING_TIME "
+                 "usage: beam_fit_study [grid=eulerian|lagrangian] fit A.csv WRONG CELLS... | predict A.csv B.csv "
+                 "CELLS YOUNG DAMPING_TIME "
                  "| kelvin A.csv CELLS YOUNG DAMPING_TIME\n");
     return 2;
   }

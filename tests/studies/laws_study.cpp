@@ -1,11 +1,13 @@
 // Mechanics of whole bodies, law by law.  Prints one JSON object per figure, with the bar it is held to.
 //   laws_study [waves] [bulk] [slope] [relaxation] [snow] [metal] [foam] [plasticine] [fluid] [energy]    none = all
+// grid=eulerian|lagrangian: of waves and dents; default: the solver's own choice.
 
 #include <chrono>
 #include <cstdio>
 #include <string>
 
 #include "tests/physics/simulate/laws_bodies.h"
+#include "tests/studies/study_grid.h"
 
 namespace pliant {
 namespace {
@@ -13,6 +15,7 @@ namespace {
 using namespace pliant::testing;
 
 bool all_good = true;
+GridKind grid = GridKind::kAutomatic;
 
 void report(const char* study, const std::string& which, double measured, double expected, const char* bar, bool good) {
   static auto last = std::chrono::steady_clock::now();
@@ -44,7 +47,8 @@ constexpr Law kLaws[] = {Law::kFixedCorotated, Law::kNeoHookean, Law::kHencky,  
 
 void waves() {
   for (const Law law : kLaws) {
-    const Substance s = substance(law);
+    Substance s = substance(law);
+    s.grid = grid;
     const Lame<double> l = s.moduli();
     double modulus = l.lambda + 2 * l.mu;
     if (law == Law::kFluid) modulus = s.bulk();
@@ -130,6 +134,7 @@ void metal() {
            ">= 0.5", d.left >= 0.5 * d.loaded && d.loaded > 0.002);
   }
   s.material.law = Law::kHencky;
+  s.grid = grid;
   const Dent d = dent(s, 5e5, 0.05, 0.01);
   report("elastic_dent_kept", "hencky", d.left / d.loaded, 0, "< 0.1", std::abs(d.left) < 0.1 * d.loaded);
 }
@@ -190,6 +195,7 @@ void energy() {
 
 int main(int argc, char** argv) {
   using namespace pliant;
+  grid = testing::take_grid(argc, argv);
   const std::pair<const char*, void (*)()> studies[] = {
       {"waves", waves}, {"bulk", bulk}, {"slope", slope},           {"relaxation", relaxation}, {"snow", snow},
       {"metal", metal}, {"foam", foam}, {"plasticine", plasticine}, {"fluid", fluid},           {"energy", energy}};

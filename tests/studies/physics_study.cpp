@@ -3,6 +3,7 @@
 //   physics_study stem COUNT...               peak deflection of a pushed stem for several particle counts
 //   physics_study drift COUNT                 motion of a pinned stem without input
 //   physics_study speed COUNT SECONDS         particle-substeps per second for one and for all threads
+// grid=eulerian|lagrangian anywhere among them; default: the solver's own choice.
 
 #include <omp.h>
 
@@ -15,11 +16,19 @@
 #include "physics/body/make_particles.h"
 #include "physics/simulate/simulate.h"
 #include "tests/physics/shapes.h"
+#include "tests/studies/study_grid.h"
 
 namespace pliant {
 namespace {
 
 constexpr double kPi = 3.14159265358979324;
+GridKind grid = GridKind::kAutomatic;
+
+SimulateOptions grid_options() {
+  SimulateOptions options;
+  options.grid = grid;
+  return options;
+}
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -36,7 +45,7 @@ void cantilever(int cells, bool random) {
       1.8751 * 1.8751 / (2 * kPi) * std::sqrt(young * inertia / (density * area * std::pow(length, 4)));
   const double sag = 0.01 * length, load = sag * 8 * young * inertia / (density * area * std::pow(length, 4));
 
-  SimulateOptions options;
+  SimulateOptions options = grid_options();
   options.gravity.setZero();
   options.fps = 60 * frequency;
   options.duration = 1.2 / frequency;
@@ -106,7 +115,7 @@ struct Stem {
 void stem(int count) {
   const Stem stem;
   const Particles p = stem.particles(count);
-  SimulateOptions options;
+  SimulateOptions options = grid_options();
   options.duration = 0.25;
   options.fps = 120;
   Interaction push;
@@ -136,7 +145,7 @@ void stem(int count) {
 void drift(int count) {
   const Stem stem;
   const Particles p = stem.particles(count);
-  SimulateOptions options;
+  SimulateOptions options = grid_options();
   options.duration = 3;
   const auto summary = simulate<float>(options, p, {stem.pin}, initial_state(p)).summary;
   std::printf("{\"study\": \"drift\", \"particles\": %zu, \"drift_over_height\": %.3g, \"seconds\": %.1f}\n", p.size(),
@@ -152,7 +161,7 @@ void speed(int count, double seconds) {
   pin.region = Region::half_space(Vec3d(0, 0, 2 * dx), Vec3d(0, 0, 1));
   gust.type = InteractionType::kGust;
   gust.vector = Vec3d(1, 0, 0);
-  SimulateOptions options;
+  SimulateOptions options = grid_options();
   options.duration = seconds;
   const int most = omp_get_max_threads();
   for (int threads = 1; threads <= most; threads *= 2) {
@@ -170,6 +179,7 @@ void speed(int count, double seconds) {
 }  // namespace pliant
 
 int main(int argc, char** argv) {
+  pliant::grid = pliant::testing::take_grid(argc, argv);
   const std::string study = argc > 1 ? argv[1] : "";
   const auto number = [&](int k, double otherwise) { return argc > k ? std::atof(argv[k]) : otherwise; };
   if (study == "cantilever") {

@@ -213,6 +213,14 @@ RolloutCase<T> moving_block(double cells = 2.5) {
   it.damping = 1;
   it.region = Region::sphere({0, 0, size}, 0.4 * size);
   c.interactions.push_back(it);
+  // Asks for more than the touched material gives.
+  it.max_force = 0;
+  it.stiffness = 1e7;
+  it.region = Region::sphere({size, size, size}, 0.4 * size);
+  it.path[1].position[0] = 3 * size;
+  it.start = 0.001;
+  it.duration = 0.0005;
+  c.interactions.push_back(it);
   return c;
 }
 

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "physics/simulate/simulate.h"
 #include "tests/physics/shapes.h"
 
@@ -127,6 +129,39 @@ TEST(Interaction, GrabIsCappedAndEndsWithItsPath) {
   run.go({grab});
   EXPECT_NEAR(run.momentum(run.states[8]).x(), 0.05 * 0.2, 1e-9);
   EXPECT_NEAR(run.momentum(run.states.back()).x(), 0.05 * 0.2, 1e-9);
+}
+
+// Four times Young's modulus times the section of what is touched.
+TEST(Interaction, AGrabPullsNoHarderThanTheTouchedMaterialWithoutALimitOfItsOwn) {
+  Experiment run;
+  Interaction grab = make(InteractionType::kGrab, Vec3d::Zero());
+  grab.region = Region::all();
+  const Vec3d rest = run.centre(initial_state(run.particles));
+  grab.path = {{0.0, rest + Vec3d(1e9, 0, 0)}, {0.005, rest + Vec3d(1e9, 0, 0)}};
+  run.options.duration = 0.01;
+  run.options.fps = 200;
+  run.go({grab});
+  double volume = 0;
+  for (const double v : run.particles.volume) volume += v;
+  const double expected = 4 * run.particles.young[0] * std::pow(volume, 2.0 / 3) * 0.005;
+  EXPECT_NEAR(run.momentum(run.states.back()).x(), expected, 1e-6 * expected);
+}
+
+TEST(Interaction, AStretchBeyondTheLawsRangeIsSaidOnce) {
+  Experiment run;
+  Interaction pin = make(InteractionType::kPin, Vec3d::Zero()), grab = make(InteractionType::kGrab, Vec3d::Zero());
+  pin.region = Region::half_space(Vec3d(0, 0, 0.02), Vec3d(0, 0, 1));
+  grab.region = Region::half_space(Vec3d(0, 0, 0.045), Vec3d(0, 0, -1));
+  const Vec3d rest = run.centre(initial_state(run.particles), grab.region);
+  for (const double pull : {0.005, 0.1}) {
+    grab.path = {{0.0, rest}, {0.3, rest + Vec3d(0, 0, pull)}, {1.0, rest + Vec3d(0, 0, pull)}};
+    grab.max_force = 1e6;
+    const auto summary = run.go({pin, grab}).summary;
+    const auto said = std::ranges::count_if(
+        summary.warnings, [](const std::string& w) { return w.find("times its length") != std::string::npos; });
+    EXPECT_EQ(said, pull > 0.05 ? 1 : 0) << pull;
+    EXPECT_EQ(summary.max_stretch > kFarStretch, pull > 0.05) << pull << ": " << summary.max_stretch;
+  }
 }
 
 TEST(Interaction, GravityOfAPinnedBodyActsAsTheDifferenceFromItsRestLoad) {

@@ -15,6 +15,7 @@ namespace pliant::testing {
 struct Substance {
   Material material;
   double young = 1e5, poisson = 0.3, density = 1000;
+  GridKind grid = GridKind::kAutomatic;  // of its roll-outs
 
   Lame<double> moduli() const { return lame(young, poisson); }
   double bulk() const {
@@ -78,18 +79,19 @@ inline double p_wave_speed(const Substance& s, double expected, int cells_wide =
   add_walls(world, size, 2);
   const double step = 0.2 * dx / expected;  // a fifth of a cell
   double weight[2] = {}, moment[2] = {};
-  simulate<double>(
-      run_options(1 / step, 43 * dx / expected, Vec3d::Zero()), p, world, state, [&](const BodyState& now) {
-        for (int k = 0; k < 2; ++k) {
-          double velocity = 0;
-          for (size_t i = 0; i < p.size(); ++i)
-            if (std::abs(p.position[i].x() - stations[k]) < 0.5 * dx) velocity += now.v[i].x();
-          velocity = std::max(velocity, 0.0) * (std::abs(now.time * expected - (stations[k] - first)) < 10 * dx);
-          weight[k] += velocity * velocity;
-          moment[k] += velocity * velocity * now.time;
-        }
-        return true;
-      });
+  SimulateOptions options = run_options(1 / step, 43 * dx / expected, Vec3d::Zero());
+  options.grid = s.grid;
+  simulate<double>(options, p, world, state, [&](const BodyState& now) {
+    for (int k = 0; k < 2; ++k) {
+      double velocity = 0;
+      for (size_t i = 0; i < p.size(); ++i)
+        if (std::abs(p.position[i].x() - stations[k]) < 0.5 * dx) velocity += now.v[i].x();
+      velocity = std::max(velocity, 0.0) * (std::abs(now.time * expected - (stations[k] - first)) < 10 * dx);
+      weight[k] += velocity * velocity;
+      moment[k] += velocity * velocity * now.time;
+    }
+    return true;
+  });
   return (stations[1] - stations[0]) / (moment[1] / weight[1] - moment[0] / weight[0]);
 }
 
@@ -326,6 +328,7 @@ inline Dent dent(const Substance& s, double pressure, double duration, double dx
   press.vector = Vec3d(0, 0, -pressure * M_PI * radius * radius);
   SimulateOptions options = run_options(20 / duration, 2 * duration);
   options.damping_time = duration / 10;
+  options.grid = s.grid;
   Dent result{};
   simulate<double>(options, p, {wall(Vec3d::Zero(), Vec3d::UnitZ(), ContactKind::kSeparating), press}, initial_state(p),
                    [&](const BodyState& now) {
