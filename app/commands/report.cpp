@@ -17,7 +17,7 @@ namespace {
 std::string times_table(const json& stages) {
   std::string rows;
   double total = 0;
-  for (const char* name : {"segment", "extract", "repair", "seed", "fit", "simulate", "render"}) {
+  for (const char* name : {"segment", "extract", "repair", "seed", "fit", "simulate", "render", "page"}) {
     if (!stages.contains(name)) continue;
     const double seconds = stages[name]["wall_s"];
     total += seconds;
@@ -55,6 +55,8 @@ void write_report(const RunDirectory& run, const Scene& scene, const std::string
                       html_escaped(scene.up_source), scene.metres_per_unit);
   html += html_video(run, "clip.mp4", "The object under the interactions, fixed camera");
   html += html_video(run, "clip_orbit.mp4", "The same, from a moving camera");
+  if (run.has("page"))
+    html += "<p><a href=\"clip.html\">The clip to look around in</a>, a page that plays in any browser.</p>\n";
   html += html_picture(run, "clip_frames.png", "Eight moments of the clip");
   html += fmt::format(
       "<p>Object <b>{}</b>: {} Gaussians. Mass {:.4g} kg; tip moves {:.1f} % of the object's height and ends at {:.1f} "

@@ -5,6 +5,7 @@
 #include "app/commands/report.h"
 #include "app/commands/stage_options.h"
 #include "app/fit/fit_video.h"
+#include "app/page/page_stage.h"
 #include "app/reconstruct/photo_set.h"
 #include "app/run/attach_scene.h"
 #include "app/segment/extract_stage.h"
@@ -27,6 +28,7 @@ struct RunOptions {
   bool use_video = true;
   SimulateStage simulate;
   RenderStage render;
+  PageStage page;
 };
 
 /// Why nothing is fitted; empty where a video, or markers, say what the object is made of.
@@ -94,9 +96,19 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
   }
   run_simulate(context, run, scene, simulate);
   run_render(context, run, scene, options.render);
+  if (options.page.html) {
+    PageStage page = options.page;
+    page.command = program.command_line;
+    run_page(context, run, scene, page);
+  } else {
+    refuse_given(command, options_of(options.page),
+                 {"does nothing with --no-html", "leave it out", {"html-size", "html-licence"}});
+    drop_page(run);
+  }
   write_report(run, scene, program.command_line);
   context.progress.say(
       fmt::format("clip: {}\nreport: {}", (run / "clip.mp4").string(), (run / "report.html").string()));
+  if (options.page.html) context.progress.say(fmt::format("page: {}", (run / "clip.html").string()));
   return run.manifest();
 }
 
@@ -126,6 +138,7 @@ void add_run(CLI::App& app, Program& program) {
   add_options(*command, program, options_of(options->reconstruct), spelling);
   add_options(*command, program, options_of(options->repair), spelling);
   add_options(*command, program, options_of(options->render), spelling);
+  add_options(*command, program, options_of(options->page), spelling);
   command
       ->add_option_function<std::string>(
           "--physgaussian",

@@ -95,7 +95,7 @@ json export_physgaussian(const Context& context, const RunDirectory& run, const 
 json run_export(const Context& context, RunDirectory& run, const Scene& scene, const ExportStage& stage) {
   if (stage.ply_sequence.empty() == stage.physgaussian_output.empty())
     throw usage_error("export", "", "needs exactly one output",
-                      "give --ply-sequence FOLDER or --physgaussian-output FOLDER");
+                      "give --ply-sequence FOLDER, --physgaussian-output FOLDER or --html FILE");
   if (!stage.physgaussian_output.empty()) return export_physgaussian(context, run, stage);
   const auto inputs = moving_scene_files(run);
   const MovingScene moving = load_moving_scene(inputs, scene);

@@ -33,9 +33,9 @@ struct SimulateStage {
   std::string solver = "auto";    ///< where stencils lie: auto, eulerian or lagrangian, see GridKind
   double contact_friction = 0.2;  ///< Coulomb coefficient of parts of the object against each other: low, as of leaves,
                                   ///< so that none stays hooked on another
-  bool obstacles = false;  ///< the rest of the scene's Gaussians are an obstacle
-  bool use_fit = true;     ///< material, damping and start of a fit, where there is one and `material` names no E
-  bool floor = true;       ///< the plane of the support is a floor, unless the interactions have a ground
+  bool obstacles = false;         ///< the rest of the scene's Gaussians are an obstacle
+  bool use_fit = true;  ///< material, damping and start of a fit, where there is one and `material` names no E
+  bool floor = true;    ///< the plane of the support is a floor, unless the interactions have a ground
 };
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(SimulateStage& stage);

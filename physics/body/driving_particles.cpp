@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/morton.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/portable.h"
 #include "gaussians/base/random.h"
@@ -16,30 +17,11 @@ namespace {
 
 constexpr int kCoveringRounds = 3;
 
-/// Position along the Morton curve of x in [0, 1)^3, 20 bits an axis.
-uint64_t morton_key(const Vec3d& x) {
-  uint64_t key = 0;
-  for (int a = 0; a < 3; ++a) {
-    const uint64_t cell = static_cast<uint64_t>(std::clamp(x[a], 0.0, 0.999999) * (1 << 20));
-    for (int bit = 0; bit < 20; ++bit) key |= (cell >> bit & 1) << (3 * bit + a);
-  }
-  return key;
-}
-
 /// Samples in the order of a space-filling curve whose origin the seed moves.
 std::vector<int> curve_order(const SolidSamples& samples, uint64_t seed) {
-  Box box;
-  for (const Vec3f& x : samples.position) box.add(x);
-  const double side = std::max(1e-30, static_cast<double>(box.size().maxCoeff())) * 2;
   Random random(seed);
   const Vec3d shift(0.5 * random.uniform(), 0.5 * random.uniform(), 0.5 * random.uniform());
-  std::vector<uint64_t> key(samples.size());
-  for (size_t i = 0; i < samples.size(); ++i)
-    key[i] = morton_key((samples.position[i] - box.low).cast<double>() / side + shift);
-  std::vector<int> order(samples.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return key[a] < key[b]; });
-  return order;
+  return morton_order(samples.position, shift);
 }
 
 /// Gives every empty cluster the sample that lies farthest from the centre of a cluster with others.

@@ -1,6 +1,7 @@
 #include "gaussians/io/images/webp.h"
 
 #include <webp/decode.h>
+#include <webp/encode.h>
 
 #include "gaussians/base/error.h"
 
@@ -29,6 +30,16 @@ ImageU8 decode_webp(std::string_view bytes, size_t most_pixels, const std::strin
                       "the file is truncated or damaged; fetch it again");
   }
   return picture;
+}
+
+std::string encode_webp(const ImageU8& image, float quality) {
+  CHECK(image.channels == 3);
+  uint8_t* bytes = nullptr;
+  const size_t size = WebPEncodeRGB(image.data.data(), image.width, image.height, 3 * image.width, quality, &bytes);
+  CHECK_MSG(size > 0, "WebP encoder");
+  std::string out(reinterpret_cast<const char*>(bytes), size);
+  WebPFree(bytes);
+  return out;
 }
 
 }  // namespace pliant

@@ -12,4 +12,7 @@ namespace pliant {
 /// is checked before anything is allocated.  Throws Error{kInput} naming `file`.
 ImageU8 decode_webp(std::string_view bytes, size_t most_pixels, const std::string& file);
 
+/// R, G, B of 8 bits as a lossy WebP picture; quality 0..100.
+std::string encode_webp(const ImageU8& image, float quality);
+
 }  // namespace pliant

@@ -2,6 +2,7 @@
 
 #include "app/commands/stage_options.h"
 #include "app/fit/fit_stage.h"
+#include "app/page/page_stage.h"
 #include "app/segment/extract_stage.h"
 #include "app/segment/repair_stage.h"
 #include "app/simulate/export_stage.h"
@@ -22,9 +23,10 @@ inline const std::vector<OptionTable>& all_tables() {
   static SimulateStage simulate;
   static RenderStage render;
   static ExportStage exported;
-  static const std::vector<OptionTable> tables = {options_of(reconstruct), options_of(segment), options_of(extract),
-                                                  options_of(repair),      options_of(seed),    options_of(fit),
-                                                  options_of(simulate),    options_of(render),  options_of(exported)};
+  static PageStage page;
+  static const std::vector<OptionTable> tables = {
+      options_of(reconstruct), options_of(segment),  options_of(extract), options_of(repair),   options_of(seed),
+      options_of(fit),         options_of(simulate), options_of(render),  options_of(exported), options_of(page)};
   return tables;
 }
 

@@ -8,6 +8,7 @@
 
 #include "app/commands/stage_options.h"
 #include "app/fit/fit_stage.h"
+#include "app/page/page_stage.h"
 #include "app/reconstruct/photo_set.h"
 #include "app/segment/extract_stage.h"
 #include "app/segment/label_choice.h"
@@ -92,6 +93,7 @@ class OptionEffects : public FitVideo {
         {"simulate.density", "400"},
         {"simulate.rest-shape", "solve"},
         {"render.camera", camera},
+        {"page.html-licence", "CC BY 4.0"},
         {"reconstruct.photos", file("masks")},
         {"reconstruct.background", "1,1,1"},
     };
@@ -238,6 +240,7 @@ TEST_F(OptionEffects, OfReconstructExtractRepairSeedAndRender) {
   record["stages"]["simulate"] = record["stages"]["seed"];
   write_text(folder / "run/run.json", record.dump());
   try_all<RenderStage>({}, {});
+  try_all<PageStage>({}, {});
 }
 
 TEST_F(OptionEffects, OfFit) {
@@ -272,7 +275,7 @@ TEST_F(OptionEffects, OfFit) {
   Names all;
   FitStage stage;
   for (const Option& option : options_of(stage).options) all.insert(option.name);
-  for (const std::string& name : with(markers, {"young", "poisson", "density", "markers"})) all.erase(name);
+  for (const std::string& name : with(markers, {"young", "poisson", "density", "solver", "markers"})) all.erase(name);
   try_all<FitStage>({"--markers", values_.at("fit.markers")}, all);
 }
 

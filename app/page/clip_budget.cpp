@@ -1,0 +1,207 @@
+#include "app/page/clip_budget.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+#include "gaussians/base/error.h"
+#include "gaussians/base/morton.h"
+#include "gaussians/render/blend_weights.h"
+#include "gaussians/render/deform.h"
+
+namespace pliant {
+namespace {
+
+constexpr double kMostPixels = 400;  // of the longer side of a view that weighs Gaussians
+
+Binding select(const Binding& binding, std::span<const int> order) {
+  Binding out;
+  for (const int i : order)
+    for (int k = 0; k < Binding::kCount; ++k) {
+      out.driver.push_back(binding.driver[i * Binding::kCount + k]);
+      out.weight.push_back(binding.weight[i * Binding::kCount + k]);
+    }
+  return out;
+}
+
+/// Background Gaussians by the sum of their blend weights over the views, largest first.
+std::vector<int> by_importance(const GaussianCloud& background, const std::vector<Camera>& views, bool antialiased) {
+  std::vector<double> seen(background.size(), 0.0);
+  RenderOptions options;
+  options.antialiased = antialiased;
+  for (const Camera& view : views) {
+    const BlendWeights weights =
+        blend_weights(background, view.scaled(std::min(1.0, kMostPixels / std::max(view.width, view.height))), options);
+    for (size_t k = 0; k < weights.gaussian.size(); ++k) seen[weights.gaussian[k]] += weights.weight[k];
+  }
+  std::vector<int> order(background.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return seen[a] > seen[b]; });
+  return order;
+}
+
+/// Weights in 255ths; the page divides by their sum.
+std::vector<uint8_t> rounded_weights(const Binding& binding) {
+  std::vector<uint8_t> out;
+  for (size_t k = 0; k < binding.weight.size(); ++k)
+    out.push_back(binding.driver[k] < 0 ? 0 : static_cast<uint8_t>(std::max(1L, std::lround(255 * binding.weight[k]))));
+  return out;
+}
+
+}  // namespace
+
+GaussianCloud CodedClip::decoded_frame(size_t t) const {
+  const DriverFrame frame = decoded(motion, level.rest, t);
+  Binding binding = level.binding;
+  const std::vector<uint8_t> weights = rounded_weights(binding);
+  for (size_t g = 0; g < binding.size(); ++g) {
+    float sum = 0;
+    for (int k = 0; k < Binding::kCount; ++k) sum += weights[g * Binding::kCount + k];
+    for (int k = 0; k < Binding::kCount; ++k)
+      binding.weight[g * Binding::kCount + k] = weights[g * Binding::kCount + k] / std::max(sum, 1.0f);
+  }
+  GaussianCloud all = decoded(background), moved;
+  deform({}, decoded(object), binding, level.rest, frame.position, frame.F, moved);
+  all.append(moved);
+  return all;
+}
+
+ClipCoder::ClipCoder(MovingScene moving, const Scene& scene, const std::vector<Camera>& views)
+    : moving_(std::move(moving)), scene_(scene) {
+  const std::vector<int> order = morton_order(moving_.object.position);
+  moving_.object = moving_.object.select(order);
+  moving_.binding = select(moving_.binding, order);
+  moving_.background = moving_.background.select(morton_order(moving_.background.position));
+  by_importance_ = by_importance(moving_.background, views, moving_.antialiased);
+}
+
+CodedClip ClipCoder::code(const ClipChoice& choice, CodedClip before) const {
+  CodedClip clip = std::move(before);
+  const ClipChoice had = clip.choice;
+  const bool fresh = clip.object.size() == 0;
+  clip.choice = choice;
+  if (fresh || !(had.object == choice.object)) clip.object = code_splats(choice.object, moving_.object);
+  if (fresh || !(had.background == choice.background) || had.background_share != choice.background_share) {
+    const size_t kept = static_cast<size_t>(std::ceil(choice.background_share * moving_.background.size()));
+    std::vector<int> places(by_importance_.begin(), by_importance_.begin() + static_cast<std::ptrdiff_t>(kept));
+    std::sort(places.begin(), places.end());
+    clip.background = code_splats(choice.background, moving_.background.select(places));
+  }
+  if (fresh || had.drivers != choice.drivers || !(had.motion == choice.motion)) {
+    const int all = static_cast<int>(moving_.particles.driving_position.size());
+    clip.level = driver_level(moving_, scene_, choice.drivers > 0 ? choice.drivers : all);
+    clip.motion = code_motion(choice.motion, clip.level.rest, motion_of(moving_, clip.level));
+  }
+  return clip;
+}
+
+ClipFile ClipCoder::file_of(const CodedClip& clip) const {
+  ClipFile file;
+  add_splats(file, "object", clip.object);
+  add_splats(file, "background", clip.background);
+  const size_t n = clip.object.size(), m = clip.level.rest.size();
+  std::vector<uint8_t> bound;
+  for (size_t g = 0; g < n; ++g) bound.push_back(clip.level.binding.driver[g * Binding::kCount] >= 0);
+  file.add("object", "object.bound", {n}, std::span<const uint8_t>(bound));
+  std::vector<float> rest;
+  for (const Vec3f& x : clip.level.rest) rest.insert(rest.end(), x.data(), x.data() + 3);
+  file.add("motion", "level0.rest", {m, 3}, std::span<const float>(rest));
+  constexpr uint16_t kUnused = 65535;
+  std::vector<uint16_t> driver;
+  for (const int d : clip.level.binding.driver) driver.push_back(d < 0 ? kUnused : static_cast<uint16_t>(d));
+  file.add("motion", "level0.driver", {n, Binding::kCount}, std::span<const uint16_t>(driver));
+  const std::vector<uint8_t> weight = rounded_weights(clip.level.binding);
+  file.add("motion", "level0.weight", {n, Binding::kCount}, std::span<const uint8_t>(weight));
+  file.header["levels"] = nlohmann::json::array({{{"drivers", m}}});
+  add_motion(file, clip.motion);
+  return file;
+}
+
+size_t SizeMeter::operator()(const ClipFile& file) {
+  size_t bytes = 0;
+  for (const auto& [name, content] : file.sections) {
+    auto& [measured, size] = known_[name];
+    if (measured != content) {
+      measured = content;
+      size = packed_section(content).size();
+    }
+    bytes += size;
+  }
+  return bytes;
+}
+
+CodedClip fit_to_size(const ClipCoder& coder, size_t bytes, ClipFile& file, std::vector<std::string>& given_up) {
+  constexpr int kMostDrivers = 65534;  // numbers of 16 bits
+  ClipChoice choice;
+  const MovingScene& moving = coder.moving();
+  const float size = moving.object.bounds().size().maxCoeff();
+  choice.object.sh_degree = moving.object.sh_degree;
+  choice.background.sh_degree = moving.background.sh_degree;
+  choice.motion = {2e-5 * size, 2e-3};
+  if (static_cast<int>(moving.particles.driving_position.size()) > kMostDrivers) choice.drivers = kMostDrivers;
+  CodedClip clip;
+  SizeMeter size_of;
+  size_t least = 0;
+  const auto fits = [&] {
+    clip = coder.code(choice, std::move(clip));
+    file = coder.file_of(clip);
+    return (least = size_of(file)) <= bytes;
+  };
+  if (fits()) return clip;
+
+  // What each step gives up is seen less than what the next one does; of a kind, the last step counts.
+  struct Step {
+    int kind;
+    std::string words;
+    std::function<bool(ClipChoice&)> apply;  ///< false where there is nothing to give up
+  };
+  enum Kind { kBits, kMotion, kBackgroundSh, kDrivers, kShare, kObjectSh };
+  const auto lower_sh = [](SplatCoding& coding, int degree) {
+    const bool lower = coding.sh_degree > degree;
+    coding.sh_degree = std::min(coding.sh_degree, degree);
+    return lower;
+  };
+  std::vector<Step> steps;
+  steps.push_back({kBits, "scales, colours and opacities have 8 bits",
+                   [](ClipChoice& c) { return c.object.fine = c.background.fine = false, true; }});
+  steps.push_back({kMotion, "the motion is rounded to 1e-4 of the object's size", [=](ClipChoice& c) {
+                     return c.motion = {1e-4 * size, 1e-2}, true;
+                   }});
+  const auto background_sh = [&](int degree, const std::string& words) {
+    steps.push_back({kBackgroundSh, words, [=](ClipChoice& c) { return lower_sh(c.background, degree); }});
+  };
+  background_sh(2, "the background has spherical harmonics of degree 2");
+  background_sh(1, "the background has spherical harmonics of degree 1");
+  for (const int drivers : {6000, 4000, 2500, 1500})
+    steps.push_back(
+        {kDrivers, fmt::format("the motion is that of {} driving particles", drivers), [=, &moving](ClipChoice& c) {
+           const bool fewer = static_cast<int>(moving.particles.driving_position.size()) > drivers;
+           if (fewer) c.drivers = drivers;
+           return fewer;
+         }});
+  background_sh(0, "the background has one colour for all directions");
+  for (const double share : {0.8, 0.6, 0.45, 0.3, 0.2, 0.1, 0.03})
+    steps.push_back({kShare, fmt::format("{:.0f} % of the background's Gaussians are left out", 100 * (1 - share)),
+                     [=, &moving](ClipChoice& c) {
+                       c.background_share = share;
+                       return moving.background.size() > 0;
+                     }});
+  for (const int degree : {1, 0})
+    steps.push_back({kObjectSh, fmt::format("the object has spherical harmonics of degree {}", degree),
+                     [=](ClipChoice& c) { return lower_sh(c.object, degree); }});
+  std::map<int, std::string> lost;
+  for (const Step& step : steps) {
+    if (!step.apply(choice)) continue;
+    lost[step.kind] = step.words;
+    if (!fits()) continue;
+    for (const auto& [kind, words] : lost) given_up.push_back(words);
+    return clip;
+  }
+  throw usage_error("--html-size", std::to_string(bytes), fmt::format("is too small: the least is {}", least),
+                    "give more, or --no-html");
+}
+
+}  // namespace pliant

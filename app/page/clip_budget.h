@@ -1,0 +1,63 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/page/coded_splats.h"
+#include "app/page/driver_level.h"
+#include "app/simulate/moving_scene.h"
+
+namespace pliant {
+
+/// What goes into a page, in the order in which it is given up when bytes are short.
+struct ClipChoice {
+  SplatCoding object, background;
+  double background_share = 1;  ///< of the background's Gaussians, those that are seen most
+  int drivers = 0;              ///< driving particles of the motion; 0 = all
+  MotionCoding motion;
+};
+
+/// The moving scene, coded as chosen.
+struct CodedClip {
+  ClipChoice choice;
+  CodedSplats object, background;
+  DriverLevel level;
+  CodedMotion motion;
+
+  /// The object and the background behind it as the page shows frame `t`.
+  GaussianCloud decoded_frame(size_t t) const;
+};
+
+/// Turns choices into bytes.
+class ClipCoder {
+ public:
+  /// `views`: the cameras from which the background is seen, which say what of it can be left out.
+  ClipCoder(MovingScene moving, const Scene& scene, const std::vector<Camera>& views);
+  /// Parts that `before` has of the same choice are taken from it.
+  CodedClip code(const ClipChoice& choice, CodedClip before = {}) const;
+  /// Sections of a page with that clip, and its size in bytes.
+  ClipFile file_of(const CodedClip& clip) const;
+  const MovingScene& moving() const { return moving_; }
+
+ private:
+  MovingScene moving_;  ///< Gaussians along a curve
+  const Scene& scene_;
+  std::vector<int> by_importance_;  ///< of the background, what is seen most first
+};
+
+/// Bytes that the sections of a page take in its file.  Sections that are as they were are not packed again.
+class SizeMeter {
+ public:
+  size_t operator()(const ClipFile& file);
+
+ private:
+  std::map<std::string, std::pair<std::string, size_t>> known_;
+};
+
+/// The best choice whose sections fit into `bytes`, and what was given up, as words.  Throws
+/// Error{kUsage} when nothing fits.
+CodedClip fit_to_size(const ClipCoder& coder, size_t bytes, ClipFile& file, std::vector<std::string>& given_up);
+
+}  // namespace pliant

@@ -1,0 +1,59 @@
+#include "app/page/clip_file.h"
+
+#include <zlib.h>
+
+#include <type_traits>
+
+#include "app/report/base64.h"
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+template <class V>
+std::string type_name() {
+  const std::string bits = std::to_string(8 * sizeof(V));
+  if (std::is_floating_point_v<V>) return "f" + bits;
+  return (std::is_signed_v<V> ? "i" : "u") + bits;
+}
+
+}  // namespace
+
+template <class V>
+void ClipFile::add(const std::string& section, const std::string& name, const std::vector<size_t>& shape,
+                   std::span<const V> values, const std::vector<double>& range) {
+  size_t count = 1;
+  for (const size_t extent : shape) count *= extent;
+  CHECK_MSG(count == values.size(), "shape of a clip's array");
+  std::string& bytes = sections[section];
+  bytes.resize((bytes.size() + 3) / 4 * 4);  // views of typed arrays begin at multiples of their size
+  nlohmann::json row = {
+      {"name", name}, {"section", section}, {"offset", bytes.size()}, {"type", type_name<V>()}, {"shape", shape}};
+  if (!range.empty()) {
+    row["low"] = range.at(0);
+    row["high"] = range.at(1);
+  }
+  header["arrays"].push_back(std::move(row));
+  bytes.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+}
+
+template void ClipFile::add(const std::string&, const std::string&, const std::vector<size_t>&,
+                            std::span<const uint8_t>, const std::vector<double>&);
+template void ClipFile::add(const std::string&, const std::string&, const std::vector<size_t>&,
+                            std::span<const uint16_t>, const std::vector<double>&);
+template void ClipFile::add(const std::string&, const std::string&, const std::vector<size_t>&,
+                            std::span<const uint32_t>, const std::vector<double>&);
+template void ClipFile::add(const std::string&, const std::string&, const std::vector<size_t>&, std::span<const float>,
+                            const std::vector<double>&);
+
+std::string packed_section(const std::string& bytes) {
+  constexpr int kLevel = 6;
+  uLongf size = compressBound(bytes.size());
+  std::string packed(size, '\0');
+  CHECK(compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
+                  bytes.size(), kLevel) == Z_OK);
+  packed.resize(size);
+  return base64(packed);
+}
+
+}  // namespace pliant

@@ -1,0 +1,26 @@
+#include "app/page/page_assets.h"
+
+// The assembler copies the files; PLIANT_PAGE_* are their paths.
+#define PLIANT_EMBED(name, path)                                                \
+  __asm__(".pushsection .rodata\n" #name "_begin: .incbin \"" path "\"\n" #name \
+          "_end: .byte 0\n"                                                     \
+          ".popsection\n");                                                     \
+  extern "C" const char name##_begin[], name##_end[]
+
+PLIANT_EMBED(pliant_page_template, PLIANT_PAGE_TEMPLATE);
+PLIANT_EMBED(pliant_page_style, PLIANT_PAGE_STYLE);
+PLIANT_EMBED(pliant_page_script, PLIANT_PAGE_SCRIPT);
+
+namespace pliant {
+
+std::string_view page_template() {
+  return {pliant_page_template_begin, static_cast<size_t>(pliant_page_template_end - pliant_page_template_begin)};
+}
+std::string_view page_style() {
+  return {pliant_page_style_begin, static_cast<size_t>(pliant_page_style_end - pliant_page_style_begin)};
+}
+std::string_view page_script() {
+  return {pliant_page_script_begin, static_cast<size_t>(pliant_page_script_end - pliant_page_script_begin)};
+}
+
+}  // namespace pliant

@@ -1,0 +1,170 @@
+#include "app/page/page_stage.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "app/page/clip_budget.h"
+#include "app/page/clip_html.h"
+#include "app/run/attach_scene.h"
+#include "app/simulate/clip_camera.h"
+#include "gaussians/base/orbit.h"
+#include "gaussians/io/images/image_io.h"
+#include "gaussians/io/images/webp.h"
+#include "gaussians/render/image_loss.h"
+#include "gaussians/render/render.h"
+
+namespace pliant {
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+constexpr double kSideways = 25;      // degrees to either side from which photographed scenes are worth a look
+constexpr double kPosterSide = 1280;  // px, at most
+constexpr double kVideoShare = 0.1;   // of the bytes that the video may take, for devices that cannot draw
+constexpr size_t kMarkup = 120'000;   // bytes of page, script and header
+
+std::vector<double> numbers(const Vec3d& v) { return {v.x(), v.y(), v.z()}; }
+
+json camera_json(const Camera& camera) {
+  json rows = json::array();
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 4; ++j) rows.push_back(camera.cam_from_world.matrix()(i, j));
+  return {{"width", camera.width}, {"height", camera.height}, {"fx", camera.fx},       {"fy", camera.fy},
+          {"cx", camera.cx},       {"cy", camera.cy},         {"cam_from_world", rows}};
+}
+
+/// What rounding and pruning cost [dB], the least of some instants and views.
+double least_psnr(const CodedClip& clip, const MovingScene& moving, const std::vector<Camera>& views) {
+  RenderOptions options;
+  options.antialiased = moving.antialiased;
+  double least = INFINITY;
+  const size_t frames = moving.trajectory.frames.size();
+  for (size_t v = 0; v < views.size(); ++v) {
+    const size_t t = v * (frames - 1) / std::max<size_t>(1, views.size() - 1);
+    const ImageF full = render(moving.all_at(moving.trajectory.frames[t]), views[v], options).color;
+    const ImageF page = render(clip.decoded_frame(t), views[v], options).color;
+    least = std::min(least, psnr_of_mse(mse_loss(full, page)));
+  }
+  return least;
+}
+
+json make_page(const Context& context, const RunDirectory& run, const StageInputs<PageStage>& in,
+               const fs::path& file) {
+  const PageStage& stage = in.options;
+  const Scene& scene = in.scene;
+  MovingScene moving = load_moving_scene(in.files, scene);
+  const Box bounds = robust_bounds(moving.object);
+  const Camera camera = clip_camera(scene, "", bounds);
+  OrbitPathOptions turn;
+  turn.frames = 9;
+  turn.degrees = scene.cameras_are_orbit ? 360 : kSideways;
+  std::vector<Camera> views = orbit_path(turn, camera, bounds.centre().cast<double>(), scene.up);
+  views.pop_back();  // where the first is
+  RenderOptions options;
+  options.antialiased = moving.antialiased;
+  const ImageF first =
+      render(moving.all_at(moving.trajectory.frames.front()),
+             camera.scaled(std::min(1.0, kPosterSide / std::max(camera.width, camera.height))), options)
+          .color;
+  const std::string poster = encode_webp(to_8_bit(first), 80);
+  std::string video;
+  if (in.files.count("clip") && fs::file_size(in.files.at("clip")) < kVideoShare * static_cast<double>(stage.size))
+    video = read_text(in.files.at("clip"));
+
+  const size_t around = kMarkup + 4 * (poster.size() + video.size()) / 3;
+  if (stage.size < 2 * around)
+    throw usage_error("--html-size", std::to_string(stage.size), "is too small for a page", "give more, or --no-html");
+  const ClipCoder coder(std::move(moving), scene, views);
+  ClipPage page;
+  std::vector<std::string> given_up;
+  const CodedClip clip = fit_to_size(coder, stage.size - around, page.file, given_up);
+  const MovingScene& drawn = coder.moving();
+  const double psnr = least_psnr(clip, drawn, {camera, views[2], camera, views[6]});
+
+  json& header = page.file.header;
+  header["title"] = in.found["title"];
+  header["about"] = {{"pliant", PLIANT_VERSION},
+                     {"source", in.found["source"]},
+                     {"licence", stage.licence},
+                     {"command", stage.command},
+                     {"given_up", fmt::format("{}", fmt::join(given_up, "; "))}};
+  header["up"] = numbers(scene.up);
+  header["metres_per_unit"] = scene.metres_per_unit;
+  header["clip"] = {
+      {"fps", drawn.trajectory.fps}, {"frames", drawn.trajectory.frames.size()}, {"camera", camera_json(camera)}};
+  const Vec3d centre = bounds.centre().cast<double>();
+  header["orbit"] = {{"centre", numbers(centre)},
+                     {"radius", (camera.centre() - centre).norm()},
+                     {"degrees", scene.cameras_are_orbit ? 360 : 2 * kSideways}};
+  header["render"] = {{"antialiased", drawn.antialiased}, {"background", {0, 0, 0}}};
+  page.poster = poster;
+  page.video = video;
+  const PageSizes sizes = write_page(file, page);
+  if (!given_up.empty())
+    context.progress.say(fmt::format("page: to fit into {:.1f} MB, {}", static_cast<double>(stage.size) / 1e6,
+                                     fmt::join(given_up, "; ")));
+  context.progress.say(fmt::format("page: {:.2f} MB, at least {:.1f} dB of the full scene in the clip's views",
+                                   static_cast<double>(sizes.all) / 1e6, psnr));
+  return {{"bytes", sizes.all},
+          {"bytes_until_poster", sizes.until_poster},
+          {"bytes_until_motion", sizes.until_motion},
+          {"bytes_of_sections", sizes.sections},
+          {"given_up", given_up},
+          {"drivers", clip.level.rest.size()},
+          {"background_gaussians", clip.background.size()},
+          {"object_gaussians", clip.object.size()},
+          {"psnr_db", psnr}};
+}
+
+}  // namespace
+
+StageInputs<PageStage> inputs_of(const RunDirectory& run, const Scene& scene, const PageStage& stage) {
+  StageInputs<PageStage> in;
+  in.options = stage;
+  in.parts = {ScenePart::kAntialiased, ScenePart::kCameras, ScenePart::kUp, ScenePart::kMetresPerUnit,
+              ScenePart::kVideoCamera};
+  in.scene = only(in.parts, scene);
+  in.files = moving_scene_files(run);
+  if (fs::exists(run / "clip.mp4")) in.files["clip"] = run / "clip.mp4";
+  const std::string source = fs::path(run.scene()["source"].get<std::string>()).filename().string();
+  const std::string object = extracted(run, {"name"})["name"].get<std::string>();
+  in.found = {{"source", source}, {"title", object == "object" ? source : object + " of " + source}};
+  in.outputs = {"clip.html"};
+  return in;
+}
+
+json run_page(const Context& context, RunDirectory& run, const Scene& scene, const PageStage& stage) {
+  return run_stage(context, run, inputs_of(run, scene, stage),
+                   [](const Context& c, const RunDirectory& r, const StageInputs<PageStage>& in, const std::string&) {
+                     return make_page(c, r, in, r / "clip.html");
+                   });
+}
+
+void drop_page(RunDirectory& run) {
+  if (!run.has("page")) return;
+  run.forget("page");
+  fs::remove(run / "clip.html");
+}
+
+json export_page(const Context& context, const RunDirectory& run, const Scene& scene, const PageStage& stage,
+                 const fs::path& file) {
+  json summary = make_page(context, run, inputs_of(run, scene, stage), file);
+  summary["file"] = file.string();
+  return summary;
+}
+
+OptionTable options_of(PageStage& stage) {
+  return {"page",
+          {{.name = "no-html", .field = &stage.html, .help = "No clip.html", .off = true},
+           {.name = "html-size",
+            .field = CountField{&stage.size},
+            .help = "Maximum size of clip.html [bytes], such as 12M"},
+           {.name = "html-licence",
+            .field = &stage.licence,
+            .help = "Licence of the scene, which clip.html shows",
+            .value = "TEXT"}}};
+}
+
+}  // namespace pliant

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "app/run/options.h"
+#include "app/run/stage_inputs.h"
+#include "gaussians/io/scene/scene.h"
+
+namespace pliant {
+
+/// page: clip.html, the moving scene in one file that any browser plays.
+struct PageStage {
+  bool html = true;          ///< in `run`
+  size_t size = 12'000'000;  ///< bytes of the file at most
+  std::string licence;       ///< of the scene, which the page shows
+  std::string command;       ///< that makes it, likewise
+};
+/// Its options, bound to the fields of `stage`.
+OptionTable options_of(PageStage& stage);
+StageInputs<PageStage> inputs_of(const RunDirectory& run, const Scene& scene, const PageStage& stage);
+nlohmann::json run_page(const Context& context, RunDirectory& run, const Scene& scene, const PageStage& stage);
+/// Removes the page of an earlier motion.
+void drop_page(RunDirectory& run);
+/// The same into a file of one's own.
+nlohmann::json export_page(const Context& context, const RunDirectory& run, const Scene& scene, const PageStage& stage,
+                           const std::filesystem::path& file);
+
+}  // namespace pliant

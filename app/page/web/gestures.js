@@ -1,0 +1,48 @@
+// Camera by mouse, pen and fingers: drag to turn, second button or Shift to move, wheel or pinch to zoom.
+
+const kTurn = 0.006;            // radians per CSS pixel
+const kWheel = {0: 0.0015, 1: 0.04, 2: 0.5};  // by unit of the wheel: pixels, lines, pages
+
+function midpoint([a, b]) {
+  return {x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, span: Math.hypot(a.x - b.x, a.y - b.y)};
+}
+
+/** Connects the element's pointers with the camera.  `claim(event)` is true for pointers that serve another tool. */
+export function connectGestures(element, camera, claim = () => false) {
+  const pointers = new Map();
+  const pan = (x, y) => {  // by CSS pixels
+    const height = camera.clip.height * camera.scaleIn(element.clientWidth, element.clientHeight);
+    camera.pan(-x / height, -y / height);
+  };
+
+  element.addEventListener('pointerdown', (event) => {
+    if (claim(event)) return;
+    element.setPointerCapture(event.pointerId);
+    pointers.set(event.pointerId, {x: event.clientX, y: event.clientY});
+  });
+  element.addEventListener('pointermove', (event) => {
+    const old = pointers.get(event.pointerId);
+    if (!old) return;
+    const now = {x: event.clientX, y: event.clientY};
+    if (pointers.size === 1) {
+      const x = now.x - old.x, y = now.y - old.y;
+      if (event.buttons & 6 || event.shiftKey) pan(x, y);
+      else camera.turn(-kTurn * x, kTurn * y);
+      pointers.set(event.pointerId, now);
+    } else {
+      const before = midpoint([...pointers.values()]);
+      pointers.set(event.pointerId, now);
+      const after = midpoint([...pointers.values()]);
+      pan(after.x - before.x, after.y - before.y);
+      if (before.span > 0 && after.span > 0) camera.zoom(before.span / after.span);
+    }
+  });
+  for (const type of ['pointerup', 'pointercancel', 'lostpointercapture']) {
+    element.addEventListener(type, (event) => pointers.delete(event.pointerId));
+  }
+  element.addEventListener('wheel', (event) => {
+    event.preventDefault();
+    camera.zoom(Math.exp(Math.min(0.5, Math.max(-0.5, event.deltaY * kWheel[event.deltaMode]))));
+  }, {passive: false});
+  element.addEventListener('contextmenu', (event) => event.preventDefault());
+}

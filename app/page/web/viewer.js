@@ -1,0 +1,182 @@
+// Keeps the canvas up to date: drivers of the frame, order by depth, colours, splats.
+
+import {viewOf} from './camera.js';
+
+const kMostPixels = 2.4e6;      // of the canvas
+const kMostPixelRatio = 2;
+const kLongestStep = 0.1;       // s of clip time between two pictures, when a device is slow or a tab was hidden
+
+export class Viewer {
+  /** `onFrame` is called after each picture, `onError` once when drawing fails. */
+  constructor({canvas, renderer, sorter, camera, player, source, onFrame, onError}) {
+    Object.assign(this, {canvas, renderer, sorter, camera, player, source, onFrame, onError});
+    this.shown = null;          // frame of the drivers in the renderer
+    this.centresStale = true;   // the sorter does not have the centres of the object as they are now
+    this.orderStale = true;
+    this.dirty = true;
+    this.ordering = Promise.resolve();
+    this.busy = false;          // an order is being made
+    this.held = false;          // pictures are made on demand only
+    this.stopped = false;
+    this.showing = Promise.resolve();
+    this.times = {deform: 0, sort: 0, draw: 0};
+    this.resize();
+    new ResizeObserver(() => {
+      this.resize();
+      if (this.started && !this.stopped) this.paint();
+    }).observe(canvas);
+    canvas.addEventListener('webglcontextlost', () => this.stop());
+  }
+
+  /** Another source of drivers, bound by its level (see readLevel). */
+  setSource(source, level) {
+    this.renderer.setLevel(level);
+    this.source = source;
+    this.shown = null;
+  }
+
+  /** Adds the background's Gaussians. */
+  setBackground(cloud) {
+    this.renderer.setBackground(cloud);
+    this.sorter.setBlock('background', cloud.positions, cloud.count, this.renderer.firstOfBackground);
+    this.orderStale = this.dirty = true;
+  }
+
+  /** Shows the first picture, in its right order, and then keeps the canvas up to date. */
+  async start() {
+    this.move();
+    await this.order(false);
+    this.started = true;
+    this.paint();
+    let last = performance.now();
+    const tick = (now) => {
+      if (this.stopped) return;
+      requestAnimationFrame(tick);
+      const seconds = Math.min((now - last) / 1000, kLongestStep);
+      last = now;
+      if (this.held || document.hidden) return;
+      this.player.advance(seconds);
+      try {
+        this.update();
+      } catch (error) {
+        this.fail(error);
+      }
+    };
+    requestAnimationFrame(tick);
+  }
+
+  stop() {
+    this.stopped = true;
+  }
+
+  fail(error) {
+    if (this.stopped) return;
+    this.stop();
+    this.onError(error);
+  }
+
+  /** One step of the loop: moves what has to move, sorts when the sorter is free, draws when something changed. */
+  update() {
+    this.move();
+    if (this.camera.changed) {
+      this.camera.changed = false;
+      this.orderStale = this.dirty = true;
+    }
+    if (!this.busy && (this.centresStale || this.orderStale)) this.order(false).catch((error) => this.fail(error));
+    if (this.dirty) this.paint();
+  }
+
+  /** Passes the drivers of the frame to the renderer when they changed. */
+  move() {
+    const frame = this.player.frame;
+    if (frame === this.shown && !this.source.live) return;
+    const start = performance.now();
+    this.renderer.deform(this.source.frameAt(frame));
+    this.times.deform = performance.now() - start;
+    this.shown = frame;
+    this.centresStale = this.dirty = true;
+  }
+
+  /** Sorts the Gaussians as they are now, after the sort that is under way. */
+  order(exact, plane = this.view().plane) {
+    const run = async () => {
+      this.busy = true;
+      try {
+        if (this.centresStale) {
+          this.centresStale = false;
+          const centres = await this.renderer.readCentres();
+          this.sorter.setBlock('object', centres, this.renderer.objectCount, 0);
+        }
+        this.orderStale = false;
+        this.renderer.setOrder(await this.sorter.sort(plane, exact));
+        this.times.sort = this.sorter.time;
+        this.dirty = true;
+      } finally {
+        this.busy = false;
+      }
+    };
+    return this.ordering = this.ordering.catch(() => {}).then(run);
+  }
+
+  view() {
+    return this.camera.view(this.canvas.width, this.canvas.height);
+  }
+
+  paint() {
+    const start = performance.now(), view = this.view();
+    this.renderer.shade(view.centre);
+    this.renderer.draw(view);
+    this.times.draw = performance.now() - start;
+    this.dirty = false;
+    this.onFrame(this.player.frame);
+  }
+
+  /** Fits the canvas to its place on the page. */
+  resize() {
+    const {clientWidth: width, clientHeight: height} = this.canvas;
+    const ratio = Math.min(devicePixelRatio, kMostPixelRatio, Math.sqrt(kMostPixels / Math.max(1, width * height)));
+    this.canvas.width = Math.max(1, Math.round(width * ratio));
+    this.canvas.height = Math.max(1, Math.round(height * ratio));
+    this.dirty = true;
+  }
+
+  /** Holds the clip at a frame and draws it, exactly sorted; `camera` has the form of the header's. */
+  showFrame(frame, camera = this.camera.clip) {
+    const run = async () => {
+      this.held = true;
+      try {
+        await this.#hold(frame, camera);
+      } finally {
+        this.held = false;
+      }
+    };
+    return this.showing = this.showing.catch(() => {}).then(run);
+  }
+
+  async #hold(frame, camera) {
+    this.player.jump(frame);
+    this.camera.take(camera);
+    this.camera.changed = false;
+    this.still = camera;
+    await this.ordering.catch(() => {});
+    this.move();
+    this.times.deform = this.#timed(() => this.renderer.deform(this.source.frameAt(frame)));
+    await this.order(true);
+    this.times.draw = this.#timed(() => this.paint());
+  }
+
+  /** Time of work (ms), the graphics processor's included. */
+  #timed(work) {
+    const start = performance.now();
+    work();
+    this.renderer.finish();
+    return performance.now() - start;
+  }
+
+  /** The picture of the camera last given to showFrame, RGBA bytes, top row first. */
+  picture(width, height) {
+    const view = viewOf(this.still ?? this.camera.clip, width, height);
+    this.renderer.shade(view.centre);
+    return this.renderer.picture(view);
+  }
+}

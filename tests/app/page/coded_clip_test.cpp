@@ -1,0 +1,126 @@
+// Laws of the numbers in a clip.html: what is decoded lies within half a step of what was coded.
+
+#include <gtest/gtest.h>
+
+#include "app/page/clip_budget.h"
+#include "app/page/coded_motion.h"
+#include "app/page/coded_splats.h"
+#include "gaussians/base/error.h"
+#include "gaussians/base/random.h"
+
+namespace pliant {
+namespace {
+
+Vec3f random_vector(Random& random, double low, double high) {
+  return Vec3d(random.uniform(low, high), random.uniform(low, high), random.uniform(low, high)).cast<float>();
+}
+
+GaussianCloud random_cloud(size_t count, int sh_degree) {
+  Random random(3);
+  GaussianCloud cloud;
+  cloud.sh_degree = sh_degree;
+  cloud.resize(count);
+  for (size_t i = 0; i < count; ++i) {
+    cloud.position[i] = random_vector(random, -2, 5);
+    cloud.log_scale[i] = random_vector(random, -7, -1);
+    for (int k = 0; k < 4; ++k) cloud.rotation[i][k] = static_cast<float>(random.uniform(-1, 1));
+    cloud.opacity_logit[i] = static_cast<float>(random.uniform(-4, 6));
+  }
+  for (float& c : cloud.sh) c = static_cast<float>(random.uniform(-0.5, 0.5));
+  return cloud;
+}
+
+TEST(CodedSplats, EveryNumberLiesWithinHalfAStep) {
+  for (const bool fine : {true, false}) {
+    const GaussianCloud cloud = random_cloud(700, 3);
+    const CodedSplats coded = code_splats({3, fine}, cloud);
+    const GaussianCloud back = decoded(coded);
+    ASSERT_EQ(back.size(), cloud.size());
+    const double steps = fine ? 65535 : 255, half = 0.5 / steps, rounding = 1e-6;
+    for (size_t i = 0; i < cloud.size(); ++i) {
+      for (int a = 0; a < 3; ++a) {
+        const double chunk = coded.chunk_size[i / kSplatChunk * 3 + a];
+        EXPECT_NEAR(back.position[i][a], cloud.position[i][a], chunk * 0.5 / 65535 + rounding);
+        EXPECT_NEAR(back.log_scale[i][a], cloud.log_scale[i][a],
+                    half * (coded.log_scale_range.high - coded.log_scale_range.low) + rounding);
+        EXPECT_NEAR(back.sh_of(i)[a], cloud.sh_of(i)[a],
+                    half * (coded.colour_range.high - coded.colour_range.low) + rounding);
+      }
+      EXPECT_NEAR(sigmoid(back.opacity_logit[i]), sigmoid(cloud.opacity_logit[i]), half + rounding);
+      for (size_t k = 3; k < 48; ++k)
+        EXPECT_NEAR(back.sh_of(i)[k], std::clamp<double>(cloud.sh_of(i)[k], coded.sh_range.low, coded.sh_range.high),
+                    0.5 / 255 * (coded.sh_range.high - coded.sh_range.low) + rounding);
+      const Mat3f difference = rotation_matrix(back.rotation[i]) - rotation_matrix(cloud.rotation[i]);
+      EXPECT_LT(difference.norm(), 0.006) << "10 bits for each of three components";
+    }
+  }
+}
+
+TEST(CodedSplats, ALowerDegreeKeepsTheLowerCoefficients) {
+  const GaussianCloud cloud = random_cloud(50, 3);
+  const GaussianCloud back = decoded(code_splats({1, true}, cloud));
+  EXPECT_EQ(back.sh_degree, 1);
+  for (size_t i = 0; i < cloud.size(); ++i)
+    for (int k = 0; k < 12; ++k) EXPECT_NEAR(back.sh_of(i)[k], cloud.sh_of(i)[k], 0.003);
+}
+
+TEST(CodedSplats, EmptyCloudsAndExtremeNumbersAreKept) {
+  EXPECT_EQ(decoded(code_splats({}, GaussianCloud{})).size(), 0);
+  GaussianCloud cloud = random_cloud(3, 0);
+  cloud.rotation[0].setZero();
+  cloud.log_scale[1] = Vec3f::Constant(-80);
+  cloud.opacity_logit[2] = 90;
+  const GaussianCloud back = decoded(code_splats({}, cloud));
+  EXPECT_EQ(rotation_matrix(back.rotation[0]), Mat3f(Mat3f::Identity()));
+  EXPECT_NEAR(back.log_scale[1][0], -14, 1e-5);
+  EXPECT_GT(sigmoid(back.opacity_logit[2]), 0.9999f);
+}
+
+TEST(CodedMotion, EveryFrameLiesWithinHalfAStepHoweverFast) {
+  Random random(5);
+  const size_t drivers = 20;
+  std::vector<Vec3f> rest;
+  for (size_t i = 0; i < drivers; ++i) rest.push_back(random_vector(random, -1, 1));
+  for (const double speed : {0.01, 3.0, 1e4}) {
+    std::vector<DriverFrame> frames;
+    for (int t = 0; t < 12; ++t) {
+      DriverFrame frame;
+      for (size_t i = 0; i < drivers; ++i) {
+        frame.position.push_back(rest[i] + random_vector(random, -speed, speed));
+        frame.F.push_back(Mat3f::Identity() + Mat3f::Constant(static_cast<float>(random.uniform(-speed, speed))));
+      }
+      frames.push_back(frame);
+    }
+    const CodedMotion coded = code_motion({1e-4, 1e-3}, rest, frames);
+    EXPECT_EQ(coded.position_step > 1e-4, speed > 2) << "residuals have 16 bits";
+    for (const size_t t : {0, 5, 11}) {
+      const DriverFrame back = decoded(coded, rest, t);
+      for (size_t i = 0; i < drivers; ++i) {
+        EXPECT_LT((back.position[i] - frames[t].position[i]).cwiseAbs().maxCoeff(),
+                  0.501 * coded.position_step + 1e-6 * speed);
+        EXPECT_LT((back.F[i] - frames[t].F[i]).cwiseAbs().maxCoeff(), 0.501 * coded.gradient_step + 1e-6 * speed);
+      }
+    }
+  }
+  std::vector<DriverFrame> broken(2, DriverFrame{rest, std::vector<Mat3f>(drivers, Mat3f::Identity())});
+  broken[1].position[3].x() = NAN;
+  EXPECT_THROW(code_motion({}, rest, broken), Error);
+}
+
+TEST(ClipFile, ArraysBeginAtMultiplesOfFourAndSayTheirShape) {
+  ClipFile file;
+  const std::vector<uint8_t> three = {1, 2, 3};
+  const std::vector<float> two = {4, 5};
+  file.add("a", "bytes", {3}, std::span<const uint8_t>(three), {-1, 1});
+  file.add("a", "numbers", {2, 1}, std::span<const float>(two));
+  EXPECT_EQ(file.sections["a"].size(), 12);
+  const nlohmann::json& rows = file.header["arrays"];
+  EXPECT_EQ(rows[0]["type"], "u8");
+  EXPECT_EQ(rows[0]["high"], 1);
+  EXPECT_EQ(rows[1]["offset"], 4);
+  EXPECT_EQ(rows[1]["type"], "f32");
+  EXPECT_EQ(rows[1]["shape"], nlohmann::json::array({2, 1}));
+}
+
+}  // namespace
+}  // namespace pliant
