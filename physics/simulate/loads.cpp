@@ -19,6 +19,12 @@ void add(StepLoads<T>& loads, uint32_t bit, const Vec3d& acceleration, double dr
   loads.body.push_back({bit, acceleration.cast<T>(), static_cast<T>(drag)});
 }
 
+/// A grab or finger ends with its path.
+double end_of(const Interaction& it) {
+  const bool follows = it.type == InteractionType::kGrab || it.type == InteractionType::kPoke;
+  return follows ? std::min(it.end(), it.start + it.path.back().time) : it.end();
+}
+
 /// The inside of a box is bounded by six walls, each with a normal of its own: its corners hold as well.
 void add_collider(Collider collider, std::vector<Collider>& colliders) {
   if (!collider.container || collider.grid || collider.shape.kind != Region::Kind::kBox) {
@@ -64,9 +70,7 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
     entry.interaction = interactions[k];
     Interaction& it = entry.interaction;
     if (it.region.kind == Region::Kind::kHalfSpace) it.region.vector.normalize();
-    entry.end = it.end();
-    if (it.type == InteractionType::kGrab || it.type == InteractionType::kPoke)
-      entry.end = std::min(entry.end, it.start + it.path.back().time);
+    entry.end = end_of(it);
     const std::string where = "interaction " + std::to_string(k) + " (" + interaction_name(it.type) + ")";
 
     double nearest = INFINITY;
@@ -112,6 +116,13 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
     }
     entries_.push_back(std::move(entry));
   }
+}
+
+template <class T>
+void LoadSchedule<T>::set_path(size_t k, const std::vector<Interaction::PathPoint>& path) {
+  Entry& entry = entries_[k];
+  entry.interaction.path = path;
+  entry.end = end_of(entry.interaction);
 }
 
 template <class T>

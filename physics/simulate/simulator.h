@@ -18,6 +18,8 @@ class Simulator {
 
   const LoadSchedule<T>& schedule() const { return schedule_; }
   Mpm<T>& solver() { return solver_; }
+  /// Continues the path of grab or finger `k`.
+  void set_path(size_t k, const std::vector<Interaction::PathPoint>& path) { schedule_.set_path(k, path); }
 
   /// Substeps of the next frame: `options.substeps`, or what the Courant number asks for.
   int substeps_of(const BasicSimulationState<T>& state) const;

@@ -91,7 +91,8 @@ export class Camera {
   /** Moves towards the pivot; factor < 1 comes closer. */
   zoom(factor) {
     const distance = this.distance, {radius} = this.orbit;
-    const next = Math.min(Math.max(distance * factor, Math.min(0.02 * radius, distance)), Math.max(20 * radius, distance));
+    const least = Math.min(0.02 * radius, distance), most = Math.max(20 * radius, distance);
+    const next = Math.min(Math.max(distance * factor, least), most);
     this.centre = add(this.pivot, add(this.centre, this.pivot, -1), next / distance);
     this.changed = true;
   }

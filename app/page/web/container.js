@@ -3,7 +3,8 @@
 const kFormat = 'pliant-clip';
 const kVersion = 1;
 const kTypes = {
-  u8: Uint8Array, i8: Int8Array, u16: Uint16Array, i16: Int16Array, u32: Uint32Array, i32: Int32Array, f32: Float32Array,
+  u8: Uint8Array, u16: Uint16Array, u32: Uint32Array, i8: Int8Array, i16: Int16Array, i32: Int32Array,
+  f32: Float32Array,
 };
 
 /** A failure that a person can understand: what is wrong, and what to do about it. */
@@ -32,10 +33,10 @@ export function readHeader() {
   } catch {
     throw new ClipError('The header of this file cannot be read.');
   }
-  if (header?.format !== kFormat) throw new ClipError('This file is not a Pliant clip.', 'Export it again with Pliant.');
+  const again = 'Export it again with Pliant.';
+  if (header?.format !== kFormat) throw new ClipError('This file is not a Pliant clip.', again);
   if (header.version > kVersion) {
-    throw new ClipError(`This clip has format version ${header.version}, but its player reads only version ${kVersion}.`,
-        'Export it again with one version of Pliant.');
+    throw new ClipError(`This clip has format version ${header.version}; its player reads version ${kVersion}.`, again);
   }
   const valid = {
     version: header.version === kVersion,

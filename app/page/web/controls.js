@@ -20,7 +20,8 @@ export function connectControls(player, camera) {
     const frame = player.frame, seconds = (value) => (value / player.fps).toFixed(2);
     scrub.value = frame;
     scrub.style.setProperty('--played', `${100 * frame / Math.max(1, player.frames - 1)}%`);
-    scrub.setAttribute('aria-valuetext', `${seconds(frame)} seconds, frame ${Math.floor(frame) + 1} of ${player.frames}`);
+    scrub.setAttribute('aria-valuetext',
+        `${seconds(frame)} seconds, frame ${Math.floor(frame) + 1} of ${player.frames}`);
     time.textContent = `${seconds(frame)} / ${seconds(player.frames - 1)} s`;
     playButton.dataset.state = player.playing ? 'playing' : 'paused';
     playButton.setAttribute('aria-label', player.playing ? 'Pause' : 'Play');
@@ -79,7 +80,8 @@ export function connectControls(player, camera) {
     const key = event.key.toLowerCase(), target = event.target;
     if (help.open && !['h', '?'].includes(key)) return;
     if (key === ' ' && target.closest('button, select, summary')) return;
-    if (target.closest('select, video') || (target === scrub && !event.shiftKey && /^(arrow|home|end)/.test(key))) return;
+    if (target.closest('select, video')) return;
+    if (target === scrub && !event.shiftKey && /^(arrow|home|end)/.test(key)) return;
     const action = event.shiftKey && shifted[key] || keys[key];
     if (!action) return;
     event.preventDefault();

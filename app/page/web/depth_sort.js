@@ -1,5 +1,5 @@
-// Back-to-front order of the Gaussians.  The functions here also run in a worker, which is made from their text, so they
-// refer to nothing outside themselves.
+// Back-to-front order of the Gaussians.  The functions here also run in a worker, which is made from their text, so
+// they refer to nothing outside themselves.
 
 /**
  * A sorter by depth along the camera's forward axis.  Centres come in blocks: {positions [count, 4], count, first},
@@ -79,12 +79,15 @@ export function createDepthSorter() {
   };
 }
 
-/** Serves requests {id, name, block} and {id, plane, exact} that come to the scope of a worker. */
+/** Serves requests {name, block} and {plane, exact} that come to the scope of a worker; answers {order, time}. */
 export function serveDepthSorter(scope, sorter) {
-  scope.onmessage = ({data: {id, name, block, plane, exact}}) => {
-    if (block) return sorter.setBlock(name, block);
+  scope.onmessage = ({data: {name, block, plane, exact}}) => {
+    if (block) {
+      sorter.setBlock(name, block);
+      return;
+    }
     const start = performance.now(), order = sorter.sort(plane, exact);
-    scope.postMessage({id, order, time: performance.now() - start}, [order.buffer]);
+    scope.postMessage({order, time: performance.now() - start}, [order.buffer]);
   };
   scope.postMessage({ready: true});
 }

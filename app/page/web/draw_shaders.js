@@ -2,6 +2,9 @@
 
 import {kWidth} from './cloud.js';
 
+/** Splats in one instance of the drawing: four vertices each. */
+export const kSplatsPerInstance = 512;
+
 // Real spherical harmonics at the unit direction (x, y, z), in the order and with the signs of 3DGS files.
 const kBasis = [
   '.28209479177387814',
@@ -71,14 +74,16 @@ export const kSplatVertex = `#version 300 es
 precision highp float;
 precision highp int;
 precision highp sampler2D;
+precision highp usampler2D;
 
 uniform sampler2D position, covarianceA, covarianceB, colour;
+uniform usampler2D order;  // of the Gaussians, farthest first
+uniform int count;         // of them
 uniform mat3 R;            // cam_from_world
 uniform vec3 t;
 uniform vec2 focal, principal, size;  // pixels
 uniform vec4 bounds;       // of x/z and y/z at which the Jacobian is taken: low and high
 uniform bool antialiased;
-layout(location = 0) in uint index;
 out vec2 local;            // in standard deviations along the axes of the ellipse
 flat out vec4 shade;       // colour, opacity
 
@@ -86,7 +91,10 @@ const float kNear = .2, kScreenVariance = .3, kMinAlpha = 1. / 255., kMinCompens
 
 void main() {
   gl_Position = vec4(2, 2, 2, 1);
-  ivec2 at = ivec2(int(index) % ${kWidth}, int(index) / ${kWidth});
+  int rank = gl_InstanceID * ${kSplatsPerInstance} + gl_VertexID / 4;
+  if (rank >= count) return;
+  int index = int(texelFetch(order, ivec2(rank % ${kWidth}, rank / ${kWidth}), 0).x);
+  ivec2 at = ivec2(index % ${kWidth}, index / ${kWidth});
   vec4 centre = texelFetch(position, at, 0);
   vec3 p = R * centre.xyz + t;
   float opacity = centre.w;

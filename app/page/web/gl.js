@@ -77,6 +77,7 @@ function texelLayout(gl, format) {
     rgba16ui: [gl.RGBA16UI, gl.RGBA_INTEGER, gl.UNSIGNED_SHORT],
     rgba32ui: [gl.RGBA32UI, gl.RGBA_INTEGER, gl.UNSIGNED_INT],
     rg32ui: [gl.RG32UI, gl.RG_INTEGER, gl.UNSIGNED_INT],
+    r32ui: [gl.R32UI, gl.RED_INTEGER, gl.UNSIGNED_INT],
   }[format];
 }
 
@@ -109,6 +110,16 @@ export class Texture {
       gl.texSubImage2D(this.target, 0, 0, firstRow, this.width, rows, format, type, data);
     }
     return this;
+  }
+
+  /** Writes the first texels of a 2D texture with one component, not only in whole rows. */
+  writeFirst(data) {
+    const gl = this.gl, [, format, type] = this.layout;
+    const rows = Math.floor(data.length / this.width), whole = rows * this.width, rest = data.length - whole;
+    this.write(data.subarray(0, whole), rows);
+    if (!rest) return;
+    gl.bindTexture(this.target, this.texture);
+    gl.texSubImage2D(this.target, 0, 0, rows, rest, 1, format, type, data.subarray(whole));
   }
 
   delete() {

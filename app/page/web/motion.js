@@ -7,8 +7,8 @@ const kDriversPerGaussian = 8;
 const kUnused = 65535;
 
 /**
- * Level `index` of drivers: {index, count, rest [M, 3] scene units, driver, weight}, the last two laid out for textures:
- * eight 16-bit indices and eight 8-bit weights per Gaussian.  Gaussians that do not move have no weight.
+ * Level `index` of drivers: {index, count, rest [M, 3] scene units, driver, weight}, the last two laid out for
+ * textures: eight 16-bit indices and eight 8-bit weights per Gaussian.  Gaussians that do not move have no weight.
  */
 export function readLevel(container, index, {drivers: count}, splats, rows) {
   const name = `level${index}`;
@@ -34,7 +34,8 @@ export function readLevel(container, index, {drivers: count}, splats, rows) {
 export function emptyLevel(rows) {
   const texels = rows * kWidth;
   return {
-    index: 0, count: 0, rest: new Float32Array(0), driver: new Uint32Array(4 * texels), weight: new Uint32Array(2 * texels),
+    index: 0, count: 0, rest: new Float32Array(0),
+    driver: new Uint32Array(4 * texels), weight: new Uint32Array(2 * texels),
   };
 }
 

@@ -1,9 +1,10 @@
-// Draws Gaussians with WebGL 2.  The textures of all Gaussians hold the object in their first rows, then the background.
+// Draws Gaussians with WebGL 2.  The textures of all Gaussians hold the object in their first rows, then the
+// background.
 
 import {kWidth} from './cloud.js';
 import {ClipError} from './container.js';
 import {kDeform, kDriversPerRow} from './deform_shader.js';
-import {colourShader, kResolve, kSplatFragment, kSplatVertex} from './draw_shaders.js';
+import {colourShader, kResolve, kSplatFragment, kSplatsPerInstance, kSplatVertex} from './draw_shaders.js';
 import {contextLost, createFramebuffer, kCoverViewport, Program, Texture} from './gl.js';
 
 /** Textures with the rest state of a cloud's colours and the program that evaluates them. */
@@ -11,6 +12,7 @@ class CloudColours {
   constructor(gl, cloud, firstRow) {
     this.rows = cloud.rows;
     this.firstRow = firstRow;
+    this.seenFrom = null;  // centre of the camera for which the colours hold
     this.ranges = {base: cloud.base, harmonics: cloud.harmonics ?? {low: 0, step: 0}};
     this.program = new Program(gl, kCoverViewport, colourShader(cloud));
     this.base = new Texture(gl, 'rgba16ui', kWidth, cloud.rows).write(cloud.base.packed, cloud.rows);
@@ -18,6 +20,18 @@ class CloudColours {
     const {packed, layers} = cloud.harmonics;
     this.harmonics = new Texture(gl, 'rgba32ui', kWidth, cloud.rows, layers).write(packed, cloud.rows);
   }
+}
+
+/** Vertex array with the indices of the two triangles of each splat of an instance. */
+function createQuads(gl) {
+  const quads = gl.createVertexArray(), index = new Uint16Array(6 * kSplatsPerInstance);
+  const corners = [0, 1, 2, 2, 1, 3];
+  for (let k = 0; k < index.length; ++k) index[k] = 4 * Math.floor(k / 6) + corners[k % 6];
+  gl.bindVertexArray(quads);
+  gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+  gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, index, gl.STATIC_DRAW);
+  gl.bindVertexArray(null);
+  return quads;
 }
 
 /** Splats of a scene in which the object moves. */
@@ -42,8 +56,8 @@ export class Renderer {
       this.moved[name] = new Texture(gl, 'rgba32f', kWidth, rows);
     }
     this.colour = new Texture(gl, 'rgba16f', kWidth, rows);
-    const order = ['position', 'covarianceA', 'covarianceB', 'rotation'];
-    this.movedBuffer = createFramebuffer(gl, order.map((name) => this.moved[name]));
+    const outputs = ['position', 'covarianceA', 'covarianceB', 'rotation'];
+    this.movedBuffer = createFramebuffer(gl, outputs.map((name) => this.moved[name]));
     this.positionBuffer = createFramebuffer(gl, [this.moved.position]);
     this.colourBuffer = createFramebuffer(gl, [this.colour]);
     if (!this.movedBuffer || !this.positionBuffer || !this.colourBuffer) {
@@ -57,13 +71,8 @@ export class Renderer {
     this.targets = {};
     this.count = 0;
     this.empty = gl.createVertexArray();
-    this.splats = gl.createVertexArray();
-    this.orderBuffer = gl.createBuffer();
-    gl.bindVertexArray(this.splats);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.orderBuffer);
-    gl.enableVertexAttribArray(0);
-    gl.vertexAttribIPointer(0, 1, gl.UNSIGNED_INT, 0, 0);
-    gl.vertexAttribDivisor(0, 1);
+    this.quads = createQuads(gl);
+    this.order = new Texture(gl, 'r32ui', kWidth, rows);
     gl.disable(gl.DITHER);
   }
 
@@ -112,6 +121,7 @@ export class Renderer {
       restCovarianceB: this.rest.covarianceB,
     });
     this.#cover(this.movedBuffer, 0, this.objectRows);
+    this.clouds[0].seenFrom = null;
   }
 
   /** Promise of the centres of the object's Gaussians as they are now, [objectRows * kWidth, 4]. */
@@ -138,16 +148,17 @@ export class Renderer {
 
   /** Indices of the Gaussians to draw, farthest first. */
   setOrder(order) {
-    const gl = this.gl;
     this.count = order.length;
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.orderBuffer);
-    gl.bufferData(gl.ARRAY_BUFFER, order, gl.STREAM_DRAW);
+    this.order.writeFirst(order);
   }
 
   /** Colours of the Gaussians as seen from the camera's centre (world frame). */
   shade(centre) {
     const gl = this.gl;
-    for (const {program, base, harmonics, ranges, firstRow, rows} of this.clouds) {
+    for (const cloud of this.clouds) {
+      const {program, base, harmonics, ranges, firstRow, rows, seenFrom} = cloud;
+      if (seenFrom && centre.every((value, c) => value === seenFrom[c])) continue;
+      cloud.seenFrom = [...centre];
       const textures = {position: this.moved.position, rotation: this.moved.rotation, base};
       const uniforms = program.use(harmonics ? {...textures, harmonics} : textures);
       gl.uniform1i(uniforms.firstRow, firstRow);
@@ -173,7 +184,9 @@ export class Renderer {
     this.#resolve(target, target.out.framebuffer, view);
     gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
     const flipped = new Uint8Array(bytes.length), stride = 4 * width;
-    for (let y = 0; y < height; ++y) flipped.set(bytes.subarray(y * stride, (y + 1) * stride), (height - 1 - y) * stride);
+    for (let y = 0; y < height; ++y) {
+      flipped.set(bytes.subarray(y * stride, (y + 1) * stride), (height - 1 - y) * stride);
+    }
     return flipped;
   }
 
@@ -215,7 +228,7 @@ export class Renderer {
     gl.viewport(0, 0, view.width, view.height);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT);
-    const uniforms = this.splatProgram.use({...this.moved, colour: this.colour});
+    const uniforms = this.splatProgram.use({...this.moved, colour: this.colour, order: this.order});
     gl.uniformMatrix3fv(uniforms.R, true, view.R);
     gl.uniform3fv(uniforms.t, view.t);
     gl.uniform2f(uniforms.focal, view.fx, view.fy);
@@ -223,10 +236,12 @@ export class Renderer {
     gl.uniform2f(uniforms.size, view.width, view.height);
     gl.uniform4fv(uniforms.bounds, view.bounds);
     gl.uniform1i(uniforms.antialiased, this.antialiased ? 1 : 0);
+    gl.uniform1i(uniforms.count, this.count);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    gl.bindVertexArray(this.splats);
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, this.count);
+    gl.bindVertexArray(this.quads);
+    gl.drawElementsInstanced(gl.TRIANGLES, 6 * kSplatsPerInstance, gl.UNSIGNED_SHORT, 0,
+        Math.ceil(this.count / kSplatsPerInstance));
     return target;
   }
 

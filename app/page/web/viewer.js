@@ -2,10 +2,14 @@
 
 import {viewOf} from './camera.js';
 
-const kMostPixels = 2.4e6;      // of the canvas
+const kMostPixels = 2.4e6;  // of the canvas
+const kFewestPixels = 1e5;  // to which a slow device goes down while the picture changes
 const kMostPixelRatio = 2;
-const kLongestStep = 0.1;       // s of clip time between two pictures, when a device is slow or a tab was hidden
+const kSlow = 70;           // ms between pictures
+const kCalm = 400;          // ms without a change after which the canvas has all its pixels again
+const kLongestStep = 0.25;  // s of clip time between two pictures, when a device is slow or a tab was hidden
 
+/** The loop of the page.  Drivers come from `source`, see BakedMotion; `live` ones are asked in every step. */
 export class Viewer {
   /** `onFrame` is called after each picture, `onError` once when drawing fails. */
   constructor({canvas, renderer, sorter, camera, player, source, onFrame, onError}) {
@@ -20,6 +24,8 @@ export class Viewer {
     this.stopped = false;
     this.showing = Promise.resolve();
     this.times = {deform: 0, sort: 0, draw: 0};
+    this.affordable = this.pixels = kMostPixels;
+    this.interval = this.painted = 0;  // ms: mean between pictures, and when the last one was drawn
     this.resize();
     new ResizeObserver(() => {
       this.resize();
@@ -57,7 +63,7 @@ export class Viewer {
       if (this.held || document.hidden) return;
       this.player.advance(seconds);
       try {
-        this.update();
+        this.pace(now, this.update());
       } catch (error) {
         this.fail(error);
       }
@@ -75,7 +81,10 @@ export class Viewer {
     this.onError(error);
   }
 
-  /** One step of the loop: moves what has to move, sorts when the sorter is free, draws when something changed. */
+  /**
+   * One step of the loop: moves what has to move, sorts when the sorter is free, draws when something changed.
+   * Motion is drawn when it has been sorted; the camera's at once.  True when it drew.
+   */
   update() {
     this.move();
     if (this.camera.changed) {
@@ -83,7 +92,28 @@ export class Viewer {
       this.orderStale = this.dirty = true;
     }
     if (!this.busy && (this.centresStale || this.orderStale)) this.order(false).catch((error) => this.fail(error));
-    if (this.dirty) this.paint();
+    if (!this.dirty) return false;
+    this.paint();
+    return true;
+  }
+
+  /** Gives the canvas fewer pixels when the clip plays slowly, and all of them when nothing changes. */
+  pace(now, painted) {
+    const {playing} = this.player;
+    if (painted) {
+      if (playing) this.interval += 0.2 * (Math.min(now - this.painted, 4 * kSlow) - this.interval);
+      this.painted = now;
+      if (this.interval > kSlow && this.affordable > kFewestPixels) {
+        const drawn = Math.min(this.affordable, this.canvas.width * this.canvas.height);
+        this.affordable = Math.max(0.6 * drawn, kFewestPixels);
+        this.interval = 0;
+      }
+    }
+    const calm = !playing && now - this.painted > kCalm, pixels = calm ? kMostPixels : this.affordable;
+    if (pixels === this.pixels) return;
+    this.pixels = pixels;
+    this.resize();
+    this.paint();
   }
 
   /** Passes the drivers of the frame to the renderer when they changed. */
@@ -94,11 +124,11 @@ export class Viewer {
     this.renderer.deform(this.source.frameAt(frame));
     this.times.deform = performance.now() - start;
     this.shown = frame;
-    this.centresStale = this.dirty = true;
+    this.centresStale = true;
   }
 
   /** Sorts the Gaussians as they are now, after the sort that is under way. */
-  order(exact, plane = this.view().plane) {
+  order(exact) {
     const run = async () => {
       this.busy = true;
       try {
@@ -108,7 +138,7 @@ export class Viewer {
           this.sorter.setBlock('object', centres, this.renderer.objectCount, 0);
         }
         this.orderStale = false;
-        this.renderer.setOrder(await this.sorter.sort(plane, exact));
+        this.renderer.setOrder(await this.sorter.sort(this.view().plane, exact));
         this.times.sort = this.sorter.time;
         this.dirty = true;
       } finally {
@@ -134,7 +164,7 @@ export class Viewer {
   /** Fits the canvas to its place on the page. */
   resize() {
     const {clientWidth: width, clientHeight: height} = this.canvas;
-    const ratio = Math.min(devicePixelRatio, kMostPixelRatio, Math.sqrt(kMostPixels / Math.max(1, width * height)));
+    const ratio = Math.min(devicePixelRatio, kMostPixelRatio, Math.sqrt(this.pixels / Math.max(1, width * height)));
     this.canvas.width = Math.max(1, Math.round(width * ratio));
     this.canvas.height = Math.max(1, Math.round(height * ratio));
     this.dirty = true;

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "physics/simulate/simulator.h"
+
+namespace pliant {
+
+/// What a person may change while a body moves.
+struct SessionSettings {
+  double young_scale = 1;         ///< times Young's modulus of every particle
+  double damping_time = 0;        ///< s, see SimulateOptions
+  Vec3d gravity = {0, 0, -9.81};  ///< m/s^2; what differs from that of the options acts, even where a pin holds
+};
+
+/// A body that someone plays with: it advances frame by frame, and what acts on it may change between frames.  What was
+/// done, done again at the same frames, gives the same motion bit for bit.
+class Session {
+ public:
+  /// `held`: interactions that act from the start, such as pins and floor; numbers 0, 1, ...
+  Session(const SimulateOptions& options, Particles particles, const std::vector<Interaction>& held,
+          SimulationState start);
+
+  const SimulationState& state() const { return state_; }
+  const Particles& particles() const { return particles_; }
+  const SessionSettings& settings() const { return settings_; }
+
+  /// From the next frame on.
+  void set(const SessionSettings& settings);
+  /// Begins an interaction now, whatever its `start`; returns its number.  A grab without a path takes hold of what its
+  /// region holds where that is now.  Throws Error{kUsage} as `simulate` does; the session is as it was then.
+  int begin(Interaction interaction);
+  /// Target of a grab, or place of a finger, at the end of the next frame [m].
+  void move(int number, const Vec3d& target);
+  /// Lets go now.
+  void end(int number);
+  /// One frame.  Throws Error{kNumerical} where no time step is small enough; the state is that of the last frame.
+  void advance();
+
+  /// Mean force of an interaction in the last frame [N]; zero once it has ended.
+  Vec3d force(int number) const;
+  /// Everything that was begun, with times since the session began and whole paths.
+  const std::vector<Interaction>& history() const { return history_; }
+  int substeps() const { return substeps_; }  ///< of the last frame
+
+ private:
+  struct Active {
+    int number;
+    Interaction interaction;
+    bool moved = false;  // in the next frame
+  };
+
+  Active* find(int number);
+  std::vector<Interaction> acting() const;
+  void rebuild();
+
+  SimulateOptions options_;
+  const Particles original_;
+  Particles particles_;
+  SimulationState state_;
+  SessionSettings settings_;
+  std::vector<Active> active_;
+  std::vector<Interaction> history_;
+  std::vector<Vec3d> force_;  // [active]
+  SimulateSummary summary_;
+  std::unique_ptr<Simulator<float>> simulator_;  // null until it is needed again
+  int substeps_ = 0;
+};
+
+}  // namespace pliant
