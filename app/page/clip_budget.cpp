@@ -54,17 +54,18 @@ std::vector<uint8_t> rounded_weights(const Binding& binding) {
 }  // namespace
 
 GaussianCloud CodedClip::decoded_frame(size_t t) const {
-  const DriverFrame frame = decoded(motion, level.rest, t);
-  Binding binding = level.binding;
+  const std::vector<Vec3f>& rest = level.driving_position;
+  const DriverFrame frame = decoded(motion, rest, t);
+  Binding rounded = binding;
   const std::vector<uint8_t> weights = rounded_weights(binding);
   for (size_t g = 0; g < binding.size(); ++g) {
     float sum = 0;
     for (int k = 0; k < Binding::kCount; ++k) sum += weights[g * Binding::kCount + k];
     for (int k = 0; k < Binding::kCount; ++k)
-      binding.weight[g * Binding::kCount + k] = weights[g * Binding::kCount + k] / std::max(sum, 1.0f);
+      rounded.weight[g * Binding::kCount + k] = weights[g * Binding::kCount + k] / std::max(sum, 1.0f);
   }
   GaussianCloud all = decoded(background), moved;
-  deform({}, decoded(object), binding, level.rest, frame.position, frame.F, moved);
+  deform({}, decoded(object), rounded, rest, frame.position, frame.F, moved);
   all.append(moved);
   return all;
 }
@@ -91,9 +92,9 @@ CodedClip ClipCoder::code(const ClipChoice& choice, CodedClip before) const {
     clip.background = code_splats(choice.background, moving_.background.select(places));
   }
   if (fresh || had.drivers != choice.drivers || !(had.motion == choice.motion)) {
-    const int all = static_cast<int>(moving_.particles.driving_position.size());
-    clip.level = driver_level(moving_, scene_, choice.drivers > 0 ? choice.drivers : all);
-    clip.motion = code_motion(choice.motion, clip.level.rest, motion_of(moving_, clip.level));
+    clip.level = choice.drivers > 0 ? with_drivers(moving_.particles, scene_, choice.drivers) : moving_.particles;
+    clip.binding = choice.drivers > 0 ? bind_object(scene_, clip.level, moving_.object) : moving_.binding;
+    clip.motion = code_motion(choice.motion, clip.level.driving_position, motion_of(moving_, clip.level));
   }
   return clip;
 }
@@ -102,22 +103,28 @@ ClipFile ClipCoder::file_of(const CodedClip& clip) const {
   ClipFile file;
   add_splats(file, "object", clip.object);
   add_splats(file, "background", clip.background);
-  const size_t n = clip.object.size(), m = clip.level.rest.size();
+  const size_t n = clip.object.size(), m = clip.level.driving_position.size();
   std::vector<uint8_t> bound;
-  for (size_t g = 0; g < n; ++g) bound.push_back(clip.level.binding.driver[g * Binding::kCount] >= 0);
+  for (size_t g = 0; g < n; ++g) bound.push_back(clip.binding.driver[g * Binding::kCount] >= 0);
   file.add("object", "object.bound", {n}, std::span<const uint8_t>(bound));
-  std::vector<float> rest;
-  for (const Vec3f& x : clip.level.rest) rest.insert(rest.end(), x.data(), x.data() + 3);
-  file.add("motion", "level0.rest", {m, 3}, std::span<const float>(rest));
-  constexpr uint16_t kUnused = 65535;
-  std::vector<uint16_t> driver;
-  for (const int d : clip.level.binding.driver) driver.push_back(d < 0 ? kUnused : static_cast<uint16_t>(d));
-  file.add("motion", "level0.driver", {n, Binding::kCount}, std::span<const uint16_t>(driver));
-  const std::vector<uint8_t> weight = rounded_weights(clip.level.binding);
-  file.add("motion", "level0.weight", {n, Binding::kCount}, std::span<const uint8_t>(weight));
+  add_level(file, "motion", 0, clip.level.driving_position, clip.binding);
   file.header["levels"] = nlohmann::json::array({{{"drivers", m}}});
   add_motion(file, clip.motion);
   return file;
+}
+
+void add_level(ClipFile& file, const std::string& section, size_t l, const std::vector<Vec3f>& rest,
+               const Binding& binding) {
+  constexpr uint16_t kUnused = 65535;
+  const std::string prefix = "level" + std::to_string(l) + ".";
+  std::vector<float> places;
+  for (const Vec3f& x : rest) places.insert(places.end(), x.data(), x.data() + 3);
+  file.add(section, prefix + "rest", {rest.size(), 3}, std::span<const float>(places));
+  std::vector<uint16_t> driver;
+  for (const int d : binding.driver) driver.push_back(d < 0 ? kUnused : static_cast<uint16_t>(d));
+  file.add(section, prefix + "driver", {binding.size(), Binding::kCount}, std::span<const uint16_t>(driver));
+  const std::vector<uint8_t> weight = rounded_weights(binding);
+  file.add(section, prefix + "weight", {binding.size(), Binding::kCount}, std::span<const uint8_t>(weight));
 }
 
 size_t SizeMeter::operator()(const ClipFile& file) {
@@ -175,7 +182,7 @@ CodedClip fit_to_size(const ClipCoder& coder, size_t bytes, ClipFile& file, std:
   };
   background_sh(2, "the background has spherical harmonics of degree 2");
   background_sh(1, "the background has spherical harmonics of degree 1");
-  for (const int drivers : {6000, 4000, 2500, 1500})
+  for (const int drivers : {kLevelCounts[0], kLevelCounts[1], kLevelCounts[2], kLevelCounts[3]})
     steps.push_back(
         {kDrivers, fmt::format("the motion is that of {} driving particles", drivers), [=, &moving](ClipChoice& c) {
            const bool fewer = static_cast<int>(moving.particles.driving_position.size()) > drivers;

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "app/page/coded_motion.h"
 #include "app/page/coded_splats.h"
-#include "app/page/driver_level.h"
 #include "app/simulate/moving_scene.h"
 
 namespace pliant {
@@ -23,7 +23,8 @@ struct ClipChoice {
 struct CodedClip {
   ClipChoice choice;
   CodedSplats object, background;
-  DriverLevel level;
+  ParticleFile level;  ///< whose driving particles move
+  Binding binding;     ///< of the object's Gaussians to them
   CodedMotion motion;
 
   /// The object and the background behind it as the page shows frame `t`.
@@ -46,6 +47,10 @@ class ClipCoder {
   const Scene& scene_;
   std::vector<int> by_importance_;  ///< of the background, what is seen most first
 };
+
+/// Appends the binding of an object to the driving particles of a level: level{l}.rest, .driver and .weight.
+void add_level(ClipFile& file, const std::string& section, size_t l, const std::vector<Vec3f>& rest,
+               const Binding& binding);
 
 /// Bytes that the sections of a page take in its file.  Sections that are as they were are not packed again.
 class SizeMeter {

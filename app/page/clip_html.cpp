@@ -40,7 +40,7 @@ PageSizes write_page(const std::filesystem::path& file, const ClipPage& page) {
     sections += "<script type=\"application/octet-stream\" id=\"clip-" + name + "\">" + text + "</script>\n";
     sizes.sections[name] = text.size();
   };
-  for (const char* name : {"object", "motion", "background"}) {
+  for (const char* name : {"object", "motion", "background", "levels", "solver"}) {
     const auto section = page.file.sections.find(name);
     if (section == page.file.sections.end()) continue;
     add(name, packed_section(section->second));

@@ -4,15 +4,9 @@
 #include <vector>
 
 #include "app/page/clip_file.h"
-#include "gaussians/base/types.h"
+#include "app/simulate/driver_level.h"
 
 namespace pliant {
-
-/// Driving particles at one instant, scene units.
-struct DriverFrame {
-  std::vector<Vec3f> position;  ///< [M, 3]
-  std::vector<Mat3f> F;         ///< [M]
-};
 
 /// The motion of drivers in integers: what a frame adds to the straight continuation of the two before it, in steps.
 /// x[t] = rest + step q[t], q[t] = r[t] + 2 q[t-1] - q[t-2]; the same for F - 1.

@@ -6,6 +6,7 @@
 
 #include "app/page/clip_budget.h"
 #include "app/page/clip_html.h"
+#include "app/page/page_solver.h"
 #include "app/run/attach_scene.h"
 #include "app/simulate/clip_camera.h"
 #include "gaussians/base/orbit.h"
@@ -73,7 +74,8 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
   if (in.files.count("clip") && fs::file_size(in.files.at("clip")) < kVideoShare * static_cast<double>(stage.size))
     video = read_text(in.files.at("clip"));
 
-  const size_t around = kMarkup + 4 * (poster.size() + video.size()) / 3;
+  const SessionSetup setup = session_setup(run, scene, moving.particles);
+  const size_t around = kMarkup + 4 * (poster.size() + video.size()) / 3 + solver_bytes(setup, moving);
   if (stage.size < 2 * around)
     throw usage_error("--html-size", std::to_string(stage.size), "is too small for a page", "give more, or --no-html");
   const ClipCoder coder(std::move(moving), scene, views);
@@ -81,6 +83,7 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
   std::vector<std::string> given_up;
   const CodedClip clip = fit_to_size(coder, stage.size - around, page.file, given_up);
   const MovingScene& drawn = coder.moving();
+  add_solver(page.file, clip, setup, scene, drawn);
   const double psnr = least_psnr(clip, drawn, {camera, views[2], camera, views[6]});
 
   json& header = page.file.header;
@@ -105,6 +108,8 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
   if (!given_up.empty())
     context.progress.say(fmt::format("page: to fit into {:.1f} MB, {}", static_cast<double>(stage.size) / 1e6,
                                      fmt::join(given_up, "; ")));
+  if (const std::string why = header["plays_only"]; !why.empty())
+    context.progress.say("page: it only plays, because " + why);
   context.progress.say(fmt::format("page: {:.2f} MB, at least {:.1f} dB of the full scene in the clip's views",
                                    static_cast<double>(sizes.all) / 1e6, psnr));
   return {{"bytes", sizes.all},
@@ -112,7 +117,7 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
           {"bytes_until_motion", sizes.until_motion},
           {"bytes_of_sections", sizes.sections},
           {"given_up", given_up},
-          {"drivers", clip.level.rest.size()},
+          {"drivers", clip.level.driving_position.size()},
           {"background_gaussians", clip.background.size()},
           {"object_gaussians", clip.object.size()},
           {"psnr_db", psnr}};

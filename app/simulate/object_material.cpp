@@ -48,15 +48,6 @@ const std::vector<MaterialConstant> kConstants = {
      {Law::kViscoelastic}},
 };
 
-Law parse_law(const std::string& name) {
-  const std::vector<std::string> names = law_names();
-  const auto at = std::find(names.begin(), names.end(), name);
-  if (at == names.end())
-    throw usage_error("material", "law", "'" + name + "' is unknown",
-                      "did you mean '" + nearest_name(name, names) + "'?");
-  return static_cast<Law>(at - names.begin());
-}
-
 /// `where` is how the user writes constants: "--" or "constants.".
 void set_constant(const std::string& where, const std::string& name, double value, Law law, Material& material) {
   std::vector<std::string> names;
@@ -76,6 +67,15 @@ void set_constant(const std::string& where, const std::string& name, double valu
 }
 
 }  // namespace
+
+Law parse_law(const std::string& name) {
+  const std::vector<std::string> names = law_names();
+  const auto at = std::find(names.begin(), names.end(), name);
+  if (at == names.end())
+    throw usage_error("material", "law", "'" + name + "' is unknown",
+                      "did you mean '" + nearest_name(name, names) + "'?");
+  return static_cast<Law>(at - names.begin());
+}
 
 std::span<const MaterialConstant> material_constants() { return kConstants; }
 

@@ -18,6 +18,9 @@ struct MaterialConstant {
 };
 std::span<const MaterialConstant> material_constants();
 
+/// The law of that name; a usage error lists the names.
+Law parse_law(const std::string& name);
+
 /// The homogeneous material of an object.
 struct ObjectMaterial {
   double young = 0, poisson = 0, density = 0;  ///< Pa, 1, kg/m^3

@@ -145,6 +145,12 @@ bool is_output_of_fit(const RunDirectory& run, const std::string& file) {
   return std::find(outputs.begin(), outputs.end(), file) != outputs.end();
 }
 
+/// Relative to the run directory where it lies in there.
+std::string recorded_path(const RunDirectory& run, const fs::path& file) {
+  const fs::path relative = fs::absolute(file).lexically_relative(fs::absolute(run.path()));
+  return relative.empty() || *relative.begin() == ".." ? fs::absolute(file).string() : relative.string();
+}
+
 json simulate_object(const Context& context, const RunDirectory& run, const StageInputs<SimulateStage>& in,
                      const std::string& provenance) {
   const SimulateStage& stage = in.options;
@@ -202,27 +208,34 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
   const json motion = describe_motion(trajectory, body.file, scene.up, in.found["height"].get<double>());
   context.progress.say(fmt::format("simulate: tip moves {:.1f} % of the object's height and ends at {:.1f} %",
                                    100 * motion["tip_peak"].get<double>(), 100 * motion["tip_end"].get<double>()));
-  return {{"frames", total},
-          {"mass_kg", s.mass},
-          {"cell_size_m", s.cell_size},
-          {"dt_min_s", s.min_dt},
-          {"dt_max_s", s.max_dt},
-          {"substeps_max",
-           s.substeps_of_frame.empty() ? 0 : *std::max_element(s.substeps_of_frame.begin(), s.substeps_of_frame.end())},
-          {"max_stretch", s.max_stretch},
-          {"strays", s.strays},
-          {"retries", s.retries},
-          {"solver", is_lagrangian(plan.options, body.particles) ? "lagrangian" : "eulerian"},
-          {"gravity_cancelled", s.gravity_cancelled},
-          {"settle_displacement_m", s.settle_displacement},
-          {"rest_shape", rest_shape_to_json(s)},
-          {"thin_share", s.thin_share},
-          {"impulses_Ns", impulses_to_json(s)},
-          {"push", plan.push},
-          {"damping_time_s", plan.options.damping_time},
-          {"motion", motion},
-          {"floor", plan.floor},
-          {"space", space_to_json(body.space)}};
+  return {
+      {"frames", total},
+      {"mass_kg", s.mass},
+      {"cell_size_m", s.cell_size},
+      {"dt_min_s", s.min_dt},
+      {"dt_max_s", s.max_dt},
+      {"substeps_max",
+       s.substeps_of_frame.empty() ? 0 : *std::max_element(s.substeps_of_frame.begin(), s.substeps_of_frame.end())},
+      {"max_stretch", s.max_stretch},
+      {"strays", s.strays},
+      {"retries", s.retries},
+      {"solver", is_lagrangian(plan.options, body.particles) ? "lagrangian" : "eulerian"},
+      {"gravity_cancelled", s.gravity_cancelled},
+      {"settle_displacement_m", s.settle_displacement},
+      {"rest_shape", rest_shape_to_json(s)},
+      {"thin_share", s.thin_share},
+      {"impulses_Ns", impulses_to_json(s)},
+      {"push", plan.push},
+      {"damping_time_s", plan.options.damping_time},
+      {"motion", motion},
+      {"floor", plan.floor},
+      {"session",
+       {{"law", law_name(body.particles.materials[0].law)},
+        {"gravity_m_s2", {plan.options.gravity.x(), plan.options.gravity.y(), plan.options.gravity.z()}},
+        {"contact_friction", plan.options.object_friction},
+        {"material_file", fields ? recorded_path(run, in.files.at("material")) : object_folder(run) + "/material.h5"},
+        {"physgaussian", physgaussian}}},
+      {"space", space_to_json(body.space)}};
 }
 
 }  // namespace

@@ -34,10 +34,6 @@ std::vector<Interaction> pins_of(const ParticleFile& file, const Scene& scene) {
   return pins;
 }
 
-namespace {
-
-/// The plane that the object rests on, as a floor that nothing passes: the support's plane that `extract` found, where
-/// the interactions name no ground of their own.
 std::optional<Interaction> floor_of(const json& extract, const std::vector<Interaction>& interactions,
                                     const Scene& scene) {
   constexpr double kFriction = 0.5;
@@ -54,6 +50,8 @@ std::optional<Interaction> floor_of(const json& extract, const std::vector<Inter
   floor.region = Region::half_space(vector("point"), vector("normal")).scaled(scene.metres_per_unit);
   return floor;
 }
+
+namespace {
 
 /// The rest of the scene near the object as an obstacle.
 Interaction obstacle_of(const Context& context, const std::filesystem::path& file, const Scene& scene,

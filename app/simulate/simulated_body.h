@@ -31,6 +31,11 @@ SimulatedBody make_body(ParticleFile file, const Scene& scene, const ElasticSamp
 /// What `seed` says holds the object, in metres.
 std::vector<Interaction> pins_of(const ParticleFile& file, const Scene& scene);
 
+/// The plane that the object rests on, as a floor that nothing passes: the support's plane that `extract` found, where
+/// the interactions name no ground of their own.
+std::optional<Interaction> floor_of(const nlohmann::json& extract, const std::vector<Interaction>& interactions,
+                                    const Scene& scene);
+
 /// What acts on it and for how long.
 struct SimulationPlan {
   SimulateOptions options;

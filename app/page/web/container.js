@@ -126,6 +126,13 @@ export class Container {
     return true;
   }
 
+  /** The bytes of an inflated section, given away. */
+  bytesOf(name) {
+    const buffer = this.inflated.get(name);
+    this.inflated.delete(name);
+    return buffer;
+  }
+
   /** Forgets an inflated section. */
   release(name) {
     this.inflated.delete(name);

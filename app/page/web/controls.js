@@ -11,7 +11,10 @@ function toggleHelp() {
   else help.showModal();
 }
 
-/** Connects toolbar and keys with the player and the camera; the result refreshes what they show. */
+/**
+ * Connects toolbar and keys with the player and the camera: {refresh, add}.  `refresh` updates what they show; `add`
+ * takes the keys of another part, {keys, shifted}, and `first(event)`, which is true for keys that it has used.
+ */
 export function connectControls(player, camera) {
   const scrub = element('scrub'), time = element('time'), playButton = element('play'), speed = element('speed');
   const loopButton = element('loop'), help = element('help');
@@ -75,13 +78,18 @@ export function connectControls(player, camera) {
     'a': () => camera.pan(-kPan, 0), 'd': () => camera.pan(kPan, 0),
     'w': () => camera.pan(0, -kPan), 's': () => camera.pan(0, kPan),
   };
+  let first = () => false;
   document.addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const key = event.key.toLowerCase(), target = event.target;
     if (help.open && !['h', '?'].includes(key)) return;
     if (key === ' ' && target.closest('button, select, summary')) return;
     if (target.closest('select, video')) return;
-    if (target === scrub && !event.shiftKey && /^(arrow|home|end)/.test(key)) return;
+    if (target.matches('input') && !event.shiftKey && /^(arrow|home|end|page)/.test(key)) return;
+    if (first(event)) {
+      event.preventDefault();
+      return;
+    }
     const action = event.shiftKey && shifted[key] || keys[key];
     if (!action) return;
     event.preventDefault();
@@ -89,7 +97,28 @@ export function connectControls(player, camera) {
     refresh();
   });
   refresh();
-  return refresh;
+  const add = (more) => {
+    Object.assign(keys, more.keys);
+    Object.assign(shifted, more.shifted);
+    first = more.first;
+  };
+  return {refresh, add};
+}
+
+/** Adds a line about the clip. */
+export function addDetail(name, text) {
+  const term = document.createElement('dt'), value = document.createElement('dd');
+  term.textContent = name;
+  value.textContent = text;
+  if (name === 'Command') {
+    value.className = 'code';
+    value.replaceChildren(...text.split(/(?<= )/).map((word) => {  // lines break between arguments only
+      const span = document.createElement('span');
+      span.textContent = word;
+      return span;
+    }));
+  }
+  element('details').append(term, value);
 }
 
 /** Fills in the title and the lines about the clip, and connects the help overlay, which has them all. */
@@ -102,20 +131,7 @@ export function showAbout({title, about = {}}) {
   const shortly = {'Made with': 'Made with ', 'Source': 'Source: ', 'Licence': 'Licence: '};
   element('about').textContent =
       lines.filter(([name]) => name in shortly).map(([name, text]) => shortly[name] + text).join(' · ');
-  for (const [name, text] of lines) {
-    const term = document.createElement('dt'), value = document.createElement('dd');
-    term.textContent = name;
-    value.textContent = text;
-    if (name === 'Command') {
-      value.className = 'code';
-      value.replaceChildren(...text.split(/(?<= )/).map((word) => {  // lines break between arguments only
-        const span = document.createElement('span');
-        span.textContent = word;
-        return span;
-      }));
-    }
-    element('details').append(term, value);
-  }
+  for (const [name, text] of lines) addDetail(name, text);
   for (const id of ['show-help', 'about']) element(id).addEventListener('click', toggleHelp);
   element('help').addEventListener('click', ({target}) => target === element('help') && toggleHelp());  // outside
 }

@@ -116,6 +116,16 @@ mat3 limitStretch(mat3 F) {
 }
 `;
 
+/** Drivers and weights of a Gaussian, packed as eight numbers of 16 and of 8 bits. */
+export const kBinding = `int driverAt(uvec4 packed, int k) {
+  uint pair = k < 2 ? packed.x : k < 4 ? packed.y : k < 6 ? packed.z : packed.w;
+  return int((k & 1) == 0 ? pair & 65535u : pair >> 16);
+}
+
+float weightAt(uvec2 packed, int k) {
+  return float((k < 4 ? packed.x : packed.y) >> uint(8 * (k & 3)) & 255u);
+}`;
+
 /** Fragment shader of the pass; one fragment per Gaussian. */
 export const kDeform = `#version 300 es
 precision highp float;
@@ -134,15 +144,7 @@ layout(location = 3) out vec4 outRotation;
 
 const float kTwistShare = .1;
 ${kPolar}
-int driverAt(uvec4 packed, int k) {
-  uint pair = k < 2 ? packed.x : k < 4 ? packed.y : k < 6 ? packed.z : packed.w;
-  return int((k & 1) == 0 ? pair & 65535u : pair >> 16);
-}
-
-float weightAt(uvec2 packed, int k) {
-  return float((k < 4 ? packed.x : packed.y) >> uint(8 * (k & 3)) & 255u);
-}
-
+${kBinding}
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
   vec4 position = texelFetch(restPosition, at, 0);

@@ -1,6 +1,8 @@
 // Passes 2 to 4: colours, splats, and the picture over its background.
 
 import {kWidth} from './cloud.js';
+import {kBinding, kDriversPerRow} from './deform_shader.js';
+import {kViridisShader} from './tint.js';
 
 /** Splats in one instance of the drawing: four vertices each. */
 export const kSplatsPerInstance = 512;
@@ -37,8 +39,28 @@ function harmonicTerms({layers, bytes}, degree) {
   return lines.join('\n  ');
 }
 
-/** Fragment shader of the colours of a cloud, one fragment per Gaussian. */
-export function colourShader({degree, harmonics}) {
+const kTint = `
+uniform usampler2D driver, weight;
+uniform sampler2D scalar;  // of the drivers, 0 to 1
+uniform float tint;        // share of the colour that shows it
+${kBinding}
+${kViridisShader}
+
+vec3 tinted(vec3 colour, ivec2 at) {
+  uvec4 drivers = texelFetch(driver, at, 0);
+  uvec2 weights = texelFetch(weight, at, 0).xy;
+  float total = 0., sum = 0.;
+  for (int k = 0; k < 8; ++k) {
+    float w = weightAt(weights, k);
+    int j = driverAt(drivers, k);
+    if (w > 0.) sum += w * texelFetch(scalar, ivec2(j % ${kDriversPerRow}, j / ${kDriversPerRow}), 0).x;
+    total += w;
+  }
+  return total > 0. ? mix(colour, viridis(sum / total), tint) : colour;
+}`;
+
+/** Fragment shader of the colours of a cloud, one fragment per Gaussian; those of what `moves` may show a quantity. */
+export function colourShader({degree, harmonics}, moves) {
   return `#version 300 es
 precision highp float;
 precision highp int;
@@ -53,6 +75,7 @@ uniform int firstRow;  // of the cloud in the textures of all Gaussians
 uniform vec3 centre;   // of the camera
 uniform float baseLow, baseStep, harmonicsLow, harmonicsStep;
 out vec4 result;
+${moves ? kTint : ''}
 
 void main() {
   ivec2 all = ivec2(gl_FragCoord.xy), at = all - ivec2(0, firstRow);
@@ -65,7 +88,9 @@ void main() {
   float x = d.x, y = d.y, z = d.z;
   vec3 colour = .5 + ${kBasis[0]} * (baseLow + baseStep * vec3(texelFetch(base, at, 0).xyz));
   ${harmonics ? harmonicTerms(harmonics, degree) : ''}
-  result = vec4(max(colour, 0.), 1);
+  colour = max(colour, 0.);
+  ${moves ? 'if (tint > 0.) colour = tinted(colour, at);' : ''}
+  result = vec4(colour, 1);
 }`;
 }
 

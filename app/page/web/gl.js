@@ -71,6 +71,7 @@ export class Program {
 
 function texelLayout(gl, format) {
   return {
+    r32f: [gl.R32F, gl.RED, gl.FLOAT],
     rgba32f: [gl.RGBA32F, gl.RGBA, gl.FLOAT],
     rgba16f: [gl.RGBA16F, gl.RGBA, gl.HALF_FLOAT],
     rgba8: [gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE],

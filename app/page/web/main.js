@@ -8,6 +8,8 @@ import {connectGestures} from './gestures.js';
 import {contextLost, createContext} from './gl.js';
 import {errors, giveUp, report, showStatus} from './messages.js';
 import {BakedMotion, emptyLevel, readLevel, Still} from './motion.js';
+import {physicsService, solverState} from './physics_service.js';
+import {startPhysics} from './physics_start.js';
 import {Player} from './player.js';
 import {Renderer} from './renderer.js';
 import {Sorter} from './sorter.js';
@@ -16,7 +18,7 @@ import {Viewer} from './viewer.js';
 const kPatience = 800;  // ms that the first picture waits for the background
 
 /** For tests and tools: what went wrong so far, and after `ready` the members that `serve` adds. */
-const pliant = window.pliant = {violations: [], errors};
+const pliant = window.pliant = {violations: [], errors, solver: {levels: []}};
 document.addEventListener('securitypolicyviolation', ({violatedDirective, blockedURI}) => {
   pliant.violations.push({violatedDirective, blockedURI});
 });
@@ -100,17 +102,20 @@ async function run() {
   const camera = new Camera(header.clip.camera, header.up, header.orbit, sphere);
   const player = new Player(source.frames, header.clip.fps);
   if (!matchMedia('(prefers-reduced-motion: reduce)').matches) player.play();
-  const refresh = connectControls(player, camera);
+  const controls = connectControls(player, camera);
+  let hands = null;  // see startPhysics
   const unseen = document.getElementById('unseen'), seen = (header.orbit.degrees ?? 360) / 2;
   const viewer = new Viewer({
     canvas, renderer, sorter: await sorterStarts, camera, player, source,
     onFrame: () => {
-      refresh();
+      controls.refresh();
+      hands?.marks.refresh();
+      hands?.panel.refresh();
       unseen.hidden = camera.away <= seen;
     },
     onError: giveUp,
   });
-  connectGestures(canvas, camera);
+  connectGestures(canvas, camera, (event) => Boolean(hands?.input.claim(event)));
 
   const patience = new Promise((done) => setTimeout(done, kPatience, null));
   const early = await Promise.race([backgroundComes, patience]);
@@ -121,6 +126,19 @@ async function run() {
   if (background && !early) viewer.setBackground(background);
   serve(viewer, container);
   showStatus('');
+  pliant.solver.ready = addPhysics().catch(report);
+
+  async function addPhysics() {
+    const started = await startPhysics({container, header, viewer, player, object, recorded: {level, source}});
+    if (!started) return;
+    hands = started;
+    const {physics, input, panel} = hands;
+    controls.add({...panel, first: (event) => input.key(event)});
+    panel.refresh();
+    Object.defineProperties(pliant.solver, Object.getOwnPropertyDescriptors(solverState(physics)));
+    Object.assign(pliant, physicsService(hands));
+    await physics.measure();
+  }
 }
 
 pliant.ready = run().catch(async (error) => {

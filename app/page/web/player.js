@@ -7,6 +7,7 @@ export class Player {
     this.speed = 1;
     this.loop = true;
     this.playing = false;
+    this.onUse = () => {};  // before someone plays or goes to a frame
   }
 
   /** Frame to show now; between two frames only in slow motion. */
@@ -17,6 +18,7 @@ export class Player {
 
   /** Plays, from the start again when the end has been reached. */
   play() {
+    this.onUse();
     if (this.position >= this.frames - 1) this.position = 0;
     this.playing = this.frames > 1;
   }
@@ -31,12 +33,14 @@ export class Player {
 
   /** Pauses at a frame. */
   jump(frame) {
+    this.onUse();
     this.pause();
     this.seek(frame);
   }
 
   /** Pauses and goes some frames forwards or back, around the ends in a loop. */
   step(frames) {
+    this.onUse();
     const next = Math.floor(this.position) + frames;
     this.jump(this.loop ? (next % this.frames + this.frames) % this.frames : next);
   }

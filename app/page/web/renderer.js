@@ -9,12 +9,12 @@ import {contextLost, createFramebuffer, kCoverViewport, Program, Texture} from '
 
 /** Textures with the rest state of a cloud's colours and the program that evaluates them. */
 class CloudColours {
-  constructor(gl, cloud, firstRow) {
+  constructor(gl, cloud, firstRow, moves) {
     this.rows = cloud.rows;
     this.firstRow = firstRow;
     this.seenFrom = null;  // centre of the camera for which the colours hold
     this.ranges = {base: cloud.base, harmonics: cloud.harmonics ?? {low: 0, step: 0}};
-    this.program = new Program(gl, kCoverViewport, colourShader(cloud));
+    this.program = new Program(gl, kCoverViewport, colourShader(cloud, moves));
     this.base = new Texture(gl, 'rgba16ui', kWidth, cloud.rows).write(cloud.base.packed, cloud.rows);
     if (!cloud.harmonics) return;
     const {packed, layers} = cloud.harmonics;
@@ -33,6 +33,8 @@ function createQuads(gl) {
   gl.bindVertexArray(null);
   return quads;
 }
+
+const kTintShare = 0.85;  // of the colour
 
 /** Splats of a scene in which the object moves. */
 export class Renderer {
@@ -66,7 +68,7 @@ export class Renderer {
     this.deformProgram = new Program(gl, kCoverViewport, kDeform);
     this.splatProgram = new Program(gl, kSplatVertex, kSplatFragment);
     this.resolveProgram = new Program(gl, kCoverViewport, kResolve);
-    this.clouds = [new CloudColours(gl, object, 0)];
+    this.clouds = [new CloudColours(gl, object, 0, true)];
     this.drivers = {};
     this.targets = {};
     this.count = 0;
@@ -90,7 +92,7 @@ export class Renderer {
     this.moved.covarianceA.write(cloud.covarianceA, cloud.rows, this.objectRows);
     this.moved.covarianceB.write(cloud.covarianceB, cloud.rows, this.objectRows);
     this.moved.rotation.write(still, cloud.rows, this.objectRows);
-    this.clouds.push(new CloudColours(this.gl, cloud, this.objectRows));
+    this.clouds.push(new CloudColours(this.gl, cloud, this.objectRows, false));
   }
 
   /** Binds the object to the drivers of a level (see readLevel). */
@@ -104,7 +106,10 @@ export class Renderer {
       weight: new Texture(gl, 'rg32ui', kWidth, this.objectRows).write(level.weight, this.objectRows),
       driverRest: new Texture(gl, 'rgba32f', kDriversPerRow, rows).write(rest),
       driverNow: new Texture(gl, 'rgba32f', 3 * kDriversPerRow, rows),
+      scalar: new Texture(gl, 'r32f', kDriversPerRow, rows),
     };
+    this.scalars = new Float32Array(kDriversPerRow * rows);
+    this.tint = 0;
     this.packed = new Float32Array(12 * kDriversPerRow * rows);
   }
 
@@ -122,6 +127,15 @@ export class Renderer {
     });
     this.#cover(this.movedBuffer, 0, this.objectRows);
     this.clouds[0].seenFrom = null;
+  }
+
+  /** Colours the object by scalars [M] of its drivers, from 0 to 1; by its own colours where they are null. */
+  setTint(scalars) {
+    this.clouds[0].seenFrom = null;
+    this.tint = scalars ? kTintShare : 0;
+    if (!scalars) return;
+    this.scalars.set(scalars);
+    this.drivers.scalar.write(this.scalars);
   }
 
   /** Promise of the centres of the object's Gaussians as they are now, [objectRows * kWidth, 4]. */
@@ -159,9 +173,10 @@ export class Renderer {
       const {program, base, harmonics, ranges, firstRow, rows, seenFrom} = cloud;
       if (seenFrom && centre.every((value, c) => value === seenFrom[c])) continue;
       cloud.seenFrom = [...centre];
-      const textures = {position: this.moved.position, rotation: this.moved.rotation, base};
+      const textures = {...this.drivers, position: this.moved.position, rotation: this.moved.rotation, base};
       const uniforms = program.use(harmonics ? {...textures, harmonics} : textures);
       gl.uniform1i(uniforms.firstRow, firstRow);
+      if ('tint' in uniforms) gl.uniform1f(uniforms.tint, this.tint);
       gl.uniform3fv(uniforms.centre, centre);
       for (const [name, {low, step}] of Object.entries(ranges)) {
         gl.uniform1f(uniforms[`${name}Low`], low);

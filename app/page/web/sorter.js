@@ -2,38 +2,12 @@
 
 import {createDepthSorter, serveDepthSorter} from './depth_sort.js';
 import {ClipError} from './container.js';
-
-const kStartLimit = 3000;  // ms
-
-/** Starts the worker; null when it does not answer. */
-function startWorker() {
-  return new Promise((resolve) => {
-    let worker = null;
-    const fail = () => {
-      worker?.terminate();
-      resolve(null);
-    };
-    try {
-      const source = `(${serveDepthSorter})(self, (${createDepthSorter})());`;
-      const url = URL.createObjectURL(new Blob([source], {type: 'text/javascript'}));
-      worker = new Worker(url);
-      const timer = setTimeout(fail, kStartLimit);
-      worker.onerror = fail;
-      worker.onmessage = () => {
-        clearTimeout(timer);
-        URL.revokeObjectURL(url);
-        resolve(worker);
-      };
-    } catch {
-      fail();
-    }
-  });
-}
+import {startWorker} from './start_worker.js';
 
 /** Sorts Gaussians by depth, one request at a time. */
 export class Sorter {
   static async create() {
-    return new Sorter(await startWorker());
+    return new Sorter(await startWorker(`(${serveDepthSorter})(self, (${createDepthSorter})());`));
   }
 
   constructor(worker) {

@@ -9,12 +9,20 @@ const kSlow = 70;           // ms between pictures
 const kCalm = 400;          // ms without a change after which the canvas has all its pixels again
 const kLongestStep = 0.25;  // s of clip time between two pictures, when a device is slow or a tab was hidden
 
-/** The loop of the page.  Drivers come from `source`, see BakedMotion; `live` ones are asked in every step. */
+/**
+ * The loop of the page.  Drivers come from `source`, see BakedMotion; one that moves by itself also has `running`,
+ * `changed` and `advance(seconds)`.
+ */
 export class Viewer {
   /** `onFrame` is called after each picture, `onError` once when drawing fails. */
   constructor({canvas, renderer, sorter, camera, player, source, onFrame, onError}) {
     Object.assign(this, {canvas, renderer, sorter, camera, player, source, onFrame, onError});
     this.shown = null;          // frame of the drivers in the renderer
+    this.drivers = null;        // these drivers
+    this.keepsCentres = false;
+    this.centres = null;        // of the object [N, 4], as they were last sorted, where they are kept
+    this.onStep = () => {};     // before each step
+    this.onMove = () => {};     // with drivers that the renderer was given
     this.centresStale = true;   // the sorter does not have the centres of the object as they are now
     this.orderStale = true;
     this.dirty = true;
@@ -41,6 +49,11 @@ export class Viewer {
     this.shown = null;
   }
 
+  /** Has the drivers passed on again. */
+  touch() {
+    this.shown = null;
+  }
+
   /** Adds the background's Gaussians. */
   setBackground(cloud) {
     this.renderer.setBackground(cloud);
@@ -63,6 +76,8 @@ export class Viewer {
       if (this.held || document.hidden) return;
       this.player.advance(seconds);
       try {
+        this.onStep();
+        this.source.advance?.(seconds);
         this.pace(now, this.update());
       } catch (error) {
         this.fail(error);
@@ -99,7 +114,7 @@ export class Viewer {
 
   /** Gives the canvas fewer pixels when the clip plays slowly, and all of them when nothing changes. */
   pace(now, painted) {
-    const {playing} = this.player;
+    const playing = this.player.playing || this.source.running;
     if (painted) {
       if (playing) this.interval += 0.2 * (Math.min(now - this.painted, 4 * kSlow) - this.interval);
       this.painted = now;
@@ -119,9 +134,11 @@ export class Viewer {
   /** Passes the drivers of the frame to the renderer when they changed. */
   move() {
     const frame = this.player.frame;
-    if (frame === this.shown && !this.source.live) return;
+    if (frame === this.shown && !this.source.changed) return;
     const start = performance.now();
-    this.renderer.deform(this.source.frameAt(frame));
+    this.drivers = this.source.frameAt(frame);
+    this.renderer.deform(this.drivers);
+    this.onMove(this.drivers);
     this.times.deform = performance.now() - start;
     this.shown = frame;
     this.centresStale = true;
@@ -135,6 +152,7 @@ export class Viewer {
         if (this.centresStale) {
           this.centresStale = false;
           const centres = await this.renderer.readCentres();
+          if (this.keepsCentres) (this.centres ??= new Float32Array(centres.length)).set(centres);
           this.sorter.setBlock('object', centres, this.renderer.objectCount, 0);
         }
         this.orderStale = false;
@@ -150,6 +168,11 @@ export class Viewer {
 
   view() {
     return this.camera.view(this.canvas.width, this.canvas.height);
+  }
+
+  /** The view in CSS pixels of the page. */
+  pageView() {
+    return this.camera.view(this.canvas.clientWidth, this.canvas.clientHeight);
   }
 
   paint() {

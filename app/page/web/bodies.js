@@ -1,0 +1,58 @@
+// The object as bodies for the solver, one per level of detail, and their states in the recording.
+
+import {Carrier} from './carry.js';
+import {readLevel} from './motion.js';
+import {bodyNumbers} from './solver_layout.js';
+
+/** A body of the solver: the drivers of a level with their material. */
+export class Body {
+  /** `recorded`: the level of the baked motion and its source; the body may be of another level. */
+  constructor(header, level, material, recorded) {
+    this.level = level;
+    this.count = level.count;
+    this.material = material;
+    this.recorded = recorded;
+    this.metres = header.metres_per_unit;
+    this.fps = header.solver.fps;
+    this.cellSize = header.levels[level.index].cell_size;  // m
+    this.numbers = bodyNumbers(header.solver, this.cellSize);
+  }
+
+  /** The request that tells the solver about the body. */
+  get request() {
+    const position = this.level.rest.map((value) => value * this.metres);
+    return {body: {numbers: this.numbers, metres: this.metres, position, ...this.material}};
+  }
+
+  /** Drivers of this level in the recording at a frame, copied: {positions, gradients}. */
+  at(frame) {
+    const drivers = this.recorded.source.frameAt(frame);
+    if (this.level === this.recorded.level) {
+      return {positions: drivers.positions.slice(), gradients: drivers.gradients.slice()};
+    }
+    this.carrier ??= new Carrier(this.level.rest, this.recorded.level.rest);
+    return this.carrier.carry(drivers);
+  }
+
+  /** Velocities [M, 3] (m/s) in the recording at a frame: central differences, one-sided at its ends. */
+  velocitiesAt(frame, framesPerSecond) {
+    const before = Math.max(frame - 1, 0), after = Math.min(frame + 1, this.recorded.source.frames - 1);
+    if (!(after > before)) return new Float32Array(3 * this.count);
+    const early = this.at(before).positions, scale = this.metres * framesPerSecond / (after - before);
+    return this.at(after).positions.map((value, i) => scale * (value - early[i]));
+  }
+}
+
+function readMaterial(container, index, count) {
+  const read = (name) => container.array(`level${index}.${name}`, [count]).values.slice();
+  return {volume: read('volume'), mass: read('mass'), young: read('young'), poisson: read('poisson')};
+}
+
+/** Bodies of all levels of the inflated section `levels`, the finest first. */
+export function readBodies(container, header, object, recorded) {
+  return header.levels.map((description, index) => {
+    const level = index === recorded.level.index ? recorded.level
+                                                 : readLevel(container, index, description, object.count, object.rows);
+    return new Body(header, level, readMaterial(container, index, level.count), recorded);
+  });
+}

@@ -1,0 +1,203 @@
+// The object as it moves now: a source of drivers (see BakedMotion) that the solver advances in real time.
+
+import {Recording} from './recording.js';
+
+const kMostAhead = 2;           // frames asked of the solver at a time
+const kShare = 0.85;            // of the time that the solver may take; the rest is the page's
+const kSmooth = 0.1;            // weight of the last frame in the mean time of frames
+const kFewestPerSecond = 20;    // frames; where fewer come, those in between are interpolated
+const kDefaults = {stiffness: 1, gravity: 0};
+
+/** One session of the solver. */
+export class LiveMotion {
+  /** `held`: numbers of the interactions of the file; `onAnswer(answer)` follows each frame, `onFail(error)` the end. */
+  constructor({solver, header, onAnswer, onFail}) {
+    Object.assign(this, {solver, onAnswer, onFail});
+    this.held = header.solver.held ?? [];
+    this.defaults = {...kDefaults, damping: header.solver.damping_time};
+    this.settings = {...this.defaults};
+    this.gravity = header.solver.gravity;
+    const size = Math.hypot(...header.up);
+    this.up = header.up.map((value) => value / size);
+    this.framesPerSecond = header.clip.fps;
+    this.timeScale = 1;
+    this.manual = false;  // frames are advanced on demand only
+    this.msPerFrame = this.substeps = 0;
+    this.session = 0;     // answers of earlier ones are dropped
+  }
+
+  /** Begins in the state of the recording at a frame; `script` is a recording to do again. */
+  begin(body, frame, script = null) {
+    const now = body.at(frame), v = body.velocitiesAt(frame, this.framesPerSecond);
+    ++this.session;
+    this.body = body;
+    this.#guard(this.solver.load(body));
+    const x = now.positions.map((value) => value * body.metres), F = now.gradients.slice();
+    this.#guard(this.solver.request({start: {x, v, F, held: this.held}}, [x.buffer, F.buffer]));
+    this.recording = new Recording(body, frame, this.held.length);
+    this.script = script;
+    this.queue = [];
+    this.acting = new Map(this.held.map((numbers, number) => [number, numbers]));
+    this.next = this.held.length;
+    this.level = body.level.index;
+    this.before = this.now = {...now, velocities: v};
+    this.received = this.shown = 0;  // frames
+    this.under = this.debt = 0;      // frames asked for, and due
+    this.changed = true;
+    this.running = true;
+    if (!script && Object.keys(this.defaults).some((name) => this.settings[name] !== this.defaults[name])) this.#set();
+  }
+
+  /** Back to rest: nothing more is asked of the solver. */
+  stop() {
+    ++this.session;
+    this.running = false;
+  }
+
+  /** Begins an interaction (numbers of solver_layout.js) before the next frame; its number. */
+  start(numbers) {
+    this.interrupt();
+    const number = this.next++;
+    this.acting.set(number, numbers);
+    this.queue.push(['begin', number, numbers]);
+    return number;
+  }
+
+  /** Where a finger is, or by how much the hand of a grab has moved since it took hold (m), after the next frame. */
+  move(number, name, [x, y, z]) {
+    if (!this.acting.has(number)) return;
+    const same = this.queue.findIndex((command) => command[0] === name && command[1] === number);
+    if (same >= 0) this.queue.splice(same, 1);
+    this.queue.push([name, number, x, y, z]);
+  }
+
+  /** Ends an interaction before the next frame. */
+  end(number) {
+    this.interrupt();
+    if (this.acting.delete(number)) this.queue.push(['end', number]);
+  }
+
+  /** {stiffness (factor), damping (s, 0 = none), gravity (m/s^2 along up, added)}. */
+  set(settings) {
+    Object.assign(this.settings, settings);
+    if (!this.running) return;
+    this.interrupt();
+    this.#set();
+  }
+
+  #set() {
+    const {stiffness, damping, gravity} = this.settings;
+    this.queue = this.queue.filter(([name]) => name !== 'set');
+    this.queue.push(['set', stiffness, damping, ...this.gravity.map((value, c) => value + gravity * this.up[c])]);
+  }
+
+  /** Stops doing a recording again, because something else is done now. */
+  interrupt() {
+    if (!this.script) return;
+    this.script = null;
+    for (const number of this.acting.keys()) {
+      if (number >= this.held.length) this.queue.push(['end', number]);
+    }
+    this.#drop();
+  }
+
+  /** Share of real time at which the motion runs, as far as the solver keeps up. */
+  get speed() {
+    const most = this.msPerFrame > 0 ? kShare * 1000 / (this.body.fps * this.msPerFrame) : Infinity;
+    return Math.min(this.timeScale, most);
+  }
+
+  /** Lets wall time pass. */
+  advance(seconds) {
+    if (!this.running) return;
+    const rate = this.speed * this.body.fps;
+    if (!this.manual) {
+      this.debt = Math.min(this.debt + seconds * rate, kMostAhead);
+      while (this.debt >= 1 && this.under < kMostAhead) {
+        this.step(1).catch(() => {});  // guarded
+        --this.debt;
+      }
+    }
+    const latest = this.received, least = latest - 1;
+    const next = this.manual || rate >= kFewestPerSecond ? latest
+                                                        : Math.min(Math.max(this.shown + seconds * rate, least), latest);
+    this.changed ||= next !== this.shown;
+    this.shown = next;
+  }
+
+  /** Promise of the answer to what was queued and so many frames. */
+  async step(frames) {
+    const {session, recording} = this;
+    if (this.script && recording.frames >= this.script.frames) this.script = null;
+    if (this.script) this.#rehearse();
+    const commands = this.queue;
+    this.queue = [];
+    recording.add(commands, frames);
+    this.under += frames;
+    const answer = await this.#guard(this.solver.request({step: {commands, frames}}));
+    if (session === this.session) this.#take(answer, frames);
+    return answer;
+  }
+
+  #rehearse() {
+    const commands = this.script.before(this.recording.frames);
+    this.queue.unshift(...commands);
+    for (const [name, number, numbers] of commands) {
+      if (name === 'begin') this.acting.set(number, numbers);
+      if (name === 'begin') this.next = Math.max(this.next, number + 1);
+      if (name === 'end') this.acting.delete(number);
+    }
+  }
+
+  /** Forgets what was begun; what the file holds goes on. */
+  #drop() {
+    for (const number of [...this.acting.keys()]) {
+      if (number >= this.held.length) this.acting.delete(number);
+    }
+  }
+
+  #take(answer, frames) {
+    this.under -= frames;
+    this.received += frames;
+    this.before = frames > 0 ? this.now : this.before;
+    this.now = answer;
+    this.changed = true;
+    if (frames > 0) {
+      this.substeps = answer.substeps;
+      const {ms} = answer;
+      this.msPerFrame = this.msPerFrame > 0 && ms < 3 * this.msPerFrame
+          ? this.msPerFrame + kSmooth * (ms - this.msPerFrame) : ms;
+    }
+    for (const [number, ...hold] of answer.holds) this.recording.holds.set(number, hold);
+    if (answer.failed) {
+      this.#drop();
+      this.queue = [];
+      this.settings = {...this.defaults};
+    }
+    this.onAnswer(answer);
+  }
+
+  /** The session is over when this promise fails. */
+  #guard(promise) {
+    const {session} = this;
+    promise.catch((error) => {
+      this.solver.body = null;
+      if (session !== this.session) return;
+      this.stop();
+      this.onFail(error);
+    });
+    return promise;
+  }
+
+  /** Drivers to draw now. */
+  frameAt() {
+    this.changed = false;
+    const share = this.shown - (this.received - 1);
+    if (share >= 1 || this.before === this.now) return this.now;
+    const mix = (a, b) => a.map((value, i) => value + share * (b[i] - value));
+    return {
+      positions: mix(this.before.positions, this.now.positions),
+      gradients: mix(this.before.gradients, this.now.gradients), velocities: this.now.velocities,
+    };
+  }
+}

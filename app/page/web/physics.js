@@ -1,0 +1,142 @@
+// The object under the hands of a person: from the recording to the solver and back.
+
+import {chooseLevel} from './budget.js';
+import {ClipError} from './container.js';
+import {report} from './messages.js';
+import {Hand} from './tools.js';
+import {LiveMotion} from './live_motion.js';
+import {Tint} from './tint.js';
+
+const kSlow = 0.95;  // of real time, below which slow motion is worth saying
+
+/** Passes the object from the recording to the solver when someone takes hold of it. */
+export class Physics {
+  /** `recorded`: {level, source} of the baked motion; `bodies` of all levels, the finest first (see readBodies). */
+  constructor({header, viewer, player, solver, bodies, recorded, object, legend}) {
+    Object.assign(this, {header, viewer, player, solver, bodies, recorded, object});
+    this.body = bodies.at(-1);
+    this.live = new LiveMotion({
+      solver, header, onAnswer: (answer) => this.#answered(answer), onFail: (error) => this.#failed(error),
+    });
+    this.hand = new Hand(this.live, header.solver.height);
+    this.forces = new Map();  // of the last frame (N), by number
+    this.tint = new Tint(viewer.renderer, legend);
+    this.measured = this.measuring = false;
+    this.movable = movableOf(recorded.level, object.count);
+    this.onChange = () => {};
+    viewer.keepsCentres = true;
+    viewer.onMove = (drivers) => this.#moved(drivers);
+    viewer.onStep = () => this.hand.update(viewer.pageView());
+    player.onUse = () => this.leave();
+  }
+
+  /** Finds the finest level that keeps real time, unless someone takes hold before. */
+  async measure() {
+    if (this.measured || this.measuring) return;
+    this.measuring = true;
+    try {
+      const {live} = this, {level, ms} = await chooseLevel(this.solver, this.header, this.bodies, () => live.running);
+      if (live.running) return;
+      this.times = ms;
+      this.measured = true;
+      this.body = this.bodies[level];
+      live.msPerFrame = ms[level];
+    } finally {
+      this.measuring = false;
+    }
+  }
+
+  get running() {
+    return this.live.running;
+  }
+
+  /** Share of real time at which the motion runs for want of speed; null where it keeps up. */
+  get slowMotion() {
+    const {speed, timeScale} = this.live;
+    return this.running && speed < kSlow * timeScale ? speed : null;
+  }
+
+  /** Hands the object over to the solver in the state that is shown. */
+  enter() {
+    if (this.running) return;
+    this.#begin(this.viewer.shown ?? this.player.frame, this.body, null);
+  }
+
+  /** Goes back to the recording, at the frame where it was left. */
+  leave() {
+    if (!this.running) return;
+    this.hand.drop();
+    this.live.stop();
+    this.forces.clear();
+    this.player.seek(this.live.recording.startFrame);
+    this.viewer.setSource(this.recorded.source, this.recorded.level);
+    this.onChange();
+    this.measure().catch(report);
+  }
+
+  /** Does again what was done since the last hand-over, at the same frames. */
+  replay() {
+    const {recording} = this.live;
+    if (!recording?.frames) return;
+    this.#begin(recording.startFrame, recording.body, this.live.script ?? recording);
+  }
+
+  #begin(frame, body, script) {
+    this.player.pause();
+    this.player.seek(frame);
+    this.hand.drop();
+    this.forces.clear();
+    this.live.begin(body, frame, script);
+    this.viewer.setSource(this.live, body.level);
+    this.onChange();
+  }
+
+  /** Stiffness (factor), damping (s, 0 = none) and gravity (m/s^2 along up, added). */
+  set(settings) {
+    this.live.set(settings);
+    this.viewer.touch();
+  }
+
+  /** Colours the object by a quantity (see Tint), or by its own colours where `kind` is null. */
+  colourBy(kind) {
+    this.tint.choose(kind);
+    this.viewer.touch();
+    this.viewer.dirty = true;
+  }
+
+  /** Place at rest of a Gaussian (scene units). */
+  restOf(index) {
+    return [...this.object.positions.subarray(4 * index, 4 * index + 3)];
+  }
+
+  #moved(drivers) {
+    if (!this.tint.kind) return;
+    const body = this.running ? this.live.body : this.bodies[this.recorded.level.index];
+    const velocities = drivers.velocities ??
+        (this.tint.kind === 'speed' ? body.velocitiesAt(this.player.frame, this.header.clip.fps) : null);
+    this.tint.update({
+      gradients: drivers.gradients, velocities, young: body.material.young, youngScale: this.live.settings.stiffness,
+    });
+  }
+
+  #answered({forces, failed}) {
+    this.forces = new Map(forces.map(([number, ...force]) => [number, force]));
+    if (!failed) return;
+    this.hand.drop();
+    this.onChange();
+    report(new ClipError(`The solver could not follow: ${failed}.`,
+        'It goes on from the last frame without hands and pins, with the settings of the file.'));
+  }
+
+  #failed(error) {
+    this.leave();
+    this.viewer.setSource(this.recorded.source, this.recorded.level);
+    this.onChange();
+    report(error);
+  }
+}
+
+/** Which Gaussians [N] follow drivers of a level. */
+function movableOf({weight}, count) {
+  return Uint8Array.from({length: count}, (_, i) => weight[2 * i] || weight[2 * i + 1] ? 1 : 0);
+}

@@ -1,0 +1,81 @@
+// What a person did, frame by frame, and the files that say it.
+
+import {kRegion, readInteraction} from './solver_layout.js';
+
+/** The commands (see createSolverHost) given to a session since it began, in SI units. */
+export class Recording {
+  constructor(body, startFrame, held) {
+    this.body = body;
+    this.startFrame = startFrame;
+    this.held = held;        // numbers of the interactions of the file
+    this.frames = 0;
+    this.commands = [];      // [{frame, command}]
+    this.holds = new Map();  // where a grab took hold (m), by number
+  }
+
+  /** Records commands given before the next frame, and that so many frames follow. */
+  add(commands, frames) {
+    for (const command of commands) this.commands.push({frame: this.frames, command});
+    this.frames += frames;
+  }
+
+  /** Commands given before a frame. */
+  before(frame) {
+    return this.commands.filter((entry) => entry.frame === frame).map(({command}) => command);
+  }
+
+  /** Rows of interactions.json: lengths in scene units, times in seconds since the recording began. */
+  get interactions() {
+    return this.commands.filter(({command: [name]}) => name === 'begin').map((entry) => this.#row(entry));
+  }
+
+  /** The recording as JSON. */
+  get json() {
+    const settings = this.commands.filter(({command: [name]}) => name === 'set').map(({frame, command}) => {
+      const [, young, damping, ...gravity] = command;
+      return {frame, young_scale: young, damping_time: damping, gravity};
+    });
+    const unpinned = this.commands.filter(({command: [name, number]}) => name === 'end' && number < this.held)
+        .map(({frame, command: [, held]}) => ({frame, held}));
+    return {
+      format: 'pliant-recording', version: 1, drivers: this.body.count, level: this.body.level.index,
+      start_frame: this.startFrame, solver_fps: this.body.fps, frames: this.frames, settings,
+      interactions: this.interactions, unpinned,
+    };
+  }
+
+  #row({frame, command: [, number, numbers]}) {
+    const it = readInteraction(numbers), {fps} = this.body, scene = (values) => values.map((v) => v / this.body.metres);
+    const end = this.commands.find(({command}) => command[0] === 'end' && command[1] === number)?.frame;
+    const region = it.region === kRegion.sphere ? {sphere: scene([...it.point, it.radius])} : 'all';
+    const start = frame / fps, span = end === undefined ? {} : {duration: (end - frame) / fps};
+    switch (it.type) {
+      case 'grab': return {type: 'grab', region, path: this.#path(number, frame, end), start, ...span};
+      case 'poke': {
+        const path = this.#path(number, frame, end, it.point);
+        return {type: 'poke', radius: scene([it.radius])[0], path, friction: it.friction, start, ...span};
+      }
+      case 'impulse': return {type: 'impulse', region, impulse: it.strength, start};
+      case 'wind': return {
+        type: 'wind', wind: it.strength, drag_coefficient: it.dragCoefficient, air_density: it.airDensity, start, ...span,
+      };
+      default: return {type: it.type, region, start, ...span};
+    }
+  }
+
+  /** Way of a hand or finger from `first` (m) on: [[t, x, y, z]], one point per frame. */
+  #path(number, begin, end = this.frames, first = this.holds.get(number)) {
+    if (!first) return [];
+    const targets = new Map();
+    for (const {frame, command: [name, of, ...at]} of this.commands) {
+      if (of !== number) continue;
+      if (name === 'move') targets.set(frame, at);
+      if (name === 'drag') targets.set(frame, at.map((value, c) => value + first[c]));
+    }
+    const row = (frame, at) => [(frame - begin) / this.body.fps, ...at.map((value) => value / this.body.metres)];
+    const path = [row(begin, first)];
+    let last = first;
+    for (let frame = begin; frame < end; ++frame) path.push(row(frame + 1, last = targets.get(frame) ?? last));
+    return path;
+  }
+}

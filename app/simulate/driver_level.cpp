@@ -1,0 +1,80 @@
+#include "app/simulate/driver_level.h"
+
+#include <nlohmann/json.hpp>
+
+#include "app/import/interactions.h"
+#include "gaussians/render/bind.h"
+#include "gaussians/render/deform_kernels.h"
+#include "physics/body/driving_particles.h"
+
+namespace pliant {
+namespace {
+
+/// Solid samples with the thickness of the part that their driver lies in.
+SolidSamples samples_of(const ParticleFile& file) {
+  SolidSamples samples;
+  samples.position = file.solid_position;
+  samples.volume = file.solid_volume;
+  if (!file.driving_thickness.empty())
+    for (const int d : file.solid_driver) samples.thickness.push_back(d < 0 ? 0 : file.driving_thickness[d]);
+  return samples;
+}
+
+}  // namespace
+
+ParticleFile with_drivers(const ParticleFile& file, const Scene& scene, int count) {
+  if (count >= static_cast<int>(file.driving_position.size())) return file;
+  std::vector<Region> pins;
+  for (const nlohmann::json& row : nlohmann::json::parse(file.pinned_json))
+    pins.push_back(parse_region(row, {scene.metres_per_unit, scene.up}, "particles.h5"));
+  const SolidSamples samples = samples_of(file);
+  const SimulatedPart part = select_simulated(samples, pins, count);
+  DriverOptions options;
+  options.count = count;
+  const DrivingParticles drivers = kmeans_drivers(options, samples.select(part.kept));
+  ParticleFile out = file;
+  out.solid_driver.assign(samples.size(), -1);
+  for (size_t k = 0; k < part.kept.size(); ++k) out.solid_driver[part.kept[k]] = drivers.sample_driver[k];
+  out.driving_position = drivers.position;
+  out.driving_volume = drivers.volume;
+  out.driving_thickness = drivers.thickness;
+  out.driving_rod = drivers.rod;
+  out.cell_size = drivers.cell_size;
+  return out;
+}
+
+std::vector<DriverFrame> motion_of(const MovingScene& moving, const ParticleFile& level) {
+  const std::vector<Vec3f>&drivers = moving.particles.driving_position, &points = level.driving_position;
+  std::vector<DriverFrame> frames;
+  const bool same = drivers == points;
+  const Binding binding = same ? Binding{} : pliant::bind({}, points, drivers);
+  for (const TrajectoryFile::Frame& frame : moving.trajectory.frames) {
+    if (same) {
+      frames.push_back({frame.position, frame.F});
+      continue;
+    }
+    DriverFrame out{points, std::vector<Mat3f>(points.size(), Mat3f::Identity())};
+    for (size_t i = 0; i < points.size(); ++i) {
+      int count = 0;
+      float weight[Binding::kCount];
+      Vec3f rest[Binding::kCount], now[Binding::kCount];
+      Mat3f F[Binding::kCount];
+      for (; count < Binding::kCount; ++count) {
+        const int d = binding.driver[i * Binding::kCount + count];
+        if (d < 0) break;
+        weight[count] = binding.weight[i * Binding::kCount + count];
+        rest[count] = drivers[d];
+        now[count] = frame.position[d];
+        F[count] = frame.F[d];
+      }
+      if (count == 0) continue;
+      const RigidFit<float> fit = fit_rigid<float>(count, weight, rest, now, F);
+      out.position[i] = carried_position<float>({}, fit, points[i]);
+      out.F[i] = fit.F;
+    }
+    frames.push_back(std::move(out));
+  }
+  return frames;
+}
+
+}  // namespace pliant

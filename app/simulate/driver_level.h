@@ -1,0 +1,26 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "app/simulate/moving_scene.h"
+
+namespace pliant {
+
+/// Driving particles at one instant, scene units.
+struct DriverFrame {
+  std::vector<Vec3f> position;  ///< [M, 3]
+  std::vector<Mat3f> F;         ///< [M]
+};
+
+/// Numbers of driving particles that coarser bodies of an object are asked for, finest first.
+constexpr std::array<int, 6> kLevelCounts = {6000, 4000, 2500, 1500, 800, 350};
+
+/// The same object with about `count` driving particles, clustered anew from its solid samples; the file itself where
+/// it has no more.
+ParticleFile with_drivers(const ParticleFile& file, const Scene& scene, int count);
+
+/// What the simulated particles do to those of another clustering: each is carried by its neighbours at rest.
+std::vector<DriverFrame> motion_of(const MovingScene& moving, const ParticleFile& level);
+
+}  // namespace pliant

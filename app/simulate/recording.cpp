@@ -1,0 +1,157 @@
+#include "app/simulate/recording.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/import/interactions.h"
+#include "app/run/attach_scene.h"
+#include "app/simulate/session_body.h"
+#include "app/store/trajectory.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
+
+namespace pliant {
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+constexpr int kMostFrames = 1'000'000;
+
+const json& required(const json& row, const char* field, const std::string& file) {
+  if (!row.is_object() || !row.contains(field))
+    throw input_error(file, field, "is missing", "save the recording again");
+  return row[field];
+}
+
+double number(const json& row, const char* field, const std::string& file, double low, double high) {
+  const json& value = required(row, field, file);
+  if (!value.is_number() || !(value.get<double>() >= low && value.get<double>() <= high))
+    throw input_error(file, field, "is " + value.dump(), fmt::format("give a number from {:g} to {:g}", low, high));
+  return value;
+}
+
+const json& rows_of(const json& all, const char* field, const std::string& file) {
+  static const json none = json::array();
+  if (!all.contains(field)) return none;
+  if (!all[field].is_array()) throw input_error(file, field, "is no array", "save the recording again");
+  return all[field];
+}
+
+/// The particles of the level that the page ran: of all levels the one with so many.
+ParticleFile level_of(const Recording& recording, const ParticleFile& file, const Scene& scene) {
+  if (file.driving_position.size() == recording.drivers) return file;
+  for (const int count : kLevelCounts) {
+    if (count >= static_cast<int>(file.driving_position.size())) continue;
+    ParticleFile level = with_drivers(file, scene, count);
+    if (level.driving_position.size() == recording.drivers) return level;
+  }
+  throw input_error("recording", "drivers", fmt::format("is {}, which is no level of this object", recording.drivers),
+                    "use the run directory that the page was made from");
+}
+
+/// What happens between two frames.
+void apply(const Recording& recording, int frame, Session& session, std::vector<int>& number) {
+  for (const Recording::Release& release : recording.released)
+    if (release.frame == frame) session.end(release.held);
+  for (const Recording::Change& change : recording.settings)
+    if (change.frame == frame) session.set(change.settings);
+  for (size_t k = 0; k < recording.interactions.size(); ++k) {
+    const Interaction& it = recording.interactions[k];
+    const auto at = [&](double time) { return static_cast<int>(std::lround(time * recording.fps)) == frame; };
+    if (number[k] >= 0 && std::isfinite(it.end()) && at(it.end())) session.end(number[k]);
+    if (number[k] < 0 && at(it.start)) number[k] = session.begin(it);
+  }
+}
+
+}  // namespace
+
+Recording parse_recording(const std::string& text, const Scene& scene, const std::string& file) {
+  const json all = json::parse(text, nullptr, false);
+  if (all.is_discarded() || required(all, "format", file) != "pliant-recording")
+    throw input_error(file, "format", "is not that of a recording", "give a recording.json that a clip.html has saved");
+  if (number(all, "version", file, 1, INFINITY) != 1)
+    throw input_error(file, "version", "is " + all["version"].dump(), "use a later version of Pliant");
+  Recording out;
+  out.drivers = static_cast<size_t>(number(all, "drivers", file, 1, 1e9));
+  out.start_frame = static_cast<size_t>(number(all, "start_frame", file, 0, 1e9));
+  out.frames = static_cast<int>(number(all, "frames", file, 0, kMostFrames));
+  out.fps = number(all, "solver_fps", file, 1, 1000);
+  for (const json& row : rows_of(all, "settings", file)) {
+    Recording::Change change;
+    change.frame = static_cast<int>(number(row, "frame", file, 0, kMostFrames));
+    change.settings.young_scale = number(row, "young_scale", file, 1e-6, 1e6);
+    change.settings.damping_time = number(row, "damping_time", file, 0, 1e9);
+    const json& gravity = required(row, "gravity", file);
+    if (!gravity.is_array() || gravity.size() != 3)
+      throw input_error(file, "gravity", "is " + gravity.dump(), "give three numbers");
+    for (int a = 0; a < 3; ++a) {
+      if (!gravity[a].is_number()) throw input_error(file, "gravity", "is " + gravity.dump(), "give three numbers");
+      change.settings.gravity[a] = gravity[a];
+    }
+    out.settings.push_back(change);
+  }
+  out.interactions =
+      parse_interactions(rows_of(all, "interactions", file).dump(), {scene.metres_per_unit, scene.up}, file);
+  for (const json& row : rows_of(all, "unpinned", file))
+    out.released.push_back({static_cast<int>(number(row, "frame", file, 0, kMostFrames)),
+                            static_cast<int>(number(row, "held", file, 0, 1e6))});
+  return out;
+}
+
+json replay_recording(const Context& context, RunDirectory& run, const Scene& scene, const fs::path& file) {
+  const Recording recording = parse_recording(read_text(file), scene, file.string());
+  const std::string folder = object_folder(run);
+  const MovingScene moving = load_moving_scene(moving_scene_files(run), scene);
+  SessionSetup setup = session_setup(run, scene, moving.particles);
+  if (!setup.refused.empty())
+    throw usage_error("--recording", file.string(), "cannot be replayed: " + setup.refused, "simulate again");
+  if (recording.start_frame >= moving.trajectory.frames.size())
+    throw input_error(file.string(), "start_frame", fmt::format("is {}", recording.start_frame),
+                      fmt::format("the clip has {} frames", moving.trajectory.frames.size()));
+  const ParticleFile level = level_of(recording, moving.particles, scene);
+  const SimulatedBody body = make_body(level, scene, setup.solid, setup.material);
+  setup.options.fps = recording.fps;
+  const std::vector<DriverFrame> motion = motion_of(moving, level);
+  Session session(
+      setup.options, body.particles, setup.held,
+      state_of(motion, recording.start_frame, moving.trajectory.fps, scene.metres_per_unit, body.particles));
+
+  TrajectoryFile out;
+  out.object = moving.trajectory.object;
+  out.fps = recording.fps;
+  out.metres_per_unit = scene.metres_per_unit;
+  out.cell_size = level.cell_size;
+  out.up = scene.up;
+  const float units = static_cast<float>(1 / scene.metres_per_unit);
+  int64_t steps = 0;
+  const auto keep = [&] {
+    const SimulationState& state = session.state();
+    TrajectoryFile::Frame frame{state.time, steps, {}, state.v, state.F};
+    for (const Vec3f& x : state.x) frame.position.push_back(units * x);
+    out.frames.push_back(std::move(frame));
+  };
+  keep();
+  std::vector<int> number(recording.interactions.size(), -1);
+  context.progress.begin("recording", recording.frames);
+  for (int f = 0; f < recording.frames; ++f) {
+    if (context.interrupted())
+      throw Error(Failure::kInterrupted, "simulate", "", "interrupted", "run the same command again");
+    apply(recording, f, session, number);
+    session.advance();
+    steps += session.substeps();
+    keep();
+    context.progress.done(f + 1);
+  }
+  context.progress.end();
+  const fs::path target = run / (folder + "/recording.h5");
+  write_trajectory(target, out, json({{"recording", hash_of_input(file)}}).dump());
+  context.progress.say(fmt::format("simulate: {} frames of {} driving particles in {}", recording.frames,
+                                   recording.drivers, target.string()));
+  return {{"file", target.string()}, {"frames", recording.frames}, {"drivers", recording.drivers}};
+}
+
+}  // namespace pliant

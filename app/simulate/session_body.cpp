@@ -1,0 +1,68 @@
+#include "app/simulate/session_body.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "app/run/attach_scene.h"
+#include "app/simulate/given_fields.h"
+#include "gaussians/base/error.h"
+#include "physics/laws/material.h"
+
+namespace pliant {
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const ParticleFile& particles) {
+  constexpr double kFps = 60;
+  SessionSetup setup;
+  const json& simulated = run.summary("simulate", "run `pliant simulate` first");
+  if (!simulated.contains("session")) {
+    setup.refused = "this motion was simulated by an earlier version";
+    return setup;
+  }
+  const json& session = simulated["session"];
+  if (session["physgaussian"]) {
+    setup.refused = "the motion follows a configuration of PhysGaussian";
+    return setup;
+  }
+  setup.material.law = parse_law(session["law"].get<std::string>());
+  const Law law = setup.material.law;
+  if (law != Law::kFixedCorotated && law != Law::kNeoHookean && law != Law::kHencky) {
+    setup.refused = "the law " + session["law"].get<std::string>() + " is not one of the elastic ones";
+    return setup;
+  }
+  const fs::path file = fs::path(session["material_file"].get<std::string>());
+  const fs::path material = file.is_absolute() ? file : run / file.string();
+  if (!fs::exists(material)) {
+    setup.refused = "the material " + material.filename().string() + " is gone";
+    return setup;
+  }
+  setup.solid = given_material(material, particles);
+  setup.options.fps = kFps;
+  setup.options.damping_time = simulated["damping_time_s"];
+  for (int a = 0; a < 3; ++a) setup.options.gravity[a] = session["gravity_m_s2"][a];
+  setup.options.object_friction = session["contact_friction"];
+  const json found = extracted(run, {"height", "contact"});
+  setup.height = found["height"].get<double>() * scene.metres_per_unit;
+  setup.held = pins_of(particles, scene);
+  if (simulated["floor"].get<bool>())
+    if (const auto floor = floor_of(found, {}, scene)) setup.held.push_back(*floor);
+  return setup;
+}
+
+SimulationState state_of(const std::vector<DriverFrame>& motion, size_t f, double fps, double metres_per_unit,
+                         const Particles& particles) {
+  CHECK(f < motion.size());
+  SimulationState state = initial_state(particles);
+  const size_t before = f > 0 ? f - 1 : f, after = std::min(f + 1, motion.size() - 1);
+  const float metres = static_cast<float>(metres_per_unit);
+  const float rate = after > before ? metres * static_cast<float>(fps / static_cast<double>(after - before)) : 0;
+  for (size_t i = 0; i < state.size(); ++i) {
+    state.x[i] = metres * motion[f].position[i];
+    state.v[i] = rate * (motion[after].position[i] - motion[before].position[i]);
+    state.F[i] = motion[f].F[i];
+  }
+  return state;
+}
+
+}  // namespace pliant

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/run/run_directory.h"
+#include "app/simulate/driver_level.h"
+#include "app/simulate/simulated_body.h"
+
+namespace pliant {
+
+/// What someone needs to go on playing with a simulated object: what it is made of and what holds it.
+struct SessionSetup {
+  std::string refused;      ///< why it cannot be, as a sentence; empty = it can
+  SimulateOptions options;  ///< fps: of a session's frames
+  ElasticSamples solid;
+  Material material;
+  std::vector<Interaction> held;  ///< pins and floor
+  double height = 0;              ///< of the object, m
+};
+
+/// Of the simulation that is in the run directory.
+SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const ParticleFile& particles);
+
+/// The state of a level's particles in frame `f` of the motion: velocities are central differences of its frames.
+SimulationState state_of(const std::vector<DriverFrame>& motion, size_t f, double fps, double metres_per_unit,
+                         const Particles& particles);
+
+}  // namespace pliant
