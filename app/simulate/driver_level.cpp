@@ -1,14 +1,19 @@
 #include "app/simulate/driver_level.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "app/import/interactions.h"
+#include "gaussians/base/morton.h"
+#include "gaussians/base/nearest.h"
 #include "gaussians/render/bind.h"
 #include "gaussians/render/deform_kernels.h"
 #include "physics/body/driving_particles.h"
 
 namespace pliant {
 namespace {
+
+constexpr size_t kSamplesPerDriver = 12;
 
 /// Solid samples with the thickness of the part that their driver lies in.
 SolidSamples samples_of(const ParticleFile& file) {
@@ -17,6 +22,7 @@ SolidSamples samples_of(const ParticleFile& file) {
   samples.volume = file.solid_volume;
   if (!file.driving_thickness.empty())
     for (const int d : file.solid_driver) samples.thickness.push_back(d < 0 ? 0 : file.driving_thickness[d]);
+  samples.spacing = static_cast<float>(std::cbrt(samples.total_volume() / static_cast<double>(samples.size())));
   return samples;
 }
 
@@ -29,12 +35,24 @@ ParticleFile with_drivers(const ParticleFile& file, const Scene& scene, int coun
     pins.push_back(parse_region(row, {scene.metres_per_unit, scene.up}, "particles.h5"));
   const SolidSamples samples = samples_of(file);
   const SimulatedPart part = select_simulated(samples, pins, count);
+  // Some of the samples are enough to place fewer drivers; all of them then belong to the driver of the nearest.
+  const size_t stride = std::max<size_t>(1, part.kept.size() / (kSamplesPerDriver * static_cast<size_t>(count)));
+  std::vector<Vec3f> kept;
+  for (const int i : part.kept) kept.push_back(samples.position[i]);
+  const std::vector<int> order = morton_order(kept);
+  std::vector<int> some;
+  for (size_t k = stride / 2; k < order.size(); k += stride) some.push_back(part.kept[order[k]]);
+  SolidSamples placed = samples.select(some);
+  for (float& volume : placed.volume) volume *= static_cast<float>(part.kept.size()) / static_cast<float>(some.size());
+  placed.spacing = samples.spacing * std::cbrt(static_cast<float>(stride));
   DriverOptions options;
   options.count = count;
-  const DrivingParticles drivers = kmeans_drivers(options, samples.select(part.kept));
+  const DrivingParticles drivers = kmeans_drivers(options, placed);
   ParticleFile out = file;
   out.solid_driver.assign(samples.size(), -1);
-  for (size_t k = 0; k < part.kept.size(); ++k) out.solid_driver[part.kept[k]] = drivers.sample_driver[k];
+  const std::vector<int> nearest = k_nearest(placed.position, kept, 1);
+  for (size_t k = 0; k < kept.size(); ++k) out.solid_driver[part.kept[k]] = drivers.sample_driver[nearest[k]];
+  for (size_t k = 0; k < some.size(); ++k) out.solid_driver[some[k]] = drivers.sample_driver[k];
   out.driving_position = drivers.position;
   out.driving_volume = drivers.volume;
   out.driving_thickness = drivers.thickness;
