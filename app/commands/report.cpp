@@ -56,7 +56,9 @@ void write_report(const RunDirectory& run, const Scene& scene, const std::string
   html += html_video(run, "clip.mp4", "The object under the interactions, fixed camera");
   html += html_video(run, "clip_orbit.mp4", "The same, from a moving camera");
   if (run.has("page"))
-    html += "<p><a href=\"clip.html\">The clip to look around in</a>, a page that plays in any browser.</p>\n";
+    html +=
+        "<p><a href=\"clip.html\">The page in which the object can be grabbed</a>; it opens in any browser, without a "
+        "network.</p>\n";
   html += html_picture(run, "clip_frames.png", "Eight moments of the clip");
   html += fmt::format(
       "<p>Object <b>{}</b>: {} Gaussians. Mass {:.4g} kg; tip moves {:.1f} % of the object's height and ends at {:.1f} "

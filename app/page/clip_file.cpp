@@ -1,11 +1,10 @@
 #include "app/page/clip_file.h"
 
-#include <zlib.h>
-
 #include <type_traits>
 
 #include "app/report/base64.h"
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/compression.h"
 
 namespace pliant {
 namespace {
@@ -46,14 +45,6 @@ template void ClipFile::add(const std::string&, const std::string&, const std::v
 template void ClipFile::add(const std::string&, const std::string&, const std::vector<size_t>&, std::span<const float>,
                             const std::vector<double>&);
 
-std::string packed_section(const std::string& bytes) {
-  constexpr int kLevel = 6;
-  uLongf size = compressBound(bytes.size());
-  std::string packed(size, '\0');
-  CHECK(compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
-                  bytes.size(), kLevel) == Z_OK);
-  packed.resize(size);
-  return base64(packed);
-}
+std::string packed_section(const std::string& bytes) { return base64(zlib_compressed(bytes)); }
 
 }  // namespace pliant

@@ -10,7 +10,7 @@
 
 namespace pliant {
 
-/// page: clip.html, the moving scene in one file that any browser plays.
+/// page: clip.html, the moving scene in one file, in which any browser lets a person grab the object.
 struct PageStage {
   bool html = true;          ///< in `run`
   size_t size = 12'000'000;  ///< bytes of the file at most

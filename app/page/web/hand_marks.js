@@ -100,7 +100,7 @@ export class HandMarks {
       if (!centre) continue;
       const at = project(view, centre), radius = pin.region === kRegion.sphere ? pin.radius / body.metres : 0;
       marks.push({kind: 'ring', className: 'pin', cx: at.x, cy: at.y, r: Math.max(7, radius * view.fx / at.depth)},
-          {kind: 'dot', className: 'pin', cx: at.x, cy: at.y, r: 4});
+          {kind: 'dot', className: 'pin-dot', cx: at.x, cy: at.y, r: 4});
     }
   }
 }

@@ -2,9 +2,10 @@
 
 import {Recording} from './recording.js';
 
-const kMostAhead = 2;           // frames asked of the solver at a time
+const kLongestDebt = 0.25;      // s of motion that are asked of the solver at a time
 const kShare = 0.85;            // of the time that the solver may take; the rest is the page's
 const kSmooth = 0.1;            // weight of the last frame in the mean time of frames
+const kWindow = 1;              // s over which the speed is measured
 const kFewestPerSecond = 20;    // frames; where fewer come, those in between are interpolated
 const kDefaults = {stiffness: 1, gravity: 0};
 
@@ -43,6 +44,8 @@ export class LiveMotion {
     this.before = this.now = {...now, velocities: v};
     this.received = this.shown = 0;  // frames
     this.under = this.debt = 0;      // frames asked for, and due
+    this.measured = null;            // share of real time in the last window
+    this.window = {seconds: 0, received: 0};
     this.changed = true;
     this.running = true;
     if (!script && Object.keys(this.defaults).some((name) => this.settings[name] !== this.defaults[name])) this.#set();
@@ -110,10 +113,11 @@ export class LiveMotion {
   /** Lets wall time pass. */
   advance(seconds) {
     if (!this.running) return;
-    const rate = this.speed * this.body.fps;
+    const rate = this.speed * this.body.fps, most = Math.max(2, kLongestDebt * this.body.fps);
+    this.#measure(seconds);
     if (!this.manual) {
-      this.debt = Math.min(this.debt + seconds * rate, kMostAhead);
-      while (this.debt >= 1 && this.under < kMostAhead) {
+      this.debt = Math.min(this.debt + seconds * rate, most);
+      while (this.debt >= 1 && this.under < most) {
         this.step(1).catch(() => {});  // guarded
         --this.debt;
       }
@@ -123,6 +127,14 @@ export class LiveMotion {
                                                         : Math.min(Math.max(this.shown + seconds * rate, least), latest);
     this.changed ||= next !== this.shown;
     this.shown = next;
+  }
+
+  #measure(seconds) {
+    const {window} = this;
+    window.seconds += seconds;
+    if (window.seconds < kWindow) return;
+    this.measured = (this.received - window.received) / (window.seconds * this.body.fps);
+    this.window = {seconds: 0, received: this.received};
   }
 
   /** Promise of the answer to what was queued and so many frames. */

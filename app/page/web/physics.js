@@ -7,7 +7,8 @@ import {Hand} from './tools.js';
 import {LiveMotion} from './live_motion.js';
 import {Tint} from './tint.js';
 
-const kSlow = 0.95;  // of real time, below which slow motion is worth saying
+const kQuiet = 10000;  // ms after a complaint about the solver
+const kSlow = 0.9;  // of real time, below which slow motion is worth saying
 
 /** Passes the object from the recording to the solver when someone takes hold of it. */
 export class Physics {
@@ -22,7 +23,9 @@ export class Physics {
     this.forces = new Map();  // of the last frame (N), by number
     this.tint = new Tint(viewer.renderer, legend);
     this.measured = this.measuring = false;
+    this.times = [];  // ms of a frame of the levels that were measured, the finest first
     this.movable = movableOf(recorded.level, object.count);
+    this.complained = -Infinity;  // when it was said that the solver had failed
     this.onChange = () => {};
     viewer.keepsCentres = true;
     viewer.onMove = (drivers) => this.#moved(drivers);
@@ -52,14 +55,15 @@ export class Physics {
 
   /** Share of real time at which the motion runs for want of speed; null where it keeps up. */
   get slowMotion() {
-    const {speed, timeScale} = this.live;
-    return this.running && speed < kSlow * timeScale ? speed : null;
+    if (!this.running || this.live.manual) return null;
+    const {speed, measured, timeScale} = this.live, least = Math.min(speed, measured ?? speed);
+    return least < kSlow * timeScale ? least : null;
   }
 
-  /** Hands the object over to the solver in the state that is shown. */
+  /** Hands the object over to the solver in the state that is shown; at a whole frame, from which it can be repeated. */
   enter() {
     if (this.running) return;
-    this.#begin(this.viewer.shown ?? this.player.frame, this.body, null);
+    this.#begin(Math.round(this.viewer.shown ?? this.player.frame), this.body, null);
   }
 
   /** Goes back to the recording, at the frame where it was left. */
@@ -124,8 +128,11 @@ export class Physics {
     if (!failed) return;
     this.hand.drop();
     this.onChange();
-    report(new ClipError(`The solver could not follow: ${failed}.`,
-        'It goes on from the last frame without hands and pins, with the settings of the file.'));
+    const now = performance.now();
+    if (now - this.complained < kQuiet) return;
+    this.complained = now;
+    report(new ClipError('The motion became too violent for the solver.',
+        `It goes on without hands and added pins, with the settings of the file. (${failed.replace(/^simulate: /, '')})`));
   }
 
   #failed(error) {

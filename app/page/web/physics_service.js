@@ -39,6 +39,11 @@ export function physicsService({physics, panel}) {
     setSettings: (settings) => physics.set(settings),
     /** Positions [M, 3] of the drivers now (scene units); those of the recording where nobody takes hold. */
     drivers: () => Float32Array.from(physics.running ? live.now.positions : physics.viewer.drivers.positions),
+    /** Takes a level in place of the one that was chosen, from the next time on that someone takes hold. */
+    setLevel: (index) => {
+      physics.body = bodies[index];
+      physics.measured = true;
+    },
     recording: () => live.recording?.json ?? null,
     /** Starts again and does the same; in hand-driven mode by `advance`. */
     replay: () => physics.replay(),
@@ -51,7 +56,10 @@ export function physicsService({physics, panel}) {
 export function solverState(physics) {
   return {
     levels: physics.bodies.map(({count, cellSize}) => ({drivers: count, cellSize})),
-    times: physics.times ?? [],
+    /** Milliseconds of a frame of the levels that were measured. */
+    get times() {
+      return physics.times;
+    },
     get level() {
       return (physics.running ? physics.live.body : physics.body).level.index;
     },

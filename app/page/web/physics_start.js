@@ -27,17 +27,15 @@ async function createSolver(container) {
  */
 export async function startPhysics({container, header, viewer, player, object, recorded}) {
   const playOnly = (why) => {
-    addDetail('Physics', why || 'This page plays the recorded motion only.');
+    addDetail('Physics', `This page only plays the recorded motion${why ? `: ${why}` : ''}.`);
     return null;
   };
-  if (!header.solver?.fps || !recorded.level.count) return playOnly(header.solver?.text);
-  if (!await container.load('levels') || !await container.load('solver')) return playOnly(header.solver.text);
+  if (!header.solver?.fps || !recorded.level.count) return playOnly(header.plays_only);
+  if (!await container.load('levels') || !await container.load('solver')) return playOnly('the solver is missing');
   const bodies = readBodies(container, header, object, recorded);
   const solver = await createSolver(container);
   container.release('levels');
-  if (!solver) {
-    return playOnly('This browser blocks WebAssembly, so this page plays the recorded motion only.');
-  }
+  if (!solver) return playOnly('this browser blocks WebAssembly');
   const legend = element('legend');
   const physics = new Physics({header, viewer, player, solver, bodies, recorded, object, legend});
   const input = new HandInput(physics, element('canvas'));

@@ -12,12 +12,14 @@
  * Commands: ['begin', number, numbers], ['move', number, x, y, z], ['drag', number, x, y, z] (by how much the hand has
  * moved since it took hold), ['end', number], ['set', young_scale, damping_time, gx, gy, gz].  The sender numbers
  * interactions; held ones have 0, 1, ...  Where the solver fails, a new instance goes on from the last good frame without
- * what was begun and with the settings of the body, and `failed` says why.
+ * what was begun and with the settings of the body, and `failed` says why; where it fails there too, from that frame
+ * without velocities, and else from the start without velocities.
  */
 export function createSolverHost() {
   const kGrab = 4;
   let compiled = null, solver = null, body = null, count = 0;
   let good = null;         // {x, v, F} of the last frame
+  let first = null;        // and of the start
   let held = new Map();    // number -> numbers, of what acts from the start and has not been ended
   let active = new Map();  // number -> {number in the session, hold point}
 
@@ -126,6 +128,24 @@ export function createSolverHost() {
     },
   };
 
+  /** One frame with a new instance, from the first of these states with which it works; its substeps. */
+  function recover() {
+    const rest = ({x, F}) => ({x, v: new Float32Array(x.length), F});
+    const states = [good, rest(good), rest(first)];
+    for (const [attempt, state] of states.entries()) {
+      instantiate();
+      good = state;
+      try {
+        open();
+        const substeps = solver.solver_advance();
+        keep();
+        return substeps;
+      } catch (error) {
+        if (attempt === states.length - 1) throw error;
+      }
+    }
+  }
+
   function step({commands: script, frames}) {
     const answer = {substeps: 0, ms: 0, holds: [], failed: null};
     try {
@@ -141,8 +161,7 @@ export function createSolverHost() {
       if (frames > 0) answer.ms = (performance.now() - start) / frames;
     } catch (error) {
       answer.failed = error.message;
-      instantiate();
-      open();
+      answer.substeps = recover();
     }
     answer.forces = [...active].map(([number, {inSession}]) => [number, ...triple('solver_force', inSession)]);
     answer.positions = good.x.map((value) => value / body.metres);
@@ -163,7 +182,7 @@ export function createSolverHost() {
       return {};
     },
     start: ({x, v, F, held: numbers}) => {
-      good = {x, v, F};
+      first = good = {x, v, F};
       held = new Map(numbers.map((row, number) => [number, row]));
       try {
         open();

@@ -97,4 +97,14 @@ std::string compress_zstd(std::string_view bytes) {
   return out;
 }
 
+std::string zlib_compressed(const std::string& bytes) {
+  constexpr int kLevel = 6;
+  uLongf size = compressBound(bytes.size());
+  std::string packed(size, '\0');
+  CHECK(compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
+                  bytes.size(), kLevel) == Z_OK);
+  packed.resize(size);
+  return packed;
+}
+
 }  // namespace pliant

@@ -37,4 +37,7 @@ void decompress_zstd(std::string_view compressed, std::span<char> out, const std
                      const std::string& field);
 std::string compress_zstd(std::string_view bytes);
 
+/// Compresses bytes as a zlib stream (RFC 1950).
+std::string zlib_compressed(const std::string& bytes);
+
 }  // namespace pliant

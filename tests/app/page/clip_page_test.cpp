@@ -1,0 +1,191 @@
+// clip.html in a browser: it shows what `render` shows, and what a person does in it is what `simulate` does natively.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "app/page/page_assets.h"
+#include "app/simulate/clip_camera.h"
+#include "app/simulate/moving_scene.h"
+#include "gaussians/render/render.h"
+#include "tests/app/fit_video_scene.h"
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace pliant {
+namespace {
+
+constexpr int kWidth = 320, kHeight = 240;
+
+class ClipPage : public FitVideo {
+ protected:
+  static void SetUpTestSuite() {
+    FitVideo::SetUpTestSuite();
+    ASSERT_EQ(run_quietly({"simulate", (folder / "run").string(), "--young", "2e4", "--poisson", "0.3", "--density",
+                           "400", "--duration", "0.7"}),
+              0);
+    ASSERT_EQ(run_quietly({"export", (folder / "run").string(), "--html", page().string()}), 0);
+  }
+  static fs::path page() { return folder / "clip.html"; }
+
+  void SetUp() override {
+    for (const char* name : {"chromium", "chromium-browser", "google-chrome"})
+      if (browser_.empty() && std::system((std::string("command -v ") + name + " > /dev/null 2>&1").c_str()) == 0)
+        browser_ = name;
+    if (browser_.empty()) GTEST_SKIP() << "Chromium is not installed";
+    if (std::system("node --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "node is not installed";
+    run_ = std::make_unique<RunDirectory>(RunDirectory::open(folder / "run"));
+    scene_ = load_run_scene(*run_);
+    moving_ = load_moving_scene(moving_scene_files(*run_), scene_);
+  }
+
+  /// What the expression gives in the page.
+  json evaluate(const std::string& expression, const fs::path& file = page()) const {
+    write_text(folder / "expression.js", expression);
+    const std::string command = "node " + std::string(PLIANT_BROWSE_CLIP) + " $(command -v " + browser_ + ") " +
+                                file.string() + " " + (folder / "expression.js").string() + " " +
+                                (folder / "answer.json").string();
+    fs::remove(folder / "answer.json");
+    EXPECT_EQ(std::system(command.c_str()), 0);
+    return json::parse(read_text(folder / "answer.json"));
+  }
+
+  std::string browser_;
+  std::unique_ptr<RunDirectory> run_;
+  Scene scene_;
+  MovingScene moving_;
+};
+
+TEST_F(ClipPage, ShowsWhatRenderShowsAtRestAndDeformed) {
+  Camera camera = clip_camera(scene_, "", robust_bounds(moving_.object)).resized(kWidth, kHeight);
+  const size_t last = moving_.trajectory.frames.size() - 1;
+  const json answer = evaluate(R"((async () => {
+    await pliant.ready;
+    const camera = JSON.parse(document.getElementById('clip-header').textContent).clip.camera;
+    const [w, h] = [320, 240], sx = w / camera.width, sy = h / camera.height;
+    const small = {...camera, width: w, height: h, fx: camera.fx * sx, cx: camera.cx * sx, fy: camera.fy * sy,
+      cy: camera.cy * sy};
+    const pictures = [];
+    for (const frame of [0, pliant.frames - 1]) {
+      await pliant.showFrame(frame, small);
+      pictures.push(Array.from(await pliant.readPixels(w, h)));
+    }
+    return {pictures, frames: pliant.frames, violations: pliant.violations, errors: pliant.errors};
+  })())");
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  const json& value = answer["value"];
+  EXPECT_EQ(value["violations"], json::array()) << "of the content security policy";
+  EXPECT_EQ(value["errors"], json::array());
+  EXPECT_EQ(answer["said"], json::array());
+  ASSERT_EQ(value["frames"], last + 1);
+  for (const int k : {0, 1}) {
+    const RenderResult expected = render(moving_.all_at(moving_.trajectory.frames[k == 0 ? 0 : last]), camera);
+    const std::vector<int> pixels = value["pictures"][k];
+    ASSERT_EQ(pixels.size(), 4 * kWidth * kHeight);
+    double sum = 0, count = 0;
+    for (int p = 0; p < kWidth * kHeight; ++p) {
+      if (expected.alpha.data[p] <= 0.05f) continue;
+      for (int c = 0; c < 3; ++c)
+        sum += std::pow(pixels[4 * p + c] / 255.0 - std::clamp(expected.color.data[3 * p + c], 0.0f, 1.0f), 2);
+      count += 3;
+    }
+    const double psnr = -10 * std::log10(sum / count);
+    std::printf("[ frame %s ] %.1f dB over %.0f pixels, drawn into RGBA16F\n", k == 0 ? "0" : "last", psnr, count / 3);
+    EXPECT_GE(psnr, 38);
+  }
+}
+
+TEST_F(ClipPage, ADragMovesTheObjectAsTheNativeReplayOfItsRecordingDoes) {
+  if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
+  const std::vector<Vec3f>& rest = moving_.particles.driving_position;
+  const Vec3f up = scene_.up.cast<float>();
+  const auto by_height = [&](const Vec3f& a, const Vec3f& b) { return a.dot(up) < b.dot(up); };
+  const auto [low, high] = std::minmax_element(rest.begin(), rest.end(), by_height);
+  const float height = (*high - *low).dot(up);
+  const Vec3f by = 0.3f * height * up.unitOrthogonal();
+  const json place = {high->x(), high->y(), high->z()}, hand = {by.x(), by.y(), by.z()};
+  const json answer = evaluate("(async () => { const place = " + place.dump() + ", hand = " + hand.dump() +
+                               ", radius = " + std::to_string(0.16 * height) + R"(;
+    await pliant.ready;
+    await pliant.solver.ready;
+    const frames = [];
+    await pliant.advance(0);
+    frames.push(Array.from(pliant.drivers()));
+    const grab = pliant.grab(place, radius);
+    const step = async () => {
+      const answer = await pliant.advance(1);
+      frames.push(Array.from(pliant.drivers()));
+      return answer;
+    };
+    let newtons = 0;
+    for (let k = 1; k <= 30; ++k) {
+      pliant.drag(grab, hand.map((x) => x * Math.min(1, k / 20)));
+      const {forces} = await step();
+      newtons = Math.max(newtons, ...Object.values(forces).map((f) => Math.hypot(...f)));
+    }
+    pliant.release(grab);
+    for (let k = 0; k < 20; ++k) await step();
+    return {frames, newtons, recording: pliant.recording(), violations: pliant.violations, errors: pliant.errors};
+  })())");
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  const json& value = answer["value"];
+  EXPECT_EQ(value["violations"], json::array());
+  EXPECT_EQ(value["errors"], json::array());
+  EXPECT_GT(value["newtons"].get<double>(), 0.001);
+  write_text(folder / "recording.json", value["recording"].dump());
+  ASSERT_EQ(run_quietly({"simulate", (folder / "run").string(), "--recording", (folder / "recording.json").string()}),
+            0);
+  const TrajectoryFile native = read_trajectory(folder / "run" / object_folder(*run_) / "recording.h5");
+  ASSERT_EQ(native.frames.size(), 51);
+  ASSERT_EQ(value["frames"].size(), 51);
+  double worst = 0, farthest = 0;
+  for (size_t f = 0; f < 51; ++f) {
+    const std::vector<float> page = value["frames"][f];
+    ASSERT_EQ(page.size(), 3 * native.frames[f].position.size());
+    for (size_t i = 0; i < native.frames[f].position.size(); ++i) {
+      const Vec3f x(page[3 * i], page[3 * i + 1], page[3 * i + 2]);
+      worst = std::max<double>(worst, (x - native.frames[f].position[i]).norm());
+      farthest = std::max<double>(farthest, (x - native.frames[0].position[i]).norm());
+    }
+  }
+  std::printf("[ drag ] largest motion %.3g of the height, largest difference %.2g, largest force %.3g N\n",
+              farthest / height, worst / height, value["newtons"].get<double>());
+  EXPECT_GT(farthest, 0.2 * height);
+  EXPECT_LT(worst, 0.02 * height);
+}
+
+TEST_F(ClipPage, SaysInWordsWhatIsWrongWithADamagedFile) {
+  const std::string whole = read_text(page());
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    std::string out = whole;
+    out.replace(out.find(from), from.size(), to);
+    return out;
+  };
+  const size_t object = whole.find("id=\"clip-object\">");
+  std::string damaged = whole;
+  for (size_t k = object + 1000; k < object + 1400; ++k) damaged[k] = 'A';
+  const std::map<std::string, std::string> files = {{"a later version", changed("\"version\":1", "\"version\":99")},
+                                                    {"a cut file", whole.substr(0, object + 5000)},
+                                                    {"changed bytes", damaged}};
+  for (const auto& [name, text] : files) {
+    write_text(folder / "damaged.html", text);
+    const json answer = evaluate(R"((async () => {
+      const failed = await Promise.race([pliant.ready.then(() => false, () => true),
+        new Promise((done) => setTimeout(done, 20000, 'hangs'))]);
+      return {failed, said: document.getElementById('alert-text').textContent,
+        hidden: document.getElementById('alert').hidden};
+    })())",
+                                 folder / "damaged.html");
+    ASSERT_TRUE(answer.contains("value")) << name << ": " << answer.dump().substr(0, 2000);
+    EXPECT_EQ(answer["value"]["failed"], true) << name << ": " << answer["value"].dump();
+    EXPECT_EQ(answer["value"]["hidden"], false) << name;
+    EXPECT_GT(answer["value"]["said"].get<std::string>().size(), 20) << name;
+    std::printf("[ %s ] %s\n", name.c_str(), answer["value"]["said"].get<std::string>().c_str());
+  }
+}
+
+}  // namespace
+}  // namespace pliant

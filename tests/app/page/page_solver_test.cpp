@@ -1,0 +1,190 @@
+// The solver of clip.html against the native one, run in node.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "app/page/page_assets.h"
+#include "gaussians/io/files/files.h"
+#include "physics/simulate/session.h"
+#include "tests/physics/shapes.h"
+
+namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr int kFrames = 30;
+
+/// A bar, pinned at its foot over a floor, that is grabbed, blown at and made softer.
+struct Case {
+  SimulateOptions options;
+  Particles particles;
+  std::vector<Interaction> held;
+  Interaction grab, wind;
+
+  explicit Case(Law law) {
+    options.fps = 120;
+    options.damping_time = 0.4;
+    particles = testing::block<float>({0.03, 0.03, 0.08}, 0.01, 0.5, 2e4, 0.3, 800);
+    particles.materials[0].law = law;
+    Interaction pin, floor;
+    pin.type = InteractionType::kPin;
+    pin.region = Region::half_space(Vec3d(0, 0, 0.015), Vec3d(0, 0, 1));
+    floor.type = InteractionType::kGround;
+    floor.friction = 0.5;
+    floor.region = Region::half_space(Vec3d(0, 0, -0.01), Vec3d(0, 0, 1));
+    held = {pin, floor};
+    grab.type = InteractionType::kGrab;
+    grab.region = Region::sphere(Vec3d(0.015, 0.015, 0.08), 0.02);
+    wind.type = InteractionType::kWind;
+    wind.vector = Vec3d(3, 1, 0);
+    wind.region = Region::all();
+  }
+};
+
+std::vector<double> numbers_of(const Interaction& it) {
+  std::vector<double> out = {double(it.type), std::isfinite(it.duration) ? it.duration : 0, double(it.region.kind)};
+  for (const Vec3d& v : {it.region.point, it.region.vector, Vec3d(it.region.radius, 0, 0)})
+    out.insert(out.end(), v.data(), v.data() + 3);
+  out.resize(10);
+  out.insert(out.end(), it.vector.data(), it.vector.data() + 3);
+  for (const double x : {it.friction, it.rate, it.drag_coefficient, it.air_density, it.stiffness, it.damping,
+                         it.max_force, double(it.contact)})
+    out.push_back(x);
+  return out;
+}
+
+/// Positions and deformation gradients (rows) of every frame, and what was done.
+std::vector<float> native(const Case& c, json& script) {
+  Session session(c.options, c.particles, c.held, initial_state(c.particles));
+  std::vector<float> out;
+  int grab = -1, wind = -1;
+  for (int f = 0; f < kFrames; ++f) {
+    if (f == 2) {
+      grab = session.begin(c.grab);
+      script.push_back({{"frame", f}, {"begin", numbers_of(c.grab)}});
+    }
+    if (f >= 2 && f < 14) {
+      const Vec3d hand = session.history()[grab].path.front().position + Vec3d(0.002, 0.001, 0) * (f - 1);
+      session.move(grab, hand);
+      script.push_back({{"frame", f}, {"move", {grab, hand.x(), hand.y(), hand.z()}}});
+    }
+    if (f == 10) {
+      wind = session.begin(c.wind);
+      script.push_back({{"frame", f}, {"begin", numbers_of(c.wind)}});
+    }
+    if (f == 14) {
+      session.end(grab);
+      script.push_back({{"frame", f}, {"end", grab}});
+    }
+    if (f == 20) {
+      session.set({0.5, 0.2, Vec3d(0, 0, -5)});
+      script.push_back({{"frame", f}, {"set", {0.5, 0.2, 0, 0, -5}}});
+    }
+    session.advance();
+    for (const Vec3f& x : session.state().x) out.insert(out.end(), x.data(), x.data() + 3);
+    for (const Mat3f& F : session.state().F)
+      for (int k = 0; k < 9; ++k) out.push_back(F(k / 3, k % 3));
+  }
+  return out;
+}
+
+class PageSolver : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
+    if (std::system("node --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "node is not installed";
+    folder_ = fs::path(::testing::TempDir()) / "pliant_page_solver";
+    fs::create_directories(folder_);
+    write_text(folder_ / "solver.wasm", std::string(solver_module()));
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  static json described(const Case& c) {
+    json out = {
+        {"numbers",
+         {c.particles.cell_size, c.options.fps, c.options.damping_time, c.options.gravity.x(), c.options.gravity.y(),
+          c.options.gravity.z(), 0, c.options.object_friction, int(c.particles.materials[0].law)}},
+        {"volume", c.particles.volume},
+        {"mass", c.particles.mass},
+        {"young", c.particles.young},
+        {"poisson", c.particles.poisson},
+        {"frames", kFrames}};
+    std::vector<float> position;
+    for (const Vec3f& x : c.particles.position) position.insert(position.end(), x.data(), x.data() + 3);
+    out["position"] = position;
+    for (const Interaction& it : c.held) out["held"].push_back(numbers_of(it));
+    return out;
+  }
+
+  json run(const json& described) const {
+    write_text(folder_ / "case.json", described.dump());
+    const std::string command = "node " + std::string(PLIANT_RUN_SOLVER) + " " + (folder_ / "solver.wasm").string() +
+                                " " + (folder_ / "case.json").string() + " " + (folder_ / "out").string();
+    FILE* const pipe = popen(command.c_str(), "r");
+    std::string text;
+    char line[4096];
+    while (pipe && std::fgets(line, sizeof line, pipe)) text += line;
+    EXPECT_EQ(pclose(pipe), 0) << text;
+    return json::parse(text, nullptr, false);
+  }
+  std::vector<float> result() const {
+    const std::string bytes = read_text(folder_ / "out");
+    std::vector<float> out(bytes.size() / sizeof(float));
+    std::memcpy(out.data(), bytes.data(), bytes.size());
+    return out;
+  }
+
+  fs::path folder_;
+};
+
+// The same sources with the same rounding: only functions of the mathematical library differ.
+TEST_F(PageSolver, GivesTheBitsOfTheNativeBaselineSolver) {
+  setenv("PLIANT_INSTRUCTION_SET", "baseline", 1);
+  for (const Law law : {Law::kFixedCorotated, Law::kNeoHookean, Law::kHencky}) {
+    const Case c(law);
+    json description = described(c);
+    description["script"] = json::array();
+    const std::vector<float> expected = native(c, description["script"]);
+    const json printed = run(description);
+    ASSERT_FALSE(printed.contains("error")) << printed;
+    const std::vector<float> computed = result();
+    ASSERT_EQ(computed.size(), expected.size());
+    double largest = 0, moved = 0;
+    bool equal = true;
+    const size_t frame = expected.size() / kFrames;
+    for (size_t k = 0; k < expected.size(); ++k) {
+      if (k % frame >= 3 * c.particles.size()) continue;
+      equal = equal && std::memcmp(&computed[k], &expected[k], sizeof(float)) == 0;
+      largest = std::max(largest, static_cast<double>(std::abs(computed[k] - expected[k])));
+      moved = std::max(moved, static_cast<double>(std::abs(expected[k] - expected[k % frame])));
+    }
+    std::printf("[ law %d ] %s substeps, largest difference %.2g m, motion %.2g m, %s\n", static_cast<int>(law),
+                printed["substeps"].dump().c_str(), largest, moved, equal ? "equal bit for bit" : "not equal");
+    EXPECT_GT(moved, 0.005) << "it moves";
+    EXPECT_LE(largest, 1e-5 * 0.08);
+    EXPECT_TRUE(equal || law == Law::kHencky) << "a law without transcendental functions";
+  }
+  unsetenv("PLIANT_INSTRUCTION_SET");
+}
+
+TEST_F(PageSolver, ErrorsReachThePageWithTheirText) {
+  const Case c(Law::kFixedCorotated);
+  json description = described(c);
+  Interaction nowhere = c.grab;
+  nowhere.region = Region::sphere(Vec3d(5, 5, 5), 0.01);
+  description["script"] = {{{"frame", 0}, {"begin", numbers_of(nowhere)}}};
+  const json printed = run(description);
+  ASSERT_TRUE(printed.contains("error"));
+  EXPECT_NE(printed["error"].get<std::string>().find("touches no particle"), std::string::npos) << printed;
+}
+
+}  // namespace
+}  // namespace pliant

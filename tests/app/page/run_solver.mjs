@@ -1,0 +1,66 @@
+// Runs the solver of clip.html in node: node run_solver.mjs MODULE.wasm CASE.json OUT
+// CASE: {numbers [9], position, volume, mass, young, poisson, held [[21]], script [{frame, begin [21]} | {frame, move:
+// [number, x, y, z]} | {frame, end: number} | {frame, set: [5]}], frames}.  Writes positions and deformation gradients
+// of every frame as float32 and prints milliseconds and substeps.
+
+import fs from 'node:fs';
+
+const [wasm, file, out] = process.argv.slice(2);
+const text = fs.readFileSync(file, 'utf8'), run = JSON.parse(text);
+let memory = null;
+const view = () => new DataView(memory.buffer);
+const string = pointer => {
+  const bytes = new Uint8Array(memory.buffer, pointer);
+  return Buffer.from(bytes.subarray(0, bytes.indexOf(0))).toString();
+};
+const none = (count, size) => {
+  view().setUint32(count, 0, true);
+  view().setUint32(size, 0, true);
+  return 0;
+};
+const imports = {
+  page: {fail: pointer => { throw new Error(string(pointer)); }},
+  wasi_snapshot_preview1: {
+    environ_get: () => 0, environ_sizes_get: none, fd_close: () => 8, fd_seek: () => 8,
+    fd_write: (fd, list, count, written) => (view().setUint32(written, 0, true), 0),
+    clock_time_get: (id, precision, time) => (view().setBigUint64(time, 0n, true), 0),
+    proc_exit: code => { throw new Error(`the solver ended with code ${code}`); },
+  },
+};
+const {instance} = await WebAssembly.instantiate(fs.readFileSync(wasm), imports), solver = instance.exports;
+memory = solver.memory;
+solver._initialize();
+const put = (values, Type) => {
+  const pointer = solver.solver_allocate(values.length * Type.BYTES_PER_ELEMENT);
+  new Type(memory.buffer, pointer, values.length).set(values);
+  return pointer;
+};
+const n = run.volume.length;
+try {
+  solver.solver_body(n, put(run.numbers, Float64Array), put(run.position, Float32Array), put(run.volume, Float32Array),
+      put(run.mass, Float32Array), put(run.young, Float32Array), put(run.poisson, Float32Array));
+  for (const numbers of run.held) solver.solver_hold(put(numbers, Float64Array));
+  const identity = new Float32Array(9 * n);
+  for (let i = 0; i < n; ++i) identity[9 * i] = identity[9 * i + 4] = identity[9 * i + 8] = 1;
+  solver.solver_start(put(run.position, Float32Array), put(new Float32Array(3 * n), Float32Array),
+      put(identity, Float32Array));
+  const chunks = [];
+  let milliseconds = 0, substeps = 0;
+  for (let frame = 0; frame < run.frames; ++frame) {
+    for (const step of run.script.filter(s => s.frame === frame)) {
+      if (step.begin) solver.solver_begin(put(step.begin, Float64Array));
+      if (step.move) solver.solver_move(...step.move);
+      if (step.end !== undefined) solver.solver_end(step.end);
+      if (step.set) solver.solver_set(...step.set);
+    }
+    const start = performance.now();
+    substeps += solver.solver_advance();
+    milliseconds += performance.now() - start;
+    for (const [pointer, count] of [[solver.solver_positions(), 3 * n], [solver.solver_gradients(), 9 * n]])
+      chunks.push(Buffer.from(memory.buffer.slice(pointer, pointer + 4 * count)));
+  }
+  fs.writeFileSync(out, Buffer.concat(chunks));
+  console.log(JSON.stringify({milliseconds, substeps}));
+} catch (error) {
+  console.log(JSON.stringify({error: error.message}));
+}

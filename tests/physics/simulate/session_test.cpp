@@ -1,0 +1,117 @@
+// A session is the simulation of what was done in it.
+
+#include "physics/simulate/session.h"
+
+#include <gtest/gtest.h>
+
+#include "gaussians/base/error.h"
+#include "tests/physics/shapes.h"
+
+namespace pliant {
+namespace {
+
+struct Bar {
+  SimulateOptions options;
+  Particles particles = testing::block<float>({0.03, 0.03, 0.08}, 0.01, 0.5, 2e4);
+  Interaction pin, grab;
+
+  Bar() {
+    options.fps = 100;
+    pin.type = InteractionType::kPin;
+    pin.region = Region::half_space(Vec3d(0, 0, 0.015), Vec3d(0, 0, 1));
+    grab.type = InteractionType::kGrab;
+    grab.region = Region::sphere(Vec3d(0.015, 0.015, 0.08), 0.02);
+  }
+  Session session() const { return Session(options, particles, {pin}, initial_state(particles)); }
+};
+
+void expect_equal(const SimulationState& a, const SimulationState& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (size_t i = 0; i < a.size(); ++i) ASSERT_TRUE(a.x[i] == b.x[i] && a.v[i] == b.v[i] && a.F[i] == b.F[i]) << i;
+}
+
+/// Takes hold in frame 3, pulls until frame 12, lets go.
+Vec3d play(Session& session, const Bar& bar, int frames) {
+  int grab = -1;
+  Vec3d force = Vec3d::Zero();
+  for (int f = 0; f < frames; ++f) {
+    if (f == 3) grab = session.begin(bar.grab);
+    if (f >= 3 && f < 12)
+      session.move(grab, session.history()[grab].path.front().position + Vec3d(0.002 * (f - 2), 0, 0));
+    if (f == 12) session.end(grab);
+    session.advance();
+    if (f == 10) force = session.force(grab);
+  }
+  return force;
+}
+
+TEST(Session, WhatWasDoneIsASimulationOfItsHistory) {
+  const Bar bar;
+  Session session = bar.session();
+  const Vec3d force = play(session, bar, 25);
+  EXPECT_GT(force.x(), 0.01) << "newtons against the bar's own force";
+  ASSERT_EQ(session.history().size(), 2);
+  SimulateOptions options = bar.options;
+  options.duration = 0.25;
+  const auto whole = simulate<float>(options, bar.particles, session.history(), initial_state(bar.particles));
+  double largest = 0, moved = 0;
+  for (size_t i = 0; i < bar.particles.size(); ++i) {
+    largest = std::max<double>(largest, (whole.state.x[i] - session.state().x[i]).norm());
+    moved = std::max<double>(moved, (whole.state.x[i] - bar.particles.position[i]).norm());
+  }
+  EXPECT_GT(moved, 0.002);
+  EXPECT_LT(largest, 1e-3 * moved) << "path, times and force are those of the history";
+}
+
+TEST(Session, TheSameAgainGivesTheSameBits) {
+  const Bar bar;
+  Session first = bar.session(), again = bar.session();
+  play(first, bar, 20);
+  play(again, bar, 20);
+  expect_equal(first.state(), again.state());
+}
+
+TEST(Session, APathThatNobodyContinuesStaysAndSoDoesTheHold) {
+  const Bar bar;
+  Session session = bar.session();
+  const int grab = session.begin(bar.grab);
+  const Vec3d hold = session.history()[grab].path.front().position;
+  session.move(grab, hold + Vec3d(0.01, 0, 0));
+  for (int f = 0; f < 60; ++f) session.advance();
+  EXPECT_GT(session.force(grab).x(), 0.01);
+  session.end(grab);
+  EXPECT_EQ(session.force(grab), Vec3d::Zero());
+}
+
+TEST(Session, AHeldPinCanBeLetGoAndAnErrorLeavesTheSessionAsItWas) {
+  Bar bar;
+  Session session = bar.session();
+  session.advance();
+  expect_equal(session.state(), session.state());
+  const Vec3f before = session.state().x[0];
+  Interaction nowhere = bar.grab;
+  nowhere.region = Region::sphere(Vec3d(9, 9, 9), 0.1);
+  EXPECT_THROW(session.begin(nowhere), Error);
+  EXPECT_EQ(session.history().size(), 1);
+  EXPECT_EQ(session.state().x[0], before);
+  session.end(0);
+  for (int f = 0; f < 20; ++f) session.advance();
+  EXPECT_LT(session.state().x[0].z(), before.z() - 0.1f) << "it falls 0.2 m in 0.2 s";
+}
+
+TEST(Session, ASofterBodyGivesMore) {
+  const Bar bar;
+  double reached[2];
+  for (const int soft : {0, 1}) {
+    Session session = bar.session();
+    session.set({soft ? 0.1 : 1.0, 0.1, bar.options.gravity + Vec3d(0.5, 0, 0)});
+    for (int f = 0; f < 200; ++f) session.advance();
+    double sum = 0;
+    for (size_t i = 0; i < bar.particles.size(); ++i) sum += session.state().x[i].x() - bar.particles.position[i].x();
+    reached[soft] = sum;
+  }
+  EXPECT_NEAR(reached[1] / reached[0], 10, 1.5) << "deflection goes with 1 / E";
+}
+
+}  // namespace
+}  // namespace pliant
