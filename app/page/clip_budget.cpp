@@ -164,6 +164,7 @@ CodedClip fit_to_size(const ClipCoder& coder, size_t bytes, ClipFile& file, std:
     int kind;
     std::string words;
     std::function<bool(ClipChoice&)> apply;  ///< false where there is nothing to give up
+    int drivers = 0;                         ///< after it; 0 = as before
   };
   enum Kind { kBits, kMotion, kBackgroundSh, kDrivers, kShare, kObjectSh };
   const auto lower_sh = [](SplatCoding& coding, int degree) {
@@ -183,12 +184,13 @@ CodedClip fit_to_size(const ClipCoder& coder, size_t bytes, ClipFile& file, std:
   background_sh(2, "the background has spherical harmonics of degree 2");
   background_sh(1, "the background has spherical harmonics of degree 1");
   for (const int drivers : {kLevelCounts[0], kLevelCounts[1], kLevelCounts[2], kLevelCounts[3]})
-    steps.push_back(
-        {kDrivers, fmt::format("the motion is that of {} driving particles", drivers), [=, &moving](ClipChoice& c) {
-           const bool fewer = static_cast<int>(moving.particles.driving_position.size()) > drivers;
-           if (fewer) c.drivers = drivers;
-           return fewer;
-         }});
+    steps.push_back({kDrivers, fmt::format("the motion is that of {} driving particles", drivers),
+                     [=, &moving](ClipChoice& c) {
+                       const bool fewer = static_cast<int>(moving.particles.driving_position.size()) > drivers;
+                       if (fewer) c.drivers = drivers;
+                       return fewer;
+                     },
+                     drivers});
   background_sh(0, "the background has one colour for all directions");
   for (const double share : {0.8, 0.6, 0.45, 0.3, 0.2, 0.1, 0.03})
     steps.push_back({kShare, fmt::format("{:.0f} % of the background's Gaussians are left out", 100 * (1 - share)),
@@ -203,6 +205,11 @@ CodedClip fit_to_size(const ClipCoder& coder, size_t bytes, ClipFile& file, std:
   for (const Step& step : steps) {
     if (!step.apply(choice)) continue;
     lost[step.kind] = step.words;
+    // The motion shrinks with its drivers: what will not be enough is not even clustered, but for the last.
+    const double rest = static_cast<double>(least - size_of.of("motion")),
+                 motion = static_cast<double>(size_of.of("motion")) * step.drivers /
+                          static_cast<double>(clip.level.driving_position.size());
+    if (step.drivers > kLevelCounts[3] && rest + motion > static_cast<double>(bytes)) continue;
     if (!fits()) continue;
     for (const auto& [kind, words] : lost) given_up.push_back(words);
     return clip;

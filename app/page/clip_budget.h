@@ -56,6 +56,8 @@ void add_level(ClipFile& file, const std::string& section, size_t l, const std::
 class SizeMeter {
  public:
   size_t operator()(const ClipFile& file);
+  /// Of a section that was measured.
+  size_t of(const std::string& section) const { return known_.at(section).second; }
 
  private:
   std::map<std::string, std::pair<std::string, size_t>> known_;

@@ -33,26 +33,25 @@ ParticleFile with_drivers(const ParticleFile& file, const Scene& scene, int coun
   std::vector<Region> pins;
   for (const nlohmann::json& row : nlohmann::json::parse(file.pinned_json))
     pins.push_back(parse_region(row, {scene.metres_per_unit, scene.up}, "particles.h5"));
-  const SolidSamples samples = samples_of(file);
-  const SimulatedPart part = select_simulated(samples, pins, count);
-  // Some of the samples are enough to place fewer drivers; all of them then belong to the driver of the nearest.
-  const size_t stride = std::max<size_t>(1, part.kept.size() / (kSamplesPerDriver * static_cast<size_t>(count)));
-  std::vector<Vec3f> kept;
-  for (const int i : part.kept) kept.push_back(samples.position[i]);
-  const std::vector<int> order = morton_order(kept);
+  const SolidSamples all = samples_of(file);
+  // Some of the samples are enough to place fewer drivers; all of them then go where the nearest of those goes.
+  const size_t stride = std::max<size_t>(1, all.size() / (kSamplesPerDriver * static_cast<size_t>(count)));
+  const std::vector<int> order = morton_order(all.position);
   std::vector<int> some;
-  for (size_t k = stride / 2; k < order.size(); k += stride) some.push_back(part.kept[order[k]]);
-  SolidSamples placed = samples.select(some);
-  for (float& volume : placed.volume) volume *= static_cast<float>(part.kept.size()) / static_cast<float>(some.size());
-  placed.spacing = samples.spacing * std::cbrt(static_cast<float>(stride));
+  for (size_t k = stride / 2; k < order.size(); k += stride) some.push_back(order[k]);
+  SolidSamples samples = all.select(some);
+  for (float& volume : samples.volume) volume *= static_cast<float>(all.size()) / static_cast<float>(some.size());
+  samples.spacing = all.spacing * std::cbrt(static_cast<float>(stride));
+  const SimulatedPart part = select_simulated(samples, pins, count);
   DriverOptions options;
   options.count = count;
-  const DrivingParticles drivers = kmeans_drivers(options, placed);
+  const DrivingParticles drivers = kmeans_drivers(options, samples.select(part.kept));
+  std::vector<int> driver(samples.size(), -1);
+  for (size_t k = 0; k < part.kept.size(); ++k) driver[part.kept[k]] = drivers.sample_driver[k];
   ParticleFile out = file;
-  out.solid_driver.assign(samples.size(), -1);
-  const std::vector<int> nearest = k_nearest(placed.position, kept, 1);
-  for (size_t k = 0; k < kept.size(); ++k) out.solid_driver[part.kept[k]] = drivers.sample_driver[nearest[k]];
-  for (size_t k = 0; k < some.size(); ++k) out.solid_driver[some[k]] = drivers.sample_driver[k];
+  const std::vector<int> nearest = k_nearest(samples.position, all.position, 1);
+  for (size_t i = 0; i < all.size(); ++i) out.solid_driver[i] = driver[nearest[i]];
+  for (size_t k = 0; k < some.size(); ++k) out.solid_driver[some[k]] = driver[k];
   out.driving_position = drivers.position;
   out.driving_volume = drivers.volume;
   out.driving_thickness = drivers.thickness;

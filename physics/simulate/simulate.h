@@ -41,10 +41,11 @@ struct SimulateOptions {
   double settle_time = 0;          ///< s, at most, of settling before frame 0, for bodies that no pin holds
   RestShapeMode rest_shape = RestShapeMode::kCaptured;  ///< of bodies that a pin holds
   double object_friction =
-      0.5;                 ///< Coulomb coefficient between the objects of `particles`, and of parts of one that meet
-  int max_retries = 4;     ///< halvings of the time step before a frame is given up
-  double flip_time = 0;    ///< s, 0 = APIC; see MpmOptions
-  double sleep_speed = 0;  ///< m/s, 0 = off; see MpmOptions
+      0.5;  ///< Coulomb coefficient between the objects of `particles`, and of parts of one that meet
+  int max_substeps = kMaxSubstepsOfFrame;  ///< a frame that needs more fails
+  int max_retries = 4;                     ///< halvings of the time step before a frame is given up
+  double flip_time = 0;                    ///< s, 0 = APIC; see MpmOptions
+  double sleep_speed = 0;                  ///< m/s, 0 = off; see MpmOptions
   GridKind grid = GridKind::kAutomatic;
 };
 

@@ -96,7 +96,7 @@ template <class T>
 void Simulator<T>::advance(BasicSimulationState<T>& state) {
   int substeps = substeps_of(state);
   for (int attempt = 0;; ++attempt) {
-    if (attempt > options_.max_retries || substeps > kMaxSubstepsOfFrame)
+    if (attempt > options_.max_retries || substeps > options_.max_substeps)
       throw numerical_error(
           "simulate",
           "frame " + std::to_string(state.frame + 1) + " stays unstable with " + std::to_string(substeps) + " substeps",

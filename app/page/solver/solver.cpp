@@ -14,6 +14,8 @@
 namespace pliant {
 namespace {
 
+constexpr int kMostSubsteps = 2000;  // of a frame, which a person waits for
+
 /// What the worker fills in before it starts a session, and the session.
 struct Page {
   SimulateOptions options;
@@ -71,6 +73,7 @@ PLIANT_EXPORT(solver_body)
   p.particles = {};
   p.particles.cell_size = static_cast<float>(numbers[0]);
   p.options = {};
+  p.options.max_substeps = kMostSubsteps;
   p.options.fps = numbers[1];
   p.options.damping_time = numbers[2];
   p.options.gravity = vector_at(numbers + 3);

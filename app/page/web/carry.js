@@ -78,7 +78,7 @@ export class Carrier {
     Object.assign(this, neighbours(rest, from));
   }
 
-  /** Positions and gradients of the carried drivers, {positions [N, 3], gradients [N, 9]}, given those of the others. */
+  /** The carried drivers, {positions [N, 3], gradients [N, 9]}, given the others. */
   carry({positions, gradients}) {
     const {rest, from, place, weight} = this, count = rest.length / 3;
     const out = {positions: new Float32Array(3 * count), gradients: new Float32Array(9 * count)};

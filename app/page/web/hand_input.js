@@ -18,7 +18,7 @@ export class HandInput {
     for (const type of ['pointerup', 'pointercancel', 'lostpointercapture']) {
       canvas.addEventListener(type, (event) => event.pointerId === this.pointer && this.release());
     }
-    canvas.addEventListener('pointerleave', () => delete canvas.dataset.over);
+    canvas.addEventListener('pointerleave', () => canvas.removeAttribute('data-over'));
   }
 
   claim(event) {

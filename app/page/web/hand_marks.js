@@ -33,12 +33,17 @@ export class HandMarks {
     if (running) {
       const view = viewer.pageView();
       if (hand.tool === 'pin') this.#showPins(view, marks);
-      if (hand.held) this[`show_${hand.held.tool}`]?.(hand.held, view, marks);
+      if (hand.held) this.#shows[hand.held.tool]?.(hand.held, view, marks);
     }
     this.overlay.show(marks);
   }
 
-  show_grab(held, view, marks) {
+  #shows = {
+    grab: (...what) => this.#showGrab(...what), poke: (...what) => this.#showPoke(...what),
+    push: (...what) => this.#showPush(...what), wind: (...what) => this.#showWind(...what),
+  };
+
+  #showGrab(held, view, marks) {
     const {body, now} = this.physics.live;
     if (this.touched.hand !== held) {
       this.touched = {hand: held, drivers: []};
@@ -50,20 +55,20 @@ export class HandMarks {
     this.#line(project(view, hold), project(view, target), this.#force(held), marks);
   }
 
-  show_poke(held, view, marks) {
+  #showPoke(held, view, marks) {
     const at = project(view, held.finger), radius = held.radius / this.physics.live.body.metres * view.fx / at.depth;
     marks.push({kind: 'ring', className: 'finger', cx: at.x, cy: at.y, r: Math.abs(radius)});
     this.#label(at, this.#force(held), marks);
   }
 
-  show_push(held, view, marks) {
+  #showPush(held, view, marks) {
     const {clicked, impulse} = this.physics.hand.aim(held), size = Math.hypot(...impulse);
     const from = project(view, held.place);
     const to = clicked ? from : project(view, held.place.map((value, c) => value + held.target[c] - held.origin[c]));
     this.#line(from, to, clicked ? 'Release to push away from you' : quantity(size, 'N·s'), marks);
   }
 
-  show_wind(held, view, marks) {
+  #showWind(held, view, marks) {
     this.#line({x: held.startX, y: held.startY}, held, `Wind ${held.speed} m/s`, marks);
   }
 
@@ -84,7 +89,7 @@ export class HandMarks {
   #label({x, y}, text, marks) {
     if (!text) return;
     const {clientWidth: width} = this.overlay.svg, right = x < width - 110;
-    marks.push({kind: 'label', className: right ? 'label' : 'label before', x: x + (right ? 16 : -16), y: y - 12, text});
+    marks.push({kind: 'label', className: right ? 'label' : 'before', x: right ? x + 16 : x - 16, y: y - 12, text});
     this.overlay.say(text);
   }
 

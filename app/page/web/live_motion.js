@@ -11,9 +11,9 @@ const kDefaults = {stiffness: 1, gravity: 0};
 
 /** One session of the solver. */
 export class LiveMotion {
-  /** `held`: numbers of the interactions of the file; `onAnswer(answer)` follows each frame, `onFail(error)` the end. */
-  constructor({solver, header, onAnswer, onFail}) {
-    Object.assign(this, {solver, onAnswer, onFail});
+  /** `onAnswer(answer)` follows each frame, `onSettings()` a change of theirs in a replay, `onFail(error)` the end. */
+  constructor({solver, header, onAnswer, onSettings, onFail}) {
+    Object.assign(this, {solver, onAnswer, onSettings, onFail});
     this.held = header.solver.held ?? [];
     this.defaults = {...kDefaults, damping: header.solver.damping_time};
     this.settings = {...this.defaults};
@@ -37,6 +37,7 @@ export class LiveMotion {
     this.#guard(this.solver.request({start: {x, v, F, held: this.held}}, [x.buffer, F.buffer]));
     this.recording = new Recording(body, frame, this.held.length);
     this.script = script;
+    if (script) this.settings = {...this.defaults};
     this.queue = [];
     this.acting = new Map(this.held.map((numbers, number) => [number, numbers]));
     this.next = this.held.length;
@@ -123,8 +124,8 @@ export class LiveMotion {
       }
     }
     const latest = this.received, least = latest - 1;
-    const next = this.manual || rate >= kFewestPerSecond ? latest
-                                                        : Math.min(Math.max(this.shown + seconds * rate, least), latest);
+    const between = Math.min(Math.max(this.shown + seconds * rate, least), latest);
+    const next = this.manual || rate >= kFewestPerSecond ? latest : between;
     this.changed ||= next !== this.shown;
     this.shown = next;
   }
@@ -159,6 +160,12 @@ export class LiveMotion {
       if (name === 'begin') this.next = Math.max(this.next, number + 1);
       if (name === 'end') this.acting.delete(number);
     }
+    const set = commands.findLast(([name]) => name === 'set');
+    if (!set) return;
+    const [, stiffness, damping, ...gravity] = set;
+    const added = gravity.reduce((sum, value, c) => sum + (value - this.gravity[c]) * this.up[c], 0);
+    this.settings = {stiffness, damping, gravity: added};
+    this.onSettings();
   }
 
   /** Forgets what was begun; what the file holds goes on. */

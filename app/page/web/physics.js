@@ -17,7 +17,8 @@ export class Physics {
     Object.assign(this, {header, viewer, player, solver, bodies, recorded, object});
     this.body = bodies.at(-1);
     this.live = new LiveMotion({
-      solver, header, onAnswer: (answer) => this.#answered(answer), onFail: (error) => this.#failed(error),
+      solver, header, onAnswer: (answer) => this.#answered(answer), onSettings: () => this.onChange(),
+      onFail: (error) => this.#failed(error),
     });
     this.hand = new Hand(this.live, header.solver.height);
     this.forces = new Map();  // of the last frame (N), by number
@@ -60,7 +61,7 @@ export class Physics {
     return least < kSlow * timeScale ? least : null;
   }
 
-  /** Hands the object over to the solver in the state that is shown; at a whole frame, from which it can be repeated. */
+  /** Hands the object over to the solver as it is shown, at a whole frame so that recordings can start there. */
   enter() {
     if (this.running) return;
     this.#begin(Math.round(this.viewer.shown ?? this.player.frame), this.body, null);
@@ -132,7 +133,8 @@ export class Physics {
     if (now - this.complained < kQuiet) return;
     this.complained = now;
     report(new ClipError('The motion became too violent for the solver.',
-        `It goes on without hands and added pins, with the settings of the file. (${failed.replace(/^simulate: /, '')})`));
+        'It goes on without hands and added pins, with the settings of the file. ' +
+            `(${failed.replace(/^simulate: /, '')})`));
   }
 
   #failed(error) {

@@ -3,7 +3,8 @@
 import {interactionNumbers} from './solver_layout.js';
 
 /**
- * Members that drive the solver by hand.  Lengths are in scene units.  After `begin`, `grab` or `advance` frames pass on demand only, until a person takes hold.
+ * Members that drive the solver by hand.  Lengths are in scene units.  After `begin`, `grab` or `advance` frames pass
+ * on demand only, until a person takes hold.
  */
 export function physicsService({physics, panel}) {
   const {live, bodies} = physics;

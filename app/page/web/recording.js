@@ -57,7 +57,8 @@ export class Recording {
       }
       case 'impulse': return {type: 'impulse', region, impulse: it.strength, start};
       case 'wind': return {
-        type: 'wind', wind: it.strength, drag_coefficient: it.dragCoefficient, air_density: it.airDensity, start, ...span,
+        type: 'wind', wind: it.strength, drag_coefficient: it.dragCoefficient, air_density: it.airDensity, start,
+        ...span,
       };
       default: return {type: it.type, region, start, ...span};
     }

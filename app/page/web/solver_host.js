@@ -4,19 +4,19 @@
 /**
  * A host of the WebAssembly module.  `handle` takes a request and returns its answer:
  *  {module: bytes};
- *  {body: {numbers [9], metres, position, volume, mass, young, poisson}}, arrays [N, 3] or [N] in SI units, `metres` those
- *    of a scene unit;
- *  {start: {x, v, F, held}}: positions (m), velocities (m/s), gradients (rows) and numbers of what acts from the start;
+ *  {body: {numbers [9], metres, position, volume, mass, young, poisson}}, arrays [N, 3] or [N] in SI units, `metres`
+ *    those of a scene unit;
+ *  {start: {x, v, F, held}}: positions (m), velocities (m/s), gradients (rows), numbers of what acts from the start;
  *  {step: {commands, frames}}: commands in order, then frames.  Answers {positions (scene units), velocities (m/s),
  *    gradients, substeps, ms (of a frame), forces [[number, x, y, z]] (N), holds [[number, x, y, z]] (m), failed}.
  * Commands: ['begin', number, numbers], ['move', number, x, y, z], ['drag', number, x, y, z] (by how much the hand has
  * moved since it took hold), ['end', number], ['set', young_scale, damping_time, gx, gy, gz].  The sender numbers
- * interactions; held ones have 0, 1, ...  Where the solver fails, a new instance goes on from the last good frame without
- * what was begun and with the settings of the body, and `failed` says why; where it fails there too, from that frame
- * without velocities, and else from the start without velocities.
+ * interactions; held ones have 0, 1, ...  Where the solver fails, a new instance goes on from the last good frame
+ * without what was begun and with the settings of the body, and `failed` says why; where it fails there too, from that
+ * frame without velocities, and else from the start without velocities.
  */
 export function createSolverHost() {
-  const kGrab = 4;
+  const kGrab = 4, kMostSubsteps = 2000;
   let compiled = null, solver = null, body = null, count = 0;
   let good = null;         // {x, v, F} of the last frame
   let first = null;        // and of the start
@@ -102,6 +102,14 @@ export function createSolverHost() {
     good = state;
   }
 
+  /** One frame; its substeps. */
+  function advance() {
+    const substeps = solver.solver_advance();
+    if (substeps > kMostSubsteps) throw new Error(`a frame takes ${substeps} substeps`);
+    keep();
+    return substeps;
+  }
+
   const commands = {
     begin(number, numbers) {
       const inSession = call('solver_begin', [], [Float64Array.from(numbers)]);
@@ -137,9 +145,7 @@ export function createSolverHost() {
       good = state;
       try {
         open();
-        const substeps = solver.solver_advance();
-        keep();
-        return substeps;
+        return advance();
       } catch (error) {
         if (attempt === states.length - 1) throw error;
       }
@@ -155,8 +161,7 @@ export function createSolverHost() {
       }
       const start = performance.now();
       for (let f = 0; f < frames; ++f) {
-        answer.substeps = solver.solver_advance();
-        keep();
+        answer.substeps = advance();
       }
       if (frames > 0) answer.ms = (performance.now() - start) / frames;
     } catch (error) {

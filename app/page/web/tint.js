@@ -49,7 +49,9 @@ const kQuantities = {
   },
   young: {
     title: 'Young’s modulus', text: (value) => quantity(10 ** value, 'Pa'),
-    values: ({young, youngScale}, out) => out.forEach((_, m) => out[m] = Math.log10(Math.max(young[m] * youngScale, 1e-9))),
+    values: ({young, youngScale}, out) => out.forEach((_, m) => {
+      out[m] = Math.log10(Math.max(young[m] * youngScale, 1e-9));
+    }),
   },
 };
 

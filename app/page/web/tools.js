@@ -17,6 +17,7 @@ const kWindReach = 120;      // px of a drag that turn the wind fully sideways
 const add = (a, b, scale = 1) => a.map((value, c) => value + scale * b[c]);
 const subtract = (a, b) => a.map((value, c) => value - b[c]);
 const times = (a, scale) => a.map((value) => value * scale);
+const dot = (a, b) => a.reduce((sum, value, c) => sum + value * b[c], 0);
 const lengthOf = (a) => Math.hypot(...a);
 const unit = (a) => times(a, 1 / Math.max(lengthOf(a), 1e-12));
 
@@ -60,7 +61,7 @@ export class Hand {
     const hand = this.held;
     if (!hand) return;
     hand.axes = axesOf(view);
-    const {forward} = hand.axes, depth = forward.reduce((sum, value, c) => sum + value * (hand.place[c] - view.centre[c]), 0);
+    const {forward} = hand.axes, depth = dot(forward, subtract(hand.place, view.centre));
     hand.target = add(unproject(view, hand.x, hand.y, Math.max(depth, 1e-3)), forward, -hand.lift);
     this.#tools[hand.tool].move?.(hand);
   }
@@ -124,7 +125,7 @@ export class Hand {
         const {right, down, forward} = hand.axes, x = (hand.x - hand.startX) / kWindReach;
         const y = (hand.y - hand.startY) / kWindReach, ahead = Math.sqrt(Math.max(0, 1 - x * x - y * y));
         const direction = unit(add(add(times(forward, ahead), right, x), down, y));
-        const cosine = hand.wind ? direction.reduce((sum, value, c) => sum + value * hand.wind[c], 0) : -1;
+        const cosine = hand.wind ? dot(direction, hand.wind) : -1;
         if (cosine > Math.cos(kWindTurn * Math.PI / 180) && hand.speed === this.windSpeed) return;
         if (hand.number !== null) this.live.end(hand.number);
         Object.assign(hand, {wind: direction, speed: this.windSpeed});

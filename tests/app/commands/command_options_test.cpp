@@ -190,6 +190,10 @@ const std::map<std::string, std::string> kElsewhere = {
     {"edit name", "SegmentEdit"},
     {"fit overwrite", "FitVideo"},
     {"export overwrite", "ExportTest"},
+    {"export html", "PageExport"},
+    {"export html-size", "PageExport"},
+    {"export html-licence", "PageExport"},
+    {"simulate recording", "PageExport"},
     {"reconstruct overwrite", "Reconstruct"},
     {"motion fps", "EvaluateMotion"},
 };

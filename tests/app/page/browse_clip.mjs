@@ -42,7 +42,7 @@ const finish = (result) => {
   browser.kill('SIGKILL');
   // Helpers of the browser may write for a moment longer.
   try {
-    fs.rmSync(profile, {recursive: true, force: true, maxRetries: 10, retryDelay: 200});
+    fs.rmSync(profile, {recursive: true, force: true, maxRetries: 5, retryDelay: 30});
   } finally {
     process.exit(0);
   }

@@ -87,7 +87,6 @@ TEST(Session, AHeldPinCanBeLetGoAndAnErrorLeavesTheSessionAsItWas) {
   Bar bar;
   Session session = bar.session();
   session.advance();
-  expect_equal(session.state(), session.state());
   const Vec3f before = session.state().x[0];
   Interaction nowhere = bar.grab;
   nowhere.region = Region::sphere(Vec3d(9, 9, 9), 0.1);
@@ -97,6 +96,19 @@ TEST(Session, AHeldPinCanBeLetGoAndAnErrorLeavesTheSessionAsItWas) {
   session.end(0);
   for (int f = 0; f < 20; ++f) session.advance();
   EXPECT_LT(session.state().x[0].z(), before.z() - 0.1f) << "it falls 0.2 m in 0.2 s";
+}
+
+TEST(Session, AFrameThatNeedsTooManySubstepsFailsAtOnceAndLeavesTheState) {
+  Bar bar;
+  bar.options.max_substeps = 40;
+  Session session = bar.session();
+  session.advance();
+  const SimulationState before = session.state();
+  session.set({1e4, 0, bar.options.gravity});
+  EXPECT_THROW(session.advance(), Error);
+  expect_equal(session.state(), before);
+  session.set({1, 0, bar.options.gravity});
+  EXPECT_NO_THROW(session.advance());
 }
 
 TEST(Session, ASofterBodyGivesMore) {

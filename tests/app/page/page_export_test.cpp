@@ -1,0 +1,96 @@
+// `export --html`: the file keeps to its size, says what it gave up, and is refused where it cannot be; recordings that
+// are none are refused by field.
+
+#include <gtest/gtest.h>
+
+#include "app/simulate/recording.h"
+#include "gaussians/base/error.h"
+#include "tests/app/fit_video_scene.h"
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace pliant {
+namespace {
+
+class PageExport : public FitVideo {
+ protected:
+  static void SetUpTestSuite() {
+    FitVideo::SetUpTestSuite();
+    ASSERT_EQ(
+        run_quietly({"simulate", run(), "--young", "2e4", "--poisson", "0.3", "--density", "400", "--duration", "0.5"}),
+        0);
+  }
+  static std::string run() { return (folder / "run").string(); }
+  static std::string page(const std::string& name) { return (folder / name).string(); }
+  static json header(const std::string& file) {
+    const std::string html = read_text(file), begin = "id=\"clip-header\">";
+    const size_t at = html.find(begin) + begin.size();
+    return json::parse(html.substr(at, html.find("</script>", at) - at));
+  }
+};
+
+TEST_F(PageExport, KeepsToItsSizeAndSaysWhatItGaveUp) {
+  ASSERT_EQ(run_quietly({"export", run(), "--html", page("whole.html"), "--html-size", "1000M"}), 0);
+  const size_t whole = fs::file_size(page("whole.html"));
+  EXPECT_EQ(header(page("whole.html"))["about"]["given_up"], "");
+  const size_t most = whole - whole / 8;
+  ASSERT_EQ(run_quietly({"export", run(), "--html", page("less.html"), "--html-size", std::to_string(most)}), 0);
+  EXPECT_LE(fs::file_size(page("less.html")), most);
+  EXPECT_NE(header(page("less.html"))["about"]["given_up"], "");
+  ::testing::internal::CaptureStderr();
+  EXPECT_EQ(run_quietly({"export", run(), "--html", page("none.html"), "--html-size", "200k"}), 2);
+  EXPECT_NE(::testing::internal::GetCapturedStderr().find("--html-size"), std::string::npos);
+  EXPECT_FALSE(fs::exists(page("none.html")));
+}
+
+TEST_F(PageExport, NothingIsFetchedAndTheLicenceIsShown) {
+  ASSERT_EQ(run_quietly({"export", run(), "--html", page("page.html"), "--html-licence", "CC BY 4.0 </script>"}), 0);
+  const std::string html = read_text(page("page.html"));
+  EXPECT_NE(html.find("default-src 'none'"), std::string::npos);
+  EXPECT_EQ(html.find("http://"), html.find("http://www.w3.org")) << "only names of formats";
+  EXPECT_EQ(html.find("https://"), std::string::npos);
+  EXPECT_EQ(header(page("page.html"))["about"]["licence"], "CC BY 4.0 </script>");
+  EXPECT_EQ(run_quietly({"export", run(), "--html", page("page.html")}), 2) << "it is there already";
+  EXPECT_EQ(run_quietly({"export", run(), "--html-licence", "X", "--ply-sequence", page("ply")}), 2);
+}
+
+TEST_F(PageExport, ARecordingThatIsNoneIsRefusedByItsField) {
+  const Scene scene = load_run_scene(RunDirectory::open(folder / "run"));
+  const json good = {
+      {"format", "pliant-recording"},
+      {"version", 1},
+      {"drivers", 10},
+      {"start_frame", 0},
+      {"frames", 5},
+      {"solver_fps", 60},
+      {"settings", {{{"frame", 0}, {"young_scale", 2}, {"damping_time", 1}, {"gravity", {0, 0, -9.81}}}}},
+      {"interactions", json::array()},
+      {"unpinned", json::array()}};
+  const Recording parsed = parse_recording(good.dump(), scene, "recording.json");
+  EXPECT_EQ(parsed.frames, 5);
+  EXPECT_EQ(parsed.settings.at(0).settings.young_scale, 2);
+  const std::vector<std::pair<std::string, json>> changes = {
+      {"format", "another"}, {"version", 2},    {"drivers", "many"},
+      {"frames", -1},        {"solver_fps", 0}, {"settings", {{{"frame", 0}, {"young_scale", 0}}}},
+      {"unpinned", 3}};
+  for (const auto& [field, value] : changes) {
+    json bad = good;
+    bad[field] = value;
+    try {
+      parse_recording(bad.dump(), scene, "recording.json");
+      ADD_FAILURE() << field;
+    } catch (const Error& error) {
+      const std::string said = error.what();
+      EXPECT_NE(said.find("recording.json"), std::string::npos) << said;
+      if (field != "settings") EXPECT_NE(said.find(field), std::string::npos) << said;
+    }
+  }
+  EXPECT_THROW(parse_recording("{", scene, "recording.json"), Error);
+  write_text(folder / "recording.json", good.dump());
+  EXPECT_NE(run_quietly({"simulate", run(), "--recording", (folder / "recording.json").string()}), 0)
+      << "no level has ten particles";
+}
+
+}  // namespace
+}  // namespace pliant
