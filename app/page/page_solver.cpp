@@ -9,6 +9,7 @@ namespace pliant {
 namespace {
 
 constexpr std::array<int, 3> kPageLevels = {2500, 800, 350};  // of kLevelCounts, beside that of the motion
+constexpr double kCoarser = 0.7;                              // of that of the motion, at most
 
 /// Numbers of an interaction, as app/page/solver/solver.cpp reads them.
 std::vector<double> numbers_of(const Interaction& it) {
@@ -36,28 +37,50 @@ void add_body(ClipFile& file, size_t l, const Particles& particles) {
   file.header["levels"][l] = {{"drivers", particles.size()}, {"cell_size", particles.cell_size}};
 }
 
+bool can_play(const SessionSetup& setup) { return setup.refused.empty() && !solver_module().empty(); }
+
 }  // namespace
 
-void add_solver(ClipFile& file, const CodedClip& clip, const SessionSetup& setup, const Scene& scene,
-                const MovingScene& moving) {
+std::vector<SolverLevel> solver_levels(const SessionSetup& setup, const Scene& scene, const MovingScene& moving) {
+  std::vector<SolverLevel> levels;
+  if (!can_play(setup)) return levels;
+  for (const int count : kPageLevels) {
+    if (count > kCoarser * static_cast<double>(moving.particles.driving_position.size())) continue;
+    SolverLevel level{with_drivers(moving.particles, scene, count), {}};
+    level.binding = bind_object(scene, level.file, moving.object);
+    levels.push_back(std::move(level));
+  }
+  return levels;
+}
+
+size_t solver_bytes(const SessionSetup& setup, const Scene& scene, const MovingScene& moving,
+                    const std::vector<SolverLevel>& levels) {
+  if (!can_play(setup)) return 0;
+  ClipFile file;
+  add_solver(file, moving.particles, setup, scene, levels);
+  return SizeMeter()(file);
+}
+
+void add_solver(ClipFile& file, const ParticleFile& motion_level, const SessionSetup& setup, const Scene& scene,
+                const std::vector<SolverLevel>& levels) {
   file.header["solver"] = nullptr;
-  file.header["plays_only"] = setup.refused.empty() ? "" : setup.refused;
+  file.header["plays_only"] = setup.refused;
   if (!setup.refused.empty()) return;
-  if (solver_module().empty()) {
+  if (!can_play(setup)) {
     file.header["plays_only"] = "this build of Pliant has no solver for pages";
     return;
   }
   const auto body_of = [&](const ParticleFile& level) {
     return make_body(level, scene, setup.solid, setup.material).particles;
   };
-  add_body(file, 0, body_of(clip.level));
-  size_t l = 0, last = clip.level.driving_position.size();
-  for (const int count : kPageLevels) {
-    if (count > 0.7 * static_cast<double>(last)) continue;
-    const ParticleFile level = with_drivers(moving.particles, scene, count);
-    last = level.driving_position.size();
-    add_level(file, "levels", ++l, level.driving_position, bind_object(scene, level, moving.object));
-    add_body(file, l, body_of(level));
+  add_body(file, 0, body_of(motion_level));
+  size_t l = 0;
+  for (const SolverLevel& level : levels) {
+    const std::vector<Vec3f>& rest = level.file.driving_position;
+    if (static_cast<double>(rest.size()) > kCoarser * static_cast<double>(motion_level.driving_position.size()))
+      continue;
+    add_level(file, "levels", ++l, rest, level.binding);
+    add_body(file, l, body_of(level.file));
   }
   nlohmann::json held = nlohmann::json::array();
   for (const Interaction& it : setup.held) held.push_back(numbers_of(it));
@@ -70,15 +93,6 @@ void add_solver(ClipFile& file, const CodedClip& clip, const SessionSetup& setup
                            {"height", setup.height},
                            {"held", held}};
   file.sections["solver"] = solver_module();
-}
-
-size_t solver_bytes(const SessionSetup& setup, const MovingScene& moving) {
-  if (!setup.refused.empty() || solver_module().empty()) return 0;
-  constexpr double kBase64 = 4.0 / 3, kPacked = 0.8;
-  const double bindings = kPageLevels.size() * 3.0 * Binding::kCount * static_cast<double>(moving.object.size());
-  const double bodies = 28.0 * (static_cast<double>(moving.particles.driving_position.size()) + 4000);
-  return static_cast<size_t>(kBase64 *
-                             (0.4 * static_cast<double>(solver_module().size()) + kPacked * bindings + bodies));
 }
 
 }  // namespace pliant

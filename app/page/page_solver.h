@@ -1,17 +1,28 @@
 #pragma once
 
+#include <vector>
+
 #include "app/page/clip_budget.h"
 #include "app/simulate/session_body.h"
 
 namespace pliant {
 
-/// Appends what the page's solver needs: the sections `levels`, with bodies of fewer driving particles for slower
-/// devices, and `solver`, the module, and what the header says of them.  Where the object cannot be played with, the
-/// header says why.
-void add_solver(ClipFile& file, const CodedClip& clip, const SessionSetup& setup, const Scene& scene,
-                const MovingScene& moving);
+/// A body of fewer driving particles, for devices that cannot move those of the motion in real time.
+struct SolverLevel {
+  ParticleFile file;
+  Binding binding;  ///< of the object's Gaussians
+};
+
+/// Those that a page offers; none where the object cannot be played with.
+std::vector<SolverLevel> solver_levels(const SessionSetup& setup, const Scene& scene, const MovingScene& moving);
 
 /// Bytes that add_solver takes at most in the file.
-size_t solver_bytes(const SessionSetup& setup, const MovingScene& moving);
+size_t solver_bytes(const SessionSetup& setup, const Scene& scene, const MovingScene& moving,
+                    const std::vector<SolverLevel>& levels);
+
+/// Appends what the page's solver needs: the sections `levels` and `solver`, and what the header says of them.  Where
+/// the object cannot be played with, the header says why.
+void add_solver(ClipFile& file, const ParticleFile& motion_level, const SessionSetup& setup, const Scene& scene,
+                const std::vector<SolverLevel>& levels);
 
 }  // namespace pliant

@@ -6,6 +6,7 @@
 
 #include "app/page/clip_budget.h"
 #include "app/page/clip_html.h"
+#include "app/page/page_assets.h"
 #include "app/page/page_solver.h"
 #include "app/run/attach_scene.h"
 #include "app/simulate/clip_camera.h"
@@ -24,7 +25,7 @@ namespace {
 constexpr double kSideways = 25;      // degrees to either side from which photographed scenes are worth a look
 constexpr double kPosterSide = 1280;  // px, at most
 constexpr double kVideoShare = 0.1;   // of the bytes that the video may take, for devices that cannot draw
-constexpr size_t kMarkup = 120'000;   // bytes of page, script and header
+constexpr size_t kHeader = 20'000;    // bytes, at most
 
 std::vector<double> numbers(const Vec3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -75,15 +76,17 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
     video = read_text(in.files.at("clip"));
 
   const SessionSetup setup = session_setup(run, scene, moving.particles);
-  const size_t around = kMarkup + 4 * (poster.size() + video.size()) / 3 + solver_bytes(setup, moving);
-  if (stage.size < 2 * around)
-    throw usage_error("--html-size", std::to_string(stage.size), "is too small for a page", "give more, or --no-html");
   const ClipCoder coder(std::move(moving), scene, views);
+  const std::vector<SolverLevel> levels = solver_levels(setup, scene, coder.moving());
+  const size_t around = page_template().size() + page_style().size() + page_script().size() + kHeader +
+                        4 * (poster.size() + video.size()) / 3 + solver_bytes(setup, scene, coder.moving(), levels);
+  if (stage.size <= around)
+    throw usage_error("--html-size", std::to_string(stage.size), "is too small for a page", "give more, or --no-html");
   ClipPage page;
   std::vector<std::string> given_up;
   const CodedClip clip = fit_to_size(coder, stage.size - around, page.file, given_up);
   const MovingScene& drawn = coder.moving();
-  add_solver(page.file, clip, setup, scene, drawn);
+  add_solver(page.file, clip.level, setup, scene, levels);
   const double psnr = least_psnr(clip, drawn, {camera, views[2], camera, views[6]});
 
   json& header = page.file.header;
