@@ -139,6 +139,11 @@ StageInputs<PageStage> inputs_of(const RunDirectory& run, const Scene& scene, co
   const std::string source = fs::path(run.scene()["source"].get<std::string>()).filename().string();
   const std::string object = extracted(run, {"name"})["name"].get<std::string>();
   in.found = {{"source", source}, {"title", object == "object" ? source : object + " of " + source}};
+  // What the solver in the page is given beside the motion.
+  const json& simulated = run.summary("simulate", "run `pliant simulate` first");
+  for (const char* name : {"session", "damping_time_s", "floor"}) in.found[name] = simulated.value(name, json());
+  if (const fs::path material = run / (object_folder(run) + "/material.h5"); fs::exists(material))
+    in.files["material"] = material;
   in.outputs = {"clip.html"};
   return in;
 }
