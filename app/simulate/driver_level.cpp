@@ -72,20 +72,9 @@ std::vector<DriverFrame> motion_of(const MovingScene& moving, const ParticleFile
     }
     DriverFrame out{points, std::vector<Mat3f>(points.size(), Mat3f::Identity())};
     for (size_t i = 0; i < points.size(); ++i) {
-      int count = 0;
-      float weight[Binding::kCount];
-      Vec3f rest[Binding::kCount], now[Binding::kCount];
-      Mat3f F[Binding::kCount];
-      for (; count < Binding::kCount; ++count) {
-        const int d = binding.driver[i * Binding::kCount + count];
-        if (d < 0) break;
-        weight[count] = binding.weight[i * Binding::kCount + count];
-        rest[count] = drivers[d];
-        now[count] = frame.position[d];
-        F[count] = frame.F[d];
-      }
-      if (count == 0) continue;
-      const RigidFit<float> fit = fit_rigid<float>(count, weight, rest, now, F);
+      const GatheredDrivers<float> gathered(binding, static_cast<std::ptrdiff_t>(i), drivers, frame.position, frame.F);
+      if (gathered.count == 0) continue;
+      const RigidFit<float> fit = gathered.fit();
       out.position[i] = carried_position<float>({}, fit, points[i]);
       out.F[i] = fit.F;
     }

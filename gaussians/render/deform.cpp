@@ -11,28 +11,6 @@
 namespace pliant {
 namespace {
 
-/// The drivers of one Gaussian, gathered.
-template <class T>
-struct Drivers {
-  int count = 0;
-  T weight[Binding::kCount];
-  Vec3<T> rest[Binding::kCount], now[Binding::kCount];
-  Mat3<T> F[Binding::kCount];
-
-  Drivers(const Binding& binding, std::ptrdiff_t g, std::span<const Vec3<T>> drivers_rest,
-          std::span<const Vec3<T>> drivers_now, std::span<const Mat3<T>> gradients) {
-    for (; count < Binding::kCount; ++count) {
-      const int d = binding.driver[g * Binding::kCount + count];
-      if (d < 0) break;
-      weight[count] = T(binding.weight[g * Binding::kCount + count]);
-      rest[count] = drivers_rest[d];
-      now[count] = drivers_now[d];
-      F[count] = gradients[d];
-    }
-  }
-  RigidFit<T> fit() const { return fit_rigid<T>(count, weight, rest, now, F); }
-};
-
 /// Places (Gaussian, k) of a binding by driver: those of driver d are slot[start[d]] .. slot[start[d + 1] - 1],
 /// ascending.
 struct SlotsByDriver {
@@ -66,7 +44,7 @@ void deform_as(const DeformOptions& options, const CloudOf<T>& rest, const Bindi
   parallel_for(
       static_cast<std::ptrdiff_t>(rest.size()),
       [&](std::ptrdiff_t g) {
-        const Drivers<T> drivers(binding, g, drivers_rest, drivers_now, F);
+        const GatheredDrivers<T> drivers(binding, g, drivers_rest, drivers_now, F);
         if (drivers.count == 0) return;
         const RigidFit<T> fit = drivers.fit();
         out.position[g] = carried_position(options, fit, rest.position[g]);
@@ -114,7 +92,7 @@ DeformGradientOf<T> deform_adjoint(const DeformOptions& options, const CloudOf<T
   parallel_for(
       static_cast<std::ptrdiff_t>(rest.size()),
       [&](std::ptrdiff_t g) {
-        const Drivers<T> drivers(binding, g, drivers_rest, drivers_now, F);
+        const GatheredDrivers<T> drivers(binding, g, drivers_rest, drivers_now, F);
         if (drivers.count == 0) return;
         const RigidFit<T> fit = drivers.fit();
         const Mat3<T> A = covariance_factor<T>(rest.rotation[g], rest.log_scale[g]);

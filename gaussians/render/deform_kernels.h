@@ -42,6 +42,28 @@ HOST_DEVICE RigidFit<T> fit_rigid(int count, const T* weight, const Vec3<T>* res
   return fit;
 }
 
+/// The drivers of one Gaussian, or of another point that is bound to them, gathered.
+template <class T>
+struct GatheredDrivers {
+  int count = 0;
+  T weight[Binding::kCount];
+  Vec3<T> rest[Binding::kCount], now[Binding::kCount];
+  Mat3<T> F[Binding::kCount];
+
+  GatheredDrivers(const Binding& binding, std::ptrdiff_t g, std::span<const Vec3<T>> drivers_rest,
+                  std::span<const Vec3<T>> drivers_now, std::span<const Mat3<T>> gradients) {
+    for (; count < Binding::kCount; ++count) {
+      const int d = binding.driver[g * Binding::kCount + count];
+      if (d < 0) break;
+      weight[count] = T(binding.weight[g * Binding::kCount + count]);
+      rest[count] = drivers_rest[d];
+      now[count] = drivers_now[d];
+      F[count] = gradients[d];
+    }
+  }
+  RigidFit<T> fit() const { return fit_rigid<T>(count, weight, rest, now, F); }
+};
+
 /// Derivatives with respect to the drivers of a fit: weight_j (moment (rest_j - fit.rest) + now) for the position of
 /// driver j, weight_j F for its deformation gradient.
 template <class T>
