@@ -11,21 +11,6 @@ namespace {
 constexpr std::array<int, 3> kPageLevels = {2500, 800, 350};  // of kLevelCounts, beside that of the motion
 constexpr double kCoarser = 0.7;                              // of that of the motion, at most
 
-/// Numbers of an interaction, as app/page/solver/solver.cpp reads them.
-std::vector<double> numbers_of(const Interaction& it) {
-  std::vector<double> out = {static_cast<double>(it.type), std::isfinite(it.duration) ? it.duration : 0,
-                             static_cast<double>(it.region.kind)};
-  const auto add = [&](const Vec3d& v) { out.insert(out.end(), v.data(), v.data() + 3); };
-  add(it.region.point);
-  add(it.region.vector);
-  out.push_back(it.region.radius);
-  add(it.vector);
-  for (const double x : {it.friction, it.rate, it.drag_coefficient, it.air_density, it.stiffness, it.damping,
-                         it.max_force, static_cast<double>(it.contact)})
-    out.push_back(x);
-  return out;
-}
-
 void add_body(ClipFile& file, size_t l, const Particles& particles) {
   const auto add = [&](const char* name, const std::vector<float>& values) {
     file.add("levels", "level" + std::to_string(l) + "." + name, {values.size()}, std::span<const float>(values));
@@ -40,6 +25,20 @@ void add_body(ClipFile& file, size_t l, const Particles& particles) {
 bool can_play(const SessionSetup& setup) { return setup.refused.empty() && !solver_module().empty(); }
 
 }  // namespace
+
+std::vector<double> solver_numbers(const Interaction& it) {
+  std::vector<double> out = {static_cast<double>(it.type), std::isfinite(it.duration) ? it.duration : 0,
+                             static_cast<double>(it.region.kind)};
+  const auto add = [&](const Vec3d& v) { out.insert(out.end(), v.data(), v.data() + 3); };
+  add(it.region.point);
+  add(it.region.vector);
+  out.push_back(it.region.radius);
+  add(it.vector);
+  for (const double x : {it.friction, it.rate, it.drag_coefficient, it.air_density, it.stiffness, it.damping,
+                         it.max_force, static_cast<double>(it.contact)})
+    out.push_back(x);
+  return out;
+}
 
 std::vector<SolverLevel> solver_levels(const SessionSetup& setup, const Scene& scene, const MovingScene& moving) {
   std::vector<SolverLevel> levels;
@@ -83,7 +82,7 @@ void add_solver(ClipFile& file, const ParticleFile& motion_level, const SessionS
     add_body(file, l, body_of(level.file));
   }
   nlohmann::json held = nlohmann::json::array();
-  for (const Interaction& it : setup.held) held.push_back(numbers_of(it));
+  for (const Interaction& it : setup.held) held.push_back(solver_numbers(it));
   const Vec3d& g = setup.options.gravity;
   file.header["solver"] = {{"fps", setup.options.fps},
                            {"gravity", {g.x(), g.y(), g.z()}},

@@ -68,6 +68,7 @@ DrivingParticles kmeans_drivers(const DriverOptions& options, const SolidSamples
     drivers.sample_driver[order[k]] =
         n == m ? static_cast<int>(k) : std::min(static_cast<int>(middle * n), static_cast<int>(n) - 1);
   }
+  update_centres(seen, drivers);
   fill_empty(samples, drivers);
   update_centres(seen, drivers);
   for (int iteration = 0; iteration < options.iterations && n < m; ++iteration) {

@@ -1,23 +1,24 @@
 // The solver of clip.html against the native one, run in node.
 
+#include "app/page/page_solver.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "app/page/page_assets.h"
 #include "gaussians/io/files/files.h"
 #include "physics/simulate/session.h"
 #include "tests/physics/shapes.h"
+#include "tests/temporary_folder.h"
 
 namespace pliant {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr int kFrames = 30;
@@ -49,27 +50,15 @@ struct Case {
   }
 };
 
-std::vector<double> numbers_of(const Interaction& it) {
-  std::vector<double> out = {double(it.type), std::isfinite(it.duration) ? it.duration : 0, double(it.region.kind)};
-  for (const Vec3d& v : {it.region.point, it.region.vector, Vec3d(it.region.radius, 0, 0)})
-    out.insert(out.end(), v.data(), v.data() + 3);
-  out.resize(10);
-  out.insert(out.end(), it.vector.data(), it.vector.data() + 3);
-  for (const double x : {it.friction, it.rate, it.drag_coefficient, it.air_density, it.stiffness, it.damping,
-                         it.max_force, double(it.contact)})
-    out.push_back(x);
-  return out;
-}
-
 /// Positions and deformation gradients (rows) of every frame, and what was done.
 std::vector<float> native(const Case& c, json& script) {
   Session session(c.options, c.particles, c.held, initial_state(c.particles));
   std::vector<float> out;
-  int grab = -1, wind = -1;
+  int grab = -1;
   for (int f = 0; f < kFrames; ++f) {
     if (f == 2) {
       grab = session.begin(c.grab);
-      script.push_back({{"frame", f}, {"begin", numbers_of(c.grab)}});
+      script.push_back({{"frame", f}, {"begin", solver_numbers(c.grab)}});
     }
     if (f >= 2 && f < 14) {
       const Vec3d hand = session.history()[grab].path.front().position + Vec3d(0.002, 0.001, 0) * (f - 1);
@@ -77,8 +66,8 @@ std::vector<float> native(const Case& c, json& script) {
       script.push_back({{"frame", f}, {"move", {grab, hand.x(), hand.y(), hand.z()}}});
     }
     if (f == 10) {
-      wind = session.begin(c.wind);
-      script.push_back({{"frame", f}, {"begin", numbers_of(c.wind)}});
+      session.begin(c.wind);
+      script.push_back({{"frame", f}, {"begin", solver_numbers(c.wind)}});
     }
     if (f == 14) {
       session.end(grab);
@@ -101,11 +90,8 @@ class PageSolver : public ::testing::Test {
   void SetUp() override {
     if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
     if (std::system("node --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "node is not installed";
-    folder_ = fs::path(::testing::TempDir()) / "pliant_page_solver";
-    fs::create_directories(folder_);
     write_text(folder_ / "solver.wasm", std::string(solver_module()));
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   static json described(const Case& c) {
     json out = {
@@ -120,7 +106,7 @@ class PageSolver : public ::testing::Test {
     std::vector<float> position;
     for (const Vec3f& x : c.particles.position) position.insert(position.end(), x.data(), x.data() + 3);
     out["position"] = position;
-    for (const Interaction& it : c.held) out["held"].push_back(numbers_of(it));
+    for (const Interaction& it : c.held) out["held"].push_back(solver_numbers(it));
     return out;
   }
 
@@ -142,7 +128,7 @@ class PageSolver : public ::testing::Test {
     return out;
   }
 
-  fs::path folder_;
+  TemporaryFolder folder_;
 };
 
 // The same sources with the same rounding: only functions of the mathematical library differ.
@@ -180,7 +166,7 @@ TEST_F(PageSolver, ErrorsReachThePageWithTheirText) {
   json description = described(c);
   Interaction nowhere = c.grab;
   nowhere.region = Region::sphere(Vec3d(5, 5, 5), 0.01);
-  description["script"] = {{{"frame", 0}, {"begin", numbers_of(nowhere)}}};
+  description["script"] = {{{"frame", 0}, {"begin", solver_numbers(nowhere)}}};
   const json printed = run(description);
   ASSERT_TRUE(printed.contains("error"));
   EXPECT_NE(printed["error"].get<std::string>().find("touches no particle"), std::string::npos) << printed;
