@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numeric>
@@ -108,7 +109,7 @@ ClipFile ClipCoder::file_of(const CodedClip& clip) const {
   for (size_t g = 0; g < n; ++g) bound.push_back(clip.binding.driver[g * Binding::kCount] >= 0);
   file.add("object", "object.bound", {n}, std::span<const uint8_t>(bound));
   add_level(file, "motion", 0, clip.level.driving_position, clip.binding);
-  file.header["levels"] = nlohmann::json::array({{{"drivers", m}}});
+  file.header["levels"] = nlohmann::json::array({{{"drivers", m}, {"clustered_to", clip.choice.drivers}}});
   add_motion(file, clip.motion);
   return file;
 }
@@ -141,6 +142,7 @@ size_t SizeMeter::operator()(const ClipFile& file) {
 }
 
 CodedClip fit_to_size(const ClipCoder& coder, size_t bytes, ClipFile& file, std::vector<std::string>& given_up) {
+  constexpr std::array<int, 4> kMotionLevels = {6000, 4000, 2500, 1500};
   constexpr int kMostDrivers = 65534;  // numbers of 16 bits
   ClipChoice choice;
   const MovingScene& moving = coder.moving();
@@ -183,7 +185,7 @@ CodedClip fit_to_size(const ClipCoder& coder, size_t bytes, ClipFile& file, std:
   };
   background_sh(2, "the background has spherical harmonics of degree 2");
   background_sh(1, "the background has spherical harmonics of degree 1");
-  for (const int drivers : {kLevelCounts[0], kLevelCounts[1], kLevelCounts[2], kLevelCounts[3]})
+  for (const int drivers : kMotionLevels)
     steps.push_back({kDrivers, fmt::format("the motion is that of {} driving particles", drivers),
                      [=, &moving](ClipChoice& c) {
                        const bool fewer = static_cast<int>(moving.particles.driving_position.size()) > drivers;
@@ -209,7 +211,7 @@ CodedClip fit_to_size(const ClipCoder& coder, size_t bytes, ClipFile& file, std:
     const double rest = static_cast<double>(least - size_of.of("motion")),
                  motion = static_cast<double>(size_of.of("motion")) * step.drivers /
                           static_cast<double>(clip.level.driving_position.size());
-    if (step.drivers > kLevelCounts[3] && rest + motion > static_cast<double>(bytes)) continue;
+    if (step.drivers > kMotionLevels.back() && rest + motion > static_cast<double>(bytes)) continue;
     if (!fits()) continue;
     for (const auto& [kind, words] : lost) given_up.push_back(words);
     return clip;

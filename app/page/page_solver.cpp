@@ -1,6 +1,7 @@
 #include "app/page/page_solver.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "app/page/page_assets.h"
@@ -8,7 +9,7 @@
 namespace pliant {
 namespace {
 
-constexpr std::array<int, 3> kPageLevels = {2500, 800, 350};  // of kLevelCounts, beside that of the motion
+constexpr std::array<int, 3> kPageLevels = {2500, 800, 350};  // beside that of the motion
 constexpr double kCoarser = 0.7;                              // of that of the motion, at most
 
 void add_body(ClipFile& file, size_t l, const Particles& particles) {
@@ -19,7 +20,7 @@ void add_body(ClipFile& file, size_t l, const Particles& particles) {
   add("mass", particles.mass);
   add("young", particles.young);
   add("poisson", particles.poisson);
-  file.header["levels"][l] = {{"drivers", particles.size()}, {"cell_size", particles.cell_size}};
+  file.header["levels"][l].update({{"drivers", particles.size()}, {"cell_size", particles.cell_size}});
 }
 
 bool can_play(const SessionSetup& setup) { return setup.refused.empty() && !solver_module().empty(); }
@@ -45,7 +46,7 @@ std::vector<SolverLevel> solver_levels(const SessionSetup& setup, const Scene& s
   if (!can_play(setup)) return levels;
   for (const int count : kPageLevels) {
     if (count > kCoarser * static_cast<double>(moving.particles.driving_position.size())) continue;
-    SolverLevel level{with_drivers(moving.particles, scene, count), {}};
+    SolverLevel level{count, with_drivers(moving.particles, scene, count), {}};
     level.binding = bind_object(scene, level.file, moving.object);
     levels.push_back(std::move(level));
   }
@@ -80,6 +81,7 @@ void add_solver(ClipFile& file, const ParticleFile& motion_level, const SessionS
       continue;
     add_level(file, "levels", ++l, rest, level.binding);
     add_body(file, l, body_of(level.file));
+    file.header["levels"][l]["clustered_to"] = level.clustered_to;
   }
   nlohmann::json held = nlohmann::json::array();
   for (const Interaction& it : setup.held) held.push_back(solver_numbers(it));

@@ -12,6 +12,7 @@ std::vector<double> solver_numbers(const Interaction& it);
 
 /// A body of fewer driving particles, for devices that cannot move those of the motion in real time.
 struct SolverLevel {
+  int clustered_to = 0;  ///< number of driving particles that with_drivers was asked for
   ParticleFile file;
   Binding binding;  ///< of the object's Gaussians
 };

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "app/simulate/moving_scene.h"
@@ -12,9 +11,6 @@ struct DriverFrame {
   std::vector<Vec3f> position;  ///< [M, 3]
   std::vector<Mat3f> F;         ///< [M]
 };
-
-/// Numbers of driving particles that coarser bodies of an object are asked for, finest first.
-constexpr std::array<int, 6> kLevelCounts = {6000, 4000, 2500, 1500, 800, 350};
 
 /// The same object with about `count` driving particles, clustered anew from its solid samples; the file itself where
 /// it has no more.

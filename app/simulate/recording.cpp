@@ -41,15 +41,12 @@ const json& rows_of(const json& all, const char* field, const std::string& file)
   return all[field];
 }
 
-/// The particles of the level that the page ran: of all levels the one with so many.
+/// The particles of the level that the page ran.
 ParticleFile level_of(const Recording& recording, const ParticleFile& file, const Scene& scene) {
-  if (file.driving_position.size() == recording.drivers) return file;
-  for (const int count : kLevelCounts) {
-    if (count >= static_cast<int>(file.driving_position.size())) continue;
-    ParticleFile level = with_drivers(file, scene, count);
-    if (level.driving_position.size() == recording.drivers) return level;
-  }
-  throw input_error("recording", "drivers", fmt::format("is {}, which is no level of this object", recording.drivers),
+  ParticleFile level = recording.clustered_to > 0 ? with_drivers(file, scene, recording.clustered_to) : file;
+  const size_t found = level.driving_position.size();
+  if (found == recording.drivers) return level;
+  throw input_error("recording", "drivers", fmt::format("is {}; the object has {}", recording.drivers, found),
                     "use the run directory that the page was made from");
 }
 
@@ -77,6 +74,7 @@ Recording parse_recording(const std::string& text, const Scene& scene, const std
     throw input_error(file, "version", "is " + all["version"].dump(), "use a later version of Pliant");
   Recording out;
   out.drivers = static_cast<size_t>(number(all, "drivers", file, 1, 1e9));
+  out.clustered_to = static_cast<int>(number(all, "clustered_to", file, 0, 1e9));
   out.start_frame = static_cast<size_t>(number(all, "start_frame", file, 0, 1e9));
   out.frames = static_cast<int>(number(all, "frames", file, 0, kMostFrames));
   out.fps = number(all, "solver_fps", file, 1, 1000);

@@ -21,6 +21,7 @@ struct Recording {
     int frame = 0, held = 0;  ///< number of a pin or floor that was let go
   };
   size_t drivers = 0;      ///< driving particles of the level that moved
+  int clustered_to = 0;    ///< number that with_drivers made them for; 0 = those of the simulation
   size_t start_frame = 0;  ///< of the clip
   int frames = 0;          ///< of the session
   double fps = 60;

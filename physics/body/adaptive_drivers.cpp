@@ -128,9 +128,10 @@ DrivingParticles pgas_drivers(const DriverOptions& options, const SolidSamples& 
   for (const int i : disks) sparsest.push_back(relative[i] == largest);
   // Eight to a cell where they are sparsest, so that no part has fewer.
   const auto count = static_cast<size_t>(std::count(sparsest.begin(), sparsest.end(), 1));
-  const double dx = cell_size_of(samples, find_rods(samples), count,
-                                 [&](size_t i, double) { return sparsest[drivers.sample_driver[i]] != 0; });
-  lay_on_grid(options.seed, samples, dx, drivers);
+  const std::vector<uint8_t> rod = find_rods(samples);
+  const double dx =
+      cell_size_of(samples, rod, count, [&](size_t i, double) { return sparsest[drivers.sample_driver[i]] != 0; });
+  lay_on_grid(options.seed, samples, rod, dx, drivers);
   return drivers;
 }
 

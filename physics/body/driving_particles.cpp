@@ -58,8 +58,9 @@ DrivingParticles kmeans_drivers(const DriverOptions& options, const SolidSamples
   drivers.sample_driver.resize(m);
   // Clustered by what the grid will see of them, so that a leaf gets as many drivers to a cell as a trunk.
   SolidSamples seen = samples;
-  const double dx = cell_size_of(samples, find_rods(samples), n, [](size_t, double) { return true; });
-  seen.volume = simulated_volumes(samples, dx);
+  const std::vector<uint8_t> rod = find_rods(samples);
+  const double dx = cell_size_of(samples, rod, n, [](size_t, double) { return true; });
+  seen.volume = simulated_volumes(samples, rod, dx);
   std::vector<double> up_to(m + 1, 0);
   const std::vector<int> order = curve_order(samples, options.seed);
   for (size_t k = 0; k < m; ++k) up_to[k + 1] = up_to[k] + seen.volume[order[k]];
@@ -83,7 +84,7 @@ DrivingParticles kmeans_drivers(const DriverOptions& options, const SolidSamples
     update_centres(seen, drivers);
   }
   update_centres(samples, drivers);
-  lay_on_grid(options.seed, samples, dx, drivers);
+  lay_on_grid(options.seed, samples, rod, dx, drivers);
   return drivers;
 }
 

@@ -82,8 +82,7 @@ double cell_size_of(const SolidSamples& samples, const std::vector<uint8_t>& rod
   return dx;
 }
 
-std::vector<float> simulated_volumes(const SolidSamples& samples, double dx) {
-  const std::vector<uint8_t> rod = find_rods(samples);
+std::vector<float> simulated_volumes(const SolidSamples& samples, const std::vector<uint8_t>& rod, double dx) {
   std::vector<float> volume(samples.size());
   for (size_t i = 0; i < samples.size(); ++i) {
     const double growth = growth_of(samples, rod, i, dx);
@@ -205,9 +204,10 @@ void spread_thin_parts(uint64_t seed, const SolidSamples& samples, DrivingPartic
 
 }  // namespace
 
-void lay_on_grid(uint64_t seed, const SolidSamples& samples, double dx, DrivingParticles& drivers) {
+void lay_on_grid(uint64_t seed, const SolidSamples& samples, const std::vector<uint8_t>& rod, double dx,
+                 DrivingParticles& drivers) {
   drivers.cell_size = static_cast<float>(dx);
-  find_thickness(samples, find_rods(samples), drivers);
+  find_thickness(samples, rod, drivers);
   spread_thin_parts(seed, samples, drivers);
 }
 

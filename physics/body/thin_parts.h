@@ -15,7 +15,8 @@ struct Spread {
 };
 Spread spread_of(const std::vector<Vec3f>& points, const std::vector<NearestPoints::Hit>& chosen);
 
-/// Which thin samples lie in a rod: their neighbours within three thicknesses form a line, not a plane.
+/// Which thin samples lie in a rod: their neighbours within three thicknesses form a line, not a plane.  The functions
+/// below take it as `rod`.
 std::vector<uint8_t> find_rods(const SolidSamples& samples);
 
 /// dx with eight of `count` drivers to a cell of the samples that keep(i, dx), thin ones counting as kThinCells dx
@@ -25,7 +26,7 @@ double cell_size_of(const SolidSamples& samples, const std::vector<uint8_t>& rod
 
 /// [M] volumes of the samples as drivers are spread over them: thin parts count as kThinCells dx thick, rods half as
 /// much, because three drivers stand for one there.
-std::vector<float> simulated_volumes(const SolidSamples& samples, double dx);
+std::vector<float> simulated_volumes(const SolidSamples& samples, const std::vector<uint8_t>& rod, double dx);
 
 /// Adds drivers until every sample of a part whose thickness is known is within 0.45 dx of one, and those of parts
 /// thinner than kThinCells dx within 0.3 dx, so that neighbours along a sheet or rod are about 0.6 dx apart at most.
@@ -35,6 +36,7 @@ bool cover_samples(uint64_t seed, const SolidSamples& samples, double dx, Drivin
 /// Lays drivers, whose samples, centroids and volumes are known, on a grid of cells of dx: thickness and kind of every
 /// driver, and those of parts thinner than kThinCells dx spread across that thickness, three for one in rods, so that
 /// the grid feels them bend.
-void lay_on_grid(uint64_t seed, const SolidSamples& samples, double dx, DrivingParticles& drivers);
+void lay_on_grid(uint64_t seed, const SolidSamples& samples, const std::vector<uint8_t>& rod, double dx,
+                 DrivingParticles& drivers);
 
 }  // namespace pliant

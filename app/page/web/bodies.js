@@ -14,6 +14,7 @@ export class Body {
     this.recorded = recorded;
     this.metres = header.metres_per_unit;
     this.fps = header.solver.fps;
+    this.clusteredTo = header.levels[level.index].clustered_to;  // 0: the particles of the simulation
     this.cellSize = header.levels[level.index].cell_size;  // m
     this.numbers = bodyNumbers(header.solver, this.cellSize);
   }

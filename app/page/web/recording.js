@@ -38,7 +38,7 @@ export class Recording {
     const unpinned = this.commands.filter(({command: [name, number]}) => name === 'end' && number < this.held)
         .map(({frame, command: [, held]}) => ({frame, held}));
     return {
-      format: 'pliant-recording', version: 1, drivers: this.body.count, level: this.body.level.index,
+      format: 'pliant-recording', version: 1, drivers: this.body.count, clustered_to: this.body.clusteredTo,
       start_frame: this.startFrame, solver_fps: this.body.fps, frames: this.frames, settings,
       interactions: this.interactions, unpinned,
     };
