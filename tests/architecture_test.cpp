@@ -55,6 +55,8 @@ const std::map<std::string, std::set<std::string>> kLibraries = {
     {"fitting/fields/torch", {"torch", "ATen"}},
     {"fitting/observe", {"opencv2", "fmt", "nlohmann"}},
     {"fitting/fit", {"fmt"}},
+    {"fitting/distribution", {"nlohmann"}},
+    {"fitting/distribution/torch", {"torch", "ATen"}},
     {"app/store", {"hdf5.h", "nlohmann"}},
 };
 const std::set<std::string> kAppLibraries = {"fmt", "nlohmann", "opencv2"};
