@@ -87,14 +87,14 @@ class Assembly {
 
   Random random;
 
-  /// look(s, rho): s along the rod, rho from the axis in radii.
+  /// look(s, rho): s along the rod, rho from the axis in radii; some samples per cell show what lies across it.
   void add_rod(int part, const Curve& curve, const std::function<double(double)>& radius,
-               const std::function<Look(double, double)>& look) {
+               const std::function<Look(double, double)>& look, int per_cell = 3) {
     const double length = curve.length();
     double volume = 0;
     for (int i = 0; i < 64; ++i) volume += length / 64 * M_PI * std::pow(radius((i + 0.5) / 64), 2);
     pieces_.push_back(
-        {part, 1, length, volume, [=](Random& r) {
+        {part, 1, per_cell, length, volume, [=](Random& r) {
            const double s = r.uniform(), rho = std::sqrt(r.uniform()), angle = r.uniform(0, 2 * M_PI);
            const Frame f = frame_along(curve.at(s), curve.direction(s), Vec3d(0.3, 0.5, 0.2));
            const double a = radius(s);
@@ -115,7 +115,7 @@ class Assembly {
       sums.push_back(area += cell);
       volume += cell * thickness(u, v);
     }
-    pieces_.push_back({part, 2, area, volume, [=](Random& r) {
+    pieces_.push_back({part, 2, 1, area, volume, [=](Random& r) {
                          const auto it = std::upper_bound(sums.begin(), sums.end(), area * r.uniform());
                          const int i = std::min(static_cast<int>(it - sums.begin()), kGrid * kGrid - 1);
                          const double u = (i / kGrid + r.uniform()) / kGrid, v = (i % kGrid + r.uniform()) / kGrid;
@@ -135,19 +135,18 @@ class Assembly {
     for (int i = 0; i < kTries; ++i) hits += inside(propose(random));
     CHECK(hits > 0);
     const double volume = (high - low).prod() * hits / kTries;
-    pieces_.push_back({part, 3, volume, volume, [=](Random& r) {
+    pieces_.push_back({part, 3, 1, volume, volume, [=](Random& r) {
                          Vec3d p = propose(r);
                          while (!inside(p)) p = propose(r);
                          return Point{frame.at(p), 0, 1, look(p)};
                        }});
   }
 
-  /// A cell of side h holds one sample of a thick part or of a sheet and three of a rod, which show what lies across
-  /// it; h follows from the number of samples.
+  /// Each cell of side h of a thick part, of a sheet or of a rod holds its number of samples; h follows from their sum.
   MaterialObject finish(int samples) {
     const auto count = [](const Piece& p, double h) {
       const double cells = std::max(p.volume / (h * h * h), p.extent / std::pow(h, p.dimension));
-      return std::max(1l, std::lround(p.dimension == 1 ? 3 * cells : cells));
+      return std::max(1l, std::lround(p.per_cell * cells));
     };
     double low = 1e-5, high = 1;
     for (int i = 0; i < 60; ++i) {
@@ -165,7 +164,8 @@ class Assembly {
 
  private:
   struct Piece {
-    int part, dimension;    // 1 = rod, 2 = sheet, 3 = thick
+    int part, dimension;  // 1 = rod, 2 = sheet, 3 = thick
+    int per_cell;
     double extent, volume;  // m^dimension, m^3
     std::function<Point(Random&)> draw;
   };

@@ -68,10 +68,15 @@ inline void add_leaf(Assembly& a, const SunflowerTissue& t, const Vec3d& base, d
       kLeaves, stem, [=](double s) { return 0.5 * thick * (1 - 0.25 * s); },
       [=](double s, double) {
         return Look{pale, scaled(t.petiole, leaf * (1.3 - 0.5 * s))};
-      });
-  a.add_rod(kLeaves, midrib, taper, [=](double s, double) {
-    return Look{pale, {leaf * blend_log(t.petiole.young, t.vein.young, std::min(1.0, 0.3 + s)), 0.33, t.vein.density}};
-  });
+      },
+      1);
+  a.add_rod(
+      kLeaves, midrib, taper,
+      [=](double s, double) {
+        return Look{pale,
+                    {leaf * blend_log(t.petiole.young, t.vein.young, std::min(1.0, 0.3 + s)), 0.33, t.vein.density}};
+      },
+      1);
 
   // Half width over the midrib; lobes reach behind the petiole.
   const auto surface = [=](double u, double w) -> Vec3d {
@@ -100,7 +105,8 @@ inline void add_leaf(Assembly& a, const SunflowerTissue& t, const Vec3d& base, d
           kLeaves, vein, [=](double q) { return 0.45 * taper(from) * (1 - 0.7 * q); },
           [=](double q, double) {
             return Look{blend(pale, green, 0.5 * q), scaled(t.vein, leaf * (1 - 0.4 * q))};
-          });
+          },
+          1);
     }
 }
 
