@@ -2,8 +2,8 @@
 
 #include <type_traits>
 
-#include "app/report/base64.h"
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/base64.h"
 #include "gaussians/io/files/compression.h"
 
 namespace pliant {

@@ -1,9 +1,9 @@
 #include "app/page/clip_html.h"
 
 #include "app/page/page_assets.h"
-#include "app/report/base64.h"
 #include "app/report/html.h"
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/base64.h"
 #include "gaussians/io/files/files.h"
 
 namespace pliant {

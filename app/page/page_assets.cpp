@@ -1,12 +1,8 @@
 #include "app/page/page_assets.h"
 
-// The assembler copies the files; PLIANT_PAGE_* are their paths.
-#define PLIANT_EMBED(name, path)                                                \
-  __asm__(".pushsection .rodata\n" #name "_begin: .incbin \"" path "\"\n" #name \
-          "_end: .byte 0\n"                                                     \
-          ".popsection\n");                                                     \
-  extern "C" const char name##_begin[], name##_end[]
+#include "gaussians/base/embed.h"
 
+// PLIANT_PAGE_* are the paths of the files.
 PLIANT_EMBED(pliant_page_template, PLIANT_PAGE_TEMPLATE);
 PLIANT_EMBED(pliant_page_style, PLIANT_PAGE_STYLE);
 PLIANT_EMBED(pliant_page_script, PLIANT_PAGE_SCRIPT);

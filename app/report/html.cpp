@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "app/report/base64.h"
+#include "gaussians/io/files/base64.h"
 #include "gaussians/io/files/files.h"
 
 namespace pliant {

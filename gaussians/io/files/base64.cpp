@@ -1,4 +1,4 @@
-#include "app/report/base64.h"
+#include "gaussians/io/files/base64.h"
 
 #include <cstdint>
 
