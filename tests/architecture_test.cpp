@@ -57,6 +57,7 @@ const std::map<std::string, std::set<std::string>> kLibraries = {
     {"fitting/fit", {"fmt"}},
     {"fitting/distribution", {"nlohmann"}},
     {"fitting/distribution/torch", {"torch", "ATen"}},
+    {"fitting/predict", {"fmt", "nlohmann", "curl"}},
     {"app/store", {"hdf5.h", "nlohmann"}},
 };
 const std::set<std::string> kAppLibraries = {"fmt", "nlohmann", "opencv2"};

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "fitting/predict/material_table.h"
+
+namespace pliant {
+
+struct MatchedPart {
+  const KnownMaterial* material = nullptr;
+  double share = 0;
+  bool moves = false;
+  bool replaced = false;  ///< the label names this material
+};
+
+/// What a label means.  The pointers are into the table.
+struct PriorMatch {
+  const KnownObject* object = nullptr;  ///< null when the label names a material alone
+  std::vector<MatchedPart> parts;
+  std::string phrase;    ///< the words that were found
+  double certainty = 0;  ///< 0..1: share of the label's telling words that were understood
+  std::string unused;    ///< a material in the label that changes nothing; empty = none
+};
+
+/// The object or material that a label names: the last known noun before "with", "in", "of" and the like, with the
+/// material that stands before it or follows "of" ("a small wooden chair", "cup of steel").  Case, hyphens, plural and
+/// unknown words do not matter.  Nothing when no word is known (object_1).  Whatever a label says, it is only looked
+/// up.
+std::optional<PriorMatch> match_label(const MaterialTable& table, std::string_view label);
+
+}  // namespace pliant
