@@ -29,6 +29,7 @@ bool no_line_breaks(const std::string& text) { return text.find_first_of("\r\n")
 }  // namespace
 
 HttpAnswer post(const HttpPost& request) {
+  CHECK(request.timeout >= 1e-3);  // curl takes 0 ms for no limit
   static const CURLcode started = curl_global_init(CURL_GLOBAL_DEFAULT);
   const std::unique_ptr<CURL, decltype(&curl_easy_cleanup)> curl(curl_easy_init(), curl_easy_cleanup);
   CHECK(started == CURLE_OK && curl);

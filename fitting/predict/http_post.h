@@ -9,7 +9,7 @@ struct HttpPost {
   std::string url;                   ///< http or https; redirections are not followed
   std::vector<std::string> headers;  ///< "Name: value"
   std::string body;
-  double timeout = 20;             ///< s for the whole exchange
+  double timeout = 20;             ///< s for the whole exchange, positive
   size_t max_answer = 256 * 1024;  ///< bytes
 };
 

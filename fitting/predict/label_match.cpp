@@ -89,9 +89,13 @@ bool one_of(const std::string& group, std::initializer_list<const char*> groups)
 bool builds(const std::string& group) {
   return !one_of(group, {"food", "plant", "tissue", "liquid", "granular", "gel"});
 }
-/// Whether a figure of such a material is called by what it shows: a bronze horse.
+/// Whether a figure of such a material is called by what it shows: a bronze rose.
 bool carves(const std::string& group) {
   return one_of(group, {"wood", "metal", "stone", "ceramic", "glass", "plastic", "rubber", "mineral", "wax", "paper"});
+}
+/// Animals are shown in softer things too: a plush elephant, a chocolate bunny.
+bool shows_animals(const std::string& group) {
+  return carves(group) || one_of(group, {"textile", "leather", "foam", "food", "gel", "dough"});
 }
 bool covers(const std::string& group) { return one_of(group, {"textile", "leather"}); }
 
@@ -115,11 +119,14 @@ size_t given_material(const MaterialTable& table, const std::vector<Hit>& hits, 
 bool replace_material(const KnownMaterial& material, bool stated, const KnownObject& object,
                       std::vector<MatchedPart>& parts) {
   const bool some = std::any_of(object.parts.begin(), object.parts.end(), [](auto& part) { return part.replaceable; });
+  const bool animal =
+      std::any_of(parts.begin(), parts.end(), [](auto& part) { return part.material->group == "tissue"; });
+  const bool figure = stated || (animal ? shows_animals(material.group) : carves(material.group));
   bool changed = false;
   for (size_t i = 0; i < parts.size(); ++i) {
-    const bool fits = some ? object.parts[i].replaceable : stated || carves(material.group);
+    const bool fits = some ? object.parts[i].replaceable : figure;
     // A leather sofa has a leather cover, not a leather frame.
-    const bool cover = !stated && covers(material.group) && !covers(parts[i].material->group);
+    const bool cover = !stated && !animal && covers(material.group) && !covers(parts[i].material->group);
     if (!fits || cover) continue;
     parts[i].material = &material;
     parts[i].replaced = true;
@@ -140,12 +147,10 @@ std::optional<PriorMatch> match_label(const MaterialTable& table, std::string_vi
   while (head + 1 < hits.size() && hits[head + 1].segment == hits[0].segment) ++head;
 
   PriorMatch out;
+  if (hits[head].object == kNone) out = match_material(table.materials[hits[head].material]);
   out.phrase = joined(words, hits[head].begin, hits[head].end);
   out.certainty = static_cast<double>(understood) / static_cast<double>(telling);
-  if (hits[head].object == kNone) {
-    out.parts.push_back({&table.materials[hits[head].material], 1, true, false});
-    return out;
-  }
+  if (hits[head].object == kNone) return out;
   out.object = &table.objects[hits[head].object];
   for (const KnownPart& part : out.object->parts)
     out.parts.push_back({&table.materials[part.material], part.share, part.moves, false});
@@ -153,6 +158,14 @@ std::optional<PriorMatch> match_label(const MaterialTable& table, std::string_vi
   const size_t given = given_material(table, hits, head, stated);
   if (given != kNone && !replace_material(table.materials[given], stated, *out.object, out.parts))
     out.unused = table.materials[given].name;
+  return out;
+}
+
+PriorMatch match_material(const KnownMaterial& material) {
+  PriorMatch out;
+  out.parts.push_back({&material, 1, true, false});
+  out.phrase = material.name;
+  out.certainty = 1;
   return out;
 }
 

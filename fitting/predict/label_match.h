@@ -26,9 +26,11 @@ struct PriorMatch {
 };
 
 /// The object or material that a label names: the last known noun before "with", "in", "of" and the like, with the
-/// material that stands before it or follows "of" ("a small wooden chair", "cup of steel").  Case, hyphens, plural and
-/// unknown words do not matter.  Nothing when no word is known (object_1).  Whatever a label says, it is only looked
-/// up.
+/// material that stands before it or follows "of" ("a small wooden chair", "cup of steel", "toy horse").  Case,
+/// hyphens, plural and unknown words do not matter.  Nothing when no word is known (object_1).  Whatever a label says,
+/// it is only looked up.
 std::optional<PriorMatch> match_label(const MaterialTable& table, std::string_view label);
+/// One part that moves, of that material.
+PriorMatch match_material(const KnownMaterial& material);
 
 }  // namespace pliant

@@ -11,9 +11,10 @@ bool is_letter_or_digit(char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && 
 
 std::string singular(const std::string& word) {
   static const std::map<std::string, std::string> irregular = {
-      {"leaves", "leaf"}, {"loaves", "loaf"},   {"knives", "knife"}, {"shelves", "shelf"},
-      {"halves", "half"}, {"scarves", "scarf"}, {"wolves", "wolf"},  {"shoes", "shoe"},
-      {"toes", "toe"},    {"canoes", "canoe"},  {"buses", "bus"},    {"cookies", "cookie"}};
+      {"leaves", "leaf"},    {"loaves", "loaf"},    {"knives", "knife"}, {"shelves", "shelf"}, {"halves", "half"},
+      {"scarves", "scarf"},  {"wolves", "wolf"},    {"shoes", "shoe"},   {"toes", "toe"},      {"canoes", "canoe"},
+      {"buses", "bus"},      {"cookies", "cookie"}, {"skis", "ski"},     {"men", "man"},       {"women", "woman"},
+      {"children", "child"}, {"geese", "goose"},    {"feet", "foot"},    {"teeth", "tooth"},   {"mice", "mouse"}};
   const auto found = irregular.find(word);
   if (found != irregular.end()) return found->second;
   const auto without = [&](size_t n) { return word.substr(0, word.size() - n); };

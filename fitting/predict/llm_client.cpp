@@ -114,6 +114,16 @@ std::optional<LlmMaterial> remembered(const std::filesystem::path& file, const M
   }
 }
 
+/// An answer that cannot be kept is good all the same.
+void remember(const std::filesystem::path& file, const std::string& content) {
+  std::error_code ignored;
+  std::filesystem::create_directories(file.parent_path(), ignored);
+  try {
+    write_text(file, content);
+  } catch (const Error&) {
+  }
+}
+
 }  // namespace
 
 std::string llm_key() {
@@ -165,11 +175,8 @@ LlmAnswer ask_llm(const LlmOptions& options, const MaterialBounds& bounds, const
     return failed(fmt::format("HTTP status {}: {}", answer.status, plain(answer.body, kMaxWhat)));
   try {
     const std::string content = content_of(answer.body);
-    LlmMaterial material = material_of(content, bounds);
-    if (!file.empty()) {
-      std::filesystem::create_directories(options.cache);
-      write_text(file, content);
-    }
+    const LlmMaterial material = material_of(content, bounds);
+    if (!file.empty()) remember(file, content);
     return {material, ""};
   } catch (const Error& error) {
     return failed(plain(error.what(), 200));
