@@ -13,17 +13,28 @@ namespace {
 OptionTable picture_options(PictureOptions& pictures) {
   return {
       "images",
-      {{.name = "cameras",
-        .field = &pictures.cameras,
-        .help = "Cameras for a scene: 'scene', 'orbit', or a camera file",
-        .value = "FILE"},
-       {.name = "background",
+      {{.name = "background",
         .field = &pictures.background,
         .help = "Background color in 0..1",
         .value = "r,g,b",
         .numbers = 3},
        {.name = "depth", .field = &pictures.depth, .help = "Also write depth images (near = bright)"},
        {.name = "antialiased", .field = &pictures.antialiased, .help = "Opacity compensation for mip-trained scenes"}}};
+}
+
+/// Those of the clip, of which `cameras` and `size` are also those of the images of a scene.
+OptionTable clip_options(RenderStage& stage) {
+  OptionTable table = options_of(stage);
+  for (Option& option : table.options)
+    if (option.name == "cameras")
+      option.help =
+          "Cameras of a scene: 'scene', 'orbit', a camera file or a camera path (nerfstudio); of a clip: its path";
+  return table;
+}
+
+OptionTable without_shared(OptionTable table) {
+  std::erase_if(table.options, [](const Option& option) { return option.name == "cameras" || option.name == "size"; });
+  return table;
 }
 
 }  // namespace
@@ -37,7 +48,7 @@ void add_render(CLI::App& app, Program& program) {
   };
   auto options = std::make_shared<Options>();
   add_scene_options(*command, program, options->scene);
-  add_options(*command, program, options_of(options->stage));
+  add_options(*command, program, clip_options(options->stage));
   add_options(*command, program, picture_options(options->pictures));
   add_out(*command, program, "For a scene: folder for the images, or an .mp4 file");
   add_overwrite(*command, program);
@@ -56,7 +67,7 @@ void add_render(CLI::App& app, Program& program) {
         return run_render(context, run, load_run_scene(run), options->stage);
       }
       refuse_given(
-          *command, options_of(options->stage),
+          *command, without_shared(options_of(options->stage)),
           {"does nothing for a scene, which is rendered as images", "leave it out, or render a run directory", {}});
       if (program.out.empty()) throw CLI::RequiredError("--out");
       if (program.overwrite)
@@ -68,8 +79,10 @@ void add_render(CLI::App& app, Program& program) {
       const Scene scene = load_scene(source, options->scene.load_options());
       refuse_given(*command, options_of(options->scene),
                    {"does nothing for images", "leave it out", {"metres-per-unit", "object-height"}});
-      const bool orbit =
-          options->pictures.cameras == "orbit" || (options->pictures.cameras == "scene" && scene.cameras_are_orbit);
+      const std::string& cameras = options->pictures.cameras = options->stage.shot.path;
+      options->pictures.size = options->stage.shot.size;
+      const bool of_scene = cameras.empty() || cameras == "scene";
+      const bool orbit = cameras == "orbit" || (of_scene && scene.cameras_are_orbit);
       if (!orbit)
         refuse_given(*command, options_of(options->scene),
                      {"does nothing where no orbit is rendered", "add --cameras orbit", {"up", "orbit-views"}});

@@ -76,7 +76,8 @@ const std::set<std::string>& brief_options() {
   static const std::set<std::string> names = {
       "up",    "metres-per-unit", "object-height", "time-limit",   "box",       "click",   "stroke",
       "aabb",  "masks",           "auto",          "object",       "pin-below", "video",   "video-camera",
-      "young", "poisson",         "density",       "interactions", "duration",  "no-html", "html-size"};
+      "young", "poisson",         "density",       "interactions", "duration",  "no-html", "html-size",
+      "size"};
   return names;
 }
 

@@ -4,8 +4,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "app/simulate/clip_shot.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
+#include "gaussians/io/cameras/camera_path.h"
 #include "gaussians/io/cameras/cameras.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/images/video.h"
@@ -16,16 +18,20 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::vector<Camera> chosen_cameras(const Scene& scene, const PictureOptions& options) {
+CameraPath chosen_cameras(const Scene& scene, const PictureOptions& options) {
   const std::string& which = options.cameras;
-  if (which == "scene") return scene.cameras;
+  CameraPath path;
+  path.cameras = scene.cameras;
+  if (which.empty() || which == "scene") return path;
   if (which == "orbit" && !scene.cameras_are_orbit) {
     OrbitOptions orbit;
     orbit.views = options.orbit_views.value_or(orbit.views);
-    return orbit_cameras(orbit, scene.cloud, scene.up);
+    path.cameras = orbit_cameras(orbit, scene.cloud, scene.up);
+  } else if (which != "orbit") {
+    if (is_camera_path(which)) return read_camera_path(which);
+    path.cameras = read_cameras(which).cameras;
   }
-  if (which == "orbit") return scene.cameras;
-  return read_cameras(which).cameras;
+  return path;
 }
 
 /// Mean depth mapped so that the nearest surface is white and the farthest dark; empty pixels are black.
@@ -46,7 +52,9 @@ ImageF depth_picture(const RenderResult& result) {
 
 nlohmann::json render_pictures(const Context& context, const Scene& scene, const PictureOptions& options,
                                const fs::path& out) {
-  const std::vector<Camera> cameras = chosen_cameras(scene, options);
+  const CameraPath path = chosen_cameras(scene, options);
+  std::vector<Camera> cameras;
+  for (const Camera& camera : path.cameras) cameras.push_back(sized(camera, options.size));
   if (cameras.empty())
     throw usage_error("--cameras", options.cameras, "has no cameras", "give 'orbit' or a camera file");
   RenderOptions render_options;
@@ -57,7 +65,7 @@ nlohmann::json render_pictures(const Context& context, const Scene& scene, const
   if (out.has_parent_path()) fs::create_directories(out.parent_path());
   if (!video) fs::create_directories(out);
   std::unique_ptr<VideoWriter> writer;
-  if (video) writer = std::make_unique<VideoWriter>(out, 30, cameras[0].width, cameras[0].height);
+  if (video) writer = std::make_unique<VideoWriter>(out, path.fps, cameras[0].width, cameras[0].height);
 
   nlohmann::json files = nlohmann::json::array();
   context.progress.begin("render", static_cast<int>(cameras.size()));

@@ -12,7 +12,8 @@
 namespace pliant {
 
 struct PictureOptions {
-  std::string cameras = "scene";  ///< "scene", "orbit", or a transforms.json
+  std::string cameras;  ///< empty or "scene", "orbit", a camera file or a camera path
+  std::string size;     ///< see sized(); empty = that of the cameras
   std::vector<double> background = {0, 0, 0};
   bool depth = false, antialiased = false;
   std::optional<int> orbit_views;  ///< of "orbit"; default 24

@@ -4,19 +4,24 @@
 
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <tuple>
 
 #include "app/simulate/clip_camera.h"
 #include "app/simulate/moving_scene.h"
+#include "app/simulate/object_layer.h"
 #include "gaussians/base/error.h"
-#include "gaussians/base/orbit.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/images/video.h"
 #include "gaussians/render/render.h"
 
 namespace pliant {
+namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace {
+
+constexpr double kSwing = 25;  // degrees
 
 /// A few moments of the clip side by side, for the report.
 void write_contact_sheet(const std::filesystem::path& file, const std::vector<ImageF>& pictures) {
@@ -30,55 +35,81 @@ void write_contact_sheet(const std::filesystem::path& file, const std::vector<Im
   write_image(file, sheet);
 }
 
+/// Eight moments of a clip, evenly spread.
+class Moments {
+ public:
+  explicit Moments(size_t frames) : frames_(frames) {}
+  void offer(size_t f, const ImageF& picture) {
+    if (pictures.size() < 8 && f >= pictures.size() * frames_ / 8) pictures.push_back(picture);
+  }
+  std::vector<ImageF> pictures;
+
+ private:
+  size_t frames_;
+};
+
 json render_clip(const Context& context, const RunDirectory& run, const StageInputs<RenderStage>& in,
                  const std::string&) {
-  const RenderStage& options = in.options;
+  const RenderStage& stage = in.options;
+  if (stage.turntable && !stage.orbit)
+    throw usage_error("--turntable", "", "was given together with --no-orbit", "leave one of them out");
   const Scene& scene = in.scene;
   const MovingScene moving = load_moving_scene(in.files, scene);
-  RenderOptions render_options;
-  render_options.antialiased = moving.antialiased;
-
+  RenderOptions options;
+  options.antialiased = moving.antialiased;
   const Box bounds = robust_bounds(moving.object);
-  const Camera fixed = clip_camera(scene, options.camera, bounds);
-  const int frames = static_cast<int>(moving.trajectory.frames.size());
-  // Photographed scenes are seen from one side only, so the moving camera swings; others are circled once.
-  OrbitPathOptions turn;
-  turn.frames = frames;
-  turn.degrees = scene.cameras_are_orbit ? 360 : 25;
-  const std::vector<Camera> path = orbit_path(turn, fixed, bounds.centre().cast<double>(), scene.up);
+  const Shot shot = clip_shot(stage.shot, scene, moving.trajectory, bounds);
+  const Camera& first = shot.cameras[0];
+  const size_t frames = shot.times.size();
 
-  std::vector<ImageF> moments;
-  context.progress.begin("render", options.orbit ? 2 * frames : frames);
-  const std::filesystem::path unfinished = run / "clip.partial";
-  std::filesystem::remove_all(unfinished);
-  if (options.frames) std::filesystem::create_directories(unfinished);
-  const auto film = [&](const std::string& file, int done, const std::function<const Camera&(int)>& camera) {
-    VideoWriter clip(run / file, moving.trajectory.fps, fixed.width, fixed.height);
-    for (int f = 0; f < frames; ++f) {
+  Moments moments(frames);
+  context.progress.begin("render", static_cast<int>(stage.orbit ? 2 * frames : frames));
+  const fs::path unfinished = run / "clip.partial", layers = run / "clip_object.partial";
+  fs::remove_all(unfinished);
+  fs::remove_all(layers);
+  if (stage.frames) fs::create_directories(unfinished);
+  std::optional<ObjectLayer> layer;
+  if (stage.layer) layer.emplace(layers, run / "clip_object.webm", shot, bounds, scene.metres_per_unit);
+  int done = 0;
+  const auto film = [&](const char* file, const Shot& taken,
+                        const std::function<void(size_t, const TrajectoryFile::Frame&, const ImageF&)>& also) {
+    VideoWriter clip(run / file, taken.fps, first.width, first.height);
+    for (size_t k = 0; k < frames; ++k) {
       if (context.interrupted())
         throw Error(Failure::kInterrupted, "render", "", "interrupted", "run the same command to continue");
-      const ImageF picture = render(moving.all_at(moving.trajectory.frames[f]), camera(f), render_options).color;
+      const TrajectoryFile::Frame frame = moving.trajectory.at(taken.times[k]);
+      const ImageF picture = render(moving.all_at(frame), taken.cameras[k], options).color;
       clip.write(picture);
-      if (options.frames && done == 0) write_image(unfinished / fmt::format("{:06d}.png", f), picture);
-      if (static_cast<int>(moments.size()) < 8 && f >= static_cast<int>(moments.size()) * frames / 8)
-        moments.push_back(picture);
-      context.progress.done(done + f + 1);
+      if (also) also(k, frame, picture);
+      context.progress.done(++done);
     }
     clip.close();
   };
-  film("clip.mp4", 0, [&](int) -> const Camera& { return fixed; });
-  if (options.orbit) film("clip_orbit.mp4", frames, [&](int f) -> const Camera& { return path[f]; });
+  film("clip.mp4", shot, [&](size_t k, const TrajectoryFile::Frame& frame, const ImageF& picture) {
+    if (stage.frames) write_image(unfinished / fmt::format("{:06d}.png", k), picture);
+    if (layer) layer->write(k, moving.object_at(frame), options);
+    moments.offer(k, picture);
+  });
+  // Photographed scenes are seen from one side only, so the moving camera swings; others are circled once.
+  if (stage.orbit)
+    film("clip_orbit.mp4",
+         turning_shot(shot, stage.turntable || scene.cameras_are_orbit ? 360 : kSwing, bounds, scene.up), {});
   context.progress.end();
-  if (options.frames) {
-    std::filesystem::remove_all(run / "clip");
-    std::filesystem::rename(unfinished, run / "clip");
+  if (layer) layer->close();
+  for (const auto& [from, to, wanted] :
+       {std::tuple(unfinished, run / "clip", stage.frames), std::tuple(layers, run / "clip_object", stage.layer)}) {
+    if (!wanted) continue;
+    fs::remove_all(to);
+    fs::rename(from, to);
   }
-  write_contact_sheet(run / "clip_frames.png", moments);
+  if (stage.gif) convert_video(run / "clip.mp4", run / "clip.gif");
+  if (stage.webp) convert_video(run / "clip.mp4", run / "clip.webp");
+  write_contact_sheet(run / "clip_frames.png", moments.pictures);
   return {{"frames", frames},
-          {"camera", fixed.name},
-          {"width", fixed.width},
-          {"height", fixed.height},
-          {"fps", moving.trajectory.fps},
+          {"camera", first.name},
+          {"width", first.width},
+          {"height", first.height},
+          {"fps", shot.fps},
           {"moving_gaussians", moving.moving()},
           {"object_gaussians", moving.object.size()}};
 }
@@ -89,11 +120,17 @@ StageInputs<RenderStage> inputs_of(const RunDirectory& run, const Scene& scene, 
   StageInputs<RenderStage> in;
   in.options = stage;
   in.parts = {ScenePart::kAntialiased, ScenePart::kCameras, ScenePart::kUp, ScenePart::kMetresPerUnit};
-  if (stage.camera.empty()) in.parts.insert(ScenePart::kVideoCamera);
+  if (stage.shot.camera.empty() && stage.shot.path.empty()) in.parts.insert(ScenePart::kVideoCamera);
   in.scene = only(in.parts, scene);
   in.files = moving_scene_files(run);
   in.outputs = {"clip.mp4", "clip_frames.png"};
   if (stage.frames) in.outputs.push_back("clip");
+  if (stage.gif) in.outputs.push_back("clip.gif");
+  if (stage.webp) in.outputs.push_back("clip.webp");
+  if (stage.layer) {
+    in.outputs.push_back("clip_object");
+    in.outputs.push_back("clip_object.webm");
+  }
   if (stage.orbit) in.outputs.push_back("clip_orbit.mp4");
   return in;
 }
@@ -103,13 +140,36 @@ json run_render(const Context& context, RunDirectory& run, const Scene& scene, c
 }
 
 OptionTable options_of(RenderStage& stage) {
-  return {"render",
-          {{.name = "camera",
-            .field = &stage.camera,
-            .help = "Camera of clip.mp4 (default: the video's, else a clear view of the object)",
-            .value = "NAME"},
-           {.name = "no-orbit", .field = &stage.orbit, .help = "Skip clip_orbit.mp4", .off = true},
-           {.name = "frames", .field = &stage.frames, .help = "Also write the frames of clip.mp4 as PNG, into clip/"}}};
+  return {
+      "render",
+      {{.name = "camera",
+        .field = &stage.shot.camera,
+        .help = "Camera of clip.mp4 (default: the video's, else a clear view of the object)",
+        .value = "NAME"},
+       {.name = "cameras",
+        .field = &stage.shot.path,
+        .help = "Camera path of clip.mp4: camera_path.json of nerfstudio, or a camera file (30 poses a second)",
+        .value = "FILE",
+        .recorded = Recorded::kContents},
+       {.name = "size",
+        .field = &stage.shot.size,
+        .help = "Size of the clips [px]; nothing is cut (default: the camera's)",
+        .value = "WxH"},
+       {.name = "clip-fps",
+        .field = &stage.shot.fps,
+        .help = "Frames per second of the clips, between those of the simulation (default: the path's or simulation's)",
+        .low = 1,
+        .high = 1000},
+       {.name = "no-orbit", .field = &stage.orbit, .help = "Skip clip_orbit.mp4", .off = true},
+       {.name = "turntable",
+        .field = &stage.turntable,
+        .help = "Let clip_orbit.mp4 turn once around the object, also where photos show one side only"},
+       {.name = "gif", .field = &stage.gif, .help = "Also write clip.gif"},
+       {.name = "webp", .field = &stage.webp, .help = "Also write clip.webp, animated"},
+       {.name = "frames", .field = &stage.frames, .help = "Also write the frames of clip.mp4 as PNG, into clip/"},
+       {.name = "object-layer",
+        .field = &stage.layer,
+        .help = "Also write the object alone with alpha and depth: clip_object/ (PNG) and clip_object.webm"}}};
 }
 
 }  // namespace pliant

@@ -5,15 +5,19 @@
 
 #include "app/run/options.h"
 #include "app/run/stage_inputs.h"
+#include "app/simulate/clip_shot.h"
 #include "gaussians/io/scene/scene.h"
 
 namespace pliant {
 
-/// render: clip.mp4 from a fixed camera, clip_orbit.mp4 from a moving one.
+/// render: clip.mp4 from a fixed camera or along a path, clip_orbit.mp4 from one that turns around the object.
 struct RenderStage {
-  std::string camera;  ///< name of the fixed camera; empty = the video's, else one that sees the object well
+  ShotOptions shot;
   bool orbit = true;
-  bool frames = false;  ///< also clip/000000.png ..., which lose nothing
+  bool turntable = false;          ///< clip_orbit.mp4 turns once, also where photos show one side only
+  bool frames = false;             ///< also clip/000000.png ..., which lose nothing
+  bool gif = false, webp = false;  ///< clip.mp4 again, as an animated image
+  bool layer = false;              ///< the object alone, see ObjectLayer
 };
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(RenderStage& stage);

@@ -1,5 +1,7 @@
 #include "app/store/trajectory.h"
 
+#include <algorithm>
+
 #include "app/store/vectors.h"
 
 namespace fs = std::filesystem;
@@ -29,6 +31,27 @@ void write_clock(Hdf5Writer& out, const std::string& element, const std::string&
 }
 
 }  // namespace
+
+TrajectoryFile::Frame TrajectoryFile::at(double time) const {
+  CHECK(!frames.empty());
+  const double tolerance = 1e-6 / fps;
+  const auto next =
+      std::find_if(frames.begin(), frames.end(), [&](const Frame& f) { return f.time >= time - tolerance; });
+  if (next == frames.end()) return frames.back();
+  if (next == frames.begin() || next->time <= time + tolerance) return *next;
+  const Frame &a = *std::prev(next), &b = *next;
+  const float step = static_cast<float>(b.time - a.time), u = static_cast<float>((time - a.time) / (b.time - a.time));
+  const float slope = step / static_cast<float>(metres_per_unit), v = 1 - u;
+  Frame out = a;
+  out.time = time;
+  for (size_t p = 0; p < a.position.size(); ++p) {
+    out.position[p] = v * v * (1 + 2 * u) * a.position[p] + u * u * (1 + 2 * v) * b.position[p] +
+                      u * v * slope * (v * a.velocity[p] - u * b.velocity[p]);
+    out.velocity[p] = v * a.velocity[p] + u * b.velocity[p];
+    out.F[p] = v * a.F[p] + u * b.F[p];
+  }
+  return out;
+}
 
 void write_trajectory(const fs::path& file, const TrajectoryFile& t, const std::string& provenance_json) {
   const size_t frames = t.frames.size(), particles = frames ? t.frames[0].position.size() : 0;

@@ -24,6 +24,10 @@ struct TrajectoryFile {
   double cell_size = 0;      ///< scene units
   Vec3d up = Vec3d::Zero();  ///< unit; zero = unknown
   std::vector<Frame> frames;
+
+  /// The state at a time in s: the frame itself where there is one, else positions on cubics that keep the velocities
+  /// of both frames beside it (Hermite), velocities and F linear; the first or last frame outside of the clip.
+  Frame at(double time) const;
 };
 
 void write_trajectory(const std::filesystem::path& file, const TrajectoryFile& trajectory,

@@ -43,6 +43,18 @@ struct Camera {
     c.cy *= sy;
     return c;
   }
+  /// The same view in a picture of another size and shape: square pixels stay square, nothing that is seen is cut.
+  Camera framed(int new_width, int new_height) const {
+    const double scale = std::min(static_cast<double>(new_width) / width, static_cast<double>(new_height) / height);
+    Camera c = *this;
+    c.fx *= scale;
+    c.fy *= scale;
+    c.cx = 0.5 * new_width + scale * (cx - 0.5 * width);
+    c.cy = 0.5 * new_height + scale * (cy - 0.5 * height);
+    c.width = new_width;
+    c.height = new_height;
+    return c;
+  }
 };
 
 /// Camera at `eye` that looks at `target`, `up` pointing up in the picture.

@@ -50,6 +50,18 @@ bool make_rotation(Eigen::Matrix3d& matrix) {
   return true;
 }
 
+const char* cam_from_opengl(const Eigen::Matrix4d& world_from_cam, Eigen::Isometry3d& cam_from_world) {
+  if (!((world_from_cam.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() <= 1e-6)) return "has another last row";
+  Eigen::Matrix3d rotation = world_from_cam.topLeftCorner<3, 3>();
+  if (!make_rotation(rotation)) return "does not begin with a rotation";
+  rotation.col(1) *= -1;
+  rotation.col(2) *= -1;
+  cam_from_world.setIdentity();
+  cam_from_world.linear() = rotation.transpose();
+  cam_from_world.translation() = -rotation.transpose() * world_from_cam.topRightCorner<3, 1>();
+  return nullptr;
+}
+
 void CameraCollector::add(Camera camera, const std::string& photo_name) {
   camera.name = fs::path(photo_name).stem().string();
   ++result_.frames;

@@ -39,6 +39,10 @@ bool read_photo_size(const std::string& photo, PhotoFit fit, int& width, int& he
 /// Replaces a matrix that is nearly a rotation by the nearest one; false when it is none (error 1e-2, or a mirror).
 bool make_rotation(Eigen::Matrix3d& matrix);
 
+/// cam_from_world of a camera whose pose in the world is given with the axes of OpenGL (x right, y up, z back). Returns
+/// null, or in words why the matrix is no rigid motion.
+const char* cam_from_opengl(const Eigen::Matrix4d& world_from_cam, Eigen::Isometry3d& cam_from_world);
+
 /// What all camera files have in common once their frames are read, in the order of the file.
 class CameraCollector {
  public:

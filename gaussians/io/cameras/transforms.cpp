@@ -29,14 +29,8 @@ Eigen::Isometry3d read_pose(const JsonObject& frame) {
     }
   }
   if (!world_from_cam.allFinite()) throw refuse("holds values that are not finite");
-  if ((world_from_cam.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-6) throw refuse("has another last row");
-  Eigen::Matrix3d rotation = world_from_cam.topLeftCorner<3, 3>();
-  if (!make_rotation(rotation)) throw refuse("does not begin with a rotation");
-  rotation.col(1) *= -1;
-  rotation.col(2) *= -1;
-  Eigen::Isometry3d cam_from_world = Eigen::Isometry3d::Identity();
-  cam_from_world.linear() = rotation.transpose();
-  cam_from_world.translation() = -rotation.transpose() * world_from_cam.topRightCorner<3, 1>();
+  Eigen::Isometry3d cam_from_world;
+  if (const char* problem = cam_from_opengl(world_from_cam, cam_from_world)) throw refuse(problem);
   return cam_from_world;
 }
 

@@ -74,16 +74,27 @@ ImageU8 to_8_bit(const ImageF& image) {
 }
 
 void write_image(const fs::path& file, const ImageF& image) {
-  CHECK(image.channels == 1 || image.channels == 3);
+  CHECK(image.channels == 1 || image.channels == 3 || image.channels == 4);
+  const int colours = std::min(image.channels, 3);
   const ImageU8 bytes = to_8_bit(image);
   cv::Mat picture(image.height, image.width, CV_8UC(image.channels));
   for (int y = 0; y < image.height; ++y) {
     uint8_t* row = picture.ptr<uint8_t>(y);
     for (int x = 0; x < image.width; ++x) {
       for (int c = 0; c < image.channels; ++c) {
-        row[x * image.channels + c] = bytes(x, y, image.channels - 1 - c);
+        row[x * image.channels + c] = bytes(x, y, c < colours ? colours - 1 - c : c);
       }
     }
+  }
+  encode(file, picture);
+}
+
+void write_grey_16(const fs::path& file, const ImageF& image) {
+  CHECK(image.channels == 1);
+  cv::Mat picture(image.height, image.width, CV_16UC1);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x)
+      picture.at<uint16_t>(y, x) = static_cast<uint16_t>(65535.0f * std::clamp(image(x, y, 0), 0.0f, 1.0f) + 0.5f);
   }
   encode(file, picture);
 }

@@ -10,8 +10,11 @@ namespace pliant {
 ImageF read_image(const std::filesystem::path& file);
 /// Values in [0, 1], clamped and rounded to 8 bit.
 ImageU8 to_8_bit(const ImageF& image);
-/// Writes RGB or grey, clamped to [0, 1] and rounded to 8 bit; the format follows the extension (png, jpg); atomic.
+/// Writes RGB, RGBA (not premultiplied) or grey, clamped to [0, 1] and rounded to 8 bit; the format follows the
+/// extension (png, jpg); atomic.
 void write_image(const std::filesystem::path& file, const ImageF& image);
+/// Writes one channel, in [0, 1], as grey PNG of 16 bit; atomic.
+void write_grey_16(const std::filesystem::path& file, const ImageF& image);
 /// Reads an id picture: PNG with 8 or 16 bits and one channel (value = id), with a palette (index = id), or RGB with
 /// id = R + 256 G + 65536 B, as DEVA writes.
 IdImage read_ids(const std::filesystem::path& file);

@@ -15,17 +15,64 @@
 namespace pliant {
 namespace fs = std::filesystem;
 
+namespace {
+
+/// Starts ffmpeg, which reads `input` (a pipe; -1 = nothing).  It finishes its file even when the terminal interrupts
+/// the program.
+pid_t start_ffmpeg(std::vector<std::string> words, int input) {
+  words.insert(words.begin(), {"ffmpeg", "-v", "error", "-y"});
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  const pid_t process = fork();
+  if (process != 0) return process;
+  setpgid(0, 0);
+  if (input < 0) input = ::open("/dev/null", O_RDONLY);
+  dup2(input, STDIN_FILENO);
+  execvp(argv[0], argv.data());
+  _exit(127);
+}
+
+bool succeeded(pid_t process) {
+  int status = 0;
+  while (waitpid(process, &status, 0) < 0 && errno == EINTR) {
+  }
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+Error could_not_encode(const fs::path& file) {
+  return input_error(
+      file.string(), "", "could not be encoded by ffmpeg",
+      "install ffmpeg with libx264, libvpx and libwebp (Debian: ffmpeg), and check that the folder can be "
+      "written");
+}
+
+fs::path temporary_for(const fs::path& file) {
+  return file.parent_path() / (file.stem().string() + ".tmp" + std::to_string(getpid()) + file.extension().string());
+}
+
+std::vector<std::string> words_of(VideoCoding coding) {
+  switch (coding) {
+    case VideoCoding::kWithAlpha:
+      return {"-c:v",      "libvpx-vp9", "-crf",     "20",       "-b:v",          "0", "-deadline", "good",
+              "-cpu-used", "4",          "-pix_fmt", "yuva420p", "-auto-alt-ref", "0"};
+    case VideoCoding::kFaithful:
+      return {"-c:v", "libx264", "-preset", "medium", "-crf", "12", "-pix_fmt", "yuv444p", "-movflags", "+faststart"};
+    case VideoCoding::kForBrowsers:
+      break;
+  }
+  return {"-c:v", "libx264", "-preset", "medium", "-crf", "18", "-pix_fmt", "yuv420p", "-movflags", "+faststart"};
+}
+
+}  // namespace
+
 struct VideoWriter::State {
   fs::path file, temporary;
-  int width, height;
+  int width, height, channels;
   pid_t encoder = -1;
   int pipe = -1;
   std::vector<uint8_t> frame;
 
-  Error failed() const {
-    return input_error(file.string(), "", "could not be encoded by ffmpeg",
-                       "install ffmpeg with libx264 (Debian: ffmpeg), and check that the folder can be written");
-  }
   /// Ends the encoder; true when it wrote a whole file.
   bool finish() {
     if (pipe >= 0) {
@@ -33,11 +80,9 @@ struct VideoWriter::State {
       pipe = -1;
     }
     if (encoder < 0) return false;
-    int status = 0;
-    while (waitpid(encoder, &status, 0) < 0 && errno == EINTR) {
-    }
+    const pid_t ended = encoder;
     encoder = -1;
-    return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    return succeeded(ended);
   }
 };
 
@@ -45,62 +90,30 @@ VideoWriter::VideoWriter(const fs::path& file, double fps, int width, int height
     : state_(std::make_unique<State>()) {
   State& s = *state_;
   s.file = file;
-  s.temporary =
-      file.parent_path() / (file.stem().string() + ".tmp" + std::to_string(getpid()) + file.extension().string());
+  s.temporary = temporary_for(file);
   s.width = width & ~1;
   s.height = height & ~1;
-  s.frame.resize(static_cast<size_t>(s.width) * s.height * 3);
-  const std::string size = std::to_string(s.width) + "x" + std::to_string(s.height), rate = std::to_string(fps);
-  const bool faithful = coding == VideoCoding::kFaithful;
-  std::vector<std::string> arguments = {"ffmpeg",
-                                        "-v",
-                                        "error",
-                                        "-y",
-                                        "-f",
-                                        "rawvideo",
-                                        "-pix_fmt",
-                                        "rgb24",
-                                        "-s",
-                                        size,
-                                        "-r",
-                                        rate,
-                                        "-i",
-                                        "pipe:0",
-                                        "-an",
-                                        "-c:v",
-                                        "libx264",
-                                        "-preset",
-                                        "medium",
-                                        "-crf",
-                                        faithful ? "12" : "18",
-                                        "-threads",
-                                        "1",
-                                        "-pix_fmt",
-                                        faithful ? "yuv444p" : "yuv420p",
-                                        "-movflags",
-                                        "+faststart",
-                                        "-fflags",
-                                        "+bitexact",
-                                        "file:" + s.temporary.string()};
-  std::vector<char*> argv;
-  for (std::string& argument : arguments) argv.push_back(argument.data());
-  argv.push_back(nullptr);
+  s.channels = coding == VideoCoding::kWithAlpha ? 4 : 3;
+  s.frame.resize(static_cast<size_t>(s.width) * s.height * s.channels);
+  std::vector<std::string> words = {"-f",       "rawvideo",
+                                    "-pix_fmt", s.channels == 4 ? "rgba" : "rgb24",
+                                    "-s",       std::to_string(s.width) + "x" + std::to_string(s.height),
+                                    "-r",       std::to_string(fps),
+                                    "-i",       "pipe:0",
+                                    "-an"};
+  for (const std::string& word : words_of(coding)) words.push_back(word);
+  for (const std::string& word : {std::string("-threads"), std::string("1"), std::string("-fflags"),
+                                  std::string("+bitexact"), "file:" + s.temporary.string()})
+    words.push_back(word);
 
   // An encoder that dies must show as a failed write, not as a signal that ends the program.
   signal(SIGPIPE, SIG_IGN);
   int ends[2];
-  if (pipe2(ends, O_CLOEXEC) != 0) throw s.failed();
-  s.encoder = fork();
-  if (s.encoder == 0) {
-    // The encoder finishes its file even when the terminal interrupts the program.
-    setpgid(0, 0);
-    dup2(ends[0], STDIN_FILENO);
-    execvp(argv[0], argv.data());
-    _exit(127);
-  }
+  if (pipe2(ends, O_CLOEXEC) != 0) throw could_not_encode(file);
+  s.encoder = start_ffmpeg(std::move(words), ends[0]);
   ::close(ends[0]);
   s.pipe = ends[1];
-  if (s.encoder < 0) throw s.failed();
+  if (s.encoder < 0) throw could_not_encode(file);
 }
 
 VideoWriter::~VideoWriter() {
@@ -110,18 +123,19 @@ VideoWriter::~VideoWriter() {
   fs::remove(state_->temporary, ignored);
 }
 
-void VideoWriter::write(const ImageF& rgb) {
+void VideoWriter::write(const ImageF& picture) {
   State& s = *state_;
-  CHECK(rgb.channels == 3 && rgb.width >= s.width && rgb.height >= s.height);
+  CHECK(picture.channels == s.channels && picture.width >= s.width && picture.height >= s.height);
+  const int row_size = s.channels * s.width;
   for (int y = 0; y < s.height; ++y) {
-    const float* row = rgb.at(0, y);
-    uint8_t* out = s.frame.data() + static_cast<size_t>(y) * s.width * 3;
-    for (int i = 0; i < 3 * s.width; ++i) out[i] = static_cast<uint8_t>(std::clamp(row[i], 0.0f, 1.0f) * 255.0f + 0.5f);
+    const float* row = picture.at(0, y);
+    uint8_t* out = s.frame.data() + static_cast<size_t>(y) * row_size;
+    for (int i = 0; i < row_size; ++i) out[i] = static_cast<uint8_t>(std::clamp(row[i], 0.0f, 1.0f) * 255.0f + 0.5f);
   }
   for (size_t sent = 0; sent < s.frame.size();) {
     const ssize_t count = ::write(s.pipe, s.frame.data() + sent, s.frame.size() - sent);
     if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) throw s.failed();
+    if (count <= 0) throw could_not_encode(s.file);
     sent += static_cast<size_t>(count);
   }
 }
@@ -131,9 +145,31 @@ void VideoWriter::close() {
   if (!s.finish()) {
     std::error_code ignored;
     fs::remove(s.temporary, ignored);
-    throw s.failed();
+    throw could_not_encode(s.file);
   }
   fs::rename(s.temporary, s.file);
+}
+
+void convert_video(const fs::path& from, const fs::path& to) {
+  CHECK(to.extension() == ".gif" || to.extension() == ".webp");
+  const fs::path temporary = temporary_for(to);
+  std::vector<std::string> words = {"-i", "file:" + from.string(), "-an", "-threads", "1", "-loop", "0"};
+  const std::vector<std::string> coding =
+      to.extension() == ".gif"
+          ? std::vector<std::string>{"-vf",
+                                     "fps=min(source_fps\\,50),split[a][b];[a]palettegen=stats_mode=diff[p];"
+                                     "[b][p]paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle"}
+          : std::vector<std::string>{"-c:v", "libwebp_anim", "-quality", "80"};
+  words.insert(words.end(), coding.begin(), coding.end());
+  for (const std::string& word : {std::string("-fflags"), std::string("+bitexact"), "file:" + temporary.string()})
+    words.push_back(word);
+  const pid_t process = start_ffmpeg(std::move(words), -1);
+  if (process < 0 || !succeeded(process)) {
+    std::error_code ignored;
+    fs::remove(temporary, ignored);
+    throw could_not_encode(to);
+  }
+  fs::rename(temporary, to);
 }
 
 }  // namespace pliant

@@ -166,10 +166,11 @@ TEST(Options, WhatWouldBeIgnoredIsRefused) {
   refused({"segment", scene, "--out", out, "--reconstruct.exposure"}, "--reconstruct.exposure");
   refused({"run", scene, "--out", out, "--time-limit", "5m"}, "--time-limit");
   refused({"run", scene, "--out", out, "--physgaussian", config, "--simulate.fps", "12"}, "--simulate.fps");
-  for (const std::string option : {"--depth", "--antialiased", "--cameras=orbit", "--background=1,1,1", "--up=0,0,1"})
+  for (const std::string option : {"--depth", "--antialiased", "--background=1,1,1", "--up=0,0,1"})
     refused({"render", run, option}, option.substr(0, option.find('=')));
   refused({"render", run, "--out", out}, "--out");
   refused({"render", scene, "--out", out, "--no-orbit"}, "--no-orbit");
+  refused({"render", scene, "--out", out, "--turntable"}, "--turntable");
 }
 
 }  // namespace pliant

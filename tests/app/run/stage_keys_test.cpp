@@ -130,7 +130,7 @@ class StageKeys : public FitVideo {
     moving.velocity_file = folder / "markers.csv";
     add("simulate a start", run, scene, moving, all);
     RenderStage named;
-    named.camera = scene.cameras[0].name;
+    named.shot.camera = scene.cameras[0].name;
     add("render", run, scene, RenderStage(), all);
     add("render a camera", run, scene, named, all);
     return all;

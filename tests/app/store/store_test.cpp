@@ -204,6 +204,32 @@ std::map<std::string, std::vector<uint32_t>> bits_of(const TrainingState& s) {
   return bits;
 }
 
+TEST(Trajectory, BetweenTwoFramesACubicMotionIsExact) {
+  TrajectoryFile motion;
+  motion.fps = 4;
+  motion.metres_per_unit = 2;
+  const auto position = [](double t) { return Vec3f(t, 1 - t * t, 0.5 * t * t * t); };         // scene units
+  const auto velocity = [](double t) { return Vec3f(2 * 1, 2 * (-2 * t), 2 * 1.5 * t * t); };  // m/s
+  for (int f = 0; f < 4; ++f) {
+    const double t = f / motion.fps;
+    TrajectoryFile::Frame frame;
+    frame.time = t;
+    frame.position = {position(t)};
+    frame.velocity = {velocity(t)};
+    frame.F = {Mat3f::Identity() * static_cast<float>(1 + t)};
+    motion.frames.push_back(frame);
+  }
+  for (double t = 0; t <= 0.75; t += 0.03) {
+    const TrajectoryFile::Frame between = motion.at(t);
+    EXPECT_LT((between.position[0] - position(t)).norm(), 1e-6) << t;
+    EXPECT_NEAR(between.F[0](1, 1), 1 + t, 1e-6);
+  }
+  EXPECT_EQ(motion.at(0.5).position[0], motion.frames[2].position[0]);
+  EXPECT_EQ(motion.at(0.5 + 1e-9).velocity[0], motion.frames[2].velocity[0]);
+  EXPECT_EQ(motion.at(-1).position[0], motion.frames[0].position[0]);
+  EXPECT_EQ(motion.at(9).position[0], motion.frames[3].position[0]);
+}
+
 TEST(Store, TrainingSurvivesBitForBit) {
   const TemporaryFolder folder;
   for (const bool everything : {true, false}) {

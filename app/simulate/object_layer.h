@@ -1,0 +1,32 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "app/simulate/clip_shot.h"
+#include "gaussians/io/images/video.h"
+#include "gaussians/render/render.h"
+
+namespace pliant {
+
+/// The object alone, for compositing: frames with alpha (color/000000.png, not premultiplied), its depth along the
+/// camera's axis (depth/000000.png, 16 bit, 0 = nothing), and layer.json with the cameras and the length [m] that one
+/// step of the depth stands for.
+class ObjectLayer {
+ public:
+  /// `folder` is new; `object`: the box around it at rest, scene units.
+  ObjectLayer(const std::filesystem::path& folder, const std::filesystem::path& video, const Shot& shot,
+              const Box& object, double metres_per_unit);
+  void write(size_t k, const GaussianCloud& object, const RenderOptions& options);
+  void close();  ///< the video has its name only then
+
+ private:
+  std::filesystem::path folder_;
+  const Shot& shot_;
+  VideoWriter video_;
+  double metres_per_unit_, farthest_;  ///< m, farthest = depth of the value 65535
+  nlohmann::json frames_ = nlohmann::json::array();
+};
+
+}  // namespace pliant

@@ -1,0 +1,161 @@
+// `render` of a run: frames without what a codec loses, any size, camera paths, layers, turntables, animated images.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+
+#include "app/store/trajectory.h"
+#include "gaussians/io/files/json_file.h"
+#include "gaussians/io/images/image_io.h"
+#include "tests/app/beam_scene.h"
+#include "tests/app/run_pliant.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace testing;
+using nlohmann::json;
+
+/// A beam that swings for 0.2 s at 20 frames per second.
+class Clip : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    make_beam_scene(folder_ / "scene");
+    const std::string scene = (folder_ / "scene").string(), run = (folder_ / "run").string();
+    for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+             {"segment", scene, "--out", run, "--aabb", "-0.1,-0.1,0.9,0.9,0.3,1.3", "--orbit-views", "6"},
+             {"extract", run, "--object", "object"},
+             {"repair", run},
+             {"seed", run, "--particles", "300", "--no-pin-contact"},
+             {"simulate", run, "--young", "50000", "--fps", "20", "--duration", "0.2"}})
+      ASSERT_EQ(run_quietly(words), 0) << words[0];
+  }
+  fs::path run() const { return folder_ / "run"; }
+  int render(std::vector<std::string> words) const {
+    words.insert(words.begin(), {"render", run().string()});
+    return run_quietly(words);
+  }
+  cv::VideoCapture clip(const char* name) const { return cv::VideoCapture((run() / name).string()); }
+  static int count_files(const fs::path& path) {
+    return static_cast<int>(std::distance(fs::directory_iterator(path), fs::directory_iterator()));
+  }
+
+  const TemporaryFolder folder_;
+};
+
+TEST_F(Clip, FramesAreThoseOfTheClip) {
+  ASSERT_EQ(render({"--no-orbit"}), 0);
+  EXPECT_FALSE(fs::exists(run() / "clip"));
+  // A killed run left some.
+  fs::create_directories(run() / "clip.partial");
+  write_text(run() / "clip.partial/000099.png", "rubbish");
+  ASSERT_EQ(render({"--no-orbit", "--frames"}), 0);
+  EXPECT_FALSE(fs::exists(run() / "clip.partial"));
+
+  cv::VideoCapture video = clip("clip.mp4");
+  cv::Mat decoded;
+  int frames = 0;
+  double square = 0;
+  for (; video.read(decoded); ++frames) {
+    const ImageF frame = read_image(run() / "clip" / fmt::format("{:06d}.png", frames));
+    ASSERT_EQ(frame.width, decoded.cols);
+    ASSERT_EQ(frame.height, decoded.rows);
+    double sum = 0;
+    for (int y = 0; y < frame.height; ++y)
+      for (int x = 0; x < frame.width; ++x)
+        for (int c = 0; c < 3; ++c) sum += std::pow(frame(x, y, c) - decoded.at<cv::Vec3b>(y, x)[2 - c] / 255.0, 2);
+    square = std::max(square, sum / (3.0 * frame.width * frame.height));
+  }
+  EXPECT_EQ(frames, 5);
+  EXPECT_EQ(count_files(run() / "clip"), frames);
+  EXPECT_GT(-10 * std::log10(square), 30);
+}
+
+TEST_F(Clip, SizeAndFrameRateAreThoseAskedFor) {
+  ASSERT_EQ(render({"--size", "320x140", "--clip-fps", "50", "--turntable", "--gif", "--webp"}), 0);
+  for (const char* name : {"clip.mp4", "clip_orbit.mp4"}) {
+    cv::VideoCapture video = clip(name);
+    EXPECT_EQ(video.get(cv::CAP_PROP_FRAME_WIDTH), 320) << name;
+    EXPECT_EQ(video.get(cv::CAP_PROP_FRAME_HEIGHT), 140) << name;
+    EXPECT_NEAR(video.get(cv::CAP_PROP_FPS), 50, 1e-6) << name;
+    EXPECT_EQ(video.get(cv::CAP_PROP_FRAME_COUNT), 11) << name;  // 0 to 0.2 s
+  }
+  EXPECT_GT(fs::file_size(run() / "clip.gif"), 1000u);
+  EXPECT_GT(fs::file_size(run() / "clip.webp"), 300u);
+  for (const char* size : {"320", "320x", "0x140", "320x140x3", "99999x10", "wide"})
+    EXPECT_EQ(render({"--size", size}), 2) << size;
+  EXPECT_EQ(render({"--turntable", "--no-orbit"}), 2);
+}
+
+TEST_F(Clip, ACameraPathMovesTheCameraAndOutlastsTheMotion) {
+  // From twice the distance to the beam's middle, seen level along y, in 0.3 s; OpenGL axes.
+  const auto pose = [](double y) { return json{1, 0, 0, 0.4, 0, 0, -1, y, 0, 1, 0, 1.08, 0, 0, 0, 1}; };
+  const json path = {{"render_width", 160},
+                     {"render_height", 120},
+                     {"fps", 10},
+                     {"camera_path",
+                      {{{"camera_to_world", pose(-4)}, {"fov", 40}},
+                       {{"camera_to_world", pose(-3.33)}, {"fov", 40}},
+                       {{"camera_to_world", pose(-2.67)}, {"fov", 40}},
+                       {{"camera_to_world", pose(-2)}, {"fov", 40}}}}};
+  const std::string file = folder_.file("camera_path.json", path.dump()).string();
+  ASSERT_EQ(render({"--no-orbit", "--cameras", file, "--clip-fps", "20", "--object-layer"}), 0);
+  const json layer = read_json(run() / "clip_object/layer.json");
+  EXPECT_EQ(layer["fps"], 20);
+  ASSERT_EQ(layer["frames"].size(), 7u);
+  EXPECT_EQ(count_files(run() / "clip_object/color"), 7);
+  EXPECT_EQ(clip("clip_object.webm").get(cv::CAP_PROP_FRAME_WIDTH), 160);
+  const auto covered = [&](int k) {
+    const cv::Mat color = cv::imread((run() / fmt::format("clip_object/color/{:06d}.png", k)).string(), -1);
+    EXPECT_EQ(color.channels(), 4);
+    cv::Mat alpha;
+    cv::extractChannel(color, alpha, 3);
+    return cv::countNonZero(alpha > 127);
+  };
+  // Half as far away it covers four times as much.
+  EXPECT_NEAR(covered(6), 4.0 * covered(0), 0.25 * 4 * covered(0));
+  EXPECT_EQ(render({"--cameras", file, "--camera", "0"}), 2);
+  EXPECT_EQ(render({"--cameras", (folder_ / "absent.json").string()}), 1);
+}
+
+TEST_F(Clip, TheLayersDepthIsTheDistanceInMetres) {
+  ASSERT_EQ(render({"--no-orbit", "--object-layer", "--size", "200x150"}), 0);
+  const json layer = read_json(run() / "clip_object/layer.json");
+  const TrajectoryFile motion = read_trajectory(run() / "objects/1_object/trajectory.h5");
+  for (const size_t k : {0u, 4u}) {
+    const json& shot = layer["frames"][k];
+    Eigen::Matrix<double, 4, 4, Eigen::RowMajor> cam_from_world;
+    for (int i = 0; i < 16; ++i) cam_from_world.data()[i] = shot["cam_from_world"][i];
+    double nearest = 1e9, farthest = 0;  // of the driving particles along the axis, metres
+    for (const Vec3f& x : motion.frames[k].position) {
+      const double depth = kBeamUnit * (cam_from_world * x.cast<double>().homogeneous()).z();
+      nearest = std::min(nearest, depth);
+      farthest = std::max(farthest, depth);
+    }
+    const cv::Mat depth = cv::imread((run() / fmt::format("clip_object/depth/{:06d}.png", k)).string(), -1);
+    const cv::Mat color = cv::imread((run() / fmt::format("clip_object/color/{:06d}.png", k)).string(), -1);
+    ASSERT_EQ(depth.type(), CV_16UC1);
+    ASSERT_EQ(depth.cols, 200);
+    int solid = 0;
+    for (int y = 0; y < depth.rows; ++y)
+      for (int x = 0; x < depth.cols; ++x) {
+        const int alpha = color.at<cv::Vec4b>(y, x)[3];
+        if (alpha == 0) EXPECT_EQ(depth.at<uint16_t>(y, x), 0);
+        if (alpha < 250) continue;
+        ++solid;
+        const double metres = depth.at<uint16_t>(y, x) * layer["metres_per_depth_step"].get<double>();
+        EXPECT_GT(metres, nearest - 0.03);
+        EXPECT_LT(metres, farthest + 0.03);
+      }
+    EXPECT_GT(solid, 300);
+  }
+}
+
+}  // namespace
+}  // namespace pliant
