@@ -91,7 +91,9 @@ TEST(LlmClient, SaysThatTheServiceIsDown) {
   const LlmAnswer down = ask_llm(options_for(url), rose_bounds(), "rose", "");
   EXPECT_FALSE(down.material);
   EXPECT_NE(down.failure.find(url), std::string::npos) << down.failure;
-  EXPECT_FALSE(ask_llm(options_for("file:///etc/passwd"), rose_bounds(), "rose", "").material);
+  const LlmAnswer file = ask_llm(options_for("file:///etc/passwd"), rose_bounds(), "rose", "");
+  EXPECT_FALSE(file.material);
+  EXPECT_NE(file.failure.find("rotocol"), std::string::npos) << file.failure;
   EXPECT_NE(answer_to("overloaded", "503 Busy").failure.find("503: overloaded"), std::string::npos);
 }
 
