@@ -57,8 +57,7 @@ OptionTable options_of(SceneOptions& options) {
 }
 
 void add_scene_options(CLI::App& command, Program& program, SceneOptions& options, const Spelling& spelling) {
-  command.add_option("SCENE", options.source, "Splat file, model or scene.json folder, or posed photos")
-      ->required();
+  command.add_option("SCENE", options.source, "Splat file, model or scene.json folder, or posed photos")->required();
   add_options(command, program, options_of(options), spelling);
 }
 
