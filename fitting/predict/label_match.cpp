@@ -15,9 +15,11 @@ const std::set<std::string> kLinks = {"with", "in",      "on",     "of",      "f
                                       "to",   "holding", "inside", "against", "around", "has", "made", "out"};
 /// Words that say nothing about the material.
 const std::set<std::string> kPlain = {
-    "small", "big",   "large",  "little", "tiny", "tall",  "short", "long",    "old",  "new",  "young",  "nice",
-    "red",   "green", "blue",   "yellow", "pink", "white", "black", "brown",   "grey", "gray", "purple", "violet",
-    "dark",  "light", "bright", "single", "one",  "two",   "three", "several", "some", "real", "my",     "this"};
+    "small",   "big",    "large", "little", "tiny",   "tall",    "short",    "long",  "old",       "new",   "young",
+    "nice",    "red",    "green", "blue",   "yellow", "pink",    "white",    "black", "brown",     "grey",  "gray",
+    "purple",  "violet", "dark",  "light",  "bright", "hanging", "standing", "lying", "beautiful", "round", "empty",
+    "full",    "thin",   "thick", "soft",   "hard",   "fresh",   "pair",     "bunch", "piece",     "close", "photo",
+    "picture", "single", "one",   "two",    "three",  "several", "some",     "real",  "my",        "this"};
 
 /// A phrase of the label that stands in the table.
 struct Hit {
@@ -115,24 +117,26 @@ size_t given_material(const MaterialTable& table, const std::vector<Hit>& hits, 
   return kNone;
 }
 
-/// Gives the object's parts the material that the label names; false when it changes none.
-bool replace_material(const KnownMaterial& material, bool stated, const KnownObject& object,
-                      std::vector<MatchedPart>& parts) {
-  const bool some = std::any_of(object.parts.begin(), object.parts.end(), [](auto& part) { return part.replaceable; });
+/// Gives the object's parts the material that the label names.
+void replace_material(const KnownMaterial& material, bool stated, PriorMatch& match) {
+  const std::vector<KnownPart>& known = match.object->parts;
+  std::vector<MatchedPart>& parts = match.parts;
+  const bool some = std::any_of(known.begin(), known.end(), [](auto& part) { return part.replaceable; });
   const bool animal =
-      std::any_of(parts.begin(), parts.end(), [](auto& part) { return part.material->group == "tissue"; });
-  const bool figure = stated || (animal ? shows_animals(material.group) : carves(material.group));
+      !some && std::any_of(parts.begin(), parts.end(), [](auto& part) { return part.material->group == "tissue"; });
+  const bool shown = stated || (animal ? shows_animals(material.group) : carves(material.group));
   bool changed = false;
   for (size_t i = 0; i < parts.size(); ++i) {
-    const bool fits = some ? object.parts[i].replaceable : figure;
+    const bool fits = some ? known[i].replaceable : shown;
     // A leather sofa has a leather cover, not a leather frame.
     const bool cover = !stated && !animal && covers(material.group) && !covers(parts[i].material->group);
     if (!fits || cover) continue;
+    parts[i].instead_of = parts[i].material;
     parts[i].material = &material;
-    parts[i].replaced = true;
     changed = true;
   }
-  return changed;
+  match.figure = animal && changed;
+  if (!changed) match.unused = material.name;
 }
 
 }  // namespace
@@ -153,17 +157,16 @@ std::optional<PriorMatch> match_label(const MaterialTable& table, std::string_vi
   if (hits[head].object == kNone) return out;
   out.object = &table.objects[hits[head].object];
   for (const KnownPart& part : out.object->parts)
-    out.parts.push_back({&table.materials[part.material], part.share, part.moves, false});
+    out.parts.push_back({&table.materials[part.material], part.share, part.moves, nullptr});
   bool stated = false;
   const size_t given = given_material(table, hits, head, stated);
-  if (given != kNone && !replace_material(table.materials[given], stated, *out.object, out.parts))
-    out.unused = table.materials[given].name;
+  if (given != kNone) replace_material(table.materials[given], stated, out);
   return out;
 }
 
 PriorMatch match_material(const KnownMaterial& material) {
   PriorMatch out;
-  out.parts.push_back({&material, 1, true, false});
+  out.parts.push_back({&material, 1, true, nullptr});
   out.phrase = material.name;
   out.certainty = 1;
   return out;

@@ -13,12 +13,13 @@ struct MatchedPart {
   const KnownMaterial* material = nullptr;
   double share = 0;
   bool moves = false;
-  bool replaced = false;  ///< the label names this material
+  const KnownMaterial* instead_of = nullptr;  ///< what it usually is, where the label names its material
 };
 
 /// What a label means.  The pointers are into the table.
 struct PriorMatch {
   const KnownObject* object = nullptr;  ///< null when the label names a material alone
+  bool figure = false;                  ///< of an animal, in another material: a plush elephant
   std::vector<MatchedPart> parts;
   std::string phrase;    ///< the words that were found
   double certainty = 0;  ///< 0..1: share of the label's telling words that were understood

@@ -27,6 +27,22 @@ void add(Band& sum, const Band& band, double weight, double (*scale)(double)) {
   sum.typical += weight * scale(band.typical);
   sum.high += weight * scale(band.high);
 }
+/// Frequency of a shape, which it has of its usual materials, of the materials that the label names.
+std::optional<Band> frequency_of(const PriorMatch& match) {
+  double moving = 0, log_ratio = 0;
+  for (const MatchedPart& part : match.parts) {
+    if (!part.moves) continue;
+    moving += part.share;
+    const KnownMaterial &now = *part.material, &usual = part.instead_of ? *part.instead_of : now;
+    log_ratio += part.share * (std::log(now.young.typical / usual.young.typical) -
+                               std::log(now.density.typical / usual.density.typical));
+  }
+  const double factor = std::exp(log_ratio / moving / 2);
+  const Band& usual = match.object->frequency;
+  if (usual.typical == 0 && factor < 0.1) return std::nullopt;
+  return Band{usual.low * factor, usual.typical * factor, usual.high * factor};
+}
+
 double logarithm(double value) { return std::log(value); }
 double itself(double value) { return value; }
 
@@ -38,9 +54,9 @@ MaterialPrior prior_of(const PriorMatch& match) {
   out.name = match.object ? match.object->name : match.parts[0].material->name;
   out.certainty = match.certainty;
   out.words = "'" + match.phrase + "' is understood as " + out.name;
-  if (match.object) {
+  if (match.object && !match.figure) {
     out.height = match.object->height;
-    out.frequency = match.object->frequency;
+    out.frequency = frequency_of(match);
   }
   double moving = 0, largest = 0;
   for (const MatchedPart& part : match.parts) moving += part.moves ? part.share : 0;
@@ -50,7 +66,7 @@ MaterialPrior prior_of(const PriorMatch& match) {
     const std::string origin = origin_of(m);
     out.parts.push_back({m.name, part.share, part.moves, m.young, m.poisson, m.density, m.law, m.kind, origin});
     out.words += fmt::format("; {:.0f} % {}{} ({})", 100 * part.share, m.name,
-                             part.replaced ? ", named by the label" : "", origin);
+                             part.instead_of ? ", named by the label" : "", origin);
     if (!part.moves) continue;
     add(out.young, m.young, part.share / moving, logarithm);
     add(out.poisson, m.poisson, part.share / moving, itself);

@@ -27,10 +27,12 @@ struct MaterialPrior {
   Material law;                     ///< of the largest moving part
   std::vector<std::string> groups;  ///< classes of the moving parts
   std::vector<PartPrior> parts;
-  std::optional<Band> height;     ///< m, the usual one; none for a label that names a material alone
-  std::optional<Band> frequency;  ///< Hz, the first at which it visibly sways; 0 = rigid; none likewise
-  double certainty = 0;           ///< of the match, 0..1
-  std::string words;              ///< what was understood and where the numbers come from
+  std::optional<Band> height;  ///< m, the usual one; none for a material alone and for figures of animals
+  /// Hz, the first at which it visibly sways, by the square root of E / rho where the label names another material
+  /// than the usual one; 0 = rigid; none where there is no height, and for a rigid thing made of something far softer.
+  std::optional<Band> frequency;
+  double certainty = 0;  ///< of the match, 0..1
+  std::string words;     ///< what was understood and where the numbers come from
 };
 
 MaterialPrior prior_of(const PriorMatch& match);

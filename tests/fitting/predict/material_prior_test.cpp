@@ -43,6 +43,20 @@ TEST(MaterialPrior, OfAMaterialAloneIsItsRow) {
   EXPECT_FALSE(p.height || p.frequency);
 }
 
+TEST(MaterialPrior, FrequencyFollowsTheMaterialThatALabelNames) {
+  const KnownMaterial &wood = find_material(material_table(), "wood"),
+                      &steel = find_material(material_table(), "steel");
+  const double ratio =
+      steel.young.typical / wood.young.typical / (steel.density.typical / wood.density.typical);  // f^2 ~ E / rho
+  for (double Band::*end : {&Band::low, &Band::typical, &Band::high})
+    EXPECT_NEAR((*prior("steel chair").frequency).*end / ((*prior("chair").frequency).*end), std::sqrt(ratio), 1e-9);
+  EXPECT_EQ(prior("wooden chair").frequency->typical, prior("chair").frequency->typical);
+  EXPECT_GT(prior("paper flower").frequency->typical, prior("flower").frequency->typical);
+  EXPECT_FALSE(prior("plush elephant").frequency || prior("plush elephant").height) << "elephants are large";
+  EXPECT_EQ(prior("gold skull").frequency->typical, 0);
+  EXPECT_FALSE(prior("jelly skull").frequency);
+}
+
 TEST(MaterialPrior, SaysWhereItsNumbersComeFrom) {
   EXPECT_NE(prior("rose").words.find("estimate: "), std::string::npos);
   const std::string palm = prior("palm").words;
