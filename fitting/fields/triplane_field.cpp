@@ -1,17 +1,10 @@
 #include "fitting/fields/triplane_field.h"
 
-#include <dlfcn.h>
-#include <omp.h>
-
-#include <filesystem>
-#include <string>
-
+#include "fitting/fields/torch_module.h"
 #include "gaussians/base/error.h"
 
 namespace pliant {
 namespace {
-
-using Factory = TriplaneField* (*)(const TriplaneOptions&, std::span<const Vec3f>);
 
 void validate(const TriplaneOptions& o, size_t points) {
   const auto require = [](bool good, const char* field, const char* problem, const char* remedy) {
@@ -28,22 +21,6 @@ void validate(const TriplaneOptions& o, size_t points) {
     require(o.low[c] < o.high[c], "bounds", "low is not below high", "swap them");
 }
 
-/// The module that links libtorch lies beside the program; it stays loaded.
-Factory load_factory() {
-  constexpr const char* kModule = "pliant_triplanes.so";
-  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
-  const int threads = omp_get_max_threads();  // torch may change it when it is loaded
-  void* module = nullptr;
-  for (const auto& place : {folder / kModule, folder / "../lib/pliant" / kModule})
-    if (!module && std::filesystem::exists(place)) module = dlopen(place.c_str(), RTLD_NOW | RTLD_LOCAL);
-  const char* problem = module ? nullptr : dlerror();
-  omp_set_num_threads(threads);
-  if (!module)
-    throw input_error(kModule, "", problem ? problem : "not found next to the program",
-                      "install libtorch-dev and libopenblas0-openmp and build again, or fit by parts");
-  return reinterpret_cast<Factory>(dlsym(module, "pliant_make_triplane_field"));
-}
-
 }  // namespace
 
 #ifdef PLIANT_TORCH
@@ -54,8 +31,9 @@ bool has_triplane_fields() { return false; }
 
 std::unique_ptr<TriplaneField> make_triplane_field(const TriplaneOptions& options, std::span<const Vec3f> points) {
   validate(options, points.size());
-  static const Factory factory = load_factory();
-  CHECK(factory);
+  using Factory = TriplaneField* (*)(const TriplaneOptions&, std::span<const Vec3f>);
+  static const auto factory =
+      reinterpret_cast<Factory>(torch_function("pliant_triplanes.so", "pliant_make_triplane_field", "fit by parts"));
   return std::unique_ptr<TriplaneField>(factory(options, points));
 }
 
