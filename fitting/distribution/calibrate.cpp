@@ -9,35 +9,52 @@ namespace {
 constexpr size_t kEvery = 4;  // samples that are looked at
 constexpr double kInside = 0.8;
 
-/// Of the samples that are looked at: what the set's values are under the mixtures.
+/// What members say of an object that they have not seen, and what is true.
+struct Judged {
+  std::vector<std::vector<float>> outputs;
+  std::vector<float> z;
+};
+
+void add_judged(const TrainingSet& set, const DistributionNetwork& network, bool by_all, std::vector<Judged>& out) {
+  const size_t features = static_cast<size_t>(kContextSamples) * kFeatures;
+  const int members = static_cast<int>(network.members.size());
+  for (size_t k = 0; k < set.objects(); ++k) {
+    Judged judged;
+    const auto own = normalised(network, std::span(set.features).subspan(k * features, features));
+    for (int m = 0; m < members; ++m)
+      if (by_all || leaves_out(members, m, set.family[k]))
+        judged.outputs.push_back(network_outputs(network.size, network.members[m], own));
+    if (judged.outputs.empty()) continue;
+    for (size_t i = 0; i < kContextSamples; ++i) judged.z.push_back(set.target[3 * (k * kContextSamples + i)]);
+    out.push_back(std::move(judged));
+  }
+}
+
+/// Of the samples that are looked at: `of` their mixtures and true values.
 template <class Of>
-std::vector<double> over(const DistributionNetwork& network, const TrainingSet& set,
-                         std::span<const std::vector<float>> outputs, const Of& of) {
-  const auto mixtures = young_mixtures(network, outputs);
+std::vector<double> over(const DistributionNetwork& network, const std::vector<Judged>& objects, const Of& of) {
   std::vector<double> out;
-  for (size_t i = 0; i < mixtures.size(); i += kEvery) out.push_back(of(mixtures[i], set.target[3 * i]));
+  for (const Judged& o : objects) {
+    const auto mixtures = young_mixtures(network, o.outputs);
+    for (size_t i = 0; i < mixtures.size(); i += kEvery) out.push_back(of(mixtures[i], o.z[i]));
+  }
   return out;
 }
 
 }  // namespace
 
-void calibrate(const TrainingSet& set, DistributionNetwork& network) {
-  const std::vector<float> features = normalised(network, set.features);
-  const size_t each = static_cast<size_t>(kContextSamples) * kFeatures;
-  std::vector<std::vector<float>> outputs(network.members.size());
-  for (size_t k = 0; k < set.objects(); ++k) {
-    const auto own = member_outputs(network, std::span(features).subspan(k * each, each));
-    for (size_t m = 0; m < own.size(); ++m) outputs[m].insert(outputs[m].end(), own[m].begin(), own[m].end());
-  }
+void calibrate(const TrainingSet& train, const TrainingSet& held, DistributionNetwork& network) {
+  std::vector<Judged> objects;
+  add_judged(held, network, true, objects);
+  add_judged(train, network, false, objects);
   double best = -INFINITY;
   DistributionNetwork trial = network;
   for (const float wide : {0.02f, 0.05f, 0.1f, 0.2f}) {
-    for (float temperature = 0.7f; temperature < 3.05f; temperature *= 1.08f) {
+    for (float temperature = 0.7f; temperature < 3.05f; temperature *= 1.1f) {
       trial.wide_weight = wide;
       trial.temperature = temperature;
       double sum = 0;
-      for (const double value :
-           over(trial, set, outputs, [](const YoungMixture&m, double z) { return m.log_density(z); }))
+      for (const double value : over(trial, objects, [](const YoungMixture&m, double z) { return m.log_density(z); }))
         sum += value;
       if (sum <= best) continue;
       best = sum;
@@ -47,7 +64,7 @@ void calibrate(const TrainingSet& set, DistributionNetwork& network) {
   }
   // The interval that holds so many of the values.
   std::vector<double> off =
-      over(network, set, outputs, [](const YoungMixture& m, double z) { return std::abs(m.below(z) - 0.5); });
+      over(network, objects, [](const YoungMixture& m, double z) { return std::abs(m.below(z) - 0.5); });
   const auto at = off.begin() + static_cast<std::ptrdiff_t>(kInside * static_cast<double>(off.size()));
   std::nth_element(off.begin(), at, off.end());
   network.tail = static_cast<float>(std::clamp(0.5 - *at, 0.01, 0.3));

@@ -5,9 +5,10 @@
 
 namespace pliant {
 
-/// Sets temperature and wide weight to those of the highest likelihood of the set, over a grid (temperatures: Guo et
-/// al. 2017), and the tail so that 80 % of its values lie inside of their intervals (conformal prediction: Vovk et al.
-/// 2005).
-void calibrate(const TrainingSet& set, DistributionNetwork& network);
+/// Sets temperature and wide weight to those of the highest likelihood, over a grid (temperatures: Guo et al. 2017),
+/// and the tail so that 80 % of the values lie inside of their intervals (conformal prediction: Vovk et al. 2005).  All
+/// of it on families that were not seen: those that `held` has, by all members, and each that `train` has, by the
+/// member that leaves it out.
+void calibrate(const TrainingSet& train, const TrainingSet& held, DistributionNetwork& network);
 
 }  // namespace pliant

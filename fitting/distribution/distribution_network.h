@@ -34,7 +34,7 @@ constexpr int kContextSamples = 256;   ///< samples over which means and maxima 
 
 /// MPDP of Sim Anything (Zhu et al. 2024): how a material is distributed over an object whose mean is known.  Several
 /// networks of one size, trained from different starts, agree where they know and differ where they guess; their
-/// mixtures are mixed (deep ensembles: Lakshminarayanan et al. 2017).
+/// mixtures are mixed (deep ensembles: Lakshminarayanan et al. 2017).  Each has missed some families of objects.
 struct DistributionNetwork {
   NetworkSize size;
   std::vector<float> shift, scale;          ///< [features]: (feature - shift) * scale is about standard

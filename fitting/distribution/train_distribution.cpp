@@ -160,7 +160,6 @@ TrainDistributionResult train_distribution(const TrainDistributionOptions& o, st
   using Clock = std::chrono::steady_clock;
   auto saved = Clock::now();
   std::vector<float> gradient(count);
-  const int batches = static_cast<int>((train.objects() + o.batch_objects - 1) / o.batch_objects);
   const auto ended = [&] { return run.trained.size() == static_cast<size_t>(o.members); };
   bool go_on = true;
   while (go_on && !ended()) {
@@ -172,9 +171,12 @@ TrainDistributionResult train_distribution(const TrainDistributionOptions& o, st
       run.first_moment.assign(count, 0.0f);
       run.second_moment.assign(count, 0.0f);
     }
-    std::vector<int> order = numbers_below(train.objects());
+    std::vector<int> order;
+    for (const int object : numbers_below(train.objects()))
+      if (!leaves_out(o.members, row.member, train.family[object])) order.push_back(object);
     Random shuffle(seed, epoch, 2);
     for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[shuffle.below(i)]);
+    const int batches = static_cast<int>((order.size() + o.batch_objects - 1) / o.batch_objects);
     Adam<float> adam(run.first_moment, run.second_moment, static_cast<long>(epoch) * batches);
     for (int b = 0; b < batches; ++b) {
       const size_t begin = static_cast<size_t>(b) * o.batch_objects;
@@ -205,7 +207,7 @@ TrainDistributionResult train_distribution(const TrainDistributionOptions& o, st
 
   network.members = run.trained;
   if (!ended()) network.members.push_back(run.parameters);
-  calibrate(held, network);
+  calibrate(train, held, network);
   network.recipe = json{
       {"options", json_of(o, more.size())},
       {"validation_loss", run.curve.back().validation},

@@ -52,6 +52,10 @@ std::vector<float> targets_of(const MaterialObject& o, const MaterialMeans& mean
   return out;
 }
 
+bool leaves_out(int members, int member, int family) {
+  return members > 1 && family >= 0 && family % members == member;
+}
+
 TrainingSet make_training_set(const TrainingSetOptions& options, std::span<const std::string> families,
                               std::span<const MaterialObject> more) {
   CHECK(!families.empty() || options.objects == 0);
@@ -59,11 +63,13 @@ TrainingSet make_training_set(const TrainingSetOptions& options, std::span<const
   TrainingSet set;
   set.features.resize(count * kContextSamples * kFeatures);
   set.target.resize(count * kContextSamples * 3);
+  set.family.assign(count, -1);
 #pragma omp parallel for schedule(dynamic) num_threads(options.threads)
   for (size_t k = 0; k < count; ++k) {
     const bool own = k < static_cast<size_t>(options.objects);
     const MaterialObject o =
         own ? make_object(families[k % families.size()], options.seed + k) : more[k - options.objects];
+    if (own) set.family[k] = static_cast<int>(k % families.size());
     const MaterialMeans means = means_of(o);
     Random random(options.seed, k, 1);
     FeatureInput input{o.samples, o.colour, o.part, o.up, {}};

@@ -19,8 +19,13 @@ std::vector<float> targets_of(const MaterialObject& object, const MaterialMeans&
 struct TrainingSet {
   std::vector<float> features;  ///< [objects, kContextSamples, kFeatures], not normalised
   std::vector<float> target;    ///< [objects, kContextSamples, 3]
+  std::vector<int> family;      ///< [objects] number of the family; -1 = given besides
   size_t objects() const { return target.size() / (3 * kContextSamples); }
 };
+
+/// Whether a member of an ensemble is trained without a family, which then judges that member: family f is left out by
+/// member f modulo their number.  A single member leaves out none.
+bool leaves_out(int members, int member, int family);
 
 struct TrainingSetOptions {
   int objects = 3600;  ///< in turn of each family
