@@ -146,6 +146,12 @@ void add_options(CLI::App& command, Program& program, const OptionTable& table, 
   }
 }
 
+std::string HelpFormatter::make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const {
+  std::string text = CLI::Formatter::make_help(app, std::move(name), mode);
+  for (size_t at = 0; (at = text.find("\n\n\n", at)) != std::string::npos;) text.erase(at, 1);
+  return text;
+}
+
 std::string HelpFormatter::make_option(const CLI::Option* option, bool is_positional) const {
   std::string name = is_positional ? option->get_name(true, false) : "--" + option->get_lnames().front();
   if (!is_positional && option->get_type_size() != 0) name += " " + option->get_option_text();

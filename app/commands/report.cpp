@@ -17,7 +17,7 @@ namespace {
 std::string times_table(const json& stages) {
   std::string rows;
   double total = 0;
-  for (const char* name : {"segment", "extract", "repair", "seed", "fit", "simulate", "render", "page"}) {
+  for (const char* name : {"segment", "extract", "repair", "seed", "predict", "fit", "simulate", "render", "page"}) {
     if (!stages.contains(name)) continue;
     const double seconds = stages[name]["wall_s"];
     total += seconds;
@@ -40,6 +40,42 @@ std::string rules_table(const json& extract) {
   return "<table><tr><th>rule</th><th>Gaussians moved</th><th>not moved again by a later rule</th><th>share of the "
          "candidates' opacity</th></tr>\n" +
          rows + "</table>\n";
+}
+
+std::string band_text(const json& band) {
+  return band.is_object() ? fmt::format("{:.3g} to {:.3g}", band["low"].get<double>(), band["high"].get<double>()) : "";
+}
+
+/// What nobody said and was assumed, with where it comes from; empty where all was given.
+std::string assumptions(const RunDirectory& run, const Scene& scene, const json& stages) {
+  std::string rows;
+  const auto add = [&](const char* what, const std::string& value, const std::string& band, const std::string& source) {
+    rows += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n", what, html_escaped(value), band,
+                        html_escaped(source));
+  };
+  const json& extract = stages["extract"]["summary"];
+  if (extract.contains("chosen")) add("object", extract["name"], "", extract["chosen"]);
+  if (!scene.settings.up && !run.scene().contains("up"))
+    add("up", fmt::format("{:.3f}, {:.3f}, {:.3f}", scene.up.x(), scene.up.y(), scene.up.z()), "", scene.up_source);
+  if (run.note("assumed_height").is_number())
+    add("height [m]", fmt::format("{:g}", scene.object_height), "", "usual for what the label names");
+  else if (scene.object_height == 0 && !scene.settings.metres_per_unit && !run.scene().contains("metres_per_unit"))
+    add("length of a unit [m]", "1", "", "unknown");
+  if (stages.contains("predict")) {
+    const json& p = stages["predict"]["summary"];
+    const std::string source =
+        fmt::format("{}: {}", p["understood"].get<std::string>(), p["source"].get<std::string>());
+    add("mean of Young's modulus E [Pa]", fmt::format("{:.3g}", p["young"].get<double>()), band_text(p["young_band"]),
+        source);
+    add("Poisson's ratio", fmt::format("{:.3g}", p["poisson"].get<double>()), band_text(p["poisson_band"]), source);
+    add("density [kg/m^3]", fmt::format("{:.4g}", p["density"].get<double>()), band_text(p["density_band"]), source);
+    if (p["frequency_hz"].is_number())
+      add("sways at [Hz]", fmt::format("{:.2g}", p["frequency_hz"].get<double>()), band_text(p["frequency_band"]),
+          source);
+  }
+  if (rows.empty()) return "";
+  return "<h2>Assumed</h2>\n<table><tr><th>what</th><th>value</th><th>band</th><th>source</th></tr>\n" + rows +
+         "</table>\n";
 }
 
 }  // namespace
@@ -65,6 +101,7 @@ void write_report(const RunDirectory& run, const Scene& scene, const std::string
       "%.</p>\n",
       html_escaped(extract.value("name", "")), extract.value("object_gaussians", 0), simulate.value("mass_kg", 0.0),
       100 * simulate["motion"].value("tip_peak", 0.0), 100 * simulate["motion"].value("tip_end", 0.0));
+  html += assumptions(run, scene, stages);
   html += "<h2>Objects</h2>\n" + html_picture(run, "objects.png", "Objects found, with id and name");
   for (const json& edit : run.note("edits"))
     html += "<p>Manual edit: " + html_escaped(edit.value("did", "")) + ".</p>\n";

@@ -6,6 +6,7 @@
 #include "app/commands/stage_options.h"
 #include "app/fit/fit_video.h"
 #include "app/page/page_stage.h"
+#include "app/predict/predict_stage.h"
 #include "app/reconstruct/photo_set.h"
 #include "app/run/attach_scene.h"
 #include "app/segment/extract_stage.h"
@@ -24,6 +25,7 @@ struct RunOptions {
   ExtractStage extract;
   RepairStage repair;
   SeedStage seed;
+  PredictStage predict;
   FitStage fit;
   bool use_video = true;
   SimulateStage simulate;
@@ -43,8 +45,17 @@ std::string why_no_fit(const Scene& scene, const RunOptions& options) {
 }
 
 /// Refuses options that would do nothing, or cannot be, before any work is done.
-void check_choice(const Scene& scene, const CLI::App& command, const RunOptions& options, const std::string& no_fit) {
+void check_choice(const Scene& scene, const CLI::App& command, RunOptions& options, const std::string& no_fit) {
   SimulateStage simulate = options.simulate;
+  // What will be predicted may be anything here.
+  if (needs_prediction(scene, options.predict, simulate)) {
+    simulate.material.young = simulate.material.young.value_or(kUnknownYoung);
+    simulate.material.poisson = simulate.material.poisson.value_or(0.3);
+    simulate.material.density = simulate.material.density.value_or(1000);
+  } else {
+    refuse_given(command, options_of(options.predict),
+                 {"does nothing: the material is known", "leave it out", {"label", "softness"}});
+  }
   if (!no_fit.empty()) {
     check_no_fit_stage(options.fit, no_fit, "leave it out, or allow the material to be fitted");
     check_material(scene, simulate);
@@ -56,6 +67,14 @@ void check_choice(const Scene& scene, const CLI::App& command, const RunOptions&
     refuse_given(
         command, options_of(simulate),
         {"does nothing where the fitted motion is replayed", "leave it out, or add --no-video", {"auto-push"}});
+}
+
+/// The material with which a fit starts: what nobody has said is as predicted.
+void start_from(const nlohmann::json& prediction, const Scene& scene, MaterialValues& material) {
+  const MaterialValues& file = scene.settings.material;
+  if (!file.young && !material.young) material.young = prediction["young"];
+  if (!file.poisson && !material.poisson) material.poisson = prediction["poisson"];
+  if (!file.density && !material.density) material.density = prediction["density"];
 }
 
 nlohmann::json run_all(Context& context, const Program& program, const CLI::App& command, RunOptions& options) {
@@ -76,15 +95,31 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
   ExtractStage extract = options.extract;
   if (extract.object.empty() && !options.segment.physgaussian.empty()) extract.object = "object";
   run_extract(context, run, scene, extract);
-  scale_by_object(run, scene);
+  const bool predicts = needs_prediction(scene, options.predict, options.simulate);
+  if (predicts)
+    assume_height(context, run, scene, options.predict);
+  else
+    scale_by_object(run, scene);
   run_repair(context, run, scene, options.repair);
   SeedStage seed = options.seed;
   if (seed.drivers == "pgas") seed.material_file = options.simulate.material_file;
   run_seed(context, run, scene, seed);
   SimulateStage simulate = options.simulate;
+  nlohmann::json prediction;
+  if (predicts) {
+    PredictStage predict = options.predict;
+    predict.given = simulate.material;
+    prediction = run_predict(context, run, scene, predict);
+    // The prediction has used them.
+    for (auto* value : {&simulate.material.young, &simulate.material.poisson, &simulate.material.density})
+      value->reset();
+  } else {
+    run.forget("predict");
+  }
   if (fits) {
     FitStage fit = options.fit;
     fit.material = options.simulate.material;
+    if (predicts) start_from(prediction, scene, fit.material);
     if (!fit.released_young) fit.solver = options.simulate.solver;
     run_fit(context, run, scene, fit);
     // The fit has used them.
@@ -122,6 +157,8 @@ void add_run(CLI::App& app, Program& program) {
   Spelling simulate = spelling, seed = spelling, fit = spelling;
   simulate.left_out.insert("no-fit");
   seed.left_out.insert("material");
+  Spelling predict = spelling;
+  predict.left_out = {"young", "poisson", "density"};
   fit.left_out.merge(std::set<std::string>{"young", "poisson", "density", "solver"});
   add_scene_options(*command, program, options->scene, spelling);
   add_out(*command, program, "Run directory to make or continue (default: SCENE_run)");
@@ -129,6 +166,7 @@ void add_run(CLI::App& app, Program& program) {
   add_options(*command, program, options_of(options->extract), spelling);
   add_options(*command, program, options_of(options->seed), seed);
   add_options(*command, program, options_of(options->simulate), simulate);
+  add_options(*command, program, options_of(options->predict), predict);
   options->fit.prefix = "fit.";
   add_options(*command, program, options_of(options->fit), fit);
   command

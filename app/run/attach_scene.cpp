@@ -43,6 +43,7 @@ Scene attach_scene(const Context& context, RunDirectory& run, const std::filesys
   Scene scene = load_any_scene(source, options);
   refuse_unused(options, scene);
   run.set_scene(recorded(source, options), context.overwrite);
+  run.set_note("assumed_height", {});
   for (const std::string& warning : scene.warnings) context.progress.warn(warning);
   context.progress.say(fmt::format("scene: {} Gaussians, {} cameras{}; up: {}", scene.cloud.size(),
                                    scene.cameras.size(), scene.cameras_are_orbit ? " (orbit)" : "", scene.up_source));
@@ -75,6 +76,7 @@ Scene load_run_scene(const RunDirectory& run) {
 }
 
 void scale_by_object(const RunDirectory& run, Scene& scene) {
+  if (const json assumed = run.note("assumed_height"); assumed.is_number()) scene.object_height = assumed;
   if (scene.object_height > 0 && run.has("extract"))
     scene.metres_per_unit = scene.object_height / extracted(run, {"height"})["height"].get<double>();
 }

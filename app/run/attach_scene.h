@@ -17,7 +17,8 @@ Scene attach_scene(const Context& context, RunDirectory& run, const std::filesys
 /// Throws Error{kUsage} for an option that did nothing when this scene was loaded.
 void refuse_unused(const LoadOptions& options, const Scene& scene);
 
-/// Sets metres_per_unit of a scene by the height of its object, where that is given and the object is extracted.
+/// Sets metres_per_unit of a scene by the height of its object, where that is given, or assumed, and the object is
+/// extracted.
 void scale_by_object(const RunDirectory& run, Scene& scene);
 
 /// Folder of the extracted object, relative to the run directory.

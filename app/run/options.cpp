@@ -74,10 +74,10 @@ std::vector<double> parse_numbers(const std::string& option, const std::string& 
 
 const std::set<std::string>& brief_options() {
   static const std::set<std::string> names = {
-      "up",    "metres-per-unit", "object-height", "time-limit",   "box",       "click",   "stroke",
-      "aabb",  "masks",           "auto",          "object",       "pin-below", "video",   "video-camera",
-      "young", "poisson",         "density",       "interactions", "duration",  "no-html", "html-size",
-      "size"};
+      "up",      "metres-per-unit", "object-height", "time-limit", "box",       "click",        "stroke",
+      "aabb",    "masks",           "auto",          "object",     "pin-below", "video",        "video-camera",
+      "label",   "softness",        "young",         "poisson",    "density",   "interactions", "duration",
+      "no-html", "html-size",       "size"};
   return names;
 }
 

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/segment/objects_file.h"
@@ -19,20 +21,59 @@ using nlohmann::json;
 
 namespace {
 
-/// Class of the object that the user means by id or name; without a wish the scene file's, else the only one.  What
-/// a selection or the automatic mode (`automatic`) made of the rest of the scene counts only when it is asked for.
-size_t chosen_class(const Segmentation& segmentation, const std::string& wish, std::string scene_default,
-                    bool automatic) {
+/// How much of the pictures each object takes, near their middle above all: the sum over cameras and Gaussians of the
+/// share of the picture, times the opacity, times exp(-(r / .35)^2) at a distance of r half diagonals from the middle.
+std::map<uint32_t, double> prominence(const Scene& scene, const std::vector<uint32_t>& label) {
+  constexpr double kWidth = 0.35;
+  std::map<uint32_t, double> sum;
+  for (const Camera& camera : scene.cameras) {
+    const double half = 0.5 * std::hypot(camera.width, camera.height);
+    for (size_t i = 0; i < label.size(); ++i) {
+      const Eigen::Vector3d x = camera.cam_from_world * scene.cloud.position[i].cast<double>();
+      if (x.z() <= 0) continue;
+      const double r = std::hypot(camera.fx * x.x() / x.z() + camera.cx - 0.5 * camera.width,
+                                  camera.fy * x.y() / x.z() + camera.cy - 0.5 * camera.height) /
+                       half;
+      const double size = camera.fx * std::exp(scene.cloud.log_scale[i].mean()) / x.z() / half;
+      const double opacity = 1 / (1 + std::exp(-scene.cloud.opacity_logit[i]));
+      sum[label[i]] += std::min(size * size, 1.0) * opacity * std::exp(-r * r / (kWidth * kWidth));
+    }
+  }
+  return sum;
+}
+
+/// The object to cut, and why that one where nobody chose it.
+struct ChosenClass {
+  size_t index = 0;
+  std::string why;
+};
+
+/// Class of the object that the user means by id or name; without a wish the scene file's, else the only one, else the
+/// most prominent.  What a selection or the automatic mode (`automatic`) made of the rest of the scene counts only when
+/// it is asked for, or where there is nothing else.
+ChosenClass chosen_class(const Scene& scene, const Segmentation& segmentation, const std::string& wish,
+                         bool automatic) {
   const std::vector<std::string>& names = segmentation.class_name;
+  std::string scene_default = scene.settings.object;
   if (automatic && std::find(names.begin(), names.end(), scene_default) == names.end()) scene_default.clear();
   const std::string wanted = wish.empty() ? scene_default : wish;
-  if (!wanted.empty()) return class_of_object(segmentation, "--object", wanted);
+  if (!wanted.empty()) return {class_of_object(segmentation, "--object", wanted), ""};
   std::vector<size_t> candidates;
   for (size_t c = 0; c < names.size(); ++c)
     if (names[c] != "rest" && !(automatic && names[c].starts_with("support_"))) candidates.push_back(c);
-  if (candidates.size() == 1) return candidates[0];
-  throw usage_error("--object", "", "is needed: the scene has several objects",
-                    "choose one of " + list_of_objects(segmentation));
+  if (candidates.size() == 1) return {candidates[0], ""};
+  const bool none = candidates.empty();
+  if (none)
+    for (size_t c = 0; c < names.size(); ++c) candidates.push_back(c);
+  if (candidates.empty())
+    throw usage_error("--object", "", "cannot be chosen: the scene has no objects",
+                      "point at one with --box, --click or --aabb");
+  std::map<uint32_t, double> value = prominence(scene, segmentation.label);
+  const size_t best = *std::max_element(candidates.begin(), candidates.end(), [&](size_t a, size_t b) {
+    return value[segmentation.class_id[a]] < value[segmentation.class_id[b]];
+  });
+  if (none) return {best, "nothing stands apart in the scene"};
+  return {best, fmt::format("the most prominent of {} objects near the middle of the views", candidates.size())};
 }
 
 /// What every rule moved: number of Gaussians, how many of them no later rule moved again, and the share of the latter
@@ -58,6 +99,9 @@ json extract_object(const Context& context, const RunDirectory& run, const Stage
   const Segmentation segmentation = read_segmentation(in.files.at("segmentation"));
   const uint32_t id = in.found["id"];
   const std::string name = in.found["name"], folder = folder_of_object(id, name);
+  if (in.found.contains("chosen"))
+    context.progress.say(fmt::format("extract: '{}' is taken, {} (--object takes another)", name,
+                                     in.found["chosen"].get<std::string>()));
   ExtractOptions options;
   options.object = id;
   options.probability = static_cast<float>(in.options.threshold);
@@ -88,6 +132,7 @@ json extract_object(const Context& context, const RunDirectory& run, const Stage
                   {"candidates", result.summary.candidates},
                   {"dropped", result.summary.dropped},
                   {"rules", rules_json(result)}};
+  if (in.found.contains("chosen")) summary["chosen"] = in.found["chosen"];
   if (result.contact.found) {
     std::string support = "support";
     for (size_t c = 0; c < segmentation.class_id.size(); ++c)
@@ -105,15 +150,17 @@ json extract_object(const Context& context, const RunDirectory& run, const Stage
 StageInputs<ExtractStage> inputs_of(const RunDirectory& run, const Scene& scene, const ExtractStage& stage) {
   const json segmented = run.summary("segment", "run `pliant segment SCENE --out DIR` first");
   const Segmentation segmentation = read_objects(run, scene);
-  const size_t chosen =
-      chosen_class(segmentation, stage.object, scene.settings.object, segmented.value("automatic", false));
+  const ChosenClass chosen = chosen_class(scene, segmentation, stage.object, segmented.value("automatic", false));
+  const uint32_t id = segmentation.class_id[chosen.index];
+  const std::string& name = segmentation.class_name[chosen.index];
   StageInputs<ExtractStage> in;
   in.options = stage;
   in.parts = {ScenePart::kSplats, ScenePart::kUp, ScenePart::kSupport};
   in.scene = only(in.parts, scene);
   in.files["segmentation"] = run / "segmentation.h5";
-  in.found = {{"id", segmentation.class_id[chosen]}, {"name", segmentation.class_name[chosen]}};
-  const std::string folder = folder_of_object(segmentation.class_id[chosen], segmentation.class_name[chosen]);
+  in.found = {{"id", id}, {"name", name}};
+  if (!chosen.why.empty()) in.found["chosen"] = chosen.why + "; of " + list_of_objects(segmentation);
+  const std::string folder = folder_of_object(id, name);
   in.outputs = {folder + "/object.ply", "background.ply", "extract.png"};
   return in;
 }
@@ -126,7 +173,7 @@ OptionTable options_of(ExtractStage& stage) {
   return {"extract",
           {{.name = "object",
             .field = &stage.object,
-            .help = "Object to cut (default: scene.json's, or the only one)",
+            .help = "Object to cut (default: scene.json's, else the most prominent)",
             .value = "ID|NAME",
             .recorded = Recorded::kElsewhere},
            {.name = "threshold",

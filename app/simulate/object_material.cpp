@@ -104,7 +104,8 @@ ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_
   if (!density) missing += " --density";
   if (!missing.empty())
     throw usage_error("material", missing.substr(1), "is not known for this scene",
-                      "give --young E[Pa] --poisson NU --density RHO[kg/m^3], or \"material\" in scene.json");
+                      "give --young E[Pa] --poisson NU --density RHO[kg/m^3], \"material\" in scene.json, or run "
+                      "`pliant predict` first");
   validate_material("material", *young, *poisson, *density);
 
   ObjectMaterial out{*young, *poisson, *density, {}};
@@ -125,6 +126,12 @@ ObjectMaterial check_material(const Scene& scene, const SimulateStage& stage) {
     return check_material(scene, stage.material, stage.material_file.empty() ? SetBy::kNothing : SetBy::kFields);
   const PhysGaussianConfig config = read_physgaussian_config(stage.physgaussian);
   return {config.young, config.poisson, config.density, {}};
+}
+
+void take_law(const nlohmann::json& record, MaterialValues& values) {
+  values.law = record["law"];
+  for (const MaterialConstant& constant : kConstants)
+    if (record.contains(constant.name)) values.constants.insert({constant.name, record[constant.name]});
 }
 
 nlohmann::json material_to_json(const ObjectMaterial& m) {

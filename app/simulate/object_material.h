@@ -41,6 +41,8 @@ ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_
 
 constexpr double kUnknownYoung = 1e5;  ///< Pa, where a fit starts that is told nothing
 
+/// Law and constants of such a record, as if they had been typed.
+void take_law(const nlohmann::json& record, MaterialValues& values);
 /// {young, poisson, density, law, constants that were changed}, for records.
 nlohmann::json material_to_json(const ObjectMaterial& material);
 

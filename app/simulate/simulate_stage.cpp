@@ -156,17 +156,22 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
   const SimulateStage& stage = in.options;
   const Scene& scene = in.scene;
   const bool physgaussian = !stage.physgaussian.empty(), given = !stage.material_file.empty();
-  const bool fields = in.files.count("material"), replay = in.found["replay"], timed = in.files.count("velocity");
+  const bool fields = in.files.count("material"), predicted = in.found.contains("predicted"),
+             replay = in.found["replay"], timed = in.files.count("velocity");
   const ObjectMaterial material =
       fields ? check_material(scene, stage.material, SetBy::kFields) : check_material(scene, stage);
   ParticleFile particles = read_particles(in.files.at("particles"));
   const ElasticSamples solid =
       fields ? given_material(in.files.at("material"), particles) : solid_material(particles, material);
-  if (fields)
+  if (predicted)
+    context.progress.say("simulate: material as predicted for '" + in.found["predicted"].get<std::string>() + "'");
+  else if (fields)
     context.progress.say("simulate: material " + (given ? "of " + stage.material_file : "and damping of the fit"));
   for (const std::string& output : in.outputs)
     if (fs::path(output).filename() == "material.h5")
-      write_material(run / output, {solid.young, solid.poisson, solid.density, "homogeneous", {}, {}}, provenance);
+      write_material(run / output,
+                     {solid.young, solid.poisson, solid.density, predicted ? "predicted" : "homogeneous", {}, {}},
+                     provenance);
   SimulatedBody body = make_body(std::move(particles), scene, solid, material.material);
   SimulationPlan plan =
       physgaussian ? plan_physgaussian(context, in.files, stage, body)
@@ -252,6 +257,7 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
                       "run `pliant fit` again, or ignore the fit with --no-fit");
   // Fields come from files that the user gives, else from the fit: the material, and how the motion started, once more.
   const bool given = !stage.material_file.empty(), started = !stage.velocity_file.empty();
+  const bool predicted = !physgaussian && !given && !fitted && !stage.material.young && run.has("predict");
   const fs::path velocity_file = started ? fs::path(stage.velocity_file) : run / (folder + "/velocity.h5");
   const bool replay = started || (fitted && !given && stage.interactions.empty() && starts_moving(velocity_file));
 
@@ -268,7 +274,9 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
     in.files["material"] = stage.material_file;
   else if (fitted)
     in.files["material"] = run / (folder + "/material.h5");
-  else if (!is_output_of_fit(run, folder + "/material.h5"))
+  else if (predicted)
+    in.files["material"] = run / (folder + "/predicted.h5");
+  if (!given && !fitted && !is_output_of_fit(run, folder + "/material.h5"))
     in.outputs.push_back(folder + "/material.h5");
   if (fitted || replay) in.files["velocity"] = velocity_file;
   const bool pushed = !physgaussian && !replay && stage.interactions.empty();
@@ -281,9 +289,16 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
   in.found["started"] = started;
   // Said here as well, because command line, scene file and fit say it together.
   in.found["fitted"] = fitted;
+  const bool fields = given || fitted || predicted;
+  if (predicted) {
+    const json& prediction = run.manifest()["stages"]["predict"]["summary"];
+    in.found["predicted"] = prediction["understood"];
+    if (in.options.material.law.empty() && in.scene.settings.material.law.empty())
+      take_law(prediction["material"], in.options.material);
+  }
   if (!physgaussian)
     in.found["material"] =
-        material_to_json(check_material(in.scene, stage.material, given || fitted ? SetBy::kFields : SetBy::kNothing));
+        material_to_json(check_material(in.scene, in.options.material, fields ? SetBy::kFields : SetBy::kNothing));
   return in;
 }
 

@@ -194,6 +194,8 @@ const std::map<std::string, std::string> kElsewhere = {
     {"export html-size", "PageExport"},
     {"export html-licence", "PageExport"},
     {"simulate recording", "PageExport"},
+    {"predict list", "Predict"},
+    {"predict overwrite", "Predict"},
     {"reconstruct overwrite", "Reconstruct"},
     {"motion fps", "EvaluateMotion"},
 };

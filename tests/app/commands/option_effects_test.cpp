@@ -9,6 +9,7 @@
 #include "app/commands/stage_options.h"
 #include "app/fit/fit_stage.h"
 #include "app/page/page_stage.h"
+#include "app/predict/predict_stage.h"
 #include "app/reconstruct/photo_set.h"
 #include "app/segment/extract_stage.h"
 #include "app/segment/label_choice.h"
@@ -43,6 +44,7 @@ class OptionEffects : public FitVideo {
     for (const char* network : {"detector", "tagger", "segmenter", "tracker", "inpainter"})
       write_text(file(network) + ".onnx", network);
     write_text(file("names.txt"), "flower");
+    write_text(file("camera_path.json"), "{}");
     write_text(file("masks/view_000.png"), "other masks");
     write_text(file("model/classifier.pth"), "a classifier");
     write_text(folder / "scene/segmentation.h5", "a joint training's");
@@ -93,6 +95,16 @@ class OptionEffects : public FitVideo {
         {"simulate.density", "400"},
         {"simulate.rest-shape", "solve"},
         {"render.camera", camera},
+        {"render.cameras", file("camera_path.json")},
+        {"render.size", "64x48"},
+        {"render.clip-fps", "25"},
+        {"predict.label", "palm"},
+        {"predict.material", "oak"},
+        {"predict.llm-url", "http://127.0.0.1:9/v1"},
+        {"predict.llm-model", "m"},
+        {"predict.young", "3e4"},
+        {"predict.poisson", "0.2"},
+        {"predict.density", "400"},
         {"page.html-licence", "CC BY 4.0"},
         {"reconstruct.photos", file("masks")},
         {"reconstruct.background", "1,1,1"},
@@ -222,6 +234,13 @@ TEST_F(OptionEffects, OfSegment) {
   try_all<SegmentStage>({"--everything"}, with(everything, {"tracker", "trust-torchscript"}));
   try_all<SegmentStage>({"--everything", "--track"}, with(everything, {"associate", "trust-torchscript"}));
   try_all<SegmentStage>({"--detector", v("detector")}, with(not_labelled, {"everything", "tracker"}));
+}
+
+TEST_F(OptionEffects, OfPredict) {
+  try_all<PredictStage>({}, {"llm-url", "llm-model"});
+  try_all<PredictStage>({"--label", "palm"}, {"material", "llm-url", "llm-model"});
+  try_all<PredictStage>({"--young", "2e4"}, {"softness", "llm-url", "llm-model"});
+  try_all<PredictStage>({"--llm-url", values_.at("predict.llm-url"), "--llm-model", "other"}, {});
 }
 
 TEST_F(OptionEffects, OfReconstructExtractRepairSeedAndRender) {

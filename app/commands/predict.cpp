@@ -1,0 +1,35 @@
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/commands/stage_options.h"
+#include "app/predict/predict_stage.h"
+#include "fitting/predict/material_table.h"
+
+namespace pliant {
+
+void add_predict(CLI::App& app, Program& program) {
+  CLI::App* command = app.add_subcommand("predict", "Predict what the object is made of, from its name and shape");
+  auto directory = std::make_shared<std::string>();
+  auto stage = std::make_shared<PredictStage>();
+  auto list = std::make_shared<bool>(false);
+  command->add_option("DIR", *directory, "Run directory");
+  add_options(*command, program, options_of(*stage));
+  command->add_flag("--list", *list, "Print the known materials and objects, and where their values come from");
+  add_overwrite(*command, program);
+  add_common(*command, program);
+  command->callback([=, &program] {
+    if (!*list && directory->empty()) throw CLI::RequiredError("DIR");
+    program.action = [=](Context& context) {
+      if (*list) {
+        refuse_given(*command, options_of(*stage), {"does nothing with --list", "leave it out", {}});
+        std::fputs(material_list(material_table()).c_str(), stdout);
+        return nlohmann::json::object();
+      }
+      RunDirectory run = RunDirectory::open(*directory);
+      const Scene scene = load_run_scene(run);
+      return run_predict(context, run, scene, *stage);
+    };
+  });
+}
+
+}  // namespace pliant

@@ -1,0 +1,46 @@
+#include "app/predict/object_prior.h"
+
+#include "fitting/predict/label_prior.h"
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+/// A solid of which nothing is known: motion that people take for natural, light like most things that yield.
+ObjectPrior soft_solid() {
+  ObjectPrior prior;
+  prior.name = "soft solid";
+  prior.guessed = true;
+  prior.young = {1e4, 1e5, 1e6};
+  prior.poisson = {0.2, 0.3, 0.45};
+  prior.density = {100, 500, 1200};
+  prior.frequency = Band{0.7, 2, 6};
+  prior.source = "a guess: what the object is made of is unknown";
+  return prior;
+}
+
+ObjectPrior of(const MaterialPrior& known, const std::string& warning) {
+  return {known.name,      false,        known.young, known.poisson, known.density,
+          known.frequency, known.height, known.law,   known.words,   warning};
+}
+
+}  // namespace
+
+ObjectPrior object_prior(const PriorQuestion& question) {
+  if (!question.material.empty())
+    return of(prior_of(match_material(find_material(material_table(), question.material))), "");
+  const std::string& label = question.label.empty() ? question.name : question.label;
+  const LabelPrior found = prior_of_label(material_table(), label, question.llm, question.view);
+  if (!found.prior && !question.label.empty())
+    throw usage_error(
+        "--label", question.label.substr(0, 60), "names no object or material that is known",
+        "'pliant predict --list' shows all; or give --material NAME, or --young E --poisson NU --density RHO");
+  if (!found.prior) {
+    ObjectPrior prior = soft_solid();
+    prior.warning = found.warning;
+    return prior;
+  }
+  return of(*found.prior, found.warning);
+}
+
+}  // namespace pliant

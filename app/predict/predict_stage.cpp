@@ -1,0 +1,276 @@
+#include "app/predict/predict_stage.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/predict/object_prior.h"
+#include "app/run/attach_scene.h"
+#include "app/simulate/clip_camera.h"
+#include "app/simulate/object_material.h"
+#include "app/simulate/simulated_body.h"
+#include "app/store/material.h"
+#include "fitting/distribution/distribution_network.h"
+#include "fitting/modal/sway.h"
+#include "gaussians/base/error.h"
+#include "gaussians/base/nearest.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/images/image_io.h"
+#include "gaussians/io/splats/ply.h"
+#include "gaussians/render/render.h"
+
+namespace pliant {
+using nlohmann::json;
+
+namespace {
+
+constexpr double kHighestFrequency = 15;  // Hz, half the frame rate of a clip: what sways faster does not show
+constexpr int kSwayParticles = 1000;
+constexpr double kHeldShare = 0.1;  // of the height, from below, of an object that nothing holds
+
+/// What is asked of the table, and with --llm-url of a language model, which sees one view of the object.
+PriorQuestion question_of(const StageInputs<PredictStage>& in, const GaussianCloud& object, const RunDirectory& run) {
+  const PredictStage& stage = in.options;
+  PriorQuestion question{stage.material, stage.label, in.found["name"], {}, {}};
+  if (stage.llm_url.empty()) return question;
+  question.llm = {.url = stage.llm_url, .model = stage.llm_model, .key = llm_key(), .cache = run / "llm_answers"};
+  const std::filesystem::path view = run / "llm_view.png";
+  RenderOptions options;
+  options.antialiased = in.scene.report.antialiased;
+  write_image(view, render(object, clip_camera(in.scene, "", robust_bounds(object)), options).color);
+  question.view = read_text(view);
+  return question;
+}
+
+/// The solid samples in metres, as the network takes them.
+SolidSamples samples_of(const ParticleFile& file, double metres_per_unit) {
+  const float scale = static_cast<float>(metres_per_unit);
+  SolidSamples samples;
+  double total = 0;
+  for (size_t i = 0; i < file.solid_position.size(); ++i) {
+    const int driver = file.solid_driver[i];
+    samples.position.push_back(scale * file.solid_position[i]);
+    samples.volume.push_back(scale * scale * scale * file.solid_volume[i]);
+    samples.thickness.push_back(driver < 0 || file.driving_thickness.empty() ? 0
+                                                                             : scale * file.driving_thickness[driver]);
+    total += samples.volume.back();
+  }
+  samples.spacing = static_cast<float>(std::cbrt(total / static_cast<double>(samples.size())));
+  return samples;
+}
+
+std::vector<Vec3f> colours_of(const GaussianCloud& object, const std::vector<Vec3f>& positions) {
+  std::vector<Vec3f> colours;
+  for (const int i : k_nearest(object.position, positions, 1)) {
+    const float* sh = object.sh_of(i);
+    colours.push_back((Vec3f(sh[0], sh[1], sh[2]) * kSh0 + Vec3f::Constant(0.5f)).cwiseMax(0).cwiseMin(1));
+  }
+  return colours;
+}
+
+/// E(x), nu(x) and rho(x) around the means; parts that are not simulated do not count in these.
+MaterialDistribution distribute(const ParticleFile& file, const GaussianCloud& object, const Scene& scene,
+                                const Band& young, const MaterialMeans& means) {
+  const SolidSamples samples = samples_of(file, scene.metres_per_unit);
+  const std::vector<Vec3f> colours = colours_of(object, file.solid_position);
+  const std::vector<float> features =
+      local_features({samples, colours, {}, scene.up.cast<float>(), {young.low, young.typical, young.high}});
+  std::vector<float> moving = samples.volume;
+  for (size_t i = 0; i < moving.size(); ++i)
+    if (file.solid_driver[i] < 0) moving[i] = 0;
+  return predict_distribution(shipped_network(), features, moving, means);
+}
+
+/// How fast the simulated part sways with this material, in the softer of two level directions; measured on few
+/// particles.  None where it sways too slowly to measure.
+std::optional<double> frequency_of(const ParticleFile& file, const Scene& scene, const ElasticSamples& solid,
+                                   uint64_t seed) {
+  const SolidSamples samples = samples_of(file, scene.metres_per_unit);
+  std::vector<int> moving;
+  Box box;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    box.add(samples.position[i]);
+    if (file.solid_driver[i] >= 0) moving.push_back(static_cast<int>(i));
+  }
+  DriverOptions options;
+  options.count = kSwayParticles;
+  options.seed = seed;
+  const SolidSamples part = samples.select(moving);
+  const Particles body = make_particles<float>(kmeans_drivers(options, part), part, solid.select(moving), 1);
+  std::vector<Interaction> pins = pins_of(file, scene);
+  if (pins.empty()) {
+    double low = INFINITY, high = -INFINITY;
+    for (const Vec3f& x : samples.position) {
+      low = std::min(low, scene.up.dot(x.cast<double>()));
+      high = std::max(high, scene.up.dot(x.cast<double>()));
+    }
+    pins.emplace_back().type = InteractionType::kPin;
+    pins.back().region = Region::half_space(scene.up * (low + kHeldShare * (high - low)), scene.up);
+  }
+  SwayOptions sway;
+  sway.direction = scene.up.unitOrthogonal();
+  const std::optional<double> one = sway_frequency(sway, body, pins);
+  sway.direction = scene.up.cross(sway.direction);
+  const std::optional<double> other = sway_frequency(sway, body, pins);
+  if (!one || !other) return std::nullopt;
+  return std::min(*one, *other);
+}
+
+/// The frequency that the object is to have, [Hz], where with its present E it has `frequency`.
+double wanted_frequency(const ObjectPrior& prior, double softness, double frequency) {
+  if (prior.guessed) return at_softness(*prior.frequency, softness);
+  const bool sways = prior.frequency && prior.frequency->typical > 0;
+  const double low = sways ? prior.frequency->low : 0, high = sways ? prior.frequency->high : kHighestFrequency;
+  return std::clamp(frequency, low, std::min(high, kHighestFrequency));
+}
+
+json band_json(const Band& band) { return {{"low", band.low}, {"typical", band.typical}, {"high", band.high}}; }
+
+double first_of(const std::optional<double>& a, const std::optional<double>& b, double otherwise) {
+  return a ? *a : b.value_or(otherwise);
+}
+
+json predict_object(const Context& context, const RunDirectory& run, const StageInputs<PredictStage>& in,
+                    const std::string& provenance) {
+  const PredictStage& stage = in.options;
+  const Scene& scene = in.scene;
+  const ParticleFile file = read_particles(in.files.at("particles"));
+  const GaussianCloud object = read_ply(in.files.at("object"));
+  ObjectPrior prior = object_prior(question_of(in, object, run));
+  if (!prior.warning.empty()) context.progress.warn(prior.warning);
+  const MaterialValues& scene_file = scene.settings.material;
+  const bool young_given = stage.given.young.has_value();
+  const MaterialMeans means = {stage.given.young.value_or(at_softness(prior.young, stage.softness)),
+                               first_of(stage.given.poisson, scene_file.poisson, prior.poisson.typical),
+                               first_of(stage.given.density, scene_file.density, prior.density.typical)};
+  const MaterialDistribution field = distribute(file, object, scene, prior.young, means);
+
+  ElasticSamples solid{field.young, field.poisson, field.density};
+  const std::optional<double> shown = frequency_of(file, scene, solid, context.seed);
+  double factor = 1, frequency = shown.value_or(0);
+  if (shown && !young_given) {
+    frequency = wanted_frequency(prior, stage.softness, *shown);
+    factor = (frequency / *shown) * (frequency / *shown);
+  }
+  for (float& E : solid.young) E *= static_cast<float>(factor);
+  const double young = means.young * factor;
+  Band young_band = {prior.young.low * factor, prior.young.typical * factor, prior.young.high * factor};
+  if (prior.guessed && shown)
+    for (double Band::*end : {&Band::low, &Band::typical, &Band::high})
+      young_band.*end = means.young * std::pow((*prior.frequency).*end / *shown, 2);
+
+  std::string words = prior.source;
+  if (std::abs(factor - 1) > 1e-3 && !prior.guessed)
+    words +=
+        fmt::format("; E times {:.3g}, since with {:.3g} Pa it would sway at {:.3g} Hz", factor, means.young, *shown);
+  write_material(run / in.outputs[0],
+                 {solid.young, solid.poisson, solid.density, "predicted for '" + prior.name + "'", {}, {}, field.sigma},
+                 provenance);
+  context.progress.say(
+      fmt::format("predict: {}{}: E {:.3g} Pa on average ({:.2g} to {:.2g}), nu {:.2f}, rho {:.4g} kg/m^3, sways at {}",
+                  prior.guessed ? "unknown, taken for a " : "", prior.name, young, young_band.low, young_band.high,
+                  means.poisson, means.density, shown ? fmt::format("{:.2g} Hz", frequency) : "an unknown frequency"));
+  if (prior.guessed)
+    context.progress.say(
+        "predict: E is a guess that moves pleasantly; --label says what the object is, --softness 0..1 how soft");
+  const ObjectMaterial law{young, means.poisson, means.density, prior.law};
+  return {{"understood", prior.name},
+          {"guessed", prior.guessed},
+          {"source", words},
+          {"softness", stage.softness},
+          {"young", young},
+          {"young_band", band_json(young_band)},
+          {"poisson", means.poisson},
+          {"poisson_band", band_json(prior.poisson)},
+          {"density", means.density},
+          {"density_band", band_json(prior.density)},
+          {"frequency_hz", shown ? json(frequency) : json()},
+          {"frequency_band", prior.frequency ? band_json(*prior.frequency) : json()},
+          {"material", material_to_json(law)}};
+}
+
+bool asks(const PredictStage& stage) {
+  return !stage.label.empty() || !stage.material.empty() || stage.softness != PredictStage().softness ||
+         !stage.llm_url.empty();
+}
+
+}  // namespace
+
+StageInputs<PredictStage> inputs_of(const RunDirectory& run, const Scene& scene, const PredictStage& stage) {
+  if (!stage.material.empty() && !stage.label.empty())
+    throw usage_error("predict", "--material", "was given together with --label", "leave one of them out");
+  if (stage.llm_url.empty() != stage.llm_model.empty())
+    throw usage_error("predict", stage.llm_url.empty() ? "--llm-model" : "--llm-url", "was given without the other",
+                      "give --llm-url and --llm-model, or neither");
+  if (stage.given.young && stage.softness != PredictStage().softness)
+    throw usage_error("predict", "--softness", "does nothing with --young, which sets the mean",
+                      "leave one of them out");
+  run.summary("seed", "run `pliant seed` first");
+  StageInputs<PredictStage> in;
+  in.options = stage;
+  in.parts = {ScenePart::kUp, ScenePart::kMetresPerUnit, ScenePart::kMaterial};
+  if (!stage.llm_url.empty()) in.parts.insert({ScenePart::kAntialiased, ScenePart::kCameras, ScenePart::kVideoCamera});
+  in.scene = only(in.parts, scene);
+  const std::string folder = object_folder(run);
+  in.files = {{"particles", run / (folder + "/particles.h5")}, {"object", run / (folder + "/object.ply")}};
+  in.found = extracted(run, {"name"});
+  in.outputs = {folder + "/predicted.h5"};
+  return in;
+}
+
+json run_predict(const Context& context, RunDirectory& run, const Scene& scene, const PredictStage& stage) {
+  return run_stage(context, run, inputs_of(run, scene, stage), predict_object);
+}
+
+bool needs_prediction(const Scene& scene, const PredictStage& stage, const SimulateStage& simulate) {
+  if (!simulate.material_file.empty() || !simulate.physgaussian.empty()) return false;
+  const MaterialValues &typed = simulate.material, &file = scene.settings.material;
+  const bool known = (typed.young || file.young) && (typed.poisson || file.poisson) && (typed.density || file.density);
+  return !known || asks(stage);
+}
+
+void assume_height(const Context& context, RunDirectory& run, Scene& scene, const PredictStage& stage) {
+  const json& typed = run.scene();
+  json height;
+  if (!typed.contains("metres_per_unit") && !typed.contains("object_height") && !scene.settings.metres_per_unit) {
+    const ObjectPrior prior = object_prior({stage.material, stage.label, extracted(run, {"name"})["name"], {}, {}});
+    if (prior.height) {
+      height = prior.height->typical;
+      context.progress.say(
+          fmt::format("scale: the object is taken to be {:g} m high, as is usual for '{}' "
+                      "(--object-height says otherwise)",
+                      prior.height->typical, prior.name));
+    }
+  }
+  run.set_note("assumed_height", height);
+  scale_by_object(run, scene);
+}
+
+OptionTable options_of(PredictStage& stage) {
+  OptionTable table{
+      "predict",
+      {{.name = "label",
+        .field = &stage.label,
+        .help = "What the object is, such as 'potted palm' (default: its name)",
+        .value = "TEXT"},
+       {.name = "material",
+        .field = &stage.material,
+        .help = "Material of the table that it is made of, instead of a label (pliant predict --list)",
+        .value = "NAME"},
+       {.name = "softness",
+        .field = &stage.softness,
+        .help = "Where in its band E lies: 0 = stiffest, 1 = softest",
+        .low = 0,
+        .high = 1},
+       {.name = "llm-url",
+        .field = &stage.llm_url,
+        .help = "OpenAI-compatible service that is asked for the material; key: PLIANT_LLM_KEY in the environment",
+        .value = "URL"},
+       {.name = "llm-model", .field = &stage.llm_model, .help = "Model of that service", .value = "NAME"}}};
+  for (Option& option : material_options(stage.given)) table.options.push_back(std::move(option));
+  return table;
+}
+
+}  // namespace pliant

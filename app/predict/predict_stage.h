@@ -1,0 +1,34 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "app/run/options.h"
+#include "app/run/stage_inputs.h"
+#include "app/simulate/simulate_stage.h"
+#include "gaussians/io/scene/scene.h"
+
+namespace pliant {
+
+/// predict: what the object is made of, from its name and its shape -> objects/.../predicted.h5.
+struct PredictStage {
+  std::string label;     ///< what the object is; empty = the name that it has
+  std::string material;  ///< of the table, instead of a label
+  double softness = 0.5;
+  std::string llm_url, llm_model;
+  MaterialValues given;  ///< command line's, which are kept
+};
+/// Its options, bound to the fields of `stage`.
+OptionTable options_of(PredictStage& stage);
+StageInputs<PredictStage> inputs_of(const RunDirectory& run, const Scene& scene, const PredictStage& stage);
+nlohmann::json run_predict(const Context& context, RunDirectory& run, const Scene& scene, const PredictStage& stage);
+
+/// Whether `run` has to predict: a value of the material is neither on the command line nor in the scene file, or the
+/// command line asks for a prediction.
+bool needs_prediction(const Scene& scene, const PredictStage& stage, const SimulateStage& simulate);
+
+/// Where nobody says how large the scene is: its object gets the usual height of what it is named.  What is assumed is
+/// kept in the run directory.
+void assume_height(const Context& context, RunDirectory& run, Scene& scene, const PredictStage& stage);
+
+}  // namespace pliant

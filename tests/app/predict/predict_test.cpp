@@ -1,0 +1,147 @@
+// `predict`, and `run` without a material: what is known is kept, what is not is predicted and said.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/predict/object_prior.h"
+#include "app/run/run_directory.h"
+#include "app/store/material.h"
+#include "app/store/particles.h"
+#include "app/store/trajectory.h"
+#include "gaussians/io/files/json_file.h"
+#include "tests/app/beam_scene.h"
+#include "tests/app/run_pliant.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace testing;
+using nlohmann::json;
+
+TEST(ObjectPrior, ComesFromMaterialLabelAndNameInThisOrder) {
+  const ObjectPrior rubber = object_prior({"silicone rubber", "", "palm", {}, {}});
+  EXPECT_LT(rubber.young.low, 2.6e5);
+  EXPECT_GT(rubber.young.high, 2.6e5);
+  EXPECT_FALSE(rubber.guessed);
+  const ObjectPrior labelled = object_prior({"", "a potted palm", "guitar", {}, {}});
+  EXPECT_EQ(labelled.name, object_prior({"", "", "palm", {}, {}}).name);
+  ASSERT_TRUE(labelled.height && labelled.frequency);
+  EXPECT_GT(labelled.frequency->typical, 0);
+}
+
+TEST(ObjectPrior, OfANameThatMeansNothingIsAGuessAndALabelThatMeansNothingIsRefused) {
+  const ObjectPrior guess = object_prior({"", "", "object_1", {}, {}});
+  EXPECT_TRUE(guess.guessed);
+  ASSERT_TRUE(guess.frequency);
+  EXPECT_EQ(guess.frequency->typical, 2);
+  expect_error(Failure::kUsage, {"--label", "xyzzy", "--list"}, [] {
+    object_prior({"", "xyzzy", "object_1", {}, {}});
+  });
+  expect_error(Failure::kUsage, {"--material", "unobtainium"}, [] { object_prior({"unobtainium", "", "", {}, {}}); });
+}
+
+/// A beam whose scene file says nothing of its material.
+class Predict : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    make_beam_scene(folder_ / "scene");
+    json scene = read_json(folder_ / "scene/scene.json");
+    scene.erase("material");
+    scene.erase("metres_per_unit");
+    write_text(folder_ / "scene/scene.json", scene.dump());
+  }
+  /// `run` with these words besides.
+  int run(std::vector<std::string> words) const {
+    words.insert(words.begin(), {"run", (folder_ / "scene").string(), "--out", (folder_ / "run").string(), "--aabb",
+                                 "-0.1,-0.1,0.9,0.9,0.3,1.3", "--scene.orbit-views", "6", "--seed.particles", "300",
+                                 "--seed.no-pin-contact", "--simulate.fps", "20", "--duration", "0.2", "--no-html",
+                                 "--render.no-orbit"});
+    return run_quietly(words);
+  }
+  json summary(const char* stage) const { return read_json(folder_ / "run/run.json")["stages"][stage]["summary"]; }
+  MaterialFile material(const char* file) const { return read_material(folder_ / "run/objects/1_object" / file); }
+
+  const TemporaryFolder folder_;
+};
+
+TEST_F(Predict, RunWithoutAMaterialEndsWithAClipThatSwaysAtTwoHertz) {
+  ASSERT_EQ(run({}), 0);
+  const json found = summary("predict");
+  EXPECT_TRUE(found["guessed"]);
+  EXPECT_EQ(found["frequency_hz"], 2);
+  EXPECT_TRUE(fs::exists(folder_ / "run/clip.mp4"));
+  // E of the guess gives that frequency: f = .1615 (t / L^2) sqrt(E / rho) of a clamped beam, .16 high and .7 long.
+  const double expected = 0.1615 * 0.16 / (0.7 * 0.7) * std::sqrt(found["young"].get<double>() / 500);
+  EXPECT_NEAR(expected, 2, 0.7);
+  // What is simulated is what was predicted.
+  EXPECT_EQ(material("material.h5").young, material("predicted.h5").young);
+  EXPECT_EQ(material("predicted.h5").log10_young_sigma.size(), material("predicted.h5").young.size());
+  const std::string report = read_text(folder_ / "run/report.html");
+  for (const char* word : {"Assumed", "a guess", "length of a unit"})
+    EXPECT_NE(report.find(word), std::string::npos) << word;
+}
+
+TEST_F(Predict, WhatIsGivenIsKeptAndTheRestIsThatOfTheLabel) {
+  ASSERT_EQ(run({"--label", "sunflower", "--young", "3e4"}), 0);
+  const json found = summary("predict");
+  EXPECT_NEAR(found["young"], 3e4, 1);
+  const ObjectPrior prior = object_prior({"", "sunflower", "", {}, {}});
+  EXPECT_EQ(found["density"], prior.density.typical);
+  // The scale is that of its usual height.
+  const TrajectoryFile motion = read_trajectory(folder_ / "run/objects/1_object/trajectory.h5");
+  EXPECT_NEAR(motion.metres_per_unit, prior.height->typical / summary("extract")["height"].get<double>(), 1e-9);
+  // E is 3e4 on average over what is simulated.
+  const MaterialFile field = material("predicted.h5");
+  const ParticleFile particles = read_particles(folder_ / "run/objects/1_object/particles.h5");
+  double sum = 0, volume = 0, mean_density = 0;
+  for (size_t i = 0; i < field.young.size(); ++i) {
+    if (particles.solid_driver[i] < 0) continue;
+    sum += particles.solid_volume[i] * field.young[i];
+    mean_density += particles.solid_volume[i] * field.density[i];
+    volume += particles.solid_volume[i];
+  }
+  EXPECT_NEAR(sum / volume, 3e4, 30);
+  EXPECT_NEAR(mean_density / volume, prior.density.typical, 1e-3 * prior.density.typical);
+  // Once everything is given nothing is predicted any more.
+  ASSERT_EQ(run({"--young", "3e4", "--poisson", "0.3", "--density", "500"}), 0);
+  EXPECT_TRUE(summary("predict").is_null());
+  EXPECT_EQ(material("material.h5").young.front(), 3e4f);
+}
+
+TEST_F(Predict, SoftnessMovesEAlongItsBand) {
+  std::vector<double> young, frequency;
+  for (const char* softness : {"0", "0.5", "1"}) {
+    ASSERT_EQ(run({"--softness", softness}), 0);
+    young.push_back(summary("predict")["young"]);
+    frequency.push_back(summary("predict")["frequency_hz"]);
+    EXPECT_NEAR(summary("predict")["young_band"]["typical"], young.front() / 9, 0.02 * young.front() / 9);
+  }
+  EXPECT_EQ(frequency, (std::vector<double>{6, 2, 0.7}));
+  EXPECT_NEAR(young[0] / young[1], 9, 0.05);
+}
+
+TEST_F(Predict, ContradictionsAndUnknownWordsAreRefused) {
+  ASSERT_EQ(run({}), 0);
+  const std::string directory = (folder_ / "run").string();
+  const auto predict = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {"predict", directory});
+    return run_quietly(words);
+  };
+  EXPECT_EQ(predict({"--label", "palm"}), 0);
+  EXPECT_EQ(predict({"--label", "fern", "--overwrite"}), 0);
+  EXPECT_EQ(predict({"--label", "palm", "--material", "oak"}), 2);
+  EXPECT_EQ(predict({"--label", "xyzzy"}), 2);
+  EXPECT_EQ(predict({"--young", "1e5", "--softness", "0.2"}), 2);
+  EXPECT_EQ(predict({"--llm-url", "http://127.0.0.1:9"}), 2);
+  EXPECT_EQ(predict({"--softness", "2"}), 2);
+  EXPECT_EQ(predict({"--llm-url", "http://127.0.0.1:9/v1", "--llm-model", "m"}), 0);  // down: the table is used
+  EXPECT_EQ(run_quietly({"predict", "--list", "--label", "palm"}), 2);
+  EXPECT_EQ(run({"--young", "1", "--poisson", "0.3", "--density", "1", "--softness", "0.5"}), 2);
+}
+
+}  // namespace
+}  // namespace pliant
