@@ -44,6 +44,7 @@ void add_extract(CLI::App& app, Program& program);
 void add_repair(CLI::App& app, Program& program);
 void add_seed(CLI::App& app, Program& program);
 void add_predict(CLI::App& app, Program& program);
+void add_train_predictor(CLI::App& app, Program& program);
 void add_fit(CLI::App& app, Program& program);
 void add_simulate(CLI::App& app, Program& program);
 void add_render(CLI::App& app, Program& program);

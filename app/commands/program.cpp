@@ -102,8 +102,9 @@ void add_commands(CLI::App& app, Program& program) {
   app.set_version_flag("--version", PLIANT_VERSION);
   app.formatter(std::make_shared<HelpFormatter>());
   app.require_subcommand(1);
-  for (auto* add : {add_run, add_demo, add_info, add_convert, add_reconstruct, add_segment, add_extract, add_repair,
-                    add_seed, add_predict, add_fit, add_simulate, add_render, add_export, add_evaluate})
+  for (auto* add :
+       {add_run, add_demo, add_info, add_convert, add_reconstruct, add_segment, add_extract, add_repair, add_seed,
+        add_predict, add_train_predictor, add_fit, add_simulate, add_render, add_export, add_evaluate})
     add(app, program);
 }
 

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/predict/object_prior.h"
+#include "app/predict/object_samples.h"
 #include "app/run/attach_scene.h"
 #include "app/simulate/clip_camera.h"
 #include "app/simulate/object_material.h"
@@ -15,7 +16,6 @@
 #include "fitting/distribution/distribution_network.h"
 #include "fitting/modal/sway.h"
 #include "gaussians/base/error.h"
-#include "gaussians/base/nearest.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/splats/ply.h"
@@ -44,50 +44,24 @@ PriorQuestion question_of(const StageInputs<PredictStage>& in, const GaussianClo
   return question;
 }
 
-/// The solid samples in metres, as the network takes them.
-SolidSamples samples_of(const ParticleFile& file, double metres_per_unit) {
-  const float scale = static_cast<float>(metres_per_unit);
-  SolidSamples samples;
-  double total = 0;
-  for (size_t i = 0; i < file.solid_position.size(); ++i) {
-    const int driver = file.solid_driver[i];
-    samples.position.push_back(scale * file.solid_position[i]);
-    samples.volume.push_back(scale * scale * scale * file.solid_volume[i]);
-    samples.thickness.push_back(driver < 0 || file.driving_thickness.empty() ? 0
-                                                                             : scale * file.driving_thickness[driver]);
-    total += samples.volume.back();
-  }
-  samples.spacing = static_cast<float>(std::cbrt(total / static_cast<double>(samples.size())));
-  return samples;
-}
-
-std::vector<Vec3f> colours_of(const GaussianCloud& object, const std::vector<Vec3f>& positions) {
-  std::vector<Vec3f> colours;
-  for (const int i : k_nearest(object.position, positions, 1)) {
-    const float* sh = object.sh_of(i);
-    colours.push_back((Vec3f(sh[0], sh[1], sh[2]) * kSh0 + Vec3f::Constant(0.5f)).cwiseMax(0).cwiseMin(1));
-  }
-  return colours;
-}
-
 /// E(x), nu(x) and rho(x) around the means; parts that are not simulated do not count in these.
 MaterialDistribution distribute(const ParticleFile& file, const GaussianCloud& object, const Scene& scene,
-                                const Band& young, const MaterialMeans& means) {
-  const SolidSamples samples = samples_of(file, scene.metres_per_unit);
-  const std::vector<Vec3f> colours = colours_of(object, file.solid_position);
+                                const std::string& weights, const Band& young, const MaterialMeans& means) {
+  const SolidSamples samples = samples_in_metres(file, scene.metres_per_unit);
+  const std::vector<Vec3f> colours = nearest_colours(object, file.solid_position);
   const std::vector<float> features =
       local_features({samples, colours, {}, scene.up.cast<float>(), {young.low, young.typical, young.high}});
   std::vector<float> moving = samples.volume;
   for (size_t i = 0; i < moving.size(); ++i)
     if (file.solid_driver[i] < 0) moving[i] = 0;
-  return predict_distribution(shipped_network(), features, moving, means);
+  return predict_distribution(weights.empty() ? shipped_network() : read_network(weights), features, moving, means);
 }
 
 /// How fast the simulated part sways with this material, in the softer of two level directions; measured on few
 /// particles.  None where it sways too slowly to measure.
 std::optional<double> frequency_of(const ParticleFile& file, const Scene& scene, const ElasticSamples& solid,
                                    uint64_t seed) {
-  const SolidSamples samples = samples_of(file, scene.metres_per_unit);
+  const SolidSamples samples = samples_in_metres(file, scene.metres_per_unit);
   std::vector<int> moving;
   Box box;
   for (size_t i = 0; i < samples.size(); ++i) {
@@ -145,7 +119,7 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
   const MaterialMeans means = {stage.given.young.value_or(at_softness(prior.young, stage.softness)),
                                first_of(stage.given.poisson, scene_file.poisson, prior.poisson.typical),
                                first_of(stage.given.density, scene_file.density, prior.density.typical)};
-  const MaterialDistribution field = distribute(file, object, scene, prior.young, means);
+  const MaterialDistribution field = distribute(file, object, scene, stage.weights, prior.young, means);
 
   ElasticSamples solid{field.young, field.poisson, field.density};
   const std::optional<double> shown = frequency_of(file, scene, solid, context.seed);
@@ -264,6 +238,12 @@ OptionTable options_of(PredictStage& stage) {
         .help = "Where in its band E lies: 0 = stiffest, 1 = softest",
         .low = 0,
         .high = 1},
+       {.name = "weights",
+        .field = &stage.weights,
+        .help = "Network of train-predictor that distributes the material (default: the one that ships)",
+        .value = "FILE",
+        .exists = true,
+        .recorded = Recorded::kContents},
        {.name = "llm-url",
         .field = &stage.llm_url,
         .help = "OpenAI-compatible service that is asked for the material; key: PLIANT_LLM_KEY in the environment",

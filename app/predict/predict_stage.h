@@ -15,6 +15,7 @@ struct PredictStage {
   std::string label;     ///< what the object is; empty = the name that it has
   std::string material;  ///< of the table, instead of a label
   double softness = 0.5;
+  std::string weights;  ///< of train-predictor; empty = those that ship
   std::string llm_url, llm_model;
   MaterialValues given;  ///< command line's, which are kept
 };

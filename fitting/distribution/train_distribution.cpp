@@ -20,7 +20,18 @@ namespace {
 using nlohmann::json;
 constexpr uint64_t kValidationSeeds = 1'000'000'000;  // beyond those of training
 
-json json_of(const TrainDistributionOptions& o, size_t more) {
+/// A digest of objects that are given besides.
+std::string digest_of(std::span<const MaterialObject> objects) {
+  std::string bytes;
+  const auto add = [&](const void* data, size_t size) { bytes.append(static_cast<const char*>(data), size); };
+  for (const MaterialObject& o : objects) {
+    add(o.samples.position.data(), o.samples.position.size() * sizeof(Vec3f));
+    add(o.young.data(), o.young.size() * sizeof(float));
+  }
+  return objects.empty() ? "none" : sha256_of_text(bytes);
+}
+
+json json_of(const TrainDistributionOptions& o, std::span<const MaterialObject> more) {
   return {{"objects", o.objects},
           {"validation_objects", o.validation_objects},
           {"epochs", o.epochs},
@@ -35,7 +46,7 @@ json json_of(const TrainDistributionOptions& o, size_t more) {
           {"hidden_parts", o.disturbance.hidden_parts},
           {"hidden_groups", o.disturbance.hidden_groups},
           {"offset", o.disturbance.offset},
-          {"more_objects", more}};
+          {"more_objects", digest_of(more)}};
 }
 
 void validate(const TrainDistributionOptions& o) {
@@ -153,7 +164,7 @@ TrainDistributionResult train_distribution(const TrainDistributionOptions& o, st
                                     kContextSamples, {}, 0));
 
   const size_t count = network_parameters(network.size);
-  const std::string key = json_of(o, more.size()).dump();
+  const std::string key = json_of(o, more).dump();
   TrainingRun run;
   if (!checkpoint.empty() && std::filesystem::exists(checkpoint)) run = load(checkpoint, key, count, o.epochs);
 
@@ -208,11 +219,9 @@ TrainDistributionResult train_distribution(const TrainDistributionOptions& o, st
   network.members = run.trained;
   if (!ended()) network.members.push_back(run.parameters);
   calibrate(train, held, network);
-  network.recipe = json{
-      {"options", json_of(o, more.size())},
-      {"validation_loss", run.curve.back().validation},
-      {"version",
-       PLIANT_VERSION}}.dump();
+  network.recipe =
+      json{{"options", json_of(o, more)}, {"validation_loss", run.curve.back().validation}, {"version", PLIANT_VERSION}}
+          .dump();
   return {network, run.curve, ended()};
 }
 

@@ -100,6 +100,7 @@ class OptionEffects : public FitVideo {
         {"render.clip-fps", "25"},
         {"predict.label", "palm"},
         {"predict.material", "oak"},
+        {"predict.weights", file("names.txt")},
         {"predict.llm-url", "http://127.0.0.1:9/v1"},
         {"predict.llm-model", "m"},
         {"predict.young", "3e4"},

@@ -1,0 +1,23 @@
+#include "app/predict/train_predictor.h"
+
+#include <nlohmann/json.hpp>
+
+#include "app/commands/command.h"
+#include "app/commands/option_parser.h"
+
+namespace pliant {
+
+void add_train_predictor(CLI::App& app, Program& program) {
+  CLI::App* command =
+      app.add_subcommand("train-predictor", "Train the network that predict distributes materials with");
+  auto training = std::make_shared<TrainPredictor>();
+  add_options(*command, program, options_of(*training));
+  add_out(*command, program, "Folder of the weights, their curve and figures")->required();
+  add_overwrite(*command, program);
+  add_common(*command, program);
+  command->callback([=, &program] {
+    program.action = [=, &program](Context& context) { return run_training(context, *training, program.out); };
+  });
+}
+
+}  // namespace pliant

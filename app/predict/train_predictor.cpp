@@ -1,0 +1,115 @@
+#include "app/predict/train_predictor.h"
+
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "app/predict/object_samples.h"
+#include "app/run/attach_scene.h"
+#include "fitting/distribution/distribution_figures.h"
+#include "fitting/distribution/object_corpus.h"
+#include "fitting/distribution/train_distribution.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files/json_file.h"
+
+namespace pliant {
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+constexpr int kTrainedPerJudged = 90;             // objects of the training for one of each test family
+constexpr uint64_t kJudgedSeeds = 2'000'000'000;  // beyond those of training and validation
+
+json figures_of(const DistributionNetwork& network, int each) {
+  std::vector<MaterialObject> objects;
+  for (const std::string& family : corpus_families(FamilyRole::kTest))
+    for (int k = 0; k < each; ++k) objects.push_back(make_object(family, kJudgedSeeds + k));
+  json rows = json::array();
+  for (const DistributionFigures& f : distribution_figures(network, objects))
+    rows.push_back({{"family", f.family},
+                    {"objects", f.objects},
+                    {"error_log10_young", f.error},
+                    {"error_of_mean_alone", f.error_of_mean},
+                    {"log_density", f.log_density},
+                    {"log_density_of_one_gaussian", f.log_density_of_one},
+                    {"coverage_of_80_percent", f.coverage}});
+  return rows;
+}
+
+}  // namespace
+
+TrainPredictor::TrainPredictor() {
+  const TrainDistributionOptions recipe;
+  count = recipe.objects;
+  members = recipe.members;
+  epochs = recipe.epochs;
+}
+
+json run_training(const Context& context, const TrainPredictor& training, const std::string& out) {
+  std::vector<MaterialObject> more;
+  for (const std::string& folder : training.runs) {
+    const RunDirectory run = RunDirectory::open(folder);
+    more.push_back(fitted_object(run, load_run_scene(run)));
+  }
+  const fs::path directory = out, weights = directory / "predictor.safetensors";
+  if (fs::exists(weights) && !context.overwrite)
+    throw usage_error("--out", weights.string(), "exists", "give another folder, or --overwrite");
+  fs::create_directories(directory);
+  TrainDistributionOptions options;
+  options.objects = training.count;
+  options.validation_objects =
+      std::max(5, training.count * options.validation_objects / TrainDistributionOptions().objects);
+  options.members = training.members;
+  options.epochs = training.epochs;
+  options.seed = context.seed;
+  options.threads = omp_get_max_threads();
+  const fs::path checkpoint = directory / "checkpoint.safetensors";
+  const int total = options.members * options.epochs;
+  int done = 0;
+  context.progress.begin("train-predictor", total);
+  const TrainDistributionResult result = train_distribution(options, more, checkpoint, [&](const TrainingEpoch&) {
+    context.progress.done(std::min(++done, total));
+    return !context.interrupted();
+  });
+  context.progress.end();
+  write_curve(directory / "curve.csv", result.curve);
+  if (!result.finished)
+    throw Error(Failure::kInterrupted, "train-predictor", "", "interrupted", "run the same command to continue");
+  const json figures = figures_of(result.network, std::max(2, training.count / kTrainedPerJudged));
+  write_json(directory / "figures.json", figures);
+  write_network(weights, result.network);
+  fs::remove(checkpoint);
+  const json& all = figures.back();
+  context.progress.say(
+      fmt::format("train-predictor: families that it never saw: log10 E is off by {:.2f} (median; {:.2f} by the mean "
+                  "alone), {:.0f} "
+                  "% lie in their 80 % interval\nweights: {}",
+                  all["error_log10_young"].get<double>(), all["error_of_mean_alone"].get<double>(),
+                  100 * all["coverage_of_80_percent"].get<double>(), weights.string()));
+  return {{"weights", weights.string()}, {"figures", figures}};
+}
+
+OptionTable options_of(TrainPredictor& training) {
+  return {"train-predictor",
+          {{.name = "count",
+            .field = &training.count,
+            .help = "Procedural objects of the training families",
+            .low = 18,
+            .high = 1e6},
+           {.name = "members",
+            .field = &training.members,
+            .help = "Networks whose mixtures are mixed",
+            .low = 1,
+            .high = 50},
+           {.name = "epochs", .field = &training.epochs, .help = "Epochs of each network", .low = 1, .high = 10000},
+           {.name = "add-run",
+            .field = &training.runs,
+            .help = "Run directory whose fitted object joins; repeatable",
+            .value = "DIR",
+            .exists = true}}};
+}
+
+}  // namespace pliant

@@ -1,0 +1,85 @@
+// `train-predictor`: weights that `predict` takes, from the corpus and from finished fits.
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/store/material.h"
+#include "app/store/particles.h"
+#include "fitting/distribution/distribution_loss.h"
+#include "fitting/distribution/distribution_network.h"
+#include "gaussians/io/files/json_file.h"
+#include "tests/app/fit_video_scene.h"
+
+namespace pliant {
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+class TrainPredictor : public FitVideo {
+ protected:
+  void SetUp() override {
+    if (!can_train_networks()) GTEST_SKIP() << "built without libtorch";
+  }
+  static std::string run() { return (folder / "run").string(); }
+  /// A fit that found E from 1e4 to 3e4 Pa.
+  static void pretend_fit() {
+    const fs::path object = folder / "run" / object_folder(RunDirectory::open(run()));
+    MaterialFile found;
+    const size_t count = read_particles(object / "particles.h5").solid_position.size();
+    for (size_t i = 0; i < count; ++i)
+      found.young.push_back(1e4f + 2e4f * static_cast<float>(i) / static_cast<float>(count));
+    found.poisson.assign(count, 0.3f);
+    found.density.assign(count, 400.0f);
+    write_material(object / "material.h5", found, "{}");
+    json record = read_json(folder / "run/run.json");
+    json& fit = record["stages"]["fit"] = record["stages"]["seed"];
+    fit["inputs"] = {{"particles", hash_of_input(object / "particles.h5")}};
+    write_text(folder / "run/run.json", record.dump());
+  }
+  static fs::path out(const char* name) { return folder / name; }
+  static int train(const char* name, std::vector<std::string> more = {}) {
+    more.insert(more.begin(), {"train-predictor", "--out", out(name).string(), "--count", "18", "--members", "1",
+                               "--epochs", "2", "--threads", "1"});
+    return run_quietly(more);
+  }
+};
+
+TEST_F(TrainPredictor, GivesWeightsFiguresAndACurveThatAreTheSameAgain) {
+  ASSERT_EQ(train("a"), 0);
+  ASSERT_EQ(train("b"), 0);
+  EXPECT_EQ(read_text(out("a") / "predictor.safetensors"), read_text(out("b") / "predictor.safetensors"));
+  EXPECT_FALSE(fs::exists(out("a") / "checkpoint.safetensors"));
+  const json figures = read_json(out("a") / "figures.json");
+  EXPECT_EQ(figures.size(), 6u);  // five families and all
+  EXPECT_EQ(figures.back()["family"], "all");
+  EXPECT_EQ(read_network(out("a") / "predictor.safetensors").members.size(), 1u);
+  // What is there is not lost.
+  EXPECT_EQ(train("a"), 2);
+  EXPECT_EQ(run_quietly({"train-predictor"}), 2);
+  EXPECT_EQ(run_quietly({"train-predictor", "--out", out("c").string(), "--count", "3"}), 2);
+}
+
+TEST_F(TrainPredictor, AFittedObjectJoinsAndPredictUsesTheWeights) {
+  EXPECT_EQ(train("none", {"--add-run", run()}), 2);  // nothing was fitted there
+  pretend_fit();
+  ASSERT_EQ(train("plain"), 0);
+  ASSERT_EQ(train("joined", {"--add-run", run()}), 0);
+  EXPECT_NE(read_text(out("plain") / "predictor.safetensors"), read_text(out("joined") / "predictor.safetensors"));
+  const auto predicted = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"predict", run(), "--label", "flower"};
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(run_quietly(words), 0);
+    for (const auto& object : fs::directory_iterator(folder / "run/objects"))
+      if (fs::exists(object.path() / "predicted.h5")) return read_material(object.path() / "predicted.h5").young;
+    return std::vector<float>();
+  };
+  const std::vector<float> shipped = predicted({});
+  ASSERT_FALSE(shipped.empty());
+  EXPECT_NE(predicted({"--weights", (out("joined") / "predictor.safetensors").string()}), shipped);
+  EXPECT_EQ(run_quietly({"predict", run(), "--weights", (folder / "run/run.json").string()}), 1);
+}
+
+}  // namespace
+}  // namespace pliant
