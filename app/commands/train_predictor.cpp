@@ -1,9 +1,8 @@
-#include "app/predict/train_predictor.h"
-
 #include <nlohmann/json.hpp>
 
 #include "app/commands/command.h"
 #include "app/commands/option_parser.h"
+#include "app/predict/predictor_training.h"
 
 namespace pliant {
 

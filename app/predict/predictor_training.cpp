@@ -1,4 +1,4 @@
-#include "app/predict/train_predictor.h"
+#include "app/predict/predictor_training.h"
 
 #include <fmt/format.h>
 #include <omp.h>
