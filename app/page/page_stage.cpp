@@ -96,6 +96,15 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
                      {"licence", stage.licence},
                      {"command", stage.command},
                      {"given_up", fmt::format("{}", fmt::join(given_up, "; "))}};
+  if (in.found.contains("prediction")) {
+    const json& prediction = in.found["prediction"];
+    const double young = prediction["young"];
+    header["about"]["material"] = (prediction["guessed"] ? "a guess, as of a " : "predicted, as of a ") +
+                                  prediction["understood"].get<std::string>();
+    header["softness"] = {{"value", prediction["softness"]}};
+    for (const char* end : {"low", "typical", "high"})
+      header["softness"][end] = prediction["young_band"][end].get<double>() / young;
+  }
   header["up"] = numbers(scene.up);
   header["metres_per_unit"] = scene.metres_per_unit;
   header["clip"] = {
@@ -142,6 +151,11 @@ StageInputs<PageStage> inputs_of(const RunDirectory& run, const Scene& scene, co
   // What the solver in the page is given beside the motion.
   const json& simulated = run.summary("simulate", "run `pliant simulate` first");
   for (const char* name : {"session", "damping_time_s", "floor"}) in.found[name] = simulated.value(name, json());
+  if (run.manifest()["stages"]["simulate"]["found"].contains("predicted")) {
+    const json& prediction = run.summary("predict", "run `pliant predict` first");
+    for (const char* name : {"understood", "guessed", "softness", "young", "young_band"})
+      in.found["prediction"][name] = prediction[name];
+  }
   if (const fs::path material = run / (object_folder(run) + "/material.h5"); fs::exists(material))
     in.files["material"] = material;
   in.outputs = {"clip.html"};

@@ -125,7 +125,7 @@ export function addDetail(name, text) {
 export function showAbout({title, about = {}}) {
   document.title = element('title').textContent = title || 'Pliant clip';
   const lines = Object.entries({
-    'Made with': about.pliant && `Pliant ${about.pliant}`, 'Source': about.source, 'Licence': about.licence,
+    'Made with': about.pliant && `Pliant ${about.pliant}`, 'Source': about.source, 'Licence': about.licence, 'Material': about.material,
     'To save space': about.given_up, 'Command': about.command,
   }).filter(([, text]) => text);
   const shortly = {'Made with': 'Made with ', 'Source': 'Source: ', 'Licence': 'Licence: '};

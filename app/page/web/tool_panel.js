@@ -30,16 +30,44 @@ function save(value, name) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
+/** The factor of E at a softness of 0 (its high end) to 1; `band`: factors {low, typical, high} and the usual softness. */
+function factorAt({low, typical, high}, softness) {
+  const [from, to, share] = softness < 0.5 ? [high, typical, 2 * softness] : [typical, low, 2 * softness - 1];
+  return from * (to / from) ** share;
+}
+
+function softnessAt({low, typical, high}, factor) {
+  const share = (from, to) => Math.log(factor / from) / Math.log(to / from);
+  const softness = factor > typical ? share(high, typical) / 2 : 0.5 + share(typical, low) / 2;
+  return Math.min(Math.max(softness, 0), 1);
+}
+
+/** The stiffness as a factor, or where it was predicted as the softness within its band. */
+function stiffnessSlider({live, header, set}) {
+  const band = header.softness;
+  if (!band) {
+    return {
+      apply: (value) => set({stiffness: value === 0 ? 1 : 10 ** value}), now: () => Math.log10(live.settings.stiffness),
+      text: (value) => `×${rounded(10 ** value)}`,
+    };
+  }
+  const slider = element('stiffness');
+  slider.labels[0].firstElementChild.textContent = 'Softness';
+  Object.assign(slider, {min: 0, max: 1, step: 0.01});
+  return {
+    apply: (value) => set({stiffness: value === band.value ? 1 : factorAt(band, value)}),
+    now: () => softnessAt(band, live.settings.stiffness),
+    text: (value) => `${rounded(value)} · E ×${rounded(live.settings.stiffness)}`,
+  };
+}
+
 /** What each slider sets, and how its value reads. */
-function slidersOf({live, hand, set}) {
+function slidersOf({live, hand, header, set}) {
   return {
     'wind-speed': {
       apply: (value) => hand.windSpeed = value, now: () => hand.windSpeed, text: (value) => `${value} m/s`,
     },
-    'stiffness': {
-      apply: (value) => set({stiffness: value === 0 ? 1 : 10 ** value}), now: () => Math.log10(live.settings.stiffness),
-      text: (value) => `×${rounded(10 ** value)}`,
-    },
+    'stiffness': stiffnessSlider({live, header, set}),
     'damping': {
       // The value of the file lies between two steps.
       apply: (step) => set({damping: step === stepOf(live.defaults.damping) ? live.defaults.damping : dampingAt(step)}),
@@ -60,7 +88,7 @@ function slidersOf({live, hand, set}) {
 export function connectPanel(physics, input) {
   const {live, hand} = physics, panel = element('physics'), colour = element('colour-by');
   const buttons = [...document.querySelectorAll('[data-tool]')], stage = element('stage');
-  const sliders = slidersOf({live, hand, set: (settings) => physics.set(settings)});
+  const sliders = slidersOf({live, hand, header: physics.header, set: (settings) => physics.set(settings)});
 
   const show = (open) => {
     panel.hidden = !open;

@@ -157,6 +157,45 @@ TEST_F(ClipPage, ADragMovesTheObjectAsTheNativeReplayOfItsRecordingDoes) {
   EXPECT_LT(worst, 0.02 * height);
 }
 
+// Where E was predicted the slider goes along its band: 0 = its high end, 0.5 = the typical value, 1 = its low end.
+TEST_F(ClipPage, OfAPredictedMaterialHasASliderOfSoftness) {
+  if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
+  const std::string run = (folder / "run").string();
+  const fs::path predicted = folder / "predicted.html";
+  ASSERT_EQ(run_quietly({"predict", run, "--label", "flower", "--softness", "0.5"}), 0);
+  ASSERT_EQ(run_quietly({"simulate", run, "--duration", "0.1"}), 0);
+  ASSERT_EQ(run_quietly({"export", run, "--html", predicted.string()}), 0);
+  const json band = json::parse(read_text(folder / "run/run.json"))["stages"]["predict"]["summary"]["young_band"];
+  const json answer = evaluate(R"((async () => {
+    await pliant.ready;
+    await pliant.solver.ready;
+    const slider = document.getElementById('stiffness'), read = document.getElementById('stiffness-value');
+    const start = Number(slider.value), texts = [];
+    for (const value of ['0', '0.5', '1']) {
+      slider.value = value;
+      slider.dispatchEvent(new Event('input'));
+      texts.push(read.textContent);
+    }
+    return {name: slider.labels[0].firstElementChild.textContent, start, texts, errors: pliant.errors,
+            about: document.getElementById('details').textContent};
+  })())",
+                               predicted);
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  const json& value = answer["value"];
+  EXPECT_EQ(value["errors"], json::array());
+  EXPECT_EQ(value["name"], "Softness");
+  EXPECT_NEAR(value["start"], 0.5, 1e-6);
+  const auto factor = [&](int k) {
+    const std::string text = value["texts"][k];
+    return std::stod(text.substr(text.find("×") + std::string("×").size()));
+  };
+  const double typical = band["typical"];
+  EXPECT_NEAR(factor(0), band["high"].get<double>() / typical, 0.06 * factor(0));
+  EXPECT_EQ(factor(1), 1);
+  EXPECT_NEAR(factor(2), band["low"].get<double>() / typical, 0.06 * factor(2));
+  EXPECT_NE(value["about"].get<std::string>().find("predicted"), std::string::npos);
+}
+
 TEST_F(ClipPage, SaysInWordsWhatIsWrongWithADamagedFile) {
   const std::string whole = read_text(page());
   const auto changed = [&](const std::string& from, const std::string& to) {
