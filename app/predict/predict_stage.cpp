@@ -20,6 +20,7 @@
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/splats/ply.h"
 #include "gaussians/render/render.h"
+#include "physics/laws/material.h"
 
 namespace pliant {
 using nlohmann::json;
@@ -92,6 +93,21 @@ std::optional<double> frequency_of(const ParticleFile& file, const Scene& scene,
   return std::min(*one, *other);
 }
 
+/// The frequency [Hz] up to which a guess is simulated in good time, where it now is `frequency`: time steps are as
+/// short as the fastest sound asks for.
+double affordable_frequency(const ParticleFile& file, const Scene& scene, const ElasticSamples& solid,
+                            double frequency) {
+  constexpr double kSubsteps = 600, kFps = 30;
+  const Particles body = make_body(file, scene, solid, {}).particles;
+  double sound = 0;
+  for (size_t i = 0; i < body.size(); ++i) {
+    const Lame<double> law = lame<double>(body.young[i], body.poisson[i]);
+    sound = std::max(sound, std::sqrt((law.lambda + 2 * law.mu) * body.volume[i] / body.mass[i]));
+  }
+  const double substeps = sound / (SimulateOptions().courant * body.cell_size * kFps);
+  return frequency * kSubsteps / substeps;
+}
+
 /// The frequency that the object is to have, [Hz], where with its present E it has `frequency`.
 double wanted_frequency(const ObjectPrior& prior, double softness, double frequency) {
   if (prior.guessed) return at_softness(*prior.frequency, softness);
@@ -126,6 +142,8 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
   double factor = 1, frequency = shown.value_or(0);
   if (shown && !young_given) {
     frequency = wanted_frequency(prior, stage.softness, *shown);
+    if (prior.guessed && stage.softness == PredictStage().softness)
+      frequency = std::clamp(affordable_frequency(file, scene, solid, *shown), prior.frequency->low, frequency);
     factor = (frequency / *shown) * (frequency / *shown);
   }
   for (float& E : solid.young) E *= static_cast<float>(factor);

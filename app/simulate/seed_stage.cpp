@@ -12,6 +12,7 @@
 #include "app/simulate/given_fields.h"
 #include "app/store/particles.h"
 #include "gaussians/base/error.h"
+#include "gaussians/base/orbit.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/splats/ply.h"
 #include "physics/body/adaptive_drivers.h"
@@ -25,10 +26,11 @@ using nlohmann::json;
 namespace {
 
 constexpr int kSamplesPerDriver = 8;
+constexpr double kHeldShare = 0.1;  // of the height, from below, of an object that nothing holds or carries
 
 /// What holds the object, in scene units: the scene file's regions, --pin-below, and the contact with the support.
 std::vector<Region> pinned_regions(const Context& context, const Scene& scene, const SeedStage& stage,
-                                   const json& extract) {
+                                   const GaussianCloud& object, const json& extract) {
   std::vector<Region> pins;
   for (const SceneFile::Region& region : scene.settings.pinned) {
     const Vec3d low = region.low.cast<double>();
@@ -41,6 +43,14 @@ std::vector<Region> pinned_regions(const Context& context, const Scene& scene, c
     const Vec3d normal(contact["normal"][0], contact["normal"][1], contact["normal"][2]);
     pins.push_back(Region::half_space(point + normal * contact["band"].get<double>(), normal));
     context.progress.say(fmt::format("seed: fixed where it touches '{}'", contact["support"].get<std::string>()));
+  }
+  if (pins.empty() && stage.pin_contact) {
+    const Framing framing = robust_framing(object, scene.up);
+    const double height = framing.high.z() - framing.low.z();
+    pins.push_back(Region::half_space(scene.up * (framing.low.z() + kHeldShare * height), scene.up));
+    context.progress.say(
+        "seed: nothing carries the object, so that its lowest tenth is fixed (--pin-below fixes another part, "
+        "--no-pin-contact none)");
   }
   return pins;
 }
@@ -101,8 +111,9 @@ json seed_object(const Context& context, const RunDirectory& run, const StageInp
   const Scene& scene = in.scene;
   const bool configured = !stage.physgaussian.empty(), adaptive = stage.drivers == "pgas",
              given = !stage.material_file.empty();
-  const std::vector<Region> pins = configured ? std::vector<Region>{} : pinned_regions(context, scene, stage, in.found);
   const GaussianCloud object = read_ply(in.files.at("object"));
+  const std::vector<Region> pins =
+      configured ? std::vector<Region>{} : pinned_regions(context, scene, stage, object, in.found);
   FillOptions fill;
   fill.seed = context.seed;
   if (!scene.cameras_are_orbit) {
@@ -226,7 +237,7 @@ OptionTable options_of(SeedStage& stage) {
             .value = "H"},
            {.name = "no-pin-contact",
             .field = &stage.pin_contact,
-            .help = "Do not fix the object where it touches its support",
+            .help = "Do not fix the object where it touches its support, nor its lowest tenth where nothing carries it",
             .off = true},
            {.name = "physgaussian",
             .field = &stage.physgaussian,
