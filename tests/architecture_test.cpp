@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const fs::path kRoot = PLIANT_SOURCE_DIR;
+using source_text::kRoot;
 constexpr int kMaxFiles = 40;  // in a folder
 
 // The rooms that a room may include, besides itself.

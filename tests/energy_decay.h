@@ -7,7 +7,7 @@
 #include "app/store/trajectory.h"
 #include "physics/simulate/energy.h"
 
-namespace pliant::testing {
+namespace pliant::fixture {
 
 /// 1/s at which the amplitude of a motion fell, by the balance of energy over the frames that `simulate` wrote into the
 /// object's folder: of fixed corotated matter of this E [Pa] at places in scene units.
@@ -39,4 +39,4 @@ inline double decay_rate(const std::filesystem::path& object, const std::functio
   return (first - last) / (4 * kinetic);
 }
 
-}  // namespace pliant::testing
+}  // namespace pliant::fixture

@@ -8,6 +8,9 @@
 /// What the tests of the sources read: tokens of C++ without comments and preprocessor lines.
 namespace source_text {
 
+/// The repository.
+inline const std::filesystem::path kRoot = PLIANT_SOURCE_DIR;
+
 /// Paths from `root` of every .h and .cpp below these folders of it.
 std::vector<std::string> sources_below(const std::filesystem::path& root, const std::vector<std::string>& folders);
 std::string text_of(const std::filesystem::path& file);

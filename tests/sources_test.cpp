@@ -16,12 +16,6 @@ using source_text::text_of;
 using source_text::tokens_of;
 using source_text::types_defined;
 
-namespace {
-
-const fs::path kRoot = PLIANT_SOURCE_DIR;
-
-}  // namespace
-
 TEST(Sources, AreFormattedByTheirClangFormat) {
   if (std::system("clang-format-14 --version > /dev/null 2>&1") != 0)
     GTEST_SKIP() << "clang-format-14 is not installed";

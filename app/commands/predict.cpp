@@ -2,8 +2,10 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands/stage_options.h"
+#include "app/predict/predict_preview.h"
 #include "app/predict/predict_stage.h"
 #include "fitting/predict/material_table.h"
+#include "gaussians/base/error.h"
 
 namespace pliant {
 
@@ -15,6 +17,9 @@ void add_predict(CLI::App& app, Program& program) {
   command->add_option("DIR", *directory, "Run directory");
   add_options(*command, program, options_of(*stage));
   command->add_flag("--list", *list, "Print the known materials and objects, and where their values come from");
+  auto preview = std::make_shared<bool>(false);
+  command->add_flag("--preview", *preview,
+                    "Also make softness.mp4: short clips at softness 0, 0.5 and 1, side by side");
   add_overwrite(*command, program);
   add_common(*command, program);
   command->callback([=, &program] {
@@ -22,12 +27,15 @@ void add_predict(CLI::App& app, Program& program) {
     program.action = [=](Context& context) {
       if (*list) {
         refuse_given(*command, options_of(*stage), {"does nothing with --list", "leave it out", {}});
+        if (*preview) throw usage_error("predict", "--preview", "does nothing with --list", "leave it out");
         std::fputs(material_list(material_table()).c_str(), stdout);
         return nlohmann::json::object();
       }
       RunDirectory run = RunDirectory::open(*directory);
       const Scene scene = load_run_scene(run);
-      return run_predict(context, run, scene, *stage);
+      const nlohmann::json summary = run_predict(context, run, scene, *stage);
+      if (*preview) run_preview(context, run, scene, *stage);
+      return summary;
     };
   });
 }

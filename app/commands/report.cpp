@@ -78,6 +78,18 @@ std::string assumptions(const RunDirectory& run, const Scene& scene, const json&
          "</table>\n";
 }
 
+/// E on the object, and how well it is known where it was predicted.
+std::string material_section(const RunDirectory& run, const json& stages) {
+  std::string html = html_picture(run, "stiffness.png", "Young's modulus E on the object");
+  if (html.empty()) return "";
+  if (stages["simulate"]["found"].contains("predicted")) {
+    const json& p = stages["predict"]["summary"];
+    html += fmt::format("<p>Predicted: {:.3g} Pa on average, which may be {} Pa (10 to 90 %).</p>\n",
+                        p["young"].get<double>(), band_text(p["young_band"]));
+  }
+  return "<h2>Material</h2>\n" + html;
+}
+
 }  // namespace
 
 void write_report(const RunDirectory& run, const Scene& scene, const std::string& command) {
@@ -112,6 +124,7 @@ void write_report(const RunDirectory& run, const Scene& scene, const std::string
           rules_table(extract);
   html += "<h2>Repair</h2>\n" + html_picture(run, "repair.png", "Before, hole, after");
   html += "<h2>Body</h2>\n" + html_picture(run, "pieces.png", "What hangs together of the simulated body");
+  html += material_section(run, stages);
   if (stages["simulate"]["found"].value("fitted", false)) html += "<h2>Fit</h2>\n" + fit_section(run);
   html += "<h2>Times</h2>\n" + times_table(stages);
   html += "<h2>Interactions</h2>\n<pre>" + html_escaped(read_text(run / "interactions.json")) + "</pre>\n";

@@ -9,10 +9,10 @@
 #include "app/predict/predict_stage.h"
 #include "app/reconstruct/photo_set.h"
 #include "app/run/attach_scene.h"
+#include "app/seed/seed_stage.h"
 #include "app/segment/extract_stage.h"
 #include "app/segment/repair_stage.h"
 #include "app/simulate/render_stage.h"
-#include "app/simulate/seed_stage.h"
 #include "app/simulate/simulate_stage.h"
 
 namespace pliant {
@@ -101,9 +101,7 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
   else
     scale_by_object(run, scene);
   run_repair(context, run, scene, options.repair);
-  SeedStage seed = options.seed;
-  if (seed.drivers == "pgas") seed.material_file = options.simulate.material_file;
-  run_seed(context, run, scene, seed);
+  run_fill(context, run, scene, options.seed.fill);
   SimulateStage simulate = options.simulate;
   nlohmann::json prediction;
   if (predicts) {
@@ -116,6 +114,9 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
   } else {
     run.forget("predict");
   }
+  SeedStage seed = options.seed;
+  if (seed.drivers == "pgas") seed.material_file = options.simulate.material_file;
+  run_seed(context, run, scene, seed);
   if (fits) {
     FitStage fit = options.fit;
     fit.material = options.simulate.material;
@@ -181,7 +182,7 @@ void add_run(CLI::App& app, Program& program) {
       ->add_option_function<std::string>(
           "--physgaussian",
           [options](const std::string& file) {
-            options->segment.physgaussian = options->seed.physgaussian = options->simulate.physgaussian = file;
+            options->segment.physgaussian = options->seed.fill.physgaussian = options->simulate.physgaussian = file;
           },
           "PhysGaussian configuration: object, material, boundaries, time")
       ->check(CLI::ExistingFile)

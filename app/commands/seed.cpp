@@ -1,5 +1,5 @@
 #include "app/commands/stage_options.h"
-#include "app/simulate/seed_stage.h"
+#include "app/seed/seed_stage.h"
 
 namespace pliant {
 

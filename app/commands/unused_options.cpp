@@ -1,6 +1,6 @@
 #include "app/commands/stage_options.h"
+#include "app/seed/seed_stage.h"
 #include "app/simulate/export_stage.h"
-#include "app/simulate/seed_stage.h"
 #include "app/simulate/simulate_stage.h"
 #include "gaussians/base/error.h"
 
@@ -52,15 +52,18 @@ void check_given(const CLI::App& command, ExportStage& stage) {
   if (!stage.physgaussian_output.empty())
     refuse_given(command, options_of(stage),
                  {"does nothing with --physgaussian-output", "leave it out", {"every", "object-only"}});
+  if (!stage.material.empty())
+    refuse_given(command, options_of(stage),
+                 {"does nothing with --material", "leave it out", {"every", "object-only"}});
 }
 
 void check_given(const CLI::App& command, SeedStage& stage) {
-  if (!stage.physgaussian.empty())
+  if (!stage.fill.physgaussian.empty())
     refuse_given(command, options_of(stage),
                  {"does nothing with --physgaussian, whose grid and pins are used",
                   "leave it out",
                   {"particles", "pin-below", "no-pin-contact"}});
-  if (stage.pin_below)
+  if (stage.fill.pin_below)
     refuse_given(command, options_of(stage),
                  {"does nothing with --pin-below, which sets what is fixed", "leave it out", {"no-pin-contact"}});
 }

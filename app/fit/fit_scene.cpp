@@ -68,7 +68,7 @@ FitScene load_body(const FitInputs& in) {
   const ObjectMaterial material = check_material(scene, in.options.material, SetBy::kFit);
   fit.solid = solid_material(particles, material);
   fit.body = make_body(std::move(particles), scene, fit.solid, material.material);
-  fit.pins = pins_of(fit.body.file, scene);
+  fit.pins = pins_of(fit.body.file.pinned_json, scene);
   GaussianCloud object = read_ply(in.files.at("object")), background = read_ply(in.files.at("background"));
   const int degree = std::max(object.sh_degree, background.sh_degree);
   object = with_sh_degree(object, degree);

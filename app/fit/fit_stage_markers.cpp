@@ -70,7 +70,7 @@ std::vector<Interaction> load_of(const MarkerStage& stage, const Scene& scene, c
   } else {
     all = parse_interactions(read_text(stage.interactions), {scene.metres_per_unit, scene.up}, stage.interactions);
   }
-  const std::vector<Interaction> pins = pins_of(file, scene);
+  const std::vector<Interaction> pins = pins_of(file.pinned_json, scene);
   all.insert(all.end(), pins.begin(), pins.end());
   return all;
 }

@@ -1,6 +1,7 @@
 #include "app/predict/object_samples.h"
 
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/run/attach_scene.h"
@@ -8,22 +9,18 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/io/splats/ply.h"
+#include "gaussians/io/splats/splats.h"
+#include "physics/body/interior_fill.h"
 
 namespace pliant {
 
-SolidSamples samples_in_metres(const ParticleFile& file, double metres_per_unit) {
+SolidSamples samples_in_metres(const SolidFile& file, double metres_per_unit) {
   const float scale = static_cast<float>(metres_per_unit);
-  SolidSamples samples;
-  double total = 0;
-  for (size_t i = 0; i < file.solid_position.size(); ++i) {
-    const int driver = file.solid_driver[i];
-    const bool thin = driver >= 0 && !file.driving_thickness.empty();
-    samples.position.push_back(scale * file.solid_position[i]);
-    samples.volume.push_back(scale * scale * scale * file.solid_volume[i]);
-    samples.thickness.push_back(thin ? scale * file.driving_thickness[driver] : 0);
-    total += samples.volume.back();
-  }
-  samples.spacing = static_cast<float>(std::cbrt(total / static_cast<double>(samples.size())));
+  SolidSamples samples = file.samples;
+  for (Vec3f& x : samples.position) x *= scale;
+  for (float& volume : samples.volume) volume *= scale * scale * scale;
+  for (float& thickness : samples.thickness) thickness *= scale;
+  samples.spacing = static_cast<float>(std::cbrt(samples.total_volume() / static_cast<double>(samples.size())));
   return samples;
 }
 
@@ -42,17 +39,57 @@ MaterialObject fitted_object(const RunDirectory& run, const Scene& scene) {
   if (const std::string of = fit_is_of(run, scene); !of.empty())
     throw usage_error("--add-run", run.path().string(), "has a fit of " + of, "run `pliant fit` there again");
   const std::string folder = object_folder(run);
-  const ParticleFile file = read_particles(run / (folder + "/particles.h5"));
-  const ElasticSamples material = given_material(run / (folder + "/material.h5"), file);
+  const SolidFile file = read_solid(run / (folder + "/solid.h5"));
+  const ElasticSamples material = given_material(run / (folder + "/material.h5"), file.samples.position);
   MaterialObject object;
   object.family = extracted(run, {"name"})["name"];
   object.samples = samples_in_metres(file, scene.metres_per_unit);
-  object.colour = nearest_colours(read_ply(run / (folder + "/object.ply")), file.solid_position);
+  object.colour = nearest_colours(read_ply(run / (folder + "/object.ply")), file.samples.position);
   object.up = scene.up.cast<float>();
   object.young = material.young;
   object.poisson = material.poisson;
   object.density = material.density;
   return object;
+}
+
+std::vector<MaterialObject> splat_objects(const std::filesystem::path& folder, uint64_t seed) {
+  constexpr int kSamples = 4000;
+  if (!std::filesystem::is_directory(folder))
+    throw usage_error("--objects", folder.string(), "is no folder", "give a folder of splats with material fields");
+  std::map<std::string, std::filesystem::path> splats, fields;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::filesystem::path& file = entry.path();
+    std::string stem = file.stem().string();
+    const std::string extension = file.extension().string();
+    const bool points = extension == ".ply" && std::filesystem::path(stem).extension() == ".field";
+    if (points) stem = std::filesystem::path(stem).stem().string();
+    if (points || extension == ".npz" || extension == ".h5")
+      fields[stem] = file;
+    else if (entry.is_regular_file() && !splats_at(file).empty())
+      splats[stem] = file;
+  }
+  std::vector<MaterialObject> objects;
+  for (const auto& [name, file] : splats) {
+    if (!fields.count(name)) continue;
+    const GaussianCloud cloud = read_splats(file);
+    FillOptions fill;
+    fill.target_count = kSamples;
+    fill.seed = seed;
+    MaterialObject object;
+    object.family = name.substr(0, name.find_first_of("0123456789-_"));
+    if (object.family.empty()) object.family = name;
+    object.samples = fill_interior(fill, cloud);
+    const ElasticSamples material = given_material(fields[name], object.samples.position);
+    object.colour = nearest_colours(cloud, object.samples.position);
+    object.young = material.young;
+    object.poisson = material.poisson;
+    object.density = material.density;
+    objects.push_back(std::move(object));
+  }
+  if (objects.empty())
+    throw usage_error("--objects", folder.string(), "holds no splat file with a material field beside it",
+                      "name them alike: chair-1.ply and chair-1.npz");
+  return objects;
 }
 
 }  // namespace pliant

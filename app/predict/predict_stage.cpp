@@ -9,10 +9,12 @@
 #include "app/predict/object_prior.h"
 #include "app/predict/object_samples.h"
 #include "app/run/attach_scene.h"
+#include "app/seed/particle_budget.h"
 #include "app/simulate/clip_camera.h"
 #include "app/simulate/object_material.h"
 #include "app/simulate/simulated_body.h"
 #include "app/store/material.h"
+#include "app/store/solid.h"
 #include "fitting/distribution/distribution_network.h"
 #include "fitting/modal/sway.h"
 #include "gaussians/base/error.h"
@@ -46,35 +48,34 @@ PriorQuestion question_of(const StageInputs<PredictStage>& in, const GaussianClo
 }
 
 /// E(x), nu(x) and rho(x) around the means; parts that are not simulated do not count in these.
-MaterialDistribution distribute(const ParticleFile& file, const GaussianCloud& object, const Scene& scene,
-                                const std::string& weights, const Band& young, const MaterialMeans& means) {
-  const SolidSamples samples = samples_in_metres(file, scene.metres_per_unit);
-  const std::vector<Vec3f> colours = nearest_colours(object, file.solid_position);
+MaterialDistribution distribute(const SolidFile& file, const SolidSamples& samples, const GaussianCloud& object,
+                                const Scene& scene, const std::string& weights, const Band& young,
+                                const MaterialMeans& means) {
+  const std::vector<Vec3f> colours = nearest_colours(object, file.samples.position);
   const std::vector<float> features =
       local_features({samples, colours, {}, scene.up.cast<float>(), {young.low, young.typical, young.high}});
   std::vector<float> moving = samples.volume;
   for (size_t i = 0; i < moving.size(); ++i)
-    if (file.solid_driver[i] < 0) moving[i] = 0;
+    if (!file.simulated[i]) moving[i] = 0;
   return predict_distribution(weights.empty() ? shipped_network() : read_network(weights), features, moving, means);
 }
 
-/// How fast the simulated part sways with this material, in the softer of two level directions; measured on few
-/// particles.  None where it sways too slowly to measure.
-std::optional<double> frequency_of(const ParticleFile& file, const Scene& scene, const ElasticSamples& solid,
-                                   uint64_t seed) {
-  const SolidSamples samples = samples_in_metres(file, scene.metres_per_unit);
+/// The simulated part as few particles.
+Particles coarse_body(const SolidFile& file, const SolidSamples& samples, const ElasticSamples& solid, uint64_t seed) {
   std::vector<int> moving;
-  Box box;
-  for (size_t i = 0; i < samples.size(); ++i) {
-    box.add(samples.position[i]);
-    if (file.solid_driver[i] >= 0) moving.push_back(static_cast<int>(i));
-  }
+  for (size_t i = 0; i < samples.size(); ++i)
+    if (file.simulated[i]) moving.push_back(static_cast<int>(i));
   DriverOptions options;
   options.count = kSwayParticles;
   options.seed = seed;
   const SolidSamples part = samples.select(moving);
-  const Particles body = make_particles<float>(kmeans_drivers(options, part), part, solid.select(moving), 1);
-  std::vector<Interaction> pins = pins_of(file, scene);
+  return make_particles<float>(kmeans_drivers(options, part), part, solid.select(moving), 1);
+}
+
+/// How fast `body` sways, in the softer of two level directions.  None where it sways too slowly to measure.
+std::optional<double> frequency_of(const Particles& body, const SolidFile& file, const SolidSamples& samples,
+                                   const Scene& scene) {
+  std::vector<Interaction> pins = pins_of(file.pinned_json, scene);
   if (pins.empty()) {
     double low = INFINITY, high = -INFINITY;
     for (const Vec3f& x : samples.position) {
@@ -91,21 +92,6 @@ std::optional<double> frequency_of(const ParticleFile& file, const Scene& scene,
   const std::optional<double> other = sway_frequency(sway, body, pins);
   if (!one || !other) return std::nullopt;
   return std::min(*one, *other);
-}
-
-/// The frequency [Hz] up to which a guess is simulated in good time, where it now is `frequency`: time steps are as
-/// short as the fastest sound asks for.
-double affordable_frequency(const ParticleFile& file, const Scene& scene, const ElasticSamples& solid,
-                            double frequency) {
-  constexpr double kSubsteps = 600, kFps = 30;
-  const Particles body = make_body(file, scene, solid, {}).particles;
-  double sound = 0;
-  for (size_t i = 0; i < body.size(); ++i) {
-    const Lame<double> law = lame<double>(body.young[i], body.poisson[i]);
-    sound = std::max(sound, std::sqrt((law.lambda + 2 * law.mu) * body.volume[i] / body.mass[i]));
-  }
-  const double substeps = sound / (SimulateOptions().courant * body.cell_size * kFps);
-  return frequency * kSubsteps / substeps;
 }
 
 /// The frequency that the object is to have, [Hz], where with its present E it has `frequency`.
@@ -126,7 +112,8 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
                     const std::string& provenance) {
   const PredictStage& stage = in.options;
   const Scene& scene = in.scene;
-  const ParticleFile file = read_particles(in.files.at("particles"));
+  const SolidFile file = read_solid(in.files.at("solid"));
+  const SolidSamples samples = samples_in_metres(file, scene.metres_per_unit);
   const GaussianCloud object = read_ply(in.files.at("object"));
   ObjectPrior prior = object_prior(question_of(in, object, run));
   if (!prior.warning.empty()) context.progress.warn(prior.warning);
@@ -135,18 +122,23 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
   const MaterialMeans means = {stage.given.young.value_or(at_softness(prior.young, stage.softness)),
                                first_of(stage.given.poisson, scene_file.poisson, prior.poisson.typical),
                                first_of(stage.given.density, scene_file.density, prior.density.typical)};
-  const MaterialDistribution field = distribute(file, object, scene, stage.weights, prior.young, means);
+  const MaterialDistribution field = distribute(file, samples, object, scene, stage.weights, prior.young, means);
 
   ElasticSamples solid{field.young, field.poisson, field.density};
-  const std::optional<double> shown = frequency_of(file, scene, solid, context.seed);
+  const Particles body = coarse_body(file, samples, solid, context.seed);
+  const std::optional<double> shown = frequency_of(body, file, samples, scene);
+  CoarseCost cost = cost_of(body, kSwayParticles);
   double factor = 1, frequency = shown.value_or(0);
   if (shown && !young_given) {
     frequency = wanted_frequency(prior, stage.softness, *shown);
+    // A guess sways no faster than few particles can be simulated in good time.
     if (prior.guessed && stage.softness == PredictStage().softness)
-      frequency = std::clamp(affordable_frequency(file, scene, solid, *shown), prior.frequency->low, frequency);
+      frequency = std::clamp(*shown * kUsualParticleSteps / particle_steps(cost, kFewestParticles),
+                             prior.frequency->low, frequency);
     factor = (frequency / *shown) * (frequency / *shown);
   }
   for (float& E : solid.young) E *= static_cast<float>(factor);
+  cost.steps_per_second *= std::sqrt(factor);
   const double young = means.young * factor;
   Band young_band = {prior.young.low * factor, prior.young.typical * factor, prior.young.high * factor};
   if (prior.guessed && shown)
@@ -158,7 +150,8 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
     words +=
         fmt::format("; E times {:.3g}, since with {:.3g} Pa it would sway at {:.3g} Hz", factor, means.young, *shown);
   write_material(run / in.outputs[0],
-                 {solid.young, solid.poisson, solid.density, "predicted for '" + prior.name + "'", {}, {}, field.sigma},
+                 {solid.young, solid.poisson, solid.density, "predicted for '" + prior.name + "'",
+                  file.samples.position, file.samples.volume, field.sigma},
                  provenance);
   context.progress.say(
       fmt::format("predict: {}{}: E {:.3g} Pa on average ({:.2g} to {:.2g}), nu {:.2f}, rho {:.4g} kg/m^3, sways at {}",
@@ -180,6 +173,7 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
           {"density_band", band_json(prior.density)},
           {"frequency_hz", shown ? json(frequency) : json()},
           {"frequency_band", prior.frequency ? band_json(*prior.frequency) : json()},
+          {"cost", to_json(cost)},
           {"material", material_to_json(law)}};
 }
 
@@ -199,14 +193,14 @@ StageInputs<PredictStage> inputs_of(const RunDirectory& run, const Scene& scene,
   if (stage.given.young && stage.softness != PredictStage().softness)
     throw usage_error("predict", "--softness", "does nothing with --young, which sets the mean",
                       "leave one of them out");
-  run.summary("seed", "run `pliant seed` first");
+  run.summary("fill", "run `pliant seed` first");
   StageInputs<PredictStage> in;
   in.options = stage;
   in.parts = {ScenePart::kUp, ScenePart::kMetresPerUnit, ScenePart::kMaterial};
   if (!stage.llm_url.empty()) in.parts.insert({ScenePart::kAntialiased, ScenePart::kCameras, ScenePart::kVideoCamera});
   in.scene = only(in.parts, scene);
   const std::string folder = object_folder(run);
-  in.files = {{"particles", run / (folder + "/particles.h5")}, {"object", run / (folder + "/object.ply")}};
+  in.files = {{"solid", run / (folder + "/solid.h5")}, {"object", run / (folder + "/object.ply")}};
   in.found = extracted(run, {"name"});
   in.outputs = {folder + "/predicted.h5"};
   return in;

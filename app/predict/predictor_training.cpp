@@ -54,6 +54,8 @@ json run_training(const Context& context, const TrainPredictor& training, const 
     const RunDirectory run = RunDirectory::open(folder);
     more.push_back(fitted_object(run, load_run_scene(run)));
   }
+  for (const std::string& folder : training.objects)
+    for (MaterialObject& object : splat_objects(folder, context.seed)) more.push_back(std::move(object));
   const fs::path directory = out, weights = directory / "predictor.safetensors";
   if (fs::exists(weights) && !context.overwrite)
     throw usage_error("--out", weights.string(), "exists", "give another folder, or --overwrite");
@@ -108,6 +110,11 @@ OptionTable options_of(TrainPredictor& training) {
            {.name = "add-run",
             .field = &training.runs,
             .help = "Run directory whose fitted object joins; repeatable",
+            .value = "DIR",
+            .exists = true},
+           {.name = "objects",
+            .field = &training.objects,
+            .help = "Folder of splats that join, each with a material field of its name beside it; repeatable",
             .value = "DIR",
             .exists = true}}};
 }

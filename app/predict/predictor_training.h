@@ -11,8 +11,9 @@ namespace pliant {
 
 /// train-predictor: the network that distributes a material over an object, trained anew.
 struct TrainPredictor {
-  int count, members, epochs;     ///< of the shipped recipe unless told
-  std::vector<std::string> runs;  ///< run directories whose fits join
+  int count, members, epochs;        ///< of the shipped recipe unless told
+  std::vector<std::string> runs;     ///< run directories whose fits join
+  std::vector<std::string> objects;  ///< folders of splats with material fields, which join too
   TrainPredictor();
 };
 OptionTable options_of(TrainPredictor& training);

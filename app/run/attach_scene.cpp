@@ -22,14 +22,6 @@ json recorded(const std::filesystem::path& source, const LoadOptions& options) {
   return record;
 }
 
-/// Whether a stage read the particles that are there.
-bool has_present_particles(const RunDirectory& run, const json& record) {
-  const json inputs = record.value("inputs", json::object());
-  const std::filesystem::path particles = run / (object_folder(run) + "/particles.h5");
-  return !inputs.contains("particles") ||
-         (std::filesystem::exists(particles) && inputs["particles"] == hash_of_input(particles));
-}
-
 Scene load_any_scene(const std::filesystem::path& source, const LoadOptions& options) {
   Scene scene = load_scene(source, options);
   if (const auto folder = physdreamer_folder(scene)) take_physdreamer_settings(scene, *folder);
@@ -81,19 +73,25 @@ void scale_by_object(const RunDirectory& run, Scene& scene) {
     scene.metres_per_unit = scene.object_height / extracted(run, {"height"})["height"].get<double>();
 }
 
+bool reads_present(const RunDirectory& run, const std::string& stage, const std::string& role) {
+  const json inputs = run.manifest()["stages"][stage].value("inputs", json::object());
+  const std::filesystem::path file = run / (object_folder(run) + "/" + role + ".h5");
+  return !inputs.contains(role) || (std::filesystem::exists(file) && inputs[role] == hash_of_input(file));
+}
+
 bool is_fitted(const RunDirectory& run) { return run.has("fit"); }
 
 std::string fit_is_of(const RunDirectory& run, const Scene& scene) {
   if (!is_fitted(run)) return "";
   const json& record = run.manifest()["stages"]["fit"];
-  if (!has_present_particles(run, record)) return "other particles";
+  if (!reads_present(run, "fit", "particles")) return "other particles";
   const bool same = record["scene"].value("metres_per_unit", scene.metres_per_unit) == scene.metres_per_unit;
   return same ? "" : "another scale";
 }
 
 void check_simulated(const RunDirectory& run) {
   run.summary("simulate", "run `pliant simulate` first");
-  if (!has_present_particles(run, run.manifest()["stages"]["simulate"]))
+  if (!reads_present(run, "simulate", "particles"))
     throw usage_error(run.path().string(), "simulate", "was run with other particles than those seeded since",
                       "run `pliant simulate` again");
 }

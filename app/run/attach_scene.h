@@ -27,6 +27,9 @@ std::string object_folder(const RunDirectory& run);
 /// Those of these values that `extract` found: name, height [scene units], contact {support, point, normal, band}.
 nlohmann::json extracted(const RunDirectory& run, const std::vector<std::string>& names);
 
+/// Whether a stage that has run read the file `role`.h5 of the object as it is now, or none of that name.
+bool reads_present(const RunDirectory& run, const std::string& stage, const std::string& role);
+
 /// Whether this run has been fitted.
 bool is_fitted(const RunDirectory& run);
 /// What the fit of this run does not belong to any more: "other particles", "another scale"; empty when it belongs to

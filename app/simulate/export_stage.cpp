@@ -5,9 +5,12 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "app/import/material_fields.h"
 #include "app/import/physgaussian_output.h"
 #include "app/run/attach_scene.h"
+#include "app/simulate/given_fields.h"
 #include "app/simulate/moving_scene.h"
+#include "app/store/particles.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/splats/ply.h"
@@ -90,12 +93,33 @@ json export_physgaussian(const Context& context, const RunDirectory& run, const 
   return {{"folder", folder.string()}, {"frames", trajectory.frames.size()}};
 }
 
+/// The material that was simulated, at the solid samples.
+json export_material(const Context& context, const RunDirectory& run, const ExportStage& stage) {
+  const fs::path file = stage.material;
+  if (!is_material_field(file))
+    throw usage_error("--material", file.string(), "is neither .npz nor .ply", "end the name with .npz or .ply");
+  if (fs::exists(file) && !context.overwrite)
+    throw usage_error("--material", file.string(), "exists", "give another name, or --overwrite");
+  const json& session = run.summary("simulate", "run `pliant simulate` first")["session"];
+  ParticleFile particles = read_particles(run / (object_folder(run) + "/particles.h5"));
+  ElasticSamples solid = given_material(run / session["material_file"].get<std::string>(), particles.solid_position);
+  MaterialFile material;
+  material.young = std::move(solid.young);
+  material.poisson = std::move(solid.poisson);
+  material.density = std::move(solid.density);
+  material.position = std::move(particles.solid_position);
+  write_material_field(file, material);
+  context.progress.say(fmt::format("wrote the material at {} points to {}", material.young.size(), file.string()));
+  return {{"file", file.string()}, {"points", material.young.size()}};
+}
+
 }  // namespace
 
 json run_export(const Context& context, RunDirectory& run, const Scene& scene, const ExportStage& stage) {
-  if (stage.ply_sequence.empty() == stage.physgaussian_output.empty())
+  if (stage.ply_sequence.empty() + stage.physgaussian_output.empty() + stage.material.empty() != 2)
     throw usage_error("export", "", "needs exactly one output",
-                      "give --ply-sequence FOLDER, --physgaussian-output FOLDER or --html FILE");
+                      "give --ply-sequence FOLDER, --physgaussian-output FOLDER, --material FILE or --html FILE");
+  if (!stage.material.empty()) return export_material(context, run, stage);
   if (!stage.physgaussian_output.empty()) return export_physgaussian(context, run, stage);
   const auto inputs = moving_scene_files(run);
   const MovingScene moving = load_moving_scene(inputs, scene);
@@ -151,6 +175,10 @@ OptionTable options_of(ExportStage& stage) {
             .field = &stage.physgaussian_output,
             .help = "Folder for h5 and ply files as PhysGaussian writes them",
             .value = "DIR"},
+           {.name = "material",
+            .field = &stage.material,
+            .help = "File for E, nu and rho of the object: .npz as VoMP writes, or .ply with x, y, z, density, E, nu",
+            .value = "FILE"},
            {.name = "every",
             .field = &stage.every,
             .help = "Write every Nth frame of the trajectory; files are numbered without gaps",

@@ -9,10 +9,11 @@
 
 namespace pliant {
 
-/// export: numbered splat files of the moving scene, outside of the run directory.
+/// export: numbered splat files of the moving scene, or its material, outside of the run directory.
 struct ExportStage {
   std::string ply_sequence;         ///< folder; sequence.json there says what the files are
   std::string physgaussian_output;  ///< folder for simulation_ply/sim_*.h5 and .ply
+  std::string material;             ///< file for E, nu and rho of the object, .npz or .ply (material_fields.h)
   int every = 1;                    ///< take every Nth frame of the trajectory
   bool object_only = false;         ///< without the background
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "app/import/material_fields.h"
 #include "app/store/material.h"
 #include "app/store/velocity.h"
 #include "gaussians/base/error.h"
@@ -34,13 +35,19 @@ std::vector<int> rows_for(const std::filesystem::path& file, const std::string& 
 
 }  // namespace
 
-ElasticSamples given_material(const std::filesystem::path& file, const ParticleFile& particles) {
-  const MaterialFile m = read_material(file);
+ElasticSamples given_material(const std::filesystem::path& file, const std::vector<Vec3f>& positions) {
+  MaterialFile m;
+  if (is_material_field(file)) {
+    m = read_material_field(file);
+    m.position = placed_in(file, m.position, positions);
+  } else {
+    m = read_material(file);
+  }
   // A uniform material is that of any particles, wherever its own were.
   if (is_uniform(m.young) && is_uniform(m.poisson) && is_uniform(m.density))
-    return ElasticSamples::homogeneous(particles.solid_position.size(), m.young[0], m.poisson[0], m.density[0]);
+    return ElasticSamples::homogeneous(positions.size(), m.young[0], m.poisson[0], m.density[0]);
   ElasticSamples solid;
-  for (const int row : rows_for(file, "/solid/young", m.young.size(), m.position, particles.solid_position)) {
+  for (const int row : rows_for(file, "/solid/young", m.young.size(), m.position, positions)) {
     solid.young.push_back(m.young[row]);
     solid.poisson.push_back(m.poisson[row]);
     solid.density.push_back(m.density[row]);

@@ -8,9 +8,10 @@
 
 namespace pliant {
 
-/// The material of a material.h5 at the solid samples: row by row where it was made for these, else that of the nearest
-/// of its samples, or of any where it is uniform.  Throws Error{kInput} when they cannot be matched.
-ElasticSamples given_material(const std::filesystem::path& file, const ParticleFile& particles);
+/// The material of a material.h5, or of a field that another program wrote (material_fields.h), at solid samples in
+/// `positions`, scene units: row by row where it was made for these, else that of the nearest of its samples, or of any
+/// where it is uniform.  Throws Error{kInput} when they cannot be matched.
+ElasticSamples given_material(const std::filesystem::path& file, const std::vector<Vec3f>& positions);
 
 /// The start of a velocity.h5 for the driving particles, matched alike.
 SimulationState given_start(const std::filesystem::path& file, const ParticleFile& particles, const Particles& body);

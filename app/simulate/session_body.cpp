@@ -37,14 +37,14 @@ SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const Pa
     setup.refused = "the material " + material.filename().string() + " is gone";
     return setup;
   }
-  setup.solid = given_material(material, particles);
+  setup.solid = given_material(material, particles.solid_position);
   setup.options.fps = kFps;
   setup.options.damping_time = simulated["damping_time_s"];
   for (int a = 0; a < 3; ++a) setup.options.gravity[a] = session["gravity_m_s2"][a];
   setup.options.object_friction = session["contact_friction"];
   const json found = extracted(run, {"height", "contact"});
   setup.height = found["height"].get<double>() * scene.metres_per_unit;
-  setup.held = pins_of(particles, scene);
+  setup.held = pins_of(particles.pinned_json, scene);
   if (simulated["floor"].get<bool>())
     if (const auto floor = floor_of(found, {}, scene)) setup.held.push_back(*floor);
   return setup;

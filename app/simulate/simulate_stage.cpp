@@ -9,6 +9,7 @@
 #include "app/simulate/given_fields.h"
 #include "app/simulate/motion.h"
 #include "app/simulate/simulated_body.h"
+#include "app/simulate/stiffness_sheet.h"
 #include "app/store/frames.h"
 #include "app/store/material.h"
 #include "app/store/trajectory.h"
@@ -16,6 +17,8 @@
 #include "fitting/modal/dissipation.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/images/image_io.h"
+#include "gaussians/io/splats/ply.h"
 #include "physics/simulate/simulate.h"
 
 namespace pliant {
@@ -162,7 +165,7 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
       fields ? check_material(scene, stage.material, SetBy::kFields) : check_material(scene, stage);
   ParticleFile particles = read_particles(in.files.at("particles"));
   const ElasticSamples solid =
-      fields ? given_material(in.files.at("material"), particles) : solid_material(particles, material);
+      fields ? given_material(in.files.at("material"), particles.solid_position) : solid_material(particles, material);
   if (predicted)
     context.progress.say("simulate: material as predicted for '" + in.found["predicted"].get<std::string>() + "'");
   else if (fields)
@@ -172,6 +175,10 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
       write_material(run / output,
                      {solid.young, solid.poisson, solid.density, predicted ? "predicted" : "homogeneous", {}, {}},
                      provenance);
+  if (fields)
+    write_image(run / "stiffness.png",
+                stiffness_sheet(read_ply(in.files.at("object")), scene.up, particles.solid_position, solid.young,
+                                "Young's modulus E of the object"));
   SimulatedBody body = make_body(std::move(particles), scene, solid, material.material);
   SimulationPlan plan =
       physgaussian ? plan_physgaussian(context, in.files, stage, body)
@@ -185,7 +192,8 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
       replay ? given_start(in.files.at("velocity"), body.file, body.particles) : initial_state(body.particles);
   if (!stage.velocity_file.empty() && !stage.damping_time && !physgaussian)
     if (const VelocityFile v = read_velocity(in.files.at("velocity")); v.whole_damping_time > 0)
-      plan.options.damping_time = damping_on_this_grid(context, v, body, rest, plan.options, pins_of(body.file, scene));
+      plan.options.damping_time =
+          damping_on_this_grid(context, v, body, rest, plan.options, pins_of(body.file.pinned_json, scene));
   const int total = static_cast<int>(std::lround(plan.options.fps * plan.options.duration));
   context.progress.begin("simulate", total);
   SimulateResult result = simulate<float>(plan.options, body.particles, plan.interactions, frames.resume(rest),
@@ -290,6 +298,10 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
   // Said here as well, because command line, scene file and fit say it together.
   in.found["fitted"] = fitted;
   const bool fields = given || fitted || predicted;
+  if (fields) {
+    in.files["object"] = run / (folder + "/object.ply");
+    in.outputs.push_back("stiffness.png");
+  }
   if (predicted) {
     const json& prediction = run.manifest()["stages"]["predict"]["summary"];
     in.found["predicted"] = prediction["understood"];

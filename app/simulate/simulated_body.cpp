@@ -23,9 +23,9 @@ constexpr double kPushStart = 0.3, kPushDuration = 0.3;  // s
 
 }  // namespace
 
-std::vector<Interaction> pins_of(const ParticleFile& file, const Scene& scene) {
+std::vector<Interaction> pins_of(const std::string& pinned_json, const Scene& scene) {
   std::vector<Interaction> pins;
-  for (const json& row : json::parse(file.pinned_json)) {
+  for (const json& row : json::parse(pinned_json)) {
     Interaction pin;
     pin.type = InteractionType::kPin;
     pin.region = parse_region(row, {scene.metres_per_unit, scene.up}, "particles.h5").scaled(scene.metres_per_unit);
@@ -156,7 +156,7 @@ SimulationPlan plan_simulation(const Context& context, const InputFiles& files, 
   if (stage.contact_friction != SimulateStage().contact_friction && !is_lagrangian(plan.options, body.particles))
     throw usage_error("--contact-friction", "", "does nothing on a grid of space, where parts that meet stick",
                       "leave it out, or use an elastic law and --solver lagrangian");
-  const std::vector<Interaction> pins = pins_of(body.file, scene);
+  const std::vector<Interaction> pins = pins_of(body.file.pinned_json, scene);
   const std::string file = stage.interactions.empty() ? "interactions.json" : stage.interactions;
   if (moving) {
     plan.script = json::array();

@@ -28,8 +28,8 @@ ElasticSamples solid_material(const ParticleFile& file, const ObjectMaterial& ma
 /// The particles that `solid`, the material of all solid samples, gives.
 SimulatedBody make_body(ParticleFile file, const Scene& scene, const ElasticSamples& solid, const Material& material);
 
-/// What `seed` says holds the object, in metres.
-std::vector<Interaction> pins_of(const ParticleFile& file, const Scene& scene);
+/// What `seed` says holds the object, in metres; `pinned_json` is that of solid.h5 or particles.h5.
+std::vector<Interaction> pins_of(const std::string& pinned_json, const Scene& scene);
 
 /// The plane that the object rests on, as a floor that nothing passes: the support's plane that `extract` found, where
 /// the interactions name no ground of their own.

@@ -50,11 +50,16 @@ void NearestPoints::query(const Vec3f& x, int k, std::vector<Hit>& hits) const {
 }
 
 void NearestPoints::within(const Vec3f& x, float radius, std::vector<Hit>& hits) const {
-  std::vector<std::pair<uint32_t, float>> found;
+  around(x, radius, hits);
+  order(hits);
+}
+
+void NearestPoints::around(const Vec3f& x, float radius, std::vector<Hit>& hits) const {
+  thread_local std::vector<std::pair<uint32_t, float>> found;
+  found.clear();
   tree_->index.radiusSearch(x.data(), radius * radius, found, nanoflann::SearchParams(32, 0.0f, false));
   hits.clear();
   for (const auto& [index, squared] : found) hits.push_back({static_cast<int>(index), std::sqrt(squared)});
-  order(hits);
 }
 
 std::vector<int> k_nearest(std::span<const Vec3f> points, std::span<const Vec3f> queries, int k) {

@@ -105,7 +105,7 @@ std::vector<int> poisson_disk(std::span<const Vec3f> points, std::span<const flo
   for (const int i : order) {
     if (covered[i]) continue;
     chosen.push_back(i);
-    tree.within(points[i], radius[i], hits);
+    tree.around(points[i], radius[i], hits);
     for (const auto& hit : hits) covered[hit.index] |= hit.distance < std::min(radius[i], radius[hit.index]);
   }
   std::sort(chosen.begin(), chosen.end());

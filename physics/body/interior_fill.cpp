@@ -211,7 +211,7 @@ void measure_thickness(const std::vector<Surfel>& surfels, const std::vector<Vec
       n,
       [&](std::ptrdiff_t i) {
         thread_local std::vector<NearestPoints::Hit> hits;
-        others.within(samples.position[i], reach, hits);
+        others.around(samples.position[i], reach, hits);
         float deepest = 0;
         for (const auto& hit : hits) deepest = std::max(deepest, depth[hit.index]);
         if (deepest < reach) samples.thickness[i] = std::max(2 * deepest, 0.5f * samples.spacing);

@@ -106,7 +106,7 @@ std::vector<std::array<int, 2>> link_drivers(const SampleLinks& links, const Sol
   parallel_for(static_cast<std::ptrdiff_t>(chunks), [&](std::ptrdiff_t c) {
     std::vector<NearestPoints::Hit> hits;
     for (size_t i = c * kChunk; i < std::min(samples.size(), static_cast<size_t>(c + 1) * kChunk); ++i) {
-      tree.within(samples.position[i], reach, hits);
+      tree.around(samples.position[i], reach, hits);
       for (const NearestPoints::Hit& hit : hits) {
         const int a = drivers.sample_driver[i], b = drivers.sample_driver[hit.index];
         if (a >= b) continue;

@@ -116,7 +116,7 @@ Pieces find_pieces(std::span<const Vec3f> points, std::span<const float> weight,
   const NearestPoints tree(points);
   std::vector<NearestPoints::Hit> hits;
   for (int i = 0; i < n; ++i) {
-    tree.within(points[i], reach, hits);
+    tree.around(points[i], reach, hits);
     for (const NearestPoints::Hit& hit : hits)
       if (hit.index < i) sets.join(hit.index, i);
   }

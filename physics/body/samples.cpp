@@ -18,6 +18,7 @@ SolidSamples SolidSamples::select(std::span<const int> indices) const {
     out.position.push_back(position[i]);
     out.volume.push_back(volume[i]);
     if (!thickness.empty()) out.thickness.push_back(thickness[i]);
+    if (!rod.empty()) out.rod.push_back(rod[i]);
   }
   return out;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -12,6 +13,7 @@ struct SolidSamples {
   std::vector<Vec3f> position;   ///< [M, 3]
   std::vector<float> volume;     ///< [M] units^3; sums to the volume of the solid
   std::vector<float> thickness;  ///< [M] thickness of the sheet or rod that a sample lies in; 0 = thick, or not known
+  std::vector<uint8_t> rod;      ///< [M] 1 = that part is a rod, 0 = a sheet; empty = not yet known
   float spacing = 0;             ///< mean distance of neighbouring samples
 
   size_t size() const { return position.size(); }

@@ -35,6 +35,7 @@ Spread spread_of(const std::vector<Vec3f>& points, const std::vector<NearestPoin
 }
 
 std::vector<uint8_t> find_rods(const SolidSamples& samples) {
+  if (!samples.rod.empty()) return samples.rod;
   std::vector<uint8_t> rod(samples.size(), 0);
   if (samples.thickness.empty()) return rod;
   const NearestPoints tree(samples.position);
@@ -44,7 +45,7 @@ std::vector<uint8_t> find_rods(const SolidSamples& samples) {
         const float t = samples.thickness[i];
         if (!(t > 0) || (samples.spacing > 0 && t > kThickest * samples.spacing)) return;
         thread_local std::vector<NearestPoints::Hit> hits;
-        tree.within(samples.position[i], std::max(3 * t, 2 * samples.spacing), hits);
+        tree.around(samples.position[i], std::max(3 * t, 2 * samples.spacing), hits);
         const Vec3f value = spread_of(samples.position, hits).value;
         rod[i] = hits.size() > 2 && value[1] < kLine * value[2];
       },

@@ -6,7 +6,7 @@
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/splats/ply.h"
 
-namespace pliant::testing {
+namespace pliant::fixture {
 
 constexpr double kBeamUnit = 0.5;  // m
 
@@ -35,4 +35,4 @@ inline void make_beam_scene(const std::filesystem::path& folder) {
     "pinned": [{"box": [-0.1, -0.1, 0.9, 0.1, 0.3, 1.3]}], "material": {"poisson": 0.35, "density": 900}})");
 }
 
-}  // namespace pliant::testing
+}  // namespace pliant::fixture

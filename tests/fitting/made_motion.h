@@ -9,7 +9,7 @@
 #include "gaussians/render/bind.h"
 #include "tests/physics/shapes.h"
 
-namespace pliant::testing {
+namespace pliant::fixture {
 
 template <class T>
 Motion<T> swinging_block(int frames, double young = 2e4, double speed = 0.4) {
@@ -78,4 +78,4 @@ SeenFrames<T> film(const Motion<T>& motion, const DrawnObject<T>& drawn, const C
   return seen;
 }
 
-}  // namespace pliant::testing
+}  // namespace pliant::fixture

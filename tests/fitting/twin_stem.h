@@ -6,7 +6,7 @@
 #include "gaussians/base/random.h"
 #include "tests/fitting/made_motion.h"
 
-namespace pliant::testing {
+namespace pliant::fixture {
 
 /// A stem 90 mm high, held below 15 mm.
 struct TwinStem {
@@ -75,4 +75,4 @@ struct TwinStem {
   }
 };
 
-}  // namespace pliant::testing
+}  // namespace pliant::fixture

@@ -4,7 +4,7 @@
 
 #include "physics/simulate/simulate.h"
 
-namespace pliant::testing {
+namespace pliant::fixture {
 
 /// First frequency [Hz] of a body that `wall` holds, by the time until it first turns round after gravity is switched
 /// on; 0 when it does not within `duration`.  `weight` of the particles is near the shape of the first mode.
@@ -34,4 +34,4 @@ inline double first_frequency(const Particles& particles, const Interaction& wal
   return 0;
 }
 
-}  // namespace pliant::testing
+}  // namespace pliant::fixture

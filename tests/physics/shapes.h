@@ -6,7 +6,7 @@
 #include "physics/body/samples.h"
 #include "physics/mpm/particles.h"
 
-namespace pliant::testing {
+namespace pliant::fixture {
 
 /// Particles of equal volume that fill the points of the box [0, size] for which inside(x), `per_cell`^3 to a cell;
 /// jitter in [0, 1] moves them inside their sub-cells.
@@ -51,4 +51,4 @@ SolidSamples solid(const Vec3d& size, double spacing, Inside&& inside) {
   return s;
 }
 
-}  // namespace pliant::testing
+}  // namespace pliant::fixture

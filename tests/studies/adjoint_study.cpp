@@ -17,8 +17,8 @@
 namespace pliant {
 namespace {
 
+using fixture::Input;
 using nlohmann::json;
-using testing::Input;
 
 double seconds_of(const std::function<void()>& call) {
   const auto begin = std::chrono::steady_clock::now();
@@ -33,26 +33,26 @@ double peak_megabytes() {
 }
 
 /// A block that is thrown onto a rough ground or bends on a pin, for `substeps` in frames of 50.
-testing::RolloutCase<double> long_case(bool pinned, int substeps) {
-  auto c = testing::moving_block<double>(4);
+fixture::RolloutCase<double> long_case(bool pinned, int substeps) {
+  auto c = fixture::moving_block<double>(4);
   c.options.simulate.fps = 1.0 / (50 * 2e-4);
   c.options.simulate.substeps = 50;
   c.options.simulate.duration = substeps * 2e-4;
   if (pinned) {
-    c.interactions.push_back(testing::pin_below(0.004));
+    c.interactions.push_back(fixture::pin_below(0.004));
   } else {
-    c.interactions.push_back(testing::ground(0, 0.3));
+    c.interactions.push_back(fixture::ground(0, 0.3));
     for (auto& v : c.start.v) v += Vec3d(0.3, 0.1, -0.2);
   }
   return c;
 }
 
 /// Directions in which all inputs of one kind change, by reverse mode and by differences.
-json directions(const testing::RolloutCase<double>& c, int count, double step) {
+json directions(const fixture::RolloutCase<double>& c, int count, double step) {
   const RolloutGradient<double> gradient = c.gradient();
   json result;
   double product = 0, reverse_squares = 0, difference_squares = 0;
-  for (const auto& [kind, name] : testing::kInputs) {
+  for (const auto& [kind, name] : fixture::kInputs) {
     const std::vector<double> at = c.get(kind), g = c.part(gradient, kind);
     if (at.empty()) continue;
     double worst = 0, one_product = 0, one_reverse = 0, one_difference = 0;
@@ -81,10 +81,10 @@ json directions(const testing::RolloutCase<double>& c, int count, double step) {
 }
 
 /// Particles of a stated number in float, swinging on a pin.
-testing::RolloutCase<float> large_case(int n, int frames, int substeps, Law law) {
-  testing::RolloutCase<float> c;
+fixture::RolloutCase<float> large_case(int n, int frames, int substeps, Law law) {
+  fixture::RolloutCase<float> c;
   const double cells = std::cbrt(n / 8.0), dx = 0.01;
-  c.particles = testing::block<float>(Vec3d::Constant(std::round(2 * cells) / 2 * dx), dx, 0.9, 2e4, 0.3, 1000);
+  c.particles = fixture::block<float>(Vec3d::Constant(std::round(2 * cells) / 2 * dx), dx, 0.9, 2e4, 0.3, 1000);
   c.particles.materials[0].law = law;
   c.start = initial_state(c.particles);
   for (size_t i = 0; i < c.start.size(); ++i)
@@ -92,7 +92,7 @@ testing::RolloutCase<float> large_case(int n, int frames, int substeps, Law law)
   c.options.simulate.fps = 1 / (substeps * 2e-4);
   c.options.simulate.substeps = substeps;
   c.options.simulate.duration = frames * substeps * 2e-4;
-  c.interactions.push_back(testing::pin_below(0.012));
+  c.interactions.push_back(fixture::pin_below(0.012));
   return c;
 }
 

@@ -36,7 +36,7 @@ Beam beam(int cells, double young) {
   Beam out;
   out.dx = kHeight / cells;
   out.particles =
-      testing::block<float>({kHeight, kHeight, kLength + 3 * out.dx}, out.dx, 0.0, young, kPoisson, kDensity);
+      fixture::block<float>({kHeight, kHeight, kLength + 3 * out.dx}, out.dx, 0.0, young, kPoisson, kDensity);
   for (Vec3f& x : out.particles.position) x.z() -= static_cast<float>(3 * out.dx);
   Interaction pin, load;
   pin.type = InteractionType::kPin;
@@ -233,7 +233,7 @@ void kelvin(const std::string& a, int cells, double young, double damping_time) 
 
 int main(int argc, char** argv) {
   using namespace pliant;
-  pliant::grid = pliant::testing::take_grid(argc, argv);
+  pliant::grid = pliant::fixture::take_grid(argc, argv);
   const std::string study = argc > 1 ? argv[1] : "";
   if (study == "fit" && argc >= 5) {
     std::vector<int> grids;

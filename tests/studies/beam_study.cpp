@@ -46,7 +46,7 @@ struct BeamCase {
 /// Beam along x, clamped at x = 0 by a foot of three cells, stratified particles, eight to a cell.
 Swing swing(const BeamCase& c) {
   const double dx = c.height / c.cells, foot = 3 * dx;
-  Particles p = testing::block<float>({c.length + foot, c.height, c.height}, dx, 0.0, c.young, c.poisson, kDensity);
+  Particles p = fixture::block<float>({c.length + foot, c.height, c.height}, dx, 0.0, c.young, c.poisson, kDensity);
   const Vec3f shift = (c.offset * dx).cast<float>();
   for (Vec3f& x : p.position) x += shift;
   SimulateOptions options;

@@ -61,7 +61,7 @@ class SmoothVelocity : public Field {
 };
 
 /// log10 of what remains of a factor of E after gradients.
-double remaining(const testing::TwinStem& twin, const TrackLoss<float>& tracks, double factor, bool know_velocity,
+double remaining(const fixture::TwinStem& twin, const TrackLoss<float>& tracks, double factor, bool know_velocity,
                  int iterations) {
   Motion<float> motion{twin.particles, twin.kicked(0.4), twin.pins, {}};
   for (float& young : motion.particles.young) young = static_cast<float>(young * factor);
@@ -87,7 +87,7 @@ double remaining(const testing::TwinStem& twin, const TrackLoss<float>& tracks, 
 int main(int argc, char** argv) {
   if (argc < 2) return std::fprintf(stderr, "usage: %s OUT.json [ITERATIONS]\n", argv[0]), 2;
   const int iterations = argc > 2 ? std::atoi(argv[2]) : 100;
-  const testing::TwinStem twin;
+  const fixture::TwinStem twin;
   const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.4), true, kFrames, 24, 0.1, 1);
   json rows = json::array();
   for (const double factor : {1 / 30.0, 0.1, 1 / 3.0, 0.7, 1.4, 3.0, 10.0, 30.0}) {

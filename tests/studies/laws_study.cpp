@@ -12,7 +12,7 @@
 namespace pliant {
 namespace {
 
-using namespace pliant::testing;
+using namespace pliant::fixture;
 
 bool all_good = true;
 GridKind grid = GridKind::kAutomatic;
@@ -195,7 +195,7 @@ void energy() {
 
 int main(int argc, char** argv) {
   using namespace pliant;
-  grid = testing::take_grid(argc, argv);
+  grid = fixture::take_grid(argc, argv);
   const std::pair<const char*, void (*)()> studies[] = {
       {"waves", waves}, {"bulk", bulk}, {"slope", slope},           {"relaxation", relaxation}, {"snow", snow},
       {"metal", metal}, {"foam", foam}, {"plasticine", plasticine}, {"fluid", fluid},           {"energy", energy}};

@@ -69,7 +69,7 @@ Interaction random_interaction(const Particles& body, Random& random, bool misse
 Particles random_body(Random& random) {
   const Vec3d size(0.01 * (1 + random.below(5)), 0.01 * (1 + random.below(5)), 0.01 * (1 + random.below(7)));
   Particles p =
-      testing::block<float>(size, 0.01, 1.0, power(random, 2.5, 6), random.uniform(0, 0.49), power(random, 2, 4));
+      fixture::block<float>(size, 0.01, 1.0, power(random, 2.5, 6), random.uniform(0, 0.49), power(random, 2, 4));
   Material material;
   material.law = static_cast<Law>(random.below(law_names().size()));
   material.yield_stress = power(random, 1, 4);

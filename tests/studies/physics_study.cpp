@@ -39,7 +39,7 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
 void cantilever(int cells, bool random) {
   const double length = 0.2, height = 0.1 * length, dx = height / cells, young = 1e6, density = 1000, poisson = 0.3;
   const double foot = 3 * dx;
-  Particles p = testing::block<float>({length + foot, height, height}, dx, random ? 1.0 : 0.0, young, poisson, density);
+  Particles p = fixture::block<float>({length + foot, height, height}, dx, random ? 1.0 : 0.0, young, poisson, density);
   const double inertia = std::pow(height, 4) / 12, area = height * height;
   const double frequency =
       1.8751 * 1.8751 / (2 * kPi) * std::sqrt(young * inertia / (density * area * std::pow(length, 4)));
@@ -96,7 +96,7 @@ struct Stem {
   Interaction pin;
 
   Stem() {
-    samples = testing::solid({kWidth, kWidth, kLength + kFoot}, kWidth / 26, [](const Vec3d& x) {
+    samples = fixture::solid({kWidth, kWidth, kLength + kFoot}, kWidth / 26, [](const Vec3d& x) {
       return std::hypot(x.x() - 0.5 * kWidth, x.y() - 0.5 * kWidth) < 0.5 * kWidth;
     });
     pin.type = InteractionType::kPin;
@@ -155,7 +155,7 @@ void drift(int count) {
 void speed(int count, double seconds) {
   const double dx = 0.01;
   const int side = std::max(1, static_cast<int>(std::lround(std::cbrt(count / 64.0))));
-  const Particles p = testing::block<float>({side * dx, side * dx, 8 * side * dx}, dx, 1.0, 1e5);
+  const Particles p = fixture::block<float>({side * dx, side * dx, 8 * side * dx}, dx, 1.0, 1e5);
   Interaction pin, gust;
   pin.type = InteractionType::kPin;
   pin.region = Region::half_space(Vec3d(0, 0, 2 * dx), Vec3d(0, 0, 1));
@@ -179,7 +179,7 @@ void speed(int count, double seconds) {
 }  // namespace pliant
 
 int main(int argc, char** argv) {
-  pliant::grid = pliant::testing::take_grid(argc, argv);
+  pliant::grid = pliant::fixture::take_grid(argc, argv);
   const std::string study = argc > 1 ? argv[1] : "";
   const auto number = [&](int k, double otherwise) { return argc > k ? std::atof(argv[k]) : otherwise; };
   if (study == "cantilever") {

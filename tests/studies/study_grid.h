@@ -4,7 +4,7 @@
 
 #include "physics/simulate/simulate.h"
 
-namespace pliant::testing {
+namespace pliant::fixture {
 
 /// Takes the word grid=eulerian or grid=lagrangian out of a study's arguments.
 inline GridKind take_grid(int& argc, char** argv) {
@@ -22,4 +22,4 @@ inline GridKind take_grid(int& argc, char** argv) {
   return grid;
 }
 
-}  // namespace pliant::testing
+}  // namespace pliant::fixture

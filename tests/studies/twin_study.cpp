@@ -229,7 +229,7 @@ int main(int argc, char** argv) {
                     {"bias", bias},
                     {"constant", constant_error[constant_error.size() / 2]},
                     {"damping", result.value("whole_damping_time_s", 0.0) / damping},
-                    {"damping_truth", 1 / (damping * testing::decay_rate(object_of(truth), young))},
+                    {"damping_truth", 1 / (damping * fixture::decay_rate(object_of(truth), young))},
                     {"damping_beside_transfers", result["damping_time_s"].get<double>() / damping},
                     {"direction_deg", direction},
                     {"magnitude", seen_flat.norm() / wanted_flat.norm()},

@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
   std::vector<double> errors;
   size_t within_one = 0, within_two = 0, determined = 0, places = 0;
   for (int seed = argc > 5 ? std::atoi(argv[5]) : 1; seed <= seeds; ++seed) {
-    testing::TwinStem twin;
+    fixture::TwinStem twin;
     MaterialFitOptions options;
     options.kind = MaterialKind::kSmooth;
     options.smooth.sigma = 0.8;

@@ -1,6 +1,7 @@
 #include "gaussians/io/files/zip_archive.h"
 
 #include <minizip/unzip.h>
+#include <minizip/zip.h>
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/compression.h"
@@ -76,6 +77,24 @@ std::string ZipArchive::read(const std::string& entry, uint64_t most) {
   if (longer) throw refuse("contains more than its directory entry states");
   if (closed == UNZ_CRCERROR) throw refuse("its checksum does not match its data");
   return bytes;
+}
+
+void write_zip(const std::filesystem::path& file, const std::string& entry, const std::string& bytes) {
+  std::filesystem::path temporary = file;
+  temporary += ".partial";
+  const zipFile zip = zipOpen64(temporary.c_str(), APPEND_STATUS_CREATE);
+  zip_fileinfo info = {};
+  info.tmz_date = {0, 0, 0, 1, 0, 1980};
+  const bool written =
+      zip && zipOpenNewFileInZip64(zip, entry.c_str(), &info, nullptr, 0, nullptr, 0, nullptr, 0, 0, 1) == ZIP_OK &&
+      zipWriteInFileInZip(zip, bytes.data(), static_cast<unsigned>(bytes.size())) == ZIP_OK &&
+      zipCloseFileInZip(zip) == ZIP_OK;
+  const bool closed = zip && zipClose(zip, nullptr) == ZIP_OK;
+  if (!written || !closed) {
+    std::filesystem::remove(temporary);
+    throw input_error(file.string(), entry, "cannot be written", "is there room on the disk?");
+  }
+  std::filesystem::rename(temporary, file);
 }
 
 }  // namespace pliant

@@ -28,4 +28,8 @@ class ZipArchive {
   std::vector<std::pair<uint64_t, uint64_t>> taken_;  // begin and end of the data of the entries read
 };
 
+/// Writes an archive with one entry, stored as it is; atomic, and equal contents give equal bytes.  Throws
+/// Error{kInput} naming the file.
+void write_zip(const std::filesystem::path& file, const std::string& entry, const std::string& bytes);
+
 }  // namespace pliant

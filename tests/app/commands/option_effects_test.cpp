@@ -11,11 +11,11 @@
 #include "app/page/page_stage.h"
 #include "app/predict/predict_stage.h"
 #include "app/reconstruct/photo_set.h"
+#include "app/seed/seed_stage.h"
 #include "app/segment/extract_stage.h"
 #include "app/segment/label_choice.h"
 #include "app/segment/repair_stage.h"
 #include "app/simulate/render_stage.h"
-#include "app/simulate/seed_stage.h"
 #include "app/simulate/simulate_stage.h"
 #include "app/store/velocity.h"
 #include "gaussians/base/error.h"
@@ -67,6 +67,7 @@ class OptionEffects : public FitVideo {
         {"segment.vocabulary", file("names.txt")},
         {"extract.object", "table"},
         {"repair.inpainter", file("inpainter.onnx")},
+        {"seed.particles", "500"},
         {"seed.material", file("names.txt")},
         {"seed.physgaussian", file("config.json")},
         {"fit.video", folder / "scene/reference.mp4"},

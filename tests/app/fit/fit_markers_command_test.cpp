@@ -22,7 +22,7 @@ namespace pliant {
 namespace {
 
 namespace fs = std::filesystem;
-using namespace testing;
+using namespace fixture;
 using nlohmann::json;
 
 constexpr double kYoung = 1.2e5, kDamping = 0.25, kRelease = 0.3, kUnit = kBeamUnit;
@@ -36,7 +36,7 @@ std::string recording(const RunDirectory& run, const Scene& scene) {
   material.poisson = 0.35;
   material.density = 900;
   const SimulatedBody body = make_body(file, scene, solid_material(file, material), material.material);
-  std::vector<Interaction> load = pins_of(body.file, scene);
+  std::vector<Interaction> load = pins_of(body.file.pinned_json, scene);
   Interaction gravity;
   gravity.type = InteractionType::kGust;
   gravity.vector = Vec3d(0, 0, -9.81);

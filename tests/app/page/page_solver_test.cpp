@@ -33,7 +33,7 @@ struct Case {
   explicit Case(Law law) {
     options.fps = 120;
     options.damping_time = 0.4;
-    particles = testing::block<float>({0.03, 0.03, 0.08}, 0.01, 0.5, 2e4, 0.3, 800);
+    particles = fixture::block<float>({0.03, 0.03, 0.08}, 0.01, 0.5, 2e4, 0.3, 800);
     particles.materials[0].law = law;
     Interaction pin, floor;
     pin.type = InteractionType::kPin;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/import/material_fields.h"
 #include "app/predict/object_prior.h"
 #include "app/run/run_directory.h"
 #include "app/store/material.h"
@@ -19,7 +20,7 @@ namespace pliant {
 namespace {
 
 namespace fs = std::filesystem;
-using namespace testing;
+using namespace fixture;
 using nlohmann::json;
 
 TEST(ObjectPrior, ComesFromMaterialLabelAndNameInThisOrder) {
@@ -141,6 +142,56 @@ TEST_F(Predict, ContradictionsAndUnknownWordsAreRefused) {
   EXPECT_EQ(predict({"--llm-url", "http://127.0.0.1:9/v1", "--llm-model", "m"}), 0);  // down: the table is used
   EXPECT_EQ(run_quietly({"predict", "--list", "--label", "palm"}), 2);
   EXPECT_EQ(run({"--young", "1", "--poisson", "0.3", "--density", "1", "--softness", "0.5"}), 2);
+}
+
+TEST_F(Predict, AdaptiveSamplingSeesThePredictionInOneCommand) {
+  ASSERT_EQ(run({"--label", "sunflower", "--seed.sampling", "pgas"}), 0);
+  const json record = read_json(folder_ / "run/run.json")["stages"];
+  EXPECT_TRUE(record["seed"]["inputs"].contains("predicted"));
+  const auto positions = [&] { return read_particles(folder_ / "run/objects/1_object/particles.h5").driving_position; };
+  const std::vector<Vec3f> seen = positions();
+  // A uniform E places them otherwise.
+  MaterialFile uniform = material("predicted.h5");
+  uniform.young.assign(uniform.young.size(), 1e5f);
+  write_material(folder_ / "uniform.h5", uniform, "{}");
+  ASSERT_EQ(run_quietly({"seed", (folder_ / "run").string(), "--particles", "300", "--no-pin-contact", "--sampling",
+                         "pgas", "--material", (folder_ / "uniform.h5").string()}),
+            0);
+  EXPECT_NE(positions(), seen);
+}
+
+TEST_F(Predict, ThePreviewShowsTheBandAndIsMadeOnce) {
+  ASSERT_EQ(run({"--label", "sunflower"}), 0);
+  const std::string directory = (folder_ / "run").string();
+  const std::string before = read_text(folder_ / "run/objects/1_object/trajectory.h5");
+  ASSERT_EQ(run_quietly({"predict", directory, "--label", "sunflower", "--preview"}), 0);
+  ASSERT_TRUE(fs::exists(folder_ / "run/softness.mp4"));
+  std::vector<double> young;
+  for (const char* part : {"0", "0.5", "1"})
+    young.push_back(read_json(folder_ / "run/softness" / part / "run.json")["stages"]["predict"]["summary"]["young"]);
+  EXPECT_GT(young[0], 1.2 * young[1]);
+  EXPECT_GT(young[1], 1.2 * young[2]);
+  EXPECT_EQ(read_text(folder_ / "run/objects/1_object/trajectory.h5"), before) << "the run itself stays as it is";
+  const auto made = fs::last_write_time(folder_ / "run/softness/1/clip.mp4");
+  ASSERT_EQ(run_quietly({"predict", directory, "--label", "sunflower", "--preview"}), 0);
+  EXPECT_EQ(fs::last_write_time(folder_ / "run/softness/1/clip.mp4"), made);
+  EXPECT_EQ(run_quietly({"predict", directory, "--young", "1e5", "--preview"}), 2);
+  EXPECT_EQ(run_quietly({"predict", "--list", "--preview"}), 2);
+}
+
+TEST_F(Predict, TheMaterialLeavesAndComesBackAsAFileOfOtherPrograms) {
+  ASSERT_EQ(run({"--label", "sunflower"}), 0);
+  const std::string directory = (folder_ / "run").string();
+  const std::vector<float> young = material("material.h5").young;
+  for (const char* name : {"field.npz", "field.ply"}) {
+    const std::string file = (folder_ / name).string();
+    ASSERT_EQ(run_quietly({"export", directory, "--material", file}), 0);
+    EXPECT_EQ(read_material_field(file).young, young) << name;
+    EXPECT_EQ(run_quietly({"export", directory, "--material", file}), 2) << "exists";
+    EXPECT_EQ(run_quietly({"export", directory, "--material", file, "--overwrite", "--every", "2"}), 2);
+    EXPECT_EQ(run_quietly({"simulate", directory, "--material", file, "--fps", "20", "--duration", "0.1"}), 0);
+  }
+  EXPECT_EQ(run_quietly({"export", directory, "--material", (folder_ / "field.txt").string()}), 2);
 }
 
 }  // namespace

@@ -4,11 +4,14 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/import/material_fields.h"
+#include "app/predict/object_samples.h"
 #include "app/store/material.h"
 #include "app/store/particles.h"
 #include "fitting/distribution/distribution_loss.h"
 #include "fitting/distribution/distribution_network.h"
 #include "gaussians/io/files/json_file.h"
+#include "gaussians/io/splats/splats.h"
 #include "tests/app/fit_video_scene.h"
 
 namespace pliant {
@@ -79,6 +82,37 @@ TEST_F(TrainPredictor, AFittedObjectJoinsAndPredictUsesTheWeights) {
   ASSERT_FALSE(shipped.empty());
   EXPECT_NE(predicted({"--weights", (out("joined") / "predictor.safetensors").string()}), shipped);
   EXPECT_EQ(run_quietly({"predict", run(), "--weights", (folder / "run/run.json").string()}), 1);
+}
+
+TEST_F(TrainPredictor, SplatsWithAFieldBesideThemJoin) {
+  const fs::path objects = folder / "objects";
+  fs::create_directories(objects);
+  EXPECT_EQ(train("none", {"--objects", objects.string()}), 2);  // empty
+  const auto copied = [&](const char* name) {
+    for (const auto& object : fs::directory_iterator(folder / "run/objects"))
+      fs::copy_file(object.path() / "object.ply", objects / name, fs::copy_options::overwrite_existing);
+    return read_splats(objects / name);
+  };
+  const GaussianCloud cloud = copied("daisy-1.ply");
+  EXPECT_EQ(train("none", {"--objects", objects.string()}), 2);  // no field
+  MaterialFile field;
+  field.position = cloud.position;
+  for (size_t i = 0; i < cloud.size(); ++i) {
+    field.young.push_back(i % 2 ? 1e5f : 3e5f);
+    field.poisson.push_back(0.3f);
+    field.density.push_back(400);
+  }
+  write_material_field(objects / "daisy-1.npz", field);
+  const std::vector<MaterialObject> read = splat_objects(objects, 1);
+  ASSERT_EQ(read.size(), 1u);
+  EXPECT_EQ(read[0].family, "daisy");
+  EXPECT_EQ(read[0].young.size(), read[0].samples.size());
+  EXPECT_TRUE(std::all_of(read[0].young.begin(), read[0].young.end(), [](float E) { return E == 1e5f || E == 3e5f; }));
+  ASSERT_EQ(train("splats", {"--objects", objects.string()}), 0);
+  // A field of something else is refused before any training.
+  for (Vec3f& x : field.position) x.x() *= 5;
+  write_material_field(objects / "daisy-1.npz", field);
+  EXPECT_EQ(train("other", {"--objects", objects.string()}), 1);
 }
 
 }  // namespace

@@ -78,15 +78,13 @@ std::vector<std::string> command(const fs::path& photos, const fs::path& out, st
   return words;
 }
 
-json parsed(const fs::path& file) { return json::parse(read_text(file)); }
-
 TEST_F(Reconstruct, FindsAMadeSceneAgainFromItsPhotos) {
   const TemporaryFolder folder;
   make_photos(folder / "set");
   const fs::path out = folder / "scene";
   ASSERT_EQ(run_quietly(command(folder / "set", out, {"--iterations", "600"})), 0);
 
-  const json results = parsed(out / "results.json");
+  const json results = read_json(out / "results.json");
   EXPECT_GE(results["psnr"].get<double>(), 25);
   EXPECT_EQ(results["held_out"].size(), 2u);
   EXPECT_EQ(results["photos"], 14);
@@ -116,9 +114,9 @@ TEST_F(Reconstruct, FindsAMadeSceneAgainFromItsPhotos) {
   const std::string splats = sha256_of_file(scene.settings.splats);
   const fs::path within = fs::relative(scene.settings.splats, out / "point_cloud");
   ASSERT_EQ(run_quietly(command(folder / "set", out, {"--iterations", "20"})), 0);
-  EXPECT_EQ(parsed(out / "results.json")["iterations"], 20);
+  EXPECT_EQ(read_json(out / "results.json")["iterations"], 20);
   EXPECT_EQ(sha256_of_file(out / "point_cloud.1" / within), splats);
-  EXPECT_EQ(parsed(out / "results.json.1")["iterations"], 600);
+  EXPECT_EQ(read_json(out / "results.json.1")["iterations"], 600);
 }
 
 /// Trains with the library; interrupted after so many questions about it, two an iteration (-1 = never).
@@ -163,8 +161,8 @@ TEST_F(Reconstruct, AnInterruptedTrainingThatIsGoneOnWithEndsWithTheSameBits) {
     for (const char* file :
          {"point_cloud/iteration_250/point_cloud.ply", "cameras.json", "transforms.json", "scene.json", "preview.png"})
       EXPECT_EQ(sha256_of_file(whole / file), sha256_of_file(parts / file)) << file;
-    EXPECT_EQ(parsed(whole / "results.json")["held_out"], parsed(parts / "results.json")["held_out"]);
-    EXPECT_EQ(parsed(whole / "results.json")["exposure"], parsed(parts / "results.json")["exposure"]);
+    EXPECT_EQ(read_json(whole / "results.json")["held_out"], read_json(parts / "results.json")["held_out"]);
+    EXPECT_EQ(read_json(whole / "results.json")["exposure"], read_json(parts / "results.json")["exposure"]);
     fs::remove_all(whole);
     fs::remove_all(parts);
   }
@@ -282,7 +280,7 @@ TEST_F(Reconstruct, LabelsTrainedAlongWithTheSceneDivideItsGaussians) {
     right += opacity * (segmentation.label[i] == (x.z() > 0 ? 8u : 3u));
   }
   EXPECT_GT(right / all, 0.93);
-  EXPECT_EQ(parsed(folder / "run/objects.json").size(), 2u);
+  EXPECT_EQ(read_json(folder / "run/objects.json").size(), 2u);
   ASSERT_EQ(run_quietly(segment), 0) << "what is done is not done again";
 
   // A scene that is trained already keeps its Gaussians.
@@ -303,7 +301,7 @@ TEST_F(Reconstruct, TimeIsHonoured) {
   const auto start = std::chrono::steady_clock::now();
   ASSERT_EQ(run_quietly(command(folder / "set", folder / "scene", {"--time-limit", "2s"})), 0);
   const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const double seconds = parsed(folder / "scene/results.json")["seconds"];
+  const double seconds = read_json(folder / "scene/results.json")["seconds"];
   EXPECT_GE(seconds, 2.0);
   EXPECT_LE(seconds, 2.5);  // the last iteration and what belongs to it
   EXPECT_GE(wall, 1.8);

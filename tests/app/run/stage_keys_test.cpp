@@ -6,14 +6,15 @@
 #include <set>
 
 #include "app/fit/fit_stage.h"
+#include "app/predict/predict_stage.h"
 #include "app/reconstruct/photo_set.h"
 #include "app/reconstruct/reconstruct_stage.h"
+#include "app/seed/seed_stage.h"
 #include "app/segment/extract_stage.h"
 #include "app/segment/label_photos.h"
 #include "app/segment/repair_stage.h"
 #include "app/segment/segment_stage.h"
 #include "app/simulate/render_stage.h"
-#include "app/simulate/seed_stage.h"
 #include "app/simulate/simulate_stage.h"
 #include "gaussians/io/cameras/cameras.h"
 #include "gaussians/io/images/image_io.h"
@@ -118,6 +119,8 @@ class StageKeys : public FitVideo {
     add("segment a sphere", run, scene, sphere, all);
     add("extract", run, scene, ExtractStage(), all);
     add("repair", run, scene, RepairStage(), all);
+    add("fill", run, scene, FillStage(), all);
+    add("predict", run, scene, PredictStage(), all);
     add("seed", run, scene, SeedStage(), all);
     FitStage find, markers, guided;
     find.cameras = {"find"};
@@ -168,6 +171,8 @@ const Names kAll = {"reconstruct",
                     "segment a sphere",
                     "extract",
                     "repair",
+                    "fill",
+                    "predict",
                     "seed",
                     "fit",
                     "fit, camera found",
@@ -177,6 +182,7 @@ const Names kAll = {"reconstruct",
                     "render",
                     "render a camera"};
 const Names kSegment = {"segment", "segment automatically", "segment a sphere"};
+const Names kBody = {"fill", "predict", "seed"};
 const Names kReconstruct = {"reconstruct", "reconstruct jointly"};
 const Names kFit = {"fit", "fit, camera found", "fit to markers"};
 const Names kSimulate = {"simulate", "simulate a start"};
@@ -199,6 +205,11 @@ TEST(StageFields, BelongToAnOptionOrToSomethingElseThatIsRecorded) {
             std::vector<size_t>{});
   EXPECT_EQ(unknown_bytes<LabelStage>([&](const LabelStage& s) { return inpainter(s, s); }), std::vector<size_t>{});
   EXPECT_EQ(unknown_bytes<ExtractStage>([](const ExtractStage&) { return std::vector<Bytes>{}; }),
+            std::vector<size_t>{});
+  EXPECT_EQ(unknown_bytes<PredictStage>([](const PredictStage& s) {
+              // Of these it takes E, nu and rho, which are options.
+              return std::vector<Bytes>{bytes_of(&s, &s.given, sizeof(s.given))};
+            }),
             std::vector<size_t>{});
   EXPECT_EQ(unknown_bytes<SeedStage>([](const SeedStage&) { return std::vector<Bytes>{}; }), std::vector<size_t>{});
   EXPECT_EQ(unknown_bytes<SimulateStage>([](const SimulateStage&) { return std::vector<Bytes>{}; }),
@@ -235,16 +246,16 @@ TEST_F(StageKeys, ValuesOfTheSceneFileChangeTheKeysOfTheStagesThatReadThem) {
     EXPECT_EQ(changed_by_setting(pointer, value), wanted) << pointer;
   };
   EXPECT_EQ(changed_by([] {}), Names());
-  expect("/up", {0, 0.1, 1}, kSegment + Names{"extract", "seed"} + kFit + kSimulate + kRender);
-  expect("/metres_per_unit", 2.5, Names{"seed"} + kFit + kSimulate + kRender);
+  expect("/up", {0, 0.1, 1}, kSegment + Names{"extract"} + kBody + kFit + kSimulate + kRender);
+  expect("/metres_per_unit", 2.5, Names{"predict", "seed"} + kFit + kSimulate + kRender);
   expect("/support", "pot", {"extract"});
   expect("/object", "table", {"extract"});
-  expect("/pinned/0/box/5", 0.2, {"seed"});
-  expect("/material/young", 12345, kFit + Names{"simulate", "simulate a start"});
-  expect("/material/poisson", 0.123, kFit + kSimulate);
-  expect("/material/density", 123, kFit + kSimulate);
-  expect("/material/law", "neo_hookean", kFit + kSimulate);
-  expect("/material/constants", {{"viscosity_time", 0.01}}, kFit + kSimulate);
+  expect("/pinned/0/box/5", 0.2, {"fill"});
+  expect("/material/young", 12345, Names{"predict"} + kFit + kSimulate);
+  expect("/material/poisson", 0.123, Names{"predict"} + kFit + kSimulate);
+  expect("/material/density", 123, Names{"predict"} + kFit + kSimulate);
+  expect("/material/law", "neo_hookean", Names{"predict"} + kFit + kSimulate);
+  expect("/material/constants", {{"viscosity_time", 0.01}}, Names{"predict"} + kFit + kSimulate);
   expect("/video/fps", 2 * fps, {"fit", "fit, camera found"});
   expect("/video/camera", camera == "view_001" ? "view_002" : "view_001",
          {"fit", "fit, camera found", "simulate", "render"});
@@ -275,7 +286,7 @@ TEST_F(StageKeys, FilesOfTheSceneChangeTheKeysOfTheStagesThatReadThem) {
         cameras[2].cam_from_world.translation().x() += 0.01;
         write_cameras(scene / "transforms.json", cameras);
       },
-      kReconstruct + Names{"label"} + kSegment + Names{"repair", "seed", "fit", "fit, camera found", "simulate"} +
+      kReconstruct + Names{"label"} + kSegment + Names{"repair", "fill", "fit", "fit, camera found", "simulate"} +
           kRender);
   expect(
       "a photo",
@@ -313,9 +324,10 @@ TEST_F(StageKeys, FilesOfTheRunChangeTheKeysOfTheStagesThatReadThem) {
     write_text(file, before);
   };
   expect(object / "object.ply",
-         {"repair", "seed", "fit", "fit, camera found", "simulate", "render", "render a camera"});
+         kBody + Names{"repair", "fit", "fit, camera found", "simulate", "render", "render a camera"});
   expect(run / "background.ply", {"repair"});
   expect(run / "background_repaired.ply", Names{"fit", "fit, camera found"} + kRender);
+  expect(object / "solid.h5", {"predict", "seed"});
   expect(object / "particles.h5", kFit + kSimulate + kRender);
   expect(object / "trajectory.h5", kRender);
   expect(folder / "markers.csv", {"fit to markers", "simulate a start"});
@@ -331,7 +343,7 @@ TEST_F(StageKeys, FilesOfTheRunChangeTheKeysOfTheStagesThatReadThem) {
     return changed;
   };
   EXPECT_EQ(found("/stages/extract/summary/height", 0.123), kSimulate);
-  EXPECT_EQ(found("/stages/extract/summary/contact", {{"support", "shelf"}}), Names{"seed"} + kSimulate);
+  EXPECT_EQ(found("/stages/extract/summary/contact", {{"support", "shelf"}}), Names{"fill"} + kSimulate);
   EXPECT_EQ(found("/stages/extract/summary/rules", json::object()), Names());
 }
 

@@ -7,6 +7,7 @@
 
 #include "app/store/segmentation.h"
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/files/json_file.h"
 #include "tests/app/run_pliant.h"
 #include "tests/temporary_folder.h"
 
@@ -14,8 +15,6 @@ namespace pliant {
 namespace {
 
 using nlohmann::json;
-
-json parsed(const std::filesystem::path& file) { return json::parse(read_text(file)); }
 
 const json* row(const json& objects, const std::string& name) {
   for (const json& object : objects)
@@ -34,7 +33,7 @@ TEST(SegmentEdit, ChangesTheObjectsOfARunKeepsThemAndCanBeUndone) {
   ASSERT_EQ(run_quietly({"extract", out, "--object", "flower"}), 0);
   const std::filesystem::path run = out;
   EXPECT_TRUE(std::filesystem::exists(run / "features.png"));
-  const json before = parsed(run / "objects.json");
+  const json before = read_json(run / "objects.json");
   const std::string found = sha256_of_file(run / "segmentation.h5"),
                     background = sha256_of_file(run / "background.ply");
   ASSERT_GE(before.size(), 3u);
@@ -54,11 +53,11 @@ TEST(SegmentEdit, ChangesTheObjectsOfARunKeepsThemAndCanBeUndone) {
   // In the order of the command line: the new name is known to the merge.
   ASSERT_EQ(
       run_quietly({"segment", "edit", out, "--name", "flower=tulip", "--merge", "tulip,table", "--split", "tulip"}), 0);
-  const json after = parsed(run / "objects.json");
+  const json after = read_json(run / "objects.json");
   ASSERT_TRUE(row(after, "tulip"));
   EXPECT_EQ((*row(after, "tulip"))["id"], (*row(before, "flower"))["id"]);
   EXPECT_FALSE(row(after, "table"));
-  EXPECT_EQ(parsed(run / "run.json")["edits"].size(), 3u);
+  EXPECT_EQ(read_json(run / "run.json")["edits"].size(), 3u);
   size_t total = 0, total_before = 0;
   for (const json& object : after) total += object["gaussians"].get<size_t>();
   for (const json& object : before) total_before += object["gaussians"].get<size_t>();
@@ -72,7 +71,7 @@ TEST(SegmentEdit, ChangesTheObjectsOfARunKeepsThemAndCanBeUndone) {
   };
   EXPECT_FALSE(std::filesystem::exists(folder_of("flower")));
   EXPECT_TRUE(std::filesystem::exists(folder_of("tulip") / "object.ply"));
-  const json extracted = parsed(run / "run.json")["stages"]["extract"];
+  const json extracted = read_json(run / "run.json")["stages"]["extract"];
   EXPECT_EQ(run / extracted["summary"]["folder"].get<std::string>(), folder_of("tulip"));
   EXPECT_EQ(run / extracted["outputs"][0].get<std::string>(), folder_of("tulip") / "object.ply");
   // What bears the name already is kept beside it.
@@ -94,8 +93,8 @@ TEST(SegmentEdit, ChangesTheObjectsOfARunKeepsThemAndCanBeUndone) {
   again.push_back("--overwrite");
   ASSERT_EQ(run_quietly(again), 0);
   EXPECT_EQ(sha256_of_file(run / "segmentation.h5"), found);
-  EXPECT_EQ(parsed(run / "objects.json"), before);
-  EXPECT_FALSE(parsed(run / "run.json").contains("edits"));
+  EXPECT_EQ(read_json(run / "objects.json"), before);
+  EXPECT_FALSE(read_json(run / "run.json").contains("edits"));
 }
 
 }  // namespace

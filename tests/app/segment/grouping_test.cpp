@@ -8,6 +8,7 @@
 
 #include "app/store/segmentation.h"
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/files/json_file.h"
 #include "gaussians/io/scene/scene.h"
 #include "gaussians/io/splats/ply.h"
 #include "tests/app/run_pliant.h"
@@ -18,8 +19,6 @@ namespace pliant {
 namespace {
 
 using nlohmann::json;
-
-json parsed(const std::filesystem::path& file) { return json::parse(read_text(file)); }
 
 /// A PLY as Gaussian Grouping writes it, with obj_dc_0 to obj_dc_15: two rows of 40 Gaussians, 1 and 3 above the
 /// ground. The attribute of row r is the r-th unit vector, but for one Gaussian of the first row, which lies between.
@@ -88,7 +87,7 @@ TEST(GaussianGrouping, AttributeAndClassifierAreTakenAsTheyAre) {
     EXPECT_EQ(s.attribute[i * 16], i >= 40 ? 0.0f : i == 7 ? 0.6f : 1.0f);
     EXPECT_NEAR(s.confidence[i], 1 / (1 + std::exp(i == 7 ? -2.0 : -10.0)), 1e-5) << i;
   }
-  const json objects = parsed(folder / "run/objects.json");
+  const json objects = read_json(folder / "run/objects.json");
   EXPECT_EQ(objects[1]["found"], "Gaussian Grouping");
   EXPECT_EQ(objects[1]["views"], 4);
 
@@ -111,7 +110,7 @@ TEST(SheetPrompts, AClickOnTheSheetIsOneOnThePictureItShowsAndStaysItWhenRepeate
             0);
   EXPECT_EQ(run_quietly({"segment", scene, "--out", out, "--click", "sheet,5,5"}), 2);  // no sheet yet
   ASSERT_EQ(run_quietly({"segment", scene, "--out", out, "--iterations", "10"}), 0);
-  const json cells = parsed(folder / "run/objects_sheet.json"), objects = parsed(folder / "run/objects.json");
+  const json cells = read_json(folder / "run/objects_sheet.json"), objects = read_json(folder / "run/objects.json");
   ASSERT_EQ(cells.size(), objects.size() + 1);
 
   // The middle of the crop of the flower pot's object: where its picture is.
@@ -122,7 +121,7 @@ TEST(SheetPrompts, AClickOnTheSheetIsOneOnThePictureItShowsAndStaysItWhenRepeate
   const std::string click = "sheet," + std::to_string(static_cast<int>(x)) + "," + std::to_string(static_cast<int>(y));
   const std::vector<std::string> command = {"segment", scene, "--out", out, "--click", click, "--iterations", "10"};
   ASSERT_EQ(run_quietly(command), 0);
-  const json manifest = parsed(folder / "run/run.json");
+  const json manifest = read_json(folder / "run/run.json");
   const std::string resolved = manifest["stages"]["segment"]["options"]["click"][0];
   EXPECT_EQ(resolved.substr(0, resolved.find(',')), cell["camera"].get<std::string>());
   EXPECT_EQ(manifest["sheet_prompts"]["click " + click], resolved);

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/files/json_file.h"
 #include "gaussians/io/images/image_io.h"
 #include "tests/app/run_pliant.h"
 #include "tests/temporary_folder.h"
@@ -15,8 +16,6 @@ namespace pliant {
 namespace {
 
 using nlohmann::json;
-
-json parsed(const std::filesystem::path& file) { return json::parse(read_text(file)); }
 
 /// --box around the mask `id` in a picture of the demo.
 std::string box_around(const std::filesystem::path& mask, uint32_t id) {
@@ -37,7 +36,7 @@ std::string box_around(const std::filesystem::path& mask, uint32_t id) {
 }
 
 size_t object_gaussians(const std::filesystem::path& run) {
-  for (const json& object : parsed(run / "objects.json"))
+  for (const json& object : read_json(run / "objects.json"))
     if (object["name"] != "rest") return object["gaussians"];
   return 0;
 }
@@ -50,7 +49,7 @@ TEST(SelectionSheet, StrokesOnItTakeAwayWhatTheyCoverAndMeanTheSameWhenRepeatedO
             0);
   EXPECT_EQ(run_quietly({"segment", scene, "--out", out, "--click", "selection,5,5"}), 2);  // nothing was selected yet
   uint32_t flower = 0;
-  const json labels = parsed(folder / "scene/labels.json");
+  const json labels = read_json(folder / "scene/labels.json");
   for (const auto& [id, name] : labels.items())
     if (name == "flower") flower = static_cast<uint32_t>(std::stoul(id));
   std::vector<std::filesystem::path> masks;
@@ -63,7 +62,7 @@ TEST(SelectionSheet, StrokesOnItTakeAwayWhatTheyCoverAndMeanTheSameWhenRepeatedO
   ASSERT_GT(selected, 100u);
 
   // A pixel of the third side that is tinted as the object, with such pixels around it.
-  const json cells = parsed(folder / "run/selection_sheet.json");
+  const json cells = read_json(folder / "run/selection_sheet.json");
   ASSERT_EQ(cells.size(), 8u);
   const ImageF sheet = read_image(folder / "run/selection.png");
   const json& cell = cells[2];
@@ -90,22 +89,22 @@ TEST(SelectionSheet, StrokesOnItTakeAwayWhatTheyCoverAndMeanTheSameWhenRepeatedO
   command.insert(command.end(), {"--stroke", stroke(at_x, at_y)});
   ASSERT_EQ(run_quietly(command), 0);
   EXPECT_LT(object_gaussians(folder / "run"), selected);
-  const json options = parsed(folder / "run/run.json")["stages"]["segment"]["options"];
+  const json options = read_json(folder / "run/run.json")["stages"]["segment"]["options"];
   const std::string text = options["stroke"][0];
   EXPECT_EQ(text.substr(0, 19), "bg,selection.png:2,") << text;
   EXPECT_NEAR(std::stod(text.substr(19)), at_x - cell["x"].get<int>(), 0.01) << text;
 
   // The sides stay, so a command repeated does nothing and a stroke more leaves the first one what it was.
-  EXPECT_EQ(parsed(folder / "run/selection_sheet.json"), cells);
+  EXPECT_EQ(read_json(folder / "run/selection_sheet.json"), cells);
   const std::string before = sha256_of_file(folder / "run/segmentation.h5");
   ASSERT_EQ(run_quietly(command), 0);
   EXPECT_EQ(sha256_of_file(folder / "run/segmentation.h5"), before);
   command.insert(command.end(), {"--stroke", stroke(at_x, at_y + 3)});
   ASSERT_EQ(run_quietly(command), 0);
-  const json after = parsed(folder / "run/run.json")["stages"]["segment"]["options"]["stroke"];
+  const json after = read_json(folder / "run/run.json")["stages"]["segment"]["options"]["stroke"];
   ASSERT_EQ(after.size(), 2u);
   EXPECT_EQ(after[0], text);
-  EXPECT_EQ(parsed(folder / "run/selection_sheet.json"), cells);
+  EXPECT_EQ(read_json(folder / "run/selection_sheet.json"), cells);
   EXPECT_EQ(run_quietly({"segment", scene, "--out", out, "--click", "selection,2,700"}),
             2);  // the legend
 }

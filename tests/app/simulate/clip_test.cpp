@@ -19,7 +19,7 @@ namespace pliant {
 namespace {
 
 namespace fs = std::filesystem;
-using namespace testing;
+using namespace fixture;
 using nlohmann::json;
 
 /// A beam that swings for 0.2 s at 20 frames per second.

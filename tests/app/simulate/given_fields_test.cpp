@@ -19,7 +19,7 @@ TEST(GivenFields, AUniformMaterialIsThatOfAnyParticlesAndOthersNeedPositions) {
   MaterialFile material{{2e5f, 2e5f}, {0.3f, 0.3f}, {400, 400}, "made", {}, {}};
   const auto given = [&] {
     write_material(folder / "material.h5", material, "{}");
-    return given_material(folder / "material.h5", particles);
+    return given_material(folder / "material.h5", particles.solid_position);
   };
   EXPECT_EQ(given().young, std::vector<float>(3, 2e5));
   EXPECT_EQ(given().density, std::vector<float>(3, 400));

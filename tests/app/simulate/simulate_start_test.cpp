@@ -16,7 +16,7 @@ namespace pliant {
 namespace {
 
 namespace fs = std::filesystem;
-using namespace testing;
+using namespace fixture;
 using nlohmann::json;
 
 /// The beam swings up, more the farther it is from where it is held; places in scene units.

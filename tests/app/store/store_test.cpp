@@ -13,6 +13,7 @@
 #include "app/store/material.h"
 #include "app/store/particles.h"
 #include "app/store/segmentation.h"
+#include "app/store/solid.h"
 #include "app/store/training.h"
 #include "app/store/trajectory.h"
 #include "gaussians/base/random.h"
@@ -111,6 +112,48 @@ TEST(Store, SegmentationSurvives) {
   EXPECT_EQ(labels.names.at(70000), "table");
   write_labels(folder / "labels.h5", labels, "{}");
   EXPECT_EQ(read_labels(folder / "labels.h5").names, labels.names);
+}
+
+SolidFile some_solid() {
+  SolidFile solid;
+  solid.samples.position = vectors(40);
+  solid.samples.volume = floats(40, 0, 1);
+  solid.samples.thickness = floats(40, 0, 0.1);
+  solid.samples.spacing = 0.02f;
+  for (int i = 0; i < 40; ++i) solid.samples.rod.push_back(i % 2);
+  for (int i = 0; i < 40; ++i) solid.simulated.push_back(i % 3 > 0);
+  solid.volume = 17.25;
+  solid.pinned_json = R"([{"sphere": [0, 0, 0, 0.5]}])";
+  return solid;
+}
+
+TEST(Store, SolidSamplesSurviveAndBadOnesNameTheDataset) {
+  const TemporaryFolder folder;
+  const SolidFile solid = some_solid();
+  write_solid(folder / "solid.h5", solid, "{}");
+  const SolidFile back = read_solid(folder / "solid.h5");
+  EXPECT_EQ(back.samples.position, solid.samples.position);
+  EXPECT_EQ(back.samples.volume, solid.samples.volume);
+  EXPECT_EQ(back.samples.thickness, solid.samples.thickness);
+  EXPECT_EQ(back.samples.spacing, solid.samples.spacing);
+  EXPECT_EQ(back.samples.rod, solid.samples.rod);
+  EXPECT_EQ(back.simulated, solid.simulated);
+  EXPECT_EQ(back.volume, solid.volume);
+  EXPECT_EQ(back.pinned_json, solid.pinned_json);
+  const auto refused = [&](const std::function<void(SolidFile&)>& spoil, const std::vector<std::string>& words) {
+    SolidFile bad = some_solid();
+    spoil(bad);
+    write_solid(folder / "bad.h5", bad, "{}");
+    expect_error(Failure::kInput, words, [&] { read_solid(folder / "bad.h5"); });
+  };
+  refused([](SolidFile& s) { s.simulated[4] = 2; }, {"bad.h5", "/solid/simulated", "0 and 1"});
+  refused([](SolidFile& s) { s.samples.thickness[7] = NAN; }, {"bad.h5", "/solid/thickness", "row 7"});
+  refused([](SolidFile& s) { s.samples.spacing = 0; }, {"bad.h5", "spacing", "positive"});
+  refused([](SolidFile& s) { s.pinned_json = "[{"; }, {"bad.h5", "pinned", "JSON"});
+  const std::string good = read_text(folder / "solid.h5");
+  for (size_t part = 1; part < 8; ++part)
+    expect_error(Failure::kInput, {"cut.h5"},
+                 [&] { read_solid(folder.file("cut.h5", good.substr(0, good.size() * part / 8))); });
 }
 
 TEST(Store, ParticlesAndMaterialSurviveAndMaterialFindsItsSamples) {

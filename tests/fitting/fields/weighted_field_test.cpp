@@ -13,7 +13,7 @@
 namespace pliant {
 namespace {
 
-using testing::TwinStem;
+using fixture::TwinStem;
 
 std::vector<double> drawn(size_t count, double sigma, uint64_t seed) {
   std::vector<double> p;

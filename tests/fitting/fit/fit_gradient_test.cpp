@@ -13,7 +13,7 @@
 namespace pliant {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 /// A stem whose upper half is three times softer than the motion's particles, and what was seen of it.
 struct Problem {

@@ -11,7 +11,7 @@ namespace {
 constexpr double kYoung = 2e5, kDamping = 0.2, kRelease = 0.1234, kDx = 0.015;
 
 /// A bar 30 x 30 x 100 mm along x, held over its first three cells, under gravity along -z.
-Particles bar(double young) { return testing::block<float>({0.1 + 3 * kDx, 0.03, 0.03}, kDx, 0.0, young, 0.4, 1070); }
+Particles bar(double young) { return fixture::block<float>({0.1 + 3 * kDx, 0.03, 0.03}, kDx, 0.0, young, 0.4, 1070); }
 
 std::vector<Interaction> let_go() {
   Interaction pin, load;

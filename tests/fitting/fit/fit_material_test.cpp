@@ -14,7 +14,7 @@
 namespace pliant {
 namespace {
 
-using testing::TwinStem;
+using fixture::TwinStem;
 
 /// Median over the free particles of |log10 E - log10 E of the truth|.
 double median_error(const std::vector<double>& young, const Particles& truth) {

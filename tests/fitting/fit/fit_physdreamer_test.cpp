@@ -13,7 +13,7 @@
 namespace pliant {
 namespace {
 
-using testing::TwinStem;
+using fixture::TwinStem;
 
 MaterialFitOptions recipe(MaterialKind kind, int iterations) {
   MaterialFitOptions options;

@@ -10,7 +10,7 @@
 namespace pliant {
 namespace {
 
-using testing::TwinStem;
+using fixture::TwinStem;
 
 TEST(FitVibration, FindsStiffnessAndDampingOfATwinFromAStartThirtyTimesWrong) {
   const TwinStem twin;

@@ -12,7 +12,7 @@
 namespace pliant {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 constexpr int kFrames = 8;
 constexpr double kNoise = 0.3;  // px

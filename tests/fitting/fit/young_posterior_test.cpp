@@ -14,7 +14,7 @@
 namespace pliant {
 namespace {
 
-using testing::TwinStem;
+using fixture::TwinStem;
 
 Motion<float> motion_of(const TwinStem& twin, const SimulationState& start, int frames) {
   Motion<float> motion{twin.particles, start, twin.pins, {}};

@@ -7,7 +7,7 @@
 namespace pliant {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 /// The stem swings for a second from a kick.
 Motion<float> swing(const TwinStem& stem, double damping_time, double flip_time = 0) {

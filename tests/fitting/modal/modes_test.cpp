@@ -8,7 +8,7 @@
 namespace pliant {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 using Stem = TwinStem;
 

@@ -13,7 +13,7 @@
 namespace pliant {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 TEST(SwayFrequency, IsThatOfTheLowestMode) {
   const TwinStem stem;

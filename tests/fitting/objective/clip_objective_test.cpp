@@ -16,7 +16,7 @@
 namespace pliant {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 constexpr int kFrames = 8;
 

@@ -11,7 +11,7 @@
 namespace pliant {
 namespace {
 
-using namespace testing;
+using namespace fixture;
 
 /// One number of a motion.
 struct Input {

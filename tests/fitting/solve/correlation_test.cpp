@@ -26,7 +26,7 @@ TEST(ErrorCorrelation, FactorIsOneForWhiteNoiseAndThatOfAnAutoregressionOtherwis
   EXPECT_NEAR(ErrorCorrelation(slow, kOrigin, 2).factor(), 3, 0.4);
 }
 
-constexpr size_t kPoints = 300, kRows = 60;
+constexpr size_t kPoints = 300, kInstants = 60;
 
 std::vector<Vec3f> on_a_line(size_t count) {
   std::vector<Vec3f> place;
@@ -38,7 +38,7 @@ std::vector<Vec3f> on_a_line(size_t count) {
 /// autoregression a in time, which has factor (1 + a) / (1 - a).
 std::vector<double> noise(size_t width, double a, uint64_t seed) {
   std::vector<double> out;
-  for (size_t t = 0; t < kRows; ++t)
+  for (size_t t = 0; t < kInstants; ++t)
     for (size_t k = 0; k < kPoints; ++k)
       for (size_t c = 0; c < 2; ++c) {
         double sum = 0;
@@ -86,8 +86,8 @@ TEST(CorrelationFactor, PointsWithoutErrorsHaveNoSay) {
 
 /// [rows, points, 2; columns] of J: all alike, and waves of so many rows or points.
 Eigen::MatrixXd waves(double rows, double points) {
-  Eigen::MatrixXd out(kRows * kPoints * 2, 3);
-  for (size_t t = 0; t < kRows; ++t)
+  Eigen::MatrixXd out(kInstants * kPoints * 2, 3);
+  for (size_t t = 0; t < kInstants; ++t)
     for (size_t k = 0; k < kPoints; ++k)
       for (size_t c = 0; c < 2; ++c)
         out.row((t * kPoints + k) * 2 + c) << 1, std::cos(2 * M_PI * t / rows), std::cos(2 * M_PI * k / points);
@@ -116,20 +116,21 @@ TEST(ErrorCorrelation, AGradientsVarianceIsTheSpectrumOfTheErrorsWhereItVaries) 
   const Eigen::Vector3d white = ratio(1, 0);
   EXPECT_NEAR((white - Eigen::Vector3d::Ones()).cwiseAbs().maxCoeff(), 0, 0.15);
   EXPECT_GT(white.minCoeff(), 0.95);
-  EXPECT_GT(ErrorCorrelation(noise(1, 0.5, 1), place, 2).of_gradient(waves(2, 15))(1, 1) / (kRows * kPoints * 2), 0.95);
+  EXPECT_GT(ErrorCorrelation(noise(1, 0.5, 1), place, 2).of_gradient(waves(2, 15))(1, 1) / (kInstants * kPoints * 2),
+            0.95);
 }
 
 TEST(ErrorCorrelation, EachPointHasErrorsOfItsOwnSize) {
   std::vector<double> errors = noise(1, 0, 1);
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(kRows * kPoints * 2, 2);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(kInstants * kPoints * 2, 2);
   for (size_t r = 0; r < errors.size(); ++r) {
     const bool loud = r / 2 % kPoints < 100;
     errors[r] *= loud ? 3 : 1;
     J(static_cast<Eigen::Index>(r), loud) = 1;
   }
   const Eigen::MatrixXd found = ErrorCorrelation(errors, on_a_line(kPoints), 2).of_gradient(J);
-  EXPECT_NEAR(found(0, 0) / (kRows * 200 * 2), 1, 0.15);
-  EXPECT_NEAR(found(1, 1) / (kRows * 100 * 2), 9, 1.3);
+  EXPECT_NEAR(found(0, 0) / (kInstants * 200 * 2), 1, 0.15);
+  EXPECT_NEAR(found(1, 1) / (kInstants * 100 * 2), 9, 1.3);
 }
 
 TEST(CovarianceWith, IsThatOfManyFitsToErrorsThatGoTogether) {

@@ -8,6 +8,7 @@
 
 #include "gaussians/base/random.h"
 #include "gaussians/render/project_input.h"
+#include "tests/gaussians/render/random_gaussians.h"
 
 #define PLIANT_ISA project_test
 #include "gaussians/simd/pack_math.h"
@@ -63,23 +64,17 @@ TEST(PackMath, LogarithmAgreesWithTheCLibrary) {
   std::printf("worst relative error of log2: %.2g\n", worst);
 }
 
-Camera test_camera() { return look_at({0.3, -4, 0.4}, {0, 0, 0}, {0, 0, 1}, 120, 90, 130); }
+Camera front_camera() { return look_at({0.3, -4, 0.4}, {0, 0, 0}, {0, 0, 1}, 120, 90, 130); }
 
-CloudOf<float> random_cloud(int n, int degree) {
-  CloudOf<float> cloud;
-  cloud.sh_degree = degree;
-  cloud.resize(n);
-  for (int i = 0; i < n; ++i) {
-    Random random(11, i);
-    for (int k = 0; k < 3; ++k) {
-      cloud.position[i][k] = static_cast<float>(random.uniform(-1, 1));
-      cloud.log_scale[i][k] = static_cast<float>(random.uniform(-5, -1));
-    }
-    for (int k = 0; k < 4; ++k) cloud.rotation[i][k] = static_cast<float>(random.normal());
-    cloud.opacity_logit[i] = static_cast<float>(random.uniform(-4, 4));
-    for (int k = 0; k < 3 * cloud.sh_count(); ++k) cloud.sh_of(i)[k] = static_cast<float>(0.2 * random.normal());
-  }
-  return cloud;
+GaussianCloud random_wide_cloud(int n, int degree) {
+  return fixture::random_cloud(n, degree, 11,
+                               {.half_width = 1,
+                                .min_log_scale = -5,
+                                .max_log_scale = -1,
+                                .min_opacity_logit = -4,
+                                .max_opacity_logit = 4,
+                                .color = 0.2,
+                                .shine = 0.2});
 }
 
 class Projection : public testing::TestWithParam<InstructionSet> {
@@ -88,7 +83,7 @@ class Projection : public testing::TestWithParam<InstructionSet> {
 
   std::vector<Splat<float>> splats(const CloudOf<float>& cloud, size_t begin, size_t end) const {
     std::vector<Splat<float>> out(end - begin);
-    out.resize(kernels().project({cloud_input(cloud), make_view<float>(test_camera()), true, begin, end}, out.data()));
+    out.resize(kernels().project({cloud_input(cloud), make_view<float>(front_camera()), true, begin, end}, out.data()));
     return out;
   }
 
@@ -104,7 +99,7 @@ class Projection : public testing::TestWithParam<InstructionSet> {
     for (auto& q : g.rotation) q.setZero();
     std::vector<Mat3f> covariance(cloud.size(), Mat3f::Zero());
     kernels().project_adjoint(
-        {cloud_input(cloud), make_view<float>(test_camera()), true, index.data(), sums.data(), index.size()},
+        {cloud_input(cloud), make_view<float>(front_camera()), true, index.data(), sums.data(), index.size()},
         cloud_gradient(g, covariance), view);
     std::vector<std::vector<float>> rows(cloud.size());
     for (size_t i = 0; i < cloud.size(); ++i) {
@@ -126,7 +121,7 @@ bool same(const Splat<float>& a, const Splat<float>& b) {
 
 TEST_P(Projection, AnyRangeOfGaussiansGivesTheSameSplats) {
   for (const int degree : {0, 1, 2, 3}) {
-    const CloudOf<float> cloud = random_cloud(37, degree);
+    const CloudOf<float> cloud = random_wide_cloud(37, degree);
     const std::vector<Splat<float>> all = splats(cloud, 0, cloud.size());
     ASSERT_GT(all.size(), 25u);
     for (size_t begin = 0; begin < cloud.size(); ++begin) {
@@ -145,7 +140,7 @@ TEST_P(Projection, AnyRangeOfGaussiansGivesTheSameSplats) {
 }
 
 TEST_P(Projection, AbsurdGaussiansAreLeftOutAndDoNotDisturbTheirNeighbours) {
-  const CloudOf<float> cloud = random_cloud(64, 1);
+  const CloudOf<float> cloud = random_wide_cloud(64, 1);
   const std::vector<Splat<float>> all = splats(cloud, 0, cloud.size());
   const float inf = INFINITY, nan = NAN;
   const std::vector<std::function<void(CloudOf<float>&, size_t)>> absurd = {
@@ -172,7 +167,7 @@ TEST_P(Projection, AbsurdGaussiansAreLeftOutAndDoNotDisturbTheirNeighbours) {
 }
 
 TEST_P(Projection, ZeroQuaternionMeansNoRotationAndInfiniteLogitFullOpacity) {
-  CloudOf<float> cloud = random_cloud(9, 0), upright = cloud;
+  CloudOf<float> cloud = random_wide_cloud(9, 0), upright = cloud;
   for (const size_t i : {2, 4, 7}) {
     cloud.rotation[i].setZero();
     upright.rotation[i] = Vec4f(1, 0, 0, 0);
@@ -193,7 +188,7 @@ TEST_P(Projection, OpacityAgreesWithTheCLibrary) {
   }
   std::vector<Splat<float>> out(cloud.size());
   out.resize(
-      kernels().project({cloud_input(cloud), make_view<float>(test_camera()), false, 0, cloud.size()}, out.data()));
+      kernels().project({cloud_input(cloud), make_view<float>(front_camera()), false, 0, cloud.size()}, out.data()));
   ASSERT_GT(out.size(), 3900u);
   for (const Splat<float>& s : out)
     EXPECT_NEAR(s.log2_opacity, -std::log1p(std::exp(-double(cloud.opacity_logit[s.index]))) / std::log(2.0), 1e-6);
@@ -201,7 +196,7 @@ TEST_P(Projection, OpacityAgreesWithTheCLibrary) {
 
 TEST_P(Projection, DerivativesOfAGaussianDoNotDependOnItsNeighbours) {
   for (const int degree : {0, 3}) {
-    const CloudOf<float> cloud = random_cloud(29, degree);
+    const CloudOf<float> cloud = random_wide_cloud(29, degree);
     std::vector<uint32_t> everyone, some;
     for (const Splat<float>& s : splats(cloud, 0, cloud.size())) {
       everyone.push_back(s.index);

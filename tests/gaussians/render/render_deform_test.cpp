@@ -11,6 +11,7 @@
 #include "gaussians/render/render.h"
 #include "gaussians/render/spherical_harmonics.h"
 #include "gaussians/render/splat_kernels.h"
+#include "tests/gaussians/render/random_gaussians.h"
 
 namespace pliant {
 namespace {
@@ -22,21 +23,15 @@ Mat3d random_rotation(uint64_t seed) {
       .toRotationMatrix();
 }
 
-GaussianCloud random_cloud(int n, int degree, uint64_t seed) {
-  GaussianCloud cloud;
-  cloud.sh_degree = degree;
-  cloud.resize(n);
-  for (int i = 0; i < n; ++i) {
-    Random random(seed, i);
-    for (int k = 0; k < 3; ++k) {
-      cloud.position[i][k] = static_cast<float>(random.uniform(-0.5, 0.5));
-      cloud.log_scale[i][k] = static_cast<float>(random.uniform(-6, -2.5));
-    }
-    for (int k = 0; k < 4; ++k) cloud.rotation[i][k] = static_cast<float>(random.normal());
-    cloud.opacity_logit[i] = static_cast<float>(random.uniform(-2, 4));
-    for (int k = 0; k < cloud.sh_count() * 3; ++k) cloud.sh_of(i)[k] = static_cast<float>(0.4 * random.normal());
-  }
-  return cloud;
+GaussianCloud random_small_cloud(int n, int degree, uint64_t seed) {
+  return fixture::random_cloud(n, degree, seed,
+                               {.half_width = 0.5,
+                                .min_log_scale = -6,
+                                .max_log_scale = -2.5,
+                                .min_opacity_logit = -2,
+                                .max_opacity_logit = 4,
+                                .color = 0.4,
+                                .shine = 0.4});
 }
 
 std::vector<Vec3f> lattice(int n, float spacing) {
@@ -47,7 +42,7 @@ std::vector<Vec3f> lattice(int n, float spacing) {
   return points;
 }
 
-std::vector<Vec3f> moved(const std::vector<Vec3f>& points, const Mat3f& A, const Vec3f& t) {
+std::vector<Vec3f> moved_points(const std::vector<Vec3f>& points, const Mat3f& A, const Vec3f& t) {
   std::vector<Vec3f> out;
   for (const Vec3f& x : points) out.push_back(A * x + t);
   return out;
@@ -91,7 +86,7 @@ TEST(SphericalHarmonics, RotatedCoefficientsAtDAreTheOriginalsAtTheTransposeTime
 }
 
 TEST(Bind, WeightsSumToOneAndNamesAreValid) {
-  const GaussianCloud cloud = random_cloud(2000, 0, 1);
+  const GaussianCloud cloud = random_small_cloud(2000, 0, 1);
   const std::vector<Vec3f> drivers = lattice(6, 0.2f);
   const Binding binding = pliant::bind({}, cloud.position, drivers);
   for (size_t g = 0; g < binding.size(); ++g) {
@@ -142,7 +137,7 @@ TEST(Bind, GaussiansOutOfReachAndEmptyDriversStayUnbound) {
 
 TEST(Bind, WeightsAreContinuousAlongAPath) {
   const std::vector<Vec3f> drivers =
-      moved(lattice(7, 0.1f), random_rotation(3).cast<float>(), Vec3f(0.013f, 0.027f, 0.008f));
+      moved_points(lattice(7, 0.1f), random_rotation(3).cast<float>(), Vec3f(0.013f, 0.027f, 0.008f));
   std::vector<Vec3f> path;
   for (int i = 0; i <= 4000; ++i) path.push_back(Vec3f(-0.1f, -0.05f, 0.02f) + i / 4000.0f * Vec3f(0.2f, 0.11f, 0.05f));
   const Binding binding = pliant::bind({}, path, drivers);
@@ -162,7 +157,7 @@ TEST(Bind, WeightsAreContinuousAlongAPath) {
 class RigidMotion : public testing::TestWithParam<bool> {};
 
 TEST_P(RigidMotion, MovesPositionCovarianceAndColourExactly) {
-  const GaussianCloud rest = random_cloud(3000, 3, 2);
+  const GaussianCloud rest = random_small_cloud(3000, 3, 2);
   const std::vector<Vec3f> drivers = lattice(6, 0.2f);
   const Binding binding = pliant::bind({}, rest.position, drivers);
   const Mat3d R = random_rotation(4);
@@ -171,7 +166,7 @@ TEST_P(RigidMotion, MovesPositionCovarianceAndColourExactly) {
   DeformOptions options;
   options.stretch = GetParam();
   GaussianCloud out;
-  deform(options, rest, binding, drivers, moved(drivers, R.cast<float>(), t.cast<float>()), F, out);
+  deform(options, rest, binding, drivers, moved_points(drivers, R.cast<float>(), t.cast<float>()), F, out);
   for (size_t i = 0; i < rest.size(); ++i) {
     EXPECT_LT((out.position[i].cast<double>() - (R * rest.position[i].cast<double>() + t)).norm(), 1e-6);
     const Mat3d expected = R * covariance(rest, i).cast<double>() * R.transpose();
@@ -208,7 +203,7 @@ TEST(Deform, DriversOnALineDoNotSpin) {
   }
   std::vector<Mat3f> F;
   for (int i = 0; i < 30; ++i) F.push_back(Eigen::AngleAxisf(-0.2f * 0.05f * i, Vec3f::UnitY()).toRotationMatrix());
-  GaussianCloud rest = random_cloud(400, 0, 5);
+  GaussianCloud rest = random_small_cloud(400, 0, 5);
   for (size_t i = 0; i < rest.size(); ++i)
     rest.position[i] = Vec3f(0.2f + 2.0f * (rest.position[i][0] + 0.5f) * 0.5f, 0.04f * rest.position[i][1],
                              0.04f * rest.position[i][2]);
@@ -229,20 +224,20 @@ TEST(Deform, TwistOfACordIsThatOfItsDeformationGradients) {
   for (int i = 0; i < 20; ++i) drivers.push_back(Vec3f(0.05f * i, 0, 0));
   const Mat3f twist = Eigen::AngleAxisf(0.7f, Vec3f::UnitX()).toRotationMatrix();
   const std::vector<Mat3f> F(drivers.size(), twist);
-  GaussianCloud rest = random_cloud(1, 0, 6), out;
+  GaussianCloud rest = random_small_cloud(1, 0, 6), out;
   rest.position[0] = Vec3f(0.5f, 0.02f, 0.01f);
   deform({}, rest, pliant::bind({}, rest.position, drivers), drivers, drivers, F, out);
   EXPECT_LT((out.position[0] - twist * rest.position[0]).norm(), 1e-6f);
 }
 
 TEST(Deform, AffineMotionStretchesTheCovariance) {
-  const GaussianCloud rest = random_cloud(300, 0, 7);
+  const GaussianCloud rest = random_small_cloud(300, 0, 7);
   const std::vector<Vec3f> drivers = lattice(6, 0.2f);
   Mat3f A;
   A << 1.2f, 0.1f, 0, 0.05f, 0.9f, -0.1f, 0.02f, 0.1f, 1.1f;
   const std::vector<Mat3f> F(drivers.size(), A);
   GaussianCloud out;
-  deform({}, rest, pliant::bind({}, rest.position, drivers), drivers, moved(drivers, A, Vec3f::Zero()), F, out);
+  deform({}, rest, pliant::bind({}, rest.position, drivers), drivers, moved_points(drivers, A, Vec3f::Zero()), F, out);
   for (size_t i = 0; i < rest.size(); ++i) {
     const Mat3f expected = A * covariance(rest, i) * A.transpose();
     EXPECT_LT((covariance(out, i) - expected).norm() / expected.norm(), 3e-6f);
@@ -251,7 +246,7 @@ TEST(Deform, AffineMotionStretchesTheCovariance) {
 }
 
 TEST(Deform, MeanDisplacementMovesWithoutTurningPositions) {
-  const GaussianCloud rest = random_cloud(50, 0, 8);
+  const GaussianCloud rest = random_small_cloud(50, 0, 8);
   const std::vector<Vec3f> drivers = lattice(6, 0.2f);
   std::vector<Vec3f> now = drivers;
   for (Vec3f& x : now) x += Vec3f(0.1f, 0.2f, 0.3f);
@@ -265,7 +260,7 @@ TEST(Deform, MeanDisplacementMovesWithoutTurningPositions) {
 }
 
 TEST(Deform, UnboundGaussiansStayBitEqualAndThreadsDoNotMatter) {
-  const GaussianCloud rest = random_cloud(5000, 3, 9);
+  const GaussianCloud rest = random_small_cloud(5000, 3, 9);
   const std::vector<Vec3f> drivers = lattice(4, 0.15f);
   BindOptions bind_options;
   bind_options.max_reach = 0.6f;
@@ -305,12 +300,12 @@ TEST(Deform, UnboundGaussiansStayBitEqualAndThreadsDoNotMatter) {
 }
 
 TEST(Deform, CollapsedAndInvertedGradientsStayFinite) {
-  const GaussianCloud rest = random_cloud(200, 1, 11);
+  const GaussianCloud rest = random_small_cloud(200, 1, 11);
   const std::vector<Vec3f> drivers = lattice(6, 0.2f);
   for (const Mat3f& A :
        {Mat3f(Mat3f::Zero()), Mat3f(-Mat3f::Identity()), Mat3f(1e6f * Mat3f::Identity()), Mat3f(Mat3f::Ones())}) {
     GaussianCloud out;
-    deform({}, rest, pliant::bind({}, rest.position, drivers), drivers, moved(drivers, A, Vec3f::Zero()),
+    deform({}, rest, pliant::bind({}, rest.position, drivers), drivers, moved_points(drivers, A, Vec3f::Zero()),
            std::vector<Mat3f>(drivers.size(), A), out);
     for (size_t i = 0; i < rest.size(); ++i) {
       EXPECT_TRUE(out.position[i].allFinite() && out.rotation[i].allFinite() && out.log_scale[i].allFinite());

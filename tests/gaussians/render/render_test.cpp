@@ -11,28 +11,13 @@
 #include "gaussians/base/random.h"
 #include "gaussians/render/blend_weights.h"
 #include "gaussians/render/render_as.h"
+#include "tests/gaussians/render/random_gaussians.h"
 #include "tests/gaussians/render/reference_renderer.h"
 
 namespace pliant {
 namespace {
 
-GaussianCloud random_cloud(int n, int degree, uint64_t seed, double smallest = 0.01, double largest = 0.15) {
-  GaussianCloud cloud;
-  cloud.sh_degree = degree;
-  cloud.resize(n);
-  for (int i = 0; i < n; ++i) {
-    Random random(seed, i);
-    for (int k = 0; k < 3; ++k) {
-      cloud.position[i][k] = static_cast<float>(random.uniform(-1.3, 1.3));
-      cloud.log_scale[i][k] = static_cast<float>(random.uniform(std::log(smallest), std::log(largest)));
-    }
-    for (int k = 0; k < 4; ++k) cloud.rotation[i][k] = static_cast<float>(random.normal());
-    cloud.opacity_logit[i] = static_cast<float>(random.uniform(-3, 5));
-    for (int k = 0; k < cloud.sh_count() * 3; ++k)
-      cloud.sh_of(i)[k] = static_cast<float>(random.normal() * (k < 3 ? 1.0 : 0.3));
-  }
-  return cloud;
-}
+using fixture::random_cloud;
 
 Camera test_camera(int width, int height) {
   return look_at({1.5, -3.2, 1.1}, {0.1, 0, 0}, {0, 0, 1}, width, height, 1.1 * width);
@@ -104,18 +89,21 @@ TEST(Render, AgreesWithTheSlowReferenceOnASmallDenseCloud) {
 }
 
 TEST(Render, AgreesWithTheSlowReferenceOnManySmallGaussians) {
-  expect_agreement(random_cloud(4000, 1, 22, 0.004, 0.05), test_camera(120, 96), {});
+  expect_agreement(random_cloud(4000, 1, 22, {.min_log_scale = std::log(0.004), .max_log_scale = std::log(0.05)}),
+                   test_camera(120, 96), {});
 }
 
 TEST(Render, AgreesWithTheSlowReferenceAntialiased) {
   RenderOptions options;
   options.antialiased = true;
-  expect_agreement(random_cloud(2500, 0, 23, 0.002, 0.05), test_camera(100, 70), options);
+  expect_agreement(random_cloud(2500, 0, 23, {.min_log_scale = std::log(0.002), .max_log_scale = std::log(0.05)}),
+                   test_camera(100, 70), options);
 }
 
 TEST(Render, AgreesWithTheSlowReferenceFromInsideTheCloudWithNeedlesAndSheets) {
   const Camera camera = look_at({0.1, 0.2, 0.1}, {0.9, 0.3, 0.2}, {0, 0, 1}, 120, 90, 70);
-  expect_agreement(random_cloud(800, 2, 24, 0.0005, 0.4), camera, {});
+  expect_agreement(random_cloud(800, 2, 24, {.min_log_scale = std::log(0.0005), .max_log_scale = std::log(0.4)}),
+                   camera, {});
 }
 
 template <class T>

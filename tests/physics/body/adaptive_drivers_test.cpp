@@ -25,14 +25,14 @@ struct Block {
 };
 Block block_of_two(const Vec3d& size, double spacing, double border, double ratio) {
   Block block;
-  block.samples = testing::solid(size, spacing, [](const Vec3d&) { return true; });
+  block.samples = fixture::solid(size, spacing, [](const Vec3d&) { return true; });
   for (const Vec3f& x : block.samples.position)
     block.young.push_back(static_cast<float>(x.z() > border ? 1e5 / ratio : 1e5));
   return block;
 }
 
 TEST(PoissonDisk, KeepsDisksApartAndLeavesNoGap) {
-  const SolidSamples samples = testing::solid({0.3, 0.2, 0.2}, 0.01, [](const Vec3d&) { return true; });
+  const SolidSamples samples = fixture::solid({0.3, 0.2, 0.2}, 0.01, [](const Vec3d&) { return true; });
   std::vector<float> radius;
   for (const Vec3f& x : samples.position) radius.push_back(0.012f + 0.2f * x.x() * x.x() * (x.y() < 0.1f ? 1 : 2));
   const std::vector<int> disks = poisson_disk(samples.position, radius, 3);
@@ -209,7 +209,7 @@ TEST(PgasDrivers, KeepThreeOfTheirCellsInsideThePinnedRegion) {
 double bar_frequency(bool adaptive, bool soft_root, double& cell_size) {
   constexpr double kHeight = 0.03, kFoot = 0.015, kStiff = 263824;
   const SolidSamples samples =
-      testing::solid({kFoot + 0.1, kHeight, kHeight}, kHeight / 14, [](const Vec3d&) { return true; });
+      fixture::solid({kFoot + 0.1, kHeight, kHeight}, kHeight / 14, [](const Vec3d&) { return true; });
   ElasticSamples material = ElasticSamples::homogeneous(samples.size(), kStiff, 0.4, 1070);
   for (size_t i = 0; i < samples.size(); ++i)
     if (soft_root ? samples.position[i].x() < 0.055f : samples.position[i].x() > 0.075f) material.young[i] /= 4;
@@ -224,7 +224,7 @@ double bar_frequency(bool adaptive, bool soft_root, double& cell_size) {
   Interaction wall;
   wall.type = InteractionType::kPin;
   wall.region = Region::half_space(Vec3d(kFoot, 0, 0), Vec3d::UnitX());
-  return testing::first_frequency(particles, wall, Vec3d(0, 0, -9.81), weight, 0.16);
+  return fixture::first_frequency(particles, wall, Vec3d(0, 0, -9.81), weight, 0.16);
 }
 
 TEST(PgasDrivers, ABarVibratesAsWithKmeans) {

@@ -15,7 +15,7 @@ namespace pliant {
 namespace {
 
 SolidSamples stem() {
-  return testing::solid({0.1, 0.1, 0.6}, 0.01,
+  return fixture::solid({0.1, 0.1, 0.6}, 0.01,
                         [](const Vec3d& x) { return (x.head<2>() - Vec3d(0.05, 0.05, 0).head<2>()).norm() < 0.05; });
 }
 

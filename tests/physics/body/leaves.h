@@ -3,7 +3,7 @@
 #include "gaussians/base/gaussian_cloud.h"
 #include "physics/body/samples.h"
 
-namespace pliant::testing {
+namespace pliant::fixture {
 
 /// Flat Gaussians of a leaf in the plane z = `height`, `length` long from x = `begin` on and .08 wide.
 inline void add_leaf(float begin, float length, float height, const Vec3f& color, GaussianCloud& cloud) {
@@ -28,4 +28,4 @@ inline SolidSamples samples_at(const GaussianCloud& cloud) {
   return samples;
 }
 
-}  // namespace pliant::testing
+}  // namespace pliant::fixture

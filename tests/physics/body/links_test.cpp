@@ -21,10 +21,10 @@ struct TwoLeaves {
 
   explicit TwoLeaves(float apart = 0.3f * kCell) {
     const Vec3f green(0.2f, 0.6f, 0.1f);
-    testing::add_leaf(0, 0.4f, 0, green, cloud);
+    fixture::add_leaf(0, 0.4f, 0, green, cloud);
     one = static_cast<int>(cloud.size());
-    testing::add_leaf(0, 0.4f, apart, green, cloud);
-    samples = testing::samples_at(cloud);
+    fixture::add_leaf(0, 0.4f, apart, green, cloud);
+    samples = fixture::samples_at(cloud);
   }
   bool below(int i) const { return i < one; }
 

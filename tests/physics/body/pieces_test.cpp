@@ -14,8 +14,8 @@
 namespace pliant {
 namespace {
 
-using testing::add_leaf;
-using testing::samples_at;
+using fixture::add_leaf;
+using fixture::samples_at;
 
 size_t pieces_of(const SolidSamples& samples, float reach) {
   return find_pieces(samples.position, samples.volume, reach).size();

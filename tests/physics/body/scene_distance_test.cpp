@@ -119,7 +119,7 @@ TEST(SceneDistance, ABallDroppedOnTheTableRestsAtTheRightHeight) {
   options.viewpoints = cameras();
   const SceneDistanceResult scene = make_scene_distance(options, make_surfels({}, table_and_wall()));
   constexpr double dx = 0.02, radius = 0.07;
-  auto ball = testing::fill_shape<double>(Vec3d::Constant(2 * radius), dx, 2, 1.0, 1e5, 0.3, 1000, [&](const Vec3d& x) {
+  auto ball = fixture::fill_shape<double>(Vec3d::Constant(2 * radius), dx, 2, 1.0, 1e5, 0.3, 1000, [&](const Vec3d& x) {
     return (x - Vec3d::Constant(radius)).norm() < radius;
   });
   for (Vec3d& x : ball.position) x += Vec3d(0.38, 0.38, kTable + 0.03);

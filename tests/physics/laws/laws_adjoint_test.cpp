@@ -11,7 +11,7 @@
 namespace pliant {
 namespace {
 
-using namespace pliant::testing;
+using namespace pliant::fixture;
 using Values = std::vector<double>;
 
 /// Inputs of a law as numbers of similar size: F, F_viscous, history, and mu and lambda in units of their own.

@@ -6,7 +6,7 @@
 #include "gaussians/base/random.h"
 #include "physics/laws/law.h"
 
-namespace pliant::testing {
+namespace pliant::fixture {
 
 constexpr double kMu = 3e4, kLambda = 5e4;
 
@@ -73,4 +73,4 @@ inline double smooth_margin(Law law, const Mat3d& F) {
   return std::min(margin, (sigma.array() - 0.01).abs().minCoeff());
 }
 
-}  // namespace pliant::testing
+}  // namespace pliant::fixture

@@ -8,7 +8,7 @@
 namespace pliant {
 namespace {
 
-using namespace pliant::testing;
+using namespace pliant::fixture;
 
 Mat3d deviator(const Mat3d& A) { return A - A.trace() / 3 * Mat3d::Identity(); }
 

@@ -9,7 +9,7 @@
 namespace pliant {
 namespace {
 
-using namespace pliant::testing;
+using namespace pliant::fixture;
 
 Mat3d map9(const std::vector<double>& x, int offset = 0) { return Eigen::Map<const Mat3d>(x.data() + offset); }
 

@@ -63,7 +63,7 @@ TEST(BodyLoad, TheAdjointAgreesWithDifferences) {
 
 TEST(SurfaceElements, OfABallSumToItsAreaPointOutwardAndClose) {
   constexpr double dx = 0.01, radius = 0.05;
-  const auto ball = testing::fill_shape<double>(Vec3d::Constant(2 * radius), dx, 2, 1.0, 1, 0, 1, [&](const Vec3d& x) {
+  const auto ball = fixture::fill_shape<double>(Vec3d::Constant(2 * radius), dx, 2, 1.0, 1, 0, 1, [&](const Vec3d& x) {
     return (x - Vec3d::Constant(radius)).norm() < radius;
   });
   Vec3d sum = Vec3d::Zero();
@@ -83,7 +83,7 @@ TEST(SurfaceElements, OfABallSumToItsAreaPointOutwardAndClose) {
 TEST(ThinParts, AreThoseOfLessThanThreeCells) {
   constexpr double dx = 0.01;
   // A block of 5 cells with a plate of 2 cells and one of 3 cells at its sides.
-  const auto body = testing::fill_shape<double>({0.15, 0.05, 0.05}, dx, 2, 0.6, 1, 0, 1, [&](const Vec3d& x) {
+  const auto body = fixture::fill_shape<double>({0.15, 0.05, 0.05}, dx, 2, 0.6, 1, 0, 1, [&](const Vec3d& x) {
     return (x.x() > 0.05 && x.x() < 0.10) || (x.x() < 0.05 ? x.z() < 0.02 : x.z() < 0.03);
   });
   const auto thin = thin_parts(body, dx);

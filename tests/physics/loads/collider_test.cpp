@@ -244,7 +244,7 @@ struct Slide {
   double way, speed, acceleration;
 };
 Slide slide(double angle, double friction, double thickness) {
-  const auto particles = testing::block<double>({0.06, 0.06, thickness}, 0.01, 1.0, 1e5);
+  const auto particles = fixture::block<double>({0.06, 0.06, thickness}, 0.01, 1.0, 1e5);
   Interaction tilted;
   tilted.type = InteractionType::kGravity;
   tilted.start = 0.1;
@@ -278,7 +278,7 @@ TEST(ColliderLaw, ABodyRestsOnAPlaneAtTheRightHeightWhereverTheNodesLie) {
   for (const double thickness : {0.03, 0.0325, 0.035, 0.0375}) {
     for (const Vec3d& tilt : {Vec3d(0, 0, 1), Vec3d(0.48, 0.36, 0.8)}) {
       // The block lies on the plane with its lower face; the frame is turned, not the block, for the tilted plane.
-      auto particles = testing::block<double>({0.05, 0.05, thickness}, 0.01, 0.0, 1e5);
+      auto particles = fixture::block<double>({0.05, 0.05, thickness}, 0.01, 0.0, 1e5);
       const Mat3d turn = Eigen::Quaterniond::FromTwoVectors(Vec3d::UnitZ(), tilt).toRotationMatrix();
       for (Vec3d& x : particles.position) x = turn * x;
       const Interaction plane = collider(Region::half_space(Vec3d::Zero(), tilt), 0.5);
@@ -295,7 +295,7 @@ TEST(ColliderLaw, ABodyRestsOnAPlaneAtTheRightHeightWhereverTheNodesLie) {
 }
 
 BasicParticles<double> ball(double radius, double dx, double young) {
-  return testing::fill_shape<double>(Vec3d::Constant(2 * radius), dx, 2, 1.0, young, 0.3, 1000,
+  return fixture::fill_shape<double>(Vec3d::Constant(2 * radius), dx, 2, 1.0, young, 0.3, 1000,
                                      [&](const Vec3d& x) { return (x - Vec3d::Constant(radius)).norm() < radius; });
 }
 
@@ -336,7 +336,7 @@ TEST(ColliderLaw, ABallRollsOffASphereAndACylinderAndRestsOnABoxAndInAContainer)
 TEST(ColliderLaw, AFrictionlessBoxHoldsASoftBlockInItsCornersToo) {
   // Side walls allow no strain across: the block sinks by rho g h^2 / (2 M) in the mean, M = lambda + 2 mu.
   const double dx = 0.01, side = 0.06, young = 2e4, poisson = 0.3;
-  const auto particles = testing::block<double>({side, side, side}, dx, 1.0, young, poisson);
+  const auto particles = fixture::block<double>({side, side, side}, dx, 1.0, young, poisson);
   SimulateOptions options;
   options.fps = 50;
   options.duration = 0.6;
@@ -363,7 +363,7 @@ TEST(ColliderLaw, AFrictionlessBoxHoldsASoftBlockInItsCornersToo) {
 }
 
 TEST(ColliderLaw, AMovingStickyBoxCarriesABodyAndGivesItTheImpulseItReports) {
-  const auto particles = testing::block<double>({0.04, 0.04, 0.06}, 0.01, 1.0, 4e4);
+  const auto particles = fixture::block<double>({0.04, 0.04, 0.06}, 0.01, 1.0, 4e4);
   Interaction box = collider(Region::box(Vec3d(-0.02, -0.02, -0.03), Vec3d(0.06, 0.06, 0.01)), 0, ContactKind::kSticky);
   box.vector = Vec3d(0.3, -0.1, 0.2);
   box.duration = 0.3;
@@ -379,7 +379,7 @@ TEST(ColliderLaw, AMovingStickyBoxCarriesABodyAndGivesItTheImpulseItReports) {
 }
 
 TEST(ColliderLaw, ATurningStickyCylinderTurnsABody) {
-  const auto particles = testing::block<double>({0.04, 0.04, 0.06}, 0.01, 1.0, 1e5);
+  const auto particles = fixture::block<double>({0.04, 0.04, 0.06}, 0.01, 1.0, 1e5);
   Interaction chuck =
       collider(Region::cylinder(Vec3d(0.02, 0.02, -0.05), Vec3d(0.02, 0.02, 0.03), 0.05), 0, ContactKind::kSticky);
   chuck.angular_velocity = Vec3d(0, 0, 2);
@@ -393,7 +393,7 @@ TEST(ColliderLaw, ATurningStickyCylinderTurnsABody) {
 }
 
 TEST(ColliderLaw, ASlipWallKeepsTheTangentialVelocityAndHoldsTheNormalOne) {
-  const auto particles = testing::block<double>({0.04, 0.04, 0.04}, 0.01, 1.0, 1e5);
+  const auto particles = fixture::block<double>({0.04, 0.04, 0.04}, 0.01, 1.0, 1e5);
   State start = initial_state(particles);
   for (Vec3d& v : start.v) v = Vec3d(0.4, -0.3, 0);
   // The wall holds the whole lower half, so that nothing bounces; gravity pulls away from it.
@@ -408,7 +408,7 @@ TEST(ColliderLaw, ASlipWallKeepsTheTangentialVelocityAndHoldsTheNormalOne) {
 
 TEST(ColliderLaw, ASeparatingPokeReportsTheForceOfItsFinger) {
   // A finger pushes a block along a frictionless floor at constant speed: what it gives is the block's momentum.
-  const auto particles = testing::block<double>({0.04, 0.04, 0.04}, 0.01, 1.0, 1e5);
+  const auto particles = fixture::block<double>({0.04, 0.04, 0.04}, 0.01, 1.0, 1e5);
   const Interaction floor = collider(Region::half_space(Vec3d::Zero(), Vec3d::UnitZ()), 0);
   Interaction poke;
   poke.type = InteractionType::kPoke;

@@ -20,7 +20,7 @@ struct Swing {
 
 Swing swing(double flip_time) {
   const double dx = 0.01, height = 4 * dx, length = 20 * dx, foot = 2 * dx, young = 1e5;
-  const BasicParticles<float> p = testing::block<float>({length + foot, height, height}, dx, 1.0, young, 0.3, 1000);
+  const BasicParticles<float> p = fixture::block<float>({length + foot, height, height}, dx, 1.0, young, 0.3, 1000);
   BasicSimulationState<float> state = initial_state(p);
   const double beta = 1.8751041 / length, sigma = 0.7340955, size = 0.05;
   for (size_t i = 0; i < p.size(); ++i) {
@@ -89,7 +89,7 @@ TEST(FlipBlend, HalvesTheNumericalDampingOfBendingWithoutNoise) {
 }
 
 TEST(FlipBlend, WithoutFlowTheTotalDeformationIsTheElasticOne) {
-  BasicParticles<double> p = testing::block<double>(Vec3d::Constant(0.03), 0.01, 0.8, 2e4);
+  BasicParticles<double> p = fixture::block<double>(Vec3d::Constant(0.03), 0.01, 0.8, 2e4);
   Material metal;
   metal.law = Law::kMetal;
   metal.yield_stress = 1e9;
@@ -117,7 +117,7 @@ struct Pair {
   std::vector<int> resting;
 
   explicit Pair(double gap) {
-    const BasicParticles<float> one = testing::block<float>({0.08, 0.08, 0.08}, 0.01, 1.0, 1e5);
+    const BasicParticles<float> one = fixture::block<float>({0.08, 0.08, 0.08}, 0.01, 1.0, 1e5);
     particles = one;
     for (size_t i = 0; i < one.size(); ++i) {
       resting.push_back(static_cast<int>(i));

@@ -149,7 +149,7 @@ SimulateOptions options_of(double fps, double duration, const Vec3d& gravity = V
 }
 
 TEST(ObjectContactLaw, EqualBlocksExchangeTheirVelocitiesAndKeepTheirMomentum) {
-  const auto bar = testing::block<double>({0.14, 0.03, 0.03}, 0.01, 1.0, 1e5);
+  const auto bar = fixture::block<double>({0.14, 0.03, 0.03}, 0.01, 1.0, 1e5);
   for (const double gap : {0.013, 0.0178}) {  // cells between them at the start do not matter
     const auto particles = two(bar, bar, Vec3d(0.14 + gap, 0, 0));
     State start = initial_state(particles);
@@ -175,7 +175,7 @@ TEST(ObjectContactLaw, EqualBlocksExchangeTheirVelocitiesAndKeepTheirMomentum) {
 }
 
 TEST(ObjectContactLaw, BodiesThatPartDoNotStick) {
-  const auto bar = testing::block<double>({0.04, 0.04, 0.04}, 0.01, 1.0, 1e5);
+  const auto bar = fixture::block<double>({0.04, 0.04, 0.04}, 0.01, 1.0, 1e5);
   const auto particles = two(bar, bar, Vec3d(0.04, 0, 0));  // touching
   State start = initial_state(particles);
   for (size_t i = 0; i < start.size(); ++i)
@@ -186,8 +186,8 @@ TEST(ObjectContactLaw, BodiesThatPartDoNotStick) {
 }
 
 TEST(ObjectContactLaw, ABlockRestsOnAnotherAndSlidesWithSomewhatMoreFriction) {
-  const auto slab = testing::block<double>({0.14, 0.06, 0.03}, 0.01, 1.0, 1e5),
-             block = testing::block<double>({0.05, 0.04, 0.03}, 0.01, 1.0, 1e5);
+  const auto slab = fixture::block<double>({0.14, 0.06, 0.03}, 0.01, 1.0, 1e5),
+             block = fixture::block<double>({0.05, 0.04, 0.03}, 0.01, 1.0, 1e5);
   const auto particles = two(slab, block, Vec3d(0.01, 0.01, 0.03));
   Interaction pin;
   pin.type = InteractionType::kPin;

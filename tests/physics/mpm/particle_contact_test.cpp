@@ -85,7 +85,7 @@ TEST(ParticleContact, AdjointAgreesWithDifferences) {
 
 // The list holds every pair that is near now and was apart at rest, by comparing all with all.
 TEST(ContactList, FindsWhatAComparisonOfAllFinds) {
-  BasicParticles<double> p = testing::block<double>(Vec3d(0.12, 0.02, 0.01), 0.01, 1);
+  BasicParticles<double> p = fixture::block<double>(Vec3d(0.12, 0.02, 0.01), 0.01, 1);
   const size_t one = p.size();
   for (size_t i = 0; i < one; ++i) p.object.push_back(p.position[i].x() > 0.115);
   BasicSimulationState<double> state = initial_state(p);

@@ -13,7 +13,7 @@ constexpr double kEps = 2.220446049250313e-16;
 
 /// A jittered block with random velocities, affine fields and deformations.
 struct Cloud {
-  BasicParticles<double> particles = testing::block<double>({0.06, 0.05, 0.07}, 0.01);
+  BasicParticles<double> particles = fixture::block<double>({0.06, 0.05, 0.07}, 0.01);
   BasicSimulationState<double> state = initial_state(particles);
   Mpm<double> solver{particles, 0.01, Vec3d(0.0031, -0.002, 0.0007)};
   double momentum_scale = 0, angular_scale = 0;

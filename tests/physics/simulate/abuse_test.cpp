@@ -52,7 +52,7 @@ Interaction of_type(InteractionType type, const Vec3d& vector = Vec3d::Zero()) {
 const Vec3d kSize(0.04, 0.03, 0.05);
 
 TEST(Abuse, StiffBesideSoft) {
-  auto p = testing::block<float>(kSize, 0.01);
+  auto p = fixture::block<float>(kSize, 0.01);
   for (size_t i = 0; i < p.size(); ++i) p.young[i] = p.position[i].z() > 0.025f ? 1e11f : 1e2f;
   const Outcome out =
       outcome_of(p, {of_type(InteractionType::kPointForce, Vec3d(0.1, 0, 0))}, initial_state(p), short_run(5000));
@@ -60,7 +60,7 @@ TEST(Abuse, StiffBesideSoft) {
 }
 
 TEST(Abuse, AForceOfABillionNewtons) {
-  const auto p = testing::block<float>(kSize, 0.01);
+  const auto p = fixture::block<float>(kSize, 0.01);
   Interaction blow = of_type(InteractionType::kPointForce, Vec3d(1e9, 0, 0));
   blow.start = 0.03;
   const Outcome out = outcome_of(p, {blow}, initial_state(p), short_run());
@@ -68,7 +68,7 @@ TEST(Abuse, AForceOfABillionNewtons) {
 }
 
 TEST(Abuse, DeformationsThatNoBodyHas) {
-  const auto p = testing::block<float>(kSize, 0.01);
+  const auto p = fixture::block<float>(kSize, 0.01);
   for (const float stretch : {-1.0f, 0.0f, 1e-8f, 1e8f, -0.3f}) {
     for (const bool all : {true, false}) {
       SimulationState start = initial_state(p);
@@ -80,7 +80,7 @@ TEST(Abuse, DeformationsThatNoBodyHas) {
 }
 
 TEST(Abuse, ParticlesFarAway) {
-  const auto p = testing::block<float>(kSize, 0.01);
+  const auto p = fixture::block<float>(kSize, 0.01);
   SimulationState start = initial_state(p);
   start.x[0] = Vec3f(1e6f, 0, 0);
   start.x[1] = Vec3f(0, -1e20f, 0);
@@ -95,7 +95,7 @@ TEST(Abuse, ParticlesFarAway) {
 }
 
 TEST(Abuse, ThreeParticles) {
-  auto p = testing::block<float>(kSize, 0.01);
+  auto p = fixture::block<float>(kSize, 0.01);
   for (auto* v : {&p.volume, &p.mass, &p.young, &p.poisson}) v->resize(3);
   p.position.resize(3);
   Interaction ground = of_type(InteractionType::kGround);
@@ -104,7 +104,7 @@ TEST(Abuse, ThreeParticles) {
 }
 
 TEST(Abuse, GravityOfZeroAndOfTenThousand) {
-  const auto p = testing::block<float>(kSize, 0.01);
+  const auto p = fixture::block<float>(kSize, 0.01);
   Interaction ground = of_type(InteractionType::kGround);
   ground.region = Region::half_space(Vec3d::Zero(), Vec3d::UnitZ());
   for (const double g : {0.0, 1e4}) {
@@ -117,7 +117,7 @@ TEST(Abuse, GravityOfZeroAndOfTenThousand) {
 }
 
 TEST(Abuse, CollidersThatStartInsideOfTheBody) {
-  const auto p = testing::block<float>(kSize, 0.01);
+  const auto p = fixture::block<float>(kSize, 0.01);
   for (const ContactKind kind : {ContactKind::kSticky, ContactKind::kSlip, ContactKind::kSeparating}) {
     for (const bool container : {false, true}) {
       Interaction inside = of_type(InteractionType::kCollider, Vec3d(0.5, 0, 0));
@@ -133,7 +133,7 @@ TEST(Abuse, CollidersThatStartInsideOfTheBody) {
 }
 
 TEST(Abuse, ObjectsThatStartInsideEachOther) {
-  auto p = testing::block<float>(kSize, 0.01);
+  auto p = fixture::block<float>(kSize, 0.01);
   for (size_t i = 0; i < p.size(); ++i) p.object.push_back(i % 2);
   const Outcome out =
       outcome_of(p, {of_type(InteractionType::kImpulse, Vec3d(0.01, 0, 0))}, initial_state(p), short_run());

@@ -8,12 +8,12 @@
 namespace pliant {
 namespace {
 
-using testing::Input;
-using Case = testing::RolloutCase<double>;
+using fixture::Input;
+using Case = fixture::RolloutCase<double>;
 using List = std::vector<double>;
 
 Case block_of(Law law) {
-  Case c = testing::moving_block<double>(2);
+  Case c = fixture::moving_block<double>(2);
   c.interactions.resize(1);
   Material m;
   m.law = law;
@@ -60,7 +60,7 @@ void expect_gradient(const Case& c, Law law) {
   options.random_cotangents = 0;
   options.inputs = 3;
   options.random_directions = 1;
-  for (const auto& [kind, name] : testing::kInputs) {
+  for (const auto& [kind, name] : fixture::kInputs) {
     if (c.get(kind).empty()) continue;
     const AdjointCheck result = check_adjoint(
         [&, kind = kind](const List& u) { return List{c.with(kind, u).value()}; },

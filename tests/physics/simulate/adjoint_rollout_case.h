@@ -9,7 +9,7 @@
 #include "physics/simulate/rollout.h"
 #include "tests/physics/shapes.h"
 
-namespace pliant::testing {
+namespace pliant::fixture {
 
 /// Input `kind` of a roll-out as a list of numbers of order one.
 enum class Input { kX, kV, kC, kF, kYoung, kPoisson, kMass, kForces, kGravity, kDamping, kMemory };
@@ -239,4 +239,4 @@ inline Interaction pin_below(double z) {
   return it;
 }
 
-}  // namespace pliant::testing
+}  // namespace pliant::fixture

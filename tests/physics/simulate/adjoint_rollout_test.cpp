@@ -9,8 +9,8 @@
 namespace pliant {
 namespace {
 
-using testing::Input;
-using Case = testing::RolloutCase<double>;
+using fixture::Input;
+using Case = fixture::RolloutCase<double>;
 
 /// Worst relative disagreement of the gradient with differences, input by input and along random directions.
 AdjointCheck check(const Case& c, Input kind, const RolloutGradient<double>& gradient, double step = 1e-5) {
@@ -42,7 +42,7 @@ std::vector<Case> on_grids(Case c) {
 void expect_gradient(const Case& any_grid) {
   for (const Case& c : on_grids(any_grid)) {
     const RolloutGradient<double> gradient = c.gradient();
-    for (const auto& [kind, name] : testing::kInputs) {
+    for (const auto& [kind, name] : fixture::kInputs) {
       if (c.get(kind).empty()) continue;
       const AdjointCheck result = check(c, kind, gradient);
       EXPECT_LT(result.worst, 1e-5) << (c.options.simulate.grid == GridKind::kEulerian ? "Eulerian " : "Lagrangian ")
@@ -62,15 +62,15 @@ bool equal(const RolloutGradient<double>& a, const RolloutGradient<double>& b) {
 }
 
 Case on_the_ground(double cells = 2.5) {
-  Case c = testing::moving_block<double>(cells);
-  c.interactions.push_back(testing::ground(0, 0.3));
+  Case c = fixture::moving_block<double>(cells);
+  c.interactions.push_back(fixture::ground(0, 0.3));
   for (auto& v : c.start.v) v += Vec3d(0.5, 0.2, -0.6);
   return c;
 }
 
 TEST(AdjointRollout, SixtySubstepsOnAPinAgreeWithDifferences) {
-  Case c = testing::moving_block<double>();
-  c.interactions.push_back(testing::pin_below(0.004));
+  Case c = fixture::moving_block<double>();
+  c.interactions.push_back(fixture::pin_below(0.004));
   c.interactions.back().duration = 0.01;  // then it falls
   expect_gradient(c);
 }
@@ -88,7 +88,7 @@ TEST(AdjointRollout, SixtySubstepsOnTheGroundWithFrictionAgreeWithDifferences) {
 }
 
 TEST(AdjointRollout, GravityThatTakesTurnsReachesTheRightNumbers) {
-  Case c = testing::moving_block<double>();
+  Case c = fixture::moving_block<double>();
   Interaction gravity;
   gravity.type = InteractionType::kGravity;
   gravity.vector = {1, -2, 3};
@@ -103,7 +103,7 @@ TEST(AdjointRollout, GravityThatTakesTurnsReachesTheRightNumbers) {
 }
 
 TEST(AdjointRollout, SixtySubstepsUnderATorqueAgreeWithDifferences) {
-  Case c = testing::moving_block<double>(2);
+  Case c = fixture::moving_block<double>(2);
   Interaction it;
   it.type = InteractionType::kTorque;
   it.vector = {1e-3, -2e-3, 1.5e-3};
@@ -125,7 +125,7 @@ TEST(AdjointRollout, SixtySubstepsUnderATorqueAgreeWithDifferences) {
 }
 
 TEST(AdjointRollout, SixtySubstepsInTheWindAgreeWithDifferences) {
-  Case c = testing::moving_block<double>(2);
+  Case c = fixture::moving_block<double>(2);
   Interaction it;
   it.type = InteractionType::kWind;
   it.vector = {8, -3, 2};
@@ -134,7 +134,7 @@ TEST(AdjointRollout, SixtySubstepsInTheWindAgreeWithDifferences) {
   it.duration = 0.01;
   it.air_density = 100;  // air alone moves too little to see
   c.interactions = {it};
-  c.interactions.push_back(testing::pin_below(0.004));
+  c.interactions.push_back(fixture::pin_below(0.004));
   Case free = c;
   free.interactions.erase(free.interactions.begin());
   ASSERT_GT((rollout(c.options, c.particles, c.interactions, c.start).frames.back().v[0] -
@@ -146,7 +146,7 @@ TEST(AdjointRollout, SixtySubstepsInTheWindAgreeWithDifferences) {
 
 /// The upper half is an object of its own, or two side by side, and slides on the lower one, which it is pressed to.
 Case touching_objects(double cells, double friction, int objects = 2) {
-  Case c = testing::moving_block<double>(cells);
+  Case c = fixture::moving_block<double>(cells);
   const double middle = 0.5 * cells * c.particles.cell_size;
   for (size_t i = 0; i < c.particles.size(); ++i) {
     const Vec3d& x = c.particles.position[i];
@@ -187,7 +187,7 @@ TEST(AdjointRollout, ABlendWithFlipAgreesWithDifferences) {
 }
 
 TEST(AdjointRollout, DampedAffineVelocitiesAgreeWithDifferences) {
-  Case c = testing::moving_block<double>(2);
+  Case c = fixture::moving_block<double>(2);
   c.options.simulate.duration = 0.01;
   c.options.simulate.substeps = 10;
   for (const bool pic : {false, true}) {
@@ -202,7 +202,7 @@ TEST(AdjointRollout, DampedAffineVelocitiesAgreeWithDifferences) {
 }
 
 TEST(AdjointRollout, TheCheckRefusesAGradientWithOneWrongEntry) {
-  Case c = testing::moving_block<double>();
+  Case c = fixture::moving_block<double>();
   c.options.simulate.duration = 0.005;
   const RolloutGradient<double> right = c.gradient();
   ASSERT_LT(check(c, Input::kV, right).worst, 1e-5);
@@ -305,12 +305,12 @@ TEST(AdjointRollout, AWindowOfOneFrameEndsWhereTheFrameBegan) {
 
 TEST(AdjointRollout, FloatAgreesWithDouble) {
   const Case c = on_the_ground();
-  auto f = testing::moving_block<float>();
+  auto f = fixture::moving_block<float>();
   f.interactions = c.interactions;
   for (auto& v : f.start.v) v += Vec3f(0.5f, 0.2f, -0.6f);
   const RolloutGradient<double> a = c.gradient();
   const RolloutGradient<float> b = f.gradient();
-  for (const auto& [kind, name] : testing::kInputs) {
+  for (const auto& [kind, name] : fixture::kInputs) {
     if (c.get(kind).empty()) continue;
     const std::vector<double> u = c.part(a, kind), v = f.part(b, kind);
     double difference = 0, size = 0;

@@ -24,7 +24,7 @@ State spinning(const BasicParticles<double>& p) {
 }
 
 TEST(AffineDamping, RpicKeepsTheSpinAndPicNothing) {
-  auto p = testing::block<double>({0.04, 0.04, 0.04}, 0.01, 1.0, 1e-3);
+  auto p = fixture::block<double>({0.04, 0.04, 0.04}, 0.01, 1.0, 1e-3);
   SimulateOptions options;
   options.fps = 1000;
   options.duration = 0.001;

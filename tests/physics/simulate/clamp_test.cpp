@@ -17,7 +17,7 @@ constexpr double kFiniteElements = 7.29;  // Hz, quadratic hexahedra, fully clam
 /// gravity is switched on; displaced by `offset` cells against the nodes and turned by `turn`.
 double frequency(const Vec3d& offset, const Mat3d& turn) {
   constexpr double dx = kHeight / 6, foot = 3 * dx;
-  auto p = testing::fill_shape<float>({kLength + foot, kHeight, kHeight}, dx, 2, 0.0, kYoung, kPoisson, kDensity,
+  auto p = fixture::fill_shape<float>({kLength + foot, kHeight, kHeight}, dx, 2, 0.0, kYoung, kPoisson, kDensity,
                                       [](const Vec3d&) { return true; });
   std::vector<double> weight;  // near the shape of the first mode
   for (Vec3f& x : p.position) {
@@ -28,7 +28,7 @@ double frequency(const Vec3d& offset, const Mat3d& turn) {
   Interaction wall;
   wall.type = InteractionType::kPin;
   wall.region = Region::half_space(dx * offset, turn * Vec3d::UnitX());
-  return testing::first_frequency(p, wall, turn * Vec3d(0, 0, -9.81), weight, 0.08);
+  return fixture::first_frequency(p, wall, turn * Vec3d(0, 0, -9.81), weight, 0.08);
 }
 
 TEST(Clamp, TheFrequencyOfACantileverDoesNotDependOnTheGrid) {

@@ -15,7 +15,7 @@ namespace {
 using State = BasicSimulationState<double>;
 
 struct Experiment {
-  BasicParticles<double> particles = testing::block<double>({0.04, 0.04, 0.06}, 0.01);
+  BasicParticles<double> particles = fixture::block<double>({0.04, 0.04, 0.06}, 0.01);
   SimulateOptions options;
   std::vector<State> states;
 
@@ -105,7 +105,7 @@ TEST(Interaction, GustApproachesTheWindExponentially) {
 TEST(Interaction, GrabBringsTheCentreToItsTarget) {
   Experiment run;
   run.options.duration = 1.0;
-  run.particles = testing::block<double>({0.03, 0.03, 0.1}, 0.01, 1.0, 2e4);
+  run.particles = fixture::block<double>({0.03, 0.03, 0.1}, 0.01, 1.0, 2e4);
   Interaction pin = make(InteractionType::kPin, Vec3d::Zero());
   pin.region = Region::half_space(Vec3d(0, 0, 0.02), Vec3d(0, 0, 1));
   Interaction grab = make(InteractionType::kGrab, Vec3d::Zero());
@@ -194,7 +194,7 @@ TEST(Interaction, FrictionStopsASlidingBodyAsCoulombSays) {
   Experiment run;
   run.options.gravity = Vec3d(0, 0, -9.81);
   run.options.duration = 0.4;
-  run.particles = testing::block<double>({0.06, 0.06, 0.03}, 0.01, 1.0, 4e4);
+  run.particles = fixture::block<double>({0.06, 0.06, 0.03}, 0.01, 1.0, 4e4);
   Interaction hit = make(InteractionType::kImpulse, Vec3d(0.8 * run.particles.total_mass(), 0, 0), 0.15);
   const auto speed_lost = [&](double friction) {
     run.go({ground(0, friction), hit});
@@ -255,7 +255,7 @@ TEST(Interaction, WindPressesOnTheAreaThatFacesIt) {
   EXPECT_LT((given + held).norm(), 1e-9 * given.norm());  // what holds the wall takes all of it
   // A free body ends up at the speed of the wind, never above it.
   Experiment loose;
-  loose.particles = testing::block<double>({0.04, 0.04, 0.06}, 0.01, 1.0, 1e3, 0.3, 2);
+  loose.particles = fixture::block<double>({0.04, 0.04, 0.06}, 0.01, 1.0, 1e3, 0.3, 2);
   loose.options.duration = 1;
   loose.go({wind});
   const double speed = loose.momentum(loose.states.back()).x() / loose.particles.total_mass();

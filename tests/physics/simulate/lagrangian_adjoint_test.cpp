@@ -10,18 +10,18 @@
 namespace pliant {
 namespace {
 
-using testing::Input;
-using Case = testing::RolloutCase<double>;
+using fixture::Input;
+using Case = fixture::RolloutCase<double>;
 
 Case lagrangian_block(double cells = 2.5) {
-  Case c = testing::moving_block<double>(cells);
+  Case c = fixture::moving_block<double>(cells);
   c.options.simulate.grid = GridKind::kLagrangian;
   return c;
 }
 
 void expect_gradient(const Case& c) {
   const RolloutGradient<double> gradient = c.gradient();
-  for (const auto& [kind, name] : testing::kInputs) {
+  for (const auto& [kind, name] : fixture::kInputs) {
     const bool off = kind == Input::kDamping && !(c.options.simulate.viscosity_time > 0);  // at the end of its range
     if (off || c.get(kind).empty()) continue;
     AdjointCheckOptions options;
@@ -91,7 +91,7 @@ TEST(LagrangianAdjoint, SixtySubstepsInContactAgreeWithDifferences) {
 TEST(LagrangianAdjoint, EqualBitForBitForAnyNumberOfThreadsAndForRecomputedSubsteps) {
   Case c = lagrangian_block(8);
   c.options.simulate.duration = 0.01;
-  c.interactions.push_back(testing::ground(0, 0.3));
+  c.interactions.push_back(fixture::ground(0, 0.3));
   const RolloutGradient<double> whole = c.gradient();
   const int threads = omp_get_max_threads();
   const auto expect_equal = [&](const RolloutGradient<double>& g, const char* how) {

@@ -16,8 +16,8 @@
 namespace pliant {
 namespace {
 
-using testing::Motion;
-using testing::pin_left;
+using fixture::Motion;
+using fixture::pin_left;
 using State = Motion::State;
 constexpr double kPi = 3.14159265358979324;
 
@@ -169,7 +169,7 @@ TEST(Lagrangian, APulledStripStaysWholeAndStraightAndComesBackAndOnAnEulerianGri
 
 // Two leaves, three tenths of a cell apart at rest, of which one is pulled away by three cells.
 TEST(Lagrangian, PartsThatDoNotHangTogetherMoveApartHoweverNearTheyAre) {
-  testing::TwoLeaves leaves;
+  fixture::TwoLeaves leaves;
   const BasicParticles<double>& p = leaves.particles;
   const size_t one = leaves.one;
   const auto moved = [&](size_t from, size_t to) {

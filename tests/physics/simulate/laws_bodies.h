@@ -10,7 +10,7 @@
 #include "physics/simulate/simulator.h"
 #include "tests/physics/shapes.h"
 
-namespace pliant::testing {
+namespace pliant::fixture {
 
 struct Substance {
   Material material;
@@ -452,4 +452,4 @@ inline double energy_growth(const Substance& s, int cells, int steps, double cou
   return most;
 }
 
-}  // namespace pliant::testing
+}  // namespace pliant::fixture

@@ -9,7 +9,7 @@
 namespace pliant {
 namespace {
 
-using namespace pliant::testing;
+using namespace pliant::fixture;
 
 Substance substance(Law law) {
   Substance s;

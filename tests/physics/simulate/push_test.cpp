@@ -16,7 +16,7 @@ constexpr double kWidth = 0.02, kLength = 0.2, kFoot = 0.03;  // m
 
 Particles stem(int count, double young = 3e5) {
   const double middle = 0.5 * kWidth;
-  const SolidSamples samples = testing::solid({kWidth, kWidth, kLength + kFoot}, kWidth / 14, [&](const Vec3d& x) {
+  const SolidSamples samples = fixture::solid({kWidth, kWidth, kLength + kFoot}, kWidth / 14, [&](const Vec3d& x) {
     return std::hypot(x.x() - middle, x.y() - middle) < middle;
   });
   DriverOptions options;

@@ -7,7 +7,7 @@
 #include "physics/simulate/simulate.h"
 #include "tests/physics/shapes.h"
 
-namespace pliant::testing {
+namespace pliant::fixture {
 
 /// A bar or block of 8 particles per cell and its motion, frame by frame.
 struct Motion {
@@ -18,7 +18,7 @@ struct Motion {
   std::vector<State> states;
 
   Motion(const Vec3d& size, double dx, double jitter, GridKind grid)
-      : particles(testing::block<double>(size, dx, jitter, 1e5)) {
+      : particles(fixture::block<double>(size, dx, jitter, 1e5)) {
     options.gravity.setZero();
     options.grid = grid;
     options.fps = 50;
@@ -107,4 +107,4 @@ struct TwoLeaves : Motion {
   }
 };
 
-}  // namespace pliant::testing
+}  // namespace pliant::fixture

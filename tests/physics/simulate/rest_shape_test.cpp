@@ -15,7 +15,7 @@ constexpr double kGravity = 9.81, kLength = 0.08, kFoot = 0.03;
 
 /// A beam of 3 x 3 x 8 cells that hangs out along x from a wall at x = 0.
 BasicParticles<double> beam(double young) {
-  auto p = testing::block<double>({kLength + kFoot, 0.03, 0.03}, 0.01, 0.0, young);
+  auto p = fixture::block<double>({kLength + kFoot, 0.03, 0.03}, 0.01, 0.0, young);
   for (Vec3d& x : p.position) x.x() -= kFoot;
   return p;
 }
@@ -80,7 +80,7 @@ TEST(RestShape, WithoutAPinIsAUsageError) {
 }
 
 TEST(Settle, ADroppedBodyEndsAtRestSoonAndSaysHowFarItFell) {
-  auto particles = testing::block<double>({0.04, 0.04, 0.04}, 0.01, 1.0, 5e4);
+  auto particles = fixture::block<double>({0.04, 0.04, 0.04}, 0.01, 1.0, 5e4);
   for (Vec3d& x : particles.position) x.z() += 0.02;
   Interaction ground;
   ground.type = InteractionType::kGround;

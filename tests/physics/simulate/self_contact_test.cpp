@@ -12,8 +12,8 @@
 namespace pliant {
 namespace {
 
-using testing::Motion;
-using testing::pin_left;
+using fixture::Motion;
+using fixture::pin_left;
 using State = Motion::State;
 constexpr double kCell = 0.01;
 
@@ -22,7 +22,7 @@ struct TwoBlocks : Motion {
   size_t one;
 
   explicit TwoBlocks(double gap = 1.5) : Motion(Vec3d::Constant(4 * kCell), kCell, 0.5, GridKind::kLagrangian) {
-    one = testing::append_copy(particles, Vec3d((4 + gap) * kCell, 0, 0));
+    one = fixture::append_copy(particles, Vec3d((4 + gap) * kCell, 0, 0));
     for (size_t i = 0; i < particles.size(); ++i) particles.object.push_back(i >= one);
   }
   Vec3d mean(const std::vector<Vec3d>& values, size_t from, size_t to) const {
@@ -37,7 +37,7 @@ struct TwoBlocks : Motion {
 // Two leaves three tenths of a cell apart, of which one is pushed down by three cells: it takes the other along, and
 // nowhere do they change sides.
 TEST(SelfContact, LeavesThatArePushedTogetherDoNotPassThroughEachOther) {
-  testing::TwoLeaves leaves;
+  fixture::TwoLeaves leaves;
   leaves.link();
   leaves.move_upper(-3);
   const BasicParticles<double>& p = leaves.particles;
@@ -94,7 +94,7 @@ TEST(SelfContact, FrictionBetweenBodiesIsCoulombs) {
   BasicParticles<double>& p = sliding.particles;
   const size_t one = p.size();
   // The floor, which the ground holds.
-  const BasicParticles<double> floor = testing::block<double>(Vec3d(24 * kCell, 8 * kCell, 3 * kCell), kCell, 0, 1e5);
+  const BasicParticles<double> floor = fixture::block<double>(Vec3d(24 * kCell, 8 * kCell, 3 * kCell), kCell, 0, 1e5);
   for (size_t i = 0; i < floor.size(); ++i) {
     p.position.push_back(floor.position[i] - Vec3d(2 * kCell, 2 * kCell, 3.2 * kCell));
     p.volume.push_back(floor.volume[i]);

@@ -12,7 +12,7 @@ namespace {
 
 struct Bar {
   SimulateOptions options;
-  Particles particles = testing::block<float>({0.03, 0.03, 0.08}, 0.01, 0.5, 2e4);
+  Particles particles = fixture::block<float>({0.03, 0.03, 0.08}, 0.01, 0.5, 2e4);
   Interaction pin, grab;
 
   Bar() {

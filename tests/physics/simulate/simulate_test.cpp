@@ -50,7 +50,7 @@ bool equal(const BasicSimulationState<T>& a, const BasicSimulationState<T>& b) {
 }
 
 TEST(Simulate, FreeFallFollowsTheSumOfItsSteps) {
-  const auto particles = testing::block<double>({0.04, 0.04, 0.04}, 0.01);
+  const auto particles = fixture::block<double>({0.04, 0.04, 0.04}, 0.01);
   State start = initial_state(particles);
   const Vec3d v0(0.3, -0.1, 0.5), g(0.4, 0, -9.81);
   for (auto& v : start.v) v = v0;
@@ -79,7 +79,7 @@ TEST(Simulate, FreeFallFollowsTheSumOfItsSteps) {
 }
 
 TEST(Simulate, ConstantVelocityIsExact) {
-  const auto particles = testing::block<double>({0.03, 0.04, 0.05}, 0.01);
+  const auto particles = fixture::block<double>({0.03, 0.04, 0.05}, 0.01);
   State start = initial_state(particles);
   const Vec3d v0(0.7, -0.2, 0.1);
   for (auto& v : start.v) v = v0;
@@ -93,7 +93,7 @@ TEST(Simulate, ConstantVelocityIsExact) {
 }
 
 TEST(Simulate, RestStaysAtRest) {
-  const auto particles = testing::block<double>({0.03, 0.03, 0.08}, 0.01);
+  const auto particles = fixture::block<double>({0.03, 0.03, 0.08}, 0.01);
   const auto pinned = simulate<double>(options_of(30, 0.5), particles, {pin_below(0.02)}, initial_state(particles));
   EXPECT_EQ(pinned.summary.max_displacement, 0);
   EXPECT_TRUE(pinned.summary.gravity_cancelled);
@@ -103,7 +103,7 @@ TEST(Simulate, RestStaysAtRest) {
 }
 
 TEST(Simulate, PinnedNodesHoldAndAReleasedPinFalls) {
-  const auto particles = testing::block<double>({0.03, 0.03, 0.09}, 0.01);
+  const auto particles = fixture::block<double>({0.03, 0.03, 0.09}, 0.01);
   std::vector<State> states;
   const auto keep = [&](const State& s) { return states.push_back(s), true; };
   const double release = 0.2;
@@ -130,7 +130,7 @@ TEST(Simulate, PinnedNodesHoldAndAReleasedPinFalls) {
 }
 
 TEST(Simulate, AngularAndLinearMomentumOfAFreeBodyAreKept) {
-  const auto particles = testing::block<double>({0.03, 0.03, 0.06}, 0.01);
+  const auto particles = fixture::block<double>({0.03, 0.03, 0.06}, 0.01);
   State start = initial_state(particles);
   for (size_t i = 0; i < start.size(); ++i)
     start.v[i] = Vec3d(0, 3, 0).cross(start.x[i]) + Vec3d(0.1, 0.5 * start.x[i].z(), 0);
@@ -155,7 +155,7 @@ TEST(Simulate, AngularAndLinearMomentumOfAFreeBodyAreKept) {
 }
 
 TEST(Simulate, TimeCentredEnergyNeverGrows) {
-  const auto particles = testing::block<double>({0.03, 0.03, 0.08}, 0.01);
+  const auto particles = fixture::block<double>({0.03, 0.03, 0.08}, 0.01);
   State start = initial_state(particles);
   for (size_t i = 0; i < start.size(); ++i)
     start.v[i] = Vec3d(0.5 * start.x[i].z() / 0.08, 0, 0.2 * start.x[i].z() / 0.08);
@@ -193,7 +193,7 @@ TEST(Simulate, TimeCentredEnergyNeverGrows) {
 }
 
 TEST(Simulate, TrajectoriesAreEqualForOneTwoAndFourThreads) {
-  const auto particles = testing::block<float>({0.05, 0.06, 0.18}, 0.01);  // large enough for four
+  const auto particles = fixture::block<float>({0.05, 0.06, 0.18}, 0.01);  // large enough for four
   std::vector<SimulationState> final;
   const int threads = omp_get_max_threads();
   for (const int n : {1, 2, 4}) {
@@ -208,7 +208,7 @@ TEST(Simulate, TrajectoriesAreEqualForOneTwoAndFourThreads) {
 }
 
 TEST(Simulate, ResumedRunsEqualUnbrokenOnes) {
-  const auto particles = testing::block<float>({0.04, 0.04, 0.1}, 0.01);
+  const auto particles = fixture::block<float>({0.04, 0.04, 0.1}, 0.01);
   Interaction grab;
   grab.type = InteractionType::kGrab;
   grab.region = Region::sphere(Vec3d(0.02, 0.02, 0.1), 0.02);
@@ -226,7 +226,7 @@ TEST(Simulate, ResumedRunsEqualUnbrokenOnes) {
 }
 
 TEST(Simulate, TheSinkSeesEveryFrameAndCanStop) {
-  const auto particles = testing::block<float>({0.03, 0.03, 0.03}, 0.01);
+  const auto particles = fixture::block<float>({0.03, 0.03, 0.03}, 0.01);
   int expected = 0;
   auto result =
       simulate<float>(options_of(25, 0.4), particles, {}, initial_state(particles), [&](const SimulationState& s) {
@@ -244,7 +244,7 @@ TEST(Simulate, TheSinkSeesEveryFrameAndCanStop) {
 }
 
 TEST(Simulate, StraysAreClampedAndCounted) {
-  const auto particles = testing::block<double>({0.04, 0.04, 0.04}, 0.01);
+  const auto particles = fixture::block<double>({0.04, 0.04, 0.04}, 0.01);
   State start = initial_state(particles);
   start.x[7] = Vec3d(300, -20, 5);
   SimulateOptions options = options_of(30, 0.1);
@@ -257,7 +257,7 @@ TEST(Simulate, StraysAreClampedAndCounted) {
 }
 
 TEST(Simulate, AnUnstableFrameIsRepeatedWithSmallerSteps) {
-  const auto particles = testing::block<double>({0.04, 0.04, 0.06}, 0.01);
+  const auto particles = fixture::block<double>({0.04, 0.04, 0.06}, 0.01);
   SimulateOptions options = options_of(30, 0.2);
   // c = 3.67 m/s needs 31 substeps a frame; 4 are unstable until they have been halved often enough.
   options.substeps = 4;
@@ -272,7 +272,7 @@ TEST(Simulate, AnUnstableFrameIsRepeatedWithSmallerSteps) {
 }
 
 TEST(Simulate, AHopelessFrameIsANumericalFailureAfterTheLastGoodFrame) {
-  const auto particles = testing::block<double>({0.04, 0.04, 0.06}, 0.01);
+  const auto particles = fixture::block<double>({0.04, 0.04, 0.06}, 0.01);
   Interaction blow;
   blow.type = InteractionType::kPointForce;
   blow.vector = Vec3d(1e30, 0, 0);
@@ -295,7 +295,7 @@ TEST(Simulate, AHopelessFrameIsANumericalFailureAfterTheLastGoodFrame) {
 
 TEST(Simulate, AnOscillationDecaysInTheGivenTime) {
   // First mode of a short bar along z, undamped and with two damping times; the ratio cancels the scheme's own loss.
-  const auto particles = testing::block<double>({0.03, 0.03, 0.08}, 0.01, 0.0);
+  const auto particles = fixture::block<double>({0.03, 0.03, 0.08}, 0.01, 0.0);
   State start = initial_state(particles);
   for (size_t i = 0; i < start.size(); ++i) start.v[i].z() = 0.05 * std::sin(1.5707963 * start.x[i].z() / 0.08);
   const auto amplitude = [&](double damping_time, double viscosity_time) {
@@ -318,7 +318,7 @@ TEST(Simulate, AnOscillationDecaysInTheGivenTime) {
 }
 
 TEST(Simulate, ImpossibleInputIsAUsageError) {
-  const auto good = testing::block<double>({0.03, 0.03, 0.03}, 0.01);
+  const auto good = fixture::block<double>({0.03, 0.03, 0.03}, 0.01);
   const auto failure = [](auto&& call) {
     try {
       call();

@@ -11,7 +11,7 @@
 namespace pliant {
 namespace {
 
-constexpr int kY = kSemanticChannels;
+constexpr int kChannels = kSemanticChannels;
 
 SparseView<double> random_view(int rows, int gaussians, uint64_t seed) {
   SparseView<double> view;
@@ -68,18 +68,18 @@ TEST(SemanticLoss, BlendedAttributeIsWTimesY) {
   std::vector<double> S;
   multiply<double>(W, model.attribute, S);
   for (size_t r = 0; r < W.rows(); ++r)
-    for (int k = 0; k < kY; ++k) {
+    for (int k = 0; k < kChannels; ++k) {
       double sum = 0;
       for (uint32_t e = W.row_start[r]; e < W.row_start[r + 1]; ++e)
-        sum += W.weight[e] * model.attribute[W.gaussian[e] * kY + k];
-      EXPECT_NEAR(S[r * kY + k], sum, 1e-14);
+        sum += W.weight[e] * model.attribute[W.gaussian[e] * kChannels + k];
+      EXPECT_NEAR(S[r * kChannels + k], sum, 1e-14);
     }
 }
 
 TEST(SemanticLoss, TransposedProductIsTheAdjointOfTheProduct) {
   const auto W = random_view(11, 6, 3);
   const auto a = random_model(6, 2, 4), b = random_model(11, 2, 5);
-  std::vector<double> Wa, Wtb(6 * kY, 0.0);
+  std::vector<double> Wa, Wtb(6 * kChannels, 0.0);
   multiply<double>(W, a.attribute, Wa);
   multiply_transposed<double>(W, b.attribute, std::span<double>(Wtb));
   double left = 0, right = 0;

@@ -11,25 +11,25 @@ using namespace pliant;
 
 namespace {
 
-constexpr int kWidth = 128, kHeight = 80;
+constexpr int kFrameWidth = 128, kFrameHeight = 80;
 constexpr uint32_t kId = 700;
 
 MadeDisc disc_at(float x) { return {x, 42, 14}; }
-ImageF picture_at(float x) { return made_picture(kWidth, kHeight, {disc_at(x)}); }
+ImageF picture_at(float x) { return made_picture(kFrameWidth, kFrameHeight, {disc_at(x)}); }
 
 IdImage ids_at(float x, uint32_t id = kId) {
-  IdImage ids(kWidth, kHeight, 1);
-  for (int j = 0; j < kHeight; ++j)
-    for (int i = 0; i < kWidth; ++i)
+  IdImage ids(kFrameWidth, kFrameHeight, 1);
+  for (int j = 0; j < kFrameHeight; ++j)
+    for (int i = 0; i < kFrameWidth; ++i)
       if (disc_at(x).contains(i, j)) ids(i, j) = id;
   return ids;
 }
 
 float iou_of(const IdImage& ids, uint32_t id, float x) {
-  ImageF mask(kWidth, kHeight, 1, -1.0f);
+  ImageF mask(kFrameWidth, kFrameHeight, 1, -1.0f);
   for (size_t i = 0; i < mask.data.size(); ++i)
     if (ids.data[i] == id) mask.data[i] = 1;
-  return mask_iou(mask, disc_mask(kWidth, kHeight, disc_at(x)));
+  return mask_iou(mask, disc_mask(kFrameWidth, kFrameHeight, disc_at(x)));
 }
 
 }  // namespace
@@ -63,7 +63,7 @@ TEST(FlowTracker, SaysThatADiscIsLostWhenItLeavesAndKnowsItsIdWhenItComesBack) {
 
 TEST(FlowTracker, DetectionsCorrectWhatTheyOverlapAndOthersAreFollowedUnderIdsOfTheirOwn) {
   FlowTracker tracker;
-  const ImageF picture = made_picture(kWidth, kHeight, {disc_at(30), disc_at(90)});
+  const ImageF picture = made_picture(kFrameWidth, kFrameHeight, {disc_at(30), disc_at(90)});
   IdImage loose = ids_at(30);
   for (int i = 30; i < 50; ++i)
     for (int j = 40; j < 44; ++j) loose(i, j) = kId;
@@ -82,17 +82,17 @@ TEST(FlowTracker, DetectionsCorrectWhatTheyOverlapAndOthersAreFollowedUnderIdsOf
 TEST(FlowTracker, ALostThingIsPromptedAnewByAdd) {
   FlowTracker tracker;
   tracker.start(picture_at(30), ids_at(30));
-  EXPECT_EQ(tracker.step(made_picture(kWidth, kHeight, {})).lost, std::vector<uint32_t>{kId});
+  EXPECT_EQ(tracker.step(made_picture(kFrameWidth, kFrameHeight, {})).lost, std::vector<uint32_t>{kId});
   FlowTracker other = tracker;
   EXPECT_EQ(tracker.add(ids_at(60)).lost.size(), 0u);  // by its id
-  other.step(made_picture(kWidth, kHeight, {disc_at(60)}));
+  other.step(made_picture(kFrameWidth, kFrameHeight, {disc_at(60)}));
   EXPECT_EQ(other.add(ids_at(60, 5)).ids(60, 42), kId);  // by its colours
 }
 
 TEST(FlowTracker, RefusesAPictureOfAnotherSize) {
   FlowTracker tracker;
   tracker.start(picture_at(30), ids_at(30));
-  EXPECT_THROW(tracker.step(made_picture(kWidth, kHeight + 2, {})), Error);
+  EXPECT_THROW(tracker.step(made_picture(kFrameWidth, kFrameHeight + 2, {})), Error);
 }
 
 TEST(FlowTracker, IsEqualForAnyNumberOfThreads) {

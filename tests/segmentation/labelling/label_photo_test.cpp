@@ -12,7 +12,7 @@ using namespace pliant;
 
 namespace {
 
-constexpr int kWidth = 160, kHeight = 120;
+constexpr int kPhotoWidth = 160, kPhotoHeight = 120;
 const MadeDisc kRed{45, 55, 22}, kBlue{115, 62, 18, Vec3f(0.1f, 0.2f, 0.85f)};
 
 /// Knows where the discs are; red ones are "flower", blue ones "ball".
@@ -43,9 +43,9 @@ struct MadeSegmenter : PromptableSegmenter {
   int encoded = 0;
   void encode(const ImageF&) override { ++encoded; }
   std::vector<SegmentedMask> segment(const MaskPrompt& prompt) override {
-    ImageF logits(kWidth, kHeight, 1, -4.0f);
-    for (int y = 0; y < kHeight; ++y)
-      for (int x = 0; x < kWidth; ++x) {
+    ImageF logits(kPhotoWidth, kPhotoHeight, 1, -4.0f);
+    for (int y = 0; y < kPhotoHeight; ++y)
+      for (int x = 0; x < kPhotoWidth; ++x) {
         bool in = prompt.box && x + 0.5f > prompt.box->x0 && x + 0.5f < prompt.box->x1 && y + 0.5f > prompt.box->y0 &&
                   y + 0.5f < prompt.box->y1;
         for (const auto& point : prompt.points)
@@ -56,7 +56,7 @@ struct MadeSegmenter : PromptableSegmenter {
   }
 };
 
-const ImageF kPicture = made_picture(kWidth, kHeight, {kRed, kBlue});
+const ImageF kPicture = made_picture(kPhotoWidth, kPhotoHeight, {kRed, kBlue});
 
 }  // namespace
 

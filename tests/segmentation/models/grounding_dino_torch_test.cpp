@@ -31,7 +31,7 @@ def forward(self, image, padding, input_ids, attention_mask, position_ids, token
 
 float sigmoid(float x) { return 1 / (1 + std::exp(-x)); }
 
-std::unique_ptr<GroundingDino> made(const TemporaryFolder& folder) {
+std::unique_ptr<GroundingDino> made_dino(const TemporaryFolder& folder) {
   write_torch_module(folder / "dino.pt", kModule,
                      R"({"kind": "grounding-dino", "height": 24, "width": 32, "tokens": 10})",
                      {{"shrink", {3}, {1.f, 0.75f, 0.5f}}});
@@ -75,7 +75,7 @@ TEST(GroundingPrompts, MoreNamesThanFitGoIntoFurtherPrompts) {
 
 TEST(GroundingDinoTorch, BoxesAndNamesFollowFromEveryInput) {
   TemporaryFolder folder;
-  const auto dino = made(folder);
+  const auto dino = made_dino(folder);
   ImageF picture(16, 16, 3);  // 24 of 32 columns of the network are picture
   for (size_t i = 0; i < picture.data.size(); i += 3) {
     picture.data[i] = 0.75f;

@@ -16,7 +16,8 @@ def forward(self, image, mask):
     return (image * (1.0 - mask) + mean * mask) * self.range
 )";
 
-Lama made(const TemporaryFolder& folder, const std::string& description, float range, Lama::Options options = {}) {
+Lama made_inpainter(const TemporaryFolder& folder, const std::string& description, float range,
+                    Lama::Options options = {}) {
   write_torch_module(folder / "lama.pt", kMean, description, {{"range", {1}, {range}}});
   ModuleOptions trusted;
   trusted.trust_torchscript = true;
@@ -60,7 +61,7 @@ void expect_mended(Lama& lama, int width, int height, const ImageU8& mask) {
 
 TEST(LamaTorch, OnlyTheHoleChangesWhateverTheSides) {
   TemporaryFolder folder;
-  Lama lama = made(folder, R"({"kind": "lama"})", 1);
+  Lama lama = made_inpainter(folder, R"({"kind": "lama"})", 1);
   expect_mended(lama, 37, 50, hole(37, 50, 10, 12, 20, 40));
   expect_mended(lama, 300, 301, hole(300, 301, 150, 200, 180, 210));
   EXPECT_EQ(lama.inpaint(plain(20, 20), ImageU8(20, 20, 1)).data, plain(20, 20).data);
@@ -68,7 +69,7 @@ TEST(LamaTorch, OnlyTheHoleChangesWhateverTheSides) {
 
 TEST(LamaTorch, AFileOfOneSizeAndOfTheRange255) {
   TemporaryFolder folder;
-  Lama lama = made(folder, R"({"kind": "lama", "height": 64, "range": 255})", 255);
+  Lama lama = made_inpainter(folder, R"({"kind": "lama", "height": 64, "range": 255})", 255);
   expect_mended(lama, 50, 40, hole(50, 40, 10, 12, 20, 30));
 }
 
@@ -77,12 +78,12 @@ TEST(LamaTorch, SurroundingsLargerThanATileAreFilledByTiles) {
   Lama::Options options;
   options.tile = 64;
   options.overlap = 16;
-  Lama lama = made(folder, R"({"kind": "lama"})", 1, options);
+  Lama lama = made_inpainter(folder, R"({"kind": "lama"})", 1, options);
   expect_mended(lama, 200, 150, hole(200, 150, 20, 20, 180, 90));
 }
 
 TEST(LamaTorch, ValuesOfAnotherRangeBreakTheContract) {
   TemporaryFolder folder;
   expect_error(Failure::kInput, {"lama.pt", "out of range", "inpainted: float32 [1,3,h,w]"},
-               [&] { made(folder, R"({"kind": "lama"})", 255); });
+               [&] { made_inpainter(folder, R"({"kind": "lama"})", 255); });
 }

@@ -11,7 +11,7 @@ using namespace pliant;
 
 namespace {
 
-std::unique_ptr<NeuralModule> made(const TemporaryFolder& folder) {
+std::unique_ptr<NeuralModule> made_tagger(const TemporaryFolder& folder) {
   write_torch_module(folder / "ram.pt", "def forward(self, image):\n  return torch.mean(image, [2, 3])\n",
                      R"({"kind": "ram", "size": 8})");
   ModuleOptions trusted;
@@ -23,7 +23,7 @@ std::unique_ptr<NeuralModule> made(const TemporaryFolder& folder) {
 
 TEST(RamTorch, TagsAboveTheirOwnThresholdBestFirst) {
   TemporaryFolder folder;
-  Ram ram(made(folder), TagList::read(folder.file("ram.txt", "rose\t0.6\ngrass\t0.9\nsky\n")));
+  Ram ram(made_tagger(folder), TagList::read(folder.file("ram.txt", "rose\t0.6\ngrass\t0.9\nsky\n")));
   ImageF picture(20, 10, 3);
   for (size_t i = 0; i < picture.data.size(); i += 3) {
     picture.data[i] = 0.7f;
@@ -72,7 +72,7 @@ TEST(RamTorch, EveryPixelCountsInItsPlaceAndChannel) {
 TEST(RamTorch, AListOfAnotherLengthBreaksTheContract) {
   TemporaryFolder folder;
   expect_error(Failure::kInput, {"ram.pt", "is float32 [1,3]", "logits: float32 [1,2]", "tag list"},
-               [&] { Ram ram(made(folder), TagList::read(folder.file("ram.txt", "rose\nsky\n"))); });
+               [&] { Ram ram(made_tagger(folder), TagList::read(folder.file("ram.txt", "rose\nsky\n"))); });
 }
 
 TEST(TagList, AThresholdThatIsNoShareIsRefused) {

@@ -71,7 +71,7 @@ Xmem::Options options_of(int every) {
   return options;
 }
 
-Xmem made(const TemporaryFolder& folder, const std::string& methods = kModule, double load_seconds = 300) {
+Xmem made_xmem(const TemporaryFolder& folder, const std::string& methods = kModule, double load_seconds = 300) {
   write_torch_module(folder / "xmem.pt", methods, R"({"kind": "xmem", "hidden": 2})");
   ModuleOptions trusted;
   trusted.trust_torchscript = true;
@@ -113,7 +113,7 @@ constexpr uint32_t kRed = 7, kBlue = 4000000000u;
 
 TEST(XmemTorch, ThingsKeepTheirIdsWhileTheyMoveLeaveAndComeBack) {
   TemporaryFolder folder;
-  Xmem tracker = made(folder);
+  Xmem tracker = made_xmem(folder);
   IdImage truth;
   ImageF picture = picture_of({{kRed, 0, 0, 1, 0, 0}, {kBlue, 64, 48, 0, 0, 1}}, truth);
   EXPECT_EQ(tracker.start(picture, truth).ids.data, truth.data);
@@ -128,7 +128,7 @@ TEST(XmemTorch, ThingsKeepTheirIdsWhileTheyMoveLeaveAndComeBack) {
 
 TEST(XmemTorch, DetectionsCorrectWhatTheyLieOnAndTheOthersAreFollowedFromThenOn) {
   TemporaryFolder folder;
-  Xmem tracker = made(folder);
+  Xmem tracker = made_xmem(folder);
   IdImage truth;
   ImageF picture = picture_of({{kRed, 0, 0, 1, 0, 0}, {0, 96, 48, 0, 1, 0}, {0, 48, 0, 0, 0, 1}}, truth);
   tracker.start(picture, truth);
@@ -149,7 +149,7 @@ TEST(XmemTorch, DetectionsCorrectWhatTheyLieOnAndTheOthersAreFollowedFromThenOn)
 
 TEST(XmemTorch, EveryInputOfEveryNetworkReachesTheIds) {
   TemporaryFolder folder;
-  Xmem tracker = made(folder, kNumbers);
+  Xmem tracker = made_xmem(folder, kNumbers);
   constexpr int kColumns = 20, kRows = 6;                      // squares of 16 pixels
   const auto plain = [](float red, float green, float blue) {  // in deviations of ImageNet from its mean
     ImageF picture(16 * kColumns, 16 * kRows, 3);
@@ -191,12 +191,12 @@ TEST(XmemTorch, EveryNetworkIsHeldToTheTimeOfTheDryRun) {
   for (const auto& [method, begin] : {std::pair<std::string, std::string>{"encode_value", "    share ="},
                                       {"segment", "    told = (torch.mean(f16) + torch.mean(f8)"}})
     expect_error(Failure::kInput, {"xmem.pt", method, "gave no answer within 3.0 s"},
-                 [&] { made(folder, with(kModule, begin, endless + begin), 3); });
+                 [&] { made_xmem(folder, with(kModule, begin, endless + begin), 3); });
 }
 
 TEST(XmemTorch, AStartWithoutThingsWaitsForDetectionsAndSizesMustAgree) {
   TemporaryFolder folder;
-  Xmem tracker = made(folder);
+  Xmem tracker = made_xmem(folder);
   IdImage truth;
   const ImageF picture = picture_of({{kRed, 32, 16, 1, 0, 0}}, truth);
   tracker.start(picture, IdImage(kWidth, kHeight, 1));

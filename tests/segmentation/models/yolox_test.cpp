@@ -22,7 +22,7 @@ void paint(ImageF& picture, int x0, int y0, int x1, int y1, float red, float gre
     }
 }
 
-std::unique_ptr<Detector> made(const TemporaryFolder& folder) {
+std::unique_ptr<Detector> made_detector(const TemporaryFolder& folder) {
   ModelChoice choice;
   choice.detector = folder.file("yolox.onnx", made_yolox());
   return make_detector(choice);
@@ -32,7 +32,7 @@ std::unique_ptr<Detector> made(const TemporaryFolder& folder) {
 
 TEST(Yolox, BoxesComeBackInPixelsOfThePictureWithScoreObjectnessTimesClass) {
   TemporaryFolder folder;
-  const auto detector = made(folder);
+  const auto detector = made_detector(folder);
   EXPECT_EQ(detector->vocabulary(), (std::vector<std::string>{"leaf", "sky"}));
   ImageF picture(64, 48, 3);  // one pixel of the network is two of the picture
   paint(picture, 16, 32, 32, 48, 1, 0.75f, 0.5f);
@@ -64,7 +64,7 @@ TEST(Yolox, BoxesComeBackInPixelsOfThePictureWithScoreObjectnessTimesClass) {
 
 TEST(Yolox, OnlyTheNamesAskedForAreFound) {
   TemporaryFolder folder;
-  const auto detector = made(folder);
+  const auto detector = made_detector(folder);
   ImageF picture(32, 32, 3);
   paint(picture, 8, 8, 16, 16, 1, 1, 0);
   EXPECT_EQ(detector->detect(picture, {"leaf"}).size(), 1u);

@@ -12,13 +12,13 @@
 namespace pliant {
 namespace {
 
-const std::vector<uint32_t> kIds = {3, 300, 70000};
+const std::vector<uint32_t> kObjectIds = {3, 300, 70000};
 
 TEST(Extract, TakesExactlyTheObjectOfACleanScene) {
   const MadeScene scene = made_scene(two_balls(), 1);
   ExtractOptions options;
   options.object = 300;
-  const ExtractResult result = extract(options, scene.cloud, certain(scene.truth, kIds));
+  const ExtractResult result = extract(options, scene.cloud, certain(scene.truth, kObjectIds));
   std::vector<int> expected;
   for (size_t p = 0; p < scene.truth.size(); ++p)
     if (scene.truth[p] == 300) expected.push_back(static_cast<int>(p));
@@ -29,7 +29,7 @@ TEST(Extract, TakesExactlyTheObjectOfACleanScene) {
 
 TEST(Extract, ProbabilityBelowTheThresholdStaysInTheBackground) {
   const MadeScene scene = made_scene(two_balls(), 1);
-  Segmentation segmentation = certain(scene.truth, kIds);
+  Segmentation segmentation = certain(scene.truth, kObjectIds);
   // Three Gaussians of the ball in the middle between all classes, a little nearer to their own: p about 0.4.
   std::vector<int> doubtful;
   for (size_t p = 0; p < scene.truth.size() && doubtful.size() < 3; ++p)
@@ -64,7 +64,7 @@ TEST(Islands, APatchOfAnotherLabelOnABallIsMergedAndARealBallIsNot) {
       ++patch;
     }
   ASSERT_GT(patch, 3u);
-  Segmentation segmentation = certain(label, kIds);
+  Segmentation segmentation = certain(label, kObjectIds);
   EXPECT_EQ(merge_islands({}, scene.cloud, segmentation), patch);
   EXPECT_EQ(segmentation.label, scene.truth);
   EXPECT_EQ(merge_islands({}, scene.cloud, segmentation), 0u);
@@ -81,7 +81,7 @@ TEST(Extract, OutliersInTheAirAreDroppedAndThoseInTheTableStayThere) {
   scene.truth[mislabelled] = 300;  // a corner of the table
   ExtractOptions options;
   options.object = 300;
-  const ExtractResult result = extract(options, scene.cloud, certain(scene.truth, kIds));
+  const ExtractResult result = extract(options, scene.cloud, certain(scene.truth, kObjectIds));
   EXPECT_EQ(result.summary.outliers, 3u);
   const int n = static_cast<int>(scene.cloud.size());
   EXPECT_EQ(result.dropped, (std::vector<int>{n - 2, n - 1}));
@@ -96,7 +96,7 @@ TEST(Extract, SmallDisconnectedPartsAreFloaters) {
   }
   ExtractOptions options;
   options.object = 300;
-  const ExtractResult result = extract(options, scene.cloud, certain(scene.truth, kIds));
+  const ExtractResult result = extract(options, scene.cloud, certain(scene.truth, kObjectIds));
   EXPECT_EQ(result.summary.outliers, 0u);
   EXPECT_EQ(result.summary.floaters, 9u);
   EXPECT_EQ(result.dropped.size(), 9u);
@@ -116,7 +116,7 @@ TEST(Extract, GaussiansAtTheContactGoToTheSideOfThePlaneTheyLieOn) {
   ExtractOptions options;
   options.object = 300;
   options.support = MadeScene::kTable;
-  const ExtractResult result = extract(options, scene.cloud, certain(scene.truth, kIds));
+  const ExtractResult result = extract(options, scene.cloud, certain(scene.truth, kObjectIds));
   EXPECT_EQ(result.summary.contact_to_support, 1u);
   EXPECT_EQ(result.summary.contact_to_object, 1u);
   EXPECT_TRUE(std::binary_search(result.object.begin(), result.object.end(), raised));
@@ -128,7 +128,8 @@ TEST(Extract, AnUnknownIdIsAUsageErrorThatListsTheKnownOnes) {
   const MadeScene scene = made_scene(two_balls(), 1);
   ExtractOptions options;
   options.object = 12;
-  expect_error(Failure::kUsage, {"12", "70000"}, [&] { extract(options, scene.cloud, certain(scene.truth, kIds)); });
+  expect_error(Failure::kUsage, {"12", "70000"},
+               [&] { extract(options, scene.cloud, certain(scene.truth, kObjectIds)); });
 }
 
 TEST(Contact, PlaneOfATiltedNoisyTableIsFoundUnderTheObject) {

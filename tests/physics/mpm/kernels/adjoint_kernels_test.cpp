@@ -7,6 +7,7 @@
 #include "physics/mpm/adjoint/node_update_adjoint.h"
 #include "physics/mpm/bspline.h"
 #include "physics/mpm/kernels/step_adjoint_view.h"
+#include "tests/instruction_sets.h"
 
 namespace pliant {
 namespace {
@@ -16,12 +17,6 @@ using List = std::vector<double>;
 
 constexpr int kCount = 3, kPatchNodes = BlockGrid::kPatchNodes;
 constexpr double kDx = 0.5, kDt = 0.02, kOrigin[3] = {0.1, -0.2, 0.3}, kVolume = 0.05;
-
-std::vector<InstructionSet> instruction_sets() {
-  std::vector<InstructionSet> sets = {InstructionSet::kBaseline};
-  if (best_instruction_set() != sets[0]) sets.push_back(best_instruction_set());
-  return sets;
-}
 
 void exact_stress(StressKind kind, const double* F, double mu, double lambda, double* tau) {
   const Material material{.law = kind == StressKind::kNeoHookean ? Law::kNeoHookean : Law::kFixedCorotated};
@@ -163,7 +158,7 @@ TEST(AdjointKernels, GatherAgreesWithDifferences) {
   for (int k = 0; k < 6 * kPatchNodes; ++k) u.push_back(Random(6, k).normal());
   AdjointCheckOptions options = few();
   options.inputs = 100;
-  for (const InstructionSet set : instruction_sets())
+  for (const InstructionSet set : fixture::instruction_sets())
     for (const Gather gather : {Gather{0.0}, Gather{0.7}}) {
       const AdjointCheck check = check_adjoint(
           gather, [&](const List& at, const List& adj) { return gather.adjoint(set, at, adj); }, u, options);
@@ -251,7 +246,7 @@ void check_scatter(const Scatter& scatter, double spread) {
     u.insert(u.end(), {1.5 - 0.3 * p, 2.0 + p, 3.0, 0.7});
   }
   u.push_back(0.05);
-  for (const InstructionSet set : instruction_sets()) {
+  for (const InstructionSet set : fixture::instruction_sets()) {
     const AdjointCheck check = check_adjoint(
         scatter, [&](const List& at, const List& adj) { return scatter.adjoint(set, at, adj); }, u, few());
     EXPECT_LT(check.worst, 1e-6) << name_of(set) << " " << static_cast<int>(scatter.kind) << " " << check.message;
@@ -321,7 +316,7 @@ TEST(AdjointKernels, NodeUpdateWithPinsAndFrictionAgreesWithDifferences) {
     for (const Node<double>& one : node) out.insert(out.end(), one.lane, one.lane + 3);
     return out;
   };
-  for (const InstructionSet set : instruction_sets()) {
+  for (const InstructionSet set : fixture::instruction_sets()) {
     const auto adjoint = [&](const List& at, const List& adj) {
       alignas(64) Node<double> sums[n], by[n] = {};
       sums_of(at, sums);

@@ -11,18 +11,13 @@
 #include "physics/mpm/bspline.h"
 #include "physics/mpm/kernels/kernels.h"
 #include "physics/mpm/mpm.h"
+#include "tests/instruction_sets.h"
 #include "tests/physics/shapes.h"
 
 namespace pliant {
 namespace {
 
 constexpr double kMu = 3e4, kLambda = 5e4;
-
-std::vector<InstructionSet> instruction_sets() {
-  std::vector<InstructionSet> sets = {InstructionSet::kBaseline};
-  if (best_instruction_set() != sets[0]) sets.push_back(best_instruction_set());
-  return sets;
-}
 
 Mat3d random_matrix(uint64_t element, double spread) {
   Random random(11, element);
@@ -69,7 +64,7 @@ void expect_stress_of_law(InstructionSet set, Law law, double spread, double tol
 }
 
 TEST(StressKernels, EqualTheLawNearRest) {
-  for (const InstructionSet set : instruction_sets())
+  for (const InstructionSet set : fixture::instruction_sets())
     for (const Law law : {Law::kFixedCorotated, Law::kNeoHookean}) {
       expect_stress_of_law<double>(set, law, 0.1, 1e-14);
       expect_stress_of_law<float>(set, law, 0.1, 2e-6);
@@ -77,7 +72,7 @@ TEST(StressKernels, EqualTheLawNearRest) {
 }
 
 TEST(StressKernels, SurviveInvertedAndStretchedMatrices) {
-  for (const InstructionSet set : instruction_sets())
+  for (const InstructionSet set : fixture::instruction_sets())
     for (const Law law : {Law::kFixedCorotated, Law::kNeoHookean}) {
       expect_stress_of_law<double>(set, law, 1.0, 1e-13);
       expect_stress_of_law<float>(set, law, 1.0, 1e-5);
@@ -88,7 +83,7 @@ TEST(StressKernels, ExtremeMatricesGetTheStressOfTheLawItself) {
   std::vector<Mat3<float>> extreme = {
       Mat3<float>::Zero(),      1e-8f * Mat3<float>::Identity(),   1e8f * Mat3<float>::Identity(),
       -Mat3<float>::Identity(), Vec3<float>(1, 1, 0).asDiagonal(), Vec3<float>(3, 1, -0.5f).asDiagonal()};
-  for (const InstructionSet set : instruction_sets())
+  for (const InstructionSet set : fixture::instruction_sets())
     for (const StressKind kind : {StressKind::kFixedCorotated, StressKind::kNeoHookean})
       for (const Mat3<float>& F : extreme) {
         // Beside a healthy particle in the same pack.
@@ -109,7 +104,7 @@ TEST(StressKernels, ExtremeMatricesGetTheStressOfTheLawItself) {
 /// A jittered block in motion, with what a plain implementation in double makes of it in one step.
 struct OneStep {
   static constexpr double kDx = 0.01, kDt = 1e-4;
-  BasicParticles<float> particles = testing::block<float>({0.11, 0.05, 0.07}, kDx, 1.0, 1e5);
+  BasicParticles<float> particles = fixture::block<float>({0.11, 0.05, 0.07}, kDx, 1.0, 1e5);
   BasicSimulationState<float> state = initial_state(particles);
   StepLoads<float> loads;
   Vec3d origin{0.0031, -0.002, 0.0007};
@@ -200,7 +195,7 @@ struct OneStep {
 
   void expect_equal() const {
     const BasicSimulationState<double> expected = by_loops();
-    for (const InstructionSet set : instruction_sets()) {
+    for (const InstructionSet set : fixture::instruction_sets()) {
       setenv("PLIANT_INSTRUCTION_SET", name_of(set), 1);
       const BasicSimulationState<float> got = by_solver();
       unsetenv("PLIANT_INSTRUCTION_SET");
@@ -238,7 +233,7 @@ TEST(MpmKernels, MixedLawsViscosityAndDampingEqualPlainLoopsInDouble) {
 }
 
 TEST(MpmKernels, BitsDoNotDependOnTheNumberOfThreads) {
-  BasicParticles<float> particles = testing::block<float>({0.16, 0.08, 0.08}, 0.01, 1.0, 1e5);
+  BasicParticles<float> particles = fixture::block<float>({0.16, 0.08, 0.08}, 0.01, 1.0, 1e5);
   particles.materials = {
       {.law = Law::kFixedCorotated},
       {.law = Law::kNeoHookean},
@@ -269,11 +264,11 @@ TEST(MpmKernels, BitsDoNotDependOnTheNumberOfThreads) {
 }
 
 TEST(MpmKernels, AFreeBodyKeepsMassMomentumAndAngularMomentum) {
-  const BasicParticles<float> particles = testing::block<float>({0.08, 0.06, 0.06}, 0.01, 1.0, 1e4);
+  const BasicParticles<float> particles = fixture::block<float>({0.08, 0.06, 0.06}, 0.01, 1.0, 1e4);
   BasicSimulationState<float> state = initial_state(particles);
   for (size_t i = 0; i < particles.size(); ++i)
     state.v[i] = Vec3<float>(0.3f - 10 * state.x[i].y(), 10 * state.x[i].x(), 0.1f);
-  for (const InstructionSet set : instruction_sets()) {
+  for (const InstructionSet set : fixture::instruction_sets()) {
     setenv("PLIANT_INSTRUCTION_SET", name_of(set), 1);
     Mpm<float> solver(particles, 0.01, Vec3d::Zero());
     unsetenv("PLIANT_INSTRUCTION_SET");

@@ -1,6 +1,6 @@
 // What hangs on nothing is not simulated, unless it is held or is large enough for a body of its own.
 
-#include "app/simulate/body_pieces.h"
+#include "app/seed/body_pieces.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "app/simulate/body_pieces.h"
+#include "app/seed/body_pieces.h"
 
 #include <fmt/format.h>
 

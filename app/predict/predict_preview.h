@@ -1,0 +1,16 @@
+#pragma once
+
+#include <filesystem>
+
+#include "app/predict/predict_stage.h"
+
+namespace pliant {
+
+/// Three short clips of the object as predicted, stiff, usual and soft (softness 0, .5 and 1), side by side ->
+/// softness.mp4.  They are made in run directories of their own below `softness/`, which are kept: what is unchanged
+/// there is not made again.  `stage` is that of a prediction that has run; its softness does not count.  Throws
+/// Error{kUsage} where the object has no particles yet, or E was given and has no band.
+std::filesystem::path run_preview(const Context& context, const RunDirectory& run, const Scene& scene,
+                                  const PredictStage& stage);
+
+}  // namespace pliant
