@@ -1,10 +1,14 @@
 #include "app/predict/object_prior.h"
 
+#include <fmt/format.h>
+
 #include "fitting/predict/label_prior.h"
 #include "gaussians/base/error.h"
 
 namespace pliant {
 namespace {
+
+constexpr double kUnderstood = 0.6;  // of the words of a label, of which fewer are worth a warning
 
 /// A solid of which nothing is known: motion that people take for natural, light like most things that yield.
 ObjectPrior soft_solid() {
@@ -40,7 +44,12 @@ ObjectPrior object_prior(const PriorQuestion& question) {
     prior.warning = found.warning;
     return prior;
   }
-  return of(*found.prior, found.warning);
+  std::string warning = found.warning;
+  if (found.prior->certainty < kUnderstood)
+    warning += (warning.empty() ? "" : "; ") +
+               fmt::format("only a part of '{}' is known, and it is taken for '{}' (pliant predict --list shows all)",
+                           label.substr(0, 60), found.prior->name);
+  return of(*found.prior, warning);
 }
 
 }  // namespace pliant

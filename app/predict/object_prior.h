@@ -17,7 +17,8 @@ struct ObjectPrior {
   std::optional<Band> height;     ///< m
   Material law;
   std::string source;   ///< where the numbers come from, for people
-  std::string warning;  ///< why a language model that was asked gave nothing; empty = nothing to say
+  std::string warning;  ///< that a language model that was asked gave nothing, or that little of the label is known;
+                        ///< empty = nothing to say
 };
 
 /// What is asked for: `material` a row of the table, else `label`, else the object's own `name`, which need not mean

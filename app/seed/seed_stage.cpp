@@ -40,24 +40,24 @@ struct Seeded {
   BodyPieces body;
 };
 
-/// `count` driving particles; with `young` [S], by PGAS.
+/// `count` driving particles, by K-means, or where `young` [S] is not empty by PGAS.
 Seeded place_drivers(const Context& context, const SolidFile& solid, const std::vector<Region>& pins, int count,
-                     const std::vector<float>* young) {
+                     const std::vector<float>& young) {
   const SolidSamples& samples = solid.samples;
   Seeded out;
-  out.part = young ? select_simulated(samples, pins, count, *young) : select_simulated(samples, pins, count);
+  out.part = young.empty() ? select_simulated(samples, pins, count) : select_simulated(samples, pins, count, young);
   out.body = find_body_pieces(samples, pins, out.part);
   const std::vector<int>& kept = out.part.kept;
   DriverOptions options;
   options.count = count;
   options.seed = context.seed;
   DrivingParticles drivers;
-  if (young) {
-    std::vector<float> of_kept;
-    for (const int i : kept) of_kept.push_back((*young)[i]);
-    drivers = pgas_drivers(options, samples.select(kept), of_kept);
-  } else {
+  if (young.empty()) {
     drivers = kmeans_drivers(options, samples.select(kept));
+  } else {
+    std::vector<float> of_kept;
+    for (const int i : kept) of_kept.push_back(young[i]);
+    drivers = pgas_drivers(options, samples.select(kept), of_kept);
   }
   ParticleFile& file = out.file;
   file.solid_position = samples.position;
@@ -98,19 +98,16 @@ json seed_object(const Context& context, const RunDirectory& run, const StageInp
   if (!stage.fill.physgaussian.empty())
     count = particles_of_configuration(context, stage.fill.physgaussian, solid.volume, object);
 
-  const std::vector<Vec3f>& places = solid.samples.position;
-  std::optional<ElasticSamples> predicted, given;
-  if (in.files.count("predicted")) predicted = given_material(in.files.at("predicted"), places);
-  if (in.files.count("material")) given = given_material(in.files.at("material"), places);
-  std::vector<float> young(solid.samples.size(), 1);
-  if (predicted) young = predicted->young;
-  if (given) young = given->young;
-  const bool adaptive = stage.drivers == "pgas";
-  if (adaptive && !predicted && !given)
-    context.progress.say(
-        "seed: E is assumed to be uniform, so pgas places particles evenly (--material F.h5 gives E(x))");
-
-  if (in.found.contains("cost") && !stage.fill.particles && stage.fill.physgaussian.empty()) {
+  std::vector<float> young;
+  if (stage.drivers == "pgas") {
+    const bool known = in.files.count("material");
+    if (!known)
+      context.progress.say(
+          "seed: E is assumed to be uniform, so pgas places particles evenly (--material F.h5 gives E(x))");
+    young = known ? given_material(in.files.at("material"), solid.samples.position).young
+                  : std::vector<float>(solid.samples.size(), 1.0f);
+  }
+  if (in.found.contains("cost")) {
     const int affordable = affordable_count(cost_from_json(in.found["cost"]), count);
     if (affordable < count)
       context.progress.say(
@@ -119,7 +116,7 @@ json seed_object(const Context& context, const RunDirectory& run, const StageInp
                       affordable, count));
     count = affordable;
   }
-  Seeded seeded = place_drivers(context, solid, pins, count, adaptive ? &young : nullptr);
+  Seeded seeded = place_drivers(context, solid, pins, count, young);
   tell_loose(context, seeded.body);
   write_pieces(run, object, scene.up, solid.samples, seeded.body);
   ParticleFile& file = seeded.file;
@@ -162,11 +159,13 @@ StageInputs<SeedStage> inputs_of(const RunDirectory& run, const Scene& scene, co
   in.found = {{"outset", filled["outset"]}, {"thin_samples", filled["thin_samples"]}};
   // A prediction for other samples, which `predict` has yet to replace, says nothing.
   const bool predicted = run.has("predict") && reads_present(run, "predict", "solid");
-  if (predicted) {
-    in.files["predicted"] = run / (folder + "/predicted.h5");
+  if (!stage.material_file.empty())
+    in.files["material"] = stage.material_file;
+  else if (predicted && stage.drivers == "pgas")
+    in.files["material"] = run / (folder + "/predicted.h5");
+  // How many particles are used where nobody says.
+  if (predicted && !stage.fill.particles && stage.fill.physgaussian.empty())
     in.found["cost"] = run.summary("predict", "")["cost"];
-  }
-  if (!stage.material_file.empty()) in.files["material"] = stage.material_file;
   in.outputs = {folder + "/particles.h5", "pieces.png"};
   return in;
 }

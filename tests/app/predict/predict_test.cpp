@@ -34,6 +34,13 @@ TEST(ObjectPrior, ComesFromMaterialLabelAndNameInThisOrder) {
   EXPECT_GT(labelled.frequency->typical, 0);
 }
 
+TEST(ObjectPrior, WarnsWhereLittleOfALabelIsKnown) {
+  EXPECT_EQ(object_prior({"", "potted palm", "", {}, {}}).warning, "");
+  const std::string warning = object_prior({"", "zorbulated quantic flimflam palm", "", {}, {}}).warning;
+  EXPECT_NE(warning.find("only a part"), std::string::npos) << warning;
+  EXPECT_NE(warning.find("palm"), std::string::npos) << warning;
+}
+
 TEST(ObjectPrior, OfANameThatMeansNothingIsAGuessAndALabelThatMeansNothingIsRefused) {
   const ObjectPrior guess = object_prior({"", "", "object_1", {}, {}});
   EXPECT_TRUE(guess.guessed);
@@ -147,7 +154,7 @@ TEST_F(Predict, ContradictionsAndUnknownWordsAreRefused) {
 TEST_F(Predict, AdaptiveSamplingSeesThePredictionInOneCommand) {
   ASSERT_EQ(run({"--label", "sunflower", "--seed.sampling", "pgas"}), 0);
   const json record = read_json(folder_ / "run/run.json")["stages"];
-  EXPECT_TRUE(record["seed"]["inputs"].contains("predicted"));
+  EXPECT_TRUE(record["seed"]["inputs"].contains("material"));
   const auto positions = [&] { return read_particles(folder_ / "run/objects/1_object/particles.h5").driving_position; };
   const std::vector<Vec3f> seen = positions();
   // A uniform E places them otherwise.
