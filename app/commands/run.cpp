@@ -116,7 +116,7 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
   }
   SeedStage seed = options.seed;
   if (seed.drivers == "pgas") seed.material_file = options.simulate.material_file;
-  run_seed(context, run, scene, seed);
+  run_drivers(context, run, scene, seed);
   if (fits) {
     FitStage fit = options.fit;
     fit.material = options.simulate.material;

@@ -170,9 +170,13 @@ StageInputs<SeedStage> inputs_of(const RunDirectory& run, const Scene& scene, co
   return in;
 }
 
+json run_drivers(const Context& context, RunDirectory& run, const Scene& scene, const SeedStage& stage) {
+  return run_stage(context, run, inputs_of(run, scene, stage), seed_object);
+}
+
 json run_seed(const Context& context, RunDirectory& run, const Scene& scene, const SeedStage& stage) {
   run_fill(context, run, scene, stage.fill);
-  return run_stage(context, run, inputs_of(run, scene, stage), seed_object);
+  return run_drivers(context, run, scene, stage);
 }
 
 OptionTable options_of(SeedStage& stage) {

@@ -20,6 +20,8 @@ struct SeedStage {
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(SeedStage& stage);
 StageInputs<SeedStage> inputs_of(const RunDirectory& run, const Scene& scene, const SeedStage& stage);
+/// Of an object that is filled.
+nlohmann::json run_drivers(const Context& context, RunDirectory& run, const Scene& scene, const SeedStage& stage);
 /// Fills the object first, where that is not done.
 nlohmann::json run_seed(const Context& context, RunDirectory& run, const Scene& scene, const SeedStage& stage);
 

@@ -1,7 +1,7 @@
 // Uses a page wildly for minutes, with the pointer and the sliders, and watches that it stays whole:
 // node wild_dragging.mjs PAGE.html OUT.json [MINUTES [CHROMIUM]]
 // OUT: {minutes, gestures, frames, slowest_s (longest time without a new frame while a gesture ran), memory_mb (first
-// and last fifth, medians), errors, violations, said, not_finite, farthest (of the object's height)}.  Exit code 1
+// and last fifth, medians), errors, violations, said, not_finite, held (gestures while the solver ran), farthest (of the object's extent)}.  Exit code 1
 // where something is wrong.
 
 import fs from 'node:fs';
@@ -30,7 +30,7 @@ await page.evaluate(`(() => {
   };
   requestAnimationFrame(tick);
 })()`);
-const rest = await page.evaluate('Array.from(pliant.drivers())');
+const rest = await page.evaluate('Array.from(window.restDrivers = pliant.drivers())');
 const extent = Math.max(...[0, 1, 2].map((k) => {
   const values = rest.filter((_, i) => i % 3 === k);
   return values.reduce((a, b) => Math.max(a, b)) - values.reduce((a, b) => Math.min(a, b));
@@ -45,7 +45,7 @@ const slide = (id, share) => page.evaluate(`(() => {
 })()`);
 
 const end = Date.now() + 60000 * Number(minutes);
-const result = {minutes: Number(minutes), gestures: 0, not_finite: 0, farthest: 0, forces_n: 0};
+const result = {minutes: Number(minutes), gestures: 0, not_finite: 0, farthest: 0, held: 0};
 const memory = [];
 while (Date.now() < end) {
   const dice = random();
@@ -56,6 +56,8 @@ while (Date.now() < end) {
   else {
     let [x, y] = [between(0.25, 0.75) * width, between(0.15, 0.75) * height];
     await mouse('mousePressed', x, y);
+    await wait(30);
+    if (await page.evaluate('pliant.live()')) ++result.held;
     for (let k = Math.floor(between(2, 15)); k > 0; --k) {
       [x, y] = [x + between(-120, 120), y + between(-120, 120)];
       await mouse('mouseMoved', x, y);
@@ -68,7 +70,7 @@ while (Date.now() < end) {
     const now = await page.evaluate(`(() => {
       const x = pliant.drivers();
       let finite = true, far = 0;
-      const rest = window.restDrivers ?? (window.restDrivers = x.slice());
+      const rest = window.restDrivers;
       for (let i = 0; i < x.length; ++i) {
         finite = finite && Number.isFinite(x[i]);
         if (x.length === rest.length) far = Math.max(far, Math.abs(x[i] - rest[i]));
@@ -89,6 +91,6 @@ Object.assign(result, await page.evaluate(`(() => ({frames: watch.frames, slowes
 result.said = page.said;
 fs.writeFileSync(out, JSON.stringify(result, null, 1) + '\n');
 console.log(JSON.stringify(result));
-page.close();
+await page.close();
 const wrong = result.not_finite || result.errors.length || result.violations.length || result.said.length || result.alert;
 process.exit(wrong ? 1 : 0);

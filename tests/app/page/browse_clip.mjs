@@ -8,10 +8,13 @@ import {openPage} from './browser.mjs';
 
 const [chromium, file, expression, out] = process.argv.slice(2);
 let page = null;
-const finish = (result) => {
+let finished = false;
+const finish = async (result) => {
+  if (finished) return;
+  finished = true;
   fs.writeFileSync(out, JSON.stringify({...result, said: page?.said ?? []}));
   try {
-    page?.close();
+    await page?.close();
   } finally {
     process.exit(0);
   }

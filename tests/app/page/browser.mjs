@@ -38,10 +38,18 @@ export async function openPage(chromium, page, {width = 480, height = 400} = {})
     }
   });
   const ended = new Promise((done) => browser.on('exit', done));
-  const close = () => {
+  const close = async () => {
     browser.kill('SIGKILL');
+    await ended;
     // Helpers of the browser may write for a moment longer.
-    fs.rmSync(profile, {recursive: true, force: true, maxRetries: 5, retryDelay: 30});
+    for (let left = 40; fs.existsSync(profile); --left) {
+      try {
+        fs.rmSync(profile, {recursive: true, force: true});
+      } catch (error) {
+        if (left === 0) throw error;
+        await new Promise((done) => setTimeout(done, 50));
+      }
+    }
   };
   const {targetId} = await command('Target.createTarget', {url: 'about:blank'});
   const {sessionId} = await command('Target.attachToTarget', {targetId, flatten: true});
