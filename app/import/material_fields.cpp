@@ -111,7 +111,6 @@ MaterialFile read_material_field(const fs::path& file) {
   m.young = floats_of(young);
   m.poisson = floats_of(poisson);
   m.density = floats_of(density);
-  m.volume.assign(m.young.size(), 0.0f);
   m.source = voxels ? "VoMP" : "PLY";
   return m;
 }

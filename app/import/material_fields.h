@@ -13,7 +13,7 @@ namespace pliant {
 /// with the vertex properties x, y, z, density, E, nu, as Pixie writes.
 bool is_material_field(const std::filesystem::path& file);
 
-/// Such a file, with positions as they stand there.  Throws Error{kInput} naming file and field.
+/// Such a file, with positions as they stand there and without volumes.  Throws Error{kInput} naming file and field.
 MaterialFile read_material_field(const std::filesystem::path& file);
 
 /// Its positions in the scene, where they are none of the scene already: scaled alike in all directions and moved, so

@@ -9,6 +9,7 @@
 #include "app/predict/object_prior.h"
 #include "app/predict/object_samples.h"
 #include "app/run/attach_scene.h"
+#include "app/seed/fill_stage.h"
 #include "app/seed/particle_budget.h"
 #include "app/simulate/clip_camera.h"
 #include "app/simulate/object_material.h"
@@ -31,7 +32,6 @@ namespace {
 
 constexpr double kHighestFrequency = 15;  // Hz, half the frame rate of a clip: what sways faster does not show
 constexpr int kSwayParticles = 1000;
-constexpr double kHeldShare = 0.1;  // of the height, from below, of an object that nothing holds
 
 /// What is asked of the table, and with --llm-url of a language model, which sees one view of the object.
 PriorQuestion question_of(const StageInputs<PredictStage>& in, const GaussianCloud& object, const RunDirectory& run) {

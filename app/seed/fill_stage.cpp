@@ -22,7 +22,6 @@ using nlohmann::json;
 namespace {
 
 constexpr int kSamplesPerDriver = 8;
-constexpr double kHeldShare = 0.1;  // of the height, from below, of an object that nothing holds or carries
 
 /// What holds the object, in scene units: the scene file's regions, --pin-below, and the contact with the support.
 std::vector<Region> regions_to_pin(const Context& context, const Scene& scene, const FillStage& stage,
@@ -81,6 +80,18 @@ SolidSamples sample_solid(const Context& context, const FillOptions& first, cons
   return samples;
 }
 
+/// Driving particles, eight to a cell, that fill `volume` with the cells of a configuration of PhysGaussian.
+int particles_of_configuration(const Context& context, const std::string& file, double volume,
+                               const GaussianCloud& object) {
+  constexpr int kMost = 2000000;
+  const PhysGaussianConfig config = read_physgaussian_config(file);
+  const double cell = config.cell_size() / simulation_space(config, object, physgaussian_members(config, object)).scale;
+  const double wanted = 8 * volume / (cell * cell * cell);
+  if (wanted > kMost)
+    context.progress.warn(fmt::format("the configuration's cells need {:.3g} particles; {} are used", wanted, kMost));
+  return static_cast<int>(std::clamp<double>(wanted, 200, kMost));
+}
+
 json fill_object(const Context& context, const RunDirectory& run, const StageInputs<FillStage>& in,
                  const std::string& provenance) {
   const FillStage& stage = in.options;
@@ -118,6 +129,7 @@ json fill_object(const Context& context, const RunDirectory& run, const StageInp
   if (pins.empty() && !configured)
     context.progress.warn("the object is not pinned and will fall (give --pin-below, or pinned regions in scene.json)");
   return {{"samples", file.samples.size()},
+          {"particles", particles},
           {"outset", fill.outset},
           {"volume", filled.volume},
           {"thin_samples", filled.thin_samples}};
@@ -130,17 +142,6 @@ std::vector<Region> pinned_regions(const SolidFile& solid, const Scene& scene) {
   for (const json& row : json::parse(solid.pinned_json))
     pins.push_back(parse_region(row, {scene.metres_per_unit, scene.up}, "solid.h5"));
   return pins;
-}
-
-int particles_of_configuration(const Context& context, const std::string& file, double volume,
-                               const GaussianCloud& object) {
-  constexpr int kMost = 2000000;
-  const PhysGaussianConfig config = read_physgaussian_config(file);
-  const double cell = config.cell_size() / simulation_space(config, object, physgaussian_members(config, object)).scale;
-  const double wanted = 8 * volume / (cell * cell * cell);
-  if (wanted > kMost)
-    context.progress.warn(fmt::format("the configuration's cells need {:.3g} particles; {} are used", wanted, kMost));
-  return static_cast<int>(std::clamp<double>(wanted, 200, kMost));
 }
 
 StageInputs<FillStage> inputs_of(const RunDirectory& run, const Scene& scene, const FillStage& stage) {

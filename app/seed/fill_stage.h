@@ -21,6 +21,8 @@ struct FillStage {
   bool pin_contact = true;          ///< pin where the object touches its support
 };
 constexpr int kUsualParticles = 8000;
+/// Of the height, from below: what is fixed of an object that nothing holds or carries.
+constexpr double kHeldShare = 0.1;
 
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(FillStage& stage);
@@ -29,8 +31,4 @@ nlohmann::json run_fill(const Context& context, RunDirectory& run, const Scene& 
 
 /// The regions that hold an object, in scene units.
 std::vector<Region> pinned_regions(const SolidFile& solid, const Scene& scene);
-/// How many driving particles fill it with the cells of a configuration of PhysGaussian.
-int particles_of_configuration(const Context& context, const std::string& file, double volume,
-                               const GaussianCloud& object);
-
 }  // namespace pliant

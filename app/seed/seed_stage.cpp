@@ -94,10 +94,7 @@ json seed_object(const Context& context, const RunDirectory& run, const StageInp
   const GaussianCloud object = read_ply(in.files.at("object"));
   const SolidFile solid = read_solid(in.files.at("solid"));
   const std::vector<Region> pins = pinned_regions(solid, scene);
-  int count = stage.fill.particles.value_or(kUsualParticles);
-  if (!stage.fill.physgaussian.empty())
-    count = particles_of_configuration(context, stage.fill.physgaussian, solid.volume, object);
-
+  int count = in.found["particles"];
   std::vector<float> young;
   if (stage.drivers == "pgas") {
     const bool known = in.files.count("material");
@@ -156,7 +153,8 @@ StageInputs<SeedStage> inputs_of(const RunDirectory& run, const Scene& scene, co
   in.files["object"] = run / (folder + "/object.ply");
   in.files["solid"] = run / (folder + "/solid.h5");
   const json& filled = run.summary("fill", "run `pliant seed` first");
-  in.found = {{"outset", filled["outset"]}, {"thin_samples", filled["thin_samples"]}};
+  in.found = {
+      {"particles", filled["particles"]}, {"outset", filled["outset"]}, {"thin_samples", filled["thin_samples"]}};
   // A prediction for other samples, which `predict` has yet to replace, says nothing.
   const bool predicted = run.has("predict") && reads_present(run, "predict", "solid");
   if (!stage.material_file.empty())

@@ -12,9 +12,9 @@
 namespace pliant {
 namespace {
 
-// From dark to light, so that the order can be told without colors.
-const Vec3f kRamp[] = {{0.27f, 0.0f, 0.33f},  {0.25f, 0.27f, 0.53f}, {0.16f, 0.47f, 0.56f},
-                       {0.13f, 0.66f, 0.52f}, {0.48f, 0.82f, 0.32f}, {0.99f, 0.91f, 0.14f}};
+// From darker to lighter, so that the order can be told without colors, and the darkest still reads on the dark sheet.
+const Vec3f kRamp[] = {{0.62f, 0.25f, 0.75f}, {0.45f, 0.45f, 0.90f}, {0.25f, 0.62f, 0.80f},
+                       {0.20f, 0.75f, 0.58f}, {0.52f, 0.86f, 0.35f}, {0.99f, 0.93f, 0.30f}};
 constexpr int kSteps = 6;
 constexpr double kTail = 0.02;           // of the samples, at either end, beyond the outer steps
 constexpr double kSmallestRange = 0.02;  // decades; less is one value

@@ -5,6 +5,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/compression.h"
+#include "gaussians/io/files/files.h"
 
 namespace pliant {
 
@@ -80,21 +81,18 @@ std::string ZipArchive::read(const std::string& entry, uint64_t most) {
 }
 
 void write_zip(const std::filesystem::path& file, const std::string& entry, const std::string& bytes) {
-  std::filesystem::path temporary = file;
-  temporary += ".partial";
-  const zipFile zip = zipOpen64(temporary.c_str(), APPEND_STATUS_CREATE);
-  zip_fileinfo info = {};
-  info.tmz_date = {0, 0, 0, 1, 0, 1980};
-  const bool written =
-      zip && zipOpenNewFileInZip64(zip, entry.c_str(), &info, nullptr, 0, nullptr, 0, nullptr, 0, 0, 1) == ZIP_OK &&
-      zipWriteInFileInZip(zip, bytes.data(), static_cast<unsigned>(bytes.size())) == ZIP_OK &&
-      zipCloseFileInZip(zip) == ZIP_OK;
-  const bool closed = zip && zipClose(zip, nullptr) == ZIP_OK;
-  if (!written || !closed) {
-    std::filesystem::remove(temporary);
-    throw input_error(file.string(), entry, "cannot be written", "is there room on the disk?");
-  }
-  std::filesystem::rename(temporary, file);
+  CHECK(bytes.size() <= UINT32_MAX);
+  write_atomically(file, [&](const std::filesystem::path& temporary) {
+    const zipFile zip = zipOpen64(temporary.c_str(), APPEND_STATUS_CREATE);
+    zip_fileinfo info = {};
+    info.tmz_date = {0, 0, 0, 1, 0, 1980};
+    const bool written =
+        zip && zipOpenNewFileInZip64(zip, entry.c_str(), &info, nullptr, 0, nullptr, 0, nullptr, 0, 0, 1) == ZIP_OK &&
+        zipWriteInFileInZip(zip, bytes.data(), static_cast<unsigned>(bytes.size())) == ZIP_OK &&
+        zipCloseFileInZip(zip) == ZIP_OK;
+    const bool closed = zip && zipClose(zip, nullptr) == ZIP_OK;
+    if (!written || !closed) throw input_error(file.string(), entry, "cannot be written", "is there room on the disk?");
+  });
 }
 
 }  // namespace pliant
