@@ -49,6 +49,7 @@ void add_fit(CLI::App& app, Program& program);
 void add_simulate(CLI::App& app, Program& program);
 void add_render(CLI::App& app, Program& program);
 void add_export(CLI::App& app, Program& program);
+void add_view(CLI::App& app, Program& program);
 void add_evaluate(CLI::App& app, Program& program);
 
 }  // namespace pliant

@@ -104,7 +104,7 @@ void add_commands(CLI::App& app, Program& program) {
   app.require_subcommand(1);
   for (auto* add :
        {add_run, add_demo, add_info, add_convert, add_reconstruct, add_segment, add_extract, add_repair, add_seed,
-        add_predict, add_train_predictor, add_fit, add_simulate, add_render, add_export, add_evaluate})
+        add_predict, add_train_predictor, add_fit, add_simulate, add_render, add_export, add_view, add_evaluate})
     add(app, program);
 }
 

@@ -1,7 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands/stage_options.h"
-#include "app/simulate/recording.h"
+#include "app/live/recording.h"
 #include "app/simulate/simulate_stage.h"
 
 namespace pliant {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "app/page/interaction_numbers.h"
 #include "app/page/page_assets.h"
 
 namespace pliant {
@@ -26,20 +27,6 @@ void add_body(ClipFile& file, size_t l, const Particles& particles) {
 bool can_play(const SessionSetup& setup) { return setup.refused.empty() && !solver_module().empty(); }
 
 }  // namespace
-
-std::vector<double> solver_numbers(const Interaction& it) {
-  std::vector<double> out = {static_cast<double>(it.type), std::isfinite(it.duration) ? it.duration : 0,
-                             static_cast<double>(it.region.kind)};
-  const auto add = [&](const Vec3d& v) { out.insert(out.end(), v.data(), v.data() + 3); };
-  add(it.region.point);
-  add(it.region.vector);
-  out.push_back(it.region.radius);
-  add(it.vector);
-  for (const double x : {it.friction, it.rate, it.drag_coefficient, it.air_density, it.stiffness, it.damping,
-                         it.max_force, static_cast<double>(it.contact)})
-    out.push_back(x);
-  return out;
-}
 
 std::vector<SolverLevel> solver_levels(const SessionSetup& setup, const Scene& scene, const MovingScene& moving) {
   std::vector<SolverLevel> levels;
@@ -84,7 +71,7 @@ void add_solver(ClipFile& file, const ParticleFile& motion_level, const SessionS
     file.header["levels"][l]["clustered_to"] = level.clustered_to;
   }
   nlohmann::json held = nlohmann::json::array();
-  for (const Interaction& it : setup.held) held.push_back(solver_numbers(it));
+  for (const Interaction& it : setup.held) held.push_back(numbers_of(it));
   const Vec3d& g = setup.options.gravity;
   file.header["solver"] = {{"fps", setup.options.fps},
                            {"gravity", {g.x(), g.y(), g.z()}},

@@ -7,9 +7,6 @@
 
 namespace pliant {
 
-/// Numbers of an interaction, in the order in which interaction_of of app/page/solver/solver.cpp reads them.
-std::vector<double> solver_numbers(const Interaction& it);
-
 /// A body of fewer driving particles, for devices that cannot move those of the motion in real time.
 struct SolverLevel {
   int clustered_to = 0;  ///< number of driving particles that with_drivers was asked for

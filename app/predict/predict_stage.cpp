@@ -16,7 +16,7 @@
 #include "app/simulate/simulated_body.h"
 #include "app/store/material.h"
 #include "app/store/solid.h"
-#include "fitting/distribution/distribution_network.h"
+#include "fitting/distribution/object_distribution.h"
 #include "fitting/modal/sway.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
@@ -52,12 +52,12 @@ MaterialDistribution distribute(const SolidFile& file, const SolidSamples& sampl
                                 const Scene& scene, const std::string& weights, const Band& young,
                                 const MaterialMeans& means) {
   const std::vector<Vec3f> colours = nearest_colours(object, file.samples.position);
-  const std::vector<float> features =
-      local_features({samples, colours, {}, scene.up.cast<float>(), {young.low, young.typical, young.high}});
   std::vector<float> moving = samples.volume;
   for (size_t i = 0; i < moving.size(); ++i)
     if (!file.simulated[i]) moving[i] = 0;
-  return predict_distribution(weights.empty() ? shipped_network() : read_network(weights), features, moving, means);
+  return object_distribution(weights.empty() ? shipped_network() : read_network(weights),
+                             {samples, colours, {}, scene.up.cast<float>(), {young.low, young.typical, young.high}},
+                             moving, means);
 }
 
 /// The simulated part as few particles.

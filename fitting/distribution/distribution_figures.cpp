@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fitting/distribution/object_distribution.h"
 #include "fitting/distribution/training_set.h"
 #include "gaussians/base/error.h"
 
@@ -37,9 +38,9 @@ double median(std::vector<double> values) {
 Tally tally_of(const DistributionNetwork& network, const MaterialObject& o) {
   const MaterialMeans means = means_of(o);
   const YoungPrior prior{means.young / std::sqrt(10.0), means.young, means.young * std::sqrt(10.0)};
-  const std::vector<float> features = local_features({o.samples, o.colour, o.part, o.up, prior});
-  const MaterialDistribution found = predict_distribution(network, features, o.samples.volume, means);
-  const auto mixtures = young_mixtures(network, member_outputs(network, normalised(network, features)));
+  const FeatureInput object{o.samples, o.colour, o.part, o.up, prior};
+  const MaterialDistribution found = object_distribution(network, object, o.samples.volume, means);
+  const auto mixtures = young_mixtures(network, member_outputs(network, normalised(network, local_features(object))));
   const YoungMixture one{{{1, network.wide_mean, network.wide_sigma}}};
   Tally t{o.family, 1, {}, {}, {}, {}, {}, {}};
   for (size_t i = 0; i < o.samples.size(); ++i) {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "app/page/interaction_numbers.h"
 #include "gaussians/base/error.h"
 #include "physics/simulate/session.h"
 
@@ -32,28 +33,6 @@ Page& page() {
 }
 
 Vec3d vector_at(const double* from) { return {from[0], from[1], from[2]}; }
-
-/// Numbers of an interaction, in the order that app/page/web/solver_layout.js says.
-Interaction interaction_of(const double* n) {
-  Interaction it;
-  it.type = static_cast<InteractionType>(static_cast<int>(n[0]));
-  it.duration = n[1] > 0 ? n[1] : std::numeric_limits<double>::infinity();
-  it.region.kind = static_cast<Region::Kind>(static_cast<int>(n[2]));
-  it.region.point = vector_at(n + 3);
-  it.region.vector = vector_at(n + 6);
-  it.region.radius = n[9];
-  it.vector = vector_at(n + 10);
-  it.friction = n[13];
-  it.rate = n[14];
-  it.drag_coefficient = n[15];
-  it.air_density = n[16];
-  it.stiffness = n[17];
-  it.damping = n[18];
-  it.max_force = n[19];
-  it.contact = static_cast<ContactKind>(static_cast<int>(n[20]));
-  if (it.type == InteractionType::kPoke) it.path = {{0, it.region.point}};
-  return it;
-}
 
 }  // namespace
 }  // namespace pliant
@@ -90,7 +69,9 @@ PLIANT_EXPORT(solver_body)
 }
 
 /// An interaction from the start on: pins, floor.
-PLIANT_EXPORT(solver_hold)(const double* numbers)->void { page().held.push_back(interaction_of(numbers)); }
+PLIANT_EXPORT(solver_hold)(const double* numbers)->void {
+  page().held.push_back(interaction_of({numbers, kInteractionNumbers}));
+}
 
 /// Begins at these positions [N, 3], velocities [N, 3] and deformation gradients [N, 9] (rows).
 PLIANT_EXPORT(solver_start)(const float* x, const float* v, const float* F)->void {
@@ -105,7 +86,9 @@ PLIANT_EXPORT(solver_start)(const float* x, const float* v, const float* F)->voi
   p.gradients.resize(9 * p.start.size());
 }
 
-PLIANT_EXPORT(solver_begin)(const double* numbers)->int { return page().session->begin(interaction_of(numbers)); }
+PLIANT_EXPORT(solver_begin)(const double* numbers)->int {
+  return page().session->begin(interaction_of({numbers, kInteractionNumbers}));
+}
 PLIANT_EXPORT(solver_move)(int number, double x, double y, double z)->void { page().session->move(number, {x, y, z}); }
 PLIANT_EXPORT(solver_end)(int number)->void { page().session->end(number); }
 PLIANT_EXPORT(solver_set)(double young_scale, double damping_time, double x, double y, double z)->void {

@@ -6,13 +6,20 @@ import {HandInput} from './hand_input.js';
 import {HandMarks} from './hand_marks.js';
 import {Overlay} from './overlay.js';
 import {Physics} from './physics.js';
+import {servedAt, ServedSolver} from './served_solver.js';
 import {Solver} from './solver.js';
 import {connectPanel} from './tool_panel.js';
 
 const element = (id) => document.getElementById(id);
 
-/** The solver of the page; null where WebAssembly is missing or blocked. */
+/** The solver of the page, or of the server that it came from; null where WebAssembly is missing or blocked. */
 async function createSolver(container) {
+  const address = servedAt();
+  if (address) {
+    const solver = await ServedSolver.connect(address);
+    addDetail('Physics', 'Simulated by pliant view on the computer that this page came from.');
+    return solver;
+  }
   const bytes = container.bytesOf('solver');
   try {
     return await Solver.create(bytes);

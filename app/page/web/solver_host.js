@@ -6,7 +6,8 @@
  *  {module: bytes};
  *  {body: {numbers [9], metres, position, volume, mass, young, poisson}}, arrays [N, 3] or [N] in SI units, `metres`
  *    those of a scene unit;
- *  {start: {x, v, F, held}}: positions (m), velocities (m/s), gradients (rows), numbers of what acts from the start;
+ *  {start: {x, v, F, held}}: positions (m), velocities (m/s), gradients (rows), numbers of what acts from the start
+ *    (and the frame of the recording that they are of, for other solvers);
  *  {step: {commands, frames}}: commands in order, then frames.  Answers {positions (scene units), velocities (m/s),
  *    gradients, substeps, ms (of a frame), forces [[number, x, y, z]] (N), holds [[number, x, y, z]] (m), failed}.
  * Commands: ['begin', number, numbers], ['move', number, x, y, z], ['drag', number, x, y, z] (by how much the hand has

@@ -1,5 +1,5 @@
 // The numbers by which page and solver speak of interactions and bodies, in SI units and world axes.  The order is that
-// of interaction_of and solver_body in app/page/solver/solver.cpp.
+// of app/page/interaction_numbers.h and of solver_body in app/page/solver/solver.cpp.
 
 /** Types of interactions. */
 export const kType = {

@@ -72,8 +72,9 @@ TEST(Options, OfAStageNeedNoPrefixInItsOwnCommandAndHaveOneInRun) {
   for (const OptionTable& table : all_tables()) {
     const std::string command = table.stage == "page" ? "export" : table.stage, own = print({command, "--help"}).out;
     for (const Option& option : table.options) {
-      if (option.name != "no-html")
+      if (option.name != "no-html") {
         EXPECT_NE(own.find("--" + option.name), std::string::npos) << command << " --" << option.name;
+      }
       if (table.stage == "export") continue;  // not a part of `run`
       const bool shown = run.out.find("--" + table.stage + "." + option.name) != std::string::npos ||
                          run.out.find("  --" + option.name) != std::string::npos;

@@ -1,4 +1,4 @@
-// A page in headless Chromium, without a network.
+// A page in headless Chromium: a file without a network, or what a server of this machine has.
 
 import {spawn} from 'node:child_process';
 import fs from 'node:fs';
@@ -6,7 +6,7 @@ import os from 'node:os';
 import path from 'node:path';
 
 /**
- * Opens a page from its file; resolves when it is loaded.  {send(method, params): a command of the DevTools protocol,
+ * Opens a page from its file or its address (http://...); resolves when it is loaded.  {send(method, params): a command of the DevTools protocol,
  * evaluate(expression): its value, said: what the console said and what was thrown, ended: a promise, close()}.
  */
 export async function openPage(chromium, page, {width = 480, height = 400} = {}) {
@@ -56,16 +56,18 @@ export async function openPage(chromium, page, {width = 480, height = 400} = {})
   const send = (method, params) => command(method, params, sessionId);
   await send('Runtime.enable');
   await send('Network.enable');
-  await send('Network.emulateNetworkConditions', {offline: true, latency: 0, downloadThroughput: 0, uploadThroughput: 0});
+  const served = page.startsWith('http://');
+  const network = {offline: !served, latency: 0, downloadThroughput: served ? -1 : 0, uploadThroughput: served ? -1 : 0};
+  await send('Network.emulateNetworkConditions', network);
   await send('Page.enable');
-  await send('Page.navigate', {url: 'file://' + path.resolve(page)});
+  await send('Page.navigate', {url: served ? page : 'file://' + path.resolve(page)});
   const evaluate = async (expression) => {
     const answer = await send('Runtime.evaluate', {expression, awaitPromise: true, returnByValue: true});
     const wrong = answer.exceptionDetails;
     if (wrong) throw new Error(wrong.exception?.description ?? wrong.text);
     return answer.result.value;
   };
-  while (await evaluate('document.readyState + location.protocol') !== 'completefile:')
+  while (await evaluate('document.readyState + location.protocol') !== (served ? 'completehttp:' : 'completefile:'))
     await new Promise((done) => setTimeout(done, 100));
   return {send, evaluate, said, ended, close};
 }

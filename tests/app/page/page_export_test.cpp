@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "app/simulate/recording.h"
+#include "app/live/recording.h"
 #include "gaussians/base/error.h"
 #include "tests/app/fit_video_scene.h"
 
@@ -72,7 +72,7 @@ TEST_F(PageExport, ARecordingThatIsNoneIsRefusedByItsField) {
   EXPECT_EQ(parsed.frames, 5);
   EXPECT_EQ(parsed.settings.at(0).settings.young_scale, 2);
   const std::vector<std::pair<std::string, json>> changes = {
-      {"format", "another"}, {"version", 2},      {"drivers", "many"},
+      {"format", "another"}, {"version", 3},      {"drivers", "many"},
       {"frames", -1},        {"solver_fps", 0},   {"settings", {{{"frame", 0}, {"young_scale", 0}}}},
       {"unpinned", 3},       {"clustered_to", -1}};
   for (const auto& [field, value] : changes) {

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "app/page/interaction_numbers.h"
 #include "app/page/page_assets.h"
 #include "gaussians/io/files/files.h"
 #include "physics/simulate/session.h"
@@ -58,7 +59,7 @@ std::vector<float> native(const Case& c, json& script) {
   for (int f = 0; f < kFrames; ++f) {
     if (f == 2) {
       grab = session.begin(c.grab);
-      script.push_back({{"frame", f}, {"begin", solver_numbers(c.grab)}});
+      script.push_back({{"frame", f}, {"begin", numbers_of(c.grab)}});
     }
     if (f >= 2 && f < 14) {
       const Vec3d hand = session.history()[grab].path.front().position + Vec3d(0.002, 0.001, 0) * (f - 1);
@@ -67,7 +68,7 @@ std::vector<float> native(const Case& c, json& script) {
     }
     if (f == 10) {
       session.begin(c.wind);
-      script.push_back({{"frame", f}, {"begin", solver_numbers(c.wind)}});
+      script.push_back({{"frame", f}, {"begin", numbers_of(c.wind)}});
     }
     if (f == 14) {
       session.end(grab);
@@ -106,7 +107,7 @@ class PageSolver : public ::testing::Test {
     std::vector<float> position;
     for (const Vec3f& x : c.particles.position) position.insert(position.end(), x.data(), x.data() + 3);
     out["position"] = position;
-    for (const Interaction& it : c.held) out["held"].push_back(solver_numbers(it));
+    for (const Interaction& it : c.held) out["held"].push_back(numbers_of(it));
     return out;
   }
 
@@ -166,7 +167,7 @@ TEST_F(PageSolver, ErrorsReachThePageWithTheirText) {
   json description = described(c);
   Interaction nowhere = c.grab;
   nowhere.region = Region::sphere(Vec3d(5, 5, 5), 0.01);
-  description["script"] = {{{"frame", 0}, {"begin", solver_numbers(nowhere)}}};
+  description["script"] = {{{"frame", 0}, {"begin", numbers_of(nowhere)}}};
   const json printed = run(description);
   ASSERT_TRUE(printed.contains("error"));
   EXPECT_NE(printed["error"].get<std::string>().find("touches no particle"), std::string::npos) << printed;

@@ -146,7 +146,9 @@ TEST_F(Clip, TheLayersDepthIsTheDistanceInMetres) {
     for (int y = 0; y < depth.rows; ++y)
       for (int x = 0; x < depth.cols; ++x) {
         const int alpha = color.at<cv::Vec4b>(y, x)[3];
-        if (alpha == 0) EXPECT_EQ(depth.at<uint16_t>(y, x), 0);
+        if (alpha == 0) {
+          EXPECT_EQ(depth.at<uint16_t>(y, x), 0);
+        }
         if (alpha < 250) continue;
         ++solid;
         const double metres = depth.at<uint16_t>(y, x) * layer["metres_per_depth_step"].get<double>();

@@ -1,4 +1,4 @@
-#include "app/simulate/recording.h"
+#include "app/live/recording.h"
 
 #include <fmt/format.h>
 
@@ -41,15 +41,6 @@ const json& rows_of(const json& all, const char* field, const std::string& file)
   return all[field];
 }
 
-/// The particles of the level that the page ran.
-ParticleFile level_of(const Recording& recording, const ParticleFile& file, const Scene& scene) {
-  ParticleFile level = recording.clustered_to > 0 ? with_drivers(file, scene, recording.clustered_to) : file;
-  const size_t found = level.driving_position.size();
-  if (found == recording.drivers) return level;
-  throw input_error("recording", "drivers", fmt::format("is {}; the object has {}", recording.drivers, found),
-                    "use the run directory that the page was made from");
-}
-
 /// What happens between two frames.
 void apply(const Recording& recording, int frame, Session& session, std::vector<int>& number) {
   for (const Recording::Release& release : recording.released)
@@ -69,15 +60,29 @@ void apply(const Recording& recording, int frame, Session& session, std::vector<
 Recording parse_recording(const std::string& text, const Scene& scene, const std::string& file) {
   const json all = json::parse(text, nullptr, false);
   if (all.is_discarded() || required(all, "format", file) != "pliant-recording")
-    throw input_error(file, "format", "is not that of a recording", "give a recording.json that a clip.html has saved");
-  if (number(all, "version", file, 1, INFINITY) != 1)
+    throw input_error(file, "format", "is not that of a recording",
+                      "give a recording.json that a clip.html or `pliant view` has saved");
+  const double version = number(all, "version", file, 1, INFINITY);
+  if (version != 1 && version != 2)
     throw input_error(file, "version", "is " + all["version"].dump(), "use a later version of Pliant");
   Recording out;
-  out.drivers = static_cast<size_t>(number(all, "drivers", file, 1, 1e9));
-  out.clustered_to = static_cast<int>(number(all, "clustered_to", file, 0, 1e9));
-  out.start_frame = static_cast<size_t>(number(all, "start_frame", file, 0, 1e9));
+  out.start.drivers = static_cast<size_t>(number(all, "drivers", file, 1, 1e9));
+  out.start.clustered_to = static_cast<int>(number(all, "clustered_to", file, 0, 1e9));
+  out.start.frame = static_cast<size_t>(number(all, "start_frame", file, 0, 1e9));
   out.frames = static_cast<int>(number(all, "frames", file, 0, kMostFrames));
   out.fps = number(all, "solver_fps", file, 1, 1000);
+  const InteractionFrame frame{scene.metres_per_unit, scene.up};
+  if (version == 2) {
+    required(all, "commands", file);
+    for (const json& row : rows_of(all, "commands", file)) {
+      if (!row.is_array() || row.size() != 2 || !row[0].is_number_integer() || !(row[0] >= 0 && row[0] <= out.frames))
+        throw input_error(file, "commands", "has " + row.dump().substr(0, 60), "give [frame, command]");
+      out.commands.emplace_back(row[0].get<int>(), parse_command(row[1], frame, file));
+      if (out.commands.size() > 1 && out.commands.back().first < out.commands[out.commands.size() - 2].first)
+        throw input_error(file, "commands", "go back in time", "give them in the order of their frames");
+    }
+    return out;
+  }
   for (const json& row : rows_of(all, "settings", file)) {
     Recording::Change change;
     change.frame = static_cast<int>(number(row, "frame", file, 0, kMostFrames));
@@ -92,64 +97,75 @@ Recording parse_recording(const std::string& text, const Scene& scene, const std
     }
     out.settings.push_back(change);
   }
-  out.interactions =
-      parse_interactions(rows_of(all, "interactions", file).dump(), {scene.metres_per_unit, scene.up}, file);
+  out.interactions = parse_interactions(rows_of(all, "interactions", file).dump(), frame, file);
   for (const json& row : rows_of(all, "unpinned", file))
     out.released.push_back({static_cast<int>(number(row, "frame", file, 0, kMostFrames)),
                             static_cast<int>(number(row, "held", file, 0, 1e6))});
   return out;
 }
 
+json recording_json(const LiveStart& start, double fps, const LiveSession& session) {
+  return {{"format", "pliant-recording"}, {"version", 2},
+          {"drivers", start.drivers},     {"clustered_to", start.clustered_to},
+          {"start_frame", start.frame},   {"solver_fps", fps},
+          {"frames", session.frames()},   {"commands", session.history()}};
+}
+
 json replay_recording(const Context& context, RunDirectory& run, const Scene& scene, const fs::path& file) {
   const Recording recording = parse_recording(read_text(file), scene, file.string());
   const std::string folder = object_folder(run);
-  const MovingScene moving = load_moving_scene(moving_scene_files(run), scene);
-  SessionSetup setup = session_setup(run, scene, moving.particles);
-  if (!setup.refused.empty())
-    throw usage_error("--recording", file.string(), "cannot be replayed: " + setup.refused, "simulate again");
-  if (recording.start_frame >= moving.trajectory.frames.size())
-    throw input_error(file.string(), "start_frame", fmt::format("is {}", recording.start_frame),
-                      fmt::format("the clip has {} frames", moving.trajectory.frames.size()));
-  const ParticleFile level = level_of(recording, moving.particles, scene);
-  const SimulatedBody body = make_body(level, scene, setup.solid, setup.material);
-  setup.options.fps = recording.fps;
-  const std::vector<DriverFrame> motion = motion_of(moving, level);
-  Session session(
-      setup.options, body.particles, setup.held,
-      state_of(motion, recording.start_frame, moving.trajectory.fps, scene.metres_per_unit, body.particles));
+  LiveScene live = load_live_scene(run, scene, "--recording");
+  live.setup.options.fps = recording.fps;
+  const LiveBody start(live, recording.start, file.string());
 
   TrajectoryFile out;
-  out.object = moving.trajectory.object;
+  out.object = live.moving.trajectory.object;
   out.fps = recording.fps;
   out.metres_per_unit = scene.metres_per_unit;
-  out.cell_size = level.cell_size;
+  out.cell_size = start.level.cell_size;
   out.up = scene.up;
   const float units = static_cast<float>(1 / scene.metres_per_unit);
   int64_t steps = 0;
-  const auto keep = [&] {
-    const SimulationState& state = session.state();
-    TrajectoryFile::Frame frame{state.time, steps, {}, state.v, state.F};
-    for (const Vec3f& x : state.x) frame.position.push_back(units * x);
-    out.frames.push_back(std::move(frame));
+  const auto keep = [&](const SimulationState& state, int frame) {
+    TrajectoryFile::Frame kept{frame / recording.fps, steps, {}, state.v, state.F};
+    for (const Vec3f& x : state.x) kept.position.push_back(units * x);
+    out.frames.push_back(std::move(kept));
   };
-  keep();
-  std::vector<int> number(recording.interactions.size(), -1);
-  context.progress.begin("recording", recording.frames);
-  for (int f = 0; f < recording.frames; ++f) {
-    if (context.interrupted())
-      throw Error(Failure::kInterrupted, "simulate", "", "interrupted", "run the same command again");
-    apply(recording, f, session, number);
-    session.advance();
-    steps += session.substeps();
-    keep();
-    context.progress.done(f + 1);
+  const auto replay = [&](auto& session, auto&& advance) {
+    keep(session.state(), 0);
+    context.progress.begin("recording", recording.frames);
+    for (int f = 0; f < recording.frames; ++f) {
+      if (context.interrupted())
+        throw Error(Failure::kInterrupted, "simulate", "", "interrupted", "run the same command again");
+      steps += advance(f);
+      keep(session.state(), f + 1);
+      context.progress.done(f + 1);
+    }
+    context.progress.end();
+  };
+  const SimulateOptions& options = live.setup.options;
+  if (recording.commands.empty()) {
+    Session session(options, start.body.particles, live.setup.held, start.state);
+    std::vector<int> number(recording.interactions.size(), -1);
+    replay(session, [&](int f) {
+      apply(recording, f, session, number);
+      session.advance();
+      return session.substeps();
+    });
+  } else {
+    LiveSession session(options, start.body.particles, live.setup.held, start.state);
+    auto next = recording.commands.begin();
+    replay(session, [&](int f) {
+      std::vector<LiveCommand> now;
+      for (; next != recording.commands.end() && next->first <= f; ++next) now.push_back(next->second);
+      return session.step(now).substeps;
+    });
   }
-  context.progress.end();
   const fs::path target = run / (folder + "/recording.h5");
   write_trajectory(target, out, json({{"recording", hash_of_input(file)}}).dump());
   context.progress.say(fmt::format("simulate: {} frames of {} driving particles in {}", recording.frames,
-                                   recording.drivers, target.string()));
-  return {{"file", target.string()}, {"frames", recording.frames}, {"drivers", recording.drivers}};
+                                   recording.start.drivers, target.string()));
+  return {{"file", target.string()}, {"frames", recording.frames}, {"drivers", recording.start.drivers}};
 }
 
 }  // namespace pliant

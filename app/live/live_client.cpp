@@ -1,0 +1,183 @@
+#include "app/live/live_client.h"
+
+#include <fmt/format.h>
+
+#include "app/live/recording.h"
+#include "app/page/interaction_numbers.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
+
+namespace pliant {
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+constexpr size_t kMostWaiting = 1000;  // messages
+constexpr size_t kMostPending = 4096;  // commands
+constexpr auto kSaveEvery = std::chrono::seconds(1);
+
+/// The first live_NNNN.json that does not exist.
+fs::path fresh_file(const fs::path& folder) {
+  for (int k = 1;; ++k)
+    if (const fs::path file = folder / fmt::format("live_{:04}.json", k); !fs::exists(file)) return file;
+}
+
+}  // namespace
+
+LiveClient::LiveClient(const LiveScene& scene, fs::path recordings, std::shared_ptr<Connection> connection)
+    : scene_(scene),
+      recordings_(std::move(recordings)),
+      connection_(std::move(connection)),
+      thread_([this] { work(); }) {}
+
+LiveClient::~LiveClient() {
+  {
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
+  }
+  wake_.notify_one();
+  thread_.join();
+}
+
+void LiveClient::receive(std::string text) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (inbox_.size() >= kMostWaiting) {
+      connection_->close();
+      return;
+    }
+    inbox_.push_back(std::move(text));
+  }
+  wake_.notify_one();
+}
+
+/// Handles messages as they come, and frames when they are due.
+void LiveClient::work() {
+  const auto period =
+      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / scene_.setup.options.fps));
+  std::unique_lock lock(mutex_);
+  while (!ended_) {
+    const auto woken = [&] { return ended_ || !inbox_.empty(); };
+    if (running_)
+      wake_.wait_until(lock, due_, woken);
+    else
+      wake_.wait(lock, woken);
+    std::deque<std::string> messages;
+    messages.swap(inbox_);
+    lock.unlock();
+    for (const std::string& text : messages) handle(text);
+    if (running_ && Clock::now() >= due_) {
+      try {
+        advance();
+        if (connection_->idle()) send_state({});
+      } catch (const Error& error) {
+        running_ = false;
+        connection_->send_text(error_message({}, error.what()));
+      }
+      // What is late stays late: slow motion.
+      due_ = std::max(due_ + period, Clock::now());
+    }
+    if (session_ && Clock::now() - saved_ > kSaveEvery) save(false);
+    lock.lock();
+  }
+  lock.unlock();
+  save(true);
+}
+
+void LiveClient::handle(const std::string& text) {
+  std::optional<int> id;
+  try {
+    // The id goes into the answer even where the rest is refused.
+    const json all = json::parse(text, nullptr, false);
+    if (all.is_object() && all.contains("id") && all["id"].is_number_unsigned()) id = all["id"].get<int>();
+    LiveRequest request = parse_request(text, scene_.frame(), scene_.drivers());
+    id = request.id;
+    if (request.start) begin(*request.start);
+    if (!session_ && (!request.commands.empty() || request.frames > 0 || request.run.value_or(false)))
+      begin({scene_.drivers(), 0, 0});
+    if (pending_.size() + request.commands.size() > kMostPending)
+      throw usage_error("message", "commands", "are too many before a frame", "ask for frames, or run");
+    pending_.insert(pending_.end(), std::make_move_iterator(request.commands.begin()),
+                    std::make_move_iterator(request.commands.end()));
+    if (request.run) {
+      running_ = *request.run;
+      due_ = Clock::now();
+    }
+    for (int f = 0; f < request.frames; ++f) advance();
+    if (request.frames > 0) {
+      send_state(id);
+    } else if (id) {
+      json answer = request.describe ? description() : json::object();
+      answer["id"] = *id;
+      connection_->send_text(answer.dump());
+    }
+  } catch (const Error& error) {
+    connection_->send_text(error_message(id, error.what()));
+  } catch (const std::exception& error) {
+    connection_->send_text(error_message(id, std::string("failed: ") + error.what()));
+  }
+}
+
+void LiveClient::begin(const LiveStart& start) {
+  save(true);
+  session_.reset();
+  pending_.clear();
+  answer_ = {};
+  running_ = false;
+  const bool same = body_ && start.drivers == start_.drivers && start.clustered_to == start_.clustered_to &&
+                    start.frame == start_.frame;
+  if (!same) body_ = std::make_unique<LiveBody>(scene_, start, "start");
+  start_ = start;
+  session_ =
+      std::make_unique<LiveSession>(scene_.setup.options, body_->body.particles, scene_.setup.held, body_->state);
+}
+
+void LiveClient::advance() {
+  std::vector<LiveCommand> commands;
+  commands.swap(pending_);
+  LiveAnswer next = session_->step(commands);
+  next.holds.insert(next.holds.begin(), answer_.holds.begin(), answer_.holds.end());
+  if (next.failed.empty()) next.failed = answer_.failed;
+  answer_ = std::move(next);
+}
+
+void LiveClient::send_state(std::optional<int> id) {
+  connection_->send_bytes(state_message(*session_, answer_, id, scene_.scene.metres_per_unit));
+  answer_ = {};
+}
+
+void LiveClient::save(bool ended) {
+  saved_ = Clock::now();
+  if (!session_ || session_->history().empty() || (!ended && session_->history().size() == saved_commands_)) return;
+  try {
+    fs::create_directories(recordings_);
+    if (file_.empty()) file_ = fresh_file(recordings_);
+    write_text(file_, recording_json(start_, scene_.setup.options.fps, *session_).dump(1) + "\n");
+    saved_commands_ = session_->history().size();
+  } catch (const std::exception& error) {
+    connection_->send_text(error_message({}, std::string("the recording cannot be kept: ") + error.what()));
+  }
+  if (!ended) return;
+  file_.clear();
+  saved_commands_ = 0;
+}
+
+json LiveClient::description() const {
+  const SimulateOptions& options = scene_.setup.options;
+  json held = json::array();
+  for (const Interaction& it : scene_.setup.held) held.push_back(numbers_of(it));
+  const Vec3d& up = scene_.scene.up;
+  json out = {{"drivers", scene_.drivers()},
+              {"fps", options.fps},
+              {"metres_per_unit", scene_.scene.metres_per_unit},
+              {"up", {up.x(), up.y(), up.z()}},
+              {"gravity", {options.gravity.x(), options.gravity.y(), options.gravity.z()}},
+              {"damping_time", options.damping_time},
+              {"height", scene_.setup.height},
+              {"held", held}};
+  if (body_) out["mass"] = body_->body.particles.total_mass();
+  return out;
+}
+
+}  // namespace pliant

@@ -1,0 +1,124 @@
+#include "app/live/live_session.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+constexpr int kMostSubsteps = 2000;  // of a frame, which a person waits for
+constexpr size_t kMostActive = 64;   // interactions at a time
+
+bool finite(const SimulationState& state) {
+  float sum = 0;
+  for (const Vec3f& x : state.x) sum += x.sum();
+  for (const Vec3f& v : state.v) sum += v.sum();
+  for (const Mat3f& F : state.F) sum += F.sum();
+  return std::isfinite(sum);
+}
+
+SimulationState at_rest(SimulationState state) {
+  for (Vec3f& v : state.v) v.setZero();
+  for (Vec3f& v : state.node_velocity) v.setZero();
+  return state;
+}
+
+}  // namespace
+
+LiveSession::LiveSession(const SimulateOptions& options, const Particles& particles,
+                         const std::vector<Interaction>& held, const SimulationState& start)
+    : options_(options), particles_(particles), first_(start) {
+  options_.max_substeps = kMostSubsteps;
+  for (size_t k = 0; k < held.size(); ++k) held_[static_cast<int>(k)] = held[k];
+  open(start);
+}
+
+void LiveSession::open(const SimulationState& start) {
+  std::vector<Interaction> held;
+  active_.clear();
+  for (const auto& [number, it] : held_) {
+    active_[number] = Active(static_cast<int>(held.size()));
+    held.push_back(it);
+  }
+  SimulationState state = start;
+  state.frame = 0;
+  state.time = 0;
+  session_ = std::make_unique<Session>(options_, particles_, held, std::move(state));
+}
+
+void LiveSession::apply(const LiveCommand& command, LiveAnswer& answer) {
+  const auto it = active_.find(command.number);
+  switch (command.kind) {
+    case LiveCommand::Kind::kBegin: {
+      if (it != active_.end() || active_.size() >= kMostActive)
+        throw usage_error("begin", std::to_string(command.number),
+                          it != active_.end() ? "is the number of what acts already" : "is one too many",
+                          "end something first");
+      const int in_session = session_->begin(command.interaction);
+      const InteractionType type = command.interaction.type;
+      Active& active = active_[command.number] = Active(in_session);
+      active.follows = type == InteractionType::kGrab || type == InteractionType::kPoke;
+      if (type == InteractionType::kGrab) {
+        active.hold = session_->history()[in_session].path.front().position;
+        answer.holds.emplace_back(command.number, *active.hold);
+      }
+      break;
+    }
+    case LiveCommand::Kind::kMove:
+      if (it != active_.end() && it->second.follows) session_->move(it->second.in_session, command.place);
+      break;
+    case LiveCommand::Kind::kDrag:
+      if (it != active_.end() && it->second.hold)
+        session_->move(it->second.in_session, *it->second.hold + command.place);
+      break;
+    case LiveCommand::Kind::kEnd:
+      if (it != active_.end()) session_->end(it->second.in_session);
+      active_.erase(command.number);
+      held_.erase(command.number);
+      break;
+    case LiveCommand::Kind::kSet:
+      session_->set(command.settings);
+      break;
+  }
+}
+
+LiveAnswer LiveSession::step(std::span<const LiveCommand> commands) {
+  LiveAnswer answer;
+  for (const LiveCommand& command : commands) history_.push_back({frames_, command.text});
+  const SimulationState good = session_->state();
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    for (const LiveCommand& command : commands) apply(command, answer);
+    session_->advance();
+    if (!finite(session_->state())) throw numerical_error("simulate", "the motion is not finite", "push less");
+  } catch (const Error& error) {
+    answer.failed = error.what();
+    recover(good);
+  }
+  ++frames_;
+  answer.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  answer.substeps = session_->substeps();
+  for (const auto& [number, active] : active_) answer.forces.emplace_back(number, session_->force(active.in_session));
+  return answer;
+}
+
+/// One frame from the first of these states with which it works.
+void LiveSession::recover(const SimulationState& good) {
+  const SimulationState states[] = {good, at_rest(good), at_rest(first_)};
+  for (const SimulationState& state : states) {
+    try {
+      open(state);
+      session_->advance();
+      if (finite(session_->state())) return;
+    } catch (const Error&) {
+      if (&state == &states[2]) throw;
+    }
+  }
+  throw numerical_error("simulate", "not even the body at rest can be simulated", "simulate it again");
+}
+
+}  // namespace pliant

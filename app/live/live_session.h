@@ -1,0 +1,62 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "app/live/live_command.h"
+
+namespace pliant {
+
+/// What a step says beside the state.
+struct LiveAnswer {
+  int substeps = 0;
+  double ms = 0;                              ///< wall time
+  std::vector<std::pair<int, Vec3d>> forces;  ///< mean in the frame of what acts, by number [N]
+  std::vector<std::pair<int, Vec3d>> holds;   ///< where grabs that began took hold [m]
+  std::string failed;                         ///< why the solver failed and was started anew; empty = it did not
+};
+
+/// A body under commands, which survives what a person may do to it: where the solver fails, it goes on from the last
+/// good frame without what was begun and with the settings of the body; where it fails there too, from that frame
+/// without velocities, else from the start.  The same commands at the same frames give the same motion bit for bit.
+class LiveSession {
+ public:
+  LiveSession(const SimulateOptions& options, const Particles& particles, const std::vector<Interaction>& held,
+              const SimulationState& start);
+
+  /// Commands in order, then a frame.  Throws Error{kNumerical} where not even the start can be simulated.
+  LiveAnswer step(std::span<const LiveCommand> commands);
+
+  const SimulationState& state() const { return session_->state(); }
+  const Particles& particles() const { return particles_; }
+  int frames() const { return frames_; }  ///< since the start, failures included
+  double time() const { return frames_ / options_.fps; }
+  /// Commands so far with the frame before which they took effect: [[frame, command], ...].
+  const nlohmann::json& history() const { return history_; }
+
+ private:
+  struct Active {
+    Active() = default;
+    explicit Active(int number) : in_session(number) {}
+    int in_session = 0;
+    bool follows = false;       // a path that `move` goes on with
+    std::optional<Vec3d> hold;  // of a grab, m
+  };
+
+  void open(const SimulationState& start);
+  void apply(const LiveCommand& command, LiveAnswer& answer);
+  void recover(const SimulationState& good);
+
+  SimulateOptions options_;
+  Particles particles_;
+  SimulationState first_;
+  std::map<int, Interaction> held_;  // that have not been ended
+  std::map<int, Active> active_;
+  std::unique_ptr<Session> session_;
+  nlohmann::json history_ = nlohmann::json::array();
+  int frames_ = 0;
+};
+
+}  // namespace pliant

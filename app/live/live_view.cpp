@@ -1,0 +1,95 @@
+#include "app/live/live_view.h"
+
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "app/live/live_client.h"
+#include "app/page/page_stage.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
+
+extern char** environ;
+
+namespace pliant {
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+constexpr size_t kPageSize = 32'000'000;  // bytes
+
+/// Starts the default browser, where there is a desktop; true when it was started.
+bool open_browser(const std::string& url) {
+  if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) return false;
+  std::string program = "xdg-open", argument = url;
+  char* const arguments[] = {program.data(), argument.data(), nullptr};
+  pid_t process = 0;
+  if (posix_spawnp(&process, program.c_str(), nullptr, nullptr, arguments, environ) != 0) return false;
+  int status = 0;
+  return waitpid(process, &status, 0) == process && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+void replace_once(std::string& text, const std::string& mark, const std::string& by) {
+  const size_t at = text.find(mark);
+  CHECK_MSG(at != std::string::npos, "mark of the page's template");
+  text.replace(at, mark.size(), by);
+}
+
+}  // namespace
+
+LocalServer::Page live_page(std::string html) {
+  const std::string policy = "default-src 'none'; ",
+                    mark = "http-equiv=\"Content-Security-Policy\" content=\"" + policy;
+  const std::string connects = "connect-src 'self'; ";
+  replace_once(html, mark, mark + connects);
+  replace_once(html, "<title>", "<meta name=\"pliant-live\" content=\"live\">\n<title>");
+  const size_t begin = html.find(mark) + mark.size() - policy.size(), end = html.find('"', begin);
+  return {"text/html; charset=utf-8", html, html.substr(begin, end - begin) + "; frame-ancestors 'none'"};
+}
+
+json run_view(const Context& context, const RunDirectory& run, const Scene& scene, const ViewOptions& options) {
+  const LiveScene live = load_live_scene(run, scene, "view");
+  // A page of its own, as clip.html may be smaller than this machine needs.
+  const fs::path file = run / "view.html";
+  PageStage stage;
+  stage.size = kPageSize;
+  export_page(context, run, scene, stage, file);
+  const LocalServer::Page page = live_page(read_text(file));
+  fs::remove(file);
+  const fs::path recordings = run / "recordings";
+  LocalServer server(options.server, {[&](std::string_view path) { return path.empty() ? &page : nullptr; },
+                                      [&](std::shared_ptr<Connection> connection) {
+                                        return std::make_unique<LiveClient>(live, recordings, std::move(connection));
+                                      }});
+  const std::string url = server.url();
+  if (options.server.allow_remote)
+    context.progress.warn("view: whoever has the address below can move the object, and nothing is encrypted");
+  const bool opened = options.browser && open_browser(url);
+  context.progress.say(fmt::format("view: {} {}; Ctrl-C ends", opened ? "opened" : "open", url));
+  server.run([&] { return context.interrupted(); });
+  return {{"url", url}};
+}
+
+OptionTable options_of(ViewOptions& options) {
+  return {"view",
+          {{.name = "port",
+            .field = &options.server.port,
+            .help = "Port to listen at; 0 = any that is free",
+            .value = "N",
+            .low = 0,
+            .high = 65535},
+           {.name = "host", .field = &options.server.host, .help = "Address to listen at", .value = "IP"},
+           {.name = "allow-remote",
+            .field = &options.server.allow_remote,
+            .help = "Let other machines in, with --host; nothing is encrypted"},
+           {.name = "no-browser",
+            .field = &options.browser,
+            .help = "Do not open the page in the default browser",
+            .off = true}}};
+}
+
+}  // namespace pliant

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace pliant {
+
+/// What a handler may do with a client's WebSocket, from any thread.
+class Connection {
+ public:
+  virtual ~Connection() = default;
+  virtual void send_text(std::string text) = 0;
+  virtual void send_bytes(std::string bytes) = 0;
+  /// Nothing waits to be written: a client that reads slowly is sent fewer frames.
+  virtual bool idle() const = 0;
+  virtual void close() = 0;
+};
+
+/// A client whose WebSocket is open; destroyed when it has gone.
+class Client {
+ public:
+  virtual ~Client() = default;
+  /// A text message.  Returns at once.
+  virtual void receive(std::string text) = 0;
+};
+
+struct LocalServerOptions {
+  std::string host = "127.0.0.1";  ///< address to listen at
+  int port = 0;                    ///< 0 = any that is free
+  bool allow_remote = false;       ///< addresses other than loopback, and any Host header
+  // What clients may cost.
+  int most_connections = 32, most_clients = 4;
+  size_t most_header = 8 << 10, most_message = 64 << 10;  ///< bytes
+  size_t most_unread = 64 << 20;                          ///< bytes that wait for a client before it is dropped
+  double messages_per_second = 240;                       ///< after a burst of twice as many; then they wait
+  double read_timeout = 5, idle_timeout = 60;             ///< s, of a request and of a WebSocket
+};
+
+/// HTTP and WebSocket for one person on one machine (Boost.Beast).  Everything lies below a random token, so that no
+/// other page or user can reach it: http://HOST:PORT/TOKEN/.  Requests with another Host, WebSockets with another
+/// Origin, methods other than GET and HEAD, and whatever lies outside are refused.
+class LocalServer {
+ public:
+  struct Page {
+    std::string type, body;
+    std::string security_policy;  ///< Content-Security-Policy
+  };
+  struct Handler {
+    std::function<const Page*(std::string_view path)> page;  ///< below the token, such as ""; null = there is none
+    /// At TOKEN/live.
+    std::function<std::unique_ptr<Client>(std::shared_ptr<Connection>)> connect;
+  };
+
+  /// Throws Error{kUsage} where the address is not loopback and not allowed, or cannot be used.
+  LocalServer(const LocalServerOptions& options, Handler handler);
+  ~LocalServer();
+
+  int port() const;
+  std::string url() const;  ///< with the token
+  /// Serves until `stop` is true, which is asked several times a second.
+  void run(const std::function<bool()>& stop);
+
+  struct State;  ///< of its implementation
+
+ private:
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace pliant

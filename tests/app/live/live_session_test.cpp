@@ -1,0 +1,166 @@
+#include "app/live/live_session.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "app/live/live_messages.h"
+#include "app/page/interaction_numbers.h"
+#include "gaussians/base/error.h"
+#include "gaussians/base/random.h"
+#include "tests/physics/shapes.h"
+
+namespace pliant {
+namespace {
+
+using nlohmann::json;
+
+/// A bar, pinned at its foot.
+struct PlayedBar {
+  SimulateOptions options;
+  Particles particles = fixture::block<float>({0.03, 0.03, 0.08}, 0.01, 0.5, 2e4, 0.3, 800);
+  std::vector<Interaction> held;
+
+  PlayedBar() {
+    options.fps = 60;
+    options.damping_time = 0.4;
+    Interaction pin;
+    pin.type = InteractionType::kPin;
+    pin.region = Region::half_space(Vec3d(0, 0, 0.015), Vec3d(0, 0, 1));
+    held = {pin};
+  }
+  LiveSession session() const { return {options, particles, held, initial_state(particles)}; }
+};
+
+LiveCommand command(const json& value) { return parse_command(value, {1, {0, 0, 1}}, "test"); }
+
+json grab_of(int number, const Vec3d& centre, double radius) {
+  Interaction grab;
+  grab.type = InteractionType::kGrab;
+  grab.region = Region::sphere(centre, radius);
+  return {"begin", number, numbers_of(grab)};
+}
+
+bool same_bits(const SimulationState& a, const SimulationState& b) {
+  return a.size() == b.size() && std::memcmp(a.x.data(), b.x.data(), a.size() * sizeof(Vec3f)) == 0 &&
+         std::memcmp(a.v.data(), b.v.data(), a.size() * sizeof(Vec3f)) == 0 &&
+         std::memcmp(a.F.data(), b.F.data(), a.size() * sizeof(Mat3f)) == 0;
+}
+
+// Replay: the history of a session, given as JSON to another one, gives the same bits, whatever was done.
+TEST(LiveSession, WhatWasDoneDoneAgainGivesTheSameBits) {
+  const PlayedBar bar;
+  LiveSession first = bar.session();
+  Random random(7);
+  const auto draw = [&] { return 0.02 * random.normal(); };
+  std::vector<int> acting;
+  int next = 100;
+  for (int frame = 0; frame < 90; ++frame) {
+    std::vector<LiveCommand> commands;
+    if (random.uniform() < 0.15) {
+      commands.push_back(command(grab_of(next, {0.015 + draw(), 0.015 + draw(), 0.07}, 0.03)));
+      acting.push_back(next++);
+    }
+    for (const int number : acting)
+      if (random.uniform() < 0.5) commands.push_back(command({"drag", number, draw(), draw(), draw()}));
+    if (!acting.empty() && random.uniform() < 0.1) {
+      commands.push_back(command({"end", acting.back()}));
+      acting.pop_back();
+    }
+    if (random.uniform() < 0.05)
+      commands.push_back(command({"set", std::pow(10.0, random.normal() / 3), 0.3, draw(), 0, -9.81}));
+    first.step(commands);
+  }
+  ASSERT_GT(first.history().size(), 40u);
+  const json text = json::parse(first.history().dump());
+  LiveSession again = bar.session();
+  size_t next_row = 0;
+  for (int frame = 0; frame < first.frames(); ++frame) {
+    std::vector<LiveCommand> commands;
+    for (; next_row < text.size() && text[next_row][0] == frame; ++next_row)
+      commands.push_back(command(text[next_row][1]));
+    again.step(commands);
+  }
+  EXPECT_TRUE(same_bits(first.state(), again.state()));
+  EXPECT_GT((first.state().x.back() - bar.particles.position.back()).norm(), 1e-4f) << "something moved";
+}
+
+// The force that is read back is the one that was ordered, in newtons.
+TEST(LiveSession, APushIsAsStrongAsItSays) {
+  const PlayedBar bar;
+  LiveSession session = bar.session();
+  const json push = {{"type", "point_force"}, {"region", "all"}, {"force", {0.003, 0, -0.001}}};
+  const std::vector<LiveCommand> begin = {command({"begin", 5, push})};
+  LiveAnswer answer = session.step(begin);
+  answer = session.step({});
+  const auto found = std::find_if(answer.forces.begin(), answer.forces.end(), [](auto& f) { return f.first == 5; });
+  ASSERT_NE(found, answer.forces.end());
+  EXPECT_NEAR((found->second - Vec3d(0.003, 0, -0.001)).norm(), 0, 1e-8);
+  session.step(std::vector<LiveCommand>{command({"end", 5})});
+  EXPECT_EQ(session.step({}).forces.size(), bar.held.size());
+}
+
+// What no solver can follow ends what was begun, not the session.
+TEST(LiveSession, GoesOnAfterWhatTheSolverCannotFollow) {
+  const PlayedBar bar;
+  LiveSession session = bar.session();
+  const json push = {{"type", "impulse"}, {"region", "all"}, {"impulse", {1e7, 0, 0}}};
+  const LiveAnswer failed = session.step(std::vector<LiveCommand>{command({"begin", 9, push})});
+  EXPECT_FALSE(failed.failed.empty());
+  for (int frame = 0; frame < 20; ++frame) EXPECT_TRUE(session.step({}).failed.empty());
+  for (const Vec3f& x : session.state().x) ASSERT_TRUE(x.allFinite());
+  // A grab of nothing, a number that acts already and moves of what is not there do no harm either.
+  EXPECT_FALSE(session.step(std::vector<LiveCommand>{command(grab_of(3, {5, 5, 5}, 0.01))}).failed.empty());
+  session.step(
+      std::vector<LiveCommand>{command({"move", 77, 0, 0, 0}), command({"move", 0, 0, 0, 0}), command({"end", 12345})});
+  EXPECT_EQ(session.frames(), 23);
+}
+
+TEST(LiveCommand, RefusesWhatIsNoCommand) {
+  const json good = grab_of(3, {0, 0, 0}, 0.01);
+  EXPECT_NO_THROW(command(good));
+  std::vector<json> bad = {nullptr,
+                           3,
+                           "begin",
+                           json::array(),
+                           {"begin"},
+                           {"begin", 1},
+                           {"begin", 1, 2},
+                           {"begin", -1, good[2]},
+                           {"begin", 1.5, good[2]},
+                           {"begin", 1, {{"type", "nothing"}}},
+                           {"begin", 1, json::array({1, 2})},
+                           {"move", 1, 0, 0},
+                           {"move", 1, 0, 0, "x"},
+                           {"move", 1, 0, 0, 1e300},
+                           {"drag", "1", 0, 0, 0},
+                           {"end"},
+                           {"end", 1, 2},
+                           {"set", 0, 0, 0, 0, 0},
+                           {"set", 1, -1, 0, 0, 0},
+                           {"set", 1, 1, 0, 0},
+                           {"fly", 1}};
+  for (const size_t at : {0u, 2u, 20u})  // type, kind of region, contact
+    for (const double value : {-1.0, 99.0, 0.5}) {
+      json row = good;
+      row[2][at] = value;
+      bad.push_back(row);
+    }
+  json negative = good;
+  negative[2][9] = -0.01;  // radius
+  bad.push_back(negative);
+  for (const json& value : bad) EXPECT_THROW(command(value), Error) << value;
+}
+
+// A grab as a row of interactions.json takes hold where its region is now; lengths are in scene units.
+TEST(LiveCommand, RowsAreInSceneUnits) {
+  const json row = {{"type", "grab"}, {"region", {{"sphere", {1, 2, 3, 0.5}}}}, {"max_force", 2}};
+  const LiveCommand parsed = parse_command({"begin", 4, row}, {0.1, {0, 0, 1}}, "test");
+  EXPECT_TRUE(parsed.interaction.path.empty());
+  EXPECT_NEAR((parsed.interaction.region.point - Vec3d(0.1, 0.2, 0.3)).norm(), 0, 1e-12);
+  EXPECT_NEAR(parsed.interaction.region.radius, 0.05, 1e-12);
+  EXPECT_EQ(parsed.interaction.max_force, 2);
+}
+
+}  // namespace
+}  // namespace pliant

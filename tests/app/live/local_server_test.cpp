@@ -1,0 +1,283 @@
+// What keeps other pages and users away from `pliant view` (research: DNS rebinding, cross-site WebSockets, slow
+// reads).
+
+#include "app/live/local_server.h"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "gaussians/base/error.h"
+
+namespace pliant {
+namespace {
+
+/// A connection as bytes.
+class Wire {
+ public:
+  explicit Wire(int port) : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<uint16_t>(port));
+    inet_pton(AF_INET, "127.0.0.1", &address.sin_addr);
+    EXPECT_EQ(connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+  }
+  ~Wire() { close(socket_); }
+  Wire(Wire&& other) noexcept : socket_(std::exchange(other.socket_, -1)) {}
+
+  void send(const std::string& bytes) const {
+    for (size_t at = 0; at < bytes.size();) {
+      const ssize_t sent = ::send(socket_, bytes.data() + at, bytes.size() - at, MSG_NOSIGNAL);
+      if (sent <= 0) return;
+      at += static_cast<size_t>(sent);
+    }
+  }
+  /// What comes until `enough`, the end of the connection or a time [s].
+  std::string receive(double seconds, const std::function<bool(const std::string&)>& enough) {
+    std::string out;
+    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+    while (!enough(out)) {
+      const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
+      pollfd waiting{socket_, POLLIN, 0};
+      if (left.count() <= 0 || poll(&waiting, 1, static_cast<int>(left.count())) <= 0) break;
+      char buffer[4096];
+      const ssize_t got = recv(socket_, buffer, sizeof(buffer), 0);
+      ended = got <= 0;
+      if (ended) break;
+      out.append(buffer, static_cast<size_t>(got));
+    }
+    return out;
+  }
+  std::string head() {
+    return receive(3, [](const std::string& s) { return s.find("\r\n\r\n") != std::string::npos; });
+  }
+  bool ends(double seconds) {
+    receive(seconds, [](const std::string&) { return false; });
+    return ended;
+  }
+  bool ended = false;
+
+ private:
+  int socket_;
+};
+
+/// Says every message back, and counts its clients.
+struct EchoClient : Client {
+  EchoClient(std::shared_ptr<Connection> c, std::atomic<int>& n) : connection(std::move(c)), count(n) { ++count; }
+  ~EchoClient() override { --count; }
+  void receive(std::string text) override { connection->send_text("echo " + text); }
+  std::shared_ptr<Connection> connection;
+  std::atomic<int>& count;
+};
+
+class LocalServerTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    options_.read_timeout = 0.4;
+    options_.most_connections = 20;
+    start();
+  }
+  void TearDown() override { stop(); }
+  void start() {
+    page_ = {"text/html", "<p>the page", "default-src 'none'"};
+    server_ = std::make_unique<LocalServer>(
+        options_, LocalServer::Handler{
+                      [this](std::string_view path) { return path.empty() ? &page_ : nullptr; },
+                      [this](std::shared_ptr<Connection> c) { return std::make_unique<EchoClient>(c, clients_); }});
+    port_ = server_->port();
+    const std::string url = server_->url();
+    path_ = url.substr(url.find('/', 7));
+    thread_ = std::thread([this] { server_->run([this] { return stop_.load(); }); });
+  }
+  void stop() {
+    stop_ = true;
+    if (thread_.joinable()) thread_.join();
+    server_.reset();
+    EXPECT_EQ(clients_, 0) << "clients end with the server";
+    stop_ = false;
+  }
+
+  std::string host() const { return "127.0.0.1:" + std::to_string(port_); }
+  std::string request(const std::string& target, const std::string& host, const std::string& more = "",
+                      const std::string& method = "GET") const {
+    return method + " " + target + " HTTP/1.1\r\nHost: " + host + "\r\n" + more + "\r\n";
+  }
+  std::string upgrade(const std::string& target, const std::string& more = "", std::string host_name = "") const {
+    if (host_name.empty()) host_name = host();
+    return request(target, host_name,
+                   "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+                   "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n" +
+                       more);
+  }
+  /// Status of the answer to these bytes; 0 = none.
+  int status(const std::string& bytes) const {
+    Wire wire(port_);
+    wire.send(bytes);
+    const std::string head = wire.head();
+    return head.size() > 12 ? std::atoi(head.c_str() + 9) : 0;
+  }
+  Wire opened() const {
+    Wire wire(port_);
+    wire.send(upgrade(path_ + "live"));
+    EXPECT_EQ(wire.head().substr(9, 3), "101");
+    return wire;
+  }
+  /// A masked frame, as clients have to send them.
+  static std::string frame(const std::string& text, bool masked = true) {
+    std::string out = "\x81";
+    const size_t n = text.size();
+    const int mark = masked ? 0x80 : 0;
+    if (n < 126) {
+      out += static_cast<char>(mark | static_cast<int>(n));
+    } else {
+      out += static_cast<char>(mark | 127);
+      for (int k = 7; k >= 0; --k) out += static_cast<char>(n >> (8 * k) & 255);
+    }
+    const char key[] = {1, 2, 3, 4};
+    if (masked) out.append(key, 4);
+    for (size_t i = 0; i < n; ++i) out += static_cast<char>(text[i] ^ (masked ? key[i % 4] : 0));
+    return out;
+  }
+
+  LocalServerOptions options_;
+  LocalServer::Page page_;
+  std::unique_ptr<LocalServer> server_;
+  std::string path_;
+  int port_ = 0;
+  std::atomic<bool> stop_ = false;
+  std::atomic<int> clients_ = 0;
+  std::thread thread_;
+};
+
+TEST_F(LocalServerTest, ServesThePageBelowItsTokenAlone) {
+  Wire wire(port_);
+  wire.send(request(path_, host()));
+  const std::string head = wire.head();
+  EXPECT_NE(head.find("200 OK"), std::string::npos);
+  for (const char* field : {"Content-Security-Policy: default-src 'none'", "X-Content-Type-Options: nosniff",
+                            "Referrer-Policy: no-referrer", "X-Frame-Options: DENY", "Cache-Control: no-store"})
+    EXPECT_NE(head.find(field), std::string::npos) << field;
+  EXPECT_EQ(head.find("Access-Control"), std::string::npos);
+  EXPECT_EQ(path_.size(), 34u) << "128 bits";
+  std::string wrong = path_;
+  wrong[5] = wrong[5] == 'a' ? 'b' : 'a';
+  EXPECT_EQ(status(request("/", host())), 403);
+  EXPECT_EQ(status(request(wrong, host())), 403);
+  EXPECT_EQ(status(request(path_.substr(0, path_.size() - 1), host())), 403);
+  EXPECT_EQ(status(request("*", host())), 403);
+  for (const char* target : {"../", "..%2f..%2fetc/passwd", "/etc/passwd", "live", "?x"})
+    EXPECT_EQ(status(request(path_ + target, host())), 404) << target;
+  EXPECT_EQ(status(request(path_, host(), "Content-Length: 0\r\n", "POST")), 405);
+  EXPECT_EQ(status(request(path_, host(), "", "DELETE")), 405);
+  EXPECT_EQ(status(request(path_, host(), "", "HEAD")), 200);
+}
+
+TEST_F(LocalServerTest, RefusesOtherHostsAndOrigins) {
+  const std::string port = std::to_string(port_);
+  for (const std::string& good : {"127.0.0.1:" + port, "localhost:" + port, "[::1]:" + port})
+    EXPECT_EQ(status(request(path_, good)), 200) << good;
+  for (const std::string& evil : {"evil.com:" + port, std::string("127.0.0.1"), "127.0.0.1:" + port + ".evil.com",
+                                  "127.0.0.1.evil.com:" + port, std::string()})
+    EXPECT_EQ(status(request(path_, evil)), 403) << evil;
+  const std::string live = path_ + "live";
+  EXPECT_EQ(status(upgrade(live)), 101);
+  EXPECT_EQ(status(upgrade(live, "Origin: http://localhost:" + port + "\r\n")), 101);
+  for (const std::string& evil : {std::string("null"), std::string("http://evil.com"), "https://127.0.0.1:" + port,
+                                  "http://127.0.0.1:" + port + ".evil.com", "http://127.0.0.1:" + port + "/"})
+    EXPECT_EQ(status(upgrade(live, "Origin: " + evil + "\r\n")), 403) << evil;
+  EXPECT_EQ(status(upgrade("/live")), 403);
+  EXPECT_EQ(status(upgrade(path_ + "other")), 404);
+  EXPECT_EQ(status(upgrade(live, "", "evil.com")), 403);
+}
+
+TEST_F(LocalServerTest, MessagesGoBothWays) {
+  Wire wire = opened();
+  wire.send(frame("one") + frame("two"));
+  const std::string back = wire.receive(3, [](const std::string& s) { return s.size() >= 20; });
+  EXPECT_EQ(back,
+            "\x81\x08"
+            "echo one"
+            "\x81\x08"
+            "echo two");
+}
+
+TEST_F(LocalServerTest, EndsConnectionsThatMisbehave) {
+  Wire unmasked = opened();
+  unmasked.send(frame("x", false));
+  EXPECT_TRUE(unmasked.ends(3));
+  Wire huge = opened();
+  huge.send(frame(std::string(1 << 20, 'x')));
+  EXPECT_TRUE(huge.ends(3));
+  Wire binary = opened();
+  std::string bytes = frame("abc");
+  bytes[0] = '\x82';
+  binary.send(bytes);
+  EXPECT_TRUE(binary.ends(3));
+  Wire long_head(port_);
+  long_head.send("GET " + path_ + " HTTP/1.1\r\nX: " + std::string(20'000, 'a') + "\r\n\r\n");
+  EXPECT_TRUE(long_head.ends(3));
+  Wire noise(port_);
+  noise.send(std::string(1000, '\xff') + "\r\n\r\n");
+  EXPECT_TRUE(noise.ends(3));
+  Wire silent(port_), slow(port_);
+  slow.send("GET / HT");
+  EXPECT_TRUE(silent.ends(3));
+  EXPECT_TRUE(slow.ends(3));
+}
+
+TEST_F(LocalServerTest, TakesSoManyClientsAndNoMore) {
+  std::vector<Wire> open;
+  for (int k = 0; k < options_.most_clients; ++k) open.push_back(opened());
+  EXPECT_EQ(status(upgrade(path_ + "live")), 503);
+  open.pop_back();
+  for (int k = 0; k < 50 && clients_ == options_.most_clients; ++k)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_EQ(status(upgrade(path_ + "live")), 101);
+}
+
+TEST_F(LocalServerTest, AHundredConnectionsDoNoHarm) {
+  std::vector<Wire> open;
+  for (int k = 0; k < 100; ++k) open.emplace_back(port_);
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  open.clear();
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  EXPECT_EQ(status(request(path_, host())), 200);
+}
+
+TEST_F(LocalServerTest, WhoSendsTooFastWaits) {
+  stop();
+  options_.messages_per_second = 50;
+  start();
+  Wire wire = opened();
+  std::string all;
+  for (int k = 0; k < 160; ++k) all += frame("m");
+  const auto begin = std::chrono::steady_clock::now();
+  wire.send(all);
+  const std::string back = wire.receive(10, [](const std::string& s) { return s.size() >= 160 * 8; });
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  EXPECT_EQ(back.size(), 160u * 8);
+  EXPECT_GT(seconds, 1) << "a burst of 100 is allowed, the rest takes 1.2 s";
+}
+
+TEST(LocalServer, OtherMachinesAreLetInOnRequestOnly) {
+  const LocalServer::Handler none{[](std::string_view) { return nullptr; },
+                                  [](std::shared_ptr<Connection>) { return std::unique_ptr<Client>(); }};
+  LocalServerOptions options;
+  for (const char* host : {"0.0.0.0", "::", "10.0.0.1", "not an address"}) {
+    options.host = host;
+    EXPECT_THROW(LocalServer(options, none), Error) << host;
+  }
+  options.host = "0.0.0.0";
+  options.allow_remote = true;
+  EXPECT_GT(LocalServer(options, none).port(), 0);
+}
+
+}  // namespace
+}  // namespace pliant
