@@ -7,7 +7,7 @@
 #include "app/import/gaussian_grouping.h"
 #include "app/import/physgaussian_space.h"
 #include "app/run/physdreamer_scene.h"
-#include "app/segment/automatic_masks.h"
+#include "app/segment/automatic_objects.h"
 #include "app/segment/grouping_objects.h"
 #include "app/segment/label_choice.h"
 #include "app/segment/objects_file.h"
@@ -19,6 +19,7 @@
 #include "gaussians/reconstruct/training_photos.h"
 #include "segmentation/associate/associate.h"
 #include "segmentation/field/islands.h"
+#include "segmentation/field/known_labels.h"
 #include "segmentation/field/semantic_field.h"
 #include "segmentation/labelling/label_set.h"
 #include "segmentation/labels/mask_layouts.h"
@@ -47,11 +48,10 @@ Gesture gesture_of(const SegmentStage& stage, const std::vector<Camera>& cameras
   return gesture;
 }
 
-/// Masks of what the gestures in `cameras` select, which `member` [N] tells; writes selection.png, from `sides` when
-/// there are some.
-MaskSet gesture_masks(const Context& context, const RunDirectory& run, const Scene& scene, const Gesture& gesture,
-                      const std::vector<Camera>& cameras, const std::optional<SelectionShape>& shape,
-                      std::vector<Camera> sides, std::vector<uint8_t>& member) {
+/// What the gestures in `cameras` select [N]; writes selection.png, from `sides` when there are some.
+std::vector<uint8_t> gesture_members(const Context& context, const RunDirectory& run, const Scene& scene,
+                                     const Gesture& gesture, const std::vector<Camera>& cameras,
+                                     const std::optional<SelectionShape>& shape, std::vector<Camera> sides) {
   GestureOptions options;
   options.seed = context.seed;
   options.up = scene.up.cast<float>();
@@ -61,7 +61,7 @@ MaskSet gesture_masks(const Context& context, const RunDirectory& run, const Sce
   const GestureResult result = select_by_gesture(options, gesture, shape, scene.cloud, cameras);
   context.progress.say("segment: " + result.summary.describe() + fmt::format(" ({:.1f} s)", result.summary.seconds));
   for (const std::string& warning : result.summary.warnings) context.progress.warn(warning);
-  member.resize(scene.cloud.size());
+  std::vector<uint8_t> member(scene.cloud.size());
   std::vector<int> selected;
   for (size_t p = 0; p < member.size(); ++p)
     if ((member[p] = result.selected(p))) selected.push_back(static_cast<int>(p));
@@ -71,7 +71,17 @@ MaskSet gesture_masks(const Context& context, const RunDirectory& run, const Sce
   }
   write_image(run / "selection.png", selection_sheet(result, scene.cloud, sides, options.render));
   write_selection_cells(run, sides);
-  return member_masks(gesture.boxes.empty() ? "--click" : "--box", member, scene.cloud, scene.cameras);
+  return member;
+}
+
+/// The segmentation of a selection that `option` made.
+Segmentation selected_object(const Context& context, const Scene& scene, const std::string& option,
+                             const std::vector<uint8_t>& member) {
+  if (std::count(member.begin(), member.end(), 0) == 0)
+    context.progress.warn(
+        fmt::format("{} contains all {} Gaussians: the whole scene is the object and nothing is left as background",
+                    option, member.size()));
+  return segmentation_of_members(option, member, scene.cloud, scene.cameras);
 }
 
 /// Masks whose ids hold in all views.
@@ -135,6 +145,11 @@ Segmentation joint_segmentation(const std::filesystem::path& file, const Scene& 
 /// Where the objects come from.
 enum class Source { kMasks, kAutomatic, kJoint, kGrouping, kConfiguration, kPointFiles, kSegmenter, kGesture, kShape };
 
+/// Whether the attribute is learnt from masks; otherwise the label of every Gaussian is known.
+bool learns(Source source) {
+  return source == Source::kMasks || source == Source::kSegmenter || source == Source::kJoint;
+}
+
 /// What is asked for, where it can be.
 Source source_of(const Scene& scene, const SegmentStage& stage) {
   const bool gesture = !stage.boxes.empty() || !stage.clicks.empty() || !stage.strokes.empty();
@@ -192,57 +207,57 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
   const std::vector<Camera> gesture_cameras = with_sides(stage, sides, scene.cameras);
   const Gesture gesture = gesture_of(stage, gesture_cameras);
 
-  std::vector<uint8_t> member;  // of a selection by gesture, configuration or point files
-  if (source == Source::kConfiguration)
-    member = physgaussian_members(read_physgaussian_config(stage.physgaussian), scene.cloud);
-  if (source == Source::kPointFiles)
-    member = physdreamer_roles({}, physdreamer_folder(scene).value(), scene.cloud.position).object;
   SemanticResult result;
   AutomaticResult found;
   Segmentation& segmentation = result.segmentation;
-  const auto masks_of = [&]() -> MaskSet {
-    switch (source) {
-      case Source::kAutomatic:
-        found = automatic_masks(context, scene, options.held_out);
-        return std::move(found.masks);
-      case Source::kConfiguration:
-        return member_masks("--physgaussian", member, scene.cloud, scene.cameras);
-      case Source::kPointFiles:
-        return member_masks("clean_object_points.ply", member, scene.cloud, scene.cameras);
-      case Source::kSegmenter:
-        return prompted_masks(context, run, scene, gesture, stage.label.models);
-      case Source::kGesture:
-        return gesture_masks(context, run, scene, gesture, gesture_cameras, selection, sides, member);
-      case Source::kShape:
-        return selection_masks(*selection, scene.cloud, scene.cameras);
-      default:
-        return associated_masks(context, scene, stage, options, in.files.at("masks"));
-    }
-  };
-  if (source == Source::kJoint) {
-    segmentation = joint_segmentation(in.files.at("joint"), scene);
-  } else if (source == Source::kGrouping) {
-    segmentation = grouping_objects(scene, in.files.at("gaussian_grouping"), scene.settings.labels);
-  } else {
-    const MaskSet masks = masks_of();
+  const auto fit_to = [&](const MaskSet& masks) {
     for (const std::string& warning : masks.warnings) context.progress.warn(warning);
     context.progress.begin("segment", options.iterations);
     result = fit_semantic_field(options, scene.cloud, scene.cameras, masks,
                                 [&](int done, int, double) { context.progress.done(done); });
     context.progress.end();
+  };
+  switch (source) {
+    case Source::kAutomatic:
+      found = find_automatically(context, scene, options.held_out);
+      segmentation =
+          segmentation_of_labels(found.label, names_of(found.found), scene.cloud, scene.cameras, context.seed);
+      break;
+    case Source::kConfiguration:
+      segmentation = selected_object(context, scene, "--physgaussian",
+                                     physgaussian_members(read_physgaussian_config(stage.physgaussian), scene.cloud));
+      break;
+    case Source::kPointFiles:
+      segmentation =
+          selected_object(context, scene, "clean_object_points.ply",
+                          physdreamer_roles({}, physdreamer_folder(scene).value(), scene.cloud.position).object);
+      break;
+    case Source::kGesture:
+      segmentation = selected_object(context, scene, gesture.boxes.empty() ? "--click" : "--box",
+                                     gesture_members(context, run, scene, gesture, gesture_cameras, selection, sides));
+      break;
+    case Source::kShape:
+      segmentation = selected_object(context, scene, selection->sphere ? "--sphere" : "--aabb",
+                                     shape_members(*selection, scene.cloud));
+      break;
+    case Source::kJoint:
+      segmentation = joint_segmentation(in.files.at("joint"), scene);
+      break;
+    case Source::kGrouping:
+      segmentation = grouping_objects(scene, in.files.at("gaussian_grouping"), scene.settings.labels);
+      break;
+    case Source::kSegmenter:
+      fit_to(prompted_masks(context, run, scene, gesture, stage.label.models));
+      break;
+    case Source::kMasks:
+      fit_to(associated_masks(context, scene, stage, options, in.files.at("masks")));
+      break;
   }
-  // The result of Gaussian Grouping is taken as it is.
-  const size_t merged = source == Source::kGrouping ? 0 : merge_islands({}, scene.cloud, segmentation);
+  // What is selected, and the result of Gaussian Grouping, are taken as they are.
+  const size_t merged =
+      learns(source) || source == Source::kAutomatic ? merge_islands({}, scene.cloud, segmentation) : 0;
   if (merged > 0)
     context.progress.say(fmt::format("segment: {} Gaussians in small components took the label around them", merged));
-  size_t restricted = 0;
-  if (!member.empty())
-    restricted = restrict_to_members(member, segmentation);
-  else if (selection)
-    restricted = restrict_to_selection(*selection, scene.cloud, segmentation);
-  if (restricted > 0)
-    context.progress.say(
-        fmt::format("segment: {} Gaussians outside the selection were reassigned to the rest", restricted));
   tell_how_found(found.found, segmentation);
   const std::vector<ObjectEntry> objects =
       write_objects(run, scene, origin_of(stage, source == Source::kPointFiles), provenance, segmentation,
@@ -259,8 +274,7 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
           {"grouping", result.summary.grouping},
           {"views", result.summary.views},
           {"screen_variance", segmentation.screen_variance},
-          {"merged_islands", merged},
-          {"outside_selection", restricted}};
+          {"merged_islands", merged}};
 }
 
 }  // namespace
@@ -269,6 +283,9 @@ StageInputs<SegmentStage> inputs_of(const RunDirectory& run, const Scene& scene,
                                     const std::vector<Camera>& sides) {
   check_networks(stage);
   const Source source = source_of(scene, stage);
+  if (!learns(source) && (stage.iterations || !stage.start_from_vote))
+    throw usage_error(stage.iterations ? "--iterations" : "--no-vote", "",
+                      "does nothing without masks: a selection and --auto say what every Gaussian is", "leave it out");
   StageInputs<SegmentStage> in;
   in.options = stage;
   in.parts = {ScenePart::kSplats, ScenePart::kCameras, ScenePart::kPhotos, ScenePart::kUp};

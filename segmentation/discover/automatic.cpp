@@ -11,33 +11,6 @@
 namespace pliant {
 namespace {
 
-/// Ids of a view: the id with most blend weight at every pixel.
-IdImage ids_of_view(const GaussianCloud& cloud, const Camera& camera, const RenderOptions& render,
-                    const std::vector<uint32_t>& label) {
-  constexpr float kOpaque = 0.5f;
-  const BlendWeights weights = blend_weights(cloud, camera, render);
-  IdImage ids(camera.width, camera.height, 1);
-  const uint32_t most = label.empty() ? 0 : *std::max_element(label.begin(), label.end());
-  parallel_for(
-      camera.height,
-      [&](std::ptrdiff_t y) {
-        std::vector<float> sum(most + 1);
-        for (int x = 0; x < camera.width; ++x) {
-          const size_t pixel = static_cast<size_t>(y) * camera.width + x;
-          std::fill(sum.begin(), sum.end(), 0.0f);
-          float alpha = 0;
-          for (uint32_t e = weights.row_start[pixel]; e < weights.row_start[pixel + 1]; ++e) {
-            sum[label[weights.gaussian[e]]] += weights.weight[e];
-            alpha += weights.weight[e];
-          }
-          if (alpha >= kOpaque)
-            ids.data[pixel] = static_cast<uint32_t>(std::max_element(sum.begin(), sum.end()) - sum.begin());
-        }
-      },
-      4);
-  return ids;
-}
-
 std::string how_found(const SceneParts::Part& part) {
   const std::string how = part.support < 0 ? "stands free" : "stands on support_" + std::to_string(part.support + 1);
   return part.parted ? how + ", separated from what it touches by color and edges" : how;
@@ -101,10 +74,6 @@ AutomaticResult find_objects(const AutomaticOptions& options, const GaussianClou
   for (size_t k = 0; k < finite.size(); ++k)
     if (source[k] >= 0) out.label[finite[k]] = out.label[finite[source[k]]];
 
-  for (const FoundThing& thing : out.found) out.masks.names[thing.id] = thing.name;
-  for (int c = 0; c < static_cast<int>(cameras.size()); ++c)
-    if (std::find(options.held_out.begin(), options.held_out.end(), c) == options.held_out.end())
-      out.masks.views.push_back({c, ids_of_view(cloud, cameras[c], options.solid.footprint.render, out.label)});
   out.summary = {scene.size(),
                  scene.views,
                  static_cast<int>(parts.objects.size()),

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "segmentation/discover/automatic_parts.h"
-#include "segmentation/labels/mask_set.h"
 
 namespace pliant {
 
@@ -14,7 +13,7 @@ struct AutomaticOptions {
   SolidOptions solid;
   SupportOptions support;
   PartOptions part;
-  std::vector<int> held_out;  ///< cameras that are not looked at and get no masks
+  std::vector<int> held_out;  ///< cameras that are not looked at
 };
 
 struct FoundThing {
@@ -37,7 +36,6 @@ struct AutomaticSummary {
 struct AutomaticResult {
   std::vector<uint32_t> label;    ///< [N] id
   std::vector<FoundThing> found;  ///< by id: objects, then supports, then the rest
-  MaskSet masks;                  ///< of every camera that is not held out; 0 where accumulated opacity < 0.5
   AutomaticSummary summary;
 };
 

@@ -5,8 +5,7 @@
 #include <sstream>
 
 #include "gaussians/base/error.h"
-#include "gaussians/base/portable.h"
-#include "gaussians/render/render.h"
+#include "segmentation/field/known_labels.h"
 
 namespace pliant {
 namespace {
@@ -53,82 +52,29 @@ bool SelectionShape::contains(const Vec3f& x, float margin) const {
   return (x.array() >= box.low.array() - margin).all() && (x.array() <= box.high.array() + margin).all();
 }
 
-MaskSet member_masks(const std::string& option, std::span<const uint8_t> members, const GaussianCloud& cloud,
-                     const std::vector<Camera>& cameras) {
-  CHECK(members.size() == cloud.size());
-  std::vector<float> member(cloud.size() * 2);
-  size_t inside = 0;
-  for (size_t p = 0; p < cloud.size(); ++p) {
-    const bool in = members[p] != 0;
-    inside += in;
-    member[2 * p] = in;
-    member[2 * p + 1] = !in;
-  }
-  MaskSet masks;
-  masks.names = {{SelectionShape::kObject, "object"}, {SelectionShape::kRest, "rest"}};
-  if (inside == cloud.size())
-    masks.warnings.push_back(option + " contains all " + std::to_string(inside) +
-                             " Gaussians: the whole scene is the object and nothing is left as background");
-  for (size_t c = 0; c < cameras.size(); ++c) {
-    const RenderResult picture = render(cloud, cameras[c], {}, member, 2);
-    IdImage ids(cameras[c].width, cameras[c].height, 1);
-    for (int y = 0; y < ids.height; ++y)
-      for (int x = 0; x < ids.width; ++x)
-        if (picture.alpha(x, y) >= 0.5f)
-          ids(x, y) =
-              picture.features(x, y, 0) > picture.features(x, y, 1) ? SelectionShape::kObject : SelectionShape::kRest;
-    masks.views.push_back({static_cast<int>(c), std::move(ids)});
-  }
-  const std::vector<uint32_t> ids = masks.ids();
-  if (ids.empty() || ids.front() != SelectionShape::kObject)
-    throw usage_error(option, "", "selects " + std::to_string(inside) + " Gaussians that no camera sees",
-                      "choose a region that the cameras see");
-  return masks;
-}
-
-MaskSet selection_masks(const SelectionShape& shape, const GaussianCloud& cloud, const std::vector<Camera>& cameras) {
+std::vector<uint8_t> shape_members(const SelectionShape& shape, const GaussianCloud& cloud) {
   std::vector<uint8_t> member(cloud.size());
   for (size_t p = 0; p < cloud.size(); ++p) member[p] = shape.contains(cloud.position[p]);
-  const char* option = shape.sphere ? "--sphere" : "--aabb";
-  if (std::count(member.begin(), member.end(), 1) == 0) {
-    const Box bounds = cloud.bounds();
-    throw usage_error(
-        option, "", "contains no Gaussians",
-        "the scene spans " + text_of(bounds.low) + " to " + text_of(bounds.high) + ": `pliant info` prints it");
-  }
-  return member_masks(option, member, cloud, cameras);
+  if (std::count(member.begin(), member.end(), 1) > 0) return member;
+  const Box bounds = cloud.bounds();
+  throw usage_error(
+      shape.sphere ? "--sphere" : "--aabb", "", "contains no Gaussians",
+      "the scene spans " + text_of(bounds.low) + " to " + text_of(bounds.high) + ": `pliant info` prints it");
 }
 
-size_t restrict_to_selection(const SelectionShape& shape, const GaussianCloud& cloud, Segmentation& segmentation,
-                             float margin) {
-  CHECK(segmentation.label.size() == cloud.size());
-  std::vector<uint8_t> keep(cloud.size());
-  for (size_t p = 0; p < cloud.size(); ++p) keep[p] = shape.contains(cloud.position[p], margin * shape.extent());
-  return restrict_to_members(keep, segmentation);
-}
-
-size_t restrict_to_members(std::span<const uint8_t> keep, Segmentation& segmentation) {
-  constexpr int kY = kSemanticChannels;
-  using Attribute = Eigen::Matrix<double, kY, 1>;
-  CHECK(segmentation.label.size() == keep.size());
-  // The mean attribute of what is labelled rest is itself decoded as rest, because the classifier is linear.
-  Attribute mean = Attribute::Zero();
-  size_t rest = 0;
-  for (size_t p = 0; p < keep.size(); ++p) {
-    if (segmentation.label[p] != SelectionShape::kRest) continue;
-    mean += Eigen::Map<const Eigen::Matrix<float, kY, 1>>(segmentation.attribute.data() + p * kY).cast<double>();
-    ++rest;
-  }
-  if (rest == 0) return 0;
-  const Eigen::Matrix<float, kY, 1> attribute = (mean / static_cast<double>(rest)).cast<float>();
-  size_t removed = 0;
-  for (size_t p = 0; p < keep.size(); ++p) {
-    if (segmentation.label[p] != SelectionShape::kObject || keep[p]) continue;
-    Eigen::Map<Eigen::Matrix<float, kY, 1>>(segmentation.attribute.data() + p * kY) = attribute;
-    ++removed;
-  }
-  update_labels(segmentation);
-  return removed;
+Segmentation segmentation_of_members(const std::string& option, std::span<const uint8_t> member,
+                                     const GaussianCloud& cloud, const std::vector<Camera>& cameras) {
+  std::vector<uint32_t> label;
+  for (const uint8_t m : member) label.push_back(m ? SelectionShape::kObject : SelectionShape::kRest);
+  Segmentation out = segmentation_of_labels(
+      label, {{SelectionShape::kObject, "object"}, {SelectionShape::kRest, "rest"}}, cloud, cameras, 0);
+  const int object = class_of_id(out, SelectionShape::kObject);
+  if (object < 0 || out.class_cameras[object].empty())
+    throw usage_error(option, "",
+                      "selects " + std::to_string(std::count(label.begin(), label.end(), SelectionShape::kObject)) +
+                          " Gaussians that no camera sees",
+                      "choose a region that the cameras see");
+  return out;
 }
 
 }  // namespace pliant

@@ -5,7 +5,6 @@
 
 #include "gaussians/base/camera.h"
 #include "gaussians/base/gaussian_cloud.h"
-#include "segmentation/labels/mask_set.h"
 #include "segmentation/labels/segmentation.h"
 
 namespace pliant {
@@ -28,22 +27,12 @@ struct SelectionShape {
   float extent() const { return sphere ? 2 * radius : box.size().norm(); }
 };
 
-/// Id masks of chosen Gaussians (`member` [N] != 0): 1 = object, 2 = rest, the one with the larger blended weight; 0
-/// where accumulated opacity < 0.5.  `option` is named in errors.  Throws Error{kUsage} when no camera sees them.
-MaskSet member_masks(const std::string& option, std::span<const uint8_t> member, const GaussianCloud& cloud,
-                     const std::vector<Camera>& cameras);
+/// The Gaussians whose centre lies inside [N].  Throws Error{kUsage} when there are none.
+std::vector<uint8_t> shape_members(const SelectionShape& shape, const GaussianCloud& cloud);
 
-/// Gaussians labelled object whose `keep` [N] is 0 become rest.  Returns how many.
-size_t restrict_to_members(std::span<const uint8_t> keep, Segmentation& segmentation);
-
-/// Id masks of a geometric selection, so that it takes the same path as masks: Gaussians with their centre inside are
-/// "object", the others "rest"; a pixel gets the id with the larger blended weight, 0 where accumulated opacity < 0.5.
-/// Throws Error{kUsage} when the shape holds no Gaussian.
-MaskSet selection_masks(const SelectionShape& shape, const GaussianCloud& cloud, const std::vector<Camera>& cameras);
-
-/// Gaussians labelled object outside the shape grown by `margin` (fraction of its extent) become rest.
-/// Returns how many.
-size_t restrict_to_selection(const SelectionShape& shape, const GaussianCloud& cloud, Segmentation& segmentation,
-                             float margin = 0.02f);
+/// The segmentation in which the Gaussians with `member` [N] != 0 are "object", the others "rest".  `option` is named
+/// in errors.  Throws Error{kUsage} when no camera sees them.
+Segmentation segmentation_of_members(const std::string& option, std::span<const uint8_t> member,
+                                     const GaussianCloud& cloud, const std::vector<Camera>& cameras);
 
 }  // namespace pliant

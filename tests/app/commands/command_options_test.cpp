@@ -114,7 +114,7 @@ class CommandOptions : public testing::Test {
                 orbit = {"render", path("scene"), "--out", "OUT/images", "--cameras", "orbit", "--orbit-views", "4"},
                 video = {"render", path("scene"), "--out", "OUT/clip.mp4"},
                 segment = {"segment", path("scene"), "--out", "OUT/run", "--iterations", "2"},
-                bare = {"segment", path("bare"), "--out", "OUT/run", "--iterations", "2", "--sphere", "0,0,0.2,0.3"},
+                bare = {"segment", path("bare"), "--out", "OUT/run", "--sphere", "0,0,0.2,0.3"},
                 psnr = {"evaluate", "images", path("scene/masks"), path("scene/masks")},
                 miou = {"evaluate", "segmentation", path("predicted"), path("scene/masks")},
                 labels = {"evaluate", "segmentation", path("labels.h5"), path("labels.h5")},

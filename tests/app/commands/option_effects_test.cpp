@@ -213,24 +213,25 @@ TEST_F(OptionEffects, OfSegment) {
   const Names networks = {"label-photos", "text",    "track",      "tagger",
                           "segmenter",    "tracker", "vocabulary", "trust-torchscript"};
   const Names masks = {"masks", "mask-zero", "associate"};
-  const Names trained = {"iterations", "no-vote", "associate", "mask-zero"};
+  const Names trained = {"iterations", "no-vote", "associate", "mask-zero"}, learnt = {"iterations", "no-vote"};
   const Names others = {"auto", "joint", "gaussian-grouping", "physgaussian", "everything", "detector"};
   const Names gestures = {"box", "click", "stroke", "stroke-width", "aabb", "sphere"};
   try_all<SegmentStage>({}, with(networks, {"stroke-width"}));
-  try_all<SegmentStage>({"--auto"}, with(with(with(networks, masks), gestures), others));
+  try_all<SegmentStage>({"--auto"}, with(with(with(networks, with(masks, learnt)), gestures), others));
   Names by_gesture = with(with(networks, masks), others);
   by_gesture.erase("segmenter");
-  try_all<SegmentStage>({"--click", v("click")}, by_gesture);
-  try_all<SegmentStage>({"--box", v("box")}, with(by_gesture, {"stroke-width"}));
+  try_all<SegmentStage>({"--click", v("click")}, with(by_gesture, learnt));
+  try_all<SegmentStage>({"--box", v("box")}, with(with(by_gesture, learnt), {"stroke-width"}));
   Names by_segmenter = by_gesture;
   by_segmenter.erase("trust-torchscript");
   try_all<SegmentStage>({"--click", v("click"), "--segmenter", v("segmenter")}, by_segmenter);
-  Names by_shape = with(with(networks, with(masks, others)), {"stroke-width", "aabb"});
+  Names by_shape = with(with(networks, with(with(masks, learnt), others)), {"stroke-width", "aabb"});
   try_all<SegmentStage>({"--sphere", v("sphere")}, by_shape);
   try_all<SegmentStage>({"--joint"}, with(with(networks, with(trained, gestures)), others));
   try_all<SegmentStage>({"--gaussian-grouping", v("gaussian-grouping")},
                         with(with(networks, with(trained, gestures)), with(others, {"masks"})));
-  try_all<SegmentStage>({"--physgaussian", v("physgaussian")}, with(with(networks, with(masks, gestures)), others));
+  try_all<SegmentStage>({"--physgaussian", v("physgaussian")},
+                        with(with(networks, with(with(masks, learnt), gestures)), others));
   const Names not_labelled = with(gestures, {"auto", "masks", "joint", "gaussian-grouping", "physgaussian"});
   const Names everything = with(not_labelled, {"text", "detector", "tagger", "vocabulary"});
   try_all<SegmentStage>({"--everything"}, with(everything, {"tracker", "trust-torchscript"}));

@@ -173,8 +173,8 @@ TEST(PhysDreamerCommand, ASceneFolderRunsAsItIsAndItsReleasedFieldsAreTaken) {
   make_folder(folder.path());
   const std::string scene = (folder / "flower").string(), out = (folder / "run").string();
   EXPECT_EQ(run_quietly({"info", scene, "--json"}), 0);
-  ASSERT_EQ(run_quietly({"run", scene, "--out", out, "--segment.iterations", "60", "--seed.particles", "500",
-                         "--duration", "0.3", "--simulate.fps", "10", "--render.no-orbit"}),
+  ASSERT_EQ(run_quietly({"run", scene, "--out", out, "--seed.particles", "500", "--duration", "0.3", "--simulate.fps",
+                         "10", "--render.no-orbit"}),
             0);
   const json stages = json::parse(read_text(folder / "run/run.json"))["stages"];
   EXPECT_EQ(stages["extract"]["summary"]["name"], "object");

@@ -119,7 +119,7 @@ TEST(SheetPrompts, AClickOnTheSheetIsOneOnThePictureItShowsAndStaysItWhenRepeate
   const json& cell = cells[at + 1];
   const double x = cell["x"].get<double>() + 90, y = cell["y"].get<double>() + 90;
   const std::string click = "sheet," + std::to_string(static_cast<int>(x)) + "," + std::to_string(static_cast<int>(y));
-  const std::vector<std::string> command = {"segment", scene, "--out", out, "--click", click, "--iterations", "10"};
+  const std::vector<std::string> command = {"segment", scene, "--out", out, "--click", click};
   ASSERT_EQ(run_quietly(command), 0);
   const json manifest = read_json(folder / "run/run.json");
   const std::string resolved = manifest["stages"]["segment"]["options"]["click"][0];

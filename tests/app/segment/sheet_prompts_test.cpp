@@ -55,8 +55,7 @@ TEST(SelectionSheet, StrokesOnItTakeAwayWhatTheyCoverAndMeanTheSameWhenRepeatedO
   std::vector<std::filesystem::path> masks;
   for (const auto& entry : std::filesystem::directory_iterator(folder / "scene/masks")) masks.push_back(entry.path());
   std::sort(masks.begin(), masks.end());
-  std::vector<std::string> command = {"segment",      scene, "--out", out, "--box", box_around(masks.front(), flower),
-                                      "--iterations", "10"};
+  std::vector<std::string> command = {"segment", scene, "--out", out, "--box", box_around(masks.front(), flower)};
   ASSERT_EQ(run_quietly(command), 0);
   const size_t selected = object_gaussians(folder / "run");
   ASSERT_GT(selected, 100u);

@@ -10,6 +10,7 @@
 #include "gaussians/base/error.h"
 #include "physics/simulate/energy.h"
 #include "physics/simulate/simulator.h"
+#include "tests/physics/shapes.h"
 #include "tests/physics/simulate/recorded_motion.h"
 #include "tests/temporary_folder.h"
 
@@ -183,6 +184,36 @@ TEST(Lagrangian, PartsThatDoNotHangTogetherMoveApartHoweverNearTheyAre) {
   leaves.move_upper(3);
   EXPECT_LT(moved(0, one), 0.01);
   EXPECT_GT(moved(one, p.size()), 2.9);
+}
+
+// Similarity: density and stiffness times the same number give the same motion in the same substeps, be it grams or
+// tons.
+TEST(Lagrangian, MotionDoesNotDependOnTheUnitOfMass) {
+  const auto swing = [](double factor, SimulateSummary& summary) {
+    const Particles particles = fixture::block<float>({0.2, 0.2, 0.8}, 0.1, 0.5, 2e4 * factor, 0.3, 500 * factor);
+    Interaction pin, tilt;
+    pin.type = InteractionType::kPin;
+    pin.region = Region::half_space(Vec3d(0, 0, 0.15), Vec3d(0, 0, 1));
+    tilt.type = InteractionType::kGravity;
+    tilt.vector = {3, 0, -9};
+    SimulateOptions options;
+    options.grid = GridKind::kLagrangian;
+    options.fps = 30;
+    SimulationState state = initial_state(particles);
+    Simulator<float> simulator(options, particles, {pin, tilt}, summary);
+    for (int f = 0; f < 15; ++f) simulator.advance(state);
+    return state;
+  };
+  SimulateSummary light, heavy;
+  const SimulationState a = swing(1, light), b = swing(1e6, heavy);
+  EXPECT_EQ(light.substeps_of_frame, heavy.substeps_of_frame);
+  EXPECT_EQ(heavy.retries, 0);
+  float moved = 0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    moved = std::max(moved, a.x[i].x() - 0.2f);
+    ASSERT_LT((a.x[i] - b.x[i]).norm(), 1e-5f);
+  }
+  EXPECT_GT(moved, 0.01f);
 }
 
 TEST(Lagrangian, IsRefusedWhereThereIsNoReferenceShape) {

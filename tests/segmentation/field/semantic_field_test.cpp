@@ -286,46 +286,10 @@ TEST(IdAgreement, CountsIntersectionsOverUnionsAndLeavesUnlabelledPixelsOut) {
   EXPECT_DOUBLE_EQ(agreement.mean, 0.5);
 }
 
-TEST(Selection, ABoxBecomesMasksAndTheAttributeStaysInsideIt) {
-  const MadeScene scene = made_scene(two_balls());
-  const auto shape = SelectionShape::from_aabb({-0.7, -0.25, 0.01, -0.02, 0.45, 0.65});
-  const MaskSet masks = selection_masks(shape, scene.cloud, scene.cameras);
-  EXPECT_EQ(masks.ids(), (std::vector<uint32_t>{1, 2}));
-  SemanticOptions options;
-  options.iterations = 40;
-  auto result = fit_semantic_field(options, scene.cloud, scene.cameras, masks);
-  restrict_to_selection(shape, scene.cloud, result.segmentation);
-  size_t ball = 0, right = 0;
-  for (size_t p = 0; p < scene.truth.size(); ++p) {
-    const bool object = result.segmentation.label[p] == SelectionShape::kObject;
-    EXPECT_TRUE(!object || shape.contains(scene.cloud.position[p], 0.021f * shape.extent()));
-    ball += scene.truth[p] == 300;
-    right += object && scene.truth[p] == 300;
-  }
-  EXPECT_GT(right, 0.95 * ball);
-}
-
-TEST(Selection, WhatFallsOutsideTheBoxIsCountedAndBecomesRest) {
-  const MadeScene scene = made_scene(two_balls());
-  const auto shape = SelectionShape::from_sphere({-0.35, 0.1, 0.3, 0.35});
-  SemanticOptions options;
-  options.iterations = 0;
-  auto result =
-      fit_semantic_field(options, scene.cloud, scene.cameras, selection_masks(shape, scene.cloud, scene.cameras));
-  size_t inside = 0;
-  while (result.segmentation.label[inside] != SelectionShape::kObject) ++inside;
-  const size_t far = scene.cloud.size() - 1;  // on the other ball
-  std::copy_n(result.segmentation.attribute.data() + inside * kY, kY, result.segmentation.attribute.data() + far * kY);
-  update_labels(result.segmentation);
-  ASSERT_EQ(result.segmentation.label[far], SelectionShape::kObject);
-  EXPECT_GE(restrict_to_selection(shape, scene.cloud, result.segmentation), 1u);
-  EXPECT_EQ(result.segmentation.label[far], SelectionShape::kRest);
-}
-
 TEST(Selection, ShapesThatSelectNothingOrMakeNoSenseAreUsageErrors) {
   const MadeScene scene = made_scene(two_balls(), 2);
   expect_error(Failure::kUsage, {"--aabb", "no Gaussian"}, [&] {
-    selection_masks(SelectionShape::from_aabb({5, 5, 5, 6, 6, 6}), scene.cloud, scene.cameras);
+    shape_members(SelectionShape::from_aabb({5, 5, 5, 6, 6, 6}), scene.cloud);
   });
   expect_error(Failure::kUsage, {"--sphere"}, [&] { SelectionShape::from_sphere({0, 0, 0, -1}); });
   expect_error(Failure::kUsage, {"--aabb"}, [&] { SelectionShape::from_aabb({0, 0, 0, 1, 1}); });

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 
 #include "app/segment/segment_stage.h"
 #include "segmentation/discover/automatic.h"
@@ -12,8 +14,11 @@ namespace pliant {
 /// selection.  Throws Error{kUsage} when it is asked for along with something else to go by.
 bool segments_automatically(const SegmentStage& stage, bool selecting, bool has_masks);
 
-/// Objects, supports and their masks from the Gaussians alone, see find_objects; says what was found.
-AutomaticResult automatic_masks(const Context& context, const Scene& scene, const std::vector<int>& held_out);
+/// Objects and supports from the Gaussians alone, see find_objects; says what was found.
+AutomaticResult find_automatically(const Context& context, const Scene& scene, const std::vector<int>& held_out);
+
+/// Names by id.
+std::map<uint32_t, std::string> names_of(const std::vector<FoundThing>& found);
 
 /// Writes how each thing was found to Segmentation::class_origin, and what it was found as to "kind" of the rows of
 /// objects.json.

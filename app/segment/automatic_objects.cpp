@@ -1,4 +1,4 @@
-#include "app/segment/automatic_masks.h"
+#include "app/segment/automatic_objects.h"
 
 #include <fmt/format.h>
 
@@ -32,7 +32,7 @@ bool segments_automatically(const SegmentStage& stage, bool selecting, bool has_
   return true;
 }
 
-AutomaticResult automatic_masks(const Context& context, const Scene& scene, const std::vector<int>& held_out) {
+AutomaticResult find_automatically(const Context& context, const Scene& scene, const std::vector<int>& held_out) {
   AutomaticOptions options;
   options.up = scene.up.cast<float>();
   options.held_out = held_out;
@@ -44,6 +44,12 @@ AutomaticResult automatic_masks(const Context& context, const Scene& scene, cons
   if (result.summary.objects == 0)
     context.progress.warn("no free-standing object was found; select one with --box, --click, --aabb or --sphere");
   return result;
+}
+
+std::map<uint32_t, std::string> names_of(const std::vector<FoundThing>& found) {
+  std::map<uint32_t, std::string> names;
+  for (const FoundThing& thing : found) names[thing.id] = thing.name;
+  return names;
 }
 
 void tell_how_found(const std::vector<FoundThing>& found, Segmentation& segmentation) {

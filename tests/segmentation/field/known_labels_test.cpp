@@ -1,0 +1,53 @@
+#include "segmentation/field/known_labels.h"
+
+#include <gtest/gtest.h>
+
+#include "gaussians/base/error.h"
+#include "segmentation/select/selection.h"
+#include "tests/segmentation/made_scene.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+// The classifier gives the labels back, for more classes than channels too.
+TEST(KnownLabels, ComeBackFromTheAttributes) {
+  const MadeScene scene = made_scene(two_balls(), 2);
+  std::vector<uint32_t> label;
+  for (size_t p = 0; p < scene.cloud.size(); ++p) label.push_back(static_cast<uint32_t>(10 + 7 * (p % 40)));
+  const Segmentation found = segmentation_of_labels(label, {{10, "ten"}}, scene.cloud, scene.cameras, 3);
+  EXPECT_EQ(found.label, label);
+  EXPECT_EQ(found.class_id.size(), 40u);
+  EXPECT_EQ(found.class_name[0], "ten");
+  EXPECT_EQ(found.class_name[1], "17");
+  for (const float c : found.confidence) EXPECT_GT(c, 0.5f);
+}
+
+TEST(KnownLabels, AShapeHoldsExactlyWhatLiesInIt) {
+  const MadeScene scene = made_scene(two_balls());
+  const auto shape = SelectionShape::from_aabb({-0.7, -0.25, 0.01, -0.02, 0.45, 0.65});
+  const Segmentation found =
+      segmentation_of_members("--aabb", shape_members(shape, scene.cloud), scene.cloud, scene.cameras);
+  size_t ball = 0, right = 0;
+  for (size_t p = 0; p < scene.truth.size(); ++p) {
+    const bool object = found.label[p] == SelectionShape::kObject;
+    EXPECT_EQ(object, shape.contains(scene.cloud.position[p]));
+    ball += scene.truth[p] == 300;
+    right += object && scene.truth[p] == 300;
+  }
+  EXPECT_GT(right, 0.95 * ball);
+  EXPECT_EQ(found.class_cameras[0].size(), scene.cameras.size()) << "every view shows it";
+}
+
+TEST(KnownLabels, WhatNoCameraSeesIsNoObject) {
+  const MadeScene scene = made_scene(two_balls(), 2);
+  std::vector<uint8_t> member(scene.cloud.size(), 0);
+  expect_error(Failure::kUsage, {"--click", "no camera"},
+               [&] { segmentation_of_members("--click", member, scene.cloud, scene.cameras); });
+  member[0] = 1;
+  expect_error(Failure::kUsage, {"--click", "1 Gaussians", "no camera"},
+               [&] { segmentation_of_members("--click", member, scene.cloud, {}); });
+}
+
+}  // namespace
+}  // namespace pliant
