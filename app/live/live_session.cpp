@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -10,8 +11,9 @@
 namespace pliant {
 namespace {
 
-constexpr int kMostSubsteps = 2000;  // of a frame, which a person waits for
-constexpr size_t kMostActive = 64;   // interactions at a time
+constexpr double kMostWork = 4e6;  // particles times substeps of a frame, which a person waits for
+constexpr int kFewestSubsteps = 100, kMostSubsteps = 2000;  // at which a frame is given up
+constexpr size_t kMostActive = 64;                          // interactions at a time
 
 bool finite(const SimulationState& state) {
   float sum = 0;
@@ -32,7 +34,8 @@ SimulationState at_rest(SimulationState state) {
 LiveSession::LiveSession(const SimulateOptions& options, const Particles& particles,
                          const std::vector<Interaction>& held, const SimulationState& start)
     : options_(options), particles_(particles), first_(start) {
-  options_.max_substeps = kMostSubsteps;
+  options_.max_substeps = static_cast<int>(
+      std::clamp(kMostWork / static_cast<double>(particles.size()), 1.0 * kFewestSubsteps, 1.0 * kMostSubsteps));
   for (size_t k = 0; k < held.size(); ++k) held_[static_cast<int>(k)] = held[k];
   open(start);
 }
