@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "app/live/live_client.h"
+#include "app/live/live_view.h"
 #include "app/page/page_assets.h"
 #include "app/simulate/clip_camera.h"
 #include "app/simulate/moving_scene.h"
@@ -155,6 +157,61 @@ TEST_F(ClipPage, ADragMovesTheObjectAsTheNativeReplayOfItsRecordingDoes) {
               farthest / height, worst / height, value["newtons"].get<double>());
   EXPECT_GT(farthest, 0.2 * height);
   EXPECT_LT(worst, 0.02 * height);
+}
+
+// The page of `pliant view` is moved by this program, and the recording that stays gives the same motion.
+TEST_F(ClipPage, ServedItIsMovedByTheProgramAndLeavesItsRecording) {
+  const LiveScene live = load_live_scene(*run_, scene_, "view");
+  const LocalServer::Page served = live_page(read_text(page()));
+  const fs::path recordings = folder / "run/recordings";
+  fs::remove_all(recordings);
+  std::atomic<bool> stop = false;
+  auto server = std::make_unique<LocalServer>(
+      LocalServerOptions(),
+      LocalServer::Handler{[&](std::string_view path) { return path.empty() ? &served : nullptr; },
+                           [&](std::shared_ptr<Connection> connection) {
+                             return std::make_unique<LiveClient>(live, recordings, std::move(connection));
+                           }});
+  std::thread thread([&] { server->run([&] { return stop.load(); }); });
+  const std::vector<Vec3f>& rest = moving_.particles.driving_position;
+  const Vec3f top = *std::max_element(rest.begin(), rest.end(), [&](const Vec3f& a, const Vec3f& b) {
+    return a.dot(scene_.up.cast<float>()) < b.dot(scene_.up.cast<float>());
+  });
+  const double height = live.setup.height / scene_.metres_per_unit;
+  const json answer = evaluate("(async () => { const place = " + json({top.x(), top.y(), top.z()}).dump() +
+                                   ", height = " + std::to_string(height) + R"(;
+    await pliant.ready;
+    await pliant.solver.ready;
+    pliant.setLevel(0);
+    const grab = pliant.grab(place, 0.2 * height);
+    for (let k = 1; k <= 15; ++k) {
+      pliant.drag(grab, [0.02 * k * height, 0, 0]);
+      await pliant.advance(1);
+    }
+    return {drivers: Array.from(pliant.drivers()), violations: pliant.violations, errors: pliant.errors};
+  })())",
+                               server->url());
+  stop = true;
+  thread.join();
+  server.reset();
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  EXPECT_EQ(answer["value"]["violations"], json::array());
+  EXPECT_EQ(answer["value"]["errors"], json::array());
+  const fs::path recording = recordings / "live_0001.json";
+  ASSERT_TRUE(fs::exists(recording));
+  ASSERT_EQ(run_quietly({"simulate", (folder / "run").string(), "--recording", recording.string()}), 0);
+  const TrajectoryFile again = read_trajectory(folder / "run" / object_folder(*run_) / "recording.h5");
+  const std::vector<float> shown = answer["value"]["drivers"];
+  ASSERT_EQ(again.frames.size(), 16u);
+  ASSERT_EQ(shown.size(), 3 * rest.size());
+  double worst = 0, farthest = 0;
+  for (size_t i = 0; i < rest.size(); ++i) {
+    const Vec3f x(shown[3 * i], shown[3 * i + 1], shown[3 * i + 2]);
+    worst = std::max<double>(worst, (x - again.frames.back().position[i]).norm());
+    farthest = std::max<double>(farthest, (x - again.frames.front().position[i]).norm());
+  }
+  EXPECT_LT(worst, 1e-4 * height) << "as exactly as it is sent";
+  EXPECT_GT(farthest, 0.1 * height);
 }
 
 // Where E was predicted the slider goes along its band: 0 = its high end, 0.5 = the typical value, 1 = its low end.
