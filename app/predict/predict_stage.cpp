@@ -23,6 +23,7 @@
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/splats/ply.h"
 #include "gaussians/render/render.h"
+#include "physics/body/pieces.h"
 #include "physics/laws/material.h"
 
 namespace pliant {
@@ -60,16 +61,23 @@ MaterialDistribution distribute(const SolidFile& file, const SolidSamples& sampl
                              moving, means);
 }
 
-/// The simulated part as few particles.
+/// The largest piece of the simulated part as few particles.
 Particles coarse_body(const SolidFile& file, const SolidSamples& samples, const ElasticSamples& solid, uint64_t seed) {
   std::vector<int> moving;
   for (size_t i = 0; i < samples.size(); ++i)
     if (file.simulated[i]) moving.push_back(static_cast<int>(i));
+  // What floats apart from the body is not held, and would never sway back.
+  const SolidSamples all = samples.select(moving);
+  const float reach = 2 * static_cast<float>(std::cbrt(all.total_volume() / kSwayParticles));
+  const Pieces pieces = find_pieces(all.position, all.volume, reach);
+  std::vector<int> body;
+  for (size_t i = 0; i < moving.size(); ++i)
+    if (pieces.piece[i] == 0) body.push_back(moving[i]);
   DriverOptions options;
   options.count = kSwayParticles;
   options.seed = seed;
-  const SolidSamples part = samples.select(moving);
-  return make_particles<float>(kmeans_drivers(options, part), part, solid.select(moving), 1);
+  const SolidSamples part = samples.select(body);
+  return make_particles<float>(kmeans_drivers(options, part), part, solid.select(body), 1);
 }
 
 /// How fast `body` sways, in the softer of two level directions.  None where it sways too slowly to measure.
