@@ -71,7 +71,7 @@ void LiveClient::work() {
       try {
         advance();
         if (connection_->idle()) send_state({});
-      } catch (const Error& error) {
+      } catch (const std::exception& error) {
         running_ = false;
         connection_->send_text(error_message({}, error.what()));
       }
