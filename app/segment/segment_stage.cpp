@@ -253,9 +253,8 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
       fit_to(associated_masks(context, scene, stage, options, in.files.at("masks")));
       break;
   }
-  // What is selected, and the result of Gaussian Grouping, are taken as they are.
-  const size_t merged =
-      learns(source) || source == Source::kAutomatic ? merge_islands({}, scene.cloud, segmentation) : 0;
+  // Labels that are known are taken as they are.
+  const size_t merged = learns(source) ? merge_islands({}, scene.cloud, segmentation) : 0;
   if (merged > 0)
     context.progress.say(fmt::format("segment: {} Gaussians in small components took the label around them", merged));
   tell_how_found(found.found, segmentation);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <numeric>
 
@@ -47,7 +48,7 @@ AutomaticResult find_objects(const AutomaticOptions& options, const GaussianClou
   const uint32_t rest = ++id;
   out.found.push_back({rest, "rest", FoundThing::Kind::kRest, "neither object nor support", 0.0});
 
-  // Haze takes the label of the nearest surface.
+  // Haze takes the label of the nearest surface, if one is near.
   std::vector<uint8_t> solid(cloud.size(), 0);
   out.label.assign(cloud.size(), rest);
   double total = 0;
@@ -71,8 +72,12 @@ AutomaticResult find_objects(const AutomaticOptions& options, const GaussianClou
       seen.push_back(solid[p]);
     }
   const std::vector<int> source = nearest_seen(position, seen);
+  const auto reach = [&](int p) {
+    return std::max(options.haze * scene.graph.spacing, 2 * std::exp(cloud.log_scale[p].maxCoeff()));
+  };
   for (size_t k = 0; k < finite.size(); ++k)
-    if (source[k] >= 0) out.label[finite[k]] = out.label[finite[source[k]]];
+    if (source[k] >= 0 && (position[source[k]] - position[k]).norm() <= reach(finite[k]))
+      out.label[finite[k]] = out.label[finite[source[k]]];
 
   out.summary = {scene.size(),
                  scene.views,

@@ -13,6 +13,8 @@ struct AutomaticOptions {
   SolidOptions solid;
   SupportOptions support;
   PartOptions part;
+  float haze =
+      16;  ///< what makes no surface is of the nearest one as far as it reaches, or so many spacings; else rest
   std::vector<int> held_out;  ///< cameras that are not looked at
 };
 

@@ -29,7 +29,8 @@ struct SceneParts {
 };
 
 /// Objects are connected sets of Gaussians above the supports that stand on one; where there is no support, that show
-/// enough.  What touches is parted by split_things.
+/// enough.  What touches is parted by split_things.  What shows too little goes to the object or support that it lies
+/// against, if there is one; `objects` holds the Gaussians without these.
 SceneParts scene_parts(const PartOptions& options, const SolidScene& scene, const std::vector<Support>& supports);
 
 }  // namespace pliant

@@ -48,7 +48,8 @@ std::vector<int> indices_of(const std::vector<Place>& place, Place which) {
 }
 
 float touching_distance(const GaussianCloud& cloud, int a, int b, float link) {
-  return std::max(link, 2 * (extent(cloud, a) + extent(cloud, b)));
+  constexpr float kFarthest = 5;  // links; haze that reaches farther holds nothing together
+  return std::clamp(2 * (extent(cloud, a) + extent(cloud, b)), link, kFarthest * link);
 }
 
 std::vector<int> parts_of(const GaussianCloud& cloud, const std::vector<int>& members, float link) {

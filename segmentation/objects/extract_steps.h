@@ -13,7 +13,7 @@ enum class Place : uint8_t { kBackground, kObject, kDropped };
 std::vector<Vec3f> positions(const GaussianCloud& cloud, const std::vector<int>& indices);
 std::vector<int> indices_of(const std::vector<Place>& place, Place which);
 
-/// Distance at which two Gaussians touch: `link`, or as far as they reach.
+/// Distance at which two Gaussians touch: `link`, or as far as they reach, five times that at most.
 float touching_distance(const GaussianCloud& cloud, int a, int b, float link);
 
 /// The part of each member, as the index of one of its members: parts are connected by neighbours that touch.

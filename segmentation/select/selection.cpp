@@ -47,9 +47,9 @@ SelectionShape SelectionShape::from_sphere(const std::vector<double>& v) {
   return shape;
 }
 
-bool SelectionShape::contains(const Vec3f& x, float margin) const {
-  if (sphere) return (x - centre).norm() <= radius + margin;
-  return (x.array() >= box.low.array() - margin).all() && (x.array() <= box.high.array() + margin).all();
+bool SelectionShape::contains(const Vec3f& x) const {
+  if (sphere) return (x - centre).norm() <= radius;
+  return (x.array() >= box.low.array()).all() && (x.array() <= box.high.array()).all();
 }
 
 std::vector<uint8_t> shape_members(const SelectionShape& shape, const GaussianCloud& cloud) {

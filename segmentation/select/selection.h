@@ -21,10 +21,7 @@ struct SelectionShape {
   /// From the numbers of the option; throws Error{kUsage} naming the option and the value.
   static SelectionShape from_aabb(const std::vector<double>& values);
   static SelectionShape from_sphere(const std::vector<double>& values);
-  /// Whether x lies inside the shape grown by `margin` on every side.
-  bool contains(const Vec3f& x, float margin = 0) const;
-  /// Diagonal of the box or diameter of the sphere.
-  float extent() const { return sphere ? 2 * radius : box.size().norm(); }
+  bool contains(const Vec3f& x) const;
 };
 
 /// The Gaussians whose centre lies inside [N].  Throws Error{kUsage} when there are none.

@@ -94,6 +94,18 @@ TEST(Automatic, WhatFloatsIsNoObject) {
   EXPECT_EQ(result.found[result.label.back() - 1].kind, FoundThing::Kind::kRest);
 }
 
+TEST(Automatic, CrumbsBelongToWhatTheyLieAgainstAndInTheAirToNothing) {
+  MadeScene scene = made_scene(two_balls());
+  const size_t first = scene.cloud.size();
+  for (const float height : {0.07f, 0.5f})
+    for (int k = 0; k < 9; ++k)
+      add_disc(scene.cloud, Vec3f(0.6f + 0.03f * (k % 3), 0.6f + 0.03f * (k / 3), height), Vec3f::UnitZ(), 0.018f,
+               Vec3f(0.3f, 0.6f, 0.3f));
+  const AutomaticResult result = find_in(scene);
+  for (size_t p = first; p < first + 18; ++p)
+    EXPECT_EQ(result.found[result.label[p] - 1].name, p < first + 9 ? "support_1" : "rest");
+}
+
 /// Two balls on the table that touch.
 MadeScene touching_balls(const Vec3f& first, const Vec3f& second) {
   return made_scene({{Vec3f(-0.24f, 0, 0.2f), 0.25f, 10, first}, {Vec3f(0.22f, 0, 0.18f), 0.23f, 20, second}});
