@@ -82,14 +82,15 @@ class Mpm {
   const std::vector<Vec3d>& impulses() const { return impulse_; }
   int64_t particle_updates() const { return updates_; }  ///< since construction; particles asleep are left out
 
-  /// Centre of mass, mean velocity and mass of some particles, summed in the order given.
+  /// Mass, centre of mass, mean velocity and second moments of some particles; equal for any number of threads.
   struct Motion {
-    Vec3d centre = Vec3d::Zero(), velocity = Vec3d::Zero();
     double mass = 0;
+    Vec3d centre = Vec3d::Zero(), velocity = Vec3d::Zero();
+    Mat3d second = Mat3d::Zero();  ///< [kg m^2] sum of m r r^T, r from the centre of mass
+    /// Moment of inertia [kg m^2] about the axis through the centre along the unit vector `axis`.
+    double inertia(const Vec3d& axis) const { return second.trace() - axis.dot(second * axis); }
   };
   Motion motion_of(std::span<const int> particles) const;
-  /// Moment of inertia [kg m^2] of some particles about the axis through `centre` along the unit vector `axis`.
-  double inertia_of(std::span<const int> particles, const Vec3d& centre, const Vec3d& axis) const;
 
   /// Of the nodes between particles_to_grid and update_grid (momenta) or after update_grid (velocities).
   Totals grid_totals(bool velocities) const;

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/portable.h"
 #include "physics/mpm/mpm.h"
 #include "physics/mpm/rest_stencil.h"
 
@@ -23,29 +24,35 @@ ParticlePlace<double> Mpm<T>::place_of(int particle) const {
 
 template <class T>
 typename Mpm<T>::Motion Mpm<T>::motion_of(std::span<const int> particles) const {
+  struct Sums {
+    double m = 0;
+    Vec3d x = Vec3d::Zero(), v = Vec3d::Zero();
+    Mat3d xx = Mat3d::Zero();
+    Sums& operator+=(const Sums& other) {
+      m += other.m;
+      x += other.x;
+      v += other.v;
+      xx += other.xx;
+      return *this;
+    }
+  };
   Motion motion;
-  for (const int i : particles) {
-    const ParticlePlace<double> place = place_of(i);
-    const double m = rest_[i].mass;
-    motion.mass += m;
-    motion.centre += m * place.x;
-    motion.velocity += m * place.v;
-  }
+  if (particles.empty()) return motion;
+  const Vec3d near = place_of(particles.front()).x;  // moments about a point of the body keep their digits
+  const Sums sums = ordered_sum(static_cast<std::ptrdiff_t>(particles.size()), Sums(), [&](std::ptrdiff_t k) {
+    const ParticlePlace<double> place = place_of(particles[k]);
+    const double m = rest_[particles[k]].mass;
+    const Vec3d r = place.x - near;
+    return Sums{m, m * r, m * place.v, m * r * r.transpose()};
+  });
+  motion.mass = sums.m;
   if (motion.mass > 0) {
-    motion.centre /= motion.mass;
-    motion.velocity /= motion.mass;
+    const Vec3d mean = sums.x / sums.m;
+    motion.centre = near + mean;
+    motion.velocity = sums.v / sums.m;
+    motion.second = sums.xx - sums.m * mean * mean.transpose();
   }
   return motion;
-}
-
-template <class T>
-double Mpm<T>::inertia_of(std::span<const int> particles, const Vec3d& centre, const Vec3d& axis) const {
-  double sum = 0;
-  for (const int i : particles) {
-    const Vec3d arm = place_of(i).x - centre;
-    sum += rest_[i].mass * (arm.squaredNorm() - std::pow(arm.dot(axis), 2));
-  }
-  return sum;
 }
 
 template <class T>

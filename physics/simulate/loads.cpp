@@ -145,14 +145,14 @@ template <class T>
 void LoadSchedule<T>::add_torque(const Entry& entry, double part, const Mpm<T>& solver, StepLoads<T>& loads) const {
   const Vec3d& torque = entry.interaction.vector;
   const double size = torque.norm();
-  if (!(size > 0)) return;
-  const Vec3d centre = solver.motion_of(entry.touched).centre;
-  const double inertia = solver.inertia_of(entry.touched, centre, torque / size);
+  if (!(size > 0) || entry.touched.size() < 2) return;  // a single particle has no axis
+  const auto motion = solver.motion_of(entry.touched);
+  const double inertia = motion.inertia(torque / size);
   if (!(inertia > 0)) return;  // all on the axis
   BodyLoad<T> load;
   load.bit = entry.bit;
   load.angular = (part / inertia * torque).template cast<T>();
-  load.centre = centre.cast<T>();
+  load.centre = motion.centre.template cast<T>();
   loads.body.push_back(load);
 }
 

@@ -110,7 +110,7 @@ bool LoadSchedule<T>::torque_adjoint(const Entry& entry, double part, const Tape
                                      StepAdjoint<T>& particles, Vec3d& by_torque) const {
   const Vec3d& torque = entry.interaction.vector;
   const double size = torque.norm();
-  if (!(size > 0)) return false;
+  if (!(size > 0) || entry.touched.size() < 2) return false;
   const Vec3d axis = torque / size;
   const auto motion = particles.motion_of(step, entry.touched);
   const double inertia = particles.inertia_of(step, entry.touched, motion.centre, axis);
