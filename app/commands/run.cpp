@@ -6,12 +6,9 @@
 #include "app/commands/stage_options.h"
 #include "app/fit/fit_video.h"
 #include "app/page/page_stage.h"
-#include "app/predict/predict_stage.h"
+#include "app/predict/prepare_object.h"
 #include "app/reconstruct/photo_set.h"
 #include "app/run/attach_scene.h"
-#include "app/seed/seed_stage.h"
-#include "app/segment/extract_stage.h"
-#include "app/segment/repair_stage.h"
 #include "app/simulate/render_stage.h"
 #include "app/simulate/simulate_stage.h"
 
@@ -94,33 +91,13 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
   run_segment(context, run, scene, options.segment);
   ExtractStage extract = options.extract;
   if (extract.object.empty() && !options.segment.physgaussian.empty()) extract.object = "object";
-  run_extract(context, run, scene, extract);
-  const bool predicts = needs_prediction(scene, options.predict, options.simulate);
-  if (predicts)
-    assume_height(context, run, scene, options.predict);
-  else
-    scale_by_object(run, scene);
-  run_repair(context, run, scene, options.repair);
-  run_fill(context, run, scene, options.seed.fill);
   SimulateStage simulate = options.simulate;
-  nlohmann::json prediction;
-  if (predicts) {
-    PredictStage predict = options.predict;
-    predict.given = simulate.material;
-    prediction = run_predict(context, run, scene, predict);
-    // The prediction has used them.
-    for (auto* value : {&simulate.material.young, &simulate.material.poisson, &simulate.material.density})
-      value->reset();
-  } else {
-    run.forget("predict");
-  }
-  SeedStage seed = options.seed;
-  if (seed.drivers == "pgas") seed.material_file = options.simulate.material_file;
-  run_drivers(context, run, scene, seed);
+  const nlohmann::json prediction =
+      prepare_object(context, run, scene, {extract, options.repair, options.seed, options.predict}, simulate);
   if (fits) {
     FitStage fit = options.fit;
     fit.material = options.simulate.material;
-    if (predicts) start_from(prediction, scene, fit.material);
+    if (!prediction.is_null()) start_from(prediction, scene, fit.material);
     if (!fit.released_young) fit.solver = options.simulate.solver;
     run_fit(context, run, scene, fit);
     // The fit has used them.

@@ -51,20 +51,23 @@ LocalServer::Page live_page(std::string html) {
   return {"text/html; charset=utf-8", html, html.substr(begin, end - begin) + "; frame-ancestors 'none'"};
 }
 
-json run_view(const Context& context, const RunDirectory& run, const Scene& scene, const ViewOptions& options) {
-  const LiveScene live = load_live_scene(run, scene, "view");
+LiveScreen live_screen(const Context& context, const RunDirectory& run, const Scene& scene) {
+  const auto live = std::make_shared<const LiveScene>(load_live_scene(run, scene, "view"));
   // A page of its own, as clip.html may be smaller than this machine needs.
   const fs::path file = run / "view.html";
   PageStage stage;
   stage.size = kPageSize;
   export_page(context, run, scene, stage, file);
-  const LocalServer::Page page = live_page(read_text(file));
+  LiveScreen screen{live_page(read_text(file)), {}};
   fs::remove(file);
-  const fs::path recordings = run / "recordings";
-  LocalServer server(options.server, {[&](std::string_view path) { return path.empty() ? &page : nullptr; },
-                                      [&](std::shared_ptr<Connection> connection) {
-                                        return std::make_unique<LiveClient>(live, recordings, std::move(connection));
-                                      }});
+  screen.connect = [live, recordings = run / "recordings"](std::shared_ptr<Connection> connection) {
+    return std::make_unique<LiveClient>(*live, recordings, std::move(connection));
+  };
+  return screen;
+}
+
+json serve(const Context& context, const ViewOptions& options, const LiveSite& site) {
+  LocalServer server(options.server, site.handler());
   const std::string url = server.url();
   if (options.server.allow_remote)
     context.progress.warn("view: whoever has the address below can move the object, and nothing is encrypted");
@@ -86,6 +89,9 @@ OptionTable options_of(ViewOptions& options) {
            {.name = "allow-remote",
             .field = &options.server.allow_remote,
             .help = "Let other machines in, with --host; nothing is encrypted"},
+           {.name = "choose",
+            .field = &options.choose,
+            .help = "Begin with the choice of an object, although one has been made to move"},
            {.name = "no-browser",
             .field = &options.browser,
             .help = "Do not open the page in the default browser",

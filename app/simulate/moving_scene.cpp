@@ -40,11 +40,23 @@ GaussianCloud MovingScene::all_at(const TrajectoryFile::Frame& frame) const {
   return all;
 }
 
+namespace {
+
+/// Repaired, where that was done since the object was extracted.
+std::filesystem::path background_of(const RunDirectory& run) {
+  const std::filesystem::path with_hole = run / "background.ply";
+  if (!run.has("repair")) return with_hole;
+  const json read = run.manifest()["stages"]["repair"].value("inputs", json::object()).value("background", json());
+  return read == hash_of_input(with_hole) ? run / "background_repaired.ply" : with_hole;
+}
+
+}  // namespace
+
 InputFiles moving_scene_files(const RunDirectory& run) {
   check_simulated(run);
   const std::string folder = object_folder(run);
   return {{"object", run / (folder + "/object.ply")},
-          {"background", run / "background_repaired.ply"},
+          {"background", background_of(run)},
           {"particles", run / (folder + "/particles.h5")},
           {"trajectory", run / (folder + "/trajectory.h5")}};
 }

@@ -9,7 +9,7 @@
 
 namespace pliant {
 
-/// A simulated run as it is drawn: the object follows its driving particles in front of the repaired background.
+/// A simulated run as it is drawn: the object follows its driving particles in front of the background.
 struct MovingScene {
   GaussianCloud object, background;  ///< at rest
   ParticleFile particles;
@@ -26,8 +26,8 @@ struct MovingScene {
 /// The object's Gaussians to its driving particles; those in a pinned region are rigid and follow none.
 Binding bind_object(const Scene& scene, const ParticleFile& particles, const GaussianCloud& object);
 
-/// The files of a moving scene by role: object, background, particles, trajectory.  A usage error says so when the run
-/// has not been simulated.
+/// The files of a moving scene by role: object, background, particles, trajectory.  The background has its hole where
+/// it has not been repaired since the object was extracted.  A usage error says so when the run has not been simulated.
 InputFiles moving_scene_files(const RunDirectory& run);
 
 /// `files` as moving_scene_files gave them; of the scene antialiased, up and metres_per_unit are used.

@@ -198,6 +198,7 @@ const std::map<std::string, std::string> kElsewhere = {
     {"view host", "LocalServer"},
     {"view allow-remote", "LocalServer"},
     {"view no-browser", "View"},
+    {"view choose", "Choice"},
     {"predict list", "Predict"},
     {"predict preview", "Predict"},
     {"export material", "Predict"},

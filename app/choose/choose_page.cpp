@@ -1,0 +1,88 @@
+#include "app/choose/choose_page.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "app/segment/objects_file.h"
+#include "gaussians/base/embed.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files/base64.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/images/image_io.h"
+#include "gaussians/io/images/webp.h"
+#include "gaussians/render/render.h"
+#include "segmentation/sheets/objects_sheet.h"
+
+// PLIANT_CHOOSE_PAGE is the path of the file.
+PLIANT_EMBED(pliant_choose_page, PLIANT_CHOOSE_PAGE);
+
+namespace pliant {
+using nlohmann::json;
+
+namespace {
+
+constexpr size_t kMostViews = 8;
+constexpr double kLongestSide = 800;  // px
+constexpr float kQuality = 80;        // of WebP
+
+json run_lengths(const IdImage& ids) {
+  json out = json::array();
+  for (size_t i = 0; i < ids.data.size();) {
+    size_t end = i;
+    while (end < ids.data.size() && ids.data[end] == ids.data[i]) ++end;
+    out.push_back(ids.data[i]);
+    out.push_back(end - i);
+    i = end;
+  }
+  return out;
+}
+
+}  // namespace
+
+json choose_data(const RunDirectory& run, const Scene& scene, const Marks& marks) {
+  const Segmentation segmentation = read_objects(run, scene);
+  json things = json::parse(read_text(run / "objects.json"));
+  for (json& thing : things) {
+    const Vec3f color = id_color(thing.at("id"));
+    thing["color"] = {color.x(), color.y(), color.z()};
+  }
+  RenderOptions options;
+  options.antialiased = scene.report.antialiased;
+  json views = json::array();
+  const size_t count = std::min(scene.cameras.size(), kMostViews);
+  for (size_t k = 0; k < count; ++k) {
+    const size_t index = k * scene.cameras.size() / count;
+    const Camera& full = scene.cameras[index];
+    const Camera camera = full.scaled(std::min(1.0, kLongestSide / std::max(full.width, full.height)));
+    const ImageU8 picture = to_8_bit(render(scene.cloud, camera, options).color);
+    views.push_back({{"camera", index},
+                     {"name", full.name},
+                     {"width", camera.width},
+                     {"height", camera.height},
+                     {"scale", static_cast<double>(full.width) / camera.width},
+                     {"picture", base64(encode_webp(picture, kQuality))},
+                     {"ids", run_lengths(render_ids(segmentation, scene.cloud, camera))}});
+  }
+  return {{"title", scene.source.filename().string()},
+          {"things", things},
+          {"views", views},
+          {"clicks", marks.clicks},
+          {"strokes", marks.strokes}};
+}
+
+LocalServer::Page choose_page(const json& data) {
+  std::string html(pliant_choose_page_begin, static_cast<size_t>(pliant_choose_page_end - pliant_choose_page_begin));
+  const std::string mark = "/*DATA*/";
+  const size_t at = html.find(mark);
+  CHECK_MSG(at != std::string::npos, "mark of the page");
+  std::string text = data.dump(-1, ' ', false, json::error_handler_t::replace);
+  // Nothing in it may look like the end of the element.
+  for (size_t k = 0; (k = text.find("</", k)) != std::string::npos; k += 2) text.replace(k, 2, "<\\/");
+  html.replace(at, mark.size(), text);
+  return {
+      "text/html; charset=utf-8", html,
+      "default-src 'none'; connect-src 'self'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; "
+      "frame-ancestors 'none'"};
+}
+
+}  // namespace pliant

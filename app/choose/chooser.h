@@ -1,0 +1,67 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <thread>
+
+#include "app/choose/choose_page.h"
+#include "app/live/live_site.h"
+#include "app/predict/prepare_object.h"
+
+namespace pliant {
+
+/// What a client of the choice of an object asks for: a JSON object with one of
+///   "select": {"clicks": [...], "strokes": [...]}   select the object behind these marks, as `pliant segment` does
+///   "find": true                                    find free-standing objects again, as `pliant segment --auto`
+///   "make": {"object": id, "label": "..."}          make it ready to be moved; the label, which may be left out, says
+///                                                   what it is
+///   "cancel": true                                  stops what is under way
+/// Answers, to all clients: {"busy": what, or ""}, {"progress": {"text", "fraction"}}, {"said", "warning"},
+/// {"failed": text}, and {"reload": true} where the address now shows something else; to the one, {"error": text}.
+struct ChooseRequest {
+  enum class Kind { kSelect, kFind, kMake, kCancel };
+  Kind kind = Kind::kCancel;
+  Marks marks;
+  uint32_t object = 0;
+  std::string label;
+};
+/// Throws Error{kUsage} where the text is anything else.
+ChooseRequest parse_choose_request(std::string_view text);
+
+/// The choice of an object in the browser.  Works on the run directory in a thread of its own, one request at a time,
+/// by the stages of the commands: what is done stays, and a command goes on from it.  A chosen object is extracted, its
+/// material predicted, and a few frames are simulated; then the site shows it to be moved, and the hole is repaired.
+class Chooser {
+ public:
+  /// Of a segmented run; `stages` are those that make an object ready.  Context, run and site must outlive it; clients
+  /// must be gone before it.
+  Chooser(const Context& context, RunDirectory& run, Scene scene, LiveSite& site, ObjectStages stages = {});
+  ~Chooser();
+
+  /// Shows the pictures and objects that are there.
+  void show();
+
+ private:
+  class Visitor;
+  void receive(const std::string& text, Connection& from);
+  void work();
+  void carry_out(const Context& context, const ChooseRequest& request);
+  void tell(const nlohmann::json& message);
+
+  const Context& context_;
+  RunDirectory& run_;
+  const Scene scene_;
+  LiveSite& site_;
+  const ObjectStages stages_;
+  Marks marks_;  // of the selection that is there
+
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::vector<std::weak_ptr<Connection>> visitors_;
+  std::optional<ChooseRequest> request_;  // that is under way
+  std::atomic<bool> cancelled_ = false, ended_ = false;
+  std::thread thread_;
+};
+
+}  // namespace pliant

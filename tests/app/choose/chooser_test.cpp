@@ -1,0 +1,169 @@
+// The choice of an object in the browser, and what the stages make of it.
+
+#include "app/choose/chooser.h"
+
+#include <gtest/gtest.h>
+
+#include "app/live/live_view.h"
+#include "app/simulate/moving_scene.h"
+#include "gaussians/base/error.h"
+#include "tests/app/fit_video_scene.h"
+#include "tests/app/live/inbox.h"
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace pliant {
+namespace {
+
+TEST(ChooseRequest, IsOneOfFourAndEverythingElseIsRefused) {
+  const ChooseRequest select =
+      parse_choose_request(R"({"select": {"clicks": ["0,10,20"], "strokes": ["bg,1,2,3,4,5"]}})");
+  EXPECT_EQ(select.kind, ChooseRequest::Kind::kSelect);
+  EXPECT_EQ(select.marks.clicks, std::vector<std::string>{"0,10,20"});
+  EXPECT_EQ(select.marks.strokes, std::vector<std::string>{"bg,1,2,3,4,5"});
+  const ChooseRequest make = parse_choose_request(R"({"make": {"object": 70000, "label": "potted plant"}})");
+  EXPECT_EQ(make.kind, ChooseRequest::Kind::kMake);
+  EXPECT_EQ(make.object, 70000u);
+  EXPECT_EQ(make.label, "potted plant");
+  EXPECT_EQ(parse_choose_request(R"({"find": true})").kind, ChooseRequest::Kind::kFind);
+  EXPECT_EQ(parse_choose_request(R"({"cancel": true})").kind, ChooseRequest::Kind::kCancel);
+  for (const std::string& wrong :
+       {std::string(), std::string("nonsense"), std::string("[]"), std::string("{}"), std::string(R"({"find": 1})"),
+        std::string(R"({"find": true, "cancel": true})"), std::string(R"({"select": {}})"),
+        std::string(R"({"select": {"clicks": "0,1,2"}})"), std::string(R"({"select": {"clicks": [1]}})"),
+        std::string(R"({"make": {}})"), std::string(R"({"make": {"object": -1}})"),
+        std::string(R"({"make": {"object": 4294967296}})"), std::string(R"({"make": {"object": 1, "label": 2}})"),
+        R"({"make": {"object": 1, "label": ")" + std::string(200, 'x') + "\"}}", std::string(R"({"run": true})")})
+    EXPECT_THROW(parse_choose_request(wrong), Error) << wrong;
+}
+
+TEST(ChoosePage, WhatAFileIsCalledEndsNoElement) {
+  const LocalServer::Page page = choose_page({{"title", "</script><script>alert(1)</script>"}});
+  EXPECT_EQ(page.body.find("</script><script>alert"), std::string::npos);
+  EXPECT_NE(page.body.find("<\\/script>"), std::string::npos);
+  EXPECT_EQ(page.security_policy.find("default-src 'none'"), 0u);
+}
+
+class Choice : public FitVideo {
+ protected:
+  void SetUp() override {
+    fs::remove_all(folder / "choice");
+    fs::copy(folder / "run", folder / "choice", fs::copy_options::recursive);
+    run_ = std::make_unique<RunDirectory>(RunDirectory::open(folder / "choice"));
+    scene_ = load_run_scene(*run_);
+    ObjectStages stages;
+    stages.seed.fill.particles = 600;
+    chooser_ = std::make_unique<Chooser>(context_, *run_, scene_, site_, stages);
+    chooser_->show();
+    client_ = site_.handler().connect(inbox_);
+  }
+  void TearDown() override {
+    client_.reset();
+    chooser_.reset();
+  }
+
+  /// The id of the object that the scene names.
+  uint32_t plant() const {
+    const json shown = data();
+    for (const json& thing : shown["things"])
+      if (thing["name"] == scene_.settings.object) return thing["id"];
+    ADD_FAILURE() << "no object " << scene_.settings.object;
+    return 0;
+  }
+  json data() const { return choose_data(*run_, scene_, {}); }
+  std::string page() { return site_.handler().page("")->body; }
+  /// The first message with this field.
+  json await(const std::string& field) {
+    for (int k = 0; k < 10000; ++k) {
+      const std::string text = inbox_->next();
+      if (text.empty()) break;
+      json message = json::parse(text);
+      if (message.contains(field)) return message[field];
+      if (message.contains("failed") || message.contains("error")) ADD_FAILURE() << text;
+    }
+    return nullptr;
+  }
+
+  Progress progress_{true};
+  const Context context_{progress_, [] { return false; }};
+  std::unique_ptr<RunDirectory> run_;
+  Scene scene_;
+  LiveSite site_;
+  std::unique_ptr<Chooser> chooser_;
+  std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
+  std::unique_ptr<Client> client_;
+};
+
+TEST_F(Choice, EveryPixelOfAViewHasItsThing) {
+  const json shown = data();
+  ASSERT_FALSE(shown["views"].empty());
+  for (const json& view : shown["views"]) {
+    size_t pixels = 0;
+    for (size_t k = 1; k < view["ids"].size(); k += 2) pixels += view["ids"][k].get<size_t>();
+    EXPECT_EQ(pixels, view["width"].get<size_t>() * view["height"].get<size_t>());
+  }
+}
+
+TEST_F(Choice, WhatIsChosenIsMadeReadyAndThenShownToBeMoved) {
+  EXPECT_EQ(page().find("pliant-live\""), std::string::npos);
+  client_->receive(json({{"make", {{"object", plant()}, {"label", "potted plant"}}}}).dump());
+  EXPECT_EQ(await("busy"), "make");
+  EXPECT_TRUE(await("progress").is_object());
+  EXPECT_EQ(await("reload"), true);
+  EXPECT_NE(page().find("pliant-live\""), std::string::npos);
+  EXPECT_TRUE(run_->has("simulate"));
+  EXPECT_EQ(run_->manifest()["stages"]["predict"]["options"]["label"], "potted plant");
+  const auto inbox = std::make_shared<Inbox>();
+  const auto mover = site_.handler().connect(inbox);
+  mover->receive(R"({"id": 1, "frames": 1})");
+  EXPECT_EQ(inbox->next().substr(0, 4), "PLNT");
+  // Behind it the hole closes.
+  EXPECT_EQ(await("busy"), "");
+  EXPECT_EQ(moving_scene_files(*run_).at("background"), *run_ / "background_repaired.ply");
+  EXPECT_NE(page().find("pliant-live\""), std::string::npos);
+}
+
+TEST_F(Choice, AMarkSelectsWhatIsBehindItAndOneRequestIsCarriedOutAtATime) {
+  // The middle of the longest row of pixels of the plant in the first view that shows it.
+  const uint32_t wanted = plant();
+  std::string click;
+  const json shown = data();
+  for (const json& view : shown["views"]) {
+    size_t best = 0, at = 0, middle = 0;
+    for (size_t k = 0; k < view["ids"].size(); at += view["ids"][k + 1].get<size_t>(), k += 2)
+      if (view["ids"][k] == wanted && view["ids"][k + 1].get<size_t>() > best) {
+        best = view["ids"][k + 1];
+        middle = at + best / 2;
+      }
+    if (best < 6) continue;
+    const size_t width = view["width"];
+    const double scale = view["scale"];
+    click = std::to_string(view["camera"].get<int>()) + "," + std::to_string(scale * (middle % width + 0.5)) + "," +
+            std::to_string(scale * (middle / width + 0.5));
+    break;
+  }
+  ASSERT_FALSE(click.empty());
+  client_->receive(json({{"select", {{"clicks", {click}}}}}).dump());
+  client_->receive(R"({"find": true})");
+  EXPECT_NE(await("error").get<std::string>().find("another"), std::string::npos);
+  EXPECT_EQ(await("reload"), true);
+  EXPECT_NE(page().find("\"clicks\":[\"" + click + "\"]"), std::string::npos);
+  const json things = data()["things"];
+  ASSERT_EQ(things.size(), 2u);
+  EXPECT_EQ(things[0]["name"], "object");
+}
+
+TEST_F(Choice, WhatFailsOrIsCancelledIsSaidAndTheNextIsCarriedOut) {
+  client_->receive(R"({"make": {"object": 123456}})");
+  EXPECT_NE(await("failed").get<std::string>().find("123456"), std::string::npos);
+  client_->receive(json({{"make", {{"object", plant()}}}}).dump());
+  client_->receive(R"({"cancel": true})");
+  EXPECT_EQ(await("failed"), "Cancelled.");
+  EXPECT_EQ(page().find("pliant-live\""), std::string::npos);
+  client_->receive(R"({"select": {"clicks": ["nowhere,1,2"]}})");
+  EXPECT_NE(await("failed").get<std::string>().find("nowhere"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace pliant
