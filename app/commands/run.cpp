@@ -132,9 +132,10 @@ void add_run(CLI::App& app, Program& program) {
       app.add_subcommand("run", "All stages: from a scene, or photos with cameras, to a clip of the moving object");
   auto options = std::make_shared<RunOptions>();
   const Spelling spelling{.own = false, .left_out = {"physgaussian"}};
-  Spelling simulate = spelling, seed = spelling, fit = spelling;
+  Spelling simulate = spelling, seed = spelling, fit = spelling, render = spelling;
   simulate.left_out.insert("no-fit");
   seed.left_out.insert("material");
+  render.left_out.insert("recorded");
   Spelling predict = spelling;
   predict.left_out = {"young", "poisson", "density"};
   fit.left_out.merge(std::set<std::string>{"young", "poisson", "density", "solver"});
@@ -153,7 +154,7 @@ void add_run(CLI::App& app, Program& program) {
       ->group("Object, material and motion");
   add_options(*command, program, options_of(options->reconstruct), spelling);
   add_options(*command, program, options_of(options->repair), spelling);
-  add_options(*command, program, options_of(options->render), spelling);
+  add_options(*command, program, options_of(options->render), render);
   add_options(*command, program, options_of(options->page), spelling);
   command
       ->add_option_function<std::string>(

@@ -9,6 +9,7 @@
 #include "app/import/interactions.h"
 #include "app/run/attach_scene.h"
 #include "app/simulate/session_body.h"
+#include "app/store/particles.h"
 #include "app/store/trajectory.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
@@ -162,7 +163,9 @@ json replay_recording(const Context& context, RunDirectory& run, const Scene& sc
     });
   }
   const fs::path target = run / (folder + "/recording.h5");
-  write_trajectory(target, out, json({{"recording", hash_of_input(file)}}).dump());
+  const std::string provenance = json({{"recording", hash_of_input(file)}}).dump();
+  write_particles(run / (folder + "/recording_particles.h5"), start.level, provenance);
+  write_trajectory(target, out, provenance);
   context.progress.say(fmt::format("simulate: {} frames of {} driving particles in {}", recording.frames,
                                    recording.start.drivers, target.string()));
   return {{"file", target.string()}, {"frames", recording.frames}, {"drivers", recording.start.drivers}};

@@ -36,8 +36,8 @@ Recording parse_recording(const std::string& text, const Scene& scene, const std
 /// A file of version 2: what was done to `session` since it began.
 nlohmann::json recording_json(const LiveStart& start, double fps, const LiveSession& session);
 
-/// Does it again with the native solver and writes the motion of the level's particles to recording.h5 in the object's
-/// folder.
+/// Does it again with the native solver and writes the motion of the level's particles to recording.h5, and these to
+/// recording_particles.h5, in the object's folder.
 nlohmann::json replay_recording(const Context& context, RunDirectory& run, const Scene& scene,
                                 const std::filesystem::path& file);
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <tuple>
 
+#include "app/run/attach_scene.h"
 #include "app/simulate/clip_camera.h"
 #include "app/simulate/moving_scene.h"
 #include "app/simulate/object_layer.h"
@@ -123,6 +124,15 @@ StageInputs<RenderStage> inputs_of(const RunDirectory& run, const Scene& scene, 
   if (stage.shot.camera.empty() && stage.shot.path.empty()) in.parts.insert(ScenePart::kVideoCamera);
   in.scene = only(in.parts, scene);
   in.files = moving_scene_files(run);
+  if (stage.recorded) {
+    const std::string folder = object_folder(run);
+    in.files["trajectory"] = run / (folder + "/recording.h5");
+    in.files["particles"] = run / (folder + "/recording_particles.h5");
+    for (const char* role : {"trajectory", "particles"})
+      if (!fs::exists(in.files[role]))
+        throw usage_error("--recorded", "", "finds no " + in.files[role].string(),
+                          "run `pliant simulate DIR --recording FILE` first");
+  }
   in.outputs = {"clip.mp4", "clip_frames.png"};
   if (stage.frames) in.outputs.push_back("clip");
   if (stage.gif) in.outputs.push_back("clip.gif");
@@ -160,6 +170,9 @@ OptionTable options_of(RenderStage& stage) {
         .help = "Frames per second of the clips, between those of the simulation (default: the path's or simulation's)",
         .low = 1,
         .high = 1000},
+       {.name = "recorded",
+        .field = &stage.recorded,
+        .help = "Film what was done by hand, recording.h5 of `simulate --recording`, instead of the simulated motion"},
        {.name = "no-orbit", .field = &stage.orbit, .help = "Skip clip_orbit.mp4", .off = true},
        {.name = "turntable",
         .field = &stage.turntable,

@@ -13,6 +13,7 @@ namespace pliant {
 /// render: clip.mp4 from a fixed camera or along a path, clip_orbit.mp4 from one that turns around the object.
 struct RenderStage {
   ShotOptions shot;
+  bool recorded = false;  ///< recording.h5 of `simulate --recording` instead of the simulated motion
   bool orbit = true;
   bool turntable = false;          ///< clip_orbit.mp4 turns once, also where photos show one side only
   bool frames = false;             ///< also clip/000000.png ..., which lose nothing

@@ -4,11 +4,15 @@
 
 #include <gtest/gtest.h>
 
+#include <thread>
+
 #include "app/live/live_view.h"
 #include "app/simulate/moving_scene.h"
 #include "gaussians/base/error.h"
+#include "segmentation/select/gesture_prompts.h"
 #include "tests/app/fit_video_scene.h"
 #include "tests/app/live/inbox.h"
+#include "tests/app/page/browser.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -122,6 +126,75 @@ TEST_F(Choice, WhatIsChosenIsMadeReadyAndThenShownToBeMoved) {
   EXPECT_EQ(await("busy"), "");
   EXPECT_EQ(moving_scene_files(*run_).at("background"), *run_ / "background_repaired.ply");
   EXPECT_NE(page().find("pliant-live\""), std::string::npos);
+}
+
+// In the browser: the pointer lights up and takes what it is over, marks are in the pixels of the camera, and what the
+// page sends is what is asked for.
+TEST_F(Choice, ThePageTakesWhatIsUnderThePointerAndSendsMarks) {
+  if (const std::string missing = browser_missing(); !missing.empty()) GTEST_SKIP() << missing;
+  std::atomic<bool> stop = false;
+  auto server = std::make_unique<LocalServer>(LocalServerOptions(), site_.handler());
+  std::thread thread([&] { server->run([&] { return stop.load(); }); });
+  const json answer = evaluate_in_page("(async () => { const wanted = " + std::to_string(plant()) + R"(;
+    await Promise.all(data.views.map((view) => view.image.decode()));
+    const view = data.views[0], box = canvas.getBoundingClientRect(), sent = [];
+    while (socket.readyState === WebSocket.CONNECTING) await new Promise((done) => setTimeout(done, 20));
+    socket.send = (text) => sent.push(text);
+    const pixels = [...view.id.keys()].filter((p) => view.id[p] === wanted);
+    const pixel = pixels[pixels.length >> 1], at = [pixel % view.width + 0.5, Math.floor(pixel / view.width) + 0.5];
+    const scale = Math.min(box.width / view.width, box.height / view.height);
+    const point = (type, dx = 0) => canvas.dispatchEvent(new PointerEvent(type, {pointerId: 1,
+      clientX: box.left + (box.width - scale * view.width) / 2 + scale * (at[0] + dx),
+      clientY: box.top + (box.height - scale * view.height) / 2 + scale * at[1]}));
+    canvas.setPointerCapture = () => {};
+    const before = element('make').disabled;
+    point('pointermove');
+    const under = over;
+    point('pointerdown');
+    element('label').value = 'potted plant';
+    element('make').click();
+    document.querySelector('[data-tool=click]').click();
+    point('pointerdown');
+    document.querySelector('[data-tool=bg]').click();
+    point('pointerdown');
+    point('pointermove', 2);
+    point('pointerup', 2);
+    element('undo').click();
+    element('redo').click();
+    element('select').click();
+    return {before, under, chosen, sent, camera: view.camera, mark: at.map((x) => x * view.scale), scale: view.scale,
+      connected: socket.readyState === WebSocket.OPEN};
+  })())",
+                                       server->url(), folder);
+  stop = true;
+  thread.join();
+  server.reset();
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  EXPECT_EQ(answer["said"], json::array()) << "errors and violations of the policy";
+  const json& value = answer["value"];
+  EXPECT_EQ(value["connected"], true);
+  EXPECT_EQ(value["before"], true) << "nothing is chosen yet";
+  EXPECT_EQ(value["under"], plant());
+  EXPECT_EQ(value["chosen"], plant());
+  ASSERT_EQ(value["sent"].size(), 2u);
+  const ChooseRequest make = parse_choose_request(value["sent"][0].get<std::string>());
+  EXPECT_EQ(make.kind, ChooseRequest::Kind::kMake);
+  EXPECT_EQ(make.object, plant());
+  EXPECT_EQ(make.label, "potted plant");
+  const ChooseRequest select = parse_choose_request(value["sent"][1].get<std::string>());
+  EXPECT_EQ(select.kind, ChooseRequest::Kind::kSelect);
+  Gesture gesture;
+  ASSERT_EQ(select.marks.clicks.size(), 1u);
+  ASSERT_EQ(select.marks.strokes.size(), 1u);
+  add_click(select.marks.clicks[0], scene_.cameras, 8, gesture);
+  add_stroke(select.marks.strokes[0], scene_.cameras, 8, gesture);
+  EXPECT_EQ(gesture.strokes[0].camera, value["camera"]);
+  EXPECT_NEAR(gesture.strokes[0].points[0].x(), value["mark"][0].get<float>(), 0.1);
+  EXPECT_NEAR(gesture.strokes[0].points[0].y(), value["mark"][1].get<float>(), 0.1);
+  EXPECT_FALSE(gesture.strokes[1].foreground);
+  ASSERT_EQ(gesture.strokes[1].points.size(), 2u);
+  EXPECT_NEAR(gesture.strokes[1].points[1].x() - gesture.strokes[1].points[0].x(), 2 * value["scale"].get<float>(),
+              0.2);
 }
 
 TEST_F(Choice, AMarkSelectsWhatIsBehindItAndOneRequestIsCarriedOutAtATime) {

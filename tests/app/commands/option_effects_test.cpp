@@ -39,7 +39,10 @@ double another_number(const Option& option, double usual) {
 class OptionEffects : public FitVideo {
  protected:
   void SetUp() override {
-    scene_ = load_run_scene(RunDirectory::open(folder / "run"));
+    const RunDirectory run = RunDirectory::open(folder / "run");
+    scene_ = load_run_scene(run);
+    for (const char* recorded : {"recording.h5", "recording_particles.h5"})
+      write_text(run / (object_folder(run) + "/" + recorded), recorded);
     write_text(file("config.json"), "{}");
     for (const char* network : {"detector", "tagger", "segmenter", "tracker", "inpainter"})
       write_text(file(network) + ".onnx", network);

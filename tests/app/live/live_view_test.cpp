@@ -128,6 +128,14 @@ TEST_F(View, WhatWasDoneIsKeptAndGivesTheSameMotion) {
     EXPECT_EQ(meta["speed"].get<float>(), speed);
   }
   EXPECT_EQ(bytes[0], bytes[1]);
+  // A clip of it: as many frames as were recorded.
+  const std::string run = (folder / "run").string();
+  ASSERT_EQ(run_quietly({"render", run, "--recorded", "--no-orbit", "--size", "64x48"}), 0);
+  size_t filmed = 0;
+  for (const auto clip = open_frames(folder / "run/clip.mp4", 0); clip->next();) ++filmed;
+  EXPECT_EQ(filmed, 19u);
+  fs::remove(motion);
+  EXPECT_EQ(run_quietly({"render", run, "--recorded"}), 2);
   json damaged = json::parse(read_text(file));
   damaged["commands"][0][0] = 400;
   write_text(folder / "damaged.json", damaged.dump());

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "app/live/live_client.h"
 #include "app/live/live_view.h"
@@ -13,6 +12,7 @@
 #include "app/simulate/moving_scene.h"
 #include "gaussians/render/render.h"
 #include "tests/app/fit_video_scene.h"
+#include "tests/app/page/browser.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -34,11 +34,7 @@ class ClipPage : public FitVideo {
   static fs::path page() { return folder / "clip.html"; }
 
   void SetUp() override {
-    for (const char* name : {"chromium", "chromium-browser", "google-chrome"})
-      if (browser_.empty() && std::system((std::string("command -v ") + name + " > /dev/null 2>&1").c_str()) == 0)
-        browser_ = name;
-    if (browser_.empty()) GTEST_SKIP() << "Chromium is not installed";
-    if (std::system("node --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "node is not installed";
+    if (const std::string missing = browser_missing(); !missing.empty()) GTEST_SKIP() << missing;
     run_ = std::make_unique<RunDirectory>(RunDirectory::open(folder / "run"));
     scene_ = load_run_scene(*run_);
     moving_ = load_moving_scene(moving_scene_files(*run_), scene_);
@@ -46,16 +42,9 @@ class ClipPage : public FitVideo {
 
   /// What the expression gives in the page.
   json evaluate(const std::string& expression, const fs::path& file = page()) const {
-    write_text(folder / "expression.js", expression);
-    const std::string command = "node " + std::string(PLIANT_BROWSE_CLIP) + " $(command -v " + browser_ + ") " +
-                                file.string() + " " + (folder / "expression.js").string() + " " +
-                                (folder / "answer.json").string();
-    fs::remove(folder / "answer.json");
-    EXPECT_EQ(std::system(command.c_str()), 0);
-    return json::parse(read_text(folder / "answer.json"));
+    return evaluate_in_page(expression, file.string(), folder);
   }
 
-  std::string browser_;
   std::unique_ptr<RunDirectory> run_;
   Scene scene_;
   MovingScene moving_;

@@ -325,7 +325,7 @@ TEST_F(StageKeys, FilesOfTheRunChangeTheKeysOfTheStagesThatReadThem) {
   };
   expect(object / "object.ply",
          kBody + Names{"repair", "fit", "fit, camera found", "simulate", "render", "render a camera"});
-  expect(run / "background.ply", {"repair"});
+  expect(run / "background.ply", Names{"repair"} + kRender);  // which shows the hole until it is repaired
   expect(run / "background_repaired.ply", Names{"fit", "fit, camera found"} + kRender);
   expect(object / "solid.h5", {"predict", "seed"});
   expect(object / "particles.h5", kFit + kSimulate + kRender);

@@ -52,7 +52,7 @@ class ExportTest : public testing::Test {
     whole.append(object);
     write_ply(folder / "scene.ply", whole);
     write_ply(folder / "run/objects/1_ball/object.ply", object);
-    write_ply(folder / "run/background_repaired.ply", background);
+    write_ply(folder / "run/background.ply", background);
     ParticleFile particles;
     for (float x = -0.3f; x < 0.31f; x += 0.1f)
       for (float y = -0.3f; y < 0.31f; y += 0.1f)
