@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/report/html.h"
 #include "app/segment/objects_file.h"
 #include "gaussians/base/embed.h"
-#include "gaussians/base/error.h"
 #include "gaussians/io/files/base64.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/images/image_io.h"
@@ -72,13 +72,7 @@ json choose_data(const RunDirectory& run, const Scene& scene, const Marks& marks
 
 LocalServer::Page choose_page(const json& data) {
   std::string html(pliant_choose_page_begin, static_cast<size_t>(pliant_choose_page_end - pliant_choose_page_begin));
-  const std::string mark = "/*DATA*/";
-  const size_t at = html.find(mark);
-  CHECK_MSG(at != std::string::npos, "mark of the page");
-  std::string text = data.dump(-1, ' ', false, json::error_handler_t::replace);
-  // Nothing in it may look like the end of the element.
-  for (size_t k = 0; (k = text.find("</", k)) != std::string::npos; k += 2) text.replace(k, 2, "<\\/");
-  html.replace(at, mark.size(), text);
+  fill_mark(html, "/*DATA*/", in_script(data.dump(-1, ' ', false, json::error_handler_t::replace)));
   return {
       "text/html; charset=utf-8", html,
       "default-src 'none'; connect-src 'self'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; "

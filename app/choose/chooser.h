@@ -2,7 +2,8 @@
 
 #include <atomic>
 #include <condition_variable>
-#include <deque>
+#include <mutex>
+#include <optional>
 #include <thread>
 
 #include "app/choose/choose_page.h"

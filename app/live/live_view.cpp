@@ -9,6 +9,7 @@
 
 #include "app/live/live_client.h"
 #include "app/page/page_stage.h"
+#include "app/report/html.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 
@@ -33,20 +34,14 @@ bool open_browser(const std::string& url) {
   return waitpid(process, &status, 0) == process && WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-void replace_once(std::string& text, const std::string& mark, const std::string& by) {
-  const size_t at = text.find(mark);
-  CHECK_MSG(at != std::string::npos, "mark of the page's template");
-  text.replace(at, mark.size(), by);
-}
-
 }  // namespace
 
 LocalServer::Page live_page(std::string html) {
   const std::string policy = "default-src 'none'; ",
                     mark = "http-equiv=\"Content-Security-Policy\" content=\"" + policy;
   const std::string connects = "connect-src 'self'; ";
-  replace_once(html, mark, mark + connects);
-  replace_once(html, "<title>", "<meta name=\"pliant-live\" content=\"live\">\n<title>");
+  fill_mark(html, mark, mark + connects);
+  fill_mark(html, "<title>", "<meta name=\"pliant-live\" content=\"live\">\n<title>");
   const size_t begin = html.find(mark) + mark.size() - policy.size(), end = html.find('"', begin);
   return {"text/html; charset=utf-8", html, html.substr(begin, end - begin) + "; frame-ancestors 'none'"};
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "gaussians/base/error.h"
 #include "gaussians/io/files/base64.h"
 #include "gaussians/io/files/files.h"
 
@@ -49,6 +50,17 @@ std::string html_video(const RunDirectory& run, const std::string& file, const s
       "<figure><video src=\"data:video/mp4;base64,{}\" controls loop muted autoplay playsinline></video>"
       "<figcaption>{}</figcaption></figure>\n",
       base64(read_text(run / file)), html_escaped(caption));
+}
+
+void fill_mark(std::string& page, const std::string& mark, const std::string& text) {
+  const size_t place = page.find(mark);
+  CHECK_MSG(place != std::string::npos, "mark of the page's template");
+  page.replace(place, mark.size(), text);
+}
+
+std::string in_script(std::string text) {
+  for (size_t k = 0; (k = text.find("</", k)) != std::string::npos; k += 2) text.replace(k, 2, "<\\/");
+  return text;
 }
 
 }  // namespace pliant

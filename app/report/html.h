@@ -14,4 +14,9 @@ std::string html_escaped(const std::string& text);
 std::string html_picture(const RunDirectory& run, const std::string& file, const std::string& caption);
 std::string html_video(const RunDirectory& run, const std::string& file, const std::string& caption);
 
+/// Puts `text` in the place of the first `mark` of a template, which has one.
+void fill_mark(std::string& page, const std::string& mark, const std::string& text);
+/// Text of a script element, in which nothing may look like its end.
+std::string in_script(std::string text);
+
 }  // namespace pliant
