@@ -80,7 +80,8 @@ TEST(Options, OfAStageNeedNoPrefixInItsOwnCommandAndHaveOneInRun) {
                          run.out.find("  --" + option.name) != std::string::npos;
       const bool of_run = (table.stage == "simulate" && option.name == "no-fit") ||
                           (table.stage == "fit" && option.name == "solver") ||  // that of simulate
-                          (table.stage == "seed" && option.name == "material");
+                          (table.stage == "seed" && option.name == "material") ||
+                          (table.stage == "render" && option.name == "recorded");  // `run` records nothing
       EXPECT_TRUE(shown || of_run) << "run --" << table.stage << "." << option.name;
     }
   }
