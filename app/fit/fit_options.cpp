@@ -23,7 +23,7 @@ ClipTerms clip_terms(const Context& context, const RunDirectory& run, const Comp
   ClipTerms terms;
   terms.drawn = fit.drawn;
   terms.track_weight = stage.loss == "image" ? 0 : 1;
-  terms.picture_weight = stage.loss == "tracks" ? 0 : stage.picture_weight;
+  terms.picture_weight = stage.loss == "tracks" ? 0 : *stage.picture_weight;
   terms.picture.photometric = {stage.lambda, 1 - stage.lambda};
   terms.flow_weight = stage.flow_weight;
   if (terms.picture_weight > 0 || terms.flow_weight > 0)
@@ -84,7 +84,7 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
     options.gradient.astray = kAstray;
   }
   options.gradient.iterations = stage.compare.iterations;
-  options.gradient_window = stage.compare.window;
+  options.gradient_window = *stage.compare.window;
   options.poisson = stage.compare.poisson;
   options.clip = clip_terms(context, run, stage.compare, fit, static_cast<int>(done.rows.size()));
   return options;

@@ -34,12 +34,13 @@ struct GenerateStage {
 
 /// What gradients through the simulation compare beside, or instead of, the points that are followed.
 struct CompareStage {
-  std::string loss = "tracks";  ///< tracks, image, both
-  double lambda = 0.1;          ///< share of L1 in the loss of pictures; the rest is D-SSIM
-  double picture_weight = 10;   ///< that this loss counts against the tracks' mean squared error in px
+  std::string loss;     ///< tracks, image, both; empty = the recipe's
+  double lambda = 0.1;  ///< share of L1 in the loss of pictures; the rest is D-SSIM
+  /// That this loss counts against the tracks' mean squared error in px; default: the recipe's.
+  std::optional<double> picture_weight;
   double flow_weight =
-      0;           ///< that the flow's mean squared error [px a frame] counts against it; 0 = flow is not compared
-  int window = 0;  ///< frames through which gradients run back; 0 = all
+      0;  ///< that the flow's mean squared error [px a frame] counts against it; 0 = flow is not compared
+  std::optional<int> window;  ///< frames through which the gradient of E runs back; 0 = all; default: the recipe's
   int iterations = 100;
   bool poisson = false;      ///< Poisson's ratio is fitted too
   std::string guide;         ///< a program that judges the drawn motion, see fitting/observe/guidance.h; empty = none
@@ -70,7 +71,7 @@ struct FitStage {
   double from = -1;        ///< s of the video, from which on nothing pushes the object; negative = found
   double until = 0;        ///< s of the video; later frames only judge the fit; 0 = all are used
   int points = 400;        ///< of the object's surface that are followed
-  std::string field = "uniform";  ///< E(x): uniform, parts, smooth, triplanes
+  std::string field;       ///< E(x): uniform, parts, smooth, triplanes; empty = the recipe's
   std::string recipe = "search";  ///< search: over stiffness, then Gauss-Newton; physdreamer: gradients alone, v0 first
                                   ///< (fit_physdreamer.h)
   int parts = 6;                  ///< patches of the object by place and colour; those that look alike are one part
@@ -88,6 +89,9 @@ struct FitStage {
 };
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(FitStage& stage);
+/// With what its recipe sets where nothing is said: fields and windows as PhysDreamer publishes them, an image loss
+/// that its total variation counts against as there; else the tracked points, by one stiffness.
+FitStage with_recipe(FitStage stage);
 /// Throws Error{kUsage} for what a fit of this kind would leave unused, by the name of its option.
 void check_fit_stage(const FitStage& stage, bool has_video);
 /// The same for any choice at all, when nothing is fitted: `where` says why ("with --no-video").

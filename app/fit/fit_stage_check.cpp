@@ -34,9 +34,9 @@ std::vector<Choice> of_pictures(const FitStage& stage) {
                                     {stage.typed("video-camera"), !stage.camera().empty()},
                                     {stage.typed("video-pose"), !stage.pose.empty()},
                                     {stage.typed("video-fps"), stage.fps > 0},
-                                    {stage.typed("field"), stage.field != "uniform"},
+                                    {stage.typed("field"), !stage.field.empty()},
                                     {stage.typed("recipe"), stage.recipe != "search"},
-                                    {stage.typed("loss"), c.loss != "tracks"},
+                                    {stage.typed("loss"), !c.loss.empty()},
                                     {stage.typed("flow-weight"), c.flow_weight > 0},
                                     {stage.typed("fit-poisson"), c.poisson},
                                     {stage.typed("guidance-cmd"), !c.guide.empty()},
@@ -61,7 +61,7 @@ std::vector<Choice> of_markers(const FitStage& stage) {
 /// What only gradients use.
 std::vector<Choice> of_gradients(const FitStage& stage) {
   const CompareStage usual;
-  return {{stage.typed("gradient-window"), stage.compare.window != usual.window},
+  return {{stage.typed("gradient-window"), stage.compare.window.has_value()},
           {stage.typed("gradient-iterations"), stage.compare.iterations != usual.iterations}};
 }
 
@@ -69,7 +69,7 @@ std::vector<Choice> of_gradients(const FitStage& stage) {
 std::vector<Choice> of_picture_loss(const FitStage& stage) {
   const CompareStage usual;
   return {{stage.typed("loss-lambda"), stage.compare.lambda != usual.lambda},
-          {stage.typed("image-weight"), stage.compare.picture_weight != usual.picture_weight}};
+          {stage.typed("image-weight"), stage.compare.picture_weight.has_value()}};
 }
 
 /// What only a motion uses that is drawn for a program to judge, without a video.
@@ -99,6 +99,16 @@ std::vector<Choice> of_parts(const FitStage& stage) {
 }
 
 }  // namespace
+
+FitStage with_recipe(FitStage stage) {
+  const bool physdreamer = stage.recipe == "physdreamer";
+  CompareStage& compare = stage.compare;
+  if (stage.field.empty()) stage.field = physdreamer ? "triplanes" : "uniform";
+  if (compare.loss.empty()) compare.loss = physdreamer ? "image" : "tracks";
+  if (!compare.picture_weight) compare.picture_weight = physdreamer ? 1 : 10;
+  if (!compare.window) compare.window = physdreamer ? 1 : 0;
+  return stage;
+}
 
 std::string FitStage::typed(const std::string& option) const {
   return "--" + (brief_options().count(option) ? "" : prefix) + option;
@@ -132,20 +142,22 @@ void check_fit_stage(const FitStage& stage, bool has_video) {
     refuse({{stage.typed("guidance-cmd"), guided}},
            "with " + stage.typed("recipe") + " physdreamer, which only compares with the video",
            "leave one of them out");
+  const FitStage chosen = with_recipe(stage);
+  const std::string& loss = chosen.compare.loss;
   const bool by_gradients =
-      recipe || stage.field == "triplanes" || c.loss != "tracks" || c.flow_weight > 0 || c.poisson || guided;
+      recipe || chosen.field == "triplanes" || loss != "tracks" || c.flow_weight > 0 || c.poisson || guided;
   const std::string pictures = "add " + stage.typed("loss") + " image or both";
   if (!by_gradients)
     refuse(of_gradients(stage), "without gradients: the tracked points are fitted by Gauss-Newton",
            pictures + ", " + stage.typed("flow-weight") + ", " + stage.typed("field") + " triplanes or " +
                stage.typed("recipe") + " physdreamer");
-  if (c.loss == "tracks") refuse(of_picture_loss(stage), "without an image loss", pictures);
+  if (loss == "tracks") refuse(of_picture_loss(stage), "without an image loss", pictures);
   if (!guided) refuse(of_guide(stage), "without a guidance program", "add " + stage.typed("guidance-cmd") + " CMD");
   if (guided && has_video) refuse(of_drawing(stage), "with a video, which sets what is rendered", "leave it out");
   if (guided && !has_video) {
     refuse(of_watching(stage), "without a video", "leave it out, or add --video FILE");
-    refuse({{stage.typed("loss"), c.loss != "tracks"}, {stage.typed("flow-weight"), c.flow_weight > 0}},
-           "without a video", "give --video FILE, or leave it out");
+    refuse({{stage.typed("loss"), !c.loss.empty()}, {stage.typed("flow-weight"), c.flow_weight > 0}}, "without a video",
+           "give --video FILE, or leave it out");
   }
   if (stage.generate.command.empty())
     refuse(of_generating(stage), "without a program that generates the video",
@@ -157,7 +169,7 @@ void check_fit_stage(const FitStage& stage, bool has_video) {
             {stage.typed("refine-camera"), stage.refine_camera},
             {stage.typed("compare-fps"), stage.compare_fps > 0}},
            "with " + stage.typed("video-model-cmd") + ", whose video is used unchanged", "leave it out");
-  if (stage.field != "parts")
+  if (chosen.field != "parts")
     refuse(of_parts(stage), "without parts", "add " + stage.typed("field") + " parts");
   else if (!stage.part_labels.empty())
     refuse({{stage.typed("parts"), stage.parts != FitStage().parts}},

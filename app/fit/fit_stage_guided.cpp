@@ -71,7 +71,7 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
   varied.velocity = nullptr;  // forces move it
   const ClipFrames frames{0, compare.guide_frames - 1, 0, 1, fps};
   Motion<float> cut = motion;
-  cut.options.gradient_window = compare.window;
+  cut.options.gradient_window = *compare.window;
   const ClipFit found = fit_clip(
       varied, cut, clip_objective(options.clip, nullptr, frames), kept.gradient,
       [&](const std::string& line) { context.progress.say("fit: " + line); }, kept.keep_gradient);

@@ -55,7 +55,7 @@ FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage&
   const std::string folder = object_folder(run);
   const FitKind kind = kind_of(stage, scene);
   FitInputs in;
-  in.options = stage;
+  in.options = with_recipe(stage);
   add_program("guidance-cmd", stage.compare.guide, in);
   add_program("video-model-cmd", stage.generate.command, in);
   in.parts = {ScenePart::kUp, ScenePart::kMetresPerUnit, ScenePart::kMaterial};

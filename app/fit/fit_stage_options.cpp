@@ -54,7 +54,8 @@ std::vector<Option> compare_options(CompareStage& stage) {
   return {
       {.name = "loss",
        .field = &stage.loss,
-       .help = "tracks: tracked points; image: rendered frames against the video; both",
+       .help = "tracks: tracked points; image: rendered frames against the video; both (default: tracks; physdreamer: "
+               "image)",
        .group = kGroup,
        .choices = {"tracks", "image", "both"}},
       {.name = "loss-lambda",
@@ -65,7 +66,7 @@ std::vector<Option> compare_options(CompareStage& stage) {
        .high = 1},
       {.name = "image-weight",
        .field = &stage.picture_weight,
-       .help = "Weight of the image loss against the squared track error [px^2]",
+       .help = "Weight of the image loss against the squared track error [px^2] (default: 10; physdreamer: 1)",
        .group = kGroup,
        .positive = true,
        .formerly = "picture-weight"},
@@ -76,7 +77,7 @@ std::vector<Option> compare_options(CompareStage& stage) {
        .low = 0},
       {.name = "gradient-window",
        .field = &stage.window,
-       .help = "Frames through which gradients are backpropagated (PhysDreamer: 1); 0 = all",
+       .help = "Frames through which the gradient of E is backpropagated; 0 = all (default: 0; physdreamer: 1)",
        .group = kGroup,
        .low = 0},
       {.name = "gradient-iterations",
@@ -232,8 +233,8 @@ OptionTable options_of(FitStage& stage) {
        .high = 20000},
       {.name = "field",
        .field = &stage.field,
-       .help =
-           "Stiffness model: uniform, parts (by place and appearance), smooth, triplanes (by gradients, with v0(x))",
+       .help = "Stiffness model: uniform, parts, smooth, triplanes (with v0(x)) (default: uniform; physdreamer: "
+               "triplanes)",
        .choices = {"uniform", "parts", "smooth", "triplanes"}},
       {.name = "recipe",
        .field = &stage.recipe,

@@ -91,7 +91,6 @@ MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& 
   simulate.fps = fps;
   simulate.settle_time = 0;
   simulate.sleep_speed = 0;
-  motion.options.gradient_window = options.gradient_window;
 
   MaterialFit fit;
   VibrationFit& given = fit.homogeneous;
@@ -116,7 +115,8 @@ MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& 
   fit.steps.push_back(step_of("velocity", velocity, tracks, early));
   motion.start = given.start = velocity.motion.start;
 
-  // E(x) from there.
+  // E(x) from there, with a gradient that is cut; that of v0(x) passes through all of its few frames.
+  motion.options.gradient_window = options.gradient_window;
   ClipFitOptions material = gradient_fields(options, particles, interactions);
   material.velocity = nullptr;
   material.damping = false;

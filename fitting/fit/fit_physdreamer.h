@@ -6,7 +6,8 @@ namespace pliant {
 
 /// PhysDreamer's own recipe (Zhang et al. 2024), without a search, Gauss-Newton or damping: from the E of `particles`
 /// and the shape at rest in the tracks' frame at options.vibration.search.first (negative: 0), first v0(x) alone from
-/// the three frames after it, then E(x) alone over a window that grows from six frames to all.  v0(x) is PhysDreamer's
+/// the three frames after it, through all of which its gradient runs, then E(x) alone over a window that grows from six
+/// frames to all, with options.gradient_window.  v0(x) is PhysDreamer's
 /// planes for kTriplanes, else smooth; it finds only what lies downhill from that E.  `homogeneous` of the result is
 /// that E with v0(x).
 MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& particles,

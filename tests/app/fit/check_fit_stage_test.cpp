@@ -74,6 +74,33 @@ TEST(CheckFitStage, OptionsOfGradientsAreRefusedWhereNoneRun) {
   }
 }
 
+TEST(CheckFitStage, ARecipeSetsWhatIsLeftOpenAndNothingThatIsSaid) {
+  const FitStage search = with_recipe({});
+  EXPECT_EQ(search.field, "uniform");
+  EXPECT_EQ(search.compare.loss, "tracks");
+  EXPECT_EQ(search.compare.picture_weight, 10);
+  EXPECT_EQ(search.compare.window, 0);
+  FitStage stage;
+  stage.recipe = "physdreamer";
+  const FitStage published = with_recipe(stage);
+  EXPECT_EQ(published.field, "triplanes");
+  EXPECT_EQ(published.compare.loss, "image");
+  EXPECT_EQ(published.compare.picture_weight, 1);  // against the total variation, 1e-4 of E and 1e-2 of v0
+  EXPECT_EQ(published.compare.window, 1);
+  EXPECT_EQ(published.compare.lambda, 0.1);
+  // An image loss of the recipe's has a weight; one that was refused has none.
+  stage.compare.lambda = 0.2;
+  EXPECT_NO_THROW(check_fit_stage(stage, true));
+  stage.field = "smooth";
+  stage.compare.loss = "tracks";
+  stage.compare.window = 3;
+  const FitStage said = with_recipe(stage);
+  EXPECT_EQ(said.field, "smooth");
+  EXPECT_EQ(said.compare.loss, "tracks");
+  EXPECT_EQ(said.compare.window, 3);
+  EXPECT_THROW(check_fit_stage(stage, true), Error);
+}
+
 TEST(CheckFitStage, WhatBelongsToAnotherOptionIsRefusedWithoutIt) {
   expect_refused(
       {{"--loss-lambda", [](FitStage& s) { s.compare.lambda = 0.5; }},

@@ -141,12 +141,52 @@ TEST_F(FitVideo, GradientsComparePicturesAndFlowOfSeveralCamerasBesideTracks) {
   EXPECT_EQ(run_quietly(fit({"--loss", "nothing"})), 2);
 }
 
+/// The command line of README.
+TEST_F(FitVideo, PhysDreamersRecipeAloneIsThePublishedOne) {
+  if (!has_triplane_fields()) GTEST_SKIP() << "the recipe needs triplanes, and this is built without libtorch";
+  fs::copy(folder / "run", folder / "published", fs::copy_options::recursive);
+  const std::string out = (folder / "published").string();
+  ASSERT_EQ(run_quietly({"seed", out, "--particles", "200", "--overwrite"}), 0);
+  ASSERT_EQ(run_quietly({"fit", out, "--recipe", "physdreamer", "--start", "0.5", "--end", "0.8", "--points", "60",
+                         "--gradient-iterations", "4", "--young", "20000", "--poisson", "0.3", "--density", "300"}),
+            0);
+  const json result = json::parse(read_text(folder / "published/fit/results.json")),
+             options = json::parse(read_text(folder / "published/run.json"))["stages"]["fit"]["options"];
+  EXPECT_EQ(options["field"], "triplanes");
+  EXPECT_EQ(options["loss"], "image");
+  EXPECT_EQ(options["image-weight"], 1);
+  EXPECT_EQ(options["gradient-window"], 1);
+  EXPECT_EQ(options["loss-lambda"], 0.1);
+  ASSERT_EQ(result["steps"].size(), 2u);
+  EXPECT_EQ(result["steps"][0]["name"], "velocity");
+  EXPECT_EQ(result["steps"][1]["name"], "material");
+  // The loss is that of images, which is at most 1, and not the squared error of tracks [px^2] beside it.
+  for (const json& step : result["steps"])
+    for (const json& loss : step["loss"]) EXPECT_TRUE(loss > 0 && loss < 0.5) << loss;
+  const fs::path object = fs::directory_iterator(folder / "published/objects")->path();
+  EXPECT_EQ(read_material(object / "material.h5").source.substr(0, 9), "triplanes");
+}
+
 TEST_F(FitVideo, PhysDreamersRecipeGoesFromTheStiffnessThatIsGiven) {
-  const std::vector<std::string> recipe = {"--recipe",  "physdreamer", "--start",
-                                           "0.5",       "--end",       "0.9",
-                                           "--points",  "100",         "--gradient-iterations",
-                                           "8",         "--young",     "20000",
-                                           "--poisson", "0.3",         "--density",
+  const std::vector<std::string> recipe = {"--recipe",
+                                           "physdreamer",
+                                           "--field",
+                                           "uniform",
+                                           "--loss",
+                                           "tracks",
+                                           "--start",
+                                           "0.5",
+                                           "--end",
+                                           "0.9",
+                                           "--points",
+                                           "100",
+                                           "--gradient-iterations",
+                                           "8",
+                                           "--young",
+                                           "20000",
+                                           "--poisson",
+                                           "0.3",
+                                           "--density",
                                            "300"};
   ASSERT_EQ(run_quietly(fit(recipe)), 0);
   const json result = json::parse(read_text(folder / "run/fit/results.json"));

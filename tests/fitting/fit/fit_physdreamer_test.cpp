@@ -85,6 +85,25 @@ TEST(FitPhysDreamer, FromHalfTheStiffnessTheRecipeComesNearerAndContinuesToTheSa
   }
 }
 
+/// The published windows: all three frames for v0, one for E.  A gradient of v0 that was cut after one frame, too,
+/// would learn from the first frame alone.
+TEST(FitPhysDreamer, AWindowOfOneFrameCutsTheGradientOfStiffnessNotThatOfTheStart) {
+  const TwinStem twin;
+  const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.5), true, 8, 20);
+  const auto with_window = [&](int window) {
+    MaterialFitOptions options = recipe(MaterialKind::kUniform, 6);
+    options.gradient_window = window;
+    Particles guess = twin.particles;
+    for (float& E : guess.young) E /= 2;
+    return fit_physdreamer(options, guess, twin.pins, tracks, twin.fps);
+  };
+  const MaterialFit whole = with_window(0), cut = with_window(1);
+  ASSERT_EQ(cut.steps.size(), 2u);
+  EXPECT_EQ(cut.steps[0].loss, whole.steps[0].loss);
+  EXPECT_EQ(cut.found.start.v, whole.found.start.v);
+  EXPECT_NE(cut.young, whole.young);
+}
+
 TEST(FitPhysDreamer, AVideoOfThreeFramesIsRefused) {
   const TwinStem twin;
   EXPECT_THROW(
