@@ -1,4 +1,3 @@
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -7,6 +6,7 @@
 #include "app/evaluate/metrics.h"
 #include "app/store/trajectory.h"
 #include "gaussians/base/error.h"
+#include "gaussians/base/linear_algebra.h"
 #include "gaussians/base/nearest.h"
 
 namespace fs = std::filesystem;
@@ -74,7 +74,7 @@ std::vector<size_t> tip_of(const TrajectoryFile& truth) {
 Vec3d main_direction(const std::vector<Vec3d>& displacement) {
   Mat3d second = Mat3d::Zero();
   for (const Vec3d& u : displacement) second += u * u.transpose();
-  return Eigen::SelfAdjointEigenSolver<Mat3d>(second).eigenvectors().col(2);
+  return symmetric_eigen3(second).vectors.col(2);
 }
 
 /// Numbers about the motion of a tip; displacements relative to the height.  Frequencies from frame `first` on.

@@ -1,13 +1,12 @@
 #include "app/evaluate/vibration.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "app/evaluate/metrics.h"
 #include "gaussians/base/error.h"
+#include "gaussians/base/linear_algebra.h"
 
 namespace pliant {
 namespace {
@@ -32,7 +31,7 @@ LinearFit fit_linear(const std::vector<double>& values, double rate, double freq
     b += values[i] * row;
   }
   A += 1e-12 * A.trace() * Eigen::Matrix4d::Identity();
-  const Eigen::Vector4d x = A.ldlt().solve(b);
+  const Eigen::Vector4d x = solve_symmetric(A, b);
   LinearFit fit;
   for (size_t i = 0; i < values.size(); ++i) fit.left += std::pow(values[i] - basis(i).dot(x), 2);
   fit.amplitude = std::hypot(x[2], x[3]);
@@ -99,22 +98,22 @@ Vibration describe_vibration(const PointMotion& motion, int& first) {
   for (Eigen::Index t = 0; t < T; ++t)
     for (Eigen::Index i = 0; i < K * D; ++i) u(t, i) = motion.displacement[t][i] * std::sqrt(motion.weight[i / D]);
   u.rowwise() -= u.colwise().mean().eval();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> components(Eigen::MatrixXd(u * u.transpose()));
+  const SymmetricEigen components = symmetric_eigen(Eigen::MatrixXd(u * u.transpose()));
   Vibration out;
-  const double largest = components.eigenvalues()[T - 1], total = components.eigenvalues().sum();
+  const double largest = components.values[T - 1], total = components.values.sum();
   out.share = total > 0 ? largest / total : 0;
   double weights = 0;
   for (const double w : motion.weight) weights += w;
   const double scale = std::sqrt(std::max(largest, 0.0) / std::max(weights, 1e-12));
-  const Eigen::VectorXd course = components.eigenvectors().col(T - 1) * scale;
+  const Eigen::VectorXd course = components.vectors.col(T - 1) * scale;
   out.course.assign(course.data(), course.data() + T);
 
   std::vector<double> reach;
   for (Eigen::Index k = 0; k < K; ++k) {
     if (!(motion.weight[k] > 0)) continue;
     const Eigen::MatrixXd own = u.middleCols(k * D, D) / std::sqrt(motion.weight[k]);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(Eigen::MatrixXd(own.transpose() * own));
-    const Eigen::VectorXd along = own * axes.eigenvectors().col(D - 1);
+    const SymmetricEigen axes = symmetric_eigen(Eigen::MatrixXd(own.transpose() * own));
+    const Eigen::VectorXd along = own * axes.vectors.col(D - 1);
     reach.push_back(0.5 * (along.maxCoeff() - along.minCoeff()));
   }
   std::sort(reach.begin(), reach.end());

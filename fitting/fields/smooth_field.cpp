@@ -1,11 +1,11 @@
 #include "fitting/fields/smooth_field.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/linear_algebra.h"
 
 namespace pliant {
 namespace {
@@ -41,14 +41,14 @@ SmoothField::SmoothField(const SmoothFieldOptions& options, std::span<const Vec3
   Eigen::MatrixXd K(n, n);
   for (Eigen::Index a = 0; a < n; ++a)
     for (Eigen::Index b = 0; b < n; ++b) K(a, b) = covariance(centres_[a], centres_[b]);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(K);
+  const SymmetricEigen eigen = symmetric_eigen(K);
   Eigen::Index kept = 0;
   const double least = options.least * static_cast<double>(n) * sigma_ * sigma_;
-  while (kept < std::min<Eigen::Index>(n, options.modes) && eigen.eigenvalues()[n - 1 - kept] > least) ++kept;
+  while (kept < std::min<Eigen::Index>(n, options.modes) && eigen.values[n - 1 - kept] > least) ++kept;
   // Mode k at x: covariance with the centres times u_k / sqrt(lambda_k).
   weights_.resize(n, kept);
   for (Eigen::Index k = 0; k < kept; ++k)
-    weights_.col(k) = eigen.eigenvectors().col(n - 1 - k) / std::sqrt(eigen.eigenvalues()[n - 1 - k]);
+    weights_.col(k) = eigen.vectors.col(n - 1 - k) / std::sqrt(eigen.values[n - 1 - k]);
   modes_ = modes_at(points);
 }
 

@@ -1,11 +1,11 @@
 #include "fitting/modal/modal_search.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/linear_algebra.h"
 #include "gaussians/base/portable.h"
 
 namespace pliant {
@@ -96,7 +96,7 @@ class Searcher {
       const double ratio = modes_.omega[a % m] / modes_.omega[0];
       normal(a, a) += options_.ridge * strongest * ratio * ratio;
     }
-    const Eigen::VectorXd x = normal.ldlt().solve(right);
+    const Eigen::VectorXd x = solve_symmetric(normal, right);
     motion.cosine.assign(x.data(), x.data() + m);
     motion.sine.assign(x.data() + m, x.data() + 2 * m);
     // |d|^2 - 2 x.r + x.N x with the prior in N is |d|^2 - x.r.

@@ -1,12 +1,12 @@
 #include "fitting/modal/modes.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <numbers>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/linear_algebra.h"
 #include "gaussians/base/portable.h"
 #include "physics/laws/material.h"
 
@@ -177,12 +177,12 @@ class ModeFinder {
           for (int b = 0; b <= a; ++b) gram(a, b) = gram(b, a) = dot(snapshots_[a].u, snapshots_[b].u);
         },
         1);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram);
+    const SymmetricEigen eigen = symmetric_eigen(gram);
     std::vector<Snapshot> trial;
-    const double largest = eigen.eigenvalues()[n - 1];
+    const double largest = eigen.values[n - 1];
     for (int k = n - 1; k >= 0 && static_cast<int>(trial.size()) < 2 * options_.most + 4; --k) {
-      if (!(eigen.eigenvalues()[k] > 1e-9 * largest)) break;
-      trial.push_back(combination(snapshots_, eigen.eigenvectors().col(k) / std::sqrt(eigen.eigenvalues()[k])));
+      if (!(eigen.values[k] > 1e-9 * largest)) break;
+      trial.push_back(combination(snapshots_, eigen.vectors.col(k) / std::sqrt(eigen.values[k])));
     }
     return trial;
   }
@@ -208,14 +208,14 @@ class ModeFinder {
           for (int b = 0; b <= a; ++b) stiffness(a, b) = stiffness(b, a) = shared_energy(trial[a], trial[b]);
         },
         1);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(stiffness);
+    const SymmetricEigen eigen = symmetric_eigen(stiffness);
     VibrationModes modes;
     for (int k = 0; k < n && static_cast<int>(modes.size()) < options_.most; ++k) {
-      const double square = eigen.eigenvalues()[k];
+      const double square = eigen.values[k];
       if (!(square > 0)) continue;
       if (!modes.omega.empty() && std::sqrt(square) > options_.highest * modes.omega[0]) break;
       modes.omega.push_back(std::sqrt(square));
-      const Snapshot s = combination(trial, eigen.eigenvectors().col(k));
+      const Snapshot s = combination(trial, eigen.vectors.col(k));
       modes.shape.emplace_back();
       modes.gradient.emplace_back();
       for (size_t i = 0; i < particles_.size(); ++i) {

@@ -1,11 +1,11 @@
 #include "fitting/modal/start_shapes.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "fitting/fields/smooth_field.h"
 #include "gaussians/base/error.h"
+#include "gaussians/base/linear_algebra.h"
 
 namespace pliant {
 namespace {
@@ -107,7 +107,7 @@ std::vector<double> StartShapes::amplitudes_of(const SimulationState& state, con
   }
   // Shapes that are nearly alike share what they explain.
   products.diagonal() *= 1 + 1e-6;
-  const Eigen::VectorXd x = products.ldlt().solve(right);
+  const Eigen::VectorXd x = solve_symmetric(products, right);
   return {x.begin(), x.end()};
 }
 

@@ -1,7 +1,5 @@
 #include "fitting/observe/align_patch.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/linear_algebra.h"
 
 namespace pliant {
 namespace {
@@ -131,10 +130,10 @@ PatchFit Patch::align(const GradientPicture& picture, const PatchWarp& start) co
       right[k] += prior * (start.linear((k - 2) / 2, k % 2) - fit.warp.linear((k - 2) / 2, k % 2));
     }
     H.diagonal().array() += 1e-12 * weight_sum;
-    const Eigen::Matrix<double, kUnknowns, 1> step = H.ldlt().solve(right);
+    const Eigen::Matrix<double, kUnknowns, 1> step = solve_symmetric(H, right);
     const double square = std::max(0.0, of_picture + 2 * gain * covariance(6, 7) + gain * gain * of_patch) / weight_sum;
     const Eigen::Matrix2d position_covariance =
-        H.inverse().topLeftCorner<2, 2>() * (square + kNoiseFloor * kNoiseFloor);
+        solve_symmetric(H, Eigen::MatrixXd::Identity(kUnknowns, 2)).topRows(2) * (square + kNoiseFloor * kNoiseFloor);
     fit.sigma = std::sqrt(0.5 * position_covariance.trace());
     if (!step.allFinite() || iteration == options_.iterations) return fit;
 

@@ -1,11 +1,11 @@
 #include "fitting/solve/correlation.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/linear_algebra.h"
 #include "gaussians/base/nearest.h"
 
 namespace pliant {
@@ -176,14 +176,12 @@ Eigen::MatrixXd ErrorCorrelation::of_gradient(const Eigen::MatrixXd& jacobian) c
   all = (0.5 * (all + all.transpose())).eval();
   // Correlations that were estimated need not be those of any errors: no direction gets less than errors of their own
   // give it.
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(alone);
-  const Eigen::VectorXd root =
-      eigen.eigenvalues().cwiseMax(1e-14 * std::max(1e-300, eigen.eigenvalues().maxCoeff())).cwiseSqrt();
-  const Eigen::MatrixXd to = eigen.eigenvectors() * root.cwiseInverse().asDiagonal(),
-                        from = eigen.eigenvectors() * root.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ratio(to.transpose() * all * to);
-  const Eigen::MatrixXd along = from * ratio.eigenvectors();
-  return along * ratio.eigenvalues().cwiseMax(1.0).asDiagonal() * along.transpose();
+  const SymmetricEigen eigen = symmetric_eigen(alone);
+  const Eigen::VectorXd root = eigen.values.cwiseMax(1e-14 * std::max(1e-300, eigen.values.maxCoeff())).cwiseSqrt();
+  const Eigen::MatrixXd to = eigen.vectors * root.cwiseInverse().asDiagonal(), from = eigen.vectors * root.asDiagonal();
+  const SymmetricEigen ratio = symmetric_eigen(Eigen::MatrixXd(to.transpose() * all * to));
+  const Eigen::MatrixXd along = from * ratio.vectors;
+  return along * ratio.values.cwiseMax(1.0).asDiagonal() * along.transpose();
 }
 
 double unexplained(std::span<const double> errors, std::span<const Vec3f> place, size_t axes) {

@@ -1,12 +1,11 @@
 #include "fitting/solve/gauss_newton.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/linear_algebra.h"
 #include "gaussians/base/portable.h"
 
 namespace pliant {
@@ -94,12 +93,12 @@ class Problem {
         if (std::isfinite(covariance(a, a)) && std::isfinite(covariance(b, b)) && std::isfinite(c))
           correlation(a, b) = correlation(b, a) = c;
       }
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(correlation);
+    const SymmetricEigen eigen = symmetric_eigen(correlation);
     MatrixXd change = MatrixXd::Zero(r.size(), p.size());  // of r along each axis
     VectorXd length(p.size());
     const auto along = [&](std::ptrdiff_t k) {
-      VectorXd axis = width.cwiseProduct(eigen.eigenvectors().col(k));
-      length[k] = std::sqrt(std::max(1e-12, eigen.eigenvalues()[k]));
+      VectorXd axis = width.cwiseProduct(eigen.vectors.col(k));
+      length[k] = std::sqrt(std::max(1e-12, eigen.values[k]));
       length[k] = std::min(length[k], (largest_.array() / axis.array().abs().max(1e-300)).minCoeff());
       axis *= length[k];
       const auto at = [&](double side) {
@@ -116,8 +115,7 @@ class Problem {
     else
       for (Eigen::Index k = 0; k < p.size(); ++k) along(k);
     // r changes by J (width o eigenvector) length along an axis; the eigenvectors are orthonormal.
-    return change * length.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose() *
-           width.cwiseInverse().asDiagonal();
+    return change * length.cwiseInverse().asDiagonal() * eigen.vectors.transpose() * width.cwiseInverse().asDiagonal();
   }
 
   VectorXd low, high, prior, precision;
@@ -149,7 +147,7 @@ VectorXd step_of(MatrixXd information, double damping, const std::vector<uint8_t
     information(i, i) = 1;
     pull[i] = 0;
   }
-  return -information.ldlt().solve(pull);
+  return -solve_symmetric(information, pull);
 }
 
 MatrixXd covariance_of(const MatrixXd& information, const std::vector<uint8_t>& fixed) {
@@ -159,13 +157,13 @@ MatrixXd covariance_of(const MatrixXd& information, const std::vector<uint8_t>& 
   for (Eigen::Index i = 0; i < n; ++i)
     scale[i] = information(i, i) > 0 && !fixed[i] ? 1 / std::sqrt(information(i, i)) : 0;
   const MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled);
+  const SymmetricEigen eigen = symmetric_eigen(scaled);
   MatrixXd covariance = MatrixXd::Zero(n, n);
   VectorXd lost = VectorXd::Zero(n);
   for (Eigen::Index k = 0; k < n; ++k) {
-    const VectorXd mode = eigen.eigenvectors().col(k);
-    if (eigen.eigenvalues()[k] > 1e-12)
-      covariance += mode * mode.transpose() / eigen.eigenvalues()[k];
+    const VectorXd mode = eigen.vectors.col(k);
+    if (eigen.values[k] > 1e-12)
+      covariance += mode * mode.transpose() / eigen.values[k];
     else
       lost += mode.cwiseAbs2();
   }

@@ -1,8 +1,7 @@
 #include "gaussians/reconstruct/exposure.h"
 
-#include <Eigen/Dense>
-
 #include "gaussians/base/error.h"
+#include "gaussians/base/linear_algebra.h"
 #include "gaussians/base/portable.h"
 
 namespace pliant {
@@ -63,7 +62,7 @@ std::array<float, kExposureSize> fit_exposure(const ImageF& color, const ImageF&
     return Sum((weight.empty() ? 1.0 : weight.data[pixel]) * x * row);
   });
   const Eigen::Matrix4d A = sum.leftCols<4>() + 1e-6 * Eigen::Matrix4d::Identity();
-  const Eigen::Matrix<double, 4, 3> M = A.ldlt().solve(sum.rightCols<3>());
+  const Eigen::Matrix<double, 4, 3> M = solve_symmetric(A, sum.rightCols<3>());
   std::array<float, kExposureSize> exposure;
   for (int k = 0; k < 3; ++k)
     for (int j = 0; j < 4; ++j) exposure[4 * k + j] = static_cast<float>(M(j, k));

@@ -1,10 +1,10 @@
 #include "gaussians/reconstruct/start_cloud.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/linear_algebra.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/random.h"
 
@@ -53,7 +53,7 @@ GaussianCloud random_cloud(const std::vector<Camera>& cameras, size_t count, uin
     mean += camera.centre() / cameras.size();
   }
   b += 1e-6 * mean;
-  const Eigen::Vector3d centre = A.ldlt().solve(b);
+  const Eigen::Vector3d centre = solve_symmetric(A, b);
   double radius = 0;
   for (const Camera& camera : cameras) {
     const double half_view = std::max(camera.width / camera.fx, camera.height / camera.fy) / 2;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <Eigen/LU>
-
 #include "gaussians/base/portable.h"
 #include "gaussians/base/types.h"
 #include "gaussians/render/sh_basis.h"
@@ -35,10 +33,7 @@ HOST_DEVICE void sh_color_adjoint(int degree, const S* sh, const Vec3<T>& d, con
 template <class T>
 class ShRotation {
  public:
-  ShRotation() {
-    inverse2_ = basis_at_directions<5>(kDirections2, 2).inverse().template cast<T>();
-    inverse3_ = basis_at_directions<7>(kDirections3, 3).inverse().template cast<T>();
-  }
+  ShRotation();
 
   /// Rotates sh [(degree + 1)^2, 3] in place; the constant band is left as it is.
   template <class S>
@@ -77,17 +72,6 @@ class ShRotation {
   static constexpr int kDirections3[7][3] = {{1, 2, 2}, {2, -1, 0}, {1, 1, -1}, {1, -1, -1},
                                              {1, 1, 0}, {2, 0, -1}, {1, -2, 2}};
 
-  template <int n>
-  static Eigen::Matrix<double, n, n> basis_at_directions(const int (&directions)[n][3], int degree) {
-    Eigen::Matrix<double, n, n> B;
-    for (int k = 0; k < n; ++k) {
-      double basis[kMaxShCount];
-      sh_basis<double>(degree, Vec3d(directions[k][0], directions[k][1], directions[k][2]).normalized(), basis);
-      for (int j = 0; j < n; ++j) B(k, j) = basis[degree * degree + j];
-    }
-    return B;
-  }
-
   template <int n, class S>
   HOST_DEVICE static void rotate_band(const Mat3<T>& R, const int (&directions)[n][3],
                                       const Eigen::Matrix<T, n, n>& inverse, S* sh) {
@@ -95,7 +79,7 @@ class ShRotation {
     T value[n][3];
     for (int k = 0; k < n; ++k) {
       T basis[kMaxShCount];
-      const Vec3<T> d(T(directions[k][0]), T(directions[k][1]), T(directions[k][2]));
+      const Vec3<T> d{T(directions[k][0]), T(directions[k][1]), T(directions[k][2])};
       sh_basis<T>(degree, R.transpose() * d / d.norm(), basis);
       for (int c = 0; c < 3; ++c) {
         value[k][c] = 0;

@@ -1,10 +1,10 @@
 #include "segmentation/discover/automatic_surface.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "gaussians/base/linear_algebra.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/portable.h"
 
@@ -47,7 +47,7 @@ std::vector<Vec3f> surface_normals(const GaussianCloud& cloud, int neighbours) {
         mean /= total;
         Mat3d covariance = Mat3d::Zero();
         each([&](const Vec3d& x, double w) { covariance += w * (x - mean) * (x - mean).transpose(); });
-        normal[i] = Eigen::SelfAdjointEigenSolver<Mat3d>(covariance).eigenvectors().col(0).cast<float>();
+        normal[i] = symmetric_eigen3(covariance).vectors.col(0).cast<float>();
       },
       256);
   return normal;

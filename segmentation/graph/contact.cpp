@@ -1,11 +1,11 @@
 #include "segmentation/graph/contact.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/linear_algebra.h"
 #include "gaussians/base/portable.h"
 #include "gaussians/base/random.h"
 
@@ -70,12 +70,12 @@ Plane fit_plane(const std::vector<Vec3f>& points, float tolerance, uint64_t seed
       const Vec3d d = points[i].cast<double>() - mean;
       covariance += d * d.transpose();
     }
-    const Eigen::SelfAdjointEigenSolver<Mat3d> axes(covariance / static_cast<double>(inliers.size()));
-    const Vec3f normal = axes.eigenvectors().col(0).cast<float>();
+    const SymmetricEigen3 axes = symmetric_eigen3(Mat3d(covariance / static_cast<double>(inliers.size())));
+    const Vec3f normal = axes.vectors.col(0).cast<float>();
     if (max_tilt > 0 && std::abs(normal.dot(up)) < min_cosine) break;
     best.point = mean.cast<float>();
     best.normal = normal;
-    best.rms = static_cast<float>(std::sqrt(std::max(0.0, axes.eigenvalues()[0])));
+    best.rms = static_cast<float>(std::sqrt(std::max(0.0, axes.values[0])));
   }
   if (best.normal.dot(up) < 0) best.normal = -best.normal;
   best.inliers = near_plane(points, best.point, best.normal, tolerance);

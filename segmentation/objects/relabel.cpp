@@ -1,11 +1,11 @@
 #include "segmentation/objects/relabel.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/linear_algebra.h"
 #include "gaussians/base/portable.h"
 #include "gaussians/base/random.h"
 #include "segmentation/labels/spread.h"
@@ -70,8 +70,9 @@ Attribute free_direction(const Segmentation& s, uint64_t seed) {
   const Eigen::Index classes = static_cast<Eigen::Index>(s.class_id.size());
   Eigen::MatrixXf rows(classes, kY);
   for (Eigen::Index c = 0; c < classes; ++c) rows.row(c) = row_of(s, static_cast<size_t>(c)).normalized();
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix<float, kY, kY>> solver(rows.transpose() * rows);
-  Attribute best = solver.eigenvectors().col(0);  // least used by the rows; orthogonal to all where its eigenvalue is 0
+  const Eigen::MatrixXd products = (rows.transpose() * rows).cast<double>();
+  Attribute best = symmetric_eigen(products).vectors.col(0).cast<float>();  // least used by the rows; orthogonal to all
+                                                                            // where its eigenvalue is 0
   float least = (rows * best).cwiseAbs().maxCoeff();
   Random random(seed, s.class_id.back(), 0);
   for (int candidate = 0; candidate < 2000 && least > 1e-3f; ++candidate) {

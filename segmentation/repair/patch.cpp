@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/linear_algebra.h"
 #include "segmentation/repair/shift_fill.h"
 
 namespace pliant {
@@ -144,8 +145,7 @@ GaussianCloud view_patch(const HoleView& view, const Camera& camera, const Image
   if (ring.empty()) return patch;
   const size_t step = std::max<size_t>(1, ring.size() / 800);
   const Vec3f forward = camera.forward().cast<float>();
-  const Vec4f rotation =
-      quaternion_wxyz(Eigen::Quaternionf::FromTwoVectors(Vec3f::UnitZ(), -forward).toRotationMatrix());
+  const Vec4f rotation = quaternion_wxyz(shortest_rotation<float>(Vec3f::UnitZ(), -forward));
   const Eigen::Isometry3d world_from_cam = camera.cam_from_world.inverse();
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {

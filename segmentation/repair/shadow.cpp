@@ -1,10 +1,10 @@
 #include "segmentation/repair/shadow.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "gaussians/base/linear_algebra.h"
 #include "gaussians/base/portable.h"
 #include "segmentation/repair/exemplar.h"
 
@@ -203,7 +203,7 @@ float remove_trend(const Layout& layout, const cv::Mat& valid, cv::Mat& ratio) {
         A += row(x, y) * row(x, y).transpose();
         b += row(x, y) * ratio.at<float>(y, x);
       }
-  const Vec3d trend = A.ldlt().solve(b);
+  const Vec3d trend = solve_symmetric(A, b);
   std::vector<float> left;
   for (int y = 0; y < layout.height; ++y)
     for (int x = 0; x < layout.width; ++x) {

@@ -1,10 +1,10 @@
 #include "segmentation/sheets/feature_picture.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/linear_algebra.h"
 #include "gaussians/render/render.h"
 
 namespace pliant {
@@ -35,12 +35,13 @@ PrincipalColors PrincipalColors::of(std::span<const float> samples) {
     const Attribute d = ConstRow(samples.data() + i * kY).cast<double>() - colors.mean;
     covariance.selfadjointView<Eigen::Lower>().rankUpdate(d);
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, kY, kY>> solver(covariance / static_cast<double>(n));
-  const double total = solver.eigenvalues().sum();
+  const SymmetricEigen axes = symmetric_eigen(
+      Eigen::MatrixXd(Eigen::MatrixXd(covariance.selfadjointView<Eigen::Lower>()) / static_cast<double>(n)));
+  const double total = axes.values.sum();
   std::vector<double> scores(n);
   for (int k = 0; k < 3; ++k) {
-    if (!(solver.eigenvalues()[kY - 1 - k] > 1e-9 * total)) continue;
-    Attribute axis = solver.eigenvectors().col(kY - 1 - k);
+    if (!(axes.values[kY - 1 - k] > 1e-9 * total)) continue;
+    Attribute axis = axes.vectors.col(kY - 1 - k);
     double third = 0;
     for (size_t i = 0; i < n; ++i) {
       scores[i] = axis.dot(ConstRow(samples.data() + i * kY).cast<double>() - colors.mean);

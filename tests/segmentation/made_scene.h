@@ -9,6 +9,7 @@
 
 #include "gaussians/base/camera.h"
 #include "gaussians/base/gaussian_cloud.h"
+#include "gaussians/base/linear_algebra.h"
 #include "gaussians/base/portable.h"
 #include "gaussians/base/random.h"
 #include "segmentation/labels/mask_set.h"
@@ -37,7 +38,7 @@ inline void add_disc(GaussianCloud& cloud, const Vec3f& x, const Vec3f& normal, 
   const size_t i = cloud.size();
   cloud.resize(i + 1);
   cloud.position[i] = x;
-  cloud.rotation[i] = quaternion_wxyz(Eigen::Quaternionf::FromTwoVectors(Vec3f::UnitZ(), normal).toRotationMatrix());
+  cloud.rotation[i] = quaternion_wxyz(shortest_rotation<float>(Vec3f::UnitZ(), normal));
   cloud.log_scale[i] = Vec3f(std::log(sigma), std::log(sigma), std::log(0.1f * sigma));
   cloud.opacity_logit[i] = logit(0.95f);
   for (int k = 0; k < 3; ++k) cloud.sh_of(i)[k] = (colour[k] - 0.5f) / kSh0;

@@ -1,11 +1,11 @@
 #include "gaussians/io/cameras/camera_file.h"
 
-#include <Eigen/SVD>
 #include <cmath>
 #include <map>
 #include <set>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/polar.h"
 #include "gaussians/io/images/image_io.h"
 
 namespace fs = std::filesystem;
@@ -43,10 +43,7 @@ bool read_photo_size(const std::string& photo, PhotoFit fit, int& width, int& he
 bool make_rotation(Eigen::Matrix3d& matrix) {
   const double defect = (matrix.transpose() * matrix - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (!(defect < 1e-2) || matrix.determinant() < 0) return false;
-  if (defect > 1e-9) {
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    matrix = svd.matrixU() * svd.matrixV().transpose();
-  }
+  if (defect > 1e-9) matrix = polar_rotation<double>(matrix);
   return true;
 }
 

@@ -1,9 +1,10 @@
 #include "gaussians/io/scene/up_direction.h"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "gaussians/base/linear_algebra.h"
 #include "gaussians/base/orbit.h"
 #include "gaussians/base/random.h"
 
@@ -105,15 +106,15 @@ Plane refit(const std::vector<Eigen::Vector3d>& samples, double band, const Plan
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   for (const Eigen::Vector3d* x : inside) covariance += (*x - mean) * (*x - mean).transpose();
   Plane fitted;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance);
-  fitted.normal = axes.eigenvectors().col(0);
+  const SymmetricEigen3 axes = symmetric_eigen3(covariance);
+  fitted.normal = axes.vectors.col(0);
   fitted.offset = fitted.normal.dot(mean);
   judge(samples, band, fitted);
-  fitted.width = std::sqrt(axes.eigenvalues()[1] / axes.eigenvalues()[2]);
+  fitted.width = std::sqrt(axes.values[1] / axes.values[2]);
   std::vector<Eigen::Vector2d> in, above;
   for (const Eigen::Vector3d& x : samples) {
     const double height = fitted.normal.dot(x) - fitted.offset;
-    if (height >= -band) (height <= band ? in : above).push_back(axes.eigenvectors().rightCols<2>().transpose() * x);
+    if (height >= -band) (height <= band ? in : above).push_back(axes.vectors.rightCols<2>().transpose() * x);
   }
   fitted.ground = spread(in, {}) / std::max(spread(above, {}), 1e-30);
   return fitted;

@@ -12,7 +12,7 @@
 namespace pliant {
 namespace {
 
-Camera camera_of(int width, int height) {
+Camera video_camera_of(int width, int height) {
   Camera camera;
   camera.name = "view_a";
   camera.width = width;
@@ -38,7 +38,7 @@ double mean(const ImageF& picture) {
 
 TEST(ReferenceVideo, FramesOfAFileAreTakenAsTheyAre) {
   const TemporaryFolder folder;
-  const ReferenceVideo video = load_reference_video({}, video_of(folder, 48, 24), camera_of(64, 48));
+  const ReferenceVideo video = load_reference_video({}, video_of(folder, 48, 24), video_camera_of(64, 48));
   ASSERT_EQ(video.frames.size(), 48u);
   EXPECT_DOUBLE_EQ(video.fps, 24);
   EXPECT_EQ(video.blended, 0);
@@ -55,7 +55,7 @@ TEST(ReferenceVideo, FaithfulCodingKeepsColourAsFineAsLight) {
     VideoWriter video(folder / "clip.mp4", 24, 64, 48, coding);
     for (int f = 0; f < 8; ++f) video.write(stripes);
     video.close();
-    const ReferenceVideo read = load_reference_video({}, folder / "clip.mp4", camera_of(64, 48));
+    const ReferenceVideo read = load_reference_video({}, folder / "clip.mp4", video_camera_of(64, 48));
     return psnr_of_mse(mse_loss(read.frames[4], stripes));
   };
   EXPECT_LT(psnr(VideoCoding::kForBrowsers), 25);
@@ -67,13 +67,13 @@ TEST(ReferenceVideo, LinearResamplingKeepsInstantsAndNearestStaysWithinHalfAFram
   const auto file = video_of(folder, 31, 10);
   VideoOptions options;
   options.fps = 24;
-  const ReferenceVideo linear = load_reference_video(options, file, camera_of(64, 48));
+  const ReferenceVideo linear = load_reference_video(options, file, video_camera_of(64, 48));
   ASSERT_EQ(linear.frames.size(), 73u);
   EXPECT_GT(linear.blended, 40);
   EXPECT_EQ(linear.warnings.size(), 1u);
   for (int f = 0; f < 73; ++f) EXPECT_NEAR(mean(linear.frames[f]), grey_at(f / 24.0), 0.006) << f;
   options.resampling = Resampling::kNearest;
-  const ReferenceVideo nearest = load_reference_video(options, file, camera_of(64, 48));
+  const ReferenceVideo nearest = load_reference_video(options, file, video_camera_of(64, 48));
   EXPECT_EQ(nearest.blended, 0);
   for (int f = 0; f < 73; ++f) EXPECT_NEAR(mean(nearest.frames[f]), grey_at(f / 24.0), 0.006 + 0.3 * 0.05) << f;
 }
@@ -83,14 +83,14 @@ TEST(ReferenceVideo, TrimmingStartsAtAWholeFrameAndEndsInTime) {
   VideoOptions options;
   options.first = 0.52;
   options.last = 1.5;
-  const ReferenceVideo video = load_reference_video(options, video_of(folder, 48, 24), camera_of(64, 48));
+  const ReferenceVideo video = load_reference_video(options, video_of(folder, 48, 24), video_camera_of(64, 48));
   EXPECT_NEAR(video.start, 12 / 24.0, 1e-6);
   ASSERT_EQ(video.frames.size(), 25u);
   EXPECT_EQ(video.blended, 0);
   for (size_t f = 0; f < 25; ++f) EXPECT_NEAR(mean(video.frames[f]), grey_at((12.0 + f) / 24), 0.006);
   options.first = 1.9;
   options.last = 9;
-  EXPECT_EQ(load_reference_video(options, folder / "clip.mp4", camera_of(64, 48)).warnings.size(), 1u);
+  EXPECT_EQ(load_reference_video(options, folder / "clip.mp4", video_camera_of(64, 48)).warnings.size(), 1u);
 }
 
 TEST(ReferenceVideo, AFolderIsReadInTheOrderOfItsNumbers) {
@@ -99,13 +99,13 @@ TEST(ReferenceVideo, AFolderIsReadInTheOrderOfItsNumbers) {
     write_image(folder / ("frame_" + std::to_string(f) + ".png"), ImageF(40, 30, 3, 0.02f * f));
   VideoOptions options;
   options.declared_fps = 12;
-  const ReferenceVideo video = load_reference_video(options, folder.path(), camera_of(40, 30));
+  const ReferenceVideo video = load_reference_video(options, folder.path(), video_camera_of(40, 30));
   ASSERT_EQ(video.frames.size(), 6u);
   EXPECT_DOUBLE_EQ(video.fps, 12);
   for (size_t f = 1; f < 6; ++f) EXPECT_GT(mean(video.frames[f]), mean(video.frames[f - 1]));
   options.declared_fps = 0;
   expect_error(Failure::kInput, {folder.path().string(), "fps", "no frame rate"},
-               [&] { load_reference_video(options, folder.path(), camera_of(40, 30)); });
+               [&] { load_reference_video(options, folder.path(), video_camera_of(40, 30)); });
 }
 
 TEST(ReferenceVideo, FramesAreScaledToTheCameraWhosePixelsKeepTheirPlace) {
@@ -122,7 +122,7 @@ TEST(ReferenceVideo, FramesAreScaledToTheCameraWhosePixelsKeepTheirPlace) {
   VideoOptions options;
   options.declared_fps = 24;
   for (const int width : {40, 120}) {
-    const ReferenceVideo video = load_reference_video(options, folder.path(), camera_of(width, width * 3 / 4));
+    const ReferenceVideo video = load_reference_video(options, folder.path(), video_camera_of(width, width * 3 / 4));
     const ImageF& picture = video.frames[1];
     ASSERT_EQ(picture.width, width);
     for (int x = 3; x < width - 3; ++x) {
@@ -137,13 +137,13 @@ TEST(ReferenceVideo, ARateThatDisagreesIsSaidAndFollowedOnlyWhenTrusted) {
   const auto file = video_of(folder, 24, 24);
   VideoOptions options;
   options.declared_fps = 48;
-  const ReferenceVideo video = load_reference_video(options, file, camera_of(64, 48));
+  const ReferenceVideo video = load_reference_video(options, file, video_camera_of(64, 48));
   EXPECT_DOUBLE_EQ(video.fps, 24);
   ASSERT_EQ(video.warnings.size(), 1u);
   for (const char* word : {"24", "48", "4 times"})
     EXPECT_NE(video.warnings[0].find(word), std::string::npos) << video.warnings[0];
   options.trust_declared = true;
-  const ReferenceVideo slow = load_reference_video(options, file, camera_of(64, 48));
+  const ReferenceVideo slow = load_reference_video(options, file, video_camera_of(64, 48));
   EXPECT_DOUBLE_EQ(slow.fps, 48);
   EXPECT_EQ(slow.frames.size(), 24u);
   EXPECT_EQ(slow.blended, 0);
@@ -152,7 +152,7 @@ TEST(ReferenceVideo, ARateThatDisagreesIsSaidAndFollowedOnlyWhenTrusted) {
 TEST(ReferenceVideo, WhatIsNoUsableVideoIsNamed) {
   const TemporaryFolder folder;
   const auto load = [&](const std::filesystem::path& file, const VideoOptions& options = {}) {
-    return load_reference_video(options, file, camera_of(64, 48));
+    return load_reference_video(options, file, video_camera_of(64, 48));
   };
   expect_error(Failure::kInput, {"absent.mp4", "does not exist"}, [&] { load(folder / "absent.mp4"); });
   expect_error(Failure::kInput, {"text.mp4", "not a video"},
@@ -172,7 +172,7 @@ TEST(ReferenceVideo, WhatIsNoUsableVideoIsNamed) {
 
   const auto file = video_of(folder, 12, 24);
   expect_error(Failure::kInput, {"64 x 48", "view_a", "64 x 64"},
-               [&] { load_reference_video({}, file, camera_of(64, 64)); });
+               [&] { load_reference_video({}, file, video_camera_of(64, 64)); });
   VideoOptions late;
   late.first = 5;
   expect_error(Failure::kInput, {"clip.mp4", "0 frames", "from 5 s"}, [&] { load(file, late); });

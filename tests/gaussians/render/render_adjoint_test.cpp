@@ -16,13 +16,13 @@ using Values = std::vector<double>;
 constexpr double kTolerance = 1e-6;
 constexpr int kChannels = 2;
 
-Camera test_camera(int width, int height) {
+Camera adjoint_camera(int width, int height) {
   return look_at({0.4, -4.1, 0.7}, {0.1, 0, 0.05}, {0, 0, 1}, width, height, 1.1 * width);
 }
 
 // Depths are spread evenly: a small step then never changes their order, where the picture jumps.
 CloudOf<double> spread_cloud(int n, int degree, double smallest, double largest) {
-  const Camera camera = test_camera(16, 16);
+  const Camera camera = adjoint_camera(16, 16);
   CloudOf<double> cloud;
   cloud.sh_degree = degree;
   cloud.resize(n);
@@ -135,7 +135,7 @@ TEST(RenderAdjoint, EveryPixelOfAFewGaussiansAgreesWithFiniteDifferences) {
     AdjointCheckOptions check;
     check.step = 1e-3;
     const AdjointCheck result =
-        check_picture<false>(inputs_of(spread_cloud(5, 3, 0.2, 0.7)), test_camera(9, 8), antialiased, check);
+        check_picture<false>(inputs_of(spread_cloud(5, 3, 0.2, 0.7)), adjoint_camera(9, 8), antialiased, check);
     EXPECT_LT(result.worst, kTolerance) << result.message;
     std::printf("%s\n", result.message.c_str());
   }
@@ -146,7 +146,7 @@ TEST(RenderAdjoint, AnotherFilterAgreesWithFiniteDifferences) {
   check.step = 1e-3;
   check.unit_cotangents = 4;
   const AdjointCheck result =
-      check_picture<false>(inputs_of(spread_cloud(5, 3, 0.2, 0.7)), test_camera(9, 8), true, check, SIZE_MAX, 0.07);
+      check_picture<false>(inputs_of(spread_cloud(5, 3, 0.2, 0.7)), adjoint_camera(9, 8), true, check, SIZE_MAX, 0.07);
   EXPECT_LT(result.worst, kTolerance) << result.message;
 }
 
@@ -156,7 +156,7 @@ TEST(RenderAdjoint, OneWrongEntryIsNoticed) {
   check.step = 1e-3;
   check.unit_cotangents = 4;
   for (const size_t entry : {0, 25, 54}) {
-    const AdjointCheck result = check_picture<false>(inputs, test_camera(9, 8), false, check, entry);
+    const AdjointCheck result = check_picture<false>(inputs, adjoint_camera(9, 8), false, check, entry);
     EXPECT_GT(result.worst, 5 * kTolerance) << entry;
   }
 }
@@ -169,14 +169,14 @@ TEST(RenderAdjoint, PictureOfFiveHundredGaussiansAgreesWithFiniteDifferences) {
   check.inputs = 60;
   check.random_directions = 4;
   const AdjointCheck result =
-      check_picture<false>(inputs_of(spread_cloud(500, 1, 0.03, 0.3)), test_camera(20, 18), false, check);
+      check_picture<false>(inputs_of(spread_cloud(500, 1, 0.03, 0.3)), adjoint_camera(20, 18), false, check);
   EXPECT_LT(result.worst, kTolerance) << result.message;
   std::printf("%s\n", result.message.c_str());
 }
 
 TEST(RenderAdjoint, GaussiansOutsideTheFrustumWhoseJacobianIsHeldAgreeWithFiniteDifferences) {
   Inputs inputs = inputs_of(spread_cloud(3, 0, 0.5, 1.5));
-  const Camera camera = test_camera(9, 8);
+  const Camera camera = adjoint_camera(9, 8);
   inputs.cloud.position[0] = camera.cam_from_world.inverse() * Vec3d(3.6, 0.3, 4.5);
   inputs.cloud.position[1] = camera.cam_from_world.inverse() * Vec3d(-0.2, -3.5, 4.1);
   inputs.cloud.position[2] = camera.cam_from_world.inverse() * Vec3d(-3.8, 3.7, 3.9);
@@ -201,9 +201,9 @@ TEST(RenderAdjoint, CovarianceCarriesTheSameDerivativeAsItsFactor) {
   std::vector<Mat3d> covariance(cloud.size(), Mat3d::Zero());
   ViewGradient<double> view;
   blend_kernels<double, false>(best_instruction_set())
-      .project_adjoint(
-          {cloud_input(cloud), make_view<double>(test_camera(64, 48)), true, index.data(), sums.data(), cloud.size()},
-          cloud_gradient(g, covariance), view);
+      .project_adjoint({cloud_input(cloud), make_view<double>(adjoint_camera(64, 48)), true, index.data(), sums.data(),
+                        cloud.size()},
+                       cloud_gradient(g, covariance), view);
   for (uint32_t i = 0; i < cloud.size(); ++i) {
     const Mat3d A = covariance_factor<double>(cloud.rotation[i], cloud.log_scale[i]);
     // Sigma = A A^T, so that dL/dA = 2 dL/dSigma A.
@@ -220,7 +220,7 @@ TEST(RenderAdjoint, CovarianceCarriesTheSameDerivativeAsItsFactor) {
 
 TEST(RenderAdjoint, BackgroundGetsWhatTheTransmittanceLeaves) {
   const CloudOf<double> cloud = spread_cloud(30, 0, 0.1, 0.4);
-  const Camera camera = test_camera(20, 20);
+  const Camera camera = adjoint_camera(20, 20);
   const Rendered<double> picture = render_as<double, false>(cloud, camera);
   Rendered<double> adj;
   adj.color = Image<double>(20, 20, 3);
@@ -238,7 +238,7 @@ TEST(RenderAdjoint, BackgroundGetsWhatTheTransmittanceLeaves) {
 // A made scene in float with derivatives of everything, for the laws of the float version.
 struct FloatScene {
   CloudOf<float> cloud = cloud_cast<float>(spread_cloud(3000, 2, 0.02, 0.2));
-  Camera camera = test_camera(150, 110);
+  Camera camera = adjoint_camera(150, 110);
   std::vector<float> features;
   RenderResult adj;
 
@@ -286,7 +286,7 @@ double relative_difference(const std::vector<float>& a, const std::vector<float>
 
 TEST(RenderAdjoint, ScreenGradientsSumUpToThatOfThePrincipalPoint) {
   const CloudOf<double> cloud = spread_cloud(20, 1, 0.05, 0.4);
-  const Camera camera = test_camera(40, 32);
+  const Camera camera = adjoint_camera(40, 32);
   Rendered<double> adj;
   adj.color = Image<double>(camera.width, camera.height, 3);
   for (size_t k = 0; k < adj.color.data.size(); ++k) adj.color.data[k] = Random(5, k).normal();
@@ -372,7 +372,7 @@ TEST(RenderAdjoint, FloatFollowsDouble) {
 // against the smooth picture.
 TEST(RenderAdjoint, BiasOfTheCutOffsIsSmall) {
   const CloudOf<double> cloud = spread_cloud(500, 1, 0.03, 0.3);
-  const Camera camera = test_camera(60, 45);
+  const Camera camera = adjoint_camera(60, 45);
   const auto gradient = [&]<bool kCutOffs>() {
     const Rendered<double> picture = render_as<double, kCutOffs>(cloud, camera);
     Rendered<double> adj;

@@ -5,14 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <numbers>
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/random.h"
 
 namespace pliant {
 namespace {
-
-constexpr double kPi = 3.14159265358979324;
 
 /// Discs of standard deviation `sigma` and half-thickness `flat` on points of a surface.
 class Splats {
@@ -39,11 +38,12 @@ class Splats {
 };
 
 GaussianCloud cylinder(double radius, double length, int count, bool bottom) {
-  const double side = 2 * kPi * radius * length, cap = kPi * radius * radius;
+  const double side = 2 * std::numbers::pi * radius * length, cap = std::numbers::pi * radius * radius;
   Splats splats(0.6 * std::sqrt((side + 2 * cap) / count), 1e-4);
   for (int i = 0; i < count; ++i) {
     Random random(1, i);
-    const double u = random.uniform() * (side + (bottom ? 2 : 1) * cap), angle = random.uniform(0, 2 * kPi);
+    const double u = random.uniform() * (side + (bottom ? 2 : 1) * cap),
+                 angle = random.uniform(0, 2 * std::numbers::pi);
     const Vec3d out(std::cos(angle), std::sin(angle), 0), along(0, 0, 1);
     if (u < side) {
       splats.add(radius * out + random.uniform() * length * along, out);
@@ -68,7 +68,7 @@ FillSummary fill(const GaussianCloud& cloud, int target, SolidSamples* samples =
 }
 
 TEST(InteriorFill, ACylinderTwoToSixteenCellsThickKeepsItsVolume) {
-  const double radius = 0.05, length = 0.5, volume = kPi * radius * radius * length;
+  const double radius = 0.05, length = 0.5, volume = std::numbers::pi * radius * radius * length;
   const GaussianCloud cloud = cylinder(radius, length, 6000, true);
   for (const double cells : {2.0, 4.0, 8.0, 16.0}) {
     const double cell = 2 * radius / cells;
@@ -92,7 +92,7 @@ TEST(InteriorFill, SamplesLieInsideAndAreCentred) {
 }
 
 TEST(InteriorFill, AnOpenBottomDoesNotLeak) {
-  EXPECT_NEAR(fill(cylinder(0.3, 1, 6000, false), 4000).volume / (kPi * 0.09), 1, 0.05);
+  EXPECT_NEAR(fill(cylinder(0.3, 1, 6000, false), 4000).volume / (std::numbers::pi * 0.09), 1, 0.05);
 }
 
 TEST(InteriorFill, AnEllipsoidAndABoxKeepTheirVolumes) {
@@ -112,7 +112,7 @@ TEST(InteriorFill, AnEllipsoidAndABoxKeepTheirVolumes) {
     normal[face / 2] = face % 2 ? 1 : -1;
     box.add(x, normal);
   }
-  EXPECT_NEAR(fill(ellipsoid.cloud, 4000).volume / (4.0 / 3 * kPi * axes.prod()), 1, 0.03);
+  EXPECT_NEAR(fill(ellipsoid.cloud, 4000).volume / (4.0 / 3 * std::numbers::pi * axes.prod()), 1, 0.03);
   EXPECT_NEAR(fill(box.cloud, 4000).volume, 1, 0.03);
 }
 

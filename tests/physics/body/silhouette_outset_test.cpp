@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "gaussians/base/random.h"
 #include "physics/body/interior_fill.h"
@@ -13,13 +14,13 @@
 namespace pliant {
 namespace {
 
-constexpr double kPi = 3.14159265358979324, kRadius = 0.1;
+constexpr double kRadius = 0.1;
 
 /// Flat discs on a sphere, evenly spread.
 GaussianCloud sphere(int count) {
   GaussianCloud cloud;
   cloud.resize(count);
-  const double sigma = 0.56 * std::sqrt(4 * kPi / count) * kRadius;
+  const double sigma = 0.56 * std::sqrt(4 * std::numbers::pi / count) * kRadius;
   for (int i = 0; i < count; ++i) {
     const double z = 1 - (2 * i + 1.0) / count, r = std::sqrt(1 - z * z), angle = 2.39996323 * i;
     const Vec3f n(r * std::cos(angle), r * std::sin(angle), z);
@@ -51,7 +52,8 @@ double radius_in_pictures(const GaussianCloud& cloud, const std::vector<Camera>&
     const ImageF alpha = render(cloud, camera).alpha;
     const double area =
         static_cast<double>(std::count_if(alpha.data.begin(), alpha.data.end(), [](float a) { return a >= 0.5f; }));
-    sum += camera.centre().norm() * std::sin(std::atan(std::sqrt(area / kPi) / camera.fx)) / cameras.size();
+    sum +=
+        camera.centre().norm() * std::sin(std::atan(std::sqrt(area / std::numbers::pi) / camera.fx)) / cameras.size();
   }
   return sum;
 }
@@ -62,7 +64,7 @@ double filled_radius(const GaussianCloud& cloud, float outset) {
   options.outset = outset;
   FillSummary summary;
   fill_interior(options, cloud, &summary);
-  return std::cbrt(summary.volume * 3 / (4 * kPi));
+  return std::cbrt(summary.volume * 3 / (4 * std::numbers::pi));
 }
 
 TEST(SilhouetteOutset, TheSolidOfASphereIsAsLargeAsItsPictures) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "gaussians/base/check_adjoint.h"
+#include "gaussians/base/linear_algebra.h"
 #include "physics/mpm/node_conditions.h"
 #include "physics/simulate/simulate.h"
 #include "tests/physics/shapes.h"
@@ -279,7 +280,7 @@ TEST(ColliderLaw, ABodyRestsOnAPlaneAtTheRightHeightWhereverTheNodesLie) {
     for (const Vec3d& tilt : {Vec3d(0, 0, 1), Vec3d(0.48, 0.36, 0.8)}) {
       // The block lies on the plane with its lower face; the frame is turned, not the block, for the tilted plane.
       auto particles = fixture::block<double>({0.05, 0.05, thickness}, 0.01, 0.0, 1e5);
-      const Mat3d turn = Eigen::Quaterniond::FromTwoVectors(Vec3d::UnitZ(), tilt).toRotationMatrix();
+      const Mat3d turn = shortest_rotation<double>(Vec3d::UnitZ(), tilt);
       for (Vec3d& x : particles.position) x = turn * x;
       const Interaction plane = collider(Region::half_space(Vec3d::Zero(), tilt), 0.5);
       const State end = run(particles, -kGravity * tilt, {plane}, 0.4, initial_state(particles), 0.05).states.back();

@@ -10,14 +10,14 @@
 namespace pliant {
 namespace {
 
-constexpr double kHeight = 0.03, kLength = 0.1, kYoung = 263824, kPoisson = 0.4, kDensity = 1070;
+constexpr double kHeight = 0.03, kFree = 0.1, kYoung = 263824, kPoisson = 0.4, kDensity = 1070;
 constexpr double kFiniteElements = 7.29;  // Hz, quadratic hexahedra, fully clamped
 
 /// First frequency of a beam of 6 x 6 cells that is clamped at x = 0, by the time until it first turns round after
 /// gravity is switched on; displaced by `offset` cells against the nodes and turned by `turn`.
 double frequency(const Vec3d& offset, const Mat3d& turn) {
   constexpr double dx = kHeight / 6, foot = 3 * dx;
-  auto p = fixture::fill_shape<float>({kLength + foot, kHeight, kHeight}, dx, 2, 0.0, kYoung, kPoisson, kDensity,
+  auto p = fixture::fill_shape<float>({kFree + foot, kHeight, kHeight}, dx, 2, 0.0, kYoung, kPoisson, kDensity,
                                       [](const Vec3d&) { return true; });
   std::vector<double> weight;  // near the shape of the first mode
   for (Vec3f& x : p.position) {

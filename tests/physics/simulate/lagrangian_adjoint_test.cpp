@@ -19,7 +19,7 @@ Case lagrangian_block(double cells = 2.5) {
   return c;
 }
 
-void expect_gradient(const Case& c) {
+void expect_lagrangian_gradient(const Case& c) {
   const RolloutGradient<double> gradient = c.gradient();
   for (const auto& [kind, name] : fixture::kInputs) {
     const bool off = kind == Input::kDamping && !(c.options.simulate.viscosity_time > 0);  // at the end of its range
@@ -53,7 +53,7 @@ TEST(LagrangianAdjoint, OfOneLawWithoutViscosityAgreeWithDifferences) {
   for (const bool rubber : {false, true}) {
     Case c = without_viscosity(lagrangian_block(2));
     c.particles.material_index.assign(c.particles.size(), rubber);
-    expect_gradient(c);
+    expect_lagrangian_gradient(c);
   }
 }
 
@@ -85,7 +85,7 @@ TEST(LagrangianAdjoint, SixtySubstepsInContactAgreeWithDifferences) {
   };
   ASSERT_GT((last(0.3).x[0] - last(0).x[0]).norm(), 1e-6) << "they touch";
   c.options.simulate.object_friction = 0.3;
-  expect_gradient(c);
+  expect_lagrangian_gradient(c);
 }
 
 TEST(LagrangianAdjoint, EqualBitForBitForAnyNumberOfThreadsAndForRecomputedSubsteps) {

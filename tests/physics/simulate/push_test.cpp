@@ -12,11 +12,11 @@
 namespace pliant {
 namespace {
 
-constexpr double kWidth = 0.02, kLength = 0.2, kFoot = 0.03;  // m
+constexpr double kWidth = 0.02, kStem = 0.2, kStemFoot = 0.03;  // m
 
 Particles stem(int count, double young = 3e5) {
   const double middle = 0.5 * kWidth;
-  const SolidSamples samples = fixture::solid({kWidth, kWidth, kLength + kFoot}, kWidth / 14, [&](const Vec3d& x) {
+  const SolidSamples samples = fixture::solid({kWidth, kWidth, kStem + kStemFoot}, kWidth / 14, [&](const Vec3d& x) {
     return std::hypot(x.x() - middle, x.y() - middle) < middle;
   });
   DriverOptions options;
@@ -28,20 +28,20 @@ Particles stem(int count, double young = 3e5) {
 Interaction clamp() {
   Interaction pin;
   pin.type = InteractionType::kPin;
-  pin.region = Region::half_space(Vec3d(0, 0, kFoot), Vec3d(0, 0, 1));
+  pin.region = Region::half_space(Vec3d(0, 0, kStemFoot), Vec3d(0, 0, 1));
   return pin;
 }
 
 TEST(Push, TheSameNewtonsBendStemsOfAnyNumberOfParticlesAlike) {
   const auto peak = [](int count) {
     const Particles particles = stem(count);
-    EXPECT_NEAR(particles.total_mass() / (1000 * 3.14159265 / 4 * kWidth * kWidth * (kLength + kFoot)), 1, 0.02);
+    EXPECT_NEAR(particles.total_mass() / (1000 * 3.14159265 / 4 * kWidth * kWidth * (kStem + kStemFoot)), 1, 0.02);
     SimulateOptions options;
     options.duration = 0.15;
     Interaction push;
     push.type = InteractionType::kPointForce;
     push.vector = Vec3d(0.01, 0, 0);
-    push.region = Region::box(Vec3d(-1, -1, kFoot + 0.8 * kLength), Vec3d(1, 1, 1));
+    push.region = Region::box(Vec3d(-1, -1, kStemFoot + 0.8 * kStem), Vec3d(1, 1, 1));
     return simulate<float>(options, particles, {clamp(), push}, initial_state(particles)).summary.max_displacement;
   };
   const double fine = peak(4000), coarse = peak(1500);
@@ -54,7 +54,7 @@ TEST(Push, IsSizedToTheStiffness) {
   options.duration = 0.2;
   options.fraction = 0.15;
   options.max_particles = 800;
-  const Region tip = Region::sphere(Vec3d(0.01, 0.01, kFoot + kLength), 0.02);
+  const Region tip = Region::sphere(Vec3d(0.01, 0.01, kStemFoot + kStem), 0.02);
   double newtons[2];
   for (int k = 0; k < 2; ++k) {
     const Particles particles = stem(1200, k ? 3e5 : 1e5);
@@ -69,7 +69,7 @@ TEST(Push, IsSizedToTheStiffness) {
     real.duration = 0.3;
     const double peak =
         simulate<float>(real, particles, {clamp(), push}, initial_state(particles)).summary.max_displacement;
-    EXPECT_NEAR(peak / (kLength + kFoot), options.fraction, 0.35 * options.fraction);
+    EXPECT_NEAR(peak / (kStem + kStemFoot), options.fraction, 0.35 * options.fraction);
     EXPECT_LE(size.trials, options.trials);
   }
   EXPECT_GT(newtons[1], 1.5 * newtons[0]);

@@ -35,9 +35,7 @@ std::unique_ptr<GroundingDino> made_dino(const TemporaryFolder& folder) {
   write_torch_module(folder / "dino.pt", kModule,
                      R"({"kind": "grounding-dino", "height": 24, "width": 32, "tokens": 10})",
                      {{"shrink", {3}, {1.f, 0.75f, 0.5f}}});
-  ModuleOptions trusted;
-  trusted.trust_torchscript = true;
-  return std::make_unique<GroundingDino>(std::make_unique<NeuralModule>(folder / "dino.pt", trusted),
+  return std::make_unique<GroundingDino>(std::make_unique<NeuralModule>(folder / "dino.pt", trusted()),
                                          WordPiece(folder.file("vocab.txt", kVocabulary)), GroundingDino::Options());
 }
 

@@ -19,9 +19,7 @@ def forward(self, image, mask):
 Lama made_inpainter(const TemporaryFolder& folder, const std::string& description, float range,
                     Lama::Options options = {}) {
   write_torch_module(folder / "lama.pt", kMean, description, {{"range", {1}, {range}}});
-  ModuleOptions trusted;
-  trusted.trust_torchscript = true;
-  return Lama(std::make_unique<NeuralModule>(folder / "lama.pt", trusted), options);
+  return Lama(std::make_unique<NeuralModule>(folder / "lama.pt", trusted()), options);
 }
 
 ImageF plain(int width, int height) {

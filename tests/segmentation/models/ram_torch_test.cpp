@@ -14,9 +14,7 @@ namespace {
 std::unique_ptr<NeuralModule> made_tagger(const TemporaryFolder& folder) {
   write_torch_module(folder / "ram.pt", "def forward(self, image):\n  return torch.mean(image, [2, 3])\n",
                      R"({"kind": "ram", "size": 8})");
-  ModuleOptions trusted;
-  trusted.trust_torchscript = true;
-  return std::make_unique<NeuralModule>(folder / "ram.pt", trusted);
+  return std::make_unique<NeuralModule>(folder / "ram.pt", trusted());
 }
 
 }  // namespace
@@ -44,9 +42,7 @@ TEST(RamTorch, EveryPixelCountsInItsPlaceAndChannel) {
   for (int i = 0; i < 3 * 64; ++i) weights.values.push_back(0.001f * static_cast<float>(i * i % 97));
   write_torch_module(folder / "ram.pt", "def forward(self, image):\n  return torch.sum(image * self.weights, [2, 3])\n",
                      R"({"kind": "ram", "size": 8})", {weights});
-  ModuleOptions trusted;
-  trusted.trust_torchscript = true;
-  Ram ram(std::make_unique<NeuralModule>(folder / "ram.pt", trusted),
+  Ram ram(std::make_unique<NeuralModule>(folder / "ram.pt", trusted()),
           TagList::read(folder.file("ram.txt", "rose\t0\ngrass\t0\nsky\t0\n")));
   ImageF picture(8, 8, 3);
   for (int y = 0; y < 8; ++y)

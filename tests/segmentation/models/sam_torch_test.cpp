@@ -22,12 +22,6 @@ const char* const kDecode = R"(
     return self.iou, masks
 )";
 
-ModuleOptions trusted() {
-  ModuleOptions options;
-  options.trust_torchscript = true;
-  return options;
-}
-
 std::string decode_method(const std::string& name) {
   return "def " + name +
          "(self, image_embeddings, point_coords, point_labels, mask_input, has_mask_input, orig_im_size):" + kDecode;

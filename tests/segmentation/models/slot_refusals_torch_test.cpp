@@ -18,9 +18,7 @@ namespace {
 std::unique_ptr<NeuralModule> module_of(const TemporaryFolder& folder, const std::string& methods,
                                         const std::string& description) {
   write_torch_module(folder / "net.pt", methods, description);
-  ModuleOptions trusted;
-  trusted.trust_torchscript = true;
-  return std::make_unique<NeuralModule>(folder / "net.pt", trusted);
+  return std::make_unique<NeuralModule>(folder / "net.pt", trusted());
 }
 
 void expect_sam_refused(const std::string& embeddings, const std::string& masks,

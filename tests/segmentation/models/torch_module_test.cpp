@@ -15,13 +15,6 @@ Contract line_contract() {
   return contract;
 }
 
-ModuleOptions trusted() {
-  ModuleOptions options;
-  options.trust_torchscript = true;
-  options.load_seconds = 60;
-  return options;
-}
-
 void expect_refused(const std::string& body, const std::vector<std::string>& words, ModuleOptions options = trusted()) {
   TemporaryFolder folder;
   write_torch_module(folder / "made.pt", "def forward(self, x, k):\n" + body);

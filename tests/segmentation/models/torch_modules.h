@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "segmentation/models/neural_module.h"
+
 namespace pliant {
 
 /// A constant of a module made in a test: self.NAME, filled with values along `shape`.
@@ -12,6 +14,14 @@ struct MadeTensor {
   std::vector<int64_t> shape;
   std::vector<float> values;
 };
+
+/// Options for modules that were made here.
+inline ModuleOptions trusted() {
+  ModuleOptions options;
+  options.trust_torchscript = true;
+  options.load_seconds = 60;
+  return options;
+}
 
 /// Saves a TorchScript module with these methods ("def forward(self, x): ..."), tensors and description.
 void write_torch_module(const std::filesystem::path& file, const std::string& methods,

@@ -73,10 +73,9 @@ Xmem::Options options_of(int every) {
 
 Xmem made_xmem(const TemporaryFolder& folder, const std::string& methods = kModule, double load_seconds = 300) {
   write_torch_module(folder / "xmem.pt", methods, R"({"kind": "xmem", "hidden": 2})");
-  ModuleOptions trusted;
-  trusted.trust_torchscript = true;
-  trusted.load_seconds = load_seconds;
-  return Xmem(std::make_unique<NeuralModule>(folder / "xmem.pt", trusted), options_of(2));
+  ModuleOptions options = trusted();
+  options.load_seconds = load_seconds;
+  return Xmem(std::make_unique<NeuralModule>(folder / "xmem.pt", options), options_of(2));
 }
 
 /// The module with one piece of its code replaced.

@@ -4,6 +4,7 @@
 
 #include <numeric>
 
+#include "gaussians/base/linear_algebra.h"
 #include "segmentation/field/islands.h"
 #include "tests/segmentation/certain.h"
 #include "tests/segmentation/made_scene.h"
@@ -134,7 +135,7 @@ TEST(Extract, AnUnknownIdIsAUsageErrorThatListsTheKnownOnes) {
 
 TEST(Contact, PlaneOfATiltedNoisyTableIsFoundUnderTheObject) {
   const Vec3f normal = Vec3f(0.15f, -0.1f, 1.0f).normalized();
-  const Mat3f frame = Eigen::Quaternionf::FromTwoVectors(Vec3f::UnitZ(), normal).toRotationMatrix();
+  const Mat3f frame = shortest_rotation<float>(Vec3f::UnitZ(), normal);
   Random random(4);
   GaussianCloud support, object;
   for (int i = 0; i < 3000; ++i) {
