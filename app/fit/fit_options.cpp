@@ -67,7 +67,7 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
   vibration.refine.tolerance = 1e-3;
   vibration.modes.most = 6;
   vibration.most_modes = 4;
-  vibration.most_periods = 3.5;
+  vibration.most_periods = fitted_periods(stage);
   vibration.stop = context.interrupted;
   if (stage.field == "parts") {
     options.kind = MaterialKind::kParts;

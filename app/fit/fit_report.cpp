@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "app/fit/fit_pictures.h"
@@ -14,6 +15,7 @@
 
 namespace pliant {
 namespace fs = std::filesystem;
+using nlohmann::json;
 
 namespace {
 
@@ -35,12 +37,22 @@ ImageF side_by_side_picture(const ImageF& seen, const ImageF& drawn) {
   return side;
 }
 
+/// Which frames belong to each span.
+MotionScores spans_of(const FitScene& fit, const FittedMotion& motion, int last_fitted) {
+  const int end = motion.first_frame + static_cast<int>(motion.frames.size()) - 1, last_used = fit.used - 1;
+  MotionScores scores;
+  scores.fitted = {motion.first_frame, std::min({last_fitted, last_used, end})};
+  scores.searched = {scores.fitted.last + 1, std::min(last_used, end)};
+  scores.later = {last_used + 1, end};
+  return scores;
+}
+
 /// Of one video; the names of pictures end in `suffix`.
-MotionScores compare_view(const FitScene& fit, const FitView& view, const FittedMotion& motion, const fs::path& folder,
-                          const std::string& suffix) {
+MotionScores compare_view(const FitScene& fit, const FitView& view, const FittedMotion& motion, int last_fitted,
+                          const fs::path& folder, const std::string& suffix) {
   const ImageF mask = motion_mask(view, static_cast<int>(view.video.frames.size()), kScoreGrow);
   const ImageF& first = view.video.frames[0];
-  MotionScores scores;
+  MotionScores scores = spans_of(fit, motion, last_fitted);
   scores.rest = psnr_in(view.still, first, mask);
   const bool pictures = !folder.empty();
   SpaceTimeSlices slices(view);
@@ -56,46 +68,55 @@ MotionScores compare_view(const FitScene& fit, const FitView& view, const Fitted
       writer->write(side_by_side_picture(seen, drawn));
       slices.add(seen, drawn);
     }
-    const bool used = f < fit.used;
     ImageF compared = mask;
     if (!view.compared.empty()) leave_out(compared, view, f);
     if (std::none_of(compared.data.begin(), compared.data.end(), [](float w) { return w > 0; })) continue;
-    (used ? scores.psnr_used : scores.psnr_later) += psnr_in(drawn, seen, compared);
-    (used ? scores.still_used : scores.still_later) += psnr_in(first, seen, compared);
-    ++(used ? scores.frames_used : scores.frames_later);
+    MotionScores::Span& span = f <= scores.fitted.last     ? scores.fitted
+                               : f <= scores.searched.last ? scores.searched
+                                                           : scores.later;
+    span.psnr += psnr_in(drawn, seen, compared);
+    span.still += psnr_in(first, seen, compared);
+    ++span.frames;
   }
   if (pictures) writer->close();
   if (pictures && !motion.frames.empty()) write_image(folder / ("slices" + suffix + ".png"), slices.picture());
-  if (scores.frames_used) {
-    scores.psnr_used /= scores.frames_used;
-    scores.still_used /= scores.frames_used;
-  }
-  if (scores.frames_later) {
-    scores.psnr_later /= scores.frames_later;
-    scores.still_later /= scores.frames_later;
+  for (MotionScores::Span* span : {&scores.fitted, &scores.searched, &scores.later}) {
+    span->psnr /= std::max(1, span->frames);
+    span->still /= std::max(1, span->frames);
   }
   return scores;
 }
 
 }  // namespace
 
-MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, const fs::path& folder) {
+MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, int last_fitted, const fs::path& folder) {
   const std::vector<const FitView*> views = fit.views();
-  MotionScores mean;
+  MotionScores mean = spans_of(fit, motion, last_fitted);
   for (size_t i = 0; i < views.size(); ++i) {
-    const MotionScores one = compare_view(fit, *views[i], motion, folder, i == 0 ? "" : "_" + std::to_string(i + 1));
+    const MotionScores one =
+        compare_view(fit, *views[i], motion, last_fitted, folder, i == 0 ? "" : "_" + std::to_string(i + 1));
     const double share = 1.0 / static_cast<double>(views.size());
-    mean.psnr_used += share * one.psnr_used;
-    mean.psnr_later += share * one.psnr_later;
     mean.rest += share * one.rest;
-    mean.still_used += share * one.still_used;
-    mean.still_later += share * one.still_later;
-    if (i == 0) {
-      mean.frames_used = one.frames_used;
-      mean.frames_later = one.frames_later;
+    for (auto span : {&MotionScores::fitted, &MotionScores::searched, &MotionScores::later}) {
+      (mean.*span).psnr += share * (one.*span).psnr;
+      (mean.*span).still += share * (one.*span).still;
+      if (i == 0) (mean.*span).frames = (one.*span).frames;
     }
   }
   return mean;
+}
+
+json scores_to_json(const MotionScores& scores) {
+  json out = {{"psnr_rest", scores.rest}};
+  const std::pair<const char*, const MotionScores::Span*> spans[] = {
+      {"fitted", &scores.fitted}, {"searched", &scores.searched}, {"later", &scores.later}};
+  for (const auto& [name, span] : spans) {
+    const std::string of = name;
+    out["frames_" + of] = span->first <= span->last ? json{span->first, span->last} : json(nullptr);
+    out["psnr_" + of] = span->frames > 0 ? json(span->psnr) : json(nullptr);
+    out["still_" + of] = span->frames > 0 ? json(span->still) : json(nullptr);
+  }
+  return out;
 }
 
 void write_fit_pictures(const fs::path& folder, const FitScene& fit, const FitFindings& findings) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <vector>
 
 #include "app/fit/fit_scene.h"
@@ -15,16 +16,25 @@ struct FittedMotion {
 
 /// How well the fitted motion and the videos agree inside the moving mask, dB; means over frames and videos.
 struct MotionScores {
-  double psnr_used = 0, psnr_later = 0;    ///< of the fit over frames that it saw, and over later ones
-  double still_used = 0, still_later = 0;  ///< of the first frame held
-  double rest = 0;                         ///< of the scene at rest against the first frame: what motion cannot mend
-  int frames_used = 0, frames_later = 0;
+  struct Span {
+    int first = 0, last = -1;    ///< frames of the video; last < first: none
+    double psnr = 0, still = 0;  ///< of the fitted motion, and of the first frame held
+    int frames = 0;              ///< that had something to compare
+  };
+  Span fitted;      ///< that the simulated motion was fitted to
+  Span searched;    ///< later ones that only the search for the stiffness saw
+  Span later;       ///< held out
+  double rest = 0;  ///< of the scene at rest against the first frame: what motion cannot mend
 };
 
 /// Scores; writes into `folder` the video, the fitted motion and their difference side by side (side_by_side.mp4), and
 /// lines of pixels over time (slices.png), of further videos as side_by_side_2.mp4 and so on; nothing when the name is
 /// empty.
-MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, const std::filesystem::path& folder);
+/// `last_fitted`: frame of the video that the fit of the simulated motion ended with.
+MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, int last_fitted,
+                            const std::filesystem::path& folder);
+/// The frames of each span, its PSNR and that of the first frame held.
+nlohmann::json scores_to_json(const MotionScores& scores);
 
 /// What the pictures of a fit show; what is empty gets none.
 struct FitFindings {

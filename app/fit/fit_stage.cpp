@@ -71,24 +71,32 @@ json fit_to_video(const Context& context, const RunDirectory& run, const FitInpu
 
   const VibrationFit& constant = found_material.homogeneous;
   const MotionScores constant_scores =
-      compare_motion(fit, replay(fit, constant, constant.fitted(fit.body.particles), options.vibration.simulate), {});
+      compare_motion(fit, replay(fit, constant, constant.fitted(fit.body.particles), options.vibration.simulate),
+                     found.last_frame, {});
   const FittedMotion motion = replay(fit, found, fitted, options.vibration.simulate);
-  const MotionScores scores = compare_motion(fit, motion, run / "fit");
+  const MotionScores scores = compare_motion(fit, motion, found.last_frame, run / "fit");
   write_fit_pictures(run / "fit", fit, findings_of(found_material, fit.body.particles, material.young));
   context.progress.say(fmt::format(
-      "fit: E = {:.4g} Pa{} (+-{:.1f} % from noise alone), damping time {:.3g} s; PSNR {:.1f} dB where it moves "
-      "(static first frame {:.1f}, rendered rest state against it {:.1f})",
+      "fit: E = {:.4g} Pa{} (+-{:.1f} % from noise alone), damping time {:.3g} s; PSNR {:.1f} dB where it moves, in "
+      "frames {} to {} that were fitted (static first frame {:.1f}, rendered rest state against it {:.1f})",
       young, stage.field == "uniform" ? "" : " in the geometric mean", 100 * (std::pow(10.0, found.log10_sigma) - 1),
-      found.damping_time, scores.psnr_used, scores.still_used, scores.rest));
-  if (scores.frames_later > 0)
-    context.progress.say(
-        fmt::format("fit: PSNR {:.1f} dB over {} held-out frames (best uniform E {:.1f}, static first frame {:.1f})",
-                    scores.psnr_later, scores.frames_later, constant_scores.psnr_later, scores.still_later));
+      found.damping_time, scores.fitted.psnr, scores.fitted.first, scores.fitted.last, scores.fitted.still,
+      scores.rest));
+  const auto tell_later = [&](const char* what, MotionScores::Span MotionScores::*span) {
+    const MotionScores::Span& later = scores.*span;
+    if (later.frames > 0)
+      context.progress.say(
+          fmt::format("fit: PSNR {:.1f} dB over {} {} frames (best uniform E {:.1f}, static first frame {:.1f})",
+                      later.psnr, later.frames, what, (constant_scores.*span).psnr, later.still));
+  };
+  tell_later("further", &MotionScores::searched);
+  tell_later("held-out", &MotionScores::later);
   json result = {{"young_pa", young},
                  {"log10_sigma", found.log10_sigma},
                  {"damping_time_s", found.damping_time},
                  {"damping_time_range_s", {found.damping_time_low, found.damping_time_high}},
                  {"first_frame", found.first_frame},
+                 {"last_frame", found.last_frame},
                  {"fps", fit.video.fps},
                  {"frames_used", fit.used},
                  {"start_s", found.time},
@@ -96,19 +104,13 @@ json fit_to_video(const Context& context, const RunDirectory& run, const FitInpu
                  {"rms_px", found.rms},
                  {"rms_search_px", found.rms_search},
                  {"rms_still_px", found.rms_rest},
-                 {"psnr_used", scores.psnr_used},
-                 {"psnr_later", scores.psnr_later},
-                 {"psnr_rest", scores.rest},
-                 {"still_used", scores.still_used},
-                 {"still_later", scores.still_later},
-                 {"frames_later", scores.frames_later},
-                 {"constant_used", constant_scores.psnr_used},
-                 {"constant_later", constant_scores.psnr_later},
+                 {"constant", scores_to_json(constant_scores)},
                  {"constant_young_pa", material.young * std::pow(10.0, constant.log10_factor)},
                  {"rms_homogeneous_px", found_material.homogeneous.rms},
                  {"steps", steps_to_json(found_material.steps)},
                  {"undetermined", undetermined_by_video(evidence_of(fit, found_material, options, young),
                                                         find_blindness(fit, motion), fit.video.fps)}};
+  result.update(scores_to_json(scores));
   if (found_material.losses.whole > 0) result["whole_damping_time_s"] = 1 / found_material.losses.whole;
   if (stage.compare.poisson) result["poisson"] = fitted.poisson.at(0);
   json full = result;

@@ -70,8 +70,9 @@ struct FitStage {
   double compare_fps = 0;  ///< frames a second that are compared, of all videos; 0 = the first one's own
   double from = -1;        ///< s of the video, from which on nothing pushes the object; negative = found
   double until = 0;        ///< s of the video; later frames only judge the fit; 0 = all are used
-  int points = 400;        ///< of the object's surface that are followed
-  std::string field;       ///< E(x): uniform, parts, smooth, triplanes; empty = the recipe's
+  std::string periods = "3.5";    ///< of the strongest mode that simulated motions are compared over, or "all"
+  int points = 400;               ///< of the object's surface that are followed
+  std::string field;              ///< E(x): uniform, parts, smooth, triplanes; empty = the recipe's
   std::string recipe = "search";  ///< search: over stiffness, then Gauss-Newton; physdreamer: gradients alone, v0 first
                                   ///< (fit_physdreamer.h)
   int parts = 6;                  ///< patches of the object by place and colour; those that look alike are one part
@@ -92,6 +93,8 @@ OptionTable options_of(FitStage& stage);
 /// With what its recipe sets where nothing is said: fields and windows as PhysDreamer publishes them, an image loss
 /// that its total variation counts against as there; else the tracked points, by one stiffness.
 FitStage with_recipe(FitStage stage);
+/// FitStage::periods as a number, infinite for "all"; throws Error{kUsage} for anything else.
+double fitted_periods(const FitStage& stage);
 /// Throws Error{kUsage} for what a fit of this kind would leave unused, by the name of its option.
 void check_fit_stage(const FitStage& stage, bool has_video);
 /// The same for any choice at all, when nothing is fitted: `where` says why ("with --no-video").

@@ -23,6 +23,7 @@ std::vector<Choice> of_watching(const FitStage& stage) {
           {stage.typed("compare-fps"), stage.compare_fps > 0},
           {stage.typed("start"), stage.from >= 0},
           {stage.typed("end"), stage.until > 0},
+          {stage.typed("periods"), stage.periods != FitStage().periods},
           {stage.typed("points"), stage.points != FitStage().points}};
 }
 
@@ -110,6 +111,14 @@ FitStage with_recipe(FitStage stage) {
   return stage;
 }
 
+double fitted_periods(const FitStage& stage) {
+  if (stage.periods == "all") return INFINITY;
+  const double count = parse_numbers(stage.typed("periods"), stage.periods, 1)[0];
+  if (!(count >= 1))
+    throw usage_error("fit", stage.typed("periods"), "is " + stage.periods, "give at least 1, or 'all'");
+  return count;
+}
+
 std::string FitStage::typed(const std::string& option) const {
   return "--" + (brief_options().count(option) ? "" : prefix) + option;
 }
@@ -138,6 +147,10 @@ void check_fit_stage(const FitStage& stage, bool has_video) {
            "leave it out, or fit to the video");
   }
   const bool recipe = stage.recipe == "physdreamer";
+  fitted_periods(stage);
+  if (recipe)
+    refuse({{stage.typed("periods"), stage.periods != FitStage().periods}},
+           "with " + stage.typed("recipe") + " physdreamer, which compares all frames", "leave it out, or use --end");
   if (recipe)
     refuse({{stage.typed("guidance-cmd"), guided}},
            "with " + stage.typed("recipe") + " physdreamer, which only compares with the video",

@@ -226,6 +226,11 @@ OptionTable options_of(FitStage& stage) {
        .help = "Video time after which frames are held out for evaluation [s]; 0 = all are fitted",
        .low = 0,
        .formerly = "until"},
+      {.name = "periods",
+       .field = &stage.periods,
+       .help =
+           "Periods of the strongest mode that simulated motions are fitted to, or 'all'; the search uses all frames",
+       .value = "N|all"},
       {.name = "points",
        .field = &stage.points,
        .help = "Number of tracked points on the object's surface",

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <fstream>
 
-#include "app/import/npy.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/files/npy.h"
 #include "gaussians/io/files/zip_archive.h"
 #include "gaussians/io/splats/ply_rows.h"
 

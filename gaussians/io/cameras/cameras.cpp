@@ -6,6 +6,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/cameras/cameras_json.h"
 #include "gaussians/io/cameras/colmap.h"
+#include "gaussians/io/cameras/llff.h"
 #include "gaussians/io/cameras/middlebury.h"
 #include "gaussians/io/cameras/transforms.h"
 #include "gaussians/io/files/json_file.h"
@@ -15,7 +16,7 @@ namespace fs = std::filesystem;
 namespace pliant {
 namespace {
 
-enum class Format { kNone, kTransforms, kCamerasJson, kColmap, kMiddlebury };
+enum class Format { kNone, kTransforms, kCamerasJson, kColmap, kMiddlebury, kLlff };
 
 bool is_par_file(const fs::path& path) {
   const std::string name = path.filename().string(), ending = "_par.txt";
@@ -45,6 +46,7 @@ Format format_of(const fs::path& path) {
   if (fs::is_directory(path, ignored)) return is_colmap(path) ? Format::kColmap : Format::kNone;
   if (!fs::is_regular_file(path, ignored)) return Format::kNone;
   if (path.extension() == ".json") return format_of_json(path);
+  if (path.filename() == "poses_bounds.npy") return Format::kLlff;
   return is_par_file(path) ? Format::kMiddlebury : Format::kNone;
 }
 
@@ -77,7 +79,8 @@ fs::path cameras_in(const fs::path& folder) {
   for (const char* model : {"", "sparse/0", "sparse", "colmap/sparse/0"}) {
     if (is_colmap(folder / model)) return (folder / model).lexically_normal();
   }
-  return par.empty() ? fs::path() : par.front();
+  if (!par.empty()) return par.front();
+  return fs::is_regular_file(folder / "poses_bounds.npy", ignored) ? folder / "poses_bounds.npy" : fs::path();
 }
 
 CameraFile read_cameras(const fs::path& path, const fs::path& photos, PhotoFit fit) {
@@ -94,11 +97,14 @@ CameraFile read_cameras(const fs::path& path, const fs::path& photos, PhotoFit f
       return read_colmap(at, photos, fit);
     case Format::kMiddlebury:
       return read_middlebury(at, photos, fit);
+    case Format::kLlff:
+      return read_llff(at, photos, fit);
     case Format::kNone:
       break;
   }
   throw input_error(path.string(), "", "contains no known cameras",
-                    "give a transforms.json, the cameras.json of 3DGS, a COLMAP model, or a Middlebury _par.txt");
+                    "give a transforms.json, the cameras.json of 3DGS, a COLMAP model, a Middlebury _par.txt, or the "
+                    "poses_bounds.npy of LLFF");
 }
 
 std::vector<std::string> write_cameras(const fs::path& file, const std::vector<Camera>& cameras) {

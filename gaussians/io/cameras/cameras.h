@@ -8,11 +8,12 @@
 namespace pliant {
 
 /// The camera file or COLMAP folder to read when `path` names cameras: transforms*.json, cameras.json, a Middlebury
-/// *_par.txt, a COLMAP model or one of its files.  Empty when it names something else.
+/// *_par.txt, a COLMAP model or one of its files, poses_bounds.npy.  Empty when it names something else.
 std::filesystem::path cameras_at(const std::filesystem::path& path);
 
 /// The cameras that lie in a folder: transforms.json, transforms_train.json, another transforms*.json, cameras.json, a
-/// COLMAP model (itself, sparse/0, sparse, colmap/sparse/0), *_par.txt, in this order.  Empty when there are none.
+/// COLMAP model (itself, sparse/0, sparse, colmap/sparse/0), *_par.txt, poses_bounds.npy, in this order.  Empty when
+/// there are none.
 std::filesystem::path cameras_in(const std::filesystem::path& folder);
 
 /// Reads cameras of any format, told by content.  Photos are looked for beside them and in `photos` (may be empty).

@@ -27,9 +27,10 @@ void add_frame(const ColmapImage& image, const std::map<uint32_t, Camera>& camer
   camera.cam_from_world.linear() = q.normalized().toRotationMatrix();
   camera.cam_from_world.translation() = t;
   const fs::path around = folder / "..", above = folder / "../..";
-  camera.photo =
-      find_photo(photos, {folder / "images", around / "images", above / "images", folder, around, above}, image.photo)
-          .string();
+  std::vector<fs::path> folders;
+  for (const char* name : {"images", "", "images_2", "images_4", "images_8"})  // the last three: scaled photos alone
+    for (const fs::path& at : {folder, around, above}) folders.push_back(at / name);
+  camera.photo = find_photo(photos, folders, image.photo).string();
   collector.add(std::move(camera), image.photo);
 }
 

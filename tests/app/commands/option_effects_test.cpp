@@ -78,6 +78,9 @@ class OptionEffects : public FitVideo {
         {"fit.video-mask", file("names.txt")},
         {"fit.video-pose", file("names.txt")},
         {"fit.start", "0.3"},
+        {"fit.periods", "2"},
+        {"fit.field", "smooth"},
+        {"fit.loss", "both"},
         {"fit.part-labels", file("names.txt")},
         {"fit.guidance-cmd", "true"},
         {"fit.guidance-load", file("config.json")},
@@ -290,7 +293,7 @@ TEST_F(OptionEffects, OfFit) {
   try_all<FitStage>({"--field", "parts"}, by_tracks);
   try_all<FitStage>({"--field", "triplanes"}, with(with(to_video, images), parts));
   try_all<FitStage>({"--loss", "image"}, with(to_video, parts));
-  try_all<FitStage>({"--recipe", "physdreamer"}, with(with(to_video, images), with(parts, {"guidance-cmd"})));
+  try_all<FitStage>({"--recipe", "physdreamer"}, with(to_video, with(parts, {"guidance-cmd", "periods"})));
   try_all<FitStage>({"--guidance-cmd", "true"}, with(with(with(markers, drawing), with(model, always)),
                                                      with(with(images, parts), {"markers", "recipe"})));
   Names generated =

@@ -168,6 +168,34 @@ TEST_F(FitVideo, WhatAMaskLeavesDarkIsNotCompared) {
   EXPECT_EQ(run_quietly(fit({"--video-mask", "nothing.png"})), 2);
 }
 
+TEST_F(FitVideo, WhatWasFittedSearchedAndHeldOutIsSaidFrameByFrame) {
+  fs::copy(folder / "run", folder / "few", fs::copy_options::recursive);
+  const std::string out = (folder / "few").string();
+  ASSERT_EQ(run_quietly({"seed", out, "--particles", "200", "--overwrite"}), 0);
+  const auto fitted = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"fit", out, "--overwrite", "--points", "60", "--compare-fps", "12", "--end", "1.1"});
+    EXPECT_EQ(run_quietly(more), 0);
+    return json::parse(read_text(folder / "few/fit/results.json"));
+  };
+  const json some = fitted({"--periods", "1"}), all = fitted({"--periods", "all"});
+  const int used = some["frames_used"], first = some["first_frame"];
+  ASSERT_GT(some["periods"], 1.2);
+  for (const json& fit : {some, all}) {
+    EXPECT_EQ(fit["frames_fitted"], (json{first, fit["last_frame"].get<int>()}));
+    EXPECT_EQ(fit["frames_later"][0], used);
+    for (const char* key : {"psnr_fitted", "still_fitted", "psnr_later", "still_later"}) EXPECT_GT(fit[key], 5) << key;
+  }
+  // Of one period of the strongest mode, and of everything before --end.
+  EXPECT_NEAR(some["last_frame"].get<int>() - first, (used - 1 - first) / some["periods"].get<double>(), 1.001);
+  EXPECT_EQ(some["frames_searched"], (json{some["last_frame"].get<int>() + 1, used - 1}));
+  EXPECT_GT(some["psnr_searched"], 5);
+  EXPECT_EQ(all["last_frame"], used - 1);
+  EXPECT_TRUE(all["frames_searched"].is_null());
+  EXPECT_NE(read_text(folder / "few/fit/report.html").find("PSNR of held-out frames"), std::string::npos);
+  for (const char* wrong : {"0", "none", "nan"})
+    EXPECT_EQ(run_quietly({"fit", out, "--overwrite", "--periods", wrong}), 2) << wrong;
+}
+
 TEST_F(FitVideo, FramesAreComparedAtTheRateThatIsAskedFor) {
   Progress progress(true);
   const Context context{progress, [] { return false; }};

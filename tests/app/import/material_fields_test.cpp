@@ -6,11 +6,11 @@
 
 #include <cstring>
 
-#include "app/import/npy.h"
 #include "app/simulate/given_fields.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/random.h"
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/files/npy.h"
 #include "gaussians/io/files/zip_archive.h"
 #include "tests/temporary_folder.h"
 

@@ -14,4 +14,13 @@ std::map<std::string, std::vector<double>> read_npy_columns(std::string_view byt
 /// The bytes of such an array of 32-bit floats; columns of one length, in this order.
 std::string npy_of_columns(const std::vector<std::pair<std::string, std::vector<float>>>& columns);
 
+/// An array of numbers, in C order.
+struct NpyArray {
+  std::vector<size_t> shape;
+  std::vector<double> values;
+};
+/// An array of little-endian floats or integers, stored in C order (format 1 to 3).  Throws Error{kInput} naming
+/// `where`.
+NpyArray read_npy_array(std::string_view bytes, const std::string& where);
+
 }  // namespace pliant

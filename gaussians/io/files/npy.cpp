@@ -1,4 +1,4 @@
-#include "app/import/npy.h"
+#include "gaussians/io/files/npy.h"
 
 #include <fmt/format.h>
 
@@ -83,11 +83,15 @@ Column column_of(const json& row, const std::string& where) {
   return column;
 }
 
-}  // namespace
+struct Opened {
+  json header;
+  std::string_view data;
+};
 
-std::map<std::string, std::vector<double>> read_npy_columns(std::string_view bytes, const std::string& where) {
+/// The header, whose `descr` and `shape` are there, and what follows it.
+Opened open_npy(std::string_view bytes, const std::string& where) {
   const auto refuse = [&](const std::string& why) {
-    return input_error(where, "header", why, "save the array with numpy.savez again");
+    return input_error(where, "header", why, "save the array with NumPy again");
   };
   if (bytes.size() < 12 || bytes.substr(0, kMagic.size()) != kMagic) throw refuse("is none of a NumPy array");
   const int version = bytes[6];
@@ -99,6 +103,18 @@ std::map<std::string, std::vector<double>> read_npy_columns(std::string_view byt
   const json header = header_json(bytes.substr(start, length));
   if (!header.is_object() || !header.contains("descr") || !header.contains("shape") || !header["shape"].is_array())
     throw refuse("cannot be read");
+  return {header, bytes.substr(start + length)};
+}
+
+Error too_short(const std::string& where, size_t bytes, uint64_t rows) {
+  return input_error(where, "data", fmt::format("has {} bytes, which are fewer than {} rows", bytes, rows),
+                     "the file is cut off");
+}
+
+}  // namespace
+
+std::map<std::string, std::vector<double>> read_npy_columns(std::string_view bytes, const std::string& where) {
+  const auto [header, data] = open_npy(bytes, where);
   if (!header["descr"].is_array() || header["shape"].size() != 1 || !header["shape"][0].is_number_unsigned())
     throw input_error(where, "shape", "is " + header["shape"].dump() + " of " + header["descr"].dump(),
                       "a structured array of one dimension is needed");
@@ -109,12 +125,9 @@ std::map<std::string, std::vector<double>> read_npy_columns(std::string_view byt
     row_bytes += columns.back().size;
   }
   const uint64_t rows = header["shape"][0];
-  const size_t left = bytes.size() - start - length;
-  if (row_bytes == 0 || rows > left / row_bytes)
-    throw input_error(where, "data", fmt::format("has {} bytes, which are fewer than {} rows", left, rows),
-                      "the file is cut off");
+  if (row_bytes == 0 || rows > data.size() / row_bytes) throw too_short(where, data.size(), rows);
   std::map<std::string, std::vector<double>> out;
-  const char* at = bytes.data() + start + length;
+  const char* at = data.data();
   for (const Column& column : columns) out[column.name].reserve(rows);
   for (uint64_t r = 0; r < rows; ++r)
     for (const Column& column : columns) {
@@ -142,6 +155,26 @@ std::string npy_of_columns(const std::vector<std::pair<std::string, std::vector<
   for (size_t r = 0; r < rows; ++r)
     for (const auto& [name, values] : columns) out.append(reinterpret_cast<const char*>(&values[r]), sizeof(float));
   return out;
+}
+
+NpyArray read_npy_array(std::string_view bytes, const std::string& where) {
+  const auto [header, data] = open_npy(bytes, where);
+  const Column column = column_of({"values", header["descr"]}, where);
+  NpyArray array;
+  size_t count = 1;
+  for (const json& side : header["shape"]) {
+    const uint64_t length = side.is_number_unsigned() ? side.get<uint64_t>() : 0;
+    if (length == 0 || length > data.size())
+      throw input_error(where, "shape", "is " + header["shape"].dump(), "an array that is not empty is needed");
+    if (length > data.size() / column.size / count) throw too_short(where, data.size(), length * count);
+    array.shape.push_back(length);
+    count *= length;
+  }
+  if (header.value("fortran_order", false) && array.shape.size() > 1)
+    throw input_error(where, "fortran_order", "is True", "save numpy.ascontiguousarray of the array");
+  array.values.reserve(count);
+  for (size_t i = 0; i < count; ++i) array.values.push_back(value_at(column, data.data() + i * column.size));
+  return array;
 }
 
 }  // namespace pliant
