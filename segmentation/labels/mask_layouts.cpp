@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <optional>
 #include <set>
 
@@ -26,6 +27,8 @@ std::vector<fs::path> sorted_entries(const fs::path& folder) {
   std::sort(entries.begin(), entries.end());
   return entries;
 }
+
+bool is_jpeg(const fs::path& file) { return file.extension() == ".jpg" || file.extension() == ".jpeg"; }
 
 int camera_named(const std::vector<Camera>& cameras, const std::string& name) {
   for (size_t c = 0; c < cameras.size(); ++c)
@@ -55,12 +58,17 @@ std::vector<BinaryMask> find_masks(const fs::path& folder, const std::vector<Cam
   const std::vector<int> novel = novel_cameras(folder, cameras);
   std::vector<BinaryMask> masks;
   for (const fs::path& inner : sorted_entries(folder)) {
-    if (!fs::is_directory(inner)) continue;
+    if (!fs::is_directory(inner)) {
+      // JPEG keeps no IDs exactly, but it does tell an object from the rest.
+      if (const int camera = is_jpeg(inner) ? camera_named(cameras, inner.stem().string()) : -1; camera >= 0)
+        masks.push_back({"object", camera, inner});
+      continue;
+    }
     const std::string name = inner.filename().string();
     int view = camera_named(cameras, name);
     if (const auto number = whole_number(name); view < 0 && number && *number < novel.size()) view = novel[*number];
     for (const fs::path& file : sorted_entries(inner)) {
-      if (file.extension() != ".png" && file.extension() != ".jpg") continue;
+      if (file.extension() != ".png" && !is_jpeg(file)) continue;
       const std::string stem = file.stem().string();
       if (view >= 0)
         masks.push_back({stem, view, file});
@@ -81,8 +89,16 @@ std::vector<uint8_t> read_binary(const fs::path& file, const Camera& camera) {
                       "make masks at the size of the photos");
   const float largest = *std::max_element(picture.data.begin(), picture.data.end());
   std::vector<uint8_t> inside(picture.pixels(), 0);
-  for (size_t i = 0; i < inside.size() && largest > 0; ++i)
-    for (int k = 0; k < 3; ++k) inside[i] |= picture.data[3 * i + k] > 0.5f * largest;
+  size_t between = 0;
+  for (size_t i = 0; i < inside.size() && largest > 0; ++i) {
+    const float* rgb = picture.data.data() + 3 * i;
+    const float brightest = std::max({rgb[0], rgb[1], rgb[2]});
+    inside[i] = brightest > 0.5f * largest;
+    between += std::abs(brightest - 0.5f * largest) < 0.3f * largest;
+  }
+  if (is_jpeg(file) && between * 5 > inside.size())
+    throw input_error(file.string(), "", "shows more than black and white",
+                      "as JPEG, a mask shows one object in white; masks with IDs must be PNG");
   return inside;
 }
 

@@ -144,7 +144,8 @@ void CameraCollector::warn_of_distortion() {
   }
   if (names.empty()) return;
   result_.warnings.push_back(file_.string() + ": lens distortion (" + names +
-                             ") is ignored; undistort the photos for exact results");
+                             ") is removed by `reconstruct`; where splats are given it is ignored: undistort the "
+                             "photos for exact results");
 }
 
 }  // namespace pliant

@@ -1,7 +1,5 @@
 #include "gaussians/io/cameras/llff.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -39,7 +37,8 @@ std::vector<fs::path> photos_of(const fs::path& file, const fs::path& photos, si
     if (found.empty()) continue;
     if (found.size() == rows) return found;
     throw input_error(file.string(), "",
-                      fmt::format("has {} rows, but {} has {} photos", rows, folder.string(), found.size()),
+                      "has " + std::to_string(rows) + " rows, but " + folder.string() + " has " +
+                          std::to_string(found.size()) + " photos",
                       "keep exactly the photos that the poses were made for");
   }
   return {};
@@ -47,13 +46,14 @@ std::vector<fs::path> photos_of(const fs::path& file, const fs::path& photos, si
 
 Camera camera_of(const double* v, const std::string& file, size_t row) {
   const auto refuse = [&](const std::string& problem) {
-    return input_error(file, fmt::format("row {}", row), problem, kForm);
+    return input_error(file, "row " + std::to_string(row), problem, kForm);
   };
   for (size_t k = 0; k < kRow; ++k)
     if (!std::isfinite(v[k])) throw refuse("holds values that are not finite");
   const double height = v[4], width = v[9], focal = v[14];
   if (!(height >= 1 && width >= 1 && height <= 65536 && width <= 65536 && focal > 0))
-    throw refuse(fmt::format("has the size {} x {} and the focal length {}", width, height, focal));
+    throw refuse("has the size " + std::to_string(width) + " x " + std::to_string(height) + " and the focal length " +
+                 std::to_string(focal));
   const auto column = [&](int k) { return Eigen::Vector3d(v[k], v[5 + k], v[10 + k]); };
   Eigen::Matrix4d world_from_cam = Eigen::Matrix4d::Identity();  // axes of OpenGL: right, up, back
   world_from_cam.topRows<3>() << column(1), -column(0), column(2), column(3);
@@ -74,13 +74,15 @@ CameraFile read_llff(const fs::path& file, const fs::path& photos, PhotoFit fit)
   const NpyArray array = read_npy_array(read_text(file), name);
   if (array.shape.size() != 2 || array.shape[1] != kRow)
     throw input_error(name, "shape",
-                      fmt::format("has {} numbers in {} dimensions", array.values.size(), array.shape.size()), kForm);
+                      "has " + std::to_string(array.values.size()) + " numbers in " +
+                          std::to_string(array.shape.size()) + " dimensions",
+                      kForm);
   const std::vector<fs::path> found = photos_of(file, photos, array.shape[0]);
   CameraCollector collector(file, fit);
   for (size_t i = 0; i < array.shape[0]; ++i) {
     Camera camera = camera_of(array.values.data() + kRow * i, name, i);
     if (!found.empty()) camera.photo = found[i].lexically_normal().string();
-    collector.add(std::move(camera), found.empty() ? fmt::format("image{:03d}", i) : found[i].filename().string());
+    collector.add(std::move(camera), found.empty() ? "image" + std::to_string(i) : found[i].filename().string());
   }
   return collector.finish("LLFF poses_bounds.npy");
 }

@@ -1,7 +1,5 @@
 #include "gaussians/io/files/npy.h"
 
-#include <fmt/format.h>
-
 #include <cctype>
 #include <cstdint>
 #include <cstring>
@@ -95,7 +93,7 @@ Opened open_npy(std::string_view bytes, const std::string& where) {
   };
   if (bytes.size() < 12 || bytes.substr(0, kMagic.size()) != kMagic) throw refuse("is none of a NumPy array");
   const int version = bytes[6];
-  if (version < 1 || version > 3) throw refuse(fmt::format("is of version {}", version));
+  if (version < 1 || version > 3) throw refuse("is of version " + std::to_string(version));
   const size_t start = version == 1 ? 10 : 12;
   const size_t length =
       static_cast<size_t>(version == 1 ? value_as<uint16_t>(&bytes[8]) : value_as<uint32_t>(&bytes[8]));
@@ -107,7 +105,8 @@ Opened open_npy(std::string_view bytes, const std::string& where) {
 }
 
 Error too_short(const std::string& where, size_t bytes, uint64_t rows) {
-  return input_error(where, "data", fmt::format("has {} bytes, which are fewer than {} rows", bytes, rows),
+  return input_error(where, "data",
+                     "has " + std::to_string(bytes) + " bytes, which are fewer than " + std::to_string(rows) + " rows",
                      "the file is cut off");
 }
 
@@ -143,9 +142,9 @@ std::string npy_of_columns(const std::vector<std::pair<std::string, std::vector<
   std::string header = "{'descr': [";
   for (const auto& [name, values] : columns) {
     CHECK(values.size() == rows);
-    header += fmt::format("{}('{}', '<f4')", header.back() == '[' ? "" : ", ", name);
+    header += std::string(header.back() == '[' ? "" : ", ") + "('" + name + "', '<f4')";
   }
-  header += fmt::format("], 'fortran_order': False, 'shape': ({},), }}", rows);
+  header += "], 'fortran_order': False, 'shape': (" + std::to_string(rows) + ",), }";
   while ((10 + header.size() + 1) % 64) header += ' ';
   header += '\n';
   CHECK(header.size() < 65536);

@@ -136,6 +136,31 @@ TEST(MaskSet, FoldersNamedByWholeNumbersAreTheirIds) {
   EXPECT_EQ(load_masks(folder.path(), "", cameras(1)).ids(), (std::vector<uint32_t>{12, 70001}));
 }
 
+TEST(MaskSet, JpegsNamedLikeThePhotosAreMasksOfOneObjectAndPhotosAreNone) {
+  std::vector<Camera> views = cameras(2);
+  for (Camera& camera : views) {
+    camera.width = 64;
+    camera.height = 48;
+  }
+  TemporaryFolder folder;
+  ImageF mask(64, 48, 1), photo(64, 48, 1);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x) {
+      mask(x, y) = x >= 16 && x < 40 && y >= 8 && y < 32;
+      photo(x, y) = static_cast<float>(x) / 63;
+    }
+  write_image(folder / "photo0.jpg", mask);
+  const MaskSet masks = load_masks(folder.path(), "", views);
+  ASSERT_EQ(masks.views.size(), 1u);
+  EXPECT_EQ(masks.views[0].camera, 0);
+  EXPECT_EQ(masks.name_of(1), "object");
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x) ASSERT_EQ(masks.views[0].ids(x, y), mask(x, y) > 0 ? 1u : 0u) << x << "," << y;
+  write_image(folder / "photo1.jpg", photo);
+  expect_error(Failure::kInput, {"photo1.jpg", "more than black and white"},
+               [&] { load_masks(folder.path(), "", views); });
+}
+
 TEST(MaskSet, BinaryMasksOfAnotherSizeAreRefused) {
   TemporaryFolder folder;
   write_rectangle(folder / "egg/photo0.png", 0, 0, 2, 2);

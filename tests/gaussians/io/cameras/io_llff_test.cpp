@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "gaussians/base/error.h"
@@ -52,7 +51,7 @@ class Llff : public ::testing::Test {
   void photos(const char* name, int count, int scale) {
     fs::create_directories(folder / name);
     for (int k = 0; k < count; ++k)
-      write_image(folder / name / fmt::format("p{}.png", k), ImageF(64 / scale, 48 / scale, 3, 0.5f));
+      write_image(folder / name / ("p" + std::to_string(k) + ".png"), ImageF(64 / scale, 48 / scale, 3, 0.5f));
   }
   TemporaryFolder folder;
   fs::path file = folder / "poses_bounds.npy";
@@ -67,7 +66,7 @@ TEST_F(Llff, PosesAreThoseThatWereStoredAndFollowTheScaledPhotos) {
   EXPECT_EQ(read.photos_found, 3);
   for (int k = 0; k < 3; ++k) {
     const Camera& camera = read.cameras[k];
-    EXPECT_EQ(camera.name, fmt::format("p{}", k));
+    EXPECT_EQ(camera.name, "p" + std::to_string(k));
     EXPECT_LE((camera.cam_from_world.matrix() - cameras[k].cam_from_world.matrix()).norm(), 1e-12);
     EXPECT_EQ(camera.width, 16);
     EXPECT_EQ(camera.height, 12);
