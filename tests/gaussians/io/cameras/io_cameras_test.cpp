@@ -323,7 +323,8 @@ TEST(Cameras, DistortionIsKeptThroughTransformsAndReported) {
   const json described = describe(folder / "t.json");
   EXPECT_EQ(described["cameras"]["distortion"]["k1"], json({0.1, 0.1}));
   EXPECT_FALSE(described["cameras"]["distortion"].contains("k3"));
-  EXPECT_NE(described["warnings"].dump().find("lens distortion (k1, k2, p1, p2) is ignored"), std::string::npos);
+  EXPECT_NE(described["warnings"].dump().find("lens distortion (k1, k2, p1, p2) is removed by `reconstruct`"),
+            std::string::npos);
 }
 
 TEST(Scene, FindsCamerasBesideAndAroundItsSplats) {
