@@ -6,6 +6,7 @@
 #include "app/run/attach_scene.h"
 #include "app/run/physdreamer_scene.h"
 #include "gaussians/base/error.h"
+#include "physics/laws/law.h"
 
 namespace pliant {
 namespace {
@@ -63,7 +64,13 @@ FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage&
   in.outputs = {folder + "/material.h5", folder + "/velocity.h5", "fit/results.json"};
   in.kept = {"fit", folder + "/material.h5", folder + "/velocity.h5"};
   // The law and its constants are no options of this stage.
-  in.found["material"] = material_to_json(check_material(scene, stage.material, SetBy::kFit));
+  const ObjectMaterial material = check_material(scene, stage.material, SetBy::kFit);
+  in.found["material"] = material_to_json(material);
+  const Law law = material.material.law;
+  if (kind == FitKind::kVideo && stage.recipe == "search" && !is_elastic(law))
+    throw usage_error("fit", "material.law",
+                      "is '" + std::string(law_name(law)) + "', and the search covers elastic vibration alone",
+                      "add " + stage.typed("recipe") + " physdreamer, which fits by gradients alone");
   if (kind == FitKind::kVideo || kind == FitKind::kGuided) {
     in.files["object"] = run / (folder + "/object.ply");
     in.files["background"] = run / "background_repaired.ply";

@@ -323,6 +323,10 @@ Config read_physgaussian_config(const std::filesystem::path& file) {
   if (top.contains("particle_filling"))
     c.filling = read_filling(object.object("particle_filling"), top["particle_filling"], c);
   read_view(keys, top, c.view);
+  for (const char* key :
+       {"mpm_space_viewpoint_center", "mpm_space_vertical_upward_axis", "default_camera_index", "show_hint",
+        "move_camera", "init_azimuthm", "init_elevation", "init_radius", "delta_a", "delta_e", "delta_r"})
+    if (keys.has(key)) c.view_keys.push_back(key);
 
   if ((c.material == "metal" || c.material == "foam" || c.material == "plasticine") && !(c.yield_stress > 0))
     throw object.complaint("yield_stress", "is " + std::to_string(c.yield_stress),

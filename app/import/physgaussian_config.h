@@ -76,6 +76,7 @@ struct PhysGaussianConfig {
     double delta_azimuth = 0, delta_elevation = 0, delta_radius = 0;  ///< per frame
   };
   View view;
+  std::vector<std::string> view_keys;  ///< those of `view` that the file has
 
   std::vector<std::string>
       notes;  ///< keys that PhysGaussian itself reads wrongly or ignores, and what was made of them

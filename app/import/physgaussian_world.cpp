@@ -309,6 +309,14 @@ PhysGaussianWorld physgaussian_world(const PhysGaussianConfig& config, Compatibi
     world.notes.push_back(compat ? "softening subtracts a strain from a stress, as in PhysGaussian, and hardly acts"
                                  : "softening lowers the yield stress by 2 mu softening per unit of plastic strain; "
                                    "PhysGaussian subtracts the bare strain");
+  // What is read, so that mistakes are found, and decided otherwise here.
+  if (config.filling)
+    world.notes.push_back("particle_filling is not used: `seed` fills the object inside its surface (--particles)");
+  if (!config.view_keys.empty()) {
+    std::string keys;
+    for (const std::string& key : config.view_keys) keys += (keys.empty() ? "" : ", ") + key;
+    world.notes.push_back(keys + ": not used; the clip's camera is that of --camera or --cameras");
+  }
   WorldBuilder builder(config, compatibility, particles, gaussians, world);
   for (const Boundary& b : config.boundaries) builder.add(b);
   return world;

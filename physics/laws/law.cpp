@@ -141,6 +141,8 @@ LawGradient<T> kirchhoff_stress_adjoint(const LawPoint<T>& point, const Mat3<T>&
   return g;
 }
 
+bool is_elastic(Law law) { return has_piola(law) || law == Law::kHencky; }
+
 bool has_piola(Law law) { return law == Law::kFixedCorotated || law == Law::kNeoHookean; }
 
 template <class T>

@@ -141,6 +141,23 @@ TEST_F(FitVideo, GradientsComparePicturesAndFlowOfSeveralCamerasBesideTracks) {
   EXPECT_EQ(run_quietly(fit({"--loss", "nothing"})), 2);
 }
 
+TEST_F(FitVideo, LawsThatFlowAreNotSearchedByVibrationModes) {
+  const RunDirectory run = RunDirectory::open(folder / "run");
+  Scene scene = load_run_scene(run);
+  FitStage stage;
+  for (const char* elastic : {"neo_hookean", "fixed_corotated", "hencky"}) {
+    scene.settings.material.law = elastic;
+    EXPECT_NO_THROW(inputs_of(run, scene, stage)) << elastic;
+  }
+  for (const char* flowing : {"sand", "fluid", "metal", "viscoelastic"}) {
+    scene.settings.material.law = flowing;
+    stage.recipe = "search";
+    expect_error(Failure::kUsage, {flowing, "--recipe physdreamer"}, [&] { inputs_of(run, scene, stage); });
+    stage.recipe = "physdreamer";
+    EXPECT_NO_THROW(inputs_of(run, scene, stage)) << flowing;
+  }
+}
+
 /// The command line of README.
 TEST_F(FitVideo, PhysDreamersRecipeAloneIsThePublishedOne) {
   if (!has_triplane_fields()) GTEST_SKIP() << "the recipe needs triplanes, and this is built without libtorch";

@@ -241,6 +241,24 @@ TEST(PhysGaussianWorld, CompatibilityRepeatsWhatTheDefaultPutsRight) {
   EXPECT_EQ(layers(Compatibility::kPhysGaussian), 49u);
 }
 
+TEST(PhysGaussianWorld, KeysThatDecideNothingHereAreSaid) {
+  const auto notes_of = [&](const char* text) {
+    const PhysGaussianConfig config = parse(text);
+    std::vector<Vec3d> gaussians;
+    const Particles p = stand_in(config, gaussians);
+    std::string all;
+    for (const std::string& note : physgaussian_world(config, Compatibility::kCorrected, p, gaussians).notes)
+      all += note + "\n";
+    return all;
+  };
+  const std::string of_pillow = notes_of(kPillow);
+  EXPECT_NE(of_pillow.find("particle_filling is not used"), std::string::npos);
+  const std::string of_view = notes_of(R"({"g": [0,0,0], "init_azimuthm": 30, "move_camera": true})");
+  EXPECT_NE(of_view.find("move_camera, init_azimuthm: not used"), std::string::npos) << of_view;
+  const std::string of_none = notes_of(R"({"g": [0,0,0]})");
+  EXPECT_EQ(of_none.find("not used"), std::string::npos) << of_none;
+}
+
 const std::map<std::string, const char*> kReleased = {{"ficus", kFicus},        {"vasedeck", kVasedeck},
                                                       {"pillow2sofa", kPillow}, {"plane", kPlane},
                                                       {"tear_bread", kBread},   {"wolf", kWolf}};
