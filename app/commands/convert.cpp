@@ -46,7 +46,7 @@ nlohmann::json convert_cameras(const Context& context, const ConvertOptions& opt
 
 void add_convert(CLI::App& app, Program& program) {
   CLI::App* command =
-      app.add_subcommand("convert", "Splats to splats (.ply, .splat, .spz), cameras to cameras (.json)");
+      app.add_subcommand("convert", "Splats to splats (.ply, .splat, .spz, .glb), cameras to cameras (.json)");
   auto options = std::make_shared<ConvertOptions>();
   command->add_option("IN", options->in, "Splats or cameras in any supported format")->required();
   command->add_option("OUT", options->out, "File to write; its extension sets the format")->required();
@@ -60,7 +60,7 @@ void add_convert(CLI::App& app, Program& program) {
       const bool to_cameras = fs::path(options->out).extension() == ".json";
       if (to_cameras && !splats_at(options->in).empty())
         throw usage_error(options->out, "", "is a camera file but " + options->in + " contains splats",
-                          "write splats to .ply, .splat or .spz");
+                          "write splats to .ply, .splat, .spz or .glb");
       const Unused of_splats = {"does nothing for cameras", "leave it out", {}};
       if (to_cameras) refuse_given(*command, options_of(*options), of_splats);
       return to_cameras ? convert_cameras(context, *options) : convert_splats(context, *options);

@@ -23,15 +23,45 @@ void add_score(CLI::App& command, SegmentationScore& score) {
   command.add_flag("--common", score.common, "Skip images without a prediction instead of scoring them 0");
 }
 
-void add_score(CLI::App& command, MotionScore& score) {
+void add_interval(CLI::App& command, MotionScore& score) {
   command.add_option("--fps", score.fps, "Frames per second of image folders")->check(CLI::PositiveNumber);
   command.add_option("--from", score.from, "Start of the compared interval [s]")->check(CLI::NonNegativeNumber);
   command.add_option("--until", score.until, "End of the compared interval [s] (default: the end of the clip)")
       ->check(CLI::PositiveNumber);
+}
+
+void add_score(CLI::App& command, MotionScore& score) {
+  add_interval(command, score);
   command
       .add_option("--free-from", score.free_from,
                   "Time after which no force acts [s] (default: where the motion is largest)")
       ->check(CLI::NonNegativeNumber);
+}
+
+void add_slices(CLI::App& evaluate, Program& program) {
+  CLI::App* sub = evaluate.add_subcommand("slices", "Space-time slices of a reference video and others, side by side");
+  struct Files {
+    std::string reference;
+    std::vector<std::string> clips;
+    SliceScore score;
+  };
+  auto files = std::make_shared<Files>();
+  sub->add_option("REFERENCE", files->reference, "Video or folder of frames")->required();
+  sub->add_option("CLIPS", files->clips, "Videos or folders to compare with it")->required();
+  add_interval(*sub, files->score.part);
+  sub->add_option("--row", files->score.row, "Row of pixels [px] (default: that which changes most)");
+  sub->add_option("--column", files->score.column, "Column of pixels [px] (default: that which changes most)");
+  add_out(*sub, program, "Image to write (default: slices.png)");
+  add_common(*sub, program);
+  sub->callback([files, &program] {
+    program.action = [files, &program](Context&) {
+      const std::vector<std::filesystem::path> clips(files->clips.begin(), files->clips.end());
+      nlohmann::json result =
+          evaluate_slices(files->reference, clips, files->score, program.out.empty() ? "slices.png" : program.out);
+      if (!program.json) std::printf("%s\n", result.dump(2).c_str());
+      return result;
+    };
+  });
 }
 
 }  // namespace
@@ -82,6 +112,7 @@ void add_evaluate(CLI::App& app, Program& program) {
       };
     });
   }
+  add_slices(*command, program);
 }
 
 }  // namespace pliant

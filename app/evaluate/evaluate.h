@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,17 @@ struct MotionScore {
 /// prediction without motion has null frequency.
 nlohmann::json evaluate_motion(const std::filesystem::path& prediction, const std::filesystem::path& truth,
                                const MotionScore& score = {});
+
+struct SliceScore {
+  MotionScore part;                ///< which part of the clips; free_from says nothing here
+  std::optional<int> row, column;  ///< px; default: those in which the reference changes most
+};
+
+/// Writes a row and a column of pixels over time, of a reference and of other videos (or folders of frames) beside each
+/// other, to `picture`.  The others are brought to the reference's size and frame rate and cut to the shortest.
+/// row_rmse, column_rmse: root mean square difference of a clip's slice from the reference's, colours in [0, 1].
+nlohmann::json evaluate_slices(const std::filesystem::path& reference, const std::vector<std::filesystem::path>& clips,
+                               const SliceScore& score, const std::filesystem::path& picture);
 
 /// Two material.h5: |log10(E / E true)| at every true sample from the nearest predicted one: mean, median,
 /// volume-weighted mean, largest; and its signed mean.  Mean absolute errors of Poisson's ratio and relative ones of

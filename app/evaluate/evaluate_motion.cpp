@@ -2,10 +2,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "app/evaluate/evaluate.h"
+#include "app/evaluate/clip.h"
 #include "app/evaluate/vibration.h"
 #include "app/store/trajectory.h"
-#include "fitting/observe/frame_source.h"
 #include "fitting/observe/track_pixels.h"
 #include "gaussians/base/error.h"
 #include "gaussians/vision/optical_flow.h"
@@ -22,24 +21,6 @@ constexpr int kMostPoints = 120, kRadius = 8;  // points that are followed, and 
 bool is_trajectory(const fs::path& path) {
   std::error_code ignored;
   return path.extension() == ".h5" || fs::exists(path / "trajectory.h5", ignored);
-}
-
-/// Frames of a video at `fps` (0 = its own) and of the size of `like` (0 = its own).
-ReferenceVideo read_video(const fs::path& path, const MotionScore& score, double fps, const Camera& like) {
-  Camera camera = like;
-  if (camera.width == 0) {
-    const std::optional<TimedFrame> first = open_frames(path, score.fps > 0 ? score.fps : 0)->next();
-    if (!first) throw input_error(path.string(), "", "has no frames", "give a video or a folder of frames");
-    camera.name = "video";
-    camera.width = first->picture.width;
-    camera.height = first->picture.height;
-  }
-  VideoOptions options;
-  options.declared_fps = score.fps;
-  options.fps = fps;
-  options.first = score.from;
-  options.last = score.until;
-  return load_reference_video(options, path, camera);
 }
 
 std::vector<ImageF> flows_from_first(const ReferenceVideo& video, int count) {
@@ -203,8 +184,8 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
     ours = particles_of(prediction);
     truth = particles_of(truth_path);
   } else {
-    const ReferenceVideo true_video = read_video(truth_path, score, 0, {});
-    const ReferenceVideo video = read_video(prediction, score, true_video.fps, true_video.camera);
+    const ReferenceVideo true_video = read_clip(truth_path, score, 0, {});
+    const ReferenceVideo video = read_clip(prediction, score, true_video.fps, true_video.camera);
     truth = follow(true_video, moving_region(true_video));
     ours = follow(video, moving_region(video));
     out["fps"] = true_video.fps;

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "app/fit/fit_pictures.h"
 #include "app/report/chart.h"
+#include "app/report/space_time_slices.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/images/video.h"
 #include "gaussians/render/image_loss.h"
@@ -55,7 +57,7 @@ MotionScores compare_view(const FitScene& fit, const FitView& view, const Fitted
   MotionScores scores = spans_of(fit, motion, last_fitted);
   scores.rest = psnr_in(view.still, first, mask);
   const bool pictures = !folder.empty();
-  SpaceTimeSlices slices(view);
+  SpaceTimeSlices slices({"video", "fit"}, most_changed_lines(view.video.frames, view.moving));
   std::optional<VideoWriter> writer;
   if (pictures)
     writer.emplace(folder / ("side_by_side" + suffix + ".mp4"), view.video.fps, 3 * first.width, first.height);
@@ -66,7 +68,7 @@ MotionScores compare_view(const FitScene& fit, const FitView& view, const Fitted
     const ImageF drawn = render(fit.drawn->at(motion.frames[k]), view.video.camera, fit.drawn->render).color;
     if (pictures) {
       writer->write(side_by_side_picture(seen, drawn));
-      slices.add(seen, drawn);
+      slices.add(std::array{&seen, &drawn});
     }
     ImageF compared = mask;
     if (!view.compared.empty()) leave_out(compared, view, f);

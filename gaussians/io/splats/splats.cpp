@@ -6,6 +6,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/json_file.h"
+#include "gaussians/io/splats/glb.h"
 #include "gaussians/io/splats/ply.h"
 #include "gaussians/io/splats/splat_file.h"
 #include "gaussians/io/splats/spz.h"
@@ -107,6 +108,10 @@ std::vector<std::string> write_splats(const fs::path& file, const GaussianCloud&
       lost.push_back(file.string() + ": " + std::to_string(clamped) +
                      " Gaussians are flatter or more saturated than .spz can store; they are clamped");
     }
+  } else if (extension == ".glb") {
+    write_glb(file, cloud);
+    if (antialiased)
+      lost.push_back(file.string() + ": glTF does not record that the scene was trained with mip-splatting");
   } else if (extension == ".splat") {
     write_splat(file, cloud);
     if (cloud.sh_degree > 0)
@@ -114,7 +119,7 @@ std::vector<std::string> write_splats(const fs::path& file, const GaussianCloud&
     if (antialiased)
       lost.push_back(file.string() + ": .splat does not record that the scene was trained with mip-splatting");
   } else {
-    throw usage_error(file.string(), "", "is in a format that cannot be written", "splats: .ply, .splat or .spz");
+    throw usage_error(file.string(), "", "is in a format that cannot be written", "splats: .ply, .splat, .spz or .glb");
   }
   return lost;
 }

@@ -21,8 +21,8 @@ std::filesystem::path splats_at(const std::filesystem::path& path);
 /// Error{kInput} naming file and field; every count is compared with the size of the file before it is believed.
 GaussianCloud read_splats(const std::filesystem::path& path, ReadReport* report = nullptr, int level = kFinestLevel);
 
-/// Writes the format of the extension (.ply, .splat, .spz), atomically.  Returns what the format could not hold, in
-/// sentences for the user.
+/// Writes the format of the extension (.ply, .splat, .spz, .glb), atomically.  Returns what the format could not hold,
+/// in sentences for the user.
 std::vector<std::string> write_splats(const std::filesystem::path& file, const GaussianCloud& cloud,
                                       bool antialiased = false);
 

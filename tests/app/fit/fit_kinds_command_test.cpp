@@ -68,40 +68,52 @@ TEST_F(FitVideo, PartsAreThoseOfGivenLabels) {
   EXPECT_NE(read_text(folder / "run/fit/report.html").find("stopped by"), std::string::npos);
 }
 
-TEST_F(FitVideo, SmoothFieldsAndTriplanesAreFittedByTheCommand) {
-  // Few particles and frames: what is looked at is that each kind comes out whole.
-  fs::copy(folder / "run", folder / "small", fs::copy_options::recursive);
-  const std::string out = (folder / "small").string();
-  ASSERT_EQ(run_quietly({"seed", out, "--particles", "200", "--overwrite"}), 0);
-  const auto fitted = [&](std::vector<std::string> more) {
-    more.insert(more.begin(),
-                {"fit", out, "--overwrite", "--points", "60", "--video-last", "0.9", "--compare-fps", "12"});
+/// A fit of few particles and frames: what is looked at is that each kind comes out whole.
+class FitOfFewParticles : public FitVideo {
+ protected:
+  void SetUp() override {
+    fs::copy(folder / "run", folder / "small", fs::copy_options::recursive);
+    ASSERT_EQ(run_quietly({"seed", (folder / "small").string(), "--particles", "200", "--overwrite"}), 0);
+    object = fs::directory_iterator(folder / "small/objects")->path();
+  }
+  void TearDown() override { fs::remove_all(folder / "small"); }
+
+  json fitted(std::vector<std::string> more) {
+    more.insert(more.begin(), {"fit", (folder / "small").string(), "--overwrite", "--points", "60", "--video-last",
+                               "0.9", "--compare-fps", "12"});
     EXPECT_EQ(run_quietly(more), 0);
     return json::parse(read_text(folder / "small/fit/results.json"));
-  };
-  const fs::path object = fs::directory_iterator(folder / "small/objects")->path();
-  const size_t samples = read_particles(object / "particles.h5").solid_position.size();
+  }
+  /// How sure each sample's E is goes with it.
+  void expect_sigmas(const MaterialFile& material) {
+    const size_t samples = read_particles(object / "particles.h5").solid_position.size();
+    ASSERT_EQ(material.young.size(), samples);
+    ASSERT_EQ(material.log10_young_sigma.size(), samples);
+    for (const float sigma : material.log10_young_sigma) EXPECT_TRUE(std::isfinite(sigma) && sigma > 0);
+  }
+  fs::path object;
+};
+
+TEST_F(FitOfFewParticles, SmoothFieldsAreFittedByTheCommand) {
   const json smooth = fitted({"--field", "smooth"});
   const MaterialFile uneven = read_material(object / "material.h5");
   EXPECT_EQ(uneven.source.substr(0, 14), "a smooth field");
   const auto [least, most] = std::minmax_element(uneven.young.begin(), uneven.young.end());
   EXPECT_GT(*most, 1.05f * *least);
   EXPECT_GT(*least, 0);
-  // How sure each sample's E is goes with it.
-  ASSERT_EQ(uneven.log10_young_sigma.size(), samples);
-  for (const float sigma : uneven.log10_young_sigma) EXPECT_TRUE(std::isfinite(sigma) && sigma > 0);
+  expect_sigmas(uneven);
   ASSERT_EQ(smooth["steps"].size(), 3u);
   EXPECT_EQ(smooth["steps"][2]["name"], "field");
   EXPECT_LE(smooth["steps"][2]["loss"].back().get<double>(), smooth["steps"][2]["loss"].front().get<double>());
   EXPECT_LT(smooth["rms_px"].get<double>(), 0.3 * smooth["rms_still_px"].get<double>());
+}
 
-  if (!has_triplane_fields()) GTEST_SKIP() << "the rest needs triplanes, and this is built without libtorch";
+TEST_F(FitOfFewParticles, TriplanesAreFittedByTheCommand) {
+  if (!has_triplane_fields()) GTEST_SKIP() << "triplanes need libtorch, and this is built without";
   const json planes = fitted({"--field", "triplanes", "--gradient-iterations", "4"});
   const MaterialFile material = read_material(object / "material.h5");
   EXPECT_EQ(material.source.substr(0, 9), "triplanes");
-  ASSERT_EQ(material.young.size(), samples);
-  ASSERT_EQ(material.log10_young_sigma.size(), samples);
-  for (const float sigma : material.log10_young_sigma) EXPECT_TRUE(std::isfinite(sigma) && sigma > 0);
+  expect_sigmas(material);
   ASSERT_EQ(planes["iterations"].size(), 4u);
   EXPECT_GT(planes["iterations"][3]["field_s"].get<double>(), 0);
   ASSERT_EQ(planes["steps"].size(), 4u);

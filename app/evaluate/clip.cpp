@@ -1,0 +1,25 @@
+#include "app/evaluate/clip.h"
+
+#include "fitting/observe/frame_source.h"
+#include "gaussians/base/error.h"
+
+namespace pliant {
+
+ReferenceVideo read_clip(const std::filesystem::path& path, const MotionScore& score, double fps, const Camera& like) {
+  Camera camera = like;
+  if (camera.width == 0) {
+    const std::optional<TimedFrame> first = open_frames(path, score.fps > 0 ? score.fps : 0)->next();
+    if (!first) throw input_error(path.string(), "", "has no frames", "give a video or a folder of frames");
+    camera.name = "video";
+    camera.width = first->picture.width;
+    camera.height = first->picture.height;
+  }
+  VideoOptions options;
+  options.declared_fps = score.fps;
+  options.fps = fps;
+  options.first = score.from;
+  options.last = score.until;
+  return load_reference_video(options, path, camera);
+}
+
+}  // namespace pliant

@@ -1,0 +1,52 @@
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "app/evaluate/clip.h"
+#include "app/report/space_time_slices.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/images/image_io.h"
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace pliant {
+
+json evaluate_slices(const fs::path& reference, const std::vector<fs::path>& clips, const SliceScore& score,
+                     const fs::path& picture) {
+  std::vector<ReferenceVideo> videos = {read_clip(reference, score.part, 0, {})};
+  const Camera size = videos[0].camera;
+  std::vector<std::string> names = {reference.stem().string()};
+  size_t frames = videos[0].frames.size();
+  for (const fs::path& clip : clips) {
+    videos.push_back(read_clip(clip, score.part, videos[0].fps, size));
+    names.push_back(clip.stem().string());
+    frames = std::min(frames, videos.back().frames.size());
+  }
+  SliceLines lines = most_changed_lines(videos[0].frames);
+  const auto take = [](const char* option, const std::optional<int>& given, int length, int& line) {
+    if (!given) return;
+    if (*given < 0 || *given >= length)
+      throw usage_error("evaluate", option, "is " + std::to_string(*given),
+                        "the reference has lines 0 to " + std::to_string(length - 1));
+    line = *given;
+  };
+  take("--row", score.row, size.height, lines.row);
+  take("--column", score.column, size.width, lines.column);
+  SpaceTimeSlices slices(names, lines);
+  for (size_t f = 0; f < frames; ++f) {
+    std::vector<const ImageF*> now;
+    for (const ReferenceVideo& video : videos) now.push_back(&video.frames[f]);
+    slices.add(now);
+  }
+  write_image(picture, slices.picture());
+  json out = {{"kind", "slices"},      {"row", lines.row}, {"column", lines.column},
+              {"fps", videos[0].fps},  {"frames", frames}, {"picture", picture.string()},
+              {"clips", json::array()}};
+  for (size_t k = 1; k < videos.size(); ++k) {
+    const auto [row, column] = slices.rmse(k);
+    out["clips"].push_back({{"file", clips[k - 1].string()}, {"row_rmse", row}, {"column_rmse", column}});
+  }
+  return out;
+}
+
+}  // namespace pliant
