@@ -87,6 +87,13 @@ class CommandOptions : public testing::Test {
                R"({"splats": "splats.ply", "cameras": "transforms.json", "masks": "masks"})");
     write_labels(folder_ / "labels.h5", {made.truth, {}}, "{}");
     write_text(folder_ / "degree.json", R"({"sh-degree": 0})");
+    for (int f = 0; f < 12; ++f) {
+      ImageF frame(32, 24, 3);
+      for (int y = 8; y < 12; ++y)
+        for (int c = 0; c < 3; ++c) frame(8 + f, y, c) = 1;
+      fs::create_directories(folder_ / "clip");
+      write_image(folder_ / "clip" / fmt::format("{:02d}.png", f), frame);
+    }
     TrajectoryFile swing;
     swing.object = "ball";
     swing.fps = 20;
@@ -118,7 +125,8 @@ class CommandOptions : public testing::Test {
                 psnr = {"evaluate", "images", path("scene/masks"), path("scene/masks")},
                 miou = {"evaluate", "segmentation", path("predicted"), path("scene/masks")},
                 labels = {"evaluate", "segmentation", path("labels.h5"), path("labels.h5")},
-                motion = {"evaluate", "motion", path("swing.h5"), path("swing.h5")};
+                motion = {"evaluate", "motion", path("swing.h5"), path("swing.h5")},
+                slices = {"evaluate", "slices", path("clip"), path("clip"), "--fps", "10", "--out", "OUT/slices.png"};
     return {
         {"demo", "gaussians", "2500", demo},
         {"demo", "training", "2", demo},
@@ -168,6 +176,11 @@ class CommandOptions : public testing::Test {
         {"evaluate motion", "fps", "24", motion, true},
         {"evaluate motion", "from", "1", motion, true},
         {"evaluate motion", "until", "1", motion, true},
+        {"evaluate slices", "fps", "20", slices},
+        {"evaluate slices", "from", "0.4", slices},
+        {"evaluate slices", "until", "0.6", slices},
+        {"evaluate slices", "row", "1", slices},
+        {"evaluate slices", "column", "1", slices},
     };
   }
 

@@ -39,7 +39,9 @@ TEST(Convert, SplatsBecomeAnyFormatThatIsWritten) {
   EXPECT_EQ(run_quietly({"convert", from, (folder / "b.spz").string()}), 2);  // it exists
   EXPECT_EQ(run_quietly({"convert", from, (folder / "b.spz").string(), "--overwrite", "--sh-degree", "0"}), 0);
   EXPECT_EQ(read_splats(folder / "b.spz").sh_degree, 0);
-  EXPECT_EQ(run_quietly({"convert", from, (folder / "f.glb").string()}), 2);
+  EXPECT_EQ(run_quietly({"convert", from, (folder / "f.glb").string()}), 0);
+  EXPECT_EQ(read_text(folder / "f.glb").substr(0, 4), "glTF");
+  EXPECT_EQ(run_quietly({"convert", from, (folder / "f.ksplat").string()}), 2);
   EXPECT_EQ(run_quietly({"convert", from, (folder / "f.json").string()}), 2);
   EXPECT_EQ(run_quietly({"convert", from, (folder / "f.ply").string(), "--level", "2"}), 2);
   EXPECT_EQ(run_quietly({"convert", from, (folder / "f.ply").string(), "--level", "-1"}), 2);
