@@ -9,7 +9,8 @@
 namespace pliant {
 namespace {
 
-constexpr int kGap = 8, kCaption = 22, kLeastTime = 160;  // px
+constexpr int kGap = 8, kCaption = 22, kLeastTime = 160, kLeastWidth = 260;  // px; the width holds a caption
+constexpr size_t kLongestName = 12;
 
 void paste(ImageF& canvas, const ImageF& part, int left, int top) {
   for (int y = 0; y < part.height; ++y)
@@ -75,7 +76,7 @@ void SpaceTimeSlices::add(std::span<const ImageF* const> pictures) {
 ImageF SpaceTimeSlices::picture() const {
   CHECK(frames_ > 0);
   std::vector<ImageF> rows, columns;
-  int wide = 0;
+  int wide = kLeastWidth;
   for (const Lines& lines : clips_) {
     rows.push_back(slice_picture(lines.row, frames_, width_, true, kLeastTime));
     columns.push_back(slice_picture(lines.column, frames_, height_, false, width_));
@@ -86,9 +87,10 @@ ImageF SpaceTimeSlices::picture() const {
   const Vec3f black(0, 0, 0);
   for (int k = 0; k < count; ++k) {
     const int left = k * (wide + kGap);
-    draw_text(out, names_[k] + ": row " + std::to_string(lines_.row) + ", time down", left + 2, 16, black);
+    const std::string name = names_[k].substr(0, kLongestName);
+    draw_text(out, name + ": row " + std::to_string(lines_.row) + ", time down", left + 2, 16, black);
     paste(out, rows[k], left, kCaption);
-    draw_text(out, names_[k] + ": column " + std::to_string(lines_.column) + ", time right", left + 2, top + 16, black);
+    draw_text(out, name + ": column " + std::to_string(lines_.column) + ", time right", left + 2, top + 16, black);
     paste(out, columns[k], left, top + kCaption);
   }
   return out;

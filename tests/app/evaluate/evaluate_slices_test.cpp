@@ -63,13 +63,13 @@ TEST_F(Slices, ThePictureShowsTheChosenLinesOverTime) {
   evaluate({swing("still", 0, 1)}, score);
   const ImageF picture = read_image(folder / "slices.png");
   // Two clips, a gap between them; time of the row runs down, each frame 8 px high, below a line of words.
-  ASSERT_EQ(picture.width, 2 * 80 + 8);
+  ASSERT_EQ(picture.width, 2 * 260 + 8);
   for (int f = 0; f < kFrames; ++f) {
     const int y = 22 + 8 * f + 4;
     const double x = 32 + 12 * std::sin(2 * M_PI * 2 * f / kFrames);
     EXPECT_GT(picture(static_cast<int>(std::lround(x)), y, 0), 0.9f) << f;
-    EXPECT_GT(picture(80 + 8 + 32, y, 0), 0.9f) << f;
-    EXPECT_LT(picture(80 + 8 + 10, y, 0), 0.1f) << f;
+    EXPECT_GT(picture(260 + 8 + 32, y, 0), 0.9f) << f;
+    EXPECT_LT(picture(260 + 8 + 10, y, 0), 0.1f) << f;
   }
 }
 
