@@ -23,7 +23,7 @@ void add_score(CLI::App& command, SegmentationScore& score) {
   command.add_flag("--common", score.common, "Skip images without a prediction instead of scoring them 0");
 }
 
-void add_interval(CLI::App& command, MotionScore& score) {
+void add_interval(CLI::App& command, ClipPart& score) {
   command.add_option("--fps", score.fps, "Frames per second of image folders")->check(CLI::PositiveNumber);
   command.add_option("--from", score.from, "Start of the compared interval [s]")->check(CLI::NonNegativeNumber);
   command.add_option("--until", score.until, "End of the compared interval [s] (default: the end of the clip)")
@@ -48,7 +48,7 @@ void add_slices(CLI::App& evaluate, Program& program) {
   auto files = std::make_shared<Files>();
   sub->add_option("REFERENCE", files->reference, "Video or folder of frames")->required();
   sub->add_option("CLIPS", files->clips, "Videos or folders to compare with it")->required();
-  add_interval(*sub, files->score.part);
+  add_interval(*sub, files->score);
   sub->add_option("--row", files->score.row, "Row of pixels [px] (default: that which changes most)");
   sub->add_option("--column", files->score.column, "Column of pixels [px] (default: that which changes most)");
   add_out(*sub, program, "Image to write (default: slices.png)");

@@ -33,9 +33,13 @@ nlohmann::json evaluate_segmentation(const std::filesystem::path& prediction, co
 /// moves most when up is unknown): displacement over time, peak, final / peak, dominant frequency [Hz] after the peak.
 nlohmann::json evaluate_trajectory(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 
-struct MotionScore {
+/// Which part of a clip is compared.
+struct ClipPart {
   double fps = 0;              ///< of folders of frames
-  double from = 0, until = 0;  ///< s, the part that is compared; until 0 = to the end
+  double from = 0, until = 0;  ///< s; until 0 = to the end
+};
+
+struct MotionScore : ClipPart {
   double free_from =
       -1;  ///< s from the begin of that part, from which on nothing pushes; negative = where the motion is largest
 };
@@ -51,8 +55,7 @@ struct MotionScore {
 nlohmann::json evaluate_motion(const std::filesystem::path& prediction, const std::filesystem::path& truth,
                                const MotionScore& score = {});
 
-struct SliceScore {
-  MotionScore part;                ///< which part of the clips; free_from says nothing here
+struct SliceScore : ClipPart {
   std::optional<int> row, column;  ///< px; default: those in which the reference changes most
 };
 

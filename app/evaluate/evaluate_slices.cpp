@@ -13,12 +13,12 @@ namespace pliant {
 
 json evaluate_slices(const fs::path& reference, const std::vector<fs::path>& clips, const SliceScore& score,
                      const fs::path& picture) {
-  std::vector<ReferenceVideo> videos = {read_clip(reference, score.part, 0, {})};
+  std::vector<ReferenceVideo> videos = {read_clip(reference, score, 0, {})};
   const Camera size = videos[0].camera;
   std::vector<std::string> names = {reference.stem().string()};
   size_t frames = videos[0].frames.size();
   for (const fs::path& clip : clips) {
-    videos.push_back(read_clip(clip, score.part, videos[0].fps, size));
+    videos.push_back(read_clip(clip, score, videos[0].fps, size));
     names.push_back(clip.stem().string());
     frames = std::min(frames, videos.back().frames.size());
   }

@@ -13,12 +13,6 @@ float luminance(const ImageF& picture, int x, int y) {
   return 0.3f * picture(x, y, 0) + 0.6f * picture(x, y, 1) + 0.1f * picture(x, y, 2);
 }
 
-void paste(ImageF& canvas, const ImageF& part, int left, int top) {
-  for (int y = 0; y < part.height && top + y < canvas.height; ++y)
-    for (int x = 0; x < part.width && left + x < canvas.width; ++x)
-      for (int c = 0; c < 3; ++c) canvas(left + x, top + y, c) = part(x, y, c);
-}
-
 }  // namespace
 
 ImageF picture_of_drivers(const FitScene& fit, const std::vector<double>& value, double low, double high,

@@ -96,7 +96,6 @@ json fit_to_video(const Context& context, const RunDirectory& run, const FitInpu
                  {"damping_time_s", found.damping_time},
                  {"damping_time_range_s", {found.damping_time_low, found.damping_time_high}},
                  {"first_frame", found.first_frame},
-                 {"last_frame", found.last_frame},
                  {"fps", fit.video.fps},
                  {"frames_used", fit.used},
                  {"start_s", found.time},

@@ -183,6 +183,12 @@ ImageF draw_log_bar(double low, double high, const std::string& label, int width
   return to_image(canvas);
 }
 
+void paste(ImageF& canvas, const ImageF& part, int left, int top) {
+  for (int y = 0; y < part.height && top + y < canvas.height; ++y)
+    for (int x = 0; x < part.width && left + x < canvas.width; ++x)
+      for (int c = 0; c < 3; ++c) canvas(left + x, top + y, c) = part(x, y, c);
+}
+
 void draw_text(ImageF& picture, const std::string& text, int x, int baseline, const Vec3f& color, double size) {
   const int w = text_width(text, size) + 2, h = static_cast<int>(1.6 * size);
   cv::Mat stamp(h, w, CV_8UC3, cv::Scalar(0, 0, 0));

@@ -32,6 +32,9 @@ Vec3f map_color(double t);
 /// Horizontal colour bar with round numbers of a logarithmic scale from `low` to `high` > 0, and what it shows.
 ImageF draw_log_bar(double low, double high, const std::string& label, int width);
 
+/// Lays a picture over another; what lies beyond the right and lower edges is cut.
+void paste(ImageF& canvas, const ImageF& part, int left, int top);
+
 /// Words at a place of a picture, `size` px high.
 void draw_text(ImageF& picture, const std::string& text, int x, int baseline, const Vec3f& color, double size = 11);
 

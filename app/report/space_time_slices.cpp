@@ -12,12 +12,6 @@ namespace {
 constexpr int kGap = 8, kCaption = 22, kLeastTime = 160, kLeastWidth = 260;  // px; the width holds a caption
 constexpr size_t kLongestName = 12;
 
-void paste(ImageF& canvas, const ImageF& part, int left, int top) {
-  for (int y = 0; y < part.height; ++y)
-    for (int x = 0; x < part.width; ++x)
-      for (int c = 0; c < 3; ++c) canvas(left + x, top + y, c) = part(x, y, c);
-}
-
 /// [T, length, 3] as a picture; time runs down, or to the right, stretched to at least `least` px.
 ImageF slice_picture(const std::vector<float>& lines, int frames, int length, bool time_down, int least) {
   const int stretch = std::max(1, (least + frames - 1) / std::max(1, frames)), span = frames * stretch;

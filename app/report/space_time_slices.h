@@ -17,7 +17,7 @@ struct SliceLines {
 SliceLines most_changed_lines(const std::vector<ImageF>& frames, const ImageF& moving = {});
 
 /// Two lines of pixels over time, of several clips of one size side by side: motion becomes a curve that can be
-/// compared by eye (as in PhysDreamer, Zhang et al. 2024, figure 4).
+/// compared by eye (as PhysDreamer shows it, Zhang et al. 2024).
 class SpaceTimeSlices {
  public:
   SpaceTimeSlices(std::vector<std::string> names, SliceLines lines) : names_(std::move(names)), lines_(lines) {

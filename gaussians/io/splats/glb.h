@@ -6,7 +6,7 @@
 
 namespace pliant {
 
-/// Writes binary glTF 2.0 with KHR_gaussian_splatting (Khronos, ratified 2026), atomically: a mesh of points with
+/// Writes binary glTF 2.0 with KHR_gaussian_splatting (Khronos), atomically: a mesh of points with
 /// position, rotation (x, y, z, w), scale (linear), opacity and harmonics as 32-bit floats, and COLOR_0 for readers
 /// without the extension.  The axes of 3DGS PLY (x right, y down, z forward) are turned to those of glTF (y up). Throws
 /// Error{kInput} for more than 4 GiB.

@@ -36,7 +36,7 @@ class Slices : public ::testing::Test {
     return folder / name;
   }
   json evaluate(const std::vector<fs::path>& clips, SliceScore score = {}) {
-    score.part.fps = 10;
+    score.fps = 10;
     return evaluate_slices(reference, clips, score, folder / "slices.png");
   }
   TemporaryFolder folder;
