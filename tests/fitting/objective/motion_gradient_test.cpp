@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <functional>
 
+#include "fitting/fields/axes_field.h"
+#include "fitting/fields/smooth_field.h"
 #include "fitting/objective/flow_loss.h"
 #include "tests/fitting/made_motion.h"
 
@@ -119,6 +121,57 @@ TEST(MotionGradient, DrawnFlowToMaterialAndVelocityAgreesWithDifferences) {
   objective.whole.push_back({2, std::make_shared<FlowLoss<double, false>>(drawn, seen, outlier)});
   compare(motion, objective, 1e-4);
   EXPECT_GT(motion_loss_adjoint(motion, objective).by.start.v.back().norm(), 1e-6);
+}
+
+/// PhysDreamer's first stage: v0(x) as a field, from the rendered frames 1 to 3 by 0.1 L1 + 0.9 D-SSIM.
+TEST(MotionGradient, TheFieldOfAStartLearnsFromThreeFramesAsDifferencesSayUnlessTheWindowIsCut) {
+  const Motion<double> other = swinging_block<double>(3, 3e4, 0.5);
+  Motion<double> still = swinging_block<double>(3, 2e4, 0);
+  const auto drawn = drawn_block<double>(still.particles, 60, 0.5);
+  Objective<double> objective;
+  objective.terms.push_back(
+      {1, std::make_shared<PictureLoss<double, false>>(PictureLossOptions{}, drawn,
+                                                       film<double, false>(other, *drawn, block_camera(28, 24, 0.5)))});
+
+  std::vector<Vec3f> points;
+  for (const Vec3d& x : still.particles.position) points.push_back(x.cast<float>());
+  SmoothFieldOptions smooth;
+  smooth.sigma = 1;
+  smooth.modes = 3;
+  smooth.length = 0.02;
+  const AxesField field(std::make_shared<SmoothField>(smooth, points));
+  const auto moving = [&](const std::vector<double>& parameters) {
+    Motion<double> motion = still;
+    const std::vector<double> v = field.values(parameters);
+    for (size_t i = 0; i < points.size(); ++i) motion.start.v[i] = Vec3d(v[3 * i], v[3 * i + 1], v[3 * i + 2]);
+    return motion;
+  };
+  const auto slopes = [&](const std::vector<double>& parameters, int window) {
+    Motion<double> motion = moving(parameters);
+    motion.options.gradient_window = window;
+    std::vector<double> adj_v;
+    for (const Vec3d& v : motion_loss_adjoint(motion, objective).by.start.v)
+      adj_v.insert(adj_v.end(), v.begin(), v.end());
+    return field.values_adjoint(parameters, adj_v);
+  };
+
+  std::vector<double> parameters(field.constant(std::vector<double>(3, 0.0)).size());
+  Random random(11);
+  for (double& p : parameters) p = 0.2 * random.normal();
+  const std::vector<double> whole = slopes(parameters, 0), cut = slopes(parameters, 1);
+  double largest = 0, missed = 0;
+  for (const double slope : whole) largest = std::max(largest, std::abs(slope));
+  for (size_t k = 0; k < parameters.size(); ++k) {
+    const auto slope = [&](double h) {
+      std::vector<double> plus = parameters, minus = parameters;
+      plus[k] += h;
+      minus[k] -= h;
+      return (motion_loss(moving(plus), objective) - motion_loss(moving(minus), objective)) / (2 * h);
+    };
+    EXPECT_NEAR(whole[k], (4 * slope(5e-5) - slope(1e-4)) / 3, 1e-4 * largest) << k;
+    missed = std::max(missed, std::abs(cut[k] - whole[k]));
+  }
+  EXPECT_GT(missed, 0.1 * largest);
 }
 
 TEST(MotionGradient, TheFlowOfGaussiansThatMoveAlikeIsTheirMotionInThePicture) {
