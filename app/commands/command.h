@@ -51,5 +51,6 @@ void add_render(CLI::App& app, Program& program);
 void add_export(CLI::App& app, Program& program);
 void add_view(CLI::App& app, Program& program);
 void add_evaluate(CLI::App& app, Program& program);
+void add_evaluate_suite(CLI::App& evaluate, Program& program);
 
 }  // namespace pliant

@@ -63,8 +63,8 @@ void add_demo(CLI::App& app, Program& program) {
   CLI::App* command =
       app.add_subcommand("demo", "Make a procedural scene: splats, photos, masks, a reference video, truth/");
   auto options = std::make_shared<DemoOptions>();
-  auto kind = std::make_shared<std::string>("potted-flower");
-  command->add_option("--kind", *kind, "Scene to make")->check(CLI::IsMember({"potted-flower"}))->capture_default_str();
+  auto kind = std::make_shared<std::string>(demo_kinds()[0]);
+  command->add_option("--kind", *kind, "Scene to make")->check(CLI::IsMember(demo_kinds()))->capture_default_str();
   command->add_option("--gaussians", options->gaussians, "Number of Gaussians in the scene")
       ->check(CLI::Range(2000, 5000000))
       ->capture_default_str();

@@ -113,6 +113,7 @@ void add_evaluate(CLI::App& app, Program& program) {
     });
   }
   add_slices(*command, program);
+  add_evaluate_suite(*command, program);
 }
 
 }  // namespace pliant

@@ -115,6 +115,8 @@ Json scene_json(const DemoOptions& options, const Stage& stage) {
 
 }  // namespace
 
+std::vector<std::string> demo_kinds() { return {"potted-flower"}; }
+
 DemoSummary make_demo(const DemoOptions& options) {
   check(options);
   DemoSummary summary;

@@ -4,10 +4,14 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "app/demo/flower.h"
 
 namespace pliant {
+
+/// Scenes that can be made, the default first.
+std::vector<std::string> demo_kinds();
 
 struct DemoOptions {
   std::filesystem::path out;      ///< folder of the scene; made if it does not exist

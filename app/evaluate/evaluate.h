@@ -31,6 +31,7 @@ nlohmann::json evaluate_segmentation(const std::filesystem::path& prediction, co
 /// at frame 0, by displacement since frame 0, at the true times.  Errors are relative to the object's height (its
 /// extent along up, or its largest extent when up is unknown).  Also the motion of the tip (top tenth; the tenth that
 /// moves most when up is unknown): displacement over time, peak, final / peak, dominant frequency [Hz] after the peak.
+/// relative_error: root mean square error over the root mean square of the true displacements, 1 for a still object.
 nlohmann::json evaluate_trajectory(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 
 /// Which part of a clip is compared.

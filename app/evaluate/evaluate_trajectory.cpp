@@ -123,7 +123,7 @@ json evaluate_trajectory(const fs::path& prediction, const fs::path& truth_path)
   const std::vector<size_t> tip = tip_of(truth);
   std::vector<Vec3d> our_tip, true_tip;
   std::vector<double> error_of_frame;
-  double sum = 0, squares = 0, largest = 0;
+  double sum = 0, squares = 0, moved = 0, largest = 0;
   for (double time : times) {
     double frame_sum = 0;
     std::vector<Vec3d> our_move(rest.size()), true_move(rest.size());
@@ -133,6 +133,7 @@ json evaluate_trajectory(const fs::path& prediction, const fs::path& truth_path)
       const double error = (our_move[p] - true_move[p]).norm();
       frame_sum += error;
       squares += error * error;
+      moved += true_move[p].squaredNorm();
       largest = std::max(largest, error);
     }
     sum += frame_sum;
@@ -171,6 +172,7 @@ json evaluate_trajectory(const fs::path& prediction, const fs::path& truth_path)
               {"tip_error_mean", tip_error},
               {"tip", describe_tip(our_tip, direction, rate, first)},
               {"tip_in_truth", describe_tip(true_tip, direction, rate, first)}};
+  out["relative_error"] = moved > 0 ? json(std::sqrt(squares / moved)) : json(nullptr);
   const double f = out["tip"]["dominant_frequency"], f_true = out["tip_in_truth"]["dominant_frequency"];
   out["frequency_error"] = f_true > 0 ? json(std::abs(f - f_true) / f_true) : json(nullptr);
   const double peak = out["tip"]["peak"], peak_true = out["tip_in_truth"]["peak"];

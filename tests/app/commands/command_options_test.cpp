@@ -223,6 +223,12 @@ const std::map<std::string, std::string> kElsewhere = {
     {"predict overwrite", "Predict"},
     {"reconstruct overwrite", "Reconstruct"},
     {"motion fps", "EvaluateMotion"},
+    {"suite kind", "SuiteSettings"},
+    {"suite seeds", "SuiteSettings"},
+    {"suite quick", "SuiteSettings"},
+    {"suite settings", "SuiteSettings"},
+    {"suite workers", "Suite"},
+    {"suite cluster", "Suite"},
 };
 
 /// Options of every command: of the whole program, and --overwrite and --out, whose ways are those of RunDirectory.

@@ -273,6 +273,7 @@ TEST(EvaluateTrajectory, OtherParticlesRatesAndAmplitudesGiveTheKnownError) {
   write_trajectory(folder / "half.h5", swaying(401, 72, 24, 1.5, 0.1), "{}");
   const json out = evaluate_trajectory(folder / "half.h5", folder / "truth.h5");
   EXPECT_NEAR(out["peak_error"].get<double>(), 0.5, 1e-4);
+  EXPECT_NEAR(out["relative_error"].get<double>(), 0.5, 1e-3);
   EXPECT_NEAR(out["tip_error_mean"].get<double>() / 0.95, out["position_error_mean"].get<double>() * 2, 2e-3);
   write_trajectory(folder / "slow.h5", swaying(401, 72, 24, 1.2, 0.2), "{}");
   EXPECT_NEAR(evaluate_trajectory(folder / "slow.h5", folder / "truth.h5")["frequency_error"].get<double>(), 0.2, 0.03);

@@ -1,0 +1,169 @@
+#include "app/suite/suite.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "fitting/observe/child_process.h"
+#include "gaussians/base/error.h"
+#include "gaussians/io/files/file_lock.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/files/json_file.h"
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace pliant {
+namespace {
+
+/// Every motion method begins with the E of scene.json, which is wrong on purpose.
+json motion_methods() {
+  const auto method = [](json commands, const std::string& what) {
+    return json{{"commands", std::move(commands)}, {"simulate", json::array()}, {"what", what}};
+  };
+  return {{"ours", method({{"fit"}}, "search over one E, then Gauss-Newton")},
+          {"ours-smooth", method({{"fit", "--field", "smooth"}}, "then a smooth field E(x)")},
+          {"physdreamer", method({{"fit", "--recipe", "physdreamer"}},
+                                 "PhysDreamer (Zhang et al. 2024), re-created: v0(x), then E(x)")},
+          {"given", method(json::array(), "E as given, without a video, as PhysGaussian (Xie et al. 2024) takes it")}};
+}
+
+json segmentation_methods() {
+  const auto method = [](json options, const std::string& what) {
+    return json{{"segment", std::move(options)}, {"what", what}};
+  };
+  return {{"ours", method(json::array(), "vote, then the semantic attribute")},
+          {"vote", method({"--iterations", 0}, "the vote alone")},
+          {"gaussian-grouping",
+           method({"--joint", "--no-vote"}, "Gaussian Grouping (Ye et al. 2024), re-created: joint training")}};
+}
+
+json repair_methods() {
+  return {{"ours", {{"what", "one background for all views"}}},
+          {"opencv", {{"what", "the better of OpenCV's inpaintings of each view by itself"}}}};
+}
+
+/// Scores of a suite that are there.
+int count_scores(const fs::path& folder) {
+  std::error_code ignored;
+  int count = 0;
+  for (auto at = fs::recursive_directory_iterator(folder, ignored); at != fs::recursive_directory_iterator(); ++at)
+    count += at->path().extension() == ".json";
+  return count;
+}
+
+int expected_scores(const json& settings) {
+  int count = 0;
+  for (const json& methods : settings["methods"]) count += static_cast<int>(methods.size() * settings["scenes"].size());
+  return count;
+}
+
+std::string quoted(const std::string& word) {
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+}  // namespace
+
+OptionTable options_of(SuiteStage& stage) {
+  return {"suite",
+          {{.name = "kind",
+            .field = &stage.kinds,
+            .help = "Kind of demo scene (default: all; with --quick three); repeatable"},
+           {.name = "seeds", .field = &stage.seeds, .help = "Scenes of each kind", .low = 1, .high = 1000},
+           {.name = "quick", .field = &stage.quick, .help = "Small scenes: minutes instead of hours"},
+           {.name = "workers",
+            .field = &stage.workers,
+            .help = "Jobs at a time, of one thread each; 0 = one for each core",
+            .low = 0,
+            .high = 10000},
+           {.name = "cluster",
+            .field = &stage.cluster,
+            .help = "Command that submits the script of a job, such as 'sbatch' (default: jobs run here)",
+            .value = "CMD"},
+           {.name = "settings",
+            .field = &stage.settings,
+            .help = "A suite.json of your own, with further methods or scenes",
+            .value = "FILE",
+            .exists = true}}};
+}
+
+json suite_settings(const SuiteStage& stage, const std::string& pliant, const std::vector<std::string>& kinds) {
+  if (!stage.settings.empty()) {
+    if (stage.quick || stage.seeds != SuiteStage().seeds || !stage.kinds.empty())
+      throw usage_error("evaluate suite",
+                        stage.quick           ? "--quick"
+                        : stage.kinds.empty() ? "--seeds"
+                                              : "--kind",
+                        "does nothing with --settings, which says what is run", "leave it out");
+    json settings = read_json(stage.settings);
+    for (const char* key : {"scenes", "methods", "demo", "particles", "simulate"})
+      if (!settings.is_object() || !settings.contains(key))
+        throw input_error(stage.settings, key, "is missing", "begin with the suite.json of another suite");
+    settings["pliant"] = pliant;
+    settings["threads"] = 1;
+    return settings;
+  }
+  std::vector<std::string> chosen = stage.kinds;
+  if (chosen.empty()) {
+    chosen = kinds;
+    if (stage.quick) chosen.resize(std::min<size_t>(chosen.size(), 3));
+  }
+  for (const std::string& kind : chosen)
+    if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end())
+      throw usage_error("evaluate suite", "--kind", "'" + kind + "' is no kind of demo scene",
+                        "did you mean '" + nearest_name(kind, kinds) + "'?");
+  json settings = {{"pliant", pliant}, {"threads", 1}, {"scenes", json::object()}};
+  for (const std::string& kind : chosen)
+    for (int seed = 1; seed <= stage.seeds; ++seed)
+      settings["scenes"][fmt::format("{}-{}", kind, seed)] = {{"kind", kind}, {"seed", seed}};
+  settings["demo"] =
+      stage.quick ? json{"--photos", 12, "--gaussians", 12000, "--training", 100, "--width", 240, "--height", 180}
+                  : json{"--photos", 24, "--gaussians", 40000, "--training", 300};
+  settings["particles"] = stage.quick ? 1000 : 2000;
+  settings["simulate"] = {"--duration", 2, "--fps", 24};
+  settings["methods"] = {
+      {"motion", motion_methods()}, {"segmentation", segmentation_methods()}, {"repair", repair_methods()}};
+  return settings;
+}
+
+json run_suite(const Context& context, const json& settings, const SuiteStage& stage, const std::string& out) {
+  const fs::path folder = out, log = folder / "snakemake.log";
+  if (std::system("command -v snakemake > /dev/null") != 0)
+    throw usage_error("evaluate suite", "snakemake", "is not installed", "install it: apt install snakemake");
+  fs::create_directories(folder);
+  const FileLock lock(folder / ".lock", out);
+  write_text(folder / "Snakefile", std::string(suite_workflow()));
+  write_json(folder / "suite.json", settings);
+
+  // The lock above stands for Snakemake's, which outlives a killed one.
+  const int workers = stage.workers > 0 ? stage.workers : static_cast<int>(std::thread::hardware_concurrency());
+  std::string command = fmt::format("exec snakemake --nolock --rerun-incomplete --keep-going --directory {} -s {}",
+                                    quoted(out), quoted((folder / "Snakefile").string()));
+  command += stage.cluster.empty() ? fmt::format(" --cores {}", workers)
+                                   : fmt::format(" --cluster {} --jobs {}", quoted(stage.cluster), workers);
+  ChildProcess snakemake(
+      {.command = command + " results", .argument = "--quiet", .log = log, .interrupted = context.interrupted});
+  const int total = expected_scores(settings);
+  context.progress.begin("suite", total);
+  std::optional<int> code;
+  while (!(code = snakemake.wait(2))) context.progress.done(std::min(total, count_scores(folder / "scores")));
+  context.progress.end();
+  if (*code != 0)
+    throw input_error(log.string(), "", fmt::format("Snakemake ended with {}: {}", *code, snakemake.last_words()),
+                      "see the logs beside it; the same command continues");
+  json failed = json::array();
+  for (const auto& file : fs::recursive_directory_iterator(folder / "scores"))
+    if (file.path().extension() == ".json")
+      if (const json score = read_json(file.path()); score.contains("failed"))
+        failed.push_back({{"scene", score["scene"]}, {"method", score["method"]}, {"failed", score["failed"]}});
+  context.progress.say(fmt::format("suite: {} scores, {} of them failures: {}", count_scores(folder / "scores"),
+                                   failed.size(), (folder / "RESULTS.md").string()));
+  return {{"results", (folder / "RESULTS.md").string()}, {"failed", failed}};
+}
+
+}  // namespace pliant

@@ -1,0 +1,233 @@
+# The suite of `pliant evaluate suite` as jobs of Snakemake: scenes x methods, every job a command of pliant.
+#   snakemake --cores 2                                            what `pliant evaluate suite` runs
+#   snakemake --cores 8 --cluster 'sbatch -c {threads}' --jobs 8   the same on a cluster
+# Settings are in suite.json beside this file.  A job that was killed continues where its run directory stands.
+# A method that fails on a scene keeps its row, as a failure.
+
+import glob
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import time
+
+configfile: "suite.json"
+
+PLIANT = config["pliant"]
+SCENES = config["scenes"]
+METHODS = config["methods"]
+THREADS = config["threads"]
+
+wildcard_constraints:
+    scene="[^/]+",
+    task="[^/]+",
+    method="[^/]+",
+
+
+def pliant(log, *words):
+    """Runs a command of pliant; its output goes to the log."""
+    with open(log, "a") as text:
+        command = [PLIANT, *map(str, words), "--threads", str(THREADS), "--quiet"]
+        text.write(" ".join(command) + "\n")
+        text.flush()
+        subprocess.run(command, check=True, stdout=text, stderr=subprocess.STDOUT)
+
+
+def write_json(file, value):
+    with open(file + ".partial", "w") as out:
+        json.dump(value, out, indent=1)
+    os.rename(file + ".partial", file)
+
+
+def read_json(file):
+    with open(file) as text:
+        return json.load(text)
+
+
+def score(task, scene, method, log, out, measure):
+    """Writes what `measure` returns.  Exit codes 1 and 3 of pliant say that the method failed; others end the job."""
+    result = {"task": task, "scene": scene, "cluster": SCENES[scene]["kind"], "method": method}
+    begin = time.monotonic()
+    try:
+        result["metrics"] = measure()
+    except subprocess.CalledProcessError as error:
+        if error.returncode not in (1, 3):
+            raise
+        result["failed"] = open(log).read().strip().splitlines()[-1]
+    result["seconds"] = time.monotonic() - begin
+    write_json(out, result)
+
+
+def copy_of(prepared, run):
+    """A run directory to work in, unless an earlier attempt has left one."""
+    if not os.path.exists(run):
+        shutil.copytree(prepared, run + ".partial", dirs_exist_ok=True)
+        os.rename(run + ".partial", run)
+
+
+def digest(*settings):
+    """Of what a job depends on besides its input; a job whose digest has changed runs again."""
+    return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:12]
+
+
+def of_scene(wildcards):
+    return digest(SCENES[wildcards.scene], config["demo"])
+
+
+def of_prepared(wildcards):
+    return digest(of_scene(wildcards), config["particles"])
+
+
+def of_motion(wildcards):
+    return digest(of_prepared(wildcards), config["simulate"], METHODS["motion"][wildcards.method])
+
+
+def of_segmentation(wildcards):
+    return digest(of_scene(wildcards), METHODS["segmentation"][wildcards.method])
+
+
+def only(pattern):
+    (file,) = glob.glob(pattern)
+    return file
+
+
+rule all:
+    input:
+        "RESULTS.md",
+
+
+rule scene:
+    output:
+        "scenes/{scene}/scene.json",
+    log:
+        "logs/{scene}/scene.log",
+    params:
+        settings=of_scene,
+    threads: THREADS
+    run:
+        chosen = SCENES[wildcards.scene]
+        pliant(log[0], "demo", "--kind", chosen["kind"], "--seed", chosen["seed"], *config["demo"],
+               "--out", f"scenes/{wildcards.scene}", "--overwrite")
+
+
+# What all motion methods begin with: the object cut out by the true masks, the hole closed, driving particles.
+rule prepared:
+    input:
+        "scenes/{scene}/scene.json",
+    output:
+        touch("prepared/{scene}.done"),
+    log:
+        "logs/{scene}/prepared.log",
+    params:
+        settings=of_prepared,
+    threads: THREADS
+    run:
+        run = f"prepared/{wildcards.scene}"
+        pliant(log[0], "segment", f"scenes/{wildcards.scene}", "--out", run)
+        for stage in ("extract", "repair"):
+            pliant(log[0], stage, run)
+        pliant(log[0], "seed", run, "--particles", config["particles"])
+
+
+# E from the reference video or from a prediction; then forces that the video does not show, against the truth.
+rule motion:
+    input:
+        "prepared/{scene}.done",
+    output:
+        "scores/motion/{scene}/{method}.json",
+    log:
+        "logs/{scene}/motion-{method}.log",
+    params:
+        settings=of_motion,
+    threads: THREADS
+    run:
+        scene, method = wildcards.scene, METHODS["motion"][wildcards.method]
+        truth = f"scenes/{scene}/truth"
+        run = f"runs/{scene}/motion-{wildcards.method}-{params.settings}"
+        os.makedirs(f"runs/{scene}", exist_ok=True)
+
+        def measure():
+            copy_of(f"prepared/{scene}", run)
+            metrics = {}
+            for command in method["commands"]:
+                pliant(log[0], command[0], run, *command[1:])
+            for reference in sorted(glob.glob(f"{truth}/motions/*/trajectory.h5")):
+                folder = os.path.dirname(reference)
+                name = os.path.basename(folder)
+                pliant(log[0], "simulate", run, "--interactions", f"{folder}/interactions.json", *config["simulate"],
+                       *method["simulate"])
+                pliant(log[0], "evaluate", "trajectory", only(f"{run}/objects/*/trajectory.h5"), reference,
+                       "--out", f"{run}/{name}.json")
+                found = read_json(f"{run}/{name}.json")
+                metrics[f"{name}.motion_error"] = found["relative_error"]
+                metrics[f"{name}.frequency_error"] = found["frequency_error"]
+            pliant(log[0], "evaluate", "material", only(f"{run}/objects/*"), truth, "--out", f"{run}/young.json")
+            metrics["log10_young_error"] = read_json(f"{run}/young.json")["log10_young_error"]
+            return metrics
+
+        score("motion", scene, wildcards.method, log[0], output[0], measure)
+
+
+# Labels from the masks of seven in eight photos, against the masks of the eighth.
+rule segmentation:
+    input:
+        "scenes/{scene}/scene.json",
+    output:
+        "scores/segmentation/{scene}/{method}.json",
+    log:
+        "logs/{scene}/segmentation-{method}.log",
+    params:
+        settings=of_segmentation,
+    threads: THREADS
+    run:
+        scene = wildcards.scene
+        run = f"runs/{scene}/segmentation-{wildcards.method}-{params.settings}"
+
+        def measure():
+            pliant(log[0], "segment", f"scenes/{scene}", "--out", run, "--hold-out",
+                   *METHODS["segmentation"][wildcards.method]["segment"])
+            pliant(log[0], "evaluate", "segmentation", f"{run}/held_out", f"scenes/{scene}/masks", "--common",
+                   "--match", "overlap", "--out", f"{run}/segmentation.json")
+            found = read_json(f"{run}/segmentation.json")
+            return {"miou": found["miou"], "boundary_miou": found["boundary_miou"]}
+
+        score("segmentation", scene, wildcards.method, log[0], output[0], measure)
+
+
+# The hole behind the object, over pixels that no photo shows; OpenCV fills every view by itself.
+rule repair:
+    input:
+        "prepared/{scene}.done",
+    output:
+        ours="scores/repair/{scene}/ours.json",
+        opencv="scores/repair/{scene}/opencv.json",
+    log:
+        "logs/{scene}/repair.log",
+    params:
+        settings=of_prepared,
+    threads: THREADS
+    run:
+        scene, found = wildcards.scene, f"logs/{wildcards.scene}/repair-{params.settings}.json"
+
+        def measure(key):
+            if not os.path.exists(found):
+                pliant(log[0], "evaluate", "repair", f"prepared/{scene}", f"scenes/{scene}", "--out", found)
+            return {"psnr": read_json(found)[key]}
+
+        score("repair", scene, "ours", log[0], output.ours, lambda: measure("psnr"))
+        score("repair", scene, "opencv", log[0], output.opencv, lambda: measure("psnr_opencv"))
+
+
+rule results:
+    input:
+        [
+            f"scores/{task}/{scene}/{method}.json"
+            for task in METHODS
+            for scene in SCENES
+            for method in METHODS[task]
+        ],
+    output:
+        "RESULTS.md",
+    run:
+        pliant("logs/results.log", "evaluate", "compare", "scores", "--baseline", "ours", "--out", "results")

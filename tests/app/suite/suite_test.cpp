@@ -1,0 +1,162 @@
+// The suite's workflow, run by Snakemake with a stand-in for pliant that writes what the commands would.
+
+#include "app/suite/suite.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/files/json_file.h"
+#include "tests/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// Notes its calls in `calls` beside itself.  `--field wrong` fails as a method does, and `--field killed` as a killed
+/// program does, once.
+constexpr char kStandIn[] = R"(#!/usr/bin/env python3
+import json, os, sys
+words = sys.argv[1:]
+here = os.path.dirname(os.path.abspath(__file__))
+open(here + "/calls", "a").write(" ".join(words) + "\n")
+out = words[words.index("--out") + 1] if "--out" in words else None
+def write(file, value):
+    os.makedirs(os.path.dirname(file) or ".", exist_ok=True)
+    open(file, "w").write(value if isinstance(value, str) else json.dumps(value))
+if "wrong" in words:
+    sys.exit(print("fit: no motion in the video") or 1)
+if "killed" in words and not os.path.exists(here + "/killed"):
+    open(here + "/killed", "w")
+    sys.exit(137)
+match words[:2]:
+    case ["demo", _]:
+        write(out + "/scene.json", {})
+        for name in ("poke", "shake"):
+            write(f"{out}/truth/motions/{name}/trajectory.h5", "")
+            write(f"{out}/truth/motions/{name}/interactions.json", [])
+    case ["segment", _]: write(out + "/labels", "")
+    case ["extract", run]: write(run + "/objects/1_rose/object.ply", "")
+    case ["simulate", run]: write(run + "/objects/1_rose/trajectory.h5", "")
+    case ["evaluate", "trajectory"]: write(out, {"relative_error": 0.25, "frequency_error": 0.125})
+    case ["evaluate", "material"]: write(out, {"log10_young_error": 0.5})
+    case ["evaluate", "segmentation"]: write(out, {"miou": 0.75, "boundary_miou": 0.625})
+    case ["evaluate", "repair"]: write(out, {"psnr": 30.0, "psnr_opencv": 20.0})
+    case ["evaluate", "compare"]: write("RESULTS.md", "table\n")
+)";
+
+struct Suite : testing::Test {
+  TemporaryFolder folder;
+  Progress progress{true};
+  Context context{progress, [] { return false; }};
+  SuiteStage stage;
+  json settings;
+
+  void SetUp() override {
+    if (std::system("command -v snakemake > /dev/null") != 0) GTEST_SKIP() << "Snakemake is not installed";
+    const fs::path program = folder.file("pliant", kStandIn);
+    fs::permissions(program, fs::perms::owner_all);
+    stage.workers = 2;
+    settings = suite_settings(stage, program, {"rose"});
+    settings["methods"] = {{"motion", {{"ours", {{"commands", {{"fit"}}}, {"simulate", json::array()}}}}},
+                           {"repair", {{"ours", json::object()}, {"opencv", json::object()}}}};
+  }
+  json run() { return run_suite(context, settings, stage, folder / "suite"); }
+  json score(const std::string& file) { return read_json(folder / "suite/scores" / file); }
+  /// That were noted since the last time.
+  std::vector<std::string> calls() {
+    std::vector<std::string> lines;
+    if (fs::exists(folder / "calls")) {
+      std::istringstream text(read_text(folder / "calls"));
+      for (std::string line; std::getline(text, line);) lines.push_back(line);
+    }
+    fs::remove(folder / "calls");
+    return lines;
+  }
+};
+
+bool any_of_them(const std::vector<std::string>& calls, const std::string& begin) {
+  return std::any_of(calls.begin(), calls.end(), [&](const std::string& call) { return call.starts_with(begin); });
+}
+
+TEST_F(Suite, EveryMethodIsScoredAndOneThatFailsKeepsItsRow) {
+  settings["methods"]["motion"]["theirs"] = {{"commands", {{"fit", "--field", "wrong"}}}, {"simulate", json::array()}};
+  const json result = run();
+  ASSERT_EQ(result["failed"].size(), 1u);
+  EXPECT_EQ(result["failed"][0]["method"], "theirs");
+  const json ours = score("motion/rose-1/ours.json"), theirs = score("motion/rose-1/theirs.json");
+  EXPECT_EQ(ours["metrics"]["poke.motion_error"], 0.25);
+  EXPECT_EQ(ours["metrics"]["shake.frequency_error"], 0.125);
+  EXPECT_EQ(ours["metrics"]["log10_young_error"], 0.5);
+  EXPECT_EQ(ours["cluster"], "rose");
+  EXPECT_EQ(theirs["failed"], "fit: no motion in the video");
+  EXPECT_FALSE(theirs.contains("metrics"));
+  EXPECT_EQ(score("repair/rose-1/opencv.json")["metrics"]["psnr"], 20.0);
+  EXPECT_TRUE(fs::exists(folder / "suite/RESULTS.md"));
+}
+
+TEST_F(Suite, AKilledSuiteContinuesAndChangedSettingsRepeatOnlyWhatDependsOnThem) {
+  settings["methods"] = {
+      {"segmentation", {{"ours", {{"segment", {"--masks", "killed"}}}}, {"vote", {{"segment", {"--iterations", 0}}}}}}};
+  EXPECT_THROW(run(), Error);
+  EXPECT_FALSE(fs::exists(folder / "suite/scores/segmentation/rose-1/ours.json"));
+  EXPECT_TRUE(any_of_them(calls(), "demo"));
+
+  run();
+  const std::vector<std::string> second = calls();
+  EXPECT_FALSE(any_of_them(second, "demo"));
+  EXPECT_FALSE(any_of_them(second, "segment scenes/rose-1 --out runs/rose-1/segmentation-vote"));
+  EXPECT_TRUE(any_of_them(second, "segment scenes/rose-1 --out runs/rose-1/segmentation-ours"));
+  EXPECT_EQ(score("segmentation/rose-1/ours.json")["metrics"]["miou"], 0.75);
+
+  settings["methods"]["segmentation"]["vote"]["segment"] = {"--no-vote"};
+  run();
+  const std::vector<std::string> third = calls();
+  EXPECT_FALSE(any_of_them(third, "demo"));
+  EXPECT_FALSE(any_of_them(third, "segment scenes/rose-1 --out runs/rose-1/segmentation-ours"));
+  EXPECT_TRUE(any_of_them(third, "segment scenes/rose-1 --out runs/rose-1/segmentation-vote"));
+}
+
+TEST_F(Suite, JobsAreSubmittedWhereAClusterIsGiven) {
+  settings["methods"] = {{"segmentation", {{"ours", {{"segment", json::array()}}}}}};
+  const std::string submit =
+      "echo submitted >> " + (folder / "submitted").string() + "; sh \"$@\" > /dev/null 2>&1; echo job 1";
+  stage.cluster = "sh " + folder.file("submit", submit).string();
+  run();
+  EXPECT_EQ(score("segmentation/rose-1/ours.json")["metrics"]["miou"], 0.75);
+  const std::string submitted = read_text(folder / "submitted");
+  EXPECT_EQ(std::count(submitted.begin(), submitted.end(), '\n'), 3);  // scene, segmentation, results
+}
+
+TEST(SuiteSettings, ScenesAreKindsTimesSeedsAndUnknownKindsAreRefused) {
+  SuiteStage stage;
+  stage.seeds = 2;
+  const json settings = suite_settings(stage, "pliant", {"rose", "cord"});
+  EXPECT_EQ(settings["scenes"].size(), 4u);
+  EXPECT_EQ(settings["scenes"]["cord-2"], json({{"kind", "cord"}, {"seed", 2}}));
+  stage.kinds = {"rosy"};
+  expect_error(Failure::kUsage, {"--kind", "rosy", "rose"}, [&] { suite_settings(stage, "pliant", {"rose", "cord"}); });
+}
+
+TEST(SuiteSettings, OnesOwnAreReadWholeAndContradictedByNothing) {
+  const TemporaryFolder folder;
+  SuiteStage stage;
+  const json usual = suite_settings(stage, "pliant", {"rose"});
+  stage.settings = folder.file("suite.json", usual.dump());
+  EXPECT_EQ(suite_settings(stage, "other", {"cord"})["scenes"], usual["scenes"]);
+  EXPECT_EQ(suite_settings(stage, "other", {"cord"})["pliant"], "other");
+  stage.quick = true;
+  expect_error(Failure::kUsage, {"--quick", "--settings"}, [&] { suite_settings(stage, "pliant", {"rose"}); });
+  stage.quick = false;
+  stage.settings = folder.file("partial.json", "{\"scenes\": {}}");
+  expect_error(Failure::kInput, {"partial.json", "methods"}, [&] { suite_settings(stage, "pliant", {"rose"}); });
+}
+
+}  // namespace
+}  // namespace pliant
