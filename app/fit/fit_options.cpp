@@ -12,10 +12,18 @@ using nlohmann::json;
 
 namespace {
 
+constexpr double kCubeSide = 1.8;     // times the object's longest
 constexpr int kGrow = 8;              // px by which the moving mask is grown where pictures are compared
 constexpr double kDirectRate = 0.03;  // of ln E where it is a parameter itself, not what a network makes of many
 constexpr double kAstray = 0.02;  // of the loss: such a fit begins at an optimum of the tracks, and Adam's steps are as
                                   // large as its rates there too
+
+/// [m] of the cube in which PhysDreamer's code simulates the object.
+double edge_of_cube(const FitScene& fit) {
+  Box box;
+  for (const Vec3f& x : fit.drawn->object.position) box.add(x);
+  return kCubeSide * fit.drawn->metres_per_unit * double(box.size().maxCoeff());
+}
 
 /// What gradients compare.
 ClipTerms clip_terms(const Context& context, const RunDirectory& run, const CompareStage& stage, const FitScene& fit,
@@ -83,8 +91,9 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
     options.gradient.material_rate = kDirectRate;
     options.gradient.astray = kAstray;
   }
-  options.gradient.iterations = stage.compare.iterations;
+  options.gradient.iterations = *stage.compare.iterations;
   options.gradient_window = *stage.compare.window;
+  if (stage.released_code()) options.released_code = PhysDreamerCode{.edge = edge_of_cube(fit)};
   options.poisson = stage.compare.poisson;
   options.clip = clip_terms(context, run, stage.compare, fit, static_cast<int>(done.rows.size()));
   return options;

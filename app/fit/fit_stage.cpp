@@ -54,7 +54,7 @@ json fit_to_video(const Context& context, const RunDirectory& run, const FitInpu
   const auto say = [&](const std::string& line) { context.progress.say("fit: " + line); };
   const MaterialFitProgress kept = kept_progress(context, run, provenance);
   const MaterialFitOptions options = material_fit_options(context, run, scene, stage, fit, kept.gradient);
-  const auto fit_by_recipe = stage.recipe == "physdreamer" ? fit_physdreamer : fit_material;
+  const auto fit_by_recipe = stage.physdreamer() ? fit_physdreamer : fit_material;
   const MaterialFit found_material =
       fit_by_recipe(options, fit.body.particles, fit.pins, tracks, fit.video.fps, say, kept);
   const VibrationFit& found = found_material.found;

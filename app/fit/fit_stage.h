@@ -40,9 +40,9 @@ struct CompareStage {
   std::optional<double> picture_weight;
   double flow_weight =
       0;  ///< that the flow's mean squared error [px a frame] counts against it; 0 = flow is not compared
-  std::optional<int> window;  ///< frames through which the gradient of E runs back; 0 = all; default: the recipe's
-  int iterations = 100;
-  bool poisson = false;      ///< Poisson's ratio is fitted too
+  std::optional<int> window;      ///< frames through which the gradient of E runs back; 0 = all; default: the recipe's
+  std::optional<int> iterations;  ///< default: the recipe's
+  bool poisson = false;           ///< Poisson's ratio is fitted too
   std::string guide;         ///< a program that judges the drawn motion, see fitting/observe/guidance.h; empty = none
   double guide_weight = 1;   ///< of its loss
   double guide_limit = 300;  ///< s that it may take for a step; twice that until it is ready
@@ -74,12 +74,14 @@ struct FitStage {
   int points = 400;               ///< of the object's surface that are followed
   std::string field;              ///< E(x): uniform, parts, smooth, triplanes; empty = the recipe's
   std::string recipe = "search";  ///< search: over stiffness, then Gauss-Newton; physdreamer: gradients alone, v0 first
-                                  ///< (fit_physdreamer.h)
+                                  ///< (fit_physdreamer.h); physdreamer-code: as its released programs do it
   int parts = 6;                  ///< patches of the object by place and colour; those that look alike are one part
   std::string part_labels;        ///< file with labels of the scene's Gaussians, that say the parts instead
   MaterialValues material;        ///< command line's; E is where the search starts
   std::string solver = "auto";    ///< that of the roll-outs, see SimulateStage
   std::string prefix;             ///< of its options on the command line: "fit." in `run`
+  bool physdreamer() const { return recipe != "search"; }
+  bool released_code() const { return recipe == "physdreamer-code"; }
   /// An option as the user writes it.
   std::string typed(const std::string& option) const;
   // Of the first video; empty where it is not told.

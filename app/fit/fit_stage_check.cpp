@@ -61,9 +61,8 @@ std::vector<Choice> of_markers(const FitStage& stage) {
 
 /// What only gradients use.
 std::vector<Choice> of_gradients(const FitStage& stage) {
-  const CompareStage usual;
   return {{stage.typed("gradient-window"), stage.compare.window.has_value()},
-          {stage.typed("gradient-iterations"), stage.compare.iterations != usual.iterations}};
+          {stage.typed("gradient-iterations"), stage.compare.iterations.has_value()}};
 }
 
 /// What only a loss of pictures uses.
@@ -102,12 +101,13 @@ std::vector<Choice> of_parts(const FitStage& stage) {
 }  // namespace
 
 FitStage with_recipe(FitStage stage) {
-  const bool physdreamer = stage.recipe == "physdreamer";
+  const bool physdreamer = stage.physdreamer();
   CompareStage& compare = stage.compare;
   if (stage.field.empty()) stage.field = physdreamer ? "triplanes" : "uniform";
   if (compare.loss.empty()) compare.loss = physdreamer ? "image" : "tracks";
   if (!compare.picture_weight) compare.picture_weight = physdreamer ? 1 : 10;
   if (!compare.window) compare.window = physdreamer ? 1 : 0;
+  if (!compare.iterations) compare.iterations = stage.released_code() ? 200 : 100;
   return stage;
 }
 
@@ -146,15 +146,24 @@ void check_fit_stage(const FitStage& stage, bool has_video) {
     refuse(of_pictures(stage), "with " + stage.typed("released-fields") + ", which are used unchanged",
            "leave it out, or fit to the video");
   }
-  const bool recipe = stage.recipe == "physdreamer";
+  const bool recipe = stage.physdreamer();
+  const std::string with_recipe_text = "with " + stage.typed("recipe") + " " + stage.recipe;
   fitted_periods(stage);
-  if (recipe)
+  if (recipe) {
     refuse({{stage.typed("periods"), stage.periods != FitStage().periods}},
-           "with " + stage.typed("recipe") + " physdreamer, which compares all frames", "leave it out, or use --end");
-  if (recipe)
-    refuse({{stage.typed("guidance-cmd"), guided}},
-           "with " + stage.typed("recipe") + " physdreamer, which only compares with the video",
+           with_recipe_text + ", which compares all frames", "leave it out, or use --end");
+    refuse({{stage.typed("guidance-cmd"), guided}}, with_recipe_text + ", which only compares with the video",
            "leave one of them out");
+  }
+  if (stage.released_code())
+    refuse({{stage.typed("field"), !stage.field.empty()},
+            {stage.typed("loss"), !c.loss.empty()},
+            {stage.typed("loss-lambda"), c.lambda != CompareStage().lambda},
+            {stage.typed("image-weight"), c.picture_weight.has_value()},
+            {stage.typed("flow-weight"), c.flow_weight > 0},
+            {stage.typed("fit-poisson"), c.poisson}},
+           with_recipe_text + ", whose fields and loss are those of the released code",
+           "leave it out, or use --recipe physdreamer");
   const FitStage chosen = with_recipe(stage);
   const std::string& loss = chosen.compare.loss;
   const bool by_gradients =

@@ -82,7 +82,7 @@ std::vector<Option> compare_options(CompareStage& stage) {
        .low = 0},
       {.name = "gradient-iterations",
        .field = &stage.iterations,
-       .help = "Adam iterations",
+       .help = "Adam iterations (default: 100; physdreamer-code: 200, and half as many again for v0)",
        .group = kGroup,
        .low = 1,
        .high = 100000},
@@ -243,9 +243,10 @@ OptionTable options_of(FitStage& stage) {
        .choices = {"uniform", "parts", "smooth", "triplanes"}},
       {.name = "recipe",
        .field = &stage.recipe,
-       .help = "search: global over stiffness, then Gauss-Newton; physdreamer: gradients alone, v0(x) first, then E(x) "
-               "from the given E",
-       .choices = {"search", "physdreamer"}},
+       .help =
+           "search: over stiffness, then Gauss-Newton; physdreamer: gradients from the given E; physdreamer-code: as "
+           "its programs",
+       .choices = {"search", "physdreamer", "physdreamer-code"}},
       {.name = "parts",
        .field = &stage.parts,
        .help = "Patches of the object for --field parts; patches of similar appearance form one part",

@@ -13,6 +13,7 @@
 #include "app/store/material.h"
 #include "app/store/velocity.h"
 #include "fitting/fields/triplane_field.h"
+#include "fitting/fit/fit_material.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 
@@ -22,8 +23,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double kYoungStep = 1000, kSpeedStep = 0.1;  // of the fields' outputs, in the cube's units
-constexpr double kYoungLow = 1, kYoungHigh = 5e8;      // that its demo clamps to
+constexpr double kYoungLow = 1;  // that its demo clamps to, in the cube's units
 
 /// [M, channels] values of a field at points of the scene.
 std::vector<double> values_at(const PhysDreamerField& stored, const PhysDreamerSpace& space,
@@ -58,8 +58,9 @@ json take_released_fields(const Context& context, const RunDirectory& run, const
                                             particles.solid_position, context.threads);
   double low = INFINITY, high = 0, mean = 0;
   for (size_t s = 0; s < raw.size(); ++s) {
-    const double young =
-        metres * metres * std::clamp(*stage.released_young + kYoungStep * raw[s], kYoungLow, kYoungHigh);
+    const double young = metres * metres *
+                         std::clamp(*stage.released_young + PhysDreamerCode::kYoungStep * raw[s], kYoungLow,
+                                    PhysDreamerCode::kYoungHigh);
     solid.young[s] = static_cast<float>(young);
     low = std::min(low, young);
     high = std::max(high, young);
@@ -80,7 +81,8 @@ json take_released_fields(const Context& context, const RunDirectory& run, const
     const std::vector<double> v = values_at(read_physdreamer_field(in.files.at("velocity_field"), 3), space,
                                             particles.driving_position, context.threads);
     for (size_t i = 0; i < n; ++i) {
-      start.velocity[i] = (metres * kSpeedStep * Vec3d(v[3 * i], v[3 * i + 1], v[3 * i + 2])).cast<float>();
+      start.velocity[i] =
+          (metres * PhysDreamerCode::kSpeedStep * Vec3d(v[3 * i], v[3 * i + 1], v[3 * i + 2])).cast<float>();
       fastest = std::max<double>(fastest, start.velocity[i].norm());
     }
   }

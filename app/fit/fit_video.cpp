@@ -13,6 +13,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/cameras/cameras.h"
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/images/image_files.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/splats/ply.h"
 #include "gaussians/vision/resize.h"
@@ -161,8 +162,7 @@ std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& 
   std::vector<ImageF> masks;
   if (!has_mask(stage)) return {};
   const fs::path file = stage.video_mask();
-  const std::string extension = file.extension();
-  if (extension == ".png" || extension == ".jpg" || extension == ".jpeg") {
+  if (is_image_file(file)) {
     const ImageF mask = read_image(file);
     if (std::abs(static_cast<double>(mask.width) / mask.height /
                      (static_cast<double>(video.camera.width) / video.camera.height) -

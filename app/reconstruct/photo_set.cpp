@@ -8,6 +8,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/cameras/cameras.h"
 #include "gaussians/io/files/json_file.h"
+#include "gaussians/io/images/image_files.h"
 #include "gaussians/io/splats/ply_header.h"
 #include "gaussians/io/splats/splats.h"
 
@@ -16,20 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool is_photo(const fs::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
-  return extension == ".png" || extension == ".jpg" || extension == ".jpeg";
-}
-
-size_t photos_in(const fs::path& folder) {
-  std::error_code ignored;
-  size_t count = 0;
-  for (const auto& entry : fs::directory_iterator(folder, ignored))
-    count += entry.is_regular_file(ignored) && is_photo(entry.path());
-  return count;
-}
+size_t photos_in(const fs::path& folder) { return images_in(folder).size(); }
 
 /// Where the photos of a folder without cameras are.
 fs::path folder_of_photos(const fs::path& folder) {

@@ -28,6 +28,8 @@ json motion_methods() {
           {"ours-smooth", method({{"fit", "--field", "smooth"}}, "then a smooth field E(x)")},
           {"physdreamer", method({{"fit", "--recipe", "physdreamer"}},
                                  "PhysDreamer (Zhang et al. 2024), re-created: v0(x), then E(x)")},
+          {"physdreamer-code",
+           method({{"fit", "--recipe", "physdreamer-code"}}, "the same as its released programs do it, re-created")},
           {"given", method(json::array(), "E as given, without a video, as PhysGaussian (Xie et al. 2024) takes it")}};
 }
 

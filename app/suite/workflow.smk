@@ -87,6 +87,12 @@ def of_segmentation(wildcards):
     return digest(of_scene(wildcards), METHODS["segmentation"][wildcards.method])
 
 
+def mean(values):
+    """Of what is known."""
+    known = [value for value in values if value is not None]
+    return sum(known) / len(known) if known else None
+
+
 def only(pattern):
     (file,) = glob.glob(pattern)
     return file
@@ -152,7 +158,8 @@ rule motion:
             metrics = {}
             for command in method["commands"]:
                 pliant(log[0], command[0], run, *command[1:])
-            for reference in sorted(glob.glob(f"{truth}/motions/*/trajectory.h5")):
+            shown = os.path.splitext(os.path.basename(read_json(f"scenes/{scene}/scene.json")["video"]["file"]))[0]
+            for reference in sorted(glob.glob(f"{truth}/*/trajectory.h5")):
                 folder = os.path.dirname(reference)
                 name = os.path.basename(folder)
                 pliant(log[0], "simulate", run, "--interactions", f"{folder}/interactions.json", *config["simulate"],
@@ -160,9 +167,11 @@ rule motion:
                 pliant(log[0], "evaluate", "trajectory", only(f"{run}/objects/*/trajectory.h5"), reference,
                        "--out", f"{run}/{name}.json")
                 found = read_json(f"{run}/{name}.json")
-                metrics[f"{name}.motion_error"] = found["relative_error"]
-                metrics[f"{name}.frequency_error"] = found["frequency_error"]
+                kind = "video" if name == shown else "unseen"
+                metrics.setdefault(f"{kind}.motion_error", []).append(found["relative_error"])
+                metrics.setdefault(f"{kind}.frequency_error", []).append(found["frequency_error"])
             pliant(log[0], "evaluate", "material", only(f"{run}/objects/*"), truth, "--out", f"{run}/young.json")
+            metrics = {name: mean(values) for name, values in metrics.items()}
             metrics["log10_young_error"] = read_json(f"{run}/young.json")["log10_young_error"]
             return metrics
 

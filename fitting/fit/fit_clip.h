@@ -11,9 +11,10 @@ namespace pliant {
 struct ClipFitOptions {
   std::shared_ptr<const Field> material, velocity, poisson;  ///< see GradientFitFields; null = stays
   bool damping = true;
+  std::optional<AddedYoung> added_young;
   GradientFitOptions gradient;
 
-  GradientFitFields fields() const { return {material.get(), velocity.get(), damping, poisson.get()}; }
+  GradientFitFields fields() const { return {material.get(), velocity.get(), damping, poisson.get(), added_young}; }
 };
 
 struct ClipFit {

@@ -61,6 +61,13 @@ std::vector<double> rates_of(const GradientFitOptions& options, const GradientFi
   return rates;
 }
 
+/// What the rates are multiplied by in iteration `k`.
+double schedule(const GradientFitOptions& options, int k) {
+  const double rise = k < options.warm_up ? double(k + 1) / options.warm_up : 1;
+  if (options.linear) return rise * (1 - double(k) / options.iterations);
+  return rise * (0.1 + 0.45 * (1 + std::cos(std::numbers::pi * k / options.iterations)));
+}
+
 constexpr double kFasterSound = 1.5;  // that a time step of Courant number 0.4 bears
 
 /// Of the fastest particle, m/s.
@@ -85,7 +92,13 @@ std::vector<double> gradient_of(const GradientFitOptions& options, const Motion<
   GradientFitParameters adj;
   if (fields.material) {
     std::vector<double> adj_factor(trial.particles.size());  // by ln of the factor
-    for (size_t i = 0; i < adj_factor.size(); ++i) adj_factor[i] = double(by.by.young[i]) * trial.particles.young[i];
+    for (size_t i = 0; i < adj_factor.size(); ++i) {
+      const double young = trial.particles.young[i], adj_young = double(by.by.young[i]);
+      if (!fields.added_young)
+        adj_factor[i] = adj_young * young;
+      else if (const AddedYoung& added = *fields.added_young; young > added.low && young < added.high)
+        adj_factor[i] = adj_young * added.step;
+    }
     adj.material = fields.material->values_adjoint(at.material, adj_factor);
     fields.material->roughness(at.material, options.material_roughness, adj.material);
     clip(adj.material, options.clip);
@@ -118,8 +131,13 @@ Motion<float> with_fields(const Motion<float>& motion, const GradientFitFields& 
   Motion<float> out = motion;
   if (fields.material) {
     const std::vector<double> factor = fields.material->values(at.material);
-    for (size_t i = 0; i < factor.size(); ++i)
-      out.particles.young[i] = static_cast<float>(out.particles.young[i] * std::exp(factor[i]));
+    for (size_t i = 0; i < factor.size(); ++i) {
+      const double young = out.particles.young[i];
+      out.particles.young[i] =
+          static_cast<float>(fields.added_young ? std::clamp(young + fields.added_young->step * factor[i],
+                                                             fields.added_young->low, fields.added_young->high)
+                                                : young * std::exp(factor[i]));
+    }
   }
   if (fields.velocity) {
     const std::vector<double> v = fields.velocity->values(at.velocity);
@@ -187,11 +205,12 @@ void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion
       }
     }
     // Steps of unit rate, scaled by each parameter's own.
-    const double fall = 0.1 + 0.45 * (1 + std::cos(std::numbers::pi * k / options.iterations));
+    const double rate = state.rate * schedule(options, k);
     std::vector<double> step(count, 0.0), parameters = packed(state.now, fields.damping);
     Adam<double> adam(state.first_moment, state.second_moment, state.steps);
-    adam.step(step, gradient, state.rate * fall);
-    for (size_t i = 0; i < count; ++i) parameters[i] += step[i] * rates[i];
+    adam.step(step, gradient, rate);
+    for (size_t i = 0; i < count; ++i)
+      parameters[i] += rates[i] * (step[i] - rate * options.weight_decay * parameters[i]);
     unpack(parameters, fields.damping, state.now);
     for (double& p : state.now.material) p = std::clamp(p, -options.material_limit, options.material_limit);
     state.first_moment = adam.first_moment();

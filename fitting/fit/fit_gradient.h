@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "fitting/fields/field.h"
@@ -21,7 +22,10 @@ struct GradientFitOptions {
   int patience = 20;     ///< iterations with all frames and no better loss, after which it stops
   double better = 1e-3;  ///< relative fall of the loss that counts as better
   double astray =
-      INFINITY;        ///< relative rise of the loss over the best after which it goes back there, with half the rates
+      INFINITY;  ///< relative rise of the loss over the best after which it goes back there, with half the rates
+  double weight_decay = 0;  ///< of AdamW (Loshchilov and Hutter 2019)
+  int warm_up = 0;          ///< iterations in which the rates rise from 0 ...
+  bool linear = false;      ///< ... and then fall to 0 in a line, instead of to a tenth by a cosine
   bool noisy = false;  ///< losses of two iterations cannot be compared, as in score distillation: no early stop, the
                        ///< last is best
 };
@@ -53,12 +57,18 @@ struct GradientFitState {
 
 constexpr double kMostPoisson = 0.49;  ///< that a fit of Poisson's ratio stays below; it also stays above 0
 
+/// E = E0 + step f, kept between bounds, all in Pa, as in PhysDreamer's released code.
+struct AddedYoung {
+  double step = 1, low = 0, high = INFINITY;
+};
+
 /// What is fitted: ln of a factor of each particle's E, and a velocity [m/s] that is added to its start.
 struct GradientFitFields {
   const Field* material = nullptr;  ///< one channel; null = E stays
   const Field* velocity = nullptr;  ///< three channels; null = the start stays
   bool damping = false;             ///< the damping time too, where the motion has one
   const Field* poisson = nullptr;   ///< one channel: ln of the factor of nu / (kMostPoisson - nu); null = nu stays
+  std::optional<AddedYoung> added_young = {};  ///< what `material` is instead of a factor
 };
 
 /// Called after every iteration; false stops, and the state may be continued later.

@@ -12,6 +12,15 @@ namespace pliant {
 
 enum class MaterialKind { kUniform, kParts, kSmooth, kTriplanes };
 
+/// What PhysDreamer's released code (train/*.py, commit 95beb71) does and its paper does not say, for fit_physdreamer
+/// with triplanes: E = E0 + 1000 f(x) and v0 = 0.1 g(x) in a cube, networks of two layers, mean squared error instead
+/// of L1, AdamW with warm-up and a linear fall, half as many iterations again for v0 as for E.
+struct PhysDreamerCode {
+  static constexpr double kYoungStep = 1000, kYoungLow = 1e3, kYoungHigh = 5e8;  // Pa in the cube
+  static constexpr double kSpeedStep = 0.1;                                      // edges a second
+  double edge = 1;  ///< of the cube [m]; densities and times are those outside of it, so E grows with its square
+};
+
 struct MaterialFitOptions {
   VibrationFitOptions vibration;  ///< its field is this fit's
   MaterialKind kind = MaterialKind::kUniform;
@@ -24,9 +33,10 @@ struct MaterialFitOptions {
   bool smooth_first = true;  ///< they begin from a fit of a smooth field rather than from the best constant
   /// Of kTriplanes, and of every kind once `clip` compares more than tracks.  Its windows are in frames of the video.
   GradientFitOptions gradient;
-  int gradient_window = 0;  ///< frames of the video through which gradients run back; 0 = all
-  bool poisson = false;     ///< one Poisson's ratio too
-  ClipTerms clip;           ///< that these gradients compare
+  int gradient_window = 0;                       ///< frames of the video through which gradients run back; 0 = all
+  bool poisson = false;                          ///< one Poisson's ratio too
+  ClipTerms clip;                                ///< that these gradients compare
+  std::optional<PhysDreamerCode> released_code;  ///< of fit_physdreamer alone
 };
 
 /// Where an interrupted fit goes on, and who keeps what is done.

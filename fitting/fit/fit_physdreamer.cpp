@@ -51,6 +51,7 @@ std::shared_ptr<const Field> velocity_field(const MaterialFitOptions& options, c
     TriplaneOptions planes = options.planes;
     planes.channels = 3;
     planes.resolution = 24;
+    if (options.released_code) planes.layers = 2;
     return std::make_shared<WeightedField>(make_triplane_field(planes, particles.position), weight);
   }
   Box box;
@@ -62,6 +63,16 @@ std::shared_ptr<const Field> velocity_field(const MaterialFitOptions& options, c
   smooth.length = kSmoothLength * double(box.size().norm());
   return std::make_shared<WeightedField>(
       std::make_shared<AxesField>(std::make_shared<SmoothField>(smooth, particles.position)), weight);
+}
+
+/// Loss, rates and schedule of a stage of the released code, with the weights of its two kinds of loss.
+void follow_released_code(GradientFitOptions& gradient, PictureLossOptions& picture, double weight_mse,
+                          double weight_dssim) {
+  gradient.weight_decay = 1e-4;
+  gradient.warm_up = 10;
+  gradient.linear = true;
+  picture.photometric = {0, weight_dssim};
+  picture.weight_mse = weight_mse;
 }
 
 /// At the time step that a simulation from its start chooses.
@@ -84,6 +95,8 @@ MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& 
                       fmt::format("has {} frames after the start of the fit, and more than {} are needed",
                                   std::max(0, last - first), kFirstFrames),
                       "use a longer part of it");
+  const PhysDreamerCode* code = options.released_code ? &*options.released_code : nullptr;
+  CHECK(!code || options.kind == MaterialKind::kTriplanes);
   const ClipFrames early{first, first + kFirstFrames, 0, 1, fps}, all{first, last, 0, 1, fps};
   Motion<float> motion{particles, initial_state(particles), interactions, {}};
   SimulateOptions& simulate = motion.options.simulate;
@@ -106,12 +119,19 @@ MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& 
   start.damping = false;
   start.gradient = options.gradient;
   start.gradient.growth = 0;
-  start.velocity = velocity_field(options, particles, interactions, typical_speed(tracks_of(early), particles, fps));
+  const double speed =
+      code ? PhysDreamerCode::kSpeedStep * code->edge : typical_speed(tracks_of(early), particles, fps);
+  start.velocity = velocity_field(options, particles, interactions, speed);
+  ClipTerms compared = options.clip;
+  if (code) {
+    start.gradient.iterations = start.gradient.patience = 3 * options.gradient.iterations / 2;
+    follow_released_code(start.gradient, compared.picture, 0.5, 0.5);
+  }
   if (options.kind != MaterialKind::kTriplanes) start.gradient.velocity_rate = kDirectRate;
   simulate.duration = kFirstFrames / fps;
   fix_time_step(motion);
-  const ClipFit velocity = fit_clip(start, motion, clip_objective(options.clip, &tracks, early), kept.velocity,
-                                    progress, kept.keep_velocity);
+  const ClipFit velocity =
+      fit_clip(start, motion, clip_objective(compared, &tracks, early), kept.velocity, progress, kept.keep_velocity);
   fit.steps.push_back(step_of("velocity", velocity, tracks, early));
   motion.start = given.start = velocity.motion.start;
 
@@ -120,13 +140,25 @@ MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& 
   ClipFitOptions material = gradient_fields(options, particles, interactions);
   material.velocity = nullptr;
   material.damping = false;
+  if (code) {
+    TriplaneOptions planes = options.planes;
+    planes.layers = 2;
+    material.material = std::make_shared<WeightedField>(make_triplane_field(planes, particles.position),
+                                                        free_particles(particles, interactions));
+    const double square = code->edge * code->edge;
+    material.added_young = {square * PhysDreamerCode::kYoungStep, square * PhysDreamerCode::kYoungLow,
+                            square * PhysDreamerCode::kYoungHigh};
+    material.gradient.growth = 1;
+    material.gradient.patience = material.gradient.iterations;
+    follow_released_code(material.gradient, compared.picture, 0.05, 0.9);
+  }
   simulate.duration = (last - first) / fps;
   fix_time_step(motion);
   given.rms =
       tracks_of(all).rms(rollout<float>(motion.options, motion.particles, motion.interactions, motion.start).frames);
   given.substeps = simulate.substeps;
-  const ClipFit clip = fit_clip(material, motion, clip_objective(options.clip, &tracks, all), kept.gradient, progress,
-                                kept.keep_gradient);
+  const ClipFit clip =
+      fit_clip(material, motion, clip_objective(compared, &tracks, all), kept.gradient, progress, kept.keep_gradient);
   fit.steps.push_back(step_of("material", clip, tracks, all));
 
   fit.found = given;

@@ -25,9 +25,9 @@ template <class T, bool kCutOffs>
 double PictureLoss<T, kCutOffs>::value(int frame, const BasicSimulationState<T>& state) const {
   if (!seen(frame)) return 0;
   const Image<T> picture = picture_of<T, kCutOffs>(*object_, seen_.camera, state);
-  const double loss = options_.mse
-                          ? mse_loss(picture, seen_.frames[frame], weight(frame))
-                          : photometric_loss(options_.photometric, picture, seen_.frames[frame], weight(frame)).total;
+  const Image<T>& target = seen_.frames[frame];
+  double loss = photometric_loss(options_.photometric, picture, target, weight(frame)).total;
+  if (options_.weight_mse > 0) loss += options_.weight_mse * mse_loss(picture, target, weight(frame));
   return loss / compared_;
 }
 
@@ -41,13 +41,14 @@ double PictureLoss<T, kCutOffs>::value_adjoint(int frame, const BasicSimulationS
       *object_, seen_.camera, state,
       [&](const Image<T>& picture) {
         Image<T> adj;
-        if (options_.mse) {
-          loss = mse_loss(picture, target, weight(frame));
-          mse_loss_adjoint(picture, target, weight(frame), adj_value / compared_, adj);
-        } else {
-          loss =
-              photometric_loss_adjoint(options_.photometric, picture, target, weight(frame), adj_value / compared_, adj)
-                  .total;
+        loss =
+            photometric_loss_adjoint(options_.photometric, picture, target, weight(frame), adj_value / compared_, adj)
+                .total;
+        if (options_.weight_mse > 0) {
+          Image<T> adj_mse;
+          loss += options_.weight_mse * mse_loss(picture, target, weight(frame));
+          mse_loss_adjoint(picture, target, weight(frame), options_.weight_mse * adj_value / compared_, adj_mse);
+          for (size_t i = 0; i < adj.data.size(); ++i) adj.data[i] += adj_mse.data[i];
         }
         return adj;
       },

@@ -18,7 +18,7 @@ struct SeenFrames {
 
 struct PictureLossOptions {
   PhotometricOptions photometric = {0.1, 0.9};  ///< L1 and D-SSIM (PhysDreamer: lambda 0.1)
-  bool mse = false;                             ///< mean squared difference instead
+  double weight_mse = 0;                        ///< of the mean squared difference beside them
 };
 
 /// Mean over the compared frames of the difference between what was seen and the drawn object.

@@ -1,13 +1,12 @@
 #include "fitting/observe/frame_source.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
-#include <set>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/images/image_files.h"
 #include "gaussians/io/images/image_io.h"
 
 namespace fs = std::filesystem;
@@ -131,15 +130,7 @@ class PictureFolder : public FrameSource {
 }  // namespace
 
 std::vector<fs::path> pictures_in_order(const fs::path& folder) {
-  static const std::set<std::string> kPictures = {".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tif", ".tiff"};
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    std::string extension = entry.path().extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return std::tolower(c); });
-    if (entry.is_regular_file() && kPictures.count(extension) && entry.path().filename().string()[0] != '.')
-      files.push_back(entry.path());
-  }
+  std::vector<fs::path> files = images_in(folder);
   std::sort(files.begin(), files.end(),
             [](const fs::path& a, const fs::path& b) { return before(a.filename().string(), b.filename().string()); });
   return files;

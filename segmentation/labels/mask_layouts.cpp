@@ -7,6 +7,7 @@
 #include <set>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/images/image_files.h"
 #include "gaussians/io/images/image_io.h"
 
 namespace pliant {
@@ -27,8 +28,6 @@ std::vector<fs::path> sorted_entries(const fs::path& folder) {
   std::sort(entries.begin(), entries.end());
   return entries;
 }
-
-bool is_jpeg(const fs::path& file) { return file.extension() == ".jpg" || file.extension() == ".jpeg"; }
 
 int camera_named(const std::vector<Camera>& cameras, const std::string& name) {
   for (size_t c = 0; c < cameras.size(); ++c)
@@ -60,7 +59,7 @@ std::vector<BinaryMask> find_masks(const fs::path& folder, const std::vector<Cam
   for (const fs::path& inner : sorted_entries(folder)) {
     if (!fs::is_directory(inner)) {
       // JPEG keeps no IDs exactly, but it does tell an object from the rest.
-      if (const int camera = is_jpeg(inner) ? camera_named(cameras, inner.stem().string()) : -1; camera >= 0)
+      if (const int camera = is_jpeg_file(inner) ? camera_named(cameras, inner.stem().string()) : -1; camera >= 0)
         masks.push_back({"object", camera, inner});
       continue;
     }
@@ -68,7 +67,7 @@ std::vector<BinaryMask> find_masks(const fs::path& folder, const std::vector<Cam
     int view = camera_named(cameras, name);
     if (const auto number = whole_number(name); view < 0 && number && *number < novel.size()) view = novel[*number];
     for (const fs::path& file : sorted_entries(inner)) {
-      if (file.extension() != ".png" && !is_jpeg(file)) continue;
+      if (!is_image_file(file)) continue;
       const std::string stem = file.stem().string();
       if (view >= 0)
         masks.push_back({stem, view, file});
@@ -96,7 +95,7 @@ std::vector<uint8_t> read_binary(const fs::path& file, const Camera& camera) {
     inside[i] = brightest > 0.5f * largest;
     between += std::abs(brightest - 0.5f * largest) < 0.3f * largest;
   }
-  if (is_jpeg(file) && between * 5 > inside.size())
+  if (is_jpeg_file(file) && between * 5 > inside.size())
     throw input_error(file.string(), "", "shows more than black and white",
                       "as JPEG, a mask shows one object in white; masks with IDs must be PNG");
   return inside;

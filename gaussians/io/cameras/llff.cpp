@@ -6,6 +6,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/files/npy.h"
+#include "gaussians/io/images/image_files.h"
 
 namespace fs = std::filesystem;
 
@@ -15,25 +16,13 @@ namespace {
 constexpr size_t kRow = 17;  // [3, 5] and two bounds
 const char* const kForm = "each row must be [R | t | (height, width, focal length)] and two bounds, 17 numbers";
 
-std::vector<fs::path> pictures_in(const fs::path& folder) {
-  std::vector<fs::path> pictures;
-  std::error_code none;
-  for (const auto& entry : fs::directory_iterator(folder, none)) {
-    std::string suffix = entry.path().extension().string();
-    std::transform(suffix.begin(), suffix.end(), suffix.begin(), [](unsigned char c) { return std::tolower(c); });
-    if (suffix == ".png" || suffix == ".jpg" || suffix == ".jpeg") pictures.push_back(entry.path());
-  }
-  std::sort(pictures.begin(), pictures.end());
-  return pictures;
-}
-
 /// The photos that the rows belong to; none where there is no folder of them.
 std::vector<fs::path> photos_of(const fs::path& file, const fs::path& photos, size_t rows) {
   std::vector<fs::path> folders = {photos};
   for (const char* name : {"images", "images_2", "images_4", "images_8"}) folders.push_back(file.parent_path() / name);
   for (const fs::path& folder : folders) {
     if (folder.empty()) continue;
-    const std::vector<fs::path> found = pictures_in(folder);
+    const std::vector<fs::path> found = images_in(folder);
     if (found.empty()) continue;
     if (found.size() == rows) return found;
     throw input_error(file.string(), "",

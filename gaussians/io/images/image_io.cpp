@@ -6,6 +6,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/images/image_files.h"
 #include "gaussians/io/images/indexed_png.h"
 
 namespace fs = std::filesystem;
@@ -102,10 +103,7 @@ void write_grey_16(const fs::path& file, const ImageF& image) {
 IdImage read_ids(const fs::path& file) {
   if (std::optional<IdImage> indices = read_palette_indices(file)) return std::move(*indices);
   const cv::Mat picture = decode(file, cv::IMREAD_UNCHANGED);
-  const std::string extension = file.extension().string();
-  if (extension == ".jpg" || extension == ".jpeg" || extension == ".JPG" || extension == ".JPEG") {
-    throw input_error(file.string(), "", "is a JPEG, whose compression changes IDs", "use PNG");
-  }
+  if (is_jpeg_file(file)) throw input_error(file.string(), "", "is a JPEG, whose compression changes IDs", "use PNG");
   const bool grey = picture.type() == CV_8UC1 || picture.type() == CV_16UC1;
   const bool rgb = picture.type() == CV_8UC3 || picture.type() == CV_8UC4;
   if (!grey && !rgb) {

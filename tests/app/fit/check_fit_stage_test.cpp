@@ -101,6 +101,24 @@ TEST(CheckFitStage, ARecipeSetsWhatIsLeftOpenAndNothingThatIsSaid) {
   EXPECT_THROW(check_fit_stage(stage, true), Error);
 }
 
+TEST(CheckFitStage, TheReleasedCodesRecipeLeavesNoChoiceOfFieldsAndLoss) {
+  FitStage stage;
+  stage.recipe = "physdreamer-code";
+  EXPECT_NO_THROW(check_fit_stage(stage, true));
+  const FitStage chosen = with_recipe(stage);
+  EXPECT_EQ(chosen.field, "triplanes");
+  EXPECT_EQ(chosen.compare.iterations, 200);
+  EXPECT_EQ(chosen.compare.window, 1);
+  expect_refused(
+      {{"--field", [](FitStage& s) { s.field = "smooth"; }},
+       {"--loss", [](FitStage& s) { s.compare.loss = "image"; }},
+       {"--loss-lambda", [](FitStage& s) { s.compare.lambda = 0.5; }},
+       {"--image-weight", [](FitStage& s) { s.compare.picture_weight = 1; }},
+       {"--flow-weight", [](FitStage& s) { s.compare.flow_weight = 1; }},
+       {"--fit-poisson", [](FitStage& s) { s.compare.poisson = true; }}},
+      [](FitStage& s) { s.recipe = "physdreamer-code"; }, true);
+}
+
 TEST(CheckFitStage, WhatBelongsToAnotherOptionIsRefusedWithoutIt) {
   expect_refused(
       {{"--loss-lambda", [](FitStage& s) { s.compare.lambda = 0.5; }},

@@ -76,6 +76,50 @@ TEST(FitGradient, AtTheBestItStaysThereHoweverLargeTheRates) {
   EXPECT_LT(last - state.rows[0].loss, 0.3 * (state.rows[1].loss - state.rows[0].loss));
 }
 
+TEST(FitGradient, AnAddedYoungIsFoundAndStaysBetweenItsBounds) {
+  Problem problem(8);
+  const PartField field(problem.part, 1);
+  GradientFitOptions options;
+  options.iterations = 40;
+  options.growth = 0;
+  options.material_rate = 0.05;
+  GradientFitFields fields{&field};
+  for (const double low : {0.0, 1.5e4}) {
+    fields.added_young = {3e4, low, INFINITY};  // Pa; the upper half has 1e4
+    GradientFitState state;
+    state.now.material = {0, 0};
+    fit_gradient(options, problem.motion, problem.objective, fields, state);
+    const Motion<float> found = with_fields(problem.motion, fields, state.best);
+    EXPECT_NEAR(found.particles.young.back(), std::max(1e4, low), 1e3);
+    EXPECT_GE(found.particles.young.back(), low);
+  }
+}
+
+/// Adam's first step has the size of its rate.
+TEST(FitGradient, RatesRiseInTheWarmUpFallInALineAndDecayWeights) {
+  Problem problem(8);
+  const PartField field(problem.part, 1);
+  GradientFitOptions options;
+  options.iterations = 40;
+  options.growth = 0;
+  options.material_rate = 0.01;
+  options.warm_up = 10;
+  options.linear = true;
+  const auto first_step = [&](double weight_decay) {
+    options.weight_decay = weight_decay;
+    GradientFitState state;
+    state.now.material = {0.5, 0.5};
+    fit_gradient(options, problem.motion, problem.objective, {&field}, state,
+                 [](const GradientFitState&) { return false; });
+    return state.now.material[1] - 0.5;
+  };
+  const double rate = 0.01 / 10;
+  EXPECT_NEAR(first_step(0), -rate, 1e-9);  // the upper half is softer
+  EXPECT_NEAR(first_step(0.2), -rate * (1 + 0.2 * 0.5), 1e-9);
+  options.warm_up = 0;
+  EXPECT_NEAR(first_step(0), -0.01, 1e-8);
+}
+
 TEST(FitGradient, TheWindowGrowsFromSixFramesToAll) {
   Problem problem(10);
   const PartField field(problem.part, 1);

@@ -104,6 +104,30 @@ TEST(FitPhysDreamer, AWindowOfOneFrameCutsTheGradientOfStiffnessNotThatOfTheStar
   EXPECT_NE(cut.young, whole.young);
 }
 
+/// E = E0 + 1000 f(x) in a cube: a network's output of a few units, in steps of 1000 Pa times the square of the edge.
+TEST(FitPhysDreamer, TheReleasedCodeMovesEInStepsOfItsCubeHoweverLargeEIs) {
+  if (!has_triplane_fields()) GTEST_SKIP() << "built without libtorch";
+  const TwinStem twin;
+  const TrackLoss<float> tracks = twin.film(twin.pins, twin.kicked(0.5), true, 8, 20);
+  MaterialFitOptions options = recipe(MaterialKind::kTriplanes, 6);
+  options.gradient.material_rate = 0.01;  // of the released code
+  options.gradient_window = 1;
+  const auto change = [&](double edge) {
+    options.released_code = PhysDreamerCode{edge};
+    Particles guess = twin.particles;
+    for (float& E : guess.young) E /= 2;
+    const MaterialFit fit = fit_physdreamer(options, guess, twin.pins, tracks, twin.fps);
+    EXPECT_EQ(fit.steps[0].loss.size(), fit.steps[1].loss.size() + 3);  // half as many iterations again for v0
+    double most = 0;
+    for (size_t i = 0; i < fit.young.size(); ++i) most = std::max(most, std::abs(fit.young[i] - guess.young[i]));
+    return most;
+  };
+  const double usual = change(0.162);  // 1.8 times 90 mm
+  EXPECT_GT(usual, 0);
+  EXPECT_LT(usual, PhysDreamerCode::kYoungStep * 0.162 * 0.162);
+  EXPECT_NEAR(change(2 * 0.162) / usual, 4, 0.5);
+}
+
 TEST(FitPhysDreamer, AVideoOfThreeFramesIsRefused) {
   const TwinStem twin;
   EXPECT_THROW(

@@ -244,7 +244,8 @@ TEST(MotionGradient, WeightsOfPixelsCutOutWhatIsNotCompared) {
   SeenFrames<float> seen = film<float, true>(other, *drawn, block_camera(28, 24, 0.1));
   seen.weight = {ImageF(28, 24, 1, 0.0f)};
   PictureLossOptions options;
-  options.mse = true;
+  options.photometric = {0, 0};
+  options.weight_mse = 1;
   Objective<float> objective;
   objective.terms.push_back({1, std::make_shared<PictureLoss<float>>(options, drawn, seen)});
   EXPECT_EQ(motion_loss(motion, objective), 0);

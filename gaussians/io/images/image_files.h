@@ -1,0 +1,16 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+namespace pliant {
+
+/// Whether a file is an image that read_image reads, by its extension in upper or lower case: png, jpg, jpeg, webp,
+/// bmp, tif, tiff.
+bool is_image_file(const std::filesystem::path& file);
+bool is_jpeg_file(const std::filesystem::path& file);
+
+/// The image files of a folder, without hidden ones, by name; none where there is no folder.
+std::vector<std::filesystem::path> images_in(const std::filesystem::path& folder);
+
+}  // namespace pliant
