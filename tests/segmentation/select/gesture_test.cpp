@@ -153,10 +153,13 @@ namespace {
 struct GestureTest : ::testing::Test {
   MadeScene scene = made_scene(two_balls());
   GestureOptions options;
+  PrepareOptions prepare;
 
   GestureTest() {
     options.window = options.refine_window = 120;
     options.refine_views = 6;
+    prepare.view_pixels = 120;
+    prepare.view.area = 9;
     options.up = Vec3f::UnitZ();
   }
 
@@ -193,7 +196,8 @@ struct GestureTest : ::testing::Test {
   }
 
   GestureResult select(const Gesture& gesture, const std::optional<SelectionShape>& shape = {}) const {
-    return select_by_gesture(options, gesture, shape, scene.cloud, scene.cameras);
+    return select_by_gesture(options, gesture, shape, scene.cloud, scene.cameras,
+                             prepare_scene(prepare, scene.cloud, scene.cameras));
   }
 
   static std::string complaint(const std::function<void()>& action) {
