@@ -37,6 +37,7 @@ const std::map<std::string, std::set<std::string>> kRooms = {
 // Libraries, by the first part of their headers' paths, that a folder may use besides Eigen and OpenMP.
 const std::map<std::string, std::set<std::string>> kLibraries = {
     {"app/live", {"boost"}},
+    {"app/statistics", {"boost"}},
     {"gaussians/base", {"nanoflann.hpp"}},
     {"gaussians/simd", {"immintrin.h"}},
     {"gaussians/io/files", {"nlohmann", "zlib.h", "zstd.h", "minizip"}},

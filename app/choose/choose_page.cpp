@@ -25,35 +25,49 @@ constexpr size_t kMostViews = 8;
 constexpr double kLongestSide = 800;  // px
 constexpr float kQuality = 80;        // of WebP
 
-json run_lengths(const IdImage& ids) {
+}  // namespace
+
+json run_lengths(std::span<const uint32_t> values) {
   json out = json::array();
-  for (size_t i = 0; i < ids.data.size();) {
+  for (size_t i = 0; i < values.size();) {
     size_t end = i;
-    while (end < ids.data.size() && ids.data[end] == ids.data[i]) ++end;
-    out.push_back(ids.data[i]);
+    while (end < values.size() && values[end] == values[i]) ++end;
+    out.push_back(values[i]);
     out.push_back(end - i);
     i = end;
   }
   return out;
 }
 
-}  // namespace
+std::vector<int> shown_cameras(const Scene& scene) {
+  std::vector<int> out;
+  const size_t count = std::min(scene.cameras.size(), kMostViews);
+  for (size_t k = 0; k < count; ++k) out.push_back(static_cast<int>(k * scene.cameras.size() / count));
+  return out;
+}
 
-json choose_data(const RunDirectory& run, const Scene& scene, const Marks& marks) {
-  const Segmentation segmentation = read_objects(run, scene);
+Camera shown_camera(const Scene& scene, int camera) {
+  const Camera& full = scene.cameras[camera];
+  return full.scaled(std::min(1.0, kLongestSide / std::max(full.width, full.height)));
+}
+
+json shown_things(const RunDirectory& run) {
   json things = json::parse(read_text(run / "objects.json"));
   for (json& thing : things) {
     const Vec3f color = id_color(thing.at("id"));
     thing["color"] = {color.x(), color.y(), color.z()};
   }
+  return things;
+}
+
+json choose_data(const RunDirectory& run, const Scene& scene, const Marks& marks) {
+  const Segmentation segmentation = read_objects(run, scene);
   RenderOptions options;
   options.antialiased = scene.report.antialiased;
   json views = json::array();
-  const size_t count = std::min(scene.cameras.size(), kMostViews);
-  for (size_t k = 0; k < count; ++k) {
-    const size_t index = k * scene.cameras.size() / count;
+  for (const int index : shown_cameras(scene)) {
     const Camera& full = scene.cameras[index];
-    const Camera camera = full.scaled(std::min(1.0, kLongestSide / std::max(full.width, full.height)));
+    const Camera camera = shown_camera(scene, index);
     const ImageU8 picture = to_8_bit(render(scene.cloud, camera, options).color);
     views.push_back({{"camera", index},
                      {"name", full.name},
@@ -61,11 +75,12 @@ json choose_data(const RunDirectory& run, const Scene& scene, const Marks& marks
                      {"height", camera.height},
                      {"scale", static_cast<double>(full.width) / camera.width},
                      {"picture", base64(encode_webp(picture, kQuality))},
-                     {"ids", run_lengths(render_ids(segmentation, scene.cloud, camera))}});
+                     {"ids", run_lengths(render_ids(segmentation, scene.cloud, camera).data)}});
   }
   return {{"title", scene.source.filename().string()},
-          {"things", things},
+          {"things", shown_things(run)},
           {"views", views},
+          {"boxes", marks.boxes},
           {"clicks", marks.clicks},
           {"strokes", marks.strokes}};
 }

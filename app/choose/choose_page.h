@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 
 #include "app/live/local_server.h"
 #include "app/run/run_directory.h"
@@ -8,14 +9,27 @@
 
 namespace pliant {
 
-/// What was marked in pictures to select an object, as --click and --stroke take it; cameras by number.
+/// What was marked in pictures to select an object, as --box, --click and --stroke take it; cameras by number.
 struct Marks {
-  std::vector<std::string> clicks, strokes;
+  std::vector<std::string> boxes, clicks, strokes;
+
+  bool empty() const { return boxes.empty() && clicks.empty() && strokes.empty(); }
+  bool operator==(const Marks&) const = default;
 };
 
-/// What the page of a segmented scene shows: `things` (rows of objects.json with a colour), `views` of at most eight
-/// cameras with a picture (WebP, base64), its `scale` to the camera's pixels and `ids`, pairs of an id and how many
-/// pixels it fills, row by row; and the marks.
+/// The cameras that the page shows, at most eight.
+std::vector<int> shown_cameras(const Scene& scene);
+/// A camera of the scene at the size of the page's pictures.
+Camera shown_camera(const Scene& scene, int camera);
+
+/// Pairs of a value and how many pixels it fills, row by row.
+nlohmann::json run_lengths(std::span<const uint32_t> values);
+
+/// Rows of objects.json with a colour.
+nlohmann::json shown_things(const RunDirectory& run);
+
+/// What the page of a segmented scene shows: `things`, `views` of some cameras with a picture (WebP, base64), its
+/// `scale` to the camera's pixels and `ids` as run lengths; and the marks.
 nlohmann::json choose_data(const RunDirectory& run, const Scene& scene, const Marks& marks);
 
 /// The page that shows them.

@@ -3,9 +3,12 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "app/live/live_view.h"
+#include "app/segment/edit_stage.h"
+#include "app/segment/prepared_scene_file.h"
 #include "app/segment/segment_stage.h"
 #include "gaussians/base/error.h"
 
@@ -15,7 +18,8 @@ using nlohmann::json;
 namespace {
 
 constexpr size_t kMostMarks = 200, kLongestMark = 20'000, kLongestLabel = 100;  // characters
-constexpr double kSimulated = 0.1;  // s, of the motion that the page begins with
+constexpr double kSimulated = 0.1;                   // s, of the motion that the page begins with
+constexpr std::chrono::milliseconds kSettled(1500);  // without new marks a selection is written
 
 Error wrong(const std::string& field, const std::string& problem) {
   return usage_error("message", field, problem, "see app/choose/chooser.h");
@@ -33,6 +37,29 @@ std::vector<std::string> marks_of(const json& select, const char* field) {
   return out;
 }
 
+/// The object that a request names, with its text in `field`.
+void read_object(const json& value, const char* field, ChooseRequest& out) {
+  if (!value.is_object() || !value.contains("object") || !value["object"].is_number_unsigned() ||
+      value["object"].get<uint64_t>() > UINT32_MAX)
+    throw wrong(field, "names no object");
+  out.object = value["object"];
+  if (!value.contains(field)) return;
+  if (!value[field].is_string() || value[field].get_ref<const std::string&>().size() > kLongestLabel)
+    throw wrong(field, "is no short text");
+  out.label = value[field];
+}
+
+double finite_number(const json& value, const char* field) {
+  if (!value.is_number() || !(std::abs(value.get<double>()) < 1e6)) throw wrong(field, "has what is no number");
+  return value;
+}
+
+int camera_number(const json& value, const char* field) {
+  const double number = finite_number(value, field);
+  if (number < 0 || number != std::floor(number)) throw wrong(field, "has no number of a camera");
+  return static_cast<int>(number);
+}
+
 const char* name_of(ChooseRequest::Kind kind) {
   switch (kind) {
     case ChooseRequest::Kind::kSelect:
@@ -41,6 +68,10 @@ const char* name_of(ChooseRequest::Kind kind) {
       return "find";
     case ChooseRequest::Kind::kMake:
       return "make";
+    case ChooseRequest::Kind::kName:
+      return "name";
+    case ChooseRequest::Kind::kHover:
+      return "hover";
     case ChooseRequest::Kind::kCancel:
       break;
   }
@@ -58,19 +89,21 @@ ChooseRequest parse_choose_request(std::string_view text) {
   if (name == "select") {
     if (!value.is_object()) throw wrong(name, "is no object");
     out.kind = ChooseRequest::Kind::kSelect;
-    out.marks = {marks_of(value, "clicks"), marks_of(value, "strokes")};
-    if (out.marks.clicks.empty() && out.marks.strokes.empty()) throw wrong(name, "has no marks");
+    out.marks = {marks_of(value, "boxes"), marks_of(value, "clicks"), marks_of(value, "strokes")};
+    if (out.marks.empty()) throw wrong(name, "has no marks");
+    if (value.contains("camera")) out.camera = camera_number(value["camera"], "camera");
+  } else if (name == "hover") {
+    if (!value.is_array() || value.size() != 3) throw wrong(name, "is no camera and pixel");
+    out.kind = ChooseRequest::Kind::kHover;
+    out.camera = camera_number(value[0], "hover");
+    out.pixel = Vec2f(finite_number(value[1], "hover"), finite_number(value[2], "hover"));
   } else if (name == "make") {
-    if (!value.is_object() || !value.contains("object") || !value["object"].is_number_unsigned() ||
-        value["object"].get<uint64_t>() > UINT32_MAX)
-      throw wrong(name, "names no object");
     out.kind = ChooseRequest::Kind::kMake;
-    out.object = value["object"];
-    if (value.contains("label")) {
-      if (!value["label"].is_string() || value["label"].get_ref<const std::string&>().size() > kLongestLabel)
-        throw wrong("label", "is no short text");
-      out.label = value["label"];
-    }
+    read_object(value, "label", out);
+  } else if (name == "name") {
+    out.kind = ChooseRequest::Kind::kName;
+    read_object(value, "name", out);
+    if (out.label.empty()) throw wrong(name, "has no name");
   } else if ((name == "find" || name == "cancel") && value == true) {
     out.kind = name == "find" ? ChooseRequest::Kind::kFind : ChooseRequest::Kind::kCancel;
   } else {
@@ -103,16 +136,19 @@ Chooser::~Chooser() {
   }
   wake_.notify_one();
   thread_.join();
+  selecting_.reset();
 }
 
-void Chooser::show() {
-  site_.show({choose_page(choose_data(run_, scene_, marks_)), [this](std::shared_ptr<Connection> connection) {
+json Chooser::show() {
+  json data = choose_data(run_, scene_, marks_);
+  site_.show({choose_page(data), [this](std::shared_ptr<Connection> connection) {
                 const std::lock_guard lock(mutex_);
                 std::erase_if(visitors_, [](const auto& visitor) { return visitor.expired(); });
                 visitors_.push_back(connection);
                 if (request_) connection->send_text(json({{"busy", name_of(request_->kind)}}).dump());
                 return std::make_unique<Visitor>(*this, std::move(connection));
               }});
+  return data;
 }
 
 void Chooser::receive(const std::string& text, Connection& from) {
@@ -123,9 +159,21 @@ void Chooser::receive(const std::string& text, Connection& from) {
       return;
     }
     const std::lock_guard lock(mutex_);
+    if (request.kind == ChooseRequest::Kind::kHover) {
+      if (selecting_ && !request_ && request.camera < static_cast<int>(scene_.cameras.size()))
+        selecting_->hover(request.camera, request.pixel);
+      return;
+    }
     if (request_) throw wrong("", "comes while another is carried out; wait, or cancel that");
-    request_ = request;
     cancelled_ = false;
+    if (request.kind == ChooseRequest::Kind::kSelect) {
+      if (selecting_)
+        selecting_->ask(request.marks, request.camera);
+      else
+        early_ = request;
+      return;
+    }
+    request_ = request;
   } catch (const std::exception& error) {
     from.send_text(json({{"error", error.what()}}).dump(-1, ' ', false, json::error_handler_t::replace));
     return;
@@ -143,36 +191,96 @@ void Chooser::work() {
   });
   const Context context{progress, [this] { return cancelled_ || ended_ || context_.interrupted(); }, context_.seed,
                         context_.threads, context_.overwrite};
+  omp_set_num_threads(threads);
+  carry_out("", [&] { prepare(context); });
   for (;;) {
+    std::string doing;
     {
       std::unique_lock lock(mutex_);
-      wake_.wait(lock, [&] { return ended_ || request_; });
+      const auto due = [&] { return selected_ && std::chrono::steady_clock::now() >= selected_at_ + kSettled; };
+      while (!ended_ && !request_ && !due()) {
+        if (selected_)
+          wake_.wait_until(lock, selected_at_ + kSettled);
+        else
+          wake_.wait(lock);
+      }
       if (ended_) return;
+      if (request_) doing = name_of(request_->kind);
     }
-    tell({{"busy", name_of(request_->kind)}});
     omp_set_num_threads(threads);
-    json failure;
-    try {
-      carry_out(context, *request_);
-    } catch (const Error& error) {
-      failure = {{"failed", error.failure == Failure::kInterrupted ? "Cancelled." : error.what()}};
-    } catch (const std::exception& error) {
-      failure = {{"failed", error.what()}};
-    }
+    if (doing.empty())
+      carry_out(doing, [&] { keep(context); });
+    else
+      carry_out(doing, [&] { carry_out(context, *request_); });
+  }
+}
+
+/// Work that everyone is told of under a name; that without a name goes on behind.
+void Chooser::carry_out(const std::string& name, const std::function<void()>& work) {
+  if (!name.empty()) tell({{"busy", name}});
+  json failure;
+  try {
+    work();
+  } catch (const Error& error) {
+    failure = {{"failed", error.failure == Failure::kInterrupted ? "Cancelled." : error.what()}};
+  } catch (const std::exception& error) {
+    failure = {{"failed", error.what()}};
+  }
+  if (!name.empty()) {
     {
       const std::lock_guard lock(mutex_);
       request_.reset();
     }
     tell({{"busy", ""}});
-    if (!failure.is_null()) tell(failure);
   }
+  if (!failure.is_null()) tell(failure);
+}
+
+void Chooser::prepare(const Context& context) {
+  prepared_ = prepared_scene(context, run_, scene_);
+  const std::lock_guard lock(mutex_);
+  selecting_ = std::make_unique<Selecting>(
+      context_, scene_, prepared_, [this](const json& message) { tell(message); },
+      [this](const Selecting::Answer& answer) {
+        {
+          const std::lock_guard answered(mutex_);
+          selected_.reset();
+          if (answer.failed.empty()) selected_ = answer.marks;
+          selected_at_ = std::chrono::steady_clock::now();
+        }
+        wake_.notify_one();
+      });
+  if (early_) selecting_->ask(early_->marks, early_->camera);
+}
+
+void Chooser::keep(const Context& context) {
+  std::optional<Marks> marks;
+  {
+    const std::lock_guard lock(mutex_);
+    marks.swap(selected_);
+  }
+  if (!marks || *marks == marks_) return;
+  SegmentStage segment;
+  segment.boxes = marks->boxes;
+  segment.clicks = marks->clicks;
+  segment.strokes = marks->strokes;
+  run_segment(context, run_, scene_, segment);
+  marks_ = *std::move(marks);
+  tell_kept(show());
+}
+
+void Chooser::tell_kept(const json& shown) {
+  json views = json::array();
+  for (const json& view : shown.at("views")) views.push_back({{"camera", view.at("camera")}, {"ids", view.at("ids")}});
+  tell({{"kept", {{"things", shown.at("things")}, {"views", views}}}});
 }
 
 void Chooser::carry_out(const Context& context, const ChooseRequest& request) {
+  keep(context);
   if (request.kind == ChooseRequest::Kind::kMake) {
     Scene scene = scene_;  // which the object may scale
     ObjectStages stages = stages_;
-    stages.extract.object = std::to_string(request.object);
+    stages.extract.object = std::to_string(request.object == 0 ? SelectionShape::kObject : request.object);
     stages.predict.label = request.label;
     SimulateStage simulate;
     simulate.duration = kSimulated;
@@ -186,12 +294,18 @@ void Chooser::carry_out(const Context& context, const ChooseRequest& request) {
     site_.show(live_screen(context, run_, scene));
     return;
   }
+  if (request.kind == ChooseRequest::Kind::kName) {
+    EditStage edit;
+    const uint32_t object = request.object == 0 ? SelectionShape::kObject : request.object;
+    edit.edits.push_back({ObjectEdit::Kind::kName, {std::to_string(object)}, request.label});
+    run_edit(context, run_, scene_, edit);
+    tell_kept(show());
+    return;
+  }
   SegmentStage segment;
-  segment.automatic = request.kind == ChooseRequest::Kind::kFind;
-  segment.clicks = request.marks.clicks;
-  segment.strokes = request.marks.strokes;
+  segment.automatic = true;
   run_segment(context, run_, scene_, segment);
-  marks_ = request.marks;
+  marks_ = {};
   show();
   tell({{"reload", true}});
 }

@@ -1,37 +1,47 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <mutex>
 #include <optional>
 #include <thread>
 
-#include "app/choose/choose_page.h"
+#include "app/choose/selecting.h"
 #include "app/live/live_site.h"
 #include "app/predict/prepare_object.h"
 
 namespace pliant {
 
 /// What a client of the choice of an object asks for: a JSON object with one of
-///   "select": {"clicks": [...], "strokes": [...]}   select the object behind these marks, as `pliant segment` does
+///   "select": {"boxes": [...], "clicks": [...], "strokes": [...], "camera": N}   select the object behind these marks,
+///                                                   as `pliant segment` does; answered at once, see selecting.h, and
+///                                                   written when no other marks come for a while: {"kept": {"things",
+///                                                   "views"}}, see choose_data.  The mask of `camera`, which may be
+///                                                   left out, is first
+///   "hover": [N, x, y]                              what a click there would select, about
 ///   "find": true                                    find free-standing objects again, as `pliant segment --auto`
 ///   "make": {"object": id, "label": "..."}          make it ready to be moved; the label, which may be left out, says
-///                                                   what it is
+///                                                   what it is; 0 is what is selected
+///   "name": {"object": id, "name": "..."}           name it, as `pliant segment edit --name` does
 ///   "cancel": true                                  stops what is under way
 /// Answers, to all clients: {"busy": what, or ""}, {"progress": {"text", "fraction"}}, {"said", "warning"},
 /// {"failed": text}, and {"reload": true} where the address now shows something else; to the one, {"error": text}.
 struct ChooseRequest {
-  enum class Kind { kSelect, kFind, kMake, kCancel };
+  enum class Kind { kSelect, kHover, kFind, kMake, kName, kCancel };
   Kind kind = Kind::kCancel;
   Marks marks;
+  int camera = 0;
+  Vec2f pixel = Vec2f::Zero();  ///< of the camera
   uint32_t object = 0;
-  std::string label;
+  std::string label;  ///< or the name
 };
 /// Throws Error{kUsage} where the text is anything else.
 ChooseRequest parse_choose_request(std::string_view text);
 
-/// The choice of an object in the browser.  Works on the run directory in a thread of its own, one request at a time,
-/// by the stages of the commands: what is done stays, and a command goes on from it.  A chosen object is extracted, its
+/// The choice of an object in the browser.  Marks are answered at once; what is written to the run directory is, in a
+/// thread of its own, one request at a time, by the stages of the commands: what is done stays, and a command goes on
+/// from it.  A chosen object is extracted, its
 /// material predicted, and a few frames are simulated; then the site shows it to be moved, and the hole is repaired.
 class Chooser {
  public:
@@ -40,14 +50,19 @@ class Chooser {
   Chooser(const Context& context, RunDirectory& run, Scene scene, LiveSite& site, ObjectStages stages = {});
   ~Chooser();
 
-  /// Shows the pictures and objects that are there.
-  void show();
+  /// Shows the pictures and objects that are there, and returns them.
+  nlohmann::json show();
 
  private:
   class Visitor;
   void receive(const std::string& text, Connection& from);
   void work();
+  void carry_out(const std::string& name, const std::function<void()>& work);
   void carry_out(const Context& context, const ChooseRequest& request);
+  void prepare(const Context& context);
+  /// Writes what was selected last, where that has not been done, and tells what is there now.
+  void keep(const Context& context);
+  void tell_kept(const nlohmann::json& shown);
   void tell(const nlohmann::json& message);
 
   const Context& context_;
@@ -56,11 +71,16 @@ class Chooser {
   LiveSite& site_;
   const ObjectStages stages_;
   Marks marks_;  // of the selection that is there
+  PreparedScene prepared_;
 
   std::mutex mutex_;
   std::condition_variable wake_;
   std::vector<std::weak_ptr<Connection>> visitors_;
   std::optional<ChooseRequest> request_;  // that is under way
+  std::optional<ChooseRequest> early_;    // to select, before the scene was prepared
+  std::optional<Marks> selected_;         // by marks, not written yet
+  std::chrono::steady_clock::time_point selected_at_;
+  std::unique_ptr<Selecting> selecting_;  // null while the scene is being prepared
   std::atomic<bool> cancelled_ = false, ended_ = false;
   std::thread thread_;
 };

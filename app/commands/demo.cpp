@@ -4,7 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands/command.h"
+#include "app/demo/kinds/kinds.h"
 #include "app/demo/make_demo.h"
+#include "app/demo/motion_cache.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/file_lock.h"
 #include "gaussians/io/files/files.h"
@@ -28,9 +30,10 @@ struct RemovedAtEnd {
 /// made with other options is a usage error unless the user asks to overwrite.
 json make_demo_once(Context& context, DemoOptions options) {
   const fs::path out = options.out;
-  const json wanted = {{"pliant", PLIANT_VERSION},     {"seed", options.seed},     {"gaussians", options.gaussians},
-                       {"training", options.training}, {"photos", options.photos}, {"width", options.width},
-                       {"height", options.height},     {"video", options.video}};
+  json wanted = {{"pliant", PLIANT_VERSION},     {"seed", options.seed},     {"gaussians", options.gaussians},
+                 {"training", options.training}, {"photos", options.photos}, {"width", options.width},
+                 {"height", options.height},     {"video", options.video}};
+  if (options.kind != kPottedFlower) wanted["kind"] = options.kind;
   if (fs::exists(out) && !(fs::is_directory(out) && fs::is_empty(out))) {
     const fs::path record = out / "demo.json";
     if (fs::exists(record) && json::parse(read_text(record), nullptr, false) == wanted) {
@@ -61,10 +64,12 @@ json make_demo_once(Context& context, DemoOptions options) {
 
 void add_demo(CLI::App& app, Program& program) {
   CLI::App* command =
-      app.add_subcommand("demo", "Make a procedural scene: splats, photos, masks, a reference video, truth/");
+      app.add_subcommand("demo", "Make a procedural scene: splats, photos, masks, reference videos, truth/");
   auto options = std::make_shared<DemoOptions>();
-  auto kind = std::make_shared<std::string>(demo_kinds()[0]);
-  command->add_option("--kind", *kind, "Scene to make")->check(CLI::IsMember(demo_kinds()))->capture_default_str();
+  command
+      ->add_option("--kind", options->kind, fmt::format("Object of the scene: {}", fmt::join(demo_kind_names(), ", ")))
+      ->check(CLI::IsMember(demo_kind_names()))
+      ->capture_default_str();
   command->add_option("--gaussians", options->gaussians, "Number of Gaussians in the scene")
       ->check(CLI::Range(2000, 5000000))
       ->capture_default_str();
@@ -81,7 +86,7 @@ void add_demo(CLI::App& app, Program& program) {
       ->check(CLI::Range(16, 8000))
       ->capture_default_str();
   command->add_flag_callback(
-      "--no-video", [options] { options->video = false; }, "Skip the reference video and its simulation");
+      "--no-video", [options] { options->video = false; }, "Skip the reference videos and their simulation");
   add_out(*command, program, "Scene folder to write")->required();
   add_overwrite(*command, program);
   add_common(*command, program);
@@ -89,6 +94,7 @@ void add_demo(CLI::App& app, Program& program) {
     program.action = [=, &program](Context& context) {
       options->out = program.out;
       options->seed = program.seed;
+      options->cache = demo_cache_folder();
       return make_demo_once(context, *options);
     };
   });

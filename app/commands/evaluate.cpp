@@ -5,7 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "app/commands/command.h"
+#include "app/commands/evaluate_tables.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 
@@ -78,9 +78,12 @@ void add_evaluate(CLI::App& app, Program& program) {
     std::function<nlohmann::json(const Path&, const Path&)> evaluate;
   };
   for (const Kind& kind :
-       {Kind{"images", "PSNR and SSIM of two folders of images", evaluate_images},
+       {Kind{"images", "PSNR, SSIM and MS-SSIM of two folders of images", evaluate_images},
         Kind{"segmentation", "mIoU of two folders of ID masks, or of two labelings",
              [score](const Path&a, const Path&b) { return evaluate_segmentation(a, b, *score); }},
+        Kind{"lerf-mask", "mIoU and boundary mIoU of a scene of LERF-Mask, strict and as published",
+             evaluate_lerf_mask},
+        Kind{"nvos", "mIoU and accuracy over the scenes of NVOS", evaluate_nvos},
         Kind{"repair", "Filled hole of a run directory against the true background of its demo scene", evaluate_repair},
         Kind{"trajectory", "Position error, tip motion and frequency of two trajectory.h5", evaluate_trajectory},
         Kind{"motion", "Frequency, damping, amplitude and optical flow of two videos, or of two trajectory.h5",
@@ -114,6 +117,7 @@ void add_evaluate(CLI::App& app, Program& program) {
   }
   add_slices(*command, program);
   add_evaluate_suite(*command, program);
+  add_evaluate_tables(*command, program);
 }
 
 }  // namespace pliant

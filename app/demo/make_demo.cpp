@@ -5,6 +5,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/demo/kinds/flower.h"
+#include "app/demo/kinds/kinds.h"
+#include "app/demo/motion_cache.h"
 #include "app/demo/raycast.h"
 #include "app/demo/reference.h"
 #include "app/demo/splats.h"
@@ -24,8 +27,13 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-/// The one Young's modulus that scene.json offers is this much too soft for the stem.
+/// The one Young's modulus that scene.json offers is this much too soft for the part that carries the others.
 constexpr double kYoungError = 3.5;
+/// Eight times the driving particles with which methods are compared, for half their grid spacing.
+constexpr int kTruthParticles = 16000;
+constexpr double kTruthSeconds = 2.5;
+/// Of a simulation with more of them, in the truth; the video of other kinds than the flower is filmed from these.
+constexpr size_t kFlowerStored = 2500, kStored = 4000;
 
 double since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -41,8 +49,10 @@ void check(const DemoOptions& options) {
   require(options.width >= 16, "width", options.width, "use 16 pixels or more");
   require(options.height >= 16, "height", options.height, "use 16 pixels or more");
   require(options.photos >= 1 && options.photos <= 1000, "photos", options.photos, "use 1 to 1000");
-  require(options.video_particles >= 1000, "video_particles", options.video_particles, "use 1000 or more");
-  require(options.video_seconds > 0, "video_seconds", options.video_seconds, "use a positive time");
+  require(options.video_particles == 0 || options.video_particles >= 1000, "video_particles", options.video_particles,
+          "use 1000 or more, or 0 for the kind's own number");
+  require(options.video_seconds >= 0, "video_seconds", options.video_seconds,
+          "use a positive time, or 0 for the kind's own");
   require(options.video_fps > 0, "video_fps", options.video_fps, "use a positive rate");
   require(options.training >= 0, "training", options.training, "use 0 or more");
   require(options.gaussians >= 100, "gaussians", options.gaussians, "use 100 or more");
@@ -62,35 +72,78 @@ std::vector<ImageU8> write_photos(const Stage& stage, const fs::path& out, const
   return photos;
 }
 
-void write_reference(const DemoOptions& options, const Stage& stage, const std::vector<Camera>& cameras,
-                     DemoSummary& summary) {
-  const std::string name = front_view_name(options.photos);
-  const Camera& camera = *std::find_if(cameras.begin(), cameras.end(), [&](const Camera& c) { return c.name == name; });
-  ReferenceOptions reference;
-  reference.particles = options.video_particles;
-  reference.seed = options.seed;
-  reference.seconds = options.video_seconds;
-  reference.fps = options.video_fps;
-  auto start = std::chrono::steady_clock::now();
-  const ReferenceMotion motion = simulate_reference(stage, reference);
-  summary.simulate_seconds = since(start);
-  summary.push_newtons = motion.interactions.back().vector.norm();
-
-  start = std::chrono::steady_clock::now();
+/// Films the motion and writes the video and the truth about it.
+void write_film(const DemoOptions& options, const Stage& stage, const ReferenceMotion& motion, size_t every,
+                const Camera& camera, const fs::path& video_file, const fs::path& truth, DemoSummary& summary) {
+  const auto start = std::chrono::steady_clock::now();
   const ReferenceFilm film = film_reference(stage, motion, camera);
-  VideoWriter video(options.out / "reference.mp4", options.video_fps, camera.width, camera.height,
-                    VideoCoding::kFaithful);
+  VideoWriter video(video_file, options.video_fps, camera.width, camera.height, VideoCoding::kFaithful);
   for (const ImageF& frame : film.frames) video.write(frame);
   video.close();
-  write_truth(options.out / "truth", motion, film, camera, options.seed);
-  summary.peak_pixels = film.peak_pixels();
-  summary.peak_metres = film.peak_metres();
-  summary.film_seconds = since(start);
+  write_motion_truth(truth, motion, trajectory_of(motion, stage.object().name, every), film, camera, options.seed);
+  summary.peak_pixels = std::max(summary.peak_pixels, film.peak_pixels());
+  summary.peak_metres = std::max(summary.peak_metres, film.peak_metres());
+  summary.film_seconds += since(start);
+}
+
+ReferenceOptions reference_options(const DemoOptions& options) {
+  ReferenceOptions reference;
+  if (options.kind != kPottedFlower) {
+    reference.particles = kTruthParticles;
+    reference.seconds = kTruthSeconds;
+  }
+  if (options.video_particles > 0) reference.particles = options.video_particles;
+  if (options.video_seconds > 0) reference.seconds = options.video_seconds;
+  reference.seed = options.seed;
+  reference.fps = options.video_fps;
+  return reference;
+}
+
+/// The flower's one push.
+void write_flower_reference(const DemoOptions& options, const Stage& stage, const Camera& camera,
+                            DemoSummary& summary) {
+  const Flower flower = make_flower(options.seed);
+  const ReferenceOptions reference = reference_options(options);
+  const auto start = std::chrono::steady_clock::now();
+  const ReferenceBody body = flower_body(stage, flower, reference);
+  const ReferenceScript script = flower_script(stage, flower, reference);
+  const ReferenceMotion motion = simulate_reference(body, script.interactions, reference);
+  summary.simulate_seconds = since(start);
+  summary.push_newtons = script.interactions.back().vector.norm();
+  const fs::path truth = options.out / "truth";
+  write_film(options, stage, motion, std::max<size_t>(1, motion.particles / kFlowerStored), camera,
+             options.out / "reference.mp4", truth, summary);
+  write_material_truth(truth, body, options.seed);
+}
+
+/// Four videos of an object, each with its script and motion.
+void write_references(const DemoOptions& options, const Stage& stage, const ReferenceBody& body, const Camera& camera,
+                      DemoSummary& summary) {
+  const ReferenceOptions reference = reference_options(options);
+  auto start = std::chrono::steady_clock::now();
+  const std::vector<ReferenceScript> scripts = reference_scripts(stage, body, reference);
+  summary.simulate_seconds += since(start);
+  const fs::path truth = options.out / "truth";
+  fs::create_directories(options.out / "videos");
+  for (const ReferenceScript& script : scripts) {
+    start = std::chrono::steady_clock::now();
+    const ReferenceMotion motion = cached_reference(options.cache, body, script.interactions, reference, kStored);
+    summary.simulate_seconds += since(start);
+    write_film(options, stage, motion, 1, camera, options.out / "videos" / (script.name + ".mp4"), truth / script.name,
+               summary);
+  }
+}
+
+Json pin_json(const Region& pin) {
+  const Vec3d &p = pin.point, &v = pin.vector;
+  if (pin.kind == Region::Kind::kSphere)
+    return {{"sphere", {rounded(p.x()), rounded(p.y()), rounded(p.z()), rounded(pin.radius)}}};
+  return {{"box", {rounded(p.x()), rounded(p.y()), rounded(p.z()), rounded(v.x()), rounded(v.y()), rounded(v.z())}}};
 }
 
 Json scene_json(const DemoOptions& options, const Stage& stage) {
-  const auto [low, high] = stage.pinned_box();
-  const ElasticSolid& stem = stage.flower().stem;
+  const DemoObject& object = stage.object();
+  const ElasticSolid& main = object.materials[object.main_material()].solid;
   Json scene;
   scene["splats"] = "splats.ply";
   scene["cameras"] = "transforms.json";
@@ -98,31 +151,29 @@ Json scene_json(const DemoOptions& options, const Stage& stage) {
   scene["masks"] = "masks";
   scene["labels"] = "labels.json";
   if (options.video) {
-    scene["video"] = {
-        {"file", "reference.mp4"}, {"camera", front_view_name(options.photos)}, {"fps", options.video_fps}};
+    scene["video"] = {{"file", options.kind == kPottedFlower ? "reference.mp4" : "videos/poke.mp4"},
+                      {"camera", front_view_name(options.photos)},
+                      {"fps", options.video_fps}};
   }
   scene["up"] = {0, 0, 1};
   scene["metres_per_unit"] = 1.0;
   scene["support"] = "table";
-  scene["object"] = "flower";
-  scene["pinned"] = {{{"box",
-                       {rounded(low.x()), rounded(low.y()), rounded(low.z()), rounded(high.x()), rounded(high.y()),
-                        rounded(high.z())}}}};
+  scene["object"] = object.name;
+  for (const Region& pin : stage.pins()) scene["pinned"].push_back(pin_json(pin));
   scene["material"] = {
-      {"young", 100 * std::round(stem.young / kYoungError / 100)}, {"poisson", 0.3}, {"density", stem.density}};
+      {"young", 100 * std::round(main.young / kYoungError / 100)}, {"poisson", 0.3}, {"density", main.density}};
   return scene;
 }
 
 }  // namespace
-
-std::vector<std::string> demo_kinds() { return {"potted-flower"}; }
 
 DemoSummary make_demo(const DemoOptions& options) {
   check(options);
   DemoSummary summary;
   const fs::path& out = options.out;
   fs::create_directories(out);
-  const Stage stage(options.seed);
+  const bool flower = options.kind == kPottedFlower;
+  const Stage stage(demo_kind(options.kind).make(options.seed), options.seed);
   std::vector<Camera> cameras = stage_cameras(stage, options.photos, options.width, options.height);
   for (Camera& camera : cameras) camera.photo = (out / "photos" / (camera.name + ".png")).string();
 
@@ -137,20 +188,31 @@ DemoSummary make_demo(const DemoOptions& options) {
   splats.cloud = train_splats(splats.cloud, cameras, photos, options.training, options.seed);
   write_ply(out / "splats.ply", splats.cloud);
   Json labels;
-  for (const auto& [id, name] : stage_names()) labels[std::to_string(id)] = name;
+  const std::map<uint32_t, std::string> names = stage.names();
+  for (const auto& [id, name] : names) labels[std::to_string(id)] = name;
   write_text(out / "labels.json", labels.dump(2) + "\n");
   summary.gaussians = splats.cloud.size();
   summary.splat_seconds = since(start);
-  for (const uint32_t id : splats.label) ++summary.gaussians_of[stage_names().at(id)];
+  for (const uint32_t id : splats.label) ++summary.gaussians_of[names.at(id)];
 
-  write_truth(out / "truth", stage, splats, options.seed);
-  write_hidden_truth(out / "truth", stage, cameras);
-  if (options.video) write_reference(options, stage, cameras, summary);
+  const fs::path truth = out / "truth";
+  write_label_truth(truth, flower ? "flower_parts.h5" : "parts.h5", stage, splats, options.seed);
+  write_hidden_truth(truth, stage, cameras);
+  const std::string front = front_view_name(options.photos);
+  const Camera& camera =
+      *std::find_if(cameras.begin(), cameras.end(), [&](const Camera& c) { return c.name == front; });
+  if (flower) {
+    write_flower_truth(truth, make_flower(options.seed), options.seed);
+    if (options.video) write_flower_reference(options, stage, camera, summary);
+  } else {
+    const ReferenceBody body = reference_body(stage, reference_options(options));
+    write_material_truth(truth, body, options.seed);
+    write_object_truth(truth, options.kind, stage.object(), body, options.seed);
+    if (options.video) write_references(options, stage, body, camera, summary);
+  }
 
   // Last, so that a scene file stands only beside a whole scene.
   write_text(out / "scene.json", scene_json(options, stage).dump(2) + "\n");
-  summary.mechanics = flower_mechanics(stage.flower());
-  summary.flower_height = stage.flower().height;
   return summary;
 }
 

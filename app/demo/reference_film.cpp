@@ -1,4 +1,4 @@
-// The film of the reference motion: a mesh of the flower over the still rest of the stage.
+// The film of the reference motion: a mesh of the object over the still rest of the stage.
 
 #include <algorithm>
 #include <cmath>
@@ -21,10 +21,10 @@ struct PaintedMesh {
   std::vector<Eigen::Vector3i> triangle;
 };
 
-PaintedMesh mesh_of_flower(const Stage& stage) {
+PaintedMesh mesh_of_object(const Stage& stage) {
   PaintedMesh mesh;
   for (const StagePart& part : stage.parts()) {
-    if (!part.moves()) continue;
+    if (!part.moves) continue;
     const TriangleMesh piece = part.shape->mesh(kEdge);
     const int base = static_cast<int>(mesh.vertex.size());
     for (size_t i = 0; i < piece.vertex.size(); ++i) {
@@ -115,13 +115,13 @@ Vec3d project(const Camera& camera, const Vec3d& world, double scale) {
 }  // namespace
 
 ReferenceFilm film_reference(const Stage& stage, const ReferenceMotion& motion, const Camera& camera) {
-  const PaintedMesh mesh = mesh_of_flower(stage);
+  const PaintedMesh mesh = mesh_of_object(stage);
   const Samples still = still_view(stage, camera);
-  // The particles carry the vertices; the last point is the centre of the blossom.
+  // The particles carry the vertices; the last point is the object's tip.
   GaussianCloud points;
   points.resize(mesh.vertex.size() + 1);
   std::copy(mesh.vertex.begin(), mesh.vertex.end(), points.position.begin());
-  points.position.back() = (stage.world_from_flower() * stage.flower().blossom_centre).cast<float>();
+  points.position.back() = stage.tip().cast<float>();
   BindOptions bind_options;
   bind_options.spacing = motion.samples.spacing;
   const Binding binding = pliant::bind(bind_options, points.position, motion.samples.position);

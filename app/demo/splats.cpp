@@ -21,7 +21,7 @@ struct Group {
   bool (*holds)(const StagePart&);
 };
 const Group kGroups[] = {
-    {0.26, 0.13, kInset, [](const StagePart& part) { return part.id == kFlowerId; }},
+    {0.26, 0.13, kInset, [](const StagePart& part) { return part.id == kObjectId; }},
     {0.12, 0.12, kInset,
      [](const StagePart& part) { return part.id == kBallId || part.id == kBoxId || part.id == kMugId; }},
     {0.62, 1.80, 0, [](const StagePart& part) { return part.id == kTableId || part.id == kWallId; }},
@@ -83,7 +83,7 @@ void append(const Stage& stage, const std::vector<Camera>& cameras, const std::v
   out.cloud.resize(begin + discs.size());
   out.surface.resize(begin + discs.size());
   out.label.resize(begin + discs.size());
-  out.flower_part.resize(begin + discs.size());
+  out.material.resize(begin + discs.size());
   const double sigma = kInPlane * spacing;
   parallel_for(
       static_cast<std::ptrdiff_t>(discs.size()),
@@ -105,7 +105,7 @@ void append(const Stage& stage, const std::vector<Camera>& cameras, const std::v
         const Vec3f colour = footprint_colour(part, p, sigma).cast<float>();
         for (int c = 0; c < 3; ++c) out.cloud.sh_of(i)[c] = (colour[c] - 0.5f) / kSh0;
         out.label[i] = part.id;
-        out.flower_part[i] = part.flower_part;
+        out.material[i] = part.material;
       },
       256);
 }

@@ -10,12 +10,12 @@ namespace pliant {
 /// Gaussians on the surfaces of the stage, with the truth about each.
 struct StageSplats {
   GaussianCloud cloud;
-  std::vector<Vec3f> surface;           ///< [N] point of the surface; centres of rounded things lie a little inside
-  std::vector<uint32_t> label;          ///< [N] id
-  std::vector<FlowerPart> flower_part;  ///< [N] kNone outside the flower
+  std::vector<Vec3f> surface;   ///< [N] point of the surface; centres of rounded things lie a little inside
+  std::vector<uint32_t> label;  ///< [N] id
+  std::vector<int> material;    ///< [N] of the object, -1 elsewhere
 };
 
-/// About `count` flat discs of one colour, evenly spread: a quarter on the flower, a tenth on the other objects, the
+/// About `count` flat discs of one colour, evenly spread: a quarter on the object, a tenth on the other objects, the
 /// rest on table and wall.  A disc exists only where at least one camera sees its surface point.
 StageSplats make_splats(const Stage& stage, const std::vector<Camera>& cameras, int count, uint64_t seed);
 

@@ -12,42 +12,25 @@ namespace pliant {
 namespace {
 
 using Eigen::Isometry3d;
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kHalfWidth = 0.66, kFront = -0.46, kWallAt = 0.34, kWallTop = 0.62;  // table and wall [m]
 
-Isometry3d standing(double x, double y, double z, double turn) {
-  Isometry3d pose = Isometry3d::Identity();
-  pose.translation() = Vec3d(x, y, z);
-  pose.linear() = Eigen::AngleAxisd(turn, Vec3d::UnitZ()).toRotationMatrix();
-  return pose;
-}
-
-template <size_t N>
-Vec3d pick(Random& random, const Vec3d (&palette)[N]) {
-  return palette[random.below(N)] + 0.03 * Vec3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
-}
-
-const Vec3d kPetals[] = {{0.86, 0.32, 0.45}, {0.84, 0.72, 0.28}, {0.62, 0.38, 0.78}, {0.88, 0.50, 0.26}};
-const Vec3d kPots[] = {{0.66, 0.36, 0.25}, {0.36, 0.46, 0.58}, {0.60, 0.52, 0.42}};
 const Vec3d kBalls[] = {{0.75, 0.22, 0.20}, {0.20, 0.42, 0.72}, {0.82, 0.62, 0.18}};
 const Vec3d kBoxes[] = {{0.30, 0.50, 0.56}, {0.55, 0.33, 0.50}, {0.62, 0.58, 0.36}};
 const Vec3d kMugs[] = {{0.80, 0.78, 0.72}, {0.34, 0.56, 0.74}, {0.70, 0.42, 0.34}};
 const Vec3d kWoods[] = {{0.66, 0.50, 0.34}, {0.58, 0.42, 0.30}, {0.72, 0.60, 0.44}};
 const Vec3d kGlazes[] = {{0.60, 0.68, 0.70}, {0.70, 0.66, 0.56}, {0.62, 0.70, 0.60}};
 
-const Vec3d kSoil(0.30, 0.21, 0.15);
-
 struct Spot {
   double x, y, radius;
 };
 
 /// A free place on the table, seen from the front beside the stem and not before a leaf.
-Spot free_spot(Random& random, const std::vector<Spot>& taken, const Spot& flower, double radius) {
+Spot free_spot(Random& random, const std::vector<Spot>& taken, const Spot& object, double radius) {
   for (int tries = 0; tries < 100000; ++tries) {
     const Spot spot{random.uniform(-0.36, 0.36), random.uniform(-0.22, kWallAt - radius - 0.03), radius};
-    const double aside = std::abs(spot.x - flower.x);
+    const double aside = std::abs(spot.x - object.x);
     const bool in_line =
-        aside < 0.5 * flower.radius + radius || (spot.y < flower.y + 0.05 && aside < flower.radius + radius);
+        aside < 0.5 * object.radius + radius || (spot.y < object.y + 0.05 && aside < object.radius + radius);
     const bool overlaps = std::any_of(taken.begin(), taken.end(), [&](const Spot& other) {
       return std::hypot(spot.x - other.x, spot.y - other.y) < spot.radius + other.radius + 0.03;
     });
@@ -63,17 +46,17 @@ Vec3d StagePart::colour(const Vec3d& x, const Vec3d& normal) const {
   return (albedo_at(paint, x, normal) * baked_shade(world_from_local.linear() * normal)).cwiseMin(1.0).cwiseMax(0.0);
 }
 
-Stage::Stage(uint64_t seed) : flower_(make_flower(seed)) {
+Stage::Stage(DemoObject object, uint64_t seed) : object_(std::move(object)) {
   Random random(seed, 2);
-  const Vec3d wood = pick(random, kWoods), glaze = pick(random, kGlazes);
+  const Vec3d wood = pick_colour(random, kWoods), glaze = pick_colour(random, kGlazes);
   const double depth = kWallAt - kFront, thick = 0.025;
   add(make_cuboid({kHalfWidth, depth / 2, thick / 2}), standing(0, kFront + depth / 2, -thick / 2, 0),
       {Paint::Kind::kPlanks, wood, wood, 0.012, seed}, kTableId);
   add(make_cuboid({kHalfWidth, thick / 2, (kWallTop + thick) / 2}),
       standing(0, kWallAt + thick / 2, (kWallTop - thick) / 2, 0), {Paint::Kind::kTiles, glaze, glaze, 0.012, seed},
       kWallId);
-  add_flower(seed);
-  add_objects(seed);
+  add_object(seed);
+  add_rest(seed);
 }
 
 Stage Stage::without(uint32_t id) const {
@@ -88,62 +71,41 @@ Stage Stage::without(uint32_t id) const {
   return rest;
 }
 
-void Stage::add(std::unique_ptr<AnalyticShape> shape, const Isometry3d& pose, const Paint& paint, uint32_t id) {
+void Stage::add(std::shared_ptr<const AnalyticShape> shape, const Isometry3d& pose, const Paint& paint, uint32_t id) {
   placed_.push_back({pose.inverse(), pose * shape->bound_centre(), shape->bound_radius()});
-  parts_.push_back({std::move(shape), pose, paint, id, FlowerPart::kNone});
+  parts_.push_back({std::move(shape), pose, paint, id});
 }
 
-void Stage::add_flower(uint64_t seed) {
+void Stage::add_object(uint64_t seed) {
   Random random(seed, 3);
-  world_from_flower_ =
-      standing(random.uniform(-0.05, 0.05), random.uniform(-0.08, 0.0), 0, random.uniform(-15, 15) * kDegree);
-  const Vec3d pot = pick(random, kPots), petal = pick(random, kPetals);
-  const Vec3d green(random.uniform(0.20, 0.30), random.uniform(0.46, 0.56), random.uniform(0.18, 0.26));
-  for (const FlowerPiece& piece : flower_.pieces) {
-    Paint paint{Paint::Kind::kPlain, pot, pot, 0.012, seed * 64 + parts_.size()};
-    if (piece.part == FlowerPart::kPot && piece.tone == 1) {
-      paint.albedo = kSoil;
-      paint.grain = 0.007;
-    }
-    if (piece.part == FlowerPart::kStem) {
-      paint.albedo = 0.9 * green;
-      paint.grain = 0.010;
-    }
-    if (piece.part == FlowerPart::kLeaf) {
-      paint.albedo = green + Vec3d(0.02, 0.10, 0.0) * piece.tone;
-      paint.grain = 0.010;
-    }
-    if (piece.part == FlowerPart::kBlossom) {
-      const Vec3d heart = petal.y() > 0.6 ? Vec3d(0.48, 0.28, 0.14) : Vec3d(0.90, 0.72, 0.22);
-      paint.albedo = piece.tone == 0 ? heart : Vec3d(petal * (piece.tone == 1 ? 1.0 : 0.90));
-      paint.grain = 0.009;
-    }
-    const Isometry3d pose = world_from_flower_ * piece.flower_from_local;
-    placed_.push_back({pose.inverse(), world_from_flower_ * piece.centre, piece.radius});
-    parts_.push_back({piece.shape, pose, paint, kFlowerId, piece.part});
+  world_from_object_ = place_object(random);
+  for (const DemoPiece& piece : object_.pieces) {
+    add(piece.shape, world_from_object_ * piece.object_from_local, piece.paint, kObjectId);
+    parts_.back().material = piece.material;
+    parts_.back().moves = object_.moves(piece);
   }
 }
 
-void Stage::add_objects(uint64_t seed) {
+void Stage::add_rest(uint64_t seed) {
   Random random(seed, 4);
-  const Vec3d at = world_from_flower_.translation();
-  const Spot flower{at.x(), at.y(), flower_.reach};
-  std::vector<Spot> taken = {flower};
+  const Vec3d at = world_from_object_.translation();
+  const Spot object{at.x(), at.y(), object_.reach};
+  std::vector<Spot> taken = {object};
   auto place = [&](double radius) {
-    taken.push_back(free_spot(random, taken, flower, radius));
+    taken.push_back(free_spot(random, taken, object, radius));
     return taken.back();
   };
 
   const Vec3d half(random.uniform(0.045, 0.060), random.uniform(0.040, 0.055), random.uniform(0.045, 0.075));
   const Spot box = place(half.head<2>().norm());
   add(make_cuboid(half), standing(box.x, box.y, half.z(), random.uniform(0, 90) * kDegree),
-      {Paint::Kind::kPlain, pick(random, kBoxes), {}, 0.016, seed * 64 + 50}, kBoxId);
+      {Paint::Kind::kPlain, pick_colour(random, kBoxes), {}, 0.016, seed * 64 + 50}, kBoxId);
 
   const double mug_radius = random.uniform(0.036, 0.042), mug_height = random.uniform(0.085, 0.105), wall = 0.005;
   const double ring = 0.30 * mug_height;
   const Spot mug = place(mug_radius + ring + 0.008);
   const Isometry3d mug_pose = standing(mug.x, mug.y, 0, random.uniform(0, 360) * kDegree);
-  const Vec3d mug_colour = pick(random, kMugs);
+  const Vec3d mug_colour = pick_colour(random, kMugs);
   const Paint mug_paint{Paint::Kind::kBands, mug_colour, mug_colour * 0.72, 0.014, seed * 64 + 51};
   add(make_lathe({{mug_radius - 0.003, 0},
                   {mug_radius, 0.003},
@@ -162,19 +124,28 @@ void Stage::add_objects(uint64_t seed) {
   const Spot ball = place(ball_radius);
   add(make_ellipsoid(Vec3d::Constant(ball_radius)),
       standing(ball.x, ball.y, ball_radius, random.uniform(0, 360) * kDegree),
-      {Paint::Kind::kPlain, pick(random, kBalls), {}, 0.016, seed * 64 + 52}, kBallId);
+      {Paint::Kind::kPlain, pick_colour(random, kBalls), {}, 0.016, seed * 64 + 52}, kBallId);
 }
 
-std::pair<Vec3d, Vec3d> Stage::pinned_box() const {
-  const Vec3d at = world_from_flower_.translation();
-  const double r = flower_.pot_radius + 0.01;
-  return {Vec3d(at.x() - r, at.y() - r, -0.01), Vec3d(at.x() + r, at.y() + r, flower_.pin_height)};
+std::vector<Region> Stage::pins() const {
+  std::vector<Region> pins;
+  for (Region pin : object_.pins) {
+    if (pin.kind == Region::Kind::kBox) {
+      pin.point += world_from_object_.translation();
+      pin.vector += world_from_object_.translation();
+    } else {
+      pin.point = world_from_object_ * pin.point;
+      pin.vector = world_from_object_ * pin.vector;
+    }
+    pins.push_back(pin);
+  }
+  return pins;
 }
 
 StageHit Stage::cast(const Ray& ray, bool with_moving, double t_min) const {
   StageHit best;
   for (size_t i = 0; i < parts_.size(); ++i) {
-    if (!with_moving && parts_[i].moves()) continue;
+    if (!with_moving && parts_[i].moves) continue;
     const Placed& placed = placed_[i];
     const Vec3d to_centre = placed.centre - ray.origin;
     const double along = to_centre.dot(ray.direction);
@@ -197,10 +168,9 @@ Vec3d Stage::colour(const Ray& ray, const StageHit& hit) const {
   return parts_[hit.part].colour(placed_[hit.part].local_from_world * (ray.origin + hit.t * ray.direction), hit.normal);
 }
 
-const std::map<uint32_t, std::string>& stage_names() {
-  static const std::map<uint32_t, std::string> names = {{kFlowerId, "flower"}, {kBallId, "ball"},   {kBoxId, "box"},
-                                                        {kMugId, "mug"},       {kTableId, "table"}, {kWallId, "wall"}};
-  return names;
+std::map<uint32_t, std::string> Stage::names() const {
+  return {{kObjectId, object_.name}, {kBallId, "ball"},   {kBoxId, "box"},
+          {kMugId, "mug"},           {kTableId, "table"}, {kWallId, "wall"}};
 }
 
 namespace {
@@ -227,6 +197,7 @@ std::vector<Camera> stage_cameras(const Stage& stage, int count, int width, int 
       distance = 0.80;
     }
     const double a = azimuth * kDegree, e = elevation * kDegree;
+    distance *= stage.object().view;
     const Vec3d eye = focus + distance * Vec3d(std::sin(a) * std::cos(e), -std::cos(a) * std::cos(e), std::sin(e));
     Camera camera = look_at(eye, focus, Vec3d::UnitZ(), width, height, static_cast<double>(width));
     camera.name = view_name(i);

@@ -8,9 +8,10 @@
 
 namespace pliant {
 
-/// PSNR [dB] and SSIM of two folders of pictures (or two pictures), paired by name without extension: mean, median
-/// and standard deviation over the pictures, and each of them.  The PSNR of identical pictures is null; averages
-/// leave them out.  Missing, extra or differently sized pictures are an Error{kInput}.
+/// PSNR [dB], SSIM and MS-SSIM of two folders of pictures (or two pictures), paired by name without extension: mean,
+/// median and standard deviation over the pictures, and each of them.  The PSNR of identical pictures is null, as is
+/// the MS-SSIM of those smaller than 176 x 176 pixels; averages leave them out.  Missing, extra or differently sized
+/// pictures are an Error{kInput}.
 nlohmann::json evaluate_images(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 
 struct SegmentationScore {
@@ -26,6 +27,17 @@ struct SegmentationScore {
 /// ids without a meaning, as of associated masks: one to one, largest IoU first.
 nlohmann::json evaluate_segmentation(const std::filesystem::path& prediction, const std::filesystem::path& truth,
                                      const SegmentationScore& score = {});
+
+/// Masks VIEW/PROMPT.png of a scene of LERF-Mask (Ye et al. 2024, Gaussian Grouping): mean over the views of a prompt,
+/// then over prompts.  miou, boundary_miou are strict: a mask that is missing or of another size scores 0, two empty
+/// ones score 1.  paper_compatible repeats the released script: missing masks are skipped, others resized to the
+/// nearest pixel, and two empty ones have no value (null).
+nlohmann::json evaluate_lerf_mask(const std::filesystem::path& prediction, const std::filesystem::path& truth);
+
+/// The 8 scenes of NVOS (Ren et al. 2022), whichever are in masks/SCENE/IMAGE_mask.png, against SCENE/IMAGE_mask.png,
+/// SCENE/IMAGE.png or SCENE.png: mean IoU, boundary IoU and accuracy.  Masks of another size are resized to the nearest
+/// pixel; a missing one scores 0.
+nlohmann::json evaluate_nvos(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 
 /// Two trajectory.h5, compared in metres.  Each true particle is compared with the predicted particle that is nearest
 /// at frame 0, by displacement since frame 0, at the true times.  Errors are relative to the object's height (its
@@ -62,7 +74,8 @@ struct SliceScore : ClipPart {
 
 /// Writes a row and a column of pixels over time, of a reference and of other videos (or folders of frames) beside each
 /// other, to `picture`.  The others are brought to the reference's size and frame rate and cut to the shortest.
-/// row_rmse, column_rmse: root mean square difference of a clip's slice from the reference's, colours in [0, 1].
+/// row_rmse, column_rmse: root mean square difference of a clip's slice from the reference's, colours in [0, 1]; of a
+/// single clip at the top level, too.
 nlohmann::json evaluate_slices(const std::filesystem::path& reference, const std::vector<std::filesystem::path>& clips,
                                const SliceScore& score, const std::filesystem::path& picture);
 

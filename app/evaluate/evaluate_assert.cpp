@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/evaluate/evaluate.h"
+#include "app/evaluate/metrics.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 
@@ -22,16 +23,6 @@ void collect(const json& object, const std::string& prefix, std::vector<std::str
   }
 }
 
-const json* find(const json& object, const std::string& key) {
-  if (const auto whole = object.find(key); whole != object.end()) return &*whole;
-  for (size_t dot = key.find('.'); dot != std::string::npos; dot = key.find('.', dot + 1)) {
-    const auto outer = object.find(key.substr(0, dot));
-    if (outer == object.end() || !outer->is_object()) continue;
-    if (const json* inner = find(*outer, key.substr(dot + 1))) return inner;
-  }
-  return nullptr;
-}
-
 std::string trimmed(const std::string& text) {
   const size_t begin = text.find_first_not_of(" \t"), end = text.find_last_not_of(" \t");
   return begin == std::string::npos ? "" : text.substr(begin, end - begin + 1);
@@ -40,7 +31,7 @@ std::string trimmed(const std::string& text) {
 /// The value that a null stands for: the PSNR of identical pictures is infinite, everything else is unknown.
 double value_of_null(const json& metrics, const std::string& key) {
   const size_t dot = key.rfind('.');
-  const json* owner = dot == std::string::npos ? &metrics : find(metrics, key.substr(0, dot));
+  const json* owner = dot == std::string::npos ? &metrics : find_value(metrics, key.substr(0, dot));
   const std::string leaf = dot == std::string::npos ? key : key.substr(dot + 1);
   const bool identical = owner && owner->is_object() && owner->value("identical", false);
   return identical && (leaf == "psnr" || leaf == "psnr_median") ? INFINITY : NAN;
@@ -63,7 +54,7 @@ std::vector<std::string> assert_metrics(const json& metrics, const std::vector<s
     const double bound = std::strtod(bound_text.c_str(), &rest);
     if (bound_text.empty() || *rest != '\0' || std::isnan(bound))
       throw unreadable("has no number after the comparison");
-    const json* found = find(metrics, key);
+    const json* found = find_value(metrics, key);
     if (!found || (!found->is_number() && !found->is_null())) {
       std::vector<std::string> keys;
       collect(metrics, "", keys);

@@ -3,6 +3,7 @@
 
 #include "app/evaluate/evaluate.h"
 #include "app/evaluate/metrics.h"
+#include "app/evaluate/ms_ssim.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/render/image_loss.h"
@@ -52,8 +53,9 @@ json evaluate_images(const fs::path& prediction, const fs::path& truth) {
               {"protocol",
                {{"range", "8-bit values / 255"},
                 {"ssim", "11x11 Gaussian window, sigma 1.5, windows inside the image"},
+                {"ms_ssim", "5 scales, exponents of Wang et al. 2003; null below 176 x 176 pixels"},
                 {"psnr", "of the mean squared error over R, G and B"}}}};
-  std::vector<double> psnr, ssim, error;
+  std::vector<double> psnr, ssim, multi_scale, error;
   int identical = 0;
   for (const auto& [name, file] : theirs) {
     const Image<double> a = read_picture(ours.at(name)), b = read_picture(file);
@@ -77,10 +79,16 @@ json evaluate_images(const fs::path& prediction, const fs::path& truth) {
       row["psnr"] = nullptr;
     }
     row["ssim"] = ssim.back();
+    row["ms_ssim"] = nullptr;
+    if (std::min(a.width, a.height) >= kLeastMsSsimSize) {
+      multi_scale.push_back(ms_ssim(a, b));
+      row["ms_ssim"] = multi_scale.back();
+    }
     out["per_image"][name] = std::move(row);
   }
   add_statistics(out, "psnr", psnr);
   add_statistics(out, "ssim", ssim);
+  add_statistics(out, "ms_ssim", multi_scale);
   add_statistics(out, "mse", error);
   out["identical"] = identical == static_cast<int>(theirs.size());
   out["identical_pictures"] = identical;

@@ -61,6 +61,9 @@ PointMotion follow(const ReferenceVideo& video, const ImageU8& region) {
       if (region(static_cast<int>(x), static_cast<int>(y)) != 0) points.push_back({x, y});
   TrackOptions options;
   options.patch.radius = kRadius;
+  // The patches find what quick flow leaves, and few points are lost for long.
+  options.step_flow = FlowQuality::kQuick;
+  options.look_again = 2;
   const PixelTracks tracks = track_pixels(options, video, points, region);
   // A point counts by the frame in which it is seen worst; without any such, by the mean.
   std::vector<size_t> kept;

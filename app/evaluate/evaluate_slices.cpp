@@ -45,6 +45,10 @@ json evaluate_slices(const fs::path& reference, const std::vector<fs::path>& cli
   for (size_t k = 1; k < videos.size(); ++k) {
     const auto [row, column] = slices.rmse(k);
     out["clips"].push_back({{"file", clips[k - 1].string()}, {"row_rmse", row}, {"column_rmse", column}});
+    if (videos.size() == 2) {
+      out["row_rmse"] = row;
+      out["column_rmse"] = column;
+    }
   }
   return out;
 }

@@ -51,6 +51,16 @@ void add_statistics(nlohmann::json& out, const std::string& name, const std::vec
   out[name + "_std"] = std::sqrt(variance);
 }
 
+const nlohmann::json* find_value(const nlohmann::json& object, const std::string& key) {
+  if (const auto whole = object.find(key); whole != object.end()) return &*whole;
+  for (size_t dot = key.find('.'); dot != std::string::npos; dot = key.find('.', dot + 1)) {
+    const auto outer = object.find(key.substr(0, dot));
+    if (outer == object.end() || !outer->is_object()) continue;
+    if (const nlohmann::json* inner = find_value(*outer, key.substr(dot + 1))) return inner;
+  }
+  return nullptr;
+}
+
 std::map<std::string, fs::path> pictures_of(const fs::path& folder) {
   std::error_code failed;
   if (!fs::exists(folder, failed)) throw input_error(folder.string(), "", "does not exist", "check the name");

@@ -12,6 +12,9 @@ namespace pliant {
 void add_statistics(nlohmann::json& out, const std::string& name, const std::vector<double>& values);
 double median(std::vector<double> values);
 
+/// The value of a key, in which the keys of nested objects are joined by a dot; null where there is none.
+const nlohmann::json* find_value(const nlohmann::json& object, const std::string& key);
+
 /// Pictures of a folder by name without extension.  Two pictures of one name are an Error{kInput}.
 std::map<std::string, std::filesystem::path> pictures_of(const std::filesystem::path& folder);
 

@@ -51,7 +51,8 @@ const std::map<std::string, std::vector<std::string>>& keys_of_type() {
       {"collider", {"region", "contact", "friction", "container", "velocity", "angular_velocity", "pivot", "path"}},
       {"poke", {"radius", "path", "friction"}},
       {"torque", {"region", "torque"}},
-      {"wind", {"region", "wind", "drag_coefficient", "air_density"}}};
+      {"wind", {"region", "wind", "drag_coefficient", "air_density"}},
+      {"weight", {"region", "mass"}}};
   return keys;
 }
 
@@ -179,6 +180,11 @@ Interaction parse_row(const json& row, const InteractionFrame& frame, const std:
       out.vector = vector_of(required(row, "wind", where), where, "wind");
       out.drag_coefficient = number(row, "drag_coefficient", 1.0, where);
       out.air_density = number(row, "air_density", 1.2, where);
+      break;
+    case InteractionType::kWeight:
+      required(row, "region", where);
+      required(row, "mass", where);
+      out.mass = number(row, "mass", 0, where);
       break;
   }
   return out;

@@ -47,7 +47,7 @@ Interaction from_numbers(const json& numbers, const std::string& where) {
       throw usage_error(where, fmt::format("[{}]", at), fmt::format("is {:g}", n[at]),
                         fmt::format("give a whole number from 0 to {}", most));
   };
-  whole(kType, static_cast<int>(InteractionType::kWind));
+  whole(kType, static_cast<int>(InteractionType::kWeight));
   whole(kKind, static_cast<int>(Region::Kind::kCylinder));
   whole(kContact, static_cast<int>(ContactKind::kSeparating));
   return interaction_of(n);

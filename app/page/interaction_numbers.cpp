@@ -21,7 +21,7 @@ std::vector<double> numbers_of(const Interaction& it) {
   out.push_back(it.region.radius);
   add(it.vector);
   for (const double x : {it.friction, it.rate, it.drag_coefficient, it.air_density, it.stiffness, it.damping,
-                         it.max_force, static_cast<double>(it.contact)})
+                         it.max_force, static_cast<double>(it.contact), it.mass})
     out.push_back(x);
   return out;
 }
@@ -44,6 +44,7 @@ Interaction interaction_of(std::span<const double> n) {
   it.damping = n[18];
   it.max_force = n[19];
   it.contact = static_cast<ContactKind>(static_cast<int>(n[20]));
+  it.mass = n[21];
   if (it.type == InteractionType::kPoke) it.path = {{0, it.region.point}};
   return it;
 }

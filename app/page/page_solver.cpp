@@ -24,6 +24,15 @@ void add_body(ClipFile& file, size_t l, const Particles& particles) {
   file.header["levels"][l].update({{"drivers", particles.size()}, {"cell_size", particles.cell_size}});
 }
 
+/// Whether every weight hangs on some particle.
+bool carries_weights(const SessionSetup& setup, const std::vector<Vec3f>& rest, double metres_per_unit) {
+  return std::all_of(setup.held.begin(), setup.held.end(), [&](const Interaction& it) {
+    return it.type != InteractionType::kWeight || std::any_of(rest.begin(), rest.end(), [&](const Vec3f& x) {
+             return it.region.contains(metres_per_unit * x.cast<double>());
+           });
+  });
+}
+
 bool can_play(const SessionSetup& setup) { return setup.refused.empty() && !solver_module().empty(); }
 
 }  // namespace
@@ -34,6 +43,7 @@ std::vector<SolverLevel> solver_levels(const SessionSetup& setup, const Scene& s
   for (const int count : kPageLevels) {
     if (count > kCoarser * static_cast<double>(moving.particles.driving_position.size())) continue;
     SolverLevel level{count, with_drivers(moving.particles, scene, count), {}};
+    if (!carries_weights(setup, level.file.driving_position, scene.metres_per_unit)) continue;
     level.binding = bind_object(scene, level.file, moving.object);
     levels.push_back(std::move(level));
   }

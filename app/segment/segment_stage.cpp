@@ -11,6 +11,7 @@
 #include "app/segment/grouping_objects.h"
 #include "app/segment/label_choice.h"
 #include "app/segment/objects_file.h"
+#include "app/segment/prepared_scene_file.h"
 #include "app/segment/prompted_masks.h"
 #include "app/segment/sheet_prompts.h"
 #include "app/store/segmentation.h"
@@ -39,26 +40,15 @@ std::optional<SelectionShape> selection_of(const SegmentStage& stage) {
   return std::nullopt;
 }
 
-Gesture gesture_of(const SegmentStage& stage, const std::vector<Camera>& cameras) {
-  Gesture gesture;
-  const float width = static_cast<float>(stage.stroke_width);
-  for (const std::string& text : stage.boxes) add_box(text, cameras, gesture);
-  for (const std::string& text : stage.clicks) add_click(text, cameras, width, gesture);
-  for (const std::string& text : stage.strokes) add_stroke(text, cameras, width, gesture);
-  return gesture;
-}
-
 /// What the gestures in `cameras` select [N]; writes selection.png, from `sides` when there are some.
 std::vector<uint8_t> gesture_members(const Context& context, const RunDirectory& run, const Scene& scene,
                                      const Gesture& gesture, const std::vector<Camera>& cameras,
                                      const std::optional<SelectionShape>& shape, std::vector<Camera> sides) {
-  GestureOptions options;
-  options.seed = context.seed;
-  options.up = scene.up.cast<float>();
-  options.render.antialiased = scene.report.antialiased;
+  const GestureOptions options = gesture_options(context, scene);
   context.progress.say(fmt::format("segment: selecting by {} boxes and {} strokes and clicks", gesture.boxes.size(),
                                    gesture.strokes.size()));
-  const GestureResult result = select_by_gesture(options, gesture, shape, scene.cloud, cameras);
+  const GestureResult result =
+      select_by_gesture(options, gesture, shape, scene.cloud, cameras, prepared_scene(context, run, scene));
   context.progress.say("segment: " + result.summary.describe() + fmt::format(" ({:.1f} s)", result.summary.seconds));
   for (const std::string& warning : result.summary.warnings) context.progress.warn(warning);
   std::vector<uint8_t> member(scene.cloud.size());
@@ -277,6 +267,15 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
 }
 
 }  // namespace
+
+Gesture gesture_of(const SegmentStage& stage, const std::vector<Camera>& cameras) {
+  Gesture gesture;
+  const float width = static_cast<float>(stage.stroke_width);
+  for (const std::string& text : stage.boxes) add_box(text, cameras, gesture);
+  for (const std::string& text : stage.clicks) add_click(text, cameras, width, gesture);
+  for (const std::string& text : stage.strokes) add_stroke(text, cameras, width, gesture);
+  return gesture;
+}
 
 StageInputs<SegmentStage> inputs_of(const RunDirectory& run, const Scene& scene, const SegmentStage& stage,
                                     const std::vector<Camera>& sides) {

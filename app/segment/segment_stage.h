@@ -9,6 +9,7 @@
 #include "app/run/stage_inputs.h"
 #include "app/segment/label_photos.h"
 #include "gaussians/io/scene/scene.h"
+#include "segmentation/select/gesture_prompts.h"
 
 namespace pliant {
 
@@ -37,6 +38,8 @@ OptionTable options_of(SegmentStage& stage);
 /// `stage` without gestures on sheets (sheet_prompts.h), the photos labelled.
 StageInputs<SegmentStage> inputs_of(const RunDirectory& run, const Scene& scene, const SegmentStage& stage,
                                     const std::vector<Camera>& sides = {});
+/// The boxes, clicks and strokes of `stage`.
+Gesture gesture_of(const SegmentStage& stage, const std::vector<Camera>& cameras);
 nlohmann::json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& stage);
 
 }  // namespace pliant

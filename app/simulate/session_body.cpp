@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/import/interactions.h"
 #include "app/run/attach_scene.h"
 #include "app/simulate/given_fields.h"
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
 #include "physics/laws/material.h"
 
 namespace pliant {
@@ -47,6 +49,11 @@ SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const Pa
   setup.held = pins_of(particles.pinned_json, scene);
   if (simulated["floor"].get<bool>())
     if (const auto floor = floor_of(found, {}, scene)) setup.held.push_back(*floor);
+  const fs::path script = run / "interactions.json";
+  if (fs::exists(script))
+    for (const Interaction& it :
+         parse_interactions(read_text(script), {scene.metres_per_unit, scene.up}, script.string()))
+      if (it.type == InteractionType::kWeight) setup.held.push_back(it);
   return setup;
 }
 

@@ -15,7 +15,7 @@ struct SessionSetup {
   SimulateOptions options;  ///< fps: of a session's frames
   ElasticSamples solid;
   Material material;
-  std::vector<Interaction> held;  ///< pins and floor
+  std::vector<Interaction> held;  ///< pins, floor and weights
   double height = 0;              ///< of the object, m
 };
 

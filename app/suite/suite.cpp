@@ -122,7 +122,7 @@ json suite_settings(const SuiteStage& stage, const std::string& pliant, const st
   json settings = {{"pliant", pliant}, {"threads", 1}, {"scenes", json::object()}};
   for (const std::string& kind : chosen)
     for (int seed = 1; seed <= stage.seeds; ++seed)
-      settings["scenes"][fmt::format("{}-{}", kind, seed)] = {{"kind", kind}, {"seed", seed}};
+      settings["scenes"][fmt::format("{}/{}", kind, seed)] = {{"kind", kind}, {"seed", seed}};
   settings["demo"] =
       stage.quick ? json{"--photos", 12, "--gaussians", 12000, "--training", 100, "--width", 240, "--height", 180}
                   : json{"--photos", 24, "--gaussians", 40000, "--training", 300};

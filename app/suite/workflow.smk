@@ -18,10 +18,15 @@ PLIANT = config["pliant"]
 SCENES = config["scenes"]
 METHODS = config["methods"]
 THREADS = config["threads"]
+METRICS = {
+    "motion": ["unseen.relative_error:lower", "unseen.frequency_error:lower", "video.relative_error:lower",
+               "log10_young_error"],
+    "segmentation": ["miou", "boundary_miou"],
+    "repair": ["psnr"],
+}
 
 wildcard_constraints:
-    scene="[^/]+",
-    task="[^/]+",
+    scene="[^/]+/[^/]+",  # kind/seed: seeds of a kind are no independent scenes
     method="[^/]+",
 
 
@@ -47,10 +52,10 @@ def read_json(file):
 
 def score(task, scene, method, log, out, measure):
     """Writes what `measure` returns.  Exit codes 1 and 3 of pliant say that the method failed; others end the job."""
-    result = {"task": task, "scene": scene, "cluster": SCENES[scene]["kind"], "method": method}
+    result = {"task": task, "scene": scene, "method": method}
     begin = time.monotonic()
     try:
-        result["metrics"] = measure()
+        result.update(measure())
     except subprocess.CalledProcessError as error:
         if error.returncode not in (1, 3):
             raise
@@ -141,7 +146,7 @@ rule motion:
     input:
         "prepared/{scene}.done",
     output:
-        "scores/motion/{scene}/{method}.json",
+        "scores/motion/{method}/{scene}.json",
     log:
         "logs/{scene}/motion-{method}.log",
     params:
@@ -155,7 +160,7 @@ rule motion:
 
         def measure():
             copy_of(f"prepared/{scene}", run)
-            metrics = {}
+            errors = {"video": {}, "unseen": {}}
             for command in method["commands"]:
                 pliant(log[0], command[0], run, *command[1:])
             shown = os.path.splitext(os.path.basename(read_json(f"scenes/{scene}/scene.json")["video"]["file"]))[0]
@@ -167,11 +172,10 @@ rule motion:
                 pliant(log[0], "evaluate", "trajectory", only(f"{run}/objects/*/trajectory.h5"), reference,
                        "--out", f"{run}/{name}.json")
                 found = read_json(f"{run}/{name}.json")
-                kind = "video" if name == shown else "unseen"
-                metrics.setdefault(f"{kind}.motion_error", []).append(found["relative_error"])
-                metrics.setdefault(f"{kind}.frequency_error", []).append(found["frequency_error"])
+                for key in ("relative_error", "frequency_error"):
+                    errors["video" if name == shown else "unseen"].setdefault(key, []).append(found[key])
             pliant(log[0], "evaluate", "material", only(f"{run}/objects/*"), truth, "--out", f"{run}/young.json")
-            metrics = {name: mean(values) for name, values in metrics.items()}
+            metrics = {kind: {key: mean(values) for key, values in by.items()} for kind, by in errors.items()}
             metrics["log10_young_error"] = read_json(f"{run}/young.json")["log10_young_error"]
             return metrics
 
@@ -183,7 +187,7 @@ rule segmentation:
     input:
         "scenes/{scene}/scene.json",
     output:
-        "scores/segmentation/{scene}/{method}.json",
+        "scores/segmentation/{method}/{scene}.json",
     log:
         "logs/{scene}/segmentation-{method}.log",
     params:
@@ -209,8 +213,8 @@ rule repair:
     input:
         "prepared/{scene}.done",
     output:
-        ours="scores/repair/{scene}/ours.json",
-        opencv="scores/repair/{scene}/opencv.json",
+        ours="scores/repair/ours/{scene}.json",
+        opencv="scores/repair/opencv/{scene}.json",
     log:
         "logs/{scene}/repair.log",
     params:
@@ -228,15 +232,35 @@ rule repair:
         score("repair", scene, "opencv", log[0], output.opencv, lambda: measure("psnr_opencv"))
 
 
+# Ours against each other method, with intervals over scenes.
 rule results:
     input:
         [
-            f"scores/{task}/{scene}/{method}.json"
+            f"scores/{task}/{method}/{scene}.json"
             for task in METHODS
             for scene in SCENES
             for method in METHODS[task]
         ],
     output:
         "RESULTS.md",
+    params:
+        settings=digest(config),
+    log:
+        "logs/results.log",
     run:
-        pliant("logs/results.log", "evaluate", "compare", "scores", "--baseline", "ours", "--out", "results")
+        version = subprocess.run([PLIANT, "--version"], capture_output=True, text=True).stdout.strip()
+        processor = [line.split(": ")[1] for line in open("/proc/cpuinfo") if line.startswith("model name")][:1]
+        text = f"# Results of the suite\n\nPliant {version}, {''.join(processor).strip()}, one thread a job.  "
+        text += f"{len(SCENES)} scenes: `pliant demo {' '.join(map(str, config['demo']))}`.\n"
+        for task, methods in METHODS.items():
+            folders = [f"{method}=scores/{task}/{method}" for method in sorted(methods, key=lambda m: m != "ours")]
+            metrics = [word for metric in METRICS[task] for word in ("--metric", metric)]
+            pliant(log[0], "evaluate", "compare", *folders, *metrics, "--out", f"tables/{task}")
+            text += f"\n## {task.capitalize()}\n\n| method | what it does | mean time [s] |\n|---|---|---|\n"
+            for method in methods:
+                seconds = [read_json(f"scores/{task}/{method}/{scene}.json")["seconds"] for scene in SCENES]
+                text += f"| {method} | {methods[method].get('what', '')} | {mean(seconds):.0f} |\n"
+            text += "\n" + open(f"tables/{task}/compare.md").read()
+        with open(output[0] + ".partial", "w") as out:
+            out.write(text)
+        os.rename(output[0] + ".partial", output[0])

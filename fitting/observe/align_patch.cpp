@@ -24,24 +24,92 @@ constexpr int kUnknowns = 7, kColumns = 8;
 using Columns = Eigen::Matrix<double, kColumns, 1>;
 using Normal = Eigen::Matrix<double, kColumns, kColumns>;
 
+/// Sums over pixels of the products of those columns.  The columns of position and linear part are a slope times 1, x
+/// or y of the pixel, so that few products make up all of them.
+struct NormalSums {
+  double slopes[3][6] = {};     // uu, uv, vv times 1, x, y, xx, xy, yy
+  double colours[4][3] = {};    // slopes u, v times colour of the patch, then of the picture; times 1, x, y
+  double pairs[3] = {};         // colours: patch patch, patch picture, picture picture
+  double of_colour[3][8] = {};  // sums of the columns themselves, of each colour
+
+  void add(double weight, double x, double y, const float (&value)[9], const float (&patch)[3]) {
+    double uu = 0, uv = 0, vv = 0, mixed[4] = {}, both[3] = {};
+    for (int c = 0; c < 3; ++c) {
+      const double du = value[3 + c], dv = value[6 + c], p = patch[c], v = value[c], u_weighted = weight * du,
+                   v_weighted = weight * dv;
+      uu += u_weighted * du;
+      uv += u_weighted * dv;
+      vv += v_weighted * dv;
+      mixed[0] += u_weighted * p;
+      mixed[1] += v_weighted * p;
+      mixed[2] += u_weighted * v;
+      mixed[3] += v_weighted * v;
+      both[0] += weight * p * p;
+      both[1] += weight * p * v;
+      both[2] += weight * v * v;
+      double* sum = of_colour[c];
+      sum[0] += u_weighted;
+      sum[1] += v_weighted;
+      sum[2] += u_weighted * x;
+      sum[3] += u_weighted * y;
+      sum[4] += v_weighted * x;
+      sum[5] += v_weighted * y;
+      sum[6] -= weight * p;
+      sum[7] += weight * v;
+    }
+    const double monomials[6] = {1, x, y, x * x, x * y, y * y};
+    for (int k = 0; k < 6; ++k) {
+      slopes[0][k] += uu * monomials[k];
+      slopes[1][k] += uv * monomials[k];
+      slopes[2][k] += vv * monomials[k];
+    }
+    for (int k = 0; k < 3; ++k) {
+      for (int j = 0; j < 4; ++j) colours[j][k] += mixed[j] * monomials[k];
+      pairs[k] += both[k];
+    }
+  }
+
+  /// Sums of the products of the columns over pixels and colours.
+  Normal normal() const {
+    // Columns 0 to 5: slope (u 0, v 1) and factor (1, x, y) of each.
+    constexpr int kSlope[6] = {0, 1, 0, 0, 1, 1}, kFactor[6] = {0, 0, 1, 2, 1, 2};
+    constexpr int kProduct[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+    Normal out;
+    for (int i = 0; i < 6; ++i) {
+      for (int j = 0; j < 6; ++j) out(i, j) = slopes[kSlope[i] + kSlope[j]][kProduct[kFactor[i]][kFactor[j]]];
+      out(i, 6) = out(6, i) = -colours[kSlope[i]][kFactor[i]];
+      out(i, 7) = out(7, i) = colours[2 + kSlope[i]][kFactor[i]];
+    }
+    out(6, 6) = pairs[0];
+    out(6, 7) = out(7, 6) = -pairs[1];
+    out(7, 7) = pairs[2];
+    return out;
+  }
+  Columns sum_of(int colour) const { return Eigen::Map<const Columns>(of_colour[colour]); }
+};
+
 }  // namespace
 
 GradientPicture::GradientPicture(const ImageF& picture) : data_(picture.width, picture.height, 9) {
   CHECK(picture.channels == 3);
   const cv::Mat given(picture.height, picture.width, CV_32FC3, const_cast<float*>(picture.data.data()));
-  cv::Mat smooth, du, dv;
+  cv::Mat smooth;
   cv::GaussianBlur(given, smooth, cv::Size(7, 7), kSmoothing, kSmoothing, cv::BORDER_REPLICATE);
-  // The derivative of the sampled signal, not smoothed further.
-  const cv::Mat central = (cv::Mat_<float>(1, 3) << -0.5f, 0.0f, 0.5f);
-  cv::filter2D(smooth, du, CV_32F, central, cv::Point(-1, -1), 0, cv::BORDER_REPLICATE);
-  cv::filter2D(smooth, dv, CV_32F, central.t(), cv::Point(-1, -1), 0, cv::BORDER_REPLICATE);
-  for (int y = 0; y < data_.height; ++y)
-    for (int x = 0; x < data_.width; ++x)
+  // The derivative of the sampled signal, not smoothed further; the border is continued.
+  const int last_x = data_.width - 1, last_y = data_.height - 1;
+  for (int y = 0; y <= last_y; ++y) {
+    const float *row = smooth.ptr<float>(y), *above = smooth.ptr<float>(std::max(0, y - 1)),
+                *below = smooth.ptr<float>(std::min(last_y, y + 1));
+    for (int x = 0; x <= last_x; ++x) {
+      const float *left = row + 3 * std::max(0, x - 1), *right = row + 3 * std::min(last_x, x + 1);
+      float* out = data_.at(x, y);
       for (int c = 0; c < 3; ++c) {
-        data_(x, y, c) = smooth.ptr<float>(y)[3 * x + c];
-        data_(x, y, 3 + c) = du.ptr<float>(y)[3 * x + c];
-        data_(x, y, 6 + c) = dv.ptr<float>(y)[3 * x + c];
+        out[c] = row[3 * x + c];
+        out[3 + c] = 0.5f * (right[c] - left[c]);
+        out[6 + c] = 0.5f * (below[3 * x + c] - above[3 * x + c]);
       }
+    }
+  }
 }
 
 bool GradientPicture::sample(double u, double v, float (&out)[9]) const {
@@ -84,12 +152,7 @@ PatchFit Patch::align(const GradientPicture& picture, const PatchWarp& start) co
   double total = 0;
   for (const Pixel& p : pixels_) total += p.weight;
   for (int iteration = 0; iteration <= options_.iterations; ++iteration) {
-    Normal normal[3];
-    Columns sum[3];
-    for (int c = 0; c < 3; ++c) {
-      normal[c].setZero();
-      sum[c].setZero();
-    }
+    NormalSums sums;
     double weight_sum = 0, inside = 0;
     for (const Pixel& p : pixels_) {
       const Vector2d at = fit.warp.position + fit.warp.linear * p.offset;
@@ -104,21 +167,14 @@ PatchFit Patch::align(const GradientPicture& picture, const PatchWarp& start) co
         weight /= ratio * ratio;
       }
       weight_sum += weight;
-      for (int c = 0; c < 3; ++c) {
-        const double du = value[3 + c], dv = value[6 + c];
-        Columns column;
-        column << du, dv, du * p.offset.x(), du * p.offset.y(), dv * p.offset.x(), dv * p.offset.y(), -p.colour[c],
-            value[c];
-        normal[c].noalias() += weight * column * column.transpose();
-        sum[c] += weight * column;
-      }
+      sums.add(weight, p.offset.x(), p.offset.y(), value, p.colour);
     }
     fit.inside = inside > 0.5 * total && total > 0;
     if (!fit.inside || !(weight_sum > 0.05 * total)) return fit;
 
     // The bias of each colour is eliminated: what remains are covariances.
-    Normal covariance = Normal::Zero();
-    for (int c = 0; c < 3; ++c) covariance += normal[c] - sum[c] * sum[c].transpose() / weight_sum;
+    Normal covariance = sums.normal();
+    for (int c = 0; c < 3; ++c) covariance -= sums.sum_of(c) * sums.sum_of(c).transpose() / weight_sum;
     const double of_patch = covariance(6, 6), of_picture = covariance(7, 7);
     if (!(of_patch > kLeastContrast * weight_sum)) return fit;
     fit.correlation = of_picture > 0 ? -covariance(6, 7) / std::sqrt(of_patch * of_picture) : 0;
@@ -138,7 +194,7 @@ PatchFit Patch::align(const GradientPicture& picture, const PatchWarp& start) co
     if (!step.allFinite() || iteration == options_.iterations) return fit;
 
     gain = std::clamp(step[6], 0.3, 3.0);
-    for (int c = 0; c < 3; ++c) bias[c] = (sum[c][7] + gain * sum[c][6]) / weight_sum;
+    for (int c = 0; c < 3; ++c) bias[c] = (sums.of_colour[c][7] + gain * sums.of_colour[c][6]) / weight_sum;
     // A step longer than the slopes of the texture is not to be trusted.
     const double length = step.head<2>().norm(), limit = 0.3 * options_.radius;
     const double share = length > limit ? limit / length : 1;

@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <optional>
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
-#include "gaussians/vision/optical_flow.h"
 
 namespace pliant {
 namespace {
@@ -35,6 +36,35 @@ bool sound(const PatchFit& fit) {
   return fit.inside && fit.warp.position.allFinite() && size > 0.25 && size < 4;
 }
 
+constexpr double kBlockBytes = 1.5e8;  // of what is made ahead of the frames that are followed
+
+/// What following frames `begin` to `end` needs and no frame owes to the one before: made side by side.
+struct Block {
+  size_t begin;
+  std::vector<ImageF> flow;  // from the frame before to each, and back
+  std::vector<std::unique_ptr<GradientPicture>> picture;
+
+  Block(const ReferenceVideo& video, size_t begin, size_t end, FlowQuality quality) : begin(begin) {
+    std::vector<std::pair<int, int>> pairs;
+    for (int t = static_cast<int>(begin); t < static_cast<int>(end); ++t) {
+      pairs.push_back({t - 1, t});
+      pairs.push_back({t, t - 1});
+    }
+    flow = dense_flows(video.frames, pairs, quality);
+    picture.resize(end - begin);
+    parallel_for(static_cast<std::ptrdiff_t>(picture.size()),
+                 [&](std::ptrdiff_t i) { picture[i] = std::make_unique<GradientPicture>(video.frames[begin + i]); });
+  }
+  const ImageF& forward(size_t t) const { return flow[2 * (t - begin)]; }
+  const ImageF& backward(size_t t) const { return flow[2 * (t - begin) + 1]; }
+};
+
+/// Frames of a block: as many as the memory allows.
+size_t block_length(const ImageF& frame) {
+  const double of_frame = static_cast<double>(frame.pixels()) * sizeof(float) * (9 + 2 * 2);
+  return static_cast<size_t>(std::clamp(kBlockBytes / of_frame, 1.0, 16.0));
+}
+
 double smooth_step(double low, double high, double x) {
   const double s = std::clamp((x - low) / (high - low), 0.0, 1.0);
   return s * s * (3 - 2 * s);
@@ -45,7 +75,7 @@ double smooth_step(double low, double high, double x) {
 PixelTracks track_pixels(const TrackOptions& options, const ReferenceVideo& video, std::span<const Vector2d> points,
                          const ImageU8& object) {
   const size_t frames = video.frames.size(), count = points.size();
-  CHECK(frames > 0);
+  CHECK(frames > 0 && options.look_again > 0);
   CHECK(object.empty() ||
         (object.width == video.frames[0].width && object.height == video.frames[0].height && object.channels == 1));
   PixelTracks tracks;
@@ -64,16 +94,17 @@ PixelTracks track_pixels(const TrackOptions& options, const ReferenceVideo& vide
     tracks.weight[0][i] = fit.inside ? 1 / (1 + std::pow(fit.sigma / options.blur, 2)) : 0;
   }
 
+  const size_t length = block_length(video.frames[0]);
+  std::optional<Block> block;
   for (size_t t = 1; t < frames; ++t) {
-    const int now = static_cast<int>(t), before = now - 1;
-    const std::vector<std::pair<int, int>> steps = {{before, now}, {now, before}};
-    const std::vector<ImageF> step = dense_flows(video.frames, steps, FlowQuality::kFine);
-    const GradientPicture picture(video.frames[t]);
+    if ((t - 1) % length == 0) block.emplace(video, t, std::min(frames, t + length), options.step_flow);
+    const int now = static_cast<int>(t);
+    const GradientPicture& picture = *block->picture[t - block->begin];
     // From the frame before, with the turn that the patch had there.
     std::vector<PatchWarp> chained(count);
     std::vector<PatchFit> best(count);
     parallel_for(static_cast<std::ptrdiff_t>(count), [&](std::ptrdiff_t i) {
-      chained[i] = {last[i].position + flow_at(step[0], last[i].position), last[i].linear};
+      chained[i] = {last[i].position + flow_at(block->forward(t), last[i].position), last[i].linear};
       best[i] = patches[i].align(picture, chained[i]);
     });
 
@@ -82,7 +113,7 @@ PixelTracks track_pixels(const TrackOptions& options, const ReferenceVideo& vide
       return !sound(fit) || fit.correlation < options.high_correlation;
     };
     std::vector<ImageF> whole;
-    if (std::any_of(best.begin(), best.end(), doubtful)) {
+    if (now % options.look_again == 0 && std::any_of(best.begin(), best.end(), doubtful)) {
       const std::vector<std::pair<int, int>> pairs = {{0, now}, {now, 0}};
       whole = dense_flows(video.frames, pairs, FlowQuality::kQuick);
       parallel_for(static_cast<std::ptrdiff_t>(count), [&](std::ptrdiff_t i) {
@@ -99,7 +130,7 @@ PixelTracks track_pixels(const TrackOptions& options, const ReferenceVideo& vide
         continue;
       }
       const Vector2d p = best[i].warp.position;
-      double round_trip = (p + flow_at(step[1], p) - last[i].position).norm();
+      double round_trip = (p + flow_at(block->backward(t), p) - last[i].position).norm();
       if (!whole.empty()) round_trip = std::min(round_trip, (p + flow_at(whole[1], p) - points[i]).norm());
       tracks.weight[t][i] = std::exp(-0.5 * std::pow(round_trip / options.round_trip, 2)) *
                             smooth_step(options.low_correlation, options.high_correlation, best[i].correlation) /

@@ -6,6 +6,7 @@
 
 #include "fitting/observe/align_patch.h"
 #include "fitting/observe/reference_video.h"
+#include "gaussians/vision/optical_flow.h"
 
 namespace pliant {
 
@@ -13,9 +14,11 @@ struct TrackOptions {
   AlignOptions patch;
   double round_trip = 3;  ///< px: a track that flow leads back this far from where it started counts exp(-1/2); flow
                           ///< errs by 2 px at edges
-  double low_correlation = 0.5;    ///< of the patch with that at rest: lost below ...
-  double high_correlation = 0.85;  ///< ... and fully counted above
-  double blur = 0.3;               ///< px: expected error at which a track counts half
+  double low_correlation = 0.5;                ///< of the patch with that at rest: lost below ...
+  double high_correlation = 0.85;              ///< ... and fully counted above
+  double blur = 0.3;                           ///< px: expected error at which a track counts half
+  FlowQuality step_flow = FlowQuality::kFine;  ///< of the flow from frame to frame
+  int look_again = 1;  ///< frames from one to the next in which doubtful points are looked for from the first frame
 };
 
 /// Where points of the first frame are in every frame.

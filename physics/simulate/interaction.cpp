@@ -8,7 +8,7 @@ namespace pliant {
 namespace {
 
 constexpr const char* kNames[] = {"gravity", "pin",      "point_force", "impulse", "grab", "gust",
-                                  "ground",  "collider", "poke",        "torque",  "wind"};
+                                  "ground",  "collider", "poke",        "torque",  "wind", "weight"};
 
 }  // namespace
 
@@ -70,6 +70,12 @@ void validate_interaction(const Interaction& interaction, size_t index) {
     throw usage_error(where, "region", "is not a plane", "give a point and a normal");
   if (interaction.type == InteractionType::kCollider && region.kind == Region::Kind::kAll && !interaction.distance)
     throw usage_error(where, "region", "is everything", "give the shape of the collider");
+  if (interaction.type == InteractionType::kWeight) {
+    require(interaction.mass > 0 && std::isfinite(interaction.mass), "mass", interaction.mass, "give kilograms");
+    require(interaction.start == 0, "start", interaction.start, "a weight hangs from the beginning on: leave it out");
+    require(std::isinf(interaction.duration), "duration", interaction.duration,
+            "a weight hangs to the end: leave it out, or use point_force for a load that ends");
+  }
   if (interaction.type == InteractionType::kPoke && region.kind != Region::Kind::kSphere)
     throw usage_error(where, "radius", "is missing", "give the radius of the probe");
   const bool needs_path = interaction.type == InteractionType::kGrab || interaction.type == InteractionType::kPoke;

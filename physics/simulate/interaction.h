@@ -23,8 +23,9 @@ enum class InteractionType {
                 ///< `vector` [m/s], and turns by `angular_velocity` about `pivot`
   kPoke,        ///< finger of radius region.radius whose centre follows `path`; separating, with friction
   kTorque,      ///< torque `vector` [N m] about the axis along it through the centre of the touched mass
-  kWind,  ///< wind of velocity `vector` [m/s] on the surface: drag air_density / 2 * drag_coefficient * A |u| u of
-          ///< each piece of area A (across the wind) that faces it, u the velocity of the air against the piece
+  kWind,    ///< wind of velocity `vector` [m/s] on the surface: drag air_density / 2 * drag_coefficient * A |u| u of
+            ///< each piece of area A (across the wind) that faces it, u the velocity of the air against the piece
+  kWeight,  ///< a weight of `mass` hung on `region` from the beginning to the end: its inertia and its gravity
 };
 
 /// One row of an interaction script, in SI units and world axes.  The touched mass of a force, impulse, grab or gust
@@ -49,6 +50,7 @@ struct Interaction {
 
   double rate = 0;                                 ///< gust, 1/s
   double drag_coefficient = 1, air_density = 1.2;  ///< wind; kg/m^3
+  double mass = 0;                                 ///< weight, kg
   double friction = 0;  ///< ground, collider, poke: Coulomb coefficient; infinity = no sliding while pressed
 
   ContactKind contact = ContactKind::kSeparating;      ///< collider
@@ -61,13 +63,14 @@ struct Interaction {
 };
 
 /// Name in interactions.json: gravity, pin, point_force, impulse, grab, gust, ground, collider, poke, torque,
-/// wind.
+/// wind, weight.
 const char* interaction_name(InteractionType type);
 /// All names, in the order of the enumeration.
 std::vector<std::string> interaction_names();
 
 /// Throws Error{kUsage} naming interaction `index` and its field: times finite and >= 0, vectors finite, a positive
-/// radius, a cylinder with a length, a path with ascending times, a normal that is not zero, a collider with a shape.
+/// radius, a cylinder with a length, a path with ascending times, a normal that is not zero, a collider with a shape, a
+/// weight with a mass that hangs all the time.
 void validate_interaction(const Interaction& interaction, size_t index);
 
 }  // namespace pliant

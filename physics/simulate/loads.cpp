@@ -5,13 +5,15 @@
 
 #include "gaussians/base/error.h"
 #include "physics/simulate/grab_spring.h"
+#include "physics/simulate/weights.h"
 
 namespace pliant {
 namespace {
 
 bool marks_particles(InteractionType type) {
   return type == InteractionType::kPointForce || type == InteractionType::kImpulse || type == InteractionType::kGrab ||
-         type == InteractionType::kGust || type == InteractionType::kTorque || type == InteractionType::kWind;
+         type == InteractionType::kGust || type == InteractionType::kTorque || type == InteractionType::kWind ||
+         type == InteractionType::kWeight;
 }
 
 template <class T>
@@ -46,7 +48,7 @@ void add_collider(Collider collider, std::vector<Collider>& colliders) {
 template <class T>
 LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticles<T>& particles,
                               const std::vector<Interaction>& interactions)
-    : options_(options), body_mass_(particles.total_mass()), bits_(particles.size(), 0) {
+    : options_(options), bits_(particles.size(), 0) {
   const double dx = options.cell_size > 0 ? options.cell_size : static_cast<double>(particles.cell_size);
   Box bounds;
   std::vector<double> mass;
@@ -63,6 +65,8 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
   for (size_t o = 0; o < mass.size(); ++o) density_.push_back(volume_[o] > 0 ? mass[o] / volume_[o] : 0);
   body_size_ = bounds.size().norm() + 4 * dx;
   cell_size_ = dx;
+  const std::vector<T> loaded = masses_with_weights(particles, interactions);
+  for (const T m : loaded) body_mass_ += m;
   int used_bits = 0;
   for (size_t k = 0; k < interactions.size(); ++k) {
     validate_interaction(interactions[k], k);
@@ -105,7 +109,7 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
       for (size_t i = 0; i < particles.size(); ++i) {
         if (!it.region.contains(particles.position[i].template cast<double>())) continue;
         bits_[i] |= entry.bit;
-        entry.mass += particles.mass[i];
+        entry.mass += loaded[i];
         entry.volume += particles.volume[i];
         entry.max_force += static_cast<double>(particles.young[i]) * particles.volume[i];
         if (it.type == InteractionType::kGrab || it.type == InteractionType::kTorque)
@@ -280,13 +284,17 @@ void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>
         loads.body.back().wind = it.vector.template cast<T>();
         loads.body.back().pressure = static_cast<T>(part * 0.5 * it.air_density * it.drag_coefficient);
         break;
+      case InteractionType::kWeight:
+        // It was not there when the body was captured.
+        if (cancels_gravity(middle)) add<T>(loads, entry.bit, it.mass / entry.mass * options_.gravity);
+        break;
     }
     body_source.resize(loads.body.size(), static_cast<int>(k));
   }
   loads.source = std::move(collider_source);
   loads.source.insert(loads.source.end(), pin_source.begin(), pin_source.end());
   loads.source.insert(loads.source.end(), body_source.begin(), body_source.end());
-  if (options_.rest_shape == RestShapeMode::kCaptured && pinned(middle)) gravity -= options_.gravity;
+  if (cancels_gravity(middle)) gravity -= options_.gravity;
   loads.gravity = gravity.cast<T>();
   loads.velocity_scale = options_.damping_time > 0 ? static_cast<T>(std::exp(-2 * dt / options_.damping_time)) : T(1);
   loads.viscosity_time = static_cast<T>(options_.viscosity_time);

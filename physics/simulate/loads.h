@@ -21,6 +21,7 @@ constexpr double kClampReach = 0.5, kClampSpring = 2, kClampDepth = 0.75;
 struct LoadsGradient {
   std::vector<Vec3d> vector;         ///< [interactions] by Interaction::vector
   std::vector<double> touched_mass;  ///< [interactions] by the touched mass
+  std::vector<double> weight;        ///< [interactions] by Interaction::mass, as far as gravity pulls at it
   std::vector<double> max_force;     ///< [interactions] by the default largest force of a grab
   double body_mass = 0;
   Vec3d gravity = Vec3d::Zero();  ///< by SimulateOptions::gravity
@@ -28,14 +29,18 @@ struct LoadsGradient {
   std::vector<double> density;  ///< [objects] by the mean density of each, as far as any touch
 
   explicit LoadsGradient(size_t interactions)
-      : vector(interactions, Vec3d::Zero()), touched_mass(interactions, 0.0), max_force(interactions, 0.0) {}
+      : vector(interactions, Vec3d::Zero()),
+        touched_mass(interactions, 0.0),
+        weight(interactions, 0.0),
+        max_force(interactions, 0.0) {}
 };
 
 /// Turns an interaction script into what acts during each substep.
 template <class T>
 class LoadSchedule {
  public:
-  /// Marks the touched particles.  Throws Error{kUsage} when a force, impulse, grab or gust touches none.
+  /// Marks the touched particles; `particles` are without the weights.  Throws Error{kUsage} when a force, impulse,
+  /// grab, gust or weight touches none.
   LoadSchedule(const SimulateOptions& options, const BasicParticles<T>& particles,
                const std::vector<Interaction>& interactions);
 
@@ -48,6 +53,8 @@ class LoadSchedule {
   bool has_wind() const;
   /// Whether a pin that reaches the body is active at time t.
   bool pinned(double t) const;
+  /// Whether the gravity under which the body was captured is cancelled at time t.
+  bool cancels_gravity(double t) const { return options_.rest_shape == RestShapeMode::kCaptured && pinned(t); }
   /// Loads of the substep [t, t + dt]; a load that starts or ends inside it acts for its part of it.  `source` holds
   /// the numbers of the interactions.
   void at(double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads) const;
@@ -58,8 +65,10 @@ class LoadSchedule {
   /// the particles at the start of the step what they did to the loads.
   void at_adjoint(double t, double dt, const TapeStep<T>& step, const StepLoadsGradient& by_loads,
                   StepAdjoint<T>& particles, LoadsGradient& gradient) const;
-  /// Adds to by_mass [N] what the masses of the touched particles, of the body and of its objects did.
-  void add_by_mass(const BasicParticles<T>& particles, const LoadsGradient& gradient, std::vector<T>& by_mass) const;
+  /// Adds to by_mass [N], by the masses with weights, what those of the touched particles, of the body and of its
+  /// objects did; returns the derivatives by the mass of each weight [interactions].
+  std::vector<double> add_by_mass(const BasicParticles<T>& particles, const LoadsGradient& gradient,
+                                  std::vector<T>& by_mass) const;
   /// Adds to by_young [m^2] what the stiffness of grabbed material did through the largest force.
   void add_by_young(const BasicParticles<T>& particles, const LoadsGradient& gradient, std::vector<T>& by_young) const;
 
@@ -68,7 +77,7 @@ class LoadSchedule {
     Interaction interaction;
     double end = 0;
     uint32_t bit = 0;
-    double mass = 0;            // touched, kg
+    double mass = 0;            // touched, with weights, kg
     double volume = 0;          // touched, m^3
     double max_force = 0;       // of a grab, N
     std::vector<int> touched;   // only of what depends on their motion

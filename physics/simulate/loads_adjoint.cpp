@@ -3,6 +3,7 @@
 #include "gaussians/base/error.h"
 #include "physics/simulate/grab_spring.h"
 #include "physics/simulate/loads.h"
+#include "physics/simulate/weights.h"
 
 namespace pliant {
 
@@ -55,13 +56,22 @@ void LoadSchedule<T>::at_adjoint(double t, double dt, const TapeStep<T>& step, c
       case InteractionType::kWind:
         if (part > 0) gradient.vector[k] += by.body[next++].wind;
         break;
+      case InteractionType::kWeight:
+        if (cancels_gravity(middle)) {
+          const Vec3d& a = by.body[next++].acceleration;
+          const double pull = a.dot(options_.gravity);
+          gradient.gravity += it.mass / entry.mass * a;
+          gradient.weight[k] += pull / entry.mass;
+          gradient.touched_mass[k] -= it.mass * pull / (entry.mass * entry.mass);
+        }
+        break;
     }
   }
   CHECK(next == by.body.size());
   if (gradient.density.size() < by.density.size()) gradient.density.resize(by.density.size());
   for (size_t o = 0; o < by.density.size(); ++o) gradient.density[o] += by.density[o];
   *gravity += by.gravity;
-  if (options_.rest_shape == RestShapeMode::kCaptured && pinned(middle)) gradient.gravity -= by.gravity;
+  if (cancels_gravity(middle)) gradient.gravity -= by.gravity;
   if (options_.damping_time > 0)
     gradient.damping_time += by.velocity_scale * std::exp(-2 * dt / options_.damping_time) * 2 * dt /
                              (options_.damping_time * options_.damping_time);
@@ -125,16 +135,25 @@ bool LoadSchedule<T>::torque_adjoint(const Entry& entry, double part, const Tape
 }
 
 template <class T>
-void LoadSchedule<T>::add_by_mass(const BasicParticles<T>& particles, const LoadsGradient& gradient,
-                                  std::vector<T>& by_mass) const {
+std::vector<double> LoadSchedule<T>::add_by_mass(const BasicParticles<T>& particles, const LoadsGradient& gradient,
+                                                 std::vector<T>& by_mass) const {
   for (size_t i = 0; i < by_mass.size(); ++i) {
     double sum = gradient.body_mass;
-    const size_t object = particles.object.empty() ? 0 : particles.object[i];
-    if (object < gradient.density.size() && volume_[object] > 0) sum += gradient.density[object] / volume_[object];
     for (size_t k = 0; k < entries_.size(); ++k)
       if (entries_[k].bit & bits_[i]) sum += gradient.touched_mass[k];
     by_mass[i] += static_cast<T>(sum);
   }
+  std::vector<Interaction> interactions;
+  for (const Entry& entry : entries_) interactions.push_back(entry.interaction);
+  std::vector<double> by_weight = weights_adjoint(particles, interactions, by_mass);
+  for (size_t k = 0; k < by_weight.size(); ++k) by_weight[k] += gradient.weight[k];
+  // The density is that of the bodies without the weights.
+  for (size_t i = 0; i < by_mass.size(); ++i) {
+    const size_t object = particles.object.empty() ? 0 : particles.object[i];
+    if (object < gradient.density.size() && volume_[object] > 0)
+      by_mass[i] += static_cast<T>(gradient.density[object] / volume_[object]);
+  }
+  return by_weight;
 }
 
 template <class T>

@@ -48,15 +48,27 @@ Region widened(const Region& region, double cell) {
   return out;
 }
 
+/// Mean force [N] over `duration` that a vector of length 1 makes on a body at rest.
+double newtons_of_one(const Interaction& load, double mass, double duration) {
+  switch (load.type) {
+    case InteractionType::kImpulse:
+      return 1 / duration;
+    case InteractionType::kGust:
+      return mass * (load.rate > 0 ? load.rate : 1);
+    default:
+      return 1;
+  }
+}
+
 }  // namespace
 
-PushSize size_push(const PushOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
-                   const Region& region, const Vec3d& direction) {
+LoadSize size_load(const PushOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
+                   const Interaction& load) {
   const auto require = [](bool good, const char* field, double value, const char* remedy) {
     if (!good) throw usage_error("push", field, "is " + std::to_string(value), remedy);
   };
   require(particles.size() > 0, "particles", 0, "seed the object first; it has no driving particle");
-  require(direction.norm() > 0 && direction.allFinite(), "direction", direction.norm(),
+  require(load.vector.norm() > 0 && load.vector.allFinite(), "direction", load.vector.norm(),
           "give a direction that is not zero");
   require(options.fraction > 0 && options.fraction < 1, "fraction", options.fraction, "give a fraction of the height");
   require(options.duration > 0 && std::isfinite(options.duration), "duration", options.duration, "give seconds");
@@ -75,21 +87,20 @@ PushSize size_push(const PushOptions& options, const Particles& particles, const
   }
   require(height > 0, "height", height, "give the height of the body in meters");
 
-  Interaction push;
-  push.type = InteractionType::kPointForce;
-  push.duration = options.duration;
-  push.region = widened(region, body.cell_size);
+  Interaction push = load;
+  push.region = widened(load.region, body.cell_size);
   SimulateOptions trial = options.simulate;
-  trial.duration = 2 * options.duration;  // a short push peaks after its end
+  trial.duration = load.start + 2 * options.duration;  // a short push peaks after its end
   trial.cell_size = 0;
   trial.settle_time = 0;
 
-  // A first force that would accelerate the body through the wanted way, were it free, and is small for a pinned one.
-  const double way = options.fraction * height;
-  PushSize size;
-  size.newtons = 0.1 * body.total_mass() * 2 * way / (options.duration * options.duration);
+  // A first load that would accelerate the body through the wanted way, were it free, and is small for a pinned one.
+  const double way = options.fraction * height, mass = body.total_mass();
+  LoadSize size;
+  size.length =
+      0.1 * mass * 2 * way / (options.duration * options.duration) / newtons_of_one(load, mass, options.duration);
   for (; size.trials < options.trials;) {
-    push.vector = size.newtons * direction.normalized();
+    push.vector = size.length * load.vector.normalized();
     std::vector<Interaction> script = interactions;
     script.push_back(push);
     const double peak = simulate<float>(trial, body, script, initial_state(body)).summary.max_displacement;
@@ -98,10 +109,21 @@ PushSize size_push(const PushOptions& options, const Particles& particles, const
     require(peak > 0, "region", peak, "push where the body can move");
     const double error = size.peak_fraction / options.fraction;
     if (std::abs(error - 1) < 0.05 || size.trials == options.trials) break;
-    // Displacement grows with the force; large steps are taken in parts, because it does not grow in proportion.
-    size.newtons *= std::clamp(1 / error, 1e-3, 1e3);
+    // Displacement grows with the load; large steps are taken in parts, because it does not grow in proportion.
+    size.length *= std::clamp(1 / error, 1e-3, 1e3);
   }
   return size;
+}
+
+PushSize size_push(const PushOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
+                   const Region& region, const Vec3d& direction) {
+  Interaction push;
+  push.type = InteractionType::kPointForce;
+  push.duration = options.duration;
+  push.region = region;
+  push.vector = direction;
+  const LoadSize size = size_load(options, particles, interactions, push);
+  return {size.length, size.peak_fraction, size.trials};
 }
 
 }  // namespace pliant

@@ -22,9 +22,20 @@ struct PushSize {
   int trials = 0;
 };
 
-/// Force whose push on `region` along `direction` moves the body by `fraction` of its height at most, found by short
-/// trials of the dynamics themselves: a small force first, then corrections for what is not linear.
-/// `interactions` are the pins and the ground of the real run.  Throws Error{kUsage} when the region touches nothing.
+/// How long the vector of a load must be.
+struct LoadSize {
+  double length = 0;         ///< in the units of its vector
+  double peak_fraction = 0;  ///< reached by the last trial
+  int trials = 0;
+};
+/// Length of `load`'s vector with which it moves the body by `fraction` of its height at most, found by short trials of
+/// the dynamics themselves: a small load first, then corrections for what is not linear.  Its vector gives the
+/// direction.  `interactions` are the pins and the ground of the real run.  Throws Error{kUsage} when it touches
+/// nothing.
+LoadSize size_load(const PushOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
+                   const Interaction& load);
+
+/// size_load() of a force on `region` along `direction` from the start.
 PushSize size_push(const PushOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
                    const Region& region, const Vec3d& direction);
 

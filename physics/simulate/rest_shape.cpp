@@ -15,7 +15,10 @@ RestShape<T> solve_rest_shape(const RestShapeOptions& options, const BasicPartic
   loaded.rest_shape = RestShapeMode::kSolve;  // all of gravity acts
   loaded.grid = GridKind::kEulerian;          // the shape at rest is what is sought
   SimulateSummary ignored;
-  Simulator<T> simulator(loaded, particles, resting_interactions(interactions), ignored);
+  // Weights are hung on the body afterwards.
+  std::vector<Interaction> world = resting_interactions(interactions);
+  std::erase_if(world, [](const Interaction& it) { return it.type == InteractionType::kWeight; });
+  Simulator<T> simulator(loaded, particles, world, ignored);
   if (!simulator.schedule().pinned(0))
     throw usage_error("rest shape", "pin", "fixes nothing at time 0", "pin the body, or let it settle instead");
 

@@ -78,7 +78,7 @@ class Reverser {
         memory_(options.memory),
         substeps_(substeps),
         simulator_(options_, particles, interactions, summary_),
-        adjoint_(particles, simulator_.solver().data()),
+        adjoint_(simulator_.particles(), simulator_.solver().data()),
         loads_(interactions.size()) {}
 
   /// From derivatives by `end` to those by `start`, one frame before it.
@@ -116,7 +116,7 @@ class Reverser {
   void finish(const BasicParticles<T>& particles, RolloutGradient<T>& result) const {
     const ParticleGradient<T> by = adjoint_.particle_gradient();
     result.mass = by.mass;
-    simulator_.schedule().add_by_mass(particles, loads_, result.mass);
+    result.weight = simulator_.schedule().add_by_mass(particles, loads_, result.mass);
     add_young_and_poisson(particles, by, result);
     simulator_.schedule().add_by_young(particles, loads_, result.young);
     result.interaction = loads_.vector;

@@ -31,8 +31,9 @@ struct RolloutGradient {
 
   StateGradient<T> start;          ///< x, v, C, F, memory of the first state
   std::vector<T> young, poisson;   ///< [N]
-  std::vector<T> mass;             ///< [N] at fixed volume; by density: times the volume
+  std::vector<T> mass;             ///< [N] at fixed volume, weights apart; by density: times the volume
   std::vector<Vec3d> interaction;  ///< [interactions] by `vector`: force, impulse, acceleration, wind, gravity
+  std::vector<double> weight;      ///< [interactions] by `mass` of weights, 1/kg; 0 for all others
   Vec3d gravity = Vec3d::Zero();   ///< of the options
   double damping_time = 0, viscosity_time = 0;  ///< of the options; 0 where they are off
   std::vector<Damping> material;                ///< [materials]

@@ -36,7 +36,8 @@ std::vector<Interaction> resting_interactions(const std::vector<Interaction>& in
   for (const Interaction& it : interactions) {
     const bool collider =
         it.type == InteractionType::kCollider && it.path.empty() && it.vector.isZero() && it.angular_velocity.isZero();
-    const bool holds = it.type == InteractionType::kPin || it.type == InteractionType::kGround || collider;
+    const bool holds = it.type == InteractionType::kPin || it.type == InteractionType::kGround ||
+                       it.type == InteractionType::kWeight || collider;
     if (!holds || it.start != 0) continue;
     world.push_back(it);
     world.back().duration = INFINITY;

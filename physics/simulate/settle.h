@@ -11,7 +11,8 @@ struct SettleSummary {
   double displacement = 0;  ///< m, largest distance of a particle from where it was
 };
 
-/// Interactions that shape a state of rest: pins, grounds and colliders that act from the start and do not move.
+/// Interactions that shape a state of rest: weights, and pins, grounds and colliders that act from the start and do not
+/// move.
 std::vector<Interaction> resting_interactions(const std::vector<Interaction>& interactions);
 
 /// Takes frames of `simulator` until `state` rests or `max_seconds` are over.  Whenever kinetic energy has passed a

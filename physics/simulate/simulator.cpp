@@ -6,6 +6,7 @@
 #include "gaussians/base/error.h"
 #include "physics/body/surface_elements.h"
 #include "physics/laws/material.h"
+#include "physics/simulate/weights.h"
 
 namespace pliant {
 namespace {
@@ -37,24 +38,30 @@ Vec3d median(const std::vector<Vec3<T>>& points) {
   return result;
 }
 
+template <class T>
+BasicParticles<T> with_weights(BasicParticles<T> particles, const std::vector<Interaction>& interactions) {
+  particles.mass = masses_with_weights(particles, interactions);
+  return particles;
+}
+
 }  // namespace
 
 template <class T>
 Simulator<T>::Simulator(const SimulateOptions& options, const BasicParticles<T>& particles,
                         const std::vector<Interaction>& interactions, SimulateSummary& summary)
     : options_(options),
-      particles_(particles),
+      particles_(with_weights(particles, interactions)),
       dx_(options.cell_size > 0 ? options.cell_size : static_cast<double>(particles.cell_size)),
       lagrangian_(is_lagrangian(options, particles)),
       schedule_(options, particles, interactions),
-      solver_(particles, dx_, grid_origin(particles, dx_),
+      solver_(particles_, dx_, grid_origin(particles, dx_),
               {.flip_time = options.flip_time, .lagrangian = lagrangian_, .sleep_speed = options.sleep_speed}),
       summary_(summary) {
   solver_.set_load_bits(schedule_.bits());
   if (schedule_.has_wind()) solver_.set_exposure(surface_elements(particles, dx_));
   Vec3<T> low = particles.position[0], high = low;
   for (size_t i = 0; i < particles.size(); ++i) {
-    const double density = static_cast<double>(particles.mass[i]) / particles.volume[i];
+    const double density = static_cast<double>(particles_.mass[i]) / particles.volume[i];
     const double c = sound_speed(particles.material(i), particles.young[i], particles.poisson[i], density);
     const Lame<double> law = lame<double>(particles.young[i], particles.poisson[i]);
     const Viscosity<double> viscous = viscosity(LawPoint<double>{&particles.material(i), law.mu, law.lambda});

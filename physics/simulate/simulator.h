@@ -12,12 +12,14 @@ namespace pliant {
 template <class T>
 class Simulator {
  public:
-  /// `particles` and `summary` must outlive this.
+  /// `summary` must outlive this.
   Simulator(const SimulateOptions& options, const BasicParticles<T>& particles,
             const std::vector<Interaction>& interactions, SimulateSummary& summary);
 
   const LoadSchedule<T>& schedule() const { return schedule_; }
   Mpm<T>& solver() { return solver_; }
+  /// What moves: the particles with the weights that hang on them.
+  const BasicParticles<T>& particles() const { return particles_; }
   /// Continues the path of grab or finger `k`.
   void set_path(size_t k, const std::vector<Interaction::PathPoint>& path) { schedule_.set_path(k, path); }
 
@@ -38,7 +40,7 @@ class Simulator {
   double courant_number(double speed, double dt, double limit) const;
 
   SimulateOptions options_;
-  const BasicParticles<T>& particles_;
+  BasicParticles<T> particles_;
   double dx_, diagonal_ = 0, sound_speed_ = 0;
   bool lagrangian_;
   LoadSchedule<T> schedule_;

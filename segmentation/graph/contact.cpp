@@ -82,18 +82,18 @@ Plane fit_plane(const std::vector<Vec3f>& points, float tolerance, uint64_t seed
   return best;
 }
 
-ContactRegion contact_region(const GaussianCloud& object, const GaussianCloud& support, const Vec3f& up) {
+ContactRegion contact_region(std::span<const Vec3f> object, std::span<const Vec3f> support, const Vec3f& up) {
   ContactRegion region;
   region.normal = up;
   if (object.size() == 0) return region;
 
   // Lower end and base of the object along the given up.
   std::vector<float> heights(object.size());
-  for (size_t i = 0; i < heights.size(); ++i) heights[i] = up.dot(object.position[i]);
+  for (size_t i = 0; i < heights.size(); ++i) heights[i] = up.dot(object[i]);
   const float bottom = quantile(heights, 0.01), height = quantile(heights, 0.99) - bottom;
   std::vector<Vec3f> base;
   for (size_t i = 0; i < heights.size(); ++i)
-    if (heights[i] <= bottom + 0.1f * height) base.push_back(object.position[i]);
+    if (heights[i] <= bottom + 0.1f * height) base.push_back(object[i]);
   Vec3f centre = Vec3f::Zero();
   for (const Vec3f& x : base) centre += x / static_cast<float>(base.size());
   auto sideways = [&](const Vec3f& x) { return (x - centre - up * up.dot(x - centre)).norm(); };
@@ -108,7 +108,7 @@ ContactRegion contact_region(const GaussianCloud& object, const GaussianCloud& s
   std::vector<Vec3f> nearby;
   for (float reach = 1; reach <= 4 && nearby.size() < kEnough; reach *= 2) {
     nearby.clear();
-    for (const Vec3f& x : support.position)
+    for (const Vec3f& x : support)
       if (sideways(x) <= radius + reach * 0.3f * region.size && std::abs(up.dot(x) - bottom) <= 0.3f * region.size)
         nearby.push_back(x);
   }
@@ -123,7 +123,7 @@ ContactRegion contact_region(const GaussianCloud& object, const GaussianCloud& s
   region.point = centre + up * (plane.normal.dot(plane.point - centre) / plane.normal.dot(up));
 
   // The object touches where it comes closer than a small part of its size to its own lowest height.
-  for (size_t i = 0; i < heights.size(); ++i) heights[i] = region.height(object.position[i]);
+  for (size_t i = 0; i < heights.size(); ++i) heights[i] = region.height(object[i]);
   region.band_low = quantile(heights, 0.01);
   region.band_high = std::max(region.band_low, 0.0f) + std::max(0.04f * region.size, 3 * region.thickness);
   for (float h : heights) region.touching += h <= region.band_high;

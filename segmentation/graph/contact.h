@@ -1,8 +1,9 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
-#include "gaussians/base/gaussian_cloud.h"
+#include "gaussians/base/types.h"
 
 namespace pliant {
 
@@ -34,7 +35,8 @@ Plane fit_plane(const std::vector<Vec3f>& points, float tolerance, uint64_t seed
                 float max_tilt = 0);
 
 /// Fits the support's plane under the object from the support's Gaussians near the object's lower end and finds the
-/// band of heights in which the object touches it.  `up` is a unit vector.
-ContactRegion contact_region(const GaussianCloud& object, const GaussianCloud& support, const Vec3f& up);
+/// band of heights in which the object touches it.  Both are given by the centres of their Gaussians.  `up` is a unit
+/// vector.
+ContactRegion contact_region(std::span<const Vec3f> object, std::span<const Vec3f> support, const Vec3f& up);
 
 }  // namespace pliant

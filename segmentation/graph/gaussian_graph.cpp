@@ -27,30 +27,25 @@ Vec3f rgb_of(const GaussianCloud& cloud, size_t p) {
   return (Vec3f::Constant(0.5f) + kSh0 * dc).cwiseMax(0.0f).cwiseMin(1.0f);
 }
 
-/// Places and weights of the edges at every node.
-struct Adjacency {
-  std::vector<int> start, to;
-  std::vector<float> weight;
-
-  explicit Adjacency(const GaussianGraph& graph) : start(graph.nodes.size() + 1, 0) {
-    for (const CutEdge& e : graph.edges) {
-      ++start[e.a + 1];
-      ++start[e.b + 1];
-    }
-    std::partial_sum(start.begin(), start.end(), start.begin());
-    std::vector<int> next(start.begin(), start.end() - 1);
-    to.resize(start.back());
-    weight.resize(start.back());
-    for (const CutEdge& e : graph.edges) {
-      to[next[e.a]] = e.b;
-      weight[next[e.a]++] = e.weight;
-      to[next[e.b]] = e.a;
-      weight[next[e.b]++] = e.weight;
-    }
-  }
-};
-
 }  // namespace
+
+Adjacency::Adjacency(size_t nodes, std::span<const CutEdge> edges) : start(nodes + 1, 0) {
+  for (const CutEdge& e : edges) {
+    ++start[e.a + 1];
+    ++start[e.b + 1];
+  }
+  std::partial_sum(start.begin(), start.end(), start.begin());
+  std::vector<int> next(start.begin(), start.end() - 1);
+  to.resize(start.back());
+  edge.resize(start.back());
+  for (size_t k = 0; k < edges.size(); ++k) {
+    const CutEdge& e = edges[k];
+    to[next[e.a]] = e.b;
+    edge[next[e.a]++] = static_cast<int>(k);
+    to[next[e.b]] = e.a;
+    edge[next[e.b]++] = static_cast<int>(k);
+  }
+}
 
 GaussianGraph gaussian_graph(const GaussianCloud& cloud, std::span<const uint8_t> member, int neighbours) {
   CHECK(member.size() == cloud.size() && neighbours > 0);
@@ -227,7 +222,7 @@ std::vector<uint8_t> attached_parts(const GaussianGraph& graph, const std::vecto
 }
 
 std::vector<int> enclosed_nodes(const GaussianGraph& graph, const std::vector<uint8_t>& label,
-                                const std::vector<uint8_t>& outside, float link, float least, float touch) {
+                                const std::vector<float>& outside, float link, float least, float touch) {
   const size_t n = graph.nodes.size();
   CHECK(label.size() == n && outside.size() == n);
   std::vector<uint8_t> away(n);
@@ -241,7 +236,7 @@ std::vector<int> enclosed_nodes(const GaussianGraph& graph, const std::vector<ui
   for (size_t i = 0; i < n; ++i) {
     if (part[i] < 0) continue;
     mass[part[i]] += graph.opacity[i];
-    if (outside[i]) ties[part[i]] += graph.opacity[i];
+    if (outside[i] > 0) ties[part[i]] += outside[i] * std::max(graph.opacity[i], 1e-6f);
   }
   for (size_t k = 0; k < graph.border.size(); ++k)
     if (const int at = part[graph.border[k].a]; at >= 0) ties[at] += graph.border_nearness[k];
@@ -252,16 +247,17 @@ std::vector<int> enclosed_nodes(const GaussianGraph& graph, const std::vector<ui
   return found;
 }
 
-std::vector<int> order_from(const GaussianGraph& graph, const std::vector<int>& sources, std::vector<float>* lengths) {
-  const Adjacency adjacency(graph);
-  std::vector<float> length(graph.nodes.size(), INFINITY);
+std::vector<int> order_from(const Adjacency& adjacency, std::span<const CutEdge> edges, const std::vector<int>& sources,
+                            std::vector<float>* lengths, float limit) {
+  const size_t n = adjacency.start.size() - 1;
+  std::vector<float> length(n, INFINITY);
   using Step = std::pair<float, int>;
   std::priority_queue<Step, std::vector<Step>, std::greater<>> open;
   for (int s : sources) {
     length[s] = 0;
     open.push({0.0f, s});
   }
-  std::vector<uint8_t> taken(graph.nodes.size(), 0);
+  std::vector<uint8_t> taken(n, 0);
   std::vector<int> order;
   while (!open.empty()) {
     const auto [d, i] = open.top();
@@ -270,9 +266,10 @@ std::vector<int> order_from(const GaussianGraph& graph, const std::vector<int>& 
     taken[i] = 1;
     order.push_back(i);
     for (int e = adjacency.start[i]; e < adjacency.start[i + 1]; ++e) {
-      if (!(adjacency.weight[e] > 1e-6f)) continue;
-      const float next = d + 0.1f - std::log(adjacency.weight[e]);
-      if (next < length[adjacency.to[e]]) {
+      const float weight = edges[adjacency.edge[e]].weight;
+      if (!(weight > 1e-6f)) continue;
+      const float next = d + 0.1f - std::log(weight);
+      if (next <= limit && next < length[adjacency.to[e]]) {
         length[adjacency.to[e]] = next;
         open.push({next, adjacency.to[e]});
       }
@@ -282,23 +279,32 @@ std::vector<int> order_from(const GaussianGraph& graph, const std::vector<int>& 
   return order;
 }
 
-size_t best_sweep(const GaussianGraph& graph, const std::vector<int>& order, size_t fewest) {
-  const Adjacency adjacency(graph);
-  std::vector<double> degree(graph.nodes.size(), 0);
+std::vector<int> order_from(const GaussianGraph& graph, const std::vector<int>& sources, std::vector<float>* lengths) {
+  return order_from(Adjacency(graph.nodes.size(), graph.edges), graph.edges, sources, lengths);
+}
+
+size_t best_sweep(const Adjacency& adjacency, std::span<const CutEdge> edges, std::span<const double> inner,
+                  const std::vector<int>& order, size_t fewest) {
+  const size_t n = adjacency.start.size() - 1;
+  std::vector<double> degree(n, 0);
   double total = 0;
-  for (const CutEdge& e : graph.edges) {
+  for (const CutEdge& e : edges) {
     degree[e.a] += e.weight;
     degree[e.b] += e.weight;
     total += 2.0 * e.weight;
   }
-  std::vector<uint8_t> inside(graph.nodes.size(), 0);
+  for (size_t i = 0; i < inner.size(); ++i) {
+    degree[i] += 2 * inner[i];
+    total += 2 * inner[i];
+  }
+  std::vector<uint8_t> inside(n, 0);
   double cut = 0, volume = 0, least = INFINITY;
   size_t best = std::min(fewest, order.size());
   for (size_t k = 0; k < order.size() && volume < 0.5 * total; ++k) {
     const int i = order[k];
-    double shared = 0;
+    double shared = inner.empty() ? 0 : inner[i];
     for (int e = adjacency.start[i]; e < adjacency.start[i + 1]; ++e)
-      if (inside[adjacency.to[e]]) shared += adjacency.weight[e];
+      if (inside[adjacency.to[e]]) shared += edges[adjacency.edge[e]].weight;
     inside[i] = 1;
     volume += degree[i];
     cut += degree[i] - 2 * shared;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+#include <span>
 #include <vector>
 
 #include "gaussians/base/gaussian_cloud.h"
@@ -20,6 +22,16 @@ struct GaussianGraph {
   std::vector<Vec3f> outside_lab;      ///< an even choice of what lies outside the graph
   std::vector<float> outside_opacity;
   float spacing = 0;  ///< median distance to the fifth neighbour (scene units)
+};
+
+/// The edges at every node.
+struct Adjacency {
+  std::vector<int> start;  ///< [nodes + 1] where those of a node begin
+  std::vector<int> to;     ///< node at the other end
+  std::vector<int> edge;   ///< place among the edges
+
+  Adjacency() = default;
+  Adjacency(size_t nodes, std::span<const CutEdge> edges);
 };
 
 /// Graph of the Gaussians with `member` != 0 and their `neighbours` nearest ones.  Weight of an edge, with d the
@@ -51,19 +63,22 @@ std::vector<uint8_t> attached_parts(const GaussianGraph& graph, const std::vecto
                                     std::vector<uint8_t> wanted);
 
 /// Nodes of label 0 that touch nothing but the object: parts, connected by nearness, that hold at least `least` of the
-/// object's opacity and whose ties to what lies outside the graph, or to nodes with `outside` != 0, are below `touch`
-/// of their own opacity.
+/// object's opacity and whose ties to what lies outside the graph are below `touch` of their own opacity; `outside`
+/// [nodes] times its own is that of a node, and infinite for one whose whole part stays away.
 std::vector<int> enclosed_nodes(const GaussianGraph& graph, const std::vector<uint8_t>& label,
-                                const std::vector<uint8_t>& outside, float link, float least, float touch);
+                                const std::vector<float>& outside, float link, float least, float touch);
 
 /// Order of nodes by the length of the shortest path from `sources`, edge length 0.1 - log weight; nodes that no path
-/// reaches are left out.  `length` receives the paths [nodes], infinite for these.
+/// of at most `limit` reaches are left out.  `length` receives the paths [nodes], infinite for these.
+std::vector<int> order_from(const Adjacency& adjacency, std::span<const CutEdge> edges, const std::vector<int>& sources,
+                            std::vector<float>* length = nullptr, float limit = INFINITY);
 std::vector<int> order_from(const GaussianGraph& graph, const std::vector<int>& sources,
                             std::vector<float>* length = nullptr);
 
 /// How many of the first nodes of `order` are cut off best: least ratio of the weight of edges that leave them to the
 /// weight of edges at them (conductance of a sweep cut; Andersen, Chung and Lang 2006).  At least `fewest`, at most
-/// half the nodes.
-size_t best_sweep(const GaussianGraph& graph, const std::vector<int>& order, size_t fewest);
+/// half the nodes.  `inner` [nodes] is the weight of edges inside each node, where nodes are groups; it may be empty.
+size_t best_sweep(const Adjacency& adjacency, std::span<const CutEdge> edges, std::span<const double> inner,
+                  const std::vector<int>& order, size_t fewest);
 
 }  // namespace pliant

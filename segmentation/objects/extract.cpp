@@ -122,11 +122,12 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
   for (int p : background)
     if (segmentation.label[p] == summary.support) support.push_back(p);
   const GaussianCloud support_cloud = cloud.select(support);
-  result.contact = contact_region(cloud.select(members), support_cloud, options.up);
+  result.contact = contact_region(cloud.select(members).position, support_cloud.position, options.up);
   if (result.contact.found) {
     settle_contact(cloud, segmentation, summary.support, options.support != 0, link, result.contact, place, rule,
                    summary);
-    result.contact = contact_region(cloud.select(indices_of(place, Place::kObject)), support_cloud, options.up);
+    result.contact =
+        contact_region(cloud.select(indices_of(place, Place::kObject)).position, support_cloud.position, options.up);
   }
   if (options.enclosed) summary.enclosed = take_enclosed(cloud, place, rule);
   if (options.island_share > 0)

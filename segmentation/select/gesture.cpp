@@ -15,6 +15,7 @@ namespace {
 /// Least share of what lies around an object's foot that makes a plane a support (a rough lawn: a quarter; a wall
 /// that the object hangs on, cut by any plane: up to a fifth).
 constexpr float kPlaneShare = 0.22f;
+constexpr float kFar = 6;  // standard deviations at which nothing is left of a normal distribution
 
 void count_rules(const std::vector<SelectionRule>& rules, GestureResult::Summary& summary) {
   summary.selected = summary.outside = summary.cut = summary.part = summary.refined = 0;
@@ -29,99 +30,84 @@ void count_rules(const std::vector<SelectionRule>& rules, GestureResult::Summary
 
 }  // namespace
 
-void Selector::cut(const GraphCutOptions& cut_options, const Lift& lift) {
-  evidence_ = evidence_of(lift);
-  GraphCutOptions with_seed = cut_options;
-  with_seed.model.seed = options_.seed;
-  cut_graph(with_seed, graph_, evidence_, label_);
-}
-
 /// The largest part, parts that were marked as the object's, and those that lie against them.
 void Selector::keep_main_part() {
   const std::vector<int> part = connected_parts(graph_, label_, options_.link, !planes_.empty());
   std::vector<uint8_t> wanted(label_.size() + 1, 0);
   wanted[0] = 1;
-  for (size_t i = 0; i < label_.size(); ++i)
-    if (label_[i] && fixed_[graph_.nodes[i]] > 0) wanted[part[i]] = 1;
+  for (size_t p = 0; p < label_.size(); ++p)
+    if (label_[p] && fixed_[p] > 0) wanted[part[p]] = 1;
   if (options_.attach) wanted = attached_parts(graph_, part, std::move(wanted));
-  for (size_t i = 0; i < label_.size(); ++i) {
-    if (!label_[i] || wanted[part[i]]) continue;
-    label_[i] = 0;
-    rule_[graph_.nodes[i]] = SelectionRule::kPart;
+  for (size_t p = 0; p < label_.size(); ++p) {
+    if (!label_[p] || wanted[part[p]]) continue;
+    label_[p] = 0;
+    rule_[p] = SelectionRule::kPart;
   }
 }
 
 /// Evidence against what lies in the plane under the selection, or below it.
 void Selector::find_support() {
   if (options_.support <= 0 || options_.up.isZero()) return;
-  const std::vector<float> membership = memberships();
-  std::vector<int> object, rest;
+  std::vector<Vec3f> object, rest;
   for (size_t p = 0; p < cloud_.size(); ++p)
-    if (cloud_.opacity_logit[p] > 0) (membership[p] > 0 ? object : rest).push_back(static_cast<int>(p));
-  const ContactRegion contact = contact_region(cloud_.select(object), cloud_.select(rest), options_.up);
+    if (cloud_.opacity_logit[p] > 0) (label_[p] ? object : rest).push_back(cloud_.position[p]);
+  const ContactRegion contact = contact_region(object, rest, options_.up);
   if (!contact.found || contact.plane_share < kPlaneShare) return;
-  support_.resize(graph_.nodes.size());
+  support_.resize(cloud_.size());
   const float reach = 1.5f * std::max(contact.thickness, 1e-9f);
-  for (size_t i = 0; i < support_.size(); ++i) {
-    const float h = std::max(0.0f, contact.height(cloud_.position[graph_.nodes[i]])) / reach;
-    support_[i] = -options_.support * std::exp(-0.5f * h * h);
+  for (size_t p = 0; p < support_.size(); ++p) {
+    const float h = std::max(0.0f, contact.height(cloud_.position[p])) / reach;
+    support_[p] = h > kFar ? 0.0f : -options_.support * std::exp(-0.5f * h * h);
   }
 }
 
 /// Colours may carve a face out of a head: what is in the boxes and touches neither their border nor the plane of what
-/// lies outside them returns.
+/// lies outside them returns, but not what a stroke marks as background.
 void Selector::give_back_enclosed() {
   constexpr float kTouch = 0.02f, kThick = 3;
-  std::vector<int> object, rest;
-  for (size_t i = 0; i < label_.size(); ++i)
-    if (label_[i]) object.push_back(graph_.nodes[i]);
-  for (size_t p = 0; p < cloud_.size(); ++p)
-    if (!member_[p] && cloud_.opacity_logit[p] > 0) rest.push_back(static_cast<int>(p));
-  ContactRegion ground;
-  if (!options_.up.isZero() && !rest.empty())
-    ground = contact_region(cloud_.select(object), cloud_.select(rest), options_.up);
-  std::vector<uint8_t> outside(label_.size(), 0);
-  for (size_t i = 0; i < label_.size(); ++i) {
-    const int p = graph_.nodes[i];
-    outside[i] = fixed_[p] < 0 || (ground.found && ground.plane_share >= kPlaneShare &&
-                                   ground.height(cloud_.position[p]) < kThick * ground.thickness);
+  std::vector<Vec3f> object, rest;
+  for (size_t p = 0; p < label_.size(); ++p) {
+    if (label_[p]) object.push_back(cloud_.position[p]);
+    if (!member_[p] && cloud_.opacity_logit[p] > 0) rest.push_back(cloud_.position[p]);
   }
-  for (const int i : enclosed_nodes(graph_, label_, outside, options_.link, options_.enclosed, kTouch)) {
-    label_[i] = 1;
+  ContactRegion ground;
+  if (!options_.up.isZero() && !rest.empty()) ground = contact_region(object, rest, options_.up);
+  std::vector<float> outside(label_.size(), 0);
+  for (size_t p = 0; p < label_.size(); ++p) {
+    outside[p] = !member_[p] || (ground.found && ground.plane_share >= kPlaneShare &&
+                                 ground.height(cloud_.position[p]) < kThick * ground.thickness);
+    if (fixed_[p] < 0) outside[p] = INFINITY;
+  }
+  for (const int p : enclosed_nodes(graph_, label_, outside, options_.link, options_.enclosed, kTouch)) {
+    if (!member_[p]) continue;
+    label_[p] = 1;
     ++summary_.enclosed;
   }
-}
-
-std::vector<float> Selector::memberships() const {
-  std::vector<float> membership(cloud_.size(), 0.0f);
-  for (size_t i = 0; i < graph_.nodes.size(); ++i) membership[graph_.nodes[i]] = label_[i];
-  return membership;
 }
 
 GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
   const auto start = std::chrono::steady_clock::now();
   find_members(shape);
   fix_seeds();
-  graph_ = gaussian_graph(cloud_, member_, options_.neighbours);
-  if (graph_.nodes.empty())
+  if (std::none_of(member_.begin(), member_.end(), [](uint8_t m) { return m; }))
     throw usage_error(gesture_.boxes.empty() ? "--click" : "--box", "", "leaves no Gaussians that could be selected",
                       "choose boxes that show the same object");
-  if (shape) graph_.border.clear();  // a shape may cut through the object, a box does not
   spread_seeds();
+  label_.assign(cloud_.size(), 0);
   if (!gesture_.boxes.empty()) {
     look_at_boxes();
-    const std::vector<float> evidence = evidence_of(prompts_);
-    label_.resize(evidence.size());
-    for (size_t i = 0; i < evidence.size(); ++i) label_[i] = evidence[i] > 0;
-    cut(options_.cut, prompts_);
+    evidence_ = evidence_of(prompts_);
+    for (size_t p = 0; p < evidence_.size(); ++p) label_[p] = member_[p] && evidence_[p] > 0;
+    cut(options_.cut);
   } else {
     if (std::none_of(fixed_.begin(), fixed_.end(), [](int8_t f) { return f > 0; }))
       throw usage_error("--click", "", "marks no part of the object",
                         "click on the object, draw a stroke fg over it, or give a --box");
     propose_around_seeds();
+    cut(options_.cut);
   }
-  for (size_t i = 0; i < label_.size(); ++i)
-    if (!label_[i]) rule_[graph_.nodes[i]] = SelectionRule::kCut;
+  for (size_t p = 0; p < label_.size(); ++p)
+    if (member_[p] && !label_[p]) rule_[p] = SelectionRule::kCut;
   keep_main_part();
   find_support();
   const std::vector<uint8_t> first = label_;
@@ -131,43 +117,26 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
     if (round + 1 < options_.refine_rounds) find_support();
   }
 
-  for (size_t i = 0; i < label_.size(); ++i) summary_.added += label_[i] && !first[i];
+  for (size_t p = 0; p < label_.size(); ++p) summary_.added += label_[p] && !first[p];
   if (!gesture_.boxes.empty() && !shape) give_back_enclosed();
 
   GestureResult result;
   result.probability.assign(cloud_.size(), 0.0f);
-  for (size_t i = 0; i < label_.size(); ++i) {
-    const int p = graph_.nodes[i];
+  for (size_t p = 0; p < label_.size(); ++p) {
+    if (!member_[p]) continue;
     // Evidence alone decides how sure the label is, the cut which side it is on.
-    const float sure = sigmoid(std::clamp(evidence_[i], -6.0f, 6.0f));
-    result.probability[p] = label_[i] ? std::max(sure, 0.55f) : std::min(sure, 0.45f);
-    if (label_[i]) {
-      rule_[p] = SelectionRule::kKept;
-      summary_.selected += 1;
-    }
+    const float sure = sigmoid(std::clamp(evidence_[p], -6.0f, 6.0f));
+    result.probability[p] = label_[p] ? std::max(sure, 0.55f) : std::min(sure, 0.45f);
+    if (label_[p]) rule_[p] = SelectionRule::kKept;
   }
+  count_rules(rule_, summary_);
   if (summary_.selected == 0)
     throw usage_error(gesture_.boxes.empty() ? "--click" : "--box", "", "selects nothing",
                       "draw the box a little wider, or add --stroke fg,... over the object");
-  count_rules(rule_, summary_);
   summary_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   result.rule = std::move(rule_);
   result.summary = std::move(summary_);
   return result;
-}
-
-GestureOptions GestureOptions::prototype() {
-  GestureOptions options;
-  options.attach = false;
-  options.support = 0;
-  options.stroke_reach = 0;
-  options.unseen_prior = 1;
-  options.apart_from_planes = false;
-  options.enclosed = 1;
-  options.one_by_one = false;
-  options.refine_rounds = 1;
-  options.cut.outside = options.refine_cut.outside = 0;
-  return options;
 }
 
 std::string GestureResult::Summary::describe() const {
@@ -199,19 +168,27 @@ GestureResult joined(const GestureResult& before, GestureResult after, bool adds
 
 GestureResult select_by_gesture(const GestureOptions& options, const Gesture& gesture,
                                 const std::optional<SelectionShape>& shape, const GaussianCloud& cloud,
-                                const std::vector<Camera>& cameras) {
+                                const std::vector<Camera>& cameras, const PreparedScene& scene) {
   CHECK(!gesture.empty());
   // Strokes count one after the other where boxes already say what is meant.
-  if (gesture.boxes.empty() || !options.one_by_one) return Selector(options, gesture, cloud, cameras).run(shape);
+  if (gesture.boxes.empty() || !options.one_by_one) return Selector(options, gesture, cloud, cameras, scene).run(shape);
   Gesture so_far;
   so_far.boxes = gesture.boxes;
   std::optional<GestureResult> result;
   for (size_t k = 0; k <= gesture.strokes.size(); ++k) {
     if (k > 0) so_far.strokes.push_back(gesture.strokes[k - 1]);
-    GestureResult next = Selector(options, so_far, cloud, cameras).run(shape);
+    GestureResult next = Selector(options, so_far, cloud, cameras, scene).run(shape);
     result = result ? joined(*result, std::move(next), so_far.strokes.back().foreground) : std::move(next);
   }
   return *std::move(result);
+}
+
+std::vector<uint8_t> guess_by_click(const GestureOptions& options, const StrokePrompt& click,
+                                    const GaussianCloud& cloud, const std::vector<Camera>& cameras,
+                                    const PreparedScene& scene) {
+  Gesture gesture;
+  gesture.strokes.push_back(click);
+  return Selector(options, gesture, cloud, cameras, scene).guess();
 }
 
 }  // namespace pliant

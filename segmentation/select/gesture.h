@@ -8,6 +8,7 @@
 #include "segmentation/graph/gaussian_graph.h"
 #include "segmentation/select/gesture_prompts.h"
 #include "segmentation/select/grab_cut.h"
+#include "segmentation/select/prepared_scene.h"
 #include "segmentation/select/selection.h"
 #include "segmentation/select/window_view.h"
 
@@ -16,23 +17,22 @@ namespace pliant {
 struct GestureOptions {
   RenderOptions render;
   uint64_t seed = 1;
-  // Pictures: the box and half a box on each side, drawn anew at a fixed size.
-  int window = 320;     ///< px, longer side
+  // Pictures: the box and half a box on each side.
   float margin = 0.5f;  ///< of the box, on each side
-  GrabCutOptions picture;
+  GrabCutOptions picture = {.color = {.ridge = 6e-3f}, .data = 0.5f, .levels = {}};
+  int window = 320;  ///< px, longer side of the box with its margin: pictures are cut as if they were drawn so large
   // From pictures to Gaussians.
   float evidence = 3;   ///< log odds of a Gaussian that only pixels of the object show
   float confident = 1;  ///< px of blend weight from which on evidence counts fully
-  int neighbours = 10;  ///< of the graph
-  GraphCutOptions cut;
+  GraphCutOptions cut = {.smoothness = 6, .color = 0.7f, .model = {}};
   float link =
       0.02f;  ///< edges above this connect parts; by nearness alone before planes that part a thing from the rest
   bool attach = true;  ///< parts of other colours that lie against the object belong to it
   // Refinement: masks of more views, started from the selection so far.
-  int refine_rounds = 2, refine_views = 12, refine_window = 320, refine_band = 6, refine_iterations = 3;
+  int refine_rounds = 2, refine_views = 12, refine_window = 320, refine_band = 6;
+  GrabCutOptions refine_picture = {.color = {}, .data = 0.3f, .iterations = 3, .levels = {}};
   float refine_prior = 2;  ///< log odds in a picture of what the selection so far says
-  GraphCutOptions refine_cut = {2, 0.5f, 4, 0, 2, {}};
-  // Beyond the measured prototype.
+  GraphCutOptions refine_cut = {.smoothness = 2, .color = 0.5f, .rounds = 2, .model = {}};
   float support = 3;  ///< log odds against what lies in or below the plane the object stands on
   float unseen_prior =
       0.3f;                ///< share of refine_prior that holds for Gaussians on which the boxes' pictures say nothing
@@ -42,8 +42,6 @@ struct GestureOptions {
                              ///< share of its opacity; 1 = never
   bool one_by_one = true;    ///< beside boxes, a background stroke only takes away and a foreground one only adds
   Vec3f up = Vec3f::Zero();  ///< unit, of the scene; zero = unknown, no plane is looked for
-  // The measured prototype, for comparison.
-  static GestureOptions prototype();
 };
 
 /// Which rule took a Gaussian out of the selection.
@@ -82,6 +80,11 @@ struct GestureResult {
 /// Error{kUsage} when nothing is selected.
 GestureResult select_by_gesture(const GestureOptions& options, const Gesture& gesture,
                                 const std::optional<SelectionShape>& shape, const GaussianCloud& cloud,
-                                const std::vector<Camera>& cameras);
+                                const std::vector<Camera>& cameras, const PreparedScene& prepared);
+
+/// What a click would select, about, in a fraction of the time: the superpoints that hang together with it [N].
+std::vector<uint8_t> guess_by_click(const GestureOptions& options, const StrokePrompt& click,
+                                    const GaussianCloud& cloud, const std::vector<Camera>& cameras,
+                                    const PreparedScene& prepared);
 
 }  // namespace pliant

@@ -2,7 +2,9 @@
 
 #include <vector>
 
+#include "gaussians/base/image.h"
 #include "segmentation/graph/color_model.h"
+#include "segmentation/graph/min_cut.h"
 
 namespace pliant {
 
@@ -23,6 +25,9 @@ struct GrabCutInput {
   std::vector<PixelSeed> seed;  ///< [H * W]
   std::vector<float> prior;     ///< [H * W] log odds of foreground, or empty
   std::vector<uint8_t> start;   ///< [H * W] first labels of unknown pixels, or empty: all foreground
+  // Regions in place of pixels, where area is not empty; width and height do not count.
+  std::vector<float> area;     ///< factor of what a region's colour and prior say
+  std::vector<CutEdge> edges;  ///< between regions, in place of picture_edges
 };
 
 struct GrabCutResult {
@@ -33,6 +38,13 @@ struct GrabCutResult {
   /// for foreground.  Empty without levels.
   std::vector<float> logit;
 };
+
+/// Colours of a picture, see lab_of_rgb.
+std::vector<Vec3f> lab_pixels(const ImageF& rgb);
+
+/// Edges of pixels to the right, below, and along both diagonals: exp(-beta dLab^2) / distance, beta = 1 / (2 mean
+/// dLab^2).
+std::vector<CutEdge> picture_edges(int width, int height, const std::vector<Vec3f>& lab);
 
 /// Foreground of a picture by turns of colour models and a minimum cut over 8 neighbours (Rother, Kolmogorov and Blake
 /// 2004).  Where one side has no colours left, the labels reached so far are returned.

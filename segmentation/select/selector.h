@@ -1,5 +1,7 @@
 #pragma once
 
+#include <memory>
+
 #include "segmentation/discover/automatic_supports.h"
 #include "segmentation/select/gesture.h"
 
@@ -9,37 +11,37 @@ namespace pliant {
 class Selector {
  public:
   Selector(const GestureOptions& options, const Gesture& gesture, const GaussianCloud& cloud,
-           const std::vector<Camera>& cameras)
+           const std::vector<Camera>& cameras, const PreparedScene& scene)
       : options_(options),
         gesture_(gesture),
         cloud_(cloud),
         cameras_(cameras),
+        scene_(scene),
+        graph_(scene.graph),
         prompts_(cloud.size()),
         rule_(cloud.size()) {}
 
   GestureResult run(const std::optional<SelectionShape>& shape);
+  std::vector<uint8_t> guess();  ///< [N] what is proposed around the seeds
 
  private:
   void find_members(const std::optional<SelectionShape>& shape);
   void fix_seeds();
   void spread_seeds();
   void look_at_boxes();
-  std::vector<float> shown() const;
   void find_planes(const std::vector<int>& sources);
   bool on_plane(int p) const;
-  GaussianGraph without_planes() const;
   void propose_around_seeds();
-  void cut(const GraphCutOptions& cut_options, const Lift& lift);
+  void cut(const GraphCutOptions& cut_options);
   void keep_main_part();
   void find_support();
   void give_back_enclosed();
-  std::vector<WindowView> views_of_selection() const;
+  struct Look;
+  std::vector<Look> looks_at_selection();
   void refine();
 
-  GrabCutInput input_of(const WindowView& window, const RenderResult& picture) const;
-  void seed_strokes(const WindowView& window, GrabCutInput& input) const;
+  const RegionView& view_of(int camera);
   std::vector<float> evidence_of(const Lift& lift) const;
-  std::vector<float> memberships() const;
 
   static constexpr float kFixed = 1e4f;  // evidence on Gaussians that a stroke covers
 
@@ -47,17 +49,21 @@ class Selector {
   const Gesture& gesture_;
   const GaussianCloud& cloud_;
   const std::vector<Camera>& cameras_;
+  const PreparedScene& scene_;
+  const GaussianGraph& graph_;
 
-  std::vector<uint8_t> member_;      // [N] may belong to the object
-  std::vector<int8_t> fixed_;        // [N] +1 / -1 under strokes
-  GaussianGraph graph_;              // of the members
-  std::vector<uint8_t> label_;       // [nodes]
-  std::vector<float> evidence_;      // [nodes] of the last cut
-  std::vector<float> support_;       // [nodes] evidence from the plane that the object stands on
-  std::vector<Support> planes_;      // that what was clicked stands on or hangs at
-  std::vector<float> spread_;        // [nodes] -1..1, how strokes reach along the graph
-  Lift prompts_;                     // of the boxes' masks
-  std::vector<SelectionRule> rule_;  // [N]
+  std::vector<uint8_t> member_;                          // [N] may belong to the object
+  std::vector<float> held_;                              // [N] weight of the edges to what may not
+  std::vector<float> coarse_weight_;                     // [edges of the superpoints] between members
+  std::vector<int8_t> fixed_;                            // [N] +1 / -1 under strokes
+  std::vector<uint8_t> label_;                           // [N]
+  std::vector<float> evidence_;                          // [N] of the last cut
+  std::vector<float> support_;                           // [N] evidence from the plane that the object stands on
+  std::vector<Support> planes_;                          // that what was clicked stands on or hangs at
+  std::vector<float> spread_;                            // [N] -1..1, how strokes reach along the graph
+  Lift prompts_;                                         // of the boxes' masks
+  std::vector<std::unique_ptr<RegionView>> more_views_;  // of cameras that are not prepared
+  std::vector<SelectionRule> rule_;                      // [N]
   GestureResult::Summary summary_;
 };
 

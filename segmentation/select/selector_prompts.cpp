@@ -31,6 +31,18 @@ void Selector::find_members(const std::optional<SelectionShape>& shape) {
       4096);
   for (size_t p = 0; p < cloud_.size(); ++p)
     if (!member_[p]) rule_[p] = SelectionRule::kOutside;
+  // A shape may cut through the object, a box does not.
+  held_.assign(cloud_.size(), 0.0f);
+  coarse_weight_.assign(scene_.parts.edges.size(), 0.0f);
+  for (size_t e = 0; e < graph_.edges.size(); ++e) {
+    const auto& [a, b, weight] = graph_.edges[e];
+    if (member_[a] && member_[b]) {
+      if (const int k = scene_.parts.edge_of[e]; k >= 0) coarse_weight_[k] += weight;
+    } else if (!shape) {
+      if (member_[a]) held_[a] += weight;
+      if (member_[b]) held_[b] += weight;
+    }
+  }
 }
 
 void Selector::fix_seeds() {
@@ -66,74 +78,29 @@ void Selector::fix_seeds() {
 /// The nearer of the foreground's and the background's strokes, by exp(-(path / reach)^2 / 2).
 void Selector::spread_seeds() {
   if (options_.stroke_reach <= 0 || gesture_.strokes.empty()) return;
-  spread_.assign(graph_.nodes.size(), 0.0f);
+  constexpr float kFar = 5;  // reaches
+  spread_.assign(cloud_.size(), 0.0f);
   for (int8_t sign : {1, -1}) {
     std::vector<int> sources;
-    for (size_t i = 0; i < graph_.nodes.size(); ++i)
-      if (fixed_[graph_.nodes[i]] == sign) sources.push_back(static_cast<int>(i));
+    for (size_t p = 0; p < cloud_.size(); ++p)
+      if (fixed_[p] == sign) sources.push_back(static_cast<int>(p));
     std::vector<float> path;
-    order_from(graph_, sources, &path);
-    for (size_t i = 0; i < path.size(); ++i) {
-      const float far = path[i] / options_.stroke_reach, weight = std::exp(-0.5f * far * far);
-      if (weight > std::abs(spread_[i])) spread_[i] = sign * weight;
+    for (const int p : order_from(scene_.adjacency, graph_.edges, sources, &path, kFar * options_.stroke_reach)) {
+      const float far = path[p] / options_.stroke_reach, weight = std::exp(-0.5f * far * far);
+      if (weight > std::abs(spread_[p])) spread_[p] = sign * weight;
     }
   }
 }
 
-GrabCutInput Selector::input_of(const WindowView& window, const RenderResult& picture) const {
-  GrabCutInput input;
-  input.width = window.camera.width;
-  input.height = window.camera.height;
-  const size_t n = picture.color.pixels();
-  input.lab.resize(n);
-  input.seed.assign(n, PixelSeed::kUnknown);
-  for (size_t i = 0; i < n; ++i) {
-    const float* rgb = picture.color.data.data() + 3 * i;
-    input.lab[i] = lab_of_rgb(Vec3f(rgb[0], rgb[1], rgb[2]));
-  }
-  return input;
-}
-
-void Selector::seed_strokes(const WindowView& window, GrabCutInput& input) const {
-  for (const StrokePrompt& stroke : gesture_.strokes) {
-    if (stroke.camera != window.source) continue;
-    const std::vector<uint8_t> under = stroke_pixels(window, stroke);
-    for (size_t i = 0; i < under.size(); ++i)
-      if (under[i]) input.seed[i] = stroke.foreground ? PixelSeed::kForeground : PixelSeed::kBackground;
-  }
-}
-
-void Selector::look_at_boxes() {
-  for (const BoxPrompt& box : gesture_.boxes) {
-    const PictureRect rect{box.x0, box.y0, box.x1, box.y1};
-    const WindowView window(cameras_, box.camera, rect.grown(options_.margin), options_.window);
-    GrabCutInput input = input_of(window, render(cloud_, window.camera, options_.render));
-    const Vec2f low = window.to_window(box.x0, box.y0), high = window.to_window(box.x1, box.y1);
-    for (int y = 0; y < input.height; ++y)
-      for (int x = 0; x < input.width; ++x) {
-        PixelSeed& seed = input.seed[static_cast<size_t>(y) * input.width + x];
-        const bool inside = x + 0.5f >= low.x() && x + 0.5f <= high.x() && y + 0.5f >= low.y() && y + 0.5f <= high.y();
-        if (!inside && seed == PixelSeed::kUnknown) seed = PixelSeed::kBackground;
-      }
-    seed_strokes(window, input);
-    const GrabCutResult mask = grab_cut(options_.picture, input);
-    if (mask.pixels == 0)
-      summary_.warnings.push_back("the box in '" + cameras_[box.camera].name +
-                                  "' contains nothing that differs from its surroundings");
-    prompts_.add(cloud_, window.camera, options_.render, mask.foreground);
-  }
-}
-
 std::vector<float> Selector::evidence_of(const Lift& lift) const {
-  std::vector<float> evidence(graph_.nodes.size());
-  for (size_t i = 0; i < evidence.size(); ++i) {
-    const int p = graph_.nodes[i];
+  std::vector<float> evidence(cloud_.size());
+  for (size_t p = 0; p < evidence.size(); ++p) {
     if (lift.total[p] > 0)
-      evidence[i] = options_.evidence * std::min(1.0f, lift.total[p] / options_.confident) *
+      evidence[p] = options_.evidence * std::min(1.0f, lift.total[p] / options_.confident) *
                     (2 * lift.inside[p] / lift.total[p] - 1);
-    if (!support_.empty()) evidence[i] += support_[i];
-    if (!spread_.empty()) evidence[i] = (1 - std::abs(spread_[i])) * evidence[i] + options_.evidence * spread_[i];
-    if (fixed_[p]) evidence[i] = fixed_[p] * kFixed;
+    if (!support_.empty()) evidence[p] += support_[p];
+    if (!spread_.empty()) evidence[p] = (1 - std::abs(spread_[p])) * evidence[p] + options_.evidence * spread_[p];
+    if (fixed_[p]) evidence[p] = fixed_[p] * kFixed;
   }
   return evidence;
 }

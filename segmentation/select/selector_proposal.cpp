@@ -7,30 +7,15 @@
 
 namespace pliant {
 
-/// What the views show of every Gaussian: its blend weight.
-std::vector<float> Selector::shown() const {
-  constexpr int kViews = 16, kLongest = 320;  // px
-  Lift lift(cloud_.size());
-  const int count = static_cast<int>(std::min<size_t>(kViews, cameras_.size()));
-  for (int k = 0; k < count; ++k) {
-    const Camera& camera = cameras_[k * cameras_.size() / count];
-    const Camera small =
-        camera.scaled(std::min(1.0, static_cast<double>(kLongest) / std::max(camera.width, camera.height)));
-    lift.add(cloud_, small, options_.render, std::vector<uint8_t>(static_cast<size_t>(small.width) * small.height, 0));
-  }
-  return std::move(lift.total);
-}
-
-/// Planes that what was marked at these nodes stands on or hangs at.
+/// Planes that what was marked at these Gaussians stands on or hangs at.
 void Selector::find_planes(const std::vector<int>& sources) {
   if (sources.empty()) return;
   Vec3f middle = Vec3f::Zero();
-  for (const int i : sources) middle += cloud_.position[graph_.nodes[i]] / static_cast<float>(sources.size());
+  for (const int p : sources) middle += cloud_.position[p] / static_cast<float>(sources.size());
   SupportOptions options;
   options.seed = options_.seed;
-  const float diagonal = static_cast<float>(robust_framing(cloud_, Vec3d::UnitZ()).diagonal());
-  planes_ =
-      planes_behind(options, draw_points(cloud_.position, shown(), options_.seed), middle, diagonal, graph_.spacing);
+  planes_ = planes_behind(options, draw_points(cloud_.position, scene_.shown, options_.seed), middle, scene_.diagonal,
+                          graph_.spacing);
 }
 
 bool Selector::on_plane(int p) const {
@@ -38,42 +23,65 @@ bool Selector::on_plane(int p) const {
                      [&](const Support& plane) { return plane.height(cloud_.position[p]) <= plane.tolerance; });
 }
 
-/// The graph without what ties things to the planes behind them; what is left hangs together whatever its colours.
-GaussianGraph Selector::without_planes() const {
-  GaussianGraph apart = graph_;
-  for (size_t k = 0; k < apart.edges.size(); ++k) {
-    CutEdge& edge = apart.edges[k];
-    const bool joined =
-        apart.edge_nearness[k] > options_.link && on_plane(graph_.nodes[edge.a]) == on_plane(graph_.nodes[edge.b]);
-    edge.weight = joined ? apart.edge_nearness[k] : 0.0f;
-  }
-  return apart;
-}
-
 void Selector::propose_around_seeds() {
   std::vector<int> sources;
-  for (size_t i = 0; i < graph_.nodes.size(); ++i)
-    if (fixed_[graph_.nodes[i]] > 0) sources.push_back(static_cast<int>(i));
+  for (size_t p = 0; p < cloud_.size(); ++p)
+    if (fixed_[p] > 0) sources.push_back(static_cast<int>(p));
   if (options_.apart_from_planes) find_planes(sources);
-  const auto behind = [&](int i) { return on_plane(graph_.nodes[i]); };
-  if (!std::all_of(sources.begin(), sources.end(), behind)) {
+  std::vector<uint8_t> behind(cloud_.size());
+  for (size_t p = 0; p < cloud_.size(); ++p) behind[p] = on_plane(static_cast<int>(p));
+  if (!std::all_of(sources.begin(), sources.end(), [&](int p) { return behind[p]; })) {
     // A click near the foot covers some of the plane, too.
-    for (const int i : sources)
-      if (behind(i)) fixed_[graph_.nodes[i]] = 0;
-    std::erase_if(sources, behind);
+    for (const int p : sources)
+      if (behind[p]) fixed_[p] = 0;
+    std::erase_if(sources, [&](int p) { return behind[p]; });
   }
-  const GaussianGraph apart = planes_.empty() ? graph_ : without_planes();
-  const std::vector<int> order = order_from(apart, sources);
-  const size_t count = best_sweep(apart, order, std::max<size_t>(20, 2 * sources.size()));
-  label_.assign(graph_.nodes.size(), 0);
-  evidence_.assign(graph_.nodes.size(), -options_.evidence);
-  for (size_t k = 0; k < count; ++k) {
-    label_[order[k]] = 1;
-    evidence_[order[k]] = options_.evidence;
+  // The graph of the superpoints without what ties things to the planes behind them; what is left hangs together
+  // whatever its colours.  A superpoint has two nodes: of its Gaussians before the planes, and of those on them.
+  const Superpoints& parts = scene_.parts;
+  const int count = static_cast<int>(parts.size());
+  const auto node = [&](int p) { return parts.part[p] + (behind[p] ? count : 0); };
+  std::vector<double> inner(2 * parts.size(), 0);
+  std::vector<CutEdge> sums, strongest;
+  for (const int side : {0, count})
+    for (const CutEdge& e : parts.edges) sums.push_back({e.a + side, e.b + side, 0.0f});
+  strongest = sums;
+  for (size_t e = 0; e < graph_.edges.size(); ++e) {
+    const auto& [a, b, alike] = graph_.edges[e];
+    if (!member_[a] || !member_[b] || behind[a] != behind[b]) continue;
+    const float near = graph_.edge_nearness[e];
+    const float weight = planes_.empty() ? alike : near > options_.link ? near : 0.0f;
+    if (const int k = parts.edge_of[e]; k >= 0) {
+      const size_t at = static_cast<size_t>(k) + (behind[a] ? parts.edges.size() : 0);
+      sums[at].weight += weight;
+      strongest[at].weight = std::max(strongest[at].weight, weight);
+    } else {
+      inner[node(a)] += weight;
+    }
   }
-  for (size_t i = 0; i < graph_.nodes.size(); ++i)
-    if (fixed_[graph_.nodes[i]]) evidence_[i] = fixed_[graph_.nodes[i]] * kFixed;
-  cut_graph(options_.cut, graph_, evidence_, label_);
+  std::vector<int> marked;
+  for (const int p : sources) marked.push_back(node(p));
+  std::sort(marked.begin(), marked.end());
+  marked.erase(std::unique(marked.begin(), marked.end()), marked.end());
+  const Adjacency adjacency(inner.size(), sums);
+  const std::vector<int> order = order_from(adjacency, strongest, marked);
+  const size_t first = best_sweep(adjacency, sums, inner, order, 2 * marked.size());
+  std::vector<uint8_t> taken(inner.size(), 0);
+  for (size_t k = 0; k < first; ++k) taken[order[k]] = 1;
+  evidence_.assign(cloud_.size(), -options_.evidence);
+  for (size_t p = 0; p < cloud_.size(); ++p) {
+    label_[p] = member_[p] && taken[node(static_cast<int>(p))];
+    if (label_[p]) evidence_[p] = options_.evidence;
+    if (fixed_[p]) evidence_[p] = fixed_[p] * kFixed;
+  }
+}
+
+std::vector<uint8_t> Selector::guess() {
+  find_members({});
+  fix_seeds();
+  label_.assign(cloud_.size(), 0);
+  if (std::any_of(fixed_.begin(), fixed_.end(), [](int8_t f) { return f > 0; })) propose_around_seeds();
+  return std::move(label_);
 }
 
 }  // namespace pliant

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/portable.h"
 #include "gaussians/render/blend_weights.h"
 #include "gaussians/render/splat.h"
 
@@ -30,6 +31,30 @@ bool project_point(const Camera& camera, const Vec3f& x, Eigen::Vector2d& pixel)
   return true;
 }
 
+std::vector<int> may_show(const GaussianCloud& cloud, const Camera& camera) {
+  constexpr double kReach = 3.5, kFilter = 2;  // standard deviations of a splat, and px for the low-pass filter
+  // The Jacobian of the projection stretches by at most this, see splat.h.
+  const double x = 1.3 * std::max(std::abs(camera.cx), std::abs(camera.width - camera.cx)) / camera.fx,
+               y = 1.3 * std::max(std::abs(camera.cy), std::abs(camera.height - camera.cy)) / camera.fy;
+  const double stretch = kReach * std::sqrt(1 + x * x + y * y) * std::max(camera.fx, camera.fy);
+  std::vector<uint8_t> shows(cloud.size(), 0);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(cloud.size()),
+      [&](std::ptrdiff_t p) {
+        Eigen::Vector2d at;
+        if (!project_point(camera, cloud.position[p], at)) return;
+        const double depth = (camera.cam_from_world * cloud.position[p].cast<double>()).z();
+        const double reach = kFilter + stretch * std::exp(static_cast<double>(cloud.log_scale[p].maxCoeff())) / depth;
+        shows[p] =
+            at.x() > -reach && at.y() > -reach && at.x() < camera.width + reach && at.y() < camera.height + reach;
+      },
+      4096);
+  std::vector<int> out;
+  for (size_t p = 0; p < shows.size(); ++p)
+    if (shows[p]) out.push_back(static_cast<int>(p));
+  return out;
+}
+
 std::vector<uint8_t> stroke_pixels(const WindowView& window, const StrokePrompt& stroke) {
   std::vector<uint8_t> mask(static_cast<size_t>(window.camera.width) * window.camera.height, 0);
   const float radius = std::max(0.75f, 0.5f * stroke.width * static_cast<float>(window.scale));
@@ -53,12 +78,14 @@ std::vector<uint8_t> stroke_pixels(const WindowView& window, const StrokePrompt&
 void Lift::add(const GaussianCloud& cloud, const Camera& camera, const RenderOptions& options,
                const std::vector<uint8_t>& mask) {
   CHECK(inside.size() == cloud.size());
-  const BlendWeights weights = blend_weights(cloud, camera, options);
+  const std::vector<int> shows = may_show(cloud, camera);
+  const BlendWeights weights = blend_weights(cloud.select(shows), camera, options);
   CHECK(mask.size() == weights.pixels());
   for (size_t pixel = 0; pixel < weights.pixels(); ++pixel)
     for (uint32_t e = weights.row_start[pixel]; e < weights.row_start[pixel + 1]; ++e) {
-      total[weights.gaussian[e]] += weights.weight[e];
-      if (mask[pixel]) inside[weights.gaussian[e]] += weights.weight[e];
+      const int p = shows[weights.gaussian[e]];
+      total[p] += weights.weight[e];
+      if (mask[pixel]) inside[p] += weights.weight[e];
     }
 }
 

@@ -42,6 +42,9 @@ struct WindowView {
 /// Where the centre of a Gaussian lies in a camera's picture; false behind the near plane.
 bool project_point(const Camera& camera, const Vec3f& x, Eigen::Vector2d& pixel);
 
+/// The Gaussians that can show in a camera's picture, ascending, and some more.
+std::vector<int> may_show(const GaussianCloud& cloud, const Camera& camera);
+
 /// Pixels of a window under a stroke [H * W].
 std::vector<uint8_t> stroke_pixels(const WindowView& window, const StrokePrompt& stroke);
 

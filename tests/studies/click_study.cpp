@@ -31,6 +31,7 @@ Vec2f deepest(const IdImage& ids, uint32_t id) {
 int main(int argc, char** argv) {
   if (argc < 2) return std::fprintf(stderr, "usage: %s SCENE_FOLDER [ID_COUNT]\n", argv[0]), 2;
   const Scene scene = load_scene(argv[1]);
+  const PreparedScene prepared = prepare_scene({}, scene.cloud, scene.cameras);
   const MaskSet masks = load_masks(scene.settings.masks, scene.settings.labels, scene.cameras);
   const uint32_t things = argc > 2 ? static_cast<uint32_t>(std::atoi(argv[2])) : 4;
   const size_t step = std::max<size_t>(1, masks.views.size() / 8);
@@ -41,7 +42,8 @@ int main(int argc, char** argv) {
       gesture.strokes.push_back({masks.views[view].camera, true, {deepest(masks.views[view].ids, id)}, 8});
       GestureOptions options;
       options.up = scene.up.cast<float>();
-      const GestureResult result = select_by_gesture(options, gesture, std::nullopt, scene.cloud, scene.cameras);
+      const GestureResult result =
+          select_by_gesture(options, gesture, std::nullopt, scene.cloud, scene.cameras, prepared);
       std::vector<float> member(scene.cloud.size());
       for (size_t p = 0; p < member.size(); ++p) member[p] = result.selected(p);
       double sum = 0, least = 1;
@@ -60,7 +62,7 @@ int main(int argc, char** argv) {
         least = std::min(least, iou);
         ++pictures;
       }
-      std::printf("%-10s camera %zu: mean %.3f min %.3f, %zu Gaussians, %.1f s\n", masks.name_of(id).c_str(), view,
+      std::printf("%-10s camera %zu: mean %.3f min %.3f, %zu Gaussians, %.2f s\n", masks.name_of(id).c_str(), view,
                   sum / std::max(1, pictures), least, result.summary.selected, result.summary.seconds);
       std::fflush(stdout);
     }

@@ -8,6 +8,7 @@
 // calibration) or ours.
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -46,6 +47,7 @@ std::vector<float> membership_of(const GestureResult& result) {
 struct Study {
   std::string name;
   Scene scene;
+  PreparedScene prepared;
   std::vector<float> truth;
   std::vector<Camera> held_out, small;  // small: the scene's cameras at half size, where strokes are placed
   std::vector<Mask> held_out_truth, small_truth;
@@ -56,6 +58,10 @@ struct Study {
     const auto up = entry.at("up").get<std::vector<double>>();
     load.up = Eigen::Vector3d(up[0], up[1], up[2]);
     scene = load_scene(data / entry.at("splats").get<std::string>(), load);
+    const auto start = std::chrono::steady_clock::now();
+    prepared = prepare_scene({}, scene.cloud, scene.cameras);
+    std::printf("%s: prepared in %.1f s\n", name.c_str(),
+                std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     truth = as_membership(inside_solid(entry.at("solid"), scene.cloud));
     OrbitOptions orbit;
     orbit.views = 48;
@@ -67,6 +73,12 @@ struct Study {
       small.push_back(camera.scaled(0.5));
       small_truth.push_back(rendered(scene.cloud, small.back(), truth));
     }
+  }
+
+  GestureResult select(const Gesture& gesture) const {
+    GestureOptions options;
+    options.up = scene.up.cast<float>();
+    return select_by_gesture(options, gesture, {}, scene.cloud, scene.cameras, prepared);
   }
 
   Gesture boxes(int count, double loosen) const {
@@ -186,12 +198,6 @@ struct Study {
   }
 };
 
-GestureOptions ours(const Study& study) {
-  GestureOptions options;
-  options.up = study.scene.up.cast<float>();
-  return options;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -212,23 +218,19 @@ int main(int argc, char** argv) {
         Gesture gesture = study.boxes(count, 0.01 * loosen);
         auto report = [&](const std::string& method, const GestureResult& result) {
           const Json json = rows[row][method] = study.measure(result, out / (row + "_" + method + ".png"));
-          std::printf("%-16s %-10s mean %.3f min %.3f  3D %.3f  %.1f s  %s\n", row.c_str(), method.c_str(),
+          std::printf("%-16s %-10s mean %.3f min %.3f  3D %.3f  %.2f s  %s\n", row.c_str(), method.c_str(),
                       json["mean"].get<double>(), json["min"].get<double>(), json["gaussians_iou"].get<double>(),
                       result.summary.seconds, result.summary.describe().c_str());
           std::fflush(stdout);
         };
-        if (only != "ours" && only != "boxes")
-          report("prototype",
-                 select_by_gesture(GestureOptions::prototype(), gesture, {}, study.scene.cloud, study.scene.cameras));
-        if (only == "prototype") continue;
-        GestureResult result = select_by_gesture(ours(study), gesture, {}, study.scene.cloud, study.scene.cameras);
+        GestureResult result = study.select(gesture);
         report("ours", result);
         if (only == "boxes") continue;
         for (int k = 1; k <= 2; ++k) {
           const StrokePrompt stroke = study.next_stroke(result);
           if (stroke.points.empty()) break;
           gesture.strokes.push_back(stroke);
-          result = select_by_gesture(ours(study), gesture, {}, study.scene.cloud, study.scene.cameras);
+          result = study.select(gesture);
           const std::string method = "stroke" + std::to_string(k);
           report(method, result);
           rows[row][method]["stroke"] = {{"foreground", stroke.foreground},

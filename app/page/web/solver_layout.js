@@ -4,17 +4,18 @@
 /** Types of interactions. */
 export const kType = {
   gravity: 0, pin: 1, pointForce: 2, impulse: 3, grab: 4, gust: 5, ground: 6, collider: 7, poke: 8, torque: 9, wind: 10,
+  weight: 11,
 };
 
 /** Kinds of regions; they select driving particles by their places at rest. */
 export const kRegion = {all: 0, sphere: 1, box: 2, halfSpace: 3, cylinder: 4};
 
 /** Numbers of an interaction. */
-export const kInteractionNumbers = 21;
+export const kInteractionNumbers = 22;
 
 const kAt = {
   type: 0, duration: 1, region: 2, point: 3, vector: 6, radius: 9, strength: 10, friction: 13, rate: 14,
-  dragCoefficient: 15, airDensity: 16, stiffness: 17, damping: 18, maxForce: 19, contact: 20,
+  dragCoefficient: 15, airDensity: 16, stiffness: 17, damping: 18, maxForce: 19, contact: 20, mass: 21,
 };
 const kSeparating = 2;
 

@@ -7,6 +7,9 @@
 #include <thread>
 
 #include "app/live/live_view.h"
+#include "app/segment/objects_file.h"
+#include "app/segment/prepared_scene_file.h"
+#include "app/segment/segment_stage.h"
 #include "app/simulate/moving_scene.h"
 #include "gaussians/base/error.h"
 #include "segmentation/select/gesture_prompts.h"
@@ -20,25 +23,49 @@ using nlohmann::json;
 namespace pliant {
 namespace {
 
-TEST(ChooseRequest, IsOneOfFourAndEverythingElseIsRefused) {
+TEST(ChooseRequest, IsOneOfSixAndEverythingElseIsRefused) {
   const ChooseRequest select =
       parse_choose_request(R"({"select": {"clicks": ["0,10,20"], "strokes": ["bg,1,2,3,4,5"]}})");
   EXPECT_EQ(select.kind, ChooseRequest::Kind::kSelect);
   EXPECT_EQ(select.marks.clicks, std::vector<std::string>{"0,10,20"});
   EXPECT_EQ(select.marks.strokes, std::vector<std::string>{"bg,1,2,3,4,5"});
+  const ChooseRequest box = parse_choose_request(R"({"select": {"boxes": ["0,1,2,3,4"], "camera": 5}})");
+  EXPECT_EQ(box.marks.boxes, std::vector<std::string>{"0,1,2,3,4"});
+  EXPECT_EQ(box.camera, 5);
+  const ChooseRequest hover = parse_choose_request(R"({"hover": [3, 10.5, 20]})");
+  EXPECT_EQ(hover.kind, ChooseRequest::Kind::kHover);
+  EXPECT_EQ(hover.camera, 3);
+  EXPECT_EQ(hover.pixel, Vec2f(10.5f, 20));
+  const ChooseRequest name = parse_choose_request(R"({"name": {"object": 0, "name": "vase"}})");
+  EXPECT_EQ(name.kind, ChooseRequest::Kind::kName);
+  EXPECT_EQ(name.label, "vase");
   const ChooseRequest make = parse_choose_request(R"({"make": {"object": 70000, "label": "potted plant"}})");
   EXPECT_EQ(make.kind, ChooseRequest::Kind::kMake);
   EXPECT_EQ(make.object, 70000u);
   EXPECT_EQ(make.label, "potted plant");
   EXPECT_EQ(parse_choose_request(R"({"find": true})").kind, ChooseRequest::Kind::kFind);
   EXPECT_EQ(parse_choose_request(R"({"cancel": true})").kind, ChooseRequest::Kind::kCancel);
-  for (const std::string& wrong :
-       {std::string(), std::string("nonsense"), std::string("[]"), std::string("{}"), std::string(R"({"find": 1})"),
-        std::string(R"({"find": true, "cancel": true})"), std::string(R"({"select": {}})"),
-        std::string(R"({"select": {"clicks": "0,1,2"}})"), std::string(R"({"select": {"clicks": [1]}})"),
-        std::string(R"({"make": {}})"), std::string(R"({"make": {"object": -1}})"),
-        std::string(R"({"make": {"object": 4294967296}})"), std::string(R"({"make": {"object": 1, "label": 2}})"),
-        R"({"make": {"object": 1, "label": ")" + std::string(200, 'x') + "\"}}", std::string(R"({"run": true})")})
+  for (const std::string& wrong : {std::string(),
+                                   std::string("nonsense"),
+                                   std::string("[]"),
+                                   std::string("{}"),
+                                   std::string(R"({"find": 1})"),
+                                   std::string(R"({"find": true, "cancel": true})"),
+                                   std::string(R"({"select": {}})"),
+                                   std::string(R"({"select": {"clicks": "0,1,2"}})"),
+                                   std::string(R"({"select": {"clicks": [1]}})"),
+                                   std::string(R"({"select": {"clicks": ["0,1,2"], "camera": -1}})"),
+                                   std::string(R"({"hover": [0, 1]})"),
+                                   std::string(R"({"hover": [0.5, 1, 2]})"),
+                                   std::string(R"({"hover": [0, 1, "2"]})"),
+                                   std::string(R"({"hover": [0, 1e300, 2]})"),
+                                   std::string(R"({"name": {"object": 1}})"),
+                                   std::string(R"({"make": {}})"),
+                                   std::string(R"({"make": {"object": -1}})"),
+                                   std::string(R"({"make": {"object": 4294967296}})"),
+                                   std::string(R"({"make": {"object": 1, "label": 2}})"),
+                                   R"({"make": {"object": 1, "label": ")" + std::string(200, 'x') + "\"}}",
+                                   std::string(R"({"run": true})")})
     EXPECT_THROW(parse_choose_request(wrong), Error) << wrong;
 }
 
@@ -151,6 +178,7 @@ TEST_F(Choice, ThePageTakesWhatIsUnderThePointerAndSendsMarks) {
     point('pointermove');
     const under = over;
     point('pointerdown');
+    const picked = chosen;
     element('label').value = 'potted plant';
     element('make').click();
     document.querySelector('[data-tool=click]').click();
@@ -161,8 +189,7 @@ TEST_F(Choice, ThePageTakesWhatIsUnderThePointerAndSendsMarks) {
     point('pointerup', 2);
     element('undo').click();
     element('redo').click();
-    element('select').click();
-    return {before, under, chosen, sent, camera: view.camera, mark: at.map((x) => x * view.scale), scale: view.scale,
+    return {before, under, picked, chosen, sent, camera: view.camera, mark: at.map((x) => x * view.scale), scale: view.scale,
       connected: socket.readyState === WebSocket.OPEN};
   })())",
                                        server->url(), folder);
@@ -175,13 +202,16 @@ TEST_F(Choice, ThePageTakesWhatIsUnderThePointerAndSendsMarks) {
   EXPECT_EQ(value["connected"], true);
   EXPECT_EQ(value["before"], true) << "nothing is chosen yet";
   EXPECT_EQ(value["under"], plant());
-  EXPECT_EQ(value["chosen"], plant());
-  ASSERT_EQ(value["sent"].size(), 2u);
+  EXPECT_EQ(value["picked"], plant());
+  EXPECT_EQ(value["chosen"], -1) << "marks say something else";
+  ASSERT_EQ(value["sent"].size(), 5u) << "the choice, a click, a stroke, undo and redo";
+  EXPECT_EQ(value["sent"][1], value["sent"][3]) << "without the stroke";
+  EXPECT_EQ(value["sent"][2], value["sent"][4]) << "with it";
   const ChooseRequest make = parse_choose_request(value["sent"][0].get<std::string>());
   EXPECT_EQ(make.kind, ChooseRequest::Kind::kMake);
   EXPECT_EQ(make.object, plant());
   EXPECT_EQ(make.label, "potted plant");
-  const ChooseRequest select = parse_choose_request(value["sent"][1].get<std::string>());
+  const ChooseRequest select = parse_choose_request(value["sent"][4].get<std::string>());
   EXPECT_EQ(select.kind, ChooseRequest::Kind::kSelect);
   Gesture gesture;
   ASSERT_EQ(select.marks.clicks.size(), 1u);
@@ -197,34 +227,112 @@ TEST_F(Choice, ThePageTakesWhatIsUnderThePointerAndSendsMarks) {
               0.2);
 }
 
-TEST_F(Choice, AMarkSelectsWhatIsBehindItAndOneRequestIsCarriedOutAtATime) {
+TEST_F(Choice, AMarkIsAnsweredAndWrittenAsTheCommandWritesIt) {
   // The middle of the longest row of pixels of the plant in the first view that shows it.
   const uint32_t wanted = plant();
   std::string click;
   const json shown = data();
+  int camera = 0;
+  size_t pixel = 0;
   for (const json& view : shown["views"]) {
-    size_t best = 0, at = 0, middle = 0;
+    size_t best = 0, at = 0;
     for (size_t k = 0; k < view["ids"].size(); at += view["ids"][k + 1].get<size_t>(), k += 2)
       if (view["ids"][k] == wanted && view["ids"][k + 1].get<size_t>() > best) {
         best = view["ids"][k + 1];
-        middle = at + best / 2;
+        pixel = at + best / 2;
       }
     if (best < 6) continue;
     const size_t width = view["width"];
     const double scale = view["scale"];
-    click = std::to_string(view["camera"].get<int>()) + "," + std::to_string(scale * (middle % width + 0.5)) + "," +
-            std::to_string(scale * (middle / width + 0.5));
+    camera = view["camera"];
+    click = std::to_string(camera) + "," + std::to_string(scale * (pixel % width + 0.5)) + "," +
+            std::to_string(scale * (pixel / width + 0.5));
     break;
   }
   ASSERT_FALSE(click.empty());
-  client_->receive(json({{"select", {{"clicks", {click}}}}}).dump());
-  client_->receive(R"({"find": true})");
-  EXPECT_NE(await("error").get<std::string>().find("another"), std::string::npos);
-  EXPECT_EQ(await("reload"), true);
+  client_->receive(json({{"select", {{"clicks", {click}}, {"camera", camera}}}}).dump());
+  const json selected = await("selected"), mask = await("mask");
+  EXPECT_EQ(mask["camera"], camera) << "the view that is looked at comes first";
+  size_t end = 0, under = 0;
+  for (size_t k = 0; k < mask["runs"].size() && end <= pixel; k += 2) {
+    end += mask["runs"][k + 1].get<size_t>();
+    under = mask["runs"][k];
+  }
+  EXPECT_EQ(under, 1u) << "what was clicked is selected";
+  const json kept = await("kept");
+  ASSERT_EQ(kept["things"].size(), 2u);
+  EXPECT_EQ(kept["things"][0]["name"], "object");
   EXPECT_NE(page().find("\"clicks\":[\"" + click + "\"]"), std::string::npos);
-  const json things = data()["things"];
-  ASSERT_EQ(things.size(), 2u);
-  EXPECT_EQ(things[0]["name"], "object");
+  // The same as what the stage writes.
+  const std::vector<uint32_t> label = read_objects(*run_, scene_).label;
+  EXPECT_EQ(static_cast<size_t>(std::count(label.begin(), label.end(), SelectionShape::kObject)),
+            selected["gaussians"].get<size_t>());
+  SegmentStage stage;
+  stage.clicks = {click};
+  const GestureResult again =
+      select_by_gesture(gesture_options(context_, scene_), gesture_of(stage, scene_.cameras), {}, scene_.cloud,
+                        scene_.cameras, pliant::prepared_scene(context_, *run_, scene_));
+  for (size_t p = 0; p < label.size(); ++p)
+    ASSERT_EQ(again.selected(p), label[p] == SelectionShape::kObject) << "read from the file, Gaussian " << p;
+  client_->receive(R"({"name": {"object": 0, "name": "plant in a pot"}})");
+  EXPECT_EQ(await("kept")["things"][0]["name"], "plant in a pot");
+}
+
+// In the browser against the program: a click and a box from the keyboard are answered with a mask.
+TEST_F(Choice, ThePageShowsWhatAMarkSelects) {
+  if (const std::string missing = browser_missing(); !missing.empty()) GTEST_SKIP() << missing;
+  std::atomic<bool> stop = false;
+  auto server = std::make_unique<LocalServer>(LocalServerOptions(), site_.handler());
+  std::thread thread([&] { server->run([&] { return stop.load(); }); });
+  const json answer = evaluate_in_page("(async () => { const wanted = " + std::to_string(plant()) + R"(;
+    await Promise.all(data.views.map((view) => view.image.decode()));
+    const until = async (done) => { for (let k = 0; k < 400 && !done(); ++k) await new Promise((next) => setTimeout(next, 50)); };
+    await until(() => socket.readyState === WebSocket.OPEN);
+    const view = data.views[0], press = (key, init = {}) => canvas.dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true, cancelable: true, ...init}));
+    const pixels = [...view.id.keys()].filter((p) => view.id[p] === wanted);
+    const pixel = pixels[pixels.length >> 1], at = [pixel % view.width, Math.floor(pixel / view.width)];
+    const covered = () => {
+      const sheet = new OffscreenCanvas(view.width, view.height).getContext('2d');
+      sheet.drawImage(view.mask, 0, 0);
+      return sheet.getImageData(0, 0, view.width, view.height).data.filter((v, k) => k % 4 === 3 && v > 0).length;
+    };
+    press('p');
+    for (let k = 0; k < 40 && !view.hint; ++k) {  // it may still be preparing the scene
+      hover(at);
+      await new Promise((next) => setTimeout(next, 500));
+    }
+    const hinted = Boolean(view.hint);
+    canvas.focus();
+    cross = at;
+    press('Enter');
+    await until(() => view.mask);
+    const clicked = covered(), said = element('selection').textContent;
+    press('z', {ctrlKey: true});
+    const undoneAll = chosen === 0 && marks.length === 0;
+    press('b');
+    cross = [Math.min(...pixels.map((p) => p % view.width)) - 4, Math.min(...pixels.map((p) => Math.floor(p / view.width))) - 4];
+    cross = cross.map((x) => Math.max(x, 0));
+    press('Enter');
+    cross = [Math.max(...pixels.map((p) => p % view.width)) + 3, Math.max(...pixels.map((p) => Math.floor(p / view.width))) + 3];
+    line.push(cross);
+    press('Enter');
+    await until(() => view.mask);
+    return {hinted, clicked, said, undoneAll, boxed: covered(), pixels: pixels.length, marks};
+  })())",
+                                       server->url(), folder);
+  stop = true;
+  thread.join();
+  server.reset();
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  EXPECT_EQ(answer["said"], json::array()) << "errors and violations of the policy";
+  const json& value = answer["value"];
+  EXPECT_EQ(value["hinted"], true);
+  EXPECT_GT(value["clicked"].get<size_t>(), 0u);
+  EXPECT_NE(value["said"].get<std::string>().find("Gaussians selected"), std::string::npos);
+  EXPECT_EQ(value["undoneAll"], true);
+  EXPECT_GT(value["boxed"].get<size_t>(), value["pixels"].get<size_t>() / 4);
+  ASSERT_EQ(value["marks"].size(), 1u);
+  EXPECT_EQ(value["marks"][0]["kind"], "box");
 }
 
 TEST_F(Choice, WhatFailsOrIsCancelledIsSaidAndTheNextIsCarriedOut) {

@@ -109,6 +109,13 @@ class CommandOptions : public testing::Test {
       swing.frames.push_back(frame);
     }
     write_trajectory(folder_ / "swing.h5", swing, "{}");
+    std::string bands = "estimate,low,high,truth\n";
+    for (int i = 0; i < 16; ++i) {
+      const std::string result = fmt::format(R"({{"psnr": {}, "ssim": 0.{}}})", 20 + i % 5, 7 + i % 3);
+      write_text(folder_ / fmt::format("results/{}/{}.json", i % 2, i / 2), result);
+      bands += fmt::format("1,0.5,1.5,{}\n", 0.3 + 0.1 * i);
+    }
+    write_text(folder_ / "bands.csv", bands);
   }
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
@@ -126,8 +133,11 @@ class CommandOptions : public testing::Test {
                 miou = {"evaluate", "segmentation", path("predicted"), path("scene/masks")},
                 labels = {"evaluate", "segmentation", path("labels.h5"), path("labels.h5")},
                 motion = {"evaluate", "motion", path("swing.h5"), path("swing.h5")},
+                compare = {"evaluate", "compare", "ours=" + path("results/0"), "theirs=" + path("results/1")},
+                bands = {"evaluate", "calibration", path("bands.csv")},
                 slices = {"evaluate", "slices", path("clip"), path("clip"), "--fps", "10", "--out", "OUT/slices.png"};
     return {
+        {"demo", "kind", "jelly", demo},
         {"demo", "gaussians", "2500", demo},
         {"demo", "training", "2", demo},
         {"demo", "photos", "3", demo},
@@ -176,6 +186,12 @@ class CommandOptions : public testing::Test {
         {"evaluate motion", "fps", "24", motion, true},
         {"evaluate motion", "from", "1", motion, true},
         {"evaluate motion", "until", "1", motion, true},
+        {"evaluate compare", "metric", "ssim", compare},
+        {"evaluate compare", "level", "0.6", compare},
+        {"evaluate compare", "resamples", "200", compare},
+        {"evaluate compare", "out", "OUT", compare},
+        {"evaluate calibration", "band", "0.9", bands},
+        {"evaluate calibration", "seed", "4", bands},
         {"evaluate slices", "fps", "20", slices},
         {"evaluate slices", "from", "0.4", slices},
         {"evaluate slices", "until", "0.6", slices},
@@ -229,6 +245,9 @@ const std::map<std::string, std::string> kElsewhere = {
     {"suite settings", "SuiteSettings"},
     {"suite workers", "Suite"},
     {"suite cluster", "Suite"},
+    {"study answers", "Study"},
+    {"study level", "Study"},
+    {"study resamples", "Study"},
 };
 
 /// Options of every command: of the whole program, and --overwrite and --out, whose ways are those of RunDirectory.
@@ -271,8 +290,6 @@ TEST_F(CommandOptions, AllOfTheParserAreTried) {
   }
   for (const OptionTable& table : all_tables())
     for (const Option& option : table.options) of_stages.insert(table.stage + "." + option.name);
-  // One choice so far.
-  tried.insert("demo kind");
   CLI::App app;
   Program program;
   add_commands(app, program);

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "app/commands/command.h"
+#include "app/demo/kinds/kinds.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 #include "tests/app/commands/all_tables.h"
@@ -116,6 +117,24 @@ std::string markdown_of(const OptionTable& table) {
   return out;
 }
 
+/// The kinds of `demo` as the README shows them.
+std::string markdown_of(const std::vector<DemoKind>& kinds) {
+  std::string out = "| kind | shows |\n|---|---|\n";
+  for (const DemoKind& kind : kinds) out += fmt::format("| `{}` | {} |\n", kind.name, kind.shows);
+  return out;
+}
+
+/// `text` with a table between its marker and the end of that.
+std::string with_table(const std::string& text, const std::string& marker, const std::string& table) {
+  const std::string begin = "<!-- " + marker + " -->\n";
+  const size_t at = text.find(begin);
+  if (at == std::string::npos) return text;
+  const size_t stop = text.find("<!-- end of ", at);
+  if (stop == std::string::npos) throw input_error("README", marker, "has no end", "add <!-- end of options -->");
+  std::string out = text;
+  return out.replace(at + begin.size(), stop - at - begin.size(), table);
+}
+
 }  // namespace
 
 TEST(Readme, CommandLinesAreTakenByTheParser) {
@@ -159,17 +178,16 @@ TEST(Readme, TablesOfOptionsAreThoseOfTheStages) {
   for (const std::string& name : kReadmes) {
     std::string text = readme(name), wanted = text;
     for (const OptionTable& table : all_tables()) {
-      const std::string begin = "<!-- options: " + table.stage + " -->\n", end = "<!-- end of options -->";
-      const size_t at = wanted.find(begin);
-      if (at == std::string::npos) continue;
-      const size_t stop = wanted.find(end, at);
-      ASSERT_NE(stop, std::string::npos) << name << ": " << begin;
+      const std::string marker = "options: " + table.stage;
+      if (wanted.find("<!-- " + marker + " -->\n") == std::string::npos) continue;
       shown.insert(table.stage);
-      wanted.replace(at + begin.size(), stop - at - begin.size(), markdown_of(table));
+      wanted = with_table(wanted, marker, markdown_of(table));
     }
+    wanted = with_table(wanted, "kinds of demo", markdown_of(demo_kinds()));
     if (write && wanted != text) write_text(fs::path(PLIANT_SOURCE_DIR) / name, text = wanted);
     EXPECT_TRUE(text == wanted) << name << " shows other options; PLIANT_WRITE_READMES=1 writes them";
   }
+  EXPECT_NE(readme("app/README.md").find("| `potted-flower` |"), std::string::npos);
   for (const OptionTable& table : all_tables())
     EXPECT_TRUE(shown.count(table.stage)) << "no README shows the options of " << table.stage;
 }

@@ -23,12 +23,15 @@
 #include "gaussians/io/scene/scene.h"
 #include "gaussians/io/splats/ply.h"
 #include "gaussians/reconstruct/trainer.h"
+#include "tests/app/demo/folder_sums.h"
 #include "tests/temporary_folder.h"
 
 namespace pliant {
 namespace {
 
 namespace fs = std::filesystem;
+
+Stage flower_stage(uint64_t seed) { return Stage(make_flower(seed).object, seed); }
 
 DemoOptions small(const fs::path& out, uint64_t seed = 1) {
   DemoOptions options;
@@ -40,15 +43,6 @@ DemoOptions small(const fs::path& out, uint64_t seed = 1) {
   options.gaussians = 4000;
   options.video = false;
   return options;
-}
-
-/// Name and SHA-256 of every file below a folder, except the encoded video.
-std::map<std::string, std::string> contents(const fs::path& folder) {
-  std::map<std::string, std::string> sums;
-  for (const auto& entry : fs::recursive_directory_iterator(folder))
-    if (entry.is_regular_file() && entry.path().extension() != ".mp4")
-      sums[fs::relative(entry.path(), folder).string()] = sha256_of_file(entry.path());
-  return sums;
 }
 
 struct NamedShape {
@@ -121,12 +115,12 @@ TEST(DemoPaint, PlanksAndTilesArePeriodic) {
 }
 
 TEST(DemoStage, PhotoShowsThePaintedColourOfTheShapeItMeets) {
-  const Stage stage(1);
+  const Stage stage = flower_stage(1);
   const Camera camera = stage_cameras(stage, 8, 80, 60)[3];
   const DemoPhoto photo = take_photo(stage, camera);
   int compared = 0;
   for (const StagePart& part : stage.parts()) {
-    if (part.id != kBallId && part.flower_part != FlowerPart::kStem) continue;
+    if (part.id != kBallId && part.material != kStem) continue;
     const Vec3d middle = part.world_from_local * part.shape->bound_centre(), at = camera.cam_from_world * middle;
     const int x = static_cast<int>(camera.fx * at.x() / at.z() + camera.cx),
               y = static_cast<int>(camera.fy * at.y() / at.z() + camera.cy);
@@ -144,7 +138,7 @@ TEST(DemoStage, PhotoShowsThePaintedColourOfTheShapeItMeets) {
 
 TEST(DemoStage, ThingsStandOnTheTableWithoutTouchingForSeveralSeeds) {
   for (uint64_t seed = 1; seed <= 5; ++seed) {
-    const Stage stage(seed);
+    const Stage stage = flower_stage(seed);
     for (const StagePart& a : stage.parts()) {
       if (a.id == kTableId || a.id == kWallId) continue;
       for (const SurfacePoint& p : a.shape->cover(0.01, seed)) {
@@ -159,7 +153,7 @@ TEST(DemoStage, ThingsStandOnTheTableWithoutTouchingForSeveralSeeds) {
 }
 
 TEST(DemoSplats, EveryGaussianIsTheFirstThingThatSomePhotoMeets) {
-  const Stage stage(2);
+  const Stage stage = flower_stage(2);
   const std::vector<Camera> cameras = stage_cameras(stage, 8, 80, 60);
   const StageSplats splats = make_splats(stage, cameras, 4000, 2);
   EXPECT_NEAR(splats.cloud.size(), 4000, 400);
@@ -176,12 +170,12 @@ TEST(DemoSplats, EveryGaussianIsTheFirstThingThatSomePhotoMeets) {
 }
 
 TEST(DemoSplats, NoneUnderObjectsAndNoneInsideThePotBelowTheSoil) {
-  const Stage stage(1);
+  const Stage stage = flower_stage(1);
   const StageSplats splats = make_splats(stage, stage_cameras(stage, 12, 80, 60), 20000, 1);
-  const Flower& flower = stage.flower();
+  const Flower flower = make_flower(1);
   size_t table_near_pot = 0, in_pot = 0, below_floor = 0, under_box = 0;
   for (size_t i = 0; i < splats.cloud.size(); ++i) {
-    const Vec3d x = stage.world_from_flower().inverse() * splats.surface[i].cast<double>();
+    const Vec3d x = stage.world_from_object().inverse() * splats.surface[i].cast<double>();
     const double r = x.head<2>().norm();
     table_near_pot += splats.label[i] == kTableId && r < 0.7 * flower.pot_radius;
     in_pot += r < 0.7 * flower.pot_radius && x.z() < flower.soil_height - 0.001;
@@ -208,7 +202,7 @@ TEST(DemoFlower, ProportionsKeepTheirPromisesForSeveralSeeds) {
     EXPECT_NEAR(m.frequency, 2.2, 1e-6) << "seed " << seed;
     EXPECT_LE(m.substeps_4k, 90) << "seed " << seed;
     EXPECT_NEAR(m.cell_8k, std::cbrt(8 * m.volume / 8000), 1e-9);
-    EXPECT_NEAR(flower.height, 0.33, 0.03) << "seed " << seed;
+    EXPECT_NEAR(flower.object.height, 0.33, 0.03) << "seed " << seed;
     // Only stem, leaves and blossom are above the pinned plane.
     EXPECT_GT(flower.pin_height, flower.soil_height + 3 * m.cell_4k * 0.9);
   }
@@ -230,12 +224,12 @@ ReferenceOptions quick_motion(double seconds) {
 }
 
 TEST(DemoReference, FreeSwingHasAFrequencyBetweenOneAndAHalfAndTwoAndAHalfHertz) {
-  const Stage stage(1);
+  const Stage stage = flower_stage(1);
   ReferenceOptions options = quick_motion(1.6);
   options.fps = 60;
   options.damping_time = 0;
-  const ReferenceMotion motion = simulate_reference(stage, options);
-  const Vec3f blossom = (stage.world_from_flower() * stage.flower().blossom_centre).cast<float>();
+  const ReferenceMotion motion = flower_motion(stage, make_flower(1), options);
+  const Vec3f blossom = (stage.world_from_object() * stage.object().tip).cast<float>();
   std::vector<double> crossings;
   double before = 0;
   for (const SimulationState& state : motion.frames) {
@@ -253,8 +247,8 @@ TEST(DemoReference, FreeSwingHasAFrequencyBetweenOneAndAHalfAndTwoAndAHalfHertz)
 }
 
 TEST(DemoReference, FilmBeginsWithThePhotoAndMovesOnlyTheFlower) {
-  const Stage stage(1);
-  const ReferenceMotion motion = simulate_reference(stage, quick_motion(0.5));
+  const Stage stage = flower_stage(1);
+  const ReferenceMotion motion = flower_motion(stage, make_flower(1), quick_motion(0.5));
   std::vector<Camera> cameras = stage_cameras(stage, 8, 120, 90);
   const Camera& camera =
       *std::find_if(cameras.begin(), cameras.end(), [](const Camera& c) { return c.name == front_view_name(8); });
@@ -267,8 +261,8 @@ TEST(DemoReference, FilmBeginsWithThePhotoAndMovesOnlyTheFlower) {
   EXPECT_LT(std::sqrt(squared / photo.color.data.size()), 0.01);
   // Twelve pixels at the default width of 400.
   EXPECT_GT(film.peak_pixels() * 400 / 120, 12);
-  EXPECT_GT(film.peak_metres() / stage.flower().height, 0.05);
-  EXPECT_LT(film.peak_metres() / stage.flower().height, 0.40);
+  EXPECT_GT(film.peak_metres() / stage.object().height, 0.05);
+  EXPECT_LT(film.peak_metres() / stage.object().height, 0.40);
   for (int y = 0; y < 90; ++y)
     for (int x = 0; x < 120; ++x)
       if (photo.ids(x, y) == kBallId || photo.ids(x, y) == kMugId) {
@@ -315,7 +309,7 @@ TEST(Demo, FilesAreEqualForOneSeedAndAnyThreadCountAndDifferForAnother) {
   make("b", 1, 4);
   make("c", 2, 2);
   omp_set_num_threads(threads);
-  const auto a = contents(folder / "a"), b = contents(folder / "b"), c = contents(folder / "c");
+  const auto a = folder_sums(folder / "a"), b = folder_sums(folder / "b"), c = folder_sums(folder / "c");
   EXPECT_EQ(a, b);
   ASSERT_EQ(a.size(), c.size());
   for (const char* file : {"splats.ply", "transforms.json", "scene.json", "photos/view_003.png", "masks/view_003.png",
@@ -324,7 +318,7 @@ TEST(Demo, FilesAreEqualForOneSeedAndAnyThreadCountAndDifferForAnother) {
 }
 
 TEST(DemoSplats, TrainingBringsHeldOutPhotosNearerAndMovesNoGaussianFar) {
-  const Stage stage(1);
+  const Stage stage = flower_stage(1);
   const std::vector<Camera> cameras = stage_cameras(stage, 12, 120, 90);
   const StageSplats laid = make_splats(stage, cameras, 6000, 1);
   TrainingPhotos photos;
@@ -358,7 +352,7 @@ TEST(Demo, FilesReadBackAsWhatTheSceneIs) {
   const DemoSummary summary = make_demo(small(folder / "scene"));
   EXPECT_EQ(read_ply(folder / "scene/splats.ply").size(), summary.gaussians);
 
-  const Stage stage(1);
+  const Stage stage = flower_stage(1);
   const std::vector<Camera> expected = stage_cameras(stage, 8, 80, 60);
   const std::vector<Camera> cameras = read_transforms(folder / "scene/transforms.json").cameras;
   ASSERT_EQ(cameras.size(), expected.size());

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/demo/kinds/flower.h"
 #include "app/demo/make_demo.h"
 #include "app/demo/splats.h"
 #include "app/demo/truth.h"
@@ -42,13 +43,13 @@ TEST(HiddenTruth, CoversTheFlowerAndAgreesWithThePhotosBesideIt) {
                  bare = read_image(scene / "truth/without_object" / (camera.name + ".png"));
     for (int y = 0; y < masks.height; ++y)
       for (int x = 0; x < masks.width; ++x) {
-        ASSERT_EQ(masks(x, y) == kFlowerId, hidden(x, y) != kInPlainView);
+        ASSERT_EQ(masks(x, y) == kObjectId, hidden(x, y) != kInPlainView);
         never += hidden(x, y) == kNeverSeen;
         elsewhere += hidden(x, y) == kSeenElsewhere;
         bool near = false;
         for (int j = std::max(0, y - 1); j <= std::min(masks.height - 1, y + 1); ++j)
           for (int i = std::max(0, x - 1); i <= std::min(masks.width - 1, x + 1); ++i)
-            near = near || masks(i, j) == kFlowerId;
+            near = near || masks(i, j) == kObjectId;
         if (!near) {
           ASSERT_EQ(photo(x, y, 1), bare(x, y, 1)) << x << ' ' << y;
         }
@@ -64,12 +65,13 @@ TEST(EvaluateRepair, TheTrueBackgroundBeatsAHoleAndInpaintingOfEveryViewAlone) {
   const DemoOptions options = small(scene);
   make_demo(options);
   std::filesystem::create_directories(run);
-  const Stage stage(options.seed);
+  const Flower flower = make_flower(options.seed);
+  const Stage stage(flower.object, options.seed);
   const std::vector<Camera> cameras = stage_cameras(stage, options.photos, options.width, options.height);
   const StageSplats splats = make_splats(stage, cameras, options.gaussians, options.seed);
   std::vector<int> rest;
   for (size_t p = 0; p < splats.label.size(); ++p)
-    if (splats.label[p] != kFlowerId) rest.push_back(static_cast<int>(p));
+    if (splats.label[p] != kObjectId) rest.push_back(static_cast<int>(p));
   const GaussianCloud background = splats.cloud.select(rest);
   write_ply(run / "background.ply", background);
   write_ply(run / "background_repaired.ply", background);
@@ -80,11 +82,11 @@ TEST(EvaluateRepair, TheTrueBackgroundBeatsAHoleAndInpaintingOfEveryViewAlone) {
   EXPECT_FALSE(assert_metrics(unrepaired, {"gain_over_opencv>=0"}).empty());
 
   // Only what is under the pot is added from the true background.
-  const StageSplats whole = make_splats(stage.without(kFlowerId), cameras, options.gaussians, options.seed);
-  const Vec3f foot = stage.world_from_flower().translation().cast<float>();
+  const StageSplats whole = make_splats(stage.without(kObjectId), cameras, options.gaussians, options.seed);
+  const Vec3f foot = stage.world_from_object().translation().cast<float>();
   std::vector<int> below;
   for (size_t p = 0; p < whole.label.size(); ++p)
-    if (whole.label[p] == kTableId && (whole.surface[p] - foot).head<2>().norm() < stage.flower().pot_radius)
+    if (whole.label[p] == kTableId && (whole.surface[p] - foot).head<2>().norm() < flower.pot_radius)
       below.push_back(static_cast<int>(p));
   GaussianCloud repaired = background;
   repaired.append(whole.cloud.select(below));

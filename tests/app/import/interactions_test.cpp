@@ -88,6 +88,22 @@ TEST(Interactions, TorqueAndWindAreSi) {
   EXPECT_EQ(error_of(R"([{"type": "wind", "wind": [1, 0, 0], "drag": 2}])").field, "drag");
 }
 
+TEST(Interactions, AWeightHasKilogramsAndHangsAllTheTime) {
+  const auto rows =
+      parse_interactions(R"([{"type": "weight", "region": {"sphere": [0, 0, 2, 1]}, "mass": 0.052}])", kHalfMetre, "x");
+  EXPECT_EQ(rows[0].type, InteractionType::kWeight);
+  EXPECT_EQ(rows[0].mass, 0.052);
+  EXPECT_EQ(rows[0].region.radius, 0.5);
+  EXPECT_EQ(error_of(R"([{"type": "weight", "mass": 1}])").field, "region");
+  EXPECT_EQ(error_of(R"([{"type": "weight", "region": "all"}])").field, "mass");
+  for (const char* mass : {"0", "-1", "1e999", "\"1\"", "null"})
+    EXPECT_EQ(error_of(R"([{"type": "weight", "region": "all", "mass": )" + std::string(mass) + "}]").failure,
+              Failure::kUsage)
+        << mass;
+  EXPECT_EQ(error_of(R"([{"type": "weight", "region": "all", "mass": 1, "start": 1}])").field, "start");
+  EXPECT_EQ(error_of(R"([{"type": "weight", "region": "all", "mass": 1, "duration": 1}])").field, "duration");
+}
+
 TEST(Interactions, MistakesNameFileRowFieldAndRemedy) {
   const Error unknown_type = error_of(R"([{"type": "gravty"}])");
   EXPECT_EQ(unknown_type.failure, Failure::kUsage);

@@ -42,7 +42,11 @@ struct Case {
     floor.type = InteractionType::kGround;
     floor.friction = 0.5;
     floor.region = Region::half_space(Vec3d(0, 0, -0.01), Vec3d(0, 0, 1));
-    held = {pin, floor};
+    Interaction weight;
+    weight.type = InteractionType::kWeight;
+    weight.mass = 5e-3;
+    weight.region = Region::box(Vec3d(0, 0, 0.07), Vec3d(0.01, 0.03, 0.09));
+    held = {pin, floor, weight};
     grab.type = InteractionType::kGrab;
     grab.region = Region::sphere(Vec3d(0.015, 0.015, 0.08), 0.02);
     wind.type = InteractionType::kWind;

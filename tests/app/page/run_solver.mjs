@@ -1,5 +1,5 @@
 // Runs the solver of clip.html in node: node run_solver.mjs MODULE.wasm CASE.json OUT
-// CASE: {numbers [9], position, volume, mass, young, poisson, held [[21]], script [{frame, begin [21]} | {frame, move:
+// CASE: {numbers [9], position, volume, mass, young, poisson, held [[22]], script [{frame, begin [22]} | {frame, move:
 // [number, x, y, z]} | {frame, end: number} | {frame, set: [5]}], frames}.  Writes positions and deformation gradients
 // of every frame as float32 and prints milliseconds and substeps.
 

@@ -50,7 +50,8 @@ match words[:2]:
     case ["evaluate", "material"]: write(out, {"log10_young_error": 0.5})
     case ["evaluate", "segmentation"]: write(out, {"miou": 0.75, "boundary_miou": 0.625})
     case ["evaluate", "repair"]: write(out, {"psnr": 30.0, "psnr_opencv": 20.0})
-    case ["evaluate", "compare"]: write("RESULTS.md", "table\n")
+    case ["evaluate", "compare"]: write(out + "/compare.md", "a table\n")
+    case ["--version"] | ["--version", _]: print("9.9")
 )";
 
 struct Suite : testing::Test {
@@ -92,38 +93,39 @@ TEST_F(Suite, EveryMethodIsScoredAndOneThatFailsKeepsItsRow) {
   const json result = run();
   ASSERT_EQ(result["failed"].size(), 1u);
   EXPECT_EQ(result["failed"][0]["method"], "theirs");
-  const json ours = score("motion/rose-1/ours.json"), theirs = score("motion/rose-1/theirs.json");
-  EXPECT_EQ(ours["metrics"]["video.motion_error"], 0.125);
-  EXPECT_EQ(ours["metrics"]["unseen.motion_error"], 0.375);
-  EXPECT_EQ(ours["metrics"]["unseen.frequency_error"], 0.25);  // where it is known
-  EXPECT_EQ(ours["metrics"]["log10_young_error"], 0.5);
-  EXPECT_EQ(ours["cluster"], "rose");
+  const json ours = score("motion/ours/rose/1.json"), theirs = score("motion/theirs/rose/1.json");
+  EXPECT_EQ(ours["video"]["relative_error"], 0.125);
+  EXPECT_EQ(ours["unseen"]["relative_error"], 0.375);
+  EXPECT_EQ(ours["unseen"]["frequency_error"], 0.25);  // where it is known
+  EXPECT_EQ(ours["log10_young_error"], 0.5);
   EXPECT_EQ(theirs["failed"], "fit: no motion in the video");
-  EXPECT_FALSE(theirs.contains("metrics"));
-  EXPECT_EQ(score("repair/rose-1/opencv.json")["metrics"]["psnr"], 20.0);
-  EXPECT_TRUE(fs::exists(folder / "suite/RESULTS.md"));
+  EXPECT_FALSE(theirs.contains("unseen"));
+  EXPECT_EQ(score("repair/opencv/rose/1.json")["psnr"], 20.0);
+  const std::string results = read_text(folder / "suite/RESULTS.md");
+  for (const char* word : {"Pliant 9.9", "1 scenes", "a table", "| theirs |"})
+    EXPECT_NE(results.find(word), std::string::npos) << word;
 }
 
 TEST_F(Suite, AKilledSuiteContinuesAndChangedSettingsRepeatOnlyWhatDependsOnThem) {
   settings["methods"] = {
       {"segmentation", {{"ours", {{"segment", {"--masks", "killed"}}}}, {"vote", {{"segment", {"--iterations", 0}}}}}}};
   EXPECT_THROW(run(), Error);
-  EXPECT_FALSE(fs::exists(folder / "suite/scores/segmentation/rose-1/ours.json"));
+  EXPECT_FALSE(fs::exists(folder / "suite/scores/segmentation/ours/rose/1.json"));
   EXPECT_TRUE(any_of_them(calls(), "demo"));
 
   run();
   const std::vector<std::string> second = calls();
   EXPECT_FALSE(any_of_them(second, "demo"));
-  EXPECT_FALSE(any_of_them(second, "segment scenes/rose-1 --out runs/rose-1/segmentation-vote"));
-  EXPECT_TRUE(any_of_them(second, "segment scenes/rose-1 --out runs/rose-1/segmentation-ours"));
-  EXPECT_EQ(score("segmentation/rose-1/ours.json")["metrics"]["miou"], 0.75);
+  EXPECT_FALSE(any_of_them(second, "segment scenes/rose/1 --out runs/rose/1/segmentation-vote"));
+  EXPECT_TRUE(any_of_them(second, "segment scenes/rose/1 --out runs/rose/1/segmentation-ours"));
+  EXPECT_EQ(score("segmentation/ours/rose/1.json")["miou"], 0.75);
 
   settings["methods"]["segmentation"]["vote"]["segment"] = {"--no-vote"};
   run();
   const std::vector<std::string> third = calls();
   EXPECT_FALSE(any_of_them(third, "demo"));
-  EXPECT_FALSE(any_of_them(third, "segment scenes/rose-1 --out runs/rose-1/segmentation-ours"));
-  EXPECT_TRUE(any_of_them(third, "segment scenes/rose-1 --out runs/rose-1/segmentation-vote"));
+  EXPECT_FALSE(any_of_them(third, "segment scenes/rose/1 --out runs/rose/1/segmentation-ours"));
+  EXPECT_TRUE(any_of_them(third, "segment scenes/rose/1 --out runs/rose/1/segmentation-vote"));
 }
 
 TEST_F(Suite, JobsAreSubmittedWhereAClusterIsGiven) {
@@ -132,7 +134,7 @@ TEST_F(Suite, JobsAreSubmittedWhereAClusterIsGiven) {
       "echo submitted >> " + (folder / "submitted").string() + "; sh \"$@\" > /dev/null 2>&1; echo job 1";
   stage.cluster = "sh " + folder.file("submit", submit).string();
   run();
-  EXPECT_EQ(score("segmentation/rose-1/ours.json")["metrics"]["miou"], 0.75);
+  EXPECT_EQ(score("segmentation/ours/rose/1.json")["miou"], 0.75);
   const std::string submitted = read_text(folder / "submitted");
   EXPECT_EQ(std::count(submitted.begin(), submitted.end(), '\n'), 3);  // scene, segmentation, results
 }
@@ -142,7 +144,7 @@ TEST(SuiteSettings, ScenesAreKindsTimesSeedsAndUnknownKindsAreRefused) {
   stage.seeds = 2;
   const json settings = suite_settings(stage, "pliant", {"rose", "cord"});
   EXPECT_EQ(settings["scenes"].size(), 4u);
-  EXPECT_EQ(settings["scenes"]["cord-2"], json({{"kind", "cord"}, {"seed", 2}}));
+  EXPECT_EQ(settings["scenes"]["cord/2"], json({{"kind", "cord"}, {"seed", 2}}));
   stage.kinds = {"rosy"};
   expect_error(Failure::kUsage, {"--kind", "rosy", "rose"}, [&] { suite_settings(stage, "pliant", {"rose", "cord"}); });
 }

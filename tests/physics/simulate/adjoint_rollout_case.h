@@ -12,14 +12,14 @@
 namespace pliant::fixture {
 
 /// Input `kind` of a roll-out as a list of numbers of order one.
-enum class Input { kX, kV, kC, kF, kYoung, kPoisson, kMass, kForces, kGravity, kDamping, kMemory };
+enum class Input { kX, kV, kC, kF, kYoung, kPoisson, kMass, kForces, kWeights, kGravity, kDamping, kMemory };
 inline const std::vector<std::pair<Input, std::string>> kInputs = {
-    {Input::kX, "x"},          {Input::kV, "v"},
-    {Input::kC, "C"},          {Input::kF, "F"},
-    {Input::kYoung, "E"},      {Input::kPoisson, "nu"},
-    {Input::kMass, "mass"},    {Input::kForces, "forces"},
-    {Input::kGravity, "g"},    {Input::kDamping, "damping"},
-    {Input::kMemory, "memory"}};
+    {Input::kX, "x"},           {Input::kV, "v"},
+    {Input::kC, "C"},           {Input::kF, "F"},
+    {Input::kYoung, "E"},       {Input::kPoisson, "nu"},
+    {Input::kMass, "mass"},     {Input::kForces, "forces"},
+    {Input::kGravity, "g"},     {Input::kDamping, "damping"},
+    {Input::kMemory, "memory"}, {Input::kWeights, "weights"}};
 
 template <class T>
 struct RolloutCase {
@@ -90,7 +90,10 @@ struct RolloutCase {
     by.particles.young = g.young;
     by.particles.poisson = g.poisson;
     by.particles.mass = g.mass;
-    for (size_t k = 0; k < interactions.size(); ++k) by.interactions[k].vector = g.interaction[k];
+    for (size_t k = 0; k < interactions.size(); ++k) {
+      by.interactions[k].vector = g.interaction[k];
+      by.interactions[k].mass = g.weight[k];
+    }
     by.options.simulate.gravity = g.gravity;
     by.options.simulate.damping_time = g.damping_time;
     by.options.simulate.viscosity_time = g.viscosity_time;
@@ -135,6 +138,9 @@ struct RolloutCase {
     if (kind == Input::kForces)
       for (Interaction& it : interactions)
         for (int a = 0; a < 3; ++a) visit(it.vector[a], it.type == InteractionType::kImpulse ? 1e-2 : 1);
+    if (kind == Input::kWeights)
+      for (Interaction& it : interactions)
+        if (it.type == InteractionType::kWeight) visit(it.mass, 1e-3);
     if (kind == Input::kGravity)
       for (int a = 0; a < 3; ++a) visit(options.simulate.gravity[a], 10);
     if (kind == Input::kDamping) {

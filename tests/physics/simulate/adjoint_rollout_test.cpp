@@ -57,8 +57,8 @@ bool equal(const StateGradient<double>& a, const StateGradient<double>& b) {
 
 bool equal(const RolloutGradient<double>& a, const RolloutGradient<double>& b) {
   return equal(a.start, b.start) && a.young == b.young && a.poisson == b.poisson && a.mass == b.mass &&
-         a.interaction == b.interaction && a.gravity == b.gravity && a.damping_time == b.damping_time &&
-         a.viscosity_time == b.viscosity_time;
+         a.interaction == b.interaction && a.weight == b.weight && a.gravity == b.gravity &&
+         a.damping_time == b.damping_time && a.viscosity_time == b.viscosity_time;
 }
 
 Case on_the_ground(double cells = 2.5) {
@@ -142,6 +142,29 @@ TEST(AdjointRollout, SixtySubstepsInTheWindAgreeWithDifferences) {
                 .norm(),
             1e-2);
   expect_gradient(c);
+}
+
+// On a pinned body, whose own gravity is cancelled, and on one that flies.
+TEST(AdjointRollout, SixtySubstepsWithWeightsAgreeWithDifferences) {
+  for (const bool pinned : {true, false}) {
+    Case c = fixture::moving_block<double>(2);
+    Interaction it;
+    it.type = InteractionType::kWeight;
+    it.mass = 2e-3;
+    it.region = Region::sphere({0.015, 0.015, 0.015}, 0.01);
+    c.interactions.push_back(it);
+    it.mass = 5e-4;
+    it.region = Region::all();
+    c.interactions.push_back(it);
+    if (pinned) c.interactions.push_back(fixture::pin_below(0.004));
+    Case free = c;
+    std::erase_if(free.interactions, [](const Interaction& one) { return one.type == InteractionType::kWeight; });
+    ASSERT_GT((rollout(c.options, c.particles, c.interactions, c.start).frames.back().v[0] -
+               rollout(free.options, free.particles, free.interactions, free.start).frames.back().v[0])
+                  .norm(),
+              1e-2);
+    expect_gradient(c);
+  }
 }
 
 /// The upper half is an object of its own, or two side by side, and slides on the lower one, which it is pressed to.

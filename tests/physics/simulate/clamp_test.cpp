@@ -1,4 +1,5 @@
-// The clamp of a cantilever: its first frequency does not depend on where the nodes of the grid lie.
+// The clamp of a cantilever: its first frequency does not depend on where the nodes of the grid lie, and it sags as
+// beam theory says.
 
 #include <gtest/gtest.h>
 
@@ -48,6 +49,57 @@ TEST(Clamp, TheFrequencyOfACantileverDoesNotDependOnTheGrid) {
   EXPECT_LT(high / low, 1.03);
   EXPECT_NEAR(low / kFiniteElements, 1, 0.03);
   EXPECT_NEAR(high / kFiniteElements, 1, 0.03);
+}
+
+/// Sag [m] at rest of the outermost half of a cell of a beam along x of kSlender times its height.
+constexpr int kCells = 4;
+constexpr double kSlender = 6, kShearFactor = 0.85;  // Cowper 1966, nu = .3
+
+/// By its own mass, or by a weight [N] instead.
+double sag(double weight) {
+  constexpr double dx = kHeight / kCells, foot = 3 * dx, length = kSlender * kHeight;
+  auto p = fixture::block<float>({length + foot, kHeight, kHeight}, dx, 0.0, 1e6, 0.3, kDensity);
+  for (Vec3f& x : p.position) x.x() -= static_cast<float>(foot);
+  SimulateOptions options;
+  options.fps = 100;
+  options.duration = 0.5;
+  options.damping_time = 0.05;
+  Interaction wall;
+  wall.type = InteractionType::kPin;
+  wall.region = Region::half_space(Vec3d::Zero(), Vec3d::UnitX());
+  std::vector<Interaction> script = {wall};
+  Interaction load;
+  load.vector = options.gravity;
+  load.type = InteractionType::kGust;
+  if (!(weight > 0)) script.push_back(load);
+  load.type = InteractionType::kWeight;
+  load.mass = weight / 9.81;
+  load.region = Region::half_space(Vec3d(length - 0.5 * dx, 0, 0), -Vec3d::UnitX());
+  if (weight > 0) script.push_back(load);
+  const auto end = simulate<float>(options, p, script, initial_state(p)).state;
+  double sum = 0, count = 0;
+  for (size_t i = 0; i < p.size(); ++i) {
+    if (!load.region.contains(p.position[i].cast<double>())) continue;
+    sum += p.position[i].z() - end.x[i].z();
+    ++count;
+  }
+  return sum / count;
+}
+
+// Timoshenko 1921.  The ratio of two loads' sags depends neither on E nor on where exactly the clamp holds.
+TEST(Clamp, ASlenderCantileverSagsAsTimoshenkoSays) {
+  const double length = kSlender * kHeight, area = kHeight * kHeight, bending = 1e6 * area * kHeight * kHeight / 12,
+               shear = kShearFactor * 1e6 / 2.6 * area, load = kDensity * area * 9.81,
+               x = length - kHeight / kCells / 4;
+  const double weight = 0.3 * load * length;
+  const double by_weight = weight * (x * x * x / (3 * bending) + x / shear);
+  const double by_mass = load * (x * x * (6 * length * length - 4 * length * x + x * x) / (24 * bending) +
+                                 (length * x - 0.5 * x * x) / shear);
+  const double own = sag(0), hung = sag(weight);
+  std::printf("own mass %.4f, weight %.4f of Timoshenko's\n", own / by_mass, hung / by_weight);
+  EXPECT_NEAR(own / by_mass, 1, 0.05);
+  EXPECT_NEAR(hung / by_weight, 1, 0.05);
+  EXPECT_NEAR(hung / own / (by_weight / by_mass), 1, 0.02);
 }
 
 }  // namespace

@@ -289,9 +289,10 @@ TEST(Region, SignedDistancesAreThoseOfTheShapes) {
 
 TEST(Interaction, NamesFollowTheEnumeration) {
   const auto names = interaction_names();
-  ASSERT_EQ(names.size(), 11u);
+  ASSERT_EQ(names.size(), 12u);
   EXPECT_EQ(names[static_cast<int>(InteractionType::kGround)], "ground");
   EXPECT_STREQ(interaction_name(InteractionType::kGrab), "grab");
+  EXPECT_EQ(names.back(), interaction_name(InteractionType::kWeight));
 }
 
 }  // namespace

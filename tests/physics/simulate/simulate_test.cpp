@@ -6,6 +6,7 @@
 #include <omp.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 
 #include "gaussians/base/error.h"
 #include "physics/body/make_particles.h"
@@ -315,6 +316,18 @@ TEST(Simulate, AnOscillationDecaysInTheGivenTime) {
   const double weak = std::log(free / amplitude(0, 0.0005)), strong = std::log(free / amplitude(0, 0.001));
   EXPECT_GT(weak, 0.1);
   EXPECT_NEAR(strong / weak, 2, 0.25);  // the decay rate grows with the viscosity time
+}
+
+TEST(Simulate, WarnsWhereTheGridLocks) {
+  SimulateOptions options;
+  options.duration = 0;
+  for (const double poisson : {0.45, 0.48, 0.49, 0.499}) {
+    const auto particles = fixture::block<double>({0.04, 0.04, 0.04}, 0.01, 0.0, 1e4, poisson, 1000);
+    const auto warnings = simulate<double>(options, particles, {}, initial_state(particles)).summary.warnings;
+    const bool warned = std::any_of(warnings.begin(), warnings.end(),
+                                    [](const std::string& w) { return w.find("locks") != std::string::npos; });
+    EXPECT_EQ(warned, poisson > kLockingPoisson) << poisson;
+  }
 }
 
 TEST(Simulate, ImpossibleInputIsAUsageError) {

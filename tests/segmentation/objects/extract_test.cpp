@@ -147,7 +147,7 @@ TEST(Contact, PlaneOfATiltedNoisyTableIsFoundUnderTheObject) {
     const float angle = static_cast<float>(random.uniform(0, 2 * M_PI)), z = static_cast<float>(random.uniform(0, 0.6));
     add_disc(object, frame * Vec3f(0.12f * std::cos(angle), 0.12f * std::sin(angle), z), normal, 0.02f, Vec3f::Ones());
   }
-  const ContactRegion region = contact_region(object, support, Vec3f::UnitZ());
+  const ContactRegion region = contact_region(object.position, support.position, Vec3f::UnitZ());
   ASSERT_TRUE(region.found);
   EXPECT_GT(region.normal.dot(normal), std::cos(0.01f));
   EXPECT_LT(std::abs(normal.dot(region.point)), 0.003f);
@@ -160,7 +160,7 @@ TEST(Contact, PlaneOfATiltedNoisyTableIsFoundUnderTheObject) {
 
 TEST(Contact, WithoutASupportNothingIsFound) {
   const MadeScene scene = made_scene(two_balls(), 1);
-  EXPECT_FALSE(contact_region(scene.cloud, GaussianCloud(), Vec3f::UnitZ()).found);
+  EXPECT_FALSE(contact_region(scene.cloud.position, {}, Vec3f::UnitZ()).found);
 }
 
 }  // namespace

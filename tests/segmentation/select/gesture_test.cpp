@@ -95,13 +95,16 @@ TEST(GaussianGraph, WhatTouchesNothingButTheObjectIsEnclosed) {
   graph.opacity.assign(5, 0.8f);
   graph.edges = {{0, 1, 0.9f}, {1, 2, 0.9f}, {2, 3, 0.0f}, {3, 4, 0.0f}};
   graph.edge_nearness = {0.9f, 0.9f, 0.9f, 0.9f};
-  const std::vector<uint8_t> label = {1, 1, 1, 0, 0}, nothing(5, 0);
-  const auto enclosed = [&](const std::vector<uint8_t>& outside, float least) {
-    return enclosed_nodes(graph, label, outside, 0.02f, least, 0.02f);
+  const std::vector<uint8_t> label = {1, 1, 1, 0, 0};
+  const std::vector<float> nothing(5, 0);
+  const auto enclosed = [&](const std::vector<float>& outside, float least, float touch = 0.02f) {
+    return enclosed_nodes(graph, label, outside, 0.02f, least, touch);
   };
   EXPECT_EQ(enclosed(nothing, 0.01f), (std::vector<int>{3, 4}));
   EXPECT_TRUE(enclosed(nothing, 0.9f).empty()) << "too light";
   EXPECT_TRUE(enclosed({0, 0, 0, 0, 1}, 0.01f).empty()) << "one of the pair is known to be outside";
+  EXPECT_EQ(enclosed({0, 0, 0, 0, 1}, 0.01f, 0.9f), (std::vector<int>{3, 4})) << "but that is little";
+  EXPECT_TRUE(enclosed({0, 0, 0, 0, INFINITY}, 0.01f, 0.9f).empty()) << "one of the pair is marked";
   graph.border = {{4, 17, 0.0f}};
   graph.border_nearness = {0.5f};
   EXPECT_TRUE(enclosed(nothing, 0.01f).empty()) << "tied to what lies outside the box";
@@ -153,10 +156,13 @@ namespace {
 struct GestureTest : ::testing::Test {
   MadeScene scene = made_scene(two_balls());
   GestureOptions options;
+  PrepareOptions prepare;
 
   GestureTest() {
     options.window = options.refine_window = 120;
     options.refine_views = 6;
+    prepare.view_pixels = 120;
+    prepare.view.area = 9;
     options.up = Vec3f::UnitZ();
   }
 
@@ -193,7 +199,8 @@ struct GestureTest : ::testing::Test {
   }
 
   GestureResult select(const Gesture& gesture, const std::optional<SelectionShape>& shape = {}) const {
-    return select_by_gesture(options, gesture, shape, scene.cloud, scene.cameras);
+    return select_by_gesture(options, gesture, shape, scene.cloud, scene.cameras,
+                             prepare_scene(prepare, scene.cloud, scene.cameras));
   }
 
   static std::string complaint(const std::function<void()>& action) {

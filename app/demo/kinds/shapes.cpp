@@ -1,11 +1,11 @@
-#include "app/demo/shapes.h"
+#include "app/demo/kinds/shapes.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
-#include "gaussians/base/random.h"
+#include "app/demo/kinds/rows.h"
 
 namespace pliant {
 namespace {
@@ -13,37 +13,9 @@ namespace {
 using Eigen::Vector2d;
 constexpr double kTwoPi = 2 * std::numbers::pi;
 
-/// Spreads points over a strip of rows: row k of `rows` has `count(k)` points, and each is placed by
-/// place(row parameter in (0, 1), column parameter in [0, 1)).  Rows are staggered by half a step and everything is
-/// jittered by a tenth of a step, so that no grid shows.
-template <class Count, class Place>
-void cover_rows(int rows, uint64_t seed, uint64_t stream, Count&& count, Place&& place) {
-  for (int k = 0; k < rows; ++k) {
-    const int n = count((k + 0.5) / rows);
-    for (int i = 0; i < n; ++i) {
-      Random random(seed, stream * 100003 + static_cast<uint64_t>(k), static_cast<uint64_t>(i));
-      const double row = (k + 0.5 + 0.2 * (random.uniform() - 0.5)) / rows;
-      const double column = (i + (k % 2 ? 0.25 : 0.75) + 0.2 * (random.uniform() - 0.5)) / n;
-      place(row, column);
-    }
-  }
-}
-
-int steps(double length, double spacing) { return std::max(1, static_cast<int>(std::lround(length / spacing))); }
-
-/// Triangles of a closed-around grid of rows x columns vertices.
-void connect_rows(TriangleMesh& mesh, int rows, int columns) {
-  for (int r = 0; r + 1 < rows; ++r)
-    for (int c = 0; c < columns; ++c) {
-      const int a = r * columns + c, b = r * columns + (c + 1) % columns;
-      mesh.triangle.emplace_back(a, b, a + columns);
-      mesh.triangle.emplace_back(b, b + columns, a + columns);
-    }
-}
-
-class Ellipsoid final : public AnalyticShape {
+class EllipsoidSurface final : public AnalyticShape {
  public:
-  explicit Ellipsoid(const Vec3d& semi) : semi_(semi) {}
+  explicit EllipsoidSurface(const Vec3d& semi) : semi_(semi) {}
 
   SurfaceHit intersect(const Ray& ray, double t_min, double t_max) const override {
     const Vec3d o = ray.origin.cwiseQuotient(semi_), d = ray.direction.cwiseQuotient(semi_);
@@ -118,9 +90,9 @@ class Ellipsoid final : public AnalyticShape {
   Vec3d semi_;
 };
 
-class Cuboid final : public AnalyticShape {
+class CuboidSurface final : public AnalyticShape {
  public:
-  explicit Cuboid(const Vec3d& half) : half_(half) {}
+  explicit CuboidSurface(const Vec3d& half) : half_(half) {}
 
   SurfaceHit intersect(const Ray& ray, double t_min, double t_max) const override {
     double enter = -kNoHit, leave = kNoHit;
@@ -176,9 +148,9 @@ class Cuboid final : public AnalyticShape {
   Vec3d half_;
 };
 
-class Lathe final : public AnalyticShape {
+class LatheSurface final : public AnalyticShape {
  public:
-  explicit Lathe(std::vector<Vector2d> profile) : profile_(std::move(profile)) {
+  explicit LatheSurface(std::vector<Vector2d> profile) : profile_(std::move(profile)) {
     double low = kNoHit, high = -kNoHit;
     for (const Vector2d& p : profile_) {
       low = std::min(low, p.y());
@@ -349,10 +321,12 @@ class Handle final : public AnalyticShape {
 
 }  // namespace
 
-std::unique_ptr<AnalyticShape> make_ellipsoid(const Vec3d& semi_axes) { return std::make_unique<Ellipsoid>(semi_axes); }
-std::unique_ptr<AnalyticShape> make_cuboid(const Vec3d& half) { return std::make_unique<Cuboid>(half); }
+std::unique_ptr<AnalyticShape> make_ellipsoid(const Vec3d& semi_axes) {
+  return std::make_unique<EllipsoidSurface>(semi_axes);
+}
+std::unique_ptr<AnalyticShape> make_cuboid(const Vec3d& half) { return std::make_unique<CuboidSurface>(half); }
 std::unique_ptr<AnalyticShape> make_lathe(const std::vector<Eigen::Vector2d>& profile) {
-  return std::make_unique<Lathe>(profile);
+  return std::make_unique<LatheSurface>(profile);
 }
 std::unique_ptr<AnalyticShape> make_handle(double ring_radius, double tube_radius) {
   return std::make_unique<Handle>(ring_radius, tube_radius);

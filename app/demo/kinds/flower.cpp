@@ -1,10 +1,10 @@
-#include "app/demo/flower.h"
+#include "app/demo/kinds/flower.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "gaussians/base/portable.h"
+#include "app/demo/kinds/pot.h"
 #include "gaussians/base/random.h"
 
 namespace pliant {
@@ -12,40 +12,9 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector2d;
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kFrequency = 2.2;                            // Hz
 constexpr double kPoisson = 0.28, kDensity = 700;             // -, kg/m^3
 constexpr double kLeafSoftness = 8.2, kBlossomSoftness = 16;  // Young's modulus of the stem over that of the part
-
-Isometry3d frame(const Vec3d& origin, const Vec3d& x, const Vec3d& y) {
-  Isometry3d pose = Isometry3d::Identity();
-  pose.linear().col(0) = x;
-  pose.linear().col(1) = y;
-  pose.linear().col(2) = x.cross(y);
-  pose.translation() = origin;
-  return pose;
-}
-
-constexpr double kPotWall = 0.006;  // m
-
-/// Outer wall, lip and inner wall down to the soil.
-std::vector<Vector2d> pot_profile(double radius, double height, double soil) {
-  const double foot = 0.74 * radius, lip = 0.018;
-  return {{foot, 0},
-          {radius - 0.005, height - lip},
-          {radius, height - lip + 0.002},
-          {radius, height - 0.003},
-          {radius - 0.003, height},
-          {radius - kPotWall + 0.002, height},
-          {radius - kPotWall, height - 0.002},
-          {radius - kPotWall, soil}};
-}
-
-/// Soil that rises a little towards the stem.
-std::vector<Vector2d> soil_profile(double radius, double soil, double stem_radius) {
-  const double outer = radius - kPotWall;
-  return {{outer, soil}, {0.5 * (outer + stem_radius), soil + 0.004}, {stem_radius - 0.002, soil + 0.006}};
-}
 
 /// Tapered stem that ends in a low dome.
 std::vector<Vector2d> stem_profile(double bottom, double bottom_radius, double top, double tip_radius) {
@@ -135,15 +104,15 @@ double first_frequency(const Beam& beam, const ElasticSolid& solid) {
 }
 
 /// The stem as a beam; leaves and blossom ride on it with the mass of their part outside the stem.
-Beam beam_of(const Flower& flower, const FlowerSolid& samples) {
+Beam beam_of(const Flower& flower, const ObjectSolid& samples) {
   Beam beam{flower.free_length, flower.base_diameter / 2, flower.tip_diameter / 2, {}};
   std::vector<Rider> riders(3);  // leaf on +x, leaf on -x, blossom with the dome of the stem
   for (size_t i = 0; i < samples.position.size(); ++i) {
     const Vec3d& x = samples.position[i];
     const double z = x.z() - flower.pin_height;
-    if (samples.part[i] == FlowerPart::kStem && z <= flower.free_length) continue;
-    Rider& rider = riders[samples.part[i] == FlowerPart::kLeaf ? (x.x() > 0 ? 0 : 1) : 2];
-    const double mass = flower.solid(samples.part[i]).density * samples.cell * samples.cell * samples.cell;
+    if (samples.material[i] == kStem && z <= flower.free_length) continue;
+    Rider& rider = riders[samples.material[i] == kLeaf ? (x.x() > 0 ? 0 : 1) : 2];
+    const double mass = flower.solid(samples.material[i]).density * samples.cell * samples.cell * samples.cell;
     rider.centre += mass * z;
     rider.mass += mass;
   }
@@ -157,13 +126,44 @@ Beam beam_of(const Flower& flower, const FlowerSolid& samples) {
   return beam;
 }
 
-}  // namespace
+const Vec3d kPetals[] = {{0.86, 0.32, 0.45}, {0.84, 0.72, 0.28}, {0.62, 0.38, 0.78}, {0.88, 0.50, 0.26}};
 
-FlowerPart Flower::part_at(const Vec3d& x) const {
-  for (const FlowerPiece& piece : pieces)
-    if (piece.part != FlowerPart::kPot && piece.contains(x)) return piece.part;
-  return FlowerPart::kNone;
-}
+/// Paint of the piece with that index and tone; colours are drawn once.
+struct FlowerPaints {
+  Vec3d pot, petal, green;
+  uint64_t seed;
+
+  explicit FlowerPaints(uint64_t s) : seed(s) {
+    Random random(seed, 3);
+    place_object(random);  // the stream's first numbers
+    pot = pick_colour(random, kPotColours);
+    petal = pick_colour(random, kPetals);
+    green = Vec3d(random.uniform(0.20, 0.30), random.uniform(0.46, 0.56), random.uniform(0.18, 0.26));
+  }
+  Paint of(FlowerPart part, int tone, size_t index) const {
+    Paint paint{Paint::Kind::kPlain, pot, pot, 0.012, seed * 64 + 2 + index};
+    if (part == kPot && tone == 1) {
+      paint.albedo = kSoilColour;
+      paint.grain = 0.007;
+    }
+    if (part == kStem) {
+      paint.albedo = 0.9 * green;
+      paint.grain = 0.010;
+    }
+    if (part == kLeaf) {
+      paint.albedo = green + Vec3d(0.02, 0.10, 0.0) * tone;
+      paint.grain = 0.010;
+    }
+    if (part == kBlossom) {
+      const Vec3d heart = petal.y() > 0.6 ? Vec3d(0.48, 0.28, 0.14) : Vec3d(0.90, 0.72, 0.22);
+      paint.albedo = tone == 0 ? heart : Vec3d(petal * (tone == 1 ? 1.0 : 0.90));
+      paint.grain = 0.009;
+    }
+    return paint;
+  }
+};
+
+}  // namespace
 
 Flower make_flower(uint64_t seed) {
   Random random(seed, 1);
@@ -179,15 +179,15 @@ Flower make_flower(uint64_t seed) {
   const double taper = (f.base_diameter - d) / 2 / f.free_length;
   auto stem_radius = [&](double z) { return f.base_diameter / 2 - taper * (z - f.pin_height); };
   const double bottom = f.soil_height - 0.35 * d, top = f.pin_height + f.free_length;
+  const FlowerPaints paints(seed);
+  std::vector<DemoPiece>& pieces = f.object.pieces;
   auto add = [&](FlowerPart part, std::unique_ptr<AnalyticShape> shape, const Isometry3d& pose, int tone) {
-    const Vec3d centre = pose * shape->bound_centre();
-    const double radius = shape->bound_radius();
-    f.pieces.push_back({part, std::move(shape), pose, tone, centre, radius});
+    pieces.push_back({part, std::move(shape), pose, paints.of(part, tone, pieces.size())});
   };
   const Isometry3d upright = Isometry3d::Identity();
-  add(FlowerPart::kPot, make_lathe(pot_profile(f.pot_radius, pot_height, f.soil_height)), upright, 0);
-  add(FlowerPart::kPot, make_lathe(soil_profile(f.pot_radius, f.soil_height, stem_radius(f.soil_height))), upright, 1);
-  add(FlowerPart::kStem, make_lathe(stem_profile(bottom, stem_radius(bottom), top, d / 2)), upright, 0);
+  add(kPot, make_lathe(pot_profile(f.pot_radius, pot_height, f.soil_height)), upright, 0);
+  add(kPot, make_lathe(soil_profile(f.pot_radius, f.soil_height, stem_radius(f.soil_height))), upright, 1);
+  add(kStem, make_lathe(stem_profile(bottom, stem_radius(bottom), top, d / 2)), upright, 0);
 
   f.leaf_semi_axes = d * Vec3d(random.uniform(0.96, 1.04), 0.50, 0.31);
   for (int side = 0; side < 2; ++side) {
@@ -197,69 +197,60 @@ Flower make_flower(uint64_t seed) {
         along = std::cos(rise) * out + std::sin(rise) * Vec3d::UnitZ();
     const Vec3d root(0, 0, height);
     const Vec3d centre = root + along * (0.55 * stem_radius(height) + f.leaf_semi_axes.x());
-    add(FlowerPart::kLeaf, make_ellipsoid(f.leaf_semi_axes), frame(centre, along, Vec3d::UnitZ().cross(out)), side);
+    add(kLeaf, make_ellipsoid(f.leaf_semi_axes), frame(centre, along, Vec3d::UnitZ().cross(out)), side);
   }
 
   // Petals stand around the axis of the blossom, which looks to the front and up.
   const double tilt = random.uniform(28, 42) * kDegree, phase = random.uniform(0, 60) * kDegree;
   const Vec3d facing(0, -std::cos(tilt), std::sin(tilt)), side(1, 0, 0), rising = side.cross(-facing);
   f.blossom_centre = Vec3d(0, 0, top) + 0.42 * d * facing;
-  add(FlowerPart::kBlossom, make_ellipsoid(d * Vec3d(0.30, 0.37, 0.37)),
-      frame(f.blossom_centre + 0.10 * d * facing, facing, side), 0);
+  add(kBlossom, make_ellipsoid(d * Vec3d(0.30, 0.37, 0.37)), frame(f.blossom_centre + 0.10 * d * facing, facing, side),
+      0);
   for (int k = 0; k < 6; ++k) {
     const double angle = phase + 60 * kDegree * k;
     const Vec3d radial = std::cos(angle) * side + std::sin(angle) * rising;
-    add(FlowerPart::kBlossom, make_ellipsoid(d * Vec3d(0.36, 0.29, 0.27)),
+    add(kBlossom, make_ellipsoid(d * Vec3d(0.36, 0.29, 0.27)),
         frame(f.blossom_centre + 0.54 * d * radial, radial, facing.cross(radial)), 1 + k % 2);
   }
 
-  for (const FlowerPiece& piece : f.pieces)
+  DemoObject& object = f.object;
+  object.name = "flower";
+  for (const DemoPiece& piece : pieces)
     for (const SurfacePoint& p : piece.shape->cover(0.05 * d, seed)) {
-      const Vec3d x = piece.flower_from_local * p.position;
-      f.height = std::max(f.height, x.z());
-      f.reach = std::max(f.reach, x.head<2>().norm());
+      const Vec3d x = piece.object_from_local * p.position;
+      object.height = std::max(object.height, x.z());
+      object.reach = std::max(object.reach, x.head<2>().norm());
     }
+  object.tip = f.blossom_centre;
+  object.tip_radius = 1.2 * d;
+  const double r = f.pot_radius + 0.01;
+  object.pins = {Region::box({-r, -r, -0.01}, {r, r, f.pin_height})};
 
   // The frequency goes with the square root of Young's modulus.
-  f.stem = {1e5, kPoisson, kDensity};
-  f.leaf = {1e5 / kLeafSoftness, kPoisson, kDensity};
-  f.blossom = {1e5 / kBlossomSoftness, kPoisson, kDensity};
+  const auto material = [](const char* name, double softness) {
+    DemoMaterial m;
+    m.name = name;
+    m.solid = {1e5 / softness, kPoisson, kDensity};
+    return m;
+  };
+  object.materials = {material("pot", 1), material("stem", 1), material("leaf", kLeafSoftness),
+                      material("blossom", kBlossomSoftness)};
+  object.materials[kPot].fixed = true;
   const double scale = std::pow(kFrequency / flower_mechanics(f).frequency, 2);
-  for (ElasticSolid* solid : {&f.stem, &f.leaf, &f.blossom}) solid->young *= scale;
+  for (DemoMaterial& m : object.materials) m.solid.young *= scale;
   return f;
 }
 
-FlowerSolid sample_flower(const Flower& flower, double cell, double lowest, uint64_t seed) {
-  const Eigen::Vector3i low(static_cast<int>(std::floor(-flower.reach / cell)),
-                            static_cast<int>(std::floor(-flower.reach / cell)), 0);
-  const int across = -2 * low.x(), layers = static_cast<int>(std::ceil((flower.height - lowest) / cell));
-  std::vector<FlowerSolid> layer(std::max(0, layers));
-  parallel_for(layers, [&](std::ptrdiff_t k) {
-    for (int j = 0; j < across; ++j)
-      for (int i = 0; i < across; ++i) {
-        Random random(seed, static_cast<uint64_t>((k * across + j) * across + i));
-        const Vec3d in_cell(random.uniform(), random.uniform(), random.uniform());
-        const Vec3d x =
-            Vec3d(0, 0, lowest) + cell * (Vec3d(low.x() + i, low.y() + j, static_cast<double>(k)) + in_cell);
-        const FlowerPart part = flower.part_at(x);
-        if (part == FlowerPart::kNone) continue;
-        layer[k].position.push_back(x);
-        layer[k].part.push_back(part);
-      }
-  });
-  FlowerSolid samples;
-  samples.cell = cell;
-  for (const FlowerSolid& l : layer) {
-    samples.position.insert(samples.position.end(), l.position.begin(), l.position.end());
-    samples.part.insert(samples.part.end(), l.part.begin(), l.part.end());
-  }
-  return samples;
+ObjectSolid sample_flower(const Flower& flower, double cell, double lowest, uint64_t seed) {
+  const DemoObject& object = flower.object;
+  return sample_solid(object.reach, object.height, cell, lowest, seed,
+                      [&](const Vec3d& x) { return object.material_at(x); });
 }
 
 FlowerMechanics flower_mechanics(const Flower& flower) {
   FlowerMechanics m;
   const double d = flower.tip_diameter;
-  const FlowerSolid above = sample_flower(flower, d / 20, flower.pin_height, 0);
+  const ObjectSolid above = sample_flower(flower, d / 20, flower.pin_height, 0);
   // The layer of three cells below the pinned plane belongs to the solid, so spacing and volume are found together.
   auto volume_with = [&](double cell) {
     const double r = flower.base_diameter / 2 + 1.5 * cell * (flower.base_diameter - d) / 2 / flower.free_length;
@@ -275,16 +266,17 @@ FlowerMechanics flower_mechanics(const Flower& flower) {
   m.volume = volume_with(m.cell_8k);
   m.stem_cells = d / m.cell_8k;
   m.leaf_cells = 2 * flower.leaf_semi_axes.z() / m.cell_8k;
-  m.contrast = flower.stem.young / std::max(flower.leaf.young, flower.blossom.young);
+  m.contrast = flower.solid(kStem).young / std::max(flower.solid(kLeaf).young, flower.solid(kBlossom).young);
 
   const Beam beam = beam_of(flower, above);
-  m.frequency = first_frequency(beam, flower.stem);
-  const BeamShape pushed = bend(beam, flower.stem, 0, {0, 0, 1});
+  m.frequency = first_frequency(beam, flower.solid(kStem));
+  const BeamShape pushed = bend(beam, flower.solid(kStem), 0, {0, 0, 1});
   m.compliance = rider_deflection(beam, pushed, beam.riders[2]);
 
-  const double nu = flower.stem.poisson;
-  const double modulus = flower.stem.young * (1 - nu) / ((1 + nu) * (1 - 2 * nu));  // lambda + 2 mu
-  m.substeps_4k = std::sqrt(modulus / flower.stem.density) / (0.4 * m.cell_4k * 30);
+  const ElasticSolid& stem = flower.solid(kStem);
+  const double nu = stem.poisson;
+  const double modulus = stem.young * (1 - nu) / ((1 + nu) * (1 - 2 * nu));  // lambda + 2 mu
+  m.substeps_4k = std::sqrt(modulus / stem.density) / (0.4 * m.cell_4k * 30);
   return m;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "gaussians/base/random.h"
 #include "gaussians/base/types.h"
 
 namespace pliant {
@@ -17,13 +18,30 @@ Vec3d tiles(double u, double v, const Vec3d& glaze);
 /// Smooth noise in [-1, 1] over space (values on a lattice, interpolated with a C1 polynomial); lattice step 1.
 double lattice_noise(const Vec3d& x, uint64_t seed);
 
+/// A colour near one of the palette's.
+template <size_t N>
+Vec3d pick_colour(Random& random, const Vec3d (&palette)[N]) {
+  return palette[random.below(N)] + 0.03 * Vec3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+}
+
 /// How a surface is painted; coordinates are those of its own frame at rest.
 struct Paint {
-  enum class Kind { kPlain, kPlanks, kTiles, kBands } kind = Kind::kPlain;
+  enum class Kind {
+    kPlain,
+    kPlanks,
+    kTiles,
+    kBands,   ///< of the accent around z
+    kGraded,  ///< from the albedo at x = 0 to the accent at x = period
+    kVeined,  ///< a midrib along x and side veins of the accent, `period` apart
+    kKnit,    ///< rows of stitches along x, `period` long
+    kPlaid,   ///< two sets of stripes of the accent over x and z, `period` apart
+    kSpots,   ///< of the accent, a third of a period wide
+  } kind = Kind::kPlain;
   Vec3d albedo = Vec3d::Constant(0.5);
-  Vec3d accent = Vec3d::Constant(0.5);  ///< second tone of kBands
+  Vec3d accent = Vec3d::Constant(0.5);  ///< second tone
   double grain = 0.012;                 ///< wavelength of the mottling [m]
   uint64_t seed = 0;
+  double period = 0.02;  ///< [m]
 };
 
 /// Reflected colour of a point before shading, in [0, 1].  `normal` is in the same frame as x.

@@ -1,4 +1,4 @@
-#include "app/demo/paint.h"
+#include "app/demo/kinds/paint.h"
 
 #include <algorithm>
 #include <cmath>
@@ -71,6 +71,35 @@ Vec3d albedo_at(const Paint& paint, const Vec3d& x, const Vec3d& normal) {
       return std::abs(normal.y()) > 0.5 ? tiles(x.x(), x.z(), paint.albedo) : Vec3d(paint.albedo * 0.9);
     case Paint::Kind::kBands:
       colour += smoothstep(3 * wave(x.z() / 0.05) + 0.5) * (paint.accent - paint.albedo);
+      break;
+    case Paint::Kind::kGraded:
+      colour += smoothstep(x.x() / paint.period) * (paint.accent - paint.albedo);
+      break;
+    case Paint::Kind::kVeined: {
+      // Side veins leave the midrib forwards.
+      const double rib = 1 - smoothstep(std::abs(x.y()) / (0.12 * paint.period));
+      const double side = 1 - off_line(x.x() - 0.8 * std::abs(x.y()), paint.period, 0.1 * paint.period);
+      colour += std::max(rib, 0.7 * side) * (paint.accent - paint.albedo);
+      break;
+    }
+    case Paint::Kind::kKnit: {
+      // Each stitch is a V; the rows meet in dark lines.
+      const double row =
+          fraction((x.x() + 0.35 * std::abs(wave(0.5 * x.y() / paint.period)) * paint.period) / paint.period);
+      const double stitch = std::abs(wave(x.y() / paint.period));
+      colour = (0.68 + 0.32 * smoothstep(2 * std::min(row, 1 - row)) * (0.6 + 0.4 * stitch)) * paint.albedo;
+      if (std::fmod(std::abs(std::floor(x.x() / paint.period)), 4.0) < 1) colour = 0.5 * (colour + paint.accent);
+      break;
+    }
+    case Paint::Kind::kPlaid: {
+      const double u = fraction(x.x() / paint.period), v = fraction(x.z() / paint.period);
+      const double share = 0.45 * ((u < 0.4) + (v < 0.4)) + 0.1 * ((u > 0.62 && u < 0.7) + (v > 0.62 && v < 0.7));
+      colour += std::min(share, 1.0) * (paint.accent - paint.albedo);
+      break;
+    }
+    case Paint::Kind::kSpots:
+      colour +=
+          smoothstep(4 * lattice_noise(x * (3 / paint.period), paint.seed + 2) - 1.6) * (paint.accent - paint.albedo);
       break;
     case Paint::Kind::kPlain:
       break;

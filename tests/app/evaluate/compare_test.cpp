@@ -1,0 +1,168 @@
+// Comparisons of methods from result files with known values.
+
+#include "app/evaluate/compare.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/evaluate/metric_table.h"
+#include "gaussians/base/random.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/files/json_file.h"
+#include "tests/app/run_pliant.h"
+#include "tests/temporary_folder.h"
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace pliant {
+namespace {
+
+class Compare : public testing::Test {
+ protected:
+  void write(const std::string& method, const std::string& result, const json& value) {
+    fs::create_directories((folder_ / (method + "/" + result)).parent_path());
+    write_json(folder_ / (method + "/" + result + ".json"), value);
+  }
+  json compare(const std::vector<std::string>& names, const CompareOptions& options = {}) const {
+    std::vector<Method> methods;
+    for (const std::string& name : names) methods.push_back({name, folder_ / name});
+    return compare_methods(methods, options);
+  }
+  TemporaryFolder folder_;
+};
+
+const json& row_of(const json& rows, const std::string& key, const std::string& value, const std::string& metric) {
+  for (const json& row : rows)
+    if (row[key] == value && row["metric"] == metric) return row;
+  ADD_FAILURE() << value << " " << metric;
+  return rows[0];
+}
+
+TEST_F(Compare, PairedDifferencesDecideWhereMeansOverlap) {
+  // Scenes differ by tens of dB, methods by 1 dB.
+  for (int i = 0; i < 10; ++i) {
+    const double scene = 25 + 4 * Random(3, i).normal();
+    const std::string name = "scene" + std::to_string(i);
+    write("ours", name, {{"psnr", scene + 1 + 0.2 * Random(4, i).normal()}, {"frequency_error", 0.3}});
+    write("weak", name, {{"psnr", scene}, {"frequency_error", 0.1}});
+    write("equal", name, {{"psnr", scene + 1 + 0.5 * Random(5, i).normal()}, {"frequency_error", 0.3}});
+  }
+  const json found = compare({"ours", "weak", "equal"});
+  const json &psnr = row_of(found["differences"], "baseline", "weak", "psnr"),
+             &frequency = row_of(found["differences"], "baseline", "weak", "frequency_error"),
+             &equal = row_of(found["differences"], "baseline", "equal", "frequency_error");
+  EXPECT_EQ(psnr["verdict"], "ours");
+  EXPECT_EQ(psnr["wins"], 10);
+  EXPECT_NEAR(psnr["p_sign"].get<double>(), 2 / 1024.0, 1e-12);
+  EXPECT_GT(psnr["low"].get<double>(), 0.7);
+  EXPECT_LT(psnr["high"].get<double>(), 1.3);
+  // Where the baseline is better it says so: errors are better when they are lower.
+  EXPECT_EQ(frequency["verdict"], "weak");
+  EXPECT_EQ(frequency["losses"], 10);
+  EXPECT_EQ(equal["verdict"], "undecided");
+  EXPECT_EQ(equal["ties"], 10);
+  EXPECT_TRUE(equal["p_sign"].is_null());
+  const json &ours = row_of(found["means"], "method", "ours", "psnr"),
+             &weak = row_of(found["means"], "method", "weak", "psnr");
+  EXPECT_LT(ours["low"].get<double>(), weak["high"].get<double>()) << "the means alone do not decide";
+}
+
+TEST_F(Compare, MissingAndUnknownResultsAreFailuresAndCountAsTheWorst) {
+  for (const char* scene : {"a", "b", "c"}) write("ours", scene, {{"frequency_error", 0.1}, {"miou", 0.9}});
+  write("theirs", "a", {{"frequency_error", 2.5}, {"miou", 0.8}});
+  write("theirs", "b", {{"frequency_error", nullptr}, {"miou", 0.95}});
+  write("theirs", "d", {{"frequency_error", 0.05}, {"miou", 0.7}});
+  const json found = compare({"ours", "theirs"});
+  const json &error = row_of(found["means"], "method", "theirs", "frequency_error"),
+             &iou = row_of(found["means"], "method", "theirs", "miou"),
+             &ours = row_of(found["means"], "method", "ours", "miou");
+  EXPECT_EQ(error["failures"], 2);
+  EXPECT_EQ(error["failure_counts_as"], 2.5);
+  EXPECT_NEAR(error["mean"].get<double>(), (2.5 + 2.5 + 2.5 + 0.05) / 4, 1e-12);
+  EXPECT_EQ(iou["failures"], 1);
+  EXPECT_NEAR(iou["mean"].get<double>(), (0.8 + 0.95 + 0 + 0.7) / 4, 1e-12);
+  EXPECT_EQ(ours["failures"], 1);
+  EXPECT_NEAR(ours["mean"].get<double>(), 2.7 / 4, 1e-12);
+}
+
+TEST_F(Compare, DroppingTheWorstResultsMakesNoMethodBetter) {
+  for (int i = 0; i < 6; ++i) {
+    write("ours", std::to_string(i), {{"ssim", 0.8}});
+    write("theirs", std::to_string(i), {{"ssim", i < 3 ? 0.2 : 0.9}});
+  }
+  const double honest = row_of(compare({"ours", "theirs"})["means"], "method", "theirs", "ssim")["mean"];
+  for (int i = 0; i < 3; ++i) fs::remove(folder_ / ("theirs/" + std::to_string(i) + ".json"));
+  EXPECT_LT(row_of(compare({"ours", "theirs"})["means"], "method", "theirs", "ssim")["mean"].get<double>(), honest);
+}
+
+TEST_F(Compare, RunsOfASceneAreOneCluster) {
+  // 40 runs of 4 scenes say as much as 4 scenes.
+  for (int scene = 0; scene < 4; ++scene)
+    for (int run = 0; run < 10; ++run) {
+      const std::string name = std::to_string(scene) + "/" + std::to_string(run);
+      write("ours", name, {{"psnr", 30 + scene}});
+      write("theirs", name, {{"psnr", 30}});
+    }
+  const json runs = compare({"ours", "theirs"});
+  const json& row = runs["differences"][0];
+  EXPECT_EQ(runs["results"], 40);
+  EXPECT_EQ(row["wins"].get<int>() + row["ties"].get<int>(), 4);
+  EXPECT_LE(row["low"].get<double>(), 0.01);
+  EXPECT_GE(row["high"].get<double>(), 2.9);
+}
+
+TEST_F(Compare, ResultsThatNoMethodKnowsDoNotCount) {
+  write("ours", "a", {{"damping_error", 0.2}});
+  write("ours", "b", {{"damping_error", nullptr}});
+  write("theirs", "a", {{"damping_error", 0.4}});
+  write("theirs", "b", {{"damping_error", nullptr}});
+  const json found = compare({"ours", "theirs"});
+  EXPECT_EQ(found["means"][0]["results"], 1);
+  EXPECT_EQ(found["means"][0]["failures"], 0);
+  EXPECT_TRUE(found["means"][0]["low"].is_null()) << "one scene has no spread";
+}
+
+TEST_F(Compare, TheCommandWritesJsonCsvAndMarkdown) {
+  for (const char* scene : {"a", "b", "c"}) {
+    write("p", scene, {{"psnr", 30}, {"outside", {{"psnr", 50}}}, {"seconds", 3}});
+    write("q", scene, {{"psnr", nullptr}, {"identical", true}, {"outside", {{"psnr", 60}}}, {"seconds", 9}});
+  }
+  const std::string ours = "ours=" + (folder_ / "p").string(), theirs = "with, comma=" + (folder_ / "q").string(),
+                    out = (folder_ / "out").string();
+  testing::internal::CaptureStdout();
+  ASSERT_EQ(run_quietly({"evaluate", "compare", ours, theirs, "--metric", "psnr", "--metric", "outside.psnr",
+                         "--metric", "seconds:lower", "--out", out}),
+            0);
+  EXPECT_NE(testing::internal::GetCapturedStdout().find("| PSNR [dB] ↑ | 30 [30, 30] | 100 [100, 100] |"),
+            std::string::npos);
+  const json result = read_json(folder_ / "out/compare.json");
+  EXPECT_EQ(row_of(result["differences"], "baseline", "with, comma", "seconds")["verdict"], "ours");
+  EXPECT_EQ(row_of(result["means"], "method", "with, comma", "psnr")["mean"], kPsnrOfIdentical);
+  const std::string csv = read_text(folder_ / "out/compare_means.csv");
+  EXPECT_EQ(csv.substr(0, csv.find("\r\n")), "failure_counts_as,failures,high,low,mean,method,metric,results");
+  EXPECT_NE(csv.find("0.0,0,60.0,60.0,60.0,\"with, comma\",outside.psnr,3\r\n"), std::string::npos) << csv;
+  EXPECT_TRUE(fs::exists(folder_ / "out/compare_differences.csv"));
+  EXPECT_NE(read_text(folder_ / "out/compare.md").find("ours minus each other"), std::string::npos);
+}
+
+TEST_F(Compare, UselessInputIsRefused) {
+  write("ours", "a", {{"psnr", 30}});
+  write("list", "a", json::array());
+  fs::create_directories(folder_ / "empty");
+  CompareOptions options;
+  options.metrics = {"pnsr"};
+  expect_error(Failure::kUsage, {"--metric", "pnsr", "'psnr'"}, [&] { compare({"ours", "ours"}, options); });
+  options.metrics = {"ssim"};
+  expect_error(Failure::kInput, {"ssim"}, [&] { compare({"ours", "ours"}, options); });
+  expect_error(Failure::kInput, {"none", "is not a folder"}, [&] { compare({"ours", "none"}); });
+  expect_error(Failure::kInput, {"empty", "no JSON file"}, [&] { compare({"empty", "ours"}); });
+  expect_error(Failure::kInput, {"a.json", "not a JSON object"}, [&] { compare({"ours", "list"}); });
+  const std::string ours = (folder_ / "ours").string();
+  EXPECT_EQ(run_quietly({"evaluate", "compare", "x=" + ours, ours}), 2);
+  EXPECT_EQ(run_quietly({"evaluate", "compare", "x=" + ours, "x=" + ours}), 2);
+}
+
+}  // namespace
+}  // namespace pliant
