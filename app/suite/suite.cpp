@@ -49,12 +49,12 @@ json repair_methods() {
 }
 
 /// Scores of a suite that are there.
-int count_scores(const fs::path& folder) {
-  std::error_code ignored;
-  int count = 0;
-  for (auto at = fs::recursive_directory_iterator(folder, ignored); at != fs::recursive_directory_iterator(); ++at)
-    count += at->path().extension() == ".json";
-  return count;
+std::vector<fs::path> scores_in(const fs::path& folder) {
+  std::error_code none;
+  std::vector<fs::path> scores;
+  for (const auto& entry : fs::recursive_directory_iterator(folder / "scores", none))
+    if (entry.path().extension() == ".json") scores.push_back(entry.path());
+  return scores;
 }
 
 int expected_scores(const json& settings) {
@@ -153,18 +153,19 @@ json run_suite(const Context& context, const json& settings, const SuiteStage& s
   const int total = expected_scores(settings);
   context.progress.begin("suite", total);
   std::optional<int> code;
-  while (!(code = snakemake.wait(2))) context.progress.done(std::min(total, count_scores(folder / "scores")));
+  while (!(code = snakemake.wait(2)))
+    context.progress.done(std::min(total, static_cast<int>(scores_in(folder).size())));
   context.progress.end();
   if (*code != 0)
     throw input_error(log.string(), "", fmt::format("Snakemake ended with {}: {}", *code, snakemake.last_words()),
                       "see the logs beside it; the same command continues");
+  const std::vector<fs::path> scores = scores_in(folder);
   json failed = json::array();
-  for (const auto& file : fs::recursive_directory_iterator(folder / "scores"))
-    if (file.path().extension() == ".json")
-      if (const json score = read_json(file.path()); score.contains("failed"))
-        failed.push_back({{"scene", score["scene"]}, {"method", score["method"]}, {"failed", score["failed"]}});
-  context.progress.say(fmt::format("suite: {} scores, {} of them failures: {}", count_scores(folder / "scores"),
-                                   failed.size(), (folder / "RESULTS.md").string()));
+  for (const fs::path& file : scores)
+    if (const json score = read_json(file); score.contains("failed"))
+      failed.push_back({{"scene", score["scene"]}, {"method", score["method"]}, {"failed", score["failed"]}});
+  context.progress.say(fmt::format("suite: {} scores, {} of them failures: {}", scores.size(), failed.size(),
+                                   (folder / "RESULTS.md").string()));
   return {{"results", (folder / "RESULTS.md").string()}, {"failed", failed}};
 }
 

@@ -129,14 +129,13 @@ TEST_F(Suite, AKilledSuiteContinuesAndChangedSettingsRepeatOnlyWhatDependsOnThem
 }
 
 TEST_F(Suite, JobsAreSubmittedWhereAClusterIsGiven) {
-  settings["methods"] = {{"segmentation", {{"ours", {{"segment", json::array()}}}}}};
+  settings["methods"] = json::object();  // so that the results alone are a job
   const std::string submit =
       "echo submitted >> " + (folder / "submitted").string() + "; sh \"$@\" > /dev/null 2>&1; echo job 1";
   stage.cluster = "sh " + folder.file("submit", submit).string();
   run();
-  EXPECT_EQ(score("segmentation/ours/rose/1.json")["miou"], 0.75);
-  const std::string submitted = read_text(folder / "submitted");
-  EXPECT_EQ(std::count(submitted.begin(), submitted.end(), '\n'), 3);  // scene, segmentation, results
+  EXPECT_EQ(read_text(folder / "submitted"), "submitted\n");
+  EXPECT_TRUE(fs::exists(folder / "suite/RESULTS.md"));
 }
 
 TEST(SuiteSettings, ScenesAreKindsTimesSeedsAndUnknownKindsAreRefused) {
