@@ -33,7 +33,7 @@ Json interaction_json(const Interaction& interaction) {
   const bool always = std::isinf(interaction.duration);
   if (interaction.type != InteractionType::kPin) json["start"] = interaction.start;
   if (!always) json["duration"] = interaction.duration;
-  if (interaction.region.kind != Region::Kind::kAll) json["region"] = region_to_json(interaction.region);
+  json["region"] = region_to_json(interaction.region);
   switch (interaction.type) {
     case InteractionType::kPin:
       break;

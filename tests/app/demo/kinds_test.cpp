@@ -12,6 +12,7 @@
 #include "app/demo/raycast.h"
 #include "app/demo/reference.h"
 #include "app/demo/splats.h"
+#include "app/import/interactions.h"
 #include "app/store/material.h"
 #include "app/store/trajectory.h"
 #include "gaussians/io/files/files.h"
@@ -243,8 +244,10 @@ TEST(DemoKinds, FilesOfASceneSayWhatItIsMadeOf) {
     EXPECT_TRUE(fs::exists(folder / "scene/videos" / (std::string(name) + ".mp4"))) << name;
     const fs::path motion = folder / "scene/truth" / name;
     EXPECT_EQ(read_trajectory(motion / "trajectory.h5").frames.size(), 6u) << name;
-    const json script = json::parse(read_text(motion / "interactions.json"));
-    EXPECT_EQ(script.front()["type"], "pin") << name;
+    const std::vector<Interaction> script =
+        parse_interactions(read_text(motion / "interactions.json"), {}, "interactions.json");
+    EXPECT_EQ(script.front().type, InteractionType::kPin) << name;
+    EXPECT_GT(script.size(), 1u) << name;
     EXPECT_GT(json::parse(read_text(motion / "video_motion.json"))["peak_metres"].get<double>(), 0) << name;
   }
 }
