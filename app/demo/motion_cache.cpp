@@ -113,14 +113,22 @@ ReferenceMotion cached_reference(const fs::path& cache, const ReferenceBody& bod
   const std::string key = key_of(body, interactions, options, stored);
   const fs::path file = cache / (key + ".h5"), figures = cache / (key + ".json");
   // The trajectory is written last.
-  if (fs::exists(file) && fs::exists(figures)) {
-    const Json known = Json::parse(read_text(figures), nullptr, false);
-    if (!known.is_discarded()) return read_motion(file, known, still(body, interactions, options, stored));
+  std::error_code none;
+  if (fs::exists(file, none) && fs::exists(figures, none)) {
+    try {
+      return read_motion(file, Json::parse(read_text(figures)), still(body, interactions, options, stored));
+    } catch (const std::exception&) {
+      // A damaged file is computed anew.
+    }
   }
   const ReferenceMotion motion = thinned(simulate_reference(body, interactions, options), stored);
-  fs::create_directories(cache);
-  write_text(figures, Json{{"time_step", motion.time_step}, {"max_stretch", motion.max_stretch}}.dump() + "\n");
-  write_trajectory(file, trajectory_of(motion, "object"), "{}");
+  try {
+    fs::create_directories(cache);
+    write_text(figures, Json{{"time_step", motion.time_step}, {"max_stretch", motion.max_stretch}}.dump() + "\n");
+    write_trajectory(file, trajectory_of(motion, "object"), "{}");
+  } catch (const std::exception&) {
+    // What cannot be kept is simulated again the next time.
+  }
   return motion;
 }
 

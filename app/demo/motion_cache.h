@@ -10,7 +10,7 @@ namespace pliant {
 ReferenceMotion thinned(const ReferenceMotion& motion, size_t count);
 
 /// simulate_reference() with the motion of about `stored` particles, from a file in `cache` where one of the same body,
-/// script and options lies there; else it is computed and put there.  An empty `cache`: none.
+/// script and options lies there; else it is computed, and put there where that is possible.  An empty `cache`: none.
 ReferenceMotion cached_reference(const std::filesystem::path& cache, const ReferenceBody& body,
                                  const std::vector<Interaction>& interactions, const ReferenceOptions& options,
                                  size_t stored);

@@ -197,7 +197,7 @@ TEST(DemoKinds, FilesRepeatForASeedAlsoOutOfTheCacheAndDifferForAnother) {
     EXPECT_NE(a.at(file), d.at(file)) << file;
 }
 
-TEST(DemoKinds, DamagedCacheIsComputedAnew) {
+TEST(DemoKinds, WithADamagedCacheOrOneThatCannotBeMadeMotionsAreComputedAnew) {
   TemporaryFolder folder;
   const Stage stage(demo_kind("jelly").make(1), 1);
   ReferenceOptions options;
@@ -208,7 +208,9 @@ TEST(DemoKinds, DamagedCacheIsComputedAnew) {
   push.type = InteractionType::kPointForce;
   push.region = Region::sphere(stage.tip(), 0.03);
   push.vector = Vec3d(0.05, 0, 0);
-  const auto run = [&] { return cached_reference(folder / "cache", body, {push}, options, 300); };
+  const auto run = [&](const char* cache = "cache") {
+    return cached_reference(folder / cache, body, {push}, options, 300);
+  };
   const ReferenceMotion first = run();
   for (const auto& entry : fs::directory_iterator(folder / "cache"))
     if (entry.path().extension() == ".json") write_text(entry.path(), "{\"time_step\":");
@@ -216,6 +218,11 @@ TEST(DemoKinds, DamagedCacheIsComputedAnew) {
   ASSERT_EQ(first.frames.size(), second.frames.size());
   EXPECT_EQ(first.frames.back().x, second.frames.back().x);
   EXPECT_EQ(first.frames.back().x, third.frames.back().x);
+  for (const auto& entry : fs::directory_iterator(folder / "cache"))
+    if (entry.path().extension() == ".h5") write_text(entry.path(), "cut");
+  folder.file("file", "");
+  EXPECT_EQ(first.frames.back().x, run().frames.back().x);
+  EXPECT_EQ(first.frames.back().x, run("file/cache").frames.back().x);
   EXPECT_EQ(first.time_step, third.time_step);
   EXPECT_EQ(first.samples.position, third.samples.position);
   EXPECT_NE(first.frames.back().x, first.frames.front().x);
