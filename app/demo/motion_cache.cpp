@@ -68,19 +68,6 @@ ReferenceMotion read_motion(const fs::path& file, const Json& figures, Reference
   return motion;
 }
 
-/// What a motion is known of before it is simulated.
-ReferenceMotion still(const ReferenceBody& body, const std::vector<Interaction>& interactions,
-                      const ReferenceOptions& options, size_t stored) {
-  ReferenceMotion motion;
-  motion.samples = body.samples;
-  motion.interactions = interactions;
-  motion.fps = options.fps;
-  motion.damping_time = options.damping_time;
-  motion.cell_size = body.cell_size;
-  motion.particles = body.particles.size();
-  return thinned(motion, stored);
-}
-
 }  // namespace
 
 ReferenceMotion thinned(const ReferenceMotion& motion, size_t count) {
@@ -116,7 +103,8 @@ ReferenceMotion cached_reference(const fs::path& cache, const ReferenceBody& bod
   std::error_code none;
   if (fs::exists(file, none) && fs::exists(figures, none)) {
     try {
-      return read_motion(file, Json::parse(read_text(figures)), still(body, interactions, options, stored));
+      return read_motion(file, Json::parse(read_text(figures)),
+                         thinned(without_frames(body, interactions, options), stored));
     } catch (const std::exception&) {
       // A damaged file is computed anew.
     }

@@ -167,8 +167,8 @@ std::vector<ReferenceScript> reference_scripts(const Stage& stage, const Referen
   return scripts;
 }
 
-ReferenceMotion simulate_reference(const ReferenceBody& body, const std::vector<Interaction>& interactions,
-                                   const ReferenceOptions& options) {
+ReferenceMotion without_frames(const ReferenceBody& body, const std::vector<Interaction>& interactions,
+                               const ReferenceOptions& options) {
   ReferenceMotion motion;
   motion.samples = body.samples;
   motion.interactions = interactions;
@@ -176,6 +176,12 @@ ReferenceMotion simulate_reference(const ReferenceBody& body, const std::vector<
   motion.damping_time = options.damping_time;
   motion.cell_size = body.cell_size;
   motion.particles = body.particles.size();
+  return motion;
+}
+
+ReferenceMotion simulate_reference(const ReferenceBody& body, const std::vector<Interaction>& interactions,
+                                   const ReferenceOptions& options) {
+  ReferenceMotion motion = without_frames(body, interactions, options);
   const size_t count = static_cast<size_t>(std::lround(options.seconds * options.fps));
   const auto result = simulate<float>(simulate_options(options), body.particles, interactions,
                                       initial_state(body.particles), [&](const SimulationState& state) {

@@ -58,6 +58,9 @@ struct ReferenceMotion {
   double max_stretch = 0;               ///< where beyond kFarStretch, else 0
   std::vector<SimulationState> frames;  ///< at 0, 1/fps, ...
 };
+/// What a motion is known of before it is simulated.
+ReferenceMotion without_frames(const ReferenceBody& body, const std::vector<Interaction>& interactions,
+                               const ReferenceOptions& options);
 ReferenceMotion simulate_reference(const ReferenceBody& body, const std::vector<Interaction>& interactions,
                                    const ReferenceOptions& options);
 /// The flower of a seed in its stage, pushed.
