@@ -4,7 +4,7 @@
 // every side by a share of their size.  IoU: pixels with a rendered membership above 0.5, over 12 views of another
 // orbit. Strokes: twice, over the scene's cameras, the largest connected wrong region; from its deepest pixel a
 // straight line in both directions of its longer axis, as far as it stays inside by half the stroke's width (a click
-// where that is nowhere). FILTER: only rows whose name contains it; METHOD: only this column of the table.
+// where that is nowhere). FILTER: only rows whose name contains it; METHOD: `boxes` leaves the strokes out.
 
 #include <algorithm>
 #include <chrono>
