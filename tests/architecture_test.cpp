@@ -42,6 +42,7 @@ const std::map<std::string, std::set<std::string>> kLibraries = {
     {"gaussians/simd", {"immintrin.h"}},
     {"gaussians/io/files", {"nlohmann", "zlib.h", "zstd.h", "minizip"}},
     {"gaussians/io/images", {"opencv2", "zlib.h", "webp"}},
+    {"gaussians/io/images/codecs", {"opencv2"}},
     {"gaussians/io/splats", {"nlohmann"}},
     {"gaussians/io/cameras", {"nlohmann"}},
     {"gaussians/io/scene", {"nlohmann"}},

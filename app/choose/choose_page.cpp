@@ -39,6 +39,15 @@ json run_lengths(std::span<const uint32_t> values) {
   return out;
 }
 
+SegmentStage segment_by(const Marks& marks) {
+  SegmentStage stage;
+  stage.boxes = marks.boxes;
+  stage.clicks = marks.clicks;
+  stage.strokes = marks.strokes;
+  stage.grow = marks.grow;
+  return stage;
+}
+
 std::vector<int> shown_cameras(const Scene& scene) {
   std::vector<int> out;
   const size_t count = std::min(scene.cameras.size(), kMostViews);
@@ -82,7 +91,8 @@ json choose_data(const RunDirectory& run, const Scene& scene, const Marks& marks
           {"views", views},
           {"boxes", marks.boxes},
           {"clicks", marks.clicks},
-          {"strokes", marks.strokes}};
+          {"strokes", marks.strokes},
+          {"grow", marks.grow}};
 }
 
 LocalServer::Page choose_page(const json& data) {

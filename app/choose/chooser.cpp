@@ -18,6 +18,7 @@ using nlohmann::json;
 namespace {
 
 constexpr size_t kMostMarks = 200, kLongestMark = 20'000, kLongestLabel = 100;  // characters
+constexpr int kMostGrown = 100, kMostCameras = 1'000'000;
 constexpr double kSimulated = 0.1;                   // s, of the motion that the page begins with
 constexpr std::chrono::milliseconds kSettled(1500);  // without new marks a selection is written
 
@@ -54,11 +55,13 @@ double finite_number(const json& value, const char* field) {
   return value;
 }
 
-int camera_number(const json& value, const char* field) {
+int whole_number(const json& value, const char* field, int least, int most) {
   const double number = finite_number(value, field);
-  if (number < 0 || number != std::floor(number)) throw wrong(field, "has no number of a camera");
+  if (number < least || number > most || number != std::floor(number)) throw wrong(field, "has no such whole number");
   return static_cast<int>(number);
 }
+
+int camera_number(const json& value, const char* field) { return whole_number(value, field, 0, kMostCameras); }
 
 const char* name_of(ChooseRequest::Kind kind) {
   switch (kind) {
@@ -91,6 +94,7 @@ ChooseRequest parse_choose_request(std::string_view text) {
     out.kind = ChooseRequest::Kind::kSelect;
     out.marks = {marks_of(value, "boxes"), marks_of(value, "clicks"), marks_of(value, "strokes")};
     if (out.marks.empty()) throw wrong(name, "has no marks");
+    if (value.contains("grow")) out.marks.grow = whole_number(value["grow"], "grow", -kMostGrown, kMostGrown);
     if (value.contains("camera")) out.camera = camera_number(value["camera"], "camera");
   } else if (name == "hover") {
     if (!value.is_array() || value.size() != 3) throw wrong(name, "is no camera and pixel");
@@ -260,10 +264,7 @@ void Chooser::keep(const Context& context) {
     marks.swap(selected_);
   }
   if (!marks || *marks == marks_) return;
-  SegmentStage segment;
-  segment.boxes = marks->boxes;
-  segment.clicks = marks->clicks;
-  segment.strokes = marks->strokes;
+  const SegmentStage segment = segment_by(*marks);
   run_segment(context, run_, scene_, segment);
   marks_ = *std::move(marks);
   tell_kept(show());
@@ -292,6 +293,7 @@ void Chooser::carry_out(const Context& context, const ChooseRequest& request) {
     omp_set_num_threads(std::max(1, omp_get_max_threads() / 2));
     run_repair(context, run_, scene, {});
     site_.show(live_screen(context, run_, scene));
+    site_.tell(json({{"said", "The hole behind the object is repaired: load the page again to see it."}}).dump());
     return;
   }
   if (request.kind == ChooseRequest::Kind::kName) {

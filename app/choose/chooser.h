@@ -14,11 +14,12 @@
 namespace pliant {
 
 /// What a client of the choice of an object asks for: a JSON object with one of
-///   "select": {"boxes": [...], "clicks": [...], "strokes": [...], "camera": N}   select the object behind these marks,
-///                                                   as `pliant segment` does; answered at once, see selecting.h, and
-///                                                   written when no other marks come for a while: {"kept": {"things",
-///                                                   "views"}}, see choose_data.  The mask of `camera`, which may be
-///                                                   left out, is first
+///   "select": {"boxes": [...], "clicks": [...], "strokes": [...], "grow": n, "camera": N}   select the object behind
+///                                                   these marks, as `pliant segment` does; all but one mark may be
+///                                                   left out; answered at once, see selecting.h, and written when no
+///                                                   other marks come for a while: {"kept": {"things", "views"}}, see
+///                                                   choose_data.  The mask of `camera`, which may be left out, is
+///                                                   first
 ///   "hover": [N, x, y]                              what a click there would select, about
 ///   "find": true                                    find free-standing objects again, as `pliant segment --auto`
 ///   "make": {"object": id, "label": "..."}          make it ready to be moved; the label, which may be left out, says
@@ -27,6 +28,7 @@ namespace pliant {
 ///   "cancel": true                                  stops what is under way
 /// Answers, to all clients: {"busy": what, or ""}, {"progress": {"text", "fraction"}}, {"said", "warning"},
 /// {"failed": text}, and {"reload": true} where the address now shows something else; to the one, {"error": text}.
+/// Pages that move the object are told {"said": text} when its hole is repaired.
 struct ChooseRequest {
   enum class Kind { kSelect, kHover, kFind, kMake, kName, kCancel };
   Kind kind = Kind::kCancel;

@@ -87,11 +87,7 @@ void Selecting::work() {
 }
 
 void Selecting::answer(const Question& question) {
-  SegmentStage stage;
-  stage.boxes = question.marks.boxes;
-  stage.clicks = question.marks.clicks;
-  stage.strokes = question.marks.strokes;
-  const Gesture gesture = gesture_of(stage, scene_.cameras);
+  const Gesture gesture = gesture_of(segment_by(question.marks), scene_.cameras);
   const GestureOptions options = gesture_options(context_, scene_);
   const GestureResult result = select_by_gesture(options, gesture, {}, scene_.cloud, scene_.cameras, prepared_);
   std::vector<float> member(scene_.cloud.size());

@@ -22,9 +22,18 @@ class LiveSite {
     const std::lock_guard lock(mutex_);
     screens_.push_back(std::make_unique<const LiveScreen>(std::move(screen)));
   }
-  LocalServer::Handler handler() const {
+  /// Sends a text to all clients, of earlier screens too.  From any thread.
+  void tell(const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    for (const std::weak_ptr<Connection>& client : clients_)
+      if (const auto connection = client.lock()) connection->send_text(text);
+  }
+  LocalServer::Handler handler() {
     return {[this](std::string_view path) { return path.empty() && latest() ? &latest()->page : nullptr; },
-            [this](std::shared_ptr<Connection> connection) { return latest()->connect(std::move(connection)); }};
+            [this](std::shared_ptr<Connection> connection) {
+              remember(connection);
+              return latest()->connect(std::move(connection));
+            }};
   }
 
  private:
@@ -33,8 +42,15 @@ class LiveSite {
     return screens_.empty() ? nullptr : screens_.back().get();
   }
 
+  void remember(const std::shared_ptr<Connection>& connection) {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(clients_, [](const auto& client) { return client.expired(); });
+    clients_.push_back(connection);
+  }
+
   mutable std::mutex mutex_;
   std::vector<std::unique_ptr<const LiveScreen>> screens_;
+  std::vector<std::weak_ptr<Connection>> clients_;
 };
 
 }  // namespace pliant

@@ -61,7 +61,7 @@ LiveScreen live_screen(const Context& context, const RunDirectory& run, const Sc
   return screen;
 }
 
-json serve(const Context& context, const ViewOptions& options, const LiveSite& site) {
+json serve(const Context& context, const ViewOptions& options, LiveSite& site) {
   LocalServer server(options.server, site.handler());
   const std::string url = server.url();
   if (options.server.allow_remote)

@@ -23,6 +23,6 @@ LocalServer::Page live_page(std::string clip_html);
 LiveScreen live_screen(const Context& context, const RunDirectory& run, const Scene& scene);
 
 /// Serves what the site shows until it is interrupted.  Throws Error{kUsage} where the address cannot be used.
-nlohmann::json serve(const Context& context, const ViewOptions& options, const LiveSite& site);
+nlohmann::json serve(const Context& context, const ViewOptions& options, LiveSite& site);
 
 }  // namespace pliant

@@ -274,6 +274,7 @@ Gesture gesture_of(const SegmentStage& stage, const std::vector<Camera>& cameras
   for (const std::string& text : stage.boxes) add_box(text, cameras, gesture);
   for (const std::string& text : stage.clicks) add_click(text, cameras, width, gesture);
   for (const std::string& text : stage.strokes) add_stroke(text, cameras, width, gesture);
+  gesture.grow = stage.grow;
   return gesture;
 }
 

@@ -24,6 +24,7 @@ struct SegmentStage {
   std::vector<double> aabb, sphere;  ///< a selection instead of masks: x0,y0,z0,x1,y1,z1 or x,y,z,r (scene units)
   std::vector<std::string> boxes, clicks, strokes;  ///< gestures, see segmentation/lift/gesture_prompts.h
   double stroke_width = 8;                          ///< of strokes and clicks, px
+  int grow = 0;                                     ///< see Gesture
   bool start_from_vote = true;
   std::optional<int> iterations;  ///< of the optimisation; 0 = vote only
   std::string physgaussian;       ///< file; the object is what this configuration of PhysGaussian simulates

@@ -1,7 +1,8 @@
 #include "fitting/distribution/distribution_loss.h"
 
-#include "fitting/fields/torch_module.h"
+#include "fitting/fields/torch_advice.h"
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/module.h"
 
 namespace pliant {
 
@@ -15,8 +16,8 @@ std::unique_ptr<DistributionLoss> make_distribution_loss(const DistributionNetwo
                                                          bool in_double) {
   using Factory = DistributionLoss* (*)(const DistributionNetwork&, int, bool);
   CHECK(threads > 0);
-  static const auto factory = reinterpret_cast<Factory>(
-      torch_function("pliant_distribution.so", "pliant_make_distribution_loss", "use the network that ships"));
+  static const auto factory = reinterpret_cast<Factory>(module_function(
+      "pliant_distribution.so", "pliant_make_distribution_loss", kTorchAdvice + "use the network that ships"));
   return std::unique_ptr<DistributionLoss>(factory(network, threads, in_double));
 }
 

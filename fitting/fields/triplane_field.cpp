@@ -1,7 +1,8 @@
 #include "fitting/fields/triplane_field.h"
 
-#include "fitting/fields/torch_module.h"
+#include "fitting/fields/torch_advice.h"
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/module.h"
 
 namespace pliant {
 namespace {
@@ -32,8 +33,8 @@ bool has_triplane_fields() { return false; }
 std::unique_ptr<TriplaneField> make_triplane_field(const TriplaneOptions& options, std::span<const Vec3f> points) {
   validate(options, points.size());
   using Factory = TriplaneField* (*)(const TriplaneOptions&, std::span<const Vec3f>);
-  static const auto factory =
-      reinterpret_cast<Factory>(torch_function("pliant_triplanes.so", "pliant_make_triplane_field", "fit by parts"));
+  static const auto factory = reinterpret_cast<Factory>(
+      module_function("pliant_triplanes.so", "pliant_make_triplane_field", kTorchAdvice + "fit by parts"));
   return std::unique_ptr<TriplaneField>(factory(options, points));
 }
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
-#include <opencv2/videoio.hpp>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/images/codecs.h"
 #include "gaussians/io/images/image_files.h"
 #include "gaussians/io/images/image_io.h"
 
@@ -42,24 +42,23 @@ bool before(const std::string& a, const std::string& b) {
 class VideoFile : public FrameSource {
  public:
   explicit VideoFile(const fs::path& file) : file_(file) {
-    bool open = false;
     try {
-      open = capture_.open(file.string(), cv::CAP_FFMPEG);
+      capture_ = codecs::open_video(file.string());
     } catch (const cv::Exception&) {
     }
-    if (!open) {
+    if (!capture_ || !capture_->isOpened()) {
       throw input_error(file.string(), "", "is not a video that can be decoded",
                         "give an mp4 (H.264), or a folder of images; `ffmpeg -i F out.mp4` converts most formats");
     }
-    fps_ = capture_.get(cv::CAP_PROP_FPS);
-    const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
+    fps_ = capture_->get(cv::CAP_PROP_FPS);
+    const double count = capture_->get(cv::CAP_PROP_FRAME_COUNT);
     frames_ = count > 0 && count < 1e8 ? static_cast<int>(count) : 0;
   }
 
   std::optional<TimedFrame> next() override {
     cv::Mat bgr;
     try {
-      if (!capture_.read(bgr) || bgr.empty()) return std::nullopt;
+      if (!capture_->read(bgr) || bgr.empty()) return std::nullopt;
     } catch (const cv::Exception& error) {
       throw input_error(file_.string(), "", "cannot be decoded: " + error.err, "convert it with ffmpeg");
     }
@@ -73,7 +72,7 @@ class VideoFile : public FrameSource {
         for (int c = 0; c < 3; ++c) out[3 * x + c] = static_cast<float>(row[3 * x + 2 - c]) * (1.0f / 255);
     }
     // Time stamps that do not grow are no time stamps: then the rate tells the instant.
-    const double stamp = capture_.get(cv::CAP_PROP_POS_MSEC) / 1000;
+    const double stamp = capture_->get(cv::CAP_PROP_POS_MSEC) / 1000;
     if (read_ == 0) first_stamp_ = stamp;
     const double since_first = stamp - first_stamp_;
     frame.time = read_ == 0 || since_first > last_ ? since_first : fps_ > 0 ? read_ / fps_ : 0;
@@ -86,7 +85,7 @@ class VideoFile : public FrameSource {
 
  private:
   fs::path file_;
-  cv::VideoCapture capture_;
+  std::unique_ptr<cv::VideoCapture> capture_;
   double fps_ = 0, first_stamp_ = 0, last_ = 0;
   int frames_ = 0, read_ = 0;
 };

@@ -85,6 +85,32 @@ void Selector::give_back_enclosed() {
   }
 }
 
+void Selector::grow(const std::optional<SelectionShape>& shape, GestureResult& result) {
+  constexpr float kAdded = 0.55f, kTaken = 0.45f;
+  const auto start = std::chrono::steady_clock::now();
+  find_members(shape);
+  fix_seeds();
+  const bool adds = gesture_.grow > 0;
+  for (int round = 0; round < std::abs(gesture_.grow); ++round) {
+    std::vector<size_t> moved;
+    for (size_t e = 0; e < graph_.edges.size(); ++e) {
+      if (graph_.edge_nearness[e] < options_.link) continue;
+      for (const auto& [p, q] :
+           {std::pair(graph_.edges[e].a, graph_.edges[e].b), std::pair(graph_.edges[e].b, graph_.edges[e].a)})
+        if (result.selected(p) != adds && result.selected(q) == adds && member_[p] && fixed_[p] != (adds ? -1 : 1))
+          moved.push_back(p);
+    }
+    for (const size_t p : moved) {
+      result.probability[p] = adds ? kAdded : kTaken;
+      result.rule[p] = adds ? SelectionRule::kKept : SelectionRule::kCut;
+    }
+  }
+  count_rules(result.rule, result.summary);
+  if (result.summary.selected == 0)
+    throw usage_error("--grow", std::to_string(gesture_.grow), "leaves nothing selected", "shrink by less");
+  result.summary.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
   const auto start = std::chrono::steady_clock::now();
   find_members(shape);
@@ -170,8 +196,13 @@ GestureResult select_by_gesture(const GestureOptions& options, const Gesture& ge
                                 const std::optional<SelectionShape>& shape, const GaussianCloud& cloud,
                                 const std::vector<Camera>& cameras, const PreparedScene& scene) {
   CHECK(!gesture.empty());
+  const auto grown = [&](GestureResult result) {
+    if (gesture.grow != 0) Selector(options, gesture, cloud, cameras, scene).grow(shape, result);
+    return result;
+  };
   // Strokes count one after the other where boxes already say what is meant.
-  if (gesture.boxes.empty() || !options.one_by_one) return Selector(options, gesture, cloud, cameras, scene).run(shape);
+  if (gesture.boxes.empty() || !options.one_by_one)
+    return grown(Selector(options, gesture, cloud, cameras, scene).run(shape));
   Gesture so_far;
   so_far.boxes = gesture.boxes;
   std::optional<GestureResult> result;
@@ -180,7 +211,7 @@ GestureResult select_by_gesture(const GestureOptions& options, const Gesture& ge
     GestureResult next = Selector(options, so_far, cloud, cameras, scene).run(shape);
     result = result ? joined(*result, std::move(next), so_far.strokes.back().foreground) : std::move(next);
   }
-  return *std::move(result);
+  return grown(*std::move(result));
 }
 
 std::vector<uint8_t> guess_by_click(const GestureOptions& options, const StrokePrompt& click,

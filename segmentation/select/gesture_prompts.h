@@ -26,6 +26,7 @@ struct StrokePrompt {
 struct Gesture {
   std::vector<BoxPrompt> boxes;
   std::vector<StrokePrompt> strokes;
+  int grow = 0;  ///< rounds of neighbours that the selection takes in at last, or gives up where negative
 
   bool empty() const { return boxes.empty() && strokes.empty(); }
 };

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
 
 #include "gaussians/base/camera.h"
 #include "gaussians/base/image.h"
 #include "gaussians/io/cameras/camera_file.h"
+#include "gaussians/io/images/codecs.h"
 #include "tests/temporary_folder.h"
 
 namespace pliant {
@@ -27,7 +27,7 @@ inline std::string encoded(const std::string& extension, const cv::Mat& picture,
   std::vector<uint8_t> bytes;
   std::vector<int> parameters;
   if (extension == ".jpg") parameters = {cv::IMWRITE_JPEG_QUALITY, quality};
-  EXPECT_TRUE(cv::imencode(extension, picture, bytes, parameters));
+  EXPECT_TRUE(codecs::imencode(extension, picture, bytes, parameters));
   return std::string(bytes.begin(), bytes.end());
 }
 

@@ -12,11 +12,11 @@
 #include <cstdlib>
 #include <fstream>
 #include <functional>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 #include <string>
 
+#include "gaussians/io/images/codecs.h"
 #include "physics/simulate/simulate.h"
 #include "tests/physics/shapes.h"
 
@@ -235,7 +235,7 @@ void plot(const std::string& file, const std::vector<double>& capture, const Swi
   curve(model.tip, model.fps, shift, cv::Scalar(30, 90, 230), 2);
   cv::putText(image, "motion capture (black), MPM (orange): sag of the tip's markers",
               cv::Point(left + 200, height - 12), cv::FONT_HERSHEY_SIMPLEX, 0.55, cv::Scalar(0, 0, 0));
-  cv::imwrite(file, image);
+  pliant::codecs::imwrite(file, image);
 }
 
 void capture(const std::string& csv, int cells, double poisson, double damping_time, double flip_time,

@@ -9,10 +9,10 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
-#include <opencv2/videoio.hpp>
 
 #include "app/run/run_directory.h"
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/images/codecs.h"
 #include "gaussians/io/scene/scene.h"
 #include "gaussians/io/splats/ply.h"
 #include "segmentation/labels/mask_set.h"
@@ -34,11 +34,11 @@ json still_objects(const Scene& scene, const std::string& clip, const std::strin
   const IdImage* ids = nullptr;
   for (const MaskSet::View& view : masks.views)
     if (scene.cameras[view.camera].name == camera_name) ids = &view.ids;
-  cv::VideoCapture video(clip);
+  const auto video = codecs::open_video(clip);
   cv::Mat frame, first, grey, flow;
   const auto dis = cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_MEDIUM);
   std::map<uint32_t, double> largest;
-  for (int f = 0; video.read(frame); ++f) {
+  for (int f = 0; video->read(frame); ++f) {
     cv::cvtColor(frame, grey, cv::COLOR_BGR2GRAY);
     if (f == 0) {
       first = grey.clone();

@@ -4,9 +4,9 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "gaussians/io/images/codecs.h"
 #include "gaussians/io/images/image_io.h"
 
 using namespace pliant;
@@ -45,9 +45,9 @@ int main(int argc, char** argv) {
     write_ids(argv[2] / name, ids);
     if (argc < 4) continue;
     cv::Mat cut_out;
-    cv::cvtColor(cv::imread(entry.path().string()), cut_out, cv::COLOR_BGR2BGRA);
+    cv::cvtColor(codecs::imread(entry.path().string()), cut_out, cv::COLOR_BGR2BGRA);
     cut_out.forEach<cv::Vec4b>([&](cv::Vec4b& pixel, const int* at) { pixel[3] = ids(at[1], at[0]) == 1 ? 255 : 0; });
     fs::create_directories(argv[3]);
-    cv::imwrite((argv[3] / name).string(), cut_out);
+    codecs::imwrite((argv[3] / name).string(), cut_out);
   }
 }

@@ -4,6 +4,7 @@ import {readBodies} from './bodies.js';
 import {addDetail} from './controls.js';
 import {HandInput} from './hand_input.js';
 import {HandMarks} from './hand_marks.js';
+import {showStatus} from './messages.js';
 import {Overlay} from './overlay.js';
 import {Physics} from './physics.js';
 import {servedAt, ServedSolver} from './served_solver.js';
@@ -17,6 +18,7 @@ async function createSolver(container) {
   const address = servedAt();
   if (address) {
     const solver = await ServedSolver.connect(address);
+    solver.onsaid = showStatus;
     addDetail('Physics', 'Simulated by pliant view on the computer that this page came from.');
     return solver;
   }

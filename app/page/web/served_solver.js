@@ -44,6 +44,7 @@ export class ServedSolver {
   }
 
   constructor(socket) {
+    this.onsaid = () => {};  // of what the server says by itself
     this.socket = socket;
     this.body = null;
     this.waiting = new Map();
@@ -94,6 +95,7 @@ export class ServedSolver {
   }
 
   #take(message) {
+    if (message.said) this.onsaid(message.said);
     const request = this.waiting.get(message.id);
     if (!request) return;
     this.waiting.delete(message.id);

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/images/codecs.h"
 #include "gaussians/io/images/image_files.h"
 #include "gaussians/io/images/indexed_png.h"
 
@@ -21,7 +21,7 @@ cv::Mat decode(const fs::path& file, int flags) {
   cv::Mat picture;
   std::string why;
   try {
-    picture = cv::imread(file.string(), flags);
+    picture = codecs::imread(file.string(), flags);
   } catch (const cv::Exception& error) {
     why = ": " + error.err;
   }
@@ -36,7 +36,7 @@ void encode(const fs::path& file, const cv::Mat& picture) {
     bool written = false;
     std::string why = "the encoder failed";
     try {
-      written = cv::imwrite(temporary.string(), picture);
+      written = codecs::imwrite(temporary.string(), picture);
     } catch (const cv::Exception& error) {
       why = error.err;
     }

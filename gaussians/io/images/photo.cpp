@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cstring>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <string>
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/images/codecs.h"
 
 namespace fs = std::filesystem;
 
@@ -138,7 +138,7 @@ Photo read_photo(const fs::path& file) {
   std::string why;
   try {
     const cv::Mat view(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
-    picture = cv::imdecode(view, cv::IMREAD_UNCHANGED);
+    picture = codecs::imdecode(view, cv::IMREAD_UNCHANGED);
   } catch (const cv::Exception& error) {
     why = ": " + error.err;
   }

@@ -32,6 +32,8 @@ TEST(ChooseRequest, IsOneOfSixAndEverythingElseIsRefused) {
   const ChooseRequest box = parse_choose_request(R"({"select": {"boxes": ["0,1,2,3,4"], "camera": 5}})");
   EXPECT_EQ(box.marks.boxes, std::vector<std::string>{"0,1,2,3,4"});
   EXPECT_EQ(box.camera, 5);
+  EXPECT_EQ(box.marks.grow, 0);
+  EXPECT_EQ(parse_choose_request(R"({"select": {"clicks": ["0,1,2"], "grow": -3}})").marks.grow, -3);
   const ChooseRequest hover = parse_choose_request(R"({"hover": [3, 10.5, 20]})");
   EXPECT_EQ(hover.kind, ChooseRequest::Kind::kHover);
   EXPECT_EQ(hover.camera, 3);
@@ -55,6 +57,9 @@ TEST(ChooseRequest, IsOneOfSixAndEverythingElseIsRefused) {
                                    std::string(R"({"select": {"clicks": "0,1,2"}})"),
                                    std::string(R"({"select": {"clicks": [1]}})"),
                                    std::string(R"({"select": {"clicks": ["0,1,2"], "camera": -1}})"),
+                                   std::string(R"({"select": {"clicks": ["0,1,2"], "grow": 1000}})"),
+                                   std::string(R"({"select": {"clicks": ["0,1,2"], "grow": 0.5}})"),
+                                   std::string(R"({"select": {"grow": 2}})"),
                                    std::string(R"({"hover": [0, 1]})"),
                                    std::string(R"({"hover": [0.5, 1, 2]})"),
                                    std::string(R"({"hover": [0, 1, "2"]})"),
@@ -151,6 +156,7 @@ TEST_F(Choice, WhatIsChosenIsMadeReadyAndThenShownToBeMoved) {
   EXPECT_EQ(inbox->next().substr(0, 4), "PLNT");
   // Behind it the hole closes.
   EXPECT_EQ(await("busy"), "");
+  EXPECT_NE(inbox->next().find("repaired"), std::string::npos) << "who moves it is told";
   EXPECT_EQ(moving_scene_files(*run_).at("background"), *run_ / "background_repaired.ply");
   EXPECT_NE(page().find("pliant-live\""), std::string::npos);
 }

@@ -221,8 +221,8 @@ TEST_F(OptionEffects, OfSegment) {
   const Names masks = {"masks", "mask-zero", "associate"};
   const Names trained = {"iterations", "no-vote", "associate", "mask-zero"}, learnt = {"iterations", "no-vote"};
   const Names others = {"auto", "joint", "gaussian-grouping", "physgaussian", "everything", "detector"};
-  const Names gestures = {"box", "click", "stroke", "stroke-width", "aabb", "sphere"};
-  try_all<SegmentStage>({}, with(networks, {"stroke-width"}));
+  const Names gestures = {"box", "click", "stroke", "stroke-width", "grow", "aabb", "sphere"};
+  try_all<SegmentStage>({}, with(networks, {"stroke-width", "grow"}));
   try_all<SegmentStage>({"--auto"}, with(with(with(networks, with(masks, learnt)), gestures), others));
   Names by_gesture = with(with(networks, masks), others);
   by_gesture.erase("segmenter");
@@ -230,8 +230,9 @@ TEST_F(OptionEffects, OfSegment) {
   try_all<SegmentStage>({"--box", v("box")}, with(with(by_gesture, learnt), {"stroke-width"}));
   Names by_segmenter = by_gesture;
   by_segmenter.erase("trust-torchscript");
+  by_segmenter.insert("grow");
   try_all<SegmentStage>({"--click", v("click"), "--segmenter", v("segmenter")}, by_segmenter);
-  Names by_shape = with(with(networks, with(with(masks, learnt), others)), {"stroke-width", "aabb"});
+  Names by_shape = with(with(networks, with(with(masks, learnt), others)), {"stroke-width", "grow", "aabb"});
   try_all<SegmentStage>({"--sphere", v("sphere")}, by_shape);
   try_all<SegmentStage>({"--joint"}, with(with(networks, with(trained, gestures)), others));
   try_all<SegmentStage>({"--gaussian-grouping", v("gaussian-grouping")},

@@ -5,11 +5,10 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/videoio.hpp>
 
 #include "app/store/trajectory.h"
 #include "gaussians/io/files/json_file.h"
+#include "gaussians/io/images/codecs.h"
 #include "gaussians/io/images/image_io.h"
 #include "tests/app/beam_scene.h"
 #include "tests/app/run_pliant.h"
@@ -41,7 +40,7 @@ class Clip : public ::testing::Test {
     words.insert(words.begin(), {"render", run().string()});
     return run_quietly(words);
   }
-  cv::VideoCapture clip(const char* name) const { return cv::VideoCapture((run() / name).string()); }
+  std::unique_ptr<cv::VideoCapture> clip(const char* name) const { return codecs::open_video((run() / name).string()); }
   static int count_files(const fs::path& path) {
     return static_cast<int>(std::distance(fs::directory_iterator(path), fs::directory_iterator()));
   }
@@ -58,11 +57,11 @@ TEST_F(Clip, FramesAreThoseOfTheClip) {
   ASSERT_EQ(render({"--no-orbit", "--frames"}), 0);
   EXPECT_FALSE(fs::exists(run() / "clip.partial"));
 
-  cv::VideoCapture video = clip("clip.mp4");
+  const auto video = clip("clip.mp4");
   cv::Mat decoded;
   int frames = 0;
   double square = 0;
-  for (; video.read(decoded); ++frames) {
+  for (; video->read(decoded); ++frames) {
     const ImageF frame = read_image(run() / "clip" / fmt::format("{:06d}.png", frames));
     ASSERT_EQ(frame.width, decoded.cols);
     ASSERT_EQ(frame.height, decoded.rows);
@@ -80,11 +79,11 @@ TEST_F(Clip, FramesAreThoseOfTheClip) {
 TEST_F(Clip, SizeAndFrameRateAreThoseAskedFor) {
   ASSERT_EQ(render({"--size", "320x140", "--clip-fps", "50", "--turntable", "--gif", "--webp"}), 0);
   for (const char* name : {"clip.mp4", "clip_orbit.mp4"}) {
-    cv::VideoCapture video = clip(name);
-    EXPECT_EQ(video.get(cv::CAP_PROP_FRAME_WIDTH), 320) << name;
-    EXPECT_EQ(video.get(cv::CAP_PROP_FRAME_HEIGHT), 140) << name;
-    EXPECT_NEAR(video.get(cv::CAP_PROP_FPS), 50, 1e-6) << name;
-    EXPECT_EQ(video.get(cv::CAP_PROP_FRAME_COUNT), 11) << name;  // 0 to 0.2 s
+    const auto video = clip(name);
+    EXPECT_EQ(video->get(cv::CAP_PROP_FRAME_WIDTH), 320) << name;
+    EXPECT_EQ(video->get(cv::CAP_PROP_FRAME_HEIGHT), 140) << name;
+    EXPECT_NEAR(video->get(cv::CAP_PROP_FPS), 50, 1e-6) << name;
+    EXPECT_EQ(video->get(cv::CAP_PROP_FRAME_COUNT), 11) << name;  // 0 to 0.2 s
   }
   EXPECT_GT(fs::file_size(run() / "clip.gif"), 1000u);
   EXPECT_GT(fs::file_size(run() / "clip.webp"), 300u);
@@ -110,9 +109,9 @@ TEST_F(Clip, ACameraPathMovesTheCameraAndOutlastsTheMotion) {
   EXPECT_EQ(layer["fps"], 20);
   ASSERT_EQ(layer["frames"].size(), 7u);
   EXPECT_EQ(count_files(run() / "clip_object/color"), 7);
-  EXPECT_EQ(clip("clip_object.webm").get(cv::CAP_PROP_FRAME_WIDTH), 160);
+  EXPECT_EQ(clip("clip_object.webm")->get(cv::CAP_PROP_FRAME_WIDTH), 160);
   const auto covered = [&](int k) {
-    const cv::Mat color = cv::imread((run() / fmt::format("clip_object/color/{:06d}.png", k)).string(), -1);
+    const cv::Mat color = codecs::imread((run() / fmt::format("clip_object/color/{:06d}.png", k)).string(), -1);
     EXPECT_EQ(color.channels(), 4);
     cv::Mat alpha;
     cv::extractChannel(color, alpha, 3);
@@ -138,8 +137,8 @@ TEST_F(Clip, TheLayersDepthIsTheDistanceInMetres) {
       nearest = std::min(nearest, depth);
       farthest = std::max(farthest, depth);
     }
-    const cv::Mat depth = cv::imread((run() / fmt::format("clip_object/depth/{:06d}.png", k)).string(), -1);
-    const cv::Mat color = cv::imread((run() / fmt::format("clip_object/color/{:06d}.png", k)).string(), -1);
+    const cv::Mat depth = codecs::imread((run() / fmt::format("clip_object/depth/{:06d}.png", k)).string(), -1);
+    const cv::Mat color = codecs::imread((run() / fmt::format("clip_object/color/{:06d}.png", k)).string(), -1);
     ASSERT_EQ(depth.type(), CV_16UC1);
     ASSERT_EQ(depth.cols, 200);
     int solid = 0;

@@ -236,6 +236,49 @@ TEST_F(GestureTest, AClickSelectsTheClickedOfTwoBalls) {
   }
 }
 
+TEST_F(GestureTest, GrowingAddsWhatTouchesAndShrinkingTakesTheBorder) {
+  Gesture gesture;
+  gesture.strokes.push_back({1, true, {centre_of(0, 1)}, 6});
+  const GestureResult plain = select(gesture);
+  size_t last = 0;
+  for (const int rounds : {-2, -1, 0, 1, 2}) {
+    gesture.grow = rounds;
+    const GestureResult result = select(gesture);
+    EXPECT_GT(result.summary.selected, last) << rounds;
+    last = result.summary.selected;
+    for (size_t p = 0; p < scene.truth.size(); ++p)
+      if (rounds < 0 ? result.selected(p) : plain.selected(p))
+        ASSERT_TRUE(rounds < 0 ? plain.selected(p) : result.selected(p)) << rounds << ", Gaussian " << p;
+  }
+  // One round reaches no farther than the distance to a neighbour.
+  gesture.grow = 1;
+  const GestureResult one = select(gesture);
+  for (size_t p = 0; p < scene.truth.size(); ++p) {
+    if (!one.selected(p) || plain.selected(p)) continue;
+    float nearest = INFINITY;
+    for (size_t q = 0; q < scene.truth.size(); ++q)
+      if (plain.selected(q)) nearest = std::min(nearest, (scene.cloud.position[p] - scene.cloud.position[q]).norm());
+    EXPECT_LT(nearest, 0.15f);
+  }
+  // What a stroke marks stays as it says.
+  gesture.grow = -1;
+  const auto clicked = gesture.strokes;
+  const GestureResult less = select(gesture);
+  gesture.strokes.push_back(clicked[0]);
+  gesture.strokes.back().points = {centre_of(1, 1)};
+  gesture.strokes.back().foreground = false;
+  gesture.grow = 30;
+  const GestureResult most = select(gesture);
+  EXPECT_GT(most.summary.selected, 2 * plain.summary.selected);
+  EXPECT_LT(most.summary.selected, scene.truth.size()) << "the stroke marks background";
+  EXPECT_GT(less.summary.selected, 0u);
+  gesture.strokes = {};
+  gesture.boxes = {box_of(300, 4, 0.05f)};
+  const GestureResult boxed = select(gesture);
+  for (size_t p = 0; p < scene.truth.size(); ++p)
+    if (boxed.rule[p] == SelectionRule::kOutside) ASSERT_FALSE(boxed.selected(p)) << "outside the box";
+}
+
 TEST_F(GestureTest, AClickTakesAThingOfManyColoursWholeFromThePlaneBehindIt) {
   // Stripes of three colours, one of them the plane's.
   const Vec3f colours[3] = {{0.8f, 0.1f, 0.1f}, {0.7f, 0.5f, 0.3f}, {0.1f, 0.3f, 0.8f}};

@@ -6,9 +6,9 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <opencv2/imgcodecs.hpp>
 
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/images/codecs.h"
 #include "gaussians/io/images/image_io.h"
 #include "tests/temporary_folder.h"
 
@@ -81,7 +81,7 @@ TEST(Video, AlphaIsKept) {
   // The decoder of ffmpeg that knows the second layer is libvpx's.
   const std::string png = (folder / "frame.png").string();
   ASSERT_EQ(run_ffmpeg("-c:v libvpx-vp9 -i " + file.string() + " -frames:v 1 " + png), 0);
-  const cv::Mat decoded = cv::imread(png, cv::IMREAD_UNCHANGED);
+  const cv::Mat decoded = codecs::imread(png, cv::IMREAD_UNCHANGED);
   ASSERT_EQ(decoded.channels(), 4);
   EXPECT_LT(decoded.at<cv::Vec4b>(24, 10)[3], 8);
   EXPECT_GT(decoded.at<cv::Vec4b>(24, 54)[3], 247);
@@ -95,8 +95,8 @@ TEST(WriteImage, ColoursAndAlphaStayInTheirChannelsAndDepthKeeps16Bits) {
   for (size_t i = 0; i < depth.data.size(); ++i) depth.data[i] = static_cast<float>(i + 257) / 65535;
   write_image(folder / "color.png", color);
   write_grey_16(folder / "depth.png", depth);
-  const cv::Mat read = cv::imread((folder / "color.png").string(), cv::IMREAD_UNCHANGED);
-  const cv::Mat deep = cv::imread((folder / "depth.png").string(), cv::IMREAD_UNCHANGED);
+  const cv::Mat read = codecs::imread((folder / "color.png").string(), cv::IMREAD_UNCHANGED);
+  const cv::Mat deep = codecs::imread((folder / "depth.png").string(), cv::IMREAD_UNCHANGED);
   ASSERT_EQ(read.type(), CV_8UC4);
   ASSERT_EQ(deep.type(), CV_16UC1);
   for (int y = 0; y < 2; ++y)

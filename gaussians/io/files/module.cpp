@@ -1,4 +1,4 @@
-#include "fitting/fields/torch_module.h"
+#include "gaussians/io/files/module.h"
 
 #include <dlfcn.h>
 #include <omp.h>
@@ -9,7 +9,7 @@
 
 namespace pliant {
 
-void* torch_function(const std::string& module, const std::string& function, const std::string& advice) {
+void* module_function(const std::string& module, const std::string& function, const std::string& advice) {
   const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
   const int threads = omp_get_max_threads();  // torch may change it when it is loaded
   void* loaded = nullptr;
@@ -17,9 +17,7 @@ void* torch_function(const std::string& module, const std::string& function, con
     if (!loaded && std::filesystem::exists(place)) loaded = dlopen(place.c_str(), RTLD_NOW | RTLD_LOCAL);
   const char* problem = loaded ? nullptr : dlerror();
   omp_set_num_threads(threads);
-  if (!loaded)
-    throw input_error(module, "", problem ? problem : "not found next to the program",
-                      "install libtorch-dev and libopenblas0-openmp and build again, or " + advice);
+  if (!loaded) throw input_error(module, "", problem ? problem : "not found next to the program", advice);
   void* found = dlsym(loaded, function.c_str());
   CHECK_MSG(found, function);
   return found;
