@@ -14,7 +14,7 @@
 namespace pliant {
 namespace {
 
-constexpr int kNeighbours = 64;  // of a sample, that say whether it lies in a sheet, a rod or the bulk
+constexpr int kSurroundings = 64;  // of a sample, that say whether it lies in a sheet, a rod or the bulk
 constexpr double kPerDisk =
     1.36;  // volume per disk over its radius cubed, of dart throwing that fills space (packing 0.38)
 constexpr double kTolerance = 0.01;  // of the number of drivers
@@ -80,7 +80,7 @@ std::vector<float> relative_radii(const SolidSamples& samples, std::span<const f
         const float softness = young[i] / reference;
         if (softness >= 1) return;  // the minimum is r there, whatever the shape
         thread_local std::vector<NearestPoints::Hit> hits;
-        tree.query(samples.position[i], kNeighbours, hits);
+        tree.query(samples.position[i], kSurroundings, hits);
         const Vec3f variance = spread_of(samples.position, hits).value;
         const float sum = variance.sum(), bulk = sum > 0 ? std::max(0.0f, variance[0]) / sum : 0.0f;
         const float shape = std::clamp(1 + 27 * bulk, 1.0f, 10.0f);

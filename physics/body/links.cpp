@@ -14,7 +14,7 @@ namespace {
 constexpr float kAlongSheet = 0.6f;   // cells up to which samples of a sheet hang together
 constexpr float kAcrossSheet = 0.2f;  // cells off each other's plane, which allows for its noise
 constexpr float kSlope = 0.35f;       // or this part of their distance, which allows for its curvature
-constexpr float kParallel = 0.8f;     // cosine of the angle between normals of one sheet
+constexpr float kOneSheet = 0.8f;     // cosine of the angle between normals of one sheet
 constexpr float kBulk = 0.35f;        // cells up to which other samples hang together,
 constexpr float kSpacings = 2.2f;     // or this many of their mean distances
 
@@ -41,7 +41,7 @@ bool SampleLinks::linked(int i, int k) const {
   const Vec3f d = samples_.position[k] - samples_.position[i];
   const float distance = d.norm();
   // Where sheets meet at an angle, as a leaf and its stem do, nearness decides as well; zero normals are no sheets'.
-  if (std::abs(normal_[i].dot(normal_[k])) < kParallel) return distance <= bulk_;
+  if (std::abs(normal_[i].dot(normal_[k])) < kOneSheet) return distance <= bulk_;
   const float across = std::max(kAcrossSheet * cell_, kSlope * distance);
   return distance <= reach_ && std::abs(normal_[i].dot(d)) <= across && std::abs(normal_[k].dot(d)) <= across;
 }
