@@ -19,18 +19,21 @@ using nlohmann::json;
 namespace pliant {
 namespace {
 
-/// Every motion method begins with the E of scene.json, which is wrong on purpose.
-json motion_methods() {
+/// Every motion method begins with the E of scene.json, which is wrong on purpose.  PhysDreamer's take minutes a scene.
+json motion_methods(bool quick) {
   const auto method = [](json commands, const std::string& what) {
     return json{{"commands", std::move(commands)}, {"simulate", json::array()}, {"what", what}};
   };
-  return {{"ours", method({{"fit"}}, "search over one E, then Gauss-Newton")},
-          {"ours-smooth", method({{"fit", "--field", "smooth"}}, "then a smooth field E(x)")},
-          {"physdreamer", method({{"fit", "--recipe", "physdreamer"}},
-                                 "PhysDreamer (Zhang et al. 2024), re-created: v0(x), then E(x)")},
-          {"physdreamer-code",
-           method({{"fit", "--recipe", "physdreamer-code"}}, "the same as its released programs do it, re-created")},
-          {"given", method(json::array(), "E as given, without a video, as PhysGaussian (Xie et al. 2024) takes it")}};
+  json methods = {
+      {"ours", method({{"fit"}}, "search over one E, then Gauss-Newton")},
+      {"given", method(json::array(), "E as given, without a video, as PhysGaussian (Xie et al. 2024) takes it")}};
+  if (quick) return methods;
+  methods["ours-smooth"] = method({{"fit", "--field", "smooth"}}, "then a smooth field E(x)");
+  methods["physdreamer"] =
+      method({{"fit", "--recipe", "physdreamer"}}, "PhysDreamer (Zhang et al. 2024), re-created: v0(x), then E(x)");
+  methods["physdreamer-code"] =
+      method({{"fit", "--recipe", "physdreamer-code"}}, "the same as its released programs do it, re-created");
+  return methods;
 }
 
 /// Joint training takes minutes a scene.
@@ -80,7 +83,9 @@ OptionTable options_of(SuiteStage& stage) {
             .field = &stage.kinds,
             .help = "Kind of demo scene (default: all; with --quick three); repeatable"},
            {.name = "seeds", .field = &stage.seeds, .help = "Scenes of each kind", .low = 1, .high = 1000},
-           {.name = "quick", .field = &stage.quick, .help = "Small scenes: minutes instead of hours"},
+           {.name = "quick",
+            .field = &stage.quick,
+            .help = "Small scenes, and only the methods that take less than a minute each"},
            {.name = "workers",
             .field = &stage.workers,
             .help = "Jobs at a time, of one thread each; 0 = one for each core",
@@ -131,8 +136,9 @@ json suite_settings(const SuiteStage& stage, const std::string& pliant, const st
                   : json{"--photos", 24, "--gaussians", 40000, "--training", 300};
   settings["particles"] = stage.quick ? 1000 : 2000;
   settings["simulate"] = {"--duration", 2, "--fps", 24};
-  settings["methods"] = {
-      {"motion", motion_methods()}, {"segmentation", segmentation_methods(stage.quick)}, {"repair", repair_methods()}};
+  settings["methods"] = {{"motion", motion_methods(stage.quick)},
+                         {"segmentation", segmentation_methods(stage.quick)},
+                         {"repair", repair_methods()}};
   return settings;
 }
 
