@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/live/live_view.h"
+#include "app/live/message_fields.h"
 #include "app/segment/edit_stage.h"
 #include "app/segment/prepared_scene_file.h"
 #include "app/segment/segment_stage.h"
@@ -18,50 +19,33 @@ using nlohmann::json;
 namespace {
 
 constexpr size_t kMostMarks = 200, kLongestMark = 20'000, kLongestLabel = 100;  // characters
+constexpr const char* kDescribed = "app/choose/chooser.h";
 constexpr int kMostGrown = 100, kMostCameras = 1'000'000;
 constexpr double kSimulated = 0.1;                   // s, of the motion that the page begins with
 constexpr std::chrono::milliseconds kSettled(1500);  // without new marks a selection is written
 
 Error wrong(const std::string& field, const std::string& problem) {
-  return usage_error("message", field, problem, "see app/choose/chooser.h");
+  return usage_error("message", field, problem, std::string("see ") + kDescribed);
 }
 
 std::vector<std::string> marks_of(const json& select, const char* field) {
   std::vector<std::string> out;
   if (!select.contains(field)) return out;
   if (!select[field].is_array() || select[field].size() > kMostMarks) throw wrong(field, "is no list of marks");
-  for (const json& mark : select[field]) {
-    if (!mark.is_string() || mark.get_ref<const std::string&>().size() > kLongestMark)
-      throw wrong(field, "has a mark that is no text");
-    out.push_back(mark);
-  }
+  for (const json& mark : select[field]) out.push_back(short_text(mark, field, kLongestMark));
   return out;
 }
 
 /// The object that a request names, with its text in `field`.
 void read_object(const json& value, const char* field, ChooseRequest& out) {
-  if (!value.is_object() || !value.contains("object") || !value["object"].is_number_unsigned() ||
-      value["object"].get<uint64_t>() > UINT32_MAX)
-    throw wrong(field, "names no object");
-  out.object = value["object"];
-  if (!value.contains(field)) return;
-  if (!value[field].is_string() || value[field].get_ref<const std::string&>().size() > kLongestLabel)
-    throw wrong(field, "is no short text");
-  out.label = value[field];
+  if (!value.is_object() || !value.contains("object")) throw wrong(field, "names no object");
+  out.object = static_cast<uint32_t>(whole_number(value["object"], "object", 0, UINT32_MAX));
+  if (value.contains(field)) out.label = short_text(value[field], field, kLongestLabel);
 }
 
-double finite_number(const json& value, const char* field) {
-  if (!value.is_number() || !(std::abs(value.get<double>()) < 1e6)) throw wrong(field, "has what is no number");
-  return value;
+int camera_number(const json& value, const char* field) {
+  return static_cast<int>(whole_number(value, field, 0, kMostCameras));
 }
-
-int whole_number(const json& value, const char* field, int least, int most) {
-  const double number = finite_number(value, field);
-  if (number < least || number > most || number != std::floor(number)) throw wrong(field, "has no such whole number");
-  return static_cast<int>(number);
-}
-
-int camera_number(const json& value, const char* field) { return whole_number(value, field, 0, kMostCameras); }
 
 const char* name_of(ChooseRequest::Kind kind) {
   switch (kind) {
@@ -84,8 +68,8 @@ const char* name_of(ChooseRequest::Kind kind) {
 }  // namespace
 
 ChooseRequest parse_choose_request(std::string_view text) {
-  const json all = json::parse(text, nullptr, false);
-  if (!all.is_object() || all.size() != 1) throw wrong("", "is no JSON object with one request");
+  const json all = parse_message(text, kDescribed);
+  if (all.size() != 1) throw wrong("", "is not one request");
   const std::string& name = all.begin().key();
   const json& value = all.begin().value();
   ChooseRequest out;
@@ -94,7 +78,8 @@ ChooseRequest parse_choose_request(std::string_view text) {
     out.kind = ChooseRequest::Kind::kSelect;
     out.marks = {marks_of(value, "boxes"), marks_of(value, "clicks"), marks_of(value, "strokes")};
     if (out.marks.empty()) throw wrong(name, "has no marks");
-    if (value.contains("grow")) out.marks.grow = whole_number(value["grow"], "grow", -kMostGrown, kMostGrown);
+    if (value.contains("grow"))
+      out.marks.grow = static_cast<int>(whole_number(value["grow"], "grow", -kMostGrown, kMostGrown));
     if (value.contains("camera")) out.camera = camera_number(value["camera"], "camera");
   } else if (name == "hover") {
     if (!value.is_array() || value.size() != 3) throw wrong(name, "is no camera and pixel");

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "app/live/message_fields.h"
 #include "gaussians/base/error.h"
 
 namespace pliant {
@@ -13,46 +14,21 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int kMostDepth = 16;
 constexpr size_t kMostCommands = 256;
 constexpr char kWhere[] = "message";
 
 static_assert(std::endian::native == std::endian::little, "messages are written as they lie in memory");
-
-/// JSON whose nesting stays below a limit, or nothing.
-std::optional<json> parsed(std::string_view text) {
-  bool deep = false;
-  const auto callback = [&](int depth, json::parse_event_t, json&) {
-    deep |= depth > kMostDepth;
-    return !deep;
-  };
-  json value = json::parse(text, callback, false);
-  if (deep || value.is_discarded() || !value.is_object()) return std::nullopt;
-  return value;
-}
-
-int64_t whole(const json& value, const char* field, int64_t low, int64_t high) {
-  if (!value.is_number_integer() || value < low || value > high)
-    throw usage_error(kWhere, field, "is " + value.dump().substr(0, 40),
-                      fmt::format("give a whole number from {} to {}", low, high));
-  return value;
-}
-
-bool truth(const json& value, const char* field) {
-  if (!value.is_boolean()) throw usage_error(kWhere, field, "is " + value.dump().substr(0, 40), "give true or false");
-  return value;
-}
 
 LiveStart parse_start(const json& value, size_t drivers) {
   LiveStart start{drivers, 0, 0};
   if (!value.is_object()) throw usage_error(kWhere, "start", "is " + value.dump().substr(0, 40), "give an object");
   for (const auto& [key, entry] : value.items()) {
     if (key == "drivers")
-      start.drivers = static_cast<size_t>(whole(entry, "drivers", 1, 10'000'000));
+      start.drivers = static_cast<size_t>(whole_number(entry, "drivers", 1, 10'000'000));
     else if (key == "clustered_to")
-      start.clustered_to = static_cast<int>(whole(entry, "clustered_to", 0, 10'000'000));
+      start.clustered_to = static_cast<int>(whole_number(entry, "clustered_to", 0, 10'000'000));
     else if (key == "frame")
-      start.frame = static_cast<size_t>(whole(entry, "frame", 0, 1'000'000'000));
+      start.frame = static_cast<size_t>(whole_number(entry, "frame", 0, 1'000'000'000));
     else
       throw usage_error(kWhere, "start", "has the key " + key.substr(0, 40), "give drivers, clustered_to, frame");
   }
@@ -90,12 +66,11 @@ LiveRequest parse_request(std::string_view text, const InteractionFrame& frame, 
   if (text.size() > kMostMessage)
     throw usage_error(kWhere, "", fmt::format("has {} bytes", text.size()),
                       fmt::format("send at most {}", kMostMessage));
-  const std::optional<json> all = parsed(text);
-  if (!all) throw usage_error(kWhere, "", "is no JSON object", "see app/live/live_messages.h");
+  const json all = parse_message(text, "app/live/live_messages.h");
   LiveRequest out;
-  for (const auto& [key, value] : all->items()) {
+  for (const auto& [key, value] : all.items()) {
     if (key == "id") {
-      out.id = static_cast<int>(whole(value, "id", 0, 1'000'000'000));
+      out.id = static_cast<int>(whole_number(value, "id", 0, 1'000'000'000));
     } else if (key == "start") {
       out.start = parse_start(value, drivers);
     } else if (key == "commands") {
@@ -103,11 +78,11 @@ LiveRequest parse_request(std::string_view text, const InteractionFrame& frame, 
         throw usage_error(kWhere, "commands", "is no array of at most 256", "send fewer at a time");
       for (const json& command : value) out.commands.push_back(parse_command(command, frame, "commands"));
     } else if (key == "frames") {
-      out.frames = static_cast<int>(whole(value, "frames", 1, kMostFramesAsked));
+      out.frames = static_cast<int>(whole_number(value, "frames", 1, kMostFramesAsked));
     } else if (key == "run") {
-      out.run = truth(value, "run");
+      out.run = truth_value(value, "run");
     } else if (key == "describe") {
-      out.describe = truth(value, "describe");
+      out.describe = truth_value(value, "describe");
     } else {
       throw usage_error(kWhere, key.substr(0, 40), "is unknown", "give id, start, commands, frames, run or describe");
     }

@@ -87,17 +87,20 @@ void Selector::give_back_enclosed() {
 
 void Selector::grow(const std::optional<SelectionShape>& shape, GestureResult& result) {
   constexpr float kAdded = 0.55f, kTaken = 0.45f;
+  constexpr float kLarger = 3;  // times as large as its neighbour is no more of the same
   const auto start = std::chrono::steady_clock::now();
   find_members(shape);
   fix_seeds();
   const bool adds = gesture_.grow > 0;
+  const auto size = [&](int p) { return std::max(std::exp(cloud_.log_scale[p].maxCoeff()), graph_.spacing); };
   for (int round = 0; round < std::abs(gesture_.grow); ++round) {
     std::vector<size_t> moved;
     for (size_t e = 0; e < graph_.edges.size(); ++e) {
       if (graph_.edge_nearness[e] < options_.link) continue;
-      for (const auto& [p, q] :
-           {std::pair(graph_.edges[e].a, graph_.edges[e].b), std::pair(graph_.edges[e].b, graph_.edges[e].a)})
-        if (result.selected(p) != adds && result.selected(q) == adds && member_[p] && fixed_[p] != (adds ? -1 : 1))
+      const auto& [a, b, weight] = graph_.edges[e];
+      for (const auto& [p, q] : {std::pair(a, b), std::pair(b, a)})
+        if (result.selected(p) != adds && result.selected(q) == adds && member_[p] && fixed_[p] != (adds ? -1 : 1) &&
+            (!adds || size(p) <= kLarger * size(q)))
           moved.push_back(p);
     }
     for (const size_t p : moved) {

@@ -195,6 +195,9 @@ TEST_F(Choice, ThePageTakesWhatIsUnderThePointerAndSendsMarks) {
     point('pointerup', 2);
     element('undo').click();
     element('redo').click();
+    document.dispatchEvent(new KeyboardEvent('keydown', {key: '-'}));
+    element('grow').click();
+    element('grow').click();
     return {before, under, picked, chosen, sent, camera: view.camera, mark: at.map((x) => x * view.scale), scale: view.scale,
       connected: socket.readyState === WebSocket.OPEN};
   })())",
@@ -210,7 +213,9 @@ TEST_F(Choice, ThePageTakesWhatIsUnderThePointerAndSendsMarks) {
   EXPECT_EQ(value["under"], plant());
   EXPECT_EQ(value["picked"], plant());
   EXPECT_EQ(value["chosen"], -1) << "marks say something else";
-  ASSERT_EQ(value["sent"].size(), 5u) << "the choice, a click, a stroke, undo and redo";
+  ASSERT_EQ(value["sent"].size(), 8u) << "the choice, a click, a stroke, undo, redo, shrink, and grow twice";
+  for (const auto& [k, grow] : {std::pair(4, 0), std::pair(5, -1), std::pair(6, 0), std::pair(7, 1)})
+    EXPECT_EQ(parse_choose_request(value["sent"][k].get<std::string>()).marks.grow, grow) << k;
   EXPECT_EQ(value["sent"][1], value["sent"][3]) << "without the stroke";
   EXPECT_EQ(value["sent"][2], value["sent"][4]) << "with it";
   const ChooseRequest make = parse_choose_request(value["sent"][0].get<std::string>());
