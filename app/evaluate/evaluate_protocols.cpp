@@ -6,6 +6,7 @@
 #include "app/evaluate/metrics.h"
 #include "app/report/tables.h"
 #include "gaussians/base/error.h"
+#include "gaussians/io/images/image_files.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -76,12 +77,12 @@ constexpr NvosScene kNvosScenes[] = {
     {"trex", "DJI_20200223_163619_411", "DJI_20200223_163607_906"},
 };
 
-/// The file of that name as PNG or JPEG; empty where there is none.
+/// The image of the first of these names that there is; empty where there is none.
 fs::path picture_named(const fs::path& folder, const std::vector<std::string>& names) {
-  std::error_code ignored;
+  const std::vector<fs::path> images = images_in(folder);
   for (const std::string& name : names)
-    for (const char* extension : {".png", ".PNG", ".jpg", ".JPG", ".jpeg"})
-      if (fs::is_regular_file(folder / (name + extension), ignored)) return folder / (name + extension);
+    for (const fs::path& image : images)
+      if (image.stem() == name) return image;
   return {};
 }
 

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/images/image_files.h"
 
 namespace fs = std::filesystem;
 
@@ -65,20 +66,12 @@ std::map<std::string, fs::path> pictures_of(const fs::path& folder) {
   std::error_code failed;
   if (!fs::exists(folder, failed)) throw input_error(folder.string(), "", "does not exist", "check the name");
   std::map<std::string, fs::path> pictures;
-  const auto add = [&](const fs::path& file) {
-    std::string extension = file.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return std::tolower(c); });
+  const bool many = fs::is_directory(folder, failed);
+  for (const fs::path& file : many ? images_in(folder) : std::vector<fs::path>{folder}) {
+    if (!is_image_file(file)) continue;
     const std::string name = file.stem().string();
-    if (name[0] == '.' || (extension != ".png" && extension != ".jpg" && extension != ".jpeg")) return;
-    if (!pictures.emplace(name, file).second) {
+    if (!pictures.emplace(name, file).second)
       throw input_error(folder.string(), name, "is the name of two images", "keep one of them");
-    }
-  };
-  if (fs::is_directory(folder, failed)) {
-    for (const auto& entry : fs::directory_iterator(folder)) add(entry.path());
-  } else {
-    add(folder);
   }
   if (pictures.empty())
     throw input_error(folder.string(), "", "contains no images", "give a folder of PNG or JPEG images");
