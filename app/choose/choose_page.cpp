@@ -92,7 +92,8 @@ json choose_data(const RunDirectory& run, const Scene& scene, const Marks& marks
           {"boxes", marks.boxes},
           {"clicks", marks.clicks},
           {"strokes", marks.strokes},
-          {"grow", marks.grow}};
+          {"grow", marks.grow},
+          {"maxGrow", Gesture::kMaxGrow}};
 }
 
 LocalServer::Page choose_page(const json& data) {

@@ -20,7 +20,7 @@ namespace {
 
 constexpr size_t kMostMarks = 200, kLongestMark = 20'000, kLongestLabel = 100;  // characters
 constexpr const char* kDescribed = "app/choose/chooser.h";
-constexpr int kMostGrown = 100, kMostCameras = 1'000'000;
+constexpr int kMostCameras = 1'000'000;
 constexpr double kSimulated = 0.1;                   // s, of the motion that the page begins with
 constexpr std::chrono::milliseconds kSettled(1500);  // without new marks a selection is written
 
@@ -79,7 +79,7 @@ ChooseRequest parse_choose_request(std::string_view text) {
     out.marks = {marks_of(value, "boxes"), marks_of(value, "clicks"), marks_of(value, "strokes")};
     if (out.marks.empty()) throw wrong(name, "has no marks");
     if (value.contains("grow"))
-      out.marks.grow = static_cast<int>(whole_number(value["grow"], "grow", -kMostGrown, kMostGrown));
+      out.marks.grow = static_cast<int>(whole_number(value["grow"], "grow", -Gesture::kMaxGrow, Gesture::kMaxGrow));
     if (value.contains("camera")) out.camera = camera_number(value["camera"], "camera");
   } else if (name == "hover") {
     if (!value.is_array() || value.size() != 3) throw wrong(name, "is no camera and pixel");

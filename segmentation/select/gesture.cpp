@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/quantile.h"
 #include "segmentation/graph/contact.h"
 #include "segmentation/select/selector.h"
 
@@ -15,7 +16,8 @@ namespace {
 /// Least share of what lies around an object's foot that makes a plane a support (a rough lawn: a quarter; a wall
 /// that the object hangs on, cut by any plane: up to a fifth).
 constexpr float kPlaneShare = 0.22f;
-constexpr float kFar = 6;  // standard deviations at which nothing is left of a normal distribution
+constexpr float kTaken = 0.55f, kLeft = 0.45f;  // probability on either side of 1/2 that a label stands for
+constexpr float kFar = 6;                       // standard deviations at which nothing is left of a normal distribution
 
 void count_rules(const std::vector<SelectionRule>& rules, GestureResult::Summary& summary) {
   summary.selected = summary.outside = summary.cut = summary.part = summary.refined = 0;
@@ -86,25 +88,30 @@ void Selector::give_back_enclosed() {
 }
 
 void Selector::grow(const std::optional<SelectionShape>& shape, GestureResult& result) {
-  constexpr float kAdded = 0.55f, kTaken = 0.45f;
-  constexpr float kLarger = 3;  // times as large as its neighbour is no more of the same
+  constexpr float kReach = 2;  // median lengths of the selection's edges that one round bridges
   const auto start = std::chrono::steady_clock::now();
   find_members(shape);
   fix_seeds();
   const bool adds = gesture_.grow > 0;
-  const auto size = [&](int p) { return std::max(std::exp(cloud_.log_scale[p].maxCoeff()), graph_.spacing); };
+  std::vector<float> length(graph_.edges.size());
+  std::vector<float> inner;
+  for (size_t e = 0; e < length.size(); ++e) {
+    const auto& [a, b, weight] = graph_.edges[e];
+    length[e] = (cloud_.position[a] - cloud_.position[b]).norm();
+    if (result.selected(a) && result.selected(b)) inner.push_back(length[e]);
+  }
+  const float reach = kReach * quantile(std::move(inner), 0.5);
   for (int round = 0; round < std::abs(gesture_.grow); ++round) {
     std::vector<size_t> moved;
-    for (size_t e = 0; e < graph_.edges.size(); ++e) {
-      if (graph_.edge_nearness[e] < options_.link) continue;
+    for (size_t e = 0; e < length.size(); ++e) {
+      if (graph_.edge_nearness[e] < options_.link || length[e] > reach) continue;
       const auto& [a, b, weight] = graph_.edges[e];
       for (const auto& [p, q] : {std::pair(a, b), std::pair(b, a)})
-        if (result.selected(p) != adds && result.selected(q) == adds && member_[p] && fixed_[p] != (adds ? -1 : 1) &&
-            (!adds || size(p) <= kLarger * size(q)))
+        if (result.selected(p) != adds && result.selected(q) == adds && member_[p] && fixed_[p] != (adds ? -1 : 1))
           moved.push_back(p);
     }
     for (const size_t p : moved) {
-      result.probability[p] = adds ? kAdded : kTaken;
+      result.probability[p] = adds ? kTaken : kLeft;
       result.rule[p] = adds ? SelectionRule::kKept : SelectionRule::kCut;
     }
   }
@@ -155,7 +162,7 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
     if (!member_[p]) continue;
     // Evidence alone decides how sure the label is, the cut which side it is on.
     const float sure = sigmoid(std::clamp(evidence_[p], -6.0f, 6.0f));
-    result.probability[p] = label_[p] ? std::max(sure, 0.55f) : std::min(sure, 0.45f);
+    result.probability[p] = label_[p] ? std::max(sure, kTaken) : std::min(sure, kLeft);
     if (label_[p]) rule_[p] = SelectionRule::kKept;
   }
   count_rules(rule_, summary_);

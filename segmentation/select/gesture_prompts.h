@@ -26,7 +26,8 @@ struct StrokePrompt {
 struct Gesture {
   std::vector<BoxPrompt> boxes;
   std::vector<StrokePrompt> strokes;
-  int grow = 0;  ///< rounds of neighbours that the selection takes in at last, or gives up where negative
+  static constexpr int kMaxGrow = 100;
+  int grow = 0;  ///< rounds of neighbors that the selection takes in at last, or gives up where negative
 
   bool empty() const { return boxes.empty() && strokes.empty(); }
 };

@@ -22,9 +22,9 @@ class Selector {
         rule_(cloud.size()) {}
 
   GestureResult run(const std::optional<SelectionShape>& shape);
-  /// Adds what touches the selection and is not much larger than it is there, `gesture.grow` times, or takes its
-  /// outermost Gaussians where that is negative. What strokes mark stays as they say, and what is outside the boxes
-  /// stays outside.
+  /// Adds what lies against the selection, as near as its own Gaussians lie to each other, `gesture.grow` times, or
+  /// takes its outermost Gaussians where that is negative. What strokes mark stays as they say, and what is outside the
+  /// boxes stays outside.
   void grow(const std::optional<SelectionShape>& shape, GestureResult& result);
   std::vector<uint8_t> guess();  ///< [N] what is proposed around the seeds
 

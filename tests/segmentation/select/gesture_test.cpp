@@ -279,6 +279,28 @@ TEST_F(GestureTest, GrowingAddsWhatTouchesAndShrinkingTakesTheBorder) {
     if (boxed.rule[p] == SelectionRule::kOutside) ASSERT_FALSE(boxed.selected(p)) << "outside the box";
 }
 
+TEST_F(GestureTest, GrowingDoesNotRunAlongLargeSparseGaussians) {
+  // A column of large discs that touch each other stands beside the ball; a stroke marks its top as background.
+  const MadeScene::Ball& ball = scene.balls[0];
+  const size_t first = scene.cloud.size();
+  for (int k = 0; k < 6; ++k)
+    add_disc(scene.cloud, Vec3f(ball.centre.x() - ball.radius - 0.12f, ball.centre.y(), 0.05f + 0.2f * k),
+             Vec3f::UnitX(), 0.1f, Vec3f(0.1f, 0.7f, 0.2f));
+  scene.truth.resize(scene.cloud.size(), 0);
+  Gesture gesture;
+  Eigen::Vector2d top;
+  project_point(scene.cameras[1], scene.cloud.position.back(), top);
+  gesture.strokes = {{1, true, {centre_of(0, 1)}, 6}, {1, false, {top.cast<float>()}, 6}};
+  const GestureResult plain = select(gesture);
+  gesture.grow = 3;
+  const GestureResult grown = select(gesture);
+  EXPECT_GT(grown.summary.selected, plain.summary.selected + 10);
+  for (size_t p = first; p < scene.cloud.size(); ++p) {
+    ASSERT_FALSE(plain.selected(p)) << p - first;
+    EXPECT_FALSE(grown.selected(p)) << p - first;
+  }
+}
+
 TEST_F(GestureTest, AClickTakesAThingOfManyColoursWholeFromThePlaneBehindIt) {
   // Stripes of three colours, one of them the plane's.
   const Vec3f colours[3] = {{0.8f, 0.1f, 0.1f}, {0.7f, 0.5f, 0.3f}, {0.1f, 0.3f, 0.8f}};
