@@ -7,6 +7,7 @@
 #include "app/store/trajectory.h"
 #include "fitting/observe/track_pixels.h"
 #include "gaussians/base/error.h"
+#include "gaussians/base/quantile.h"
 #include "gaussians/vision/optical_flow.h"
 
 namespace fs = std::filesystem;
@@ -39,10 +40,7 @@ ImageU8 moving_region(const ReferenceVideo& video) {
     for (int y = 0; y < reach.height; ++y)
       for (int x = 0; x < reach.width; ++x)
         reach(x, y) = std::max(reach(x, y), std::hypot(flow(x, y, 0), flow(x, y, 1)));
-  std::vector<float> sorted = reach.data;
-  const size_t far = sorted.size() - 1 - sorted.size() / 200;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(far), sorted.end());
-  const float limit = std::max(static_cast<float>(kLeastMotion), 0.1f * sorted[far]);
+  const float limit = std::max(static_cast<float>(kLeastMotion), 0.1f * quantile(reach.data, 0.995));
   ImageU8 mask(first.width, first.height, 1);
   for (size_t i = 0; i < mask.data.size(); ++i) mask.data[i] = reach.data[i] > limit ? 255 : 0;
   return mask;

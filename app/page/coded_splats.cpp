@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/quantile.h"
 
 namespace pliant {
 namespace {
@@ -80,9 +81,8 @@ CodedSplats::Range sh_range(const std::vector<float>& coefficients) {
   std::vector<float> size;
   for (const float c : coefficients) size.push_back(std::abs(c));
   if (size.empty()) return {};
-  const auto place = size.begin() + static_cast<std::ptrdiff_t>((1 - kRareSh) * static_cast<double>(size.size() - 1));
-  std::nth_element(size.begin(), place, size.end());
-  return {-*place, *place};
+  const float largest = quantile(std::move(size), 1 - kRareSh);
+  return {-largest, largest};
 }
 
 }  // namespace

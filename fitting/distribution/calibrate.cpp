@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gaussians/base/quantile.h"
+
 namespace pliant {
 namespace {
 
@@ -65,9 +67,7 @@ void calibrate(const TrainingSet& train, const TrainingSet& held, DistributionNe
   // The interval that holds so many of the values.
   std::vector<double> off =
       over(network, objects, [](const YoungMixture& m, double z) { return std::abs(m.below(z) - 0.5); });
-  const auto at = off.begin() + static_cast<std::ptrdiff_t>(kInside * static_cast<double>(off.size()));
-  std::nth_element(off.begin(), at, off.end());
-  network.tail = static_cast<float>(std::clamp(0.5 - *at, 0.01, 0.3));
+  network.tail = static_cast<float>(std::clamp(0.5 - quantile(std::move(off), kInside), 0.01, 0.3));
 }
 
 }  // namespace pliant

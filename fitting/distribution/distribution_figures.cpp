@@ -6,6 +6,7 @@
 #include "fitting/distribution/object_distribution.h"
 #include "fitting/distribution/training_set.h"
 #include "gaussians/base/error.h"
+#include "gaussians/base/quantile.h"
 
 namespace pliant {
 namespace {
@@ -27,13 +28,6 @@ struct Tally {
     inside += t.inside;
   }
 };
-
-double median(std::vector<double> values) {
-  CHECK(!values.empty());
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Tally tally_of(const DistributionNetwork& network, const MaterialObject& o) {
   const MaterialMeans means = means_of(o);
@@ -63,15 +57,15 @@ DistributionFigures figures_of(const Tally& t) {
   return {t.family,
           t.objects,
           t.error.size(),
-          median(t.error),
-          median(t.error_of_mean),
+          quantile(t.error, 0.5),
+          quantile(t.error_of_mean, 0.5),
           t.log_density / n,
           t.log_density_of_one / n,
           t.inside / n,
-          median(t.density),
-          median(t.density_of_mean),
-          median(t.poisson),
-          median(t.poisson_of_mean)};
+          quantile(t.density, 0.5),
+          quantile(t.density_of_mean, 0.5),
+          quantile(t.poisson, 0.5),
+          quantile(t.poisson_of_mean, 0.5)};
 }
 
 }  // namespace

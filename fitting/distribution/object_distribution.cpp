@@ -7,6 +7,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/portable.h"
+#include "gaussians/base/quantile.h"
 
 namespace pliant {
 namespace {
@@ -31,9 +32,7 @@ float spacing_of(const std::vector<Vec3f>& places, const NearestPoints& tree) {
     tree.query(x, 2, hits);
     nearest.push_back((places[hits.back().index] - x).norm());
   }
-  const auto middle = nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2);
-  std::nth_element(nearest.begin(), middle, nearest.end());
-  return std::max(*middle, 1e-9f);
+  return std::max(quantile(std::move(nearest), 0.5), 1e-9f);
 }
 
 /// Factor that gives `values` the volume-weighted mean `wanted`.

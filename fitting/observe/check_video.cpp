@@ -9,6 +9,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
+#include "gaussians/base/quantile.h"
 #include "gaussians/vision/optical_flow.h"
 
 namespace pliant {
@@ -22,13 +23,6 @@ constexpr double kSame = 0.1;    // of the change before and after: a frame show
 constexpr double kLeap = 1.7;    // of the change before and after: frames are missing
 constexpr int kLongestJump = 2;  // frames: a longer series of jumps is a camera in motion
 constexpr double kNoiseFactor = 3;
-
-double quantile(std::vector<float> values, double q) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 ImageU8 dilated(const ImageU8& mask, int radius) {
   ImageU8 out(mask.width, mask.height, 1);
@@ -177,7 +171,7 @@ class Checker {
     }
 
     // Frames are repeated when they stand still between others that do not.
-    const double usual = quantile({moved.begin() + 1, moved.end()}, 0.9);
+    const double usual = quantile(std::vector(moved.begin() + 1, moved.end()), 0.9);
     int repeated = 0, leap = 0;
     for (int t = 2; t + 1 < frames; ++t) {
       const auto [less, more] = std::minmax(moved[t - 1], moved[t + 1]);
@@ -242,13 +236,13 @@ class Checker {
             still_v.push_back(flow(x, y, 1));
           }
       background = still.size();
-      const float u = static_cast<float>(quantile(still_u, 0.5)), v = static_cast<float>(quantile(still_v, 0.5));
+      const float u = quantile(still_u, 0.5), v = quantile(still_v, 0.5);
       for (size_t i = 0; i < still.size(); ++i) still_u[i] = std::hypot(still_u[i] - u, still_v[i] - v);
       for (int y = 0; y < flow.height; ++y)
         for (int x = 0; x < flow.width; ++x)
           if (object_(x, y) != 0 && contrast(x, y) > kTextured)
             object.push_back(std::hypot(flow(x, y, 0) - u, flow(x, y, 1) - v));
-      checks_.noise = std::max(checks_.noise, quantile(still_u, 0.5));
+      checks_.noise = std::max<double>(checks_.noise, quantile(still_u, 0.5));
       if (const double drift = quantile(still, 0.5); drift > checks_.drift) {
         checks_.drift = drift;
         drift_frame = pairs[k].second;

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/quantile.h"
 #include "gaussians/render/image_loss.h"
 #include "gaussians/vision/resize.h"
 
@@ -36,9 +37,7 @@ double middle_depth(const RenderResult& picture) {
   std::vector<float> depths;
   for (size_t i = 0; i < picture.alpha.data.size(); ++i)
     if (picture.alpha.data[i] > 0.5f) depths.push_back(picture.depth.data[i] / picture.alpha.data[i]);
-  if (depths.empty()) return 1;
-  std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
-  return depths[depths.size() / 2];
+  return depths.empty() ? 1 : quantile(std::move(depths), 0.5);
 }
 
 /// The picture with the mean of each colour as the scene has it.

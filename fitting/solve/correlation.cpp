@@ -7,6 +7,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/linear_algebra.h"
 #include "gaussians/base/nearest.h"
+#include "gaussians/base/quantile.h"
 
 namespace pliant {
 namespace {
@@ -67,10 +68,7 @@ double spacing_of(std::span<const Vec3f> place) {
   std::vector<double> distance;
   for (size_t i = 0; i < place.size(); ++i)
     if (const int other = nearest[2 * i + 1]; other >= 0) distance.push_back((place[other] - place[i]).norm());
-  if (distance.empty()) return 0;
-  const auto middle = distance.begin() + static_cast<std::ptrdiff_t>(distance.size() / 2);
-  std::nth_element(distance.begin(), middle, distance.end());
-  return *middle;
+  return quantile(std::move(distance), 0.5);
 }
 
 }  // namespace

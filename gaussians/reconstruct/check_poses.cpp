@@ -7,6 +7,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/lens.h"
 #include "gaussians/base/portable.h"
+#include "gaussians/base/quantile.h"
 #include "gaussians/reconstruct/match_photos.h"
 #include "gaussians/render/splat.h"
 
@@ -40,10 +41,8 @@ std::string pixels(double error) {
 
 std::string percent(double share) { return std::to_string(static_cast<int>(std::lround(100 * share))) + " %"; }
 
-PoseFit fit_of(PoseConvention convention, std::vector<double> errors, double agreeing) {
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  return {convention, *middle, agreeing / static_cast<double>(errors.size())};
+PoseFit fit_of(PoseConvention convention, const std::vector<double>& errors, double agreeing) {
+  return {convention, quantile(errors, 0.5), agreeing / static_cast<double>(errors.size())};
 }
 
 /// By how many pixels the points miss their observations.
@@ -84,12 +83,11 @@ void warn_of_near_plane(const std::string& where, const std::vector<Camera>& cam
     if (z && z->minCoeff() > 0) depth.push_back(z->x());
   }
   if (static_cast<int>(depth.size()) < kFewestChecks) return;
-  const auto near = depth.begin() + static_cast<std::ptrdiff_t>(depth.size() / 10);
-  std::nth_element(depth.begin(), near, depth.end());
-  if (*near > splat::kNear) return;
-  warnings.push_back(where + ": a tenth of the photographed content is nearer than " + number(*near) +
+  const double near = quantile(depth, 0.1);
+  if (near > splat::kNear) return;
+  warnings.push_back(where + ": a tenth of the photographed content is nearer than " + number(near) +
                      " units, and nothing nearer than " + number(splat::kNear) +
-                     " is rendered: multiply all positions by " + number(std::ceil(5 * splat::kNear / *near)));
+                     " is rendered: multiply all positions by " + number(std::ceil(5 * splat::kNear / near)));
 }
 
 /// By how many pixels feature matches miss their epipolar lines.

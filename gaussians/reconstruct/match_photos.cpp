@@ -8,6 +8,8 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
+#include "gaussians/base/quantile.h"
+
 namespace pliant {
 namespace {
 
@@ -151,8 +153,7 @@ std::vector<PhotoPair> overlapping_pairs(const std::vector<Camera>& cameras, int
     std::nth_element(distance.begin(), fourth, distance.end());
     nearest.push_back(*fourth);
   }
-  std::nth_element(nearest.begin(), nearest.begin() + n / 2, nearest.end());
-  const double unit = nearest[n / 2];
+  const double unit = quantile(nearest, 0.5);
   if (!(unit > 0)) return {};
 
   std::set<std::pair<int, int>> pairs;

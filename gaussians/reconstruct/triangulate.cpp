@@ -9,6 +9,7 @@
 
 #include "gaussians/base/lens.h"
 #include "gaussians/base/portable.h"
+#include "gaussians/base/quantile.h"
 #include "gaussians/base/random.h"
 
 namespace pliant {
@@ -210,10 +211,7 @@ class Triangulation {
       result.color.push_back(color / static_cast<float>(point.features.size()));
     }
     std::string error = "0";
-    if (!errors.empty()) {
-      std::nth_element(errors.begin(), errors.begin() + errors.size() / 2, errors.end());
-      error = std::to_string(errors[errors.size() / 2]).substr(0, 4);
-    }
+    if (!errors.empty()) error = std::to_string(quantile(errors, 0.5)).substr(0, 4);
     result.source = std::to_string(result.position.size()) + " points triangulated from features of " +
                     std::to_string(used_.size()) + " photos (" + std::to_string(pairs_) +
                     " pairs matched; median reprojection error " + error + " px)";
@@ -276,14 +274,13 @@ std::vector<std::string> photos_without_points(const TrainingPhotos& photos, con
     if (!photos.photos[i].held_out) sorted.push_back(seen[i]);
   }
   if (sorted.empty()) return {};
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
+  const int middle = quantile(sorted, 0.5);
   std::vector<std::string> warnings;
   for (size_t i = 0; i < seen.size(); ++i) {
     const Camera& camera = photos.photos[i].camera;
-    if (photos.photos[i].held_out || seen[i] >= kFewSightings * *middle) continue;
+    if (photos.photos[i].held_out || seen[i] >= kFewSightings * middle) continue;
     warnings.push_back((camera.photo.empty() ? camera.name : camera.photo) + ": sees " + std::to_string(seen[i]) +
-                       " of the points, other photos typically " + std::to_string(*middle) +
+                       " of the points, other photos typically " + std::to_string(middle) +
                        "; its pose may be wrong, or the photo rotated");
   }
   return warnings;

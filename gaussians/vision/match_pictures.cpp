@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/quantile.h"
 #include "gaussians/vision/optical_flow.h"
 
 namespace pliant {
@@ -79,8 +80,7 @@ PictureMatch match_pictures(const ImageF& a, const ImageF& b, const ImageU8& ign
       if (contrast(x, y) > kTextured && (ignored.empty() || ignored(x, y) == 0))
         lengths.push_back(std::hypot(flow(x, y, 0), flow(x, y, 1)));
   if (lengths.empty()) return match;
-  std::nth_element(lengths.begin(), lengths.begin() + lengths.size() / 2, lengths.end());
-  match.shift = lengths[lengths.size() / 2];
+  match.shift = quantile(lengths, 0.5);
   return match;
 }
 

@@ -8,6 +8,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/portable.h"
+#include "gaussians/base/quantile.h"
 #include "gaussians/base/random.h"
 #include "physics/body/surfels.h"
 #include "physics/body/winding_number.h"
@@ -239,8 +240,7 @@ SolidSamples fill_interior(const FillOptions& options, const GaussianCloud& obje
     spacing.push_back(std::sqrt(s.area));
     box.add(s.position);
   }
-  std::nth_element(spacing.begin(), spacing.begin() + spacing.size() / 2, spacing.end());
-  const float margin = 2 * spacing[spacing.size() / 2];
+  const float margin = 2 * quantile(std::move(spacing), 0.5);
   const float longest = std::max(box.size().maxCoeff(), 1e-6f) + 2 * margin;
   const Vec3f low = box.low - Vec3f::Constant(margin);
   double sheet_volume = 0;

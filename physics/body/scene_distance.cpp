@@ -6,6 +6,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/portable.h"
+#include "gaussians/base/quantile.h"
 
 namespace pliant {
 namespace {
@@ -19,12 +20,6 @@ struct Cloud {
   std::vector<Vec3f> position;
 };
 
-double median(std::vector<float> values) {
-  if (values.empty()) return 0;
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
-
 /// Median distance to the nearest other surfel; those with little company go.
 double remove_floaters(Cloud& cloud, int& floaters) {
   const NearestPoints nearest(cloud.position);
@@ -35,7 +30,7 @@ double remove_floaters(Cloud& cloud, int& floaters) {
     first.push_back(hits.size() > 1 ? hits[1].distance : INFINITY);
     company.push_back(hits.size() > kCompany ? hits[kCompany].distance : INFINITY);
   }
-  const double spacing = median(first);
+  const double spacing = quantile(first, 0.5);
   Cloud kept;
   for (size_t i = 0; i < company.size(); ++i) {
     if (company[i] > kCompanyReach * spacing) continue;

@@ -7,6 +7,7 @@
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/polar.h"
 #include "gaussians/base/portable.h"
+#include "gaussians/base/quantile.h"
 #include "gaussians/base/random.h"
 
 namespace pliant {
@@ -24,9 +25,7 @@ class DiscGrid {
       box_.add(surfels[i].position - Vec3f::Constant(radius[i]));
       box_.add(surfels[i].position + Vec3f::Constant(radius[i]));
     }
-    std::vector<float> sorted(radius);
-    std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
-    cell_ = std::max(1.5f * sorted[sorted.size() / 2], box_.size().maxCoeff() / kMaxSide);
+    cell_ = std::max(1.5f * quantile(radius, 0.5), box_.size().maxCoeff() / kMaxSide);
     for (int a = 0; a < 3; ++a) side_[a] = static_cast<int>(box_.size()[a] / cell_) + 1;
     // Counting sort of (cell, disc) pairs.
     begin_.assign(static_cast<size_t>(side_[0]) * side_[1] * side_[2] + 1, 0);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/quantile.h"
 #include "physics/body/surface_elements.h"
 #include "physics/laws/material.h"
 #include "physics/simulate/weights.h"
@@ -31,9 +32,7 @@ Vec3d median(const std::vector<Vec3<T>>& points) {
   std::vector<T> along(points.size());
   for (int a = 0; a < 3; ++a) {
     for (size_t i = 0; i < points.size(); ++i) along[i] = points[i][a];
-    const auto middle = along.begin() + static_cast<std::ptrdiff_t>(along.size() / 2);
-    std::nth_element(along.begin(), middle, along.end());
-    result[a] = static_cast<double>(*middle);
+    result[a] = static_cast<double>(quantile(along, 0.5));
   }
   return result;
 }

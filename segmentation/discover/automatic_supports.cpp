@@ -7,6 +7,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
+#include "gaussians/base/quantile.h"
 #include "gaussians/base/random.h"
 #include "segmentation/graph/contact.h"
 
@@ -19,12 +20,6 @@ constexpr int kGroundTries = 4;
 constexpr float kNoise = 3.5f;     // tolerance / standard deviation of a plane's points
 constexpr int kCells = 64;         // of the grid for areas, along the diagonal
 constexpr float kUpright = 0.35f;  // cosine between the normals of a wall and of the ground
-
-float quantile(std::vector<float> values, double fraction) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 /// A plane among the samples, and what lies on it and on its sides.
 struct Candidate {

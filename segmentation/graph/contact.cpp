@@ -7,16 +7,11 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/linear_algebra.h"
 #include "gaussians/base/portable.h"
+#include "gaussians/base/quantile.h"
 #include "gaussians/base/random.h"
 
 namespace pliant {
 namespace {
-
-float quantile(std::vector<float> values, double fraction) {
-  const size_t k = std::min(values.size() - 1, static_cast<size_t>(fraction * static_cast<double>(values.size())));
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(k), values.end());
-  return values[k];
-}
 
 std::vector<int> near_plane(const std::vector<Vec3f>& points, const Vec3f& point, const Vec3f& normal,
                             float tolerance) {

@@ -9,18 +9,12 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/portable.h"
+#include "gaussians/base/quantile.h"
 
 namespace pliant {
 namespace {
 
 constexpr size_t kOutsideSamples = 3000;
-
-float median(std::vector<float> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Vec3f rgb_of(const GaussianCloud& cloud, size_t p) {
   const Eigen::Map<const Vec3f> dc(cloud.sh_of(p));
@@ -86,7 +80,7 @@ GaussianGraph gaussian_graph(const GaussianCloud& cloud, std::span<const uint8_t
   }
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  graph.spacing = median(fifth);
+  graph.spacing = quantile(fifth, 0.5);
   std::vector<float> difference(pairs.size()), weight(pairs.size()), nearness(pairs.size());
   parallel_for(
       static_cast<std::ptrdiff_t>(pairs.size()),
@@ -94,7 +88,7 @@ GaussianGraph gaussian_graph(const GaussianCloud& cloud, std::span<const uint8_t
         difference[e] = (rgb_of(cloud, graph.nodes[pairs[e].first]) - rgb_of(cloud, pairs[e].second)).squaredNorm();
       },
       4096);
-  const float typical = std::max(median(difference), 1e-8f);
+  const float typical = std::max(quantile(difference, 0.5), 1e-8f);
   parallel_for(
       static_cast<std::ptrdiff_t>(pairs.size()),
       [&](std::ptrdiff_t e) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gaussians/base/quantile.h"
 #include "gaussians/vision/optical_flow.h"
 #include "segmentation/labelling/flow_tracker.h"
 
@@ -72,8 +73,7 @@ std::optional<FlowTracker::Carried> FlowTracker::carry_by_shift(const ImageF& la
       }
     }
   if (costs.empty()) return std::nullopt;
-  std::nth_element(costs.begin(), costs.begin() + static_cast<std::ptrdiff_t>(costs.size() / 2), costs.end());
-  if (least > options_.stands_out * costs[costs.size() / 2]) return std::nullopt;
+  if (least > options_.stands_out * quantile(costs, 0.5)) return std::nullopt;
   Carried carried{ImageF(width, height, 1, kOut), ImageF(width, height, 1, options_.doubt), least};
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {

@@ -5,6 +5,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
+#include "gaussians/base/quantile.h"
 #include "gaussians/render/render.h"
 
 namespace pliant {
@@ -27,13 +28,6 @@ size_t best_class(const Segmentation& s, const float* y) {
       best = c;
     }
   return best;
-}
-
-/// Value below which `fraction` of the values lie; reorders them.
-float quantile(std::vector<float>& values, double fraction) {
-  const size_t k = std::min(values.size() - 1, static_cast<size_t>(fraction * static_cast<double>(values.size())));
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(k), values.end());
-  return values[k];
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "gaussians/base/nearest.h"
+#include "gaussians/base/quantile.h"
 #include "segmentation/objects/extract_steps.h"
 
 namespace pliant {
@@ -24,12 +25,6 @@ std::vector<int> neighbours_of(const std::vector<Vec3f>& points, int k) {
         out[i * k + found++] = other;
   }
   return out;
-}
-
-float median(std::vector<float> values) {
-  if (values.empty()) return 0;
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
 }
 
 }  // namespace
@@ -94,7 +89,7 @@ float mark_outliers(const GaussianCloud& cloud, const std::vector<int>& members,
   outlier.assign(points.size(), 0);
   for (size_t i = 0; i < points.size(); ++i)
     outlier[i] = distance[i] > mean + sigma * deviation && distance[i] > 3 * extent(cloud, members[i]);
-  return median(distance);
+  return quantile(distance, 0.5);
 }
 
 void mark_floaters(const GaussianCloud& cloud, const std::vector<int>& members, float link, float share,

@@ -8,6 +8,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
+#include "gaussians/base/quantile.h"
 #include "gaussians/base/random.h"
 
 namespace pliant {
@@ -218,12 +219,7 @@ class Completion {
     std::vector<float> costs;
     for (const Patch& p : patches_)
       if (std::isfinite(p.cost)) costs.push_back(p.cost);
-    float spread = 1;
-    if (!costs.empty()) {
-      auto middle = costs.begin() + static_cast<std::ptrdiff_t>(costs.size() * 3 / 4);
-      std::nth_element(costs.begin(), middle, costs.end());
-      spread = std::max(*middle, 1e-6f);
-    }
+    const float spread = costs.empty() ? 1.0f : std::max(quantile(std::move(costs), 0.75), 1e-6f);
     const ImageF before = level_.picture;
     for (int y = 0; y < level_.height(); ++y)
       for (int x = 0; x < level_.width(); ++x) {

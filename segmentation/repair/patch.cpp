@@ -7,16 +7,11 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/linear_algebra.h"
+#include "gaussians/base/quantile.h"
 #include "segmentation/repair/shift_fill.h"
 
 namespace pliant {
 namespace {
-
-float median(std::vector<float> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Opaque disc of spacing `size`, its short axis along `normal`.
 void add_disc(GaussianCloud& cloud, const Vec3f& x, const Vec4f& rotation, float size, float thickness, float opacity,
@@ -41,7 +36,7 @@ Neighbourhood neighbourhood(const GaussianCloud& cloud, const std::vector<int>& 
     opacity.push_back(sigmoid(cloud.opacity_logit[p]));
     thickness.push_back(std::exp(cloud.log_scale[p].minCoeff()));
   }
-  return {std::clamp(median(opacity), 0.9f, 0.99f), median(thickness)};
+  return {std::clamp(quantile(opacity, 0.5), 0.9f, 0.99f), quantile(thickness, 0.5)};
 }
 
 /// Colour at image point (u, v), whose pixel (i, j) has its centre at (i + 0.5, j + 0.5).

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "gaussians/base/quantile.h"
 #include "gaussians/render/spherical_harmonics.h"
 
 namespace pliant {
@@ -50,10 +51,7 @@ Opening find_opening(int plane, const std::vector<HoleView>& views, const std::v
       opening.widest = v;
     }
   }
-  if (footprint.empty()) return opening;
-  const auto middle = footprint.begin() + static_cast<std::ptrdiff_t>(footprint.size() / 2);
-  std::nth_element(footprint.begin(), middle, footprint.end());
-  opening.footprint = *middle;
+  if (!footprint.empty()) opening.footprint = quantile(footprint, 0.5);
   return opening;
 }
 

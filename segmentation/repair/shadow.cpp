@@ -6,18 +6,13 @@
 
 #include "gaussians/base/linear_algebra.h"
 #include "gaussians/base/portable.h"
+#include "gaussians/base/quantile.h"
 #include "segmentation/repair/exemplar.h"
 
 namespace pliant {
 namespace {
 
 constexpr float kLeastGain = 0.2f;
-
-float median_of(std::vector<float>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 float log_light(float value) { return std::log(std::max(value, 0.02f)); }
 float luminance(const float* c) { return 0.299f * c[0] + 0.587f * c[1] + 0.114f * c[2]; }
@@ -114,7 +109,7 @@ class PatchLight {
     for (int k = 0; k < 4; ++k) {
       std::vector<float> values;
       for (const Match& m : matches) values.push_back(mean(x, y, m, k));
-      ratio[k] = median_of(values);
+      ratio[k] = quantile(values, 0.5);
     }
     return true;
   }
@@ -210,7 +205,7 @@ float remove_trend(const Layout& layout, const cv::Mat& valid, cv::Mat& ratio) {
       ratio.at<float>(y, x) -= static_cast<float>(trend.dot(row(x, y)));
       if (used(x, y)) left.push_back(std::abs(ratio.at<float>(y, x)));
     }
-  return left.empty() ? INFINITY : 1.4826f * median_of(left);
+  return left.empty() ? INFINITY : 1.4826f * quantile(left, 0.5);
 }
 
 /// The part of `dark` that touches the footprint: 1 in it and in the footprint.

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "gaussians/base/quantile.h"
+
 namespace pliant {
 namespace {
 
@@ -114,9 +116,7 @@ Surfaces find_surfaces(const std::vector<HoleView>& views, const Observation& ob
   Vec3f centre = Vec3f::Zero();
   for (const Vec3f& x : used) centre += x / static_cast<float>(used.size());
   for (const Vec3f& x : used) distance.push_back((x - centre).norm());
-  std::nth_element(distance.begin(), distance.begin() + static_cast<std::ptrdiff_t>(distance.size() / 2),
-                   distance.end());
-  surfaces.tolerance = 0.02f * distance[distance.size() / 2];
+  surfaces.tolerance = 0.02f * quantile(distance, 0.5);
 
   const size_t enough = std::max<size_t>(30, used.size() / 20);
   for (int k = 0; k < max_planes && used.size() >= enough; ++k) {

@@ -5,6 +5,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/linear_algebra.h"
+#include "gaussians/base/quantile.h"
 #include "gaussians/render/render.h"
 
 namespace pliant {
@@ -52,13 +53,8 @@ PrincipalColors PrincipalColors::of(std::span<const float> samples) {
       for (double& score : scores) score = -score;
     }
     colors.axes.col(k) = axis;
-    const auto at = [&](double share) {
-      const auto place = scores.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(n - 1));
-      std::nth_element(scores.begin(), place, scores.end());
-      return *place;
-    };
-    colors.low[k] = at(0.01);
-    colors.high[k] = at(0.99);
+    colors.low[k] = quantile(scores, 0.01);
+    colors.high[k] = quantile(scores, 0.99);
   }
   return colors;
 }

@@ -1,5 +1,5 @@
 // Laws of the shared types: quaternions, selection and appending of Gaussians, ordered sums, random streams,
-// nearest neighbours against brute force.
+// nearest neighbours against brute force, quantiles against sorting.
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@
 #include "gaussians/base/gaussian_cloud.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/portable.h"
+#include "gaussians/base/quantile.h"
 #include "gaussians/base/random.h"
 
 namespace pliant {
@@ -117,6 +118,21 @@ TEST(Camera, LookAtPutsTheTargetAtTheCentreAndUpAtTheTop) {
   EXPECT_LT((camera.cam_from_world * Eigen::Vector3d(0, 0, 0.1)).y(), 0);
   EXPECT_LT((camera.centre() - Eigen::Vector3d(1, 2, 3)).norm(), 1e-12);
   EXPECT_NEAR(camera.cam_from_world.linear().determinant(), 1.0, 1e-12);
+}
+
+TEST(Quantile, IsThePlaceInAscendingOrderThatTheShareOfTheValuesReaches) {
+  Random random(5);
+  for (const int n : {1, 2, 3, 10, 101}) {
+    std::vector<float> values(n);
+    for (float& value : values) value = random.normal();
+    std::vector<float> sorted = values;
+    std::sort(sorted.begin(), sorted.end());
+    EXPECT_EQ(quantile(values, 0), sorted.front());
+    EXPECT_EQ(quantile(values, 0.5), sorted[n / 2]);
+    EXPECT_EQ(quantile(values, 0.9), sorted[n * 9 / 10]);
+    EXPECT_EQ(quantile(values, 1), sorted.back());
+  }
+  EXPECT_EQ(quantile(std::vector<int>(), 0.5), 0);
 }
 
 }  // namespace
