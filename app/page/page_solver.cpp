@@ -21,7 +21,17 @@ void add_body(ClipFile& file, size_t l, const Particles& particles) {
   add("mass", particles.mass);
   add("young", particles.young);
   add("poisson", particles.poisson);
-  file.header["levels"][l].update({{"drivers", particles.size()}, {"cell_size", particles.cell_size}});
+  // Of each pair, by how much the first exceeds that of the pair before, and the second the first.
+  std::vector<uint16_t> links;
+  for (int before = 0; const auto& [a, b] : particles.links) {
+    links.push_back(static_cast<uint16_t>(a - before));
+    links.push_back(static_cast<uint16_t>(b - a));
+    before = a;
+  }
+  file.add("levels", "level" + std::to_string(l) + ".links", {particles.links.size(), 2},
+           std::span<const uint16_t>(links));
+  file.header["levels"][l].update(
+      {{"drivers", particles.size()}, {"cell_size", particles.cell_size}, {"links", particles.links.size()}});
 }
 
 /// Whether every weight hangs on some particle.

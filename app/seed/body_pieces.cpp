@@ -14,7 +14,6 @@ using nlohmann::json;
 
 namespace {
 
-constexpr float kReach = 0.75f;       // cells between samples that hang together
 constexpr double kOwnBody = 0.05;     // share of the volume from which on a piece is a body of its own
 constexpr size_t kShown = 6;          // pieces with a colour or a sentence of their own
 const Vec3f kRest(0.6f, 0.6f, 0.6f);  // colour of what is not simulated
@@ -27,7 +26,7 @@ BodyPieces find_body_pieces(const SolidSamples& samples, const std::vector<Regio
   BodyPieces body;
   body.samples = part.kept;
   const SolidSamples kept = samples.select(part.kept);
-  body.pieces = find_pieces(kept.position, kept.volume, kReach * part.cell_size);
+  body.pieces = find_pieces(kept.position, kept.volume, kPieceReach * part.cell_size);
   const size_t n = body.pieces.size();
   body.loose.assign(n, 1);
   body.centre.assign(n, Vec3f::Zero());

@@ -10,6 +10,9 @@
 
 namespace pliant {
 
+/// Cells between samples of one piece.
+constexpr float kPieceReach = 0.75f;
+
 /// The simulated samples of a body by what hangs together.
 struct BodyPieces {
   Pieces pieces;

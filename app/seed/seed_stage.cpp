@@ -14,6 +14,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/splats/ply.h"
 #include "physics/body/adaptive_drivers.h"
+#include "physics/body/links.h"
 
 namespace pliant {
 using nlohmann::json;
@@ -40,9 +41,10 @@ struct Seeded {
   BodyPieces body;
 };
 
-/// `count` driving particles, by K-means, or where `young` [S] is not empty by PGAS.
-Seeded place_drivers(const Context& context, const SolidFile& solid, const std::vector<Region>& pins, int count,
-                     const std::vector<float>& young) {
+/// `count` driving particles, by K-means, or where `young` [S] is not empty by PGAS; more where one would lie in two
+/// parts that do not hang together.
+Seeded place_drivers(const Context& context, const GaussianCloud& object, const SolidFile& solid,
+                     const std::vector<Region>& pins, int count, const std::vector<float>& young) {
   const SolidSamples& samples = solid.samples;
   Seeded out;
   out.part = young.empty() ? select_simulated(samples, pins, count) : select_simulated(samples, pins, count, young);
@@ -51,15 +53,19 @@ Seeded place_drivers(const Context& context, const SolidFile& solid, const std::
   DriverOptions options;
   options.count = count;
   options.seed = context.seed;
+  const SolidSamples part = samples.select(kept);
   DrivingParticles drivers;
   if (young.empty()) {
-    drivers = kmeans_drivers(options, samples.select(kept));
+    drivers = kmeans_drivers(options, part);
   } else {
     std::vector<float> of_kept;
     for (const int i : kept) of_kept.push_back(young[i]);
-    drivers = pgas_drivers(options, samples.select(kept), of_kept);
+    drivers = pgas_drivers(options, part, of_kept);
   }
+  const SampleLinks links(object, part, static_cast<float>(drivers.cell_size));
+  separate_drivers([&](int i, int k) { return links.linked(i, k); }, part, drivers);
   ParticleFile& file = out.file;
+  file.driving_links = link_drivers(links, part, kPieceReach * static_cast<float>(drivers.cell_size), drivers);
   file.solid_position = samples.position;
   file.solid_volume = samples.volume;
   file.solid_driver.assign(samples.size(), -1);
@@ -113,7 +119,7 @@ json seed_object(const Context& context, const RunDirectory& run, const StageInp
                       affordable, count));
     count = affordable;
   }
-  Seeded seeded = place_drivers(context, solid, pins, count, young);
+  Seeded seeded = place_drivers(context, object, solid, pins, count, young);
   tell_loose(context, seeded.body);
   write_pieces(run, object, scene.up, solid.samples, seeded.body);
   ParticleFile& file = seeded.file;
@@ -135,6 +141,7 @@ json seed_object(const Context& context, const RunDirectory& run, const StageInp
           {"simulated_volume", seeded.part.volume},
           {"thin_samples", in.found["thin_samples"]},
           {"thin_drivers", thin},
+          {"links", file.driving_links.size()},
           {"pieces", pieces_json(seeded.body)},
           {"pinned", held}};
 }

@@ -1,5 +1,7 @@
 #include "app/simulate/driver_level.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -9,6 +11,7 @@
 #include "gaussians/render/bind.h"
 #include "gaussians/render/deform_kernels.h"
 #include "physics/body/driving_particles.h"
+#include "physics/body/links.h"
 
 namespace pliant {
 namespace {
@@ -24,6 +27,36 @@ SolidSamples samples_of(const ParticleFile& file) {
     for (const int d : file.solid_driver) samples.thickness.push_back(d < 0 ? 0 : file.driving_thickness[d]);
   samples.spacing = static_cast<float>(std::cbrt(samples.total_volume() / static_cast<double>(samples.size())));
   return samples;
+}
+
+/// What hangs together in `file` and nothing else does so in `out`, the same samples with other drivers.
+void keep_links(const ParticleFile& file, ParticleFile& out) {
+  const SolidSamples all = samples_of(file);
+  std::vector<int> kept;
+  for (size_t i = 0; i < all.size(); ++i)
+    if (out.solid_driver[i] >= 0) kept.push_back(static_cast<int>(i));
+  // What only the larger cells simulate lies at a pin.
+  const SolidSamples samples = all.select(kept);
+  const std::vector<int> nearest = k_nearest(file.driving_position, samples.position, 1);
+  std::vector<int> before;
+  DrivingParticles drivers{out.driving_position,  out.driving_volume, {},
+                           out.driving_thickness, out.driving_rod,    static_cast<float>(out.cell_size)};
+  for (size_t k = 0; k < kept.size(); ++k) {
+    const int driver = file.solid_driver[kept[k]];
+    before.push_back(driver >= 0 ? driver : nearest[k]);
+    drivers.sample_driver.push_back(out.solid_driver[kept[k]]);
+  }
+  const auto linked = [&](int i, int k) {
+    const std::array pair{std::min(before[i], before[k]), std::max(before[i], before[k])};
+    return pair[0] == pair[1] || std::binary_search(file.driving_links.begin(), file.driving_links.end(), pair);
+  };
+  separate_drivers(linked, samples, drivers);
+  for (size_t k = 0; k < kept.size(); ++k) out.solid_driver[kept[k]] = drivers.sample_driver[k];
+  out.driving_position = drivers.position;
+  out.driving_volume = drivers.volume;
+  out.driving_thickness = drivers.thickness;
+  out.driving_rod = drivers.rod;
+  out.driving_links = inherited_links(before, file.driving_links, drivers.sample_driver);
 }
 
 }  // namespace
@@ -57,6 +90,7 @@ ParticleFile with_drivers(const ParticleFile& file, const Scene& scene, int coun
   out.driving_thickness = drivers.thickness;
   out.driving_rod = drivers.rod;
   out.cell_size = drivers.cell_size;
+  if (!file.driving_links.empty()) keep_links(file, out);
   return out;
 }
 

@@ -5,6 +5,7 @@
 
 #include "app/import/interactions.h"
 #include "app/run/attach_scene.h"
+#include "gaussians/base/nearest.h"
 #include "gaussians/io/splats/ply.h"
 #include "gaussians/render/bind.h"
 #include "gaussians/render/deform.h"
@@ -13,7 +14,20 @@ namespace pliant {
 using nlohmann::json;
 
 Binding bind_object(const Scene& scene, const ParticleFile& particles, const GaussianCloud& object) {
-  Binding binding = pliant::bind({}, object.position, particles.driving_position);
+  // A Gaussian belongs to the part whose solid is nearest: of two leaves that nearly touch, to that which it shows.
+  std::vector<int> own;
+  if (!particles.driving_links.empty()) {
+    std::vector<Vec3f> simulated;
+    std::vector<int> driver;
+    for (size_t s = 0; s < particles.solid_position.size(); ++s) {
+      if (particles.solid_driver[s] < 0) continue;
+      simulated.push_back(particles.solid_position[s]);
+      driver.push_back(particles.solid_driver[s]);
+    }
+    for (const int s : k_nearest(simulated, object.position, 1)) own.push_back(driver[s]);
+  }
+  Binding binding =
+      pliant::bind({}, object.position, particles.driving_position, {.links = particles.driving_links, .own = own});
   for (const json& row : json::parse(particles.pinned_json)) {
     const Region region = parse_region(row, {scene.metres_per_unit, scene.up}, "particles.h5");
     for (size_t i = 0; i < object.size(); ++i)

@@ -135,6 +135,7 @@ SimulatedBody make_body(ParticleFile file, const Scene& scene, const ElasticSamp
   body.drivers.rod = body.file.driving_rod;
   body.drivers.cell_size = body.file.cell_size;
   body.particles = make_particles<float>(body.drivers, body.samples, simulated, scene.metres_per_unit);
+  body.particles.links = body.file.driving_links;
   body.particles.materials = {material};
   body.space.scale = scene.metres_per_unit;
   return body;

@@ -8,6 +8,23 @@ namespace fs = std::filesystem;
 
 namespace pliant {
 
+namespace {
+
+std::vector<std::array<int, 2>> read_links(const Hdf5Reader& in, size_t drivers) {
+  const std::string name = "/driving/links";
+  const std::vector<int32_t> ends = in.dataset<int32_t>(name, {in.shape(name).at(0), 2});
+  std::vector<std::array<int, 2>> links(ends.size() / 2);
+  for (size_t k = 0; k < links.size(); ++k) {
+    links[k] = {ends[2 * k], ends[2 * k + 1]};
+    if (links[k][0] < 0 || links[k][0] >= links[k][1] || links[k][1] >= static_cast<int>(drivers))
+      throw in.complaint(name, "joins " + std::to_string(links[k][0]) + " and " + std::to_string(links[k][1]) + " of " +
+                                   std::to_string(drivers) + " drivers");
+  }
+  return links;
+}
+
+}  // namespace
+
 void write_particles(const fs::path& file, const ParticleFile& p, const std::string& provenance_json) {
   const size_t solids = p.solid_position.size(), drivers = p.driving_position.size();
   CHECK(p.solid_volume.size() == solids && p.solid_driver.size() == solids && p.driving_volume.size() == drivers);
@@ -25,6 +42,8 @@ void write_particles(const fs::path& file, const ParticleFile& p, const std::str
     out.dataset("/driving/volume", p.driving_volume.data(), {drivers});
     out.dataset("/driving/thickness", thickness.data(), {drivers});
     out.dataset("/driving/rod", rod.data(), {drivers});
+    out.dataset("/driving/links", p.driving_links.empty() ? nullptr : p.driving_links[0].data(),
+                {p.driving_links.size(), 2});
     out.number("/", "cell_size", p.cell_size);
     out.number("/", "metres_per_unit", p.metres_per_unit);
     out.text("/", "pinned", p.pinned_json);
@@ -42,6 +61,8 @@ ParticleFile read_particles(const fs::path& file) {
   p.driving_volume = read_finite(in, "/driving/volume", p.driving_position.size());
   p.driving_thickness = read_finite(in, "/driving/thickness", p.driving_position.size());
   p.driving_rod = in.dataset<uint8_t>("/driving/rod", {p.driving_position.size()});
+  // Files of earlier versions have none.
+  if (in.has("/driving/links")) p.driving_links = read_links(in, p.driving_position.size());
   p.cell_size = in.number("/", "cell_size");
   p.metres_per_unit = in.number("/", "metres_per_unit");
   p.pinned_json = in.text("/", "pinned");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -19,12 +20,14 @@ struct ParticleFile {
   std::vector<float>
       driving_thickness;             ///< [M] units, of the sheet or rod a driver lies in; 0 = thick; empty = all thick
   std::vector<uint8_t> driving_rod;  ///< [M] 1 = that part is a rod, 0 = a sheet; empty like the thickness
-  double cell_size = 0;              ///< grid spacing, scene units
+  std::vector<std::array<int, 2>> driving_links;  ///< [L] ascending pairs of drivers that hang together; empty = all
+                                                  ///< that share a cell do
+  double cell_size = 0;                           ///< grid spacing, scene units
   double metres_per_unit = 1;
   std::string pinned_json = "[]";  ///< regions that hold the object, as in interactions.json
 };
 
-/// Groups /solid {position, volume, driver} and /driving {position, volume, thickness, rod}.
+/// Groups /solid {position, volume, driver} and /driving {position, volume, thickness, rod, links}.
 void write_particles(const std::filesystem::path& file, const ParticleFile& particles,
                      const std::string& provenance_json);
 /// Also checks that values are finite and drivers exist.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 
 #include "gaussians/base/binding.h"
@@ -13,9 +14,16 @@ struct BindOptions {
   float max_reach = 3.0f;  ///< a Gaussian farther than this many spacings from every driver does not move
 };
 
-/// Chooses the drivers of every Gaussian at rest: nearest ones that are connected to the nearest without crossing a
-/// gap wider than ~2 spacings, with smooth distance weights that sum to 1.  Call it as pliant::bind: std::vector
-/// arguments make a bare `bind` ambiguous with the standard library's.
-Binding bind(const BindOptions& options, std::span<const Vec3f> gaussians, std::span<const Vec3f> drivers);
+/// What is known of which drivers hang together; without links, those do that are nearer than ~2 spacings.
+struct DriverLinks {
+  std::span<const std::array<int, 2>> links;  ///< [L] pairs, ascending
+  std::span<const int> own;                   ///< [N] driver of the part that each Gaussian shows; empty = the nearest
+};
+
+/// Chooses the drivers of every Gaussian at rest: nearest ones that are linked to its own, directly or through others
+/// of those near, with smooth distance weights that sum to 1.  Call it as pliant::bind: std::vector arguments make a
+/// bare `bind` ambiguous with the standard library's.
+Binding bind(const BindOptions& options, std::span<const Vec3f> gaussians, std::span<const Vec3f> drivers,
+             const DriverLinks& links = {});
 
 }  // namespace pliant

@@ -68,6 +68,16 @@ PLIANT_EXPORT(solver_body)
   p.session.reset();
 }
 
+/// Pairs [count, 2] of particles that hang together (see BasicParticles).
+PLIANT_EXPORT(solver_link)(int count, const int* pairs)->void {
+  Particles& particles = page().particles;
+  for (int k = 0; k < count; ++k) {
+    CHECK(pairs[2 * k] >= 0 && pairs[2 * k] < pairs[2 * k + 1] &&
+          pairs[2 * k + 1] < static_cast<int>(particles.size()));
+    particles.links.push_back({pairs[2 * k], pairs[2 * k + 1]});
+  }
+}
+
 /// An interaction from the start on: pins, floor.
 PLIANT_EXPORT(solver_hold)(const double* numbers)->void {
   page().held.push_back(interaction_of({numbers, kInteractionNumbers}));

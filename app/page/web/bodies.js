@@ -1,6 +1,7 @@
 // The object as bodies for the solver, one per level of detail, and their states in the recording.
 
 import {Carrier} from './carry.js';
+import {ClipError} from './container.js';
 import {readLevel} from './motion.js';
 import {bodyNumbers} from './solver_layout.js';
 
@@ -44,9 +45,15 @@ export class Body {
   }
 }
 
-function readMaterial(container, index, count) {
+function readMaterial(container, index, {drivers: count, links: pairs}) {
   const read = (name) => container.array(`level${index}.${name}`, [count]).values.slice();
-  return {volume: read('volume'), mass: read('mass'), young: read('young'), poisson: read('poisson')};
+  const steps = container.array(`level${index}.links`, [pairs, 2]).values, links = new Int32Array(2 * pairs);
+  for (let k = 0, first = 0; k < links.length; k += 2) {
+    links[k] = first += steps[k];
+    links[k + 1] = first + steps[k + 1];
+    if (links[k + 1] >= count) throw new ClipError(`The data of this file do not fit together (level${index}.links).`);
+  }
+  return {volume: read('volume'), mass: read('mass'), young: read('young'), poisson: read('poisson'), links};
 }
 
 /** Bodies of all levels of the inflated section `levels`, the finest first. */
@@ -54,6 +61,6 @@ export function readBodies(container, header, object, recorded) {
   return header.levels.map((description, index) => {
     const level = index === recorded.level.index ? recorded.level
                                                  : readLevel(container, index, description, object.count, object.rows);
-    return new Body(header, level, readMaterial(container, index, level.count), recorded);
+    return new Body(header, level, readMaterial(container, index, description), recorded);
   });
 }

@@ -4,8 +4,8 @@
 /**
  * A host of the WebAssembly module.  `handle` takes a request and returns its answer:
  *  {module: bytes};
- *  {body: {numbers [9], metres, position, volume, mass, young, poisson}}, arrays [N, 3] or [N] in SI units, `metres`
- *    those of a scene unit;
+ *  {body: {numbers [9], metres, position, volume, mass, young, poisson, links}}, arrays [N, 3] or [N] in SI units,
+ *    `metres` those of a scene unit, links [L, 2] of what hangs together (empty: all that shares a cell);
  *  {start: {x, v, F, held}}: positions (m), velocities (m/s), gradients (rows), numbers of what acts from the start
  *    (and the frame of the recording that they are of, for other solvers);
  *  {step: {commands, frames}}: commands in order, then frames.  Answers {positions (scene units), velocities (m/s),
@@ -83,8 +83,9 @@ export function createSolverHost() {
   }
 
   function open() {
-    const {numbers, position, volume, mass, young, poisson} = body;
+    const {numbers, position, volume, mass, young, poisson, links} = body;
     call('solver_body', [count], [Float64Array.from(numbers), position, volume, mass, young, poisson]);
+    call('solver_link', [links.length / 2], [links]);
     active = new Map();
     for (const [number, numbers] of held) {
       call('solver_hold', [], [Float64Array.from(numbers)]);

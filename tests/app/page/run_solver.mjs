@@ -1,5 +1,5 @@
 // Runs the solver of clip.html in node: node run_solver.mjs MODULE.wasm CASE.json OUT
-// CASE: {numbers [9], position, volume, mass, young, poisson, held [[22]], script [{frame, begin [22]} | {frame, move:
+// CASE: {numbers [9], position, volume, mass, young, poisson, links, held [[22]], script [{frame, begin [22]} | {frame, move:
 // [number, x, y, z]} | {frame, end: number} | {frame, set: [5]}], frames}.  Writes positions and deformation gradients
 // of every frame as float32 and prints milliseconds and substeps.
 
@@ -39,6 +39,7 @@ const n = run.volume.length;
 try {
   solver.solver_body(n, put(run.numbers, Float64Array), put(run.position, Float32Array), put(run.volume, Float32Array),
       put(run.mass, Float32Array), put(run.young, Float32Array), put(run.poisson, Float32Array));
+  solver.solver_link(run.links.length / 2, put(run.links, Int32Array));
   for (const numbers of run.held) solver.solver_hold(put(numbers, Float64Array));
   const identity = new Float32Array(9 * n);
   for (let i = 0; i < n; ++i) identity[9 * i] = identity[9 * i + 4] = identity[9 * i + 8] = 1;

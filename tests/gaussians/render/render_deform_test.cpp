@@ -122,6 +122,33 @@ TEST(Bind, DriversBeyondAGapAreNotTaken) {
     }
 }
 
+TEST(Bind, LinksSayWhatHangsTogetherAtAnyDistance) {
+  // Two parallel sheets, half a spacing apart; each Gaussian is known to show one of them.
+  std::vector<Vec3f> drivers;
+  std::vector<std::array<int, 2>> links;
+  for (int sheet = 0; sheet < 2; ++sheet)
+    for (int x = 0; x < 9; ++x)
+      for (int y = 0; y < 9; ++y) {
+        const int here = static_cast<int>(drivers.size());
+        if (y > 0) links.push_back({here - 1, here});
+        if (x > 0) links.push_back({here - 9, here});
+        drivers.push_back(Vec3f(0.1f * x, 0.1f * y, 0.05f * sheet));
+      }
+  std::sort(links.begin(), links.end());
+  const std::vector<Vec3f> gaussians = {{0.42f, 0.37f, 0.02f}, {0.42f, 0.37f, 0.02f}, {0, 0, 0.04f}};
+  const std::vector<int> own = {4 * 9 + 4, 81 + 4 * 9 + 4, 0}, sheet = {0, 1, 0};
+  const Binding binding = pliant::bind({}, gaussians, drivers, {.links = links, .own = own});
+  for (size_t g = 0; g < gaussians.size(); ++g) {
+    float sum = 0;
+    for (int k = 0; k < Binding::kCount; ++k) {
+      ASSERT_GE(binding.driver[g * Binding::kCount + k], 0);
+      EXPECT_EQ(binding.driver[g * Binding::kCount + k] / 81, sheet[g]) << "Gaussian " << g;
+      sum += binding.weight[g * Binding::kCount + k];
+    }
+    EXPECT_NEAR(sum, 1, 1e-5);
+  }
+}
+
 TEST(Bind, GaussiansOutOfReachAndEmptyDriversStayUnbound) {
   const std::vector<Vec3f> drivers = lattice(3, 0.1f),
                            gaussians = {{0, 0, 0}, {0.1f, 0, 0.35f}, {0, 0, 5}, {NAN, 0, 0}};

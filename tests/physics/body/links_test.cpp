@@ -4,8 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <functional>
 #include <set>
 
+#include "gaussians/base/disjoint_sets.h"
 #include "tests/physics/body/leaves.h"
 
 namespace pliant {
@@ -19,21 +23,21 @@ struct TwoLeaves {
   SolidSamples samples;
   int one;  // the first so many samples are those of the lower one
 
-  explicit TwoLeaves(float apart = 0.3f * kCell) {
+  explicit TwoLeaves(float length = 0.8f, float apart = 0.3f * kCell) {
     const Vec3f green(0.2f, 0.6f, 0.1f);
-    fixture::add_leaf(0, 0.4f, 0, green, cloud);
+    fixture::add_leaf(0, length, 0, green, cloud);
     one = static_cast<int>(cloud.size());
-    fixture::add_leaf(0, 0.4f, apart, green, cloud);
+    fixture::add_leaf(0, length, apart, green, cloud);
     samples = fixture::samples_at(cloud);
   }
   bool below(int i) const { return i < one; }
 
-  /// A driver for the samples of either leaf in every stretch of one and a half samples.
-  DrivingParticles straddling() const {
+  /// A driver for the samples of either leaf in every stretch along them, of one and a half samples if not given.
+  DrivingParticles straddling(float stretch = 0.015f) const {
     DrivingParticles drivers;
     drivers.cell_size = kCell;
     for (size_t i = 0; i < samples.size(); ++i) {
-      const size_t d = static_cast<size_t>(samples.position[i].x() / 0.015f);
+      const size_t d = static_cast<size_t>(samples.position[i].x() / stretch);
       while (drivers.size() <= d) {
         drivers.position.push_back(Vec3f::Zero());
         drivers.volume.push_back(0);
@@ -47,7 +51,40 @@ struct TwoLeaves {
   }
 };
 
+std::function<bool(int, int)> predicate(const SampleLinks& links) {
+  return [&links](int i, int k) { return links.linked(i, k); };
+}
+
 }  // namespace
+
+TEST(Links, AreKeptByOtherDriversOfTheSameSamples) {
+  const TwoLeaves leaves;
+  const SampleLinks links(leaves.cloud, leaves.samples, kCell);
+  DrivingParticles fine = leaves.straddling();
+  separate_drivers(predicate(links), leaves.samples, fine);
+  const auto fine_links = link_drivers(links, leaves.samples, 0.2f * kCell, fine);
+  // A driver for every three of the fine ones along the leaves, in both leaves at first.
+  DrivingParticles coarse = leaves.straddling(0.045f);
+  const std::vector<int> straddling = coarse.sample_driver;
+  const auto linked = [&](int i, int k) {
+    const int a = fine.sample_driver[i], b = fine.sample_driver[k];
+    return a == b ||
+           std::binary_search(fine_links.begin(), fine_links.end(), std::array{std::min(a, b), std::max(a, b)});
+  };
+  const size_t before = coarse.size();
+  EXPECT_EQ(separate_drivers(linked, leaves.samples, coarse), before) << "two for one";
+  std::vector<int> below(coarse.size());
+  for (size_t i = 0; i < leaves.samples.size(); ++i) below[coarse.sample_driver[i]] = leaves.below(static_cast<int>(i));
+  DisjointSets leaf(coarse.size());
+  for (const auto& [a, b] : inherited_links(fine.sample_driver, fine_links, coarse.sample_driver)) {
+    EXPECT_LT(a, b);
+    EXPECT_EQ(below[a], below[b]);
+    leaf.join(a, b);
+  }
+  for (size_t a = 0; a < coarse.size(); ++a)
+    for (size_t b = 0; b < a; ++b)
+      EXPECT_EQ(leaf.find(static_cast<int>(a)) == leaf.find(static_cast<int>(b)), below[a] == below[b]);
+}
 
 TEST(Links, LeadAlongALeafAndNotToTheNextOne) {
   const TwoLeaves leaves;
@@ -71,7 +108,7 @@ TEST(Links, NoDriverLiesInTwoLeaves) {
   const SampleLinks links(leaves.cloud, leaves.samples, kCell);
   DrivingParticles drivers = leaves.straddling();
   const size_t before = drivers.size();
-  EXPECT_EQ(separate_drivers(links, leaves.samples, drivers), before);
+  EXPECT_EQ(separate_drivers(predicate(links), leaves.samples, drivers), before);
   std::vector<std::set<bool>> in(drivers.size());
   std::vector<float> volume(drivers.size(), 0);
   for (size_t i = 0; i < leaves.samples.size(); ++i) {
@@ -86,24 +123,29 @@ TEST(Links, NoDriverLiesInTwoLeaves) {
   }
 }
 
-TEST(Links, OfDriversLeaveOnePieceOneByItsShortestGap) {
-  const TwoLeaves leaves;
-  const SampleLinks links(leaves.cloud, leaves.samples, kCell);
-  DrivingParticles drivers = leaves.straddling();
-  separate_drivers(links, leaves.samples, drivers);
-  std::vector<int> below(drivers.size());
-  for (size_t i = 0; i < leaves.samples.size(); ++i)
-    below[drivers.sample_driver[i]] = leaves.below(static_cast<int>(i));
-  const auto across = [&](float reach) {
-    int count = 0;
-    for (const auto& [a, b] : link_drivers(links, leaves.samples, reach, drivers)) {
-      EXPECT_LT(a, b);
-      count += below[a] != below[b];
-    }
-    return count;
-  };
-  EXPECT_EQ(across(0.2f * kCell), 0);
-  EXPECT_EQ(across(0.75f * kCell), 1);
+TEST(Links, OfDriversLeaveOnePieceOneByItsShortestGapAndASmallOneByAll) {
+  for (const float length : {0.8f, 0.3f}) {
+    const TwoLeaves leaves(length);
+    const SampleLinks links(leaves.cloud, leaves.samples, kCell);
+    DrivingParticles drivers = leaves.straddling();
+    separate_drivers(predicate(links), leaves.samples, drivers);
+    std::vector<int> below(drivers.size());
+    for (size_t i = 0; i < leaves.samples.size(); ++i)
+      below[drivers.sample_driver[i]] = leaves.below(static_cast<int>(i));
+    const auto across = [&](float reach) {
+      int count = 0;
+      for (const auto& [a, b] : link_drivers(links, leaves.samples, reach, drivers)) {
+        EXPECT_LT(a, b);
+        count += below[a] != below[b];
+      }
+      return count;
+    };
+    EXPECT_EQ(across(0.2f * kCell), 0);
+    if (length > 0.5f)
+      EXPECT_EQ(across(0.75f * kCell), 1);
+    else
+      EXPECT_GT(across(0.75f * kCell), static_cast<int>(drivers.size()) / 2);
+  }
 }
 
 }  // namespace pliant
