@@ -21,6 +21,7 @@ constexpr float kAlong = 0.5f;     // sine of the angle between a gap and the su
 struct Gap {
   int from = -1, to = -1;
   float length = 0;
+  bool alike = false;  // in a surface that goes on behind it
 };
 
 /// Whether a gap along the unit vector `along` may be one in a surface that looks so on both sides.
@@ -63,13 +64,14 @@ class Gaps {
   std::optional<Gap> gap_from(int i, float most, std::vector<NearestPoints::Hit>& hits) const {
     all_.within(samples_.position[i], most, hits);
     for (const NearestPoints::Hit& hit : hits)
-      if (pieces_.piece[hit.index] != pieces_.piece[i] && is_bridged({i, hit.index, hit.distance}))
-        return Gap{i, hit.index, hit.distance};
+      if (pieces_.piece[hit.index] != pieces_.piece[i]) {
+        const Gap gap{i, hit.index, hit.distance, is_alike({i, hit.index, hit.distance})};
+        if (gap.alike || gap.length <= options_.plain) return gap;
+      }
     return std::nullopt;
   }
 
-  bool is_bridged(const Gap& gap) const {
-    if (gap.length <= options_.plain) return true;
+  bool is_alike(const Gap& gap) const {
     if (gap.length > options_.reach) return false;
     const Vec3f a = samples_.position[gap.from], b = samples_.position[gap.to];
     std::vector<NearestPoints::Hit> hit;
@@ -89,6 +91,9 @@ class Gaps {
         shortest = std::min(shortest, gap->length);
         gaps.push_back(*gap);
       }
+    // A leaf goes on in its own surface, not in the next leaf.
+    if (std::any_of(gaps.begin(), gaps.end(), [](const Gap& gap) { return gap.alike; }))
+      std::erase_if(gaps, [](const Gap& gap) { return !gap.alike; });
     std::stable_sort(gaps.begin(), gaps.end(), [](const Gap& a, const Gap& b) { return a.length < b.length; });
     std::vector<Gap> apart;
     for (const Gap& gap : gaps) {

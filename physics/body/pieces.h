@@ -20,7 +20,7 @@ Pieces find_pieces(std::span<const Vec3f> points, std::span<const float> weight,
 struct BridgeOptions {
   float step = 0;   ///< samples that are no farther apart hang together
   float reach = 0;  ///< longest gap that is bridged where both sides look alike and face the same way
-  float plain = 0;  ///< the same where they do not
+  float plain = 0;  ///< the same where they do not, and the piece has no gap where they do
 };
 struct BridgeSummary {
   int bridges = 0;

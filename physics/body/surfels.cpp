@@ -14,8 +14,9 @@ namespace pliant {
 namespace {
 
 constexpr int kNeighbours = 10;
-constexpr float kPi = 3.14159265f;
-constexpr float kReach = 2;  // standard deviations to which a Gaussian is surface
+constexpr float kPi = 3.14159265f, kGoldenAngle = 2.39996323f;
+constexpr int kDiscPoints = 32;  // that measure how much of a disc is covered
+constexpr float kReach = 2;      // standard deviations to which a Gaussian is surface
 
 /// Opaque discs in a uniform grid, for short visibility queries.
 class DiscGrid {
@@ -106,7 +107,7 @@ class DiscGrid {
 std::vector<Vec3f> sphere_directions(int count) {
   std::vector<Vec3f> directions;
   for (int k = 0; k < count; ++k) {
-    const float z = 1 - (2 * k + 1.0f) / count, r = std::sqrt(1 - z * z), angle = 2.39996323f * k;
+    const float z = 1 - (2 * k + 1.0f) / count, r = std::sqrt(1 - z * z), angle = kGoldenAngle * k;
     directions.emplace_back(r * std::cos(angle), r * std::sin(angle), z);
   }
   return directions;
@@ -210,15 +211,28 @@ std::vector<Surfel> make_surfels(const SurfelOptions& options, const GaussianClo
         const float footprint =
             kPi * kReach * kReach * std::sqrt(0.5f * std::max(0.0f, S.trace() * S.trace() - S.squaredNorm()));
         const auto area_of = [&](auto&& counts) {
-          int found = 0;
+          std::vector<int> same = {static_cast<int>(i)};
           float reach = 0;
           for (const auto& hit : hits) {
             if (hit.index == i || !counts(surfels[hit.index])) continue;
-            ++found;
+            same.push_back(hit.index);
             reach = hit.distance;
-            if (found == kNeighbours) break;
+            if (same.size() == kNeighbours + 1) break;
           }
-          return found > 0 ? std::min(footprint, kPi * reach * reach / found) : footprint;
+          if (same.size() == 1) return footprint;
+          // What they cover of the disc that holds them: little of it in a narrow strip or at an edge.
+          const Vec3f normal = surfels[i].normal, u = normal.unitOrthogonal(), v = normal.cross(u);
+          int covered = 0;
+          for (int k = 0; k < kDiscPoints; ++k) {
+            const float r = reach * std::sqrt((k + 0.5f) / kDiscPoints), angle = kGoldenAngle * static_cast<float>(k);
+            const Vec3f x = position[i] + r * (std::cos(angle) * u + std::sin(angle) * v);
+            covered += std::any_of(same.begin(), same.end(), [&](int j) {
+              const Vec3f d = x - position[j];
+              return (d - d.dot(normal) * normal).squaredNorm() < radius[j] * radius[j];
+            });
+          }
+          const float share = static_cast<float>(std::max(covered, 1)) / kDiscPoints;
+          return std::min(footprint, share * kPi * reach * reach / static_cast<float>(same.size() - 1));
         };
         surfels[i].area =
             area_of([&](const Surfel& s) { return s.one_sided() && s.normal.dot(surfels[i].normal) > 0.2f; });

@@ -29,7 +29,8 @@ struct SurfelOptions {
 
 /// Surfels of the visible Gaussians.  Normals are the least principal axis of the neighbours' mean covariance where
 /// they are flat, else of their spread as well; their sides chosen by how far rays get on either side, areas come from
-/// the distance of the k-th neighbour on the same side, and do not exceed the Gaussian's own.
+/// the distance of the k-th neighbour on the same side and what is covered of the disc up to it, and do not exceed the
+/// Gaussian's own.
 std::vector<Surfel> make_surfels(const SurfelOptions& options, const GaussianCloud& cloud);
 
 }  // namespace pliant

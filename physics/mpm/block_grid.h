@@ -37,9 +37,11 @@ class BlockGrid {
   void build(std::span<const Coordinates> block_of_particle);
   /// The same for a body whose particles hang together as `links` say: a block holds only what hangs together within
   /// it, and shares node blocks only with those that it hangs together with around them, so that parts that merely lie
-  /// near each other have nodes of their own (virtual nodes; Molino, Bao and Fedkiw 2004).  There is no `move`
-  /// afterwards.
-  void build_linked(std::span<const Coordinates> block_of_particle, std::span<const Link> links);
+  /// near each other have nodes of their own (virtual nodes; Molino, Bao and Fedkiw 2004).  Parts that reach no common
+  /// node may share blocks of either kind all the same.  `corner` is the lowest node of each particle's stencil in its
+  /// block, (4 i + j) 4 + k.  There is no `move` afterwards.
+  void build_linked(std::span<const Coordinates> block_of_particle, std::span<const uint8_t> corner,
+                    std::span<const Link> links);
   /// Takes particles to other blocks, where they follow those that stay; `moves` in ascending order of place.
   void move(std::span<const Move> moves);
 
@@ -65,8 +67,10 @@ class BlockGrid {
     return std::span(further_links_).subspan(further_begin_[n], further_begin_[n + 1] - further_begin_[n]);
   }
 
-  /// Whether it was built by build_linked.
-  bool linked() const { return linked_; }
+  /// The part of its block that a particle hangs together with; 0 where links say nothing.
+  int part_of(int particle) const { return linked_ ? part_[particle] : 0; }
+  /// Whether two parts hang together around some block of nodes.
+  bool hang_together(int part, int other) const;
 
   /// Next node block at the same coordinates, of another object; in a ring, so n itself where there is no other.
   int sibling(int n) const { return sibling_[n]; }
@@ -83,13 +87,14 @@ class BlockGrid {
 
  private:
   void link(const std::vector<uint64_t>& sorted_keys);
-  void share_nodes(const std::vector<std::array<int, 2>>& joined);
 
   std::vector<int> begin_, order_, spare_order_;
   std::vector<Coordinates> block_, node_block_;
   std::vector<std::array<int, 8>> particle_links_, node_links_, further_links_;
   std::vector<int> further_begin_;  // [node blocks + 1], or empty
   std::vector<int> sibling_, previous_, linked_object_;
+  std::vector<int> part_;                  // [particles]
+  std::vector<std::array<int, 8>> hangs_;  // [parts] the set around each of their node blocks that they hang with
   BlockTable block_table_, node_table_;
   bool has_siblings_ = false, linked_ = false;
   int64_t version_ = 0, link_version_ = 0;

@@ -7,14 +7,6 @@
 namespace pliant {
 namespace {
 
-/// Whether two blocks of particles have nodes in common.
-bool share_nodes(const BlockGrid& grid, int a, int b) {
-  for (const int n : grid.nodes_of(a))
-    for (const int m : grid.nodes_of(b))
-      if (n == m) return true;
-  return false;
-}
-
 uint64_t key_of(const std::array<int, 3>& p) {
   constexpr int kHalf = 1 << 20;
   uint64_t key = 0;
@@ -29,14 +21,14 @@ bool ContactList<T>::hang_together(const MpmData<T>& data, const Body& a, const 
   if (a.object != b.object) return false;
   const T apart = static_cast<T>(kApart) * data.dx;
   if (!((a.rest - b.rest).squaredNorm() < apart * apart)) return false;
-  return !data.grid.linked() || share_nodes(data.grid, a.block, b.block);
+  return data.grid.hang_together(a.part, b.part);
 }
 
 template <class T>
 bool ContactList<T>::hang_together(const MpmData<T>& data, const Cell& a, const Cell& b) {
   if (a.object < 0 || a.object != b.object) return false;
   if (!((a.centre - b.centre).norm() + a.radius + b.radius < static_cast<T>(kApart) * data.dx)) return false;
-  return !data.grid.linked() || (a.block >= 0 && b.block >= 0 && share_nodes(data.grid, a.block, b.block));
+  return a.part >= 0 && b.part >= 0 && data.grid.hang_together(a.part, b.part);
 }
 
 template <class T>
@@ -50,14 +42,14 @@ void ContactList<T>::sort(const MpmData<T>& data, std::span<const Vec3<T>> x) {
     Place place;
     for (int a = 0; a < 3; ++a)
       place[a] = static_cast<int>(std::floor(std::clamp((x[s][a] - data.origin[a]) / side, T(-1e6), T(1e6))));
-    const int block = data.block_of_slot[s], object = data.grid.object_of(block);
+    const int part = data.grid.part_of(data.record[s].index), object = data.grid.object_of(data.block_of_slot[s]);
     const int c = cell_of[s] = table_.insert(key_of(place), static_cast<int>(cell_.size()));
     if (c == static_cast<int>(cell_.size())) {
-      cell_.push_back({place, 0, Vec3<T>::Zero(), T(0), block, object});
+      cell_.push_back({place, 0, Vec3<T>::Zero(), T(0), part, object});
       count.push_back(0);
     }
     cell_[c].centre += Eigen::Map<const Vec3<T>>(data.rest[s].X);
-    if (cell_[c].block != block) cell_[c].block = -1;
+    if (cell_[c].part != part) cell_[c].part = -1;
     if (cell_[c].object != object) cell_[c].object = -1;
     ++count[c];
   }
@@ -74,8 +66,8 @@ void ContactList<T>::sort(const MpmData<T>& data, std::span<const Vec3<T>> x) {
     Cell& c = cell_[cell_of[s]];
     const Vec3<T> rest = Eigen::Map<const Vec3<T>>(data.rest[s].X);
     c.radius = std::max(c.radius, (rest - c.centre).norm());
-    const int block = data.block_of_slot[s];
-    body_[count[cell_of[s]]++] = {x[s], rest, s, block, data.grid.object_of(block)};
+    body_[count[cell_of[s]]++] = {x[s], rest, s, data.grid.part_of(data.record[s].index),
+                                  data.grid.object_of(data.block_of_slot[s])};
   }
   found_.assign(chunks(), {});
 }

@@ -51,11 +51,11 @@ class ContactList {
     int begin;  // in body_
     Vec3<T> centre;
     T radius;
-    int block, object;  // of all of them, or -1
+    int part, object;  // of all of them, or -1; see BlockGrid::part_of
   };
   struct Body {
     Vec3<T> x, rest;
-    int slot, block, object;
+    int slot, part, object;
   };
   static bool hang_together(const MpmData<T>& data, const Body& a, const Body& b);
   static bool hang_together(const MpmData<T>& data, const Cell& a, const Cell& b);

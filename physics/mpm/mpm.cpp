@@ -65,12 +65,18 @@ void Mpm<T>::set_load_bits(const std::vector<uint32_t>& bits) {
 }
 
 template <class T>
-BlockGrid::Coordinates Mpm<T>::block_of(const T* x, int object) const {
+std::array<int, 3> Mpm<T>::corner_of(const T* x) const {
   const auto along = [&](int k) {
-    return static_cast<int>(std::floor((x[k] - data_.origin[k]) * data_.inverse_dx - T(0.5))) >> 2;
+    return static_cast<int>(std::floor((x[k] - data_.origin[k]) * data_.inverse_dx - T(0.5)));
   };
+  return {along(0), along(1), along(2)};
+}
+
+template <class T>
+BlockGrid::Coordinates Mpm<T>::block_of(const T* x, int object) const {
   static_assert(BlockGrid::kSide == 4);
-  return {along(0), along(1), along(2), object};
+  const auto [i, j, k] = corner_of(x);
+  return {i >> 2, j >> 2, k >> 2, object};
 }
 
 template <class T>
@@ -94,16 +100,21 @@ void Mpm<T>::load(const BasicSimulationState<T>& state, const Vec3d& low, const 
     return;
   }
   std::vector<BlockGrid::Coordinates> block(n);
+  std::vector<uint8_t> corner(links_.empty() ? 0 : n);
   for (size_t i = 0; i < n; ++i) {
     const Vec3<T> inside = state.x[i].cwiseMax(data_.low).cwiseMin(data_.high);
     strays_ += (inside.array() != state.x[i].array()).count();
-    block[i] = block_of(options_.lagrangian ? data_.reference[i].data() : inside.data(), rest_[i].object);
+    const T* place = options_.lagrangian ? data_.reference[i].data() : inside.data();
+    block[i] = block_of(place, rest_[i].object);
+    if (links_.empty()) continue;
+    const auto [a, b, c] = corner_of(place);
+    corner[i] = static_cast<uint8_t>((a & 3) << 4 | (b & 3) << 2 | (c & 3));
   }
   // Records lie in memory as the blocks are walked.
   if (links_.empty())
     data_.grid.build(block);
   else
-    data_.grid.build_linked(block, links_);
+    data_.grid.build_linked(block, corner, links_);
   data_.record.resize(n);
   data_.slot.resize(n);
   constexpr std::ptrdiff_t kChunk = 4096;

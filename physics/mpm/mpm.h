@@ -109,6 +109,7 @@ class Mpm {
 
  private:
   ParticlePlace<double> place_of(int particle) const;
+  std::array<int, 3> corner_of(const T* x) const;  // the lowest node of the stencil at x
   BlockGrid::Coordinates block_of(const T* x, int object) const;
   void load_record(int i, const BasicSimulationState<T>& state, ParticleRecord<T>& r);
   void fit_blocks();

@@ -69,7 +69,7 @@ TEST(Leaves, ThatNearlyTouchAreNotPulledAlong) {
   ASSERT_EQ(run_quietly({"segment", (folder / "scene").string(), "--out", out, "--aabb", "-0.5,-0.2,0.8,2.5,0.2,1.3"}),
             0);
   ASSERT_EQ(run_quietly({"extract", out, "--object", "object"}), 0);
-  ASSERT_EQ(run_quietly({"seed", out, "--particles", "500", "--no-pin-contact"}), 0);
+  ASSERT_EQ(run_quietly({"seed", out, "--particles", "400", "--no-pin-contact"}), 0);
   ASSERT_EQ(run_quietly({"simulate", out, "--interactions", (folder / "pull.json").string(), "--duration", "0.5",
                          "--fps", "20"}),
             0);
@@ -83,7 +83,7 @@ TEST(Leaves, ThatNearlyTouchAreNotPulledAlong) {
   EXPECT_LT(most[0], 0.05 * most[1]);
 
   // No driver of a coarser level lies in both, nor do links lead from one to the other away from the block.
-  const ParticleFile level = with_drivers(moving.particles, scene, 400);
+  const ParticleFile level = with_drivers(moving.particles, scene, 300);
   ASSERT_LT(level.driving_position.size(), moving.particles.driving_position.size());
   std::vector<int> side(level.driving_position.size(), 0);  // bit 0: below, bit 1: above
   for (size_t s = 0; s < level.solid_position.size(); ++s)

@@ -75,15 +75,16 @@ TEST(BlockGrid, BlocksShareNodesOnlyWithWhatTheyHangTogetherWithAroundThem) {
     for (int x = 0; x < kBlocks; ++x) shared.push_back(grid.nodes_of(x)[0] == grid.nodes_of(kBlocks + x)[0]);
     return shared;
   };
+  const std::vector<uint8_t> corner(block_of.size(), 63);  // the last one: all eight node blocks are reached
   BlockGrid apart;
-  apart.build_linked(block_of, links);
+  apart.build_linked(block_of, corner, links);
   ASSERT_EQ(apart.particle_blocks(), 2 * kBlocks);
   EXPECT_EQ(apart.node_blocks(), 2 * (kBlocks + 1) * 4);
   EXPECT_EQ(shared_at(apart), std::vector<bool>(kBlocks, false));
 
   links.push_back({0, kBlocks});  // within one block, so that it is not split
   BlockGrid joined;
-  joined.build_linked(block_of, links);
+  joined.build_linked(block_of, corner, links);
   ASSERT_EQ(joined.particle_blocks(), 2 * kBlocks - 1);
   // Both second blocks hang together with it around their common nodes, and share those; the third ones do not.
   EXPECT_EQ(joined.node_blocks(), 2 * (kBlocks + 1) * 4 - 8);
@@ -99,6 +100,28 @@ TEST(BlockGrid, BlocksShareNodesOnlyWithWhatTheyHangTogetherWithAroundThem) {
         for (const auto& more : grid->further_sources_of(n)) found += more[o] == b;
         EXPECT_EQ(found, 1);
       }
+}
+
+TEST(BlockGrid, PartsThatReachNoCommonNodeShareBlocksAndYetDoNotHangTogether) {
+  // Three particles of one block without links between them: the first two reach the nodes 0 .. 2 along x, the last one
+  // 3 .. 5.
+  const std::vector<Coordinates> block_of(3, {0, 0, 0});
+  const std::vector<uint8_t> corner = {0, 0, 48};
+  const std::vector<BlockGrid::Link> links = {{0, 0}};  // some, which join nothing
+  BlockGrid grid;
+  grid.build_linked(block_of, corner, links);
+  EXPECT_EQ(grid.particle_blocks(), 2);
+  EXPECT_EQ(grid.node_blocks(), 8 + 1) << "one more where the first two meet";
+  const auto block = [&](int particle) {
+    for (int b = 0; b < grid.particle_blocks(); ++b)
+      for (int s = grid.begin(b); s < grid.begin(b + 1); ++s)
+        if (grid.order()[s] == particle) return b;
+    return -1;
+  };
+  EXPECT_EQ(block(0), block(2));
+  EXPECT_NE(grid.nodes_of(block(0))[0], grid.nodes_of(block(1))[0]);
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) EXPECT_EQ(grid.hang_together(grid.part_of(i), grid.part_of(k)), i == k);
 }
 
 TEST(BlockGrid, MovedParticlesLieWhereANewSortPutsThem) {
