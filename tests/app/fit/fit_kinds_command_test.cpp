@@ -73,7 +73,7 @@ class FitOfFewParticles : public FitVideo {
  protected:
   void SetUp() override {
     fs::copy(folder / "run", folder / "small", fs::copy_options::recursive);
-    ASSERT_EQ(run_quietly({"seed", (folder / "small").string(), "--particles", "200", "--overwrite"}), 0);
+    ASSERT_EQ(run_quietly({"seed", (folder / "small").string(), "--particles", "300", "--overwrite"}), 0);
     object = fs::directory_iterator(folder / "small/objects")->path();
   }
   void TearDown() override { fs::remove_all(folder / "small"); }
@@ -176,7 +176,7 @@ TEST_F(FitVideo, PhysDreamersRecipeAloneIsThePublishedOne) {
   if (!has_triplane_fields()) GTEST_SKIP() << "the recipe needs triplanes, and this is built without libtorch";
   fs::copy(folder / "run", folder / "published", fs::copy_options::recursive);
   const std::string out = (folder / "published").string();
-  ASSERT_EQ(run_quietly({"seed", out, "--particles", "200", "--overwrite"}), 0);
+  ASSERT_EQ(run_quietly({"seed", out, "--particles", "300", "--overwrite"}), 0);
   ASSERT_EQ(run_quietly({"fit", out, "--recipe", "physdreamer", "--start", "0.5", "--end", "0.8", "--points", "60",
                          "--gradient-iterations", "4", "--young", "20000", "--poisson", "0.3", "--density", "300"}),
             0);
