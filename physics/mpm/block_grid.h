@@ -67,9 +67,9 @@ class BlockGrid {
     return std::span(further_links_).subspan(further_begin_[n], further_begin_[n + 1] - further_begin_[n]);
   }
 
-  /// The part of its block that a particle hangs together with; 0 where links say nothing.
+  /// The part of its block that a particle hangs together with; 0 where that hangs together with all around it.
   int part_of(int particle) const { return linked_ ? part_[particle] : 0; }
-  /// Whether two parts hang together around some block of nodes.
+  /// Whether two parts that lie near each other hang together around some block of nodes.
   bool hang_together(int part, int other) const;
 
   /// Next node block at the same coordinates, of another object; in a ring, so n itself where there is no other.
@@ -94,7 +94,7 @@ class BlockGrid {
   std::vector<int> further_begin_;  // [node blocks + 1], or empty
   std::vector<int> sibling_, previous_, linked_object_;
   std::vector<int> part_;                  // [particles]
-  std::vector<std::array<int, 8>> hangs_;  // [parts] the set around each of their node blocks that they hang with
+  std::vector<std::array<int, 8>> hangs_;  // [1 + parts] the set around each node block that they hang with
   BlockTable block_table_, node_table_;
   bool has_siblings_ = false, linked_ = false;
   int64_t version_ = 0, link_version_ = 0;

@@ -122,6 +122,7 @@ void BlockGrid::build_linked(std::span<const Coordinates> block_of_particle, std
     for (int o = 0; o < 8; ++o)
       parts[p].touch[o] = around[place_of(parts[p].block, o)].add(static_cast<int>(p), o, parts[p].reach[o]);
   hangs_.assign(parts.size(), {});
+  std::vector<uint8_t> whole(parts.size(), 1);  // the only set around each of their node blocks is theirs
   int sets = 0;
   for (auto& [place, sharing] : around) {
     for (int t = 0; t < sharing.size(); ++t)
@@ -130,7 +131,12 @@ void BlockGrid::build_linked(std::span<const Coordinates> block_of_particle, std
                 joined.begin(), joined.end(),
                 std::array{std::min(sharing.part(u), sharing.part(t)), std::max(sharing.part(u), sharing.part(t))}))
           sharing.join(t, u);
-    for (int t = 0; t < sharing.size(); ++t) hangs_[sharing.part(t)][sharing.offset(t)] = sets + sharing.head(t);
+    bool one = true;
+    for (int t = 0; t < sharing.size(); ++t) {
+      hangs_[sharing.part(t)][sharing.offset(t)] = sets + sharing.head(t);
+      one &= sharing.head(t) == 0;
+    }
+    for (int t = 0; t < sharing.size(); ++t) whole[sharing.part(t)] &= one;
     sets += sharing.size();
   }
 
@@ -149,6 +155,9 @@ void BlockGrid::build_linked(std::span<const Coordinates> block_of_particle, std
     linked_object_[b] = block_of_particle[order_[begin_[b]]].object;
     for (int s = begin_[b]; s < begin_[b + 1]; ++s) block_of_part[part_[order_[s]]] = b;
   }
+
+  hangs_.insert(hangs_.begin(), {{}});
+  for (int& part : part_) part = whole[part] ? 0 : part + 1;
 
   node_block_.clear();
   node_links_.clear();
@@ -188,7 +197,7 @@ void BlockGrid::build_linked(std::span<const Coordinates> block_of_particle, std
 }
 
 bool BlockGrid::hang_together(int a, int b) const {
-  if (!linked_) return true;
+  if (a == 0 || b == 0) return true;
   for (const int n : hangs_[a])
     for (const int m : hangs_[b])
       if (n == m) return true;

@@ -28,7 +28,7 @@ template <class T>
 bool ContactList<T>::hang_together(const MpmData<T>& data, const Cell& a, const Cell& b) {
   if (a.object < 0 || a.object != b.object) return false;
   if (!((a.centre - b.centre).norm() + a.radius + b.radius < static_cast<T>(kApart) * data.dx)) return false;
-  return a.part >= 0 && b.part >= 0 && data.grid.hang_together(a.part, b.part);
+  return a.part == 0 || b.part == 0 || (a.part > 0 && b.part > 0 && data.grid.hang_together(a.part, b.part));
 }
 
 template <class T>
