@@ -2,7 +2,7 @@
 #   snakemake --cores 2                                            what `pliant evaluate suite` runs
 #   snakemake --cores 8 --cluster 'sbatch -c {threads}' --jobs 8   the same on a cluster
 # Settings are in suite.json beside this file.  A job that was killed continues where its run directory stands.
-# A method that fails on a scene keeps its row, as a failure.
+# A method that fails on a scene keeps its row, as a failure.  Scenes that are begun are finished first (priority).
 
 import glob
 import hashlib
@@ -132,6 +132,7 @@ rule prepared:
         "logs/{scene}/prepared.log",
     params:
         settings=of_prepared,
+    priority: 1
     threads: THREADS
     run:
         run = f"prepared/{wildcards.scene}"
@@ -151,6 +152,7 @@ rule motion:
         "logs/{scene}/motion-{method}.log",
     params:
         settings=of_motion,
+    priority: 2
     threads: THREADS
     run:
         scene, method = wildcards.scene, METHODS["motion"][wildcards.method]
@@ -192,6 +194,7 @@ rule segmentation:
         "logs/{scene}/segmentation-{method}.log",
     params:
         settings=of_segmentation,
+    priority: 2
     threads: THREADS
     run:
         scene = wildcards.scene
@@ -219,6 +222,7 @@ rule repair:
         "logs/{scene}/repair.log",
     params:
         settings=of_prepared,
+    priority: 2
     threads: THREADS
     run:
         scene, found = wildcards.scene, f"logs/{wildcards.scene}/repair-{params.settings}.json"
