@@ -33,38 +33,82 @@ struct Part {
   std::array<int, 8> touch{};  ///< its place in the list of each of its node blocks
 };
 
+/// Parts by the number of the particle; `part` gets it for each.
+std::vector<Part> parts_of(std::span<const BlockGrid::Coordinates> block_of_particle, std::span<const uint8_t> corner,
+                           std::span<const BlockGrid::Link> links, std::vector<int>& part) {
+  const size_t n = block_of_particle.size();
+  DisjointSets hang(n);
+  for (const auto& [i, k] : links)
+    if (block_of_particle[i] == block_of_particle[k]) hang.join(i, k);
+  std::vector<Part> parts;
+  part.resize(n);
+  for (size_t i = 0; i < n; ++i) {
+    const int first = hang.find(static_cast<int>(i));
+    if (first == static_cast<int>(i)) {
+      part[i] = static_cast<int>(parts.size());
+      parts.push_back({block_of_particle[i]});
+    } else {
+      part[i] = part[first];
+    }
+    add_stencil(corner[i], parts[part[i]].reach);
+  }
+  return parts;
+}
+
+/// Pairs of parts that a link joins, (smaller, larger), in order.
+std::vector<std::array<int, 2>> joined_parts(std::span<const BlockGrid::Link> links, const std::vector<int>& part) {
+  std::vector<std::array<int, 2>> joined;
+  for (const auto& [i, k] : links)
+    if (part[i] != part[k]) joined.push_back({std::min(part[i], part[k]), std::max(part[i], part[k])});
+  std::sort(joined.begin(), joined.end());
+  joined.erase(std::unique(joined.begin(), joined.end()), joined.end());
+  return joined;
+}
+
 /// The parts that reach a node block, in sets that share their nodes.
 class Sharing {
  public:
   int add(int part, int offset, uint64_t reached) {
-    touches_.push_back({part, offset, static_cast<int>(touches_.size()), reached});
-    return static_cast<int>(touches_.size()) - 1;
+    touches_.push_back({part, offset, reached});
+    return sets_.add();
   }
   int size() const { return static_cast<int>(touches_.size()); }
   int part(int t) const { return touches_[t].part; }
   int offset(int t) const { return touches_[t].offset; }
-  int head(int t) const {
-    while (touches_[t].head != t) t = touches_[t].head;
-    return t;
-  }
+  int head(int t) { return sets_.find(t); }
   void join(int t, int u) {
-    const int first = std::min(head(t), head(u)), second = std::max(head(t), head(u));
-    if (first == second) return;
-    touches_[second].head = first;
-    touches_[first].reached |= touches_[second].reached;
+    const uint64_t reached = touches_[head(t)].reached | touches_[head(u)].reached;
+    sets_.join(t, u);
+    touches_[head(t)].reached = reached;
   }
   /// Whether nothing changes when they share their nodes.
-  bool may_join(int t, int u) const {
+  bool may_join(int t, int u) {
     return head(t) == head(u) || (touches_[head(t)].reached & touches_[head(u)].reached) == 0;
   }
 
  private:
   struct Touch {
-    int part, offset, head;
+    int part, offset;
     uint64_t reached;  // by its set, at the head
   };
   std::vector<Touch> touches_;
+  DisjointSets sets_;
 };
+
+/// What hangs together around a node block shares its nodes.
+std::map<Place, Sharing> share_nodes(std::vector<Part>& parts, const std::vector<std::array<int, 2>>& joined) {
+  std::map<Place, Sharing> around;
+  for (size_t p = 0; p < parts.size(); ++p)
+    for (int o = 0; o < 8; ++o)
+      parts[p].touch[o] = around[place_of(parts[p].block, o)].add(static_cast<int>(p), o, parts[p].reach[o]);
+  for (auto& [place, sharing] : around)
+    for (int t = 0; t < sharing.size(); ++t)
+      for (int u = 0; u < t; ++u) {
+        const auto [first, second] = std::minmax(sharing.part(u), sharing.part(t));
+        if (std::binary_search(joined.begin(), joined.end(), std::array{first, second})) sharing.join(t, u);
+      }
+  return around;
+}
 
 /// Parts of a block that reach no common node share it: which one of the block's [parts] each of them is in.
 std::vector<int> share_blocks(const std::vector<Part>& parts, std::map<Place, Sharing>& around) {
@@ -95,42 +139,13 @@ std::vector<int> share_blocks(const std::vector<Part>& parts, std::map<Place, Sh
 void BlockGrid::build_linked(std::span<const Coordinates> block_of_particle, std::span<const uint8_t> corner,
                              std::span<const Link> links) {
   const size_t n = block_of_particle.size();
-  DisjointSets hang(n);
-  for (const auto& [i, k] : links)
-    if (block_of_particle[i] == block_of_particle[k]) hang.join(i, k);
-  std::vector<Part> parts;
-  part_.resize(n);
-  for (size_t i = 0; i < n; ++i) {
-    const int first = hang.find(static_cast<int>(i));
-    if (first == static_cast<int>(i)) {
-      part_[i] = static_cast<int>(parts.size());
-      parts.push_back({block_of_particle[i]});
-    } else {
-      part_[i] = part_[first];
-    }
-    add_stencil(corner[i], parts[part_[i]].reach);
-  }
-  std::vector<std::array<int, 2>> joined;
-  for (const auto& [i, k] : links)
-    if (part_[i] != part_[k]) joined.push_back({std::min(part_[i], part_[k]), std::max(part_[i], part_[k])});
-  std::sort(joined.begin(), joined.end());
-  joined.erase(std::unique(joined.begin(), joined.end()), joined.end());
+  std::vector<Part> parts = parts_of(block_of_particle, corner, links, part_);
+  std::map<Place, Sharing> around = share_nodes(parts, joined_parts(links, part_));
 
-  // What hangs together around a node block shares its nodes.
-  std::map<Place, Sharing> around;
-  for (size_t p = 0; p < parts.size(); ++p)
-    for (int o = 0; o < 8; ++o)
-      parts[p].touch[o] = around[place_of(parts[p].block, o)].add(static_cast<int>(p), o, parts[p].reach[o]);
   hangs_.assign(parts.size(), {});
   std::vector<uint8_t> whole(parts.size(), 1);  // the only set around each of their node blocks is theirs
   int sets = 0;
   for (auto& [place, sharing] : around) {
-    for (int t = 0; t < sharing.size(); ++t)
-      for (int u = 0; u < t; ++u)
-        if (std::binary_search(
-                joined.begin(), joined.end(),
-                std::array{std::min(sharing.part(u), sharing.part(t)), std::max(sharing.part(u), sharing.part(t))}))
-          sharing.join(t, u);
     bool one = true;
     for (int t = 0; t < sharing.size(); ++t) {
       hangs_[sharing.part(t)][sharing.offset(t)] = sets + sharing.head(t);

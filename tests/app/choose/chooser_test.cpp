@@ -161,6 +161,52 @@ TEST_F(Choice, WhatIsChosenIsMadeReadyAndThenShownToBeMoved) {
   EXPECT_NE(page().find("pliant-live\""), std::string::npos);
 }
 
+// In the browser: a row of the contact sheet shows its object as the view does and darkens what is around it.
+TEST_F(Choice, TheContactSheetShowsEveryObject) {
+  if (const std::string missing = browser_missing(); !missing.empty()) GTEST_SKIP() << missing;
+  std::atomic<bool> stop = false;
+  auto server = std::make_unique<LocalServer>(LocalServerOptions(), site_.handler());
+  std::thread thread([&] { server->run([&] { return stop.load(); }); });
+  const json answer = evaluate_in_page("(async () => { const wanted = " + std::to_string(plant()) + R"(;
+    const brightness = [0, 0], reference = [0, 0], place = placesOfThings().get(wanted);
+    await Promise.all(data.views.map((view) => view.image.decode()));
+    const crops = document.querySelectorAll('.thing canvas');
+    const crop = document.querySelector(`input[name=thing][value="${wanted}"]`).parentElement.querySelector('canvas');
+    drawCrop(crop, wanted, place);
+    const whole = new OffscreenCanvas(place.view.width, place.view.height);
+    whole.getContext('2d').drawImage(place.view.image, 0, 0);
+    const pixels = (of, x, y) => of.getContext('2d').getImageData(x, y, 1, 1).data.slice(0, 3).reduce((a, b) => a + b);
+    const {low, high, view} = place, side = 1.2 * Math.max(high[0] - low[0] + 1, high[1] - low[1] + 1);
+    for (let y = 2; y < 112; y += 4)
+      for (let x = 2; x < 112; x += 4) {
+        const u = Math.floor((low[0] + high[0] + 1 - side) / 2 + (x + 0.5) * side / 112);
+        const v = Math.floor((low[1] + high[1] + 1 - side) / 2 + (y + 0.5) * side / 112);
+        if (u < 0 || v < 0 || u >= view.width || v >= view.height) continue;
+        const inside = Number(view.id[v * view.width + u] === wanted);
+        brightness[inside] += pixels(crop, x, y);
+        reference[inside] += pixels(whole, u, v);
+      }
+    const unseen = data.views.findIndex((other) => !other.id.includes(wanted));
+    if (unseen >= 0) at = unseen;
+    document.querySelector(`input[name=thing][value="${wanted}"]`).click();
+    return {crops: crops.length, things: data.things.length, most: data.views.every((other) =>
+      other.id.reduce((n, id) => n + (id === wanted), 0) <= place.pixels), inside: brightness[1] / reference[1],
+      around: brightness[0] / reference[0], chosen, shown: data.views[at].id.includes(wanted)};
+  })())",
+                                       server->url(), folder);
+  stop = true;
+  thread.join();
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  EXPECT_EQ(answer["said"], json::array()) << "errors and violations of the policy";
+  const json& value = answer["value"];
+  EXPECT_EQ(value["crops"], value["things"]);
+  EXPECT_EQ(value["most"], true) << "it is shown where most of it is seen";
+  EXPECT_NEAR(value["inside"].get<double>(), 1, 0.1);
+  EXPECT_NEAR(value["around"].get<double>(), 105.0 / 255, 0.1);
+  EXPECT_EQ(value["chosen"], plant());
+  EXPECT_EQ(value["shown"], true);
+}
+
 // In the browser: the pointer lights up and takes what it is over, marks are in the pixels of the camera, and what the
 // page sends is what is asked for.
 TEST_F(Choice, ThePageTakesWhatIsUnderThePointerAndSendsMarks) {
