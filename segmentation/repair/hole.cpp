@@ -17,20 +17,26 @@ Observation observe(const HoleOptions& options, const GaussianCloud& background,
   std::vector<double> total(background.size(), 0.0);
   for (int camera : views) {
     const BlendWeights W = blend_weights(scene, cameras[camera]);
-    ImageF seen(W.width, W.height, 1);
+    ImageF seen(W.width, W.height, 1), depth(W.width, W.height, 1);
+    std::vector<float> z(object.size());
+    for (size_t p = 0; p < z.size(); ++p)
+      z[p] = static_cast<float>((cameras[camera].cam_from_world * object.position[p].cast<double>()).z());
     ImageU8 outside(W.width, W.height, 1);
     for (size_t pixel = 0; pixel < W.pixels(); ++pixel) {
       float alpha = 0;
       for (uint32_t e = W.row_start[pixel]; e < W.row_start[pixel + 1]; ++e) {
         alpha += W.weight[e];
-        if (W.gaussian[e] < background.size())
+        if (W.gaussian[e] < background.size()) {
           total[W.gaussian[e]] += W.weight[e];
-        else
+        } else {
           seen.data[pixel] += W.weight[e];
+          depth.data[pixel] += W.weight[e] * z[W.gaussian[e] - background.size()];
+        }
       }
       outside.data[pixel] = alpha < 0.5f;
     }
     observation.object.push_back(std::move(seen));
+    observation.depth.push_back(std::move(depth));
     observation.outside.push_back(std::move(outside));
     observation.ignored.push_back(ImageU8(W.width, W.height, 1));
   }

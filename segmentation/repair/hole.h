@@ -21,6 +21,7 @@ struct HoleOptions {
 struct Observation {
   std::vector<int> view;          ///< [V] cameras that were looked at
   std::vector<ImageF> object;     ///< [V] blend weight of the object, [H, W, 1]
+  std::vector<ImageF> depth;      ///< [V] of the object times that weight, [H, W, 1]
   std::vector<ImageU8> outside;   ///< [V] 1 = nothing was there: opacity < 0.5 with the object still in place
   std::vector<ImageU8> ignored;   ///< [V] 1 = the object was seen against nothing: never a hole
   std::vector<float> unobserved;  ///< [background] 1 = never observed while the object was there

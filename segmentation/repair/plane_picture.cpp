@@ -25,7 +25,7 @@ GaussianCloud flat_colored(const GaussianCloud& cloud, const std::vector<int>& m
   return out;
 }
 
-/// Points of a plane that views see through their holes.
+/// Points of a plane that views see through their holes, without thin lines.
 struct Opening {
   std::vector<Vec3f> point;
   float footprint = 0;  ///< median size of a pixel there (scene units)
@@ -38,9 +38,12 @@ Opening find_opening(int plane, const std::vector<HoleView>& views, const std::v
   size_t most = 0;
   for (size_t v = 0; v < views.size(); ++v) {
     const Camera& camera = cameras[observation.view[v]];
+    cv::Mat wide(camera.height, camera.width, CV_8U, const_cast<uint8_t*>(views[v].hole.data.data())), kept;
+    cv::morphologyEx(wide, kept, cv::MORPH_OPEN, cv::Mat::ones(kLine, kLine, CV_8U));
+    cv::dilate(kept, kept, cv::Mat::ones(kLine, kLine, CV_8U));
     size_t here = 0;
     for (size_t i = 0; i < geometry[v].plane.size(); ++i) {
-      if (geometry[v].plane[i] != plane) continue;
+      if (geometry[v].plane[i] != plane || !kept.data[i]) continue;
       ++here;
       opening.point.push_back(geometry[v].point[i]);
       const Vec3d in_camera = camera.cam_from_world * geometry[v].point[i].cast<double>();

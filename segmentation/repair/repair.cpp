@@ -92,7 +92,7 @@ class Repair {
     result_.first_new = result_.background.size();
     surfaces_ = find_surfaces(before_, observation_, result_.background, cameras_, options_.ring, options_.max_planes);
     for (size_t v = 0; v < views(); ++v) {
-      geometry_.push_back(place_hole(surfaces_, before_[v], camera(v), options_.ring));
+      geometry_.push_back(place_hole(surfaces_, before_[v], observation_, v, camera(v), options_.ring));
       for (int pixel : geometry_[v].nowhere) {
         observation_.ignored[v].data[pixel] = 1;
         before_[v].hole.data[pixel] = 0;

@@ -10,19 +10,29 @@
 namespace pliant {
 namespace {
 
+constexpr float kInFront = 0.98f;  // of the depth of the object: what is nearer stands in front of it
+
+struct RingPixel {
+  int pixel, hole;  ///< and the pixel of the hole nearest to it
+};
+
 /// Pixels around the hole whose depth can be trusted: opaque, no hole, nearer than `ring` to one.
-std::vector<int> ring_pixels(const HoleView& view, int ring) {
+std::vector<RingPixel> ring_pixels(const HoleView& view, int ring) {
   const int width = view.hole.width, height = view.hole.height;
-  cv::Mat open(height, width, CV_8U), distance;
+  cv::Mat open(height, width, CV_8U), distance, label;
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) open.at<uint8_t>(y, x) = !view.hole(x, y);
-  cv::distanceTransform(open, distance, cv::DIST_L2, 5);
-  std::vector<int> pixels;
+  cv::distanceTransform(open, distance, label, cv::DIST_L2, 5, cv::DIST_LABEL_PIXEL);
+  std::vector<int> hole_of_label(view.hole.pixels() + 1, -1);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      if (view.hole(x, y)) hole_of_label[label.at<int>(y, x)] = y * width + x;
+  std::vector<RingPixel> pixels;
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
       if (distance.at<float>(y, x) >= 1.5f && distance.at<float>(y, x) <= static_cast<float>(ring) &&
           view.picture.alpha(x, y) > 0.95f)
-        pixels.push_back(y * width + x);
+        pixels.push_back({y * width + x, hole_of_label[label.at<int>(y, x)]});
   return pixels;
 }
 
@@ -102,7 +112,7 @@ Surfaces find_surfaces(const std::vector<HoleView>& views, const Observation& ob
   for (size_t v = 0; v < views.size(); ++v) {
     if (views[v].pixels == 0) continue;
     const Camera& camera = cameras[observation.view[v]];
-    for (int pixel : ring_pixels(views[v], ring)) points.push_back(world_point(views[v], camera, pixel));
+    for (const RingPixel& at : ring_pixels(views[v], ring)) points.push_back(world_point(views[v], camera, at.pixel));
     eye += camera.centre().cast<float>() / static_cast<float>(views.size());
   }
   Surfaces surfaces;
@@ -143,7 +153,8 @@ Surfaces find_surfaces(const std::vector<HoleView>& views, const Observation& ob
   return surfaces;
 }
 
-HoleGeometry place_hole(const Surfaces& surfaces, const HoleView& view, const Camera& camera, int ring) {
+HoleGeometry place_hole(const Surfaces& surfaces, const HoleView& view, const Observation& observation, size_t index,
+                        const Camera& camera, int ring) {
   const int width = view.hole.width, height = view.hole.height;
   HoleGeometry geometry{
       std::vector<int>(view.hole.pixels(), -1), std::vector<Vec3f>(view.hole.pixels(), Vec3f::Zero()), {}};
@@ -156,7 +167,8 @@ HoleGeometry place_hole(const Surfaces& surfaces, const HoleView& view, const Ca
   std::vector<Vec3f> middle(planes + 1, Vec3f::Zero());
   for (cv::Mat& mask : away) mask = cv::Mat(height, width, CV_8U, cv::Scalar(1));
   size_t all = 0;
-  for (int pixel : ring_pixels(view, ring)) {
+  const ImageF &object = observation.object[index], &object_depth = observation.depth[index];
+  for (const auto& [pixel, hole] : ring_pixels(view, ring)) {
     const Vec3f x = world_point(view, camera, pixel);
     int best = planes;
     float nearest = 2 * surfaces.tolerance;
@@ -167,6 +179,8 @@ HoleGeometry place_hole(const Surfaces& surfaces, const HoleView& view, const Ca
         best = k;
       }
     }
+    const float depth = view.picture.depth.data[pixel] / view.picture.alpha.data[pixel];
+    if (best == planes && depth * object.data[hole] < kInFront * object_depth.data[hole]) continue;
     ++all;
     away[best].at<uint8_t>(pixel / width, pixel % width) = 0;
     ++count[best];

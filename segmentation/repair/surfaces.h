@@ -36,7 +36,9 @@ Surfaces find_surfaces(const std::vector<HoleView>& views, const Observation& ob
 
 /// Puts every hole pixel of a view on the plane of the nearest ring pixel; where two planes of the ring form a corner
 /// that opens to the camera (a table against a wall), on the nearer of the two along its ray.  Planes end at their
-/// hulls; pixels nearest to something that is not flat stay without a plane.
-HoleGeometry place_hole(const Surfaces& surfaces, const HoleView& view, const Camera& camera, int ring);
+/// hulls; pixels nearest to something that is not flat stay without a plane, unless that stood in front of the object
+/// and so says nothing about what is behind it.
+HoleGeometry place_hole(const Surfaces& surfaces, const HoleView& view, const Observation& observation, size_t index,
+                        const Camera& camera, int ring);
 
 }  // namespace pliant

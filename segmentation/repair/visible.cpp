@@ -6,15 +6,16 @@
 namespace pliant {
 namespace {
 
-/// Where views see points: 1 = in front of what is there, in the hole; 2 = outside it.
+/// Where views see points: 1 = in front of what is there, in the hole; 2 = outside it.  What a view shows behind the
+/// object, where there is nothing, it did not see.
 std::vector<uint8_t> where_seen(const std::vector<Vec3f>& points, const std::vector<HoleView>& views,
-                                const std::vector<int>& camera_of, const std::vector<Camera>& cameras) {
+                                const Observation& observation, const std::vector<Camera>& cameras) {
   constexpr int kSoftEdge = 2;     // pixels around a hole that belong to its blurred border
   constexpr double kSlack = 0.02;  // of the depth of what is there
   std::vector<uint8_t> seen(points.size(), 0);
   for (size_t v = 0; v < views.size(); ++v) {
     const HoleView& view = views[v];
-    const Camera& camera = cameras[camera_of[v]];
+    const Camera& camera = cameras[observation.view[v]];
     cv::Mat near, hole(view.hole.height, view.hole.width, CV_8U, const_cast<uint8_t*>(view.hole.data.data()));
     cv::dilate(hole, near, cv::Mat::ones(2 * kSoftEdge + 1, 2 * kSoftEdge + 1, CV_8U));
     for (size_t i = 0; i < points.size(); ++i) {
@@ -27,7 +28,7 @@ std::vector<uint8_t> where_seen(const std::vector<Vec3f>& points, const std::vec
       const double there = alpha > 0.5f ? view.picture.depth(px, py) / alpha : INFINITY;
       if (near.at<uint8_t>(py, px))
         seen[i] |= x.z() <= (1 + kSlack) * there ? 1 : 0;
-      else
+      else if (std::isfinite(there) || observation.object[v](px, py) < 0.5f)
         seen[i] |= x.z() <= (1 - kSlack) * there ? 2 : 0;
     }
   }
@@ -38,7 +39,7 @@ std::vector<uint8_t> where_seen(const std::vector<Vec3f>& points, const std::vec
 
 GaussianCloud inside_holes(const GaussianCloud& patch, const std::vector<HoleView>& views,
                            const Observation& observation, const std::vector<Camera>& cameras) {
-  const std::vector<uint8_t> seen = where_seen(patch.position, views, observation.view, cameras);
+  const std::vector<uint8_t> seen = where_seen(patch.position, views, observation, cameras);
   std::vector<int> kept;
   for (size_t i = 0; i < patch.size(); ++i)
     if (!(seen[i] & 2)) kept.push_back(static_cast<int>(i));
@@ -54,7 +55,7 @@ std::vector<int> uncovered_guesses(const GaussianCloud& background, const Observ
       guesses.push_back(static_cast<int>(p));
       points.push_back(background.position[p]);
     }
-  const std::vector<uint8_t> seen = where_seen(points, views, observation.view, cameras);
+  const std::vector<uint8_t> seen = where_seen(points, views, observation, cameras);
   for (size_t i = 0; i < guesses.size(); ++i)
     if (seen[i] == 1) out.push_back(guesses[i]);
   return out;

@@ -213,6 +213,50 @@ TEST(Repair, EqualBitForBitForAnyNumberOfThreads) {
     ASSERT_EQ(one.background.position[p], three.background.position[p]);
 }
 
+// One view sees the ball partly behind the other one, and beside it a pit in the table: what stands in front of the
+// ball does not say that there is nothing behind it, and the table closes.
+TEST(Repair, WhatStandsInFrontOfTheObjectDoesNotDecideWhatIsBehind) {
+  MadeScene scene = made_scene(two_balls(), 10, 240, 180);
+  scene.cameras.push_back(look_at({1.35, -0.9, 0.85}, {-0.2, 0.05, 0.1}, {0, 0, 1}, 240, 180, 260));
+  const Vec3f pit(-0.49f, -0.13f, 0), ball(-0.35f, 0.1f, 0);
+  Parts parts = without(scene, 300);
+  std::vector<int> kept;
+  for (size_t p = 0; p < parts.background.size(); ++p)
+    if ((parts.background.position[p] - pit).norm() > 0.08f) kept.push_back(static_cast<int>(p));
+  parts.background = parts.background.select(kept);
+  const RepairResult result = repair({}, parts.background, parts.object, scene.cameras);
+  const Camera above = look_at({-0.35, 0.1, 1.5}, {-0.35, 0.1, 0}, {0, 1, 0}, 120, 120, 300);
+  const ImageF alpha = render(result.background, above).alpha;
+  size_t open = 0, all = 0;
+  for (int y = 0; y < 120; ++y)
+    for (int x = 0; x < 120; ++x) {
+      const Vec3d ray = above.ray(x + 0.5, y + 0.5);
+      const Vec3f at = (above.centre() - above.centre().z() / ray.z() * ray).cast<float>();
+      if ((at - ball).norm() > 0.2f || (at - pit).norm() < 0.15f) continue;
+      ++all;
+      open += alpha(x, y) < 0.9f;
+    }
+  EXPECT_LT(static_cast<double>(open), 0.01 * static_cast<double>(all));
+  show(result, parts, scene.cameras, "behind");
+}
+
+// Lines of the table that are transparent are seen through where the object was, and make the picture of the table no
+// larger: its texels stay about as small as the pixels.
+TEST(Repair, TransparentLinesMakeTheFillNoCoarser) {
+  MadeScene scene = made_scene(two_balls(), 10, 240, 180);
+  const Parts whole = without(scene, 300);
+  Parts parts = whole;
+  std::vector<int> kept;
+  for (size_t p = 0; p < parts.background.size(); ++p) {
+    const Vec3f& x = parts.background.position[p];
+    if (std::abs(x.z()) > 0.01f || std::abs(std::remainder(x.y(), 0.3f)) > 0.02f) kept.push_back(static_cast<int>(p));
+  }
+  parts.background = parts.background.select(kept);
+  const size_t before = repair({}, whole.background, whole.object, scene.cameras).summary.plane_gaussians;
+  const size_t after = repair({}, parts.background, parts.object, scene.cameras).summary.plane_gaussians;
+  EXPECT_GT(after, 0.8 * before);
+}
+
 TEST(Repair, ViewByViewFillingClosesTheHoleToo) {
   const MadeScene scene = made_scene(two_balls(), 6, 160, 120);
   const Parts parts = without(scene, 300);
