@@ -19,6 +19,7 @@
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/reconstruct/training_photos.h"
 #include "segmentation/associate/associate.h"
+#include "segmentation/associate/gaga.h"
 #include "segmentation/field/islands.h"
 #include "segmentation/field/known_labels.h"
 #include "segmentation/field/semantic_field.h"
@@ -82,17 +83,25 @@ MaskSet associated_masks(const Context& context, const Scene& scene, const Segme
   MaskSet masks = load_masks(folder, labelled ? folder / "labels.json" : scene.settings.labels, scene.cameras);
   if (!stage.mask_zero.empty()) label_background(masks);
   if (stage.associate == "never" || stage.label.track) return masks;
-  AssociateOptions options;
-  options.held_out = semantic.held_out;
-  options.footprint.render = semantic.render;
-  if (stage.associate == "auto" && !labelled) options.keep_above = 0.75;
   const MaskSet as_labelled = masks;
   const uint32_t rest = labelled ? take_out_rest(masks) : 0;
-  AssociateResult result = associate(options, scene.cloud, scene.cameras, masks);
-  if (result.summary.associated) context.progress.say("segment: association: " + result.summary.describe());
-  if (labelled) result.masks.names = carried_names(masks, result.masks);
-  if (rest != 0) put_back_rest(as_labelled, rest, result.masks);
-  return std::move(result.masks);
+  MaskSet associated;
+  if (stage.associate == "gaga") {
+    GagaResult result = associate_by_centres({.held_out = semantic.held_out}, scene.cloud, scene.cameras, masks);
+    context.progress.say("segment: association: " + result.summary.describe());
+    associated = std::move(result.masks);
+  } else {
+    AssociateOptions options;
+    options.held_out = semantic.held_out;
+    options.footprint.render = semantic.render;
+    if (stage.associate == "auto" && !labelled) options.keep_above = 0.75;
+    AssociateResult result = associate(options, scene.cloud, scene.cameras, masks);
+    if (result.summary.associated) context.progress.say("segment: association: " + result.summary.describe());
+    associated = std::move(result.masks);
+  }
+  if (labelled) associated.names = carried_names(masks, associated);
+  if (rest != 0) put_back_rest(as_labelled, rest, associated);
+  return associated;
 }
 
 /// How the objects are found, for objects.json.

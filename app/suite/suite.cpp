@@ -41,8 +41,11 @@ json segmentation_methods(bool quick) {
   const auto method = [](json options, const std::string& what) {
     return json{{"segment", std::move(options)}, {"what", what}};
   };
-  json methods = {{"ours", method(json::array(), "vote, then the semantic attribute")},
-                  {"vote", method({"--iterations", 0}, "the vote alone")}};
+  json methods = {
+      {"ours", method(json::array(), "vote, then the semantic attribute")},
+      {"vote", method({"--iterations", 0}, "the vote alone")},
+      {"ours-associated", method({"--associate", "always"}, "IDs of the masks ignored, matched by overlap")},
+      {"gaga", method({"--associate", "gaga"}, "the same matched by the rule of Gaga (Lyu et al. 2024), re-created")}};
   if (!quick)
     methods["gaussian-grouping"] =
         method({"--joint"}, "Gaussian Grouping (Ye et al. 2024), re-created: joint training");

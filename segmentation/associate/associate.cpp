@@ -5,29 +5,12 @@
 #include <map>
 #include <numeric>
 #include <set>
-#include <tuple>
 
 #include "gaussians/base/error.h"
 #include "segmentation/associate/group_bank.h"
 
 namespace pliant {
 namespace {
-
-/// Views that take part, in an order that does not depend on how they were given: by name of the camera.
-std::vector<size_t> used_views(const AssociateOptions& options, const std::vector<Camera>& cameras,
-                               const MaskSet& masks) {
-  std::vector<size_t> order;
-  for (size_t v = 0; v < masks.views.size(); ++v) {
-    const int camera = masks.views[v].camera;
-    CHECK(camera >= 0 && camera < static_cast<int>(cameras.size()));
-    if (!std::count(options.held_out.begin(), options.held_out.end(), camera)) order.push_back(v);
-  }
-  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-    const int i = masks.views[a].camera, j = masks.views[b].camera;
-    return std::tie(cameras[i].name, i) < std::tie(cameras[j].name, j);
-  });
-  return order;
-}
 
 /// Footprints of the views that are still missing among `order`.
 void add_footprints(const AssociateOptions& options, const GaussianCloud& cloud, const std::vector<Camera>& cameras,
@@ -121,7 +104,7 @@ AssociateResult associate(const AssociateOptions& options, const GaussianCloud& 
                           const std::vector<Camera>& cameras, const MaskSet& masks) {
   AssociateResult result;
   AssociateSummary& summary = result.summary;
-  const std::vector<size_t> order = used_views(options, cameras, masks);
+  const std::vector<size_t> order = used_views(options.held_out, cameras, masks);
   std::map<size_t, ViewFootprints> found;
   if (options.keep_above <= 1) {
     summary.consistency = judged_consistency(options, cloud, cameras, masks, order, found);

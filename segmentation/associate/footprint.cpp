@@ -1,12 +1,29 @@
 #include "segmentation/associate/footprint.h"
 
 #include <algorithm>
+#include <tuple>
 #include <unordered_map>
 
+#include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
 #include "gaussians/base/random.h"
 
 namespace pliant {
+
+std::vector<size_t> used_views(const std::vector<int>& held_out, const std::vector<Camera>& cameras,
+                               const MaskSet& masks) {
+  std::vector<size_t> order;
+  for (size_t v = 0; v < masks.views.size(); ++v) {
+    const int camera = masks.views[v].camera;
+    CHECK(camera >= 0 && camera < static_cast<int>(cameras.size()));
+    if (!std::count(held_out.begin(), held_out.end(), camera)) order.push_back(v);
+  }
+  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    const int i = masks.views[a].camera, j = masks.views[b].camera;
+    return std::tie(cameras[i].name, i) < std::tie(cameras[j].name, j);
+  });
+  return order;
+}
 
 std::vector<int> masks_of_pixels(const IdImage& ids, std::vector<uint32_t>& id) {
   std::unordered_map<uint32_t, int> index;

@@ -32,6 +32,10 @@ struct FootprintOptions {
   RenderOptions render;
 };
 
+/// Views that are not held out, in an order that does not depend on how they were given: by the cameras' names.
+std::vector<size_t> used_views(const std::vector<int>& held_out, const std::vector<Camera>& cameras,
+                               const MaskSet& masks);
+
 /// Index of the mask of every pixel, in the order of the masks' first pixels; -1 = unlabelled.  `id` gets their ids.
 std::vector<int> masks_of_pixels(const IdImage& ids, std::vector<uint32_t>& id);
 
