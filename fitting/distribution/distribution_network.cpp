@@ -20,15 +20,27 @@ class Layers {
   Layers(const NetworkSize& size, std::span<const float> parameters) : layers_(network_layers(size)), p_(parameters) {
     CHECK(p_.size() == network_parameters(size));
   }
-  Rows next(const Rows& x, bool rectify) {
+  /// Of rows x, and with a context c [1, C] of rows (x, c).
+  Rows next(const Rows& x, bool rectify, const Rows& context = Rows(1, 0)) {
     const auto [in, out] = layers_[layer_++];
-    CHECK(x.cols() == in);
+    CHECK(x.cols() + context.cols() == in);
     const Eigen::Map<const Rows> weight(p_.data() + at_, out, in);
     const Eigen::Map<const Eigen::RowVectorXf> bias(p_.data() + at_ + in * out, out);
     at_ += static_cast<size_t>(in + 1) * out;
-    Rows y = x * weight.transpose();
-    y.rowwise() += bias;
-    return rectify ? Rows(y.cwiseMax(0.0f)) : y;
+    const Eigen::RowVectorXf shift = bias + context.row(0) * weight.rightCols(context.cols()).transpose();
+    Rows y(x.rows(), out);
+    // Blocks of one size, so that the result does not depend on the number of threads.
+    constexpr Eigen::Index kBlock = 512;
+    parallel_for((x.rows() + kBlock - 1) / kBlock,
+                 [&](std::ptrdiff_t b) {
+                   const Eigen::Index begin = b * kBlock, rows = std::min(kBlock, x.rows() - begin);
+                   auto block = y.middleRows(begin, rows);
+                   block.noalias() = x.middleRows(begin, rows) * weight.leftCols(x.cols()).transpose();
+                   block.rowwise() += shift;
+                   if (rectify) block = block.cwiseMax(0.0f);
+                 },
+                 1);
+    return y;
   }
 
  private:
@@ -47,13 +59,6 @@ Rows context_of(const Rows& h) {
     out.leftCols(h.cols()) += row / static_cast<float>(n);
     out.rightCols(h.cols()) = out.rightCols(h.cols()).cwiseMax(row);
   }
-  return out;
-}
-
-Rows joined(const Rows& h, const Rows& context) {
-  Rows out(h.rows(), h.cols() + context.cols());
-  out.leftCols(h.cols()) = h;
-  out.rightCols(context.cols()) = context.replicate(h.rows(), 1);
   return out;
 }
 
@@ -128,7 +133,7 @@ std::vector<float> network_outputs(const NetworkSize& size, std::span<const floa
   h = layers.next(h, true);
   for (int pooling = 0; pooling < 2; ++pooling) {
     const Rows whole = layers.next(context_of(h), true);
-    h = layers.next(joined(h, whole), true);
+    h = layers.next(h, true, whole);
   }
   const Rows y = layers.next(h, false);
   return {y.data(), y.data() + y.size()};

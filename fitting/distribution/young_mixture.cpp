@@ -26,11 +26,16 @@ double YoungMixture::quantile(double share) const {
     low = std::min(low, g.mean - 9 * g.sigma);
     high = std::max(high, g.mean + 9 * g.sigma);
   }
-  while (high - low > 1e-6) {
-    const double middle = 0.5 * (low + high);
-    (below(middle) < share ? low : high) = middle;
+  // Newton's steps, halving where they leave what is left.
+  double z = 0.5 * (low + high);
+  while (high - low > 1e-9) {
+    const double difference = below(z) - share;
+    (difference < 0 ? low : high) = z;
+    const double step = difference / std::exp(log_density(z));
+    if (std::abs(step) < 1e-7) return z - step;
+    z = z - step > low && z - step < high ? z - step : 0.5 * (low + high);
   }
-  return 0.5 * (low + high);
+  return z;
 }
 
 double YoungMixture::deviation() const {

@@ -20,18 +20,31 @@ constexpr double kDegree = M_PI / 180;
 
 double weighted_percentile(std::span<const float> value, std::span<const float> weight, double fraction) {
   CHECK(!value.empty() && (weight.empty() || weight.size() == value.size()));
-  std::vector<size_t> order(value.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::sort(order.begin(), order.end(),
-            [&](size_t a, size_t b) { return value[a] != value[b] ? value[a] < value[b] : a < b; });
+  struct Item {
+    float value, weight;
+  };
+  std::vector<Item> items;
+  items.reserve(value.size());
   double total = 0;
-  for (size_t i : order) total += weight.empty() ? 1.0 : weight[i];
-  double sum = 0;
-  for (size_t i : order) {
-    sum += weight.empty() ? 1.0 : weight[i];
-    if (sum >= fraction * total) return value[i];
+  for (size_t i = 0; i < value.size(); ++i) {
+    items.push_back({value[i], weight.empty() ? 1.0f : weight[i]});
+    total += items.back().weight;
   }
-  return value[order.back()];
+  // Halves the range that holds it: all before `begin` are smaller and weigh `below`.
+  double below = 0;
+  auto begin = items.begin(), end = items.end();
+  while (end - begin > 1) {
+    const auto middle = begin + (end - begin) / 2;
+    std::nth_element(begin, middle, end, [](const Item& a, const Item& b) { return a.value < b.value; });
+    const double sum = std::accumulate(begin, middle, 0.0, [](double s, const Item& item) { return s + item.weight; });
+    if (below + sum >= fraction * total) {
+      end = middle;
+    } else {
+      below += sum;
+      begin = middle;
+    }
+  }
+  return begin->value;
 }
 
 namespace {

@@ -1,7 +1,9 @@
 #include "physics/body/pieces.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "gaussians/base/disjoint_sets.h"
@@ -112,19 +114,41 @@ class Gaps {
   NearestPoints all_, shown_;
 };
 
+/// Joins the points that are at most `reach` apart.  All points of a cell are, and of two cells that hang together no
+/// pair needs to be looked at any more.
+void join_near(std::span<const Vec3f> points, float reach, DisjointSets& sets) {
+  using Cell = std::array<int64_t, 3>;
+  const float side = 0.999f * reach / std::sqrt(3.0f);
+  std::map<Cell, std::vector<int>> cells;
+  for (size_t i = 0; i < points.size(); ++i) {
+    Cell cell;
+    for (int a = 0; a < 3; ++a) cell[a] = static_cast<int64_t>(std::floor(points[i][a] / side));
+    cells[cell].push_back(static_cast<int>(i));
+  }
+  const auto touch = [&](const std::vector<int>& here, const std::vector<int>& there) {
+    for (const int i : here)
+      for (const int k : there)
+        if ((points[i] - points[k]).squaredNorm() <= reach * reach) return true;
+    return false;
+  };
+  for (const auto& [cell, members] : cells) {
+    for (const int i : members) sets.join(members[0], i);
+    // Half of the cells that are within reach; the others look back.
+    for (int o = 0; o < 125 / 2; ++o) {
+      const auto other = cells.find({cell[0] + o / 25 - 2, cell[1] + o / 5 % 5 - 2, cell[2] + o % 5 - 2});
+      if (other == cells.end() || sets.find(members[0]) == sets.find(other->second[0])) continue;
+      if (touch(members, other->second)) sets.join(members[0], other->second[0]);
+    }
+  }
+}
+
 }  // namespace
 
 Pieces find_pieces(std::span<const Vec3f> points, std::span<const float> weight, float reach) {
   CHECK(points.size() == weight.size());
   const int n = static_cast<int>(points.size());
   DisjointSets sets(n);
-  const NearestPoints tree(points);
-  std::vector<NearestPoints::Hit> hits;
-  for (int i = 0; i < n; ++i) {
-    tree.around(points[i], reach, hits);
-    for (const NearestPoints::Hit& hit : hits)
-      if (hit.index < i) sets.join(hit.index, i);
-  }
+  if (reach > 0) join_near(points, reach, sets);
 
   std::vector<double> sum(n, 0);
   for (int i = 0; i < n; ++i) sum[sets.find(i)] += weight[i];

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "gaussians/base/random.h"
 
 namespace pliant {
@@ -19,6 +21,26 @@ GaussianCloud box_with_floaters(int n, int floaters) {
     cloud.opacity_logit[i] = i >= n ? -4.0f : 4.0f;
   }
   return cloud;
+}
+
+TEST(Orbit, WeightedPercentileIsTheLeastValueUpToWhichTheShareLies) {
+  std::vector<float> value, weight;
+  for (int i = 0; i < 500; ++i) {
+    Random random(3, i);
+    value.push_back(static_cast<float>(random.below(100)));  // many are equal
+    weight.push_back(static_cast<float>(random.below(8)));   // of which sums are exact
+  }
+  const double total = std::accumulate(weight.begin(), weight.end(), 0.0);
+  for (const double fraction : {0.0, 0.02, 0.3, 0.5, 0.98, 1.0}) {
+    const double found = weighted_percentile(value, weight, fraction);
+    double below = 0, upto = 0;
+    for (size_t i = 0; i < value.size(); ++i) {
+      if (value[i] < found) below += weight[i];
+      if (value[i] <= found) upto += weight[i];
+    }
+    EXPECT_GE(upto, fraction * total);
+    EXPECT_TRUE(below < fraction * total || fraction == 0) << fraction;
+  }
 }
 
 TEST(Orbit, WeightedPercentileOfEqualWeightsIsThePercentile) {

@@ -6,7 +6,10 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <numeric>
+#include <set>
 
+#include "gaussians/base/random.h"
 #include "physics/body/driving_particles.h"
 #include "physics/body/interior_fill.h"
 #include "tests/physics/body/leaves.h"
@@ -38,6 +41,32 @@ TEST(Pieces, AreJoinedByStepsNoLongerThanTheReachAndNumberedByWeight) {
   EXPECT_EQ(find_pieces(points, weight, 0.09f).size(), 7u);
   EXPECT_EQ(find_pieces(points, weight, 0.71f).size(), 1u);
   EXPECT_EQ(find_pieces({}, {}, 1).size(), 0u);
+}
+
+TEST(Pieces, AreThoseThatAllPairsOfPointsGive) {
+  std::vector<Vec3f> points;
+  for (int i = 0; i < 400; ++i) {
+    Random random(7, i);
+    points.push_back(Vec3f(random.uniform(-1, 1), random.uniform(-1, 1), 0.3 * random.uniform(-1, 1)));
+  }
+  const std::vector<float> weight(points.size(), 1);
+  for (const float reach : {0.02f, 0.08f, 0.12f, 0.16f, 0.3f}) {
+    // Labels spread from neighbour to neighbour until nothing changes.
+    std::vector<int> label(points.size());
+    std::iota(label.begin(), label.end(), 0);
+    for (bool changed = true; changed;) {
+      changed = false;
+      for (size_t i = 0; i < points.size(); ++i)
+        for (size_t k = 0; k < i; ++k)
+          if (label[i] != label[k] && (points[i] - points[k]).norm() <= reach) {
+            label[i] = label[k] = std::min(label[i], label[k]);
+            changed = true;
+          }
+    }
+    const Pieces pieces = find_pieces(points, weight, reach);
+    EXPECT_EQ(pieces.size(), std::set<int>(label.begin(), label.end()).size()) << reach;
+    for (size_t i = 0; i < points.size(); ++i) EXPECT_EQ(pieces.piece[i], pieces.piece[label[i]]) << reach << ' ' << i;
+  }
 }
 
 TEST(Bridges, CloseAGapAlongASurfaceOfOneLook) {
