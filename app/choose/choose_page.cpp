@@ -13,8 +13,9 @@
 #include "gaussians/render/render.h"
 #include "segmentation/sheets/objects_sheet.h"
 
-// PLIANT_CHOOSE_PAGE is the path of the file.
+// The paths of the files.
 PLIANT_EMBED(pliant_choose_page, PLIANT_CHOOSE_PAGE);
+PLIANT_EMBED(pliant_pages_style, PLIANT_PAGES_STYLE);
 
 namespace pliant {
 using nlohmann::json;
@@ -99,8 +100,14 @@ json choose_data(const RunDirectory& run, const Scene& scene, const Marks& marks
 LocalServer::Page choose_page(const json& data) {
   std::string html(pliant_choose_page_begin, static_cast<size_t>(pliant_choose_page_end - pliant_choose_page_begin));
   fill_mark(html, "/*DATA*/", in_script(data.dump(-1, ' ', false, json::error_handler_t::replace)));
+  return styled_page(std::move(html));
+}
+
+LocalServer::Page styled_page(std::string html) {
+  fill_mark(html, "/*STYLE*/",
+            {pliant_pages_style_begin, static_cast<size_t>(pliant_pages_style_end - pliant_pages_style_begin)});
   return {
-      "text/html; charset=utf-8", html,
+      "text/html; charset=utf-8", std::move(html),
       "default-src 'none'; connect-src 'self'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; "
       "frame-ancestors 'none'"};
 }

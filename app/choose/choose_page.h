@@ -40,4 +40,7 @@ nlohmann::json choose_data(const RunDirectory& run, const Scene& scene, const Ma
 /// The page that shows them.
 LocalServer::Page choose_page(const nlohmann::json& data);
 
+/// `html` with the style that such pages share, and a policy that lets it talk to its server alone.
+LocalServer::Page styled_page(std::string html);
+
 }  // namespace pliant

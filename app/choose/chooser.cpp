@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/choose/opener.h"
 #include "app/live/live_view.h"
 #include "app/live/message_fields.h"
 #include "app/segment/edit_stage.h"
@@ -173,11 +174,7 @@ void Chooser::receive(const std::string& text, Connection& from) {
 void Chooser::work() {
   const int threads = context_.threads > 0 ? context_.threads : omp_get_max_threads();
   Progress progress(true);
-  progress.listen([this](const ProgressEvent& event) {
-    if (event.fraction >= 0) return tell({{"progress", {{"text", event.text}, {"fraction", event.fraction}}}});
-    if (!event.warning) context_.progress.say(event.text);
-    tell({{"said", event.text}, {"warning", event.warning}});
-  });
+  tell_progress(progress, context_, [this](const json& message) { tell(message); });
   const Context context{progress, [this] { return cancelled_ || ended_ || context_.interrupted(); }, context_.seed,
                         context_.threads, context_.overwrite};
   omp_set_num_threads(threads);

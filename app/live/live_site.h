@@ -28,12 +28,17 @@ class LiveSite {
     for (const std::weak_ptr<Connection>& client : clients_)
       if (const auto connection = client.lock()) connection->send_text(text);
   }
+  /// `drop` takes files that pages send, see LocalServer.  Before the site is served.
+  void take_files(std::function<std::string(const std::string&, const std::filesystem::path&)> drop) {
+    drop_ = std::move(drop);
+  }
   LocalServer::Handler handler() {
     return {[this](std::string_view path) { return path.empty() && latest() ? &latest()->page : nullptr; },
             [this](std::shared_ptr<Connection> connection) {
               remember(connection);
               return latest()->connect(std::move(connection));
-            }};
+            },
+            drop_};
   }
 
  private:
@@ -51,6 +56,7 @@ class LiveSite {
   mutable std::mutex mutex_;
   std::vector<std::unique_ptr<const LiveScreen>> screens_;
   std::vector<std::weak_ptr<Connection>> clients_;
+  std::function<std::string(const std::string&, const std::filesystem::path&)> drop_;
 };
 
 }  // namespace pliant

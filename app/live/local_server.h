@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -27,20 +28,23 @@ class Client {
 };
 
 struct LocalServerOptions {
-  std::string host = "127.0.0.1";  ///< address to listen at
-  int port = 0;                    ///< 0 = any that is free
-  bool allow_remote = false;       ///< addresses other than loopback, and any Host header
+  std::string host = "127.0.0.1";     ///< address to listen at
+  int port = 0;                       ///< 0 = any that is free
+  bool allow_remote = false;          ///< addresses other than loopback, and any Host header
+  std::filesystem::path drop_folder;  ///< where files that a page sends are written
   // What clients may cost.
   int most_connections = 32, most_clients = 4;
   size_t most_header = 8 << 10, most_message = 64 << 10;  ///< bytes
   size_t most_unread = 64 << 20;                          ///< bytes that wait for a client before it is dropped
   double messages_per_second = 240;                       ///< after a burst of twice as many; then they wait
+  size_t most_dropped = size_t{4} << 30;                  ///< bytes of a file that a page sends
   double read_timeout = 5, idle_timeout = 60;             ///< s, of a request and of a WebSocket
 };
 
 /// HTTP and WebSocket for one person on one machine (Boost.Beast).  Everything lies below a random token, so that no
 /// other page or user can reach it: http://HOST:PORT/TOKEN/.  Requests with another Host, WebSockets with another
-/// Origin, methods other than GET and HEAD, and whatever lies outside are refused.
+/// Origin, methods other than GET and HEAD, and whatever lies outside are refused.  Where files are taken, a POST to
+/// TOKEN/drop/NAME is one, one at a time.
 class LocalServer {
  public:
   struct Page {
@@ -51,6 +55,9 @@ class LocalServer {
     std::function<const Page*(std::string_view path)> page;  ///< below the token, such as ""; null = there is none
     /// At TOKEN/live.
     std::function<std::unique_ptr<Client>(std::shared_ptr<Connection>)> connect;
+    /// A file NAME has been written to `file`, which is the handler's now.  Returns at once why it is not taken, or
+    /// nothing.  Null = none are taken.
+    std::function<std::string(const std::string& name, const std::filesystem::path& file)> drop = {};
   };
 
   /// Throws Error{kUsage} where the address is not loopback and not allowed, or cannot be used.

@@ -163,6 +163,7 @@ TEST(Options, WhatWouldBeIgnoredIsRefused) {
   refused({"segment", scene, "--out", out, "--box", "0,1,1,9,9", "--masks", run}, "--masks");
   refused({"segment", scene, "--out", out, "--sphere", "0,0,0,1", "--associate", "never"}, "--associate");
   refused({"segment", scene, "--out", out, "--auto", "--stroke-width", "3"}, "--stroke-width");
+  refused({"view", "--out", out, "--choose"}, "--choose");
   refused({"segment", scene, "--out", out, "--joint", "--no-vote"}, "--no-vote");
   refused({"segment", scene, "--out", out, "--gaussian-grouping", run, "--iterations", "5"}, "--iterations");
   refused({"segment", scene, "--out", out, "--reconstruct.exposure"}, "--reconstruct.exposure");

@@ -12,9 +12,12 @@
 
 #include <atomic>
 #include <chrono>
+#include <map>
 #include <thread>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
+#include "tests/temporary_folder.h"
 
 namespace pliant {
 namespace {
@@ -88,9 +91,10 @@ class LocalServerTest : public ::testing::Test {
   void start() {
     page_ = {"text/html", "<p>the page", "default-src 'none'"};
     server_ = std::make_unique<LocalServer>(
-        options_, LocalServer::Handler{
-                      [this](std::string_view path) { return path.empty() ? &page_ : nullptr; },
-                      [this](std::shared_ptr<Connection> c) { return std::make_unique<EchoClient>(c, clients_); }});
+        options_,
+        LocalServer::Handler{
+            [this](std::string_view path) { return path.empty() ? &page_ : nullptr; },
+            [this](std::shared_ptr<Connection> c) { return std::make_unique<EchoClient>(c, clients_); }, drop_});
     port_ = server_->port();
     const std::string url = server_->url();
     path_ = url.substr(url.find('/', 7));
@@ -147,6 +151,7 @@ class LocalServerTest : public ::testing::Test {
   }
 
   LocalServerOptions options_;
+  std::function<std::string(const std::string&, const std::filesystem::path&)> drop_;
   LocalServer::Page page_;
   std::unique_ptr<LocalServer> server_;
   std::string path_;
@@ -177,6 +182,56 @@ TEST_F(LocalServerTest, ServesThePageBelowItsTokenAlone) {
   EXPECT_EQ(status(request(path_, host(), "Content-Length: 0\r\n", "POST")), 405);
   EXPECT_EQ(status(request(path_, host(), "", "DELETE")), 405);
   EXPECT_EQ(status(request(path_, host(), "", "HEAD")), 200);
+}
+
+TEST_F(LocalServerTest, TakesFilesWhereItIsMeantTo) {
+  stop();
+  const TemporaryFolder folder;
+  options_.drop_folder = folder.path();
+  options_.most_dropped = 1000;
+  std::map<std::string, std::string> taken;
+  drop_ = [&](const std::string& name, const std::filesystem::path& file) {
+    taken[name] = read_text(file);
+    std::filesystem::remove(file);
+    return name == "bad.ply" ? "not this one" : "";
+  };
+  start();
+  const auto post = [&](const std::string& target, const std::string& body, const std::string& more = "") {
+    return request(target, host(), more + "Content-Length: " + std::to_string(body.size()) + "\r\n", "POST") + body;
+  };
+  const std::string drop = path_ + "drop/";
+  EXPECT_EQ(status(post(drop + "a-1.ply", "hello", "Origin: http://" + host() + "\r\n")), 200);
+  const std::string large(1000, 'x');
+  EXPECT_EQ(status(post(drop + "b.ply", large)), 200);
+  EXPECT_EQ(taken, (std::map<std::string, std::string>{{"a-1.ply", "hello"}, {"b.ply", large}}));
+  EXPECT_EQ(status(post(drop + "bad.ply", "x")), 422);
+  EXPECT_EQ(status(post(drop + "c.ply", large + "x")), 413);
+  const auto in_chunks = [&](const std::string& name, const std::string& length, const std::string& body) {
+    return request(drop + name, host(), "Transfer-Encoding: chunked\r\n", "POST") + length + "\r\n" + body +
+           "\r\n0\r\n\r\n";
+  };
+  EXPECT_EQ(status(in_chunks("chunks.ply", "5", "hello")), 200);
+  EXPECT_EQ(taken["chunks.ply"], "hello");
+  EXPECT_EQ(status(in_chunks("c.ply", "3e9", large + "x")), 413);
+  for (const char* name : {"", ".hidden", "../c.ply", "..%2fc.ply", "a/b.ply", "a%20b.ply", "c.ply?x"})
+    EXPECT_EQ(status(post(drop + name, "x")), 400) << name;
+  EXPECT_EQ(status(post(drop + std::string(101, 'a'), "x")), 400);
+  EXPECT_EQ(status(post(path_, "x")), 404);
+  EXPECT_EQ(status(post("/drop/c.ply", "x")), 403);
+  EXPECT_EQ(status(post(drop + "c.ply", "x", "Origin: http://evil.com\r\n")), 403);
+  EXPECT_EQ(status(request(path_, host(), "Content-Length: 1\r\n") + "x"), 400) << "a page needs no body";
+  {
+    // One at a time, and nothing is left of one that ends early.
+    Wire slow(port_);
+    const std::string whole = post(drop + "slow.ply", large);
+    slow.send(whole.substr(0, whole.size() - 10));
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    EXPECT_EQ(status(post(drop + "c.ply", "x")), 503);
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_EQ(status(post(drop + "d.ply", "x")), 200);
+  EXPECT_EQ(taken.count("slow.ply") + taken.count("c.ply"), 0u);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
 TEST_F(LocalServerTest, RefusesOtherHostsAndOrigins) {
