@@ -104,8 +104,9 @@ std::map<Place, Sharing> share_nodes(std::vector<Part>& parts, const std::vector
   for (auto& [place, sharing] : around)
     for (int t = 0; t < sharing.size(); ++t)
       for (int u = 0; u < t; ++u) {
-        const auto [first, second] = std::minmax(sharing.part(u), sharing.part(t));
-        if (std::binary_search(joined.begin(), joined.end(), std::array{first, second})) sharing.join(t, u);
+        const std::array<int, 2> pair = {std::min(sharing.part(u), sharing.part(t)),
+                                         std::max(sharing.part(u), sharing.part(t))};
+        if (std::binary_search(joined.begin(), joined.end(), pair)) sharing.join(t, u);
       }
   return around;
 }
