@@ -184,6 +184,16 @@ TEST(Lagrangian, PartsThatDoNotHangTogetherMoveApartHoweverNearTheyAre) {
   leaves.move_upper(3);
   EXPECT_LT(moved(0, one), 0.01);
   EXPECT_GT(moved(one, p.size()), 2.9);
+
+  // And it moves as if the other one were not there but for the contact with it: what hangs together is as stiff as
+  // without links.
+  fixture::TwoLeaves alone;
+  alone.drop_lower();
+  alone.move_upper(3);
+  double most = 0;
+  for (size_t i = one; i < p.size(); ++i)
+    most = std::max(most, (leaves.states.back().x[i] - alone.states.back().x[i - one]).norm());
+  EXPECT_LT(most, 0.1 * p.cell_size);
 }
 
 // Similarity: density and stiffness times the same number give the same motion in the same substeps, be it grams or

@@ -87,6 +87,13 @@ struct TwoLeaves : Motion {
         if ((i < one) == (k < one) && (particles.position[i] - particles.position[k]).norm() < 0.8 * kCell)
           particles.links.push_back({static_cast<int>(k), static_cast<int>(i)});
   }
+  /// Leaves the upper leaf alone.
+  void drop_lower() {
+    const auto drop = [&](auto& values) { values.erase(values.begin(), values.begin() + one); };
+    drop(particles.position);
+    for (auto* values : {&particles.volume, &particles.mass, &particles.young, &particles.poisson}) drop(*values);
+    one = 0;
+  }
   /// Takes the tip of the upper leaf up by so many cells.
   void move_upper(double cells) {
     Interaction grab;
