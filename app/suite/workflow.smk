@@ -166,13 +166,14 @@ rule motion:
             for command in method["commands"]:
                 pliant(log[0], command[0], run, *command[1:])
             shown = os.path.splitext(os.path.basename(read_json(f"scenes/{scene}/scene.json")["video"]["file"]))[0]
-            for reference in sorted(glob.glob(f"{truth}/*/trajectory.h5")):
-                folder = os.path.dirname(reference)
-                name = os.path.basename(folder)
+            # A motion to a folder; the potted flower has one alone, that of its video.
+            folders = [os.path.dirname(file) for file in sorted(glob.glob(f"{truth}/*/trajectory.h5"))]
+            motions = {os.path.basename(folder): folder for folder in folders} or {shown: truth}
+            for name, folder in motions.items():
                 pliant(log[0], "simulate", run, "--interactions", f"{folder}/interactions.json", *config["simulate"],
                        *method["simulate"])
-                pliant(log[0], "evaluate", "trajectory", only(f"{run}/objects/*/trajectory.h5"), reference,
-                       "--out", f"{run}/{name}.json")
+                pliant(log[0], "evaluate", "trajectory", only(f"{run}/objects/*/trajectory.h5"),
+                       f"{folder}/trajectory.h5", "--out", f"{run}/{name}.json")
                 found = read_json(f"{run}/{name}.json")
                 for key in ("relative_error", "frequency_error"):
                     errors["video" if name == shown else "unseen"].setdefault(key, []).append(found[key])
@@ -255,7 +256,8 @@ rule results:
         version = subprocess.run([PLIANT, "--version"], capture_output=True, text=True).stdout.strip()
         processor = [line.split(": ")[1] for line in open("/proc/cpuinfo") if line.startswith("model name")][:1]
         text = f"# Results of the suite\n\nPliant {version}, {''.join(processor).strip()}, one thread a job.  "
-        text += f"{len(SCENES)} scenes: `pliant demo {' '.join(map(str, config['demo']))}`.\n"
+        text += f"{len(SCENES)} scenes: `pliant demo {' '.join(map(str, config['demo']))}` of the kinds "
+        text += f"{', '.join(sorted({scene.split('/')[0] for scene in SCENES}))}.\n"
         for task, methods in METHODS.items():
             folders = [f"{method}=scores/{task}/{method}" for method in sorted(methods, key=lambda m: m != "ours")]
             metrics = [word for metric in METRICS[task] for word in ("--metric", metric)]
