@@ -4,8 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <thread>
-
 #include "app/live/live_view.h"
 #include "app/segment/objects_file.h"
 #include "app/segment/prepared_scene_file.h"
@@ -15,7 +13,7 @@
 #include "segmentation/select/gesture_prompts.h"
 #include "tests/app/fit_video_scene.h"
 #include "tests/app/live/inbox.h"
-#include "tests/app/page/browser.h"
+#include "tests/app/live/site_in_browser.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -164,10 +162,7 @@ TEST_F(Choice, WhatIsChosenIsMadeReadyAndThenShownToBeMoved) {
 // In the browser: a row of the contact sheet shows its object as the view does and darkens what is around it.
 TEST_F(Choice, TheContactSheetShowsEveryObject) {
   if (const std::string missing = browser_missing(); !missing.empty()) GTEST_SKIP() << missing;
-  std::atomic<bool> stop = false;
-  auto server = std::make_unique<LocalServer>(LocalServerOptions(), site_.handler());
-  std::thread thread([&] { server->run([&] { return stop.load(); }); });
-  const json answer = evaluate_in_page("(async () => { const wanted = " + std::to_string(plant()) + R"(;
+  const json answer = evaluate_in_site("(async () => { const wanted = " + std::to_string(plant()) + R"(;
     const brightness = [0, 0], reference = [0, 0], place = placesOfThings().get(wanted);
     await Promise.all(data.views.map((view) => view.image.decode()));
     const crops = document.querySelectorAll('.thing canvas');
@@ -193,9 +188,7 @@ TEST_F(Choice, TheContactSheetShowsEveryObject) {
       other.id.reduce((n, id) => n + (id === wanted), 0) <= place.pixels), inside: brightness[1] / reference[1],
       around: brightness[0] / reference[0], chosen, shown: data.views[at].id.includes(wanted)};
   })())",
-                                       server->url(), folder);
-  stop = true;
-  thread.join();
+                                       site_, folder);
   ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
   EXPECT_EQ(answer["said"], json::array()) << "errors and violations of the policy";
   const json& value = answer["value"];
@@ -211,10 +204,7 @@ TEST_F(Choice, TheContactSheetShowsEveryObject) {
 // page sends is what is asked for.
 TEST_F(Choice, ThePageTakesWhatIsUnderThePointerAndSendsMarks) {
   if (const std::string missing = browser_missing(); !missing.empty()) GTEST_SKIP() << missing;
-  std::atomic<bool> stop = false;
-  auto server = std::make_unique<LocalServer>(LocalServerOptions(), site_.handler());
-  std::thread thread([&] { server->run([&] { return stop.load(); }); });
-  const json answer = evaluate_in_page("(async () => { const wanted = " + std::to_string(plant()) + R"(;
+  const json answer = evaluate_in_site("(async () => { const wanted = " + std::to_string(plant()) + R"(;
     await Promise.all(data.views.map((view) => view.image.decode()));
     const view = data.views[0], box = canvas.getBoundingClientRect(), sent = [];
     while (socket.readyState === WebSocket.CONNECTING) await new Promise((done) => setTimeout(done, 20));
@@ -247,10 +237,7 @@ TEST_F(Choice, ThePageTakesWhatIsUnderThePointerAndSendsMarks) {
     return {before, under, picked, chosen, sent, camera: view.camera, mark: at.map((x) => x * view.scale), scale: view.scale,
       connected: socket.readyState === WebSocket.OPEN};
   })())",
-                                       server->url(), folder);
-  stop = true;
-  thread.join();
-  server.reset();
+                                       site_, folder);
   ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
   EXPECT_EQ(answer["said"], json::array()) << "errors and violations of the policy";
   const json& value = answer["value"];
@@ -338,10 +325,7 @@ TEST_F(Choice, AMarkIsAnsweredAndWrittenAsTheCommandWritesIt) {
 // In the browser against the program: a click and a box from the keyboard are answered with a mask.
 TEST_F(Choice, ThePageShowsWhatAMarkSelects) {
   if (const std::string missing = browser_missing(); !missing.empty()) GTEST_SKIP() << missing;
-  std::atomic<bool> stop = false;
-  auto server = std::make_unique<LocalServer>(LocalServerOptions(), site_.handler());
-  std::thread thread([&] { server->run([&] { return stop.load(); }); });
-  const json answer = evaluate_in_page("(async () => { const wanted = " + std::to_string(plant()) + R"(;
+  const json answer = evaluate_in_site("(async () => { const wanted = " + std::to_string(plant()) + R"(;
     await Promise.all(data.views.map((view) => view.image.decode()));
     const until = async (done) => { for (let k = 0; k < 400 && !done(); ++k) await new Promise((next) => setTimeout(next, 50)); };
     await until(() => socket.readyState === WebSocket.OPEN);
@@ -376,10 +360,7 @@ TEST_F(Choice, ThePageShowsWhatAMarkSelects) {
     await until(() => view.mask);
     return {hinted, clicked, said, undoneAll, boxed: covered(), pixels: pixels.length, marks};
   })())",
-                                       server->url(), folder);
-  stop = true;
-  thread.join();
-  server.reset();
+                                       site_, folder);
   ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
   EXPECT_EQ(answer["said"], json::array()) << "errors and violations of the policy";
   const json& value = answer["value"];

@@ -4,14 +4,12 @@
 
 #include <gtest/gtest.h>
 
-#include <thread>
-
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/base64.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/splats/splats.h"
 #include "tests/app/live/inbox.h"
-#include "tests/app/page/browser.h"
+#include "tests/app/live/site_in_browser.h"
 #include "tests/temporary_folder.h"
 
 namespace fs = std::filesystem;
@@ -79,12 +77,9 @@ TEST_F(Open, OverwritesNothing) {
 
 TEST_F(Open, ThePageSendsAFileAndShowsWhatIsOpened) {
   if (const std::string missing = browser_missing(); !missing.empty()) GTEST_SKIP() << missing;
-  std::atomic<bool> stop = false;
   LocalServerOptions options;
   options.drop_folder = folder_ / "kept";
-  auto server = std::make_unique<LocalServer>(options, site_.handler());
-  std::thread thread([&] { server->run([&] { return stop.load(); }); });
-  const json answer = evaluate_in_page(R"((async () => {
+  const json answer = evaluate_in_site(R"((async () => {
     while (socket.readyState === WebSocket.CONNECTING) await new Promise((done) => setTimeout(done, 20));
     const said = [];
     const shown = () => new Promise((done) => {
@@ -99,10 +94,7 @@ TEST_F(Open, ThePageSendsAFileAndShowsWhatIsOpened) {
     while (said.length < 2) await new Promise((done) => setTimeout(done, 20));
     return said;
   })())",
-                                       server->url(), folder_.path());
-  stop = true;
-  thread.join();
-  server.reset();
+                                       site_, folder_.path(), options);
   ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
   EXPECT_NE(answer["value"][0].get<std::string>().find("notes__1_.txt is no file of splats"), std::string::npos);
   EXPECT_EQ(json::parse(answer["value"][1].get<std::string>())["reload"], true);
