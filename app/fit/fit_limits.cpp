@@ -11,7 +11,8 @@ namespace pliant {
 
 namespace {
 constexpr double kNotable = 0.1;  // share of the losses
-}
+constexpr double kPoor = 0.7;     // of the RMSE if nothing moved, from which on a fit explains less than half
+}  // namespace
 
 FitBlindness find_blindness(const FitScene& fit, const FittedMotion& motion) {
   FitBlindness out;
@@ -60,8 +61,17 @@ FitBlindness find_blindness(const FitScene& fit, const FittedMotion& motion) {
   return out;
 }
 
+std::string poor_fit(const FitEvidence& e) {
+  if (!(e.rms_still > 0) || e.rms <= kPoor * e.rms_still) return "";
+  return fmt::format(
+      "The fitted motion explains {} of the video: track RMSE {:.2f} px, {:.2f} px if nothing moved. E, damping and "
+      "their errors are not to be relied on: check the pins, the mask of what moves and the camera.",
+      e.rms < e.rms_still ? "little" : "nothing", e.rms, e.rms_still);
+}
+
 std::vector<std::string> undetermined_by_video(const FitEvidence& e, const FitBlindness& blindness, double fps) {
   std::vector<std::string> out;
+  if (const std::string poor = poor_fit(e); !poor.empty()) out.push_back(poor);
   out.push_back(fmt::format("Motion determines E / density, not E alone: E is valid for the given density, and {}.",
                             e.poisson_fitted
                                 ? "Poisson's ratio, which affects motion little, may be far from the fitted value"

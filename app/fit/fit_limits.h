@@ -19,6 +19,7 @@ struct FitEvidence {
   double strongest_hz = 0;                                     ///< 0 = not known
   std::vector<double> rival_factor, rival_rms;  ///< other minima that were refined: E against the result's, rms
   double rms = 0;                               ///< of the result, in the same unit
+  double rms_still = 0;                         ///< if nothing moved; 0 = not known
   bool searched = true;                         ///< E was, and damping was fitted
   bool one_stiffness = true;                    ///< for the whole object
   bool field_left = false;                      ///< a field was tried, and explained no more than one stiffness
@@ -36,6 +37,9 @@ struct FitBlindness {
   double stiff_volume = 0;   ///< that never deforms by more than a twentieth of what deforms most
 };
 FitBlindness find_blindness(const FitScene& fit, const FittedMotion& motion);
+
+/// Why the result is not to be relied on: the motion that was found leaves most of the video's unexplained; else empty.
+std::string poor_fit(const FitEvidence& evidence);
 
 /// Plain sentences on what the video does not determine.
 std::vector<std::string> undetermined_by_video(const FitEvidence& evidence, const FitBlindness& blindness, double fps);

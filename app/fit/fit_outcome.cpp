@@ -99,6 +99,7 @@ FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, const Mat
   out.young = young;
   out.log10_sigma = found.log10_sigma;
   out.rms = found.rms;
+  out.rms_still = found.rms_rest;
   out.periods = fit.homogeneous.search.periods;
   out.damping_time = found.damping_time;
   out.damping_low = found.damping_time_low;

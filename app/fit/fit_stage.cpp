@@ -75,6 +75,8 @@ json fit_to_video(const Context& context, const RunDirectory& run, const FitInpu
                      found.last_frame, {});
   const FittedMotion motion = replay(fit, found, fitted, options.vibration.simulate);
   const MotionScores scores = compare_motion(fit, motion, found.last_frame, run / "fit");
+  const FitEvidence evidence = evidence_of(fit, found_material, options, young);
+  if (const std::string poor = poor_fit(evidence); !poor.empty()) context.progress.warn("fit: " + poor);
   write_fit_pictures(run / "fit", fit, findings_of(found_material, fit.body.particles, material.young));
   context.progress.say(fmt::format(
       "fit: E = {:.4g} Pa{} (+-{:.1f} % from noise alone), damping time {:.3g} s; PSNR {:.1f} dB where it moves, in "
@@ -107,8 +109,7 @@ json fit_to_video(const Context& context, const RunDirectory& run, const FitInpu
                  {"constant_young_pa", material.young * std::pow(10.0, constant.log10_factor)},
                  {"rms_homogeneous_px", found_material.homogeneous.rms},
                  {"steps", steps_to_json(found_material.steps)},
-                 {"undetermined", undetermined_by_video(evidence_of(fit, found_material, options, young),
-                                                        find_blindness(fit, motion), fit.video.fps)}};
+                 {"undetermined", undetermined_by_video(evidence, find_blindness(fit, motion), fit.video.fps)}};
   result.update(scores_to_json(scores));
   if (found_material.losses.whole > 0) result["whole_damping_time_s"] = 1 / found_material.losses.whole;
   if (stage.compare.poisson) result["poisson"] = fitted.poisson.at(0);

@@ -71,26 +71,32 @@ GaussianCloud CodedClip::decoded_frame(size_t t) const {
   return all;
 }
 
-ClipCoder::ClipCoder(MovingScene moving, const Scene& scene, const std::vector<Camera>& views)
-    : moving_(std::move(moving)), scene_(scene) {
+ClipCoder::ClipCoder(MovingScene moving, const Scene& scene, std::vector<Camera> views)
+    : moving_(std::move(moving)), scene_(scene), views_(std::move(views)) {
   const std::vector<int> order = morton_order(moving_.object.position);
   moving_.object = moving_.object.select(order);
   moving_.binding = select(moving_.binding, order);
   moving_.background = moving_.background.select(morton_order(moving_.background.position));
-  by_importance_ = by_importance(moving_.background, views, moving_.antialiased);
 }
 
-CodedClip ClipCoder::code(const ClipChoice& choice, CodedClip before) const {
+/// The share of the background that is seen most.
+GaussianCloud ClipCoder::background_of(double share) {
+  if (share >= 1) return moving_.background;
+  if (by_importance_.empty()) by_importance_ = by_importance(moving_.background, views_, moving_.antialiased);
+  const auto kept = static_cast<std::ptrdiff_t>(std::ceil(share * static_cast<double>(moving_.background.size())));
+  std::vector<int> places(by_importance_.begin(), by_importance_.begin() + kept);
+  std::sort(places.begin(), places.end());
+  return moving_.background.select(places);
+}
+
+CodedClip ClipCoder::code(const ClipChoice& choice, CodedClip before) {
   CodedClip clip = std::move(before);
   const ClipChoice had = clip.choice;
   const bool fresh = clip.object.size() == 0;
   clip.choice = choice;
   if (fresh || !(had.object == choice.object)) clip.object = code_splats(choice.object, moving_.object);
   if (fresh || !(had.background == choice.background) || had.background_share != choice.background_share) {
-    const size_t kept = static_cast<size_t>(std::ceil(choice.background_share * moving_.background.size()));
-    std::vector<int> places(by_importance_.begin(), by_importance_.begin() + static_cast<std::ptrdiff_t>(kept));
-    std::sort(places.begin(), places.end());
-    clip.background = code_splats(choice.background, moving_.background.select(places));
+    clip.background = code_splats(choice.background, background_of(choice.background_share));
   }
   if (fresh || had.drivers != choice.drivers || !(had.motion == choice.motion)) {
     clip.level = choice.drivers > 0 ? with_drivers(moving_.particles, scene_, choice.drivers) : moving_.particles;
@@ -128,20 +134,8 @@ void add_level(ClipFile& file, const std::string& section, size_t l, const std::
   file.add(section, prefix + "weight", {binding.size(), Binding::kCount}, std::span<const uint8_t>(weight));
 }
 
-size_t SizeMeter::operator()(const ClipFile& file) {
-  size_t bytes = 0;
-  for (const auto& [name, content] : file.sections) {
-    auto& [measured, size] = known_[name];
-    if (measured != content) {
-      measured = content;
-      size = packed_section(content).size();
-    }
-    bytes += size;
-  }
-  return bytes;
-}
-
-CodedClip fit_to_size(const ClipCoder& coder, size_t bytes, ClipFile& file, std::vector<std::string>& given_up) {
+CodedClip fit_to_size(ClipCoder& coder, size_t bytes, ClipFile& file, SectionPacker& packer,
+                      std::vector<std::string>& given_up) {
   constexpr std::array<int, 4> kMotionLevels = {6000, 4000, 2500, 1500};
   constexpr int kMostDrivers = 65534;  // numbers of 16 bits
   ClipChoice choice;
@@ -152,12 +146,11 @@ CodedClip fit_to_size(const ClipCoder& coder, size_t bytes, ClipFile& file, std:
   choice.motion = {2e-5 * size, 2e-3};
   if (static_cast<int>(moving.particles.driving_position.size()) > kMostDrivers) choice.drivers = kMostDrivers;
   CodedClip clip;
-  SizeMeter size_of;
   size_t least = 0;
   const auto fits = [&] {
     clip = coder.code(choice, std::move(clip));
     file = coder.file_of(clip);
-    return (least = size_of(file)) <= bytes;
+    return (least = packer.pack(file)) <= bytes;
   };
   if (fits()) return clip;
 
@@ -208,10 +201,11 @@ CodedClip fit_to_size(const ClipCoder& coder, size_t bytes, ClipFile& file, std:
     if (!step.apply(choice)) continue;
     lost[step.kind] = step.words;
     // The motion shrinks with its drivers: what will not be enough is not even clustered, but for the last.
-    const double rest = static_cast<double>(least - size_of.of("motion")),
-                 motion = static_cast<double>(size_of.of("motion")) * step.drivers /
-                          static_cast<double>(clip.level.driving_position.size());
-    if (step.drivers > kMotionLevels.back() && rest + motion > static_cast<double>(bytes)) continue;
+    const size_t motion = packer.packed("motion").size();
+    const double fewer =
+        static_cast<double>(motion) * step.drivers / static_cast<double>(clip.level.driving_position.size());
+    if (step.drivers > kMotionLevels.back() && static_cast<double>(least - motion) + fewer > static_cast<double>(bytes))
+      continue;
     if (!fits()) continue;
     for (const auto& [kind, words] : lost) given_up.push_back(words);
     return clip;

@@ -35,36 +35,29 @@ struct CodedClip {
 class ClipCoder {
  public:
   /// `views`: the cameras from which the background is seen, which say what of it can be left out.
-  ClipCoder(MovingScene moving, const Scene& scene, const std::vector<Camera>& views);
+  ClipCoder(MovingScene moving, const Scene& scene, std::vector<Camera> views);
   /// Parts that `before` has of the same choice are taken from it.
-  CodedClip code(const ClipChoice& choice, CodedClip before = {}) const;
+  CodedClip code(const ClipChoice& choice, CodedClip before = {});
   /// Sections of a page with that clip, and its size in bytes.
   ClipFile file_of(const CodedClip& clip) const;
   const MovingScene& moving() const { return moving_; }
 
  private:
+  GaussianCloud background_of(double share);
+
   MovingScene moving_;  ///< Gaussians along a curve
   const Scene& scene_;
-  std::vector<int> by_importance_;  ///< of the background, what is seen most first
+  std::vector<Camera> views_;
+  std::vector<int> by_importance_;  ///< of the background, what is seen most first; once something is left out
 };
 
 /// Appends the binding of an object to the driving particles of a level: level{l}.rest, .driver and .weight.
 void add_level(ClipFile& file, const std::string& section, size_t l, const std::vector<Vec3f>& rest,
                const Binding& binding);
 
-/// Bytes that the sections of a page take in its file.  Sections that are as they were are not packed again.
-class SizeMeter {
- public:
-  size_t operator()(const ClipFile& file);
-  /// Of a section that was measured.
-  size_t of(const std::string& section) const { return known_.at(section).second; }
-
- private:
-  std::map<std::string, std::pair<std::string, size_t>> known_;
-};
-
 /// The best choice whose sections fit into `bytes`, and what was given up, as words.  Throws
 /// Error{kUsage} when nothing fits.
-CodedClip fit_to_size(const ClipCoder& coder, size_t bytes, ClipFile& file, std::vector<std::string>& given_up);
+CodedClip fit_to_size(ClipCoder& coder, size_t bytes, ClipFile& file, SectionPacker& packer,
+                      std::vector<std::string>& given_up);
 
 }  // namespace pliant

@@ -3,6 +3,7 @@
 #include <type_traits>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/portable.h"
 #include "gaussians/io/files/base64.h"
 #include "gaussians/io/files/compression.h"
 
@@ -45,6 +46,20 @@ template void ClipFile::add(const std::string&, const std::string&, const std::v
 template void ClipFile::add(const std::string&, const std::string&, const std::vector<size_t>&, std::span<const float>,
                             const std::vector<double>&);
 
-std::string packed_section(const std::string& bytes) { return base64(zlib_compressed(bytes)); }
+size_t SectionPacker::pack(const ClipFile& file) {
+  std::vector<Section*> changed;
+  for (const auto& [name, bytes] : file.sections) {
+    Section& section = known_[name];
+    if (section.bytes == bytes && !section.packed.empty()) continue;
+    section.bytes = bytes;
+    changed.push_back(&section);
+  }
+  parallel_for(
+      static_cast<std::ptrdiff_t>(changed.size()),
+      [&](std::ptrdiff_t k) { changed[k]->packed = base64(zlib_compressed(changed[k]->bytes)); }, 1);
+  size_t size = 0;
+  for (const auto& [name, bytes] : file.sections) size += packed(name).size();
+  return size;
+}
 
 }  // namespace pliant

@@ -22,7 +22,20 @@ struct ClipFile {
            std::span<const V> values, const std::vector<double>& range = {});
 };
 
-/// A section as it is in the file: compressed (zlib, RFC 1950) and in base64.
-std::string packed_section(const std::string& bytes);
+/// Sections as they are in the file: compressed (zlib, RFC 1950) and in base64.  Those that have not changed since they
+/// were last asked for are not packed again.
+class SectionPacker {
+ public:
+  /// Packs all sections; returns the bytes that they take.
+  size_t pack(const ClipFile& file);
+  /// Of a section that was packed.
+  const std::string& packed(const std::string& section) const { return known_.at(section).packed; }
+
+ private:
+  struct Section {
+    std::string bytes, packed;
+  };
+  std::map<std::string, Section> known_;
+};
 
 }  // namespace pliant

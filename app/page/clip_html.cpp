@@ -6,7 +6,7 @@
 #include "gaussians/io/files/files.h"
 
 namespace pliant {
-PageSizes write_page(const std::filesystem::path& file, const ClipPage& page) {
+PageSizes write_page(const std::filesystem::path& file, const ClipPage& page, SectionPacker& packer) {
   std::string html(page_template());
   fill_mark(html, "/*STYLE*/", std::string(page_style()));
   fill_mark(html, "<!--TITLE-->", html_escaped(page.file.header["title"]));
@@ -23,10 +23,10 @@ PageSizes write_page(const std::filesystem::path& file, const ClipPage& page) {
     sections += "<script type=\"application/octet-stream\" id=\"clip-" + name + "\">" + text + "</script>\n";
     sizes.sections[name] = text.size();
   };
+  packer.pack(page.file);
   for (const char* name : {"object", "motion", "background", "levels", "solver"}) {
-    const auto section = page.file.sections.find(name);
-    if (section == page.file.sections.end()) continue;
-    add(name, packed_section(section->second));
+    if (page.file.sections.count(name) == 0) continue;
+    add(name, packer.packed(name));
     if (std::string(name) == "motion") sizes.until_motion += sections.size();
   }
   if (!page.video.empty()) add("video", base64(page.video));

@@ -23,6 +23,6 @@ struct PageSizes {
 
 /// Writes the page, self-contained: nothing is fetched, and its content security policy forbids it.  Sections are in
 /// the order in which the page wants them.
-PageSizes write_page(const std::filesystem::path& file, const ClipPage& page);
+PageSizes write_page(const std::filesystem::path& file, const ClipPage& page, SectionPacker& packer);
 
 }  // namespace pliant

@@ -61,11 +61,11 @@ std::vector<SolverLevel> solver_levels(const SessionSetup& setup, const Scene& s
 }
 
 size_t solver_bytes(const SessionSetup& setup, const Scene& scene, const MovingScene& moving,
-                    const std::vector<SolverLevel>& levels) {
+                    const std::vector<SolverLevel>& levels, SectionPacker& packer) {
   if (!can_play(setup)) return 0;
   ClipFile file;
   add_solver(file, moving.particles, setup, scene, levels);
-  return SizeMeter()(file);
+  return packer.pack(file);
 }
 
 void add_solver(ClipFile& file, const ParticleFile& motion_level, const SessionSetup& setup, const Scene& scene,

@@ -17,9 +17,9 @@ struct SolverLevel {
 /// Those that a page offers; none where the object cannot be played with.
 std::vector<SolverLevel> solver_levels(const SessionSetup& setup, const Scene& scene, const MovingScene& moving);
 
-/// Bytes that add_solver takes at most in the file.
+/// Bytes that add_solver takes at most in the file; `packer` has its sections then.
 size_t solver_bytes(const SessionSetup& setup, const Scene& scene, const MovingScene& moving,
-                    const std::vector<SolverLevel>& levels);
+                    const std::vector<SolverLevel>& levels, SectionPacker& packer);
 
 /// Appends what the page's solver needs: the sections `levels` and `solver`, and what the header says of them.  Where
 /// the object cannot be played with, the header says why.

@@ -10,7 +10,9 @@
 #include "app/page/page_solver.h"
 #include "app/run/attach_scene.h"
 #include "app/simulate/clip_camera.h"
+#include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
+#include "gaussians/io/files/files.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/images/webp.h"
 #include "gaussians/render/image_loss.h"
@@ -76,15 +78,17 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
     video = read_text(in.files.at("clip"));
 
   const SessionSetup setup = session_setup(run, scene, moving.particles);
-  const ClipCoder coder(std::move(moving), scene, views);
+  ClipCoder coder(std::move(moving), scene, views);
+  SectionPacker packer;
   const std::vector<SolverLevel> levels = solver_levels(setup, scene, coder.moving());
   const size_t around = page_template().size() + page_style().size() + page_script().size() + kHeader +
-                        4 * (poster.size() + video.size()) / 3 + solver_bytes(setup, scene, coder.moving(), levels);
+                        4 * (poster.size() + video.size()) / 3 +
+                        solver_bytes(setup, scene, coder.moving(), levels, packer);
   if (stage.size <= around)
     throw usage_error("--html-size", std::to_string(stage.size), "is too small for a page", "give more, or --no-html");
   ClipPage page;
   std::vector<std::string> given_up;
-  const CodedClip clip = fit_to_size(coder, stage.size - around, page.file, given_up);
+  const CodedClip clip = fit_to_size(coder, stage.size - around, page.file, packer, given_up);
   const MovingScene& drawn = coder.moving();
   add_solver(page.file, clip.level, setup, scene, levels);
   const double psnr = least_psnr(clip, drawn, {camera, views[2], camera, views[6]});
@@ -116,7 +120,7 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
   header["render"] = {{"antialiased", drawn.antialiased}, {"background", {0, 0, 0}}};
   page.poster = poster;
   page.video = video;
-  const PageSizes sizes = write_page(file, page);
+  const PageSizes sizes = write_page(file, page, packer);
   if (!given_up.empty())
     context.progress.say(fmt::format("page: to fit into {:.1f} MB, {}", static_cast<double>(stage.size) / 1e6,
                                      fmt::join(given_up, "; ")));

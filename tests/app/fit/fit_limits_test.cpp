@@ -19,6 +19,7 @@ TEST(FitLimits, EachWeakPointIsSaidAndOnlyThen) {
   FitEvidence sure;
   sure.young = 1e5;
   sure.rms = 0.5;
+  sure.rms_still = 2;
   sure.damping_low = 1;
   sure.damping_time = 1.1;
   sure.damping_high = 1.2;
@@ -49,6 +50,8 @@ TEST(FitLimits, EachWeakPointIsSaidAndOnlyThen) {
          e.losses = {1, 0.2};
        }},
       {"Damping is barely determined", [](FitEvidence& e) { e.damping_high = 9; }},
+      {"explains little of the video", [](FitEvidence& e) { e.rms_still = 0.6; }},
+      {"explains nothing of the video", [](FitEvidence& e) { e.rms_still = 0.5; }},
       {"30 frames per second", [](FitEvidence& e) { e.stated_fps = 30; }},
   };
   for (const Weak& weak : all) {
