@@ -67,15 +67,16 @@ class ModeFinder {
     return options;
   }
 
-  Vec3d velocity_of(int kind, const Vec3d& x) const {
-    Vec3d axis = Vec3d::Zero();
-    axis[kind % 3] = 1;
-    return kind < 3 ? axis : axis.cross(x - centre_) / size();
-  }
-  double size() const {
+  /// Of every particle at rest, in a rigid motion.
+  std::vector<Vec3d> rigid_velocities(int kind) const {
     Box box;
     for (const Vec3d& x : particles_.position) box.add(x.cast<float>());
-    return 0.5 * box.size().maxCoeff();
+    const double size = 0.5 * box.size().maxCoeff();
+    Vec3d axis = Vec3d::Zero();
+    axis[kind % 3] = 1;
+    std::vector<Vec3d> velocity;
+    for (const Vec3d& x : particles_.position) velocity.push_back(kind < 3 ? axis : axis.cross(x - centre_) / size);
+    return velocity;
   }
 
   /// Free motion from a rigid velocity until the body has come back to where it was.
@@ -87,7 +88,8 @@ class ModeFinder {
     options.fps = 1 / (kSubsteps * dt);
     options.duration = options_.most_substeps * dt;
     BasicSimulationState<double> start = initial_state(particles_);
-    for (size_t i = 0; i < start.size(); ++i) start.v[i] = options_.speed * sound_ * velocity_of(kind, start.x[i]);
+    const std::vector<Vec3d> velocity = rigid_velocities(kind);
+    for (size_t i = 0; i < start.size(); ++i) start.v[i] = options_.speed * sound_ * velocity[i];
     std::vector<Snapshot> passed;
     int stride = 1;
     bool away = false;
@@ -95,8 +97,7 @@ class ModeFinder {
     simulate<double>(options, particles_, pins_, start, [&](const BasicSimulationState<double>& state) {
       double along = 0;
       for (size_t i = 0; i < state.size(); ++i)
-        along +=
-            particles_.mass[i] * velocity_of(kind, particles_.position[i]).dot(state.x[i] - particles_.position[i]);
+        along += particles_.mass[i] * velocity[i].dot(state.x[i] - particles_.position[i]);
       if (state.frame > 0 && state.frame % stride == 0) passed.push_back(snapshot(state));
       if (static_cast<int>(passed.size()) >= 2 * options_.snapshots) {  // keep every other one
         std::vector<Snapshot> kept;
