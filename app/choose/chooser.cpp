@@ -32,7 +32,7 @@ Error wrong(const std::string& field, const std::string& problem) {
 std::vector<std::string> marks_of(const json& select, const char* field) {
   std::vector<std::string> out;
   if (!select.contains(field)) return out;
-  if (!select[field].is_array() || select[field].size() > kMostMarks) throw wrong(field, "is no list of marks");
+  if (!select[field].is_array() || select[field].size() > kMostMarks) throw wrong(field, "is not a list of marks");
   for (const json& mark : select[field]) out.push_back(short_text(mark, field, kLongestMark));
   return out;
 }
@@ -75,15 +75,15 @@ ChooseRequest parse_choose_request(std::string_view text) {
   const json& value = all.begin().value();
   ChooseRequest out;
   if (name == "select") {
-    if (!value.is_object()) throw wrong(name, "is no object");
+    if (!value.is_object()) throw wrong(name, "is not an object");
     out.kind = ChooseRequest::Kind::kSelect;
     out.marks = {marks_of(value, "boxes"), marks_of(value, "clicks"), marks_of(value, "strokes")};
-    if (out.marks.empty()) throw wrong(name, "has no marks");
     if (value.contains("grow"))
       out.marks.grow = static_cast<int>(whole_number(value["grow"], "grow", -Gesture::kMaxGrow, Gesture::kMaxGrow));
+    if (out.marks.empty() && out.marks.grow != 0) throw wrong("grow", "has no marks to grow");
     if (value.contains("camera")) out.camera = camera_number(value["camera"], "camera");
   } else if (name == "hover") {
-    if (!value.is_array() || value.size() != 3) throw wrong(name, "is no camera and pixel");
+    if (!value.is_array() || value.size() != 3) throw wrong(name, "is not a camera and a pixel");
     out.kind = ChooseRequest::Kind::kHover;
     out.camera = camera_number(value[0], "hover");
     out.pixel = Vec2f(finite_number(value[1], "hover"), finite_number(value[2], "hover"));
@@ -117,15 +117,19 @@ class Chooser::Visitor : public Client {
 Chooser::Chooser(const Context& context, RunDirectory& run, Scene scene, LiveSite& site, ObjectStages stages)
     : context_(context), run_(run), scene_(std::move(scene)), site_(site), stages_(std::move(stages)), thread_([this] {
         work();
-      }) {}
+      }) {
+  site_.at_end([this] { stop(); });
+}
 
-Chooser::~Chooser() {
+Chooser::~Chooser() { stop(); }
+
+void Chooser::stop() {
   {
     const std::lock_guard lock(mutex_);
     ended_ = true;
   }
   wake_.notify_one();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
   selecting_.reset();
 }
 
@@ -144,31 +148,59 @@ json Chooser::show() {
 void Chooser::receive(const std::string& text, Connection& from) {
   try {
     const ChooseRequest request = parse_choose_request(text);
+    const std::lock_guard lock(mutex_);
     if (request.kind == ChooseRequest::Kind::kCancel) {
       cancelled_ = true;
+      wake_.notify_one();
       return;
     }
-    const std::lock_guard lock(mutex_);
     if (request.kind == ChooseRequest::Kind::kHover) {
       if (selecting_ && !request_ && request.camera < static_cast<int>(scene_.cameras.size()))
         selecting_->hover(request.camera, request.pixel);
       return;
     }
-    if (request_) throw wrong("", "comes while another is carried out; wait, or cancel that");
+    if (request_) throw wrong("", "was sent while another request is in progress; wait, or cancel it");
     cancelled_ = false;
-    if (request.kind == ChooseRequest::Kind::kSelect) {
-      if (selecting_)
-        selecting_->ask(request.marks, request.camera);
-      else
-        early_ = request;
-      return;
-    }
+    if (request.kind == ChooseRequest::Kind::kSelect) return select(request);
     request_ = request;
   } catch (const std::exception& error) {
     from.send_text(json({{"error", error.what()}}).dump(-1, ' ', false, json::error_handler_t::replace));
     return;
   }
   wake_.notify_one();
+}
+
+void Chooser::select(const ChooseRequest& request) {
+  asked_.reset();
+  early_.reset();
+  selected_.reset();
+  failed_.clear();
+  if (request.marks.empty()) return;
+  asked_ = request.marks;
+  if (selecting_)
+    selecting_->ask(request.marks, request.camera);
+  else
+    early_ = request;
+}
+
+void Chooser::take_answer(const Selecting::Answer& answer) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (asked_ != answer.marks) return;
+    asked_.reset();
+    failed_ = answer.failed;
+    if (failed_.empty()) selected_ = answer.marks;
+    selected_at_ = std::chrono::steady_clock::now();
+  }
+  wake_.notify_one();
+}
+
+void Chooser::await_answer() {
+  std::unique_lock lock(mutex_);
+  wake_.wait(lock, [&] { return ended_ || cancelled_ || !asked_ || !selecting_; });
+  if (ended_ || cancelled_) throw Error(Failure::kInterrupted, "view", "", "interrupted", "select again");
+  if (asked_) throw wrong("select", "cannot be answered: the scene could not be prepared");
+  if (!failed_.empty()) throw std::runtime_error(failed_);
 }
 
 void Chooser::work() {
@@ -227,15 +259,7 @@ void Chooser::prepare(const Context& context) {
   const std::lock_guard lock(mutex_);
   selecting_ = std::make_unique<Selecting>(
       context_, scene_, prepared_, [this](const json& message) { tell(message); },
-      [this](const Selecting::Answer& answer) {
-        {
-          const std::lock_guard answered(mutex_);
-          selected_.reset();
-          if (answer.failed.empty()) selected_ = answer.marks;
-          selected_at_ = std::chrono::steady_clock::now();
-        }
-        wake_.notify_one();
-      });
+      [this](const Selecting::Answer& answer) { take_answer(answer); });
   if (early_) selecting_->ask(early_->marks, early_->camera);
 }
 
@@ -259,8 +283,16 @@ void Chooser::tell_kept(const json& shown) {
 }
 
 void Chooser::carry_out(const Context& context, const ChooseRequest& request) {
+  using Kind = ChooseRequest::Kind;
+  if (request.kind != Kind::kFind && request.object == 0) await_answer();
+  {
+    // Nothing of the marks is written once they count no more.
+    const std::lock_guard lock(mutex_);
+    if (request.kind != Kind::kName) asked_.reset();
+    if (request.kind == Kind::kFind) selected_.reset();
+  }
   keep(context);
-  if (request.kind == ChooseRequest::Kind::kMake) {
+  if (request.kind == Kind::kMake) {
     Scene scene = scene_;  // which the object may scale
     ObjectStages stages = stages_;
     stages.extract.object = std::to_string(request.object == 0 ? SelectionShape::kObject : request.object);
@@ -275,10 +307,10 @@ void Chooser::carry_out(const Context& context, const ChooseRequest& request) {
     omp_set_num_threads(std::max(1, omp_get_max_threads() / 2));
     run_repair(context, run_, scene, {});
     site_.show(live_screen(context, run_, scene));
-    site_.tell(json({{"said", "The hole behind the object is repaired: load the page again to see it."}}).dump());
+    site_.tell(json({{"said", "The hole behind the object has been repaired. Reload the page to see it."}}).dump());
     return;
   }
-  if (request.kind == ChooseRequest::Kind::kName) {
+  if (request.kind == Kind::kName) {
     EditStage edit;
     const uint32_t object = request.object == 0 ? SelectionShape::kObject : request.object;
     edit.edits.push_back({ObjectEdit::Kind::kName, {std::to_string(object)}, request.label});

@@ -15,11 +15,11 @@ namespace pliant {
 
 /// What a client of the choice of an object asks for: a JSON object with one of
 ///   "select": {"boxes": [...], "clicks": [...], "strokes": [...], "grow": n, "camera": N}   select the object behind
-///                                                   these marks, as `pliant segment` does; all but one mark may be
-///                                                   left out; answered at once, see selecting.h, and written when no
-///                                                   other marks come for a while: {"kept": {"things", "views"}}, see
-///                                                   choose_data.  The mask of `camera`, which may be left out, is
-///                                                   first
+///                                                   these marks, as `pliant segment` does; each may be left out;
+///                                                   answered at once, see selecting.h, and written when no other marks
+///                                                   come for a while: {"kept": {"things", "views"}}, see choose_data.
+///                                                   The mask of `camera`, which may be left out, is first.  Without
+///                                                   marks, those before are not answered any more
 ///   "hover": [N, x, y]                              what a click there would select, about
 ///   "find": true                                    find free-standing objects again, as `pliant segment --auto`
 ///   "make": {"object": id, "label": "..."}          make it ready to be moved; the label, which may be left out, says
@@ -43,8 +43,8 @@ ChooseRequest parse_choose_request(std::string_view text);
 
 /// The choice of an object in the browser.  Marks are answered at once; what is written to the run directory is, in a
 /// thread of its own, one request at a time, by the stages of the commands: what is done stays, and a command goes on
-/// from it.  A chosen object is extracted, its
-/// material predicted, and a few frames are simulated; then the site shows it to be moved, and the hole is repaired.
+/// from it.  A chosen object is extracted, its material predicted, and a few frames are simulated; then the site shows
+/// it to be moved, and the hole is repaired.
 class Chooser {
  public:
   /// Of a segmented run; `stages` are those that make an object ready.  Context, run and site must outlive it; clients
@@ -57,11 +57,16 @@ class Chooser {
 
  private:
   class Visitor;
+  void stop();
   void receive(const std::string& text, Connection& from);
   void work();
   void carry_out(const std::string& name, const std::function<void()>& work);
   void carry_out(const Context& context, const ChooseRequest& request);
   void prepare(const Context& context);
+  void select(const ChooseRequest& request);
+  void take_answer(const Selecting::Answer& answer);
+  /// Waits until the marks that were made last have been answered, and throws where they select nothing.
+  void await_answer();
   /// Writes what was selected last, where that has not been done, and tells what is there now.
   void keep(const Context& context);
   void tell_kept(const nlohmann::json& shown);
@@ -80,6 +85,8 @@ class Chooser {
   std::vector<std::weak_ptr<Connection>> visitors_;
   std::optional<ChooseRequest> request_;  // that is under way
   std::optional<ChooseRequest> early_;    // to select, before the scene was prepared
+  std::optional<Marks> asked_;            // marks that are not answered yet
+  std::string failed_;                    // why the last ones select nothing
   std::optional<Marks> selected_;         // by marks, not written yet
   std::chrono::steady_clock::time_point selected_at_;
   std::unique_ptr<Selecting> selecting_;  // null while the scene is being prepared

@@ -40,15 +40,19 @@ void tell_progress(Progress& progress, const Context& outer, std::function<void(
 
 Opener::Opener(const Context& context, LiveSite& site, fs::path folder,
                std::function<void(const Context&, const fs::path&)> open)
-    : context_(context), site_(site), folder_(std::move(folder)), open_(std::move(open)), thread_([this] { work(); }) {}
+    : context_(context), site_(site), folder_(std::move(folder)), open_(std::move(open)), thread_([this] { work(); }) {
+  site_.at_end([this] { stop(); });
+}
 
-Opener::~Opener() {
+Opener::~Opener() { stop(); }
+
+void Opener::stop() {
   {
     const std::lock_guard lock(mutex_);
     ended_ = true;
   }
   wake_.notify_one();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
 }
 
 void Opener::show() {
@@ -68,7 +72,7 @@ std::string Opener::take(const std::string& name, const fs::path& file) {
   if (error) return "The file cannot be kept: " + error.message();
   if (splats_at(scene).empty()) {
     fs::remove(scene, error);
-    return name + " is no file of splats: give .ply, .splat, .spz, .sog or .ksplat.";
+    return name + " is not a splat file: give .ply, .splat, .spz or .sog.";
   }
   scene_ = scene;
   taken_ = true;

@@ -33,6 +33,7 @@ class Opener {
   std::string take(const std::string& name, const std::filesystem::path& file);
 
  private:
+  void stop();
   void work();
   void tell(const nlohmann::json& message);
 

@@ -66,7 +66,8 @@ void LiveClient::work() {
     std::deque<std::string> messages;
     messages.swap(inbox_);
     lock.unlock();
-    for (const std::string& text : messages) handle(text);
+    for (const std::string& text : messages)
+      if (!ended_) handle(text);
     if (running_ && Clock::now() >= due_) {
       try {
         advance();
@@ -104,7 +105,7 @@ void LiveClient::handle(const std::string& text) {
       running_ = *request.run;
       due_ = Clock::now();
     }
-    for (int f = 0; f < request.frames; ++f) advance();
+    for (int f = 0; f < request.frames && !ended_; ++f) advance();
     if (request.frames > 0) {
       send_state(id);
     } else if (id) {

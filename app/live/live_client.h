@@ -39,7 +39,7 @@ class LiveClient : public Client {
   std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<std::string> inbox_;
-  bool ended_ = false;
+  std::atomic<bool> ended_ = false;  // the client has left: what it asked for is not simulated any more
 
   // Of the thread.
   LiveStart start_;

@@ -75,7 +75,7 @@ LiveRequest parse_request(std::string_view text, const InteractionFrame& frame, 
       out.start = parse_start(value, drivers);
     } else if (key == "commands") {
       if (!value.is_array() || value.size() > kMostCommands)
-        throw usage_error(kWhere, "commands", "is no array of at most 256", "send fewer at a time");
+        throw usage_error(kWhere, "commands", "is not an array of at most 256", "send fewer at a time");
       for (const json& command : value) out.commands.push_back(parse_command(command, frame, "commands"));
     } else if (key == "frames") {
       out.frames = static_cast<int>(whole_number(value, "frames", 1, kMostFramesAsked));

@@ -29,7 +29,7 @@ LiveScene load_live_scene(const RunDirectory& run, const Scene& scene, const std
   LiveScene out{scene, load_moving_scene(moving_scene_files(run), scene), {}};
   out.setup = session_setup(run, scene, out.moving.particles);
   if (!out.setup.refused.empty())
-    throw usage_error(what, "", "cannot be played with: " + out.setup.refused, "simulate again");
+    throw usage_error(what, "", "cannot be moved interactively: " + out.setup.refused, "simulate again");
   return out;
 }
 

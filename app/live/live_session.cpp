@@ -59,7 +59,7 @@ void LiveSession::apply(const LiveCommand& command, LiveAnswer& answer) {
     case LiveCommand::Kind::kBegin: {
       if (it != active_.end() || active_.size() >= kMostActive)
         throw usage_error("begin", std::to_string(command.number),
-                          it != active_.end() ? "is the number of what acts already" : "is one too many",
+                          it != active_.end() ? "is already in use" : "exceeds the maximum number of interactions",
                           "end something first");
       const int in_session = session_->begin(command.interaction);
       const InteractionType type = command.interaction.type;

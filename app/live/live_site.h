@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <mutex>
 #include <vector>
 
@@ -32,6 +33,24 @@ class LiveSite {
   void take_files(std::function<std::string(const std::string&, const std::filesystem::path&)> drop) {
     drop_ = std::move(drop);
   }
+  /// `stop` ends a thread that tells or shows things, when the site is served no more and its server is still there.
+  /// From any thread.
+  void at_end(std::function<void()> stop) {
+    const std::lock_guard lock(mutex_);
+    stops_.push_back(std::move(stop));
+  }
+  /// Ends them in the order in which they came.
+  void end() {
+    for (size_t k = 0;; ++k) {
+      std::function<void()> stop;
+      {
+        const std::lock_guard lock(mutex_);
+        if (k == stops_.size()) return stops_.clear();
+        stop = stops_[k];
+      }
+      stop();
+    }
+  }
   LocalServer::Handler handler() {
     return {[this](std::string_view path) { return path.empty() && latest() ? &latest()->page : nullptr; },
             [this](std::shared_ptr<Connection> connection) {
@@ -56,6 +75,7 @@ class LiveSite {
   mutable std::mutex mutex_;
   std::vector<std::unique_ptr<const LiveScreen>> screens_;
   std::vector<std::weak_ptr<Connection>> clients_;
+  std::vector<std::function<void()>> stops_;
   std::function<std::string(const std::string&, const std::filesystem::path&)> drop_;
 };
 

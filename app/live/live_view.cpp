@@ -4,8 +4,10 @@
 #include <spawn.h>
 #include <sys/wait.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "app/live/live_client.h"
 #include "app/page/page_stage.h"
@@ -23,15 +25,21 @@ namespace {
 
 constexpr size_t kPageSize = 32'000'000;  // bytes
 
-/// Starts the default browser, where there is a desktop; true when it was started.
+/// Starts the default browser, where there is a desktop; false where that fails within a second.  Without a known
+/// desktop the program that starts it lives as long as the browser.
 bool open_browser(const std::string& url) {
   if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) return false;
   std::string program = "xdg-open", argument = url;
   char* const arguments[] = {program.data(), argument.data(), nullptr};
   pid_t process = 0;
   if (posix_spawnp(&process, program.c_str(), nullptr, nullptr, arguments, environ) != 0) return false;
-  int status = 0;
-  return waitpid(process, &status, 0) == process && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  constexpr int kAsks = 20;
+  for (int k = 0; k < kAsks; ++k) {
+    int status = 0;
+    if (waitpid(process, &status, WNOHANG) != 0) return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  return true;
 }
 
 }  // namespace
@@ -65,10 +73,11 @@ json serve(const Context& context, const ViewOptions& options, LiveSite& site) {
   LocalServer server(options.server, site.handler());
   const std::string url = server.url();
   if (options.server.allow_remote)
-    context.progress.warn("view: whoever has the address below can move the object, and nothing is encrypted");
+    context.progress.warn("view: anyone with the address below can move the object; the connection is not encrypted");
   const bool opened = options.browser && open_browser(url);
-  context.progress.say(fmt::format("view: {} {}; Ctrl-C ends", opened ? "opened" : "open", url));
+  context.progress.say(fmt::format("view: {} {} (Ctrl-C to stop)", opened ? "opened" : "open", url));
   server.run([&] { return context.interrupted(); });
+  site.end();
   return {{"url", url}};
 }
 
@@ -76,17 +85,17 @@ OptionTable options_of(ViewOptions& options) {
   return {"view",
           {{.name = "port",
             .field = &options.server.port,
-            .help = "Port to listen at; 0 = any that is free",
+            .help = "Port to listen on; 0 = any free port",
             .value = "N",
             .low = 0,
             .high = 65535},
-           {.name = "host", .field = &options.server.host, .help = "Address to listen at", .value = "IP"},
+           {.name = "host", .field = &options.server.host, .help = "Address to listen on", .value = "IP"},
            {.name = "allow-remote",
             .field = &options.server.allow_remote,
-            .help = "Let other machines in, with --host; nothing is encrypted"},
+            .help = "Allow other machines to connect (with --host); not encrypted"},
            {.name = "choose",
             .field = &options.choose,
-            .help = "Begin with the choice of an object, although one has been made to move"},
+            .help = "Start with choosing an object, even if one has already been simulated"},
            {.name = "no-browser",
             .field = &options.browser,
             .help = "Do not open the page in the default browser",

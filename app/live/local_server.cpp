@@ -16,6 +16,7 @@ using namespace serving;
 namespace {
 
 constexpr char kLive[] = "live", kDrop[] = "drop/";
+constexpr int kUnnamedPort = 80;                       // which browsers leave out
 constexpr auto kAsk = std::chrono::milliseconds(200);  // how often `stop` is asked
 
 /// Whether two texts are equal, in a time that does not tell where they differ.
@@ -171,9 +172,9 @@ LocalServer::LocalServer(const LocalServerOptions& options, Handler handler) : s
   s.handler = std::move(handler);
   beast::error_code error;
   const asio::ip::address address = asio::ip::make_address(options.host, error);
-  if (error) throw usage_error("--host", options.host, "is no IP address", "give one such as 127.0.0.1");
+  if (error) throw usage_error("--host", options.host, "is not an IP address", "give one such as 127.0.0.1");
   if (!address.is_loopback() && !options.allow_remote)
-    throw usage_error("--host", options.host, "lets others on the network in", "add --allow-remote if that is meant");
+    throw usage_error("--host", options.host, "is reachable from other machines", "add --allow-remote to allow this");
   const tcp::endpoint endpoint(address, static_cast<uint16_t>(options.port));
   s.acceptor.open(endpoint.protocol(), error);
   if (!error) s.acceptor.set_option(tcp::acceptor::reuse_address(true), error);
@@ -182,7 +183,10 @@ LocalServer::LocalServer(const LocalServerOptions& options, Handler handler) : s
   if (error)
     throw usage_error("--port", std::to_string(options.port), "cannot be used: " + error.message(),
                       "give another one, or 0 for any");
-  for (const char* name : {"127.0.0.1", "localhost", "[::1]"}) s.hosts.insert(fmt::format("{}:{}", name, port()));
+  for (const std::string& name : {std::string("127.0.0.1"), std::string("localhost"), std::string("[::1]"), s.host()}) {
+    s.hosts.insert(fmt::format("{}:{}", name, port()));
+    if (port() == kUnnamedPort) s.hosts.insert(name);
+  }
   s.accept();
 }
 
@@ -192,11 +196,7 @@ LocalServer::~LocalServer() {
 
 int LocalServer::port() const { return state_->acceptor.local_endpoint().port(); }
 
-std::string LocalServer::url() const {
-  const std::string& host = state_->options.host;
-  const bool v6 = host.find(':') != std::string::npos;
-  return fmt::format("http://{}:{}/{}/", v6 ? "[" + host + "]" : host, port(), state_->token);
-}
+std::string LocalServer::url() const { return fmt::format("http://{}:{}/{}/", state_->host(), port(), state_->token); }
 
 void LocalServer::run(const std::function<bool()>& stop) {
   while (!stop()) state_->context.run_for(kAsk);

@@ -12,6 +12,7 @@
 #include <boost/beast/websocket.hpp>
 #include <chrono>
 #include <deque>
+#include <optional>
 #include <random>
 #include <set>
 
@@ -56,6 +57,10 @@ struct pliant::LocalServer::State {
   std::set<std::string> hosts;  // that requests may name
   bool uploading = false;
 
+  /// As an address names it.
+  std::string host() const {
+    return options.host.find(':') == std::string::npos ? options.host : "[" + options.host + "]";
+  }
   bool knows_host(std::string_view host) const { return options.allow_remote || hosts.count(std::string(host)); }
   bool knows_origin(std::string_view origin) const {
     constexpr std::string_view kScheme = "http://";
@@ -84,10 +89,12 @@ class Counted {
 class Socket : public Connection, public std::enable_shared_from_this<Socket> {
  public:
   Socket(State& state, beast::tcp_stream stream)
-      : state_(state), counted_(state.clients), socket_(std::move(stream)), timer_(state.context) {
+      : state_(state), counted_(std::in_place, state.clients), socket_(std::move(stream)), timer_(state.context) {
     state_.sockets.insert(this);
   }
-  ~Socket() override { state_.sockets.erase(this); }
+  ~Socket() override {
+    if (!dropped_) state_.sockets.erase(this);
+  }
 
   void start(const http::request<http::empty_body>& request) {
     websocket::stream_base::timeout timeout;
@@ -110,10 +117,12 @@ class Socket : public Connection, public std::enable_shared_from_this<Socket> {
     asio::post(state_.context, [self = shared_from_this()] { self->drop(); });
   }
 
-  /// Ends the connection, and the client.
+  /// Ends the connection, and the client.  The last reference may be released by another thread, after this alone.
   void drop() {
     if (dropped_) return;
     dropped_ = true;
+    state_.sockets.erase(this);
+    counted_.reset();
     timer_.cancel();
     beast::get_lowest_layer(socket_).close();
     client_.reset();
@@ -169,7 +178,7 @@ class Socket : public Connection, public std::enable_shared_from_this<Socket> {
   }
 
   State& state_;
-  Counted counted_;
+  std::optional<Counted> counted_;
   websocket::stream<beast::tcp_stream> socket_;
   asio::steady_timer timer_;
   beast::flat_buffer buffer_;

@@ -22,7 +22,10 @@ class Upload : public std::enable_shared_from_this<Upload> {
         done_(std::move(done)) {
     state_.uploading = true;
   }
-  ~Upload() { state_.uploading = false; }
+  ~Upload() {
+    if (opened_) close(false);
+    state_.uploading = false;
+  }
 
   void start() {
     beast::error_code error;
@@ -31,6 +34,7 @@ class Upload : public std::enable_shared_from_this<Upload> {
     if (const auto length = parser_.content_length(); length && *length > most)
       return done_(http::status::payload_too_large);
     parser_.get().body().open(file_.c_str(), beast::file_mode::write, error);
+    opened_ = !error;
     if (error) return finish(http::status::insufficient_storage);
     read();
   }
@@ -47,10 +51,15 @@ class Upload : public std::enable_shared_from_this<Upload> {
     });
   }
 
-  void finish(http::status status) {
+  void close(bool keep) {
     parser_.get().body().close();
     std::error_code none;
-    if (status != http::status::ok) std::filesystem::remove(file_, none);
+    if (!keep) std::filesystem::remove(file_, none);
+    opened_ = false;
+  }
+
+  void finish(http::status status) {
+    close(status == http::status::ok);
     state_.uploading = false;
     done_(status);
   }
@@ -60,6 +69,7 @@ class Upload : public std::enable_shared_from_this<Upload> {
   beast::flat_buffer& buffer_;
   http::request_parser<http::file_body> parser_;
   const std::filesystem::path file_;
+  bool opened_ = false;
   const std::function<void(http::status)> done_;
 };
 

@@ -30,7 +30,7 @@ json parse_message(std::string_view text, const std::string& described) {
   };
   json value = json::parse(text, callback, false);
   if (deep || value.is_discarded() || !value.is_object())
-    throw usage_error("message", "", "is no JSON object", "see " + described);
+    throw usage_error("message", "", "is not a JSON object", "see " + described);
   return value;
 }
 

@@ -38,7 +38,7 @@ double number(const json& row, const char* field, const std::string& file, doubl
 const json& rows_of(const json& all, const char* field, const std::string& file) {
   static const json none = json::array();
   if (!all.contains(field)) return none;
-  if (!all[field].is_array()) throw input_error(file, field, "is no array", "save the recording again");
+  if (!all[field].is_array()) throw input_error(file, field, "is not an array", "save the recording again");
   return all[field];
 }
 

@@ -107,7 +107,8 @@ double wanted_frequency(const ObjectPrior& prior, double softness, double freque
   if (prior.guessed) return at_softness(*prior.frequency, softness);
   const bool sways = prior.frequency && prior.frequency->typical > 0;
   const double low = sways ? prior.frequency->low : 0, high = sways ? prior.frequency->high : kHighestFrequency;
-  return std::clamp(frequency, low, std::min(high, kHighestFrequency));
+  const double most = std::min(high, kHighestFrequency);
+  return std::clamp(frequency, std::min(low, most), most);
 }
 
 json band_json(const Band& band) { return {{"low", band.low}, {"typical", band.typical}, {"high", band.high}}; }
@@ -155,19 +156,20 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
 
   std::string words = prior.source;
   if (std::abs(factor - 1) > 1e-3 && !prior.guessed)
-    words +=
-        fmt::format("; E times {:.3g}, since with {:.3g} Pa it would sway at {:.3g} Hz", factor, means.young, *shown);
+    words += fmt::format("; E multiplied by {:.3g}, because with {:.3g} Pa it would sway at {:.3g} Hz", factor,
+                         means.young, *shown);
   write_material(run / in.outputs[0],
                  {solid.young, solid.poisson, solid.density, "predicted for '" + prior.name + "'",
                   file.samples.position, file.samples.volume, field.sigma},
                  provenance);
   context.progress.say(
       fmt::format("predict: {}{}: E {:.3g} Pa on average ({:.2g} to {:.2g}), nu {:.2f}, rho {:.4g} kg/m^3, sways at {}",
-                  prior.guessed ? "unknown, taken for a " : "", prior.name, young, young_band.low, young_band.high,
+                  prior.guessed ? "unknown, assumed to be a " : "", prior.name, young, young_band.low, young_band.high,
                   means.poisson, means.density, shown ? fmt::format("{:.2g} Hz", frequency) : "an unknown frequency"));
   if (prior.guessed)
     context.progress.say(
-        "predict: E is a guess that moves pleasantly; --label says what the object is, --softness 0..1 how soft");
+        "predict: E is a guess chosen for a visible sway; set the object with --label, or its softness with --softness "
+        "0..1");
   const ObjectMaterial law{young, means.poisson, means.density, prior.law};
   return {{"understood", prior.name},
           {"guessed", prior.guessed},
@@ -229,12 +231,14 @@ void assume_height(const Context& context, RunDirectory& run, Scene& scene, cons
   const json& typed = run.scene();
   json height;
   if (!typed.contains("metres_per_unit") && !typed.contains("object_height") && !scene.settings.metres_per_unit) {
+    // What was assumed of an object before this one does not hold.
+    scene.object_height = 0;
+    scene.metres_per_unit = 1;
     const ObjectPrior prior = object_prior({stage.material, stage.label, extracted(run, {"name"})["name"], {}, {}});
     if (prior.height) {
       height = prior.height->typical;
       context.progress.say(
-          fmt::format("scale: the object is taken to be {:g} m high, as is usual for '{}' "
-                      "(--object-height says otherwise)",
+          fmt::format("scale: the object is assumed to be {:g} m high, typical of '{}' (override with --object-height)",
                       prior.height->typical, prior.name));
     }
   }
@@ -251,16 +255,16 @@ OptionTable options_of(PredictStage& stage) {
         .value = "TEXT"},
        {.name = "material",
         .field = &stage.material,
-        .help = "Material of the table that it is made of, instead of a label (pliant predict --list)",
+        .help = "Material from the table, instead of a label (see pliant predict --list)",
         .value = "NAME"},
        {.name = "softness",
         .field = &stage.softness,
-        .help = "Where in its band E lies: 0 = stiffest, 1 = softest",
+        .help = "Position of E in its predicted range: 0 = stiffest, 1 = softest",
         .low = 0,
         .high = 1},
        {.name = "weights",
         .field = &stage.weights,
-        .help = "Network of train-predictor that distributes the material (default: the one that ships)",
+        .help = "Material network from train-predictor (default: the bundled one)",
         .value = "FILE",
         .exists = true,
         .recorded = Recorded::kContents},

@@ -53,6 +53,24 @@ std::vector<std::string> aside_names(const std::map<std::string, std::string>& m
 
 bool is_digest(const json& value) { return value.is_string() && value.get_ref<const std::string&>().size() == 64; }
 
+/// Whether a name that a record gives is that of something within the run directory.
+bool is_inside(const json& name) {
+  if (!name.is_string()) return false;
+  const fs::path path = fs::path(name.get<std::string>()).lexically_normal();
+  return path.is_relative() && !path.empty() && *path.begin() != ".." && *path.begin() != ".";
+}
+
+/// The field for which the record of a finished stage is of no use, or empty.
+std::string unusable_field(const json& record) {
+  for (const char* field : {"options", "scene", "found", "inputs", "outputs", "summary"})
+    if (!record.is_object() || !record.contains(field)) return field;
+  for (const char* field : {"outputs", "kept"})
+    for (const json& name : record.value(field, json::array()))
+      if (!is_inside(name)) return field;
+  const json& summary = record["summary"];
+  return summary.is_object() && summary.contains("folder") && !is_inside(summary["folder"]) ? "summary.folder" : "";
+}
+
 /// Texts in `value` that name the folder `before` or something in it name `after` instead.
 void rename_paths(const std::string& before, const std::string& after, json& value) {
   if (value.is_structured())
@@ -86,7 +104,7 @@ json record_of(const StageKey& key, uint64_t seed) {
 
 std::string first_difference(const json& before, const json& now) {
   constexpr std::pair<const char*, const char*> kKinds[] = {
-      {"options", "option"}, {"scene", "the scene's"}, {"found", "the earlier stages'"}, {"inputs", "input"}};
+      {"options", "option"}, {"scene", "scene setting"}, {"found", "earlier result"}, {"inputs", "input"}};
   if (before.value("seed", json()) != now["seed"])
     return fmt::format("option 'seed' was {}, now {}", before.value("seed", json()).dump(), now["seed"].dump());
   for (const auto& [key, kind] : kKinds)
@@ -113,10 +131,14 @@ void RunDirectory::read() {
     manifest_ = {{"pliant", PLIANT_VERSION}, {"scene", nullptr}, {"stages", json::object()}};
     return;
   }
-  manifest_ = json::parse(read_text(path_ / "run.json"), nullptr, false);
-  if (manifest_.is_discarded() || !manifest_.contains("stages") || !manifest_["stages"].is_object())
-    throw input_error((path_ / "run.json").string(), "stages", "is not a record of a run",
-                      "restore the file, or give another --out");
+  const std::string file = (path_ / "run.json").string(), advice = "restore the file, or give another --out";
+  json read = json::parse(read_text(path_ / "run.json"), nullptr, false);
+  if (!read.is_object() || !read.contains("scene") || !read.contains("stages") || !read["stages"].is_object())
+    throw input_error(file, "stages", "is not a record of a run", advice);
+  for (const auto& [stage, record] : read["stages"].items())
+    if (const std::string field = unusable_field(record); !field.empty())
+      throw input_error(file, "stages." + stage + "." + field, "is missing or leads out of the run directory", advice);
+  manifest_ = std::move(read);
 }
 
 void RunDirectory::hold() {
@@ -237,7 +259,7 @@ RunDirectory::Replaced RunDirectory::begin_replacing(const Context& context, con
     replaced.moved = move_aside({kept.begin(), kept.end()});
     if (!replaced.moved.empty())
       context.progress.say(
-          fmt::format("{}: previous results are kept: {}", key.name, fmt::join(aside_names(replaced.moved), ", ")));
+          fmt::format("{}: previous results kept as {}", key.name, fmt::join(aside_names(replaced.moved), ", ")));
   }
   manifest_["stages"].erase(key.name);
   return replaced;

@@ -114,13 +114,13 @@ std::map<Place, Sharing> share_nodes(std::vector<Part>& parts, const std::vector
 /// Parts of a block that reach no common node share it: which one of the block's [parts] each of them is in.
 std::vector<int> share_blocks(const std::vector<Part>& parts, std::map<Place, Sharing>& around) {
   std::vector<int> number(parts.size());
-  std::map<std::array<int, 4>, std::vector<int>> firsts;  // of each block, the first part in it
+  std::map<Place, std::vector<int>> firsts;  // of each block of any object, the first part in it
   for (size_t p = 0; p < parts.size(); ++p) {
     const Part& part = parts[p];
-    std::vector<int>& of_place = firsts[{part.block.x, part.block.y, part.block.z, part.block.object}];
+    std::vector<int>& of_place = firsts[{part.block.x, part.block.y, part.block.z}];
     size_t k = 0;
     for (; k < of_place.size(); ++k) {
-      bool fits = true;
+      bool fits = parts[of_place[k]].block.object == part.block.object;
       for (int o = 0; o < 8 && fits; ++o)
         fits = around.at(place_of(part.block, o)).may_join(part.touch[o], parts[of_place[k]].touch[o]);
       if (fits) break;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdlib>
 #include <cstring>
 
 namespace pliant {
@@ -115,7 +116,8 @@ double PlyRows::read_scalar(const PlyProperty& property, PlyType type) {
     throw input_error(file_, "property " + property.name, "has the value '" + word_.substr(0, 40) + "'",
                       "it must be a number");
   }
-  return failed == std::errc() ? value : 0.0;
+  // Out of range: infinite, or next to zero.
+  return failed == std::errc() ? value : std::strtod(begin, nullptr);
 }
 
 }  // namespace pliant

@@ -32,6 +32,7 @@ TEST(ChooseRequest, IsOneOfSixAndEverythingElseIsRefused) {
   EXPECT_EQ(box.camera, 5);
   EXPECT_EQ(box.marks.grow, 0);
   EXPECT_EQ(parse_choose_request(R"({"select": {"clicks": ["0,1,2"], "grow": -3}})").marks.grow, -3);
+  EXPECT_TRUE(parse_choose_request(R"({"select": {"clicks": [], "grow": 0}})").marks.empty()) << "all were taken back";
   const ChooseRequest hover = parse_choose_request(R"({"hover": [3, 10.5, 20]})");
   EXPECT_EQ(hover.kind, ChooseRequest::Kind::kHover);
   EXPECT_EQ(hover.camera, 3);
@@ -51,7 +52,7 @@ TEST(ChooseRequest, IsOneOfSixAndEverythingElseIsRefused) {
                                    std::string("{}"),
                                    std::string(R"({"find": 1})"),
                                    std::string(R"({"find": true, "cancel": true})"),
-                                   std::string(R"({"select": {}})"),
+                                   std::string(R"({"select": 1})"),
                                    std::string(R"({"select": {"clicks": "0,1,2"}})"),
                                    std::string(R"({"select": {"clicks": [1]}})"),
                                    std::string(R"({"select": {"clicks": ["0,1,2"], "camera": -1}})"),
@@ -104,6 +105,32 @@ class Choice : public FitVideo {
       if (thing["name"] == scene_.settings.object) return thing["id"];
     ADD_FAILURE() << "no object " << scene_.settings.object;
     return 0;
+  }
+  /// A click into the longest row of pixels of an object in the first view that shows it, and where in its picture.
+  struct Place {
+    std::string click;
+    int camera = 0;
+    size_t pixel = 0;
+  };
+  Place middle_of(uint32_t id) const {
+    const json shown = data();
+    for (const json& view : shown["views"]) {
+      Place place;
+      size_t best = 0, at = 0;
+      for (size_t k = 0; k < view["ids"].size(); at += view["ids"][k + 1].get<size_t>(), k += 2)
+        if (view["ids"][k] == id && view["ids"][k + 1].get<size_t>() > best) {
+          best = view["ids"][k + 1];
+          place.pixel = at + best / 2;
+        }
+      if (best < 6) continue;
+      const size_t width = view["width"];
+      const double scale = view["scale"];
+      place.camera = view["camera"];
+      place.click = std::to_string(place.camera) + "," + std::to_string(scale * (place.pixel % width + 0.5)) + "," +
+                    std::to_string(scale * (place.pixel / width + 0.5));
+      return place;
+    }
+    return {};
   }
   json data() const { return choose_data(*run_, scene_, {}); }
   std::string page() { return site_.handler().page("")->body; }
@@ -272,27 +299,7 @@ TEST_F(Choice, ThePageTakesWhatIsUnderThePointerAndSendsMarks) {
 }
 
 TEST_F(Choice, AMarkIsAnsweredAndWrittenAsTheCommandWritesIt) {
-  // The middle of the longest row of pixels of the plant in the first view that shows it.
-  const uint32_t wanted = plant();
-  std::string click;
-  const json shown = data();
-  int camera = 0;
-  size_t pixel = 0;
-  for (const json& view : shown["views"]) {
-    size_t best = 0, at = 0;
-    for (size_t k = 0; k < view["ids"].size(); at += view["ids"][k + 1].get<size_t>(), k += 2)
-      if (view["ids"][k] == wanted && view["ids"][k + 1].get<size_t>() > best) {
-        best = view["ids"][k + 1];
-        pixel = at + best / 2;
-      }
-    if (best < 6) continue;
-    const size_t width = view["width"];
-    const double scale = view["scale"];
-    camera = view["camera"];
-    click = std::to_string(camera) + "," + std::to_string(scale * (pixel % width + 0.5)) + "," +
-            std::to_string(scale * (pixel / width + 0.5));
-    break;
-  }
+  const auto [click, camera, pixel] = middle_of(plant());
   ASSERT_FALSE(click.empty());
   client_->receive(json({{"select", {{"clicks", {click}}, {"camera", camera}}}}).dump());
   const json selected = await("selected"), mask = await("mask");
@@ -320,6 +327,24 @@ TEST_F(Choice, AMarkIsAnsweredAndWrittenAsTheCommandWritesIt) {
     ASSERT_EQ(again.selected(p), label[p] == SelectionShape::kObject) << "read from the file, Gaussian " << p;
   client_->receive(R"({"name": {"object": 0, "name": "plant in a pot"}})");
   EXPECT_EQ(await("kept")["things"][0]["name"], "plant in a pot");
+}
+
+TEST_F(Choice, WhatIsAskedOfASelectionWaitsForItsAnswer) {
+  const Place place = middle_of(plant());
+  client_->receive(json({{"select", {{"clicks", {place.click}}}}}).dump());
+  client_->receive(R"({"name": {"object": 0, "name": "plant in a pot"}})");
+  EXPECT_EQ(await("kept")["things"].size(), 2u) << "the marks are written first";
+  const json named = await("kept")["things"];
+  EXPECT_EQ(named[0]["name"], "plant in a pot");
+}
+
+TEST_F(Choice, MarksThatWereTakenBackAreNotWritten) {
+  const uint32_t wanted = plant();
+  const size_t things = data()["things"].size();
+  client_->receive(json({{"select", {{"clicks", {middle_of(wanted).click}}}}}).dump());
+  client_->receive(R"({"select": {}})");
+  client_->receive(json({{"name", {{"object", wanted}, {"name", "fern"}}}}).dump());
+  EXPECT_EQ(await("kept")["things"].size(), things);
 }
 
 // In the browser against the program: a click and a box from the keyboard are answered with a mask.

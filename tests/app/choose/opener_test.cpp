@@ -54,7 +54,7 @@ class Open : public ::testing::Test {
 TEST_F(Open, TakesSplatsAndSaysWhatElseIsRefused) {
   const auto inbox = std::make_shared<Inbox>();
   const auto client = site_.handler().connect(inbox);
-  EXPECT_NE(drop("notes.txt", "hello").find("no file of splats"), std::string::npos);
+  EXPECT_NE(drop("notes.txt", "hello").find("not a splat file"), std::string::npos);
   EXPECT_TRUE(fs::is_empty(folder_ / "kept"));
   EXPECT_EQ(drop("broken.ply", made()), "");
   EXPECT_NE(inbox->next().find("is broken"), std::string::npos);
@@ -96,7 +96,7 @@ TEST_F(Open, ThePageSendsAFileAndShowsWhatIsOpened) {
   })())",
                                        site_, folder_.path(), options);
   ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
-  EXPECT_NE(answer["value"][0].get<std::string>().find("notes__1_.txt is no file of splats"), std::string::npos);
+  EXPECT_NE(answer["value"][0].get<std::string>().find("notes__1_.txt is not a splat file"), std::string::npos);
   EXPECT_EQ(json::parse(answer["value"][1].get<std::string>())["reload"], true);
   EXPECT_EQ(opened_, 5u);
   EXPECT_TRUE(fs::exists(folder_ / "kept/my_scene.ply"));

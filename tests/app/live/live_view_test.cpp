@@ -9,6 +9,7 @@
 #include "app/live/live_client.h"
 #include "app/page/clip_html.h"
 #include "app/store/trajectory.h"
+#include "gaussians/io/files/files.h"
 #include "tests/app/fit_video_scene.h"
 #include "tests/app/live/inbox.h"
 
@@ -76,6 +77,17 @@ TEST_F(View, RunsByItselfUntilItIsTold) {
       return;
     }
   FAIL() << "it did not stop";
+}
+
+TEST_F(View, WhatSomeoneAskedForWhoHasLeftIsNotSimulated) {
+  {
+    LiveClient client(*live_, recordings(), inbox_);
+    client.receive(R"({"id": 1, "commands": [["set", 2, 0.2, 0, 0, -5]], "frames": 1})");
+    EXPECT_EQ(meta_of(inbox_->next())["id"], 1);
+    for (int k = 0; k < 20; ++k) client.receive(R"({"frames": 600})");
+  }
+  const json kept = json::parse(read_text(recordings() / "live_0001.json"));
+  EXPECT_LT(kept["frames"].get<int>(), 20 * 600);
 }
 
 // Replay: `simulate --recording` of what a client did gives its last state, bit for bit, twice.

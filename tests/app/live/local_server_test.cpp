@@ -25,11 +25,11 @@ namespace {
 /// A connection as bytes.
 class Wire {
  public:
-  explicit Wire(int port) : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
+  explicit Wire(int port, const char* host = "127.0.0.1") : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(static_cast<uint16_t>(port));
-    inet_pton(AF_INET, "127.0.0.1", &address.sin_addr);
+    inet_pton(AF_INET, host, &address.sin_addr);
     EXPECT_EQ(connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
   }
   ~Wire() { close(socket_); }
@@ -96,8 +96,8 @@ class LocalServerTest : public ::testing::Test {
             [this](std::string_view path) { return path.empty() ? &page_ : nullptr; },
             [this](std::shared_ptr<Connection> c) { return std::make_unique<EchoClient>(c, clients_); }, drop_});
     port_ = server_->port();
-    const std::string url = server_->url();
-    path_ = url.substr(url.find('/', 7));
+    url_ = server_->url();
+    path_ = url_.substr(url_.find('/', 7));
     thread_ = std::thread([this] { server_->run([this] { return stop_.load(); }); });
   }
   void stop() {
@@ -154,7 +154,7 @@ class LocalServerTest : public ::testing::Test {
   std::function<std::string(const std::string&, const std::filesystem::path&)> drop_;
   LocalServer::Page page_;
   std::unique_ptr<LocalServer> server_;
-  std::string path_;
+  std::string url_, path_;
   int port_ = 0;
   std::atomic<bool> stop_ = false;
   std::atomic<int> clients_ = 0;
@@ -332,6 +332,34 @@ TEST(LocalServer, OtherMachinesAreLetInOnRequestOnly) {
   options.host = "0.0.0.0";
   options.allow_remote = true;
   EXPECT_GT(LocalServer(options, none).port(), 0);
+}
+
+TEST_F(LocalServerTest, TheAddressThatItTellsIsItsOwn) {
+  stop();
+  options_.host = "127.0.0.2";
+  start();
+  EXPECT_EQ(url_.find("http://127.0.0.2:"), 0u) << url_;
+  const std::string answer = [&] {
+    Wire wire(port_, "127.0.0.2");
+    wire.send(request(path_, "127.0.0.2:" + std::to_string(port_)));
+    return wire.head();
+  }();
+  EXPECT_EQ(answer.find("HTTP/1.1 200"), 0u) << answer;
+}
+
+TEST_F(LocalServerTest, NothingIsLeftOfAFileThatItsEndCutsOff) {
+  stop();
+  const TemporaryFolder folder;
+  options_.drop_folder = folder.path();
+  drop_ = [](const std::string&, const std::filesystem::path&) { return ""; };
+  start();
+  Wire wire(port_);
+  wire.send(request(path_ + "drop/a.ply", host(), "Content-Length: 1000\r\n", "POST") + "begin");
+  for (int k = 0; k < 500 && std::filesystem::is_empty(folder.path()); ++k)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_FALSE(std::filesystem::is_empty(folder.path()));
+  stop();
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
 }  // namespace

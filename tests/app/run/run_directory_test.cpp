@@ -111,9 +111,9 @@ TEST_F(RunDirectoryTest, WhateverOfAKeyChangesRunsItAgainAndIsNamed) {
   work.options["poisson"] = 0.3;
   expect_again("option 'poisson' was absent, now 0.3");
   work.scene["up"] = {0, 1, 0};
-  expect_again("the scene's 'up' was [0,0,1], now [0,1,0]");
+  expect_again("scene setting 'up' was [0,0,1], now [0,1,0]");
   work.found.erase("height");
-  expect_again("the earlier stages' 'height' was 0.5, now absent");
+  expect_again("earlier result 'height' was 0.5, now absent");
   write_text(input_, "two");
   expect_again("input 'input' has changed");
   work.inputs["other"] = input_;
@@ -250,6 +250,28 @@ TEST_F(RunDirectoryTest, AnotherSceneIsRefused) {
   directory.set_scene({{"source", "a"}}, false);
   EXPECT_NO_THROW(directory.set_scene({{"source", "a"}}, false));
   EXPECT_THROW(directory.set_scene({{"source", "b"}}, false), Error);
+}
+
+TEST_F(RunDirectoryTest, ARecordThatIsIncompleteOrLeadsElsewhereIsRefused) {
+  EXPECT_EQ(run({{"a", 1}}), 1);
+  write_text(folder_ / "mine.txt", "mine");
+  const nlohmann::json whole = nlohmann::json::parse(read_text(folder_ / "run/run.json"));
+  const auto expect_refused = [&](const std::string& field, const std::function<void(nlohmann::json&)>& damage) {
+    nlohmann::json record = whole;
+    damage(record);
+    write_text(folder_ / "run/run.json", record.dump());
+    expect_error(Failure::kInput, {"run.json", field}, [&] { RunDirectory::open(folder_ / "run"); });
+  };
+  expect_refused("stages", [](nlohmann::json& r) { r.erase("scene"); });
+  expect_refused("stages", [](nlohmann::json& r) { r["stages"] = 1; });
+  for (const char* field : {"options", "scene", "found", "inputs", "outputs", "summary"})
+    expect_refused(std::string("stages.work.") + field, [&](nlohmann::json& r) { r["stages"]["work"].erase(field); });
+  for (const std::string& elsewhere : {std::string("../mine.txt"), (folder_ / "mine.txt").string(),
+                                       std::string("a/../../mine.txt"), std::string("."), std::string()})
+    for (const char* field : {"outputs", "kept"})
+      expect_refused(field, [&](nlohmann::json& r) { r["stages"]["work"][field] = {elsewhere}; });
+  expect_refused("folder", [](nlohmann::json& r) { r["stages"]["work"]["summary"]["folder"] = "../other"; });
+  EXPECT_EQ(read_text(folder_ / "mine.txt"), "mine");
 }
 
 }  // namespace

@@ -124,6 +124,21 @@ TEST(BlockGrid, PartsThatReachNoCommonNodeShareBlocksAndYetDoNotHangTogether) {
     for (int k = 0; k < 3; ++k) EXPECT_EQ(grid.hang_together(grid.part_of(i), grid.part_of(k)), i == k);
 }
 
+TEST(BlockGrid, ObjectsShareNoBlockHoweverTheyAreLinked) {
+  // Two objects of two linked particles each, in one block.
+  const std::vector<Coordinates> block_of = {{0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0, 1}};
+  const std::vector<uint8_t> corner(4, 63);
+  const std::vector<BlockGrid::Link> links = {{0, 1}, {2, 3}};
+  BlockGrid grid;
+  grid.build_linked(block_of, corner, links);
+  ASSERT_EQ(grid.particle_blocks(), 2);
+  EXPECT_EQ(grid.node_blocks(), 16);
+  for (int b = 0; b < 2; ++b) {
+    EXPECT_EQ(grid.begin(b + 1) - grid.begin(b), 2);
+    EXPECT_EQ(block_of[grid.order()[grid.begin(b)]].object, block_of[grid.order()[grid.begin(b + 1) - 1]].object);
+  }
+}
+
 TEST(BlockGrid, MovedParticlesLieWhereANewSortPutsThem) {
   auto block_of = random_blocks(500, 2, 2);
   BlockGrid grid;

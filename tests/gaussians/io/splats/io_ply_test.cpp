@@ -135,19 +135,22 @@ TEST(Ply, OtherElementsAndTypesArePassedOver) {
 TEST(Ply, RowsWithNanAreDroppedButOpaqueAndFlatGaussiansAreKept) {
   const TemporaryFolder folder;
   std::string text = ascii_ply(0);
-  text = replaced(text, "vertex 0", "vertex 6");
+  text = replaced(text, "vertex 0", "vertex 8");
   text +=
       "nan 0 0 0 0 0 0 -1 -1 -1 1 0 0 0\n"
       "1 0 0 0 0 0 inf -inf -1 -1 1 0 0 0\n"
       "2 0 0 0 0 0 0 inf -1 -1 1 0 0 0\n"
       "3 0 0 0 -inf 0 0 -1 -1 -1 1 0 0 0\n"
       "4 0 0 0 0 0 0 -1 -1 -1 0 0 0 0\n"
-      "5 1e30 0 0 0 0 0 -1 -1 -1 1 0 0 0\n";
+      "5 1e30 0 0 0 0 0 -1 -1 -1 1 0 0 0\n"
+      "1e999 0 0 0 0 0 0 -1 -1 -1 1 0 0 0\n"
+      "7 1e-999 0 0 0 0 0 -1 -1 -1 1 0 0 0\n";
   ReadReport report;
   const GaussianCloud cloud = read_ply(folder.file("a.ply", text), &report);
-  ASSERT_EQ(cloud.size(), 2u);
-  EXPECT_EQ(report.rows, 6u);
-  EXPECT_EQ(report.dropped, 4u);
+  ASSERT_EQ(cloud.size(), 3u);
+  EXPECT_EQ(report.rows, 8u);
+  EXPECT_EQ(report.dropped, 5u) << "infinite as what no number holds, but not what is next to zero";
+  EXPECT_EQ(cloud.position[2], Vec3f(7, 0, 0));
   EXPECT_EQ(cloud.position[0].x(), 1);
   EXPECT_EQ(sigmoid(cloud.opacity_logit[0]), 1.0f);
   EXPECT_LT(std::exp(cloud.log_scale[0][0]), 1e-12f);
