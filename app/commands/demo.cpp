@@ -67,24 +67,20 @@ void add_demo(CLI::App& app, Program& program) {
       app.add_subcommand("demo", "Make a procedural scene: splats, photos, masks, reference videos, truth/");
   auto options = std::make_shared<DemoOptions>();
   command
-      ->add_option("--kind", options->kind, fmt::format("Object of the scene: {}", fmt::join(demo_kind_names(), ", ")))
+      ->add_option("--kind", options->kind,
+                   fmt::format("Object of the scene: {} [{}]", fmt::join(demo_kind_names(), ", "), options->kind))
       ->check(CLI::IsMember(demo_kind_names()))
-      ->capture_default_str();
-  command->add_option("--gaussians", options->gaussians, "Number of Gaussians in the scene")
-      ->check(CLI::Range(2000, 5000000))
-      ->capture_default_str();
-  command
-      ->add_option("--training", options->training,
-                   "Iterations that optimize the Gaussians on the photos; 0 = keep the initial flat disks")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  command->add_option("--photos", options->photos, "Photos")->check(CLI::Range(2, 1000))->capture_default_str();
-  command->add_option("--width", options->width, "Width of the photos [px]")
-      ->check(CLI::Range(16, 8000))
-      ->capture_default_str();
-  command->add_option("--height", options->height, "Height of the photos [px]")
-      ->check(CLI::Range(16, 8000))
-      ->capture_default_str();
+      ->option_text("KIND");
+  const auto add_number = [&](const char* name, int& field, const std::string& help) {
+    return command->add_option(name, field, fmt::format("{} [{}]", help, field))->option_text("N");
+  };
+  add_number("--gaussians", options->gaussians, "Number of Gaussians in the scene")->check(CLI::Range(2000, 5000000));
+  add_number("--training", options->training,
+             "Training iterations of the Gaussians on the photos; 0 = keep the initial flat disks")
+      ->check(CLI::NonNegativeNumber);
+  add_number("--photos", options->photos, "Number of photos")->check(CLI::Range(2, 1000));
+  add_number("--width", options->width, "Width of the photos [px]")->check(CLI::Range(16, 8000));
+  add_number("--height", options->height, "Height of the photos [px]")->check(CLI::Range(16, 8000));
   command->add_flag_callback(
       "--no-video", [options] { options->video = false; }, "Skip the reference videos and their simulation");
   add_out(*command, program, "Scene folder to write")->required();

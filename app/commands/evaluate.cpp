@@ -1,5 +1,7 @@
 #include "app/evaluate/evaluate.h"
 
+#include <fmt/format.h>
+
 #include <cstdio>
 #include <functional>
 #include <memory>
@@ -14,20 +16,30 @@ namespace pliant {
 namespace {
 
 void add_score(CLI::App& command, SegmentationScore& score) {
-  command.add_option("--band", score.band, "Width of the contour band of boundary_miou [px]; 0 = 2 % of the diagonal")
+  command
+      .add_option(
+          "--band", score.band,
+          fmt::format("Width of the contour band of boundary_miou [px]; 0 = 2 % of the diagonal [{}]", score.band))
       ->check(CLI::Range(0, 1000))
-      ->capture_default_str();
-  command.add_option("--match", score.match, "How IDs are matched: by name, else by ID (auto); id; overlap")
+      ->option_text("N");
+  command
+      .add_option("--match", score.match,
+                  fmt::format("How IDs are matched: by name, else by ID (auto); id; overlap [{}]", score.match))
       ->check(CLI::IsMember({"auto", "id", "overlap"}))
-      ->capture_default_str();
+      ->option_text("auto|id|overlap");
   command.add_flag("--common", score.common, "Skip images without a prediction instead of scoring them 0");
 }
 
 void add_interval(CLI::App& command, ClipPart& score) {
-  command.add_option("--fps", score.fps, "Frames per second of image folders")->check(CLI::PositiveNumber);
-  command.add_option("--from", score.from, "Start of the compared interval [s]")->check(CLI::NonNegativeNumber);
+  command.add_option("--fps", score.fps, "Frames per second of image folders")
+      ->check(CLI::PositiveNumber)
+      ->option_text("X");
+  command.add_option("--from", score.from, fmt::format("Start of the compared interval [s] [{}]", score.from))
+      ->check(CLI::NonNegativeNumber)
+      ->option_text("X");
   command.add_option("--until", score.until, "End of the compared interval [s] (default: the end of the clip)")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::PositiveNumber)
+      ->option_text("X");
 }
 
 void add_score(CLI::App& command, MotionScore& score) {
@@ -35,7 +47,8 @@ void add_score(CLI::App& command, MotionScore& score) {
   command
       .add_option("--free-from", score.free_from,
                   "Time after which no force acts [s] (default: where the motion is largest)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::NonNegativeNumber)
+      ->option_text("X");
 }
 
 void add_slices(CLI::App& evaluate, Program& program) {
@@ -49,9 +62,10 @@ void add_slices(CLI::App& evaluate, Program& program) {
   sub->add_option("REFERENCE", files->reference, "Video or folder of frames")->required();
   sub->add_option("CLIPS", files->clips, "Videos or folders to compare with it")->required();
   add_interval(*sub, files->score);
-  sub->add_option("--row", files->score.row, "Row of pixels [px] (default: that which changes most)");
-  sub->add_option("--column", files->score.column, "Column of pixels [px] (default: that which changes most)");
-  add_out(*sub, program, "Image to write (default: slices.png)");
+  sub->add_option("--row", files->score.row, "Pixel row (default: the one that changes most)")->option_text("N");
+  sub->add_option("--column", files->score.column, "Pixel column (default: the one that changes most)")
+      ->option_text("N");
+  add_out(*sub, program, "Image to write (default: slices.png)")->option_text("FILE");
   add_common(*sub, program);
   sub->callback([files, &program] {
     program.action = [files, &program](Context&) {
@@ -94,10 +108,11 @@ void add_evaluate(CLI::App& app, Program& program) {
     auto asserts = std::make_shared<std::vector<std::string>>();
     sub->add_option("PRED", *pred, "Computed result")->required();
     sub->add_option("TRUTH", *truth, "Ground truth")->required();
-    sub->add_option("--assert", *asserts, "Fail unless this holds, for example psnr>=30; repeatable");
+    sub->add_option("--assert", *asserts, "Fail unless this holds, for example psnr>=30; repeatable")
+        ->option_text("CONDITION");
     if (kind.name == std::string("segmentation")) add_score(*sub, *score);
     if (kind.name == std::string("motion")) add_score(*sub, *motion);
-    add_out(*sub, program, "Also write the JSON to this file");
+    add_out(*sub, program, "Also write the JSON to this file")->option_text("FILE");
     add_common(*sub, program);
     sub->callback([=, &program] {
       program.action = [=, &program](Context&) {

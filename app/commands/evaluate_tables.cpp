@@ -1,5 +1,7 @@
 #include "app/commands/evaluate_tables.h"
 
+#include <fmt/format.h>
+
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -28,18 +30,18 @@ void give(const Program& program, const json& result, const std::vector<std::str
 }
 
 void add_bootstrap(CLI::App& command, BootstrapOptions& options) {
-  command.add_option("--level", options.level, "Confidence level of the intervals")
+  command.add_option("--level", options.level, fmt::format("Confidence level of the intervals [{}]", options.level))
       ->check(CLI::Range(0.5, 0.999))
-      ->capture_default_str();
-  command.add_option("--resamples", options.resamples, "Bootstrap resamples")
+      ->option_text("X");
+  command.add_option("--resamples", options.resamples, fmt::format("Bootstrap resamples [{}]", options.resamples))
       ->check(CLI::Range(100, 10000000))
-      ->capture_default_str();
+      ->option_text("N");
 }
 
 constexpr const char* kTables = "Folder for the tables as JSON, CSV and Markdown";
 
 void add_compare(CLI::App& evaluate, Program& program) {
-  CLI::App* sub = evaluate.add_subcommand("compare", "Tables of one method against each other, from result files");
+  CLI::App* sub = evaluate.add_subcommand("compare", "Compare one method with all others, from result files");
   struct Given {
     std::vector<std::string> methods;
     CompareOptions options;
@@ -49,7 +51,8 @@ void add_compare(CLI::App& evaluate, Program& program) {
       ->required()
       ->expected(2, 1000);
   sub->add_option("--metric", given->options.metrics,
-                  "Metric to compare, or any key as KEY:higher or KEY:lower; repeatable (default: all known)");
+                  "Metric to compare, or any key as KEY:higher or KEY:lower; repeatable (default: all known)")
+      ->option_text("KEY");
   add_bootstrap(*sub, given->options.bootstrap);
   add_out(*sub, program, kTables);
   add_common(*sub, program);
@@ -83,9 +86,11 @@ void add_study(CLI::App& evaluate, Program& program) {
   auto given = std::make_shared<Given>();
   sub->add_option("LIST", given->list, "study.json: scenes with a clip of each method, and what is asked")->required();
   sub->add_option("--answers", given->answers,
-                  "Answers that the page saved, or folders of them; repeatable: statistics instead of the page");
+                  "Answers that the page saved, or folders of them; repeatable: statistics instead of the page")
+      ->option_text("FILE|DIR");
   add_bootstrap(*sub, given->bootstrap);
-  add_out(*sub, program, "Page to write (default: study.html); with --answers a folder for the tables");
+  add_out(*sub, program, "Page to write (default: study.html); with --answers a folder for the tables")
+      ->option_text("FILE|DIR");
   add_common(*sub, program);
   sub->callback([given, sub, &program] {
     program.action = [given, sub, &program](Context& context) {
@@ -111,16 +116,17 @@ void add_study(CLI::App& evaluate, Program& program) {
 
 void add_calibration(CLI::App& evaluate, Program& program) {
   CLI::App* sub =
-      evaluate.add_subcommand("calibration", "Coverage of stated uncertainties, and the factor that mends it");
+      evaluate.add_subcommand("calibration", "Coverage of stated uncertainties, and the factor that corrects it");
   struct Given {
     std::string table;
     CalibrationOptions options;
   };
   auto given = std::make_shared<Given>();
   sub->add_option("TABLE", given->table, "CSV: estimate, truth, sigma or low and high; quantity")->required();
-  sub->add_option("--band", given->options.band, "Probability that low and high were stated for")
+  sub->add_option("--band", given->options.band,
+                  fmt::format("Probability that low and high were stated for [{}]", given->options.band))
       ->check(CLI::Range(0.01, 0.999))
-      ->capture_default_str();
+      ->option_text("X");
   add_out(*sub, program, kTables);
   add_common(*sub, program);
   sub->callback([given, &program] {
@@ -142,7 +148,7 @@ void add_self_test(CLI::App& evaluate, Program& program) {
       json result = self_test();
       give(program, result, {"checks"}, self_test_tables(result));
       if (result["failed"] > 0)
-        throw Error(Failure::kInput, "evaluate", "self-test", result["failed"].dump() + " checks missed their answer",
+        throw Error(Failure::kInput, "evaluate", "self-test", result["failed"].dump() + " checks failed",
                     "this build must not be trusted");
       return result;
     };

@@ -30,7 +30,7 @@ void check_given(const CLI::App& command, ExportOptions& options) {
   check_given(command, options.splats);
   const OptionTable table = options_of(options);
   if (options.html.empty()) {
-    refuse_given(command, table, {"does nothing without --html", "add --html FILE", {"html-size", "html-licence"}});
+    refuse_given(command, table, {"does nothing without --html", "add --html FILE", {"html-size", "html-license"}});
     return;
   }
   refuse_given(command, table,

@@ -38,7 +38,7 @@ std::vector<std::string> expand_config(int argc, const char* const* argv) {
     if (file.empty()) continue;
     const nlohmann::json config = nlohmann::json::parse(read_text(file), nullptr, false);
     if (!config.is_object())
-      throw usage_error(file, "", "is not a JSON object", "write {\"young\": 20000, \"fps\": 30}");
+      throw usage_error(file, "", "is not a JSON object", "write {\"young\": 20000, \"duration\": 4}");
     std::vector<std::string> options;
     for (const auto& [key, value] : config.items()) {
       const std::string flag = "--" + key;

@@ -50,7 +50,7 @@ void add_render(CLI::App& app, Program& program) {
   add_scene_options(*command, program, options->scene);
   add_options(*command, program, clip_options(options->stage));
   add_options(*command, program, picture_options(options->pictures));
-  add_out(*command, program, "For a scene: folder for the images, or an .mp4 file");
+  add_out(*command, program, "For a scene: folder for the images, or an .mp4 file")->option_text("DIR|FILE");
   add_overwrite(*command, program);
   add_common(*command, program);
   command->callback([options, command, &program] {

@@ -26,7 +26,7 @@ std::string times_table(const json& stages) {
   }
   return fmt::format(
       "<table><tr><th>stage</th><th>seconds</th><th>peak memory [MB]</th><th>options</th></tr>\n{}"
-      "<tr><td>all</td><td>{:.1f}</td><td></td><td></td></tr></table>\n",
+      "<tr><td>total</td><td>{:.1f}</td><td></td><td></td></tr></table>\n",
       rows, total);
 }
 
@@ -58,7 +58,7 @@ std::string assumptions(const RunDirectory& run, const Scene& scene, const json&
   if (!scene.settings.up && !run.scene().contains("up"))
     add("up", fmt::format("{:.3f}, {:.3f}, {:.3f}", scene.up.x(), scene.up.y(), scene.up.z()), "", scene.up_source);
   if (run.note("assumed_height").is_number())
-    add("height [m]", fmt::format("{:g}", scene.object_height), "", "usual for what the label names");
+    add("height [m]", fmt::format("{:g}", scene.object_height), "", "typical height for the label");
   else if (scene.object_height == 0 && !scene.settings.metres_per_unit && !run.scene().contains("metres_per_unit"))
     add("length of a unit [m]", "1", "", "unknown");
   if (stages.contains("predict")) {
@@ -70,7 +70,7 @@ std::string assumptions(const RunDirectory& run, const Scene& scene, const json&
     add("Poisson's ratio", fmt::format("{:.3g}", p["poisson"].get<double>()), band_text(p["poisson_band"]), source);
     add("density [kg/m^3]", fmt::format("{:.4g}", p["density"].get<double>()), band_text(p["density_band"]), source);
     if (p["frequency_hz"].is_number())
-      add("sways at [Hz]", fmt::format("{:.2g}", p["frequency_hz"].get<double>()), band_text(p["frequency_band"]),
+      add("sway frequency [Hz]", fmt::format("{:.2g}", p["frequency_hz"].get<double>()), band_text(p["frequency_band"]),
           source);
   }
   if (rows.empty()) return "";
@@ -84,8 +84,8 @@ std::string material_section(const RunDirectory& run, const json& stages) {
   if (html.empty()) return "";
   if (stages["simulate"]["found"].contains("predicted")) {
     const json& p = stages["predict"]["summary"];
-    html += fmt::format("<p>Predicted: {:.3g} Pa on average, which may be {} Pa (10 to 90 %).</p>\n",
-                        p["young"].get<double>(), band_text(p["young_band"]));
+    html += fmt::format("<p>Predicted mean: {:.3g} Pa; 80 % interval {} Pa.</p>\n", p["young"].get<double>(),
+                        band_text(p["young_band"]));
   }
   return "<h2>Material</h2>\n" + html;
 }
@@ -123,7 +123,7 @@ void write_report(const RunDirectory& run, const Scene& scene, const std::string
           html_picture(run, "extract.png", "The object, and the Gaussians that each rule removed or added") +
           rules_table(extract);
   html += "<h2>Repair</h2>\n" + html_picture(run, "repair.png", "Before, hole, after");
-  html += "<h2>Body</h2>\n" + html_picture(run, "pieces.png", "What hangs together of the simulated body");
+  html += "<h2>Body</h2>\n" + html_picture(run, "pieces.png", "Connected pieces of the simulated body");
   html += material_section(run, stages);
   if (stages["simulate"]["found"].value("fitted", false)) html += "<h2>Fit</h2>\n" + fit_section(run);
   html += "<h2>Times</h2>\n" + times_table(stages);

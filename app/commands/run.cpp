@@ -105,7 +105,7 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
     simulate.material.density.reset();
   } else if (is_fitted(run)) {
     simulate.use_fit = false;
-    context.progress.say("simulate: the fit that is here is not used " + no_fit);
+    context.progress.say("simulate: the existing fit is not used " + no_fit);
   }
   run_simulate(context, run, scene, simulate);
   run_render(context, run, scene, options.render);
@@ -115,7 +115,7 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
     run_page(context, run, scene, page);
   } else {
     refuse_given(command, options_of(options.page),
-                 {"does nothing with --no-html", "leave it out", {"html-size", "html-licence"}});
+                 {"does nothing with --no-html", "leave it out", {"html-size", "html-license"}});
     drop_page(run);
   }
   write_report(run, scene, program.command_line);

@@ -23,7 +23,7 @@ CLI::App* add_edit(CLI::App& segment, Program& program) {
   edit("--merge", ObjectEdit::Kind::kMerge,
        "ID,ID,...: merge these objects into the first; repeatable, like the others");
   edit("--split", ObjectEdit::Kind::kSplit, "ID: split into its separate parts, or cut in two by color and distance");
-  edit("--drop", ObjectEdit::Kind::kDrop, "ID: remove the object; its Gaussians take the label around them");
+  edit("--drop", ObjectEdit::Kind::kDrop, "ID: remove the object; its Gaussians take the label of their surroundings");
   edit("--name", ObjectEdit::Kind::kName, "ID=NAME");
   add_common(*command, program);
   command->callback([=, &program] {

@@ -11,7 +11,7 @@ void add_train_predictor(CLI::App& app, Program& program) {
       app.add_subcommand("train-predictor", "Train the network that predict distributes materials with");
   auto training = std::make_shared<TrainPredictor>();
   add_options(*command, program, options_of(*training));
-  add_out(*command, program, "Folder of the weights, their curve and figures")->required();
+  add_out(*command, program, "Folder for the weights, the training curve and the metrics")->required();
   add_overwrite(*command, program);
   add_common(*command, program);
   command->callback([=, &program] {

@@ -53,7 +53,7 @@ Metric metric_named(const std::string& text, const std::string& option) {
     const std::string key = text.substr(0, colon), direction = text.substr(colon + 1);
     if (direction == "higher" || direction == "lower") return {key, key, "", direction == "higher", 0};
   }
-  throw usage_error("evaluate", option, "is '" + text + "', which is no metric of evaluate",
+  throw usage_error("evaluate", option, "is '" + text + "', which is not a metric of evaluate",
                     "did you mean '" + nearest_name(text, known) + "'? Write others as KEY:higher or KEY:lower");
 }
 

@@ -64,8 +64,8 @@ FitBlindness find_blindness(const FitScene& fit, const FittedMotion& motion) {
 std::string poor_fit(const FitEvidence& e) {
   if (!(e.rms_still > 0) || e.rms <= kPoor * e.rms_still) return "";
   return fmt::format(
-      "The fitted motion explains {} of the video: track RMSE {:.2f} px, {:.2f} px if nothing moved. E, damping and "
-      "their errors are not to be relied on: check the pins, the mask of what moves and the camera.",
+      "The fitted motion explains {} of the video: track RMSE {:.2f} px, against {:.2f} px for a static object. Do not "
+      "rely on E, damping or their errors; check the pins, the object mask and the camera.",
       e.rms < e.rms_still ? "little" : "nothing", e.rms, e.rms_still);
 }
 

@@ -31,7 +31,7 @@ std::string numbers(const json& fit) {
   row("rms_mm", "marker RMSE", "{:.3g} mm");
   row("rms_with_later_mm", "marker RMSE with the held-out motion", "{:.3g} mm");
   row("rms_px", "track RMSE over the fitted frames", "{:.2f} px");
-  row("rms_still_px", "track RMSE if nothing moved", "{:.2f} px");
+  row("rms_still_px", "track RMSE of a static object", "{:.2f} px");
   row("periods", "periods in the video", "{:.1f}");
   const std::pair<const char*, const char*> spans[] = {
       {"fitted", "fitted frames"}, {"searched", "frames that only the search used"}, {"later", "held-out frames"}};
@@ -40,7 +40,7 @@ std::string numbers(const json& fit) {
     if (!frames.is_array()) continue;
     const std::string which = fmt::format("{} ({} to {})", name, frames[0].get<int>(), frames[1].get<int>());
     row((std::string("psnr_") + key).c_str(), ("PSNR of " + which).c_str(), "{:.1f} dB");
-    row((std::string("still_") + key).c_str(), "PSNR of the static first frame against these", "{:.1f} dB");
+    row((std::string("still_") + key).c_str(), "PSNR of the static first frame over the same frames", "{:.1f} dB");
   }
   return "<table>\n" + rows + "</table>\n";
 }

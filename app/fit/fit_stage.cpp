@@ -79,9 +79,9 @@ json fit_to_video(const Context& context, const RunDirectory& run, const FitInpu
   if (const std::string poor = poor_fit(evidence); !poor.empty()) context.progress.warn("fit: " + poor);
   write_fit_pictures(run / "fit", fit, findings_of(found_material, fit.body.particles, material.young));
   context.progress.say(fmt::format(
-      "fit: E = {:.4g} Pa{} (+-{:.1f} % from noise alone), damping time {:.3g} s; PSNR {:.1f} dB where it moves, in "
-      "frames {} to {} that were fitted (static first frame {:.1f}, rendered rest state against it {:.1f})",
-      young, stage.field == "uniform" ? "" : " in the geometric mean", 100 * (std::pow(10.0, found.log10_sigma) - 1),
+      "fit: E = {:.4g} Pa{} (+-{:.1f} % from noise alone), damping time {:.3g} s; PSNR {:.1f} dB in the moving "
+      "region, fitted frames {} to {} (static first frame: {:.1f}; rest render against the first frame: {:.1f})",
+      young, stage.field == "uniform" ? "" : " (geometric mean)", 100 * (std::pow(10.0, found.log10_sigma) - 1),
       found.damping_time, scores.fitted.psnr, scores.fitted.first, scores.fitted.last, scores.fitted.still,
       scores.rest));
   const auto tell_later = [&](const char* what, MotionScores::Span MotionScores::*span) {

@@ -146,7 +146,7 @@ std::vector<std::string> undetermined(const MarkerFitResult& r, const MarkerFitO
   if (!std::isfinite(r.sigma_release))
     out.push_back("The release time was not found within the range searched; give --marker-release.");
   if (r.sigma_log10_young > 0.1)
-    out.push_back(fmt::format("E is known to a factor of {:.2g} only.", std::pow(10.0, r.sigma_log10_young)));
+    out.push_back(fmt::format("E is known only to within a factor of {:.2g}.", std::pow(10.0, r.sigma_log10_young)));
   if (r.sigma_log_damping > 0.5)
     out.push_back(fmt::format("Damping is not determined by {:.2g} s of motion.", options.window));
   return out;
@@ -223,7 +223,7 @@ json fit_to_markers(const Context& context, const RunDirectory& run, const FitIn
       found.young, found.sigma_log10_young, found.parameters.damping_time, found.parameters.release, 1e3 * found.rms,
       found.markers.size()));
   if (more)
-    say(fmt::format("RMSE {:.3g} mm with the {:.3g} s held out after them", 1e3 * seen.rms,
+    say(fmt::format("RMSE {:.3g} mm including {:.3g} s of held-out motion", 1e3 * seen.rms,
                     later.window - options.window));
   json names = json::array(), curve = json::array();
   for (const int k : found.markers) names.push_back(tracks.name[k]);

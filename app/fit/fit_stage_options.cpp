@@ -18,7 +18,7 @@ std::vector<Option> video_options(FitStage& stage) {
        .formerly = "camera"},
       {.name = "video-mask",
        .field = &stage.masks,
-       .help = "Image, folder or video: dark regions, such as a hand, are ignored; 'none' for a video without",
+       .help = "Image, folder or video: dark regions, such as a hand, are ignored; 'none' for a video without a mask",
        .value = "FILE|none",
        .choices = {"none"},
        .exists = true,
@@ -82,7 +82,7 @@ std::vector<Option> compare_options(CompareStage& stage) {
        .low = 0},
       {.name = "gradient-iterations",
        .field = &stage.iterations,
-       .help = "Adam iterations (default: 100; physdreamer-code: 200, and half as many again for v0)",
+       .help = "Adam iterations (default: 100; physdreamer-code: 200 for E, 300 for v0)",
        .group = kGroup,
        .low = 1,
        .high = 100000},
@@ -229,7 +229,7 @@ OptionTable options_of(FitStage& stage) {
       {.name = "periods",
        .field = &stage.periods,
        .help =
-           "Periods of the strongest mode that simulated motions are fitted to, or 'all'; the search uses all frames",
+           "Periods of the dominant mode over which simulated motion is fitted, or 'all'; the search uses all frames",
        .value = "N|all"},
       {.name = "points",
        .field = &stage.points,
@@ -245,7 +245,7 @@ OptionTable options_of(FitStage& stage) {
        .field = &stage.recipe,
        .help =
            "search: over stiffness, then Gauss-Newton; physdreamer: gradients from the given E; physdreamer-code: as "
-           "its programs",
+           "in its released code",
        .choices = {"search", "physdreamer", "physdreamer-code"}},
       {.name = "parts",
        .field = &stage.parts,

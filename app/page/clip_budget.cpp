@@ -168,7 +168,7 @@ CodedClip fit_to_size(ClipCoder& coder, size_t bytes, ClipFile& file, SectionPac
     return lower;
   };
   std::vector<Step> steps;
-  steps.push_back({kBits, "scales, colours and opacities have 8 bits",
+  steps.push_back({kBits, "scales, colors and opacities have 8 bits",
                    [](ClipChoice& c) { return c.object.fine = c.background.fine = false, true; }});
   steps.push_back({kMotion, "the motion is rounded to 1e-4 of the object's size", [=](ClipChoice& c) {
                      return c.motion = {1e-4 * size, 1e-2}, true;
@@ -186,7 +186,7 @@ CodedClip fit_to_size(ClipCoder& coder, size_t bytes, ClipFile& file, SectionPac
                        return fewer;
                      },
                      drivers});
-  background_sh(0, "the background has one colour for all directions");
+  background_sh(0, "the background has no view-dependent color");
   for (const double share : {0.8, 0.6, 0.45, 0.3, 0.2, 0.1, 0.03})
     steps.push_back({kShare, fmt::format("{:.0f} % of the background's Gaussians are left out", 100 * (1 - share)),
                      [=, &moving](ClipChoice& c) {
@@ -210,7 +210,7 @@ CodedClip fit_to_size(ClipCoder& coder, size_t bytes, ClipFile& file, SectionPac
     for (const auto& [kind, words] : lost) given_up.push_back(words);
     return clip;
   }
-  throw usage_error("--html-size", std::to_string(bytes), fmt::format("is too small: the least is {}", least),
+  throw usage_error("--html-size", std::to_string(bytes), fmt::format("is too small: the minimum is {}", least),
                     "give more, or --no-html");
 }
 

@@ -103,8 +103,8 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
   if (in.found.contains("prediction")) {
     const json& prediction = in.found["prediction"];
     const double young = prediction["young"];
-    header["about"]["material"] = (prediction["guessed"] ? "a guess, as of a " : "predicted, as of a ") +
-                                  prediction["understood"].get<std::string>();
+    header["about"]["material"] =
+        (prediction["guessed"] ? "guessed: " : "predicted: ") + prediction["understood"].get<std::string>();
     header["softness"] = {{"value", prediction["softness"]}};
     for (const char* end : {"low", "typical", "high"})
       header["softness"][end] = prediction["young_band"][end].get<double>() / young;
@@ -124,10 +124,10 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
   if (!given_up.empty())
     context.progress.say(fmt::format("page: to fit into {:.1f} MB, {}", static_cast<double>(stage.size) / 1e6,
                                      fmt::join(given_up, "; ")));
-  if (const std::string why = header["plays_only"]; !why.empty())
-    context.progress.say("page: it only plays, because " + why);
-  context.progress.say(fmt::format("page: {:.2f} MB, at least {:.1f} dB of the full scene in the clip's views",
-                                   static_cast<double>(sizes.all) / 1e6, psnr));
+  if (const std::string why = header["plays_only"]; !why.empty()) context.progress.say("page: playback only: " + why);
+  context.progress.say(
+      fmt::format("page: {:.2f} MB, PSNR at least {:.1f} dB against the full scene in the clip's views",
+                  static_cast<double>(sizes.all) / 1e6, psnr));
   return {{"bytes", sizes.all},
           {"bytes_until_poster", sizes.until_poster},
           {"bytes_until_motion", sizes.until_motion},
@@ -192,10 +192,11 @@ OptionTable options_of(PageStage& stage) {
            {.name = "html-size",
             .field = CountField{&stage.size},
             .help = "Maximum size of clip.html [bytes], such as 12M"},
-           {.name = "html-licence",
+           {.name = "html-license",
             .field = &stage.licence,
-            .help = "Licence of the scene, which clip.html shows",
-            .value = "TEXT"}}};
+            .help = "License of the scene, which clip.html shows",
+            .value = "TEXT",
+            .formerly = "html-licence"}}};
 }
 
 }  // namespace pliant

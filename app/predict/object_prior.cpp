@@ -37,7 +37,7 @@ ObjectPrior object_prior(const PriorQuestion& question) {
   const LabelPrior found = prior_of_label(material_table(), label, question.llm, question.view);
   if (!found.prior && !question.label.empty())
     throw usage_error(
-        "--label", question.label.substr(0, 60), "names no object or material that is known",
+        "--label", question.label.substr(0, 60), "is not a known object or material",
         "'pliant predict --list' shows all; or give --material NAME, or --young E --poisson NU --density RHO");
   if (!found.prior) {
     ObjectPrior prior = soft_solid();
@@ -47,7 +47,7 @@ ObjectPrior object_prior(const PriorQuestion& question) {
   std::string warning = found.warning;
   if (found.prior->certainty < kUnderstood)
     warning += (warning.empty() ? "" : "; ") +
-               fmt::format("only a part of '{}' is known, and it is taken for '{}' (pliant predict --list shows all)",
+               fmt::format("only part of '{}' is known; it is treated as '{}' (pliant predict --list shows all)",
                            label.substr(0, 60), found.prior->name);
   return of(*found.prior, warning);
 }

@@ -55,7 +55,7 @@ MaterialObject fitted_object(const RunDirectory& run, const Scene& scene) {
 std::vector<MaterialObject> splat_objects(const std::filesystem::path& folder, uint64_t seed) {
   constexpr int kSamples = 4000;
   if (!std::filesystem::is_directory(folder))
-    throw usage_error("--objects", folder.string(), "is no folder", "give a folder of splats with material fields");
+    throw usage_error("--objects", folder.string(), "is not a folder", "give a folder of splats with material fields");
   std::map<std::string, std::filesystem::path> splats, fields;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     const std::filesystem::path& file = entry.path();

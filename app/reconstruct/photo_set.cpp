@@ -44,9 +44,9 @@ Error no_cameras(const fs::path& source) {
       folder, "",
       fmt::format("contains {} photos but no cameras (transforms.json, COLMAP model, cameras.json, *_par.txt)",
                   photos_in(photos)),
-      fmt::format(
-          "get them with `colmap automatic_reconstructor --workspace_path {} --image_path {}`, then repeat the command",
-          folder, photos.string()));
+      fmt::format("get them with `colmap automatic_reconstructor --workspace_path {} --image_path {} --dense 0 "
+                  "--use_gpu 0` (apt install colmap), then repeat the command",
+                  folder, photos.string()));
 }
 
 }  // namespace

@@ -99,7 +99,7 @@ std::optional<TrainingCheckpoint> unfinished(const Context& context, RunDirector
   }
   const std::string aside = run.move_aside({kCheckpoint}).at(kCheckpoint);
   context.progress.say(
-      fmt::format("reconstruct: {}, starting over; the previous checkpoint is kept: {}", changed, aside));
+      fmt::format("reconstruct: {}, starting over; the previous checkpoint is kept as {}", changed, aside));
   return std::nullopt;
 }
 

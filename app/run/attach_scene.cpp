@@ -92,7 +92,7 @@ std::string fit_is_of(const RunDirectory& run, const Scene& scene) {
 void check_simulated(const RunDirectory& run) {
   run.summary("simulate", "run `pliant simulate` first");
   if (!reads_present(run, "simulate", "particles"))
-    throw usage_error(run.path().string(), "simulate", "was run with other particles than those seeded since",
+    throw usage_error(run.path().string(), "simulate", "used particles that have since been replaced by `seed`",
                       "run `pliant simulate` again");
 }
 

@@ -65,7 +65,7 @@ void tell_loose(const Context& context, const BodyPieces& body) {
   }
   if (loose > 0)
     context.progress.warn(
-        fmt::format("{} of {} pieces, with {} of {} samples, hang on nothing and move with what is nearest: {}{} "
+        fmt::format("{} of {} pieces ({} of {} samples) are disconnected and follow the nearest simulated part: {}{} "
                     "(pieces.png)",
                     loose, body.pieces.size(), samples, body.samples.size(), places, loose > kShown ? ", ..." : ""));
 }
@@ -88,7 +88,7 @@ void write_pieces(const RunDirectory& run, const GaussianCloud& object, const Ei
   const int shown = static_cast<int>(std::min(kShown, body.pieces.size())), loose = shown, rest = loose + 1;
   std::vector<SheetKind> kinds;
   for (int p = 0; p < shown; ++p) kinds.push_back({p ? fmt::format("piece {}", p + 1) : "body", colors[p], 0});
-  kinds.push_back({"hangs on nothing", Vec3f(1.0f, 0.1f, 0.1f), 0});
+  kinds.push_back({"disconnected", Vec3f(1.0f, 0.1f, 0.1f), 0});
   kinds.push_back({"not simulated", kRest, 0});
   // What a sample shows, then what the sample nearest to a Gaussian shows.
   std::vector<int> of_sample(samples.size(), rest);

@@ -44,7 +44,7 @@ std::vector<Region> regions_to_pin(const Context& context, const Scene& scene, c
     const double height = framing.high.z() - framing.low.z();
     pins.push_back(Region::half_space(scene.up * (framing.low.z() + kHeldShare * height), scene.up));
     context.progress.say(
-        "seed: nothing carries the object, so that its lowest tenth is fixed (--pin-below fixes another part, "
+        "seed: no support found, so the object's lowest tenth is fixed (--pin-below fixes another part, "
         "--no-pin-contact none)");
   }
   return pins;
@@ -176,7 +176,7 @@ OptionTable options_of(FillStage& stage) {
             .value = "H"},
            {.name = "no-pin-contact",
             .field = &stage.pin_contact,
-            .help = "Do not fix the object where it touches its support, nor its lowest tenth where nothing carries it",
+            .help = "Do not fix the object where it touches its support, nor its lowest tenth if it has no support",
             .off = true},
            {.name = "physgaussian",
             .field = &stage.physgaussian,

@@ -83,7 +83,7 @@ void tell(const Context& context, const Seeded& seeded, const SeedStage& stage, 
   const ParticleFile& file = seeded.file;
   const double cube = std::pow(scene.metres_per_unit, 3);
   context.progress.say(
-      fmt::format("seed: {} driving particles by {}, cells of {:.4g} units, {:.4g} liters simulated of {:.4g}",
+      fmt::format("seed: {} driving particles ({}), cell size {:.4g} units, {:.4g} of {:.4g} liters simulated",
                   file.driving_position.size(), stage.drivers, file.cell_size, 1000 * seeded.part.volume * cube,
                   1000 * volume * cube));
   if (thin > 0)
@@ -114,8 +114,8 @@ json seed_object(const Context& context, const RunDirectory& run, const StageInp
     const int affordable = affordable_count(cost_from_json(in.found["cost"]), count);
     if (affordable < count)
       context.progress.say(
-          fmt::format("seed: {} driving particles instead of {}, since sound is fast in this material and time steps "
-                      "are short (--particles says otherwise)",
+          fmt::format("seed: {} driving particles instead of {}, because this material is stiff and needs short time "
+                      "steps (override with --particles)",
                       affordable, count));
     count = affordable;
   }

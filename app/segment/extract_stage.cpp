@@ -72,7 +72,7 @@ ChosenClass chosen_class(const Scene& scene, const Segmentation& segmentation, c
   const size_t best = *std::max_element(candidates.begin(), candidates.end(), [&](size_t a, size_t b) {
     return value[segmentation.class_id[a]] < value[segmentation.class_id[b]];
   });
-  if (none) return {best, "nothing stands apart in the scene"};
+  if (none) return {best, "no free-standing object was found"};
   return {best, fmt::format("the most prominent of {} objects near the middle of the views", candidates.size())};
 }
 
@@ -100,8 +100,8 @@ json extract_object(const Context& context, const RunDirectory& run, const Stage
   const uint32_t id = in.found["id"];
   const std::string name = in.found["name"], folder = folder_of_object(id, name);
   if (in.found.contains("chosen"))
-    context.progress.say(fmt::format("extract: '{}' is taken, {} (--object takes another)", name,
-                                     in.found["chosen"].get<std::string>()));
+    context.progress.say(
+        fmt::format("extract: using '{}', {} (--object selects another)", name, in.found["chosen"].get<std::string>()));
   ExtractOptions options;
   options.object = id;
   options.probability = static_cast<float>(in.options.threshold);

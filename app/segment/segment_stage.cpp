@@ -255,7 +255,8 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
   // Labels that are known are taken as they are.
   const size_t merged = learns(source) ? merge_islands({}, scene.cloud, segmentation) : 0;
   if (merged > 0)
-    context.progress.say(fmt::format("segment: {} Gaussians in small components took the label around them", merged));
+    context.progress.say(
+        fmt::format("segment: {} Gaussians in small components were given the label of their surroundings", merged));
   tell_how_found(found.found, segmentation);
   const std::vector<ObjectEntry> objects =
       write_objects(run, scene, origin_of(stage, source == Source::kPointFiles), provenance, segmentation,

@@ -18,7 +18,7 @@ Camera sized(const Camera& camera, const std::string& size) {
   const bool whole =
       std::sscanf(size.c_str(), "%dx%d%n", &width, &height, &read) == 2 && read == static_cast<int>(size.size());
   if (!whole || width < 2 || height < 2 || width > kLargest || height > kLargest)
-    throw usage_error("--size", size, "is no size", "give WIDTHxHEIGHT in pixels, such as 1920x1080");
+    throw usage_error("--size", size, "is not a valid size", "give WIDTHxHEIGHT in pixels, such as 1920x1080");
   return camera.framed(width, height);
 }
 

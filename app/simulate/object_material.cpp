@@ -103,7 +103,7 @@ ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_
   if (!poisson) missing += " --poisson";
   if (!density) missing += " --density";
   if (!missing.empty())
-    throw usage_error("material", missing.substr(1), "is not known for this scene",
+    throw usage_error("material", missing.substr(1), "unknown for this scene",
                       "give --young E[Pa] --poisson NU --density RHO[kg/m^3], \"material\" in scene.json, or run "
                       "`pliant predict` first");
   validate_material("material", *young, *poisson, *density);

@@ -30,7 +30,7 @@ SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const Pa
   setup.material.law = parse_law(session["law"].get<std::string>());
   const Law law = setup.material.law;
   if (law != Law::kFixedCorotated && law != Law::kNeoHookean && law != Law::kHencky) {
-    setup.refused = "the law " + session["law"].get<std::string>() + " is not one of the elastic ones";
+    setup.refused = "the law " + session["law"].get<std::string>() + " is not elastic";
     return setup;
   }
   const fs::path file = fs::path(session["material_file"].get<std::string>());

@@ -261,7 +261,7 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
   if (!stage.use_fit && !is_fitted(run))
     throw usage_error("simulate", "--no-fit", "does nothing: nothing was fitted here", "leave it out");
   if (const std::string of = fit_is_of(run, scene); fitted && !of.empty())
-    throw usage_error("simulate", "", "would use a fit of " + of,
+    throw usage_error("simulate", "", "would use a fit made with " + of,
                       "run `pliant fit` again, or ignore the fit with --no-fit");
   // Fields come from files that the user gives, else from the fit: the material, and how the motion started, once more.
   const bool given = !stage.material_file.empty(), started = !stage.velocity_file.empty();

@@ -13,7 +13,9 @@ std::vector<Option> material_options(MaterialValues& material) {
 Option solver_option(std::string& solver) {
   return {.name = "solver",
           .field = &solver,
-          .help = "Grid of the body at rest, on which it cannot tear (lagrangian), or of space, for any law (eulerian)",
+          .help =
+              "lagrangian: MPM on the rest shape, which cannot tear; eulerian: the usual MPM grid, for any law; "
+              "auto: lagrangian where possible",
           .choices = {"auto", "lagrangian", "eulerian"}};
 }
 

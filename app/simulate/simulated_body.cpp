@@ -155,7 +155,7 @@ SimulationPlan plan_simulation(const Context& context, const InputFiles& files, 
   plan.options.object_friction = stage.contact_friction;
   plan.options.gravity = stage.gravity ? Vec3d(-9.81 * scene.up) : Vec3d::Zero();
   if (stage.contact_friction != SimulateStage().contact_friction && !is_lagrangian(plan.options, body.particles))
-    throw usage_error("--contact-friction", "", "does nothing on a grid of space, where parts that meet stick",
+    throw usage_error("--contact-friction", "", "does nothing on the Eulerian grid, where touching parts stick",
                       "leave it out, or use an elastic law and --solver lagrangian");
   const std::vector<Interaction> pins = pins_of(body.file.pinned_json, scene);
   const std::string file = stage.interactions.empty() ? "interactions.json" : stage.interactions;

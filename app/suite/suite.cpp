@@ -54,7 +54,7 @@ json segmentation_methods(bool quick) {
 
 json repair_methods() {
   return {{"ours", {{"what", "one background for all views"}}},
-          {"opencv", {{"what", "the better of OpenCV's inpaintings of each view by itself"}}}};
+          {"opencv", {{"what", "the best of OpenCV's inpaintings, each view by itself"}}}};
 }
 
 /// Scores of a suite that are there.
@@ -84,7 +84,7 @@ OptionTable options_of(SuiteStage& stage) {
   return {"suite",
           {{.name = "kind",
             .field = &stage.kinds,
-            .help = "Kind of demo scene (default: all; with --quick three); repeatable"},
+            .help = "Kind of demo scene (default: all; with --quick the first three); repeatable"},
            {.name = "seeds", .field = &stage.seeds, .help = "Scenes of each kind", .low = 1, .high = 1000},
            {.name = "quick",
             .field = &stage.quick,
@@ -128,7 +128,7 @@ json suite_settings(const SuiteStage& stage, const std::string& pliant, const st
   }
   for (const std::string& kind : chosen)
     if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end())
-      throw usage_error("evaluate suite", "--kind", "'" + kind + "' is no kind of demo scene",
+      throw usage_error("evaluate suite", "--kind", "'" + kind + "' is not a kind of demo scene",
                         "did you mean '" + nearest_name(kind, kinds) + "'?");
   json settings = {{"pliant", pliant}, {"threads", 1}, {"scenes", json::object()}};
   for (const std::string& kind : chosen)

@@ -12,7 +12,7 @@ namespace pliant {
 
 /// evaluate suite: scenes with known truth x methods, as jobs of Snakemake (Moelder et al. 2021).
 struct SuiteStage {
-  std::vector<std::string> kinds;  ///< of demo scenes; empty = all, or three with `quick`
+  std::vector<std::string> kinds;  ///< of demo scenes; empty = all, or the first three with `quick`
   int seeds = 1;                   ///< scenes of each kind
   bool quick = false;              ///< small scenes
   int workers = 0;                 ///< jobs at a time, of one thread each; 0 = one for each core

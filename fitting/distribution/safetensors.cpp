@@ -80,7 +80,7 @@ SafeTensors parse_safetensors(std::string_view bytes, const std::string& file) {
   if (length > kLongestHeader)
     throw input_error(file, "header length", "is " + std::to_string(length), "this is no safetensors file of ours");
   const json header = parse_json(std::string(reader.take_bytes(length, "header")), file, "header");
-  if (!header.is_object()) throw input_error(file, "header", "is no JSON object", "this is no safetensors file");
+  if (!header.is_object()) throw input_error(file, "header", "is not a JSON object", "this is no safetensors file");
   const std::string_view data = reader.take_bytes(reader.left(), "data");
   SafeTensors out;
   Places places;
@@ -89,7 +89,7 @@ SafeTensors parse_safetensors(std::string_view bytes, const std::string& file) {
       out.arrays[name] = parse_array(name, entry, data, file, places);
       continue;
     }
-    if (!entry.is_object()) throw input_error(file, name, "is no JSON object", "the file is damaged");
+    if (!entry.is_object()) throw input_error(file, name, "is not a JSON object", "the file is damaged");
     for (const auto& [key, value] : entry.items()) {
       if (!value.is_string()) throw input_error(file, name + "." + key, "is no text", "the file is damaged");
       out.metadata[key] = value.get<std::string>();

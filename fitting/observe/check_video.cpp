@@ -89,18 +89,18 @@ class Checker {
     if (score < options_.least_score) {
       found(VideoProblem::kOtherView, true, score, options_.least_score, 0,
             fmt::format("The first frame does not show the scene from camera '{}': its match score with the rendered "
-                        "scene is {:.2f} ({:.2f} is needed).  Give the camera that took the video, or let it be found; "
-                        "check that the video shows this scene.",
+                        "scene is {:.2f} ({:.2f} is needed).  Give the camera that took the video, or use "
+                        "--video-camera find; check that the video shows this scene.",
                         camera, score, options_.least_score));
     } else if (shift > options_.most_shift * width) {
       found(VideoProblem::kOtherView, true, shift, options_.most_shift * width, 0,
             fmt::format("The first frame is shifted relative to the scene seen from camera '{}' by {:.1f} px (at most "
-                        "{:.1f}).  Refine the camera, or give the right one.",
+                        "{:.1f}).  Use --refine-camera, or give the right camera.",
                         camera, shift, options_.most_shift * width));
     } else if (shift > options_.noted_shift * width) {
       found(VideoProblem::kViewOff, false, shift, options_.noted_shift * width, 0,
-            fmt::format("The first frame is {:.1f} px off the scene seen from camera '{}'.  Refining the camera makes "
-                        "the fit more accurate.",
+            fmt::format("The first frame is {:.1f} px off the scene seen from camera '{}'.  --refine-camera makes the "
+                        "fit more accurate.",
                         shift, camera));
     }
     const auto pixels = std::count_if(object_.data.begin(), object_.data.end(), [](uint8_t m) { return m != 0; });
@@ -146,7 +146,8 @@ class Checker {
         jumped_ = true;
         found(VideoProblem::kCut, true, score[t], options_.least_continuity, t,
               fmt::format("The video jumps at frame {} ({:.2f} s): the match score of the background with the previous "
-                          "frame is {:.2f} ({:.2f} is needed).  Use the part before or after it (first, last).",
+                          "frame is {:.2f} ({:.2f} is needed).  Use the part before or after it "
+                          "(--video-first, --video-last).",
                           t, seconds(t), score[t], options_.least_continuity));
       } else {
         turned_ = t;
@@ -193,7 +194,8 @@ class Checker {
       const double ratio = moved[leap] / std::max(moved[leap - 1], moved[leap + 1]);
       found(VideoProblem::kLeap, false, ratio, kLeap, leap,
             fmt::format("The object jumps at frame {} ({:.2f} s): the image changes {:.1f} times as much as before and "
-                        "after.  If frames are missing there, use the part before or after it (first, last).",
+                        "after.  If frames are missing there, use the part before or after it (--video-first, "
+                        "--video-last).",
                         leap, seconds(leap), ratio));
     }
     const int period = checks_.rhythm.period, twice = checks_.rhythm.repeated;
@@ -203,8 +205,9 @@ class Checker {
           VideoProblem::kRepeated, false, checks_.repeated, options_.noted_repeats, -1,
           fmt::format(
               "{} of every {} frames repeat{} the previous one: the video was filmed at a lower rate than {:.4g}, the "
-              "true rate is probably {:.4g} frames per second.  Compare it at that rate (compare-fps).  If this slowed "
-              "the motion down, E is underestimated by a factor of {:.3g}: set the rate to {:.4g} (video-fps).",
+              "true rate is probably {:.4g} frames per second.  Compare it at that rate (--compare-fps).  If this "
+              "slowed the motion down, E is underestimated by a factor of {:.3g}: set the rate to {:.4g} "
+              "(--video-fps).",
               twice, period, twice == 1 ? "s" : "", video_.fps, filmed, std::pow(video_.fps / filmed, 2),
               video_.fps * video_.fps / filmed));
     } else if (checks_.repeated > options_.noted_repeats) {

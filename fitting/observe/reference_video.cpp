@@ -68,7 +68,7 @@ class Resampler {
           "reference video", "",
           fmt::format("needs more than {:.1f} GB of memory at {} frames of {} x {}", options_.most_bytes / 1e9,
                       out_.frames.size() + 1, now.picture.width, now.picture.height),
-          "use a part of it (first, last), a lower rate, or a smaller camera");
+          "use a part of it (--video-first, --video-last), a lower rate, or a smaller camera");
     }
     const double share = before_ ? (due() - before_->time) / (now.time - before_->time) : 1;
     if (share > 1 - kSameInstant || (options_.resampling == Resampling::kNearest && share >= 0.5)) {
@@ -156,7 +156,7 @@ ReferenceVideo load_reference_video(const VideoOptions& options, const fs::path&
         name, "",
         fmt::format("has {} frames from {} s to {}, and lasts {:.3f} s", video.frames.size(), options.first,
                     options.last == 0 ? "its end" : fmt::format("{} s", options.last), end),
-        "choose a longer part of it (first, last)");
+        "choose a longer part of it (--video-first, --video-last)");
   }
   if (!resampler.complete() && source->frames() > video.frames_in_file + 1) {
     video.warnings.push_back(fmt::format("{} declares {} frames but only {} can be decoded: it may be damaged", name,

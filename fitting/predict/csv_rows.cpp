@@ -37,7 +37,7 @@ double exact_number(const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-    throw std::invalid_argument("'" + text + "' is no number");
+    throw std::invalid_argument("'" + text + "' is not a number");
   return value;
 }
 

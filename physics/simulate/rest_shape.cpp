@@ -45,7 +45,7 @@ RestShape<T> solve_rest_shape(const RestShapeOptions& options, const BasicPartic
       throw numerical_error(
           "rest shape",
           "the body does not come to rest under gravity within " + std::to_string(options.max_seconds) + " s",
-          "give a stiffer material, or --gravity none");
+          "raise Young's modulus, or use --rest-shape captured");
     double residual = 0;
     for (size_t i = 0; i < n; ++i)
       residual = std::max(residual, static_cast<double>((state.x[i] - particles.position[i]).norm()));

@@ -100,10 +100,10 @@ std::string describe_locking(const BasicParticles<T>& particles) {
     if (particles.material(i).law != Law::kFluid)
       highest = std::max(highest, static_cast<double>(particles.poisson[i]));
   if (!(highest > kLockingPoisson + 1e-6)) return "";
-  char line[200];
+  char line[256];
   std::snprintf(line, sizeof line,
-                "with Poisson's ratio %.4g the grid locks: the body moves too stiffly, by 7 %% at .49 and by a quarter "
-                "at .499; give .47, which bends almost alike",
+                "Poisson's ratio %.4g causes volumetric locking: the body is too stiff, by 7 %% at 0.49 and 26 %% at "
+                "0.499; use 0.47, whose bending stiffness is almost the same",
                 highest);
   return line;
 }
@@ -133,8 +133,8 @@ void warn_of_stretch(SimulateSummary& summary) {
   const Vec3d& x = summary.max_stretch_place;
   char line[256];
   std::snprintf(line, sizeof line,
-                "the material at (%.3g, %.3g, %.3g) m is stretched to %.3g times its length in frame %d, where its law "
-                "is a guess; pull less, or give it a larger Young's modulus",
+                "the material at (%.3g, %.3g, %.3g) m is stretched to %.3g times its length in frame %d, beyond the "
+                "range in which its law is valid; pull less, or raise Young's modulus",
                 x.x(), x.y(), x.z(), summary.max_stretch, summary.max_stretch_frame);
   summary.warnings.push_back(line);
 }

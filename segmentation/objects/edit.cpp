@@ -111,7 +111,8 @@ EditOutcome drop(const ObjectEdit& edit, const GaussianCloud& cloud, Segmentatio
   const size_t gaussians = drop_class(s.class_id[c], cloud.position, s);
   return {{},
           gaussians,
-          before + " was removed: its " + std::to_string(gaussians) + " Gaussians took the label around them"};
+          before + " was removed: its " + std::to_string(gaussians) +
+              " Gaussians were given the label of their surroundings"};
 }
 
 EditOutcome rename(const ObjectEdit& edit, Segmentation& s) {

@@ -51,7 +51,7 @@ function readMaterial(container, index, {drivers: count, links: pairs}) {
   for (let k = 0, first = 0; k < links.length; k += 2) {
     links[k] = first += steps[k];
     links[k + 1] = first + steps[k + 1];
-    if (links[k + 1] >= count) throw new ClipError(`The data of this file do not fit together (level${index}.links).`);
+    if (links[k + 1] >= count) throw new ClipError(`The data in this file are inconsistent (level${index}.links).`);
   }
   return {volume: read('volume'), mass: read('mass'), young: read('young'), poisson: read('poisson'), links};
 }

@@ -148,7 +148,7 @@ export class Container {
    */
   array(name, shape) {
     const descriptor = this.descriptors.get(name);
-    const damaged = (what) => new ClipError(`The data of this file do not fit together (${name}: ${what}).`);
+    const damaged = (what) => new ClipError(`The data in this file are inconsistent (${name}: ${what}).`);
     if (!descriptor) throw damaged('missing');
     const type = kTypes[descriptor.type];
     if (!type) throw damaged('unknown type');

@@ -125,10 +125,10 @@ export function addDetail(name, text) {
 export function showAbout({title, about = {}}) {
   document.title = element('title').textContent = title || 'Pliant clip';
   const lines = Object.entries({
-    'Made with': about.pliant && `Pliant ${about.pliant}`, 'Source': about.source, 'Licence': about.licence, 'Material': about.material,
+    'Made with': about.pliant && `Pliant ${about.pliant}`, 'Source': about.source, 'License': about.licence, 'Material': about.material,
     'To save space': about.given_up, 'Command': about.command,
   }).filter(([, text]) => text);
-  const shortly = {'Made with': 'Made with ', 'Source': 'Source: ', 'Licence': 'Licence: '};
+  const shortly = {'Made with': 'Made with ', 'Source': 'Source: ', 'License': 'License: '};
   element('about').textContent =
       lines.filter(([name]) => name in shortly).map(([name, text]) => shortly[name] + text).join(' · ');
   for (const [name, text] of lines) addDetail(name, text);

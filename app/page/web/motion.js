@@ -22,7 +22,7 @@ export function readLevel(container, index, {drivers: count}, splats, rows) {
     if (bound && !bound[i]) continue;
     for (let k = kDriversPerGaussian * i; k < kDriversPerGaussian * (i + 1); ++k) {
       if (stored[k] === kUnused) continue;
-      if (stored[k] >= count) throw new ClipError(`The data of this file do not fit together (${name}.driver).`);
+      if (stored[k] >= count) throw new ClipError(`The data in this file are inconsistent (${name}.driver).`);
       driver[k] = stored[k];
       weight[k] = weights[k];
     }

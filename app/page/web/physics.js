@@ -133,7 +133,7 @@ export class Physics {
     if (now - this.complained < kQuiet) return;
     this.complained = now;
     report(new ClipError('The motion became too violent for the solver.',
-        'It goes on without hands and added pins, with the settings of the file. ' +
+        'It continues without your hand or added pins, with the original settings. ' +
             `(${failed.replace(/^simulate: /, '')})`));
   }
 

@@ -38,7 +38,7 @@ export function largestStretch(F, at) {
 
 const kQuantities = {
   stretch: {
-    title: 'Largest stretch', least: 1.02, growing: true, text: (value) => `×${value.toFixed(2)}`, low: 1,
+    title: 'Maximum stretch', least: 1.02, growing: true, text: (value) => `×${value.toFixed(2)}`, low: 1,
     values: ({gradients}, out) => out.forEach((_, m) => out[m] = largestStretch(gradients, 9 * m)),
   },
   speed: {

@@ -76,7 +76,7 @@ SceneFile locate(const fs::path& source) {
     if (scene.splats.empty()) {
       throw input_error(
           source.string(), "",
-          "contains no scene.json, no point_cloud/iteration_*/point_cloud.ply, and no or several splat files",
+          "contains neither scene.json nor point_cloud/iteration_*/point_cloud.ply, and not exactly one splat file",
           "give a splat file, a 3DGS model folder, or a folder with scene.json");
     }
   }

@@ -221,7 +221,7 @@ const std::map<std::string, std::string> kElsewhere = {
     {"export overwrite", "ExportTest"},
     {"export html", "PageExport"},
     {"export html-size", "PageExport"},
-    {"export html-licence", "PageExport"},
+    {"export html-license", "PageExport"},
     {"simulate recording", "PageExport"},
     {"view port", "LocalServer"},
     {"view host", "LocalServer"},

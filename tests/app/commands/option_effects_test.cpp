@@ -113,7 +113,7 @@ class OptionEffects : public FitVideo {
         {"predict.young", "3e4"},
         {"predict.poisson", "0.2"},
         {"predict.density", "400"},
-        {"page.html-licence", "CC BY 4.0"},
+        {"page.html-license", "CC BY 4.0"},
         {"reconstruct.photos", file("masks")},
         {"reconstruct.background", "1,1,1"},
     };

@@ -158,8 +158,18 @@ TEST(Readme, OptionsThatAreNamedExist) {
   std::set<std::string> known = {"--check", "--help-all", "--version", "--recursive"};
   add_names(app, known);
   const std::regex option("(^|[ `(])(--[a-z][a-z0-9]*([-.][a-z0-9]+)*)");
-  const std::set<std::string> of_others = {"--workspace_path", "--image_path", "--build",
-                                           "--install",        "--prefix",     "--gtest_filter"};
+  const std::set<std::string> of_others = {"--workspace_path",
+                                           "--image_path",
+                                           "--dense",
+                                           "--use_gpu",
+                                           "--build",
+                                           "--install",
+                                           "--prefix",
+                                           "--orientation-method",
+                                           "--center-method",
+                                           "--auto-scale-poses",
+                                           "--no-normalize-world-space",
+                                           "--gtest_filter"};
   for (const std::string& name : kReadmes) {
     const std::string text = readme(name);
     for (std::sregex_iterator at(text.begin(), text.end(), option), end; at != end; ++at) {

@@ -44,15 +44,15 @@ TEST_F(PageExport, KeepsToItsSizeAndSaysWhatItGaveUp) {
   EXPECT_FALSE(fs::exists(page("none.html")));
 }
 
-TEST_F(PageExport, NothingIsFetchedAndTheLicenceIsShown) {
-  ASSERT_EQ(run_quietly({"export", run(), "--html", page("page.html"), "--html-licence", "CC BY 4.0 </script>"}), 0);
+TEST_F(PageExport, NothingIsFetchedAndTheLicenseIsShown) {
+  ASSERT_EQ(run_quietly({"export", run(), "--html", page("page.html"), "--html-license", "CC BY 4.0 </script>"}), 0);
   const std::string html = read_text(page("page.html"));
   EXPECT_NE(html.find("default-src 'none'"), std::string::npos);
   EXPECT_EQ(html.find("http://"), html.find("http://www.w3.org")) << "only names of formats";
   EXPECT_EQ(html.find("https://"), std::string::npos);
   EXPECT_EQ(header(page("page.html"))["about"]["licence"], "CC BY 4.0 </script>");
   EXPECT_EQ(run_quietly({"export", run(), "--html", page("page.html")}), 2) << "it is there already";
-  EXPECT_EQ(run_quietly({"export", run(), "--html-licence", "X", "--ply-sequence", page("ply")}), 2);
+  EXPECT_EQ(run_quietly({"export", run(), "--html-license", "X", "--ply-sequence", page("ply")}), 2);
 }
 
 TEST_F(PageExport, ARecordingThatIsNoneIsRefusedByItsField) {

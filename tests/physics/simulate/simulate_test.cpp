@@ -325,7 +325,7 @@ TEST(Simulate, WarnsWhereTheGridLocks) {
     const auto particles = fixture::block<double>({0.04, 0.04, 0.04}, 0.01, 0.0, 1e4, poisson, 1000);
     const auto warnings = simulate<double>(options, particles, {}, initial_state(particles)).summary.warnings;
     const bool warned = std::any_of(warnings.begin(), warnings.end(),
-                                    [](const std::string& w) { return w.find("locks") != std::string::npos; });
+                                    [](const std::string& w) { return w.find("locking") != std::string::npos; });
     EXPECT_EQ(warned, poisson > kLockingPoisson) << poisson;
   }
 }

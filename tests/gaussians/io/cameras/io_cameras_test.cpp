@@ -349,7 +349,7 @@ TEST(Scene, OfAFolderWithOneSplatFileIsThatFile) {
   folder.file("readme.txt", "hello");
   EXPECT_EQ(load_scene(folder.path()).cloud.size(), 200u);
   write_ply(folder / "b.ply", some_gaussians(100, 0));
-  expect_error(Failure::kInput, {"several splat files"}, [&] { load_scene(folder.path()); });
+  expect_error(Failure::kInput, {"not exactly one splat file"}, [&] { load_scene(folder.path()); });
 }
 
 }  // namespace
