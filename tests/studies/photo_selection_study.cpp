@@ -66,7 +66,7 @@ int main(int argc, char** argv) {
   const std::filesystem::path out = argv[4];
   std::filesystem::create_directories(out);
   const Scene scene = load_scene(argv[1]);
-  const std::vector<Camera> photos = find_photo_set(argv[2], {}).cameras;
+  const std::vector<Camera> photos = read_photo_cameras(find_photo_set(argv[2])).cameras;
   const json truth = read_json(std::filesystem::path(PLIANT_SOURCE_DIR) / "tests/studies/photo_truth.json").at(argv[3]);
   std::vector<Outlined> views;
   for (const auto& [name, outline] : truth.at("outlines").items())
