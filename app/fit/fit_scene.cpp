@@ -156,8 +156,9 @@ FitScene load_fit_scene(const Context& context, const RunDirectory& run, const F
   for (size_t i = 0; i < stage.further_videos(); ++i)
     fit.further.push_back(load_view(context, run, in, further_video(stage, i), fit, fit.video.fps));
   int frames = static_cast<int>(fit.video.frames.size());
-  fit.used =
-      stage.until > 0 ? std::clamp(static_cast<int>(std::lround(stage.until * fit.video.fps)) + 1, 3, frames) : frames;
+  fit.used = frames;
+  if (stage.until > 0)
+    fit.used = std::clamp(static_cast<int>(std::lround(stage.until * fit.video.fps)) + 1, std::min(3, frames), frames);
   for (const FitView& view : fit.further) fit.used = std::min(fit.used, static_cast<int>(view.video.frames.size()));
   return fit;
 }

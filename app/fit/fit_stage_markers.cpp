@@ -187,7 +187,11 @@ json fit_to_markers(const Context& context, const RunDirectory& run, const FitIn
   say(fmt::format("{} markers, {} samples from {:.4g} s to {:.4g} s", tracks.markers(), tracks.samples(),
                   tracks.time.front(), tracks.time.back()));
   const KeptMarkerFit kept = kept_marker_fit(context, run, provenance);
-  const MarkerFitResult found = fit_markers(options, body.particles, load, tracks, say, kept.state, kept.sink);
+  MarkerFitResult found = fit_markers(options, body.particles, load, tracks, say, kept.state, kept.sink);
+  // E of the material: that of driving particles is lower in thin parts.
+  const double of_material = material.young * found.parameters.young_factor / found.young;
+  found.young *= of_material;
+  for (auto& point : found.search) point.young *= of_material;
   for (const std::string& warning : found.warnings) context.progress.warn(warning);
 
   // As much again, that the fit has not seen: a prediction.
@@ -202,7 +206,7 @@ json fit_to_markers(const Context& context, const RunDirectory& run, const FitIn
   const MarkerFitResult seen = more ? fit_markers(later, fitted, load, tracks) : found;
 
   clear_fit_pictures(run);
-  for (float& young : solid.young) young = static_cast<float>(found.young);
+  for (float& young : solid.young) young = static_cast<float>(young * found.parameters.young_factor);
   write_material(run / in.outputs[0],
                  {solid.young, solid.poisson, solid.density, "homogeneous, fitted to markers", {}, {}}, provenance);
   VelocityFile start;

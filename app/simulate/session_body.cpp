@@ -28,6 +28,7 @@ SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const Pa
     return setup;
   }
   setup.material.law = parse_law(session["law"].get<std::string>());
+  setup.material.viscosity_time = session.value("viscosity_time_s", 0.0);
   const Law law = setup.material.law;
   if (law != Law::kFixedCorotated && law != Law::kNeoHookean && law != Law::kHencky) {
     setup.refused = "the law " + session["law"].get<std::string>() + " is not elastic";

@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 
 #include "app/run/attach_scene.h"
+#include "app/simulate/frame_store.h"
 #include "app/simulate/given_fields.h"
 #include "app/simulate/motion.h"
 #include "app/simulate/simulated_body.h"
 #include "app/simulate/stiffness_sheet.h"
-#include "app/store/frames.h"
 #include "app/store/material.h"
 #include "app/store/trajectory.h"
 #include "app/store/velocity.h"
@@ -26,29 +26,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace {
-
-/// Streams frames to DIR.partial and picks up after the last whole one when the same computation was interrupted.
-class FrameStore {
- public:
-  FrameStore(const fs::path& folder, const std::string& key) : folder_(folder) {
-    const fs::path record = folder / "key.json";
-    if (fs::exists(folder) && !(fs::exists(record) && read_text(record) == key)) fs::remove_all(folder);
-    fs::create_directories(folder);
-    if (!fs::exists(record)) write_text(record, key);
-  }
-
-  /// State of the last whole frame, or `otherwise`.
-  SimulationState resume(const SimulationState& otherwise) const {
-    const int last = last_frame(folder_);
-    return last < 0 ? otherwise : read_frame(folder_, last);
-  }
-  void add(const SimulationState& state) { write_frame(folder_, state); }
-  SimulationState frame(int index) const { return read_frame(folder_, index); }
-  void remove() { fs::remove_all(folder_); }
-
- private:
-  fs::path folder_;
-};
 
 /// What Gaussians follow: the whole deformation, the permanent part included.
 std::vector<Mat3f> drawn_deformation(const SimulationState& state) {
@@ -196,22 +173,22 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
           damping_on_this_grid(context, v, body, rest, plan.options, pins_of(body.file.pinned_json, scene));
   const int total = static_cast<int>(std::lround(plan.options.fps * plan.options.duration));
   context.progress.begin("simulate", total);
-  SimulateResult result = simulate<float>(plan.options, body.particles, plan.interactions, frames.resume(rest),
-                                          [&](const SimulationState& state) {
-                                            frames.add(state);
-                                            context.progress.done(state.frame);
-                                            return !context.interrupted();
-                                          });
+  SimulateSummary s;
+  const SimulationState start = frames.resume(rest, s);
+  const FrameSink keep = [&](const SimulationState& state) {
+    frames.add(state, s);
+    context.progress.done(state.frame);
+    return !context.interrupted();
+  };
+  const bool stopped = simulate(plan.options, body.particles, plan.interactions, start, keep, s).stopped;
   context.progress.end();
-  if (result.stopped)
-    throw Error(Failure::kInterrupted, "simulate", "", "interrupted", "run the same command to continue");
-  for (const std::string& warning : result.summary.warnings) context.progress.warn(warning);
+  if (stopped) throw Error(Failure::kInterrupted, "simulate", "", "interrupted", "run the same command to continue");
+  for (const std::string& warning : s.warnings) context.progress.warn(warning);
 
   const TrajectoryFile trajectory = assemble(frames, total + 1, body, in.found["name"], plan.options.fps, scene);
   write_trajectory(out, trajectory, provenance);
   frames.remove();
 
-  const SimulateSummary& s = result.summary;
   const double height = in.found["height"].get<double>() * scene.metres_per_unit;
   if (s.settle_displacement > 0.02 * height)
     context.progress.warn(
@@ -244,6 +221,7 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
       {"floor", plan.floor},
       {"session",
        {{"law", law_name(body.particles.materials[0].law)},
+        {"viscosity_time_s", body.particles.materials[0].viscosity_time},
         {"gravity_m_s2", {plan.options.gravity.x(), plan.options.gravity.y(), plan.options.gravity.z()}},
         {"contact_friction", plan.options.object_friction},
         {"material_file", fields ? recorded_path(run, in.files.at("material")) : object_folder(run) + "/material.h5"},

@@ -148,7 +148,10 @@ SimulationPlan plan_simulation(const Context& context, const InputFiles& files, 
   plan.options.duration = stage.duration;
   plan.options.damping_time = stage.damping_time.value_or(kDampingTime);
   plan.options.rest_shape = stage.rest_shape == "solve" ? RestShapeMode::kSolve : RestShapeMode::kCaptured;
-  plan.options.settle_time = stage.settle;
+  if (moving && stage.settle != SimulateStage().settle)
+    throw usage_error("--settle-time", fmt::format("{:g}", stage.settle),
+                      "does nothing where the motion's start is given", "leave it out");
+  plan.options.settle_time = moving ? 0 : stage.settle;
   plan.options.sleep_speed = stage.sleep_speed;
   plan.options.flip_time = stage.flip_time;
   plan.options.grid = grid_kind(stage.solver);

@@ -14,20 +14,20 @@ namespace fs = std::filesystem;
 namespace pliant {
 namespace {
 
-constexpr char kMagic[8] = {'P', 'L', 'F', 'R', 'A', 'M', 'E', '3'};
+constexpr char kMagic[8] = {'P', 'L', 'F', 'R', 'A', 'M', 'E', '4'};
 constexpr size_t kFloats = 3 + 3 + 9 + 9;  // x, v, C, F of a particle
 static_assert(sizeof(LawMemory<float>) == (9 + 9 + 1) * sizeof(float));
 constexpr size_t kDigest = 64;
 
 /// What precedes the arrays x, v, C, F and, where there are any, memory of the laws, displacement and velocity of the
-/// nodes; the SHA-256 of everything before it ends the file.
+/// nodes, and the time for which each particle has been at rest; the SHA-256 of everything before it ends the file.
 struct Header {
   char magic[8];
-  uint64_t particles, memories, nodes;
+  uint64_t particles, memories, nodes, quiet;
   int64_t frame, substeps;
   double time;
 };
-static_assert(sizeof(Header) == 56 && std::is_trivially_copyable_v<Header>);
+static_assert(sizeof(Header) == 64 && std::is_trivially_copyable_v<Header>);
 
 fs::path file_of(const fs::path& folder, int frame) {
   char name[32];
@@ -59,6 +59,7 @@ void write_frame(const fs::path& folder, const SimulationState& state) {
   header.particles = n;
   header.memories = state.memory.size();
   header.nodes = state.node_velocity.size();
+  header.quiet = state.quiet_time.size();
   header.frame = state.frame;
   header.substeps = state.substeps;
   header.time = state.time;
@@ -70,6 +71,7 @@ void write_frame(const fs::path& folder, const SimulationState& state) {
   put(bytes, state.memory);
   put(bytes, state.node_displacement);
   put(bytes, state.node_velocity);
+  put(bytes, state.quiet_time);
   bytes += sha256_of_text(bytes);
   write_text(file_of(folder, state.frame), bytes);
 }
@@ -94,7 +96,11 @@ SimulationState read_frame(const fs::path& folder, int frame) {
   if (header.nodes > payload / kNode)
     throw damaged("nodes", "declares " + std::to_string(header.nodes) + " but there are bytes for " +
                                std::to_string(payload / kNode));
-  const size_t of_particles = payload - header.nodes * kNode;
+  const size_t of_others = payload - header.nodes * kNode;
+  if (header.quiet > of_others / sizeof(float))
+    throw damaged("quiet", "declares " + std::to_string(header.quiet) + " but there are bytes for " +
+                               std::to_string(of_others / sizeof(float)));
+  const size_t of_particles = of_others - header.quiet * sizeof(float);
   if (of_particles % whole_row != 0 || of_particles / whole_row != header.particles) {
     throw damaged("particles", "declares " + std::to_string(header.particles) + " but there are bytes for " +
                                    std::to_string(of_particles / whole_row));
@@ -115,6 +121,7 @@ SimulationState read_frame(const fs::path& folder, int frame) {
   take(at, header.memories, state.memory);
   take(at, header.nodes, state.node_displacement);
   take(at, header.nodes, state.node_velocity);
+  take(at, header.quiet, state.quiet_time);
   return state;
 }
 

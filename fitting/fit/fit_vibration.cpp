@@ -48,12 +48,14 @@ class Journal {
     std::vector<GaussNewtonState>& all = state_.refinements;
     const size_t k = made_++;
     if (k == all.size()) all.emplace_back();
-    return gauss_newton(
+    GaussNewtonResult result = gauss_newton(
         options, [&](std::span<const double> p) { return rollouts.residuals(p, noise); }, from, all[k],
         [&](const GaussNewtonState& now) {
           all[k] = now;
           keep();
         });
+    all[k].jacobian.resize(0, 0);  // of a finished one the differences are enough
+    return result;
   }
 
  private:

@@ -85,12 +85,22 @@ class Searcher {
         time[k] = fall * std::cos(motion.omega[k] * s);
         time[m + k] = fall * std::sin(motion.omega[k] * s);
       }
-      for (int a = 0; a < 2 * m; ++a) {
-        right[a] += time[a] * frames_[f].moments[a % m];
-        for (int b = 0; b < 2 * m; ++b) normal(a, b) += time[a] * time[b] * frames_[f].products(a % m, b % m);
+      for (int k = 0; k < m; ++k) {
+        right[k] += time[k] * frames_[f].moments[k];
+        right[m + k] += time[m + k] * frames_[f].moments[k];
+        // The lower triangle of the cosines, of the sines, and all of the sines by the cosines.
+        for (int l = 0; l < m; ++l) {
+          const double product = frames_[f].products(k, l);
+          if (l <= k) {
+            normal(k, l) += time[k] * time[l] * product;
+            normal(m + k, m + l) += time[m + k] * time[m + l] * product;
+          }
+          normal(m + k, l) += time[m + k] * time[l] * product;
+        }
       }
       total += frames_[f].square;
     }
+    normal = Eigen::MatrixXd(normal.selfadjointView<Eigen::Lower>());
     const double strongest = normal.diagonal().maxCoeff();
     for (int a = 0; a < 2 * m; ++a) {
       const double ratio = modes_.omega[a % m] / modes_.omega[0];

@@ -31,6 +31,8 @@ BasicParticles<double> in_double(const Particles& p) {
   out.mass.assign(p.mass.begin(), p.mass.end());
   out.young.assign(p.young.begin(), p.young.end());
   out.poisson.assign(p.poisson.begin(), p.poisson.end());
+  out.object = p.object;
+  out.links = p.links;
   out.cell_size = p.cell_size;
   return out;  // fixed corotated: all laws agree for small strains
 }
@@ -44,11 +46,12 @@ class ModeFinder {
     if (pins_.empty())
       throw usage_error("fit", "pins", "fix nothing, and a body that is not pinned has no vibrations to identify",
                         "pin a part: \"pinned\" in scene.json, or `seed --pin-below`");
+    const double whole = particles_.total_mass();
     for (size_t i = 0; i < particles_.size(); ++i) {
       const Lame<double> law = lame(particles_.young[i], particles_.poisson[i]);
       sound_ = std::max(sound_, std::sqrt((law.lambda + 2 * law.mu) * particles_.volume[i] / particles_.mass[i]));
       root_mass_.push_back(std::sqrt(particles_.mass[i]));
-      centre_ += particles_.mass[i] * particles_.position[i] / particles_.total_mass();
+      centre_ += particles_.mass[i] * particles_.position[i] / whole;
     }
   }
 

@@ -254,7 +254,7 @@ void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>
         if (part > 0) add<T>(loads, entry.bit, part / entry.mass * it.vector);
         break;
       case InteractionType::kImpulse:
-        if (it.start >= t && it.start < t + dt) add<T>(loads, entry.bit, it.vector / (entry.mass * dt));
+        if (starts_within(it.start, t, dt)) add<T>(loads, entry.bit, it.vector / (entry.mass * dt));
         break;
       case InteractionType::kGrab:
         if (active) add_grab(entry, t, dt, solver, loads);

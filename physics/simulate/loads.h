@@ -17,6 +17,13 @@ namespace pliant {
 /// a cantilever against finite elements.
 constexpr double kClampReach = 0.5, kClampSpring = 2, kClampDepth = 0.75;
 
+/// Whether an instant lies in the substep of length dt that begins at t: in exactly one of them, although the ends of
+/// neighbors agree to within rounding alone.
+inline bool starts_within(double instant, double t, double dt) {
+  const double share = (instant - t) / dt + 1e-6;
+  return share >= 0 && share < 1;
+}
+
 /// Derivatives of a scalar L with respect to what a schedule is made of.
 struct LoadsGradient {
   std::vector<Vec3d> vector;         ///< [interactions] by Interaction::vector

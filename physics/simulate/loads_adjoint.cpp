@@ -32,7 +32,7 @@ void LoadSchedule<T>::at_adjoint(double t, double dt, const TapeStep<T>& step, c
         if (part > 0) force(part);
         break;
       case InteractionType::kImpulse:
-        if (it.start >= t && it.start < t + dt) force(1 / dt);
+        if (starts_within(it.start, t, dt)) force(1 / dt);
         break;
       case InteractionType::kGrab:
         if (active) grab_adjoint(entry, t, dt, step, by.body[next++].acceleration, particles, k, gradient);

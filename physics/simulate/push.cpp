@@ -2,15 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "gaussians/base/error.h"
 #include "physics/body/driving_particles.h"
+#include "physics/body/links.h"
 
 namespace pliant {
 namespace {
 
-/// The same body with at most `count` particles, so that a trial is short: mass and volume are kept, and log E and nu
-/// are averaged by volume.
+/// The same body with at most `count` particles, so that a trial is short: mass and volume are kept, log E and nu are
+/// averaged by volume, law and object are those of one of the particles, and what was linked stays so.
 Particles coarsen(const Particles& particles, int count) {
   if (static_cast<int>(particles.size()) <= count) return particles;
   SolidSamples samples;
@@ -20,6 +22,15 @@ Particles coarsen(const Particles& particles, int count) {
   options.count = count;
   const DrivingParticles drivers = kmeans_drivers(options, samples);
   const size_t n = drivers.size();
+  Particles out;
+  out.materials = particles.materials;
+  if (!particles.links.empty()) {
+    std::vector<int> before(particles.size());
+    std::iota(before.begin(), before.end(), 0);
+    out.links = inherited_links(before, particles.links, drivers.sample_driver);
+  }
+  if (!particles.material_index.empty()) out.material_index.resize(n);
+  if (!particles.object.empty()) out.object.resize(n);
   std::vector<double> volume(n), mass(n), log_young(n), poisson(n);
   for (size_t i = 0; i < particles.size(); ++i) {
     const int d = drivers.sample_driver[i];
@@ -28,8 +39,9 @@ Particles coarsen(const Particles& particles, int count) {
     mass[d] += particles.mass[i];
     log_young[d] += v * std::log(particles.young[i]);
     poisson[d] += v * particles.poisson[i];
+    if (!particles.material_index.empty()) out.material_index[d] = particles.material_index[i];
+    if (!particles.object.empty()) out.object[d] = particles.object[i];
   }
-  Particles out;
   out.position = drivers.position;
   for (size_t d = 0; d < n; ++d) {
     out.volume.push_back(static_cast<float>(volume[d]));
@@ -43,9 +55,12 @@ Particles coarsen(const Particles& particles, int count) {
 
 /// Region that surely holds particles of a coarser body: at least a cell in radius.
 Region widened(const Region& region, double cell) {
-  Region out = region;
-  if (out.kind == Region::Kind::kSphere) out.radius = std::max(out.radius, cell);
-  return out;
+  double radius = INFINITY;
+  if (region.kind == Region::Kind::kSphere) radius = region.radius;
+  if (region.kind == Region::Kind::kBox) radius = 0.5 * (region.vector - region.point).minCoeff();
+  if (region.kind == Region::Kind::kCylinder)
+    radius = std::min(region.radius, 0.5 * (region.vector - region.point).norm());
+  return radius < cell ? region.grown(cell - radius) : region;
 }
 
 /// Mean force [N] over `duration` that a vector of length 1 makes on a body at rest.

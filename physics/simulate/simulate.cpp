@@ -160,23 +160,31 @@ template <class T>
 BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParticles<T>& particles,
                                 const std::vector<Interaction>& interactions, BasicSimulationState<T> start,
                                 const BasicFrameSink<T>& sink) {
+  SimulateSummary summary;
+  return simulate(options, particles, interactions, std::move(start), sink, summary);
+}
+
+template <class T>
+BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParticles<T>& particles,
+                                const std::vector<Interaction>& interactions, BasicSimulationState<T> start,
+                                const BasicFrameSink<T>& sink, SimulateSummary& summary) {
   const auto begin = std::chrono::steady_clock::now();
   validate(options, particles, start);
   BasicSimulateResult<T> result;
   result.state = std::move(start);
-  SimulateSummary& summary = result.summary;
   summary.mass = particles.total_mass();
   summary.cell_size = options.cell_size > 0 ? options.cell_size : static_cast<double>(particles.cell_size);
   if (!(summary.cell_size > 0))
     throw usage_error("simulate", "cell_size", "is " + std::to_string(summary.cell_size), "give meters");
 
   Simulator<T> simulator(options, particles, interactions, summary);
-  summary.warnings = simulator.schedule().warnings();
+  const bool told = !summary.warnings.empty();
+  if (!told) summary.warnings = simulator.schedule().warnings();
   const bool viscous = options.viscosity_time > 0 ||
                        std::any_of(particles.materials.begin(), particles.materials.end(), [](const Material& m) {
                          return m.viscosity_time > 0 || (m.law == Law::kFluid && m.dynamic_viscosity > 0);
                        });
-  if (options.flip_time > 0 && viscous)
+  if (options.flip_time > 0 && viscous && !told)
     summary.warnings.push_back(
         "with flip_time, viscosity damps less than specified, because particles keep velocity gradients that the grid "
         "cannot represent; damping_time is exact");
@@ -187,9 +195,9 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
     note_stretch(particles, result.state, summary);
     result.stopped = sink && !sink(result.state);
   };
-  if (const std::string thin = describe_thin_parts(particles, summary.cell_size, summary); !thin.empty())
-    summary.warnings.push_back(thin);
-  if (const std::string locking = describe_locking(particles); !locking.empty()) summary.warnings.push_back(locking);
+  for (const std::string& warning :
+       {describe_thin_parts(particles, summary.cell_size, summary), describe_locking(particles)})
+    if (!warning.empty() && !told) summary.warnings.push_back(warning);
   if (result.state.frame == 0) {
     if (pinned && options.rest_shape == RestShapeMode::kSolve) {
       RestShapeOptions solve;
@@ -203,7 +211,7 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
       if (!shape.summary.converged)
         summary.warnings.push_back("the unloaded shape was not found: at rest the body is " +
                                    std::to_string(shape.summary.residual) + " m off the captured shape");
-    } else if (options.settle_time > 0 && !pinned) {
+    } else if (options.settle_time > 0 && !pinned && !options.gravity.isZero()) {
       SimulateSummary ignored;
       Simulator<T> resting(settling_options(options, particles), particles, resting_interactions(interactions),
                            ignored);
@@ -225,6 +233,7 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
   warn_of_misses(simulator.schedule(), summary);
   warn_of_stretch(summary);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  result.summary = summary;
   return result;
 }
 
@@ -247,5 +256,12 @@ template BasicSimulateResult<float> simulate(const SimulateOptions&, const Basic
 template BasicSimulateResult<double> simulate(const SimulateOptions&, const BasicParticles<double>&,
                                               const std::vector<Interaction>&, BasicSimulationState<double>,
                                               const BasicFrameSink<double>&);
+
+template BasicSimulateResult<float> simulate(const SimulateOptions&, const BasicParticles<float>&,
+                                             const std::vector<Interaction>&, BasicSimulationState<float>,
+                                             const BasicFrameSink<float>&, SimulateSummary&);
+template BasicSimulateResult<double> simulate(const SimulateOptions&, const BasicParticles<double>&,
+                                              const std::vector<Interaction>&, BasicSimulationState<double>,
+                                              const BasicFrameSink<double>&, SimulateSummary&);
 
 }  // namespace pliant

@@ -54,7 +54,7 @@ struct SimulateOptions {
 };
 
 struct SimulateSummary {
-  int frames = 0;                      ///< computed in this call
+  int frames = 0;                      ///< computed
   std::vector<int> substeps_of_frame;  ///< [frames]
   double min_dt = 0, max_dt = 0;       ///< s
   double mass = 0;                     ///< kg
@@ -118,6 +118,12 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
                                 const std::vector<Interaction>& interactions, BasicSimulationState<T> start,
                                 const BasicFrameSink<T>& sink = {});
 
+/// As above; `summary` is that of the frames up to `start`, goes on with those after it, and may be read by the sink.
+template <class T>
+BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParticles<T>& particles,
+                                const std::vector<Interaction>& interactions, BasicSimulationState<T> start,
+                                const BasicFrameSink<T>& sink, SimulateSummary& summary);
+
 extern template std::string why_not_lagrangian(const SimulateOptions&, const BasicParticles<float>&);
 extern template std::string why_not_lagrangian(const SimulateOptions&, const BasicParticles<double>&);
 extern template BasicSimulateResult<float> simulate(const SimulateOptions&, const BasicParticles<float>&,
@@ -126,5 +132,12 @@ extern template BasicSimulateResult<float> simulate(const SimulateOptions&, cons
 extern template BasicSimulateResult<double> simulate(const SimulateOptions&, const BasicParticles<double>&,
                                                      const std::vector<Interaction>&, BasicSimulationState<double>,
                                                      const BasicFrameSink<double>&);
+
+extern template BasicSimulateResult<float> simulate(const SimulateOptions&, const BasicParticles<float>&,
+                                                    const std::vector<Interaction>&, BasicSimulationState<float>,
+                                                    const BasicFrameSink<float>&, SimulateSummary&);
+extern template BasicSimulateResult<double> simulate(const SimulateOptions&, const BasicParticles<double>&,
+                                                     const std::vector<Interaction>&, BasicSimulationState<double>,
+                                                     const BasicFrameSink<double>&, SimulateSummary&);
 
 }  // namespace pliant

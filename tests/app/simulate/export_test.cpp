@@ -38,6 +38,13 @@ GaussianCloud cloud_at(const Vec3f& centre, int count, uint64_t seed) {
   return cloud;
 }
 
+/// Of a finished stage.
+nlohmann::json record(const nlohmann::json& summary) {
+  const nlohmann::json none = nlohmann::json::object();
+  return {{"options", none},   {"scene", none}, {"found", none}, {"inputs", none}, {"outputs", nlohmann::json::array()},
+          {"summary", summary}};
+}
+
 class ExportTest : public testing::Test {
  protected:
   static Eigen::Isometry3d motion(int frame) {
@@ -80,7 +87,8 @@ class ExportTest : public testing::Test {
     write_trajectory(folder / "run/objects/1_ball/trajectory.h5", trajectory, "{}");
     const json manifest = {
         {"scene", {{"source", (folder / "scene.ply").string()}, {"orbit_views", 4}}},
-        {"stages", {{"extract", {{"summary", {{"folder", "objects/1_ball"}}}}}, {"simulate", {{"summary", {}}}}}}};
+        {"stages",
+         {{"extract", record({{"folder", "objects/1_ball"}})}, {"simulate", record(nlohmann::json::object())}}}};
     write_text(folder / "run/run.json", manifest.dump());
   }
 

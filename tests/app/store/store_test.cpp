@@ -449,6 +449,8 @@ TEST(Frames, ContinueBitForBitAndAreCountedUpToTheFirstBadOne) {
     state.v = vectors(9);
     state.C = matrices(9);
     state.F = matrices(9);
+    if (i % 2 == 1)
+      for (const Vec3f& x : vectors(9)) state.quiet_time.push_back(x.x());
     if (i % 2 == 0)
       for (const Mat3f& F : matrices(9)) state.memory.push_back({F, F.transpose(), F(1, 2)});
     write_frame(folder / "partial", state);
@@ -459,6 +461,7 @@ TEST(Frames, ContinueBitForBitAndAreCountedUpToTheFirstBadOne) {
     EXPECT_EQ(back.v, state.v);
     EXPECT_EQ(back.C, state.C);
     EXPECT_EQ(back.F, state.F);
+    EXPECT_EQ(back.quiet_time, state.quiet_time);
     ASSERT_EQ(back.memory.size(), state.memory.size());
     for (size_t k = 0; k < back.memory.size(); ++k) {
       EXPECT_EQ(back.memory[k].F_total, state.memory[k].F_total);

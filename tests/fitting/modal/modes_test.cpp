@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "gaussians/base/error.h"
 #include "tests/fitting/twin_stem.h"
 
@@ -26,6 +28,28 @@ TEST(VibrationModes, ShapesAreOrthonormalInMassAndFrequenciesFollowTheRootOfE) {
   for (float& E : stem.particles.young) E *= 16;
   const VibrationModes stiff = vibration_modes({}, stem.particles, stem.pins);
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(stiff.omega[k] / soft.omega[k], 4, 0.004);
+}
+
+TEST(VibrationModes, PartsThatAreNotLinkedSwayAsIfAlone) {
+  const Stem alone;
+  Stem two;
+  const size_t n = alone.particles.size();
+  const float apart = 0.02f + 0.3f * alone.particles.cell_size;
+  Particles& both = two.particles;
+  for (size_t i = 0; i < n; ++i) both.position.push_back(both.position[i] + Vec3f(apart, 0, 0));
+  for (std::vector<float>* values : {&both.volume, &both.mass, &both.young, &both.poisson})
+    for (size_t i = 0; i < n; ++i) values->push_back((*values)[i]);
+  // Bending towards each other is stiffer where they are one.
+  const double glued = vibration_modes({}, both, two.pins).omega[1];
+  for (const int first : {0, static_cast<int>(n)})
+    for (int i = 0; i < static_cast<int>(n); ++i)
+      for (int k = 0; k < i; ++k)
+        if ((both.position[first + i] - both.position[first + k]).norm() < both.cell_size)
+          both.links.push_back({first + k, first + i});
+  std::sort(both.links.begin(), both.links.end());
+  const double own = vibration_modes({}, alone.particles, alone.pins).omega[1];
+  EXPECT_NEAR(vibration_modes({}, both, two.pins).omega[1] / own, 1, 0.03);
+  EXPECT_GT(glued / own, 1.2);
 }
 
 TEST(VibrationModes, ABodyReleasedInItsLowestModeSwingsAtItsFrequency) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "physics/simulate/loads.h"
 #include "physics/simulate/simulate.h"
 #include "tests/physics/shapes.h"
 
@@ -81,6 +82,20 @@ TEST(Interaction, ImpulseGivesItsMomentumAtOnce) {
   EXPECT_EQ(run.momentum(run.states[4]).norm(), 0);
   EXPECT_LT((run.momentum(run.states[5]) - hit.vector).norm(), 1e-12 * hit.vector.norm());
   EXPECT_LT((run.momentum(run.states.back()) - hit.vector).norm(), 1e-11 * hit.vector.norm());
+}
+
+TEST(Interaction, AnImpulseActsInExactlyOneSubstep) {
+  for (const int fps : {24, 25, 30, 50, 60, 120})
+    for (int tenths = 0; tenths < 30; ++tenths)
+      for (int substeps = 1; substeps < 200; substeps += 3) {
+        int acted = 0;
+        for (int frame = 0; frame < 4 * fps; ++frame) {
+          const double begin = static_cast<double>(frame) / fps, dt = 1.0 / fps / substeps, start = 0.1 * tenths;
+          if (begin > start + 0.1 || begin + 0.1 < start) continue;
+          for (int k = 0; k < substeps; ++k) acted += starts_within(start, begin + k * dt, dt);
+        }
+        ASSERT_EQ(acted, 1) << fps << " fps, " << tenths << " tenths, " << substeps << " substeps";
+      }
 }
 
 TEST(Interaction, GustWithoutRateIsAnAcceleration) {

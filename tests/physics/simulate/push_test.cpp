@@ -75,6 +75,37 @@ TEST(Push, IsSizedToTheStiffness) {
   EXPECT_GT(newtons[1], 1.5 * newtons[0]);
 }
 
+TEST(Push, ARegionNarrowerThanACoarseCellStillTouchesTheCoarseBody) {
+  PushOptions options;
+  options.simulate.fps = 30;
+  options.max_particles = 100;
+  const double middle = 0.5 * kWidth, top = kStemFoot + kStem;
+  const Particles particles = stem(1200);
+  for (const Region& thin :
+       {Region::box(Vec3d(0, 0, top - 0.003), Vec3d(kWidth, kWidth, top)),
+        Region::cylinder(Vec3d(middle, 0, top - 0.004), Vec3d(middle, kWidth, top - 0.004), 0.002)})
+    EXPECT_GT(size_push(options, particles, {clamp()}, thin, Vec3d(1, 0, 0)).newtons, 0);
+}
+
+TEST(Push, IsSizedToTheLaw) {
+  PushOptions options;
+  options.simulate.fps = 60;
+  options.duration = 0.1;
+  options.max_particles = 400;
+  Particles particles = stem(800);
+  particles.materials[0].law = Law::kFluid;
+  Interaction push;
+  push.type = InteractionType::kPointForce;
+  push.region = Region::all();
+  push.duration = options.duration;
+  push.vector = Vec3d(size_push(options, particles, {clamp()}, push.region, Vec3d(1, 0, 0)).newtons, 0, 0);
+  SimulateOptions real = options.simulate;
+  real.duration = 2 * options.duration;
+  const double peak =
+      simulate<float>(real, particles, {clamp(), push}, initial_state(particles)).summary.max_displacement;
+  EXPECT_NEAR(peak / (kStem + kStemFoot), options.fraction, 0.35 * options.fraction) << "of a fluid";
+}
+
 TEST(Push, AMissedOrEmptyPushIsAUsageError) {
   const Particles particles = stem(300);
   const auto failure = [&](const Region& region, const Vec3d& direction) {

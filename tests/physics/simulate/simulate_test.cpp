@@ -226,6 +226,41 @@ TEST(Simulate, ResumedRunsEqualUnbrokenOnes) {
   EXPECT_EQ(resumed.summary.frames, whole.summary.frames - 5);
 }
 
+TEST(Simulate, ASummaryGoesOnWhereItsFramesDid) {
+  const auto particles = fixture::block<float>({0.04, 0.04, 0.04}, 0.01);
+  Interaction impulse;
+  impulse.type = InteractionType::kImpulse;
+  impulse.vector = Vec3d(0.01, 0, 0);
+  impulse.start = 0.04;
+  impulse.region = Region::all();
+  SimulateOptions options = options_of(50, 0.2);
+  const auto whole = simulate<float>(options, particles, {impulse}, initial_state(particles)).summary;
+  SimulateSummary summary;
+  const auto half = simulate<float>(
+      options, particles, {impulse}, initial_state(particles),
+      [](const SimulationState& state) { return state.frame < 5; }, summary);
+  ASSERT_TRUE(half.stopped);
+  simulate<float>(options, particles, {impulse}, half.state, {}, summary);
+  EXPECT_EQ(summary.frames, whole.frames);
+  EXPECT_EQ(summary.substeps_of_frame, whole.substeps_of_frame);
+  EXPECT_EQ(summary.impulse_of_frame, whole.impulse_of_frame);
+  EXPECT_EQ(summary.max_displacement, whole.max_displacement);
+  EXPECT_EQ(summary.warnings, whole.warnings);
+}
+
+TEST(Simulate, NothingSettlesWithoutGravity) {
+  const auto particles = fixture::block<double>({0.04, 0.04, 0.04}, 0.01);
+  SimulateOptions options = options_of(50, 0.1);
+  options.gravity.setZero();
+  options.settle_time = 2;
+  State start = initial_state(particles);
+  for (auto& v : start.v) v = Vec3d(0.1, 0, 0);
+  const auto result = simulate<double>(options, particles, {}, start);
+  EXPECT_EQ(result.summary.settle_seconds, 0);
+  EXPECT_TRUE(result.summary.warnings.empty());
+  EXPECT_NEAR(result.state.x[0].x() - particles.position[0].x(), 0.01, 1e-9);
+}
+
 TEST(Simulate, TheSinkSeesEveryFrameAndCanStop) {
   const auto particles = fixture::block<float>({0.03, 0.03, 0.03}, 0.01);
   int expected = 0;
