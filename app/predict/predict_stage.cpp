@@ -32,6 +32,7 @@ using nlohmann::json;
 namespace {
 
 constexpr double kHighestFrequency = 15;  // Hz, half the frame rate of a clip: what sways faster does not show
+constexpr double kSlowestSoftened = 3;    // Hz, of what is made softer so that a clip is simulated in good time
 constexpr int kSwayParticles = 1000;
 
 /// What is asked of the table, and with --llm-url of a language model, which sees one view of the object.
@@ -140,10 +141,12 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
   double factor = 1, frequency = shown.value_or(0);
   if (shown && !young_given) {
     frequency = wanted_frequency(prior, stage.softness, *shown);
-    // A guess sways no faster than few particles can be simulated in good time.
-    if (prior.guessed && stage.softness == PredictStage().softness)
+    // A guess, and what is made softer than it is, sways no faster than few particles can be simulated in good time.
+    const bool made = prior.guessed ? stage.softness == PredictStage().softness : frequency < *shown;
+    const bool sways = prior.frequency && prior.frequency->typical > 0;
+    if (made)
       frequency = std::clamp(*shown * kUsualParticleSteps / particle_steps(cost, kFewestParticles),
-                             prior.frequency->low, frequency);
+                             std::min(sways ? prior.frequency->low : kSlowestSoftened, frequency), frequency);
     factor = (frequency / *shown) * (frequency / *shown);
   }
   for (float& E : solid.young) E *= static_cast<float>(factor);

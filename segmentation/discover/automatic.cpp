@@ -12,6 +12,36 @@
 namespace pliant {
 namespace {
 
+/// A splat of one thing alone, part of which no view joins to it: without a support, much is left as rest, and all of
+/// it lies within the largest object.  Then everything is that object.
+void join_one_thing(const SolidScene& scene, const std::vector<Support>& supports, SceneParts& parts) {
+  constexpr double kMuch = 0.1, kWithin = 0.95;  // of what the views show; of what is not the largest object
+  constexpr float kMargin = 0.05f;               // of its size, on every side
+  if (!supports.empty() || parts.objects.empty()) return;
+  Box bounds;
+  double all = 0, rest = 0, others = 0, within = 0;
+  for (size_t i = 0; i < scene.size(); ++i) {
+    if (parts.object[i] == 0) bounds.add(scene.cloud.position[i]);
+    all += scene.mass[i];
+    if (parts.object[i] == SceneParts::kRest) rest += scene.mass[i];
+  }
+  const Vec3f margin = kMargin * bounds.size();
+  bounds = {bounds.low - margin, bounds.high + margin};
+  for (size_t i = 0; i < scene.size(); ++i) {
+    if (parts.object[i] == 0) continue;
+    others += scene.mass[i];
+    if (bounds.contains(scene.cloud.position[i])) within += scene.mass[i];
+  }
+  if (rest < kMuch * all || within < kWithin * others) return;
+  SceneParts::Part& one = parts.objects[0];
+  for (size_t k = 1; k < parts.objects.size(); ++k) one.share += parts.objects[k].share;
+  one.share += rest;
+  one.nodes.resize(scene.size());
+  std::iota(one.nodes.begin(), one.nodes.end(), 0);
+  parts.objects.resize(1);
+  std::fill(parts.object.begin(), parts.object.end(), 0);
+}
+
 std::string how_found(const SceneParts::Part& part) {
   const std::string how = part.support < 0 ? "stands free" : "stands on support_" + std::to_string(part.support + 1);
   return part.parted ? how + ", separated from what it touches by color and edges" : how;
@@ -34,7 +64,8 @@ AutomaticResult find_objects(const AutomaticOptions& options, const GaussianClou
   const auto since = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   const SolidScene scene = solid_scene(options.solid, cloud, cameras, options.held_out);
   const std::vector<Support> supports = find_supports(options.support, scene, options.up);
-  const SceneParts parts = scene_parts(options.part, scene, supports);
+  SceneParts parts = scene_parts(options.part, scene, supports);
+  join_one_thing(scene, supports, parts);
 
   AutomaticResult out;
   uint32_t id = 0;

@@ -106,6 +106,31 @@ TEST(Automatic, CrumbsBelongToWhatTheyLieAgainstAndInTheAirToNothing) {
     EXPECT_EQ(result.found[result.label[p] - 1].name, p < first + 9 ? "support_1" : "rest");
 }
 
+TEST(Automatic, ASplatOfOneThingAloneIsWhole) {
+  // A ball without a table, and in the corners of its bounds crumbs that hang on nothing.
+  const auto without_table = [](const Vec3f& shift) {
+    MadeScene scene = made_scene({{Vec3f(0, 0, 0.6f), 0.4f, 10, Vec3f(0.8f, 0.6f, 0.2f)}});
+    std::vector<int> ball;
+    for (size_t p = 0; p < scene.cloud.size(); ++p)
+      if (scene.truth[p] == 10) ball.push_back(static_cast<int>(p));
+    scene.cloud = scene.cloud.select(ball);
+    for (const float x : {-0.31f, 0.31f})
+      for (const float y : {-0.31f, 0.31f})
+        for (const float z : {0.29f, 0.91f})
+          for (int k = 0; k < 27; ++k)
+            add_disc(scene.cloud,
+                     Vec3f(x + 0.065f * (k / 9 - 1) + 0.022f * (k % 3 - 1), y + 0.022f * (k / 3 % 3 - 1), z) + shift,
+                     Vec3f::UnitZ(), 0.016f, Vec3f(0.3f, 0.6f, 0.3f));
+    return find_in(scene);
+  };
+  const AutomaticResult within = without_table(Vec3f::Zero());
+  EXPECT_EQ(within.summary.objects, 1);
+  EXPECT_EQ(within.summary.rest, 0);
+  for (const uint32_t id : within.label) EXPECT_EQ(id, 1u);
+  const AutomaticResult outside = without_table(Vec3f(0, 0.3f, 0));
+  EXPECT_GT(outside.summary.rest, 0.02) << "what lies elsewhere is not of it";
+}
+
 /// Two balls on the table that touch.
 MadeScene touching_balls(const Vec3f& first, const Vec3f& second) {
   return made_scene({{Vec3f(-0.24f, 0, 0.2f), 0.25f, 10, first}, {Vec3f(0.22f, 0, 0.18f), 0.23f, 20, second}});
