@@ -132,14 +132,18 @@ std::vector<HiddenView> read_views(const fs::path& run, const fs::path& scene) {
       throw input_error(scene.string(), std::string("truth/") + folder, "does not exist",
                         "give a scene made by `pliant demo`");
   }
-  const GaussianCloud before = read_ply(run / "background.ply"), after = read_ply(run / "background_repaired.ply");
+  ReadReport report;
+  const GaussianCloud before = read_ply(run / "background.ply", &report);
+  const GaussianCloud after = read_ply(run / "background_repaired.ply");
+  RenderOptions options;
+  options.antialiased = report.antialiased;
   std::vector<HiddenView> views;
   for (const Camera& camera : read_cameras(cameras_in(scene), scene / "photos").cameras) {
     HiddenView view{camera,
                     read_image(truth / "without_object" / (camera.name + ".png")),
                     read_ids(truth / "hidden" / (camera.name + ".png")),
-                    render(before, camera),
-                    render(after, camera),
+                    render(before, camera, options),
+                    render(after, camera, options),
                     {}};
     if (view.truth.width != camera.width || view.hidden.width != camera.width || view.truth.height != camera.height ||
         view.hidden.height != camera.height)

@@ -29,14 +29,21 @@ TrajectoryFile read_moving(const fs::path& path) {
   return t;
 }
 
-/// Displacement of particle `p` since frame 0 at `time`, linear between frames.
-Vec3d displacement(const TrajectoryFile& t, size_t p, double time) {
+/// A time between two frames.
+struct Between {
+  const TrajectoryFile::Frame *a, *b;
+  double s;  ///< 0 at a, 1 at b
+};
+Between frames_around(const TrajectoryFile& t, double time) {
   size_t next = 1;
   while (next + 1 < t.frames.size() && t.frames[next].time < time) ++next;
-  const auto& a = t.frames[next - 1];
-  const auto& b = t.frames[next];
-  const double s = std::clamp((time - a.time) / (b.time - a.time), 0.0, 1.0);
-  const Vec3d x = (1 - s) * a.position[p].cast<double>() + s * b.position[p].cast<double>();
+  const TrajectoryFile::Frame &a = t.frames[next - 1], &b = t.frames[next];
+  return {&a, &b, std::clamp((time - a.time) / (b.time - a.time), 0.0, 1.0)};
+}
+
+/// Displacement of particle `p` since frame 0, linear between frames.
+Vec3d displacement(const TrajectoryFile& t, const Between& at, size_t p) {
+  const Vec3d x = (1 - at.s) * at.a->position[p].cast<double>() + at.s * at.b->position[p].cast<double>();
   return x - t.frames[0].position[p].cast<double>();
 }
 
@@ -127,9 +134,10 @@ json evaluate_trajectory(const fs::path& prediction, const fs::path& truth_path)
   for (double time : times) {
     double frame_sum = 0;
     std::vector<Vec3d> our_move(rest.size()), true_move(rest.size());
+    const Between our_frames = frames_around(ours, time), true_frames = frames_around(truth, time);
     for (size_t p = 0; p < rest.size(); ++p) {
-      our_move[p] = displacement(ours, static_cast<size_t>(partner[p]), time) / height;
-      true_move[p] = displacement(truth, p, time) / height;
+      our_move[p] = displacement(ours, our_frames, static_cast<size_t>(partner[p])) / height;
+      true_move[p] = displacement(truth, true_frames, p) / height;
       const double error = (our_move[p] - true_move[p]).norm();
       frame_sum += error;
       squares += error * error;

@@ -244,8 +244,7 @@ StageInputs<ReconstructStage> inputs_of(const PhotoSet& set, const CameraFile& c
   for (const fs::path& file : cameras.files) in.files["cameras " + file.filename().string()] = file;
   for (const Camera& camera : cameras.cameras)
     if (!camera.photo.empty()) in.files["photo " + camera.name] = camera.photo;
-  const fs::path points = read_sparse_points(set.cameras, {}).file;
-  if (!points.empty()) in.files["points"] = points;
+  if (const fs::path points = sparse_points_file(set.cameras); !points.empty()) in.files["points"] = points;
   // The written scene gets its own masks, for photos without distortion.
   if (!set.settings.masks.empty()) in.files["masks"] = set.settings.masks;
   if (stage.joint) {

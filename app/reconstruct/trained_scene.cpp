@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/reconstruct/training_masks.h"
+#include "gaussians/base/error.h"
 #include "gaussians/io/cameras/cameras_json.h"
 #include "gaussians/io/cameras/transforms.h"
 #include "gaussians/io/files/json_file.h"
@@ -18,20 +18,24 @@ using nlohmann::json;
 
 namespace {
 
-/// Masks that belong to the photos as they were trained on; returns their number.
-int write_masks(const fs::path& folder, const TrainedScene& scene) {
-  std::map<std::string, const Camera*> lens_of;
-  for (const Camera& camera : scene.cameras.cameras) lens_of[camera.name] = &camera;
-  int written = 0;
-  for (const TrainingPhoto& photo : scene.photos.photos) {
-    const std::string name = photo.camera.name + ".png";
-    const auto lens = lens_of.find(photo.camera.name);
-    if (lens == lens_of.end() || !fs::exists(scene.set.settings.masks / name)) continue;
-    write_ids(folder / name,
-              ids_through_pinhole(read_ids(scene.set.settings.masks / name), *lens->second, photo.camera));
-    ++written;
-  }
-  return written;
+constexpr const char* kMaskNames = "mask_names.json";
+
+/// Masks that belong to the photos as they were trained on.  Names that only the masks tell go to kMaskNames in
+/// `folder`.
+void write_masks(const fs::path& folder, const TrainedScene& scene, json& out) {
+  const SceneFile& settings = scene.set.settings;
+  const MaskSet masks = training_masks(settings.masks, {}, scene.cameras, scene.photos);
+  for (const MaskSet::View& view : masks.views)
+    write_ids(folder / "masks" / (scene.photos.photos[view.camera].camera.name + ".png"), view.ids);
+  out["masks"] = "masks";
+  // Names of things in single photos, as `label` writes them, lie beside the masks.
+  if (const fs::path names = settings.masks / "labels.json"; fs::exists(names))
+    fs::copy_file(names, folder / "masks/labels.json");
+  if (masks.names.empty() || !settings.labels.empty()) return;
+  json names = json::object();
+  for (const auto& [id, name] : masks.names) names[std::to_string(id)] = name;
+  write_json(folder / kMaskNames, names);
+  out["labels"] = kMaskNames;
 }
 
 std::string path_from(const fs::path& folder, const fs::path& file) {
@@ -44,7 +48,7 @@ std::vector<std::string> write_trained_scene(const fs::path& folder, const Train
   std::vector<std::string> lost;
   const SceneFile& settings = scene.set.settings;
   fs::remove(folder / "scene.json");
-  for (const char* part : {"point_cloud", "photos", "masks"}) fs::remove_all(folder / part);
+  for (const char* part : {"point_cloud", "photos", "masks", kMaskNames}) fs::remove_all(folder / part);
 
   const std::string splats = fmt::format("point_cloud/iteration_{}/point_cloud.ply", scene.iteration);
   write_ply(folder / splats, scene.cloud, scene.antialiased);
@@ -61,11 +65,13 @@ std::vector<std::string> write_trained_scene(const fs::path& folder, const Train
   if (!settings.masks.empty()) {
     if (!scene.photos.changed) {
       out["masks"] = path_from(folder, settings.masks);
-    } else if (write_masks(folder / "masks", scene) > 0) {
-      out["masks"] = "masks";
     } else {
-      lost.push_back(
-          fmt::format("{} contains no mask named like a photo: the scene gets no masks", settings.masks.string()));
+      try {
+        write_masks(folder, scene, out);
+      } catch (const Error& error) {
+        if (error.failure != Failure::kInput) throw;
+        lost.push_back(fmt::format("{}; the scene gets no masks", error.what()));
+      }
     }
   }
   write_json(folder / "scene.json", out);
@@ -81,6 +87,7 @@ void update_scene_file(const fs::path& folder, const PhotoSet& set) {
     if (before.contains(made)) now[made] = before[made];
   }
   if (!set.settings.labels.empty()) now["labels"] = path_from(folder, set.settings.labels);
+  if (!now.contains("labels") && before.value("labels", "") == kMaskNames) now["labels"] = kMaskNames;
   if (set.settings.video) now["video"]["file"] = path_from(folder, set.settings.video->file);
   if (now != before) write_json(folder / "scene.json", now);
 }

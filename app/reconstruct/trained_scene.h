@@ -16,7 +16,8 @@ struct TrainedScene {
 };
 
 /// Writes a scene folder in the layout of 3DGS: point_cloud/iteration_N/point_cloud.ply, cameras.json, and for exact
-/// cameras transforms.json; photos/ and masks/ hold those that the training changed.  scene.json comes last; what it
+/// cameras transforms.json; photos/ and masks/ hold those that the training changed, and
+/// mask_names.json the names of such masks where no labels of the source tell them.  scene.json comes last; what it
 /// says besides is update_scene_file's.  What an earlier training wrote there is removed.  Returns sentences about what
 /// could not be kept.
 std::vector<std::string> write_trained_scene(const std::filesystem::path& folder, const TrainedScene& scene);

@@ -27,17 +27,19 @@ IdImage ids_through_pinhole(const IdImage& ids, const Camera& lens, const Camera
 
 MaskSet training_masks(const std::filesystem::path& folder, const std::filesystem::path& labels,
                        const CameraFile& cameras, const TrainingPhotos& photos) {
-  MaskSet masks = load_masks(folder, labels, cameras.cameras);
   std::map<std::string, int> photo_named;
   for (size_t i = 0; i < photos.photos.size(); ++i) photo_named[photos.photos[i].camera.name] = static_cast<int>(i);
-  std::vector<MaskSet::View> views;
-  for (const MaskSet::View& view : masks.views) {
-    const Camera& lens = cameras.cameras[view.camera];
-    const auto photo = photo_named.find(lens.name);
-    if (photo == photo_named.end()) continue;  // a photo that cannot be used
-    views.push_back({photo->second, ids_through_pinhole(view.ids, lens, photos.photos[photo->second].camera)});
+  std::vector<int> photo_of;  // -1 = cannot be used
+  for (const Camera& camera : cameras.cameras) {
+    const auto photo = photo_named.find(camera.name);
+    photo_of.push_back(photo == photo_named.end() ? -1 : photo->second);
   }
-  masks.views = std::move(views);
+  MaskSet masks = load_masks(folder, labels, cameras.cameras, [&](const IdImage& ids, int camera) {
+    const int photo = photo_of[camera];
+    return photo < 0 ? IdImage() : ids_through_pinhole(ids, cameras.cameras[camera], photos.photos[photo].camera);
+  });
+  for (MaskSet::View& view : masks.views) view.camera = photo_of[view.camera];
+  std::erase_if(masks.views, [](const MaskSet::View& view) { return view.camera < 0; });
   return masks;
 }
 

@@ -10,7 +10,7 @@ namespace pliant {
 /// pixel.
 IdImage ids_through_pinhole(const IdImage& ids, const Camera& lens, const Camera& pinhole);
 
-/// Masks in `folder`, drawn over the photos of `cameras`, as they belong to the photos that are trained on:
+/// Masks in `folder`, drawn over the photos of `cameras` at any size, as they belong to the photos that are trained on:
 /// views[].camera indexes these.  Throws Error{kInput} as load_masks does.
 MaskSet training_masks(const std::filesystem::path& folder, const std::filesystem::path& labels,
                        const CameraFile& cameras, const TrainingPhotos& photos);

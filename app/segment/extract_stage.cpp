@@ -11,6 +11,7 @@
 #include "app/store/segmentation.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
+#include "gaussians/base/portable.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/splats/ply.h"
 #include "segmentation/labels/object_names.h"
@@ -25,20 +26,26 @@ namespace {
 /// share of the picture, times the opacity, times exp(-(r / .35)^2) at a distance of r half diagonals from the middle.
 std::map<uint32_t, double> prominence(const Scene& scene, const std::vector<uint32_t>& label) {
   constexpr double kWidth = 0.35;
+  std::vector<double> share(label.size(), 0.0);
+  parallel_for(
+      static_cast<std::ptrdiff_t>(label.size()),
+      [&](std::ptrdiff_t i) {
+        const Vec3d position = scene.cloud.position[i].cast<double>();
+        const double scale = std::exp(scene.cloud.log_scale[i].mean());
+        for (const Camera& camera : scene.cameras) {
+          const Vec3d x = camera.cam_from_world * position;
+          if (x.z() <= 0) continue;
+          const double half2 = 0.25 * (1.0 * camera.width * camera.width + 1.0 * camera.height * camera.height);
+          const Eigen::Vector2d off(camera.fx * x.x() / x.z() + camera.cx - 0.5 * camera.width,
+                                    camera.fy * x.y() / x.z() + camera.cy - 0.5 * camera.height);
+          const double size = camera.fx * scale / x.z();
+          share[i] += std::min(size * size / half2, 1.0) * std::exp(-off.squaredNorm() / half2 / (kWidth * kWidth));
+        }
+        share[i] *= sigmoid(scene.cloud.opacity_logit[i]);
+      },
+      1024);
   std::map<uint32_t, double> sum;
-  for (const Camera& camera : scene.cameras) {
-    const double half = 0.5 * std::hypot(camera.width, camera.height);
-    for (size_t i = 0; i < label.size(); ++i) {
-      const Eigen::Vector3d x = camera.cam_from_world * scene.cloud.position[i].cast<double>();
-      if (x.z() <= 0) continue;
-      const double r = std::hypot(camera.fx * x.x() / x.z() + camera.cx - 0.5 * camera.width,
-                                  camera.fy * x.y() / x.z() + camera.cy - 0.5 * camera.height) /
-                       half;
-      const double size = camera.fx * std::exp(scene.cloud.log_scale[i].mean()) / x.z() / half;
-      const double opacity = 1 / (1 + std::exp(-scene.cloud.opacity_logit[i]));
-      sum[label[i]] += std::min(size * size, 1.0) * opacity * std::exp(-r * r / (kWidth * kWidth));
-    }
-  }
+  for (size_t i = 0; i < label.size(); ++i) sum[label[i]] += share[i];
   return sum;
 }
 

@@ -45,6 +45,7 @@ Segmentation grouping_objects(const Scene& scene, const std::filesystem::path& c
     used.classifier_bias.push_back(all.classifier_bias[c]);
   }
   used.attribute = std::move(all.attribute);
+  used.antialiased = scene.report.antialiased;
   used.seen.assign(scene.cloud.size(), 1);
   used.next_id = static_cast<uint32_t>(classifier.classes);
   update_labels(used);

@@ -48,7 +48,8 @@ std::vector<ObjectEntry> write_objects(const RunDirectory& run, const Scene& sce
   const auto picture = [&](int camera) { return photo_or_render(scene, camera); };
   std::vector<SheetCell> cells;
   const ImageF sheet = objects_sheet(segmentation, scene.cloud, scene.cameras, picture, 12, &cells);
-  const ImageF features = features_sheet(segmentation.attribute, scene.cloud, scene.cameras, picture);
+  const ImageF features =
+      features_sheet(segmentation.attribute, scene.cloud, scene.cameras, picture, segmentation.antialiased);
   write_segmentation(run / "segmentation.h5", segmentation, provenance);
   json rows = objects_to_json(objects);
   if (complete) complete(rows);
@@ -68,6 +69,7 @@ std::string folder_of_object(uint32_t id, std::string name) {
 Segmentation read_objects(const RunDirectory& run, const Scene& scene) {
   run.summary("segment", "run `pliant segment SCENE --out DIR` first");
   Segmentation segmentation = read_segmentation(run / "segmentation.h5");
+  segmentation.antialiased = scene.report.antialiased;
   if (segmentation.label.size() != scene.cloud.size())
     throw input_error((run / "segmentation.h5").string(), "label",
                       fmt::format("has {} rows, the scene {} Gaussians", segmentation.label.size(), scene.cloud.size()),

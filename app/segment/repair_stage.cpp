@@ -20,13 +20,14 @@ json repair_background(const Context& context, const RunDirectory& run, const St
   const std::vector<Camera>& cameras = in.scene.cameras;
   context.progress.begin("repair", 100);
   RepairOptions options;
+  options.render.antialiased = in.scene.report.antialiased;
   options.repair_shadow = in.options.shadow == "repair";
   const RepairResult result = repair(
       options, background, object, cameras, [&](double done) { context.progress.done(static_cast<int>(100 * done)); },
       inpainter.get());
   context.progress.end();
   write_ply(run / "background_repaired.ply", result.background, in.scene.report.antialiased);
-  write_image(run / "repair.png", repair_sheet(result, background, object, cameras));
+  write_image(run / "repair.png", repair_sheet(result, background, object, cameras, options.render));
   const RepairSummary& s = result.summary;
   context.progress.say("repair: " + s.describe());
   if (const std::string shadow = s.describe_shadow(); !shadow.empty()) context.progress.say("repair: " + shadow);

@@ -72,7 +72,7 @@ Segmentation selected_object(const Context& context, const Scene& scene, const s
     context.progress.warn(
         fmt::format("{} contains all {} Gaussians: the whole scene is the object and nothing is left as background",
                     option, member.size()));
-  return segmentation_of_members(option, member, scene.cloud, scene.cameras);
+  return segmentation_of_members(option, member, scene.cloud, scene.cameras, scene.report.antialiased);
 }
 
 /// Masks whose ids hold in all views.
@@ -138,6 +138,7 @@ Segmentation joint_segmentation(const std::filesystem::path& file, const Scene& 
     throw input_error(file.string(), "label",
                       fmt::format("has {} rows for {} Gaussians", segmentation.label.size(), scene.cloud.size()),
                       "delete it and run.json next to it, and repeat the command");
+  segmentation.antialiased = scene.report.antialiased;
   return segmentation;
 }
 
@@ -219,8 +220,8 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
   switch (source) {
     case Source::kAutomatic:
       found = find_automatically(context, scene, options.held_out);
-      segmentation =
-          segmentation_of_labels(found.label, names_of(found.found), scene.cloud, scene.cameras, context.seed);
+      segmentation = segmentation_of_labels(found.label, names_of(found.found), scene.cloud, scene.cameras,
+                                            context.seed, scene.report.antialiased);
       break;
     case Source::kConfiguration:
       segmentation = selected_object(context, scene, "--physgaussian",

@@ -1,8 +1,9 @@
 #include "gaussians/reconstruct/training_photos.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <map>
+#include <list>
 #include <memory>
 #include <mutex>
 #include <numeric>
@@ -84,21 +85,41 @@ void scale_down(int longest_side, TrainingPhoto& photo, Loaded& loaded) {
   loaded.scaled = true;
 }
 
-/// The maps of the lenses met so far; photos of one camera share them.
+/// The maps of the lenses met last; photos of one camera share them.  Different lenses are computed at the same time.
 class Lenses {
  public:
   std::shared_ptr<const Undistortion> of(const Camera& camera) {
-    std::vector<double> key = {camera.fx, camera.fy, camera.cx, camera.cy, double(camera.width), double(camera.height)};
-    key.insert(key.end(), camera.distortion.begin(), camera.distortion.end());
-    const std::lock_guard lock(mutex_);
-    std::shared_ptr<const Undistortion>& known = known_[key];
-    if (!known) known = std::make_shared<Undistortion>(make_undistortion(camera));
-    return known;
+    Key key = {camera.fx, camera.fy, camera.cx, camera.cy, double(camera.width), double(camera.height)};
+    std::copy(camera.distortion.begin(), camera.distortion.end(), key.begin() + 6);
+    const std::shared_ptr<Known> known = entry(key);
+    const std::lock_guard lock(known->mutex);
+    if (!known->map) known->map = std::make_shared<Undistortion>(make_undistortion(camera));
+    return known->map;
   }
 
  private:
+  using Key = std::array<double, 12>;
+  struct Known {
+    std::mutex mutex;
+    std::shared_ptr<const Undistortion> map;
+  };
+  static constexpr size_t kMostKnown = 8;
+
+  std::shared_ptr<Known> entry(const Key& key) {
+    const std::lock_guard lock(mutex_);
+    const auto found =
+        std::find_if(known_.begin(), known_.end(), [&](const auto& known) { return known.first == key; });
+    if (found != known_.end()) {
+      known_.splice(known_.begin(), known_, found);
+    } else {
+      known_.emplace_front(key, std::make_shared<Known>());
+      if (known_.size() > kMostKnown) known_.pop_back();
+    }
+    return known_.front().second;
+  }
+
   std::mutex mutex_;
-  std::map<std::vector<double>, std::shared_ptr<const Undistortion>> known_;
+  std::list<std::pair<Key, std::shared_ptr<Known>>> known_;  // last used first
 };
 
 void undo_lens(Lenses& lenses, TrainingPhoto& photo, Loaded& loaded) {

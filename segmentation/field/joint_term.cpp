@@ -134,6 +134,7 @@ Segmentation JointTerm::segmentation(const TrainingState& state, const std::vect
                                      const RenderOptions& render) const {
   const SemanticModel<float> model = model_of(state.shared);
   Segmentation out;
+  out.antialiased = render.antialiased;
   out.class_id = class_id_;
   out.class_name = class_name_;
   out.attribute = state.attribute;

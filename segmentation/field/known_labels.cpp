@@ -15,9 +15,11 @@ constexpr double kLongestSide = 200;  // px, of the id pictures
 }  // namespace
 
 Segmentation segmentation_of_labels(std::span<const uint32_t> label, const std::map<uint32_t, std::string>& names,
-                                    const GaussianCloud& cloud, const std::vector<Camera>& cameras, uint64_t seed) {
+                                    const GaussianCloud& cloud, const std::vector<Camera>& cameras, uint64_t seed,
+                                    bool antialiased) {
   CHECK(label.size() == cloud.size());
   Segmentation out;
+  out.antialiased = antialiased;
   const std::set<uint32_t> ids(label.begin(), label.end());
   out.class_id.assign(ids.begin(), ids.end());
   for (const uint32_t id : ids) {

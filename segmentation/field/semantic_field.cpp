@@ -248,6 +248,7 @@ SemanticResult fit_semantic_field(const SemanticOptions& given, const GaussianCl
   if (given.find_filter && given.iterations > 0)
     options.render.screen_variance = best_label_filter(given, cloud, cameras, training);
   result.summary.screen_variance = segmentation.screen_variance = options.render.screen_variance;
+  segmentation.antialiased = options.render.antialiased;
   segmentation.class_id = training.ids();
   for (uint32_t id : segmentation.class_id) segmentation.class_name.push_back(masks.name_of(id));
   const int classes = static_cast<int>(segmentation.class_id.size());

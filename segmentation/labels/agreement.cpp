@@ -36,9 +36,6 @@ void count_boundaries(const IdImage& predicted, const IdImage& truth, int band,
   CHECK(predicted.width == truth.width && predicted.height == truth.height);
   const std::vector<uint8_t> ours = contour_bands(predicted, band), theirs = contour_bands(truth, band);
   std::map<uint32_t, OverlapCount> here;
-  uint32_t last = 0;
-  for (const uint32_t id : truth.data)
-    if (id != last && id != 0) here[last = id];
   for (size_t i = 0; i < truth.data.size(); ++i) {
     const uint32_t p = predicted.data[i], t = truth.data[i];
     if (t == 0 || !(ours[i] || theirs[i])) continue;
@@ -46,8 +43,8 @@ void count_boundaries(const IdImage& predicted, const IdImage& truth, int band,
     if (!ours[i]) continue;
     if (p == t && theirs[i])
       ++here[t].both;
-    else if (const auto found = here.find(p); found != here.end())
-      ++found->second.either;
+    else if (p != 0)
+      ++here[p].either;
   }
   for (const auto& [id, count] : here) {
     overlap[id].both += count.both;
@@ -58,11 +55,16 @@ void count_boundaries(const IdImage& predicted, const IdImage& truth, int band,
 IdAgreement boundary_agreement(std::span<const IdImage> predicted, std::span<const IdImage> truth, int band) {
   CHECK(predicted.size() == truth.size());
   std::map<uint32_t, OverlapCount> overlap;
-  for (size_t v = 0; v < truth.size(); ++v) count_boundaries(predicted[v], truth[v], band, overlap);
+  std::set<uint32_t> ids;
+  for (size_t v = 0; v < truth.size(); ++v) {
+    count_boundaries(predicted[v], truth[v], band, overlap);
+    ids.insert(truth[v].data.begin(), truth[v].data.end());
+  }
+  ids.erase(0);
   IdAgreement agreement;
-  for (const auto& [id, count] : overlap) {
-    agreement.iou[id] = count.iou();
-    agreement.mean += agreement.iou[id] / static_cast<double>(overlap.size());
+  for (const uint32_t id : ids) {
+    agreement.iou[id] = overlap[id].iou();
+    agreement.mean += agreement.iou[id] / static_cast<double>(ids.size());
   }
   return agreement;
 }

@@ -19,12 +19,13 @@ struct OverlapCount {
   double iou() const { return either > 0 ? static_cast<double>(both) / static_cast<double>(either) : 1.0; }
 };
 
-/// Adds the overlaps of the contour bands of every id of the truth in a picture; its unlabelled pixels are left out.
+/// Adds the overlaps of the contour bands of every id in a picture, those that only the prediction holds too;
+/// unlabelled pixels of the truth are left out.
 void count_boundaries(const IdImage& predicted, const IdImage& truth, int band,
                       std::map<uint32_t, OverlapCount>& overlap);
 
-/// Boundary IoU per id (Cheng et al. 2021): intersection over union of the contour bands, summed over all pictures;
-/// unlabelled pixels of the truth are left out.
+/// Boundary IoU per id of the truth (Cheng et al. 2021): intersection over union of the contour bands, summed over all
+/// pictures; unlabelled pixels of the truth are left out.
 IdAgreement boundary_agreement(std::span<const IdImage> predicted, std::span<const IdImage> truth, int band);
 
 /// Which predicted id stands for which true one when ids have no meaning: one to one, largest IoU first.

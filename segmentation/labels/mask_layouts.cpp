@@ -79,23 +79,19 @@ std::vector<BinaryMask> find_masks(const fs::path& folder, const std::vector<Cam
 }
 
 /// Pixels above half of the picture's largest value.
-std::vector<uint8_t> read_binary(const fs::path& file, const Camera& camera) {
+ImageU8 read_binary(const fs::path& file, const Camera& camera, bool any_size) {
   const ImageF picture = read_image(file);
-  if (picture.width != camera.width || picture.height != camera.height)
-    throw input_error(file.string(), "",
-                      "is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) + ", but camera " +
-                          camera.name + " is " + std::to_string(camera.width) + "x" + std::to_string(camera.height),
-                      "make masks at the size of the photos");
+  check_mask_size(file, picture.width, picture.height, camera, any_size);
   const float largest = *std::max_element(picture.data.begin(), picture.data.end());
-  std::vector<uint8_t> inside(picture.pixels(), 0);
+  ImageU8 inside(picture.width, picture.height, 1);
   size_t between = 0;
-  for (size_t i = 0; i < inside.size() && largest > 0; ++i) {
+  for (size_t i = 0; i < inside.data.size() && largest > 0; ++i) {
     const float* rgb = picture.data.data() + 3 * i;
     const float brightest = std::max({rgb[0], rgb[1], rgb[2]});
-    inside[i] = brightest > 0.5f * largest;
+    inside.data[i] = brightest > 0.5f * largest;
     between += std::abs(brightest - 0.5f * largest) < 0.3f * largest;
   }
-  if (is_jpeg_file(file) && between * 5 > inside.size())
+  if (is_jpeg_file(file) && between * 5 > inside.data.size())
     throw input_error(file.string(), "", "shows more than black and white",
                       "as JPEG, a mask shows one object in white; masks with IDs must be PNG");
   return inside;
@@ -122,30 +118,47 @@ std::set<std::string> trained_photos(const fs::path& masks) {
   return names;
 }
 
-MaskSet load_binary_masks(const fs::path& folder, const std::vector<Camera>& cameras) {
+void check_mask_size(const fs::path& file, int width, int height, const Camera& camera, bool any_size) {
+  if (width == camera.width && height == camera.height) return;
+  const std::string sizes = "is " + std::to_string(width) + "x" + std::to_string(height) + ", but camera " +
+                            camera.name + " is " + std::to_string(camera.width) + "x" + std::to_string(camera.height);
+  if (!any_size) throw input_error(file.string(), "", sizes, "make masks at the size of the photos");
+  // A side that was rounded by a pixel is the same shape.
+  const double skew = std::abs(1.0 * width * camera.height - 1.0 * height * camera.width);
+  if (skew > std::max({width, height, camera.width, camera.height}))
+    throw input_error(file.string(), "", sizes, "make masks of the shape of the photos");
+}
+
+MaskSet load_binary_masks(const fs::path& folder, const std::vector<Camera>& cameras, const FitMask& fit) {
   const std::vector<BinaryMask> found = find_masks(folder, cameras);
   const std::map<std::string, uint32_t> ids = ids_of_labels(found);
   MaskSet masks;
   for (size_t c = 0; c < cameras.size(); ++c) {
     struct Layer {
       uint32_t id;
-      std::vector<uint8_t> inside;
+      ImageU8 inside;
       std::ptrdiff_t pixels;
     };
     std::vector<Layer> layers;
     for (const BinaryMask& mask : found) {
       if (mask.camera != static_cast<int>(c)) continue;
-      std::vector<uint8_t> inside = read_binary(mask.file, cameras[c]);
-      const auto pixels = std::count(inside.begin(), inside.end(), 1);
+      ImageU8 inside = read_binary(mask.file, cameras[c], fit != nullptr);
+      if (!layers.empty() && (inside.width != layers[0].inside.width || inside.height != layers[0].inside.height))
+        throw input_error(mask.file.string(), "",
+                          "is " + std::to_string(inside.width) + "x" + std::to_string(inside.height) +
+                              ", but another mask of camera " + cameras[c].name + " is " +
+                              std::to_string(layers[0].inside.width) + "x" + std::to_string(layers[0].inside.height),
+                          "make masks at the size of the photos");
+      const auto pixels = std::count(inside.data.begin(), inside.data.end(), 1);
       layers.push_back({ids.at(mask.label), std::move(inside), pixels});
     }
     if (layers.empty()) continue;
     std::stable_sort(layers.begin(), layers.end(), [](const Layer& a, const Layer& b) { return a.pixels > b.pixels; });
-    IdImage picture(cameras[c].width, cameras[c].height, 1);
+    IdImage picture(layers[0].inside.width, layers[0].inside.height, 1);
     for (const Layer& layer : layers)
       for (size_t i = 0; i < picture.data.size(); ++i)
-        if (layer.inside[i]) picture.data[i] = layer.id;
-    masks.views.push_back({static_cast<int>(c), std::move(picture)});
+        if (layer.inside.data[i]) picture.data[i] = layer.id;
+    masks.views.push_back({static_cast<int>(c), fit ? fit(picture, static_cast<int>(c)) : std::move(picture)});
   }
   for (const auto& [label, id] : ids)
     if (!whole_number(label)) masks.names[id] = label;

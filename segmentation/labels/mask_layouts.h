@@ -16,8 +16,13 @@ namespace pliant {
 ///   <label>/<camera>.png   one folder for each object.
 /// A pixel belongs to an object above half of the picture's largest value; where objects overlap the smaller one wins.
 /// Labels that are all whole numbers are the ids, else labels are numbered from 1 in alphabetical order.  Pixels of no
-/// object are 0.  Empty when the folder has neither layout.
-MaskSet load_binary_masks(const std::filesystem::path& folder, const std::vector<Camera>& cameras);
+/// object are 0.  Empty when the folder has neither layout.  Sizes and `fit` as for load_masks; all pictures of a
+/// camera have one size.
+MaskSet load_binary_masks(const std::filesystem::path& folder, const std::vector<Camera>& cameras,
+                          const FitMask& fit = {});
+
+/// Throws Error{kInput} unless a mask has the size of its camera, or with `any_size` its shape.
+void check_mask_size(const std::filesystem::path& file, int width, int height, const Camera& camera, bool any_size);
 
 /// Names, without endings, of the photos in images_train/ beside a folder of masks; empty without that folder.
 std::set<std::string> trained_photos(const std::filesystem::path& masks);

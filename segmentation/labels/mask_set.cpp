@@ -70,7 +70,8 @@ fs::path id_picture(const fs::path& folder, const Camera& camera) {
 
 }  // namespace
 
-MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::vector<Camera>& cameras) {
+MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::vector<Camera>& cameras,
+                   const FitMask& fit) {
   if (!fs::is_directory(folder))
     throw input_error(folder.string(), "masks", "is not a folder",
                       "give a folder with one ID mask per photo, or select with --aabb or --sphere");
@@ -84,15 +85,11 @@ MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::ve
       continue;
     }
     IdImage ids = read_ids(file);
-    if (ids.width != camera.width || ids.height != camera.height)
-      throw input_error(file.string(), "",
-                        "is " + std::to_string(ids.width) + "x" + std::to_string(ids.height) + ", but camera " +
-                            camera.name + " is " + std::to_string(camera.width) + "x" + std::to_string(camera.height),
-                        "make masks at the size of the photos");
-    masks.views.push_back({static_cast<int>(c), std::move(ids)});
+    check_mask_size(file, ids.width, ids.height, camera, fit != nullptr);
+    masks.views.push_back({static_cast<int>(c), fit ? fit(ids, static_cast<int>(c)) : std::move(ids)});
   }
   if (masks.views.empty()) {
-    masks = load_binary_masks(folder, cameras);
+    masks = load_binary_masks(folder, cameras, fit);
     missing.clear();
     for (size_t c = 0; c < cameras.size(); ++c)
       if (std::none_of(masks.views.begin(), masks.views.end(),

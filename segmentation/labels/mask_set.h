@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -24,11 +25,15 @@ struct MaskSet {
   std::string name_of(uint32_t id) const;
 };
 
+/// The ids of a camera from a picture of its shape but any size.
+using FitMask = std::function<IdImage(const IdImage& ids, int camera)>;
+
 /// Reads id pictures named like the cameras (`<camera>.png`, or the photo's name with .png behind it), else binary
 /// pictures in folders (mask_layouts.h).  Cameras without a mask are warned about; no mask at all, an unreadable
-/// picture or one of another size is an Error{kInput}.  `labels`: JSON object id -> name, may be empty.
+/// picture or one of another size is an Error{kInput}.  `labels`: JSON object id -> name, may be empty.  With `fit`,
+/// pictures may have any size of their camera's shape, and become what it returns as soon as they are read.
 MaskSet load_masks(const std::filesystem::path& folder, const std::filesystem::path& labels,
-                   const std::vector<Camera>& cameras);
+                   const std::vector<Camera>& cameras, const FitMask& fit = {});
 
 /// Names of labels.json: a JSON object id -> name.
 std::map<uint32_t, std::string> read_label_names(const std::filesystem::path& file);

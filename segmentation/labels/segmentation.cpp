@@ -95,11 +95,13 @@ std::vector<ObjectEntry> list_objects(const Segmentation& segmentation, const st
 IdImage render_ids(const Segmentation& segmentation, const GaussianCloud& cloud, const Camera& camera) {
   CHECK(segmentation.attribute.size() == cloud.size() * kY);
   RenderOptions options;
-  options.screen_variance = segmentation.screen_variance;
-  const RenderResult picture = render(cloud, camera, options, segmentation.attribute, kY);
+  options.antialiased = segmentation.antialiased;
+  RenderOptions of_labels = options;
+  of_labels.screen_variance = segmentation.screen_variance;
+  const RenderResult picture = render(cloud, camera, of_labels, segmentation.attribute, kY);
   // Whether there is anything at all does not depend on the filter of labels.
-  const bool same = segmentation.screen_variance == splat::kScreenVariance;
-  const ImageF solid = same ? ImageF() : render(cloud, camera).alpha;
+  const bool same = of_labels.screen_variance == options.screen_variance;
+  const ImageF solid = same ? ImageF() : render(cloud, camera, options).alpha;
   const ImageF& alpha = same ? picture.alpha : solid;
   IdImage ids(camera.width, camera.height, 1);
   parallel_for(

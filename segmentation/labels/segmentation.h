@@ -26,6 +26,7 @@ struct Segmentation {
   std::vector<std::vector<int>> class_cameras;  ///< [C] cameras, ascending, whose masks hold the id; empty = not known
   std::vector<std::string> class_origin;        ///< [C] how it was found, a phrase; empty = not known
   double screen_variance = splat::kScreenVariance;  ///< of the low-pass filter with which attributes are blended (px^2)
+  bool antialiased = false;       ///< the scene is drawn with opacity compensation; files do not hold it
   uint32_t next_id = 0;           ///< no object ever had this id or a higher one; 0 = one above class_id
   std::vector<uint32_t> label;    ///< [N] most probable id
   std::vector<float> confidence;  ///< [N] its probability

@@ -9,14 +9,15 @@
 namespace pliant {
 
 Observation observe(const HoleOptions& options, const GaussianCloud& background, const GaussianCloud& object,
-                    const std::vector<Camera>& cameras, const std::vector<int>& views) {
+                    const std::vector<Camera>& cameras, const std::vector<int>& views,
+                    const RenderOptions& render_options) {
   GaussianCloud scene = background;
   scene.append(object);
   Observation observation;
   observation.view = views;
   std::vector<double> total(background.size(), 0.0);
   for (int camera : views) {
-    const BlendWeights W = blend_weights(scene, cameras[camera]);
+    const BlendWeights W = blend_weights(scene, cameras[camera], render_options);
     ImageF seen(W.width, W.height, 1), depth(W.width, W.height, 1);
     std::vector<float> z(object.size());
     for (size_t p = 0; p < z.size(); ++p)
@@ -46,12 +47,13 @@ Observation observe(const HoleOptions& options, const GaussianCloud& background,
 }
 
 HoleView find_hole(const HoleOptions& options, const Observation& observation, size_t view,
-                   const GaussianCloud& background, const std::vector<Camera>& cameras) {
+                   const GaussianCloud& background, const std::vector<Camera>& cameras,
+                   const RenderOptions& render_options) {
   std::vector<float> unobserved = observation.unobserved;
   CHECK(unobserved.size() <= background.size());
   unobserved.resize(background.size(), 0.0f);
   HoleView result;
-  result.picture = render(background, cameras[observation.view[view]], {}, unobserved, 1);
+  result.picture = render(background, cameras[observation.view[view]], render_options, unobserved, 1);
   const ImageF& object = observation.object[view];
   const ImageU8& outside = observation.outside[view];
   const int width = object.width, height = object.height;

@@ -27,7 +27,8 @@ struct Observation {
   std::vector<float> unobserved;  ///< [background] 1 = never observed while the object was there
 };
 Observation observe(const HoleOptions& options, const GaussianCloud& background, const GaussianCloud& object,
-                    const std::vector<Camera>& cameras, const std::vector<int>& views);
+                    const std::vector<Camera>& cameras, const std::vector<int>& views,
+                    const RenderOptions& render_options = {});
 
 /// One view after removal.
 struct HoleView {
@@ -41,6 +42,7 @@ struct HoleView {
 /// the object was seen and accumulated opacity is below min_alpha, or never observed Gaussians are in front.  Left out
 /// are ignored pixels and, in open parts, those nearest to the void beside the object: there is nothing to continue.
 HoleView find_hole(const HoleOptions& options, const Observation& observation, size_t view,
-                   const GaussianCloud& background, const std::vector<Camera>& cameras);
+                   const GaussianCloud& background, const std::vector<Camera>& cameras,
+                   const RenderOptions& render_options = {});
 
 }  // namespace pliant

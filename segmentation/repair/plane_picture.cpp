@@ -134,7 +134,7 @@ ImageU8 source_mask(const RenderResult& picture, const ImageU8& target) {
 PlanePicture picture_plane(const PlanePictureOptions& options, const Surfaces& surfaces, int index,
                            const std::vector<HoleView>& views, const std::vector<HoleGeometry>& geometry,
                            const Observation& observation, const GaussianCloud& background,
-                           const std::vector<Camera>& cameras) {
+                           const std::vector<Camera>& cameras, const RenderOptions& render_options) {
   constexpr float kOpaque = 0.97f;
   const Opening opening = find_opening(index, views, geometry, observation, cameras);
   if (opening.point.size() < 4) return {};
@@ -174,7 +174,7 @@ PlanePicture picture_plane(const PlanePictureOptions& options, const Surfaces& s
   }
   if (picture.members.empty()) return {};
   const RenderResult seen = render(flat_colored(background, picture.members, front.centre().cast<float>()),
-                                   front_camera(picture, width, height));
+                                   front_camera(picture, width, height), render_options);
 
   // Texels that a view sees through its hole.
   picture.covered = picture.target = ImageU8(width, height, 1);

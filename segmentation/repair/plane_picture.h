@@ -32,7 +32,7 @@ struct PlanePictureOptions {
 PlanePicture picture_plane(const PlanePictureOptions& options, const Surfaces& surfaces, int plane,
                            const std::vector<HoleView>& views, const std::vector<HoleGeometry>& geometry,
                            const Observation& observation, const GaussianCloud& background,
-                           const std::vector<Camera>& cameras);
+                           const std::vector<Camera>& cameras, const RenderOptions& render_options = {});
 
 /// Colour without the black that shines through, but for thin lines: trained scenes leave dark joints transparent.
 ImageF surface_color(const RenderResult& picture);

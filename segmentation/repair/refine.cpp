@@ -32,7 +32,8 @@ std::vector<size_t> largest(const std::vector<FilledView>& views, int most) {
   return order;
 }
 
-Crop crop(const FilledView& view, int ring, size_t first_new, const GaussianCloud& cloud) {
+Crop crop(const FilledView& view, int ring, size_t first_new, const GaussianCloud& cloud,
+          const RenderOptions& render_options) {
   constexpr int kBorder = 4;
   const int width = view.mask.width, height = view.mask.height;
   cv::Mat mask(height, width, CV_8U, const_cast<uint8_t*>(view.mask.data.data())), grown;
@@ -56,7 +57,7 @@ Crop crop(const FilledView& view, int ring, size_t first_new, const GaussianClou
       part.inside(x, y) = view.mask(box.x + x, box.y + y);
       part.weight(x, y) = grown.at<uint8_t>(box.y + y, box.x + x);
     }
-  const BlendWeights W = blend_weights(cloud, part.camera);
+  const BlendWeights W = blend_weights(cloud, part.camera, render_options);
   std::vector<uint8_t> used(cloud.size(), 0);
   for (const uint32_t p : W.gaussian) used[p] = 1;
   std::vector<int> kept;
@@ -91,11 +92,11 @@ void put(const Parameters& parameters, size_t first, GaussianCloud& cloud) {
   }
 }
 
-double error_inside(const std::vector<Crop>& crops) {
+double error_inside(const std::vector<Crop>& crops, const RenderOptions& render_options) {
   double sum = 0, pixels = 0;
   for (const Crop& part : crops) {
     const double n = std::accumulate(part.inside.data.begin(), part.inside.data.end(), 0.0);
-    sum += n * mse_loss(render(part.cloud, part.camera).color, part.color, part.inside);
+    sum += n * mse_loss(render(part.cloud, part.camera, render_options).color, part.color, part.inside);
     pixels += n;
   }
   return sum / pixels;
@@ -104,15 +105,15 @@ double error_inside(const std::vector<Crop>& crops) {
 }  // namespace
 
 RefineSummary refine(const RefineOptions& options, const std::vector<FilledView>& views, size_t first_new,
-                     GaussianCloud& cloud) {
+                     GaussianCloud& cloud, const RenderOptions& render_options) {
   RefineSummary summary;
   std::vector<Crop> crops;
   if (options.rounds > 0 && first_new < cloud.size())
     for (const size_t v : largest(views, options.max_views))
-      crops.push_back(crop(views[v], options.ring, first_new, cloud));
+      crops.push_back(crop(views[v], options.ring, first_new, cloud, render_options));
   summary.views = crops.size();
   if (crops.empty()) return summary;
-  summary.mse_before = error_inside(crops);
+  summary.mse_before = error_inside(crops, render_options);
 
   const Parameters start = take(cloud, first_new);
   Parameters now = start;
@@ -123,10 +124,11 @@ RefineSummary refine(const RefineOptions& options, const std::vector<FilledView>
     for (Crop& part : crops) {
       put(now, part.first_new, part.cloud);
       RenderTape<float> tape;
-      const RenderResult picture = render(part.cloud, part.camera, {}, {}, 0, &tape);
+      const RenderResult picture = render(part.cloud, part.camera, render_options, {}, 0, &tape);
       RenderResult adj;
       mse_loss_adjoint(picture.color, part.color, part.weight, 1.0, adj.color);
-      const RenderGradient<float> gradient = render_adjoint(part.cloud, part.camera, {}, {}, 0, picture, adj, &tape);
+      const RenderGradient<float> gradient =
+          render_adjoint(part.cloud, part.camera, render_options, {}, 0, picture, adj, &tape);
       const Parameters g = take(gradient.cloud, part.first_new);
       color.step(now.color, g.color, rate * options.color_rate / kSh0);
       opacity.step(now.opacity, g.opacity, rate * options.opacity_rate);
@@ -137,7 +139,7 @@ RefineSummary refine(const RefineOptions& options, const std::vector<FilledView>
     }
   }
   for (Crop& part : crops) put(now, part.first_new, part.cloud);
-  summary.mse_after = error_inside(crops);
+  summary.mse_after = error_inside(crops, render_options);
   // A descent that did not get there changes nothing.
   summary.kept = summary.mse_after < summary.mse_before;
   if (summary.kept) put(now, first_new, cloud);

@@ -5,6 +5,7 @@
 #include "gaussians/base/camera.h"
 #include "gaussians/base/gaussian_cloud.h"
 #include "gaussians/base/image.h"
+#include "gaussians/render/render.h"
 
 namespace pliant {
 
@@ -35,6 +36,6 @@ struct RefineSummary {
 /// holes and a ring around them, through the reverse pass of the renderer, over their colour, opacity and scale.  All
 /// others enter the pictures and are left bit for bit as they are.  Equal for any number of threads.
 RefineSummary refine(const RefineOptions& options, const std::vector<FilledView>& views, size_t first_new,
-                     GaussianCloud& cloud);
+                     GaussianCloud& cloud, const RenderOptions& render_options = {});
 
 }  // namespace pliant

@@ -76,7 +76,7 @@ class Repair {
       : options_(options), removed_(removed), cameras_(cameras), inpainter_(inpainter) {
     result_.background = background;
     summary_.views = choose_views(cameras, options.max_views);
-    observation_ = observe(options.hole, background, removed, cameras, summary_.views);
+    observation_ = observe(options.hole, background, removed, cameras, summary_.views, options.render);
     summary_.unobserved =
         static_cast<size_t>(std::count(observation_.unobserved.begin(), observation_.unobserved.end(), 1.0f));
   }
@@ -149,7 +149,7 @@ class Repair {
       measure(v);
       wanted.push_back(show_planes(planes_, now_[v].picture.color, before_[v].hole, geometry_[v], camera(v)));
     }
-    summary_.refinement = refine(options_.refine, wanted, result_.first_new, result_.background);
+    summary_.refinement = refine(options_.refine, wanted, result_.first_new, result_.background, options_.render);
     if (summary_.refinement.kept) ++patches_;
   }
 
@@ -166,9 +166,12 @@ class Repair {
  private:
   size_t views() const { return summary_.views.size(); }
   const Camera& camera(size_t v) const { return cameras_[summary_.views[v]]; }
-  HoleView hole(size_t v) const { return find_hole(options_.hole, observation_, v, result_.background, cameras_); }
+  HoleView hole(size_t v) const {
+    return find_hole(options_.hole, observation_, v, result_.background, cameras_, options_.render);
+  }
   PlanePicture picture(int plane, const PlanePictureOptions& options) const {
-    return picture_plane(options, surfaces_, plane, before_, geometry_, observation_, result_.background, cameras_);
+    return picture_plane(options, surfaces_, plane, before_, geometry_, observation_, result_.background, cameras_,
+                         options_.render);
   }
 
   void take_out(const std::vector<int>& gone) {

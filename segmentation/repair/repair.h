@@ -13,6 +13,7 @@ namespace pliant {
 
 /// Filling of the hole that an extracted object leaves.
 struct RepairOptions {
+  RenderOptions render;  ///< as the scene is drawn
   HoleOptions hole;
   int max_views = 24;  ///< evenly chosen cameras that are looked at, whatever their order
   int ring = 14;       ///< width [pixels] of a hole's surroundings from which surfaces are taken
@@ -67,6 +68,6 @@ RepairResult repair(const RepairOptions& options, const GaussianCloud& backgroun
 
 /// Before/after sheet: for up to four views with the largest holes, with the object, without it, repaired.
 ImageF repair_sheet(const RepairResult& result, const GaussianCloud& background, const GaussianCloud& removed,
-                    const std::vector<Camera>& cameras);
+                    const std::vector<Camera>& cameras, const RenderOptions& render_options = {});
 
 }  // namespace pliant

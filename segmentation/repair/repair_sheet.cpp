@@ -6,7 +6,7 @@
 namespace pliant {
 
 ImageF repair_sheet(const RepairResult& result, const GaussianCloud& background, const GaussianCloud& removed,
-                    const std::vector<Camera>& cameras) {
+                    const std::vector<Camera>& cameras, const RenderOptions& render_options) {
   const RepairSummary& summary = result.summary;
   std::vector<size_t> order(summary.hole_before.size());
   std::iota(order.begin(), order.end(), size_t(0));
@@ -30,7 +30,7 @@ ImageF repair_sheet(const RepairResult& result, const GaussianCloud& background,
           std::min(static_cast<double>(first.width) / camera.width, static_cast<double>(first.height) / camera.height));
     const GaussianCloud* clouds[3] = {&scene, &background, &result.background};
     for (int column = 0; column < 3; ++column) {
-      const ImageF picture = render(*clouds[column], camera).color;
+      const ImageF picture = render(*clouds[column], camera, render_options).color;
       for (int y = 0; y < std::min(picture.height, first.height); ++y)
         std::copy_n(
             picture.at(0, y), 3 * std::min(picture.width, first.width),

@@ -108,13 +108,16 @@ bool Surface::holds(const Vec3f& x) const {
 Surfaces find_surfaces(const std::vector<HoleView>& views, const Observation& observation,
                        const GaussianCloud& background, const std::vector<Camera>& cameras, int ring, int max_planes) {
   std::vector<Vec3f> points;
-  Vec3f eye = Vec3f::Zero();
+  Vec3f eye = Vec3f::Zero();  // middle of the cameras that see the hole
+  size_t seen = 0;
   for (size_t v = 0; v < views.size(); ++v) {
     if (views[v].pixels == 0) continue;
+    ++seen;
     const Camera& camera = cameras[observation.view[v]];
     for (const RingPixel& at : ring_pixels(views[v], ring)) points.push_back(world_point(views[v], camera, at.pixel));
-    eye += camera.centre().cast<float>() / static_cast<float>(views.size());
+    eye += camera.centre().cast<float>();
   }
+  if (seen > 0) eye /= static_cast<float>(seen);
   Surfaces surfaces;
   if (points.size() < 30) return surfaces;
   // At most kUsed points, evenly chosen; their spread sets the tolerance.

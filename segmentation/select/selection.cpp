@@ -63,11 +63,11 @@ std::vector<uint8_t> shape_members(const SelectionShape& shape, const GaussianCl
 }
 
 Segmentation segmentation_of_members(const std::string& option, std::span<const uint8_t> member,
-                                     const GaussianCloud& cloud, const std::vector<Camera>& cameras) {
+                                     const GaussianCloud& cloud, const std::vector<Camera>& cameras, bool antialiased) {
   std::vector<uint32_t> label;
   for (const uint8_t m : member) label.push_back(m ? SelectionShape::kObject : SelectionShape::kRest);
   Segmentation out = segmentation_of_labels(
-      label, {{SelectionShape::kObject, "object"}, {SelectionShape::kRest, "rest"}}, cloud, cameras, 0);
+      label, {{SelectionShape::kObject, "object"}, {SelectionShape::kRest, "rest"}}, cloud, cameras, 0, antialiased);
   const int object = class_of_id(out, SelectionShape::kObject);
   if (object < 0 || out.class_cameras[object].empty())
     throw usage_error(option, "",

@@ -28,8 +28,9 @@ struct SelectionShape {
 std::vector<uint8_t> shape_members(const SelectionShape& shape, const GaussianCloud& cloud);
 
 /// The segmentation in which the Gaussians with `member` [N] != 0 are "object", the others "rest".  `option` is named
-/// in errors.  Throws Error{kUsage} when no camera sees them.
+/// in errors, `antialiased` as in Segmentation.  Throws Error{kUsage} when no camera sees them.
 Segmentation segmentation_of_members(const std::string& option, std::span<const uint8_t> member,
-                                     const GaussianCloud& cloud, const std::vector<Camera>& cameras);
+                                     const GaussianCloud& cloud, const std::vector<Camera>& cameras,
+                                     bool antialiased = false);
 
 }  // namespace pliant

@@ -68,15 +68,18 @@ Vec3f PrincipalColors::color(const float* attribute) const {
 }
 
 ImageF features_sheet(const std::vector<float>& attribute, const GaussianCloud& cloud,
-                      const std::vector<Camera>& cameras, const std::function<ImageF(int camera)>& picture, int views) {
+                      const std::vector<Camera>& cameras, const std::function<ImageF(int camera)>& picture,
+                      bool antialiased, int views) {
   CHECK(!cameras.empty() && attribute.size() == cloud.size() * kY);
   const int shown = std::min<int>(views, static_cast<int>(cameras.size()));
+  RenderOptions options;
+  options.antialiased = antialiased;
   std::vector<RenderResult> blended;
   std::vector<int> chosen;
   std::vector<float> samples;
   for (int v = 0; v < shown; ++v) {
     chosen.push_back(static_cast<int>(static_cast<size_t>(v) * cameras.size() / shown));
-    blended.push_back(render(cloud, cameras[chosen.back()], {}, attribute, kY));
+    blended.push_back(render(cloud, cameras[chosen.back()], options, attribute, kY));
     const RenderResult& view = blended.back();
     for (size_t i = 0; i < view.alpha.pixels(); ++i)
       if (view.alpha.data[i] >= 0.5f)

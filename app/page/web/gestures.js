@@ -7,7 +7,10 @@ function midpoint([a, b]) {
   return {x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, span: Math.hypot(a.x - b.x, a.y - b.y)};
 }
 
-/** Connects the element's pointers with the camera.  `claim(event)` is true for pointers that serve another tool. */
+/**
+ * Connects the element's pointers with the camera.  `claim(event, take)` is true for pointers that serve another tool;
+ * `take(id, place)` gives an earlier one of them to the camera, at its place {x, y} in the window.
+ */
 export function connectGestures(element, camera, claim = () => false) {
   const pointers = new Map();
   const pan = (x, y) => {  // by CSS pixels
@@ -16,7 +19,7 @@ export function connectGestures(element, camera, claim = () => false) {
   };
 
   element.addEventListener('pointerdown', (event) => {
-    if (claim(event)) return;
+    if (claim(event, (id, place) => pointers.set(id, place))) return;
     element.setPointerCapture(event.pointerId);
     pointers.set(event.pointerId, {x: event.clientX, y: event.clientY});
   });

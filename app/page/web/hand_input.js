@@ -7,12 +7,16 @@ const kFarReach = 200;                           // px around the object's centr
 const kStep = 16;                                // px of an arrow key
 const kLift = 0.02;                              // of the depth: Page Up and Page Down
 
-/** Connects the canvas with the hand; `claim(event)` is for connectGestures, `key(event)` true for keys it has used. */
+/**
+ * Connects the canvas with the hand; `claim(event, take)` is for connectGestures, `key(event)` true for keys that it has
+ * used.
+ */
 export class HandInput {
   constructor(physics, canvas) {
     this.physics = physics;
     this.canvas = canvas;
     this.pointer = null;  // id of the pointer that holds the object
+    this.place = null;    // of that pointer in the window
     this.byKeys = false;
     canvas.addEventListener('pointermove', (event) => this.#move(event));
     for (const type of ['pointerup', 'pointercancel', 'lostpointercapture']) {
@@ -21,12 +25,21 @@ export class HandInput {
     canvas.addEventListener('pointerleave', () => canvas.removeAttribute('data-over'));
   }
 
-  claim(event) {
+  claim(event, take) {
     const {hand} = this.physics;
+    if (event.pointerType === 'touch' && !event.isPrimary) {  // two fingers are the camera's
+      const {pointer, place} = this;
+      if (pointer !== null) {
+        this.release();
+        take(pointer, place);
+      }
+      return false;
+    }
     if (hand.held || event.button || event.shiftKey || event.ctrlKey) return false;
     const {x, y} = this.#place(event);
     if (!this.#begin(x, y, kReach[event.pointerType] ?? kReach.mouse)) return false;
     this.pointer = event.pointerId;
+    this.place = {x: event.clientX, y: event.clientY};
     this.canvas.setPointerCapture(event.pointerId);
     return true;
   }
@@ -96,6 +109,7 @@ export class HandInput {
   #move(event) {
     const {x, y} = this.#place(event), {physics, canvas} = this;
     if (event.pointerId === this.pointer) {
+      this.place = {x: event.clientX, y: event.clientY};
       physics.hand.move(x, y);
       physics.viewer.dirty = true;
     } else if (!event.buttons && event.pointerType === 'mouse') {

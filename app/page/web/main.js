@@ -115,7 +115,7 @@ async function run() {
     },
     onError: giveUp,
   });
-  connectGestures(canvas, camera, (event) => Boolean(hands?.input.claim(event)));
+  connectGestures(canvas, camera, (event, take) => Boolean(hands?.input.claim(event, take)));
 
   const patience = new Promise((done) => setTimeout(done, kPatience, null));
   const early = await Promise.race([backgroundComes, patience]);

@@ -34,6 +34,7 @@ export class Viewer {
     this.times = {deform: 0, sort: 0, draw: 0};
     this.affordable = this.pixels = kMostPixels;
     this.interval = this.painted = 0;  // ms: mean between pictures, and when the last one was drawn
+    this.paced = false;                // it was drawn in the motion that goes on: the time since then tells the pace
     this.resize();
     new ResizeObserver(() => {
       this.resize();
@@ -73,7 +74,10 @@ export class Viewer {
       requestAnimationFrame(tick);
       const seconds = Math.min((now - last) / 1000, kLongestStep);
       last = now;
-      if (this.held || document.hidden) return;
+      if (this.held || document.hidden) {
+        this.paced = false;
+        return;
+      }
       this.player.advance(seconds);
       try {
         this.onStep();
@@ -116,14 +120,16 @@ export class Viewer {
   pace(now, painted) {
     const playing = this.player.playing || this.source.running;
     if (painted) {
-      if (playing) this.interval += 0.2 * (Math.min(now - this.painted, 4 * kSlow) - this.interval);
+      if (playing && this.paced) this.interval += 0.2 * (Math.min(now - this.painted, 4 * kSlow) - this.interval);
       this.painted = now;
+      this.paced = true;
       if (this.interval > kSlow && this.affordable > kFewestPixels) {
         const drawn = Math.min(this.affordable, this.canvas.width * this.canvas.height);
         this.affordable = Math.max(0.6 * drawn, kFewestPixels);
         this.interval = 0;
       }
     }
+    if (!playing) this.paced = false;
     const calm = !playing && now - this.painted > kCalm, pixels = calm ? kMostPixels : this.affordable;
     if (pixels === this.pixels) return;
     this.pixels = pixels;

@@ -131,7 +131,11 @@ void CameraCollector::match_size_of_photos() {
   if (std::abs(first.height * scale - photo.height) > 1.0) {
     throw input_error(first.photo, "", "has " + sizes, "use the photos that the cameras belong to");
   }
-  for (Camera& camera : result_.cameras) camera = camera.scaled(scale);
+  // Who scaled the photos rounded their sizes up or down, so those of the first one hold.
+  for (Camera& camera : result_.cameras) {
+    const bool alike = camera.width == first.width && camera.height == first.height;
+    camera = alike ? camera.resized(photo.width, photo.height) : camera.scaled(scale);
+  }
   result_.warnings.push_back(first.photo + ": has " + sizes + "; the cameras are scaled to the photos");
 }
 

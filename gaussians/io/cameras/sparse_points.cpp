@@ -136,21 +136,39 @@ void read_text_points(const fs::path& path, ColmapTracks& tracks, SparsePoints& 
   }
 }
 
-void read_colmap_points(const fs::path& folder, const std::vector<Camera>& cameras, SparsePoints& points) {
-  const std::string extension = colmap_extension(folder);
-  const fs::path file = folder / ("points3D" + extension);
-  std::error_code ignored;
-  if (!fs::is_regular_file(file, ignored)) {
-    points.source = folder.string() + " holds no points3D" + extension;
-    return;
-  }
-  ColmapTracks tracks(folder, extension, cameras);
+void read_colmap_points(const fs::path& file, const std::vector<Camera>& cameras, SparsePoints& points) {
+  const std::string extension = file.extension();
+  ColmapTracks tracks(file.parent_path(), extension, cameras);
   if (extension == ".bin")
     read_binary_points(file, tracks, points);
   else
     read_text_points(file, tracks, points);
   points.file = file;
   points.source = std::to_string(points.position.size()) + " points of " + file.string();
+}
+
+/// Where the points of a camera file or COLMAP model are, or in a sentence why there are none.
+struct PointsPlace {
+  fs::path file;
+  std::string none;
+  bool colmap = false;
+};
+PointsPlace points_place(const fs::path& path) {
+  std::error_code ignored;
+  fs::path at = cameras_at(path);
+  if (at.empty() && fs::is_directory(path, ignored)) at = cameras_in(path);
+  if (fs::is_directory(at, ignored)) {
+    const std::string name = "points3D" + colmap_extension(at);
+    if (fs::is_regular_file(at / name, ignored)) return {at / name, "", true};
+    return {{}, at.string() + " holds no " + name, true};
+  }
+  const std::string without = at.string() + " comes without points";
+  if (at.extension() != ".json") return {{}, without};
+  const nlohmann::json json = read_json(at);
+  if (!json.is_object() || !json.contains("ply_file_path")) return {{}, without};
+  const fs::path file = at.parent_path() / JsonObject(json, at.string(), "", Failure::kInput).text("ply_file_path");
+  if (fs::is_regular_file(file, ignored)) return {file, ""};
+  return {{}, at.string() + " names the points " + file.string() + ", which do not exist"};
 }
 
 }  // namespace
@@ -193,22 +211,16 @@ SparsePoints read_ply_points(const fs::path& file) {
   return points;
 }
 
+fs::path sparse_points_file(const fs::path& path) { return points_place(path).file; }
+
 SparsePoints read_sparse_points(const fs::path& path, const std::vector<Camera>& cameras) {
+  const PointsPlace place = points_place(path);
+  if (!place.file.empty() && !place.colmap) return read_ply_points(place.file);
   SparsePoints points;
-  std::error_code ignored;
-  fs::path at = cameras_at(path);
-  if (at.empty() && fs::is_directory(path, ignored)) at = cameras_in(path);
-  if (fs::is_directory(at, ignored)) {
-    read_colmap_points(at, cameras, points);
-    return points;
-  }
-  points.source = at.string() + " comes without points";
-  if (at.extension() != ".json") return points;
-  const nlohmann::json json = read_json(at);
-  if (!json.is_object() || !json.contains("ply_file_path")) return points;
-  const fs::path file = at.parent_path() / JsonObject(json, at.string(), "", Failure::kInput).text("ply_file_path");
-  if (fs::is_regular_file(file, ignored)) return read_ply_points(file);
-  points.source = at.string() + " names the points " + file.string() + ", which do not exist";
+  if (place.file.empty())
+    points.source = place.none;
+  else
+    read_colmap_points(place.file, cameras, points);
   return points;
 }
 

@@ -26,6 +26,9 @@ struct SparsePoints {
   bool empty() const { return position.empty(); }
 };
 
+/// The file that read_sparse_points reads, without reading it; empty when there is none.
+std::filesystem::path sparse_points_file(const std::filesystem::path& path);
+
 /// The points that belong to the cameras read from `path` (any path that read_cameras takes): points3D.{bin,txt} of a
 /// COLMAP model, or the point cloud that `ply_file_path` of a transforms.json names.  Empty when there are none.
 /// Observations are carried over to `cameras`, which are found by the names of their photos and may have been scaled

@@ -49,7 +49,11 @@ class Reader {
     const nlohmann::json& frames = top_.array("frames");
     if (frames.empty()) throw top_.complaint("frames", "is empty", "a camera file needs at least one frame");
     for (size_t i = 0; i < frames.size(); ++i) read_frame(frames[i], i);
-    return collector_.finish("transforms.json", photo_width_ > 0);
+    CameraFile file = collector_.finish("transforms.json", photo_width_ > 0);
+    if (masked_ > 0)
+      file.warnings.push_back(file_.string() + ": mask_path of " + std::to_string(masked_) +
+                              " frames is ignored: all pixels of the photos are used");
+    return file;
   }
 
  private:
@@ -69,6 +73,8 @@ class Reader {
                                 "only pinhole cameras are supported: undistort the photos");
       }
     }
+    refuse_other_lenses(frame, value);
+    masked_ += frame.has("mask_path");
     Camera camera;
     for (size_t k = 0; k < kDistortionNames.size(); ++k) {
       if (has(frame, kDistortionNames[k])) camera.distortion[k] = number(frame, kDistortionNames[k]);
@@ -79,6 +85,19 @@ class Reader {
     read_size(frame, camera);
     read_intrinsics(frame, camera);
     collector_.add(std::move(camera), file_path);
+  }
+
+  /// Lenses that k1, k2, p1, p2 and k3 do not describe: the fisheye of instant-ngp, and k4, which is the coefficient
+  /// of r^8 in these files and of the denominator in Camera::distortion.
+  void refuse_other_lenses(const JsonObject& frame, const nlohmann::json& value) const {
+    const std::pair<const JsonObject*, const nlohmann::json*> places[] = {{&frame, &value}, {&top_, &json_}};
+    for (const auto& [object, json] : places)
+      if (object->has("is_fisheye") && json->at("is_fisheye") == true)
+        throw object->complaint("is_fisheye", "is true", "only pinhole cameras are supported: undistort the photos");
+    const JsonObject& place = frame.has("k4") ? frame : top_;
+    if (const double k4 = place.number("k4", 0.0); k4 != 0)
+      throw place.complaint("k4", "is " + std::to_string(k4),
+                            "distortion is supported up to k3, the coefficient of r^6: undistort the photos");
   }
 
   void read_size(const JsonObject& frame, Camera& camera) {
@@ -139,7 +158,7 @@ class Reader {
   nlohmann::json json_;
   JsonObject top_;
   CameraCollector collector_;
-  int photo_width_ = 0, photo_height_ = 0;
+  int photo_width_ = 0, photo_height_ = 0, masked_ = 0;
   bool size_was_sought_ = false;
 };
 

@@ -176,4 +176,14 @@ TEST(Options, WhatWouldBeIgnoredIsRefused) {
   refused({"render", scene, "--out", out, "--turntable"}, "--turntable");
 }
 
+// A reconstructed scene has a run.json, which is about its training.
+TEST(ViewCommand, TakesAFolderWithASceneForTheSceneAndNotForARun) {
+  const TemporaryFolder folder;
+  const std::string scene = folder.file("scene/scene.json", R"({"splats": "absent.ply"})").parent_path();
+  folder.file("scene/run.json", R"({"scene": null, "stages": {}})");
+  const Printed printed = print({"view", scene, "--out", (folder / "out").string(), "--no-browser"});
+  EXPECT_EQ(printed.code, 1);
+  EXPECT_NE(printed.error.find("absent.ply"), std::string::npos) << printed.error;
+}
+
 }  // namespace pliant

@@ -139,6 +139,17 @@ TEST(EvaluateSegmentation, TheBandOfTheBoundaryScoreIsChosen) {
   EXPECT_EQ(evaluate_segmentation(folder / "pred", folder / "truth", score)["boundary_miou"], out["miou"]);
 }
 
+TEST(EvaluateSegmentation, AnObjectSeenWhereThereIsNoneCountsAgainstItsBoundary) {
+  const TemporaryFolder folder;
+  for (const char* name : {"truth/a.png", "pred/a.png", "pred/b.png"}) write_ids(folder / name, square(10, 5, 9));
+  write_ids(folder / "truth/b.png", square(10, 9, 9));
+  SegmentationScore score;
+  score.band = 1;
+  const json out = evaluate_segmentation(folder / "pred", folder / "truth", score);
+  EXPECT_EQ(out["per_id"]["5"]["boundary_iou"], 0.5);
+  EXPECT_EQ(out["per_id"]["5"]["iou"], 0.5);
+}
+
 TEST(EvaluateSegmentation, IdsWithoutAMeaningAreMatchedByOverlap) {
   const TemporaryFolder folder;
   write_ids(folder / "truth/v.png", square(10, 5, 9));

@@ -10,6 +10,7 @@
 
 #include "app/reconstruct/photo_set.h"
 #include "app/reconstruct/reconstruct_stage.h"
+#include "app/reconstruct/training_masks.h"
 #include "app/store/segmentation.h"
 #include "gaussians/base/random.h"
 #include "gaussians/io/cameras/transforms.h"
@@ -230,6 +231,57 @@ TEST_F(Reconstruct, WhatTheScenesFileSaysLivesOn) {
     EXPECT_EQ(seen(seen.width / 2 - 1, 5), 1u);
     EXPECT_EQ(seen(seen.width / 2, 5), 2u);
   }
+}
+
+TEST_F(Reconstruct, ChangedPhotosKeepTheMasksOfEveryLayoutAndTheirNames) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set", 6);
+  const auto half = [](bool right, uint32_t id, uint32_t rest) {
+    IdImage ids(kWidth, kHeight, 1, rest);
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth / 2; ++x) ids(right ? x + kWidth / 2 : x, y) = id;
+    return ids;
+  };
+  for (int i = 10; i < 16; ++i) {
+    const std::string name = "v" + std::to_string(i) + ".png";
+    write_ids(folder / "set/by_photo" / (name + ".png"), half(false, 1, 2));
+    write_ids(folder / "set/by_object/ball" / name, half(false, 255, 0));
+    write_ids(folder / "set/by_object/table" / name, half(true, 255, 0));
+  }
+  folder.file("set/by_photo/labels.json", R"({"1": "cup"})");  // as `label` leaves it
+  for (const std::string layout : {"by_photo", "by_object"}) {
+    write_json(folder / "set/scene.json", {{"cameras", "transforms.json"}, {"photos", "photos"}, {"masks", layout}});
+    for (int repeated = 0; repeated < 2; ++repeated) {
+      ASSERT_EQ(run_quietly(command(folder / "set", folder / layout, {"--iterations", "5", "--max-image-size", "40"})),
+                0);
+      const Scene scene = load_scene(folder / layout);
+      const MaskSet masks = load_masks(scene.settings.masks, scene.settings.labels, scene.cameras);
+      ASSERT_EQ(masks.views.size(), 6u) << layout;
+      EXPECT_EQ(masks.views[2].ids(19, 5), 1u);
+      EXPECT_EQ(masks.views[2].ids(20, 5), 2u);
+      EXPECT_EQ(masks.name_of(2), layout == "by_object" ? "table" : "object_2");
+      EXPECT_EQ(fs::exists(scene.settings.masks / "labels.json"), layout == "by_photo");
+    }
+  }
+}
+
+TEST_F(Reconstruct, MasksMayHaveTheSizeOfThePhotosWhereTheCamerasAreLarger) {
+  const TemporaryFolder folder;
+  IdImage ids(40, 30, 1, 2);
+  for (int y = 0; y < 30; ++y)
+    for (int x = 0; x < 20; ++x) ids(x, y) = 1;
+  write_ids(folder / "a.png", ids);
+  CameraFile cameras;
+  cameras.cameras = {look_at({0, 0, 2}, {0, 0, 0}, {0, 1, 0}, 80, 60, 90)};
+  cameras.cameras[0].name = "a";
+  TrainingPhotos photos;
+  photos.photos.resize(1);
+  photos.photos[0].camera = cameras.cameras[0].scaled(0.25);
+  const MaskSet masks = training_masks(folder.path(), {}, cameras, photos);
+  ASSERT_EQ(masks.views.size(), 1u);
+  EXPECT_EQ(masks.views[0].ids.width, 20);
+  EXPECT_EQ(masks.views[0].ids(9, 7), 1u);
+  EXPECT_EQ(masks.views[0].ids(10, 7), 2u);
 }
 
 /// Which side of the plane z = 0 most of what a pixel shows lies on; 0 where nothing is.

@@ -43,6 +43,7 @@ match words[:2]:
             write(f"{out}/truth/{name}/interactions.json", [])
     case ["segment", _]: write(out + "/labels", "")
     case ["extract", run]: write(run + "/objects/1_rose/object.ply", "")
+    case ["repair", run]: write(run + "/run.json", {"stages": {"repair": {"wall_s": 1234.25}}})
     case ["simulate", run]: write(run + "/objects/1_rose/trajectory.h5", "")
     case ["evaluate", "trajectory"]:
         error = {"poke": 0.125, "pull": 0.25, "wind": 0.5}[words[3].split("/")[-2]]
@@ -101,8 +102,11 @@ TEST_F(Suite, EveryMethodIsScoredAndOneThatFailsKeepsItsRow) {
   EXPECT_EQ(theirs["failed"], "fit: no motion in the video");
   EXPECT_FALSE(theirs.contains("unseen"));
   EXPECT_EQ(score("repair/opencv/rose/1.json")["psnr"], 20.0);
+  EXPECT_EQ(score("repair/ours/rose/1.json")["seconds"], 1234.25);  // of the stage, not of its evaluation
+  EXPECT_TRUE(score("repair/opencv/rose/1.json")["seconds"].is_null());
   const std::string results = read_text(folder / "suite/RESULTS.md");
-  for (const char* word : {"Pliant 9.9", "1 scenes", "a table", "| theirs |"})
+  for (const char* word :
+       {"Pliant 9.9", "1 scenes", "a table", "| theirs |", "| ours |  | 1234 |", "| opencv |  | – |"})
     EXPECT_NE(results.find(word), std::string::npos) << word;
 }
 

@@ -303,7 +303,8 @@ TEST(CountBoundaries, AreTheOverlapsOfTheBandsOfEachIdByItself) {
   for (int band : {1, 3}) {
     std::map<uint32_t, OverlapCount> overlap;
     count_boundaries(ours, truth, band, overlap);
-    ASSERT_EQ(overlap.size(), 4u);
+    ASSERT_EQ(overlap.size(), 5u);
+    EXPECT_EQ(boundary_agreement({&ours, 1}, {&truth, 1}, band).iou.size(), 4u);
     for (const auto& [id, count] : overlap) {
       // Each id alone: the ring of its mask, by looking at every pixel around.
       const auto ring = [&](const IdImage& ids, int x, int y) {

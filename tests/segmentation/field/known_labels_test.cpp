@@ -10,6 +10,21 @@
 namespace pliant {
 namespace {
 
+// A Gaussian much smaller than a pixel is opaque by the low-pass filter alone.
+TEST(IdPictures, ShowTheSceneAsItsRasteriserDoes) {
+  GaussianCloud cloud;
+  add_disc(cloud, Vec3f::Zero(), Vec3f::UnitZ(), 0.002f, Vec3f(1, 0, 0));
+  const Camera camera = look_at({0, 0, 2}, {0, 0, 0}, {0, 1, 0}, 21, 21, 100);
+  const std::vector<uint32_t> label = {5};
+  for (const bool antialiased : {false, true}) {
+    Segmentation of = segmentation_of_labels(label, {}, cloud, {camera}, 1, antialiased);
+    EXPECT_EQ(of.class_cameras[0].size(), antialiased ? 0u : 1u);
+    EXPECT_EQ(render_ids(of, cloud, camera)(10, 10), antialiased ? 0u : 5u);
+    of.screen_variance = 0.2;  // the filter of the labels
+    EXPECT_EQ(render_ids(of, cloud, camera)(10, 10), antialiased ? 0u : 5u);
+  }
+}
+
 // The classifier gives the labels back, for more classes than channels too.
 TEST(KnownLabels, ComeBackFromTheAttributes) {
   const MadeScene scene = made_scene(two_balls(), 2);

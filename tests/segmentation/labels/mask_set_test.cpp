@@ -169,6 +169,28 @@ TEST(MaskSet, BinaryMasksOfAnotherSizeAreRefused) {
   expect_error(Failure::kInput, {"egg", "6x4", "12x4"}, [&] { load_masks(folder.path(), "", wide); });
 }
 
+TEST(MaskSet, MasksOfAnySizeButOfTheCamerasShapeAreFittedOnRequest) {
+  TemporaryFolder folder;
+  write_ids(folder / "ids/photo0.png", picture(7, 12, 8));
+  write_ids(folder / "binary/egg/photo0.png", picture(255, 12, 8));
+  std::vector<int> widths;
+  const FitMask fit = [&](const IdImage& ids, int camera) {
+    EXPECT_EQ(camera, 0);
+    widths.push_back(ids.width);
+    return picture(5);
+  };
+  for (const char* layout : {"ids", "binary"}) {
+    EXPECT_EQ(load_masks(folder / layout, "", cameras(1), fit).ids(), std::vector<uint32_t>{5});
+    expect_error(Failure::kInput, {"12x8", "6x4"}, [&] { load_masks(folder / layout, "", cameras(1)); });
+  }
+  EXPECT_EQ(widths, (std::vector<int>{12, 12}));
+  write_ids(folder / "binary/apple/photo0.png", picture(255, 6, 4));
+  expect_error(Failure::kInput, {"egg", "12x8", "6x4"}, [&] { load_masks(folder / "binary", "", cameras(1), fit); });
+  write_ids(folder / "ids/photo0.png", picture(7, 12, 4));
+  expect_error(Failure::kInput, {"photo0.png", "12x4", "6x4"},
+               [&] { load_masks(folder / "ids", "", cameras(1), fit); });
+}
+
 TEST(MaskSet, MasksMayCarryTheNameOfThePhotoWithItsExtension) {
   TemporaryFolder folder;
   std::vector<Camera> one = cameras(1);

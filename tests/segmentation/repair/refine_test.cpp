@@ -77,6 +77,16 @@ TEST(Refine, WhatCannotBeImprovedStaysAsItIs) {
   EXPECT_EQ(scene.cloud.opacity_logit, before.opacity_logit);
 }
 
+TEST(Refine, PicturesAreThoseOfTheScenesRasteriser) {
+  Wall scene = wall();
+  RenderOptions antialiased;
+  antialiased.antialiased = true;
+  for (FilledView& view : scene.views) view.color = render(scene.cloud, view.camera, antialiased).color;
+  GaussianCloud plain = scene.cloud;
+  EXPECT_GT(refine({}, scene.views, scene.first_new, plain).mse_before, 1e-5);
+  EXPECT_LT(refine({}, scene.views, scene.first_new, scene.cloud, antialiased).mse_before, 1e-6);
+}
+
 TEST(Refine, EqualBitForBitForAnyNumberOfThreads) {
   Wall one = wall(), three = one;
   const int threads = omp_get_max_threads();

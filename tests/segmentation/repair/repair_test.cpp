@@ -10,6 +10,7 @@
 
 #include "gaussians/io/images/image_io.h"
 #include "segmentation/repair/patch.h"
+#include "segmentation/repair/surfaces.h"
 #include "tests/segmentation/made_scene.h"
 
 namespace pliant {
@@ -98,6 +99,45 @@ TEST(Hole, GaussiansThatNobodyObservedAreAHoleEvenWhereTheyAreOpaque) {
   size_t opaque = 0;
   for (size_t i = 0; i < view.hole.data.size(); ++i) opaque += view.hole.data[i] && view.picture.alpha.data[i] > 0.95f;
   EXPECT_GT(opaque, 50u);
+}
+
+// Far from the origin, with as many cameras that look away.
+TEST(Surfaces, FaceTheCamerasThatSeeTheHole) {
+  MadeScene scene = made_scene(two_balls(), 4);
+  for (int v = 0; v < 4; ++v) {
+    Camera away = scene.cameras[v];
+    away.cam_from_world = Eigen::AngleAxisd(M_PI, Vec3d::UnitX()) * away.cam_from_world;
+    scene.cameras.push_back(away);
+  }
+  const Vec3d move(0, 0, 20);
+  for (Vec3f& x : scene.cloud.position) x += move.cast<float>();
+  for (Camera& camera : scene.cameras) camera.cam_from_world.translate(-move);
+  const Parts parts = without(scene, 300);
+  const Observation seen = observe({}, parts.background, parts.object, scene.cameras, {0, 1, 2, 3, 4, 5, 6, 7});
+  std::vector<HoleView> views;
+  for (size_t v = 0; v < 8; ++v) views.push_back(find_hole({}, seen, v, parts.background, scene.cameras));
+  EXPECT_GT(views[0].pixels, 0u);
+  EXPECT_EQ(views[4].pixels, 0u);
+  const Surfaces surfaces = find_surfaces(views, seen, parts.background, scene.cameras, 14, 1);
+  ASSERT_EQ(surfaces.plane.size(), 1u);
+  EXPECT_GT(surfaces.plane[0].plane.normal.z(), 0.99f);
+}
+
+// A wall whose middle consists of dots much smaller than a pixel, which the low-pass filter alone makes opaque.
+TEST(Repair, FindsTheHolesOfTheScenesRasteriser) {
+  Camera camera = look_at({0, 0, 2}, {0, 0, 0}, {0, 1, 0}, 41, 41, 100);
+  GaussianCloud wall, object;
+  for (int i = -24; i <= 24; ++i)
+    for (int j = -24; j <= 24; ++j) {
+      const bool dot = std::max(std::abs(i), std::abs(j)) <= 6;  // one a pixel
+      add_disc(wall, Vec3f(0.02f * i, 0.02f * j, 0), Vec3f::UnitZ(), dot ? 0.002f : 0.02f, Vec3f(0.5f, 0.5f, 0.5f));
+    }
+  add_disc(object, Vec3f(0, 0, 0.5f), Vec3f::UnitZ(), 0.12f, Vec3f(1, 0, 0));
+  RepairOptions options;
+  options.hole.min_observed = 0;
+  EXPECT_EQ(repair(options, wall, object, {camera}).summary.before(), 0u);
+  options.render.antialiased = true;
+  EXPECT_GT(repair(options, wall, object, {camera}).summary.before(), 20u);
 }
 
 TEST(Repair, ClosesTheHoleWithoutTouchingTheBackground) {

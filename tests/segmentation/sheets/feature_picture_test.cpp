@@ -68,7 +68,7 @@ TEST(FeaturePicture, TwoObjectsShowInTwoColoursWhereTheyAre) {
   for (size_t p = 0; p < scene.cloud.size(); ++p)
     attribute[p * kY + (scene.truth[p] == 300 ? 3 : scene.truth[p] == 70000 ? 9 : 0)] = 2;
   const auto black = [&](int c) { return ImageF(scene.cameras[c].width, scene.cameras[c].height, 3); };
-  const ImageF sheet = features_sheet(attribute, scene.cloud, scene.cameras, black, 1);
+  const ImageF sheet = features_sheet(attribute, scene.cloud, scene.cameras, black, false, 1);
   const IdImage ids = cast_ids(scene, scene.cameras[0]);
   // Mean colour of every id: all three are far apart, and the empty sky is black.
   std::map<uint32_t, std::pair<Vec3f, int>> mean;

@@ -107,6 +107,21 @@ TEST(Transforms, CamerasFollowPhotosThatWereScaledAsAWhole) {
   expect_error(Failure::kInput, {"a.png", "320 x 100", "640 x 480"}, [&] { read_transforms(path); });
 }
 
+TEST(Transforms, CamerasHaveTheSizeOfThePhotosHoweverItWasRounded) {
+  const TemporaryFolder folder;
+  json file = one_frame();
+  file["w"] = 100;
+  file["h"] = 67;
+  const auto path = folder.file("t.json", file.dump());
+  for (const int height : {33, 34}) {
+    write_image(folder / "images/a.png", ImageF(50, height, 3, 0.5f));
+    const Camera camera = read_transforms(path).cameras.at(0);
+    EXPECT_EQ(camera.width, 50);
+    EXPECT_EQ(camera.height, height);
+    EXPECT_NEAR(camera.fy, 510.0 * height / 67, 1e-9);
+  }
+}
+
 TEST(Transforms, EqualStemsTakeTheirFoldersIntoTheName) {
   const TemporaryFolder folder;
   json file = one_frame();
@@ -153,6 +168,37 @@ TEST(Transforms, DistortionIsIgnoredWithAWarning) {
   const CameraFile read = read_transforms(folder.file("t.json", file.dump()));
   ASSERT_EQ(read.warnings.size(), 1u);
   EXPECT_NE(read.warnings[0].find("(k1)"), std::string::npos);
+}
+
+TEST(Transforms, LensesOfAnotherModelAreRefused) {
+  const TemporaryFolder folder;
+  const auto refused = [&](const std::string& pointer, const json& value, const std::string& key) {
+    json file = one_frame();
+    file[json::json_pointer(pointer)] = value;
+    expect_error(Failure::kUsage, {key, "undistort the photos"},
+                 [&] { read_transforms(folder.file("t.json", file.dump())); });
+  };
+  refused("/is_fisheye", true, "is_fisheye");
+  refused("/frames/0/is_fisheye", true, "frames[0].is_fisheye");
+  refused("/k4", 0.02, "k4");  // of r^8
+  refused("/frames/0/k4", 0.02, "frames[0].k4");
+  json file = one_frame();
+  file["is_fisheye"] = false;
+  file["k3"] = 0.01;
+  file["k4"] = 0;
+  EXPECT_EQ(read_transforms(folder.file("t.json", file.dump())).cameras.at(0).distortion[4], 0.01);
+}
+
+TEST(Transforms, MasksOfFramesAreIgnoredWithOneWarning) {
+  const TemporaryFolder folder;
+  json file = one_frame();
+  file["frames"].push_back({{"file_path", "images/b.png"}, {"transform_matrix", identity()}});
+  for (json& frame : file["frames"]) frame["mask_path"] = "masks/a.png";
+  for (const char* name : {"a", "b"})
+    write_image(folder / "images" / (std::string(name) + ".png"), ImageF(640, 480, 3, 0.5f));
+  const CameraFile read = read_transforms(folder.file("t.json", file.dump()));
+  ASSERT_EQ(read.warnings.size(), 1u);
+  EXPECT_NE(read.warnings[0].find("mask_path of 2 frames"), std::string::npos);
 }
 
 TEST(Transforms, MalformedFilesNameFrameAndKey) {

@@ -162,6 +162,15 @@ TEST(SparsePoints, ObservationsFollowCamerasThatWereReorderedScaledOrUndistorted
   EXPECT_EQ(read_sparse_points(folder.path(), cameras).observations.size(), 3u);
 }
 
+TEST(SparsePoints, TheirFileIsFoundWithoutBeingRead) {
+  const TemporaryFolder folder;
+  Model().write(folder, true);
+  folder.file("points3D.bin", "damaged");
+  EXPECT_EQ(sparse_points_file(folder.path()), folder / "points3D.bin");
+  fs::remove(folder / "points3D.bin");
+  EXPECT_TRUE(sparse_points_file(folder.path()).empty());
+}
+
 TEST(SparsePoints, DamagedBinaryFilesAreNamed) {
   const TemporaryFolder folder;
   const Model model;
