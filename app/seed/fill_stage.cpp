@@ -62,8 +62,10 @@ SolidSamples sample_solid(const Context& context, const FillOptions& first, cons
   SolidSamples samples = fill();
   part = select_simulated(samples, pins, drivers);
   const double wanted = static_cast<double>(kSamplesPerDriver) * drivers;
-  if (part.kept.size() < 0.8 * wanted) {
-    const double grow = std::min(wanted / part.kept.size(), 4e6 / options.target_count);
+  constexpr double kMostSamples = 4e6;
+  const double grow = std::min(wanted / static_cast<double>(std::max<size_t>(part.kept.size(), 1)),
+                               kMostSamples / options.target_count);
+  if (part.kept.size() < 0.8 * wanted && grow > 1) {
     options.target_count = static_cast<int>(options.target_count * grow);
     samples = fill();
     part = select_simulated(samples, pins, drivers);

@@ -30,6 +30,7 @@ async function measure(solver, body, held, framesPerSecond, cancelled, budget) {
 export async function chooseLevel(solver, header, bodies, cancelled) {
   const {fps, held = []} = header.solver, budget = kShare * 1000 / fps, ms = [];
   for (const [level, body] of bodies.entries()) {
+    if (cancelled()) break;
     const time = await measure(solver, body, held, header.clip.fps, cancelled, budget);
     if (time === null) return {level: bodies.length - 1, ms};
     ms.push(time);

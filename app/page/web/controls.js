@@ -85,11 +85,11 @@ export function connectControls(player, camera) {
     if (help.open && !['h', '?'].includes(key)) return;
     if (key === ' ' && target.closest('button, select, summary')) return;
     if (target.closest('select, video')) return;
-    if (target.matches('input') && !event.shiftKey && /^(arrow|home|end|page)/.test(key)) return;
     if (first(event)) {
       event.preventDefault();
       return;
     }
+    if (target.matches('input') && !event.shiftKey && /^(arrow|home|end|page)/.test(key)) return;
     const action = event.shiftKey && shifted[key] || keys[key];
     if (!action) return;
     event.preventDefault();

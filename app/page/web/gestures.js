@@ -2,6 +2,7 @@
 
 const kTurn = 0.006;            // radians per CSS pixel
 const kWheel = {0: 0.0015, 1: 0.04, 2: 0.5};  // by unit of the wheel: pixels, lines, pages
+const kPinch = 0.01;            // by pixel of a wheel event that stands for a pinch on a trackpad
 
 function midpoint([a, b]) {
   return {x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, span: Math.hypot(a.x - b.x, a.y - b.y)};
@@ -45,7 +46,19 @@ export function connectGestures(element, camera, claim = () => false) {
   }
   element.addEventListener('wheel', (event) => {
     event.preventDefault();
-    camera.zoom(Math.exp(Math.min(0.5, Math.max(-0.5, event.deltaY * kWheel[event.deltaMode]))));
+    const pinch = event.ctrlKey && event.deltaMode === 0, factor = pinch ? kPinch : kWheel[event.deltaMode];
+    camera.zoom(Math.exp(Math.min(0.5, Math.max(-0.5, event.deltaY * factor))));
   }, {passive: false});
+  // Safari tells of a trackpad's pinch by events of its own; fingers on a screen are pointers already.
+  let scale = 1;
+  element.addEventListener('gesturestart', (event) => {
+    event.preventDefault();
+    scale = 1;
+  });
+  element.addEventListener('gesturechange', (event) => {
+    event.preventDefault();
+    if (!pointers.size) camera.zoom(scale / event.scale);
+    scale = event.scale;
+  });
   element.addEventListener('contextmenu', (event) => event.preventDefault());
 }

@@ -8,8 +8,8 @@ const kStep = 16;                                // px of an arrow key
 const kLift = 0.02;                              // of the depth: Page Up and Page Down
 
 /**
- * Connects the canvas with the hand; `claim(event, take)` is for connectGestures, `key(event)` true for keys that it has
- * used.
+ * Connects the canvas with the hand; `claim(event, take)` is for connectGestures, `key(event)` true for keys that it
+ * has used.
  */
 export class HandInput {
   constructor(physics, canvas) {
@@ -20,7 +20,9 @@ export class HandInput {
     this.byKeys = false;
     canvas.addEventListener('pointermove', (event) => this.#move(event));
     for (const type of ['pointerup', 'pointercancel', 'lostpointercapture']) {
-      canvas.addEventListener(type, (event) => event.pointerId === this.pointer && this.release());
+      canvas.addEventListener(type, (event) => {
+        if (event.pointerId === this.pointer) this.release(type === 'pointercancel');
+      });
     }
     canvas.addEventListener('pointerleave', () => canvas.removeAttribute('data-over'));
   }
@@ -30,7 +32,7 @@ export class HandInput {
     if (event.pointerType === 'touch' && !event.isPrimary) {  // two fingers are the camera's
       const {pointer, place} = this;
       if (pointer !== null) {
-        this.release();
+        this.release(true);
         take(pointer, place);
       }
       return false;
@@ -54,11 +56,14 @@ export class HandInput {
     if (this.#begin(at.x, at.y, kFarReach)) this.byKeys = true;
   }
 
-  release() {
+  /** Lets go; a push that is `cancelled` is not made. */
+  release(cancelled = false) {
+    const {hand, viewer} = this.physics;
     this.pointer = null;
     this.byKeys = false;
-    this.physics.hand.end();
-    this.physics.viewer.dirty = true;
+    if (cancelled && hand.held?.tool === 'push') hand.drop();
+    else hand.end();
+    viewer.dirty = true;
   }
 
   /** While the hand holds by keys: arrows move it, Page Up and Page Down too, Escape and Enter let go. */

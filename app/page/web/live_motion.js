@@ -1,6 +1,7 @@
 // The object as it moves now: a source of drivers (see BakedMotion) that the solver advances in real time.
 
 import {Recording} from './recording.js';
+import {kType} from './solver_layout.js';
 
 const kLongestDebt = 0.25;      // s of motion that are asked of the solver at a time
 const kShare = 0.85;            // of the time that the solver may take; the rest is the page's
@@ -145,11 +146,20 @@ export class LiveMotion {
     if (this.script) this.#rehearse();
     const commands = this.queue;
     this.queue = [];
+    if (!this.script) this.#endPushes(commands);
     recording.add(commands, frames);
     this.under += frames;
     const answer = await this.#guard(this.solver.request({step: {commands, frames}}));
     if (session === this.session) this.#take(answer, frames);
     return answer;
+  }
+
+  /** An impulse is over after its frame; the solver keeps a place for it until it is told. */
+  #endPushes(commands) {
+    for (const [name, number, numbers] of commands) {
+      const push = name === 'begin' && numbers[0] === kType.impulse;
+      if (push && this.acting.delete(number)) this.queue.push(['end', number]);
+    }
   }
 
   #rehearse() {

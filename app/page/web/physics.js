@@ -39,8 +39,9 @@ export class Physics {
     if (this.measured || this.measuring) return;
     this.measuring = true;
     try {
-      const {live} = this, {level, ms} = await chooseLevel(this.solver, this.header, this.bodies, () => live.running);
-      if (live.running) return;
+      const {live} = this, {session} = live, cancelled = () => live.running || live.session !== session;
+      const {level, ms} = await chooseLevel(this.solver, this.header, this.bodies, cancelled);
+      if (cancelled()) return;
       this.times = ms;
       this.measured = true;
       this.body = this.bodies[level];

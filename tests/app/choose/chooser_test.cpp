@@ -261,6 +261,9 @@ TEST_F(Choice, ThePageTakesWhatIsUnderThePointerAndSendsMarks) {
     document.dispatchEvent(new KeyboardEvent('keydown', {key: '-'}));
     element('grow').click();
     element('grow').click();
+    document.querySelector('[data-tool=fg]').click();
+    point('pointerdown');
+    point('pointerup');
     return {before, under, picked, chosen, sent, camera: view.camera, mark: at.map((x) => x * view.scale), scale: view.scale,
       connected: socket.readyState === WebSocket.OPEN};
   })())",
@@ -273,7 +276,7 @@ TEST_F(Choice, ThePageTakesWhatIsUnderThePointerAndSendsMarks) {
   EXPECT_EQ(value["under"], plant());
   EXPECT_EQ(value["picked"], plant());
   EXPECT_EQ(value["chosen"], -1) << "marks say something else";
-  ASSERT_EQ(value["sent"].size(), 8u) << "the choice, a click, a stroke, undo, redo, shrink, and grow twice";
+  ASSERT_EQ(value["sent"].size(), 9u) << "the choice, a click, a stroke, undo, redo, shrink, grow twice, and a dot";
   for (const auto& [k, grow] : {std::pair(4, 0), std::pair(5, -1), std::pair(6, 0), std::pair(7, 1)})
     EXPECT_EQ(parse_choose_request(value["sent"][k].get<std::string>()).marks.grow, grow) << k;
   EXPECT_EQ(value["sent"][1], value["sent"][3]) << "without the stroke";
@@ -292,6 +295,8 @@ TEST_F(Choice, ThePageTakesWhatIsUnderThePointerAndSendsMarks) {
   EXPECT_EQ(gesture.strokes[0].camera, value["camera"]);
   EXPECT_NEAR(gesture.strokes[0].points[0].x(), value["mark"][0].get<float>(), 0.1);
   EXPECT_NEAR(gesture.strokes[0].points[0].y(), value["mark"][1].get<float>(), 0.1);
+  const ChooseRequest dot = parse_choose_request(value["sent"][8].get<std::string>());
+  EXPECT_NO_THROW(add_stroke(dot.marks.strokes.back(), scene_.cameras, 8, gesture)) << dot.marks.strokes.back();
   EXPECT_FALSE(gesture.strokes[1].foreground);
   ASSERT_EQ(gesture.strokes[1].points.size(), 2u);
   EXPECT_NEAR(gesture.strokes[1].points[1].x() - gesture.strokes[1].points[0].x(), 2 * value["scale"].get<float>(),

@@ -148,6 +148,26 @@ TEST_F(ClipPage, ADragMovesTheObjectAsTheNativeReplayOfItsRecordingDoes) {
   EXPECT_LT(worst, 0.02 * height);
 }
 
+TEST_F(ClipPage, PushesAreOverAfterTheirFrameHoweverManyThereAre) {
+  if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
+  const Vec3f place = moving_.particles.driving_position.front();
+  const json answer = evaluate("(async () => { const place = " + json({place.x(), place.y(), place.z()}).dump() +
+                               ", radius = " + std::to_string(moving_.particles.cell_size) + R"(;
+    await pliant.ready;
+    await pliant.solver.ready;
+    const failed = [];
+    for (let k = 0; k < 40; ++k) {
+      pliant.begin({type: 'impulse', centre: place, radius, strength: [1e-6, 0, 0]});
+      failed.push((await pliant.advance(1)).failed);
+    }
+    return {failed: failed.filter(Boolean), pushes: pliant.recording().interactions.length, errors: pliant.errors};
+  })())");
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  EXPECT_EQ(answer["value"]["failed"], json::array());
+  EXPECT_EQ(answer["value"]["errors"], json::array());
+  EXPECT_EQ(answer["value"]["pushes"], 40);
+}
+
 // The page of `pliant view` is moved by this program, and the recording that stays gives the same motion.
 TEST_F(ClipPage, ServedItIsMovedByTheProgramAndLeavesItsRecording) {
   const LiveScene live = load_live_scene(*run_, scene_, "view");
