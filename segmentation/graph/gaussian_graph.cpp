@@ -277,6 +277,16 @@ std::vector<int> order_from(const GaussianGraph& graph, const std::vector<int>& 
   return order_from(Adjacency(graph.nodes.size(), graph.edges), graph.edges, sources, lengths);
 }
 
+std::vector<int> order_apart(const Adjacency& adjacency, std::span<const CutEdge> edges,
+                             const std::vector<int>& sources, const std::vector<int>& rivals, float share) {
+  std::vector<float> path, rival;
+  std::vector<int> order = order_from(adjacency, edges, sources, &path);
+  if (rivals.empty()) return order;
+  order_from(adjacency, edges, rivals, &rival);
+  std::erase_if(order, [&](int i) { return rival[i] < share * path[i]; });
+  return order;
+}
+
 size_t best_sweep(const Adjacency& adjacency, std::span<const CutEdge> edges, std::span<const double> inner,
                   const std::vector<int>& order, size_t fewest) {
   const size_t n = adjacency.start.size() - 1;

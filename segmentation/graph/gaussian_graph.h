@@ -75,6 +75,10 @@ std::vector<int> order_from(const Adjacency& adjacency, std::span<const CutEdge>
 std::vector<int> order_from(const GaussianGraph& graph, const std::vector<int>& sources,
                             std::vector<float>* length = nullptr);
 
+/// The same without the nodes whose path from `rivals` is shorter than `share` of that from `sources`.
+std::vector<int> order_apart(const Adjacency& adjacency, std::span<const CutEdge> edges,
+                             const std::vector<int>& sources, const std::vector<int>& rivals, float share);
+
 /// How many of the first nodes of `order` are cut off best: least ratio of the weight of edges that leave them to the
 /// weight of edges at them (conductance of a sweep cut; Andersen, Chung and Lang 2006).  At least `fewest`, at most
 /// half the nodes.  `inner` [nodes] is the weight of edges inside each node, where nodes are groups; it may be empty.

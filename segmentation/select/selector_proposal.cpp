@@ -6,6 +6,11 @@
 #include "segmentation/select/selector.h"
 
 namespace pliant {
+namespace {
+
+constexpr float kNearer = 0.6f;  // share of the path from the object's marks
+
+}  // namespace
 
 /// Planes that what was marked at these Gaussians stands on or hangs at.
 void Selector::find_planes(const std::vector<int>& sources) {
@@ -59,12 +64,20 @@ void Selector::propose_around_seeds() {
       inner[node(a)] += weight;
     }
   }
-  std::vector<int> marked;
-  for (const int p : sources) marked.push_back(node(p));
-  std::sort(marked.begin(), marked.end());
-  marked.erase(std::unique(marked.begin(), marked.end()), marked.end());
+  const auto nodes_of = [&](const std::vector<int>& gaussians) {
+    std::vector<int> nodes;
+    for (const int p : gaussians) nodes.push_back(node(p));
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    return nodes;
+  };
+  const std::vector<int> marked = nodes_of(sources);
   const Adjacency adjacency(inner.size(), sums);
-  const std::vector<int> order = order_from(adjacency, strongest, marked);
+  std::vector<int> background;
+  for (size_t p = 0; p < cloud_.size(); ++p)
+    if (fixed_[p] < 0) background.push_back(static_cast<int>(p));
+  // What lies clearly nearer to a stroke over the background is the background's.
+  const std::vector<int> order = order_apart(adjacency, strongest, marked, nodes_of(background), kNearer);
   const size_t first = best_sweep(adjacency, sums, inner, order, 2 * marked.size());
   std::vector<uint8_t> taken(inner.size(), 0);
   for (size_t k = 0; k < first; ++k) taken[order[k]] = 1;

@@ -131,6 +131,16 @@ TEST(GaussianGraph, PartsBelongToTheObjectWhenTheyLieAgainstItMoreThanAgainstThe
   EXPECT_FALSE(attached[part[4]]) << "the leak lies against the rest";
 }
 
+TEST(GaussianGraph, WhatLiesClearlyNearerToARivalIsNotInOrder) {
+  // A chain of equal edges: node 6 is 3 from the rival and 6 from the source, node 5 is 4 and 5.
+  std::vector<CutEdge> edges;
+  for (int i = 0; i < 9; ++i) edges.push_back({i, i + 1, 0.5f});
+  const Adjacency adjacency(10, edges);
+  EXPECT_EQ(order_apart(adjacency, edges, {0}, {9}, 0.6f), (std::vector<int>{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(order_apart(adjacency, edges, {0}, {}, 0.6f).size(), 10u);
+  EXPECT_EQ(order_apart(adjacency, edges, {0}, {0}, 0.6f).size(), 10u) << "marks of both kinds leave all";
+}
+
 TEST(GrabCut, FindsADiscOfAnotherColourInsideALooseBox) {
   GrabCutInput input;
   input.width = 60;
