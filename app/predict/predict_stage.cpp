@@ -103,11 +103,14 @@ std::optional<double> frequency_of(const Particles& body, const SolidFile& file,
   return std::min(*one, *other);
 }
 
+/// Whether such a thing is known to sway.
+bool sways(const ObjectPrior& prior) { return prior.frequency && prior.frequency->typical > 0; }
+
 /// The frequency that the object is to have, [Hz], where with its present E it has `frequency`.
 double wanted_frequency(const ObjectPrior& prior, double softness, double frequency) {
   if (prior.guessed) return at_softness(*prior.frequency, softness);
-  const bool sways = prior.frequency && prior.frequency->typical > 0;
-  const double low = sways ? prior.frequency->low : 0, high = sways ? prior.frequency->high : kHighestFrequency;
+  const double low = sways(prior) ? prior.frequency->low : 0,
+               high = sways(prior) ? prior.frequency->high : kHighestFrequency;
   const double most = std::min(high, kHighestFrequency);
   return std::clamp(frequency, std::min(low, most), most);
 }
@@ -143,10 +146,9 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
     frequency = wanted_frequency(prior, stage.softness, *shown);
     // A guess, and what is made softer than it is, sways no faster than few particles can be simulated in good time.
     const bool made = prior.guessed ? stage.softness == PredictStage().softness : frequency < *shown;
-    const bool sways = prior.frequency && prior.frequency->typical > 0;
     if (made)
       frequency = std::clamp(*shown * kUsualParticleSteps / particle_steps(cost, kFewestParticles),
-                             std::min(sways ? prior.frequency->low : kSlowestSoftened, frequency), frequency);
+                             std::min(sways(prior) ? prior.frequency->low : kSlowestSoftened, frequency), frequency);
     factor = (frequency / *shown) * (frequency / *shown);
   }
   for (float& E : solid.young) E *= static_cast<float>(factor);

@@ -1,4 +1,4 @@
-// Everything that is stored in HDF5 and as frames: there and back, equal bytes for equal contents, hostile files.
+// Everything that is stored in HDF5: there and back, equal bytes for equal contents, hostile files.
 
 #include <gtest/gtest.h>
 #include <hdf5.h>
@@ -8,7 +8,6 @@
 #include <map>
 #include <thread>
 
-#include "app/store/frames.h"
 #include "app/store/hdf5_file.h"
 #include "app/store/material.h"
 #include "app/store/particles.h"
@@ -16,36 +15,14 @@
 #include "app/store/solid.h"
 #include "app/store/training.h"
 #include "app/store/trajectory.h"
-#include "gaussians/base/random.h"
 #include "gaussians/io/files/files.h"
+#include "tests/app/store/random_values.h"
 #include "tests/temporary_folder.h"
 
 namespace fs = std::filesystem;
 
 namespace pliant {
 namespace {
-
-Random dice(7);
-
-std::vector<float> floats(size_t n, double low = -1, double high = 1) {
-  std::vector<float> values(n);
-  for (float& value : values) value = static_cast<float>(dice.uniform(low, high));
-  return values;
-}
-
-std::vector<Vec3f> vectors(size_t n) {
-  std::vector<Vec3f> values(n);
-  for (Vec3f& value : values) value = Vec3f(dice.normal(), dice.normal(), dice.normal());
-  return values;
-}
-
-std::vector<Mat3f> matrices(size_t n) {
-  std::vector<Mat3f> values(n);
-  for (Mat3f& value : values) {
-    for (int k = 0; k < 9; ++k) value(k / 3, k % 3) = dice.normal();
-  }
-  return values;
-}
 
 Segmentation some_segmentation() {
   Segmentation s;
@@ -435,66 +412,6 @@ TEST(Store, PromisedArraysThatAreNotStoredAreRefusedBeforeTheyAreAllocated) {
   H5Sclose(space);
   H5Fclose(file);
   expect_error(Failure::kInput, {"huge.h5", "/label", "not stored"}, [&] { read_labels(folder / "huge.h5"); });
-}
-
-TEST(Frames, ContinueBitForBitAndAreCountedUpToTheFirstBadOne) {
-  const TemporaryFolder folder;
-  EXPECT_EQ(last_frame(folder / "partial"), -1);
-  for (int i = 0; i < 4; ++i) {
-    SimulationState state;
-    state.frame = i;
-    state.time = i / 30.0;
-    state.substeps = 40 * i;
-    state.x = vectors(9);
-    state.v = vectors(9);
-    state.C = matrices(9);
-    state.F = matrices(9);
-    if (i % 2 == 1)
-      for (const Vec3f& x : vectors(9)) state.quiet_time.push_back(x.x());
-    if (i % 2 == 0)
-      for (const Mat3f& F : matrices(9)) state.memory.push_back({F, F.transpose(), F(1, 2)});
-    write_frame(folder / "partial", state);
-    const SimulationState back = read_frame(folder / "partial", i);
-    EXPECT_EQ(back.time, state.time);
-    EXPECT_EQ(back.substeps, state.substeps);
-    EXPECT_EQ(back.x, state.x);
-    EXPECT_EQ(back.v, state.v);
-    EXPECT_EQ(back.C, state.C);
-    EXPECT_EQ(back.F, state.F);
-    EXPECT_EQ(back.quiet_time, state.quiet_time);
-    ASSERT_EQ(back.memory.size(), state.memory.size());
-    for (size_t k = 0; k < back.memory.size(); ++k) {
-      EXPECT_EQ(back.memory[k].F_total, state.memory[k].F_total);
-      EXPECT_EQ(back.memory[k].F_viscous, state.memory[k].F_viscous);
-      EXPECT_EQ(back.memory[k].history, state.memory[k].history);
-    }
-  }
-  EXPECT_EQ(last_frame(folder / "partial"), 3);
-  const std::string good = read_text(folder / "partial/0002.bin");
-  const auto damaged = [&](const std::string& bytes, std::vector<std::string> words) {
-    folder.file("partial/0002.bin", bytes);
-    words.push_back("0002.bin");
-    expect_error(Failure::kInput, words, [&] { read_frame(folder / "partial", 2); });
-    EXPECT_EQ(last_frame(folder / "partial"), 1);
-  };
-  damaged("", {"truncated"});
-  damaged(good.substr(0, good.size() - 172), {"particles"});
-  std::string changed = good;
-  changed[200] ^= 1;
-  damaged(changed, {"checksum"});
-  changed = good;
-  changed[0] = 'X';
-  damaged(changed, {"magic"});
-  changed = good;
-  changed[15] = '\x7f';
-  damaged(changed, {"particles"});
-  changed = good;
-  changed[16] = 3;
-  damaged(changed, {"internal variables"});
-  damaged(read_text(folder / "partial/0003.bin"), {"frame"});
-  fs::remove(folder / "partial/0001.bin");
-  EXPECT_EQ(last_frame(folder / "partial"), 0);
-  expect_error(Failure::kInput, {"0001.bin", "does not exist"}, [&] { read_frame(folder / "partial", 1); });
 }
 
 }  // namespace
