@@ -22,6 +22,7 @@ struct SupportOptions {
   float wide = 0.15f;   ///< least share of what the views show that such a plane holds;
   float around = 1.5f;  ///< within so many times its height above the plane
   float beyond = 0.2f;  ///< at most so much lies beyond it / on it
+  int nearer = 5;       ///< halvings of the surroundings in which smaller planes are sought: tables, shelves
   uint64_t seed = 1;
 };
 
@@ -43,6 +44,22 @@ std::vector<Vec3f> draw_points(std::span<const Vec3f> position, std::span<const 
 /// its Gaussians.
 std::vector<Support> planes_behind(const SupportOptions& options, const std::vector<Vec3f>& samples, const Vec3f& thing,
                                    float diagonal, float spacing);
+
+/// Gaussians as a search for planes sees them.
+struct ShownGaussians {
+  std::span<const Vec3f> position;
+  std::span<const float> shown;  ///< what the views show of each
+  std::span<const float> apart;  ///< distance of each to its neighbours (scene units)
+};
+
+/// The same in nearer and nearer surroundings of the thing, whatever lies beyond them, without those like one of
+/// `known`: tabletops and shelves, but also sides of the thing itself.
+std::vector<Support> planes_nearby(const SupportOptions& options, const ShownGaussians& gaussians, const Vec3f& thing,
+                                   float diagonal, std::vector<Support> known);
+
+/// Share of the directions from the middle of a thing (label 1) in which the plane's other points go on beyond all of
+/// it: 1 on a table, about half on a seat before its back, 0 where the plane cuts through the thing.
+float share_beyond(const Support& plane, std::span<const Vec3f> position, std::span<const uint8_t> label);
 
 /// The ground, the lowest wide plane across `up` with next to nothing below, comes first; then walls: wide upright
 /// planes with everything on one side.  Empty when there is no ground.  Planes by random sample consensus over

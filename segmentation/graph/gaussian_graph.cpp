@@ -287,6 +287,18 @@ std::vector<int> order_apart(const Adjacency& adjacency, std::span<const CutEdge
   return order;
 }
 
+float tied_share(const GaussianGraph& graph, const std::vector<uint8_t>& label) {
+  double across = 0, within = 0;
+  for (size_t e = 0; e < graph.edges.size(); ++e) {
+    const auto& [a, b, weight] = graph.edges[e];
+    if (label[a] != label[b])
+      across += graph.edge_nearness[e];
+    else if (label[a])
+      within += graph.edge_nearness[e];
+  }
+  return across + within > 0 ? static_cast<float>(across / (across + within)) : 1.0f;
+}
+
 size_t best_sweep(const Adjacency& adjacency, std::span<const CutEdge> edges, std::span<const double> inner,
                   const std::vector<int>& order, size_t fewest) {
   const size_t n = adjacency.start.size() - 1;

@@ -68,6 +68,9 @@ std::vector<uint8_t> attached_parts(const GaussianGraph& graph, const std::vecto
 std::vector<int> enclosed_nodes(const GaussianGraph& graph, const std::vector<uint8_t>& label,
                                 const std::vector<float>& outside, float link, float least, float touch);
 
+/// Share of the nearness at nodes of label 1 that ties them to nodes of label 0 (1 where nothing is labelled).
+float tied_share(const GaussianGraph& graph, const std::vector<uint8_t>& label);
+
 /// Order of nodes by the length of the shortest path from `sources`, edge length 0.1 - log weight; nodes that no path
 /// of at most `limit` reaches are left out.  `length` receives the paths [nodes], infinite for these.
 std::vector<int> order_from(const Adjacency& adjacency, std::span<const CutEdge> edges, const std::vector<int>& sources,

@@ -33,9 +33,11 @@ class Selector {
   void fix_seeds();
   void spread_seeds();
   void look_at_boxes();
-  void find_planes(const std::vector<int>& sources);
   bool on_plane(int p) const;
   void propose_around_seeds();
+  void propose(const std::vector<int>& sources);
+  std::vector<float> distance_to_neighbours() const;
+  std::vector<int> before_planes(const std::vector<int>& sources) const;
   void cut(const GraphCutOptions& cut_options);
   void keep_main_part();
   void find_support();

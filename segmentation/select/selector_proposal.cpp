@@ -1,46 +1,91 @@
 // What a click means where no box says how large it is.
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 
-#include "gaussians/base/orbit.h"
 #include "segmentation/select/selector.h"
 
 namespace pliant {
 namespace {
 
 constexpr float kNearer = 0.6f;  // share of the path from the object's marks
+// What stands on a plane that is narrower than the scene
+constexpr float kTied = 2.1f;    // is tied to the rest by at most so much of what holds it / its Gaussians' root: half
+                                 // a ball is by 1.9, half of that by 2.4 and more,
+constexpr float kBeyond = 0.8f;  // and the plane goes on beyond it in so many directions, at least.
 
 }  // namespace
-
-/// Planes that what was marked at these Gaussians stands on or hangs at.
-void Selector::find_planes(const std::vector<int>& sources) {
-  if (sources.empty()) return;
-  Vec3f middle = Vec3f::Zero();
-  for (const int p : sources) middle += cloud_.position[p] / static_cast<float>(sources.size());
-  SupportOptions options;
-  options.seed = options_.seed;
-  planes_ = planes_behind(options, draw_points(cloud_.position, scene_.shown, options_.seed), middle, scene_.diagonal,
-                          graph_.spacing);
-}
 
 bool Selector::on_plane(int p) const {
   return std::any_of(planes_.begin(), planes_.end(),
                      [&](const Support& plane) { return plane.height(cloud_.position[p]) <= plane.tolerance; });
 }
 
+/// Without those on the planes, unless all are: a click near the foot covers some of the plane, too.
+std::vector<int> Selector::before_planes(const std::vector<int>& sources) const {
+  std::vector<int> before;
+  std::copy_if(sources.begin(), sources.end(), std::back_inserter(before), [&](int p) { return !on_plane(p); });
+  return before.empty() ? sources : before;
+}
+
+/// The planes that what was marked at these Gaussians stands on or hangs at, and the proposal apart from them.
 void Selector::propose_around_seeds() {
   std::vector<int> sources;
   for (size_t p = 0; p < cloud_.size(); ++p)
     if (fixed_[p] > 0) sources.push_back(static_cast<int>(p));
-  if (options_.apart_from_planes) find_planes(sources);
+  if (sources.empty()) return;
+  Vec3f middle = Vec3f::Zero();
+  for (const int p : sources) middle += cloud_.position[p] / static_cast<float>(sources.size());
+  SupportOptions options;
+  options.seed = options_.seed;
+  std::vector<Support> nearby;
+  if (options_.apart_from_planes) {
+    planes_ = planes_behind(options, draw_points(cloud_.position, scene_.shown, options_.seed), middle, scene_.diagonal,
+                            graph_.spacing);
+    const std::vector<float> apart = distance_to_neighbours();
+    nearby = planes_nearby(options, {cloud_.position, scene_.shown, apart}, middle, scene_.diagonal, planes_);
+  }
+  propose(sources);
+  for (const Support& plane : nearby) {
+    const std::vector<uint8_t> label = label_;
+    planes_.push_back(plane);
+    propose(sources);
+    const auto count = static_cast<float>(std::count(label_.begin(), label_.end(), 1));
+    if (tied_share(graph_, label_) * std::sqrt(count) <= kTied &&
+        share_beyond(plane, cloud_.position, label_) >= kBeyond)
+      continue;
+    planes_.pop_back();
+    label_ = label;
+  }
+  const std::vector<int> before = before_planes(sources);
+  if (before.size() < sources.size()) {
+    for (const int p : sources) fixed_[p] = 0;
+    for (const int p : before) fixed_[p] = 1;
+  }
+  evidence_.assign(cloud_.size(), -options_.evidence);
+  for (size_t p = 0; p < cloud_.size(); ++p) {
+    if (label_[p]) evidence_[p] = options_.evidence;
+    if (fixed_[p]) evidence_[p] = fixed_[p] * kFixed;
+  }
+}
+
+/// Mean length of the edges at every Gaussian.
+std::vector<float> Selector::distance_to_neighbours() const {
+  std::vector<float> apart(cloud_.size(), 0.0f);
+  for (size_t p = 0; p < cloud_.size(); ++p) {
+    const int first = scene_.adjacency.start[p], last = scene_.adjacency.start[p + 1];
+    for (int e = first; e < last; ++e)
+      apart[p] +=
+          (cloud_.position[scene_.adjacency.to[e]] - cloud_.position[p]).norm() / static_cast<float>(last - first);
+  }
+  return apart;
+}
+
+/// What hangs together with the marked Gaussians apart from the planes, as `label_`.
+void Selector::propose(const std::vector<int>& sources) {
   std::vector<uint8_t> behind(cloud_.size());
   for (size_t p = 0; p < cloud_.size(); ++p) behind[p] = on_plane(static_cast<int>(p));
-  if (!std::all_of(sources.begin(), sources.end(), [&](int p) { return behind[p]; })) {
-    // A click near the foot covers some of the plane, too.
-    for (const int p : sources)
-      if (behind[p]) fixed_[p] = 0;
-    std::erase_if(sources, [&](int p) { return behind[p]; });
-  }
   // The graph of the superpoints without what ties things to the planes behind them; what is left hangs together
   // whatever its colours.  A superpoint has two nodes: of its Gaussians before the planes, and of those on them.
   const Superpoints& parts = scene_.parts;
@@ -71,7 +116,7 @@ void Selector::propose_around_seeds() {
     nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
     return nodes;
   };
-  const std::vector<int> marked = nodes_of(sources);
+  const std::vector<int> marked = nodes_of(before_planes(sources));
   const Adjacency adjacency(inner.size(), sums);
   std::vector<int> background;
   for (size_t p = 0; p < cloud_.size(); ++p)
@@ -81,12 +126,7 @@ void Selector::propose_around_seeds() {
   const size_t first = best_sweep(adjacency, sums, inner, order, 2 * marked.size());
   std::vector<uint8_t> taken(inner.size(), 0);
   for (size_t k = 0; k < first; ++k) taken[order[k]] = 1;
-  evidence_.assign(cloud_.size(), -options_.evidence);
-  for (size_t p = 0; p < cloud_.size(); ++p) {
-    label_[p] = member_[p] && taken[node(static_cast<int>(p))];
-    if (label_[p]) evidence_[p] = options_.evidence;
-    if (fixed_[p]) evidence_[p] = fixed_[p] * kFixed;
-  }
+  for (size_t p = 0; p < cloud_.size(); ++p) label_[p] = member_[p] && taken[node(static_cast<int>(p))];
 }
 
 std::vector<uint8_t> Selector::guess() {

@@ -299,5 +299,39 @@ TEST(PlanesBehind, AreThoseWideOnesClearOfTheThingWithNothingBeyond) {
   EXPECT_TRUE(behind({}, Vec3f::Zero()).empty());
 }
 
+TEST(PlanesNearby, FindATableThatIsSmallInTheScene) {
+  std::vector<Vec3f> points;
+  add_sheet(Vec3f(-9, -9, -1), Vec3f(18, 0, 0), Vec3f(0, 18, 0), 20000, points);
+  add_sheet(Vec3f(-0.7f, -0.7f, 0), Vec3f(1.4f, 0, 0), Vec3f(0, 1.4f, 0), 3000, points);
+  const Vec3f thing(0, 0, 0.3f);  // nearer to the table than two tolerances in a scene of this size
+  const std::vector<float> shown(points.size(), 1.0f), apart(points.size(), 0.01f);
+  const std::vector<Support> wide = planes_behind({}, draw_points(points, shown, 1), thing, 25, 0.01f);
+  ASSERT_EQ(wide.size(), 1u) << "the floor alone";
+  EXPECT_NEAR(wide[0].height(thing), 1.3, 0.02);
+  const std::vector<Support> nearby = planes_nearby({}, {points, shown, apart}, thing, 25, wide);
+  ASSERT_EQ(nearby.size(), 1u) << "the table, once, and the floor no second time";
+  EXPECT_NEAR(nearby[0].height(thing), 0.3, 0.01);
+  EXPECT_GT(nearby[0].normal.z(), 0.99f);
+}
+
+TEST(ShareBeyond, IsOneOnATableHalfBeforeABackAndNoneWithinTheThing) {
+  Support plane;  // z = 0
+  plane.tolerance = 0.02f;
+  const auto share = [&](const Vec3f& corner, const Vec3f& a, const Vec3f& b) {
+    std::vector<Vec3f> points;
+    add_sheet(Vec3f(-0.1f, -0.3f, 0.05f), Vec3f(0.2f, 0, 0), Vec3f(0, 0.6f, 0), 500, points);  // of the thing
+    add_sheet(Vec3f(-0.1f, -0.3f, 0.05f), Vec3f(0, 0.6f, 0), Vec3f(0, 0, 0.5f), 500, points);
+    add_sheet(Vec3f(0.1f, -0.3f, 0.05f), Vec3f(0, 0.6f, 0), Vec3f(0, 0, 0.5f), 500, points);
+    std::vector<uint8_t> label(points.size(), 1);
+    add_sheet(corner, a, b, 4000, points);
+    label.resize(points.size(), 0);
+    return share_beyond(plane, points, label);
+  };
+  EXPECT_EQ(share(Vec3f(-1, -1, 0), Vec3f(2, 0, 0), Vec3f(0, 2, 0)), 1);
+  EXPECT_NEAR(share(Vec3f(0, -1, 0), Vec3f(1, 0, 0), Vec3f(0, 2, 0)), 0.5, 0.09);
+  EXPECT_EQ(share(Vec3f(-0.1f, -0.3f, 0), Vec3f(0.2f, 0, 0), Vec3f(0, 0.6f, 0)), 0);
+  EXPECT_EQ(share_beyond(plane, std::vector<Vec3f>(3, Vec3f::Zero()), std::vector<uint8_t>(3, 0)), 0) << "no thing";
+}
+
 }  // namespace
 }  // namespace pliant

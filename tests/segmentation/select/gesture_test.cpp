@@ -141,6 +141,15 @@ TEST(GaussianGraph, WhatLiesClearlyNearerToARivalIsNotInOrder) {
   EXPECT_EQ(order_apart(adjacency, edges, {0}, {0}, 0.6f).size(), 10u) << "marks of both kinds leave all";
 }
 
+TEST(GaussianGraph, ATiedShareIsWhatCrossesTheBorder) {
+  GaussianGraph graph;
+  graph.edges = {{0, 1, 0.0f}, {1, 2, 0.0f}, {2, 3, 0.0f}};
+  graph.edge_nearness = {0.6f, 0.2f, 0.5f};
+  EXPECT_FLOAT_EQ(tied_share(graph, {1, 1, 0, 0}), 0.25f);
+  EXPECT_FLOAT_EQ(tied_share(graph, {1, 1, 1, 1}), 0);
+  EXPECT_FLOAT_EQ(tied_share(graph, {0, 0, 0, 0}), 1) << "nothing";
+}
+
 TEST(GrabCut, FindsADiscOfAnotherColourInsideALooseBox) {
   GrabCutInput input;
   input.width = 60;
@@ -211,6 +220,17 @@ struct GestureTest : ::testing::Test {
   GestureResult select(const Gesture& gesture, const std::optional<SelectionShape>& shape = {}) const {
     return select_by_gesture(options, gesture, shape, scene.cloud, scene.cameras,
                              prepare_scene(prepare, scene.cloud, scene.cameras));
+  }
+
+  /// Stripes of three colours, one of them the table's.
+  void paint_stripes(uint32_t id) {
+    const Vec3f colours[3] = {{0.8f, 0.1f, 0.1f}, {0.7f, 0.5f, 0.3f}, {0.1f, 0.3f, 0.8f}};
+    for (size_t p = 0; p < scene.truth.size(); ++p) {
+      if (scene.truth[p] != id) continue;
+      const Vec3f& colour =
+          colours[std::clamp(static_cast<int>(std::floor((scene.cloud.position[p].x() + 0.6f) / 0.2f)), 0, 2)];
+      for (int k = 0; k < 3; ++k) scene.cloud.sh_of(p)[k] = (colour[k] - 0.5f) / kSh0;
+    }
   }
 
   static std::string complaint(const std::function<void()>& action) {
@@ -312,14 +332,7 @@ TEST_F(GestureTest, GrowingDoesNotRunAlongLargeSparseGaussians) {
 }
 
 TEST_F(GestureTest, AClickTakesAThingOfManyColoursWholeFromThePlaneBehindIt) {
-  // Stripes of three colours, one of them the plane's.
-  const Vec3f colours[3] = {{0.8f, 0.1f, 0.1f}, {0.7f, 0.5f, 0.3f}, {0.1f, 0.3f, 0.8f}};
-  for (size_t p = 0; p < scene.truth.size(); ++p) {
-    if (scene.truth[p] != 300) continue;
-    const Vec3f& colour =
-        colours[std::clamp(static_cast<int>(std::floor((scene.cloud.position[p].x() + 0.6f) / 0.2f)), 0, 2)];
-    for (int k = 0; k < 3; ++k) scene.cloud.sh_of(p)[k] = (colour[k] - 0.5f) / kSh0;
-  }
+  paint_stripes(300);
   options.up = Vec3f::Zero();  // it may hang at a wall
   for (int camera : {1, 4, 8}) {
     Gesture gesture;
@@ -328,6 +341,19 @@ TEST_F(GestureTest, AClickTakesAThingOfManyColoursWholeFromThePlaneBehindIt) {
     EXPECT_GT(iou(select(gesture), 300), 0.85) << camera;
     options.apart_from_planes = false;
     EXPECT_LT(iou(select(gesture), 300), 0.7) << camera;
+  }
+}
+
+TEST_F(GestureTest, AClickTakesAThingFromATableThatIsSmallInItsScene) {
+  paint_stripes(300);
+  for (int k = 0; k < 14400; ++k)  // a floor around the table
+    add_disc(scene.cloud, Vec3f(-9 + 0.15f * (k % 120), -9 + 0.15f * (k / 120), -2), Vec3f::UnitZ(), 0.09f,
+             Vec3f(0.3f, 0.5f, 0.2f));
+  scene.truth.resize(scene.cloud.size(), 0);
+  for (int camera : {1, 4, 8}) {
+    Gesture gesture;
+    gesture.strokes.push_back({camera, true, {centre_of(0, camera)}, 4});
+    EXPECT_GT(iou(select(gesture), 300), 0.85) << camera;
   }
 }
 
