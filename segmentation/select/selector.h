@@ -36,6 +36,7 @@ class Selector {
   bool on_plane(int p) const;
   void propose_around_seeds();
   void propose(const std::vector<int>& sources);
+  void add_proposal(const std::vector<int>& sources);
   std::vector<float> distance_to_neighbours() const;
   std::vector<int> before_planes(const std::vector<int>& sources) const;
   void cut(const GraphCutOptions& cut_options);
@@ -62,6 +63,7 @@ class Selector {
   std::vector<float> held_;                              // [N] weight of the edges to what may not
   std::vector<float> coarse_weight_;                     // [edges of the superpoints] between members
   std::vector<int8_t> fixed_;                            // [N] +1 / -1 under strokes
+  std::vector<std::vector<int>> marks_;                  // Gaussians of each stroke over the object
   std::vector<uint8_t> label_;                           // [N]
   std::vector<float> evidence_;                          // [N] of the last cut
   std::vector<float> support_;                           // [N] evidence from the plane that the object stands on

@@ -47,7 +47,13 @@ void Selector::find_members(const std::optional<SelectionShape>& shape) {
 
 void Selector::fix_seeds() {
   fixed_.assign(cloud_.size(), 0);
-  for (const StrokePrompt& stroke : gesture_.strokes) {
+  std::vector<int> marked_by(cloud_.size(), -1);
+  const auto mark = [&](size_t p, size_t stroke) {
+    fixed_[p] = gesture_.strokes[stroke].foreground ? 1 : -1;
+    marked_by[p] = static_cast<int>(stroke);
+  };
+  for (size_t s = 0; s < gesture_.strokes.size(); ++s) {
+    const StrokePrompt& stroke = gesture_.strokes[s];
     PictureRect rect;
     for (const Vec2f& x : stroke.points)
       for (double side : {-1.0, 1.0}) rect.add(x.x() + side * stroke.width, x.y() + side * stroke.width);
@@ -61,11 +67,11 @@ void Selector::fix_seeds() {
       if (stroke.foreground && !member_[p]) continue;
       if (lift.inside[p] > lift.inside[best]) best = p;
       if (lift.inside[p] < kStrokeWeight || lift.inside[p] < kStrokeShare * lift.total[p]) continue;
-      fixed_[p] = stroke.foreground ? 1 : -1;
+      mark(p, s);
       ++found;
     }
     if (found == 0 && lift.inside[best] > 0 && (!stroke.foreground || member_[best])) {
-      fixed_[best] = stroke.foreground ? 1 : -1;
+      mark(best, s);
       ++found;
     }
     if (found == 0)
@@ -73,6 +79,12 @@ void Selector::fix_seeds() {
                                   cameras_[stroke.camera].name + "' hits no Gaussian that could belong to the object");
     summary_.seeds += found;
   }
+  std::vector<std::vector<int>> marks(gesture_.strokes.size());
+  for (size_t p = 0; p < cloud_.size(); ++p)
+    if (fixed_[p] > 0) marks[marked_by[p]].push_back(static_cast<int>(p));
+  marks_.clear();
+  for (std::vector<int>& of_stroke : marks)
+    if (!of_stroke.empty()) marks_.push_back(std::move(of_stroke));
 }
 
 /// The nearer of the foreground's and the background's strokes, by exp(-(path / reach)^2 / 2).

@@ -10,6 +10,7 @@ namespace pliant {
 namespace {
 
 constexpr float kNearer = 0.6f;  // share of the path from the object's marks
+constexpr double kMostMore = 1;  // of what a further mark proposes / what is there
 // What stands on a plane that is narrower than the scene
 constexpr float kTied = 2.1f;    // is tied to the rest by at most so much of what holds it / its Gaussians' root: half
                                  // a ball is by 1.9, half of that by 2.4 and more,
@@ -31,10 +32,8 @@ std::vector<int> Selector::before_planes(const std::vector<int>& sources) const 
 
 /// The planes that what was marked at these Gaussians stands on or hangs at, and the proposal apart from them.
 void Selector::propose_around_seeds() {
-  std::vector<int> sources;
-  for (size_t p = 0; p < cloud_.size(); ++p)
-    if (fixed_[p] > 0) sources.push_back(static_cast<int>(p));
-  if (sources.empty()) return;
+  if (marks_.empty()) return;
+  const std::vector<int>& sources = marks_[0];
   Vec3f middle = Vec3f::Zero();
   for (const int p : sources) middle += cloud_.position[p] / static_cast<float>(sources.size());
   SupportOptions options;
@@ -58,6 +57,7 @@ void Selector::propose_around_seeds() {
     planes_.pop_back();
     label_ = label;
   }
+  for (size_t k = 1; k < marks_.size(); ++k) add_proposal(marks_[k]);
   const std::vector<int> before = before_planes(sources);
   if (before.size() < sources.size()) {
     for (const int p : sources) fixed_[p] = 0;
@@ -68,6 +68,22 @@ void Selector::propose_around_seeds() {
     if (label_[p]) evidence_[p] = options_.evidence;
     if (fixed_[p]) evidence_[p] = fixed_[p] * kFixed;
   }
+}
+
+/// What hangs together with a further mark is the object's, too, unless that is more than the object so far: then what
+/// was marked is a part of something larger, and the mark adds what lies around it.
+void Selector::add_proposal(const std::vector<int>& sources) {
+  const std::vector<uint8_t> label = label_;
+  propose(sources);
+  size_t there = 0, added = 0;
+  for (size_t p = 0; p < label.size(); ++p) {
+    there += label[p];
+    added += label_[p] && !label[p];
+  }
+  if (static_cast<double>(added) > kMostMore * static_cast<double>(there))
+    label_ = label;
+  else
+    for (size_t p = 0; p < label.size(); ++p) label_[p] |= label[p];
 }
 
 /// Mean length of the edges at every Gaussian.

@@ -357,6 +357,39 @@ TEST_F(GestureTest, AClickTakesAThingFromATableThatIsSmallInItsScene) {
   }
 }
 
+TEST_F(GestureTest, AFurtherMarkAddsAThingOfItsSizeButOnlyAPatchOfALargerOne) {
+  Gesture gesture;
+  gesture.strokes.push_back({1, true, {centre_of(0, 1)}, 4});
+  const double one = iou(select(gesture), 300);
+  EXPECT_GT(one, 0.85);
+  Eigen::Vector2d x;
+  project_point(scene.cameras[1], scene.balls[0].centre + Vec3f(0, scene.balls[0].radius + 0.12f, 0), x);
+  gesture.strokes.push_back({1, true, {x.cast<float>()}, 4});  // the table beside it
+  const GestureResult patch = select(gesture);
+  size_t table = 0, taken = 0, ball = 0, kept = 0;
+  for (size_t p = 0; p < scene.truth.size(); ++p) {
+    const bool of_table = scene.truth[p] == MadeScene::kTable, of_ball = scene.truth[p] == 300;
+    table += of_table;
+    taken += of_table && patch.selected(p);
+    ball += of_ball;
+    kept += of_ball && patch.selected(p);
+  }
+  EXPECT_GT(taken, 0u);
+  EXPECT_LT(taken, table / 5);
+  EXPECT_GT(kept, 0.9 * one * ball);
+  gesture.strokes[1].points = {centre_of(1, 1)};
+  const GestureResult both = select(gesture);
+  for (size_t k = 0; k < 2; ++k) {
+    size_t count = 0, found = 0;
+    for (size_t p = 0; p < scene.truth.size(); ++p)
+      if (scene.truth[p] == scene.balls[k].id) {
+        ++count;
+        found += both.selected(p);
+      }
+    EXPECT_GT(found, 0.85 * count) << k;
+  }
+}
+
 TEST_F(GestureTest, ABackgroundStrokeRemovesALeak) {
   // A ball grows out of another of the same colour, and one box holds both: it is a leak until a stroke crosses it.
   auto balls = two_balls();
