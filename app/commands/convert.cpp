@@ -30,6 +30,7 @@ nlohmann::json convert_splats(const Context& context, const ConvertOptions& opti
   ReadReport report;
   GaussianCloud cloud = read_splats(options.in, &report, options.level.value_or(kFinestLevel));
   for (const std::string& warning : report.warnings) context.progress.warn(warning);
+  if (report.object_channels > 0) context.progress.warn(options.out + ": obj_dc_* of Gaussian Grouping are not kept");
   if (options.degree) cloud = with_sh_degree(cloud, *options.degree);
   for (const std::string& lost : write_splats(options.out, cloud, report.antialiased)) context.progress.warn(lost);
   return {{"gaussians", cloud.size()}, {"dropped", report.dropped}, {"sh_degree", cloud.sh_degree}};

@@ -3,13 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/cameras/cameras.h"
 #include "gaussians/io/files/json_file.h"
 #include "gaussians/io/images/image_files.h"
-#include "gaussians/io/splats/ply_header.h"
+#include "gaussians/io/splats/ply.h"
 #include "gaussians/io/splats/splats.h"
 
 namespace pliant {
@@ -24,17 +23,6 @@ fs::path folder_of_photos(const fs::path& folder) {
   for (const char* name : {"images", "photos", "input"})
     if (photos_in(folder / name) > 0) return folder / name;
   return folder;
-}
-
-/// A PLY of points, such as nerfstudio's sparse_pc.ply, not of Gaussians.
-bool is_point_cloud(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::string magic(3, ' ');
-  if (!in.read(magic.data(), 3) || magic != "ply") return false;
-  in.seekg(0);
-  const PlyHeader header = read_ply_header(in, file);
-  const PlyElement* vertex = header.find("vertex");
-  return vertex && vertex->find("x") >= 0 && vertex->find("opacity") < 0;
 }
 
 Error no_cameras(const fs::path& source) {

@@ -66,7 +66,9 @@ std::unique_ptr<JointTerm> joint_term(const Context& context, const PhotoSet& se
 
 /// A trained scene goes on in small steps and keeps its Gaussians.
 TrainingStart go_on_from(const std::string& splats, TrainOptions& options) {
-  GaussianCloud cloud = read_splats(splats);
+  ReadReport report;
+  GaussianCloud cloud = read_splats(splats, &report);
+  options.render.antialiased |= report.antialiased;
   options.densification = Densification::kNone;
   options.coarse_to_fine = false;
   options.position_rate *= 0.1f;
@@ -166,7 +168,7 @@ json results_json(const json& options, const TrainOptions& train, const Training
 json train_scene(const Context& context, RunDirectory& run, const StageInputs<ReconstructStage>& in,
                  const PhotoSet& set, const CameraFile& cameras, std::chrono::steady_clock::time_point begin,
                  const std::string& provenance) {
-  const ReconstructStage& stage = in.options;
+  ReconstructStage stage = in.options;
   std::optional<TrainingCheckpoint> earlier = unfinished(context, run, provenance);
 
   std::vector<std::string> warnings = cameras.warnings;
@@ -186,6 +188,7 @@ json train_scene(const Context& context, RunDirectory& run, const StageInputs<Re
   const std::unique_ptr<JointTerm> term = joint_term(context, set, stage, cameras, photos);
   std::optional<TrainingStart> trained;
   if (!stage.splats.empty()) trained = go_on_from(stage.splats, options);
+  stage.train.render = options.render;
   std::optional<Trainer> trainer;
   if (earlier) {
     start = json::parse(earlier->start_json);

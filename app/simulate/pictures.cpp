@@ -57,11 +57,13 @@ nlohmann::json render_pictures(const Context& context, const Scene& scene, const
   for (const Camera& camera : path.cameras) cameras.push_back(sized(camera, options.size));
   if (cameras.empty())
     throw usage_error("--cameras", options.cameras, "has no cameras", "give 'orbit' or a camera file");
+  const bool video = out.extension() == ".mp4";
+  if (video)  // frames have one size
+    for (Camera& camera : cameras) camera = camera.framed(cameras[0].width, cameras[0].height);
   RenderOptions render_options;
   render_options.background = Vec3f(options.background[0], options.background[1], options.background[2]);
   render_options.antialiased = options.antialiased || scene.report.antialiased;
 
-  const bool video = out.extension() == ".mp4";
   if (out.has_parent_path()) fs::create_directories(out.parent_path());
   if (!video) fs::create_directories(out);
   std::unique_ptr<VideoWriter> writer;

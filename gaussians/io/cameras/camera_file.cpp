@@ -1,5 +1,7 @@
 #include "gaussians/io/cameras/camera_file.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <set>
@@ -26,6 +28,19 @@ fs::path find_photo(const fs::path& photos, const std::vector<fs::path>& folders
     }
   }
   return {};
+}
+
+std::string name_of_photo(const fs::path& photo) {
+  const std::string suffix = photo.extension().string();
+  return (suffix.size() > 1 && std::isalpha(static_cast<unsigned char>(suffix[1])) ? photo.stem() : photo.filename())
+      .string();
+}
+
+std::string long_name_of_photo(const fs::path& photo) {
+  const fs::path path = photo.lexically_normal();
+  std::string name = (path.parent_path() / name_of_photo(path)).generic_string();
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
 }
 
 bool read_photo_size(const std::string& photo, PhotoFit fit, int& width, int& height) {
@@ -60,7 +75,7 @@ const char* cam_from_opengl(const Eigen::Matrix4d& world_from_cam, Eigen::Isomet
 }
 
 void CameraCollector::add(Camera camera, const std::string& photo_name) {
-  camera.name = fs::path(photo_name).stem().string();
+  if (camera.name.empty()) camera.name = name_of_photo(photo_name);
   ++result_.frames;
   result_.photos_found += !camera.photo.empty();
   names_.push_back(photo_name);
@@ -100,17 +115,18 @@ void CameraCollector::keep_frames_with_photos() {
                              " frames name photos that do not exist; they are ignored");
 }
 
-/// Cameras are found by name, so equal stems (train/r_0, test/r_0) take their folders into the name.
+/// Cameras are found by name, so equal names (train/r_0, test/r_0) take their folders into the name, and without
+/// folders and photos (cameras.json of 3DGS, which lists the views of train and test) a number.
 void CameraCollector::make_names_unique() {
   std::map<std::string, int> uses;
   for (const Camera& camera : result_.cameras) ++uses[camera.name];
   std::set<std::string> taken;
   for (size_t i = 0; i < result_.cameras.size(); ++i) {
     std::string& name = result_.cameras[i].name;
-    if (uses[name] > 1) {
-      name = fs::path(names_[i]).lexically_normal().replace_extension().generic_string();
-      for (char& c : name) c = c == '/' ? '_' : c;
-    }
+    if (uses[name] > 1) name = long_name_of_photo(names_[i]);
+    const bool bare = !fs::path(names_[i]).has_parent_path() && result_.cameras[i].photo.empty();
+    if (const std::string base = name; bare && !base.empty())
+      for (int n = 2; taken.count(name); ++n) name = base + "_" + std::to_string(n);
     if (name.empty() || !taken.insert(name).second) {
       throw input_error(file_.string(), "file_path", "'" + names_[i] + "' names two frames",
                         "give each frame its own photo");

@@ -32,6 +32,11 @@ extern const std::array<const char*, 6> kDistortionNames;
 std::filesystem::path find_photo(const std::filesystem::path& photos, const std::vector<std::filesystem::path>& folders,
                                  const std::string& name);
 
+/// Name of the camera of a photo: its file name without folder and suffix ("frame.0001" has none).
+std::string name_of_photo(const std::filesystem::path& photo);
+/// The same with its folders, joined by '_', where several photos have that name.
+std::string long_name_of_photo(const std::filesystem::path& photo);
+
 /// Size of a photo for files that do not tell it.  A photo that cannot be read is an Error{kInput}, or false when
 /// photos are judged one by one.
 bool read_photo_size(const std::string& photo, PhotoFit fit, int& width, int& height);
@@ -48,13 +53,13 @@ class CameraCollector {
  public:
   CameraCollector(std::filesystem::path file, PhotoFit fit) : file_(std::move(file)), fit_(fit) {}
 
-  /// A frame with the name that the file gives to its photo; camera.photo is its path on disk or empty, camera.name
-  /// becomes the stem.
+  /// A frame with the name that the file gives to its photo; camera.photo is its path on disk or empty, an empty
+  /// camera.name becomes the photo's.
   void add(Camera camera, const std::string& photo_name);
 
   /// Leaves out frames without a photo when at least one has one, makes names unique, scales the cameras to photos of
   /// another size (unless `sizes_are_of_photos`) and warns about lens distortion (both as PhotoFit says).  Throws
-  /// Error{kInput} for two frames of one name and for photos of another shape.
+  /// Error{kInput} for two frames of one photo and for photos of another shape.
   CameraFile finish(const std::string& format, bool sizes_are_of_photos = false);
 
  private:

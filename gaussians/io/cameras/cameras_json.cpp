@@ -78,7 +78,9 @@ void write_cameras_json(const fs::path& file, const std::vector<Camera>& cameras
       rotation.push_back({row[0], row[1], row[2]});
     }
     const Eigen::Vector3d centre = world_from_cam.translation().array() + 0.0;
-    const std::string name = camera.photo.empty() ? camera.name : fs::path(camera.photo).filename().string();
+    const fs::path photo = camera.photo;
+    const bool named = photo.empty() || name_of_photo(photo) != camera.name;
+    const std::string name = named ? camera.name : photo.filename().string();
     out.push_back({{"id", out.size()},
                    {"img_name", name},
                    {"width", camera.width},

@@ -26,10 +26,10 @@ void add_frame(const ColmapImage& image, const std::map<uint32_t, Camera>& camer
   Camera camera = found->second;
   camera.cam_from_world.linear() = q.normalized().toRotationMatrix();
   camera.cam_from_world.translation() = t;
-  const fs::path around = folder / "..", above = folder / "../..";
   std::vector<fs::path> folders;
   for (const char* name : {"images", "", "images_2", "images_4", "images_8"})  // the last three: scaled photos alone
-    for (const fs::path& at : {folder, around, above}) folders.push_back(at / name);
+    for (const fs::path& at : {folder, folder / "..", folder / "../..", folder / "../../.."})
+      folders.push_back(at / name);
   camera.photo = find_photo(photos, folders, image.photo).string();
   collector.add(std::move(camera), image.photo);
 }

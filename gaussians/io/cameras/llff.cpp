@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
@@ -18,18 +19,24 @@ const char* const kForm = "each row must be [R | t | (height, width, focal lengt
 
 /// The photos that the rows belong to; none where there is no folder of them.
 std::vector<fs::path> photos_of(const fs::path& file, const fs::path& photos, size_t rows) {
+  const fs::path beside = file.parent_path();
   std::vector<fs::path> folders = {photos};
-  for (const char* name : {"images", "images_2", "images_4", "images_8"}) folders.push_back(file.parent_path() / name);
+  for (const char* name : {"images", "images_2", "images_4", "images_8"}) folders.push_back(beside / name);
+  std::error_code ignored;
+  if (fs::equivalent(photos, beside, ignored)) std::rotate(folders.begin(), folders.begin() + 1, folders.end());
+  std::optional<Error> mismatch;
   for (const fs::path& folder : folders) {
     if (folder.empty()) continue;
     const std::vector<fs::path> found = images_in(folder);
     if (found.empty()) continue;
     if (found.size() == rows) return found;
-    throw input_error(file.string(), "",
-                      "has " + std::to_string(rows) + " rows, but " + folder.string() + " has " +
-                          std::to_string(found.size()) + " photos",
-                      "keep exactly the photos that the poses were made for");
+    if (!mismatch)
+      mismatch = input_error(file.string(), "",
+                             "has " + std::to_string(rows) + " rows, but " + folder.string() + " has " +
+                                 std::to_string(found.size()) + " photos",
+                             "keep exactly the photos that the poses were made for");
   }
+  if (mismatch) throw *mismatch;
   return {};
 }
 

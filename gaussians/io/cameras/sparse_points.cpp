@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "gaussians/base/lens.h"
+#include "gaussians/io/cameras/camera_file.h"
 #include "gaussians/io/cameras/cameras.h"
 #include "gaussians/io/cameras/colmap_records.h"
 #include "gaussians/io/cameras/ply_points.h"
@@ -41,10 +42,7 @@ class ColmapTracks {
     for_each_colmap_image(folder / ("images" + extension), true, [&](const ColmapImage& image, const std::string&) {
       View& view = views_[image.id];
       view.points = image.points;
-      // A name is the stem of the photo, or the whole path where stems repeat (CameraCollector).
-      std::string whole = fs::path(image.photo).lexically_normal().replace_extension().generic_string();
-      for (char& c : whole) c = c == '/' ? '_' : c;
-      for (const std::string& name : {whole, fs::path(image.photo).stem().string()}) {
+      for (const std::string& name : {long_name_of_photo(image.photo), name_of_photo(image.photo)}) {
         const auto found = by_name.find(name);
         if (view.camera < 0 && found != by_name.end()) view.camera = found->second;
       }

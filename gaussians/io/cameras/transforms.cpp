@@ -80,6 +80,7 @@ class Reader {
       if (has(frame, kDistortionNames[k])) camera.distortion[k] = number(frame, kDistortionNames[k]);
     }
     const std::string file_path = frame.text("file_path");
+    if (frame.has("camera_name")) camera.name = frame.text("camera_name");
     camera.cam_from_world = read_pose(frame);
     camera.photo = find_photo(photos_, {file_.parent_path()}, file_path).string();
     read_size(frame, camera);
@@ -134,19 +135,28 @@ class Reader {
     }
   }
 
+  /// Focal length in pixels of a field of view over so many pixels.
+  double focal_of_angle(const JsonObject& frame, const std::string& key, int pixels) const {
+    const double angle = number(frame, key);
+    if (!(angle > 0 && angle < M_PI))
+      throw frame.complaint(key, "is " + std::to_string(angle), "it must be between 0 and pi");
+    return 0.5 * pixels / std::tan(0.5 * angle);
+  }
+
   void read_intrinsics(const JsonObject& frame, Camera& camera) {
     if (has(frame, "fl_x")) {
       camera.fx = number(frame, "fl_x");
     } else if (has(frame, "camera_angle_x")) {
-      const double angle = number(frame, "camera_angle_x");
-      if (!(angle > 0 && angle < M_PI)) {
-        throw frame.complaint("camera_angle_x", "is " + std::to_string(angle), "it must be between 0 and pi");
-      }
-      camera.fx = 0.5 * camera.width / std::tan(0.5 * angle);
+      camera.fx = focal_of_angle(frame, "camera_angle_x", camera.width);
     } else {
       throw frame.complaint("fl_x", "is missing, and so is camera_angle_x", "add the focal length in pixels");
     }
-    camera.fy = has(frame, "fl_y") ? number(frame, "fl_y") : camera.fx;
+    if (has(frame, "fl_y"))
+      camera.fy = number(frame, "fl_y");
+    else
+      camera.fy = !has(frame, "fl_x") && has(frame, "camera_angle_y")
+                      ? focal_of_angle(frame, "camera_angle_y", camera.height)
+                      : camera.fx;
     camera.cx = has(frame, "cx") ? number(frame, "cx") : 0.5 * camera.width;
     camera.cy = has(frame, "cy") ? number(frame, "cy") : 0.5 * camera.height;
     if (!(camera.fx > 0)) throw frame.complaint("fl_x", "is " + std::to_string(camera.fx), "it must be positive");
@@ -191,6 +201,7 @@ void write_transforms(const fs::path& file, const std::vector<Camera>& cameras) 
         camera.photo.empty()
             ? camera.name
             : fs::absolute(camera.photo).lexically_normal().lexically_proximate(folder).generic_string();
+    if (name_of_photo(frame["file_path"].get<std::string>()) != camera.name) frame["camera_name"] = camera.name;
     Eigen::Matrix4d world_from_cam = camera.cam_from_world.inverse().matrix();
     world_from_cam.col(1) *= -1;
     world_from_cam.col(2) *= -1;

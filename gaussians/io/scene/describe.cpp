@@ -142,7 +142,7 @@ json describe(const fs::path& path, std::optional<int> level) {
     const GaussianCloud cloud = read_splats(splats, &report, level.value_or(kFinestLevel));
     out["kind"] = "splats";
     out["splats"] = describe_splats(cloud, report);
-    const UpDirection up = cloud.size() > 0 ? up_of_cloud(cloud) : UpDirection{};
+    const UpDirection up = cloud.size() > 0 ? up_of_cloud(cloud, report.z_is_up) : UpDirection{};
     out["up"] = array_of(up.up);
     out["up_source"] = up.source;
     out["warnings"] = report.warnings;

@@ -7,6 +7,7 @@
 #include "gaussians/base/orbit.h"
 #include "gaussians/io/cameras/cameras.h"
 #include "gaussians/io/scene/up_direction.h"
+#include "gaussians/io/splats/ply.h"
 #include "gaussians/io/splats/splats.h"
 
 namespace fs = std::filesystem;
@@ -36,12 +37,25 @@ fs::path splats_of_model(const fs::path& folder) {
   return best;
 }
 
+/// Whether a file of a folder is meant as splats: archives and point clouds lie beside them.
+bool looks_like_splats(const fs::path& file) {
+  const std::string extension = file.extension().string();
+  if (splats_at(file).empty() || extension == ".pt" || extension == ".ckpt" || extension == ".npz" ||
+      extension == ".gz" || extension == ".zip" || extension == ".pth")
+    return false;
+  try {
+    return !is_point_cloud(file);
+  } catch (const Error&) {
+    return true;  // its reader says what is damaged
+  }
+}
+
 /// The only splat file of a folder; empty when there is none or more than one.
 fs::path only_splats_in(const fs::path& folder) {
   fs::path found;
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    if (!entry.is_regular_file(ignored) || splats_at(entry.path()).empty()) continue;
+    if (!entry.is_regular_file(ignored) || !looks_like_splats(entry.path())) continue;
     if (!found.empty()) return {};
     found = entry.path();
   }
@@ -99,7 +113,7 @@ void choose_up(const LoadOptions& options, Scene& scene) {
     return;
   }
   std::optional<UpDirection> found = up_of_cameras(scene.cameras);
-  if (!found) found = up_of_cloud(scene.cloud);
+  if (!found) found = up_of_cloud(scene.cloud, scene.report.z_is_up);
   scene.up = found->up;
   scene.up_source = found->source;
 }

@@ -156,8 +156,10 @@ UpDirection up_of_standing(const GaussianCloud& cloud) {
   return {{0, -1, 0}, "-y, " + otherwise};
 }
 
-UpDirection up_of_cloud(const GaussianCloud& cloud) {
+UpDirection up_of_cloud(const GaussianCloud& cloud, bool z_is_up) {
+  constexpr double kNear = 0.77;  // cosine
   const std::optional<UpDirection> plane = up_of_support_plane(cloud);
+  if (z_is_up && !(plane && plane->up.z() > kNear)) return {{0, 0, 1}, "+z, as the file declares"};
   return plane ? *plane : up_of_standing(cloud);
 }
 

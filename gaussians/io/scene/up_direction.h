@@ -27,7 +27,8 @@ std::optional<UpDirection> up_of_support_plane(const GaussianCloud& cloud);
 /// the other way round.
 UpDirection up_of_standing(const GaussianCloud& cloud);
 
-/// Up of a cloud without cameras: of its support plane, else as it stands.
-UpDirection up_of_cloud(const GaussianCloud& cloud);
+/// Up of a cloud without cameras: of its support plane, else as it stands; of a file that declares z its vertical axis,
+/// the normal of a support plane near z, else z.
+UpDirection up_of_cloud(const GaussianCloud& cloud, bool z_is_up = false);
 
 }  // namespace pliant

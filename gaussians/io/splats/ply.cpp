@@ -1,6 +1,7 @@
 #include "gaussians/io/splats/ply.h"
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 
 #include "gaussians/base/error.h"
@@ -21,7 +22,7 @@ constexpr size_t kWrittenRows = 4096;
 
 /// Columns of the parameters of a Gaussian; -1 = absent.
 struct Layout {
-  int x[3], dc[3], opacity, scale[3], rot[4];
+  int x[3], dc[3], opacity, scale[3], rot[4], filter;
   std::vector<int> rest, object;
   int degree = 0;
 };
@@ -47,6 +48,7 @@ Layout find_layout(const PlyElement& vertex, const std::string& file) {
     layout.scale[k] = k < 2 ? required("scale_" + std::to_string(k)) : vertex.find("scale_2");
   }
   layout.opacity = required("opacity");
+  layout.filter = vertex.find("filter_3D");
   for (int k = 0; k < 4; ++k) layout.rot[k] = required("rot_" + std::to_string(k));
   const auto is_rest = [](const PlyProperty& property) { return property.name.rfind("f_rest_", 0) == 0; };
   const auto count = std::count_if(vertex.properties.begin(), vertex.properties.end(), is_rest);
@@ -66,6 +68,20 @@ Layout find_layout(const PlyElement& vertex, const std::string& file) {
   return layout;
 }
 
+/// What a Gaussian is after the 3D smoothing filter (Yu et al. 2024, Mip-Splatting, eq. 9) of this standard deviation,
+/// which such scenes keep apart: s' = sqrt(s^2 + f^2), o' = o prod(s) / prod(s').
+void apply_filter(float filter, SplatRow& row) {
+  if (!(filter > 0)) return;
+  double gain = 0;  // log
+  for (float& log_scale : row.log_scale) {
+    const double filtered = 0.5 * std::log(std::exp(2.0 * log_scale) + static_cast<double>(filter) * filter);
+    gain += log_scale - filtered;
+    log_scale = static_cast<float>(filtered);
+  }
+  const double opacity = std::exp(gain) / (1 + std::exp(-static_cast<double>(row.opacity_logit)));
+  row.opacity_logit = static_cast<float>(std::log(std::max(opacity, 1e-30) / (1 - opacity)));
+}
+
 /// The row of the file as a Gaussian.
 SplatRow row_of(const Layout& layout, const float* values) {
   SplatRow row;
@@ -77,6 +93,7 @@ SplatRow row_of(const Layout& layout, const float* values) {
   if (layout.scale[2] < 0) row.log_scale[2] = std::min(row.log_scale[0], row.log_scale[1]) + kSurfelThickness;
   for (int k = 0; k < 4; ++k) row.rotation[k] = values[layout.rot[k]];
   row.opacity_logit = values[layout.opacity];
+  if (layout.filter >= 0) apply_filter(values[layout.filter], row);
   // In the file all red coefficients come first, then green, then blue.
   const int rest = static_cast<int>(layout.rest.size()) / 3;
   for (int k = 0; k < rest; ++k) {
@@ -91,6 +108,12 @@ void read_render_mode(const std::string& comment, bool& antialiased) {
   if (at != std::string::npos) antialiased = comment.find("mip", at) != std::string::npos;
   at = comment.find("antialiased ");
   if (at != std::string::npos) antialiased = comment.compare(at + 12, 1, "1") == 0;
+}
+
+/// The comment of nerfstudio's export.
+bool says_z_is_up(std::string comment) {
+  std::transform(comment.begin(), comment.end(), comment.begin(), [](unsigned char c) { return std::tolower(c); });
+  return comment.find("vertical axis: z") != std::string::npos;
 }
 
 }  // namespace
@@ -129,6 +152,7 @@ GaussianCloud read_ply(const fs::path& file, ReadReport* report) {
   ReadReport found;
   GaussianCloud cloud = builder.finish(found);
   found.files = {file};
+  found.z_is_up = std::any_of(header.comments.begin(), header.comments.end(), says_z_is_up);
   found.format =
       std::string(layout.scale[2] < 0 ? "2DGS" : "3DGS") + " PLY, SH degree " + std::to_string(layout.degree);
   for (const std::string& comment : header.comments) read_render_mode(comment, found.antialiased);
@@ -138,6 +162,16 @@ GaussianCloud read_ply(const fs::path& file, ReadReport* report) {
   }
   if (report) *report = std::move(found);
   return cloud;
+}
+
+bool is_point_cloud(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string magic(3, ' ');
+  if (!in.read(magic.data(), 3) || magic != "ply") return false;
+  in.seekg(0);
+  const PlyHeader header = read_ply_header(in, file);
+  const PlyElement* vertex = header.find("vertex");
+  return vertex && vertex->find("x") >= 0 && vertex->find("opacity") < 0;
 }
 
 void write_ply(const fs::path& file, const GaussianCloud& cloud, bool antialiased) {

@@ -48,6 +48,19 @@ TEST(Convert, SplatsBecomeAnyFormatThatIsWritten) {
   EXPECT_EQ(run_quietly({"info", folder.file("broken.spz", "NGSP")}), 1);
 }
 
+TEST(Convert, ObjectFeaturesThatAreLostAreNamed) {
+  const TemporaryFolder folder;
+  std::string names;
+  for (const char* name : {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2",
+                           "rot_0", "rot_1", "rot_2", "rot_3", "obj_dc_0"})
+    names += std::string("property float ") + name + "\n";
+  const std::string in = folder.file("gg.ply", "ply\nformat ascii 1.0\nelement vertex 1\n" + names +
+                                                   "end_header\n0 0 0 0 0 0 1 -3 -3 -3 1 0 0 0 0.5\n");
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_pliant({"convert", in, (folder / "out.ply").string()}), 0);
+  EXPECT_NE(testing::internal::GetCapturedStderr().find("obj_dc_*"), std::string::npos);
+}
+
 TEST(Convert, CamerasBecomeTransformsOrCamerasJson) {
   const TemporaryFolder folder;
   folder.file("sparse/0/cameras.txt", "1 OPENCV 64 48 50 51 32 24 0.1 0 0 0\n");

@@ -17,6 +17,7 @@
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/files/json_file.h"
 #include "gaussians/io/images/image_io.h"
+#include "gaussians/io/splats/ply.h"
 #include "gaussians/render/render.h"
 #include "tests/app/run_pliant.h"
 #include "tests/temporary_folder.h"
@@ -335,12 +336,15 @@ TEST_F(Reconstruct, LabelsTrainedAlongWithTheSceneDivideItsGaussians) {
   EXPECT_EQ(read_json(folder / "run/objects.json").size(), 2u);
   ASSERT_EQ(run_quietly(segment), 0) << "what is done is not done again";
 
-  // A scene that is trained already keeps its Gaussians.
+  // A scene that is trained already keeps its Gaussians and how they are drawn.
+  write_ply(scene.settings.splats, scene.cloud, true);
   ASSERT_EQ(run_quietly({"segment", (folder / "run/scene").string(), "--joint", "--masks",
                          (folder / "set/masks").string(), "--reconstruct.iterations", "20", "--reconstruct.sh-degree",
                          "0", "--out", (folder / "again").string()}),
             0);
-  EXPECT_EQ(load_scene(folder / "again/scene").cloud.size(), scene.cloud.size());
+  const Scene again = load_scene(folder / "again/scene");
+  EXPECT_EQ(again.cloud.size(), scene.cloud.size());
+  EXPECT_TRUE(again.report.antialiased);
   EXPECT_EQ(run_quietly({"segment", (folder / "set").string(), "--joint", "--reconstruct.iterations", "5", "--out",
                          (folder / "none").string()}),
             2)

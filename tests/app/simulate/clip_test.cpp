@@ -7,9 +7,12 @@
 #include <nlohmann/json.hpp>
 
 #include "app/store/trajectory.h"
+#include "gaussians/base/camera.h"
+#include "gaussians/io/cameras/transforms.h"
 #include "gaussians/io/files/json_file.h"
 #include "gaussians/io/images/codecs.h"
 #include "gaussians/io/images/image_io.h"
+#include "gaussians/io/splats/ply.h"
 #include "tests/app/beam_scene.h"
 #include "tests/app/run_pliant.h"
 #include "tests/temporary_folder.h"
@@ -155,6 +158,39 @@ TEST_F(Clip, TheLayersDepthIsTheDistanceInMetres) {
         EXPECT_LT(metres, farthest + 0.03);
       }
     EXPECT_GT(solid, 300);
+  }
+}
+
+TEST(SceneVideo, CamerasOfOtherSizesAreFittedIntoItsFrames) {
+  const TemporaryFolder folder;
+  GaussianCloud cloud;
+  cloud.resize(1);
+  cloud.log_scale[0] = Vec3f::Constant(std::log(0.05f));
+  cloud.opacity_logit[0] = 5;
+  std::fill_n(cloud.sh_of(0), 3, 1.5f);
+  write_ply(folder / "a.ply", cloud);
+  const Camera large = look_at({2, 0, 0}, {0, 0, 0}, {0, 0, 1}, 64, 48, 60);
+  for (const bool large_first : {true, false}) {
+    std::vector<Camera> cameras = {large, large.scaled(0.5)};
+    if (!large_first) std::swap(cameras[0], cameras[1]);
+    for (int k = 0; k < 2; ++k) cameras[k].name = "view" + std::to_string(k);
+    write_transforms(folder / "t.json", cameras);
+    ASSERT_EQ(run_quietly({"render", (folder / "a.ply").string(), "--cameras", (folder / "t.json").string(), "--out",
+                           (folder / "a.mp4").string()}),
+              0);
+    const auto video = codecs::open_video((folder / "a.mp4").string());
+    cv::Mat frame;
+    for (int k = 0; k < 2; ++k) {
+      ASSERT_TRUE(video->read(frame)) << k;
+      ASSERT_EQ(frame.cols, cameras[0].width);
+      double brightest = 0;
+      cv::Point at;
+      cv::minMaxLoc(frame.reshape(1).colRange(0, 3 * frame.cols), nullptr, &brightest, nullptr, &at);
+      EXPECT_GT(brightest, 100);
+      EXPECT_NEAR(at.x / 3, frame.cols / 2, 2);
+      EXPECT_NEAR(at.y, frame.rows / 2, 2);
+    }
+    EXPECT_FALSE(video->read(frame));
   }
 }
 

@@ -149,6 +149,15 @@ TEST(Colmap, PhotosAreFoundInTheImagesFolderOfTheModel) {
   EXPECT_EQ(file.cameras[1].fx, 250);  // the cameras follow the photos
 }
 
+TEST(Colmap, OfNerfstudioLiesAFolderDeeperThanItsPhotos) {
+  const TemporaryFolder folder;
+  folder.file("colmap/sparse/0/cameras.bin", binary_cameras(1, kModels[1].parameters));
+  folder.file("colmap/sparse/0/images.bin", binary_images(some_cameras()));
+  fs::create_directories(folder / "images/a");
+  write_image(folder / "images/a/view_1.png", ImageF(640, 480, 3));
+  EXPECT_EQ(read_cameras(folder / "colmap/sparse/0").photos_found, 1);
+}
+
 TEST(Colmap, HostileFilesNameFileRecordAndValue) {
   const TemporaryFolder folder;
   const std::string cameras = binary_cameras(1, kModels[1].parameters), images = binary_images(some_cameras());
@@ -238,6 +247,23 @@ TEST(CamerasJson, PositionAndRotationAreFromCameraToWorld) {
   EXPECT_TRUE(file.cameras[0].forward().isApprox(Eigen::Vector3d(1, 0, 0)));
 }
 
+TEST(CamerasJson, ViewsOfTrainAndTestMayShareTheirNames) {
+  const TemporaryFolder folder;  // 3DGS lists both with the stems of their photos, here without the photos
+  const auto entry = [](int id, const std::string& name) {
+    return R"({"id": )" + std::to_string(id) + R"(, "img_name": ")" + name +
+           R"(", "width": 10, "height": 8, "fx": 5, "fy": 6, "position": [)" + std::to_string(id) +
+           R"(, 2, 3], "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]})";
+  };
+  const CameraFile file = read_cameras(
+      folder.file("cameras.json", "[" + entry(0, "r_0") + "," + entry(1, "r_1") + "," + entry(2, "r_0") + "]"));
+  ASSERT_EQ(file.cameras.size(), 3u);
+  const char* names[] = {"r_0", "r_1", "r_0_2"};
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_EQ(file.cameras[k].name, names[k]);
+    EXPECT_NEAR(file.cameras[k].centre().x(), k, 1e-12);
+  }
+}
+
 TEST(CamerasJson, HostileEntriesAreNamed) {
   const TemporaryFolder folder;
   write_cameras(folder / "cameras.json", some_cameras());
@@ -256,6 +282,7 @@ TEST(CamerasJson, HostileEntriesAreNamed) {
   refused("rotation", {{1, 0, 0}, {0, 1, 0}, {0, 0, 2}}, {"[1].rotation", "not a rotation"});
   refused("rotation", {{1, 0, 0}, {0, "a", 0}, {0, 0, 1}}, {"[1].rotation", "a"});
   refused("img_name", 7, {"[1].img_name"});
+  write_image(folder / "view_0.png", ImageF(640, 480, 3));
   refused("img_name", good[0]["img_name"], {"view_0", "two frames"});
   folder.file("cameras.json", "[]");
   expect_error(Failure::kInput, {"cameras.json", "not an array"}, [&] { read_cameras(folder / "cameras.json"); });
@@ -348,6 +375,15 @@ TEST(Scene, OfAFolderWithOneSplatFileIsThatFile) {
   write_ply(folder / "a.ply", some_gaussians(200, 0));
   folder.file("readme.txt", "hello");
   EXPECT_EQ(load_scene(folder.path()).cloud.size(), 200u);
+  // Neither point clouds nor archives beside it are scenes.
+  const std::string points =
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+      "property float z\nend_header\n0 0 0\n";
+  folder.file("sparse_pc.ply", points);
+  folder.file("ckpt_29999.pt", "PK\3\4");
+  folder.file("poses.csv.gz", "\x1f\x8b");
+  EXPECT_EQ(splats_of_folder(folder.path()), folder / "a.ply");
+  EXPECT_TRUE(is_point_cloud(folder / "sparse_pc.ply"));
   write_ply(folder / "b.ply", some_gaussians(100, 0));
   expect_error(Failure::kInput, {"not exactly one splat file"}, [&] { load_scene(folder.path()); });
 }

@@ -84,6 +84,14 @@ TEST_F(Llff, FullPhotosComeBeforeScaledOnesAndWithoutAnyThePosesStand) {
   EXPECT_EQ(read_llff(file, folder / "images_8").cameras[0].width, 8);
 }
 
+TEST_F(Llff, APictureBesideTheFileIsNoPhotoOfIt) {
+  photos("images", 3, 1);
+  photos("", 1, 2);
+  EXPECT_EQ(read_llff(file, folder.path()).photos_found, 3);
+  fs::remove_all(folder / "images");
+  expect_error(Failure::kInput, {"3 rows", "1 photos"}, [&] { read_llff(file, folder.path()); });
+}
+
 TEST_F(Llff, OtherNumbersOfPhotosAndDamagedFilesAreRefusedByRow) {
   const std::string whole = npy(rows_of(cameras), "3, 17");
   const auto refused = [&](const std::string& bytes, const std::vector<std::string>& words) {

@@ -6,12 +6,14 @@
 
 #include "gaussians/base/orbit.h"
 #include "gaussians/base/random.h"
+#include "gaussians/io/cameras/cameras_json.h"
 #include "gaussians/io/cameras/transforms.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/images/image_io.h"
 #include "tests/temporary_folder.h"
 
 using nlohmann::json;
+namespace fs = std::filesystem;
 
 namespace pliant {
 namespace {
@@ -75,6 +77,33 @@ TEST(Transforms, BlenderAngleGivesTheFocalLengthAndThePhotoTheSize) {
   EXPECT_NEAR(camera.fx, 40, 1e-12);
   EXPECT_NEAR(camera.fy, 40, 1e-12);
   EXPECT_EQ(camera.photo, (folder / "train/r_0.png").string());
+}
+
+TEST(Transforms, TheVerticalAngleCountsWhereTheHorizontalOneDoes) {
+  const TemporaryFolder folder;
+  json file = {{"w", 100},
+               {"h", 80},
+               {"camera_angle_x", 1.0},
+               {"camera_angle_y", 0.4},
+               {"frames", {{{"file_path", "a.png"}, {"transform_matrix", identity()}}}}};
+  const auto camera = [&] { return read_transforms(folder.file("t.json", file.dump())).cameras.at(0); };
+  EXPECT_NEAR(camera().fx, 50 / std::tan(0.5), 1e-12);
+  EXPECT_NEAR(camera().fy, 40 / std::tan(0.2), 1e-12);
+  file["fl_x"] = 70;
+  EXPECT_EQ(camera().fy, 70);
+  file.erase("fl_x");
+  file["camera_angle_y"] = 4;
+  expect_error(Failure::kUsage, {"camera_angle_y"}, camera);
+}
+
+TEST(Transforms, ANumberAfterADotIsNoSuffix) {
+  const TemporaryFolder folder;
+  json file = one_frame();
+  file["frames"].push_back(file["frames"][0]);
+  for (int k = 0; k < 2; ++k) file["frames"][k]["file_path"] = "./train/shot.000" + std::to_string(k);
+  const std::vector<Camera> cameras = read_transforms(folder.file("t.json", file.dump())).cameras;
+  EXPECT_EQ(cameras[0].name, "shot.0000");
+  EXPECT_EQ(cameras[1].name, "shot.0001");
 }
 
 TEST(Transforms, FramesWithoutPhotosAreLeftOutOnlyWhenSomePhotoExists) {
@@ -156,6 +185,28 @@ TEST(Transforms, WritingAndReadingKeepsEveryCamera) {
     EXPECT_EQ(back.cameras[i].fx, cameras[i].fx);
     EXPECT_EQ(back.cameras[i].cx, cameras[i].cx);
     EXPECT_TRUE(back.cameras[i].cam_from_world.isApprox(cameras[i].cam_from_world, 1e-14));
+  }
+}
+
+TEST(Transforms, NamesStayWhereTheFileLiesElsewhere) {
+  const TemporaryFolder folder;
+  json file = one_frame();
+  file["frames"].push_back(file["frames"][0]);
+  for (int k = 0; k < 2; ++k) {
+    const std::string photo = "rig/cam" + std::to_string(k) + "/0000.png";
+    write_image(folder / photo, ImageF(64, 48, 3, 0.5f));
+    file["frames"][k]["file_path"] = photo;
+  }
+  const std::vector<Camera> cameras = read_transforms(folder.file("t.json", file.dump())).cameras;
+  ASSERT_EQ(cameras.size(), 2u);
+  EXPECT_EQ(cameras[1].name, "rig_cam1_0000");
+  fs::create_directories(folder / "trained/scene");
+  write_transforms(folder / "trained/scene/transforms.json", cameras);
+  write_cameras_json(folder / "trained/scene/cameras.json", cameras);
+  for (const CameraFile& back : {read_transforms(folder / "trained/scene/transforms.json"),
+                                 read_cameras_json(folder / "trained/scene/cameras.json")}) {
+    ASSERT_EQ(back.cameras.size(), 2u);
+    for (int k = 0; k < 2; ++k) EXPECT_EQ(back.cameras[k].name, cameras[k].name) << back.format;
   }
 }
 

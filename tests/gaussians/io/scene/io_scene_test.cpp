@@ -10,6 +10,7 @@
 #include "gaussians/io/scene/describe.h"
 #include "gaussians/io/scene/scene.h"
 #include "gaussians/io/scene/up_direction.h"
+#include "gaussians/io/splats/ply.h"
 #include "tests/temporary_folder.h"
 
 namespace fs = std::filesystem;
@@ -79,6 +80,18 @@ TEST(UpDirection, OfAThingWithoutAGroundIsTheEndOfYOnWhichItCouldStand) {
   EXPECT_EQ(up_of_cloud(cone(1)).up, Eigen::Vector3d(0, 1, 0));
   EXPECT_EQ(up_of_cloud(cone(-1)).up, Eigen::Vector3d(0, -1, 0));
   EXPECT_EQ(up_of_cloud(ball(2000, {0, 0, 0}, 1)).up, Eigen::Vector3d(0, -1, 0));
+}
+
+TEST(UpDirection, IsZWhereTheFileDeclaresSoUnlessAPlaneNearItIsFound) {
+  EXPECT_EQ(up_of_cloud(cone(1), true).up, Eigen::Vector3d(0, 0, 1));
+  const TemporaryFolder folder;
+  for (const bool declared : {false, true}) {
+    write_ply(folder / "a.ply", ball(600, {0, 0, 0}, 1));
+    std::string text = read_text(folder / "a.ply");
+    if (declared) text.insert(text.find("element"), "comment Vertical Axis: z\n");
+    write_text(folder / "a.ply", text);
+    EXPECT_EQ(load_scene(folder / "a.ply").up, declared ? Eigen::Vector3d(0, 0, 1) : Eigen::Vector3d(0, -1, 0));
+  }
 }
 
 /// A flat thing that stands upright: a board of 2 x 0.5 x 0.04 with a foot in front of it.

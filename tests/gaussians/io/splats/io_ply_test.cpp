@@ -158,6 +158,26 @@ TEST(Ply, RowsWithNanAreDroppedButOpaqueAndFlatGaussiansAreKept) {
   EXPECT_EQ(report.warnings.size(), 2u);
 }
 
+TEST(Ply, The3DFilterOfMipSplattingIsApplied) {
+  const TemporaryFolder folder;
+  std::vector<std::string> names = kRequired;
+  names.push_back("filter_3D");
+  std::string text = ascii_ply(2, names);
+  text = text.substr(0, text.find("end_header\n") + 11) + "1 2 3 4 5 6 2 -3 -2 -3 1 0 0 0 0.3\n" +
+         "1 2 3 4 5 6 2 -3 -2 -3 1 0 0 0 0\n";
+  const GaussianCloud cloud = read_ply(folder.file("a.ply", text));
+  double share = 1;
+  for (int k = 0; k < 3; ++k) {
+    const double s = std::exp(k == 1 ? -2.0 : -3.0), filtered = std::sqrt(s * s + 0.09);
+    EXPECT_NEAR(cloud.log_scale[0][k], std::log(filtered), 1e-6);
+    share *= s / filtered;
+  }
+  const double opacity = share / (1 + std::exp(-2.0));
+  EXPECT_NEAR(cloud.opacity_logit[0], std::log(opacity / (1 - opacity)), 1e-5);
+  EXPECT_EQ(cloud.log_scale[1], Vec3f(-3, -2, -3)) << "a filter of no width";
+  EXPECT_EQ(cloud.opacity_logit[1], 2);
+}
+
 TEST(Ply, SurfelsGetAThinThirdAxis) {
   const TemporaryFolder folder;
   std::vector<std::string> names = kRequired;
