@@ -155,7 +155,7 @@ std::vector<Support> planes_behind(const SupportOptions& options, const std::vec
 
 std::vector<Support> planes_nearby(const SupportOptions& options, const ShownGaussians& gaussians, const Vec3f& thing,
                                    float diagonal, std::vector<Support> known) {
-  std::vector<Support> planes;
+  std::vector<std::vector<Support>> found;  // from wide to near
   std::vector<Vec3f> position(gaussians.position.begin(), gaussians.position.end());
   std::vector<float> shown(gaussians.shown.begin(), gaussians.shown.end());
   std::vector<float> apart(gaussians.apart.begin(), gaussians.apart.end());
@@ -175,12 +175,16 @@ std::vector<Support> planes_nearby(const SupportOptions& options, const ShownGau
     shown.resize(kept);
     apart.resize(kept);
     const std::vector<Vec3f> samples = draw_points(position, shown, options.seed);
-    for (const Support& plane : planes_behind(nearby, samples, thing, 2 * radius, quantile(apart, 0.5))) {
+    found.push_back(planes_behind(nearby, samples, thing, 2 * radius, quantile(apart, 0.5)));
+  }
+  // What was found near the thing is thinner and cuts less of its foot.
+  std::vector<Support> planes;
+  for (auto around = found.rbegin(); around != found.rend(); ++around)
+    for (const Support& plane : *around) {
       if (std::any_of(known.begin(), known.end(), [&](const Support& k) { return alike(plane, k, thing); })) continue;
       planes.push_back(plane);
       known.push_back(plane);
     }
-  }
   return planes;
 }
 

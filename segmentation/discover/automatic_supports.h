@@ -53,7 +53,7 @@ struct ShownGaussians {
 };
 
 /// The same in nearer and nearer surroundings of the thing, whatever lies beyond them, without those like one of
-/// `known`: tabletops and shelves, but also sides of the thing itself.
+/// `known`: tabletops and shelves, but also sides of the thing itself; the nearest first.
 std::vector<Support> planes_nearby(const SupportOptions& options, const ShownGaussians& gaussians, const Vec3f& thing,
                                    float diagonal, std::vector<Support> known);
 
