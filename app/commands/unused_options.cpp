@@ -39,12 +39,12 @@ void check_given(const CLI::App& command, SegmentStage& stage) {
                  {"does nothing with --track, whose IDs hold in all photos", "leave one of them out", {"associate"}});
   if (!lines)
     refuse_given(command, table, {"does nothing without --click or --stroke", "leave it out", {"stroke-width"}});
-  if ((!lines && stage.boxes.empty()) || !stage.label.models.segmenter.empty())
-    refuse_given(command, table,
-                 {stage.label.models.segmenter.empty() ? "does nothing without --box, --click or --stroke"
-                                                       : "does nothing with --segmenter, which draws masks of photos",
-                  "leave it out",
-                  {"grow"}});
+  if (!stage.label.models.segmenter.empty())
+    refuse_given(
+        command, table,
+        {"does nothing with --segmenter, which draws masks of photos", "leave it out", {"grow", "aabb", "sphere"}});
+  else if (!lines && stage.boxes.empty())
+    refuse_given(command, table, {"does nothing without --box, --click or --stroke", "leave it out", {"grow"}});
   if (stage.joint || !stage.gaussian_grouping.empty())
     refuse_given(command, table,
                  {"does nothing where the labels are already trained",

@@ -56,18 +56,22 @@ struct ChosenClass {
 };
 
 /// Class of the object that the user means by id or name; without a wish the scene file's, else the only one, else the
-/// most prominent.  What a selection or the automatic mode (`automatic`) made of the rest of the scene counts only when
-/// it is asked for, or where there is nothing else.
+/// most prominent.  The rest, the background and supports of the automatic mode count only when they are asked for, or
+/// where there is nothing else.  The scene file does not know the names of a selection or of the automatic mode.
 ChosenClass chosen_class(const Scene& scene, const Segmentation& segmentation, const std::string& wish,
-                         bool automatic) {
+                         const json& segmented) {
   const std::vector<std::string>& names = segmentation.class_name;
+  const bool automatic = segmented.value("automatic", false);
+  const bool own_names = automatic || segmented.value("selected", false) || scene.settings.file.empty();
   std::string scene_default = scene.settings.object;
-  if (automatic && std::find(names.begin(), names.end(), scene_default) == names.end()) scene_default.clear();
-  const std::string wanted = wish.empty() ? scene_default : wish;
-  if (!wanted.empty()) return {class_of_object(segmentation, "--object", wanted), ""};
+  if (own_names && std::find(names.begin(), names.end(), scene_default) == names.end()) scene_default.clear();
+  if (!wish.empty()) return {class_of_object(segmentation, "--object", wish), ""};
+  if (!scene_default.empty())
+    return {class_of_object(segmentation, scene.settings.file.string() + ": object", scene_default), ""};
   std::vector<size_t> candidates;
   for (size_t c = 0; c < names.size(); ++c)
-    if (names[c] != "rest" && !(automatic && names[c].starts_with("support_"))) candidates.push_back(c);
+    if (names[c] != "rest" && names[c] != "background" && !(automatic && names[c].starts_with("support_")))
+      candidates.push_back(c);
   if (candidates.size() == 1) return {candidates[0], ""};
   const bool none = candidates.empty();
   if (none)
@@ -157,7 +161,7 @@ json extract_object(const Context& context, const RunDirectory& run, const Stage
 StageInputs<ExtractStage> inputs_of(const RunDirectory& run, const Scene& scene, const ExtractStage& stage) {
   const json segmented = run.summary("segment", "run `pliant segment SCENE --out DIR` first");
   const Segmentation segmentation = read_objects(run, scene);
-  const ChosenClass chosen = chosen_class(scene, segmentation, stage.object, segmented.value("automatic", false));
+  const ChosenClass chosen = chosen_class(scene, segmentation, stage.object, segmented);
   const uint32_t id = segmentation.class_id[chosen.index];
   const std::string& name = segmentation.class_name[chosen.index];
   StageInputs<ExtractStage> in;

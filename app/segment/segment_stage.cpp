@@ -78,7 +78,7 @@ Segmentation selected_object(const Context& context, const Scene& scene, const s
 /// Masks whose ids hold in all views.
 MaskSet associated_masks(const Context& context, const Scene& scene, const SegmentStage& stage,
                          const SemanticOptions& semantic, const std::filesystem::path& folder) {
-  // Names that lie beside the masks are those of things in single photos, as `label` writes them.
+  // Names that lie beside the masks may be those of things in single photos, as `label` writes them.
   const bool labelled = std::filesystem::exists(folder / "labels.json");
   MaskSet masks = load_masks(folder, labelled ? folder / "labels.json" : scene.settings.labels, scene.cameras);
   if (!stage.mask_zero.empty()) label_background(masks);
@@ -94,9 +94,11 @@ MaskSet associated_masks(const Context& context, const Scene& scene, const Segme
     AssociateOptions options;
     options.held_out = semantic.held_out;
     options.footprint.render = semantic.render;
-    if (stage.associate == "auto" && !labelled) options.keep_above = 0.75;
+    // What `label` has just made holds in single photos, whatever of it agrees.
+    if (stage.associate == "auto" && !labels_photos(stage)) options.keep_above = 0.75;
     AssociateResult result = associate(options, scene.cloud, scene.cameras, masks);
-    if (result.summary.associated) context.progress.say("segment: association: " + result.summary.describe());
+    if (!result.summary.associated) return as_labelled;
+    context.progress.say("segment: association: " + result.summary.describe());
     associated = std::move(result.masks);
   }
   if (labelled) associated.names = carried_names(masks, associated);
@@ -148,6 +150,12 @@ enum class Source { kMasks, kAutomatic, kJoint, kGrouping, kConfiguration, kPoin
 /// Whether the attribute is learnt from masks; otherwise the label of every Gaussian is known.
 bool learns(Source source) {
   return source == Source::kMasks || source == Source::kSegmenter || source == Source::kJoint;
+}
+
+/// Whether there is one object, whose name the scene file cannot know.
+bool selects(Source source) {
+  return source == Source::kConfiguration || source == Source::kPointFiles || source == Source::kSegmenter ||
+         source == Source::kGesture || source == Source::kShape;
 }
 
 /// What is asked for, where it can be.
@@ -216,6 +224,10 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
     result = fit_semantic_field(options, scene.cloud, scene.cameras, masks,
                                 [&](int done, int, double) { context.progress.done(done); });
     context.progress.end();
+    if (source == Source::kMasks && result.segmentation.class_id.size() == 1 && stage.mask_zero.empty())
+      context.progress.warn(
+          "all labeled pixels have one ID, so that everything becomes it: add --mask-zero background if ID 0 is the "
+          "background");
   };
   switch (source) {
     case Source::kAutomatic:
@@ -268,6 +280,7 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
     context.progress.say(fmt::format("segment: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name,
                                      object.gaussians, object.score));
   return {{"automatic", source == Source::kAutomatic},
+          {"selected", selects(source)},
           {"objects", objects.size()},
           {"unseen", result.summary.unseen},
           {"cross_entropy", result.summary.cross_entropy},

@@ -107,7 +107,7 @@ OptionTable options_of(SegmentStage& stage) {
            .recorded = Recorded::kContents},
           {.name = "mask-zero",
            .field = &stage.mask_zero,
-           .help = "Treat mask ID 0 as an object of its own (default: unlabeled)",
+           .help = "Treat mask ID 0 as an object of its own (default: only with binary masks of one object)",
            .choices = {"background"},
            .formerly = "zero"},
           {.name = "associate",

@@ -8,6 +8,7 @@
 
 #include "gaussians/base/error.h"
 #include "segmentation/associate/group_bank.h"
+#include "segmentation/associate/id_tally.h"
 
 namespace pliant {
 namespace {
@@ -33,40 +34,26 @@ double judged_consistency(const AssociateOptions& options, const GaussianCloud& 
   return id_consistency(relate(options.relation, some), some);
 }
 
-/// Ids of the groups that hold a mask; 0 for those that lost all of theirs.
-std::vector<uint32_t> ids_of_groups(const GroupBank& bank, const std::vector<ViewFootprints>& views,
-                                    AssociateSummary& summary) {
-  struct Tally {
-    double whole = 0;
-    std::map<uint32_t, double> by_id;
-  };
-  std::vector<Tally> tally(bank.groups());
-  std::map<uint32_t, double> all;  // of an id
+/// Pixels of the ids in the groups that hold their masks alone.
+IdTally tally_of(const GroupBank& bank, const std::vector<ViewFootprints>& views) {
+  IdTally tally(bank.groups());
   for (size_t v = 0; v < views.size(); ++v)
     for (size_t m = 0; m < views[v].masks(); ++m) {
       const std::vector<int>& groups = bank.groups_of_mask(v, m);
-      all[views[v].id[m]] += views[v].pixels[m];
-      if (groups.size() != 1) continue;
-      tally[groups[0]].whole += views[v].pixels[m];
-      tally[groups[0]].by_id[views[v].id[m]] += views[v].pixels[m];
+      tally.add(groups.size() == 1 ? groups[0] : -1, views[v].id[m], views[v].pixels[m]);
     }
-  // Two groups cannot both hold most of an id, so that what is kept is one to one.
-  std::vector<uint32_t> id(bank.groups(), 0);
-  uint32_t last = 0;
-  for (int g = 0; g < bank.groups(); ++g)
-    for (const auto& [old, pixels] : tally[g].by_id)
-      if (2 * pixels > tally[g].whole && 2 * pixels > all[old]) {
-        id[g] = old;
-        last = std::max(last, old);
-        ++summary.kept_ids;
-      }
-  std::vector<int> by_size(bank.groups());
+  return tally;
+}
+
+/// Ids of the groups that hold a mask, those that they keep among them; 0 for those that lost all of theirs.
+std::vector<uint32_t> ids_of_groups(const IdTally& tally, const std::vector<uint32_t>& kept) {
+  std::vector<uint32_t> id = kept;
+  uint32_t last = kept.empty() ? 0 : *std::max_element(kept.begin(), kept.end());
+  std::vector<int> by_size(kept.size());
   std::iota(by_size.begin(), by_size.end(), 0);
-  std::stable_sort(by_size.begin(), by_size.end(), [&](int a, int b) { return tally[a].whole > tally[b].whole; });
+  std::stable_sort(by_size.begin(), by_size.end(), [&](int a, int b) { return tally.whole(a) > tally.whole(b); });
   for (int g : by_size) {
-    if (tally[g].whole == 0) continue;
-    ++summary.groups;
-    if (id[g] != 0) continue;
+    if (tally.whole(g) == 0 || id[g] != 0) continue;
     if (last == UINT32_MAX) throw input_error("masks", "", "use the id 4294967295 of 32 bits", "use smaller ids");
     id[g] = ++last;
   }
@@ -128,7 +115,10 @@ AssociateResult associate(const AssociateOptions& options, const GaussianCloud& 
   for (int round = 0; round < options.rounds && bank.update(); ++round) {
   }
 
-  const std::vector<uint32_t> id = ids_of_groups(bank, views, summary);
+  const IdTally tally = tally_of(bank, views);
+  const std::vector<uint32_t> kept = tally.kept(), id = ids_of_groups(tally, kept);
+  summary.groups = static_cast<int>(id.size() - std::count(id.begin(), id.end(), 0));
+  summary.kept_ids = static_cast<int>(kept.size() - std::count(kept.begin(), kept.end(), 0));
   std::vector<MaskSet::View> relabelled(masks.views.size());
   int clean = 0;
   for (size_t v = 0; v < views.size(); ++v) {
@@ -160,9 +150,8 @@ AssociateResult associate(const AssociateOptions& options, const GaussianCloud& 
     if (cut) cut_merged(options, cloud, cameras[in.camera], bank, v, mask, id, out.ids);
   }
   if (clean > 0) summary.overlap /= clean;
-  const std::set<uint32_t> kept(id.begin(), id.end());
   for (const auto& [old, name] : masks.names)
-    if (kept.count(old)) result.masks.names[old] = name;
+    if (std::count(kept.begin(), kept.end(), old)) result.masks.names[old] = name;
   result.masks.warnings = masks.warnings;
   const std::set<size_t> used(order.begin(), order.end());
   for (size_t v : used) result.masks.views.push_back(std::move(relabelled[v]));

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "segmentation/associate/footprint.h"
+#include "segmentation/associate/id_tally.h"
 
 namespace pliant {
 namespace {
@@ -73,29 +74,42 @@ GagaResult associate_by_centres(const GagaOptions& options, const GaussianCloud&
   std::vector<int> owner(cloud.size(), -1);
   std::vector<size_t> order = used_views(options.held_out, cameras, masks);
   std::vector<MaskSet::View> relabelled(masks.views.size());
+  struct Assigned {
+    int group = -1;  ///< -1 = none
+    uint32_t id = 0;
+    int pixels = 0;
+  };
+  std::vector<Assigned> assigned;  // masks of all views
   for (const size_t v : order) {
     const MaskSet::View& in = masks.views[v];
     std::vector<uint32_t> id;
     const std::vector<int> mask = masks_of_pixels(in.ids, id);
     const std::vector<std::vector<int>> front = front_centres(options, cloud, cameras[in.camera], mask, id.size());
-    std::vector<uint32_t> group_of(id.size(), 0);
+    std::vector<Assigned> here(id.size());
     for (size_t m = 0; m < id.size(); ++m) {
+      here[m].id = id[m];
       if (front[m].empty()) continue;
       int group = best_group(options, front[m], owner);
-      if (group < 0) {
-        group = result.summary.groups++;
-        if (const auto name = masks.names.find(id[m]); name != masks.names.end())
-          result.masks.names[static_cast<uint32_t>(group) + 1] = name->second;
-      }
+      if (group < 0) group = result.summary.groups++;
       for (const int p : front[m])
         if (owner[p] < 0) owner[p] = group;
-      group_of[m] = static_cast<uint32_t>(group) + 1;
+      here[m].group = group;
     }
     relabelled[v] = {in.camera, IdImage(in.ids.width, in.ids.height, 1)};
     for (size_t pixel = 0; pixel < mask.size(); ++pixel)
-      if (mask[pixel] >= 0) relabelled[v].ids.data[pixel] = group_of[mask[pixel]];
+      if (mask[pixel] >= 0) {
+        relabelled[v].ids.data[pixel] = static_cast<uint32_t>(here[mask[pixel]].group + 1);
+        ++here[mask[pixel]].pixels;
+      }
+    assigned.insert(assigned.end(), here.begin(), here.end());
     result.summary.masks += static_cast<int>(id.size());
   }
+  IdTally tally(result.summary.groups);
+  for (const Assigned& mask : assigned) tally.add(mask.group, mask.id, mask.pixels);
+  const std::vector<uint32_t> kept = tally.kept();
+  for (size_t g = 0; g < kept.size(); ++g)
+    if (const auto name = masks.names.find(kept[g]); name != masks.names.end())
+      result.masks.names[static_cast<uint32_t>(g) + 1] = name->second;
   result.summary.views = static_cast<int>(order.size());
   std::sort(order.begin(), order.end());
   for (const size_t v : order) result.masks.views.push_back(std::move(relabelled[v]));

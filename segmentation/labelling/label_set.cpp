@@ -10,10 +10,13 @@ namespace {
 
 const char* const kRest = "rest";
 
-/// "chair 2" -> "chair".
-std::string without_number(const std::string& name) {
+/// "chair 2" -> "chair", where there is a "chair" too: a name of its own may end in a number.
+std::string without_number(const std::string& name, const std::map<uint32_t, std::string>& names) {
   const size_t end = name.find_last_not_of("0123456789");
-  return end + 1 < name.size() && end > 0 && end != std::string::npos && name[end] == ' ' ? name.substr(0, end) : name;
+  if (end == std::string::npos || end == 0 || end + 1 == name.size() || name[end] != ' ') return name;
+  const std::string bare = name.substr(0, end);
+  const bool known = std::any_of(names.begin(), names.end(), [&](const auto& entry) { return entry.second == bare; });
+  return known ? bare : name;
 }
 
 }  // namespace
@@ -82,7 +85,7 @@ std::map<uint32_t, std::string> carried_names(const MaskSet& before, const MaskS
     for (const auto& [ids, count] : pixels) {
       size[ids.first] += count;
       const auto name = before.names.find(ids.second);
-      if (name != before.names.end()) votes[ids.first][without_number(name->second)] += count;
+      if (name != before.names.end()) votes[ids.first][without_number(name->second, before.names)] += count;
     }
   }
   std::vector<std::tuple<std::string, size_t, uint32_t>> named;

@@ -26,7 +26,8 @@ uint32_t take_out_rest(MaskSet& masks);
 void put_back_rest(const MaskSet& before, uint32_t rest, MaskSet& after);
 
 /// Names for the ids that `after` uses, from the names that the same pixels had in `before` (views by camera): the name
-/// with most pixels.  Several ids of one name are numbered from the largest on: "chair", "chair 2".
+/// with most pixels.  Several ids of one name are numbered from the largest on, and those that were are numbered anew:
+/// "chair", "chair 2".
 std::map<uint32_t, std::string> carried_names(const MaskSet& before, const MaskSet& after);
 
 }  // namespace pliant

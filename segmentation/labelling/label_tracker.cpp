@@ -13,7 +13,13 @@ IdImage LabelTracker::next(const ImageF& picture) {
   if (k > 0) frame = tracker_.step(picture);
   if (k % every_ != 0 && frame.lost.empty()) return frame.ids;
   const LabelledPhoto photo = label_photo(options_, models_, picture);
-  frame = k == 0 ? tracker_.start(picture, photo.ids) : tracker_.add(photo.ids);
+  // Every photo numbers its things from 1 on; those numbers are no ids of things met before.
+  IdImage detections = photo.ids;
+  for (uint32_t& id : detections.data)
+    if (id != 0) id += last_;
+  frame = k == 0 ? tracker_.start(picture, detections) : tracker_.add(detections);
+  for (const uint32_t id : frame.ids.data) last_ = std::max(last_, id);
+  for (const uint32_t id : frame.lost) last_ = std::max(last_, id);
   // An id without a name takes that of the detection on which most of it lies.
   std::map<uint32_t, std::map<uint32_t, size_t>> pixels;
   for (size_t i = 0; i < frame.ids.data.size(); ++i)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <string>
 
@@ -25,6 +26,7 @@ class LabelTracker {
   LabelModels models_;
   Tracker& tracker_;
   int every_, count_ = 0;
+  uint32_t last_ = 0;  ///< the largest id so far
   std::map<uint32_t, std::string> names_;
 };
 

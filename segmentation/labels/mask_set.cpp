@@ -68,6 +68,16 @@ fs::path id_picture(const fs::path& folder, const Camera& camera) {
   return {};
 }
 
+/// Names from `labels`.  Where folders name the objects, ids are numbered here, and a file elsewhere names other ones.
+void read_names(const fs::path& folder, const fs::path& labels, MaskSet& masks) {
+  std::error_code ignored;
+  if (!masks.names.empty() && !fs::equivalent(labels, folder / labels.filename(), ignored))
+    masks.warnings.push_back("the folders of the masks name the objects; the names in " + labels.string() +
+                             " are not used");
+  else
+    for (const auto& [id, name] : read_label_names(labels)) masks.names[id] = name;
+}
+
 }  // namespace
 
 MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::vector<Camera>& cameras,
@@ -88,7 +98,8 @@ MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::ve
     check_mask_size(file, ids.width, ids.height, camera, fit != nullptr);
     masks.views.push_back({static_cast<int>(c), fit ? fit(ids, static_cast<int>(c)) : std::move(ids)});
   }
-  if (masks.views.empty()) {
+  const bool binary = masks.views.empty();
+  if (binary) {
     masks = load_binary_masks(folder, cameras, fit);
     missing.clear();
     for (size_t c = 0; c < cameras.size(); ++c)
@@ -108,10 +119,16 @@ MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::ve
     masks.warnings.push_back(std::to_string(missing.size()) + " of " + std::to_string(cameras.size()) +
                              " cameras have no mask in " + folder.string() + ": " + names);
   }
-  if (masks.ids().empty())
+  const std::vector<uint32_t> ids = masks.ids();
+  if (ids.empty())
     throw input_error(folder.string(), "", "contains masks without any object: every pixel is 0 (unlabeled)",
                       "give every object an ID above 0; the rest of the scene needs an ID too");
-  if (!labels.empty()) masks.names = read_label_names(labels);
+  if (!labels.empty()) read_names(folder, labels, masks);
+  if (binary && ids.size() == 1) {
+    masks.warnings.push_back("the masks show one object, " + masks.name_of(ids[0]) +
+                             ": pixels outside of it become the object 'background'");
+    label_background(masks);
+  }
   return masks;
 }
 

@@ -30,8 +30,10 @@ using FitMask = std::function<IdImage(const IdImage& ids, int camera)>;
 
 /// Reads id pictures named like the cameras (`<camera>.png`, or the photo's name with .png behind it), else binary
 /// pictures in folders (mask_layouts.h).  Cameras without a mask are warned about; no mask at all, an unreadable
-/// picture or one of another size is an Error{kInput}.  `labels`: JSON object id -> name, may be empty.  With `fit`,
-/// pictures may have any size of their camera's shape, and become what it returns as soon as they are read.
+/// picture or one of another size is an Error{kInput}.  `labels`: JSON object id -> name, may be empty; where folders
+/// name the objects, only a file among them is read.  Binary pictures of one object alone also show what it is not:
+/// other pixels become the background.  With `fit`, pictures may have any size of their camera's shape, and become what
+/// it returns as soon as they are read.
 MaskSet load_masks(const std::filesystem::path& folder, const std::filesystem::path& labels,
                    const std::vector<Camera>& cameras, const FitMask& fit = {});
 

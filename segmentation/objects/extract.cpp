@@ -112,8 +112,9 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
 
   // Contact with the support.
   const std::vector<int> background = indices_of(place, Place::kBackground);
+  const bool named = options.support != 0 && options.support != options.object;  // nothing stands on itself
   summary.support =
-      options.support ? options.support : find_support(cloud, segmentation, members, background, options.up);
+      named ? options.support : find_support(cloud, segmentation, options.object, members, background, options.up);
   if (summary.support != 0 && class_of_id(segmentation, summary.support) < 0)
     throw usage_error("support", "",
                       "is id " + std::to_string(summary.support) + ", which the segmentation does not have",
@@ -124,8 +125,7 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
   const GaussianCloud support_cloud = cloud.select(support);
   result.contact = contact_region(cloud.select(members).position, support_cloud.position, options.up);
   if (result.contact.found) {
-    settle_contact(cloud, segmentation, summary.support, options.support != 0, link, result.contact, place, rule,
-                   summary);
+    settle_contact(cloud, segmentation, summary.support, named, link, result.contact, place, rule, summary);
     result.contact =
         contact_region(cloud.select(indices_of(place, Place::kObject)).position, support_cloud.position, options.up);
   }

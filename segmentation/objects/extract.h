@@ -13,7 +13,7 @@ namespace pliant {
 /// Rules that cut one object out of a labelled scene.
 struct ExtractOptions {
   uint32_t object = 0;   ///< id to cut out
-  uint32_t support = 0;  ///< id it stands on; 0 = found as the commonest id around its lower end
+  uint32_t support = 0;  ///< id it stands on; 0 or `object` = found as the commonest other id around its lower end
   Vec3f up = Vec3f::UnitZ();
   float probability = 0.5f;     ///< least class probability of the object's Gaussians
   int outlier_neighbours = 8;   ///< mean distance to so many neighbours ...

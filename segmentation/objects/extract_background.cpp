@@ -18,8 +18,9 @@ float contact_tolerance(const ContactRegion& contact) { return std::max(2 * cont
 
 }  // namespace
 
-uint32_t find_support(const GaussianCloud& cloud, const Segmentation& segmentation, const std::vector<int>& object,
-                      const std::vector<int>& background, const Vec3f& up) {
+uint32_t find_support(const GaussianCloud& cloud, const Segmentation& segmentation, uint32_t object_id,
+                      const std::vector<int>& object, std::vector<int> background, const Vec3f& up) {
+  std::erase_if(background, [&](int p) { return segmentation.label[p] == object_id; });
   if (background.empty() || object.empty()) return 0;
   std::vector<int> lowest = object;
   std::sort(lowest.begin(), lowest.end(), [&](int a, int b) {

@@ -29,8 +29,8 @@ void mark_floaters(const GaussianCloud& cloud, const std::vector<int>& members, 
                    std::vector<uint8_t>& floater);
 
 /// The commonest other id among the Gaussians nearest to the object's lowest twentieth.
-uint32_t find_support(const GaussianCloud& cloud, const Segmentation& segmentation, const std::vector<int>& object,
-                      const std::vector<int>& background, const Vec3f& up);
+uint32_t find_support(const GaussianCloud& cloud, const Segmentation& segmentation, uint32_t object_id,
+                      const std::vector<int>& object, std::vector<int> background, const Vec3f& up);
 
 /// Settles Gaussians near the contact plane: the object's below it go to the support where the support is close, the
 /// support's above it that lie among the object's go to the object.

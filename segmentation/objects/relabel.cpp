@@ -15,6 +15,7 @@ namespace {
 
 constexpr int kY = kSemanticChannels;
 constexpr uint32_t kNobody = UINT32_MAX;  // no class's id
+constexpr float kOrthogonal = 1e-3f;      // coherence below which a direction changes no logit
 using Attribute = Eigen::Matrix<float, kY, 1>;
 using AttributeMap = Eigen::Map<Attribute>;
 using ConstAttributeMap = Eigen::Map<const Attribute>;
@@ -65,24 +66,27 @@ void erase_class(size_t c, Segmentation& s) {
   if (!s.class_origin.empty()) s.class_origin.erase(s.class_origin.begin() + at);
 }
 
-/// A unit direction whose largest coherence with the rows of the classifier, by absolute value, is small.
-Attribute free_direction(const Segmentation& s, uint64_t seed) {
+/// A unit direction, and its largest coherence with the rows of the classifier, by absolute value, which is small.
+struct FreeDirection {
+  Attribute along;
+  float coherence = 0;
+};
+
+FreeDirection free_direction(const Segmentation& s, uint64_t seed) {
   const Eigen::Index classes = static_cast<Eigen::Index>(s.class_id.size());
   Eigen::MatrixXf rows(classes, kY);
   for (Eigen::Index c = 0; c < classes; ++c) rows.row(c) = row_of(s, static_cast<size_t>(c)).normalized();
   const Eigen::MatrixXd products = (rows.transpose() * rows).cast<double>();
-  Attribute best = symmetric_eigen(products).vectors.col(0).cast<float>();  // least used by the rows; orthogonal to all
-                                                                            // where its eigenvalue is 0
-  float least = (rows * best).cwiseAbs().maxCoeff();
+  FreeDirection best;
+  best.along = symmetric_eigen(products).vectors.col(0).cast<float>();  // least used by the rows; orthogonal to all
+                                                                        // where its eigenvalue is 0
+  best.coherence = (rows * best.along).cwiseAbs().maxCoeff();
   Random random(seed, s.class_id.back(), 0);
-  for (int candidate = 0; candidate < 2000 && least > 1e-3f; ++candidate) {
+  for (int candidate = 0; candidate < 2000 && best.coherence > kOrthogonal; ++candidate) {
     Attribute u;
     for (int k = 0; k < kY; ++k) u[k] = static_cast<float>(random.normal());
     u.normalize();
-    if (const float coherence = (rows * u).cwiseAbs().maxCoeff(); coherence < least) {
-      least = coherence;
-      best = u;
-    }
+    if (const float coherence = (rows * u).cwiseAbs().maxCoeff(); coherence < best.coherence) best = {u, coherence};
   }
   return best;
 }
@@ -161,13 +165,23 @@ void merge_classes(uint32_t to, uint32_t from, Segmentation& s) {
 }
 
 void split_class(uint32_t from, uint32_t id, const std::string& name, std::span<const uint8_t> part, Segmentation& s) {
+  constexpr float kLead = 6, kLength = 8;  // in the logits; of the difference of the two rows
   const int a = class_of_id(s, from);
   CHECK(a >= 0 && part.size() == s.label.size() && id >= unused_id(s));
-  const std::vector<Attribute> mean = class_means(s, s.label);
-  const Attribute direction = free_direction(s, 1);
-  float length = 0;
-  for (size_t c = 0; c < s.class_id.size(); ++c) length = std::max(length, row_of(s, c).norm());
-  const Attribute row = length * direction, target = mean[a].norm() * direction;
+  const Attribute mean = class_means(s, s.label)[a];
+  const auto [direction, coherence] = free_direction(s, 1);
+  const bool room = coherence <= kOrthogonal;
+  Attribute row;
+  if (room) {
+    // Half of the class's probability each where an attribute has nothing along the direction, as all others have.
+    row = row_of(s, a) + 0.5f * kLength * direction;
+    AttributeMap(s.classifier.data() + a * kY) -= 0.5f * kLength * direction;
+    s.classifier_bias[a] -= std::log(2.0f);
+  } else {
+    float length = 0;
+    for (size_t c = 0; c < s.class_id.size(); ++c) length = std::max(length, row_of(s, c).norm());
+    row = length * direction;
+  }
   s.classifier.insert(s.classifier.end(), row.data(), row.data() + kY);
   s.classifier_bias.push_back(s.classifier_bias[a]);
   s.class_id.push_back(id);
@@ -177,10 +191,15 @@ void split_class(uint32_t from, uint32_t id, const std::string& name, std::span<
   s.next_id = id + 1;
   std::vector<uint32_t> wanted = s.label;
   for (size_t p = 0; p < wanted.size(); ++p) {
-    if (!part[p]) continue;
-    CHECK(wanted[p] == from);
-    wanted[p] = id;
-    mirror(mean[a], target, attribute_of(s, p));
+    CHECK(!part[p] || wanted[p] == from);
+    AttributeMap y = attribute_of(s, p);
+    if (room) {
+      const float along = wanted[p] != from ? 0 : part[p] ? kLead / kLength : -kLead / kLength;
+      y += (along - direction.dot(y)) * direction;
+    } else if (part[p]) {
+      mirror(mean, mean.norm() * direction, y);
+    }
+    if (part[p]) wanted[p] = id;
   }
   enforce_labels(wanted, s);
 }

@@ -15,8 +15,9 @@ namespace pliant {
 /// classes in a Gaussian at a silhouette as it was.
 void merge_classes(uint32_t to, uint32_t from, Segmentation& segmentation);
 
-/// Gaussians with `part` [N] != 0, all of them of class `from`, become the new class `id`.  Its row of the classifier
-/// is a direction of low coherence with the others (orthogonal to them where there is room), as long as they are.
+/// Gaussians with `part` [N] != 0, all of them of class `from`, become the new class `id`.  Where a direction is
+/// orthogonal to all rows of the classifier, rows and attributes of the two classes part along it, and confidences in
+/// others stay.  Else the new row is a direction of low coherence with the others, as long as they are.
 void split_class(uint32_t from, uint32_t id, const std::string& name, std::span<const uint8_t> part,
                  Segmentation& segmentation);
 

@@ -7,6 +7,23 @@
 #include "gaussians/render/blend_weights.h"
 
 namespace pliant {
+namespace {
+
+/// Raises `total` [background] to the blend weight [pixels] that a camera's picture puts on each Gaussian; large
+/// pictures are drawn small.
+void add_camera(const GaussianCloud& scene, const Camera& camera, const RenderOptions& options,
+                std::vector<double>& total) {
+  constexpr double kLongestSide = 400;  // px
+  const Camera small = camera.scaled(std::min(1.0, kLongestSide / std::max(camera.width, camera.height)));
+  const double area = (1.0 * camera.width * camera.height) / (1.0 * small.width * small.height);
+  const BlendWeights W = blend_weights(scene, small, options);
+  std::vector<double> here(total.size(), 0.0);
+  for (size_t e = 0; e < W.weight.size(); ++e)
+    if (W.gaussian[e] < here.size()) here[W.gaussian[e]] += area * W.weight[e];
+  for (size_t p = 0; p < here.size(); ++p) total[p] = std::max(total[p], here[p]);
+}
+
+}  // namespace
 
 Observation observe(const HoleOptions& options, const GaussianCloud& background, const GaussianCloud& object,
                     const std::vector<Camera>& cameras, const std::vector<int>& views,
@@ -41,6 +58,9 @@ Observation observe(const HoleOptions& options, const GaussianCloud& background,
     observation.outside.push_back(std::move(outside));
     observation.ignored.push_back(ImageU8(W.width, W.height, 1));
   }
+  for (int camera = 0; camera < static_cast<int>(cameras.size()); ++camera)
+    if (std::find(views.begin(), views.end(), camera) == views.end())
+      add_camera(scene, cameras[camera], render_options, total);
   observation.unobserved.resize(background.size());
   for (size_t p = 0; p < total.size(); ++p) observation.unobserved[p] = total[p] < options.min_observed ? 1.0f : 0.0f;
   return observation;

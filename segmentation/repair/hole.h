@@ -13,7 +13,8 @@ namespace pliant {
 struct HoleOptions {
   float min_alpha = 0.9f;       ///< accumulated opacity below which a pixel is open
   float min_object = 0.05f;     ///< least blend weight of the object in a pixel where it "was seen"
-  float min_observed = 0.05f;   ///< Gaussians with less blend weight over all views [pixels] were never observed
+  float min_observed = 0.05f;   ///< Gaussians with less blend weight [pixels] over all views that are looked at, and in
+                                ///< the picture of each other camera, were never observed
   float max_unobserved = 0.5f;  ///< share of such Gaussians above which a pixel shows what nobody saw
 };
 
@@ -26,6 +27,7 @@ struct Observation {
   std::vector<ImageU8> ignored;   ///< [V] 1 = the object was seen against nothing: never a hole
   std::vector<float> unobserved;  ///< [background] 1 = never observed while the object was there
 };
+/// Looks at `views`; the other cameras only tell what was observed.
 Observation observe(const HoleOptions& options, const GaussianCloud& background, const GaussianCloud& object,
                     const std::vector<Camera>& cameras, const std::vector<int>& views,
                     const RenderOptions& render_options = {});

@@ -32,7 +32,7 @@ struct RepairSummary {
   size_t planes = 0, plane_gaussians = 0, view_gaussians = 0;
   size_t inpainted_views = 0;  ///< that went through the inpainter
   RefineSummary refinement;
-  size_t unobserved = 0;  ///< background Gaussians that no view saw while the object was there
+  size_t unobserved = 0;  ///< background Gaussians that no camera saw while the object was there
   float outside_change =
       0;  ///< largest mean colour change of a view outside its hole (3 pixels grown), the shadow aside
   Shadow::Verdict shadow = Shadow::Verdict::kNone;

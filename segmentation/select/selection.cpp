@@ -69,6 +69,8 @@ Segmentation segmentation_of_members(const std::string& option, std::span<const 
   Segmentation out = segmentation_of_labels(
       label, {{SelectionShape::kObject, "object"}, {SelectionShape::kRest, "rest"}}, cloud, cameras, 0, antialiased);
   const int object = class_of_id(out, SelectionShape::kObject);
+  // A small object shows only in pictures of full size.
+  if (object >= 0 && out.class_cameras[object].empty()) find_class_cameras(cloud, cameras, out);
   if (object < 0 || out.class_cameras[object].empty())
     throw usage_error(option, "",
                       "selects " + std::to_string(std::count(label.begin(), label.end(), SelectionShape::kObject)) +

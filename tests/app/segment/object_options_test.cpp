@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "app/store/material.h"
 #include "app/store/particles.h"
@@ -22,15 +23,26 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// A run directory in which object 300 of the scene has been extracted.
-void extract_made_scene(const fs::path& folder, const fs::path& run, const MadeScene& scene) {
+/// A folder with a scene; `object` is the one that its scene file names, `ids` are those of the masks, empty = all.
+void write_made_scene(const fs::path& folder, const MadeScene& scene, const std::string& object = "",
+                      const std::set<uint32_t>& ids = {}) {
   fs::create_directories(folder / "masks");
   write_ply(folder / "splats.ply", scene.cloud);
   write_cameras(folder / "transforms.json", scene.cameras);
-  for (const Camera& camera : scene.cameras)
-    write_ids(folder / "masks" / (camera.name + ".png"), cast_ids(scene, camera));
-  write_text(folder / "scene.json",
-             R"({"splats": "splats.ply", "cameras": "transforms.json", "masks": "masks", "up": [0, 0, 1]})");
+  for (const Camera& camera : scene.cameras) {
+    IdImage mask = cast_ids(scene, camera);
+    for (uint32_t& id : mask.data)
+      if (!ids.empty() && !ids.count(id)) id = 0;
+    write_ids(folder / "masks" / (camera.name + ".png"), mask);
+  }
+  json settings = {{"splats", "splats.ply"}, {"cameras", "transforms.json"}, {"masks", "masks"}, {"up", {0, 0, 1}}};
+  if (!object.empty()) settings["object"] = object;
+  write_text(folder / "scene.json", settings.dump());
+}
+
+/// A run directory in which object 300 of the scene has been extracted.
+void extract_made_scene(const fs::path& folder, const fs::path& run, const MadeScene& scene) {
+  write_made_scene(folder, scene);
   ASSERT_EQ(run_quietly({"segment", folder.string(), "--out", run.string(), "--iterations", "20"}), 0);
   ASSERT_EQ(run_quietly({"extract", run.string(), "--object", "300"}), 0);
 }
@@ -67,6 +79,37 @@ TEST(ExtractOptions, HullTakesWhatLiesBetweenThePartsOfTheObject) {
   ASSERT_EQ(run_quietly({"extract", (out / "run").string(), "--object", "300", "--hull", "--overwrite"}), 0);
   EXPECT_GE(between_taken(), standing);
   EXPECT_EQ(summary(out / "run", "extract")["rules"]["hull"]["moved"], between_taken());
+}
+
+// The scene file names an object of its masks, which a selection does not have.
+TEST(ExtractOptions, ASelectionIsCutWhicheverObjectTheSceneFileNames) {
+  const TemporaryFolder out;
+  write_made_scene(out / "scene", made_scene(two_balls()), "flower");
+  const std::string scene = (out / "scene").string();
+  ASSERT_EQ(run_quietly({"segment", scene, "--out", (out / "ball").string(), "--sphere", "-0.35,0.1,0.15,0.32"}), 0);
+  ASSERT_EQ(run_quietly({"extract", (out / "ball").string()}), 0);
+  EXPECT_TRUE(fs::exists(out / "ball/objects/1_object/object.ply"));
+
+  // Where masks define the objects, the wrong name is the scene file's.
+  ASSERT_EQ(run_quietly({"segment", scene, "--out", (out / "masks").string(), "--iterations", "0"}), 0);
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_quietly({"extract", (out / "masks").string()}), 2);
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("scene.json: object: flower"), std::string::npos) << said;
+  EXPECT_EQ(said.find("--object"), std::string::npos) << said;
+}
+
+TEST(ExtractOptions, TheBackgroundIsCutOnlyWhenItIsAskedFor) {
+  const TemporaryFolder out;
+  write_made_scene(out / "scene", made_scene(two_balls()), "", {300});
+  const std::string run = (out / "run").string();
+  ASSERT_EQ(run_quietly(
+                {"segment", (out / "scene").string(), "--out", run, "--mask-zero", "background", "--iterations", "0"}),
+            0);
+  ASSERT_EQ(run_quietly({"extract", run}), 0);
+  EXPECT_EQ(summary(out / "run", "extract")["name"], "object_300");
+  ASSERT_EQ(run_quietly({"extract", run, "--object", "background"}), 0);
+  EXPECT_EQ(summary(out / "run", "extract")["name"], "background");
 }
 
 /// A run on two balls, the first (object 300) with a contact shadow, that every test works on a copy of.

@@ -50,7 +50,10 @@ TEST_F(SegmentOptions, ZeroAsBackgroundMakesAnObjectOfUnlabelledPixels) {
   const std::vector<std::string> masks = {"--masks", (out / "masks").string(), "--iterations", "20"};
   std::vector<std::string> with = masks;
   with.insert(with.end(), {"--mask-zero", "background"});
-  ASSERT_EQ(segment(out / "plain", masks), 0);
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(segment(out / "plain", masks), 0);
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("--mask-zero background"), std::string::npos) << said;  // everything has become the flower
   ASSERT_EQ(segment(out / "zero", with), 0);
   EXPECT_EQ(objects_of(out / "plain").count("background"), 0u);
   EXPECT_EQ(objects_of(out / "zero").count("background"), 1u);
@@ -58,6 +61,17 @@ TEST_F(SegmentOptions, ZeroAsBackgroundMakesAnObjectOfUnlabelledPixels) {
   for (const json& object : json::parse(read_text(out / "zero/objects.json")))
     (object["name"] == "background" ? background : flower) = object["gaussians"];
   EXPECT_GT(background, 2 * flower);
+}
+
+TEST_F(SegmentOptions, NamesBesideTheMasksStayWithTheirIds) {
+  const TemporaryFolder out;
+  fs::copy(folder / "scene/masks", out / "masks");
+  const json names = {{"1", "plant 1"}, {"2", "toy"}, {"3", "toy 2"}, {"4", "toy 7"}, {"5", "table"}, {"6", "wall"}};
+  write_text(out / "masks/labels.json", names.dump());
+  ASSERT_EQ(segment(out / "run", {"--masks", (out / "masks").string(), "--iterations", "0"}), 0);
+  const json objects = json::parse(read_text(out / "run/objects.json"));
+  EXPECT_EQ(objects.size(), names.size());
+  for (const json& object : objects) EXPECT_EQ(object["name"], names.at(std::to_string(object["id"].get<uint32_t>())));
 }
 
 TEST_F(SegmentOptions, WithoutTheVoteTheAttributeStartsWorse) {

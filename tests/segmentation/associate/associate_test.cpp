@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 
+#include "segmentation/associate/gaga.h"
 #include "segmentation/field/semantic_field.h"
 #include "segmentation/labels/agreement.h"
 #include "tests/segmentation/made_scene.h"
@@ -81,6 +82,26 @@ TEST(Associate, ConsistentIdsComeBackAsTheyAre) {
   EXPECT_EQ(result.summary.kept_ids, 4);
   EXPECT_EQ(result.summary.merged + result.summary.split + result.summary.ignored, 0);
   EXPECT_GT(result.summary.consistency, 0.95);
+}
+
+// Numbers that new groups are given may be ids that no group kept, whose names they do not get.
+TEST(Associate, OnlyIdsThatAreKeptHaveNames) {
+  const MadeScene scene = made_scene(three_balls(), 9);
+  MaskSet masks = cast_masks(scene);
+  for (size_t v = 0; v < masks.views.size(); ++v) {
+    const auto turned = [&](size_t k) { return static_cast<uint32_t>(2 + (k + v) % 3); };
+    const std::map<uint32_t, uint32_t> ids = {
+        {0, 0}, {MadeScene::kTable, 1}, {300, turned(0)}, {70000, turned(1)}, {7, turned(2)}};
+    for (uint32_t& id : masks.views[v].ids.data) id = ids.at(id);
+  }
+  masks.names = {{1, "table"}, {2, "a"}, {3, "b"}, {4, "c"}};
+  const AssociateResult result = associate({}, scene.cloud, scene.cameras, masks);
+  EXPECT_EQ(result.summary.groups, 4);
+  EXPECT_EQ(result.summary.kept_ids, 1);
+  EXPECT_EQ(result.masks.ids(), (std::vector<uint32_t>{1, 2, 3, 4}));
+  EXPECT_EQ(result.masks.names, (std::map<uint32_t, std::string>{{1, "table"}}));
+  for (const auto& [group, name] : associate_by_centres({}, scene.cloud, scene.cameras, masks).masks.names)
+    EXPECT_EQ(name, "table") << group;
 }
 
 TEST(Associate, IdsOfOneViewEachBecomeIdsOfAllViews) {

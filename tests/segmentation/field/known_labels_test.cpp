@@ -54,6 +54,29 @@ TEST(KnownLabels, AShapeHoldsExactlyWhatLiesInIt) {
   EXPECT_EQ(found.class_cameras[0].size(), scene.cameras.size()) << "every view shows it";
 }
 
+// A disc of 15 pixels in a large picture; of windows of it and of the whole picture the same is asked.
+TEST(KnownLabels, ASmallObjectIsSeenInLargePictures) {
+  MadeScene scene = made_scene({}, 0);
+  add_disc(scene.cloud, Vec3f(0, 0, 0.02f), Vec3f::UnitZ(), 0.004f, Vec3f(1, 0, 0));
+  std::vector<uint8_t> member(scene.cloud.size(), 0);
+  member.back() = 1;
+  for (const double x : {-0.2, 0.0, 0.2})
+    scene.cameras.push_back(look_at({x, 0, 2}, {x, 0, 0}, {0, 1, 0}, 1600, 1200, 1440));
+  std::vector<Camera> windows = scene.cameras;
+  for (Camera& camera : windows) {
+    const Vec3d at = camera.cam_from_world * Vec3d(0, 0, 0.02);
+    camera.cx -= std::floor(camera.fx * at.x() / at.z() + camera.cx) - 100;
+    camera.cy -= std::floor(camera.fy * at.y() / at.z() + camera.cy) - 100;
+    camera.width = camera.height = 200;
+  }
+  const auto views = [&](const std::vector<Camera>& cameras) {
+    const Segmentation of = segmentation_of_members("--sphere", member, scene.cloud, cameras, true);
+    return of.class_cameras[class_of_id(of, SelectionShape::kObject)];
+  };
+  EXPECT_EQ(views(scene.cameras), (std::vector<int>{0, 1, 2}));
+  EXPECT_EQ(views(windows), (std::vector<int>{0, 1, 2}));
+}
+
 TEST(KnownLabels, WhatNoCameraSeesIsNoObject) {
   const MadeScene scene = made_scene(two_balls(), 2);
   std::vector<uint8_t> member(scene.cloud.size(), 0);

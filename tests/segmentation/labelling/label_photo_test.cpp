@@ -183,6 +183,17 @@ TEST(LabelSet, AThingOfANameHasOneIdInAllPhotosAndNamesFollowAnAssociation) {
   EXPECT_EQ(names.at(11), "rest");
 }
 
+TEST(LabelSet, NamesThatEndInANumberStayWhereNoneIsWithoutIt) {
+  MaskSet masks;
+  masks.names = {{1, "plant 1"}, {2, "toy 2"}, {3, "toy 3"}, {4, "toy 7"}, {5, "chair"}, {6, "chair 2"}};
+  masks.views.push_back({0, IdImage(12, 1, 1)});
+  masks.views[0].ids.data = {1, 2, 3, 3, 3, 4, 4, 5, 6, 6, 6, 0};
+  auto names = carried_names(masks, masks);
+  for (uint32_t id = 1; id <= 4; ++id) EXPECT_EQ(names.at(id), masks.names.at(id));
+  EXPECT_EQ(names.at(6), "chair");  // numbered anew, from the largest on
+  EXPECT_EQ(names.at(5), "chair 2");
+}
+
 TEST(LabelSet, TheRestIsTakenOutForAnAssociationAndPutBackWhereNothingElseIs) {
   MaskSet masks;
   masks.names = {{1, "rest"}, {2, "dog"}};

@@ -136,6 +136,37 @@ TEST(MaskSet, FoldersNamedByWholeNumbersAreTheirIds) {
   EXPECT_EQ(load_masks(folder.path(), "", cameras(1)).ids(), (std::vector<uint32_t>{12, 70001}));
 }
 
+TEST(MaskSet, NamesOfFoldersAreNotReplacedByAFileElsewhere) {
+  TemporaryFolder folder;
+  write_rectangle(folder / "masks/red apple/photo0.png", 0, 0, 2, 2);
+  write_rectangle(folder / "masks/egg/photo0.png", 3, 1, 6, 4);
+  const auto elsewhere = folder.file("labels.json", R"({"1": "flower", "2": "box", "12": "cup"})");
+  const MaskSet masks = load_masks(folder / "masks", elsewhere, cameras(1));
+  EXPECT_EQ(masks.names, (std::map<uint32_t, std::string>{{1, "egg"}, {2, "red apple"}}));
+  ASSERT_EQ(masks.warnings.size(), 1u);
+  EXPECT_NE(masks.warnings[0].find("labels.json"), std::string::npos);
+  const auto among_them = folder.file("masks/labels.json", R"({"2": "pear"})");
+  EXPECT_EQ(load_masks(folder / "masks", among_them, cameras(1)).names,
+            (std::map<uint32_t, std::string>{{1, "egg"}, {2, "pear"}}));
+  // Folders named by whole numbers give no names.
+  write_rectangle(folder / "ids/12/photo0.png", 0, 0, 2, 2);
+  write_rectangle(folder / "ids/13/photo0.png", 3, 1, 6, 4);
+  EXPECT_EQ(load_masks(folder / "ids", elsewhere, cameras(1)).name_of(12), "cup");
+}
+
+TEST(MaskSet, BinaryMasksOfOneObjectShowTheBackgroundToo) {
+  TemporaryFolder folder;
+  write_rectangle(folder / "binary/egg/photo0.png", 0, 0, 2, 2);
+  const MaskSet masks = load_masks(folder / "binary", "", cameras(1));
+  EXPECT_EQ(masks.names, (std::map<uint32_t, std::string>{{1, "egg"}, {2, "background"}}));
+  EXPECT_EQ(masks.views[0].ids(1, 1), 1u);
+  EXPECT_EQ(masks.views[0].ids(3, 3), 2u);
+  ASSERT_EQ(masks.warnings.size(), 1u);
+  EXPECT_NE(masks.warnings[0].find("egg"), std::string::npos);
+  write_ids(folder / "ids/photo0.png", picture(1));  // 0 is unlabelled there
+  EXPECT_EQ(load_masks(folder / "ids", "", cameras(1)).ids(), std::vector<uint32_t>{1});
+}
+
 TEST(MaskSet, JpegsNamedLikeThePhotosAreMasksOfOneObjectAndPhotosAreNone) {
   std::vector<Camera> views = cameras(2);
   for (Camera& camera : views) {
@@ -155,7 +186,7 @@ TEST(MaskSet, JpegsNamedLikeThePhotosAreMasksOfOneObjectAndPhotosAreNone) {
   EXPECT_EQ(masks.views[0].camera, 0);
   EXPECT_EQ(masks.name_of(1), "object");
   for (int y = 0; y < 48; ++y)
-    for (int x = 0; x < 64; ++x) ASSERT_EQ(masks.views[0].ids(x, y), mask(x, y) > 0 ? 1u : 0u) << x << "," << y;
+    for (int x = 0; x < 64; ++x) ASSERT_EQ(masks.views[0].ids(x, y), mask(x, y) > 0 ? 1u : 2u) << x << "," << y;
   write_image(folder / "photo1.jpg", photo);
   expect_error(Failure::kInput, {"photo1.jpg", "more than black and white"},
                [&] { load_masks(folder.path(), "", views); });
@@ -180,7 +211,7 @@ TEST(MaskSet, MasksOfAnySizeButOfTheCamerasShapeAreFittedOnRequest) {
     return picture(5);
   };
   for (const char* layout : {"ids", "binary"}) {
-    EXPECT_EQ(load_masks(folder / layout, "", cameras(1), fit).ids(), std::vector<uint32_t>{5});
+    EXPECT_EQ(load_masks(folder / layout, "", cameras(1), fit).ids().front(), 5u);
     expect_error(Failure::kInput, {"12x8", "6x4"}, [&] { load_masks(folder / layout, "", cameras(1)); });
   }
   EXPECT_EQ(widths, (std::vector<int>{12, 12}));

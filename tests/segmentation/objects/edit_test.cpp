@@ -10,6 +10,7 @@
 #include "segmentation/field/semantic_field.h"
 #include "segmentation/field/vote.h"
 #include "segmentation/labels/object_names.h"
+#include "segmentation/objects/relabel.h"
 #include "tests/segmentation/made_scene.h"
 #include "tests/temporary_folder.h"
 
@@ -112,6 +113,41 @@ TEST(Edit, SplittingWhatWasMergedReturnsTheParts) {
   for (uint32_t& id : again) id = id == 70001 ? 70000 : id == 70002 ? 5 : id;
   EXPECT_GT(share_equal(again, picture), 0.99);
   EXPECT_EQ(f.segmentation.class_cameras[class_of_id(f.segmentation, 70001)], fitted().segmentation.class_cameras[3]);
+}
+
+// Classes that a trained classifier keeps apart: each one's logit is negative in the others.
+TEST(Edit, SplittingLeavesTheConfidencesOfOtherObjects) {
+  constexpr int kY = kSemanticChannels;
+  const float corner[3][2] = {{1, 0}, {-0.5f, 0.866f}, {-0.5f, -0.866f}};
+  Segmentation s;
+  s.class_id = {1, 2, 3};
+  s.class_name = {"wall", "box", "ball"};
+  s.classifier_bias = {0, 0.1f, -0.1f};
+  s.classifier.assign(3 * kY, 0.0f);
+  std::vector<uint8_t> part;
+  for (size_t c = 0; c < 3; ++c) {
+    for (int k = 0; k < 2; ++k) s.classifier[c * kY + k] = 1.5f * corner[c][k];
+    for (int i = 0; i < 40; ++i) {
+      const float doubt = i % 4 == 0 ? 0.4f : 0.0f;  // towards the next class
+      std::vector<float> y(kY, 0.1f);                // no row has the other channels
+      for (int k = 0; k < 2; ++k) y[k] = 2 * ((1 - doubt) * corner[c][k] + doubt * corner[(c + 1) % 3][k]);
+      s.attribute.insert(s.attribute.end(), y.begin(), y.end());
+      part.push_back(c == 0 && i < 20);
+    }
+  }
+  s.seen.assign(part.size(), 1);
+  update_labels(s);
+  const Segmentation before = s;
+  split_class(1, 4, "wall_2", part, s);
+  split_class(2, 5, "box_2", std::vector<uint8_t>(part.size(), 0), s);
+  for (size_t p = 0; p < part.size(); ++p) {
+    EXPECT_EQ(s.label[p], part[p] ? 4u : before.label[p]) << p;
+    if (before.label[p] == 3) {
+      EXPECT_NEAR(s.confidence[p], before.confidence[p], 1e-3f) << p;
+    } else {
+      EXPECT_GT(s.confidence[p], before.confidence[p] - 0.01f) << p;
+    }
+  }
 }
 
 TEST(Edit, ADroppedObjectTakesTheLabelOfWhatItStandsOn) {

@@ -125,6 +125,31 @@ TEST(Extract, GaussiansAtTheContactGoToTheSideOfThePlaneTheyLieOn) {
       std::binary_search(result.object.begin(), result.object.end(), static_cast<int>(scene.cloud.size()) - 1));
 }
 
+TEST(Extract, NothingStandsOnItself) {
+  const MadeScene scene = made_scene(two_balls(), 1);
+  Segmentation segmentation = certain(scene.truth, kObjectIds);
+  ExtractOptions options;
+  options.object = MadeScene::kTable;
+  const ExtractResult unnamed = extract(options, scene.cloud, segmentation);
+  options.support = MadeScene::kTable;
+  const ExtractResult named = extract(options, scene.cloud, segmentation);
+  EXPECT_NE(named.summary.support, MadeScene::kTable);
+  EXPECT_EQ(named.summary.support, unnamed.summary.support);
+  EXPECT_EQ(named.object, unnamed.object);
+  EXPECT_EQ(named.background, unnamed.background);
+
+  // The lower end of the ball is too doubtful to be cut out, and no support either.
+  for (size_t p = 0; p < scene.truth.size(); ++p)
+    if (scene.truth[p] == 300 && scene.cloud.position[p].z() < 0.06f)
+      for (int k = 0; k < kSemanticChannels; ++k) segmentation.attribute[p * kSemanticChannels + k] *= 0.03f;
+  update_labels(segmentation);
+  options = {};
+  options.object = 300;
+  const ExtractResult ball = extract(options, scene.cloud, segmentation);
+  EXPECT_GT(ball.summary.below_probability, 50u);
+  EXPECT_EQ(ball.summary.support, MadeScene::kTable);
+}
+
 TEST(Extract, AnUnknownIdIsAUsageErrorThatListsTheKnownOnes) {
   const MadeScene scene = made_scene(two_balls(), 1);
   ExtractOptions options;

@@ -9,6 +9,7 @@
 #include <cstdlib>
 
 #include "gaussians/io/images/image_io.h"
+#include "gaussians/render/blend_weights.h"
 #include "segmentation/repair/patch.h"
 #include "segmentation/repair/surfaces.h"
 #include "tests/segmentation/made_scene.h"
@@ -156,8 +157,9 @@ TEST(Repair, ClosesTheHoleWithoutTouchingTheBackground) {
   const GaussianCloud whole = made_scene({}).cloud;
   double error = 0, spread = 0;
   for (int v : {0, 3, 6, 9}) {
-    const Observation seen = observe({}, parts.background, parts.object, scene.cameras, {v});
-    const HoleView before = find_hole({}, seen, 0, parts.background, scene.cameras);
+    const std::vector<Camera> alone = {scene.cameras[v]};
+    const Observation seen = observe({}, parts.background, parts.object, alone, {0});
+    const HoleView before = find_hole({}, seen, 0, parts.background, alone);
     const ImageF after = render(result.background, scene.cameras[v]).color,
                  truth = render(whole, scene.cameras[v]).color;
     for (size_t i = 0; i < truth.pixels(); ++i) {
@@ -207,6 +209,34 @@ TEST(Repair, WhatNobodySawInTheHoleIsReplacedAndNothingElseThatNobodySaw) {
     for (size_t i = 0; i < picture.pixels(); ++i)
       ASSERT_LT(picture.data[3 * i + 1], 0.1f + picture.data[3 * i] + picture.data[3 * i + 2]);
   }
+}
+
+// What is inside the ball is seen from below alone, by a camera that the repair does not look through.
+TEST(Repair, WhatAnyCameraSawIsNotReplaced) {
+  MadeScene scene = made_scene(two_balls(), 8, 160, 120);
+  scene.cameras.push_back(look_at({3, 0.1, -6}, {-0.35, 0.1, 0.05}, {0, 0, 1}, 160, 120, 600));
+  Parts parts = without(scene, 300);
+  const size_t seen = parts.background.size();
+  for (float x = -0.1f; x <= 0.1f; x += 0.03f)
+    for (float y = -0.1f; y <= 0.1f; y += 0.03f)
+      add_disc(parts.background, Vec3f(-0.35f + x, 0.1f + y, 0.05f), Vec3f::UnitZ(), 0.02f, Vec3f(0, 1, 0));
+  RepairOptions options;
+  options.max_views = 8;
+  const RepairResult result = repair(options, parts.background, parts.object, scene.cameras);
+  EXPECT_EQ(std::count(result.summary.views.begin(), result.summary.views.end(), 8), 0);
+  GaussianCloud whole = parts.background;
+  whole.append(parts.object);
+  std::vector<double> most(whole.size(), 0.0);
+  for (const Camera& camera : scene.cameras) {
+    const BlendWeights W = blend_weights(whole, camera);
+    std::vector<double> here(whole.size(), 0.0);
+    for (size_t e = 0; e < W.weight.size(); ++e) here[W.gaussian[e]] += W.weight[e];
+    for (size_t p = 0; p < here.size(); ++p) most[p] = std::max(most[p], here[p]);
+  }
+  for (const int p : result.replaced) EXPECT_LT(most[p], options.hole.min_observed) << p;
+  size_t inside = 0;
+  for (size_t p = seen; p < parts.background.size(); ++p) inside += most[p] >= options.hole.min_observed;
+  EXPECT_GT(inside, 10u);
 }
 
 TEST(Repair, WithoutAHoleNothingIsAddedOrChanged) {
