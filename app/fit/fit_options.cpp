@@ -71,7 +71,7 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
   VibrationFitOptions& vibration = options.vibration;
   vibration.simulate.gravity = -9.81 * scene.up;
   vibration.simulate.grid = grid_kind(stage.solver);
-  vibration.search.first = stage.from;
+  vibration.search.first = fit.free_after;
   vibration.refine.tolerance = 1e-3;
   vibration.modes.most = 6;
   vibration.most_modes = 4;

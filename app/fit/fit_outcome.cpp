@@ -69,7 +69,7 @@ VelocityFile fitted_velocity(const FitScene& fit, const VibrationFit& found, con
   out.C = found.start.C;
   for (size_t i = 0; i < found.start.size(); ++i)
     out.displacement.push_back(found.start.x[i] - fit.body.particles.position[i]);
-  out.time = found.time;
+  out.time = fit.video.start + found.time;
   out.damping_time = found.damping_time;
   out.source = "fitted to the reference video";
   if (losses.whole > 0) out.whole_damping_time = 1 / losses.whole;

@@ -141,6 +141,34 @@ FitView load_view(const Context& context, const RunDirectory& run, const FitInpu
   return view;
 }
 
+/// For an option whose time is not within the first `frames` frames of the used part.
+Error not_within(const ReferenceVideo& video, int frames, const std::string& option, double time, const char* where) {
+  return usage_error("fit", option,
+                     fmt::format("is {:g} s, but the frames to fit last from {:.3f} s to {:.3f} s of the video", time,
+                                 video.start, video.start + frames / video.fps),
+                     std::string("give seconds from the start of the file, at least ") + where);
+}
+
+/// Frames of the used part up to `until`.
+int frames_until(const FitStage& stage, const ReferenceVideo& video) {
+  constexpr long kFewest = 3;
+  const int frames = static_cast<int>(video.frames.size());
+  if (!(stage.until > 0)) return frames;
+  const long used = std::lround((stage.until - video.start) * video.fps) + 1;
+  if (used < kFewest || stage.until > video.start + frames / video.fps + 1e-9)
+    throw not_within(video, frames, stage.typed("end"), stage.until, "3 frames after the first of these");
+  return static_cast<int>(std::min<long>(used, frames));
+}
+
+/// `from` on the clock of the used part, which begins with the frame nearest to `first`.
+double free_after(const FitStage& stage, const ReferenceVideo& video, int used) {
+  if (stage.from < 0) return -1;
+  if (stage.from < std::min(stage.first, video.start) - 1e-9 ||
+      std::lround((stage.from - video.start) * video.fps) > used - 2)
+    throw not_within(video, used, stage.typed("start"), stage.from, "2 frames before the last of these");
+  return std::max(0.0, stage.from - video.start);
+}
+
 }  // namespace
 
 std::vector<const FitView*> FitScene::views() const {
@@ -155,11 +183,9 @@ FitScene load_fit_scene(const Context& context, const RunDirectory& run, const F
   static_cast<FitView&>(fit) = load_view(context, run, in, stage, fit, stage.compare_fps);
   for (size_t i = 0; i < stage.further_videos(); ++i)
     fit.further.push_back(load_view(context, run, in, further_video(stage, i), fit, fit.video.fps));
-  int frames = static_cast<int>(fit.video.frames.size());
-  fit.used = frames;
-  if (stage.until > 0)
-    fit.used = std::clamp(static_cast<int>(std::lround(stage.until * fit.video.fps)) + 1, std::min(3, frames), frames);
+  fit.used = frames_until(stage, fit.video);
   for (const FitView& view : fit.further) fit.used = std::min(fit.used, static_cast<int>(view.video.frames.size()));
+  fit.free_after = free_after(stage, fit.video, fit.used);
   return fit;
 }
 

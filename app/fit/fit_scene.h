@@ -26,6 +26,7 @@ struct FitView {
 struct FitScene : FitView {
   std::vector<FitView> further;  ///< of other cameras at the same time, with the first's frames a second
   int used = 0;                  ///< frames that the fit may see; later ones judge it
+  double free_after = -1;        ///< s after the first frame, from which on nothing pushes; negative: to be found
   SimulatedBody body;            ///< with the material that the fit starts from
   ElasticSamples solid;          ///< the same at all solid samples
   std::vector<Interaction> pins;

@@ -100,7 +100,7 @@ json fit_to_video(const Context& context, const RunDirectory& run, const FitInpu
                  {"first_frame", found.first_frame},
                  {"fps", fit.video.fps},
                  {"frames_used", fit.used},
-                 {"start_s", found.time},
+                 {"start_s", fit.video.start + found.time},
                  {"periods", found.search.periods},
                  {"rms_px", found.rms},
                  {"rms_search_px", found.rms_search},

@@ -68,8 +68,8 @@ struct FitStage {
                                          ///< taken instead of a fit
   double fps = 0;          ///< of a folder of frames, or against the file's; 0 = the scene file's, else the file's own
   double compare_fps = 0;  ///< frames a second that are compared, of all videos; 0 = the first one's own
-  double from = -1;        ///< s of the video, from which on nothing pushes the object; negative = found
-  double until = 0;        ///< s of the video; later frames only judge the fit; 0 = all are used
+  double from = -1;        ///< s of the file, from which on nothing pushes the object; negative = found
+  double until = 0;        ///< s of the file; later frames only judge the fit; 0 = all are used
   std::string periods = "3.5";    ///< of the strongest mode that simulated motions are compared over, or "all"
   int points = 400;               ///< of the object's surface that are followed
   std::string field;              ///< E(x): uniform, parts, smooth, triplanes; empty = the recipe's

@@ -47,15 +47,15 @@ Mat3d parse_axes(const std::string& text) {
 
 /// The recording in metres along the scene's axes, as the particles are.
 MarkerTracks markers_in_scene(const MarkerStage& stage, const Scene& scene) {
-  MarkerTracks tracks = read_markers(stage.file);
   const double unit = stage.units == "scene" ? scene.metres_per_unit : 1;
+  MarkerTracks tracks = read_markers(stage.file, unit);
   const Mat3d axes = parse_axes(stage.axes);
   if (axes.determinant() < 0)
     throw usage_error("--marker-axes", stage.axes, "mirrors the markers",
                       "one sign, or the order of two columns, is wrong");
   const Vec3d offset = stage.offset.empty() ? Vec3d::Zero() : Vec3d(stage.offset[0], stage.offset[1], stage.offset[2]);
   for (auto& frame : tracks.position)
-    for (Vec3d& x : frame) x = unit * (axes * x + offset);
+    for (Vec3d& x : frame) x = axes * x + unit * offset;
   return tracks;
 }
 

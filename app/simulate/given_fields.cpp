@@ -10,6 +10,7 @@
 #include "app/store/velocity.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
+#include "physics/simulate/simulator.h"
 
 namespace pliant {
 namespace {
@@ -31,6 +32,24 @@ std::vector<int> rows_for(const std::filesystem::path& file, const std::string& 
                       fmt::format("has {} rows for {} points of the object, and no positions", rows, points.size()),
                       "it was made for other particles: make it again, or add positions");
   return k_nearest(places, points, 1);
+}
+
+/// Makes of a state what the nodes of the grid can represent.  Where a displacement and an F do not belong together, a
+/// body would keep the difference for good.
+void follow_nodes(const Particles& body, SimulationState& state) {
+  Particles elastic = body;  // how a body can move does not depend on its law
+  elastic.materials = {Material{}};
+  elastic.material_index.clear();
+  SimulateOptions options;
+  options.grid = GridKind::kLagrangian;
+  SimulateSummary ignored;
+  Simulator<float> simulator(options, elastic, {}, ignored);
+  simulator.begin_frame(state);
+  simulator.solver().drop_undisplaced();
+  simulator.solver().store(state);
+  state.node_displacement.clear();
+  state.node_velocity.clear();
+  state.memory = initial_state(body).memory;
 }
 
 }  // namespace
@@ -60,14 +79,20 @@ SimulationState given_start(const std::filesystem::path& file, const ParticleFil
   const std::vector<int> rows =
       rows_for(file, "/driving/velocity", v.velocity.size(), v.position, particles.driving_position);
   CHECK(rows.size() == body.size());
+  const bool moved = !v.position.empty() && v.position != particles.driving_position;
+  const float metres = static_cast<float>(body.cell_size / particles.cell_size);
   SimulationState state = initial_state(body);
   for (size_t i = 0; i < state.size(); ++i) {
     const int row = rows[i];
-    state.x[i] += v.displacement[row];
-    state.v[i] = v.velocity[row];
+    const Vec3f from = moved ? Vec3f(metres * (particles.driving_position[i] - v.position[row])) : Vec3f::Zero();
+    state.x[i] += v.displacement[row] + (v.F[row] - Mat3f::Identity()) * from;
+    state.v[i] = v.velocity[row] + v.C[row] * from;
     state.F[i] = v.F[row];
     state.C[i] = v.C[row];
   }
+  if (moved) follow_nodes(body, state);
+  // Nothing of the deformation is permanent.
+  for (size_t i = 0; i < state.memory.size(); ++i) state.memory[i].F_total = state.F[i];
   return state;
 }
 

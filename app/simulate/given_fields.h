@@ -13,7 +13,8 @@ namespace pliant {
 /// where it is uniform.  Throws Error{kInput} when they cannot be matched.
 ElasticSamples given_material(const std::filesystem::path& file, const std::vector<Vec3f>& positions);
 
-/// The start of a velocity.h5 for the driving particles, matched alike.
+/// The start of a velocity.h5 for the driving particles: row by row where it was made for these, else what the grid
+/// makes of the motion about the nearest of its points.
 SimulationState given_start(const std::filesystem::path& file, const ParticleFile& particles, const Particles& body);
 
 }  // namespace pliant

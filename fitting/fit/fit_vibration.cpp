@@ -64,12 +64,12 @@ class Journal {
   size_t made_ = 0;
 };
 
-/// Root mean square motion of the tracks.
-double rms_of_rest(const TrackLoss<float>& tracks, const Particles& particles, int first) {
+/// Root mean square motion of the tracks in frames `first` to `last`.
+double rms_of_rest(const TrackLoss<float>& tracks, const Particles& particles, int first, int last) {
   const std::vector<Vec3f> still = tracks.expected(initial_state(particles));
   double square = 0, weight = 0;
   const PointTracks& seen = tracks.tracks();
-  for (size_t f = first; f < seen.place.size(); ++f)
+  for (int f = first; f <= last; ++f)
     for (size_t k = 0; k < seen.place[f].size(); ++k) {
       square += seen.weight[f][k] * (seen.place[f][k] - still[k].cast<double>()).squaredNorm();
       weight += seen.weight[f][k];
@@ -196,7 +196,6 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
       fit.modes.omega.at(0) / 6.283185307, fit.modes.seconds);
   fit.search = modal_search(options.search, fit.modes, particles, tracks, fps);
   fit.first_frame = fit.search.first_frame;
-  fit.rms_rest = rms_of_rest(tracks, particles, fit.first_frame);
   say("search: E x %.3g explains %.1f %% of the motion from frame %d on, %.1f periods of the dominant mode",
       std::pow(10.0, fit.search.minima[0].log10_factor), 100 * (1 - fit.search.minima[0].unexplained), fit.first_frame,
       fit.search.periods);
@@ -255,6 +254,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   fit.subframes = best->subframes();
   fit.substeps = best->substeps();
   fit.last_frame = best->last_frame();
+  fit.rms_rest = rms_of_rest(tracks, particles, fit.first_frame, fit.last_frame);
   fit.start = best->state_of(result.parameters);
 
   if (result.covariance.size() > 0) {

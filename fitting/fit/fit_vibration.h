@@ -43,7 +43,7 @@ struct VibrationFit {
   int substeps = 0;                ///< of one of its frames
   double rms_search = 0, rms = 0;  ///< of tracks against roll-outs: from the best candidate of the search, and refined,
                                    ///< over the frames compared
-  double rms_rest = 0;             ///< if nothing moved
+  double rms_rest = 0;             ///< if nothing moved, over these frames
   VibrationModes modes;
   ModalSearch search;
   std::vector<double> candidate_factor, candidate_rms;  ///< the minima that were refined: log10 factor and rms after it

@@ -55,7 +55,8 @@ struct Columns {
   std::vector<Marker> markers;
 };
 
-Columns columns_of(const std::vector<std::string>& titles, const std::string& file, size_t line) {
+Columns columns_of(const std::vector<std::string>& titles, double unit_of_unnamed, const std::string& file,
+                   size_t line) {
   Columns out;
   out.title = titles;
   const auto fail = [&](size_t column, const std::string& problem, const std::string& remedy) {
@@ -71,7 +72,7 @@ Columns columns_of(const std::vector<std::string>& titles, const std::string& fi
       out.time_unit = plain.ends_with("_ms") ? 1e-3 : 1;
       continue;
     }
-    const double unit = remove_ending(name, "_mm") ? 1e-3 : (remove_ending(name, "_m"), 1.0);
+    const double unit = remove_ending(name, "_mm") ? 1e-3 : remove_ending(name, "_m") ? 1 : unit_of_unnamed;
     const char axis = name.empty() ? ' ' : static_cast<char>(std::tolower(name.back()));
     const bool alone = name.size() == 1;
     if (axis < 'x' || axis > 'z' || !(alone || name[name.size() - 2] == '_'))
@@ -119,7 +120,7 @@ double number(const std::string& cell, const std::string& file, size_t line, int
 
 }  // namespace
 
-MarkerTracks read_markers(const std::filesystem::path& path) {
+MarkerTracks read_markers(const std::filesystem::path& path, double unit_of_unnamed) {
   const std::string file = path.string();
   std::ifstream in(path);
   if (!in) throw input_error(file, "", "cannot be read", "check the path");
@@ -133,7 +134,7 @@ MarkerTracks read_markers(const std::filesystem::path& path) {
     if (trimmed(line).empty() || trimmed(line)[0] == '#') continue;
     if (columns.title.empty()) {
       separator = line.find(';') != std::string::npos ? ';' : ',';
-      columns = columns_of(split(line, separator), file, at);
+      columns = columns_of(split(line, separator), unit_of_unnamed, file, at);
       for (const Columns::Marker& m : columns.markers) tracks.name.push_back(m.name);
       continue;
     }

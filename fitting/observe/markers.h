@@ -21,10 +21,10 @@ struct MarkerTracks {
 };
 
 /// Comma- or semicolon-separated table whose first line names the columns: `time` (or `t`; seconds, or with the ending
-/// _s or _ms), then x, y and z of each marker, as NAME_x NAME_y NAME_z with the ending _m or _mm or none (metres), or
-/// simply x y z repeated.  An empty cell, `nan` or `NA` is a gap.  Lines that begin with # are skipped.
-/// Throws Error{kInput} naming line and column.
-MarkerTracks read_markers(const std::filesystem::path& file);
+/// _s or _ms), then x, y and z of each marker, as NAME_x NAME_y NAME_z with the ending _m or _mm or none
+/// (`unit_of_unnamed` [m]), or simply x y z repeated.  An empty cell, `nan` or `NA` is a gap.  Lines that begin with #
+/// are skipped.  Throws Error{kInput} naming line and column.
+MarkerTracks read_markers(const std::filesystem::path& file, double unit_of_unnamed = 1);
 
 /// Linear interpolation at other times; not measured beyond the ends and next to gaps.
 MarkerTracks resampled(const MarkerTracks& tracks, std::span<const double> times);

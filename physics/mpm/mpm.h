@@ -46,6 +46,8 @@ class Mpm {
   void load(const BasicSimulationState<T>& state, const Vec3d& low, const Vec3d& high);
   /// Writes x, v, C, F in the order of the particles.
   void store(BasicSimulationState<T>& state) const;
+  /// In a Lagrangian run: x and F of the loaded state are from now on what the displacements of the nodes make of them.
+  void drop_undisplaced() { data_.undisplaced.clear(); }
 
   /// Takes up to `count` steps on all threads.  Before step k, prepare(k) sets the loads; check() after it returns
   /// false to stop.  False when stopped or when a particle ceased to be finite.  Equal for any number of threads.

@@ -38,7 +38,8 @@ struct Interaction {
   Vec3d vector = Vec3d::Zero();
 
   /// Grab: where the centre of the touched mass is pulled; poke: where the finger is; collider: where `pivot` is.
-  /// Times in s since `start`, ascending, linear in between.
+  /// Times in s since `start`, ascending, linear in between, constant after the last.  A grab or finger without a
+  /// duration ends with its path, unless that is a single point.
   struct PathPoint {
     double time;
     Vec3d position;

@@ -21,10 +21,10 @@ void add(StepLoads<T>& loads, uint32_t bit, const Vec3d& acceleration, double dr
   loads.body.push_back({bit, acceleration.cast<T>(), static_cast<T>(drag)});
 }
 
-/// A grab or finger ends with its path.
+/// A grab or finger without a duration ends with its path, unless that is a single point.
 double end_of(const Interaction& it) {
   const bool follows = it.type == InteractionType::kGrab || it.type == InteractionType::kPoke;
-  return follows ? std::min(it.end(), it.start + it.path.back().time) : it.end();
+  return follows && std::isinf(it.duration) && it.path.size() > 1 ? it.start + it.path.back().time : it.end();
 }
 
 /// The inside of a box is bounded by six walls, each with a normal of its own: its corners hold as well.

@@ -54,7 +54,7 @@ class LoadSchedule {
   const std::vector<uint32_t>& bits() const { return bits_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
   const Interaction& operator[](size_t k) const { return entries_[k].interaction; }
-  /// Replaces the path of grab or finger `k`, which ends with it.
+  /// Replaces the path of grab or finger `k`, which ends with it if it has no duration.
   void set_path(size_t k, const std::vector<Interaction::PathPoint>& path);
   /// Whether some interaction blows on the surface of the body.
   bool has_wind() const;

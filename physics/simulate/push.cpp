@@ -75,6 +75,14 @@ double newtons_of_one(const Interaction& load, double mass, double duration) {
   }
 }
 
+/// The body before the load: settled as the real run does, where no pin holds it.
+SimulationState start_of(SimulateOptions options, const Particles& body, const std::vector<Interaction>& interactions) {
+  options.grid = is_lagrangian(options, body) ? GridKind::kLagrangian : GridKind::kEulerian;
+  options.rest_shape = RestShapeMode::kCaptured;  // of a pinned body, each trial solves it
+  options.duration = 0;
+  return simulate<float>(options, body, interactions, initial_state(body)).state;
+}
+
 }  // namespace
 
 LoadSize size_load(const PushOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
@@ -107,6 +115,7 @@ LoadSize size_load(const PushOptions& options, const Particles& particles, const
   SimulateOptions trial = options.simulate;
   trial.duration = load.start + 2 * options.duration;  // a short push peaks after its end
   trial.cell_size = 0;
+  const SimulationState start = start_of(trial, body, interactions);
   trial.settle_time = 0;
 
   // A first load that would accelerate the body through the wanted way, were it free, and is small for a pinned one.
@@ -118,7 +127,11 @@ LoadSize size_load(const PushOptions& options, const Particles& particles, const
     push.vector = size.length * load.vector.normalized();
     std::vector<Interaction> script = interactions;
     script.push_back(push);
-    const double peak = simulate<float>(trial, body, script, initial_state(body)).summary.max_displacement;
+    double peak = 0;
+    simulate<float>(trial, body, script, start, [&](const SimulationState& s) {
+      for (size_t i = 0; i < s.size(); ++i) peak = std::max(peak, static_cast<double>((s.x[i] - start.x[i]).norm()));
+      return true;
+    });
     size.peak_fraction = peak / height;
     ++size.trials;
     require(peak > 0, "region", peak, "push where the body can move");

@@ -7,10 +7,10 @@
 namespace pliant {
 
 struct PushOptions {
-  SimulateOptions simulate;  ///< damping and gravity of the real run
+  SimulateOptions simulate;  ///< damping, gravity and settling of the real run
   Vec3d up = {0, 0, 1};      ///< the body's height is its extent along this unit vector, m
   double height = 0;         ///< m; 0 = extent of the particles along `up`
-  double fraction = 0.15;    ///< wanted peak displacement / height
+  double fraction = 0.15;    ///< wanted peak displacement from the first frame / height
   double duration = 0.5;     ///< s for which the push lasts
   int max_particles = 2000;  ///< of the trial body
   int trials = 3;            ///< at most

@@ -80,8 +80,11 @@ SettleSummary settle(Simulator<T>& simulator, const BasicParticles<T>& particles
 }
 
 template <class T>
-SimulateOptions settling_options(const SimulateOptions& options, const BasicParticles<T>& particles) {
+SimulateOptions settling_options(const SimulateOptions& options, const BasicParticles<T>& particles,
+                                 const std::vector<Interaction>& interactions) {
   SimulateOptions settling = options;
+  for (const Interaction& it : interactions)
+    if (it.type == InteractionType::kGravity && it.start == 0 && std::isinf(it.duration)) settling.gravity = it.vector;
   if (!is_lagrangian(options, particles)) return settling;
   double c = 0;
   for (size_t i = 0; i < particles.size(); ++i)
@@ -105,7 +108,8 @@ double rest_speed(const SimulateOptions& options, const BasicParticles<T>& parti
 
 #define PLIANT_SETTLE(T)                                                                                            \
   template SettleSummary settle(Simulator<T>&, const BasicParticles<T>&, double, double, BasicSimulationState<T>&); \
-  template SimulateOptions settling_options(const SimulateOptions&, const BasicParticles<T>&);                      \
+  template SimulateOptions settling_options(const SimulateOptions&, const BasicParticles<T>&,                       \
+                                            const std::vector<Interaction>&);                                       \
   template double rest_speed(const SimulateOptions&, const BasicParticles<T>&);
 PLIANT_SETTLE(float)
 PLIANT_SETTLE(double)

@@ -23,10 +23,12 @@ template <class T>
 SettleSummary settle(Simulator<T>& simulator, const BasicParticles<T>& particles, double max_seconds, double rest_speed,
                      BasicSimulationState<T>& state);
 
-/// `options` for settling.  A Lagrangian grid damps nothing by itself, so that waves of a few cells outlast every stop:
-/// viscosity takes them, which does not change where the body rests.
+/// `options` for settling, under the gravity of an interaction that acts all the time, if there is one.  A Lagrangian
+/// grid damps nothing by itself, so that waves of a few cells outlast every stop: viscosity takes them, which does not
+/// change where the body rests.
 template <class T>
-SimulateOptions settling_options(const SimulateOptions& options, const BasicParticles<T>& particles);
+SimulateOptions settling_options(const SimulateOptions& options, const BasicParticles<T>& particles,
+                                 const std::vector<Interaction>& interactions);
 
 /// Speed [m/s] under which a body is taken to rest: a thousandth of what it gains falling by its own size.
 template <class T>

@@ -139,6 +139,25 @@ void warn_of_stretch(SimulateSummary& summary) {
   summary.warnings.push_back(line);
 }
 
+/// Adds what `given` differs by from the captured shape at rest: its displacement, motion and deformation.
+template <class T>
+void superpose(const BasicParticles<T>& particles, const BasicSimulationState<T>& given,
+               BasicSimulationState<T>& state) {
+  for (size_t i = 0; i < state.size(); ++i) {
+    state.x[i] += given.x[i] - particles.position[i];
+    state.v[i] = given.v[i];
+    state.C[i] = given.C[i];
+    state.F[i] = (given.F[i] * state.F[i]).eval();
+  }
+  for (size_t i = 0; i < std::min(state.memory.size(), given.memory.size()); ++i) {
+    LawMemory<T>& memory = state.memory[i];
+    memory.F_total = (given.memory[i].F_total * memory.F_total).eval();
+    memory.F_viscous = (given.memory[i].F_viscous * memory.F_viscous).eval();
+    memory.history += given.memory[i].history;
+  }
+  state.quiet_time = given.quiet_time;
+}
+
 /// Moving colliders and fingers that gave the body nothing.
 template <class T>
 void warn_of_misses(const LoadSchedule<T>& schedule, SimulateSummary& summary) {
@@ -203,6 +222,7 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
       RestShapeOptions solve;
       solve.simulate = options;
       RestShape<T> shape = solve_rest_shape(solve, particles, interactions);
+      superpose(particles, result.state, shape.state);
       result.state = std::move(shape.state);
       summary.settle_seconds = shape.summary.seconds;
       summary.rest_shape_residual = shape.summary.residual;
@@ -211,12 +231,12 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
       if (!shape.summary.converged)
         summary.warnings.push_back("the unloaded shape was not found: at rest the body is " +
                                    std::to_string(shape.summary.residual) + " m off the captured shape");
-    } else if (options.settle_time > 0 && !pinned && !options.gravity.isZero()) {
+    } else if (const SimulateOptions settling = settling_options(options, particles, interactions);
+               options.settle_time > 0 && !pinned && !settling.gravity.isZero()) {
       SimulateSummary ignored;
-      Simulator<T> resting(settling_options(options, particles), particles, resting_interactions(interactions),
-                           ignored);
+      Simulator<T> resting(settling, particles, resting_interactions(interactions), ignored);
       const SettleSummary settled =
-          settle(resting, particles, options.settle_time, rest_speed(options, particles), result.state);
+          settle(resting, particles, options.settle_time, rest_speed(settling, particles), result.state);
       summary.settle_displacement = settled.displacement;
       summary.settle_seconds = settled.seconds;
       if (!settled.at_rest)

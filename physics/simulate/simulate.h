@@ -109,7 +109,8 @@ using FrameSink = BasicFrameSink<float>;
 /// the regions are those of the rest shape.
 /// Gravity: a captured shape is already loaded, so while a pin holds the body, what acts is the difference of the
 /// world's gravity from `options.gravity`; when the last pin ends the whole of it acts.  With RestShapeMode::kSolve the
-/// whole of it acts always, on a body that starts with the stress that balances it.
+/// whole of it acts always, on a body that starts with the stress that balances it; what `start` differs by from rest
+/// is added to that.
 /// Trajectories are equal bit for bit for any number of threads and across save and restore.
 /// Throws Error{kUsage} for impossible options, particles or interactions, Error{kNumerical} when a frame stays
 /// unstable after all retries (the sink then has every good frame).

@@ -82,8 +82,10 @@ TEST(FitMarkersCommand, ATableOfMarkersTellsStiffnessDampingAndRelease) {
                                         (folder / "markers.csv").string(),
                                         "--marker-axes",
                                         "-y,x,z",
+                                        "--marker-units",
+                                        "scene",
                                         "--marker-offset",
-                                        "0.1,0,0",
+                                        "0.2,0,0",
                                         "--marker-window",
                                         "0.35"};
   std::vector<std::string> wrong_start = fit;
@@ -149,6 +151,7 @@ TEST(FitMarkersCommand, ATableOfMarkersTellsStiffnessDampingAndRelease) {
                  now["search_young_pa_rms_mm"]});
   };
   const json whole = numbers();
+  EXPECT_EQ(whole[0], result["young_pa"]) << "the same in meters";
   for (const int share : {3, 8}) {
     expect_error(Failure::kInterrupted, {}, [&] { fit_up_to(share * all / 10); });
     EXPECT_TRUE(fs::exists(folder / "run/fit/checkpoint.h5"));

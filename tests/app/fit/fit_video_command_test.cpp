@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "app/fit/fit_outcome.h"
 #include "app/fit/fit_scene.h"
 #include "app/run/attach_scene.h"
 #include "gaussians/io/cameras/cameras.h"
@@ -96,6 +97,36 @@ TEST_F(FitVideo, APartOfTheFileIsTaken) {
   const ReferenceVideo part = load(stage);
   EXPECT_EQ(part.frames.size(), 10u);
   EXPECT_NEAR(part.start, 5 / fps, 1e-6);
+}
+
+TEST_F(FitVideo, AllTimesAreThoseOfTheFile) {
+  Progress progress(true);
+  const Context context{progress, [] { return false; }};
+  const RunDirectory run = RunDirectory::open(folder / "run");
+  const auto loaded = [&](double first, double from, double until) {
+    FitStage stage;
+    stage.first = first / fps;
+    stage.from = from < 0 ? -1 : from / fps;
+    stage.until = until / fps;
+    return load_fit_scene(context, run, inputs_of(run, load_run_scene(run), stage));
+  };
+  const FitScene whole = loaded(0, 10, 20), part = loaded(2, 10, 20);
+  EXPECT_EQ(whole.used, 21);
+  EXPECT_NEAR(whole.free_after, 10 / fps, 1e-6);
+  EXPECT_EQ(part.used, 19);
+  EXPECT_NEAR(part.free_after, 8 / fps, 1e-6);
+  VibrationFit found;
+  found.start = initial_state(part.body.particles);
+  found.time = 8 / fps;
+  EXPECT_NEAR(fitted_velocity(part, found, {}).time, 10 / fps, 1e-6);
+  EXPECT_LT(loaded(0, -1, static_cast<double>(frames.size())).free_after, 0);
+  const auto refused = [&](double first, double from, double until, const char* option) {
+    expect_error(Failure::kUsage, {option, "seconds from the start of the file"}, [&] { loaded(first, from, until); });
+  };
+  refused(2, -1, 2, "--end");
+  refused(0, -1, static_cast<double>(frames.size()) + 1, "--end");
+  refused(2, 1, 0, "--start");
+  refused(0, 20, 20, "--start");
 }
 
 TEST_F(FitVideo, WhatAMaskLeavesDarkIsNotCompared) {

@@ -1,12 +1,15 @@
 // Fields of a file count for points that they were not made for: those of the nearest sample, or, where they are
-// uniform, those of any.
+// uniform, those of any; a start is carried over.
 
 #include "app/simulate/given_fields.h"
 
 #include <gtest/gtest.h>
 
 #include "app/store/material.h"
+#include "app/store/velocity.h"
 #include "gaussians/base/error.h"
+#include "physics/simulate/simulate.h"
+#include "tests/physics/shapes.h"
 #include "tests/temporary_folder.h"
 
 namespace pliant {
@@ -28,6 +31,58 @@ TEST(GivenFields, AUniformMaterialIsThatOfAnyParticlesAndOthersNeedPositions) {
   material.position = {Vec3f(0.1f, 0, 0), Vec3f(1.8f, 0, 0)};
   material.volume = {1, 1};
   EXPECT_EQ(given().young, (std::vector<float>{2e5, 3e5, 3e5}));
+}
+
+TEST(GivenFields, AStartOfOtherParticlesDiesAwayToTheShapeAtRest) {
+  constexpr float kUnit = 0.5f;  // m
+  const Particles fine = fixture::block<float>({0.03, 0.03, 0.12}, 0.01, 1.0, 3e4),
+                  coarse = fixture::block<float>({0.03, 0.03, 0.12}, 0.015, 1.0, 3e4);
+  ParticleFile particles;
+  particles.cell_size = coarse.cell_size / kUnit;
+  Vec3f centre = Vec3f::Zero();
+  for (const Vec3f& x : coarse.position) {
+    particles.driving_position.push_back(x / kUnit);
+    centre += x / static_cast<float>(coarse.size());
+  }
+  // Stretched by a tenth while it contracts.
+  const Mat3f F = Vec3f(1, 1, 1.1f).asDiagonal(), C = Vec3f(0, 0, -0.5f).asDiagonal();
+  VelocityFile start;
+  for (const Vec3f& x : fine.position) {
+    start.position.push_back(x / kUnit);
+    start.displacement.push_back((F - Mat3f::Identity()) * (x - centre));
+    start.velocity.push_back(C * (x - centre));
+  }
+  start.F.assign(fine.size(), F);
+  start.C.assign(fine.size(), C);
+  const TemporaryFolder folder;
+  const auto given = [&] {
+    write_velocity(folder / "velocity.h5", start, "{}");
+    return given_start(folder / "velocity.h5", particles, coarse);
+  };
+  const auto farthest = [&](const SimulationState& state) {
+    double most = 0;
+    for (size_t i = 0; i < state.size(); ++i) most = std::max<double>(most, (state.x[i] - coarse.position[i]).norm());
+    return most;
+  };
+  const auto left = [&](const SimulationState& state) {
+    SimulateOptions options;
+    options.gravity.setZero();
+    options.duration = 0.4;
+    options.damping_time = 0.05;
+    return farthest(simulate<float>(options, coarse, {}, state).state) / farthest(state);
+  };
+  const SimulationState state = given();
+  for (size_t i = 0; i < coarse.size(); ++i) {
+    const Vec3f from = coarse.position[i] - centre;
+    ASSERT_LT((state.x[i] - centre - F * from).norm(), 2e-6f) << i;
+    ASSERT_LT((state.v[i] - C * from).norm(), 2e-6f) << i;
+    ASSERT_LT((state.F[i] - F).norm() + (state.C[i] - C).norm(), 1e-5f) << i;
+  }
+  EXPECT_LT(left(state), 0.02);
+  // A displacement without the deformation that it is.
+  start.F.assign(fine.size(), Mat3f::Identity());
+  EXPECT_GT(farthest(given()), 0.8 * farthest(state));
+  EXPECT_LT(left(given()), 0.05);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "app/store/velocity.h"
 #include "tests/app/beam_scene.h"
 #include "tests/app/run_pliant.h"
+#include "tests/app/simulate/bar_run.h"
 #include "tests/energy_decay.h"
 #include "tests/temporary_folder.h"
 
@@ -74,6 +75,41 @@ TEST(SimulateStart, DiesAwayAsFastAsItsFileSaysOnAnyGrid) {
   }
   EXPECT_GT(drag[0], drag[1]);
   EXPECT_GT(drag[1], kWhole);
+}
+
+class SimulateBarStart : public BarRun {};
+
+// A solved rest shape is simulated on the Eulerian grid: the start dies away there as in a captured shape.
+TEST_F(SimulateBarStart, KeepsItsDampingAndItsDeformationInASolvedRestShape) {
+  make(true);
+  VelocityFile start;
+  const Mat3f turn = Eigen::AngleAxisf(0.02f, Vec3f::UnitX()).toRotationMatrix();
+  for (const Vec3f& x : particles_.driving_position) {
+    const float s = std::max(0.0f, (x.x() - 0.05f) / 0.27f);
+    start.position.push_back(x);
+    start.velocity.push_back(Vec3f(0, 0.4f * s * s, 0));
+    start.displacement.push_back(Vec3f::Zero());
+    start.F.push_back(turn);
+    start.C.push_back(Mat3f::Zero());
+  }
+  start.damping_time = 2;
+  start.whole_damping_time = 0.5;
+  start.source = "made";
+  write_velocity(folder_ / "start.h5", start, "{}");
+  std::vector<double> drag;
+  for (const auto& [option, value] : {std::pair("--solver", "eulerian"), std::pair("--rest-shape", "solve")}) {
+    ASSERT_EQ(
+        simulate({"--young", "2e6", "--duration", "0.1", "--velocity", (folder_ / "start.h5").string(), option, value}),
+        0);
+    drag.push_back(summary()["damping_time_s"]);
+    const TrajectoryFile::Frame first = motion().frames.at(0);
+    for (size_t i = 0; i < first.F.size(); ++i) {
+      ASSERT_LT((first.F[i] - turn).norm(), 1e-5f) << value;
+      ASSERT_EQ(first.velocity[i], start.velocity[i]) << value;
+    }
+  }
+  EXPECT_GT(drag[0], 0.5);
+  EXPECT_EQ(drag[0], drag[1]);
 }
 
 TEST(SimulateStart, AFileThatSaysNoTimeIsRefused) {

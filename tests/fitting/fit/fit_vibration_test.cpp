@@ -30,6 +30,25 @@ TEST(FitVibration, FindsStiffnessAndDampingOfATwinFromAStartThirtyTimesWrong) {
   }
 }
 
+TEST(FitVibration, TheErrorOfAStillBodyIsThatOfTheFramesCompared) {
+  const TwinStem twin;
+  constexpr int kFrames = 60;
+  const TrackLoss<float> tracks = twin.pushed(true, 0.02, kFrames);
+  VibrationFitOptions options;
+  options.modes.most = 3;
+  options.candidates = 1;
+  options.refine.max_iterations = 1;
+  options.most_periods = 1;
+  const VibrationFit fit = fit_vibration(options, twin.particles, twin.pins, tracks, twin.fps);
+  ASSERT_LT(fit.last_frame, 3 * kFrames / 4);
+  const auto still_until = [&](int last) {
+    const std::vector<SimulationState> still(last - fit.first_frame + 1, initial_state(twin.particles));
+    return tracks.on_rollout(fit.first_frame, last, 0, 1).rms(still);
+  };
+  EXPECT_NEAR(fit.rms_rest / still_until(fit.last_frame), 1, 1e-6);
+  EXPECT_GT(fit.rms_rest, 1.1 * still_until(kFrames)) << "later frames, in which the motion dies away, do not count";
+}
+
 TEST(FitVibration, IsEqualBitForBitForAnyNumberOfThreads) {
   const TwinStem twin;
   const TrackLoss<float> tracks = twin.pushed(true, 0.02, 20);

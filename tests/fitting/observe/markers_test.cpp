@@ -44,6 +44,13 @@ TEST_F(Markers, NamedColumnsComeInAnyOrderAndUnit) {
   EXPECT_EQ(m.position[1][0], Vec3d(1.5, 2, 3));
 }
 
+TEST_F(Markers, AGivenUnitIsThatOfColumnsWhoseNamesStateNone) {
+  const auto m = read("time,a_x_mm,a_y_m,a_z\n0,10,2,3\n1,11,2,3\n"), in_halves = read_markers(file(), 0.5);
+  EXPECT_EQ(m.position[0][0], Vec3d(0.01, 2, 3));
+  EXPECT_EQ(in_halves.position[0][0], Vec3d(0.01, 2, 1.5));
+  EXPECT_EQ(in_halves.time, m.time);
+}
+
 TEST_F(Markers, SemicolonsNamelessColumnsCommentsAndWindowsLinesAreRead) {
   const auto m = read(
       "\xef\xbb\xbf# camera 3\r\ntime; x; y; z; x; y; z\r\n0; 1; 2; 3; -4; +5; 6e-1\r\n\r\n1; 1; 2; 3; 4; 5; 6\r\n");

@@ -146,6 +146,35 @@ TEST(Interaction, GrabIsCappedAndEndsWithItsPath) {
   EXPECT_NEAR(run.momentum(run.states.back()).x(), 0.05 * 0.2, 1e-9);
 }
 
+TEST(Interaction, AGrabOrFingerStaysAtTheEndOfItsPathForItsDuration) {
+  Experiment run;
+  run.options.substeps = 60;
+  const auto given = [&](Interaction it, const std::vector<double>& times, double duration) {
+    const Vec3d place = it.path[0].position;
+    it.path.clear();
+    for (const double time : times) it.path.push_back({time, place});
+    it.start = 0.1;
+    it.duration = duration;
+    const auto summary = run.go({it, make(InteractionType::kGust, Vec3d(-1, 0, 0))}).summary;  // against the finger
+    Vec3d sum = Vec3d::Zero();
+    for (const auto& frame : summary.impulse_of_frame) sum += frame[0];
+    return sum;
+  };
+  Interaction grab = make(InteractionType::kGrab, Vec3d::Zero()), poke = make(InteractionType::kPoke, Vec3d::Zero());
+  grab.region = Region::all();
+  grab.path = {{0, run.centre(initial_state(run.particles)) + Vec3d(0.05, 0, 0)}};
+  poke.region = Region::sphere(Vec3d::Zero(), 0.01);
+  poke.path = {{0, Vec3d(-0.012, 0.02, 0.03)}};
+  for (const Interaction& it : {grab, poke}) {
+    const Vec3d whole = given(it, {0, 0.03}, INFINITY);  // ends with its path
+    EXPECT_GT(whole.x(), 1e-5);
+    EXPECT_EQ(given(it, {0}, 0.03), whole);
+    EXPECT_EQ(given(it, {0, 0.01}, 0.03), whole);
+    EXPECT_EQ(given(it, {0, 0.3}, 0.03), whole);
+  }
+  EXPECT_GT(given(grab, {0}, INFINITY).norm(), 0) << "of one point, to the end";
+}
+
 // Four times Young's modulus times the section of what is touched.
 TEST(Interaction, AGrabPullsNoHarderThanTheTouchedMaterialWithoutALimitOfItsOwn) {
   Experiment run;

@@ -106,6 +106,43 @@ TEST(Push, IsSizedToTheLaw) {
   EXPECT_NEAR(peak / (kStem + kStemFoot), options.fraction, 0.35 * options.fraction) << "of a fluid";
 }
 
+TEST(Push, OfAFreeBodyIsNotSizedAgainstItsSag) {
+  // It slides, so that what it needs follows from its inertia; under its own weight it sags by 8 % of its height.
+  constexpr double kHeight = 0.08;
+  const Particles particles = fixture::block<float>({0.04, 0.04, kHeight}, 0.01, 0.0, 5e3);
+  Interaction ground;
+  ground.type = InteractionType::kGround;
+  ground.region = Region::half_space(Vec3d::Zero(), Vec3d::UnitZ());
+  PushOptions options;
+  options.simulate.fps = 100;
+  options.simulate.settle_time = 5;
+  options.duration = 0.06;
+  const double way = options.fraction * kHeight,
+               inert = particles.total_mass() * way / (1.5 * options.duration * options.duration);
+  for (const double gravity : {0.0, 9.81}) {
+    options.simulate.gravity = Vec3d(0, 0, -gravity);
+    const PushSize size = size_push(options, particles, {ground}, Region::all(), Vec3d(1, 0, 0));
+    EXPECT_NEAR(size.newtons / inert, 1, 0.2) << gravity;
+    EXPECT_NEAR(size.peak_fraction / options.fraction, 1, 0.1) << gravity;
+
+    Interaction push;
+    push.type = InteractionType::kPointForce;
+    push.region = Region::all();
+    push.duration = options.duration;
+    push.vector = Vec3d(size.newtons, 0, 0);
+    SimulateOptions real = options.simulate;
+    real.duration = 2 * options.duration;
+    SimulationState first;
+    double peak = 0;
+    simulate<float>(real, particles, {ground, push}, initial_state(particles), [&](const SimulationState& s) {
+      if (s.frame == 0) first = s;
+      for (size_t i = 0; i < s.size(); ++i) peak = std::max(peak, static_cast<double>((s.x[i] - first.x[i]).norm()));
+      return true;
+    });
+    EXPECT_NEAR(peak / way, 1, 0.2) << gravity;
+  }
+}
+
 TEST(Push, AMissedOrEmptyPushIsAUsageError) {
   const Particles particles = stem(300);
   const auto failure = [&](const Region& region, const Vec3d& direction) {

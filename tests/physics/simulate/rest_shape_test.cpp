@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include "gaussians/base/error.h"
 #include "tests/physics/shapes.h"
 
@@ -74,6 +76,46 @@ TEST(RestShape, ASolvedBodyDoesNotDroopAndRisesByItsSagWhenGravityEnds) {
   EXPECT_NEAR(tip(particles, states.back()) / sag, 1, 0.05);
 }
 
+TEST(RestShape, AGivenMotionStartsFromTheSolvedShape) {
+  const auto particles = beam(2.4e5);
+  SimulateOptions options;
+  options.fps = 100;
+  options.grid = GridKind::kEulerian;
+  State start = initial_state(particles);
+  const Mat3d turn = Eigen::AngleAxisd(0.02, Vec3d::UnitY()).toRotationMatrix();
+  for (size_t i = 0; i < start.size(); ++i) {
+    const double out = std::max(0.0, particles.position[i].x()) / kLength;
+    start.x[i].y() += 0.001 * out * out;
+    start.v[i] = Vec3d(0, 0.5 * out * out, 0);
+    start.F[i] = turn;
+    start.C[i](1, 0) = out;
+  }
+  const auto run = [&](RestShapeMode mode, const State& from, double duration) {
+    options.rest_shape = mode;
+    options.duration = duration;
+    std::vector<State> states;
+    simulate<double>(options, particles, {wall()}, from, [&](const State& s) { return states.push_back(s), true; });
+    return states;
+  };
+  const std::vector<State> still = run(RestShapeMode::kSolve, initial_state(particles), 0),
+                           solved = run(RestShapeMode::kSolve, start, 0.15),
+                           captured = run(RestShapeMode::kCaptured, start, 0.15);
+  EXPECT_EQ(solved[0].v, start.v);
+  EXPECT_EQ(solved[0].C, start.C);
+  for (size_t i = 0; i < start.size(); ++i) {
+    ASSERT_LT((solved[0].x[i] - still[0].x[i] - start.x[i] + particles.position[i]).norm(), 1e-12);
+    ASSERT_LT((solved[0].F[i] - turn * still[0].F[i]).norm(), 1e-12);
+  }
+  const auto peak = [&](const std::vector<State>& states) {
+    double most = 0;
+    for (const State& s : states)
+      for (size_t i = 0; i < s.size(); ++i) most = std::max(most, s.x[i].y() - particles.position[i].y());
+    return most;
+  };
+  EXPECT_GT(peak(captured), 0.003);
+  EXPECT_NEAR(peak(solved) / peak(captured), 1, 0.05);
+}
+
 TEST(RestShape, WithoutAPinIsAUsageError) {
   const auto particles = beam(6e4);
   EXPECT_THROW(solve_rest_shape<double>({}, particles, {}), Error);
@@ -99,6 +141,45 @@ TEST(Settle, ADroppedBodyEndsAtRestSoonAndSaysHowFarItFell) {
   double moved = 0;
   for (size_t i = 0; i < particles.size(); ++i) moved = std::max(moved, (states.back().x[i] - states[0].x[i]).norm());
   EXPECT_LT(moved, 5e-4);
+}
+
+TEST(Settle, HappensUnderTheGravityThatActsFromTheStartOn) {
+  const auto particles = fixture::block<double>({0.04, 0.04, 0.06}, 0.01, 0.0, 5e3);
+  Interaction ground;
+  ground.type = InteractionType::kGround;
+  ground.friction = 0.5;
+  ground.region = Region::half_space(Vec3d::Zero(), Vec3d::UnitZ());
+  Interaction gravity;
+  gravity.type = InteractionType::kGravity;
+  SimulateOptions options;
+  options.fps = 50;
+  options.duration = 0.3;
+  options.settle_time = 5;
+  const auto moved_after = [&](double downwards, double world) {
+    gravity.vector = Vec3d(0, 0, -downwards);
+    options.gravity = Vec3d(0, 0, -world);
+    State first;
+    double moved = 0;
+    const SimulateSummary summary =
+        simulate<double>(options, particles, {ground, gravity}, initial_state(particles), [&](const State& s) {
+          if (s.frame == 0) first = s;
+          for (size_t i = 0; i < s.size(); ++i) moved = std::max(moved, (s.x[i] - first.x[i]).norm());
+          return true;
+        }).summary;
+    return std::pair(moved, summary.settle_displacement);
+  };
+  const auto [weightless, still] = moved_after(0, kGravity);
+  EXPECT_EQ(still, 0);
+  EXPECT_LT(weightless, 1e-12);
+  const auto [earth, sag] = moved_after(kGravity, kGravity);
+  EXPECT_GT(sag, 1e-3);
+  for (const double world : {kGravity, 0.0}) {
+    const auto [moon, moon_sag] = moved_after(1.62, world);
+    EXPECT_GT(moon_sag, 0.05 * sag) << world;
+    EXPECT_LT(moon_sag, 0.5 * sag) << world;
+    EXPECT_LT(moon, 0.2 * moon_sag) << world;
+  }
+  EXPECT_LT(earth, 0.1 * sag);
 }
 
 }  // namespace
