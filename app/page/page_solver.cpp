@@ -98,6 +98,7 @@ void add_solver(ClipFile& file, const ParticleFile& motion_level, const SessionS
                            {"damping_time", setup.options.damping_time},
                            {"contact_friction", setup.options.object_friction},
                            {"law", static_cast<int>(setup.material.law)},
+                           {"viscosity_time", setup.material.viscosity_time},
                            {"height", setup.height},
                            {"held", held}};
   file.sections["solver"] = solver_module();

@@ -8,8 +8,8 @@
 #include "app/import/material_fields.h"
 #include "app/import/physgaussian_output.h"
 #include "app/run/attach_scene.h"
-#include "app/simulate/given_fields.h"
 #include "app/simulate/moving_scene.h"
+#include "app/simulate/session_body.h"
 #include "app/store/particles.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
@@ -102,7 +102,7 @@ json export_material(const Context& context, const RunDirectory& run, const Expo
     throw usage_error("--material", file.string(), "exists", "give another name, or --overwrite");
   const json& session = run.summary("simulate", "run `pliant simulate` first")["session"];
   ParticleFile particles = read_particles(run / (object_folder(run) + "/particles.h5"));
-  ElasticSamples solid = given_material(run / session["material_file"].get<std::string>(), particles.solid_position);
+  ElasticSamples solid = simulated_material(run, session, particles.solid_position);
   MaterialFile material;
   material.young = std::move(solid.young);
   material.poisson = std::move(solid.poisson);

@@ -9,10 +9,44 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 #include "physics/laws/material.h"
+#include "physics/simulate/settle.h"
 
 namespace pliant {
 namespace fs = std::filesystem;
 using nlohmann::json;
+
+namespace {
+
+/// Empty where the material is the same everywhere.
+fs::path file_of_material(const RunDirectory& run, const json& session) {
+  return session.contains("uniform") ? fs::path() : run / session["material_file"].get<std::string>();
+}
+
+/// Adds what of the script acts from the start to the end of the simulation: holds, weights and gravity.
+void add_lasting(const std::vector<Interaction>& script, double duration, SessionSetup& setup) {
+  const Vec3d captured = setup.options.gravity;
+  for (const Interaction& it : script) {
+    if (it.start != 0 || it.end() < duration) continue;
+    if (it.type == InteractionType::kGravity) setup.options.gravity = it.vector;
+    const std::vector<Interaction> resting = resting_interactions({it});
+    setup.held.insert(setup.held.end(), resting.begin(), resting.end());
+    if (it.type == InteractionType::kCollider && (resting.empty() || it.container))
+      setup.refused = "an obstacle of the interactions moves or is a container";
+  }
+  // A session cancels all of its gravity while a pin holds the body.
+  const bool pinned = std::any_of(setup.held.begin(), setup.held.end(),
+                                  [](const Interaction& it) { return it.type == InteractionType::kPin; });
+  if (pinned && setup.options.gravity != captured)
+    setup.refused = "the interactions change the gravity of a body that is pinned";
+}
+
+}  // namespace
+
+ElasticSamples simulated_material(const RunDirectory& run, const json& session, const std::vector<Vec3f>& positions) {
+  if (!session.contains("uniform")) return given_material(file_of_material(run, session), positions);
+  const json& all = session["uniform"];
+  return ElasticSamples::homogeneous(positions.size(), all["young"], all["poisson"], all["density"]);
+}
 
 SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const ParticleFile& particles) {
   constexpr double kFps = 60;
@@ -27,6 +61,10 @@ SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const Pa
     setup.refused = "the motion follows a configuration of PhysGaussian";
     return setup;
   }
+  if (session.value("obstacles", false)) {
+    setup.refused = "the rest of the scene is an obstacle (--collide-scene)";
+    return setup;
+  }
   setup.material.law = parse_law(session["law"].get<std::string>());
   setup.material.viscosity_time = session.value("viscosity_time_s", 0.0);
   const Law law = setup.material.law;
@@ -34,13 +72,11 @@ SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const Pa
     setup.refused = "the law " + session["law"].get<std::string>() + " is not elastic";
     return setup;
   }
-  const fs::path file = fs::path(session["material_file"].get<std::string>());
-  const fs::path material = file.is_absolute() ? file : run / file.string();
-  if (!fs::exists(material)) {
-    setup.refused = "the material " + material.filename().string() + " is gone";
+  if (const fs::path file = file_of_material(run, session); !file.empty() && !fs::exists(file)) {
+    setup.refused = "the material " + file.filename().string() + " is gone";
     return setup;
   }
-  setup.solid = given_material(material, particles.solid_position);
+  setup.solid = simulated_material(run, session, particles.solid_position);
   setup.options.fps = kFps;
   setup.options.damping_time = simulated["damping_time_s"];
   for (int a = 0; a < 3; ++a) setup.options.gravity[a] = session["gravity_m_s2"][a];
@@ -52,9 +88,8 @@ SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const Pa
     if (const auto floor = floor_of(found, {}, scene)) setup.held.push_back(*floor);
   const fs::path script = run / "interactions.json";
   if (fs::exists(script))
-    for (const Interaction& it :
-         parse_interactions(read_text(script), {scene.metres_per_unit, scene.up}, script.string()))
-      if (it.type == InteractionType::kWeight) setup.held.push_back(it);
+    add_lasting(parse_interactions(read_text(script), {scene.metres_per_unit, scene.up}, script.string()),
+                session.value("duration_s", 0.0), setup);
   return setup;
 }
 

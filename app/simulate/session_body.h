@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -15,11 +16,16 @@ struct SessionSetup {
   SimulateOptions options;  ///< fps: of a session's frames
   ElasticSamples solid;
   Material material;
-  std::vector<Interaction> held;  ///< pins, floor and weights
+  std::vector<Interaction> held;  ///< pins, floor, and what of the script stands or hangs there to the end
   double height = 0;              ///< of the object, m
 };
 
-/// Of the simulation that is in the run directory.
+/// The material at solid samples in `positions`; `session`: what the simulation's summary says of it.
+ElasticSamples simulated_material(const RunDirectory& run, const nlohmann::json& session,
+                                  const std::vector<Vec3f>& positions);
+
+/// Of the simulation that is in the run directory.  What the script does for a time, as pushes and pins that end, is
+/// not part of a session.
 SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const ParticleFile& particles);
 
 /// The state of a level's particles in frame `f` of the motion: velocities are central differences of its frames.

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/run/attach_scene.h"
+#include "app/simulate/assemble_trajectory.h"
 #include "app/simulate/frame_store.h"
 #include "app/simulate/given_fields.h"
 #include "app/simulate/motion.h"
@@ -26,37 +27,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace {
-
-/// What Gaussians follow: the whole deformation, the permanent part included.
-std::vector<Mat3f> drawn_deformation(const SimulationState& state) {
-  if (state.memory.empty()) return state.F;
-  std::vector<Mat3f> F;
-  for (const LawMemory<float>& memory : state.memory) F.push_back(memory.F_total);
-  return F;
-}
-
-TrajectoryFile assemble(const FrameStore& frames, int count, const SimulatedBody& body, const std::string& object,
-                        double fps, const Scene& scene) {
-  TrajectoryFile out;
-  out.object = object;
-  out.fps = fps;
-  out.metres_per_unit = body.space.scale;
-  out.cell_size = body.particles.cell_size / body.space.scale;
-  out.up = scene.up;
-  const Mat3f R = body.space.R.cast<float>();
-  for (int f = 0; f < count; ++f) {
-    const SimulationState state = frames.frame(f);
-    TrajectoryFile::Frame frame;
-    frame.time = state.time;
-    frame.step = state.substeps;
-    frame.F = drawn_deformation(state);
-    for (Mat3f& F : frame.F) F = R.transpose() * F * R;
-    for (const Vec3f& x : state.x) frame.position.push_back(body.space.to_scene(x.cast<double>()).cast<float>());
-    for (const Vec3f& v : state.v) frame.velocity.push_back(R.transpose() * v);
-    out.frames.push_back(std::move(frame));
-  }
-  return out;
-}
 
 json space_to_json(const SimulationSpace& space) {
   json rows = json::array();
@@ -91,6 +61,8 @@ double damping_on_this_grid(const Context& context, const VelocityFile& start, c
   constexpr double kLongest = 1;  // s
   Motion<float> motion{body.particles, state, pins, {}};
   motion.options.simulate = options;
+  motion.options.simulate.grid = is_lagrangian(options, body.particles) ? GridKind::kLagrangian : GridKind::kEulerian;
+  motion.options.simulate.rest_shape = RestShapeMode::kCaptured;
   motion.options.simulate.gravity.setZero();
   motion.options.simulate.settle_time = motion.options.simulate.sleep_speed = 0;
   motion.options.simulate.duration = std::min(options.duration, kLongest);
@@ -185,7 +157,10 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
   if (stopped) throw Error(Failure::kInterrupted, "simulate", "", "interrupted", "run the same command to continue");
   for (const std::string& warning : s.warnings) context.progress.warn(warning);
 
-  const TrajectoryFile trajectory = assemble(frames, total + 1, body, in.found["name"], plan.options.fps, scene);
+  TrajectoryFile trajectory = assemble_trajectory(frames, total + 1, body, rest, s.rest_shape_iterations > 0);
+  trajectory.object = group_name(in.found["name"]);
+  trajectory.fps = plan.options.fps;
+  trajectory.up = scene.up;
   write_trajectory(out, trajectory, provenance);
   frames.remove();
 
@@ -198,35 +173,39 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
   const json motion = describe_motion(trajectory, body.file, scene.up, in.found["height"].get<double>());
   context.progress.say(fmt::format("simulate: tip moves {:.1f} % of the object's height and ends at {:.1f} %",
                                    100 * motion["tip_peak"].get<double>(), 100 * motion["tip_end"].get<double>()));
-  return {
-      {"frames", total},
-      {"mass_kg", s.mass},
-      {"cell_size_m", s.cell_size},
-      {"dt_min_s", s.min_dt},
-      {"dt_max_s", s.max_dt},
-      {"substeps_max",
-       s.substeps_of_frame.empty() ? 0 : *std::max_element(s.substeps_of_frame.begin(), s.substeps_of_frame.end())},
-      {"max_stretch", s.max_stretch},
-      {"strays", s.strays},
-      {"retries", s.retries},
-      {"solver", is_lagrangian(plan.options, body.particles) ? "lagrangian" : "eulerian"},
-      {"gravity_cancelled", s.gravity_cancelled},
-      {"settle_displacement_m", s.settle_displacement},
-      {"rest_shape", rest_shape_to_json(s)},
-      {"thin_share", s.thin_share},
-      {"impulses_Ns", impulses_to_json(s)},
-      {"push", plan.push},
-      {"damping_time_s", plan.options.damping_time},
-      {"motion", motion},
-      {"floor", plan.floor},
-      {"session",
-       {{"law", law_name(body.particles.materials[0].law)},
-        {"viscosity_time_s", body.particles.materials[0].viscosity_time},
-        {"gravity_m_s2", {plan.options.gravity.x(), plan.options.gravity.y(), plan.options.gravity.z()}},
-        {"contact_friction", plan.options.object_friction},
-        {"material_file", fields ? recorded_path(run, in.files.at("material")) : object_folder(run) + "/material.h5"},
-        {"physgaussian", physgaussian}}},
-      {"space", space_to_json(body.space)}};
+  json session = {{"law", law_name(body.particles.materials[0].law)},
+                  {"viscosity_time_s", body.particles.materials[0].viscosity_time},
+                  {"gravity_m_s2", {plan.options.gravity.x(), plan.options.gravity.y(), plan.options.gravity.z()}},
+                  {"contact_friction", plan.options.object_friction},
+                  {"duration_s", plan.options.duration},
+                  {"obstacles", stage.obstacles},
+                  {"physgaussian", physgaussian}};
+  if (fields)
+    session["material_file"] = recorded_path(run, in.files.at("material"));
+  else
+    session["uniform"] = {{"young", material.young}, {"poisson", material.poisson}, {"density", material.density}};
+  return {{"frames", total},
+          {"mass_kg", s.mass},
+          {"cell_size_m", s.cell_size},
+          {"dt_min_s", s.min_dt},
+          {"dt_max_s", s.max_dt},
+          {"substeps_max",
+           s.substeps_of_frame.empty() ? 0 : *std::max_element(s.substeps_of_frame.begin(), s.substeps_of_frame.end())},
+          {"max_stretch", s.max_stretch},
+          {"strays", s.strays},
+          {"retries", s.retries},
+          {"solver", is_lagrangian(plan.options, body.particles) ? "lagrangian" : "eulerian"},
+          {"gravity_cancelled", s.gravity_cancelled},
+          {"settle_displacement_m", s.settle_displacement},
+          {"rest_shape", rest_shape_to_json(s)},
+          {"thin_share", s.thin_share},
+          {"impulses_Ns", impulses_to_json(s)},
+          {"push", plan.push},
+          {"damping_time_s", plan.options.damping_time},
+          {"motion", motion},
+          {"floor", plan.floor},
+          {"session", session},
+          {"space", space_to_json(body.space)}};
 }
 
 }  // namespace

@@ -53,12 +53,17 @@ TrajectoryFile::Frame TrajectoryFile::at(double time) const {
   return out;
 }
 
+std::string group_name(std::string object) {
+  std::replace(object.begin(), object.end(), '/', '_');
+  return object == "." ? "_" : object;
+}
+
 void write_trajectory(const fs::path& file, const TrajectoryFile& t, const std::string& provenance_json) {
   const size_t frames = t.frames.size(), particles = frames ? t.frames[0].position.size() : 0;
   for (const Frame& f : t.frames) {
     CHECK(f.position.size() == particles && f.velocity.size() == particles && f.F.size() == particles);
   }
-  CHECK(!t.object.empty() && t.object.find('/') == std::string::npos);
+  CHECK(!t.object.empty() && t.object == group_name(t.object));
   const std::string root = "/particles/" + t.object, position = root + "/position", velocity = root + "/velocity",
                     F = root + "/F";
   write_hdf5(file, [&](Hdf5Writer& out) {

@@ -16,9 +16,9 @@ struct TrajectoryFile {
     double time = 0;                        ///< s
     int64_t step = 0;                       ///< substeps since time 0
     std::vector<Vec3f> position, velocity;  ///< [M, 3] scene units, m/s
-    std::vector<Mat3f> F;                   ///< [M, 3, 3]
+    std::vector<Mat3f> F;                   ///< [M, 3, 3] deformation from the captured shape
   };
-  std::string object = "object";  ///< name of the group
+  std::string object = "object";  ///< name of the group, see group_name
   double fps = 0;
   double metres_per_unit = 1;
   double cell_size = 0;      ///< scene units
@@ -29,6 +29,9 @@ struct TrajectoryFile {
   /// of both frames beside it (Hermite), velocities and F linear; the first or last frame outside of the clip.
   Frame at(double time) const;
 };
+
+/// The name of an object as HDF5 takes it for a group: without a '/', and not a single dot.
+std::string group_name(std::string object);
 
 void write_trajectory(const std::filesystem::path& file, const TrajectoryFile& trajectory,
                       const std::string& provenance_json);

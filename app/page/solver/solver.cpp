@@ -42,8 +42,8 @@ using namespace pliant;
 PLIANT_EXPORT(solver_allocate)(size_t bytes)->void* { return std::malloc(bytes); }
 PLIANT_EXPORT(solver_free)(void* memory)->void { std::free(memory); }
 
-/// numbers [9]: cell size m, frames per second, damping time s, gravity m/s^2 [3], largest share of a cell that waves
-/// cross in a substep (0 = the solver's own), contact friction, law.
+/// numbers [10]: cell size m, frames per second, damping time s, gravity m/s^2 [3], largest share of a cell that waves
+/// cross in a substep (0 = the solver's own), contact friction, law, viscosity time of the material s.
 PLIANT_EXPORT(solver_body)
 (int count, const double* numbers, const float* position, const float* volume, const float* mass, const float* young,
  const float* poisson)
@@ -59,6 +59,7 @@ PLIANT_EXPORT(solver_body)
   if (numbers[6] > 0) p.options.courant = numbers[6];
   p.options.object_friction = numbers[7];
   p.particles.materials[0].law = static_cast<Law>(static_cast<int>(numbers[8]));
+  p.particles.materials[0].viscosity_time = numbers[9];
   for (int i = 0; i < count; ++i) p.particles.position.emplace_back(position + 3 * i);
   p.particles.volume.assign(volume, volume + count);
   p.particles.mass.assign(mass, mass + count);

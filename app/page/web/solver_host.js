@@ -4,7 +4,7 @@
 /**
  * A host of the WebAssembly module.  `handle` takes a request and returns its answer:
  *  {module: bytes};
- *  {body: {numbers [9], metres, position, volume, mass, young, poisson, links}}, arrays [N, 3] or [N] in SI units,
+ *  {body: {numbers [10], metres, position, volume, mass, young, poisson, links}}, arrays [N, 3] or [N] in SI units,
  *    `metres` those of a scene unit, links [L, 2] of what hangs together (empty: all that shares a cell);
  *  {start: {x, v, F, held}}: positions (m), velocities (m/s), gradients (rows), numbers of what acts from the start
  *    (and the frame of the recording that they are of, for other solvers);

@@ -1,10 +1,12 @@
 // Runs the solver of clip.html in node: node run_solver.mjs MODULE.wasm CASE.json OUT
-// CASE: {numbers [9], position, volume, mass, young, poisson, links, held [[22]], script [{frame, begin [22]} | {frame, move:
-// [number, x, y, z]} | {frame, end: number} | {frame, set: [5]}], frames}.  Writes positions and deformation gradients
-// of every frame as float32 and prints milliseconds and substeps.
+// CASE: {solver, cell_size, position, volume, mass, young, poisson, links, script [{frame, begin [22]} | {frame, move:
+// [number, x, y, z]} | {frame, end: number} | {frame, set: [5]}], frames}, `solver` as in the header of a clip.html.
+// Writes positions and deformation gradients of every frame as float32 and prints milliseconds and substeps.
 
 import fs from 'node:fs';
 
+const layout = fs.readFileSync(new URL('../../../app/page/web/solver_layout.js', import.meta.url), 'utf8');
+const {bodyNumbers} = await import(`data:text/javascript,${encodeURIComponent(layout)}`);
 const [wasm, file, out] = process.argv.slice(2);
 const text = fs.readFileSync(file, 'utf8'), run = JSON.parse(text);
 let memory = null;
@@ -37,10 +39,11 @@ const put = (values, Type) => {
 };
 const n = run.volume.length;
 try {
-  solver.solver_body(n, put(run.numbers, Float64Array), put(run.position, Float32Array), put(run.volume, Float32Array),
-      put(run.mass, Float32Array), put(run.young, Float32Array), put(run.poisson, Float32Array));
+  solver.solver_body(n, put(bodyNumbers(run.solver, run.cell_size), Float64Array), put(run.position, Float32Array),
+      put(run.volume, Float32Array), put(run.mass, Float32Array), put(run.young, Float32Array),
+      put(run.poisson, Float32Array));
   solver.solver_link(run.links.length / 2, put(run.links, Int32Array));
-  for (const numbers of run.held) solver.solver_hold(put(numbers, Float64Array));
+  for (const numbers of run.solver.held) solver.solver_hold(put(numbers, Float64Array));
   const identity = new Float32Array(9 * n);
   for (let i = 0; i < n; ++i) identity[9 * i] = identity[9 * i + 4] = identity[9 * i + 8] = 1;
   solver.solver_start(put(run.position, Float32Array), put(new Float32Array(3 * n), Float32Array),

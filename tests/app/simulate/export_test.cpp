@@ -11,6 +11,7 @@
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/splats/ply.h"
 #include "gaussians/render/render.h"
+#include "tests/app/finished_stage.h"
 #include "tests/temporary_folder.h"
 
 namespace pliant {
@@ -36,13 +37,6 @@ GaussianCloud cloud_at(const Vec3f& centre, int count, uint64_t seed) {
     for (int k = 0; k < cloud.sh_count() * 3; ++k) cloud.sh_of(i)[k] = static_cast<float>(0.3 * random.normal());
   }
   return cloud;
-}
-
-/// Of a finished stage.
-nlohmann::json record(const nlohmann::json& summary) {
-  const nlohmann::json none = nlohmann::json::object();
-  return {{"options", none},   {"scene", none}, {"found", none}, {"inputs", none}, {"outputs", nlohmann::json::array()},
-          {"summary", summary}};
 }
 
 class ExportTest : public testing::Test {
@@ -85,10 +79,10 @@ class ExportTest : public testing::Test {
       trajectory.frames.push_back(frame);
     }
     write_trajectory(folder / "run/objects/1_ball/trajectory.h5", trajectory, "{}");
-    const json manifest = {
-        {"scene", {{"source", (folder / "scene.ply").string()}, {"orbit_views", 4}}},
-        {"stages",
-         {{"extract", record({{"folder", "objects/1_ball"}})}, {"simulate", record(nlohmann::json::object())}}}};
+    const json manifest = {{"scene", {{"source", (folder / "scene.ply").string()}, {"orbit_views", 4}}},
+                           {"stages",
+                            {{"extract", finished_stage({{"folder", "objects/1_ball"}})},
+                             {"simulate", finished_stage(nlohmann::json::object())}}}};
     write_text(folder / "run/run.json", manifest.dump());
   }
 

@@ -401,6 +401,18 @@ TEST(Store, WrongShapesTypesAndValuesNameTheDataset) {
   expect_error(Failure::kInput, {"/particles/other"}, [&] { read_trajectory(folder / "bad.h5", "other"); });
 }
 
+TEST(Store, AnyNameOfAnObjectIsThatOfAGroup) {
+  const TemporaryFolder folder;
+  for (const auto& [name, group] : {std::pair("größe \"x\"", "größe \"x\""), std::pair("a/b", "a_b"),
+                                    std::pair("/", "_"), std::pair(".", "_"), std::pair("..", "..")}) {
+    TrajectoryFile t = some_trajectory();
+    t.object = group_name(name);
+    EXPECT_EQ(t.object, group);
+    write_trajectory(folder / "t.h5", t, "{}");
+    EXPECT_EQ(read_trajectory(folder / "t.h5").object, group);
+  }
+}
+
 TEST(Store, PromisedArraysThatAreNotStoredAreRefusedBeforeTheyAreAllocated) {
   const TemporaryFolder folder;
   const hsize_t rows = hsize_t{1} << 40, chunk = 1024;

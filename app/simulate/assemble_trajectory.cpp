@@ -1,0 +1,48 @@
+#include "app/simulate/assemble_trajectory.h"
+
+#include <Eigen/LU>
+
+namespace pliant {
+namespace {
+
+/// What Gaussians follow: the whole deformation, the permanent part included.
+std::vector<Mat3f> drawn_deformation(const SimulationState& state) {
+  if (state.memory.empty()) return state.F;
+  std::vector<Mat3f> F;
+  for (const LawMemory<float>& memory : state.memory) F.push_back(memory.F_total);
+  return F;
+}
+
+/// From the captured to the unloaded shape: frame 0 has the deformation of the load and, on top, that of the start.
+std::vector<Mat3f> unloading(const SimulationState& start, const SimulationState& first) {
+  std::vector<Mat3f> out = drawn_deformation(start);
+  const std::vector<Mat3f> both = drawn_deformation(first);
+  for (size_t i = 0; i < out.size(); ++i) out[i] = (both[i].inverse() * out[i]).eval();
+  return out;
+}
+
+}  // namespace
+
+TrajectoryFile assemble_trajectory(const FrameStore& frames, int count, const SimulatedBody& body,
+                                   const SimulationState& start, bool loaded) {
+  TrajectoryFile out;
+  out.metres_per_unit = body.space.scale;
+  out.cell_size = body.particles.cell_size / body.space.scale;
+  const Mat3f R = body.space.R.cast<float>();
+  const std::vector<Mat3f> before = loaded ? unloading(start, frames.frame(0)) : std::vector<Mat3f>();
+  for (int f = 0; f < count; ++f) {
+    const SimulationState state = frames.frame(f);
+    TrajectoryFile::Frame frame;
+    frame.time = state.time;
+    frame.step = state.substeps;
+    frame.F = drawn_deformation(state);
+    for (size_t i = 0; i < before.size(); ++i) frame.F[i] = (frame.F[i] * before[i]).eval();
+    for (Mat3f& F : frame.F) F = R.transpose() * F * R;
+    for (const Vec3f& x : state.x) frame.position.push_back(body.space.to_scene(x.cast<double>()).cast<float>());
+    for (const Vec3f& v : state.v) frame.velocity.push_back(R.transpose() * v);
+    out.frames.push_back(std::move(frame));
+  }
+  return out;
+}
+
+}  // namespace pliant

@@ -1,0 +1,170 @@
+// What a session takes over from a simulation: its material, what stands there all the time, and where it starts.
+
+#include "app/simulate/session_body.h"
+
+#include "app/import/material_fields.h"
+#include "app/store/material.h"
+#include "physics/simulate/session.h"
+#include "tests/app/simulate/bar_run.h"
+
+namespace pliant {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+class SessionBody : public BarRun {
+ protected:
+  static json row_of(const char* type, json keys) {
+    keys["type"] = type;
+    return keys;
+  }
+  static json foot() { return json::parse(kFoot); }
+
+  SessionSetup setup(const ParticleFile& particles) const {
+    const RunDirectory directory = RunDirectory::open(folder_ / "run");
+    return session_setup(directory, load_run_scene(directory), particles);
+  }
+  SessionSetup setup() const { return setup(particles_); }
+  Particles body(const SessionSetup& setup) const {
+    return make_body(particles_, load_run_scene(RunDirectory::open(folder_ / "run")), setup.solid, setup.material)
+        .particles;
+  }
+
+  /// Simulates this script for 0.3 s; why a session is refused.
+  std::string refusal(const json& rows, std::vector<std::string> words = {}) {
+    words.insert(words.begin(), {"--young", "1e5", "--duration", "0.3", "--interactions", script(rows)});
+    EXPECT_EQ(simulate(words), 0) << rows;
+    return setup().refused;
+  }
+
+  /// Largest distance [m] between the motion and a session in which nothing is done, both from the captured shape.
+  double departure() const {
+    const SessionSetup setup = this->setup();
+    const Particles particles = body(setup);
+    Session session(setup.options, particles, setup.held, initial_state(particles));
+    float most = 0;
+    for (const TrajectoryFile::Frame& frame : motion().frames) {
+      for (size_t i = 0; i < particles.size(); ++i)
+        most = std::max(most, (session.state().x[i] - frame.position[i]).norm());
+      session.advance();
+    }
+    return most;
+  }
+};
+
+TEST_F(SessionBody, AnEGivenBesideAFitIsThatOfTheSessionAndOfTheExport) {
+  make(true);
+  const size_t count = particles_.solid_position.size();
+  const std::vector<float> fitted(count, 5e4f), poisson(count, 0.3f), density(count, 500);
+  write_material(object() / "material.h5", {fitted, poisson, density, "fitted", {}, {}}, "{}");
+  json record = json::parse(read_text(folder_ / "run/run.json"));
+  record["stages"]["fit"] = finished_stage(json::object(), json::array({"objects/1_bar/material.h5"}));
+  write_text(folder_ / "run/run.json", record.dump());
+  for (const char* young : {"5000", "500000"}) {
+    ASSERT_EQ(simulate({"--young", young, "--duration", "0.05", "--interactions", script(json::array())}), 0);
+    EXPECT_EQ(setup().solid.young, std::vector<float>(count, std::stof(young)));
+    const fs::path file = folder_ / (std::string(young) + ".ply");
+    ASSERT_EQ(run_quietly({"export", run(), "--material", file.string()}), 0);
+    EXPECT_FLOAT_EQ(read_material_field(file).young.at(0), std::stof(young));
+  }
+  EXPECT_EQ(read_material(object() / "material.h5").young, fitted);
+  // It is that of any particles.
+  ParticleFile fewer = particles_;
+  fewer.solid_position.resize(count / 2);
+  EXPECT_EQ(setup(fewer).solid.density, std::vector<float>(count / 2, 500));
+}
+
+TEST_F(SessionBody, WhatStandsThereAllTheTimeActsAsInTheSimulation) {
+  make(false);
+  const std::vector<std::pair<InteractionType, json>> rows = {
+      {InteractionType::kGround, row_of("ground", {{"point", {0, 0, -0.005}}})},
+      {InteractionType::kPin, row_of("pin", {{"region", foot()}})},
+      {InteractionType::kPin, row_of("pin", {{"region", foot()}, {"duration", 0.3}})},
+      {InteractionType::kCollider, row_of("collider", {{"region", {{"box", {-1, -1, -1, 1, 1, -0.005}}}}})},
+      {InteractionType::kGravity, row_of("gravity", {{"acceleration", {1, 0, -4}}})}};
+  for (const auto& [type, row] : rows) {
+    EXPECT_EQ(refusal(json::array({row}), {"--settle-time", "0"}), "");
+    EXPECT_LT(departure(), 1e-5) << row;
+    const SessionSetup setup = this->setup();
+    if (type == InteractionType::kGravity) {
+      EXPECT_TRUE(setup.held.empty());
+      EXPECT_EQ(setup.options.gravity, Vec3d(1, 0, -4));
+    } else {
+      ASSERT_EQ(setup.held.size(), 1u) << row;
+      EXPECT_EQ(setup.held[0].type, type);
+    }
+  }
+}
+
+TEST_F(SessionBody, WhatTheScriptDoesForATimeIsNotHeld) {
+  make(false);
+  const json ball = {{"sphere", {2, 2, 2, 0.1}}};
+  EXPECT_EQ(refusal({row_of("pin", {{"region", foot()}, {"duration", 0.1}}),
+                     row_of("pin", {{"region", foot()}, {"start", 0.1}}),
+                     row_of("collider", {{"region", ball}, {"velocity", {0, 0, 1}}, {"duration", 0.1}}),
+                     row_of("gravity", {{"acceleration", {0, 0, 0}}, {"duration", 0.1}}),
+                     row_of("ground", {{"point", {0, 0, -0.005}}})},
+                    {"--settle-time", "0"}),
+            "");
+  const SessionSetup setup = this->setup();
+  ASSERT_EQ(setup.held.size(), 1u);
+  EXPECT_EQ(setup.held[0].type, InteractionType::kGround);
+  EXPECT_EQ(setup.options.gravity, Vec3d(0, 0, -9.81));
+}
+
+TEST_F(SessionBody, WhatASessionCannotHaveIsARefusal) {
+  make(false);
+  const json ball = {{"sphere", {2, 2, 2, 0.1}}}, room = {{"box", {-1, -1, -1, 1, 1, 1}}};
+  const auto expect = [&](const char* word, const json& rows, const std::vector<std::string>& words) {
+    const std::string why = refusal(rows, words);
+    EXPECT_NE(why.find(word), std::string::npos) << "'" << why << "' of " << rows;
+  };
+  expect("--collide-scene", json::array(), {"--settle-time", "0", "--collide-scene"});
+  expect("moves", json::array({row_of("collider", {{"region", ball}, {"angular_velocity", {0, 0, 1}}})}),
+         {"--settle-time", "0"});
+  expect("container", json::array({row_of("collider", {{"region", room}, {"container", true}})}),
+         {"--settle-time", "0"});
+  make(true);
+  EXPECT_EQ(refusal(json::array({row_of("gravity", {{"acceleration", {0, 0, -9.81}}})})), "");
+  expect("gravity", json::array({row_of("gravity", {{"acceleration", {0, 0, -12}}})}), {});
+}
+
+// A body that carries its weight is captured as it is drawn: nothing is deformed at frame 0, and a session stands
+// still.
+TEST_F(SessionBody, ASolvedRestShapeCountsFromTheCapturedOne) {
+  make(true);
+  ASSERT_EQ(simulate({"--young", "2e6", "--duration", "0.1", "--rest-shape", "solve", "--interactions",
+                      script(json::array())}),
+            0);
+  EXPECT_GT(summary()["rest_shape"]["sag_m"], 2e-3);
+  const TrajectoryFile all = motion();
+  std::vector<DriverFrame> frames;
+  for (const TrajectoryFile::Frame& frame : all.frames) frames.push_back({frame.position, frame.F});
+  for (const Mat3f& F : frames[0].F) ASSERT_LT((F - Mat3f::Identity()).norm(), 1e-5f);
+  const SessionSetup setup = this->setup();
+  const Particles particles = body(setup);
+  for (const size_t f : {size_t{0}, frames.size() - 1}) {
+    Session session(setup.options, particles, setup.held, state_of(frames, f, all.fps, 1, particles));
+    float most = 0;
+    for (int frame = 0; frame < 30; ++frame) {
+      session.advance();
+      for (size_t i = 0; i < particles.size(); ++i)
+        most = std::max(most, (session.state().x[i] - particles.position[i]).norm());
+    }
+    EXPECT_LT(most, 1e-3f) << f;
+  }
+}
+
+TEST_F(SessionBody, AnObjectMayHaveANameThatHdf5DoesNotTake) {
+  for (const auto& [name, group] : {std::pair("a/b", "a_b"), std::pair(".", "_")}) {
+    make(false, name);
+    ASSERT_EQ(simulate({"--young", "1e5", "--duration", "0.05", "--settle-time", "0", "--interactions",
+                        script(json::array())}),
+              0);
+    EXPECT_EQ(motion().object, group);
+  }
+}
+
+}  // namespace
+}  // namespace pliant
